@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The command image: the latest wish of the one commander of a device.
+ *
+ * Overwritten as a whole as often as the commander likes (LinuxCNC: each
+ * servo period), read by the daemon once a cycle. Nothing here is an event:
+ * a value that is overwritten before it was read is simply not wanted any
+ * more. Events are one-shots: they go through the ring at the end, each has
+ * an id, and its outcome comes back in the state image.
+ *
+ * The daemon believes nothing in here: another layout, a value out of range,
+ * NaN or a ring that makes no sense is refused, counted and flagged
+ * (POKEYS_STATE_BAD_COMMAND); the last good value of that field stays. Only
+ * machine-on and an axis' enable always fall when they are 0 here.
+ *
+ * One-shots have the ids 0, 1, 2 ... of their session: the first has id 0 and
+ * stands in slot 0, and ids 0..one_shot_head-1 have been queued. A slot may be
+ * used again when its one-shot was taken (state.one_shot_ack is above its id).
+ * What was queued before state.one_shot_session shows this session is never
+ * executed (outcome POKEYS_OUTCOME_UNKNOWN): a daemon that was started anew
+ * cannot know what the one before it had done. So queue only from then on.
+ *
+ * Motion: the rising edge of POKEYS_COMMAND_MACHINE_ON must be seen while the
+ * link is running and the heartbeat fresh. From then on the axes' references
+ * are those of the newest image, so at the edge they have to be what
+ * state.engine.axis[].position says.
+ */
+#ifndef POKEYS_COMMAND_H
+#define POKEYS_COMMAND_H
+
+#include <stdint.h>
+#include <pokeys/state.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define POKEYS_COMMAND_MAGIC	UINT32_C(0x4d434b50)	/* "PKCM" */
+#define POKEYS_COMMAND_VERSION	1
+#define POKEYS_COMMAND_HASH	UINT64_C(0x5a4e6ce8a60f15a6)
+
+enum { POKEYS_ONE_SHOTS = 64 };
+
+/* command.flags */
+enum {
+	POKEYS_COMMAND_MACHINE_ON = 1u << 0,	/* motion is wanted; its rising edge enables */
+	POKEYS_COMMAND_LIMIT_OVERRIDE = 1u << 1,
+};
+
+enum pokeys_axis_mode {
+	POKEYS_AXIS_OFF = 0,
+	POKEYS_AXIS_POSITION = 1,	/* absolute reference and speed */
+	POKEYS_AXIS_VELOCITY = 2,
+	POKEYS_AXIS_BUFFERED = 3,
+};
+
+struct pokeys_axis_command {
+	int32_t position;		/* pulses; position and buffered mode */
+	float velocity;			/* pulses/s; position mode: feed forward, 0 = as fast as allowed */
+	uint8_t mode;			/* enum pokeys_axis_mode */
+	uint8_t enable;			/* 1 = this axis may move */
+	uint8_t reserved[6];
+};
+
+enum pokeys_one_shot_operation {
+	POKEYS_ONE_SHOT_NOP = 0,		/* answered DONE at once: a test of the way */
+	POKEYS_ONE_SHOT_SET_ENCODER = 1,	/* index, value = counts */
+	POKEYS_ONE_SHOT_ARM_INDEX = 2,		/* index; the device zeroes the count at the index pulse */
+	POKEYS_ONE_SHOT_SET_POSITION = 3,	/* mask of axes that are not driven, value[] = pulses */
+	POKEYS_ONE_SHOT_CLEAR_FAULT = 4,	/* engine out of limit or emergency state */
+	POKEYS_ONE_SHOT_HOME = 5,		/* mask of axes, value[] = home offsets */
+	POKEYS_ONE_SHOT_HOME_CANCEL = 6,
+	POKEYS_ONE_SHOT_HOME_FINISH = 7,
+	POKEYS_ONE_SHOT_PROBE = 8,
+	POKEYS_ONE_SHOT_PROBE_FINISH = 9,
+	POKEYS_ONE_SHOT_RESET_COUNTERS = 10,
+	POKEYS_ONE_SHOT_SAVE_CONFIG = 11,	/* only while motion is not permitted */
+	POKEYS_ONE_SHOT_SET_RTC = 12,		/* value[] = year, month, day, hour, minute, second,
+						 * day of week 0..6, day of year */
+	POKEYS_ONE_SHOT_REBOOT = 13,		/* only while motion is not permitted */
+};
+
+struct pokeys_one_shot {
+	uint32_t id;			/* position in the queue: the n-th one-shot of this session is n */
+	uint8_t operation;		/* enum pokeys_one_shot_operation */
+	uint8_t index;
+	uint8_t mask;
+	uint8_t flags;
+	int32_t value[8];
+	float parameter[4];
+	uint8_t reserved[8];
+};
+
+struct pokeys_command {
+	uint32_t magic;
+	uint16_t version, size_units;
+	uint64_t hash;
+	uint64_t heartbeat;		/* changes at each write */
+	uint64_t t_ns;			/* CLOCK_MONOTONIC of the write */
+	uint64_t t_thread_ns;		/* when the servo thread's read began, for phase lock; 0 = unknown */
+	uint64_t period_ns;		/* of the commander */
+	uint32_t session;		/* differs for each start of the commander, never 0 */
+	uint32_t flags;			/* POKEYS_COMMAND_* */
+
+	uint8_t digital_out[POKEYS_PIN_BYTES];		/* value */
+	uint8_t digital_out_mask[POKEYS_PIN_BYTES];	/* 1 = commanded by us */
+	uint32_t pwm_duty[POKEYS_PWM];			/* ticks */
+	uint32_t pwm_period;				/* ticks; 0 = leave */
+	uint32_t pwm_enable;				/* bit = channel */
+	uint8_t poextbus[16];				/* [0..9] */
+	uint8_t poextbus_mask[16];
+	uint8_t external_outputs, external_outputs_mask, relays, relays_mask;
+	uint32_t reserved;
+	uint8_t ponet_data[POKEYS_PONET][16];
+	uint8_t ponet_brightness[POKEYS_PONET];
+	uint32_t ponet_mask;				/* bit = module is commanded */
+	uint32_t config_generation;			/* of the configuration image */
+	struct pokeys_axis_command axis[POKEYS_AXES];
+
+	uint32_t one_shot_head;		/* one-shots ever queued in this session */
+	uint32_t reserved2;
+	struct pokeys_one_shot one_shot[POKEYS_ONE_SHOTS];	/* [id % 64] */
+};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* POKEYS_COMMAND_H */

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Words for the numbers in the images: short, stable, for people and for
+ * scripts. An unknown number is "unknown", never NULL. Any thread, realtime.
+ */
+#ifndef POKEYS_NAMES_H
+#define POKEYS_NAMES_H
+
+#include <pokeys/state.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* enum pokeys_link */
+static inline const char *pokeys_link_name(uint8_t link)
+{
+	switch (link) {
+	case POKEYS_LINK_SEARCHING:	return "searching";
+	case POKEYS_LINK_IDENTIFYING:	return "identifying";
+	case POKEYS_LINK_CONFIGURING:	return "configuring";
+	case POKEYS_LINK_RUNNING:	return "running";
+	case POKEYS_LINK_LOST:		return "lost";
+	default:			return "unknown";
+	}
+}
+
+/* enum pokeys_fault */
+static inline const char *pokeys_fault_name(uint8_t fault)
+{
+	switch (fault) {
+	case POKEYS_FAULT_NONE:			return "none";
+	case POKEYS_FAULT_NO_ADDRESS:		return "no address";
+	case POKEYS_FAULT_NO_ANSWER:		return "no answer";
+	case POKEYS_FAULT_WRONG_SERIAL:		return "wrong serial number";
+	case POKEYS_FAULT_UNSUPPORTED:		return "unsupported device";
+	case POKEYS_FAULT_CONFIG_REFUSED:	return "setting refused";
+	case POKEYS_FAULT_LOCKED:		return "configuration locked";
+	case POKEYS_FAULT_REBOOTED:		return "rebooted";
+	case POKEYS_FAULT_NETWORK:		return "network unreachable";
+	default:				return "unknown";
+	}
+}
+
+/* State of an axis, protocol section 3.24.1 */
+static inline const char *pokeys_axis_state_name(uint8_t state)
+{
+	switch (state) {
+	case 0:		return "stopped";
+	case 1:		return "ready";
+	case 2:		return "running";
+	case 5:		return "buffer";
+	case 8:		return "homing resetting";
+	case 9:		return "homing backing off";
+	case 10:	return "home";
+	case 11:	return "homing start";
+	case 12:	return "homing search";
+	case 13:	return "homing back";
+	case 14:	return "probed";
+	case 15:	return "probe start";
+	case 16:	return "probe search";
+	case 20:	return "error";
+	case 30:	return "limit";
+	default:	return "unknown";
+	}
+}
+
+/* State of the pulse engine, protocol section 3.24.1 */
+static inline const char *pokeys_engine_state_name(uint8_t state)
+{
+	switch (state) {
+	case 0:		return "stopped";
+	case 1:		return "internal";
+	case 2:		return "buffer";
+	case 3:		return "running";
+	case 10:	return "jogging";
+	case 11:	return "stopping";
+	case 20:	return "home";
+	case 21:	return "homing";
+	case 30:	return "probe complete";
+	case 31:	return "probing";
+	case 32:	return "probe error";
+	case 40:	return "hybrid probe stopping";
+	case 41:	return "hybrid probe complete";
+	case 100:	return "stopped by limit";
+	case 101:	return "stopped by emergency";
+	default:	return "unknown";
+	}
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* POKEYS_NAMES_H */

@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Attach to the shared memory of a pokeysd: read a device's state, wait for
+ * news, or command it.
+ *
+ * A client may be opened before any daemon exists, survives the daemon's
+ * death, and finds the next one by itself: pokeys_client_poll() does that and
+ * is called from time to time (or by a thread of the library,
+ * pokeys_client_follow()). Reading is wait-free and makes no system call.
+ *
+ * Cold functions allocate, make system calls, may block for milliseconds and
+ * need some 200 kB of stack; they never run in a realtime thread. Realtime
+ * functions do none of it (16 kB of stack).
+ *
+ * One copy of this library per process: programs link the shared object
+ * libpokeys_shm.so.
+ */
+#ifndef POKEYS_SHM_H
+#define POKEYS_SHM_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <pokeys/command.h>
+#include <pokeys/state.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define POKEYS_RUNTIME_DIRECTORY "/run/pokeysd"
+
+enum {
+	POKEYS_SHM_NAME_MAX = 32,	/* device names: 1..31 of [A-Za-z0-9_-] */
+	POKEYS_SHM_READERS = 32,	/* readers of one image at once */
+};
+
+typedef struct pokeys_client pokeys_client;
+
+/* pokeys_client_open flags */
+enum {
+	POKEYS_CLIENT_COMMANDER = 1u << 0,	/* also take the device's one command image */
+	POKEYS_CLIENT_EVENTS = 1u << 1,		/* also listen for notifications */
+};
+
+/* pokeys_client_status() */
+enum pokeys_client_state {
+	POKEYS_CLIENT_DETACHED = 0,	/* no daemon there (yet, or any more) */
+	POKEYS_CLIENT_ATTACHED = 1,
+	POKEYS_CLIENT_REFUSED = 2,	/* a daemon is there, but: see the reason */
+};
+
+/*
+ * Make a client for one device. `runtime_directory` NULL means
+ * POKEYS_RUNTIME_DIRECTORY. `program` names this process to others (shown by
+ * tools), e.g. "halui", of the same characters as a device name. The folder is
+ * an absolute path of at most 49 characters (sockets live below it). No daemon
+ * needs to exist. Cold. 0, -EINVAL (a name that cannot be), -ENOMEM.
+ */
+int pokeys_client_open(pokeys_client **out, const char *runtime_directory, const char *device,
+		       const char *program, unsigned int flags);
+
+/* Detach and free; ends the follower thread first. NULL is allowed. Cold. */
+void pokeys_client_close(pokeys_client *client);
+
+/*
+ * Look for the daemon; attach, or attach anew if another daemon has taken
+ * over. Cold, a few microseconds when nothing has changed. Returns enum
+ * pokeys_client_state. Not while a follower thread runs.
+ */
+enum pokeys_client_state pokeys_client_poll(pokeys_client *client);
+
+/*
+ * Start a thread (not realtime, all signals blocked, ended and joined by
+ * close) that polls every `interval_ms` (1..10000). Cold. 0 or -errno.
+ */
+int pokeys_client_follow(pokeys_client *client, unsigned int interval_ms);
+
+/* How it stands, and in `why` (if size > 0) one line for a person. Any thread, cold. */
+enum pokeys_client_state pokeys_client_status(const pokeys_client *client, char *why, size_t size);
+
+/*
+ * The newest whole state (or diagnostic) image. Realtime, wait-free: one
+ * thread at a time per client. 0; -ENOTCONN if not attached; -EPROTO if what
+ * was read is not such an image (a foreign writer), and then *out is untouched.
+ */
+int pokeys_client_read(pokeys_client *client, struct pokeys_state *out);
+int pokeys_client_read_diag(pokeys_client *client, struct pokeys_diag *out);
+
+/*
+ * Overwrite the command image (magic, version and hash are filled in here;
+ * heartbeat, times and session are the caller's). Realtime, wait-free, one
+ * thread at a time. 0; -ENOTCONN; -EPERM without POKEYS_CLIENT_COMMANDER.
+ */
+int pokeys_client_write(pokeys_client *client, const struct pokeys_command *command);
+
+/*
+ * Wait for a notification (the daemon sends one when the link state or a
+ * fault changes, and about ten times a second), at most timeout_ms. 1 = one
+ * came, 0 = time passed or a signal came, -ENOTCONN, -EPERM without
+ * POKEYS_CLIENT_EVENTS, -EBUSY while a follower thread runs. Cold; not from a
+ * thread other than the one that polls.
+ */
+int pokeys_client_wait(pokeys_client *client, unsigned int timeout_ms);
+
+/* How many commanders the device has (0 or 1). -ENOTCONN. Any thread, cold. */
+int pokeys_client_commanders(pokeys_client *client);
+
+/*
+ * Names of the devices of the running daemon, each NUL terminated, at most
+ * `max` of them. Returns how many there are, 0 if no daemon runs, or -errno.
+ * Cold.
+ */
+int pokeys_shm_devices(const char *runtime_directory, char names[][POKEYS_SHM_NAME_MAX], size_t max);
+
+/*
+ * Hash of the layout that the library itself was built with: for bindings in
+ * other languages, which must refuse to work with another one. 0 for an image
+ * that does not exist. Any thread.
+ */
+enum pokeys_shm_image { POKEYS_SHM_STATE = 0, POKEYS_SHM_DIAG = 1, POKEYS_SHM_COMMAND = 2 };
+uint64_t pokeys_shm_layout(unsigned int image);
+
+/* Bucket of a duration, and the lower bound (ns) of a bucket: state.h. Realtime. */
+unsigned int pokeys_histogram_bucket(uint64_t ns);
+uint64_t pokeys_histogram_lower(unsigned int bucket);
+/* Duration (ns) below which the part `p` (0..1) of all lies; 0 if empty. */
+uint64_t pokeys_histogram_percentile(const struct pokeys_histogram *histogram, double p);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* POKEYS_SHM_H */

@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The state image: what the daemon knows of one device, as one moment.
+ *
+ * Published once a cycle as a whole into shared memory (service
+ * pokeys/<name>/state); a reader gets all of one cycle or all of another.
+ * Times are nanoseconds of CLOCK_MONOTONIC of this machine. Decide staleness
+ * by your own clock from the time stamps: the flag cannot be raised by a
+ * writer that is dead.
+ *
+ * Pin, encoder and axis indices are 0-based: pin[0] is the terminal that the
+ * device calls pin 1.
+ *
+ * Fixed-size types, 8-byte aligned, no implicit padding. A change of layout
+ * changes POKEYS_STATE_VERSION and POKEYS_STATE_HASH. The hash is 64-bit FNV-1a
+ * (offset basis 0xcbf29ce484222325, prime 0x100000001b3) of this text: for each
+ * member of the struct in order "name:offset:size;", both numbers in bytes and
+ * decimal, an array counting as one member; and if the member is a struct or
+ * an array of structs, directly behind it "{", the same text for that struct
+ * (offsets from its own start), "}". C, Rust and Python each compute it, and a
+ * test compares them. What a value means is not in the hash: a new meaning
+ * needs a new version.
+ */
+#ifndef POKEYS_STATE_H
+#define POKEYS_STATE_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
+#define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
+#define POKEYS_STATE_VERSION	1
+#define POKEYS_DIAG_VERSION	1
+#define POKEYS_STATE_HASH	UINT64_C(0xf2e3db12dfa90119)
+#define POKEYS_DIAG_HASH	UINT64_C(0xb2b306027bd5a810)
+
+enum {
+	POKEYS_PINS = 55,
+	POKEYS_PIN_BYTES = 8,		/* 55 bits, padded */
+	POKEYS_ANALOG = 7,		/* pins 41..47 */
+	POKEYS_ENCODERS = 26,		/* 0..24 basic and fast, 25 ultra-fast */
+	POKEYS_PWM = 6,
+	POKEYS_AXES = 8,
+	POKEYS_POEXTBUS = 10,		/* bytes */
+	POKEYS_PONET = 16,		/* modules */
+	POKEYS_MATRIX_BYTES = 16,	/* 128 keys */
+};
+
+enum pokeys_link {
+	POKEYS_LINK_SEARCHING = 0,	/* no address yet, or nobody answers */
+	POKEYS_LINK_IDENTIFYING = 1,	/* answers; asking who it is */
+	POKEYS_LINK_CONFIGURING = 2,	/* known; reading and adjusting its configuration */
+	POKEYS_LINK_RUNNING = 3,
+	POKEYS_LINK_LOST = 4,		/* was running, does not answer */
+};
+
+/* Why the link is not running, or was not the last time. */
+enum pokeys_fault {
+	POKEYS_FAULT_NONE = 0,
+	POKEYS_FAULT_NO_ADDRESS = 1,	/* discovery has not found the serial number */
+	POKEYS_FAULT_NO_ANSWER = 2,
+	POKEYS_FAULT_WRONG_SERIAL = 3,	/* another device answers at the address */
+	POKEYS_FAULT_UNSUPPORTED = 4,	/* a device type this driver does not know */
+	POKEYS_FAULT_CONFIG_REFUSED = 5,/* the device did not take a setting */
+	POKEYS_FAULT_LOCKED = 6,	/* the device's configuration is locked */
+	POKEYS_FAULT_REBOOTED = 7,	/* its tick counter went back */
+	POKEYS_FAULT_NETWORK = 8,	/* the kernel cannot send (no route, link down) */
+};
+
+/* state.flags */
+enum {
+	POKEYS_STATE_STALE = 1u << 0,		/* fast data older than the limit */
+	POKEYS_STATE_COMMANDER = 1u << 1,	/* a commander's heartbeat is fresh */
+	POKEYS_STATE_SAFE = 1u << 2,		/* outputs and axes are in the safe state */
+	POKEYS_STATE_MACHINE_ON = 1u << 3,	/* motion is permitted (edge seen, link running) */
+	POKEYS_STATE_NEEDS_EDGE = 1u << 4,	/* machine-on is high, a fresh edge is awaited */
+	POKEYS_STATE_REALTIME = 1u << 5,	/* SCHED_FIFO and locked memory */
+	POKEYS_STATE_FALLBACK = 1u << 6,	/* a slower transport than asked for */
+	POKEYS_STATE_BAD_COMMAND = 1u << 7,	/* the command image holds values that were refused */
+	POKEYS_STATE_STOPPING = 1u << 8,	/* the daemon is ending */
+	POKEYS_STATE_GUARD = 1u << 9,		/* the XDP guard is attached */
+};
+
+struct pokeys_identity {
+	uint32_t serial;
+	uint32_t address;		/* IPv4, host byte order */
+	uint8_t hardware;		/* hardware id, protocol section 2.3; 0 with serial 0 = unknown */
+	uint8_t firmware_major, firmware_minor, firmware_revision;
+	uint8_t user_id;
+	uint8_t locked;			/* configuration lock */
+	uint8_t load;			/* device's processor load, percent */
+	uint8_t options;		/* activated options */
+	char name[24];			/* NUL terminated */
+	char type[24];			/* e.g. "PoKeys57CNC", NUL terminated */
+	char build[16];			/* firmware's build date, NUL terminated */
+};
+
+/* Capabilities of the device's type (protocol section 2.4). Counts or flags. */
+struct pokeys_capability {
+	uint8_t pins, pwm, basic_encoders, encoders, fast_encoders, ultra_fast_encoders;
+	uint8_t analog_inputs, digital_counters, matrix_keyboard, lcd, matrix_led, poextbus;
+	uint8_t ponet, i2c, one_wire, easy_sensors;
+	uint8_t pulse_engine;		/* its version: 0 = none, 1, 2 */
+	uint8_t failsafe;
+	uint8_t axes;			/* of the pulse engine, as it reports */
+	uint8_t axis_khz;		/* highest pulse frequency, kHz */
+	uint8_t key_mapping, triggered_key_mapping, key_repeat_delay, joystick;
+	uint8_t macros, analog_filtering, init_outputs, connection_signal;
+	uint8_t web_interface, additional_options, load_status, custom_name;
+	uint8_t sensor_list, potlog27, reserved[6];
+	uint32_t pwm_hz;		/* PWM counter's clock */
+	uint32_t reserved2;
+	uint64_t digital_in, digital_out, analog_in, counter, pwm_pins;	/* bit = pin index */
+};
+
+struct pokeys_axis {
+	int32_t position;		/* pulses, as the device reports */
+	int32_t reference;		/* pulses, last reference the device was sent */
+	uint8_t state;			/* protocol section 3.24.1 */
+	uint8_t enabled;		/* configured and driven by us */
+	uint8_t mode;			/* enum pokeys_axis_mode in effect */
+	uint8_t reserved;
+	uint8_t limit_minus, limit_plus, home, error;	/* switches, evaluated, 1 = tripped */
+	uint8_t soft_limit;
+	uint8_t in_position;		/* stands, and position == reference */
+	uint8_t homed;
+	uint8_t reserved2[5];
+	uint64_t t_reference_ns;	/* when that reference was last sent */
+	int64_t probe;			/* pulses, latched */
+	float max_speed;		/* pulses/s, as configured in the device */
+	float max_acceleration;		/* pulses/s^2 */
+};
+
+struct pokeys_engine {
+	uint8_t state;			/* protocol section 3.24.1 */
+	uint8_t axes_enabled;		/* number */
+	uint8_t activated;
+	uint8_t limit_override;
+	uint8_t emergency;		/* 1 = state 101, or the emergency input is active */
+	uint8_t charge_pump;
+	uint8_t generator;
+	uint8_t misc_inputs;
+	uint8_t relays, outputs;	/* external outputs, as the device has them */
+	uint8_t buffer_slots;		/* total, as the device reports */
+	uint8_t buffer_level;		/* used, as far as known */
+	uint8_t power_states;
+	uint8_t probe_status;
+	uint8_t reserved[2];
+	struct pokeys_axis axis[POKEYS_AXES];
+};
+
+struct pokeys_rtc {
+	uint16_t year;
+	uint8_t month, day, hour, minute, second, day_of_week;
+	uint16_t day_of_year;
+	uint8_t reserved[6];
+};
+
+struct pokeys_link_statistics {
+	uint64_t sent, resent, received, accepted, lost;	/* lost = try without answer in time */
+	uint64_t timed_out, stray, duplicate, stale, corrupt, wrong_source, send_failed;
+	uint64_t cycles_late;		/* fast data did not come in its cycle */
+	uint64_t reconnects;
+	uint32_t rtt_last_ns, rtt_smoothed_ns, rtt_variation_ns, rtt_min_ns, rtt_max_ns;
+	uint32_t deadline_ns;
+	uint32_t in_flight;
+	uint32_t packet_error_level;	/* rises with losses, falls with answers; 0 = well */
+	uint64_t refused_command;	/* values in the command image that were refused */
+	uint64_t one_shot_refused;
+};
+
+enum { POKEYS_ONE_SHOT_RESULTS = 16 };
+
+/* enum in result.outcome */
+enum pokeys_outcome {
+	POKEYS_OUTCOME_NONE = 0,
+	POKEYS_OUTCOME_DONE = 1,
+	POKEYS_OUTCOME_FAILED = 2,	/* the device refused, or it certainly did not happen */
+	POKEYS_OUTCOME_UNKNOWN = 3,	/* sent, no answer, could not be read back */
+	POKEYS_OUTCOME_REFUSED = 4,	/* never sent: invalid, or not permitted now */
+};
+
+struct pokeys_one_shot_result {
+	uint32_t id;
+	uint8_t operation, outcome, reserved[2];
+};
+
+struct pokeys_state {
+	uint32_t magic;
+	uint16_t version, size_units;	/* size in units of 8 bytes */
+	uint64_t hash;
+	uint64_t epoch;			/* differs for each start of the daemon */
+	uint64_t cycle;			/* counts every cycle of the loop */
+	uint64_t period_ns;
+	uint64_t t_cycle_ns;		/* the tick this cycle began at */
+	uint64_t t_publish_ns;
+	uint64_t t_digital_ns, t_analog_ns, t_encoder_ns, t_motion_ns, t_slow_ns;
+	uint64_t stale_after_ns;	/* limit that the stale flag uses */
+	uint32_t flags;			/* POKEYS_STATE_* */
+	uint8_t link;			/* enum pokeys_link */
+	uint8_t fault;			/* enum pokeys_fault, reason of the last one */
+	uint8_t reserved[2];
+	uint64_t t_link_ns;		/* when link last changed */
+	uint32_t device_tick_ms, fault_count;
+	struct pokeys_identity identity;
+	struct pokeys_capability capability;
+
+	/* Bits: pin i = byte i/8, bit i%8. */
+	uint8_t digital_in[POKEYS_PIN_BYTES];
+	uint8_t digital_out[POKEYS_PIN_BYTES];		/* as last acknowledged by the device */
+	uint8_t digital_out_owned[POKEYS_PIN_BYTES];	/* pins that are configured as outputs */
+	uint8_t pin_function[56];			/* protocol section 3.2 */
+	uint16_t analog[8];				/* raw 0..4095, [0] = pin 41 */
+	int32_t encoder[POKEYS_ENCODERS];		/* counts, wrap at 2^32 */
+	uint32_t encoder_enabled;			/* bit = encoder */
+	uint32_t encoder_index;				/* bit = index seen since armed */
+	uint64_t encoder_t_ns[POKEYS_ENCODERS];		/* when that count was sampled */
+	uint32_t encoder_resync[POKEYS_ENCODERS];	/* jumps mended by a 32-bit read */
+	uint32_t counter[56];				/* digital counters, [55] unused */
+	uint32_t pwm_period, pwm_enabled;
+	uint32_t pwm_duty[POKEYS_PWM];
+	struct pokeys_engine engine;
+	uint8_t matrix[POKEYS_MATRIX_BYTES];
+	uint8_t poextbus[16];				/* [0..9], as the device has them */
+	uint8_t ponet_type[POKEYS_PONET];
+	uint8_t ponet_status, ponet_count, reserved2[6];
+	uint8_t ponet_data[POKEYS_PONET][16];
+	uint8_t ponet_light[POKEYS_PONET];
+	struct pokeys_rtc rtc;
+
+	/* Acknowledgement of one-shot commands (command.h). */
+	uint32_t one_shot_session, one_shot_ack;	/* taken up to here, of this session */
+	struct pokeys_one_shot_result one_shot[POKEYS_ONE_SHOT_RESULTS];	/* [id % 16] */
+	uint64_t command_heartbeat;			/* of the command image in effect */
+	uint64_t command_t_ns;
+	uint32_t config_generation, config_state;
+
+	struct pokeys_link_statistics statistics;
+};
+
+/*
+ * Histogram of durations: bucket i counts durations d (ns) with
+ * pokeys_histogram_bucket(d) == i; buckets are 1/4 octave wide from 64 ns up,
+ * the first one takes all below, the last one all above (about 4 s).
+ */
+enum { POKEYS_HISTOGRAM_BUCKETS = 104 };
+
+struct pokeys_histogram {
+	uint64_t count, sum_ns, min_ns, max_ns;
+	uint32_t bucket[POKEYS_HISTOGRAM_BUCKETS];
+};
+
+/* The diagnostic image, service pokeys/<name>/diag, about ten times a second. */
+struct pokeys_diag {
+	uint32_t magic;
+	uint16_t version, size_units;
+	uint64_t hash;
+	uint64_t epoch, cycle, t_publish_ns;
+	uint64_t cycles_skipped;		/* ticks missed, never caught up */
+	uint64_t events_dropped, event_high_water;
+	uint64_t transport_system_calls, transport_waits_avoided, transport_rearmed;
+	uint64_t transport_no_buffers, transport_overflow, transport_truncated;
+	uint64_t minor_faults, major_faults;	/* of the realtime thread since it began its loop */
+	char transport[16];
+	struct pokeys_histogram wakeup;		/* tick to running */
+	struct pokeys_histogram round_trip;	/* every unambiguous reply */
+	struct pokeys_histogram fast_round_trip;/* of the two fast requests */
+	struct pokeys_histogram receive;	/* kernel's receive stamp to this program */
+	struct pokeys_histogram fresh;		/* tick to fast data complete */
+	struct pokeys_histogram publish;	/* cost of publishing */
+	struct pokeys_histogram cycle_work;	/* tick to end of the cycle's work */
+};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* POKEYS_STATE_H */

@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The example client without the daemon, against the simulator over real UDP:
+it identifies, reads and reports; packets that are lost are made good; what is
+wrong is said in one line and with a status other than 0.
+
+Called with the simulator and the client."""
+import os
+import random
+import re
+import signal
+import socket
+import subprocess
+import sys
+
+SIM, CLIENT = sys.argv[1:3]
+ADDRESS = ".".join(["127"] + [str(random.randint(1, 254)) for _ in range(3)])
+
+
+def simulator(*options):
+    read, write = os.pipe()
+    sim = subprocess.Popen([SIM, "--address", ADDRESS, "--quiet", "--serial", "4711",
+                            "--ready-fd", str(write), *options], pass_fds=[write])
+    os.close(write)
+    with os.fdopen(read) as ready:
+        assert ready.readline(), "the simulator did not start"
+    return sim
+
+
+def client(*options):
+    done = subprocess.run([CLIENT, "--address", ADDRESS, *options], timeout=30, check=False,
+                          capture_output=True, text=True)
+    return done.returncode, done.stdout, done.stderr
+
+
+def counters(text):
+    return {name: int(value) for name, value in re.findall(r"(\w+) (\d+)", text)}
+
+
+def polls_and_reports():
+    sim = simulator("--service-us", "200")
+    try:
+        status, out, err = client("--seconds", "2", "--rate", "250")
+        assert status == 0 and err == "", (status, out, err)
+        assert "serial 4711 " in out and "firmware 4.7." in out, out
+        assert len(re.findall(r"^inputs [0-9a-f]{14}  engine state", out, re.M)) >= 2, out
+        found = counters(out)
+        assert found["answered"] >= 200 and found["timed_out"] == 0, out
+    finally:
+        sim.send_signal(signal.SIGTERM)
+        assert sim.wait(10) == 0
+
+
+def makes_losses_good():
+    sim = simulator("--loss", "0.05", "--duplicate", "0.2", "--copies", "3", "--seed", "9")
+    try:
+        status, out, err = client("--seconds", "2", "--rate", "250")
+        assert status == 0 and err == "", (status, out, err)
+        found = counters(out)
+        assert found["resent"] > 0 and found["duplicate"] > 0, out
+        assert found["answered"] >= 200, out
+    finally:
+        sim.send_signal(signal.SIGTERM)
+        assert sim.wait(10) == 0
+
+
+def says_what_is_wrong():
+    def refused(word, *options):
+        status, out, err = client(*options)
+        first = err.splitlines()[0] if err else ""
+        assert status != 0 and out == "" and word in first, (options, status, out, err)
+
+    refused("not an IPv4 address", "--address", "machine")
+    refused("wanted a number from 1 to 2000", "--rate", "0")
+    refused("wanted a number from 1 to 86400", "--seconds", "5x")
+    refused("not an option", "now")
+    refused("no answer", "--seconds", "1")          # nobody listens there
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as deaf:
+        deaf.bind((ADDRESS, 0))
+        refused("no answer", "--port", str(deaf.getsockname()[1]))
+
+
+def main():
+    for case in (polls_and_reports, makes_losses_good, says_what_is_wrong):
+        case()
+        print(f"{case.__name__}: ok")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
