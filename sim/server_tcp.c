@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * The same packets as a stream (protocol section 1.1).
+ *
+ * A stream has no packet borders: 64 bytes are collected, or 512 when they
+ * begin as a multi-part fill does, however they were cut on the way. A client
+ * which says nothing for the time set with 0xE0 (3 s) is disconnected. Faults
+ * of the link do not touch TCP, which would mend them; the time the device
+ * takes does.
+ *
+ * A device which reboots drops its connections.
+ */
+#include "sim/server.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <netinet/tcp.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+
+static int bind_tcp(struct sim_server *server)
+{
+	struct sockaddr_in sa = { .sin_family = AF_INET, .sin_port = htons(server->port) };
+	socklen_t size = sizeof(sa);
+	int on = server->options->tcp;
+
+	memcpy(&sa.sin_addr, server->options->rig.device.ip, 4);
+	server->listen = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+	if (server->listen < 0)
+		return -errno;
+	/* Two sockets which only hold an address, and do not listen, must collide. */
+	setsockopt(server->listen, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+	if (bind(server->listen, (struct sockaddr *)&sa, sizeof(sa)) < 0)
+		return -errno;
+	if (server->options->tcp && listen(server->listen, SIM_TCP_CLIENTS) < 0)
+		return -errno;
+	if (getsockname(server->listen, (struct sockaddr *)&sa, &size) < 0)
+		return -errno;
+	server->port = ntohs(sa.sin_port);
+	return 0;
+}
+
+int sim_tcp_open(struct sim_server *server)
+{
+	const uint8_t *ip = server->options->rig.device.ip;
+	int r = bind_tcp(server);
+
+	if (r < 0) {
+		fprintf(stderr, "pokeys-sim: TCP %u.%u.%u.%u:%u: %s; give another --address or "
+			"--port\n", ip[0], ip[1], ip[2], ip[3], server->port, strerror(-r));
+		return r;
+	}
+	if (!server->options->tcp)
+		return 0;
+	return sim_server_watch(server, server->listen, SIM_EVENT_LISTEN, 0);
+}
+
+static void drop(struct sim_tcp_client *client)
+{
+	if (client->fd < 0)
+		return;
+	close(client->fd);
+	client->fd = -1;
+	client->generation = (uint16_t)((client->generation + 1) & 0x7FFF);
+}
+
+void sim_tcp_close_all(struct sim_server *server)
+{
+	for (unsigned int i = 0; i < SIM_TCP_CLIENTS; i++)
+		drop(&server->tcp[i]);
+}
+
+static struct sim_tcp_client *free_place(struct sim_server *server)
+{
+	for (unsigned int i = 0; i < SIM_TCP_CLIENTS; i++) {
+		if (server->tcp[i].fd < 0)
+			return &server->tcp[i];
+	}
+	return NULL;
+}
+
+void sim_tcp_accept(struct sim_server *server, uint64_t now_ns)
+{
+	int fd = accept4(server->listen, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
+	struct sim_tcp_client *client = free_place(server);
+	int on = 1;
+
+	if (fd < 0)
+		return;
+	if (!client || sim_server_watch(server, fd, SIM_EVENT_TCP,
+					(unsigned int)(client - server->tcp)) < 0) {
+		close(fd);
+		return;
+	}
+	setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+	client->fd = fd;
+	client->heard_ns = now_ns;
+	client->received = 0;
+	client->to_send = 0;
+	sim_device_connected(&server->rig->device);
+}
+
+/* How many bytes make up the packet that begins here. */
+static size_t packet_len(const struct sim_tcp_client *client)
+{
+	bool fill = client->received > 2 && client->in[0] == WIRE_REQUEST &&
+		    client->in[1] == 0xB0 && (client->in[2] & 0x0F) == 0x08;
+
+	return fill ? SIM_MULTI : WIRE_PK;
+}
+
+static void take_packets(struct sim_server *server, uint64_t now_ns, unsigned int index)
+{
+	struct sim_tcp_client *client = &server->tcp[index];
+	uint32_t peer = SIM_PEER_RELIABLE | (uint32_t)client->generation << 8 | index;
+
+	while (client->received >= packet_len(client)) {
+		size_t len = packet_len(client);
+
+		sim_rig_send_from(server->rig, now_ns, peer, client->in, len);
+		client->received -= len;
+		memmove(client->in, client->in + len, client->received);
+	}
+}
+
+void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int index)
+{
+	struct sim_tcp_client *client = &server->tcp[index];
+
+	while (client->fd >= 0) {
+		ssize_t len = recv(client->fd, client->in + client->received,
+				   sizeof(client->in) - client->received, 0);
+
+		if (len < 0 && errno == EAGAIN)
+			return;
+		if (len <= 0) {
+			drop(client);
+			return;
+		}
+		client->heard_ns = now_ns;
+		client->received += (size_t)len;
+		take_packets(server, now_ns, index);
+	}
+}
+
+static void flush(struct sim_tcp_client *client)
+{
+	ssize_t len = send(client->fd, client->out, client->to_send, MSG_NOSIGNAL);
+
+	if (len < 0 && errno == EAGAIN)
+		return;
+	if (len < 0) {
+		drop(client);
+		return;
+	}
+	client->to_send -= (size_t)len;
+	memmove(client->out, client->out + len, client->to_send);
+}
+
+/* A client which does not read its replies is dropped once 64 of them wait. */
+void sim_tcp_send(struct sim_server *server, uint32_t peer, const uint8_t *bytes, size_t len)
+{
+	struct sim_tcp_client *client = &server->tcp[(peer & 0xFF) % SIM_TCP_CLIENTS];
+
+	if (client->fd < 0 || client->generation != (peer >> 8 & 0x7FFF))
+		return;
+	if (client->to_send + len > sizeof(client->out)) {
+		drop(client);
+		return;
+	}
+	memcpy(client->out + client->to_send, bytes, len);
+	client->to_send += len;
+	flush(client);
+}
+
+static uint64_t idle_ns(const struct sim_server *server)
+{
+	return UINT64_C(100000000) * server->rig->device.config.network.tcp_timeout;
+}
+
+void sim_tcp_expire(struct sim_server *server, uint64_t now_ns)
+{
+	uint64_t most = idle_ns(server);
+
+	for (unsigned int i = 0; i < SIM_TCP_CLIENTS; i++) {
+		struct sim_tcp_client *client = &server->tcp[i];
+
+		if (client->fd < 0)
+			continue;
+		if (client->to_send)
+			flush(client);
+		if (most && now_ns - client->heard_ns >= most)
+			drop(client);
+	}
+}
+
+uint64_t sim_tcp_next(const struct sim_server *server)
+{
+	uint64_t next = UINT64_MAX;
+	uint64_t most = idle_ns(server);
+
+	for (unsigned int i = 0; most && i < SIM_TCP_CLIENTS; i++) {
+		const struct sim_tcp_client *client = &server->tcp[i];
+
+		if (client->fd >= 0 && client->heard_ns + most < next)
+			next = client->heard_ns + most;
+	}
+	return next;
+}

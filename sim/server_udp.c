@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * The command socket.
+ *
+ * It is bound to the device's own address, never to 0.0.0.0: from there
+ * replies would leave with another address, which a client with a connected
+ * socket never sees (protocol section 7.1).
+ *
+ * SO_REUSEADDR is set for the sake of the search socket (server_search.c),
+ * whose wildcard would otherwise collide with every device. It also lets two
+ * simulators bind the same address, of which the later one would silently
+ * take the packets; so the TCP socket of the same address and port, bound
+ * first, is the lock against that.
+ */
+#include "sim/server.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+
+#define PACKETS_PER_TURN 64
+
+static struct sockaddr_in own_address(const struct sim_server *server)
+{
+	struct sockaddr_in sa = { .sin_family = AF_INET, .sin_port = htons(server->port) };
+
+	memcpy(&sa.sin_addr, server->options->rig.device.ip, 4);
+	return sa;
+}
+
+int sim_udp_open(struct sim_server *server)
+{
+	struct sockaddr_in sa = own_address(server);
+	int on = 1;
+	int r;
+
+	server->udp = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+	if (server->udp < 0)
+		return -errno;
+	setsockopt(server->udp, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on));
+	setsockopt(server->udp, SOL_SOCKET, SO_BROADCAST, &on, sizeof(on));
+	if (bind(server->udp, (struct sockaddr *)&sa, sizeof(sa)) < 0) {
+		r = -errno;
+		fprintf(stderr, "pokeys-sim: UDP %s:%u: %s; give another --address or --port\n",
+			inet_ntoa(sa.sin_addr), server->port, strerror(-r));
+		return r;
+	}
+	return sim_server_watch(server, server->udp, SIM_EVENT_UDP, 0);
+}
+
+/* The number of a client; the one unseen for longest gives way to a new one. */
+static uint32_t number_of(struct sim_server *server, const struct sockaddr_in *from)
+{
+	unsigned int i = server->last_peer;
+	const struct sockaddr_in *known = server->peer;
+
+	for (unsigned int n = 0; n < server->peers; n++, i = (i + 1) % server->peers) {
+		if (known[i].sin_port == from->sin_port &&
+		    known[i].sin_addr.s_addr == from->sin_addr.s_addr) {
+			server->last_peer = i;
+			return i;
+		}
+	}
+	if (server->peers < SIM_UDP_PEERS)
+		i = server->peers++;
+	else
+		i = (server->last_peer + 1) % SIM_UDP_PEERS;
+	server->peer[i] = *from;
+	server->last_peer = i;
+	return i;
+}
+
+void sim_udp_receive(struct sim_server *server, uint64_t now_ns)
+{
+	uint8_t bytes[SIM_LINK_BYTES + 1];
+	struct sockaddr_in from;
+
+	for (unsigned int i = 0; i < PACKETS_PER_TURN; i++) {
+		socklen_t size = sizeof(from);
+		ssize_t len = recvfrom(server->udp, bytes, sizeof(bytes), 0,
+				       (struct sockaddr *)&from, &size);
+
+		if (len < 0)
+			return;
+		if (len == 0)
+			sim_search_asked(server, now_ns, &from);
+		else
+			sim_rig_send_from(server->rig, now_ns, number_of(server, &from), bytes,
+					  (size_t)len);
+	}
+}
+
+/* A client which is gone, or a full buffer: the reply is lost, as on a wire. */
+void sim_udp_send(struct sim_server *server, uint32_t peer, const uint8_t *bytes, size_t len)
+{
+	if (peer < server->peers)
+		sendto(server->udp, bytes, len, 0, (struct sockaddr *)&server->peer[peer],
+		       sizeof(server->peer[peer]));
+}
