@@ -1,0 +1,8 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# build-rust.sh CARGO MANIFEST TARGET_DIRECTORY OUTPUT: build the crate, hand
+# over the archive. Sanitizer and other C flags of the build are not for Rust.
+set -eu
+unset RUSTFLAGS CARGO_BUILD_TARGET CARGO_TARGET_DIR
+"$1" build --release --locked --manifest-path "$2" --target-dir "$3"
+cp "$3/release/libpokeys_iox.a" "$4"

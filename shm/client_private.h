@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+/* What the files of the client share. */
+#ifndef SHM_CLIENT_PRIVATE_H
+#define SHM_CLIENT_PRIVATE_H
+
+#include <pthread.h>
+#include <stdbool.h>
+#include <pokeys/shm.h>
+#include "shm/handover.h"
+#include "shm/iox.h"
+#include "shm/runtime.h"
+
+enum { CLIENT_WHY_MAX = 256 };
+
+struct client_status {
+	pthread_mutex_t lock;
+	enum pokeys_client_state state;
+	char why[CLIENT_WHY_MAX];
+};
+
+struct client_follower {
+	pthread_t thread;
+	pthread_mutex_t lock;
+	pthread_cond_t wake;
+	unsigned int interval_ms;
+	bool running;
+	bool stop;
+};
+
+struct pokeys_client {
+	char directory[SHM_DIRECTORY_MAX];
+	char device[POKEYS_SHM_NAME_MAX];
+	char program[POKEYS_SHM_NAME_MAX];
+	unsigned int flags;
+
+	/* for the realtime thread; NULL while not attached */
+	struct handover state;		/* struct iox_state_reader */
+	struct handover diag;		/* struct iox_diag_reader */
+	struct handover command;	/* struct iox_command_writer */
+
+	/* of the thread that polls, under `cold` */
+	pthread_mutex_t cold;
+	struct iox_node *node;
+	struct iox_listener *listener;
+	char root_name[SHM_ROOT_NAME_MAX];	/* attached to; "" = to none */
+
+	struct client_status status;
+	struct client_follower follower;
+};
+
+/* Attach to the root of this name: 0, or -errno with the reason in `why`. */
+int client_attach(struct pokeys_client *client, const char *root_name, char *why, size_t size);
+/* Give everything back. Waits for a realtime visit that is under way. */
+void client_detach(struct pokeys_client *client);
+
+int client_follow_start(struct pokeys_client *client, unsigned int interval_ms);
+void client_follow_end(struct pokeys_client *client);
+
+#endif

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The daemon's side of the shared memory: owns the runtime folder, creates
+ * the services of each device, publishes state and takes commands.
+ *
+ * <runtime>/lock          held (flock) by the one daemon of this folder, says its pid
+ * <runtime>/e.<epoch>/    everything of this start, root path of iceoryx2
+ * <runtime>/e.<epoch>/manifest   its layouts, devices and segments, as text
+ * <runtime>/current       link to it, renamed into place when all is ready
+ *
+ * Who may reach the folder may write everything in it (readers map for
+ * writing). So the group is trusted not to break things, and nothing it writes
+ * is believed: images are judged whenever they are read.
+ *
+ * Threads: host_* and device_open..close belong to the control thread (cold);
+ * the functions marked realtime to the realtime thread.
+ */
+#ifndef SHM_HOST_H
+#define SHM_HOST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <pokeys/shm.h>
+
+struct shm_host;
+struct shm_device;
+
+/*
+ * Take the runtime folder (made with mode 2770 if missing) and make a fresh
+ * root in it; roots of dead daemons are removed. `group` (NULL = leave) gets
+ * access: a name or a number; the folder then belongs to it and is 2770 (one
+ * that exists, is otherwise and holds other things is refused instead). 0, or
+ * -errno with one line in `why`: -EBUSY another daemon holds it. With 0 `why`
+ * is empty or holds a warning.
+ */
+int shm_host_open(struct shm_host **out, const char *runtime_directory, const char *group,
+		  char *why, size_t size);
+
+/* Add a device before publish. -EEXIST, -EINVAL (name), -errno. */
+int shm_host_add(struct shm_host *host, const char *name, struct shm_device **out,
+		 char *why, size_t size);
+
+/* Let clients find it: swap the `current` link. */
+int shm_host_publish(struct shm_host *host, char *why, size_t size);
+
+/* This start's number, as state.epoch wants it. */
+uint64_t shm_host_epoch(const struct shm_host *host);
+
+/*
+ * Clean up after dead clients; if the commander of a device is dead, make its
+ * command service anew so that the next one can attach. Call a few times a
+ * second. Returns how many dead ones were found, or -errno.
+ */
+int shm_host_maintain(struct shm_host *host);
+
+/* Wake everyone who waits for this device. Cold (never from the realtime thread). */
+int shm_device_notify(struct shm_device *device);
+
+/* Commanders attached (0 or 1). Cold. */
+int shm_device_commanders(struct shm_device *device);
+
+/* Remove the link and the root, release the lock. NULL is allowed. */
+void shm_host_close(struct shm_host *host);
+
+/*
+ * Realtime. Publish one whole image (magic, version, hash and epoch are filled
+ * in). Wait-free, no system call. Loan gives the cell to fill in place: its
+ * content is that of two updates ago, all of it must be rewritten.
+ */
+void shm_device_write(struct shm_device *device, const struct pokeys_state *state);
+struct pokeys_state *shm_device_loan(struct shm_device *device);
+void shm_device_commit(struct shm_device *device);
+void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *diag);
+
+/*
+ * Realtime. The newest command image: 1 = *out is a whole image of our
+ * layout; 0 = nobody has ever written; -EPROTO = something is there that is not one
+ * (refused and counted by the caller). Values inside are not judged here.
+ */
+int shm_device_read_command(struct shm_device *device, struct pokeys_command *out);
+
+#endif

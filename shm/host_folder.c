@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The runtime folder from the daemon's side: take it, lock it, clear it, make
+ * a root in it.
+ *
+ * One daemon per folder: the lock is an flock on a file, given up by the
+ * kernel however the daemon ends. The file is removed at a clean end, so
+ * taking the lock makes sure that the file which was locked is still the one
+ * that has the name; otherwise two daemons could hold two files.
+ *
+ * Access is by group: the folder is 2770 (set-group-id, so that everything
+ * below belongs to the group), and iceoryx2's files are writable for all who
+ * can reach them. A folder that everybody may write to is refused, and the
+ * mode of one that somebody else made is left alone unless a group is wanted.
+ */
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <grp.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/vfs.h>
+#include <linux/magic.h>
+#include <time.h>
+#include <unistd.h>
+#include "shm/host_private.h"
+#include "shm/say.h"
+
+#define GROUP_NONE ((gid_t)-1)
+
+static int group_id(const char *group, gid_t *out, char *why, size_t size)
+{
+	struct group *entry;
+	char *end;
+	unsigned long number;
+
+	*out = GROUP_NONE;
+	if (!group)
+		return 0;
+	entry = getgrnam(group);
+	if (entry) {
+		*out = entry->gr_gid;
+		return 0;
+	}
+	number = strtoul(group, &end, 10);
+	if (!*group || *end)
+		return say(why, size, -ENOENT,
+			   "group '%.40s' does not exist; create it (groupadd -r %.40s) or set "
+			   "another", group, group);
+	*out = (gid_t)number;
+	return 0;
+}
+
+/* Names that a daemon gives; "." and ".." are in every folder. */
+static bool is_ours(const char *name)
+{
+	static const char *const names[] = { ".", "..", "lock", "current", ".current", NULL };
+
+	for (size_t i = 0; names[i]; i++) {
+		if (!strcmp(name, names[i]))
+			return true;
+	}
+	return runtime_root_name_ok(name);
+}
+
+/* Somebody may have named /etc: a folder with other things in it is not changed. */
+static int check_own(const struct shm_host *host, gid_t gid, char *why, size_t size)
+{
+	DIR *folder = opendir(host->directory);
+	struct dirent *entry;
+	int r = 0;
+
+	if (!folder)
+		return say(why, size, -errno, "%s: %s", host->directory, strerror(errno));
+	while (!r && (entry = readdir(folder))) {
+		if (!is_ours(entry->d_name))
+			r = say(why, size, -ENOTEMPTY,
+				"%s: holds '%.40s', which is not pokeysd's; give the daemon a "
+				"folder of its own, group %u, mode 2770",
+				host->directory, entry->d_name, (unsigned int)gid);
+	}
+	closedir(folder);
+	return r;
+}
+
+static int give_to_group(struct shm_host *host, gid_t gid, char *why, size_t size)
+{
+	if (fchown(host->directory_fd, (uid_t)-1, gid))
+		return say(why, size, -errno,
+			   "%s: cannot be given to group %u: %s; do it as root (chgrp)",
+			   host->directory, (unsigned int)gid, strerror(errno));
+	if (fchmod(host->directory_fd, 02770))
+		return say(why, size, -errno, "%s: mode cannot be set to 2770: %s",
+			   host->directory, strerror(errno));
+	return 0;
+}
+
+static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t size)
+{
+	bool made = !mkdir(host->directory, 02770);
+	struct stat status;
+	int r;
+
+	if (!made && errno != EEXIST)
+		return say(why, size, -errno, "%s: cannot be made: %s", host->directory,
+			   strerror(errno));
+	host->directory_fd = open(host->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+	if (host->directory_fd < 0 || fstat(host->directory_fd, &status))
+		return say(why, size, -errno, "%s: %s", host->directory, strerror(errno));
+	if (made)
+		return give_to_group(host, gid, why, size);
+	if (status.st_mode & S_IWOTH)
+		return say(why, size, -EPERM,
+			   "%s: everybody may write there; give the daemon a folder of its own, "
+			   "mode 2770", host->directory);
+	if (gid == GROUP_NONE ||
+	    (status.st_gid == gid && (status.st_mode & 07777) == 02770))
+		return 0;
+	r = check_own(host, gid, why, size);
+	return r ? r : give_to_group(host, gid, why, size);
+}
+
+static int lock_busy(struct shm_host *host, int fd, char *why, size_t size)
+{
+	char text[24] = "";
+	ssize_t length = pread(fd, text, sizeof(text) - 1, 0);
+	long pid = length > 0 ? strtol(text, NULL, 10) : 0;
+
+	return say(why, size, -EBUSY,
+		   "another pokeysd (pid %ld) holds %s; stop it, or choose another runtime folder",
+		   pid, host->directory);
+}
+
+/* 1 = locked, 0 = it was another file by then: once more. */
+static int try_lock(struct shm_host *host, char *why, size_t size)
+{
+	struct stat ours, named;
+	int fd = openat(host->directory_fd, "lock",
+			O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600);
+	int r;
+
+	if (fd < 0)
+		return say(why, size, -errno, "%s/lock: %s%s", host->directory, strerror(errno),
+			   errno == EACCES ? "; it belongs to another user's daemon" : "");
+	if (fstat(fd, &ours) || !S_ISREG(ours.st_mode)) {
+		close(fd);
+		return say(why, size, -EPROTO, "%s/lock: not a file; remove it", host->directory);
+	}
+	if (flock(fd, LOCK_EX | LOCK_NB)) {
+		r = errno == EWOULDBLOCK ? lock_busy(host, fd, why, size) :
+		    say(why, size, -errno, "%s/lock: %s", host->directory, strerror(errno));
+		close(fd);
+		return r;
+	}
+	if (fstatat(host->directory_fd, "lock", &named, AT_SYMLINK_NOFOLLOW) ||
+	    named.st_ino != ours.st_ino) {
+		close(fd);
+		return 0;
+	}
+	host->lock_fd = fd;
+	return 1;
+}
+
+static int take_lock(struct shm_host *host, char *why, size_t size)
+{
+	char text[24];
+	int length;
+	int r;
+
+	do {
+		r = try_lock(host, why, size);
+	} while (!r);
+	if (r < 0)
+		return r;
+	length = snprintf(text, sizeof(text), "%ld\n", (long)getpid());
+	if (ftruncate(host->lock_fd, 0) ||
+	    pwrite(host->lock_fd, text, (size_t)length, 0) != length)
+		return say(why, size, -EIO, "%s/lock: cannot be written: %s", host->directory,
+			   strerror(errno));
+	return 0;
+}
+
+/*
+ * The link first, so that nobody finds the way into what is being removed. A
+ * client that was on its way already may still keep a folder from becoming
+ * empty; that is no reason to be without a daemon: the next start removes it.
+ */
+static int remove_stale(struct shm_host *host, char *why, size_t size)
+{
+	int r;
+
+	unlinkat(host->directory_fd, "current", 0);
+	unlinkat(host->directory_fd, ".current", 0);
+	r = runtime_remove_stale(host->directory_fd, NULL);
+	if (r && r != -ENOTEMPTY)
+		return say(why, size, r,
+			   "%s: what a dead daemon left cannot be removed: %s; remove %s/e.* as "
+			   "root", host->directory, strerror(-r), host->directory);
+	return 0;
+}
+
+static int make_folder(int parent_fd, const char *name, gid_t gid)
+{
+	int fd;
+	int r = 0;
+
+	if (mkdirat(parent_fd, name, 02770))
+		return -errno;
+	fd = openat(parent_fd, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+	if (fd < 0)
+		return -errno;
+	if ((gid != GROUP_NONE && fchown(fd, (uid_t)-1, gid)) || fchmod(fd, 02770))
+		r = -errno;
+	close(fd);
+	return r;
+}
+
+static int make_root(struct shm_host *host, gid_t gid, char *why, size_t size)
+{
+	struct timespec now;
+	int r;
+
+	do {
+		clock_gettime(CLOCK_MONOTONIC, &now);
+		host->manifest.epoch = (uint64_t)now.tv_sec * 1000000u +
+				       (uint64_t)now.tv_nsec / 1000u;
+		snprintf(host->root_name, sizeof(host->root_name), "e.%" PRIx64,
+			 host->manifest.epoch);
+		r = make_folder(host->directory_fd, host->root_name, gid);
+	} while (r == -EEXIST);
+	snprintf(host->root, sizeof(host->root), "%s/%s", host->directory, host->root_name);
+	if (r)
+		return say(why, size, r, "%s: cannot be made: %s", host->root, strerror(-r));
+	return 0;
+}
+
+static void warn_of_disk(const struct shm_host *host, char *why, size_t size)
+{
+	struct statfs status;
+
+	if (!fstatfs(host->directory_fd, &status) && status.f_type != TMPFS_MAGIC &&
+	    status.f_type != RAMFS_MAGIC)
+		say(why, size, 0,
+		    "%s is not on a tmpfs: publishing may wait for the disk",
+		    host->directory);
+}
+
+int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t size)
+{
+	gid_t gid;
+	int r = group_id(group, &gid, why, size);
+
+	if (!r)
+		r = open_directory(host, gid, why, size);
+	if (!r)
+		r = take_lock(host, why, size);
+	if (!r)
+		r = remove_stale(host, why, size);
+	if (!r)
+		r = make_root(host, gid, why, size);
+	if (!r)
+		warn_of_disk(host, why, size);
+	return r;
+}
+
+void shm_folder_give_back(struct shm_host *host)
+{
+	if (host->root[0])
+		runtime_remove_tree(host->directory_fd, host->root_name);
+	if (host->lock_fd >= 0) {
+		unlinkat(host->directory_fd, "lock", 0);
+		close(host->lock_fd);
+	}
+	if (host->directory_fd >= 0)
+		close(host->directory_fd);
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+/* What the files of the host share. */
+#ifndef SHM_HOST_PRIVATE_H
+#define SHM_HOST_PRIVATE_H
+
+#include "shm/handover.h"
+#include "shm/host.h"
+#include "shm/iox.h"
+#include "shm/manifest.h"
+#include "shm/runtime.h"
+
+struct shm_device {
+	struct shm_host *host;
+	char name[POKEYS_SHM_NAME_MAX];
+	struct iox_state_writer *state;
+	struct iox_diag_writer *diag;
+	struct iox_notifier *notifier;
+	struct handover command;	/* iox_command_reader, or NULL for a moment */
+	bool recycle;			/* the last commander died: its place is to be made anew */
+};
+
+struct shm_host {
+	char directory[SHM_DIRECTORY_MAX];
+	char root_name[SHM_ROOT_NAME_MAX];
+	char root[SHM_PATH_MAX];
+	int directory_fd;
+	int lock_fd;
+	struct iox_node *node;
+	struct manifest manifest;
+	bool published;
+	struct shm_device devices[SHM_DEVICES_MAX];
+	size_t count;
+};
+
+/* Folder, lock and root: 0, or -errno; then give back what was taken all the same. */
+int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t size);
+void shm_folder_give_back(struct shm_host *host);
+
+int shm_device_open(struct shm_device *device, struct shm_host *host, const char *name,
+		    char *why, size_t size);
+void shm_device_close(struct shm_device *device);
+
+/* After a death: 1 the commander's place was made anew, 0 it was free, -EAGAIN try again. */
+int shm_device_recycle(struct shm_device *device);
+
+#endif

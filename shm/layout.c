@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The layouts as the C compiler sees them, held against the numbers that the
+ * headers publish: a compiler or an option that lays them out differently
+ * does not get to build a library. The full comparison, member by member and
+ * with Rust and Python, is the test `shm: layout`.
+ */
+#include <stddef.h>
+#include <pokeys/shm.h>
+
+#define SAME(type, member, offset) \
+	_Static_assert(offsetof(struct type, member) == (offset), #type "." #member " has moved")
+#define WHOLE(type, bytes) \
+	_Static_assert(sizeof(struct type) == (bytes) && _Alignof(struct type) == 8, \
+		       #type " has another size or alignment")
+
+WHOLE(pokeys_state, 2136);
+SAME(pokeys_state, identity, 128);
+SAME(pokeys_state, capability, 208);
+SAME(pokeys_state, digital_in, 296);
+SAME(pokeys_state, engine, 1072);
+SAME(pokeys_state, one_shot, 1824);
+SAME(pokeys_state, statistics, 1976);
+
+WHOLE(pokeys_diag, 3280);
+SAME(pokeys_diag, wakeup, 144);
+SAME(pokeys_diag, cycle_work, 2832);
+
+WHOLE(pokeys_command, 4656);
+SAME(pokeys_command, digital_out, 56);
+SAME(pokeys_command, axis, 424);
+SAME(pokeys_command, one_shot, 560);
+
+uint64_t pokeys_shm_layout(unsigned int image)
+{
+	static const uint64_t hashes[] = {
+		[POKEYS_SHM_STATE] = POKEYS_STATE_HASH,
+		[POKEYS_SHM_DIAG] = POKEYS_DIAG_HASH,
+		[POKEYS_SHM_COMMAND] = POKEYS_COMMAND_HASH,
+	};
+
+	return image < sizeof(hashes) / sizeof(hashes[0]) ? hashes[image] : 0;
+}

@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The manifest: a small text file in each root that says which layouts the
+ * daemon speaks and which devices it has.
+ *
+ * Two programs of different versions must part with words that a person can
+ * act on, and that can only be said by reading something both understand. So
+ * this file is text, one "key values" per line; unknown keys are passed over,
+ * and that is how it may grow. Whoever reads it believes nothing: not a
+ * regular file, too long, a device name that cannot be, a missing layout are
+ * all -EPROTO. It is written under another name and renamed, so that it is
+ * there whole or not at all.
+ */
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include "shm/manifest.h"
+#include "shm/say.h"
+#include "shm/segments.h"
+
+enum {
+	MANIFEST_MAX = 128 * 1024,	/* 32 devices with 13 files each need 40 kB */
+	MANIFEST_PATH_MAX = SHM_PATH_MAX + sizeof(SHM_MANIFEST) + 2,
+};
+
+static void read_boot(char boot[static 40])
+{
+	FILE *file = fopen("/proc/sys/kernel/random/boot_id", "re");
+
+	if (!file || fscanf(file, "%39s", boot) != 1)
+		strcpy(boot, "unknown");
+	if (file)
+		fclose(file);
+}
+
+void manifest_init(struct manifest *manifest)
+{
+	*manifest = (struct manifest){
+		.pid = getpid(),
+		.state = { POKEYS_STATE_VERSION, POKEYS_STATE_HASH, sizeof(struct pokeys_state) },
+		.diag = { POKEYS_DIAG_VERSION, POKEYS_DIAG_HASH, sizeof(struct pokeys_diag) },
+		.command = { POKEYS_COMMAND_VERSION, POKEYS_COMMAND_HASH,
+			     sizeof(struct pokeys_command) },
+		.iceoryx2 = "0.10.0",
+	};
+	read_boot(manifest->boot);
+}
+
+static void print_layout(FILE *file, const char *name, const struct manifest_layout *layout)
+{
+	fprintf(file, "%s %u %016" PRIx64 " %" PRIu64 "\n", name, layout->version, layout->hash,
+		layout->size);
+}
+
+static int print_manifest(FILE *file, const char *root, const struct manifest *manifest)
+{
+	fprintf(file, "pokeysd %ld\nboot %s\nepoch %" PRIx64 "\niceoryx2 %s\n", manifest->pid,
+		manifest->boot, manifest->epoch, manifest->iceoryx2);
+	print_layout(file, "state", &manifest->state);
+	print_layout(file, "diag", &manifest->diag);
+	print_layout(file, "command", &manifest->command);
+	for (size_t i = 0; i < manifest->devices; i++)
+		fprintf(file, "device %s\n", manifest->device[i]);
+	return segments_print(root, file);
+}
+
+int manifest_write(const char *root, const struct manifest *manifest)
+{
+	char temporary[MANIFEST_PATH_MAX];
+	char path[MANIFEST_PATH_MAX];
+	FILE *file;
+	int fd;
+	int r;
+
+	snprintf(temporary, sizeof(temporary), "%s/." SHM_MANIFEST, root);
+	snprintf(path, sizeof(path), "%s/" SHM_MANIFEST, root);
+	fd = open(temporary, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0640);
+	if (fd < 0)
+		return -errno;
+	file = fdopen(fd, "w");
+	if (!file) {
+		close(fd);
+		return -ENOMEM;
+	}
+	fchmod(fd, 0640);	/* whatever the umask says, the group reads it */
+	r = print_manifest(file, root, manifest);
+	if (fclose(file) && !r)
+		r = -errno;
+	if (!r && rename(temporary, path))
+		r = -errno;
+	return r;
+}
+
+/* A FIFO or a device in its place must not hold us up: O_NONBLOCK, then look. */
+static int open_manifest(const char *root, size_t *bytes)
+{
+	char path[MANIFEST_PATH_MAX];
+	struct stat status;
+	int fd;
+
+	snprintf(path, sizeof(path), "%s/" SHM_MANIFEST, root);
+	fd = open(path, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+	if (fd < 0)
+		return errno == ELOOP || errno == ENXIO ? -EPROTO : -errno;
+	if (fstat(fd, &status) || !S_ISREG(status.st_mode) || status.st_size <= 0 ||
+	    status.st_size > MANIFEST_MAX) {
+		close(fd);
+		return -EPROTO;
+	}
+	*bytes = (size_t)status.st_size;
+	return fd;
+}
+
+/* The whole text, NUL terminated; freed by the caller. */
+static int slurp(const char *root, char **out)
+{
+	size_t bytes = 0;
+	ssize_t length;
+	char *text;
+	int fd = open_manifest(root, &bytes);
+
+	if (fd < 0)
+		return fd;
+	text = malloc(bytes + 1);
+	length = text ? read(fd, text, bytes) : -1;
+	close(fd);
+	if (length < 0 || memchr(text, 0, (size_t)length)) {
+		free(text);
+		return text ? -EPROTO : -ENOMEM;
+	}
+	text[length] = '\0';
+	*out = text;
+	return 0;
+}
+
+static int parse_layout(const char *line, const char *name, struct manifest_layout *layout)
+{
+	size_t length = strlen(name);
+
+	if (strncmp(line, name, length) || line[length] != ' ')
+		return 0;
+	if (sscanf(line + length, " %u %" SCNx64 " %" SCNu64, &layout->version, &layout->hash,
+		   &layout->size) != 3)
+		return -EPROTO;
+	return 1;
+}
+
+static int parse_device(struct manifest *manifest, const char *name)
+{
+	if (!runtime_device_name_ok(name) || manifest->devices == SHM_DEVICES_MAX)
+		return -EPROTO;
+	snprintf(manifest->device[manifest->devices++], POKEYS_SHM_NAME_MAX, "%s", name);
+	return 1;
+}
+
+static int parse_line(struct manifest *manifest, const char *line)
+{
+	int r;
+
+	if (!strncmp(line, "device ", 7))
+		return parse_device(manifest, line + 7);
+	if (sscanf(line, "pokeysd %ld", &manifest->pid) == 1 ||
+	    sscanf(line, "boot %39s", manifest->boot) == 1 ||
+	    sscanf(line, "epoch %" SCNx64, &manifest->epoch) == 1 ||
+	    sscanf(line, "iceoryx2 %15s", manifest->iceoryx2) == 1)
+		return 0;
+	r = parse_layout(line, "state", &manifest->state);
+	if (!r)
+		r = parse_layout(line, "diag", &manifest->diag);
+	if (!r)
+		r = parse_layout(line, "command", &manifest->command);
+	return r;
+}
+
+static int parse(struct manifest *manifest, char *text)
+{
+	char *line;
+
+	memset(manifest, 0, sizeof(*manifest));
+	while ((line = strsep(&text, "\n"))) {
+		if (parse_line(manifest, line) < 0)
+			return -EPROTO;
+	}
+	return manifest->state.size && manifest->diag.size && manifest->command.size &&
+	       manifest->iceoryx2[0] ? 0 : -EPROTO;
+}
+
+int manifest_read(const char *root, struct manifest *out)
+{
+	char *text;
+	int r = slurp(root, &text);
+
+	if (r)
+		return r;
+	r = parse(out, text);
+	free(text);
+	return r;
+}
+
+int manifest_check_segments(const char *root, char *why, size_t size)
+{
+	char name[256];
+	uint64_t bytes;
+	char *text, *rest, *line;
+	int r = slurp(root, &text);
+
+	if (r)
+		return r;
+	rest = text;
+	while (!r && (line = strsep(&rest, "\n"))) {
+		if (sscanf(line, "segment %255s %" SCNu64, name, &bytes) == 2)
+			r = segment_check(root, name, bytes, why, size);
+	}
+	free(text);
+	return r;
+}
+
+bool manifest_gone(const char *root)
+{
+	char path[MANIFEST_PATH_MAX];
+
+	snprintf(path, sizeof(path), "%s/" SHM_MANIFEST, root);
+	return access(path, F_OK) && errno == ENOENT;
+}
+
+static int check_layout(const char *name, const struct manifest_layout *theirs,
+			const struct manifest_layout *ours, char *why, size_t size)
+{
+	if (theirs->version != ours->version)
+		return say(why, size, -EPROTONOSUPPORT,
+			   "the daemon speaks %s layout %u, this program %u; "
+			   "install daemon and program of one version",
+			   name, theirs->version, ours->version);
+	if (theirs->hash != ours->hash || theirs->size != ours->size)
+		return say(why, size, -EPROTONOSUPPORT,
+			   "the daemon speaks %s layout %u.%08x, this program %u.%08x; "
+			   "install daemon and program of one build",
+			   name, theirs->version, (unsigned int)(theirs->hash >> 32),
+			   ours->version, (unsigned int)(ours->hash >> 32));
+	return 0;
+}
+
+int manifest_check(const struct manifest *manifest, char *why, size_t size)
+{
+	struct manifest ours;
+	int r;
+
+	manifest_init(&ours);
+	if (strcmp(manifest->boot, ours.boot))
+		return say(why, size, -ENOENT,
+			   "the last daemon ran before this machine was started; "
+			   "is pokeysd running?");
+	if (strcmp(manifest->iceoryx2, ours.iceoryx2))
+		return say(why, size, -EPROTONOSUPPORT,
+			   "the daemon uses iceoryx2 %s, this program %s; "
+			   "install daemon and program of one version",
+			   manifest->iceoryx2, ours.iceoryx2);
+	r = check_layout("state", &manifest->state, &ours.state, why, size);
+	if (!r)
+		r = check_layout("diag", &manifest->diag, &ours.diag, why, size);
+	if (!r)
+		r = check_layout("command", &manifest->command, &ours.command, why, size);
+	return r;
+}
+
+bool manifest_has_device(const struct manifest *manifest, const char *name)
+{
+	for (size_t i = 0; i < manifest->devices; i++) {
+		if (!strcmp(manifest->device[i], name))
+			return true;
+	}
+	return false;
+}

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What a realtime thread does with a client: read and write images.
+ *
+ * Nothing here makes a system call, allocates or can panic: a visit to a
+ * handover, a copy, a few atomic operations. The images are judged behind the
+ * border (rust/src/layout.rs), before a byte of them reaches the caller.
+ */
+#include <errno.h>
+#include <string.h>
+#include "shm/client_private.h"
+
+/* The daemon's first value is a whole image; nothing at all is as foreign as garbage. */
+static int judged(int r)
+{
+	return r == 1 ? 0 : -EPROTO;
+}
+
+int pokeys_client_read(pokeys_client *client, struct pokeys_state *out)
+{
+	const struct iox_state_reader *reader = handover_take(&client->state);
+	int r = reader ? judged(iox_state_read(reader, out)) : -ENOTCONN;
+
+	handover_give_back(&client->state);
+	return r;
+}
+
+int pokeys_client_read_diag(pokeys_client *client, struct pokeys_diag *out)
+{
+	const struct iox_diag_reader *reader = handover_take(&client->diag);
+	int r = reader ? judged(iox_diag_read(reader, out)) : -ENOTCONN;
+
+	handover_give_back(&client->diag);
+	return r;
+}
+
+static void write_cell(struct iox_command_writer *writer, const struct pokeys_command *command)
+{
+	struct pokeys_command *cell = iox_command_loan(writer);
+
+	if (!cell)
+		return;
+	memcpy(cell, command, sizeof(*cell));
+	cell->magic = POKEYS_COMMAND_MAGIC;
+	cell->version = POKEYS_COMMAND_VERSION;
+	cell->size_units = sizeof(*cell) / 8;
+	cell->hash = POKEYS_COMMAND_HASH;
+	iox_command_commit(writer);
+}
+
+int pokeys_client_write(pokeys_client *client, const struct pokeys_command *command)
+{
+	struct iox_command_writer *writer;
+
+	if (!(client->flags & POKEYS_CLIENT_COMMANDER))
+		return -EPERM;
+	writer = handover_take(&client->command);
+	if (writer)
+		write_cell(writer, command);
+	handover_give_back(&client->command);
+	return writer ? 0 : -ENOTCONN;
+}

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: MIT
+//! An image: a blackboard with one entry, one writer, many readers.
+//!
+//! The generic part is written once; the macro at the end gives each image its
+//! set of C functions.
+
+use crate::layout::{Judge, PokeysCommand, PokeysDiag, PokeysState, Verdict};
+use crate::libc_errno::EPROTO;
+use crate::node::NodeHandle;
+use crate::service::Files;
+use crate::{guard, string, Error, Failure};
+use iceoryx2::port::reader::{EntryHandle, Reader};
+use iceoryx2::port::writer::{EntryHandleMut, EntryValueUninit, Writer};
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::blackboard::PortFactory;
+use iceoryx2::service::port_factory::PortFactory as _;
+use std::ffi::{c_char, c_int};
+use std::fmt::Debug;
+use std::{mem, ptr};
+
+/// POKEYS_SHM_READERS in shm.h.
+const MAX_READERS: usize = 32;
+/// Each reader, writer and the daemon is a node; and dead ones not yet reaped.
+const MAX_NODES: usize = 2 * MAX_READERS + 8;
+const KEY: u64 = 1;
+
+pub trait Value: ZeroCopySend + Copy + Debug + 'static {}
+impl<T: ZeroCopySend + Copy + Debug + 'static> Value for T {}
+
+/// Holds the service that this process created.
+pub struct Image {
+    _service: PortFactory<Files, u64>,
+}
+
+/// The right to write, or the cell that is being filled.
+enum Cell<T: Value> {
+    Idle(EntryHandleMut<Files, u64, T>),
+    Loaned(EntryValueUninit<Files, u64, T>),
+    /// Only while one is made of the other.
+    Taken,
+}
+
+/// The writer port must live as long as the entry: when a process dies, the
+/// port is what the one who cleans up finds, and frees the writer's place by.
+/// Fields are dropped in order, so the entry goes first.
+pub struct ImageWriter<T: Value> {
+    cell: Cell<T>,
+    _port: Writer<Files, u64>,
+    _service: PortFactory<Files, u64>,
+}
+
+pub struct ImageReader<T: Value> {
+    entry: EntryHandle<Files, u64, T>,
+    _port: Reader<Files, u64>,
+    _service: PortFactory<Files, u64>,
+}
+
+unsafe fn service_name(name: *const c_char) -> Result<ServiceName, Failure> {
+    ServiceName::new(unsafe { string(name) }?).map_err(Failure::from_debug)
+}
+
+unsafe fn open_service(
+    node: *const NodeHandle,
+    name: *const c_char,
+) -> Result<PortFactory<Files, u64>, Failure> {
+    unsafe { &*node }
+        .0
+        .service_builder(&unsafe { service_name(name) }?)
+        .blackboard_opener::<u64>()
+        .open()
+        .map_err(Failure::from_debug)
+}
+
+impl Image {
+    unsafe fn create<T: Value>(
+        node: *const NodeHandle,
+        name: *const c_char,
+        first: T,
+    ) -> Result<Self, Failure> {
+        let service = unsafe { &*node }
+            .0
+            .service_builder(&unsafe { service_name(name) }?)
+            .blackboard_creator::<u64>()
+            .max_readers(MAX_READERS)
+            .max_nodes(MAX_NODES)
+            .add::<T>(KEY, first)
+            .create()
+            .map_err(Failure::from_debug)?;
+        Ok(Image { _service: service })
+    }
+}
+
+impl<T: Value> ImageWriter<T> {
+    unsafe fn open(node: *const NodeHandle, name: *const c_char) -> Result<Self, Failure> {
+        let service = unsafe { open_service(node, name) }?;
+        let port = service
+            .writer_builder()
+            .create()
+            .map_err(Failure::from_debug)?;
+        let entry = port.entry::<T>(&KEY).map_err(Failure::from_debug)?;
+        Ok(ImageWriter {
+            cell: Cell::Idle(entry),
+            _port: port,
+            _service: service,
+        })
+    }
+
+    /// Assign without dropping what was there, for that is `Taken`: a drop here
+    /// would bring code that can panic into the realtime path.
+    fn put(&mut self, cell: Cell<T>) {
+        unsafe { ptr::write(&mut self.cell, cell) }
+    }
+
+    fn loan(&mut self) -> *mut T {
+        let mut loan = match mem::replace(&mut self.cell, Cell::Taken) {
+            Cell::Idle(entry) => entry.loan_uninit(),
+            Cell::Loaned(loan) => loan,
+            Cell::Taken => return ptr::null_mut(),
+        };
+        let value = loan.value_mut().as_mut_ptr();
+        self.put(Cell::Loaned(loan));
+        value
+    }
+
+    fn commit(&mut self) {
+        let cell = match mem::replace(&mut self.cell, Cell::Taken) {
+            Cell::Loaned(loan) => Cell::Idle(unsafe { loan.assume_init_and_update() }),
+            other => other,
+        };
+        self.put(cell);
+    }
+}
+
+impl<T: Value> ImageReader<T> {
+    unsafe fn open(node: *const NodeHandle, name: *const c_char) -> Result<Self, Failure> {
+        let service = unsafe { open_service(node, name) }?;
+        let port = service
+            .reader_builder()
+            .create()
+            .map_err(Failure::from_debug)?;
+        let entry = port.entry::<T>(&KEY).map_err(Failure::from_debug)?;
+        Ok(ImageReader {
+            entry,
+            _port: port,
+            _service: service,
+        })
+    }
+}
+
+fn give<T>(value: T, out: *mut *mut T) -> c_int {
+    unsafe { *out = Box::into_raw(Box::new(value)) };
+    0
+}
+
+fn take<T>(handle: *mut T) {
+    guard(ptr::null_mut(), || {
+        drop(unsafe { Box::from_raw(handle) });
+        Ok(0)
+    });
+}
+
+/// # Safety
+/// `image` comes from one of the create functions and is not used again.
+#[no_mangle]
+pub unsafe extern "C" fn iox_image_destroy(image: *mut Image) {
+    take(image)
+}
+
+/// How many writers an image has, without becoming one: opens the service and
+/// looks. `pid` (may be NULL) gets the process of the last one seen.
+///
+/// # Safety
+/// Valid handle and string. Cold.
+#[no_mangle]
+pub unsafe extern "C" fn iox_writers(
+    node: *const NodeHandle,
+    name: *const c_char,
+    pid: *mut i32,
+    error: *mut Error,
+) -> c_int {
+    guard(error, || {
+        let service = unsafe { open_service(node, name) }?;
+        let mut count = 0;
+        service.dynamic_config().list_writers(|writer| {
+            count += 1;
+            if let (Some(pid), Ok(id)) = (unsafe { pid.as_mut() }, writer.node_id.pid::<Files>()) {
+                *pid = id.value();
+            }
+            CallbackProgression::Continue
+        });
+        Ok(count)
+    })
+}
+
+macro_rules! image {
+    ($value:ty, $create:ident, $writer_open:ident, $loan:ident, $commit:ident, $writer_close:ident,
+     $reader_open:ident, $read:ident, $reader_close:ident) => {
+        /// # Safety
+        /// Valid handles and strings; `first` is a whole image. Cold.
+        #[no_mangle]
+        pub unsafe extern "C" fn $create(
+            node: *const NodeHandle,
+            name: *const c_char,
+            first: *const $value,
+            out: *mut *mut Image,
+            error: *mut Error,
+        ) -> c_int {
+            guard(error, || {
+                Ok(give(unsafe { Image::create(node, name, *first) }?, out))
+            })
+        }
+        /// # Safety
+        /// Valid handles and strings. Cold.
+        #[no_mangle]
+        pub unsafe extern "C" fn $writer_open(
+            node: *const NodeHandle,
+            name: *const c_char,
+            out: *mut *mut ImageWriter<$value>,
+            error: *mut Error,
+        ) -> c_int {
+            guard(error, || {
+                Ok(give(unsafe { ImageWriter::open(node, name) }?, out))
+            })
+        }
+        /// The cell to fill in place; its content is that of two updates ago.
+        ///
+        /// # Safety
+        /// Valid handle. Hot.
+        #[no_mangle]
+        pub unsafe extern "C" fn $loan(writer: *mut ImageWriter<$value>) -> *mut $value {
+            unsafe { &mut *writer }.loan()
+        }
+        /// # Safety
+        /// Valid handle, and all of the loan has been written. Hot.
+        #[no_mangle]
+        pub unsafe extern "C" fn $commit(writer: *mut ImageWriter<$value>) {
+            unsafe { &mut *writer }.commit()
+        }
+        /// # Safety
+        /// A handle that is not used again. Cold.
+        #[no_mangle]
+        pub unsafe extern "C" fn $writer_close(writer: *mut ImageWriter<$value>) {
+            take(writer)
+        }
+        /// # Safety
+        /// Valid handles and strings. Cold.
+        #[no_mangle]
+        pub unsafe extern "C" fn $reader_open(
+            node: *const NodeHandle,
+            name: *const c_char,
+            out: *mut *mut ImageReader<$value>,
+            error: *mut Error,
+        ) -> c_int {
+            guard(error, || {
+                Ok(give(unsafe { ImageReader::open(node, name) }?, out))
+            })
+        }
+        /// The newest image, whole: 1. 0 = nobody has written yet. -EPROTO =
+        /// this is not such an image. *out is touched only with 1.
+        ///
+        /// # Safety
+        /// Valid handle, room for an image. Hot.
+        #[no_mangle]
+        pub unsafe extern "C" fn $read(
+            reader: *const ImageReader<$value>,
+            out: *mut $value,
+        ) -> c_int {
+            let value = unsafe { &*reader }.entry.get();
+            match value.judge() {
+                Verdict::Whole => {
+                    unsafe { out.write(*value) };
+                    1
+                }
+                Verdict::Empty => 0,
+                Verdict::Foreign => -EPROTO,
+            }
+        }
+        /// # Safety
+        /// A handle that is not used again. Cold.
+        #[no_mangle]
+        pub unsafe extern "C" fn $reader_close(reader: *mut ImageReader<$value>) {
+            take(reader)
+        }
+    };
+}
+
+image!(
+    PokeysState,
+    iox_state_create,
+    iox_state_writer_open,
+    iox_state_loan,
+    iox_state_commit,
+    iox_state_writer_close,
+    iox_state_reader_open,
+    iox_state_read,
+    iox_state_reader_close
+);
+image!(
+    PokeysDiag,
+    iox_diag_create,
+    iox_diag_writer_open,
+    iox_diag_loan,
+    iox_diag_commit,
+    iox_diag_writer_close,
+    iox_diag_reader_open,
+    iox_diag_read,
+    iox_diag_reader_close
+);
+image!(
+    PokeysCommand,
+    iox_command_create,
+    iox_command_writer_open,
+    iox_command_loan,
+    iox_command_commit,
+    iox_command_writer_close,
+    iox_command_reader_open,
+    iox_command_read,
+    iox_command_reader_close
+);

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+//! include/pokeys/command.h, member for member.
+
+use super::*;
+
+const PIN_BYTES: usize = 8;
+const PWM: usize = 6;
+const AXES: usize = 8;
+const PONET: usize = 16;
+const ONE_SHOTS: usize = 64;
+
+layout! {
+    PokeysAxisCommand {
+        position: i32,
+        velocity: f32,
+        mode: u8,
+        enable: u8,
+        reserved: [u8; 6],
+    }
+}
+
+layout! {
+    PokeysOneShot {
+        id: u32,
+        operation: u8,
+        index: u8,
+        mask: u8,
+        flags: u8,
+        value: [i32; 8],
+        parameter: [f32; 4],
+        reserved: [u8; 8],
+    }
+}
+
+layout! {
+    #[repr(align(8))]
+    PokeysCommand {
+        magic: u32,
+        version: u16,
+        size_units: u16,
+        hash: u64,
+        heartbeat: u64,
+        t_ns: u64,
+        t_thread_ns: u64,
+        period_ns: u64,
+        session: u32,
+        flags: u32,
+        digital_out: [u8; PIN_BYTES],
+        digital_out_mask: [u8; PIN_BYTES],
+        pwm_duty: [u32; PWM],
+        pwm_period: u32,
+        pwm_enable: u32,
+        poextbus: [u8; 16],
+        poextbus_mask: [u8; 16],
+        external_outputs: u8,
+        external_outputs_mask: u8,
+        relays: u8,
+        relays_mask: u8,
+        reserved: u32,
+        ponet_data: [[u8; 16]; PONET],
+        ponet_brightness: [u8; PONET],
+        ponet_mask: u32,
+        config_generation: u32,
+        axis: [PokeysAxisCommand; AXES],
+        one_shot_head: u32,
+        reserved2: u32,
+        one_shot: [PokeysOneShot; ONE_SHOTS],
+    }
+}
+
+published! {
+    PokeysCommand, "command", magic 0x4d43_4b50, version 1, size 4656,
+    hash 0x5a4e6ce8a60f15a6, hash_function iox_command_hash
+}

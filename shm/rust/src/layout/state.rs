@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: MIT
+//! include/pokeys/state.h, member for member.
+
+use super::*;
+
+const PIN_BYTES: usize = 8;
+const ENCODERS: usize = 26;
+const PWM: usize = 6;
+const AXES: usize = 8;
+const PONET: usize = 16;
+const MATRIX_BYTES: usize = 16;
+const ONE_SHOT_RESULTS: usize = 16;
+const HISTOGRAM_BUCKETS: usize = 104;
+
+layout! {
+    PokeysIdentity {
+        serial: u32,
+        address: u32,
+        hardware: u8,
+        firmware_major: u8,
+        firmware_minor: u8,
+        firmware_revision: u8,
+        user_id: u8,
+        locked: u8,
+        load: u8,
+        options: u8,
+        name: [u8; 24],
+        r#type: [u8; 24],
+        build: [u8; 16],
+    }
+}
+
+layout! {
+    PokeysCapability {
+        pins: u8,
+        pwm: u8,
+        basic_encoders: u8,
+        encoders: u8,
+        fast_encoders: u8,
+        ultra_fast_encoders: u8,
+        analog_inputs: u8,
+        digital_counters: u8,
+        matrix_keyboard: u8,
+        lcd: u8,
+        matrix_led: u8,
+        poextbus: u8,
+        ponet: u8,
+        i2c: u8,
+        one_wire: u8,
+        easy_sensors: u8,
+        pulse_engine: u8,
+        failsafe: u8,
+        axes: u8,
+        axis_khz: u8,
+        key_mapping: u8,
+        triggered_key_mapping: u8,
+        key_repeat_delay: u8,
+        joystick: u8,
+        macros: u8,
+        analog_filtering: u8,
+        init_outputs: u8,
+        connection_signal: u8,
+        web_interface: u8,
+        additional_options: u8,
+        load_status: u8,
+        custom_name: u8,
+        sensor_list: u8,
+        potlog27: u8,
+        reserved: [u8; 6],
+        pwm_hz: u32,
+        reserved2: u32,
+        digital_in: u64,
+        digital_out: u64,
+        analog_in: u64,
+        counter: u64,
+        pwm_pins: u64,
+    }
+}
+
+layout! {
+    PokeysAxis {
+        position: i32,
+        reference: i32,
+        state: u8,
+        enabled: u8,
+        mode: u8,
+        reserved: u8,
+        limit_minus: u8,
+        limit_plus: u8,
+        home: u8,
+        error: u8,
+        soft_limit: u8,
+        in_position: u8,
+        homed: u8,
+        reserved2: [u8; 5],
+        t_reference_ns: u64,
+        probe: i64,
+        max_speed: f32,
+        max_acceleration: f32,
+    }
+}
+
+layout! {
+    PokeysEngine {
+        state: u8,
+        axes_enabled: u8,
+        activated: u8,
+        limit_override: u8,
+        emergency: u8,
+        charge_pump: u8,
+        generator: u8,
+        misc_inputs: u8,
+        relays: u8,
+        outputs: u8,
+        buffer_slots: u8,
+        buffer_level: u8,
+        power_states: u8,
+        probe_status: u8,
+        reserved: [u8; 2],
+        axis: [PokeysAxis; AXES],
+    }
+}
+
+layout! {
+    PokeysRtc {
+        year: u16,
+        month: u8,
+        day: u8,
+        hour: u8,
+        minute: u8,
+        second: u8,
+        day_of_week: u8,
+        day_of_year: u16,
+        reserved: [u8; 6],
+    }
+}
+
+layout! {
+    PokeysLinkStatistics {
+        sent: u64,
+        resent: u64,
+        received: u64,
+        accepted: u64,
+        lost: u64,
+        timed_out: u64,
+        stray: u64,
+        duplicate: u64,
+        stale: u64,
+        corrupt: u64,
+        wrong_source: u64,
+        send_failed: u64,
+        cycles_late: u64,
+        reconnects: u64,
+        rtt_last_ns: u32,
+        rtt_smoothed_ns: u32,
+        rtt_variation_ns: u32,
+        rtt_min_ns: u32,
+        rtt_max_ns: u32,
+        deadline_ns: u32,
+        in_flight: u32,
+        packet_error_level: u32,
+        refused_command: u64,
+        one_shot_refused: u64,
+    }
+}
+
+layout! {
+    PokeysOneShotResult {
+        id: u32,
+        operation: u8,
+        outcome: u8,
+        reserved: [u8; 2],
+    }
+}
+
+layout! {
+    #[repr(align(8))]
+    PokeysState {
+        magic: u32,
+        version: u16,
+        size_units: u16,
+        hash: u64,
+        epoch: u64,
+        cycle: u64,
+        period_ns: u64,
+        t_cycle_ns: u64,
+        t_publish_ns: u64,
+        t_digital_ns: u64,
+        t_analog_ns: u64,
+        t_encoder_ns: u64,
+        t_motion_ns: u64,
+        t_slow_ns: u64,
+        stale_after_ns: u64,
+        flags: u32,
+        link: u8,
+        fault: u8,
+        reserved: [u8; 2],
+        t_link_ns: u64,
+        device_tick_ms: u32,
+        fault_count: u32,
+        identity: PokeysIdentity,
+        capability: PokeysCapability,
+        digital_in: [u8; PIN_BYTES],
+        digital_out: [u8; PIN_BYTES],
+        digital_out_owned: [u8; PIN_BYTES],
+        pin_function: [u8; 56],
+        analog: [u16; 8],
+        encoder: [i32; ENCODERS],
+        encoder_enabled: u32,
+        encoder_index: u32,
+        encoder_t_ns: [u64; ENCODERS],
+        encoder_resync: [u32; ENCODERS],
+        counter: [u32; 56],
+        pwm_period: u32,
+        pwm_enabled: u32,
+        pwm_duty: [u32; PWM],
+        engine: PokeysEngine,
+        matrix: [u8; MATRIX_BYTES],
+        poextbus: [u8; 16],
+        ponet_type: [u8; PONET],
+        ponet_status: u8,
+        ponet_count: u8,
+        reserved2: [u8; 6],
+        ponet_data: [[u8; 16]; PONET],
+        ponet_light: [u8; PONET],
+        rtc: PokeysRtc,
+        one_shot_session: u32,
+        one_shot_ack: u32,
+        one_shot: [PokeysOneShotResult; ONE_SHOT_RESULTS],
+        command_heartbeat: u64,
+        command_t_ns: u64,
+        config_generation: u32,
+        config_state: u32,
+        statistics: PokeysLinkStatistics,
+    }
+}
+
+layout! {
+    PokeysHistogram {
+        count: u64,
+        sum_ns: u64,
+        min_ns: u64,
+        max_ns: u64,
+        bucket: [u32; HISTOGRAM_BUCKETS],
+    }
+}
+
+layout! {
+    #[repr(align(8))]
+    PokeysDiag {
+        magic: u32,
+        version: u16,
+        size_units: u16,
+        hash: u64,
+        epoch: u64,
+        cycle: u64,
+        t_publish_ns: u64,
+        cycles_skipped: u64,
+        events_dropped: u64,
+        event_high_water: u64,
+        transport_system_calls: u64,
+        transport_waits_avoided: u64,
+        transport_rearmed: u64,
+        transport_no_buffers: u64,
+        transport_overflow: u64,
+        transport_truncated: u64,
+        minor_faults: u64,
+        major_faults: u64,
+        transport: [u8; 16],
+        wakeup: PokeysHistogram,
+        round_trip: PokeysHistogram,
+        fast_round_trip: PokeysHistogram,
+        receive: PokeysHistogram,
+        fresh: PokeysHistogram,
+        publish: PokeysHistogram,
+        cycle_work: PokeysHistogram,
+    }
+}
+
+published! {
+    PokeysState, "state", magic 0x5453_4b50, version 1, size 2136,
+    hash 0xf2e3db12dfa90119, hash_function iox_state_hash
+}
+
+published! {
+    PokeysDiag, "diag", magic 0x4744_4b50, version 1, size 3280,
+    hash 0xb2b306027bd5a810, hash_function iox_diag_hash
+}

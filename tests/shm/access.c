@@ -1,0 +1,259 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Rule 2, everything is a file below a folder of mode 2770: a member of the
+ * group gets in, nobody else does, and nothing of it is anywhere else.
+ *
+ * Needs root, to become other users. That it is the mode which keeps others
+ * out is shown by the last test: with the mode opened, a stranger attaches.
+ */
+#include <errno.h>
+#include <grp.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include "tests/shm/folder.h"
+
+enum { OWNER = 4001, GROUP = 4002, MEMBER = 4003, STRANGER = 4004 };	/* nobody's numbers */
+
+static void become(uid_t user, gid_t group, const gid_t *more, size_t count)
+{
+	if (setgroups(count, more) || setresgid(group, group, group) ||
+	    setresuid(user, user, user))
+		_exit(99);
+	umask(0022);	/* what people have */
+}
+
+/* A client that writes its line into folder->why; a process of its own. */
+static int client_as(struct folder *folder, uid_t user, gid_t group, const gid_t *more,
+		     size_t count, unsigned int flags)
+{
+	int pipe_fds[2], status;
+	pokeys_client *client;
+	struct pokeys_state image;
+	ssize_t length;
+	pid_t pid;
+
+	assert_int_equal(pipe(pipe_fds), 0);
+	pid = fork();
+	if (!pid) {
+		become(user, group, more, count);
+		if (pokeys_client_open(&client, folder->path, "mill", "test", flags))
+			_exit(98);
+		pokeys_client_poll(client);
+		status = (int)pokeys_client_status(client, folder->why, sizeof(folder->why));
+		if (status == POKEYS_CLIENT_ATTACHED && pokeys_client_read(client, &image))
+			_exit(97);
+		length = write(pipe_fds[1], folder->why, strlen(folder->why) + 1);
+		pokeys_client_close(client);
+		_exit(length > 0 ? status : 96);
+	}
+	close(pipe_fds[1]);
+	length = read(pipe_fds[0], folder->why, sizeof(folder->why) - 1);
+	close(pipe_fds[0]);
+	folder->why[length > 0 ? length : 0] = '\0';
+	assert_int_equal(waitpid(pid, &status, 0), pid);
+	assert_true(WIFEXITED(status));
+	return WEXITSTATUS(status);
+}
+
+static int member(struct folder *folder, unsigned int flags)
+{
+	static const gid_t more[] = { GROUP };
+
+	return client_as(folder, MEMBER, MEMBER, more, 1, flags);
+}
+
+static int stranger(struct folder *folder)
+{
+	return client_as(folder, STRANGER, STRANGER, NULL, 0, 0);
+}
+
+/* The daemon: a user that is not root, in a folder that root gave it. */
+static pid_t start_daemon(struct folder *folder)
+{
+	struct shm_device *mill;
+	struct shm_host *host;
+	char ready = 0;
+	int pipe_fds[2];
+	pid_t pid;
+
+	assert_int_equal(mkdir(folder->path, 0700), 0);
+	assert_int_equal(chown(folder->path, OWNER, GROUP), 0);
+	assert_int_equal(chmod(folder->path, 02770), 0);
+	assert_int_equal(pipe(pipe_fds), 0);
+	pid = fork();
+	if (!pid) {
+		become(OWNER, GROUP, NULL, 0);
+		host = folder_host_mill(folder, &mill);
+		if (write(pipe_fds[1], "r", 1) != 1)
+			_exit(1);
+		for (;;) {
+			shm_host_maintain(host);
+			folder_sleep_ms(20);
+		}
+	}
+	close(pipe_fds[1]);
+	assert_int_equal(read(pipe_fds[0], &ready, 1), 1);
+	close(pipe_fds[0]);
+	return pid;
+}
+
+/* What it left is removed by the next daemon of the same user. */
+static void end_daemon(struct folder *folder, pid_t pid)
+{
+	struct shm_device *mill;
+	int status;
+
+	folder_end_peer(pid, SIGKILL);
+	pid = fork();
+	if (!pid) {
+		become(OWNER, GROUP, NULL, 0);
+		shm_host_close(folder_host_mill(folder, &mill));
+		_exit(0);
+	}
+	assert_int_equal(waitpid(pid, &status, 0), pid);
+	assert_true(WIFEXITED(status) && !WEXITSTATUS(status));
+}
+
+static void member_of_the_group_attaches(void **state)
+{
+	struct folder *folder = *state;
+	pid_t daemon = start_daemon(folder);
+
+	assert_int_equal(member(folder, 0), POKEYS_CLIENT_ATTACHED);
+	assert_int_equal(member(folder, POKEYS_CLIENT_COMMANDER | POKEYS_CLIENT_EVENTS),
+			 POKEYS_CLIENT_ATTACHED);
+	end_daemon(folder, daemon);
+}
+
+static void stranger_is_refused_in_words(void **state)
+{
+	struct folder *folder = *state;
+	pid_t daemon = start_daemon(folder);
+
+	assert_int_equal(stranger(folder), POKEYS_CLIENT_REFUSED);
+	assert_non_null(strstr(folder->why,
+			       "permission denied; this user must be in the folder's group"));
+	end_daemon(folder, daemon);
+}
+
+static void member_that_is_killed_is_cleaned_up_by_the_daemon(void **state)
+{
+	static const gid_t more[] = { GROUP };
+	struct folder *folder = *state;
+	pid_t daemon = start_daemon(folder);
+	pid_t pid;
+	uint64_t began;
+	int r;
+
+	for (int i = 0; i < 5; i++) {
+		pid = fork();
+		if (!pid) {
+			pokeys_client *client;
+
+			become(MEMBER, MEMBER, more, 1);
+			pokeys_client_open(&client, folder->path, "mill", "test",
+					   POKEYS_CLIENT_COMMANDER);
+			pokeys_client_poll(client);
+			kill(getpid(), SIGKILL);
+		}
+		waitpid(pid, NULL, 0);
+		began = folder_now_ns();
+		do {
+			folder_sleep_ms(20);
+			r = member(folder, POKEYS_CLIENT_COMMANDER);
+		} while (r != POKEYS_CLIENT_ATTACHED &&
+			 folder_now_ns() - began < UINT64_C(1000000000));
+		assert_int_equal(r, POKEYS_CLIENT_ATTACHED);
+	}
+	end_daemon(folder, daemon);
+}
+
+static void second_daemon_of_another_user_is_refused(void **state)
+{
+	static const gid_t more[] = { GROUP };
+	struct folder *folder = *state;
+	pid_t daemon = start_daemon(folder);
+	struct shm_host *host;
+	int status;
+	pid_t pid = fork();
+
+	if (!pid) {
+		become(MEMBER, MEMBER, more, 1);
+		status = shm_host_open(&host, folder->path, NULL, folder->why,
+				       sizeof(folder->why));
+		_exit(status == -EACCES &&
+		      strstr(folder->why, "it belongs to another user's daemon") ? 0 : 1);
+	}
+	assert_int_equal(waitpid(pid, &status, 0), pid);
+	assert_int_equal(WEXITSTATUS(status), 0);
+	end_daemon(folder, daemon);
+}
+
+/* Every file that is mapped for sharing lies below the folder. */
+static void nothing_is_mapped_from_anywhere_else(void **state)
+{
+	struct folder *folder = *state;
+	struct shm_device *mill;
+	struct shm_host *host = folder_host_mill(folder, &mill);
+	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER |
+					      POKEYS_CLIENT_EVENTS);
+	char line[512], mode[8];
+	int mapped = 0;
+	FILE *maps;
+
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
+	maps = fopen("/proc/self/maps", "r");
+	while (fgets(line, sizeof(line), maps)) {
+		if (sscanf(line, "%*s %7s", mode) != 1 || mode[3] != 's')
+			continue;
+		mapped++;
+		if (!strstr(line, folder->path))
+			fail_msg("mapped: %s", line);
+	}
+	fclose(maps);
+	assert_true(mapped > 10);
+	pokeys_client_close(client);
+	shm_host_close(host);
+}
+
+static void without_the_mode_a_stranger_attaches(void **state)
+{
+	struct folder *folder = *state;
+	pid_t daemon = start_daemon(folder);
+	char root[64];
+
+	snprintf(root, sizeof(root), "%s/current/.", folder->path);
+	assert_int_equal(chmod(root, 02777), 0);
+	assert_int_equal(stranger(folder), POKEYS_CLIENT_REFUSED);
+	assert_int_equal(chmod(folder->path, 02777), 0);
+	snprintf(root, sizeof(root), "%s/current/manifest", folder->path);
+	assert_int_equal(chmod(root, 0644), 0);
+	assert_int_equal(stranger(folder), POKEYS_CLIENT_ATTACHED);
+	chmod(folder->path, 02770);
+	end_daemon(folder, daemon);
+}
+
+int main(void)
+{
+#define BOTH(name) cmocka_unit_test_setup_teardown(name, folder_begin, folder_end)
+	const struct CMUnitTest tests[] = {
+		BOTH(member_of_the_group_attaches),
+		BOTH(stranger_is_refused_in_words),
+		BOTH(member_that_is_killed_is_cleaned_up_by_the_daemon),
+		BOTH(second_daemon_of_another_user_is_refused),
+		BOTH(without_the_mode_a_stranger_attaches),
+		/* last: it uses iceoryx2 in this process, the others fork */
+		BOTH(nothing_is_mapped_from_anywhere_else),
+	};
+
+	if (geteuid()) {
+		fprintf(stderr, "needs root, to become other users\n");
+		return 77;
+	}
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The members of the images, as the C compiler lays them out, and the text
+ * that state.h makes the hashes of.
+ *
+ * The lists are written out because C cannot list the members of a struct. A
+ * member that is forgotten here leaves a hole, and layout_gapless() finds it.
+ */
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+#include "tests/shm/layout_text.h"
+
+struct member {
+	const char *name;
+	size_t offset, size;
+	const struct member *nested;
+};
+
+#define M(member)		{ #member, offsetof(OF, member), sizeof(((OF *)0)->member), NULL }
+#define NESTED(member, list)	{ #member, offsetof(OF, member), sizeof(((OF *)0)->member), list }
+#define END			{ NULL, 0, 0, NULL }
+
+#define OF struct pokeys_identity
+static const struct member identity_members[] = {
+	M(serial), M(address), M(hardware), M(firmware_major), M(firmware_minor),
+	M(firmware_revision), M(user_id), M(locked), M(load), M(options), M(name), M(type),
+	M(build),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_capability
+static const struct member capability_members[] = {
+	M(pins), M(pwm), M(basic_encoders), M(encoders), M(fast_encoders),
+	M(ultra_fast_encoders), M(analog_inputs), M(digital_counters), M(matrix_keyboard),
+	M(lcd), M(matrix_led), M(poextbus), M(ponet), M(i2c), M(one_wire), M(easy_sensors),
+	M(pulse_engine), M(failsafe), M(axes), M(axis_khz), M(key_mapping),
+	M(triggered_key_mapping), M(key_repeat_delay), M(joystick), M(macros),
+	M(analog_filtering), M(init_outputs), M(connection_signal), M(web_interface),
+	M(additional_options), M(load_status), M(custom_name), M(sensor_list), M(potlog27),
+	M(reserved), M(pwm_hz), M(reserved2), M(digital_in), M(digital_out), M(analog_in),
+	M(counter), M(pwm_pins),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_axis
+static const struct member axis_members[] = {
+	M(position), M(reference), M(state), M(enabled), M(mode), M(reserved), M(limit_minus),
+	M(limit_plus), M(home), M(error), M(soft_limit), M(in_position), M(homed), M(reserved2),
+	M(t_reference_ns), M(probe), M(max_speed), M(max_acceleration),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_engine
+static const struct member engine_members[] = {
+	M(state), M(axes_enabled), M(activated), M(limit_override), M(emergency), M(charge_pump),
+	M(generator), M(misc_inputs), M(relays), M(outputs), M(buffer_slots), M(buffer_level),
+	M(power_states), M(probe_status), M(reserved), NESTED(axis, axis_members),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_rtc
+static const struct member rtc_members[] = {
+	M(year), M(month), M(day), M(hour), M(minute), M(second), M(day_of_week), M(day_of_year),
+	M(reserved),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_link_statistics
+static const struct member link_statistics_members[] = {
+	M(sent), M(resent), M(received), M(accepted), M(lost), M(timed_out), M(stray),
+	M(duplicate), M(stale), M(corrupt), M(wrong_source), M(send_failed), M(cycles_late),
+	M(reconnects), M(rtt_last_ns), M(rtt_smoothed_ns), M(rtt_variation_ns), M(rtt_min_ns),
+	M(rtt_max_ns), M(deadline_ns), M(in_flight), M(packet_error_level), M(refused_command),
+	M(one_shot_refused),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_one_shot_result
+static const struct member one_shot_result_members[] = {
+	M(id), M(operation), M(outcome), M(reserved),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_state
+static const struct member state_members[] = {
+	M(magic), M(version), M(size_units), M(hash), M(epoch), M(cycle), M(period_ns),
+	M(t_cycle_ns), M(t_publish_ns), M(t_digital_ns), M(t_analog_ns), M(t_encoder_ns),
+	M(t_motion_ns), M(t_slow_ns), M(stale_after_ns), M(flags), M(link), M(fault),
+	M(reserved), M(t_link_ns), M(device_tick_ms), M(fault_count),
+	NESTED(identity, identity_members), NESTED(capability, capability_members),
+	M(digital_in), M(digital_out), M(digital_out_owned), M(pin_function), M(analog),
+	M(encoder), M(encoder_enabled), M(encoder_index), M(encoder_t_ns), M(encoder_resync),
+	M(counter), M(pwm_period), M(pwm_enabled), M(pwm_duty), NESTED(engine, engine_members),
+	M(matrix), M(poextbus), M(ponet_type), M(ponet_status), M(ponet_count), M(reserved2),
+	M(ponet_data), M(ponet_light), NESTED(rtc, rtc_members), M(one_shot_session),
+	M(one_shot_ack), NESTED(one_shot, one_shot_result_members), M(command_heartbeat),
+	M(command_t_ns), M(config_generation), M(config_state),
+	NESTED(statistics, link_statistics_members),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_histogram
+static const struct member histogram_members[] = {
+	M(count), M(sum_ns), M(min_ns), M(max_ns), M(bucket),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_diag
+static const struct member diag_members[] = {
+	M(magic), M(version), M(size_units), M(hash), M(epoch), M(cycle), M(t_publish_ns),
+	M(cycles_skipped), M(events_dropped), M(event_high_water), M(transport_system_calls),
+	M(transport_waits_avoided), M(transport_rearmed), M(transport_no_buffers),
+	M(transport_overflow), M(transport_truncated), M(minor_faults), M(major_faults),
+	M(transport), NESTED(wakeup, histogram_members), NESTED(round_trip, histogram_members),
+	NESTED(fast_round_trip, histogram_members), NESTED(receive, histogram_members),
+	NESTED(fresh, histogram_members), NESTED(publish, histogram_members),
+	NESTED(cycle_work, histogram_members),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_axis_command
+static const struct member axis_command_members[] = {
+	M(position), M(velocity), M(mode), M(enable), M(reserved),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_one_shot
+static const struct member one_shot_members[] = {
+	M(id), M(operation), M(index), M(mask), M(flags), M(value), M(parameter), M(reserved),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_command
+static const struct member command_members[] = {
+	M(magic), M(version), M(size_units), M(hash), M(heartbeat), M(t_ns), M(t_thread_ns),
+	M(period_ns), M(session), M(flags), M(digital_out), M(digital_out_mask), M(pwm_duty),
+	M(pwm_period), M(pwm_enable), M(poextbus), M(poextbus_mask), M(external_outputs),
+	M(external_outputs_mask), M(relays), M(relays_mask), M(reserved), M(ponet_data),
+	M(ponet_brightness), M(ponet_mask), M(config_generation),
+	NESTED(axis, axis_command_members), M(one_shot_head), M(reserved2),
+	NESTED(one_shot, one_shot_members),
+	END
+};
+#undef OF
+
+static const struct {
+	const char *name;
+	const struct member *members;
+	size_t size;
+} images[LAYOUT_IMAGES] = {
+	{ "state", state_members, sizeof(struct pokeys_state) },
+	{ "diag", diag_members, sizeof(struct pokeys_diag) },
+	{ "command", command_members, sizeof(struct pokeys_command) },
+};
+
+static size_t put_members(char *text, size_t size, const struct member *member)
+{
+	size_t used = 0;
+
+	for (; member->name; member++) {
+		used += (size_t)snprintf(text + used, size - used, "%s:%zu:%zu;", member->name,
+					 member->offset, member->size);
+		if (!member->nested)
+			continue;
+		used += (size_t)snprintf(text + used, size - used, "{");
+		used += put_members(text + used, size - used, member->nested);
+		used += (size_t)snprintf(text + used, size - used, "}");
+	}
+	return used;
+}
+
+const char *layout_name(enum layout_image image)
+{
+	return images[image].name;
+}
+
+size_t layout_size(enum layout_image image)
+{
+	return images[image].size;
+}
+
+void layout_text(enum layout_image image, char text[LAYOUT_TEXT_MAX])
+{
+	put_members(text, LAYOUT_TEXT_MAX, images[image].members);
+}
+
+bool layout_gapless(enum layout_image image)
+{
+	size_t at = 0;
+
+	for (const struct member *member = images[image].members; member->name; member++) {
+		if (member->offset != at)
+			return false;
+		at += member->size;
+	}
+	return at == images[image].size;
+}
+
+uint64_t layout_hash(const char *text)
+{
+	uint64_t hash = UINT64_C(0xcbf29ce484222325);
+
+	for (; *text; text++)
+		hash = (hash ^ (unsigned char)*text) * UINT64_C(0x100000001b3);
+	return hash;
+}

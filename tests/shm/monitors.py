@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The monitors of examples/, in C and in Python, against a daemon that publishes
+values known here (peer.c, fill_known)."""
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PEER, MONITOR, LIBRARY, EXAMPLES = sys.argv[1:5]
+MONITORS = {
+    "C": [MONITOR],
+    "Python": [sys.executable, str(pathlib.Path(EXAMPLES) / "python" / "monitor.py")],
+}
+ENVIRONMENT = dict(os.environ, POKEYS_SHM_LIBRARY=LIBRARY)
+BASE = "/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp"
+
+
+def pins(*numbers):
+    return "".join("1" if i in numbers else "0" for i in range(55))
+
+
+class Monitors(unittest.TestCase):
+    def setUp(self):
+        self.base = tempfile.mkdtemp(prefix="pk.", dir=BASE)
+        self.runtime = self.base + "/run"
+        self.peer = None
+
+    def tearDown(self):
+        if self.peer:
+            self.peer.send_signal(signal.SIGTERM)
+            self.peer.wait(10)
+            self.peer.stdout.close()
+            self.assertEqual(os.listdir(self.runtime), [], "something is left")
+        shutil.rmtree(self.base)
+
+    def start(self):
+        self.peer = subprocess.Popen([PEER, "known", self.runtime], stdout=subprocess.PIPE, text=True)
+        self.assertEqual(self.peer.stdout.readline(), "ready\n")
+
+    def run_monitor(self, command, *arguments):
+        return subprocess.run([*command, "--runtime", self.runtime, *arguments], text=True,
+                              capture_output=True, timeout=20, env=ENVIRONMENT, check=False)
+
+    def each(self):
+        for name, command in MONITORS.items():
+            with self.subTest(monitor=name):
+                yield command
+
+    def test_json_shows_what_the_daemon_published(self):
+        self.start()
+        for command in self.each():
+            ran = self.run_monitor(command, "--once", "--json")
+            self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+            seen = json.loads(ran.stdout)
+            self.assertEqual(seen["device"], "mill")
+            self.assertEqual(seen["link"], "running")
+            self.assertIs(seen["fresh"], True)
+            self.assertEqual(seen["serial"], 12345)
+            self.assertEqual(seen["inputs"], pins(0, 7, 54))
+            self.assertEqual(seen["outputs"], pins(9))
+            self.assertEqual(seen["analog"], [0, 0, 4095, 0, 0, 0, 0])
+            self.assertEqual(seen["encoders"], [-7] + [0] * 24 + [1000000])
+            self.assertEqual(seen["positions"], [0, -250, 0, 0, 0, 0, 0, 0])
+            self.assertEqual((seen["sent"], seen["lost"]), (10, 1))
+            self.assertGreater(seen["cycle"], 0)
+            self.assertGreaterEqual(seen["age_ms"]["digital"], 0)
+            self.assertIn(seen["age_ms"]["motion"], (None, -1))
+
+    def test_both_monitors_say_the_same(self):
+        self.start()
+        facts = [json.loads(self.run_monitor(command, "--once", "--json").stdout)
+                 for command in MONITORS.values()]
+        for changing in ("age_ms", "cycle"):
+            for one in facts:
+                del one[changing]
+        self.assertEqual(facts[0], facts[1])
+
+    def test_text_is_for_people(self):
+        self.start()
+        for command in self.each():
+            ran = self.run_monitor(command, "--once", "--device", "mill")
+            self.assertEqual(ran.returncode, 0)
+            self.assertIn("mill: running, serial 12345", ran.stdout)
+            self.assertIn("0:-7 25:1000000", ran.stdout)
+            self.assertIn("1:-250", ran.stdout)
+            self.assertIn("1......1.. ..........", ran.stdout)
+
+    def test_dead_daemon_is_shown_as_stale_by_the_reader_alone(self):
+        self.start()
+        self.peer.send_signal(signal.SIGSTOP)
+        # the images say they are good for an hour; only their age tells
+        for command in self.each():
+            first = json.loads(self.run_monitor(command, "--once", "--json").stdout)
+            second = json.loads(self.run_monitor(command, "--once", "--json").stdout)
+            self.assertEqual(first["cycle"], second["cycle"])
+            self.assertGreater(second["age_ms"]["cycle"], first["age_ms"]["cycle"])
+        self.peer.send_signal(signal.SIGCONT)
+
+    def test_no_daemon_is_said_in_one_line(self):
+        for command in self.each():
+            ran = self.run_monitor(command, "--once", "--device", "mill")
+            self.assertEqual(ran.returncode, 1)
+            self.assertEqual(ran.stdout, "")
+            self.assertRegex(ran.stderr, r"^mill: no daemon in .*; is pokeysd running\?\n$")
+            ran = self.run_monitor(command, "--once")
+            self.assertEqual(ran.returncode, 1)
+            self.assertEqual(ran.stderr, "no daemon runs; name the --device to wait for it\n")
+
+    def test_unknown_device_is_said_in_one_line(self):
+        self.start()
+        for command in self.each():
+            ran = self.run_monitor(command, "--once", "--device", "lathe")
+            self.assertEqual(ran.returncode, 1)
+            self.assertEqual(ran.stderr, "lathe: the daemon has no device 'lathe'; it has: mill\n")
+
+    def test_bad_use_is_refused(self):
+        for command in self.each():
+            self.assertEqual(self.run_monitor(command, "--nonsense").returncode, 2)
+
+    def test_monitor_may_be_first_and_follows(self):
+        for name, command in MONITORS.items():
+            monitor = subprocess.Popen(
+                [*command, "--runtime", self.runtime, "--device", "mill", "--json",
+                 "--interval", "20"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                text=True, env=ENVIRONMENT)
+            with self.subTest(monitor=name):
+                if not self.peer:
+                    self.start()
+                self.assertEqual(json.loads(monitor.stdout.readline())["serial"], 12345)
+            monitor.send_signal(signal.SIGINT)
+            self.assertEqual(monitor.wait(10), 0)
+            monitor.stdout.close()
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
