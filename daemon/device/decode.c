@@ -1,0 +1,186 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What a reply says, into the state image (protocol sections 3.4, 3.8,
+ * 3.24.2).
+ *
+ * Only replies that the mailbox has accepted come here (invariant I1), and
+ * every group of values gets the time at which its reply was received, not
+ * the time at which somebody got round to it (invariant I2).
+ */
+
+#include <string.h>
+#include "daemon/device/internal.h"
+
+/* How far samples of 0xCC usually are apart. */
+static uint64_t sample_ns(const struct device *device)
+{
+	return device->config.period_ns * device->config.fast_divider;
+}
+
+static bool is_enabled(const struct device *device, unsigned int encoder)
+{
+	return device->image.encoder_enabled >> encoder & 1;
+}
+
+static void show(struct device *device, unsigned int i)
+{
+	device->image.encoder[i] = device->encoder[i].count;
+	device->image.encoder_t_ns[i] = device->encoder[i].t_ns;
+	device->image.encoder_resync[i] = device->encoder[i].resync;
+}
+
+static void take_low_bytes(struct device *device, const struct wire_io_rep *io, uint64_t t_ns)
+{
+	for (unsigned int i = 0; i < WIRE_BASIC_ENCODERS; i++) {
+		enum encoder_verdict verdict;
+
+		if (!is_enabled(device, i))
+			continue;
+		verdict = encoder_low_byte(&device->encoder[i], io->encoder[i], t_ns,
+					   sample_ns(device));
+		if (verdict != ENCODER_TAKEN || device->one_shots.armed >> i & 1)
+			slow_encoders_now(device, i / WIRE_ENCODER_BANK);
+		show(device, i);
+	}
+}
+
+/* The ultra-fast one comes whole: nothing to reconstruct. */
+static void take_ultra(struct device *device, int32_t count, uint64_t t_ns)
+{
+	struct encoder *encoder = &device->encoder[WIRE_ENCODER_ULTRA];
+
+	if (!is_enabled(device, WIRE_ENCODER_ULTRA))
+		return;
+	if (operation_index_seen(device, WIRE_ENCODER_ULTRA, count, t_ns))
+		encoder_forget(encoder);
+	encoder_whole(encoder, count, t_ns);
+	show(device, WIRE_ENCODER_ULTRA);
+}
+
+void decode_io(struct device *device, const mailbox_entry_t *entry)
+{
+	struct pokeys_state *image = &device->image;
+	const uint64_t t = entry->timestamp_received;
+	struct wire_io_rep io;
+
+	wire_io_decode_rep(entry->response_buffer, &io);
+	pins_store(image->digital_in, io.inputs & OUTPUT_PINS);
+	image->t_digital_ns = t;
+	for (unsigned int i = 0; i < WIRE_IO_ANALOGS; i++)
+		image->analog[i + POKEYS_ANALOG - WIRE_IO_ANALOGS] = io.analog[i];
+	image->t_analog_ns = t;
+	memcpy(image->matrix, io.matrix, sizeof(io.matrix));
+	take_low_bytes(device, &io, t);
+	take_ultra(device, (int32_t)io.ultra, t);
+	image->t_encoder_ns = t;
+}
+
+void decode_encoders(struct device *device, unsigned int bank, const mailbox_entry_t *entry)
+{
+	const unsigned int first = bank * WIRE_ENCODER_BANK;
+	const uint64_t t = entry->timestamp_received;
+	struct wire_encoders_rep reply;
+
+	wire_encoders_decode_rep(entry->response_buffer, &reply);
+	for (unsigned int i = 0; i < WIRE_ENCODER_BANK; i++) {
+		const unsigned int n = first + i;
+
+		if (!is_enabled(device, n) || n == WIRE_ENCODER_ULTRA)
+			continue;
+		if (operation_index_seen(device, n, reply.value[i], t))
+			encoder_forget(&device->encoder[n]);
+		if (encoder_exact(&device->encoder[n], reply.value[i], entry->timestamp_first_sent,
+				  t, sample_ns(device)) != ENCODER_TAKEN)
+			slow_encoders_now(device, bank);
+		show(device, n);
+	}
+}
+
+void decode_encoders_forget(struct device *device)
+{
+	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
+		encoder_forget(&device->encoder[i]);
+}
+
+void decode_axis_setup(struct device *device, unsigned int i,
+		       const struct wire_axis_config *config)
+{
+	const uint8_t planner = WIRE_AXIS_INTERNAL_PLANNER | WIRE_AXIS_POSITION_MODE;
+	struct pokeys_axis *axis = &device->image.engine.axis[i];
+
+	axis->mode = POKEYS_AXIS_OFF;
+	if (config->options & WIRE_AXIS_ENABLED) {
+		if (!(config->options & WIRE_AXIS_INTERNAL_PLANNER))
+			axis->mode = POKEYS_AXIS_BUFFERED;
+		else
+			axis->mode = (config->options & planner) == planner ?
+				     POKEYS_AXIS_POSITION : POKEYS_AXIS_VELOCITY;
+	}
+	if (config->options & WIRE_AXIS_FAST_OUTPUT)
+		axis->mode = POKEYS_AXIS_OFF;
+	axis->max_speed = config->max_speed * 1e3f;
+	axis->max_acceleration = config->max_accel * 1e6f;
+	axis->homed = 0;
+}
+
+static bool axis_stands(uint8_t state)
+{
+	return state == WIRE_AXIS_STOPPED || state == WIRE_AXIS_READY ||
+	       state == WIRE_AXIS_HOME || state == WIRE_AXIS_PROBED ||
+	       state == WIRE_AXIS_ERROR || state == WIRE_AXIS_LIMIT;
+}
+
+static void take_axis(struct device *device, unsigned int i,
+		      const struct wire_pulse_status_rep *status)
+{
+	struct pokeys_axis *axis = &device->image.engine.axis[i];
+
+	axis->position = status->position[i];
+	axis->state = status->axis_state[i];
+	axis->limit_minus = status->limit_neg >> i & 1;
+	axis->limit_plus = status->limit_pos >> i & 1;
+	axis->home = status->home >> i & 1;
+	axis->error = status->driver_error >> i & 1;
+	axis->soft_limit = status->soft_limits >> i & 1;
+	axis->enabled = device->motion.driven >> i & 1;
+	axis->in_position = axis_stands(axis->state) && device->motion.known &&
+			    axis->position == axis->reference;
+	if (axis->state == WIRE_AXIS_HOME)
+		axis->homed = 1;
+}
+
+static bool tripped(uint8_t state)
+{
+	return state == WIRE_ENGINE_STOP_LIMIT || state == WIRE_ENGINE_STOP_EMERGENCY;
+}
+
+static void take_engine_state(struct device *device, uint8_t state)
+{
+	const uint8_t before = device->image.engine.state;
+
+	device->image.engine.state = state;
+	if (state != before && (tripped(state) || tripped(before)))
+		device_say(device, EVENT_ENGINE, tripped(state) ? EVENT_ERROR : EVENT_NOTICE, state,
+			   before, 0);
+}
+
+void decode_status(struct device *device, const mailbox_entry_t *entry)
+{
+	struct pokeys_engine *engine = &device->image.engine;
+	struct wire_pulse_status_rep status;
+
+	wire_pulse_status_decode_rep(entry->response_buffer, &status);
+	take_engine_state(device, status.engine_state);
+	engine->axes_enabled = status.axes_enabled;
+	engine->activated = status.activated;
+	engine->limit_override = status.limit_override;
+	engine->emergency = status.engine_state == WIRE_ENGINE_STOP_EMERGENCY;
+	engine->charge_pump = status.charge_pump;
+	engine->generator = status.generator;
+	engine->misc_inputs = status.misc_inputs;
+	engine->buffer_slots = status.buffer_slots;
+	engine->power_states = status.power_states;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		take_axis(device, i, &status);
+	device->image.t_motion_ns = entry->timestamp_received;
+}

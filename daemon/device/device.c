@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The room's door: what the loop calls, in the order in which it matters.
+ *
+ * A cycle first lets the mailbox look at the clock: its ids rest for a time
+ * after use, and with nothing in flight nobody else would tell it that the
+ * time is over. Then it looks at the command, decides what is safe and what
+ * is permitted, and only then lets the life cycle send. So outputs and
+ * references of this cycle come from this cycle's command, and a heartbeat
+ * that became late just now is already acted upon.
+ *
+ * All state is in one struct that the caller provides; nothing is allocated.
+ */
+
+#include <string.h>
+#include "daemon/device/internal.h"
+
+size_t device_size(void)
+{
+	return (sizeof(struct device) + 63) & ~(size_t)63;
+}
+
+/* Values that would divide by zero or never end. */
+static void sane(struct device_config *config)
+{
+	if (!config->period_ns)
+		config->period_ns = 1 * MS;
+	if (!config->fast_divider)
+		config->fast_divider = 1;
+	if (!config->lost_after_ns)
+		config->lost_after_ns = 200 * MS;
+}
+
+void device_init(struct device *device, const struct device_config *config,
+		 const struct pokeys_io *io, struct event_ring *events)
+{
+	memset(device, 0, sizeof(*device));
+	device->config = *config;
+	sane(&device->config);
+	device->events = events;
+	if (pokeys_device_init(&device->mailbox, io, &device->config.mailbox) < 0)
+		pokeys_device_init(&device->mailbox, io, NULL);
+	device->life.address = config->address;
+	device->life.port = config->port;
+	device->image.identity.address = config->address;
+	pokeys_device_set_peer(&device->mailbox, config->address, config->port);
+}
+
+void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint64_t now_ns,
+		  const struct pokeys_command *command, int refused)
+{
+	device->now_ns = now_ns;
+	device->cycle = cycle;
+	device->tick_ns = tick_ns;
+	device->budget = BUDGET;
+	PK_TimeoutAndRetryCheck(&device->mailbox, now_ns);
+	intake_cycle(device, command, refused);
+	safe_cycle(device);
+	life_cycle(device);
+	meter_cycle(device);
+	device->cycle_ns = now_ns;
+}
+
+void device_deliver(struct device *device, const uint8_t *data, size_t length,
+		    const struct pokeys_rx *rx, uint64_t now_ns)
+{
+	device->now_ns = now_ns;
+	if (pokeys_device_deliver(&device->mailbox, data, length, rx, now_ns) > 0)
+		life_heard(device, rx && rx->t_ns && rx->t_ns <= now_ns ? rx->t_ns : now_ns);
+}
+
+void device_check(struct device *device, uint64_t now_ns)
+{
+	device->now_ns = now_ns;
+	PK_TimeoutAndRetryCheck(&device->mailbox, now_ns);
+}
+
+uint64_t device_next_deadline(const struct device *device)
+{
+	return pokeys_device_next_deadline(&device->mailbox);
+}
+
+bool device_fast_complete(const struct device *device)
+{
+	return !device->plan.io_open && !device->plan.status_open;
+}

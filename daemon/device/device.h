@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One device's life: found, identified, configured, run, lost, and again.
+ *
+ * Pure: no clock, no socket, no allocation, no log. The loop calls it once a
+ * cycle and whenever a packet came or a deadline passed; what it has to say
+ * goes into the event ring. All functions are realtime and belong to the
+ * realtime thread, except where said.
+ */
+#ifndef DEVICE_DEVICE_H
+#define DEVICE_DEVICE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/async.h>
+#include <pokeys/command.h>
+#include <pokeys/state.h>
+#include "daemon/device/event.h"
+
+/* What an axis shall be; 0 (or NAN) in a field = leave as the device has it. */
+struct device_axis_config {
+	bool set;			/* any key of this axis is given */
+	uint8_t mode;			/* POKEYS_AXIS_POSITION is set up; any other = leave */
+	int8_t invert;			/* direction: 1, 0, -1 = leave */
+	double max_speed;		/* pulses/s */
+	double max_acceleration;	/* pulses/s^2 */
+	double max_deceleration;	/* pulses/s^2; 0 = as acceleration if that is given */
+	int8_t soft_limits;		/* 1 on, 0 off, -1 = leave */
+	int32_t soft_minimum, soft_maximum;	/* pulses */
+};
+
+struct device_encoder_config {
+	bool set;
+	uint8_t enable;			/* 1, 0 */
+	uint8_t sampling;		/* 1, 2 or 4; fast ones (0..2): as the device has it */
+	uint8_t pin_a, pin_b;		/* 0-based; 255 = leave */
+};
+
+/* From pokeysd.conf (or a test); copied at init, never changed afterwards. */
+struct device_config {
+	char name[32];
+	uint8_t index;			/* in the daemon, for events */
+	uint32_t serial;		/* 0 = whoever answers at the address */
+	uint32_t address;		/* IPv4 host byte order; 0 = by discovery */
+	uint16_t port;			/* 20055 */
+	uint64_t period_ns;		/* of the loop */
+	uint64_t heartbeat_timeout_ns;	/* commander late -> safe state */
+	uint64_t stale_after_ns;	/* fast data older -> stale flag */
+	uint64_t lost_after_ns;		/* no valid reply for this long -> lost */
+	uint32_t fast_divider;		/* fast requests every n-th cycle, >= 1 */
+	double slow_hz, encoder_hz, analog_hz;	/* rates of the slow groups */
+	struct pokeys_options mailbox;
+
+	uint8_t pin_set[8];		/* bit = pin_function[] is to be set */
+	uint8_t pin_function[56];	/* protocol section 3.2 */
+	uint8_t safe_mask[8];		/* outputs that the safe state touches, besides all that
+					 * a commander ever drove */
+	uint8_t safe_outputs[8];	/* their values */
+	uint8_t safe_hold[8];		/* outputs it leaves as they are, whoever drove them */
+	uint8_t axes;			/* number to enable, 0 = leave */
+	int16_t emergency_pin;		/* 1-based pin; 0 = off; -1 = leave */
+	struct device_axis_config axis[POKEYS_AXES];
+	struct device_encoder_config encoder[POKEYS_ENCODERS];
+	int8_t fast_encoders;		/* 1 on, 0 off, -1 leave */
+	int8_t ultra_fast_encoder;	/* 1 on, 0 off, -1 leave */
+};
+
+/* Defaults of every field (name empty, serial 0, address 0). Any thread. */
+void device_config_defaults(struct device_config *config);
+
+struct device;			/* see daemon/device/internal.h; sized by device_size() */
+
+/* Bytes an instance needs, 64-byte aligned; the caller provides them zeroed. */
+size_t device_size(void);
+
+/* Cold. `events` outlives the device. */
+void device_init(struct device *device, const struct device_config *config,
+		 const struct pokeys_io *io, struct event_ring *events);
+
+/*
+ * Discovery (or the configuration) says where the device is. The next cycle
+ * starts anew there if it differs from before. The caller aims the transport
+ * first.
+ */
+void device_set_address(struct device *device, uint32_t address, uint16_t port, uint64_t now_ns);
+
+/* True while an address from discovery would help (none, or nobody answers at the last). */
+bool device_wants_address(const struct device *device);
+
+/*
+ * A cycle begins: take the newest command (NULL = there is none, or it was
+ * refused as a whole with `refused` = its -errno), plan, create and send this
+ * cycle's requests.
+ */
+void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint64_t now_ns,
+		  const struct pokeys_command *command, int refused);
+
+/* One datagram that arrived on this device's channel. */
+void device_deliver(struct device *device, const uint8_t *data, size_t length,
+		    const struct pokeys_rx *rx, uint64_t now_ns);
+
+/* Resend and expire whatever is due. */
+void device_check(struct device *device, uint64_t now_ns);
+
+/* When device_check wants to be called; UINT64_MAX = never. */
+uint64_t device_next_deadline(const struct device *device);
+
+/* True when no fast request of this cycle is still open. */
+bool device_fast_complete(const struct device *device);
+
+/* The whole state image as of now. magic/version/hash/epoch are the publisher's. */
+void device_publish(struct device *device, uint64_t now_ns, struct pokeys_state *out);
+
+/* Histograms and counters of the link, into the parts of diag that are the device's. */
+void device_diag(const struct device *device, struct pokeys_diag *out);
+
+/*
+ * The daemon ends: bring outputs and axes into the safe state.
+ * device_stopped() becomes true when the device has acknowledged it, or when
+ * it does not answer.
+ */
+void device_stop(struct device *device, uint64_t now_ns);
+bool device_stopped(const struct device *device);
+
+#endif

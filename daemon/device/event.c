@@ -1,0 +1,315 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The event ring, and the one line that each event becomes.
+ *
+ * The realtime thread must say what happened without formatting, locking or
+ * waiting: it stores numbers. Somebody else turns them into text, later and
+ * elsewhere. So an event holds no pointer, and a text here may only use what
+ * is in the event; the names of states and reasons stand in tables below.
+ *
+ * Writer and reader each own one index and only read the other's (release and
+ * acquire), so a slot is never read half written. A full ring drops the newest
+ * event: those already in it are the cause of what came after.
+ */
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <pokeys/command.h>
+#include <pokeys/state.h>
+#include "daemon/device/event.h"
+#include "wire/op.h"
+
+void event_push(struct event_ring *ring, const struct event *event)
+{
+	const uint32_t head = atomic_load_explicit(&ring->head, memory_order_relaxed);
+	const uint32_t used = head - atomic_load_explicit(&ring->tail, memory_order_acquire);
+
+	if (used >= EVENT_RING) {
+		atomic_fetch_add_explicit(&ring->dropped, 1, memory_order_relaxed);
+		return;
+	}
+	ring->slot[head % EVENT_RING] = *event;
+	atomic_store_explicit(&ring->head, head + 1, memory_order_release);
+	if (used + 1 > atomic_load_explicit(&ring->high_water, memory_order_relaxed))
+		atomic_store_explicit(&ring->high_water, used + 1, memory_order_relaxed);
+}
+
+int event_pop(struct event_ring *ring, struct event *out)
+{
+	const uint32_t tail = atomic_load_explicit(&ring->tail, memory_order_relaxed);
+
+	if (tail == atomic_load_explicit(&ring->head, memory_order_acquire))
+		return 0;
+	*out = ring->slot[tail % EVENT_RING];
+	atomic_store_explicit(&ring->tail, tail + 1, memory_order_release);
+	return 1;
+}
+
+/* A line under construction; what does not fit is cut. */
+struct line {
+	char *text;
+	size_t size, length;
+};
+
+__attribute__((format(printf, 2, 3)))
+static void put(struct line *line, const char *format, ...)
+{
+	const size_t room = line->size - line->length;
+	va_list args;
+	int n;
+
+	va_start(args, format);
+	n = vsnprintf(line->text + line->length, room, format, args);
+	va_end(args);
+	if (n > 0)
+		line->length += (size_t)n < room ? (size_t)n : room - 1;
+}
+
+static const char *pick(const char *const *names, size_t count, int64_t which)
+{
+	return which >= 0 && (uint64_t)which < count && names[which] ? names[which] : "unknown";
+}
+
+#define PICK(names, which) pick(names, sizeof(names) / sizeof((names)[0]), which)
+
+static const char *const link_names[] = {
+	[POKEYS_LINK_SEARCHING] = "searching",
+	[POKEYS_LINK_IDENTIFYING] = "identifying",
+	[POKEYS_LINK_CONFIGURING] = "configuring",
+	[POKEYS_LINK_RUNNING] = "running",
+	[POKEYS_LINK_LOST] = "lost",
+};
+
+static const char *const fault_texts[] = {
+	[POKEYS_FAULT_NONE] = "",
+	[POKEYS_FAULT_NO_ADDRESS] = ": its address is not known yet",
+	[POKEYS_FAULT_NO_ANSWER] = ": it does not answer; check power, cable and address",
+	[POKEYS_FAULT_WRONG_SERIAL] = ": another device answers at its address",
+	[POKEYS_FAULT_UNSUPPORTED] = ": a device type that this driver does not know",
+	[POKEYS_FAULT_CONFIG_REFUSED] = ": the device did not take a setting",
+	[POKEYS_FAULT_LOCKED] = ": settings differ, but its configuration is locked; unlock it or "
+				"remove those settings",
+	[POKEYS_FAULT_REBOOTED] = ": the device was restarted",
+	[POKEYS_FAULT_NETWORK] = ": the kernel cannot send; check the interface and the route",
+};
+
+static const char *const packet_names[EVENT_PACKETS_KINDS] = {
+	[EVENT_PACKETS_LOST] = "requests without an answer in time",
+	[EVENT_PACKETS_STRAY] = "answers that nobody had asked for",
+	[EVENT_PACKETS_CORRUPT] = "damaged packets",
+	[EVENT_PACKETS_WRONG_SOURCE] = "packets from another source",
+	[EVENT_PACKETS_NOT_SENT] = "packets that the kernel refused to send",
+};
+
+static const char *const one_shot_names[] = {
+	[POKEYS_ONE_SHOT_NOP] = "nop",
+	[POKEYS_ONE_SHOT_SET_ENCODER] = "set encoder",
+	[POKEYS_ONE_SHOT_ARM_INDEX] = "arm index",
+	[POKEYS_ONE_SHOT_SET_POSITION] = "set position",
+	[POKEYS_ONE_SHOT_CLEAR_FAULT] = "clear fault",
+	[POKEYS_ONE_SHOT_HOME] = "home",
+	[POKEYS_ONE_SHOT_HOME_CANCEL] = "cancel homing",
+	[POKEYS_ONE_SHOT_HOME_FINISH] = "finish homing",
+	[POKEYS_ONE_SHOT_PROBE] = "probe",
+	[POKEYS_ONE_SHOT_PROBE_FINISH] = "finish probing",
+	[POKEYS_ONE_SHOT_RESET_COUNTERS] = "reset counters",
+	[POKEYS_ONE_SHOT_SAVE_CONFIG] = "save configuration",
+	[POKEYS_ONE_SHOT_SET_RTC] = "set clock",
+	[POKEYS_ONE_SHOT_REBOOT] = "reboot",
+};
+
+static const char *const outcome_names[] = {
+	[POKEYS_OUTCOME_NONE] = "still open",
+	[POKEYS_OUTCOME_DONE] = "done",
+	[POKEYS_OUTCOME_FAILED] = "failed",
+	[POKEYS_OUTCOME_UNKNOWN] = "not known: no answer, and it could not be read back",
+	[POKEYS_OUTCOME_REFUSED] = "refused: not valid, or not permitted now",
+};
+
+static const char *const fault_names[COMMAND_FAULTS] = {
+	[COMMAND_FAULT_NONE] = "nothing",
+	[COMMAND_FAULT_IMAGE] = "the whole image cannot be read, error",
+	[COMMAND_FAULT_SESSION] = "session must not be 0, it is",
+	[COMMAND_FAULT_FLAGS] = "flags that do not exist:",
+	[COMMAND_FAULT_OUTPUT] = "outputs above pin 55, in byte",
+	[COMMAND_FAULT_AXIS_MODE] = "only mode off and position are offered, axis",
+	[COMMAND_FAULT_AXIS_ENABLE] = "enable must be 0 or 1, axis",
+	[COMMAND_FAULT_AXIS_POSITION] = "position must be within -16777216 .. 16777216 pulses, axis",
+	[COMMAND_FAULT_AXIS_VELOCITY] = "velocity must be a number within +-1e7 pulses/s, axis",
+	[COMMAND_FAULT_AXIS_SETUP] = "enabled, but the device has it not set up for position mode "
+				     "(see [device] axis keys), axis",
+	[COMMAND_FAULT_NOT_OFFERED] = NULL,	/* has a text of its own */
+	[COMMAND_FAULT_ONE_SHOT_RING] = "the one-shot ring holds at most 64, it claims",
+	[COMMAND_FAULT_ONE_SHOT_ID] = "the slot of a one-shot holds another id, expected was",
+};
+
+static const char *const part_names[COMMAND_PARTS] = {
+	[COMMAND_PART_PWM] = "PWM",
+	[COMMAND_PART_POEXTBUS] = "PoExtBus",
+	[COMMAND_PART_EXTERNAL_OUTPUTS] = "external outputs and relays",
+	[COMMAND_PART_PONET] = "PoNET",
+};
+
+static void put_link(struct line *line, const struct event *e)
+{
+	if (e->a == e->b)
+		put(line, "still %s%s", PICK(link_names, e->a), PICK(fault_texts, e->c));
+	else
+		put(line, "%s (was %s)%s", PICK(link_names, e->a), PICK(link_names, e->b),
+		    PICK(fault_texts, e->c));
+}
+
+static void put_identified(struct line *line, const struct event *e)
+{
+	put(line, "is serial number %lld, hardware %lld, firmware %lld.%lld.%lld",
+	    (long long)e->a, (long long)e->b, (long long)(e->c >> 16 & 0xff),
+	    (long long)(e->c >> 8 & 0xff), (long long)(e->c & 0xff));
+}
+
+static void put_wrong_serial(struct line *line, const struct event *e)
+{
+	put(line, "serial number %lld answers, %lld is configured; it is left alone",
+	    (long long)e->a, (long long)e->b);
+}
+
+static void put_setting(struct line *line, const struct event *e)
+{
+	const struct wire_op_row *row = wire_op((enum wire_op)e->a);
+
+	put(line, "setting %s", row ? row->name : "unknown");
+	if (e->b >= 0)
+		put(line, " of number %lld", (long long)e->b);
+}
+
+static void put_config_changed(struct line *line, const struct event *e)
+{
+	put_setting(line, e);
+	put(line, " changed to 0x%llx (not saved in the device)", (unsigned long long)e->c);
+}
+
+static void put_config_refused(struct line *line, const struct event *e)
+{
+	put_setting(line, e);
+	put(line, " was not taken by the device; check the value, or whether it is locked");
+}
+
+static void put_rebooted(struct line *line, const struct event *e)
+{
+	put(line, "was restarted: its clock went from %lld to %lld ms", (long long)e->a,
+	    (long long)e->b);
+}
+
+static void put_commander(struct line *line, const struct event *e)
+{
+	if (e->a)
+		put(line, "a commander drives it");
+	else
+		put(line, "the commander's heartbeat is %lld us late", (long long)e->b);
+}
+
+static void put_safe(struct line *line, const struct event *e)
+{
+	put(line, e->a ? "outputs and axes are in the safe state" : "left the safe state");
+}
+
+static void put_machine(struct line *line, const struct event *e)
+{
+	put(line, e->a ? "motion is permitted" : "motion is no longer permitted");
+}
+
+static void put_bad_command(struct line *line, const struct event *e)
+{
+	put(line, "command refused: ");
+	if (e->a == COMMAND_FAULT_NOT_OFFERED)
+		put(line, "this version does not drive %s", PICK(part_names, e->b));
+	else
+		put(line, "%s %lld", PICK(fault_names, e->a), (long long)e->b);
+}
+
+static void put_foreign_image(struct line *line, const struct event *e)
+{
+	put(line, "command image of another layout (magic 0x%llx, version %lld); "
+	    "daemon and commander must be of one release",
+	    (unsigned long long)e->a, (long long)e->b);
+}
+
+static void put_one_shot(struct line *line, const struct event *e)
+{
+	put(line, "one-shot %lld (%s): %s", (long long)e->b, PICK(one_shot_names, e->a),
+	    PICK(outcome_names, e->c));
+}
+
+static void put_stale(struct line *line, const struct event *e)
+{
+	if (e->a)
+		put(line, "data is stale: %lld us old", (long long)e->b);
+	else
+		put(line, "data is fresh again");
+}
+
+static void put_packets(struct line *line, const struct event *e)
+{
+	put(line, "%lld %s", (long long)e->b, PICK(packet_names, e->a));
+}
+
+static void put_cycle_skipped(struct line *line, const struct event *e)
+{
+	put(line, "%lld cycles were missed; is something else on this core?", (long long)e->a);
+}
+
+static void put_transport(struct line *line, const struct event *e)
+{
+	put(line, "network transport failed: %s", strerror((int)-e->a));
+}
+
+static void put_engine(struct line *line, const struct event *e)
+{
+	switch (e->a) {
+	case 100:
+		put(line, "pulse engine stopped by a limit switch; clear the fault to go on");
+		break;
+	case 101:
+		put(line, "pulse engine stopped by the emergency input; clear the fault to go on");
+		break;
+	default:
+		put(line, "pulse engine went from state %lld to %lld", (long long)e->b,
+		    (long long)e->a);
+	}
+}
+
+static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
+	[EVENT_LINK] = put_link,
+	[EVENT_IDENTIFIED] = put_identified,
+	[EVENT_WRONG_SERIAL] = put_wrong_serial,
+	[EVENT_CONFIG_CHANGED] = put_config_changed,
+	[EVENT_CONFIG_REFUSED] = put_config_refused,
+	[EVENT_REBOOTED] = put_rebooted,
+	[EVENT_COMMANDER] = put_commander,
+	[EVENT_SAFE] = put_safe,
+	[EVENT_MACHINE] = put_machine,
+	[EVENT_BAD_COMMAND] = put_bad_command,
+	[EVENT_FOREIGN_IMAGE] = put_foreign_image,
+	[EVENT_ONE_SHOT] = put_one_shot,
+	[EVENT_STALE] = put_stale,
+	[EVENT_PACKETS] = put_packets,
+	[EVENT_CYCLE_SKIPPED] = put_cycle_skipped,
+	[EVENT_TRANSPORT] = put_transport,
+	[EVENT_ENGINE] = put_engine,
+};
+
+size_t event_format(const struct event *event, const char *device, char *text, size_t size)
+{
+	struct line line = { .text = text, .size = size };
+
+	if (!size)
+		return 0;
+	text[0] = '\0';
+	if (device)
+		put(&line, "%s: ", device);
+	if (event->code < EVENT_CODES && texts[event->code])
+		texts[event->code](&line, event);
+	else
+		put(&line, "event %u", (unsigned int)event->code);
+	return line.length;
+}

@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What the realtime side has to say, for somebody else to write down.
+ *
+ * A bounded ring with one writer (the realtime thread) and one reader (the
+ * control thread). The writer never waits: a full ring drops the event and
+ * counts it. The texts stand in the table of event.c, so that the journal,
+ * the man page and the tests use the same ones.
+ */
+#ifndef DEVICE_EVENT_H
+#define DEVICE_EVENT_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { EVENT_RING = 256 };
+
+/* syslog's levels */
+enum event_level { EVENT_ERROR = 3, EVENT_WARNING = 4, EVENT_NOTICE = 5, EVENT_INFO = 6, EVENT_DEBUG = 7 };
+
+enum event_code {
+	EVENT_NONE = 0,
+	EVENT_LINK,		/* a = enum pokeys_link now, b = before, c = enum pokeys_fault */
+	EVENT_IDENTIFIED,	/* a = serial, b = hardware id, c = firmware major<<16|minor<<8|revision */
+	EVENT_WRONG_SERIAL,	/* a = found, b = wanted */
+	EVENT_CONFIG_CHANGED,	/* a = enum wire_op, b = pin, encoder or axis, -1 = none, c = written */
+	EVENT_CONFIG_REFUSED,	/* a = enum wire_op, b = as above */
+	EVENT_REBOOTED,		/* a = tick before, b = tick now (ms) */
+	EVENT_COMMANDER,	/* a = 1 came, 0 lost; b = age of the heartbeat, us */
+	EVENT_SAFE,		/* a = 1 entered, 0 left */
+	EVENT_MACHINE,		/* a = 1 motion permitted, 0 not */
+	EVENT_BAD_COMMAND,	/* a = enum command_fault, b = index */
+	EVENT_FOREIGN_IMAGE,	/* the command image has another layout; a = magic, b = version */
+	EVENT_ONE_SHOT,		/* a = operation, b = id, c = enum pokeys_outcome */
+	EVENT_STALE,		/* a = 1 stale, 0 fresh again; b = age, us */
+	EVENT_PACKETS,		/* first of a kind or at most once in 10 s: a = enum event_packets, b = how many */
+	EVENT_CYCLE_SKIPPED,	/* at most once in 10 s: a = how many since the last */
+	EVENT_TRANSPORT,	/* a = -errno */
+	EVENT_ENGINE,		/* pulse engine, a = state now, b = before (protocol section 3.24.1) */
+	EVENT_CODES
+};
+
+/* EVENT_PACKETS: what went wrong with packets. */
+enum event_packets {
+	EVENT_PACKETS_LOST,		/* tries without answer in time */
+	EVENT_PACKETS_STRAY,		/* answers to nothing that was asked */
+	EVENT_PACKETS_CORRUPT,
+	EVENT_PACKETS_WRONG_SOURCE,
+	EVENT_PACKETS_NOT_SENT,		/* the kernel refused */
+	EVENT_PACKETS_KINDS
+};
+
+/* EVENT_BAD_COMMAND: what in the command image was refused. */
+enum command_fault {
+	COMMAND_FAULT_NONE = 0,
+	COMMAND_FAULT_IMAGE,		/* all of it; index = -errno of the reader */
+	COMMAND_FAULT_SESSION,		/* session 0 */
+	COMMAND_FAULT_FLAGS,		/* flags that do not exist; index = the flags */
+	COMMAND_FAULT_OUTPUT,		/* outputs beyond pin 55 */
+	COMMAND_FAULT_AXIS_MODE,	/* index = axis, here and below */
+	COMMAND_FAULT_AXIS_ENABLE,
+	COMMAND_FAULT_AXIS_POSITION,	/* beyond what the device's planner can do */
+	COMMAND_FAULT_AXIS_VELOCITY,	/* not a number, or beyond any axis */
+	COMMAND_FAULT_AXIS_SETUP,	/* enabled, but not set up in the device for this mode */
+	COMMAND_FAULT_NOT_OFFERED,	/* index = enum command_part */
+	COMMAND_FAULT_ONE_SHOT_RING,	/* index = how many the ring claims to hold */
+	COMMAND_FAULT_ONE_SHOT_ID,	/* index = id that was expected */
+	COMMAND_FAULTS
+};
+
+/* Parts of the command image that this version does not drive. */
+enum command_part {
+	COMMAND_PART_PWM,
+	COMMAND_PART_POEXTBUS,
+	COMMAND_PART_EXTERNAL_OUTPUTS,
+	COMMAND_PART_PONET,
+	COMMAND_PARTS
+};
+
+struct event {
+	uint64_t t_ns;
+	uint16_t code;
+	uint8_t level;
+	uint8_t device;			/* index, 255 = none */
+	uint32_t reserved;
+	int64_t a, b, c;
+};
+
+struct event_ring {
+	_Atomic uint32_t head, tail;
+	_Atomic uint64_t dropped;
+	_Atomic uint32_t high_water;
+	struct event slot[EVENT_RING];
+};
+
+/* Realtime, writer's side. */
+void event_push(struct event_ring *ring, const struct event *event);
+
+/* Reader's side: 1 = *out is the oldest, 0 = empty. */
+int event_pop(struct event_ring *ring, struct event *out);
+
+/* One line for a person; `device` is its name (or NULL). Cold. Returns the length. */
+size_t event_format(const struct event *event, const char *device, char *text, size_t size);
+
+#endif

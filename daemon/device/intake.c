@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The command image comes in: looked at once a cycle, believed in nothing.
+ *
+ * Each field is judged by itself. A bad value is refused, counted and
+ * flagged, and the last good value of that field stays; so a commander with
+ * one broken axis still has its outputs. Off is never refused: machine-on and
+ * an axis' enable that fall are heard whatever stands beside them. An image that is refused as a whole
+ * is as good as none: the heartbeat grows old by itself.
+ *
+ * The heartbeat is late by our own clock, from when we last saw it change.
+ * The commander's time stamps prove nothing: its clock may be another one,
+ * and a dead commander's last image stays in memory for ever. For the same
+ * reason the first image of a session is not fresh until it changes.
+ */
+
+#include <math.h>
+#include <string.h>
+#include "daemon/device/internal.h"
+
+#define SAY_AGAIN_NS (10 * SECOND)
+#define POSITION_MAX (INT32_C(1) << 24)	/* the planner's range, protocol section 3.24.1 */
+#define VELOCITY_MAX 1e7f
+#define KNOWN_FLAGS (POKEYS_COMMAND_MACHINE_ON | POKEYS_COMMAND_LIMIT_OVERRIDE)
+
+/* Count it; true when it is time to say it (again). */
+static bool count(struct device *device, enum command_fault fault)
+{
+	struct intake *intake = &device->intake;
+	uint64_t *said = &intake->said_ns[fault];
+
+	intake->bad = true;
+	intake->refused++;
+	if (*said && device->now_ns - *said < SAY_AGAIN_NS)
+		return false;
+	*said = device->now_ns;
+	return true;
+}
+
+void intake_refuse(struct device *device, enum command_fault fault, int64_t index)
+{
+	if (count(device, fault))
+		device_say(device, EVENT_BAD_COMMAND, EVENT_WARNING, fault, index, 0);
+}
+
+static void take_flags(struct device *device, uint32_t flags)
+{
+	if (flags & ~(uint32_t)KNOWN_FLAGS) {
+		intake_refuse(device, COMMAND_FAULT_FLAGS, flags);
+		device->intake.machine_on &= (flags & POKEYS_COMMAND_MACHINE_ON) != 0;
+		device->intake.limit_override &= (flags & POKEYS_COMMAND_LIMIT_OVERRIDE) != 0;
+		return;
+	}
+	device->intake.machine_on = flags & POKEYS_COMMAND_MACHINE_ON;
+	device->intake.limit_override = flags & POKEYS_COMMAND_LIMIT_OVERRIDE;
+}
+
+static void take_outputs(struct device *device, const struct pokeys_command *command)
+{
+	const uint64_t outputs = pins_load(command->digital_out);
+	const uint64_t mask = pins_load(command->digital_out_mask);
+	const uint64_t beyond = (outputs | mask) & ~OUTPUT_PINS;
+
+	if (beyond) {
+		intake_refuse(device, COMMAND_FAULT_OUTPUT, __builtin_ctzll(beyond) / 8);
+		return;
+	}
+	device->intake.outputs = outputs;
+	device->intake.outputs_mask = mask;
+}
+
+/* What is wrong with an axis as commanded. */
+static enum command_fault axis_fault(const struct device *device, unsigned int i,
+				     const struct pokeys_axis_command *axis)
+{
+	if (axis->enable > 1)
+		return COMMAND_FAULT_AXIS_ENABLE;
+	if (axis->mode == POKEYS_AXIS_OFF)
+		return COMMAND_FAULT_NONE;
+	if (axis->mode != POKEYS_AXIS_POSITION)
+		return COMMAND_FAULT_AXIS_MODE;
+	if (axis->position > POSITION_MAX || axis->position < -POSITION_MAX)
+		return COMMAND_FAULT_AXIS_POSITION;
+	if (!isfinite(axis->velocity) || fabsf(axis->velocity) > VELOCITY_MAX)
+		return COMMAND_FAULT_AXIS_VELOCITY;
+	if (axis->enable && running(device) && !motion_drivable(device, i))
+		return COMMAND_FAULT_AXIS_SETUP;
+	return COMMAND_FAULT_NONE;
+}
+
+static void take_axis(struct device *device, unsigned int i,
+		      const struct pokeys_axis_command *axis)
+{
+	const enum command_fault fault = axis_fault(device, i, axis);
+	struct axis_wish *wish = &device->intake.axis[i];
+
+	wish->good = !fault;
+	if (fault) {
+		intake_refuse(device, fault, i);
+		wish->enable &= axis->enable != 0;
+		return;
+	}
+	wish->enable = axis->enable && axis->mode == POKEYS_AXIS_POSITION;
+	wish->position = axis->position;
+	wish->velocity = fabsf(axis->velocity);
+}
+
+static bool any(const uint8_t *bytes, size_t count)
+{
+	for (size_t i = 0; i < count; i++) {
+		if (bytes[i])
+			return true;
+	}
+	return false;
+}
+
+/* Silence would look as if it were driven. */
+static void refuse_unoffered(struct device *device, const struct pokeys_command *command)
+{
+	if (command->pwm_enable)
+		intake_refuse(device, COMMAND_FAULT_NOT_OFFERED, COMMAND_PART_PWM);
+	if (any(command->poextbus_mask, sizeof(command->poextbus_mask)))
+		intake_refuse(device, COMMAND_FAULT_NOT_OFFERED, COMMAND_PART_POEXTBUS);
+	if (command->external_outputs_mask || command->relays_mask)
+		intake_refuse(device, COMMAND_FAULT_NOT_OFFERED, COMMAND_PART_EXTERNAL_OUTPUTS);
+	if (command->ponet_mask)
+		intake_refuse(device, COMMAND_FAULT_NOT_OFFERED, COMMAND_PART_PONET);
+}
+
+static void take_values(struct device *device, const struct pokeys_command *command)
+{
+	device->intake.bad = false;
+	take_flags(device, command->flags);
+	take_outputs(device, command);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		take_axis(device, i, &command->axis[i]);
+	refuse_unoffered(device, command);
+}
+
+/*
+ * Another commander, or the same one started anew: nothing of before counts.
+ * Not fresh yet, it also ends the permission to move.
+ */
+static void begin_session(struct device *device, const struct pokeys_command *command)
+{
+	struct intake *intake = &device->intake;
+
+	intake->session = command->session;
+	intake->heartbeat = command->heartbeat;
+	intake->seen_ns = 0;
+	intake->machine_on = false;
+	intake->limit_override = false;
+	intake->outputs = 0;
+	intake->outputs_mask = 0;
+	memset(intake->axis, 0, sizeof(intake->axis));
+	device->safe.commanded |= pins_load(command->digital_out_mask) & OUTPUT_PINS;
+	one_shot_session(device, command->one_shot_head);
+}
+
+static bool readable(struct device *device, const struct pokeys_command *command, int refused)
+{
+	if (refused) {
+		intake_refuse(device, COMMAND_FAULT_IMAGE, refused);
+		return false;
+	}
+	if (!command)
+		return false;
+	if (command->magic != POKEYS_COMMAND_MAGIC || command->version != POKEYS_COMMAND_VERSION) {
+		if (count(device, COMMAND_FAULT_IMAGE))
+			device_say(device, EVENT_FOREIGN_IMAGE, EVENT_ERROR, command->magic,
+				   command->version, 0);
+		return false;
+	}
+	if (!command->session) {
+		intake_refuse(device, COMMAND_FAULT_SESSION, 0);
+		return false;
+	}
+	return true;
+}
+
+static bool heartbeat_fresh(const struct device *device)
+{
+	const struct intake *intake = &device->intake;
+
+	return intake->seen_ns &&
+	       device->now_ns - intake->seen_ns < device->config.heartbeat_timeout_ns;
+}
+
+static void take(struct device *device, const struct pokeys_command *command)
+{
+	struct intake *intake = &device->intake;
+
+	if (command->session != intake->session) {
+		begin_session(device, command);
+		return;
+	}
+	if (command->heartbeat != intake->heartbeat) {
+		intake->heartbeat = command->heartbeat;
+		intake->t_ns = command->t_ns;
+		intake->seen_ns = device->now_ns;
+		take_values(device, command);
+	}
+	if (heartbeat_fresh(device))
+		one_shot_intake(device, command);
+}
+
+static void judge_freshness(struct device *device)
+{
+	struct intake *intake = &device->intake;
+	const uint64_t age = device->now_ns - intake->seen_ns;
+	const bool fresh = heartbeat_fresh(device);
+
+	if (fresh != intake->fresh)
+		device_say(device, EVENT_COMMANDER, fresh ? EVENT_NOTICE : EVENT_WARNING, fresh,
+			   (int64_t)(age / 1000), 0);
+	intake->fresh = fresh;
+}
+
+void intake_cycle(struct device *device, const struct pokeys_command *command, int refused)
+{
+	if (readable(device, command, refused))
+		take(device, command);
+	judge_freshness(device);
+}

@@ -1,0 +1,489 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What the files of this room share: one struct for each behaviour, and the
+ * functions by which they call each other. Everything here belongs to the
+ * realtime thread.
+ *
+ * One rule keeps the order simple: what a reply says is stored when it comes,
+ * what follows from it is done in the next device_cycle(). So no request is
+ * cancelled, and no state left, from inside a parser.
+ */
+#ifndef DEVICE_INTERNAL_H
+#define DEVICE_INTERNAL_H
+
+#include "daemon/device/device.h"
+#include "daemon/device/encoder.h"
+#include "daemon/device/histogram.h"
+#include "wire/encoder.h"
+#include "wire/io.h"
+#include "wire/model.h"
+#include "wire/pulse.h"
+#include "wire/system.h"
+
+#define MS UINT64_C(1000000)
+#define SECOND (1000 * MS)
+
+enum {
+	BUDGET = 3,		/* requests a cycle, of whatever kind */
+	ENCODER_BANKS = 2,	/* 0xCD: 0..12 and 13..25 */
+};
+
+#define OUTPUT_PINS ((UINT64_C(1) << POKEYS_PINS) - 1)
+
+/* life.c */
+struct life {
+	uint32_t address;		/* 0 = none yet */
+	uint16_t port;
+	uint8_t fault;			/* what was said last */
+	bool probing;			/* a probe is open */
+	bool ran;			/* was running since it was last found */
+	bool foreign;			/* somebody else answers there */
+	bool asked;			/* something was asked since the last answer */
+	bool rebooted;			/* to be acted upon in the next cycle */
+	uint64_t quiet_since_ns;	/* the last answer, or the first question after it */
+	uint64_t patient_until_ns;	/* silence is expected (flash is written) */
+	uint64_t probe_after_ns;
+	uint64_t failed_sends;		/* statistics.send_failed when the probe began */
+	uint64_t foreign_said_ns;
+	uint32_t foreign_serial;
+};
+
+/* identify.c */
+enum identify_step {
+	IDENTIFY_DATA,
+	IDENTIFY_TICK,
+	IDENTIFY_NAME,
+	IDENTIFY_USER,
+	IDENTIFY_OPTIONS,
+	IDENTIFY_STEPS
+};
+
+struct identify {
+	struct {
+		bool open, done;
+		uint8_t failures;
+	} step[IDENTIFY_STEPS];
+	struct wire_identity identity;
+	bool alive_open, alive_tick;	/* the request that tells whether it still lives */
+	uint64_t alive_ns;
+	bool tick_known;
+	uint32_t tick_ms;
+	uint64_t tick_t_ns;
+};
+
+/* configure.c, setting.c */
+enum setting_state {
+	SETTING_READ,		/* to be read */
+	SETTING_READING,
+	SETTING_WRITE,		/* differs: to be written */
+	SETTING_WRITING,
+	SETTING_DONE,
+	SETTING_REFUSED,
+};
+
+enum setting_index {
+	SETTING_PINS,
+	SETTING_ENCODER_OPTIONS,
+	SETTING_ENCODER_PINS,
+	SETTING_FAST_ENCODERS,
+	SETTING_ULTRA_ENCODER,
+	SETTING_ENGINE,
+	SETTING_EMERGENCY,
+	SETTING_AXIS,		/* and one more for each further axis */
+	SETTINGS = SETTING_AXIS + POKEYS_AXES
+};
+
+union setting_value {
+	struct wire_pin_all_rep pins;
+	struct wire_encoder_options_rep options;
+	struct wire_encoder_pins_rep encoder_pins;
+	struct wire_fast_encoders_rep fast;
+	struct wire_ultra_encoder_rep ultra;
+	struct wire_pulse_status_rep engine;
+	struct wire_pulse_emergency_rep emergency;
+	struct wire_pulse_axis_get_rep axis;
+};
+
+union setting_request {
+	struct wire_pin_all_req pins;
+	struct wire_encoder_options_req options;
+	struct wire_encoder_pins_req encoder_pins;
+	struct wire_fast_encoders_req fast;
+	struct wire_ultra_encoder_req ultra;
+	struct wire_pulse_status_req status;
+	struct wire_pulse_setup_req setup;
+	struct wire_pulse_emergency_req emergency;
+	struct wire_pulse_axis_get_req axis_get;
+	struct wire_pulse_axis_set_req axis_set;
+};
+
+struct setting {
+	uint8_t state;			/* enum setting_state */
+	uint8_t failures;		/* reads without answer */
+	uint8_t writes;
+	uint64_t changed;		/* bit = pin or encoder that was written; bit 0 = all else */
+	uint64_t after_ns;		/* read not before */
+	union setting_value value;	/* as the device has it */
+	union setting_request write;	/* as we want it */
+};
+
+struct configure {
+	struct setting setting[SETTINGS];
+	bool standing;			/* the pulse engine stands: settings may be written */
+	bool stop_open;
+	uint64_t again_ns;		/* blocked until then; 0 = not */
+};
+
+/* plan.c, slow.c */
+enum slow_group {
+	SLOW_ENCODERS_LOW,
+	SLOW_ENCODERS_HIGH,
+	SLOW_ANALOG,
+	SLOW_COUNTERS,
+	SLOW_POEXTBUS,
+	SLOW_TICK,
+	SLOW_PWM,
+	SLOW_LOAD,
+	SLOW_CLOCK,
+	SLOW_EXTERNAL,
+	SLOW_IDENTITY,
+	SLOW_GROUPS
+};
+
+struct slow {
+	bool open, answered;
+	uint8_t failures;
+	uint64_t due_ns;
+};
+
+struct plan {
+	uint64_t next_cycle;
+	bool io_open, io_write, io_mixed;	/* mixed: resent with other outputs than first */
+	bool status_open, status_skipped;
+	bool measuring;				/* the fast replies are still awaited ... */
+	uint64_t measured_tick_ns;		/* ... of this tick */
+	uint64_t io_outputs, io_mask;
+	uint64_t last_io_ns;			/* when the last one was answered */
+	struct slow slow[SLOW_GROUPS];
+	uint8_t counter_pin[POKEYS_PINS];	/* 0-based pins that count */
+	uint8_t counters, counter_next;
+	uint8_t counter_asked[WIRE_COUNTERS];
+};
+
+/* intake.c */
+struct axis_wish {
+	int32_t position;
+	float velocity;
+	bool enable;
+	bool good;			/* nothing was wrong with it in the newest image */
+};
+
+struct intake {
+	uint32_t session;		/* 0 = none seen */
+	uint64_t heartbeat;
+	uint64_t seen_ns;		/* when it last changed; 0 = never */
+	uint64_t t_ns;			/* of the image */
+	bool fresh;
+	bool machine_on, limit_override;
+	uint64_t outputs, outputs_mask;
+	struct axis_wish axis[POKEYS_AXES];
+	bool bad;
+	uint64_t refused;
+	uint64_t said_ns[COMMAND_FAULTS];
+};
+
+/* safe.c */
+struct safe {
+	bool wanted;			/* the commander is gone, or the daemon ends */
+	bool stopping;
+	uint64_t stopping_ns;
+	uint64_t started_ns;		/* first cycle, 0 = none yet */
+	uint64_t commanded;		/* outputs that a commander ever drove */
+	uint64_t acked, acked_mask;	/* outputs as the device has acknowledged them */
+	bool edge_armed;		/* machine-on was seen low while all was well */
+	bool permitted;			/* motion */
+	bool reached;
+};
+
+/* motion.c, reference.c */
+enum motion_phase {
+	MOTION_OFF,		/* the engine stands, or is to stand */
+	MOTION_HOLD,		/* telling it where it is, before it may run */
+	MOTION_START,
+	MOTION_ON,
+};
+
+struct references {
+	uint8_t mask;
+	int32_t position[POKEYS_AXES];
+	uint16_t velocity[POKEYS_AXES];
+};
+
+struct motion {
+	uint8_t phase;			/* enum motion_phase */
+	bool run_open, stop_open;	/* engine state requests under way */
+	bool stop_wanted;		/* until the engine is seen to stand */
+	bool verify;			/* a status asked after the last of them must come first */
+	bool override_sent;
+	uint64_t state_ended_ns;
+	uint64_t run_after_ns;		/* not to be started again before */
+	uint8_t driven;			/* bit = axis follows the command */
+	uint8_t releasing;		/* was driven, is being told to hold */
+	uint8_t mask_sent;		/* output enables as last told */
+	int32_t hold[POKEYS_AXES];
+	bool reference_open;
+	bool reference_mixed;		/* resent with other values than first */
+	bool known;			/* acked is what the device has */
+	uint64_t reference_ns;		/* when it was last sent */
+	struct references sent, acked;
+};
+
+/* one_shot.c, operation.c */
+enum one_shot_phase {
+	ONE_SHOT_IDLE,
+	ONE_SHOT_NEXT,		/* `step` is to be sent */
+	ONE_SHOT_OPEN,		/* sent, not answered */
+};
+
+struct one_shots {
+	uint32_t tail;			/* next id to take */
+	uint8_t phase;			/* enum one_shot_phase */
+	uint8_t step;			/* of the operation */
+	bool acted;			/* a request that changes something was sent */
+	uint64_t serial;		/* the mailbox's, of the request that is awaited */
+	struct pokeys_one_shot now;	/* the one at work */
+	int32_t before[WIRE_ENCODER_BANK];
+	uint32_t armed;			/* bit = encoder that waits for its index */
+	bool disarm;			/* the fast encoders' index inputs are to be switched back */
+	bool disarm_open;
+	uint64_t refused;
+};
+
+/* meter.c */
+struct meter {
+	struct pokeys_statistics before;	/* at the last look */
+	uint64_t said_ns[EVENT_PACKETS_KINDS];
+	uint64_t said_count[EVENT_PACKETS_KINDS];
+	uint64_t cycles_late, reconnects;
+	uint32_t level;
+	bool stale, stale_said;
+	uint64_t stale_said_ns;
+	struct pokeys_histogram round_trip, fast_round_trip, receive, fresh;
+};
+
+/* request.c: how many events of a kind in this second. */
+struct talk {
+	uint64_t since_ns;
+	uint32_t count;
+};
+
+struct device {
+	pokeys_device_t mailbox;	/* first: parsers find the device by it */
+	struct device_config config;
+	struct event_ring *events;
+	struct talk talk[EVENT_CODES];
+	uint64_t now_ns;		/* of the call we are in */
+	uint64_t cycle, tick_ns;
+	uint64_t cycle_ns;		/* now_ns of the last cycle */
+	unsigned int budget;		/* requests that may still be sent in this cycle */
+	struct life life;
+	struct identify identify;
+	struct configure configure;
+	struct plan plan;
+	struct intake intake;
+	struct safe safe;
+	struct motion motion;
+	struct one_shots one_shots;
+	struct meter meter;
+	struct encoder encoder[POKEYS_ENCODERS];
+	struct pokeys_state image;
+};
+
+static inline struct device *device_of(pokeys_device_t *mailbox)
+{
+	return (struct device *)mailbox;
+}
+
+static inline bool running(const struct device *device)
+{
+	return device->image.link == POKEYS_LINK_RUNNING;
+}
+
+/* The reply was good; otherwise entry->state says what became of the request. */
+static inline bool answered(const mailbox_entry_t *entry)
+{
+	return entry->state == POKEYS_REQUEST_DONE;
+}
+
+/* 55 pins as bytes in the images, and as one number here. */
+static inline uint64_t pins_load(const uint8_t bytes[POKEYS_PIN_BYTES])
+{
+	return wire_get_u56(bytes) | (uint64_t)bytes[7] << 56;
+}
+
+static inline void pins_store(uint8_t bytes[POKEYS_PIN_BYTES], uint64_t pins)
+{
+	wire_put_u56(bytes, pins);
+	bytes[7] = (uint8_t)(pins >> 56);
+}
+
+/* request.c */
+
+/*
+ * Encode, create and send within this cycle's budget. False: not now (budget,
+ * window or ids are used up); nothing was sent and the caller tries again in
+ * the next cycle. deadline_ns 0 = as measured; otherwise the answer may take
+ * so long (one-shots that take the device's time).
+ */
+bool request_send(struct device *device, enum wire_op op, const void *value,
+		  pokeys_parser_t parser, pokeys_refresh_t refresh, void *context);
+bool request_send_patiently(struct device *device, enum wire_op op, const void *value,
+			    pokeys_parser_t parser, uint64_t deadline_ns);
+
+/* An event of this device; too many of a kind in a second are dropped. */
+void device_say(struct device *device, enum event_code code, enum event_level level, int64_t a,
+		int64_t b, int64_t c);
+
+/* life.c */
+void life_cycle(struct device *device);
+void life_enter(struct device *device, enum pokeys_link link, enum pokeys_fault fault);
+void life_fault(struct device *device, enum pokeys_fault fault);
+void life_refuse(struct device *device, enum pokeys_fault fault);
+void life_asked(struct device *device);
+void life_heard(struct device *device, uint64_t t_ns);
+
+/* identify.c */
+void identify_begin(struct device *device);
+void identify_cycle(struct device *device);
+/* Take a device for ours, or say why not. */
+enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_PK]);
+/* Now and then: does it live, is it the same one, the same start, is it locked? */
+void identify_alive(struct device *device);
+/* The device data once more: another one in its place is as good as a restart. */
+void identify_again(struct device *device, const mailbox_entry_t *entry);
+/* Its clock; life.rebooted is set when it went back. */
+void identify_tick(struct device *device, const mailbox_entry_t *entry);
+
+/* configure.c */
+void configure_begin(struct device *device);
+void configure_cycle(struct device *device);
+
+/* setting.c */
+struct setting_kind {
+	enum wire_op read, write;
+	/* Whether this device has it at all. */
+	bool (*has)(const struct device *device, unsigned int index);
+	/* Whether our configuration says anything about it. */
+	bool (*wanted)(const struct device *device, unsigned int index);
+	/* The request that reads it. */
+	void (*ask)(unsigned int index, union setting_request *request);
+	/* What would have to be written; returns what differs, 0 = nothing. */
+	uint64_t (*merge)(const struct device *device, unsigned int index,
+			  const union setting_value *value, union setting_request *request);
+	/* Into the state image. */
+	void (*learn)(struct device *device, unsigned int index, const union setting_value *value);
+	/* What an event says was written; `which` is a bit of `changed`. */
+	int64_t (*written)(const union setting_value *value, unsigned int which);
+};
+
+/* The kind of a setting, and its index within the kind. */
+const struct setting_kind *setting_kind(unsigned int setting, unsigned int *index);
+extern const struct setting_kind setting_engine, setting_emergency, setting_axis;
+
+/* plan.c */
+void plan_begin(struct device *device);
+void plan_cycle(struct device *device);
+
+/* slow.c */
+void slow_begin(struct device *device);
+/* Whether a group has waited so long that it takes the place of another request. */
+bool slow_overdue(const struct device *device);
+bool slow_send(struct device *device);
+/* This bank of encoders is to be read at once. */
+void slow_encoders_now(struct device *device, unsigned int bank);
+void slow_tick_now(struct device *device);
+
+/* decode.c */
+void decode_io(struct device *device, const mailbox_entry_t *entry);
+void decode_status(struct device *device, const mailbox_entry_t *entry);
+void decode_encoders(struct device *device, unsigned int bank, const mailbox_entry_t *entry);
+void decode_encoders_forget(struct device *device);
+void decode_axis_setup(struct device *device, unsigned int axis,
+		       const struct wire_axis_config *config);
+
+/* intake.c */
+void intake_cycle(struct device *device, const struct pokeys_command *command, int refused);
+void intake_refuse(struct device *device, enum command_fault fault, int64_t index);
+
+/* safe.c */
+void safe_begin(struct device *device);
+void safe_cycle(struct device *device);
+void safe_permit_drop(struct device *device);
+/* Outputs that are to be written now, and their values; mask 0 = none. */
+void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask);
+void safe_outputs_acked(struct device *device, uint64_t outputs, uint64_t mask);
+
+/* motion.c */
+void motion_begin(struct device *device);
+/* Decide anew what is wanted, from command, permission and status. */
+void motion_update(struct device *device);
+/* An engine state request, if one is due; true if one was sent. */
+bool motion_send_state(struct device *device);
+/* A status came, to a request of asked_ns. */
+void motion_status(struct device *device, uint64_t asked_ns);
+/* Positions were set: what is known of them may be older. */
+void motion_displaced(struct device *device);
+/* The engine does not move an axis. */
+bool motion_standing(const struct device *device);
+/* Axes that can be driven in position mode. */
+bool motion_drivable(const struct device *device, unsigned int axis);
+
+/* reference.c */
+bool reference_due(const struct device *device);
+bool reference_send(struct device *device);
+
+/* one_shot.c */
+
+/* Another commander: what it queued before we saw it is not executed. */
+void one_shot_session(struct device *device, uint32_t head);
+void one_shot_intake(struct device *device, const struct pokeys_command *command);
+bool one_shot_due(const struct device *device);
+bool one_shot_send(struct device *device);
+/* The link is gone: what is at work ends. */
+void one_shot_abort(struct device *device);
+/* Axes whose position is being set just now. */
+uint8_t one_shot_axes(const struct device *device);
+
+/* For operations: send the request of this step, or end with an outcome. */
+bool one_shot_request(struct device *device, enum wire_op op, const void *value);
+bool one_shot_request_patiently(struct device *device, enum wire_op op, const void *value,
+				uint64_t deadline_ns);
+void one_shot_end(struct device *device, enum pokeys_outcome outcome);
+
+/* operation.c, operation_encoder.c */
+struct operation {
+	/* Valid and permitted now? */
+	bool (*allowed)(const struct device *device, const struct pokeys_one_shot *shot);
+	/* Send the request of one_shots.step; false = not now. NULL: done without any. */
+	bool (*send)(struct device *device);
+	/* It was answered: one_shot_end(), or a further step. */
+	void (*answered)(struct device *device, const mailbox_entry_t *entry);
+	/* It acted or not, nobody knows: one_shot_end(), or a step that reads back. */
+	void (*unknown)(struct device *device);
+};
+
+/* NULL for an operation that does not exist or is not offered. */
+const struct operation *operation_find(uint8_t operation);
+extern const struct operation operation_set_encoder, operation_arm_index;
+/* Whether this new count of an armed encoder says that its index zeroed it. */
+bool operation_index_seen(struct device *device, unsigned int encoder, int32_t count,
+			  uint64_t t_ns);
+/* Switch the fast encoders' index inputs back, if that is due; true if it was sent. */
+bool operation_disarm(struct device *device);
+
+/* meter.c */
+void meter_cycle(struct device *device);
+void meter_reply(struct device *device, const mailbox_entry_t *entry, bool fast);
+void meter_publish(const struct device *device, struct pokeys_link_statistics *out);
+
+#endif

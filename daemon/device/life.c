@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Found, identified, configured, run, lost, and again: the one place where
+ * the link changes its state.
+ *
+ *	searching --answer--> identifying --> configuring --> running
+ *	    ^                     ^  ^                           |  |
+ *	    +-- another device ---+  +------- restarted ---------+  |
+ *	                          +--answer-- lost <---- silent ----+
+ *
+ * Nothing is ever given up: searching and lost ask "who are you" (0x00) some
+ * ten times a second, for ever, and that is the only request which a device
+ * gets before its serial number and type were seen to be right. A foreign
+ * device is asked now and then whether it is still the foreign one.
+ *
+ * Silence is counted from the last answer, or from the first question after
+ * it, so that nobody is lost who was not asked. A loop that itself stood
+ * still for as long has lost the device too: what happened meanwhile nobody
+ * knows, and motion has to be permitted anew (invariant I7).
+ *
+ * Coming from lost or restarted everything is read and compared again: the
+ * device may have been switched off, replaced, or set up by somebody else.
+ */
+
+#include "daemon/device/internal.h"
+
+#define PROBE_NS (100 * MS)		/* from probe to probe */
+#define FOREIGN_NS (500 * MS)		/* ... when a foreign device answers */
+#define WANTS_ADDRESS_NS (1 * SECOND)	/* so long nobody answered */
+#define SAY_AGAIN_NS (60 * SECOND)
+
+static enum event_level level_of(enum pokeys_link link, enum pokeys_fault fault)
+{
+	if (link == POKEYS_LINK_LOST || fault == POKEYS_FAULT_CONFIG_REFUSED ||
+	    fault == POKEYS_FAULT_LOCKED)
+		return EVENT_ERROR;
+	return fault ? EVENT_WARNING : EVENT_NOTICE;
+}
+
+/* The reason is kept until there is another one. */
+static void note_fault(struct device *device, enum pokeys_fault fault)
+{
+	device->life.fault = (uint8_t)fault;
+	if (!fault)
+		return;
+	device->image.fault = (uint8_t)fault;
+	device->image.fault_count++;
+}
+
+void life_fault(struct device *device, enum pokeys_fault fault)
+{
+	const enum pokeys_link link = (enum pokeys_link)device->image.link;
+
+	if (fault == device->life.fault)
+		return;
+	note_fault(device, fault);
+	device_say(device, EVENT_LINK, level_of(link, fault), link, link, fault);
+}
+
+static void leave_running(struct device *device)
+{
+	safe_permit_drop(device);
+	one_shot_abort(device);
+}
+
+static void begin_running(struct device *device)
+{
+	device->meter.reconnects += device->life.ran;
+	device->life.ran = true;
+	plan_begin(device);
+	safe_begin(device);
+	motion_begin(device);
+}
+
+void life_enter(struct device *device, enum pokeys_link link, enum pokeys_fault fault)
+{
+	const enum pokeys_link before = (enum pokeys_link)device->image.link;
+
+	if (link == before) {
+		life_fault(device, fault);
+		return;
+	}
+	note_fault(device, fault);
+	device->image.link = (uint8_t)link;
+	device->image.t_link_ns = device->now_ns;
+	device_say(device, EVENT_LINK, level_of(link, fault), link, before, fault);
+	if (before == POKEYS_LINK_RUNNING)
+		leave_running(device);
+	if (link == POKEYS_LINK_RUNNING)
+		begin_running(device);
+}
+
+void life_asked(struct device *device)
+{
+	struct life *life = &device->life;
+
+	if (!life->asked)
+		life->quiet_since_ns = device->now_ns;
+	life->asked = true;
+}
+
+void life_heard(struct device *device, uint64_t t_ns)
+{
+	struct life *life = &device->life;
+
+	if (t_ns > life->quiet_since_ns)
+		life->quiet_since_ns = t_ns;
+	life->asked = device->mailbox.in_flight_count > 0;
+}
+
+static enum pokeys_fault why_silent(const struct device *device)
+{
+	return device->mailbox.statistics.send_failed != device->life.failed_sends ?
+	       POKEYS_FAULT_NETWORK : POKEYS_FAULT_NO_ANSWER;
+}
+
+/* From the beginning, with nothing in flight and no round trip known. */
+static void start_over(struct device *device)
+{
+	struct life *life = &device->life;
+
+	pokeys_device_reset(&device->mailbox, device->now_ns);
+	life->asked = false;
+	life->rebooted = false;
+	life->patient_until_ns = 0;
+	life->probing = false;
+	life->probe_after_ns = device->now_ns;
+}
+
+static void lose(struct device *device)
+{
+	const enum pokeys_fault why = why_silent(device);
+
+	start_over(device);
+	life_enter(device, device->life.ran ? POKEYS_LINK_LOST : POKEYS_LINK_SEARCHING, why);
+}
+
+static void restarted(struct device *device)
+{
+	start_over(device);
+	identify_begin(device);
+	life_enter(device, POKEYS_LINK_IDENTIFYING, POKEYS_FAULT_REBOOTED);
+}
+
+void life_refuse(struct device *device, enum pokeys_fault fault)
+{
+	const uint32_t serial = device->identify.identity.serial;
+	struct life *life = &device->life;
+	const bool known = life->foreign && life->foreign_serial == serial;
+
+	if (fault == POKEYS_FAULT_WRONG_SERIAL &&
+	    (!known || device->now_ns - life->foreign_said_ns >= SAY_AGAIN_NS)) {
+		device_say(device, EVENT_WRONG_SERIAL, EVENT_ERROR, serial,
+			   device->config.serial, 0);
+		life->foreign_said_ns = device->now_ns;
+	}
+	life->foreign = true;
+	life->foreign_serial = serial;
+	life->ran = false;
+	life->asked = false;
+	life->probe_after_ns = device->now_ns + FOREIGN_NS;
+	life_enter(device, POKEYS_LINK_SEARCHING, fault);
+}
+
+static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+			uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+	enum pokeys_fault fault;
+
+	(void)context;
+	device->now_ns = now_ns;
+	device->life.probing = false;
+	if (entry->state == POKEYS_REQUEST_CANCELLED)
+		return;
+	if (!answered(entry)) {
+		life_fault(device, why_silent(device));
+		return;
+	}
+	identify_begin(device);
+	fault = identify_take(device, entry->response_buffer);
+	if (fault) {
+		life_refuse(device, fault);
+		return;
+	}
+	device->life.foreign = false;
+	life_enter(device, POKEYS_LINK_IDENTIFYING, POKEYS_FAULT_NONE);
+}
+
+static void probe(struct device *device)
+{
+	struct life *life = &device->life;
+
+	if (!life->address) {
+		life_fault(device, POKEYS_FAULT_NO_ADDRESS);
+		return;
+	}
+	if (life->probing || device->now_ns < life->probe_after_ns)
+		return;
+	life->failed_sends = device->mailbox.statistics.send_failed;
+	if (!request_send(device, WIRE_OP_DEVICE_DATA, NULL, probe_ended, NULL, NULL))
+		return;
+	life->probing = true;
+	life->probe_after_ns = device->now_ns + PROBE_NS;
+}
+
+/* Nobody has answered for long, or nobody has asked: we stood still. */
+static bool silent(const struct device *device)
+{
+	const struct life *life = &device->life;
+	const uint64_t limit = device->config.lost_after_ns;
+
+	if (device->now_ns < life->patient_until_ns)
+		return false;
+	if (device->cycle_ns && device->now_ns - device->cycle_ns >= limit)
+		return true;
+	return life->asked && device->now_ns - life->quiet_since_ns >= limit;
+}
+
+static void found_cycle(struct device *device)
+{
+	if (silent(device)) {
+		lose(device);
+		return;
+	}
+	if (device->life.rebooted)
+		restarted(device);
+}
+
+void life_cycle(struct device *device)
+{
+	if (device->image.link != POKEYS_LINK_SEARCHING && device->image.link != POKEYS_LINK_LOST)
+		found_cycle(device);
+	switch ((enum pokeys_link)device->image.link) {
+	case POKEYS_LINK_SEARCHING:
+	case POKEYS_LINK_LOST:
+		probe(device);
+		break;
+	case POKEYS_LINK_IDENTIFYING:
+		identify_cycle(device);
+		break;
+	case POKEYS_LINK_CONFIGURING:
+		configure_cycle(device);
+		break;
+	case POKEYS_LINK_RUNNING:
+		plan_cycle(device);
+		break;
+	}
+}
+
+void device_set_address(struct device *device, uint32_t address, uint16_t port, uint64_t now_ns)
+{
+	struct life *life = &device->life;
+
+	device->now_ns = now_ns;
+	if (life->address == address && life->port == port)
+		return;
+	life->address = address;
+	life->port = port;
+	life->foreign = false;
+	life->ran = false;
+	start_over(device);
+	pokeys_device_set_peer(&device->mailbox, address, port);
+	life_enter(device, POKEYS_LINK_SEARCHING, POKEYS_FAULT_NONE);
+	device->image.identity.address = address;
+}
+
+bool device_wants_address(const struct device *device)
+{
+	const struct life *life = &device->life;
+	const uint8_t link = device->image.link;
+
+	if (device->config.address ||
+	    (link != POKEYS_LINK_SEARCHING && link != POKEYS_LINK_LOST))
+		return false;
+	return !life->address || life->foreign ||
+	       device->now_ns - device->image.t_link_ns >= WANTS_ADDRESS_NS;
+}

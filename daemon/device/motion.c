@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The pulse engine's state: from permission to running and back (protocol
+ * sections 3.24.3 and 5.3).
+ *
+ *	off --permitted, an axis is enabled--> hold --> start --> on
+ *	 ^                                                         |
+ *	 +---- permission gone, or the engine is not running ------+
+ *
+ * hold tells every axis to stay where it is before the engine may run: the
+ * documents do not say what becomes of a reference from before. start asks
+ * the engine to run; on means a status said that it does.
+ *
+ * The rule for the first move: from the edge of machine-on the references are
+ * those of the newest command image, never one from before the edge. The
+ * daemon adds no jump of its own; where the command stands then is the
+ * commander's business, it is told the position all the time. While a position
+ * is being set nobody knows it: the engine does not begin to run, nor an axis to
+ * follow, before a status that was asked for afterwards.
+ *
+ * Off is not believed but seen: stop is sent, answered, and then a status
+ * that was asked for after the answer must show the engine standing, or it is
+ * sent again. So a late "run" that overtook the stop is caught too. An engine
+ * that stops by itself takes the permission away with it, and one that has
+ * tripped (100, 101) is left as it is until a commander clears the fault.
+ */
+
+#include <string.h>
+#include "daemon/device/internal.h"
+
+#define RUN_AGAIN_NS (20 * MS)
+
+bool motion_drivable(const struct device *device, unsigned int axis)
+{
+	return axis < device->image.engine.axes_enabled &&
+	       device->image.engine.axis[axis].mode == POKEYS_AXIS_POSITION;
+}
+
+static bool has_engine(const struct device *device)
+{
+	return device->image.capability.pulse_engine >= 2;
+}
+
+/* A stop would also clear a trip, and that is the commander's to do. */
+static bool tripped(uint8_t state)
+{
+	return state == WIRE_ENGINE_STOP_LIMIT || state == WIRE_ENGINE_STOP_EMERGENCY;
+}
+
+static bool stands(uint8_t state)
+{
+	return state == WIRE_ENGINE_STOPPED || tripped(state);
+}
+
+bool motion_standing(const struct device *device)
+{
+	const struct motion *motion = &device->motion;
+
+	if (!has_engine(device))
+		return true;
+	return motion->phase == MOTION_OFF && !motion->stop_wanted && !motion->stop_open &&
+	       !motion->run_open && !motion->verify && stands(device->image.engine.state);
+}
+
+void motion_begin(struct device *device)
+{
+	memset(&device->motion, 0, sizeof(device->motion));
+	device->motion.verify = true;
+	device->motion.state_ended_ns = device->now_ns;
+}
+
+/* From now on these axes stay where they are. */
+static void hold(struct device *device, uint8_t axes)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (axes >> i & 1)
+			device->motion.hold[i] = device->image.engine.axis[i].position;
+	}
+}
+
+/* The axes that are to follow the command. */
+static uint8_t wished(const struct device *device)
+{
+	const struct motion *motion = &device->motion;
+	uint8_t axes = 0;
+
+	if (!device->safe.permitted)
+		return 0;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct axis_wish *wish = &device->intake.axis[i];
+		const bool was = motion->driven >> i & 1;
+
+		if (wish->enable && (wish->good || was) && motion_drivable(device, i))
+			axes |= (uint8_t)(1u << i);
+	}
+	return axes & (uint8_t)~(one_shot_axes(device) & ~motion->driven);
+}
+
+static void enter_off(struct device *device)
+{
+	device->motion.phase = MOTION_OFF;
+	device->motion.stop_wanted = !tripped(device->image.engine.state);
+	device->motion.known = false;
+}
+
+/* Off, and everything that was asked of the engine is seen to be done. */
+static void update_off(struct device *device, uint8_t axes)
+{
+	struct motion *motion = &device->motion;
+	const uint8_t state = device->image.engine.state;
+
+	if (motion->verify || motion->run_open || motion->stop_open || one_shot_axes(device))
+		return;
+	motion->stop_wanted = !stands(state);
+	if (stands(state))
+		motion->releasing = 0;
+	if (!axes || state != WIRE_ENGINE_STOPPED)
+		return;
+	motion->phase = MOTION_HOLD;
+	motion->known = false;
+	hold(device, UINT8_MAX);
+}
+
+static void update_on(struct device *device)
+{
+	const struct motion *motion = &device->motion;
+
+	if (motion->verify || motion->run_open ||
+	    device->image.engine.state == WIRE_ENGINE_RUNNING)
+		return;
+	safe_permit_drop(device);
+	enter_off(device);
+}
+
+static void update_phase(struct device *device, uint8_t axes)
+{
+	struct motion *motion = &device->motion;
+
+	if (motion->phase != MOTION_OFF && !device->safe.permitted) {
+		enter_off(device);
+		return;
+	}
+	switch ((enum motion_phase)motion->phase) {
+	case MOTION_OFF:
+		update_off(device, axes);
+		break;
+	case MOTION_HOLD:
+		if (motion->known && !reference_due(device))
+			motion->phase = MOTION_START;
+		break;
+	case MOTION_START:
+		if (motion->verify || motion->run_open ||
+		    device->image.engine.state != WIRE_ENGINE_RUNNING)
+			break;
+		motion->phase = MOTION_ON;
+		motion->known = false;
+		break;
+	case MOTION_ON:
+		update_on(device);
+		break;
+	}
+}
+
+void motion_update(struct device *device)
+{
+	struct motion *motion = &device->motion;
+	uint8_t axes, released;
+
+	if (!has_engine(device))
+		return;
+	update_phase(device, wished(device));
+	axes = motion->phase == MOTION_ON ? wished(device) : 0;
+	released = motion->driven & (uint8_t)~axes;
+	hold(device, released);
+	motion->releasing = (uint8_t)((motion->releasing | released) & ~axes);
+	motion->driven = axes;
+}
+
+static void state_ended(struct device *device, uint64_t now_ns)
+{
+	device->now_ns = now_ns;
+	device->motion.verify = true;
+	device->motion.state_ended_ns = now_ns;
+}
+
+void motion_displaced(struct device *device)
+{
+	state_ended(device, device->now_ns);
+}
+
+static void run_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+		      uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+
+	(void)entry;
+	(void)context;
+	state_ended(device, now_ns);
+	device->motion.run_open = false;
+	device->motion.run_after_ns = now_ns + RUN_AGAIN_NS;
+	device->motion.known = false;
+}
+
+static void stop_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+		       uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+
+	(void)context;
+	state_ended(device, now_ns);
+	device->motion.stop_open = false;
+	if (answered(entry))
+		device->motion.stop_wanted = false;	/* until a status says otherwise */
+}
+
+void motion_status(struct device *device, uint64_t asked_ns)
+{
+	if (asked_ns >= device->motion.state_ended_ns)
+		device->motion.verify = false;
+}
+
+static bool send_stop(struct device *device)
+{
+	static const struct wire_pulse_state_req stop = { .state = WIRE_ENGINE_STOPPED };
+	struct motion *motion = &device->motion;
+
+	if (!motion->stop_wanted || motion->stop_open ||
+	    (!motion->verify && device->image.engine.state == WIRE_ENGINE_STOPPING))
+		return false;
+	motion->stop_open = request_send(device, WIRE_OP_PULSE_STATE, &stop, stop_ended, NULL,
+					 NULL);
+	return motion->stop_open;
+}
+
+/* The outputs of axes that have to be enabled one by one (ENABLED_MASKED). */
+static uint8_t masked(const struct device *device)
+{
+	uint8_t axes = 0;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct setting *setting = &device->configure.setting[SETTING_AXIS + i];
+
+		if (setting->value.axis.config.options & WIRE_AXIS_ENABLED_MASKED)
+			axes |= (uint8_t)(1u << i);
+	}
+	return axes & wished(device);
+}
+
+static bool send_run(struct device *device)
+{
+	struct motion *motion = &device->motion;
+	const struct wire_pulse_state_req run = {
+		.state = WIRE_ENGINE_RUNNING,
+		.limit_override = device->intake.limit_override,
+		.enable_mask = masked(device),
+	};
+
+	motion->run_open = request_send(device, WIRE_OP_PULSE_STATE, &run, run_ended, NULL, NULL);
+	motion->mask_sent = run.enable_mask;
+	motion->override_sent = run.limit_override;
+	return motion->run_open;
+}
+
+static bool run_due(const struct device *device)
+{
+	const struct motion *motion = &device->motion;
+
+	if (motion->run_open || motion->verify || device->now_ns < motion->run_after_ns)
+		return false;
+	if (motion->phase == MOTION_START)
+		return device->image.engine.state == WIRE_ENGINE_STOPPED;
+	return motion->phase == MOTION_ON &&
+	       (masked(device) != motion->mask_sent ||
+		device->intake.limit_override != motion->override_sent);
+}
+
+bool motion_send_state(struct device *device)
+{
+	if (!has_engine(device))
+		return false;
+	if (device->motion.phase == MOTION_OFF)
+		return send_stop(device);
+	return run_due(device) && send_run(device);
+}

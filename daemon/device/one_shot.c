@@ -1,0 +1,189 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One-shots: taken in order, one at a time, each executed at most once, each
+ * with an outcome (invariant I4).
+ *
+ * They are read from the ring in the command image, which holds all that were
+ * not taken yet; so there is no second queue here, and what a dead commander
+ * had still queued is never taken. A session is joined at its head: what was
+ * queued before may have been executed by the daemon before this one, and
+ * nobody knows.
+ *
+ * An outcome is never a guess. Not sent at all is "refused" or "failed"; sent
+ * without an answer is read back where the device has something to read, and
+ * "unknown" otherwise. While the link is not running a one-shot is refused at
+ * once: it would be another moment when it is back. The answer to one that was
+ * aborted may come while the next is at work, and ends nothing.
+ */
+
+#include <string.h>
+#include "daemon/device/internal.h"
+
+static void record(struct device *device, uint32_t id, uint8_t operation,
+		   enum pokeys_outcome outcome)
+{
+	device->image.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
+		.id = id, .operation = operation, .outcome = (uint8_t)outcome,
+	};
+	device->one_shots.refused += outcome == POKEYS_OUTCOME_REFUSED;
+	device_say(device, EVENT_ONE_SHOT,
+		   outcome == POKEYS_OUTCOME_DONE ? EVENT_INFO : EVENT_WARNING, operation, id,
+		   outcome);
+}
+
+static void taken(struct device *device, uint32_t tail)
+{
+	device->one_shots.tail = tail;
+	device->image.one_shot_ack = tail;
+}
+
+void one_shot_session(struct device *device, uint32_t head)
+{
+	const uint32_t known = head < POKEYS_ONE_SHOT_RESULTS ? head : POKEYS_ONE_SHOT_RESULTS;
+
+	if (device->one_shots.phase != ONE_SHOT_IDLE)
+		one_shot_abort(device);
+	memset(device->image.one_shot, 0, sizeof(device->image.one_shot));
+	device->image.one_shot_session = device->intake.session;
+	for (uint32_t id = head - known; id != head; id++)
+		record(device, id, POKEYS_ONE_SHOT_NOP, POKEYS_OUTCOME_UNKNOWN);
+	taken(device, head);
+}
+
+uint8_t one_shot_axes(const struct device *device)
+{
+	const struct one_shots *shots = &device->one_shots;
+
+	return shots->phase != ONE_SHOT_IDLE &&
+	       shots->now.operation == POKEYS_ONE_SHOT_SET_POSITION ? shots->now.mask : 0;
+}
+
+void one_shot_end(struct device *device, enum pokeys_outcome outcome)
+{
+	if (one_shot_axes(device))
+		motion_displaced(device);
+	device->one_shots.phase = ONE_SHOT_IDLE;
+	record(device, device->one_shots.now.id, device->one_shots.now.operation, outcome);
+}
+
+static void begin(struct device *device, const struct pokeys_one_shot *shot)
+{
+	const struct operation *operation = operation_find(shot->operation);
+	struct one_shots *shots = &device->one_shots;
+
+	shots->now = *shot;
+	shots->step = 0;
+	shots->acted = false;
+	if (!operation || (operation->send && !running(device)) ||
+	    (operation->allowed && !operation->allowed(device, shot))) {
+		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+		return;
+	}
+	if (operation->send)
+		shots->phase = ONE_SHOT_NEXT;
+	else
+		one_shot_end(device, POKEYS_OUTCOME_DONE);
+}
+
+static void take_next(struct device *device, const struct pokeys_command *command)
+{
+	const uint32_t id = device->one_shots.tail;
+	const struct pokeys_one_shot *shot = &command->one_shot[id % POKEYS_ONE_SHOTS];
+
+	taken(device, id + 1);
+	if (shot->id != id) {
+		intake_refuse(device, COMMAND_FAULT_ONE_SHOT_ID, id);
+		record(device, id, shot->operation, POKEYS_OUTCOME_REFUSED);
+		return;
+	}
+	begin(device, shot);
+}
+
+void one_shot_intake(struct device *device, const struct pokeys_command *command)
+{
+	const struct one_shots *shots = &device->one_shots;
+	const uint32_t head = command->one_shot_head;
+
+	if (head - shots->tail > POKEYS_ONE_SHOTS) {
+		intake_refuse(device, COMMAND_FAULT_ONE_SHOT_RING, head - shots->tail);
+		device->one_shots.refused++;
+		taken(device, head);
+		return;
+	}
+	while (shots->phase == ONE_SHOT_IDLE && shots->tail != head)
+		take_next(device, command);
+}
+
+bool one_shot_due(const struct device *device)
+{
+	return device->one_shots.phase == ONE_SHOT_NEXT || device->one_shots.disarm;
+}
+
+bool one_shot_send(struct device *device)
+{
+	const struct operation *operation;
+
+	if (operation_disarm(device))
+		return true;
+	if (device->one_shots.phase != ONE_SHOT_NEXT)
+		return false;
+	operation = operation_find(device->one_shots.now.operation);
+	return operation->send(device);
+}
+
+void one_shot_abort(struct device *device)
+{
+	device->one_shots.armed = 0;
+	device->one_shots.disarm = false;
+	if (device->one_shots.phase != ONE_SHOT_IDLE)
+		one_shot_end(device, device->one_shots.acted ? POKEYS_OUTCOME_UNKNOWN :
+							       POKEYS_OUTCOME_FAILED);
+}
+
+static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+		  uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+	struct one_shots *shots = &device->one_shots;
+	const struct operation *operation;
+
+	(void)context;
+	device->now_ns = now_ns;
+	if (shots->phase != ONE_SHOT_OPEN || entry->serial != shots->serial ||
+	    entry->state == POKEYS_REQUEST_CANCELLED)
+		return;		/* one_shot_abort() has the last word */
+	operation = operation_find(shots->now.operation);
+	if (answered(entry))
+		operation->answered(device, entry);
+	else if (!shots->acted)
+		one_shot_end(device, POKEYS_OUTCOME_FAILED);
+	else if (operation->unknown && entry->request_class != POKEYS_CLASS_READ)
+		operation->unknown(device);
+	else
+		one_shot_end(device, POKEYS_OUTCOME_UNKNOWN);
+}
+
+static bool sent(struct device *device, enum wire_op op, const void *value, bool ok)
+{
+	uint8_t packet[WIRE_PK];
+
+	if (!ok)
+		return false;
+	wire_encode_req(op, packet, value);
+	device->one_shots.acted |= wire_request_class(wire_op(op), packet) != WIRE_READ;
+	device->one_shots.serial = device->mailbox.serial;
+	device->one_shots.phase = ONE_SHOT_OPEN;
+	return true;
+}
+
+bool one_shot_request(struct device *device, enum wire_op op, const void *value)
+{
+	return sent(device, op, value, request_send(device, op, value, ended, NULL, NULL));
+}
+
+bool one_shot_request_patiently(struct device *device, enum wire_op op, const void *value,
+				uint64_t deadline_ns)
+{
+	return sent(device, op, value,
+		    request_send_patiently(device, op, value, ended, deadline_ns));
+}

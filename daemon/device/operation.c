@@ -1,0 +1,254 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What each one-shot does on the wire, and what can be read back when its
+ * answer did not come.
+ *
+ * Setting a position moves the coordinates under whatever follows them. So it
+ * is refused for an axis that is driven, is just being released, or moves;
+ * and on firmware that has only 0x20, which tells all axes where to be, while
+ * the engine is on at all. The axis stands then, which is why reading the
+ * position back tells for certain whether it was set.
+ *
+ * Homing, probing and the like are not offered by this version: refused.
+ */
+
+#include <string.h>
+#include "daemon/device/internal.h"
+
+#define SAVE_NS (3 * SECOND)	/* flash; protocol section 5.4 has no figure, others wait 1 s */
+
+static void simply_done(struct device *device, const mailbox_entry_t *entry)
+{
+	(void)entry;
+	one_shot_end(device, POKEYS_OUTCOME_DONE);
+}
+
+static void next_step(struct device *device)
+{
+	device->one_shots.step++;
+	device->one_shots.phase = ONE_SHOT_NEXT;
+}
+
+static bool ask_status(struct device *device)
+{
+	static const struct wire_pulse_status_req request;
+
+	return one_shot_request(device, WIRE_OP_PULSE_STATUS, &request);
+}
+
+static bool machine_off(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	(void)shot;
+	return !device->safe.permitted && motion_standing(device);
+}
+
+static bool has_engine(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	(void)shot;
+	return device->image.capability.pulse_engine >= 2;
+}
+
+/* Set position. */
+
+static bool axis_may_be_set(const struct device *device, unsigned int i, int32_t position)
+{
+	const uint8_t state = device->image.engine.axis[i].state;
+	const uint8_t busy = device->motion.driven | device->motion.releasing;
+
+	return i < device->image.capability.axes && !(busy >> i & 1) &&
+	       position >= -(INT32_C(1) << 24) && position <= INT32_C(1) << 24 &&
+	       (state == WIRE_AXIS_STOPPED || state == WIRE_AXIS_READY || state == WIRE_AXIS_HOME ||
+		state == WIRE_AXIS_LIMIT || state == WIRE_AXIS_ERROR);
+}
+
+static bool position_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	const bool by_mask = wire_firmware_at_least(&device->identify.identity.firmware, 4, 4, 7);
+	const uint8_t phase = device->motion.phase;
+
+	if (!has_engine(device, shot) || !shot->mask ||
+	    (phase != MOTION_OFF && !(phase == MOTION_ON && by_mask)))
+		return false;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (shot->mask >> i & 1 && !axis_may_be_set(device, i, shot->value[i]))
+			return false;
+	}
+	return true;
+}
+
+static bool position_send(struct device *device)
+{
+	const struct pokeys_one_shot *shot = &device->one_shots.now;
+	struct wire_pulse_positions_req set = { .mask = shot->mask };
+
+	if (device->one_shots.step)
+		return ask_status(device);
+	if (!position_allowed(device, shot)) {
+		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+		return false;
+	}
+	memcpy(set.position, shot->value, sizeof(set.position));
+	return one_shot_request(device, WIRE_OP_PULSE_POSITIONS, &set);
+}
+
+static bool positions_are(const struct pokeys_one_shot *shot, const mailbox_entry_t *entry)
+{
+	struct wire_pulse_status_rep status;
+
+	wire_pulse_status_decode_rep(entry->response_buffer, &status);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (shot->mask >> i & 1 && status.position[i] != shot->value[i])
+			return false;
+	}
+	return true;
+}
+
+static void position_answered(struct device *device, const mailbox_entry_t *entry)
+{
+	const struct pokeys_one_shot *shot = &device->one_shots.now;
+
+	if (device->one_shots.step && !positions_are(shot, entry)) {
+		one_shot_end(device, POKEYS_OUTCOME_FAILED);
+		return;
+	}
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (shot->mask >> i & 1)
+			device->image.engine.axis[i].reference = shot->value[i];
+	}
+	one_shot_end(device, POKEYS_OUTCOME_DONE);
+}
+
+/* Clear fault. */
+
+static bool tripped(uint8_t state)
+{
+	return state == WIRE_ENGINE_STOP_LIMIT || state == WIRE_ENGINE_STOP_EMERGENCY;
+}
+
+static bool clear_send(struct device *device)
+{
+	static const struct wire_pulse_state_req stop = { .state = WIRE_ENGINE_STOPPED };
+
+	if (device->one_shots.step)
+		return ask_status(device);
+	if (!tripped(device->image.engine.state)) {
+		one_shot_end(device, POKEYS_OUTCOME_DONE);
+		return false;
+	}
+	return one_shot_request(device, WIRE_OP_PULSE_STATE, &stop);
+}
+
+static void clear_answered(struct device *device, const mailbox_entry_t *entry)
+{
+	struct wire_pulse_status_rep status;
+
+	if (!device->one_shots.step) {
+		next_step(device);
+		return;
+	}
+	wire_pulse_status_decode_rep(entry->response_buffer, &status);
+	one_shot_end(device, tripped(status.engine_state) ? POKEYS_OUTCOME_FAILED :
+							    POKEYS_OUTCOME_DONE);
+}
+
+/* Counters, flash, clock, reboot: nothing of them can be read back. */
+
+static bool counters_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	(void)shot;
+	return device->image.capability.digital_counters;
+}
+
+static bool counters_send(struct device *device)
+{
+	return one_shot_request(device, WIRE_OP_COUNTER_RESET, NULL);
+}
+
+static bool save_send(struct device *device)
+{
+	static const struct wire_confirm_req confirmed = WIRE_CONFIRMED;
+
+	if (!one_shot_request_patiently(device, WIRE_OP_SAVE, &confirmed, SAVE_NS))
+		return false;
+	device->life.patient_until_ns = device->now_ns + SAVE_NS;
+	return true;
+}
+
+static void save_answered(struct device *device, const mailbox_entry_t *entry)
+{
+	device->life.patient_until_ns = 0;
+	simply_done(device, entry);
+}
+
+static bool within(int32_t value, int32_t low, int32_t high)
+{
+	return value >= low && value <= high;
+}
+
+static bool clock_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	const int32_t *v = shot->value;
+
+	(void)device;
+	return within(v[0], 2000, 2199) && within(v[1], 1, 12) && within(v[2], 1, 31) &&
+	       within(v[3], 0, 23) && within(v[4], 0, 59) && within(v[5], 0, 59) &&
+	       within(v[6], 0, 6) && within(v[7], 0, 366);
+}
+
+static bool clock_send(struct device *device)
+{
+	const int32_t *v = device->one_shots.now.value;
+	const struct wire_rtc_req set = {
+		.option = WIRE_RTC_SET, .year = (uint16_t)v[0], .month = (uint8_t)v[1],
+		.day = (uint8_t)v[2], .hour = (uint8_t)v[3], .minute = (uint8_t)v[4],
+		.second = (uint8_t)v[5], .weekday = (uint8_t)v[6], .yearday = (uint16_t)v[7],
+	};
+
+	return one_shot_request(device, WIRE_OP_RTC, &set);
+}
+
+static bool reboot_send(struct device *device)
+{
+	return one_shot_request(device, WIRE_OP_REBOOT, NULL);
+}
+
+/* Faster than its clock would tell: all is to be read anew. */
+static void reboot_answered(struct device *device, const mailbox_entry_t *entry)
+{
+	device->life.rebooted = true;
+	simply_done(device, entry);
+}
+
+const struct operation *operation_find(uint8_t operation)
+{
+	static const struct operation nop;
+	static const struct operation set_position = {
+		position_allowed, position_send, position_answered, next_step
+	};
+	static const struct operation clear_fault = {
+		has_engine, clear_send, clear_answered, next_step
+	};
+	static const struct operation reset_counters = {
+		counters_allowed, counters_send, simply_done, NULL
+	};
+	static const struct operation save_config = {
+		machine_off, save_send, save_answered, NULL
+	};
+	static const struct operation set_rtc = { clock_allowed, clock_send, simply_done, NULL };
+	static const struct operation reboot = {
+		machine_off, reboot_send, reboot_answered, NULL
+	};
+	static const struct operation *const offered[] = {
+		[POKEYS_ONE_SHOT_NOP] = &nop,
+		[POKEYS_ONE_SHOT_SET_ENCODER] = &operation_set_encoder,
+		[POKEYS_ONE_SHOT_ARM_INDEX] = &operation_arm_index,
+		[POKEYS_ONE_SHOT_SET_POSITION] = &set_position,
+		[POKEYS_ONE_SHOT_CLEAR_FAULT] = &clear_fault,
+		[POKEYS_ONE_SHOT_RESET_COUNTERS] = &reset_counters,
+		[POKEYS_ONE_SHOT_SAVE_CONFIG] = &save_config,
+		[POKEYS_ONE_SHOT_SET_RTC] = &set_rtc,
+		[POKEYS_ONE_SHOT_REBOOT] = &reboot,
+	};
+
+	return operation < sizeof(offered) / sizeof(offered[0]) ? offered[operation] : NULL;
+}

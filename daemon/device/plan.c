@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What is asked in a cycle (protocol section 3.25).
+ *
+ * Two requests carry everything fast: 0xCC, which also writes the outputs,
+ * and the pulse engine's status. Each of them has one place: while its answer
+ * is awaited no second one is sent, so a slow device or a lossy cable makes
+ * the data older but never a heap of requests. Outputs that change meanwhile
+ * are put into the resend, or go out with the next one.
+ *
+ * The third place of a cycle goes, in this order, to the engine's state, a
+ * step of a one-shot, the axes' references, and the slow groups. References
+ * change in every cycle of a move, and whoever comes after them would starve:
+ * so when something else has waited for too long the status gives up its
+ * place, but never twice in a row. A reference that is late by a cycle is a
+ * following error; a position that is older by a cycle says so by its time.
+ */
+
+#include <string.h>
+#include "daemon/device/internal.h"
+
+#define GAP_CYCLES 8	/* without a fast answer for so long: was it restarted? */
+
+static void io_request(const struct device *device, struct wire_io_req *io)
+{
+	uint64_t outputs, mask;
+
+	memset(io, 0, sizeof(*io));
+	safe_outputs(device, &outputs, &mask);
+	io->write = mask != 0;
+	io->outputs = outputs;
+	io->ignore = ~mask & ((UINT64_C(1) << 56) - 1);
+}
+
+static uint64_t mask_of(const struct wire_io_req *io)
+{
+	return ~io->ignore & OUTPUT_PINS;
+}
+
+/* Sent again: with the newest outputs. */
+static void io_refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *context)
+{
+	struct device *device = device_of(mailbox);
+	struct wire_io_req io;
+
+	(void)context;
+	io_request(device, &io);
+	if (io.outputs == device->plan.io_outputs && mask_of(&io) == device->plan.io_mask &&
+	    !device->plan.io_mixed)
+		return;
+	device->plan.io_mixed = true;
+	io.write = 1;
+	wire_io_encode_req(entry->request_buffer, &io);
+}
+
+/* Both fast answers of this cycle are in. */
+static void measure(struct device *device)
+{
+	if (!device->plan.measuring || !device_fast_complete(device))
+		return;
+	device->plan.measuring = false;
+	histogram_add(&device->meter.fresh, device->now_ns - device->plan.measured_tick_ns);
+}
+
+static void look_after_gap(struct device *device, uint64_t t_ns)
+{
+	const uint64_t usual = device->config.period_ns * device->config.fast_divider;
+
+	if (device->plan.last_io_ns && t_ns - device->plan.last_io_ns > usual * GAP_CYCLES)
+		slow_tick_now(device);
+	device->plan.last_io_ns = t_ns;
+}
+
+static void io_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+		     uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+	struct plan *plan = &device->plan;
+
+	(void)context;
+	device->now_ns = now_ns;
+	plan->io_open = false;
+	if (!answered(entry))
+		return;
+	look_after_gap(device, entry->timestamp_received);
+	decode_io(device, entry);
+	/* With two versions under way nobody knows which one was executed last. */
+	if (plan->io_write && !plan->io_mixed)
+		safe_outputs_acked(device, plan->io_outputs, plan->io_mask);
+	meter_reply(device, entry, true);
+	measure(device);
+}
+
+static void send_io(struct device *device)
+{
+	struct plan *plan = &device->plan;
+	struct wire_io_req io;
+
+	if (plan->io_open) {
+		device->meter.cycles_late++;
+		return;
+	}
+	io_request(device, &io);
+	if (!request_send(device, WIRE_OP_IO, &io, io_ended, io_refresh, NULL))
+		return;
+	plan->io_open = true;
+	plan->io_write = io.write;
+	plan->io_mixed = false;
+	plan->io_outputs = io.outputs;
+	plan->io_mask = mask_of(&io);
+}
+
+static void status_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+			 uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+
+	(void)context;
+	device->now_ns = now_ns;
+	device->plan.status_open = false;
+	if (!answered(entry))
+		return;
+	decode_status(device, entry);
+	motion_status(device, entry->timestamp_first_sent);
+	meter_reply(device, entry, true);
+	measure(device);
+}
+
+static void send_status(struct device *device)
+{
+	static const struct wire_pulse_status_req request;	/* the mailbox picks the check byte */
+
+	if (device->plan.status_open ||
+	    !request_send(device, WIRE_OP_PULSE_STATUS, &request, status_ended, NULL, NULL))
+		return;
+	device->plan.status_open = true;
+}
+
+/* Somebody has to wait: is it the status this time? */
+static bool status_gives_way(const struct device *device)
+{
+	return !device->plan.status_skipped && reference_due(device) &&
+	       (one_shot_due(device) || slow_overdue(device));
+}
+
+static void send_fast(struct device *device)
+{
+	struct plan *plan = &device->plan;
+	const bool engine = device->image.capability.pulse_engine >= 2;
+	const bool skip = engine && status_gives_way(device);
+
+	plan->next_cycle = device->cycle + device->config.fast_divider;
+	send_io(device);
+	if (engine && !skip)
+		send_status(device);
+	plan->status_skipped = skip;
+	if (!plan->measuring)
+		plan->measured_tick_ns = device->tick_ns;
+	plan->measuring = true;
+}
+
+void plan_begin(struct device *device)
+{
+	memset(&device->plan, 0, sizeof(device->plan));
+	slow_begin(device);
+}
+
+void plan_cycle(struct device *device)
+{
+	bool sent;
+
+	motion_update(device);
+	if (device->cycle >= device->plan.next_cycle)
+		send_fast(device);
+	sent = motion_send_state(device);
+	sent = reference_send(device) || sent;
+	if (device->plan.status_skipped || !sent)
+		sent = one_shot_send(device);
+	if (device->plan.status_skipped || !sent)
+		slow_send(device);
+}

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Where the axes are to go: absolute references (protocol section 3.24.3,
+ * 0x25 from firmware 4.4.7 on, else 0x20).
+ *
+ * An absolute reference may be lost, repeated or overtaken without harm, as
+ * long as the newest one arrives in the end. So the rule is: send whenever
+ * what is wanted differs from what was last acknowledged; put the newest
+ * values into a resend; and do not count an answer as an acknowledgement when
+ * two versions were under way. An axis that stands somewhere else than at its
+ * acknowledged reference is told again: an older packet has overtaken, or the
+ * device had not been ready to listen.
+ *
+ * 0x20 has no mask, all eight values count. An axis that we do not drive gets
+ * the place where it is held, and one that the device runs by speed gets
+ * speed 0: for it the same number would be pulses per second.
+ */
+
+#include <math.h>
+#include <string.h>
+#include "daemon/device/internal.h"
+
+#define FULL_SPEED 65535
+#define AFFIRM_NS (10 * MS)
+
+static bool has_velocity(const struct device *device)
+{
+	return wire_firmware_at_least(&device->identify.identity.firmware, 4, 4, 7);
+}
+
+/* As part of the axis' highest speed; 0 is "as fast as allowed". */
+static uint16_t ratio(float velocity, float max_speed)
+{
+	float part;
+
+	if (velocity == 0 || !(max_speed > 0))
+		return FULL_SPEED;
+	part = velocity / max_speed * FULL_SPEED;
+	if (part >= FULL_SPEED)
+		return FULL_SPEED;
+	return part < 1 ? 1 : (uint16_t)lround(part);
+}
+
+static uint8_t axes_told(const struct device *device)
+{
+	uint8_t axes = 0;
+
+	if (device->motion.phase != MOTION_HOLD)
+		return device->motion.driven | device->motion.releasing;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		axes |= (uint8_t)(motion_drivable(device, i) << i);
+	return axes;
+}
+
+static void wanted(const struct device *device, struct references *out)
+{
+	const struct motion *motion = &device->motion;
+	const bool velocity = has_velocity(device);
+
+	memset(out, 0, sizeof(*out));
+	out->mask = axes_told(device);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct axis_wish *wish = &device->intake.axis[i];
+		const struct pokeys_axis *axis = &device->image.engine.axis[i];
+
+		if (axis->mode != POKEYS_AXIS_POSITION || (velocity && !(out->mask >> i & 1)))
+			continue;
+		out->position[i] = motion->hold[i];
+		out->velocity[i] = FULL_SPEED;
+		if (motion->driven >> i & 1) {
+			out->position[i] = wish->position;
+			out->velocity[i] = ratio(wish->velocity, axis->max_speed);
+		}
+		if (!velocity)
+			out->velocity[i] = FULL_SPEED;
+	}
+}
+
+static bool same(const struct references *a, const struct references *b)
+{
+	return a->mask == b->mask && !memcmp(a->position, b->position, sizeof(a->position)) &&
+	       !memcmp(a->velocity, b->velocity, sizeof(a->velocity));
+}
+
+/* It stands, and not where it was told to. */
+static bool astray(const struct device *device)
+{
+	const struct motion *motion = &device->motion;
+
+	if (device->now_ns - motion->reference_ns < AFFIRM_NS)
+		return false;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct pokeys_axis *axis = &device->image.engine.axis[i];
+
+		if (motion->driven >> i & 1 && axis->state == WIRE_AXIS_READY &&
+		    axis->position != motion->acked.position[i])
+			return true;
+	}
+	return false;
+}
+
+bool reference_due(const struct device *device)
+{
+	const struct motion *motion = &device->motion;
+	struct references want;
+
+	if (motion->reference_open ||
+	    (motion->phase != MOTION_HOLD && motion->phase != MOTION_ON))
+		return false;
+	wanted(device, &want);
+	if (!want.mask)
+		return false;
+	return !motion->known || !same(&want, &motion->acked) ||
+	       (motion->phase == MOTION_ON && astray(device));
+}
+
+static void encode_pv(const struct references *r, struct wire_pulse_move_pv_req *out)
+{
+	memset(out, 0, sizeof(*out));
+	out->mask = r->mask;
+	memcpy(out->position, r->position, sizeof(out->position));
+	memcpy(out->velocity, r->velocity, sizeof(out->velocity));
+}
+
+/* What the device was sent last, for those who look. */
+static void show(struct device *device, const struct references *r)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (!(r->mask >> i & 1))
+			continue;
+		device->image.engine.axis[i].reference = r->position[i];
+		device->image.engine.axis[i].t_reference_ns = device->now_ns;
+	}
+}
+
+static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *context)
+{
+	struct device *device = device_of(mailbox);
+	struct wire_pulse_move_pv_req pv;
+	struct wire_pulse_move_req move;
+	struct references want;
+
+	(void)context;
+	wanted(device, &want);
+	if (same(&want, &device->motion.sent) && !device->motion.reference_mixed)
+		return;
+	device->motion.reference_mixed = true;
+	show(device, &want);
+	if (has_velocity(device)) {
+		encode_pv(&want, &pv);
+		wire_pulse_move_pv_encode_req(entry->request_buffer, &pv);
+	} else {
+		memcpy(move.reference, want.position, sizeof(move.reference));
+		wire_pulse_move_encode_req(entry->request_buffer, &move);
+	}
+}
+
+static void acknowledge(struct device *device)
+{
+	struct motion *motion = &device->motion;
+
+	motion->acked = motion->sent;
+	motion->known = true;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (motion->acked.mask >> i & 1 && motion->acked.position[i] == motion->hold[i])
+			motion->releasing &= (uint8_t)~(1u << i);
+	}
+}
+
+static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+		  uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+
+	(void)context;
+	device->now_ns = now_ns;
+	device->motion.reference_open = false;
+	device->motion.known = false;
+	if (answered(entry) && !device->motion.reference_mixed)
+		acknowledge(device);
+}
+
+static bool send(struct device *device, const struct references *want)
+{
+	struct wire_pulse_move_pv_req pv;
+	struct wire_pulse_move_req move;
+
+	if (has_velocity(device)) {
+		encode_pv(want, &pv);
+		return request_send(device, WIRE_OP_PULSE_MOVE_PV, &pv, ended, refresh, NULL);
+	}
+	memcpy(move.reference, want->position, sizeof(move.reference));
+	return request_send(device, WIRE_OP_PULSE_MOVE, &move, ended, refresh, NULL);
+}
+
+bool reference_send(struct device *device)
+{
+	struct motion *motion = &device->motion;
+	struct references want;
+
+	if (!reference_due(device))
+		return false;
+	wanted(device, &want);
+	if (!send(device, &want))
+		return false;
+	motion->sent = want;
+	motion->reference_open = true;
+	motion->reference_mixed = false;
+	motion->reference_ns = device->now_ns;
+	show(device, &want);
+	return true;
+}

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One way out for every request of a device, so that the budget of a cycle
+ * holds whatever kind of request it is (protocol section 3.25: a device takes
+ * two or three a millisecond). Several devices share one thread and one wire;
+ * none of them may take more than its part, not even after a stall.
+ *
+ * One way out for its events as well: whatever a commander or a cable does
+ * with the state thirty times a second, no kind of event may drive the others
+ * out of the ring, or fill the journal.
+ *
+ * A request that cannot go now is withdrawn again. Nothing was sent then, so
+ * even a one-shot may be tried in the next cycle (invariant I4).
+ */
+
+#include "daemon/device/internal.h"
+
+enum { SAY_MAX = 20 };		/* events of a kind in a second */
+
+_Static_assert((int)POKEYS_CLASS_READ == (int)WIRE_READ, "classes are one list");
+_Static_assert((int)POKEYS_CLASS_WRITE == (int)WIRE_WRITE, "classes are one list");
+_Static_assert((int)POKEYS_CLASS_ONESHOT == (int)WIRE_ONE_SHOT, "classes are one list");
+
+/* What belongs to a request besides its packet. */
+struct ends {
+	pokeys_parser_t parser;
+	pokeys_refresh_t refresh;
+	void *context;
+	uint64_t deadline_ns;
+};
+
+static bool send(struct device *device, enum wire_op op, const void *value,
+		 const struct ends *ends)
+{
+	const struct wire_op_row *row = wire_op(op);
+	uint8_t packet[WIRE_PK];
+	enum wire_class class;
+	int id;
+
+	if (!device->budget)
+		return false;
+	wire_encode_req(op, packet, value);
+	class = wire_request_class(row, packet);
+	id = pokeys_request_create(&device->mailbox, packet, (enum pokeys_class)class,
+				   ends->parser, ends->refresh, ends->context);
+	if (id < 0)
+		return false;
+	if (ends->deadline_ns)
+		pokeys_request_set_deadline(&device->mailbox, (uint8_t)id, ends->deadline_ns);
+	if (SendRequestAsync(&device->mailbox, (uint8_t)id, device->now_ns) < 0) {
+		pokeys_request_cancel(&device->mailbox, (uint8_t)id, device->now_ns);
+		return false;
+	}
+	device->budget--;
+	life_asked(device);
+	return true;
+}
+
+bool request_send(struct device *device, enum wire_op op, const void *value,
+		  pokeys_parser_t parser, pokeys_refresh_t refresh, void *context)
+{
+	const struct ends ends = { .parser = parser, .refresh = refresh, .context = context };
+
+	return send(device, op, value, &ends);
+}
+
+bool request_send_patiently(struct device *device, enum wire_op op, const void *value,
+			    pokeys_parser_t parser, uint64_t deadline_ns)
+{
+	const struct ends ends = { .parser = parser, .deadline_ns = deadline_ns };
+
+	return send(device, op, value, &ends);
+}
+
+/* Settings are many at once, and come once in the life of a link. */
+static bool may_say(struct device *device, enum event_code code)
+{
+	struct talk *talk = &device->talk[code];
+
+	if (code == EVENT_CONFIG_CHANGED)
+		return true;
+	if (device->now_ns - talk->since_ns >= SECOND) {
+		talk->since_ns = device->now_ns;
+		talk->count = 0;
+	}
+	return talk->count++ < SAY_MAX;
+}
+
+void device_say(struct device *device, enum event_code code, enum event_level level, int64_t a,
+		int64_t b, int64_t c)
+{
+	const struct event event = {
+		.t_ns = device->now_ns, .code = (uint16_t)code, .level = (uint8_t)level,
+		.device = device->config.index, .a = a, .b = b, .c = c,
+	};
+
+	if (may_say(device, code))
+		event_push(device->events, &event);
+}

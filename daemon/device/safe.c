@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The safe state, and the permission to move.
+ *
+ * Safe state (invariant I6): when the commander's heartbeat is late, or the
+ * daemon ends, the outputs take their configured safe values: those of the
+ * configuration's mask and every output that a commander ever drove, for an
+ * output that nobody thought of is the one that hurts; only those that were
+ * named to be held are left as they are. They are sent with
+ * every 0xCC and count when a 0xCC that carried nothing else was answered;
+ * the axes count when a status says that the engine stands. A daemon that
+ * has just started waits as long for a commander as for a late one.
+ *
+ * Back again, the outputs follow the commander at once. Motion does not.
+ *
+ * Permission (invariant I7): motion needs a rising edge of machine-on, seen
+ * low and then high while the link runs and the heartbeat is fresh. Every
+ * loss of link, heartbeat or session, a trip of the engine and the daemon's
+ * end take the permission away and forget the low; what was commanded before
+ * is not taken up again by itself. Nor is there any while flash is written, for
+ * then silence is not taken for a loss.
+ *
+ * There is a last word to the device at the daemon's end. It is not waited
+ * for longer than a device that answers can need.
+ */
+
+#include "daemon/device/internal.h"
+
+#define STOP_NS (400 * MS)
+
+static void permit(struct device *device, bool on)
+{
+	if (device->safe.permitted != on)
+		device_say(device, EVENT_MACHINE, EVENT_NOTICE, on, 0, 0);
+	device->safe.permitted = on;
+}
+
+void safe_permit_drop(struct device *device)
+{
+	permit(device, false);
+	device->safe.edge_armed = false;
+}
+
+static bool engine_tripped(const struct device *device)
+{
+	const uint8_t state = device->image.engine.state;
+
+	return state == WIRE_ENGINE_STOP_LIMIT || state == WIRE_ENGINE_STOP_EMERGENCY;
+}
+
+static void judge_permission(struct device *device)
+{
+	struct safe *safe = &device->safe;
+
+	if (!running(device) || !device->intake.fresh || safe->stopping ||
+	    device->now_ns < device->life.patient_until_ns) {
+		safe_permit_drop(device);
+		return;
+	}
+	if (!device->intake.machine_on) {
+		permit(device, false);
+		safe->edge_armed = true;
+		return;
+	}
+	if (safe->permitted && engine_tripped(device)) {
+		safe_permit_drop(device);
+		return;
+	}
+	if (!safe->edge_armed)
+		return;
+	safe->edge_armed = false;
+	permit(device, !engine_tripped(device));
+}
+
+static void judge_safe(struct device *device)
+{
+	struct safe *safe = &device->safe;
+	const struct intake *intake = &device->intake;
+	const uint64_t since = intake->seen_ns > safe->started_ns ? intake->seen_ns :
+								    safe->started_ns;
+
+	safe->wanted = safe->stopping ||
+		       (!intake->fresh &&
+			device->now_ns - since >= device->config.heartbeat_timeout_ns);
+}
+
+static bool outputs_safe(const struct device *device)
+{
+	const struct safe *safe = &device->safe;
+	uint64_t outputs, mask;
+
+	safe_outputs(device, &outputs, &mask);
+	return (safe->acked_mask & mask) == mask && (safe->acked & mask) == outputs;
+}
+
+static void judge_reached(struct device *device)
+{
+	struct safe *safe = &device->safe;
+	const bool reached = safe->wanted && running(device) && outputs_safe(device) &&
+			     motion_standing(device);
+
+	if (reached != safe->reached)
+		device_say(device, EVENT_SAFE, EVENT_NOTICE, reached, 0, 0);
+	safe->reached = reached;
+}
+
+/* Running (again): what it acknowledged before says nothing any more. */
+void safe_begin(struct device *device)
+{
+	device->safe.acked = 0;
+	device->safe.acked_mask = 0;
+	pins_store(device->image.digital_out, 0);
+}
+
+void safe_cycle(struct device *device)
+{
+	struct safe *safe = &device->safe;
+
+	if (!safe->started_ns)
+		safe->started_ns = device->now_ns;
+	judge_safe(device);
+	if (!safe->wanted)
+		safe->commanded |= device->intake.outputs_mask;
+	judge_permission(device);
+	judge_reached(device);
+}
+
+void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask)
+{
+	const struct safe *safe = &device->safe;
+	const struct intake *intake = &device->intake;
+	const uint64_t owned = pins_load(device->image.digital_out_owned) & OUTPUT_PINS;
+
+	if (safe->wanted) {
+		*mask = (pins_load(device->config.safe_mask) | safe->commanded) & owned &
+			~pins_load(device->config.safe_hold);
+		*outputs = pins_load(device->config.safe_outputs) & *mask;
+	} else {
+		*mask = intake->fresh ? intake->outputs_mask & owned : 0;
+		*outputs = intake->outputs & *mask;
+	}
+}
+
+void safe_outputs_acked(struct device *device, uint64_t outputs, uint64_t mask)
+{
+	struct safe *safe = &device->safe;
+
+	safe->acked = (safe->acked & ~mask) | outputs;
+	safe->acked_mask |= mask;
+	pins_store(device->image.digital_out, safe->acked);
+}
+
+void device_stop(struct device *device, uint64_t now_ns)
+{
+	device->now_ns = now_ns;
+	if (device->safe.stopping)
+		return;
+	device->safe.stopping = true;
+	device->safe.stopping_ns = now_ns;
+}
+
+bool device_stopped(const struct device *device)
+{
+	const struct safe *safe = &device->safe;
+
+	if (!safe->stopping)
+		return false;
+	return safe->reached || device->image.link == POKEYS_LINK_SEARCHING ||
+	       device->image.link == POKEYS_LINK_LOST ||
+	       device->now_ns - safe->stopping_ns >= STOP_NS;
+}

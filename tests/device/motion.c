@@ -1,0 +1,606 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Motion: axes follow absolute references; they move only after a fresh edge
+ * of machine-on seen while all was well (invariant I7); a trip is left alone
+ * until it is cleared.
+ */
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+#include "tests/device/world.h"
+#include "wire/pulse.h"
+
+static struct world world;
+
+static void go(unsigned int axis, int32_t position, float velocity)
+{
+	world.command.axis[axis] = (struct pokeys_axis_command){
+		.position = position, .velocity = velocity, .mode = POKEYS_AXIS_POSITION,
+		.enable = 1,
+	};
+}
+
+static int32_t sim_position(unsigned int axis)
+{
+	sim_rig_run(&world.rig, world.now);
+	return (int32_t)world.rig.device.engine.axis[axis].pulses;
+}
+
+static uint8_t sim_state(void)
+{
+	sim_rig_run(&world.rig, world.now);
+	return world.rig.device.engine.state;
+}
+
+static int begin(void **state)
+{
+	(void)state;
+	world_init(&world, NULL);
+	world_axes(&world);
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	return 0;
+}
+
+static int begin_moving(void **state)
+{
+	begin(state);
+	go(0, 0, 0);
+	world_machine_on(&world);
+	return 0;
+}
+
+static int begin_old_firmware(void **state)
+{
+	const struct sim_rig_options options = {
+		.service_ns = 100 * US,
+		.device = { .firmware_major = 0x34, .firmware_revision = 6 },
+	};
+
+	(void)state;
+	world_init(&world, &options);
+	world_axes(&world);
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	go(0, 0, 0);
+	world_machine_on(&world);
+	return 0;
+}
+
+static void axis_goes_where_it_is_told(void **state)
+{
+	(void)state;
+	go(0, 3000, 0);
+	world_run(&world, 2 * MS);
+	assert_int_equal(world.state.engine.axis[0].reference, 3000);
+	assert_false(world.state.engine.axis[0].in_position);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), 3000);
+	assert_int_equal(world.state.engine.axis[0].position, 3000);
+	assert_true(world.state.engine.axis[0].in_position);
+	go(0, -200, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), -200);
+}
+
+static void reference_that_changes_each_cycle_is_followed(void **state)
+{
+	(void)state;
+	for (int32_t i = 0; i < 3000; i++) {
+		go(0, i * 8, 0);
+		world_cycle(&world);
+		assert_true(world.state.engine.axis[0].reference >= i * 8 - 8);
+		assert_true(world.state.engine.axis[0].reference <= i * 8);
+		if (i > 300)
+			assert_in_range(i * 8 - sim_position(0), 0, 100);
+	}
+	/* and the slow groups had their turn all the same */
+	assert_true(world.sent.operation[0xCF] > 10);
+	assert_true(world.state.t_publish_ns - world.state.t_slow_ns < 100 * MS);
+	assert_true(world.state.t_publish_ns - world.state.t_motion_ns < 3 * MS);
+	assert_int_equal(world.fresh_high, 3);
+}
+
+static void velocity_is_a_part_of_the_highest_speed(void **state)
+{
+	(void)state;
+	go(0, 100000, -5000);	/* a quarter of 20000 pulses/s, whatever its sign */
+	world_run(&world, 1 * SECOND);
+	assert_true(fabs(world.rig.device.engine.axis[0].planner.speed - 5) < 0.01);
+	go(0, 100000, 1e6f);
+	world_run(&world, 500 * MS);
+	assert_true(fabs(world.rig.device.engine.axis[0].planner.speed - 20) < 0.01);
+	go(0, 100000, 1e-6f);
+	world_run(&world, 500 * MS);
+	assert_true(world.rig.device.engine.axis[0].planner.speed < 0.01);
+}
+
+static void old_firmware_is_driven_by_the_old_command(void **state)
+{
+	(void)state;
+	world.sent.pulse[0x25] = 0;
+	go(0, 1000, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), 1000);
+	assert_int_equal(world.sent.pulse[0x25], 0);
+	assert_true(world.sent.pulse[0x20] > 0);
+	/* axes that we do not drive stay where they are, although 0x20 has no mask */
+	assert_int_equal(sim_position(1), 0);
+}
+
+static void axis_not_driven_holds_its_place_under_the_old_command(void **state)
+{
+	(void)state;
+	go(1, 700, 0);
+	world_run(&world, 300 * MS);
+	assert_int_equal(sim_position(1), 700);
+	world.command.axis[1].enable = 0;
+	world.command.axis[1].position = 0;
+	go(0, 1000, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), 1000);
+	assert_int_equal(sim_position(1), 700);
+}
+
+static void nothing_moves_before_the_edge(void **state)
+{
+	(void)state;
+	go(0, 5000, 0);
+	world_run(&world, 200 * MS);
+	assert_int_equal(sim_position(0), 0);
+	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world.sent.pulse[0x25], 0);
+}
+
+static void machine_on_from_the_beginning_is_no_edge(void **state)
+{
+	begin(state);
+	world_start(&world);
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	go(0, 5000, 0);
+	world_until(&world, world_is_running, 500 * MS);
+	world_run(&world, 200 * MS);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
+	assert_int_equal(sim_position(0), 0);
+	world_machine_on(&world);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), 5000);
+}
+
+static void machine_off_stops_and_holds(void **state)
+{
+	int32_t stopped;
+
+	(void)state;
+	go(0, 100000, 0);
+	world_run(&world, 500 * MS);
+	world.command.flags = 0;
+	world_run(&world, 300 * MS);
+	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	stopped = sim_position(0);
+	assert_in_range(stopped, 1000, 90000);
+	/* on again: from here, not to where it was going before */
+	go(0, stopped, 0);
+	world_machine_on(&world);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), stopped);
+}
+
+static void no_motion_is_replayed_after_a_reconnect(void **state)
+{
+	int32_t stopped;
+
+	(void)state;
+	go(0, 100000, 0);
+	world_run(&world, 200 * MS);
+	sim_rig_silence(&world.rig, world.now, 400 * MS);
+	world_until(&world, world_is_lost, 400 * MS);
+	world_until(&world, world_is_running, 1 * SECOND);
+	world_run(&world, 300 * MS);
+	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	stopped = sim_position(0);
+	assert_in_range(stopped, 1000, 99000);
+	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
+	world_run(&world, 2 * SECOND);
+	assert_int_equal(sim_position(0), stopped);
+	world_machine_on(&world);
+	world_run(&world, 8 * SECOND);
+	assert_int_equal(sim_position(0), 100000);
+}
+
+static void dead_commander_stops_the_axes(void **state)
+{
+	int32_t stopped;
+
+	(void)state;
+	go(0, 100000, 0);
+	world_run(&world, 200 * MS);
+	world.commanding = false;
+	world_until(&world, world_is_safe, 400 * MS);
+	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	stopped = sim_position(0);
+	world.commanding = true;
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), stopped);
+	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
+}
+
+static void new_commander_needs_an_edge_of_its_own(void **state)
+{
+	(void)state;
+	go(0, 100000, 0);
+	world_run(&world, 200 * MS);
+	world.command.session = 6;
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+}
+
+static void reboot_within_a_short_silence_does_not_restart_motion(void **state)
+{
+	(void)state;
+	world_run(&world, 1 * SECOND);
+	world.rig.device.options.boot_ms = 50;
+	sim_device_save(&world.rig.device);
+	go(0, 100000, 0);
+	world_run(&world, 200 * MS);
+	sim_rig_reboot(&world.rig, world.now, false);
+	world_run(&world, 3 * SECOND);
+	assert_int_equal(sim_position(0), 0);
+	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+}
+
+static enum pokeys_outcome clear_fault(void)
+{
+	const struct pokeys_one_shot clear = { .operation = POKEYS_ONE_SHOT_CLEAR_FAULT };
+
+	return world_do(&world, &clear, 500 * MS);
+}
+
+/* Where the references have gone meanwhile nobody followed. */
+static void stall_of_the_daemon_takes_the_permission(void **state)
+{
+	int32_t stopped;
+
+	(void)state;
+	go(0, 100, 0);
+	world_run(&world, 300 * MS);
+	stopped = sim_position(0);
+	world_stall(&world, 1 * SECOND);
+	go(0, 50000, 0);
+	world_run(&world, 2 * SECOND);
+	assert_int_equal(sim_position(0), stopped);
+	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
+}
+
+static void emergency_is_left_alone_until_it_is_cleared(void **state)
+{
+	(void)state;
+	go(0, 100000, 0);
+	world_run(&world, 100 * MS);
+	sim_bench_emergency(&world.rig.device, true);
+	world_run(&world, 20 * MS);
+	assert_int_equal(world.state.engine.state, 101);
+	assert_int_equal(world.state.engine.emergency, 1);
+	assert_int_equal(world.event_count[EVENT_ENGINE], 1);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	sim_bench_emergency(&world.rig.device, false);
+	world.sent.pulse[0x02] = 0;
+	world_run(&world, 500 * MS);
+	world.command.flags = 0;
+	world_run(&world, 50 * MS);
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_state(), SIM_PE_STOP_EMERGENCY);
+	assert_int_equal(world.sent.pulse[0x02], 0);
+	assert_int_equal(clear_fault(), POKEYS_OUTCOME_DONE);
+	world_run(&world, 100 * MS);
+	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	world_machine_on(&world);
+	world_run(&world, 8 * SECOND);
+	assert_int_equal(sim_position(0), 100000);
+}
+
+/* Pressed while the engine stood: it trips only when it is to run. */
+static void start_refused_by_the_emergency_needs_another_edge(void **state)
+{
+	(void)state;
+	go(0, 0, 0);
+	sim_bench_emergency(&world.rig.device, true);
+	world_run(&world, 50 * MS);
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 200 * MS);
+	assert_int_equal(sim_state(), SIM_PE_STOP_EMERGENCY);
+	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
+	sim_bench_emergency(&world.rig.device, false);
+	assert_int_equal(clear_fault(), POKEYS_OUTCOME_DONE);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	world_machine_on(&world);
+}
+
+static void inject(const uint8_t *packet)
+{
+	sim_rig_send_from(&world.rig, world.now, 77, packet, 64);
+}
+
+/* Another program told the device to stop: it is not started behind its back. */
+static void engine_stopped_by_somebody_else_needs_an_edge(void **state)
+{
+	const struct wire_pulse_state_req stop = { .state = WIRE_ENGINE_STOPPED };
+	uint8_t packet[64];
+
+	(void)state;
+	go(0, 50000, 0);
+	world_run(&world, 100 * MS);
+	wire_pulse_state_encode_req(packet, &stop);
+	wire_finish(packet, 200);
+	inject(packet);
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
+}
+
+static uint8_t reference[64];
+
+static void keep_reference(struct world *w, const uint8_t *packet)
+{
+	(void)w;
+	if (packet[1] == 0x85 && packet[2] == 0x25)
+		memcpy(reference, packet, sizeof(reference));
+}
+
+/* The network kept an older reference back and delivers it now. */
+static void reference_that_was_overtaken_is_corrected(void **state)
+{
+	(void)state;
+	world.watch = keep_reference;
+	go(0, 500, 0);
+	world_run(&world, 300 * MS);
+	world.watch = NULL;
+	go(0, 1500, 0);
+	world_run(&world, 300 * MS);
+	inject(reference);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), 1500);
+	assert_true(world.rig.device.bench.machine.axis[0].steps > 1500);
+}
+
+static void dead_commander_does_not_clear_a_trip(void **state)
+{
+	(void)state;
+	sim_bench_emergency(&world.rig.device, true);
+	world_run(&world, 20 * MS);
+	world.commanding = false;
+	world_until(&world, world_is_safe, 400 * MS);
+	assert_int_equal(sim_state(), SIM_PE_STOP_EMERGENCY);
+}
+
+static void disabled_axis_stops_while_the_others_go_on(void **state)
+{
+	int32_t held;
+
+	(void)state;
+	go(0, 50000, 0);
+	go(1, 50000, 0);
+	world_run(&world, 200 * MS);
+	world.command.axis[1].enable = 0;
+	world_run(&world, 300 * MS);
+	held = sim_position(1);
+	assert_in_range(held, 1000, 20000);
+	world_run(&world, 8 * SECOND);
+	assert_int_equal(sim_position(1), held);
+	assert_int_equal(sim_position(0), 50000);
+	assert_int_equal(world.state.engine.axis[1].enabled, 0);
+	assert_int_equal(world.state.engine.axis[0].enabled, 1);
+	go(1, 50000, 0);
+	world_run(&world, 8 * SECOND);
+	assert_int_equal(sim_position(1), 50000);
+}
+
+static void axis_that_is_not_set_up_is_refused(void **state)
+{
+	(void)state;
+	go(4, 1000, 0);
+	world_run(&world, 100 * MS);
+	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_AXIS_SETUP);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, 4);
+	assert_int_equal(sim_position(4), 0);
+}
+
+static void modes_of_later_are_refused(void **state)
+{
+	(void)state;
+	for (uint8_t mode = POKEYS_AXIS_VELOCITY; mode < 10; mode++) {
+		go(0, 1000, 0);
+		world.command.axis[0].mode = mode;
+		world_run(&world, 50 * MS);
+		assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
+		assert_int_equal(sim_position(0), 0);
+	}
+}
+
+static void bad_value_leaves_the_last_good_one(void **state)
+{
+	(void)state;
+	go(0, 1000, 0);
+	world_run(&world, 2 * MS);
+	go(0, 5000, NAN);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), 1000);
+	go(0, 1 << 25, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), 1000);
+	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
+}
+
+/* Bad at the edge: the value of before the edge must not be the first reference. */
+static void bad_value_at_the_edge_moves_nothing(void **state)
+{
+	(void)state;
+	go(0, 8000, 0);
+	world_run(&world, 50 * MS);
+	go(0, 8000, INFINITY);
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 500 * MS);
+	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	assert_int_equal(sim_position(0), 0);
+	go(0, 20, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(sim_position(0), 20);
+}
+
+static void first_reference_is_that_of_the_edge(void **state)
+{
+	(void)state;
+	go(0, 8000, 0);
+	world_run(&world, 50 * MS);
+	go(0, 0, 0);
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 500 * MS);
+	assert_int_equal(world.rig.device.bench.machine.axis[0].steps, 0);
+}
+
+static void limit_override_reaches_the_device(void **state)
+{
+	(void)state;
+	world.command.flags |= POKEYS_COMMAND_LIMIT_OVERRIDE;
+	world_run(&world, 50 * MS);
+	assert_int_equal(world.rig.device.engine.override, 1);
+	world.command.flags &= ~(uint32_t)POKEYS_COMMAND_LIMIT_OVERRIDE;
+	world_run(&world, 50 * MS);
+	assert_int_equal(world.rig.device.engine.override, 0);
+	go(0, 500, 0);
+	world_run(&world, 300 * MS);
+	assert_int_equal(sim_position(0), 500);
+}
+
+/* Whatever is lost, late, doubled or overtaken: at the end it stands where it was told. */
+static void position_is_exact_at_the_end_whatever_the_network_does(void **state)
+{
+	const struct sim_link_faults faults = {
+		.delay = { SIM_DELAY_HEAVY_TAIL, 30 * US, 10 * MS, 1.3 }, .reorder = 0.2,
+		.reorder_ns = 3 * MS, .loss = 0.15, .duplicate = 0.2, .copies = 3,
+	};
+	struct sim_prng prng;
+	uint64_t seed = world_seed();
+
+	sim_prng_init(&prng, seed);
+	for (unsigned int round = 0; round < 20; round++) {
+		begin_moving(state);
+		sim_prng_init(&world.rig.link.way[0].prng, seed + round);
+		sim_prng_init(&world.rig.link.way[1].prng, seed - round);
+		world_faults(&world, &faults);
+		for (unsigned int i = 0; i < 200; i++) {
+			go(0, (int32_t)sim_prng_below(&prng, 4000), 0);
+			world_run(&world, sim_prng_below(&prng, 10) * MS);
+		}
+		go(0, 1234, 0);
+		world_run(&world, 1 * SECOND);
+		world_loss(&world, 0);
+		if (!(world.state.flags & POKEYS_STATE_MACHINE_ON))
+			continue;	/* lost on the way: then it must not go on by itself */
+		world_run(&world, 500 * MS);
+		assert_int_equal(sim_position(0), 1234);
+		assert_true(world.state.engine.axis[0].in_position);
+	}
+}
+
+static void run_is_never_sent_without_permission(struct world *w, const uint8_t *p)
+{
+	if (p[1] == 0x85 && p[2] == 0x02 && p[3] == WIRE_ENGINE_RUNNING)
+		assert_true(w->command.flags & POKEYS_COMMAND_MACHINE_ON);
+	if (p[1] == 0x85 && (p[2] == 0x25 || p[2] == 0x20) && !w->commanding)
+		fail_msg("a reference without a commander");
+}
+
+/* Edges, deaths, losses and trips in any order; the world checks I7 in every tick. */
+static void permission_survives_no_chaos(void **state)
+{
+	struct sim_prng prng;
+	unsigned int on = 0;
+
+	(void)state;
+	sim_prng_init(&prng, world_seed());
+	world.watch = run_is_never_sent_without_permission;
+	for (unsigned int i = 0; i < 3000; i++) {
+		switch (sim_prng_below(&prng, 10)) {
+		case 0:
+			world.command.flags ^= POKEYS_COMMAND_MACHINE_ON;
+			break;
+		case 1:
+			sim_rig_silence(&world.rig, world.now, sim_prng_below(&prng, 400) * MS);
+			break;
+		case 2:
+			world_loss(&world, (double)sim_prng_below(&prng, 40) / 100);
+			break;
+		case 3:
+			world.command.session++;
+			world.command.one_shot_head = 0;
+			break;
+		case 4:
+			sim_bench_emergency(&world.rig.device, sim_prng_below(&prng, 3) == 0);
+			break;
+		case 5:
+			clear_fault();
+			break;
+		case 6:
+			world_stall(&world, sim_prng_below(&prng, 300) * MS);
+			break;
+		default:
+			go((unsigned int)sim_prng_below(&prng, 3),
+			   (int32_t)sim_prng_below(&prng, 5000), 0);
+		}
+		world_run(&world, sim_prng_below(&prng, 60) * MS);
+		on += !!(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	}
+	assert_true(on > 100);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(axis_goes_where_it_is_told, begin_moving),
+		cmocka_unit_test_setup(reference_that_changes_each_cycle_is_followed, begin_moving),
+		cmocka_unit_test_setup(velocity_is_a_part_of_the_highest_speed, begin_moving),
+		cmocka_unit_test_setup(old_firmware_is_driven_by_the_old_command,
+				       begin_old_firmware),
+		cmocka_unit_test_setup(axis_not_driven_holds_its_place_under_the_old_command,
+				       begin_old_firmware),
+		cmocka_unit_test_setup(nothing_moves_before_the_edge, begin),
+		cmocka_unit_test(machine_on_from_the_beginning_is_no_edge),
+		cmocka_unit_test_setup(machine_off_stops_and_holds, begin_moving),
+		cmocka_unit_test_setup(no_motion_is_replayed_after_a_reconnect, begin_moving),
+		cmocka_unit_test_setup(dead_commander_stops_the_axes, begin_moving),
+		cmocka_unit_test_setup(new_commander_needs_an_edge_of_its_own, begin_moving),
+		cmocka_unit_test_setup(reboot_within_a_short_silence_does_not_restart_motion,
+				       begin_moving),
+		cmocka_unit_test_setup(stall_of_the_daemon_takes_the_permission, begin_moving),
+		cmocka_unit_test_setup(emergency_is_left_alone_until_it_is_cleared, begin_moving),
+		cmocka_unit_test_setup(start_refused_by_the_emergency_needs_another_edge, begin),
+		cmocka_unit_test_setup(engine_stopped_by_somebody_else_needs_an_edge, begin_moving),
+		cmocka_unit_test_setup(reference_that_was_overtaken_is_corrected, begin_moving),
+		cmocka_unit_test_setup(dead_commander_does_not_clear_a_trip, begin_moving),
+		cmocka_unit_test_setup(disabled_axis_stops_while_the_others_go_on, begin_moving),
+		cmocka_unit_test_setup(axis_that_is_not_set_up_is_refused, begin_moving),
+		cmocka_unit_test_setup(modes_of_later_are_refused, begin),
+		cmocka_unit_test_setup(bad_value_leaves_the_last_good_one, begin_moving),
+		cmocka_unit_test_setup(bad_value_at_the_edge_moves_nothing, begin),
+		cmocka_unit_test_setup(first_reference_is_that_of_the_edge, begin),
+		cmocka_unit_test_setup(limit_override_reaches_the_device, begin_moving),
+		cmocka_unit_test(position_is_exact_at_the_end_whatever_the_network_does),
+		cmocka_unit_test_setup(permission_survives_no_chaos, begin_moving),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The polling plan: two fast requests, at most one more a cycle, rates by the
+ * clock; a slow device, a deaf operation or another device cost nobody else.
+ */
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+#include "tests/device/world.h"
+#include "wire/io.h"
+
+static struct world world, other;
+
+static int begin(void **state)
+{
+	(void)state;
+	world_init(&world, NULL);
+	world_until(&world, world_is_running, 500 * MS);
+	world_run(&world, 100 * MS);
+	memset(&world.sent, 0, sizeof(world.sent));
+	return 0;
+}
+
+static void fast_requests_go_out_every_cycle(void **state)
+{
+	(void)state;
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(world.sent.operation[0xCC], 1000);
+	assert_int_equal(world.sent.pulse[0x00], 1000);
+	assert_int_equal(world.fresh_high, 3);
+	assert_int_equal(world.state.statistics.cycles_late, 0);
+	assert_int_equal(world.state.statistics.packet_error_level, 0);
+}
+
+static void fast_requests_may_be_divided(void **state)
+{
+	(void)state;
+	world.config.fast_divider = 4;
+	world_start(&world);
+	world_until(&world, world_is_running, 500 * MS);
+	memset(&world.sent, 0, sizeof(world.sent));
+	world_run(&world, 1 * SECOND);
+	assert_in_range(world.sent.operation[0xCC], 249, 251);
+	assert_in_range(world.sent.pulse[0x00], 249, 251);
+	assert_false(world.state.flags & POKEYS_STATE_STALE);
+}
+
+static void slow_groups_keep_their_rates(void **state)
+{
+	(void)state;
+	world.config.slow_hz = 5;
+	world.config.encoder_hz = 100;
+	world.config.analog_hz = 40;
+	world.config.encoder[3] = (struct device_encoder_config){ true, 1, 4, 255, 255 };
+	world.config.encoder[20] = world.config.encoder[3];
+	world.config.pin_set[40 / 8] = 1 << 40 % 8;
+	world.config.pin_function[40] = WIRE_PIN_ANALOG_IN;
+	world_start(&world);
+	world_until(&world, world_is_running, 500 * MS);
+	world_run(&world, 100 * MS);
+	memset(&world.sent, 0, sizeof(world.sent));
+	world_run(&world, 10 * SECOND);
+	assert_in_range(world.sent.operation[0xCF], 48, 52);
+	assert_in_range(world.sent.operation[0x83], 48, 52);
+	assert_in_range(world.sent.operation[0x05], 48, 52);
+	assert_in_range(world.sent.operation[0xCB], 48, 52);
+	assert_in_range(world.sent.pulse[0x04], 48, 52);
+	assert_in_range(world.sent.operation[0x00], 9, 11);
+	assert_in_range(world.sent.operation[0xDA], 190, 205);
+	assert_in_range(world.sent.operation[0x3A], 380, 405);
+	assert_in_range(world.sent.operation[0xCD], 1900, 2010);
+	assert_int_equal(world.sent.operation[0xCC], 10000);
+}
+
+static void short_stall_is_not_caught_up(void **state)
+{
+	(void)state;
+	world.config.encoder_hz = 200;
+	world.config.encoder[3] = (struct device_encoder_config){ true, 1, 4, 255, 255 };
+	world_start(&world);
+	world_until(&world, world_is_running, 500 * MS);
+	world_run(&world, 100 * MS);
+	for (unsigned int i = 0; i < 10; i++) {
+		world_stall(&world, 150 * MS);
+		memset(&world.sent, 0, sizeof(world.sent));
+		world_run(&world, 50 * MS);
+		assert_in_range(world.sent.operation[0xCD], 8, 15);
+		assert_in_range(world.sent.operation[0xCC], 49, 51);
+	}
+}
+
+static void slow_values_arrive(void **state)
+{
+	struct sim_device *sim = &world.rig.device;
+
+	(void)state;
+	sim->bench.load_percent = 42;
+	sim->config.pins.function[40] = WIRE_PIN_ANALOG_IN;
+	sim->config.pins.function[2] = WIRE_PIN_COUNTER;
+	sim->config.pins.function[4] = WIRE_PIN_COUNTER;
+	sim->bench.analog[0].low = 1234;
+	sim->pins.counter[2] = 22;
+	sim->pins.counter[4] = 44;
+	sim->config.pwm.period = 2500;
+	sim->config.pwm.duty[1] = 100;
+	sim->bus.poext[3] = 0x5a;
+	sim->engine.relays = 0x03;
+	sim->engine.outputs = 0x78;
+	world_start(&world);
+	world_until(&world, world_is_running, 500 * MS);
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(world.state.identity.load, 42);
+	assert_int_equal(world.state.analog[0], 1234);
+	assert_int_equal(world.state.counter[2], 22);
+	assert_int_equal(world.state.counter[4], 44);
+	assert_int_equal(world.state.pwm_period, 2500);
+	assert_int_equal(world.state.pwm_duty[1], 100);
+	assert_int_equal(world.state.poextbus[3], 0x5a);
+	assert_int_equal(world.state.engine.relays, 0x03);
+	assert_int_equal(world.state.engine.outputs, 0x78);
+	assert_in_range(world.state.device_tick_ms, 900, 1500);
+	assert_true(world.state.t_publish_ns - world.state.t_slow_ns < 60 * MS);
+}
+
+static void lost_packet_costs_its_deadline_and_a_round_trip(void **state)
+{
+	(void)state;
+	for (unsigned int i = 0; i < 100; i++) {
+		uint64_t worst = 0;
+
+		world_run(&world, 20 * MS);
+		/* one packet of the next cycle does not arrive */
+		sim_link_silence(&world.rig.link, i & 1 ? SIM_LINK_REQUEST : SIM_LINK_REPLY,
+				 world.now, world.now + (i & 1 ? 1 : 200 * US));
+		for (unsigned int n = 0; n < 10; n++) {
+			world_cycle(&world);
+			if (world.state.t_publish_ns - world.state.t_digital_ns > worst)
+				worst = world.state.t_publish_ns - world.state.t_digital_ns;
+		}
+		assert_true(worst <= 2 * MS);
+	}
+	assert_int_equal(world.state.statistics.timed_out, 0);
+}
+
+static uint8_t deaf_to;
+
+static void deaf(struct world *w, const uint8_t *packet)
+{
+	if (packet[1] == deaf_to)
+		sim_link_silence(&w->rig.link, SIM_LINK_REQUEST, w->now, w->now + 1);
+}
+
+/* Firmware that does not know an operation and drops it. */
+static void never_answered_operation_is_asked_less_and_less(void **state)
+{
+	static const uint8_t operations[] = { 0xDA, 0x8F, 0x06, 0xCF };
+
+	for (size_t i = 0; i < sizeof(operations); i++) {
+		begin(state);
+		deaf_to = operations[i];
+		world.watch = deaf;
+		world_start(&world);
+		world_until(&world, world_is_running, 2 * SECOND);
+		world_run(&world, 10 * SECOND);
+		memset(&world.sent, 0, sizeof(world.sent));
+		world_run(&world, 10 * SECOND);
+		assert_in_range(world.sent.operation[deaf_to], 0, 60);
+		assert_int_equal(world.sent.operation[0xCC], 10000);
+		assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+	}
+}
+
+static void measured_times_are_those_of_the_link(void **state)
+{
+	static struct pokeys_diag diag;
+
+	(void)state;
+	world_run(&world, 1 * SECOND);
+	device_diag(world.device, &diag);
+	assert_in_range(diag.round_trip.min_ns, 149 * US, 151 * US);
+	assert_true(diag.fast_round_trip.count >= 2000);
+	assert_in_range(diag.fast_round_trip.max_ns, 249 * US, 351 * US);
+	assert_in_range(diag.fresh.min_ns, 249 * US, 351 * US);
+	assert_true(diag.receive.count >= 2000 && diag.receive.max_ns == 0);
+}
+
+/* Two devices of one daemon: one is dead, then slow; the other does not notice. */
+static void one_device_does_not_disturb_another(void **state)
+{
+	const struct sim_rig_options slow = { .service_ns = 20 * MS };
+
+	(void)state;
+	world_init(&other, &slow);
+	memset(&world.sent, 0, sizeof(world.sent));
+	for (unsigned int i = 0; i < 5000; i++) {
+		if (i == 2000)
+			sim_rig_silence(&other.rig, other.now, 2 * SECOND);
+		world_cycle(&world);
+		world_cycle(&other);
+		assert_true(world.state.t_publish_ns - world.state.t_digital_ns < 1 * MS);
+	}
+	assert_int_equal(world.sent.operation[0xCC], 5000);
+	assert_true(other.sent.all < 2000);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(fast_requests_go_out_every_cycle, begin),
+		cmocka_unit_test_setup(fast_requests_may_be_divided, begin),
+		cmocka_unit_test_setup(slow_groups_keep_their_rates, begin),
+		cmocka_unit_test_setup(short_stall_is_not_caught_up, begin),
+		cmocka_unit_test_setup(slow_values_arrive, begin),
+		cmocka_unit_test_setup(lost_packet_costs_its_deadline_and_a_round_trip, begin),
+		cmocka_unit_test_setup(never_answered_operation_is_asked_less_and_less, begin),
+		cmocka_unit_test_setup(measured_times_are_those_of_the_link, begin),
+		cmocka_unit_test_setup(one_device_does_not_disturb_another, begin),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * A million cycles of everything at once: faults come and go, the device
+ * reboots, commanders die and return, axes and encoders move, one-shots are
+ * queued. Every invariant is checked in every tick; at the end all is exact.
+ */
+
+#include <inttypes.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+#include "tests/device/world.h"
+
+enum { RELAY = 0, ENCODER = 5, CYCLES = 1000000 };
+
+static struct world world;
+static struct sim_prng prng;
+static uint64_t runs_seen, reboots_asked;
+
+static uint64_t below(uint64_t bound)
+{
+	return sim_prng_below(&prng, bound);
+}
+
+static void count_runs(struct world *w, const uint8_t *packet)
+{
+	(void)w;
+	runs_seen += packet[1] == 0x85 && packet[2] == 0x02 && packet[3] == 3;
+}
+
+static void new_faults(void)
+{
+	struct sim_link_faults faults = {
+		.delay = { SIM_DELAY_HEAVY_TAIL, 25 * US, below(20) * MS + 100 * US, 1.5 },
+		.loss = below(3) ? 0 : (double)below(30) / 100,
+		.duplicate = below(3) ? 0 : 0.2, .copies = 1 + (unsigned int)below(5),
+		.reorder = below(3) ? 0 : 0.1, .reorder_ns = below(5) * MS,
+		.wrong_id = below(5) ? 0 : 0.05, .wrong_op = below(5) ? 0 : 0.05,
+		.truncate = below(5) ? 0 : 0.05,
+	};
+
+	sim_link_set_faults(&world.rig.link, SIM_LINK_REPLY, &faults);
+	/* a request that became another one would really be executed */
+	faults.wrong_op = 0;
+	sim_link_set_faults(&world.rig.link, SIM_LINK_REQUEST, &faults);
+}
+
+static void new_wishes(void)
+{
+	world_output(&world, RELAY, below(2));
+	for (unsigned int i = 0; i < 3; i++) {
+		world.command.axis[i] = (struct pokeys_axis_command){
+			.position = (int32_t)below(3000), .velocity = (float)below(20000),
+			.mode = POKEYS_AXIS_POSITION, .enable = below(4) != 0,
+		};
+	}
+}
+
+static void new_one_shot(void)
+{
+	static const uint8_t operations[] = {
+		POKEYS_ONE_SHOT_NOP, POKEYS_ONE_SHOT_SET_POSITION, POKEYS_ONE_SHOT_CLEAR_FAULT,
+		POKEYS_ONE_SHOT_SET_ENCODER, POKEYS_ONE_SHOT_SET_RTC, POKEYS_ONE_SHOT_REBOOT,
+	};
+	const struct pokeys_one_shot shot = {
+		.operation = operations[below(sizeof(operations))], .index = ENCODER,
+		.mask = (uint8_t)below(8), .value = { (int32_t)below(3000) },
+	};
+
+	reboots_asked += shot.operation == POKEYS_ONE_SHOT_REBOOT;
+	world_one_shot(&world, &shot);
+}
+
+static void something_happens(void)
+{
+	switch (below(16)) {
+	case 0:
+		new_faults();
+		break;
+	case 1:
+		sim_rig_silence(&world.rig, world.now, below(500) * MS);
+		break;
+	case 2:
+		if (below(4) == 0)
+			sim_rig_reboot(&world.rig, world.now, below(2));
+		break;
+	case 3:
+		world.commanding = below(4) != 0;
+		break;
+	case 4:
+		world.command.flags ^= POKEYS_COMMAND_MACHINE_ON;
+		break;
+	case 5:
+		sim_bench_emergency(&world.rig.device, below(4) == 0);
+		break;
+	case 6:
+		if (below(8) == 0)
+			world_stall(&world, below(400) * MS);
+		break;
+	case 7:
+		world.rig.device.bench.shaft[ENCODER].rate = (int64_t)below(200000) - 100000;
+		break;
+	case 8:
+	case 9:
+		if (world.command.one_shot_head - world.state.one_shot_ack < 60)
+			new_one_shot();
+		break;
+	default:
+		new_wishes();
+	}
+}
+
+/* Nobody may be told that something moves which we did not permit. */
+static void check_engine(void)
+{
+	if (world.state.flags & POKEYS_STATE_SAFE)
+		assert_int_not_equal(world.state.engine.state, SIM_PE_RUNNING);
+}
+
+static void begin(void)
+{
+	const struct sim_rig_options options = {
+		.service_ns = 100 * US, .jitter_ns = 100 * US, .device.boot_ms = 40,
+	};
+
+	world_init(&world, &options);
+	world_axes(&world);
+	world.config.pin_set[0] = 1;
+	world.config.pin_function[RELAY] = 4;
+	world.config.encoder[ENCODER] = (struct device_encoder_config){ true, 1, 4, 40, 41 };
+	world_start(&world);
+	world_commander(&world, 5);
+	world.watch = count_runs;
+	world_until(&world, world_is_running, 1 * SECOND);
+}
+
+static void calm_down(void)
+{
+	world_loss(&world, 0);
+	sim_bench_emergency(&world.rig.device, false);
+	world.rig.device.bench.shaft[ENCODER].rate = 0;
+	world.commanding = true;
+	world.command.flags = 0;
+	world_output(&world, RELAY, true);
+	world_run(&world, 3 * SECOND);
+}
+
+static void a_million_cycles_leave_everything_exact(void **state)
+{
+	uint64_t start;
+
+	(void)state;
+	sim_prng_init(&prng, world_seed());
+	begin();
+	for (start = world.cycle; world.cycle - start < CYCLES;) {
+		something_happens();
+		for (uint64_t n = below(60); n > 0; n--) {
+			world_cycle(&world);
+			check_engine();
+		}
+	}
+	calm_down();
+	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+	assert_false(world.state.flags & POKEYS_STATE_STALE);
+	assert_true(world_latch(&world, RELAY));
+	assert_int_equal(world.state.encoder[ENCODER], (int32_t)world.rig.device.encoders.raw[ENCODER]);
+	for (unsigned int i = 0; i < 3; i++)
+		assert_int_equal(world.state.engine.axis[i].position,
+				 world.rig.device.engine.axis[i].pulses);
+	assert_true(runs_seen > 100 && world.event_count[EVENT_IDENTIFIED] > 100);
+	assert_int_equal(world.rig.device.stats.saves, 0);
+	printf("%" PRIu64 " starts of the engine, %" PRIu64 " identifications, %" PRIu64
+	       " safe states, %" PRIu64 " reboots asked for\n", runs_seen,
+	       world.event_count[EVENT_IDENTIFIED], world.event_count[EVENT_SAFE], reboots_asked);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_million_cycles_leave_everything_exact),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

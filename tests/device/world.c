@@ -1,0 +1,382 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The loop of daemon/rt in miniature, in virtual time: a tick, a cycle, then
+ * packets and deadlines as they come until the next tick, publishing when the
+ * fast answers are in or 60 % of the period are over.
+ *
+ * The invariants are checked from outside, on what is published and on what
+ * leaves for the wire, by accounts of this file's own. They hold in every
+ * test, whatever it is about.
+ */
+
+#include <errno.h>
+#include <inttypes.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <cmocka.h>
+#include "tests/device/world.h"
+#include "wire/pulse.h"
+
+#define ADDRESS UINT32_C(0x7f000001)
+#define PORT 20055
+
+uint64_t world_seed(void)
+{
+	const char *given = getenv("POKEYS_SEED");
+	struct timespec t;
+	uint64_t seed;
+
+	clock_gettime(CLOCK_MONOTONIC, &t);
+	seed = given ? strtoull(given, NULL, 0) : (uint64_t)t.tv_sec * 1000000007u + (uint64_t)t.tv_nsec;
+	printf("POKEYS_SEED=%" PRIu64 "\n", seed);
+	return seed;
+}
+
+static void account(struct world *world, const uint8_t *packet)
+{
+	world->sent.all++;
+	world->sent.operation[packet[1]]++;
+	if (packet[1] == 0x85)
+		world->sent.pulse[packet[2]]++;
+	memcpy(world->last_request, packet, 64);
+	if (world->watch)
+		world->watch(world, packet);
+}
+
+static int send(void *context, const uint8_t *packet, size_t length)
+{
+	struct world *world = context;
+
+	assert_int_equal(length, 64);
+	assert_int_equal(wire_check_request(packet, length), WIRE_OK);
+	if (world->unplugged)
+		return -ENETUNREACH;
+	account(world, packet);
+	sim_rig_send(&world->rig, world->now, packet, length);
+	return 0;
+}
+
+void world_start(struct world *world)
+{
+	const struct pokeys_io io = { .send = send, .context = world };
+
+	memset(world->device, 0, device_size());
+	memset(&world->state, 0, sizeof(world->state));
+	memset(&world->before, 0, sizeof(world->before));
+	world->low_seen = world->machine_was_on = false;
+	device_init(world->device, &world->config, &io, &world->events);
+}
+
+void world_init(struct world *world, const struct sim_rig_options *options)
+{
+	static const struct sim_rig_options plain = {
+		.service_ns = 100 * US,
+		.link.faults = {
+			{ .delay = { .low_ns = 25 * US } }, { .delay = { .low_ns = 25 * US } },
+		},
+	};
+
+	free(world->device);
+	memset(world, 0, sizeof(*world));
+	world->device = aligned_alloc(64, device_size());
+	assert_non_null(world->device);
+	sim_rig_init(&world->rig, options ? options : &plain);
+	device_config_defaults(&world->config);
+	strcpy(world->config.name, "mill");
+	world->config.address = ADDRESS;
+	world->now = 1000 * SECOND;
+	world->tick = world->now;
+	world->attached = true;
+	world_start(world);
+}
+
+static void drain_events(struct world *world)
+{
+	struct event event;
+	char line[256];
+
+	while (event_pop(&world->events, &event)) {
+		assert_in_range(event.code, 1, EVENT_CODES - 1);
+		assert_true(event_format(&event, "mill", line, sizeof(line)) > 6);
+		if (getenv("POKEYS_VERBOSE"))
+			printf("%12.6f %s\n", (double)event.t_ns / 1e9 - 1000, line);
+		world->event_count[event.code]++;
+		world->last_event[event.code] = event;
+	}
+	assert_int_equal(atomic_load(&world->events.dropped), 0);
+}
+
+/* I2: ages and the stale flag, from the published times alone. */
+static void check_ages(const struct world *world)
+{
+	const struct pokeys_state *s = &world->state;
+	uint64_t fast = s->t_digital_ns;
+
+	if (s->capability.pulse_engine >= 2 && s->t_motion_ns < fast)
+		fast = s->t_motion_ns;
+	assert_int_equal(!!(s->flags & POKEYS_STATE_STALE),
+			 s->t_publish_ns - fast > s->stale_after_ns);
+	assert_true(s->t_digital_ns <= s->t_publish_ns && s->t_motion_ns <= s->t_publish_ns);
+	assert_true(s->t_encoder_ns <= s->t_publish_ns && s->t_slow_ns <= s->t_publish_ns);
+	assert_true(s->t_digital_ns >= world->before.t_digital_ns);
+	assert_true(s->t_motion_ns >= world->before.t_motion_ns);
+	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
+		assert_true(s->encoder_t_ns[i] >= world->before.encoder_t_ns[i]);
+}
+
+/* I7: motion is permitted only after machine-on was seen low, then high, while all was well. */
+static void check_permission(struct world *world)
+{
+	const struct pokeys_state *s = &world->state;
+	const bool on = s->flags & POKEYS_STATE_MACHINE_ON;
+	const bool well = s->link == POKEYS_LINK_RUNNING && (s->flags & POKEYS_STATE_COMMANDER) &&
+			  !(s->flags & POKEYS_STATE_STOPPING);
+	const bool high = world->flags_written & POKEYS_COMMAND_MACHINE_ON;
+
+	if (on)
+		assert_true(well && high && world->low_seen);
+	if (!well || (world->machine_was_on && !on))
+		world->low_seen = false;
+	if (well && !high && world->attached)
+		world->low_seen = true;
+	world->machine_was_on = on;
+}
+
+/* New requests of a cycle; resends have a budget of their own. */
+static void check_budget(struct world *world)
+{
+	const struct pokeys_link_statistics *now = &world->state.statistics;
+	const struct pokeys_link_statistics *before = &world->before.statistics;
+	const uint64_t fresh = (now->sent - now->resent) - (before->sent - before->resent);
+
+	assert_in_range(fresh, 0, 3);
+	if (fresh > world->fresh_high)
+		world->fresh_high = (unsigned int)fresh;
+}
+
+static void publish(struct world *world)
+{
+	world->before = world->state;
+	device_publish(world->device, world->now, &world->state);
+	check_budget(world);
+	check_ages(world);
+	if (!world->flags_are_noise)
+		check_permission(world);
+	drain_events(world);
+}
+
+static void deliver(struct world *world)
+{
+	uint8_t packet[600];
+	size_t length;
+
+	while ((length = sim_rig_receive(&world->rig, world->now, packet, sizeof(packet))) > 0) {
+		const struct pokeys_rx rx = {
+			.t_ns = world->now, .address = ADDRESS, .port = PORT,
+		};
+
+		device_deliver(world->device, packet, length, &rx, world->now);
+	}
+}
+
+static uint64_t lesser(uint64_t a, uint64_t b)
+{
+	return a < b ? a : b;
+}
+
+/* Packets and deadlines until then. */
+static void serve(struct world *world, uint64_t until_ns, bool until_complete)
+{
+	while (!until_complete || !device_fast_complete(world->device)) {
+		const uint64_t next = lesser(sim_rig_next(&world->rig),
+					     device_next_deadline(world->device));
+
+		if (next >= until_ns)
+			break;
+		if (next > world->now)
+			world->now = next;
+		deliver(world);
+		device_check(world->device, world->now);
+	}
+	if (!until_complete)
+		world->now = until_ns;
+}
+
+static void command(struct world *world)
+{
+	if (!world->commanding)
+		return;
+	world->command.heartbeat++;
+	world->command.t_ns = world->now;
+	world->flags_written = world->command.flags;
+}
+
+void world_cycle(struct world *world)
+{
+	const uint64_t period = world->config.period_ns;
+	const bool image = world->attached && world->command.magic && !world->refused;
+
+	command(world);
+	world->cycle++;
+	device_cycle(world->device, world->cycle, world->tick, world->now,
+		     image ? &world->command : NULL, world->refused);
+	serve(world, world->tick + period * 6 / 10, true);
+	publish(world);
+	world->tick += period;
+	serve(world, world->tick, false);
+}
+
+void world_run(struct world *world, uint64_t for_ns)
+{
+	const uint64_t end = world->tick + for_ns;
+
+	while (world->tick < end)
+		world_cycle(world);
+}
+
+uint64_t world_until(struct world *world, bool (*condition)(struct world *), uint64_t limit_ns)
+{
+	const uint64_t begin = world->tick;
+
+	while (!condition(world)) {
+		if (world->tick - begin > limit_ns)
+			fail_msg("not within %" PRIu64 " ms; link %u fault %u flags 0x%x",
+				 limit_ns / MS, world->state.link, world->state.fault,
+				 world->state.flags);
+		world_cycle(world);
+	}
+	return world->tick - begin;
+}
+
+bool world_is_running(struct world *world)
+{
+	return world->state.link == POKEYS_LINK_RUNNING &&
+	       !(world->state.flags & POKEYS_STATE_STALE);
+}
+
+bool world_is_lost(struct world *world)
+{
+	return world->state.link == POKEYS_LINK_LOST;
+}
+
+bool world_is_safe(struct world *world)
+{
+	return world->state.flags & POKEYS_STATE_SAFE;
+}
+
+bool world_is_machine_on(struct world *world)
+{
+	bool driven = false;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		driven = driven || world->command.axis[i].enable;
+	return world->state.flags & POKEYS_STATE_MACHINE_ON &&
+	       (!driven || world->state.engine.state == WIRE_ENGINE_RUNNING);
+}
+
+bool world_is_stopped(struct world *world)
+{
+	return device_stopped(world->device);
+}
+
+void world_stall(struct world *world, uint64_t for_ns)
+{
+	world->tick += for_ns;
+	world->now = world->tick;
+	if (world->commanding)
+		world->command.heartbeat += for_ns / world->config.period_ns;
+}
+
+void world_commander(struct world *world, uint32_t session)
+{
+	memset(&world->command, 0, sizeof(world->command));
+	world->command.magic = POKEYS_COMMAND_MAGIC;
+	world->command.version = POKEYS_COMMAND_VERSION;
+	world->command.session = session;
+	world->commanding = true;
+}
+
+void world_output(struct world *world, unsigned int pin, bool value)
+{
+	const uint8_t bit = (uint8_t)(1u << pin % 8);
+
+	world->command.digital_out_mask[pin / 8] |= bit;
+	world->command.digital_out[pin / 8] &= (uint8_t)~bit;
+	if (value)
+		world->command.digital_out[pin / 8] |= bit;
+}
+
+bool world_latch(struct world *world, unsigned int pin)
+{
+	sim_rig_run(&world->rig, world->now);
+	return world->rig.device.pins.latch >> pin & 1;
+}
+
+uint32_t world_one_shot(struct world *world, const struct pokeys_one_shot *shot)
+{
+	const uint32_t id = world->command.one_shot_head++;
+	struct pokeys_one_shot *slot = &world->command.one_shot[id % POKEYS_ONE_SHOTS];
+
+	*slot = *shot;
+	slot->id = id;
+	return id;
+}
+
+enum pokeys_outcome world_outcome(const struct world *world, uint32_t id)
+{
+	const struct pokeys_one_shot_result *result =
+		&world->state.one_shot[id % POKEYS_ONE_SHOT_RESULTS];
+
+	if (world->state.one_shot_session != world->command.session || result->id != id)
+		return POKEYS_OUTCOME_NONE;
+	return (enum pokeys_outcome)result->outcome;
+}
+
+enum pokeys_outcome world_do(struct world *world, const struct pokeys_one_shot *shot,
+			     uint64_t limit_ns)
+{
+	const uint32_t id = world_one_shot(world, shot);
+	const uint64_t begin = world->tick;
+
+	while (world_outcome(world, id) == POKEYS_OUTCOME_NONE && world->tick - begin < limit_ns)
+		world_cycle(world);
+	return world_outcome(world, id);
+}
+
+void world_axes(struct world *world)
+{
+	world->config.axes = 3;
+	for (unsigned int i = 0; i < 3; i++) {
+		struct device_axis_config *axis = &world->config.axis[i];
+
+		axis->set = true;
+		axis->mode = POKEYS_AXIS_POSITION;
+		axis->max_speed = 20000;
+		axis->max_acceleration = 500000;
+	}
+}
+
+void world_machine_on(struct world *world)
+{
+	world->command.flags &= ~(uint32_t)POKEYS_COMMAND_MACHINE_ON;
+	world_run(world, 5 * MS);
+	world->command.flags |= POKEYS_COMMAND_MACHINE_ON;
+	world_until(world, world_is_machine_on, 1 * SECOND);
+}
+
+void world_faults(struct world *world, const struct sim_link_faults *faults)
+{
+	sim_link_set_faults(&world->rig.link, SIM_LINK_REQUEST, faults);
+	sim_link_set_faults(&world->rig.link, SIM_LINK_REPLY, faults);
+}
+
+void world_loss(struct world *world, double loss)
+{
+	const struct sim_link_faults faults = { .delay = { .low_ns = 25 * US }, .loss = loss };
+
+	world_faults(world, &faults);
+}

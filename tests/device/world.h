@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * A whole machine in virtual time: the device layer with its real mailbox, a
+ * simulated device behind a faulty link, a loop that turns them, a commander,
+ * and the invariants of every tick.
+ */
+#ifndef TESTS_DEVICE_WORLD_H
+#define TESTS_DEVICE_WORLD_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include "daemon/device/device.h"
+#include "sim/bench.h"
+#include "sim/rig.h"
+
+#define US UINT64_C(1000)
+#define MS UINT64_C(1000000)
+#define SECOND UINT64_C(1000000000)
+
+/* What has left for the wire, by operation and (pulse engine) sub-command. */
+struct world_sent {
+	uint64_t all, operation[256], pulse[256];
+};
+
+struct world {
+	struct device *device;
+	struct device_config config;
+	struct event_ring events;
+	struct sim_rig rig;
+	struct pokeys_command command;
+	struct pokeys_state state;	/* as published last */
+	struct pokeys_state before;	/* ... and in the cycle before */
+	uint64_t now, tick, cycle;
+	uint64_t seed;
+	bool commanding;		/* a commander writes in each cycle */
+	bool attached;			/* the device layer may look at the image */
+	int refused;			/* the image cannot be read: this -errno */
+	bool flags_are_noise;		/* command.flags may be refused: I7 is not checked */
+	bool unplugged;			/* the kernel refuses to send */
+	unsigned int fresh_high;	/* most new requests in a cycle */
+	uint8_t last_request[64];	/* the packet sent last */
+	void (*watch)(struct world *world, const uint8_t *packet);	/* sees each packet sent */
+	struct world_sent sent;
+	uint64_t event_count[EVENT_CODES];
+	struct event last_event[EVENT_CODES];
+	/* invariant I7, by an account of its own */
+	uint32_t flags_written;		/* with the last heartbeat */
+	bool low_seen;
+	bool machine_was_on;
+};
+
+/* A device of default setting at a perfect link of 150 us; NULL = those options. */
+void world_init(struct world *world, const struct sim_rig_options *options);
+
+/* Puts the device layer (back) into its first moment, with world->config. */
+void world_start(struct world *world);
+
+/* One cycle, with all invariants checked. */
+void world_cycle(struct world *world);
+void world_run(struct world *world, uint64_t for_ns);
+
+/* Runs until the condition holds; fails after `limit_ns`. Returns how long it took. */
+uint64_t world_until(struct world *world, bool (*condition)(struct world *), uint64_t limit_ns);
+bool world_is_running(struct world *world);
+bool world_is_lost(struct world *world);
+bool world_is_safe(struct world *world);
+bool world_is_machine_on(struct world *world);
+bool world_is_stopped(struct world *world);
+
+/* The daemon itself stands still. */
+void world_stall(struct world *world, uint64_t for_ns);
+
+/* A new commander. */
+void world_commander(struct world *world, uint32_t session);
+
+/* Output pin (0-based) in the command image. */
+void world_output(struct world *world, unsigned int pin, bool value);
+/* What the simulated device has latched. */
+bool world_latch(struct world *world, unsigned int pin);
+
+/* Queues a one-shot; returns its id. */
+uint32_t world_one_shot(struct world *world, const struct pokeys_one_shot *shot);
+/* ... and runs until its outcome is there. */
+enum pokeys_outcome world_do(struct world *world, const struct pokeys_one_shot *shot,
+			     uint64_t limit_ns);
+enum pokeys_outcome world_outcome(const struct world *world, uint32_t id);
+
+/* Three axes in position mode, set up in the simulated device's flash. */
+void world_axes(struct world *world);
+/* Rising edge of machine-on, and the engine running if any axis is enabled. */
+void world_machine_on(struct world *world);
+
+/* Faults on both ways. */
+void world_faults(struct world *world, const struct sim_link_faults *faults);
+void world_loss(struct world *world, double loss);
+
+/* From POKEYS_SEED, or the clock; printed. */
+uint64_t world_seed(void);
+
+#endif
