@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Who is there? The search that PoKeys devices answer (protocol section 1.9).
+ * Cold: for the control thread and the tools, never for the realtime thread.
+ */
+#ifndef TRANSPORT_DISCOVERY_H
+#define TRANSPORT_DISCOVERY_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include "daemon/transport/transport.h"
+
+struct discovery_options {
+	uint32_t timeout_ms;		/* how long answers are taken; 0 = 500 */
+	uint16_t port;			/* 0 = 20055 */
+	const char *interface;		/* search on this one only, NULL = on all that are up */
+	/* Asked besides the interfaces (an address across a router); port 0 = as above. */
+	const struct transport_address *also;
+	size_t also_count;
+};
+
+/*
+ * One answer, as it came: unchecked, and a device that hears the question
+ * twice answers twice. True = enough, end the search.
+ */
+typedef bool (*discovery_found_t)(void *context, const uint8_t *data, size_t length,
+				  const struct transport_address *from);
+
+/*
+ * Ask, and hand out what is answered until the time is over. Returns the
+ * number of answers; -ENETUNREACH if the question could not be sent to
+ * anybody; -ENODEV for an interface that does not exist; -errno.
+ */
+int discovery_search(const struct discovery_options *options, discovery_found_t found,
+		     void *context);
+
+#endif

@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One UDP socket per device, connected to it, so that the kernel drops what
+ * comes from anybody else before it costs us anything.
+ *
+ * Three traps stand around connect():
+ *  - a first connect() fixes the local address as well. Connecting again to a
+ *    device on another network keeps the old one and goes nowhere; so the
+ *    association is dissolved first (connect to AF_UNSPEC).
+ *  - dissolving also takes away SO_BINDTODEVICE; it is set again.
+ *  - neither empties the queue: packets of the old peer may still be in it.
+ *    They are handed up with their true source, and the mailbox refuses them.
+ */
+#include <errno.h>
+#include <string.h>
+#include <unistd.h>
+#include <arpa/inet.h>
+#include "daemon/transport/udp.h"
+
+static int bind_interface(const struct udp *udp)
+{
+	if (!udp->interface[0])
+		return 0;
+	if (setsockopt(udp->fd, SOL_SOCKET, SO_BINDTODEVICE, udp->interface,
+		       (socklen_t)strlen(udp->interface) + 1) < 0)
+		return -errno;
+	return 0;
+}
+
+static int set_up(struct udp *udp, const struct transport_options *options)
+{
+	int on = 1, poll_us = (int)options->busy_poll_us;
+
+	if (options->interface) {
+		if (strlen(options->interface) >= sizeof udp->interface)
+			return -ENODEV;
+		strcpy(udp->interface, options->interface);
+	}
+	if (setsockopt(udp->fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) < 0)
+		return -errno;
+	/* A wish: it wants CAP_NET_ADMIN, and without it all still works. */
+	if (poll_us)
+		setsockopt(udp->fd, SOL_SOCKET, SO_BUSY_POLL, &poll_us, sizeof poll_us);
+	return bind_interface(udp);
+}
+
+int udp_open(struct udp *udp, const struct transport_options *options)
+{
+	int rc;
+
+	udp->connected = false;
+	udp->interface[0] = '\0';
+	udp->fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_UDP);
+	if (udp->fd < 0) {
+		udp->fd = -1;
+		return -errno;
+	}
+	rc = set_up(udp, options);
+	if (rc < 0)
+		udp_close(udp);
+	return rc;
+}
+
+void udp_close(struct udp *udp)
+{
+	if (udp->fd >= 0)
+		close(udp->fd);
+	udp->fd = -1;
+	udp->connected = false;
+}
+
+static int dissolve(struct udp *udp, uint64_t *calls)
+{
+	struct sockaddr nobody = { .sa_family = AF_UNSPEC };
+
+	(*calls)++;
+	if (connect(udp->fd, &nobody, sizeof nobody) < 0)
+		return -errno;
+	udp->connected = false;
+	if (udp->interface[0])
+		(*calls)++;
+	return bind_interface(udp);
+}
+
+int udp_aim(struct udp *udp, const struct transport_address *to, uint64_t *calls)
+{
+	struct sockaddr_in peer = {
+		.sin_family = AF_INET,
+		.sin_port = htons(to->port),
+		.sin_addr.s_addr = htonl(to->address),
+	};
+	int rc;
+
+	if (udp->connected) {
+		rc = dissolve(udp, calls);
+		if (rc < 0)
+			return rc;
+	}
+	if (!to->address)
+		return 0;
+	(*calls)++;
+	if (connect(udp->fd, (struct sockaddr *)&peer, sizeof peer) < 0)
+		return -errno;
+	udp->connected = true;
+	return 0;
+}
+
+uint64_t udp_stamp(struct msghdr *message)
+{
+	for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
+		struct timespec t;
+
+		if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS)
+			continue;
+		if (c->cmsg_len < CMSG_LEN(sizeof t))
+			continue;
+		memcpy(&t, CMSG_DATA(c), sizeof t);
+		return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+	}
+	return 0;
+}
+
+void udp_source(const struct sockaddr_in *source, size_t length, struct transport_packet *out)
+{
+	out->address = 0;
+	out->port = 0;
+	if (length < sizeof *source || source->sin_family != AF_INET)
+		return;
+	out->address = ntohl(source->sin_addr.s_addr);
+	out->port = ntohs(source->sin_port);
+}
