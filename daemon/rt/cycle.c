@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One cycle: commands in, requests out, replies in, images out.
+ *
+ * Each device's image is published as soon as its own fast replies are in,
+ * not when everybody's are: a device that is slow, or whose reply was lost,
+ * costs the others nothing. At the end of the window the rest is published as
+ * it is, with the ages that show it.
+ *
+ * Requests and the wait for the first reply go to the kernel in one system
+ * call. The exception is a cycle in which some devices wait for replies and
+ * others do not: there the requests are handed over first, so that publishing
+ * the others does not delay them.
+ */
+#include "daemon/device/histogram.h"
+#include "daemon/rt/internal.h"
+
+/* The newest command, NULL if there is none; *refused tells a foreign one. */
+static const struct pokeys_command *read_command(struct loop *loop, uint32_t i, int *refused)
+{
+	struct pokeys_command *command = &loop->own->member[i].command;
+	int rc = shm_device_read_command(loop->devices[i].shm, command);
+
+	*refused = rc < 0 ? rc : 0;
+	return rc == 1 ? command : NULL;
+}
+
+/* Every device plans and queues its requests; those that wait for fast replies. */
+static uint32_t ask(struct loop *loop)
+{
+	struct loop_private *own = loop->own;
+	uint32_t wanted = 0, waiting = 0;
+
+	for (uint32_t i = 0; i < loop->count; i++) {
+		struct device *device = loop->devices[i].device;
+		const struct pokeys_command *command;
+		int refused;
+
+		command = read_command(loop, i, &refused);
+		device_cycle(device, own->cycle, own->began_ns, loop_now(loop), command, refused);
+		waiting |= (uint32_t)!device_fast_complete(device) << i;
+		wanted |= (uint32_t)device_wants_address(device) << i;
+	}
+	atomic_store_explicit(&loop->shared.wanted, wanted, memory_order_relaxed);
+	return waiting;
+}
+
+/* Wait for fast replies until all are in or the window ends. */
+static void collect(struct loop *loop, uint32_t waiting)
+{
+	struct loop_private *own = loop->own;
+	uint64_t end = own->began_ns + own->window_ns;
+
+	own->pending = loop_all(loop);
+	if (waiting && waiting != own->pending)
+		loop->transport->ops->flush(loop->transport);
+	publish_states(loop, own->pending & ~waiting);
+	while (own->pending && !loop->transport->failed && loop_now(loop) < end) {
+		exchange_once(loop, end);
+		publish_complete(loop);
+	}
+	publish_states(loop, own->pending);
+}
+
+void cycle_run(struct loop *loop)
+{
+	struct loop_private *own = loop->own;
+	uint64_t now = pace_await_tick(loop);
+
+	own->cycle++;
+	exchange_aim(loop, now);
+	collect(loop, ask(loop));
+	publish_diags(loop);
+	histogram_add(&own->work, loop_now(loop) - own->began_ns);
+	atomic_store_explicit(&loop->shared.cycles, own->cycle, memory_order_relaxed);
+}

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The loop's inside, for its own files and its tests. */
+#ifndef RT_INTERNAL_H
+#define RT_INTERNAL_H
+
+#include "daemon/rt/loop.h"
+
+/* The clock as the loop uses it; tests put another one in its place. */
+struct loop_clock {
+	uint64_t (*now)(void *context);
+	void (*sleep_until)(void *context, uint64_t until_ns);
+	void *context;
+};
+
+/* What the loop keeps of each device. */
+struct loop_member {
+	uint64_t address;		/* as in shared.address when it was last looked at */
+	uint64_t aim_after_ns;		/* a failed aim is not repeated before */
+	int aim_error;			/* told in an event */
+	bool aimed;
+	uint8_t link, fault;		/* as published last */
+	struct pokeys_command command;
+	struct pokeys_diag diag;
+};
+
+struct loop_private {
+	struct loop_clock clock;
+	uint64_t window_ns;		/* part of the period for collecting */
+	uint64_t spin_ns, lead_ns;	/* spin mode: spin so long after a tick, and before it */
+	uint64_t diag_cycles;		/* cycles between two diagnostic images of a device */
+
+	uint64_t tick_ns;		/* of the running cycle, while serving of the next one */
+	uint64_t began_ns;		/* tick of the running cycle */
+	uint64_t cycle;
+	uint64_t checked_ns;
+	uint32_t pending;		/* bit = not published yet in this cycle */
+	bool stopping;
+	uint64_t stop_ns;
+	uint64_t minor_before, major_before;	/* page faults before the first cycle */
+	uint64_t sleeps;		/* system calls of the loop itself */
+	uint64_t skipped, skipped_told, skipped_told_ns;
+	struct pokeys_histogram wakeup, publish, work;
+	struct loop_member member[TRANSPORT_CHANNELS];
+};
+
+static inline uint64_t loop_now(const struct loop *loop)
+{
+	return loop->own->clock.now(loop->own->clock.context);
+}
+
+static inline uint32_t loop_all(const struct loop *loop)
+{
+	return (uint32_t)((UINT64_C(1) << loop->count) - 1);
+}
+
+/* pace.c: when the thread runs and when it does not. */
+
+/* The clock of this machine, and what the options mean in ns. Cold. */
+void pace_init(struct loop *loop);
+/* The first tick lies one period ahead. */
+void pace_begin(struct loop *loop);
+/* Serve until the next tick; skips the missed ones. Returns the time. */
+uint64_t pace_await_tick(struct loop *loop);
+/* One wait for a packet, at most until then. */
+void pace_wait(struct loop *loop, uint64_t until_ns);
+
+/* exchange.c: packets in and out. */
+
+/* Put into the transport what the control thread has found out. */
+void exchange_aim(struct loop *loop, uint64_t now_ns);
+/* Deliver what has arrived, but stop at `limit_ns`; publishes what became complete. */
+void exchange_take(struct loop *loop, uint64_t limit_ns);
+/* Let every device resend or expire what is due. */
+void exchange_check(struct loop *loop, uint64_t now_ns);
+/* When exchange_check is due next, UINT64_MAX = nothing is in flight. */
+uint64_t exchange_deadline(const struct loop *loop);
+/* Wait, deliver and check once; at most until then. */
+void exchange_once(struct loop *loop, uint64_t until_ns);
+
+/* publish.c: images out. */
+
+/* Publish the image of device `i`, which is no longer pending. */
+void publish_state(struct loop *loop, uint32_t i);
+/* Publish every device whose bit is set. */
+void publish_states(struct loop *loop, uint32_t mask);
+/* Publish those that are still pending and complete. */
+void publish_complete(struct loop *loop);
+/* Diagnostic image of device `i`. */
+void publish_diag(struct loop *loop, uint32_t i);
+/* Diagnostic images whose turn it is. */
+void publish_diags(struct loop *loop);
+
+/* cycle.c: one cycle after its tick came. */
+void cycle_run(struct loop *loop);
+
+/* faults.c: note who the thread is and what faults it had until now. Cold. */
+void faults_begin(struct loop *loop);
+
+#endif

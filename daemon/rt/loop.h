@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The loop: one thread, every device, one cycle after another.
+ *
+ *	tick -> read commands -> plan and send -> collect until the fast
+ *	replies are in or the window ends -> publish -> serve what is still in
+ *	flight until the next tick
+ *
+ * A missed tick is counted and skipped, never caught up.
+ */
+#ifndef RT_LOOP_H
+#define RT_LOOP_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include "daemon/device/device.h"
+#include "daemon/transport/transport.h"
+#include "shm/host.h"
+
+enum loop_mode { LOOP_SLEEP, LOOP_SPIN };
+
+struct loop_options {
+	uint64_t period_ns;		/* 250 us .. 4 ms */
+	enum loop_mode mode;
+	double collect;			/* part of the period to wait for fast replies, 0.1 .. 0.9 */
+	/*
+	 * spin: most of a period to spend running, 0.1 .. 0.9; 1 = throttling
+	 * is off. Lowered to what the kernel's throttling leaves (realtime.h).
+	 */
+	double duty;
+};
+
+/* How control and loop talk: everything here is atomic, single writer. */
+struct loop_shared {
+	_Atomic bool stop;		/* control: bring devices to the safe state, then end */
+	_Atomic bool ended;		/* loop: it has */
+	_Atomic uint64_t cycles;	/* loop: cycles done */
+	_Atomic uint64_t skipped;
+	_Atomic uint64_t address[TRANSPORT_CHANNELS];	/* control: (ip << 16 | port), 0 = none */
+	_Atomic uint32_t wanted;	/* loop: bit = this device wants an address */
+	_Atomic uint32_t link[TRANSPORT_CHANNELS];	/* loop: enum pokeys_link */
+	_Atomic uint32_t notify;	/* loop: bit = news for the listeners of this device */
+	_Atomic uint32_t flags;		/* control: POKEYS_STATE_REALTIME, _FALLBACK, _GUARD to publish */
+	_Atomic int32_t thread;		/* loop: its thread id, 0 = has not begun */
+	_Atomic uint64_t minor_faults, major_faults;	/* loop_sample_faults: since it began */
+};
+
+struct loop_device {
+	struct device *device;
+	struct shm_device *shm;
+};
+
+/* Where a device's packets leave: context of its struct pokeys_io. */
+struct loop_port {
+	struct loop *loop;
+	uint32_t channel;
+};
+
+struct loop {
+	struct loop_options options;
+	struct loop_shared shared;
+	struct event_ring events;
+	struct transport *transport;
+	struct loop_device devices[TRANSPORT_CHANNELS];
+	uint32_t count;
+	/* the rest is the loop's own */
+	struct loop_port port[TRANSPORT_CHANNELS];
+	struct loop_private *own;
+};
+
+/*
+ * Cold. Prepare a loop whose options, transport, devices and count are set
+ * (the devices may be initialised later): allocates all it will ever need,
+ * attaches channel i for device i. 0, -EINVAL for an option out of its range,
+ * or -errno.
+ */
+int loop_prepare(struct loop *loop);
+
+/*
+ * Run until shared.stop; at most 800 ms more to reach the safe state. The
+ * calling thread is the realtime thread, all signals blocked. 0, or -errno of
+ * the transport.
+ */
+int loop_run(struct loop *loop);
+
+/*
+ * Read the page faults of the realtime thread from /proc into shared, for the
+ * diagnostic image. Cold, another thread, a few times a second. 0 or -errno.
+ */
+int loop_sample_faults(struct loop *loop);
+
+void loop_release(struct loop *loop);
+
+/* The mailbox's io for a device on a channel of the loop's transport. Cold. */
+void loop_io(struct loop *loop, uint32_t channel, struct pokeys_io *out);
+
+#endif

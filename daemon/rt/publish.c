@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Images out: the state every cycle, the diagnostic image ten times a second.
+ *
+ * The state is built in the shared cell itself (loan and commit), because it
+ * is some kilobytes and the copy would be the larger part of the cost. What
+ * others may read is then still the previous one, whole.
+ *
+ * The diagnostic images of several devices are spread over their tenth of a
+ * second: no cycle has to carry more than one where there are fewer devices
+ * than cycles in between. Each is built in memory of its own, since device and
+ * loop each write only their part of it.
+ */
+#include <string.h>
+#include "daemon/device/histogram.h"
+#include "daemon/rt/internal.h"
+
+static uint32_t own_flags(const struct loop *loop)
+{
+	uint32_t flags = atomic_load_explicit(&loop->shared.flags, memory_order_relaxed);
+
+	flags &= POKEYS_STATE_REALTIME | POKEYS_STATE_FALLBACK | POKEYS_STATE_GUARD;
+	return loop->own->stopping ? flags | POKEYS_STATE_STOPPING : flags;
+}
+
+/* What changed is news for those who wait for it. */
+static void notice(struct loop *loop, uint32_t i, uint8_t link, uint8_t fault)
+{
+	struct loop_member *m = &loop->own->member[i];
+
+	if (link == m->link && fault == m->fault && loop->own->cycle > 1)
+		return;
+	m->link = link;
+	m->fault = fault;
+	atomic_store_explicit(&loop->shared.link[i], link, memory_order_relaxed);
+	atomic_fetch_or_explicit(&loop->shared.notify, 1u << i, memory_order_release);
+}
+
+void publish_state(struct loop *loop, uint32_t i)
+{
+	struct loop_private *own = loop->own;
+	struct shm_device *shm = loop->devices[i].shm;
+	uint64_t now = loop_now(loop);
+	struct pokeys_state *image = shm_device_loan(shm);
+	uint8_t link, fault;
+
+	device_publish(loop->devices[i].device, now, image);
+	image->flags |= own_flags(loop);
+	link = image->link;
+	fault = image->fault;
+	shm_device_commit(shm);
+	notice(loop, i, link, fault);
+	own->pending &= ~(1u << i);
+	histogram_add(&own->publish, loop_now(loop) - now);
+}
+
+void publish_states(struct loop *loop, uint32_t mask)
+{
+	for (uint32_t i = 0; i < loop->count; i++)
+		if (mask >> i & 1)
+			publish_state(loop, i);
+}
+
+void publish_complete(struct loop *loop)
+{
+	for (uint32_t i = 0; i < loop->count; i++)
+		if (loop->own->pending >> i & 1 &&
+		    device_fast_complete(loop->devices[i].device))
+			publish_state(loop, i);
+}
+
+static void put_transport(const struct loop *loop, struct pokeys_diag *diag)
+{
+	const struct transport_statistics *s = &loop->transport->statistics;
+
+	/* the loop's own sleeps as well: all that the thread does */
+	diag->transport_system_calls = s->system_calls + loop->own->sleeps;
+	diag->transport_waits_avoided = s->waits_avoided;
+	diag->transport_rearmed = s->rearmed;
+	diag->transport_no_buffers = s->no_buffers;
+	diag->transport_overflow = s->overflow;
+	diag->transport_truncated = s->truncated;
+	strncpy(diag->transport, loop->transport->ops->name, sizeof diag->transport - 1);
+}
+
+static uint64_t relaxed(const _Atomic uint64_t *value)
+{
+	return atomic_load_explicit(value, memory_order_relaxed);
+}
+
+void publish_diag(struct loop *loop, uint32_t i)
+{
+	struct loop_private *own = loop->own;
+	struct pokeys_diag *diag = &own->member[i].diag;
+
+	device_diag(loop->devices[i].device, diag);
+	diag->cycle = own->cycle;
+	diag->t_publish_ns = loop_now(loop);
+	diag->cycles_skipped = own->skipped;
+	diag->events_dropped = relaxed(&loop->events.dropped);
+	diag->event_high_water = atomic_load_explicit(&loop->events.high_water,
+						      memory_order_relaxed);
+	diag->minor_faults = relaxed(&loop->shared.minor_faults);
+	diag->major_faults = relaxed(&loop->shared.major_faults);
+	put_transport(loop, diag);
+	diag->wakeup = own->wakeup;
+	diag->publish = own->publish;
+	diag->cycle_work = own->work;
+	shm_device_write_diag(loop->devices[i].shm, diag);
+	atomic_fetch_or_explicit(&loop->shared.notify, 1u << i, memory_order_release);
+}
+
+void publish_diags(struct loop *loop)
+{
+	const struct loop_private *own = loop->own;
+
+	for (uint32_t i = 0; i < loop->count; i++)
+		if (own->cycle % own->diag_cycles == i * own->diag_cycles / loop->count)
+			publish_diag(loop, i);
+}
