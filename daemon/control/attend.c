@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * What the control thread does while the loop runs, fifty times a second:
+ * write events down, wake listeners, clean up after dead clients, tell the
+ * service manager, write metrics. Each of it may be late without harm. Only
+ * the watchdog has a limit, and it is fed from the same round, so a control
+ * thread that hangs is noticed as well.
+ */
+#include <errno.h>
+#include <poll.h>
+#include <signal.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+#include "daemon/control/clock.h"
+#include "daemon/control/daemon.h"
+#include "daemon/control/log.h"
+#include "daemon/control/notify.h"
+#include "daemon/control/options.h"
+
+#define MS UINT64_C(1000000)
+enum { ROUND_MS = 20 };
+#define NOTIFY_NS (100 * MS)
+#define MAINTAIN_NS (250 * MS)
+#define STATUS_NS (1000 * MS)
+
+static bool due(uint64_t *next_ns, uint64_t interval_ns, uint64_t now_ns)
+{
+	if (now_ns < *next_ns)
+		return false;
+	*next_ns = now_ns + interval_ns;
+	return true;
+}
+
+/* True = a signal asks us to end. */
+static bool take_signal(struct daemon *daemon)
+{
+	struct signalfd_siginfo info;
+	bool end = false;
+
+	while (read(daemon->signal_fd, &info, sizeof(info)) == (ssize_t)sizeof(info)) {
+		if (info.ssi_signo == SIGHUP) {
+			log_line(EVENT_NOTICE, "SIGHUP: the configuration is read at the start "
+				 "only; restart to have it read again");
+			continue;
+		}
+		log_line(EVENT_INFO, "ending (%s)",
+			 info.ssi_signo == SIGINT ? "SIGINT" : "SIGTERM");
+		end = true;
+	}
+	return end;
+}
+
+/* Listeners hear at once of what the loop flagged, and of everything ten times a second. */
+static void wake_listeners(struct daemon *daemon, uint64_t now_ns)
+{
+	uint32_t news = atomic_exchange(&daemon->loop.shared.notify, 0);
+	bool all = due(&daemon->next_notify_ns, NOTIFY_NS, now_ns);
+
+	for (uint32_t i = 0; i < daemon->loop.count; i++)
+		if (all || news >> i & 1)
+			shm_device_notify(daemon->loop.devices[i].shm);
+}
+
+static void read_back(struct daemon *daemon, uint64_t now_ns)
+{
+	struct report *report = &daemon->report;
+
+	report->now_ns = now_ns;
+	report->log_dropped = log_dropped();
+	report->metrics_failed = daemon->metrics.failed;
+	for (uint32_t i = 0; i < report->devices; i++) {
+		struct report_device *device = &report->device[i];
+
+		pokeys_client_poll(daemon->reader[i]);
+		device->known = !pokeys_client_read(daemon->reader[i], &device->state) &&
+				!pokeys_client_read_diag(daemon->reader[i], &device->diag);
+	}
+}
+
+static void tell(struct daemon *daemon, uint64_t now_ns)
+{
+	bool status = due(&daemon->next_status_ns, STATUS_NS, now_ns);
+	bool metrics = metrics_due(&daemon->metrics, now_ns);
+	char text[256];
+
+	if (!status && !metrics)
+		return;
+	read_back(daemon, now_ns);
+	if (status) {
+		report_status(&daemon->report, text, sizeof(text));
+		notify_status(text);
+	}
+	if (metrics)
+		metrics_write(&daemon->metrics, &daemon->report, now_ns);
+}
+
+static void do_round(struct daemon *daemon, uint64_t now_ns)
+{
+	drain_run(&daemon->drain, now_ns);
+	finder_report(&daemon->finder);
+	wake_listeners(daemon, now_ns);
+	if (due(&daemon->next_maintain_ns, MAINTAIN_NS, now_ns)) {
+		shm_host_maintain(daemon->host);
+		loop_sample_faults(&daemon->loop);
+	}
+	tell(daemon, now_ns);
+	if (watchdog_due(&daemon->watchdog, atomic_load(&daemon->loop.shared.cycles), now_ns))
+		notify_alive();
+}
+
+static int begin(struct daemon *daemon)
+{
+	const struct config *config = daemon->config;
+	uint64_t now_ns = clock_now();
+	char text[256];
+
+	daemon->report.devices = config->devices;
+	for (uint32_t i = 0; i < config->devices; i++) {
+		daemon->report.device[i].name = config->device[i].name;
+		if (pokeys_client_open(&daemon->reader[i], config->runtime_directory,
+				       config->device[i].name, "pokeysd", 0)) {
+			log_line(EVENT_ERROR, "no memory to read back what is published");
+			return STATUS_FAILED;
+		}
+	}
+	metrics_init(&daemon->metrics, config->metrics_file, config->metrics_interval_ns, now_ns);
+	watchdog_init(&daemon->watchdog, notify_watchdog_limit(), 0, now_ns);
+	read_back(daemon, now_ns);
+	report_status(&daemon->report, text, sizeof(text));
+	notify_status(text);
+	log_line(EVENT_INFO, "ready: %u device%s every %u us over %s in %s", config->devices,
+		 config->devices == 1 ? "" : "s", (unsigned int)(config->loop.period_ns / 1000),
+		 daemon->loop.transport->ops->name, config->runtime_directory);
+	return 0;
+}
+
+int daemon_attend(struct daemon *daemon)
+{
+	struct pollfd poll_fd = { .fd = daemon->signal_fd, .events = POLLIN };
+	int status = begin(daemon);
+
+	if (status)
+		return status;
+	while (!atomic_load(&daemon->left)) {
+		if (poll(&poll_fd, 1, ROUND_MS) > 0 && take_signal(daemon)) {
+			notify_stopping();
+			return STATUS_OK;
+		}
+		do_round(daemon, clock_now());
+	}
+	drain_run(&daemon->drain, clock_now());
+	log_line(EVENT_ERROR, "the realtime loop has ended by itself: %s",
+		 strerror(-daemon->loop_result));
+	return STATUS_FAILED;
+}

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * pokeysd.conf: read whole, checked whole, accepted whole or not at all.
+ */
+#ifndef CONTROL_CONFIG_H
+#define CONTROL_CONFIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include "daemon/device/device.h"
+#include "daemon/rt/loop.h"
+#include "daemon/transport/transport.h"
+
+#define CONFIG_PATH "/etc/pokeysd/pokeysd.conf"
+
+enum {
+	CONFIG_PATH_MAX = 80,		/* the runtime folder's sockets must fit sun_path */
+	CONFIG_ADDRESSES = 8,
+	CONFIG_FAULTS_MAX = 50,		/* complaints about one file, then no more */
+};
+
+enum config_transport { CONFIG_AUTO, CONFIG_IO_URING, CONFIG_SOCKET };
+
+/* Everything in the units that its users want. */
+struct config {
+	char runtime_directory[CONFIG_PATH_MAX];
+	char group[33];				/* empty = leave */
+	char interface[16];			/* empty = any */
+	char metrics_file[256];			/* empty = none */
+	enum config_transport transport;
+	uint32_t busy_poll_us;
+	struct loop_options loop;
+	int cpu;				/* -1 = not pinned */
+	int priority;
+	bool realtime_required;
+	uint64_t discovery_interval_ns;
+	uint32_t discovery_address[CONFIG_ADDRESSES];	/* besides the interfaces' */
+	uint32_t discovery_addresses;
+	uint64_t metrics_interval_ns;
+	int log_level;				/* syslog's */
+	uint32_t devices;
+	struct device_config device[TRANSPORT_CHANNELS];
+};
+
+/* One complaint, one line without newline: "file:line: section: key: what, and what is allowed". */
+typedef void (*config_complain)(void *context, const char *line);
+
+/*
+ * Read a file. 0 and *out filled, or the number of faults found (each was
+ * complained about; *out is untouched). Cold.
+ */
+int config_read(const char *path, struct config *out, config_complain complain, void *context);
+
+/* The same from memory; `name` stands for the file in complaints. */
+int config_parse(const char *name, const char *text, size_t length, struct config *out,
+		 config_complain complain, void *context);
+
+/* The transport's name as transport_open() takes it. */
+const char *config_transport_name(enum config_transport transport);
+
+/* All keys for a person (--help-config), or as the man page has them. */
+void config_help(FILE *to);
+void config_man(FILE *to);
+
+#endif

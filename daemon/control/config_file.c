@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * From a file to raw sections, every fault with its line.
+ *
+ * libinih splits "key = value"; what it would swallow is caught before it gets
+ * a line, in read_line():
+ *  - a line longer than its buffer goes on as a line of its own;
+ *  - an indented line continues the value above it;
+ *  - only ';' begins a comment after a value, so '#' would become part of it;
+ *  - junk behind a ']' vanishes, a section without keys is never reported, and
+ *    so neither a misspelt empty section nor a device without an address is;
+ *  - a second section of one name is silently merged with the first;
+ *  - of several malformed lines only the first has its number told.
+ * One line is handed over at a time, so the line number is always ours.
+ *
+ * All faults are collected: somebody who mends a file wants the whole list.
+ */
+#include <errno.h>
+#include <fcntl.h>
+#include <ini.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include "daemon/control/config_key.h"
+
+enum { FILE_MAX = 1 << 18, SHOWN_MAX = 60 };
+
+struct reading {
+	struct config_file *file;
+	const char *text, *end;
+	uint32_t line;			/* of what inih has now */
+	bool awaiting;			/* inih has a line that must become a key */
+	char shown[SHOWN_MAX + 4];	/* that line, for a complaint */
+	/* the section we are in; raw NULL = keys are skipped, its header was at fault */
+	enum config_section section;
+	char title[48];
+	void *raw;
+	struct config_lines *lines;
+};
+
+/* Whatever a file holds, a complaint is one line that is safe on a terminal. */
+static void make_printable(char *text)
+{
+	for (; *text; text++)
+		if ((unsigned char)*text < 0x20 || (unsigned char)*text >= 0x7f)
+			*text = '?';
+}
+
+void config_fault(struct config_file *file, uint32_t line, const char *format, ...)
+{
+	char text[512], whole[1024];
+	va_list arguments;
+
+	if (file->faults++ >= CONFIG_FAULTS_MAX)
+		return;
+	va_start(arguments, format);
+	vsnprintf(text, sizeof(text), format, arguments);
+	va_end(arguments);
+	if (line)
+		snprintf(whole, sizeof(whole), "%s:%u: %s", file->name, line, text);
+	else
+		snprintf(whole, sizeof(whole), "%s: %s", file->name, text);
+	make_printable(whole);
+	file->complain(file->context, whole);
+	if (file->faults == CONFIG_FAULTS_MAX)
+		file->complain(file->context, "too many faults, the rest is not shown");
+}
+
+static void shorten(char out[SHOWN_MAX + 4], const char *text)
+{
+	snprintf(out, SHOWN_MAX + 4, "%.*s%s", SHOWN_MAX, text,
+		 strlen(text) > SHOWN_MAX ? "..." : "");
+}
+
+/* inih has had its line: did a key come of it? */
+static void settle(struct reading *r)
+{
+	if (r->awaiting)
+		config_fault(r->file, r->line, "\"%s\" is neither [section] nor key = value",
+			     r->shown);
+	r->awaiting = false;
+}
+
+static bool name_is_good(const char *name)
+{
+	size_t length = strlen(name);
+
+	return length && length < POKEYS_SHM_NAME_MAX &&
+	       length == strspn(name, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
+				      "0123456789_-");
+}
+
+static void enter_daemon(struct reading *r)
+{
+	struct config_file *file = r->file;
+
+	if (file->daemon_lines.section) {
+		config_fault(file, r->line, "[daemon] was there before, at line %u",
+			     file->daemon_lines.section);
+		return;
+	}
+	r->section = CONFIG_DAEMON;
+	r->raw = &file->daemon;
+	r->lines = &file->daemon_lines;
+	r->lines->section = r->line;
+	snprintf(r->title, sizeof(r->title), "[daemon]");
+}
+
+static void enter_device(struct reading *r, const char *name)
+{
+	struct config_file *file = r->file;
+
+	if (!name_is_good(name)) {
+		config_fault(file, r->line, "[device %s]: a device's name has 1 to %d of the "
+			     "characters A-Z a-z 0-9 _ -", name, POKEYS_SHM_NAME_MAX - 1);
+		return;
+	}
+	for (uint32_t i = 0; i < file->devices; i++) {
+		if (!strcmp(file->device[i].name, name)) {
+			config_fault(file, r->line, "[device %s] was there before, at line %u",
+				     name, file->device_lines[i].section);
+			return;
+		}
+	}
+	if (file->devices == TRANSPORT_CHANNELS) {
+		config_fault(file, r->line, "[device %s]: too many devices, at most %d are allowed",
+			     name, TRANSPORT_CHANNELS);
+		return;
+	}
+	r->section = CONFIG_DEVICE;
+	r->raw = &file->device[file->devices];
+	r->lines = &file->device_lines[file->devices++];
+	r->lines->section = r->line;
+	config_defaults(CONFIG_DEVICE, r->raw);
+	snprintf(((struct config_raw_device *)r->raw)->name, POKEYS_SHM_NAME_MAX, "%s", name);
+	snprintf(r->title, sizeof(r->title), "[device %s]", name);
+}
+
+/* A line that begins with '['; it stays as it is for inih. */
+static void enter_section(struct reading *r, const char *line)
+{
+	char name[64];
+	size_t length = strcspn(line, "]");
+
+	r->raw = NULL;
+	snprintf(r->title, sizeof(r->title), "[?]");
+	if (line[length] != ']' || line[length + 1] || length >= sizeof(name)) {
+		config_fault(r->file, r->line, "\"%s\" is not a section; [daemon] and [device "
+			     "NAME] are", r->shown);
+		return;
+	}
+	memcpy(name, line + 1, length - 1);
+	name[length - 1] = '\0';
+	if (!strcmp(name, "daemon"))
+		enter_daemon(r);
+	else if (!strncmp(name, "device ", 7))
+		enter_device(r, name + 7 + strspn(name + 7, " "));
+	else
+		config_fault(r->file, r->line, "there is no section [%s]; sections are [daemon] "
+			     "and [device NAME]", name);
+}
+
+/* Cut comment and blanks off a line of the file; NULL and a complaint if it cannot be one. */
+static char *trim(struct reading *r, char *line, size_t length)
+{
+	for (size_t i = 0; i < length; i++) {
+		bool starts = !i || line[i - 1] == ' ' || line[i - 1] == '\t';
+
+		if (starts && (line[i] == ';' || line[i] == '#'))
+			length = i;
+	}
+	while (length && strchr(" \t\r", line[length - 1]) && line[length - 1])
+		length--;
+	line[length] = '\0';
+	for (size_t i = 0; i < length; i++) {
+		if (((unsigned char)line[i] < 0x20 && line[i] != '\t') || line[i] == 0x7f) {
+			config_fault(r->file, r->line, "there is a control character in the line");
+			return NULL;
+		}
+	}
+	return line + strspn(line, " \t");
+}
+
+/* The next line of the text into `buffer`: 1, or 0 at the end. Too long ones are cut and told. */
+static int take_line(struct reading *r, char *buffer, size_t size, size_t *length)
+{
+	const char *end;
+
+	if (r->text >= r->end)
+		return 0;
+	end = memchr(r->text, '\n', (size_t)(r->end - r->text));
+	if (!end)
+		end = r->end;
+	*length = (size_t)(end - r->text);
+	if (*length < size)
+		memcpy(buffer, r->text, *length);
+	r->text = end < r->end ? end + 1 : end;
+	r->line++;
+	return 1;
+}
+
+/* inih's reader: one useful line at a time, ended by a newline. */
+static char *read_line(char *out, int size, void *stream)
+{
+	struct reading *r = stream;
+	char buffer[4096];
+	size_t length, limit = (size_t)size - 3;
+
+	settle(r);
+	while (take_line(r, buffer, sizeof(buffer) - 1, &length)) {
+		char *line = NULL;
+
+		if (length < sizeof(buffer) - 1) {
+			line = trim(r, buffer, length);
+			if (!line || !*line)
+				continue;
+		}
+		if (!line || strlen(line) > limit) {
+			config_fault(r->file, r->line, "the line is too long, at most %zu "
+				     "characters are allowed", limit);
+			continue;
+		}
+		shorten(r->shown, line);
+		if (*line == '[')
+			enter_section(r, line);
+		else
+			r->awaiting = true;
+		snprintf(out, (size_t)size, "%s\n", line);
+		return out;
+	}
+	return NULL;
+}
+
+static void take_key(struct reading *r, const char *name, const char *value)
+{
+	char allowed[256], why[256], shown[SHOWN_MAX + 4];
+	const struct config_key *key;
+	const char *wrong;
+	uint32_t index, *seen;
+
+	shorten(shown, value);
+	key = config_find(r->section, name, &index, why, sizeof(why));
+	if (!key) {
+		config_fault(r->file, r->line, "%s: %s", r->title, why);
+		return;
+	}
+	seen = &r->lines->key[key - config_keys][index];
+	if (*seen) {
+		config_fault(r->file, r->line, "%s: %s was there before, at line %u", r->title,
+			     name, *seen);
+		return;
+	}
+	*seen = r->line;
+	wrong = *value ? config_store(key, index, value, r->raw) : "has no value";
+	if (!wrong)
+		return;
+	config_allowed(key, allowed, sizeof(allowed));
+	if (*value)
+		config_fault(r->file, r->line, "%s: %s: \"%s\" %s; allowed: %s", r->title, name,
+			     shown, wrong, allowed);
+	else
+		config_fault(r->file, r->line, "%s: %s %s; allowed: %s", r->title, name, wrong,
+			     allowed);
+}
+
+/* inih's handler. */
+static int handle(void *user, const char *section, const char *name, const char *value)
+{
+	struct reading *r = user;
+
+	(void)section;		/* it would be cut off at 50 characters; ours is not */
+	r->awaiting = false;
+	if (!*name)
+		config_fault(r->file, r->line, "there is no key before the \"=\"");
+	else if (!*r->title)
+		config_fault(r->file, r->line, "%s stands before any section; [daemon] or "
+			     "[device NAME] comes first", name);
+	else if (r->raw)
+		take_key(r, name, value);
+	return 1;
+}
+
+int config_parse(const char *name, const char *text, size_t length, struct config *out,
+		 config_complain complain, void *context)
+{
+	struct config_file *file = calloc(1, sizeof(*file));
+	struct reading reading = { .file = file, .text = text, .end = text + length };
+	int faults;
+
+	if (!file) {
+		complain(context, "no memory to read the configuration");
+		return 1;
+	}
+	file->name = name;
+	file->complain = complain;
+	file->context = context;
+	config_defaults(CONFIG_DAEMON, &file->daemon);
+	if (length >= 3 && !memcmp(text, "\xef\xbb\xbf", 3))
+		reading.text += 3;
+	if (ini_parse_stream(read_line, &reading, handle, &reading) < 0)
+		config_fault(file, 0, "no memory to read the configuration");
+	settle(&reading);
+	config_judge(file, out);
+	faults = file->faults;
+	free(file);
+	return faults;
+}
+
+/* A whole file, bounded. Its length, or -errno. */
+static ssize_t slurp(const char *path, char *text, size_t size)
+{
+	int fd = open(path, O_RDONLY | O_CLOEXEC);
+	size_t length = 0;
+	ssize_t got = 1;
+
+	if (fd < 0)
+		return -errno;
+	while (got > 0 && length < size) {
+		got = read(fd, text + length, size - length);
+		if (got > 0)
+			length += (size_t)got;
+		else if (got < 0 && errno == EINTR)
+			got = 1;
+	}
+	got = got < 0 ? -errno : (ssize_t)length;
+	close(fd);
+	return got;
+}
+
+int config_read(const char *path, struct config *out, config_complain complain, void *context)
+{
+	struct config_file file = { .name = path, .complain = complain, .context = context };
+	char *text = malloc(FILE_MAX);
+	ssize_t length = text ? slurp(path, text, FILE_MAX) : -ENOMEM;
+	int faults = 1;
+
+	if (length == -ENOENT)
+		config_fault(&file, 0, "there is no such file; pokeysd.conf(5) says what to write "
+			     "into it");
+	else if (length < 0)
+		config_fault(&file, 0, "cannot be read: %s", strerror((int)-length));
+	else if (length >= FILE_MAX)
+		config_fault(&file, 0, "is too large, at most %d bytes are allowed", FILE_MAX - 1);
+	else
+		faults = config_parse(path, text, (size_t)length, out, complain, context);
+	free(text);
+	return faults;
+}

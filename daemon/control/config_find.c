@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * From a key's name to its row in the table.
+ *
+ * '#' in the table stands for an index in the file: axis.#.max-speed is found
+ * for axis.0.max-speed to axis.7.max-speed. A name that is nearly one of ours
+ * is answered with the one that was probably meant: most unknown keys are
+ * typing errors, and a key in the wrong section is the next most common fault.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "daemon/control/config_key.h"
+
+enum { NAME_MAX_LENGTH = 40, INDEX_BAD = 1000 };
+
+/* Does `name` fit `pattern`? *index = the number at '#', INDEX_BAD if it is none of ours. */
+static bool fits(const char *pattern, const char *name, uint32_t *index)
+{
+	const char *hash = strchr(pattern, '#');
+	size_t before, digits;
+
+	*index = 0;
+	if (!hash)
+		return !strcmp(pattern, name);
+	before = (size_t)(hash - pattern);
+	if (strncmp(pattern, name, before))
+		return false;
+	digits = strspn(name + before, "0123456789");
+	if (!digits || strcmp(name + before + digits, hash + 1))
+		return false;
+	*index = digits > 2 ? INDEX_BAD : (uint32_t)atoi(name + before);
+	/* one spelling only: axis.01 would be another name for axis.1 */
+	if (digits > 1 && name[before] == '0')
+		*index = INDEX_BAD;
+	return true;
+}
+
+/* Edits between two names, digits taken as '#'. */
+static size_t distance(const char *a, const char *b)
+{
+	size_t row[NAME_MAX_LENGTH + 1], m = strlen(b);
+
+	if (m > NAME_MAX_LENGTH || strlen(a) > NAME_MAX_LENGTH)
+		return NAME_MAX_LENGTH;
+	for (size_t j = 0; j <= m; j++)
+		row[j] = j;
+	for (size_t i = 1; a[i - 1]; i++) {
+		size_t diagonal = row[0];
+
+		row[0] = i;
+		for (size_t j = 1; j <= m; j++) {
+			size_t least = row[j] < row[j - 1] ? row[j] + 1 : row[j - 1] + 1;
+			bool same = a[i - 1] == b[j - 1] ||
+				    (a[i - 1] == '#' && b[j - 1] >= '0' && b[j - 1] <= '9');
+
+			if (diagonal + !same < least)
+				least = diagonal + !same;
+			diagonal = row[j];
+			row[j] = least;
+		}
+	}
+	return row[m];
+}
+
+static const char *nearest(enum config_section section, const char *name)
+{
+	const char *found = NULL;
+	size_t best = 3;	/* more than two wrong letters is another word */
+
+	for (size_t i = 0; i < config_key_count; i++) {
+		size_t far = distance(config_keys[i].name, name);
+
+		if (config_keys[i].section == section && far < best) {
+			best = far;
+			found = config_keys[i].name;
+		}
+	}
+	return found;
+}
+
+static void explain(enum config_section section, const char *name, char *why, size_t size)
+{
+	const char *meant = nearest(section, name);
+	uint32_t index;
+
+	for (size_t i = 0; i < config_key_count; i++) {
+		if (config_keys[i].section != section && fits(config_keys[i].name, name, &index)) {
+			snprintf(why, size, "%s belongs in %s", name,
+				 section == CONFIG_DAEMON ? "a [device NAME] section" : "[daemon]");
+			return;
+		}
+	}
+	snprintf(why, size, "there is no key %.40s; %s%s%s", name, meant ? "did you mean " : "",
+		 meant ? meant : "pokeysd --help-config lists all keys", meant ? "?" : "");
+}
+
+const struct config_key *config_find(enum config_section section, const char *name,
+				     uint32_t *index, char *why, size_t size)
+{
+	for (size_t i = 0; i < config_key_count; i++) {
+		const struct config_key *key = &config_keys[i];
+
+		if (key->section != section || !fits(key->name, name, index))
+			continue;
+		if (!key->count || *index < key->count)
+			return key;
+		snprintf(why, size, "%s: there is no such index; allowed: %s with # = 0..%u", name,
+			 key->name, key->count - 1);
+		return NULL;
+	}
+	explain(section, name, why, size);
+	return NULL;
+}

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * Every key of pokeysd.conf, once.
+ *
+ * The parser, --check-config, --help-config, the key list of
+ * pokeysd.conf(5) and the tests of every limit all walk this table, so a key
+ * that exists is documented, bounded and tested, and a key that is documented
+ * exists. Defaults are written as a user would write them and go through the
+ * same code as a user's values: a default out of its own range cannot be.
+ *
+ * Pins are numbered here as they are printed on the terminals, from 1: that
+ * is what somebody with a screwdriver reads. Axes and encoders are numbered
+ * from 0, as in the HAL (joint.00, encoder.00) and in the protocol.
+ */
+#include "daemon/control/config_key.h"
+
+#define DAEMON(field) CONFIG_DAEMON, .offset = offsetof(struct config_raw_daemon, field), \
+	.size = sizeof(((struct config_raw_daemon *)0)->field)
+#define DEVICE(field) CONFIG_DEVICE, .offset = offsetof(struct config_raw_device, field), \
+	.size = sizeof(((struct config_raw_device *)0)->field)
+#define AXIS(field) CONFIG_DEVICE, .offset = offsetof(struct config_raw_device, axis) + \
+	offsetof(struct config_raw_axis, field), \
+	.size = sizeof(((struct config_raw_axis *)0)->field), \
+	.count = POKEYS_AXES, .stride = sizeof(struct config_raw_axis)
+#define ENCODER(field) CONFIG_DEVICE, .offset = offsetof(struct config_raw_device, encoder) + \
+	offsetof(struct config_raw_encoder, field), \
+	.size = sizeof(((struct config_raw_encoder *)0)->field), \
+	.count = CONFIG_INDICES, .stride = sizeof(struct config_raw_encoder)
+
+#define WORDS(...) ((const struct config_word[]){ __VA_ARGS__, { NULL, 0 } })
+#define RANGE(low, high) .minimum = (low), .maximum = (high)
+#define WORDS_ONLY RANGE(1, 0)
+#define ON_OFF_LEAVE WORDS({ "leave", -1 }, { "off", 0 }, { "on", 1 })
+
+#define KEY(where, name_, type_, ...) \
+	{ .section = where, .name = (name_), .type = (type_), __VA_ARGS__ }
+
+const struct config_key config_keys[] = {
+	KEY(DAEMON(runtime_directory), "runtime-directory", CONFIG_FILE,
+	    .fallback = POKEYS_RUNTIME_DIRECTORY,
+	    .help = "Folder of the shared memory. One daemon per folder; the HAL component and "
+		    "the tools have to be given the same one."),
+	KEY(DAEMON(group), "group", CONFIG_TEXT,
+	    .help = "Group whose members may attach to the shared memory. Without it the folder's "
+		    "group stays as it is."),
+	KEY(DAEMON(transport), "transport", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "auto", CONFIG_AUTO }, { "io_uring", CONFIG_IO_URING },
+			   { "socket", CONFIG_SOCKET }),
+	    .fallback = "auto",
+	    .help = "How packets reach the kernel. auto takes io_uring, and plain sockets if the "
+		    "kernel refuses it."),
+	KEY(DAEMON(interface), "interface", CONFIG_TEXT,
+	    .help = "Network interface that all devices are at. Without it the routing table "
+		    "decides."),
+	KEY(DAEMON(busy_poll_us), "busy-poll-us", CONFIG_INTEGER, RANGE(0, 10000), .fallback = "0",
+	    .unit = "us",
+	    .help = "How long a wait for a packet polls the network card before it sleeps; "
+		    "0 never polls."),
+	KEY(DAEMON(mode), "mode", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "sleep", LOOP_SLEEP }, { "spin", LOOP_SPIN }), .fallback = "sleep",
+	    .help = "sleep gives the processor back between packets; spin keeps it, reacts a few "
+		    "microseconds faster and wants a core of its own."),
+	KEY(DAEMON(period_us), "period-us", CONFIG_INTEGER, RANGE(250, 4000), .fallback = "1000",
+	    .unit = "us",
+	    .help = "Length of a cycle. Each device is asked and the shared memory is written once "
+		    "in each."),
+	KEY(DAEMON(collect), "collect", CONFIG_REAL, RANGE(0.1, 0.9), .fallback = "0.5",
+	    .unit = "of a period",
+	    .help = "How long a cycle waits for its fast replies before it publishes what it has."),
+	KEY(DAEMON(duty), "duty", CONFIG_REAL, RANGE(0.1, 1), .fallback = "0.9",
+	    .unit = "of a period",
+	    .help = "Most that a spinning loop runs of each period: 0.1 to 0.9, or 1 if realtime "
+		    "throttling is off (kernel.sched_rt_runtime_us = -1)."),
+	KEY(DAEMON(cpu), "cpu", CONFIG_INTEGER, RANGE(0, 1023), .words = WORDS({ "any", -1 }),
+	    .fallback = "any",
+	    .help = "Core that the realtime thread is pinned to."),
+	KEY(DAEMON(priority), "priority", CONFIG_INTEGER, RANGE(1, 98), .fallback = "80",
+	    .help = "SCHED_FIFO priority of the realtime thread. LinuxCNC's servo thread has 98."),
+	KEY(DAEMON(realtime), "realtime", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "required", 1 }, { "optional", 0 }), .fallback = "required",
+	    .help = "optional goes on with a warning where the system refuses the priority or "
+		    "locked memory; required ends the daemon. As --no-realtime."),
+	KEY(DAEMON(discovery_interval_ms), "discovery-interval-ms", CONFIG_INTEGER,
+	    RANGE(100, 60000), .fallback = "1000", .unit = "ms",
+	    .help = "How often the network is searched while a device with a serial number is "
+		    "missing. Nothing is sent while none is."),
+	KEY(DAEMON(discovery_address), "discovery-address", CONFIG_ADDRESS_LIST,
+	    .help = "Where the search is sent besides the broadcast address of every interface (or "
+		    "of the one that interface names): devices behind a router."),
+	KEY(DAEMON(metrics_file), "metrics-file", CONFIG_FILE,
+	    .help = "File that is rewritten with counters in Prometheus' text format. Without it "
+		    "none is written."),
+	KEY(DAEMON(metrics_interval_ms), "metrics-interval-ms", CONFIG_INTEGER,
+	    RANGE(100, 3600000), .fallback = "10000", .unit = "ms",
+	    .help = "How often the metrics file is rewritten."),
+	KEY(DAEMON(log_level), "log-level", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "error", EVENT_ERROR }, { "warning", EVENT_WARNING },
+			   { "notice", EVENT_NOTICE }, { "info", EVENT_INFO },
+			   { "debug", EVENT_DEBUG }),
+	    .fallback = "info",
+	    .help = "Least important message that is written."),
+
+	KEY(DEVICE(address), "address", CONFIG_ADDRESS,
+	    .help = "Where the device is. Without it the device is searched by its serial number. "
+		    "With both, a device of another serial number at this address is refused."),
+	KEY(DEVICE(port), "port", CONFIG_INTEGER, RANGE(1, 65535), .fallback = "20055",
+	    .help = "UDP port of the device."),
+	KEY(DEVICE(serial), "serial", CONFIG_INTEGER, RANGE(1, 4294967295.0),
+	    .words = WORDS({ "any", 0 }), .fallback = "any",
+	    .help = "Serial number, as pokeysctl discover shows it."),
+	KEY(DEVICE(heartbeat_timeout_ms), "heartbeat-timeout-ms", CONFIG_REAL, RANGE(1, 60000),
+	    .fallback = "100", .unit = "ms",
+	    .help = "Commander (LinuxCNC) silent for longer: outputs and axes go to the safe "
+		    "state."),
+	KEY(DEVICE(stale_after_ms), "stale-after-ms", CONFIG_REAL, RANGE(0.5, 60000),
+	    .fallback = "8", .unit = "ms",
+	    .help = "Inputs and positions older than this are flagged stale."),
+	KEY(DEVICE(lost_after_ms), "lost-after-ms", CONFIG_REAL, RANGE(5, 60000),
+	    .fallback = "200", .unit = "ms",
+	    .help = "No valid reply for longer: the device is lost and is searched again."),
+	KEY(DEVICE(fast_divider), "fast-divider", CONFIG_INTEGER, RANGE(1, 100), .fallback = "1",
+	    .unit = "cycles",
+	    .help = "The device is asked for inputs and positions every n-th cycle: for a device "
+		    "that cannot answer as fast as the loop runs."),
+	KEY(DEVICE(slow_hz), "slow-hz", CONFIG_REAL, RANGE(0.1, 100), .fallback = "5",
+	    .unit = "Hz",
+	    .help = "How often slow data is read: load, clock, counters, PWM."),
+	KEY(DEVICE(encoder_hz), "encoder-hz", CONFIG_REAL, RANGE(1, 1000), .fallback = "50",
+	    .unit = "Hz",
+	    .help = "How often full 32-bit encoder counts are read to check the reconstruction "
+		    "from 8 bits."),
+	KEY(DEVICE(analog_hz), "analog-hz", CONFIG_REAL, RANGE(1, 1000), .fallback = "50",
+	    .unit = "Hz",
+	    .help = "How often those analog inputs are read that the fast reply does not carry."),
+	KEY(DEVICE(deadline_floor_us), "deadline-floor-us", CONFIG_REAL, RANGE(50, 1000000),
+	    .fallback = "300", .unit = "us",
+	    .help = "Shortest time after which a request without reply counts as lost. In between "
+		    "it follows the measured round trip."),
+	KEY(DEVICE(deadline_ceiling_ms), "deadline-ceiling-ms", CONFIG_REAL, RANGE(0.05, 5000),
+	    .fallback = "50", .unit = "ms",
+	    .help = "Longest such time."),
+	KEY(DEVICE(deadline_initial_ms), "deadline-initial-ms", CONFIG_REAL, RANGE(0.05, 5000),
+	    .fallback = "10", .unit = "ms",
+	    .help = "Such a time before the first round trip was measured."),
+	KEY(DEVICE(reply_lifetime_ms), "reply-lifetime-ms", CONFIG_REAL, RANGE(1, 5000),
+	    .fallback = "500", .unit = "ms",
+	    .help = "How late a reply may still arrive; its request number is not used again "
+		    "before."),
+	KEY(DEVICE(retries), "retries", CONFIG_INTEGER, RANGE(1, 20), .fallback = "3",
+	    .help = "How often a request that may be repeated is repeated."),
+	KEY(DEVICE(window), "window", CONFIG_INTEGER, RANGE(1, 64), .fallback = "8",
+	    .unit = "requests",
+	    .help = "Most requests on their way at once."),
+	KEY(DEVICE(retry_budget), "retry-budget", CONFIG_INTEGER, RANGE(1, 100000),
+	    .fallback = "200", .unit = "/s",
+	    .help = "Most repetitions a second, so that a bad line is not made worse."),
+	KEY(DEVICE(send_budget), "send-budget", CONFIG_INTEGER, RANGE(10, 100000),
+	    .fallback = "8000", .unit = "/s",
+	    .help = "Most packets a second to this device."),
+	KEY(DEVICE(digital_inputs), "digital-inputs", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
+	    .help = "Terminals to make digital inputs. Terminal 1 is the HAL's pin.00. Pins that "
+		    "no list names stay as the device has them."),
+	KEY(DEVICE(digital_outputs), "digital-outputs", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
+	    .help = "Terminals to make digital outputs."),
+	KEY(DEVICE(analog_inputs), "analog-inputs", CONFIG_PIN_LIST, RANGE(41, 47),
+	    .help = "Terminals to make analog inputs. Terminal 41 is the HAL's adc.00."),
+	KEY(DEVICE(inverted_pins), "inverted-pins", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
+	    .help = "Those of the terminals in digital-inputs and digital-outputs that are "
+		    "inverted in the device."),
+	KEY(DEVICE(safe_on), "safe-on", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
+	    .help = "Outputs that are on in the safe state. All others are off, except those of "
+		    "safe-hold."),
+	KEY(DEVICE(safe_hold), "safe-hold", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
+	    .help = "Outputs that the safe state leaves as they are."),
+	KEY(DEVICE(axes), "axes", CONFIG_INTEGER, RANGE(1, POKEYS_AXES),
+	    .words = WORDS({ "leave", 0 }), .fallback = "leave",
+	    .help = "Number of axes that the pulse engine drives."),
+	KEY(DEVICE(emergency_pin), "emergency-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
+	    .words = WORDS({ "leave", -1 }, { "off", 0 }), .fallback = "leave",
+	    .help = "Terminal of the emergency stop switch."),
+	KEY(AXIS(mode), "axis.#.mode", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "leave", POKEYS_AXIS_OFF }, { "position", POKEYS_AXIS_POSITION }),
+	    .fallback = "leave",
+	    .help = "position: the axis follows absolute positions; leave: not driven by us."),
+	KEY(AXIS(invert), "axis.#.invert", CONFIG_INTEGER, WORDS_ONLY, .words = ON_OFF_LEAVE,
+	    .fallback = "leave",
+	    .help = "Direction signal inverted."),
+	KEY(AXIS(max_speed), "axis.#.max-speed", CONFIG_REAL, RANGE(1, 125000),
+	    .words = WORDS({ "leave", 0 }), .fallback = "leave", .unit = "pulses/s",
+	    .help = "Highest speed. An integrated pulse generator ends at 25000."),
+	KEY(AXIS(max_acceleration), "axis.#.max-acceleration", CONFIG_REAL, RANGE(1, 1e9),
+	    .words = WORDS({ "leave", 0 }), .fallback = "leave", .unit = "pulses/s^2",
+	    .help = "Highest acceleration."),
+	KEY(AXIS(max_deceleration), "axis.#.max-deceleration", CONFIG_REAL, RANGE(1, 1e9),
+	    .words = WORDS({ "leave", 0 }), .fallback = "leave", .unit = "pulses/s^2",
+	    .help = "Highest deceleration; leave takes max-acceleration if that is given."),
+	KEY(AXIS(soft_limits), "axis.#.soft-limits", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = ON_OFF_LEAVE, .fallback = "leave",
+	    .help = "Limits of travel that the device itself keeps; on wants both of the next."),
+	KEY(AXIS(soft_minimum), "axis.#.soft-minimum", CONFIG_INTEGER,
+	    RANGE(INT32_MIN, INT32_MAX), .fallback = "0", .unit = "pulses",
+	    .help = "Lowest position."),
+	KEY(AXIS(soft_maximum), "axis.#.soft-maximum", CONFIG_INTEGER,
+	    RANGE(INT32_MIN, INT32_MAX), .fallback = "0", .unit = "pulses",
+	    .help = "Highest position."),
+	KEY(ENCODER(enable), "encoder.#.enable", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "on",
+	    .help = "Count this encoder. An encoder of which no key is given stays as the device "
+		    "has it."),
+	KEY(ENCODER(sampling), "encoder.#.sampling", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "1", 1 }, { "2", 2 }, { "4", 4 }), .fallback = "4",
+	    .unit = "counts a line",
+	    .help = "Edges that are counted."),
+	KEY(ENCODER(pins), "encoder.#.pins", CONFIG_PIN_PAIR, RANGE(1, POKEYS_PINS),
+	    .help = "Terminals of channel A and channel B. Without it the device's own stay."),
+	KEY(DEVICE(fast_encoders), "fast-encoders", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = ON_OFF_LEAVE, .fallback = "leave",
+	    .help = "Encoders 0 to 2 counted in hardware, at the terminals that the device has for "
+		    "it."),
+	KEY(DEVICE(ultra_fast_encoder), "ultra-fast-encoder", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = ON_OFF_LEAVE, .fallback = "leave",
+	    .help = "Encoder 25, at terminals 8 (A), 12 (B) and 13 (index)."),
+};
+
+const size_t config_key_count = sizeof(config_keys) / sizeof(config_keys[0]);

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * One value: text in, typed field out, or what is wrong with it.
+ *
+ * Numbers are taken whole or not at all: "10ms", "0x10", "1e400", "nan" and
+ * an empty value are faults, not 10, 0, infinity or a default. strtoll() and
+ * strtod() would let each of them through in a different way, which is why the
+ * text is looked at before they are called. Nothing here knows about files or
+ * lines.
+ */
+#include <arpa/inet.h>
+#include <errno.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "daemon/control/config_key.h"
+
+static const char not_allowed[] = "is not allowed";
+static const char out_of_range[] = "is out of range";
+
+static const struct config_word *find_word(const struct config_key *key, const char *text)
+{
+	for (const struct config_word *word = key->words; word && word->name; word++)
+		if (!strcmp(word->name, text))
+			return word;
+	return NULL;
+}
+
+static const char *store_integer(const struct config_key *key, const char *text, void *field)
+{
+	const struct config_word *word = find_word(key, text);
+	size_t digits = strspn(text + (*text == '-'), "0123456789");
+	int64_t value = 0;
+
+	if (word) {
+		value = word->value;
+	} else {
+		if (!digits || text[digits + (*text == '-')] || key->maximum < key->minimum)
+			return not_allowed;
+		errno = 0;
+		value = strtoll(text, NULL, 10);
+		if (errno || (double)value < key->minimum || (double)value > key->maximum)
+			return out_of_range;
+	}
+	memcpy(field, &value, sizeof(value));
+	return NULL;
+}
+
+static const char *store_real(const struct config_key *key, const char *text, void *field)
+{
+	const struct config_word *word = find_word(key, text);
+	double value = 0;
+	char *end = NULL;
+
+	if (word) {
+		value = (double)word->value;
+	} else {
+		if (!*text || text[strspn(text, "0123456789.eE+-")])
+			return "is not a number";
+		value = strtod(text, &end);
+		if (*end || end == text)
+			return "is not a number";
+		if (!isfinite(value) || value < key->minimum || value > key->maximum)
+			return out_of_range;
+	}
+	memcpy(field, &value, sizeof(value));
+	return NULL;
+}
+
+static const char *store_text(const struct config_key *key, const char *text, char *field)
+{
+	size_t length = strlen(text);
+
+	if (key->type == CONFIG_FILE && *text != '/')
+		return "is not a path from /";
+	if (strpbrk(text, " \t\"'"))
+		return "has a blank or a quote in it";
+	if (key->type == CONFIG_TEXT && strchr(text, '/'))
+		return "has a slash in it";
+	if (length >= key->size)
+		return "is too long";
+	memcpy(field, text, length + 1);
+	return NULL;
+}
+
+/* inet_pton() takes four decimal numbers and nothing else. */
+static const char *parse_address(const char *text, uint32_t *out)
+{
+	struct in_addr address;
+
+	if (inet_pton(AF_INET, text, &address) != 1)
+		return "is not an IPv4 address";
+	*out = ntohl(address.s_addr);
+	if (!*out)
+		return "is no device's address";
+	return NULL;
+}
+
+static const char *store_address(const char *text, void *field)
+{
+	uint32_t address;
+	const char *wrong = parse_address(text, &address);
+
+	if (!wrong)
+		memcpy(field, &address, sizeof(address));
+	return wrong;
+}
+
+/* The next part of a list with commas, without blanks around it; 0 at its end. */
+static int next_part(const char **rest, char *part, size_t size)
+{
+	const char *start = *rest;
+	size_t length;
+
+	if (!start)
+		return 0;
+	length = strcspn(start, ",");
+	*rest = start[length] ? start + length + 1 : NULL;
+	while (length && strchr(" \t", *start)) {
+		start++;
+		length--;
+	}
+	while (length && strchr(" \t", start[length - 1]))
+		length--;
+	if (length >= size)
+		length = size - 1;
+	memcpy(part, start, length);
+	part[length] = '\0';
+	return 1;
+}
+
+static const char *store_address_list(const char *text, struct config_list *field)
+{
+	struct config_list list = { 0 };
+	char part[32];
+
+	while (next_part(&text, part, sizeof(part))) {
+		uint32_t address;
+		const char *wrong = parse_address(part, &address);
+
+		if (wrong)
+			return wrong;
+		for (uint32_t i = 0; i < list.count; i++)
+			if (list.address[i] == address)
+				return "names an address twice";
+		if (list.count == CONFIG_ADDRESSES)
+			return "has too many addresses";
+		list.address[list.count++] = address;
+	}
+	*field = list;
+	return NULL;
+}
+
+/* "7" or "7-12" into a first and a last pin. */
+static const char *parse_pins(const struct config_key *key, const char *text, int *first, int *last)
+{
+	size_t digits = strspn(text, "0123456789");
+	size_t more = text[digits] == '-' ? strspn(text + digits + 1, "0123456789") : 0;
+	size_t used = digits + (more ? more + 1 : 0);
+
+	if (!digits || text[used] || digits > 3 || more > 3)
+		return "is not a list of pins";
+	*first = atoi(text);
+	*last = more ? atoi(text + digits + 1) : *first;
+	if (*first < (int)key->minimum || *last > (int)key->maximum)
+		return "names a pin that is out of range";
+	if (*first > *last)
+		return "has a range that ends before it begins";
+	return NULL;
+}
+
+static const char *store_pin_list(const struct config_key *key, const char *text, void *field)
+{
+	uint64_t pins = 0;
+	char part[16];
+
+	while (next_part(&text, part, sizeof(part))) {
+		int first, last;
+		const char *wrong = parse_pins(key, part, &first, &last);
+
+		if (wrong)
+			return wrong;
+		for (int pin = first; pin <= last; pin++) {
+			if (pins & UINT64_C(1) << (pin - 1))
+				return "names a pin twice";
+			pins |= UINT64_C(1) << (pin - 1);
+		}
+	}
+	memcpy(field, &pins, sizeof(pins));
+	return NULL;
+}
+
+static const char *store_pin_pair(const struct config_key *key, const char *text, uint8_t *field)
+{
+	uint8_t pair[2] = { 0 };
+	size_t count = 0;
+	char part[16];
+
+	while (next_part(&text, part, sizeof(part))) {
+		int first, last;
+		const char *wrong = parse_pins(key, part, &first, &last);
+
+		if (wrong)
+			return wrong;
+		if (first != last || count == 2)
+			return "is not two pins";
+		pair[count++] = (uint8_t)(first - 1);
+	}
+	if (count != 2)
+		return "is not two pins";
+	if (pair[0] == pair[1])
+		return "names a pin twice";
+	memcpy(field, pair, sizeof(pair));
+	return NULL;
+}
+
+const char *config_store(const struct config_key *key, uint32_t index, const char *text, void *raw)
+{
+	void *field = (char *)raw + key->offset + (size_t)index * key->stride;
+
+	switch (key->type) {
+	case CONFIG_INTEGER:
+		return store_integer(key, text, field);
+	case CONFIG_REAL:
+		return store_real(key, text, field);
+	case CONFIG_TEXT:
+	case CONFIG_FILE:
+		return store_text(key, text, field);
+	case CONFIG_ADDRESS:
+		return store_address(text, field);
+	case CONFIG_ADDRESS_LIST:
+		return store_address_list(text, field);
+	case CONFIG_PIN_LIST:
+		return store_pin_list(key, text, field);
+	case CONFIG_PIN_PAIR:
+		return store_pin_pair(key, text, field);
+	}
+	return not_allowed;
+}
+
+/* snprintf at an offset; never beyond the end. */
+static size_t append(char *text, size_t size, size_t at, const char *format, ...)
+	__attribute__((format(printf, 4, 5)));
+static size_t append(char *text, size_t size, size_t at, const char *format, ...)
+{
+	va_list arguments;
+	int length;
+
+	va_start(arguments, format);
+	length = vsnprintf(text + at, size - at, format, arguments);
+	va_end(arguments);
+	at += length > 0 ? (size_t)length : 0;
+	return at < size ? at : size - 1;
+}
+
+size_t config_allowed(const struct config_key *key, char *text, size_t size)
+{
+	size_t at = append(text, size, 0, "%s", "");
+
+	for (const struct config_word *word = key->words; word && word->name; word++)
+		at = append(text, size, at, "%s%s", at ? " | " : "", word->name);
+	switch (key->type) {
+	case CONFIG_INTEGER:
+	case CONFIG_REAL:
+		if (key->minimum <= key->maximum)
+			at = append(text, size, at, "%s%.10g..%.10g", at ? " | " : "", key->minimum,
+				    key->maximum);
+		return at;
+	case CONFIG_TEXT:
+		return append(text, size, at, "a name of at most %zu characters", key->size - 1);
+	case CONFIG_FILE:
+		return append(text, size, at, "a path from / of at most %zu characters",
+			      key->size - 1);
+	case CONFIG_ADDRESS:
+		return append(text, size, at, "an IPv4 address such as 192.168.1.20");
+	case CONFIG_ADDRESS_LIST:
+		return append(text, size, at, "at most %d IPv4 addresses with commas between",
+			      CONFIG_ADDRESSES);
+	case CONFIG_PIN_LIST:
+		return append(text, size, at, "pins %g..%g as a list such as %g-%g,%g",
+			      key->minimum,
+			      key->maximum, key->minimum, key->minimum + 2, key->minimum + 4);
+	case CONFIG_PIN_PAIR:
+		return append(text, size, at, "two pins %g..%g with a comma between", key->minimum,
+			      key->maximum);
+	}
+	return at;
+}
+
+void config_defaults(enum config_section section, void *raw)
+{
+	for (size_t i = 0; i < config_key_count; i++) {
+		const struct config_key *key = &config_keys[i];
+
+		if (key->section != section)
+			continue;
+		for (uint32_t n = 0; n < (key->count ? key->count : 1); n++) {
+			char *field = (char *)raw + key->offset + (size_t)n * key->stride;
+
+			memset(field, key->type == CONFIG_PIN_PAIR ? 0xff : 0, key->size);
+			if (key->fallback)
+				config_store(key, n, key->fallback, raw);
+		}
+	}
+}

@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * The order in which things are taken, and given back.
+ *
+ * Signals are blocked before the first thread exists, so that every one of
+ * them goes to the signalfd and none interrupts the realtime thread. Memory is
+ * locked before the large allocations, so that they are locked as they come.
+ * The runtime folder is taken before the network: a second daemon must not
+ * send a single packet to a device that the first one drives. The shared
+ * memory is published only after the loop has run, so that a reader never
+ * finds an image that nobody has written.
+ *
+ * Everything refused here is refused before a device was touched, in one line
+ * that says what to do.
+ */
+#include <errno.h>
+#include <net/if.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+#include "daemon/control/clock.h"
+#include "daemon/control/daemon.h"
+#include "daemon/control/log.h"
+#include "daemon/control/options.h"
+#include "daemon/rt/realtime.h"
+
+enum { STACK_SIZE = 256 * 1024, FIRST_CYCLES = 3, START_MS = 5000, STOP_MS = 950 };
+
+static void sleep_ms(long ms)
+{
+	const struct timespec nap = { .tv_nsec = ms * 1000000 };
+
+	nanosleep(&nap, NULL);
+}
+
+static int take_signals(struct daemon *daemon)
+{
+	sigset_t set;
+
+	sigemptyset(&set);
+	sigaddset(&set, SIGTERM);
+	sigaddset(&set, SIGINT);
+	sigaddset(&set, SIGHUP);
+	signal(SIGPIPE, SIG_IGN);
+	pthread_sigmask(SIG_BLOCK, &set, NULL);
+	daemon->signal_fd = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
+	if (daemon->signal_fd >= 0)
+		return 0;
+	log_line(EVENT_ERROR, "signals cannot be taken: %s", strerror(errno));
+	return STATUS_FAILED;
+}
+
+static int lock_memory(struct daemon *daemon)
+{
+	if (realtime_lock_memory(daemon->why, sizeof(daemon->why)) == 0) {
+		atomic_fetch_or(&daemon->loop.shared.flags, POKEYS_STATE_REALTIME);
+		return 0;
+	}
+	if (daemon->config->realtime_required) {
+		log_line(EVENT_ERROR, "%s (or go on without: --no-realtime)", daemon->why);
+		return STATUS_NO_RIGHT;
+	}
+	log_line(EVENT_WARNING, "%s; going on without", daemon->why);
+	return 0;
+}
+
+static int open_memory(struct daemon *daemon)
+{
+	const struct config *config = daemon->config;
+	char why[256] = "";
+	int result = shm_host_open(&daemon->host, config->runtime_directory,
+				   *config->group ? config->group : NULL, why, sizeof(why));
+
+	if (result == 0 && *why)
+		log_line(EVENT_WARNING, "%s", why);
+	for (uint32_t i = 0; result == 0 && i < config->devices; i++)
+		result = shm_host_add(daemon->host, config->device[i].name,
+				      &daemon->loop.devices[i].shm, why, sizeof(why));
+	if (result == 0)
+		return 0;
+	log_line(EVENT_ERROR, "%s", why);
+	return result == -EBUSY ? STATUS_BUSY : STATUS_FAILED;
+}
+
+static int open_transport(struct daemon *daemon)
+{
+	const struct config *config = daemon->config;
+	const struct transport_options options = {
+		.spin = config->loop.mode == LOOP_SPIN,
+		.busy_poll_us = config->busy_poll_us,
+		.interface = *config->interface ? config->interface : NULL,
+	};
+	const char *why = NULL;
+	int result;
+
+	if (*config->interface && !if_nametoindex(config->interface)) {
+		log_line(EVENT_ERROR, "there is no network interface %s (ip link lists those that "
+			 "are there)", config->interface);
+		return STATUS_FAILED;
+	}
+	result = transport_open(&daemon->loop.transport, config_transport_name(config->transport),
+				&options, &why);
+
+	if (result) {
+		log_line(EVENT_ERROR, "transport %s: %s%s%s",
+			 config_transport_name(config->transport), strerror(-result),
+			 why ? ": " : "", why ? why : "");
+		return STATUS_FAILED;
+	}
+	if (why) {
+		log_line(EVENT_NOTICE, "transport is %s, for %s",
+			 daemon->loop.transport->ops->name, why);
+		atomic_fetch_or(&daemon->loop.shared.flags, POKEYS_STATE_FALLBACK);
+	}
+	return 0;
+}
+
+static int open_devices(struct daemon *daemon)
+{
+	const struct config *config = daemon->config;
+	struct loop *loop = &daemon->loop;
+	size_t size = (device_size() + 63) / 64 * 64;
+	int result;
+
+	loop->options = config->loop;
+	loop->count = config->devices;
+	daemon->devices = aligned_alloc(64, size * config->devices);
+	if (!daemon->devices) {
+		log_line(EVENT_ERROR, "no memory for %u devices", config->devices);
+		return STATUS_FAILED;
+	}
+	memset(daemon->devices, 0, size * config->devices);
+	for (uint32_t i = 0; i < config->devices; i++)
+		loop->devices[i].device = (void *)((char *)daemon->devices + size * i);
+	result = loop_prepare(loop);
+	if (result) {
+		log_line(EVENT_ERROR, "the loop cannot be prepared: %s", strerror(-result));
+		return STATUS_FAILED;
+	}
+	daemon->prepared = true;
+	if (config->loop.mode == LOOP_SPIN && loop->options.duty < config->loop.duty)
+		log_line(EVENT_WARNING, "duty = %g is more than the kernel leaves to realtime "
+			 "threads (kernel.sched_rt_runtime_us); using %g", config->loop.duty,
+			 loop->options.duty);
+	for (uint32_t i = 0; i < config->devices; i++) {
+		const struct device_config *device = &config->device[i];
+		struct pokeys_io io;
+
+		loop_io(loop, i, &io);
+		device_init(loop->devices[i].device, device, &io, &loop->events);
+		if (device->address)
+			atomic_store(&loop->shared.address[i],
+				     (uint64_t)device->address << 16 | device->port);
+	}
+	return 0;
+}
+
+int daemon_open(struct daemon *daemon)
+{
+	int status = take_signals(daemon);
+
+	status = status ? status : lock_memory(daemon);
+	status = status ? status : open_memory(daemon);
+	status = status ? status : open_transport(daemon);
+	if (status)
+		return status;
+	return open_devices(daemon);
+}
+
+/* The realtime thread. */
+static void *run_loop(void *argument)
+{
+	struct daemon *daemon = argument;
+	const struct realtime_options options = {
+		.priority = daemon->config->priority,
+		.cpu = daemon->config->cpu,
+		.required = daemon->config->realtime_required,
+	};
+	int result = realtime_enter(&options, daemon->why, sizeof(daemon->why));
+
+	if (result)
+		atomic_fetch_and(&daemon->loop.shared.flags, ~(uint32_t)POKEYS_STATE_REALTIME);
+	if (result && options.required) {
+		atomic_store(&daemon->entered, result);
+	} else {
+		atomic_store(&daemon->entered, 1);
+		daemon->loop_result = loop_run(&daemon->loop);
+	}
+	atomic_store(&daemon->left, true);
+	return NULL;
+}
+
+static int make_thread(struct daemon *daemon)
+{
+	pthread_attr_t attributes;
+	sigset_t all, before;
+	int result;
+
+	pthread_attr_init(&attributes);
+	pthread_attr_setstacksize(&attributes, STACK_SIZE);
+	sigfillset(&all);
+	pthread_sigmask(SIG_SETMASK, &all, &before);
+	result = pthread_create(&daemon->thread, &attributes, run_loop, daemon);
+	pthread_sigmask(SIG_SETMASK, &before, NULL);
+	pthread_attr_destroy(&attributes);
+	daemon->started = !result;
+	if (!result)
+		return 0;
+	log_line(EVENT_ERROR, "the realtime thread cannot be made: %s", strerror(result));
+	return STATUS_FAILED;
+}
+
+/* A core that does not exist is the configuration's fault, not a missing right. */
+static int refused(struct daemon *daemon, int entered)
+{
+	log_line(EVENT_ERROR, "%s%s", daemon->why,
+		 entered == -EINVAL ? "" : " (or go on without: --no-realtime)");
+	return entered == -EINVAL ? STATUS_CONFIG : STATUS_NO_RIGHT;
+}
+
+/* It answers, is allowed what it needs, and has done its first cycles. */
+static int await_first_cycles(struct daemon *daemon)
+{
+	for (int waited = 0; waited < START_MS; waited += 5) {
+		int entered = atomic_load(&daemon->entered);
+
+		if (entered < 0)
+			return refused(daemon, entered);
+		if (atomic_load(&daemon->left))
+			return 0;	/* daemon_attend() says why */
+		if (atomic_load(&daemon->loop.shared.cycles) >= FIRST_CYCLES) {
+			if (*daemon->why)
+				log_line(EVENT_WARNING, "%s; going on without", daemon->why);
+			return 0;
+		}
+		sleep_ms(5);
+	}
+	log_line(EVENT_ERROR, "the realtime thread does not run: %d ms and no cycle; is something "
+		 "of a higher priority on its core?", START_MS);
+	return STATUS_FAILED;
+}
+
+static int publish(struct daemon *daemon)
+{
+	char why[256] = "";
+
+	if (shm_host_publish(daemon->host, why, sizeof(why)) == 0)
+		return 0;
+	log_line(EVENT_ERROR, "%s", why);
+	return STATUS_FAILED;
+}
+
+int daemon_start(struct daemon *daemon)
+{
+	int status, result;
+
+	daemon->why[0] = '\0';
+	status = make_thread(daemon);
+	status = status ? status : await_first_cycles(daemon);
+	status = status ? status : publish(daemon);
+	if (status)
+		return status;
+	daemon->latency_fd = realtime_hold_cpu_awake();
+	if (daemon->latency_fd < 0)
+		log_line(EVENT_INFO, "/dev/cpu_dma_latency: %s; sleeping cores may wake up late",
+			 strerror(-daemon->latency_fd));
+	result = finder_start(&daemon->finder, daemon->config, &daemon->loop.shared);
+	if (!result)
+		return 0;
+	log_line(EVENT_ERROR, "the search thread cannot be made: %s", strerror(-result));
+	return STATUS_FAILED;
+}
+
+/* The realtime thread has done its last; false = it does not come to an end. */
+static bool await_end(const struct daemon *daemon)
+{
+	uint64_t end_ns = clock_now() + STOP_MS * UINT64_C(1000000);
+
+	while (!atomic_load(&daemon->left) && clock_now() < end_ns)
+		sleep_ms(1);
+	return atomic_load(&daemon->left);
+}
+
+int daemon_stop(struct daemon *daemon)
+{
+	int status = 0;
+
+	atomic_store(&daemon->finder.stop, true);
+	if (daemon->started && !daemon->joined) {
+		atomic_store(&daemon->loop.shared.stop, true);
+		daemon->joined = await_end(daemon);
+		if (daemon->joined) {
+			pthread_join(daemon->thread, NULL);
+		} else {
+			log_line(EVENT_ERROR, "the realtime thread does not end; whether the "
+				 "devices are in their safe state is not known");
+			status = STATUS_FAILED;
+		}
+	}
+	finder_stop(&daemon->finder);
+	drain_run(&daemon->drain, clock_now());
+	return status;
+}
+
+void daemon_close(struct daemon *daemon)
+{
+	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++)
+		pokeys_client_close(daemon->reader[i]);
+	/* a thread that did not end still uses the rest; the process ends anyway */
+	if (daemon->started && !daemon->joined)
+		return;
+	if (daemon->prepared)
+		loop_release(&daemon->loop);
+	if (daemon->loop.transport)
+		transport_close(daemon->loop.transport);
+	shm_host_close(daemon->host);
+	free(daemon->devices);
+	if (daemon->latency_fd >= 0)
+		close(daemon->latency_fd);
+	if (daemon->signal_fd >= 0)
+		close(daemon->signal_fd);
+}
+
+int daemon_run(struct daemon *daemon, const struct config *config)
+{
+	int status, stopped;
+
+	memset(daemon, 0, sizeof(*daemon));
+	daemon->config = config;
+	daemon->signal_fd = -1;
+	daemon->latency_fd = -1;
+	drain_init(&daemon->drain, config, &daemon->loop.events);
+	status = daemon_open(daemon);
+	status = status ? status : daemon_start(daemon);
+	status = status ? status : daemon_attend(daemon);
+	stopped = daemon_stop(daemon);
+	daemon_close(daemon);
+	return status ? status : stopped;
+}

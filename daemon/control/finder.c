@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * A search waits for answers, so it has a thread of its own: the control
+ * thread, which feeds the watchdog, never waits for the network. The only
+ * thing that crosses is one atomic word for each device.
+ *
+ * Nothing is sent while nothing is missing: a device that answers is not
+ * disturbed, and several daemons in one network do not shout all day.
+ *
+ * An answer is a claim. Where a datagram came from decides, not the address
+ * written in it: behind a router they differ, and a liar can write anything.
+ * Whether the device really is the one it says, identification finds out.
+ */
+#include <errno.h>
+#include <signal.h>
+#include <string.h>
+#include <time.h>
+#include "daemon/control/finder.h"
+#include "daemon/control/log.h"
+#include "daemon/transport/discovery.h"
+#include "wire/model.h"
+
+enum { SEARCH_MS = 200, NAP_MS = 50, STACK_SIZE = 256 * 1024 };
+
+static bool wanted(const struct config *config, const struct loop_shared *shared, uint32_t i)
+{
+	return config->device[i].serial &&
+	       atomic_load_explicit(&shared->wanted, memory_order_relaxed) >> i & 1;
+}
+
+static bool any_wanted(const struct config *config, const struct loop_shared *shared)
+{
+	for (uint32_t i = 0; i < config->devices; i++)
+		if (wanted(config, shared, i))
+			return true;
+	return false;
+}
+
+void finder_take(const struct config *config, struct loop_shared *shared, const uint8_t *data,
+		 size_t length, const struct transport_address *from)
+{
+	struct wire_discovery answer;
+
+	if (wire_discovery_decode(data, length, &answer) != WIRE_OK || !answer.serial)
+		return;
+	for (uint32_t i = 0; i < config->devices; i++) {
+		const struct device_config *device = &config->device[i];
+
+		if (device->serial != answer.serial || !wanted(config, shared, i))
+			continue;
+		atomic_store_explicit(&shared->address[i],
+				      (uint64_t)from->address << 16 | device->port,
+				      memory_order_relaxed);
+	}
+}
+
+static bool found(void *context, const uint8_t *data, size_t length,
+		  const struct transport_address *from)
+{
+	struct finder *finder = context;
+
+	finder_take(finder->config, finder->shared, data, length, from);
+	return atomic_load_explicit(&finder->stop, memory_order_relaxed);
+}
+
+static int search(struct finder *finder)
+{
+	const struct config *config = finder->config;
+	struct transport_address also[CONFIG_ADDRESSES] = { 0 };
+	struct discovery_options options = {
+		.timeout_ms = SEARCH_MS,
+		.interface = *config->interface ? config->interface : NULL,
+		.also = also,
+		.also_count = config->discovery_addresses,
+	};
+
+	for (uint32_t i = 0; i < config->discovery_addresses; i++)
+		also[i].address = config->discovery_address[i];
+	return discovery_search(&options, found, finder);
+}
+
+static void *run(void *argument)
+{
+	const struct timespec nap = { .tv_nsec = NAP_MS * 1000000 };
+	struct finder *finder = argument;
+	uint64_t waited = UINT64_MAX;
+
+	while (!atomic_load_explicit(&finder->stop, memory_order_relaxed)) {
+		if (waited >= finder->config->discovery_interval_ns &&
+		    any_wanted(finder->config, finder->shared)) {
+			atomic_store_explicit(&finder->result, search(finder),
+					      memory_order_relaxed);
+			waited = SEARCH_MS * UINT64_C(1000000);
+		}
+		nanosleep(&nap, NULL);
+		if (waited < UINT64_MAX / 2)
+			waited += NAP_MS * UINT64_C(1000000);
+	}
+	return NULL;
+}
+
+int finder_start(struct finder *finder, const struct config *config, struct loop_shared *shared)
+{
+	bool needed = false;
+	pthread_attr_t attributes;
+	sigset_t all, before;
+	int result;
+
+	memset(finder, 0, sizeof(*finder));
+	finder->config = config;
+	finder->shared = shared;
+	for (uint32_t i = 0; i < config->devices; i++)
+		needed |= config->device[i].serial != 0;
+	if (!needed)
+		return 0;
+	/* memory is locked: a stack of the usual size would be 8 MiB of it */
+	pthread_attr_init(&attributes);
+	pthread_attr_setstacksize(&attributes, STACK_SIZE);
+	sigfillset(&all);
+	pthread_sigmask(SIG_SETMASK, &all, &before);
+	result = pthread_create(&finder->thread, &attributes, run, finder);
+	pthread_sigmask(SIG_SETMASK, &before, NULL);
+	pthread_attr_destroy(&attributes);
+	finder->running = !result;
+	return -result;
+}
+
+void finder_report(struct finder *finder)
+{
+	int result = atomic_load_explicit(&finder->result, memory_order_relaxed);
+
+	/* only trouble is news, and its end; how many answered is not */
+	result = result < 0 ? result : 0;
+	if (result == finder->told)
+		return;
+	if (result)
+		log_line(EVENT_WARNING, "the network cannot be searched for devices: %s",
+			 strerror(-result));
+	else
+		log_line(EVENT_NOTICE, "the network can be searched again");
+	finder->told = result;
+}
+
+void finder_stop(struct finder *finder)
+{
+	if (!finder->running)
+		return;
+	atomic_store_explicit(&finder->stop, true, memory_order_relaxed);
+	pthread_join(finder->thread, NULL);
+	finder->running = false;
+}

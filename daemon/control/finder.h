@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Looks for devices by their serial numbers while the loop misses one. */
+#ifndef CONTROL_FINDER_H
+#define CONTROL_FINDER_H
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include "daemon/control/config.h"
+#include "daemon/rt/loop.h"
+
+struct finder {
+	const struct config *config;
+	struct loop_shared *shared;
+	_Atomic bool stop;
+	_Atomic int result;		/* of the last search: answers, or -errno */
+	bool running;
+	int told;			/* control thread's: what it has logged */
+	pthread_t thread;
+};
+
+/* Start the thread if any device is to be found by its serial number. 0 or -errno. */
+int finder_start(struct finder *finder, const struct config *config, struct loop_shared *shared);
+
+/* Log what the searches came to, when it changes. Control thread. */
+void finder_report(struct finder *finder);
+
+/* End the thread; takes at most as long as one search. Idempotent. */
+void finder_stop(struct finder *finder);
+
+/* One answer to a search: aim every device whose serial number it has.*/
+void finder_take(const struct config *config, struct loop_shared *shared, const uint8_t *data,
+		 size_t length, const struct transport_address *from);
+
+#endif

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysd(8).
+ *
+ * Standard descriptors come first: started with stderr closed, the next file
+ * opened would become descriptor 2, and messages would be written into it,
+ * be it a lock file or a device's socket.
+ */
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+#include "daemon/control/config.h"
+#include "daemon/control/config_key.h"
+#include "daemon/control/daemon.h"
+#include "daemon/control/log.h"
+#include "daemon/control/options.h"
+
+static struct config config;
+static struct daemon the_daemon;
+
+static void keep_standard_descriptors(void)
+{
+	int fd;
+
+	do {
+		fd = open("/dev/null", O_RDWR);
+	} while (fd >= 0 && fd <= STDERR_FILENO);
+	if (fd > STDERR_FILENO)
+		close(fd);
+}
+
+static void complain(void *context, const char *line)
+{
+	const struct options *options = context;
+
+	if (options->check_config)
+		fprintf(stderr, "%s\n", line);
+	else
+		log_line(EVENT_ERROR, "%s", line);
+}
+
+/* A folder on the command line has to be as good as one in the file. */
+static int override(const struct options *options)
+{
+	struct config_raw_daemon raw;
+	uint32_t index;
+	char why[256];
+	const struct config_key *key = config_find(CONFIG_DAEMON, "runtime-directory", &index, why,
+						   sizeof(why));
+	const char *wrong;
+
+	if (options->no_realtime)
+		config.realtime_required = false;
+	if (!options->runtime_directory)
+		return 0;
+	wrong = config_store(key, index, options->runtime_directory, &raw);
+	if (!wrong) {
+		memcpy(config.runtime_directory, raw.runtime_directory,
+		       sizeof(config.runtime_directory));
+		return 0;
+	}
+	config_allowed(key, why, sizeof(why));
+	log_line(EVENT_ERROR, "--runtime-directory: \"%s\" %s; allowed: %s",
+		 options->runtime_directory, wrong, why);
+	return STATUS_USAGE;
+}
+
+int main(int argc, char **argv)
+{
+	struct options options;
+	int status;
+
+	keep_standard_descriptors();
+	if (!options_parse(&options, argc, argv, &status))
+		return status;
+	log_open(STDERR_FILENO, EVENT_INFO);
+	if (config_read(options.config, &config, complain, &options))
+		return STATUS_CONFIG;
+	if (options.check_config) {
+		printf("%s: in order, %u device%s\n", options.config, config.devices,
+		       config.devices == 1 ? "" : "s");
+		return STATUS_OK;
+	}
+	status = override(&options);
+	if (status)
+		return status;
+	log_open(STDERR_FILENO, config.log_level);
+	return daemon_run(&the_daemon, &config);
+}

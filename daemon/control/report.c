@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * Both texts are made from images read back from the shared memory, not from
+ * the loop's own variables: the realtime thread has nothing to hand over, and
+ * what is reported is what a reader gets.
+ *
+ * A metric is a row of a table: name, help, and where it stands in an image.
+ */
+#include <errno.h>
+#include <string.h>
+#include <pokeys/names.h>
+#include <pokeys/shm.h>
+#include "daemon/control/report.h"
+
+enum image { STATE, DIAG };
+
+struct metric {
+	const char *name, *type, *help;
+	enum image image;
+	size_t offset;
+	size_t width;
+};
+
+#define IN_STATE(field) STATE, offsetof(struct pokeys_state, field), \
+	sizeof(((struct pokeys_state *)0)->field)
+#define IN_DIAG(field) DIAG, offsetof(struct pokeys_diag, field), \
+	sizeof(((struct pokeys_diag *)0)->field)
+
+static const struct metric metrics[] = {
+	{ "cycles_total", "counter", "Cycles of the realtime loop", IN_STATE(cycle) },
+	{ "cycles_skipped_total", "counter", "Ticks missed and not caught up",
+	  IN_DIAG(cycles_skipped) },
+	{ "events_dropped_total", "counter", "Events lost before they were logged",
+	  IN_DIAG(events_dropped) },
+	{ "system_calls_total", "counter", "System calls of the realtime thread's transport",
+	  IN_DIAG(transport_system_calls) },
+	{ "minor_faults_total", "counter", "Minor page faults of the realtime thread",
+	  IN_DIAG(minor_faults) },
+	{ "major_faults_total", "counter", "Major page faults of the realtime thread",
+	  IN_DIAG(major_faults) },
+	{ "device_link", "gauge", "0 searching, 1 identifying, 2 configuring, 3 running, 4 lost",
+	  IN_STATE(link) },
+	{ "device_fault", "gauge", "Reason of the last fault (enum pokeys_fault)",
+	 IN_STATE(fault) },
+	{ "device_flags", "gauge", "Bits of POKEYS_STATE_", IN_STATE(flags) },
+	{ "packets_sent_total", "counter", "Requests sent", IN_STATE(statistics.sent) },
+	{ "packets_resent_total", "counter", "Of them, repeated", IN_STATE(statistics.resent) },
+	{ "packets_received_total", "counter", "Datagrams received",
+	  IN_STATE(statistics.received) },
+	{ "packets_accepted_total", "counter", "Replies that fit a request",
+	  IN_STATE(statistics.accepted) },
+	{ "packets_lost_total", "counter", "Tries without reply in time",
+	 IN_STATE(statistics.lost) },
+	{ "requests_timed_out_total", "counter", "Requests given up",
+	  IN_STATE(statistics.timed_out) },
+	{ "packets_stray_total", "counter", "Replies nobody asked for",
+	 IN_STATE(statistics.stray) },
+	{ "packets_duplicate_total", "counter", "Replies that came again",
+	  IN_STATE(statistics.duplicate) },
+	{ "packets_stale_total", "counter", "Replies that came too late",
+	  IN_STATE(statistics.stale) },
+	{ "packets_corrupt_total", "counter", "Datagrams that are not replies",
+	  IN_STATE(statistics.corrupt) },
+	{ "packets_wrong_source_total", "counter", "Datagrams from somewhere else",
+	  IN_STATE(statistics.wrong_source) },
+	{ "packets_unsent_total", "counter", "Requests the kernel did not take",
+	  IN_STATE(statistics.send_failed) },
+	{ "cycles_late_total", "counter", "Cycles whose fast data came later",
+	  IN_STATE(statistics.cycles_late) },
+	{ "reconnects_total", "counter", "Times the device was found again",
+	  IN_STATE(statistics.reconnects) },
+	{ "commands_refused_total", "counter", "Command images with values that were refused",
+	  IN_STATE(statistics.refused_command) },
+	{ "packets_in_flight", "gauge", "Requests on their way", IN_STATE(statistics.in_flight) },
+};
+
+static const struct {
+	const char *name, *help;
+	size_t offset;
+} histograms[] = {
+	{ "wakeup_seconds", "Tick to running", offsetof(struct pokeys_diag, wakeup) },
+	{ "round_trip_seconds", "Request to reply", offsetof(struct pokeys_diag, round_trip) },
+	{ "fresh_seconds", "Tick to fast data complete", offsetof(struct pokeys_diag, fresh) },
+	{ "cycle_work_seconds", "Tick to end of work", offsetof(struct pokeys_diag, cycle_work) },
+};
+
+static unsigned long long value_of(const struct report_device *device, const struct metric *metric)
+{
+	const char *image = metric->image == STATE ? (const char *)&device->state :
+						     (const char *)&device->diag;
+	uint64_t wide = 0;
+
+	/* little-endian hosts only, as the whole of pokeysd: wire layouts are memcpy'd too */
+	memcpy(&wide, image + metric->offset, metric->width);
+	return wide;
+}
+
+static void print_metric(const struct report *report, const struct metric *metric, FILE *to)
+{
+	fprintf(to, "# HELP pokeysd_%s %s\n# TYPE pokeysd_%s %s\n", metric->name, metric->help,
+		metric->name, metric->type);
+	for (uint32_t i = 0; i < report->devices; i++)
+		if (report->device[i].known)
+			fprintf(to, "pokeysd_%s{device=\"%s\"} %llu\n", metric->name,
+				report->device[i].name, value_of(&report->device[i], metric));
+}
+
+static void print_histogram(const struct report *report, size_t row, FILE *to)
+{
+	static const double quantiles[] = { 0.5, 0.9, 0.99, 0.999 };
+	const char *name = histograms[row].name;
+
+	fprintf(to, "# HELP pokeysd_%s %s\n# TYPE pokeysd_%s summary\n", name, histograms[row].help,
+		name);
+	for (uint32_t i = 0; i < report->devices; i++) {
+		const struct report_device *device = &report->device[i];
+		const struct pokeys_histogram *h = (const void *)
+			((const char *)&device->diag + histograms[row].offset);
+
+		if (!device->known)
+			continue;
+		for (size_t q = 0; q < sizeof(quantiles) / sizeof(quantiles[0]); q++)
+			fprintf(to, "pokeysd_%s{device=\"%s\",quantile=\"%g\"} %.9f\n", name,
+				device->name, quantiles[q],
+				(double)pokeys_histogram_percentile(h, quantiles[q]) / 1e9);
+		fprintf(to, "pokeysd_%s_sum{device=\"%s\"} %.9f\n", name, device->name,
+			(double)h->sum_ns / 1e9);
+		fprintf(to, "pokeysd_%s_count{device=\"%s\"} %llu\n", name, device->name,
+			(unsigned long long)h->count);
+	}
+}
+
+static void print_age(const struct report *report, FILE *to)
+{
+	fputs("# HELP pokeysd_data_age_seconds Age of the fast data when this was written\n"
+	      "# TYPE pokeysd_data_age_seconds gauge\n", to);
+	for (uint32_t i = 0; i < report->devices; i++) {
+		const struct pokeys_state *state = &report->device[i].state;
+
+		if (report->device[i].known && state->t_digital_ns)
+			fprintf(to, "pokeysd_data_age_seconds{device=\"%s\"} %.9f\n",
+				report->device[i].name,
+				(double)(int64_t)(report->now_ns - state->t_digital_ns) / 1e9);
+	}
+}
+
+int report_metrics(const struct report *report, FILE *to)
+{
+	for (size_t i = 0; i < sizeof(metrics) / sizeof(metrics[0]); i++)
+		print_metric(report, &metrics[i], to);
+	for (size_t i = 0; i < sizeof(histograms) / sizeof(histograms[0]); i++)
+		print_histogram(report, i, to);
+	print_age(report, to);
+	fprintf(to, "# HELP pokeysd_log_dropped_total Messages nobody took\n"
+		"# TYPE pokeysd_log_dropped_total counter\npokeysd_log_dropped_total %llu\n",
+		(unsigned long long)report->log_dropped);
+	fprintf(to, "# HELP pokeysd_metrics_failed_total Times this file could not be written\n"
+		"# TYPE pokeysd_metrics_failed_total counter\npokeysd_metrics_failed_total %llu\n",
+		(unsigned long long)report->metrics_failed);
+	return fflush(to) || ferror(to) ? -EIO : 0;
+}
+
+static size_t append_device(const struct report_device *device, char *text, size_t size)
+{
+	const struct pokeys_state *state = &device->state;
+	int length;
+
+	if (!device->known)
+		length = snprintf(text, size, "%s not published yet", device->name);
+	else if (state->link == POKEYS_LINK_RUNNING)
+		length = snprintf(text, size, "%s running%s, %u us", device->name,
+				  state->flags & POKEYS_STATE_SAFE ? " (safe state)" : "",
+				  state->statistics.rtt_smoothed_ns / 1000);
+	else if (state->fault)
+		length = snprintf(text, size, "%s %s: %s", device->name,
+				  pokeys_link_name(state->link),
+				  pokeys_fault_name(state->fault));
+	else
+		length = snprintf(text, size, "%s %s", device->name, pokeys_link_name(state->link));
+	return length > 0 ? (size_t)length : 0;
+}
+
+size_t report_status(const struct report *report, char *text, size_t size)
+{
+	size_t at = 0;
+
+	text[0] = '\0';
+	for (uint32_t i = 0; i < report->devices && at + 3 < size; i++) {
+		if (i)
+			at += (size_t)snprintf(text + at, size - at, "; ");
+		at += append_device(&report->device[i], text + at, size - at);
+	}
+	return at < size ? at : size - 1;
+}

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * What somebody gets to read who made a mistake: file, line, section, key,
+ * what was given, what is allowed; every mistake of a file at once; and a
+ * configuration that is accepted whole or not at all.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include <cmocka.h>
+#include "daemon/control/config.h"
+
+enum { LINES = 64 };
+
+struct heard {
+	int count;
+	char line[LINES][512];
+};
+
+static struct heard heard;
+static struct config config;
+
+static void hear(void *context, const char *line)
+{
+	struct heard *to = context;
+
+	assert_null(strchr(line, '\n'));
+	if (to->count < LINES)
+		snprintf(to->line[to->count], sizeof(to->line[0]), "%s", line);
+	to->count++;
+}
+
+static int parse(const char *text)
+{
+	memset(&heard, 0, sizeof(heard));
+	return config_parse("f", text, strlen(text), &config, hear, &heard);
+}
+
+/* One fault, and it reads so. */
+static void assert_fault(const char *text, const char *expected)
+{
+	int faults = parse(text);
+
+	if (faults != 1 || strcmp(heard.line[0], expected))
+		fail_msg("%d faults, the first: %s", faults, faults ? heard.line[0] : "none");
+}
+
+#define GOOD "[device a]\naddress = 10.0.0.1\n"
+
+static void a_fault_names_line_section_key_and_range(void **state)
+{
+	(void)state;
+	assert_fault("[daemon]\n\nperiod-us = 100\n" GOOD,
+		     "f:3: [daemon]: period-us: \"100\" is out of range; allowed: 250..4000");
+	assert_fault("[daemon]\nmode = fast\n" GOOD,
+		     "f:2: [daemon]: mode: \"fast\" is not allowed; allowed: sleep | spin");
+	assert_fault("[daemon]\ncpu =\n" GOOD,
+		     "f:2: [daemon]: cpu has no value; allowed: any | 0..1023");
+	assert_fault(GOOD "port = 65536",
+		     "f:3: [device a]: port: \"65536\" is out of range; allowed: 1..65535");
+	assert_fault("[device a]\naddress = 10.0.0\n",
+		     "f:2: [device a]: address: \"10.0.0\" is not an IPv4 address; allowed: an "
+		     "IPv4 address such as 192.168.1.20");
+	assert_fault(GOOD "digital-inputs = 1-4,56\n",
+		     "f:3: [device a]: digital-inputs: \"1-4,56\" names a pin that is out of "
+		     "range; allowed: pins 1..55 as a list such as 1-3,5");
+	assert_fault(GOOD "safe-on = 5, 1-9\n",
+		     "f:3: [device a]: safe-on: \"5, 1-9\" names a pin twice; allowed: pins 1..55 "
+		     "as a list such as 1-3,5");
+	assert_fault("[daemon]\nduty = 0.95\n" GOOD,
+		     "f:2: [daemon]: duty: \"0.95\" is out of range; allowed: 0.1..0.9, or 1");
+}
+
+static void an_unknown_key_is_named_with_the_one_meant(void **state)
+{
+	(void)state;
+	assert_fault("[daemon]\nperid-us = 500\n" GOOD,
+		     "f:2: [daemon]: there is no key perid-us; did you mean period-us?");
+	assert_fault(GOOD "axis.3.max-sped = 500\n",
+		     "f:3: [device a]: there is no key axis.3.max-sped; did you mean "
+		     "axis.#.max-speed?");
+	assert_fault(GOOD "colour = blue\n",
+		     "f:3: [device a]: there is no key colour; pokeysd --help-config lists all "
+		     "keys");
+	assert_fault(GOOD "priority = 3\n", "f:3: [device a]: priority belongs in [daemon]");
+	assert_fault("[daemon]\nserial = 3\n" GOOD,
+		     "f:2: [daemon]: serial belongs in a [device NAME] section");
+}
+
+static void sections_are_judged_even_when_empty(void **state)
+{
+	(void)state;
+	assert_fault("[devices]\n" GOOD, "f:1: there is no section [devices]; sections are "
+		     "[daemon] and [device NAME]");
+	assert_fault(GOOD "[device b]\n", "f:3: [device b]: neither address nor serial is given; "
+		     "one of them says where the device is");
+	assert_fault(GOOD "[device]\n",
+		     "f:3: there is no section [device]; sections are [daemon] and [device NAME]");
+	assert_fault(GOOD "[device a b]\nserial=4\n",
+		     "f:3: [device a b]: a device's name has 1 to 31 of the characters A-Z a-z 0-9 "
+		     "_ -");
+	assert_fault(GOOD "[device abcdefghijklmnopqrstuvwxyz012345]\n",
+		     "f:3: [device abcdefghijklmnopqrstuvwxyz012345]: a device's name has 1 to 31 "
+		     "of the characters A-Z a-z 0-9 _ -");
+	assert_fault(GOOD "[device b] x\nserial=4\n",
+		     "f:3: \"[device b] x\" is not a section; [daemon] and [device NAME] are");
+	assert_fault(GOOD "[daemon\n",
+		     "f:3: \"[daemon\" is not a section; [daemon] and [device NAME] are");
+	assert_fault(GOOD GOOD, "f:3: [device a] was there before, at line 1");
+	assert_fault("[daemon]\n" GOOD "[daemon]\n", "f:4: [daemon] was there before, at line 1");
+	assert_fault("", "f: there is no [device NAME] section");
+	assert_fault("port = 3\n" GOOD,
+		     "f:1: port stands before any section; [daemon] or [device NAME] comes first");
+}
+
+static void lines_that_the_library_would_swallow_are_told(void **state)
+{
+	char text[512];
+
+	(void)state;
+	assert_fault(GOOD "port\n", "f:3: \"port\" is neither [section] nor key = value");
+	assert_fault(GOOD "= 5\n", "f:3: there is no key before the \"=\"");
+	assert_fault(GOOD "po\x01rt = 5\n", "f:3: there is a control character in the line");
+	snprintf(text, sizeof(text), "%sgroup = %0190d\n", GOOD, 1);
+	assert_fault(text, "f:3: the line is too long, at most 197 characters are allowed");
+	/* the end of an overlong line is not a line of its own */
+	snprintf(text, sizeof(text), "%sgroup = %0191dport = 5\n", GOOD, 1);
+	assert_fault(text, "f:3: the line is too long, at most 197 characters are allowed");
+	/* an indented line does not continue the one above */
+	assert_int_equal(parse("[daemon]\n\tperiod-us = 500\n\t  priority = 7\n" GOOD), 0);
+	assert_int_equal(config.priority, 7);
+	assert_int_equal(config.loop.period_ns, 500000);
+}
+
+static void comments_blanks_and_editors_marks_do_no_harm(void **state)
+{
+	(void)state;
+	assert_int_equal(parse("\xef\xbb\xbf# first\r\n; second\r\n[daemon] ; third\r\n\r\n"
+			       "  priority\t=  7 # of 98\r\n[device a];x\r\naddress = 10.0.0.1 ; "
+			       "here\r\n"
+			       "   \t\r\nport=1\r\n#"), 1);
+	assert_string_equal(heard.line[0], "f:6: \"[device a];x\" is not a section; [daemon] and "
+					   "[device NAME] are");
+	assert_int_equal(parse("\xef\xbb\xbf# first\r\n; second\r\n[daemon] ; third\r\n\r\n"
+			       "  priority\t=  7 # of 98\r\n[device a] ;x\r\naddress = 10.0.0.1 ; "
+			       "here\r\n"
+			       "   \t\r\nport=1\r\n#"), 0);
+	assert_int_equal(config.priority, 7);
+	assert_int_equal(config.device[0].port, 1);
+}
+
+static void all_faults_are_told_at_once(void **state)
+{
+	(void)state;
+	assert_int_equal(parse("[daemon]\nmode = x\ncpu = y\n[device a]\nport = 0\nserial = 0\n"),
+			 5);
+	assert_non_null(strstr(heard.line[0], "f:2: "));
+	assert_non_null(strstr(heard.line[1], "f:3: "));
+	assert_non_null(strstr(heard.line[2], "f:5: "));
+	assert_non_null(strstr(heard.line[3], "f:6: "));
+	assert_non_null(strstr(heard.line[4], "neither address nor serial"));
+}
+
+static void a_file_of_faults_is_cut_short(void **state)
+{
+	char text[4096] = "[daemon]\n";
+
+	(void)state;
+	for (int i = 0; i < 200; i++)
+		strcat(text, "what is this\n");
+	assert_true(parse(text) >= 200);
+	assert_int_equal(heard.count, CONFIG_FAULTS_MAX + 1);
+	assert_non_null(strstr(heard.line[CONFIG_FAULTS_MAX], "too many faults"));
+}
+
+static void a_terminal_told_twice_is_a_fault(void **state)
+{
+	(void)state;
+	assert_fault(GOOD "digital-inputs = 1-8\ndigital-outputs = 8\n",
+		     "f:4: [device a]: pin 8 is in digital-inputs and in digital-outputs");
+	assert_fault(GOOD "digital-inputs = 41\nanalog-inputs = 41\n",
+		     "f:4: [device a]: pin 41 is in digital-inputs and in analog-inputs");
+	assert_fault(GOOD "safe-on = 3\nsafe-hold = 3\n",
+		     "f:4: [device a]: pin 3 is in safe-on and in safe-hold");
+	assert_fault(GOOD "digital-inputs = 3\nsafe-on = 3\n",
+		     "f:3: [device a]: pin 3 is in safe-on and in digital-inputs");
+	assert_fault(GOOD "inverted-pins = 3\n",
+		     "f:3: [device a]: inverted-pins: pin 3 is neither in digital-inputs nor in "
+		     "digital-outputs");
+	assert_fault(GOOD "digital-outputs = 9\nencoder.2.pins = 8, 9\n",
+		     "f:4: [device a]: encoder.2.pins: pin 9 is an output or analog");
+	assert_fault(GOOD "digital-outputs = 52\nemergency-pin = 52\n",
+		     "f:4: [device a]: emergency-pin: pin 52 is an output or analog");
+}
+
+static void values_that_are_wrong_together_are_a_fault(void **state)
+{
+	(void)state;
+	assert_fault("[daemon]\nperiod-us = 4000\n" GOOD "fast-divider = 3\n",
+		     "f:3: [device a]: stale-after-ms = 8 has to be longer than the time between "
+		     "two samples, which is 12 ms (period-us times fast-divider)");
+	assert_fault(GOOD "lost-after-ms = 8\n",
+		     "f:3: [device a]: lost-after-ms = 8 has to be longer than stale-after-ms, "
+		     "which is 8");
+	assert_fault(GOOD "deadline-floor-us = 60000\n",
+		     "f:1: [device a]: deadline-ceiling-ms = 50 must not be shorter than "
+		     "deadline-floor-us, which is 60000 us");
+	assert_fault(GOOD "axis.1.soft-limits = on\naxis.1.soft-minimum = 4\n",
+		     "f:3: [device a]: axis.1.soft-limits = on wants axis.1.soft-minimum and "
+		     "axis.1.soft-maximum");
+	assert_fault(GOOD "axis.1.soft-limits = on\naxis.1.soft-minimum = "
+		     "4\naxis.1.soft-maximum=4\n",
+		     "f:5: [device a]: axis.1.soft-maximum has to be above axis.1.soft-minimum");
+}
+
+static void two_sections_for_one_device_are_a_fault(void **state)
+{
+	(void)state;
+	assert_fault(GOOD "[device b]\naddress = 10.0.0.1\n",
+		     "f:4: [device b]: address: [device a] has the same one, and the same port");
+	assert_fault("[device a]\nserial = 5\n[device b]\nserial = 5\n",
+		     "f:4: [device b]: serial: [device a] has the same one");
+	assert_int_equal(parse(GOOD "[device b]\naddress = 10.0.0.1\nport = 5\n"), 0);
+}
+
+static void sixteen_devices_are_allowed_and_no_more(void **state)
+{
+	char text[2048] = "";
+
+	(void)state;
+	for (int i = 0; i < TRANSPORT_CHANNELS; i++)
+		sprintf(text + strlen(text), "[device d%d]\nserial = %d\n", i, i + 1);
+	assert_int_equal(parse(text), 0);
+	assert_int_equal(config.devices, TRANSPORT_CHANNELS);
+	for (uint8_t i = 0; i < TRANSPORT_CHANNELS; i++)
+		assert_int_equal(config.device[i].index, i);
+	strcat(text, "[device more]\nserial = 99\n");
+	assert_fault(text, "f:33: [device more]: too many devices, at most 16 are allowed");
+}
+
+static void nothing_is_accepted_from_a_file_with_a_fault(void **state)
+{
+	(void)state;
+	memset(&config, 0xa5, sizeof(config));
+	assert_int_equal(parse("[daemon]\npriority = 3\nperiod-us = 1\n" GOOD), 1);
+	for (size_t i = 0; i < sizeof(config); i++)
+		assert_int_equal(((unsigned char *)&config)[i], 0xa5);
+}
+
+static void what_is_written_arrives_in_the_units_of_its_users(void **state)
+{
+	const struct device_config *d = &config.device[0];
+
+	(void)state;
+	assert_int_equal(parse("[daemon]\nperiod-us = 500\nmode = spin\ncpu = 3\nrealtime = "
+			       "optional\n"
+			       "discovery-address = 10.0.0.255, 127.1.2.3\ntransport = socket\n"
+			       "metrics-file = /run/m\n[device mill]\nserial = 4294967295\n"
+			       "stale-after-ms = 2.5\ndigital-inputs = 1,8-9\ndigital-outputs = "
+			       "2,55\n"
+			       "analog-inputs=41-47\ninverted-pins = 8,55\nsafe-on = 2\nsafe-hold "
+			       "= 55\n"
+			       "axes = 3\naxis.2.mode = position\naxis.2.max-speed = 12000.5\n"
+			       "axis.2.soft-minimum = -5\nencoder.24.pins = "
+			       "3,4\nencoder.24.sampling = 2\n"
+			       "emergency-pin = 52\nfast-encoders = on\n"), 0);
+	assert_int_equal(config.loop.period_ns, 500000);
+	assert_int_equal(config.loop.mode, LOOP_SPIN);
+	assert_int_equal(config.cpu, 3);
+	assert_false(config.realtime_required);
+	assert_int_equal(config.discovery_addresses, 2);
+	assert_int_equal(config.discovery_address[1], 0x7f010203);
+	assert_string_equal(config_transport_name(config.transport), "socket");
+	assert_string_equal(d->name, "mill");
+	assert_true(d->serial == 4294967295u);
+	assert_int_equal(d->stale_after_ns, 2500000);
+	assert_int_equal(d->period_ns, 500000);
+	assert_int_equal(d->pin_set[0], 0x83);
+	assert_int_equal(d->pin_set[1], 0x01);
+	assert_int_equal(d->pin_function[0], 0x02);
+	assert_int_equal(d->pin_function[1], 0x04);
+	assert_int_equal(d->pin_function[7], 0x82);
+	assert_int_equal(d->pin_function[54], 0x84);
+	assert_int_equal(d->pin_function[40], 0x08);
+	assert_int_equal(d->safe_outputs[0], 0x02);
+	assert_int_equal(d->safe_mask[0], 0xff);
+	assert_int_equal(d->safe_mask[6], 0x3f);
+	assert_int_equal(d->safe_hold[6], 0x40);
+	assert_int_equal(d->axes, 3);
+	assert_true(d->axis[2].set);
+	assert_false(d->axis[1].set);
+	assert_int_equal(d->axis[2].mode, POKEYS_AXIS_POSITION);
+	assert_true(d->axis[2].max_speed > 12000.4 && d->axis[2].max_speed < 12000.6);
+	assert_int_equal(d->axis[2].soft_minimum, -5);
+	assert_true(d->encoder[24].set);
+	assert_int_equal(d->encoder[24].enable, 1);
+	assert_int_equal(d->encoder[24].sampling, 2);
+	assert_int_equal(d->encoder[24].pin_a, 2);
+	assert_int_equal(d->encoder[24].pin_b, 3);
+	assert_int_equal(d->emergency_pin, 52);
+	assert_int_equal(d->fast_encoders, 1);
+	assert_int_equal(d->ultra_fast_encoder, -1);
+}
+
+static void a_file_that_cannot_be_read_is_one_clear_line(void **state)
+{
+	char path[] = "/tmp/pokeysd-config-XXXXXX", expected[128];
+	static char large[300000];
+	FILE *file;
+	int fd;
+
+	(void)state;
+	memset(&heard, 0, sizeof(heard));
+	assert_int_equal(config_read("/nonexistent/pokeysd.conf", &config, hear, &heard), 1);
+	assert_string_equal(heard.line[0], "/nonexistent/pokeysd.conf: there is no such file; "
+					   "pokeysd.conf(5) says what to write into it");
+	memset(&heard, 0, sizeof(heard));
+	assert_int_equal(config_read("/", &config, hear, &heard), 1);
+	assert_string_equal(heard.line[0], "/: cannot be read: Is a directory");
+	fd = mkstemp(path);
+	assert_true(fd >= 0);
+	file = fdopen(fd, "w");
+	memset(large, '\n', sizeof(large));
+	fwrite(large, 1, sizeof(large), file);
+	fclose(file);
+	memset(&heard, 0, sizeof(heard));
+	assert_int_equal(config_read(path, &config, hear, &heard), 1);
+	snprintf(expected, sizeof(expected), "%s: is too large, at most 262143 bytes are allowed",
+		 path);
+	assert_string_equal(heard.line[0], expected);
+	unlink(path);
+}
+
+static void a_complaint_is_safe_on_a_terminal(void **state)
+{
+	(void)state;
+	parse(GOOD "group\xff\x9b[2J = 3\n[device \xc3\xa4]\n");
+	assert_true(heard.count >= 2);
+	for (int i = 0; i < heard.count; i++)
+		for (const char *c = heard.line[i]; *c; c++)
+			assert_in_range(*c, 0x20, 0x7e);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_fault_names_line_section_key_and_range),
+		cmocka_unit_test(an_unknown_key_is_named_with_the_one_meant),
+		cmocka_unit_test(sections_are_judged_even_when_empty),
+		cmocka_unit_test(lines_that_the_library_would_swallow_are_told),
+		cmocka_unit_test(comments_blanks_and_editors_marks_do_no_harm),
+		cmocka_unit_test(all_faults_are_told_at_once),
+		cmocka_unit_test(a_file_of_faults_is_cut_short),
+		cmocka_unit_test(a_terminal_told_twice_is_a_fault),
+		cmocka_unit_test(values_that_are_wrong_together_are_a_fault),
+		cmocka_unit_test(two_sections_for_one_device_are_a_fault),
+		cmocka_unit_test(sixteen_devices_are_allowed_and_no_more),
+		cmocka_unit_test(nothing_is_accepted_from_a_file_with_a_fault),
+		cmocka_unit_test(what_is_written_arrives_in_the_units_of_its_users),
+		cmocka_unit_test(a_file_that_cannot_be_read_is_one_clear_line),
+		cmocka_unit_test(a_complaint_is_safe_on_a_terminal),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

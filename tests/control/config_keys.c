@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * Every key of the table, at its limits and just outside them. The cases are
+ * made from the table, so a new key is tested without a new test; that the
+ * table says what the documentation says, config_man.c checks.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+#include "daemon/control/config_key.h"
+
+struct seen {
+	int count;
+	char line[1024];		/* the first one */
+};
+
+static void see(void *context, const char *line)
+{
+	struct seen *seen = context;
+
+	if (!seen->count++)
+		snprintf(seen->line, sizeof(seen->line), "%s", line);
+}
+
+/* Counts the complaints that contain a text. */
+struct search {
+	const char *wanted;
+	int matches;
+};
+
+static void look_for(void *context, const char *line)
+{
+	struct search *seen = context;
+
+	seen->matches += strstr(line, seen->wanted) != NULL;
+}
+
+/* '#' in a key's name becomes the index. */
+static void name_of(const struct config_key *key, uint32_t index, char *out, size_t size)
+{
+	const char *hash = strchr(key->name, '#');
+
+	if (hash)
+		snprintf(out, size, "%.*s%u%s", (int)(hash - key->name), key->name, index,
+			 hash + 1);
+	else
+		snprintf(out, size, "%s", key->name);
+}
+
+/* One value of one key through the whole parser. The faults that name the key. */
+static int faults_with(const struct config_key *key, uint32_t index, const char *value,
+		       struct seen *seen)
+{
+	static struct config config;
+	char name[64], text[512];
+	int length;
+
+	memset(seen, 0, sizeof(*seen));
+	name_of(key, index, name, sizeof(name));
+	if (key->section == CONFIG_DAEMON)
+		length = snprintf(text, sizeof(text), "[daemon]\n%s = %s\n", name, value);
+	else
+		length = snprintf(text, sizeof(text), "[device a]\n%s = %s\n", name, value);
+	config_parse("f.conf", text, (size_t)length, &config, see, seen);
+	return seen->count && strstr(seen->line, name) && !strncmp(seen->line, "f.conf:2: [", 11) &&
+	       strstr(seen->line, "allowed: ");
+}
+
+/* The parser's answer for one value alone, without the rules between keys. */
+static const char *stored(const struct config_key *key, uint32_t index, const char *value)
+{
+	static struct config_raw_daemon daemon;
+	static struct config_raw_device device;
+
+	if (key->section == CONFIG_DAEMON)
+		return config_store(key, index, value, &daemon);
+	return config_store(key, index, value, &device);
+}
+
+static bool is_number(const struct config_key *key)
+{
+	return (key->type == CONFIG_INTEGER || key->type == CONFIG_REAL) &&
+	       key->minimum <= key->maximum;
+}
+
+static void assert_refused(const struct config_key *key, uint32_t index, const char *value)
+{
+	struct seen seen;
+
+	if (!stored(key, index, value))
+		fail_msg("%s = %s was taken", key->name, value);
+	if (!faults_with(key, index, value, &seen))
+		fail_msg("%s = %s: the complaint is \"%s\"", key->name, value, seen.line);
+}
+
+static void every_number_is_taken_at_its_limits_and_refused_outside(void **state)
+{
+	char text[64];
+	int keys = 0;
+
+	(void)state;
+	for (size_t i = 0; i < config_key_count; i++) {
+		const struct config_key *key = &config_keys[i];
+		double step = key->type == CONFIG_INTEGER ? 1 : key->maximum * 1e-9;
+
+		if (!is_number(key))
+			continue;
+		keys++;
+		for (uint32_t n = 0; n < (key->count ? key->count : 1); n++) {
+			snprintf(text, sizeof(text), "%.17g", key->minimum);
+			assert_null(stored(key, n, text));
+			snprintf(text, sizeof(text), "%.17g", key->maximum);
+			assert_null(stored(key, n, text));
+			snprintf(text, sizeof(text), "%.17g", key->minimum - step);
+			assert_refused(key, n, text);
+			snprintf(text, sizeof(text), "%.17g", key->maximum + step);
+			assert_refused(key, n, text);
+		}
+	}
+	assert_true(keys > 25);
+}
+
+static void every_word_is_taken_and_no_other(void **state)
+{
+	(void)state;
+	for (size_t i = 0; i < config_key_count; i++) {
+		const struct config_key *key = &config_keys[i];
+
+		if (!key->words)
+			continue;
+		for (const struct config_word *word = key->words; word->name; word++) {
+			assert_null(stored(key, 0, word->name));
+			assert_true(strlen(word->name) > 0);
+		}
+		assert_refused(key, 0, "perhaps");
+		assert_refused(key, 0, "Leave");
+	}
+}
+
+static void no_key_takes_nonsense(void **state)
+{
+	static const char *const nonsense[] = {
+		"-", "+5", "0x10", "10ms", "1e400", "nan", "inf", "1,5x", "5 6",
+		"99999999999999999999",
+		"--", "1-", "-1-3", "3-1", "1,1", ",", "0", "1.2.3", "256.1.1.1",
+		"not/a/path it is",
+	};
+
+	(void)state;
+	for (size_t i = 0; i < config_key_count; i++) {
+		const struct config_key *key = &config_keys[i];
+		int refused = 0;
+
+		for (size_t n = 0; n < sizeof(nonsense) / sizeof(nonsense[0]); n++)
+			refused += stored(key, 0, nonsense[n]) != NULL;
+		/* names may be anything without blank and slash, a number may be one of these */
+		if (key->type == CONFIG_TEXT)
+			assert_in_range(refused, 2, 4);
+		else
+			assert_in_range(refused, 16, sizeof(nonsense) / sizeof(nonsense[0]));
+		assert_refused(key, 0, "\"quoted text\"");
+	}
+}
+
+static void every_key_may_stand_once_only(void **state)
+{
+	static struct config config;
+
+	(void)state;
+	for (size_t i = 0; i < config_key_count; i++) {
+		const struct config_key *key = &config_keys[i];
+		const char *value = key->fallback ? key->fallback : "1";
+		struct search seen = { 0 };
+		char name[64], text[512], expected[128];
+
+		name_of(key, 0, name, sizeof(name));
+		snprintf(text, sizeof(text), "[%s]\n\n%s = %s\n\n%s = %s\n",
+			 key->section == CONFIG_DAEMON ? "daemon" : "device a", name, value, name,
+			 value);
+		snprintf(expected, sizeof(expected), "%s was there before, at line 3", name);
+		seen.wanted = expected;
+		assert_true(config_parse("f", text, strlen(text), &config, look_for, &seen) > 0);
+		assert_int_equal(seen.matches, 1);
+	}
+}
+
+static void an_index_outside_names_the_range(void **state)
+{
+	static struct config config;
+	static const char *const names[] = { "axis.8.mode", "axis.-1.mode", "axis..mode",
+					     "encoder.25.pins", "axis.00.mode", "axis.1000.mode" };
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++) {
+		struct seen seen = { 0 };
+		char text[128];
+
+		snprintf(text, sizeof(text), "[device a]\naddress=10.0.0.1\n%s = 1\n", names[i]);
+		assert_int_equal(config_parse("f", text, strlen(text), &config, see, &seen), 1);
+		assert_non_null(strstr(seen.line, "f:3: [device a]"));
+		assert_non_null(strstr(seen.line, names[i]));
+	}
+}
+
+static void defaults_are_those_of_the_device(void **state)
+{
+	static const char text[] = "[device a]\naddress = 10.0.0.1\n";
+	static struct config config;
+	struct device_config defaults;
+	struct seen seen = { 0 };
+	const struct device_config *got = &config.device[0];
+
+	(void)state;
+	device_config_defaults(&defaults);
+	assert_int_equal(config_parse("f", text, sizeof(text) - 1, &config, see, &seen), 0);
+	assert_int_equal(got->port, defaults.port);
+	assert_int_equal(got->period_ns, defaults.period_ns);
+	assert_int_equal(got->heartbeat_timeout_ns, defaults.heartbeat_timeout_ns);
+	assert_int_equal(got->stale_after_ns, defaults.stale_after_ns);
+	assert_int_equal(got->lost_after_ns, defaults.lost_after_ns);
+	assert_int_equal(got->fast_divider, defaults.fast_divider);
+	assert_true(fabs(got->slow_hz - defaults.slow_hz) < 1e-9);
+	assert_true(fabs(got->encoder_hz - defaults.encoder_hz) < 1e-9);
+	assert_true(fabs(got->analog_hz - defaults.analog_hz) < 1e-9);
+	assert_int_equal(got->axes, defaults.axes);
+	assert_int_equal(got->emergency_pin, defaults.emergency_pin);
+	assert_int_equal(got->fast_encoders, defaults.fast_encoders);
+	assert_int_equal(got->ultra_fast_encoder, defaults.ultra_fast_encoder);
+	assert_memory_equal(got->pin_set, defaults.pin_set, sizeof(defaults.pin_set));
+	for (int i = 0; i < POKEYS_AXES; i++) {
+		assert_false(got->axis[i].set);
+		assert_int_equal(got->axis[i].invert, defaults.axis[i].invert);
+		assert_int_equal(got->axis[i].soft_limits, defaults.axis[i].soft_limits);
+		assert_false(got->axis[i].max_speed > 0);
+	}
+	for (int i = 0; i < POKEYS_ENCODERS; i++) {
+		assert_false(got->encoder[i].set);
+		assert_int_equal(got->encoder[i].pin_a, defaults.encoder[i].pin_a);
+	}
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(every_number_is_taken_at_its_limits_and_refused_outside),
+		cmocka_unit_test(every_word_is_taken_and_no_other),
+		cmocka_unit_test(no_key_takes_nonsense),
+		cmocka_unit_test(every_key_may_stand_once_only),
+		cmocka_unit_test(an_index_outside_names_the_range),
+		cmocka_unit_test(defaults_are_those_of_the_device),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/* Events become lines; noise of one device hides nothing else. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+#include <cmocka.h>
+#include "daemon/control/drain.h"
+
+static struct config config;
+static struct event_ring ring;
+static struct drain drain;
+static int pipe_fd[2];
+static char got[65536];
+
+static int setup(void **state)
+{
+	(void)state;
+	memset(&ring, 0, sizeof(ring));
+	config.devices = 2;
+	strcpy(config.device[0].name, "mill");
+	strcpy(config.device[1].name, "lathe");
+	drain_init(&drain, &config, &ring);
+	if (pipe(pipe_fd))
+		return -1;
+	log_open(pipe_fd[1], EVENT_DEBUG);
+	return 0;
+}
+
+static int teardown(void **state)
+{
+	(void)state;
+	close(pipe_fd[0]);
+	close(pipe_fd[1]);
+	return 0;
+}
+
+static void push(uint8_t device, enum event_code code, int64_t a)
+{
+	const struct event event = { .code = (uint16_t)code, .level = EVENT_WARNING,
+				     .device = device, .a = a };
+
+	event_push(&ring, &event);
+}
+
+/* How often a text stands in what was written since the last time. */
+static int written(const char *text)
+{
+	int count = 0;
+	ssize_t length;
+
+	log_line(EVENT_ERROR, "end");
+	length = read(pipe_fd[0], got, sizeof(got) - 1);
+	got[length > 0 ? length : 0] = '\0';
+	for (const char *at = got; (at = strstr(at, text)); at++)
+		count++;
+	return count;
+}
+
+static void an_event_is_written_with_its_device(void **state)
+{
+	(void)state;
+	push(1, EVENT_SAFE, 1);
+	assert_int_equal(drain_run(&drain, 1), 1);
+	assert_int_equal(written("lathe: "), 1);
+	assert_int_equal(drain_run(&drain, 2), 0);
+}
+
+static void noise_of_one_device_hides_no_other(void **state)
+{
+	uint64_t now = 1;
+
+	(void)state;
+	for (int i = 0; i < 100; i++) {
+		push(0, EVENT_STALE, 1);
+		drain_run(&drain, now += 1000000);
+	}
+	assert_int_equal(written("mill: "), LOG_BURST);
+	push(1, EVENT_STALE, 1);
+	push(0, EVENT_SAFE, 1);
+	push(0, EVENT_STALE, 1);
+	drain_run(&drain, now += 1000000);
+	assert_int_equal(written("lathe: "), 1);
+	assert_non_null(strstr(got, "mill: "));
+	push(0, EVENT_STALE, 1);
+	drain_run(&drain, now + LOG_WHILE_NS);
+	assert_int_equal(written("(91 more of this kind were not written)"), 1);
+}
+
+static void lost_events_are_told_once(void **state)
+{
+	(void)state;
+	for (int i = 0; i < EVENT_RING + 44; i++)
+		push(0, EVENT_SAFE, 1);
+	assert_int_equal(drain_run(&drain, 1), EVENT_RING);
+	assert_int_equal(written("44 events came faster"), 1);
+	drain_run(&drain, 2);
+	assert_int_equal(written("events came faster"), 0);
+}
+
+static void an_event_of_nobody_and_of_no_kind_does_no_harm(void **state)
+{
+	(void)state;
+	push(255, EVENT_TRANSPORT, -5);
+	push(16, (enum event_code)9999, 1);
+	push(255, EVENT_CODES, 1);
+	assert_int_equal(drain_run(&drain, 1), 3);
+	assert_int_equal(written("\n"), 4);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup_teardown(an_event_is_written_with_its_device, setup,
+						teardown),
+		cmocka_unit_test_setup_teardown(noise_of_one_device_hides_no_other, setup,
+						teardown),
+		cmocka_unit_test_setup_teardown(lost_events_are_told_once, setup, teardown),
+		cmocka_unit_test_setup_teardown(an_event_of_nobody_and_of_no_kind_does_no_harm,
+						setup, teardown),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/* Which answers to a search move a device, and which do not. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+#include <cmocka.h>
+#include "daemon/control/finder.h"
+#include "wire/model.h"
+
+static struct config config;
+static struct loop_shared shared;
+static const struct transport_address from = { .address = 0x0a000005, .port = 20055 };
+
+static int setup(void **state)
+{
+	(void)state;
+	memset(&config, 0, sizeof(config));
+	memset(&shared, 0, sizeof(shared));
+	config.devices = 3;
+	config.device[0].serial = 31234;
+	config.device[0].port = 20055;
+	config.device[1].serial = 70000;
+	config.device[1].port = 5000;
+	config.device[2].address = 0x0a000009;	/* any serial number, by address */
+	atomic_store(&shared.wanted, 7);
+	return 0;
+}
+
+static void answer(uint32_t serial, bool old_format)
+{
+	uint8_t data[WIRE_DISCOVERY_LEN];
+	const struct wire_discovery reply = {
+		.serial = serial, .hardware = WIRE_HW_57CNC, .ip = { 10, 0, 0, 99 },
+		.old_format = old_format,
+	};
+	size_t length = wire_discovery_encode(data, &reply);
+
+	finder_take(&config, &shared, data, length, &from);
+}
+
+static uint64_t aimed(int device)
+{
+	return atomic_load(&shared.address[device]);
+}
+
+static void the_device_is_where_its_answer_came_from(void **state)
+{
+	(void)state;
+	answer(31234, false);
+	assert_true(aimed(0) == (UINT64_C(0x0a000005) << 16 | 20055));
+	assert_true(aimed(1) == 0);
+	answer(70000, false);
+	assert_true(aimed(1) == (UINT64_C(0x0a000005) << 16 | 5000));
+}
+
+static void an_old_device_answers_with_sixteen_bits(void **state)
+{
+	(void)state;
+	answer(31234, true);
+	assert_true(aimed(0) != 0);
+}
+
+static void nobody_else_is_aimed_at(void **state)
+{
+	(void)state;
+	answer(31235, false);
+	answer(0, false);
+	for (int i = 0; i < 3; i++)
+		assert_true(aimed(i) == 0);
+}
+
+static void a_device_that_answers_is_left_where_it_is(void **state)
+{
+	(void)state;
+	atomic_store(&shared.wanted, 2);
+	answer(31234, false);
+	assert_true(aimed(0) == 0);
+}
+
+static void what_is_no_answer_is_ignored(void **state)
+{
+	uint8_t data[64];
+
+	(void)state;
+	memset(data, 0xff, sizeof(data));
+	for (size_t length = 0; length <= sizeof(data); length++)
+		finder_take(&config, &shared, data, length, &from);
+	for (int i = 0; i < 3; i++)
+		assert_true(aimed(i) == 0);
+}
+
+static void no_thread_is_made_without_serial_numbers(void **state)
+{
+	struct finder finder;
+
+	(void)state;
+	config.device[0].serial = 0;
+	config.device[1].serial = 0;
+	assert_int_equal(finder_start(&finder, &config, &shared), 0);
+	assert_false(finder.running);
+	finder_stop(&finder);
+}
+
+#define TEST(name) cmocka_unit_test_setup(name, setup)
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		TEST(the_device_is_where_its_answer_came_from),
+		TEST(an_old_device_answers_with_sixteen_bits),
+		TEST(nobody_else_is_aimed_at),
+		TEST(a_device_that_answers_is_left_where_it_is),
+		TEST(what_is_no_answer_is_ignored),
+		TEST(no_thread_is_made_without_serial_numbers),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/* The status line and the metrics file, from made-up images. */
+#include <errno.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <cmocka.h>
+#include "daemon/control/log.h"
+#include "daemon/control/metrics.h"
+
+static struct report report;
+static struct metrics metrics;
+static char folder[64], path[80], content[200000];
+
+static int setup(void **state)
+{
+	struct report_device *device = &report.device[0];
+
+	(void)state;
+	memset(&report, 0, sizeof(report));
+	report.now_ns = UINT64_C(5000000000);
+	report.devices = 3;
+	device->name = "mill";
+	device->known = true;
+	device->state.link = POKEYS_LINK_RUNNING;
+	device->state.cycle = UINT64_C(12345678901234);
+	device->state.t_digital_ns = report.now_ns - 1500000;
+	device->state.statistics.lost = 17;
+	device->state.statistics.rtt_smoothed_ns = 212999;
+	device->diag.round_trip.count = 2;
+	device->diag.round_trip.sum_ns = 3000000;
+	report.device[1].name = "lathe";
+	report.device[1].known = true;
+	report.device[1].state.link = POKEYS_LINK_LOST;
+	report.device[1].state.fault = POKEYS_FAULT_NO_ANSWER;
+	report.device[2].name = "router";
+	strcpy(folder, "/tmp/pokeysd-report-XXXXXX");
+	if (!mkdtemp(folder))
+		return -1;
+	snprintf(path, sizeof(path), "%s/metrics.prom", folder);
+	metrics_init(&metrics, path, UINT64_C(1000000000), 7);
+	log_open(-1, 0);
+	return 0;
+}
+
+static int teardown(void **state)
+{
+	char beside[100];
+
+	(void)state;
+	snprintf(beside, sizeof(beside), "%s.new", path);
+	unlink(path);
+	rmdir(path);
+	unlink(beside);
+	rmdir(beside);
+	return rmdir(folder);
+}
+
+static const char *read_file(void)
+{
+	FILE *file = fopen(path, "r");
+	size_t length = file ? fread(content, 1, sizeof(content) - 1, file) : 0;
+
+	content[length] = '\0';
+	if (file)
+		fclose(file);
+	return content;
+}
+
+static void the_status_line_names_every_device(void **state)
+{
+	char text[256], small[24];
+
+	(void)state;
+	report_status(&report, text, sizeof(text));
+	assert_string_equal(text, "mill running, 212 us; lathe lost: no answer; router not "
+				  "published yet");
+	report.device[0].state.flags = POKEYS_STATE_SAFE;
+	report.devices = 1;
+	report_status(&report, text, sizeof(text));
+	assert_string_equal(text, "mill running (safe state), 212 us");
+	report.devices = 3;
+	assert_int_equal(report_status(&report, small, sizeof(small)), sizeof(small) - 1);
+	assert_string_equal(small, "mill running (safe stat");
+}
+
+/* Names and labels as Prometheus wants them, HELP and TYPE before the samples. */
+static void metrics_are_in_prometheus_format(void **state)
+{
+	char *line, *rest, name[128] = "";
+	int samples = 0;
+
+	(void)state;
+	assert_int_equal(metrics_write(&metrics, &report, 7), 0);
+	read_file();
+	assert_non_null(strstr(content, "pokeysd_cycles_total{device=\"mill\"} 12345678901234\n"));
+	assert_non_null(strstr(content, "pokeysd_device_link{device=\"lathe\"} 4\n"));
+	assert_non_null(strstr(content, "pokeysd_packets_lost_total{device=\"mill\"} 17\n"));
+	assert_non_null(strstr(content, "pokeysd_data_age_seconds{device=\"mill\"} 0.001500000\n"));
+	assert_non_null(strstr(content, "pokeysd_round_trip_seconds_sum{device=\"mill\"} 0.003"));
+	assert_null(strstr(content, "router"));
+	for (line = strtok_r(content, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
+		if (!strncmp(line, "# TYPE ", 7)) {
+			assert_int_equal(sscanf(line, "# TYPE %127s", name), 1);
+		} else if (*line != '#') {
+			assert_int_equal(strncmp(line, name, strlen(name)), 0);
+			assert_int_equal(strspn(line, "abcdefghijklmnopqrstuvwxyz_") > 8, 1);
+			samples++;
+		}
+	}
+	assert_true(samples > 60);
+}
+
+static void a_reader_sees_a_whole_file(void **state)
+{
+	struct stat before, after;
+
+	(void)state;
+	assert_int_equal(metrics_write(&metrics, &report, 7), 0);
+	stat(path, &before);
+	assert_int_equal(before.st_mode & 0777, 0644);
+	assert_int_equal(metrics_write(&metrics, &report, 8), 0);
+	stat(path, &after);
+	assert_true(before.st_ino != after.st_ino);
+}
+
+static void a_failed_write_is_counted_and_leaves_the_old_file(void **state)
+{
+	char beside[100], old[200000];
+
+	(void)state;
+	assert_int_equal(metrics_write(&metrics, &report, 7), 0);
+	strcpy(old, read_file());
+	snprintf(beside, sizeof(beside), "%s.new", path);
+	assert_int_equal(mkdir(beside, 0700), 0);
+	assert_int_equal(metrics_write(&metrics, &report, 8), -EISDIR);
+	assert_int_equal(metrics.failed, 1);
+	assert_string_equal(read_file(), old);
+	rmdir(beside);
+	/* nobody lets us write through a link that he put there */
+	assert_int_equal(symlink("/dev/null", beside), 0);
+	assert_int_equal(metrics_write(&metrics, &report, 9), -ELOOP);
+	assert_int_equal(metrics.failed, 2);
+	assert_int_equal(metrics_write(&metrics, &report, 10), 0);
+	assert_int_equal(metrics.last, 0);
+}
+
+static void a_full_disk_is_an_error_and_not_half_a_file(void **state)
+{
+	FILE *full = fopen("/dev/full", "w");
+
+	(void)state;
+	assert_non_null(full);
+	assert_true(report_metrics(&report, full) < 0);
+	fclose(full);
+}
+
+static void metrics_are_off_unless_asked_for(void **state)
+{
+	struct metrics off;
+
+	(void)state;
+	metrics_init(&off, "", 1000, 0);
+	assert_false(metrics_due(&off, UINT64_MAX));
+	assert_true(metrics_due(&metrics, 7));
+	metrics_write(&metrics, &report, 7);
+	assert_false(metrics_due(&metrics, 1000000006));
+	assert_true(metrics_due(&metrics, 1000000007));
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		TEST(the_status_line_names_every_device),
+		TEST(metrics_are_in_prometheus_format),
+		TEST(a_reader_sees_a_whole_file),
+		TEST(a_failed_write_is_counted_and_leaves_the_old_file),
+		TEST(a_full_disk_is_an_error_and_not_half_a_file),
+		TEST(metrics_are_off_unless_asked_for),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
