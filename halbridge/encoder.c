@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Encoders as LinuxCNC expects them, from a device that can do less.
+ *
+ * Position is kept in 64 bits: the device's count wraps at 2^32, so only
+ * differences of it are believed, and a spindle that has turned for a week
+ * does not jump.
+ *
+ * reset is done here, by moving our own zero. The device has no command that
+ * zeroes one 32-bit counter: it would rewrite thirteen of them with values
+ * read before, and counts that arrive in between would be lost (protocol
+ * section 3.8). So reset is exact, immediate, and leaves the neighbours alone.
+ *
+ * index-enable is the device's: it is armed by a one-shot and zeroes the count
+ * itself at the pulse, at full resolution. We wait for the arming to be
+ * acknowledged before believing the index flag, which may still be set from
+ * the time before. Then our zero is the device's zero, and the pin is cleared.
+ * A device cannot be disarmed: if the wish is withdrawn, the pulse still zeroes
+ * its count, and then the position is carried over the jump.
+ */
+#include "halbridge/encoder.h"
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#define RETRY_NS	UINT64_C(100000000)	/* a refused arming is tried again after */
+
+static size_t member_offset(unsigned int number, size_t member)
+{
+	return offsetof(struct values, encoder) + number * sizeof(struct value_encoder) + member;
+}
+
+void encoder_init(struct encoder *encoder)
+{
+	memset(encoder, 0, sizeof(*encoder));
+	encoder->scale = (struct factor){ .used = 1, .seen = 1 };
+}
+
+static void restart_at(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+{
+	encoder->raw = raw;
+	encoder->total = raw;
+	encoder->t_ns = t_ns;
+	velocity_rebase(&encoder->velocity, raw, t_ns);
+}
+
+static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+{
+	if (!t_ns || t_ns == encoder->t_ns)
+		return;
+	if (!encoder->t_ns) {
+		restart_at(encoder, raw, t_ns);
+		return;
+	}
+	encoder->total += (int32_t)((uint32_t)raw - (uint32_t)encoder->raw);
+	encoder->raw = raw;
+	encoder->t_ns = t_ns;
+	velocity_sample(&encoder->velocity, encoder->total, t_ns);
+}
+
+/* Divisions are the dear part, and most encoders stand still most of the time. */
+static void show(struct encoder *encoder, struct value_encoder *value, double scale)
+{
+	int64_t counts = encoder->total - encoder->zero;
+	double rate = encoder->velocity.rate;
+
+	if (counts != encoder->shown || scale != encoder->shown_scale) {
+		encoder->shown = counts;
+		encoder->shown_scale = scale;
+		value->count = (int32_t)(uint32_t)counts;
+		value->position = (double)counts / scale;
+	}
+	value->velocity = rate == 0 ? 0 : rate / scale;
+}
+
+void encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned int number,
+		  const struct pokeys_state *state, bool fresh, struct refusals *refusals)
+{
+	double scale = factor_take(&encoder->scale, refusals, value->scale,
+				   member_offset(number, offsetof(struct value_encoder, scale)));
+
+	if (fresh)
+		take_sample(encoder, state->encoder[number], state->encoder_t_ns[number]);
+	if (value->reset)
+		encoder->zero = encoder->total;
+	show(encoder, value, scale);
+}
+
+static void read_outcome(struct encoder *encoder, enum pokeys_outcome outcome, uint64_t now_ns)
+{
+	if (outcome == POKEYS_OUTCOME_DONE) {
+		encoder->index = ENCODER_INDEX_ARMED;
+		encoder->stray = false;
+	} else {
+		encoder->index = ENCODER_INDEX_OFF;
+		encoder->retry_ns = now_ns + RETRY_NS;
+	}
+}
+
+/* Zeroed by a pulse that nobody wants: go on from where motion has led since. */
+static void carry_over(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+{
+	int64_t total = encoder->total +
+			llrint(encoder->velocity.rate * (double)(t_ns - encoder->t_ns) / 1e9);
+
+	restart_at(encoder, raw, t_ns);
+	encoder->total = total;
+	velocity_rebase(&encoder->velocity, total, t_ns);
+}
+
+static void take_pulse(struct encoder *encoder, struct value_encoder *value, int32_t raw,
+		       uint64_t t_ns)
+{
+	if (encoder->index == ENCODER_INDEX_ARMED) {
+		encoder->index = ENCODER_INDEX_OFF;
+		encoder->zero = 0;
+		restart_at(encoder, raw, t_ns);
+		value->index_enable = false;
+	} else if (encoder->stray && t_ns > encoder->t_ns) {
+		encoder->stray = false;
+		carry_over(encoder, raw, t_ns);
+	}
+}
+
+bool encoder_index_read(struct encoder *encoder, struct value_encoder *value, unsigned int number,
+			const struct pokeys_state *state, const struct one_shot_queue *queue,
+			uint64_t now_ns, struct refusals *refusals)
+{
+	enum pokeys_outcome outcome = POKEYS_OUTCOME_NONE;
+	bool flag = state->encoder_index >> number & 1;
+
+	if (encoder->index == ENCODER_INDEX_QUEUED)
+		outcome = one_shot_outcome(queue, state, encoder->index_id);
+	if (outcome != POKEYS_OUTCOME_NONE)
+		read_outcome(encoder, outcome, now_ns);
+	if (flag && (!encoder->index_flag || encoder->index == ENCODER_INDEX_ARMED))
+		take_pulse(encoder, value, state->encoder[number], state->encoder_t_ns[number]);
+	encoder->index_flag = flag;
+	if (outcome == POKEYS_OUTCOME_NONE || outcome == POKEYS_OUTCOME_DONE)
+		return false;
+	refusal_once(refusals, member_offset(number, offsetof(struct value_encoder, index_enable)),
+		     REFUSAL_NO_INDEX, outcome);
+	return true;
+}
+
+bool encoder_index_write(struct encoder *encoder, const struct value_encoder *value,
+			 unsigned int number, struct one_shot_queue *queue,
+			 struct pokeys_command *command, uint64_t now_ns)
+{
+	const struct pokeys_one_shot arm = {
+		.operation = POKEYS_ONE_SHOT_ARM_INDEX, .index = (uint8_t)number,
+	};
+	enum one_shot_push pushed;
+
+	if (!value->index_enable) {
+		encoder->stray |= encoder->index != ENCODER_INDEX_OFF;
+		encoder->index = ENCODER_INDEX_OFF;
+		return true;
+	}
+	if (encoder->index != ENCODER_INDEX_OFF || now_ns < encoder->retry_ns)
+		return true;
+	pushed = one_shot_push(queue, command, &arm, &encoder->index_id);
+	if (pushed == ONE_SHOT_QUEUED)
+		encoder->index = ENCODER_INDEX_QUEUED;
+	return pushed != ONE_SHOT_FULL;
+}
+
+void encoder_index_forget(struct encoder *encoder)
+{
+	encoder->index = ENCODER_INDEX_OFF;
+	encoder->retry_ns = 0;
+}
+
+void encoder_rebooted(struct encoder *encoder)
+{
+	encoder_index_forget(encoder);
+	encoder->stray = false;
+	encoder->t_ns = 0;
+	encoder->zero = 0;
+}

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One encoder of the HAL interface: from the device's 32-bit count to
+ * position, velocity, reset and index.
+ */
+#ifndef HALBRIDGE_ENCODER_H
+#define HALBRIDGE_ENCODER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include "halbridge/one_shot.h"
+#include "halbridge/refusal.h"
+#include "halbridge/values.h"
+#include "halbridge/velocity.h"
+
+enum encoder_index { ENCODER_INDEX_OFF, ENCODER_INDEX_QUEUED, ENCODER_INDEX_ARMED };
+
+struct encoder {
+	int64_t total;		/* counts since the start, does not wrap */
+	int64_t zero;		/* total where the pins read 0 */
+	uint64_t t_ns;		/* of the last sample taken over, 0 = none yet */
+	int32_t raw;
+	uint32_t index_id;	/* of the one-shot that arms */
+	uint64_t retry_ns;	/* not armed again before */
+	uint8_t index;		/* enum encoder_index */
+	bool index_flag;	/* of the state image, at the last look */
+	bool stray;		/* armed, but nobody wants it any more */
+	int64_t shown;		/* counts that position was made of */
+	double shown_scale;	/* and the scale; 0 = not yet */
+	struct factor scale;
+	struct velocity velocity;
+};
+
+void encoder_init(struct encoder *encoder);
+
+/*
+ * Take over the sample of the state image (`fresh`: the image's data may be
+ * used) and fill the pins. Realtime.
+ */
+void encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned int number,
+		  const struct pokeys_state *state, bool fresh, struct refusals *refusals);
+
+/*
+ * See how arming stands; clears index_enable when the index has been seen.
+ * Returns true if an arming ended badly. Realtime.
+ */
+bool encoder_index_read(struct encoder *encoder, struct value_encoder *value, unsigned int number,
+			const struct pokeys_state *state, const struct one_shot_queue *queue,
+			uint64_t now_ns, struct refusals *refusals);
+
+/*
+ * Ask for an index if index_enable wants one. Returns false if the queue is
+ * full (it is tried again in the next period). Realtime.
+ */
+bool encoder_index_write(struct encoder *encoder, const struct value_encoder *value,
+			 unsigned int number, struct one_shot_queue *queue,
+			 struct pokeys_command *command, uint64_t now_ns);
+
+/* The daemon that was asked is gone: ask again. Realtime. */
+void encoder_index_forget(struct encoder *encoder);
+
+/* The device has been rebooted: its counters begin anew, and so do the pins. Realtime. */
+void encoder_rebooted(struct encoder *encoder);
+
+#endif

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Between the images in shared memory and the values of the HAL interface.
+ *
+ * Pure: no HAL call, no system call, no clock, no allocation. The two shells
+ * (realtime and tests) copy images and pins around these two functions.
+ */
+#ifndef HALBRIDGE_EXCHANGE_H
+#define HALBRIDGE_EXCHANGE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/command.h>
+#include <pokeys/state.h>
+#include "halbridge/encoder.h"
+#include "halbridge/info.h"
+#include "halbridge/joint.h"
+#include "halbridge/link.h"
+#include "halbridge/one_shot.h"
+#include "halbridge/refusal.h"
+#include "halbridge/values.h"
+
+struct exchange {
+	struct pokeys_state state;	/* the newest whole image; the shell copies into it */
+	struct pokeys_command command;	/* for the shell to hand over after exchange_write */
+	bool have_state, fresh;		/* of the last exchange_read */
+	bool written;			/* the last command image was taken by shared memory */
+	uint64_t t_read_ns;
+	struct link link;
+	struct one_shot_queue queue;
+	struct refusals refusals;
+	struct encoder encoder[POKEYS_ENCODERS];
+	struct joint joint[POKEYS_AXES];
+	struct factor analog_scale[POKEYS_ANALOG], analog_offset[POKEYS_ANALOG];
+	struct info_known known;
+};
+
+/* What reading shared memory gave. */
+enum exchange_got {
+	EXCHANGE_NOTHING,	/* not attached */
+	EXCHANGE_STATE,		/* exchange->state is a whole image */
+	EXCHANGE_REFUSED,	/* something is there that is not one of ours */
+};
+
+/* Begin; `session` is the commander's, differs for each start, 0 becomes 1. Cold. */
+void exchange_init(struct exchange *exchange, uint32_t session);
+
+/*
+ * From exchange->state to the values. Without fresh data the values keep what
+ * they had; the connection's pins say so. Realtime.
+ */
+void exchange_read(struct exchange *exchange, struct values *values, enum exchange_got got,
+		   uint64_t now_ns);
+
+/*
+ * From the values to exchange->command, with a new heartbeat. `period_ns` is
+ * the servo thread's. Realtime.
+ */
+void exchange_write(struct exchange *exchange, struct values *values, uint64_t now_ns,
+		    uint64_t period_ns);
+
+/* Whether shared memory took the command of the last exchange_write. Realtime. */
+void exchange_written(struct exchange *exchange, bool taken);
+
+#endif

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Joints: the conversion, and what must never come out of it.
+ *
+ * The daemon and the device speak pulses; scale (pulses per unit) is HAL's.
+ * A position that is not a finite number, or beyond what the device's planner
+ * can reach, is not saturated: a saturated position is a move to the end of
+ * the world. It is refused, the last good one stays. A velocity that is
+ * refused becomes 0, which is "as fast as allowed" to a position that has not
+ * moved on.
+ *
+ * Scale is taken over only while the joint is not enabled: the same position
+ * command with another scale is another place, and the axis would jump there.
+ */
+#include "halbridge/joint.h"
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#define POSITION_MOST	16777216	/* the device's planner, protocol section 3.24.1 */
+#define VELOCITY_MOST	1e7		/* pulses/s, far above what any device makes */
+
+#define OFFSET(number, member)	\
+	(offsetof(struct values, joint) + (number) * sizeof(struct value_joint) +	\
+	 offsetof(struct value_joint, member))
+
+void joint_init(struct joint *joint)
+{
+	memset(joint, 0, sizeof(*joint));
+	joint->wanted = (struct factor){ .used = 1, .seen = 1 };
+	joint->scale = 1;
+}
+
+void joint_settings(struct joint *joint, const struct value_joint *value, unsigned int number,
+		    struct refusals *refusals)
+{
+	const size_t at = OFFSET(number, scale);
+	double wanted = factor_take(&joint->wanted, refusals, value->scale, at);
+	bool late = value->enable && wanted != joint->scale;
+
+	refusal_mark(refusals, &joint->scale_late, late, at, REFUSAL_ENABLED, wanted);
+	if (!late)
+		joint->scale = wanted;
+}
+
+void joint_read(const struct joint *joint, struct value_joint *value,
+		const struct pokeys_axis *axis)
+{
+	value->pos_fb = axis->position / joint->scale;
+	value->state = axis->state;
+	value->in_position = axis->in_position && axis->reference == joint->position;
+	value->enabled = axis->enabled;
+	value->homed = axis->homed;
+	value->error = axis->error;
+	value->limit_neg = axis->limit_minus;
+	value->limit_pos = axis->limit_plus;
+	value->soft_limit = axis->soft_limit;
+	value->home_switch = axis->home;
+}
+
+static void take_position(struct joint *joint, double units, unsigned int number,
+			  struct refusals *refusals)
+{
+	double pulses = units * joint->scale;
+	/* Written so that NaN is bad as well. */
+	bool bad = !(fabs(pulses) <= POSITION_MOST);
+
+	refusal_mark(refusals, &joint->position_bad, bad, OFFSET(number, pos_cmd),
+		     isfinite(units) ? REFUSAL_RANGE : REFUSAL_NOT_FINITE, units);
+	if (!bad)
+		joint->position = (int32_t)lrint(pulses);
+}
+
+static float velocity(struct joint *joint, double units, unsigned int number,
+		      struct refusals *refusals)
+{
+	double pulses = units * joint->scale;
+	bool bad = !(fabs(pulses) <= VELOCITY_MOST);
+
+	refusal_mark(refusals, &joint->velocity_bad, bad, OFFSET(number, vel_cmd),
+		     isfinite(units) ? REFUSAL_RANGE : REFUSAL_NOT_FINITE, units);
+	return bad ? 0 : (float)pulses;
+}
+
+void joint_write(struct joint *joint, struct value_joint *value, unsigned int number,
+		 struct pokeys_axis_command *command, struct refusals *refusals)
+{
+	take_position(joint, value->pos_cmd, number, refusals);
+	command->velocity = velocity(joint, value->vel_cmd, number, refusals);
+	command->position = joint->position;
+	command->mode = POKEYS_AXIS_POSITION;
+	command->enable = value->enable;
+	value->refused = joint->wanted.bad || joint->scale_late || joint->position_bad ||
+			 joint->velocity_bad;
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One joint: machine units on the pins, pulses in the images.
+ */
+#ifndef HALBRIDGE_JOINT_H
+#define HALBRIDGE_JOINT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/command.h>
+#include <pokeys/state.h>
+#include "halbridge/refusal.h"
+#include "halbridge/values.h"
+
+struct joint {
+	struct factor wanted;	/* scale as the parameter has it */
+	double scale;		/* in use, pulses per unit */
+	int32_t position;	/* last good command, pulses */
+	bool scale_late, position_bad, velocity_bad;
+};
+
+void joint_init(struct joint *joint);
+
+/*
+ * Take over the scale, at the start of a period: the first position shown is
+ * in the right units already. Realtime.
+ */
+void joint_settings(struct joint *joint, const struct value_joint *value, unsigned int number,
+		    struct refusals *refusals);
+
+/* State image to pins. Realtime. */
+void joint_read(const struct joint *joint, struct value_joint *value,
+		const struct pokeys_axis *axis);
+
+/* Pins to command image. Realtime. */
+void joint_write(struct joint *joint, struct value_joint *value, unsigned int number,
+		 struct pokeys_axis_command *command, struct refusals *refusals);
+
+#endif

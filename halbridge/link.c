@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Fresh or not: decided here, by the time stamps and our own clock.
+ *
+ * A dead daemon cannot raise its stale flag, so the flag is believed only
+ * when it says "stale". A daemon that has not published for five of its cycles
+ * (and 5 ms) is taken for dead, and its data with it, however long a silence
+ * of the device may be put up with. Age counts from the oldest of the two things that are
+ * polled every cycle, inputs and motion; a time stamp from the future (a
+ * foreign writer) is as bad as an old one.
+ *
+ * packet-error and its level follow hm2_eth, with one difference: at the limit
+ * nothing latches. The device may have been unplugged and be back, and then
+ * data are good again; whoever wants a latch on it builds one in HAL.
+ */
+#include "halbridge/link.h"
+#include <stddef.h>
+#include <string.h>
+
+#define NEVER		UINT64_MAX
+#define STALE_DEFAULT	UINT64_C(10000000)	/* the image says 0 */
+#define STALE_MOST	UINT64_C(60000000000)	/* whatever the image says */
+#define ALIVE_LEAST	UINT64_C(5000000)
+#define ALIVE_CYCLES	5
+#define FUTURE_MOST	UINT64_C(1000000)	/* two readings of one clock, never more apart */
+
+void link_init(struct link *link)
+{
+	memset(link, 0, sizeof(*link));
+	link->limit = 10;
+	link->increment = 2;
+	link->decrement = 1;
+}
+
+static uint64_t age_of(uint64_t t_ns, uint64_t now_ns)
+{
+	if (!t_ns || t_ns > now_ns + FUTURE_MOST)
+		return NEVER;
+	return t_ns > now_ns ? 0 : now_ns - t_ns;
+}
+
+/* Age of the oldest data that every cycle brings. */
+static uint64_t age(const struct pokeys_state *state, uint64_t now_ns)
+{
+	uint64_t digital = age_of(state->t_digital_ns, now_ns);
+	uint64_t motion = state->t_motion_ns ? age_of(state->t_motion_ns, now_ns) : 0;
+
+	return digital > motion ? digital : motion;
+}
+
+static bool is_fresh(const struct pokeys_state *state, uint64_t age_ns)
+{
+	uint64_t limit = state->stale_after_ns ? state->stale_after_ns : STALE_DEFAULT;
+
+	if (limit > STALE_MOST)
+		limit = STALE_MOST;
+	return state->link == POKEYS_LINK_RUNNING && !(state->flags & POKEYS_STATE_STALE) &&
+	       age_ns <= limit;
+}
+
+static bool is_alive(const struct pokeys_state *state, uint64_t now_ns)
+{
+	uint64_t limit = state->period_ns < STALE_MOST / ALIVE_CYCLES ?
+			 ALIVE_CYCLES * state->period_ns : STALE_MOST;
+
+	return age_of(state->t_publish_ns, now_ns) <= (limit > ALIVE_LEAST ? limit : ALIVE_LEAST);
+}
+
+static void fill_link(struct values *values, const struct pokeys_state *state, uint64_t age_ns)
+{
+	const struct pokeys_link_statistics *statistics = &state->statistics;
+
+	values->link_state = state->link;
+	values->fault = state->fault;
+	values->fault_count = state->fault_count;
+	values->cycle = (uint32_t)state->cycle;
+	values->reconnects = (uint32_t)statistics->reconnects;
+	values->age_us = age_ns == NEVER ? 0 : (double)age_ns / 1e3;
+	values->rtt_us = statistics->rtt_last_ns / 1e3;
+	values->rtt_avg_us = statistics->rtt_smoothed_ns / 1e3;
+	values->rtt_max_us = statistics->rtt_max_ns / 1e3;
+	values->rtt_jitter_us = statistics->rtt_variation_ns / 1e3;
+}
+
+/* One or more, else the last good one. */
+static int32_t positive(struct refusals *refusals, bool *was, int32_t *good, int32_t wanted,
+			size_t offset)
+{
+	refusal_mark(refusals, was, wanted < 1, offset, REFUSAL_RANGE, wanted);
+	if (wanted >= 1)
+		*good = wanted;
+	return *good;
+}
+
+static void count_errors(struct link *link, struct values *values, bool error,
+			 struct refusals *refusals)
+{
+	int32_t limit = positive(refusals, &link->limit_bad, &link->limit,
+				 values->packet_error_limit,
+				 offsetof(struct values, packet_error_limit));
+	int32_t up = positive(refusals, &link->increment_bad, &link->increment,
+			      values->packet_error_increment,
+			      offsetof(struct values, packet_error_increment));
+	int32_t down = positive(refusals, &link->decrement_bad, &link->decrement,
+				values->packet_error_decrement,
+				offsetof(struct values, packet_error_decrement));
+	int64_t level = (int64_t)values->packet_error_level + (error ? up : -down);
+
+	level = level < 0 ? 0 : level;
+	values->packet_error = error;
+	values->packet_error_level = (int32_t)(level > limit ? limit : level);
+	values->packet_error_exceeded = values->packet_error_level >= limit;
+}
+
+static bool lost_packets(struct link *link, struct values *values,
+			 const struct pokeys_state *state, bool new_daemon)
+{
+	uint64_t lost = state->statistics.lost;
+	bool more = !new_daemon && lost > link->lost;
+
+	if (more)
+		values->packet_error_total += (uint32_t)(lost - link->lost);
+	link->lost = lost;
+	return more;
+}
+
+static bool rebooted(struct link *link, const struct pokeys_state *state, bool new_daemon)
+{
+	bool another = state->fault == POKEYS_FAULT_REBOOTED &&
+		       state->fault_count != link->fault_count;
+
+	link->fault_count = state->fault_count;
+	return another && !new_daemon;
+}
+
+struct link_news link_read(struct link *link, struct values *values,
+			   const struct pokeys_state *state, bool refused, uint64_t now_ns,
+			   struct refusals *refusals)
+{
+	struct link_news news = { 0 };
+	bool error = false;
+
+	values->attach_state = refused ? 2 : state ? 1 : 0;
+	values->daemon_alive = state && is_alive(state, now_ns);
+	if (state) {
+		uint64_t age_ns = age(state, now_ns);
+
+		news.new_daemon = state->epoch != link->epoch;
+		news.fresh = values->daemon_alive && is_fresh(state, age_ns);
+		news.rebooted = rebooted(link, state, news.new_daemon);
+		error = lost_packets(link, values, state, news.new_daemon);
+		link->epoch = state->epoch;
+		fill_link(values, state, age_ns);
+	}
+	values->connected = news.fresh;
+	values->stale = !news.fresh;
+	count_errors(link, values, error || !news.fresh, refusals);
+	return news;
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * How the connection stands, by our own clock.
+ */
+#ifndef HALBRIDGE_LINK_H
+#define HALBRIDGE_LINK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/state.h>
+#include "halbridge/refusal.h"
+#include "halbridge/values.h"
+
+struct link {
+	uint64_t epoch;			/* of the daemon last seen, 0 = none yet */
+	uint64_t lost;			/* its counter of lost packets at the last read */
+	uint32_t fault_count;		/* at the last read */
+	int32_t limit, increment, decrement;	/* in use */
+	bool limit_bad, increment_bad, decrement_bad;
+};
+
+/* What one read has found out. */
+struct link_news {
+	bool fresh;		/* the image's data may be used */
+	bool new_daemon;	/* another daemon than at the read before */
+	bool rebooted;		/* the device began anew */
+};
+
+void link_init(struct link *link);
+
+/*
+ * Judge an image (NULL = there is none) and fill the connection's pins.
+ * `refused` = an image is there, but it is not one of ours. Realtime.
+ */
+struct link_news link_read(struct link *link, struct values *values,
+			   const struct pokeys_state *state, bool refused, uint64_t now_ns,
+			   struct refusals *refusals);
+
+#endif

@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Why a thread of our own: printing from the servo thread formats, and may
+ * wait for the reader of a pipe; and a device that was not named must be
+ * looked for in files. Ten times a second this thread compares what is with
+ * what it last said, and prints a line when it changed.
+ *
+ * Everything at RTAPI_MSG_ERR becomes a pop-up on the operator's screen, so
+ * only what needs a hand goes there: a connection that was lost, a daemon
+ * that cannot be used, a value that is not. A link that comes and goes is
+ * said once in ten seconds.
+ *
+ * It is joined before the module is unmapped; a thread that outlives that
+ * takes LinuxCNC with it. Its class is set, not inherited.
+ */
+#include "halbridge/monitor.h"
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include <pokeys/names.h>
+#include <rtapi.h>
+
+enum {
+	ROUND_MS = 100,
+	FOLLOW_MS = 50,		/* how often the library looks for another daemon */
+	QUIET_ROUNDS = 100,
+	REFUSED_ROUNDS = 5,	/* the place of a commander that died is free in less */
+	CREDIT_MOST = 5,	/* refusals at once; one more each second */
+	STACK_BYTES = 256 * 1024,
+};
+
+int monitor_open_client(struct instance *instance, const char *runtime)
+{
+	pokeys_client *client;
+	int r = pokeys_client_open(&client, runtime, instance->device, "pokeys_shm",
+				   POKEYS_CLIENT_COMMANDER);
+
+	if (r)
+		return r;
+	r = pokeys_client_follow(client, FOLLOW_MS);
+	if (r) {
+		pokeys_client_close(client);
+		return r;
+	}
+	instance->client = client;
+	handover_swap(&instance->reader, client);
+	handover_swap(&instance->writer, client);
+	return 0;
+}
+
+/* The daemon's only device, if it has only one. Returns how many, or -errno. */
+static int only_device(const char *runtime, char name[POKEYS_SHM_NAME_MAX], char *all, size_t size)
+{
+	char names[TABLE_DEVICES][POKEYS_SHM_NAME_MAX];
+	int count = pokeys_shm_devices(runtime, names, TABLE_DEVICES);
+	size_t at = 0;
+
+	if (count == 1)
+		memcpy(name, names[0], POKEYS_SHM_NAME_MAX);
+	all[0] = '\0';
+	for (int i = 0; i < count && i < TABLE_DEVICES && at < size; i++)
+		at += (size_t)snprintf(all + at, size - at, "%s%s", i ? "," : "", names[i]);
+	return count;
+}
+
+/* No device was named: take the only one there is. What hinders goes to `why`. */
+static enum pokeys_client_state look_for_device(const struct monitor *monitor,
+						struct instance *instance, char why[MONITOR_LINE])
+{
+	const char *folder = monitor->runtime ? monitor->runtime : POKEYS_RUNTIME_DIRECTORY;
+	char all[TABLE_DEVICES * POKEYS_SHM_NAME_MAX];
+	int count = only_device(monitor->runtime, instance->device, all, sizeof(all));
+	int r;
+
+	if (count == 0) {
+		snprintf(why, MONITOR_LINE, "no daemon in %s; is pokeysd running?", folder);
+		return POKEYS_CLIENT_DETACHED;
+	}
+	if (count == 1) {
+		r = monitor_open_client(instance, monitor->runtime);
+		snprintf(why, MONITOR_LINE, "device '%s': %s", instance->device, strerror(-r));
+		return r ? POKEYS_CLIENT_REFUSED : POKEYS_CLIENT_DETACHED;
+	}
+	if (count < 0)
+		snprintf(why, MONITOR_LINE, "%s: %s", folder, strerror(-count));
+	else
+		snprintf(why, MONITOR_LINE,
+			 "the daemon has %d devices (%s): name one with devices=", count, all);
+	return POKEYS_CLIENT_REFUSED;
+}
+
+static enum pokeys_client_state attachment(const struct monitor *monitor,
+					   struct instance *instance, char why[MONITOR_LINE])
+{
+	volatile uint32_t *attach_state = &instance->binding.values->attach_state;
+	enum pokeys_client_state state;
+
+	if (instance->client)
+		state = pokeys_client_status(instance->client, why, MONITOR_LINE);
+	else
+		state = look_for_device(monitor, instance, why);
+	if (state != POKEYS_CLIENT_ATTACHED || *attach_state != 2)
+		return state;
+	snprintf(why, MONITOR_LINE, "device '%s': what is in shared memory is not a state image "
+		 "of this version", instance->device);
+	return POKEYS_CLIENT_REFUSED;
+}
+
+/* Say how attaching stands, when that has changed and is not about to change again. */
+static void say_attachment(struct monitor *monitor, struct instance *instance)
+{
+	struct monitor_memory *memory = &monitor->memory[instance->number];
+	char why[MONITOR_LINE] = "";
+	enum pokeys_client_state state = attachment(monitor, instance, why);
+	bool refused = state == POKEYS_CLIENT_REFUSED;
+
+	atomic_store(&instance->refused, refused);
+	memory->rounds = strcmp(why, memory->seen) ? 0 : memory->rounds + 1;
+	memcpy(memory->seen, why, sizeof(why));
+	if (memory->rounds < (refused ? REFUSED_ROUNDS : 1) || !strcmp(why, memory->said))
+		return;
+	memcpy(memory->said, why, sizeof(why));
+	rtapi_print_msg(refused ? RTAPI_MSG_ERR : RTAPI_MSG_INFO, "pokeys.%u: %s\n",
+			instance->number, why);
+}
+
+static void say_connection(struct monitor *monitor, struct instance *instance)
+{
+	struct monitor_memory *memory = &monitor->memory[instance->number];
+	const struct values *values = instance->binding.values;
+	bool connected = *(const volatile bool *)&values->connected;
+
+	memory->quiet -= memory->quiet > 0;
+	if (connected == memory->was_connected)
+		return;
+	if (connected) {
+		rtapi_print_msg(RTAPI_MSG_INFO, "pokeys.%u: device '%s', serial %u, is connected\n",
+				instance->number, instance->device, values->info.serial);
+	} else if (memory->quiet) {
+		return;		/* said below, if it lasts */
+	} else if (!values->daemon_alive) {
+		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys.%u: connection to '%s' lost: pokeysd does "
+				"not publish any more; is it running?\n",
+				instance->number, instance->device);
+		memory->quiet = QUIET_ROUNDS;
+	} else {
+		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys.%u: connection to '%s' lost: data "
+				"%.0f ms old, link %s, fault: %s\n", instance->number,
+				instance->device, values->age_us / 1000,
+				pokeys_link_name((uint8_t)values->link_state),
+				pokeys_fault_name((uint8_t)values->fault));
+		memory->quiet = QUIET_ROUNDS;
+	}
+	memory->was_connected = connected;
+}
+
+/* The name of the pin or parameter whose member stands at this offset. */
+static void name_of(const struct instance *instance, size_t offset,
+		    char name[TABLE_NAME_MAX + 1])
+{
+	for (size_t i = 0; i < table_row_count; i++) {
+		const struct table_row *row = &table_rows[i];
+
+		for (unsigned int k = 0; k < row->count; k++) {
+			if (row->offset + (size_t)k * row->stride != offset)
+				continue;
+			table_name(row, instance->number, k, name);
+			return;
+		}
+	}
+	snprintf(name, TABLE_NAME_MAX + 1, "pokeys.%u", instance->number);
+}
+
+static void say_refusals(struct monitor *monitor, struct instance *instance)
+{
+	struct monitor_memory *memory = &monitor->memory[instance->number];
+	char name[TABLE_NAME_MAX + 1];
+	struct refusal_note note;
+
+	while (memory->credit && refusal_take(&instance->exchange.refusals, &note)) {
+		memory->credit--;
+		name_of(instance, note.offset, name);
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s = %g: %s\n", name, note.value,
+				refusal_text(note.reason));
+	}
+}
+
+static void look_around(struct monitor *monitor, unsigned int number)
+{
+	for (size_t i = 0; i < monitor->count; i++) {
+		struct monitor_memory *memory = &monitor->memory[i];
+
+		if (number % (1000 / ROUND_MS) == 0 && memory->credit < CREDIT_MOST)
+			memory->credit++;
+		say_attachment(monitor, monitor->instances[i]);
+		say_connection(monitor, monitor->instances[i]);
+		say_refusals(monitor, monitor->instances[i]);
+	}
+}
+
+/* Until the next round. The lock is held. */
+static void wait_a_round(struct monitor *monitor)
+{
+	struct timespec when;
+
+	clock_gettime(CLOCK_MONOTONIC, &when);
+	when.tv_nsec += ROUND_MS * 1000000L;
+	when.tv_sec += when.tv_nsec / 1000000000;
+	when.tv_nsec %= 1000000000;
+	while (!monitor->stop && !pthread_cond_timedwait(&monitor->wake, &monitor->lock, &when))
+		;
+}
+
+static void *run(void *argument)
+{
+	struct monitor *monitor = argument;
+	unsigned int number = 0;
+
+	pthread_setname_np(pthread_self(), "pokeys-monitor");
+	pthread_mutex_lock(&monitor->lock);
+	while (!monitor->stop) {
+		pthread_mutex_unlock(&monitor->lock);
+		look_around(monitor, number++);
+		pthread_mutex_lock(&monitor->lock);
+		wait_a_round(monitor);
+	}
+	pthread_mutex_unlock(&monitor->lock);
+	return NULL;
+}
+
+static int create_thread(struct monitor *monitor)
+{
+	const struct sched_param parameter = { .sched_priority = 0 };
+	pthread_attr_t attributes;
+	sigset_t all, before;
+	int r = pthread_attr_init(&attributes);
+
+	if (r)
+		return -r;
+	pthread_attr_setstacksize(&attributes, STACK_BYTES);
+	pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+	pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
+	pthread_attr_setschedparam(&attributes, &parameter);
+	sigfillset(&all);
+	pthread_sigmask(SIG_SETMASK, &all, &before);
+	r = pthread_create(&monitor->thread, &attributes, run, monitor);
+	pthread_sigmask(SIG_SETMASK, &before, NULL);
+	pthread_attr_destroy(&attributes);
+	return -r;
+}
+
+int monitor_start(struct monitor *monitor)
+{
+	pthread_condattr_t attributes;
+	int r;
+
+	memset(monitor->memory, 0, sizeof(monitor->memory));
+	for (size_t i = 0; i < monitor->count; i++)
+		monitor->memory[i].credit = CREDIT_MOST;
+	monitor->stop = false;
+	pthread_mutex_init(&monitor->lock, NULL);
+	pthread_condattr_init(&attributes);
+	pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+	pthread_cond_init(&monitor->wake, &attributes);
+	pthread_condattr_destroy(&attributes);
+	r = create_thread(monitor);
+	monitor->running = !r;
+	return r;
+}
+
+void monitor_stop(struct monitor *monitor)
+{
+	if (!monitor->running)
+		return;
+	pthread_mutex_lock(&monitor->lock);
+	monitor->stop = true;
+	pthread_cond_signal(&monitor->wake);
+	pthread_mutex_unlock(&monitor->lock);
+	pthread_join(monitor->thread, NULL);
+	pthread_cond_destroy(&monitor->wake);
+	pthread_mutex_destroy(&monitor->lock);
+	monitor->running = false;
+}

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Refusing a value must be seen and must not be noisy.
+ *
+ * A NaN on a pin stays there for thousands of periods, so what counts is the
+ * edge from usable to not usable. The servo thread can neither format nor
+ * print: it leaves a note (which member, why, what value), and the monitor
+ * thread makes a line of it. The notes go through a ring with one writer and
+ * one reader; when nobody reads, they are dropped, the counters are not.
+ */
+#include "halbridge/refusal.h"
+#include <math.h>
+
+static void leave_note(struct refusals *refusals, size_t offset, enum refusal_reason reason,
+		       double value)
+{
+	uint32_t head = atomic_load_explicit(&refusals->head, memory_order_relaxed);
+	uint32_t tail = atomic_load_explicit(&refusals->tail, memory_order_acquire);
+
+	if (head - tail >= REFUSAL_NOTES)
+		return;
+	refusals->note[head % REFUSAL_NOTES] = (struct refusal_note){
+		.offset = (uint16_t)offset, .reason = (uint8_t)reason, .value = value,
+	};
+	atomic_store_explicit(&refusals->head, head + 1, memory_order_release);
+}
+
+void refusal_once(struct refusals *refusals, size_t offset, enum refusal_reason reason,
+		  double value)
+{
+	refusals->total++;
+	leave_note(refusals, offset, reason, value);
+}
+
+void refusal_changed(struct refusals *refusals, bool *was, bool bad, size_t offset,
+		     enum refusal_reason reason, double value)
+{
+	*was = bad;
+	if (bad) {
+		refusals->now++;
+		refusal_once(refusals, offset, reason, value);
+	} else {
+		refusals->now--;
+	}
+}
+
+double factor_judge(struct factor *factor, struct refusals *refusals, double wanted, size_t offset)
+{
+	enum refusal_reason reason = isfinite(wanted) ? REFUSAL_ZERO : REFUSAL_NOT_FINITE;
+	bool bad = !isfinite(wanted) || (wanted == 0 && !factor->may_be_zero);
+
+	refusal_mark(refusals, &factor->bad, bad, offset, reason, wanted);
+	factor->seen = wanted;
+	if (!bad)
+		factor->used = wanted;
+	return factor->used;
+}
+
+bool refusal_take(struct refusals *refusals, struct refusal_note *out)
+{
+	uint32_t tail = atomic_load_explicit(&refusals->tail, memory_order_relaxed);
+
+	if (tail == atomic_load_explicit(&refusals->head, memory_order_acquire))
+		return false;
+	*out = refusals->note[tail % REFUSAL_NOTES];
+	atomic_store_explicit(&refusals->tail, tail + 1, memory_order_release);
+	return true;
+}
+
+const char *refusal_text(unsigned int reason)
+{
+	switch ((enum refusal_reason)reason) {
+	case REFUSAL_NOT_FINITE:
+		return "not a finite number; the last good value stays in use";
+	case REFUSAL_ZERO:
+		return "must not be 0; the last good value stays in use";
+	case REFUSAL_RANGE:
+		return "out of range; the last good value stays in use";
+	case REFUSAL_ENABLED:
+		return "may not change while the joint is enabled; taken over when it is not";
+	case REFUSAL_NO_INDEX:
+		return "the device did not arm an index for this encoder; tried again";
+	}
+	return "refused";
+}

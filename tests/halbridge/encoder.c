@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Encoders through the whole exchange: continuity beyond 32 bits, reset,
+ * index, scale, reboot of the device.
+ */
+#include "tests/halbridge/rig.h"
+
+static struct rig rig;
+
+static int setup(void **state)
+{
+	(void)state;
+	rig_init(&rig);
+	rig_period(&rig);
+	return 0;
+}
+
+static void position_goes_on_where_the_count_wraps(void **state)
+{
+	uint32_t raw = 2147483600u;
+
+	(void)state;
+	rig_init(&rig);
+	rig.values.encoder[3].scale = 100;
+	rig.daemon.encoder[3] = (int32_t)raw;
+	rig_period(&rig);
+	for (uint64_t turn = 0; turn < 10; turn++) {
+		for (int step = 0; step < 8; step++) {
+			raw += 1u << 29;
+			rig.daemon.encoder[3] = (int32_t)raw;
+			rig_period(&rig);
+		}
+	}
+	assert_true(rig.values.encoder[3].position == (2147483600.0 + 80.0 * (1u << 29)) / 100);
+	assert_int_equal(rig.values.encoder[3].count, (int32_t)raw);
+}
+
+static void position_goes_on_below_zero(void **state)
+{
+	uint32_t raw = 0;
+
+	(void)state;
+	for (int step = 0; step < 40; step++) {
+		raw -= 1u << 29;
+		rig.daemon.encoder[0] = (int32_t)raw;
+		rig_period(&rig);
+	}
+	assert_true(rig.values.encoder[0].position == -40.0 * (1u << 29));
+}
+
+static void the_same_sample_twice_counts_once(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[1] = 500;
+	rig_period(&rig);
+	rig_read(&rig);
+	rig_read(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 500);
+}
+
+static void reset_holds_zero_and_lets_go_without_a_jump(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[2] = 1000;
+	rig_period(&rig);
+	rig.values.encoder[2].reset = true;
+	for (int i = 0; i < 5; i++) {
+		rig.daemon.encoder[2] += 10;
+		rig_period(&rig);
+		assert_int_equal(rig.values.encoder[2].count, 0);
+		assert_true(rig.values.encoder[2].position == 0);
+	}
+	rig.values.encoder[2].reset = false;
+	rig.daemon.encoder[2] += 7;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[2].count, 7);
+}
+
+static void reset_leaves_the_device_and_the_others_alone(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[2] = 1000;
+	rig.daemon.encoder[4] = 44;
+	rig.values.encoder[2].reset = true;
+	rig_periods(&rig, 3);
+	assert_int_equal(rig.exchange.command.one_shot_head, 0);
+	assert_int_equal(rig.values.encoder[4].count, 44);
+}
+
+static void scale_may_change_while_running(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[5] = 360;
+	rig_period(&rig);
+	rig.values.encoder[5].scale = 36;
+	rig_period(&rig);
+	assert_true(rig.values.encoder[5].position == 10);
+	rig.values.encoder[5].scale = -360;
+	rig_period(&rig);
+	assert_true(rig.values.encoder[5].position == -1);
+}
+
+static void a_useless_scale_is_refused_and_the_last_one_stays(void **state)
+{
+	static const double useless[] = { 0, NAN, INFINITY, -INFINITY };
+
+	(void)state;
+	rig.daemon.encoder[5] = 360;
+	rig.values.encoder[5].scale = 36;
+	rig_period(&rig);
+	for (size_t i = 0; i < sizeof(useless) / sizeof(useless[0]); i++) {
+		rig.values.encoder[5].scale = useless[i];
+		rig_periods(&rig, 3);
+		assert_true(rig.values.encoder[5].position == 10);
+		assert_true(isfinite(rig.values.encoder[5].velocity));
+		assert_true(rig.values.input_refused);
+		assert_int_equal(rig.values.input_refused_count, i + 1);
+		rig.values.encoder[5].scale = 36;
+		rig_period(&rig);
+		assert_false(rig.values.input_refused);
+	}
+}
+
+static void a_refused_scale_leaves_one_note(void **state)
+{
+	struct refusal_note note;
+
+	(void)state;
+	rig.values.encoder[6].scale = 0;
+	rig_periods(&rig, 100);
+	assert_true(refusal_take(&rig.exchange.refusals, &note));
+	assert_int_equal(note.offset, offsetof(struct values, encoder[6].scale));
+	assert_int_equal(note.reason, REFUSAL_ZERO);
+	assert_false(refusal_take(&rig.exchange.refusals, &note));
+}
+
+static void velocity_is_scaled_and_smooth(void **state)
+{
+	double worst = 0;
+
+	(void)state;
+	rig.values.encoder[7].scale = -100;
+	for (int i = 0; i < 3000; i++) {
+		rig.daemon.encoder[7] = i * 3 / 20;	/* 150 counts/s */
+		rig_period(&rig);
+		if (i > 1000)
+			worst = fmax(worst, fabs(rig.values.encoder[7].velocity + 1.5));
+	}
+	assert_true(worst < 0.05);
+}
+
+static void answer(uint32_t id, enum pokeys_outcome outcome)
+{
+	rig.daemon.one_shot_ack = id + 1;
+	rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS].id = id;
+	rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS].outcome = (uint8_t)outcome;
+}
+
+static void index_arms_once_and_clears_at_the_pulse(void **state)
+{
+	const struct pokeys_command *command = &rig.exchange.command;
+
+	(void)state;
+	rig.daemon.encoder[25] = 900;
+	rig.values.encoder[25].index_enable = true;
+	rig_periods(&rig, 10);
+	assert_int_equal(command->one_shot_head, 1);
+	assert_int_equal(command->one_shot[0].operation, POKEYS_ONE_SHOT_ARM_INDEX);
+	assert_int_equal(command->one_shot[0].index, 25);
+	answer(0, POKEYS_OUTCOME_DONE);
+	rig_periods(&rig, 10);
+	assert_true(rig.values.encoder[25].index_enable);
+	rig.daemon.encoder_index = 1u << 25;
+	rig.daemon.encoder[25] = 4;
+	rig_period(&rig);
+	assert_false(rig.values.encoder[25].index_enable);
+	assert_int_equal(rig.values.encoder[25].count, 4);
+	assert_true(rig.values.encoder[25].position == 4);
+	rig_periods(&rig, 10);
+	assert_int_equal(command->one_shot_head, 1);
+}
+
+static void an_index_flag_from_before_arming_is_not_believed(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[25] = 900;
+	rig.daemon.encoder_index = 1u << 25;
+	rig.values.encoder[25].index_enable = true;
+	rig_periods(&rig, 10);
+	assert_true(rig.values.encoder[25].index_enable);
+	assert_int_equal(rig.values.encoder[25].count, 900);
+}
+
+static void index_zero_undoes_a_local_reset(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[25] = 900;
+	rig.values.encoder[25].reset = true;
+	rig_period(&rig);
+	rig.values.encoder[25].reset = false;
+	rig.values.encoder[25].index_enable = true;
+	rig_periods(&rig, 2);
+	answer(0, POKEYS_OUTCOME_DONE);
+	rig.daemon.encoder_index = 1u << 25;
+	rig.daemon.encoder[25] = 3;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[25].count, 3);
+}
+
+static void a_refused_arming_is_said_and_tried_again(void **state)
+{
+	struct refusal_note note;
+
+	(void)state;
+	rig.values.encoder[8].index_enable = true;
+	rig_periods(&rig, 3);
+	answer(0, POKEYS_OUTCOME_REFUSED);
+	rig_periods(&rig, 50);
+	assert_true(rig.values.encoder[8].index_enable);
+	assert_int_equal(rig.values.one_shot_failed_count, 1);
+	assert_int_equal(rig.exchange.command.one_shot_head, 1);
+	assert_true(refusal_take(&rig.exchange.refusals, &note));
+	assert_int_equal(note.offset, offsetof(struct values, encoder[8].index_enable));
+	rig_periods(&rig, 100);
+	assert_int_equal(rig.exchange.command.one_shot_head, 2);
+}
+
+static void a_withdrawn_index_does_not_move_the_position(void **state)
+{
+	double before;
+
+	(void)state;
+	rig.values.encoder[25].index_enable = true;
+	rig_periods(&rig, 3);
+	answer(0, POKEYS_OUTCOME_DONE);
+	for (int i = 0; i < 100; i++) {
+		rig.daemon.encoder[25] = 5000 + 20 * i;
+		rig_period(&rig);
+	}
+	rig.values.encoder[25].index_enable = false;
+	rig_write(&rig);
+	before = rig.values.encoder[25].position;
+	rig.daemon.encoder_index = 1u << 25;
+	rig.daemon.encoder[25] = 7;
+	rig_period(&rig);
+	assert_true(fabs(rig.values.encoder[25].position - before - 20) <= 1);
+	assert_true(fabs(rig.values.encoder[25].velocity - 20000) < 500);
+	rig.daemon.encoder[25] = 27;
+	rig_period(&rig);
+	assert_true(fabs(rig.values.encoder[25].position - before - 40) <= 1);
+	assert_int_equal(rig.exchange.command.one_shot_head, 1);
+}
+
+static void a_new_daemon_is_asked_for_the_index_again(void **state)
+{
+	uint32_t session = rig.exchange.command.session;
+
+	(void)state;
+	rig.values.encoder[25].index_enable = true;
+	rig_periods(&rig, 3);
+	answer(0, POKEYS_OUTCOME_DONE);
+	rig_period(&rig);
+	rig.daemon.epoch++;
+	rig.daemon.one_shot_ack = 0;
+	memset(rig.daemon.one_shot, 0, sizeof(rig.daemon.one_shot));
+	rig_periods(&rig, 3);
+	assert_int_not_equal(rig.exchange.command.session, session);
+	assert_int_equal(rig.exchange.command.one_shot_head, 1);
+	assert_true(rig.values.encoder[25].index_enable);
+}
+
+static void a_rebooted_device_starts_at_its_count(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[1] = 70000;
+	rig_period(&rig);
+	rig.values.encoder[1].reset = true;
+	rig_period(&rig);
+	rig.values.encoder[1].reset = false;
+	rig.daemon.fault = POKEYS_FAULT_REBOOTED;
+	rig.daemon.fault_count++;
+	rig.daemon.encoder[1] = 2;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 2);
+	rig.daemon.encoder[1] = 12;
+	rig_period(&rig);
+	assert_int_equal(rig.values.encoder[1].count, 12);
+}
+
+static void a_restarted_daemon_does_not_move_the_position(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[1] = 70000;
+	rig_period(&rig);
+	rig.values.encoder[1].reset = true;
+	rig_period(&rig);
+	rig.values.encoder[1].reset = false;
+	rig.daemon.epoch++;
+	rig.daemon.encoder[1] = 70005;
+	rig_periods(&rig, 2);
+	assert_int_equal(rig.values.encoder[1].count, 5);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(position_goes_on_where_the_count_wraps, setup),
+		cmocka_unit_test_setup(position_goes_on_below_zero, setup),
+		cmocka_unit_test_setup(the_same_sample_twice_counts_once, setup),
+		cmocka_unit_test_setup(reset_holds_zero_and_lets_go_without_a_jump, setup),
+		cmocka_unit_test_setup(reset_leaves_the_device_and_the_others_alone, setup),
+		cmocka_unit_test_setup(scale_may_change_while_running, setup),
+		cmocka_unit_test_setup(a_useless_scale_is_refused_and_the_last_one_stays, setup),
+		cmocka_unit_test_setup(a_refused_scale_leaves_one_note, setup),
+		cmocka_unit_test_setup(velocity_is_scaled_and_smooth, setup),
+		cmocka_unit_test_setup(index_arms_once_and_clears_at_the_pulse, setup),
+		cmocka_unit_test_setup(an_index_flag_from_before_arming_is_not_believed, setup),
+		cmocka_unit_test_setup(index_zero_undoes_a_local_reset, setup),
+		cmocka_unit_test_setup(a_refused_arming_is_said_and_tried_again, setup),
+		cmocka_unit_test_setup(a_withdrawn_index_does_not_move_the_position, setup),
+		cmocka_unit_test_setup(a_new_daemon_is_asked_for_the_index_again, setup),
+		cmocka_unit_test_setup(a_rebooted_device_starts_at_its_count, setup),
+		cmocka_unit_test_setup(a_restarted_daemon_does_not_move_the_position, setup),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

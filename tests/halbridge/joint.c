@@ -1,0 +1,243 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Joints through the whole exchange: conversion, and that nothing that is not
+ * a usable number ever gets into the command image.
+ */
+#include "tests/halbridge/rig.h"
+
+static struct rig rig;
+static struct value_joint *const joint = &rig.values.joint[2];
+static const struct pokeys_axis_command *const axis = &rig.exchange.command.axis[2];
+
+static int setup(void **state)
+{
+	(void)state;
+	rig_init(&rig);
+	joint->scale = 200;
+	rig_period(&rig);
+	return 0;
+}
+
+static void commands_become_pulses(void **state)
+{
+	(void)state;
+	joint->enable = true;
+	joint->pos_cmd = 12.5;
+	joint->vel_cmd = -3;
+	rig_period(&rig);
+	assert_int_equal(axis->position, 2500);
+	assert_true(axis->velocity == -600);
+	assert_int_equal(axis->mode, POKEYS_AXIS_POSITION);
+	assert_int_equal(axis->enable, 1);
+	assert_false(joint->refused);
+}
+
+static void positions_are_rounded_to_the_nearest_pulse(void **state)
+{
+	static const struct { double units; int32_t pulses; } rows[] = {
+		{ 0.00249, 0 }, { 0.00251, 1 }, { -0.00249, 0 }, { -0.00251, -1 },
+		{ 1.0049, 201 }, { -1.0049, -201 },
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
+		joint->pos_cmd = rows[i].units;
+		rig_period(&rig);
+		assert_int_equal(axis->position, rows[i].pulses);
+	}
+}
+
+static void feedback_and_command_meet_for_every_pulse(void **state)
+{
+	(void)state;
+	joint->scale = -1066.6666;
+	for (int32_t pulses = -100000; pulses < 100000; pulses += 7) {
+		rig.daemon.engine.axis[2].position = pulses;
+		rig_period(&rig);
+		joint->pos_cmd = joint->pos_fb;
+		rig_write(&rig);
+		assert_int_equal(axis->position, pulses);
+	}
+}
+
+static void a_negative_scale_turns_both_ways(void **state)
+{
+	(void)state;
+	joint->scale = -200;
+	joint->pos_cmd = 1;
+	joint->vel_cmd = 1;
+	rig.daemon.engine.axis[2].position = -400;
+	rig_periods(&rig, 2);
+	assert_int_equal(axis->position, -200);
+	assert_true(axis->velocity == -200);
+	assert_true(joint->pos_fb == 2);
+}
+
+static void what_does_not_fit_never_reaches_the_image(void **state)
+{
+	static const double bad[] = { NAN, INFINITY, -INFINITY, 1e300, -1e300, 83886.083,
+				      -83886.083 };
+
+	(void)state;
+	joint->pos_cmd = 10;
+	rig_period(&rig);
+	for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
+		joint->pos_cmd = bad[i];
+		rig_periods(&rig, 2);
+		assert_int_equal(axis->position, 2000);
+		assert_true(joint->refused);
+		assert_true(rig.values.input_refused);
+		assert_int_equal(rig.values.input_refused_count, i + 1);
+		joint->pos_cmd = 10;
+		rig_period(&rig);
+		assert_false(joint->refused);
+		assert_false(rig.values.input_refused);
+	}
+	joint->pos_cmd = 83886.08;
+	rig_period(&rig);
+	assert_int_equal(axis->position, 16777216);
+}
+
+static void a_velocity_that_is_no_number_becomes_zero(void **state)
+{
+	static const double bad[] = { NAN, INFINITY, -INFINITY, 1e300, -50000.1 };
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
+		joint->vel_cmd = 5;
+		rig_period(&rig);
+		assert_true(axis->velocity == 1000);
+		joint->vel_cmd = bad[i];
+		rig_period(&rig);
+		assert_true(axis->velocity == 0);
+		assert_true(joint->refused);
+	}
+}
+
+static void scale_does_not_change_under_an_enabled_joint(void **state)
+{
+	struct refusal_note note;
+
+	(void)state;
+	joint->enable = true;
+	joint->pos_cmd = 10;
+	rig_period(&rig);
+	joint->scale = 400;
+	rig_periods(&rig, 5);
+	assert_int_equal(axis->position, 2000);
+	assert_true(joint->refused);
+	assert_true(refusal_take(&rig.exchange.refusals, &note));
+	assert_int_equal(note.reason, REFUSAL_ENABLED);
+	joint->enable = false;
+	rig_period(&rig);
+	assert_int_equal(axis->position, 4000);
+	assert_false(joint->refused);
+}
+
+static void a_useless_scale_leaves_the_last_one(void **state)
+{
+	static const double useless[] = { 0, NAN, INFINITY };
+
+	(void)state;
+	joint->pos_cmd = 1;
+	rig.daemon.engine.axis[2].position = 400;
+	for (size_t i = 0; i < sizeof(useless) / sizeof(useless[0]); i++) {
+		joint->scale = useless[i];
+		rig_periods(&rig, 2);
+		assert_int_equal(axis->position, 200);
+		assert_true(joint->pos_fb == 2);
+		assert_true(joint->refused);
+	}
+}
+
+static void the_first_feedback_is_in_the_right_units(void **state)
+{
+	(void)state;
+	rig_init(&rig);
+	joint->scale = 200;
+	rig.daemon.engine.axis[2].position = 400;
+	rig.now_ns += RIG_MS;
+	rig_daemon(&rig);
+	rig_read(&rig);
+	assert_true(joint->pos_fb == 2);
+}
+
+static void in_position_means_the_newest_command(void **state)
+{
+	(void)state;
+	joint->pos_cmd = 1;
+	rig_period(&rig);
+	rig.daemon.engine.axis[2].in_position = 1;
+	rig.daemon.engine.axis[2].reference = 200;
+	rig_period(&rig);
+	assert_true(joint->in_position);
+	joint->pos_cmd = 2;
+	rig_period(&rig);
+	rig_read(&rig);
+	assert_false(joint->in_position);
+}
+
+static void status_of_the_axis_reaches_its_pins(void **state)
+{
+	struct pokeys_axis *from = &rig.daemon.engine.axis[2];
+
+	(void)state;
+	from->state = 30;
+	from->error = 1;
+	rig_period(&rig);
+	assert_int_equal(joint->state, 30);
+	assert_true(joint->error && !joint->limit_neg && !joint->limit_pos && !joint->home_switch);
+	from->error = 0;
+	from->limit_minus = 1;
+	from->homed = 1;
+	rig_period(&rig);
+	assert_true(!joint->error && joint->limit_neg && !joint->limit_pos && joint->homed);
+	from->limit_minus = 0;
+	from->limit_plus = 1;
+	from->enabled = 1;
+	rig_period(&rig);
+	assert_true(!joint->limit_neg && joint->limit_pos && joint->enabled);
+	from->home = 1;
+	from->soft_limit = 1;
+	rig_period(&rig);
+	assert_true(joint->home_switch && joint->soft_limit);
+	assert_int_equal(rig.values.joint[1].state, 0);
+}
+
+static void machine_on_is_a_flag_of_the_command(void **state)
+{
+	(void)state;
+	assert_int_equal(rig.exchange.command.flags, 0);
+	rig.values.machine_is_on = true;
+	rig_period(&rig);
+	assert_int_equal(rig.exchange.command.flags, POKEYS_COMMAND_MACHINE_ON);
+	rig.daemon.flags |= POKEYS_STATE_NEEDS_EDGE;
+	rig_period(&rig);
+	assert_true(rig.values.needs_edge && !rig.values.machine_on_permitted);
+	rig.daemon.flags ^= POKEYS_STATE_NEEDS_EDGE | POKEYS_STATE_MACHINE_ON;
+	rig_period(&rig);
+	assert_true(!rig.values.needs_edge && rig.values.machine_on_permitted);
+	rig.device_silent = true;
+	rig_periods(&rig, 7);
+	assert_false(rig.values.machine_on_permitted);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(commands_become_pulses, setup),
+		cmocka_unit_test_setup(positions_are_rounded_to_the_nearest_pulse, setup),
+		cmocka_unit_test_setup(feedback_and_command_meet_for_every_pulse, setup),
+		cmocka_unit_test_setup(a_negative_scale_turns_both_ways, setup),
+		cmocka_unit_test_setup(what_does_not_fit_never_reaches_the_image, setup),
+		cmocka_unit_test_setup(a_velocity_that_is_no_number_becomes_zero, setup),
+		cmocka_unit_test_setup(scale_does_not_change_under_an_enabled_joint, setup),
+		cmocka_unit_test_setup(a_useless_scale_leaves_the_last_one, setup),
+		cmocka_unit_test_setup(the_first_feedback_is_in_the_right_units, setup),
+		cmocka_unit_test_setup(in_position_means_the_newest_command, setup),
+		cmocka_unit_test_setup(status_of_the_axis_reaches_its_pins, setup),
+		cmocka_unit_test_setup(machine_on_is_a_flag_of_the_command, setup),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,352 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The whole way: simulated device, real daemon over UDP, real LinuxCNC HAL.
+
+Each test has a simulator at an address of its own, a daemon and a HAL, and
+moves one end to see the other. Waits are generous; what the machine was able
+to do is printed, and only what must hold at any speed is asserted.
+
+usage: live_machine.py MODULE.so POKEYSD POKEYS-SIM [PATTERN]
+"""
+import os
+import random
+import re
+import shutil
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+import hal_live
+
+MODULE, POKEYSD, SIM = (os.path.abspath(path) for path in sys.argv[1:4])
+# long timeouts: on a busy machine without realtime everything is late at times
+CONFIG = """\
+[daemon]
+runtime-directory = {folder}/run
+realtime = optional
+
+[device mill]
+address = {address}
+digital-outputs = 31-34
+heartbeat-timeout-ms = 3000
+lost-after-ms = 1000
+"""
+SCALE = 100  # pulses a millimetre
+
+
+class Machine:
+    def __init__(self):
+        # a tmpfs, as /run is; short, for sockets live below it
+        where = "/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp"
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="pokeys-hal-", dir=where))
+        self.folder.chmod(0o755)
+        self.address = "127.{}.{}.{}".format(*(random.randint(2, 250) for _ in range(3)))
+        (self.folder / "conf").write_text(CONFIG.format(folder=self.folder, address=self.address))
+        self.children = {}
+        try:
+            self.hal = hal_live.Hal(MODULE, self.folder)
+        except BaseException:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            raise
+
+    def spawn(self, name, *command):
+        log = open(self.folder / f"{name}.log", "ab")
+        with log:
+            self.children[name] = subprocess.Popen(command, stdout=log, stderr=log,
+                                                   stdin=subprocess.DEVNULL)
+
+    def device(self):
+        self.spawn("sim", SIM, "--model", "57CNC", "--address", self.address, "--no-discovery",
+                   "--control", str(self.folder / "sim"), "--preset", "demo", "--quiet")
+        end = time.monotonic() + 10
+        while not (self.folder / "sim").exists():
+            assert time.monotonic() < end and self.children["sim"].poll() is None, self.log("sim")
+            time.sleep(0.01)
+
+    def daemon(self):
+        self.spawn("pokeysd", POKEYSD, "--config", str(self.folder / "conf"))
+
+    def load(self):
+        self.hal.start(f"runtime={self.folder}/run")
+        self.hal.set("joint.00.scale", SCALE)
+        self.hal.set("encoder.00.scale", SCALE)
+
+    def all(self):
+        self.device()
+        self.daemon()
+        self.load()
+        self.hal.becomes("connected", True)
+        self.hal.becomes("commander", True)
+        return self.hal
+
+    def sim(self, command):
+        """A command to the simulator; its answer as a dict."""
+        done = subprocess.run([SIM, "--ctl", str(self.folder / "sim"), *command.split()],
+                              capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{command}: {done.stderr}"
+        return dict(line.split("=", 1) for line in done.stdout.split("\n") if "=" in line)
+
+    def sim_shows(self, command, key, value, limit=10):
+        began = time.monotonic()
+        while self.sim(command)[key] != value:
+            assert time.monotonic() < began + limit, f"{command}: {key} is not {value} in {limit} s"
+            time.sleep(0.002)
+        return time.monotonic() - began
+
+    def machine_on(self):
+        """The edge that motion needs, with the command where the axis stands."""
+        self.hal.set("machine-is-on", 0)
+        self.hal.set("joint.00.pos-cmd", self.hal.get("joint.00.pos-fb"))
+        self.hal.set("joint.00.enable", 1)
+        time.sleep(0.1)
+        self.hal.set("machine-is-on", 1)
+        self.hal.becomes("machine-on-permitted", True)
+        self.hal.becomes("joint.00.enabled", True)
+
+    def move(self, to):
+        self.hal.set("joint.00.pos-cmd", to)
+        self.hal.becomes("joint.00.pos-fb", to)
+        self.hal.becomes("joint.00.in-position", True)
+
+    def kill(self, name):
+        child = self.children.pop(name)
+        child.kill()
+        child.wait()
+
+    def log(self, name):
+        path = self.folder / f"{name}.log"
+        return path.read_text(errors="replace")[-2000:] if path.exists() else ""
+
+    def close(self):
+        self.hal.close()
+        for name in list(self.children):
+            self.kill(name)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def inputs_come_and_outputs_go(m):
+    hal = m.all()
+    m.sim("pin 13 0")
+    hal.becomes("pin.12.in", False)
+    m.sim("pin 13 1")
+    hal.becomes("pin.12.in", True)
+    assert hal.get("pin.12.in-not") is False
+    for out, back in ((30, 8), (33, 11)):      # wired to each other in the simulator
+        before = hal.get(f"pin.{back:02}.in")
+        hal.set(f"pin.{out:02}.out", 1)
+        m.sim_shows(f"pin {out + 1}", "latch", "1")
+        hal.becomes(f"pin.{back:02}.in", not before)
+        hal.set(f"pin.{out:02}.out", 0)
+        m.sim_shows(f"pin {out + 1}", "latch", "0")
+        hal.becomes(f"pin.{back:02}.in", before)
+    hal.set("pin.12.out", 1)                    # an input of the device: untouched
+    time.sleep(0.1)
+    assert m.sim("pin 13")["latch"] == "0"
+    assert hal.get("command-refused") is False
+
+
+def identity_and_analog(m):
+    hal = m.all()
+    assert hal.get("devSerial") == 65432
+    assert hal.get("info.DeviceTypeID") == 32
+    assert hal.get("info.PinCount") == 55
+    assert hal.get("info.PulseEnginev2") == 1 and hal.get("info.PulseEngine") == 0
+    m.sim("analog 43 2048")
+    hal.becomes("adc.02.raw", 2048)
+    hal.set("adc.02.scale", 1000)
+    hal.becomes("adc.02.value", 1650)
+
+
+def encoders_turn(m):
+    hal = m.all()
+    m.sim("encoder 0 count 5000")
+    hal.becomes("encoder.00.count", 5000)
+    hal.set("encoder.00.reset", 1)
+    hal.becomes("encoder.00.position", 0)
+    hal.set("encoder.00.reset", 0)
+    m.sim("encoder 0 turn -250")
+    hal.becomes("encoder.00.position", -2.5)
+    # the ultra-fast one turns at 600 rpm with 4000 counts
+    hal.set("encoder.25.scale", 4000)
+    end = time.monotonic() + 10
+    while abs(hal.get("encoder.25.velocity") - 10) > 0.5:
+        assert time.monotonic() < end, f"velocity {hal.get('encoder.25.velocity')}, not 10 turns/s"
+
+
+def index_zeroes_the_count(m):
+    hal = m.all()
+    m.sim("encoder 25 rate 0")
+    m.sim("encoder 25 count 30000")
+    hal.becomes("encoder.25.count", 30000)
+    hal.set("encoder.25.index-enable", 1)
+    time.sleep(0.3)
+    assert hal.get("encoder.25.index-enable") is True
+    m.sim("encoder 25 turn 100")
+    m.sim("index 25")
+    hal.becomes("encoder.25.index-enable", False)
+    hal.becomes("encoder.25.count", 0)
+    m.sim("encoder 25 turn 12")
+    hal.becomes("encoder.25.count", 12)
+
+
+def an_axis_moves_and_comes_back(m):
+    hal = m.all()
+    assert hal.get("joint.00.enabled") is False
+    hal.set("joint.00.pos-cmd", 5)
+    time.sleep(0.2)
+    assert hal.get("joint.00.pos-fb") == 0, "it moves without machine-is-on"
+    m.machine_on()
+    m.move(30)
+    assert m.sim("axis 0")["position"] == "3000"
+    hal.becomes("encoder.00.count", 3000)
+    m.move(-12.34)
+    hal.becomes("encoder.00.count", -1234)
+    hal.set("machine-is-on", 0)
+    hal.becomes("machine-on-permitted", False)
+    hal.set("joint.00.pos-cmd", 20)
+    time.sleep(0.2)
+    assert m.sim("axis 0")["position"] == "-1234", "it moves though the machine is off"
+
+
+def numbers_that_are_none_do_not_move_it(m):
+    hal = m.all()
+    m.machine_on()
+    m.move(10)
+    for bad in ("nan", "inf", "-inf", "1e300", "200000"):
+        hal.set("joint.00.pos-cmd", bad)
+        hal.becomes("joint.00.refused", True)
+        time.sleep(0.1)
+        assert m.sim("axis 0")["position"] == "1000", bad
+        hal.set("joint.00.pos-cmd", 10)
+        hal.becomes("joint.00.refused", False)
+    assert hal.get("command-refused-count") == 0, "the daemon had to refuse what we should have"
+    m.move(11)
+
+
+def a_killed_linuxcnc_leaves_a_safe_machine(m):
+    hal = m.all()
+    hal.set("pin.30.out", 1)
+    m.machine_on()
+    m.sim_shows("pin 31", "latch", "1")
+    hal.set("joint.00.pos-cmd", 1500)           # far: it is still moving when it happens
+    time.sleep(0.2)
+    hal.run("kill -9 $(pidof rtapi_app)")
+    off = m.sim_shows("pin 31", "latch", "0")
+    end = time.monotonic() + 10
+    while m.sim("axis 0")["speed"] not in ("0.000000", "-0.000000"):
+        assert time.monotonic() < end, "the axis still moves"
+    stood = m.sim("axis 0")["position"]
+    assert int(stood) < 150000
+    print(f"LinuxCNC killed: output off after {off * 1000:.0f} ms (heartbeat timeout 3000 ms)")
+    hal.ok("sleep 0.2; halrun -U")
+    m.load()
+    hal.becomes("commander", True)
+    hal.becomes("safe-state", False)
+    hal.set("joint.00.enable", 1)
+    time.sleep(0.3)
+    assert m.sim("axis 0")["position"] == stood, "it moved without an edge of machine-on"
+
+
+def a_killed_daemon_is_survived(m):
+    hal = m.all()
+    pid = hal.pid()
+    hal.set("pin.31.out", 1)
+    m.machine_on()
+    m.move(7)
+    m.kill("pokeysd")
+    stale = hal.becomes("stale", True)
+    assert hal.get("joint.00.pos-fb") == 7 and hal.get("connected") is False
+    hal.becomes("daemon-alive", False)
+    began = time.monotonic()
+    m.daemon()
+    hal.becomes("connected", True)
+    fresh = time.monotonic() - began
+    hal.becomes("commander", True)
+    assert hal.pid() == pid
+    assert hal.get("joint.00.pos-fb") == 7
+    m.sim_shows("pin 32", "latch", "1")         # outputs follow at once
+    hal.becomes("needs-edge", True)             # motion does not
+    hal.set("joint.00.pos-cmd", 9)
+    time.sleep(0.2)
+    assert m.sim("axis 0")["position"] == "700"
+    m.machine_on()
+    m.move(9)
+    print(f"daemon killed: seen stale after {stale * 1000:.0f} ms, fresh {fresh:.2f} s after its start")
+
+
+def a_rebooted_device_comes_back(m):
+    hal = m.all()
+    m.machine_on()
+    m.move(5)
+    m.sim("reboot keep-config")
+    hal.becomes("machine-on-permitted", False)
+    hal.becomes("connected", True)
+    hal.becomes("needs-edge", True)
+    hal.becomes("joint.00.pos-fb", 0)
+    time.sleep(0.2)
+    assert m.sim("axis 0")["position"] == "0", "it went on by itself"
+    m.machine_on()
+    m.move(3)
+
+
+def every_order_of_starting_works(m):
+    m.load()
+    assert m.hal.get("connected") is False
+    m.daemon()
+    m.hal.becomes("daemon-alive", True)
+    assert m.hal.get("connected") is False
+    m.device()
+    m.hal.becomes("connected", True)
+    m.machine_on()
+    m.move(2)
+
+
+def a_silent_device_is_stale_and_comes_back(m):
+    hal = m.all()
+    m.machine_on()
+    m.sim("silence 3000")
+    hal.becomes("stale", True)
+    assert hal.get("daemon-alive") is True
+    hal.becomes("packet-error-exceeded", True)
+    hal.becomes("connected", True)
+    hal.becomes("packet-error-exceeded", False)
+    assert hal.get("machine-on-permitted") is False
+    m.machine_on()
+    m.move(1)
+
+
+TESTS = [
+    inputs_come_and_outputs_go,
+    identity_and_analog,
+    encoders_turn,
+    index_zeroes_the_count,
+    an_axis_moves_and_comes_back,
+    numbers_that_are_none_do_not_move_it,
+    a_killed_linuxcnc_leaves_a_safe_machine,
+    a_killed_daemon_is_survived,
+    a_rebooted_device_comes_back,
+    every_order_of_starting_works,
+    a_silent_device_is_stale_and_comes_back,
+]
+
+
+def main():
+    failed = 0
+    for test in TESTS:
+        if not re.search(sys.argv[4] if len(sys.argv) > 4 else "", test.__name__):
+            continue
+        machine = Machine()
+        try:
+            test(machine)
+            print(f"ok: {test.__name__}")
+        except (AssertionError, EOFError) as fault:
+            failed += 1
+            print(f"FAILED: {test.__name__}: {fault}\n{machine.hal.said()[-2000:]}\n"
+                  f"{machine.log('pokeysd')}\n{machine.log('sim')}")
+        finally:
+            machine.close()
+    return 1 if failed else 0
+
+
+sys.exit(main())

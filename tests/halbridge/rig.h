@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * An exchange with a made-up daemon in front of it, in virtual time.
+ */
+#ifndef TESTS_HALBRIDGE_RIG_H
+#define TESTS_HALBRIDGE_RIG_H
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "halbridge/exchange.h"
+#include "halbridge/table.h"
+
+#define RIG_MS		UINT64_C(1000000)
+#define RIG_EPOCH	UINT64_C(4711)
+
+struct rig {
+	struct exchange exchange;
+	struct values values;
+	struct pokeys_state daemon;	/* what the daemon would publish */
+	uint64_t now_ns;
+	bool daemon_dead, device_silent;
+};
+
+static inline void rig_init(struct rig *rig)
+{
+	memset(rig, 0, sizeof(*rig));
+	rig->now_ns = 1000 * RIG_MS;
+	exchange_init(&rig->exchange, 7);
+	table_set_parameters(&rig->values);
+	rig->daemon.epoch = RIG_EPOCH;
+	rig->daemon.period_ns = RIG_MS;
+	rig->daemon.stale_after_ns = 5 * RIG_MS;
+	rig->daemon.link = POKEYS_LINK_RUNNING;
+	rig->daemon.flags = POKEYS_STATE_COMMANDER;
+}
+
+/* What a daemon does in a cycle, as far as the exchange can see. */
+static inline void rig_daemon(struct rig *rig)
+{
+	if (rig->daemon_dead)
+		return;
+	rig->daemon.cycle++;
+	rig->daemon.t_publish_ns = rig->now_ns;
+	rig->daemon.one_shot_session = rig->exchange.command.session;
+	if (rig->device_silent)
+		return;
+	rig->daemon.t_digital_ns = rig->now_ns - 200000;
+	rig->daemon.t_motion_ns = rig->now_ns - 100000;
+	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
+		rig->daemon.encoder_t_ns[i] = rig->daemon.t_digital_ns;
+}
+
+static inline void rig_read(struct rig *rig)
+{
+	rig->exchange.state = rig->daemon;
+	exchange_read(&rig->exchange, &rig->values, EXCHANGE_STATE, rig->now_ns);
+}
+
+static inline void rig_write(struct rig *rig)
+{
+	exchange_write(&rig->exchange, &rig->values, rig->now_ns, RIG_MS);
+	exchange_written(&rig->exchange, true);
+}
+
+/* One servo period: the daemon publishes, we read and write. */
+static inline void rig_period(struct rig *rig)
+{
+	rig->now_ns += RIG_MS;
+	rig_daemon(rig);
+	rig_read(rig);
+	rig_write(rig);
+}
+
+static inline void rig_periods(struct rig *rig, unsigned int count)
+{
+	while (count--)
+		rig_period(rig);
+}
+
+#endif
