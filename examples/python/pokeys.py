@@ -1,0 +1,305 @@
+# SPDX-License-Identifier: MIT
+"""Read and command PoKeys devices through the shared memory of pokeysd.
+
+A ctypes binding of libpokeys_shm.so; only the standard library is needed. The
+layouts below are those of <pokeys/state.h> and <pokeys/command.h>, member for
+member; nothing works with a library that has other layouts, and
+text(), fnv1a() let a test compare them with the C headers.
+
+    client = pokeys.Client("mill")
+    client.poll()
+    state = client.read()           # None while no daemon is there
+    print(state.cycle, state.encoder[0])
+"""
+import ctypes
+from ctypes import (POINTER, Structure, byref, c_char, c_char_p, c_float, c_int, c_int32,
+                    c_int64, c_size_t, c_uint, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p)
+import errno
+import os
+import time
+
+PINS, ANALOG, ENCODERS, PWM, AXES, PONET = 55, 7, 26, 6, 8, 16
+LINK = ("searching", "identifying", "configuring", "running", "lost")
+LINK_RUNNING = 3
+COMMANDER, EVENTS = 1, 2
+DETACHED, ATTACHED, REFUSED = 0, 1, 2
+NAME_MAX = 32
+
+
+class Identity(Structure):
+    _fields_ = [("serial", c_uint32), ("address", c_uint32), ("hardware", c_uint8),
+                ("firmware_major", c_uint8), ("firmware_minor", c_uint8),
+                ("firmware_revision", c_uint8), ("user_id", c_uint8), ("locked", c_uint8),
+                ("load", c_uint8), ("options", c_uint8), ("name", c_char * 24),
+                ("type", c_char * 24), ("build", c_char * 16)]
+
+
+class Capability(Structure):
+    _fields_ = [(name, c_uint8) for name in (
+        "pins pwm basic_encoders encoders fast_encoders ultra_fast_encoders analog_inputs "
+        "digital_counters matrix_keyboard lcd matrix_led poextbus ponet i2c one_wire "
+        "easy_sensors pulse_engine failsafe axes axis_khz key_mapping triggered_key_mapping "
+        "key_repeat_delay joystick macros analog_filtering init_outputs connection_signal "
+        "web_interface additional_options load_status custom_name sensor_list potlog27"
+    ).split()] + [("reserved", c_uint8 * 6), ("pwm_hz", c_uint32), ("reserved2", c_uint32),
+                  ("digital_in", c_uint64), ("digital_out", c_uint64), ("analog_in", c_uint64),
+                  ("counter", c_uint64), ("pwm_pins", c_uint64)]
+
+
+class Axis(Structure):
+    _fields_ = [("position", c_int32), ("reference", c_int32), ("state", c_uint8),
+                ("enabled", c_uint8), ("mode", c_uint8), ("reserved", c_uint8),
+                ("limit_minus", c_uint8), ("limit_plus", c_uint8), ("home", c_uint8),
+                ("error", c_uint8), ("soft_limit", c_uint8), ("in_position", c_uint8),
+                ("homed", c_uint8), ("reserved2", c_uint8 * 5), ("t_reference_ns", c_uint64),
+                ("probe", c_int64), ("max_speed", c_float), ("max_acceleration", c_float)]
+
+
+class Engine(Structure):
+    _fields_ = [(name, c_uint8) for name in (
+        "state axes_enabled activated limit_override emergency charge_pump generator "
+        "misc_inputs relays outputs buffer_slots buffer_level power_states probe_status"
+    ).split()] + [("reserved", c_uint8 * 2), ("axis", Axis * AXES)]
+
+
+class Rtc(Structure):
+    _fields_ = [("year", c_uint16), ("month", c_uint8), ("day", c_uint8), ("hour", c_uint8),
+                ("minute", c_uint8), ("second", c_uint8), ("day_of_week", c_uint8),
+                ("day_of_year", c_uint16), ("reserved", c_uint8 * 6)]
+
+
+class LinkStatistics(Structure):
+    _fields_ = [(name, c_uint64) for name in (
+        "sent resent received accepted lost timed_out stray duplicate stale corrupt "
+        "wrong_source send_failed cycles_late reconnects"
+    ).split()] + [(name, c_uint32) for name in (
+        "rtt_last_ns rtt_smoothed_ns rtt_variation_ns rtt_min_ns rtt_max_ns deadline_ns "
+        "in_flight packet_error_level"
+    ).split()] + [("refused_command", c_uint64), ("one_shot_refused", c_uint64)]
+
+
+class OneShotResult(Structure):
+    _fields_ = [("id", c_uint32), ("operation", c_uint8), ("outcome", c_uint8),
+                ("reserved", c_uint8 * 2)]
+
+
+class State(Structure):
+    VERSION, HASH = 1, 0xf2e3db12dfa90119
+    _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
+                ("hash", c_uint64)] + [(name, c_uint64) for name in (
+        "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "
+        "t_motion_ns t_slow_ns stale_after_ns").split()] + [
+        ("flags", c_uint32), ("link", c_uint8), ("fault", c_uint8), ("reserved", c_uint8 * 2),
+        ("t_link_ns", c_uint64), ("device_tick_ms", c_uint32), ("fault_count", c_uint32),
+        ("identity", Identity), ("capability", Capability), ("digital_in", c_uint8 * 8),
+        ("digital_out", c_uint8 * 8), ("digital_out_owned", c_uint8 * 8),
+        ("pin_function", c_uint8 * 56), ("analog", c_uint16 * 8),
+        ("encoder", c_int32 * ENCODERS), ("encoder_enabled", c_uint32),
+        ("encoder_index", c_uint32), ("encoder_t_ns", c_uint64 * ENCODERS),
+        ("encoder_resync", c_uint32 * ENCODERS), ("counter", c_uint32 * 56),
+        ("pwm_period", c_uint32), ("pwm_enabled", c_uint32), ("pwm_duty", c_uint32 * PWM),
+        ("engine", Engine), ("matrix", c_uint8 * 16), ("poextbus", c_uint8 * 16),
+        ("ponet_type", c_uint8 * PONET), ("ponet_status", c_uint8), ("ponet_count", c_uint8),
+        ("reserved2", c_uint8 * 6), ("ponet_data", (c_uint8 * 16) * PONET),
+        ("ponet_light", c_uint8 * PONET), ("rtc", Rtc), ("one_shot_session", c_uint32),
+        ("one_shot_ack", c_uint32), ("one_shot", OneShotResult * 16),
+        ("command_heartbeat", c_uint64), ("command_t_ns", c_uint64),
+        ("config_generation", c_uint32), ("config_state", c_uint32),
+        ("statistics", LinkStatistics)]
+
+
+class Histogram(Structure):
+    _fields_ = [("count", c_uint64), ("sum_ns", c_uint64), ("min_ns", c_uint64),
+                ("max_ns", c_uint64), ("bucket", c_uint32 * 104)]
+
+
+class Diag(Structure):
+    VERSION, HASH = 1, 0xb2b306027bd5a810
+    _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
+                ("hash", c_uint64)] + [(name, c_uint64) for name in (
+        "epoch cycle t_publish_ns cycles_skipped events_dropped event_high_water "
+        "transport_system_calls transport_waits_avoided transport_rearmed "
+        "transport_no_buffers transport_overflow transport_truncated minor_faults "
+        "major_faults").split()] + [("transport", c_char * 16)] + [(name, Histogram) for name in (
+        "wakeup round_trip fast_round_trip receive fresh publish cycle_work").split()]
+
+
+class AxisCommand(Structure):
+    _fields_ = [("position", c_int32), ("velocity", c_float), ("mode", c_uint8),
+                ("enable", c_uint8), ("reserved", c_uint8 * 6)]
+
+
+class OneShot(Structure):
+    _fields_ = [("id", c_uint32), ("operation", c_uint8), ("index", c_uint8), ("mask", c_uint8),
+                ("flags", c_uint8), ("value", c_int32 * 8), ("parameter", c_float * 4),
+                ("reserved", c_uint8 * 8)]
+
+
+class Command(Structure):
+    VERSION, HASH = 1, 0x5a4e6ce8a60f15a6
+    _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
+                ("hash", c_uint64), ("heartbeat", c_uint64), ("t_ns", c_uint64),
+                ("t_thread_ns", c_uint64), ("period_ns", c_uint64), ("session", c_uint32),
+                ("flags", c_uint32), ("digital_out", c_uint8 * 8),
+                ("digital_out_mask", c_uint8 * 8), ("pwm_duty", c_uint32 * PWM),
+                ("pwm_period", c_uint32), ("pwm_enable", c_uint32), ("poextbus", c_uint8 * 16),
+                ("poextbus_mask", c_uint8 * 16), ("external_outputs", c_uint8),
+                ("external_outputs_mask", c_uint8), ("relays", c_uint8),
+                ("relays_mask", c_uint8), ("reserved", c_uint32),
+                ("ponet_data", (c_uint8 * 16) * PONET), ("ponet_brightness", c_uint8 * PONET),
+                ("ponet_mask", c_uint32), ("config_generation", c_uint32),
+                ("axis", AxisCommand * AXES), ("one_shot_head", c_uint32),
+                ("reserved2", c_uint32), ("one_shot", OneShot * 64)]
+
+
+def _element(kind):
+    """The type that an array (of arrays) is made of."""
+    while issubclass(kind, ctypes.Array):
+        kind = kind._type_
+    return kind
+
+
+def text(image):
+    """What the layout's hash is made of, see state.h."""
+    out = ""
+    for name, kind in image._fields_:
+        out += f"{name}:{getattr(image, name).offset}:{getattr(image, name).size};"
+        if issubclass(_element(kind), Structure):
+            out += "{" + text(_element(kind)) + "}"
+    return out
+
+
+def fnv1a(string):
+    value = 0xcbf29ce484222325
+    for byte in string.encode():
+        value = (value ^ byte) * 0x100000001b3 & 0xffffffffffffffff
+    return value
+
+
+def _load():
+    library = ctypes.CDLL(os.environ.get("POKEYS_SHM_LIBRARY", "libpokeys_shm.so.0"))
+    prototypes = {
+        "pokeys_client_open": [POINTER(c_void_p), c_char_p, c_char_p, c_char_p, c_uint],
+        "pokeys_client_close": [c_void_p],
+        "pokeys_client_poll": [c_void_p],
+        "pokeys_client_follow": [c_void_p, c_uint],
+        "pokeys_client_status": [c_void_p, c_char_p, c_size_t],
+        "pokeys_client_read": [c_void_p, POINTER(State)],
+        "pokeys_client_read_diag": [c_void_p, POINTER(Diag)],
+        "pokeys_client_write": [c_void_p, POINTER(Command)],
+        "pokeys_client_wait": [c_void_p, c_uint],
+        "pokeys_client_commanders": [c_void_p],
+        "pokeys_shm_devices": [c_char_p, c_void_p, c_size_t],
+    }
+    for name, arguments in prototypes.items():
+        function = getattr(library, name)
+        function.argtypes, function.restype = arguments, c_int
+    library.pokeys_client_close.restype = None
+    library.pokeys_shm_layout.argtypes = [c_uint]
+    library.pokeys_shm_layout.restype = c_uint64
+    for number, image in enumerate((State, Diag, Command)):
+        if library.pokeys_shm_layout(number) != image.HASH:
+            raise RuntimeError(f"libpokeys_shm.so has another layout of {image.__name__}; "
+                               "take pokeys.py and library from one version")
+    return library
+
+
+_library = None
+
+
+def library():
+    """The shared library, loaded once. POKEYS_SHM_LIBRARY names another file."""
+    global _library
+    _library = _library or _load()
+    return _library
+
+
+def _check(result):
+    if result < 0:
+        raise OSError(-result, os.strerror(-result))
+    return result
+
+
+def devices(runtime=None):
+    """Names of the devices of the running daemon; empty if there is none."""
+    names = ((c_char * NAME_MAX) * 32)()
+    count = _check(library().pokeys_shm_devices(runtime and runtime.encode(), names, 32))
+    return [names[i].value.decode() for i in range(count)]
+
+
+def bits(array, count=PINS):
+    """Bits of a byte array as a list of bool: [0] is the pin the device calls 1."""
+    return [bool(array[i // 8] >> i % 8 & 1) for i in range(count)]
+
+
+class Client:
+    """One device. May be made before the daemon runs, and survives it."""
+
+    def __init__(self, device, runtime=None, program="python", flags=0):
+        self._client = c_void_p()
+        _check(library().pokeys_client_open(byref(self._client), runtime and runtime.encode(),
+                                            device.encode(), program.encode(), flags))
+
+    def close(self):
+        library().pokeys_client_close(self._client)
+        self._client = c_void_p()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *unused):
+        self.close()
+
+    def poll(self):
+        """Look for the daemon: DETACHED, ATTACHED or REFUSED."""
+        return library().pokeys_client_poll(self._client)
+
+    def status(self):
+        why = ctypes.create_string_buffer(256)
+        return library().pokeys_client_status(self._client, why, len(why)), why.value.decode()
+
+    def _read(self, function, image):
+        result = function(self._client, byref(image))
+        if result == -errno.ENOTCONN:
+            return None
+        _check(result)
+        return image
+
+    def read(self):
+        """The newest state, or None while no daemon is there."""
+        return self._read(library().pokeys_client_read, State())
+
+    def read_diag(self):
+        return self._read(library().pokeys_client_read_diag, Diag())
+
+    def write(self, command):
+        """Overwrite the command image (flags=COMMANDER). False if there is no daemon."""
+        result = library().pokeys_client_write(self._client, byref(command))
+        if result == -errno.ENOTCONN:
+            return False
+        _check(result)
+        return True
+
+    def wait(self, timeout_ms):
+        """Wait for news (flags=EVENTS). True if some came."""
+        result = library().pokeys_client_wait(self._client, timeout_ms)
+        if result == -errno.ENOTCONN:
+            time.sleep(timeout_ms / 1000)
+            return False
+        return bool(_check(result))
+
+    def commanders(self):
+        return _check(library().pokeys_client_commanders(self._client))
+
+
+def age_ms(t_ns, now_ns=None):
+    """Milliseconds since a time stamp of an image; None = never."""
+    now_ns = now_ns or time.monotonic_ns()
+    return max(0.0, (now_ns - t_ns) / 1e6) if t_ns else None
+
+
+def fresh(state, now_ns=None):
+    """The link runs, and by our own clock the fast data are young enough."""
+    now_ns = now_ns or time.monotonic_ns()
+    return (state.link == LINK_RUNNING and state.t_digital_ns != 0
+            and 0 <= now_ns - state.t_digital_ns <= state.stale_after_ns)

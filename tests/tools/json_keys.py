@@ -1,0 +1,58 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""--json is valid JSON for whatever stands in an image, and its keys are those
+that pokeysctl(1) lists: no key without documentation, none documented that is
+not there."""
+import json
+import re
+import subprocess
+import sys
+
+
+def refuse(word):
+    raise ValueError(f"{word} is not JSON")
+
+
+def keys(value, into):
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            into.add(key)
+            keys(inner, into)
+    elif isinstance(value, list):
+        for inner in value:
+            keys(inner, into)
+
+
+def main():
+    out = subprocess.run([sys.argv[1], "--print"], capture_output=True, timeout=30, check=True).stdout
+    assert out.count(b"\n") == 1 and out.isascii(), "not one line of ASCII"
+    document = json.loads(out, parse_constant=refuse)
+    assert document["format"] == 1
+    good, spoiled, away = document["devices"]
+    assert good["fresh"] and good["publishing"] and good["attached"] and good["reason"] == ""
+    assert len(good["state"]["inputs"]) == 55 and len(good["state"]["encoders"]) == 26
+    assert abs(good["state"]["age_us"]["digital"] - 2000) < 1e-6
+    assert good["state"]["age_us"]["analog"] is None
+    assert good["diag"]["latency_us"]["wakeup"]["p50"] is None
+    assert spoiled["state"]["identity"]["name"] == "\xff" * 24
+    assert spoiled["state"]["identity"]["type"] == 'a"b\\c\n\x1b[2J\x01\x7f'
+    assert spoiled["state"]["engine"]["axes"][0]["max_speed"] is None
+    assert spoiled["state"]["cycle"] == 2**64 - 1 and not spoiled["fresh"]
+    assert away["state"] is None and away["reason"] == 'a "reason"' and not away["attached"]
+
+    page = open(sys.argv[2], encoding="utf-8").read()
+    section = page[page.index("# JSON"):page.index("# EXAMPLES")]
+    documented = {name.replace("\\", "") for name in re.findall(r"\*([a-z0-9_\\]+)\*", section)}
+    found = set()
+    keys(document, found)
+    # words of the section that are no keys of status, and the keys of discover
+    documented -= {"null", "top", "discover", "dhcp"}
+    documented.discard("status")
+    assert found <= documented, f"not documented: {sorted(found - documented)}"
+    assert documented <= found, f"documented, but not there: {sorted(documented - found)}"
+    print(f"{len(found)} keys")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * What pokeysctl says of images that were made up for it: dead writers, names
+ * that are no names, numbers that are none. Prints a JSON document with
+ * --print, for json_keys.py to read.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+#include "tools/print.h"
+#include "tools/screen.h"
+
+#define MS UINT64_C(1000000)
+
+static struct view view;
+static char *text;
+static size_t length;
+
+/* A device that runs, read 1 ms after it was published. */
+static struct view_device *fresh(void)
+{
+	struct view_device *device = &view.device[0];
+
+	memset(&view, 0, sizeof(view));
+	view.count = 1;
+	strcpy(device->name, "mill");
+	device->now_ns = 10000 * MS;
+	device->has_diag = true;
+	device->state.link = POKEYS_LINK_RUNNING;
+	device->state.period_ns = MS;
+	device->state.stale_after_ns = 10 * MS;
+	device->state.t_publish_ns = device->now_ns - MS;
+	device->state.t_digital_ns = device->now_ns - 2 * MS;
+	device->state.flags = POKEYS_STATE_REALTIME;
+	device->state.identity.serial = 31234;
+	strcpy(device->state.identity.type, "PoKeys57CNC");
+	return device;
+}
+
+static const char *status_of(struct view_device *device)
+{
+	FILE *to;
+
+	free(text);
+	view_judge(device);
+	to = open_memstream(&text, &length);
+	print_status(device, to);
+	fclose(to);
+	return text;
+}
+
+static void a_dead_daemon_is_noticed_by_our_own_clock(void **state)
+{
+	struct view_device *device = fresh();
+
+	(void)state;
+	device->state.t_publish_ns = device->now_ns - 3200 * MS;
+	device->state.t_digital_ns = device->state.t_publish_ns - MS;
+	assert_non_null(strstr(status_of(device),
+			       "mill: running: stale (daemon not publishing for 3.2 s)\n"));
+	assert_int_equal(device->freshness, VIEW_DEAD);
+}
+
+static void old_data_of_a_living_daemon_is_stale(void **state)
+{
+	struct view_device *device = fresh();
+
+	(void)state;
+	device->state.t_digital_ns = device->now_ns - 10 * MS;
+	view_judge(device);
+	assert_int_equal(device->freshness, VIEW_FRESH);
+	device->state.t_digital_ns--;
+	view_judge(device);
+	assert_int_equal(device->freshness, VIEW_STALE);
+	assert_string_equal(device->why, "stale (data is 10 ms old)");
+	device->state.t_digital_ns = 0;
+	view_judge(device);
+	assert_string_equal(device->why, "no data yet");
+	device->state.link = POKEYS_LINK_LOST;
+	device->state.fault = POKEYS_FAULT_NO_ANSWER;
+	view_judge(device);
+	assert_int_equal(device->freshness, VIEW_STALE);
+	assert_string_equal(device->why, "no answer");
+}
+
+static void a_stamp_of_the_future_is_no_age(void **state)
+{
+	(void)state;
+	assert_true(view_age_ns(5, 7) <= 0);
+	assert_true(isinf(view_age_ns(5, 0)));
+}
+
+static void terminals_are_numbered_from_one(void **state)
+{
+	struct view_device *device = fresh();
+
+	(void)state;
+	device->state.digital_in[0] = 0x81;
+	device->state.digital_in[6] = 0xc0;	/* 55 and a bit that is no pin */
+	assert_non_null(strstr(status_of(device), "inputs on   1 8 55\n"));
+	assert_non_null(strstr(text, "outputs on  none\n"));
+}
+
+static void a_device_that_never_answered_has_no_inputs(void **state)
+{
+	struct view_device *device = fresh();
+
+	(void)state;
+	device->state.t_digital_ns = 0;
+	device->state.link = POKEYS_LINK_SEARCHING;
+	assert_null(strstr(status_of(device), "inputs"));
+	assert_non_null(strstr(text, "mill: searching: no data yet"));
+}
+
+static void durations_have_three_digits_and_a_unit(void **state)
+{
+	char out[16];
+
+	(void)state;
+	assert_string_equal(print_duration(0, out), "0 ns");
+	assert_string_equal(print_duration(999, out), "999 ns");
+	assert_string_equal(print_duration(999.6, out), "1 us");
+	assert_string_equal(print_duration(212345, out), "212 us");
+	assert_string_equal(print_duration(999600, out), "1 ms");
+	assert_string_equal(print_duration(3.24e9, out), "3.2 s");
+	assert_string_equal(print_duration(INFINITY, out), "-");
+	assert_string_equal(print_duration(NAN, out), "-");
+}
+
+/* Hostile in every field that a device or another writer fills. */
+static void spoil(struct view_device *device)
+{
+	memset(device->state.identity.name, 0xff, sizeof(device->state.identity.name));
+	memcpy(device->state.identity.type, "a\"b\\c\n\x1b[2J\x01\x7f", 13);
+	device->state.engine.axis[0].max_speed = NAN;
+	device->state.engine.axis[1].max_speed = INFINITY;
+	device->state.engine.axes_enabled = 255;
+	device->state.link = 200;
+	device->state.fault = 77;
+	device->state.cycle = UINT64_MAX;
+	device->diag.wakeup.count = 1;
+	device->diag.wakeup.max_ns = UINT64_MAX;
+	memset(device->diag.transport, 'x', sizeof(device->diag.transport));
+}
+
+static void hostile_images_do_no_harm_to_a_terminal(void **state)
+{
+	struct view_device *device = fresh();
+	struct screen screen;
+
+	(void)state;
+	spoil(device);
+	assert_null(strpbrk(status_of(device), "\x1b\x01\x7f"));
+	for (const char *c = text; *c; c++)
+		assert_true(*c == '\n' || (*c >= 0x20 && *c < 0x7f));
+	screen = (struct screen){ .rows = 0, .columns = 80 };
+	screen_line(&screen, "below the last row");
+	assert_int_equal(screen.row, 0);
+}
+
+static int print(void)
+{
+	fresh();
+	view.count = 3;
+	view.device[1] = view.device[0];
+	spoil(&view.device[1]);
+	view.device[2].freshness = VIEW_NONE;
+	strcpy(view.device[2].name, "away");
+	strcpy(view.device[2].why, "a \"reason\"");
+	view_judge(&view.device[0]);
+	view_judge(&view.device[1]);
+	print_json_all(&view, stdout);
+	return ferror(stdout) ? 1 : 0;
+}
+
+int main(int argc, char **argv)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_dead_daemon_is_noticed_by_our_own_clock),
+		cmocka_unit_test(old_data_of_a_living_daemon_is_stale),
+		cmocka_unit_test(a_stamp_of_the_future_is_no_age),
+		cmocka_unit_test(terminals_are_numbered_from_one),
+		cmocka_unit_test(a_device_that_never_answered_has_no_inputs),
+		cmocka_unit_test(durations_have_three_digits_and_a_unit),
+		cmocka_unit_test(hostile_images_do_no_harm_to_a_terminal),
+	};
+
+	if (argc > 1 && !strcmp(argv[1], "--print"))
+		return print();
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl discover: who answers in the network (protocol section 1.9).
+ *
+ * A device that hears the question over two networks answers twice, so
+ * answers of one serial number from one address are one. The address shown is
+ * the one the answer came from: that is the one that can be reached.
+ */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "daemon/transport/discovery.h"
+#include "tools/json.h"
+#include "tools/pokeysctl.h"
+#include "wire/model.h"
+
+enum { FOUND_MAX = 256 };
+
+struct found {
+	struct wire_discovery answer;
+	uint32_t address;
+};
+
+struct search {
+	size_t count;
+	struct found found[FOUND_MAX];
+};
+
+static bool take(void *context, const uint8_t *data, size_t length,
+		 const struct transport_address *from)
+{
+	struct search *search = context;
+	struct wire_discovery answer;
+
+	if (wire_discovery_decode(data, length, &answer) != WIRE_OK)
+		return false;
+	for (size_t i = 0; i < search->count; i++)
+		if (search->found[i].address == from->address &&
+		    search->found[i].answer.serial == answer.serial)
+			return false;
+	search->found[search->count].answer = answer;
+	search->found[search->count++].address = from->address;
+	return search->count == FOUND_MAX;
+}
+
+static int by_serial(const void *a, const void *b)
+{
+	const struct found *one = a, *other = b;
+
+	if (one->answer.serial != other->answer.serial)
+		return one->answer.serial < other->answer.serial ? -1 : 1;
+	return one->address < other->address ? -1 : one->address > other->address;
+}
+
+static void address_text(uint32_t address, char text[16])
+{
+	snprintf(text, 16, "%u.%u.%u.%u", address >> 24, address >> 16 & 255, address >> 8 & 255,
+		 address & 255);
+}
+
+static const char *type_name(const struct wire_discovery *answer)
+{
+	return answer->old_format ? "PoKeys56E" : wire_model(answer->hardware)->name;
+}
+
+static void firmware_text(const struct wire_discovery *answer, char text[16])
+{
+	struct wire_version version = wire_firmware(answer->firmware, answer->revision);
+
+	snprintf(text, 16, "%u.%u.%u", version.major, version.minor, version.revision);
+}
+
+static void print_table(const struct search *search)
+{
+	if (search->count)
+		printf("%-10s  %-20s  %-9s  %-15s  %s\n", "SERIAL", "TYPE", "FIRMWARE", "ADDRESS",
+		       "USER ID");
+	for (size_t i = 0; i < search->count; i++) {
+		const struct found *found = &search->found[i];
+		char address[16], firmware[16];
+
+		address_text(found->address, address);
+		firmware_text(&found->answer, firmware);
+		printf("%-10u  %-20s  %-9s  %-15s  %u\n", found->answer.serial,
+		       type_name(&found->answer), firmware, address, found->answer.user_id);
+	}
+}
+
+static void print_json(const struct search *search)
+{
+	struct json json;
+
+	json_init(&json, stdout);
+	json_object(&json, NULL);
+	json_array(&json, "devices");
+	for (size_t i = 0; i < search->count; i++) {
+		const struct found *found = &search->found[i];
+		char address[16], firmware[16];
+
+		address_text(found->address, address);
+		firmware_text(&found->answer, firmware);
+		json_object(&json, NULL);
+		json_unsigned(&json, "serial", found->answer.serial);
+		json_text(&json, "type", type_name(&found->answer));
+		json_unsigned(&json, "hardware", found->answer.hardware);
+		json_text(&json, "firmware", firmware);
+		json_text(&json, "address", address);
+		json_bool(&json, "dhcp", found->answer.dhcp);
+		json_unsigned(&json, "user_id", found->answer.user_id);
+		json_end(&json);
+	}
+	json_end(&json);
+	json_end(&json);
+}
+
+int command_discover(const struct options *options)
+{
+	static struct search search;
+	struct transport_address also[ADDRESSES_MAX] = { 0 };
+	struct discovery_options ask = {
+		.timeout_ms = options->timeout_ms,
+		.interface = options->interface,
+		.also = also,
+		.also_count = options->addresses,
+	};
+	int result;
+
+	for (size_t i = 0; i < options->addresses; i++)
+		also[i].address = options->address[i];
+	result = discovery_search(&ask, take, &search);
+	if (result < 0) {
+		complain("the network cannot be searched: %s",
+			 result == -ENODEV ? "there is no such interface" : strerror(-result));
+		return STATUS_FAILED;
+	}
+	qsort(search.found, search.count, sizeof(search.found[0]), by_serial);
+	if (options->json)
+		print_json(&search);
+	else
+		print_table(&search);
+	if (search.count)
+		return STATUS_OK;
+	complain("no device answered within %u ms; is it on, and in a network of this machine?",
+		 options->timeout_ms);
+	return STATUS_FAILED;
+}

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl(1): one table of subcommands, one of options. Which option goes
+ * with which subcommand stands in the table, so that help, parser and
+ * complaints agree.
+ */
+#include <arpa/inet.h>
+#include <getopt.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <pokeys/shm.h>
+#include "tools/pokeysctl.h"
+
+/* Which options a subcommand takes besides --json. */
+enum {
+	TAKES_RUNTIME = 1, TAKES_TIMEOUT = 2, TAKES_ADDRESS = 4, TAKES_INTERFACE = 8,
+	TAKES_COUNT = 16, TAKES_INTERVAL = 32, TAKES_NAMES = 64,
+};
+
+static const struct command {
+	const char *name, *arguments, *help;
+	unsigned int takes;
+	int (*run)(const struct options *options);
+} commands[] = {
+	{ "discover", "[--timeout MS] [--address A,B] [--interface NIC]",
+	  "search the network for devices", TAKES_TIMEOUT | TAKES_ADDRESS | TAKES_INTERFACE,
+	  command_discover },
+	{ "devices", "", "devices of the running daemon", TAKES_RUNTIME, command_devices },
+	{ "status", "[DEVICE ...]", "how they are, once", TAKES_RUNTIME | TAKES_NAMES,
+	  command_status },
+	{ "top", "[DEVICE ...] [--count N] [--interval S]", "how they are, again and again",
+	  TAKES_RUNTIME | TAKES_NAMES | TAKES_COUNT | TAKES_INTERVAL, command_top },
+};
+
+enum { COMMANDS = sizeof(commands) / sizeof(commands[0]) };
+
+static const struct option long_options[] = {
+	{ "runtime-directory", required_argument, NULL, 'r' },
+	{ "json", no_argument, NULL, 'j' },
+	{ "timeout", required_argument, NULL, 't' },
+	{ "address", required_argument, NULL, 'a' },
+	{ "interface", required_argument, NULL, 'i' },
+	{ "count", required_argument, NULL, 'n' },
+	{ "interval", required_argument, NULL, 'd' },
+	{ "help", no_argument, NULL, 'h' },
+	{ "version", no_argument, NULL, 'V' },
+	{ NULL, 0, NULL, 0 },
+};
+
+static void help(void)
+{
+	puts("usage: pokeysctl COMMAND [OPTION ...]\n");
+	for (size_t i = 0; i < COMMANDS; i++)
+		printf("  %s %s\n\t%s\n", commands[i].name, commands[i].arguments,
+		       commands[i].help);
+	puts("\n  -j, --json                   for scripts; pokeysctl(1) lists the keys\n"
+	     "  -r, --runtime-directory DIR  of the daemon (default " POKEYS_RUNTIME_DIRECTORY ")\n"
+	     "  -h, --help\n"
+	     "      --version");
+}
+
+static bool take_number(const char *name, const char *text, double minimum, double maximum,
+			double *out)
+{
+	char *end;
+	double value = strtod(text, &end);
+
+	if (end == text || *end || !isfinite(value) || value < minimum || value > maximum) {
+		complain("--%s: \"%s\" is not allowed; allowed: %g..%g", name, text, minimum,
+			 maximum);
+		return false;
+	}
+	*out = value;
+	return true;
+}
+
+static bool take_addresses(struct options *options, const char *text)
+{
+	char part[INET_ADDRSTRLEN + 1];
+	struct in_addr address;
+
+	while (*text) {
+		size_t length = strcspn(text, ",");
+
+		snprintf(part, sizeof(part), "%.*s", (int)length, text);
+		if (length >= sizeof(part) || inet_pton(AF_INET, part, &address) != 1) {
+			complain("--address: \"%s\" is not an IPv4 address", part);
+			return false;
+		}
+		if (options->addresses == ADDRESSES_MAX) {
+			complain("--address: at most %d addresses are allowed", ADDRESSES_MAX);
+			return false;
+		}
+		options->address[options->addresses++] = ntohl(address.s_addr);
+		text += length + (text[length] == ',');
+	}
+	return true;
+}
+
+/* One option; the bit that a command needs to take it goes into *needs. */
+static bool take_option(struct options *options, int option, unsigned int *needs)
+{
+	double number = 0;
+	bool good = true;
+
+	switch (option) {
+	case 'r':
+		*needs = TAKES_RUNTIME;
+		options->runtime_directory = optarg;
+		break;
+	case 't':
+		*needs = TAKES_TIMEOUT;
+		good = take_number("timeout", optarg, 1, 60000, &number);
+		options->timeout_ms = (uint32_t)number;
+		break;
+	case 'a':
+		*needs = TAKES_ADDRESS;
+		good = take_addresses(options, optarg);
+		break;
+	case 'i':
+		*needs = TAKES_INTERFACE;
+		options->interface = optarg;
+		break;
+	case 'n':
+		*needs = TAKES_COUNT;
+		good = take_number("count", optarg, 1, 1e9, &number);
+		options->count = (uint32_t)number;
+		break;
+	case 'd':
+		*needs = TAKES_INTERVAL;
+		good = take_number("interval", optarg, 0.01, 3600, &options->interval_s);
+		break;
+	case 'j':
+		options->json = true;
+		break;
+	default:
+		good = false;
+		complain("pokeysctl --help lists the options");
+	}
+	return good;
+}
+
+static const struct command *find_command(const char *name)
+{
+	for (size_t i = 0; i < COMMANDS; i++)
+		if (!strcmp(commands[i].name, name))
+			return &commands[i];
+	return NULL;
+}
+
+/* Any order of command, options and names. 0 and *command, or how to exit. */
+static bool take_line(struct options *options, int argc, char **argv,
+		      const struct command **command, int *status)
+{
+	unsigned int wanted = 0;
+	int option;
+
+	*status = STATUS_USAGE;
+	while ((option = getopt_long(argc, argv, "r:jh", long_options, NULL)) != -1) {
+		unsigned int needs = 0;
+
+		if (option == 'h' || option == 'V') {
+			option == 'h' ? help() : (void)puts("pokeysctl " POKEYSD_VERSION);
+			*status = STATUS_OK;
+			return false;
+		}
+		if (!take_option(options, option, &needs))
+			return false;
+		wanted |= needs;
+	}
+	*command = optind < argc ? find_command(argv[optind]) : NULL;
+	if (!*command) {
+		complain("%s%s%s; pokeysctl --help lists the commands",
+			 optind < argc ? "there is no command \"" : "which command?",
+			 optind < argc ? argv[optind] : "", optind < argc ? "\"" : "");
+		return false;
+	}
+	options->names = argv + optind + 1;
+	options->name_count = (size_t)(argc - optind - 1);
+	if (options->name_count)
+		wanted |= TAKES_NAMES;
+	if (wanted & ~(*command)->takes) {
+		complain("usage: pokeysctl %s [--json] %s", (*command)->name,
+			 (*command)->arguments);
+		return false;
+	}
+	return true;
+}
+
+int main(int argc, char **argv)
+{
+	struct options options = {
+		.runtime_directory = POKEYS_RUNTIME_DIRECTORY,
+		.timeout_ms = 500,
+		.interval_s = 0.5,
+	};
+	const struct command *command;
+	int status;
+
+	if (!take_line(&options, argc, argv, &command, &status))
+		return status;
+	status = command->run(&options);
+	if (fflush(stdout) || ferror(stdout))
+		return STATUS_FAILED;
+	return status;
+}

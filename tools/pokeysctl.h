@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* pokeysctl(1): what its parts share. */
+#ifndef TOOLS_POKEYSCTL_H
+#define TOOLS_POKEYSCTL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Exit statuses, as pokeysctl(1) lists them. */
+enum {
+	STATUS_OK = 0,
+	STATUS_FAILED = 1,		/* no daemon, no answer, cannot be read */
+	STATUS_STALE = 2,		/* read, but a device is not running or its data is old */
+	STATUS_USAGE = 64,
+};
+
+enum { ADDRESSES_MAX = 8 };
+
+/* The command line, after it was judged. */
+struct options {
+	const char *runtime_directory;
+	bool json;
+	uint32_t timeout_ms;
+	uint32_t count;			/* 0 = for ever */
+	double interval_s;
+	const char *interface;
+	uint32_t address[ADDRESSES_MAX];
+	size_t addresses;
+	char *const *names;		/* devices */
+	size_t name_count;
+};
+
+/* One line to stderr: "pokeysctl: ...". */
+void complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* The subcommands; each returns an exit status. */
+int command_discover(const struct options *options);
+int command_devices(const struct options *options);
+int command_status(const struct options *options);
+int command_top(const struct options *options);
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* A device as text for a person and as JSON for a script. */
+#ifndef TOOLS_PRINT_H
+#define TOOLS_PRINT_H
+
+#include <stdio.h>
+#include "tools/json.h"
+#include "tools/view.h"
+
+/* "212 us", "1.20 ms", "3.4 s", "-" for infinity: at most 9 characters. */
+const char *print_duration(double ns, char text[16]);
+
+/* A text of an image, which need not end and may hold anything, as printable ASCII. */
+const char *print_clean(const char *bytes, size_t size, char text[32]);
+
+/* Terminals (1-based) of the bits that are set, "none" if none is. */
+void print_pins(const uint8_t bits[POKEYS_PIN_BYTES], char *text, size_t size);
+
+bool print_bit(const uint8_t *bits, unsigned int index);
+
+/* Everything worth knowing of a device, in a dozen lines. */
+void print_status(const struct view_device *device, FILE *to);
+
+/* One JSON document of all devices on one line; its keys are those of pokeysctl(1). */
+void print_json_all(const struct view *view, FILE *to);
+
+/* The histograms of the diagnostic image, in the order they are shown. */
+struct print_histogram {
+	const char *key, *title;
+	size_t offset;
+};
+extern const struct print_histogram print_histograms[];
+extern const size_t print_histogram_count;
+const struct pokeys_histogram *print_histogram_of(const struct pokeys_diag *diag, size_t index);
+
+#endif

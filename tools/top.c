@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl top: one device on 80 by 24 characters, or a line for each of
+ * several. What a machinist looks for stands on top: does it run, how old is
+ * the data, is it in the safe state.
+ *
+ * Rates are differences between two drawings; all else is of one moment.
+ */
+#include <errno.h>
+#include <math.h>
+#include <poll.h>
+#include <signal.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+#include <pokeys/names.h>
+#include "tools/pokeysctl.h"
+#include "tools/print.h"
+#include "tools/screen.h"
+#include "tools/view.h"
+
+/* Counters as they were drawn last, for rates. */
+struct before {
+	uint64_t now_ns, cycle, received, lost;
+};
+
+struct rates {
+	double cycles, received, lost;	/* a second; NAN at first */
+};
+
+static struct rates rates_of(struct before *before, const struct view_device *device)
+{
+	const struct pokeys_state *state = &device->state;
+	double seconds = (double)(device->now_ns - before->now_ns) / 1e9;
+	struct rates rates = { NAN, NAN, NAN };
+
+	if (before->now_ns && state->cycle >= before->cycle) {
+		rates.cycles = (double)(state->cycle - before->cycle) / seconds;
+		rates.received = (double)(state->statistics.received - before->received) / seconds;
+		rates.lost = (double)(state->statistics.lost - before->lost) / seconds;
+	}
+	*before = (struct before){ device->now_ns, state->cycle, state->statistics.received,
+				   state->statistics.lost };
+	return rates;
+}
+
+static void draw_head(struct screen *screen, const struct view_device *device,
+		      const struct rates *rates)
+{
+	const struct pokeys_state *state = &device->state;
+	const struct pokeys_identity *id = &state->identity;
+	char age[16], type[32];
+
+	screen_line(screen, "%s: %s%s%s", device->name, pokeys_link_name(state->link),
+		    *device->why ? ": " : "", device->why);
+	screen_line(screen, "%s %u  firmware %u.%u.%u  at %u.%u.%u.%u",
+		    *id->type ? print_clean(id->type, sizeof(id->type), type) :
+				"(not identified yet)",
+		    id->serial, id->firmware_major, id->firmware_minor, id->firmware_revision,
+		    id->address >> 24, id->address >> 16 & 255, id->address >> 8 & 255,
+		    id->address & 255);
+	screen_line(screen, "age %-9s %s%s%s%s%s",
+		    print_duration(view_age_ns(device->now_ns, state->t_digital_ns), age),
+		    state->flags & POKEYS_STATE_COMMANDER ? " commanded" : " no commander",
+		    state->flags & POKEYS_STATE_MACHINE_ON ? "  machine on" : "",
+		    state->flags & POKEYS_STATE_SAFE ? "  SAFE STATE" : "",
+		    state->flags & POKEYS_STATE_BAD_COMMAND ? "  COMMANDS REFUSED" : "",
+		    state->flags & POKEYS_STATE_REALTIME ? "" : "  NOT REALTIME");
+	if (!isnan(rates->cycles))
+		screen_line(screen, "cycle %llu, %.0f/s   packets %.0f/s, lost %.3g/s, lost in "
+			    "all %llu",
+			    (unsigned long long)state->cycle, rates->cycles, rates->received,
+			    rates->lost, (unsigned long long)state->statistics.lost);
+	else
+		screen_line(screen, "cycle %llu   lost in all %llu",
+			    (unsigned long long)state->cycle,
+			    (unsigned long long)state->statistics.lost);
+}
+
+/* Ten terminals to a group; '.' off, '#' on, ' ' not of this kind. */
+static void pin_row(const uint8_t *bits, const uint8_t *shown, char out[72])
+{
+	size_t at = 0;
+
+	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++) {
+		bool is_shown = !shown || print_bit(shown, pin);
+
+		if (pin && pin % 10 == 0)
+			out[at++] = ' ';
+		out[at++] = !is_shown ? ' ' : print_bit(bits, pin) ? '#' : '.';
+	}
+	out[at] = '\0';
+}
+
+static void draw_pins(struct screen *screen, const struct pokeys_state *state)
+{
+	char row[72];
+
+	screen_line(screen, "pin  1          11         21         31         41         51");
+	pin_row(state->digital_in, NULL, row);
+	screen_line(screen, "in   %s", row);
+	pin_row(state->digital_out, state->digital_out_owned, row);
+	screen_line(screen, "out  %s", row);
+	screen_line(screen, "adc  %u %u %u %u %u %u %u", state->analog[0], state->analog[1],
+		    state->analog[2], state->analog[3], state->analog[4], state->analog[5],
+		    state->analog[6]);
+}
+
+/* Six to a line, at most three lines. */
+static void draw_encoders(struct screen *screen, const struct pokeys_state *state)
+{
+	char line[100] = "enc ";
+	unsigned int shown = 0;
+
+	for (unsigned int i = 0; i < POKEYS_ENCODERS && shown < 18; i++) {
+		if (!(state->encoder_enabled >> i & 1))
+			continue;
+		if (shown && shown % 6 == 0) {
+			screen_line(screen, "%s", line);
+			strcpy(line, "    ");
+		}
+		snprintf(line + strlen(line), sizeof(line) - strlen(line), "%2u:%-9d", i,
+			 state->encoder[i]);
+		shown++;
+	}
+	if (shown)
+		screen_line(screen, "%s", line);
+}
+
+static void draw_axes(struct screen *screen, const struct pokeys_engine *engine)
+{
+	if (!engine->axes_enabled)
+		return;
+	screen_line(screen, "axis    position   reference  state               engine %s%s",
+		    pokeys_engine_state_name(engine->state), engine->emergency ? " EMERGENCY" : "");
+	for (unsigned int i = 0; i < engine->axes_enabled && i < POKEYS_AXES; i++) {
+		const struct pokeys_axis *axis = &engine->axis[i];
+
+		screen_line(screen, "%4u %11d %11d  %-18s %s%s%s%s%s", i, axis->position,
+			    axis->reference, pokeys_axis_state_name(axis->state),
+			    axis->homed ? " homed" : "", axis->limit_minus ? " LIMIT-" : "",
+			    axis->limit_plus ? " LIMIT+" : "", axis->home ? " home-switch" : "",
+			    axis->error ? " ERROR" : "");
+	}
+}
+
+static void draw_latencies(struct screen *screen, const struct pokeys_diag *diag)
+{
+	static const double parts[] = { 0.5, 0.9, 0.99, 0.999 };
+	char transport[32];
+
+	screen_line(screen, "%-14s %9s %9s %9s %9s %9s",
+		    print_clean(diag->transport, sizeof(diag->transport), transport), "median",
+		    "p90", "p99",
+		    "p99.9", "most");
+	for (size_t i = 0; i < print_histogram_count; i++) {
+		const struct pokeys_histogram *h = print_histogram_of(diag, i);
+		char text[5][16];
+
+		if (!h->count)
+			continue;
+		for (size_t p = 0; p < 4; p++)
+			print_duration((double)pokeys_histogram_percentile(h, parts[p]), text[p]);
+		print_duration((double)h->max_ns, text[4]);
+		screen_line(screen, "%-14s %9s %9s %9s %9s %9s", print_histograms[i].title, text[0],
+			    text[1], text[2], text[3], text[4]);
+	}
+}
+
+static void draw_one(struct screen *screen, const struct view_device *device,
+		     struct before *before)
+{
+	struct rates rates;
+
+	if (device->freshness == VIEW_NONE) {
+		screen_line(screen, "%s: not attached: %s", device->name, device->why);
+		return;
+	}
+	rates = rates_of(before, device);
+	draw_head(screen, device, &rates);
+	draw_pins(screen, &device->state);
+	draw_encoders(screen, &device->state);
+	draw_axes(screen, &device->state.engine);
+	if (device->has_diag)
+		draw_latencies(screen, &device->diag);
+}
+
+static void draw_row(struct screen *screen, const struct view_device *device,
+		     struct before *before)
+{
+	char age[16], half[16], most[16];
+	const struct pokeys_histogram *h = &device->diag.round_trip;
+	struct rates rates;
+
+	if (device->freshness == VIEW_NONE) {
+		screen_line(screen, "%-16s not attached: %s", device->name, device->why);
+		return;
+	}
+	rates = rates_of(before, device);
+	screen_line(screen, "%-16s %-12s %9s %9s %9s %8.3g  %s", device->name,
+		    pokeys_link_name(device->state.link),
+		    print_duration(view_age_ns(device->now_ns, device->state.t_digital_ns), age),
+		    print_duration(device->has_diag ?
+				   (double)pokeys_histogram_percentile(h, 0.5) : INFINITY, half),
+		    print_duration(device->has_diag ?
+				   (double)pokeys_histogram_percentile(h, 0.99) : INFINITY, most),
+		    isnan(rates.lost) ? 0 : rates.lost, device->why);
+}
+
+static void draw(struct screen *screen, const struct view *view, struct before *before)
+{
+	screen_begin(screen);
+	if (view->count == 1) {
+		draw_one(screen, &view->device[0], &before[0]);
+	} else {
+		screen_line(screen, "%-16s %-12s %9s %9s %9s %8s", "DEVICE", "LINK", "AGE",
+			    "TRIP P50", "TRIP P99", "LOST/S");
+		for (size_t i = 0; i < view->count; i++)
+			draw_row(screen, &view->device[i], &before[i]);
+	}
+	screen_end(screen);
+}
+
+/* Sleep, unless somebody presses ^C; true = they did. */
+static bool interrupted(int signal_fd, double seconds)
+{
+	struct pollfd poll_fd = { .fd = signal_fd, .events = POLLIN };
+
+	return poll(&poll_fd, 1, (int)(seconds * 1000)) > 0;
+}
+
+static void show(const struct options *options, struct view *view, int signal_fd)
+{
+	static struct before before[VIEW_DEVICES];
+	struct screen screen;
+
+	if (!options->json)
+		screen_open(&screen);
+	for (uint32_t done = 1;; done++) {
+		view_read(view);
+		if (options->json)
+			print_json_all(view, stdout);
+		else
+			draw(&screen, view, before);
+		if (ferror(stdout) || done == options->count ||
+		    interrupted(signal_fd, options->interval_s))
+			break;
+	}
+	if (!options->json)
+		screen_close(&screen);
+}
+
+int command_top(const struct options *options)
+{
+	static struct view view;
+	sigset_t set;
+	int signal_fd;
+	int status = view_open(&view, options->runtime_directory, options->names,
+			       options->name_count);
+
+	if (!status) {
+		sigemptyset(&set);
+		sigaddset(&set, SIGINT);
+		sigaddset(&set, SIGTERM);
+		sigprocmask(SIG_BLOCK, &set, NULL);
+		signal(SIGPIPE, SIG_IGN);
+		signal_fd = signalfd(-1, &set, SFD_CLOEXEC);
+		show(options, &view, signal_fd);
+		if (signal_fd >= 0)
+			close(signal_fd);
+	}
+	view_close(&view);
+	return status;
+}

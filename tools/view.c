@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * A flag in an image says what its writer thought; a writer that is dead
+ * thinks nothing any more. So how old things are is decided here, by this
+ * program's clock, from the time stamps.
+ */
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include <pokeys/names.h>
+#include "tools/pokeysctl.h"
+#include "tools/view.h"
+
+/* A writer that missed so many periods, and at least so long, is not late but gone. */
+enum { DEAD_PERIODS = 20 };
+#define DEAD_NS UINT64_C(100000000)
+
+uint64_t view_now(void)
+{
+	struct timespec now;
+
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	return (uint64_t)now.tv_sec * UINT64_C(1000000000) + (uint64_t)now.tv_nsec;
+}
+
+double view_age_ns(uint64_t now_ns, uint64_t then_ns)
+{
+	if (!then_ns)
+		return INFINITY;
+	return now_ns > then_ns ? (double)(now_ns - then_ns) : 0;
+}
+
+void view_judge(struct view_device *device)
+{
+	const struct pokeys_state *state = &device->state;
+	double silent = view_age_ns(device->now_ns, state->t_publish_ns);
+	double age = view_age_ns(device->now_ns, state->t_digital_ns);
+	double limit = fmax((double)DEAD_NS, (double)state->period_ns * DEAD_PERIODS);
+
+	device->freshness = VIEW_FRESH;
+	device->why[0] = '\0';
+	if (silent > limit) {
+		device->freshness = VIEW_DEAD;
+		snprintf(device->why, sizeof(device->why),
+			 "stale (daemon not publishing for %.1f s)", silent / 1e9);
+	} else if (state->link != POKEYS_LINK_RUNNING && state->fault) {
+		device->freshness = VIEW_STALE;
+		snprintf(device->why, sizeof(device->why), "%s", pokeys_fault_name(state->fault));
+	} else if (state->link != POKEYS_LINK_RUNNING || age > (double)state->stale_after_ns) {
+		device->freshness = VIEW_STALE;
+		if (isinf(age))
+			snprintf(device->why, sizeof(device->why), "no data yet");
+		else
+			snprintf(device->why, sizeof(device->why), "stale (data is %.4g ms old)",
+				 age / 1e6);
+	}
+}
+
+static void read_one(struct view_device *device)
+{
+	enum pokeys_client_state attached = pokeys_client_poll(device->client);
+	int result = pokeys_client_read(device->client, &device->state);
+
+	device->now_ns = view_now();
+	device->has_diag = !result && !pokeys_client_read_diag(device->client, &device->diag) &&
+			   device->diag.t_publish_ns;
+	if (!result) {
+		view_judge(device);
+		return;
+	}
+	device->freshness = VIEW_NONE;
+	if (attached == POKEYS_CLIENT_ATTACHED)
+		snprintf(device->why, sizeof(device->why), "the shared memory cannot be read: %s",
+			 strerror(-result));
+	else
+		pokeys_client_status(device->client, device->why, sizeof(device->why));
+}
+
+void view_read(struct view *view)
+{
+	for (size_t i = 0; i < view->count; i++)
+		read_one(&view->device[i]);
+}
+
+static int no_daemon(const struct view *view, int result)
+{
+	if (result < 0)
+		complain("%s: %s", view->runtime_directory, strerror(-result));
+	else
+		complain("no daemon runs in %s; start it (systemctl start pokeysd), or name "
+			 "another folder with --runtime-directory", view->runtime_directory);
+	return STATUS_FAILED;
+}
+
+static int no_device(const struct view *view, const char *name,
+		     char names[][POKEYS_SHM_NAME_MAX], int known)
+{
+	char text[VIEW_DEVICES * (POKEYS_SHM_NAME_MAX + 2)] = "";
+	size_t at = 0;
+
+	for (int i = 0; i < known; i++)
+		at += (size_t)snprintf(text + at, sizeof(text) - at, "%s%s", i ? ", " : "",
+				       names[i]);
+	complain("the daemon in %s has no device \"%s\"; it has: %s", view->runtime_directory, name,
+		 text);
+	return STATUS_FAILED;
+}
+
+static bool is_among(const char *name, char names[][POKEYS_SHM_NAME_MAX], int known)
+{
+	for (int i = 0; i < known; i++)
+		if (!strcmp(names[i], name))
+			return true;
+	return false;
+}
+
+int view_open(struct view *view, const char *runtime_directory, char *const names[], size_t count)
+{
+	char known[VIEW_DEVICES][POKEYS_SHM_NAME_MAX];
+	int result;
+
+	memset(view, 0, sizeof(*view));
+	view->runtime_directory = runtime_directory;
+	result = pokeys_shm_devices(runtime_directory, known, VIEW_DEVICES);
+	if (result <= 0)
+		return no_daemon(view, result);
+	if (result > VIEW_DEVICES)
+		result = VIEW_DEVICES;
+	if (count > VIEW_DEVICES)
+		count = VIEW_DEVICES;
+	view->count = count ? count : (size_t)result;
+	for (size_t i = 0; i < view->count; i++) {
+		struct view_device *device = &view->device[i];
+		const char *name = count ? names[i] : known[i];
+
+		if (!is_among(name, known, result))
+			return no_device(view, name, known, result);
+		snprintf(device->name, sizeof(device->name), "%s", name);
+		if (pokeys_client_open(&device->client, runtime_directory, name, "pokeysctl", 0)) {
+			complain("no memory to attach to %s", name);
+			return STATUS_FAILED;
+		}
+	}
+	return 0;
+}
+
+void view_close(struct view *view)
+{
+	for (size_t i = 0; i < view->count; i++)
+		pokeys_client_close(view->device[i].client);
+	view->count = 0;
+}

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The devices of one daemon, as this program sees them by its own clock. */
+#ifndef TOOLS_VIEW_H
+#define TOOLS_VIEW_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <pokeys/shm.h>
+
+enum { VIEW_DEVICES = 16 };
+
+/* How the newest image is to be taken. */
+enum view_freshness {
+	VIEW_NONE,			/* nothing could be read; see `why` */
+	VIEW_DEAD,			/* the daemon does not publish any more */
+	VIEW_STALE,			/* it does, but the device's data is old */
+	VIEW_FRESH,
+};
+
+struct view_device {
+	char name[POKEYS_SHM_NAME_MAX];
+	pokeys_client *client;
+	uint64_t now_ns;		/* when it was read */
+	enum view_freshness freshness;
+	bool has_diag;
+	char why[200];			/* one line, empty when fresh */
+	struct pokeys_state state;
+	struct pokeys_diag diag;
+};
+
+struct view {
+	const char *runtime_directory;
+	size_t count;
+	struct view_device device[VIEW_DEVICES];
+};
+
+uint64_t view_now(void);
+
+/*
+ * Attach to the named devices, or to all if there are no names. 0, or a
+ * status to exit with, and then it has been said why.
+ */
+int view_open(struct view *view, const char *runtime_directory, char *const names[], size_t count);
+
+/* Read them all. */
+void view_read(struct view *view);
+
+void view_close(struct view *view);
+
+/* Judge an image that was read at now_ns: freshness and `why`. */
+void view_judge(struct view_device *device);
+
+/* Nanoseconds since `then`, 0 if it lies ahead; INFINITY if it never was. */
+double view_age_ns(uint64_t now_ns, uint64_t then_ns);
+
+#endif
