@@ -1,0 +1,146 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The whole way of the data, live, without hardware.
+
+Starts the simulator, the daemon and LinuxCNC's HAL with pokeys_shm; drives an
+axis and an output through pins; shows what comes back; judges it; ends with
+one line and a status. Started by scripts/demo, inside its isolation.
+
+/usr/bin/python3 because LinuxCNC's Python module belongs to Debian's Python.
+"""
+import argparse
+import math
+import os
+import signal
+import sys
+import time
+
+from rig import Fault, Rig
+
+SCALE = 200.0  # pulses per millimetre
+COUNTS = 1.0  # encoder counts per pulse, as the simulator's preset couples them
+STROKE = 20.0  # mm
+MOVE_S = 4.0  # one way there and back
+REST = 5.0  # mm, where it ends
+# HAL numbers: the preset wires terminal 31 to terminal 9. An output that is on
+# pulls its terminal low (protocol section 3.3), so the input is its inverse.
+OUT_PIN, IN_PIN = 30, f"pin.{8:02}.in-not"
+
+
+class Demo(Rig):
+    def __init__(self, build, seconds):
+        super().__init__(build, "demo")
+        self.seconds, self.pins = seconds, None
+
+    def start(self):
+        cpus = sorted(os.sched_getaffinity(0))
+        self.start_simulator("--service-us", "100")
+        self.start_daemon({"cpu": cpus[-1]} if len(cpus) > 1 else {},
+                          {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position",
+                           # without a realtime kernel the servo thread may be late
+                           "heartbeat-timeout-ms": 1000})
+        self.start_hal()
+        self.make_pins()
+
+    def make_pins(self):
+        hal = self.hal
+        self.pins = hal.component("demo")
+        for name, kind in (("machine-on", hal.HAL_BIT), ("enable", hal.HAL_BIT),
+                           ("out", hal.HAL_BIT), ("pos", hal.HAL_FLOAT)):
+            self.pins.newpin(name, kind, hal.HAL_OUT)
+        self.pins.ready()
+        self.halcmd("setp", "pokeys.0.joint.00.scale", str(SCALE))
+        self.halcmd("setp", "pokeys.0.encoder.00.scale", str(SCALE * COUNTS))
+        for pin, target in (("machine-on", "machine-is-on"), ("enable", "joint.00.enable"),
+                            ("out", f"pin.{OUT_PIN:02}.out"), ("pos", "joint.00.pos-cmd")):
+            self.halcmd("net", f"demo-{pin}", f"demo.{pin}", f"pokeys.0.{target}")
+        self.halcmd("start")
+
+    def enable(self):
+        self.wait_for("pokeys.0.connected", lambda: self.get("connected"), 10)
+        self.pins["pos"] = self.get("joint.00.pos-fb")
+        self.pins["enable"] = True
+        self.pins["machine-on"] = True
+        self.wait_for("pokeys.0.joint.00.enabled", lambda: self.get("joint.00.enabled"), 5)
+
+    def line(self, elapsed, out):
+        g = self.get
+        return (f"{elapsed:5.1f} s  cmd {self.pins['pos']:7.3f} mm  pos {g('joint.00.pos-fb'):7.3f} mm"
+                f"  encoder {g('encoder.00.count'):7d}  out {out:d} in-not {g(IN_PIN):d}"
+                f"  adc {g('adc.02.value'):5.3f} V  age {g('age-us'):6.0f} us  rtt {g('rtt-us'):5.0f} us")
+
+    def play(self):
+        """Drive the axis and the output; ages are sampled as often as this loop runs."""
+        ages, error, wrong, moved = [], 0.0, 0, [math.inf, -math.inf]
+        begin, shown, out_since = time.monotonic(), -1.0, time.monotonic()
+        while (elapsed := time.monotonic() - begin) < self.seconds:
+            self.pins["pos"] = STROKE / 2 * (1 - math.cos(2 * math.pi * elapsed / MOVE_S))
+            out = int(elapsed * 2) % 2
+            if out != self.pins["out"]:
+                self.pins["out"], out_since = bool(out), time.monotonic()
+            position = self.get("joint.00.pos-fb")
+            moved = [min(moved[0], position), max(moved[1], position)]
+            error = max(error, abs(position - self.pins["pos"]))
+            if time.monotonic() - out_since > 0.1 and self.get(IN_PIN) != self.pins["out"]:
+                wrong += 1
+            ages.append(self.get("age-us"))
+            step = 0.1 if sys.stdout.isatty() else 1.0
+            if elapsed - shown >= step:
+                shown = elapsed
+                end = "\r" if sys.stdout.isatty() else "\n"
+                print(self.line(elapsed, out), end=end, flush=True)
+            time.sleep(0.002)
+        if sys.stdout.isatty():
+            print()
+        return ages, error, wrong, moved
+
+    def at_rest(self):
+        return self.get("joint.00.in-position") and abs(self.get("joint.00.pos-fb") - REST) < 0.5 / SCALE
+
+    def judge(self, ages, error, wrong, moved):
+        self.pins["pos"] = REST
+        self.wait_for(f"the axis coming to rest at {REST} mm", self.at_rest, 5)
+        pulses = round(self.get("joint.00.pos-fb") * SCALE)
+        counts = self.get("encoder.00.count")
+        if self.seconds >= MOVE_S and moved[1] - moved[0] < 0.9 * STROKE:
+            raise Fault(f"the axis moved {moved[1] - moved[0]:.3f} mm instead of {STROKE} mm")
+        if error > 5.0:
+            raise Fault(f"the axis was {error:.3f} mm behind its command")
+        if wrong:
+            raise Fault(f"{IN_PIN} differed from pin.{OUT_PIN}.out, which is wired to it, {wrong} times")
+        if abs(counts - pulses * COUNTS) > COUNTS:
+            raise Fault(f"the encoder says {counts} counts where {pulses} pulses make {pulses * COUNTS:.0f}")
+        if not ages:
+            raise Fault("no sample was taken")
+        status = self.status()
+        state, latency = status["state"], status["diag"]["latency_us"]
+        ages.sort()
+        return (f"demo: ok cycles={state['cycle']} lost={state['statistics']['lost']}"
+                f" age_us_p50={ages[len(ages) // 2]:.0f} age_us_p99={ages[len(ages) * 99 // 100]:.0f}"
+                f" rtt_us_p50={latency['fast_round_trip']['p50']:.0f}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--build", required=True)
+    parser.add_argument("--seconds", type=float, default=20)
+    options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    demo = Demo(options.build, options.seconds)
+    try:
+        demo.start()
+        demo.enable()
+        print(f"PoKeys57CNC (simulated) -> pokeysd -> shared memory -> pokeys_shm, for {options.seconds:g} s")
+        last = demo.judge(*demo.play())
+    except Fault as fault:
+        last = f"demo: failed: {fault}"
+    except KeyboardInterrupt:
+        last = "demo: interrupted"
+    finally:
+        demo.close()
+    print(last, flush=True)
+    return 0 if last.startswith("demo: ok") else 130 if "interrupted" in last else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+# shellcheck shell=bash
+# What the project needs from Debian, and how it gets there. Sourced by ./run.
+#
+# Everything is a Debian 12 package. The Rust compiler has to be newer than
+# Debian 12's default one (iceoryx2 0.10 wants 1.89): a newer cargo on PATH is
+# taken as it is, else the security archive's rustc-web and cargo-web.
+
+PACKAGES_BUILD=(
+	build-essential		# the compiler
+	meson ninja-build pkg-config
+	liburing-dev		# io_uring
+	libinih-dev		# pokeysd.conf
+	libcmocka-dev		# unit tests
+	libclang-dev		# bindgen, for iceoryx2
+	scdoc			# man pages
+	linuxcnc-uspace linuxcnc-uspace-dev	# HAL: to build against and to run
+	python3 iproute2 procps util-linux
+)
+PACKAGES_TEST=(
+	clang libclang-rt-14-dev	# libFuzzer
+	strace			# system calls of the realtime thread
+	systemd			# systemd-analyze
+)
+PACKAGES_RUST=(rustc-web cargo-web)
+RUST_MINIMUM=1.89
+
+say() { printf 'pokeysd: %s\n' "$*"; }
+die() { printf 'pokeysd: %s\n' "$*" >&2; exit 1; }
+
+as_root() {
+	if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+package_installed() {
+	[ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
+}
+
+# Install those of the named packages that are missing, and say which.
+install_packages() {
+	local package missing=()
+	command -v dpkg-query >/dev/null && command -v apt-get >/dev/null ||
+		die "this is not Debian: install what corresponds to: $*"
+	for package; do
+		package_installed "$package" || missing+=("$package")
+	done
+	[ ${#missing[@]} -gt 0 ] || return 0
+	[ "$(id -u)" = 0 ] || command -v sudo >/dev/null ||
+		die "not root and no sudo; as root run: apt-get install ${missing[*]}"
+	say "installing with apt-get: ${missing[*]}"
+	as_root apt-get update -qq
+	as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq \
+		--no-install-recommends "${missing[@]}" >/dev/null ||
+		die "apt-get could not install: ${missing[*]}"
+}
+
+rust_is_new_enough() {
+	local have
+	command -v cargo >/dev/null && command -v rustc >/dev/null || return 1
+	have=$(rustc --version 2>/dev/null | awk '{ sub(/-.*/, "", $2); print $2 }')
+	[ -n "$have" ] && [ "$(printf '%s\n' "$RUST_MINIMUM" "$have" | sort -V | head -n 1)" = "$RUST_MINIMUM" ]
+}
+
+install_for_build() {
+	install_packages "${PACKAGES_BUILD[@]}"
+	rust_is_new_enough || install_packages "${PACKAGES_RUST[@]}"
+	rust_is_new_enough || die "rustc $RUST_MINIMUM or newer is needed, found: $(rustc --version 2>&1 || true)"
+}
+
+install_for_test() {
+	install_for_build
+	install_packages "${PACKAGES_TEST[@]}"
+}

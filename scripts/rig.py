@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Simulator, daemon and LinuxCNC's HAL of one's own, for the demo and the bench.
+
+To be used inside scripts/hal-isolated: whatever is started here ends with that
+namespace, also when this program is interrupted or killed.
+"""
+import json
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import time
+
+ADDRESS = "127.0.0.1"  # the network namespace is ours alone
+
+
+class Fault(Exception):
+    """What failed, in one line."""
+
+
+class Rig:
+    def __init__(self, build, name):
+        self.build, self.device = pathlib.Path(build), name
+        self.run = pathlib.Path(tempfile.mkdtemp(prefix="pokeys-"))
+        self.run.chmod(0o755)
+        self.started = {}
+        self.hal = None
+
+    def spawn(self, name, *words):
+        command = [str(word) for word in words]
+        with open(self.run / f"{name}.log", "wb") as log:
+            try:
+                child = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
+            except OSError as error:
+                raise Fault(f"{name} cannot be started: {error}") from None
+        self.started[name] = child
+        return child
+
+    def log_tail(self, name):
+        lines = (self.run / f"{name}.log").read_text(errors="replace").strip().splitlines()
+        return lines[-1] if lines else "it said nothing"
+
+    def wait_for(self, what, test, limit, name=None):
+        """Until test() holds; a Fault after `limit` s, or if the named child ends before."""
+        end = time.monotonic() + limit
+        while time.monotonic() < end:
+            if test():
+                return
+            if name and self.started[name].poll() is not None:
+                raise Fault(f"{name} ended with {self.started[name].returncode}: {self.log_tail(name)}")
+            time.sleep(0.02)
+        raise Fault(f"{what} did not happen within {limit} s")
+
+    def halcmd(self, *words):
+        """To a file, not a pipe: rtapi_app, which loadrt starts, keeps the output open."""
+        with open(self.run / "halcmd.log", "w+", encoding="utf-8") as log:
+            done = subprocess.run(("halcmd",) + words, stdout=log, stderr=log,
+                                  stdin=subprocess.DEVNULL, timeout=20, check=False)
+            log.seek(0)
+            said = log.read()
+        if done.returncode:
+            raise Fault(f"halcmd {' '.join(words)}: {said.strip()}")
+        return said
+
+    def status(self):
+        """The device's entry of pokeysctl's JSON."""
+        done = subprocess.run((self.build / "tools/pokeysctl", "--runtime", self.run / "pokeysd",
+                               "status", self.device, "--json"),
+                              capture_output=True, text=True, check=False)
+        try:
+            return json.loads(done.stdout)["devices"][0]
+        except (ValueError, TypeError, LookupError):
+            raise Fault(f"pokeysctl status: {(done.stderr or done.stdout).strip()}") from None
+
+    def start_simulator(self, *options):
+        socket = self.run / "sim.sock"
+        self.spawn("pokeys-sim", self.build / "sim/pokeys-sim", "--model", "57CNC",
+                   "--address", ADDRESS, "--control", socket, "--preset", "demo", *options)
+        self.wait_for("the simulator's control socket", socket.exists, 5, "pokeys-sim")
+
+    def start_daemon(self, daemon, device):
+        """`daemon` and `device` are dicts of keys for the two sections."""
+        conf = self.run / "pokeysd.conf"
+        daemon = {"runtime-directory": self.run / "pokeysd", "realtime": "optional", **daemon}
+        device = {"address": ADDRESS, **device}
+        lines = ["[daemon]", *(f"{k} = {v}" for k, v in daemon.items()),
+                 f"[device {self.device}]", *(f"{k} = {v}" for k, v in device.items())]
+        conf.write_text("\n".join(lines) + "\n")
+        self.spawn("pokeysd", self.build / "daemon/control/pokeysd", "--config", conf)
+        self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, 10, "pokeysd")
+        self.wait_for("the device running", lambda: self.status()["fresh"], 10, "pokeysd")
+
+    def start_hal(self):
+        self.halcmd("loadrt", "threads", "name1=servo-thread", "period1=1000000")
+        self.halcmd("loadrt", "pokeys_shm", f"devices={self.device}", f"runtime={self.run}/pokeysd")
+        self.halcmd("addf", "pokeys.0.read", "servo-thread")
+        self.halcmd("addf", "pokeys.0.write", "servo-thread")
+        import hal  # pylint: disable=import-outside-toplevel
+        self.hal = hal
+
+    def get(self, pin):
+        return self.hal.get_value(f"pokeys.0.{pin}")
+
+    def stop(self, name):
+        child = self.started.pop(name)
+        child.terminate()
+        try:
+            child.wait(3)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()
+
+    def close(self):
+        if self.hal:
+            # not "halrun -U": that ends whoever has HAL's memory mapped, us too
+            self.halcmd("unloadrt", "all")
+        for name in reversed(list(self.started)):
+            self.stop(name)
+        shutil.rmtree(self.run, ignore_errors=True)

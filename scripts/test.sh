@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+# shellcheck shell=bash
+# Run the suites and count. Sourced by ./run.
+#
+# unit, sim and fuzz tests run side by side; net, hal and vm tests hold real
+# sockets, LinuxCNC or a machine and have the processor for themselves. The
+# sanitized builds run unit and sim again. The last line is
+# "N passed, N failed, N skipped".
+#
+# Random tests take their seed from POKEYS_SEED. Here it is one number, so that
+# the same tree gives the same answer; POKEYS_SEED=N ./run test tries another.
+
+export POKEYS_SEED=${POKEYS_SEED:-20055}
+
+SUITES_ALL=(unit sim net hal vm fuzz asan tsan)
+
+# suite_run BUILD LABEL JOBS SUITE...
+suite_run() {
+	local build=$1 label=$2 jobs=$3 suite arguments=()
+	shift 3
+	for suite; do arguments+=(--suite "$suite"); done
+	say "testing: $label"
+	meson test -C "$build" --no-rebuild --print-errorlogs --num-processes "$jobs" \
+		--timeout-multiplier "$([ "$build" = build ] && echo 2 || echo 8)" \
+		--logbase "log-$label" "${arguments[@]}" || true
+	TEST_LOGS+=("$build/meson-logs/log-$label.json")
+}
+
+sanitized_run() {
+	local label=$1 sanitizer=$2
+	configure_and_build "build/$label" -Dwerror=true -Db_sanitize="$sanitizer" -Db_lundef=false \
+		-Dcargo-target-dir="$PWD/build/shm/cargo" || die "the $label build failed"
+	suite_run "build/$label" "$label" 2 unit sim
+}
+
+run_tests() {
+	local suite
+	TEST_LOGS=()
+	[ $# -gt 0 ] || set -- "${SUITES_ALL[@]}"
+	for suite; do
+		[[ " ${SUITES_ALL[*]} " == *" $suite "* ]] ||
+			die "unknown suite '$suite', one of: ${SUITES_ALL[*]}"
+	done
+	configure_and_build build -Dwerror=true || die "the build failed"
+	for suite; do
+		case $suite in
+		unit|sim|fuzz)	suite_run build "$suite" 2 "$suite" ;;
+		net|hal|vm)	suite_run build "$suite" 1 "$suite" ;;
+		asan)	sanitized_run asan address,undefined ;;
+		tsan)	sanitized_run tsan thread ;;
+		esac
+	done
+	scripts/count-tests "${TEST_LOGS[@]}"
+}

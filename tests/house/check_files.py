@@ -1,0 +1,54 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Every source file names its licence (the one of its room), opens with a note on
+why it is so, and carries no path of somebody's machine."""
+import pathlib
+import re
+import subprocess
+import sys
+
+MIT_ROOMS = ("include/", "wire/", "shm/", "daemon/engine/", "examples/")
+SOURCE = (".c", ".h", ".rs", ".py", ".sh", ".build")
+NOTE = {".c"}
+# the licence line, then at least two lines of comment
+OPENING = re.compile(r"(//|/\*) SPDX[^\n]*\n\s*/\*[^\n]*\n(?:(?!\*/).)*\n", re.DOTALL)
+PRIVATE = re.compile(r"(?<![\w.])(/home/\w|/root/|/work/|/tmp/bash)")
+
+
+def tracked(root):
+    out = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=False)
+    if out.returncode == 0 and out.stdout:
+        return out.stdout.split("\n")
+    # a release archive has no git: every file below counts
+    return [p.relative_to(root).as_posix() for p in pathlib.Path(root).rglob("*")
+            if p.is_file() and "build" not in p.relative_to(root).parts]
+
+
+def faults(name, text):
+    head = text[:400]
+    licence = "MIT" if name.startswith(MIT_ROOMS) else "GPL-2.0-or-later"
+    if name.endswith(".build"):
+        licence = ""  # build files may be either
+    if f"SPDX-License-Identifier: {licence}" not in head:
+        yield f"{name}: the first lines must say SPDX-License-Identifier: {licence}"
+    if pathlib.PurePath(name).suffix in NOTE and not OPENING.match(text):
+        yield f"{name}: after the licence, open with a note on why it is so"
+    match = PRIVATE.search(text)
+    if match and name != "tests/house/check_files.py":
+        yield f"{name}: names a path of one machine: {match.group(0)}"
+
+
+def main():
+    root, found, seen = sys.argv[1], [], 0
+    for name in tracked(root):
+        path = pathlib.Path(root) / name
+        if not name.endswith(SOURCE) or not path.is_file():
+            continue
+        seen += 1
+        found += faults(name, path.read_text(encoding="utf-8"))
+    print("\n".join(found) or f"{seen} files in order")
+    return 1 if found or not seen else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

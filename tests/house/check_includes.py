@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Includes point only to allowed rooms.
+
+The table is the second column of the design's house. A file's room is its
+folder; a room may include itself, the rooms listed for it, and nothing else of
+the house. Called with --self-test as second argument, proves on made-up input
+that a wrong include is found.
+"""
+import pathlib
+import re
+import sys
+
+MAY_USE = {
+    "include": [],
+    "wire": ["include"],
+    "shm": ["include"],
+    "sim": ["wire", "include"],
+    "daemon/engine": ["wire", "include"],
+    "daemon/transport": [],
+    "daemon/device": ["daemon/engine", "wire", "include"],
+    "daemon/rt": ["daemon/device", "daemon/transport", "shm", "include"],
+    "daemon/control": ["daemon/rt", "daemon/device", "daemon/engine", "daemon/transport",
+                       "wire", "shm", "include"],
+    "halbridge": ["include", "shm"],
+    # discovery is a socket's work, and the tools' search is the daemon's search
+    "tools": ["include", "shm", "wire", "daemon/transport"],
+    "examples": ["include"],
+}
+GENERATED = {"version.h"}  # made by the build, belongs to no room
+INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<(pokeys/[^>]+)>)')
+
+
+def room_of(path):
+    parts = path.split("/")
+    if parts[0] == "daemon" and len(parts) > 2:
+        return "/".join(parts[:2])
+    return parts[0]
+
+
+def faults(name, text):
+    room = room_of(name)
+    if room not in MAY_USE:
+        return
+    for number, line in enumerate(text.splitlines(), 1):
+        match = INCLUDE.match(line)
+        if not match:
+            continue
+        target = match.group(1) or "include/" + match.group(2)
+        if target in GENERATED:
+            continue
+        if "/" not in target:
+            yield f'{name}:{number}: "{target}": write the room as well ("{room}/{target}")'
+        elif room_of(target) != room and room_of(target) not in MAY_USE[room]:
+            allowed = ", ".join(MAY_USE[room]) or "no other room"
+            yield f"{name}:{number}: {room} must not include {target}; it may use: {allowed}"
+
+
+def self_test():
+    bad = ('wire/a.c', '#include "daemon/engine/mailbox.h"\n'), ('daemon/rt/a.c', '#include "wire/op.h"\n'), \
+          ('halbridge/a.c', '#include <pokeys/state.h>\n#include "daemon/rt/loop.h"\n'), ('sim/a.c', '#include "a.h"\n')
+    good = ('sim/a.c', '#include "wire/op.h"\n#include <stdio.h>\n'), ('daemon/rt/a.c', '#include "shm/host.h"\n')
+    assert all(len(list(faults(*case))) == 1 for case in bad)
+    assert not any(list(faults(*case)) for case in good)
+
+
+def main():
+    self_test()
+    root = pathlib.Path(sys.argv[1])
+    found, seen = [], 0
+    for room in MAY_USE:
+        for path in sorted((root / room).rglob("*.[ch]")):
+            name = path.relative_to(root).as_posix()
+            if "/target/" in name:
+                continue
+            seen += 1
+            found += faults(name, path.read_text(encoding="utf-8"))
+    print("\n".join(found) or f"{seen} files, every include points to an allowed room")
+    return 1 if found or not seen else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A simulator, a daemon and pokeysctl with a folder, an address and a notify
+socket of their own, so that any number of tests run beside each other."""
+import json
+import os
+import pathlib
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+SEED = int(os.environ.get("POKEYS_SEED", "0")) or random.SystemRandom().randrange(1, 2**31)
+rng = random.Random(SEED)
+
+
+def free_address():
+    """An address of the loopback network that nobody listens at."""
+    while True:
+        address = f"127.{rng.randrange(10, 250)}.{rng.randrange(1, 250)}.{rng.randrange(1, 250)}"
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind((address, 20055))
+                return address
+            except OSError:
+                continue
+
+
+class House:
+    """Programs come from argv: pokeysd, pokeysctl, pokeys-sim, commander."""
+    programs = {}
+
+    def __init__(self, **daemon):
+        parent = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="pokeysd-test-", dir=parent))
+        self.folder.chmod(0o711)
+        self.runtime = self.folder / "run"
+        self.conf = self.folder / "pokeysd.conf"
+        self.address = free_address()
+        self.children = []
+        self.notify = None
+        self.daemon_keys = {"runtime-directory": self.runtime, "realtime": "optional", **daemon}
+        self.device_keys = {"mill": {"address": self.address}}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for child in reversed(self.children):
+            if child.poll() is None:
+                child.kill()
+            child.wait()
+        if self.notify:
+            self.notify.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def spawn(self, program, *arguments, log=None, **options):
+        output = open(self.folder / log, "ab") if log else subprocess.PIPE
+        options = {"stdout": output, "stderr": subprocess.STDOUT, "stdin": subprocess.DEVNULL, **options}
+        child = subprocess.Popen([self.programs[program], *map(str, arguments)], **options)
+        if log:
+            output.close()
+        self.children.append(child)
+        return child
+
+    def log(self, name="pokeysd.log"):
+        return (self.folder / name).read_text(errors="replace")
+
+    def complaint(self, name="pokeysd.log"):
+        """The one line that it ended with; what it goes on without is not it."""
+        lines = [line for line in self.log(name).splitlines() if "going on without" not in line]
+        assert len(lines) == 1, lines
+        return lines[0]
+
+    def write_conf(self):
+        lines = ["[daemon]", *(f"{k} = {v}" for k, v in self.daemon_keys.items())]
+        for name, keys in self.device_keys.items():
+            lines += [f"[device {name}]", *(f"{k} = {v}" for k, v in keys.items())]
+        self.conf.write_text("\n".join(lines) + "\n")
+
+    def start_sim(self, *options, address=None):
+        control = self.folder / f"sim{len(self.children)}.sock"
+        sim = self.spawn("pokeys-sim", "--address", address or self.address, "--control", control,
+                         "--quiet", *options, log="sim.log")
+        wait_for("the simulator", control.exists)
+        sim.control = control
+        return sim
+
+    def ask_sim(self, sim, *words):
+        return run(self.programs["pokeys-sim"], "--ctl", sim.control, *words).stdout
+
+    def start_daemon(self, *options, wait=True, **spawn):
+        self.write_conf()
+        daemon = self.spawn("pokeysd", "--config", self.conf, *options, **{"log": "pokeysd.log", **spawn})
+        if wait:
+            def ready():
+                assert daemon.poll() is None, f"pokeysd ended with {daemon.returncode}: {self.log()}"
+                return (self.runtime / "current").exists()
+            wait_for("the daemon", ready)
+        return daemon
+
+    def open_notify(self):
+        path = self.folder / "notify"
+        self.notify = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.notify.bind(str(path))
+        self.notify.settimeout(10)
+        return {**os.environ, "NOTIFY_SOCKET": str(path)}
+
+    def ctl(self, *words):
+        return run(self.programs["pokeysctl"], "-r", self.runtime, *words)
+
+    def device(self, name="mill"):
+        out = self.ctl("status", name, "--json")
+        return json.loads(out.stdout)["devices"][0] if out.stdout else None
+
+    def fresh(self, name="mill"):
+        device = self.device(name)
+        return bool(device and device["fresh"])
+
+    def wait_fresh(self, name="mill", limit=10):
+        wait_for(f"{name} fresh", lambda: self.fresh(name), limit)
+
+
+def run(*command, **options):
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=60,
+                          check=False, **options)
+
+
+def wait_for(what, test, limit=10):
+    end = time.monotonic() + limit
+    while not test():
+        assert time.monotonic() < end, f"{what}: not within {limit} s"
+        time.sleep(0.01)
+
+
+def end(child, number=signal.SIGTERM, limit=10):
+    """Signal it; (status, seconds)."""
+    begin = time.monotonic()
+    child.send_signal(number)
+    status = child.wait(limit)
+    return status, time.monotonic() - begin
+
+
+class Skip(Exception):
+    """Why a test cannot run here."""
+
+
+def main(module):
+    """Run the functions of a module that begin with test_; argv has the programs."""
+    for argument in sys.argv[1:]:
+        path = pathlib.Path(argument).resolve()
+        House.programs[path.name] = path
+    print(f"POKEYS_SEED={SEED}")
+    failed = skipped = count = 0
+    for name in [n for n in dir(module) if n.startswith("test_")]:
+        count += 1
+        try:
+            getattr(module, name)()
+            print(f"ok      {name[5:]}", flush=True)
+        except Skip as why:
+            skipped += 1
+            print(f"skipped {name[5:]}: {why}", file=sys.stderr, flush=True)
+        except Exception as fault:  # pylint: disable=broad-except
+            failed += 1
+            print(f"FAILED  {name[5:]}: {type(fault).__name__}: {fault}", flush=True)
+    return 1 if failed else 77 if skipped == count else 0

@@ -1,0 +1,301 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The daemon in trouble: no rights, no folder, nobody who reads its messages, a
+configuration that is none. And what the service manager is told."""
+import os
+import resource
+import shutil
+import signal
+import sys
+import time
+
+from house import House, Skip, end, main, run, wait_for
+
+NOBODY = 65534
+
+
+def unprivileged():
+    """Arguments of Popen for a process without rights to realtime and locked memory."""
+    def drop():
+        resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+        resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
+    if os.geteuid() != 0:
+        return {"preexec_fn": drop}
+    return {"preexec_fn": drop, "user": NOBODY, "group": NOBODY, "extra_groups": []}
+
+
+def give(house):
+    """A runtime folder that the unprivileged user may write to."""
+    house.runtime.mkdir(mode=0o2770)
+    house.write_conf()
+    house.conf.chmod(0o644)
+    if os.geteuid() == 0:
+        os.chown(house.runtime, NOBODY, NOBODY)
+        os.chmod(house.runtime, 0o2770)
+    # a copy, for the build folder may be out of that user's reach
+    for name, program in list(house.programs.items()):
+        copy = house.folder / name
+        shutil.copy(program, copy)
+        copy.chmod(0o755)
+        house.programs = {**house.programs, name: copy}
+
+
+def test_without_rights_it_refuses_in_one_line_that_helps():
+    with House(realtime="required") as house:
+        give(house)
+        daemon = house.start_daemon(wait=False, **unprivileged())
+        assert daemon.wait(10) == 77, (daemon.returncode, house.log())
+        said = house.complaint()
+        assert "--no-realtime" in said and ("LimitMEMLOCK" in said or "CAP_SYS_NICE" in said), said
+        assert not any(house.runtime.iterdir()), list(house.runtime.iterdir())
+
+
+def test_no_realtime_goes_on_with_a_warning():
+    with House(realtime="required") as house:
+        give(house)
+        house.start_sim()
+        daemon = house.start_daemon("--no-realtime", **unprivileged())
+        house.wait_fresh()
+        device = house.device()
+        assert device["state"]["flags"]["realtime"] is False
+        assert "NOT REALTIME" in house.ctl("status").stdout
+        assert "going on without" in house.log(), house.log()
+        assert end(daemon)[0] == 0
+
+
+def test_a_runtime_folder_that_cannot_be_used_is_named():
+    with House() as house:
+        if os.geteuid() == 0:
+            house.daemon_keys["runtime-directory"] = "/proc/pokeysd"
+        else:
+            house.daemon_keys["runtime-directory"] = "/pokeysd"
+        daemon = house.start_daemon(wait=False)
+        assert daemon.wait(10) == 1
+        assert "pokeysd: /p" in house.complaint()
+
+
+def test_a_group_that_does_not_exist_is_named():
+    with House(group="nosuchgroup") as house:
+        daemon = house.start_daemon(wait=False)
+        assert daemon.wait(10) == 1
+        assert "nosuchgroup" in house.complaint()
+
+
+def test_an_interface_that_does_not_exist_is_named():
+    with House(interface="nosuch0") as house:
+        daemon = house.start_daemon(wait=False)
+        assert daemon.wait(10) == 1
+        assert "nosuch0" in house.complaint()
+
+
+def test_a_core_that_does_not_exist_is_the_configurations_fault():
+    with House(cpu=1000, realtime="required") as house:
+        daemon = house.start_daemon(wait=False)
+        status = daemon.wait(10)
+        if status == 77:
+            raise Skip("no right to realtime priority here")
+        assert status == 78, (status, house.log())
+        assert "core 1000" in house.log(), house.log()
+
+
+def test_closed_standard_descriptors_do_no_harm():
+    with House() as house:
+        house.start_sim()
+        house.write_conf()
+        daemon = house.spawn("pokeysd", "--config", house.conf, log="unused.log", close_fds=True,
+                             preexec_fn=lambda: [os.close(fd) for fd in (0, 1, 2)])
+        house.wait_fresh()
+        targets = [os.readlink(f"/proc/{daemon.pid}/fd/{fd}") for fd in (0, 1, 2)]
+        assert targets == ["/dev/null"] * 3, targets
+        assert end(daemon)[0] == 0
+
+
+def test_a_reader_of_messages_that_sleeps_stops_nothing():
+    with House(**{"log-level": "debug"}) as house:
+        sim = house.start_sim()
+        reading, writing = os.pipe()
+        os.set_blocking(writing, False)
+        try:
+            while True:
+                os.write(writing, b"x" * 4096)
+        except BlockingIOError:
+            pass
+        os.set_blocking(writing, True)
+        environment = house.open_notify()
+        daemon = house.start_daemon(log=None, stdout=writing, stderr=writing,
+                                    env={**environment, "WATCHDOG_USEC": "400000"})
+        house.wait_fresh()
+        for _ in range(3):
+            house.ask_sim(sim, "silence", "300")
+            time.sleep(0.4)
+        house.wait_fresh()
+        status, seconds = end(daemon)
+        assert status == 0 and seconds < 1, (status, seconds)
+        # nor does a service manager that does not read: its queue is full by now
+        told = drain(house)
+        assert told[0].startswith("READY=1") and sum("WATCHDOG=1" in t for t in told) >= 5, told
+        os.close(reading)
+        os.close(writing)
+
+
+def drain(house):
+    """All that the service manager was told so far."""
+    told = []
+    house.notify.setblocking(False)
+    try:
+        while True:
+            told.append(house.notify.recv(4096).decode())
+    except BlockingIOError:
+        return told
+
+
+def test_the_service_manager_is_told_what_is():
+    with House() as house:
+        environment = {**house.open_notify(), "WATCHDOG_USEC": "200000"}
+        daemon = house.start_daemon(env=environment)
+        first = house.notify.recv(4096).decode()
+        assert first.startswith("READY=1\nSTATUS=mill searching"), first
+        # memory can be attached as soon as it says that it is ready
+        assert house.device()["publishing"]
+        house.start_sim()
+        told = []
+
+        def says(text):
+            told.extend(drain(house))
+            return any(text in t for t in told)
+        wait_for("the device's state in the status", lambda: says("STATUS=mill running"), 5)
+        told.clear()
+        time.sleep(1)
+        told.extend(drain(house))
+        alive = [t for t in told if t == "WATCHDOG=1"]
+        assert 5 <= len(alive) <= 22, told
+        assert end(daemon)[0] == 0
+        assert any(t.startswith("STOPPING=1") for t in drain(house))
+
+
+def test_the_watchdog_is_not_fed_for_another_process():
+    with House() as house:
+        daemon = house.start_daemon(env={**house.open_notify(), "WATCHDOG_USEC": "200000",
+                                         "WATCHDOG_PID": "1"})
+        time.sleep(0.5)
+        assert not any("WATCHDOG" in t for t in drain(house))
+        end(daemon)
+
+
+def test_a_daemon_that_is_stopped_gives_no_sign_of_life():
+    with House() as house:
+        daemon = house.start_daemon(env={**house.open_notify(), "WATCHDOG_USEC": "200000"})
+        wait_for("a sign", lambda: any("WATCHDOG" in t for t in drain(house)))
+        daemon.send_signal(signal.SIGSTOP)
+        time.sleep(0.1)
+        drain(house)
+        time.sleep(0.5)
+        assert not drain(house)
+        daemon.send_signal(signal.SIGCONT)
+        wait_for("a sign again", lambda: any("WATCHDOG" in t for t in drain(house)))
+        assert end(daemon)[0] == 0
+
+
+def test_metrics_that_cannot_be_written_are_counted_and_nothing_else():
+    with House() as house:
+        folder = house.folder / "metrics"
+        folder.mkdir()
+        path = folder / "pokeysd.prom"
+        house.daemon_keys |= {"metrics-file": path, "metrics-interval-ms": 100}
+        house.start_sim()
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        wait_for("metrics", lambda: path.exists() and 'device_link{device="mill"} 3' in path.read_text())
+        shutil.rmtree(folder)
+        time.sleep(0.5)
+        assert house.fresh()
+        folder.mkdir()
+        wait_for("metrics again", path.exists)
+        failed = [line for line in path.read_text().splitlines() if line.startswith("pokeysd_metrics_failed_total ")]
+        assert int(failed[0].split()[1]) >= 1, failed
+        said = house.log()
+        assert said.count("cannot be written") == 1 and said.count("is written again") == 1, said
+        assert end(daemon)[0] == 0
+
+
+def test_metrics_on_a_full_disk_stop_nothing():
+    with House() as house:
+        small = house.folder / "small"
+        small.mkdir()
+        if run("mount", "-t", "tmpfs", "-o", "size=4k", "none", small).returncode:
+            raise Skip("a small disk cannot be mounted here")
+        try:
+            house.daemon_keys |= {"metrics-file": small / "m", "metrics-interval-ms": 100}
+            house.start_sim()
+            house.start_daemon()
+            house.wait_fresh()
+            wait_for("the complaint", lambda: "No space left" in house.log())
+            assert house.fresh() and not any(small.iterdir())
+        finally:
+            run("umount", "-l", small)
+
+
+def test_check_config_says_what_is_wrong_and_touches_nothing():
+    with House() as house:
+        house.write_conf()
+        good = run(house.programs["pokeysd"], "--check-config", "--config", house.conf)
+        assert good.returncode == 0 and not good.stderr and "in order, 1 device" in good.stdout, good
+        with house.conf.open("a") as conf:
+            conf.write("[device mill]\nport = 0\n[device lathe]\nserial = x\n")
+        bad = run(house.programs["pokeysd"], "--check-config", "--config", house.conf)
+        assert bad.returncode == 78 and not bad.stdout, bad
+        lines = bad.stderr.splitlines()
+        assert len(lines) == 3 and all(line.startswith(f"{house.conf}:") for line in lines), lines
+        assert "mill" in lines[0] and "before" in lines[0]
+        assert not house.runtime.exists()
+
+
+def test_the_example_is_in_order():
+    example = House.programs["pokeysd.conf.example"]
+    out = run(House.programs["pokeysd"], "--check-config", "--config", example)
+    assert out.returncode == 0, out.stderr
+    # and so is every line of it that is switched off
+    with House() as house:
+        text = "\n".join(line[2:] if line.startswith("; ") and " = " in line else line
+                         for line in example.read_text().splitlines())
+        house.conf.write_text(text)
+        out = run(House.programs["pokeysd"], "--check-config", "--config", house.conf)
+        assert out.returncode == 0, out.stderr
+        assert "\naxes = 3" in text, text
+
+
+def test_a_faulty_configuration_starts_nothing():
+    with House(mode="fast") as house:
+        daemon = house.start_daemon(wait=False)
+        assert daemon.wait(10) == 78
+        assert "mode" in house.log() and "sleep | spin" in house.log(), house.log()
+        assert not house.runtime.exists()
+
+
+def test_a_missing_configuration_is_one_clear_line():
+    with House() as house:
+        out = run(house.programs["pokeysd"], "--config", house.folder / "none.conf")
+        assert out.returncode == 78 and "there is no such file" in out.stderr, out
+        assert len(out.stderr.splitlines()) == 1
+
+
+def test_mistakes_on_the_command_line_are_status_64():
+    pokeysd = House.programs["pokeysd"]
+    for words in (["--nonsense"], ["extra"], ["--config"]):
+        out = run(pokeysd, *words)
+        assert out.returncode == 64 and out.stderr and not out.stdout, (words, out)
+    with House() as house:
+        house.write_conf()
+        out = run(pokeysd, "--config", house.conf, "--runtime-directory", "relative")
+        assert out.returncode == 64 and "relative" in out.stderr, out
+
+
+def test_help_and_version_end_well():
+    pokeysd = House.programs["pokeysd"]
+    for words, text in ((["--help"], "--check-config"), (["--help-config"], "period-us"), (["--version"], "pokeysd ")):
+        out = run(pokeysd, *words)
+        assert out.returncode == 0 and text in out.stdout and not out.stderr, (words, out)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__]))
