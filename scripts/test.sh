@@ -47,7 +47,7 @@ run_tests() {
 		unit|sim|fuzz)	suite_run build "$suite" 2 "$suite" ;;
 		net|hal|vm)	suite_run build "$suite" 1 "$suite" ;;
 		asan)	sanitized_run asan address,undefined ;;
-		tsan)	sanitized_run tsan thread ;;
+		tsan)	TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp" sanitized_run tsan thread ;;
 		esac
 	done
 	scripts/count-tests "${TEST_LOGS[@]}"
