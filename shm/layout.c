@@ -14,22 +14,22 @@
 	_Static_assert(sizeof(struct type) == (bytes) && _Alignof(struct type) == 8, \
 		       #type " has another size or alignment")
 
-WHOLE(pokeys_state, 2136);
-SAME(pokeys_state, identity, 128);
-SAME(pokeys_state, capability, 208);
-SAME(pokeys_state, digital_in, 296);
-SAME(pokeys_state, engine, 1072);
-SAME(pokeys_state, one_shot, 1824);
-SAME(pokeys_state, statistics, 1976);
+WHOLE(pokeys_state, 2328);
+SAME(pokeys_state, identity, 136);
+SAME(pokeys_state, capability, 216);
+SAME(pokeys_state, digital_in, 304);
+SAME(pokeys_state, engine, 1080);
+SAME(pokeys_state, one_shot, 2008);
+SAME(pokeys_state, statistics, 2168);
 
 WHOLE(pokeys_diag, 3280);
 SAME(pokeys_diag, wakeup, 144);
 SAME(pokeys_diag, cycle_work, 2832);
 
-WHOLE(pokeys_command, 4656);
+WHOLE(pokeys_command, 4664);
 SAME(pokeys_command, digital_out, 56);
-SAME(pokeys_command, axis, 424);
-SAME(pokeys_command, one_shot, 560);
+SAME(pokeys_command, axis, 432);
+SAME(pokeys_command, one_shot, 568);
 
 uint64_t pokeys_shm_layout(unsigned int image)
 {

@@ -134,7 +134,7 @@ static void take_analog(struct device *device, const mailbox_entry_t *entry)
 	wire_analog_decode_rep(entry->response_buffer, &analog);
 	for (unsigned int i = 0; i < WIRE_ANALOGS; i++)
 		device->image.analog[i] = analog.value[i];
-	device->image.t_analog_ns = entry->timestamp_received;
+	device->image.t_analog_slow_ns = entry->timestamp_received;
 }
 
 /* Counters, thirteen at a time. */

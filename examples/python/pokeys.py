@@ -58,14 +58,21 @@ class Axis(Structure):
 class Engine(Structure):
     _fields_ = [(name, c_uint8) for name in (
         "state axes_enabled activated limit_override emergency charge_pump generator "
-        "misc_inputs relays outputs buffer_slots buffer_level power_states probe_status"
-    ).split()] + [("reserved", c_uint8 * 2), ("axis", Axis * AXES)]
+        "misc_inputs relays outputs buffer_slots buffer_level power_states probe_status slot_time emergency_invert emergency_pin dedicated_limit_minus "
+        "dedicated_limit_plus dedicated_home limit_minus limit_plus home reserved"
+    ).split()] + [("axis", Axis * AXES)]
 
 
 class Rtc(Structure):
     _fields_ = [("year", c_uint16), ("month", c_uint8), ("day", c_uint8), ("hour", c_uint8),
                 ("minute", c_uint8), ("second", c_uint8), ("day_of_week", c_uint8),
-                ("day_of_year", c_uint16), ("reserved", c_uint8 * 6)]
+                ("day_of_year", c_uint16), ("unnamed", c_uint8), ("reserved", c_uint8 * 5)]
+
+
+class PonetModule(Structure):
+    _fields_ = [(name, c_uint8) for name in (
+        "type address size options status light version failures"
+    ).split()] + [("data", c_uint8 * 16)]
 
 
 class LinkStatistics(Structure):
@@ -84,12 +91,13 @@ class OneShotResult(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 1, 0xf2e3db12dfa90119
+    VERSION, HASH = 2, 0xaa611ffd09380179
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "
-        "t_motion_ns t_slow_ns stale_after_ns").split()] + [
-        ("flags", c_uint32), ("link", c_uint8), ("fault", c_uint8), ("reserved", c_uint8 * 2),
+        "t_motion_ns t_slow_ns t_analog_slow_ns stale_after_ns").split()] + [
+        ("flags", c_uint32), ("link", c_uint8), ("fault", c_uint8), ("access", c_uint8),
+        ("failsafe", c_uint8),
         ("t_link_ns", c_uint64), ("device_tick_ms", c_uint32), ("fault_count", c_uint32),
         ("identity", Identity), ("capability", Capability), ("digital_in", c_uint8 * 8),
         ("digital_out", c_uint8 * 8), ("digital_out_owned", c_uint8 * 8),
@@ -99,12 +107,13 @@ class State(Structure):
         ("encoder_resync", c_uint32 * ENCODERS), ("counter", c_uint32 * 56),
         ("pwm_period", c_uint32), ("pwm_enabled", c_uint32), ("pwm_duty", c_uint32 * PWM),
         ("engine", Engine), ("matrix", c_uint8 * 16), ("poextbus", c_uint8 * 16),
-        ("ponet_type", c_uint8 * PONET), ("ponet_status", c_uint8), ("ponet_count", c_uint8),
-        ("reserved2", c_uint8 * 6), ("ponet_data", (c_uint8 * 16) * PONET),
-        ("ponet_light", c_uint8 * PONET), ("rtc", Rtc), ("one_shot_session", c_uint32),
+        ("ponet_state", c_uint8), ("ponet_count", c_uint8), ("kbd48_module", c_uint8),
+        ("matrix_enabled", c_uint8), ("reserved2", c_uint8 * 4), ("kbd48_keys", c_uint64),
+        ("ponet", PonetModule * PONET), ("slow_millihertz", c_uint32 * 16), ("rtc", Rtc), ("one_shot_session", c_uint32),
         ("one_shot_ack", c_uint32), ("one_shot", OneShotResult * 16),
         ("command_heartbeat", c_uint64), ("command_t_ns", c_uint64),
-        ("config_generation", c_uint32), ("config_state", c_uint32),
+        ("config_generation", c_uint32), ("config_state", c_uint8),
+        ("reserved3", c_uint8 * 3), ("report_count", c_uint32), ("reserved4", c_uint32),
         ("statistics", LinkStatistics)]
 
 
@@ -136,7 +145,7 @@ class OneShot(Structure):
 
 
 class Command(Structure):
-    VERSION, HASH = 1, 0x5a4e6ce8a60f15a6
+    VERSION, HASH = 2, 0xdc3a8e9a63044811
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64), ("heartbeat", c_uint64), ("t_ns", c_uint64),
                 ("t_thread_ns", c_uint64), ("period_ns", c_uint64), ("session", c_uint32),
@@ -147,7 +156,8 @@ class Command(Structure):
                 ("external_outputs_mask", c_uint8), ("relays", c_uint8),
                 ("relays_mask", c_uint8), ("reserved", c_uint32),
                 ("ponet_data", (c_uint8 * 16) * PONET), ("ponet_brightness", c_uint8 * PONET),
-                ("ponet_mask", c_uint32), ("config_generation", c_uint32),
+                ("ponet_mask", c_uint32), ("kbd48_flags", c_uint8), ("kbd48_brightness", c_uint8),
+                ("reserved3", c_uint8 * 2), ("kbd48_leds", c_uint64),
                 ("axis", AxisCommand * AXES), ("one_shot_head", c_uint32),
                 ("reserved2", c_uint32), ("one_shot", OneShot * 64)]
 

@@ -36,8 +36,8 @@ extern "C" {
 #endif
 
 #define POKEYS_COMMAND_MAGIC	UINT32_C(0x4d434b50)	/* "PKCM" */
-#define POKEYS_COMMAND_VERSION	1
-#define POKEYS_COMMAND_HASH	UINT64_C(0x5a4e6ce8a60f15a6)
+#define POKEYS_COMMAND_VERSION	2
+#define POKEYS_COMMAND_HASH	UINT64_C(0xdc3a8e9a63044811)
 
 enum { POKEYS_ONE_SHOTS = 64 };
 
@@ -45,6 +45,12 @@ enum { POKEYS_ONE_SHOTS = 64 };
 enum {
 	POKEYS_COMMAND_MACHINE_ON = 1u << 0,	/* motion is wanted; its rising edge enables */
 	POKEYS_COMMAND_LIMIT_OVERRIDE = 1u << 1,
+};
+
+/* command.kbd48_flags */
+enum {
+	POKEYS_KBD48_LEDS = 1u << 0,		/* kbd48_leds is commanded */
+	POKEYS_KBD48_BRIGHTNESS = 1u << 1,	/* kbd48_brightness is commanded */
 };
 
 enum pokeys_axis_mode {
@@ -114,7 +120,10 @@ struct pokeys_command {
 	uint8_t ponet_data[POKEYS_PONET][16];
 	uint8_t ponet_brightness[POKEYS_PONET];
 	uint32_t ponet_mask;				/* bit = module is commanded */
-	uint32_t config_generation;			/* of the configuration image */
+	uint8_t kbd48_flags;				/* POKEYS_KBD48_* */
+	uint8_t kbd48_brightness;
+	uint8_t reserved3[2];
+	uint64_t kbd48_leds;				/* bit = 4 * column + row, as state.kbd48_keys */
 	struct pokeys_axis_command axis[POKEYS_AXES];
 
 	uint32_t one_shot_head;		/* one-shots ever queued in this session */

@@ -32,9 +32,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	1
+#define POKEYS_STATE_VERSION	2
 #define POKEYS_DIAG_VERSION	1
-#define POKEYS_STATE_HASH	UINT64_C(0xf2e3db12dfa90119)
+#define POKEYS_STATE_HASH	UINT64_C(0xaa611ffd09380179)
 #define POKEYS_DIAG_HASH	UINT64_C(0xb2b306027bd5a810)
 
 enum {
@@ -47,6 +47,7 @@ enum {
 	POKEYS_POEXTBUS = 10,		/* bytes */
 	POKEYS_PONET = 16,		/* modules */
 	POKEYS_MATRIX_BYTES = 16,	/* 128 keys */
+	POKEYS_SLOW_GROUPS = 16,
 };
 
 enum pokeys_link {
@@ -82,6 +83,32 @@ enum {
 	POKEYS_STATE_BAD_COMMAND = 1u << 7,	/* the command image holds values that were refused */
 	POKEYS_STATE_STOPPING = 1u << 8,	/* the daemon is ending */
 	POKEYS_STATE_GUARD = 1u << 9,		/* the XDP guard is attached */
+};
+
+/* state.failsafe: the device's own, for when nobody talks to it (protocol section 3.21) */
+enum pokeys_failsafe {
+	POKEYS_FAILSAFE_UNKNOWN = 0,	/* not read, or the device has none */
+	POKEYS_FAILSAFE_OFF = 1,
+	POKEYS_FAILSAFE_ARMED = 2,	/* as wanted, read back from the device */
+	POKEYS_FAILSAFE_OTHER = 3,	/* on, but not as we want it */
+};
+
+/* Index of state.slow_millihertz[]: what is polled beside the fast requests. */
+enum pokeys_slow_group {
+	POKEYS_SLOW_ENCODERS_LOW = 0,
+	POKEYS_SLOW_ENCODERS_HIGH = 1,
+	POKEYS_SLOW_ANALOG = 2,
+	POKEYS_SLOW_COUNTERS = 3,
+	POKEYS_SLOW_POEXTBUS = 4,
+	POKEYS_SLOW_TICK = 5,
+	POKEYS_SLOW_PWM = 6,
+	POKEYS_SLOW_LOAD = 7,
+	POKEYS_SLOW_CLOCK = 8,
+	POKEYS_SLOW_EXTERNAL = 9,
+	POKEYS_SLOW_IDENTITY = 10,
+	POKEYS_SLOW_PONET = 11,
+	POKEYS_SLOW_DEDICATED = 12,	/* dedicated inputs of the pulse engine */
+	POKEYS_SLOW_MATRIX = 13,	/* keys beyond the first 8 x 8 */
 };
 
 struct pokeys_identity {
@@ -148,7 +175,12 @@ struct pokeys_engine {
 	uint8_t buffer_level;		/* used, as far as known */
 	uint8_t power_states;
 	uint8_t probe_status;
-	uint8_t reserved[2];
+	uint8_t slot_time;		/* of the motion buffer, 100 us */
+	uint8_t emergency_invert;
+	uint8_t emergency_pin;		/* as on the wire: 0 off, 1 default, else terminal + 10 */
+	uint8_t dedicated_limit_minus, dedicated_limit_plus, dedicated_home;	/* raw, per axis */
+	uint8_t limit_minus, limit_plus, home;	/* raw switch bits of the status, per axis */
+	uint8_t reserved;
 	struct pokeys_axis axis[POKEYS_AXES];
 };
 
@@ -156,7 +188,21 @@ struct pokeys_rtc {
 	uint16_t year;
 	uint8_t month, day, hour, minute, second, day_of_week;
 	uint16_t day_of_year;
-	uint8_t reserved[6];
+	uint8_t unnamed;		/* the byte the device sends beside, undocumented */
+	uint8_t reserved[5];
+};
+
+/* One module on PoNET, protocol section 3.13. */
+struct pokeys_ponet_module {
+	uint8_t type;			/* 0 none, 16 kbd48CNC */
+	uint8_t address;		/* I2C */
+	uint8_t size;			/* bytes of data */
+	uint8_t options;		/* protocol section 3.13 */
+	uint8_t status;			/* 0 data are good */
+	uint8_t light;			/* ambient light */
+	uint8_t version;
+	uint8_t failures;		/* exchanges without data in a row, saturating */
+	uint8_t data[16];		/* inputs */
 };
 
 struct pokeys_link_statistics {
@@ -198,11 +244,13 @@ struct pokeys_state {
 	uint64_t t_cycle_ns;		/* the tick this cycle began at */
 	uint64_t t_publish_ns;
 	uint64_t t_digital_ns, t_analog_ns, t_encoder_ns, t_motion_ns, t_slow_ns;
+	uint64_t t_analog_slow_ns;	/* of analog[0] and [1], which no fast reply carries */
 	uint64_t stale_after_ns;	/* limit that the stale flag uses */
 	uint32_t flags;			/* POKEYS_STATE_* */
 	uint8_t link;			/* enum pokeys_link */
 	uint8_t fault;			/* enum pokeys_fault, reason of the last one */
-	uint8_t reserved[2];
+	uint8_t access;			/* level of the device's password: 0 all, 255 locked */
+	uint8_t failsafe;		/* enum pokeys_failsafe */
 	uint64_t t_link_ns;		/* when link last changed */
 	uint32_t device_tick_ms, fault_count;
 	struct pokeys_identity identity;
@@ -225,10 +273,14 @@ struct pokeys_state {
 	struct pokeys_engine engine;
 	uint8_t matrix[POKEYS_MATRIX_BYTES];
 	uint8_t poextbus[16];				/* [0..9], as the device has them */
-	uint8_t ponet_type[POKEYS_PONET];
-	uint8_t ponet_status, ponet_count, reserved2[6];
-	uint8_t ponet_data[POKEYS_PONET][16];
-	uint8_t ponet_light[POKEYS_PONET];
+	uint8_t ponet_state;				/* of the bus: 10 ready, protocol section 3.13 */
+	uint8_t ponet_count;				/* modules found */
+	uint8_t kbd48_module;				/* which is the kbd48CNC, 255 none */
+	uint8_t matrix_enabled;
+	uint8_t reserved2[4];
+	uint64_t kbd48_keys;				/* bit = key pressed, 4 * column + row */
+	struct pokeys_ponet_module ponet[POKEYS_PONET];
+	uint32_t slow_millihertz[POKEYS_SLOW_GROUPS];	/* measured, enum pokeys_slow_group */
 	struct pokeys_rtc rtc;
 
 	/* Acknowledgement of one-shot commands (command.h). */
@@ -236,7 +288,11 @@ struct pokeys_state {
 	struct pokeys_one_shot_result one_shot[POKEYS_ONE_SHOT_RESULTS];	/* [id % 16] */
 	uint64_t command_heartbeat;			/* of the command image in effect */
 	uint64_t command_t_ns;
-	uint32_t config_generation, config_state;
+	uint32_t config_generation;	/* of the wish (settings.h) in effect */
+	uint8_t config_state;		/* enum pokeys_config_state */
+	uint8_t reserved3[3];
+	uint32_t report_count;		/* settings.h: the report has changed when this has */
+	uint32_t reserved4;
 
 	struct pokeys_link_statistics statistics;
 };

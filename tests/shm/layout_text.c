@@ -58,7 +58,9 @@ static const struct member axis_members[] = {
 static const struct member engine_members[] = {
 	M(state), M(axes_enabled), M(activated), M(limit_override), M(emergency), M(charge_pump),
 	M(generator), M(misc_inputs), M(relays), M(outputs), M(buffer_slots), M(buffer_level),
-	M(power_states), M(probe_status), M(reserved), NESTED(axis, axis_members),
+	M(power_states), M(probe_status), M(slot_time), M(emergency_invert), M(emergency_pin),
+	M(dedicated_limit_minus), M(dedicated_limit_plus), M(dedicated_home), M(limit_minus),
+	M(limit_plus), M(home), M(reserved), NESTED(axis, axis_members),
 	END
 };
 #undef OF
@@ -66,7 +68,15 @@ static const struct member engine_members[] = {
 #define OF struct pokeys_rtc
 static const struct member rtc_members[] = {
 	M(year), M(month), M(day), M(hour), M(minute), M(second), M(day_of_week), M(day_of_year),
-	M(reserved),
+	M(unnamed), M(reserved),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_ponet_module
+static const struct member ponet_module_members[] = {
+	M(type), M(address), M(size), M(options), M(status), M(light), M(version), M(failures),
+	M(data),
 	END
 };
 #undef OF
@@ -93,16 +103,18 @@ static const struct member one_shot_result_members[] = {
 static const struct member state_members[] = {
 	M(magic), M(version), M(size_units), M(hash), M(epoch), M(cycle), M(period_ns),
 	M(t_cycle_ns), M(t_publish_ns), M(t_digital_ns), M(t_analog_ns), M(t_encoder_ns),
-	M(t_motion_ns), M(t_slow_ns), M(stale_after_ns), M(flags), M(link), M(fault),
-	M(reserved), M(t_link_ns), M(device_tick_ms), M(fault_count),
+	M(t_motion_ns), M(t_slow_ns), M(t_analog_slow_ns), M(stale_after_ns), M(flags), M(link), M(fault),
+	M(access), M(failsafe), M(t_link_ns), M(device_tick_ms), M(fault_count),
 	NESTED(identity, identity_members), NESTED(capability, capability_members),
 	M(digital_in), M(digital_out), M(digital_out_owned), M(pin_function), M(analog),
 	M(encoder), M(encoder_enabled), M(encoder_index), M(encoder_t_ns), M(encoder_resync),
 	M(counter), M(pwm_period), M(pwm_enabled), M(pwm_duty), NESTED(engine, engine_members),
-	M(matrix), M(poextbus), M(ponet_type), M(ponet_status), M(ponet_count), M(reserved2),
-	M(ponet_data), M(ponet_light), NESTED(rtc, rtc_members), M(one_shot_session),
+	M(matrix), M(poextbus), M(ponet_state), M(ponet_count), M(kbd48_module),
+	M(matrix_enabled), M(reserved2), M(kbd48_keys), NESTED(ponet, ponet_module_members),
+	M(slow_millihertz), NESTED(rtc, rtc_members), M(one_shot_session),
 	M(one_shot_ack), NESTED(one_shot, one_shot_result_members), M(command_heartbeat),
-	M(command_t_ns), M(config_generation), M(config_state),
+	M(command_t_ns), M(config_generation), M(config_state), M(reserved3),
+	M(report_count), M(reserved4),
 	NESTED(statistics, link_statistics_members),
 	END
 };
@@ -149,7 +161,8 @@ static const struct member command_members[] = {
 	M(period_ns), M(session), M(flags), M(digital_out), M(digital_out_mask), M(pwm_duty),
 	M(pwm_period), M(pwm_enable), M(poextbus), M(poextbus_mask), M(external_outputs),
 	M(external_outputs_mask), M(relays), M(relays_mask), M(reserved), M(ponet_data),
-	M(ponet_brightness), M(ponet_mask), M(config_generation),
+	M(ponet_brightness), M(ponet_mask), M(kbd48_flags), M(kbd48_brightness), M(reserved3),
+	M(kbd48_leds),
 	NESTED(axis, axis_command_members), M(one_shot_head), M(reserved2),
 	NESTED(one_shot, one_shot_members),
 	END

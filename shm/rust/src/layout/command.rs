@@ -60,7 +60,10 @@ layout! {
         ponet_data: [[u8; 16]; PONET],
         ponet_brightness: [u8; PONET],
         ponet_mask: u32,
-        config_generation: u32,
+        kbd48_flags: u8,
+        kbd48_brightness: u8,
+        reserved3: [u8; 2],
+        kbd48_leds: u64,
         axis: [PokeysAxisCommand; AXES],
         one_shot_head: u32,
         reserved2: u32,
@@ -69,6 +72,6 @@ layout! {
 }
 
 published! {
-    PokeysCommand, "command", magic 0x4d43_4b50, version 1, size 4656,
-    hash 0x5a4e6ce8a60f15a6, hash_function iox_command_hash
+    PokeysCommand, "command", magic 0x4d43_4b50, version 2, size 4664,
+    hash 0xdc3a8e9a63044811, hash_function iox_command_hash
 }

@@ -9,6 +9,7 @@ const PWM: usize = 6;
 const AXES: usize = 8;
 const PONET: usize = 16;
 const MATRIX_BYTES: usize = 16;
+const SLOW_GROUPS: usize = 16;
 const ONE_SHOT_RESULTS: usize = 16;
 const HISTOGRAM_BUCKETS: usize = 104;
 
@@ -116,7 +117,16 @@ layout! {
         buffer_level: u8,
         power_states: u8,
         probe_status: u8,
-        reserved: [u8; 2],
+        slot_time: u8,
+        emergency_invert: u8,
+        emergency_pin: u8,
+        dedicated_limit_minus: u8,
+        dedicated_limit_plus: u8,
+        dedicated_home: u8,
+        limit_minus: u8,
+        limit_plus: u8,
+        home: u8,
+        reserved: u8,
         axis: [PokeysAxis; AXES],
     }
 }
@@ -131,7 +141,22 @@ layout! {
         second: u8,
         day_of_week: u8,
         day_of_year: u16,
-        reserved: [u8; 6],
+        unnamed: u8,
+        reserved: [u8; 5],
+    }
+}
+
+layout! {
+    PokeysPonetModule {
+        r#type: u8,
+        address: u8,
+        size: u8,
+        options: u8,
+        status: u8,
+        light: u8,
+        version: u8,
+        failures: u8,
+        data: [u8; 16],
     }
 }
 
@@ -190,11 +215,13 @@ layout! {
         t_encoder_ns: u64,
         t_motion_ns: u64,
         t_slow_ns: u64,
+        t_analog_slow_ns: u64,
         stale_after_ns: u64,
         flags: u32,
         link: u8,
         fault: u8,
-        reserved: [u8; 2],
+        access: u8,
+        failsafe: u8,
         t_link_ns: u64,
         device_tick_ms: u32,
         fault_count: u32,
@@ -217,12 +244,14 @@ layout! {
         engine: PokeysEngine,
         matrix: [u8; MATRIX_BYTES],
         poextbus: [u8; 16],
-        ponet_type: [u8; PONET],
-        ponet_status: u8,
+        ponet_state: u8,
         ponet_count: u8,
-        reserved2: [u8; 6],
-        ponet_data: [[u8; 16]; PONET],
-        ponet_light: [u8; PONET],
+        kbd48_module: u8,
+        matrix_enabled: u8,
+        reserved2: [u8; 4],
+        kbd48_keys: u64,
+        ponet: [PokeysPonetModule; PONET],
+        slow_millihertz: [u32; SLOW_GROUPS],
         rtc: PokeysRtc,
         one_shot_session: u32,
         one_shot_ack: u32,
@@ -230,7 +259,10 @@ layout! {
         command_heartbeat: u64,
         command_t_ns: u64,
         config_generation: u32,
-        config_state: u32,
+        config_state: u8,
+        reserved3: [u8; 3],
+        report_count: u32,
+        reserved4: u32,
         statistics: PokeysLinkStatistics,
     }
 }
@@ -278,8 +310,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 1, size 2136,
-    hash 0xf2e3db12dfa90119, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 2, size 2328,
+    hash 0xaa611ffd09380179, hash_function iox_state_hash
 }
 
 published! {
