@@ -18,6 +18,14 @@ configure_and_build() {
 	ninja -C "$folder" --quiet
 }
 
+# Fuzz targets are there only if clang was, when meson looked for it.
+reconfigure_for_fuzzing() {
+	local folder=$1
+	[ -f "$folder/build.ninja" ] && ! grep -q 'fuzz-wire' "$folder/build.ninja" || return 0
+	say "configuring $folder again, now with clang"
+	meson setup --reconfigure "$folder" >"$folder/setup.log" 2>&1 || die "see $folder/setup.log"
+}
+
 build_main() {
 	configure_and_build build || die "the build failed"
 }

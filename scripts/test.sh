@@ -41,6 +41,7 @@ run_tests() {
 		[[ " ${SUITES_ALL[*]} " == *" $suite "* ]] ||
 			die "unknown suite '$suite', one of: ${SUITES_ALL[*]}"
 	done
+	reconfigure_for_fuzzing build
 	configure_and_build build -Dwerror=true || die "the build failed"
 	for suite; do
 		case $suite in
