@@ -26,15 +26,22 @@ struct attachment {
 	struct iox_state_reader *state;
 	struct iox_diag_reader *diag;
 	struct iox_command_writer *command;
+	struct iox_report_reader *report;
+	struct iox_wish_writer *wish;
 	struct iox_listener *listener;
 };
 
+/* The wish before the command: whoever finds the place of commander free has both. */
 static void release(struct attachment *attachment)
 {
+	if (attachment->wish)
+		iox_wish_writer_close(attachment->wish);
 	if (attachment->command)
 		iox_command_writer_close(attachment->command);
 	if (attachment->listener)
 		iox_listener_close(attachment->listener);
+	if (attachment->report)
+		iox_report_reader_close(attachment->report);
 	if (attachment->diag)
 		iox_diag_reader_close(attachment->diag);
 	if (attachment->state)
@@ -88,12 +95,18 @@ static int open_ports(const struct pokeys_client *client, struct attachment *att
 	if (!r)
 		r = iox_diag_reader_open(node, service_name(name, client, "diag"),
 					 &attachment->diag, error);
+	if (!r)
+		r = iox_report_reader_open(node, service_name(name, client, "settings"),
+					   &attachment->report, error);
 	if (!r && (client->flags & POKEYS_CLIENT_EVENTS))
 		r = iox_listener_open(node, service_name(name, client, "event"),
 				      &attachment->listener, error);
 	if (!r && (client->flags & POKEYS_CLIENT_COMMANDER))
 		r = iox_command_writer_open(node, service_name(name, client, "command"),
 					    &attachment->command, error);
+	if (!r && (client->flags & POKEYS_CLIENT_COMMANDER))
+		r = iox_wish_writer_open(node, service_name(name, client, "wish"),
+					 &attachment->wish, error);
 	return r;
 }
 
@@ -164,7 +177,7 @@ static int explain(const struct pokeys_client *client, const struct attachment *
 }
 
 /*
- * A new commander begins with an empty image in both cells: the daemon does
+ * A new commander begins with empty images in both cells: the daemon does
  * not take the last one's wishes for its, and the pages are there before the
  * realtime thread writes to them.
  */
@@ -181,15 +194,32 @@ static void clear_command(struct iox_command_writer *writer)
 	}
 }
 
+static void clear_wish(struct iox_wish_writer *writer)
+{
+	struct pokeys_wish *cell;
+
+	for (int i = 0; i < 2; i++) {
+		cell = iox_wish_loan(writer);
+		if (!cell)
+			return;
+		memset(cell, 0, sizeof(*cell));
+		iox_wish_commit(writer);
+	}
+}
+
 static void hand_over(struct pokeys_client *client, const struct attachment *attachment)
 {
 	if (attachment->command)
 		clear_command(attachment->command);
+	if (attachment->wish)
+		clear_wish(attachment->wish);
 	client->node = attachment->node;
 	client->listener = attachment->listener;
 	handover_swap(&client->state, attachment->state);
 	handover_swap(&client->diag, attachment->diag);
+	handover_swap(&client->report, attachment->report);
 	handover_swap(&client->command, attachment->command);
+	handover_swap(&client->wish, attachment->wish);
 }
 
 int client_attach(struct pokeys_client *client, const char *root_name, char *why, size_t size)
@@ -229,7 +259,9 @@ void client_detach(struct pokeys_client *client)
 		.listener = client->listener,
 		.state = handover_swap(&client->state, NULL),
 		.diag = handover_swap(&client->diag, NULL),
+		.report = handover_swap(&client->report, NULL),
 		.command = handover_swap(&client->command, NULL),
+		.wish = handover_swap(&client->wish, NULL),
 	};
 
 	client->node = NULL;

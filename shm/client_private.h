@@ -37,6 +37,8 @@ struct pokeys_client {
 	struct handover state;		/* struct iox_state_reader */
 	struct handover diag;		/* struct iox_diag_reader */
 	struct handover command;	/* struct iox_command_writer */
+	struct handover report;		/* struct iox_report_reader */
+	struct handover wish;		/* struct iox_wish_writer */
 
 	/* of the thread that polls, under `cold` */
 	pthread_mutex_t cold;

@@ -19,7 +19,7 @@
 
 enum { DEVICE_BYTES = 256 * 1024 };
 
-/* Each device takes some 60 kB; a full folder shall fail here, in words. */
+/* Each device takes some 80 kB; a full folder shall fail here, in words. */
 static int check_space(struct shm_host *host, char *why, size_t size)
 {
 	struct statvfs status;
@@ -127,7 +127,7 @@ static int recycle_devices(struct shm_host *host)
 
 	for (size_t i = 0; i < host->count; i++) {
 		struct shm_device *device = &host->devices[i];
-		int r = device->recycle ? shm_device_recycle(device) : 0;
+		int r = device->recycle ? shm_intakes_recycle(device) : 0;
 
 		device->recycle = r < 0;
 		made += r > 0;

@@ -72,6 +72,7 @@ void shm_device_write(struct shm_device *device, const struct pokeys_state *stat
 struct pokeys_state *shm_device_loan(struct shm_device *device);
 void shm_device_commit(struct shm_device *device);
 void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *diag);
+void shm_device_write_report(struct shm_device *device, const struct pokeys_report *report);
 
 /*
  * Realtime. The newest command image: 1 = *out is a whole image of our
@@ -79,5 +80,13 @@ void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *
  * (refused and counted by the caller). Values inside are not judged here.
  */
 int shm_device_read_command(struct shm_device *device, struct pokeys_command *out);
+
+/*
+ * Realtime. The wish, if it was written since the last call (one load of a
+ * counter if not): 1 = *out is a whole one of our layout, news at least once;
+ * 0 = nothing new, or nobody has ever written; -EPROTO = what was written is
+ * not one (said once for each write). Values inside are not judged here.
+ */
+int shm_device_read_wish(struct shm_device *device, struct pokeys_wish *out);
 
 #endif

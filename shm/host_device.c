@@ -1,30 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One device's services: publish its images, take its commands.
+ * One device's services: publish its images.
  *
  * The first value of each image is already a whole one, so that a client that
  * attaches before the loop's first cycle reads "searching, nothing known yet"
  * instead of something it must refuse.
  *
- * When a commander dies, its writer's mark stays set inside the command image
- * and nobody can ever write there again. So the service is made anew. The
- * realtime thread may be reading from the old one: it is handed the new one
- * through a handover, and in between reads "nobody has ever written".
+ * A new image fills both of its cells, so that their pages are there before
+ * the realtime thread comes. What the commander writes is in host_intake.c.
  */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include "shm/host_private.h"
 #include "shm/say.h"
-
-enum { SERVICE_NAME_MAX = POKEYS_SHM_NAME_MAX + 24 };
-
-static const char *service_name(char name[SERVICE_NAME_MAX], const struct shm_device *device,
-				const char *image)
-{
-	snprintf(name, SERVICE_NAME_MAX, "pokeys/%s/%s", device->name, image);
-	return name;
-}
 
 static void stamp_state(struct pokeys_state *state, const struct shm_device *device)
 {
@@ -33,6 +22,15 @@ static void stamp_state(struct pokeys_state *state, const struct shm_device *dev
 	state->size_units = sizeof(*state) / 8;
 	state->hash = POKEYS_STATE_HASH;
 	state->epoch = device->host->manifest.epoch;
+}
+
+static void stamp_report(struct pokeys_report *report, const struct shm_device *device)
+{
+	report->magic = POKEYS_REPORT_MAGIC;
+	report->version = POKEYS_REPORT_VERSION;
+	report->size_units = sizeof(*report) / 8;
+	report->hash = POKEYS_REPORT_HASH;
+	report->epoch = device->host->manifest.epoch;
 }
 
 static void stamp_diag(struct pokeys_diag *diag, const struct shm_device *device)
@@ -55,12 +53,12 @@ static int open_state(struct shm_device *device, struct iox_error *error)
 {
 	const struct iox_node *node = device->host->node;
 	struct pokeys_state first = { .link = POKEYS_LINK_SEARCHING, .flags = POKEYS_STATE_STALE };
-	char name[SERVICE_NAME_MAX];
+	char name[SHM_SERVICE_NAME_MAX];
 	struct iox_image *image;
 	int r;
 
 	stamp_state(&first, device);
-	service_name(name, device, "state");
+	shm_service_name(name, device->name, "state");
 	r = iox_state_create(node, name, &first, &image, error);
 	if (r)
 		return r;
@@ -75,12 +73,12 @@ static int open_diag(struct shm_device *device, struct iox_error *error)
 {
 	const struct iox_node *node = device->host->node;
 	struct pokeys_diag first = { 0 };
-	char name[SERVICE_NAME_MAX];
+	char name[SHM_SERVICE_NAME_MAX];
 	struct iox_image *image;
 	int r;
 
 	stamp_diag(&first, device);
-	service_name(name, device, "diag");
+	shm_service_name(name, device->name, "diag");
 	r = iox_diag_create(node, name, &first, &image, error);
 	if (r)
 		return r;
@@ -93,40 +91,33 @@ static int open_diag(struct shm_device *device, struct iox_error *error)
 	return r;
 }
 
-static int open_command(struct shm_device *device, struct iox_error *error)
+static int open_report(struct shm_device *device, struct iox_error *error)
 {
-	static const struct pokeys_command nothing;
 	const struct iox_node *node = device->host->node;
-	struct iox_command_reader *reader = NULL;
-	char name[SERVICE_NAME_MAX];
-	struct iox_image *image = NULL;
+	struct pokeys_report first = { .state = POKEYS_CONFIG_UNKNOWN };
+	char name[SHM_SERVICE_NAME_MAX];
+	struct iox_image *image;
 	int r;
 
-	service_name(name, device, "command");
-	r = iox_command_create(node, name, &nothing, &image, error);
-	if (r && r != -EEXIST)
+	stamp_report(&first, device);
+	shm_service_name(name, device->name, "settings");
+	r = iox_report_create(node, name, &first, &image, error);
+	if (r)
 		return r;
-	r = iox_command_reader_open(node, name, &reader, error);
-	if (image)
-		iox_image_destroy(image);
-	if (!r)
-		handover_swap(&device->command, reader);
+	r = iox_report_writer_open(node, name, &device->report, error);
+	iox_image_destroy(image);
+	if (!r) {
+		shm_device_write_report(device, &first);
+		shm_device_write_report(device, &first);
+	}
 	return r;
-}
-
-static void close_command(struct shm_device *device)
-{
-	struct iox_command_reader *reader = handover_swap(&device->command, NULL);
-
-	if (reader)
-		iox_command_reader_close(reader);
 }
 
 int shm_device_open(struct shm_device *device, struct shm_host *host, const char *name,
 		    char *why, size_t size)
 {
 	struct iox_error error = { "" };
-	char event[SERVICE_NAME_MAX];
+	char event[SHM_SERVICE_NAME_MAX];
 	int r;
 
 	memset(device, 0, sizeof(*device));
@@ -136,9 +127,11 @@ int shm_device_open(struct shm_device *device, struct shm_host *host, const char
 	if (!r)
 		r = open_diag(device, &error);
 	if (!r)
-		r = open_command(device, &error);
+		r = open_report(device, &error);
 	if (!r)
-		r = iox_notifier_open(host->node, service_name(event, device, "event"),
+		r = shm_intakes_open(device, &error);
+	if (!r)
+		r = iox_notifier_open(host->node, shm_service_name(event, device->name, "event"),
 				      &device->notifier, &error);
 	if (!r)
 		return 0;
@@ -149,49 +142,19 @@ int shm_device_open(struct shm_device *device, struct shm_host *host, const char
 
 void shm_device_close(struct shm_device *device)
 {
-	close_command(device);
+	shm_intakes_close(device);
 	if (device->notifier)
 		iox_notifier_close(device->notifier);
+	if (device->report)
+		iox_report_writer_close(device->report);
 	if (device->diag)
 		iox_diag_writer_close(device->diag);
 	if (device->state)
 		iox_state_writer_close(device->state);
 	device->notifier = NULL;
+	device->report = NULL;
 	device->diag = NULL;
 	device->state = NULL;
-}
-
-/*
- * Is the place of the commander stuck? Taking it for a moment tells: a free
- * place can be had and given back, one that died refuses.
- */
-static int probe_command(struct shm_device *device)
-{
-	struct iox_command_writer *writer;
-	char name[SERVICE_NAME_MAX];
-	int r;
-
-	service_name(name, device, "command");
-	r = iox_command_writer_open(device->host->node, name, &writer, NULL);
-	if (!r)
-		iox_command_writer_close(writer);
-	return r;
-}
-
-int shm_device_recycle(struct shm_device *device)
-{
-	int r;
-
-	if (atomic_load(&device->command.pointer)) {
-		r = probe_command(device);
-		if (r != -EDEADLK)
-			return !r || r == -EBUSY ? 0 : -EAGAIN;
-		close_command(device);
-	}
-	if (open_command(device, NULL))
-		return -EAGAIN;
-	/* it is still the old one if somebody else had it open at that moment */
-	return probe_command(device) == -EDEADLK ? -EAGAIN : 1;
 }
 
 int shm_device_notify(struct shm_device *device)
@@ -203,9 +166,9 @@ int shm_device_notify(struct shm_device *device)
 
 int shm_device_commanders(struct shm_device *device)
 {
-	char name[SERVICE_NAME_MAX];
+	char name[SHM_SERVICE_NAME_MAX];
 
-	return iox_writers(device->host->node, service_name(name, device, "command"), NULL,
+	return iox_writers(device->host->node, shm_service_name(name, device->name, "command"), NULL,
 			   NULL);
 }
 
@@ -245,11 +208,13 @@ void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *
 	iox_diag_commit(device->diag);
 }
 
-int shm_device_read_command(struct shm_device *device, struct pokeys_command *out)
+void shm_device_write_report(struct shm_device *device, const struct pokeys_report *report)
 {
-	const struct iox_command_reader *reader = handover_take(&device->command);
-	int r = reader ? iox_command_read(reader, out) : 0;
+	struct pokeys_report *cell = iox_report_loan(device->report);
 
-	handover_give_back(&device->command);
-	return r;
+	if (!cell)
+		return;
+	memcpy(cell, report, sizeof(*cell));
+	stamp_report(cell, device);
+	iox_report_commit(device->report);
 }

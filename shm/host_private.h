@@ -9,13 +9,19 @@
 #include "shm/manifest.h"
 #include "shm/runtime.h"
 
+enum { SHM_SERVICE_NAME_MAX = POKEYS_SHM_NAME_MAX + 24 };
+
+/* What the commander writes. */
+enum shm_intake { SHM_INTAKE_COMMAND, SHM_INTAKE_WISH, SHM_INTAKES };
+
 struct shm_device {
 	struct shm_host *host;
 	char name[POKEYS_SHM_NAME_MAX];
 	struct iox_state_writer *state;
 	struct iox_diag_writer *diag;
+	struct iox_report_writer *report;
 	struct iox_notifier *notifier;
-	struct handover command;	/* iox_command_reader, or NULL for a moment */
+	struct handover intake[SHM_INTAKES];	/* their readers, or NULL for a moment */
 	bool recycle;			/* the last commander died: its place is to be made anew */
 };
 
@@ -40,7 +46,13 @@ int shm_device_open(struct shm_device *device, struct shm_host *host, const char
 		    char *why, size_t size);
 void shm_device_close(struct shm_device *device);
 
+/* "pokeys/<device>/<image>", in `name`. */
+const char *shm_service_name(char name[SHM_SERVICE_NAME_MAX], const char *device,
+			     const char *image);
+
+int shm_intakes_open(struct shm_device *device, struct iox_error *error);
+void shm_intakes_close(struct shm_device *device);
 /* After a death: 1 the commander's place was made anew, 0 it was free, -EAGAIN try again. */
-int shm_device_recycle(struct shm_device *device);
+int shm_intakes_recycle(struct shm_device *device);
 
 #endif

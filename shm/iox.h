@@ -11,6 +11,7 @@
 
 #include <stdint.h>
 #include <pokeys/command.h>
+#include <pokeys/settings.h>
 #include <pokeys/state.h>
 
 struct iox_error {
@@ -59,6 +60,11 @@ int iox_writers(const struct iox_node *node, const char *name, int32_t *pid,
 IOX_IMAGE(state, struct pokeys_state);
 IOX_IMAGE(diag, struct pokeys_diag);
 IOX_IMAGE(command, struct pokeys_command);
+IOX_IMAGE(report, struct pokeys_report);
+IOX_IMAGE(wish, struct pokeys_wish);
+
+/* Like read, but only what was written since the last call (0 = nothing new). */
+int iox_wish_news(struct iox_wish_reader *reader, struct pokeys_wish *out);
 
 struct iox_notifier;
 int iox_notifier_open(const struct iox_node *node, const char *service, struct iox_notifier **out,

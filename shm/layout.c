@@ -31,12 +31,23 @@ SAME(pokeys_command, digital_out, 56);
 SAME(pokeys_command, axis, 432);
 SAME(pokeys_command, one_shot, 568);
 
+WHOLE(pokeys_wish, 848);
+SAME(pokeys_wish, settings, 24);
+SAME(pokeys_settings, failsafe_timeout, 288);
+SAME(pokeys_settings, axis, 376);
+
+WHOLE(pokeys_report, 1696);
+SAME(pokeys_report, device, 48);
+SAME(pokeys_report, wanted, 872);
+
 uint64_t pokeys_shm_layout(unsigned int image)
 {
 	static const uint64_t hashes[] = {
 		[POKEYS_SHM_STATE] = POKEYS_STATE_HASH,
 		[POKEYS_SHM_DIAG] = POKEYS_DIAG_HASH,
 		[POKEYS_SHM_COMMAND] = POKEYS_COMMAND_HASH,
+		[POKEYS_SHM_REPORT] = POKEYS_REPORT_HASH,
+		[POKEYS_SHM_WISH] = POKEYS_WISH_HASH,
 	};
 
 	return image < sizeof(hashes) / sizeof(hashes[0]) ? hashes[image] : 0;

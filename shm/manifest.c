@@ -24,7 +24,7 @@
 #include "shm/segments.h"
 
 enum {
-	MANIFEST_MAX = 128 * 1024,	/* 32 devices with 13 files each need 40 kB */
+	MANIFEST_MAX = 128 * 1024,	/* 32 devices with 19 files each need 60 kB */
 	MANIFEST_PATH_MAX = SHM_PATH_MAX + sizeof(SHM_MANIFEST) + 2,
 };
 
@@ -38,16 +38,25 @@ static void read_boot(char boot[static 40])
 		fclose(file);
 }
 
+#define LAYOUT(NAME, name) \
+	{ #name, { POKEYS_##NAME##_VERSION, POKEYS_##NAME##_HASH, sizeof(struct pokeys_##name) } }
+
+static const struct {
+	const char *name;
+	struct manifest_layout layout;
+} images[POKEYS_SHM_IMAGES] = {
+	[POKEYS_SHM_STATE] = LAYOUT(STATE, state),
+	[POKEYS_SHM_DIAG] = LAYOUT(DIAG, diag),
+	[POKEYS_SHM_COMMAND] = LAYOUT(COMMAND, command),
+	[POKEYS_SHM_REPORT] = LAYOUT(REPORT, report),
+	[POKEYS_SHM_WISH] = LAYOUT(WISH, wish),
+};
+
 void manifest_init(struct manifest *manifest)
 {
-	*manifest = (struct manifest){
-		.pid = getpid(),
-		.state = { POKEYS_STATE_VERSION, POKEYS_STATE_HASH, sizeof(struct pokeys_state) },
-		.diag = { POKEYS_DIAG_VERSION, POKEYS_DIAG_HASH, sizeof(struct pokeys_diag) },
-		.command = { POKEYS_COMMAND_VERSION, POKEYS_COMMAND_HASH,
-			     sizeof(struct pokeys_command) },
-		.iceoryx2 = "0.10.0",
-	};
+	*manifest = (struct manifest){ .pid = getpid(), .iceoryx2 = "0.10.0" };
+	for (size_t i = 0; i < POKEYS_SHM_IMAGES; i++)
+		manifest->layout[i] = images[i].layout;
 	read_boot(manifest->boot);
 }
 
@@ -61,9 +70,8 @@ static int print_manifest(FILE *file, const char *root, const struct manifest *m
 {
 	fprintf(file, "pokeysd %ld\nboot %s\nepoch %" PRIx64 "\niceoryx2 %s\n", manifest->pid,
 		manifest->boot, manifest->epoch, manifest->iceoryx2);
-	print_layout(file, "state", &manifest->state);
-	print_layout(file, "diag", &manifest->diag);
-	print_layout(file, "command", &manifest->command);
+	for (size_t i = 0; i < POKEYS_SHM_IMAGES; i++)
+		print_layout(file, images[i].name, &manifest->layout[i]);
 	for (size_t i = 0; i < manifest->devices; i++)
 		fprintf(file, "device %s\n", manifest->device[i]);
 	return segments_print(root, file);
@@ -160,7 +168,7 @@ static int parse_device(struct manifest *manifest, const char *name)
 
 static int parse_line(struct manifest *manifest, const char *line)
 {
-	int r;
+	int r = 0;
 
 	if (!strncmp(line, "device ", 7))
 		return parse_device(manifest, line + 7);
@@ -169,11 +177,8 @@ static int parse_line(struct manifest *manifest, const char *line)
 	    sscanf(line, "epoch %" SCNx64, &manifest->epoch) == 1 ||
 	    sscanf(line, "iceoryx2 %15s", manifest->iceoryx2) == 1)
 		return 0;
-	r = parse_layout(line, "state", &manifest->state);
-	if (!r)
-		r = parse_layout(line, "diag", &manifest->diag);
-	if (!r)
-		r = parse_layout(line, "command", &manifest->command);
+	for (size_t i = 0; !r && i < POKEYS_SHM_IMAGES; i++)
+		r = parse_layout(line, images[i].name, &manifest->layout[i]);
 	return r;
 }
 
@@ -186,8 +191,8 @@ static int parse(struct manifest *manifest, char *text)
 		if (parse_line(manifest, line) < 0)
 			return -EPROTO;
 	}
-	return manifest->state.size && manifest->diag.size && manifest->command.size &&
-	       manifest->iceoryx2[0] ? 0 : -EPROTO;
+	/* an image that it does not name, it does not have: manifest_check says so */
+	return manifest->layout[POKEYS_SHM_STATE].size && manifest->iceoryx2[0] ? 0 : -EPROTO;
 }
 
 int manifest_read(const char *root, struct manifest *out)
@@ -248,7 +253,7 @@ static int check_layout(const char *name, const struct manifest_layout *theirs,
 int manifest_check(const struct manifest *manifest, char *why, size_t size)
 {
 	struct manifest ours;
-	int r;
+	int r = 0;
 
 	manifest_init(&ours);
 	if (strcmp(manifest->boot, ours.boot))
@@ -260,11 +265,8 @@ int manifest_check(const struct manifest *manifest, char *why, size_t size)
 			   "the daemon uses iceoryx2 %s, this program %s; "
 			   "install daemon and program of one version",
 			   manifest->iceoryx2, ours.iceoryx2);
-	r = check_layout("state", &manifest->state, &ours.state, why, size);
-	if (!r)
-		r = check_layout("diag", &manifest->diag, &ours.diag, why, size);
-	if (!r)
-		r = check_layout("command", &manifest->command, &ours.command, why, size);
+	for (size_t i = 0; !r && i < POKEYS_SHM_IMAGES; i++)
+		r = check_layout(images[i].name, &manifest->layout[i], &ours.layout[i], why, size);
 	return r;
 }
 

@@ -34,6 +34,15 @@ int pokeys_client_read_diag(pokeys_client *client, struct pokeys_diag *out)
 	return r;
 }
 
+int pokeys_client_read_report(pokeys_client *client, struct pokeys_report *out)
+{
+	const struct iox_report_reader *reader = handover_take(&client->report);
+	int r = reader ? judged(iox_report_read(reader, out)) : -ENOTCONN;
+
+	handover_give_back(&client->report);
+	return r;
+}
+
 static void write_cell(struct iox_command_writer *writer, const struct pokeys_command *command)
 {
 	struct pokeys_command *cell = iox_command_loan(writer);
@@ -58,5 +67,32 @@ int pokeys_client_write(pokeys_client *client, const struct pokeys_command *comm
 	if (writer)
 		write_cell(writer, command);
 	handover_give_back(&client->command);
+	return writer ? 0 : -ENOTCONN;
+}
+
+static void write_wish_cell(struct iox_wish_writer *writer, const struct pokeys_wish *wish)
+{
+	struct pokeys_wish *cell = iox_wish_loan(writer);
+
+	if (!cell)
+		return;
+	memcpy(cell, wish, sizeof(*cell));
+	cell->magic = POKEYS_WISH_MAGIC;
+	cell->version = POKEYS_WISH_VERSION;
+	cell->size_units = sizeof(*cell) / 8;
+	cell->hash = POKEYS_WISH_HASH;
+	iox_wish_commit(writer);
+}
+
+int pokeys_client_write_wish(pokeys_client *client, const struct pokeys_wish *wish)
+{
+	struct iox_wish_writer *writer;
+
+	if (!(client->flags & POKEYS_CLIENT_COMMANDER))
+		return -EPERM;
+	writer = handover_take(&client->wish);
+	if (writer)
+		write_wish_cell(writer, wish);
+	handover_give_back(&client->wish);
 	return writer ? 0 : -ENOTCONN;
 }

@@ -2,9 +2,9 @@
 """Read and command PoKeys devices through the shared memory of pokeysd.
 
 A ctypes binding of libpokeys_shm.so; only the standard library is needed. The
-layouts below are those of <pokeys/state.h> and <pokeys/command.h>, member for
-member; nothing works with a library that has other layouts, and
-text(), fnv1a() let a test compare them with the C headers.
+layouts below are those of <pokeys/state.h>, <pokeys/command.h> and
+<pokeys/settings.h>, member for member; nothing works with a library that has
+other layouts, and text(), fnv1a() let a test compare them with the C headers.
 
     client = pokeys.Client("mill")
     client.poll()
@@ -13,7 +13,7 @@ text(), fnv1a() let a test compare them with the C headers.
 """
 import ctypes
 from ctypes import (POINTER, Structure, byref, c_char, c_char_p, c_float, c_int, c_int32,
-                    c_int64, c_size_t, c_uint, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p)
+                    c_int16, c_int64, c_size_t, c_uint, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p)
 import errno
 import os
 import time
@@ -162,6 +162,54 @@ class Command(Structure):
                 ("reserved2", c_uint32), ("one_shot", OneShot * 64)]
 
 
+class AxisSettings(Structure):
+    _fields_ = [("set", c_uint32)] + [(name, c_uint8) for name in (
+        "options options_mask switches switches_mask pin_limit_minus pin_limit_plus pin_home "
+        "pin_enable invert_enable filter_limit_minus filter_limit_plus filter_home filter_probe "
+        "homing_algorithm homing_speed homing_return mpg_encoder signals").split()] + [
+        ("mpg_multiplier", c_int16), ("mpg_divider", c_uint16), ("reserved", c_uint8 * 2),
+        ("soft_minimum", c_int32), ("soft_maximum", c_int32), ("back_off", c_int32),
+        ("max_speed", c_float), ("max_acceleration", c_float), ("max_deceleration", c_float),
+        ("reserved2", c_uint32)]
+
+
+class EncoderSettings(Structure):
+    _fields_ = [(name, c_uint8) for name in (
+        "options options_mask pins_set pin_a pin_b").split()] + [("reserved", c_uint8 * 3)]
+
+
+class Settings(Structure):
+    _fields_ = [("set", c_uint32), ("pwm_period", c_uint32), ("pin_set", c_uint8 * 8),
+                ("pin_function", c_uint8 * 56), ("encoder", EncoderSettings * 25),
+                ("fast_configuration", c_uint8), ("fast_options", c_uint8),
+                ("ultra_enable", c_uint8), ("ultra_options", c_uint8),
+                ("ultra_filter", c_uint32)] + [(name, c_uint8) for name in (
+        "axes charge_pump generator emergency_invert emergency_pin power_states "
+        "poextbus_connector poextbus_no_crc failsafe_timeout failsafe_peripherals"
+    ).split()] + [("failsafe_outputs", c_uint8 * 8), ("failsafe_poextbus", c_uint8 * 10),
+                  ("failsafe_pwm", c_uint8 * PWM), ("matrix_enable", c_uint8),
+                  ("matrix_rows", c_uint8), ("matrix_columns", c_uint8),
+                  ("matrix_row_pin", c_uint8 * 16), ("matrix_column_pin", c_uint8 * 8),
+                  ("reserved", c_uint8 * 7), ("analog_filter", c_uint32), ("name", c_char * 24),
+                  ("axis", AxisSettings * AXES)]
+
+
+class Wish(Structure):
+    VERSION, HASH = 1, 0x881cbf8ce09757b0
+    _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
+                ("hash", c_uint64), ("session", c_uint32), ("generation", c_uint32),
+                ("settings", Settings)]
+
+
+class Report(Structure):
+    VERSION, HASH = 1, 0xa5ed3e1bcd504b9a
+    _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
+                ("hash", c_uint64), ("epoch", c_uint64), ("t_publish_ns", c_uint64),
+                ("count", c_uint32), ("generation", c_uint32), ("state", c_uint8),
+                ("refused", c_uint8), ("refused_index", c_uint8), ("reserved", c_uint8 * 5),
+                ("device", Settings), ("wanted", Settings)]
+
+
 def _element(kind):
     """The type that an array (of arrays) is made of."""
     while issubclass(kind, ctypes.Array):
@@ -196,7 +244,9 @@ def _load():
         "pokeys_client_status": [c_void_p, c_char_p, c_size_t],
         "pokeys_client_read": [c_void_p, POINTER(State)],
         "pokeys_client_read_diag": [c_void_p, POINTER(Diag)],
+        "pokeys_client_read_report": [c_void_p, POINTER(Report)],
         "pokeys_client_write": [c_void_p, POINTER(Command)],
+        "pokeys_client_write_wish": [c_void_p, POINTER(Wish)],
         "pokeys_client_wait": [c_void_p, c_uint],
         "pokeys_client_commanders": [c_void_p],
         "pokeys_shm_devices": [c_char_p, c_void_p, c_size_t],
@@ -207,7 +257,7 @@ def _load():
     library.pokeys_client_close.restype = None
     library.pokeys_shm_layout.argtypes = [c_uint]
     library.pokeys_shm_layout.restype = c_uint64
-    for number, image in enumerate((State, Diag, Command)):
+    for number, image in enumerate((State, Diag, Command, Report, Wish)):
         if library.pokeys_shm_layout(number) != image.HASH:
             raise RuntimeError(f"libpokeys_shm.so has another layout of {image.__name__}; "
                                "take pokeys.py and library from one version")
@@ -282,13 +332,24 @@ class Client:
     def read_diag(self):
         return self._read(library().pokeys_client_read_diag, Diag())
 
-    def write(self, command):
-        """Overwrite the command image (flags=COMMANDER). False if there is no daemon."""
-        result = library().pokeys_client_write(self._client, byref(command))
+    def read_report(self):
+        """The device's settings, as they are and as they are wanted."""
+        return self._read(library().pokeys_client_read_report, Report())
+
+    def _write(self, function, image):
+        result = function(self._client, byref(image))
         if result == -errno.ENOTCONN:
             return False
         _check(result)
         return True
+
+    def write(self, command):
+        """Overwrite the command image (flags=COMMANDER). False if there is no daemon."""
+        return self._write(library().pokeys_client_write, command)
+
+    def write_wish(self, wish):
+        """Overwrite the wish for settings (flags=COMMANDER). False if there is no daemon."""
+        return self._write(library().pokeys_client_write_wish, wish)
 
     def wait(self, timeout_ms):
         """Wait for news (flags=EVENTS). True if some came."""

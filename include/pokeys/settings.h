@@ -32,8 +32,8 @@ extern "C" {
 #define POKEYS_REPORT_MAGIC	UINT32_C(0x50524b50)	/* "PKRP" */
 #define POKEYS_WISH_VERSION	1
 #define POKEYS_REPORT_VERSION	1
-#define POKEYS_WISH_HASH	UINT64_C(0)
-#define POKEYS_REPORT_HASH	UINT64_C(0)
+#define POKEYS_WISH_HASH	UINT64_C(0x881cbf8ce09757b0)
+#define POKEYS_REPORT_HASH	UINT64_C(0xa5ed3e1bcd504b9a)
 
 /* axis.set: which members below are meant. options and switches have masks of their own. */
 enum {
@@ -135,9 +135,8 @@ struct pokeys_settings {
 	uint8_t failsafe_pwm[POKEYS_PWM];	/* percent */
 	uint8_t matrix_enable, matrix_rows, matrix_columns;	/* 1..16 rows, 1..8 columns */
 	uint8_t matrix_row_pin[16], matrix_column_pin[8];	/* 0-based */
-	uint8_t reserved[5];
+	uint8_t reserved[7];
 	uint32_t analog_filter;			/* protocol section 3.5, RC filter, 0 = none */
-	uint32_t reserved2;
 	char name[24];				/* at most 20 characters, NUL terminated */
 	struct pokeys_axis_settings axis[POKEYS_AXES];
 };

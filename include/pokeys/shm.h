@@ -21,6 +21,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <pokeys/command.h>
+#include <pokeys/settings.h>
 #include <pokeys/state.h>
 
 #ifdef __cplusplus
@@ -94,6 +95,22 @@ int pokeys_client_read_diag(pokeys_client *client, struct pokeys_diag *out);
 int pokeys_client_write(pokeys_client *client, const struct pokeys_command *command);
 
 /*
+ * What the device's settings are and shall be (settings.h); it has changed when
+ * state.report_count has. Errors as pokeys_client_read(). Wait-free, so that a
+ * realtime thread may, but 1.7 kB: meant for now and then. One thread at a time.
+ */
+int pokeys_client_read_report(pokeys_client *client, struct pokeys_report *out);
+
+/*
+ * Overwrite the commander's wish for the device's settings (magic, version and
+ * hash are filled in here; session and a new generation are the caller's).
+ * Errors as pokeys_client_write(). Wait-free, one thread at a time, for now and
+ * then. The wish ends with the daemon: write it again when state.epoch has
+ * changed, after -ENOTCONN, and at the start.
+ */
+int pokeys_client_write_wish(pokeys_client *client, const struct pokeys_wish *wish);
+
+/*
  * Wait for a notification (the daemon sends one when the link state or a
  * fault changes, and about ten times a second), at most timeout_ms. 1 = one
  * came, 0 = time passed or a signal came, -ENOTCONN, -EPERM without
@@ -117,7 +134,14 @@ int pokeys_shm_devices(const char *runtime_directory, char names[][POKEYS_SHM_NA
  * other languages, which must refuse to work with another one. 0 for an image
  * that does not exist. Any thread.
  */
-enum pokeys_shm_image { POKEYS_SHM_STATE = 0, POKEYS_SHM_DIAG = 1, POKEYS_SHM_COMMAND = 2 };
+enum pokeys_shm_image {
+	POKEYS_SHM_STATE = 0,
+	POKEYS_SHM_DIAG = 1,
+	POKEYS_SHM_COMMAND = 2,
+	POKEYS_SHM_REPORT = 3,
+	POKEYS_SHM_WISH = 4,
+	POKEYS_SHM_IMAGES,
+};
 uint64_t pokeys_shm_layout(unsigned int image);
 
 /* Bucket of a duration, and the lower bound (ns) of a bucket: state.h. Realtime. */

@@ -17,7 +17,8 @@
 #include "tests/shm/layout_text.h"
 
 static const uint64_t published[LAYOUT_IMAGES] = {
-	POKEYS_STATE_HASH, POKEYS_DIAG_HASH, POKEYS_COMMAND_HASH,
+	POKEYS_STATE_HASH, POKEYS_DIAG_HASH, POKEYS_COMMAND_HASH, POKEYS_REPORT_HASH,
+	POKEYS_WISH_HASH,
 };
 
 static void published_hash_is_that_of_the_members(void **state)
@@ -39,6 +40,8 @@ static void rust_has_the_same_hash(void **state)
 	assert_true(iox_state_hash() == POKEYS_STATE_HASH);
 	assert_true(iox_diag_hash() == POKEYS_DIAG_HASH);
 	assert_true(iox_command_hash() == POKEYS_COMMAND_HASH);
+	assert_true(iox_report_hash() == POKEYS_REPORT_HASH);
+	assert_true(iox_wish_hash() == POKEYS_WISH_HASH);
 }
 
 static void there_is_no_hole_and_no_end_padding(void **state)

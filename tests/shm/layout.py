@@ -19,7 +19,8 @@ def first_difference(ours, theirs):
 
 def faults(program):
     lines = subprocess.run([program], capture_output=True, text=True, check=True).stdout
-    images = {"state": pokeys.State, "diag": pokeys.Diag, "command": pokeys.Command}
+    images = {"state": pokeys.State, "diag": pokeys.Diag, "command": pokeys.Command,
+              "report": pokeys.Report, "wish": pokeys.Wish}
     for line in lines.splitlines():
         name, size, published, text = line.split(" ", 3)
         image = images.pop(name)
@@ -39,7 +40,7 @@ def faults(program):
 
 def main():
     found = list(faults(sys.argv[1]))
-    print("\n".join(found) or "three images agree")
+    print("\n".join(found) or "all images agree")
     return 1 if found else 0
 
 

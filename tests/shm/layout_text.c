@@ -169,6 +169,56 @@ static const struct member command_members[] = {
 };
 #undef OF
 
+#define OF struct pokeys_axis_settings
+static const struct member axis_settings_members[] = {
+	M(set), M(options), M(options_mask), M(switches), M(switches_mask), M(pin_limit_minus),
+	M(pin_limit_plus), M(pin_home), M(pin_enable), M(invert_enable), M(filter_limit_minus),
+	M(filter_limit_plus), M(filter_home), M(filter_probe), M(homing_algorithm),
+	M(homing_speed), M(homing_return), M(mpg_encoder), M(signals), M(mpg_multiplier),
+	M(mpg_divider), M(reserved), M(soft_minimum), M(soft_maximum), M(back_off),
+	M(max_speed), M(max_acceleration), M(max_deceleration), M(reserved2),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_encoder_settings
+static const struct member encoder_settings_members[] = {
+	M(options), M(options_mask), M(pins_set), M(pin_a), M(pin_b), M(reserved),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_settings
+static const struct member settings_members[] = {
+	M(set), M(pwm_period), M(pin_set), M(pin_function),
+	NESTED(encoder, encoder_settings_members), M(fast_configuration), M(fast_options),
+	M(ultra_enable), M(ultra_options), M(ultra_filter), M(axes), M(charge_pump),
+	M(generator), M(emergency_invert), M(emergency_pin), M(power_states),
+	M(poextbus_connector), M(poextbus_no_crc), M(failsafe_timeout), M(failsafe_peripherals),
+	M(failsafe_outputs), M(failsafe_poextbus), M(failsafe_pwm), M(matrix_enable),
+	M(matrix_rows), M(matrix_columns), M(matrix_row_pin), M(matrix_column_pin), M(reserved),
+	M(analog_filter), M(name), NESTED(axis, axis_settings_members),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_report
+static const struct member report_members[] = {
+	M(magic), M(version), M(size_units), M(hash), M(epoch), M(t_publish_ns), M(count),
+	M(generation), M(state), M(refused), M(refused_index), M(reserved),
+	NESTED(device, settings_members), NESTED(wanted, settings_members),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_wish
+static const struct member wish_members[] = {
+	M(magic), M(version), M(size_units), M(hash), M(session), M(generation),
+	NESTED(settings, settings_members),
+	END
+};
+#undef OF
+
 static const struct {
 	const char *name;
 	const struct member *members;
@@ -177,6 +227,8 @@ static const struct {
 	{ "state", state_members, sizeof(struct pokeys_state) },
 	{ "diag", diag_members, sizeof(struct pokeys_diag) },
 	{ "command", command_members, sizeof(struct pokeys_command) },
+	{ "report", report_members, sizeof(struct pokeys_report) },
+	{ "wish", wish_members, sizeof(struct pokeys_wish) },
 };
 
 static size_t put_members(char *text, size_t size, const struct member *member)

@@ -6,9 +6,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <pokeys/command.h>
+#include <pokeys/settings.h>
 #include <pokeys/state.h>
 
-enum layout_image { LAYOUT_STATE, LAYOUT_DIAG, LAYOUT_COMMAND, LAYOUT_IMAGES };
+enum layout_image {
+	LAYOUT_STATE, LAYOUT_DIAG, LAYOUT_COMMAND, LAYOUT_REPORT, LAYOUT_WISH, LAYOUT_IMAGES
+};
 
 enum { LAYOUT_TEXT_MAX = 8192 };
 

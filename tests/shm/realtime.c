@@ -38,6 +38,8 @@ struct both_sides {
 	struct pokeys_state state;
 	struct pokeys_diag diag;
 	struct pokeys_command command;
+	struct pokeys_report report;
+	struct pokeys_wish wish;
 };
 
 /* Everything that shm.h and host.h call realtime. */
@@ -55,6 +57,11 @@ static int run_realtime_functions(struct both_sides *both, unsigned int times)
 		wrong += pokeys_client_read_diag(both->client, &both->diag) != 0;
 		wrong += pokeys_client_write(both->client, &both->command) != 0;
 		wrong += shm_device_read_command(both->mill, &both->command) != 1;
+		shm_device_write_report(both->mill, &both->report);
+		wrong += pokeys_client_read_report(both->client, &both->report) != 0;
+		wrong += pokeys_client_write_wish(both->client, &both->wish) != 0;
+		wrong += shm_device_read_wish(both->mill, &both->wish) != 1;
+		wrong += shm_device_read_wish(both->mill, &both->wish) != 0;
 		wrong += pokeys_histogram_lower(pokeys_histogram_bucket(i)) > i;
 	}
 	return wrong;

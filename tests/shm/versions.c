@@ -63,31 +63,42 @@ static void assert_refused(struct folder *folder, const char *from, const char *
 	shm_host_close(host);
 }
 
-static void another_state_version_is_refused_with_both_numbers(void **state)
+/* "\nstate 2 " and what is said of another number there. */
+static void assert_version_refused(struct folder *folder, const char *image, unsigned int ours,
+				   unsigned int theirs)
 {
-	assert_refused(*state, "\nstate 1 ", "\nstate 2 ",
-		       "the daemon speaks state layout 2, this program 1");
+	char from[32], to[32], words[96];
+
+	snprintf(from, sizeof(from), "\n%s %u ", image, ours);
+	snprintf(to, sizeof(to), "\n%s %u ", image, theirs);
+	snprintf(words, sizeof(words), "the daemon speaks %s layout %u, this program %u", image,
+		 theirs, ours);
+	assert_refused(folder, from, to, words);
 }
 
-static void another_diag_version_is_refused_with_both_numbers(void **state)
+static void another_version_of_any_image_is_refused_with_both_numbers(void **state)
 {
-	assert_refused(*state, "\ndiag 1 ", "\ndiag 77 ",
-		       "the daemon speaks diag layout 77, this program 1");
+	assert_version_refused(*state, "state", POKEYS_STATE_VERSION, POKEYS_STATE_VERSION + 1);
+	assert_version_refused(*state, "diag", POKEYS_DIAG_VERSION, 77);
+	assert_version_refused(*state, "command", POKEYS_COMMAND_VERSION, 0);
+	assert_version_refused(*state, "report", POKEYS_REPORT_VERSION, 7);
+	assert_version_refused(*state, "wish", POKEYS_WISH_VERSION, 7);
 }
 
-static void another_command_version_is_refused_with_both_numbers(void **state)
+/* As one is that was made before there were wishes. */
+static void daemon_without_an_image_is_refused_as_version_0(void **state)
 {
-	assert_refused(*state, "\ncommand 1 ", "\ncommand 0 ",
-		       "the daemon speaks command layout 0, this program 1");
+	assert_refused(*state, "\nwish ", "\nwash ", "the daemon speaks wish layout 0, this program");
 }
 
 static void another_layout_of_the_same_version_is_refused(void **state)
 {
-	char from[40];
+	char from[40], words[96];
 
 	snprintf(from, sizeof(from), "%016llx", (unsigned long long)POKEYS_STATE_HASH);
-	assert_refused(*state, from, "0123456789abcdef",
-		       "the daemon speaks state layout 1.01234567, this program 1.");
+	snprintf(words, sizeof(words), "the daemon speaks state layout %u.01234567, this program %u.",
+		 POKEYS_STATE_VERSION, POKEYS_STATE_VERSION);
+	assert_refused(*state, from, "0123456789abcdef", words);
 }
 
 static void another_iceoryx2_is_refused_with_both_versions(void **state)
@@ -259,9 +270,8 @@ int main(void)
 {
 #define BOTH(name) cmocka_unit_test_setup_teardown(name, folder_begin, folder_end)
 	const struct CMUnitTest tests[] = {
-		BOTH(another_state_version_is_refused_with_both_numbers),
-		BOTH(another_diag_version_is_refused_with_both_numbers),
-		BOTH(another_command_version_is_refused_with_both_numbers),
+		BOTH(another_version_of_any_image_is_refused_with_both_numbers),
+		BOTH(daemon_without_an_image_is_refused_as_version_0),
 		BOTH(another_layout_of_the_same_version_is_refused),
 		BOTH(another_iceoryx2_is_refused_with_both_versions),
 		BOTH(daemon_of_an_earlier_boot_is_gone),

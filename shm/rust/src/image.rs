@@ -4,12 +4,14 @@
 //! The generic part is written once; the macro at the end gives each image its
 //! set of C functions.
 
-use crate::layout::{Judge, PokeysCommand, PokeysDiag, PokeysState, Verdict};
+use crate::layout::{
+    Judge, PokeysCommand, PokeysDiag, PokeysReport, PokeysState, PokeysWish, Verdict,
+};
 use crate::libc_errno::EPROTO;
 use crate::node::NodeHandle;
 use crate::service::Files;
 use crate::{guard, string, Error, Failure};
-use iceoryx2::port::reader::{EntryHandle, Reader};
+use iceoryx2::port::reader::{BlackboardValue, EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, EntryValueUninit, Writer};
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
@@ -51,6 +53,8 @@ pub struct ImageWriter<T: Value> {
 
 pub struct ImageReader<T: Value> {
     entry: EntryHandle<Files, u64, T>,
+    /// What news() found last.
+    last: Option<BlackboardValue<T>>,
     _port: Reader<Files, u64>,
     _service: PortFactory<Files, u64>,
 }
@@ -141,9 +145,39 @@ impl<T: Value> ImageReader<T> {
         let entry = port.entry::<T>(&KEY).map_err(Failure::from_debug)?;
         Ok(ImageReader {
             entry,
+            last: None,
             _port: port,
             _service: service,
         })
+    }
+}
+
+/// 1 = whole and written out, 0 = nobody has written yet, -EPROTO = not ours.
+unsafe fn judge_into<T: Value + Judge>(value: &T, out: *mut T) -> c_int {
+    match value.judge() {
+        Verdict::Whole => {
+            unsafe { out.write(*value) };
+            1
+        }
+        Verdict::Empty => 0,
+        Verdict::Foreign => -EPROTO,
+    }
+}
+
+impl<T: Value + Judge> ImageReader<T> {
+    /// The image if it was written since the last call. One load of a counter
+    /// if it was not. The counter may be older than the value it stands with;
+    /// then the same image is news twice, never none.
+    unsafe fn news(&mut self, out: *mut T) -> c_int {
+        if let Some(last) = &self.last {
+            if self.entry.is_up_to_date(last) {
+                return 0;
+            }
+        }
+        let value = self.entry.get();
+        let found = unsafe { judge_into(&*value, out) };
+        self.last = Some(value);
+        found
     }
 }
 
@@ -266,14 +300,7 @@ macro_rules! image {
             out: *mut $value,
         ) -> c_int {
             let value = unsafe { &*reader }.entry.get();
-            match value.judge() {
-                Verdict::Whole => {
-                    unsafe { out.write(*value) };
-                    1
-                }
-                Verdict::Empty => 0,
-                Verdict::Foreign => -EPROTO,
-            }
+            unsafe { judge_into(&*value, out) }
         }
         /// # Safety
         /// A handle that is not used again. Cold.
@@ -317,3 +344,37 @@ image!(
     iox_command_read,
     iox_command_reader_close
 );
+image!(
+    PokeysReport,
+    iox_report_create,
+    iox_report_writer_open,
+    iox_report_loan,
+    iox_report_commit,
+    iox_report_writer_close,
+    iox_report_reader_open,
+    iox_report_read,
+    iox_report_reader_close
+);
+image!(
+    PokeysWish,
+    iox_wish_create,
+    iox_wish_writer_open,
+    iox_wish_loan,
+    iox_wish_commit,
+    iox_wish_writer_close,
+    iox_wish_reader_open,
+    iox_wish_read,
+    iox_wish_reader_close
+);
+
+/// Like read, but only what was written since the last call: 0 = nothing new.
+///
+/// # Safety
+/// Valid handle, room for an image, one thread at a time. Hot.
+#[no_mangle]
+pub unsafe extern "C" fn iox_wish_news(
+    reader: *mut ImageReader<PokeysWish>,
+    out: *mut PokeysWish,
+) -> c_int {
+    unsafe { (*reader).news(out) }
+}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-//! The layouts of include/pokeys/state.h and command.h, once more.
+//! The layouts of include/pokeys/state.h, command.h and settings.h, once more.
 //!
 //! They are written by hand on purpose: two people (or one, twice) who write
 //! down the same layout and get the same hash have both read it. The macro
@@ -30,6 +30,7 @@ impl Members for u8 {}
 impl Members for u16 {}
 impl Members for u32 {}
 impl Members for u64 {}
+impl Members for i16 {}
 impl Members for i32 {}
 impl Members for i64 {}
 impl Members for f32 {}
@@ -189,7 +190,9 @@ macro_rules! published {
 }
 
 mod command;
+mod settings;
 mod state;
 
 pub use command::PokeysCommand;
+pub use settings::{PokeysReport, PokeysWish};
 pub use state::{PokeysDiag, PokeysState};
