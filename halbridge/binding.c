@@ -4,75 +4,41 @@
  *
  * HAL gives a pin as a pointer that it moves when the pin is linked, so a
  * value goes through one pointer and one offset, both in dense arrays sorted
- * by direction, funct and type: four tight loops, no branch per pin, about
+ * by direction, funct, block and type: tight loops, no branch per pin, about
  * half a nanosecond each. The exchange stays free of pointers that can point
  * anywhere, and one value can be given to several pins.
+ *
+ * OUT pins are written when their block has changed. Linking a pin to a signal
+ * that others use already gives the signal's old value to it, so one block is
+ * written anew in each period in any case: nothing stays wrong for longer than
+ * there are blocks.
  *
  * An I/O pin belongs to both sides. It is written only when the exchange has
  * changed the value it was given; otherwise a wish that came in between from
  * another thread would be lost.
+ *
+ * Two IN pins of one member (two names of one thing): whichever changed last
+ * counts, so either may be linked or set, and the other one, which stays at
+ * what it was, has no say.
  */
 #include "halbridge/binding.h"
 #include <errno.h>
 #include <stdbool.h>
 #include <string.h>
+#include "halbridge/layout.h"
 
 /* HAL's view of the same bytes. */
 typedef volatile bool pin_bit;
 typedef volatile double pin_float;
 typedef volatile uint32_t pin_word;
 
-struct layout {
-	struct binding *binding;
-	size_t used;
-};
-
-static bool belongs(const struct table_row *row, unsigned int direction, unsigned int when,
-		    unsigned int type)
+int binding_init(struct binding *binding, struct values *values, void *volatile *pointers,
+		 unsigned int schemes)
 {
-	return row->kind == TABLE_PIN && row->direction == direction && row->type == type &&
-	       (direction == TABLE_IO || row->when == when);
-}
-
-static struct binding_range lay(struct layout *layout, unsigned int direction, unsigned int when,
-				unsigned int type)
-{
-	struct binding_range range = { .first = (uint16_t)layout->used };
-	size_t pin = 0;
-
-	for (size_t i = 0; i < table_row_count; i++) {
-		const struct table_row *row = &table_rows[i];
-
-		for (size_t k = 0; belongs(row, direction, when, type) && k < row->count; k++)
-			layout->binding->slot[layout->used++] = (struct binding_slot){
-				.offset = (uint16_t)(row->offset + k * row->stride),
-				.pointer = (uint16_t)(pin + k),
-			};
-		pin += row->kind == TABLE_PIN ? row->count : 0;
-	}
-	range.count = (uint16_t)(layout->used - range.first);
-	return range;
-}
-
-int binding_init(struct binding *binding, struct values *values, void *volatile *pointers)
-{
-	struct layout layout = { .binding = binding };
-	size_t io = 0;
-
-	if (table_pin_count() > BINDING_PINS)
-		return -ENOSPC;
 	memset(binding, 0, sizeof(*binding));
 	binding->values = values;
 	binding->pointers = pointers;
-	for (unsigned int type = 0; type < TABLE_TYPES; type++) {
-		for (unsigned int when = 0; when < TABLE_WHENS; when++) {
-			binding->in[when][type] = lay(&layout, TABLE_IN, when, type);
-			binding->out[when][type] = lay(&layout, TABLE_OUT, when, type);
-		}
-		binding->io[type] = lay(&layout, TABLE_IO, 0, type);
-		io += binding->io[type].count;
-	}
-	return io > BINDING_IO ? -ENOSPC : 0;
+	return layout_slots(binding, schemes);
 }
 
 /* One loop per type; both sides are aligned, the table took the type from the member. */
@@ -114,19 +80,45 @@ static void copy_out(struct binding *binding, struct binding_range range, unsign
 		COPY_OUT(pin_word);
 }
 
-static size_t type_size(unsigned int type)
-{
-	return type == TABLE_BIT ? sizeof(bool) : type == TABLE_FLOAT ? sizeof(double) : 4;
-}
-
-/* Bytes of an I/O pin's value in struct values, for comparing. */
-static uint64_t value_bytes(const struct binding *binding, const struct binding_slot *slot,
-			    unsigned int type)
+/* Bytes of a value, for comparing. */
+static uint64_t bytes_of(const void *value, unsigned int type)
 {
 	uint64_t bytes = 0;
 
-	memcpy(&bytes, (const unsigned char *)binding->values + slot->offset, type_size(type));
+	if (type == TABLE_BIT)
+		bytes = *(const pin_bit *)value;
+	else if (type == TABLE_FLOAT)
+		memcpy(&bytes, value, sizeof(bytes));
+	else
+		bytes = *(const pin_word *)value;
 	return bytes;
+}
+
+static const void *value_at(const struct binding *binding, const struct binding_slot *slot)
+{
+	return (const unsigned char *)binding->values + slot->offset;
+}
+
+/* Of the pins of one member, those that have changed since the last look. */
+static void gather_shared(struct binding *binding, struct binding_range range, unsigned int type,
+			  uint64_t *seen)
+{
+	for (uint16_t i = 0; i < range.count; i++) {
+		struct binding_range one = { (uint16_t)(range.first + i), 1 };
+		const struct binding_slot *slot = &binding->slot[one.first];
+		uint64_t bytes = bytes_of(binding->pointers[slot->pointer], type);
+
+		if (bytes == seen[i])
+			continue;
+		seen[i] = bytes;
+		copy_in(binding, one, type);
+	}
+}
+
+/* Shared pins are remembered in the order of their slots, and those lie together. */
+static uint64_t *seen_of(struct binding *binding, struct binding_range range)
+{
+	return &binding->shared_seen[range.first - binding->shared[0][0].first];
 }
 
 void binding_gather(struct binding *binding, enum table_when when)
@@ -135,29 +127,63 @@ void binding_gather(struct binding *binding, enum table_when when)
 
 	for (unsigned int type = 0; type < TABLE_TYPES; type++) {
 		struct binding_range range = binding->io[type];
+		struct binding_range shared = binding->shared[when][type];
 
 		copy_in(binding, binding->in[when][type], type);
+		gather_shared(binding, shared, type, seen_of(binding, shared));
 		copy_in(binding, range, type);
 		for (unsigned int i = 0; i < range.count; i++)
-			binding->seen[io++] = value_bytes(binding, &binding->slot[range.first + i],
-							  type);
+			binding->io_seen[io++] = bytes_of(
+				value_at(binding, &binding->slot[range.first + i]), type);
 	}
 }
 
-void binding_scatter(struct binding *binding, enum table_when when)
+static void scatter_io(struct binding *binding)
 {
 	size_t io = 0;
 
 	for (unsigned int type = 0; type < TABLE_TYPES; type++) {
 		struct binding_range range = binding->io[type];
 
-		copy_out(binding, binding->out[when][type], type);
 		for (uint16_t i = 0; i < range.count; i++, io++) {
 			struct binding_range one = { (uint16_t)(range.first + i), 1 };
 
-			if (value_bytes(binding, &binding->slot[one.first], type) !=
-			    binding->seen[io])
+			if (bytes_of(value_at(binding, &binding->slot[one.first]), type) !=
+			    binding->io_seen[io])
 				copy_out(binding, one, type);
 		}
 	}
+}
+
+static void scatter_blocks(struct binding *binding, enum table_when when, uint32_t blocks)
+{
+	for (blocks &= binding->all[when]; blocks; blocks &= blocks - 1) {
+		const struct binding_range *ranges =
+			binding->out[when][__builtin_ctz(blocks)];
+
+		for (unsigned int type = 0; type < TABLE_TYPES; type++) {
+			if (ranges[type].count)
+				copy_out(binding, ranges[type], type);
+		}
+	}
+	scatter_io(binding);
+}
+
+void binding_scatter(struct binding *binding, enum table_when when)
+{
+	uint32_t blocks = binding->values->changed;
+
+	if (when == TABLE_AT_READ) {
+		binding->turn = (binding->turn + 1) % VALUES_BLOCKS;
+		blocks |= UINT32_C(1) << binding->turn;
+	} else {
+		blocks = UINT32_MAX;	/* there are few of them */
+	}
+	binding->values->changed = 0;
+	scatter_blocks(binding, when, blocks);
+}
+
+void binding_scatter_all(struct binding *binding, enum table_when when)
+{
+	scatter_blocks(binding, when, UINT32_MAX);
 }

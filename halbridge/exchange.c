@@ -40,8 +40,8 @@ static void read_pins(struct values *values, const struct pokeys_state *state)
 	for (unsigned int i = 0; i < POKEYS_PINS; i++) {
 		bool in = state->digital_in[i / 8] >> i % 8 & 1;
 
-		values->pin[i].in = in;
-		values->pin[i].in_not = !in;
+		values->pin.in[i] = in;
+		values->pin.in_not[i] = !in;
 	}
 }
 
@@ -93,8 +93,8 @@ static void read_machine(struct exchange *exchange, struct values *values, bool 
 	values->command_refused_count = (uint32_t)state->statistics.refused_command;
 	if (!fresh)
 		return;
-	values->engine_state = state->engine.state;
-	values->emergency = state->engine.emergency;
+	values->engine.state = state->engine.state;
+	values->engine.emergency = state->engine.emergency;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		joint_read(&exchange->joint[i], &values->joint[i], &state->engine.axis[i]);
 }
@@ -132,6 +132,7 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 		read_analog(exchange, values, i, news.fresh);
 	read_encoders(exchange, values, news.fresh, now_ns);
 	read_machine(exchange, values, news.fresh);
+	values->changed = UINT32_MAX;
 }
 
 static void write_pins(struct exchange *exchange, const struct values *values)
@@ -140,7 +141,7 @@ static void write_pins(struct exchange *exchange, const struct values *values)
 	uint64_t outputs = 0;
 
 	for (unsigned int i = 0; i < POKEYS_PINS; i++)
-		outputs |= (uint64_t)values->pin[i].out << i;
+		outputs |= (uint64_t)values->pin.out[i] << i;
 	for (unsigned int i = 0; i < POKEYS_PIN_BYTES; i++)
 		command->digital_out[i] = (uint8_t)(outputs >> 8 * i);
 	memcpy(command->digital_out_mask, exchange->state.digital_out_owned,

@@ -14,6 +14,7 @@
 
 struct instance {
 	unsigned int number;			/* pokeys.<number> */
+	unsigned int schemes;			/* of names, enum table_scheme */
 	char device[POKEYS_SHM_NAME_MAX];	/* of the daemon; empty = its only one */
 	/*
 	 * The client as the two functs see it, NULL before the device is known

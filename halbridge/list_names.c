@@ -3,9 +3,12 @@
  * The table in print, so that whatever has to agree with it can be made from
  * it or held against it: the test of the live HAL, and the man page.
  *
- *	list-names names	every name of pokeys.0: NAME KIND TYPE DIRECTION
- *	list-names man		rows as pokeys_shm(9) has them (scdoc)
+ *	list-names names SCHEMES	every name of pokeys.0: NAME KIND TYPE DIRECTION
+ *	list-names man SCHEMES		rows as pokeys_shm(9) has them (scdoc)
+ *
+ * SCHEMES is canonical, legacy or both.
  */
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include "halbridge/table.h"
@@ -15,32 +18,33 @@ static const char *kind_name(const struct table_row *row)
 	return row->kind == TABLE_PIN ? "pin" : "param";
 }
 
-static int list_names(void)
+static int list_names(unsigned int schemes)
 {
 	char name[TABLE_NAME_MAX + 1];
 
-	for (size_t i = 0; i < table_row_count; i++) {
-		const struct table_row *row = &table_rows[i];
-
-		for (unsigned int k = 0; k < row->count; k++) {
-			if (table_name(row, 0, k, name) < 0)
-				return 1;
-			printf("%s %s %s %s\n", name, kind_name(row), table_type_name(row->type),
-			       table_direction_name(row->direction));
-		}
+	for (struct table_cursor at = table_walk(schemes); table_next(&at);) {
+		if (table_name(at.row, 0, at.index, name) < 0)
+			return 1;
+		printf("%s %s %s %s\n", name, kind_name(at.row), table_type_name(at.row->type),
+		       table_direction_name(at.row->direction));
 	}
 	return 0;
 }
 
-/* "encoder.%02u.count" is shown as "encoder.NN.count". */
+/* "encoder.%02u.count" is shown as "encoder.NN.count", a second index as N. */
 static void print_pattern(const char *pattern)
 {
-	const char *index = strstr(pattern, "%02u");
-
-	if (index)
-		printf("%.*sNN%s", (int)(index - pattern), pattern, index + 4);
-	else
-		printf("%s", pattern);
+	while (*pattern) {
+		if (!strncmp(pattern, "%02u", 4)) {
+			printf("NN");
+			pattern += 4;
+		} else if (!strncmp(pattern, "%u", 2)) {
+			printf("N");
+			pattern += 2;
+		} else {
+			putchar(*pattern++);
+		}
+	}
 }
 
 /* One paragraph, indented, wrapped; what scdoc takes for mark-up is escaped. */
@@ -66,31 +70,59 @@ static void print_paragraph(const char *text)
 	printf("\n\n");
 }
 
-static int list_for_man(void)
+/* Indices, initial value and range, as far as there are any. */
+static void print_details(const struct table_row *row)
 {
-	for (size_t i = 0; i < table_row_count; i++) {
-		const struct table_row *row = &table_rows[i];
+	if (row->count > 1)
+		printf(", %02u..%02u", row->first, row->first + row->count - 1u);
+	if (row->inner)
+		printf(" and %u..%u", row->inner_first, row->inner_first + row->inner - 1u);
+	if (row->kind != TABLE_PARAM)
+		return;
+	if (row->initial != 0 && !isnan(row->initial))
+		printf(", default %g", row->initial);
+	if (row->low != row->high)
+		printf(", %g to %g", row->low, row->high);
+}
+
+static int list_for_man(unsigned int schemes)
+{
+	for (struct table_cursor at = table_walk(schemes); table_next_row(&at);) {
+		const struct table_row *row = at.row;
 
 		printf("*");
 		print_pattern(row->name);
 		printf("* (%s %s %s", kind_name(row), table_type_name(row->type),
 		       table_direction_name(row->direction));
-		if (row->count > 1)
-			printf(", 00..%02u", row->count - 1u);
-		if (row->kind == TABLE_PARAM && row->initial != 0)
-			printf(", default %g", row->initial);
+		print_details(row);
 		printf(")\n");
 		print_paragraph(row->help);
 	}
 	return 0;
 }
 
+/* A word for a set of schemes, 0 if it is none. */
+static unsigned int schemes_of(const char *word)
+{
+	static const char *const words[] = {
+		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
+	};
+
+	for (unsigned int i = TABLE_CANONICAL; i <= TABLE_BOTH; i++) {
+		if (!strcmp(word, words[i]))
+			return i;
+	}
+	return 0;
+}
+
 int main(int argc, char **argv)
 {
-	if (argc == 2 && !strcmp(argv[1], "names"))
-		return list_names();
-	if (argc == 2 && !strcmp(argv[1], "man"))
-		return list_for_man();
-	fprintf(stderr, "usage: list-names names|man\n");
+	unsigned int schemes = argc == 3 ? schemes_of(argv[2]) : 0;
+
+	if (schemes && !strcmp(argv[1], "names"))
+		return list_names(schemes);
+	if (schemes && !strcmp(argv[1], "man"))
+		return list_for_man(schemes);
+	fprintf(stderr, "usage: list-names names|man canonical|legacy|both\n");
 	return 2;
 }

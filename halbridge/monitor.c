@@ -160,13 +160,9 @@ static void say_connection(struct monitor *monitor, struct instance *instance)
 static void name_of(const struct instance *instance, size_t offset,
 		    char name[TABLE_NAME_MAX + 1])
 {
-	for (size_t i = 0; i < table_row_count; i++) {
-		const struct table_row *row = &table_rows[i];
-
-		for (unsigned int k = 0; k < row->count; k++) {
-			if (row->offset + (size_t)k * row->stride != offset)
-				continue;
-			table_name(row, instance->number, k, name);
+	for (struct table_cursor at = table_walk(instance->schemes); table_next(&at);) {
+		if (at.offset == offset) {
+			table_name(at.row, instance->number, at.index, name);
 			return;
 		}
 	}

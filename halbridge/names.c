@@ -11,21 +11,21 @@
 #include "halbridge/table.h"
 #include "halbridge/values.h"
 
-size_t table_pin_count(void)
+size_t table_pin_count(unsigned int schemes)
 {
 	size_t count = 0;
 
-	for (size_t i = 0; i < table_row_count; i++)
-		count += table_rows[i].kind == TABLE_PIN ? table_rows[i].count : 0;
+	for (struct table_cursor name = table_walk(schemes); table_next(&name);)
+		count += name.row->kind == TABLE_PIN;
 	return count;
 }
 
-size_t table_name_count(void)
+size_t table_name_count(unsigned int schemes)
 {
 	size_t count = 0;
 
-	for (size_t i = 0; i < table_row_count; i++)
-		count += table_rows[i].count;
+	for (struct table_cursor name = table_walk(schemes); table_next(&name);)
+		count++;
 	return count;
 }
 
@@ -33,15 +33,24 @@ int table_name(const struct table_row *row, unsigned int device, unsigned int in
 	       char name[TABLE_NAME_MAX + 1])
 {
 	const size_t size = TABLE_NAME_MAX + 1;
+	unsigned int inner = row->inner ? row->inner : 1;
 	int prefix = snprintf(name, size, "pokeys.%u.", device);
 	int rest;
 
-	/* A row without index has no conversion and leaves the argument unused. */
+	/* A row with fewer indices has fewer conversions and leaves the rest unused. */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
-	rest = snprintf(name + prefix, size - (size_t)prefix, row->name, index);
+	rest = snprintf(name + prefix, size - (size_t)prefix, row->name,
+			index / inner + row->first, index % inner + row->inner_first);
 #pragma GCC diagnostic pop
 	return prefix + rest > TABLE_NAME_MAX ? -ENAMETOOLONG : prefix + rest;
+}
+
+size_t table_type_size(unsigned int type)
+{
+	static const size_t sizes[] = { sizeof(bool), sizeof(double), 4, 4 };
+
+	return sizes[type];
 }
 
 const char *table_type_name(unsigned int type)
@@ -62,7 +71,7 @@ static void set_parameter(const struct table_row *row, void *at)
 {
 	switch ((enum table_type)row->type) {
 	case TABLE_BIT:
-		*(volatile bool *)at = row->initial != 0;
+		*(param_bit *)at = row->initial != 0;
 		break;
 	case TABLE_FLOAT:
 		*(param_float *)at = row->initial;
@@ -80,10 +89,11 @@ static void set_parameter(const struct table_row *row, void *at)
 
 void table_set_parameters(void *values)
 {
-	for (size_t i = 0; i < table_row_count; i++) {
-		const struct table_row *row = &table_rows[i];
-
-		for (size_t k = 0; row->kind == TABLE_PARAM && k < row->count; k++)
-			set_parameter(row, (unsigned char *)values + row->offset + k * row->stride);
+	for (struct table_cursor row = table_walk(TABLE_BOTH); table_next_row(&row);) {
+		for (unsigned int k = 0; k < table_row_names(row.row); k++) {
+			if (row.row->kind == TABLE_PARAM)
+				set_parameter(row.row, (unsigned char *)values +
+					      table_offset(row.row, k));
+		}
 	}
 }

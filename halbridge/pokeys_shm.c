@@ -126,25 +126,21 @@ static int export_parameter(const struct table_row *row, const char *name, void 
 }
 
 /* All names of one device, pins in the order that the binding counts them. */
-static int export_names(unsigned int number, struct values *values, void **pointers)
+static int export_names(const struct instance *instance, struct values *values, void **pointers)
 {
 	char name[TABLE_NAME_MAX + 1];
 
-	for (size_t i = 0; i < table_row_count; i++) {
-		const struct table_row *row = &table_rows[i];
+	for (struct table_cursor at = table_walk(instance->schemes); table_next(&at);) {
+		int r = table_name(at.row, instance->number, at.index, name);
 
-		for (unsigned int k = 0; k < row->count; k++) {
-			char *value = (char *)values + row->offset + (size_t)k * row->stride;
-			int r = table_name(row, number, k, name);
-
-			if (r >= 0)
-				r = row->kind == TABLE_PIN ? export_pin(row, name, pointers++) :
-							     export_parameter(row, name, value);
-			if (r < 0) {
-				rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_shm: cannot export %s: %s\n",
-						name, strerror(-r));
-				return r;
-			}
+		if (r >= 0)
+			r = at.row->kind == TABLE_PIN ?
+			    export_pin(at.row, name, pointers++) :
+			    export_parameter(at.row, name, (char *)values + at.offset);
+		if (r < 0) {
+			rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_shm: cannot export %s: %s\n",
+					name, strerror(-r));
+			return r;
 		}
 	}
 	return 0;
@@ -171,30 +167,33 @@ static uint32_t session(unsigned int number)
 	return (uint32_t)(seed * UINT64_C(0x9e3779b97f4a7c15) >> 32);
 }
 
-static int make_instance(unsigned int number, const char *device)
+static int make_instance(unsigned int number, const char *device, unsigned int schemes)
 {
+	const size_t pins = table_pin_count(schemes);
 	struct instance *instance = calloc(1, sizeof(*instance));
 	struct values *values = hal_malloc(sizeof(*values));
-	void **pointers = hal_malloc((long)(table_pin_count() * sizeof(*pointers)));
+	void **pointers = hal_malloc((long)(pins * sizeof(*pointers)));
 	int r;
 
 	instances[number] = instance;
 	if (!instance || !values || !pointers)
 		return -ENOMEM;
 	instance->number = number;
+	instance->schemes = schemes;
 	memcpy(instance->device, device, sizeof(instance->device));
 	memset(values, 0, sizeof(*values));
-	memset(pointers, 0, table_pin_count() * sizeof(*pointers));
+	memset(pointers, 0, pins * sizeof(*pointers));
 	table_set_parameters(values);
 	exchange_init(&instance->exchange, session(number));
-	r = binding_init(&instance->binding, values, (void *volatile *)pointers);
+	r = binding_init(&instance->binding, values, (void *volatile *)pointers,
+			 schemes);
 	if (!r)
-		r = export_names(number, values, pointers);
+		r = export_names(instance, values, pointers);
 	if (r)
 		return r;
 	/* before the first period the pins already say that they know nothing */
 	exchange_read(&instance->exchange, values, EXCHANGE_NOTHING, now());
-	binding_scatter(&instance->binding, TABLE_AT_READ);
+	binding_scatter_all(&instance->binding, TABLE_AT_READ);
 	return export_functs(instance);
 }
 
@@ -204,7 +203,7 @@ static int start(const struct settings *settings)
 
 	instance_count = settings->count;
 	for (unsigned int i = 0; i < settings->count && !r; i++)
-		r = make_instance(i, settings->device[i]);
+		r = make_instance(i, settings->device[i], settings->schemes);
 	for (size_t i = 0; i < settings->count && !r; i++) {
 		if (instances[i]->device[0])
 			r = monitor_open_client(instances[i], settings->runtime);

@@ -91,6 +91,7 @@ int settings_read(struct settings *settings, const char *devices, const char *na
 	int r;
 
 	memset(settings, 0, sizeof(*settings));
+	settings->schemes = TABLE_CANONICAL;
 	r = read_devices(settings, devices, why, size);
 	if (!r)
 		r = read_names(names, why, size);

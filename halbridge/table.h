@@ -2,11 +2,13 @@
 /*
  * The one list of the HAL interface: what is exported, bound, documented and
  * tested comes from here. A new name is a new row (and its member in
- * values.h).
+ * values.h). The rows stand in one array per group (table_*.c, made with the
+ * macros of table_rows.h); everybody else walks over names with table_next().
  */
 #ifndef HALBRIDGE_TABLE_H
 #define HALBRIDGE_TABLE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -15,6 +17,8 @@ enum {
 	TABLE_DEVICES = 8,		/* pokeys.0 .. pokeys.7 */
 };
 
+/* Naming schemes; a set of them. A name of both is one name, not two. */
+enum table_scheme { TABLE_CANONICAL = 1, TABLE_LEGACY = 2, TABLE_BOTH = 3 };
 enum table_kind { TABLE_PIN, TABLE_PARAM };
 enum table_type { TABLE_BIT, TABLE_FLOAT, TABLE_S32, TABLE_U32, TABLE_TYPES };
 enum table_direction { TABLE_IN, TABLE_OUT, TABLE_IO, TABLE_RO, TABLE_RW };
@@ -25,21 +29,57 @@ enum table_direction { TABLE_IN, TABLE_OUT, TABLE_IO, TABLE_RO, TABLE_RW };
  */
 enum table_when { TABLE_AT_READ, TABLE_AT_WRITE, TABLE_WHENS };
 
+/*
+ * Several rows may stand on one member: OUT pins all get its value, of IN pins
+ * the one that changed last counts, parameters share the storage.
+ */
 struct table_row {
-	const char *name;		/* after "pokeys.N."; "%02u" where the index stands */
-	uint8_t kind, type, direction, when;
-	uint16_t offset, stride;	/* in struct values, bytes */
-	uint16_t count;			/* names the row makes; 1 without index */
-	double initial;			/* of a parameter */
+	const char *name;		/* after "pokeys.N."; "%u" where an index stands */
 	const char *help;
+	double initial;			/* of a parameter */
+	double low, high;		/* of a parameter, low == high: whatever its type takes */
+	uint16_t offset;		/* of the first one in struct values, bytes */
+	int16_t stride, inner_stride;
+	uint16_t count;			/* of the (first) index */
+	uint8_t inner;			/* of the second index; 0 = there is none */
+	uint8_t first, inner_first;	/* where the indices in the name begin */
+	uint8_t scheme;			/* 0 = TABLE_CANONICAL */
+	uint8_t kind, type, direction, when;
 };
 
-extern const struct table_row table_rows[];
-extern const size_t table_row_count;
+struct table_group {
+	const struct table_row *rows;
+	size_t count;
+};
 
-/* Names of one device: pins, and pins and parameters together. */
-size_t table_pin_count(void);
-size_t table_name_count(void);
+extern const struct table_group *const table_groups[];
+extern const size_t table_group_count;
+
+/* A walk over the exported names, in the order in which all of us count them. */
+struct table_cursor {
+	const struct table_row *row;	/* of the name it stands at */
+	unsigned int index;		/* which of the row's names */
+	size_t offset;			/* its member in struct values */
+	unsigned int schemes;
+	size_t group, next_row, left;
+};
+
+/* Begin before the first name of these schemes (a set of enum table_scheme). */
+struct table_cursor table_walk(unsigned int schemes);
+
+/* Go to the next name; false at the end. */
+bool table_next(struct table_cursor *cursor);
+
+/* The same for all rows of these schemes; only row is valid. */
+bool table_next_row(struct table_cursor *cursor);
+
+/* Names of one device in these schemes: pins, and pins and parameters together. */
+size_t table_pin_count(unsigned int schemes);
+size_t table_name_count(unsigned int schemes);
+
+/* Names a row makes, and where the member of one of them stands. */
+size_t table_row_names(const struct table_row *row);
+size_t table_offset(const struct table_row *row, unsigned int index);
 
 /*
  * The whole HAL name of one instance of a row. Returns its length, or
@@ -47,6 +87,9 @@ size_t table_name_count(void);
  */
 int table_name(const struct table_row *row, unsigned int device, unsigned int index,
 	       char name[TABLE_NAME_MAX + 1]);
+
+/* Bytes of a type. */
+size_t table_type_size(unsigned int type);
 
 /* As halcmd prints them: "bit", "IN" … */
 const char *table_type_name(unsigned int type);

@@ -8,20 +8,31 @@
  * `param_` are the parameters themselves and may change at any moment by
  * somebody else's hand, so they are volatile and read once per use.
  *
- * Each member is made a pin or a parameter by a row of table.c; the member's
- * C type is the HAL type (bool = bit, double = float, int32_t = s32,
- * uint32_t = u32).
+ * Each member is made a pin or a parameter by a row of a table_*.c; the
+ * member's C type is the HAL type (bool = bit, double = float, int32_t = s32,
+ * uint32_t = u32). Where every bit of an image has a pin, the members are
+ * arrays of bool, padded to 8 bytes, so that eight move at once (bits.h).
+ *
+ * The struct is a row of blocks (enum values_block, blocks.c): OUT pins are
+ * written when their block was marked with values_changed().
  */
 #ifndef HALBRIDGE_VALUES_H
 #define HALBRIDGE_VALUES_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <pokeys/state.h>
+#include "halbridge/values_settings.h"
 
-typedef volatile double param_float;
-typedef volatile int32_t param_s32;
-typedef volatile uint32_t param_u32;
+enum {
+	VALUES_PINS = 56,		/* 55, padded */
+	VALUES_EXTERNAL = 8,		/* external outputs, relays */
+	VALUES_BUS_BITS = 8 * POKEYS_POEXTBUS,
+	VALUES_KEYS = 48,		/* of a kbd48CNC */
+	VALUES_MATRIX = 8 * POKEYS_MATRIX_BYTES,
+	VALUES_PONET_WORDS = 4,		/* of a module's 16 bytes, 32 bits each */
+};
 
 struct value_info {
 	uint32_t pins, pwm, basic_encoders, encoders, fast_encoders, ultra_fast_encoders;
@@ -31,12 +42,21 @@ struct value_info {
 	uint32_t poextbus, ponet, analog_filtering, init_outputs, i2c, one_wire;
 	uint32_t additional_options, load_status, custom_name, potlog27, sensor_list;
 	uint32_t web_interface, failsafe, joystick_hat, pulse_engine, pulse_engine_v2;
-	uint32_t easy_sensors;
+	uint32_t easy_sensors, axes, axis_khz;
+	uint32_t firmware_major, firmware_minor, firmware_revision, user_id, options;
 	param_u32 serial, type_id;
 };
 
-struct value_pin {
-	bool in, in_not, out;
+struct value_rtc {
+	uint32_t second, minute, hour, day_of_week, day, month, year, day_of_year;
+	uint32_t set_second, set_minute, set_hour, set_day, set_month, set_year;
+	uint32_t set_outcome;
+	bool set;
+};
+
+struct value_pins {
+	bool in[VALUES_PINS], in_not[VALUES_PINS], out_fb[VALUES_PINS], out[VALUES_PINS];
+	param_bit out_invert[VALUES_PINS];
 };
 
 struct value_analog {
@@ -45,19 +65,95 @@ struct value_analog {
 	param_float scale, offset;
 };
 
+struct value_counters {
+	uint32_t value[POKEYS_PINS];
+	bool reset;
+};
+
+struct value_pwm {
+	double value, duty;
+	bool enable, enabled;
+	param_float scale, offset, min_dc, max_dc;
+};
+
 struct value_encoder {
 	double position, velocity;
 	int32_t count;
-	bool reset, index_enable;
+	bool reset, index_enable, enabled;
 	param_float scale;
 };
 
 struct value_joint {
-	double pos_cmd, vel_cmd, pos_fb;
+	double pos_cmd, vel_cmd, pos_fb, probe_pos;
 	uint32_t state;
 	bool enable, enabled, in_position, homed, error;
 	bool limit_neg, limit_pos, soft_limit, home_switch, refused;
+	bool limit_neg_dedicated, limit_pos_dedicated, home_dedicated, probed;
 	param_float scale;
+};
+
+/* The pulse engine as a whole. */
+struct value_engine {
+	uint32_t state, axes_enabled, charge_pump, generator, power_states, probe_status;
+	uint32_t buffer_slots, buffer_level, slot_us;
+	bool emergency, emergency_not, activated, limit_override_active;
+	bool limit_override, clear_fault;
+	bool misc_in[8], misc_in_not[8];
+};
+
+/* Bits of the external outputs and relays of the pulse engine's connector. */
+struct value_external {
+	bool output_fb[VALUES_EXTERNAL], relay_fb[VALUES_EXTERNAL];
+	bool output[VALUES_EXTERNAL], relay[VALUES_EXTERNAL];
+};
+
+struct value_poextbus {
+	bool in[VALUES_BUS_BITS], in_not[VALUES_BUS_BITS], out[VALUES_BUS_BITS];
+	param_bit out_invert[VALUES_BUS_BITS];
+};
+
+struct value_matrix {
+	bool key[VALUES_MATRIX];
+	bool enabled;
+};
+
+struct value_kbd48 {
+	bool button[VALUES_KEYS], led[VALUES_KEYS];
+	uint32_t module, light, brightness_sent;
+	bool present;
+	param_bit auto_brightness;
+	param_s32 brightness;
+};
+
+struct value_ponet_module {
+	uint32_t type, address, size, options, status, light, version, failures;
+	uint32_t in[VALUES_PONET_WORDS], out[VALUES_PONET_WORDS];
+	bool present;
+	param_s32 brightness;
+};
+
+struct value_ponet {
+	uint32_t state, count;
+	struct value_ponet_module module[POKEYS_PONET];
+};
+
+/* How the driver itself does. */
+struct value_diagnostics {
+	double rate_hz[POKEYS_SLOW_GROUPS];
+	double deadline_us, device_tick_s;
+	uint32_t sent, resent, received, lost, timed_out, stray, duplicate, late_reply, corrupt;
+	uint32_t wrong_source, send_failed, cycles_late, in_flight, encoder_resyncs;
+	uint32_t load, access, failsafe_state;
+	uint32_t config_state, config_refused, config_refused_index;
+	uint32_t config_generation, config_generation_applied, config_input_refused;
+	bool locked, realtime, fallback, guard, config_save;
+};
+
+/* Blocks of struct values, in its order. */
+enum values_block {
+	BLOCK_LINK, BLOCK_MACHINE, BLOCK_ENGINE, BLOCK_INFO, BLOCK_RTC, BLOCK_PIN, BLOCK_ANALOG,
+	BLOCK_COUNTER, BLOCK_PWM, BLOCK_ENCODER, BLOCK_JOINT, BLOCK_EXTERNAL, BLOCK_POEXTBUS,
+	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DIAGNOSTICS, BLOCK_SETTINGS, VALUES_BLOCKS,
 };
 
 struct values {
@@ -75,16 +171,33 @@ struct values {
 	bool commander, command_refused, input_refused, one_shot_full;
 	bool machine_is_on, machine_on_permitted, needs_edge, safe_state;
 
-	/* pulse engine as a whole */
-	uint32_t engine_state;
-	bool emergency;
-
+	struct value_engine engine;
 	param_u32 device_serial;
 	struct value_info info;
-	struct value_pin pin[POKEYS_PINS];
+	struct value_rtc rtc;
+	struct value_pins pin;
 	struct value_analog analog[POKEYS_ANALOG];
+	struct value_counters counter;
+	struct value_pwm pwm[POKEYS_PWM];
 	struct value_encoder encoder[POKEYS_ENCODERS];
 	struct value_joint joint[POKEYS_AXES];
+	struct value_external external;
+	struct value_poextbus poextbus;
+	struct value_matrix matrix;
+	struct value_kbd48 kbd48;
+	struct value_ponet ponet;
+	struct value_diagnostics diagnostics;
+	struct value_settings set;
+	uint32_t changed;		/* bit = enum values_block; no pin */
 };
+
+/* The OUT pins of this block have to be written. Realtime. */
+static inline void values_changed(struct values *values, enum values_block block)
+{
+	values->changed |= UINT32_C(1) << block;
+}
+
+/* The block a member belongs to, by its offset in struct values. */
+enum values_block values_block_of(size_t offset);
 
 #endif

@@ -25,8 +25,8 @@ static void every_input_bit_has_its_pin(void **state)
 		rig.daemon.digital_in[bit / 8] = (uint8_t)(1u << bit % 8);
 		rig_period(&rig);
 		for (unsigned int i = 0; i < POKEYS_PINS; i++) {
-			assert_int_equal(values->pin[i].in, i == bit);
-			assert_int_equal(values->pin[i].in_not, i != bit);
+			assert_int_equal(values->pin.in[i], i == bit);
+			assert_int_equal(values->pin.in_not[i], i != bit);
 		}
 	}
 }
@@ -35,19 +35,19 @@ static void every_output_pin_has_its_bit(void **state)
 {
 	(void)state;
 	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++) {
-		values->pin[pin].out = true;
+		values->pin.out[pin] = true;
 		rig_period(&rig);
 		for (unsigned int i = 0; i < POKEYS_PINS; i++)
 			assert_int_equal(command->digital_out[i / 8] >> i % 8 & 1, i == pin);
-		values->pin[pin].out = false;
+		values->pin.out[pin] = false;
 	}
 }
 
 static void only_pins_that_are_outputs_are_commanded(void **state)
 {
 	(void)state;
-	values->pin[3].out = true;
-	values->pin[9].out = true;
+	values->pin.out[3] = true;
+	values->pin.out[9] = true;
 	rig_period(&rig);
 	assert_int_equal(command->digital_out_mask[0] | command->digital_out_mask[1], 0);
 	rig.daemon.digital_out_owned[0] = 0x0c;

@@ -14,7 +14,7 @@
 #include <rtapi.h>
 #include <hal.h>
 
-enum { NAMES = 4096, ARENA = 1 << 20, FUNCTS = 16 };
+enum { NAMES = 16384, ARENA = 1 << 20, FUNCTS = 16 };
 
 static struct {
 	char name[HAL_NAME_LEN + 1];

@@ -81,7 +81,7 @@ static void stale_pins_keep_their_last_values(void **state)
 	rig.daemon.analog[6] = 0;
 	rig_period(&rig);
 	assert_true(values->stale);
-	assert_true(values->pin[12].in && !values->pin[12].in_not);
+	assert_true(values->pin.in[12] && !values->pin.in_not[12]);
 	assert_int_equal(values->encoder[0].count, 99);
 	assert_int_equal(values->analog[6].raw, 4095);
 }

@@ -12,7 +12,7 @@ LIST_NAMES = sys.argv.pop(3)
 
 
 def table():
-    out = subprocess.run([LIST_NAMES, "names"], capture_output=True, text=True, check=True).stdout
+    out = subprocess.run([LIST_NAMES, "names", "canonical"], capture_output=True, text=True, check=True).stdout
     return sorted(out.splitlines())
 
 

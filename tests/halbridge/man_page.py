@@ -14,7 +14,7 @@ BEGIN, END = "; the table begins\n", "; the table ends\n"
 def main():
     page = pathlib.Path(sys.argv[2])
     text = page.read_text(encoding="utf-8")
-    table = subprocess.run([sys.argv[1], "man"], capture_output=True, text=True, check=True).stdout
+    table = subprocess.run([sys.argv[1], "man", "canonical"], capture_output=True, text=True, check=True).stdout
     before, rest = text.split(BEGIN)
     have, after = rest.split(END)
     if sys.argv[3:] == ["--update"]:

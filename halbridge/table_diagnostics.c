@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * How the driver itself does: rates, counters, and the device's settings.
+ *
+ * Counters are the low 32 bits of the daemon's, which begins them anew when it is
+ * started.
+ */
+#include "halbridge/table_rows.h"
+
+#define DIAGNOSTIC(name, member, help)	\
+	ROW(name, PIN, OUT, READ, diagnostics.member, help)
+#define RATE(name, group, help)		\
+	DIAGNOSTIC("rate." name, rate_hz[POKEYS_SLOW_##group], help ", measured, Hz")
+
+static const struct table_row rows[] = {
+	DIAGNOSTIC("device.load", load, "the device's processor load, percent"),
+	DIAGNOSTIC("device.tick", device_tick_s, "the device's own time, seconds since its start"),
+	DIAGNOSTIC("device.locked", locked, "the device's configuration is locked"),
+	DIAGNOSTIC("device.access", access, "level of the device's password: 0 all, 255 locked"),
+
+	DIAGNOSTIC("config.state", config_state,
+		   "of the device's settings: 0 not known, 1 differences wait for the machine to "
+		   "be off, 2 being written, 3 as wanted, 4 some are refused"),
+	DIAGNOSTIC("config.refused", config_refused,
+		   "the last one refused: 1 pin, 2 encoder, 3 its pins, 4 fast encoders, "
+		   "5 ultra-fast, 6 engine, 7 emergency, 8 axis, 9 pwm, 10 analog filter, "
+		   "11 failsafe, 12 matrix, 13 name, 14 PoExtBus"),
+	DIAGNOSTIC("config.refused-index", config_refused_index, "of which pin, encoder or axis"),
+	DIAGNOSTIC("config.generation", config_generation,
+		   "counts up when a device setting was set here"),
+	DIAGNOSTIC("config.generation-applied", config_generation_applied,
+		   "the one the daemon has in effect"),
+	DIAGNOSTIC("config.input-refused", config_input_refused,
+		   "device settings that hold a value which is not used (see the log)"),
+	ROW("config.save", PIN, IN, WRITE, diagnostics.config_save,
+	    "its rising edge saves the device's settings to its flash; machine off"),
+
+	RATE("encoders-low", ENCODERS_LOW, "encoders 0..12"),
+	RATE("encoders-high", ENCODERS_HIGH, "encoders 13..25"),
+	RATE("analog", ANALOG, "analog inputs, all"),
+	RATE("counters", COUNTERS, "digital counters"),
+	RATE("PoExtBus", POEXTBUS, "PoExtBus"),
+	RATE("tick", TICK, "the device's time"),
+	RATE("pwm", PWM, "PWM"),
+	RATE("load", LOAD, "the device's load"),
+	RATE("rtc", CLOCK, "the device's clock"),
+	RATE("external", EXTERNAL, "external outputs"),
+	RATE("identity", IDENTITY, "identity"),
+	RATE("PoNET", PONET, "PoNET modules"),
+	RATE("dedicated", DEDICATED, "dedicated inputs of the pulse engine"),
+	RATE("matrix", MATRIX, "keys beyond the first 8 x 8"),
+
+	DIAGNOSTIC("packets.sent", sent, "packets sent"),
+	DIAGNOSTIC("packets.resent", resent, "of them again"),
+	DIAGNOSTIC("packets.received", received, "packets received"),
+	DIAGNOSTIC("packets.lost", lost, "no answer in time"),
+	DIAGNOSTIC("packets.timed-out", timed_out, "requests given up"),
+	DIAGNOSTIC("packets.stray", stray, "answers to nothing that was asked"),
+	DIAGNOSTIC("packets.duplicate", duplicate, "answers that came twice"),
+	DIAGNOSTIC("packets.late", late_reply, "answers that came too late to be believed"),
+	DIAGNOSTIC("packets.corrupt", corrupt, "damaged"),
+	DIAGNOSTIC("packets.wrong-source", wrong_source, "from somebody else"),
+	DIAGNOSTIC("packets.send-failed", send_failed, "the kernel did not send"),
+	DIAGNOSTIC("packets.in-flight", in_flight, "under way now"),
+	DIAGNOSTIC("deadline-us", deadline_us, "after which a packet counts as lost, microseconds"),
+	DIAGNOSTIC("cycles-late", cycles_late, "cycles whose fast data did not come in time"),
+	DIAGNOSTIC("encoder-resyncs", encoder_resyncs, "jumps of encoders that were mended"),
+	DIAGNOSTIC("daemon.realtime", realtime, "the daemon runs at realtime priority"),
+	DIAGNOSTIC("daemon.fallback", fallback, "the daemon's transport is slower than asked for"),
+	DIAGNOSTIC("daemon.guard", guard, "the daemon's packet guard is attached"),
+};
+
+TABLE_GROUP(table_diagnostics, rows);

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What the device does by itself when nobody talks to it (protocol section 3.21).
+ *
+ * The settings go together: as soon as one is set, the others are sent with what
+ * the device has. The timeout should be longer than a restart of the daemon.
+ */
+#include "halbridge/table_rows.h"
+
+#define FAILSAFE(name, member, low, high, help)					\
+	ROW("failsafe." name, PARAM, RW, WRITE, set.failsafe.member,			\
+	    "device setting: " help, SETTING(low, high))
+
+static const struct table_row rows[] = {
+	ROW("failsafe.state", PIN, OUT, READ, diagnostics.failsafe_state,
+	    "0 not known or none, 1 off, 2 on as wanted, 3 on, but not as wanted"),
+	FAILSAFE("timeout-ms", timeout_ms, 0, 25500, "in steps of 100 ms; 0 off"),
+	FAILSAFE("digital", digital, 0, 1, "digital outputs take the values of failsafe.pin"),
+	FAILSAFE("PoExtBus", poextbus, 0, 1, "PoExtBus takes the bytes of failsafe.PoExtBus-byte"),
+	FAILSAFE("pwm", pwm, 0, 1, "PWM takes the duties of failsafe.pwm-duty"),
+	FAILSAFE("engine", engine, 0, 1, "the pulse engine stops"),
+	LIST("failsafe.pin.%02u", PARAM, RW, WRITE, set.failsafe.pin, POKEYS_PINS,
+	     "device setting: the output then", SETTING(0, 1)),
+	LIST("failsafe.PoExtBus-byte.%02u", PARAM, RW, WRITE, set.failsafe.bus_byte,
+	     POKEYS_POEXTBUS, "device setting: the byte then", SETTING(0, 255)),
+	LIST("failsafe.pwm-duty.%02u", PARAM, RW, WRITE, set.failsafe.duty, POKEYS_PWM,
+	     "device setting: the duty then, percent", SETTING(0, 100)),
+};
+
+TABLE_GROUP(table_failsafe, rows);

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Connection, errors, and what the machine may do.
+ *
+ * packet-error-* are those of hm2_eth, but nothing here latches that fresh data
+ * could clear. connected and machine-is-on are names of the older userspace
+ * component as well, with the same meaning.
+ */
+#include "halbridge/table_rows.h"
+
+#define STATUS(name, member, ...)	ROW(name, PIN, OUT, READ, member, __VA_ARGS__)
+#define OUTCOME(name, member, ...)	ROW(name, PIN, OUT, WRITE, member, __VA_ARGS__)
+#define COUNT(name, initial, member) \
+	ROW(name, PARAM, RW, READ, member, "1 or more", PARAMETER(initial, 1, INT32_MAX))
+
+static const struct table_row rows[] = {
+	STATUS("connected", connected,
+	       "the device runs and its data are fresh", BOTH_SCHEMES),
+	STATUS("stale", stale,
+	       "the pins below hold old values: no data younger than the daemon's stale-after, "
+	       "or daemon-alive is false"),
+	STATUS("daemon-alive", daemon_alive,
+	       "the daemon has published within the last 5 ms or 5 of its cycles"),
+	STATUS("attach-state", attach_state,
+	       "0 no daemon, 1 attached to its shared memory, 2 refused (the log says why)"),
+	STATUS("link-state", link_state,
+	       "0 searching, 1 identifying, 2 configuring, 3 running, 4 lost; as the daemon "
+	       "last said"),
+	STATUS("fault", fault,
+	       "why the link does not run, or did not the last time: 0 none, 1 no address, "
+	       "2 no answer, 3 wrong serial number, 4 unsupported device, 5 setting refused, "
+	       "6 locked, 7 rebooted, 8 network"),
+	STATUS("fault-count", fault_count, "link faults since the daemon's start"),
+	STATUS("reconnects", reconnects, "times the device was found again"),
+	STATUS("cycle", cycle, "the daemon's cycle the pins are of (low 32 bits)"),
+	STATUS("age-us", age_us, "age of the oldest fast data, microseconds; grows while stale"),
+	STATUS("rtt-us", rtt_us, "last round trip, microseconds"),
+	STATUS("rtt-avg-us", rtt_avg_us, "smoothed round trip, microseconds"),
+	STATUS("rtt-max-us", rtt_max_us, "longest round trip, microseconds"),
+	STATUS("rtt-jitter-us", rtt_jitter_us, "mean deviation of the round trip, microseconds"),
+	STATUS("packet-error", packet_error,
+	       "since the read before, a packet was lost, or there is no fresh data"),
+	STATUS("packet-error-level", packet_error_level,
+	       "rises by packet-error-increment at each read with packet-error, falls by "
+	       "packet-error-decrement at each without; between 0 and packet-error-limit"),
+	STATUS("packet-error-total", packet_error_total,
+	       "packets lost since the module was loaded"),
+	STATUS("packet-error-exceeded", packet_error_exceeded,
+	       "the level is at its limit; clears itself when the level falls"),
+	COUNT("packet-error-limit", 10, packet_error_limit),
+	COUNT("packet-error-increment", 2, packet_error_increment),
+	COUNT("packet-error-decrement", 1, packet_error_decrement),
+
+	ROW("machine-is-on", PIN, IN, WRITE, machine_is_on,
+	    "the machine is on: motion is wanted; each rising edge asks for it anew",
+	    BOTH_SCHEMES),
+	STATUS("machine-on-permitted", machine_on_permitted,
+	       "the daemon permits motion (machine-is-on rose while the link ran)"),
+	STATUS("needs-edge", needs_edge,
+	       "machine-is-on is high, but must fall and rise again before anything moves"),
+	STATUS("safe-state", safe_state, "the daemon holds outputs and axes in the safe state"),
+	STATUS("commander", commander, "the daemon follows this component's commands"),
+	STATUS("command-refused", command_refused,
+	       "the daemon refused values of the last command"),
+	STATUS("command-refused-count", command_refused_count, "values the daemon refused"),
+	OUTCOME("input-refused", input_refused,
+		"a pin or parameter holds a value that is not used (see the log)"),
+	OUTCOME("input-refused-count", input_refused_count,
+		"times a pin or parameter came to hold such a value"),
+	OUTCOME("one-shot-full", one_shot_full,
+		"64 one-shot commands wait already, the newest was not taken"),
+	STATUS("one-shot-failed-count", one_shot_failed_count,
+	       "one-shot commands that the daemon or the device refused or lost"),
+};
+
+TABLE_GROUP(table_link, rows);

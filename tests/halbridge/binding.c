@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The binding carries each pin to its member and no other, writes what has
+ * changed, and lets either of two names of one input speak.
+ */
+#include "tests/halbridge/rig.h"
+#include "halbridge/binding.h"
+
+/* One pin's storage, as HAL would give it. */
+static uint64_t storage[BINDING_PINS];
+static void *volatile pointers[BINDING_PINS];
+static struct binding binding;
+static struct values values;
+
+static int bind_all(void **state)
+{
+	(void)state;
+	memset(&values, 0, sizeof(values));
+	memset(storage, 0, sizeof(storage));
+	for (size_t i = 0; i < BINDING_PINS; i++)
+		pointers[i] = &storage[i];
+	return binding_init(&binding, &values, pointers, TABLE_BOTH);
+}
+
+/* Call f for each pin with its number, in the order of the walk. */
+static void each_pin(void (*f)(const struct table_row *row, size_t offset, size_t pin))
+{
+	size_t pin = 0;
+
+	for (struct table_cursor at = table_walk(TABLE_BOTH); table_next(&at);) {
+		if (at.row->kind == TABLE_PIN)
+			f(at.row, at.offset, pin++);
+	}
+}
+
+/* A value that is right only for this member. */
+static uint64_t mark(const struct table_row *row, size_t offset)
+{
+	double number = (double)offset + 0.5;
+	uint64_t bytes = 0;
+
+	if (row->type == TABLE_FLOAT)
+		memcpy(&bytes, &number, sizeof(bytes));
+	else
+		bytes = row->type == TABLE_BIT ? 1 : 1000 + offset;
+	return bytes;
+}
+
+static void set_member(const struct table_row *row, size_t offset, size_t pin)
+{
+	uint64_t bytes = mark(row, offset);
+
+	(void)pin;
+	memcpy((unsigned char *)&values + offset, &bytes, table_type_size(row->type));
+}
+
+static enum table_when now;
+
+static void check_scattered(const struct table_row *row, size_t offset, size_t pin)
+{
+	bool ours = row->direction == TABLE_IO ||
+		    (row->direction == TABLE_OUT && row->when == now);
+
+	assert_true(storage[pin] == (ours ? mark(row, offset) : 0));
+}
+
+static void out_pins_get_their_member(void **state)
+{
+	(void)state;
+	for (now = TABLE_AT_READ; now < TABLE_WHENS; now++) {
+		bind_all(NULL);
+		binding_gather(&binding, now);
+		each_pin(set_member);
+		values.changed = UINT32_MAX;
+		binding_scatter(&binding, now);
+		each_pin(check_scattered);
+	}
+}
+
+static void check_block(const struct table_row *row, size_t offset, size_t pin)
+{
+	if (row->direction == TABLE_OUT && row->when == TABLE_AT_READ &&
+	    values_block_of(offset) == BLOCK_JOINT)
+		assert_true(storage[pin] == mark(row, offset));
+	else if (row->direction == TABLE_OUT && values_block_of(offset) == BLOCK_MATRIX)
+		assert_true(storage[pin] == 0);
+}
+
+static void only_blocks_that_changed_are_written(void **state)
+{
+	(void)state;
+	binding_gather(&binding, TABLE_AT_READ);
+	each_pin(set_member);
+	values.changed = 0;
+	values_changed(&values, BLOCK_JOINT);
+	binding_scatter(&binding, TABLE_AT_READ);
+	each_pin(check_block);
+	assert_int_equal(values.changed, 0);
+}
+
+static void in_the_end_every_block_is_written_anew(void **state)
+{
+	(void)state;
+	now = TABLE_AT_READ;
+	binding_gather(&binding, TABLE_AT_READ);
+	each_pin(set_member);
+	for (unsigned int i = 0; i < VALUES_BLOCKS; i++) {
+		values.changed = 0;
+		binding_scatter(&binding, TABLE_AT_READ);
+	}
+	each_pin(check_scattered);
+}
+
+static void set_storage(const struct table_row *row, size_t offset, size_t pin)
+{
+	storage[pin] = mark(row, offset);
+}
+
+static void check_gathered(const struct table_row *row, size_t offset, size_t pin)
+{
+	bool ours = row->direction == TABLE_IO ||
+		    (row->direction == TABLE_IN && row->when == now);
+	uint64_t bytes = 0;
+
+	(void)pin;
+	memcpy(&bytes, (unsigned char *)&values + offset, table_type_size(row->type));
+	assert_true(bytes == (ours ? mark(row, offset) : 0));
+}
+
+static void in_pins_fill_their_member(void **state)
+{
+	(void)state;
+	for (now = TABLE_AT_READ; now < TABLE_WHENS; now++) {
+		bind_all(NULL);
+		each_pin(set_storage);
+		binding_gather(&binding, now);
+		each_pin(check_gathered);
+	}
+}
+
+static size_t pin_a, pin_b;
+
+/* The two names of the relay next to the device. */
+static void find_pair(const struct table_row *row, size_t offset, size_t pin)
+{
+	if (offset != offsetof(struct values, poextbus.out[72]))
+		return;
+	if (row->inner)
+		pin_b = pin;
+	else
+		pin_a = pin;
+}
+
+static void of_two_in_pins_the_one_that_changed_counts(void **state)
+{
+	const bool *relay = &values.poextbus.out[72];
+
+	(void)state;
+	each_pin(find_pair);
+	assert_int_not_equal(pin_a, pin_b);
+	storage[pin_a] = 1;
+	binding_gather(&binding, TABLE_AT_WRITE);
+	binding_gather(&binding, TABLE_AT_WRITE);
+	assert_true(*relay);
+	storage[pin_b] = 1;
+	binding_gather(&binding, TABLE_AT_WRITE);
+	storage[pin_b] = 0;
+	binding_gather(&binding, TABLE_AT_WRITE);
+	assert_false(*relay);
+	storage[pin_a] = 0;
+	binding_gather(&binding, TABLE_AT_WRITE);
+	storage[pin_a] = 1;
+	binding_gather(&binding, TABLE_AT_WRITE);
+	assert_true(*relay);
+}
+
+static size_t io_pin;
+
+static void find_io(const struct table_row *row, size_t offset, size_t pin)
+{
+	if (row->direction == TABLE_IO &&
+	    offset == offsetof(struct values, encoder[4].index_enable))
+		io_pin = pin;
+}
+
+static void an_io_pin_is_written_only_if_we_changed_it(void **state)
+{
+	(void)state;
+	each_pin(find_io);
+	storage[io_pin] = 0;
+	binding_gather(&binding, TABLE_AT_READ);
+	storage[io_pin] = 1;	/* somebody else's wish, in between */
+	binding_scatter(&binding, TABLE_AT_READ);
+	assert_int_equal(storage[io_pin], 1);
+	binding_gather(&binding, TABLE_AT_READ);
+	assert_true(values.encoder[4].index_enable);
+	values.encoder[4].index_enable = false;
+	binding_scatter(&binding, TABLE_AT_READ);
+	assert_int_equal(storage[io_pin], 0);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(out_pins_get_their_member),
+		cmocka_unit_test_setup(only_blocks_that_changed_are_written, bind_all),
+		cmocka_unit_test_setup(in_the_end_every_block_is_written_anew, bind_all),
+		cmocka_unit_test(in_pins_fill_their_member),
+		cmocka_unit_test_setup(of_two_in_pins_the_one_that_changed_counts, bind_all),
+		cmocka_unit_test_setup(an_io_pin_is_written_only_if_we_changed_it, bind_all),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
