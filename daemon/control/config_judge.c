@@ -14,6 +14,10 @@
 #include "daemon/control/config_key.h"
 
 enum { PIN_INPUT = 0x02, PIN_OUTPUT = 0x04, PIN_ANALOG = 0x08, PIN_INVERT = 0x80 };
+enum { ENCODER_COUNT = 1, ENCODER_4X = 2, ENCODER_2X = 4, FAST_ENCODERS_ON = 10 };
+enum { AXIS_INVERTED = 0x02, AXIS_SOFT_LIMITS = 0x20 };
+enum { AXIS_POSITION_MODE = 0x01 | 0x04 | 0x08 };	/* enabled, with the device's planner */
+enum { EMERGENCY_PIN_BASE = 10 };
 
 /* A device while it is judged. */
 struct judged {
@@ -186,9 +190,9 @@ static void convert_pins(const struct config_raw_device *raw, struct device_conf
 	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++) {
 		uint8_t bit = (uint8_t)(1u << pin % 8);
 
-		out->pin_function[pin] = function_of(raw, pin);
-		if (out->pin_function[pin])
-			out->pin_set[pin / 8] |= bit;
+		out->settings.pin_function[pin] = function_of(raw, pin);
+		if (out->settings.pin_function[pin])
+			out->settings.pin_set[pin / 8] |= bit;
 		if (raw->safe_hold >> pin & 1)
 			out->safe_hold[pin / 8] |= bit;
 		else
@@ -198,32 +202,86 @@ static void convert_pins(const struct config_raw_device *raw, struct device_conf
 	}
 }
 
-static void convert_axis(const struct config_raw_axis *raw, const struct config_lines *lines,
-			 uint32_t index, struct device_axis_config *out)
+static void convert_limits(const struct config_raw_axis *raw, struct pokeys_axis_settings *out)
 {
-	for (size_t i = 0; i < config_key_count; i++)
-		if (!strncmp(config_keys[i].name, "axis.#.", 7) && lines->key[i][index])
-			out->set = true;
-	out->mode = (uint8_t)raw->mode;
-	out->invert = (int8_t)raw->invert;
-	out->max_speed = raw->max_speed;
-	out->max_acceleration = raw->max_acceleration;
-	out->max_deceleration = raw->max_deceleration;
-	out->soft_limits = (int8_t)raw->soft_limits;
+	if (raw->soft_limits >= 0)
+		out->options_mask |= AXIS_SOFT_LIMITS;
+	if (raw->soft_limits <= 0)
+		return;
+	out->options |= AXIS_SOFT_LIMITS;
+	out->set |= POKEYS_AXIS_SET_SOFT_MINIMUM | POKEYS_AXIS_SET_SOFT_MAXIMUM;
 	out->soft_minimum = (int32_t)raw->soft_minimum;
 	out->soft_maximum = (int32_t)raw->soft_maximum;
 }
 
+/* 0 and less = leave. */
+static void convert_number(double value, uint32_t bit, uint32_t *set, float *out)
+{
+	if (!(value > 0))
+		return;
+	*set |= bit;
+	*out = (float)value;
+}
+
+static void convert_axis(const struct config_raw_axis *raw, struct pokeys_axis_settings *out)
+{
+	const double deceleration = raw->max_deceleration > 0 ? raw->max_deceleration :
+								raw->max_acceleration;
+
+	if (raw->mode == POKEYS_AXIS_POSITION) {
+		out->options |= AXIS_POSITION_MODE;
+		out->options_mask |= AXIS_POSITION_MODE;
+	}
+	if (raw->invert >= 0)
+		out->options_mask |= AXIS_INVERTED;
+	if (raw->invert > 0)
+		out->options |= AXIS_INVERTED;
+	convert_limits(raw, out);
+	convert_number(raw->max_speed, POKEYS_AXIS_SET_MAX_SPEED, &out->set, &out->max_speed);
+	convert_number(raw->max_acceleration, POKEYS_AXIS_SET_MAX_ACCELERATION, &out->set,
+		       &out->max_acceleration);
+	convert_number(deceleration, POKEYS_AXIS_SET_MAX_DECELERATION, &out->set,
+		       &out->max_deceleration);
+}
+
 static void convert_encoder(const struct config_raw_encoder *raw, const struct config_lines *lines,
-			    uint32_t index, struct device_encoder_config *out)
+			    uint32_t index, struct pokeys_encoder_settings *out)
 {
 	for (size_t i = 0; i < config_key_count; i++)
 		if (!strncmp(config_keys[i].name, "encoder.#.", 10) && lines->key[i][index])
-			out->set = true;
-	out->enable = (uint8_t)raw->enable;
-	out->sampling = (uint8_t)raw->sampling;
-	out->pin_a = raw->pins[0];
-	out->pin_b = raw->pins[1];
+			out->options_mask = ENCODER_COUNT | ENCODER_4X | ENCODER_2X;
+	if (!out->options_mask)
+		return;
+	if (raw->enable)
+		out->options |= ENCODER_COUNT;
+	if (raw->sampling == 4)
+		out->options |= ENCODER_4X;
+	if (raw->sampling == 2)
+		out->options |= ENCODER_2X;
+	out->pins_set = raw->pins[0] < POKEYS_PINS && raw->pins[1] < POKEYS_PINS;
+	out->pin_a = out->pins_set ? raw->pins[0] : 0;
+	out->pin_b = out->pins_set ? raw->pins[1] : 0;
+}
+
+static void convert_engine(const struct config_raw_device *raw, struct pokeys_settings *out)
+{
+	if (raw->axes > 0) {
+		out->set |= POKEYS_SET_AXES;
+		out->axes = (uint8_t)raw->axes;
+	}
+	if (raw->emergency_pin >= 0) {
+		out->set |= POKEYS_SET_EMERGENCY_PIN;
+		out->emergency_pin = (uint8_t)(raw->emergency_pin ? raw->emergency_pin +
+						EMERGENCY_PIN_BASE : 0);
+	}
+	if (raw->fast_encoders >= 0) {
+		out->set |= POKEYS_SET_FAST_ENCODERS;
+		out->fast_configuration = raw->fast_encoders ? FAST_ENCODERS_ON : 0;
+	}
+	if (raw->ultra_fast_encoder >= 0) {
+		out->set |= POKEYS_SET_ULTRA_FAST;
+		out->ultra_enable = raw->ultra_fast_encoder > 0;
+	}
 }
 
 static void convert_device(const struct config_raw_device *raw, const struct config_lines *lines,
@@ -250,18 +308,14 @@ static void convert_device(const struct config_raw_device *raw, const struct con
 	out->mailbox.window = (uint32_t)raw->window;
 	out->mailbox.retry_budget = (uint32_t)raw->retry_budget;
 	out->mailbox.send_budget = (uint32_t)raw->send_budget;
-	memset(out->pin_set, 0, sizeof(out->pin_set));
 	memset(out->safe_mask, 0, sizeof(out->safe_mask));
 	memset(out->safe_outputs, 0, sizeof(out->safe_outputs));
 	convert_pins(raw, out);
-	out->axes = (uint8_t)raw->axes;
-	out->emergency_pin = (int16_t)raw->emergency_pin;
-	out->fast_encoders = (int8_t)raw->fast_encoders;
-	out->ultra_fast_encoder = (int8_t)raw->ultra_fast_encoder;
+	convert_engine(raw, &out->settings);
 	for (uint32_t i = 0; i < POKEYS_AXES; i++)
-		convert_axis(&raw->axis[i], lines, i, &out->axis[i]);
+		convert_axis(&raw->axis[i], &out->settings.axis[i]);
 	for (uint32_t i = 0; i < CONFIG_INDICES; i++)
-		convert_encoder(&raw->encoder[i], lines, i, &out->encoder[i]);
+		convert_encoder(&raw->encoder[i], lines, i, &out->settings.encoder[i]);
 }
 
 static void convert_daemon(const struct config_raw_daemon *raw, struct config *out)

@@ -2,8 +2,8 @@
 /*
  * The device's own settings: read, compare, write what differs, read again.
  *
- * Every setting goes the same way, whatever it is (setting.c, setting_axis.c
- * say what is read, wanted and written):
+ * Every setting goes the same way, whatever it is (setting_*.c say what is read,
+ * wanted and written):
  *
  *	read -> (same) ---------------------------------> done
  *	     -> (differs) -> write -> read -> (same) ---> done
@@ -17,169 +17,20 @@
  * engine is stopped first, always, because whoever commanded that move is not
  * there any more; motion begins again with a fresh edge of machine-on.
  *
- * A setting that the device refuses, or that its lock forbids, does not let
- * the device run: an axis with the wrong direction is worse than a machine
- * that does not start. It is tried again every second, as somebody may be
- * unlocking it just now. Flash is never written here (protocol section 1.12).
+ * A setting that pokeysd.conf wants and the device refuses, or its lock forbids,
+ * keeps the link from running. It is tried again every second, as somebody may
+ * be unlocking it just now. Flash is never written here (protocol section 1.12).
+ *
+ * While the link runs, all this goes on beside the fast requests, one request at
+ * a time. Reading is always allowed; a write waits until motion is not permitted
+ * and the engine is seen to stand, and until it has ended nothing may begin to
+ * move.
  */
 
 #include <string.h>
 #include "daemon/device/internal.h"
 
-enum {
-	ROUNDS = 3,		/* reads without answer: then the device does not have it */
-	WRITES = 3,
-};
-
 #define AGAIN_NS (1 * SECOND)
-#define STANDING_NS (5 * MS)	/* from look to look while the engine ramps down */
-
-static unsigned int number_of(const struct device *device, const struct setting *setting)
-{
-	return (unsigned int)(setting - device->configure.setting);
-}
-
-/* What an event calls it: the pin, encoder or axis; -1 where there is one only. */
-static int64_t event_index(unsigned int number, unsigned int which)
-{
-	if (number >= SETTING_AXIS)
-		return number - SETTING_AXIS;
-	if (number == SETTING_PINS)
-		return which + 1;
-	return number <= SETTING_ENCODER_PINS ? (int64_t)which : -1;
-}
-
-static void say_changes(struct device *device, const struct setting *setting)
-{
-	const unsigned int number = number_of(device, setting);
-	unsigned int index;
-	const struct setting_kind *kind = setting_kind(number, &index);
-
-	for (unsigned int i = 0; i < 64; i++) {
-		if (setting->changed >> i & 1)
-			device_say(device, EVENT_CONFIG_CHANGED, EVENT_NOTICE, kind->write,
-				   event_index(number, i), kind->written(&setting->value, i));
-	}
-}
-
-static void refuse(struct device *device, struct setting *setting, uint64_t differs)
-{
-	const unsigned int number = number_of(device, setting);
-	const unsigned int which = differs ? (unsigned int)__builtin_ctzll(differs) : 0;
-	unsigned int index;
-
-	setting->state = SETTING_REFUSED;
-	if (device->life.fault != POKEYS_FAULT_CONFIG_REFUSED)
-		device_say(device, EVENT_CONFIG_REFUSED, EVENT_ERROR,
-			   setting_kind(number, &index)->write, event_index(number, which), 0);
-}
-
-/* What the device has is known: is it what we want? */
-static void compare(struct device *device, struct setting *setting)
-{
-	unsigned int index;
-	const struct setting_kind *kind = setting_kind(number_of(device, setting), &index);
-	uint64_t differs = 0;
-
-	if (kind->wanted(device, index))
-		differs = kind->merge(device, index, &setting->value, &setting->write);
-	if (!differs) {
-		setting->state = SETTING_DONE;
-		kind->learn(device, index, &setting->value);
-		say_changes(device, setting);
-	} else if (setting->writes >= WRITES) {
-		refuse(device, setting, differs);
-	} else {
-		setting->changed |= differs;
-		setting->state = SETTING_WRITE;
-	}
-}
-
-/* The engine's status is also how we see that it stands. */
-static bool ramping(struct device *device, struct setting *setting)
-{
-	struct configure *configure = &device->configure;
-
-	if (number_of(device, setting) != SETTING_ENGINE)
-		return false;
-	switch (setting->value.engine.engine_state) {
-	case WIRE_ENGINE_STOPPED:
-	case WIRE_ENGINE_STOP_LIMIT:
-	case WIRE_ENGINE_STOP_EMERGENCY:
-		configure->standing = true;
-		return false;
-	default:
-		configure->standing = false;
-		setting->state = SETTING_READ;
-		setting->after_ns = device->now_ns + STANDING_NS;
-		return true;
-	}
-}
-
-static void read_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-		       uint64_t now_ns)
-{
-	struct device *device = device_of(mailbox);
-	struct setting *setting = context;
-	unsigned int index;
-	const struct setting_kind *kind = setting_kind(number_of(device, setting), &index);
-
-	device->now_ns = now_ns;
-	setting->state = SETTING_READ;
-	if (entry->state == POKEYS_REQUEST_CANCELLED)
-		return;
-	if (answered(entry)) {
-		memset(&setting->value, 0, sizeof(setting->value));
-		wire_decode_rep(kind->read, entry->response_buffer, &setting->value);
-		if (!ramping(device, setting))
-			compare(device, setting);
-		return;
-	}
-	if (++setting->failures < ROUNDS)
-		return;
-	if (kind->wanted(device, index))
-		refuse(device, setting, 0);
-	else
-		setting->state = SETTING_DONE;
-}
-
-static void write_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-			uint64_t now_ns)
-{
-	struct setting *setting = context;
-
-	(void)entry;
-	device_of(mailbox)->now_ns = now_ns;
-	setting->state = SETTING_READ;
-	setting->failures = 0;
-}
-
-static void read_setting(struct device *device, struct setting *setting)
-{
-	union setting_request request;
-	unsigned int index;
-	const struct setting_kind *kind = setting_kind(number_of(device, setting), &index);
-
-	if (device->now_ns < setting->after_ns)
-		return;
-	memset(&request, 0, sizeof(request));
-	kind->ask(index, &request);
-	if (request_send(device, kind->read, &request, read_ended, NULL, setting))
-		setting->state = SETTING_READING;
-}
-
-static void write_setting(struct device *device, struct setting *setting)
-{
-	unsigned int index;
-	const struct setting_kind *kind = setting_kind(number_of(device, setting), &index);
-
-	if (device->image.capability.pulse_engine >= 2 && !device->configure.standing)
-		return;
-	if (!request_send(device, kind->write, &setting->write, write_ended, NULL, setting))
-		return;
-	setting->state = SETTING_WRITING;
-	setting->writes++;
-}
 
 static void stop_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
 		       uint64_t now_ns)
@@ -226,6 +77,38 @@ void configure_begin(struct device *device)
 	}
 }
 
+/* Whether a setting that is at rest has to be looked at once more. */
+static bool look_again(const struct device *device, const struct setting *setting, bool all)
+{
+	union setting_request request;
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+
+	if (!kind->has(device, index))
+		return false;
+	return all || !setting->known ||
+	       kind->merge(&device->wishes.wanted, index, &setting->value, &request) != 0;
+}
+
+void configure_again(struct device *device, bool all)
+{
+	struct configure *configure = &device->configure;
+
+	for (unsigned int i = 0; i < SETTINGS; i++) {
+		struct setting *setting = &configure->setting[i];
+
+		if (setting->state != SETTING_DONE && setting->state != SETTING_REFUSED &&
+		    setting->state != SETTING_WRITE)
+			continue;
+		setting->state = look_again(device, setting, all) ? SETTING_READ : SETTING_DONE;
+		setting->failures = 0;
+		setting->writes = 0;
+		setting->changed = 0;
+	}
+	if (configure->again_ns)
+		configure->again_ns = device->now_ns;
+}
+
 /* Nothing is open that would end in settings begun anew. */
 static bool idle(const struct configure *configure)
 {
@@ -241,15 +124,25 @@ static bool idle(const struct configure *configure)
 /* How many axes there are, the engine's status says. */
 static bool axis_waits(struct device *device, struct setting *setting)
 {
-	const unsigned int number = number_of(device, setting);
+	const unsigned int number = setting_number(device, setting);
+	const uint8_t engine = device->configure.setting[SETTING_ENGINE].state;
 
 	if (number < SETTING_AXIS || setting->state != SETTING_READ)
 		return false;
-	if (device->configure.setting[SETTING_ENGINE].state != SETTING_DONE)
+	if (engine != SETTING_DONE && engine != SETTING_REFUSED)
 		return true;
 	if (number - SETTING_AXIS >= device->image.capability.axes)
 		setting->state = SETTING_DONE;
 	return false;
+}
+
+/* The lock forbids what is wanted. */
+static void step_locked(struct device *device, struct setting *setting)
+{
+	if (setting_blocks(device, setting))
+		block(device, POKEYS_FAULT_LOCKED);
+	else
+		setting_refuse(device, setting, setting->changed);
 }
 
 /* One step of one setting; false when it needs no more. */
@@ -259,17 +152,21 @@ static bool step(struct device *device, struct setting *setting)
 		return true;
 	switch ((enum setting_state)setting->state) {
 	case SETTING_READ:
-		read_setting(device, setting);
+		setting_read(device, setting);
 		return true;
 	case SETTING_WRITE:
 		if (device->image.identity.locked)
-			block(device, POKEYS_FAULT_LOCKED);
+			step_locked(device, setting);
 		else
-			write_setting(device, setting);
+			setting_write(device, setting);
+		return true;
+	case SETTING_EFFECT:
+		setting_reboot(device, setting);
 		return true;
 	case SETTING_REFUSED:
-		block(device, POKEYS_FAULT_CONFIG_REFUSED);
-		return true;
+		if (setting_blocks(device, setting))
+			block(device, POKEYS_FAULT_CONFIG_REFUSED);
+		return false;
 	case SETTING_READING:
 	case SETTING_WRITING:
 		return true;
@@ -295,4 +192,76 @@ void configure_cycle(struct device *device)
 		busy = step(device, &configure->setting[i]) || busy;
 	if (!busy && !configure->again_ns)
 		life_enter(device, POKEYS_LINK_RUNNING, POKEYS_FAULT_NONE);
+}
+
+/* Beside the fast requests: whether this setting wants a request, and could send it. */
+static bool send_one(struct device *device, struct setting *setting)
+{
+	if (axis_waits(device, setting))
+		return false;
+	switch ((enum setting_state)setting->state) {
+	case SETTING_READ:
+		return setting_read(device, setting);
+	case SETTING_WRITE:
+		if (!device->image.identity.locked)
+			return setting_write(device, setting);
+		step_locked(device, setting);
+		return false;
+	case SETTING_EFFECT:
+		return setting_reboot(device, setting);
+	case SETTING_READING:
+	case SETTING_WRITING:
+	case SETTING_DONE:
+	case SETTING_REFUSED:
+		break;
+	}
+	return false;
+}
+
+bool configure_send(struct device *device)
+{
+	struct configure *configure = &device->configure;
+
+	if (!idle(configure))
+		return false;
+	for (unsigned int i = 0; i < SETTINGS; i++) {
+		if (send_one(device, &configure->setting[i]))
+			return true;
+	}
+	return false;
+}
+
+bool configure_writing(const struct device *device)
+{
+	const struct setting *engine = &device->configure.setting[SETTING_ENGINE];
+
+	for (unsigned int i = 0; i < SETTINGS; i++) {
+		if (device->configure.setting[i].state == SETTING_WRITING ||
+		    device->configure.setting[i].state == SETTING_EFFECT)
+			return true;
+	}
+	return engine->state == SETTING_READ && device->now_ns < engine->after_ns;
+}
+
+enum pokeys_config_state configure_state(const struct device *device)
+{
+	const struct configure *configure = &device->configure;
+	unsigned int busy = 0, refused = device->wishes.refused != POKEYS_SETTING_NONE;
+	bool waits = false;
+
+	if (device->image.link != POKEYS_LINK_CONFIGURING && !running(device))
+		return POKEYS_CONFIG_UNKNOWN;
+	for (unsigned int i = 0; i < SETTINGS; i++) {
+		const uint8_t state = configure->setting[i].state;
+
+		busy += state != SETTING_DONE && state != SETTING_REFUSED;
+		refused += state == SETTING_REFUSED;
+		waits = waits || state == SETTING_WRITE || state == SETTING_EFFECT;
+	}
+	if (configure->again_ns)
+		return POKEYS_CONFIG_REFUSED;
+	if (busy)
+		return waits && running(device) && !setting_may_write(device) ? POKEYS_CONFIG_WAITING :
+									 POKEYS_CONFIG_APPLYING;
+	return refused ? POKEYS_CONFIG_REFUSED : POKEYS_CONFIG_APPLIED;
 }

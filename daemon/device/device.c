@@ -44,6 +44,7 @@ void device_init(struct device *device, const struct device_config *config,
 	device->life.port = config->port;
 	device->image.identity.address = config->address;
 	pokeys_device_set_peer(&device->mailbox, config->address, config->port);
+	wish_init(device);
 }
 
 void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint64_t now_ns,
@@ -55,6 +56,7 @@ void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint6
 	device->budget = BUDGET;
 	PK_TimeoutAndRetryCheck(&device->mailbox, now_ns);
 	intake_cycle(device, command, refused);
+	one_shot_cycle(device);
 	safe_cycle(device);
 	life_cycle(device);
 	meter_cycle(device);

@@ -14,27 +14,9 @@
 #include <stdint.h>
 #include <pokeys/async.h>
 #include <pokeys/command.h>
+#include <pokeys/settings.h>
 #include <pokeys/state.h>
 #include "daemon/device/event.h"
-
-/* What an axis shall be; 0 (or NAN) in a field = leave as the device has it. */
-struct device_axis_config {
-	bool set;			/* any key of this axis is given */
-	uint8_t mode;			/* POKEYS_AXIS_POSITION is set up; any other = leave */
-	int8_t invert;			/* direction: 1, 0, -1 = leave */
-	double max_speed;		/* pulses/s */
-	double max_acceleration;	/* pulses/s^2 */
-	double max_deceleration;	/* pulses/s^2; 0 = as acceleration if that is given */
-	int8_t soft_limits;		/* 1 on, 0 off, -1 = leave */
-	int32_t soft_minimum, soft_maximum;	/* pulses */
-};
-
-struct device_encoder_config {
-	bool set;
-	uint8_t enable;			/* 1, 0 */
-	uint8_t sampling;		/* 1, 2 or 4; fast ones (0..2): as the device has it */
-	uint8_t pin_a, pin_b;		/* 0-based; 255 = leave */
-};
 
 /* From pokeysd.conf (or a test); copied at init, never changed afterwards. */
 struct device_config {
@@ -51,18 +33,13 @@ struct device_config {
 	double slow_hz, encoder_hz, analog_hz;	/* rates of the slow groups */
 	struct pokeys_options mailbox;
 
-	uint8_t pin_set[8];		/* bit = pin_function[] is to be set */
-	uint8_t pin_function[56];	/* protocol section 3.2 */
 	uint8_t safe_mask[8];		/* outputs that the safe state touches, besides all that
 					 * a commander ever drove */
 	uint8_t safe_outputs[8];	/* their values */
 	uint8_t safe_hold[8];		/* outputs it leaves as they are, whoever drove them */
-	uint8_t axes;			/* number to enable, 0 = leave */
-	int16_t emergency_pin;		/* 1-based pin; 0 = off; -1 = leave */
-	struct device_axis_config axis[POKEYS_AXES];
-	struct device_encoder_config encoder[POKEYS_ENCODERS];
-	int8_t fast_encoders;		/* 1 on, 0 off, -1 leave */
-	int8_t ultra_fast_encoder;	/* 1 on, 0 off, -1 leave */
+	struct pokeys_settings settings;	/* what it wants of the device's own settings */
+	char password[33];		/* of the device, NUL terminated; protocol section 1.11 */
+	bool have_password;
 };
 
 /* Defaults of every field (name empty, serial 0, address 0). Any thread. */
@@ -110,6 +87,35 @@ bool device_fast_complete(const struct device *device);
 
 /* The whole state image as of now. magic/version/hash/epoch are the publisher's. */
 void device_publish(struct device *device, uint64_t now_ns, struct pokeys_state *out);
+
+/*
+ * A new wish of the commander's (settings.h) is taken over. A field out of range
+ * is refused by itself, with an event and in the report; the value of before stays.
+ */
+void device_wish(struct device *device, const struct pokeys_wish *wish);
+
+/* Replaces what pokeysd.conf wants. Its ranges are the caller's to have checked. */
+void device_wanted(struct device *device, const struct pokeys_settings *wanted);
+
+/*
+ * True if the report has changed since the last call: *out is it then, but for
+ * magic, version, hash, epoch and t_publish_ns. Call it before device_publish(),
+ * so that state.report_count never runs ahead of the report.
+ */
+bool device_report(struct device *device, struct pokeys_report *out);
+
+enum device_order {
+	DEVICE_ORDER_SAVE,	/* the settings as they are, into the device's flash */
+	DEVICE_ORDER_APPLY,	/* read, compare and write all settings once more */
+	DEVICE_ORDER_REBOOT,
+};
+
+/*
+ * Somebody at a terminal orders. 0 = it will be done (events say how it went);
+ * -ENOTCONN = the link does not run, -EBUSY = motion is permitted or the engine
+ * moves (save and reboot), -EALREADY = an order is at work, -EINVAL = no such order.
+ */
+int device_order(struct device *device, enum device_order order);
 
 /* Histograms and counters of the link, into the parts of diag that are the device's. */
 void device_diag(const struct device *device, struct pokeys_diag *out);

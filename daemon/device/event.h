@@ -39,6 +39,8 @@ enum event_code {
 	EVENT_CYCLE_SKIPPED,	/* at most once in 10 s: a = how many since the last */
 	EVENT_TRANSPORT,	/* a = -errno */
 	EVENT_ENGINE,		/* pulse engine, a = state now, b = before (protocol section 3.24.1) */
+	EVENT_WISH_REFUSED,	/* a setting of the commander's is out of range; a = enum
+				 * pokeys_setting, b = pin, encoder or axis */
 	EVENT_CODES
 };
 

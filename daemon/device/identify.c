@@ -299,6 +299,7 @@ static void finish(struct device *device)
 	device_say(device, EVENT_IDENTIFIED, EVENT_NOTICE, who->serial, who->hardware,
 		   who->firmware_major << 16 | who->firmware_minor << 8 |
 		   who->firmware_revision);
+	wish_begin(device);
 	configure_begin(device);
 	life_enter(device, POKEYS_LINK_CONFIGURING, POKEYS_FAULT_NONE);
 }

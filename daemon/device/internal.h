@@ -14,6 +14,7 @@
 #include "daemon/device/device.h"
 #include "daemon/device/encoder.h"
 #include "daemon/device/histogram.h"
+#include "daemon/device/setting.h"
 #include "wire/encoder.h"
 #include "wire/io.h"
 #include "wire/model.h"
@@ -69,69 +70,6 @@ struct identify {
 	bool tick_known;
 	uint32_t tick_ms;
 	uint64_t tick_t_ns;
-};
-
-/* configure.c, setting.c */
-enum setting_state {
-	SETTING_READ,		/* to be read */
-	SETTING_READING,
-	SETTING_WRITE,		/* differs: to be written */
-	SETTING_WRITING,
-	SETTING_DONE,
-	SETTING_REFUSED,
-};
-
-enum setting_index {
-	SETTING_PINS,
-	SETTING_ENCODER_OPTIONS,
-	SETTING_ENCODER_PINS,
-	SETTING_FAST_ENCODERS,
-	SETTING_ULTRA_ENCODER,
-	SETTING_ENGINE,
-	SETTING_EMERGENCY,
-	SETTING_AXIS,		/* and one more for each further axis */
-	SETTINGS = SETTING_AXIS + POKEYS_AXES
-};
-
-union setting_value {
-	struct wire_pin_all_rep pins;
-	struct wire_encoder_options_rep options;
-	struct wire_encoder_pins_rep encoder_pins;
-	struct wire_fast_encoders_rep fast;
-	struct wire_ultra_encoder_rep ultra;
-	struct wire_pulse_status_rep engine;
-	struct wire_pulse_emergency_rep emergency;
-	struct wire_pulse_axis_get_rep axis;
-};
-
-union setting_request {
-	struct wire_pin_all_req pins;
-	struct wire_encoder_options_req options;
-	struct wire_encoder_pins_req encoder_pins;
-	struct wire_fast_encoders_req fast;
-	struct wire_ultra_encoder_req ultra;
-	struct wire_pulse_status_req status;
-	struct wire_pulse_setup_req setup;
-	struct wire_pulse_emergency_req emergency;
-	struct wire_pulse_axis_get_req axis_get;
-	struct wire_pulse_axis_set_req axis_set;
-};
-
-struct setting {
-	uint8_t state;			/* enum setting_state */
-	uint8_t failures;		/* reads without answer */
-	uint8_t writes;
-	uint64_t changed;		/* bit = pin or encoder that was written; bit 0 = all else */
-	uint64_t after_ns;		/* read not before */
-	union setting_value value;	/* as the device has it */
-	union setting_request write;	/* as we want it */
-};
-
-struct configure {
-	struct setting setting[SETTINGS];
-	bool standing;			/* the pulse engine stands: settings may be written */
-	bool stop_open;
-	uint64_t again_ns;		/* blocked until then; 0 = not */
 };
 
 /* plan.c, slow.c */
@@ -257,6 +195,8 @@ struct one_shots {
 	bool disarm;			/* the fast encoders' index inputs are to be switched back */
 	bool disarm_open;
 	uint64_t refused;
+	uint8_t order;			/* operation that waits for its turn; 0 = none */
+	bool ordered;			/* the one at work came from a terminal */
 };
 
 /* meter.c */
@@ -289,6 +229,7 @@ struct device {
 	struct life life;
 	struct identify identify;
 	struct configure configure;
+	struct wishes wishes;
 	struct plan plan;
 	struct intake intake;
 	struct safe safe;
@@ -367,28 +308,36 @@ void identify_tick(struct device *device, const mailbox_entry_t *entry);
 /* configure.c */
 void configure_begin(struct device *device);
 void configure_cycle(struct device *device);
+/* Something else is wanted now: look at all settings that differ again; all: at each. */
+void configure_again(struct device *device, bool all);
+/* While the link runs: the next request for a setting, if one is due; true if one was sent. */
+bool configure_send(struct device *device);
+/* A setting is being written just now: nothing may begin to move. */
+bool configure_writing(const struct device *device);
+enum pokeys_config_state configure_state(const struct device *device);
 
-/* setting.c */
-struct setting_kind {
-	enum wire_op read, write;
-	/* Whether this device has it at all. */
-	bool (*has)(const struct device *device, unsigned int index);
-	/* Whether our configuration says anything about it. */
-	bool (*wanted)(const struct device *device, unsigned int index);
-	/* The request that reads it. */
-	void (*ask)(unsigned int index, union setting_request *request);
-	/* What would have to be written; returns what differs, 0 = nothing. */
-	uint64_t (*merge)(const struct device *device, unsigned int index,
-			  const union setting_value *value, union setting_request *request);
-	/* Into the state image. */
-	void (*learn)(struct device *device, unsigned int index, const union setting_value *value);
-	/* What an event says was written; `which` is a bit of `changed`. */
-	int64_t (*written)(const union setting_value *value, unsigned int which);
-};
+/* apply.c: a setting is one of device->configure.setting[]. */
+unsigned int setting_number(const struct device *device, const struct setting *setting);
+/* Nothing moves, nor may it. */
+bool setting_may_write(const struct device *device);
+/* These three: false = not now. */
+bool setting_read(struct device *device, struct setting *setting);
+bool setting_write(struct device *device, struct setting *setting);
+bool setting_reboot(struct device *device, struct setting *setting);
+/* `differs`: which of it, 0 = the device did not answer. */
+void setting_refuse(struct device *device, struct setting *setting, uint64_t differs);
+/* pokeysd.conf wants something else than the device has, or does not say. */
+bool setting_blocks(const struct device *device, const struct setting *setting);
 
-/* The kind of a setting, and its index within the kind. */
-const struct setting_kind *setting_kind(unsigned int setting, unsigned int *index);
-extern const struct setting_kind setting_engine, setting_emergency, setting_axis;
+/* wish.c */
+void wish_init(struct device *device);
+/* The device is known now. */
+void wish_begin(struct device *device);
+/* The device's own settings, to be reported. */
+struct pokeys_settings *wish_known(struct device *device);
+void wish_refuse(struct device *device, enum pokeys_setting setting, uint8_t index);
+/* The device has it now. */
+void wish_settled(struct device *device, enum pokeys_setting setting);
 
 /* plan.c */
 void plan_begin(struct device *device);
@@ -449,6 +398,9 @@ void one_shot_session(struct device *device, uint32_t head);
 void one_shot_intake(struct device *device, const struct pokeys_command *command);
 bool one_shot_due(const struct device *device);
 bool one_shot_send(struct device *device);
+/* One that no commander queued; 0, or -EALREADY. */
+int one_shot_order(struct device *device, enum pokeys_one_shot_operation operation);
+void one_shot_cycle(struct device *device);
 /* The link is gone: what is at work ends. */
 void one_shot_abort(struct device *device);
 /* Axes whose position is being set just now. */

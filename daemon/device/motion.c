@@ -109,7 +109,8 @@ static void update_off(struct device *device, uint8_t axes)
 	struct motion *motion = &device->motion;
 	const uint8_t state = device->image.engine.state;
 
-	if (motion->verify || motion->run_open || motion->stop_open || one_shot_axes(device))
+	if (motion->verify || motion->run_open || motion->stop_open || one_shot_axes(device) ||
+	    configure_writing(device))
 		return;
 	motion->stop_wanted = !stands(state);
 	if (stands(state))

@@ -16,15 +16,18 @@
  * aborted may come while the next is at work, and ends nothing.
  */
 
+#include <errno.h>
 #include <string.h>
 #include "daemon/device/internal.h"
 
 static void record(struct device *device, uint32_t id, uint8_t operation,
 		   enum pokeys_outcome outcome)
 {
-	device->image.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
-		.id = id, .operation = operation, .outcome = (uint8_t)outcome,
-	};
+	if (!device->one_shots.ordered)
+		device->image.one_shot[id % POKEYS_ONE_SHOT_RESULTS] =
+			(struct pokeys_one_shot_result){
+				.id = id, .operation = operation, .outcome = (uint8_t)outcome,
+			};
 	device->one_shots.refused += outcome == POKEYS_OUTCOME_REFUSED;
 	device_say(device, EVENT_ONE_SHOT,
 		   outcome == POKEYS_OUTCOME_DONE ? EVENT_INFO : EVENT_WARNING, operation, id,
@@ -64,6 +67,7 @@ void one_shot_end(struct device *device, enum pokeys_outcome outcome)
 		motion_displaced(device);
 	device->one_shots.phase = ONE_SHOT_IDLE;
 	record(device, device->one_shots.now.id, device->one_shots.now.operation, outcome);
+	device->one_shots.ordered = false;
 }
 
 static void begin(struct device *device, const struct pokeys_one_shot *shot)
@@ -112,6 +116,28 @@ void one_shot_intake(struct device *device, const struct pokeys_command *command
 	}
 	while (shots->phase == ONE_SHOT_IDLE && shots->tail != head)
 		take_next(device, command);
+}
+
+int one_shot_order(struct device *device, enum pokeys_one_shot_operation operation)
+{
+	struct one_shots *shots = &device->one_shots;
+
+	if (shots->order || shots->ordered)
+		return -EALREADY;
+	shots->order = (uint8_t)operation;
+	return 0;
+}
+
+void one_shot_cycle(struct device *device)
+{
+	struct one_shots *shots = &device->one_shots;
+	const struct pokeys_one_shot shot = { .operation = shots->order };
+
+	if (!shots->order || shots->phase != ONE_SHOT_IDLE)
+		return;
+	shots->order = 0;
+	shots->ordered = true;
+	begin(device, &shot);
 }
 
 bool one_shot_due(const struct device *device)

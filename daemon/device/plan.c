@@ -177,5 +177,7 @@ void plan_cycle(struct device *device)
 	if (device->plan.status_skipped || !sent)
 		sent = one_shot_send(device);
 	if (device->plan.status_skipped || !sent)
+		sent = configure_send(device);
+	if (device->plan.status_skipped || !sent)
 		slow_send(device);
 }

@@ -1,18 +1,24 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Pulse engine and axes: what is read, what is wanted, what is written
- * (protocol sections 3.24.1 to 3.24.4).
+ * One axis: what is read, what is wanted, what is written (protocol section
+ * 3.24.4).
  *
- * The engine's setup cannot be read as such; the status has its fields. An
- * axis block is always read, changed and written as a whole: the bytes that
+ * An axis block is always read, changed and written as a whole: the bytes that
  * the device had, also those that no document names, go back as they came.
  *
- * The device counts in pulses per millisecond, people in pulses per second.
+ * The device counts in pulses per millisecond and in single precision, people
+ * in pulses per second. What was read, multiplied and wished back must not
+ * count as another value, or every start would write: so a speed that is the
+ * same within one part in a million is left as the device has it.
  */
 
 #include <math.h>
 #include <string.h>
 #include "daemon/device/internal.h"
+
+#define SAME 1e-6
+#define PER_MS 1e3		/* speeds, pulses/s */
+#define PER_MS2 1e6		/* accelerations, pulses/s^2 */
 
 static bool has_engine(const struct device *device, unsigned int index)
 {
@@ -20,107 +26,12 @@ static bool has_engine(const struct device *device, unsigned int index)
 	return device->image.capability.pulse_engine >= 2;
 }
 
-/*
- * Wanted even when the configuration says nothing: whether the engine stands,
- * how fast an axis is and in which mode, must be known before anything moves.
- */
-static bool must_know(const struct device *device, unsigned int index)
+static bool axis_wanted(const struct pokeys_settings *want, unsigned int index)
 {
-	(void)device;
-	(void)index;
-	return true;
+	const struct pokeys_axis_settings *axis = &want->axis[index];
+
+	return axis->set || axis->options_mask || axis->switches_mask;
 }
-
-/* 0x85/00 and 01. */
-
-static void engine_ask(unsigned int index, union setting_request *request)
-{
-	(void)index;
-	memset(request, 0, sizeof(*request));
-}
-
-static uint64_t engine_merge(const struct device *device, unsigned int index,
-			     const union setting_value *value, union setting_request *request)
-{
-	const struct wire_pulse_status_rep *status = &value->engine;
-	const uint8_t want = device->config.axes ? device->config.axes : status->axes_enabled;
-
-	(void)index;
-	memset(request, 0, sizeof(*request));
-	request->setup.axes = want;
-	request->setup.charge_pump = status->charge_pump;
-	request->setup.generator = status->generator;
-	request->setup.emergency_invert = status->emergency_invert;
-	request->setup.power_states = status->power_states;
-	return status->axes_enabled != want;
-}
-
-static void engine_learn(struct device *device, unsigned int index,
-			 const union setting_value *value)
-{
-	const uint8_t supported = value->engine.axes_supported;
-
-	(void)index;
-	device->image.capability.axes = supported < POKEYS_AXES ? supported : POKEYS_AXES;
-	device->image.capability.axis_khz = value->engine.max_khz;
-	device->image.engine.axes_enabled = value->engine.axes_enabled;
-	device->image.engine.state = value->engine.engine_state;
-}
-
-static int64_t engine_written(const union setting_value *value, unsigned int which)
-{
-	(void)which;
-	return value->engine.axes_enabled;
-}
-
-const struct setting_kind setting_engine = {
-	.read = WIRE_OP_PULSE_STATUS, .write = WIRE_OP_PULSE_SETUP, .has = has_engine,
-	.wanted = must_know, .ask = engine_ask, .merge = engine_merge,
-	.learn = engine_learn, .written = engine_written,
-};
-
-/* Emergency pin, 0x85/06. */
-
-static bool emergency_wanted(const struct device *device, unsigned int index)
-{
-	(void)index;
-	return device->config.emergency_pin >= 0 && device->config.emergency_pin <= POKEYS_PINS;
-}
-
-static uint64_t emergency_merge(const struct device *device, unsigned int index,
-				const union setting_value *value, union setting_request *request)
-{
-	const int16_t pin = device->config.emergency_pin;
-	const uint8_t want = pin ? (uint8_t)(pin + WIRE_EMERGENCY_PIN_BASE) : 0;
-
-	(void)index;
-	memset(request, 0, sizeof(*request));
-	request->emergency.write = 1;
-	request->emergency.pin = want;
-	return value->emergency.pin != want;
-}
-
-static void emergency_learn(struct device *device, unsigned int index,
-			    const union setting_value *value)
-{
-	(void)device;
-	(void)index;
-	(void)value;
-}
-
-static int64_t emergency_written(const union setting_value *value, unsigned int which)
-{
-	(void)which;
-	return value->emergency.pin;
-}
-
-const struct setting_kind setting_emergency = {
-	.read = WIRE_OP_PULSE_EMERGENCY, .write = WIRE_OP_PULSE_EMERGENCY, .has = has_engine,
-	.wanted = emergency_wanted, .ask = engine_ask, .merge = emergency_merge,
-	.learn = emergency_learn, .written = emergency_written,
-};
-
-/* One axis, 0x85/10 and 11. */
 
 static void axis_ask(unsigned int index, union setting_request *request)
 {
@@ -128,62 +39,122 @@ static void axis_ask(unsigned int index, union setting_request *request)
 	request->axis_get.axis = (uint8_t)index;
 }
 
-static bool given(double value)
-{
-	return isfinite(value) && value > 0;
-}
+/* The bytes of both structs that are the same thing. */
+static const struct {
+	uint32_t bit;
+	size_t ours, wire;
+} bytes[] = {
+#define BYTE(NAME, ours, wire) { POKEYS_AXIS_SET_##NAME, \
+		offsetof(struct pokeys_axis_settings, ours), offsetof(struct wire_axis_config, wire) }
+	BYTE(PIN_LIMIT_MINUS, pin_limit_minus, pin_limit_n),
+	BYTE(PIN_LIMIT_PLUS, pin_limit_plus, pin_limit_p),
+	BYTE(PIN_HOME, pin_home, pin_home),
+	BYTE(PIN_ENABLE, pin_enable, pin_enable),
+	BYTE(INVERT_ENABLE, invert_enable, invert_enable),
+	BYTE(FILTER_LIMIT_MINUS, filter_limit_minus, filter_limit_n),
+	BYTE(FILTER_LIMIT_PLUS, filter_limit_plus, filter_limit_p),
+	BYTE(FILTER_HOME, filter_home, filter_home),
+	BYTE(FILTER_PROBE, filter_probe, filter_probe),
+	BYTE(HOMING_ALGORITHM, homing_algorithm, homing_algorithm),
+	BYTE(HOMING_SPEED, homing_speed, homing_speed),
+	BYTE(HOMING_RETURN, homing_return, homing_return),
+	BYTE(MPG_ENCODER, mpg_encoder, mpg_encoder),
+	BYTE(SIGNALS, signals, signals),
+#undef BYTE
+};
 
-static void merge_speeds(const struct device_axis_config *want, struct wire_axis_config *axis)
+static void merge_bytes(const struct pokeys_axis_settings *want, struct wire_axis_config *axis)
 {
-	if (given(want->max_speed))
-		axis->max_speed = (float)(want->max_speed / 1e3);
-	if (given(want->max_acceleration)) {
-		axis->max_accel = (float)(want->max_acceleration / 1e6);
-		axis->max_decel = axis->max_accel;
+	for (size_t i = 0; i < sizeof(bytes) / sizeof(bytes[0]); i++) {
+		if (want->set & bytes[i].bit)
+			((uint8_t *)axis)[bytes[i].wire] = ((const uint8_t *)want)[bytes[i].ours];
 	}
-	if (given(want->max_deceleration))
-		axis->max_decel = (float)(want->max_deceleration / 1e6);
 }
 
-static void set_option(uint8_t *options, uint8_t option, bool on)
+static void merge_speed(bool set, float want, double unit, float *have)
 {
-	*options = on ? *options | option : *options & (uint8_t)~option;
+	/* written so that a device's NaN is another value */
+	if (set && !(fabs((double)want - (double)*have * unit) <= (double)want * SAME))
+		*have = (float)((double)want / unit);
 }
 
-static void merge_options(const struct device_axis_config *want, struct wire_axis_config *axis)
+static void merge_numbers(const struct pokeys_axis_settings *want, struct wire_axis_config *axis)
 {
-	if (want->mode == POKEYS_AXIS_POSITION)
-		axis->options |= WIRE_AXIS_ENABLED | WIRE_AXIS_INTERNAL_PLANNER |
-				 WIRE_AXIS_POSITION_MODE;
-	if (want->invert >= 0)
-		set_option(&axis->options, WIRE_AXIS_INVERTED, want->invert > 0);
-	if (want->soft_limits >= 0)
-		set_option(&axis->options, WIRE_AXIS_SOFT_LIMITS, want->soft_limits > 0);
-	if (want->soft_limits > 0) {
+	const uint32_t set = want->set;
+
+	merge_speed(set & POKEYS_AXIS_SET_MAX_SPEED, want->max_speed, PER_MS, &axis->max_speed);
+	merge_speed(set & POKEYS_AXIS_SET_MAX_ACCELERATION, want->max_acceleration, PER_MS2,
+		    &axis->max_accel);
+	merge_speed(set & POKEYS_AXIS_SET_MAX_DECELERATION, want->max_deceleration, PER_MS2,
+		    &axis->max_decel);
+	if (set & POKEYS_AXIS_SET_SOFT_MINIMUM)
 		axis->soft_min = want->soft_minimum;
+	if (set & POKEYS_AXIS_SET_SOFT_MAXIMUM)
 		axis->soft_max = want->soft_maximum;
-	}
+	if (set & POKEYS_AXIS_SET_BACK_OFF)
+		axis->back_off = want->back_off;
+	if (set & POKEYS_AXIS_SET_MPG_MULTIPLIER)
+		axis->mpg_multiplier = want->mpg_multiplier;
+	if (set & POKEYS_AXIS_SET_MPG_DIVIDER)
+		axis->mpg_divider = want->mpg_divider;
 }
 
-static uint64_t axis_merge(const struct device *device, unsigned int index,
+static uint8_t merge_bits(uint8_t have, uint8_t want, uint8_t mask)
+{
+	return (uint8_t)((have & ~mask) | (want & mask));
+}
+
+static uint64_t axis_merge(const struct pokeys_settings *wanted, unsigned int index,
 			   const union setting_value *value, union setting_request *request)
 {
-	const struct device_axis_config *want = &device->config.axis[index];
+	const struct pokeys_axis_settings *want = &wanted->axis[index];
 	struct wire_axis_config *axis = &request->axis_set.config;
 
 	memset(request, 0, sizeof(*request));
 	request->axis_set.axis = (uint8_t)index;
 	*axis = value->axis.config;
-	if (want->set) {
-		merge_options(want, axis);
-		merge_speeds(want, axis);
-	}
+	axis->options = merge_bits(axis->options, want->options, want->options_mask);
+	axis->switches = merge_bits(axis->switches, want->switches, want->switches_mask);
+	merge_bytes(want, axis);
+	merge_numbers(want, axis);
 	return memcmp(axis, &value->axis.config, sizeof(*axis)) != 0;
 }
 
 static void axis_learn(struct device *device, unsigned int index, const union setting_value *value)
 {
 	decode_axis_setup(device, index, &value->axis.config);
+}
+
+static float per_second(float have, double unit)
+{
+	return isfinite(have) ? (float)((double)have * unit) : 0;
+}
+
+static void report_numbers(struct pokeys_axis_settings *known, const struct wire_axis_config *axis)
+{
+	known->max_speed = per_second(axis->max_speed, PER_MS);
+	known->max_acceleration = per_second(axis->max_accel, PER_MS2);
+	known->max_deceleration = per_second(axis->max_decel, PER_MS2);
+	known->soft_minimum = axis->soft_min;
+	known->soft_maximum = axis->soft_max;
+	known->back_off = axis->back_off;
+	known->mpg_multiplier = axis->mpg_multiplier;
+	known->mpg_divider = axis->mpg_divider;
+}
+
+static void axis_report(struct pokeys_settings *known, unsigned int index,
+			const union setting_value *value)
+{
+	const struct wire_axis_config *axis = &value->axis.config;
+	struct pokeys_axis_settings *out = &known->axis[index];
+
+	out->set = (POKEYS_AXIS_SET_SIGNALS << 1) - 1;
+	out->options = axis->options;
+	out->switches = axis->switches;
+	out->options_mask = out->switches_mask = UINT8_MAX;
+	for (size_t i = 0; i < sizeof(bytes) / sizeof(bytes[0]); i++)
+		((uint8_t *)out)[bytes[i].ours] = ((const uint8_t *)axis)[bytes[i].wire];
+	report_numbers(out, axis);
 }
 
 static int64_t axis_written(const union setting_value *value, unsigned int which)
@@ -193,7 +164,8 @@ static int64_t axis_written(const union setting_value *value, unsigned int which
 }
 
 const struct setting_kind setting_axis = {
-	.read = WIRE_OP_PULSE_AXIS_GET, .write = WIRE_OP_PULSE_AXIS_SET, .has = has_engine,
-	.wanted = must_know, .ask = axis_ask, .merge = axis_merge, .learn = axis_learn,
+	.read = WIRE_OP_PULSE_AXIS_GET, .write = WIRE_OP_PULSE_AXIS_SET,
+	.name = POKEYS_SETTING_AXIS, .vital = true, .has = has_engine, .wanted = axis_wanted,
+	.ask = axis_ask, .merge = axis_merge, .learn = axis_learn, .report = axis_report,
 	.written = axis_written,
 };

@@ -118,7 +118,8 @@ struct pokeys_settings {
 	uint8_t pin_set[POKEYS_PIN_BYTES];	/* bit = pin_function[] is meant */
 	uint8_t pin_function[56];		/* protocol section 3.2 */
 	struct pokeys_encoder_settings encoder[25];
-	uint8_t fast_configuration, fast_options;	/* protocol section 3.8, 0xCE */
+	uint8_t fast_configuration, fast_options;	/* protocol section 3.8, 0xCE; 1 index
+						 * inputs, 16 no 4x, 32/64/128 invert */
 	uint8_t ultra_enable, ultra_options;		/* 0x1C */
 	uint32_t ultra_filter;
 	uint8_t axes;				/* number enabled, 0..8 */

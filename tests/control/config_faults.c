@@ -278,31 +278,35 @@ static void what_is_written_arrives_in_the_units_of_its_users(void **state)
 	assert_true(d->serial == 4294967295u);
 	assert_int_equal(d->stale_after_ns, 2500000);
 	assert_int_equal(d->period_ns, 500000);
-	assert_int_equal(d->pin_set[0], 0x83);
-	assert_int_equal(d->pin_set[1], 0x01);
-	assert_int_equal(d->pin_function[0], 0x02);
-	assert_int_equal(d->pin_function[1], 0x04);
-	assert_int_equal(d->pin_function[7], 0x82);
-	assert_int_equal(d->pin_function[54], 0x84);
-	assert_int_equal(d->pin_function[40], 0x08);
+	assert_int_equal(d->settings.pin_set[0], 0x83);
+	assert_int_equal(d->settings.pin_set[1], 0x01);
+	assert_int_equal(d->settings.pin_function[0], 0x02);
+	assert_int_equal(d->settings.pin_function[1], 0x04);
+	assert_int_equal(d->settings.pin_function[7], 0x82);
+	assert_int_equal(d->settings.pin_function[54], 0x84);
+	assert_int_equal(d->settings.pin_function[40], 0x08);
 	assert_int_equal(d->safe_outputs[0], 0x02);
 	assert_int_equal(d->safe_mask[0], 0xff);
 	assert_int_equal(d->safe_mask[6], 0x3f);
 	assert_int_equal(d->safe_hold[6], 0x40);
-	assert_int_equal(d->axes, 3);
-	assert_true(d->axis[2].set);
-	assert_false(d->axis[1].set);
-	assert_int_equal(d->axis[2].mode, POKEYS_AXIS_POSITION);
-	assert_true(d->axis[2].max_speed > 12000.4 && d->axis[2].max_speed < 12000.6);
-	assert_int_equal(d->axis[2].soft_minimum, -5);
-	assert_true(d->encoder[24].set);
-	assert_int_equal(d->encoder[24].enable, 1);
-	assert_int_equal(d->encoder[24].sampling, 2);
-	assert_int_equal(d->encoder[24].pin_a, 2);
-	assert_int_equal(d->encoder[24].pin_b, 3);
-	assert_int_equal(d->emergency_pin, 52);
-	assert_int_equal(d->fast_encoders, 1);
-	assert_int_equal(d->ultra_fast_encoder, -1);
+	assert_int_equal(d->settings.set, POKEYS_SET_AXES | POKEYS_SET_EMERGENCY_PIN |
+			 POKEYS_SET_FAST_ENCODERS);
+	assert_int_equal(d->settings.axes, 3);
+	assert_int_equal(d->settings.emergency_pin, 62);
+	assert_int_equal(d->settings.fast_configuration, 10);
+	assert_int_equal(d->settings.axis[2].options, 0x0D);
+	assert_int_equal(d->settings.axis[2].options_mask, 0x0D);
+	assert_int_equal(d->settings.axis[2].set, POKEYS_AXIS_SET_MAX_SPEED);
+	assert_true(d->settings.axis[2].max_speed > 12000.4f &&
+		    d->settings.axis[2].max_speed < 12000.6f);
+	assert_int_equal(d->settings.axis[1].set, 0);
+	assert_int_equal(d->settings.axis[1].options_mask, 0);
+	assert_int_equal(d->settings.encoder[24].options, 5);
+	assert_int_equal(d->settings.encoder[24].options_mask, 7);
+	assert_int_equal(d->settings.encoder[24].pins_set, 1);
+	assert_int_equal(d->settings.encoder[24].pin_a, 2);
+	assert_int_equal(d->settings.encoder[24].pin_b, 3);
+	assert_int_equal(d->settings.encoder[23].options_mask, 0);
 }
 
 static void a_file_that_cannot_be_read_is_one_clear_line(void **state)

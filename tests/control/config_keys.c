@@ -226,20 +226,16 @@ static void defaults_are_those_of_the_device(void **state)
 	assert_true(fabs(got->slow_hz - defaults.slow_hz) < 1e-9);
 	assert_true(fabs(got->encoder_hz - defaults.encoder_hz) < 1e-9);
 	assert_true(fabs(got->analog_hz - defaults.analog_hz) < 1e-9);
-	assert_int_equal(got->axes, defaults.axes);
-	assert_int_equal(got->emergency_pin, defaults.emergency_pin);
-	assert_int_equal(got->fast_encoders, defaults.fast_encoders);
-	assert_int_equal(got->ultra_fast_encoder, defaults.ultra_fast_encoder);
-	assert_memory_equal(got->pin_set, defaults.pin_set, sizeof(defaults.pin_set));
+	assert_int_equal(got->settings.set, defaults.settings.set);
+	assert_memory_equal(got->settings.pin_set, defaults.settings.pin_set,
+			    sizeof(defaults.settings.pin_set));
 	for (int i = 0; i < POKEYS_AXES; i++) {
-		assert_false(got->axis[i].set);
-		assert_int_equal(got->axis[i].invert, defaults.axis[i].invert);
-		assert_int_equal(got->axis[i].soft_limits, defaults.axis[i].soft_limits);
-		assert_false(got->axis[i].max_speed > 0);
+		assert_int_equal(got->settings.axis[i].set, 0);
+		assert_int_equal(got->settings.axis[i].options_mask, 0);
 	}
-	for (int i = 0; i < POKEYS_ENCODERS; i++) {
-		assert_false(got->encoder[i].set);
-		assert_int_equal(got->encoder[i].pin_a, defaults.encoder[i].pin_a);
+	for (int i = 0; i < 25; i++) {
+		assert_int_equal(got->settings.encoder[i].options_mask, 0);
+		assert_int_equal(got->settings.encoder[i].pins_set, 0);
 	}
 }
 

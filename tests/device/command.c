@@ -71,10 +71,8 @@ static int begin(void **state)
 	(void)state;
 	world_init(&world, NULL);
 	world_axes(&world);
-	world.config.pin_set[0] = 1 << 3;
-	world.config.pin_set[1] = 1 << 4;
-	world.config.pin_function[3] = WIRE_PIN_OUTPUT;
-	world.config.pin_function[12] = WIRE_PIN_OUTPUT;
+	world_pin(&world, 3, WIRE_PIN_OUTPUT);
+	world_pin(&world, 12, WIRE_PIN_OUTPUT);
 	world_start(&world);
 	world_commander(&world, 5);
 	world_until(&world, world_is_running, 500 * MS);

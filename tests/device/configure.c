@@ -80,8 +80,7 @@ static void restart(void)
 
 static void pin(unsigned int i, uint8_t function)
 {
-	world.config.pin_set[i / 8] |= (uint8_t)(1u << i % 8);
-	world.config.pin_function[i] = function;
+	world_pin(&world, i, function);
 }
 
 static void nothing_wanted_writes_nothing(void **state)
@@ -120,14 +119,12 @@ static void only_pins_that_differ_are_written_and_others_stay(void **state)
 static void encoders_are_set_up(void **state)
 {
 	struct sim_device *sim = &world.rig.device;
-	struct device_encoder_config *encoder = world.config.encoder;
 
 	(void)state;
 	sim->config.encoders.option[5] = 0xF0 | WIRE_ENC_ENABLE;	/* a key mapping of somebody */
-	encoder[5] = (struct device_encoder_config){ true, 1, 2, 10, 11 };
-	encoder[6] = (struct device_encoder_config){ true, 1, 4, 255, 255 };
-	world.config.fast_encoders = 1;
-	world.config.ultra_fast_encoder = 1;
+	world_encoder(&world, 5, WIRE_ENC_ENABLE | WIRE_ENC_2X, 10, 11);
+	world_encoder(&world, 6, WIRE_ENC_ENABLE | WIRE_ENC_4X, 255, 255);
+	world_fast_encoders(&world, true, true);
 	restart();
 	assert_int_equal(sim->config.encoders.option[5], 0xF0 | WIRE_ENC_ENABLE | WIRE_ENC_2X);
 	assert_int_equal(sim->config.encoders.pins[5], 10);
@@ -140,8 +137,7 @@ static void encoders_are_set_up(void **state)
 	assert_int_equal(writes[0xCE], 1);
 	assert_int_equal(writes[0x1C], 1);
 	assert_int_equal(world.state.encoder_enabled, 1u << 25 | 1u << 6 | 1u << 5 | 7);
-	world.config.fast_encoders = 0;
-	world.config.ultra_fast_encoder = 0;
+	world_fast_encoders(&world, false, false);
 	restart();
 	assert_int_equal(sim->config.encoders.fast & 0x0F, 0);
 	assert_int_equal(world.state.encoder_enabled, 1u << 6 | 1u << 5);
@@ -149,6 +145,7 @@ static void encoders_are_set_up(void **state)
 
 static void axis_block_is_read_changed_and_written_whole(void **state)
 {
+	struct pokeys_axis_settings *axis = world.config.settings.axis;
 	struct sim_device *sim = &world.rig.device;
 	uint8_t before[SIM_AXIS_BLOCK];
 
@@ -158,11 +155,13 @@ static void axis_block_is_read_changed_and_written_whole(void **state)
 	sim->config.engine.axis[1][0] = 0;
 	memcpy(before, sim->config.engine.axis[1], sizeof(before));
 	world_axes(&world);
-	world.config.axis[0].set = world.config.axis[2].set = false;
-	world.config.axis[1].invert = 1;
-	world.config.axis[1].soft_limits = 1;
-	world.config.axis[1].soft_minimum = -5000;
-	world.config.axis[1].soft_maximum = 70000;
+	memset(&axis[0], 0, sizeof(axis[0]));
+	memset(&axis[2], 0, sizeof(axis[2]));
+	axis[1].options_mask |= WIRE_AXIS_INVERTED | WIRE_AXIS_SOFT_LIMITS;
+	axis[1].options |= WIRE_AXIS_INVERTED | WIRE_AXIS_SOFT_LIMITS;
+	axis[1].set |= POKEYS_AXIS_SET_SOFT_MINIMUM | POKEYS_AXIS_SET_SOFT_MAXIMUM;
+	axis[1].soft_minimum = -5000;
+	axis[1].soft_maximum = 70000;
 	restart();
 	assert_int_equal(axis_writes, 1);
 	assert_int_equal(last_axis[3], 1);
@@ -185,8 +184,9 @@ static void axis_block_is_read_changed_and_written_whole(void **state)
 static void number_of_axes_and_emergency_pin_are_set(void **state)
 {
 	(void)state;
-	world.config.axes = 4;
-	world.config.emergency_pin = 52;
+	world.config.settings.set = POKEYS_SET_AXES | POKEYS_SET_EMERGENCY_PIN;
+	world.config.settings.axes = 4;
+	world.config.settings.emergency_pin = 62;
 	restart();
 	assert_int_equal(setups, 1);
 	assert_int_equal(emergencies, 1);
@@ -228,7 +228,8 @@ static void setting_that_is_not_taken_keeps_it_from_running(void **state)
 
 	(void)state;
 	/* lock without saying so: the writes are acknowledged and ignored */
-	world.config.axes = 9;
+	world.config.settings.set = POKEYS_SET_AXES;
+	world.config.settings.axes = 9;
 	world_start(&world);
 	world_run(&world, 5 * SECOND);
 	assert_int_equal(world.state.link, POKEYS_LINK_CONFIGURING);
@@ -252,7 +253,7 @@ static void setting_that_is_never_answered_matters_only_if_it_is_wanted(void **s
 	world.watch = deaf_to_encoder_pins;
 	world_start(&world);
 	world_until(&world, world_is_running, 2 * SECOND);
-	world.config.encoder[5] = (struct device_encoder_config){ true, 1, 4, 10, 11 };
+	world_encoder(&world, 5, WIRE_ENC_ENABLE | WIRE_ENC_4X, 10, 11);
 	world_start(&world);
 	world_run(&world, 3 * SECOND);
 	assert_int_equal(world.state.link, POKEYS_LINK_CONFIGURING);
@@ -323,7 +324,7 @@ static void settings_survive_any_loss(void **state)
 		world_loss(&world, 0.33);
 		world_axes(&world);
 		pin(12, WIRE_PIN_OUTPUT);
-		world.config.encoder[5] = (struct device_encoder_config){ true, 1, 4, 10, 11 };
+		world_encoder(&world, 5, WIRE_ENC_ENABLE | WIRE_ENC_4X, 10, 11);
 		world_start(&world);
 		world_until(&world, world_is_running, 20 * SECOND);
 		world_loss(&world, 0);

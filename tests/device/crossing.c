@@ -17,14 +17,6 @@
 static struct world world;
 static unsigned int runs;
 
-static void go(unsigned int axis, int32_t position, float velocity)
-{
-	world.command.axis[axis] = (struct pokeys_axis_command){
-		.position = position, .velocity = velocity, .mode = POKEYS_AXIS_POSITION,
-		.enable = 1,
-	};
-}
-
 static void one_way(enum sim_link_dir dir, double loss, uint64_t delay_ns)
 {
 	const struct sim_link_faults faults = { .delay = { .low_ns = delay_ns }, .loss = loss };
@@ -53,7 +45,7 @@ static int begin(void **state)
 static int begin_moving(void **state)
 {
 	begin(state);
-	go(0, 0, 0);
+	world_go(&world, 0, 0, 0);
 	world_machine_on(&world);
 	return 0;
 }
@@ -88,7 +80,7 @@ static void count_runs(struct world *w, const uint8_t *packet)
 static void run_is_not_repeated_after_machine_off(void **state)
 {
 	(void)state;
-	go(0, 100000, 0);
+	world_go(&world, 0, 100000, 0);
 	world_run(&world, 200 * MS);
 	one_way(SIM_LINK_REPLY, 1, 25 * US);
 	world.command.flags |= POKEYS_COMMAND_LIMIT_OVERRIDE;
@@ -118,7 +110,7 @@ static void position_set_and_machine_on(unsigned int lost_replies)
 	uint32_t id;
 	int32_t place;
 
-	go(0, 5000, 0);
+	world_go(&world, 0, 5000, 0);
 	world_run(&world, 1 * SECOND);
 	world.command.flags = 0;
 	world.command.axis[0].enable = 0;
@@ -129,7 +121,7 @@ static void position_set_and_machine_on(unsigned int lost_replies)
 	id = world_one_shot(&world, &zero);
 	world_cycle(&world);
 	world.watch = only_to_zero;
-	go(0, 0, 0);
+	world_go(&world, 0, 0, 0);
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
 	for (unsigned int i = 0; i < 500; i++) {
 		if (i == lost_replies)
@@ -149,7 +141,7 @@ static void position_can_be_set_after_a_move_and_machine_off(void **state)
 	};
 
 	(void)state;
-	go(0, 5000, 0);
+	world_go(&world, 0, 5000, 0);
 	world_run(&world, 1 * SECOND);
 	world.command.flags = 0;
 	world_run(&world, 100 * MS);
@@ -173,9 +165,9 @@ static void axis_with_a_bad_value_can_be_disabled(void **state)
 	int32_t place;
 
 	(void)state;
-	go(0, 100000, 0);
+	world_go(&world, 0, 100000, 0);
 	world_run(&world, 200 * MS);
-	go(0, 100000, NAN);
+	world_go(&world, 0, 100000, NAN);
 	world.command.axis[0].enable = 0;
 	world_run(&world, 200 * MS);
 	assert_int_equal(world.state.engine.axis[0].enabled, 0);
@@ -209,7 +201,7 @@ static void motion_does_not_survive_an_outage_after_a_save(void **state)
 	world_run(&world, 2 * MS);
 	one_way(SIM_LINK_REPLY, 0, 25 * US);
 	world_run(&world, 100 * MS);
-	go(0, 100000, 0);
+	world_go(&world, 0, 100000, 0);
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
 	world_run(&world, 200 * MS);
 	sim_rig_silence(&world.rig, world.now, 1500 * MS);

@@ -20,10 +20,9 @@ static int begin(void **state)
 {
 	(void)state;
 	world_init(&world, NULL);
-	world.config.encoder[BASIC] = (struct device_encoder_config){ true, 1, 4, 40, 41 };
-	world.config.encoder[HIGH] = (struct device_encoder_config){ true, 1, 4, 42, 43 };
-	world.config.fast_encoders = 1;
-	world.config.ultra_fast_encoder = 1;
+	world_encoder(&world, BASIC, WIRE_ENC_ENABLE | WIRE_ENC_4X, 40, 41);
+	world_encoder(&world, HIGH, WIRE_ENC_ENABLE | WIRE_ENC_4X, 42, 43);
+	world_fast_encoders(&world, true, true);
 	world_start(&world);
 	world_commander(&world, 5);
 	world_until(&world, world_is_running, 500 * MS);
@@ -265,8 +264,7 @@ static void index_that_is_not_to_be_had_is_refused(void **state)
 {
 	(void)state;
 	assert_int_equal(shot(POKEYS_ONE_SHOT_ARM_INDEX, BASIC, 0), POKEYS_OUTCOME_REFUSED);
-	world.config.ultra_fast_encoder = 0;
-	world.config.fast_encoders = 0;
+	world_fast_encoders(&world, false, false);
 	world_start(&world);
 	world_commander(&world, 6);
 	world_until(&world, world_is_running, 500 * MS);

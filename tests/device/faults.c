@@ -22,8 +22,7 @@ static uint64_t began;
 
 static void pin(unsigned int i, uint8_t function)
 {
-	world.config.pin_set[i / 8] |= (uint8_t)(1u << i % 8);
-	world.config.pin_function[i] = function;
+	world_pin(&world, i, function);
 }
 
 static void begin(const struct sim_rig_options *options, uint64_t seed)

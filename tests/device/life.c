@@ -10,6 +10,7 @@
 #include <string.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
+#include "wire/io.h"
 
 static struct world world;
 
@@ -206,8 +207,7 @@ static void reboot_within_the_silence_that_is_no_loss_is_noticed(void **state)
 
 	(void)state;
 	world_init(&world, &options);
-	world.config.pin_set[0] = 1;
-	world.config.pin_function[0] = 4;
+	world_pin(&world, 0, WIRE_PIN_OUTPUT);
 	world_start(&world);
 	world_run(&world, 2 * SECOND);
 	sim_rig_reboot(&world.rig, world.now, true);

@@ -16,14 +16,6 @@
 
 static struct world world;
 
-static void go(unsigned int axis, int32_t position, float velocity)
-{
-	world.command.axis[axis] = (struct pokeys_axis_command){
-		.position = position, .velocity = velocity, .mode = POKEYS_AXIS_POSITION,
-		.enable = 1,
-	};
-}
-
 static int32_t sim_position(unsigned int axis)
 {
 	sim_rig_run(&world.rig, world.now);
@@ -50,7 +42,7 @@ static int begin(void **state)
 static int begin_moving(void **state)
 {
 	begin(state);
-	go(0, 0, 0);
+	world_go(&world, 0, 0, 0);
 	world_machine_on(&world);
 	return 0;
 }
@@ -68,7 +60,7 @@ static int begin_old_firmware(void **state)
 	world_start(&world);
 	world_commander(&world, 5);
 	world_until(&world, world_is_running, 500 * MS);
-	go(0, 0, 0);
+	world_go(&world, 0, 0, 0);
 	world_machine_on(&world);
 	return 0;
 }
@@ -76,7 +68,7 @@ static int begin_old_firmware(void **state)
 static void axis_goes_where_it_is_told(void **state)
 {
 	(void)state;
-	go(0, 3000, 0);
+	world_go(&world, 0, 3000, 0);
 	world_run(&world, 2 * MS);
 	assert_int_equal(world.state.engine.axis[0].reference, 3000);
 	assert_false(world.state.engine.axis[0].in_position);
@@ -84,7 +76,7 @@ static void axis_goes_where_it_is_told(void **state)
 	assert_int_equal(sim_position(0), 3000);
 	assert_int_equal(world.state.engine.axis[0].position, 3000);
 	assert_true(world.state.engine.axis[0].in_position);
-	go(0, -200, 0);
+	world_go(&world, 0, -200, 0);
 	world_run(&world, 500 * MS);
 	assert_int_equal(sim_position(0), -200);
 }
@@ -93,7 +85,7 @@ static void reference_that_changes_each_cycle_is_followed(void **state)
 {
 	(void)state;
 	for (int32_t i = 0; i < 3000; i++) {
-		go(0, i * 8, 0);
+		world_go(&world, 0, i * 8, 0);
 		world_cycle(&world);
 		assert_true(world.state.engine.axis[0].reference >= i * 8 - 8);
 		assert_true(world.state.engine.axis[0].reference <= i * 8);
@@ -110,13 +102,13 @@ static void reference_that_changes_each_cycle_is_followed(void **state)
 static void velocity_is_a_part_of_the_highest_speed(void **state)
 {
 	(void)state;
-	go(0, 100000, -5000);	/* a quarter of 20000 pulses/s, whatever its sign */
+	world_go(&world, 0, 100000, -5000);	/* a quarter of 20000 pulses/s, whatever its sign */
 	world_run(&world, 1 * SECOND);
 	assert_true(fabs(world.rig.device.engine.axis[0].planner.speed - 5) < 0.01);
-	go(0, 100000, 1e6f);
+	world_go(&world, 0, 100000, 1e6f);
 	world_run(&world, 500 * MS);
 	assert_true(fabs(world.rig.device.engine.axis[0].planner.speed - 20) < 0.01);
-	go(0, 100000, 1e-6f);
+	world_go(&world, 0, 100000, 1e-6f);
 	world_run(&world, 500 * MS);
 	assert_true(world.rig.device.engine.axis[0].planner.speed < 0.01);
 }
@@ -125,7 +117,7 @@ static void old_firmware_is_driven_by_the_old_command(void **state)
 {
 	(void)state;
 	world.sent.pulse[0x25] = 0;
-	go(0, 1000, 0);
+	world_go(&world, 0, 1000, 0);
 	world_run(&world, 500 * MS);
 	assert_int_equal(sim_position(0), 1000);
 	assert_int_equal(world.sent.pulse[0x25], 0);
@@ -137,12 +129,12 @@ static void old_firmware_is_driven_by_the_old_command(void **state)
 static void axis_not_driven_holds_its_place_under_the_old_command(void **state)
 {
 	(void)state;
-	go(1, 700, 0);
+	world_go(&world, 1, 700, 0);
 	world_run(&world, 300 * MS);
 	assert_int_equal(sim_position(1), 700);
 	world.command.axis[1].enable = 0;
 	world.command.axis[1].position = 0;
-	go(0, 1000, 0);
+	world_go(&world, 0, 1000, 0);
 	world_run(&world, 500 * MS);
 	assert_int_equal(sim_position(0), 1000);
 	assert_int_equal(sim_position(1), 700);
@@ -151,7 +143,7 @@ static void axis_not_driven_holds_its_place_under_the_old_command(void **state)
 static void nothing_moves_before_the_edge(void **state)
 {
 	(void)state;
-	go(0, 5000, 0);
+	world_go(&world, 0, 5000, 0);
 	world_run(&world, 200 * MS);
 	assert_int_equal(sim_position(0), 0);
 	assert_int_equal(sim_state(), SIM_PE_STOPPED);
@@ -163,7 +155,7 @@ static void machine_on_from_the_beginning_is_no_edge(void **state)
 	begin(state);
 	world_start(&world);
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
-	go(0, 5000, 0);
+	world_go(&world, 0, 5000, 0);
 	world_until(&world, world_is_running, 500 * MS);
 	world_run(&world, 200 * MS);
 	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
@@ -179,7 +171,7 @@ static void machine_off_stops_and_holds(void **state)
 	int32_t stopped;
 
 	(void)state;
-	go(0, 100000, 0);
+	world_go(&world, 0, 100000, 0);
 	world_run(&world, 500 * MS);
 	world.command.flags = 0;
 	world_run(&world, 300 * MS);
@@ -187,7 +179,7 @@ static void machine_off_stops_and_holds(void **state)
 	stopped = sim_position(0);
 	assert_in_range(stopped, 1000, 90000);
 	/* on again: from here, not to where it was going before */
-	go(0, stopped, 0);
+	world_go(&world, 0, stopped, 0);
 	world_machine_on(&world);
 	world_run(&world, 500 * MS);
 	assert_int_equal(sim_position(0), stopped);
@@ -198,7 +190,7 @@ static void no_motion_is_replayed_after_a_reconnect(void **state)
 	int32_t stopped;
 
 	(void)state;
-	go(0, 100000, 0);
+	world_go(&world, 0, 100000, 0);
 	world_run(&world, 200 * MS);
 	sim_rig_silence(&world.rig, world.now, 400 * MS);
 	world_until(&world, world_is_lost, 400 * MS);
@@ -220,7 +212,7 @@ static void dead_commander_stops_the_axes(void **state)
 	int32_t stopped;
 
 	(void)state;
-	go(0, 100000, 0);
+	world_go(&world, 0, 100000, 0);
 	world_run(&world, 200 * MS);
 	world.commanding = false;
 	world_until(&world, world_is_safe, 400 * MS);
@@ -235,7 +227,7 @@ static void dead_commander_stops_the_axes(void **state)
 static void new_commander_needs_an_edge_of_its_own(void **state)
 {
 	(void)state;
-	go(0, 100000, 0);
+	world_go(&world, 0, 100000, 0);
 	world_run(&world, 200 * MS);
 	world.command.session = 6;
 	world_run(&world, 500 * MS);
@@ -249,7 +241,7 @@ static void reboot_within_a_short_silence_does_not_restart_motion(void **state)
 	world_run(&world, 1 * SECOND);
 	world.rig.device.options.boot_ms = 50;
 	sim_device_save(&world.rig.device);
-	go(0, 100000, 0);
+	world_go(&world, 0, 100000, 0);
 	world_run(&world, 200 * MS);
 	sim_rig_reboot(&world.rig, world.now, false);
 	world_run(&world, 3 * SECOND);
@@ -272,11 +264,11 @@ static void stall_of_the_daemon_takes_the_permission(void **state)
 	int32_t stopped;
 
 	(void)state;
-	go(0, 100, 0);
+	world_go(&world, 0, 100, 0);
 	world_run(&world, 300 * MS);
 	stopped = sim_position(0);
 	world_stall(&world, 1 * SECOND);
-	go(0, 50000, 0);
+	world_go(&world, 0, 50000, 0);
 	world_run(&world, 2 * SECOND);
 	assert_int_equal(sim_position(0), stopped);
 	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
@@ -285,7 +277,7 @@ static void stall_of_the_daemon_takes_the_permission(void **state)
 static void emergency_is_left_alone_until_it_is_cleared(void **state)
 {
 	(void)state;
-	go(0, 100000, 0);
+	world_go(&world, 0, 100000, 0);
 	world_run(&world, 100 * MS);
 	sim_bench_emergency(&world.rig.device, true);
 	world_run(&world, 20 * MS);
@@ -314,7 +306,7 @@ static void emergency_is_left_alone_until_it_is_cleared(void **state)
 static void start_refused_by_the_emergency_needs_another_edge(void **state)
 {
 	(void)state;
-	go(0, 0, 0);
+	world_go(&world, 0, 0, 0);
 	sim_bench_emergency(&world.rig.device, true);
 	world_run(&world, 50 * MS);
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
@@ -340,7 +332,7 @@ static void engine_stopped_by_somebody_else_needs_an_edge(void **state)
 	uint8_t packet[64];
 
 	(void)state;
-	go(0, 50000, 0);
+	world_go(&world, 0, 50000, 0);
 	world_run(&world, 100 * MS);
 	wire_pulse_state_encode_req(packet, &stop);
 	wire_finish(packet, 200);
@@ -364,10 +356,10 @@ static void reference_that_was_overtaken_is_corrected(void **state)
 {
 	(void)state;
 	world.watch = keep_reference;
-	go(0, 500, 0);
+	world_go(&world, 0, 500, 0);
 	world_run(&world, 300 * MS);
 	world.watch = NULL;
-	go(0, 1500, 0);
+	world_go(&world, 0, 1500, 0);
 	world_run(&world, 300 * MS);
 	inject(reference);
 	world_run(&world, 500 * MS);
@@ -390,8 +382,8 @@ static void disabled_axis_stops_while_the_others_go_on(void **state)
 	int32_t held;
 
 	(void)state;
-	go(0, 50000, 0);
-	go(1, 50000, 0);
+	world_go(&world, 0, 50000, 0);
+	world_go(&world, 1, 50000, 0);
 	world_run(&world, 200 * MS);
 	world.command.axis[1].enable = 0;
 	world_run(&world, 300 * MS);
@@ -402,7 +394,7 @@ static void disabled_axis_stops_while_the_others_go_on(void **state)
 	assert_int_equal(sim_position(0), 50000);
 	assert_int_equal(world.state.engine.axis[1].enabled, 0);
 	assert_int_equal(world.state.engine.axis[0].enabled, 1);
-	go(1, 50000, 0);
+	world_go(&world, 1, 50000, 0);
 	world_run(&world, 8 * SECOND);
 	assert_int_equal(sim_position(1), 50000);
 }
@@ -410,7 +402,7 @@ static void disabled_axis_stops_while_the_others_go_on(void **state)
 static void axis_that_is_not_set_up_is_refused(void **state)
 {
 	(void)state;
-	go(4, 1000, 0);
+	world_go(&world, 4, 1000, 0);
 	world_run(&world, 100 * MS);
 	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_AXIS_SETUP);
@@ -422,7 +414,7 @@ static void modes_of_later_are_refused(void **state)
 {
 	(void)state;
 	for (uint8_t mode = POKEYS_AXIS_VELOCITY; mode < 10; mode++) {
-		go(0, 1000, 0);
+		world_go(&world, 0, 1000, 0);
 		world.command.axis[0].mode = mode;
 		world_run(&world, 50 * MS);
 		assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
@@ -433,12 +425,12 @@ static void modes_of_later_are_refused(void **state)
 static void bad_value_leaves_the_last_good_one(void **state)
 {
 	(void)state;
-	go(0, 1000, 0);
+	world_go(&world, 0, 1000, 0);
 	world_run(&world, 2 * MS);
-	go(0, 5000, NAN);
+	world_go(&world, 0, 5000, NAN);
 	world_run(&world, 500 * MS);
 	assert_int_equal(sim_position(0), 1000);
-	go(0, 1 << 25, 0);
+	world_go(&world, 0, 1 << 25, 0);
 	world_run(&world, 500 * MS);
 	assert_int_equal(sim_position(0), 1000);
 	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
@@ -448,14 +440,14 @@ static void bad_value_leaves_the_last_good_one(void **state)
 static void bad_value_at_the_edge_moves_nothing(void **state)
 {
 	(void)state;
-	go(0, 8000, 0);
+	world_go(&world, 0, 8000, 0);
 	world_run(&world, 50 * MS);
-	go(0, 8000, INFINITY);
+	world_go(&world, 0, 8000, INFINITY);
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
 	world_run(&world, 500 * MS);
 	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
 	assert_int_equal(sim_position(0), 0);
-	go(0, 20, 0);
+	world_go(&world, 0, 20, 0);
 	world_run(&world, 500 * MS);
 	assert_int_equal(sim_position(0), 20);
 }
@@ -463,9 +455,9 @@ static void bad_value_at_the_edge_moves_nothing(void **state)
 static void first_reference_is_that_of_the_edge(void **state)
 {
 	(void)state;
-	go(0, 8000, 0);
+	world_go(&world, 0, 8000, 0);
 	world_run(&world, 50 * MS);
-	go(0, 0, 0);
+	world_go(&world, 0, 0, 0);
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
 	world_run(&world, 500 * MS);
 	assert_int_equal(world.rig.device.bench.machine.axis[0].steps, 0);
@@ -480,7 +472,7 @@ static void limit_override_reaches_the_device(void **state)
 	world.command.flags &= ~(uint32_t)POKEYS_COMMAND_LIMIT_OVERRIDE;
 	world_run(&world, 50 * MS);
 	assert_int_equal(world.rig.device.engine.override, 0);
-	go(0, 500, 0);
+	world_go(&world, 0, 500, 0);
 	world_run(&world, 300 * MS);
 	assert_int_equal(sim_position(0), 500);
 }
@@ -502,10 +494,10 @@ static void position_is_exact_at_the_end_whatever_the_network_does(void **state)
 		sim_prng_init(&world.rig.link.way[1].prng, seed - round);
 		world_faults(&world, &faults);
 		for (unsigned int i = 0; i < 200; i++) {
-			go(0, (int32_t)sim_prng_below(&prng, 4000), 0);
+			world_go(&world, 0, (int32_t)sim_prng_below(&prng, 4000), 0);
 			world_run(&world, sim_prng_below(&prng, 10) * MS);
 		}
-		go(0, 1234, 0);
+		world_go(&world, 0, 1234, 0);
 		world_run(&world, 1 * SECOND);
 		world_loss(&world, 0);
 		if (!(world.state.flags & POKEYS_STATE_MACHINE_ON))
@@ -558,7 +550,7 @@ static void permission_survives_no_chaos(void **state)
 			world_stall(&world, sim_prng_below(&prng, 300) * MS);
 			break;
 		default:
-			go((unsigned int)sim_prng_below(&prng, 3),
+			world_go(&world, (unsigned int)sim_prng_below(&prng, 3),
 			   (int32_t)sim_prng_below(&prng, 5000), 0);
 		}
 		world_run(&world, sim_prng_below(&prng, 60) * MS);

@@ -10,6 +10,7 @@
 #include <string.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
+#include "wire/encoder.h"
 #include "wire/pulse.h"
 
 static struct world world;
@@ -19,7 +20,7 @@ static int begin(void **state)
 	(void)state;
 	world_init(&world, NULL);
 	world_axes(&world);
-	world.config.encoder[5] = (struct device_encoder_config){ true, 1, 4, 40, 41 };
+	world_encoder(&world, 5, WIRE_ENC_ENABLE | WIRE_ENC_4X, 40, 41);
 	world_start(&world);
 	world_commander(&world, 5);
 	world_until(&world, world_is_running, 500 * MS);

@@ -17,8 +17,7 @@ static struct world world;
 
 static void pin(unsigned int i, uint8_t function)
 {
-	world.config.pin_set[i / 8] |= (uint8_t)(1u << i % 8);
-	world.config.pin_function[i] = function;
+	world_pin(&world, i, function);
 }
 
 static int begin(void **state)

@@ -10,6 +10,7 @@
 #include <string.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
+#include "wire/encoder.h"
 #include "wire/io.h"
 
 static struct world world, other;
@@ -54,10 +55,9 @@ static void slow_groups_keep_their_rates(void **state)
 	world.config.slow_hz = 5;
 	world.config.encoder_hz = 100;
 	world.config.analog_hz = 40;
-	world.config.encoder[3] = (struct device_encoder_config){ true, 1, 4, 255, 255 };
-	world.config.encoder[20] = world.config.encoder[3];
-	world.config.pin_set[40 / 8] = 1 << 40 % 8;
-	world.config.pin_function[40] = WIRE_PIN_ANALOG_IN;
+	world_encoder(&world, 3, WIRE_ENC_ENABLE | WIRE_ENC_4X, 255, 255);
+	world_encoder(&world, 20, WIRE_ENC_ENABLE | WIRE_ENC_4X, 255, 255);
+	world_pin(&world, 40, WIRE_PIN_ANALOG_IN);
 	world_start(&world);
 	world_until(&world, world_is_running, 500 * MS);
 	world_run(&world, 100 * MS);
@@ -79,7 +79,7 @@ static void short_stall_is_not_caught_up(void **state)
 {
 	(void)state;
 	world.config.encoder_hz = 200;
-	world.config.encoder[3] = (struct device_encoder_config){ true, 1, 4, 255, 255 };
+	world_encoder(&world, 3, WIRE_ENC_ENABLE | WIRE_ENC_4X, 255, 255);
 	world_start(&world);
 	world_until(&world, world_is_running, 500 * MS);
 	world_run(&world, 100 * MS);

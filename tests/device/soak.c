@@ -13,6 +13,8 @@
 #include <string.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
+#include "wire/io.h"
+#include "wire/encoder.h"
 
 enum { RELAY = 0, ENCODER = 5, CYCLES = 1000000 };
 
@@ -128,9 +130,8 @@ static void begin(void)
 
 	world_init(&world, &options);
 	world_axes(&world);
-	world.config.pin_set[0] = 1;
-	world.config.pin_function[RELAY] = 4;
-	world.config.encoder[ENCODER] = (struct device_encoder_config){ true, 1, 4, 40, 41 };
+	world_pin(&world, RELAY, WIRE_PIN_OUTPUT);
+	world_encoder(&world, ENCODER, WIRE_ENC_ENABLE | WIRE_ENC_4X, 40, 41);
 	world_start(&world);
 	world_commander(&world, 5);
 	world.watch = count_runs;

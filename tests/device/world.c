@@ -19,6 +19,7 @@
 #include <time.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
+#include "wire/encoder.h"
 #include "wire/pulse.h"
 
 #define ADDRESS UINT32_C(0x7f000001)
@@ -349,15 +350,53 @@ enum pokeys_outcome world_do(struct world *world, const struct pokeys_one_shot *
 
 void world_axes(struct world *world)
 {
-	world->config.axes = 3;
-	for (unsigned int i = 0; i < 3; i++) {
-		struct device_axis_config *axis = &world->config.axis[i];
+	struct pokeys_settings *settings = &world->config.settings;
 
-		axis->set = true;
-		axis->mode = POKEYS_AXIS_POSITION;
+	settings->set |= POKEYS_SET_AXES;
+	settings->axes = 3;
+	for (unsigned int i = 0; i < 3; i++) {
+		struct pokeys_axis_settings *axis = &settings->axis[i];
+
+		axis->options = axis->options_mask = WIRE_AXIS_ENABLED |
+			WIRE_AXIS_INTERNAL_PLANNER | WIRE_AXIS_POSITION_MODE;
+		axis->set = POKEYS_AXIS_SET_MAX_SPEED | POKEYS_AXIS_SET_MAX_ACCELERATION |
+			    POKEYS_AXIS_SET_MAX_DECELERATION;
 		axis->max_speed = 20000;
-		axis->max_acceleration = 500000;
+		axis->max_acceleration = axis->max_deceleration = 500000;
 	}
+}
+
+void world_pin(struct world *world, unsigned int pin, uint8_t function)
+{
+	world->config.settings.pin_set[pin / 8] |= (uint8_t)(1u << pin % 8);
+	world->config.settings.pin_function[pin] = function;
+}
+
+void world_encoder(struct world *world, unsigned int encoder, uint8_t options, uint8_t pin_a,
+		   uint8_t pin_b)
+{
+	world->config.settings.encoder[encoder] = (struct pokeys_encoder_settings){
+		.options = options,
+		.options_mask = WIRE_ENC_ENABLE | WIRE_ENC_4X | WIRE_ENC_2X,
+		.pins_set = pin_a < POKEYS_PINS, .pin_a = pin_a, .pin_b = pin_b,
+	};
+}
+
+void world_fast_encoders(struct world *world, bool fast, bool ultra)
+{
+	struct pokeys_settings *settings = &world->config.settings;
+
+	settings->set |= POKEYS_SET_FAST_ENCODERS | POKEYS_SET_ULTRA_FAST;
+	settings->fast_configuration = fast ? WIRE_FAST_ON : WIRE_FAST_OFF;
+	settings->ultra_enable = ultra;
+}
+
+void world_go(struct world *world, unsigned int axis, int32_t position, float velocity)
+{
+	world->command.axis[axis] = (struct pokeys_axis_command){
+		.position = position, .velocity = velocity, .mode = POKEYS_AXIS_POSITION,
+		.enable = 1,
+	};
 }
 
 void world_machine_on(struct world *world)

@@ -87,6 +87,16 @@ enum pokeys_outcome world_outcome(const struct world *world, uint32_t id);
 
 /* Three axes in position mode, set up in the simulated device's flash. */
 void world_axes(struct world *world);
+
+/* What pokeysd.conf wants: a pin (0-based), an encoder (pin 255 = leave), fast encoders. */
+void world_pin(struct world *world, unsigned int pin, uint8_t function);
+void world_encoder(struct world *world, unsigned int encoder, uint8_t options, uint8_t pin_a,
+		   uint8_t pin_b);
+void world_fast_encoders(struct world *world, bool fast, bool ultra);
+
+/* An axis is enabled and goes there; pulses, pulses/s (0 = as fast as allowed). */
+void world_go(struct world *world, unsigned int axis, int32_t position, float velocity);
+
 /* Rising edge of machine-on, and the engine running if any axis is enabled. */
 void world_machine_on(struct world *world);
 

@@ -27,6 +27,8 @@ static void complain(void *context, const char *line)
 
 static void device_is_sound(const struct config *config, const struct device_config *device)
 {
+	const struct pokeys_settings *settings = &device->settings;
+
 	hold(device->name[0] && strlen(device->name) < sizeof(device->name));
 	hold(device->address || device->serial);
 	hold(device->port && device->fast_divider);
@@ -34,16 +36,16 @@ static void device_is_sound(const struct config *config, const struct device_con
 	hold(device->lost_after_ns > device->stale_after_ns);
 	hold(device->mailbox.deadline_ceiling_ns >= device->mailbox.deadline_floor_ns);
 	hold(device->mailbox.window >= 1 && device->mailbox.window <= POKEYS_WINDOW_MAX);
-	hold(device->axes <= POKEYS_AXES && device->emergency_pin <= POKEYS_PINS);
+	hold(settings->axes <= POKEYS_AXES && settings->emergency_pin <= POKEYS_PINS + 10);
 	for (int i = 0; i < POKEYS_PINS; i++) {
-		uint8_t function = device->pin_function[i] & 0x0e;
+		uint8_t function = settings->pin_function[i] & 0x0e;
 
 		hold(!(function & (function - 1)));
 		hold(!(device->safe_outputs[i / 8] & ~device->safe_mask[i / 8]));
 	}
 	for (int i = 0; i < POKEYS_AXES; i++)
-		hold(device->axis[i].soft_limits != 1 ||
-		     device->axis[i].soft_minimum < device->axis[i].soft_maximum);
+		hold(!(settings->axis[i].options & 0x20) ||
+		     settings->axis[i].soft_minimum < settings->axis[i].soft_maximum);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

@@ -1,0 +1,244 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One setting on its way: read, compared, written, put into effect, refused.
+ *
+ * configure.c decides when; what is special to a setting is asked of its kind.
+ * A setting of pokeysd.conf's that the device refuses, or that its lock forbids,
+ * does not let the device run: an axis with the wrong direction is worse than a
+ * machine that does not start. What only a commander wishes is refused and
+ * reported instead; the commander is there to see it.
+ */
+
+#include <string.h>
+#include "daemon/device/internal.h"
+
+enum {
+	ROUNDS = 3,		/* reads without answer: then the device does not have it */
+	WRITES = 3,
+};
+
+#define REBOOT_NS (1200 * MS)	/* of the pulse engine, protocol section 3.24.3 */
+#define STANDING_NS (5 * MS)	/* from look to look while the engine ramps down */
+
+unsigned int setting_number(const struct device *device, const struct setting *setting)
+{
+	return (unsigned int)(setting - device->configure.setting);
+}
+
+/* What an event calls it: the pin, encoder or axis; -1 where there is one only. */
+static int64_t event_index(unsigned int number, unsigned int which)
+{
+	if (number >= SETTING_AXIS)
+		return number - SETTING_AXIS;
+	if (number == SETTING_PINS)
+		return which + 1;
+	return number <= SETTING_ENCODER_PINS ? (int64_t)which : -1;
+}
+
+static void say_changes(struct device *device, const struct setting *setting)
+{
+	const unsigned int number = setting_number(device, setting);
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(number, &index);
+
+	for (unsigned int i = 0; setting->changed && i < 64; i++) {
+		if (setting->changed >> i & 1)
+			device_say(device, EVENT_CONFIG_CHANGED, EVENT_NOTICE, kind->write,
+				   event_index(number, i), kind->written(&setting->value, i));
+	}
+}
+
+bool setting_blocks(const struct device *device, const struct setting *setting)
+{
+	const struct pokeys_settings *want = &device->config.settings;
+	union setting_request request;
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+
+	if (running(device))
+		return false;
+	if (!setting->known)
+		return kind->vital || kind->wanted(want, index);
+	return kind->merge(want, index, &setting->value, &request) != 0;
+}
+
+void setting_refuse(struct device *device, struct setting *setting, uint64_t differs)
+{
+	const unsigned int number = setting_number(device, setting);
+	const unsigned int which = differs ? (unsigned int)__builtin_ctzll(differs) : 0;
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(number, &index);
+
+	setting->state = SETTING_REFUSED;
+	wish_refuse(device, kind->name, number >= SETTING_AXIS ? (uint8_t)index : (uint8_t)which);
+	if (device->life.fault != POKEYS_FAULT_CONFIG_REFUSED)
+		device_say(device, EVENT_CONFIG_REFUSED, EVENT_ERROR, kind->write,
+			   event_index(number, which), 0);
+}
+
+/* What the device has is known: is it what we want? */
+static void compare(struct device *device, struct setting *setting)
+{
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+	const uint64_t differs = kind->merge(&device->wishes.wanted, index, &setting->value,
+					     &setting->write);
+
+	if (!differs) {
+		setting->state = SETTING_DONE;
+		wish_settled(device, kind->name);
+		say_changes(device, setting);
+		setting->changed = 0;
+		setting->writes = 0;
+	} else if (setting->writes >= WRITES) {
+		setting_refuse(device, setting, differs);
+	} else {
+		setting->changed |= differs;
+		setting->state = SETTING_WRITE;
+	}
+}
+
+/*
+ * The engine's status is also how we see that it stands; while the link runs
+ * motion.c sees to that.
+ */
+static bool ramping(struct device *device, struct setting *setting)
+{
+	struct configure *configure = &device->configure;
+
+	if (setting_number(device, setting) != SETTING_ENGINE || running(device))
+		return false;
+	switch (setting->value.engine.engine_state) {
+	case WIRE_ENGINE_STOPPED:
+	case WIRE_ENGINE_STOP_LIMIT:
+	case WIRE_ENGINE_STOP_EMERGENCY:
+		configure->standing = true;
+		return false;
+	default:
+		configure->standing = false;
+		setting->state = SETTING_READ;
+		setting->after_ns = device->now_ns + STANDING_NS;
+		return true;
+	}
+}
+
+static void learn(struct device *device, struct setting *setting, const mailbox_entry_t *entry)
+{
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+
+	memset(&setting->value, 0, sizeof(setting->value));
+	wire_decode_rep(kind->read, entry->response_buffer, &setting->value);
+	setting->known = true;
+	setting->failures = 0;
+	kind->learn(device, index, &setting->value);
+	kind->report(wish_known(device), index, &setting->value);
+}
+
+static void read_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+		       uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+	struct setting *setting = context;
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+
+	device->now_ns = now_ns;
+	setting->state = SETTING_READ;
+	if (entry->state == POKEYS_REQUEST_CANCELLED)
+		return;
+	if (answered(entry)) {
+		learn(device, setting, entry);
+		if (!ramping(device, setting))
+			compare(device, setting);
+		return;
+	}
+	if (++setting->failures < ROUNDS)
+		return;
+	if (kind->vital || kind->wanted(&device->wishes.wanted, index))
+		setting_refuse(device, setting, 0);
+	else
+		setting->state = SETTING_DONE;
+}
+
+static void write_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+			uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+	struct setting *setting = context;
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+
+	device->now_ns = now_ns;
+	setting->state = SETTING_READ;
+	setting->failures = 0;
+	if (entry->state != POKEYS_REQUEST_CANCELLED && kind->needs_reboot &&
+	    kind->needs_reboot(&setting->value, &setting->write))
+		setting->state = SETTING_EFFECT;
+}
+
+/* It comes back with positions of its own, and perhaps with another number of axes. */
+static void reboot_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+			 uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+	struct setting *setting = context;
+
+	(void)entry;
+	device->now_ns = now_ns;
+	setting->state = SETTING_READ;
+	setting->after_ns = now_ns + REBOOT_NS;
+	for (unsigned int i = SETTING_EMERGENCY; i < SETTINGS; i++) {
+		if (device->configure.setting[i].state == SETTING_DONE)
+			device->configure.setting[i].state = SETTING_READ;
+		device->configure.setting[i].after_ns = setting->after_ns;
+	}
+	device->life.patient_until_ns = setting->after_ns;
+	motion_displaced(device);
+}
+
+bool setting_read(struct device *device, struct setting *setting)
+{
+	union setting_request request;
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+
+	if (device->now_ns < setting->after_ns)
+		return false;
+	memset(&request, 0, sizeof(request));
+	kind->ask(index, &request);
+	if (!request_send(device, kind->read, &request, read_ended, NULL, setting))
+		return false;
+	setting->state = SETTING_READING;
+	return true;
+}
+
+bool setting_may_write(const struct device *device)
+{
+	if (running(device))
+		return !device->safe.permitted && motion_standing(device) &&
+		       device->now_ns >= device->life.patient_until_ns;
+	return device->image.capability.pulse_engine < 2 || device->configure.standing;
+}
+
+bool setting_write(struct device *device, struct setting *setting)
+{
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+
+	if (!setting_may_write(device) ||
+	    !request_send(device, kind->write, &setting->write, write_ended, NULL, setting))
+		return false;
+	setting->state = SETTING_WRITING;
+	setting->writes++;
+	return true;
+}
+
+bool setting_reboot(struct device *device, struct setting *setting)
+{
+	if (!setting_may_write(device) ||
+	    !request_send(device, WIRE_OP_PULSE_REBOOT, NULL, reboot_ended, NULL, setting))
+		return false;
+	setting->state = SETTING_WRITING;
+	return true;
+}

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One setting of the device: how it is read, compared, written and learned.
+ *
+ * configure.c turns them all the same way; what each is stands in setting_*.c,
+ * and setting.c has the table.
+ */
+#ifndef DEVICE_SETTING_H
+#define DEVICE_SETTING_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/settings.h>
+#include "wire/encoder.h"
+#include "wire/io.h"
+#include "wire/pulse.h"
+
+struct device;
+
+enum setting_state {
+	SETTING_READ,		/* to be read */
+	SETTING_READING,
+	SETTING_WRITE,		/* differs: to be written */
+	SETTING_WRITING,
+	SETTING_EFFECT,		/* written; takes effect by a further request */
+	SETTING_DONE,
+	SETTING_REFUSED,
+};
+
+enum setting_index {
+	SETTING_PINS,
+	SETTING_ENCODER_OPTIONS,
+	SETTING_ENCODER_PINS,
+	SETTING_FAST_ENCODERS,
+	SETTING_ULTRA_ENCODER,
+	SETTING_ENGINE,
+	SETTING_EMERGENCY,
+	SETTING_AXIS,		/* and one more for each further axis */
+	SETTINGS = SETTING_AXIS + POKEYS_AXES
+};
+
+union setting_value {
+	struct wire_pin_all_rep pins;
+	struct wire_encoder_options_rep options;
+	struct wire_encoder_pins_rep encoder_pins;
+	struct wire_fast_encoders_rep fast;
+	struct wire_ultra_encoder_rep ultra;
+	struct wire_pulse_status_rep engine;
+	struct wire_pulse_emergency_rep emergency;
+	struct wire_pulse_axis_get_rep axis;
+};
+
+union setting_request {
+	struct wire_pin_all_req pins;
+	struct wire_encoder_options_req options;
+	struct wire_encoder_pins_req encoder_pins;
+	struct wire_fast_encoders_req fast;
+	struct wire_ultra_encoder_req ultra;
+	struct wire_pulse_status_req status;
+	struct wire_pulse_setup_req setup;
+	struct wire_pulse_emergency_req emergency;
+	struct wire_pulse_axis_get_req axis_get;
+	struct wire_pulse_axis_set_req axis_set;
+};
+
+struct setting {
+	uint8_t state;			/* enum setting_state */
+	uint8_t failures;		/* reads without answer */
+	uint8_t writes;
+	bool known;			/* value is what the device said last */
+	uint64_t changed;		/* bit = pin or encoder that was written; bit 0 = all else */
+	uint64_t after_ns;		/* read not before */
+	union setting_value value;	/* as the device has it */
+	union setting_request write;	/* as we want it */
+};
+
+struct configure {
+	struct setting setting[SETTINGS];
+	bool standing;			/* the pulse engine stands: settings may be written */
+	bool stop_open;
+	uint64_t again_ns;		/* blocked until then; 0 = not */
+};
+
+/* What is wanted, by whom, and what the device has. */
+struct wishes {
+	struct pokeys_settings accepted;	/* of the commander's, what was in range */
+	struct pokeys_settings wanted;	/* pokeysd.conf's, and the commander's over it */
+	struct pokeys_settings known;	/* the device's own */
+	uint32_t generation;		/* of the commander's wish; 0 = none yet */
+	uint32_t count;			/* reports */
+	uint8_t refused, refused_index;	/* enum pokeys_setting, the last one */
+	uint8_t state_reported;
+	bool out_of_range;		/* ... was so by itself: only another wish mends it */
+	bool changed;			/* since the last report */
+};
+
+struct setting_kind {
+	enum wire_op read, write;
+	/* What a report calls it. */
+	enum pokeys_setting name;
+	/* The device must answer it even if nobody wants anything of it. */
+	bool vital;
+	/* Whether this device has it at all. */
+	bool (*has)(const struct device *device, unsigned int index);
+	/* Whether these settings say anything about it. */
+	bool (*wanted)(const struct pokeys_settings *want, unsigned int index);
+	/* The request that reads it. */
+	void (*ask)(unsigned int index, union setting_request *request);
+	/* What would have to be written; returns what differs, 0 = nothing. */
+	uint64_t (*merge)(const struct pokeys_settings *want, unsigned int index,
+			  const union setting_value *value, union setting_request *request);
+	/* Into the state image. */
+	void (*learn)(struct device *device, unsigned int index, const union setting_value *value);
+	/* Into the report. */
+	void (*report)(struct pokeys_settings *known, unsigned int index,
+		       const union setting_value *value);
+	/* What an event says was written; `which` is a bit of `changed`. */
+	int64_t (*written)(const union setting_value *value, unsigned int which);
+	/* The write only takes effect after a reboot of the pulse engine. NULL = never. */
+	bool (*needs_reboot)(const union setting_value *value, const union setting_request *request);
+};
+
+/* The kind of a setting, and its index within the kind. */
+const struct setting_kind *setting_kind(unsigned int setting, unsigned int *index);
+
+extern const struct setting_kind setting_pins;
+extern const struct setting_kind setting_encoder_options, setting_encoder_pins;
+extern const struct setting_kind setting_fast, setting_ultra;
+extern const struct setting_kind setting_engine, setting_emergency, setting_axis;
+
+/* For kinds: an unconditional yes, a read request of zeros, nothing to learn. */
+bool setting_always(const struct device *device, unsigned int index);
+void setting_ask_zeros(unsigned int index, union setting_request *request);
+void setting_learn_nothing(struct device *device, unsigned int index,
+			   const union setting_value *value);
+
+#endif
