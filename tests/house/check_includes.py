@@ -14,6 +14,7 @@ import sys
 MAY_USE = {
     "include": [],
     "wire": ["include"],
+    "settings": ["include"],
     "shm": ["include"],
     "sim": ["wire", "include"],
     "daemon/engine": ["wire", "include"],
@@ -21,10 +22,10 @@ MAY_USE = {
     "daemon/device": ["daemon/engine", "wire", "include"],
     "daemon/rt": ["daemon/device", "daemon/transport", "shm", "include"],
     "daemon/control": ["daemon/rt", "daemon/device", "daemon/engine", "daemon/transport",
-                       "wire", "shm", "include"],
+                       "wire", "settings", "shm", "include"],
     "halbridge": ["include", "shm"],
     # discovery is a socket's work, and the tools' search is the daemon's search
-    "tools": ["include", "shm", "wire", "daemon/transport"],
+    "tools": ["include", "settings", "shm", "wire", "daemon/transport"],
     "examples": ["include"],
 }
 GENERATED = {"version.h"}  # made by the build, belongs to no room

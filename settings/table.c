@@ -1,0 +1,264 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Every setting, once.
+ *
+ * The daemon's configuration file, its documentation, pokeysctl and the tests
+ * walk this table. So what pokeysctl prints of a device is what pokeysd.conf
+ * takes, and a member of struct pokeys_settings that nobody can write is one
+ * row away from being known everywhere.
+ *
+ * Terminals are numbered as they are printed on the board, from 1. Axes and
+ * encoders are numbered from 0, as in the HAL and in the protocol.
+ */
+#include "settings/key.h"
+
+#define AT(member) \
+	.offset = offsetof(struct pokeys_settings, member), \
+	.size = sizeof(((struct pokeys_settings *)0)->member)
+#define SET(bit) \
+	.set_offset = offsetof(struct pokeys_settings, set), .set_size = 4, \
+	.set_bits = POKEYS_SET_##bit
+
+#define OF_AXIS(member) \
+	(offsetof(struct pokeys_settings, axis) + offsetof(struct pokeys_axis_settings, member))
+#define AXIS_AT(member) \
+	.offset = OF_AXIS(member), .size = sizeof(((struct pokeys_axis_settings *)0)->member), \
+	.count = POKEYS_AXES, .stride = sizeof(struct pokeys_axis_settings)
+#define AXIS_SET(bit) \
+	.set_offset = OF_AXIS(set), .set_size = 4, .set_bits = POKEYS_AXIS_SET_##bit
+/* A bit field that has a mask of its own. */
+#define AXIS_FLAG(member, flag) \
+	AXIS_AT(member), .bits = (flag), .set_offset = OF_AXIS(member##_mask), .set_size = 1, \
+	.set_bits = (flag)
+
+#define OF_ENCODER(member) \
+	(offsetof(struct pokeys_settings, encoder) + \
+	 offsetof(struct pokeys_encoder_settings, member))
+#define ENCODER_AT(member) \
+	.offset = OF_ENCODER(member), .count = 25, \
+	.stride = sizeof(struct pokeys_encoder_settings)
+#define ENCODER_FLAG(flag) \
+	ENCODER_AT(options), .size = 1, .bits = (flag), \
+	.set_offset = OF_ENCODER(options_mask), .set_size = 1, .set_bits = (flag)
+
+#define WORDS(...) .words = (const struct settings_word[]){ __VA_ARGS__, { NULL, 0 } }
+#define RANGE(low, high) .minimum = (low), .maximum = (high)
+#define WORDS_ONLY RANGE(1, 0)
+#define TERMINALS RANGE(1, POKEYS_PINS)
+#define FLAG(flag) WORDS_ONLY, WORDS({ "off", 0 }, { "on", (flag) })
+
+#define KEY(name_, type_, ...) { .name = (name_), .type = (type_), __VA_ARGS__ }
+#define SWITCH_PIN(member, bit, name_, help_) \
+	KEY(name_, SETTINGS_NUMBER, AXIS_AT(member), AXIS_SET(bit), TERMINALS, \
+	    WORDS({ "dedicated", 0 }), .help = (help_))
+#define SWITCH_FILTER(member, bit, name_, help_) \
+	KEY(name_, SETTINGS_NUMBER, AXIS_AT(member), AXIS_SET(bit), RANGE(0, 254), .help = (help_))
+#define PERCENT(member, bit, name_, help_) \
+	KEY(name_, SETTINGS_NUMBER, AXIS_AT(member), AXIS_SET(bit), RANGE(0, 100), .unit = "%", \
+	    .help = (help_))
+#define PULSES(member, bit, name_, help_) \
+	KEY(name_, SETTINGS_NUMBER, AXIS_AT(member), AXIS_SET(bit), RANGE(INT32_MIN, INT32_MAX), \
+	    .is_signed = true, .unit = "pulses", .help = (help_))
+#define RATE(member, bit, name_, low, high, unit_, help_) \
+	KEY(name_, SETTINGS_REAL, AXIS_AT(member), AXIS_SET(bit), RANGE(low, high), \
+	    .unit = (unit_), .help = (help_))
+
+const struct settings_key settings_keys[] = {
+	KEY("digital-inputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x02, TERMINALS,
+	    .help = "Terminals to use as digital inputs. Terminals in no list stay as the device "
+		    "has them."),
+	KEY("digital-outputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x04, TERMINALS,
+	    .help = "Terminals to use as digital outputs."),
+	KEY("analog-inputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x08, RANGE(41, 47),
+	    .help = "Terminals to use as analog inputs."),
+	KEY("counter-inputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x42, TERMINALS,
+	    .help = "Digital inputs whose edges the device counts; not every terminal can."),
+	KEY("inverted-pins", SETTINGS_PIN_FLAG, AT(pin_function), .bits = 0x80, TERMINALS,
+	    .help = "Those of the terminals in digital-inputs, digital-outputs and counter-inputs "
+		    "that are inverted in the device."),
+
+	KEY("axes", SETTINGS_NUMBER, AT(axes), SET(AXES), RANGE(0, POKEYS_AXES),
+	    .help = "Number of axes that the pulse engine drives."),
+	KEY("generator", SETTINGS_NUMBER, AT(generator), SET(GENERATOR), .bits = 0x0f, WORDS_ONLY,
+	    WORDS({ "external", 0 }, { "internal", 1 }, { "smart", 2 }),
+	    .help = "Where the pulses are made: external, 8 axes of at most 125 kHz; internal, 3 "
+		    "axes of at most 25 kHz. The three generator keys are written together."),
+	KEY("generator-swap", SETTINGS_NUMBER, AT(generator), SET(GENERATOR), .bits = 0x40,
+	    FLAG(0x40), .help = "Step and direction outputs exchanged."),
+	KEY("generator-extended-io", SETTINGS_NUMBER, AT(generator), SET(GENERATOR), .bits = 0x80,
+	    FLAG(0x80), .help = "Extended inputs and outputs of the external pulse generator."),
+	KEY("charge-pump", SETTINGS_NUMBER, AT(charge_pump), SET(CHARGE_PUMP), TERMINALS,
+	    .bias = 10, WORDS({ "off", 0 }, { "default", 1 }),
+	    .help = "Terminal of the charge pump signal; default is the device's own."),
+	KEY("emergency-pin", SETTINGS_NUMBER, AT(emergency_pin), SET(EMERGENCY_PIN), TERMINALS,
+	    .bias = 10, WORDS({ "off", 0 }, { "default", 1 }),
+	    .help = "Terminal of the emergency stop switch; default is the device's own."),
+	KEY("emergency-invert", SETTINGS_NUMBER, AT(emergency_invert), SET(EMERGENCY_INVERT),
+	    FLAG(1), .help = "Emergency stop switch inverted."),
+	KEY("power-states", SETTINGS_NUMBER, AT(power_states), SET(POWER_STATES), RANGE(0, 119),
+	    .help = "States of the engine that keep the power on: 1 stopped, 2 stopped by a limit, "
+		    "4 by emergency; 16, 32, 64 the same for the charge pump. Their sum."),
+
+#define AXIS(name) "axis.#." name
+	KEY(AXIS("mode"), SETTINGS_NUMBER, AXIS_FLAG(options, 13), WORDS_ONLY,
+	    WORDS({ "off", 0 }, { "position", 13 }),
+	    .help = "position: the axis follows absolute positions; off: it is not driven."),
+	KEY(AXIS("invert"), SETTINGS_NUMBER, AXIS_FLAG(options, 2), FLAG(2),
+	    .help = "Direction inverted."),
+	KEY(AXIS("max-speed"), SETTINGS_REAL, AXIS_AT(max_speed), AXIS_SET(MAX_SPEED),
+	    RANGE(1, 125000), .unit = "pulses/s",
+	    .help = "Highest speed. An integrated pulse generator ends at 25000."),
+	RATE(max_acceleration, MAX_ACCELERATION, AXIS("max-acceleration"), 1, 1e9, "pulses/s^2",
+	     "Highest acceleration."),
+	RATE(max_deceleration, MAX_DECELERATION, AXIS("max-deceleration"), 1, 1e9, "pulses/s^2",
+	     "Highest deceleration; leave takes max-acceleration if that is given."),
+	KEY(AXIS("soft-limits"), SETTINGS_NUMBER, AXIS_FLAG(options, 32), FLAG(32),
+	    .help = "Limits of travel that the device itself keeps; on wants both of the next."),
+	PULSES(soft_minimum, SOFT_MINIMUM, AXIS("soft-minimum"), "Lowest position."),
+	PULSES(soft_maximum, SOFT_MAXIMUM, AXIS("soft-maximum"), "Highest position."),
+	KEY(AXIS("limit-minus"), SETTINGS_NUMBER, AXIS_FLAG(switches, 1), FLAG(1),
+	    .help = "There is a limit switch at the lower end."),
+	KEY(AXIS("limit-plus"), SETTINGS_NUMBER, AXIS_FLAG(switches, 2), FLAG(2),
+	    .help = "There is a limit switch at the upper end."),
+	KEY(AXIS("home"), SETTINGS_NUMBER, AXIS_FLAG(switches, 4), FLAG(4),
+	    .help = "There is a home switch."),
+	KEY(AXIS("home-shared"), SETTINGS_NUMBER, AXIS_FLAG(switches, 24), WORDS_ONLY,
+	    WORDS({ "off", 0 }, { "limit-minus", 8 }, { "limit-plus", 16 }),
+	    .help = "The home switch is that limit switch."),
+	KEY(AXIS("limit-minus-invert"), SETTINGS_NUMBER, AXIS_FLAG(switches, 32), FLAG(32),
+	    .help = "Lower limit switch inverted: on for one that closes when it is hit."),
+	KEY(AXIS("limit-plus-invert"), SETTINGS_NUMBER, AXIS_FLAG(switches, 64), FLAG(64),
+	    .help = "Upper limit switch inverted."),
+	KEY(AXIS("home-invert"), SETTINGS_NUMBER, AXIS_FLAG(switches, 128), FLAG(128),
+	    .help = "Home switch inverted."),
+	SWITCH_PIN(pin_limit_minus, PIN_LIMIT_MINUS, AXIS("limit-minus-pin"),
+		   "Terminal of the lower limit switch, or the device's dedicated input."),
+	SWITCH_PIN(pin_limit_plus, PIN_LIMIT_PLUS, AXIS("limit-plus-pin"),
+		   "Terminal of the upper limit switch, or the device's dedicated input."),
+	SWITCH_PIN(pin_home, PIN_HOME, AXIS("home-pin"),
+		   "Terminal of the home switch, or the device's dedicated input."),
+	SWITCH_FILTER(filter_limit_minus, FILTER_LIMIT_MINUS, AXIS("limit-minus-filter"),
+		      "Filter of the lower limit switch; 0 is none."),
+	SWITCH_FILTER(filter_limit_plus, FILTER_LIMIT_PLUS, AXIS("limit-plus-filter"),
+		      "Filter of the upper limit switch; 0 is none."),
+	SWITCH_FILTER(filter_home, FILTER_HOME, AXIS("home-filter"),
+		      "Filter of the home switch; 0 is none."),
+	SWITCH_FILTER(filter_probe, FILTER_PROBE, AXIS("probe-filter"),
+		      "Filter of the probe; 0 is none."),
+	SWITCH_PIN(pin_enable, PIN_ENABLE, AXIS("enable-pin"),
+		   "Terminal that enables the motor driver, or the device's dedicated output."),
+	KEY(AXIS("enable-invert"), SETTINGS_NUMBER, AXIS_AT(invert_enable),
+	    AXIS_SET(INVERT_ENABLE), FLAG(1), .help = "Enable output inverted."),
+	KEY(AXIS("enable-masked"), SETTINGS_NUMBER, AXIS_FLAG(options, 128), FLAG(128),
+	    .help = "The enable output follows a mask of the host instead of the engine's state."),
+	KEY(AXIS("homing-invert"), SETTINGS_NUMBER, AXIS_FLAG(options, 16), FLAG(16),
+	    .help = "Homing begins in the other direction."),
+	KEY(AXIS("homing-algorithm"), SETTINGS_NUMBER, AXIS_AT(homing_algorithm),
+	    AXIS_SET(HOMING_ALGORITHM), RANGE(0, 255),
+	    .help = "What homing does when the switch closes (value modulo 16) and opens (value "
+		    "/ 16): 1 slows down, 2 reverses, 4 waits for the encoder's index, their sum; "
+		    "or 8, the position is reset there. 131 is usual."),
+	PERCENT(homing_speed, HOMING_SPEED, AXIS("homing-speed"),
+		"Speed towards the home switch, of max-speed."),
+	PERCENT(homing_return, HOMING_RETURN, AXIS("homing-return-speed"),
+		"Speed off the home switch, of homing-speed."),
+	PULSES(back_off, BACK_OFF, AXIS("homing-back-off"),
+	       "How far homing moves off the switch at its end."),
+	KEY(AXIS("mpg-encoder"), SETTINGS_NUMBER, AXIS_AT(mpg_encoder), AXIS_SET(MPG_ENCODER),
+	    RANGE(0, POKEYS_ENCODERS - 1), .scale = 1, .bias = 1, WORDS({ "none", 0 }),
+	    .help = "Encoder of the hand wheel."),
+	KEY(AXIS("mpg-multiplier"), SETTINGS_NUMBER, AXIS_AT(mpg_multiplier),
+	    AXIS_SET(MPG_MULTIPLIER), RANGE(INT16_MIN, INT16_MAX), .is_signed = true,
+	    .help = "Pulses for mpg-divider counts of the hand wheel."),
+	KEY(AXIS("mpg-divider"), SETTINGS_NUMBER, AXIS_AT(mpg_divider), AXIS_SET(MPG_DIVIDER),
+	    RANGE(0, UINT16_MAX), .help = "See mpg-multiplier."),
+	KEY(AXIS("step-invert"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS), .bits = 1,
+	    FLAG(1), .help = "Step signal inverted. The three signal keys (step-invert, "
+			     "direction-invert, index-falling) are written together."),
+	KEY(AXIS("direction-invert"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS),
+	    .bits = 2, FLAG(2), .help = "Direction signal inverted, besides invert."),
+	KEY(AXIS("index-falling"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS),
+	    .bits = 4, FLAG(4), .help = "Homing takes the falling edge of the index signal."),
+
+#define ENCODER(name) "encoder.#." name
+	KEY(ENCODER("enable"), SETTINGS_NUMBER, ENCODER_FLAG(1), FLAG(1),
+	    .help = "Count this encoder: on if any other key of it is given. An encoder of which no "
+		    "key is given stays as the device has it."),
+	KEY(ENCODER("sampling"), SETTINGS_NUMBER, ENCODER_FLAG(6), WORDS_ONLY,
+	    WORDS({ "1", 0 }, { "2", 4 }, { "4", 2 }), .unit = "counts a line",
+	    .help = "Edges that are counted: 4 if another key of this encoder is given."),
+	KEY(ENCODER("pins"), SETTINGS_PIN_PAIR, ENCODER_AT(pin_a), .size = 2,
+	    .set_offset = OF_ENCODER(pins_set), .set_size = 1, .set_bits = 1, TERMINALS,
+	    .help = "Terminals of channel A and channel B. Without it the device's own stay."),
+	KEY("fast-encoders", SETTINGS_NUMBER, AT(fast_configuration), SET(FAST_ENCODERS),
+	    .bits = 0x0f, WORDS_ONLY, WORDS({ "off", 0 }, { "on", 10 }, { "alternative", 1 }),
+	    .help = "Encoders 0 to 2 counted in hardware, at terminals 1 and 2, 5 and 6, 15 and 16; "
+		    "alternative, on older devices, at 3 and 4 instead of 5 and 6. The fast-encoder "
+		    "keys are written together: what is not given is off (sampling: 4)."),
+	KEY("fast-encoder-sampling", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
+	    .bits = 0x10, WORDS_ONLY, WORDS({ "1", 0x10 }, { "4", 0 }), .unit = "counts a line",
+	    .help = "Edges that the fast encoders count."),
+	KEY("fast-encoder.0.invert", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
+	    .bits = 0x20, FLAG(0x20), .help = "First fast encoder counts the other way."),
+	KEY("fast-encoder.1.invert", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
+	    .bits = 0x40, FLAG(0x40), .help = "Second fast encoder counts the other way."),
+	KEY("fast-encoder.2.invert", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
+	    .bits = 0x80, FLAG(0x80), .help = "Third fast encoder counts the other way."),
+	KEY("fast-encoder-index", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
+	    .bits = 1, FLAG(1), .help = "Terminals 9, 11 and 27 zero the fast encoders."),
+	KEY("ultra-fast-encoder", SETTINGS_NUMBER, AT(ultra_enable), SET(ULTRA_FAST), FLAG(1),
+	    .help = "Encoder 25, at terminals 8 (A), 12 (B) and 13 (index). The ultra-fast-encoder "
+		    "keys are written together: what is not given is off (sampling: 4)."),
+	KEY("ultra-fast-encoder-sampling", SETTINGS_NUMBER, AT(ultra_options), SET(ULTRA_FAST),
+	    .bits = 4, WORDS_ONLY, WORDS({ "1", 0 }, { "4", 4 }), .unit = "counts a line",
+	    .help = "Edges that are counted."),
+	KEY("ultra-fast-encoder-mode", SETTINGS_NUMBER, AT(ultra_options), SET(ULTRA_FAST),
+	    .bits = 2, WORDS_ONLY, WORDS({ "quadrature", 0 }, { "direction", 2 }),
+	    .help = "direction: A is the direction and B the clock."),
+	KEY("ultra-fast-encoder-invert", SETTINGS_NUMBER, AT(ultra_options), SET(ULTRA_FAST),
+	    .bits = 1, FLAG(1), .help = "It counts the other way."),
+	KEY("ultra-fast-encoder-filter", SETTINGS_NUMBER, AT(ultra_filter), SET(ULTRA_FAST),
+	    RANGE(0, UINT32_MAX), .help = "Delay of its input filter; 0 is none."),
+
+	KEY("pwm-period", SETTINGS_NUMBER, AT(pwm_period), SET(PWM_PERIOD), RANGE(1, UINT32_MAX),
+	    .unit = "ticks",
+	    .help = "Period of all PWM outputs in ticks of the device's 25 MHz: 2500 is 10 kHz."),
+	KEY("analog-filter", SETTINGS_NUMBER, AT(analog_filter), SET(ANALOG_FILTER),
+	    RANGE(0, UINT32_MAX),
+	    .help = "Smoothing of all analog inputs: n/(n+1) of the old value stays with each "
+		    "sample; 0 is none."),
+	KEY("poextbus-connector", SETTINGS_NUMBER, AT(poextbus_connector), SET(POEXTBUS),
+	    WORDS_ONLY, WORDS({ "dedicated", 0 }, { "terminals", 1 }),
+	    .help = "Where PoExtBus is: at its own connector, or at terminals 35 to 37."),
+	KEY("poextbus-crc", SETTINGS_NUMBER, AT(poextbus_no_crc), SET(POEXTBUS), WORDS_ONLY,
+	    WORDS({ "on", 0 }, { "off", 1 }), .help = "PoExtBus sends a checksum."),
+	KEY("matrix-keyboard", SETTINGS_NUMBER, AT(matrix_enable), SET(MATRIX), FLAG(1),
+	    .help = "The device scans a matrix keyboard. The three matrix keys are written "
+		    "together."),
+	KEY("matrix-rows", SETTINGS_PIN_ROW, AT(matrix_row_pin), SET(MATRIX), TERMINALS,
+	    .counted = offsetof(struct pokeys_settings, matrix_rows),
+	    .help = "Terminals of its rows, the first one first."),
+	KEY("matrix-columns", SETTINGS_PIN_ROW, AT(matrix_column_pin), SET(MATRIX), TERMINALS,
+	    .counted = offsetof(struct pokeys_settings, matrix_columns),
+	    .help = "Terminals of its columns."),
+	KEY("failsafe-timeout-ms", SETTINGS_NUMBER, AT(failsafe_timeout), SET(FAILSAFE),
+	    RANGE(100, 25500), .scale = 100, WORDS({ "off", 0 }), .unit = "ms",
+	    .help = "How long the device waits for us before it brings its outputs into the "
+		    "failsafe state by itself, in steps of 100. 1000 if it is not given; off "
+		    "switches the device's failsafe off."),
+	KEY("failsafe-parts", SETTINGS_NUMBER, AT(failsafe_peripherals), SET(FAILSAFE),
+	    RANGE(0, 15),
+	    .help = "What its failsafe acts upon: 1 digital outputs, 2 PoExtBus, 4 PWM, 8 pulse "
+		    "engine. Their sum; 15 if it is not given."),
+	KEY("failsafe-on", SETTINGS_PIN_BITS, AT(failsafe_outputs), SET(FAILSAFE), TERMINALS,
+	    .help = "Outputs that are on in its failsafe state; all others are off. Those of "
+		    "safe-on if it is not given."),
+	KEY("failsafe-poextbus", SETTINGS_BYTES, AT(failsafe_poextbus), SET(FAILSAFE),
+	    RANGE(0, 255), .help = "Bytes of PoExtBus in its failsafe state; 0 where not given."),
+	KEY("failsafe-pwm", SETTINGS_BYTES, AT(failsafe_pwm), SET(FAILSAFE), RANGE(0, 100),
+	    .unit = "%", .help = "Duties of the PWM outputs in its failsafe state; 0 where not given."),
+	KEY("device-name", SETTINGS_TEXT, AT(name), SET(NAME),
+	    .help = "Name that the device itself carries."),
+};
+
+const size_t settings_key_count = sizeof(settings_keys) / sizeof(settings_keys[0]);
