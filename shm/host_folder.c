@@ -12,6 +12,8 @@
  * below belongs to the group), and iceoryx2's files are writable for all who
  * can reach them. A folder that everybody may write to is refused, and the
  * mode of one that somebody else made is left alone unless a group is wanted.
+ * A hardened unit forbids to ask for the set-group-id bit, even for what has
+ * it (RestrictSUIDSGID=); so it is asked for only where it is missing.
  */
 #include <dirent.h>
 #include <errno.h>
@@ -101,7 +103,7 @@ static int give_to_group(struct shm_host *host, gid_t gid, char *why, size_t siz
 
 static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t size)
 {
-	bool made = !mkdir(host->directory, 02770);
+	bool made = !mkdir(host->directory, 0770);
 	struct stat status;
 	int r;
 
@@ -203,17 +205,20 @@ static int remove_stale(struct shm_host *host, char *why, size_t size)
 	return 0;
 }
 
+/* Below a set-group-id folder with a fitting umask it is right as it comes. */
 static int make_folder(int parent_fd, const char *name, gid_t gid)
 {
+	struct stat status;
 	int fd;
 	int r = 0;
 
-	if (mkdirat(parent_fd, name, 02770))
+	if (mkdirat(parent_fd, name, 0770))
 		return -errno;
 	fd = openat(parent_fd, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
 	if (fd < 0)
 		return -errno;
-	if ((gid != GROUP_NONE && fchown(fd, (uid_t)-1, gid)) || fchmod(fd, 02770))
+	if ((gid != GROUP_NONE && fchown(fd, (uid_t)-1, gid)) || fstat(fd, &status) ||
+	    ((status.st_mode & 07777) != 02770 && fchmod(fd, 02770)))
 		r = -errno;
 	close(fd);
 	return r;
