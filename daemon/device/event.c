@@ -259,6 +259,13 @@ static void put_foreign_image(struct line *line, const struct event *e)
 	    (unsigned long long)e->a, (long long)e->b);
 }
 
+static void put_foreign_wish(struct line *line, const struct event *e)
+{
+	(void)e;
+	put(line, "the commander's wish for settings is refused: it has another layout, or no "
+	    "session or generation; daemon and commander must be of one release");
+}
+
 static void put_one_shot(struct line *line, const struct event *e)
 {
 	put(line, "one-shot %lld (%s): %s", (long long)e->b, PICK(one_shot_names, e->a),
@@ -315,6 +322,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_MACHINE] = put_machine,
 	[EVENT_BAD_COMMAND] = put_bad_command,
 	[EVENT_FOREIGN_IMAGE] = put_foreign_image,
+	[EVENT_FOREIGN_WISH] = put_foreign_wish,
 	[EVENT_ONE_SHOT] = put_one_shot,
 	[EVENT_STALE] = put_stale,
 	[EVENT_PACKETS] = put_packets,

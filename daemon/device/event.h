@@ -41,6 +41,7 @@ enum event_code {
 	EVENT_ENGINE,		/* pulse engine, a = state now, b = before (protocol section 3.24.1) */
 	EVENT_WISH_REFUSED,	/* a setting of the commander's is out of range; a = enum
 				 * pokeys_setting, b = pin, encoder or axis */
+	EVENT_FOREIGN_WISH,	/* the wish has another layout, or no session or generation */
 	EVENT_CODES
 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * One cycle: commands in, requests out, replies in, images out.
+ * One cycle: orders, wishes and commands in, requests out, replies in, images out.
  *
  * Each device's image is published as soon as its own fast replies are in,
  * not when everybody's are: a device that is slow, or whose reply was lost,
@@ -25,6 +25,38 @@ static const struct pokeys_command *read_command(struct loop *loop, uint32_t i, 
 	return rc == 1 ? command : NULL;
 }
 
+static void tell_foreign_wish(struct loop *loop, uint32_t i)
+{
+	const struct event e = {
+		.t_ns = loop_now(loop), .code = EVENT_FOREIGN_WISH, .level = EVENT_WARNING,
+		.device = (uint8_t)i,
+	};
+
+	event_push(&loop->events, &e);
+}
+
+/*
+ * A wish that was written since the last cycle. One that says 0 where a number
+ * has to be is none of a commander that knows what it does.
+ */
+static void read_wish(struct loop *loop, uint32_t i)
+{
+	struct loop_member *m = &loop->own->member[i];
+	const struct pokeys_wish *wish = &m->wish;
+	int rc = shm_device_read_wish(loop->devices[i].shm, &m->wish);
+
+	if (rc < 0 || (rc == 1 && (!wish->session || !wish->generation))) {
+		tell_foreign_wish(loop, i);
+		return;
+	}
+	if (rc != 1 ||
+	    (wish->session == m->wish_session && wish->generation == m->wish_generation))
+		return;
+	m->wish_session = wish->session;
+	m->wish_generation = wish->generation;
+	device_wish(loop->devices[i].device, wish);
+}
+
 /* Every device plans and queues its requests; those that wait for fast replies. */
 static uint32_t ask(struct loop *loop)
 {
@@ -36,6 +68,7 @@ static uint32_t ask(struct loop *loop)
 		const struct pokeys_command *command;
 		int refused;
 
+		read_wish(loop, i);
 		command = read_command(loop, i, &refused);
 		device_cycle(device, own->cycle, own->began_ns, loop_now(loop), command, refused);
 		waiting |= (uint32_t)!device_fast_complete(device) << i;
@@ -69,6 +102,7 @@ void cycle_run(struct loop *loop)
 
 	own->cycle++;
 	exchange_aim(loop, now);
+	orders_run(loop);
 	collect(loop, ask(loop));
 	publish_diags(loop);
 	histogram_add(&own->work, loop_now(loop) - own->began_ns);

@@ -19,7 +19,10 @@ struct loop_member {
 	int aim_error;			/* told in an event */
 	bool aimed;
 	uint8_t link, fault;		/* as published last */
+	uint32_t wish_session, wish_generation;	/* of the wish that the device has */
 	struct pokeys_command command;
+	struct pokeys_wish wish;
+	struct pokeys_report report;
 	struct pokeys_diag diag;
 };
 
@@ -92,6 +95,9 @@ void publish_diags(struct loop *loop);
 
 /* cycle.c: one cycle after its tick came. */
 void cycle_run(struct loop *loop);
+
+/* order.c: execute the next order of the control thread, if there is one. */
+void orders_run(struct loop *loop);
 
 /* faults.c: note who the thread is and what faults it had until now. Cold. */
 void faults_begin(struct loop *loop);

@@ -57,10 +57,30 @@ struct loop_port {
 	uint32_t channel;
 };
 
+/* What somebody at a terminal wants of a device. */
+struct loop_order {
+	uint32_t id;			/* the giver's own */
+	uint8_t device;			/* index */
+	uint8_t what;			/* enum device_order */
+	bool replace;			/* first put `settings` in place of what pokeysd.conf wants */
+	int result;			/* of device_order() */
+	struct pokeys_settings settings;
+};
+
+enum { LOOP_ORDERS = 32 };
+
+struct loop_orders {
+	_Atomic uint32_t given;		/* control */
+	_Atomic uint32_t done;		/* loop */
+	uint32_t taken;			/* control's own: results */
+	struct loop_order slot[LOOP_ORDERS];
+};
+
 struct loop {
 	struct loop_options options;
 	struct loop_shared shared;
 	struct event_ring events;
+	struct loop_orders orders;
 	struct transport *transport;
 	struct loop_device devices[TRANSPORT_CHANNELS];
 	uint32_t count;
@@ -89,6 +109,15 @@ int loop_run(struct loop *loop);
  * diagnostic image. Cold, another thread, a few times a second. 0 or -errno.
  */
 int loop_sample_faults(struct loop *loop);
+
+/*
+ * Have the loop execute an order, one a cycle, in turn. The control thread, cold.
+ * 0; -EAGAIN = LOOP_ORDERS of them wait; -ENODEV = there is no such device.
+ */
+int loop_order_give(struct loop *loop, const struct loop_order *order);
+
+/* The next order that was executed, with its result; false = none. The same thread. */
+bool loop_order_result(struct loop *loop, struct loop_order *out);
 
 void loop_release(struct loop *loop);
 

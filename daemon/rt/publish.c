@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Images out: the state every cycle, the diagnostic image ten times a second.
+ * Images out: the state every cycle, the diagnostic image ten times a second,
+ * the report of the device's settings when it has changed.
  *
  * The state is built in the shared cell itself (loan and commit), because it
  * is some kilobytes and the copy would be the larger part of the cost. What
@@ -36,6 +37,18 @@ static void notice(struct loop *loop, uint32_t i, uint8_t link, uint8_t fault)
 	atomic_fetch_or_explicit(&loop->shared.notify, 1u << i, memory_order_release);
 }
 
+/* Before the state, whose report_count must not run ahead of the report. */
+static void publish_report(struct loop *loop, uint32_t i, uint64_t now)
+{
+	struct pokeys_report *report = &loop->own->member[i].report;
+
+	if (!device_report(loop->devices[i].device, report))
+		return;
+	report->t_publish_ns = now;
+	shm_device_write_report(loop->devices[i].shm, report);
+	atomic_fetch_or_explicit(&loop->shared.notify, 1u << i, memory_order_release);
+}
+
 void publish_state(struct loop *loop, uint32_t i)
 {
 	struct loop_private *own = loop->own;
@@ -44,6 +57,7 @@ void publish_state(struct loop *loop, uint32_t i)
 	struct pokeys_state *image = shm_device_loan(shm);
 	uint8_t link, fault;
 
+	publish_report(loop, i, now);
 	device_publish(loop->devices[i].device, now, image);
 	image->flags |= own_flags(loop);
 	link = image->link;

@@ -111,7 +111,38 @@ void device_publish(struct device *d, uint64_t now_ns, struct pokeys_state *out)
 	out->t_cycle_ns = d->tick_ns;
 	out->t_publish_ns = now_ns;
 	out->link = d->link;
+	out->report_count = d->reported;
 	world.now += world.publish_takes_ns;
+}
+
+void device_wish(struct device *d, const struct pokeys_wish *wish)
+{
+	d->wishes++;
+	d->wish_generation = wish->generation;
+}
+
+void device_wanted(struct device *d, const struct pokeys_settings *wanted)
+{
+	d->wanted_axes = wanted->axes;
+}
+
+bool device_report(struct device *d, struct pokeys_report *out)
+{
+	if (d->reported == d->report_count)
+		return false;
+	d->reported = d->report_count;
+	memset(out, 0, sizeof *out);
+	out->count = d->reported;
+	return true;
+}
+
+int device_order(struct device *d, enum device_order order)
+{
+	if (d->orders < 8)
+		d->order_cycle[d->orders] = d->cycle;
+	d->orders++;
+	d->last_order = order;
+	return d->order_result;
 }
 
 void device_diag(const struct device *d, struct pokeys_diag *out)
@@ -143,6 +174,23 @@ bool device_stopped(const struct device *d)
 }
 
 /* shared memory */
+
+int shm_device_read_wish(struct shm_device *s, struct pokeys_wish *out)
+{
+	int result = s->wish_result;
+
+	s->wish_result = 0;
+	if (result == 1)
+		*out = s->wish;
+	return result;
+}
+
+void shm_device_write_report(struct shm_device *s, const struct pokeys_report *report)
+{
+	s->reports++;
+	s->report = *report;
+	s->report_before_state = s->published;
+}
 
 struct pokeys_state *shm_device_loan(struct shm_device *s)
 {

@@ -50,6 +50,11 @@ struct device {
 	bool stopping;
 	int refused;
 	uint64_t commands, heartbeat;
+	uint32_t wishes, wish_generation, orders, last_order, wanted_axes;
+	uint64_t order_cycle[8];	/* cycle of each of the first orders */
+	int order_result;		/* set by the test: what an order shall return */
+	uint32_t report_count;		/* set by the test: reports that have become due */
+	uint32_t reported;
 	uint64_t last_send_ns[4];	/* of the last requests, newest first */
 };
 
@@ -62,6 +67,10 @@ struct shm_device {
 	struct pokeys_diag diag;
 	int command_result;		/* what read_command shall return */
 	struct pokeys_command command;
+	int wish_result;		/* what read_wish shall return, once */
+	struct pokeys_wish wish;
+	uint64_t reports, report_before_state;
+	struct pokeys_report report;
 };
 
 struct world {
