@@ -58,7 +58,7 @@ bool setting_blocks(const struct device *device, const struct setting *setting)
 	if (running(device))
 		return false;
 	if (!setting->known)
-		return kind->vital || kind->wanted(want, index);
+		return kind->vital || (kind->wanted(want, index) && !kind->dispensable);
 	return kind->merge(want, index, &setting->value, &request) != 0;
 }
 

@@ -8,6 +8,7 @@
  * the time at which somebody got round to it (invariant I2).
  */
 
+#include <math.h>
 #include <string.h>
 #include "daemon/device/internal.h"
 
@@ -102,6 +103,13 @@ void decode_encoders_forget(struct device *device)
 		encoder_forget(&device->encoder[i]);
 }
 
+void decode_pwm(struct device *device, const struct wire_pwm_rep *pwm)
+{
+	device->image.pwm_period = pwm->period;
+	device->image.pwm_enabled = pwm->enabled;
+	memcpy(device->image.pwm_duty, pwm->duty, sizeof(pwm->duty));
+}
+
 void decode_axis_setup(struct device *device, unsigned int i,
 		       const struct wire_axis_config *config)
 {
@@ -118,8 +126,8 @@ void decode_axis_setup(struct device *device, unsigned int i,
 	}
 	if (config->options & WIRE_AXIS_FAST_OUTPUT)
 		axis->mode = POKEYS_AXIS_OFF;
-	axis->max_speed = config->max_speed * 1e3f;
-	axis->max_acceleration = config->max_accel * 1e6f;
+	axis->max_speed = isfinite(config->max_speed) ? config->max_speed * 1e3f : 0;
+	axis->max_acceleration = isfinite(config->max_accel) ? config->max_accel * 1e6f : 0;
 	axis->homed = 0;
 }
 
@@ -180,6 +188,11 @@ void decode_status(struct device *device, const mailbox_entry_t *entry)
 	engine->misc_inputs = status.misc_inputs;
 	engine->buffer_slots = status.buffer_slots;
 	engine->power_states = status.power_states;
+	engine->slot_time = status.slot_time;
+	engine->emergency_invert = status.emergency_invert;
+	engine->limit_minus = status.limit_neg;
+	engine->limit_plus = status.limit_pos;
+	engine->home = status.home;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		take_axis(device, i, &status);
 	device->image.t_motion_ns = entry->timestamp_received;

@@ -329,6 +329,9 @@ void setting_refuse(struct device *device, struct setting *setting, uint64_t dif
 /* pokeysd.conf wants something else than the device has, or does not say. */
 bool setting_blocks(const struct device *device, const struct setting *setting);
 
+/* setting_system.c */
+enum pokeys_failsafe failsafe_state(const struct device *device);
+
 /* wish.c */
 void wish_init(struct device *device);
 /* The device is known now. */
@@ -357,6 +360,7 @@ void decode_io(struct device *device, const mailbox_entry_t *entry);
 void decode_status(struct device *device, const mailbox_entry_t *entry);
 void decode_encoders(struct device *device, unsigned int bank, const mailbox_entry_t *entry);
 void decode_encoders_forget(struct device *device);
+void decode_pwm(struct device *device, const struct wire_pwm_rep *pwm);
 void decode_axis_setup(struct device *device, unsigned int axis,
 		       const struct wire_axis_config *config);
 

@@ -87,6 +87,7 @@ void device_publish(struct device *device, uint64_t now_ns, struct pokeys_state 
 	image->stale_after_ns = device->config.stale_after_ns;
 	image->flags = flags(device);
 	image->config_state = (uint8_t)configure_state(device);
+	image->failsafe = (uint8_t)failsafe_state(device);
 	image->command_heartbeat = device->intake.heartbeat;
 	image->command_t_ns = device->intake.t_ns;
 	meter_publish(device, &image->statistics);

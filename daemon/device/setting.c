@@ -41,6 +41,12 @@ const struct setting_kind *setting_kind(unsigned int setting, unsigned int *inde
 		[SETTING_ENCODER_PINS] = &setting_encoder_pins,
 		[SETTING_FAST_ENCODERS] = &setting_fast,
 		[SETTING_ULTRA_ENCODER] = &setting_ultra,
+		[SETTING_PWM] = &setting_pwm,
+		[SETTING_FILTER] = &setting_filter,
+		[SETTING_POEXTBUS] = &setting_poextbus,
+		[SETTING_MATRIX] = &setting_matrix,
+		[SETTING_NAME] = &setting_name,
+		[SETTING_FAILSAFE] = &setting_failsafe,
 		[SETTING_ENGINE] = &setting_engine,
 		[SETTING_EMERGENCY] = &setting_emergency,
 	};

@@ -11,9 +11,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <pokeys/settings.h>
+#include "wire/bus.h"
 #include "wire/encoder.h"
 #include "wire/io.h"
+#include "wire/panel.h"
 #include "wire/pulse.h"
+#include "wire/system.h"
 
 struct device;
 
@@ -33,6 +36,12 @@ enum setting_index {
 	SETTING_ENCODER_PINS,
 	SETTING_FAST_ENCODERS,
 	SETTING_ULTRA_ENCODER,
+	SETTING_PWM,
+	SETTING_FILTER,
+	SETTING_POEXTBUS,
+	SETTING_MATRIX,
+	SETTING_NAME,
+	SETTING_FAILSAFE,
 	SETTING_ENGINE,
 	SETTING_EMERGENCY,
 	SETTING_AXIS,		/* and one more for each further axis */
@@ -45,6 +54,12 @@ union setting_value {
 	struct wire_encoder_pins_rep encoder_pins;
 	struct wire_fast_encoders_rep fast;
 	struct wire_ultra_encoder_rep ultra;
+	struct wire_pwm_rep pwm;
+	struct wire_filter_rep filter;
+	struct wire_poextbus_rep poextbus;
+	struct wire_kb_config_rep matrix;
+	struct wire_device_name_rep name;
+	struct wire_failsafe_req failsafe;
 	struct wire_pulse_status_rep engine;
 	struct wire_pulse_emergency_rep emergency;
 	struct wire_pulse_axis_get_rep axis;
@@ -56,6 +71,13 @@ union setting_request {
 	struct wire_encoder_pins_req encoder_pins;
 	struct wire_fast_encoders_req fast;
 	struct wire_ultra_encoder_req ultra;
+	struct wire_pwm_req pwm;
+	struct wire_filter_set_req filter;
+	struct wire_poextbus_req poextbus;
+	struct wire_kb_option_req matrix_get;
+	struct wire_kb_config_set_req matrix_set;
+	struct wire_device_name_req name;
+	struct wire_failsafe_req failsafe;
 	struct wire_pulse_status_req status;
 	struct wire_pulse_setup_req setup;
 	struct wire_pulse_emergency_req emergency;
@@ -100,6 +122,8 @@ struct setting_kind {
 	enum pokeys_setting name;
 	/* The device must answer it even if nobody wants anything of it. */
 	bool vital;
+	/* A firmware that does not answer it runs all the same. */
+	bool dispensable;
 	/* Whether this device has it at all. */
 	bool (*has)(const struct device *device, unsigned int index);
 	/* Whether these settings say anything about it. */
@@ -126,6 +150,8 @@ const struct setting_kind *setting_kind(unsigned int setting, unsigned int *inde
 extern const struct setting_kind setting_pins;
 extern const struct setting_kind setting_encoder_options, setting_encoder_pins;
 extern const struct setting_kind setting_fast, setting_ultra;
+extern const struct setting_kind setting_pwm, setting_filter, setting_poextbus, setting_matrix;
+extern const struct setting_kind setting_name, setting_failsafe;
 extern const struct setting_kind setting_engine, setting_emergency, setting_axis;
 
 /* For kinds: an unconditional yes, a read request of zeros, nothing to learn. */

@@ -204,9 +204,7 @@ static void take_pwm(struct device *device, const mailbox_entry_t *entry)
 	struct wire_pwm_rep pwm;
 
 	wire_pwm_decode_rep(entry->response_buffer, &pwm);
-	device->image.pwm_period = pwm.period;
-	device->image.pwm_enabled = pwm.enabled;
-	memcpy(device->image.pwm_duty, pwm.duty, sizeof(pwm.duty));
+	decode_pwm(device, &pwm);
 }
 
 static bool has_load(const struct device *device)

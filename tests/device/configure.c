@@ -197,6 +197,50 @@ static void number_of_axes_and_emergency_pin_are_set(void **state)
 	assert_int_equal(all_writes(), 2);
 }
 
+static void period_filter_bus_matrix_and_name_are_set_and_the_rest_of_them_stays(void **state)
+{
+	struct pokeys_settings *wants = &world.config.settings;
+	struct sim_device *sim = &world.rig.device;
+
+	(void)state;
+	sim->config.pwm.duty[1] = 5000;
+	sim->config.pwm.duty[2] = 40;
+	sim->config.panel.keyboard[8 + 8] = 17;		/* column 7, not used below */
+	sim->config.panel.keyboard[18] = 0xA5;		/* a key macro */
+	sim->bus.poext[4] = 0x5A;
+	wants->set = POKEYS_SET_PWM_PERIOD | POKEYS_SET_ANALOG_FILTER | POKEYS_SET_POEXTBUS |
+		     POKEYS_SET_MATRIX | POKEYS_SET_NAME;
+	wants->pwm_period = 2500;
+	wants->analog_filter = 77;
+	wants->poextbus_connector = 1;
+	wants->matrix_enable = 1;
+	wants->matrix_rows = 10;
+	wants->matrix_columns = 3;
+	for (unsigned int i = 0; i < 10; i++)
+		wants->matrix_row_pin[i] = (uint8_t)(20 + i);
+	for (unsigned int i = 0; i < 3; i++)
+		wants->matrix_column_pin[i] = (uint8_t)(40 + i);
+	strcpy(wants->name, "Router in the cellar");
+	restart();
+	assert_int_equal(sim->config.pwm.period, 2500);
+	assert_int_equal(sim->config.pwm.duty[1], 2500);
+	assert_int_equal(sim->config.pwm.duty[2], 40);
+	assert_int_equal(sim->config.bus.poext_connector, 1);
+	assert_int_equal(sim->bus.poext[4], 0x5A);
+	assert_int_equal(sim->config.panel.keyboard[0], 1);
+	assert_int_equal(sim->config.panel.keyboard[1], 9 | 2 << 4);
+	assert_int_equal(sim->config.panel.keyboard[2 + 7], 27);
+	assert_int_equal(sim->config.panel.keyboard[16], 17);
+	assert_int_equal(sim->config.panel.keyboard[18], 0xA5);
+	assert_int_equal(sim->config.panel.keyboard[34], 28);
+	assert_string_equal(world.state.identity.name, "Router in the cellar");
+	assert_int_equal(world.state.matrix_enabled, 1);
+	assert_int_equal(world.event_count[EVENT_CONFIG_CHANGED], 5);
+	restart();
+	assert_int_equal(world.event_count[EVENT_CONFIG_CHANGED], 5);
+	assert_int_equal(sim->stats.saves, 0);
+}
+
 static void locked_device_runs_when_nothing_needs_to_be_written(void **state)
 {
 	(void)state;
@@ -243,8 +287,7 @@ static void setting_that_is_not_taken_keeps_it_from_running(void **state)
 static void deaf_to_encoder_pins(struct world *w, const uint8_t *p)
 {
 	count_writes(w, p);
-	if (p[1] == 0xC5)
-		sim_link_silence(&w->rig.link, SIM_LINK_REQUEST, w->now, w->now + 1);
+	w->swallow = p[1] == 0xC5;
 }
 
 static void setting_that_is_never_answered_matters_only_if_it_is_wanted(void **state)
@@ -344,6 +387,9 @@ int main(void)
 		cmocka_unit_test_setup(encoders_are_set_up, begin),
 		cmocka_unit_test_setup(axis_block_is_read_changed_and_written_whole, begin),
 		cmocka_unit_test_setup(number_of_axes_and_emergency_pin_are_set, begin),
+		cmocka_unit_test_setup(
+			period_filter_bus_matrix_and_name_are_set_and_the_rest_of_them_stays,
+			begin),
 		cmocka_unit_test_setup(locked_device_runs_when_nothing_needs_to_be_written, begin),
 		cmocka_unit_test_setup(locked_device_that_differs_does_not_run_until_unlocked, begin),
 		cmocka_unit_test_setup(setting_that_is_not_taken_keeps_it_from_running, begin),

@@ -149,8 +149,7 @@ static uint8_t deaf_to;
 
 static void deaf(struct world *w, const uint8_t *packet)
 {
-	if (packet[1] == deaf_to)
-		sim_link_silence(&w->rig.link, SIM_LINK_REQUEST, w->now, w->now + 1);
+	w->swallow = packet[1] == deaf_to;
 }
 
 /* Firmware that does not know an operation and drops it. */

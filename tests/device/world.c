@@ -56,7 +56,10 @@ static int send(void *context, const uint8_t *packet, size_t length)
 	assert_int_equal(wire_check_request(packet, length), WIRE_OK);
 	if (world->unplugged)
 		return -ENETUNREACH;
+	world->swallow = false;
 	account(world, packet);
+	if (world->swallow)
+		return 0;
 	sim_rig_send(&world->rig, world->now, packet, length);
 	return 0;
 }
