@@ -17,9 +17,15 @@
 #include <unistd.h>
 #include "shm/client_private.h"
 #include "shm/manifest.h"
+#include "shm/room.h"
 #include "shm/say.h"
 
-enum { SERVICE_NAME_MAX = POKEYS_SHM_NAME_MAX + 24 };
+enum {
+	SERVICE_NAME_MAX = POKEYS_SHM_NAME_MAX + 24,
+	/* a commander that listens takes 34 files, and 12 kB */
+	ATTACH_FILES = 40,
+	ATTACH_BYTES = 64 * 1024,
+};
 
 struct attachment {
 	struct iox_node *node;
@@ -231,6 +237,8 @@ int client_attach(struct pokeys_client *client, const char *root_name, char *why
 
 	snprintf(root, sizeof(root), "%s/%s", client->directory, root_name);
 	r = check_manifest(client, root, why, size);
+	if (!r)
+		r = room_check(root, ATTACH_BYTES, ATTACH_FILES, why, size);
 	if (r)
 		return r;
 	r = iox_node_open(root, client->program, &attachment.node, &error);

@@ -9,36 +9,29 @@
  * stopped stays.
  */
 #include <errno.h>
-#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/statvfs.h>
 #include <unistd.h>
 #include "shm/host_private.h"
+#include "shm/room.h"
 #include "shm/say.h"
 
-enum { DEVICE_BYTES = 256 * 1024 };
+/* Each device takes some 150 kB and 30 files, and a reader of our own 20 more. */
+enum { DEVICE_BYTES = 256 * 1024, DEVICE_FILES = 40 };
 
-/* Each device takes some 80 kB; a full folder shall fail here, in words. */
-static int check_space(struct shm_host *host, char *why, size_t size)
+static int check_room(const struct shm_host *host, char *why, size_t size)
 {
-	struct statvfs status;
-	uint64_t bytes;
-
-	if (fstatvfs(host->directory_fd, &status) || !status.f_blocks)
-		return 0;
-	bytes = (uint64_t)status.f_bavail * status.f_frsize;
-	if (bytes >= DEVICE_BYTES)
-		return 0;
-	return say(why, size, -ENOSPC, "%s: %" PRIu64 " kB free, %d are needed for a device",
-		   host->directory, bytes / 1024, DEVICE_BYTES / 1024);
+	return room_check(host->directory, DEVICE_BYTES, DEVICE_FILES, why, size);
 }
 
 static int make_node(struct shm_host *host, char *why, size_t size)
 {
 	struct iox_error error = { "" };
-	int r = iox_node_open(host->root, "pokeysd", &host->node, &error);
+	int r = check_room(host, why, size);
 
+	if (r)
+		return r;
+	r = iox_node_open(host->root, "pokeysd", &host->node, &error);
 	if (r)
 		return say(why, size, r, "%s: cannot be used for shared memory: %s (%s)",
 			   host->root, strerror(-r), error.text);
@@ -91,7 +84,7 @@ int shm_host_add(struct shm_host *host, const char *name, struct shm_device **ou
 		return say(why, size, -ENOSPC,
 			   "device %s: at most %d devices, added before the start", name,
 			   SHM_DEVICES_MAX);
-	r = check_space(host, why, size);
+	r = check_room(host, why, size);
 	if (!r)
 		r = shm_device_open(device, host, name, why, size);
 	if (r)
