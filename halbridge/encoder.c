@@ -59,21 +59,24 @@ static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 }
 
 /* Divisions are the dear part, and most encoders stand still most of the time. */
-static void show(struct encoder *encoder, struct value_encoder *value, double scale)
+static bool show(struct encoder *encoder, struct value_encoder *value, double scale)
 {
 	int64_t counts = encoder->total - encoder->zero;
-	double rate = encoder->velocity.rate;
+	double rate = encoder->velocity.rate, velocity = rate == 0 ? 0 : rate / scale;
+	bool changed = velocity != value->velocity;
 
 	if (counts != encoder->shown || scale != encoder->shown_scale) {
 		encoder->shown = counts;
 		encoder->shown_scale = scale;
 		value->count = (int32_t)(uint32_t)counts;
 		value->position = (double)counts / scale;
+		changed = true;
 	}
-	value->velocity = rate == 0 ? 0 : rate / scale;
+	value->velocity = velocity;
+	return changed;
 }
 
-void encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned int number,
+bool encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned int number,
 		  const struct pokeys_state *state, bool fresh, struct refusals *refusals)
 {
 	double scale = factor_take(&encoder->scale, refusals, value->scale,
@@ -83,7 +86,7 @@ void encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned
 		take_sample(encoder, state->encoder[number], state->encoder_t_ns[number]);
 	if (value->reset)
 		encoder->zero = encoder->total;
-	show(encoder, value, scale);
+	return show(encoder, value, scale);
 }
 
 static void read_outcome(struct encoder *encoder, enum pokeys_outcome outcome, uint64_t now_ns)

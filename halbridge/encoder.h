@@ -35,9 +35,9 @@ void encoder_init(struct encoder *encoder);
 
 /*
  * Take over the sample of the state image (`fresh`: the image's data may be
- * used) and fill the pins. Realtime.
+ * used) and fill the pins. Returns true if one of them has changed. Realtime.
  */
-void encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned int number,
+bool encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned int number,
 		  const struct pokeys_state *state, bool fresh, struct refusals *refusals);
 
 /*

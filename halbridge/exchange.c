@@ -4,27 +4,34 @@
  *
  * Reading: the connection is judged first; only fresh data reach the pins, so
  * that pins never mix one cycle with another and keep their last values when
- * the device is silent. Identity is taken as soon as it is known.
+ * the device is silent. Identity is taken as soon as it is known. Each part
+ * compares its piece of the image with the one before and marks its block of
+ * values when it has changed: most of a machine stands still most of the time.
  *
  * Writing: the command image holds wishes, so it is filled completely each
- * time. Outputs: exactly those pins that the device has configured as outputs
- * are commanded, with the value of their .out pin, connected or not; a pin
- * that is an input there stays untouched whatever its .out pin says. No value
- * that is not a number gets into the image.
+ * time. No value that is not a number gets into it.
  *
  * Another daemon than before: a new one-shot session begins, see one_shot.c.
  */
 #include "halbridge/exchange.h"
 #include <stddef.h>
 #include <string.h>
+#include "halbridge/clock.h"
+#include "halbridge/diagnose.h"
+#include "halbridge/engine.h"
+#include "halbridge/news.h"
 
 #define VOLTS_PER_COUNT	(3.3 / 4096)	/* protocol section 3.6 */
+
+enum { DIAGNOSE_EVERY = 16 };		/* periods, a power of 2 */
 
 void exchange_init(struct exchange *exchange, uint32_t session)
 {
 	memset(exchange, 0, sizeof(*exchange));
 	link_init(&exchange->link);
 	one_shot_begin(&exchange->queue, &exchange->command, session);
+	keys_init(&exchange->keys);
+	pwm_init(&exchange->pwm);
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		encoder_init(&exchange->encoder[i]);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
@@ -32,16 +39,6 @@ void exchange_init(struct exchange *exchange, uint32_t session)
 	for (unsigned int i = 0; i < POKEYS_ANALOG; i++) {
 		exchange->analog_scale[i] = (struct factor){ .used = 1, .seen = 1 };
 		exchange->analog_offset[i] = (struct factor){ .may_be_zero = true };
-	}
-}
-
-static void read_pins(struct values *values, const struct pokeys_state *state)
-{
-	for (unsigned int i = 0; i < POKEYS_PINS; i++) {
-		bool in = state->digital_in[i / 8] >> i % 8 & 1;
-
-		values->pin.in[i] = in;
-		values->pin.in_not[i] = !in;
 	}
 }
 
@@ -54,55 +51,89 @@ static void read_analog(struct exchange *exchange, struct values *values, unsign
 				   at + offsetof(struct value_analog, scale));
 	double offset = factor_take(&exchange->analog_offset[i], &exchange->refusals,
 				    value->offset, at + offsetof(struct value_analog, offset));
+	double shown;
 
 	if (!fresh)
 		return;
+	shown = exchange->state.analog[i] * VOLTS_PER_COUNT * scale - offset;
+	if (shown == value->value && value->raw == exchange->state.analog[i])
+		return;
 	value->raw = exchange->state.analog[i];
-	value->value = value->raw * VOLTS_PER_COUNT * scale - offset;
+	value->value = shown;
+	values_changed(values, BLOCK_ANALOG);
 }
 
 static void read_encoders(struct exchange *exchange, struct values *values, bool fresh,
 			  uint64_t now_ns)
 {
+	const struct pokeys_state *state = &exchange->state;
+	bool changed = false;
+
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		struct encoder *encoder = &exchange->encoder[i];
 		struct value_encoder *value = &values->encoder[i];
 
-		if (fresh && encoder_index_read(encoder, value, i, &exchange->state,
-						&exchange->queue, now_ns, &exchange->refusals))
+		if (fresh && encoder_index_read(encoder, value, i, state, &exchange->queue, now_ns,
+						&exchange->refusals))
 			values->one_shot_failed_count++;
-		encoder_read(encoder, value, i, &exchange->state, fresh, &exchange->refusals);
+		changed |= encoder_read(encoder, value, i, state, fresh, &exchange->refusals);
 	}
+	if (fresh && news(&exchange->encoder_enabled, &state->encoder_enabled,
+			  sizeof(exchange->encoder_enabled), false)) {
+		for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
+			values->encoder[i].enabled = state->encoder_enabled >> i & 1;
+		changed = true;
+	}
+	if (changed)
+		values_changed(values, BLOCK_ENCODER);
 }
 
-static void read_machine(struct exchange *exchange, struct values *values, bool fresh)
+static void read_flags(struct exchange *exchange, struct values *values, bool fresh)
 {
 	const struct pokeys_state *state = &exchange->state;
 	uint32_t flags = fresh ? state->flags : 0;
 
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		joint_settings(&exchange->joint[i], &values->joint[i], i, &exchange->refusals);
 	values->machine_on_permitted = flags & POKEYS_STATE_MACHINE_ON;
 	values->needs_edge = flags & POKEYS_STATE_NEEDS_EDGE;
 	values->commander = values->daemon_alive && exchange->written &&
 			    state->flags & POKEYS_STATE_COMMANDER;
+	values_changed(values, BLOCK_MACHINE);
 	if (!exchange->have_state)
 		return;
 	values->safe_state = state->flags & POKEYS_STATE_SAFE;
 	values->command_refused = state->flags & POKEYS_STATE_BAD_COMMAND;
 	values->command_refused_count = (uint32_t)state->statistics.refused_command;
-	if (!fresh)
-		return;
-	values->engine.state = state->engine.state;
-	values->engine.emergency = state->engine.emergency;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		joint_read(&exchange->joint[i], &values->joint[i], &state->engine.axis[i]);
 }
 
-static void take_news(struct exchange *exchange, const struct link_news *news)
+/* A joint's pins depend on the command and on the scale as well as on the engine. */
+static void read_engine(struct exchange *exchange, struct values *values, bool fresh)
 {
-	if (news->new_daemon)
+	const struct pokeys_engine *engine = &exchange->state.engine;
+	bool changed = fresh && news(&exchange->engine, engine, sizeof(*engine),
+				     !exchange->engine_begun);
+
+	if (changed)
+		engine_read(values, engine);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		changed |= joint_settings(&exchange->joint[i], &values->joint[i], i,
+					  &exchange->refusals);
+	exchange->joints_due |= changed;
+	if (!fresh || !exchange->joints_due)
+		return;
+	exchange->engine_begun = true;
+	exchange->joints_due = false;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		joint_read(&exchange->joint[i], &values->joint[i], i, engine);
+	values_changed(values, BLOCK_JOINT);
+}
+
+static void take_news(struct exchange *exchange, struct values *values,
+		      const struct link_news *news)
+{
+	if (news->new_daemon) {
 		one_shot_begin(&exchange->queue, &exchange->command, exchange->queue.session + 1);
+		buttons_forget(&exchange->buttons, values);
+	}
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		if (news->rebooted)
 			encoder_rebooted(&exchange->encoder[i]);
@@ -110,71 +141,80 @@ static void take_news(struct exchange *exchange, const struct link_news *news)
 			encoder_index_forget(&exchange->encoder[i]);
 	}
 	one_shot_acknowledge(&exchange->queue, &exchange->state);
+	buttons_read(&exchange->buttons, values, &exchange->queue, &exchange->state);
 }
 
 void exchange_read(struct exchange *exchange, struct values *values, enum exchange_got got,
 		   uint64_t now_ns)
 {
+	const struct pokeys_state *state = &exchange->state;
 	struct link_news news;
 
 	exchange->have_state = got == EXCHANGE_STATE;
 	exchange->t_read_ns = now_ns;
-	news = link_read(&exchange->link, values, exchange->have_state ? &exchange->state : NULL,
+	news = link_read(&exchange->link, values, exchange->have_state ? state : NULL,
 			 got == EXCHANGE_REFUSED, now_ns, &exchange->refusals);
+	values_changed(values, BLOCK_LINK);
 	exchange->fresh = news.fresh;
 	if (exchange->have_state) {
-		take_news(exchange, &news);
-		info_read(&exchange->known, values, &exchange->state);
+		take_news(exchange, values, &news);
+		info_read(&exchange->known, values, state);
+		if (exchange->reads++ % DIAGNOSE_EVERY == 0)
+			diagnose_read(values, state);
 	}
-	if (news.fresh)
-		read_pins(values, &exchange->state);
+	if (news.fresh) {
+		digital_read(&exchange->digital, values, state);
+		keys_read(&exchange->keys, values, state);
+		pwm_read(&exchange->pwm, values, state);
+		clock_read(&exchange->rtc, &exchange->rtc_begun, values, &state->rtc);
+	}
 	for (unsigned int i = 0; i < POKEYS_ANALOG; i++)
 		read_analog(exchange, values, i, news.fresh);
 	read_encoders(exchange, values, news.fresh, now_ns);
-	read_machine(exchange, values, news.fresh);
-	values->changed = UINT32_MAX;
+	read_flags(exchange, values, news.fresh);
+	read_engine(exchange, values, news.fresh);
 }
 
-static void write_pins(struct exchange *exchange, const struct values *values)
-{
-	struct pokeys_command *command = &exchange->command;
-	uint64_t outputs = 0;
-
-	for (unsigned int i = 0; i < POKEYS_PINS; i++)
-		outputs |= (uint64_t)values->pin.out[i] << i;
-	for (unsigned int i = 0; i < POKEYS_PIN_BYTES; i++)
-		command->digital_out[i] = (uint8_t)(outputs >> 8 * i);
-	memcpy(command->digital_out_mask, exchange->state.digital_out_owned,
-	       sizeof(command->digital_out_mask));
-}
-
-static void write_index(struct exchange *exchange, struct values *values, uint64_t now_ns)
+static bool write_index(struct exchange *exchange, struct values *values, uint64_t now_ns)
 {
 	bool full = false;
 
 	for (unsigned int i = 0; exchange->fresh && i < POKEYS_ENCODERS; i++)
 		full |= !encoder_index_write(&exchange->encoder[i], &values->encoder[i], i,
 					     &exchange->queue, &exchange->command, now_ns);
-	values->one_shot_full = full;
+	return full;
+}
+
+static uint32_t flags_of(const struct values *values)
+{
+	return (values->machine_is_on ? POKEYS_COMMAND_MACHINE_ON : 0u) |
+	       (values->engine.limit_override ? POKEYS_COMMAND_LIMIT_OVERRIDE : 0u);
 }
 
 void exchange_write(struct exchange *exchange, struct values *values, uint64_t now_ns,
 		    uint64_t period_ns)
 {
 	struct pokeys_command *command = &exchange->command;
+	struct refusals *refusals = &exchange->refusals;
+	bool full;
 
 	command->heartbeat++;
 	command->t_ns = now_ns;
 	command->t_thread_ns = exchange->t_read_ns;
 	command->period_ns = period_ns;
-	command->flags = values->machine_is_on ? POKEYS_COMMAND_MACHINE_ON : 0;
-	write_pins(exchange, values);
+	command->flags = flags_of(values);
+	digital_write(&exchange->digital, values, exchange->state.digital_out_owned, command);
+	keys_write(&exchange->keys, values, command, refusals);
+	pwm_write(&exchange->pwm, values, exchange->state.pwm_period, command, refusals);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		joint_write(&exchange->joint[i], &values->joint[i], i, &command->axis[i],
-			    &exchange->refusals);
-	write_index(exchange, values, now_ns);
-	values->input_refused = exchange->refusals.now;
-	values->input_refused_count = exchange->refusals.total;
+			    refusals);
+	full = write_index(exchange, values, now_ns);
+	full |= buttons_write(&exchange->buttons, values, &exchange->queue, command,
+			      exchange->fresh, refusals);
+	values->one_shot_full = full;
+	values->input_refused = refusals->now || values->diagnostics.config_input_refused;
+	values->input_refused_count = refusals->total;
 }
 
 void exchange_written(struct exchange *exchange, bool taken)

@@ -12,11 +12,15 @@
 #include <stdint.h>
 #include <pokeys/command.h>
 #include <pokeys/state.h>
+#include "halbridge/buttons.h"
+#include "halbridge/digital.h"
 #include "halbridge/encoder.h"
 #include "halbridge/info.h"
 #include "halbridge/joint.h"
+#include "halbridge/keys.h"
 #include "halbridge/link.h"
 #include "halbridge/one_shot.h"
+#include "halbridge/pwm.h"
 #include "halbridge/refusal.h"
 #include "halbridge/values.h"
 
@@ -33,6 +37,16 @@ struct exchange {
 	struct joint joint[POKEYS_AXES];
 	struct factor analog_scale[POKEYS_ANALOG], analog_offset[POKEYS_ANALOG];
 	struct info_known known;
+	struct digital digital;
+	struct keys keys;
+	struct pwm pwm;
+	struct buttons buttons;
+	/* what the pins were last filled from */
+	struct pokeys_engine engine;
+	struct pokeys_rtc rtc;
+	uint32_t encoder_enabled;
+	bool engine_begun, joints_due, rtc_begun;
+	uint32_t reads;
 };
 
 /* What reading shared memory gave. */

@@ -27,6 +27,8 @@ static void read_counts(struct value_info *info, const struct pokeys_capability 
 	info->easy_sensors = has->easy_sensors;
 	info->pulse_engine = has->pulse_engine == 1;
 	info->pulse_engine_v2 = has->pulse_engine == 2;
+	info->axes = has->axes;
+	info->axis_khz = has->axis_khz;
 }
 
 static void read_keys(struct value_info *info, const struct pokeys_capability *has)
@@ -61,10 +63,24 @@ static void read_features(struct value_info *info, const struct pokeys_capabilit
 	info->failsafe = has->failsafe;
 }
 
+static void read_identity(struct value_info *info, const struct pokeys_identity *identity)
+{
+	info->firmware_major = identity->firmware_major;
+	info->firmware_minor = identity->firmware_minor;
+	info->firmware_revision = identity->firmware_revision;
+	info->user_id = identity->user_id;
+	info->options = identity->options;
+}
+
 static bool is_known(const struct info_known *known, const struct pokeys_state *state)
 {
 	return known->serial == state->identity.serial &&
 	       known->hardware == state->identity.hardware &&
+	       known->version[0] == state->identity.firmware_major &&
+	       known->version[1] == state->identity.firmware_minor &&
+	       known->version[2] == state->identity.firmware_revision &&
+	       known->user_id == state->identity.user_id &&
+	       known->options == state->identity.options &&
 	       !memcmp(&known->capability, &state->capability, sizeof(known->capability));
 }
 
@@ -74,11 +90,18 @@ void info_read(struct info_known *known, struct values *values, const struct pok
 		return;
 	known->serial = state->identity.serial;
 	known->hardware = state->identity.hardware;
+	known->version[0] = state->identity.firmware_major;
+	known->version[1] = state->identity.firmware_minor;
+	known->version[2] = state->identity.firmware_revision;
+	known->user_id = state->identity.user_id;
+	known->options = state->identity.options;
 	known->capability = state->capability;
+	read_identity(&values->info, &state->identity);
 	values->device_serial = known->serial;
 	values->info.serial = known->serial;
 	values->info.type_id = known->hardware;
 	read_counts(&values->info, &known->capability);
 	read_keys(&values->info, &known->capability);
 	read_features(&values->info, &known->capability);
+	values_changed(values, BLOCK_INFO);
 }

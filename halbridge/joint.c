@@ -31,7 +31,7 @@ void joint_init(struct joint *joint)
 	joint->scale = 1;
 }
 
-void joint_settings(struct joint *joint, const struct value_joint *value, unsigned int number,
+bool joint_settings(struct joint *joint, const struct value_joint *value, unsigned int number,
 		    struct refusals *refusals)
 {
 	const size_t at = OFFSET(number, scale);
@@ -41,11 +41,18 @@ void joint_settings(struct joint *joint, const struct value_joint *value, unsign
 	refusal_mark(refusals, &joint->scale_late, late, at, REFUSAL_ENABLED, wanted);
 	if (!late)
 		joint->scale = wanted;
+	if (joint->scale == joint->shown_scale && joint->position == joint->shown_position)
+		return false;
+	joint->shown_scale = joint->scale;
+	joint->shown_position = joint->position;
+	return true;
 }
 
-void joint_read(const struct joint *joint, struct value_joint *value,
-		const struct pokeys_axis *axis)
+void joint_read(const struct joint *joint, struct value_joint *value, unsigned int number,
+		const struct pokeys_engine *engine)
 {
+	const struct pokeys_axis *axis = &engine->axis[number];
+
 	value->pos_fb = axis->position / joint->scale;
 	value->state = axis->state;
 	value->in_position = axis->in_position && axis->reference == joint->position;
@@ -56,6 +63,11 @@ void joint_read(const struct joint *joint, struct value_joint *value,
 	value->limit_pos = axis->limit_plus;
 	value->soft_limit = axis->soft_limit;
 	value->home_switch = axis->home;
+	value->limit_neg_dedicated = engine->dedicated_limit_minus >> number & 1;
+	value->limit_pos_dedicated = engine->dedicated_limit_plus >> number & 1;
+	value->home_dedicated = engine->dedicated_home >> number & 1;
+	value->probed = engine->probe_status >> number & 1;
+	value->probe_pos = axis->probe ? (double)axis->probe / joint->scale : 0;
 }
 
 static void take_position(struct joint *joint, double units, unsigned int number,

@@ -17,20 +17,23 @@ struct joint {
 	double scale;		/* in use, pulses per unit */
 	int32_t position;	/* last good command, pulses */
 	bool scale_late, position_bad, velocity_bad;
+	double shown_scale;	/* the pins were filled with these */
+	int32_t shown_position;
 };
 
 void joint_init(struct joint *joint);
 
 /*
  * Take over the scale, at the start of a period: the first position shown is
- * in the right units already. Realtime.
+ * in the right units already. Returns true if the pins have to be filled anew.
+ * Realtime.
  */
-void joint_settings(struct joint *joint, const struct value_joint *value, unsigned int number,
+bool joint_settings(struct joint *joint, const struct value_joint *value, unsigned int number,
 		    struct refusals *refusals);
 
 /* State image to pins. Realtime. */
-void joint_read(const struct joint *joint, struct value_joint *value,
-		const struct pokeys_axis *axis);
+void joint_read(const struct joint *joint, struct value_joint *value, unsigned int number,
+		const struct pokeys_engine *engine);
 
 /* Pins to command image. Realtime. */
 void joint_write(struct joint *joint, struct value_joint *value, unsigned int number,

@@ -52,7 +52,8 @@ static const struct table_row rows[] = {
 	WORDS(out, IN, WRITE, "PoNET.%02u.out-%u",
 	      "outputs, likewise; commanded once one of the module's words is not 0"),
 	ROWS("PoNET.%02u.brightness", PARAM, RW, WRITE, ponet.module, brightness,
-	     "of the module's lamps, with its outputs; -1 leaves it", PARAMETER(-1, -1, 255)),
+	     "of the module's lamps, commanded together with its outputs; -1 is full",
+	     PARAMETER(-1, -1, 255)),
 };
 
 TABLE_GROUP(table_bus, rows);

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Everything that is one bit and is not a motion: pins, external outputs,
+ * PoExtBus, and the digital counters beside them.
+ */
+#ifndef HALBRIDGE_DIGITAL_H
+#define HALBRIDGE_DIGITAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/command.h>
+#include <pokeys/state.h>
+#include "halbridge/values.h"
+
+/* What the pins were last filled from, and what is commanded. */
+struct digital {
+	bool begun;
+	uint8_t in[POKEYS_PIN_BYTES], out[POKEYS_PIN_BYTES], invert[POKEYS_PIN_BYTES];
+	uint8_t shown_invert[POKEYS_PIN_BYTES];
+	uint8_t bus[POKEYS_POEXTBUS], external, relays;
+	bool external_wanted, relays_wanted, bus_wanted[POKEYS_POEXTBUS];
+	uint32_t counter[POKEYS_PINS];
+};
+
+/* From a fresh state image to the pins. Realtime. */
+void digital_read(struct digital *digital, struct values *values,
+		  const struct pokeys_state *state);
+
+/* From the pins to the command; `owned` = the device's digital outputs. Realtime. */
+void digital_write(struct digital *digital, const struct values *values,
+		   const uint8_t owned[POKEYS_PIN_BYTES], struct pokeys_command *command);
+
+#endif

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * PWM outputs: from a value in units to ticks of the device's counter.
+ */
+#ifndef HALBRIDGE_PWM_H
+#define HALBRIDGE_PWM_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/command.h>
+#include <pokeys/state.h>
+#include "halbridge/refusal.h"
+#include "halbridge/values.h"
+
+struct pwm_channel {
+	struct factor scale, offset;
+	double min_dc, max_dc;		/* in use */
+	bool min_bad, max_bad, value_bad;
+};
+
+struct pwm {
+	bool begun;
+	uint32_t shown[2 + POKEYS_PWM];	/* period, enabled, duties the pins were filled from */
+	struct pwm_channel channel[POKEYS_PWM];
+};
+
+void pwm_init(struct pwm *pwm);
+
+/* From a fresh state image to the pins. Realtime. */
+void pwm_read(struct pwm *pwm, struct values *values, const struct pokeys_state *state);
+
+/* From the pins to the command; `period` = the device's, ticks, 0 not known. Realtime. */
+void pwm_write(struct pwm *pwm, const struct values *values, uint32_t period,
+	       struct pokeys_command *command, struct refusals *refusals);
+
+#endif
