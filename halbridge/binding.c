@@ -13,9 +13,10 @@
  * written anew in each period in any case: nothing stays wrong for longer than
  * there are blocks.
  *
- * An I/O pin belongs to both sides. It is written only when the exchange has
- * changed the value it was given; otherwise a wish that came in between from
- * another thread would be lost.
+ * An I/O pin belongs to both sides. It is taken when it has changed, and written
+ * when the value is another than was last seen at it; otherwise a wish that came
+ * in between from another thread would be lost. So two I/O pins of one member
+ * follow each other.
  *
  * Two IN pins of one member (two names of one thing): whichever changed last
  * counts, so either may be linked or set, and the other one, which stays at
@@ -131,10 +132,8 @@ void binding_gather(struct binding *binding, enum table_when when)
 
 		copy_in(binding, binding->in[when][type], type);
 		gather_shared(binding, shared, type, seen_of(binding, shared));
-		copy_in(binding, range, type);
-		for (unsigned int i = 0; i < range.count; i++)
-			binding->io_seen[io++] = bytes_of(
-				value_at(binding, &binding->slot[range.first + i]), type);
+		gather_shared(binding, range, type, &binding->io_seen[io]);
+		io += range.count;
 	}
 }
 
@@ -147,10 +146,13 @@ static void scatter_io(struct binding *binding)
 
 		for (uint16_t i = 0; i < range.count; i++, io++) {
 			struct binding_range one = { (uint16_t)(range.first + i), 1 };
+			uint64_t bytes = bytes_of(value_at(binding, &binding->slot[one.first]),
+						  type);
 
-			if (bytes_of(value_at(binding, &binding->slot[one.first]), type) !=
-			    binding->io_seen[io])
-				copy_out(binding, one, type);
+			if (bytes == binding->io_seen[io])
+				continue;
+			binding->io_seen[io] = bytes;
+			copy_out(binding, one, type);
 		}
 	}
 }

@@ -12,8 +12,8 @@
 
 enum {
 	BINDING_PINS = 4096,	/* of one device, at most */
-	BINDING_IO = 96,	/* I/O pins among them, at most */
-	BINDING_SHARED = 512,	/* IN pins among them whose member has another IN pin */
+	BINDING_IO = 256,	/* I/O pins among them, at most */
+	BINDING_SHARED = 768,	/* IN pins among them whose member has another IN pin */
 };
 
 /* Which member of struct values a pin carries, and which pointer is the pin's. */
@@ -33,7 +33,7 @@ struct binding {
 	struct binding_range io[TABLE_TYPES];
 	struct binding_range out[TABLE_WHENS][VALUES_BLOCKS][TABLE_TYPES];
 	uint32_t all[TABLE_WHENS];	/* blocks that have OUT pins */
-	uint64_t io_seen[BINDING_IO];	/* I/O pins as gathered */
+	uint64_t io_seen[BINDING_IO];	/* I/O pins at the last look or writing */
 	uint64_t shared_seen[BINDING_SHARED];	/* shared IN pins at the last look */
 	unsigned int turn;		/* the block that is written although nothing changed */
 };

@@ -27,6 +27,10 @@ static const uint16_t begins[VALUES_BLOCKS] = {
 	[BLOCK_PONET] = offsetof(struct values, ponet),
 	[BLOCK_DIAGNOSTICS] = offsetof(struct values, diagnostics),
 	[BLOCK_SETTINGS] = offsetof(struct values, set),
+	[BLOCK_LEGACY_IO] = offsetof(struct values, legacy),
+	[BLOCK_LEGACY_PONET] = offsetof(struct values, legacy.ponet),
+	[BLOCK_LEGACY_AXIS] = offsetof(struct values, legacy.axis),
+	[BLOCK_LEGACY_ENGINE] = offsetof(struct values, legacy.engine),
 };
 
 _Static_assert(VALUES_BLOCKS <= 32, "struct values marks changes in 32 bits");

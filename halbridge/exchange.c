@@ -32,6 +32,7 @@ void exchange_init(struct exchange *exchange, uint32_t session)
 	one_shot_begin(&exchange->queue, &exchange->command, session);
 	keys_init(&exchange->keys);
 	pwm_init(&exchange->pwm);
+	legacy_init(&exchange->legacy);
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		encoder_init(&exchange->encoder[i]);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
@@ -114,6 +115,7 @@ static void read_engine(struct exchange *exchange, struct values *values, bool f
 
 	if (changed)
 		engine_read(values, engine);
+	legacy_enable(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		changed |= joint_settings(&exchange->joint[i], &values->joint[i], i,
 					  &exchange->refusals);
@@ -173,6 +175,7 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 	read_encoders(exchange, values, news.fresh, now_ns);
 	read_flags(exchange, values, news.fresh);
 	read_engine(exchange, values, news.fresh);
+	legacy_read(exchange, values, now_ns);
 }
 
 static bool write_index(struct exchange *exchange, struct values *values, uint64_t now_ns)
@@ -206,12 +209,14 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 	digital_write(&exchange->digital, values, exchange->state.digital_out_owned, command);
 	keys_write(&exchange->keys, values, command, refusals);
 	pwm_write(&exchange->pwm, values, exchange->state.pwm_period, command, refusals);
+	legacy_enable(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		joint_write(&exchange->joint[i], &values->joint[i], i, &command->axis[i],
 			    refusals);
 	full = write_index(exchange, values, now_ns);
 	full |= buttons_write(&exchange->buttons, values, &exchange->queue, command,
 			      exchange->fresh, refusals);
+	legacy_write(exchange, values, now_ns);
 	values->one_shot_full = full;
 	values->input_refused = refusals->now || values->diagnostics.config_input_refused;
 	values->input_refused_count = refusals->total;

@@ -18,6 +18,7 @@
 #include "halbridge/info.h"
 #include "halbridge/joint.h"
 #include "halbridge/keys.h"
+#include "halbridge/legacy.h"
 #include "halbridge/link.h"
 #include "halbridge/one_shot.h"
 #include "halbridge/pwm.h"
@@ -47,6 +48,7 @@ struct exchange {
 	uint32_t encoder_enabled;
 	bool engine_begun, joints_due, rtc_begun;
 	uint32_t reads;
+	struct legacy legacy;
 };
 
 /* What reading shared memory gave. */

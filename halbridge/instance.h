@@ -10,6 +10,7 @@
 #include <pokeys/shm.h>
 #include "halbridge/binding.h"
 #include "halbridge/exchange.h"
+#include "halbridge/legacy_link.h"
 #include "shm/handover.h"
 
 struct instance {
@@ -24,8 +25,11 @@ struct instance {
 	struct handover reader, writer;
 	_Atomic bool refused;			/* the monitor's word, when nothing can be read */
 	pokeys_client *client;			/* the monitor's, and of who starts and ends */
+	struct values *values;			/* in HAL's memory, as the pointers to the pins */
+	void **pointers;
 	struct exchange exchange;
 	struct binding binding;
+	struct legacy_link link;
 };
 
 #endif

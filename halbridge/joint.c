@@ -31,19 +31,34 @@ void joint_init(struct joint *joint)
 	joint->scale = 1;
 }
 
+static double framed(const struct joint_frame *frame, double scale)
+{
+	double whole = frame->whole ? trunc(scale) : scale;
+
+	whole = whole == 0 ? scale : whole;
+	return frame->turned ? -whole : whole;
+}
+
 bool joint_settings(struct joint *joint, const struct value_joint *value, unsigned int number,
 		    struct refusals *refusals)
 {
 	const size_t at = OFFSET(number, scale);
 	double wanted = factor_take(&joint->wanted, refusals, value->scale, at);
-	bool late = value->enable && wanted != joint->scale;
+	bool moved, late;
 
+	wanted = framed(&joint->frame, wanted);
+	moved = wanted != joint->scale || joint->frame.offset != joint->offset;
+	late = (value->enable || joint->enable) && moved;
 	refusal_mark(refusals, &joint->scale_late, late, at, REFUSAL_ENABLED, wanted);
-	if (!late)
+	if (!late) {
 		joint->scale = wanted;
-	if (joint->scale == joint->shown_scale && joint->position == joint->shown_position)
+		joint->offset = joint->frame.offset;
+	}
+	if (joint->scale == joint->shown_scale && joint->offset == joint->shown_offset &&
+	    joint->position == joint->shown_position)
 		return false;
 	joint->shown_scale = joint->scale;
+	joint->shown_offset = joint->offset;
 	joint->shown_position = joint->position;
 	return true;
 }
@@ -53,7 +68,7 @@ void joint_read(const struct joint *joint, struct value_joint *value, unsigned i
 {
 	const struct pokeys_axis *axis = &engine->axis[number];
 
-	value->pos_fb = axis->position / joint->scale;
+	value->pos_fb = axis->position / joint->scale - joint->offset;
 	value->state = axis->state;
 	value->in_position = axis->in_position && axis->reference == joint->position;
 	value->enabled = axis->enabled;
@@ -67,13 +82,13 @@ void joint_read(const struct joint *joint, struct value_joint *value, unsigned i
 	value->limit_pos_dedicated = engine->dedicated_limit_plus >> number & 1;
 	value->home_dedicated = engine->dedicated_home >> number & 1;
 	value->probed = engine->probe_status >> number & 1;
-	value->probe_pos = axis->probe ? (double)axis->probe / joint->scale : 0;
+	value->probe_pos = axis->probe ? (double)axis->probe / joint->scale - joint->offset : 0;
 }
 
 static void take_position(struct joint *joint, double units, unsigned int number,
 			  struct refusals *refusals)
 {
-	double pulses = units * joint->scale;
+	double pulses = (units + joint->offset) * joint->scale;
 	/* Written so that NaN is bad as well. */
 	bool bad = !(fabs(pulses) <= POSITION_MOST);
 
@@ -101,7 +116,7 @@ void joint_write(struct joint *joint, struct value_joint *value, unsigned int nu
 	command->velocity = velocity(joint, value->vel_cmd, number, refusals);
 	command->position = joint->position;
 	command->mode = POKEYS_AXIS_POSITION;
-	command->enable = value->enable;
+	command->enable = value->enable || joint->enable;
 	value->refused = joint->wanted.bad || joint->scale_late || joint->position_bad ||
 			 joint->velocity_bad;
 }

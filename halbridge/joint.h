@@ -12,12 +12,23 @@
 #include "halbridge/refusal.h"
 #include "halbridge/values.h"
 
+/* How units lie to pulses beyond the scale; all 0: not at all. */
+struct joint_frame {
+	double offset;		/* units, added to the command */
+	bool turned;		/* pulses count down where units count up */
+	bool whole;		/* the whole part of the scale only */
+};
+
 struct joint {
+	struct joint_frame frame;	/* as wanted; taken over with the scale */
+	double offset;		/* in use, units */
+	bool enable;		/* somebody else than the joint's own pin enables it as well */
+
 	struct factor wanted;	/* scale as the parameter has it */
 	double scale;		/* in use, pulses per unit */
 	int32_t position;	/* last good command, pulses */
 	bool scale_late, position_bad, velocity_bad;
-	double shown_scale;	/* the pins were filled with these */
+	double shown_scale, shown_offset;	/* the pins were filled with these */
 	int32_t shown_position;
 };
 

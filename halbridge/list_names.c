@@ -6,7 +6,7 @@
  *	list-names names SCHEMES	every name of pokeys.0: NAME KIND TYPE DIRECTION
  *	list-names man SCHEMES		rows as pokeys_shm(9) has them (scdoc)
  *
- * SCHEMES is canonical, legacy or both.
+ * SCHEMES is canonical, legacy, both, ponet (what ponet=yes adds) or all.
  */
 #include <math.h>
 #include <stdio.h>
@@ -61,7 +61,7 @@ static void print_paragraph(const char *text)
 			column = 8;
 		}
 		for (int i = 0; i < length; i++)
-			printf(strchr("*_", text[i]) ? "\\%c" : "%c", text[i]);
+			printf(strchr(i ? "*_" : "*_-", text[i]) ? "\\%c" : "%c", text[i]);
 		text += length;
 		column += length + 1;
 		if (*text && text++ && column + (int)strcspn(text, " ") <= 80)
@@ -106,10 +106,11 @@ static unsigned int schemes_of(const char *word)
 {
 	static const char *const words[] = {
 		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
+		[TABLE_PONET] = "ponet", [TABLE_ALL] = "all",
 	};
 
-	for (unsigned int i = TABLE_CANONICAL; i <= TABLE_BOTH; i++) {
-		if (!strcmp(word, words[i]))
+	for (unsigned int i = TABLE_CANONICAL; i <= TABLE_ALL; i++) {
+		if (words[i] && !strcmp(word, words[i]))
 			return i;
 	}
 	return 0;
@@ -123,6 +124,6 @@ int main(int argc, char **argv)
 		return list_names(schemes);
 	if (schemes && !strcmp(argv[1], "man"))
 		return list_for_man(schemes);
-	fprintf(stderr, "usage: list-names names|man canonical|legacy|both\n");
+	fprintf(stderr, "usage: list-names names|man canonical|legacy|both|ponet|all\n");
 	return 2;
 }

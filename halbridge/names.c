@@ -89,7 +89,7 @@ static void set_parameter(const struct table_row *row, void *at)
 
 void table_set_parameters(void *values)
 {
-	for (struct table_cursor row = table_walk(TABLE_BOTH); table_next_row(&row);) {
+	for (struct table_cursor row = table_walk(TABLE_ALL); table_next_row(&row);) {
 		for (unsigned int k = 0; k < table_row_names(row.row); k++) {
 			if (row.row->kind == TABLE_PARAM)
 				set_parameter(row.row, (unsigned char *)values +

@@ -27,6 +27,7 @@
 #include <rtapi_app.h>
 #include <hal.h>
 #include "halbridge/instance.h"
+#include "halbridge/memory.h"
 #include "halbridge/monitor.h"
 #include "halbridge/settings.h"
 
@@ -42,7 +43,8 @@ MODULE_LICENSE("GPL");
 static char *devices;
 RTAPI_MP_STRING(devices, "devices of the daemon, comma separated; default: its only one");
 static char *names;
-RTAPI_MP_STRING(names, "naming schemes: both (default) or canonical");
+RTAPI_MP_STRING(names, "naming schemes: both, canonical, legacy or all; default: both "
+		 "for the first device, canonical for others");
 static char *runtime;
 RTAPI_MP_STRING(runtime, "runtime folder of the daemon; default " POKEYS_RUNTIME_DIRECTORY);
 #pragma GCC diagnostic pop
@@ -85,6 +87,7 @@ static void read_funct(void *argument, long period)
 	enum exchange_got got = get(instance, client);
 
 	(void)period;
+	legacy_link_look(&instance->link, instance->exchange.legacy.linked);
 	binding_gather(&instance->binding, TABLE_AT_READ);
 	exchange_read(&instance->exchange, instance->binding.values, got, now());
 	binding_scatter(&instance->binding, TABLE_AT_READ);
@@ -138,8 +141,9 @@ static int export_names(const struct instance *instance, struct values *values, 
 			    export_pin(at.row, name, pointers++) :
 			    export_parameter(at.row, name, (char *)values + at.offset);
 		if (r < 0) {
-			rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_shm: cannot export %s: %s\n",
-					name, strerror(-r));
+			rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_shm: cannot export %s: %s%s\n",
+					name, strerror(-r), r == -ENOMEM ? ": HAL has no "
+					"room for all names, try names=canonical" : "");
 			return r;
 		}
 	}
@@ -171,26 +175,30 @@ static int make_instance(unsigned int number, const char *device, unsigned int s
 {
 	const size_t pins = table_pin_count(schemes);
 	struct instance *instance = calloc(1, sizeof(*instance));
-	struct values *values = hal_malloc(sizeof(*values));
-	void **pointers = hal_malloc((long)(pins * sizeof(*pointers)));
+	struct values *values = memory_take(sizeof(*values));
+	void **pointers = memory_take(pins * sizeof(*pointers));
 	int r;
 
 	instances[number] = instance;
+	if (instance) {
+		instance->values = values;
+		instance->pointers = pointers;
+	}
 	if (!instance || !values || !pointers)
 		return -ENOMEM;
 	instance->number = number;
 	instance->schemes = schemes;
 	memcpy(instance->device, device, sizeof(instance->device));
-	memset(values, 0, sizeof(*values));
-	memset(pointers, 0, pins * sizeof(*pointers));
 	table_set_parameters(values);
 	exchange_init(&instance->exchange, session(number));
+	instance->exchange.legacy.on = schemes & TABLE_LEGACY;
 	r = binding_init(&instance->binding, values, (void *volatile *)pointers,
 			 schemes);
 	if (!r)
 		r = export_names(instance, values, pointers);
 	if (r)
 		return r;
+	legacy_link_init(&instance->link, (void *volatile *)pointers, schemes);
 	/* before the first period the pins already say that they know nothing */
 	exchange_read(&instance->exchange, values, EXCHANGE_NOTHING, now());
 	binding_scatter_all(&instance->binding, TABLE_AT_READ);
@@ -203,7 +211,7 @@ static int start(const struct settings *settings)
 
 	instance_count = settings->count;
 	for (unsigned int i = 0; i < settings->count && !r; i++)
-		r = make_instance(i, settings->device[i], settings->schemes);
+		r = make_instance(i, settings->device[i], settings->schemes[i]);
 	for (size_t i = 0; i < settings->count && !r; i++) {
 		if (instances[i]->device[0])
 			r = monitor_open_client(instances[i], settings->runtime);
@@ -225,6 +233,8 @@ static void end_instance(struct instance *instance)
 	handover_swap(&instance->reader, NULL);
 	handover_swap(&instance->writer, NULL);
 	pokeys_client_close(instance->client);
+	memory_give_back(instance->values);
+	memory_give_back(instance->pointers);
 	free(instance);
 }
 

@@ -3,6 +3,10 @@
  * A bad parameter must stop loadrt with one line that says what to write
  * instead: whoever reads it has a machine that does not start.
  *
+ * Without names= the first device has both schemes and the others have the
+ * canonical one: two sets of 4500 names do not leave room in HAL's memory for
+ * LinuxCNC, and the older component never had a second device.
+ *
  * HAL's loader has no list type that tells "too many", so devices= is one
  * string and is taken apart here.
  */
@@ -63,15 +67,25 @@ static int read_devices(struct settings *settings, const char *devices, char *wh
 	return 0;
 }
 
-static int read_names(const char *names, char *why, size_t size)
+static int read_names(struct settings *settings, const char *names, char *why, size_t size)
 {
-	if (!names || !*names || !strcmp(names, "both") || !strcmp(names, "canonical"))
+	static const char *const words[] = {
+		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
+		[TABLE_ALL] = "all",
+	};
+
+	for (unsigned int i = 0; i < TABLE_DEVICES; i++)
+		settings->schemes[i] = i ? TABLE_CANONICAL : TABLE_BOTH;
+	if (!names || !*names)
 		return 0;
-	if (!strcmp(names, "legacy"))
-		snprintf(why, size, "names=legacy: this version has the canonical names only: "
-			 "names=canonical, or names=both for all there are");
-	else
-		snprintf(why, size, "names=%s: must be both or canonical", names);
+	for (unsigned int i = TABLE_CANONICAL; i <= TABLE_ALL; i++) {
+		if (!words[i] || strcmp(names, words[i]))
+			continue;
+		for (unsigned int k = 0; k < TABLE_DEVICES; k++)
+			settings->schemes[k] = i;
+		return 0;
+	}
+	snprintf(why, size, "names=%s: must be both, canonical, legacy or all", names);
 	return -EINVAL;
 }
 
@@ -91,10 +105,9 @@ int settings_read(struct settings *settings, const char *devices, const char *na
 	int r;
 
 	memset(settings, 0, sizeof(*settings));
-	settings->schemes = TABLE_CANONICAL;
 	r = read_devices(settings, devices, why, size);
 	if (!r)
-		r = read_names(names, why, size);
+		r = read_names(settings, names, why, size);
 	if (!r)
 		r = read_runtime(settings, runtime, why, size);
 	return r;

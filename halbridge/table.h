@@ -18,7 +18,11 @@ enum {
 };
 
 /* Naming schemes; a set of them. A name of both is one name, not two. */
-enum table_scheme { TABLE_CANONICAL = 1, TABLE_LEGACY = 2, TABLE_BOTH = 3 };
+enum table_scheme {
+	TABLE_CANONICAL = 1, TABLE_LEGACY = 2, TABLE_BOTH = 3,
+	TABLE_PONET = 4,		/* of the legacy ones, those of each PoNET module */
+	TABLE_ALL = 7,
+};
 enum table_kind { TABLE_PIN, TABLE_PARAM };
 enum table_type { TABLE_BIT, TABLE_FLOAT, TABLE_S32, TABLE_U32, TABLE_TYPES };
 enum table_direction { TABLE_IN, TABLE_OUT, TABLE_IO, TABLE_RO, TABLE_RW };

@@ -23,6 +23,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <pokeys/state.h>
+#include "halbridge/values_legacy.h"
 #include "halbridge/values_settings.h"
 
 enum {
@@ -153,7 +154,8 @@ struct value_diagnostics {
 enum values_block {
 	BLOCK_LINK, BLOCK_MACHINE, BLOCK_ENGINE, BLOCK_INFO, BLOCK_RTC, BLOCK_PIN, BLOCK_ANALOG,
 	BLOCK_COUNTER, BLOCK_PWM, BLOCK_ENCODER, BLOCK_JOINT, BLOCK_EXTERNAL, BLOCK_POEXTBUS,
-	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DIAGNOSTICS, BLOCK_SETTINGS, VALUES_BLOCKS,
+	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DIAGNOSTICS, BLOCK_SETTINGS,
+	BLOCK_LEGACY_IO, BLOCK_LEGACY_PONET, BLOCK_LEGACY_AXIS, BLOCK_LEGACY_ENGINE, VALUES_BLOCKS,
 };
 
 struct values {
@@ -188,6 +190,7 @@ struct values {
 	struct value_ponet ponet;
 	struct value_diagnostics diagnostics;
 	struct value_settings set;
+	struct value_legacy legacy;
 	uint32_t changed;		/* bit = enum values_block; no pin */
 };
 

@@ -19,7 +19,7 @@ static int bind_all(void **state)
 	memset(storage, 0, sizeof(storage));
 	for (size_t i = 0; i < BINDING_PINS; i++)
 		pointers[i] = &storage[i];
-	return binding_init(&binding, &values, pointers, TABLE_BOTH);
+	return binding_init(&binding, &values, pointers, TABLE_ALL);
 }
 
 /* Call f for each pin with its number, in the order of the walk. */
@@ -27,7 +27,7 @@ static void each_pin(void (*f)(const struct table_row *row, size_t offset, size_
 {
 	size_t pin = 0;
 
-	for (struct table_cursor at = table_walk(TABLE_BOTH); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_ALL); table_next(&at);) {
 		if (at.row->kind == TABLE_PIN)
 			f(at.row, at.offset, pin++);
 	}

@@ -11,8 +11,9 @@ import hal_live
 LIST_NAMES = sys.argv.pop(3)
 
 
-def table():
-    out = subprocess.run([LIST_NAMES, "names", "canonical"], capture_output=True, text=True, check=True).stdout
+def table(schemes):
+    out = subprocess.run([LIST_NAMES, "names", schemes], capture_output=True, text=True,
+                         check=True).stdout
     return sorted(out.splitlines())
 
 
@@ -34,23 +35,64 @@ def shown(hal):
     return sorted(lines)
 
 
-def the_live_hal_is_the_table(rig):
-    rig.hal.ok("halcmd loadrt pokeys_shm runtime=/nonexistent")
-    have, want = shown(rig.hal), table()
-    assert len(want) > 400
+def memory(hal):
+    """Bytes of HAL's memory: used, and all there are."""
+    return [int(number) for number in
+            hal.ok("halcmd status mem").split("memory:")[1].split()[0].split("/")]
+
+
+def check(rig, schemes):
+    rig.hal.ok(f"halcmd loadrt pokeys_shm runtime=/nonexistent names={schemes}")
+    have, want = shown(rig.hal), table(schemes)
     differ = sorted(set(have) ^ set(want))
-    assert not differ, "differ:\n" + "\n".join(differ)
-    assert have == want
+    assert not differ, "differ:\n" + "\n".join(differ[:40])
+    assert have == want and len(want) > 2000
+
+
+def the_canonical_names_are_the_table(rig):
+    check(rig, "canonical")
+
+
+def the_legacy_names_are_the_table(rig):
+    check(rig, "legacy")
+
+
+def all_names_are_the_table(rig):
+    check(rig, "all")
+
+
+def both_schemes_take_half_of_hals_memory(rig):
+    check(rig, "both")
+    used, size = memory(rig.hal)
+    print(f"{len(table('both'))} names take {used} of {size} bytes")
+    assert used <= size // 2
 
 
 def two_devices_have_two_sets(rig):
     rig.hal.ok("halcmd loadrt pokeys_shm devices=mill,panel runtime=/nonexistent")
-    have = shown(rig.hal)
-    want = table()
-    assert have == sorted(want + [line.replace("pokeys.0.", "pokeys.1.") for line in want])
+    second = [line.replace("pokeys.0.", "pokeys.1.") for line in table("canonical")]
+    assert shown(rig.hal) == sorted(table("both") + second)
     functs = rig.hal.ok("halcmd -s show funct 'pokeys.*'").split()
     assert [name for name in functs if name.startswith("pokeys.")] == \
         ["pokeys.0.read", "pokeys.0.write", "pokeys.1.read", "pokeys.1.write"], functs
 
 
-hal_live.main([the_live_hal_is_the_table, two_devices_have_two_sets])
+def a_reload_uses_its_memory_again(rig):
+    rig.hal.ok("halcmd loadrt threads name1=servo-thread period1=1000000")
+    used = []
+    for _ in range(10):
+        rig.hal.ok("halcmd loadrt pokeys_shm runtime=/nonexistent")
+        rig.hal.ok("halcmd unloadrt pokeys_shm")
+        used.append(memory(rig.hal)[0])
+    # HAL itself keeps 24 bytes of each funct
+    assert used[-1] - used[0] <= 9 * 48, used
+
+
+hal_live.main([
+    the_canonical_names_are_the_table,
+    the_legacy_names_are_the_table,
+    all_names_are_the_table,
+    both_schemes_take_half_of_hals_memory,
+    two_devices_have_two_sets,
+    a_reload_uses_its_memory_again,
+])

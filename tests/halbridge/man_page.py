@@ -8,21 +8,30 @@ import pathlib
 import subprocess
 import sys
 
-BEGIN, END = "; the table begins\n", "; the table ends\n"
+# the markers of each list in the page, and the schemes it shows
+LISTS = (
+    ("; the table begins\n", "; the table ends\n", ("canonical",)),
+    ("; the older names begin\n", "; the older names end\n", ("legacy", "ponet")),
+)
+
+
+def printed(schemes):
+    return "".join(subprocess.run([sys.argv[1], "man", word], capture_output=True, text=True,
+                                  check=True).stdout for word in schemes)
 
 
 def main():
     page = pathlib.Path(sys.argv[2])
-    text = page.read_text(encoding="utf-8")
-    table = subprocess.run([sys.argv[1], "man", "canonical"], capture_output=True, text=True, check=True).stdout
-    before, rest = text.split(BEGIN)
-    have, after = rest.split(END)
+    text = whole = page.read_text(encoding="utf-8")
+    for begin, end, schemes in LISTS:
+        before, rest = whole.split(begin)
+        whole = before + begin + printed(schemes) + end + rest.split(end)[1]
     if sys.argv[3:] == ["--update"]:
-        page.write_text(before + BEGIN + table + END + after, encoding="utf-8")
+        page.write_text(whole, encoding="utf-8")
         return 0
-    if have == table:
+    if text == whole:
         return 0
-    for old, new in zip(have.splitlines(), table.splitlines()):
+    for old, new in zip(text.splitlines(), whole.splitlines()):
         if old != new:
             print(f"the page says:  {old}\nthe table says: {new}")
             break
