@@ -65,12 +65,12 @@
 
 const struct settings_key settings_keys[] = {
 	KEY("digital-inputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x02, TERMINALS,
-	    .help = "Terminals to use as digital inputs. Terminals in no list stay as the device "
-		    "has them."),
+	    .help = "Terminals to use as digital inputs. Terminal 1 is the HAL's pin.00. Terminals "
+		    "in no list stay as the device has them."),
 	KEY("digital-outputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x04, TERMINALS,
 	    .help = "Terminals to use as digital outputs."),
 	KEY("analog-inputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x08, RANGE(41, 47),
-	    .help = "Terminals to use as analog inputs."),
+	    .help = "Terminals to use as analog inputs. Terminal 41 is the HAL's adc.00."),
 	KEY("counter-inputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x42, TERMINALS,
 	    .help = "Digital inputs whose edges the device counts; not every terminal can."),
 	KEY("inverted-pins", SETTINGS_PIN_FLAG, AT(pin_function), .bits = 0x80, TERMINALS,

@@ -53,7 +53,10 @@ typedef void (*config_complain)(void *context, const char *line);
  */
 int config_read(const char *path, struct config *out, config_complain complain, void *context);
 
-/* The same from memory; `name` stands for the file in complaints. */
+/*
+ * The same from memory; `name` stands for the file in complaints. Whether groups,
+ * interfaces and cores are there is not looked at: it may be for another machine.
+ */
 int config_parse(const char *name, const char *text, size_t length, struct config *out,
 		 config_complain complain, void *context);
 

@@ -239,6 +239,7 @@ static void take_key(struct reading *r, const char *name, const char *value)
 	const struct config_key *key;
 	const char *wrong;
 	uint32_t index, *seen;
+	size_t number;
 
 	shorten(shown, value);
 	key = config_find(r->section, name, &index, why, sizeof(why));
@@ -246,7 +247,8 @@ static void take_key(struct reading *r, const char *name, const char *value)
 		config_fault(r->file, r->line, "%s: %s", r->title, why);
 		return;
 	}
-	seen = &r->lines->key[key - config_keys][index];
+	number = config_key_number(key);
+	seen = &r->lines->key[number][index];
 	if (*seen) {
 		config_fault(r->file, r->line, "%s: %s was there before, at line %u", r->title,
 			     name, *seen);
@@ -256,6 +258,7 @@ static void take_key(struct reading *r, const char *name, const char *value)
 	wrong = *value ? config_store(key, index, value, r->raw) : "has no value";
 	if (!wrong)
 		return;
+	r->lines->faulty[number] = true;
 	config_allowed(key, allowed, sizeof(allowed));
 	if (*value)
 		config_fault(r->file, r->line, "%s: %s: \"%s\" %s; allowed: %s", r->title, name,
@@ -282,8 +285,8 @@ static int handle(void *user, const char *section, const char *name, const char 
 	return 1;
 }
 
-int config_parse(const char *name, const char *text, size_t length, struct config *out,
-		 config_complain complain, void *context)
+static int parse(const char *name, const char *text, size_t length, bool here,
+		 struct config *out, config_complain complain, void *context)
 {
 	struct config_file *file = calloc(1, sizeof(*file));
 	struct reading reading = { .file = file, .text = text, .end = text + length };
@@ -296,6 +299,7 @@ int config_parse(const char *name, const char *text, size_t length, struct confi
 	file->name = name;
 	file->complain = complain;
 	file->context = context;
+	file->here = here;
 	config_defaults(CONFIG_DAEMON, &file->daemon);
 	if (length >= 3 && !memcmp(text, "\xef\xbb\xbf", 3))
 		reading.text += 3;
@@ -304,8 +308,15 @@ int config_parse(const char *name, const char *text, size_t length, struct confi
 	settle(&reading);
 	config_judge(file, out);
 	faults = file->faults;
+	explicit_bzero(file, sizeof(*file));	/* passwords */
 	free(file);
 	return faults;
+}
+
+int config_parse(const char *name, const char *text, size_t length, struct config *out,
+		 config_complain complain, void *context)
+{
+	return parse(name, text, length, false, out, complain, context);
 }
 
 /* A whole file, bounded. Its length, or -errno. */
@@ -344,7 +355,7 @@ int config_read(const char *path, struct config *out, config_complain complain, 
 	else if (length >= FILE_MAX)
 		config_fault(&file, 0, "is too large, at most %d bytes are allowed", FILE_MAX - 1);
 	else
-		faults = config_parse(path, text, (size_t)length, out, complain, context);
+		faults = parse(path, text, (size_t)length, true, out, complain, context);
 	free(text);
 	return faults;
 }

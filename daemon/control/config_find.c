@@ -65,15 +65,16 @@ static size_t distance(const char *a, const char *b)
 
 static const char *nearest(enum config_section section, const char *name)
 {
+	const struct config_key *key;
 	const char *found = NULL;
 	size_t best = 3;	/* more than two wrong letters is another word */
 
-	for (size_t i = 0; i < config_key_count; i++) {
-		size_t far = distance(config_keys[i].name, name);
+	for (size_t i = 0; (key = config_key_at(i)); i++) {
+		size_t far = distance(key->name, name);
 
-		if (config_keys[i].section == section && far < best) {
+		if (key->section == section && far < best) {
 			best = far;
-			found = config_keys[i].name;
+			found = key->name;
 		}
 	}
 	return found;
@@ -82,10 +83,11 @@ static const char *nearest(enum config_section section, const char *name)
 static void explain(enum config_section section, const char *name, char *why, size_t size)
 {
 	const char *meant = nearest(section, name);
+	const struct config_key *key;
 	uint32_t index;
 
-	for (size_t i = 0; i < config_key_count; i++) {
-		if (config_keys[i].section != section && fits(config_keys[i].name, name, &index)) {
+	for (size_t i = 0; (key = config_key_at(i)); i++) {
+		if (key->section != section && fits(key->name, name, &index)) {
 			snprintf(why, size, "%s belongs in %s", name,
 				 section == CONFIG_DAEMON ? "a [device NAME] section" : "[daemon]");
 			return;
@@ -98,9 +100,9 @@ static void explain(enum config_section section, const char *name, char *why, si
 const struct config_key *config_find(enum config_section section, const char *name,
 				     uint32_t *index, char *why, size_t size)
 {
-	for (size_t i = 0; i < config_key_count; i++) {
-		const struct config_key *key = &config_keys[i];
+	const struct config_key *key;
 
+	for (size_t i = 0; (key = config_key_at(i)); i++) {
 		if (key->section != section || !fits(key->name, name, index))
 			continue;
 		if (!key->count || *index < key->count)

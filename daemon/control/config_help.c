@@ -49,17 +49,18 @@ static void describe(const struct config_key *key, char *out, size_t size)
 
 void config_help(FILE *to)
 {
+	const struct config_key *key;
 	char line[512];
 
 	for (enum config_section section = 0; section < CONFIG_SECTIONS; section++) {
 		fprintf(to, "%s%s\n", section ? "\n" : "", titles[section]);
-		for (size_t i = 0; i < config_key_count; i++) {
-			if (config_keys[i].section != section)
+		for (size_t i = 0; (key = config_key_at(i)); i++) {
+			if (key->section != section)
 				continue;
-			describe(&config_keys[i], line, sizeof(line));
-			fprintf(to, "  %s\n", config_keys[i].name);
+			describe(key, line, sizeof(line));
+			fprintf(to, "  %s\n", key->name);
 			wrap(to, line, "      ", 6);
-			wrap(to, config_keys[i].help, "      ", 6);
+			wrap(to, key->help, "      ", 6);
 		}
 	}
 }
@@ -78,18 +79,19 @@ static void print_escaped(FILE *to, const char *text)
 
 void config_man(FILE *to)
 {
+	const struct config_key *key;
 	char line[512];
 
 	for (enum config_section section = 0; section < CONFIG_SECTIONS; section++) {
 		fprintf(to, "%s## %s\n", section ? "\n" : "", titles[section]);
-		for (size_t i = 0; i < config_key_count; i++) {
-			if (config_keys[i].section != section)
+		for (size_t i = 0; (key = config_key_at(i)); i++) {
+			if (key->section != section)
 				continue;
-			describe(&config_keys[i], line, sizeof(line));
-			fprintf(to, "\n*%s*\n\t", config_keys[i].name);
+			describe(key, line, sizeof(line));
+			fprintf(to, "\n*%s*\n\t", key->name);
 			print_escaped(to, line);
 			fputs(".\n\t", to);
-			print_escaped(to, config_keys[i].help);
+			print_escaped(to, key->help);
 			fputc('\n', to);
 		}
 	}

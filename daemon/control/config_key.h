@@ -10,6 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include "daemon/control/config.h"
+#include "settings/key.h"
 
 enum config_section { CONFIG_DAEMON, CONFIG_DEVICE, CONFIG_SECTIONS };
 
@@ -22,7 +23,7 @@ enum config_type {
 	CONFIG_ADDRESS,		/* uint32_t, IPv4, host byte order */
 	CONFIG_ADDRESS_LIST,	/* struct config_list */
 	CONFIG_PIN_LIST,	/* uint64_t, bit = pin - 1; minimum..maximum */
-	CONFIG_PIN_PAIR,	/* uint8_t[2], 0-based; minimum..maximum */
+	CONFIG_SETTING,		/* struct pokeys_settings, as `setting` says */
 };
 
 struct config_word {
@@ -41,12 +42,17 @@ struct config_key {
 	const char *fallback;		/* default, as a user would write it; NULL = none */
 	const char *unit;		/* NULL = none */
 	const char *help;
+	const struct settings_key *setting;
 };
 
-extern const struct config_key config_keys[];
-extern const size_t config_key_count;
+enum {
+	CONFIG_KEYS_MAX = 256,
+	CONFIG_INDICES = 25,		/* the largest count in the table */
+};
 
-enum { CONFIG_INDICES = 25 };	/* the largest count in the table */
+/* Walk them: NULL behind the last one. The control thread. */
+const struct config_key *config_key_at(size_t number);
+size_t config_key_number(const struct config_key *key);
 
 struct config_list {
 	uint32_t count;
@@ -64,16 +70,6 @@ struct config_raw_daemon {
 	struct config_list discovery_address;
 };
 
-struct config_raw_axis {
-	int64_t mode, invert, soft_limits, soft_minimum, soft_maximum;
-	double max_speed, max_acceleration, max_deceleration;
-};
-
-struct config_raw_encoder {
-	int64_t enable, sampling;
-	uint8_t pins[2];
-};
-
 struct config_raw_device {
 	char name[32];
 	uint32_t address;
@@ -83,17 +79,18 @@ struct config_raw_device {
 	double slow_hz, encoder_hz, analog_hz;
 	double deadline_floor_us, deadline_ceiling_ms, deadline_initial_ms, reply_lifetime_ms;
 	int64_t retries, window, retry_budget, send_budget;
-	uint64_t digital_inputs, digital_outputs, analog_inputs, inverted_pins;
 	uint64_t safe_on, safe_hold;
-	int64_t axes, emergency_pin, fast_encoders, ultra_fast_encoder;
-	struct config_raw_axis axis[POKEYS_AXES];
-	struct config_raw_encoder encoder[CONFIG_INDICES];
+	int64_t failsafe;
+	char password_file[256];
+	char password[33];		/* its content, once it was judged */
+	struct pokeys_settings settings;
 };
 
 /* Where each key of a section stands in the file; 0 = it does not. */
 struct config_lines {
 	uint32_t section;
-	uint32_t key[128][CONFIG_INDICES];
+	uint32_t key[CONFIG_KEYS_MAX][CONFIG_INDICES];
+	bool faulty[CONFIG_KEYS_MAX];	/* what stands there was refused */
 };
 
 /* A file while it is read. */
@@ -102,6 +99,7 @@ struct config_file {
 	config_complain complain;
 	void *context;
 	int faults;
+	bool here;			/* it is for this machine: its groups, interfaces, cores */
 	struct config_raw_daemon daemon;
 	struct config_raw_device device[TRANSPORT_CHANNELS];
 	uint32_t devices;
@@ -131,5 +129,23 @@ void config_fault(struct config_file *file, uint32_t line, const char *format, .
 
 /* Rules between keys, then raw values into *out. Complains by itself. */
 void config_judge(struct config_file *file, struct config *out);
+
+/* What is not on this machine: a group, an interface, a core. */
+void config_judge_here(struct config_file *file);
+
+/* Line of a key if it is in the file, else that of the section. */
+uint32_t config_line_of(const struct config_lines *lines, const char *name, uint32_t index);
+
+/* Raw values into the units of their users; nothing can go wrong any more. */
+void config_convert_daemon(const struct config_raw_daemon *raw, struct config *out);
+void config_convert_device(const struct config_raw_device *raw, uint64_t period_ns,
+			   struct device_config *out);
+bool config_is_set(const struct config_lines *lines, const char *name, uint32_t index);
+
+/*
+ * The one line of a password file into out[33]. NULL, or what is wrong with the
+ * file (a static text). Nothing of its content is ever told.
+ */
+const char *config_read_password(const char *path, char out[33]);
 
 #endif

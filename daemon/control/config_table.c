@@ -8,6 +8,9 @@
  * exists. Defaults are written as a user would write them and go through the
  * same code as a user's values: a default out of its own range cannot be.
  *
+ * The keys of the device's own settings are those of the settings room's table,
+ * which pokeysctl prints them with; they are adopted here, behind our own.
+ *
  * Pins are numbered here as they are printed on the terminals, from 1: that
  * is what somebody with a screwdriver reads. Axes and encoders are numbered
  * from 0, as in the HAL (joint.00, encoder.00) and in the protocol.
@@ -18,24 +21,15 @@
 	.size = sizeof(((struct config_raw_daemon *)0)->field)
 #define DEVICE(field) CONFIG_DEVICE, .offset = offsetof(struct config_raw_device, field), \
 	.size = sizeof(((struct config_raw_device *)0)->field)
-#define AXIS(field) CONFIG_DEVICE, .offset = offsetof(struct config_raw_device, axis) + \
-	offsetof(struct config_raw_axis, field), \
-	.size = sizeof(((struct config_raw_axis *)0)->field), \
-	.count = POKEYS_AXES, .stride = sizeof(struct config_raw_axis)
-#define ENCODER(field) CONFIG_DEVICE, .offset = offsetof(struct config_raw_device, encoder) + \
-	offsetof(struct config_raw_encoder, field), \
-	.size = sizeof(((struct config_raw_encoder *)0)->field), \
-	.count = CONFIG_INDICES, .stride = sizeof(struct config_raw_encoder)
 
 #define WORDS(...) ((const struct config_word[]){ __VA_ARGS__, { NULL, 0 } })
 #define RANGE(low, high) .minimum = (low), .maximum = (high)
 #define WORDS_ONLY RANGE(1, 0)
-#define ON_OFF_LEAVE WORDS({ "leave", -1 }, { "off", 0 }, { "on", 1 })
 
 #define KEY(where, name_, type_, ...) \
 	{ .section = where, .name = (name_), .type = (type_), __VA_ARGS__ }
 
-const struct config_key config_keys[] = {
+static const struct config_key own[] = {
 	KEY(DAEMON(runtime_directory), "runtime-directory", CONFIG_FILE,
 	    .fallback = POKEYS_RUNTIME_DIRECTORY,
 	    .help = "Folder of the shared memory. One daemon per folder; the HAL component and "
@@ -146,8 +140,8 @@ const struct config_key config_keys[] = {
 	    .fallback = "500", .unit = "ms",
 	    .help = "How late a reply may still arrive; its request number is not used again "
 		    "before."),
-	KEY(DEVICE(retries), "retries", CONFIG_INTEGER, RANGE(1, 20), .fallback = "3",
-	    .help = "How often a request that may be repeated is repeated."),
+	KEY(DEVICE(retries), "retries", CONFIG_INTEGER, RANGE(0, 20), .fallback = "3",
+	    .help = "How often a request that may be repeated is repeated; 0 is never."),
 	KEY(DEVICE(window), "window", CONFIG_INTEGER, RANGE(1, 64), .fallback = "8",
 	    .unit = "requests",
 	    .help = "Most requests on their way at once."),
@@ -157,69 +151,54 @@ const struct config_key config_keys[] = {
 	KEY(DEVICE(send_budget), "send-budget", CONFIG_INTEGER, RANGE(10, 100000),
 	    .fallback = "8000", .unit = "/s",
 	    .help = "Most packets a second to this device."),
-	KEY(DEVICE(digital_inputs), "digital-inputs", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
-	    .help = "Terminals to make digital inputs. Terminal 1 is the HAL's pin.00. Pins that "
-		    "no list names stay as the device has them."),
-	KEY(DEVICE(digital_outputs), "digital-outputs", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
-	    .help = "Terminals to make digital outputs."),
-	KEY(DEVICE(analog_inputs), "analog-inputs", CONFIG_PIN_LIST, RANGE(41, 47),
-	    .help = "Terminals to make analog inputs. Terminal 41 is the HAL's adc.00."),
-	KEY(DEVICE(inverted_pins), "inverted-pins", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
-	    .help = "Those of the terminals in digital-inputs and digital-outputs that are "
-		    "inverted in the device."),
 	KEY(DEVICE(safe_on), "safe-on", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
 	    .help = "Outputs that are on in the safe state. All others are off, except those of "
 		    "safe-hold."),
 	KEY(DEVICE(safe_hold), "safe-hold", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
 	    .help = "Outputs that the safe state leaves as they are."),
-	KEY(DEVICE(axes), "axes", CONFIG_INTEGER, RANGE(1, POKEYS_AXES),
-	    .words = WORDS({ "leave", 0 }), .fallback = "leave",
-	    .help = "Number of axes that the pulse engine drives."),
-	KEY(DEVICE(emergency_pin), "emergency-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
-	    .words = WORDS({ "leave", -1 }, { "off", 0 }), .fallback = "leave",
-	    .help = "Terminal of the emergency stop switch."),
-	KEY(AXIS(mode), "axis.#.mode", CONFIG_INTEGER, WORDS_ONLY,
-	    .words = WORDS({ "leave", POKEYS_AXIS_OFF }, { "position", POKEYS_AXIS_POSITION }),
-	    .fallback = "leave",
-	    .help = "position: the axis follows absolute positions; leave: not driven by us."),
-	KEY(AXIS(invert), "axis.#.invert", CONFIG_INTEGER, WORDS_ONLY, .words = ON_OFF_LEAVE,
-	    .fallback = "leave",
-	    .help = "Direction signal inverted."),
-	KEY(AXIS(max_speed), "axis.#.max-speed", CONFIG_REAL, RANGE(1, 125000),
-	    .words = WORDS({ "leave", 0 }), .fallback = "leave", .unit = "pulses/s",
-	    .help = "Highest speed. An integrated pulse generator ends at 25000."),
-	KEY(AXIS(max_acceleration), "axis.#.max-acceleration", CONFIG_REAL, RANGE(1, 1e9),
-	    .words = WORDS({ "leave", 0 }), .fallback = "leave", .unit = "pulses/s^2",
-	    .help = "Highest acceleration."),
-	KEY(AXIS(max_deceleration), "axis.#.max-deceleration", CONFIG_REAL, RANGE(1, 1e9),
-	    .words = WORDS({ "leave", 0 }), .fallback = "leave", .unit = "pulses/s^2",
-	    .help = "Highest deceleration; leave takes max-acceleration if that is given."),
-	KEY(AXIS(soft_limits), "axis.#.soft-limits", CONFIG_INTEGER, WORDS_ONLY,
-	    .words = ON_OFF_LEAVE, .fallback = "leave",
-	    .help = "Limits of travel that the device itself keeps; on wants both of the next."),
-	KEY(AXIS(soft_minimum), "axis.#.soft-minimum", CONFIG_INTEGER,
-	    RANGE(INT32_MIN, INT32_MAX), .fallback = "0", .unit = "pulses",
-	    .help = "Lowest position."),
-	KEY(AXIS(soft_maximum), "axis.#.soft-maximum", CONFIG_INTEGER,
-	    RANGE(INT32_MIN, INT32_MAX), .fallback = "0", .unit = "pulses",
-	    .help = "Highest position."),
-	KEY(ENCODER(enable), "encoder.#.enable", CONFIG_INTEGER, WORDS_ONLY,
+	KEY(DEVICE(failsafe), "failsafe", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "on",
-	    .help = "Count this encoder. An encoder of which no key is given stays as the device "
-		    "has it."),
-	KEY(ENCODER(sampling), "encoder.#.sampling", CONFIG_INTEGER, WORDS_ONLY,
-	    .words = WORDS({ "1", 1 }, { "2", 2 }, { "4", 4 }), .fallback = "4",
-	    .unit = "counts a line",
-	    .help = "Edges that are counted."),
-	KEY(ENCODER(pins), "encoder.#.pins", CONFIG_PIN_PAIR, RANGE(1, POKEYS_PINS),
-	    .help = "Terminals of channel A and channel B. Without it the device's own stay."),
-	KEY(DEVICE(fast_encoders), "fast-encoders", CONFIG_INTEGER, WORDS_ONLY,
-	    .words = ON_OFF_LEAVE, .fallback = "leave",
-	    .help = "Encoders 0 to 2 counted in hardware, at the terminals that the device has for "
-		    "it."),
-	KEY(DEVICE(ultra_fast_encoder), "ultra-fast-encoder", CONFIG_INTEGER, WORDS_ONLY,
-	    .words = ON_OFF_LEAVE, .fallback = "leave",
-	    .help = "Encoder 25, at terminals 8 (A), 12 (B) and 13 (index)."),
+	    .help = "on: the device is told to bring its outputs into the state of the failsafe "
+		    "keys by itself when it hears nothing any more; off: its own failsafe stays as "
+		    "it is."),
+	KEY(DEVICE(password_file), "password-file", CONFIG_FILE,
+	    .help = "File whose one line is the device's password: of root or of the daemon's "
+		    "user, readable by nobody else (mode 600). Read at the start."),
 };
 
-const size_t config_key_count = sizeof(config_keys) / sizeof(config_keys[0]);
+enum { OWN = sizeof(own) / sizeof(own[0]) };
+
+/* A key of the device's own settings, as one of this file. */
+static void adopt(const struct settings_key *from, struct config_key *to)
+{
+	bool scalar = from->type == SETTINGS_NUMBER || from->type == SETTINGS_REAL;
+
+	*to = (struct config_key){
+		.section = DEVICE(settings), .name = from->name, .type = CONFIG_SETTING, .setting = from,
+		.count = from->count, .fallback = scalar ? "leave" : NULL, .unit = from->unit,
+		.help = from->help, RANGE(1, 0),
+	};
+}
+
+const struct config_key *config_key_at(size_t number)
+{
+	static struct config_key adopted[CONFIG_KEYS_MAX];
+	size_t index = number - OWN;
+
+	if (number < OWN)
+		return &own[number];
+	if (index >= settings_key_count || number >= CONFIG_KEYS_MAX)
+		return NULL;
+	if (!adopted[index].name)
+		adopt(&settings_keys[index], &adopted[index]);
+	return &adopted[index];
+}
+
+size_t config_key_number(const struct config_key *key)
+{
+	size_t number = 0;
+
+	while (config_key_at(number) != key)
+		number++;
+	return number;
+}

@@ -192,30 +192,6 @@ static const char *store_pin_list(const struct config_key *key, const char *text
 	return NULL;
 }
 
-static const char *store_pin_pair(const struct config_key *key, const char *text, uint8_t *field)
-{
-	uint8_t pair[2] = { 0 };
-	size_t count = 0;
-	char part[16];
-
-	while (next_part(&text, part, sizeof(part))) {
-		int first, last;
-		const char *wrong = parse_pins(key, part, &first, &last);
-
-		if (wrong)
-			return wrong;
-		if (first != last || count == 2)
-			return "is not two pins";
-		pair[count++] = (uint8_t)(first - 1);
-	}
-	if (count != 2)
-		return "is not two pins";
-	if (pair[0] == pair[1])
-		return "names a pin twice";
-	memcpy(field, pair, sizeof(pair));
-	return NULL;
-}
-
 const char *config_store(const struct config_key *key, uint32_t index, const char *text, void *raw)
 {
 	void *field = (char *)raw + key->offset + (size_t)index * key->stride;
@@ -234,8 +210,8 @@ const char *config_store(const struct config_key *key, uint32_t index, const cha
 		return store_address_list(text, field);
 	case CONFIG_PIN_LIST:
 		return store_pin_list(key, text, field);
-	case CONFIG_PIN_PAIR:
-		return store_pin_pair(key, text, field);
+	case CONFIG_SETTING:
+		return settings_store(key->setting, index, text, field);
 	}
 	return not_allowed;
 }
@@ -282,24 +258,35 @@ size_t config_allowed(const struct config_key *key, char *text, size_t size)
 		return append(text, size, at, "pins %g..%g as a list such as %g-%g,%g",
 			      key->minimum,
 			      key->maximum, key->minimum, key->minimum + 2, key->minimum + 4);
-	case CONFIG_PIN_PAIR:
-		return append(text, size, at, "two pins %g..%g with a comma between", key->minimum,
-			      key->maximum);
+	case CONFIG_SETTING:
+		return settings_allowed(key->setting, text, size);
 	}
 	return at;
 }
 
+/*
+ * Members that are written to the device together with a key that is given; so
+ * these hold for those that are not.
+ */
+static void settings_defaults(struct pokeys_settings *settings)
+{
+	memset(settings, 0, sizeof(*settings));
+	settings->ultra_options = 4;		/* counts four edges */
+	settings->failsafe_timeout = 10;	/* 1 s */
+	settings->failsafe_peripherals = 15;	/* all of them */
+}
+
 void config_defaults(enum config_section section, void *raw)
 {
-	for (size_t i = 0; i < config_key_count; i++) {
-		const struct config_key *key = &config_keys[i];
+	const struct config_key *key;
 
-		if (key->section != section)
+	if (section == CONFIG_DEVICE)
+		settings_defaults(&((struct config_raw_device *)raw)->settings);
+	for (size_t i = 0; (key = config_key_at(i)); i++) {
+		if (key->section != section || key->type == CONFIG_SETTING)
 			continue;
 		for (uint32_t n = 0; n < (key->count ? key->count : 1); n++) {
-			char *field = (char *)raw + key->offset + (size_t)n * key->stride;
-
-			memset(field, key->type == CONFIG_PIN_PAIR ? 0xff : 0, key->size);
+			memset((char *)raw + key->offset + (size_t)n * key->stride, 0, key->size);
 			if (key->fallback)
 				config_store(key, n, key->fallback, raw);
 		}

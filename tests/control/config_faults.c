@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <cmocka.h>
 #include "daemon/control/config.h"
@@ -155,7 +156,7 @@ static void comments_blanks_and_editors_marks_do_no_harm(void **state)
 static void all_faults_are_told_at_once(void **state)
 {
 	(void)state;
-	assert_int_equal(parse("[daemon]\nmode = x\ncpu = y\n[device a]\nport = 0\nserial = 0\n"),
+	assert_int_equal(parse("[daemon]\nmode = x\ncpu = y\n[device a]\nport = 0\nwindow = 0\n"),
 			 5);
 	assert_non_null(strstr(heard.line[0], "f:2: "));
 	assert_non_null(strstr(heard.line[1], "f:3: "));
@@ -290,13 +291,14 @@ static void what_is_written_arrives_in_the_units_of_its_users(void **state)
 	assert_int_equal(d->safe_mask[6], 0x3f);
 	assert_int_equal(d->safe_hold[6], 0x40);
 	assert_int_equal(d->settings.set, POKEYS_SET_AXES | POKEYS_SET_EMERGENCY_PIN |
-			 POKEYS_SET_FAST_ENCODERS);
+			 POKEYS_SET_FAST_ENCODERS | POKEYS_SET_FAILSAFE);
 	assert_int_equal(d->settings.axes, 3);
 	assert_int_equal(d->settings.emergency_pin, 62);
 	assert_int_equal(d->settings.fast_configuration, 10);
 	assert_int_equal(d->settings.axis[2].options, 0x0D);
 	assert_int_equal(d->settings.axis[2].options_mask, 0x0D);
-	assert_int_equal(d->settings.axis[2].set, POKEYS_AXIS_SET_MAX_SPEED);
+	assert_int_equal(d->settings.axis[2].set,
+			 POKEYS_AXIS_SET_MAX_SPEED | POKEYS_AXIS_SET_SOFT_MINIMUM);
 	assert_true(d->settings.axis[2].max_speed > 12000.4f &&
 		    d->settings.axis[2].max_speed < 12000.6f);
 	assert_int_equal(d->settings.axis[1].set, 0);
@@ -307,6 +309,200 @@ static void what_is_written_arrives_in_the_units_of_its_users(void **state)
 	assert_int_equal(d->settings.encoder[24].pin_a, 2);
 	assert_int_equal(d->settings.encoder[24].pin_b, 3);
 	assert_int_equal(d->settings.encoder[23].options_mask, 0);
+}
+
+static void an_axis_that_is_not_driven_is_a_fault(void **state)
+{
+	(void)state;
+	assert_fault(GOOD "axes = 3\naxis.5.max-speed = 100\n",
+		     "f:4: [device a]: axis.5.max-speed: there is no axis 5 with axes = 3 (they are "
+		     "numbered from 0)");
+	assert_int_equal(parse(GOOD "axes = 3\naxis.2.max-speed = 100\n"), 0);
+	assert_int_equal(parse(GOOD "axis.5.max-speed = 100\n"), 0);
+}
+
+static void a_safe_value_of_what_is_no_output_is_a_fault(void **state)
+{
+	(void)state;
+	assert_fault(GOOD "digital-outputs = 31-37\nsafe-on = 38\n",
+		     "f:4: [device a]: safe-on: pin 38 is not in digital-outputs");
+	assert_fault(GOOD "digital-outputs = 31-37\nsafe-hold = 31,38\n",
+		     "f:4: [device a]: safe-hold: pin 38 is not in digital-outputs");
+	assert_fault(GOOD "counter-inputs = 9\nsafe-hold = 9\n",
+		     "f:3: [device a]: pin 9 is in safe-hold and in counter-inputs");
+	/* the device's own outputs, which this file does not list */
+	assert_int_equal(parse(GOOD "safe-on = 38\n"), 0);
+}
+
+static void one_mistake_is_told_once(void **state)
+{
+	(void)state;
+	assert_fault("[device a]\nserial = 12x\n",
+		     "f:2: [device a]: serial: \"12x\" is not allowed; allowed: any | "
+		     "1..4294967295");
+	assert_fault("[device a]\nserial = any\n",
+		     "f:1: [device a]: neither address nor serial is given; one of them says where "
+		     "the device is");
+}
+
+static void no_retries_are_none(void **state)
+{
+	(void)state;
+	assert_int_equal(parse(GOOD "retries = 0\n"), 0);
+	assert_true(config.device[0].mailbox.retries == POKEYS_NO_RETRIES);
+	assert_int_equal(parse(GOOD "retries = 20\n"), 0);
+	assert_int_equal(config.device[0].mailbox.retries, 20);
+	assert_int_equal(parse(GOOD "retries = 21\n"), 1);
+}
+
+static void failsafe_is_the_safe_state_unless_told_otherwise(void **state)
+{
+	const struct pokeys_settings *settings = &config.device[0].settings;
+
+	(void)state;
+	assert_int_equal(parse(GOOD "safe-on = 3\n"), 0);
+	assert_true(settings->set & POKEYS_SET_FAILSAFE);
+	assert_int_equal(settings->failsafe_timeout, 10);
+	assert_int_equal(settings->failsafe_outputs[0], 4);
+	assert_int_equal(parse(GOOD "safe-on = 3\nfailsafe-on = 4\nfailsafe-timeout-ms = 500\n"),
+			 0);
+	assert_int_equal(settings->failsafe_timeout, 5);
+	assert_int_equal(settings->failsafe_outputs[0], 8);
+	assert_int_equal(parse(GOOD "failsafe-timeout-ms = off\n"), 0);
+	assert_true(settings->set & POKEYS_SET_FAILSAFE);
+	assert_int_equal(settings->failsafe_timeout, 0);
+	assert_int_equal(parse(GOOD "failsafe = off\n"), 0);
+	assert_false(settings->set & POKEYS_SET_FAILSAFE);
+	assert_int_equal(parse(GOOD "failsafe = off\nfailsafe-pwm = 5\n"), 1);
+	assert_non_null(strstr(heard.line[0], "f:3: [device a]: failsafe = off leaves"));
+}
+
+static void settings_that_say_a_part_are_completed(void **state)
+{
+	const struct pokeys_settings *settings = &config.device[0].settings;
+
+	(void)state;
+	assert_int_equal(parse(GOOD "encoder.3.pins = 1,2\nencoder.4.sampling = 1\n"
+			       "encoder.5.enable = off\nultra-fast-encoder = on\n"
+			       "axis.0.max-acceleration = 500\nmatrix-keyboard = off\n"), 0);
+	assert_int_equal(settings->encoder[3].options, 3);
+	assert_int_equal(settings->encoder[4].options, 1);
+	assert_int_equal(settings->encoder[5].options & 1, 0);
+	assert_int_equal(settings->encoder[5].options_mask & 1, 1);
+	assert_int_equal(settings->ultra_options, 4);
+	assert_true(settings->axis[0].set & POKEYS_AXIS_SET_MAX_DECELERATION);
+	assert_true(settings->axis[0].max_deceleration > 499);
+	assert_int_equal(settings->matrix_rows, 1);
+	assert_fault(GOOD "matrix-keyboard = on\nmatrix-rows = 1-4\n",
+		     "f:3: [device a]: matrix-keyboard = on, matrix-rows and matrix-columns want "
+		     "each other");
+}
+
+/* A file of this mode and content; its path. */
+static const char *password_file(const char *content, size_t length, mode_t mode)
+{
+	static char path[] = "/tmp/pokeysd-password-XXXXXX";
+	int fd;
+
+	memcpy(path + sizeof(path) - 7, "XXXXXX", 6);
+	fd = mkstemp(path);
+	assert_true(fd >= 0);
+	assert_int_equal(write(fd, content, length), (ssize_t)length);
+	assert_int_equal(fchmod(fd, mode), 0);
+	close(fd);
+	return path;
+}
+
+static void assert_password(const char *content, size_t length, mode_t mode, const char *expected)
+{
+	const char *path = password_file(content, length, mode);
+	char text[256];
+	int faults;
+
+	snprintf(text, sizeof(text), GOOD "password-file = %s\n", path);
+	faults = parse(text);
+	unlink(path);
+	if (!expected) {
+		assert_int_equal(faults, 0);
+		return;
+	}
+	assert_int_equal(faults, 1);
+	if (!strstr(heard.line[0], expected) || strncmp(heard.line[0], "f:3: [device a]: ", 17))
+		fail_msg("it said: %s", heard.line[0]);
+	/* and nothing of what is in it */
+	assert_null(strstr(heard.line[0], "secret"));
+}
+
+static void a_password_is_taken_from_a_file_that_nobody_else_reads(void **state)
+{
+	(void)state;
+	assert_password("secret\n", 7, 0600, NULL);
+	assert_string_equal(config.device[0].password, "secret");
+	assert_true(config.device[0].have_password);
+	assert_password("secret", 6, 0400, NULL);
+	assert_password("0123456789abcdef0123456789abcdef\n", 33, 0600, NULL);
+	assert_int_equal(strlen(config.device[0].password), 32);
+	assert_password("secret\n", 7, 0640, "may be read by others");
+	assert_password("secret\n", 7, 0604, "may be read by others");
+	assert_password("", 0, 0600, "one line of 1 to 32 characters");
+	assert_password("\n", 1, 0600, "one line of 1 to 32 characters");
+	assert_password("secret\nsecret\n", 14, 0600, "one line of 1 to 32 characters");
+	assert_password("secret\0x\n", 9, 0600, "one line of 1 to 32 characters");
+	assert_password("secretsecretsecretsecretsecretsec\n", 34, 0600,
+			"one line of 1 to 32 characters");
+	assert_int_equal(parse(GOOD), 0);
+	assert_false(config.device[0].have_password);
+}
+
+static void a_password_file_that_is_no_file_is_refused(void **state)
+{
+	char other[] = "/tmp/pokeysd-link-XXXXXX", text[256];
+	const char *target;
+	int fd = mkstemp(other);
+
+	(void)state;
+	close(fd);
+	unlink(other);
+	assert_int_equal(parse(GOOD "password-file = /nonexistent/x\n"), 1);
+	assert_non_null(strstr(heard.line[0], "password-file: /nonexistent/x is not there"));
+	assert_int_equal(parse(GOOD "password-file = /dev/null\n"), 1);
+	assert_non_null(strstr(heard.line[0], "is not a file"));
+	target = password_file("secret\n", 7, 0600);
+	assert_int_equal(symlink(target, other), 0);
+	snprintf(text, sizeof(text), GOOD "password-file = %s\n", other);
+	assert_int_equal(parse(text), 1);
+	assert_non_null(strstr(heard.line[0], "is a link, not a file"));
+	unlink(other);
+	assert_int_equal(mkfifo(other, 0600), 0);
+	assert_int_equal(parse(text), 1);
+	assert_non_null(strstr(heard.line[0], "is not a file"));
+	unlink(other);
+	if (!geteuid() && !chown(target, 12345, 12345)) {
+		snprintf(text, sizeof(text), GOOD "password-file = %s\n", target);
+		assert_int_equal(parse(text), 1);
+		assert_non_null(strstr(heard.line[0], "belongs neither to root nor"));
+	}
+	unlink(target);
+}
+
+static void what_is_not_on_this_machine_is_told_with_its_line(void **state)
+{
+	static const char text[] = "[daemon]\ngroup = no-such-group\ninterface = nosuch0\n"
+				   "cpu = 1023\n" GOOD;
+	char path[] = "/tmp/pokeysd-config-XXXXXX";
+	int fd = mkstemp(path);
+
+	(void)state;
+	assert_int_equal(write(fd, text, sizeof(text) - 1), sizeof(text) - 1);
+	close(fd);
+	/* from memory it may be for another machine */
+	assert_int_equal(parse(text), 0);
+	memset(&heard, 0, sizeof(heard));
+	assert_int_equal(config_read(path, &config, hear, &heard), 3);
+	unlink(path);
+	assert_non_null(strstr(heard.line[0], ":2: [daemon]: group: there is no group"));
+	assert_non_null(strstr(heard.line[1], ":3: [daemon]: interface: there is no network"));
+	assert_non_null(strstr(heard.line[2], ":4: [daemon]: cpu: \"1023\" is not on this"));
 }
 
 static void a_file_that_cannot_be_read_is_one_clear_line(void **state)
@@ -364,6 +560,15 @@ int main(void)
 		cmocka_unit_test(sixteen_devices_are_allowed_and_no_more),
 		cmocka_unit_test(nothing_is_accepted_from_a_file_with_a_fault),
 		cmocka_unit_test(what_is_written_arrives_in_the_units_of_its_users),
+		cmocka_unit_test(an_axis_that_is_not_driven_is_a_fault),
+		cmocka_unit_test(a_safe_value_of_what_is_no_output_is_a_fault),
+		cmocka_unit_test(one_mistake_is_told_once),
+		cmocka_unit_test(no_retries_are_none),
+		cmocka_unit_test(failsafe_is_the_safe_state_unless_told_otherwise),
+		cmocka_unit_test(settings_that_say_a_part_are_completed),
+		cmocka_unit_test(a_password_is_taken_from_a_file_that_nobody_else_reads),
+		cmocka_unit_test(a_password_file_that_is_no_file_is_refused),
+		cmocka_unit_test(what_is_not_on_this_machine_is_told_with_its_line),
 		cmocka_unit_test(a_file_that_cannot_be_read_is_one_clear_line),
 		cmocka_unit_test(a_complaint_is_safe_on_a_terminal),
 	};

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * From what was written to what the daemon uses: milliseconds to nanoseconds,
+ * numbers to the types of their users, 0 retries to the engine's word for none.
+ *
+ * Everything has been judged; nothing here can go wrong, and so nothing of a
+ * file with a fault ever gets here.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include "daemon/control/config_key.h"
+
+static uint64_t ms(double value)
+{
+	return (uint64_t)llround(value * 1e6);
+}
+
+static void convert_safe(const struct config_raw_device *raw, struct device_config *out)
+{
+	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++) {
+		uint8_t bit = (uint8_t)(1u << pin % 8);
+
+		if (raw->safe_hold >> pin & 1)
+			out->safe_hold[pin / 8] |= bit;
+		else
+			out->safe_mask[pin / 8] |= bit;
+		if (raw->safe_on >> pin & 1)
+			out->safe_outputs[pin / 8] |= bit;
+	}
+}
+
+void config_convert_device(const struct config_raw_device *raw, uint64_t period_ns,
+			   struct device_config *out)
+{
+	device_config_defaults(out);
+	snprintf(out->name, sizeof(out->name), "%s", raw->name);
+	out->serial = (uint32_t)raw->serial;
+	out->address = raw->address;
+	out->port = (uint16_t)raw->port;
+	out->period_ns = period_ns;
+	out->heartbeat_timeout_ns = ms(raw->heartbeat_timeout_ms);
+	out->stale_after_ns = ms(raw->stale_after_ms);
+	out->lost_after_ns = ms(raw->lost_after_ms);
+	out->fast_divider = (uint32_t)raw->fast_divider;
+	out->slow_hz = raw->slow_hz;
+	out->encoder_hz = raw->encoder_hz;
+	out->analog_hz = raw->analog_hz;
+	out->mailbox.deadline_floor_ns = ms(raw->deadline_floor_us / 1000);
+	out->mailbox.deadline_ceiling_ns = ms(raw->deadline_ceiling_ms);
+	out->mailbox.deadline_initial_ns = ms(raw->deadline_initial_ms);
+	out->mailbox.reply_lifetime_ns = ms(raw->reply_lifetime_ms);
+	out->mailbox.retries = raw->retries ? (uint32_t)raw->retries : POKEYS_NO_RETRIES;
+	out->mailbox.window = (uint32_t)raw->window;
+	out->mailbox.retry_budget = (uint32_t)raw->retry_budget;
+	out->mailbox.send_budget = (uint32_t)raw->send_budget;
+	memset(out->safe_mask, 0, sizeof(out->safe_mask));
+	memset(out->safe_outputs, 0, sizeof(out->safe_outputs));
+	convert_safe(raw, out);
+	out->settings = raw->settings;
+	out->have_password = *raw->password_file;
+	memcpy(out->password, raw->password, sizeof(out->password));
+}
+
+void config_convert_daemon(const struct config_raw_daemon *raw, struct config *out)
+{
+	memcpy(out->runtime_directory, raw->runtime_directory, sizeof(out->runtime_directory));
+	memcpy(out->group, raw->group, sizeof(out->group));
+	memcpy(out->interface, raw->interface, sizeof(out->interface));
+	memcpy(out->metrics_file, raw->metrics_file, sizeof(out->metrics_file));
+	out->transport = (enum config_transport)raw->transport;
+	out->busy_poll_us = (uint32_t)raw->busy_poll_us;
+	out->loop.period_ns = (uint64_t)raw->period_us * 1000;
+	out->loop.mode = (enum loop_mode)raw->mode;
+	out->loop.collect = raw->collect;
+	out->loop.duty = raw->duty;
+	out->cpu = (int)raw->cpu;
+	out->priority = (int)raw->priority;
+	out->realtime_required = raw->realtime;
+	out->discovery_interval_ns = (uint64_t)raw->discovery_interval_ms * 1000000;
+	out->discovery_addresses = raw->discovery_address.count;
+	memcpy(out->discovery_address, raw->discovery_address.address,
+	       sizeof(out->discovery_address));
+	out->metrics_interval_ns = (uint64_t)raw->metrics_interval_ms * 1000000;
+	out->log_level = (int)raw->log_level;
+}
+
+const char *config_transport_name(enum config_transport transport)
+{
+	static const char *const names[] = { "auto", "io_uring", "socket" };
+
+	return names[transport];
+}
