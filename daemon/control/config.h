@@ -54,9 +54,13 @@ typedef void (*config_complain)(void *context, const char *line);
 int config_read(const char *path, struct config *out, config_complain complain, void *context);
 
 /*
- * The same from memory; `name` stands for the file in complaints. Whether groups,
- * interfaces and cores are there is not looked at: it may be for another machine.
+ * The same, and a group, an interface or a core that is not on this machine is a
+ * fault as well. Only for a person who asks: an interface that is not there yet
+ * may come a second later, and is then no reason never to start.
  */
+int config_check(const char *path, struct config *out, config_complain complain, void *context);
+
+/* The same as config_read from memory; `name` stands for the file in complaints. */
 int config_parse(const char *name, const char *text, size_t length, struct config *out,
 		 config_complain complain, void *context);
 

@@ -340,7 +340,8 @@ static ssize_t slurp(const char *path, char *text, size_t size)
 	return got;
 }
 
-int config_read(const char *path, struct config *out, config_complain complain, void *context)
+static int read_file(const char *path, bool here, struct config *out,
+		     config_complain complain, void *context)
 {
 	struct config_file file = { .name = path, .complain = complain, .context = context };
 	char *text = malloc(FILE_MAX);
@@ -355,7 +356,17 @@ int config_read(const char *path, struct config *out, config_complain complain, 
 	else if (length >= FILE_MAX)
 		config_fault(&file, 0, "is too large, at most %d bytes are allowed", FILE_MAX - 1);
 	else
-		faults = parse(path, text, (size_t)length, true, out, complain, context);
+		faults = parse(path, text, (size_t)length, here, out, complain, context);
 	free(text);
 	return faults;
+}
+
+int config_read(const char *path, struct config *out, config_complain complain, void *context)
+{
+	return read_file(path, false, out, complain, context);
+}
+
+int config_check(const char *path, struct config *out, config_complain complain, void *context)
+{
+	return read_file(path, true, out, complain, context);
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * What of a good file cannot be on this machine: its groups, network
- * interfaces and cores. The daemon would find out at its start, one at a time;
- * --check-config is to be believed, so it is told with all the rest.
+ * interfaces and cores. The daemon finds out at its start, one at a time, and may
+ * be started again; --check-config is to be believed, so there it is told with all
+ * the rest.
  */
 #include <grp.h>
 #include <net/if.h>

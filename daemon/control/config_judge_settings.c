@@ -10,7 +10,10 @@
 #include <string.h>
 #include "daemon/control/config_judge.h"
 
-enum { PIN_INPUT = 0x02, PIN_OUTPUT = 0x04, PIN_ANALOG = 0x08, PIN_COUNTER = 0x40, PIN_INVERT = 0x80 };
+enum {
+	PIN_INPUT = 0x02, PIN_OUTPUT = 0x04, PIN_ANALOG = 0x08, PIN_COUNTER = 0x40,
+	PIN_INVERT = 0x80,
+};
 enum { ENCODER_COUNT = 1, ENCODER_4X = 2, ENCODER_SAMPLING = 6 };
 enum { AXIS_SOFT_LIMITS = 0x20, PIN_BASE = 10 };
 

@@ -68,6 +68,7 @@ static int override(const struct options *options)
 
 int main(int argc, char **argv)
 {
+	int (*read)(const char *path, struct config *out, config_complain tell, void *context);
 	struct options options;
 	int status;
 
@@ -75,7 +76,8 @@ int main(int argc, char **argv)
 	if (!options_parse(&options, argc, argv, &status))
 		return status;
 	log_open(STDERR_FILENO, EVENT_INFO);
-	if (config_read(options.config, &config, complain, &options))
+	read = options.check_config ? config_check : config_read;
+	if (read(options.config, &config, complain, &options))
 		return STATUS_CONFIG;
 	if (options.check_config) {
 		printf("%s: in order, %u device%s\n", options.config, config.devices,
