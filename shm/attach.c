@@ -12,6 +12,7 @@
  */
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -130,7 +131,10 @@ static void remove_remains(const struct pokeys_client *client, const char *root_
 	close(fd);
 }
 
-/* Who is it? Its name, if this process may see it. */
+/*
+ * Who is it? Its name, if this process may see it: another user's process may
+ * be hidden (hidepid, ProtectProc=) and live all the same.
+ */
 static int explain_busy(const struct pokeys_client *client, const struct iox_node *node,
 			char *why, size_t size)
 {
@@ -147,13 +151,13 @@ static int explain_busy(const struct pokeys_client *client, const struct iox_nod
 			comm[strcspn(comm, "\n")] = '\0';
 		fclose(file);
 	}
-	if (!file)
+	if (!file && pid > 0 && kill(pid, 0) && errno == ESRCH)
 		return say(why, size, -EBUSY,
 			   "another commander held device '%s': process %d, which is gone; "
 			   "the daemon is clearing its place", client->device, (int)pid);
 	return say(why, size, -EBUSY,
 		   "another commander holds device '%s': process %d (%s); end it first",
-		   client->device, (int)pid, comm);
+		   client->device, (int)pid, *comm ? comm : "its name is hidden");
 }
 
 static int explain(const struct pokeys_client *client, const struct attachment *attachment,

@@ -28,12 +28,14 @@ enum {
 	MANIFEST_PATH_MAX = SHM_PATH_MAX + sizeof(SHM_MANIFEST) + 2,
 };
 
+#define BOOT_UNKNOWN "unknown"	/* no /proc, as in many a chroot */
+
 static void read_boot(char boot[static 40])
 {
 	FILE *file = fopen("/proc/sys/kernel/random/boot_id", "re");
 
 	if (!file || fscanf(file, "%39s", boot) != 1)
-		strcpy(boot, "unknown");
+		strcpy(boot, BOOT_UNKNOWN);
 	if (file)
 		fclose(file);
 }
@@ -256,7 +258,8 @@ int manifest_check(const struct manifest *manifest, char *why, size_t size)
 	int r = 0;
 
 	manifest_init(&ours);
-	if (strcmp(manifest->boot, ours.boot))
+	if (strcmp(manifest->boot, ours.boot) && strcmp(manifest->boot, BOOT_UNKNOWN) &&
+	    strcmp(ours.boot, BOOT_UNKNOWN))
 		return say(why, size, -ENOENT,
 			   "the last daemon ran before this machine was started; "
 			   "is pokeysd running?");
