@@ -49,7 +49,7 @@ static char *runtime;
 RTAPI_MP_STRING(runtime, "runtime folder of the daemon; default " POKEYS_RUNTIME_DIRECTORY);
 #pragma GCC diagnostic pop
 
-#define QUIET_NS	UINT64_C(20000000)	/* many servo periods without a write: none runs */
+#define QUIET_NS	UINT64_C(20000000)	/* many servo periods without a visit: none runs */
 #define QUIET_TRIES	50
 
 static int component;
@@ -238,25 +238,33 @@ static void end_instance(struct instance *instance)
 	free(instance);
 }
 
-/* Did any write run, or was any under way, within the next `ns`? */
-static bool writes_within(uint64_t ns)
+/* How often our functs were entered and left so far; odd parts: under way. */
+static uint32_t visits(bool *under_way)
+{
+	uint32_t sum = 0;
+
+	*under_way = false;
+	for (size_t i = 0; i < instance_count; i++) {
+		uint32_t reads = instances[i] ? atomic_load(&instances[i]->reader.use) : 0;
+		uint32_t writes = instances[i] ? atomic_load(&instances[i]->writer.use) : 0;
+
+		*under_way |= (reads | writes) & 1;
+		sum += reads + writes;
+	}
+	return sum;
+}
+
+/* Did any of our functs run, or was any under way, within the next `ns`? */
+static bool visited_within(uint64_t ns)
 {
 	static const struct timespec moment = { .tv_nsec = 1000000 };
 	uint64_t began = now();
-	uint32_t before = 0, after = 0;
+	bool under_way;
+	uint32_t before = visits(&under_way);
 
-	for (size_t i = 0; i < instance_count; i++)
-		before += instances[i] ? atomic_load(&instances[i]->writer.use) : 0;
 	while (now() - began < ns)
 		nanosleep(&moment, NULL);
-	for (size_t i = 0; i < instance_count; i++) {
-		uint32_t use = instances[i] ? atomic_load(&instances[i]->writer.use) : 0;
-
-		if (use & 1)
-			return true;
-		after += use;
-	}
-	return after != before;
+	return visits(&under_way) != before || under_way;
 }
 
 /*
@@ -267,11 +275,11 @@ static bool writes_within(uint64_t ns)
  */
 static void leave_hal(void)
 {
-	bool running = writes_within(QUIET_NS);
+	bool running = visited_within(QUIET_NS);
 
 	if (running)
 		hal_stop_threads();
-	for (int i = 0; running && i < QUIET_TRIES && writes_within(QUIET_NS); i++)
+	for (int i = 0; running && i < QUIET_TRIES && visited_within(QUIET_NS); i++)
 		;
 	hal_exit(component);
 	if (running)

@@ -156,6 +156,19 @@ def unloading_under_a_running_thread_is_safe(rig):
     assert rig.hal.pid() == pid
 
 
+def unloading_under_a_thread_that_only_reads_is_safe(rig):
+    """A monitor has no use for the write funct; a fast thread makes a wrong step likely."""
+    rig.host()
+    rig.hal.ok("halcmd loadrt threads name1=fast period1=50000")
+    pid = rig.hal.pid()
+    for _ in range(20):
+        rig.hal.ok(f"halcmd loadrt pokeys_shm runtime={rig.runtime}")
+        rig.hal.ok("halcmd addf pokeys.0.read fast && halcmd start")
+        rig.hal.becomes("connected", True)
+        rig.hal.ok("timeout -s KILL 10 halcmd unloadrt pokeys_shm")
+    assert rig.hal.pid() == pid
+
+
 def a_killed_rtapi_app_gives_its_place_back(rig):
     host = rig.host()
     rig.hal.start(f"runtime={rig.runtime}")
@@ -234,6 +247,7 @@ hal_live.main([
     another_commander_is_said_in_clear_words,
     twenty_reloads_leave_nothing,
     unloading_under_a_running_thread_is_safe,
+    unloading_under_a_thread_that_only_reads_is_safe,
     a_killed_rtapi_app_gives_its_place_back,
     nothing_is_left_when_all_is_killed,
     nothing_is_left_after_an_interrupt,
