@@ -142,6 +142,11 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 				     "(see [device] axis keys), axis",
 	[COMMAND_FAULT_NOT_OFFERED] = NULL,	/* has a text of its own */
 	[COMMAND_FAULT_ONE_SHOT_RING] = "the one-shot ring holds at most 64, it claims",
+	[COMMAND_FAULT_PWM_CHANNEL] = "only PWM channels 0 to 5 can be enabled, the bits are",
+	[COMMAND_FAULT_PWM_DUTY] = "duty is above the period, PWM channel",
+	[COMMAND_FAULT_POEXTBUS] = "PoExtBus has ten bytes, commanded is byte",
+	[COMMAND_FAULT_PONET] = "there is no such PoNET module:",
+	[COMMAND_FAULT_KBD48] = "kbd48: lights above 47 or flags that do not exist:",
 	[COMMAND_FAULT_ONE_SHOT_ID] = "the slot of a one-shot holds another id, expected was",
 };
 
@@ -247,7 +252,7 @@ static void put_bad_command(struct line *line, const struct event *e)
 {
 	put(line, "command refused: ");
 	if (e->a == COMMAND_FAULT_NOT_OFFERED)
-		put(line, "this version does not drive %s", PICK(part_names, e->b));
+		put(line, "this device has no %s", PICK(part_names, e->b));
 	else
 		put(line, "%s %lld", PICK(fault_names, e->a), (long long)e->b);
 }

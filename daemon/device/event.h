@@ -70,10 +70,15 @@ enum command_fault {
 	COMMAND_FAULT_NOT_OFFERED,	/* index = enum command_part */
 	COMMAND_FAULT_ONE_SHOT_RING,	/* index = how many the ring claims to hold */
 	COMMAND_FAULT_ONE_SHOT_ID,	/* index = id that was expected */
+	COMMAND_FAULT_PWM_CHANNEL,	/* enables channels that do not exist; index = the bits */
+	COMMAND_FAULT_PWM_DUTY,		/* above the period; index = channel, 0-based */
+	COMMAND_FAULT_POEXTBUS,		/* beyond its ten bytes; index = byte */
+	COMMAND_FAULT_PONET,		/* no such module; index = module */
+	COMMAND_FAULT_KBD48,		/* flags or lights that do not exist; index = the flags */
 	COMMAND_FAULTS
 };
 
-/* Parts of the command image that this version does not drive. */
+/* Parts of the command image that not every device has. */
 enum command_part {
 	COMMAND_PART_PWM,
 	COMMAND_PART_POEXTBUS,

@@ -105,28 +105,6 @@ static void take_axis(struct device *device, unsigned int i,
 	wish->velocity = fabsf(axis->velocity);
 }
 
-static bool any(const uint8_t *bytes, size_t count)
-{
-	for (size_t i = 0; i < count; i++) {
-		if (bytes[i])
-			return true;
-	}
-	return false;
-}
-
-/* Silence would look as if it were driven. */
-static void refuse_unoffered(struct device *device, const struct pokeys_command *command)
-{
-	if (command->pwm_enable)
-		intake_refuse(device, COMMAND_FAULT_NOT_OFFERED, COMMAND_PART_PWM);
-	if (any(command->poextbus_mask, sizeof(command->poextbus_mask)))
-		intake_refuse(device, COMMAND_FAULT_NOT_OFFERED, COMMAND_PART_POEXTBUS);
-	if (command->external_outputs_mask || command->relays_mask)
-		intake_refuse(device, COMMAND_FAULT_NOT_OFFERED, COMMAND_PART_EXTERNAL_OUTPUTS);
-	if (command->ponet_mask)
-		intake_refuse(device, COMMAND_FAULT_NOT_OFFERED, COMMAND_PART_PONET);
-}
-
 static void take_values(struct device *device, const struct pokeys_command *command)
 {
 	device->intake.bad = false;
@@ -134,7 +112,7 @@ static void take_values(struct device *device, const struct pokeys_command *comm
 	take_outputs(device, command);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		take_axis(device, i, &command->axis[i]);
-	refuse_unoffered(device, command);
+	intake_outputs(device, command);
 }
 
 /*
@@ -153,6 +131,7 @@ static void begin_session(struct device *device, const struct pokeys_command *co
 	intake->outputs = 0;
 	intake->outputs_mask = 0;
 	memset(intake->axis, 0, sizeof(intake->axis));
+	memset(&intake->output, 0, sizeof(intake->output));
 	device->safe.commanded |= pins_load(command->digital_out_mask) & OUTPUT_PINS;
 	one_shot_session(device, command->one_shot_head);
 }

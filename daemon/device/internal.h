@@ -14,10 +14,13 @@
 #include "daemon/device/device.h"
 #include "daemon/device/encoder.h"
 #include "daemon/device/histogram.h"
+#include "daemon/device/output.h"
 #include "daemon/device/setting.h"
+#include "wire/bus.h"
 #include "wire/encoder.h"
 #include "wire/io.h"
 #include "wire/model.h"
+#include "wire/panel.h"
 #include "wire/pulse.h"
 #include "wire/system.h"
 
@@ -85,12 +88,61 @@ enum slow_group {
 	SLOW_CLOCK,
 	SLOW_EXTERNAL,
 	SLOW_IDENTITY,
+	SLOW_PONET,
+	SLOW_DEDICATED,
+	SLOW_MATRIX,
 	SLOW_GROUPS
+};
+
+_Static_assert((int)SLOW_MATRIX == (int)POKEYS_SLOW_MATRIX, "groups are one list");
+_Static_assert((int)SLOW_GROUPS <= (int)POKEYS_SLOW_GROUPS, "groups have room in the image");
+
+union slow_request {
+	struct wire_encoders_req encoders;
+	struct wire_analog_req analog;
+	struct wire_counters_req counters;
+	struct wire_poextbus_req poextbus;
+	struct wire_pwm_req pwm;
+	struct wire_rtc_req clock;
+	struct wire_pulse_status_req status;
+	struct wire_pulse_outputs_req external;
+	struct wire_kb_status_req matrix;
+	struct wire_ponet_module_req module;
+	struct wire_ponet_option_req ponet;
+};
+
+struct slow_kind {
+	double (*hertz)(const struct device_config *config);
+	bool (*has)(const struct device *device);
+	enum wire_op (*ask)(struct device *device, union slow_request *request);
+	void (*take)(struct device *device, const mailbox_entry_t *entry);
+};
+
+/* ponet.c */
+enum ponet_step {
+	PONET_STATE,
+	PONET_SETTINGS,
+	PONET_VERSION,
+	PONET_START,		/* from here on a module is read */
+	PONET_FETCH,
+	PONET_LIGHT_START,
+	PONET_LIGHT_FETCH,
+};
+
+struct ponet {
+	uint8_t step;			/* enum ponet_step */
+	uint8_t module;
+	uint8_t fetches;
+	bool complete;			/* all modules have been looked at */
+	uint8_t round[POKEYS_PONET];	/* readings of each module */
+	uint32_t readings;
+	uint64_t after_ns;		/* nothing to do before */
 };
 
 struct slow {
 	bool open, answered;
 	uint8_t failures;
+	uint32_t count;			/* answers since rates were measured */
 	uint64_t due_ns;
 };
 
@@ -103,6 +155,8 @@ struct plan {
 	uint64_t io_outputs, io_mask;
 	uint64_t last_io_ns;			/* when the last one was answered */
 	struct slow slow[SLOW_GROUPS];
+	bool output_sent;			/* the last of the lesser requests wrote an output */
+	uint64_t rates_ns;			/* slow_millihertz[] are measured since then */
 	uint8_t counter_pin[POKEYS_PINS];	/* 0-based pins that count */
 	uint8_t counters, counter_next;
 	uint8_t counter_asked[WIRE_COUNTERS];
@@ -125,6 +179,7 @@ struct intake {
 	bool machine_on, limit_override;
 	uint64_t outputs, outputs_mask;
 	struct axis_wish axis[POKEYS_AXES];
+	struct output_wish output;
 	bool bad;
 	uint64_t refused;
 	uint64_t said_ns[COMMAND_FAULTS];
@@ -233,6 +288,8 @@ struct device {
 	struct plan plan;
 	struct intake intake;
 	struct safe safe;
+	struct outputs outputs;
+	struct ponet ponet;
 	struct motion motion;
 	struct one_shots one_shots;
 	struct meter meter;
@@ -354,6 +411,18 @@ bool slow_send(struct device *device);
 /* This bank of encoders is to be read at once. */
 void slow_encoders_now(struct device *device, unsigned int bank);
 void slow_tick_now(struct device *device);
+/* Which pins count has changed. */
+void slow_counters(struct device *device);
+/* Now and then: how often each group was answered. */
+void slow_rates(struct device *device);
+extern const struct slow_kind slow_groups[SLOW_GROUPS];
+
+/* ponet.c: as a slow group */
+void ponet_begin(struct device *device);
+bool ponet_has(const struct device *device);
+enum wire_op ponet_ask(struct device *device, union slow_request *request);
+void ponet_take(struct device *device, const mailbox_entry_t *entry);
+void ponet_unanswered(struct device *device);
 
 /* decode.c */
 void decode_io(struct device *device, const mailbox_entry_t *entry);
@@ -366,6 +435,8 @@ void decode_axis_setup(struct device *device, unsigned int axis,
 
 /* intake.c */
 void intake_cycle(struct device *device, const struct pokeys_command *command, int refused);
+/* intake_output.c */
+void intake_outputs(struct device *device, const struct pokeys_command *command);
 void intake_refuse(struct device *device, enum command_fault fault, int64_t index);
 
 /* safe.c */

@@ -22,6 +22,7 @@
  * device may have been switched off, replaced, or set up by somebody else.
  */
 
+#include <string.h>
 #include "daemon/device/internal.h"
 
 #define PROBE_NS (100 * MS)		/* from probe to probe */
@@ -61,6 +62,7 @@ static void leave_running(struct device *device)
 {
 	safe_permit_drop(device);
 	one_shot_abort(device);
+	memset(device->image.slow_millihertz, 0, sizeof(device->image.slow_millihertz));
 }
 
 static void begin_running(struct device *device)

@@ -8,8 +8,9 @@
  * the data older but never a heap of requests. Outputs that change meanwhile
  * are put into the resend, or go out with the next one.
  *
- * The third place of a cycle goes, in this order, to the engine's state, a
- * step of a one-shot, the axes' references, and the slow groups. References
+ * The third place of a cycle goes, in this order, to the engine's state, the
+ * axes' references, a step of a one-shot, a setting, and in turns to the other
+ * outputs and the slow groups. References
  * change in every cycle of a move, and whoever comes after them would starve:
  * so when something else has waited for too long the status gives up its
  * place, but never twice in a row. A reference that is late by a cycle is a
@@ -140,7 +141,7 @@ static void send_status(struct device *device)
 static bool status_gives_way(const struct device *device)
 {
 	return !device->plan.status_skipped && reference_due(device) &&
-	       (one_shot_due(device) || slow_overdue(device));
+	       (one_shot_due(device) || output_due(device) || slow_overdue(device));
 }
 
 static void send_fast(struct device *device)
@@ -163,6 +164,22 @@ void plan_begin(struct device *device)
 {
 	memset(&device->plan, 0, sizeof(device->plan));
 	slow_begin(device);
+	ponet_begin(device);
+	output_begin(device);
+}
+
+/* Outputs that change in every cycle must not starve the slow groups, nor these them. */
+static void send_lesser(struct device *device)
+{
+	struct plan *plan = &device->plan;
+
+	if (plan->output_sent && slow_overdue(device)) {
+		plan->output_sent = !slow_send(device);
+		return;
+	}
+	plan->output_sent = output_send(device);
+	if (!plan->output_sent)
+		slow_send(device);
 }
 
 void plan_cycle(struct device *device)
@@ -170,6 +187,7 @@ void plan_cycle(struct device *device)
 	bool sent;
 
 	motion_update(device);
+	slow_rates(device);
 	if (device->cycle >= device->plan.next_cycle)
 		send_fast(device);
 	sent = motion_send_state(device);
@@ -179,5 +197,5 @@ void plan_cycle(struct device *device)
 	if (device->plan.status_skipped || !sent)
 		sent = configure_send(device);
 	if (device->plan.status_skipped || !sent)
-		slow_send(device);
+		send_lesser(device);
 }

@@ -90,7 +90,8 @@ static bool outputs_safe(const struct device *device)
 	uint64_t outputs, mask;
 
 	safe_outputs(device, &outputs, &mask);
-	return (safe->acked_mask & mask) == mask && (safe->acked & mask) == outputs;
+	return (safe->acked_mask & mask) == mask && (safe->acked & mask) == outputs &&
+	       output_settled(device);
 }
 
 static void judge_reached(struct device *device)

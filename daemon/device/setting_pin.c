@@ -45,6 +45,7 @@ static void pins_learn(struct device *device, unsigned int index, const union se
 	for (unsigned int i = 0; i < POKEYS_PINS; i++)
 		owned |= (uint64_t)!!(value->pins.value[i] & WIRE_PIN_OUTPUT) << i;
 	pins_store(device->image.digital_out_owned, owned);
+	slow_counters(device);
 }
 
 static void pins_report(struct pokeys_settings *known, unsigned int index,

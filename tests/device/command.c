@@ -12,6 +12,7 @@
 #include <cmocka.h>
 #include "tests/device/world.h"
 #include "wire/io.h"
+#include "wire/bus.h"
 #include "wire/pulse.h"
 
 #define OWNED ((UINT64_C(1) << 3) | (UINT64_C(1) << 12))
@@ -25,6 +26,7 @@ static void sane(struct world *w, const uint8_t *p)
 	struct wire_pulse_move_pv_req pv;
 	struct wire_pulse_state_req run;
 	struct wire_io_req io;
+	struct wire_pwm_req pwm;
 	const int32_t low = -PLANNER;
 
 	(void)w;
@@ -33,6 +35,14 @@ static void sane(struct world *w, const uint8_t *p)
 		assert_int_equal(~io.ignore & WIRE_PIN_MASK & ~OWNED, 0);
 		assert_int_equal(io.outputs & io.ignore, 0);
 	}
+	if (p[1] == 0xCB && p[2]) {
+		wire_pwm_decode_req(p, &pwm);
+		assert_int_equal(pwm.enabled >> WIRE_PWMS, 0);
+		for (unsigned int i = 0; i < WIRE_PWMS; i++)
+			assert_true(pwm.duty[i] <= pwm.period);
+	}
+	if (p[1] == 0xDD)
+		assert_true(p[p[2] == 0x50 || p[2] == 0x60 ? 4 : 3] < WIRE_PONET_MODULES);
 	if (p[1] != 0x85)
 		return;
 	switch (p[2]) {
@@ -53,8 +63,7 @@ static void sane(struct world *w, const uint8_t *p)
 							 wire_get_i32(p + 8 + 4 * i) <= PLANNER));
 		break;
 	case 0x04:
-		assert_int_equal(p[5], 1);	/* read only */
-		break;
+	case 0x08:
 	case 0x00:
 	case 0x06:
 	case 0x10:
@@ -116,8 +125,22 @@ static void each_bad_field_is_refused_by_name(void **state)
 	world.command.axis[5].mode = POKEYS_AXIS_POSITION;
 	world.command.axis[5].enable = 1;
 	refused(COMMAND_FAULT_AXIS_SETUP, 5);
-	world.command.pwm_enable = 1;
-	refused(COMMAND_FAULT_NOT_OFFERED, COMMAND_PART_PWM);
+	world.command.pwm_enable = 0x40;
+	refused(COMMAND_FAULT_PWM_CHANNEL, 0x40);
+	world.command.pwm_period = 1000;
+	world.command.pwm_duty[4] = 1001;
+	refused(COMMAND_FAULT_PWM_DUTY, 4);
+	world.command.poextbus_mask[10] = 1;
+	refused(COMMAND_FAULT_POEXTBUS, 10);
+	world_run(&world, 500 * MS);	/* until all modules were looked for */
+	world.command.ponet_mask = 1u << 7;
+	refused(COMMAND_FAULT_PONET, 7);
+	world.command.kbd48_flags = 0x08;
+	refused(COMMAND_FAULT_KBD48, 0x08);
+	world.command.kbd48_leds = UINT64_C(1) << 48;
+	world_run(&world, 3 * MS);
+	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
+	world_commander(&world, 5);
 	world.command.session = 0;
 	refused(COMMAND_FAULT_SESSION, 0);
 }

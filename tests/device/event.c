@@ -143,7 +143,7 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "mill: is serial number 65432, hardware 32, firmware 4.7.15" },
 		{ { .code = EVENT_BAD_COMMAND, .a = COMMAND_FAULT_NOT_OFFERED,
 		    .b = COMMAND_PART_PONET },
-		  "mill: command refused: this version does not drive PoNET" },
+		  "mill: command refused: this device has no PoNET" },
 		{ { .code = EVENT_BAD_COMMAND, .a = COMMAND_FAULT_AXIS_VELOCITY, .b = 2 },
 		  "mill: command refused: velocity must be a number within +-1e7 pulses/s, axis 2" },
 		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_REBOOT, .b = 9,

@@ -110,6 +110,7 @@ static void slow_values_arrive(void **state)
 	sim->engine.relays = 0x03;
 	sim->engine.outputs = 0x78;
 	world_start(&world);
+	world_commander(&world, 5);	/* or the safe state would switch them off */
 	world_until(&world, world_is_running, 500 * MS);
 	world_run(&world, 1 * SECOND);
 	assert_int_equal(world.state.identity.load, 42);

@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Outputs that do not travel with 0xCC: when they are written.
+ *
+ * The rule is that of the references: write whenever what is wanted differs
+ * from what was last acknowledged, put the newest values into a resend, and
+ * count no answer when two versions were under way. Values may be lost,
+ * repeated or overtaken without harm, as long as the newest comes last.
+ *
+ * What can be read back is believed more than an acknowledgement: a device
+ * whose own failsafe has acted, or that was set from elsewhere, is written
+ * again. A reading only counts when it was asked for after the last write had
+ * ended, for the two may overtake each other.
+ *
+ * One that the device does not answer is tried less and less often, so that it
+ * costs nothing to the others; they take turns.
+ */
+
+#include <string.h>
+#include "daemon/device/internal.h"
+
+#define AGAIN_NS (20 * MS)
+enum { FAILURES_MAX = 7 };	/* doublings of it */
+
+static bool wanted(const struct device *device, unsigned int place, union output_value *want)
+{
+	unsigned int index;
+	const struct output_kind *kind = output_kind(place, &index);
+
+	memset(want, 0, sizeof(*want));
+	return kind->want(device, index, want);
+}
+
+static bool same(const union output_value *a, const union output_value *b)
+{
+	return !memcmp(a, b, sizeof(*a));
+}
+
+static bool is_due(const struct device *device, unsigned int place, union output_value *want)
+{
+	const struct output *output = &device->outputs.output[place];
+
+	return !output->open && device->now_ns >= output->after_ns &&
+	       wanted(device, place, want) && !(output->known && same(want, &output->have));
+}
+
+/* PWM: duties alone do not begin the period anew. */
+static void encode(const struct output *output, unsigned int place, const union output_value *want,
+		   union output_value *request)
+{
+	*request = *want;
+	if (place == OUTPUT_PWM && output->known && want->pwm.enabled == output->have.pwm.enabled &&
+	    want->pwm.period == output->have.pwm.period)
+		request->pwm.duties_only = 1;
+}
+
+/* Sent again: with the newest values. */
+static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *context)
+{
+	struct device *device = device_of(mailbox);
+	const unsigned int place = (unsigned int)(uintptr_t)context;
+	struct output *output = &device->outputs.output[place];
+	union output_value want;
+	unsigned int index;
+
+	if (!wanted(device, place, &want) || (same(&want, &output->sent) && !output->mixed))
+		return;
+	output->mixed = true;
+	wire_encode_req(output_kind(place, &index)->op, entry->request_buffer, &want);
+}
+
+static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+		  uint64_t now_ns)
+{
+	struct device *device = device_of(mailbox);
+	const unsigned int place = (unsigned int)(uintptr_t)context;
+	struct output *output = &device->outputs.output[place];
+	unsigned int index;
+	const struct output_kind *kind = output_kind(place, &index);
+
+	device->now_ns = now_ns;
+	output->open = false;
+	output->known = false;
+	output->ended_ns = now_ns;
+	if (entry->state == POKEYS_REQUEST_CANCELLED)
+		return;
+	if (!answered(entry) || (kind->done && !kind->done(entry))) {
+		output->after_ns = now_ns + (AGAIN_NS << output->failures);
+		if (output->failures < FAILURES_MAX)
+			output->failures++;
+		return;
+	}
+	output->failures = 0;
+	if (output->mixed)
+		return;
+	output->known = true;
+	output->have = output->sent;
+	if (kind->learn)
+		kind->learn(device, &output->have);
+}
+
+static bool send(struct device *device, unsigned int place, const union output_value *want)
+{
+	struct output *output = &device->outputs.output[place];
+	union output_value request;
+	unsigned int index;
+
+	encode(output, place, want, &request);
+	if (!request_send(device, output_kind(place, &index)->op, &request, ended, refresh,
+			  (void *)(uintptr_t)place))
+		return false;
+	output->open = true;
+	output->mixed = false;
+	output->driven = output->driven || !device->safe.wanted;
+	output->sent = *want;
+	return true;
+}
+
+bool output_send(struct device *device)
+{
+	struct outputs *outputs = &device->outputs;
+	union output_value want;
+
+	for (unsigned int i = 0; i < OUTPUTS; i++) {
+		const unsigned int place = (outputs->next + i) % OUTPUTS;
+
+		if (!is_due(device, place, &want))
+			continue;
+		if (!send(device, place, &want))
+			return false;
+		outputs->next = (uint8_t)((place + 1) % OUTPUTS);
+		return true;
+	}
+	return false;
+}
+
+bool output_due(const struct device *device)
+{
+	union output_value want;
+
+	for (unsigned int i = 0; i < OUTPUTS; i++) {
+		if (is_due(device, i, &want))
+			return true;
+	}
+	return false;
+}
+
+bool output_settled(const struct device *device)
+{
+	union output_value want;
+
+	for (unsigned int i = 0; i < OUTPUTS; i++) {
+		const struct output *output = &device->outputs.output[i];
+
+		if (wanted(device, i, &want) &&
+		    (output->open || !output->known || !same(&want, &output->have)))
+			return false;
+	}
+	return true;
+}
+
+bool output_readable(const struct device *device, unsigned int place, uint64_t asked_ns)
+{
+	const struct output *output = &device->outputs.output[place];
+
+	return !output->open && asked_ns >= output->ended_ns;
+}
+
+void output_seen(struct device *device, unsigned int place)
+{
+	struct output *output = &device->outputs.output[place];
+
+	if (output->known && !output_is_shown(device, place, &output->have))
+		output->known = false;
+}
+
+/* Running (again): what it acknowledged before says nothing any more. */
+void output_begin(struct device *device)
+{
+	for (unsigned int i = 0; i < OUTPUTS; i++) {
+		struct output *output = &device->outputs.output[i];
+		const bool driven = output->driven;
+
+		memset(output, 0, sizeof(*output));
+		output->driven = driven;
+	}
+}
