@@ -21,6 +21,7 @@ PACKAGES_TEST=(
 	clang libclang-rt-14-dev	# libFuzzer
 	strace			# system calls of the realtime thread
 	systemd			# systemd-analyze
+	qemu-system-x86 mmdebstrap e2fsprogs	# a PREEMPT_RT machine
 )
 PACKAGES_RUST=(rustc-web cargo-web)
 RUST_MINIMUM=1.89

@@ -136,7 +136,7 @@ static void handle(struct sim_server *server, uint64_t now_ns, uint64_t data)
 
 	switch ((enum sim_event)(data >> 32)) {
 	case SIM_EVENT_UDP:
-		sim_udp_receive(server, now_ns);
+		sim_udp_receive(server);
 		break;
 	case SIM_EVENT_SEARCH:
 		sim_search_receive(server, now_ns);
@@ -223,6 +223,7 @@ static int turn(struct sim_server *server, bool poll)
 	}
 	for (int i = 0; i < count; i++)
 		handle(server, now_ns, events[i].data.u64);
+	now_ns = sim_now();
 	deliver(server, now_ns);
 	return keep_time(server, now_ns);
 }
@@ -234,10 +235,8 @@ int sim_server_run(struct sim_server *server)
 
 	while (!r && !server->stop && !server->control.exit) {
 		if (server->options->spin && ++spins % SPINS_PER_EPOLL) {
-			uint64_t now_ns = sim_now();
-
-			sim_udp_receive(server, now_ns);
-			deliver(server, now_ns);
+			sim_udp_receive(server);
+			deliver(server, sim_now());
 			continue;
 		}
 		r = turn(server, server->options->spin);

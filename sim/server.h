@@ -89,7 +89,7 @@ int sim_server_watch(struct sim_server *server, int fd, enum sim_event event, un
 
 /* server_udp.c */
 int sim_udp_open(struct sim_server *server);
-void sim_udp_receive(struct sim_server *server, uint64_t now_ns);
+void sim_udp_receive(struct sim_server *server);
 void sim_udp_send(struct sim_server *server, uint32_t peer, const uint8_t *bytes, size_t len);
 
 /* server_search.c */

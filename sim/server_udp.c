@@ -72,7 +72,12 @@ static uint32_t number_of(struct sim_server *server, const struct sockaddr_in *f
 	return i;
 }
 
-void sim_udp_receive(struct sim_server *server, uint64_t now_ns)
+/*
+ * The time of a packet is read after it came: read before, it could be older
+ * than the question when we were held up in between, and a device that answers
+ * with a clock from before the question looks restarted.
+ */
+void sim_udp_receive(struct sim_server *server)
 {
 	uint8_t bytes[SIM_LINK_BYTES + 1];
 	struct sockaddr_in from;
@@ -81,6 +86,7 @@ void sim_udp_receive(struct sim_server *server, uint64_t now_ns)
 		socklen_t size = sizeof(from);
 		ssize_t len = recvfrom(server->udp, bytes, sizeof(bytes), 0,
 				       (struct sockaddr *)&from, &size);
+		uint64_t now_ns = sim_now();
 
 		if (len < 0)
 			return;
