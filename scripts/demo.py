@@ -58,6 +58,8 @@ class Demo(Rig):
 
     def enable(self):
         self.wait_for("pokeys.0.connected", lambda: self.get("connected"), 10)
+        # or it is no edge: machine-on has to be seen off by the daemon first
+        self.wait_for("pokeys.0.commander", lambda: self.get("commander"), 10)
         self.pins["pos"] = self.get("joint.00.pos-fb")
         self.pins["enable"] = True
         self.pins["machine-on"] = True
