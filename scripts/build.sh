@@ -9,6 +9,8 @@ configure_and_build() {
 	if [ ! -f "$folder/build.ninja" ]; then
 		say "configuring $folder"
 		mkdir -p "$folder"
+		# left by a configuring that was interrupted, it is "already configured" for meson
+		rm -f "$folder/meson-private/coredata.dat"
 		meson setup "$folder" "$@" >"$folder/setup.log" 2>&1 || {
 			cat "$folder/setup.log" >&2
 			return 1

@@ -20,6 +20,8 @@ suite_run() {
 	shift 3
 	for suite; do arguments+=(--suite "$suite"); done
 	say "testing: $label"
+	# what an earlier run wrote must not be counted if this one writes nothing
+	rm -f "$build/meson-logs/log-$label.json"
 	meson test -C "$build" --no-rebuild --print-errorlogs --num-processes "$jobs" \
 		--timeout-multiplier "$([ "$build" = build ] && echo 2 || echo 8)" \
 		--logbase "log-$label" "${arguments[@]}" || true
@@ -35,6 +37,8 @@ sanitized_run() {
 
 run_tests() {
 	local suite
+	# meson ends its suite on ^C, and ends well; the rest shall not follow
+	trap 'exit 130' INT
 	TEST_LOGS=()
 	[ $# -gt 0 ] || set -- "${SUITES_ALL[@]}"
 	for suite; do

@@ -221,6 +221,19 @@ def nothing_is_left_after_an_interrupt(rig):
         gone(inside)
 
 
+def folders_of_odd_names_are_kept(rig):
+    for name in ("a:b", "a 'b", 'a"$b'):
+        folder = rig.folder / name
+        folder.mkdir()
+        module = folder / "pokeys_shm.so"
+        shutil.copy(hal_live.sys.argv[1], module)
+        done = subprocess.run([str(hal_live.ROOT / "scripts/hal-isolated"), "--module", str(module),
+                               "bash", "-c", "ls && halcmd loadrt pokeys_shm && halcmd unloadrt all"],
+                              cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                              text=True, check=False)
+        assert done.returncode == 0, f"{name}: {done.stderr}"
+
+
 def an_ordinary_user_can_do_it(rig):
     if os.geteuid() != 0:
         return  # then everything here has been done by one
@@ -251,5 +264,6 @@ hal_live.main([
     a_killed_rtapi_app_gives_its_place_back,
     nothing_is_left_when_all_is_killed,
     nothing_is_left_after_an_interrupt,
+    folders_of_odd_names_are_kept,
     an_ordinary_user_can_do_it,
 ])

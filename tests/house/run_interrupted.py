@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""./run after and during an interruption: half a build folder is configured anew,
+results of an earlier run are not counted, ^C ends the run and not one suite.
+
+meson and ninja are stand-ins that do what the real ones were seen to do.
+"""
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+MESON = r"""#!/bin/bash
+echo "$*" >>"$CALLS"
+case $1 in
+setup)	[ -f "$2/meson-private/coredata.dat" ] || touch "$2/build.ninja" ;;
+test)	[ -z "${SLOW-}" ] || { trap 'exit 0' INT; touch "$SLOW"; sleep 20 & wait; } ;;
+esac
+"""
+NINJA = '#!/bin/bash\n[ -f "$2/build.ninja" ]\n'
+
+
+class Fake:
+    """A folder with a build folder in it, and our two stand-ins before all others."""
+
+    def __init__(self, root, folder):
+        self.root, self.folder, self.calls = root, pathlib.Path(folder), pathlib.Path(folder) / "calls"
+        for name, text in (("meson", MESON), ("ninja", NINJA)):
+            path = self.folder / "bin" / name
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text)
+            path.chmod(0o755)
+        self.environment = {**os.environ, "CALLS": str(self.calls),
+                            "PATH": f"{path.parent}:{os.environ['PATH']}"}
+
+    def start(self, script, **variables):
+        lines = [f". '{self.root}/scripts/{name}.sh'" for name in ("install", "build", "test")]
+        lines = ["set -euo pipefail"] + lines + [script]
+        return subprocess.Popen(["bash", "-c", "\n".join(lines)], cwd=self.folder, text=True,
+                                env={**self.environment, **variables}, start_new_session=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+
+def half_a_build_folder(fake):
+    private = fake.folder / "build/meson-private"
+    private.mkdir(parents=True)
+    (private / "coredata.dat").touch()
+    child = fake.start("build_main")
+    said = child.communicate(timeout=20)[0]
+    assert child.returncode == 0, said
+
+
+def old_results(fake):
+    logs = fake.folder / "build/meson-logs"
+    logs.mkdir(parents=True)
+    (logs / "log-unit.json").write_text('{"name": "x", "result": "OK"}\n')
+    child = fake.start(f"TEST_LOGS=(); suite_run build unit 1 unit; "
+                       f"'{fake.root}/scripts/count-tests' \"${{TEST_LOGS[@]}}\"")
+    said = child.communicate(timeout=20)[0]
+    assert child.returncode == 1 and "0 passed" in said, said
+
+
+def interrupt(fake):
+    (fake.folder / "build").mkdir()
+    (fake.folder / "build/build.ninja").write_text("fuzz-wire\n")
+    slow = fake.folder / "slow"
+    child = fake.start("run_tests unit sim net", SLOW=str(slow))
+    while not slow.exists() and child.poll() is None:
+        time.sleep(0.02)
+    os.killpg(child.pid, signal.SIGINT)
+    said = child.communicate(timeout=20)[0]
+    tests = [line for line in fake.calls.read_text().splitlines() if line.startswith("test ")]
+    assert child.returncode == 130 and len(tests) == 1, f"{child.returncode} {tests} {said}"
+
+
+def main():
+    for check in (half_a_build_folder, old_results, interrupt):
+        with tempfile.TemporaryDirectory() as folder:
+            check(Fake(sys.argv[1], folder))
+        print(f"ok: {check.__name__}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
