@@ -72,9 +72,9 @@ bool settings_given(const struct settings_key *key, uint32_t index,
 		    const struct pokeys_settings *settings);
 
 /*
- * As settings_store() takes it. False if it cannot be said: it is not given, or
- * the value has no word and is outside of the range (then *text is "", else a
- * raw number).
+ * As settings_store() takes it. False if it cannot be said: it is not given
+ * (*text is "" then), or it has no word or is outside of what may be written
+ * (*text is printable all the same, a raw number if it is one).
  */
 bool settings_print(const struct settings_key *key, uint32_t index,
 		    const struct pokeys_settings *settings, char text[SETTINGS_VALUE_MAX]);

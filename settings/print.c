@@ -200,22 +200,25 @@ static bool print_list(const struct settings_key *key, uint32_t index,
 static bool print_text(const struct settings_key *key, const struct pokeys_settings *settings,
 		       char text[SETTINGS_VALUE_MAX])
 {
-	struct pokeys_settings copy;
-
 	snprintf(text, SETTINGS_VALUE_MAX, "%.*s", NAME_LENGTH,
 		 (const char *)field_of(key, 0, settings));
-	if (settings_store(key, 0, text, &copy) == NULL)
-		return true;
-	text[0] = '\0';
-	return false;
+	for (const char *c = text; *c; c++)
+		if (*c < ' ' || *c > '~')
+			text[0] = '\0';
+	return *text;
 }
 
-bool settings_print(const struct settings_key *key, uint32_t index,
-		    const struct pokeys_settings *settings, char text[SETTINGS_VALUE_MAX])
+/* A device may have what we would refuse, two channels at one terminal for one. */
+static bool goes_in_again(const struct settings_key *key, uint32_t index, const char *text)
 {
-	text[0] = '\0';
-	if (!settings_given(key, index, settings))
-		return false;
+	struct pokeys_settings copy = { 0 };
+
+	return !settings_store(key, index, text, &copy);
+}
+
+static bool print_any(const struct settings_key *key, uint32_t index,
+		      const struct pokeys_settings *settings, char text[SETTINGS_VALUE_MAX])
+{
 	switch (key->type) {
 	case SETTINGS_NUMBER:
 		return print_number(key, index, settings, text);
@@ -232,6 +235,14 @@ bool settings_print(const struct settings_key *key, uint32_t index,
 		return print_list(key, index, settings, text);
 	}
 	return false;
+}
+
+bool settings_print(const struct settings_key *key, uint32_t index,
+		    const struct pokeys_settings *settings, char text[SETTINGS_VALUE_MAX])
+{
+	text[0] = '\0';
+	return settings_given(key, index, settings) && print_any(key, index, settings, text) &&
+	       goes_in_again(key, index, text);
 }
 
 bool settings_differ(const struct settings_key *key, uint32_t index,

@@ -60,7 +60,9 @@ static int group_id(const char *group, gid_t *out, char *why, size_t size)
 /* Names that a daemon gives; "." and ".." are in every folder. */
 static bool is_ours(const char *name)
 {
-	static const char *const names[] = { ".", "..", "lock", "current", ".current", NULL };
+	static const char *const names[] = {
+		".", "..", "lock", "current", ".current", "control", NULL
+	};
 
 	for (size_t i = 0; names[i]; i++) {
 		if (!strcmp(name, names[i]))

@@ -30,6 +30,9 @@ static const struct command {
 	{ "devices", "", "devices of the running daemon", TAKES_RUNTIME, command_devices },
 	{ "status", "[DEVICE ...]", "how they are, once", TAKES_RUNTIME | TAKES_NAMES,
 	  command_status },
+	{ "config", "show | diff | apply | save DEVICE",
+	  "what the device is set up for; what is wanted otherwise; write that; keep it",
+	  TAKES_RUNTIME | TAKES_NAMES, command_config },
 	{ "top", "[DEVICE ...] [--count N] [--interval S]", "how they are, again and again",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_COUNT | TAKES_INTERVAL, command_top },
 };

@@ -38,6 +38,7 @@ void complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
 int command_discover(const struct options *options);
 int command_devices(const struct options *options);
 int command_status(const struct options *options);
+int command_config(const struct options *options);
 int command_top(const struct options *options);
 
 #endif

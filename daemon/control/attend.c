@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * What the control thread does while the loop runs, fifty times a second:
- * write events down, wake listeners, clean up after dead clients, tell the
+ * write events down, take orders, wake listeners, clean up after dead clients, tell the
  * service manager, write metrics. Each of it may be late without harm. Only
  * the watchdog has a limit, and it is fed from the same round, so a control
  * thread that hangs is noticed as well.
@@ -40,8 +40,7 @@ static bool take_signal(struct daemon *daemon)
 
 	while (read(daemon->signal_fd, &info, sizeof(info)) == (ssize_t)sizeof(info)) {
 		if (info.ssi_signo == SIGHUP) {
-			log_line(EVENT_NOTICE, "SIGHUP: the configuration is read at the start "
-				 "only; restart to have it read again");
+			desk_reload(&daemon->desk);
 			continue;
 		}
 		log_line(EVENT_INFO, "ending (%s)",
@@ -69,6 +68,7 @@ static void read_back(struct daemon *daemon, uint64_t now_ns)
 	report->now_ns = now_ns;
 	report->log_dropped = log_dropped();
 	report->metrics_failed = daemon->metrics.failed;
+	report->requests_refused = daemon->desk.refused;
 	for (uint32_t i = 0; i < report->devices; i++) {
 		struct report_device *device = &report->device[i];
 
@@ -98,6 +98,7 @@ static void tell(struct daemon *daemon, uint64_t now_ns)
 static void do_round(struct daemon *daemon, uint64_t now_ns)
 {
 	drain_run(&daemon->drain, now_ns);
+	desk_run(&daemon->desk, now_ns);
 	finder_report(&daemon->finder);
 	wake_listeners(daemon, now_ns);
 	if (due(&daemon->next_maintain_ns, MAINTAIN_NS, now_ns)) {

@@ -128,10 +128,12 @@ static void judge_axis(const struct judged *j, uint32_t index)
 	struct pokeys_axis_settings *axis = &j->raw->settings.axis[index];
 	const uint32_t both = POKEYS_AXIS_SET_SOFT_MINIMUM | POKEYS_AXIS_SET_SOFT_MAXIMUM;
 
-	if ((axis->options & AXIS_SOFT_LIMITS) && (axis->set & both) != both)
+	bool on = axis->options & AXIS_SOFT_LIMITS;
+
+	if (on && (axis->set & both) != both)
 		judge_fault(j, "axis.#.soft-limits", index, "axis.%u.soft-limits = on wants "
 			    "axis.%u.soft-minimum and axis.%u.soft-maximum", index, index, index);
-	else if ((axis->set & both) == both && axis->soft_minimum >= axis->soft_maximum)
+	else if (on && axis->soft_minimum >= axis->soft_maximum)
 		judge_fault(j, "axis.#.soft-maximum", index, "axis.%u.soft-maximum has to be above "
 			    "axis.%u.soft-minimum", index, index);
 	if ((axis->set & POKEYS_AXIS_SET_MAX_ACCELERATION) &&

@@ -254,6 +254,25 @@ static int publish(struct daemon *daemon)
 	return STATUS_FAILED;
 }
 
+/* Without it the devices are driven all the same, so it is no reason to be without a daemon. */
+static void open_desk(struct daemon *daemon)
+{
+	int result = desk_open(&daemon->desk);
+
+	if (result)
+		log_line(EVENT_WARNING, "%s/control: cannot be made: %s; pokeysctl config apply and "
+			 "save do not work", daemon->config->runtime_directory, strerror(-result));
+}
+
+/* As the desk sees a device: through our own reader, like everybody. */
+static int read_report(void *context, uint32_t device, struct pokeys_report *out)
+{
+	struct daemon *daemon = context;
+
+	return daemon->reader[device] ? pokeys_client_read_report(daemon->reader[device], out) :
+					-ENOTCONN;
+}
+
 int daemon_start(struct daemon *daemon)
 {
 	int status, result;
@@ -264,6 +283,7 @@ int daemon_start(struct daemon *daemon)
 	status = status ? status : publish(daemon);
 	if (status)
 		return status;
+	open_desk(daemon);
 	daemon->latency_fd = realtime_hold_cpu_awake();
 	if (daemon->latency_fd < 0)
 		log_line(EVENT_INFO, "/dev/cpu_dma_latency: %s; sleeping cores may wake up late",
@@ -308,6 +328,7 @@ int daemon_stop(struct daemon *daemon)
 
 void daemon_close(struct daemon *daemon)
 {
+	desk_close(&daemon->desk);
 	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++)
 		pokeys_client_close(daemon->reader[i]);
 	/* a thread that did not end still uses the rest; the process ends anyway */
@@ -325,7 +346,7 @@ void daemon_close(struct daemon *daemon)
 		close(daemon->signal_fd);
 }
 
-int daemon_run(struct daemon *daemon, const struct config *config)
+int daemon_run(struct daemon *daemon, const struct config *config, const char *config_path)
 {
 	int status, stopped;
 
@@ -333,7 +354,8 @@ int daemon_run(struct daemon *daemon, const struct config *config)
 	daemon->config = config;
 	daemon->signal_fd = -1;
 	daemon->latency_fd = -1;
-	drain_init(&daemon->drain, config, &daemon->loop.events);
+	desk_init(&daemon->desk, config, config_path, &daemon->loop, read_report, daemon);
+	drain_init(&daemon->drain, config, &daemon->loop.events, &daemon->desk);
 	status = daemon_open(daemon);
 	status = status ? status : daemon_start(daemon);
 	status = status ? status : daemon_attend(daemon);

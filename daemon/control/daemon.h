@@ -7,6 +7,7 @@
 
 #include <pthread.h>
 #include "daemon/control/config.h"
+#include "daemon/control/desk.h"
 #include "daemon/control/drain.h"
 #include "daemon/control/finder.h"
 #include "daemon/control/metrics.h"
@@ -19,6 +20,7 @@ struct daemon {
 	struct shm_host *host;
 	struct finder finder;
 	struct drain drain;
+	struct desk desk;
 	struct metrics metrics;
 	struct watchdog watchdog;
 	struct report report;
@@ -35,8 +37,8 @@ struct daemon {
 	uint64_t next_notify_ns, next_maintain_ns, next_status_ns;
 };
 
-/* All of it; an exit status of options.h. */
-int daemon_run(struct daemon *daemon, const struct config *config);
+/* All of it, `config` being what config_path holds; an exit status of options.h. */
+int daemon_run(struct daemon *daemon, const struct config *config, const char *config_path);
 
 /* Parts of it, in this order; each logs what is wrong. 0 or an exit status. */
 int daemon_open(struct daemon *daemon);

@@ -8,11 +8,13 @@
 #include <string.h>
 #include "daemon/control/drain.h"
 
-void drain_init(struct drain *drain, const struct config *config, struct event_ring *ring)
+void drain_init(struct drain *drain, const struct config *config, struct event_ring *ring,
+		struct desk *desk)
 {
 	memset(drain, 0, sizeof(*drain));
 	drain->config = config;
 	drain->ring = ring;
+	drain->desk = desk;
 }
 
 static void write_down(struct drain *drain, const struct event *event, uint64_t now_ns)
@@ -52,6 +54,8 @@ uint32_t drain_run(struct drain *drain, uint64_t now_ns)
 
 	while (count < EVENT_RING && event_pop(drain->ring, &event) == 1) {
 		write_down(drain, &event, now_ns);
+		if (drain->desk)
+			desk_event(drain->desk, &event, now_ns);
 		count++;
 	}
 	tell_dropped(drain, now_ns);

@@ -4,18 +4,21 @@
 #define CONTROL_DRAIN_H
 
 #include "daemon/control/config.h"
+#include "daemon/control/desk.h"
 #include "daemon/control/log.h"
 #include "daemon/device/event.h"
 
 struct drain {
 	const struct config *config;		/* names of the devices */
 	struct event_ring *ring;
+	struct desk *desk;			/* hears of each event; NULL = nobody */
 	uint64_t dropped_told;
 	struct log_limit dropped_limit;
 	struct log_limit limit[TRANSPORT_CHANNELS + 1][EVENT_CODES];
 };
 
-void drain_init(struct drain *drain, const struct config *config, struct event_ring *ring);
+void drain_init(struct drain *drain, const struct config *config, struct event_ring *ring,
+		struct desk *desk);
 
 /* Write down what has come, at most one ring full. Returns how many events there were. */
 uint32_t drain_run(struct drain *drain, uint64_t now_ns);

@@ -88,5 +88,5 @@ int main(int argc, char **argv)
 	if (status)
 		return status;
 	log_open(STDERR_FILENO, config.log_level);
-	return daemon_run(&the_daemon, &config);
+	return daemon_run(&the_daemon, &config, options.config);
 }

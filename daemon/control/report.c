@@ -157,6 +157,10 @@ int report_metrics(const struct report *report, FILE *to)
 	fprintf(to, "# HELP pokeysd_metrics_failed_total Times this file could not be written\n"
 		"# TYPE pokeysd_metrics_failed_total counter\npokeysd_metrics_failed_total %llu\n",
 		(unsigned long long)report->metrics_failed);
+	fprintf(to, "# HELP pokeysd_requests_refused_total Orders of pokeysctl that were refused\n"
+		"# TYPE pokeysd_requests_refused_total counter\n"
+		"pokeysd_requests_refused_total %llu\n",
+		(unsigned long long)report->requests_refused);
 	return fflush(to) || ferror(to) ? -EIO : 0;
 }
 

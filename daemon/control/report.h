@@ -20,7 +20,7 @@ struct report_device {
 
 struct report {
 	uint64_t now_ns;
-	uint64_t log_dropped, metrics_failed;
+	uint64_t log_dropped, metrics_failed, requests_refused;
 	uint32_t devices;
 	struct report_device device[TRANSPORT_CHANNELS];
 };

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl config. Showing reads the shared memory, as everything else here
+ * does; it asks the device for nothing. Ordering goes to the daemon, which is
+ * the only one who may write to a device: one request, one answer.
+ */
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include "tools/config_print.h"
+#include "tools/order.h"
+#include "tools/pokeysctl.h"
+#include "tools/view.h"
+
+/* The report of a device that answers for it; 0, or it has been said why. */
+static int read_report(const struct options *options, struct view *view,
+		       struct pokeys_report *report)
+{
+	const char *name = options->names[1];
+	struct view_device *device;
+	int result;
+
+	if (view_open(view, options->runtime_directory, &options->names[1], 1))
+		return -1;
+	view_read(view);
+	device = &view->device[0];
+	if (device->freshness == VIEW_NONE || device->freshness == VIEW_DEAD) {
+		complain("%s: %s", name, device->why);
+		return -1;
+	}
+	result = pokeys_client_read_report(device->client, report);
+	if (result) {
+		complain("%s: its settings cannot be read: %s", name, strerror(-result));
+		return -1;
+	}
+	if (report->state != POKEYS_CONFIG_UNKNOWN)
+		return 0;
+	complain("%s: its settings have not been read yet%s%s", name, *device->why ? ": " : "",
+		 device->why);
+	return -1;
+}
+
+static int show(const struct options *options)
+{
+	static struct pokeys_report report;
+	static struct view view;
+	int result = read_report(options, &view, &report);
+
+	if (!result && options->json)
+		config_print_show_json(options->names[1], &report, stdout);
+	else if (!result)
+		config_print_show(options->names[1], &report, stdout);
+	view_close(&view);
+	return result ? STATUS_FAILED : STATUS_OK;
+}
+
+static int diff(const struct options *options)
+{
+	static struct pokeys_report report;
+	static struct view view;
+	int result = read_report(options, &view, &report);
+	unsigned int count = 0;
+
+	if (!result && options->json)
+		count = config_print_diff_json(options->names[1], &report, stdout);
+	else if (!result)
+		count = config_print_diff(&report, stdout);
+	view_close(&view);
+	if (result)
+		return STATUS_STALE;
+	return count ? STATUS_FAILED : STATUS_OK;
+}
+
+static int order(const struct options *options)
+{
+	char text[ORDER_TEXT_MAX];
+	int result;
+
+	if (options->json) {
+		complain("config %s takes no --json", options->names[0]);
+		return STATUS_USAGE;
+	}
+	result = order_give(options->runtime_directory, options->names[0], options->names[1], text);
+	if (result) {
+		complain("%s", text);
+		return STATUS_FAILED;
+	}
+	puts(text);
+	return STATUS_OK;
+}
+
+int command_config(const struct options *options)
+{
+	static const struct {
+		const char *name;
+		int (*run)(const struct options *options);
+	} verbs[] = {
+		{ "show", show }, { "diff", diff }, { "apply", order }, { "save", order },
+	};
+
+	for (size_t i = 0; options->name_count == 2 && i < sizeof(verbs) / sizeof(verbs[0]); i++)
+		if (!strcmp(options->names[0], verbs[i].name))
+			return verbs[i].run(options);
+	complain("usage: pokeysctl config show | diff | apply | save DEVICE");
+	return STATUS_USAGE;
+}

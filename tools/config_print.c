@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * What a device is set up for, in the words of pokeysd.conf: the keys are those
+ * of the one table that the daemon reads its file with, so what is printed here
+ * can be put into it. What the table has no word for stands there as a comment.
+ *
+ * Functions of terminals are lists in a file, and one terminal in another list
+ * would make two lines of difference: those are compared terminal by terminal.
+ */
+#include <string.h>
+#include "settings/key.h"
+#include "tools/config_print.h"
+#include "tools/json.h"
+
+static const char *const state_names[] = {
+	[POKEYS_CONFIG_UNKNOWN] = "unknown",
+	[POKEYS_CONFIG_WAITING] = "waiting",
+	[POKEYS_CONFIG_APPLYING] = "applying",
+	[POKEYS_CONFIG_APPLIED] = "applied",
+	[POKEYS_CONFIG_REFUSED] = "refused",
+};
+
+static const char *const setting_names[] = {
+	[POKEYS_SETTING_NONE] = "none",
+	[POKEYS_SETTING_PIN] = "pin",
+	[POKEYS_SETTING_ENCODER] = "encoder",
+	[POKEYS_SETTING_ENCODER_PINS] = "encoder pins",
+	[POKEYS_SETTING_FAST_ENCODERS] = "fast encoders",
+	[POKEYS_SETTING_ULTRA_FAST] = "ultra-fast encoder",
+	[POKEYS_SETTING_ENGINE] = "pulse engine",
+	[POKEYS_SETTING_EMERGENCY] = "emergency pin",
+	[POKEYS_SETTING_AXIS] = "axis",
+	[POKEYS_SETTING_PWM] = "PWM period",
+	[POKEYS_SETTING_ANALOG_FILTER] = "analog filter",
+	[POKEYS_SETTING_FAILSAFE] = "failsafe",
+	[POKEYS_SETTING_MATRIX] = "matrix keyboard",
+	[POKEYS_SETTING_NAME] = "name",
+	[POKEYS_SETTING_POEXTBUS] = "PoExtBus",
+};
+
+#define PICK(names, which) \
+	((which) < sizeof(names) / sizeof((names)[0]) && (names)[which] ? (names)[which] : "?")
+
+const char *config_print_state(uint8_t state)
+{
+	return PICK(state_names, state);
+}
+
+static uint32_t indices(const struct settings_key *key)
+{
+	return key->count ? key->count : 1;
+}
+
+static bool is_pin_list(const struct settings_key *key)
+{
+	return key->type == SETTINGS_PIN_FUNCTION || key->type == SETTINGS_PIN_FLAG;
+}
+
+static bool pin_known(const struct pokeys_settings *settings, unsigned int pin)
+{
+	return settings->pin_set[pin / 8] >> pin % 8 & 1;
+}
+
+/* Whether a list of the file holds this function. */
+static bool pin_has_list(uint8_t function, unsigned int pin)
+{
+	for (size_t i = 0; i < settings_key_count; i++) {
+		const struct settings_key *key = &settings_keys[i];
+
+		if (key->type == SETTINGS_PIN_FUNCTION && (function & 0x7fu) == key->bits &&
+		    pin + 1 >= (unsigned int)key->minimum && pin + 1 <= (unsigned int)key->maximum)
+			return true;
+	}
+	return !function;
+}
+
+static void show_key(const struct settings_key *key, uint32_t index,
+		     const struct pokeys_settings *device, FILE *to)
+{
+	char name[SETTINGS_NAME_MAX], text[SETTINGS_VALUE_MAX];
+	bool said = settings_print(key, index, device, text);
+
+	settings_name(key, index, name);
+	if (said && !(is_pin_list(key) && !strcmp(text, "none")))
+		fprintf(to, "%s = %s\n", name, text);
+	else if (!said && *text)
+		fprintf(to, "; %s: the device has %s, for which there is no word\n", name, text);
+}
+
+/*
+ * What a device has of encoders that do not count and of axes that it does not
+ * drive says nothing, and of the latter a file may not say anything.
+ */
+static bool is_idle(const struct settings_key *key, uint32_t index,
+		    const struct pokeys_settings *device)
+{
+	if (!strncmp(key->name, "axis.#.", 7))
+		return device->set & POKEYS_SET_AXES && index >= device->axes;
+	if (!strncmp(key->name, "encoder.#.", 10) && strcmp(key->name, "encoder.#.enable") != 0)
+		return !(device->encoder[index].options & 1);
+	return false;
+}
+
+/* Keys from `first` on that are of the same thing: "axis.#.", "encoder.#.". */
+static size_t group_of(size_t first)
+{
+	const char *hash = strchr(settings_keys[first].name, '#');
+	size_t length = hash ? (size_t)(hash - settings_keys[first].name) + 1 : 0;
+	size_t count = 1;
+
+	while (hash && first + count < settings_key_count &&
+	       !strncmp(settings_keys[first + count].name, settings_keys[first].name, length))
+		count++;
+	return count;
+}
+
+/* All of one axis, then all of the next one. */
+static void show_group(const struct settings_key *keys, size_t count,
+		       const struct pokeys_settings *device, FILE *to)
+{
+	for (uint32_t n = 0; n < indices(keys); n++)
+		for (size_t i = 0; i < count; i++)
+			if (!is_idle(&keys[i], n, device))
+				show_key(&keys[i], n, device, to);
+}
+
+static void show_odd_pins(const struct pokeys_settings *device, FILE *to)
+{
+	char text[SETTINGS_VALUE_MAX];
+
+	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++)
+		if (pin_known(device, pin) && !pin_has_list(device->pin_function[pin], pin))
+			fprintf(to, "; terminal %u: %s, for which there is no key\n", pin + 1,
+				settings_pin_text(device->pin_function[pin], text));
+}
+
+void config_print_show(const char *device, const struct pokeys_report *report, FILE *to)
+{
+	fprintf(to, "[device %s]\n", device);
+	for (size_t i = 0; i < settings_key_count; i += group_of(i))
+		show_group(&settings_keys[i], group_of(i), &report->device, to);
+	show_odd_pins(&report->device, to);
+}
+
+/* A number as such, all else as it stands in a file. */
+static void put_value(struct json *json, const char *name, const struct settings_key *key,
+		      uint32_t index, const struct pokeys_settings *settings)
+{
+	char text[SETTINGS_VALUE_MAX];
+	double number;
+
+	if (settings_number(key, index, settings, &number))
+		json_real(json, name, number);
+	else if (settings_print(key, index, settings, text))
+		json_text(json, name, text);
+	else
+		json_null(json, name);
+}
+
+static void put_head(struct json *json, const char *device, const struct pokeys_report *report)
+{
+	json_object(json, NULL);
+	json_unsigned(json, "format", 1);
+	json_text(json, "device", device);
+	json_text(json, "config_state", config_print_state(report->state));
+	if (report->refused)
+		json_text(json, "refused", PICK(setting_names, report->refused));
+	else
+		json_null(json, "refused");
+	json_unsigned(json, "refused_index", report->refused_index);
+}
+
+static void put_pin_functions(struct json *json, const struct pokeys_settings *settings)
+{
+	json_array(json, "pin_functions");
+	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++) {
+		if (pin_known(settings, pin))
+			json_unsigned(json, NULL, settings->pin_function[pin]);
+		else
+			json_null(json, NULL);
+	}
+	json_end(json);
+}
+
+void config_print_show_json(const char *device, const struct pokeys_report *report, FILE *to)
+{
+	char name[SETTINGS_NAME_MAX];
+	struct json json;
+
+	json_init(&json, to);
+	put_head(&json, device, report);
+	put_pin_functions(&json, &report->device);
+	json_object(&json, "settings");
+	for (size_t i = 0; i < settings_key_count; i++)
+		for (uint32_t n = 0; n < indices(&settings_keys[i]); n++)
+			if (settings_given(&settings_keys[i], n, &report->device))
+				put_value(&json, settings_name(&settings_keys[i], n, name),
+					  &settings_keys[i], n, &report->device);
+	json_end(&json);
+	json_end(&json);
+}
+
+/* Told to as many as there are differences. */
+struct difference {
+	const char *name, *wanted, *device;
+};
+
+typedef void (*tell)(void *context, const struct difference *difference);
+
+static unsigned int differing_pins(const struct pokeys_report *report, tell tell_one, void *context)
+{
+	char name[SETTINGS_NAME_MAX], wanted[SETTINGS_VALUE_MAX], device[SETTINGS_VALUE_MAX];
+	unsigned int count = 0;
+
+	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++) {
+		const struct difference found = { name, wanted, device };
+
+		if (!pin_known(&report->wanted, pin) || !pin_known(&report->device, pin) ||
+		    report->wanted.pin_function[pin] == report->device.pin_function[pin])
+			continue;
+		snprintf(name, sizeof(name), "terminal %u", pin + 1);
+		settings_pin_text(report->wanted.pin_function[pin], wanted);
+		settings_pin_text(report->device.pin_function[pin], device);
+		tell_one(context, &found);
+		count++;
+	}
+	return count;
+}
+
+/*
+ * A setting that the device does not have (a failsafe on a device without one)
+ * is none that it has otherwise, once the daemon says that all is applied.
+ */
+static bool differs(const struct settings_key *key, uint32_t index,
+		    const struct pokeys_report *report)
+{
+	if (!settings_differ(key, index, &report->wanted, &report->device))
+		return false;
+	return settings_given(key, index, &report->device) ||
+	       report->state != POKEYS_CONFIG_APPLIED;
+}
+
+static unsigned int differing_keys(const struct pokeys_report *report, tell tell_one, void *context)
+{
+	char name[SETTINGS_NAME_MAX], wanted[SETTINGS_VALUE_MAX], device[SETTINGS_VALUE_MAX];
+	const struct difference found = { name, wanted, device };
+	unsigned int count = 0;
+
+	for (size_t i = 0; i < settings_key_count; i++) {
+		const struct settings_key *key = &settings_keys[i];
+
+		for (uint32_t n = 0; n < indices(key); n++) {
+			if (!differs(key, n, report))
+				continue;
+			settings_name(key, n, name);
+			settings_print(key, n, &report->wanted, wanted);
+			settings_print(key, n, &report->device, device);
+			tell_one(context, &found);
+			count++;
+		}
+	}
+	return count;
+}
+
+static void tell_text(void *context, const struct difference *found)
+{
+	fprintf(context, "%s: %s is wanted, the device has %s\n", found->name, found->wanted,
+		*found->device ? found->device : "none");
+}
+
+unsigned int config_print_diff(const struct pokeys_report *report, FILE *to)
+{
+	unsigned int pins = differing_pins(report, tell_text, to);
+
+	return pins + differing_keys(report, tell_text, to);
+}
+
+static void tell_json(void *context, const struct difference *found)
+{
+	struct json *json = context;
+
+	json_object(json, NULL);
+	json_text(json, "key", found->name);
+	json_text(json, "wanted", found->wanted);
+	if (*found->device)
+		json_text(json, "has", found->device);
+	else
+		json_null(json, "has");
+	json_end(json);
+}
+
+unsigned int config_print_diff_json(const char *device, const struct pokeys_report *report,
+				    FILE *to)
+{
+	struct json json;
+	unsigned int count;
+
+	json_init(&json, to);
+	put_head(&json, device, report);
+	json_array(&json, "differences");
+	count = differing_pins(report, tell_json, &json);
+	count += differing_keys(report, tell_json, &json);
+	json_end(&json);
+	json_end(&json);
+	return count;
+}
