@@ -86,7 +86,7 @@ start_linuxcnc() {
 	HAL
 	systemd-run --quiet --unit=linuxcnc --uid=cnc --property=LimitRTPRIO=99 \
 		--property=LimitMEMLOCK=infinity --property=StandardOutput=append:/out/linuxcnc \
-		--property=StandardError=append:/out/linuxcnc --setenv=HOME=/home/cnc \
+		--property=StandardError=append:/out/linuxcnc --property=WorkingDirectory=~ \
 		halrun -f /tmp/servo.hal
 	within 30 pin_is connected TRUE
 }

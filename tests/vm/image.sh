@@ -68,33 +68,33 @@ mmdebstrap --quiet --variant=minbase \
 	--dpkgopt='path-exclude=/lib/modules/*/kernel/drivers/gpu/*' \
 	--dpkgopt='path-exclude=/lib/modules/*/kernel/drivers/media/*' \
 	--dpkgopt='path-exclude=/lib/modules/*/kernel/sound/*' \
-	bookworm "$work/root"
+	bookworm "$work/tree"
 
 echo "image: adding LinuxCNC" >&2
 (
 	cd "$work"
 	apt-get download -qq linuxcnc-uspace
 	dpkg-deb --fsys-tarfile linuxcnc-uspace_*.deb |
-		tar -x --keep-directory-symlink --wildcards -C root \
+		tar -x --keep-directory-symlink --wildcards -C tree \
 			./etc/linuxcnc ./usr/bin ./usr/lib/linuxcnc './usr/lib/lib*'
 )
 
-cp "$work/vm-test.service" "$work/root/etc/systemd/system/"
-mkdir -p "$work/root/in" "$work/root/out" \
-	"$work/root/etc/systemd/system/multi-user.target.wants"
-ln -s ../vm-test.service "$work/root/etc/systemd/system/multi-user.target.wants/"
+cp "$work/vm-test.service" "$work/tree/etc/systemd/system/"
+mkdir -p "$work/tree/in" "$work/tree/out" \
+	"$work/tree/etc/systemd/system/multi-user.target.wants"
+ln -s ../vm-test.service "$work/tree/etc/systemd/system/multi-user.target.wants/"
 printf '%s\n' \
 	'/dev/vda / ext4 rw 0 1' \
 	'in /in 9p trans=virtio,version=9p2000.L,ro,msize=262144 0 0' \
 	'out /out 9p trans=virtio,version=9p2000.L,rw,msize=262144 0 0' \
-	>"$work/root/etc/fstab"
-echo pokeys-vm >"$work/root/etc/hostname"
+	>"$work/tree/etc/fstab"
+echo pokeys-vm >"$work/tree/etc/hostname"
 echo 'blacklist kvm_intel
-blacklist kvm_amd' >"$work/root/etc/modprobe.d/no-kvm.conf"
-chroot "$work/root" useradd --create-home --shell /bin/bash cnc
+blacklist kvm_amd' >"$work/tree/etc/modprobe.d/no-kvm.conf"
+chroot "$work/tree" useradd --create-home --shell /bin/bash cnc
 
-cp -L "$work"/root/boot/vmlinuz-* "$folder/vmlinuz"
-cp -L "$work"/root/boot/initrd.img-* "$folder/initrd"
-rm -rf "$work"/root/boot/* "$work"/root/var/lib/apt/lists/* "$work"/root/var/cache/apt/*
-mke2fs -q -t ext4 -d "$work/root" -O ^has_journal "$folder/disk.ext4" \
-	"$(($(du -sm "$work/root" | cut -f1) * 5 / 4 + 200))M"
+cp -L "$work"/tree/boot/vmlinuz-* "$folder/vmlinuz"
+cp -L "$work"/tree/boot/initrd.img-* "$folder/initrd"
+rm -rf "$work"/tree/boot/* "$work"/tree/var/lib/apt/lists/* "$work"/tree/var/cache/apt/*
+mke2fs -q -t ext4 -d "$work/tree" -O ^has_journal "$folder/disk.ext4" \
+	"$(($(du -sm "$work/tree" | cut -f1) * 5 / 4 + 200))M"
