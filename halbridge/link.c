@@ -66,7 +66,17 @@ static bool is_alive(const struct pokeys_state *state, uint64_t now_ns)
 	return age_of(state->t_publish_ns, now_ns) <= (limit > ALIVE_LEAST ? limit : ALIVE_LEAST);
 }
 
-static void fill_link(struct values *values, const struct pokeys_state *state, uint64_t age_ns)
+/* Grows while nothing comes, also when there is no image any more to tell it. */
+static void show_age(struct link *link, struct values *values, uint64_t age_ns, uint64_t now_ns)
+{
+	if (age_ns != NEVER)
+		link->data_ns = now_ns - age_ns;
+	else if (!link->data_ns)
+		link->data_ns = now_ns;
+	values->age_us = (double)(now_ns - link->data_ns) / 1e3;
+}
+
+static void fill_link(struct values *values, const struct pokeys_state *state)
 {
 	const struct pokeys_link_statistics *statistics = &state->statistics;
 
@@ -75,7 +85,6 @@ static void fill_link(struct values *values, const struct pokeys_state *state, u
 	values->fault_count = state->fault_count;
 	values->cycle = (uint32_t)state->cycle;
 	values->reconnects = (uint32_t)statistics->reconnects;
-	values->age_us = age_ns == NEVER ? 0 : (double)age_ns / 1e3;
 	values->rtt_us = statistics->rtt_last_ns / 1e3;
 	values->rtt_avg_us = statistics->rtt_smoothed_ns / 1e3;
 	values->rtt_max_us = statistics->rtt_max_ns / 1e3;
@@ -138,20 +147,20 @@ struct link_news link_read(struct link *link, struct values *values,
 			   struct refusals *refusals)
 {
 	struct link_news news = { 0 };
+	uint64_t age_ns = state ? age(state, now_ns) : NEVER;
 	bool error = false;
 
 	values->attach_state = refused ? 2 : state ? 1 : 0;
 	values->daemon_alive = state && is_alive(state, now_ns);
 	if (state) {
-		uint64_t age_ns = age(state, now_ns);
-
 		news.new_daemon = state->epoch != link->epoch;
 		news.fresh = values->daemon_alive && is_fresh(state, age_ns);
 		news.rebooted = rebooted(link, state, news.new_daemon);
 		error = lost_packets(link, values, state, news.new_daemon);
 		link->epoch = state->epoch;
-		fill_link(values, state, age_ns);
+		fill_link(values, state);
 	}
+	show_age(link, values, age_ns, now_ns);
 	values->connected = news.fresh;
 	values->stale = !news.fresh;
 	count_errors(link, values, error || !news.fresh, refusals);

@@ -11,6 +11,10 @@
 #include "halbridge/refusal.h"
 #include <math.h>
 
+/* Whatever is multiplied or divided by a factor between these stays finite. */
+#define FACTOR_LEAST	1e-100
+#define FACTOR_MOST	1e100
+
 static void leave_note(struct refusals *refusals, size_t offset, enum refusal_reason reason,
 		       double value)
 {
@@ -44,10 +48,22 @@ void refusal_changed(struct refusals *refusals, bool *was, bool bad, size_t offs
 	}
 }
 
+/* What is wrong with it; *bad = false if nothing is. */
+static enum refusal_reason judge(const struct factor *factor, double wanted, bool *bad)
+{
+	*bad = true;
+	if (!isfinite(wanted))
+		return REFUSAL_NOT_FINITE;
+	if (wanted == 0 && !factor->may_be_zero)
+		return REFUSAL_ZERO;
+	*bad = fabs(wanted) > FACTOR_MOST || (!factor->may_be_zero && fabs(wanted) < FACTOR_LEAST);
+	return REFUSAL_RANGE;
+}
+
 double factor_judge(struct factor *factor, struct refusals *refusals, double wanted, size_t offset)
 {
-	enum refusal_reason reason = isfinite(wanted) ? REFUSAL_ZERO : REFUSAL_NOT_FINITE;
-	bool bad = !isfinite(wanted) || (wanted == 0 && !factor->may_be_zero);
+	bool bad;
+	enum refusal_reason reason = judge(factor, wanted, &bad);
 
 	refusal_mark(refusals, &factor->bad, bad, offset, reason, wanted);
 	factor->seen = wanted;

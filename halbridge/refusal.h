@@ -63,8 +63,8 @@ struct factor {
 double factor_judge(struct factor *factor, struct refusals *refusals, double wanted, size_t offset);
 
 /*
- * The value to use: `wanted` if it is finite, and not 0 where that cannot be;
- * else the last good one. Realtime.
+ * The value to use: `wanted` if it is finite, of a size with which results are
+ * finite as well, and not 0 where that cannot be; else the last good one. Realtime.
  */
 static inline double factor_take(struct factor *factor, struct refusals *refusals, double wanted,
 				 size_t offset)

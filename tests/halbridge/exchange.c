@@ -239,6 +239,41 @@ static void garbage_in_the_state_makes_no_nan(void **state)
 	}
 }
 
+static void no_factor_makes_an_infinity(void **state)
+{
+	static const double factors[] = {
+		1e-310, -1e-310, 1e-300, 1e308, -1e308, 1e-99, -1e-99, 1e99, -1e99, 1,
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(factors) / sizeof(factors[0]); i++) {
+		for (unsigned int k = 0; k < POKEYS_ENCODERS; k++)
+			values->encoder[k].scale = factors[i];
+		for (unsigned int k = 0; k < POKEYS_AXES; k++)
+			values->joint[k].scale = factors[i];
+		for (unsigned int k = 0; k < POKEYS_ANALOG; k++) {
+			values->analog[k].scale = factors[i];
+			values->analog[k].offset = -factors[i];
+			rig.daemon.analog[k] = 4095;
+		}
+		for (int period = 0; period < 9; period++) {
+			for (unsigned int k = 0; k < POKEYS_ENCODERS; k++)
+				rig.daemon.encoder[k] += 1 << 28;
+			for (unsigned int k = 0; k < POKEYS_AXES; k++)
+				rig.daemon.engine.axis[k].position = INT32_MAX;
+			rig_period(&rig);
+		}
+		for (unsigned int k = 0; k < POKEYS_ENCODERS; k++) {
+			assert_true(isfinite(values->encoder[k].position));
+			assert_true(isfinite(values->encoder[k].velocity));
+		}
+		for (unsigned int k = 0; k < POKEYS_AXES; k++)
+			assert_true(isfinite(values->joint[k].pos_fb));
+		for (unsigned int k = 0; k < POKEYS_ANALOG; k++)
+			assert_true(isfinite(values->analog[k].value));
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -247,6 +282,7 @@ int main(void)
 		cmocka_unit_test_setup(only_pins_that_are_outputs_are_commanded, setup),
 		cmocka_unit_test_setup(analog_is_volts_times_scale_minus_offset, setup),
 		cmocka_unit_test_setup(analog_never_becomes_nan, setup),
+		cmocka_unit_test_setup(no_factor_makes_an_infinity, setup),
 		cmocka_unit_test_setup(identity_and_capabilities_are_shown, setup),
 		cmocka_unit_test_setup(the_heartbeat_beats_and_the_times_are_told, setup),
 		cmocka_unit_test_setup(a_session_is_never_zero, setup),

@@ -98,6 +98,33 @@ static void a_silent_device_is_stale_though_the_daemon_lives(void **state)
 	assert_true(values->connected);
 }
 
+static void age_grows_while_there_is_no_image(void **state)
+{
+	(void)state;
+	for (int i = 0; i < 50; i++) {
+		rig.now_ns += RIG_MS;
+		exchange_read(&rig.exchange, values, EXCHANGE_NOTHING, rig.now_ns);
+	}
+	assert_true(values->age_us == 50200);
+	/* and a daemon that knows nothing yet does not make it younger */
+	rig.now_ns += RIG_MS;
+	rig.daemon.t_digital_ns = 0;
+	rig.daemon.t_motion_ns = 0;
+	rig_read(&rig);
+	assert_true(values->age_us == 51200);
+}
+
+static void age_of_what_never_came_counts_from_the_start(void **state)
+{
+	(void)state;
+	rig_init(&rig);
+	for (int i = 0; i <= 7; i++) {
+		rig.now_ns += RIG_MS;
+		exchange_read(&rig.exchange, values, EXCHANGE_NOTHING, rig.now_ns);
+	}
+	assert_true(values->age_us == 7000);
+}
+
 static void old_motion_data_are_stale_as_well(void **state)
 {
 	(void)state;
@@ -271,6 +298,8 @@ int main(void)
 		cmocka_unit_test_setup(a_dead_daemon_is_noticed_however_patient_it_was, setup),
 		cmocka_unit_test_setup(stale_pins_keep_their_last_values, setup),
 		cmocka_unit_test_setup(a_silent_device_is_stale_though_the_daemon_lives, setup),
+		cmocka_unit_test_setup(age_grows_while_there_is_no_image, setup),
+		cmocka_unit_test_setup(age_of_what_never_came_counts_from_the_start, setup),
 		cmocka_unit_test_setup(old_motion_data_are_stale_as_well, setup),
 		cmocka_unit_test_setup(a_device_without_motion_can_be_fresh, setup),
 		cmocka_unit_test_setup(the_flag_is_believed_when_it_says_stale, setup),
