@@ -11,6 +11,7 @@
 #include "halbridge/binding.h"
 #include "halbridge/exchange.h"
 #include "halbridge/legacy_link.h"
+#include "halbridge/wisher.h"
 #include "shm/handover.h"
 
 struct instance {
@@ -30,6 +31,7 @@ struct instance {
 	struct exchange exchange;
 	struct binding binding;
 	struct legacy_link link;
+	struct wisher wisher;			/* the monitor's */
 };
 
 #endif

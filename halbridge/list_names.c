@@ -77,9 +77,7 @@ static void print_details(const struct table_row *row)
 		printf(", %02u..%02u", row->first, row->first + row->count - 1u);
 	if (row->inner)
 		printf(" and %u..%u", row->inner_first, row->inner_first + row->inner - 1u);
-	if (row->kind != TABLE_PARAM)
-		return;
-	if (row->initial != 0 && !isnan(row->initial))
+	if (row->kind == TABLE_PARAM && row->initial != 0 && !isnan(row->initial))
 		printf(", default %g", row->initial);
 	if (row->low != row->high)
 		printf(", %g to %g", row->low, row->high);

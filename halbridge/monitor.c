@@ -156,31 +156,34 @@ static void say_connection(struct monitor *monitor, struct instance *instance)
 	memory->was_connected = connected;
 }
 
-/* The name of the pin or parameter whose member stands at this offset. */
-static void name_of(const struct instance *instance, size_t offset,
-		    char name[TABLE_NAME_MAX + 1])
-{
-	for (struct table_cursor at = table_walk(instance->schemes); table_next(&at);) {
-		if (at.offset == offset) {
-			table_name(at.row, instance->number, at.index, name);
-			return;
-		}
-	}
-	snprintf(name, TABLE_NAME_MAX + 1, "pokeys.%u", instance->number);
-}
-
 static void say_refusals(struct monitor *monitor, struct instance *instance)
 {
 	struct monitor_memory *memory = &monitor->memory[instance->number];
-	char name[TABLE_NAME_MAX + 1];
 	struct refusal_note note;
+	char line[MONITOR_LINE];
 
 	while (memory->credit && refusal_take(&instance->exchange.refusals, &note)) {
 		memory->credit--;
-		name_of(instance, note.offset, name);
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s = %g: %s\n", name, note.value,
-				refusal_text(note.reason));
+		refusal_line(&note, instance->number, instance->schemes, line, sizeof(line));
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s\n", line);
 	}
+}
+
+static void say_setting(void *argument, const struct wish_item *item, double value)
+{
+	const struct instance *instance = argument;
+	char line[MONITOR_LINE];
+
+	wisher_explain(item, instance->number, value, line, sizeof(line));
+	rtapi_print_msg(RTAPI_MSG_ERR, "%s\n", line);
+}
+
+static void see_to_settings(struct instance *instance)
+{
+	volatile uint32_t *session = &instance->exchange.command.session;
+
+	wisher_round(&instance->wisher, instance->binding.values, instance->client, *session,
+		     say_setting, instance);
 }
 
 static void look_around(struct monitor *monitor, unsigned int number)
@@ -193,6 +196,7 @@ static void look_around(struct monitor *monitor, unsigned int number)
 		say_attachment(monitor, monitor->instances[i]);
 		say_connection(monitor, monitor->instances[i]);
 		say_refusals(monitor, monitor->instances[i]);
+		see_to_settings(monitor->instances[i]);
 	}
 }
 

@@ -67,20 +67,37 @@ const char *table_direction_name(unsigned int direction)
 	return names[direction];
 }
 
-static void set_parameter(const struct table_row *row, void *at)
+double table_get(const struct table_row *row, const void *at)
 {
 	switch ((enum table_type)row->type) {
 	case TABLE_BIT:
-		*(param_bit *)at = row->initial != 0;
+		return *(const volatile uint8_t *)at;
+	case TABLE_FLOAT:
+		return *(const param_float *)at;
+	case TABLE_S32:
+		return *(const param_s32 *)at;
+	case TABLE_U32:
+		return *(const param_u32 *)at;
+	case TABLE_TYPES:
+		break;
+	}
+	return 0;
+}
+
+void table_put(const struct table_row *row, void *at, double value)
+{
+	switch ((enum table_type)row->type) {
+	case TABLE_BIT:
+		*(volatile uint8_t *)at = (uint8_t)value;
 		break;
 	case TABLE_FLOAT:
-		*(param_float *)at = row->initial;
+		*(param_float *)at = value;
 		break;
 	case TABLE_S32:
-		*(param_s32 *)at = (int32_t)row->initial;
+		*(param_s32 *)at = (int32_t)(int64_t)value;
 		break;
 	case TABLE_U32:
-		*(param_u32 *)at = (uint32_t)row->initial;
+		*(param_u32 *)at = (uint32_t)(int64_t)value;
 		break;
 	case TABLE_TYPES:
 		break;
@@ -92,8 +109,8 @@ void table_set_parameters(void *values)
 	for (struct table_cursor row = table_walk(TABLE_ALL); table_next_row(&row);) {
 		for (unsigned int k = 0; k < table_row_names(row.row); k++) {
 			if (row.row->kind == TABLE_PARAM)
-				set_parameter(row.row, (unsigned char *)values +
-					      table_offset(row.row, k));
+				table_put(row.row, (unsigned char *)values +
+					  table_offset(row.row, k), row.row->initial);
 		}
 	}
 }

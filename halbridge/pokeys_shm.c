@@ -195,6 +195,8 @@ static int make_instance(unsigned int number, const char *device, unsigned int s
 	r = binding_init(&instance->binding, values, (void *volatile *)pointers,
 			 schemes);
 	if (!r)
+		r = wish_init(&instance->wisher.wish);
+	if (!r)
 		r = export_names(instance, values, pointers);
 	if (r)
 		return r;

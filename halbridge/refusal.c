@@ -10,6 +10,8 @@
  */
 #include "halbridge/refusal.h"
 #include <math.h>
+#include <stdio.h>
+#include "halbridge/table.h"
 
 /* Whatever is multiplied or divided by a factor between these stays finite. */
 #define FACTOR_LEAST	1e-100
@@ -83,7 +85,7 @@ bool refusal_take(struct refusals *refusals, struct refusal_note *out)
 	return true;
 }
 
-const char *refusal_text(unsigned int reason)
+static const char *refusal_text(unsigned int reason)
 {
 	switch ((enum refusal_reason)reason) {
 	case REFUSAL_NOT_FINITE:
@@ -98,4 +100,32 @@ const char *refusal_text(unsigned int reason)
 		return "the device did not arm an index for this encoder; tried again";
 	}
 	return "refused";
+}
+
+/* Whose member stands at this offset; false: nobody's with a name. */
+static bool find(struct table_cursor *at, size_t offset)
+{
+	while (table_next(at)) {
+		if (at->offset == offset)
+			return true;
+	}
+	return false;
+}
+
+void refusal_line(const struct refusal_note *note, unsigned int device, unsigned int schemes,
+		  char *line, size_t size)
+{
+	struct table_cursor at = table_walk(schemes);
+	const struct table_row *row = find(&at, note->offset) ? at.row : NULL;
+	char name[TABLE_NAME_MAX + 1];
+
+	if (row)
+		table_name(row, device, at.index, name);
+	else
+		snprintf(name, sizeof(name), "pokeys.%u", device);
+	if (note->reason == REFUSAL_RANGE && row && row->low < row->high)
+		snprintf(line, size, "%s = %g: must be %g to %g; the old value stays in use", name,
+			 note->value, row->low, row->high);
+	else
+		snprintf(line, size, "%s = %g: %s", name, note->value, refusal_text(note->reason));
 }

@@ -76,6 +76,11 @@ static inline double factor_take(struct factor *factor, struct refusals *refusal
 /* The oldest note, for the log: true if there was one. Not realtime's. */
 bool refusal_take(struct refusals *refusals, struct refusal_note *out);
 
-const char *refusal_text(unsigned int reason);
+/*
+ * One line for a person about a note: the pin or parameter of pokeys.<device>
+ * in these schemes, its value, and what is wrong with it. Not realtime's.
+ */
+void refusal_line(const struct refusal_note *note, unsigned int device, unsigned int schemes,
+		  char *line, size_t size);
 
 #endif

@@ -99,6 +99,10 @@ size_t table_type_size(unsigned int type);
 const char *table_type_name(unsigned int type);
 const char *table_direction_name(unsigned int direction);
 
+/* The value of a member of a row's type, and setting it. A bit is the byte it is. */
+double table_get(const struct table_row *row, const void *at);
+void table_put(const struct table_row *row, void *at, double value);
+
 /* Put every parameter to its initial value; `values` is a struct values. */
 void table_set_parameters(void *values);
 

@@ -15,8 +15,8 @@
 	ROW(name, PARAM, RO, READ, member, help, BOTH_SCHEMES)
 #define CLOCK(name, member, help)	\
 	ROW("rtc." name, PIN, OUT, READ, rtc.member, help, BOTH_SCHEMES)
-#define CLOCK_SET(name, member, help)	\
-	ROW("rtc.set-" name, PIN, IN, WRITE, rtc.set_##member, help)
+#define CLOCK_SET(name, member, low_, high_, help)	\
+	ROW("rtc.set-" name, PIN, IN, WRITE, rtc.set_##member, help, .low = low_, .high = high_)
 
 static const struct table_row rows[] = {
 	ROW("devSerial", PARAM, RW, READ, device_serial,
@@ -81,12 +81,13 @@ static const struct table_row rows[] = {
 	CLOCK("doy", day_of_year, "day of the year"),
 	ROW("rtc.set", PIN, IN, WRITE, rtc.set,
 	    "its rising edge sets the clock to what the pins rtc.set-* say then"),
-	CLOCK_SET("sec", second, "second, 0..59"),
-	CLOCK_SET("min", minute, "minute, 0..59"),
-	CLOCK_SET("hour", hour, "hour, 0..23"),
-	CLOCK_SET("dom", day, "day of the month, 1..31"),
-	CLOCK_SET("month", month, "month, 1..12"),
-	CLOCK_SET("year", year, "year, 2000..2099; the day of the week and of the year follow"),
+	CLOCK_SET("sec", second, 0, 59, "second"),
+	CLOCK_SET("min", minute, 0, 59, "minute"),
+	CLOCK_SET("hour", hour, 0, 23, "hour"),
+	CLOCK_SET("dom", day, 1, 31, "day of the month"),
+	CLOCK_SET("month", month, 1, 12, "month"),
+	CLOCK_SET("year", year, 2000, 2099, 
+		  "year; the day of the week and of the year follow"),
 	ROW("rtc.set-outcome", PIN, OUT, READ, rtc.set_outcome,
 	    "of the last setting: 0 none or under way, 1 done, 2 failed, 3 unknown, 4 refused"),
 };

@@ -138,6 +138,25 @@ static void a_pwm_parameter_out_of_range_keeps_the_last_good_one(void **state)
 	assert_false(values->input_refused);
 }
 
+static void a_refusal_names_the_parameter_and_its_range(void **state)
+{
+	struct refusal_note note;
+	char line[128];
+
+	(void)state;
+	values->pwm[4].max_dc = 1.5;
+	values->pwm[3].scale = 0;
+	rig_period(&rig);
+	assert_true(refusal_take(&rig.exchange.refusals, &note));
+	refusal_line(&note, 0, TABLE_CANONICAL, line, sizeof(line));
+	assert_string_equal(line, "pokeys.0.pwm.03.scale = 0: must not be 0; the last good value "
+			    "stays in use");
+	assert_true(refusal_take(&rig.exchange.refusals, &note));
+	refusal_line(&note, 0, TABLE_CANONICAL, line, sizeof(line));
+	assert_string_equal(line, "pokeys.0.pwm.04.max-dc = 1.5: must be 0 to 1; the old value "
+			    "stays in use");
+}
+
 static void brightness_is_sent_when_it_is_asked_for(void **state)
 {
 	(void)state;
@@ -178,6 +197,7 @@ int main(void)
 		cmocka_unit_test_setup(pwm_is_value_over_scale_plus_offset_within_its_limits, setup),
 		cmocka_unit_test_setup(pwm_that_is_not_enabled_has_duty_0_and_stays_driven, setup),
 		cmocka_unit_test_setup(a_pwm_parameter_out_of_range_keeps_the_last_good_one, setup),
+		cmocka_unit_test_setup(a_refusal_names_the_parameter_and_its_range, setup),
 		cmocka_unit_test_setup(brightness_is_sent_when_it_is_asked_for, setup),
 		cmocka_unit_test_setup(automatic_brightness_is_the_opposite_of_the_light, setup),
 	};
