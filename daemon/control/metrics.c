@@ -25,16 +25,38 @@ bool metrics_due(const struct metrics *metrics, uint64_t now_ns)
 	return *metrics->path && now_ns >= metrics->next_ns;
 }
 
+/*
+ * Something else under that name, a FIFO above all, would hold the control
+ * thread, and with it SIGTERM and the watchdog, for as long as nobody reads.
+ */
+static int open_beside(const char *path)
+{
+	int fd = open(path, O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644);
+	struct stat status;
+
+	if (fd < 0)
+		return -errno;
+	if (fstat(fd, &status) || !S_ISREG(status.st_mode)) {
+		close(fd);
+		return -EEXIST;
+	}
+	if (!ftruncate(fd, 0))
+		return fd;
+	close(fd);
+	return -EIO;
+}
+
 static int write_beside(const char *path, const struct report *report)
 {
-	int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644);
+	int fd = open_beside(path);
 	FILE *to = fd < 0 ? NULL : fdopen(fd, "w");
 	int result;
 
+	if (fd < 0)
+		return fd;
 	if (!to) {
 		result = -errno;
-		if (fd >= 0)
-			close(fd);
+		close(fd);
 		return result;
 	}
 	/* whatever the umask says: counters are no secret, and another user collects them */
