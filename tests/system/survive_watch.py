@@ -18,8 +18,12 @@ import hal
 RUNTIME, OUT_PIN = sys.argv[1], sys.argv[2]
 
 
+one_line = threading.Lock()  # two threads tell; print writes line and newline one by one
+
+
 def tell(**what):
-    print(json.dumps({"t": time.monotonic(), **what}), flush=True)
+    with one_line:
+        print(json.dumps({"t": time.monotonic(), **what}), flush=True)
 
 
 def halcmd(*words):
