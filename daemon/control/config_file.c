@@ -22,6 +22,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include "daemon/control/config_key.h"
 
@@ -319,15 +320,37 @@ int config_parse(const char *name, const char *text, size_t length, struct confi
 	return parse(name, text, length, false, out, complain, context);
 }
 
-/* A whole file, bounded. Its length, or -errno. */
+/*
+ * A file and nothing else: it is read again while the daemon runs, and a FIFO
+ * would hold up the thread that hears SIGTERM and feeds the watchdog.
+ */
+static int open_file(const char *path)
+{
+	int fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+	struct stat status;
+	int error = 0;
+
+	if (fd < 0)
+		return -errno;
+	if (fstat(fd, &status))
+		error = errno;
+	else if (!S_ISREG(status.st_mode))
+		error = S_ISDIR(status.st_mode) ? EISDIR : EPROTO;
+	if (!error)
+		return fd;
+	close(fd);
+	return -error;
+}
+
+/* A whole file, bounded. Its length, or -errno; -EPROTO = it is no file. */
 static ssize_t slurp(const char *path, char *text, size_t size)
 {
-	int fd = open(path, O_RDONLY | O_CLOEXEC);
+	int fd = open_file(path);
 	size_t length = 0;
 	ssize_t got = 1;
 
 	if (fd < 0)
-		return -errno;
+		return fd;
 	while (got > 0 && length < size) {
 		got = read(fd, text + length, size - length);
 		if (got > 0)
@@ -351,6 +374,9 @@ static int read_file(const char *path, bool here, struct config *out,
 	if (length == -ENOENT)
 		config_fault(&file, 0, "there is no such file; pokeysd.conf(5) says what to write "
 			     "into it");
+	else if (length == -EPROTO)
+		config_fault(&file, 0, "is not a file; the daemon reads it again when it is told "
+			     "to, so it has to stay where it is");
 	else if (length < 0)
 		config_fault(&file, 0, "cannot be read: %s", strerror((int)-length));
 	else if (length >= FILE_MAX)

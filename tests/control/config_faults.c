@@ -533,6 +533,23 @@ static void a_file_that_cannot_be_read_is_one_clear_line(void **state)
 	unlink(path);
 }
 
+static void a_fifo_is_refused_without_waiting(void **state)
+{
+	char path[] = "/tmp/pokeysd-config-XXXXXX";
+	int fd = mkstemp(path);
+
+	(void)state;
+	close(fd);
+	unlink(path);
+	assert_int_equal(mkfifo(path, 0600), 0);
+	memset(&heard, 0, sizeof(heard));
+	alarm(10);	/* it did wait */
+	assert_int_equal(config_read(path, &config, hear, &heard), 1);
+	alarm(0);
+	unlink(path);
+	assert_non_null(strstr(heard.line[0], ": is not a file;"));
+}
+
 static void a_complaint_is_safe_on_a_terminal(void **state)
 {
 	(void)state;
@@ -569,6 +586,7 @@ int main(void)
 		cmocka_unit_test(a_password_file_that_is_no_file_is_refused),
 		cmocka_unit_test(check_tells_what_is_not_on_this_machine_with_its_line),
 		cmocka_unit_test(a_file_that_cannot_be_read_is_one_clear_line),
+		cmocka_unit_test(a_fifo_is_refused_without_waiting),
 		cmocka_unit_test(a_complaint_is_safe_on_a_terminal),
 	};
 

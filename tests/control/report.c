@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /* The status line and the metrics file, from made-up images. */
 #include <errno.h>
+#include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -172,6 +173,28 @@ static void metrics_are_off_unless_asked_for(void **state)
 	assert_true(metrics_due(&metrics, 1000000007));
 }
 
+static void a_fifo_in_the_place_holds_nobody_up(void **state)
+{
+	char beside[100];
+	struct stat status;
+	int reader;
+
+	(void)state;
+	snprintf(beside, sizeof(beside), "%s.new", path);
+	assert_int_equal(mkfifo(beside, 0600), 0);
+	alarm(10);	/* it did hold up */
+	assert_int_equal(metrics_write(&metrics, &report, 1), -ENXIO);
+	/* it is put away, and the next time there is a file */
+	assert_int_equal(metrics_write(&metrics, &report, 2), 0);
+	assert_int_equal(mkfifo(beside, 0600), 0);
+	reader = open(beside, O_RDONLY | O_NONBLOCK);
+	assert_int_equal(metrics_write(&metrics, &report, 3), -EEXIST);
+	alarm(0);
+	close(reader);
+	assert_int_equal(stat(path, &status), 0);
+	assert_true(S_ISREG(status.st_mode) && status.st_size > 0);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 
 int main(void)
@@ -183,6 +206,7 @@ int main(void)
 		TEST(a_failed_write_is_counted_and_leaves_the_old_file),
 		TEST(a_full_disk_is_an_error_and_not_half_a_file),
 		TEST(metrics_are_off_unless_asked_for),
+		TEST(a_fifo_in_the_place_holds_nobody_up),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
