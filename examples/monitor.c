@@ -2,11 +2,11 @@
 /*
  * A monitor: show what the daemon knows of a device, live.
  *
- *	monitor [--runtime DIRECTORY] [--device NAME] [--interval MS] [--once] [--json]
+ *	monitor [DEVICE] [--runtime-directory DIR] [--interval S] [--once] [--json]
  *
  * It shows how a program attaches: open a client, poll it (it may be started
- * before the daemon and survives it), wait for a notification, read the
- * newest image. Reading costs the daemon nothing, and there may be many
+ * before the daemon and survives it), wait for notifications, read the newest
+ * image. Reading costs the daemon nothing, and there may be many
  * monitors. How old the data are is decided here, by this program's clock:
  * a daemon that died cannot raise a flag any more.
  *
@@ -28,7 +28,7 @@ static volatile sig_atomic_t ended;
 struct options {
 	const char *runtime;
 	char device[POKEYS_SHM_NAME_MAX];
-	unsigned int interval_ms;
+	double interval_s;
 	bool once, json;
 };
 
@@ -104,11 +104,11 @@ static void print_text(const struct options *options, const struct pokeys_state 
 			printf(" %u:%" PRId32, i, state->encoder[i]);
 	}
 	printf("\n  axes     ");
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (state->engine.axis[i].enabled)
-			printf(" %u:%" PRId32 "%s", i, state->engine.axis[i].position,
-			       state->engine.axis[i].in_position ? "" : "*");
-	}
+	for (unsigned int i = 0; i < state->engine.axes_enabled && i < POKEYS_AXES; i++)
+		printf(" %u:%" PRId32 "%s", i, state->engine.axis[i].position,
+		       state->engine.axis[i].enabled ? "" : "(off)");
+	if (!state->engine.axes_enabled)
+		printf(" none set up in the device");
 	printf("\n  round trip us: last %.1f smoothed %.1f; lost %" PRIu64 " of %" PRIu64 "\n",
 	       state->statistics.rtt_last_ns / 1e3, state->statistics.rtt_smoothed_ns / 1e3,
 	       state->statistics.lost, state->statistics.sent);
@@ -168,18 +168,34 @@ static int show(const struct options *options, pokeys_client *client)
 	return 0;
 }
 
+/*
+ * Until the interval is over. Notifications come ten times a second and whenever
+ * the link changes; a program that wants to react at once does so here.
+ */
+static void pass(pokeys_client *client, double seconds)
+{
+	uint64_t now, last = now_ns() + (uint64_t)(seconds * 1e9);
+	unsigned int ms;
+
+	while (!ended && (now = now_ns()) < last) {
+		ms = (unsigned int)((last - now) / 1000000) + 1;
+		/* a wait that fails (no daemon) must not become a busy loop */
+		if (pokeys_client_wait(client, ms) < 0)
+			usleep((ms < 500 ? ms : 500) * 1000);
+	}
+}
+
 static int usage(const char *program)
 {
-	fprintf(stderr, "usage: %s [--runtime DIRECTORY] [--device NAME] [--interval MS] "
-		"[--once] [--json]\n", program);
+	fprintf(stderr, "usage: %s [DEVICE] [--runtime-directory DIR] [--interval S] [--once] "
+		"[--json]\n       S = 0.01..3600\n", program);
 	return 2;
 }
 
 static int parse(struct options *options, int argc, char **argv)
 {
 	static const struct option known[] = {
-		{ "runtime", required_argument, NULL, 'r' },
-		{ "device", required_argument, NULL, 'd' },
+		{ "runtime-directory", required_argument, NULL, 'r' },
 		{ "interval", required_argument, NULL, 'i' },
 		{ "once", no_argument, NULL, 'o' },
 		{ "json", no_argument, NULL, 'j' },
@@ -187,22 +203,24 @@ static int parse(struct options *options, int argc, char **argv)
 	};
 	int c;
 
-	while ((c = getopt_long(argc, argv, "", known, NULL)) != -1) {
+	while ((c = getopt_long(argc, argv, "r:j", known, NULL)) != -1) {
 		switch (c) {
 		case 'r': options->runtime = optarg; break;
-		case 'd': snprintf(options->device, sizeof(options->device), "%s", optarg); break;
-		case 'i': options->interval_ms = (unsigned int)strtoul(optarg, NULL, 10); break;
+		case 'i': options->interval_s = strtod(optarg, NULL); break;
 		case 'o': options->once = true; break;
 		case 'j': options->json = true; break;
 		default: return -1;
 		}
 	}
-	return optind == argc && options->interval_ms ? 0 : -1;
+	if (optind < argc)
+		snprintf(options->device, sizeof(options->device), "%s", argv[optind++]);
+	/* written so that what is no number is out of range */
+	return optind == argc && options->interval_s >= 0.01 && options->interval_s <= 3600 ? 0 : -1;
 }
 
 int main(int argc, char **argv)
 {
-	struct options options = { .interval_ms = 500 };
+	struct options options = { .interval_s = 0.5 };
 	struct sigaction action = { .sa_handler = end };
 	char names[1][POKEYS_SHM_NAME_MAX];
 	pokeys_client *client;
@@ -213,7 +231,7 @@ int main(int argc, char **argv)
 	if (!options.device[0] && pokeys_shm_devices(options.runtime, names, 1) > 0)
 		memcpy(options.device, names[0], sizeof(names[0]));
 	if (!options.device[0]) {
-		fprintf(stderr, "no daemon runs; name the --device to wait for it\n");
+		fprintf(stderr, "no daemon runs; name a DEVICE to wait for it\n");
 		return 1;
 	}
 	if (pokeys_client_open(&client, options.runtime, options.device, "monitor",
@@ -227,9 +245,8 @@ int main(int argc, char **argv)
 		if (!options.json && isatty(STDOUT_FILENO))
 			printf("\033[H\033[J");
 		r = show(&options, client);
-		/* a wait that fails (no daemon) must not become a busy loop */
-		if (!options.once && pokeys_client_wait(client, options.interval_ms) < 0)
-			usleep(options.interval_ms * 1000);
+		if (!options.once)
+			pass(client, options.interval_s);
 	} while (!options.once && !ended);
 	pokeys_client_close(client);
 	return options.once ? r : 0;

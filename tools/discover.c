@@ -93,6 +93,7 @@ static void print_json(const struct search *search)
 
 	json_init(&json, stdout);
 	json_object(&json, NULL);
+	json_unsigned(&json, "format", 1);
 	json_array(&json, "devices");
 	for (size_t i = 0; i < search->count; i++) {
 		const struct found *found = &search->found[i];

@@ -44,21 +44,33 @@ static struct rates rates_of(struct before *before, const struct view_device *de
 	return rates;
 }
 
+/* What is not known is not shown as zeros. */
+static void draw_identity(struct screen *screen, const struct pokeys_identity *id)
+{
+	char type[32], place[32] = "";
+	uint32_t a = id->address;
+
+	if (a)
+		snprintf(place, sizeof(place), "  at %u.%u.%u.%u", a >> 24, a >> 16 & 255,
+			 a >> 8 & 255, a & 255);
+	if (id->serial)
+		screen_line(screen, "%s %u  firmware %u.%u.%u%s",
+			    print_clean(id->type, sizeof(id->type), type), id->serial,
+			    id->firmware_major, id->firmware_minor, id->firmware_revision, place);
+	else
+		screen_line(screen, "(not identified yet)%s", place);
+}
+
 static void draw_head(struct screen *screen, const struct view_device *device,
 		      const struct rates *rates)
 {
 	const struct pokeys_state *state = &device->state;
 	const struct pokeys_identity *id = &state->identity;
-	char age[16], type[32];
+	char age[16];
 
 	screen_line(screen, "%s: %s%s%s", device->name, pokeys_link_name(state->link),
 		    *device->why ? ": " : "", device->why);
-	screen_line(screen, "%s %u  firmware %u.%u.%u  at %u.%u.%u.%u",
-		    *id->type ? print_clean(id->type, sizeof(id->type), type) :
-				"(not identified yet)",
-		    id->serial, id->firmware_major, id->firmware_minor, id->firmware_revision,
-		    id->address >> 24, id->address >> 16 & 255, id->address >> 8 & 255,
-		    id->address & 255);
+	draw_identity(screen, id);
 	screen_line(screen, "age %-9s %s%s%s%s%s",
 		    print_duration(view_age_ns(device->now_ns, state->t_digital_ns), age),
 		    state->flags & POKEYS_STATE_COMMANDER ? " commanded" : " no commander",

@@ -32,6 +32,21 @@ double view_age_ns(uint64_t now_ns, uint64_t then_ns)
 	return now_ns > then_ns ? (double)(now_ns - then_ns) : 0;
 }
 
+/* With what to do, where the name alone does not say it. */
+static const char *fault_text(uint8_t fault)
+{
+	switch (fault) {
+	case POKEYS_FAULT_NO_ADDRESS:
+		return "not found; check power and cable";
+	case POKEYS_FAULT_NO_ANSWER:
+		return "no answer; check power, cable and address";
+	case POKEYS_FAULT_LOCKED:
+		return "configuration locked; see password-file in pokeysd.conf(5)";
+	default:
+		return pokeys_fault_name(fault);
+	}
+}
+
 void view_judge(struct view_device *device)
 {
 	const struct pokeys_state *state = &device->state;
@@ -47,7 +62,7 @@ void view_judge(struct view_device *device)
 			 "stale (daemon not publishing for %.1f s)", silent / 1e9);
 	} else if (state->link != POKEYS_LINK_RUNNING && state->fault) {
 		device->freshness = VIEW_STALE;
-		snprintf(device->why, sizeof(device->why), "%s", pokeys_fault_name(state->fault));
+		snprintf(device->why, sizeof(device->why), "%s", fault_text(state->fault));
 	} else if (state->link != POKEYS_LINK_RUNNING || age > (double)state->stale_after_ns) {
 		device->freshness = VIEW_STALE;
 		if (isinf(age))

@@ -6,6 +6,7 @@
  */
 #include <getopt.h>
 #include <stdio.h>
+#include <string.h>
 #include "daemon/control/config.h"
 #include "daemon/control/options.h"
 
@@ -33,11 +34,35 @@ static const char help[] =
 	"  --help-config            all keys of the configuration file\n"
 	"  --version                the version\n";
 
+/* getopt would take --check for --check-config, and a typing error for something else. */
+static bool spelled_out(int argc, char **argv)
+{
+	for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
+		size_t length = strcspn(argv[i], "=");
+		const struct option *option = table;
+
+		if (strncmp(argv[i], "--", 2) != 0)
+			continue;
+		while (option->name && (strncmp(option->name, argv[i] + 2, length - 2) != 0 ||
+					option->name[length - 2]))
+			option++;
+		if (!option->name) {
+			fprintf(stderr, "pokeysd: there is no option %.*s; pokeysd --help lists "
+				"them\n", (int)length, argv[i]);
+			return false;
+		}
+	}
+	return true;
+}
+
 bool options_parse(struct options *options, int argc, char **argv, int *status)
 {
 	int option;
 
 	*options = (struct options){ .config = CONFIG_PATH };
+	*status = STATUS_USAGE;
+	if (!spelled_out(argc, argv))
+		return false;
 	*status = STATUS_OK;
 	while ((option = getopt_long(argc, argv, "c:h", table, NULL)) != -1) {
 		switch (option) {

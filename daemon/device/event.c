@@ -97,7 +97,7 @@ static const char *const fault_texts[] = {
 
 static const char *const packet_names[EVENT_PACKETS_KINDS] = {
 	[EVENT_PACKETS_LOST] = "requests without an answer in time",
-	[EVENT_PACKETS_STRAY] = "answers that nobody had asked for",
+	[EVENT_PACKETS_STRAY] = "answers that came too late, or to nothing that was asked",
 	[EVENT_PACKETS_CORRUPT] = "damaged packets",
 	[EVENT_PACKETS_WRONG_SOURCE] = "packets from another source",
 	[EVENT_PACKETS_NOT_SENT] = "packets that the kernel refused to send",
@@ -197,19 +197,67 @@ static void put_wrong_serial(struct line *line, const struct event *e)
 	    (long long)e->a, (long long)e->b);
 }
 
+/* What a setting is to a person; a number may follow. */
+static const struct {
+	enum wire_op op;
+	const char *name;
+} op_settings[] = {
+	{ WIRE_OP_PIN_ALL, "terminal" },
+	{ WIRE_OP_ENCODER_OPTIONS, "encoder" },
+	{ WIRE_OP_ENCODER_PINS, "terminals of encoder" },
+	{ WIRE_OP_FAST_ENCODERS, "fast encoders" },
+	{ WIRE_OP_ULTRA_ENCODER, "ultra-fast encoder" },
+	{ WIRE_OP_PULSE_SETUP, "pulse engine" },
+	{ WIRE_OP_PULSE_EMERGENCY, "emergency pin" },
+	{ WIRE_OP_PULSE_AXIS_SET, "axis" },
+	{ WIRE_OP_PWM, "PWM period" },
+	{ WIRE_OP_FILTER_SET, "analog filter" },
+	{ WIRE_OP_POEXTBUS, "PoExtBus" },
+	{ WIRE_OP_KB_CONFIG_SET, "matrix keyboard" },
+	{ WIRE_OP_DEVICE_NAME, "device name" },
+	{ WIRE_OP_FAILSAFE, "failsafe" },
+};
+
 static void put_setting(struct line *line, const struct event *e)
 {
 	const struct wire_op_row *row = wire_op((enum wire_op)e->a);
+	const char *name = row ? row->name : "unknown setting";
 
-	put(line, "setting %s", row ? row->name : "unknown");
+	for (size_t i = 0; i < sizeof(op_settings) / sizeof(op_settings[0]); i++)
+		if ((int64_t)op_settings[i].op == e->a)
+			name = op_settings[i].name;
+	put(line, "%s", name);
 	if (e->b >= 0)
-		put(line, " of number %lld", (long long)e->b);
+		put(line, " %lld", (long long)e->b);
+}
+
+/* Protocol section 3.2. */
+static void put_function(struct line *line, int64_t function)
+{
+	static const char *const names[0x80] = {
+		[0x00] = "inactive", [0x02] = "digital input", [0x04] = "digital output",
+		[0x08] = "analog input", [0x10] = "analog output", [0x40] = "counter input",
+		[0x42] = "counter input",
+	};
+	const char *name = names[function & 0x7f];
+
+	if (name)
+		put(line, "%s", name);
+	else
+		put(line, "function 0x%llx", (unsigned long long)function & 0x7f);
+	put(line, function & 0x80 ? ", inverted" : "");
 }
 
 static void put_config_changed(struct line *line, const struct event *e)
 {
 	put_setting(line, e);
-	put(line, " changed to 0x%llx (not saved in the device)", (unsigned long long)e->c);
+	if (e->a == WIRE_OP_PIN_ALL) {
+		put(line, ": ");
+		put_function(line, e->c);
+	} else {
+		put(line, " set up anew");
+	}
+	put(line, " (not saved in the device)");
 }
 
 static void put_config_refused(struct line *line, const struct event *e)
@@ -292,7 +340,8 @@ static void put_packets(struct line *line, const struct event *e)
 
 static void put_cycle_skipped(struct line *line, const struct event *e)
 {
-	put(line, "%lld cycles were missed; is something else on this core?", (long long)e->a);
+	put(line, "%lld cycle%s missed; is something else on this core?", (long long)e->a,
+	    e->a == 1 ? " was" : "s were");
 }
 
 static void put_transport(struct line *line, const struct event *e)

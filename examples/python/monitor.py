@@ -9,6 +9,7 @@ clock.
 import argparse
 import json
 import sys
+import time
 
 import pokeys
 
@@ -55,7 +56,10 @@ def print_text(now, state):
     print(f"  outputs   {ten_by_ten(now['outputs'])}")
     print(f"  analog    {' '.join(map(str, now['analog']))}")
     print(f"  encoders  {numbered(now['encoders'], lambda i: state.encoder_enabled >> i & 1)}")
-    print(f"  axes      {numbered(now['positions'], lambda i: state.engine.axis[i].enabled)}")
+    axes = min(state.engine.axes_enabled, pokeys.AXES)
+    off = ["" if axis.enabled else "(off)" for axis in state.engine.axis]
+    positions = [f"{i}:{now['positions'][i]}{off[i]}" for i in range(axes)]
+    print(f"  axes      {' '.join(positions) or 'none set up in the device'}")
 
 
 def show(client, options):
@@ -73,14 +77,31 @@ def show(client, options):
     return True
 
 
+def seconds(text):
+    value = float(text)
+    if not 0.01 <= value <= 3600:
+        raise argparse.ArgumentTypeError("0.01..3600 is allowed")
+    return value
+
+
 def arguments():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
-    parser.add_argument("--runtime", help="runtime folder of the daemon")
-    parser.add_argument("--device", help="its name in pokeysd.conf; default: the first one")
-    parser.add_argument("--interval", type=int, default=500, metavar="MS")
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0],
+                                     allow_abbrev=False)
+    parser.add_argument("device", nargs="?", help="its name in pokeysd.conf; default: the first one")
+    parser.add_argument("-r", "--runtime-directory", metavar="DIR", dest="runtime",
+                        help="folder of the daemon's shared memory")
+    parser.add_argument("--interval", type=seconds, default=0.5, metavar="S",
+                        help="seconds between two looks, 0.01..3600 (default 0.5)")
     parser.add_argument("--once", action="store_true")
-    parser.add_argument("--json", action="store_true", help="one object a line")
+    parser.add_argument("-j", "--json", action="store_true", help="one object a line")
     return parser.parse_args()
+
+
+def wait(client, interval):
+    """Until the interval is over; news come ten times a second and when the link changes."""
+    last = time.monotonic() + interval
+    while (left := last - time.monotonic()) > 0:
+        client.wait(int(left * 1000) + 1)
 
 
 def main():
@@ -88,12 +109,12 @@ def main():
     if not options.device:
         options.device = next(iter(pokeys.devices(options.runtime)), None)
     if not options.device:
-        print("no daemon runs; name the --device to wait for it", file=sys.stderr)
+        print("no daemon runs; name a DEVICE to wait for it", file=sys.stderr)
         return 1
     with pokeys.Client(options.device, options.runtime, "monitor-py", pokeys.EVENTS) as client:
         shown = show(client, options)
         while not options.once:
-            client.wait(options.interval)
+            wait(client, options.interval)
             shown = show(client, options)
     return 0 if shown else 1
 
@@ -103,3 +124,5 @@ if __name__ == "__main__":
         sys.exit(main())
     except KeyboardInterrupt:
         sys.exit(0)
+    except pokeys.LibraryMissing as missing:
+        sys.exit(str(missing))

@@ -234,8 +234,17 @@ def fnv1a(string):
     return value
 
 
+class LibraryMissing(RuntimeError):
+    """libpokeys_shm.so.0 is not to be had; the text is one line for a person."""
+
+
 def _load():
-    library = ctypes.CDLL(os.environ.get("POKEYS_SHM_LIBRARY", "libpokeys_shm.so.0"))
+    name = os.environ.get("POKEYS_SHM_LIBRARY", "libpokeys_shm.so.0")
+    try:
+        library = ctypes.CDLL(name)
+    except OSError as error:
+        raise LibraryMissing(f"{error}; install pokeysd, or let POKEYS_SHM_LIBRARY name the file "
+                             "(build/shm/libpokeys_shm.so.0 of a build)") from None
     prototypes = {
         "pokeys_client_open": [POINTER(c_void_p), c_char_p, c_char_p, c_char_p, c_uint],
         "pokeys_client_close": [c_void_p],

@@ -13,6 +13,7 @@
 #include <pokeys/command.h>
 #include <pokeys/state.h>
 #include "daemon/device/event.h"
+#include "wire/op.h"
 
 static struct event_ring ring;
 
@@ -186,6 +187,34 @@ static void numbers_out_of_every_table_do_no_harm(void **state)
 	}
 }
 
+static void texts_are_for_people(void **state)
+{
+	static const struct {
+		struct event event;
+		const char *text;
+	} cases[] = {
+		{ { .code = EVENT_CONFIG_CHANGED, .a = WIRE_OP_PIN_ALL, .b = 31, .c = 0x04 },
+		  "mill: terminal 31: digital output (not saved in the device)" },
+		{ { .code = EVENT_CONFIG_CHANGED, .a = WIRE_OP_PIN_ALL, .b = 8, .c = 0x82 },
+		  "mill: terminal 8: digital input, inverted (not saved in the device)" },
+		{ { .code = EVENT_CONFIG_CHANGED, .a = WIRE_OP_PULSE_AXIS_SET, .b = 0, .c = 13 },
+		  "mill: axis 0 set up anew (not saved in the device)" },
+		{ { .code = EVENT_CONFIG_CHANGED, .a = WIRE_OP_FAILSAFE, .b = -1, .c = 5 },
+		  "mill: failsafe set up anew (not saved in the device)" },
+		{ { .code = EVENT_CYCLE_SKIPPED, .a = 1 },
+		  "mill: 1 cycle was missed; is something else on this core?" },
+		{ { .code = EVENT_CYCLE_SKIPPED, .a = 2 },
+		  "mill: 2 cycles were missed; is something else on this core?" },
+	};
+	char text[256];
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+		event_format(&cases[i].event, "mill", text, sizeof(text));
+		assert_string_equal(text, cases[i].text);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -196,6 +225,7 @@ int main(void)
 		cmocka_unit_test(every_code_has_a_line_of_its_own),
 		cmocka_unit_test(lines_say_what_where_and_what_to_do),
 		cmocka_unit_test(numbers_out_of_every_table_do_no_harm),
+		cmocka_unit_test(texts_are_for_people),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

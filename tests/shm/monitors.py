@@ -43,7 +43,7 @@ class Monitors(unittest.TestCase):
         self.assertEqual(self.peer.stdout.readline(), "ready\n")
 
     def run_monitor(self, command, *arguments):
-        return subprocess.run([*command, "--runtime", self.runtime, *arguments], text=True,
+        return subprocess.run([*command, "--runtime-directory", self.runtime, *arguments], text=True,
                               capture_output=True, timeout=20, env=ENVIRONMENT, check=False)
 
     def each(self):
@@ -83,11 +83,11 @@ class Monitors(unittest.TestCase):
     def test_text_is_for_people(self):
         self.start()
         for command in self.each():
-            ran = self.run_monitor(command, "--once", "--device", "mill")
+            ran = self.run_monitor(command, "--once", "mill")
             self.assertEqual(ran.returncode, 0)
             self.assertIn("mill: running, serial 12345", ran.stdout)
             self.assertIn("0:-7 25:1000000", ran.stdout)
-            self.assertIn("1:-250", ran.stdout)
+            self.assertIn("0:0(off) 1:-250\n", ran.stdout.replace("*", ""))
             self.assertIn("1......1.. ..........", ran.stdout)
 
     def test_dead_daemon_is_shown_as_stale_by_the_reader_alone(self):
@@ -103,30 +103,55 @@ class Monitors(unittest.TestCase):
 
     def test_no_daemon_is_said_in_one_line(self):
         for command in self.each():
-            ran = self.run_monitor(command, "--once", "--device", "mill")
+            ran = self.run_monitor(command, "--once", "mill")
             self.assertEqual(ran.returncode, 1)
             self.assertEqual(ran.stdout, "")
             self.assertRegex(ran.stderr, r"^mill: no daemon in .*; is pokeysd running\?\n$")
             ran = self.run_monitor(command, "--once")
             self.assertEqual(ran.returncode, 1)
-            self.assertEqual(ran.stderr, "no daemon runs; name the --device to wait for it\n")
+            self.assertEqual(ran.stderr, "no daemon runs; name a DEVICE to wait for it\n")
 
     def test_unknown_device_is_said_in_one_line(self):
         self.start()
         for command in self.each():
-            ran = self.run_monitor(command, "--once", "--device", "lathe")
+            ran = self.run_monitor(command, "--once", "lathe")
             self.assertEqual(ran.returncode, 1)
             self.assertEqual(ran.stderr, "lathe: the daemon has no device 'lathe'; it has: mill\n")
 
     def test_bad_use_is_refused(self):
         for command in self.each():
-            self.assertEqual(self.run_monitor(command, "--nonsense").returncode, 2)
+            for words in (["--nonsense"], ["--interval", "0"], ["--interval", "x"],
+                          ["--interval", "-1"], ["--interval", "nan"], ["mill", "lathe"]):
+                ran = self.run_monitor(command, *words)
+                self.assertEqual(ran.returncode, 2, words)
+                self.assertNotIn("Traceback", ran.stderr)
+
+    def test_interval_is_kept(self):
+        self.start()
+        for name, command in MONITORS.items():
+            monitor = subprocess.Popen([*command, "-r", self.runtime, "mill", "--json",
+                                        "--interval", "0.6"], stdout=subprocess.PIPE, text=True,
+                                       env=ENVIRONMENT)
+            with self.subTest(monitor=name):
+                cycles = [json.loads(monitor.stdout.readline())["cycle"] for _ in range(2)]
+                # the daemon notifies ten times in between
+                self.assertGreater(cycles[1] - cycles[0], 150)
+            monitor.send_signal(signal.SIGINT)
+            monitor.wait(10)
+            monitor.stdout.close()
+
+    def test_missing_library_is_said_in_one_line(self):
+        ran = subprocess.run(MONITORS["Python"], text=True, capture_output=True, timeout=20, check=False,
+                             env=dict(os.environ, POKEYS_SHM_LIBRARY="/nonexistent/lib.so"))
+        self.assertEqual(ran.returncode, 1)
+        self.assertEqual(ran.stderr.count("\n"), 1)
+        self.assertIn("POKEYS_SHM_LIBRARY", ran.stderr)
 
     def test_monitor_may_be_first_and_follows(self):
         for name, command in MONITORS.items():
             monitor = subprocess.Popen(
-                [*command, "--runtime", self.runtime, "--device", "mill", "--json",
-                 "--interval", "20"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                [*command, "--runtime-directory", self.runtime, "mill", "--json",
+                 "--interval", "0.02"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                 text=True, env=ENVIRONMENT)
             with self.subTest(monitor=name):
                 if not self.peer:

@@ -52,6 +52,7 @@ static void fill_known(struct pokeys_state *state, uint64_t cycle)
 	state->encoder[0] = -7;
 	state->encoder[25] = 1000000;
 	state->encoder_enabled = 1u | 1u << 25;
+	state->engine.axes_enabled = 2;
 	state->engine.axis[1].position = -250;
 	state->engine.axis[1].enabled = 1;
 	state->statistics.sent = 10;

@@ -290,7 +290,7 @@ def test_a_missing_configuration_is_one_clear_line():
 
 def test_mistakes_on_the_command_line_are_status_64():
     pokeysd = House.programs["pokeysd"]
-    for words in (["--nonsense"], ["extra"], ["--config"]):
+    for words in (["--nonsense"], ["extra"], ["--config"], ["--check"], ["--conf=x"]):
         out = run(pokeysd, *words)
         assert out.returncode == 64 and out.stderr and not out.stdout, (words, out)
     with House() as house:

@@ -83,7 +83,7 @@ static void old_data_of_a_living_daemon_is_stale(void **state)
 	device->state.fault = POKEYS_FAULT_NO_ANSWER;
 	view_judge(device);
 	assert_int_equal(device->freshness, VIEW_STALE);
-	assert_string_equal(device->why, "no answer");
+	assert_string_equal(device->why, "no answer; check power, cable and address");
 }
 
 static void a_stamp_of_the_future_is_no_age(void **state)
