@@ -64,7 +64,7 @@ class Rig:
 
     def status(self):
         """The device's entry of pokeysctl's JSON."""
-        done = subprocess.run((self.build / "tools/pokeysctl", "--runtime", self.run / "pokeysd",
+        done = subprocess.run((self.build / "tools/pokeysctl", "--runtime-directory", self.run / "pokeysd",
                                "status", self.device, "--json"),
                               capture_output=True, text=True, check=False)
         try:
