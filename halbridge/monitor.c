@@ -190,13 +190,16 @@ static void look_around(struct monitor *monitor, unsigned int number)
 {
 	for (size_t i = 0; i < monitor->count; i++) {
 		struct monitor_memory *memory = &monitor->memory[i];
+		struct instance *instance = monitor->instances[i];
 
 		if (number % (1000 / ROUND_MS) == 0 && memory->credit < CREDIT_MOST)
 			memory->credit++;
-		say_attachment(monitor, monitor->instances[i]);
-		say_connection(monitor, monitor->instances[i]);
-		say_refusals(monitor, monitor->instances[i]);
-		see_to_settings(monitor->instances[i]);
+		if (instance->exchange.legacy.on)
+			legacy_settings_look(&instance->settings, instance->values);
+		say_attachment(monitor, instance);
+		say_connection(monitor, instance);
+		say_refusals(monitor, instance);
+		see_to_settings(instance);
 	}
 }
 

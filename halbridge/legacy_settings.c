@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Settings of the device under their older names.
+ *
+ * They are handed on to the canonical parameters of the same settings, which
+ * check them, ask the daemon for what differs and show what the device has: a
+ * second way to the device would be a second truth. Here it is decided only
+ * whose word counts.
+ *
+ * The old component had a switch for that, params.ApplyIniSettings: true, the
+ * parameters go to the device; false, they show what it has. It pushed all of
+ * them, those nobody had set as zeros. Here a group (an axis, an encoder, a
+ * pin, the engine) is pushed as a whole when somebody has set one of its
+ * parameters, because a bit that was set to false cannot be told from one that
+ * nobody set; a group nobody has touched shows the device's settings.
+ *
+ * A bit that stands in a byte as well (AxesConfig, encoderOptions ...) has the
+ * say, and the byte shows it; the byte is taken only while all its bits are
+ * false.
+ */
+#include "halbridge/legacy_settings.h"
+#include <string.h>
+
+enum { FUNCTION_INPUT = 2, FUNCTION_OUTPUT = 4, FUNCTION_INVERT = 128, UNKNOWN = -1,
+       BOARD_57CNC = 32, BOARD_57CNC_PRO = 33, PIN_BASE = 10 };
+
+void legacy_group_begin(struct legacy_group *group, const volatile void *live, void *now,
+			const void *before, size_t size)
+{
+	const volatile unsigned char *from = live;
+
+	for (size_t i = 0; i < size; i++)
+		((unsigned char *)now)[i] = from[i];
+	if (memcmp(now, before, size)) {
+		group->touched = true;
+		group->put = false;
+	}
+	memcpy((void *)before, now, size);
+}
+
+void legacy_group_end(volatile void *live, const void *now, void *before, size_t size)
+{
+	const unsigned char *from = now, *was = before;
+
+	for (size_t i = 0; i < size; i++) {
+		if (from[i] != was[i])
+			((volatile unsigned char *)live)[i] = from[i];
+	}
+	memcpy(before, now, size);
+}
+
+/* The board has external outputs, whatever somebody says. */
+static bool extended(const struct values *values, bool wanted)
+{
+	uint32_t board = values->info.type_id;
+
+	return board == BOARD_57CNC || board == BOARD_57CNC_PRO || (!board && wanted);
+}
+
+static void show_engine(const struct value_engine_settings *set, struct legacy_engine_settings *now)
+{
+	if (set->generator == UNKNOWN || set->emergency_pin == UNKNOWN)
+		return;
+	now->generator = (uint32_t)(set->generator | (set->swap_step_dir == 1) << 6 |
+				    (set->extended_io == 1) << 7);
+	now->swap = set->swap_step_dir == 1;
+	now->charge_pump = (uint32_t)set->charge_pump;
+	now->emergency_invert = (uint32_t)set->emergency_invert;
+	now->emergency_pin = (uint32_t)(set->emergency_pin > PIN_BASE ?
+					set->emergency_pin - PIN_BASE : 0);
+}
+
+static void put_engine(struct values *values, const struct legacy_engine_settings *now)
+{
+	struct value_engine_settings *set = &values->set.engine;
+
+	if (now->axes)
+		legacy_put(&set->axes, (int32_t)now->axes);
+	legacy_put(&set->generator, (int32_t)(now->generator & 0x0f));
+	legacy_put(&set->swap_step_dir, now->swap);
+	legacy_put(&set->extended_io, now->extended);
+	legacy_put(&set->charge_pump, (int32_t)now->charge_pump);
+	legacy_put(&set->emergency_invert, (int32_t)now->emergency_invert);
+	if (now->emergency_pin)
+		legacy_put(&set->emergency_pin, (int32_t)now->emergency_pin + PIN_BASE);
+	if (now->emergency_out_pin && now->emergency_out_pin <= POKEYS_PINS)
+		legacy_put(&values->set.pin_function[now->emergency_out_pin - 1], FUNCTION_OUTPUT);
+	if (now->probe_pin && now->probe_pin <= POKEYS_PINS)
+		legacy_put(&values->set.pin_function[now->probe_pin - 1], FUNCTION_INPUT);
+}
+
+static void look_at_engine(struct legacy_settings *own, struct values *values)
+{
+	struct legacy_engine_settings now;
+	struct legacy_group *group = &own->engine_group;
+
+	legacy_group_begin(group, &values->legacy.engine_set, &now, &own->engine, sizeof(now));
+	if (!group->touched)
+		show_engine(&values->set.engine, &now);
+	now.extended = extended(values, now.extended);
+	now.swap = now.swap || now.generator & 0x40;
+	now.axes = values->legacy.engine.axes ? values->legacy.engine.axes : now.axes;
+	legacy_group_end(&values->legacy.engine_set, &now, &own->engine, sizeof(now));
+	if (own->apply && group->touched && !group->put)
+		put_engine(values, &now);
+	group->put = own->apply;
+}
+
+/* AxisEnabledStatesMask is a pin: what is in it and is not what the device has was set. */
+static void look_at_power(struct legacy_settings *own, struct values *values)
+{
+	uint32_t wanted = values->legacy.engine.power_mask;
+
+	if (wanted != own->power && own->begun && own->apply && wanted <= UINT8_MAX)
+		legacy_put(&values->set.engine.power_states, (int32_t)wanted);
+	own->power = wanted;
+}
+
+/* Function 0 is "as the device has it". */
+static int32_t function_of(const struct values *values, unsigned int i, uint32_t function,
+			   bool invert)
+{
+	int32_t device = values->set.pin_function[i];
+
+	if (function)
+		return (int32_t)(function | (invert ? FUNCTION_INVERT : 0));
+	if (device == UNKNOWN)
+		return UNKNOWN;
+	return invert ? device | FUNCTION_INVERT : device & ~FUNCTION_INVERT;
+}
+
+static void look_at_pin(struct legacy_settings *own, struct values *values, unsigned int i)
+{
+	struct legacy_pin_settings *live = &values->legacy.pin_set, *before = &own->pin;
+	struct legacy_group *group = &own->pin_group[i];
+	int32_t device = values->set.pin_function[i], function;
+	bool invert = live->in_invert[i] || live->out_invert[i];
+
+	if (live->function[i] != before->function[i] || live->in_invert[i] != before->in_invert[i] ||
+	    live->out_invert[i] != before->out_invert[i])
+		*group = (struct legacy_group){ .touched = true };
+	if (!group->touched && device >= 0) {
+		live->function[i] = (uint32_t)device;
+		live->in_invert[i] = device & FUNCTION_INVERT && device & FUNCTION_INPUT;
+		live->out_invert[i] = device & FUNCTION_INVERT && device & FUNCTION_OUTPUT;
+	}
+	before->function[i] = live->function[i];
+	before->in_invert[i] = live->in_invert[i];
+	before->out_invert[i] = live->out_invert[i];
+	function = function_of(values, i, before->function[i], invert);
+	if (own->apply && group->touched && !group->put && function != UNKNOWN)
+		legacy_put(&values->set.pin_function[i], function);
+	group->put = own->apply && function != UNKNOWN;
+}
+
+/* What everything begins with, so that what was set before the first look counts as set. */
+static void begin(struct legacy_settings *own)
+{
+	memset(own, 0, sizeof(*own));
+	own->begun = true;
+}
+
+void legacy_settings_look(struct legacy_settings *own, struct values *values)
+{
+	if (!own->begun)
+		begin(own);
+	own->apply = values->legacy.engine.apply;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		legacy_settings_axis(own, values, i);
+	legacy_settings_encoders(own, values);
+	look_at_engine(own, values);
+	look_at_power(own, values);
+	for (unsigned int i = 0; i < POKEYS_PINS; i++)
+		look_at_pin(own, values, i);
+}

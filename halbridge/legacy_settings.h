@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The older names of the device's settings, by way of the canonical ones.
+ */
+#ifndef HALBRIDGE_LEGACY_SETTINGS_H
+#define HALBRIDGE_LEGACY_SETTINGS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include "halbridge/values.h"
+
+/* A group of parameters as it was at the last look. */
+struct legacy_group {
+	bool touched;		/* somebody has set one of them */
+	bool put;		/* they went on to the canonical names */
+};
+
+struct legacy_settings {
+	bool begun, apply;
+	struct legacy_axis_settings axis[POKEYS_AXES];
+	struct legacy_encoder_settings encoder[LEGACY_ENCODERS];
+	struct legacy_fast_encoders fast;
+	struct legacy_engine_settings engine;
+	struct legacy_pin_settings pin;
+	double scale[POKEYS_AXES];
+	uint32_t power;
+	struct legacy_group axis_group[POKEYS_AXES], encoder_group[LEGACY_ENCODERS];
+	struct legacy_group fast_group, engine_group, pin_group[POKEYS_PINS];
+};
+
+/*
+ * Compare what is with what was: show what the device has in groups that
+ * nobody has set, hand on those that somebody has, if ApplyIniSettings is
+ * true. `values` is in HAL's memory, and others may write it meanwhile. Cold;
+ * one thread, after each report and some times a second.
+ */
+void legacy_settings_look(struct legacy_settings *own, struct values *values);
+
+/* Parts of the above, a file each. */
+void legacy_settings_axis(struct legacy_settings *own, struct values *values, unsigned int i);
+void legacy_settings_encoders(struct legacy_settings *own, struct values *values);
+
+/*
+ * What is common to all groups. legacy_group_begin() copies the parameters at
+ * `live` to `now` and sees whether somebody has set one; legacy_group_end()
+ * writes those that we have changed back and remembers all.
+ */
+void legacy_group_begin(struct legacy_group *group, const volatile void *live, void *now,
+			const void *before, size_t size);
+void legacy_group_end(volatile void *live, const void *now, void *before, size_t size);
+
+/* Hand a value on: "as the device has it" is not touched unless it differs. */
+static inline void legacy_put(volatile int32_t *to, int32_t value)
+{
+	if (*to != value)
+		*to = value;
+}
+
+#endif
