@@ -15,10 +15,14 @@
 #include "halbridge/wisher.h"
 #include "shm/handover.h"
 
+enum { INSTANCE_PREFIX = 32 };
+
 struct instance {
-	unsigned int number;			/* pokeys.<number> */
+	unsigned int number;			/* from 0 */
+	char prefix[INSTANCE_PREFIX];		/* of its names, e.g. "pokeys.0" */
 	unsigned int schemes;			/* of names, enum table_scheme */
-	char device[POKEYS_SHM_NAME_MAX];	/* of the daemon; empty = its only one */
+	char device[POKEYS_SHM_NAME_MAX];	/* of the daemon; empty = look for it */
+	uint32_t serial;			/* of the device to look for; 0 = the only one */
 	/*
 	 * The client as the two functs see it, NULL before the device is known
 	 * and after the end. A visit covers a whole run of the funct, so that
@@ -35,5 +39,25 @@ struct instance {
 	struct wisher wisher;			/* the monitor's */
 	struct legacy_settings settings;	/* the monitor's */
 };
+
+/*
+ * Make it and export its names. *out is set in any case, for instance_end().
+ * 0, -ENOMEM, or what HAL said, after a line in the log. After hal_init(). Cold.
+ */
+int instance_make(struct instance **out, int component, unsigned int number, const char *prefix,
+		  unsigned int schemes);
+
+/*
+ * Free it. HAL must not have its names any more, and nobody be in a visit.
+ * NULL is allowed. Cold.
+ */
+void instance_end(struct instance *instance);
+
+/* Newest state to the pins; pins to the command. Realtime. */
+void instance_read(struct instance *instance);
+void instance_write(struct instance *instance, uint64_t period_ns);
+
+/* CLOCK_MONOTONIC. Realtime. */
+uint64_t instance_now(void);
 
 #endif

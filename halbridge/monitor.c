@@ -21,6 +21,7 @@
 #include <time.h>
 #include <pokeys/names.h>
 #include <rtapi.h>
+#include "halbridge/find_serial.h"
 
 enum {
 	ROUND_MS = 100,
@@ -70,10 +71,18 @@ static enum pokeys_client_state look_for_device(const struct monitor *monitor,
 						struct instance *instance, char why[MONITOR_LINE])
 {
 	const char *folder = monitor->runtime ? monitor->runtime : POKEYS_RUNTIME_DIRECTORY;
-	char all[TABLE_DEVICES * POKEYS_SHM_NAME_MAX];
-	int count = only_device(monitor->runtime, instance->device, all, sizeof(all));
+	char all[TABLE_DEVICES * (POKEYS_SHM_NAME_MAX + 12)];
+	int count = instance->serial ?
+		    find_serial(monitor->runtime, instance->serial, instance->device, all,
+				sizeof(all)) :
+		    only_device(monitor->runtime, instance->device, all, sizeof(all));
 	int r;
 
+	if (count == 0 && *all) {
+		snprintf(why, MONITOR_LINE, "no device of the daemon has the serial number %u yet "
+			 "(%s)", instance->serial, all);
+		return POKEYS_CLIENT_DETACHED;
+	}
 	if (count == 0) {
 		snprintf(why, MONITOR_LINE, "no daemon in %s; is pokeysd running?", folder);
 		return POKEYS_CLIENT_DETACHED;
@@ -87,7 +96,8 @@ static enum pokeys_client_state look_for_device(const struct monitor *monitor,
 		snprintf(why, MONITOR_LINE, "%s: %s", folder, strerror(-count));
 	else
 		snprintf(why, MONITOR_LINE,
-			 "the daemon has %d devices (%s): name one with devices=", count, all);
+			 "the daemon has %d devices (%s): name one with devices= (or, for "
+			 "the userspace component, [POKEYS]DEVICE_ID)", count, all);
 	return POKEYS_CLIENT_REFUSED;
 }
 

@@ -29,21 +29,32 @@ size_t table_name_count(unsigned int schemes)
 	return count;
 }
 
-int table_name(const struct table_row *row, unsigned int device, unsigned int index,
-	       char name[TABLE_NAME_MAX + 1])
+int table_full_name(const struct table_row *row, const char *prefix, unsigned int index,
+		    char name[TABLE_NAME_MAX + 1])
 {
 	const size_t size = TABLE_NAME_MAX + 1;
 	unsigned int inner = row->inner ? row->inner : 1;
-	int prefix = snprintf(name, size, "pokeys.%u.", device);
+	int length = snprintf(name, size, "%s.", prefix);
 	int rest;
 
+	if (length > TABLE_NAME_MAX)
+		return -ENAMETOOLONG;
 	/* A row with fewer indices has fewer conversions and leaves the rest unused. */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wformat-nonliteral"
-	rest = snprintf(name + prefix, size - (size_t)prefix, row->name,
+	rest = snprintf(name + length, size - (size_t)length, row->name,
 			index / inner + row->first, index % inner + row->inner_first);
 #pragma GCC diagnostic pop
-	return prefix + rest > TABLE_NAME_MAX ? -ENAMETOOLONG : prefix + rest;
+	return length + rest > TABLE_NAME_MAX ? -ENAMETOOLONG : length + rest;
+}
+
+int table_name(const struct table_row *row, unsigned int device, unsigned int index,
+	       char name[TABLE_NAME_MAX + 1])
+{
+	char prefix[sizeof("pokeys.") + 10];
+
+	snprintf(prefix, sizeof(prefix), "pokeys.%u", device);
+	return table_full_name(row, prefix, index, name);
 }
 
 size_t table_type_size(unsigned int type)

@@ -92,6 +92,10 @@ size_t table_offset(const struct table_row *row, unsigned int index);
 int table_name(const struct table_row *row, unsigned int device, unsigned int index,
 	       char name[TABLE_NAME_MAX + 1]);
 
+/* The same with another prefix than "pokeys.<device>". */
+int table_full_name(const struct table_row *row, const char *prefix, unsigned int index,
+		    char name[TABLE_NAME_MAX + 1]);
+
 /* Bytes of a type. */
 size_t table_type_size(unsigned int type);
 

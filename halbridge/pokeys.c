@@ -1,0 +1,198 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * pokeys: the userspace component, for HAL files that say "loadusr -W pokeys".
+ *
+ * A shell as pokeys_shm is one, around the same tables and the same exchange,
+ * with a loop of its own instead of two functs, and with the machine's INI file
+ * as the older component read it. It needs pokeysd: without one it loads as
+ * well, says so in one line and waits, its pins alive and `connected` false.
+ *
+ * The loop is not realtime. A period that comes late is not caught up with; the
+ * daemon brings everything into the safe state if the loop stays away longer
+ * than its heartbeat timeout, whoever kept it.
+ */
+#include <errno.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <rtapi.h>
+#include <hal.h>
+#include "halbridge/ini_apply.h"
+#include "halbridge/instance.h"
+#include "halbridge/monitor.h"
+#include "halbridge/pokeys_options.h"
+
+#define SECOND_NS	UINT64_C(1000000000)
+
+enum { RATE_DEFAULT = 1000, RATE_LEAST = 100, RATE_MOST = 2000 };
+
+static volatile sig_atomic_t ended;
+static int component;
+static struct instance *instances[TABLE_DEVICES];
+static struct monitor monitor;
+
+static void on_signal(int number)
+{
+	(void)number;
+	ended = 1;
+}
+
+/* SIGTERM is how LinuxCNC ends a userspace component. */
+static void catch_signals(void)
+{
+	struct sigaction action = { .sa_handler = on_signal };
+
+	sigaction(SIGTERM, &action, NULL);
+	sigaction(SIGINT, &action, NULL);
+}
+
+static void complain(void *argument, const char *line)
+{
+	(void)argument;
+	rtapi_print_msg(RTAPI_MSG_ERR, "pokeys: %s\n", line);
+}
+
+/* The file LinuxCNC runs with; an empty one if there is none, after a line. */
+static struct ini_file read_ini(void)
+{
+	const char *path = getenv("INI_FILE_NAME");
+	struct ini_file file = { .path = path };
+	int r;
+
+	if (!path || !*path) {
+		rtapi_print_msg(RTAPI_MSG_INFO, "pokeys: INI_FILE_NAME is not set: no [POKEYS] "
+				"settings\n");
+		return file;
+	}
+	r = ini_file_read(&file, path);
+	if (r)
+		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys: %s: %s: no [POKEYS] settings\n", path,
+				strerror(-r));
+	return file;
+}
+
+/* DEVICE_ID is the first instance's, DEVICE_ID_1 the second's ... 0 = the only one. */
+static uint32_t serial_for(const struct ini_file *file, unsigned int number)
+{
+	char key[24] = "DEVICE_ID";
+
+	if (number)
+		snprintf(key, sizeof(key), "DEVICE_ID_%u", number);
+	return (uint32_t)ini_whole(file, key, 0, UINT32_MAX, 0, complain, NULL);
+}
+
+static int make_instance(const struct pokeys_options *options, const struct ini_file *file,
+			 unsigned int number)
+{
+	const unsigned int schemes = number ? TABLE_LEGACY : TABLE_BOTH;
+	int r = instance_make(&instances[number], component, number, options->prefix[number],
+			      schemes);
+
+	if (r)
+		return r;
+	instances[number]->serial = serial_for(file, number);
+	instances[number]->values->legacy.choice.encoder_factor = true;
+	ini_apply(file, instances[number], complain, NULL);
+	return 0;
+}
+
+static int start(const struct pokeys_options *options, const struct ini_file *file)
+{
+	int r = 0;
+
+	for (unsigned int i = 0; i < options->count && !r; i++)
+		r = make_instance(options, file, i);
+	if (r)
+		return r;
+	/* how long the old component searched; the daemon searches for ever */
+	ini_whole(file, "COMM_TIMEOUT", 0, 600000, 2000, complain, NULL);
+	monitor = (struct monitor){
+		.runtime = options->runtime, .instances = instances, .count = options->count,
+	};
+	r = monitor_start(&monitor);
+	return r ? r : hal_ready(component);
+}
+
+/* rtc.loop-frequ-demand of the first instance, Hz; a bad one changes nothing. */
+static uint32_t rate(void)
+{
+	static uint32_t seen, used = RATE_DEFAULT;
+	uint32_t wanted = instances[0]->values->legacy.clock.rate_demand;
+
+	if (wanted == seen)
+		return used;
+	seen = wanted;
+	if (!wanted)
+		used = RATE_DEFAULT;
+	else if (wanted >= RATE_LEAST && wanted <= RATE_MOST)
+		used = wanted;
+	else
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s.rtc.loop-frequ-demand = %u: must be %d to %d, "
+				"or 0 for %d; the loop keeps %u Hz\n", instances[0]->prefix, wanted,
+				RATE_LEAST, RATE_MOST, RATE_DEFAULT, used);
+	return used;
+}
+
+static struct timespec time_of(uint64_t ns)
+{
+	return (struct timespec){ .tv_sec = (time_t)(ns / SECOND_NS),
+				  .tv_nsec = (long)(ns % SECOND_NS) };
+}
+
+static void loop(size_t count)
+{
+	uint64_t next = instance_now();
+
+	while (!ended) {
+		uint64_t period = SECOND_NS / rate(), now = instance_now();
+		struct timespec when;
+
+		for (size_t i = 0; i < count; i++) {
+			instance_read(instances[i]);
+			instance_write(instances[i], period);
+		}
+		next = next + period > now ? next + period : now + period;
+		when = time_of(next);
+		clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, NULL);
+	}
+}
+
+static void end(void)
+{
+	monitor_stop(&monitor);
+	if (component > 0)
+		hal_exit(component);
+	for (size_t i = 0; i < TABLE_DEVICES; i++)
+		instance_end(instances[i]);
+}
+
+int main(int argc, char **argv)
+{
+	struct pokeys_options options;
+	struct ini_file file;
+	char why[256];
+	int r;
+
+	if (pokeys_options_read(&options, argc, argv, why, sizeof(why))) {
+		fprintf(stderr, "pokeys: %s\n", why);
+		return 2;
+	}
+	catch_signals();
+	rtapi_set_msg_level(RTAPI_MSG_INFO);
+	component = hal_init("pokeys");
+	if (component <= 0)
+		return 1;
+	file = read_ini();
+	pokeys_options_ini(&options, &file);
+	r = start(&options, &file);
+	if (r)
+		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys: not loaded: %s\n", strerror(-r));
+	else
+		loop(options.count);
+	end();
+	ini_file_free(&file);
+	return r ? 1 : 0;
+}

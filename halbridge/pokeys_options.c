@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The older component took count=N or names=A,B as halcompile makes them:
+ * pokeys.0 to pokeys.N-1, or names of one's own, and either or none. A prefix
+ * has to leave room for the longest name, which fills HAL's 47 characters
+ * behind "pokeys.0".
+ */
+#include "halbridge/pokeys_options.h"
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "shm/runtime.h"
+
+enum { PREFIX_MOST = sizeof("pokeys.0") - 1 };
+
+static int read_count(struct pokeys_options *options, const char *text, char *why, size_t size)
+{
+	char *end;
+	long count = strtol(text, &end, 10);
+
+	if (end == text || *end || count < 1 || count > TABLE_DEVICES) {
+		snprintf(why, size, "count=%s: must be 1 to %d", text, TABLE_DEVICES);
+		return -EINVAL;
+	}
+	options->count = (size_t)count;
+	for (unsigned int i = 0; i < options->count; i++)
+		snprintf(options->prefix[i], INSTANCE_PREFIX, "pokeys.%u", i);
+	return 0;
+}
+
+static int read_names(struct pokeys_options *options, const char *text, char *why, size_t size)
+{
+	options->count = 0;
+	for (const char *name = text; name;) {
+		size_t length = strcspn(name, ",");
+
+		if (!length || length > PREFIX_MOST || options->count == TABLE_DEVICES) {
+			snprintf(why, size, "names=%s: at most %d names of 1 to %d characters, "
+				 "for HAL's names end at %d", text, TABLE_DEVICES, PREFIX_MOST,
+				 TABLE_NAME_MAX);
+			return -EINVAL;
+		}
+		snprintf(options->prefix[options->count++], INSTANCE_PREFIX, "%.*s", (int)length,
+			 name);
+		name = name[length] ? name + length + 1 : NULL;
+	}
+	return 0;
+}
+
+static int read_runtime(struct pokeys_options *options, const char *text, char *why, size_t size)
+{
+	int length = snprintf(why, size, "runtime=: ");
+
+	options->runtime = text;
+	return runtime_check_directory(text, why + length, size - (size_t)length) ? -EINVAL : 0;
+}
+
+int pokeys_options_read(struct pokeys_options *options, int argc, char **argv, char *why,
+			size_t size)
+{
+	int r;
+
+	memset(options, 0, sizeof(*options));
+	r = read_count(options, "1", why, size);
+	for (int i = 1; i < argc && !r; i++) {
+		if (!strncmp(argv[i], "count=", 6)) {
+			r = read_count(options, argv[i] + 6, why, size);
+		} else if (!strncmp(argv[i], "names=", 6)) {
+			r = read_names(options, argv[i] + 6, why, size);
+		} else if (!strncmp(argv[i], "runtime=", 8)) {
+			r = read_runtime(options, argv[i] + 8, why, size);
+		} else {
+			snprintf(why, size, "%s: not known; count=N, names=A,B and "
+				 "runtime=FOLDER are", argv[i]);
+			r = -EINVAL;
+		}
+	}
+	return r;
+}
+
+void pokeys_options_ini(struct pokeys_options *options, const struct ini_file *file)
+{
+	const struct ini_entry *entry = ini_file_find(file, "POKEYS", "RUNTIME_DIRECTORY");
+
+	if (!options->runtime && entry)
+		options->runtime = entry->value;
+}

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What the userspace component is told on its command line.
+ */
+#ifndef HALBRIDGE_POKEYS_OPTIONS_H
+#define HALBRIDGE_POKEYS_OPTIONS_H
+
+#include <stddef.h>
+#include "halbridge/ini_file.h"
+#include "halbridge/instance.h"
+#include "halbridge/table.h"
+
+struct pokeys_options {
+	size_t count;					/* of instances, at least 1 */
+	char prefix[TABLE_DEVICES][INSTANCE_PREFIX];	/* of their names */
+	const char *runtime;				/* of the daemon; NULL = default */
+};
+
+/* count=N, or names=A,B, and runtime=FOLDER. 0, or -EINVAL with one line in `why`. Cold. */
+int pokeys_options_read(struct pokeys_options *options, int argc, char **argv, char *why,
+			size_t size);
+
+/* The runtime folder, if the command line has none: [POKEYS]RUNTIME_DIRECTORY. Cold. */
+void pokeys_options_ini(struct pokeys_options *options, const struct ini_file *file);
+
+#endif
