@@ -6,7 +6,7 @@
  * the simulator's choices; by default it only reports its level.
  */
 #include "sim/request.h"
-#include "sim/sha1.h"
+#include "wire/sha1.h"
 
 SIM_HANDLER(sim_do_security_status)
 {
@@ -18,13 +18,9 @@ SIM_HANDLER(sim_do_security_status)
 
 SIM_HANDLER(sim_do_authorise)
 {
-	const uint8_t *password = dev->config.security.password;
-	uint8_t mixed[32];
-	uint8_t digest[20];
+	uint8_t digest[WIRE_SHA1_DIGEST];
 
-	for (unsigned int i = 0; i < sizeof(mixed); i++)
-		mixed[i] = password[i] ^ dev->run.seed[i];
-	sim_sha1_short(mixed, sizeof(mixed), digest);
+	wire_password_hash((const char *)dev->config.security.password, dev->run.seed, digest);
 	if (memcmp(digest, rq + 8, sizeof(digest)) != 0) {
 		rp[8] = 0;
 		return SIM_ANSWER;

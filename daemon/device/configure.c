@@ -58,7 +58,7 @@ static void stop_engine(struct device *device)
 
 static void block(struct device *device, enum pokeys_fault fault)
 {
-	life_fault(device, fault);
+	life_block(device, fault);
 	device->configure.again_ns = device->now_ns + AGAIN_NS;
 }
 
@@ -139,10 +139,13 @@ static bool axis_waits(struct device *device, struct setting *setting)
 /* The lock forbids what is wanted. */
 static void step_locked(struct device *device, struct setting *setting)
 {
-	if (setting_blocks(device, setting))
-		block(device, POKEYS_FAULT_LOCKED);
-	else
+	if (!setting_blocks(device, setting)) {
 		setting_refuse(device, setting, setting->changed);
+		return;
+	}
+	if (device->life.fault != POKEYS_FAULT_LOCKED)
+		device_say(device, EVENT_LOCKED, EVENT_ERROR, LOCK_CONFIGURATION, 0, 0);
+	block(device, POKEYS_FAULT_LOCKED);
 }
 
 /* One step of one setting; false when it needs no more. */
@@ -182,6 +185,10 @@ void configure_cycle(struct device *device)
 	bool busy = configure->stop_open;
 
 	identify_alive(device);
+	if (device->life.blocked)
+		plan_blocked(device);
+	if (!access_cycle(device))
+		return;
 	if (configure->again_ns && (device->now_ns < configure->again_ns || !idle(configure)))
 		return;
 	if (configure->again_ns)
@@ -190,7 +197,7 @@ void configure_cycle(struct device *device)
 		stop_engine(device);
 	for (unsigned int i = 0; i < SETTINGS && !configure->again_ns; i++)
 		busy = step(device, &configure->setting[i]) || busy;
-	if (!busy && !configure->again_ns)
+	if (!busy && !configure->again_ns && !plan_busy(device))
 		life_enter(device, POKEYS_LINK_RUNNING, POKEYS_FAULT_NONE);
 }
 

@@ -89,8 +89,7 @@ static const char *const fault_texts[] = {
 	[POKEYS_FAULT_WRONG_SERIAL] = ": another device answers at its address",
 	[POKEYS_FAULT_UNSUPPORTED] = ": a device type that this driver does not know",
 	[POKEYS_FAULT_CONFIG_REFUSED] = ": the device did not take a setting",
-	[POKEYS_FAULT_LOCKED] = ": settings differ, but its configuration is locked; unlock it or "
-				"remove those settings",
+	[POKEYS_FAULT_LOCKED] = ": it is locked",
 	[POKEYS_FAULT_REBOOTED] = ": the device was restarted",
 	[POKEYS_FAULT_NETWORK] = ": the kernel cannot send; check the interface and the route",
 };
@@ -272,6 +271,24 @@ static void put_wish_refused(struct line *line, const struct event *e)
 	    "its value of before stays", PICK(setting_names, e->a), (long long)e->b);
 }
 
+static void put_locked(struct line *line, const struct event *e)
+{
+	switch (e->a) {
+	case LOCK_NO_PASSWORD:
+		put(line, "wants a password (level %lld); give one with password-file",
+		    (long long)e->b);
+		break;
+	case LOCK_WRONG_PASSWORD:
+		put(line, "does not take the password of password-file (level %lld)",
+		    (long long)e->b);
+		break;
+	default:
+		put(line, "settings differ, but its configuration is locked; unlock it or remove "
+		    "those settings");
+		break;
+	}
+}
+
 static void put_rebooted(struct line *line, const struct event *e)
 {
 	put(line, "was restarted: its clock went from %lld to %lld ms", (long long)e->a,
@@ -384,6 +401,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_TRANSPORT] = put_transport,
 	[EVENT_ENGINE] = put_engine,
 	[EVENT_WISH_REFUSED] = put_wish_refused,
+	[EVENT_LOCKED] = put_locked,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

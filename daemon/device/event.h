@@ -42,7 +42,15 @@ enum event_code {
 	EVENT_WISH_REFUSED,	/* a setting of the commander's is out of range; a = enum
 				 * pokeys_setting, b = pin, encoder or axis */
 	EVENT_FOREIGN_WISH,	/* the wish has another layout, or no session or generation */
+	EVENT_LOCKED,		/* a = enum lock_reason, b = level of access (0 open .. 255) */
 	EVENT_CODES
+};
+
+/* EVENT_LOCKED: why the device does not let us in. */
+enum lock_reason {
+	LOCK_CONFIGURATION,	/* settings differ, and its configuration is locked */
+	LOCK_NO_PASSWORD,
+	LOCK_WRONG_PASSWORD,
 };
 
 /* EVENT_PACKETS: what went wrong with packets. */

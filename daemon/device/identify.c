@@ -300,7 +300,11 @@ static void finish(struct device *device)
 		   who->firmware_major << 16 | who->firmware_minor << 8 |
 		   who->firmware_revision);
 	wish_begin(device);
+	access_begin(device);
 	configure_begin(device);
+	plan_begin(device);
+	safe_begin(device);
+	motion_begin(device);
 	life_enter(device, POKEYS_LINK_CONFIGURING, POKEYS_FAULT_NONE);
 }
 

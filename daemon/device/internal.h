@@ -44,6 +44,7 @@ struct life {
 	bool foreign;			/* somebody else answers there */
 	bool asked;			/* something was asked since the last answer */
 	bool rebooted;			/* to be acted upon in the next cycle */
+	bool blocked;			/* found, but it may not run */
 	uint64_t quiet_since_ns;	/* the last answer, or the first question after it */
 	uint64_t patient_until_ns;	/* silence is expected (flash is written) */
 	uint64_t probe_after_ns;
@@ -73,6 +74,23 @@ struct identify {
 	bool tick_known;
 	uint32_t tick_ms;
 	uint64_t tick_t_ns;
+};
+
+/* access.c */
+enum access_phase {
+	ACCESS_ASK,		/* is it locked, and what is the seed? */
+	ACCESS_ANSWER,		/* the hash is to be sent */
+	ACCESS_OPEN,
+	ACCESS_SHUT,		/* until again_ns */
+};
+
+struct access {
+	uint8_t phase;			/* enum access_phase */
+	uint8_t failures, tries;
+	bool open;			/* a request is under way */
+	bool said;
+	uint64_t again_ns;
+	uint8_t seed[32];
 };
 
 /* plan.c, slow.c */
@@ -155,6 +173,7 @@ struct plan {
 	uint64_t io_outputs, io_mask;
 	uint64_t last_io_ns;			/* when the last one was answered */
 	struct slow slow[SLOW_GROUPS];
+	uint64_t blocked_ns;			/* the next safe 0xCC while the link cannot run */
 	bool output_sent;			/* the last of the lesser requests wrote an output */
 	uint64_t rates_ns;			/* slow_millihertz[] are measured since then */
 	uint8_t counter_pin[POKEYS_PINS];	/* 0-based pins that count */
@@ -283,6 +302,7 @@ struct device {
 	unsigned int budget;		/* requests that may still be sent in this cycle */
 	struct life life;
 	struct identify identify;
+	struct access access;
 	struct configure configure;
 	struct wishes wishes;
 	struct plan plan;
@@ -346,6 +366,8 @@ void device_say(struct device *device, enum event_code code, enum event_level le
 void life_cycle(struct device *device);
 void life_enter(struct device *device, enum pokeys_link link, enum pokeys_fault fault);
 void life_fault(struct device *device, enum pokeys_fault fault);
+/* Found, but it may not run: locked, or a setting is refused. */
+void life_block(struct device *device, enum pokeys_fault fault);
 void life_refuse(struct device *device, enum pokeys_fault fault);
 void life_asked(struct device *device);
 void life_heard(struct device *device, uint64_t t_ns);
@@ -361,6 +383,10 @@ void identify_alive(struct device *device);
 void identify_again(struct device *device, const mailbox_entry_t *entry);
 /* Its clock; life.rebooted is set when it went back. */
 void identify_tick(struct device *device, const mailbox_entry_t *entry);
+
+/* access.c: true when the device lets us in */
+bool access_cycle(struct device *device);
+void access_begin(struct device *device);
 
 /* configure.c */
 void configure_begin(struct device *device);
@@ -402,6 +428,10 @@ void wish_settled(struct device *device, enum pokeys_setting setting);
 /* plan.c */
 void plan_begin(struct device *device);
 void plan_cycle(struct device *device);
+/* The link cannot run: bring outputs and axes into the safe state all the same. */
+void plan_blocked(struct device *device);
+/* Requests of it are awaited. */
+bool plan_busy(const struct device *device);
 
 /* slow.c */
 void slow_begin(struct device *device);

@@ -58,6 +58,12 @@ void life_fault(struct device *device, enum pokeys_fault fault)
 	device_say(device, EVENT_LINK, level_of(link, fault), link, link, fault);
 }
 
+void life_block(struct device *device, enum pokeys_fault fault)
+{
+	life_fault(device, fault);
+	device->life.blocked = true;
+}
+
 static void leave_running(struct device *device)
 {
 	safe_permit_drop(device);
@@ -83,6 +89,7 @@ void life_enter(struct device *device, enum pokeys_link link, enum pokeys_fault 
 		return;
 	}
 	note_fault(device, fault);
+	device->life.blocked = false;
 	device->image.link = (uint8_t)link;
 	device->image.t_link_ns = device->now_ns;
 	device_say(device, EVENT_LINK, level_of(link, fault), link, before, fault);

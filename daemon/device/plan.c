@@ -72,6 +72,12 @@ static void look_after_gap(struct device *device, uint64_t t_ns)
 	device->plan.last_io_ns = t_ns;
 }
 
+/* What a locked device answers, nobody knows. */
+static bool believable(const struct device *device, const mailbox_entry_t *entry)
+{
+	return answered(entry) && device->access.phase == ACCESS_OPEN;
+}
+
 static void io_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
 		     uint64_t now_ns)
 {
@@ -81,7 +87,7 @@ static void io_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, voi
 	(void)context;
 	device->now_ns = now_ns;
 	plan->io_open = false;
-	if (!answered(entry))
+	if (!believable(device, entry))
 		return;
 	look_after_gap(device, entry->timestamp_received);
 	decode_io(device, entry);
@@ -119,7 +125,7 @@ static void status_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 	(void)context;
 	device->now_ns = now_ns;
 	device->plan.status_open = false;
-	if (!answered(entry))
+	if (!believable(device, entry))
 		return;
 	decode_status(device, entry);
 	motion_status(device, entry->timestamp_first_sent);
@@ -166,6 +172,30 @@ void plan_begin(struct device *device)
 	slow_begin(device);
 	ponet_begin(device);
 	output_begin(device);
+}
+
+#define BLOCKED_NS (20 * MS)	/* from one safe 0xCC to the next while the link cannot run */
+
+bool plan_busy(const struct device *device)
+{
+	for (unsigned int i = 0; i < OUTPUTS; i++) {
+		if (device->outputs.output[i].open)
+			return true;
+	}
+	return device->plan.io_open || device->plan.status_open || device->motion.stop_open;
+}
+
+void plan_blocked(struct device *device)
+{
+	struct plan *plan = &device->plan;
+
+	motion_update(device);
+	if (motion_send_state(device) || output_send(device) || device->now_ns < plan->blocked_ns)
+		return;
+	plan->blocked_ns = device->now_ns + BLOCKED_NS;
+	send_io(device);
+	if (device->image.capability.pulse_engine >= 2)
+		send_status(device);
 }
 
 /* Outputs that change in every cycle must not starve the slow groups, nor these them. */

@@ -11,6 +11,9 @@
  * the axes count when a status says that the engine stands. A daemon that
  * has just started waits as long for a commander as for a late one.
  *
+ * A device that is found again but may not run, because a setting is refused or
+ * it is locked, is brought into the safe state as well, whoever commands.
+ *
  * Back again, the outputs follow the commander at once. Motion does not.
  *
  * Permission (invariant I7): motion needs a rising edge of machine-on, seen
@@ -79,7 +82,7 @@ static void judge_safe(struct device *device)
 	const uint64_t since = intake->seen_ns > safe->started_ns ? intake->seen_ns :
 								    safe->started_ns;
 
-	safe->wanted = safe->stopping ||
+	safe->wanted = safe->stopping || device->life.blocked ||
 		       (!intake->fresh &&
 			device->now_ns - since >= device->config.heartbeat_timeout_ns);
 }
@@ -97,7 +100,9 @@ static bool outputs_safe(const struct device *device)
 static void judge_reached(struct device *device)
 {
 	struct safe *safe = &device->safe;
-	const bool reached = safe->wanted && running(device) && outputs_safe(device) &&
+	const bool there = running(device) ||
+			   (device->life.blocked && device->access.phase == ACCESS_OPEN);
+	const bool reached = safe->wanted && there && outputs_safe(device) &&
 			     motion_standing(device);
 
 	if (reached != safe->reached)

@@ -136,8 +136,14 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "mill: lost (was running): it does not answer; check power, cable and address" },
 		{ { .code = EVENT_LINK, .a = POKEYS_LINK_CONFIGURING,
 		    .b = POKEYS_LINK_CONFIGURING, .c = POKEYS_FAULT_LOCKED },
-		  "mill: still configuring: settings differ, but its configuration is locked; "
-		  "unlock it or remove those settings" },
+		  "mill: still configuring: it is locked" },
+		{ { .code = EVENT_LOCKED, .a = LOCK_CONFIGURATION },
+		  "mill: settings differ, but its configuration is locked; unlock it or remove "
+		  "those settings" },
+		{ { .code = EVENT_LOCKED, .a = LOCK_NO_PASSWORD, .b = 255 },
+		  "mill: wants a password (level 255); give one with password-file" },
+		{ { .code = EVENT_LOCKED, .a = LOCK_WRONG_PASSWORD, .b = 255 },
+		  "mill: does not take the password of password-file (level 255)" },
 		{ { .code = EVENT_WRONG_SERIAL, .a = 777, .b = 65432 },
 		  "mill: serial number 777 answers, 65432 is configured; it is left alone" },
 		{ { .code = EVENT_IDENTIFIED, .a = 65432, .b = 32, .c = 0x04070f },

@@ -1,12 +1,12 @@
-// SPDX-License-Identifier: GPL-2.0-or-later
+/* SPDX-License-Identifier: MIT */
 /*
  * SHA-1 for the password check of 0xE2 (protocol section 1.11), which hashes
- * 32 bytes. One block is enough, so only one block is implemented. It is the
- * device's protocol, not a choice: SHA-1 keeps nothing secret any more.
+ * 32 bytes. One block is enough, so only one block is implemented: no state, no
+ * allocation, always the same number of steps. It is the device's protocol, not
+ * a choice: SHA-1 keeps nothing secret any more.
  */
-#include "sim/sha1.h"
+#include "wire/sha1.h"
 
-#include <assert.h>
 #include <string.h>
 
 static uint32_t rotate(uint32_t x, int n)
@@ -34,18 +34,17 @@ static void schedule(const uint8_t block[64], uint32_t w[80])
 		w[t] = rotate(w[t - 3] ^ w[t - 8] ^ w[t - 14] ^ w[t - 16], 1);
 }
 
-void sim_sha1_short(const uint8_t *message, size_t len, uint8_t digest[20])
+void wire_sha1(const uint8_t message[WIRE_SHA1_MESSAGE], uint8_t digest[WIRE_SHA1_DIGEST])
 {
 	uint32_t h[5] = { 0x67452301u, 0xefcdab89u, 0x98badcfeu, 0x10325476u, 0xc3d2e1f0u };
 	uint32_t a = h[0], b = h[1], c = h[2], d = h[3], e = h[4];
 	uint8_t block[64] = { 0 };
 	uint32_t w[80];
 
-	assert(len <= 55);
-	memcpy(block, message, len);
-	block[len] = 0x80;
-	block[62] = (uint8_t)(len >> 5);
-	block[63] = (uint8_t)(len << 3);
+	memcpy(block, message, WIRE_SHA1_MESSAGE);
+	block[WIRE_SHA1_MESSAGE] = 0x80;
+	block[62] = (uint8_t)(WIRE_SHA1_MESSAGE >> 5);
+	block[63] = (uint8_t)(WIRE_SHA1_MESSAGE << 3);
 	schedule(block, w);
 	for (int t = 0; t < 80; t++) {
 		uint32_t next = rotate(a, 5) + mix(t, b, c, d) + e + w[t];
@@ -63,4 +62,16 @@ void sim_sha1_short(const uint8_t *message, size_t len, uint8_t digest[20])
 	h[4] += e;
 	for (int i = 0; i < 20; i++)
 		digest[i] = (uint8_t)(h[i / 4] >> (24 - 8 * (i % 4)));
+}
+
+void wire_password_hash(const char *password, const uint8_t seed[WIRE_SHA1_MESSAGE],
+			uint8_t hash[WIRE_SHA1_DIGEST])
+{
+	const size_t length = strnlen(password, WIRE_SHA1_MESSAGE);
+	uint8_t mixed[WIRE_SHA1_MESSAGE];
+
+	memcpy(mixed, seed, sizeof(mixed));
+	for (size_t i = 0; i < length; i++)
+		mixed[i] ^= (uint8_t)password[i];
+	wire_sha1(mixed, hash);
 }
