@@ -2,10 +2,22 @@
 # shellcheck shell=bash
 # Configure and build one build folder. Sourced by ./run.
 
+# A folder that was moved or copied here with the sources still names the old
+# place: what is built and tested would be what lies there.
+belongs_here() {
+	local info=$1/meson-info/meson-info.json source
+	[ -f "$info" ] || return 0
+	source=$(sed -n 's/.*"source": *"\([^"]*\)".*/\1/p' "$info" | head -n 1)
+	# a name that JSON has to escape is not worth a parser
+	[ -z "$source" ] || [[ $source == *\\* ]] || [ "$source" -ef . ]
+}
+
 # configure_and_build FOLDER [meson option ...]
 configure_and_build() {
 	local folder=$1
 	shift
+	belongs_here "$folder" ||
+		die "$folder was configured for sources in another place; ./run clean, then again"
 	if [ ! -f "$folder/build.ninja" ]; then
 		say "configuring $folder"
 		mkdir -p "$folder"

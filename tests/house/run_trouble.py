@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""./run after and during an interruption: half a build folder is configured anew,
-results of an earlier run are not counted, ^C ends the run and not one suite.
+"""./run in trouble: half a build folder is configured anew, one that was copied here
+is refused, results of an earlier run are not counted, ^C ends the run and not
+one suite, and where there is no apt whoever has all installed may go on.
 
 meson and ninja are stand-ins that do what the real ones were seen to do.
 """
@@ -53,6 +54,25 @@ def half_a_build_folder(fake):
     assert child.returncode == 0, said
 
 
+def a_copied_build_folder(fake):
+    info = fake.folder / "build/meson-info"
+    info.mkdir(parents=True)
+    (fake.folder / "build/build.ninja").touch()
+    for source, status in (("/elsewhere", 1), (fake.folder, 0)):
+        (info / "meson-info.json").write_text(f'{{"directories": {{"source": "{source}", "build": "x"}}}}')
+        child = fake.start("build_main")
+        said = child.communicate(timeout=20)[0]
+        assert child.returncode == status, said
+        assert ("./run clean" in said) == bool(status), said
+
+
+def no_apt(fake):
+    child = fake.start("""command() { [ "$2" != dpkg-query ] && builtin command "$@"; }
+        install_packages some-thing; echo "went on" """)
+    said = child.communicate(timeout=20)[0]
+    assert child.returncode == 0 and "some-thing" in said and "went on" in said, said
+
+
 def old_results(fake):
     logs = fake.folder / "build/meson-logs"
     logs.mkdir(parents=True)
@@ -77,7 +97,7 @@ def interrupt(fake):
 
 
 def main():
-    for check in (half_a_build_folder, old_results, interrupt):
+    for check in (half_a_build_folder, a_copied_build_folder, no_apt, old_results, interrupt):
         with tempfile.TemporaryDirectory() as folder:
             check(Fake(sys.argv[1], folder))
         print(f"ok: {check.__name__}")
