@@ -15,6 +15,7 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/socket.h>
 #include "daemon/control/desk.h"
 #include "daemon/control/log.h"
 
@@ -79,6 +80,19 @@ static int give(struct desk *desk, uint32_t device, enum device_order what,
 	return loop_order_give(desk->loop, &order);
 }
 
+/* Who changed what was set up is asked later, and by somebody else. */
+static void note(const struct desk *desk, const struct desk_client *client, uint32_t device,
+		 enum device_order what)
+{
+	struct ucred who = { .pid = 0 };
+	socklen_t size = sizeof(who);
+
+	getsockopt(client->fd, SOL_SOCKET, SO_PEERCRED, &who, &size);
+	log_line(EVENT_NOTICE, "%s: config %s, ordered by user %u (process %d)",
+		 desk->config->device[device].name, what == DEVICE_ORDER_SAVE ? "save" : "apply",
+		 who.uid, who.pid);
+}
+
 static void order(struct desk *desk, struct desk_client *client, uint32_t device,
 		  enum device_order what, const struct pokeys_settings *settings, uint64_t now_ns)
 {
@@ -86,6 +100,7 @@ static void order(struct desk *desk, struct desk_client *client, uint32_t device
 		desk_answer(desk, client, false, "too many orders are at work; try again");
 		return;
 	}
+	note(desk, client, device, what);
 	client->phase = DESK_ORDERED;
 	client->device = (uint8_t)device;
 	client->what = (uint8_t)what;

@@ -3,7 +3,9 @@
  * A device on a bad line can have a great deal to say. Each kind of event of
  * each device may speak ten times in ten seconds, then it is only counted, so
  * that one device's noise hides neither another device nor another kind of
- * fault, and the journal does not fill.
+ * fault, and the journal does not fill. Only what was changed in a device is
+ * always told: there are as many lines as there are settings, and the one that
+ * is not there would be looked for.
  */
 #include <string.h>
 #include "daemon/control/drain.h"
@@ -24,9 +26,9 @@ static void write_down(struct drain *drain, const struct event *event, uint64_t 
 	uint32_t row = known ? event->device : TRANSPORT_CHANNELS;
 	uint32_t code = event->code < EVENT_CODES ? event->code : EVENT_NONE;
 	char text[256];
-	uint32_t held;
+	uint32_t held = 0;
 
-	if (!log_permit(&drain->limit[row][code], now_ns, &held))
+	if (code != EVENT_CONFIG_CHANGED && !log_permit(&drain->limit[row][code], now_ns, &held))
 		return;
 	event_format(event, name, text, sizeof(text));
 	if (held)

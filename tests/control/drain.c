@@ -89,6 +89,16 @@ static void noise_of_one_device_hides_no_other(void **state)
 	assert_int_equal(written("(91 more of this kind were not written)"), 1);
 }
 
+/* Seen to fail: of the eleventh setting that was changed nothing was to be read. */
+static void every_setting_that_was_changed_is_told(void **state)
+{
+	(void)state;
+	for (int i = 0; i < 100; i++)
+		push(0, EVENT_CONFIG_CHANGED, 1);
+	drain_run(&drain, 1);
+	assert_int_equal(written("mill: "), 100);
+}
+
 static void lost_events_are_told_once(void **state)
 {
 	(void)state;
@@ -117,6 +127,7 @@ int main(void)
 						teardown),
 		cmocka_unit_test_setup_teardown(noise_of_one_device_hides_no_other, setup,
 						teardown),
+		cmocka_unit_test_setup_teardown(every_setting_that_was_changed_is_told, setup, teardown),
 		cmocka_unit_test_setup_teardown(lost_events_are_told_once, setup, teardown),
 		cmocka_unit_test_setup_teardown(an_event_of_nobody_and_of_no_kind_does_no_harm,
 						setup, teardown),

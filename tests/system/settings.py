@@ -4,7 +4,9 @@
 device has, what is wanted otherwise, applied from the file, saved."""
 import json
 import re
+import os
 import signal
+import subprocess
 import sys
 
 from house import House, main, run, wait_for
@@ -88,6 +90,159 @@ def test_save_keeps_the_settings_in_the_device():
         started(house)
         out = house.ctl("config", "save", "mill")
         assert out.returncode == 0 and "in its flash memory now" in out.stdout, out
+
+
+# nearly every key, each with a value that the simulated device does not begin with
+EVERY = """
+digital-inputs = 9-16,52
+digital-outputs = 31-34
+analog-inputs = 41-45
+counter-inputs = 19
+inverted-pins = 32
+axes = 4
+generator = external
+generator-swap = on
+generator-extended-io = on
+charge-pump = off
+emergency-pin = 52
+emergency-invert = on
+power-states = 1
+axis.0.mode = position
+axis.0.invert = on
+axis.0.max-speed = 12345.6
+axis.0.max-acceleration = 54321
+axis.0.soft-limits = on
+axis.0.soft-minimum = -1000
+axis.0.soft-maximum = 1000
+axis.0.limit-minus = on
+axis.0.limit-plus = off
+axis.0.home = on
+axis.0.home-shared = limit-minus
+axis.0.limit-minus-invert = on
+axis.0.limit-minus-pin = 9
+axis.0.limit-plus-pin = dedicated
+axis.0.home-pin = 10
+axis.0.limit-minus-filter = 3
+axis.0.probe-filter = 2
+axis.0.enable-pin = 34
+axis.0.enable-invert = on
+axis.0.enable-masked = on
+axis.0.homing-invert = on
+axis.0.homing-algorithm = 131
+axis.0.homing-speed = 30
+axis.0.homing-return-speed = 20
+axis.0.homing-back-off = 17
+axis.0.mpg-encoder = 3
+axis.0.mpg-multiplier = -4
+axis.0.mpg-divider = 5
+axis.0.step-invert = on
+axis.0.index-falling = on
+encoder.3.pins = 11,12
+encoder.4.enable = off
+fast-encoders = on
+fast-encoder-sampling = 1
+fast-encoder.1.invert = on
+fast-encoder-index = on
+ultra-fast-encoder = on
+ultra-fast-encoder-mode = direction
+ultra-fast-encoder-invert = on
+ultra-fast-encoder-filter = 100
+pwm-period = 2500
+analog-filter = 7
+poextbus-connector = dedicated
+poextbus-crc = off
+matrix-keyboard = on
+matrix-rows = 4,3,2,1
+matrix-columns = 5,6
+failsafe-timeout-ms = 700
+failsafe-parts = 7
+failsafe-on = 33
+failsafe-poextbus = 1,2,255,0,0,0,0,0,0,9
+failsafe-pwm = 10,100,0,0,0,1
+device-name = my mill
+"""
+
+
+def test_every_key_reaches_the_device():
+    keys = dict(line.split(" = ", 1) for line in EVERY.strip().splitlines())
+    with House() as house:
+        started(house, **keys)
+        wait_for("all of it", lambda: no_difference(house))
+        shown = house.ctl("config", "show", "mill").stdout
+        have = dict(line.split(" = ", 1) for line in shown.splitlines() if " = " in line)
+        missing = {key: (wanted, have.get(key)) for key, wanted in keys.items() if have.get(key) != wanted}
+        assert not missing, missing
+        # each is told
+        for what in ("terminal 19: counter input", "axis 0 set up anew", "device name set up", "failsafe set up"):
+            assert what in house.log(), (what, house.log())
+
+
+def commander(house):
+    """A commander in Python, as the examples have it. It is never closed: that is done by its end."""
+    library = next(path for name, path in house.programs.items() if name.startswith("libpokeys_shm.so"))
+    binding = house.programs["pokeys.py"].parent
+    child = subprocess.Popen([sys.executable, "-c", COMMANDER, binding, house.runtime], stdin=subprocess.PIPE,
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                             env=dict(os.environ, POKEYS_SHM_LIBRARY=str(library)))
+    house.children.append(child)
+    return child
+
+
+# "wish GENERATION SPEED" writes; "report" answers with epoch, generation and speed
+COMMANDER = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import pokeys
+client = pokeys.Client("mill", sys.argv[2], "wisher", pokeys.COMMANDER)
+print("ready", flush=True)
+for line in sys.stdin:
+    client.poll()
+    words = line.split()
+    if words[0] == "wish":
+        wish = pokeys.Wish(session=77, generation=int(words[1]))
+        wish.settings.axis[0].set = 1 << 16
+        wish.settings.axis[0].max_speed = float(words[2])
+        print(client.write_wish(wish), flush=True)
+    else:
+        report = client.read_report()
+        print(*(report and (report.epoch, report.generation, report.device.axis[0].max_speed) or (0, 0, 0)), flush=True)
+"""
+
+
+def say(child, text):
+    child.stdin.write(text + "\n")
+    child.stdin.flush()
+    return child.stdout.readline().strip()
+
+
+def report(child):
+    epoch, generation, speed = say(child, "report").split()
+    return int(epoch), int(generation), float(speed)
+
+
+def test_a_wish_is_applied_reported_and_written_again_to_the_next_daemon():
+    with House() as house:
+        daemon = started(house, **{"axis.0.max-speed": 5000})
+        wisher = commander(house)
+        assert wisher.stdout.readline() == "ready\n"
+        assert say(wisher, "wish 1 6000") == "True"
+        wait_for("the wish", lambda: report(wisher)[1:] == (1, 6000))
+        assert value(house, "axis.0.max-speed") == "6000"
+        # killed with a wish on its way: the next one knows nothing of it
+        assert say(wisher, "wish 2 7000") == "True"
+        daemon.kill()
+        daemon.wait()
+        before = report(wisher)[0]
+        house.start_daemon()
+        wait_for("the next daemon", lambda: report(wisher)[0] not in (0, before))
+        house.wait_fresh("mill")
+        wait_for("what the file wants", lambda: report(wisher)[1:] == (0, 5000))
+        assert say(wisher, "wish 2 7000") == "True"
+        wait_for("the wish again", lambda: report(wisher)[1:] == (2, 7000))
+        # a commander that dies takes nothing back
+        wisher.kill()
+        wisher.wait()
+        assert value(house, "axis.0.max-speed") == "7000"
 
 
 def test_orders_of_a_device_that_is_away():
