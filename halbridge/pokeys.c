@@ -160,13 +160,14 @@ static void loop(size_t count)
 	}
 }
 
+/* The instances first: they hold HAL's memory, and the last hal_exit() unmaps that. */
 static void end(void)
 {
 	monitor_stop(&monitor);
-	if (component > 0)
-		hal_exit(component);
 	for (size_t i = 0; i < TABLE_DEVICES; i++)
 		instance_end(instances[i]);
+	if (component > 0)
+		hal_exit(component);
 }
 
 int main(int argc, char **argv)

@@ -171,6 +171,14 @@ def it_ends_by_signal_and_loads_again(rig):
         assert rig.hal.ok("halcmd -s show pin 'pokeys.*'") == ""
 
 
+def alone_in_hal_it_ends_with_status_0(rig):
+    """The last to leave takes HAL's memory with it."""
+    rig.host()
+    rig.hal.ok(f"INI_FILE_NAME={ini(rig)} pokeys >/dev/null & ended=$!")
+    rig.hal.ok("until halcmd getp pokeys.0.connected 2>/dev/null | grep -q TRUE; do sleep 0.02; done")
+    rig.hal.ok("kill -TERM $ended; wait $ended")
+
+
 def names_and_count_are_options(rig):
     rig.hal.ok("halcmd loadusr -Wn pokeys pokeys names=mill,panel")
     assert rig.hal.ok("halcmd getp mill.connected") == "FALSE"
@@ -235,6 +243,7 @@ hal_live.main([
     a_bad_key_is_refused_with_file_line_and_range,
     a_device_is_found_by_its_serial_number,
     it_ends_by_signal_and_loads_again,
+    alone_in_hal_it_ends_with_status_0,
     names_and_count_are_options,
     an_axis_is_driven_by_its_connected_name,
     either_name_of_an_input_may_be_used,
