@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
-#include "halbridge/table.h"
+#include "shm/runtime.h"
 
 /* The device's serial number, 0 = not known. */
 static uint32_t serial_of(const char *runtime, const char *device)
@@ -30,12 +30,12 @@ static uint32_t serial_of(const char *runtime, const char *device)
 int find_serial(const char *runtime, uint32_t serial, char name[POKEYS_SHM_NAME_MAX], char *all,
 		size_t size)
 {
-	char names[TABLE_DEVICES][POKEYS_SHM_NAME_MAX];
-	int count = pokeys_shm_devices(runtime, names, TABLE_DEVICES);
+	char names[SHM_DEVICES_MAX][POKEYS_SHM_NAME_MAX];
+	int count = pokeys_shm_devices(runtime, names, SHM_DEVICES_MAX);
 	size_t at = 0;
 
 	all[0] = '\0';
-	for (int i = 0; i < count && i < TABLE_DEVICES; i++) {
+	for (int i = 0; i < count && i < SHM_DEVICES_MAX; i++) {
 		uint32_t has = serial_of(runtime, names[i]);
 
 		if (has == serial) {

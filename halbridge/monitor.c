@@ -29,7 +29,8 @@ enum {
 	QUIET_ROUNDS = 100,
 	REFUSED_ROUNDS = 5,	/* the place of a commander that died is free in less */
 	CREDIT_MOST = 5,	/* refusals at once; one more each second */
-	STACK_BYTES = 256 * 1024,
+	SEARCH_ROUNDS = 10,	/* for a serial number: that attaches to every device */
+	STACK_BYTES = 1024 * 1024,	/* it attaches in here, which wants 160 kB and more */
 };
 
 int monitor_open_client(struct instance *instance, const char *runtime)
@@ -206,7 +207,8 @@ static void look_around(struct monitor *monitor, unsigned int number)
 			memory->credit++;
 		if (instance->exchange.legacy.on)
 			legacy_settings_look(&instance->settings, instance->values);
-		say_attachment(monitor, instance);
+		if (instance->client || !instance->serial || number % SEARCH_ROUNDS == 0)
+			say_attachment(monitor, instance);
 		say_connection(monitor, instance);
 		say_refusals(monitor, instance);
 		see_to_settings(instance);
