@@ -53,7 +53,8 @@ static const char *store_number(const struct settings_key *key, uint32_t index, 
 		wrong = parse_integer(text, key->minimum, key->maximum, &value);
 		if (!wrong && value % scale)
 			wrong = "is between two steps";
-		value = value / scale + key->bias;
+		if (!wrong)
+			value = value / scale + key->bias;
 	}
 	if (!wrong)
 		field_put(key, index, settings, value);
