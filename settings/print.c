@@ -7,26 +7,10 @@
  * and not printed as something else.
  */
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include "settings/private.h"
-
-/* snprintf at an offset; never beyond the end. */
-static size_t append(char *text, size_t size, size_t at, const char *format, ...)
-	__attribute__((format(printf, 4, 5)));
-static size_t append(char *text, size_t size, size_t at, const char *format, ...)
-{
-	va_list arguments;
-	int length;
-
-	va_start(arguments, format);
-	length = vsnprintf(text + at, size - at, format, arguments);
-	va_end(arguments);
-	at += length > 0 ? (size_t)length : 0;
-	return at < size ? at : size - 1;
-}
 
 static const struct settings_word *word_of(const struct settings_key *key, int64_t value)
 {
@@ -111,7 +95,7 @@ static bool print_real(const struct settings_key *key, uint32_t index,
 /* Runs of at least three are written as a range. */
 static void print_set(uint64_t pins, char text[SETTINGS_VALUE_MAX])
 {
-	size_t at = append(text, SETTINGS_VALUE_MAX, 0, "%s", pins ? "" : "none");
+	size_t at = settings_append(text, SETTINGS_VALUE_MAX, 0, "%s", pins ? "" : "none");
 
 	for (int first = 0; first < POKEYS_PINS; first++) {
 		int last = first;
@@ -122,9 +106,9 @@ static void print_set(uint64_t pins, char text[SETTINGS_VALUE_MAX])
 			last++;
 		if (last - first < 2)
 			last = first;
-		at = append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "", first + 1);
+		at = settings_append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "", first + 1);
 		if (last > first)
-			at = append(text, SETTINGS_VALUE_MAX, at, "-%d", last + 1);
+			at = settings_append(text, SETTINGS_VALUE_MAX, at, "-%d", last + 1);
 		first = last;
 	}
 }
@@ -146,10 +130,10 @@ static uint64_t functions_of(const struct settings_key *key, const struct pokeys
 
 static void print_row(const uint8_t *pins, size_t count, char text[SETTINGS_VALUE_MAX])
 {
-	size_t at = append(text, SETTINGS_VALUE_MAX, 0, "%s", count ? "" : "none");
+	size_t at = settings_append(text, SETTINGS_VALUE_MAX, 0, "%s", count ? "" : "none");
 
 	for (size_t i = 0; i < count; i++)
-		at = append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "", pins[i] + 1);
+		at = settings_append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "", pins[i] + 1);
 }
 
 static void print_bytes(const uint8_t *bytes, size_t count, char text[SETTINGS_VALUE_MAX])
@@ -158,7 +142,7 @@ static void print_bytes(const uint8_t *bytes, size_t count, char text[SETTINGS_V
 
 	text[0] = '\0';
 	for (size_t i = 0; i < count; i++)
-		at = append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "", bytes[i]);
+		at = settings_append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "", bytes[i]);
 }
 
 static bool pins_in_range(const uint8_t *pins, size_t count)
@@ -265,58 +249,4 @@ bool settings_differ(const struct settings_key *key, uint32_t index,
 	settings_print(key, index, wanted, one);
 	settings_print(key, index, device, other);
 	return strcmp(one, other) != 0;
-}
-
-const char *settings_pin_text(uint8_t function, char text[SETTINGS_VALUE_MAX])
-{
-	static const struct {
-		uint8_t bits;
-		const char *name;
-	} functions[] = {
-		{ 0x00, "inactive" }, { 0x02, "digital input" }, { 0x04, "digital output" },
-		{ 0x08, "analog input" }, { 0x10, "analog output" }, { 0x22, "triggered input" },
-		{ 0x20, "triggered input" }, { 0x42, "counter input" }, { 0x40, "counter input" },
-	};
-
-	snprintf(text, SETTINGS_VALUE_MAX, "function 0x%02x", function);
-	for (size_t i = 0; i < sizeof(functions) / sizeof(functions[0]); i++)
-		if ((function & 0x7f) == functions[i].bits)
-			snprintf(text, SETTINGS_VALUE_MAX, "%s%s", functions[i].name,
-				 function & 0x80 ? ", inverted" : "");
-	return text;
-}
-
-size_t settings_allowed(const struct settings_key *key, char *text, size_t size)
-{
-	bool scalar = key->type == SETTINGS_NUMBER || key->type == SETTINGS_REAL;
-	size_t at = append(text, size, 0, "%s", scalar ? "leave" : "");
-
-	for (const struct settings_word *word = key->words; word && word->name; word++)
-		at = append(text, size, at, " | %s", word->name);
-	switch (key->type) {
-	case SETTINGS_NUMBER:
-	case SETTINGS_REAL:
-		if (key->minimum <= key->maximum)
-			at = append(text, size, at, " | %.10g..%.10g", key->minimum, key->maximum);
-		return at;
-	case SETTINGS_BYTES:
-		return append(text, size, at, "at most %zu numbers %g..%g with commas between",
-			      key->size, key->minimum, key->maximum);
-	case SETTINGS_TEXT:
-		return append(text, size, at, "at most %d printable characters, no quotes, ; or #",
-			      NAME_LENGTH);
-	case SETTINGS_PIN_PAIR:
-		return append(text, size, at, "two pins %g..%g with a comma between", key->minimum,
-			      key->maximum);
-	case SETTINGS_PIN_ROW:
-		return append(text, size, at, "at most %zu pins %g..%g with commas between, in "
-			      "order", key->size, key->minimum, key->maximum);
-	case SETTINGS_PIN_FUNCTION:
-	case SETTINGS_PIN_FLAG:
-	case SETTINGS_PIN_BITS:
-		return append(text, size, at, "pins %g..%g as a list such as %g-%g,%g",
-			      key->minimum, key->maximum, key->minimum, key->minimum + 2,
-			      key->minimum + 4);
-	}
-	return at;
 }

@@ -3,9 +3,6 @@
  * What a device is set up for, in the words of pokeysd.conf: the keys are those
  * of the one table that the daemon reads its file with, so what is printed here
  * can be put into it. What the table has no word for stands there as a comment.
- *
- * Functions of terminals are lists in a file, and one terminal in another list
- * would make two lines of difference: those are compared terminal by terminal.
  */
 #include <string.h>
 #include "settings/key.h"
@@ -46,19 +43,9 @@ const char *config_print_state(uint8_t state)
 	return PICK(state_names, state);
 }
 
-static uint32_t indices(const struct settings_key *key)
-{
-	return key->count ? key->count : 1;
-}
-
 static bool is_pin_list(const struct settings_key *key)
 {
 	return key->type == SETTINGS_PIN_FUNCTION || key->type == SETTINGS_PIN_FLAG;
-}
-
-static bool pin_known(const struct pokeys_settings *settings, unsigned int pin)
-{
-	return settings->pin_set[pin / 8] >> pin % 8 & 1;
 }
 
 /* Whether a list of the file holds this function. */
@@ -118,7 +105,7 @@ static size_t group_of(size_t first)
 static void show_group(const struct settings_key *keys, size_t count,
 		       const struct pokeys_settings *device, FILE *to)
 {
-	for (uint32_t n = 0; n < indices(keys); n++)
+	for (uint32_t n = 0; n < config_indices(keys); n++)
 		for (size_t i = 0; i < count; i++)
 			if (!is_idle(&keys[i], n, device))
 				show_key(&keys[i], n, device, to);
@@ -129,7 +116,7 @@ static void show_odd_pins(const struct pokeys_settings *device, FILE *to)
 	char text[SETTINGS_VALUE_MAX];
 
 	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++)
-		if (pin_known(device, pin) && !pin_has_list(device->pin_function[pin], pin))
+		if (config_pin_known(device, pin) && !pin_has_list(device->pin_function[pin], pin))
 			fprintf(to, "; terminal %u: %s, for which there is no key\n", pin + 1,
 				settings_pin_text(device->pin_function[pin], text));
 }
@@ -157,7 +144,7 @@ static void put_value(struct json *json, const char *name, const struct settings
 		json_null(json, name);
 }
 
-static void put_head(struct json *json, const char *device, const struct pokeys_report *report)
+void config_print_head(struct json *json, const char *device, const struct pokeys_report *report)
 {
 	json_object(json, NULL);
 	json_unsigned(json, "format", 1);
@@ -174,7 +161,7 @@ static void put_pin_functions(struct json *json, const struct pokeys_settings *s
 {
 	json_array(json, "pin_functions");
 	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++) {
-		if (pin_known(settings, pin))
+		if (config_pin_known(settings, pin))
 			json_unsigned(json, NULL, settings->pin_function[pin]);
 		else
 			json_null(json, NULL);
@@ -188,119 +175,14 @@ void config_print_show_json(const char *device, const struct pokeys_report *repo
 	struct json json;
 
 	json_init(&json, to);
-	put_head(&json, device, report);
+	config_print_head(&json, device, report);
 	put_pin_functions(&json, &report->device);
 	json_object(&json, "settings");
 	for (size_t i = 0; i < settings_key_count; i++)
-		for (uint32_t n = 0; n < indices(&settings_keys[i]); n++)
+		for (uint32_t n = 0; n < config_indices(&settings_keys[i]); n++)
 			if (settings_given(&settings_keys[i], n, &report->device))
 				put_value(&json, settings_name(&settings_keys[i], n, name),
 					  &settings_keys[i], n, &report->device);
 	json_end(&json);
 	json_end(&json);
-}
-
-/* Told to as many as there are differences. */
-struct difference {
-	const char *name, *wanted, *device;
-};
-
-typedef void (*tell)(void *context, const struct difference *difference);
-
-static unsigned int differing_pins(const struct pokeys_report *report, tell tell_one, void *context)
-{
-	char name[SETTINGS_NAME_MAX], wanted[SETTINGS_VALUE_MAX], device[SETTINGS_VALUE_MAX];
-	unsigned int count = 0;
-
-	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++) {
-		const struct difference found = { name, wanted, device };
-
-		if (!pin_known(&report->wanted, pin) || !pin_known(&report->device, pin) ||
-		    report->wanted.pin_function[pin] == report->device.pin_function[pin])
-			continue;
-		snprintf(name, sizeof(name), "terminal %u", pin + 1);
-		settings_pin_text(report->wanted.pin_function[pin], wanted);
-		settings_pin_text(report->device.pin_function[pin], device);
-		tell_one(context, &found);
-		count++;
-	}
-	return count;
-}
-
-/*
- * A setting that the device does not have (a failsafe on a device without one)
- * is none that it has otherwise, once the daemon says that all is applied.
- */
-static bool differs(const struct settings_key *key, uint32_t index,
-		    const struct pokeys_report *report)
-{
-	if (!settings_differ(key, index, &report->wanted, &report->device))
-		return false;
-	return settings_given(key, index, &report->device) ||
-	       report->state != POKEYS_CONFIG_APPLIED;
-}
-
-static unsigned int differing_keys(const struct pokeys_report *report, tell tell_one, void *context)
-{
-	char name[SETTINGS_NAME_MAX], wanted[SETTINGS_VALUE_MAX], device[SETTINGS_VALUE_MAX];
-	const struct difference found = { name, wanted, device };
-	unsigned int count = 0;
-
-	for (size_t i = 0; i < settings_key_count; i++) {
-		const struct settings_key *key = &settings_keys[i];
-
-		for (uint32_t n = 0; n < indices(key); n++) {
-			if (!differs(key, n, report))
-				continue;
-			settings_name(key, n, name);
-			settings_print(key, n, &report->wanted, wanted);
-			settings_print(key, n, &report->device, device);
-			tell_one(context, &found);
-			count++;
-		}
-	}
-	return count;
-}
-
-static void tell_text(void *context, const struct difference *found)
-{
-	fprintf(context, "%s: %s is wanted, the device has %s\n", found->name, found->wanted,
-		*found->device ? found->device : "none");
-}
-
-unsigned int config_print_diff(const struct pokeys_report *report, FILE *to)
-{
-	unsigned int pins = differing_pins(report, tell_text, to);
-
-	return pins + differing_keys(report, tell_text, to);
-}
-
-static void tell_json(void *context, const struct difference *found)
-{
-	struct json *json = context;
-
-	json_object(json, NULL);
-	json_text(json, "key", found->name);
-	json_text(json, "wanted", found->wanted);
-	if (*found->device)
-		json_text(json, "has", found->device);
-	else
-		json_null(json, "has");
-	json_end(json);
-}
-
-unsigned int config_print_diff_json(const char *device, const struct pokeys_report *report,
-				    FILE *to)
-{
-	struct json json;
-	unsigned int count;
-
-	json_init(&json, to);
-	put_head(&json, device, report);
-	json_array(&json, "differences");
-	count = differing_pins(report, tell_json, &json);
-	count += differing_keys(report, tell_json, &json);
-	json_end(&json);
-	json_end(&json);
-	return count;
 }

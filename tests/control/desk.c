@@ -230,6 +230,17 @@ static void broken_file_changes_nothing_and_the_faults_go_to_the_caller(void **s
 	assert_int_equal(desk.refused, 3);
 }
 
+/* Seen to hang: who opens a pipe waits for its other end. */
+static void configuration_that_became_a_pipe_holds_nobody_up(void **state)
+{
+	(void)state;
+	unlink(config_path);
+	assert_int_equal(mkfifo(config_path, 0600), 0);
+	assert_says(ask("config apply mill"), "is not a file that can be read again");
+	desk_reload(&desk);
+	assert_int_equal(loop.orders.given, 0);
+}
+
 static void file_with_very_many_faults_is_answered_all_the_same(void **state)
 {
 	FILE *file = fopen(config_path, "w");
@@ -452,6 +463,7 @@ int main(void)
 		BOTH(apply_says_what_became_of_it),
 		BOTH(apply_does_not_take_for_ever),
 		BOTH(broken_file_changes_nothing_and_the_faults_go_to_the_caller),
+		BOTH(configuration_that_became_a_pipe_holds_nobody_up),
 		BOTH(file_with_very_many_faults_is_answered_all_the_same),
 		BOTH(change_that_wants_a_restart_is_told),
 		BOTH(save_is_answered_when_the_device_has_said_how_it_went),
