@@ -157,18 +157,13 @@ static void take_axis(struct device *device, unsigned int i,
 		axis->homed = 1;
 }
 
-static bool tripped(uint8_t state)
-{
-	return state == WIRE_ENGINE_STOP_LIMIT || state == WIRE_ENGINE_STOP_EMERGENCY;
-}
-
 static void take_engine_state(struct device *device, uint8_t state)
 {
 	const uint8_t before = device->image.engine.state;
 
 	device->image.engine.state = state;
-	if (state != before && (tripped(state) || tripped(before)))
-		device_say(device, EVENT_ENGINE, tripped(state) ? EVENT_ERROR : EVENT_NOTICE, state,
+	if (state != before && (engine_tripped(state) || engine_tripped(before)))
+		device_say(device, EVENT_ENGINE, engine_tripped(state) ? EVENT_ERROR : EVENT_NOTICE, state,
 			   before, 0);
 }
 

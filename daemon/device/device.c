@@ -2,9 +2,11 @@
 /*
  * The room's door: what the loop calls, in the order in which it matters.
  *
- * A cycle first lets the mailbox look at the clock: its ids rest for a time
- * after use, and with nothing in flight nobody else would tell it that the
- * time is over. Then it looks at the command, decides what is safe and what
+ * A cycle first lets the mailbox look at the clock if nothing is in flight: its
+ * ids rest for a time after use, and nobody else would tell it then that the time
+ * is over. Deadlines are not its business, for the answer may have come and wait
+ * in the socket: the loop looks at them when it has taken all that came. Then it
+ * looks at the command, decides what is safe and what
  * is permitted, and only then lets the life cycle send. So outputs and
  * references of this cycle come from this cycle's command, and a heartbeat
  * that became late just now is already acted upon.
@@ -54,7 +56,8 @@ void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint6
 	device->cycle = cycle;
 	device->tick_ns = tick_ns;
 	device->budget = BUDGET;
-	PK_TimeoutAndRetryCheck(&device->mailbox, now_ns);
+	if (!device->mailbox.in_flight_count)
+		PK_TimeoutAndRetryCheck(&device->mailbox, now_ns);
 	intake_cycle(device, command, refused);
 	one_shot_cycle(device);
 	safe_cycle(device);

@@ -11,8 +11,9 @@
  * The clock (0xCF, milliseconds since it was switched on) is what tells a
  * restart from a bad cable. From one answer to the next question it must have
  * gone on by at least the time that went by here, whatever the network did to
- * the packets; less means that it began anew in between. The allowance is for
- * rounding and a poor crystal.
+ * the packets; less means that it began anew in between. And by no more than went
+ * by from the question before to this answer: more means that the clock is another
+ * one. The allowance is for rounding and a poor crystal.
  */
 
 #include <string.h>
@@ -26,11 +27,16 @@ enum {
 	TICK_DRIFT = 64,		/* one part in so many */
 };
 
-/* Less than what went by from the last answer to this question. */
-static bool began_anew(const struct identify *identify, uint32_t tick_ms, uint64_t asked_ns)
+/*
+ * Less than what went by from the last answer to this question, or more than
+ * from the last question to this answer.
+ */
+static bool began_anew(const struct identify *identify, uint32_t tick_ms,
+		       const mailbox_entry_t *entry)
 {
+	const uint64_t asked_ns = entry->timestamp_first_sent;
 	const int32_t went = (int32_t)(tick_ms - identify->tick_ms);
-	uint64_t elapsed_ms;
+	uint64_t least_ms, most_ms;
 
 	if (!identify->tick_known)
 		return false;
@@ -38,8 +44,10 @@ static bool began_anew(const struct identify *identify, uint32_t tick_ms, uint64
 		return true;
 	if (asked_ns < identify->tick_t_ns)
 		return false;
-	elapsed_ms = (asked_ns - identify->tick_t_ns) / MS;
-	return (uint64_t)went + TICK_SLACK_MS + elapsed_ms / TICK_DRIFT < elapsed_ms;
+	least_ms = (asked_ns - identify->tick_t_ns) / MS;
+	most_ms = (entry->timestamp_received - identify->tick_asked_ns) / MS;
+	return (uint64_t)went + TICK_SLACK_MS + least_ms / TICK_DRIFT < least_ms ||
+	       (uint64_t)went > most_ms + TICK_SLACK_MS + most_ms / TICK_DRIFT;
 }
 
 /*
@@ -54,6 +62,7 @@ static void keep_tick(struct identify *identify, uint32_t tick_ms, const mailbox
 	identify->tick_known = true;
 	identify->tick_ms = tick_ms;
 	identify->tick_t_ns = entry->timestamp_received;
+	identify->tick_asked_ns = entry->timestamp_first_sent;
 }
 
 void identify_tick(struct device *device, const mailbox_entry_t *entry)
@@ -63,10 +72,12 @@ void identify_tick(struct device *device, const mailbox_entry_t *entry)
 
 	wire_tick_decode_rep(entry->response_buffer, &tick);
 	device->image.device_tick_ms = tick.ms;
-	if (began_anew(identify, tick.ms, entry->timestamp_first_sent)) {
+	if (began_anew(identify, tick.ms, entry)) {
 		device_say(device, EVENT_REBOOTED, EVENT_WARNING, identify->tick_ms, tick.ms, 0);
 		device->life.rebooted = true;
 		identify->tick_known = false;
+	} else {
+		plan_tick_right(device);
 	}
 	keep_tick(identify, tick.ms, entry);
 }
@@ -232,6 +243,8 @@ void identify_again(struct device *device, const mailbox_entry_t *entry)
 	device->image.identity.locked = data.locked;
 	if (who.serial != device->identify.identity.serial)
 		device->life.rebooted = true;
+	else
+		plan_identity_right(device);
 }
 
 static void alive_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,

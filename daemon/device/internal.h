@@ -73,7 +73,7 @@ struct identify {
 	uint64_t alive_ns;
 	bool tick_known;
 	uint32_t tick_ms;
-	uint64_t tick_t_ns;
+	uint64_t tick_t_ns, tick_asked_ns;
 };
 
 /* access.c */
@@ -172,6 +172,7 @@ struct plan {
 	uint64_t measured_tick_ns;		/* ... of this tick */
 	uint64_t io_outputs, io_mask;
 	uint64_t last_io_ns;			/* when the last one was answered */
+	bool doubt_tick, doubt_identity;	/* was it another one that answered? */
 	struct slow slow[SLOW_GROUPS];
 	uint64_t blocked_ns;			/* the next safe 0xCC while the link cannot run */
 	bool output_sent;			/* the last of the lesser requests wrote an output */
@@ -327,6 +328,12 @@ static inline bool running(const struct device *device)
 	return device->image.link == POKEYS_LINK_RUNNING;
 }
 
+/* Engine states that only a commander's clear ends. */
+static inline bool engine_tripped(uint8_t state)
+{
+	return state == WIRE_ENGINE_STOP_LIMIT || state == WIRE_ENGINE_STOP_EMERGENCY;
+}
+
 /* The reply was good; otherwise entry->state says what became of the request. */
 static inline bool answered(const mailbox_entry_t *entry)
 {
@@ -430,6 +437,9 @@ void plan_begin(struct device *device);
 void plan_cycle(struct device *device);
 /* The link cannot run: bring outputs and axes into the safe state all the same. */
 void plan_blocked(struct device *device);
+/* After a silence: it is the same start of the same device. */
+void plan_tick_right(struct device *device);
+void plan_identity_right(struct device *device);
 /* Requests of it are awaited. */
 bool plan_busy(const struct device *device);
 
@@ -440,7 +450,7 @@ bool slow_overdue(const struct device *device);
 bool slow_send(struct device *device);
 /* This bank of encoders is to be read at once. */
 void slow_encoders_now(struct device *device, unsigned int bank);
-void slow_tick_now(struct device *device);
+void slow_identity_now(struct device *device);
 /* Which pins count has changed. */
 void slow_counters(struct device *device);
 /* Now and then: how often each group was answered. */

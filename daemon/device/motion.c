@@ -42,14 +42,9 @@ static bool has_engine(const struct device *device)
 }
 
 /* A stop would also clear a trip, and that is the commander's to do. */
-static bool tripped(uint8_t state)
-{
-	return state == WIRE_ENGINE_STOP_LIMIT || state == WIRE_ENGINE_STOP_EMERGENCY;
-}
-
 static bool stands(uint8_t state)
 {
-	return state == WIRE_ENGINE_STOPPED || tripped(state);
+	return state == WIRE_ENGINE_STOPPED || engine_tripped(state);
 }
 
 bool motion_standing(const struct device *device)
@@ -99,7 +94,7 @@ static uint8_t wished(const struct device *device)
 static void enter_off(struct device *device)
 {
 	device->motion.phase = MOTION_OFF;
-	device->motion.stop_wanted = !tripped(device->image.engine.state);
+	device->motion.stop_wanted = !engine_tripped(device->image.engine.state);
 	device->motion.known = false;
 }
 

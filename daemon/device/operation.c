@@ -120,18 +120,13 @@ static void position_answered(struct device *device, const mailbox_entry_t *entr
 
 /* Clear fault. */
 
-static bool tripped(uint8_t state)
-{
-	return state == WIRE_ENGINE_STOP_LIMIT || state == WIRE_ENGINE_STOP_EMERGENCY;
-}
-
 static bool clear_send(struct device *device)
 {
 	static const struct wire_pulse_state_req stop = { .state = WIRE_ENGINE_STOPPED };
 
 	if (device->one_shots.step)
 		return ask_status(device);
-	if (!tripped(device->image.engine.state)) {
+	if (!engine_tripped(device->image.engine.state)) {
 		one_shot_end(device, POKEYS_OUTCOME_DONE);
 		return false;
 	}
@@ -147,7 +142,7 @@ static void clear_answered(struct device *device, const mailbox_entry_t *entry)
 		return;
 	}
 	wire_pulse_status_decode_rep(entry->response_buffer, &status);
-	one_shot_end(device, tripped(status.engine_state) ? POKEYS_OUTCOME_FAILED :
+	one_shot_end(device, engine_tripped(status.engine_state) ? POKEYS_OUTCOME_FAILED :
 							    POKEYS_OUTCOME_DONE);
 }
 

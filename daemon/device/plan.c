@@ -8,6 +8,10 @@
  * the data older but never a heap of requests. Outputs that change meanwhile
  * are put into the resend, or go out with the next one.
  *
+ * After a silence of some cycles only questions are asked until the device has said
+ * that it is the same start of the same device: until then a patient lost-after may
+ * hide that another one was put in its place, and nothing of ours is its business.
+ *
  * The third place of a cycle goes, in this order, to the engine's state, the
  * axes' references, a step of a one-shot, a setting, and in turns to the other
  * outputs and the slow groups. References
@@ -20,7 +24,21 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
-#define GAP_CYCLES 8	/* without a fast answer for so long: was it restarted? */
+enum { KEPT = 4 };	/* places in the window that only the four urgent kinds may use */
+
+#define GAP_CYCLES 8	/* without a fast answer for so long: is it still the same one? */
+
+static uint64_t gap_ns(const struct device *device)
+{
+	const uint64_t usual = device->config.period_ns * device->config.fast_divider;
+
+	return (usual + device->mailbox.statistics.rtt_smoothed_ns) * GAP_CYCLES;
+}
+
+static bool in_doubt(const struct device *device)
+{
+	return device->plan.doubt_tick || device->plan.doubt_identity;
+}
 
 static void io_request(const struct device *device, struct wire_io_req *io)
 {
@@ -28,6 +46,8 @@ static void io_request(const struct device *device, struct wire_io_req *io)
 
 	memset(io, 0, sizeof(*io));
 	safe_outputs(device, &outputs, &mask);
+	if (in_doubt(device))
+		outputs = mask = 0;
 	io->write = mask != 0;
 	io->outputs = outputs;
 	io->ignore = ~mask & ((UINT64_C(1) << 56) - 1);
@@ -63,13 +83,32 @@ static void measure(struct device *device)
 	histogram_add(&device->meter.fresh, device->now_ns - device->plan.measured_tick_ns);
 }
 
-static void look_after_gap(struct device *device, uint64_t t_ns)
+/* Silence: from now on only questions, until it has said who it is. */
+static void look_for_gap(struct device *device)
 {
-	const uint64_t usual = device->config.period_ns * device->config.fast_divider;
+	struct plan *plan = &device->plan;
 
-	if (device->plan.last_io_ns && t_ns - device->plan.last_io_ns > usual * GAP_CYCLES)
-		slow_tick_now(device);
-	device->plan.last_io_ns = t_ns;
+	if (!running(device) || !plan->last_io_ns ||
+	    device->now_ns - plan->last_io_ns <= gap_ns(device) || in_doubt(device))
+		return;
+	plan->doubt_tick = plan->slow[SLOW_TICK].answered;
+	plan->doubt_identity = true;
+}
+
+static void answered_after_gap(struct device *device)
+{
+	if (in_doubt(device))
+		slow_identity_now(device);
+}
+
+void plan_tick_right(struct device *device)
+{
+	device->plan.doubt_tick = false;
+}
+
+void plan_identity_right(struct device *device)
+{
+	device->plan.doubt_identity = false;
 }
 
 /* What a locked device answers, nobody knows. */
@@ -89,7 +128,9 @@ static void io_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, voi
 	plan->io_open = false;
 	if (!believable(device, entry))
 		return;
-	look_after_gap(device, entry->timestamp_received);
+	look_for_gap(device);
+	answered_after_gap(device);
+	plan->last_io_ns = entry->timestamp_received;
 	decode_io(device, entry);
 	/* With two versions under way nobody knows which one was executed last. */
 	if (plan->io_write && !plan->io_mixed)
@@ -146,7 +187,7 @@ static void send_status(struct device *device)
 /* Somebody has to wait: is it the status this time? */
 static bool status_gives_way(const struct device *device)
 {
-	return !device->plan.status_skipped && reference_due(device) &&
+	return !device->plan.status_skipped && !in_doubt(device) && reference_due(device) &&
 	       (one_shot_due(device) || output_due(device) || slow_overdue(device));
 }
 
@@ -212,16 +253,35 @@ static void send_lesser(struct device *device)
 		slow_send(device);
 }
 
+/*
+ * The fast requests, references and the engine's state always find a place in
+ * the window; all others may not fill it.
+ */
+static bool room(const struct device *device)
+{
+	const uint32_t window = device->mailbox.options.window;
+	const uint32_t kept = window > 2 * KEPT ? KEPT : window / 2;
+
+	return device->mailbox.open_count + kept < window;
+}
+
 void plan_cycle(struct device *device)
 {
 	bool sent;
 
 	motion_update(device);
 	slow_rates(device);
+	look_for_gap(device);
 	if (device->cycle >= device->plan.next_cycle)
 		send_fast(device);
+	if (in_doubt(device)) {
+		slow_send(device);
+		return;
+	}
 	sent = motion_send_state(device);
 	sent = reference_send(device) || sent;
+	if (!room(device))
+		return;
 	if (device->plan.status_skipped || !sent)
 		sent = one_shot_send(device);
 	if (device->plan.status_skipped || !sent)

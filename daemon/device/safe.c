@@ -44,13 +44,6 @@ void safe_permit_drop(struct device *device)
 	device->safe.edge_armed = false;
 }
 
-static bool engine_tripped(const struct device *device)
-{
-	const uint8_t state = device->image.engine.state;
-
-	return state == WIRE_ENGINE_STOP_LIMIT || state == WIRE_ENGINE_STOP_EMERGENCY;
-}
-
 static void judge_permission(struct device *device)
 {
 	struct safe *safe = &device->safe;
@@ -65,14 +58,14 @@ static void judge_permission(struct device *device)
 		safe->edge_armed = true;
 		return;
 	}
-	if (safe->permitted && engine_tripped(device)) {
+	if (safe->permitted && engine_tripped(device->image.engine.state)) {
 		safe_permit_drop(device);
 		return;
 	}
 	if (!safe->edge_armed)
 		return;
 	safe->edge_armed = false;
-	permit(device, !engine_tripped(device));
+	permit(device, !engine_tripped(device->image.engine.state));
 }
 
 static void judge_safe(struct device *device)

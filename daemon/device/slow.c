@@ -121,9 +121,10 @@ void slow_encoders_now(struct device *device, unsigned int bank)
 	at_once(device, bank ? SLOW_ENCODERS_HIGH : SLOW_ENCODERS_LOW);
 }
 
-void slow_tick_now(struct device *device)
+void slow_identity_now(struct device *device)
 {
 	at_once(device, SLOW_TICK);
+	at_once(device, SLOW_IDENTITY);
 }
 
 void slow_rates(struct device *device)

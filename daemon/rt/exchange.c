@@ -8,6 +8,10 @@
  * not checked again before CHECK_NS have gone by, or this would be a busy
  * loop at realtime priority.
  *
+ * An answer that waits in the socket must not be taken for a lost one: a thread
+ * that woke up late finds the deadline passed and the answer there. So as long as
+ * packets are waiting, only what is overdue by GRACE_NS is given up.
+ *
  * A socket that lost its route or its local address stays broken until it is
  * connected again, so that is done here, every AIM_NS while it is needed; so
  * the daemon may be started before the network.
@@ -16,6 +20,7 @@
 
 #define AIM_NS		UINT64_C(100000000)
 #define CHECK_NS	UINT64_C(20000)
+#define GRACE_NS	UINT64_C(5000000)
 
 static void tell_aim(struct loop *loop, uint32_t i, int rc, uint64_t now_ns)
 {
@@ -74,7 +79,7 @@ static void deliver(struct loop *loop, const struct transport_packet *p, uint64_
 		publish_state(loop, p->channel);
 }
 
-void exchange_take(struct loop *loop, uint64_t limit_ns)
+bool exchange_take(struct loop *loop, uint64_t limit_ns)
 {
 	struct transport_packet p;
 	uint64_t now;
@@ -83,15 +88,17 @@ void exchange_take(struct loop *loop, uint64_t limit_ns)
 		now = loop_now(loop);
 		deliver(loop, &p, now);
 		if (now >= limit_ns)
-			return;
+			return false;
 	}
+	return true;
 }
 
-void exchange_check(struct loop *loop, uint64_t now_ns)
+/* Deadlines that have passed, by more than `grace_ns`. */
+static void check(struct loop *loop, uint64_t now_ns, uint64_t grace_ns)
 {
 	loop->own->checked_ns = now_ns;
 	for (uint32_t i = 0; i < loop->count; i++)
-		if (device_next_deadline(loop->devices[i].device) <= now_ns)
+		if (device_next_deadline(loop->devices[i].device) <= now_ns - grace_ns)
 			device_check(loop->devices[i].device, now_ns);
 }
 
@@ -111,10 +118,11 @@ uint64_t exchange_deadline(const struct loop *loop)
 void exchange_once(struct loop *loop, uint64_t until_ns)
 {
 	uint64_t due = exchange_deadline(loop);
+	bool drained;
 
 	if (due < loop->own->checked_ns + CHECK_NS)
 		due = loop->own->checked_ns + CHECK_NS;
 	pace_wait(loop, due < until_ns ? due : until_ns);
-	exchange_take(loop, until_ns);
-	exchange_check(loop, loop_now(loop));
+	drained = exchange_take(loop, until_ns);
+	check(loop, loop_now(loop), drained ? 0 : GRACE_NS);
 }

@@ -71,11 +71,12 @@ void pace_wait(struct loop *loop, uint64_t until_ns);
 
 /* Put into the transport what the control thread has found out. */
 void exchange_aim(struct loop *loop, uint64_t now_ns);
-/* Deliver what has arrived, but stop at `limit_ns`; publishes what became complete. */
-void exchange_take(struct loop *loop, uint64_t limit_ns);
-/* Let every device resend or expire what is due. */
-void exchange_check(struct loop *loop, uint64_t now_ns);
-/* When exchange_check is due next, UINT64_MAX = nothing is in flight. */
+/*
+ * Deliver what has arrived, but stop at `limit_ns`; publishes what became complete.
+ * True if nothing is left.
+ */
+bool exchange_take(struct loop *loop, uint64_t limit_ns);
+/* When a device wants to be checked next, UINT64_MAX = nothing is in flight. */
 uint64_t exchange_deadline(const struct loop *loop);
 /* Wait, deliver and check once; at most until then. */
 void exchange_once(struct loop *loop, uint64_t until_ns);

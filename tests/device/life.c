@@ -233,6 +233,84 @@ static void another_device_in_its_place_is_noticed_while_running(void **state)
 	assert_int_equal(world.state.fault, POKEYS_FAULT_WRONG_SERIAL);
 }
 
+/* The clock of another start, or of another device, is ahead as easily as behind. */
+static void clock_that_jumps_ahead_is_another_one(void **state)
+{
+	(void)state;
+	world_init(&world, NULL);
+	world_until(&world, world_is_running, 1 * SECOND);
+	world_run(&world, 2 * SECOND);
+	assert_int_equal(world.event_count[EVENT_REBOOTED], 0);
+	world.rig.device.run.boot_ns -= 3600 * SECOND;
+	world_run(&world, 400 * MS);
+	assert_int_equal(world.event_count[EVENT_REBOOTED], 1);
+	assert_int_equal(world.state.fault, POKEYS_FAULT_REBOOTED);
+	/* at any time, under any loss, an honest clock is believed */
+	world_loss(&world, 0.33);
+	world_run(&world, 60 * SECOND);
+	assert_int_equal(world.event_count[EVENT_REBOOTED], 1);
+}
+
+/* Until the device has said who it is: nothing that would change it. */
+static void only_questions(struct world *w, const uint8_t *p)
+{
+	if (w->rig.device.options.serial != 777)
+		return;
+	assert_false(p[1] == 0xCC && p[2] && (~p[20] & 0xFF));
+	assert_false(p[1] == 0x85 && p[2] != 0x00 && p[2] != 0x08);
+	assert_false(p[1] == 0xCB && p[2]);
+	assert_int_not_equal(p[1], 0x50);
+	assert_false(p[1] == 0xC0 && p[2]);
+}
+
+static void device_swapped_while_a_patient_lost_after_waits_gets_nothing_of_ours(void **state)
+{
+	static const uint64_t uptimes[] = { 0, 3600 * SECOND };
+
+	(void)state;
+	for (unsigned int i = 0; i < 20; i++) {
+		world_init(&world, NULL);
+		world.config.serial = 65432;
+		world.config.lost_after_ns = 60 * SECOND;
+		world_pin(&world, 0, WIRE_PIN_OUTPUT);
+		world_axes(&world);
+		world_start(&world);
+		world_commander(&world, 5);
+		world_until(&world, world_is_running, 1 * SECOND);
+		world_output(&world, 0, true);
+		world.command.pwm_enable = 1;
+		world_go(&world, 0, 100000, 0);
+		world_machine_on(&world);
+		world_run(&world, (100 + i) * MS);
+		sim_rig_silence(&world.rig, world.now, 20 * MS + i * 100 * US);
+		world_run(&world, 19 * MS);
+		world.rig.device.options.serial = 777;
+		world.rig.device.run.boot_ns -= uptimes[i % 2];
+		world.watch = only_questions;
+		world.command.pwm_duty[0] = 5;
+		world_run(&world, 1 * SECOND);
+		assert_int_equal(world.state.link, POKEYS_LINK_SEARCHING);
+		assert_int_equal(world.state.fault, POKEYS_FAULT_WRONG_SERIAL);
+	}
+}
+
+static void outputs_follow_again_soon_after_a_gap(void **state)
+{
+	(void)state;
+	world_init(&world, NULL);
+	world_pin(&world, 0, WIRE_PIN_OUTPUT);
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 1 * SECOND);
+	for (unsigned int i = 0; i < 20; i++) {
+		sim_rig_silence(&world.rig, world.now, 100 * MS);
+		world_run(&world, 100 * MS);
+		world_output(&world, 0, i & 1);
+		world_run(&world, 60 * MS);	/* a resend may be due so late */
+		assert_int_equal(world_latch(&world, 0), i & 1);
+	}
+}
+
 static void kernel_that_cannot_send_is_told_apart(void **state)
 {
 	(void)state;
@@ -294,6 +372,10 @@ int main(void)
 		cmocka_unit_test(reboot_is_noticed_and_fresh_soon),
 		cmocka_unit_test(reboot_within_the_silence_that_is_no_loss_is_noticed),
 		cmocka_unit_test(another_device_in_its_place_is_noticed_while_running),
+		cmocka_unit_test(clock_that_jumps_ahead_is_another_one),
+		cmocka_unit_test(
+			device_swapped_while_a_patient_lost_after_waits_gets_nothing_of_ours),
+		cmocka_unit_test(outputs_follow_again_soon_after_a_gap),
 		cmocka_unit_test(kernel_that_cannot_send_is_told_apart),
 		cmocka_unit_test(stall_of_the_daemon_makes_no_burst),
 		cmocka_unit_test(slow_device_is_never_flooded),

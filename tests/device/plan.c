@@ -173,6 +173,50 @@ static void never_answered_operation_is_asked_less_and_less(void **state)
 	}
 }
 
+static void deaf_to_all_but_the_fast_ones(struct world *w, const uint8_t *p)
+{
+	w->swallow = p[1] != 0xCC && !(p[1] == 0x85 && (p[2] == 0x00 || p[2] == 0x25));
+}
+
+/* All others fill the window up to the places that are kept. */
+static void window_always_has_room_for_the_fast_requests(void **state)
+{
+	unsigned int in_flight = 0;
+
+	(void)state;
+	world.config.mailbox.deadline_floor_ns = 40 * MS;
+	world.config.mailbox.retries = 20;
+	world_axes(&world);
+	world_encoder(&world, 3, WIRE_ENC_ENABLE | WIRE_ENC_4X, 255, 255);
+	world_encoder(&world, 20, WIRE_ENC_ENABLE | WIRE_ENC_4X, 255, 255);
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	world_run(&world, 500 * MS);
+	world_go(&world, 0, 0, 0);
+	world_machine_on(&world);
+	world.watch = deaf_to_all_but_the_fast_ones;
+	memset(&world.sent, 0, sizeof(world.sent));
+	for (unsigned int i = 0; i < 150; i++) {
+		world.command.pwm_enable = 3;
+		world.command.pwm_duty[0] = i;
+		memset(world.command.poextbus_mask, 0xff, 10);
+		world.command.poextbus[0] = (uint8_t)i;
+		world.command.relays_mask = 0xff;
+		world.command.relays = (uint8_t)i;
+		world.command.ponet_mask = 0xffff;
+		world.command.ponet_data[0][0] = (uint8_t)i;
+		world_go(&world, 0, (int32_t)i, 0);
+		world_cycle(&world);
+		if (world.state.statistics.in_flight > in_flight)
+			in_flight = world.state.statistics.in_flight;
+	}
+	assert_int_equal(world.sent.operation[0xCC], 150);
+	assert_true(world.sent.pulse[0x00] >= 75);
+	assert_true(world.sent.pulse[0x25] >= 140);
+	assert_in_range(in_flight, 3, 8);
+}
+
 static void measured_times_are_those_of_the_link(void **state)
 {
 	static struct pokeys_diag diag;
@@ -216,6 +260,7 @@ int main(void)
 		cmocka_unit_test_setup(slow_values_arrive, begin),
 		cmocka_unit_test_setup(lost_packet_costs_its_deadline_and_a_round_trip, begin),
 		cmocka_unit_test_setup(never_answered_operation_is_asked_less_and_less, begin),
+		cmocka_unit_test_setup(window_always_has_room_for_the_fast_requests, begin),
 		cmocka_unit_test_setup(measured_times_are_those_of_the_link, begin),
 		cmocka_unit_test_setup(one_device_does_not_disturb_another, begin),
 	};

@@ -280,6 +280,8 @@ static enum transport_wait wait_and_account(struct transport *t, uint64_t deadli
 	enum transport_wait result;
 
 	result = inner->wait(t, deadline_ns);
+	world.now += world.wait_late_ns;
+	world.wait_late_ns = 0;
 	world.waits++;
 	*(t->spin ? &world.spun_ns : &world.waited_ns) += world.now - before;
 	return result;

@@ -84,6 +84,7 @@ struct world {
 	uint64_t round_trip_ns[4];	/* 0 = does not answer */
 	uint64_t lose;			/* the n-th datagram of channel 0, from 1; 0 = none */
 	uint64_t oversleep_ns;		/* added to the next sleep, once */
+	uint64_t wait_late_ns;		/* added to the next wait for packets, once */
 	uint64_t publish_takes_ns;
 	uint64_t end_ns;		/* stop is asked for then */
 	int aim_result;

@@ -95,6 +95,25 @@ static void lost_packet_is_resent_exactly_at_its_deadline(void **state)
 	assert_int_equal(world.shm[0].published_log[6], world.device[0].tick_log[6] + 100 * US);
 }
 
+static void wake_late(struct world *w, uint32_t channel, const uint8_t *data, size_t length)
+{
+	(void)channel;
+	(void)data;
+	(void)length;
+	if (w->sent[0] % 10 == 0)
+		w->wait_late_ns = (w->sent[0] / 10 % 4) * 700 * US;
+}
+
+/* The thread woke up after the deadlines, after the window, after the tick. */
+static void reply_that_waits_is_not_taken_for_a_lost_one(void **state)
+{
+	(void)state;
+	world.on_sent = wake_late;
+	assert_int_equal(world_run(200 * MS), 0);
+	assert_true(world.device[0].delivered > 300);
+	assert_int_equal(world.device[0].resent, 0);
+}
+
 static void deadline_after_the_window_is_kept_too(void **state)
 {
 	(void)state;
@@ -312,6 +331,7 @@ int main(void)
 		ONE(window_end_publishes_without_the_reply),
 		ONE(slow_reply_does_not_hold_back_the_image),
 		ONE(lost_packet_is_resent_exactly_at_its_deadline),
+		ONE(reply_that_waits_is_not_taken_for_a_lost_one),
 		ONE(deadline_after_the_window_is_kept_too),
 		ONE(late_reply_is_taken_when_it_comes),
 		TWO(dead_device_does_not_delay_another),
