@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <pokeys/names.h>
 #include "tools/config_print.h"
 #include "tools/order.h"
 #include "tools/pokeysctl.h"
@@ -33,8 +34,13 @@ static int read_report(const struct options *options, struct view *view,
 		complain("%s: its settings cannot be read: %s", name, strerror(-result));
 		return -1;
 	}
-	if (report->state != POKEYS_CONFIG_UNKNOWN)
+	if (report->state != POKEYS_CONFIG_UNKNOWN) {
+		if (device->state.link != POKEYS_LINK_RUNNING)
+			complain("%s is %s%s%s; this is of when its settings were read last", name,
+				 pokeys_link_name(device->state.link), *device->why ? ": " : "",
+				 device->why);
 		return 0;
+	}
 	complain("%s: its settings have not been read yet%s%s", name, *device->why ? ": " : "",
 		 device->why);
 	return -1;

@@ -188,17 +188,38 @@ def commander(house):
     return child
 
 
-# "wish GENERATION SPEED" writes; "report" answers with epoch, generation and speed
+# "wish GENERATION SPEED" writes; "report" answers with epoch, generation and speed;
+# "machine 1" keeps a heartbeat from then on and permits motion, "machine 0" ends that
 COMMANDER = """
 import sys
+import threading
+import time
 sys.path.insert(0, sys.argv[1])
 import pokeys
 client = pokeys.Client("mill", sys.argv[2], "wisher", pokeys.COMMANDER)
+command = pokeys.Command(session=77)
+lock = threading.Lock()
+
+def beat():
+    while True:
+        time.sleep(0.005)
+        with lock:
+            command.heartbeat += 1
+            command.t_ns = time.monotonic_ns()
+            client.write(command)
+
 print("ready", flush=True)
 for line in sys.stdin:
-    client.poll()
+    with lock:
+        client.poll()
     words = line.split()
-    if words[0] == "wish":
+    if words[0] == "machine":
+        if not command.heartbeat:
+            threading.Thread(target=beat, daemon=True).start()
+            time.sleep(0.1)
+        command.flags = int(words[1])
+        print("yes", flush=True)
+    elif words[0] == "wish":
         wish = pokeys.Wish(session=77, generation=int(words[1]))
         wish.settings.axis[0].set = 1 << 16
         wish.settings.axis[0].max_speed = float(words[2])
@@ -243,6 +264,29 @@ def test_a_wish_is_applied_reported_and_written_again_to_the_next_daemon():
         wisher.kill()
         wisher.wait()
         assert value(house, "axis.0.max-speed") == "7000"
+
+
+def test_nothing_is_written_while_the_machine_is_on():
+    with House() as house:
+        started(house, **{"axis.0.max-speed": 5000})
+        wisher = commander(house)
+        assert wisher.stdout.readline() == "ready\n"
+        say(wisher, "machine 1")
+        wait_for("motion", lambda: house.device()["state"]["flags"]["machine_on"])
+        house.device_keys["mill"]["axis.0.max-speed"] = 6000
+        house.write_conf()
+        out = house.ctl("config", "apply", "mill")
+        assert out.returncode == 0 and "waits until the machine is off" in out.stdout, out
+        out = house.ctl("config", "diff", "mill")
+        assert out.returncode == 1, out
+        assert out.stdout == "axis.0.max-speed: 6000 is wanted, the device has 5000\n", out
+        difference, = json.loads(house.ctl("config", "diff", "mill", "--json").stdout)["differences"]
+        assert difference == {"key": "axis.0.max-speed", "wanted": "6000", "has": "5000"}
+        out = house.ctl("config", "save", "mill")
+        assert out.returncode == 1 and "switch the machine off first" in out.stderr, out
+        say(wisher, "machine 0")
+        wait_for("the new value", lambda: value(house, "axis.0.max-speed") == "6000")
+        assert no_difference(house)
 
 
 def test_orders_of_a_device_that_is_away():
