@@ -6,6 +6,7 @@ import json
 import re
 import os
 import signal
+import socket
 import subprocess
 import sys
 
@@ -287,6 +288,44 @@ def test_nothing_is_written_while_the_machine_is_on():
         say(wisher, "machine 0")
         wait_for("the new value", lambda: value(house, "axis.0.max-speed") == "6000")
         assert no_difference(house)
+
+
+def ask(address, operation, *parameters, payload=b""):
+    """One request to the device itself; its answer."""
+    packet = bytearray(64)
+    packet[0:2] = 0xBB, operation
+    packet[2:2 + len(parameters)] = parameters
+    packet[6] = 1
+    packet[7] = sum(packet[:7]) & 255
+    packet[8:8 + len(payload)] = payload
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as to:
+        to.settimeout(5)
+        to.sendto(packet, (address, 20055))
+        return to.recv(64)
+
+
+def test_a_password_comes_from_its_file_and_is_never_told():
+    with House() as house:
+        house.start_sim("--enforce-security")
+        ask(house.address, 0xE3, 255, payload=b"open sesame")
+        ask(house.address, 0x50, 0xAA, 0x55)
+        ask(house.address, 0xF3)
+        wait_for("the lock", lambda: ask(house.address, 0xE1)[8] == 255)
+        daemon = house.start_daemon()
+        wait_for("the lock", lambda: house.device()["state"]["fault"] == "configuration locked")
+        assert "password" in house.ctl("status").stdout, house.ctl("status").stdout
+        daemon.kill()
+        daemon.wait()
+        secret = house.folder / "secret"
+        secret.write_text("open sesame\n")
+        secret.chmod(0o644)
+        house.device_keys["mill"]["password-file"] = secret
+        daemon = house.start_daemon(wait=False)
+        assert daemon.wait(10) == 78 and "may be read by others" in house.log(), house.log()
+        secret.chmod(0o600)
+        house.start_daemon()
+        house.wait_fresh("mill")
+        assert "sesame" not in house.log()
 
 
 def test_orders_of_a_device_that_is_away():
