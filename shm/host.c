@@ -128,6 +128,22 @@ static int recycle_devices(struct shm_host *host)
 	return made;
 }
 
+/*
+ * Somebody cleans up by hand and removes the link: whoever is attached lets go
+ * then, for a daemon that ends removes it as well. So it is made again, unless
+ * the root is gone with it: then there is nothing to be found any more.
+ */
+static int keep_current(const struct shm_host *host)
+{
+	char name[SHM_ROOT_NAME_MAX];
+
+	if (manifest_gone(host->root))
+		return -ESTALE;
+	if (runtime_current(host->directory, name) || strcmp(name, host->root_name))
+		runtime_set_current(host->directory, host->root_name);
+	return 0;
+}
+
 int shm_host_maintain(struct shm_host *host)
 {
 	int dead = iox_node_reap(host->node, NULL);
@@ -138,7 +154,7 @@ int shm_host_maintain(struct shm_host *host)
 		manifest_write(host->root, &host->manifest);
 	/* a client that attached just when its daemon's root was removed */
 	runtime_remove_stale(host->directory_fd, host->root_name);
-	return dead;
+	return host->published && keep_current(host) ? -ESTALE : dead;
 }
 
 void shm_host_close(struct shm_host *host)

@@ -49,8 +49,9 @@ uint64_t shm_host_epoch(const struct shm_host *host);
 
 /*
  * Clean up after dead clients; if the commander of a device is dead, make its
- * command service anew so that the next one can attach. Call a few times a
- * second. Returns how many dead ones were found, or -errno.
+ * command service anew so that the next one can attach; if the link is gone, make
+ * it again. Call a few times a second. Returns how many dead ones were found, or
+ * -errno: -ESTALE what was published has been removed, nobody can attach any more.
  */
 int shm_host_maintain(struct shm_host *host);
 

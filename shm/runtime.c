@@ -101,7 +101,13 @@ int runtime_set_current(const char *directory, const char *name)
 		return -errno;
 	if (symlink(name, temporary))
 		return -errno;
-	return rename(temporary, path) ? -errno : 0;
+	if (rename(temporary, path)) {
+		int r = -errno;
+
+		unlink(temporary);
+		return r;
+	}
+	return 0;
 }
 
 static int remove_entries(DIR *folder, int depth);

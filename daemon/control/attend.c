@@ -95,6 +95,17 @@ static void tell(struct daemon *daemon, uint64_t now_ns)
 		metrics_write(&daemon->metrics, &daemon->report, now_ns);
 }
 
+/* Driving goes on for whoever is attached; the next one finds nothing. */
+static void maintain(struct daemon *daemon)
+{
+	bool removed = shm_host_maintain(daemon->host) == -ESTALE;
+
+	if (removed && !daemon->told_removed)
+		log_line(EVENT_ERROR, "what is shared in %s was removed by somebody; nobody can "
+			 "attach until pokeysd is restarted", daemon->config->runtime_directory);
+	daemon->told_removed = removed;
+}
+
 static void do_round(struct daemon *daemon, uint64_t now_ns)
 {
 	drain_run(&daemon->drain, now_ns);
@@ -102,7 +113,7 @@ static void do_round(struct daemon *daemon, uint64_t now_ns)
 	finder_report(&daemon->finder);
 	wake_listeners(daemon, now_ns);
 	if (due(&daemon->next_maintain_ns, MAINTAIN_NS, now_ns)) {
-		shm_host_maintain(daemon->host);
+		maintain(daemon);
 		loop_sample_faults(&daemon->loop);
 	}
 	tell(daemon, now_ns);

@@ -35,6 +35,7 @@ struct daemon {
 	int loop_result;
 	char why[256];
 	uint64_t next_notify_ns, next_maintain_ns, next_status_ns;
+	bool told_removed;	/* the shared memory's files */
 };
 
 /* All of it, `config` being what config_path holds; an exit status of options.h. */

@@ -253,6 +253,40 @@ static void remains_that_a_late_client_makes_are_removed(void **state)
 	shm_host_close(host);
 }
 
+static void a_link_that_was_removed_is_made_again(void **state)
+{
+	struct folder *folder = *state;
+	struct shm_device *mill;
+	struct shm_host *host = folder_host_mill(folder, &mill);
+	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER);
+	char path[64];
+
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
+	snprintf(path, sizeof(path), "%s/current", folder->path);
+	assert_int_equal(unlink(path), 0);
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_DETACHED);
+	assert_int_equal(shm_host_maintain(host), 0);
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
+	pokeys_client_close(client);
+	shm_host_close(host);
+}
+
+static void a_root_that_was_removed_is_told_and_not_published(void **state)
+{
+	struct folder *folder = *state;
+	struct shm_device *mill;
+	struct shm_host *host = folder_host_mill(folder, &mill);
+	char path[64];
+
+	snprintf(path, sizeof(path), "%s/current/manifest", folder->path);
+	assert_int_equal(unlink(path), 0);
+	snprintf(path, sizeof(path), "%s/current", folder->path);
+	assert_int_equal(unlink(path), 0);
+	assert_int_equal(shm_host_maintain(host), -ESTALE);
+	assert_int_equal(access(path, F_OK), -1);
+	shm_host_close(host);
+}
+
 static void device_twice_or_too_late_is_refused(void **state)
 {
 	struct folder *folder = *state;
@@ -390,6 +424,8 @@ int main(void)
 		BOTH(second_daemon_of_another_process_is_named),
 		BOTH(what_is_not_the_daemons_stays),
 		BOTH(remains_that_a_late_client_makes_are_removed),
+		BOTH(a_link_that_was_removed_is_made_again),
+		BOTH(a_root_that_was_removed_is_told_and_not_published),
 		BOTH(device_twice_or_too_late_is_refused),
 		BOTH(as_many_devices_as_promised),
 	};
