@@ -34,6 +34,8 @@ def main():
         (folder / "pokeysd.service").write_text(text)
         faults = verify(folder)
         assert not faults, faults
+        # a changed configuration needs no restart of the machine
+        assert "ExecReload=/bin/kill -HUP $MAINPID\n" in text, "the unit cannot be reloaded"
         # a mistake is found at all
         (folder / "pokeysd.service").write_text(text.replace("[Install]", "Nonsense=1\n[Install]"))
         assert "Nonsense" in verify(folder), "verify does not see an unknown key"
