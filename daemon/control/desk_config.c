@@ -16,7 +16,6 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include "daemon/control/desk.h"
 #include "daemon/control/log.h"
 
@@ -46,25 +45,6 @@ static void log_fault(void *context, const char *line)
 {
 	(void)context;
 	log_line(EVENT_ERROR, "%s", line);
-}
-
-/*
- * The file once more. At the start a pipe will do; by now whoever waits for a
- * pipe's other end makes the watchdog believe that the daemon is dead.
- */
-static int read_again(const struct desk *desk, struct config *out, config_complain tell,
-		      void *context)
-{
-	char line[400];
-	struct stat status;
-
-	if (!stat(desk->config_path, &status) && !S_ISREG(status.st_mode)) {
-		snprintf(line, sizeof(line), "%s: is not a file that can be read again",
-			 desk->config_path);
-		tell(context, line);
-		return 1;
-	}
-	return config_read(desk->config_path, out, tell, context);
 }
 
 static const struct device_config *find(const struct config *config, const char *name)
@@ -134,7 +114,7 @@ static void apply(struct desk *desk, struct desk_client *client, uint32_t device
 	struct faults faults = { 0 };
 	const struct device_config *now;
 
-	if (read_again(desk, &config, collect, &faults)) {
+	if (config_read(desk->config_path, &config, collect, &faults)) {
 		desk_answer(desk, client, false, "nothing was changed:\n%s", faults.text);
 		return;
 	}
@@ -285,7 +265,7 @@ void desk_reload(struct desk *desk)
 	bool restart = false;
 	uint32_t given = 0, id;
 
-	if (read_again(desk, &config, log_fault, NULL)) {
+	if (config_read(desk->config_path, &config, log_fault, NULL)) {
 		log_line(EVENT_ERROR, "SIGHUP: %s has faults; nothing was changed",
 			 desk->config_path);
 		return;

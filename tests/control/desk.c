@@ -230,13 +230,13 @@ static void broken_file_changes_nothing_and_the_faults_go_to_the_caller(void **s
 	assert_int_equal(desk.refused, 3);
 }
 
-/* Seen to hang: who opens a pipe waits for its other end. */
+/* Who opens a pipe waits for its other end. */
 static void configuration_that_became_a_pipe_holds_nobody_up(void **state)
 {
 	(void)state;
 	unlink(config_path);
 	assert_int_equal(mkfifo(config_path, 0600), 0);
-	assert_says(ask("config apply mill"), "is not a file that can be read again");
+	assert_says(ask("config apply mill"), "is not a file; the daemon reads it again");
 	desk_reload(&desk);
 	assert_int_equal(loop.orders.given, 0);
 }
