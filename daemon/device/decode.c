@@ -151,8 +151,8 @@ static void take_axis(struct device *device, unsigned int i,
 	axis->error = status->driver_error >> i & 1;
 	axis->soft_limit = status->soft_limits >> i & 1;
 	axis->enabled = device->motion.driven >> i & 1;
-	axis->in_position = axis_stands(axis->state) && device->motion.known &&
-			    axis->position == axis->reference;
+	axis->in_position = axis->mode != POKEYS_AXIS_VELOCITY && axis_stands(axis->state) &&
+			    device->motion.known && axis->position == axis->reference;
 	if (axis->state == WIRE_AXIS_HOME)
 		axis->homed = 1;
 }

@@ -133,12 +133,15 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_SESSION] = "session must not be 0, it is",
 	[COMMAND_FAULT_FLAGS] = "flags that do not exist:",
 	[COMMAND_FAULT_OUTPUT] = "outputs above pin 55, in byte",
-	[COMMAND_FAULT_AXIS_MODE] = "only mode off and position are offered, axis",
+	[COMMAND_FAULT_AXIS_MODE] = "only modes off, position and velocity are offered, axis",
 	[COMMAND_FAULT_AXIS_ENABLE] = "enable must be 0 or 1, axis",
 	[COMMAND_FAULT_AXIS_POSITION] = "position must be within -16777216 .. 16777216 pulses, axis",
 	[COMMAND_FAULT_AXIS_VELOCITY] = "velocity must be a number within +-1e7 pulses/s, axis",
-	[COMMAND_FAULT_AXIS_SETUP] = "enabled, but the device has it not set up for position mode "
+	[COMMAND_FAULT_AXIS_SETUP] = "enabled, but the device has it not set up for this mode "
 				     "(see [device] axis keys), axis",
+	[COMMAND_FAULT_AXIS_SPEED] = "velocity is above the highest speed set up for it; it stands, "
+				     "axis",
+	[COMMAND_FAULT_AXIS_SOFT_LIMIT] = "position is beyond the soft limits, axis",
 	[COMMAND_FAULT_NOT_OFFERED] = NULL,	/* has a text of its own */
 	[COMMAND_FAULT_ONE_SHOT_RING] = "the one-shot ring holds at most 64, it claims",
 	[COMMAND_FAULT_PWM_CHANNEL] = "only PWM channels 0 to 5 can be enabled, the bits are",

@@ -75,6 +75,8 @@ enum command_fault {
 	COMMAND_FAULT_AXIS_POSITION,	/* beyond what the device's planner can do */
 	COMMAND_FAULT_AXIS_VELOCITY,	/* not a number, or beyond any axis */
 	COMMAND_FAULT_AXIS_SETUP,	/* enabled, but not set up in the device for this mode */
+	COMMAND_FAULT_AXIS_SPEED,	/* above the axis' highest, in velocity mode */
+	COMMAND_FAULT_AXIS_SOFT_LIMIT,	/* beyond the device's soft limits, and going further out */
 	COMMAND_FAULT_NOT_OFFERED,	/* index = enum command_part */
 	COMMAND_FAULT_ONE_SHOT_RING,	/* index = how many the ring claims to hold */
 	COMMAND_FAULT_ONE_SHOT_ID,	/* index = id that was expected */

@@ -5,8 +5,10 @@
  * Each field is judged by itself. A bad value is refused, counted and
  * flagged, and the last good value of that field stays; so a commander with
  * one broken axis still has its outputs. Off is never refused: machine-on and
- * an axis' enable that fall are heard whatever stands beside them. An image that is refused as a whole
- * is as good as none: the heartbeat grows old by itself.
+ * an axis' enable that fall are heard whatever stands beside them. The last
+ * good position is a place to stand at, the last good speed is none: an axis in
+ * velocity mode stands while its command is bad. An image that is refused as a
+ * whole is as good as none: the heartbeat grows old by itself.
  *
  * The heartbeat is late by our own clock, from when we last saw it change.
  * The commander's time stamps prove nothing: its clock may be another one,
@@ -21,6 +23,7 @@
 #define SAY_AGAIN_NS (10 * SECOND)
 #define POSITION_MAX (INT32_C(1) << 24)	/* the planner's range, protocol section 3.24.1 */
 #define VELOCITY_MAX 1e7f
+#define SPEED_MARGIN 1.001f		/* above the highest speed is still rounding */
 #define KNOWN_FLAGS (POKEYS_COMMAND_MACHINE_ON | POKEYS_COMMAND_LIMIT_OVERRIDE)
 
 /* Count it; true when it is time to say it (again). */
@@ -69,6 +72,34 @@ static void take_outputs(struct device *device, const struct pokeys_command *com
 	device->intake.outputs_mask = mask;
 }
 
+/* Further out than the soft limits and than the axis already is: back in is always allowed. */
+static bool beyond_soft_limits(const struct device *device, unsigned int i, int32_t position)
+{
+	const struct wire_axis_config *config =
+		&device->configure.setting[SETTING_AXIS + i].value.axis.config;
+	const int32_t here = device->image.engine.axis[i].position;
+
+	if (!(config->options & WIRE_AXIS_SOFT_LIMITS))
+		return false;
+	return (position > config->soft_max && position > here) ||
+	       (position < config->soft_min && position < here);
+}
+
+/* ... as this device is set up. */
+static enum command_fault setup_fault(const struct device *device, unsigned int i,
+				      const struct pokeys_axis_command *axis)
+{
+	const struct pokeys_axis *known = &device->image.engine.axis[i];
+
+	if (!motion_drivable(device, i) || axis->mode != known->mode)
+		return COMMAND_FAULT_AXIS_SETUP;
+	if (axis->mode == POKEYS_AXIS_VELOCITY)
+		return fabsf(axis->velocity) > known->max_speed * SPEED_MARGIN ?
+		       COMMAND_FAULT_AXIS_SPEED : COMMAND_FAULT_NONE;
+	return beyond_soft_limits(device, i, axis->position) ? COMMAND_FAULT_AXIS_SOFT_LIMIT :
+							       COMMAND_FAULT_NONE;
+}
+
 /* What is wrong with an axis as commanded. */
 static enum command_fault axis_fault(const struct device *device, unsigned int i,
 				     const struct pokeys_axis_command *axis)
@@ -77,15 +108,14 @@ static enum command_fault axis_fault(const struct device *device, unsigned int i
 		return COMMAND_FAULT_AXIS_ENABLE;
 	if (axis->mode == POKEYS_AXIS_OFF)
 		return COMMAND_FAULT_NONE;
-	if (axis->mode != POKEYS_AXIS_POSITION)
+	if (axis->mode > POKEYS_AXIS_VELOCITY)
 		return COMMAND_FAULT_AXIS_MODE;
 	if (axis->position > POSITION_MAX || axis->position < -POSITION_MAX)
 		return COMMAND_FAULT_AXIS_POSITION;
 	if (!isfinite(axis->velocity) || fabsf(axis->velocity) > VELOCITY_MAX)
 		return COMMAND_FAULT_AXIS_VELOCITY;
-	if (axis->enable && running(device) && !motion_drivable(device, i))
-		return COMMAND_FAULT_AXIS_SETUP;
-	return COMMAND_FAULT_NONE;
+	return axis->enable && running(device) ? setup_fault(device, i, axis) :
+						 COMMAND_FAULT_NONE;
 }
 
 static void take_axis(struct device *device, unsigned int i,
@@ -98,11 +128,15 @@ static void take_axis(struct device *device, unsigned int i,
 	if (fault) {
 		intake_refuse(device, fault, i);
 		wish->enable &= axis->enable != 0;
+		if (wish->mode == POKEYS_AXIS_VELOCITY)
+			wish->velocity = 0;
 		return;
 	}
-	wish->enable = axis->enable && axis->mode == POKEYS_AXIS_POSITION;
+	wish->enable = axis->enable && axis->mode != POKEYS_AXIS_OFF;
+	wish->mode = axis->mode;
 	wish->position = axis->position;
-	wish->velocity = fabsf(axis->velocity);
+	wish->velocity = axis->mode == POKEYS_AXIS_VELOCITY ? axis->velocity :
+							      fabsf(axis->velocity);
 }
 
 static void take_values(struct device *device, const struct pokeys_command *command)

@@ -185,7 +185,8 @@ struct plan {
 /* intake.c */
 struct axis_wish {
 	int32_t position;
-	float velocity;
+	float velocity;			/* with a sign in velocity mode */
+	uint8_t mode;			/* enum pokeys_axis_mode */
 	bool enable;
 	bool good;			/* nothing was wrong with it in the newest image */
 };
@@ -499,10 +500,12 @@ void motion_status(struct device *device, uint64_t asked_ns);
 void motion_displaced(struct device *device);
 /* The engine does not move an axis. */
 bool motion_standing(const struct device *device);
-/* Axes that can be driven in position mode. */
+/* Axes that can be driven, each in the mode that the device has it set up for. */
 bool motion_drivable(const struct device *device, unsigned int axis);
 
 /* reference.c */
+/* References go out with a mask (0x25), so axes that are not told are not touched. */
+bool reference_by_mask(const struct device *device);
 bool reference_due(const struct device *device);
 bool reference_send(struct device *device);
 

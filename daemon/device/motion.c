@@ -32,8 +32,10 @@
 
 bool motion_drivable(const struct device *device, unsigned int axis)
 {
+	const uint8_t mode = device->image.engine.axis[axis].mode;
+
 	return axis < device->image.engine.axes_enabled &&
-	       device->image.engine.axis[axis].mode == POKEYS_AXIS_POSITION;
+	       (mode == POKEYS_AXIS_POSITION || mode == POKEYS_AXIS_VELOCITY);
 }
 
 static bool has_engine(const struct device *device)
@@ -64,12 +66,15 @@ void motion_begin(struct device *device)
 	device->motion.state_ended_ns = device->now_ns;
 }
 
-/* From now on these axes stay where they are. */
+/* From now on these axes stay where they are; those that run by speed get speed 0. */
 static void hold(struct device *device, uint8_t axes)
 {
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct pokeys_axis *axis = &device->image.engine.axis[i];
+
 		if (axes >> i & 1)
-			device->motion.hold[i] = device->image.engine.axis[i].position;
+			device->motion.hold[i] = axis->mode == POKEYS_AXIS_VELOCITY ?
+						 0 : axis->position;
 	}
 }
 
@@ -85,7 +90,8 @@ static uint8_t wished(const struct device *device)
 		const struct axis_wish *wish = &device->intake.axis[i];
 		const bool was = motion->driven >> i & 1;
 
-		if (wish->enable && (wish->good || was) && motion_drivable(device, i))
+		if (wish->enable && (wish->good || was) && motion_drivable(device, i) &&
+		    wish->mode == device->image.engine.axis[i].mode)
 			axes |= (uint8_t)(1u << i);
 	}
 	return axes & (uint8_t)~(one_shot_axes(device) & ~motion->driven);

@@ -5,7 +5,7 @@
  *
  * Setting a position moves the coordinates under whatever follows them. So it
  * is refused for an axis that is driven, is just being released, or moves;
- * and on firmware that has only 0x20, which tells all axes where to be, while
+ * and where only 0x20 can be used, which tells all axes where to be, while
  * the engine is on at all. The axis stands then, which is why reading the
  * position back tells for certain whether it was set.
  *
@@ -63,7 +63,7 @@ static bool axis_may_be_set(const struct device *device, unsigned int i, int32_t
 
 static bool position_allowed(const struct device *device, const struct pokeys_one_shot *shot)
 {
-	const bool by_mask = wire_firmware_at_least(&device->identify.identity.firmware, 4, 4, 7);
+	const bool by_mask = reference_by_mask(device);
 	const uint8_t phase = device->motion.phase;
 
 	if (!has_engine(device, shot) || !shot->mask ||

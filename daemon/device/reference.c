@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Where the axes are to go: absolute references (protocol section 3.24.3,
- * 0x25 from firmware 4.4.7 on, else 0x20).
+ * Where the axes are to go: absolute references, or speeds (protocol section
+ * 3.24.3, 0x25 from firmware 4.4.7 on, else 0x20).
  *
  * An absolute reference may be lost, repeated or overtaken without harm, as
  * long as the newest one arrives in the end. So the rule is: send whenever
@@ -13,7 +13,12 @@
  *
  * 0x20 has no mask, all eight values count. An axis that we do not drive gets
  * the place where it is held, and one that the device runs by speed gets
- * speed 0: for it the same number would be pulses per second.
+ * speed 0: for it the same number is pulses per second. Only 0x20 carries
+ * speeds, so a device with one such axis is driven by it alone; its other axes
+ * then go as fast as they are allowed to.
+ *
+ * A speed cannot be read back. An older packet that has overtaken would leave
+ * the axis running, so speeds are told again all the time.
  */
 
 #include <math.h>
@@ -21,11 +26,22 @@
 #include "daemon/device/internal.h"
 
 #define FULL_SPEED 65535
+#define SUB_MOVE_PV 0x25
 #define AFFIRM_NS (10 * MS)
 
-static bool has_velocity(const struct device *device)
+static bool any_by_speed(const struct device *device)
 {
-	return wire_firmware_at_least(&device->identify.identity.firmware, 4, 4, 7);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (device->image.engine.axis[i].mode == POKEYS_AXIS_VELOCITY)
+			return true;
+	}
+	return false;
+}
+
+bool reference_by_mask(const struct device *device)
+{
+	return wire_firmware_at_least(&device->identify.identity.firmware, 4, 4, 7) &&
+	       !any_by_speed(device);
 }
 
 /* As part of the axis' highest speed; 0 is "as fast as allowed". */
@@ -52,27 +68,32 @@ static uint8_t axes_told(const struct device *device)
 	return axes;
 }
 
+static void wanted_position(const struct device *device, unsigned int i, bool by_mask,
+			    struct references *out)
+{
+	const struct axis_wish *wish = &device->intake.axis[i];
+	const float max_speed = device->image.engine.axis[i].max_speed;
+	const bool driven = device->motion.driven >> i & 1;
+
+	out->position[i] = driven ? wish->position : device->motion.hold[i];
+	out->velocity[i] = driven && by_mask ? ratio(wish->velocity, max_speed) : FULL_SPEED;
+}
+
 static void wanted(const struct device *device, struct references *out)
 {
-	const struct motion *motion = &device->motion;
-	const bool velocity = has_velocity(device);
+	const bool by_mask = reference_by_mask(device);
 
 	memset(out, 0, sizeof(*out));
 	out->mask = axes_told(device);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		const struct axis_wish *wish = &device->intake.axis[i];
-		const struct pokeys_axis *axis = &device->image.engine.axis[i];
+		const uint8_t mode = device->image.engine.axis[i].mode;
 
-		if (axis->mode != POKEYS_AXIS_POSITION || (velocity && !(out->mask >> i & 1)))
+		if (by_mask && !(out->mask >> i & 1))
 			continue;
-		out->position[i] = motion->hold[i];
-		out->velocity[i] = FULL_SPEED;
-		if (motion->driven >> i & 1) {
-			out->position[i] = wish->position;
-			out->velocity[i] = ratio(wish->velocity, axis->max_speed);
-		}
-		if (!velocity)
-			out->velocity[i] = FULL_SPEED;
+		if (mode == POKEYS_AXIS_POSITION)
+			wanted_position(device, i, by_mask, out);
+		else if (mode == POKEYS_AXIS_VELOCITY && device->motion.driven >> i & 1)
+			out->position[i] = (int32_t)lroundf(device->intake.axis[i].velocity);
 	}
 }
 
@@ -82,13 +103,15 @@ static bool same(const struct references *a, const struct references *b)
 	       !memcmp(a->velocity, b->velocity, sizeof(a->velocity));
 }
 
-/* It stands, and not where it was told to. */
+/* It stands, and not where it was told to; or it runs, and nobody knows how fast. */
 static bool astray(const struct device *device)
 {
 	const struct motion *motion = &device->motion;
 
 	if (device->now_ns - motion->reference_ns < AFFIRM_NS)
 		return false;
+	if (any_by_speed(device))
+		return true;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const struct pokeys_axis *axis = &device->image.engine.axis[i];
 
@@ -108,7 +131,7 @@ bool reference_due(const struct device *device)
 	    (motion->phase != MOTION_HOLD && motion->phase != MOTION_ON))
 		return false;
 	wanted(device, &want);
-	if (!want.mask)
+	if (!want.mask && !(motion->phase == MOTION_ON && any_by_speed(device)))
 		return false;
 	return !motion->known || !same(&want, &motion->acked) ||
 	       (motion->phase == MOTION_ON && astray(device));
@@ -146,7 +169,7 @@ static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *cont
 		return;
 	device->motion.reference_mixed = true;
 	show(device, &want);
-	if (has_velocity(device)) {
+	if (entry->request_buffer[WIRE_AT_P1] == SUB_MOVE_PV) {
 		encode_pv(&want, &pv);
 		wire_pulse_move_pv_encode_req(entry->request_buffer, &pv);
 	} else {
@@ -185,7 +208,7 @@ static bool send(struct device *device, const struct references *want)
 	struct wire_pulse_move_pv_req pv;
 	struct wire_pulse_move_req move;
 
-	if (has_velocity(device)) {
+	if (reference_by_mask(device)) {
 		encode_pv(want, &pv);
 		return request_send(device, WIRE_OP_PULSE_MOVE_PV, &pv, ended, refresh, NULL);
 	}

@@ -10,8 +10,9 @@
  *
  * The daemon believes nothing in here: another layout, a value out of range,
  * NaN or a ring that makes no sense is refused, counted and flagged
- * (POKEYS_STATE_BAD_COMMAND); the last good value of that field stays. Only
- * machine-on and an axis' enable always fall when they are 0 here.
+ * (POKEYS_STATE_BAD_COMMAND); the last good value of that field stays, but a
+ * bad axis in velocity mode stands. Only machine-on and an axis' enable always
+ * fall when they are 0 here.
  *
  * One-shots have the ids 0, 1, 2 ... of their session: the first has id 0 and
  * stands in slot 0, and ids 0..one_shot_head-1 have been queued. A slot may be
@@ -62,7 +63,8 @@ enum pokeys_axis_mode {
 
 struct pokeys_axis_command {
 	int32_t position;		/* pulses; position and buffered mode */
-	float velocity;			/* pulses/s; position mode: feed forward, 0 = as fast as allowed */
+	float velocity;			/* pulses/s; position mode: feed forward, 0 = as fast as allowed;
+					 * velocity mode: with a sign */
 	uint8_t mode;			/* enum pokeys_axis_mode */
 	uint8_t enable;			/* 1 = this axis may move */
 	uint8_t reserved[6];

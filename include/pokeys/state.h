@@ -145,7 +145,8 @@ struct pokeys_capability {
 
 struct pokeys_axis {
 	int32_t position;		/* pulses, as the device reports */
-	int32_t reference;		/* pulses, last reference the device was sent */
+	int32_t reference;		/* pulses, last reference the device was sent;
+					 * velocity mode: pulses/s */
 	uint8_t state;			/* protocol section 3.24.1 */
 	uint8_t enabled;		/* configured and driven by us */
 	uint8_t mode;			/* enum pokeys_axis_mode in effect */
