@@ -160,13 +160,14 @@ static void begin(struct legacy_settings *own)
 	own->begun = true;
 }
 
-void legacy_settings_look(struct legacy_settings *own, struct values *values)
+void legacy_settings_look(struct legacy_settings *own, struct values *values,
+			  const bool driven[POKEYS_AXES])
 {
 	if (!own->begun)
 		begin(own);
 	own->apply = values->legacy.engine.apply;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		legacy_settings_axis(own, values, i);
+		legacy_settings_axis(own, values, i, driven[i]);
 	legacy_settings_encoders(own, values);
 	look_at_engine(own, values);
 	look_at_power(own, values);

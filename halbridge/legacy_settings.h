@@ -31,13 +31,15 @@ struct legacy_settings {
 /*
  * Compare what is with what was: show what the device has in groups that
  * nobody has set, hand on those that somebody has, if ApplyIniSettings is
- * true. `values` is in HAL's memory, and others may write it meanwhile. Cold;
+ * true. `driven`: axes that are driven by their older names. `values` is in HAL's memory, and others may write it meanwhile. Cold;
  * one thread, after each report and some times a second.
  */
-void legacy_settings_look(struct legacy_settings *own, struct values *values);
+void legacy_settings_look(struct legacy_settings *own, struct values *values,
+			  const bool driven[POKEYS_AXES]);
 
 /* Parts of the above, a file each. */
-void legacy_settings_axis(struct legacy_settings *own, struct values *values, unsigned int i);
+void legacy_settings_axis(struct legacy_settings *own, struct values *values, unsigned int i,
+			  bool driven);
 void legacy_settings_encoders(struct legacy_settings *own, struct values *values);
 
 /*

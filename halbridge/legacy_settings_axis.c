@@ -244,7 +244,20 @@ static void put(struct value_axis_settings *to, const struct legacy_axis_setting
 	put_real(&to->back_off, (int32_t)set->back_off / scale);
 }
 
-void legacy_settings_axis(struct legacy_settings *own, struct values *values, unsigned int i)
+/*
+ * The old component set the axis to position or to speed mode as it went. Here
+ * an axis that is driven is driven by position, whatever its parameters say.
+ */
+static void follow_positions(struct value_axis_settings *to)
+{
+	if (to->position_mode == UNKNOWN)
+		return;
+	legacy_put(&to->position_mode, 1);
+	legacy_put(&to->planner, 1);
+}
+
+void legacy_settings_axis(struct legacy_settings *own, struct values *values, unsigned int i,
+			  bool driven)
 {
 	struct legacy_axis_settings *live = &values->legacy.axis_set[i], now;
 	struct legacy_group *group = &own->axis_group[i];
@@ -260,6 +273,8 @@ void legacy_settings_axis(struct legacy_settings *own, struct values *values, un
 	legacy_group_end(live, &now, &own->axis[i], sizeof(now));
 	if (own->apply && group->touched && (!group->put || scale != own->scale[i]))
 		put(&values->set.axis[i], &now, scale);
+	if (driven && now.enabled)
+		follow_positions(&values->set.axis[i]);
 	group->put = own->apply;
 	own->scale[i] = scale;
 }

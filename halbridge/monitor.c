@@ -206,7 +206,8 @@ static void look_around(struct monitor *monitor, unsigned int number)
 		if (number % (1000 / ROUND_MS) == 0 && memory->credit < CREDIT_MOST)
 			memory->credit++;
 		if (instance->exchange.legacy.on)
-			legacy_settings_look(&instance->settings, instance->values);
+			legacy_settings_look(&instance->settings, instance->values,
+					     instance->exchange.legacy.linked);
 		if (instance->client || !instance->serial || number % SEARCH_ROUNDS == 0)
 			say_attachment(monitor, instance);
 		say_connection(monitor, instance);

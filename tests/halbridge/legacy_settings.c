@@ -37,9 +37,11 @@ static void know_the_device(void)
 	values.set.pin_function[7] = 130;
 }
 
+static bool driven[POKEYS_AXES];
+
 static void look(void)
 {
-	legacy_settings_look(&own, &values);
+	legacy_settings_look(&own, &values, driven);
 }
 
 static void what_nobody_set_shows_what_the_device_has(void **state)
@@ -180,6 +182,19 @@ static void what_somebody_sets_in_the_canonical_scheme_stays(void **state)
 	assert_int_equal(device->invert, 0);
 }
 
+static void an_axis_that_is_driven_is_driven_by_position(void **state)
+{
+	(void)state;
+	driven[2] = true;
+	values.legacy.engine.apply = true;
+	set->enabled = 1;
+	look();
+	driven[2] = false;
+	assert_int_equal(device->position_mode, 1);
+	assert_int_equal(device->planner, 1);
+	assert_int_equal(set->position_mode, 0);
+}
+
 static void inversion_keeps_the_function_of_a_pin(void **state)
 {
 	(void)state;
@@ -231,6 +246,7 @@ int main(void)
 		cmocka_unit_test_setup(bits_have_the_say_over_their_byte, setup),
 		cmocka_unit_test_setup(a_home_switch_at_a_limit_switch_is_that_switch, setup),
 		cmocka_unit_test_setup(what_somebody_sets_in_the_canonical_scheme_stays, setup),
+		cmocka_unit_test_setup(an_axis_that_is_driven_is_driven_by_position, setup),
 		cmocka_unit_test_setup(inversion_keeps_the_function_of_a_pin, setup),
 		cmocka_unit_test_setup(encoders_and_engine_are_handed_on, setup),
 	};

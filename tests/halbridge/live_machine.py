@@ -331,9 +331,9 @@ TESTS = [
 ]
 
 
-def main():
+def main(tests):
     failed = 0
-    for test in TESTS:
+    for test in tests:
         if not re.search(sys.argv[4] if len(sys.argv) > 4 else "", test.__name__):
             continue
         machine = Machine()
@@ -349,4 +349,5 @@ def main():
     return 1 if failed else 0
 
 
-sys.exit(main())
+if __name__ == "__main__":
+    sys.exit(main(TESTS))

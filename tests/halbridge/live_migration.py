@@ -1,0 +1,162 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The older names and the examples, the whole way: simulator, daemon, LinuxCNC.
+
+usage: live_migration.py MODULE.so POKEYSD POKEYS-SIM POKEYS-PROGRAM [PATTERN]
+"""
+import os
+import pathlib
+import shutil
+import sys
+import time
+import hal_live
+import live_machine
+
+POKEYS = pathlib.Path(sys.argv.pop(4)).resolve()
+os.environ["PATH"] = f"{POKEYS.parent}:{os.environ['PATH']}"
+EXAMPLES = hal_live.ROOT / "examples/linuxcnc"
+
+PANEL = """
+[device panel]
+address = {address}
+digital-outputs = 31-32
+heartbeat-timeout-ms = 3000
+lost-after-ms = 1000
+"""
+
+INI = """\
+[POKEYS]
+RUNTIME_DIRECTORY = {run}
+DEVICE_ID = 65432
+{keys}
+"""
+
+
+def loadusr(m, *keys):
+    path = m.folder / "machine.ini"
+    path.write_text(INI.format(run=m.folder / "run", keys="\n".join(keys)), encoding="utf-8")
+    m.hal.ok(f"INI_FILE_NAME={path} halcmd loadusr -W pokeys")
+    m.hal.becomes("connected", True)
+
+
+def settings_of_the_ini_file_reach_the_device(m):
+    m.device()
+    m.daemon()
+    loadusr(m, "ApplyIniSettings = 1", "Pin_21_Function = 4", "DigIn_40_invert = 1",
+            "PEv2_AxisEnabled_5 = 1", "PEv2_AxisInverted_5 = 1", "PEv2_MaxSpeed_5 = 12000",
+            "PEv2_MaxAcceleration_5 = 50000", "PEv2_MaxDecceleration_5 = 50000",
+            "PEv2_PinLimitPSwitch_5 = 9", "PEv2_EnableLimitP_5 = 1")
+    m.hal.becomes("config.state", 3)
+    m.hal.becomes("joint.05.axis-invert", 1)
+    m.hal.becomes("joint.05.limit-pos-pin", 9)
+    m.hal.becomes("joint.05.max-velocity", 12000)
+    m.hal.set("digout.21.out", 1)
+    m.sim_shows("pin 22", "latch", "1")
+    # another session that applies nothing sees what the device has
+    m.hal.ok("halcmd unloadusr pokeys")
+    loadusr(m)
+    m.hal.becomes("PEv2.5.AxisInverted", 1)
+    m.hal.becomes("PEv2.5.MaxSpeed", 12000)
+    m.hal.becomes("PEv2.5.digin.LimitP.Pin", 9)
+    m.hal.becomes("PEv2.5.AxesSwitchConfig", 2)
+    m.hal.becomes("pins.21.PinFunction", 4)
+
+
+def an_axis_moves_by_its_older_names(m):
+    m.device()
+    m.daemon()
+    loadusr(m, "ApplyIniSettings = 1", "PEv2_AxisEnabled_0 = 1")
+    m.hal.set("PEv2.0.stepgen.STEP-SCALE", 100)
+    for line in ("net x-cmd pokeys.0.PEv2.0.joint-pos-cmd",
+                 "net on pokeys.0.machine-is-on"):
+        m.hal.ok(f"halcmd {line}")
+    m.hal.becomes("config.state", 3)
+    m.hal.ok(f"halcmd sets x-cmd {m.hal.get('PEv2.0.joint-pos-fb')}")
+    time.sleep(0.2)
+    m.hal.ok("halcmd sets on 1")
+    m.hal.becomes("machine-on-permitted", True)
+    m.hal.ok("halcmd sets x-cmd 3")
+    m.hal.becomes("PEv2.0.joint-pos-fb", 3)
+    m.hal.becomes("PEv2.0.CurrentPosition", 300)
+    assert m.hal.get("joint.00.pos-fb") == 3
+
+
+def a_dead_device_does_not_disturb_the_other(m):
+    m.device()
+    other = m.address.rsplit(".", 1)[0] + ".251"
+    with open(m.folder / "conf", "a", encoding="utf-8") as conf:
+        conf.write(PANEL.format(address=other))
+    m.daemon()
+    hal = m.hal
+    hal.start(f"runtime={m.folder}/run", "devices=mill,panel")
+    hal.ok("halcmd addf pokeys.1.read servo-thread && halcmd addf pokeys.1.write servo-thread")
+    hal.becomes("connected", True)
+    assert hal.get("connected", 1) is False
+    m.sim("pin 13 0")
+    hal.becomes("pin.12.in", False)
+    m.sim("pin 13 1")
+    hal.becomes("pin.12.in", True)
+    lost = hal.get("packet-error-total")
+    time.sleep(2)
+    print(f"{hal.get('packet-error-total') - lost:g} packets lost beside a dead device")
+    assert hal.get("connected") is True
+    m.spawn("panel", live_machine.SIM, "--model", "57E", "--address", other, "--no-discovery",
+            "--serial", "27295", "--quiet")
+    hal.becomes("connected", True, device=1, limit=30)
+    assert hal.get("devSerial", 1) == 27295
+    m.kill("panel")
+    hal.becomes("connected", False, device=1)
+    assert hal.get("connected") is True
+
+
+def copy(m, folder, *edits):
+    """An example as it is, but for what a test must have of its own."""
+    to = m.folder / folder
+    shutil.copytree(EXAMPLES / folder, to)
+    to.chmod(0o777)
+    for name, old, new in edits:
+        path = to / name
+        text = path.read_text(encoding="utf-8")
+        assert old in text, f"{name} has no {old!r}"
+        path.write_text(text.replace(old, new), encoding="utf-8")
+    return to
+
+
+def the_panel_of_the_examples_works(m):
+    m.device()
+    m.daemon()
+    to = copy(m, "57e-panel", ("panel.hal", "loadrt pokeys_shm\n",
+                               f"loadrt pokeys_shm runtime={m.folder}/run\n"))
+    m.hal.ok(f"halcmd -f {to}/panel.hal")
+    m.hal.becomes("connected", True)
+    m.sim("pin 13 1")
+    m.sim_shows("pin 31", "latch", "1")
+    m.sim("pin 13 0")
+    m.sim_shows("pin 31", "latch", "0")
+
+
+def the_mill_of_the_examples_homes_and_moves(m):
+    # a machine without realtime keeps everybody waiting at times; it must not stop for that
+    with open(m.folder / "conf", "a", encoding="utf-8") as conf:
+        conf.write("stale-after-ms = 500\n")
+    m.device()
+    m.daemon()
+    ui = pathlib.Path(__file__).with_name("mill_ui.py")
+    to = copy(m, "57cnc-mill",
+              ("mill.hal", "loadrt pokeys_shm\n", f"loadrt pokeys_shm runtime={m.folder}/run\n"),
+              ("mill.ini", "DISPLAY = axis\n", f"DISPLAY = {ui}\n"))
+    status, _ = m.hal.run(f"cd {to} && timeout 90 linuxcnc -r mill.ini > {m.folder}/cnc.log 2>&1")
+    log = (m.folder / "cnc.log").read_text(errors="replace")
+    assert "moved" in log, f"status {status}\n{log[-3000:]}"
+    where = m.sim("axis 0")
+    print(f"the simulator's axis 0: {where}")
+
+
+if __name__ == "__main__":
+    sys.exit(live_machine.main([
+        settings_of_the_ini_file_reach_the_device,
+        an_axis_moves_by_its_older_names,
+        a_dead_device_does_not_disturb_the_other,
+        the_panel_of_the_examples_works,
+        the_mill_of_the_examples_homes_and_moves,
+    ]))
