@@ -15,9 +15,11 @@
 enum {
 	ROUNDS = 3,		/* reads without answer: then the device does not have it */
 	WRITES = 3,
+	UNANSWERED = 12,	/* writes, each with all its retries */
 };
 
 #define REBOOT_NS (1200 * MS)	/* of the pulse engine, protocol section 3.24.3 */
+#define AGAIN_NS (2 * SECOND)	/* what was not answered is asked again while the link runs */
 #define STANDING_NS (5 * MS)	/* from look to look while the engine ramps down */
 
 unsigned int setting_number(const struct device *device, const struct setting *setting)
@@ -55,10 +57,10 @@ bool setting_blocks(const struct device *device, const struct setting *setting)
 	unsigned int index;
 	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
 
-	if (running(device))
+	if (running(device) || kind->dispensable)
 		return false;
 	if (!setting->known)
-		return kind->vital || (kind->wanted(want, index) && !kind->dispensable);
+		return kind->vital || kind->wanted(want, index);
 	return kind->merge(want, index, &setting->value, &request) != 0;
 }
 
@@ -71,9 +73,11 @@ void setting_refuse(struct device *device, struct setting *setting, uint64_t dif
 
 	setting->state = SETTING_REFUSED;
 	wish_refuse(device, kind->name, number >= SETTING_AXIS ? (uint8_t)index : (uint8_t)which);
-	if (device->life.fault != POKEYS_FAULT_CONFIG_REFUSED)
+	setting->after_ns = device->now_ns + AGAIN_NS;
+	if (device->life.fault != POKEYS_FAULT_CONFIG_REFUSED && !setting->said)
 		device_say(device, EVENT_CONFIG_REFUSED, EVENT_ERROR, kind->write,
 			   event_index(number, which), 0);
+	setting->said = true;
 }
 
 /* What the device has is known: is it what we want? */
@@ -89,8 +93,9 @@ static void compare(struct device *device, struct setting *setting)
 		wish_settled(device, kind->name);
 		say_changes(device, setting);
 		setting->changed = 0;
-		setting->writes = 0;
-	} else if (setting->writes >= WRITES) {
+		setting->writes = setting->unanswered = 0;
+		setting->said = false;
+	} else if (setting->writes >= WRITES || setting->unanswered >= UNANSWERED) {
 		setting_refuse(device, setting, differs);
 	} else {
 		setting->changed |= differs;
@@ -172,6 +177,10 @@ static void write_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 	device->now_ns = now_ns;
 	setting->state = SETTING_READ;
 	setting->failures = 0;
+	if (answered(entry))
+		setting->writes++;
+	else
+		setting->unanswered++;
 	if (entry->state != POKEYS_REQUEST_CANCELLED && kind->needs_reboot &&
 	    kind->needs_reboot(&setting->value, &setting->write))
 		setting->state = SETTING_EFFECT;
@@ -203,7 +212,10 @@ bool setting_read(struct device *device, struct setting *setting)
 	unsigned int index;
 	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
 
-	if (device->now_ns < setting->after_ns)
+	/* while an index is awaited the device does not say what it was set up for */
+	if (device->now_ns < setting->after_ns ||
+	    (setting == &device->configure.setting[SETTING_FAST_ENCODERS] &&
+	     operation_index_awaited(device)))
 		return false;
 	memset(&request, 0, sizeof(request));
 	kind->ask(index, &request);
@@ -230,7 +242,6 @@ bool setting_write(struct device *device, struct setting *setting)
 	    !request_send(device, kind->write, &setting->write, write_ended, NULL, setting))
 		return false;
 	setting->state = SETTING_WRITING;
-	setting->writes++;
 	return true;
 }
 

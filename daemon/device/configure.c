@@ -102,8 +102,9 @@ void configure_again(struct device *device, bool all)
 			continue;
 		setting->state = look_again(device, setting, all) ? SETTING_READ : SETTING_DONE;
 		setting->failures = 0;
-		setting->writes = 0;
+		setting->writes = setting->unanswered = 0;
 		setting->changed = 0;
+		setting->said = false;
 	}
 	if (configure->again_ns)
 		configure->again_ns = device->now_ns;
@@ -216,10 +217,14 @@ static bool send_one(struct device *device, struct setting *setting)
 		return false;
 	case SETTING_EFFECT:
 		return setting_reboot(device, setting);
+	case SETTING_REFUSED:
+		/* that nobody answered may have been the cable's fault */
+		if (setting->failures && device->now_ns >= setting->after_ns)
+			return setting_read(device, setting);
+		break;
 	case SETTING_READING:
 	case SETTING_WRITING:
 	case SETTING_DONE:
-	case SETTING_REFUSED:
 		break;
 	}
 	return false;

@@ -548,6 +548,8 @@ extern const struct operation operation_set_encoder, operation_arm_index;
 /* Whether this new count of an armed encoder says that its index zeroed it. */
 bool operation_index_seen(struct device *device, unsigned int encoder, int32_t count,
 			  uint64_t t_ns);
+/* The fast encoders' index inputs are on, or about to be, for a one-shot. */
+bool operation_index_awaited(const struct device *device);
 /* Switch the fast encoders' index inputs back, if that is due; true if it was sent. */
 bool operation_disarm(struct device *device);
 

@@ -222,6 +222,15 @@ bool operation_index_seen(struct device *device, unsigned int i, int32_t count, 
 	return true;
 }
 
+bool operation_index_awaited(const struct device *device)
+{
+	const uint32_t fast = (UINT32_C(1) << device->image.capability.fast_encoders) - 1;
+	const struct one_shots *shots = &device->one_shots;
+
+	return shots->armed & fast || shots->disarm || shots->disarm_open ||
+	       (shots->phase != ONE_SHOT_IDLE && shots->now.operation == POKEYS_ONE_SHOT_ARM_INDEX);
+}
+
 static void disarm_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
 			 uint64_t now_ns)
 {

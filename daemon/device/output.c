@@ -116,19 +116,26 @@ static bool send(struct device *device, unsigned int place, const union output_v
 	return true;
 }
 
+/* Those of PoNET only if there is a module: this is looked at in every cycle. */
+static unsigned int places(const struct device *device)
+{
+	return device->image.ponet_count ? OUTPUTS : OUTPUT_PONET;
+}
+
 bool output_send(struct device *device)
 {
 	struct outputs *outputs = &device->outputs;
+	const unsigned int count = places(device);
 	union output_value want;
 
-	for (unsigned int i = 0; i < OUTPUTS; i++) {
-		const unsigned int place = (outputs->next + i) % OUTPUTS;
+	for (unsigned int i = 0; i < count; i++) {
+		const unsigned int place = (outputs->next + i) % count;
 
 		if (!is_due(device, place, &want))
 			continue;
 		if (!send(device, place, &want))
 			return false;
-		outputs->next = (uint8_t)((place + 1) % OUTPUTS);
+		outputs->next = (uint8_t)((place + 1) % count);
 		return true;
 	}
 	return false;
@@ -138,7 +145,7 @@ bool output_due(const struct device *device)
 {
 	union output_value want;
 
-	for (unsigned int i = 0; i < OUTPUTS; i++) {
+	for (unsigned int i = 0; i < places(device); i++) {
 		if (is_due(device, i, &want))
 			return true;
 	}
@@ -149,7 +156,7 @@ bool output_settled(const struct device *device)
 {
 	union output_value want;
 
-	for (unsigned int i = 0; i < OUTPUTS; i++) {
+	for (unsigned int i = 0; i < places(device); i++) {
 		const struct output *output = &device->outputs.output[i];
 
 		if (wanted(device, i, &want) &&

@@ -88,7 +88,9 @@ union setting_request {
 struct setting {
 	uint8_t state;			/* enum setting_state */
 	uint8_t failures;		/* reads without answer */
-	uint8_t writes;
+	uint8_t writes;			/* answered, and not taken all the same */
+	uint8_t unanswered;		/* writes without answer */
+	bool said;			/* that it is refused */
 	bool known;			/* value is what the device said last */
 	uint64_t changed;		/* bit = pin or encoder that was written; bit 0 = all else */
 	uint64_t after_ns;		/* read not before */
@@ -122,7 +124,7 @@ struct setting_kind {
 	enum pokeys_setting name;
 	/* The device must answer it even if nobody wants anything of it. */
 	bool vital;
-	/* A firmware that does not answer it runs all the same. */
+	/* A device that has it otherwise, or not at all, runs all the same. */
 	bool dispensable;
 	/* Whether this device has it at all. */
 	bool (*has)(const struct device *device, unsigned int index);

@@ -6,7 +6,9 @@
  * The failsafe is the device's own watchdog: whatever becomes of this daemon or
  * of the cable, the device itself takes its outputs back when nobody talks to
  * it. So it is set up before the link runs and read back like everything else;
- * the state image says whether it is as wanted. It is not saved to flash.
+ * the state image says whether it is as wanted. It is not saved to flash. A
+ * device that does not take it, because it is locked or of old, runs without: it
+ * is a second net, and wanted unless somebody says otherwise.
  */
 
 #include <string.h>

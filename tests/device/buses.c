@@ -287,6 +287,40 @@ static void keys_and_module_inputs_are_read(void **state)
 	assert_int_equal(world.state.ponet[PLAIN].failures, 0);
 }
 
+/* I1: never a key that was not pressed at some time. */
+static void keys_are_true_under_loss_duplication_and_reordering(void **state)
+{
+	const struct sim_link_faults faults = {
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 }, .loss = 0.1, .duplicate = 0.1,
+		.copies = 1, .reorder = 0.1, .reorder_ns = 2 * MS,
+	};
+	const uint64_t seed = world_seed();
+	uint64_t pressed = 0, before = 0;
+
+	(void)state;
+	memset(&sim->bench.bus.module[PLAIN], 0, sizeof(sim->bench.bus.module[PLAIN]));
+	world_start(&world);
+	world_until(&world, world_is_running, 500 * MS);
+	world_run(&world, 500 * MS);
+	sim_prng_init(&world.rig.link.way[0].prng, seed);
+	sim_prng_init(&world.rig.link.way[1].prng, ~seed);
+	world_faults(&world, &faults);
+	for (unsigned int i = 0; i < 200; i++) {
+		const unsigned int key = (unsigned int)(i * 29 % 48);
+
+		before = pressed;
+		pressed = UINT64_C(1) << key;
+		for (unsigned int k = 0; k < 48; k++)
+			sim_module_key(&sim->bench.bus.module[KEYBOARD], k / 4, k % 4, k == key);
+		for (unsigned int ms = 0; ms < 400; ms++) {
+			world_cycle(&world);
+			assert_true(world.state.kbd48_keys == pressed ||
+				    world.state.kbd48_keys == before);
+		}
+		assert_true(world.state.kbd48_keys == pressed);
+	}
+}
+
 static void module_that_falls_silent_is_seen(void **state)
 {
 	(void)state;
@@ -375,6 +409,7 @@ int main(void)
 		cmocka_unit_test_setup(standing_outputs_cost_nothing, begin),
 		cmocka_unit_test_setup(modules_are_found, begin),
 		cmocka_unit_test_setup(keys_and_module_inputs_are_read, begin),
+		cmocka_unit_test_setup(keys_are_true_under_loss_duplication_and_reordering, begin),
 		cmocka_unit_test_setup(module_that_falls_silent_is_seen, begin),
 		cmocka_unit_test_setup(
 			module_that_comes_later_is_found_when_the_bus_was_empty_or_is_ready_again,

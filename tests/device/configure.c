@@ -66,6 +66,7 @@ static int begin(void **state)
 {
 	(void)state;
 	world_init(&world, NULL);
+	world.config.settings.set = 0;
 	memset(writes, 0, sizeof(writes));
 	axis_writes = setups = emergencies = 0;
 	world.watch = count_writes;
@@ -247,7 +248,15 @@ static void locked_device_runs_when_nothing_needs_to_be_written(void **state)
 	world.rig.device.config.identity.locked = 1;
 	restart();
 	assert_int_equal(world.state.identity.locked, 1);
+	assert_int_equal(world.state.config_state, POKEYS_CONFIG_APPLIED);
 	assert_int_equal(all_writes(), 0);
+	/* nor does the failsafe keep it from running: it is a second net */
+	world.config.settings.set = POKEYS_SET_FAILSAFE;
+	restart();
+	assert_int_equal(all_writes(), 0);
+	assert_int_equal(world.state.failsafe, POKEYS_FAILSAFE_OFF);
+	assert_int_equal(world.state.config_state, POKEYS_CONFIG_REFUSED);
+	assert_int_equal(world.last_event[EVENT_CONFIG_REFUSED].a, WIRE_OP_FAILSAFE);
 }
 
 static void locked_device_that_differs_does_not_run_until_unlocked(void **state)

@@ -260,6 +260,26 @@ static void fast_index_zeroes_and_is_disarmed(void **state)
 	assert_true(world.state.encoder[FAST] > 2000);
 }
 
+/* Settings are read anew while an index is awaited: neither may undo the other. */
+static void index_and_settings_do_not_disturb_each_other(void **state)
+{
+	(void)state;
+	assert_int_equal(shot(POKEYS_ONE_SHOT_ARM_INDEX, FAST, 0), POKEYS_OUTCOME_DONE);
+	assert_int_equal(device_order(world.device, DEVICE_ORDER_APPLY), 0);
+	world_run(&world, 300 * MS);
+	assert_int_equal(world.rig.device.config.encoders.fast_index & 1, 1);
+	turn(FAST, 5000);
+	world_run(&world, 200 * MS);
+	sim_encoder_index(&world.rig.device, FAST);
+	world_run(&world, 200 * MS);
+	assert_true(world.state.encoder_index >> FAST & 1);
+	assert_int_equal(world.rig.device.config.encoders.fast_index & 1, 0);
+	world_run(&world, 200 * MS);
+	assert_int_equal(world.state.config_state, POKEYS_CONFIG_APPLIED);
+	assert_int_equal(shot(POKEYS_ONE_SHOT_ARM_INDEX, FAST, 0), POKEYS_OUTCOME_DONE);
+	assert_int_equal(world.rig.device.config.encoders.fast_index & 1, 1);
+}
+
 static void index_that_is_not_to_be_had_is_refused(void **state)
 {
 	(void)state;
@@ -298,6 +318,7 @@ int main(void)
 		cmocka_unit_test_setup(count_can_be_set_while_others_stand_or_turn, begin),
 		cmocka_unit_test_setup(ultra_fast_index_zeroes_and_is_seen_once, begin),
 		cmocka_unit_test_setup(fast_index_zeroes_and_is_disarmed, begin),
+		cmocka_unit_test_setup(index_and_settings_do_not_disturb_each_other, begin),
 		cmocka_unit_test_setup(index_that_is_not_to_be_had_is_refused, begin),
 		cmocka_unit_test_setup(fast_motion_towards_zero_is_no_index, begin),
 	};

@@ -21,6 +21,7 @@ enum { RELAY = 0, ENCODER = 5, CYCLES = 1000000 };
 static struct world world;
 static struct sim_prng prng;
 static uint64_t runs_seen, reboots_asked;
+static struct pokeys_wish wish;
 
 static uint64_t below(uint64_t bound)
 {
@@ -61,6 +62,66 @@ static void new_wishes(void)
 	}
 }
 
+/* Outputs of every kind, and settings; what is wanted last has to be there in the end. */
+static void new_outputs(void)
+{
+	world.command.pwm_enable = (uint32_t)below(64);
+	world.command.pwm_period = 2500;
+	for (unsigned int i = 0; i < POKEYS_PWM; i++)
+		world.command.pwm_duty[i] = (uint32_t)below(2501);
+	for (unsigned int i = 0; i < POKEYS_POEXTBUS; i++) {
+		world.command.poextbus_mask[i] = 0xff;
+		world.command.poextbus[i] = (uint8_t)below(256);
+	}
+	world.command.relays_mask = world.command.external_outputs_mask = 0xff;
+	world.command.relays = (uint8_t)below(256);
+	world.command.external_outputs = (uint8_t)below(256);
+	world.command.kbd48_flags = POKEYS_KBD48_LEDS;
+	world.command.kbd48_leds = UINT64_C(1) << below(48);
+}
+
+static void new_settings(void)
+{
+	struct pokeys_axis_settings *axis = &wish.settings.axis[below(3)];
+	const struct pokeys_capability *can = &world.state.capability;
+	const unsigned int pin = 20 + (unsigned int)below(10);
+
+	wish.generation++;
+	axis->set |= POKEYS_AXIS_SET_HOMING_SPEED;
+	axis->homing_speed = (uint8_t)(1 + below(99));
+	if ((can->digital_in & can->digital_out) >> pin & 1)
+		wish.settings.pin_set[pin / 8] |= (uint8_t)(1u << pin % 8);
+	wish.settings.pin_function[pin] = below(2) ? WIRE_PIN_INPUT : WIRE_PIN_OUTPUT;
+	device_wish(world.device, &wish);
+	if (below(4) == 0)
+		device_order(world.device, DEVICE_ORDER_APPLY);
+}
+
+static void all_is_as_wished(void)
+{
+	const struct sim_device *sim = &world.rig.device;
+
+	assert_int_equal(world.state.config_state, POKEYS_CONFIG_APPLIED);
+	assert_int_equal(world.state.config_generation, wish.generation);
+	assert_int_equal(world.state.failsafe, POKEYS_FAILSAFE_ARMED);
+	for (unsigned int i = 20; i < 30; i++) {
+		if (wish.settings.pin_set[i / 8] >> i % 8 & 1)
+			assert_int_equal(sim->config.pins.function[i],
+					 wish.settings.pin_function[i]);
+	}
+	for (unsigned int i = 0; i < 3; i++) {
+		if (wish.settings.axis[i].set)
+			assert_int_equal(sim->config.engine.axis[i][13 - 8],
+					 wish.settings.axis[i].homing_speed);
+	}
+	assert_int_equal(sim->config.pwm.enabled, world.command.pwm_enable);
+	assert_memory_equal(sim->config.pwm.duty, world.command.pwm_duty,
+			    sizeof(world.command.pwm_duty));
+	assert_memory_equal(sim->bus.poext, world.command.poextbus, POKEYS_POEXTBUS);
+	assert_int_equal(sim->engine.relays, world.command.relays);
+	assert_int_equal(sim->engine.outputs, world.command.external_outputs);
+}
+
 static void new_one_shot(void)
 {
 	static const uint8_t operations[] = {
@@ -78,7 +139,7 @@ static void new_one_shot(void)
 
 static void something_happens(void)
 {
-	switch (below(16)) {
+	switch (below(20)) {
 	case 0:
 		new_faults();
 		break;
@@ -109,6 +170,13 @@ static void something_happens(void)
 	case 9:
 		if (world.command.one_shot_head - world.state.one_shot_ack < 60)
 			new_one_shot();
+		break;
+	case 10:
+		new_settings();
+		break;
+	case 11:
+	case 12:
+		new_outputs();
 		break;
 	default:
 		new_wishes();
@@ -171,6 +239,7 @@ static void a_million_cycles_leave_everything_exact(void **state)
 	for (unsigned int i = 0; i < 3; i++)
 		assert_int_equal(world.state.engine.axis[i].position,
 				 world.rig.device.engine.axis[i].pulses);
+	all_is_as_wished();
 	assert_true(runs_seen > 100 && world.event_count[EVENT_IDENTIFIED] > 100);
 	assert_int_equal(world.rig.device.stats.saves, 0);
 	printf("%" PRIu64 " starts of the engine, %" PRIu64 " identifications, %" PRIu64

@@ -92,6 +92,10 @@ void world_init(struct world *world, const struct sim_rig_options *options)
 	device_config_defaults(&world->config);
 	strcpy(world->config.name, "mill");
 	world->config.address = ADDRESS;
+	/* as the daemon's configuration has it if nobody says otherwise */
+	world->config.settings.set = POKEYS_SET_FAILSAFE;
+	world->config.settings.failsafe_timeout = 10;
+	world->config.settings.failsafe_peripherals = 15;
 	world->now = 1000 * SECOND;
 	world->tick = world->now;
 	world->attached = true;
