@@ -129,6 +129,14 @@ again() {
 	[ "$(servo_pid)" = "$servo" ] || { echo "LinuxCNC was restarted as well"; return 1; }
 }
 
+# A key is changed, systemctl reload brings it into the device.
+reload_configures() {
+	sed -i 's/^digital-outputs.*/digital-outputs = 31-34, 20/; s/^\[device.*/&\ndigital-inputs = 21/' \
+		/etc/pokeysd/pokeysd.conf
+	systemctl reload pokeysd || return 1
+	within 20 eval 'pokeys-sim --ctl $sim pin 21 | grep -qx function=0x02'
+}
+
 watchdog_was_it() { journalctl -u pokeysd --no-pager | grep -i watchdog; }
 
 latency() {
@@ -164,6 +172,7 @@ check linuxcnc_runs_and_sees_the_device start_linuxcnc
 check linuxcnc_is_realtime servo_thread_is_fifo
 check output_follows_its_pin output_follows
 check input_reaches_its_pin input_follows
+check reload_configures_the_device reload_configures
 check killed_daemon_comes_again again KILL
 check hung_daemon_is_found_by_the_watchdog again STOP
 check watchdog_is_in_the_journal watchdog_was_it
