@@ -167,6 +167,26 @@ static void take_engine_state(struct device *device, uint8_t state)
 			   before, 0);
 }
 
+/*
+ * The emergency input itself, where it is a terminal that is a digital input: an
+ * engine that stands does not latch it (protocol section 5.3). Raw levels count,
+ * so the pin's own invert bit is taken out again.
+ */
+static bool emergency_input(const struct device *device)
+{
+	const struct pokeys_engine *engine = &device->image.engine;
+	const unsigned int pin = engine->emergency_pin - WIRE_EMERGENCY_PIN_BASE - 1u;
+	uint8_t function;
+	bool level;
+
+	if (engine->emergency_pin <= WIRE_EMERGENCY_PIN_BASE || pin >= POKEYS_PINS)
+		return false;
+	function = device->image.pin_function[pin];
+	level = device->image.digital_in[pin / 8] >> pin % 8 & 1;
+	return function & WIRE_PIN_INPUT &&
+	       (level != !!(function & WIRE_PIN_INVERT)) != !!engine->emergency_invert;
+}
+
 void decode_status(struct device *device, const mailbox_entry_t *entry)
 {
 	struct pokeys_engine *engine = &device->image.engine;
@@ -177,7 +197,6 @@ void decode_status(struct device *device, const mailbox_entry_t *entry)
 	engine->axes_enabled = status.axes_enabled;
 	engine->activated = status.activated;
 	engine->limit_override = status.limit_override;
-	engine->emergency = status.engine_state == WIRE_ENGINE_STOP_EMERGENCY;
 	engine->charge_pump = status.charge_pump;
 	engine->generator = status.generator;
 	engine->misc_inputs = status.misc_inputs;
@@ -185,6 +204,8 @@ void decode_status(struct device *device, const mailbox_entry_t *entry)
 	engine->power_states = status.power_states;
 	engine->slot_time = status.slot_time;
 	engine->emergency_invert = status.emergency_invert;
+	engine->emergency = status.engine_state == WIRE_ENGINE_STOP_EMERGENCY ||
+			    emergency_input(device);
 	engine->limit_minus = status.limit_neg;
 	engine->limit_plus = status.limit_pos;
 	engine->home = status.home;

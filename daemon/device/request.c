@@ -15,7 +15,10 @@
 
 #include "daemon/device/internal.h"
 
-enum { SAY_MAX = 20 };		/* events of a kind in a second */
+enum {
+	SAY_MAX = 20,		/* events of a kind in a second */
+	SAY_CHANGED_MAX = 160,	/* settings are many at once, when a device is set up anew */
+};
 
 _Static_assert((int)POKEYS_CLASS_READ == (int)WIRE_READ, "classes are one list");
 _Static_assert((int)POKEYS_CLASS_WRITE == (int)WIRE_WRITE, "classes are one list");
@@ -72,18 +75,16 @@ bool request_send_patiently(struct device *device, enum wire_op op, const void *
 	return send(device, op, value, &ends);
 }
 
-/* Settings are many at once, and come once in the life of a link. */
 static bool may_say(struct device *device, enum event_code code)
 {
+	const uint32_t most = code == EVENT_CONFIG_CHANGED ? SAY_CHANGED_MAX : SAY_MAX;
 	struct talk *talk = &device->talk[code];
 
-	if (code == EVENT_CONFIG_CHANGED)
-		return true;
 	if (device->now_ns - talk->since_ns >= SECOND) {
 		talk->since_ns = device->now_ns;
 		talk->count = 0;
 	}
-	return talk->count++ < SAY_MAX;
+	return talk->count++ < most;
 }
 
 void device_say(struct device *device, enum event_code code, enum event_level level, int64_t a,

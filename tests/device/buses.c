@@ -381,6 +381,30 @@ static void dedicated_inputs_upper_rows_and_new_counters_are_read(void **state)
 	assert_int_equal(world.state.counter[5], 4711);
 }
 
+static void emergency_input_is_shown_while_the_engine_stands(void **state)
+{
+	(void)state;
+	for (unsigned int way = 0; way < 4; way++) {
+		struct pokeys_settings wanted = world.config.settings;
+
+		wanted.set |= POKEYS_SET_EMERGENCY_PIN | POKEYS_SET_EMERGENCY_INVERT;
+		wanted.emergency_pin = 62;
+		wanted.emergency_invert = way & 1;
+		wanted.pin_set[51 / 8] |= 1 << 51 % 8;
+		wanted.pin_function[51] = (uint8_t)(WIRE_PIN_INPUT |
+						    (way & 2 ? WIRE_PIN_INVERT : 0));
+		device_wanted(world.device, &wanted);
+		sim_bench_emergency(sim, way & 1);
+		world_run(&world, 200 * MS);
+		assert_int_equal(world.state.config_state, POKEYS_CONFIG_APPLIED);
+		assert_int_equal(world.state.engine.emergency, 0);
+		sim_bench_emergency(sim, !(way & 1));
+		world_run(&world, 20 * MS);
+		assert_int_equal(world.state.engine.state, SIM_PE_STOPPED);
+		assert_int_equal(world.state.engine.emergency, 1);
+	}
+}
+
 static void rates_are_measured(void **state)
 {
 	(void)state;
@@ -416,6 +440,7 @@ int main(void)
 			begin),
 		cmocka_unit_test_setup(dedicated_inputs_upper_rows_and_new_counters_are_read,
 				       begin),
+		cmocka_unit_test_setup(emergency_input_is_shown_while_the_engine_stands, begin),
 		cmocka_unit_test_setup(rates_are_measured, begin),
 	};
 
