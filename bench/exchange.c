@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * What the HAL component's read and write cost, beside memcpy of the same
- * bytes: the exchange between images and values alone, without LinuxCNC, so
- * that the figure is the code's and not the thread's.
+ * What the HAL component's read and write cost for one device, beside memcpy
+ * of the same bytes: copying the images from and to memory, the pins of both
+ * naming schemes, and the exchange between, without LinuxCNC, so that the
+ * figure is the code's and not the thread's. Pins lie as far apart as in HAL's
+ * memory, one to two cache lines.
  *
- * Values change between reads (inputs, positions and the number of encoders
- * named on the command line), for a bridge that sees the same image twice
+ * Values change between reads (inputs, the positions of all axes and as many
+ * encoders as the command line says), for a bridge that sees the same image twice
  * would flatter itself. The device's time advances a millisecond a read.
  */
 #include <stdint.h>
@@ -15,13 +17,23 @@
 #include <time.h>
 #include <pokeys/shm.h>
 #include "bench/samples.h"
+#include "halbridge/binding.h"
 #include "halbridge/exchange.h"
 #include "halbridge/table.h"
 
 enum { BATCH = 32, BATCHES = 4000 };
 
+/* A pin of HAL: where its value is while it is not linked, and the rest. */
+struct pin {
+	uint64_t value;
+	unsigned char rest[104];
+};
+
 static struct exchange exchange;
 static struct values values;
+static struct binding binding;
+static struct pin pins[BINDING_PINS];
+static void *pointers[BINDING_PINS];
 static struct { struct pokeys_state state; struct pokeys_command command; } from, to;
 
 static int moving;	/* encoders */
@@ -46,8 +58,7 @@ static void move(struct pokeys_state *s, uint64_t now)
 	}
 	for (int i = 0; i < POKEYS_AXES; i++)
 		s->engine.axis[i].position += 7 * i;
-	for (int i = 0; i < POKEYS_PIN_BYTES; i++)
-		s->digital_in[i] = (uint8_t)(s->digital_in[i] + 1);
+	s->digital_in[s->cycle % POKEYS_PIN_BYTES]++;
 }
 
 /* Not inlined, so that the compiler cannot see that nobody reads the copy. */
@@ -59,10 +70,16 @@ static __attribute__((noinline)) void copy_bytes(void *destination, const void *
 
 static void begin(void)
 {
-	struct pokeys_state *s = &exchange.state;
+	struct pokeys_state *s = &from.state;
 
 	exchange_init(&exchange, 1);
 	table_set_parameters(&values);
+	for (int i = 0; i < BINDING_PINS; i++)
+		pointers[i] = &pins[i].value;
+	if (binding_init(&binding, &values, (void *volatile *)pointers, TABLE_BOTH))
+		exit(1);
+	binding_exported(&binding);
+	exchange.legacy.on = true;
 	s->epoch = 1;
 	s->period_ns = 1000000;
 	s->stale_after_ns = 5000000;
@@ -75,9 +92,27 @@ static void begin(void)
 		values.joint[i].scale = 200;
 }
 
+/* As pokeys.N.read and pokeys.N.write do it. */
+static void read_funct(uint64_t device_ns)
+{
+	memcpy(&exchange.state, &from.state, sizeof(from.state));
+	binding_gather(&binding, TABLE_AT_READ);
+	exchange_read(&exchange, &values, EXCHANGE_STATE, device_ns);
+	binding_scatter(&binding, TABLE_AT_READ);
+}
+
+static void write_funct(uint64_t device_ns)
+{
+	binding_gather(&binding, TABLE_AT_WRITE);
+	exchange_write(&exchange, &values, device_ns, 1000000);
+	memcpy(&to.command, &exchange.command, sizeof(to.command));
+	exchange_written(&exchange, true);
+	binding_scatter(&binding, TABLE_AT_WRITE);
+}
+
 int main(int argc, char **argv)
 {
-	static struct samples read, write, copy;
+	static struct samples read, write, both, copy;
 	uint64_t device_ns = UINT64_C(1000000000);
 
 	if (argc != 2 || (moving = atoi(argv[1])) < 0 || moving > POKEYS_ENCODERS) {
@@ -85,30 +120,30 @@ int main(int argc, char **argv)
 		return 2;
 	}
 
-	if (samples_init(&read, BATCHES) < 0 || samples_init(&write, BATCHES) < 0 ||
-	    samples_init(&copy, BATCHES) < 0)
+	if (samples_init(&read, BATCH * BATCHES) < 0 ||
+	    samples_init(&write, BATCH * BATCHES) < 0 ||
+	    samples_init(&both, BATCH * BATCHES) < 0 || samples_init(&copy, BATCHES) < 0)
 		return 1;
 	begin();
 	for (int batch = 0; batch < BATCHES; batch++) {
-		uint64_t spent_read = 0, spent_write = 0, t;
+		uint64_t t, between, end;
 
 		for (int k = 0; k < BATCH; k++) {
 			device_ns += 1000000;
-			move(&exchange.state, device_ns);
+			move(&from.state, device_ns);
 			t = now_ns();
-			exchange_read(&exchange, &values, EXCHANGE_STATE, device_ns);
-			spent_read += now_ns() - t;
-			t = now_ns();
-			exchange_write(&exchange, &values, device_ns, 1000000);
-			spent_write += now_ns() - t;
-			exchange_written(&exchange, true);
+			read_funct(device_ns);
+			between = now_ns();
+			write_funct(device_ns);
+			end = now_ns();
+			samples_add(&read, between - t);
+			samples_add(&write, end - between);
+			samples_add(&both, end - t);
 		}
 		t = now_ns();
 		for (int k = 0; k < BATCH; k++)
 			copy_bytes(&to, &from);
 		samples_add(&copy, (now_ns() - t) / BATCH);
-		samples_add(&read, spent_read / BATCH);
-		samples_add(&write, spent_write / BATCH);
 	}
 	printf("{\"bytes\": %zu, ", sizeof(to));
 	samples_print(&copy, "memcpy");
@@ -116,6 +151,8 @@ int main(int argc, char **argv)
 	samples_print(&read, "read");
 	printf(", ");
 	samples_print(&write, "write");
+	printf(", ");
+	samples_print(&both, "both");
 	printf("}\n");
 	return 0;
 }

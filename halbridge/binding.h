@@ -5,37 +5,65 @@
 #ifndef HALBRIDGE_BINDING_H
 #define HALBRIDGE_BINDING_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include "halbridge/table.h"
 #include "halbridge/values.h"
 
 enum {
-	BINDING_PINS = 4096,	/* of one device, at most */
-	BINDING_IO = 256,	/* I/O pins among them, at most */
-	BINDING_SHARED = 768,	/* IN pins among them whose member has another IN pin */
+	BINDING_PINS = 4096,	/* of one device, at most; an I/O pin counts twice */
+	BINDING_NO_TWIN = UINT16_MAX,
+	BINDING_TURNS = 8,	/* periods in which all IN pins get their turn */
+	BINDING_OUT_TURNS = 64,	/* and all OUT pins */
+	BINDING_ACTIVE = 1024,	/* IN pins of a funct, at most */
+	BINDING_WORD = 8,	/* bytes of struct values whose pins lie together */
+	BINDING_CHUNK = 32,	/* and that are compared at once */
+	BINDING_CHUNKS = (sizeof(struct values) + BINDING_CHUNK - 1) / BINDING_CHUNK,
 };
 
 /* Which member of struct values a pin carries, and which pointer is the pin's. */
 struct binding_slot {
 	uint16_t offset, pointer;
+	uint8_t type;		/* enum table_type */
+	bool follows;		/* it counts when it has changed, not when it is what it is */
+	bool always;		/* read in each period, linked or not */
+	uint16_t twin;		/* of an I/O pin's OUT slot: its IN slot; else NO_TWIN */
 };
 
 struct binding_range {
 	uint16_t first, count;
 };
 
+/* Where a value goes from and to, and no more. */
+struct binding_way {
+	uint16_t offset, pointer;
+};
+
+/* Pins that are read when they are linked, and else in turn. */
+struct binding_turns {
+	struct binding_range range;
+	struct binding_way active[TABLE_TYPES][BINDING_ACTIVE];	/* read in each period */
+	uint16_t active_count[TABLE_TYPES];
+	uint16_t following[BINDING_ACTIVE], following_count;	/* and these, slots that follow */
+	uint16_t next;
+	bool begun;			/* all have been read once */
+};
+
 struct binding {
 	struct values *values;
 	void *volatile *pointers;	/* one per pin, in HAL's memory: HAL moves them */
-	struct binding_slot slot[BINDING_PINS];
-	struct binding_range in[TABLE_WHENS][TABLE_TYPES], shared[TABLE_WHENS][TABLE_TYPES];
-	struct binding_range io[TABLE_TYPES];
-	struct binding_range out[TABLE_WHENS][VALUES_BLOCKS][TABLE_TYPES];
-	uint32_t all[TABLE_WHENS];	/* blocks that have OUT pins */
-	uint64_t io_seen[BINDING_IO];	/* I/O pins at the last look or writing */
-	uint64_t shared_seen[BINDING_SHARED];	/* shared IN pins at the last look */
-	unsigned int turn;		/* the block that is written although nothing changed */
+	uint16_t pins;
+	struct binding_slot slot[BINDING_PINS];	/* one per pin, an I/O pin has two */
+	struct binding_turns in[TABLE_WHENS], io;
+	struct binding_range out[TABLE_WHENS];	/* of TABLE_AT_READ by offset, with I/O pins */
+	uint16_t word[BINDING_CHUNKS * BINDING_CHUNK / BINDING_WORD + 1];	/* the first at or behind */
+	uint16_t in_turns;		/* BINDING_TURNS; 1 = read all in each period */
+	uint16_t next_out, out_slice;	/* OUT slots that are written in turn, per period */
+	uint64_t seen[BINDING_PINS];	/* of an IN slot: what was read, or written, last */
+	bool linked[BINDING_PINS];	/* of a slot */
+	void *own[BINDING_PINS];	/* of a pin: where it points while it is not linked */
+	unsigned char shown[BINDING_CHUNKS * BINDING_CHUNK];	/* values as written last */
 };
 
 /*
@@ -46,17 +74,23 @@ struct binding {
 int binding_init(struct binding *binding, struct values *values, void *volatile *pointers,
 		 unsigned int schemes);
 
-/* IN and I/O pins of this funct into the values. Realtime. */
+/* The pins are exported, and nobody has linked one yet. Cold. */
+void binding_exported(struct binding *binding);
+
+/*
+ * IN pins of this funct into the values, at read I/O pins as well: those that
+ * are linked or control something, and of the others some in turn. Realtime.
+ */
 void binding_gather(struct binding *binding, enum table_when when);
 
 /*
- * Values to the OUT pins of this funct, of the blocks that were marked as
- * changed and one more in turn, and to those I/O pins whose value was changed
- * since it was gathered. Realtime.
+ * Values that have changed to the OUT pins of this funct: at read those of
+ * blocks that were marked, some pins in turn, changed or not, and I/O pins whose
+ * value was changed since it was gathered. Realtime.
  */
 void binding_scatter(struct binding *binding, enum table_when when);
 
-/* The same for all blocks. Realtime. */
-void binding_scatter_all(struct binding *binding, enum table_when when);
+/* All OUT pins, changed or not. Realtime, but slower. */
+void binding_scatter_all(struct binding *binding);
 
 #endif

@@ -33,7 +33,7 @@ static const uint16_t begins[VALUES_BLOCKS] = {
 	[BLOCK_LEGACY_ENGINE] = offsetof(struct values, legacy.engine),
 };
 
-_Static_assert(VALUES_BLOCKS <= 32, "struct values marks changes in 32 bits");
+_Static_assert(VALUES_BLOCKS < 32, "struct values marks changes in 32 bits");
 
 enum values_block values_block_of(size_t offset)
 {
@@ -42,4 +42,14 @@ enum values_block values_block_of(size_t offset)
 	while (offset < begins[block])
 		block--;
 	return (enum values_block)block;
+}
+
+size_t values_block_begin(enum values_block block)
+{
+	return begins[block];
+}
+
+size_t values_block_end(enum values_block block)
+{
+	return block + 1 == VALUES_BLOCKS ? offsetof(struct values, changed) : begins[block + 1];
 }

@@ -55,7 +55,8 @@ static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	encoder->total += (int32_t)((uint32_t)raw - (uint32_t)encoder->raw);
 	encoder->raw = raw;
 	encoder->t_ns = t_ns;
-	velocity_sample(&encoder->velocity, encoder->total, t_ns);
+	if (!velocity_stands(&encoder->velocity, encoder->total, t_ns))
+		velocity_sample(&encoder->velocity, encoder->total, t_ns);
 }
 
 /* Divisions are the dear part, and most encoders stand still most of the time. */

@@ -73,10 +73,12 @@ static void read_encoders(struct exchange *exchange, struct values *values, bool
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		struct encoder *encoder = &exchange->encoder[i];
 		struct value_encoder *value = &values->encoder[i];
+		bool wanted = value->index_enable;
 
 		if (fresh && encoder_index_read(encoder, value, i, state, &exchange->queue, now_ns,
 						&exchange->refusals))
 			values->one_shot_failed_count++;
+		changed |= value->index_enable != wanted;
 		changed |= encoder_read(encoder, value, i, state, fresh, &exchange->refusals);
 	}
 	if (fresh && news(&exchange->encoder_enabled, &state->encoder_enabled,

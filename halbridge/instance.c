@@ -150,10 +150,11 @@ int instance_make(struct instance **out, int component, unsigned int number, con
 		r = export_names(instance, component);
 	if (r)
 		return r;
+	binding_exported(&instance->binding);
 	legacy_link_init(&instance->link, (void *volatile *)instance->pointers, schemes);
 	/* before the first period the pins already say that they know nothing */
 	exchange_read(&instance->exchange, instance->values, EXCHANGE_NOTHING, instance_now());
-	binding_scatter_all(&instance->binding, TABLE_AT_READ);
+	binding_scatter_all(&instance->binding);
 	return 0;
 }
 

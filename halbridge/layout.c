@@ -2,13 +2,14 @@
 /*
  * Sorting pins into ranges: one walk to count, one to place.
  *
- * Each pin belongs to one range, by direction, funct, block and type; the
- * ranges lie one behind the other in the slots. Which IN pins share their
- * member with another one must be known first: those are compared one by one
- * each period, all others are just copied.
+ * Each pin belongs to one range, by direction and funct. OUT pins of read stand
+ * in the order of their members, so that a piece of struct values that has not
+ * changed spares all its pins at once. Which IN pins share their member with
+ * another one must be known first: those count when they change.
  */
 #include "halbridge/layout.h"
 #include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct sharing {
@@ -24,87 +25,119 @@ static void count_sharing(struct sharing *sharing, unsigned int schemes)
 	}
 }
 
-static struct binding_range *range_of(struct binding *binding, const struct sharing *sharing,
-				      const struct table_cursor *name)
+static struct binding_range *range_of(struct binding *binding, const struct table_row *row)
 {
-	const struct table_row *row = name->row;
-
 	if (row->direction == TABLE_IO)
-		return &binding->io[row->type];
-	if (row->direction == TABLE_OUT)
-		return &binding->out[row->when][values_block_of(name->offset)][row->type];
-	if (sharing->pins[name->offset] > 1)
-		return &binding->shared[row->when][row->type];
-	return &binding->in[row->when][row->type];
+		return &binding->io.range;
+	return row->direction == TABLE_OUT ? &binding->out[row->when] :
+					     &binding->in[row->when].range;
 }
 
-/* Give `count` ranges their place behind `at`; the counts begin anew. Returns what is used. */
-static size_t place(struct binding_range *ranges, size_t count, size_t *at)
+/* Returns how many slots there will be. */
+static size_t count_pins(struct binding *binding, unsigned int schemes)
 {
-	size_t used = 0;
+	size_t slots = 0;
 
-	for (size_t i = 0; i < count; i++) {
-		ranges[i].first = (uint16_t)*at;
-		*at += ranges[i].count;
-		used += ranges[i].count;
-		ranges[i].count = 0;
+	for (struct table_cursor name = table_walk(schemes); table_next(&name);) {
+		bool io = name.row->direction == TABLE_IO;
+
+		if (name.row->kind != TABLE_PIN)
+			continue;
+		range_of(binding, name.row)->count++;
+		binding->out[TABLE_AT_READ].count += io;
+		slots += 1u + io;
 	}
-	return used;
+	return slots;
 }
 
-#define PLACE(array_)	place((struct binding_range *)(array_), \
-			      sizeof(array_) / sizeof(struct binding_range), &at)
+/* Give the range its place behind `at`; its count begins anew. Returns its end. */
+static size_t place(struct binding_range *range, size_t at)
+{
+	size_t end = at + range->count;
 
-static int place_all(struct binding *binding)
+	*range = (struct binding_range){ .first = (uint16_t)at };
+	return end;
+}
+
+static void place_ranges(struct binding *binding)
 {
 	size_t at = 0;
 
-	PLACE(binding->in);
-	if (PLACE(binding->shared) > BINDING_SHARED || PLACE(binding->io) > BINDING_IO)
-		return -ENOSPC;
-	PLACE(binding->out);
-	return 0;
+	for (unsigned int when = 0; when < TABLE_WHENS; when++) {
+		at = place(&binding->in[when].range, at);
+		at = place(&binding->out[when], at);
+	}
+	place(&binding->io.range, at);
 }
 
-static void count_pins(struct binding *binding, const struct sharing *sharing,
-		       unsigned int schemes)
-{
-	for (struct table_cursor name = table_walk(schemes); table_next(&name);) {
-		if (name.row->kind == TABLE_PIN)
-			range_of(binding, sharing, &name)->count++;
-	}
-}
+/* Of these blocks all IN pins are read in each period. */
+#define CONTROL	(1u << BLOCK_MACHINE | 1u << BLOCK_ENGINE | 1u << BLOCK_RTC | 1u << BLOCK_COUNTER | \
+		 1u << BLOCK_PWM | 1u << BLOCK_ENCODER | 1u << BLOCK_JOINT | 1u << BLOCK_DIAGNOSTICS)
 
 static void place_pins(struct binding *binding, const struct sharing *sharing,
 		       unsigned int schemes)
 {
-	uint16_t pin = 0;
-
 	for (struct table_cursor name = table_walk(schemes); table_next(&name);) {
+		const struct table_row *row = name.row;
+		struct binding_slot slot = {
+			.offset = (uint16_t)name.offset, .pointer = binding->pins,
+			.type = row->type, .twin = BINDING_NO_TWIN,
+			.always = CONTROL >> values_block_of(name.offset) & 1,
+			.follows = row->direction == TABLE_IO || sharing->pins[name.offset] > 1,
+		};
 		struct binding_range *range;
 
-		if (name.row->kind != TABLE_PIN)
+		if (row->kind != TABLE_PIN)
 			continue;
-		range = range_of(binding, sharing, &name);
-		binding->slot[range->first + range->count++] = (struct binding_slot){
-			.offset = (uint16_t)name.offset, .pointer = pin++,
-		};
-		if (name.row->direction == TABLE_OUT)
-			binding->all[name.row->when] |= UINT32_C(1) << values_block_of(name.offset);
+		binding->pins++;
+		range = range_of(binding, row);
+		binding->slot[range->first + range->count] = slot;
+		slot.twin = (uint16_t)(range->first + range->count++);
+		range = &binding->out[TABLE_AT_READ];
+		if (row->direction == TABLE_IO)
+			binding->slot[range->first + range->count++] = slot;
+	}
+}
+
+static int compare(const void *a, const void *b)
+{
+	const struct binding_slot *left = a, *right = b;
+
+	return left->offset != right->offset ? (int)left->offset - (int)right->offset :
+					       (int)left->pointer - (int)right->pointer;
+}
+
+/* Which slots stand in which word of struct values. */
+static void index_words(struct binding *binding)
+{
+	const struct binding_range range = binding->out[TABLE_AT_READ];
+	uint16_t i = range.first;
+
+	qsort(&binding->slot[range.first], range.count, sizeof(binding->slot[0]), compare);
+	for (size_t word = 0; word < sizeof(binding->word) / sizeof(binding->word[0]); word++) {
+		while (i < range.first + range.count &&
+		       binding->slot[i].offset < word * BINDING_WORD)
+			i++;
+		binding->word[word] = i;
 	}
 }
 
 int layout_slots(struct binding *binding, unsigned int schemes)
 {
 	static struct sharing sharing;
-	int r;
 
-	if (table_pin_count(schemes) > BINDING_PINS)
-		return -ENOSPC;
 	count_sharing(&sharing, schemes);
-	count_pins(binding, &sharing, schemes);
-	r = place_all(binding);
-	if (!r)
-		place_pins(binding, &sharing, schemes);
-	return r;
+	if (count_pins(binding, schemes) > BINDING_PINS)
+		return -ENOSPC;
+	for (unsigned int when = 0; when < TABLE_WHENS; when++) {
+		if (binding->in[when].range.count > BINDING_ACTIVE)
+			return -ENOSPC;
+	}
+	if (binding->io.range.count > BINDING_ACTIVE)
+		return -ENOSPC;
+	place_ranges(binding);
+	place_pins(binding, &sharing, schemes);
+	index_words(binding);
+	binding->out_slice = (uint16_t)(binding->out[TABLE_AT_READ].count / BINDING_OUT_TURNS + 1);
+	return 0;
 }

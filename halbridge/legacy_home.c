@@ -210,12 +210,28 @@ static void drive(struct exchange *exchange, const struct values *values, unsign
 	command->velocity = speed <= 1e7 ? (float)speed : 0;
 }
 
+/* No axis has a new command, and none is on its way. */
+static bool is_idle(const struct exchange *exchange, const struct values *values)
+{
+	bool idle = true;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct legacy_home *home = &exchange->legacy.home[i];
+
+		idle &= home->phase == LEGACY_PHASE_IDLE &&
+			values->legacy.axis[i].command == home->command;
+	}
+	return idle;
+}
+
 void legacy_home_write(struct exchange *exchange, struct values *values)
 {
 	static const uint8_t commands[] = {
 		LEGACY_HOME_CANCEL, LEGACY_HOME_START, LEGACY_HOME_FINALIZE, LEGACY_HOME_ARM,
 	};
 
+	if (is_idle(exchange, values))
+		return;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		for (size_t k = 0; k < sizeof(commands); k++)
 			obey_group(exchange, values, i, commands[k]);

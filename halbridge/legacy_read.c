@@ -100,9 +100,14 @@ static void read_encoder(struct exchange *exchange, struct values *values, unsig
 	const struct encoder *encoder = &exchange->encoder[i];
 	double counts = (double)(encoder->total - encoder->zero);
 	double rate = encoder->velocity.rate;
-	double scale = factor_take(&exchange->legacy.encoder_scale[i], &exchange->refusals,
-				   value->scale, offsetof(struct values, legacy.encoder) +
-				   i * sizeof(*value) + offsetof(struct legacy_encoder, scale));
+	bool moved = values->changed >> BLOCK_ENCODER & 1;
+	double scale;
+
+	if (!moved && value->scale == exchange->legacy.encoder_scale[i].seen)
+		return;
+	scale = factor_take(&exchange->legacy.encoder_scale[i], &exchange->refusals,
+			    value->scale, offsetof(struct values, legacy.encoder) +
+			    i * sizeof(*value) + offsetof(struct legacy_encoder, scale));
 
 	value->position = counts * scale;
 	value->velocity = rate * scale;
@@ -112,16 +117,14 @@ static void read_encoder(struct exchange *exchange, struct values *values, unsig
 	values->encoder[i].velocity = rate * exchange->encoder[i].scale.used;
 }
 
-static void read_buses(struct exchange *exchange, struct values *values)
+/* The canonical part has seen whether anything has changed there. */
+static void read_modules(struct values *values, const struct pokeys_state *state)
 {
-	const struct pokeys_state *state = &exchange->state;
-	struct legacy *own = &exchange->legacy;
+	const uint32_t blocks = 1u << BLOCK_PONET | 1u << BLOCK_KBD48;
 	struct value_legacy *legacy = &values->legacy;
 
-	for (unsigned int i = 0; i < POKEYS_POEXTBUS; i++) {
-		legacy->poextbus.in[i] = state->poextbus[i];
-		legacy->poextbus.out[i] = exchange->command.poextbus[i];
-	}
+	if (!(values->changed & blocks))
+		return;
 	for (unsigned int i = 0; i < POKEYS_PONET; i++) {
 		legacy->ponet.id[i] = i;
 		legacy->ponet.address[i] = state->ponet[i].address;
@@ -134,6 +137,20 @@ static void read_buses(struct exchange *exchange, struct values *values)
 	legacy->ponet.found = state->ponet_count;
 	legacy->ponet.available = state->kbd48_module < POKEYS_PONET;
 	legacy->ponet.keyboard = legacy->ponet.available ? state->kbd48_module : 0;
+	values_changed(values, BLOCK_LEGACY_PONET);
+}
+
+static void read_buses(struct exchange *exchange, struct values *values)
+{
+	const struct pokeys_state *state = &exchange->state;
+	struct legacy *own = &exchange->legacy;
+	struct value_legacy *legacy = &values->legacy;
+
+	for (unsigned int i = 0; i < POKEYS_POEXTBUS; i++) {
+		legacy->poextbus.in[i] = state->poextbus[i];
+		legacy->poextbus.out[i] = exchange->command.poextbus[i];
+	}
+	read_modules(values, state);
 	if (own->brightness_known && values->kbd48.brightness_sent != own->brightness)
 		legacy->ponet.brightness_before = own->brightness;
 	own->brightness = values->kbd48.brightness_sent;
@@ -169,7 +186,6 @@ void legacy_read(struct exchange *exchange, struct values *values, uint64_t now_
 	}
 	legacy_read_engine(exchange, values, exchange->fresh);
 	values_changed(values, BLOCK_LEGACY_IO);
-	values_changed(values, BLOCK_LEGACY_PONET);
 	values_changed(values, BLOCK_LEGACY_AXIS);
 	values_changed(values, BLOCK_LEGACY_ENGINE);
 }

@@ -94,6 +94,7 @@ static int make_instance(const struct pokeys_options *options, const struct ini_
 	if (r)
 		return r;
 	instances[number]->serial = serial_for(file, number);
+	instances[number]->binding.in_turns = 1;	/* a slow loop misses no short pulse */
 	instances[number]->values->legacy.choice.encoder_factor = true;
 	ini_apply(file, instances[number], complain, NULL);
 	return 0;

@@ -29,7 +29,7 @@ enum table_direction { TABLE_IN, TABLE_OUT, TABLE_IO, TABLE_RO, TABLE_RW };
 
 /*
  * Which funct carries the pin: an IN pin is read at the start of that funct,
- * an OUT pin written at its end. I/O pins are carried by both.
+ * an OUT pin written at its end. I/O pins are read's, at its start and end.
  */
 enum table_when { TABLE_AT_READ, TABLE_AT_WRITE, TABLE_WHENS };
 

@@ -158,6 +158,8 @@ enum values_block {
 	BLOCK_LEGACY_IO, BLOCK_LEGACY_PONET, BLOCK_LEGACY_AXIS, BLOCK_LEGACY_ENGINE, VALUES_BLOCKS,
 };
 
+#define VALUES_ALL	((UINT32_C(1) << VALUES_BLOCKS) - 1)	/* every block */
+
 struct values {
 	/* connection */
 	double age_us, rtt_us, rtt_avg_us, rtt_max_us, rtt_jitter_us;
@@ -192,6 +194,7 @@ struct values {
 	struct value_settings set;
 	struct value_legacy legacy;
 	uint32_t changed;		/* bit = enum values_block; no pin */
+	uint64_t beyond[4];		/* the binding compares 32 bytes at once */
 };
 
 /* The OUT pins of this block have to be written. Realtime. */
@@ -202,5 +205,9 @@ static inline void values_changed(struct values *values, enum values_block block
 
 /* The block a member belongs to, by its offset in struct values. */
 enum values_block values_block_of(size_t offset);
+
+/* Where a block begins and ends, bytes. */
+size_t values_block_begin(enum values_block block);
+size_t values_block_end(enum values_block block);
 
 #endif

@@ -24,7 +24,6 @@
 #include <string.h>
 
 #define STANDSTILL_NS	500e6	/* no step for this long: velocity 0 */
-#define GAP_NS		100e6	/* no sample for this long: what happened between is unknown */
 #define JITTER_NS	100e3	/* of the time stamps */
 
 void velocity_reset(struct velocity *v)
@@ -129,7 +128,7 @@ double velocity_sample(struct velocity *v, int64_t count, uint64_t t_ns)
 {
 	if (v->started && t_ns <= v->t_ns)
 		return v->rate;
-	if (!v->started || (double)(t_ns - v->t_ns) > GAP_NS) {
+	if (!v->started || t_ns - v->t_ns > VELOCITY_GAP_NS) {
 		v->slope = 0;
 		v->rate = 0;
 		velocity_rebase(v, count, t_ns);

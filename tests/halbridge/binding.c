@@ -12,11 +12,15 @@ static void *volatile pointers[BINDING_PINS];
 static struct binding binding;
 static struct values values;
 
+/* Another place than a pin has of its own, as when a signal is linked to it. */
+static uint64_t signal_value;
+
 static int bind_all(void **state)
 {
 	(void)state;
 	memset(&values, 0, sizeof(values));
 	memset(storage, 0, sizeof(storage));
+	signal_value = 0;
 	for (size_t i = 0; i < BINDING_PINS; i++)
 		pointers[i] = &storage[i];
 	return binding_init(&binding, &values, pointers, TABLE_ALL);
@@ -59,7 +63,9 @@ static enum table_when now;
 static void check_scattered(const struct table_row *row, size_t offset, size_t pin)
 {
 	bool ours = row->direction == TABLE_IO ||
-		    (row->direction == TABLE_OUT && row->when == now);
+		    (row->direction == TABLE_OUT && (row->when == now || now == TABLE_WHENS));
+	/* I/O pins are written at read, if their block has changed */
+	ours &= row->direction != TABLE_IO || now == TABLE_AT_READ;
 
 	assert_true(storage[pin] == (ours ? mark(row, offset) : 0));
 }
@@ -89,6 +95,7 @@ static void check_block(const struct table_row *row, size_t offset, size_t pin)
 static void only_blocks_that_changed_are_written(void **state)
 {
 	(void)state;
+	binding.out_slice = 0;
 	binding_gather(&binding, TABLE_AT_READ);
 	each_pin(set_member);
 	values.changed = 0;
@@ -98,16 +105,18 @@ static void only_blocks_that_changed_are_written(void **state)
 	assert_int_equal(values.changed, 0);
 }
 
-static void in_the_end_every_block_is_written_anew(void **state)
+static void in_the_end_every_pin_is_written_anew(void **state)
 {
 	(void)state;
 	now = TABLE_AT_READ;
 	binding_gather(&binding, TABLE_AT_READ);
 	each_pin(set_member);
-	for (unsigned int i = 0; i < VALUES_BLOCKS; i++) {
+	for (unsigned int i = 0; i < BINDING_OUT_TURNS; i++) {
 		values.changed = 0;
 		binding_scatter(&binding, TABLE_AT_READ);
 	}
+	binding_scatter(&binding, TABLE_AT_WRITE);
+	now = TABLE_WHENS;
 	each_pin(check_scattered);
 }
 
@@ -118,7 +127,7 @@ static void set_storage(const struct table_row *row, size_t offset, size_t pin)
 
 static void check_gathered(const struct table_row *row, size_t offset, size_t pin)
 {
-	bool ours = row->direction == TABLE_IO ||
+	bool ours = (row->direction == TABLE_IO && now == TABLE_AT_READ) ||
 		    (row->direction == TABLE_IN && row->when == now);
 	uint64_t bytes = 0;
 
@@ -136,6 +145,63 @@ static void in_pins_fill_their_member(void **state)
 		binding_gather(&binding, now);
 		each_pin(check_gathered);
 	}
+}
+
+static size_t linked_pin;
+
+static void find_lamp(const struct table_row *row, size_t offset, size_t pin)
+{
+	if (offset == offsetof(struct values, kbd48.led[3]) && !strcmp(row->name, "kbd48CNC.%02u.LED"))
+		linked_pin = pin;
+}
+
+static void a_pin_that_is_linked_is_read_in_each_period(void **state)
+{
+	const bool *led = &values.kbd48.led[3];
+
+	(void)state;
+	each_pin(find_lamp);
+	binding_exported(&binding);
+	binding_gather(&binding, TABLE_AT_WRITE);
+	signal_value = 1;
+	pointers[linked_pin] = &signal_value;
+	for (unsigned int i = 0; i < BINDING_TURNS; i++)
+		binding_gather(&binding, TABLE_AT_WRITE);
+	assert_true(*led);
+	for (unsigned int i = 0; i < 2 * BINDING_TURNS; i++) {
+		signal_value = i % 2;
+		binding_gather(&binding, TABLE_AT_WRITE);
+		assert_int_equal(*led, i % 2);
+	}
+}
+
+static void a_pin_that_is_not_linked_has_its_turn(void **state)
+{
+	const bool *led = &values.kbd48.led[3];
+	unsigned int periods = 0;
+
+	(void)state;
+	each_pin(find_lamp);
+	binding_exported(&binding);
+	binding_gather(&binding, TABLE_AT_WRITE);
+	storage[linked_pin] = 1;
+	while (!*led && periods++ < 1000)
+		binding_gather(&binding, TABLE_AT_WRITE);
+	assert_true(periods <= BINDING_TURNS);
+}
+
+static void a_pin_linked_to_a_used_signal_is_written_though_nothing_changed(void **state)
+{
+	(void)state;
+	values.connected = true;
+	values_changed(&values, BLOCK_LINK);
+	binding_scatter(&binding, TABLE_AT_READ);
+	assert_int_equal(storage[0], 1);	/* the first pin is `connected` */
+	signal_value = 0;
+	pointers[0] = &signal_value;
+	for (unsigned int i = 0; i < BINDING_OUT_TURNS; i++)
+		binding_scatter(&binding, TABLE_AT_READ);
+	assert_int_equal(signal_value, 1);
 }
 
 static size_t pin_a, pin_b;
@@ -190,11 +256,13 @@ static void an_io_pin_is_written_only_if_we_changed_it(void **state)
 	storage[io_pin] = 0;
 	binding_gather(&binding, TABLE_AT_READ);
 	storage[io_pin] = 1;	/* somebody else's wish, in between */
+	values_changed(&values, BLOCK_ENCODER);
 	binding_scatter(&binding, TABLE_AT_READ);
 	assert_int_equal(storage[io_pin], 1);
 	binding_gather(&binding, TABLE_AT_READ);
 	assert_true(values.encoder[4].index_enable);
 	values.encoder[4].index_enable = false;
+	values_changed(&values, BLOCK_ENCODER);
 	binding_scatter(&binding, TABLE_AT_READ);
 	assert_int_equal(storage[io_pin], 0);
 }
@@ -204,8 +272,12 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(out_pins_get_their_member),
 		cmocka_unit_test_setup(only_blocks_that_changed_are_written, bind_all),
-		cmocka_unit_test_setup(in_the_end_every_block_is_written_anew, bind_all),
+		cmocka_unit_test_setup(in_the_end_every_pin_is_written_anew, bind_all),
 		cmocka_unit_test(in_pins_fill_their_member),
+		cmocka_unit_test_setup(a_pin_that_is_linked_is_read_in_each_period, bind_all),
+		cmocka_unit_test_setup(a_pin_that_is_not_linked_has_its_turn, bind_all),
+		cmocka_unit_test_setup(
+			a_pin_linked_to_a_used_signal_is_written_though_nothing_changed, bind_all),
 		cmocka_unit_test_setup(of_two_in_pins_the_one_that_changed_counts, bind_all),
 		cmocka_unit_test_setup(an_io_pin_is_written_only_if_we_changed_it, bind_all),
 	};

@@ -25,7 +25,7 @@ static inline void drive_init(struct drive *drive, unsigned int schemes)
 				      (void *volatile *)drive->pointers, schemes), 0);
 }
 
-/* A servo period as the component runs it; no block is written merely in turn. */
+/* A servo period as the component runs it; no pin is written merely in turn. */
 static inline void drive_period(struct drive *drive)
 {
 	struct rig *rig = &drive->rig;
@@ -34,7 +34,7 @@ static inline void drive_period(struct drive *drive)
 	rig_daemon(rig);
 	binding_gather(&drive->binding, TABLE_AT_READ);
 	rig_read(rig);
-	drive->binding.turn = BLOCK_SETTINGS - 1;
+	drive->binding.out_slice = 0;
 	binding_scatter(&drive->binding, TABLE_AT_READ);
 	binding_gather(&drive->binding, TABLE_AT_WRITE);
 	rig_write(rig);

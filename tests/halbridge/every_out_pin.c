@@ -350,7 +350,6 @@ static void pins_that_are_not_of_one_field_are_driven_too(void **state)
 
 		if (at.row->kind == TABLE_PIN && driver && driver->drive) {
 			begin();
-			drive.storage[pin] = 0;
 			driver->drive(&drive.rig);
 			for (unsigned int k = 0; k < 17 && drive_get(&drive, at.row, pin) <= 0; k++)
 				drive_period(&drive);
