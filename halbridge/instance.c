@@ -147,6 +147,8 @@ int instance_make(struct instance **out, int component, unsigned int number, con
 	if (!r)
 		r = wish_init(&instance->wisher.wish);
 	if (!r)
+		r = legacy_range_init(&instance->range, instance->values);
+	if (!r)
 		r = export_names(instance, component);
 	if (r)
 		return r;

@@ -11,6 +11,7 @@
 #include "halbridge/binding.h"
 #include "halbridge/exchange.h"
 #include "halbridge/legacy_link.h"
+#include "halbridge/legacy_range.h"
 #include "halbridge/legacy_settings.h"
 #include "halbridge/wisher.h"
 #include "shm/handover.h"
@@ -37,7 +38,8 @@ struct instance {
 	struct binding binding;
 	struct legacy_link link;
 	struct wisher wisher;			/* the monitor's */
-	struct legacy_settings settings;	/* the monitor's */
+	struct legacy_settings settings;	/* the monitor's, as the two below */
+	struct legacy_range range;
 };
 
 /*

@@ -197,6 +197,30 @@ static void see_to_settings(struct instance *instance)
 		     say_setting, instance);
 }
 
+static void say_range(void *argument, const struct legacy_range_item *item, double value)
+{
+	const struct instance *instance = argument;
+	char name[TABLE_NAME_MAX + 1];
+
+	table_full_name(item->row, instance->prefix, item->index, name);
+	if (item->row->low < item->row->high)
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s = %g: must be %g to %g; it is %g again\n",
+				name, value, item->row->low, item->row->high, item->good);
+	else
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s = %g: must be a number; it is %g again\n",
+				name, value, item->good);
+}
+
+/* What the older names say of the device's settings. */
+static void see_to_older_names(struct instance *instance)
+{
+	if (!instance->exchange.legacy.on)
+		return;
+	legacy_range_look(&instance->range, instance->values, say_range, instance);
+	legacy_settings_look(&instance->settings, instance->values,
+			     instance->exchange.legacy.linked);
+}
+
 static void look_around(struct monitor *monitor, unsigned int number)
 {
 	for (size_t i = 0; i < monitor->count; i++) {
@@ -205,9 +229,7 @@ static void look_around(struct monitor *monitor, unsigned int number)
 
 		if (number % (1000 / ROUND_MS) == 0 && memory->credit < CREDIT_MOST)
 			memory->credit++;
-		if (instance->exchange.legacy.on)
-			legacy_settings_look(&instance->settings, instance->values,
-					     instance->exchange.legacy.linked);
+		see_to_older_names(instance);
 		if (instance->client || !instance->serial || number % SEARCH_ROUNDS == 0)
 			say_attachment(monitor, instance);
 		say_connection(monitor, instance);

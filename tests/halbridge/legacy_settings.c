@@ -4,6 +4,7 @@
  * what reaches the canonical parameters.
  */
 #include "tests/halbridge/rig.h"
+#include "halbridge/legacy_range.h"
 #include "halbridge/legacy_settings.h"
 
 static struct values values;
@@ -195,6 +196,39 @@ static void an_axis_that_is_driven_is_driven_by_position(void **state)
 	assert_int_equal(set->position_mode, 0);
 }
 
+static unsigned int refused;
+
+static void count_refused(void *argument, const struct legacy_range_item *item, double value)
+{
+	(void)argument;
+	(void)item;
+	(void)value;
+	refused++;
+}
+
+static void what_cannot_be_is_told_once_and_put_back(void **state)
+{
+	static struct legacy_range range;
+
+	(void)state;
+	refused = 0;
+	set->limit_plus_pin = 9;
+	assert_int_equal(legacy_range_init(&range, &values), 0);
+	set->limit_plus_pin = 56;
+	set->enabled = -1;
+	set->velocity = (double)NAN;
+	values.legacy.encoder[28].scale = 1e13;
+	legacy_range_look(&range, &values, count_refused, NULL);
+	assert_int_equal(refused, 4);
+	assert_int_equal(set->limit_plus_pin, 9);
+	assert_int_equal(set->enabled, 0);
+	assert_true(set->velocity == 0 && values.legacy.encoder[28].scale == 1);
+	set->limit_plus_pin = 55;
+	legacy_range_look(&range, &values, count_refused, NULL);
+	assert_int_equal(refused, 4);
+	assert_int_equal(set->limit_plus_pin, 55);
+}
+
 static void inversion_keeps_the_function_of_a_pin(void **state)
 {
 	(void)state;
@@ -247,6 +281,7 @@ int main(void)
 		cmocka_unit_test_setup(a_home_switch_at_a_limit_switch_is_that_switch, setup),
 		cmocka_unit_test_setup(what_somebody_sets_in_the_canonical_scheme_stays, setup),
 		cmocka_unit_test_setup(an_axis_that_is_driven_is_driven_by_position, setup),
+		cmocka_unit_test_setup(what_cannot_be_is_told_once_and_put_back, setup),
 		cmocka_unit_test_setup(inversion_keeps_the_function_of_a_pin, setup),
 		cmocka_unit_test_setup(encoders_and_engine_are_handed_on, setup),
 	};

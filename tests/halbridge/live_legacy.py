@@ -147,6 +147,15 @@ def a_bad_key_is_refused_with_file_line_and_range(rig):
     assert rig.hal.get("encoder.1.scale") == 1
 
 
+def a_bad_parameter_is_refused_and_keeps_its_value(rig):
+    loadusr(rig)
+    rig.hal.set("PEv2.3.digin.LimitP.Pin", 9)
+    time.sleep(0.3)
+    rig.hal.set("PEv2.3.digin.LimitP.Pin", 56)
+    rig.hal.becomes("PEv2.3.digin.LimitP.Pin", 9)
+    rig.hal.says("pokeys.0.PEv2.3.digin.LimitP.Pin = 56: must be 0 to 55; it is 9 again")
+
+
 def a_device_is_found_by_its_serial_number(rig):
     host = rig.host()
     host.say("set serial 53386")
@@ -241,6 +250,7 @@ hal_live.main([
     without_an_ini_file_it_runs,
     keys_of_the_ini_file_are_set,
     a_bad_key_is_refused_with_file_line_and_range,
+    a_bad_parameter_is_refused_and_keeps_its_value,
     a_device_is_found_by_its_serial_number,
     it_ends_by_signal_and_loads_again,
     alone_in_hal_it_ends_with_status_0,
