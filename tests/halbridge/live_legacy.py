@@ -224,6 +224,7 @@ def either_name_of_an_input_may_be_used(rig):
     rig.hal.set("digout.31.out", 1)
     host.sees("out", "00000080" + 8 * "0")
     rig.hal.set("pin.31.out", 1)
+    time.sleep(0.2)     # pins that are not linked are looked at in turn
     rig.hal.set("pin.31.out", 0)
     host.sees("out", 16 * "0")
 
