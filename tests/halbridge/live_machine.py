@@ -8,121 +8,9 @@ to do is printed, and only what must hold at any speed is asserted.
 
 usage: live_machine.py MODULE.so POKEYSD POKEYS-SIM [PATTERN]
 """
-import os
-import random
-import re
-import shutil
-import pathlib
-import subprocess
 import sys
-import tempfile
 import time
-import hal_live
-
-MODULE, POKEYSD, SIM = (os.path.abspath(path) for path in sys.argv[1:4])
-# long timeouts: on a busy machine without realtime everything is late at times
-CONFIG = """\
-[daemon]
-runtime-directory = {folder}/run
-realtime = optional
-
-[device mill]
-address = {address}
-digital-outputs = 31-34
-heartbeat-timeout-ms = 3000
-lost-after-ms = 1000
-"""
-SCALE = 100  # pulses a millimetre
-
-
-class Machine:
-    def __init__(self):
-        # a tmpfs, as /run is; short, for sockets live below it
-        where = "/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp"
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="pokeys-hal-", dir=where))
-        self.folder.chmod(0o755)
-        self.address = "127.{}.{}.{}".format(*(random.randint(2, 250) for _ in range(3)))
-        (self.folder / "conf").write_text(CONFIG.format(folder=self.folder, address=self.address))
-        self.children = {}
-        try:
-            self.hal = hal_live.Hal(MODULE, self.folder)
-        except BaseException:
-            shutil.rmtree(self.folder, ignore_errors=True)
-            raise
-
-    def spawn(self, name, *command):
-        log = open(self.folder / f"{name}.log", "ab")
-        with log:
-            self.children[name] = subprocess.Popen(command, stdout=log, stderr=log,
-                                                   stdin=subprocess.DEVNULL)
-
-    def device(self):
-        self.spawn("sim", SIM, "--model", "57CNC", "--address", self.address, "--no-discovery",
-                   "--control", str(self.folder / "sim"), "--preset", "demo", "--quiet")
-        end = time.monotonic() + 10
-        while not (self.folder / "sim").exists():
-            assert time.monotonic() < end and self.children["sim"].poll() is None, self.log("sim")
-            time.sleep(0.01)
-
-    def daemon(self):
-        self.spawn("pokeysd", POKEYSD, "--config", str(self.folder / "conf"))
-
-    def load(self):
-        self.hal.start(f"runtime={self.folder}/run")
-        self.hal.set("joint.00.scale", SCALE)
-        self.hal.set("encoder.00.scale", SCALE)
-
-    def all(self):
-        self.device()
-        self.daemon()
-        self.load()
-        self.hal.becomes("connected", True)
-        self.hal.becomes("commander", True)
-        return self.hal
-
-    def sim(self, command):
-        """A command to the simulator; its answer as a dict."""
-        done = subprocess.run([SIM, "--ctl", str(self.folder / "sim"), *command.split()],
-                              capture_output=True, text=True, check=False)
-        assert done.returncode == 0, f"{command}: {done.stderr}"
-        return dict(line.split("=", 1) for line in done.stdout.split("\n") if "=" in line)
-
-    def sim_shows(self, command, key, value, limit=10):
-        began = time.monotonic()
-        while self.sim(command)[key] != value:
-            assert time.monotonic() < began + limit, f"{command}: {key} is not {value} in {limit} s"
-            time.sleep(0.002)
-        return time.monotonic() - began
-
-    def machine_on(self):
-        """The edge that motion needs, with the command where the axis stands."""
-        self.hal.set("machine-is-on", 0)
-        self.hal.set("joint.00.pos-cmd", self.hal.get("joint.00.pos-fb"))
-        self.hal.set("joint.00.enable", 1)
-        time.sleep(0.1)
-        self.hal.set("machine-is-on", 1)
-        self.hal.becomes("machine-on-permitted", True)
-        self.hal.becomes("joint.00.enabled", True)
-
-    def move(self, to):
-        self.hal.set("joint.00.pos-cmd", to)
-        self.hal.becomes("joint.00.pos-fb", to)
-        self.hal.becomes("joint.00.in-position", True)
-
-    def kill(self, name):
-        child = self.children.pop(name)
-        child.kill()
-        child.wait()
-
-    def log(self, name):
-        path = self.folder / f"{name}.log"
-        return path.read_text(errors="replace")[-2000:] if path.exists() else ""
-
-    def close(self):
-        self.hal.close()
-        for name in list(self.children):
-            self.kill(name)
-        shutil.rmtree(self.folder, ignore_errors=True)
+import hal_machine
 
 
 def inputs_come_and_outputs_go(m):
@@ -331,23 +219,5 @@ TESTS = [
 ]
 
 
-def main(tests):
-    failed = 0
-    for test in tests:
-        if not re.search(sys.argv[4] if len(sys.argv) > 4 else "", test.__name__):
-            continue
-        machine = Machine()
-        try:
-            test(machine)
-            print(f"ok: {test.__name__}")
-        except (AssertionError, EOFError) as fault:
-            failed += 1
-            print(f"FAILED: {test.__name__}: {fault}\n{machine.hal.said()[-2000:]}\n"
-                  f"{machine.log('pokeysd')}\n{machine.log('sim')}")
-        finally:
-            machine.close()
-    return 1 if failed else 0
-
-
 if __name__ == "__main__":
-    sys.exit(main(TESTS))
+    sys.exit(hal_machine.main(TESTS))

@@ -10,7 +10,7 @@ import shutil
 import sys
 import time
 import hal_live
-import live_machine
+import hal_machine
 
 POKEYS = pathlib.Path(sys.argv.pop(4)).resolve()
 os.environ["PATH"] = f"{POKEYS.parent}:{os.environ['PATH']}"
@@ -100,7 +100,7 @@ def a_dead_device_does_not_disturb_the_other(m):
     time.sleep(2)
     print(f"{hal.get('packet-error-total') - lost:g} packets lost beside a dead device")
     assert hal.get("connected") is True
-    m.spawn("panel", live_machine.SIM, "--model", "57E", "--address", other, "--no-discovery",
+    m.spawn("panel", hal_machine.SIM, "--model", "57E", "--address", other, "--no-discovery",
             "--serial", "27295", "--quiet")
     hal.becomes("connected", True, device=1, limit=30)
     assert hal.get("devSerial", 1) == 27295
@@ -153,7 +153,7 @@ def the_mill_of_the_examples_homes_and_moves(m):
 
 
 if __name__ == "__main__":
-    sys.exit(live_machine.main([
+    sys.exit(hal_machine.main([
         settings_of_the_ini_file_reach_the_device,
         an_axis_moves_by_its_older_names,
         a_dead_device_does_not_disturb_the_other,

@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Each group of names the whole way: simulated device, real daemon, real LinuxCNC HAL.
+
+Settings of the device included: set as a parameter, seen in the device.
+
+usage: live_groups.py MODULE.so POKEYSD POKEYS-SIM [PATTERN]
+"""
+import sys
+import time
+import hal_machine
+
+
+def settings_are_shown_and_one_that_is_set_reaches_the_device(m):
+    hal = m.all()
+    hal.becomes("config.state", 3, limit=30)
+    hal.becomes("pin.30.function", 4)      # digital-outputs of the configuration
+    before = m.sim("pin 44")["function"]
+    assert hal.get("config.generation") == 0
+    hal.set("pin.43.function", 4)
+    took = m.sim_shows("pin 44", "function", "0x04", 30)
+    print(f"a pin's function: {before} -> 0x04 in {took:.2f} s")
+    hal.becomes("config.generation-applied", 1)
+    hal.becomes("config.state", 3, limit=30)
+    hal.set("pin.43.out", 1)
+    m.sim_shows("pin 44", "latch", "1")
+    hal.becomes("pin.43.out-fb", True)
+    assert m.sim("pin 44")["function"] == "0x04"
+
+
+def a_setting_that_the_device_cannot_have_is_told(m):
+    hal = m.all()
+    hal.becomes("config.state", 3, limit=30)
+    hal.set("pin.10.function", 4)               # no output on this device
+    hal.becomes("config.refused", 1)
+    assert hal.get("config.refused-index") == 10
+
+
+def a_setting_out_of_range_is_named_and_not_sent(m):
+    hal = m.all()
+    hal.becomes("config.state", 3, limit=30)
+    before = m.sim("pin 11")["function"]
+    hal.set("pin.10.function", 256)
+    hal.says("pokeys.0.pin.10.function = 256: must be 0 to 255")
+    hal.becomes("input-refused", True)
+    assert hal.get("config.generation") == 0
+    assert m.sim("pin 11")["function"] == before
+    hal.set("pin.10.function", -1)
+    hal.becomes("input-refused", False)
+
+
+def pwm_has_its_frequency_and_duty(m):
+    hal = m.all()
+    hal.becomes("config.state", 3, limit=30)
+    hal.set("pwm.frequency", 5000)
+    m.sim_shows("pwm", "period", "5000", 30)
+    hal.set("pwm.00.scale", 24000)
+    hal.set("pwm.00.value", 6000)
+    hal.set("pwm.00.enable", 1)
+    m.sim_shows("pwm", "duty.0", "1250")
+    hal.becomes("pwm.00.duty", 0.25)
+    hal.becomes("pwm.00.enabled", True)
+    hal.set("pwm.00.enable", 0)
+    m.sim_shows("pwm", "duty.0", "0")
+
+
+def a_bus_output_is_shifted_out_and_shown(m):
+    hal = m.all()
+    hal.set("PoExtBus.13.out", 1)
+    m.sim_shows("poext", "data", "0020" + 16 * "0")
+    hal.becomes("PoExtBus.13.in", True)
+    assert hal.get("PoExtBus.13.in-not") is False
+    hal.set("PoRelay8.00.relay-1", 1)
+    m.sim_shows("poext", "data", "0020" + 14 * "0" + "01")
+
+
+def a_keyboard_has_keys_and_lamps(m):
+    hal = m.all()
+    m.sim("module 0 on 100")
+    hal.becomes("kbd48CNC.present", True, limit=30)
+    m.sim("kbd 0 2 1 1")
+    hal.becomes("kbd48CNC.09.Button", True)
+    m.sim("kbd 0 2 1 0")
+    hal.becomes("kbd48CNC.09.Button", False)
+    hal.set("kbd48CNC.13.LED", 1)
+    m.sim_shows("lamp 0 3 1", "lit", "1")
+    hal.becomes("kbd48CNC.light", 100)
+
+
+def counters_count_and_are_reset(m):
+    hal = m.all()
+    hal.becomes("config.state", 3, limit=30)
+    hal.set("pin.18.function", 66)
+    m.sim_shows("pin 19", "function", "0x42", 30)
+    m.sim("counter 19 7")
+    hal.becomes("counter.18.value", 7)
+    hal.set("counter.reset", 1)
+    hal.becomes("counter.18.value", 0)
+    assert hal.get("one-shot-failed-count") == 0
+
+
+def the_clock_is_set(m):
+    hal = m.all()
+    for name, value in (("year", 2031), ("month", 2), ("dom", 28), ("hour", 13), ("min", 5),
+                        ("sec", 6)):
+        hal.set(f"rtc.set-{name}", value)
+    hal.set("rtc.set", 1)
+    hal.becomes("rtc.set-outcome", 1)
+    hal.becomes("rtc.year", 2031)
+    assert (hal.get("rtc.month"), hal.get("rtc.dom"), hal.get("rtc.hour")) == (2, 28, 13)
+    assert hal.get("rtc.dow") == 5 and hal.get("rtc.doy") == 59
+
+
+def matrix_keys_are_seen(m):
+    hal = m.all()
+    hal.becomes("config.state", 3, limit=30)
+    for name, value in (("row-pin.00", 23), ("column-pin.00", 27), ("column-pin.01", 28),
+                        ("rows", 1), ("columns", 2), ("enable", 1)):
+        hal.set(f"matrix.{name}", value)
+    hal.becomes("matrix.enabled", True, limit=30)
+    m.sim("key 1 1")
+    hal.becomes("matrix.00.01", True)
+
+
+def rates_are_measured(m):
+    hal = m.all()
+    for name in ("PoExtBus", "rtc", "load"):
+        end = time.monotonic() + 30
+        while hal.get(f"rate.{name}") < 0.1:
+            assert time.monotonic() < end, f"rate.{name} is not measured"
+        print(f"rate.{name}: {hal.get('rate.' + name):.1f} Hz")
+    assert hal.get("packets.sent") > 100
+
+
+TESTS = [
+    settings_are_shown_and_one_that_is_set_reaches_the_device,
+    a_setting_that_the_device_cannot_have_is_told,
+    a_setting_out_of_range_is_named_and_not_sent,
+    pwm_has_its_frequency_and_duty,
+    a_bus_output_is_shifted_out_and_shown,
+    a_keyboard_has_keys_and_lamps,
+    counters_count_and_are_reset,
+    the_clock_is_set,
+    matrix_keys_are_seen,
+    rates_are_measured,
+]
+
+
+if __name__ == "__main__":
+    sys.exit(hal_machine.main(TESTS))
