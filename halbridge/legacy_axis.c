@@ -10,7 +10,9 @@
  *
  * Who may move: the old component moved an axis as soon as the machine was on,
  * whatever its AxisEnable pin said, although every machine wires that. So does
- * this, unless legacy.axis-enable-follows is set. An axis whose joint-pos-cmd
+ * this, unless legacy.axis-enable-follows is set. While the machine is off no
+ * axis is enabled, so that scale and offset, which a HAL file sets beside
+ * AxisEnabled, are taken over then (joint.c). An axis whose joint-pos-cmd
  * is connected to nothing is none of this scheme's.
  */
 #include "halbridge/legacy.h"
@@ -140,7 +142,7 @@ void legacy_enable(struct exchange *exchange, const struct values *values)
 		const struct legacy_axis *value = &values->legacy.axis[i];
 		bool follows = values->legacy.choice.axis_enable;
 
-		exchange->joint[i].enable = own->linked[i] &&
+		exchange->joint[i].enable = own->linked[i] && values->machine_is_on &&
 					    values->legacy.axis_set[i].enabled != 0 &&
 					    (!follows || value->axis_enable || value->axis_enabled);
 		if (own->linked[i])

@@ -31,6 +31,7 @@ static void an_axis_follows_its_older_name_only_if_it_is_connected(void **state)
 {
 	(void)state;
 	legacy->axis_set[0].enabled = 1;
+	rig.values.machine_is_on = true;
 	rig_period(&rig);
 	assert_int_equal(command->axis[0].enable, 0);
 	rig.exchange.legacy.linked[0] = true;
@@ -39,6 +40,20 @@ static void an_axis_follows_its_older_name_only_if_it_is_connected(void **state)
 	legacy->axis_set[0].enabled = 0;
 	rig_period(&rig);
 	assert_int_equal(command->axis[0].enable, 0);
+}
+
+static void what_a_hal_file_sets_at_once_is_taken_while_the_machine_is_off(void **state)
+{
+	(void)state;
+	rig.exchange.legacy.linked[0] = true;
+	legacy->axis_set[0].enabled = 1;
+	legacy->axis_set[0].offset = 10;
+	rig.values.joint[0].scale = 200;
+	rig.values.joint[0].pos_cmd = 1;
+	rig_periods(&rig, 2);
+	assert_int_equal(command->axis[0].position, 2200);
+	assert_int_equal(command->axis[0].enable, 0);
+	assert_false(rig.values.input_refused);
 }
 
 static void axis_enable_counts_only_if_chosen(void **state)
@@ -473,6 +488,8 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(an_axis_follows_its_older_name_only_if_it_is_connected, setup),
+		cmocka_unit_test_setup(what_a_hal_file_sets_at_once_is_taken_while_the_machine_is_off,
+				       setup),
 		cmocka_unit_test_setup(axis_enable_counts_only_if_chosen, setup),
 		cmocka_unit_test_setup(position_is_units_plus_offset_times_scale, setup),
 		cmocka_unit_test_setup(limits_the_wrong_way_round_turn_the_axis, setup),

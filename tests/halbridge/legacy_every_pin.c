@@ -217,7 +217,7 @@ struct effect {
 
 BEFORE(choose, memset((void *)&legacy->choice, 1, sizeof(legacy->choice));)
 BEFORE(drive_axis, choose(i); drive.rig.exchange.legacy.linked[i] = true;
-       legacy->axis_set[i].enabled = 1;)
+       legacy->axis_set[i].enabled = 1; set_pin("machine-is-on", 0, 1);)
 BEFORE(count_first, daemon_image->encoder[i] = 50;)
 BEFORE(analog_on, choose(i); set_pin("adcout.%u.enable", i, 1); legacy->adcout[i].scale = 1;)
 BEFORE(analog_value, choose(i); set_pin("adcout.%u.value", i, 2.5); legacy->adcout[i].scale = 1;)

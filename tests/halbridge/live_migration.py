@@ -135,21 +135,34 @@ def the_panel_of_the_examples_works(m):
     m.sim_shows("pin 31", "latch", "0")
 
 
-def the_mill_of_the_examples_homes_and_moves(m):
+def session(m, *edits):
+    """LinuxCNC as the example's mill, with nobody as its user (mill_ui.py)."""
     # a machine without realtime keeps everybody waiting at times; it must not stop for that
     with open(m.folder / "conf", "a", encoding="utf-8") as conf:
         conf.write("stale-after-ms = 500\n")
     m.device()
     m.daemon()
     ui = pathlib.Path(__file__).with_name("mill_ui.py")
-    to = copy(m, "57cnc-mill",
-              ("mill.hal", "loadrt pokeys_shm\n", f"loadrt pokeys_shm runtime={m.folder}/run\n"),
-              ("mill.ini", "DISPLAY = axis\n", f"DISPLAY = {ui}\n"))
+    to = copy(m, "57cnc-mill", ("mill.ini", "DISPLAY = axis\n", f"DISPLAY = {ui}\n"), *edits)
     status, _ = m.hal.run(f"cd {to} && timeout 90 linuxcnc -r mill.ini > {m.folder}/cnc.log 2>&1")
     log = (m.folder / "cnc.log").read_text(errors="replace")
     assert "moved" in log, f"status {status}\n{log[-3000:]}"
-    where = m.sim("axis 0")
-    print(f"the simulator's axis 0: {where}")
+    print("\n".join(line for line in log.splitlines() if "axes stand" in line))
+    return log
+
+
+def the_mill_of_the_examples_homes_and_moves(m):
+    session(m, ("mill.hal", "loadrt pokeys_shm\n", f"loadrt pokeys_shm runtime={m.folder}/run\n"))
+    assert m.sim("axis 0")["machine"] == "2000", m.sim("axis 0")
+
+
+def a_mill_of_the_older_component_homes_and_moves(m):
+    hal = pathlib.Path(__file__).with_name("older_mill.hal")
+    log = session(m, ("mill.ini", "HALFILE = mill.hal", f"HALFILE = {hal}"),
+                  ("mill.ini", "[KINS]", f"[POKEYS]\nRUNTIME_DIRECTORY = {m.folder}/run\n"
+                                         "DEVICE_ID = 65432\n\n[KINS]"))
+    assert "refused" not in log and "cannot" not in log, log[-3000:]
+    assert m.sim("axis 0")["machine"] == "2000", m.sim("axis 0")
 
 
 if __name__ == "__main__":
@@ -159,4 +172,5 @@ if __name__ == "__main__":
         a_dead_device_does_not_disturb_the_other,
         the_panel_of_the_examples_works,
         the_mill_of_the_examples_homes_and_moves,
+        a_mill_of_the_older_component_homes_and_moves,
     ]))

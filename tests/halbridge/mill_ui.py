@@ -29,6 +29,10 @@ def main():
         return all(getattr(status, key) == value for key, value in want.items())
 
     until("connected", lambda: hal.get_value("pokeys.0.connected"))
+    # settings that the HAL file has just made must have arrived
+    until("settings applied", lambda: hal.get_value("pokeys.0.config.state") == 3)
+    began = [hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") for i in range(3)]
+    print(f"the axes stand at {began}", file=sys.stderr)
     command.state(linuxcnc.STATE_ESTOP_RESET)
     until("emergency reset", lambda: is_(estop=0))
     command.state(linuxcnc.STATE_ON)
@@ -44,8 +48,9 @@ def main():
     command.wait_complete()
     command.mdi("G21 G90 G1 X10 Y5 Z-2 F600")
     command.wait_complete(20)
-    until("in position", lambda: all(abs(hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") - to) < 0.01
-                                     for i, to in enumerate((10, 5, -2))))
+    until("in position", lambda: all(
+        abs(hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") - began[i] - way) < 0.01
+        for i, way in enumerate((10, 5, -2))))
     print("moved", file=sys.stderr)
 
 
