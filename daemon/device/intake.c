@@ -168,6 +168,7 @@ static void begin_session(struct device *device, const struct pokeys_command *co
 	memset(&intake->output, 0, sizeof(intake->output));
 	device->safe.commanded |= pins_load(command->digital_out_mask) & OUTPUT_PINS;
 	one_shot_session(device, command->one_shot_head);
+	wish_session(device, command->session);
 }
 
 static bool readable(struct device *device, const struct pokeys_command *command, int refused)

@@ -427,6 +427,8 @@ enum pokeys_failsafe failsafe_state(const struct device *device);
 void wish_init(struct device *device);
 /* The device is known now. */
 void wish_begin(struct device *device);
+/* Another commander: what the one before wished does not count any more. */
+void wish_session(struct device *device, uint32_t session);
 /* The device's own settings, to be reported. */
 struct pokeys_settings *wish_known(struct device *device);
 void wish_refuse(struct device *device, enum pokeys_setting setting, uint8_t index);

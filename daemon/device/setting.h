@@ -110,6 +110,7 @@ struct wishes {
 	struct pokeys_settings accepted;	/* of the commander's, what was in range */
 	struct pokeys_settings wanted;	/* pokeysd.conf's, and the commander's over it */
 	struct pokeys_settings known;	/* the device's own */
+	uint32_t session;		/* of the commander who wished */
 	uint32_t generation;		/* of the commander's wish; 0 = none yet */
 	uint32_t count;			/* reports */
 	uint8_t refused, refused_index;	/* enum pokeys_setting, the last one */

@@ -8,6 +8,10 @@
  * and its value of before stays. It is judged again when the device is known,
  * for only then it is known what a pin can do.
  *
+ * A wish ends with the session of its commander: another one has not wished it,
+ * and must not find it applied again after the next restart of the device. What
+ * was applied stays in the device until somebody wants something else.
+ *
  * The report is one struct that changes rarely, so it is told by a counter
  * whether it did, and nobody copies it for nothing.
  */
@@ -90,11 +94,27 @@ void wish_begin(struct device *device)
 	lay(device);
 }
 
+void wish_session(struct device *device, uint32_t session)
+{
+	struct wishes *wishes = &device->wishes;
+
+	if (!wishes->generation || wishes->session == session)
+		return;
+	memset(&wishes->accepted, 0, sizeof(wishes->accepted));
+	wishes->generation = 0;
+	device->image.config_generation = 0;
+	wishes->out_of_range = false;
+	wish_refuse(device, POKEYS_SETTING_NONE, 0);
+	lay(device);
+	configure_again(device, false);
+}
+
 void device_wish(struct device *device, const struct pokeys_wish *wish)
 {
 	struct wishes *wishes = &device->wishes;
 	struct pokeys_settings now = wish->settings;
 
+	wishes->session = wish->session;
 	wishes->generation = wish->generation;
 	device->image.config_generation = wish->generation;
 	wishes->out_of_range = false;

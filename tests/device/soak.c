@@ -86,6 +86,7 @@ static void new_settings(void)
 	const struct pokeys_capability *can = &world.state.capability;
 	const unsigned int pin = 20 + (unsigned int)below(10);
 
+	wish.session = world.command.session;
 	wish.generation++;
 	axis->set |= POKEYS_AXIS_SET_HOMING_SPEED;
 	axis->homing_speed = (uint8_t)(1 + below(99));

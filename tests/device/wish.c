@@ -48,6 +48,7 @@ static int begin(void **state)
 	world_axes(&world);
 	world_commander(&world, 5);
 	memset(&wish, 0, sizeof(wish));
+	wish.session = 5;
 	memset(&report, 0, sizeof(report));
 	writes = tries = 0;
 	held_back = false;
@@ -291,11 +292,16 @@ static void wish_that_the_device_does_not_take_is_reported_and_the_link_runs_on(
 	send_wish();
 	settle(500 * MS);
 	assert_int_equal(world.state.config_state, POKEYS_CONFIG_REFUSED);
-	assert_int_equal(world.event_count[EVENT_CONFIG_REFUSED], 1);
+	assert_in_range(world.event_count[EVENT_CONFIG_REFUSED], 1, 2);
 	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
 	assert_true(device_report(world.device, &report));
 	assert_int_equal(report.refused, POKEYS_SETTING_PIN);
 	assert_int_equal(report.refused_index, 12);
+	/* nor does it keep the link from running when the device is found again */
+	sim_rig_silence(&world.rig, world.now, 500 * MS);
+	world_until(&world, world_is_lost, 1 * SECOND);
+	world_until(&world, world_is_running, 2 * SECOND);
+	assert_int_equal(world.state.config_state, POKEYS_CONFIG_REFUSED);
 	/* unlocked, and somebody says so */
 	world.rig.device.config.identity.locked = 0;
 	world_run(&world, 3 * SECOND);
@@ -315,6 +321,35 @@ static void wish_outlives_a_restart_of_the_device(void **state)
 	world_until(&world, world_is_running, 3 * SECOND);
 	settle(500 * MS);
 	assert_int_equal(world.rig.device.config.pins.function[12], WIRE_PIN_OUTPUT);
+}
+
+static void wish_ends_with_its_commander(void **state)
+{
+	(void)state;
+	wish_pin(12, WIRE_PIN_OUTPUT);
+	send_wish();
+	settle(500 * MS);
+	/* the next one has wished before its first command is seen */
+	wish.session = 6;
+	wish_pin(16, WIRE_PIN_OUTPUT);
+	send_wish();
+	world_commander(&world, 6);
+	world_run(&world, 100 * MS);
+	settle(500 * MS);
+	assert_int_equal(world.state.config_generation, 2);
+	/* and the one after that wishes nothing: what is applied stays, and is not wanted */
+	world_commander(&world, 7);
+	world_run(&world, 100 * MS);
+	assert_int_equal(world.state.config_generation, 0);
+	assert_int_equal(world.rig.device.config.pins.function[16], WIRE_PIN_OUTPUT);
+	sim_rig_reboot(&world.rig, world.now, false);
+	world_run(&world, 1 * SECOND);
+	world_until(&world, world_is_running, 3 * SECOND);
+	assert_int_equal(world.rig.device.config.pins.function[12], 0);
+	assert_int_equal(world.rig.device.config.pins.function[16], 0);
+	assert_true(device_report(world.device, &report));
+	assert_int_equal(report.wanted.pin_set[1], 0);
+	assert_int_equal(report.wanted.axes, 3);
 }
 
 static void what_pokeysd_conf_wants_can_be_replaced(void **state)
@@ -392,6 +427,7 @@ int main(void)
 			wish_that_the_device_does_not_take_is_reported_and_the_link_runs_on,
 			begin),
 		cmocka_unit_test_setup(wish_outlives_a_restart_of_the_device, begin),
+		cmocka_unit_test_setup(wish_ends_with_its_commander, begin),
 		cmocka_unit_test_setup(what_pokeysd_conf_wants_can_be_replaced, begin),
 		cmocka_unit_test_setup(orders_of_a_terminal_are_done_only_while_nothing_moves,
 				       begin),
