@@ -44,19 +44,23 @@ static void out_of_range(void *context, enum pokeys_setting setting, uint8_t ind
 	device_say(device, EVENT_WISH_REFUSED, EVENT_WARNING, setting, index, 0);
 }
 
-/* Bits of the function byte that a pin has; all while the device is not known. */
+/*
+ * Bits of the function byte that a pin can have; all while the device is not known.
+ * About digital pins the sources contradict each other (protocol section 2.5), so
+ * those are the device's to refuse.
+ */
 static uint8_t pin_can(const struct device *device, unsigned int pin)
 {
 	const struct pokeys_capability *c = &device->image.capability;
-	uint8_t can = WIRE_PIN_SPECIAL | WIRE_PIN_ANALOG_OUT | WIRE_PIN_TRIGGERED | WIRE_PIN_INVERT;
+	const unsigned int first = WIRE_ANALOG_FIRST_PIN - 1;
 
 	if (!c->pins)
 		return UINT8_MAX;
-	can |= c->digital_in >> pin & 1 ? WIRE_PIN_INPUT : 0;
-	can |= c->digital_out >> pin & 1 ? WIRE_PIN_OUTPUT : 0;
-	can |= c->analog_in >> pin & 1 ? WIRE_PIN_ANALOG_IN : 0;
-	can |= c->counter >> pin & 1 ? WIRE_PIN_COUNTER : 0;
-	return can;
+	if (pin >= c->pins)
+		return 0;
+	if (pin < first || pin >= first + POKEYS_ANALOG || !c->analog_inputs)
+		return (uint8_t)~WIRE_PIN_ANALOG_IN;
+	return UINT8_MAX;
 }
 
 static void judge(struct device *device, struct pokeys_settings *now,
