@@ -74,6 +74,11 @@ def loadusr(rig, *keys):
     rig.hal.ok(f"INI_FILE_NAME={ini(rig, *keys)} halcmd loadusr -W pokeys")
 
 
+def unloadusr(rig):
+    """halcmd sends the signal and does not wait."""
+    rig.hal.ok("halcmd unloadusr pokeys; while pidof pokeys >/dev/null; do sleep 0.02; done")
+
+
 def load_file(rig, load):
     path = rig.folder / "machine.hal"
     path.write_text(hal_file(load).replace("{run}", str(rig.runtime)), encoding="utf-8")
@@ -164,7 +169,7 @@ def a_device_is_found_by_its_serial_number(rig):
     loadusr(rig, "DEVICE_ID = 53386")
     rig.hal.becomes("connected", True)
     assert rig.hal.get("devSerial") == 53386
-    rig.hal.ok("halcmd unloadusr pokeys")
+    unloadusr(rig)
     loadusr(rig, "DEVICE_ID = 27295")
     rig.hal.says("no device of the daemon has the serial number 27295 yet (mill 53386)")
     assert rig.hal.get("connected") is False
@@ -194,7 +199,7 @@ def names_and_count_are_options(rig):
     rig.hal.ok("halcmd loadusr -Wn pokeys pokeys names=mill,panel")
     assert rig.hal.ok("halcmd getp mill.connected") == "FALSE"
     assert rig.hal.ok("halcmd getp panel.PEv2.0.AxesState") == "0"
-    rig.hal.ok("halcmd unloadusr pokeys")
+    unloadusr(rig)
     for option, text in (("count=9", "count=9: must be 1 to 8"),
                          ("names=much-too-long", "names=much-too-long: at most"),
                          ("speed=3", "speed=3: not known")):

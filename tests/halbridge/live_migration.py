@@ -53,7 +53,7 @@ def settings_of_the_ini_file_reach_the_device(m):
     m.hal.set("digout.21.out", 1)
     m.sim_shows("pin 22", "latch", "1")
     # another session that applies nothing sees what the device has
-    m.hal.ok("halcmd unloadusr pokeys")
+    m.hal.ok("halcmd unloadusr pokeys; while pidof pokeys >/dev/null; do sleep 0.02; done")
     loadusr(m)
     m.hal.becomes("PEv2.5.AxisInverted", 1)
     m.hal.becomes("PEv2.5.MaxSpeed", 12000)
