@@ -152,6 +152,7 @@ struct ponet {
 	uint8_t module;
 	uint8_t fetches;
 	bool complete;			/* all modules have been looked at */
+	bool ready;			/* the bus, when it was last asked */
 	uint8_t round[POKEYS_PONET];	/* readings of each module */
 	uint32_t readings;
 	uint64_t after_ns;		/* nothing to do before */

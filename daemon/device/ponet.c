@@ -23,6 +23,8 @@
 #define NOBODY_NS (2 * SECOND)		/* look again for modules, while there is none */
 
 enum {
+	BUS_READING = 50,		/* bus states, from here ... */
+	BUS_PWM = 80,			/* ... to here it is at work */
 	FETCHES_MAX = 50,		/* then the module does not answer */
 	LIGHT_ROUNDS = 8,		/* light once in so many readings of a module */
 	STATE_ROUNDS = 32,		/* bus state once in so many readings */
@@ -120,14 +122,22 @@ static void next_module(struct device *device)
 	next_reading(device);
 }
 
+/* At work with its modules, or waiting for work. */
+static bool at_work(uint8_t state)
+{
+	return state == WIRE_PONET_READY || (state >= BUS_READING && state <= BUS_PWM);
+}
+
 static void take_state(struct device *device, const uint8_t *reply)
 {
 	struct wire_ponet_status_rep status;
-	const bool was_ready = device->image.ponet_state == WIRE_PONET_READY;
+	struct ponet *ponet = &device->ponet;
+	const bool was_ready = ponet->ready;
 
 	wire_ponet_status_decode_rep(reply, &status);
 	device->image.ponet_state = status.state;
-	if (!device->image.ponet_count || !was_ready || status.state != WIRE_PONET_READY)
+	ponet->ready = at_work(status.state);
+	if (!device->image.ponet_count || !was_ready || !ponet->ready)
 		look(device);
 	else
 		next_reading(device);

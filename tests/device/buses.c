@@ -22,6 +22,13 @@ enum { KEYBOARD = 3, PLAIN = 9 };
 
 static struct world world;
 static struct sim_device *sim;
+static uint64_t searched;	/* settings of modules asked for */
+
+static void count_searches(struct world *w, const uint8_t *p)
+{
+	(void)w;
+	searched += p[1] == 0xDD && p[2] == 0x10;
+}
 
 static void module(unsigned int i, uint8_t type, uint8_t size)
 {
@@ -41,6 +48,7 @@ static int begin(void **state)
 	module(KEYBOARD, WIRE_PONET_KBD48, 6);
 	module(PLAIN, 0x22, 4);
 	world_axes(&world);
+	world.watch = count_searches;
 	world_commander(&world, 5);
 	world_start(&world);
 	world_until(&world, world_is_running, 500 * MS);
@@ -353,6 +361,37 @@ static void module_that_comes_later_is_found_when_the_bus_was_empty_or_is_ready_
 	assert_int_equal(world.state.ponet_count, 2);
 }
 
+/* What the bus says of itself while it reads or writes is no reason to look for modules. */
+static void bus_at_work_is_not_searched_anew(void **state)
+{
+	static const uint8_t states[] = { 10, 50, 55, 60, 70, 71, 80 };
+	uint64_t before;
+
+	(void)state;
+	world_run(&world, 2 * SECOND);
+	before = searched;
+	for (unsigned int i = 0; i < 70; i++) {
+		sim->bus.modules.state = states[i % sizeof(states)];
+		world_run(&world, 100 * MS);
+	}
+	assert_int_equal(searched, before);
+}
+
+/* The daemon ends: the last word switches everything off. */
+static void they_are_off_when_the_daemon_ends(void **state)
+{
+	(void)state;
+	command_all(7);
+	world_run(&world, 100 * MS);
+	device_stop(world.device, world.now);
+	world_until(&world, world_is_stopped, 200 * MS);
+	sim_rig_run(&world.rig, world.now);
+	assert_int_equal(sim->config.pwm.enabled, 0);
+	assert_int_equal(sim->bus.poext[3], 0);
+	assert_int_equal(sim->engine.outputs, 0);
+	assert_int_equal(sim->bus.modules.out[PLAIN][2], 0);
+}
+
 static void dedicated_inputs_upper_rows_and_new_counters_are_read(void **state)
 {
 	struct pokeys_settings wanted = world.config.settings;
@@ -438,6 +477,8 @@ int main(void)
 		cmocka_unit_test_setup(
 			module_that_comes_later_is_found_when_the_bus_was_empty_or_is_ready_again,
 			begin),
+		cmocka_unit_test_setup(bus_at_work_is_not_searched_anew, begin),
+		cmocka_unit_test_setup(they_are_off_when_the_daemon_ends, begin),
 		cmocka_unit_test_setup(dedicated_inputs_upper_rows_and_new_counters_are_read,
 				       begin),
 		cmocka_unit_test_setup(emergency_input_is_shown_while_the_engine_stands, begin),
