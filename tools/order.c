@@ -87,3 +87,18 @@ int order_give(const char *runtime_directory, const char *verb, const char *devi
 	close(fd);
 	return result;
 }
+
+int order_daemon(const char *runtime_directory)
+{
+	struct ucred who = { 0 };
+	socklen_t size = sizeof(who);
+	char text[ORDER_TEXT_MAX];
+	int fd = attach(runtime_directory, text);
+
+	if (fd < 0)
+		return 0;
+	if (getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &who, &size))
+		who.pid = 0;
+	close(fd);
+	return who.pid;
+}

@@ -16,7 +16,8 @@
 /* Which options a subcommand takes besides --json. */
 enum {
 	TAKES_RUNTIME = 1, TAKES_TIMEOUT = 2, TAKES_ADDRESS = 4, TAKES_INTERFACE = 8,
-	TAKES_COUNT = 16, TAKES_INTERVAL = 32, TAKES_NAMES = 64,
+	TAKES_COUNT = 16, TAKES_INTERVAL = 32, TAKES_NAMES = 64, TAKES_CPU = 128,
+	TAKES_CONFIG = 256, TAKES_ROOT = 512,
 };
 
 static const struct command {
@@ -33,6 +34,9 @@ static const struct command {
 	{ "config", "show | diff | apply | save DEVICE",
 	  "what the device is set up for; what is wanted otherwise; write that; keep it",
 	  TAKES_RUNTIME | TAKES_NAMES, command_config },
+	{ "doctor", "[--cpu N] [--config FILE] [--root DIR]",
+	  "what makes this machine late, and how to mend it",
+	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_ROOT, command_doctor },
 	{ "top", "[DEVICE ...] [--count N] [--interval S]", "how they are, again and again",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_COUNT | TAKES_INTERVAL, command_top },
 };
@@ -47,6 +51,9 @@ static const struct option long_options[] = {
 	{ "interface", required_argument, NULL, 'i' },
 	{ "count", required_argument, NULL, 'n' },
 	{ "interval", required_argument, NULL, 'd' },
+	{ "cpu", required_argument, NULL, 'c' },
+	{ "config", required_argument, NULL, 'f' },
+	{ "root", required_argument, NULL, 'R' },
 	{ "help", no_argument, NULL, 'h' },
 	{ "version", no_argument, NULL, 'V' },
 	{ NULL, 0, NULL, 0 },
@@ -135,6 +142,19 @@ static bool take_option(struct options *options, int option, unsigned int *needs
 		*needs = TAKES_INTERVAL;
 		good = take_number("interval", optarg, 0.01, 3600, &options->interval_s);
 		break;
+	case 'c':
+		*needs = TAKES_CPU;
+		good = take_number("cpu", optarg, 0, 1023, &number);
+		options->cpu = (int)number;
+		break;
+	case 'f':
+		*needs = TAKES_CONFIG;
+		options->config = optarg;
+		break;
+	case 'R':
+		*needs = TAKES_ROOT;
+		options->root = optarg;
+		break;
 	case 'j':
 		options->json = true;
 		break;
@@ -222,6 +242,7 @@ int main(int argc, char **argv)
 		.runtime_directory = POKEYS_RUNTIME_DIRECTORY,
 		.timeout_ms = 500,
 		.interval_s = 0.5,
+		.cpu = -1,
 	};
 	const struct command *command;
 	int status;

@@ -10,7 +10,7 @@
 /* Exit statuses, as pokeysctl(1) lists them. */
 enum {
 	STATUS_OK = 0,
-	STATUS_FAILED = 1,		/* no daemon, no answer, cannot be read */
+	STATUS_FAILED = 1,		/* no daemon, no answer, cannot be read, a problem */
 	STATUS_STALE = 2,		/* read, but a device is not running or its data is old */
 	STATUS_USAGE = 64,
 };
@@ -27,6 +27,8 @@ struct options {
 	const char *interface;
 	uint32_t address[ADDRESSES_MAX];
 	size_t addresses;
+	int cpu;			/* -1 = not said */
+	const char *config, *root;	/* NULL = not said */
 	char *const *names;		/* devices */
 	size_t name_count;
 };
@@ -39,6 +41,7 @@ int command_discover(const struct options *options);
 int command_devices(const struct options *options);
 int command_status(const struct options *options);
 int command_config(const struct options *options);
+int command_doctor(const struct options *options);
 int command_top(const struct options *options);
 
 #endif

@@ -1,0 +1,199 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""pokeysctl doctor before machines that nobody has: made-up trees of /proc, /sys
+and ethtool's answers. Each says what every check has to find in it; a check that
+no tree makes fail, or that has no documentation, fails the test."""
+import json
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+
+CORE = "sys/devices/system/cpu"
+CONF = "[daemon]\ncpu = 3\nmode = {mode}\n[device mill]\naddress = 10.0.0.2\n"
+ROUTE = "Iface\tDestination\tGateway\tFlags\n"
+LIMITS = "Max locked memory         {lock}            {lock}            bytes\n" \
+         "Max realtime priority     {priority}                    {priority}\n"
+
+
+def stat(policy, priority):
+    """Fields 3 to 41; the name is hostile on purpose."""
+    return "77 (a) b 1 2) S " + "0 " * 36 + f"{priority} {policy} 0"
+
+
+def process(number, name, threads, **more):
+    tree = {f"proc/{number}/comm": name}
+    for i, (policy, priority, cores) in enumerate(threads):
+        tree[f"proc/{number}/task/{number + i}/stat"] = stat(policy, priority)
+        tree[f"proc/{number}/task/{number + i}/status"] = f"Name:\tx\nCpus_allowed_list:\t{cores}\n"
+    return tree | {f"proc/{number}/{key}": value for key, value in more.items()}
+
+
+GOOD = {
+    "etc/pokeysd/pokeysd.conf": CONF.format(mode="spin"),
+    "proc/version": "Linux version 6.12.9-rt (a@b) #1 SMP PREEMPT_RT",
+    "proc/cmdline": "quiet isolcpus=2,3 nohz_full=2-3 rcu_nocbs=2-3",
+    "proc/cpuinfo": "flags\t\t: fpu tsc",
+    "proc/sys/kernel/sched_rt_runtime_us": "950000",
+    "proc/sys/kernel/sched_rt_period_us": "1000000",
+    "proc/sys/kernel/timer_migration": "0",
+    f"{CORE}/online": "0-3", f"{CORE}/isolated": "2-3", f"{CORE}/nohz_full": "2-3",
+    f"{CORE}/cpu3/topology/thread_siblings_list": "3",
+    f"{CORE}/cpu3/cpufreq/scaling_governor": "performance",
+    f"{CORE}/cpu3/cpuidle/state0/latency": "0", f"{CORE}/cpu3/cpuidle/state0/name": "POLL",
+    f"{CORE}/cpu3/cpuidle/state1/latency": "2", f"{CORE}/cpu3/cpuidle/state1/name": "C1",
+    f"{CORE}/cpu3/cpuidle/state2/latency": "300", f"{CORE}/cpu3/cpuidle/state2/name": "C10",
+    f"{CORE}/cpu3/cpuidle/state2/disable": "1",
+    "dev/cpu_dma_latency": struct.pack("i", 0),
+    "proc/irq/30/effective_affinity_list": "0", "proc/irq/30/smp_affinity_list": "0-3",
+    "proc/irq/31/smp_affinity_list": "0-1",
+    "sys/class/net/enp1/device/msi_irqs/30": "",
+    "sys/class/net/enp1/carrier": "1", "sys/class/net/enp1/speed": "100", "sys/class/net/enp1/duplex": "full",
+    "ethtool/enp1": "rx-usecs 0\nadaptive-rx 0\ngro 0\nlro 0\neee 0\nchannels 1\n",
+    "proc/net/route": ROUTE + "wlan0\t00000000\t0100A8C0\t0003\t0\t0\t0\t00000000\t0\t0\t0\n"
+                              "enp1\t0000000A\t00000000\t0001\t0\t0\t0\t00FFFFFF\t0\t0\t0\n",
+    "proc/net/arp": "IP address HW type Flags\n10.0.0.20  0x1 0x0 00:00:00:00:00:00 * enp1\n"
+                    "10.0.0.2   0x1 0x6 02:00:00:00:00:01 * enp1\n",
+    **process(500, "pokeysd", [(0, 0, "0-1"), (1, 80, "3")],
+              limits=LIMITS.format(lock="unlimited", priority="98"), status="CapEff:\t0000000000000000\n"),
+    **process(600, "rtapi_app", [(0, 0, "0-1"), (1, 98, "2")]),
+}
+
+# everything that can be bad at once
+BAD = GOOD | {
+    "proc/version": "Linux version 6.1.0-amd64 (a@b) #1 SMP PREEMPT_DYNAMIC",
+    "proc/cmdline": "quiet isolcpus=1 rcu_nocbs=1",
+    "proc/cpuinfo": "flags\t\t: fpu hypervisor tsc",
+    "proc/sys/kernel/sched_rt_runtime_us": "0",
+    "proc/sys/kernel/timer_migration": "1",
+    f"{CORE}/isolated": "1", f"{CORE}/nohz_full": "",
+    f"{CORE}/cpu3/topology/thread_siblings_list": "2-3",
+    f"{CORE}/cpu3/cpufreq/scaling_governor": "powersave",
+    f"{CORE}/cpu3/cpuidle/state2/disable": "0",
+    "dev/cpu_dma_latency": struct.pack("i", 2000000000),
+    "proc/irq/30/effective_affinity_list": "3",
+    "sys/class/net/enp1/carrier": "0",
+    "ethtool/enp1": "rx-usecs 50\nadaptive-rx 0\ngro 1\nlro 1\neee 1\nchannels 4\n",
+    "proc/net/arp": "IP address HW type Flags\n10.0.0.2   0x1 0x2 02:00:00:00:00:01 * enp1\n",
+    **process(500, "pokeysd", [(0, 0, "0-3")],
+              limits=LIMITS.format(lock="8388608", priority="0"), status="CapEff:\t0000000000000000\n"),
+    "proc/500/task/501/stat": None,
+    **process(600, "rtapi_app", [(0, 0, "0-1"), (1, 98, "3")]),
+    **process(700, "irqbalance", [(0, 0, "0-3")]),
+}
+BAD_VERDICTS = {
+    "kernel": "problem", "virtual": "advice", "throttling": "problem", "timer-migration": "advice",
+    "irqbalance": "advice", "core": "ok", "isolcpus": "problem", "nohz-full": "advice", "rcu-nocbs": "advice",
+    "smt-sibling": "advice", "dma-latency": "advice", "idle-states": "advice", "governor": "advice",
+    "interrupts": "advice", "nic-interrupts": "advice", "route": "ok", "neighbour": "advice",
+    "nic-link": "problem", "nic-coalescing": "advice", "nic-offloads": "advice", "nic-queues": "advice",
+    "nic-eee": "advice", "memory-lock": "problem", "priority": "problem", "daemon-thread": "problem",
+    "linuxcnc-core": "problem",
+}
+DAEMON = {"daemon", "daemon-realtime", "daemon-transport", "daemon-faults", "daemon-cycles"}
+
+# (what changes, what a check then says): None removes a file
+VARIANTS = [
+    ({f"{CORE}/online": "0-2"}, {"core": "problem"}),
+    ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="sleep").replace("cpu = 3", "cpu = any"),
+      **process(500, "pokeysd", [(0, 0, "0-3"), (1, 80, "0-3")])},
+     {"core": "advice", "isolcpus": "unknown", "governor": "unknown", "daemon-thread": "ok"}),
+    ({"etc/pokeysd/pokeysd.conf": "[device mill]\naddress = 10.0.0.2\n"}, {"core": "ok", "isolcpus": "ok"}),
+    ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="sleep"), f"{CORE}/isolated": ""}, {"isolcpus": "advice"}),
+    ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="spin\nduty = 1")}, {"throttling": "advice"}),
+    ({"proc/sys/kernel/sched_rt_runtime_us": "-1"}, {"throttling": "ok"}),
+    ({"proc/cmdline": "rcu_nocbs", f"{CORE}/nohz_full": ""}, {"rcu-nocbs": "ok", "nohz-full": "advice"}),
+    ({f"{CORE}/cpu3/topology/thread_siblings_list": "2-3"}, {"smt-sibling": "ok"}),
+    ({f"{CORE}/cpu3/cpuidle/state2/disable": "0"}, {"idle-states": "ok"}),
+    ({f"{CORE}/cpu3/cpuidle/state2/disable": "0", "dev/cpu_dma_latency": None}, {"idle-states": "unknown"}),
+    ({f"{CORE}/cpu3/cpufreq/scaling_governor": None}, {"governor": "ok"}),
+    ({"proc/net/route": ROUTE}, {"route": "problem", "nic-link": "unknown"}),
+    ({"proc/net/route": ROUTE + "enp1\t00000000\t0100A8C0\t0003\t0\t0\t0\t00000000\t0\t0\t0\n"},
+     {"route": "advice", "neighbour": "unknown"}),
+    ({"etc/pokeysd/pokeysd.conf": "[daemon]\ncpu = 3\n[device mill]\nserial = 5\n"}, {"route": "unknown"}),
+    ({"sys/class/net/enp1/duplex": "half"}, {"nic-link": "problem"}),
+    ({"sys/class/net/enp1/phy80211/name": "phy0"}, {"nic-link": "problem"}),
+    ({"ethtool/enp1": "rx-usecs 0\nadaptive-rx 1\n"},
+     {"nic-coalescing": "advice", "nic-offloads": "unknown", "nic-queues": "unknown", "nic-eee": "unknown"}),
+    ({"sys/class/net/enp1/device/msi_irqs/30": None, "proc/irq/30/effective_affinity_list": "3",
+      "proc/interrupts": "  CPU0 CPU1\n 30:  1  2  PCI-MSI  enp1-rx-0\n 31: 0 0 PCI-MSI wenp1\n"},
+     {"nic-interrupts": "advice"}),
+    (process(500, "pokeysd", [(1, 80, "2-3")]), {"daemon-thread": "problem"}),
+    (process(500, "pokeysd", [(1, 80, "3")], limits=LIMITS.format(lock="8388608", priority="0"),
+             status="CapEff:\t0000000000804000\n"), {"memory-lock": "ok", "priority": "ok"}),
+]
+
+
+def plant(root, tree):
+    for name, content in tree.items():
+        if content is None:
+            continue
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content if isinstance(content, bytes) else (content + "\n").encode())
+
+
+def examine(program, tree, *options):
+    with tempfile.TemporaryDirectory() as folder:
+        plant(pathlib.Path(folder), tree)
+        out = subprocess.run([program, "doctor", "--root", folder, "--json", *options], capture_output=True,
+                             text=True, timeout=30, check=False)
+        text = subprocess.run([program, "doctor", "--root", folder, *options], capture_output=True,
+                              text=True, timeout=30, check=False)
+    assert out.stderr == "" and text.stderr == "", out.stderr
+    document = json.loads(out.stdout)
+    findings = document["findings"]
+    verdicts = {finding["check"]: finding["verdict"] for finding in findings}
+    assert set(document) == {"format", "problems", "advice", "unknown", "findings"}
+    for word, key in ("problem", "problems"), ("advice", "advice"), ("unknown", "unknown"):
+        assert document[key] == list(f["verdict"] for f in findings).count(word), key
+    assert out.returncode == text.returncode == (1 if document["problems"] else 0)
+    for finding in findings:
+        assert finding["why"], finding
+        assert f"{finding['verdict']:8} {finding['check']}" in text.stdout, finding
+        if finding["verdict"] in ("advice", "problem"):
+            assert finding["mend"], f"nothing mends {finding}"
+        elif finding["verdict"] == "ok":
+            assert not finding["mend"], f"what is in order is not mended: {finding}"
+    return verdicts, findings
+
+
+def expect(found, wanted, what):
+    wrong = {check: (found.get(check), verdict) for check, verdict in wanted.items()
+             if found.get(check) != verdict}
+    assert not wrong, f"{what}: found, wanted: {wrong}"
+
+
+def main():
+    program, page = sys.argv[1:]
+    good, _ = examine(program, GOOD)
+    expect(good, {check: "unknown" if check in DAEMON else "ok" for check in good}, "the good machine")
+    bad, _ = examine(program, BAD)
+    expect(bad, BAD_VERDICTS, "the bad machine")
+    assert set(bad) == set(BAD_VERDICTS) | DAEMON == set(good), "a check is without a verdict here"
+
+    blind, _ = examine(program, {})
+    expect(blind, {c: "unknown" for c in good if c not in ("core", "irqbalance")}, "the unreadable machine")
+    folders = {name + "/instead/of": "a file" for name in GOOD if "/msi_irqs/" not in name and name.count("/") > 0}
+    blind, _ = examine(program, folders, "--cpu", "3")
+    wrong = {c: v for c, v in blind.items() if v != "unknown" and c not in ("irqbalance", "linuxcnc-core")}
+    assert not wrong, f"what cannot be read is judged: {wrong}"
+
+    for changes, wanted in VARIANTS:
+        found, _ = examine(program, GOOD | changes)
+        expect(found, wanted, f"with {changes}")
+
+    _, findings = examine(program, BAD)
+    link = next(f for f in findings if f["check"] == "neighbour")
+    assert link["subject"] == "mill" and "10.0.0.2 lladdr" in link["mend"], link
+
+    known = set(re.findall(r"[*]([a-z-]+)[*]", pathlib.Path(page).read_text(encoding="utf-8")))
+    assert set(good) <= known, f"the man page does not know {sorted(set(good) - known)}"
+    print(f"{len(good)} checks, {len(VARIANTS) + 4} machines")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl doctor: everything about this machine that makes packets late or
+ * realtime threads wait, with the command that mends it.
+ *
+ * It only looks. It needs neither a daemon nor privilege, and what it could not
+ * see it calls unknown instead of leaving it out; so the exit status says "no
+ * problem was found", and the number of unknowns how much that is worth.
+ */
+#include <stdlib.h>
+#include <string.h>
+#include "tools/doctor.h"
+#include "tools/json.h"
+#include "tools/order.h"
+#include "tools/pokeysctl.h"
+
+/* The running daemon's devices, and their addresses where none is configured. */
+static void look_at_daemon(struct doctor *doctor, const char *runtime_directory)
+{
+	char names[VIEW_DEVICES][POKEYS_SHM_NAME_MAX];
+
+	if (*doctor->root || pokeys_shm_devices(runtime_directory, names, VIEW_DEVICES) <= 0 ||
+	    view_open(&doctor->view, runtime_directory, NULL, 0))
+		return;
+	view_read(&doctor->view);
+	for (size_t i = 0; i < doctor->view.count; i++) {
+		const struct view_device *seen = &doctor->view.device[i];
+		size_t at = 0;
+
+		while (at < doctor->devices && strcmp(doctor->device[at].name, seen->name) != 0)
+			at++;
+		if (seen->freshness == VIEW_NONE || at == DOCTOR_DEVICES)
+			continue;
+		if (at == doctor->devices)
+			snprintf(doctor->device[doctor->devices++].name, DOCTOR_NAME, "%s",
+				 seen->name);
+		if (seen->state.identity.address)
+			doctor->device[at].address = seen->state.identity.address;
+	}
+}
+
+/* That of the runtime folder, or where it may not be asked the first that calls itself so. */
+static void find_processes(struct doctor *doctor, const char *runtime_directory)
+{
+	struct probe_thread thread;
+
+	doctor->daemon = *doctor->root ? 0 : order_daemon(runtime_directory);
+	if (!doctor->daemon)
+		doctor->daemon = probe_process(doctor->root, "pokeysd");
+	doctor->hal = probe_process(doctor->root, "rtapi_app");
+	doctor->balancer = probe_process(doctor->root, "irqbalance");
+	if (doctor->cpu < 0 && doctor->daemon > 0 &&
+	    probe_realtime_thread(doctor->root, doctor->daemon, &thread) && thread.priority &&
+	    probe_list_other(thread.cores, atoi(thread.cores)) < 0)
+		doctor->cpu = atoi(thread.cores);
+}
+
+static void gather(struct doctor *doctor, const struct options *options)
+{
+	doctor->root = options->root ? options->root : "";
+	doctor_read_plan(doctor, options->config ? options->config : "/etc/pokeysd/pokeysd.conf");
+	doctor->cpu = options->cpu >= 0 ? options->cpu : doctor->plan.cpu;
+	find_processes(doctor, options->runtime_directory);
+	look_at_daemon(doctor, options->runtime_directory);
+	doctor_find_routes(doctor);
+}
+
+void doctor_print(const struct doctor_report *report, FILE *to)
+{
+	for (size_t i = 0; i < report->count; i++) {
+		const struct doctor_finding *finding = &report->finding[i];
+
+		fprintf(to, "%-8s %-16s %s%s%s\n", doctor_verdict_name(finding->verdict),
+			finding->check, finding->subject, *finding->subject ? ": " : "",
+			finding->why);
+		if (*finding->mend)
+			fprintf(to, "%25s -> %s\n", "", finding->mend);
+	}
+	fprintf(to, "%u problem, %u advice, %u unknown, %u ok\n",
+		doctor_count(report, DOCTOR_PROBLEM), doctor_count(report, DOCTOR_ADVICE),
+		doctor_count(report, DOCTOR_UNKNOWN), doctor_count(report, DOCTOR_OK));
+}
+
+void doctor_print_json(const struct doctor_report *report, FILE *to)
+{
+	struct json json;
+
+	json_init(&json, to);
+	json_object(&json, NULL);
+	json_unsigned(&json, "format", 1);
+	json_unsigned(&json, "problems", doctor_count(report, DOCTOR_PROBLEM));
+	json_unsigned(&json, "advice", doctor_count(report, DOCTOR_ADVICE));
+	json_unsigned(&json, "unknown", doctor_count(report, DOCTOR_UNKNOWN));
+	json_array(&json, "findings");
+	for (size_t i = 0; i < report->count; i++) {
+		const struct doctor_finding *finding = &report->finding[i];
+
+		json_object(&json, NULL);
+		json_text(&json, "check", finding->check);
+		json_text(&json, "subject", finding->subject);
+		json_text(&json, "verdict", doctor_verdict_name(finding->verdict));
+		json_text(&json, "why", finding->why);
+		json_text(&json, "mend", finding->mend);
+		json_end(&json);
+	}
+	json_end(&json);
+	json_end(&json);
+}
+
+int command_doctor(const struct options *options)
+{
+	static struct doctor doctor;
+	static struct doctor_report report;
+
+	gather(&doctor, options);
+	doctor_judge(&doctor, &report);
+	if (options->json)
+		doctor_print_json(&report, stdout);
+	else
+		doctor_print(&report, stdout);
+	view_close(&doctor.view);
+	return doctor_count(&report, DOCTOR_PROBLEM) ? STATUS_FAILED : STATUS_OK;
+}

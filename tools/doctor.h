@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * pokeysctl doctor: what is known of the machine, and what is thought of it.
+ * First everything that checks share is gathered (struct doctor), then each row
+ * of the table of checks judges one thing.
+ */
+#ifndef TOOLS_DOCTOR_H
+#define TOOLS_DOCTOR_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include "tools/nic.h"
+#include "tools/probe.h"
+#include "tools/view.h"
+
+enum { DOCTOR_DEVICES = VIEW_DEVICES, DOCTOR_FINDINGS = 256, DOCTOR_NAME = 48 };
+
+enum doctor_verdict {
+	DOCTOR_OK,
+	DOCTOR_ADVICE,			/* works, and could be better */
+	DOCTOR_PROBLEM,			/* will be late, or does not work */
+	DOCTOR_UNKNOWN,			/* could not be seen; the text says why */
+};
+
+/* Where the packets to one device go. */
+struct doctor_device {
+	char name[DOCTOR_NAME];
+	uint32_t address;		/* host byte order, 0 = not known */
+	char nic[16];			/* empty = no route */
+	bool through_router;
+};
+
+/* The daemon's configuration, as far as it matters here. */
+struct doctor_plan {
+	bool read;
+	char path[256];
+	int cpu;			/* -1 = any */
+	bool spin;
+	double duty;
+};
+
+struct doctor {
+	const char *root;		/* "" or the folder of a copied machine */
+	struct doctor_plan plan;
+	int cpu;			/* the core that is judged, -1 = none */
+	int daemon, hal, balancer;	/* process, 0 = does not run, -1 = not to be seen */
+	bool routes_read;
+	size_t devices;
+	struct doctor_device device[DOCTOR_DEVICES];
+	struct view view;		/* count = 0: no daemon was seen */
+};
+
+struct doctor_finding {
+	const char *check;
+	char subject[DOCTOR_NAME];	/* core, network interface, device; empty = the machine */
+	enum doctor_verdict verdict;
+	char why[320];
+	char mend[256];			/* empty = nothing to do */
+	/* What the check is to look at, by its scope. */
+	const struct doctor_device *device;
+	const struct view_device *seen;
+	const struct nic *nic;
+};
+
+struct doctor_report {
+	size_t count;
+	struct doctor_finding finding[DOCTOR_FINDINGS];
+};
+
+enum doctor_scope { DOCTOR_MACHINE, DOCTOR_CORE, DOCTOR_NIC, DOCTOR_DEVICE, DOCTOR_DAEMON };
+
+/* One row: its name (as the guide calls it), what it is done for each of, how. */
+struct doctor_check {
+	const char *name;
+	enum doctor_scope scope;
+	void (*judge)(const struct doctor *doctor, struct doctor_finding *finding);
+};
+
+struct doctor_checks {
+	const struct doctor_check *check;
+	size_t count;
+};
+extern const struct doctor_checks doctor_kernel_checks, doctor_core_checks, doctor_power_checks,
+	doctor_interrupt_checks, doctor_nic_checks,
+	doctor_right_checks, doctor_daemon_checks;
+
+/* The verdict with one line of reason, and how to mend it. */
+__attribute__((format(printf, 3, 4)))
+void doctor_say(struct doctor_finding *finding, enum doctor_verdict verdict, const char *why, ...);
+__attribute__((format(printf, 2, 3)))
+void doctor_mend(struct doctor_finding *finding, const char *mend, ...);
+
+/* Read pokeysd.conf at root + path: core, mode, devices' addresses. */
+void doctor_read_plan(struct doctor *doctor, const char *path);
+
+/* Fill nic and through_router of every device from the routing table. */
+void doctor_find_routes(struct doctor *doctor);
+
+/* Every check of the tables in order. */
+void doctor_judge(const struct doctor *doctor, struct doctor_report *report);
+
+const char *doctor_verdict_name(enum doctor_verdict verdict);
+unsigned int doctor_count(const struct doctor_report *report, enum doctor_verdict verdict);
+void doctor_print(const struct doctor_report *report, FILE *to);
+void doctor_print_json(const struct doctor_report *report, FILE *to);
+
+#endif

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * Which interrupts may come to the daemon's core. What counts is where the
+ * kernel really sends one (effective_affinity_list), which is less than where
+ * it may; a kernel without that file is judged by smp_affinity_list.
+ *
+ * A network interface's interrupts are found by what its driver's device lists
+ * (msi_irqs; for virtio that is one folder up), and where it lists none by the
+ * interface's name in /proc/interrupts.
+ */
+#include <dirent.h>
+#include <stdlib.h>
+#include <string.h>
+#include "tools/doctor.h"
+
+enum { IRQS = 256, INTERRUPTS_TEXT = 1 << 18 };
+
+struct irqs {
+	size_t count;
+	int number[IRQS];
+};
+
+static void add_folder(const char *path, struct irqs *irqs)
+{
+	DIR *folder = opendir(path);
+	const struct dirent *entry;
+
+	while (folder && irqs->count < IRQS && (entry = readdir(folder))) {
+		char *end;
+		long number = strtol(entry->d_name, &end, 10);
+
+		if (end != entry->d_name && !*end)
+			irqs->number[irqs->count++] = (int)number;
+	}
+	if (folder)
+		closedir(folder);
+}
+
+/* Where the kernel sends one, as a list of cores. */
+static bool target(const char *root, int irq, char *list, size_t size)
+{
+	return (probe_text(root, list, size, "/proc/irq/%d/effective_affinity_list", irq) &&
+		*list) || probe_text(root, list, size, "/proc/irq/%d/smp_affinity_list", irq);
+}
+
+/* Numbers of those that go to the core, as "24 25 ..."; how many, and how many are not told. */
+static size_t on_core(const struct doctor *doctor, const struct irqs *irqs, char *text, size_t size,
+		      size_t *untold)
+{
+	size_t count = 0, at = 0;
+	char list[256];
+
+	text[0] = '\0';
+	*untold = 0;
+	for (size_t i = 0; i < irqs->count; i++) {
+		if (!target(doctor->root, irqs->number[i], list, sizeof(list)))
+			++*untold;
+		if (!probe_list_has(list, doctor->cpu))
+			continue;
+		if (at + 8 < size)
+			at += (size_t)snprintf(text + at, size - at, "%s%d", count ? " " : "",
+					       irqs->number[i]);
+		count++;
+	}
+	return count;
+}
+
+static void judge_all(const struct doctor *doctor, struct doctor_finding *finding)
+{
+	struct irqs irqs = { 0 };
+	char path[512], text[64];
+	size_t count, untold;
+
+	snprintf(path, sizeof(path), "%s/proc/irq", doctor->root);
+	add_folder(path, &irqs);
+	count = on_core(doctor, &irqs, text, sizeof(text), &untold);
+	if (!count && (untold || !irqs.count)) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/irq cannot be read");
+		return;
+	}
+	if (!count) {
+		doctor_say(finding, DOCTOR_OK, "none of %zu goes to core %d", irqs.count,
+			   doctor->cpu);
+		return;
+	}
+	doctor_say(finding, DOCTOR_ADVICE, "%zu of %zu go to core %d: %s", count, irqs.count,
+		   doctor->cpu, text);
+	doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/smp_affinity_list, or "
+		    "irqaffinity=OTHER-CORES on the kernel command line");
+}
+
+/* Lines of /proc/interrupts that name the interface as a word of their own. */
+static void add_by_name(const char *root, const char *name, struct irqs *irqs)
+{
+	char *text = malloc(INTERRUPTS_TEXT), *rest = text, *line;
+	size_t length = strlen(name);
+
+	if (text && probe_text(root, text, INTERRUPTS_TEXT, "/proc/interrupts"))
+		while (irqs->count < IRQS && (line = strsep(&rest, "\n"))) {
+			const char *at = strstr(line, name);
+
+			if (at && at > line && at[-1] == ' ' && strchr("- :,", at[length]) &&
+			    atoi(line) > 0)
+				irqs->number[irqs->count++] = atoi(line);
+		}
+	free(text);
+}
+
+static void find_irqs(const char *root, const char *nic, struct irqs *irqs)
+{
+	static const char *const folders[] = { "device/msi_irqs", "device/../msi_irqs" };
+	char path[512];
+
+	for (size_t i = 0; i < 2 && !irqs->count; i++) {
+		snprintf(path, sizeof(path), "%s/sys/class/net/%s/%s", root, nic, folders[i]);
+		add_folder(path, irqs);
+	}
+	if (!irqs->count)
+		add_by_name(root, nic, irqs);
+}
+
+static void judge_nic(const struct doctor *doctor, struct doctor_finding *finding)
+{
+	struct irqs irqs = { 0 };
+	char text[64];
+	size_t count, untold;
+
+	find_irqs(doctor->root, finding->nic->name, &irqs);
+	count = on_core(doctor, &irqs, text, sizeof(text), &untold);
+	if (doctor->cpu < 0)
+		doctor_say(finding, DOCTOR_UNKNOWN, "no core is chosen, see the check core");
+	else if (!irqs.count)
+		doctor_say(finding, DOCTOR_UNKNOWN, "its interrupts were not found");
+	else if (!count && untold)
+		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/irq cannot be read");
+	else if (!count)
+		doctor_say(finding, DOCTOR_OK, "its interrupts stay off core %d", doctor->cpu);
+	else
+		doctor_say(finding, DOCTOR_ADVICE, "interrupt %s goes to core %d: every packet, "
+			   "also a foreign one, interrupts the realtime thread", text, doctor->cpu);
+	if (finding->verdict == DOCTOR_ADVICE)
+		doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/"
+			    "smp_affinity_list");
+}
+
+static const struct doctor_check checks[] = {
+	{ "interrupts", DOCTOR_CORE, judge_all },
+	{ "nic-interrupts", DOCTOR_NIC, judge_nic },
+};
+const struct doctor_checks doctor_interrupt_checks = {
+	checks, sizeof(checks) / sizeof(checks[0]),
+};

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * The network between daemon and device, as far as this machine sees it. What
+ * makes a network card fast for many packets (collecting them, merging them,
+ * sleeping between them) makes one packet late.
+ *
+ * What a driver does not tell is unknown and no advice: many simple ones have
+ * nothing to set, and are good for it.
+ */
+#include <string.h>
+#include "tools/doctor.h"
+
+enum { ARP_COMPLETE = 2, ARP_PERMANENT = 4, LATE_US = 10 };
+
+static bool is_loopback(const struct doctor_finding *finding)
+{
+	return !strcmp(finding->nic->name, "lo");
+}
+
+static bool said_loopback(struct doctor_finding *finding)
+{
+	if (is_loopback(finding))
+		doctor_say(finding, DOCTOR_OK, "the loopback has none");
+	return is_loopback(finding);
+}
+
+static void judge_route(const struct doctor *doctor, struct doctor_finding *finding)
+{
+	const struct doctor_device *device = finding->device;
+
+	if (!device->address) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "its address is not known (neither configured "
+			   "nor found yet)");
+	} else if (!*device->nic && !doctor->routes_read) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/net/route cannot be read");
+	} else if (!*device->nic) {
+		doctor_say(finding, DOCTOR_PROBLEM, "no network interface leads to it");
+		doctor_mend(finding, "ip address add ADDRESS/24 dev NIC, an address in the "
+			    "device's network");
+	} else if (device->through_router) {
+		doctor_say(finding, DOCTOR_ADVICE, "through a router at %s: its delays and losses "
+			   "are added", device->nic);
+		doctor_mend(finding, "connect it directly, and ip address add ADDRESS/24 dev NIC");
+	} else {
+		doctor_say(finding, DOCTOR_OK, "directly at %s", device->nic);
+	}
+}
+
+static void judge_neighbour(const struct doctor *doctor, struct doctor_finding *finding)
+{
+	const struct doctor_device *device = finding->device;
+	uint32_t a = device->address;
+	char table[1 << 14], address[20], line[128];
+	unsigned int flags = 0;
+
+	snprintf(address, sizeof(address), "%u.%u.%u.%u ", a >> 24, a >> 16 & 255, a >> 8 & 255,
+		 a & 255);
+	if (!a || !*device->nic || device->through_router) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "not a neighbour; see the check route");
+		return;
+	}
+	if (!strcmp(device->nic, "lo")) {
+		doctor_say(finding, DOCTOR_OK, "the loopback has none");
+		return;
+	}
+	if (!probe_text(doctor->root, table, sizeof(table), "/proc/net/arp")) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/net/arp cannot be read");
+		return;
+	}
+	if (probe_line(table, address, line, sizeof(line)))
+		sscanf(line, "%*s %x", &flags);
+	if (flags & ARP_PERMANENT) {
+		doctor_say(finding, DOCTOR_OK, "its entry is permanent");
+		return;
+	}
+	doctor_say(finding, DOCTOR_ADVICE, flags & ARP_COMPLETE ? "its entry may grow stale, and "
+		   "packets wait while it is asked for again" :
+		   "it has no complete entry: packets wait until it answers ARP");
+	doctor_mend(finding, "ip neighbour replace %slladdr ITS-MAC dev %s nud permanent", address,
+		    device->nic);
+}
+
+static void judge_link(const struct doctor *doctor, struct doctor_finding *finding)
+{
+	const char *nic = finding->nic->name;
+	char state[32], duplex[32];
+	long carrier, speed = -1;
+
+	probe_text(doctor->root, duplex, sizeof(duplex), "/sys/class/net/%s/duplex", nic);
+	probe_number(doctor->root, &speed, "/sys/class/net/%s/speed", nic);
+	if (is_loopback(finding)) {
+		doctor_say(finding, DOCTOR_OK, "the loopback: no card at all");
+	} else if (probe_text(doctor->root, state, sizeof(state), "/sys/class/net/%s/phy80211/name",
+			      nic)) {
+		doctor_say(finding, DOCTOR_PROBLEM, "a radio: packets are late by milliseconds");
+		doctor_mend(finding, "a cable");
+	} else if (!probe_number(doctor->root, &carrier, "/sys/class/net/%s/carrier", nic)) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "/sys/class/net/%s/carrier cannot be read "
+			   "(is the interface up?)", nic);
+		doctor_mend(finding, "ip link set %s up", nic);
+	} else if (!carrier) {
+		doctor_say(finding, DOCTOR_PROBLEM, "no carrier: cable or device is off");
+		doctor_mend(finding, "plug in the cable, switch the device on");
+	} else if (!strcmp(duplex, "half")) {
+		doctor_say(finding, DOCTOR_PROBLEM, "half duplex: packets collide");
+		doctor_mend(finding, "ethtool -s %s autoneg on, another cable or switch", nic);
+	} else if (speed > 0) {
+		doctor_say(finding, DOCTOR_OK, "%ld Mbit/s", speed);
+	} else {
+		doctor_say(finding, DOCTOR_UNKNOWN, "it is up; the driver tells no speed");
+	}
+}
+
+static void judge_coalescing(const struct doctor *doctor, struct doctor_finding *finding)
+{
+	const long *value = finding->nic->value;
+
+	(void)doctor;
+	if (said_loopback(finding))
+		return;
+	if (value[NIC_RX_USECS] == NIC_UNKNOWN) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "the driver does not tell");
+	} else if (value[NIC_ADAPTIVE_RX] == 1) {
+		doctor_say(finding, DOCTOR_ADVICE, "the driver chooses how long packets wait "
+			   "(adaptive)");
+	} else if (value[NIC_RX_USECS] > LATE_US) {
+		doctor_say(finding, DOCTOR_ADVICE, "a received packet waits up to %ld us for "
+			   "others", value[NIC_RX_USECS]);
+	} else {
+		doctor_say(finding, DOCTOR_OK, "a received packet waits at most %ld us",
+			   value[NIC_RX_USECS]);
+	}
+	if (finding->verdict == DOCTOR_ADVICE)
+		doctor_mend(finding, "ethtool -C %s adaptive-rx off rx-usecs 0 rx-frames 1",
+			    finding->nic->name);
+}
+
+static void judge_offloads(const struct doctor *doctor, struct doctor_finding *finding)
+{
+	const long *value = finding->nic->value;
+
+	(void)doctor;
+	if (said_loopback(finding))
+		return;
+	if (value[NIC_GRO] == NIC_UNKNOWN && value[NIC_LRO] == NIC_UNKNOWN) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "the driver does not tell");
+	} else if (value[NIC_GRO] > 0 || value[NIC_LRO] > 0) {
+		doctor_say(finding, DOCTOR_ADVICE, "received packets are looked through for ones "
+			   "to merge (%s%s%s)", value[NIC_GRO] > 0 ? "GRO" : "",
+			   value[NIC_GRO] > 0 && value[NIC_LRO] > 0 ? ", " : "",
+			   value[NIC_LRO] > 0 ? "LRO" : "");
+		doctor_mend(finding, "ethtool -K %s gro off lro off", finding->nic->name);
+	} else {
+		doctor_say(finding, DOCTOR_OK, "GRO and LRO are off");
+	}
+}
+
+static void judge_queues(const struct doctor *doctor, struct doctor_finding *finding)
+{
+	long count = finding->nic->value[NIC_CHANNELS];
+
+	(void)doctor;
+	if (said_loopback(finding))
+		return;
+	if (count == NIC_UNKNOWN || count == 0) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "the driver does not tell");
+	} else if (count > 1) {
+		doctor_say(finding, DOCTOR_ADVICE, "%ld queues receive, so that a device's packets "
+			   "may come at any of %ld interrupts", count, count);
+		doctor_mend(finding, "ethtool -L %s combined 1", finding->nic->name);
+	} else {
+		doctor_say(finding, DOCTOR_OK, "one queue receives");
+	}
+}
+
+static void judge_eee(const struct doctor *doctor, struct doctor_finding *finding)
+{
+	long on = finding->nic->value[NIC_EEE];
+
+	(void)doctor;
+	if (said_loopback(finding))
+		return;
+	if (on == NIC_UNKNOWN) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "the driver does not tell");
+	} else if (on) {
+		doctor_say(finding, DOCTOR_ADVICE, "the link sleeps between packets (EEE) and "
+			   "needs some 20 us to wake up");
+		doctor_mend(finding, "ethtool --set-eee %s eee off", finding->nic->name);
+	} else {
+		doctor_say(finding, DOCTOR_OK, "the link does not sleep");
+	}
+}
+
+static const struct doctor_check checks[] = {
+	{ "route", DOCTOR_DEVICE, judge_route },
+	{ "neighbour", DOCTOR_DEVICE, judge_neighbour },
+	{ "nic-link", DOCTOR_NIC, judge_link },
+	{ "nic-coalescing", DOCTOR_NIC, judge_coalescing },
+	{ "nic-offloads", DOCTOR_NIC, judge_offloads },
+	{ "nic-queues", DOCTOR_NIC, judge_queues },
+	{ "nic-eee", DOCTOR_NIC, judge_eee },
+};
+const struct doctor_checks doctor_nic_checks = { checks, sizeof(checks) / sizeof(checks[0]) };
