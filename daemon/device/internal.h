@@ -15,6 +15,7 @@
 #include "daemon/device/encoder.h"
 #include "daemon/device/histogram.h"
 #include "daemon/device/output.h"
+#include "daemon/device/plan.h"
 #include "daemon/device/setting.h"
 #include "wire/bus.h"
 #include "wire/encoder.h"
@@ -91,96 +92,6 @@ struct access {
 	bool said;
 	uint64_t again_ns;
 	uint8_t seed[32];
-};
-
-/* plan.c, slow.c */
-enum slow_group {
-	SLOW_ENCODERS_LOW,
-	SLOW_ENCODERS_HIGH,
-	SLOW_ANALOG,
-	SLOW_COUNTERS,
-	SLOW_POEXTBUS,
-	SLOW_TICK,
-	SLOW_PWM,
-	SLOW_LOAD,
-	SLOW_CLOCK,
-	SLOW_EXTERNAL,
-	SLOW_IDENTITY,
-	SLOW_PONET,
-	SLOW_DEDICATED,
-	SLOW_MATRIX,
-	SLOW_GROUPS
-};
-
-_Static_assert((int)SLOW_MATRIX == (int)POKEYS_SLOW_MATRIX, "groups are one list");
-_Static_assert((int)SLOW_GROUPS <= (int)POKEYS_SLOW_GROUPS, "groups have room in the image");
-
-union slow_request {
-	struct wire_encoders_req encoders;
-	struct wire_analog_req analog;
-	struct wire_counters_req counters;
-	struct wire_poextbus_req poextbus;
-	struct wire_pwm_req pwm;
-	struct wire_rtc_req clock;
-	struct wire_pulse_status_req status;
-	struct wire_pulse_outputs_req external;
-	struct wire_kb_status_req matrix;
-	struct wire_ponet_module_req module;
-	struct wire_ponet_option_req ponet;
-};
-
-struct slow_kind {
-	double (*hertz)(const struct device_config *config);
-	bool (*has)(const struct device *device);
-	enum wire_op (*ask)(struct device *device, union slow_request *request);
-	void (*take)(struct device *device, const mailbox_entry_t *entry);
-};
-
-/* ponet.c */
-enum ponet_step {
-	PONET_STATE,
-	PONET_SETTINGS,
-	PONET_VERSION,
-	PONET_START,		/* from here on a module is read */
-	PONET_FETCH,
-	PONET_LIGHT_START,
-	PONET_LIGHT_FETCH,
-};
-
-struct ponet {
-	uint8_t step;			/* enum ponet_step */
-	uint8_t module;
-	uint8_t fetches;
-	bool complete;			/* all modules have been looked at */
-	bool ready;			/* the bus, when it was last asked */
-	uint8_t round[POKEYS_PONET];	/* readings of each module */
-	uint32_t readings;
-	uint64_t after_ns;		/* nothing to do before */
-};
-
-struct slow {
-	bool open, answered;
-	uint8_t failures;
-	uint32_t count;			/* answers since rates were measured */
-	uint64_t due_ns;
-};
-
-struct plan {
-	uint64_t next_cycle;
-	bool io_open, io_write, io_mixed;	/* mixed: resent with other outputs than first */
-	bool status_open, status_skipped;
-	bool measuring;				/* the fast replies are still awaited ... */
-	uint64_t measured_tick_ns;		/* ... of this tick */
-	uint64_t io_outputs, io_mask;
-	uint64_t last_io_ns;			/* when the last one was answered */
-	bool doubt_tick, doubt_identity;	/* was it another one that answered? */
-	struct slow slow[SLOW_GROUPS];
-	uint64_t blocked_ns;			/* the next safe 0xCC while the link cannot run */
-	bool output_sent;			/* the last of the lesser requests wrote an output */
-	uint64_t rates_ns;			/* slow_millihertz[] are measured since then */
-	uint8_t counter_pin[POKEYS_PINS];	/* 0-based pins that count */
-	uint8_t counters, counter_next;
-	uint8_t counter_asked[WIRE_COUNTERS];
 };
 
 /* intake.c */

@@ -111,7 +111,7 @@ ASK_PLAINLY(pwm, WIRE_OP_PWM)
 ASK_PLAINLY(load, WIRE_OP_SYSTEM_LOAD)
 ASK_PLAINLY(identity, WIRE_OP_DEVICE_DATA)
 ASK_PLAINLY(clock, WIRE_OP_RTC)
-ASK_PLAINLY(dedicated, WIRE_OP_PULSE_STATUS2)	/* the mailbox picks the check byte */
+ASK_PLAINLY(dedicated, WIRE_OP_PULSE_STATUS2)
 ASK_PLAINLY(matrix, WIRE_OP_KB_STATUS)
 
 static void take_analog(struct device *device, const mailbox_entry_t *entry)
@@ -177,8 +177,6 @@ static void take_bus(struct device *device, const mailbox_entry_t *entry)
 	memcpy(device->image.poextbus, bus.data, sizeof(bus.data));
 	output_seen(device, OUTPUT_POEXTBUS);
 }
-
-/* PWM, load, clocks. */
 
 static bool has_always(const struct device *device)
 {
