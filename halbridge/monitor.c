@@ -133,8 +133,8 @@ static void say_attachment(struct monitor *monitor, struct instance *instance)
 	if (memory->rounds < (refused ? REFUSED_ROUNDS : 1) || !strcmp(why, memory->said))
 		return;
 	memcpy(memory->said, why, sizeof(why));
-	rtapi_print_msg(refused ? RTAPI_MSG_ERR : RTAPI_MSG_INFO, "pokeys.%u: %s\n",
-			instance->number, why);
+	rtapi_print_msg(refused ? RTAPI_MSG_ERR : RTAPI_MSG_INFO, "%s: %s\n",
+			instance->prefix, why);
 }
 
 static void say_connection(struct monitor *monitor, struct instance *instance)
@@ -147,18 +147,18 @@ static void say_connection(struct monitor *monitor, struct instance *instance)
 	if (connected == memory->was_connected)
 		return;
 	if (connected) {
-		rtapi_print_msg(RTAPI_MSG_INFO, "pokeys.%u: device '%s', serial %u, is connected\n",
-				instance->number, instance->device, values->info.serial);
+		rtapi_print_msg(RTAPI_MSG_INFO, "%s: device '%s', serial %u, is connected\n",
+				instance->prefix, instance->device, values->info.serial);
 	} else if (memory->quiet) {
 		return;		/* said below, if it lasts */
 	} else if (!values->daemon_alive) {
-		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys.%u: connection to '%s' lost: pokeysd does "
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s: connection to '%s' lost: pokeysd does "
 				"not publish any more; is it running?\n",
-				instance->number, instance->device);
+				instance->prefix, instance->device);
 		memory->quiet = QUIET_ROUNDS;
 	} else {
-		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys.%u: connection to '%s' lost: data "
-				"%.0f ms old, link %s, fault: %s\n", instance->number,
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s: connection to '%s' lost: data "
+				"%.0f ms old, link %s, fault: %s\n", instance->prefix,
 				instance->device, values->age_us / 1000,
 				pokeys_link_name((uint8_t)values->link_state),
 				pokeys_fault_name((uint8_t)values->fault));
@@ -175,7 +175,7 @@ static void say_refusals(struct monitor *monitor, struct instance *instance)
 
 	while (memory->credit && refusal_take(&instance->exchange.refusals, &note)) {
 		memory->credit--;
-		refusal_line(&note, instance->number, instance->schemes, line, sizeof(line));
+		refusal_line(&note, instance->prefix, instance->schemes, line, sizeof(line));
 		rtapi_print_msg(RTAPI_MSG_ERR, "%s\n", line);
 	}
 }
@@ -185,7 +185,7 @@ static void say_setting(void *argument, const struct wish_item *item, double val
 	const struct instance *instance = argument;
 	char line[MONITOR_LINE];
 
-	wisher_explain(item, instance->number, value, line, sizeof(line));
+	wisher_explain(item, instance->prefix, value, line, sizeof(line));
 	rtapi_print_msg(RTAPI_MSG_ERR, "%s\n", line);
 }
 

@@ -112,7 +112,7 @@ static bool find(struct table_cursor *at, size_t offset)
 	return false;
 }
 
-void refusal_line(const struct refusal_note *note, unsigned int device, unsigned int schemes,
+void refusal_line(const struct refusal_note *note, const char *prefix, unsigned int schemes,
 		  char *line, size_t size)
 {
 	struct table_cursor at = table_walk(schemes);
@@ -120,9 +120,9 @@ void refusal_line(const struct refusal_note *note, unsigned int device, unsigned
 	char name[TABLE_NAME_MAX + 1];
 
 	if (row)
-		table_name(row, device, at.index, name);
+		table_full_name(row, prefix, at.index, name);
 	else
-		snprintf(name, sizeof(name), "pokeys.%u", device);
+		snprintf(name, sizeof(name), "%s", prefix);
 	if (note->reason == REFUSAL_RANGE && row && row->low < row->high)
 		snprintf(line, size, "%s = %g: must be %g to %g; the old value stays in use", name,
 			 note->value, row->low, row->high);

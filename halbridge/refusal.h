@@ -77,10 +77,10 @@ static inline double factor_take(struct factor *factor, struct refusals *refusal
 bool refusal_take(struct refusals *refusals, struct refusal_note *out);
 
 /*
- * One line for a person about a note: the pin or parameter of pokeys.<device>
+ * One line for a person about a note: the pin or parameter of <prefix>
  * in these schemes, its value, and what is wrong with it. Not realtime's.
  */
-void refusal_line(const struct refusal_note *note, unsigned int device, unsigned int schemes,
+void refusal_line(const struct refusal_note *note, const char *prefix, unsigned int schemes,
 		  char *line, size_t size);
 
 #endif

@@ -43,13 +43,13 @@ void wisher_round(struct wisher *wisher, struct values *values, pokeys_client *c
 		send(wisher, client, session);
 }
 
-void wisher_explain(const struct wish_item *item, unsigned int device, double value, char *line,
+void wisher_explain(const struct wish_item *item, const char *prefix, double value, char *line,
 		    size_t size)
 {
 	char name[TABLE_NAME_MAX + 1];
 	const struct table_row *row = item->name;
 
-	table_name(row, device, item->index, name);
+	table_full_name(row, prefix, item->index, name);
 	if (item->row->unit->wanted && isfinite(value) && value >= row->low && value <= row->high)
 		snprintf(line, size, "%s = %g: must be %s; the old value stays in use", name, value,
 			 item->row->unit->wanted);

@@ -27,7 +27,7 @@ void wisher_round(struct wisher *wisher, struct values *values, pokeys_client *c
 		  uint32_t session, wish_refuse refuse, void *argument);
 
 /* One line about a setting that is not used: which, why, what may be set. */
-void wisher_explain(const struct wish_item *item, unsigned int device, double value, char *line,
+void wisher_explain(const struct wish_item *item, const char *prefix, double value, char *line,
 		    size_t size);
 
 #endif

@@ -199,6 +199,8 @@ def names_and_count_are_options(rig):
     rig.hal.ok("halcmd loadusr -Wn pokeys pokeys names=mill,panel")
     assert rig.hal.ok("halcmd getp mill.connected") == "FALSE"
     assert rig.hal.ok("halcmd getp panel.PEv2.0.AxesState") == "0"
+    rig.hal.ok("halcmd setp panel.PEv2.0.AxisInverted 2")
+    rig.hal.says("panel.PEv2.0.AxisInverted = 2: must be 0 to 1")
     unloadusr(rig)
     for option, text in (("count=9", "count=9: must be 1 to 8"),
                          ("names=much-too-long", "names=much-too-long: at most"),

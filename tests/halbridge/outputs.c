@@ -148,11 +148,11 @@ static void a_refusal_names_the_parameter_and_its_range(void **state)
 	values->pwm[3].scale = 0;
 	rig_period(&rig);
 	assert_true(refusal_take(&rig.exchange.refusals, &note));
-	refusal_line(&note, 0, TABLE_CANONICAL, line, sizeof(line));
+	refusal_line(&note, "pokeys.0", TABLE_CANONICAL, line, sizeof(line));
 	assert_string_equal(line, "pokeys.0.pwm.03.scale = 0: must not be 0; the last good value "
 			    "stays in use");
 	assert_true(refusal_take(&rig.exchange.refusals, &note));
-	refusal_line(&note, 0, TABLE_CANONICAL, line, sizeof(line));
+	refusal_line(&note, "pokeys.0", TABLE_CANONICAL, line, sizeof(line));
 	assert_string_equal(line, "pokeys.0.pwm.04.max-dc = 1.5: must be 0 to 1; the old value "
 			    "stays in use");
 }

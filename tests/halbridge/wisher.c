@@ -37,7 +37,7 @@ int pokeys_client_write_wish(pokeys_client *to, const struct pokeys_wish *wish)
 static void refuse(void *argument, const struct wish_item *item, double value)
 {
 	(void)argument;
-	wisher_explain(item, 2, value, line, sizeof(line));
+	wisher_explain(item, "pokeys.2", value, line, sizeof(line));
 }
 
 static void rounds(uint32_t session, unsigned int count)
