@@ -329,6 +329,26 @@ static void keys_are_true_under_loss_duplication_and_reordering(void **state)
 	}
 }
 
+/* Two modules: a start that was repeated must not give one the other's data. */
+static void repeated_start_does_not_mix_modules_up(void **state)
+{
+	const struct sim_link_faults faults = {
+		.delay = { SIM_DELAY_HEAVY_TAIL, 25 * US, 60 * MS, 1.2 }, .loss = 0.05,
+	};
+	const uint64_t seed = world_seed();
+
+	(void)state;
+	sim_prng_init(&world.rig.link.way[0].prng, seed);
+	sim_prng_init(&world.rig.link.way[1].prng, ~seed);
+	memset(sim->bench.bus.module[PLAIN].in, 0xff, sizeof(sim->bench.bus.module[PLAIN].in));
+	world_run(&world, 500 * MS);
+	world_faults(&world, &faults);
+	for (unsigned int i = 0; i < 60000; i++) {
+		world_cycle(&world);
+		assert_int_equal(world.state.kbd48_keys, 0);
+	}
+}
+
 static void module_that_falls_silent_is_seen(void **state)
 {
 	(void)state;
@@ -473,6 +493,7 @@ int main(void)
 		cmocka_unit_test_setup(modules_are_found, begin),
 		cmocka_unit_test_setup(keys_and_module_inputs_are_read, begin),
 		cmocka_unit_test_setup(keys_are_true_under_loss_duplication_and_reordering, begin),
+		cmocka_unit_test_setup(repeated_start_does_not_mix_modules_up, begin),
 		cmocka_unit_test_setup(module_that_falls_silent_is_seen, begin),
 		cmocka_unit_test_setup(
 			module_that_comes_later_is_found_when_the_bus_was_empty_or_is_ready_again,
