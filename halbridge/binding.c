@@ -25,12 +25,8 @@
 #include "halbridge/binding.h"
 #include <errno.h>
 #include <string.h>
+#include "halbridge/cell.h"
 #include "halbridge/layout.h"
-
-/* HAL's view of the same bytes. */
-typedef volatile bool pin_bit;
-typedef volatile uint64_t pin_float;
-typedef volatile uint32_t pin_word;
 
 int binding_init(struct binding *binding, struct values *values, void *volatile *pointers,
 		 unsigned int schemes)
@@ -48,54 +44,32 @@ void binding_exported(struct binding *binding)
 		binding->own[i] = binding->pointers[i];
 }
 
-_Static_assert((offsetof(struct values, changed) / BINDING_CHUNK + 1) * BINDING_CHUNK <=
-	       sizeof(struct values), "the last chunk ends in struct values");
-
-static uint64_t load(const void *at, unsigned int type)
-{
-	if (type == TABLE_BIT)
-		return *(const pin_bit *)at;
-	return type == TABLE_FLOAT ? *(const pin_float *)at : *(const pin_word *)at;
-}
-
-static void store(void *at, unsigned int type, uint64_t value)
-{
-	if (type == TABLE_BIT)
-		*(pin_bit *)at = value != 0;
-	else if (type == TABLE_FLOAT)
-		*(pin_float *)at = value;
-	else
-		*(pin_word *)at = (uint32_t)value;
-}
-
-static void *member(const struct binding *binding, const struct binding_slot *slot)
-{
-	return (unsigned char *)binding->values + slot->offset;
-}
-
 static void gather_slot(struct binding *binding, uint16_t i)
 {
 	const struct binding_slot *slot = &binding->slot[i];
-	uint64_t value = load(binding->pointers[slot->pointer], slot->type);
+	uint64_t value = cell_load(binding->pointers[slot->pointer], slot->type);
 
 	if (slot->follows && value == binding->seen[i])
 		return;
 	binding->seen[i] = value;
-	store(member(binding, slot), slot->type, value);
-	if (slot->follows)	/* an I/O pin says so itself already */
-		store(binding->shown + slot->offset, slot->type, value);
+	cell_store(cell_member(binding, slot), slot->type, value);
+	if (!slot->follows)
+		return;
+	values_changed(binding->values, (enum values_block)slot->block);
+	binding->touched = true;
 }
 
 static void list_slot(const struct binding *binding, struct binding_turns *turns, uint16_t i)
 {
 	const struct binding_slot *slot = &binding->slot[i];
+	const unsigned int type = slot->type;
 
 	if (!binding->linked[i] && !slot->always)
 		return;
 	if (slot->follows)
-		turns->following[turns->following_count++] = i;
+		turns->following[type][turns->following_count[type]++] = i;
 	else
-		turns->active[slot->type][turns->active_count[slot->type]++] =
+		turns->active[type][turns->active_count[type]++] =
 			(struct binding_way){ slot->offset, slot->pointer };
 }
 
@@ -104,7 +78,7 @@ static void list_active(const struct binding *binding, struct binding_turns *tur
 	const uint16_t first = turns->range.first;
 
 	memset(turns->active_count, 0, sizeof(turns->active_count));
-	turns->following_count = 0;
+	memset(turns->following_count, 0, sizeof(turns->following_count));
 	for (uint16_t i = first; i < first + turns->range.count; i++)
 		list_slot(binding, turns, i);
 }
@@ -138,151 +112,60 @@ static void gather_turn(struct binding *binding, struct binding_turns *turns)
 
 /* One loop per type; both sides are aligned, the table took the type from the member. */
 #define GATHER(type_)	do {								\
-	for (; way < end; way++)							\
-		*(type_ *)(values + way->offset) = *(type_ *)binding->pointers[way->pointer];	\
+		const struct binding_way *way = turns->active[type];			\
+		const struct binding_way *end = way + turns->active_count[type];	\
+											\
+		for (; way < end; way++)						\
+			*(type_ *)(values + way->offset) =				\
+				*(type_ *)binding->pointers[way->pointer];		\
 	} while (0)
 
-static void gather_active(struct binding *binding, const struct binding_turns *turns)
+static void gather_active(struct binding *binding, const struct binding_turns *turns,
+			  unsigned int type)
 {
 	unsigned char *values = (unsigned char *)binding->values;
 
-	for (unsigned int type = 0; type < TABLE_TYPES; type++) {
-		const struct binding_way *way = turns->active[type];
-		const struct binding_way *end = way + turns->active_count[type];
+	if (type == TABLE_BIT)
+		GATHER(pin_bit);
+	else if (type == TABLE_FLOAT)
+		GATHER(pin_float);
+	else
+		GATHER(pin_word);
+}
 
-		if (type == TABLE_BIT)
-			GATHER(pin_bit);
-		else if (type == TABLE_FLOAT)
-			GATHER(pin_float);
-		else
-			GATHER(pin_word);
+#define FOLLOW(type_)	do {								\
+		for (uint16_t k = 0; k < turns->following_count[type]; k++) {		\
+			uint16_t i = turns->following[type][k];				\
+											\
+			if (*(type_ *)binding->pointers[binding->slot[i].pointer] !=	\
+			    (type_)binding->seen[i])					\
+				gather_slot(binding, i);				\
+		}									\
+	} while (0)
+
+static void gather_following(struct binding *binding, const struct binding_turns *turns,
+			     unsigned int type)
+{
+	if (type == TABLE_BIT)
+		FOLLOW(pin_bit);
+	else if (type == TABLE_FLOAT)
+		FOLLOW(pin_float);
+	else
+		FOLLOW(pin_word);
+}
+
+static void gather(struct binding *binding, struct binding_turns *turns)
+{
+	gather_turn(binding, turns);
+	for (unsigned int type = 0; type < TABLE_TYPES; type++) {
+		gather_active(binding, turns, type);
+		gather_following(binding, turns, type);
 	}
-	for (uint16_t i = 0; i < turns->following_count; i++)
-		gather_slot(binding, turns->following[i]);
 }
 
 void binding_gather(struct binding *binding, enum table_when when)
 {
-	gather_turn(binding, &binding->in[when]);
-	gather_active(binding, &binding->in[when]);
-	if (when == TABLE_AT_WRITE)
-		return;
-	gather_turn(binding, &binding->io);
-	gather_active(binding, &binding->io);
-}
-
-static void write_pin(struct binding *binding, const struct binding_slot *slot, uint64_t value)
-{
-	store(binding->pointers[slot->pointer], slot->type, value);
-	if (slot->twin != BINDING_NO_TWIN)
-		binding->seen[slot->twin] = value;
-}
-
-/* Whether it has changed or not; an I/O pin is somebody else's then. */
-static void scatter_slot(struct binding *binding, uint16_t i)
-{
-	const struct binding_slot *slot = &binding->slot[i];
-
-	if (slot->twin == BINDING_NO_TWIN)
-		write_pin(binding, slot, load(member(binding, slot), slot->type));
-}
-
-static uint64_t word(const unsigned char *at)
-{
-	uint64_t value;
-
-	memcpy(&value, at, sizeof(value));
-	return value;
-}
-
-/* Most chunks are as they were: this comparison is all that their pins cost. */
-static bool is_same(const unsigned char *a, const unsigned char *b)
-{
-	return !((word(a) ^ word(b)) | (word(a + 8) ^ word(b + 8)) |
-		 (word(a + 16) ^ word(b + 16)) | (word(a + 24) ^ word(b + 24)));
-}
-
-static void scatter_word(struct binding *binding, size_t number)
-{
-	const unsigned char *values = (const unsigned char *)binding->values;
-	const unsigned char *shown = binding->shown;
-	const uint16_t end = binding->word[number + 1];
-
-	for (uint16_t i = binding->word[number]; i < end; i++) {
-		const struct binding_slot *slot = &binding->slot[i];
-		uint64_t value = load(values + slot->offset, slot->type);
-
-		if (value != load(shown + slot->offset, slot->type))
-			write_pin(binding, slot, value);
-	}
-}
-
-static void scatter_chunk(struct binding *binding, size_t at)
-{
-	const unsigned char *values = (const unsigned char *)binding->values;
-
-	for (size_t k = at; k < at + BINDING_CHUNK; k += BINDING_WORD) {
-		if (word(values + k) == word(binding->shown + k))
-			continue;
-		scatter_word(binding, k / BINDING_WORD);
-		memcpy(binding->shown + k, values + k, BINDING_WORD);
-	}
-}
-
-static void scatter_block(struct binding *binding, enum values_block block)
-{
-	const unsigned char *values = (const unsigned char *)binding->values;
-	const size_t end = values_block_end(block), words = BINDING_CHUNK / BINDING_WORD;
-	size_t at = values_block_begin(block) / BINDING_CHUNK * BINDING_CHUNK;
-
-	for (; at < end; at += BINDING_CHUNK) {
-		const uint16_t *first = &binding->word[at / BINDING_WORD];
-
-		if (first[0] != first[words] && !is_same(values + at, binding->shown + at))
-			scatter_chunk(binding, at);
-	}
-}
-
-static void scatter_turn(struct binding *binding)
-{
-	const struct binding_range range = binding->out[TABLE_AT_READ];
-
-	for (uint16_t count = binding->out_slice; count; count--) {
-		scatter_slot(binding, (uint16_t)(range.first + binding->next_out));
-		binding->next_out = (uint16_t)(binding->next_out + 1);
-		if (binding->next_out == range.count)
-			binding->next_out = 0;
-	}
-}
-
-/* There are few of them: those that tell what became of the pins just read. */
-static void scatter_written(struct binding *binding)
-{
-	const struct binding_range range = binding->out[TABLE_AT_WRITE];
-
-	for (uint16_t i = range.first; i < range.first + range.count; i++)
-		scatter_slot(binding, i);
-}
-
-void binding_scatter(struct binding *binding, enum table_when when)
-{
-	if (when == TABLE_AT_WRITE) {
-		scatter_written(binding);
-		return;
-	}
-	for (uint32_t blocks = binding->values->changed & VALUES_ALL; blocks; blocks &= blocks - 1)
-		scatter_block(binding, (enum values_block)__builtin_ctz(blocks));
-	binding->values->changed = 0;
-	scatter_turn(binding);
-}
-
-void binding_scatter_all(struct binding *binding)
-{
-	for (unsigned int when = 0; when < TABLE_WHENS; when++) {
-		const struct binding_range range = binding->out[when];
-
-		for (uint16_t i = range.first; i < range.first + range.count; i++)
-			scatter_slot(binding, i);
-	}
-	memcpy(binding->shown, binding->values, sizeof(*binding->values));
+	gather(binding, &binding->in[when]);
+	if (when == TABLE_AT_READ)
+		gather(binding, &binding->io);
 }

@@ -14,7 +14,7 @@
 enum {
 	BINDING_PINS = 4096,	/* of one device, at most; an I/O pin counts twice */
 	BINDING_NO_TWIN = UINT16_MAX,
-	BINDING_TURNS = 8,	/* periods in which all IN pins get their turn */
+	BINDING_TURNS = 16,	/* periods in which all IN pins get their turn */
 	BINDING_OUT_TURNS = 64,	/* and all OUT pins */
 	BINDING_ACTIVE = 1024,	/* IN pins of a funct, at most */
 	BINDING_WORD = 8,	/* bytes of struct values whose pins lie together */
@@ -25,7 +25,7 @@ enum {
 /* Which member of struct values a pin carries, and which pointer is the pin's. */
 struct binding_slot {
 	uint16_t offset, pointer;
-	uint8_t type;		/* enum table_type */
+	uint8_t type, block;	/* enum table_type, enum values_block */
 	bool follows;		/* it counts when it has changed, not when it is what it is */
 	bool always;		/* read in each period, linked or not */
 	uint16_t twin;		/* of an I/O pin's OUT slot: its IN slot; else NO_TWIN */
@@ -45,7 +45,8 @@ struct binding_turns {
 	struct binding_range range;
 	struct binding_way active[TABLE_TYPES][BINDING_ACTIVE];	/* read in each period */
 	uint16_t active_count[TABLE_TYPES];
-	uint16_t following[BINDING_ACTIVE], following_count;	/* and these, slots that follow */
+	uint16_t following[TABLE_TYPES][BINDING_ACTIVE];	/* and these, slots that follow */
+	uint16_t following_count[TABLE_TYPES];
 	uint16_t next;
 	bool begun;			/* all have been read once */
 };
@@ -58,7 +59,10 @@ struct binding {
 	struct binding_turns in[TABLE_WHENS], io;
 	struct binding_range out[TABLE_WHENS];	/* of TABLE_AT_READ by offset, with I/O pins */
 	uint16_t word[BINDING_CHUNKS * BINDING_CHUNK / BINDING_WORD + 1];	/* the first at or behind */
+	bool touched;			/* an I/O pin has changed, since the last scatter */
 	uint16_t in_turns;		/* BINDING_TURNS; 1 = read all in each period */
+	uint16_t chunk[BINDING_CHUNKS + VALUES_BLOCKS];	/* those that have any, block by block */
+	uint16_t chunk_first[VALUES_BLOCKS + 1];
 	uint16_t next_out, out_slice;	/* OUT slots that are written in turn, per period */
 	uint64_t seen[BINDING_PINS];	/* of an IN slot: what was read, or written, last */
 	bool linked[BINDING_PINS];	/* of a slot */

@@ -15,7 +15,7 @@
 
 enum encoder_index { ENCODER_INDEX_OFF, ENCODER_INDEX_QUEUED, ENCODER_INDEX_ARMED };
 
-struct encoder {
+struct encoder {		/* what each period needs stands first */
 	int64_t total;		/* counts since the start, does not wrap */
 	int64_t zero;		/* total where the pins read 0 */
 	uint64_t t_ns;		/* of the last sample taken over, 0 = none yet */
@@ -55,6 +55,18 @@ bool encoder_index_read(struct encoder *encoder, struct value_encoder *value, un
 bool encoder_index_write(struct encoder *encoder, const struct value_encoder *value,
 			 unsigned int number, struct one_shot_queue *queue,
 			 struct pokeys_command *command, uint64_t now_ns);
+
+/*
+ * Nobody wants an index of this encoder and none comes: the two above have
+ * nothing to do, as with most encoders most of the time. Realtime.
+ */
+static inline bool encoder_index_idle(const struct encoder *encoder,
+				      const struct value_encoder *value, unsigned int number,
+				      const struct pokeys_state *state)
+{
+	return !value->index_enable && encoder->index == ENCODER_INDEX_OFF &&
+	       !encoder->index_flag && !(state->encoder_index >> number & 1);
+}
 
 /* The daemon that was asked is gone: ask again. Realtime. */
 void encoder_index_forget(struct encoder *encoder);

@@ -64,6 +64,19 @@ static void read_analog(struct exchange *exchange, struct values *values, unsign
 	values_changed(values, BLOCK_ANALOG);
 }
 
+/* Returns true if that has changed the pin. */
+static bool read_index(struct exchange *exchange, struct values *values, unsigned int i,
+		       uint64_t now_ns)
+{
+	struct value_encoder *value = &values->encoder[i];
+	bool wanted = value->index_enable;
+
+	if (encoder_index_read(&exchange->encoder[i], value, i, &exchange->state, &exchange->queue,
+			       now_ns, &exchange->refusals))
+		values->one_shot_failed_count++;
+	return value->index_enable != wanted;
+}
+
 static void read_encoders(struct exchange *exchange, struct values *values, bool fresh,
 			  uint64_t now_ns)
 {
@@ -73,12 +86,9 @@ static void read_encoders(struct exchange *exchange, struct values *values, bool
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		struct encoder *encoder = &exchange->encoder[i];
 		struct value_encoder *value = &values->encoder[i];
-		bool wanted = value->index_enable;
 
-		if (fresh && encoder_index_read(encoder, value, i, state, &exchange->queue, now_ns,
-						&exchange->refusals))
-			values->one_shot_failed_count++;
-		changed |= value->index_enable != wanted;
+		if (fresh && !encoder_index_idle(encoder, value, i, state))
+			changed |= read_index(exchange, values, i, now_ns);
 		changed |= encoder_read(encoder, value, i, state, fresh, &exchange->refusals);
 	}
 	if (fresh && news(&exchange->encoder_enabled, &state->encoder_enabled,
@@ -184,9 +194,14 @@ static bool write_index(struct exchange *exchange, struct values *values, uint64
 {
 	bool full = false;
 
-	for (unsigned int i = 0; exchange->fresh && i < POKEYS_ENCODERS; i++)
-		full |= !encoder_index_write(&exchange->encoder[i], &values->encoder[i], i,
-					     &exchange->queue, &exchange->command, now_ns);
+	for (unsigned int i = 0; exchange->fresh && i < POKEYS_ENCODERS; i++) {
+		struct encoder *encoder = &exchange->encoder[i];
+		const struct value_encoder *value = &values->encoder[i];
+
+		if (!encoder_index_idle(encoder, value, i, &exchange->state))
+			full |= !encoder_index_write(encoder, value, i, &exchange->queue,
+						     &exchange->command, now_ns);
+	}
 	return full;
 }
 

@@ -81,7 +81,8 @@ static void place_pins(struct binding *binding, const struct sharing *sharing,
 		const struct table_row *row = name.row;
 		struct binding_slot slot = {
 			.offset = (uint16_t)name.offset, .pointer = binding->pins,
-			.type = row->type, .twin = BINDING_NO_TWIN,
+			.type = row->type, .block = (uint8_t)values_block_of(name.offset),
+			.twin = BINDING_NO_TWIN,
 			.always = CONTROL >> values_block_of(name.offset) & 1,
 			.follows = row->direction == TABLE_IO || sharing->pins[name.offset] > 1,
 		};
@@ -122,6 +123,27 @@ static void index_words(struct binding *binding)
 	}
 }
 
+/* Which chunks of a block have to be looked at. */
+static void list_chunks(struct binding *binding)
+{
+	const size_t words = BINDING_CHUNK / BINDING_WORD;
+	uint16_t used = 0;
+
+	for (unsigned int block = 0; block < VALUES_BLOCKS; block++) {
+		size_t end = values_block_end((enum values_block)block);
+		size_t chunk = values_block_begin((enum values_block)block) / BINDING_CHUNK;
+
+		binding->chunk_first[block] = used;
+		for (; chunk * BINDING_CHUNK < end; chunk++) {
+			const uint16_t *first = &binding->word[chunk * words];
+
+			if (first[0] != first[words])
+				binding->chunk[used++] = (uint16_t)chunk;
+		}
+	}
+	binding->chunk_first[VALUES_BLOCKS] = used;
+}
+
 int layout_slots(struct binding *binding, unsigned int schemes)
 {
 	static struct sharing sharing;
@@ -138,6 +160,7 @@ int layout_slots(struct binding *binding, unsigned int schemes)
 	place_ranges(binding);
 	place_pins(binding, &sharing, schemes);
 	index_words(binding);
+	list_chunks(binding);
 	binding->out_slice = (uint16_t)(binding->out[TABLE_AT_READ].count / BINDING_OUT_TURNS + 1);
 	return 0;
 }

@@ -267,6 +267,38 @@ static void an_io_pin_is_written_only_if_we_changed_it(void **state)
 	assert_int_equal(storage[io_pin], 0);
 }
 
+static size_t io_canonical, io_legacy;
+
+static void find_io_pair(const struct table_row *row, size_t offset, size_t pin)
+{
+	if (row->direction != TABLE_IO || offset != offsetof(struct values, encoder[4].index_enable))
+		return;
+	if (row->scheme == TABLE_LEGACY)
+		io_legacy = pin;
+	else
+		io_canonical = pin;
+}
+
+static void two_io_pins_of_one_member_follow_each_other(void **state)
+{
+	(void)state;
+	each_pin(find_io_pair);
+	assert_int_not_equal(io_canonical, io_legacy);
+	storage[io_legacy] = 1;
+	binding_gather(&binding, TABLE_AT_READ);
+	binding_scatter(&binding, TABLE_AT_READ);
+	assert_int_equal(storage[io_canonical], 1);
+	binding_gather(&binding, TABLE_AT_READ);
+	assert_true(values.encoder[4].index_enable);
+	values.encoder[4].index_enable = false;
+	values_changed(&values, BLOCK_ENCODER);
+	binding_scatter(&binding, TABLE_AT_READ);
+	assert_int_equal(storage[io_canonical] | storage[io_legacy], 0);
+	storage[io_canonical] = 1;
+	binding_gather(&binding, TABLE_AT_READ);
+	assert_true(values.encoder[4].index_enable);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -279,6 +311,7 @@ int main(void)
 		cmocka_unit_test_setup(
 			a_pin_linked_to_a_used_signal_is_written_though_nothing_changed, bind_all),
 		cmocka_unit_test_setup(of_two_in_pins_the_one_that_changed_counts, bind_all),
+		cmocka_unit_test_setup(two_io_pins_of_one_member_follow_each_other, bind_all),
 		cmocka_unit_test_setup(an_io_pin_is_written_only_if_we_changed_it, bind_all),
 	};
 

@@ -28,12 +28,13 @@ def settings_are_shown_and_one_that_is_set_reaches_the_device(m):
     assert m.sim("pin 44")["function"] == "0x04"
 
 
-def a_setting_that_the_device_cannot_have_is_told(m):
+def a_setting_that_the_daemon_does_not_take_is_told(m):
     hal = m.all()
     hal.becomes("config.state", 3, limit=30)
-    hal.set("pin.10.function", 4)               # no output on this device
-    hal.becomes("config.refused", 1)
-    assert hal.get("config.refused-index") == 10
+    hal.set("joint.01.soft-min", 10)
+    hal.set("joint.01.soft-max", 5)
+    hal.becomes("config.refused", 8)
+    assert hal.get("config.refused-index") == 1
 
 
 def a_setting_out_of_range_is_named_and_not_sent(m):
@@ -134,7 +135,7 @@ def rates_are_measured(m):
 
 TESTS = [
     settings_are_shown_and_one_that_is_set_reaches_the_device,
-    a_setting_that_the_device_cannot_have_is_told,
+    a_setting_that_the_daemon_does_not_take_is_told,
     a_setting_out_of_range_is_named_and_not_sent,
     pwm_has_its_frequency_and_duty,
     a_bus_output_is_shifted_out_and_shown,
