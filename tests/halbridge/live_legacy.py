@@ -6,7 +6,7 @@ Every name that such machines have in their HAL files (legacy_used.tsv) is set
 or connected, once with "loadusr -W pokeys" as it stands there, once with
 pokeys_shm and two addf lines instead.
 
-usage: live_legacy.py MODULE.so HOST-PROGRAM POKEYS-PROGRAM [PATTERN]
+usage: live_legacy.py MODULE.so HOST-PROGRAM POKEYS-PROGRAM LIST-NAMES [PATTERN]
 """
 import os
 import pathlib
@@ -17,6 +17,7 @@ import time
 import hal_live
 
 POKEYS = pathlib.Path(sys.argv.pop(3)).resolve()
+LIST_NAMES = sys.argv.pop(3)
 os.environ["PATH"] = f"{POKEYS.parent}:{os.environ['PATH']}"
 USED = pathlib.Path(__file__).with_name("legacy_used.tsv")
 
@@ -97,6 +98,20 @@ def a_machines_hal_file_loads_with_loadusr(rig):
 
 def a_machines_hal_file_loads_with_loadrt_and_two_addf(rig):
     load_file(rig, LOADRT)
+
+
+def it_has_the_names_of_both_schemes(rig):
+    loadusr(rig)
+    have = []
+    for kind in ("pin", "param"):
+        for line in rig.hal.ok(f"halcmd -s show {kind} 'pokeys.*'").splitlines():
+            words = line.split()
+            if words:
+                have.append(f"{words[4]} {kind} {words[1]} {words[2]}")
+    want = subprocess.run([LIST_NAMES, "names", "both"], capture_output=True, text=True,
+                          check=True).stdout.splitlines()
+    differ = sorted(set(have) ^ set(want))
+    assert not differ and len(have) == len(want), differ[:20]
 
 
 def without_a_daemon_it_says_so_and_comes_alive_with_it(rig):
@@ -274,6 +289,7 @@ def an_ordinary_user_can_do_it(rig):
 hal_live.main([
     a_machines_hal_file_loads_with_loadusr,
     a_machines_hal_file_loads_with_loadrt_and_two_addf,
+    it_has_the_names_of_both_schemes,
     without_a_daemon_it_says_so_and_comes_alive_with_it,
     without_an_ini_file_it_runs,
     keys_of_the_ini_file_are_set,
