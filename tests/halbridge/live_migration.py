@@ -81,6 +81,36 @@ def an_axis_moves_by_its_older_names(m):
     assert m.hal.get("joint.00.pos-fb") == 3
 
 
+def keyboard_buses_and_analog_outputs_by_their_older_names(m):
+    m.device()
+    m.sim("module 0 on 100")
+    m.daemon()
+    loadusr(m)
+    hal = m.hal
+    hal.becomes("kbd48CNC.available", True)
+    hal.becomes("kbd48CNC.lightValue", 100)
+    m.sim("kbd 0 2 1 1")
+    hal.becomes("kbd48CNC.9.Button", True)
+    m.sim("kbd 0 2 1 0")
+    hal.becomes("kbd48CNC.9.Button", False)
+    hal.set("kbd48CNC.9.LED", 1)
+    m.sim_shows("lamp 0 2 1", "lit", "1")
+    hal.becomes("kbd48CNC.KeyBrightness", 155)
+    hal.set("PoExtBus.9.digout.8.out", 1)      # bit 0 of byte 0
+    hal.becomes("PoExtBus.9.digin.byte", 1)
+    hal.becomes("PoExtBus.9.digin.8.in", True)
+    hal.set("PoExtBus.0.digout.1.out", 1)      # bit 7 of byte 9
+    hal.becomes("PoExtBus.0.digin.byte", 128)
+    m.sim_shows("poext", "data", "01" + 8 * "00" + "80")
+    hal.set("adcout.0.value", 5)
+    hal.set("adcout.0.enable", 1)
+    hal.set("legacy.adcout-follows", 1)
+    m.sim_shows("pwm", "duty.5", "1250")        # 5 of 10 V, of 2500 ticks
+    hal.becomes("adcout.0.deb.out", 1250)
+    hal.set("adcout.0.enable", 0)
+    m.sim_shows("pwm", "duty.5", "0")
+
+
 def a_dead_device_does_not_disturb_the_other(m):
     m.device()
     other = m.address.rsplit(".", 1)[0] + ".251"
@@ -169,6 +199,7 @@ if __name__ == "__main__":
     sys.exit(hal_machine.main([
         settings_of_the_ini_file_reach_the_device,
         an_axis_moves_by_its_older_names,
+        keyboard_buses_and_analog_outputs_by_their_older_names,
         a_dead_device_does_not_disturb_the_other,
         the_panel_of_the_examples_works,
         the_mill_of_the_examples_homes_and_moves,
