@@ -58,7 +58,7 @@ static void find_processes(struct doctor *doctor, const char *runtime_directory)
 static void gather(struct doctor *doctor, const struct options *options)
 {
 	doctor->root = options->root ? options->root : "";
-	doctor_read_plan(doctor, options->config ? options->config : "/etc/pokeysd/pokeysd.conf");
+	doctor_read_plan(doctor, options->config ? options->config : DOCTOR_PLAN_PATH);
 	doctor->cpu = options->cpu >= 0 ? options->cpu : doctor->plan.cpu;
 	find_processes(doctor, options->runtime_directory);
 	look_at_daemon(doctor, options->runtime_directory);

@@ -17,6 +17,8 @@
 
 enum { DOCTOR_DEVICES = VIEW_DEVICES, DOCTOR_FINDINGS = 256, DOCTOR_NAME = 48 };
 
+#define DOCTOR_PLAN_PATH "/etc/pokeysd/pokeysd.conf"
+
 enum doctor_verdict {
 	DOCTOR_OK,
 	DOCTOR_ADVICE,			/* works, and could be better */

@@ -127,7 +127,9 @@ static void judge_nic(const struct doctor *doctor, struct doctor_finding *findin
 
 	find_irqs(doctor->root, finding->nic->name, &irqs);
 	count = on_core(doctor, &irqs, text, sizeof(text), &untold);
-	if (doctor->cpu < 0)
+	if (!strcmp(finding->nic->name, "lo"))
+		doctor_say(finding, DOCTOR_OK, "the loopback has none");
+	else if (doctor->cpu < 0)
 		doctor_say(finding, DOCTOR_UNKNOWN, "no core is chosen, see the check core");
 	else if (!irqs.count)
 		doctor_say(finding, DOCTOR_UNKNOWN, "its interrupts were not found");

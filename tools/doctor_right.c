@@ -111,7 +111,8 @@ static void judge_hal(const struct doctor *doctor, struct doctor_finding *findin
 	struct probe_thread thread;
 
 	if (doctor->hal <= 0) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "LinuxCNC does not run (no rtapi_app in /proc)");
+		doctor_say(finding, DOCTOR_UNKNOWN, "LinuxCNC does not run (there is no "
+			   "rtapi_app)");
 	} else if (!probe_realtime_thread(doctor->root, doctor->hal, &thread)) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/%d/task cannot be read", doctor->hal);
 	} else if (!thread.priority) {

@@ -17,7 +17,7 @@
 enum {
 	TAKES_RUNTIME = 1, TAKES_TIMEOUT = 2, TAKES_ADDRESS = 4, TAKES_INTERFACE = 8,
 	TAKES_COUNT = 16, TAKES_INTERVAL = 32, TAKES_NAMES = 64, TAKES_CPU = 128,
-	TAKES_CONFIG = 256, TAKES_ROOT = 512,
+	TAKES_CONFIG = 256, TAKES_ROOT = 512, TAKES_MEASURE = 1024,
 };
 
 static const struct command {
@@ -37,6 +37,9 @@ static const struct command {
 	{ "doctor", "[--cpu N] [--config FILE] [--root DIR]",
 	  "what makes this machine late, and how to mend it",
 	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_ROOT, command_doctor },
+	{ "latency", "[--cpu N] [--seconds S] [--priority P | --no-realtime] [--svg FILE] "
+	  "[--config FILE]", "how late threads wake up, and the daemon's",
+	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_MEASURE, command_latency },
 	{ "top", "[DEVICE ...] [--count N] [--interval S]", "how they are, again and again",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_COUNT | TAKES_INTERVAL, command_top },
 };
@@ -54,6 +57,10 @@ static const struct option long_options[] = {
 	{ "cpu", required_argument, NULL, 'c' },
 	{ "config", required_argument, NULL, 'f' },
 	{ "root", required_argument, NULL, 'R' },
+	{ "seconds", required_argument, NULL, 's' },
+	{ "priority", required_argument, NULL, 'p' },
+	{ "no-realtime", no_argument, NULL, 'N' },
+	{ "svg", required_argument, NULL, 'v' },
 	{ "help", no_argument, NULL, 'h' },
 	{ "version", no_argument, NULL, 'V' },
 	{ NULL, 0, NULL, 0 },
@@ -109,6 +116,24 @@ static bool take_addresses(struct options *options, const char *text)
 	return true;
 }
 
+/* What latency alone takes. */
+static bool take_measure(struct options *options, int option)
+{
+	double number = options->priority;
+	bool good = true;
+
+	if (option == 's')
+		return take_number("seconds", optarg, 0.1, 86400, &options->seconds);
+	if (option == 'p')
+		good = take_number("priority", optarg, 1, 98, &number);
+	else if (option == 'N')
+		options->no_realtime = true;
+	else
+		options->svg = optarg;
+	options->priority = (int)number;
+	return good;
+}
+
 /* One option; the bit that a command needs to take it goes into *needs. */
 static bool take_option(struct options *options, int option, unsigned int *needs)
 {
@@ -154,6 +179,13 @@ static bool take_option(struct options *options, int option, unsigned int *needs
 	case 'R':
 		*needs = TAKES_ROOT;
 		options->root = optarg;
+		break;
+	case 's':
+	case 'p':
+	case 'N':
+	case 'v':
+		*needs = TAKES_MEASURE;
+		good = take_measure(options, option);
 		break;
 	case 'j':
 		options->json = true;
@@ -243,6 +275,8 @@ int main(int argc, char **argv)
 		.timeout_ms = 500,
 		.interval_s = 0.5,
 		.cpu = -1,
+		.seconds = 10,
+		.priority = 80,
 	};
 	const struct command *command;
 	int status;

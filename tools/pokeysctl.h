@@ -28,7 +28,10 @@ struct options {
 	uint32_t address[ADDRESSES_MAX];
 	size_t addresses;
 	int cpu;			/* -1 = not said */
-	const char *config, *root;	/* NULL = not said */
+	const char *config, *root, *svg;	/* NULL = not said */
+	double seconds;
+	int priority;
+	bool no_realtime;
 	char *const *names;		/* devices */
 	size_t name_count;
 };
@@ -42,6 +45,7 @@ int command_devices(const struct options *options);
 int command_status(const struct options *options);
 int command_config(const struct options *options);
 int command_doctor(const struct options *options);
+int command_latency(const struct options *options);
 int command_top(const struct options *options);
 
 #endif

@@ -103,6 +103,8 @@ VARIANTS = [
     ({"etc/pokeysd/pokeysd.conf": "[device mill]\naddress = 10.0.0.2\n"}, {"core": "ok", "isolcpus": "ok"}),
     ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="sleep"), f"{CORE}/isolated": ""}, {"isolcpus": "advice"}),
     ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="spin\nduty = 1")}, {"throttling": "advice"}),
+    ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="spin\nduty = 0.9")}, {"throttling": "ok"}),
+    ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="spin\nduty = 0.92")}, {"throttling": "advice"}),
     ({"proc/sys/kernel/sched_rt_runtime_us": "-1"}, {"throttling": "ok"}),
     ({"proc/cmdline": "rcu_nocbs", f"{CORE}/nohz_full": ""}, {"rcu-nocbs": "ok", "nohz-full": "advice"}),
     ({f"{CORE}/cpu3/topology/thread_siblings_list": "2-3"}, {"smt-sibling": "ok"}),

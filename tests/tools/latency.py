@@ -1,0 +1,148 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""pokeysctl latency and doctor beside a real daemon and the simulator, and as
+somebody without any right. No times are judged: this machine may be busy."""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import xml.etree.ElementTree
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "system"))
+from house import House, Skip, main, wait_for  # pylint: disable=wrong-import-position
+
+NOBODY = 65534
+KEYS = {"format", "kernel", "virtual_machine", "priority", "seconds", "period_us", "note", "series"}
+SERIES = {"name", "cpu", "samples", "mean_us", "min_us", "p50_us", "p99_us", "p999_us", "max_us", "buckets"}
+CORE = min(os.sched_getaffinity(0))
+
+
+def judge(document):
+    assert set(document) == KEYS and document["format"] == 1, document.keys()
+    for series in document["series"]:
+        assert set(series) == SERIES, series.keys()
+        assert series["samples"] == sum(count for _, count in series["buckets"]) > 0, series
+        assert series["min_us"] <= series["p50_us"] <= series["p99_us"] <= series["max_us"], series
+
+
+def measure(house, *words):
+    out = house.ctl("latency", "--json", "--seconds", "0.5", *words)
+    if "is refused" in out.stderr or "cannot be locked" in out.stderr:
+        raise Skip(out.stderr.strip())
+    assert out.returncode == 0 and out.stderr == "", out.stderr
+    document = json.loads(out.stdout)
+    judge(document)
+    return document
+
+
+def findings(out):
+    found = {}
+    for finding in json.loads(out.stdout)["findings"]:
+        found.setdefault(finding["check"], finding)
+    return found
+
+
+def without_rights(*words):
+    def drop():
+        if os.geteuid() == 0:
+            os.setgroups([])
+            os.setgid(NOBODY)
+            os.setuid(NOBODY)
+    try:
+        return subprocess.run([House.programs["pokeysctl"], *map(str, words)], capture_output=True, text=True,
+                              timeout=60, check=False, preexec_fn=drop)
+    except PermissionError as why:
+        raise Skip(f"nobody may not run the build: {why}") from why
+
+
+def test_the_daemon_is_measured_beside_the_sleepers():
+    with House(cpu=CORE, **{"period-us": 2000}) as house:
+        picture = house.folder / "latency.svg"
+        house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        document = measure(house, "--svg", picture, "--config", house.conf)
+        assert document["period_us"] == 2000
+        names = [series["name"] for series in document["series"]]
+        assert names[0] == f"sleeper, core {CORE}" and names[-1].startswith("pokeysd"), names
+        assert document["note"] == ""
+        root = xml.etree.ElementTree.parse(picture).getroot()
+        paths = root.findall("{http://www.w3.org/2000/svg}path")
+        assert len(paths) == len(document["series"])
+        text = house.ctl("latency", "--seconds", "0.3").stdout
+        assert "samples" in text and "p99.9" in text and "pokeysd" in text, text
+
+
+def test_without_a_daemon_the_sleepers_are_alone():
+    with House() as house:
+        document = measure(house)
+        assert all(series["name"].startswith("sleeper") for series in document["series"])
+        assert "no daemon" in document["note"]
+
+
+def test_a_core_that_is_not_there_is_told():
+    with House() as house:
+        out = house.ctl("latency", "--cpu", "1023", "--seconds", "0.1", "--no-realtime")
+        assert out.returncode == 1 and "core 1023 is not there" in out.stderr, out.stderr
+
+
+def test_a_picture_that_cannot_be_written_is_told():
+    with House() as house:
+        out = house.ctl("latency", "--seconds", "0.1", "--no-realtime", "--svg", "/nowhere/x.svg")
+        assert out.returncode == 1 and "--svg: /nowhere/x.svg" in out.stderr, out.stderr
+
+
+def test_who_has_no_right_to_a_priority_is_refused_in_words():
+    out = without_rights("latency", "--seconds", "0.1")
+    if out.returncode == 0:
+        raise Skip("here everybody has the right")
+    assert out.returncode == 1 and "--no-realtime" in out.stderr and out.stdout == "", out.stderr
+    out = without_rights("latency", "--seconds", "0.2", "--no-realtime", "--json")
+    assert out.returncode == 0, out.stderr
+    document = json.loads(out.stdout)
+    judge(document)
+    assert document["priority"] is None
+
+
+def test_odd_histograms_stay_documents_and_pictures():
+    def put(what):
+        return subprocess.run([House.programs["test_tools_latency_report"], what], capture_output=True,
+                              timeout=30, check=True).stdout
+    xml.etree.ElementTree.fromstring(put("--svg"))
+    one, late, none = json.loads(put("--json"))["series"]
+    assert one["samples"] == 1 and late["samples"] == 2
+    assert none["p50_us"] is None and none["cpu"] is None and none["buckets"] == []
+
+
+def test_doctor_sees_a_running_daemon():
+    with House(cpu=CORE) as house:
+        house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        wait_for("the diagnostic image", lambda: house.device()["diag"])
+        out = house.ctl("doctor", "--json", "--config", house.conf)
+        found = findings(out)
+        assert found["core"]["verdict"] == "ok" and found["route"]["why"] == "directly at lo", found
+        realtime = house.device()["state"]["flags"]["realtime"]
+        assert found["daemon-realtime"]["verdict"] == ("ok" if realtime else "problem")
+        assert found["daemon-thread"]["verdict"] == ("ok" if realtime else "problem")
+        assert found["daemon-transport"]["verdict"] in ("ok", "advice")
+        assert found["daemon"]["subject"] == "mill"
+        assert out.returncode == (1 if json.loads(out.stdout)["problems"] else 0)
+        if realtime:  # without the file the core is that of the running thread
+            found = findings(house.ctl("doctor", "--json", "--config", "/nowhere"))
+            assert found["core"]["why"].startswith(f"core {CORE} of"), found["core"]
+
+
+def test_doctor_works_without_daemon_and_without_rights():
+    out = without_rights("doctor", "--json", "--runtime-directory", "/nowhere")
+    assert out.returncode in (0, 1) and out.stderr == "", out.stderr
+    found = findings(out)
+    assert found["daemon"]["verdict"] == "unknown" and found["daemon"]["mend"]
+    assert found["kernel"]["verdict"] in ("ok", "problem")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__]))

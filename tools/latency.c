@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl latency: what the machine can do (a thread that only sleeps, as
+ * cyclictest has it) beside what the daemon gets of it in the same seconds. If
+ * the first is bad it is the machine's fault, and doctor says which; if only
+ * the second is, it is the daemon's or its settings'.
+ *
+ * The daemon's part is the difference of two readings of its histogram; all
+ * the rest is measured here. Both have the daemon's period and core.
+ */
+#include <errno.h>
+#include <sched.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/utsname.h>
+#include <time.h>
+#include "tools/doctor.h"
+#include "tools/latency.h"
+#include "tools/order.h"
+#include "tools/pokeysctl.h"
+
+enum { DEFAULT_PERIOD_NS = 1000000, FIRST_TRIES = 25 };
+
+/* Highest core that this process may run on, -1 if only `than` itself is lower. */
+static int permitted_core(int than, bool highest)
+{
+	cpu_set_t set;
+	int found = -1;
+
+	if (sched_getaffinity(0, sizeof(set), &set) < 0)
+		return -1;
+	for (int cpu = 0; cpu < CPU_SETSIZE; cpu++)
+		if (CPU_ISSET((size_t)cpu, &set) && cpu != than && (highest || found < 0))
+			found = cpu;
+	return found;
+}
+
+/* The one core that the daemon's realtime thread may run on, -1 = several, or not to be seen. */
+static int daemon_core(const struct options *options)
+{
+	struct probe_thread thread;
+	int daemon = order_daemon(options->runtime_directory);
+
+	if (daemon > 0 && probe_realtime_thread("", daemon, &thread) && thread.priority &&
+	    probe_list_other(thread.cores, atoi(thread.cores)) < 0)
+		return atoi(thread.cores);
+	return -1;
+}
+
+/* The core that was asked for, else the daemon's, else the last one. */
+static int choose_core(const struct options *options, bool *spins)
+{
+	static struct doctor doctor = { .root = "" };
+	int cpu = daemon_core(options);
+
+	doctor_read_plan(&doctor, options->config ? options->config : DOCTOR_PLAN_PATH);
+	*spins = doctor.plan.spin;
+	if (options->cpu >= 0)
+		return options->cpu;
+	if (cpu >= 0)
+		return cpu;
+	return doctor.plan.cpu >= 0 ? doctor.plan.cpu : permitted_core(-1, true);
+}
+
+/* The device whose diagnostic image is read; every device of a daemon has the same loop. */
+static struct view_device *read_daemon(struct view *view)
+{
+	view_read(view);
+	for (size_t i = 0; i < view->count; i++)
+		if (view->device[i].has_diag && view->device[i].freshness >= VIEW_STALE)
+			return &view->device[i];
+	return NULL;
+}
+
+/* A daemon that began just now writes its first diagnostic image a little later. */
+static struct view_device *await_daemon(struct view *view)
+{
+	const struct timespec pause = { .tv_nsec = 20000000 };
+	struct view_device *device = read_daemon(view);
+
+	for (int tries = 0; view->count && !device && tries < FIRST_TRIES; tries++) {
+		nanosleep(&pause, NULL);
+		device = read_daemon(view);
+	}
+	return device;
+}
+
+static void open_daemon(struct view *view, const char *runtime_directory)
+{
+	char names[VIEW_DEVICES][POKEYS_SHM_NAME_MAX];
+
+	if (pokeys_shm_devices(runtime_directory, names, VIEW_DEVICES) > 0)
+		view_open(view, runtime_directory, NULL, 0);
+}
+
+static void prepare(struct latency_run *run, const struct options *options,
+		    const struct view_device *daemon)
+{
+	struct utsname name;
+	bool spins;
+	int cpu = choose_core(options, &spins), other = permitted_core(cpu, false);
+
+	uname(&name);
+	snprintf(run->kernel, sizeof(run->kernel), "%s", name.release);
+	run->is_virtual = probe_virtual("");
+	run->priority = options->no_realtime ? 0 : options->priority;
+	run->seconds = options->seconds;
+	run->period_ns = daemon ? daemon->state.period_ns : DEFAULT_PERIOD_NS;
+	run->phase_ns = daemon ? (daemon->state.t_cycle_ns + run->period_ns / 2) %
+				 run->period_ns : 0;
+	run->series[0].cpu = cpu;
+	snprintf(run->series[0].title, sizeof(run->series[0].title), "sleeper, core %d", cpu);
+	run->count = 1;
+	if (other >= 0) {
+		run->series[1].cpu = other;
+		snprintf(run->series[1].title, sizeof(run->series[1].title), "sleeper, core %d",
+			 other);
+		run->count = 2;
+	}
+	if (!daemon)
+		snprintf(run->note, sizeof(run->note), "no daemon runs in %s: the sleepers alone",
+			 options->runtime_directory);
+	else if (spins)
+		snprintf(run->note, sizeof(run->note), "mode = spin: the daemon keeps its core, so "
+			 "a sleeper beside it measures the daemon");
+}
+
+static void take_daemon(struct latency_run *run, struct view *view, int cpu,
+			const struct pokeys_histogram *before)
+{
+	const struct view_device *device = read_daemon(view);
+	char core[24] = "";
+	struct latency_series *series = &run->series[run->count];
+
+	if (!device) {
+		snprintf(run->note, sizeof(run->note), "the daemon ended in between");
+		return;
+	}
+	if (cpu >= 0)
+		snprintf(core, sizeof(core), ", core %d", cpu);
+	series->cpu = cpu;
+	snprintf(series->title, sizeof(series->title), "pokeysd%s%s", core,
+		 device->state.flags & POKEYS_STATE_REALTIME ? "" : ", no RT");
+	latency_since(before, &device->diag.wakeup, &series->histogram);
+	run->count++;
+}
+
+static int plot(const struct latency_run *run, const char *path)
+{
+	FILE *to = fopen(path, "we");
+
+	if (to) {
+		latency_plot(run, to);
+		if (!fclose(to))
+			return STATUS_OK;
+	}
+	complain("--svg: %s: %s", path, strerror(errno));
+	return STATUS_FAILED;
+}
+
+int command_latency(const struct options *options)
+{
+	static struct latency_run run;
+	static struct view view;
+	static struct pokeys_histogram before;
+	const struct view_device *daemon;
+	char why[256] = "";
+
+	open_daemon(&view, options->runtime_directory);
+	daemon = await_daemon(&view);
+	prepare(&run, options, daemon);
+	if (daemon)
+		before = daemon->diag.wakeup;
+	if (latency_measure(&run, run.count, why, sizeof(why))) {
+		complain("%s", why);
+		view_close(&view);
+		return STATUS_FAILED;
+	}
+	if (daemon)
+		take_daemon(&run, &view, daemon_core(options), &before);
+	view_close(&view);
+	if (options->json)
+		latency_print_json(&run, stdout);
+	else
+		latency_print(&run, stdout);
+	return options->svg ? plot(&run, options->svg) : STATUS_OK;
+}
