@@ -173,7 +173,7 @@ def session(m, *edits):
     m.device()
     m.daemon()
     ui = pathlib.Path(__file__).with_name("mill_ui.py")
-    to = copy(m, "57cnc-mill", ("mill.ini", "DISPLAY = axis\n", f"DISPLAY = {ui}\n"), *edits)
+    to = copy(m, "older-mill", ("mill.ini", "DISPLAY = axis\n", f"DISPLAY = {ui}\n"), *edits)
     status, _ = m.hal.run(f"cd {to} && timeout 90 linuxcnc -r mill.ini > {m.folder}/cnc.log 2>&1")
     log = (m.folder / "cnc.log").read_text(errors="replace")
     assert "moved" in log, f"status {status}\n{log[-3000:]}"
@@ -181,16 +181,22 @@ def session(m, *edits):
     return log
 
 
-def the_mill_of_the_examples_homes_and_moves(m):
-    session(m, ("mill.hal", "loadrt pokeys_shm\n", f"loadrt pokeys_shm runtime={m.folder}/run\n"))
+RUNTIME = ("mill.ini", "[POKEYS]\n", "[POKEYS]\nRUNTIME_DIRECTORY = {run}\n")
+
+
+def the_older_mill_homes_and_moves_with_loadusr(m):
+    name, old, new = RUNTIME
+    log = session(m, (name, old, new.format(run=m.folder / "run")))
+    assert "refused" not in log and "cannot" not in log, log[-3000:]
     assert m.sim("axis 0")["machine"] == "2000", m.sim("axis 0")
 
 
-def a_mill_of_the_older_component_homes_and_moves(m):
-    hal = pathlib.Path(__file__).with_name("older_mill.hal")
-    log = session(m, ("mill.ini", "HALFILE = mill.hal", f"HALFILE = {hal}"),
-                  ("mill.ini", "[KINS]", f"[POKEYS]\nRUNTIME_DIRECTORY = {m.folder}/run\n"
-                                         "DEVICE_ID = 65432\n\n[KINS]"))
+def the_older_mill_homes_and_moves_with_loadrt_and_two_addf(m):
+    log = session(m, ("mill.hal", "loadusr -W pokeys\n",
+                      f"loadrt pokeys_shm runtime={m.folder}/run\n"
+                      "addf pokeys.0.read servo-thread\n"),
+                  ("mill.hal", "addf motion-controller servo-thread\n",
+                   "addf motion-controller servo-thread\naddf pokeys.0.write servo-thread\n"))
     assert "refused" not in log and "cannot" not in log, log[-3000:]
     assert m.sim("axis 0")["machine"] == "2000", m.sim("axis 0")
 
@@ -202,6 +208,6 @@ if __name__ == "__main__":
         keyboard_buses_and_analog_outputs_by_their_older_names,
         a_dead_device_does_not_disturb_the_other,
         the_panel_of_the_examples_works,
-        the_mill_of_the_examples_homes_and_moves,
-        a_mill_of_the_older_component_homes_and_moves,
+        the_older_mill_homes_and_moves_with_loadusr,
+        the_older_mill_homes_and_moves_with_loadrt_and_two_addf,
     ]))
