@@ -137,7 +137,6 @@ static void read_modules(struct values *values, const struct pokeys_state *state
 	legacy->ponet.found = state->ponet_count;
 	legacy->ponet.available = state->kbd48_module < POKEYS_PONET;
 	legacy->ponet.keyboard = legacy->ponet.available ? state->kbd48_module : 0;
-	values_changed(values, BLOCK_LEGACY_PONET);
 }
 
 static void read_buses(struct exchange *exchange, struct values *values)
@@ -186,6 +185,7 @@ void legacy_read(struct exchange *exchange, struct values *values, uint64_t now_
 	}
 	legacy_read_engine(exchange, values, exchange->fresh);
 	values_changed(values, BLOCK_LEGACY_IO);
+	values_changed(values, BLOCK_LEGACY_PONET);
 	values_changed(values, BLOCK_LEGACY_AXIS);
 	values_changed(values, BLOCK_LEGACY_ENGINE);
 }
