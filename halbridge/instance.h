@@ -38,6 +38,7 @@ struct instance {
 	struct binding binding;
 	struct legacy_link link;
 	struct wisher wisher;			/* the monitor's */
+	struct pokeys_diag diag;		/* the monitor's */
 	struct legacy_settings settings;	/* the monitor's, as the two below */
 	struct legacy_range range;
 };

@@ -22,6 +22,7 @@
 #include <pokeys/names.h>
 #include <rtapi.h>
 #include "halbridge/find_serial.h"
+#include "halbridge/latency.h"
 
 enum {
 	ROUND_MS = 100,
@@ -235,6 +236,8 @@ static void look_around(struct monitor *monitor, unsigned int number)
 		say_connection(monitor, instance);
 		say_refusals(monitor, instance);
 		see_to_settings(instance);
+		if (instance->client && number % (1000 / ROUND_MS) == 0)
+			latency_round(instance->values, instance->client, &instance->diag);
 	}
 }
 

@@ -11,6 +11,10 @@
 	ROW(name, PIN, OUT, READ, diagnostics.member, help)
 #define RATE(name, group, help)		\
 	DIAGNOSTIC("rate." name, rate_hz[POKEYS_SLOW_##group], help ", measured, Hz")
+#define LATENCY(name, member, help)							\
+	DIAGNOSTIC("latency." name "-p99-us", member.p99_us,				\
+		   help ": 99 of 100 are shorter, microseconds, since the daemon's start"),	\
+	DIAGNOSTIC("latency." name "-max-us", member.max_us, help ": the longest")
 
 static const struct table_row rows[] = {
 	DIAGNOSTIC("device.load", load, "the device's processor load, percent"),
@@ -64,6 +68,10 @@ static const struct table_row rows[] = {
 	DIAGNOSTIC("packets.in-flight", in_flight, "under way now"),
 	DIAGNOSTIC("deadline-us", deadline_us, "after which a packet counts as lost, microseconds"),
 	DIAGNOSTIC("cycles-late", cycles_late, "cycles whose fast data did not come in time"),
+	LATENCY("wakeup", wakeup, "from the tick to the daemon's running"),
+	LATENCY("round-trip", round_trip, "from a request to its answer"),
+	LATENCY("data", data, "from the tick until the fast data are complete"),
+	DIAGNOSTIC("cycles-skipped", cycles_skipped, "ticks that the daemon missed"),
 	DIAGNOSTIC("encoder-resyncs", encoder_resyncs, "jumps of encoders that were mended"),
 	DIAGNOSTIC("daemon.realtime", realtime, "the daemon runs at realtime priority"),
 	DIAGNOSTIC("daemon.fallback", fallback, "the daemon's transport is slower than asked for"),

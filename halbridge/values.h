@@ -138,15 +138,21 @@ struct value_ponet {
 	struct value_ponet_module module[POKEYS_PONET];
 };
 
+struct value_latency {
+	double p99_us, max_us;
+};
+
 /* How the driver itself does. */
 struct value_diagnostics {
 	double rate_hz[POKEYS_SLOW_GROUPS];
 	double deadline_us, device_tick_s;
+	struct value_latency wakeup, round_trip, data;
 	uint32_t sent, resent, received, lost, timed_out, stray, duplicate, late_reply, corrupt;
 	uint32_t wrong_source, send_failed, cycles_late, in_flight, encoder_resyncs;
 	uint32_t load, access, failsafe_state;
 	uint32_t config_state, config_refused, config_refused_index;
 	uint32_t config_generation, config_generation_applied, config_input_refused;
+	uint32_t cycles_skipped;
 	bool locked, realtime, fallback, guard, config_save;
 };
 

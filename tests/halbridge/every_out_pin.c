@@ -141,6 +141,14 @@ static void set_pwm(struct rig *rig)
 		rig->daemon.pwm_duty[i] = 2500;
 }
 
+static void be_late(struct rig *rig)
+{
+	struct value_diagnostics *value = &rig->values.diagnostics;
+
+	value->wakeup = value->round_trip = value->data = (struct value_latency){ 7, 9 };
+	value->cycles_skipped = 3;
+}
+
 static void refuse_a_setting(struct rig *rig)
 {
 	rig->values.diagnostics.config_generation = 5;
@@ -263,6 +271,10 @@ static const struct out_driver drivers[] = {
 	COUNT("packets.corrupt", corrupt), COUNT("packets.wrong-source", wrong_source),
 	COUNT("packets.send-failed", send_failed), COUNT("packets.in-flight", in_flight),
 	SCALED("deadline-us", statistics.deadline_ns, 1e-3), COUNT("cycles-late", cycles_late),
+	BY("latency.wakeup-p99-us", be_late), BY("latency.wakeup-max-us", be_late),
+	BY("latency.round-trip-p99-us", be_late), BY("latency.round-trip-max-us", be_late),
+	BY("latency.data-p99-us", be_late), BY("latency.data-max-us", be_late),
+	BY("cycles-skipped", be_late),
 	FIELD("encoder-resyncs", encoder_resync[0]),
 	BITS("daemon.realtime", flags, 5), BITS("daemon.fallback", flags, 6),
 	BITS("daemon.guard", flags, 9), BY("joint.%02u.refused", set_bad_scale),

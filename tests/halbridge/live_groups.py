@@ -131,6 +131,10 @@ def rates_are_measured(m):
             assert time.monotonic() < end, f"rate.{name} is not measured"
         print(f"rate.{name}: {hal.get('rate.' + name):.1f} Hz")
     assert hal.get("packets.sent") > 100
+    for name in ("wakeup", "round-trip", "data"):
+        p99, most = (hal.get(f"latency.{name}-{what}-us") for what in ("p99", "max"))
+        print(f"latency.{name}: {p99:.0f} us, at most {most:.0f} us")
+        assert 0 < p99 and 0 < most
 
 
 TESTS = [

@@ -4,6 +4,7 @@
  */
 #include "tests/halbridge/rig.h"
 #include <errno.h>
+#include "halbridge/latency.h"
 #include "halbridge/wisher.h"
 
 static struct wisher wisher;
@@ -32,6 +33,25 @@ int pokeys_client_write_wish(pokeys_client *to, const struct pokeys_wish *wish)
 	sent = *wish;
 	sendings++;
 	return 0;
+}
+
+int pokeys_client_read_diag(pokeys_client *from, struct pokeys_diag *out)
+{
+	assert_ptr_equal(from, client);
+	if (!attached)
+		*out = (struct pokeys_diag){
+			.cycles_skipped = 5, .wakeup = { .sum_ns = 2000, .max_ns = 9000 },
+			.round_trip = { .sum_ns = 300000, .max_ns = 900000 },
+			.fresh = { .sum_ns = 400000, .max_ns = 800000 },
+		};
+	return attached;
+}
+
+/* Made up, as everything here: which histogram, and which part of it. */
+uint64_t pokeys_histogram_percentile(const struct pokeys_histogram *histogram, double p)
+{
+	assert_true(p == 0.99);
+	return histogram->sum_ns;
 }
 
 static void refuse(void *argument, const struct wish_item *item, double value)
@@ -136,6 +156,21 @@ static void a_refusal_names_the_parameter_and_its_range(void **state)
 			    "the old value stays in use");
 }
 
+static void the_daemons_lateness_is_shown_and_kept(void **state)
+{
+	const struct value_diagnostics *value = &values.diagnostics;
+	struct pokeys_diag diag;
+
+	(void)state;
+	latency_round(&values, client, &diag);
+	attached = -ENOTCONN;
+	latency_round(&values, client, &diag);
+	assert_true(value->wakeup.p99_us == 2 && value->wakeup.max_us == 9);
+	assert_true(value->round_trip.p99_us == 300 && value->round_trip.max_us == 900);
+	assert_true(value->data.p99_us == 400 && value->data.max_us == 800);
+	assert_int_equal(value->cycles_skipped, 5);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -145,6 +180,7 @@ int main(void)
 		cmocka_unit_test_setup(it_is_tried_until_it_succeeds, setup),
 		cmocka_unit_test_setup(what_the_device_refuses_is_shown, setup),
 		cmocka_unit_test_setup(a_refusal_names_the_parameter_and_its_range, setup),
+		cmocka_unit_test_setup(the_daemons_lateness_is_shown_and_kept, setup),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
