@@ -15,7 +15,7 @@ enum {
 	BINDING_PINS = 4096,	/* of one device, at most; an I/O pin counts twice */
 	BINDING_NO_TWIN = UINT16_MAX,
 	BINDING_TURNS = 16,	/* periods in which all IN pins get their turn */
-	BINDING_OUT_TURNS = 64,	/* and all OUT pins */
+	BINDING_OUT_TURNS = 128,	/* and all OUT pins */
 	BINDING_ACTIVE = 1024,	/* IN pins of a funct, at most */
 	BINDING_WORD = 8,	/* bytes of struct values whose pins lie together */
 	BINDING_CHUNK = 32,	/* and that are compared at once */

@@ -52,6 +52,8 @@ static void read_connection(const struct exchange *exchange, struct values *valu
 	legacy->digin_step = (uint32_t)age_us(state->t_digital_ns, now_ns);
 	legacy->engine.step = age_us(state->t_motion_ns, now_ns);
 	legacy->poextbus.step = (int32_t)state->slow_millihertz[POKEYS_SLOW_POEXTBUS];
+	if (legacy->ponet.step != (int32_t)state->slow_millihertz[POKEYS_SLOW_PONET])
+		values_changed(values, BLOCK_LEGACY_PONET);
 	legacy->ponet.step = (int32_t)state->slow_millihertz[POKEYS_SLOW_PONET];
 }
 
@@ -137,6 +139,7 @@ static void read_modules(struct values *values, const struct pokeys_state *state
 	legacy->ponet.found = state->ponet_count;
 	legacy->ponet.available = state->kbd48_module < POKEYS_PONET;
 	legacy->ponet.keyboard = legacy->ponet.available ? state->kbd48_module : 0;
+	values_changed(values, BLOCK_LEGACY_PONET);
 }
 
 static void read_buses(struct exchange *exchange, struct values *values)
@@ -150,8 +153,10 @@ static void read_buses(struct exchange *exchange, struct values *values)
 		legacy->poextbus.out[i] = exchange->command.poextbus[i];
 	}
 	read_modules(values, state);
-	if (own->brightness_known && values->kbd48.brightness_sent != own->brightness)
+	if (own->brightness_known && values->kbd48.brightness_sent != own->brightness) {
 		legacy->ponet.brightness_before = own->brightness;
+		values_changed(values, BLOCK_LEGACY_PONET);
+	}
 	own->brightness = values->kbd48.brightness_sent;
 	own->brightness_known = true;
 }
@@ -185,7 +190,6 @@ void legacy_read(struct exchange *exchange, struct values *values, uint64_t now_
 	}
 	legacy_read_engine(exchange, values, exchange->fresh);
 	values_changed(values, BLOCK_LEGACY_IO);
-	values_changed(values, BLOCK_LEGACY_PONET);
 	values_changed(values, BLOCK_LEGACY_AXIS);
 	values_changed(values, BLOCK_LEGACY_ENGINE);
 }

@@ -173,6 +173,26 @@ static void brightness_is_sent_when_it_is_asked_for(void **state)
 	assert_int_equal(command->kbd48_flags, 0);
 }
 
+static void a_modules_outputs_and_brightness_go_together(void **state)
+{
+	(void)state;
+	values->ponet.module[2].out[1] = 0x01020304;
+	rig_period(&rig);
+	assert_int_equal(command->ponet_mask, 1u << 2);
+	assert_int_equal(command->ponet_data[2][4], 4);
+	assert_int_equal(command->ponet_data[2][7], 1);
+	assert_int_equal(command->ponet_brightness[2], 255);
+	values->ponet.module[2].brightness = 10;
+	values->ponet.module[5].brightness = 0;
+	rig_period(&rig);
+	assert_int_equal(command->ponet_brightness[2], 10);
+	assert_int_equal(command->ponet_mask, 1u << 2 | 1u << 5);
+	values->ponet.module[2].brightness = 300;
+	rig_period(&rig);
+	assert_int_equal(command->ponet_brightness[2], 10);
+	assert_true(values->input_refused);
+}
+
 static void automatic_brightness_is_the_opposite_of_the_light(void **state)
 {
 	(void)state;
@@ -199,6 +219,7 @@ int main(void)
 		cmocka_unit_test_setup(a_pwm_parameter_out_of_range_keeps_the_last_good_one, setup),
 		cmocka_unit_test_setup(a_refusal_names_the_parameter_and_its_range, setup),
 		cmocka_unit_test_setup(brightness_is_sent_when_it_is_asked_for, setup),
+		cmocka_unit_test_setup(a_modules_outputs_and_brightness_go_together, setup),
 		cmocka_unit_test_setup(automatic_brightness_is_the_opposite_of_the_light, setup),
 	};
 
