@@ -29,6 +29,7 @@ struct config {
 	char group[33];				/* empty = leave */
 	char interface[16];			/* empty = any */
 	char metrics_file[256];			/* empty = none */
+	bool interface_dedicated;		/* for pokeys-guard */
 	enum config_transport transport;
 	uint32_t busy_poll_us;
 	struct loop_options loop;
@@ -59,6 +60,13 @@ int config_read(const char *path, struct config *out, config_complain complain, 
  * may come a second later, and is then no reason never to start.
  */
 int config_check(const char *path, struct config *out, config_complain complain, void *context);
+
+/*
+ * The same as config_read, and password files are not looked at: for programs
+ * that neither need them nor have the right to read them.
+ */
+int config_read_public(const char *path, struct config *out, config_complain complain,
+		       void *context);
 
 /* The same as config_read from memory; `name` stands for the file in complaints. */
 int config_parse(const char *name, const char *text, size_t length, struct config *out,

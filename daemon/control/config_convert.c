@@ -68,6 +68,7 @@ void config_convert_daemon(const struct config_raw_daemon *raw, struct config *o
 	memcpy(out->group, raw->group, sizeof(out->group));
 	memcpy(out->interface, raw->interface, sizeof(out->interface));
 	memcpy(out->metrics_file, raw->metrics_file, sizeof(out->metrics_file));
+	out->interface_dedicated = raw->guard;
 	out->transport = (enum config_transport)raw->transport;
 	out->busy_poll_us = (uint32_t)raw->busy_poll_us;
 	out->loop.period_ns = (uint64_t)raw->period_us * 1000;

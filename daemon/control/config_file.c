@@ -286,7 +286,10 @@ static int handle(void *user, const char *section, const char *name, const char 
 	return 1;
 }
 
-static int parse(const char *name, const char *text, size_t length, bool here,
+/* For whom a file is read. */
+enum reader { READ_TO_RUN, READ_TO_CHECK, READ_PUBLIC };
+
+static int parse(const char *name, const char *text, size_t length, enum reader reader,
 		 struct config *out, config_complain complain, void *context)
 {
 	struct config_file *file = calloc(1, sizeof(*file));
@@ -300,7 +303,8 @@ static int parse(const char *name, const char *text, size_t length, bool here,
 	file->name = name;
 	file->complain = complain;
 	file->context = context;
-	file->here = here;
+	file->here = reader == READ_TO_CHECK;
+	file->public = reader == READ_PUBLIC;
 	config_defaults(CONFIG_DAEMON, &file->daemon);
 	if (length >= 3 && !memcmp(text, "\xef\xbb\xbf", 3))
 		reading.text += 3;
@@ -317,7 +321,7 @@ static int parse(const char *name, const char *text, size_t length, bool here,
 int config_parse(const char *name, const char *text, size_t length, struct config *out,
 		 config_complain complain, void *context)
 {
-	return parse(name, text, length, false, out, complain, context);
+	return parse(name, text, length, READ_TO_RUN, out, complain, context);
 }
 
 /*
@@ -363,7 +367,7 @@ static ssize_t slurp(const char *path, char *text, size_t size)
 	return got;
 }
 
-static int read_file(const char *path, bool here, struct config *out,
+static int read_file(const char *path, enum reader reader, struct config *out,
 		     config_complain complain, void *context)
 {
 	struct config_file file = { .name = path, .complain = complain, .context = context };
@@ -382,17 +386,23 @@ static int read_file(const char *path, bool here, struct config *out,
 	else if (length >= FILE_MAX)
 		config_fault(&file, 0, "is too large, at most %d bytes are allowed", FILE_MAX - 1);
 	else
-		faults = parse(path, text, (size_t)length, here, out, complain, context);
+		faults = parse(path, text, (size_t)length, reader, out, complain, context);
 	free(text);
 	return faults;
 }
 
 int config_read(const char *path, struct config *out, config_complain complain, void *context)
 {
-	return read_file(path, false, out, complain, context);
+	return read_file(path, READ_TO_RUN, out, complain, context);
 }
 
 int config_check(const char *path, struct config *out, config_complain complain, void *context)
 {
-	return read_file(path, true, out, complain, context);
+	return read_file(path, READ_TO_CHECK, out, complain, context);
+}
+
+int config_read_public(const char *path, struct config *out, config_complain complain,
+		       void *context)
+{
+	return read_file(path, READ_PUBLIC, out, complain, context);
 }

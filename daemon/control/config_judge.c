@@ -97,7 +97,7 @@ static void judge_password(const struct judged *j)
 {
 	const char *wrong;
 
-	if (!*j->raw->password_file)
+	if (!*j->raw->password_file || j->file->public)
 		return;
 	wrong = config_read_password(j->raw->password_file, j->raw->password);
 	if (wrong)

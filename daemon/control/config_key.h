@@ -64,7 +64,7 @@ struct config_raw_daemon {
 	char group[33];
 	char interface[16];
 	char metrics_file[256];
-	int64_t transport, mode, period_us, cpu, priority, realtime, log_level;
+	int64_t transport, mode, period_us, cpu, priority, realtime, log_level, guard;
 	int64_t busy_poll_us, discovery_interval_ms, metrics_interval_ms;
 	double collect, duty;
 	struct config_list discovery_address;
@@ -99,6 +99,7 @@ struct config_file {
 	config_complain complain;
 	void *context;
 	int faults;
+	bool public;			/* password files are left alone */
 	bool here;			/* it is for this machine: its groups, interfaces, cores */
 	struct config_raw_daemon daemon;
 	struct config_raw_device device[TRANSPORT_CHANNELS];

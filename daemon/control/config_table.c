@@ -46,6 +46,10 @@ static const struct config_key own[] = {
 	KEY(DAEMON(interface), "interface", CONFIG_TEXT,
 	    .help = "Network interface that all devices are at. Without it the routing table "
 		    "decides."),
+	KEY(DAEMON(guard), "guard", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "shared", 0 }, { "dedicated", 1 }), .fallback = "shared",
+	    .help = "What pokeys-guard(8), if it is started, lets in at the interface: shared all that "
+		    "is not aimed at the daemon, dedicated the devices, ARP and ICMP only."),
 	KEY(DAEMON(busy_poll_us), "busy-poll-us", CONFIG_INTEGER, RANGE(0, 10000), .fallback = "0",
 	    .unit = "us",
 	    .help = "How long a wait for a packet polls the network card before it sleeps; "

@@ -433,6 +433,22 @@ static void assert_password(const char *content, size_t length, mode_t mode, con
 	assert_null(strstr(heard.line[0], "secret"));
 }
 
+/* The guard runs without the right to the daemon's files. */
+static void a_public_reader_leaves_password_files_alone(void **state)
+{
+	char text[300], path[] = "/tmp/pokeysd-conf-XXXXXX";
+	int fd = mkstemp(path);
+
+	(void)state;
+	snprintf(text, sizeof(text), GOOD "password-file = /nonexistent/x\n");
+	assert_int_equal(write(fd, text, strlen(text)), (ssize_t)strlen(text));
+	close(fd);
+	assert_int_equal(config_read_public(path, &config, hear, &heard), 0);
+	assert_string_equal(config.device[0].password, "");
+	assert_int_equal(config_read(path, &config, hear, &heard), 1);
+	unlink(path);
+}
+
 static void a_password_is_taken_from_a_file_that_nobody_else_reads(void **state)
 {
 	(void)state;
@@ -582,6 +598,7 @@ int main(void)
 		cmocka_unit_test(no_retries_are_none),
 		cmocka_unit_test(failsafe_is_the_safe_state_unless_told_otherwise),
 		cmocka_unit_test(settings_that_say_a_part_are_completed),
+		cmocka_unit_test(a_public_reader_leaves_password_files_alone),
 		cmocka_unit_test(a_password_is_taken_from_a_file_that_nobody_else_reads),
 		cmocka_unit_test(a_password_file_that_is_no_file_is_refused),
 		cmocka_unit_test(check_tells_what_is_not_on_this_machine_with_its_line),
