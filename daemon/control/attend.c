@@ -106,6 +106,26 @@ static void maintain(struct daemon *daemon)
 	daemon->told_removed = removed;
 }
 
+/* The guard comes and goes as it is told to; devices are driven with and without. */
+static void look_for_guard(struct daemon *daemon, uint64_t now_ns)
+{
+	const char *interface = daemon->config->interface;
+	struct guarded *guard = &daemon->report.guard;
+	bool before = guard->on;
+
+	guarded_read(guard, GUARDED_FILE, interface, now_ns);
+	if (guard->on == before)
+		return;
+	if (guard->on) {
+		atomic_fetch_or(&daemon->loop.shared.flags, POKEYS_STATE_GUARD);
+		log_line(EVENT_INFO, "%s: guarded (%s XDP)", interface, guard->mode);
+	} else {
+		atomic_fetch_and(&daemon->loop.shared.flags, ~(uint32_t)POKEYS_STATE_GUARD);
+		log_line(EVENT_WARNING, "%s: the guard is not heard of any more (systemctl status "
+			 "pokeys-guard says why)", interface);
+	}
+}
+
 static void do_round(struct daemon *daemon, uint64_t now_ns)
 {
 	drain_run(&daemon->drain, now_ns);
@@ -114,6 +134,7 @@ static void do_round(struct daemon *daemon, uint64_t now_ns)
 	wake_listeners(daemon, now_ns);
 	if (due(&daemon->next_maintain_ns, MAINTAIN_NS, now_ns)) {
 		maintain(daemon);
+		look_for_guard(daemon, now_ns);
 		loop_sample_faults(&daemon->loop);
 	}
 	tell(daemon, now_ns);

@@ -144,6 +144,18 @@ static void print_age(const struct report *report, FILE *to)
 	}
 }
 
+static void print_guard(const struct guarded *guard, FILE *to)
+{
+	fprintf(to, "# HELP pokeysd_guard Whether the XDP guard is on the interface\n"
+		"# TYPE pokeysd_guard gauge\npokeysd_guard %d\n", guard->on);
+	if (guard->counters)
+		fputs("# HELP pokeysd_guard_packets_total Packets by what the XDP guard did\n"
+		      "# TYPE pokeysd_guard_packets_total counter\n", to);
+	for (uint32_t i = 0; i < guard->counters; i++)
+		fprintf(to, "pokeysd_guard_packets_total{verdict=\"%s\"} %llu\n",
+			guard->counter[i].name, (unsigned long long)guard->counter[i].value);
+}
+
 int report_metrics(const struct report *report, FILE *to)
 {
 	for (size_t i = 0; i < sizeof(metrics) / sizeof(metrics[0]); i++)
@@ -151,6 +163,7 @@ int report_metrics(const struct report *report, FILE *to)
 	for (size_t i = 0; i < sizeof(histograms) / sizeof(histograms[0]); i++)
 		print_histogram(report, i, to);
 	print_age(report, to);
+	print_guard(&report->guard, to);
 	fprintf(to, "# HELP pokeysd_log_dropped_total Messages nobody took\n"
 		"# TYPE pokeysd_log_dropped_total counter\npokeysd_log_dropped_total %llu\n",
 		(unsigned long long)report->log_dropped);

@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <pokeys/state.h>
+#include "daemon/control/guarded.h"
 #include "daemon/transport/transport.h"
 
 /* The daemon's first reader: what has been published, as anybody sees it. */
@@ -21,6 +22,7 @@ struct report_device {
 struct report {
 	uint64_t now_ns;
 	uint64_t log_dropped, metrics_failed, requests_refused;
+	struct guarded guard;
 	uint32_t devices;
 	struct report_device device[TRANSPORT_CHANNELS];
 };
