@@ -13,12 +13,13 @@ PACKAGES_BUILD=(
 	libinih-dev		# pokeysd.conf
 	libcmocka-dev		# unit tests
 	libclang-dev		# bindgen, for iceoryx2
+	clang bpftool libbpf-dev	# the XDP guard
 	scdoc			# man pages
 	linuxcnc-uspace linuxcnc-uspace-dev	# HAL: to build against and to run
 	python3 iproute2 procps util-linux
 )
 PACKAGES_TEST=(
-	clang libclang-rt-14-dev	# libFuzzer
+	libclang-rt-14-dev	# libFuzzer
 	strace			# system calls of the realtime thread
 	systemd			# systemd-analyze
 	qemu-system-x86 mmdebstrap e2fsprogs	# a PREEMPT_RT machine

@@ -23,12 +23,14 @@ MAY_USE = {
     "daemon/rt": ["daemon/device", "daemon/transport", "shm", "include"],
     "daemon/control": ["daemon/rt", "daemon/device", "daemon/engine", "daemon/transport",
                        "wire", "settings", "shm", "include"],
+    # where the devices are is in pokeysd.conf, and one reader reads that
+    "guard": ["daemon/control", "daemon/device", "daemon/transport", "wire", "include"],
     "halbridge": ["include", "shm"],
     # discovery is a socket's work, and the tools' search is the daemon's search
     "tools": ["include", "settings", "shm", "wire", "daemon/transport"],
     "examples": ["include"],
 }
-GENERATED = {"version.h"}  # made by the build, belongs to no room
+GENERATED = {"version.h", "guard.skel.h"}  # made by the build, belongs to no room
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<(pokeys/[^>]+)>)')
 
 

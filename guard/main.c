@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeys-guard(8).
+ *
+ * What is guarded stands in pokeysd.conf, read by the daemon's own reader: two
+ * files, or two readers, would one day disagree on where a device is. Its
+ * password files are not opened: this program needs none of them, and runs
+ * without the right to.
+ */
+#include <errno.h>
+#include <getopt.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+#include "daemon/control/clock.h"
+#include "daemon/control/log.h"
+#include "daemon/device/event.h"
+#include "guard/guard.h"
+
+enum { VERSION = 256, TEXT_MAX = 4096 };
+
+static struct config config;
+
+static const struct option table[] = {
+	{ "config", required_argument, NULL, 'c' },
+	{ "help", no_argument, NULL, 'h' },
+	{ "version", no_argument, NULL, VERSION },
+	{ NULL, 0, NULL, 0 },
+};
+
+static const char help[] =
+	"usage: pokeys-guard [OPTION ...] run | status | remove\n"
+	"\n"
+	"  run                guard the interface of pokeysd.conf until SIGTERM\n"
+	"  status             where the guard is, and its counters\n"
+	"  remove             take off what a guard that was killed has left\n"
+	"\n"
+	"  -c, --config FILE  read FILE instead of " CONFIG_PATH "\n"
+	"  -h, --help         this text\n"
+	"  --version          the version\n";
+
+static void complain(void *context, const char *line)
+{
+	(void)context;
+	log_line(EVENT_ERROR, "%s", line);
+}
+
+static int run(const char *path)
+{
+	if (config_read_public(path, &config, complain, NULL))
+		return GUARD_CONFIG;
+	if (!*config.interface) {
+		log_line(EVENT_ERROR, "%s: [daemon]: interface is not given; it says what to guard",
+			 path);
+		return GUARD_CONFIG;
+	}
+	return guard_run(&config);
+}
+
+/* For those whom the kernel does not let look: what the running guard has written. */
+static int show_file(int error)
+{
+	char text[TEXT_MAX];
+	FILE *from = fopen(GUARD_STATUS, "r");
+	size_t length;
+
+	if (!from) {
+		fprintf(stderr, "pokeys-guard: no guard is at work, or none that this user may see: "
+			"%s\n", strerror(error));
+		return GUARD_FAILED;
+	}
+	length = fread(text, 1, sizeof(text), from);
+	fclose(from);
+	fwrite(text, 1, length, stdout);
+	return GUARD_OK;
+}
+
+static int status(const char *path)
+{
+	uint64_t counters[GUARD_VERDICTS];
+	struct guard_place place;
+	int result = guard_find(&place);
+
+	(void)path;
+	result = result ? result : guard_counters(counters);
+	if (result == -EACCES || result == -EPERM)
+		return show_file(-result);
+	if (result) {
+		fprintf(stderr, "pokeys-guard: no guard is on any interface\n");
+		return GUARD_FAILED;
+	}
+	guard_print(stdout, &place, counters, clock_now());
+	return GUARD_OK;
+}
+
+static int take_off(const char *path)
+{
+	(void)path;
+	guard_remove();
+	if (!access(GUARD_PINS, F_OK)) {
+		fprintf(stderr, "pokeys-guard: " GUARD_PINS " cannot be removed: root may\n");
+		return GUARD_NO_RIGHT;
+	}
+	return GUARD_OK;
+}
+
+static const struct {
+	const char *name;
+	int (*run)(const char *config_path);
+} commands[] = {
+	{ "run", run },
+	{ "status", status },
+	{ "remove", take_off },
+};
+
+/* *path and 0; or how to exit, below 0. */
+static int take_options(int argc, char **argv, const char **path)
+{
+	int option;
+
+	while ((option = getopt_long(argc, argv, "c:h", table, NULL)) != -1) {
+		switch (option) {
+		case 'c':
+			*path = optarg;
+			break;
+		case 'h':
+			fputs(help, stdout);
+			return -1;
+		case VERSION:
+			puts("pokeys-guard " POKEYSD_VERSION);
+			return -1;
+		default:
+			return -1 - GUARD_USAGE;
+		}
+	}
+	return 0;
+}
+
+int main(int argc, char **argv)
+{
+	const char *path = CONFIG_PATH;
+	int result = take_options(argc, argv, &path);
+
+	if (result)
+		return -1 - result;
+	log_open(STDERR_FILENO, EVENT_INFO);
+	for (size_t i = 0; optind == argc - 1 && i < sizeof(commands) / sizeof(commands[0]); i++)
+		if (!strcmp(argv[optind], commands[i].name))
+			return commands[i].run(path);
+	fputs(help, stderr);
+	return GUARD_USAGE;
+}

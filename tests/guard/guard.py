@@ -1,0 +1,417 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The guard between a daemon and a network, in namespaces of our own: here the
+machine with interface pk0, over there (name space "far") a simulated device and
+whoever else sends. Every load is a number of packets, none a length of time.
+
+What passes is what arrives in a socket here, what was dropped is what the
+guard's counter says; both are looked at.
+Arguments: pokeys-guard, pokeysd, pokeysctl, pokeys-sim, guard.bpf.o.
+"""
+import json
+import os
+import pathlib
+import re
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+
+HERE, DEVICE, STRANGER, MOVED = "10.77.0.1", "10.77.0.2", "10.77.0.66", "10.77.0.3"
+SERIAL, PORT, OUR_PORT = 54321, 20055, 40000
+PINS, STATUS = pathlib.Path("/sys/fs/bpf/pokeysd"), pathlib.Path("/run/pokeys-guard/status")
+RUN = pathlib.Path("/run/test")
+
+
+def sh(*words, check=True):
+    out = subprocess.run([str(word) for word in words], capture_output=True, text=True, timeout=60, check=False)
+    assert not check or out.returncode == 0, f"{words}: {out.returncode}: {out.stdout}{out.stderr}"
+    return out
+
+
+def far(*words, **options):
+    return sh("ip", "netns", "exec", "far", *words, **options)
+
+
+def wait_for(what, test, limit=15):
+    end = time.monotonic() + limit
+    while not test():
+        assert time.monotonic() < end, f"{what}: not within {limit} s"
+        time.sleep(0.02)
+
+
+def send_far(source, port, count, payload, to_port=OUR_PORT):
+    """Runs over there: so many datagrams, a few at a time so that no queue is full."""
+    far("/usr/bin/python3", "-c", f"""
+import socket, time
+s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+s.bind(({source!r}, {port}))
+for i in range({count}):
+    s.sendto({payload!r}, ({HERE!r}, {to_port}))
+    if i % 64 == 63:
+        time.sleep(0.002)
+""")
+
+
+def ping(address):
+    """One echo request; whether it was answered within a second."""
+    with socket.socket(socket.AF_INET, socket.SOCK_RAW, socket.IPPROTO_ICMP) as s:
+        s.settimeout(1)
+        head = struct.pack("!BBHHH", 8, 0, 0, os.getpid() & 0xffff, 1)
+        total = sum(struct.unpack("!4H", head))
+        total = (total >> 16) + (total & 0xffff)
+        s.sendto(head[:2] + struct.pack("!H", ~total & 0xffff) + head[4:], (address, 0))
+        try:
+            return s.recvfrom(200)[1][0] == address
+        except OSError:
+            return False
+
+
+def answer(serial):
+    return bytes(5) + socket.inet_aton(DEVICE) + bytes(1) + socket.inet_aton(HERE) + struct.pack("<IB", serial, 10)
+
+
+class World:
+    def __init__(self, guard, pokeysd, pokeysctl, sim, program):
+        self.guard_exe, self.pokeysd, self.pokeysctl, self.sim_exe, self.program = \
+            guard, pokeysd, pokeysctl, sim, program
+        self.children, self.guard, self.logs = [], None, 0
+        RUN.mkdir(exist_ok=True)
+        self.conf = RUN / "pokeysd.conf"
+        sh("ip", "link", "set", "lo", "up")
+        sh("ip", "netns", "add", "far")
+        far("ip", "link", "set", "lo", "up")
+        self.connect()
+        self.ear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.ear.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        self.ear.bind((HERE, OUR_PORT))
+        self.ear.setblocking(False)
+
+    def connect(self):
+        sh("ip", "link", "add", "pk0", "type", "veth", "peer", "name", "pk1", "netns", "far")
+        sh("ip", "addr", "add", f"{HERE}/24", "broadcast", "+", "dev", "pk0")
+        sh("ip", "link", "set", "pk0", "up")
+        for address in (DEVICE, STRANGER, MOVED):
+            far("ip", "addr", "add", f"{address}/24", "broadcast", "+", "dev", "pk1")
+        far("ip", "link", "set", "pk1", "up")
+        wait_for("the far end", lambda: ping(DEVICE))
+
+    def write_conf(self, device, **daemon):
+        keys = {"interface": "pk0", "runtime-directory": RUN / "shm", "realtime": "optional",
+                "discovery-interval-ms": 200, **daemon}
+        self.conf.write_text("[daemon]\n" + "".join(f"{k} = {v}\n" for k, v in keys.items()) +
+                             "[device mill]\n" + device)
+
+    def spawn(self, *words):
+        self.logs += 1
+        log = RUN / f"log{self.logs}"
+        with open(log, "wb") as to:
+            child = subprocess.Popen([str(w) for w in words], stdout=to, stderr=subprocess.STDOUT,
+                                     stdin=subprocess.DEVNULL)
+        child.log = log
+        self.children.append(child)
+        return child
+
+    def start_guard(self, on=True):
+        STATUS.unlink(missing_ok=True)
+        self.guard = self.spawn(self.guard_exe, "-c", self.conf, "run")
+        if on:
+            def there():
+                assert self.guard.poll() is None, self.guard.log.read_text()
+                return STATUS.exists()
+            wait_for("the guard", there)
+
+    def end(self, child, number=signal.SIGTERM):
+        child.send_signal(number)
+        child.wait(15)
+        return child.returncode
+
+    def end_guard(self, number=signal.SIGTERM):
+        status = self.end(self.guard, number)
+        assert status == (0 if number == signal.SIGTERM else -number), self.guard.log.read_text()
+
+    def start_sim(self, address=DEVICE, serial=SERIAL):
+        return self.spawn("ip", "netns", "exec", "far", self.sim_exe, "--address", address, "--serial", serial,
+                          "--quiet")
+
+    def start_daemon(self):
+        return self.spawn(self.pokeysd, "--config", self.conf)
+
+    def counters(self):
+        out = sh(self.guard_exe, "status").stdout
+        return {k: int(v) for k, v in (line.split() for line in out.splitlines()) if v.isdigit()}
+
+    def counted(self, work):
+        before = self.counters()
+        work()
+        after = self.counters()
+        return {k: after[k] - before[k] for k in after if k != "time_ns" and after[k] != before[k]}
+
+    def arrived(self):
+        count = 0
+        while True:
+            try:
+                self.ear.recv(4096)
+                count += 1
+            except BlockingIOError:
+                return count
+
+    def mill(self):
+        out = sh(self.pokeysctl, "-r", RUN / "shm", "status", "mill", "--json", check=False).stdout
+        return json.loads(out)["devices"][0] if out else {}
+
+    def state(self):
+        return self.mill()["state"]
+
+    def fresh(self):
+        return bool(self.mill().get("fresh"))
+
+    def close(self):
+        for child in reversed(self.children):
+            if child.poll() is None:
+                child.kill()
+                child.wait()
+
+
+def foreign_packets_are_dropped_and_counted_and_all_else_passes(w):
+    w.write_conf(f"address = {DEVICE}\n")
+    w.start_guard()
+    assert "mode native" in STATUS.read_text(), STATUS.read_text()
+    w.arrived()
+    got = w.counted(lambda: send_far(STRANGER, PORT, 5000, bytes(64)))
+    assert got.get("drop_foreign") == 5000 and w.arrived() == 0, got
+    got = w.counted(lambda: send_far(STRANGER, 5000, 300, bytes(64)))
+    assert got.get("pass_else", 0) >= 300 and w.arrived() == 300, got
+    got = w.counted(lambda: send_far(DEVICE, PORT, 300, bytes(64)))
+    assert got.get("pass_device") == 300 and w.arrived() == 300, got
+    got = w.counted(lambda: send_far(DEVICE, 80, 20, bytes(10)))
+    assert got.get("pass_device_else") == 20 and w.arrived() == 20, got
+
+
+def what_no_device_sends_is_dropped_each_for_its_own_reason(w):
+    got = w.counted(lambda: [send_far(DEVICE, PORT, 20, bytes(size)) for size in (0, 63, 65, 1400)])
+    assert got.get("drop_length") == 80 and w.arrived() == 0, got
+    got = w.counted(lambda: send_far(DEVICE, PORT, 20, bytes(4000)))
+    assert got.get("drop_fragment", 0) >= 40 and w.arrived() == 0, got
+    # a stranger's are his own business, unless they begin as a device's would
+    send_far(STRANGER, 5000, 20, bytes(4000))
+    assert w.arrived() == 20
+    got = w.counted(lambda: send_far(STRANGER, PORT, 20, bytes(4000)))
+    assert got.get("drop_foreign") == 20 and w.arrived() == 0, got
+
+
+def arp_and_icmp_pass(w):
+    sh("ip", "neigh", "flush", "dev", "pk0")
+    far("ip", "neigh", "flush", "dev", "pk1")
+    got = w.counted(lambda: wait_for("echo", lambda: ping(DEVICE)))
+    assert got.get("pass_arp", 0) >= 1 and got.get("pass_icmp", 0) >= 1, got
+
+
+def answers_to_a_search_pass_but_no_flood_of_them(w):
+    got = w.counted(lambda: send_far(STRANGER, PORT, 20, answer(99)))
+    assert got.get("pass_discovery") == 20 and w.arrived() == 20, got
+    got = w.counted(lambda: send_far(STRANGER, PORT, 20000, answer(99)))
+    assert got.get("pass_discovery", 0) + got.get("drop_discovery", 0) == 20000, got
+    assert got["drop_discovery"] > 0 and w.arrived() == got["pass_discovery"], got
+
+
+def counters_and_filter_outlive_a_killed_guard(w):
+    before = w.counters()
+    w.end_guard(signal.SIGKILL)
+    got = w.counted(lambda: send_far(STRANGER, PORT, 100, bytes(64)))
+    assert got.get("drop_foreign") == 100 and w.arrived() == 0, got
+    w.start_guard()
+    assert w.counters()["drop_foreign"] == before["drop_foreign"] + 100
+    got = w.counted(lambda: send_far(STRANGER, PORT, 100, bytes(64)))
+    assert got.get("drop_foreign") == 100, got
+    second = sh(w.guard_exe, "-c", w.conf, "run", check=False)
+    assert second.returncode == 75 and "another pokeys-guard" in second.stderr, second
+    w.end_guard()
+    assert not PINS.exists() and not STATUS.exists()
+    send_far(STRANGER, PORT, 10, bytes(64))
+    assert w.arrived() == 10
+    w.start_guard()
+    w.end_guard(signal.SIGKILL)
+    assert sh(w.guard_exe, "remove").returncode == 0 and not PINS.exists()
+    assert sh(w.guard_exe, "status", check=False).returncode == 1
+
+
+def a_dedicated_interface_lets_nobody_else_in(w):
+    w.write_conf(f"address = {DEVICE}\n", guard="dedicated")
+    w.start_guard()
+    w.arrived()
+    got = w.counted(lambda: send_far(STRANGER, 5000, 500, bytes(64)))
+    assert got.get("drop_else", 0) >= 500 and w.arrived() == 0, got
+    send_far(DEVICE, PORT, 50, bytes(64))
+    send_far(DEVICE, 80, 50, bytes(64))
+    assert w.arrived() == 100
+    arp_and_icmp_pass(w)
+    w.end_guard()
+
+
+def a_running_daemon_does_not_notice_the_guard_come_and_go(w):
+    for device in (f"address = {DEVICE}\n", f"serial = {SERIAL}\n"):
+        w.write_conf(device)
+        sim, daemon = w.start_sim(), w.start_daemon()
+        wait_for("the device", w.fresh)
+        for round_ in range(3):
+            w.start_guard()
+            wait_for("the flag", lambda: w.state()["flags"]["guard"])
+            before = w.state()["statistics"]["accepted"]
+            w.counted(lambda: send_far(STRANGER, PORT, 2000, bytes(64)))
+            wait_for("packets", lambda: w.state()["statistics"]["accepted"] > before + 100)
+            w.end_guard(signal.SIGKILL if round_ == 1 else signal.SIGTERM)
+            wait_for("the flag gone", lambda: not w.state()["flags"]["guard"])
+        assert w.fresh() and not w.state()["statistics"]["reconnects"], daemon.log.read_text()
+        assert "guarded (native XDP)" in daemon.log.read_text(), daemon.log.read_text()
+        assert w.end(daemon) == 0
+        w.end(sim)
+
+
+def a_device_is_learnt_from_its_answer_and_a_liar_moves_none_that_works(w):
+    w.write_conf(f"serial = {SERIAL}\n")
+    w.start_guard()
+    daemon = w.start_daemon()
+    sim = w.start_sim()
+    wait_for("the device, switched on after the guard", w.fresh)
+    send_far(STRANGER, PORT, 20, answer(SERIAL))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)))
+    assert got.get("drop_foreign") == 50 and w.fresh(), got
+    assert not w.state()["statistics"]["reconnects"], daemon.log.read_text()
+    w.end(sim)
+    wait_for("the device lost", lambda: not w.fresh())
+    time.sleep(0.6)
+    sim = w.start_sim(MOVED)
+    wait_for("the device at its new address", w.fresh)
+    w.end(daemon)
+    w.end(sim)
+    w.end_guard()
+
+
+def an_interface_that_goes_is_waited_for(w):
+    w.write_conf(f"address = {DEVICE}\n")
+    w.start_guard()
+    sh("ip", "link", "del", "pk0")
+    wait_for("the guard to see it", lambda: "waiting for interface pk0" in w.guard.log.read_text())
+    assert not STATUS.exists() and w.guard.poll() is None
+    w.connect()
+    wait_for("the guard back", STATUS.exists)
+    got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)))
+    assert got.get("drop_foreign") == 50, got
+    w.end_guard()
+
+
+def an_interface_without_driver_support_is_guarded_all_the_same(w):
+    w.write_conf(f"address = {DEVICE}\n", interface="lo")
+    w.start_guard()
+    w.arrived()
+    assert "mode generic" in STATUS.read_text() and "generic" in w.guard.log.read_text()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as liar:
+        liar.bind(("127.0.0.9", PORT))
+        got = w.counted(lambda: [liar.sendto(bytes(64), (HERE, OUR_PORT)) for _ in range(50)])
+    assert got.get("drop_foreign") == 50 and w.arrived() == 0, got
+    w.end_guard()
+
+
+def whoever_may_not_or_cannot_is_told_in_one_line(w):
+    def refused(status, pattern, *before):
+        out = sh(*before, w.guard_exe, "-c", w.conf, "run", check=False)
+        lines = out.stderr.splitlines()
+        assert out.returncode == status and len(lines) == 1 and re.search(pattern, lines[0]), out
+        assert not STATUS.exists()
+    w.write_conf(f"address = {DEVICE}\n")
+    refused(77, "CAP_BPF.*without it.*pokeysd works on", "setpriv", "--bounding-set", "-bpf,-sys_admin,-net_admin",
+            "--inh-caps", "-bpf,-sys_admin,-net_admin")
+    w.write_conf("serial = 0\n")
+    refused(78, "serial")
+    w.conf.write_text(f"[device mill]\naddress = {DEVICE}\n")
+    refused(78, "interface is not given")
+    w.write_conf(f"address = {DEVICE}\n")
+    # somebody else's program
+    sh("bpftool", "prog", "load", w.program, "/sys/fs/bpf/other")
+    sh("bpftool", "net", "attach", "xdp", "pinned", "/sys/fs/bpf/other", "dev", "pk0")
+    refused(69, "another XDP program is on it")
+    sh("bpftool", "net", "detach", "xdp", "dev", "pk0")
+    # pins of a build with other maps
+    (PINS).mkdir(exist_ok=True)
+    sh("bpftool", "map", "create", PINS / "devices", "type", "array", "key", 4, "value", 8, "entries", 1,
+       "name", "devices")
+    w.start_guard()
+    assert "another version" in w.guard.log.read_text()
+    w.end_guard()
+    sh("umount", "/sys/fs/bpf")
+    refused(69, "is no bpf file system")
+    sh("mount", "-t", "bpf", "bpf", "/sys/fs/bpf")
+
+
+def capabilities_of_the_unit_suffice(w):
+    w.write_conf(f"address = {DEVICE}\n")
+    keep = "-all,+bpf,+net_admin,+perfmon"
+    w.guard = w.spawn("setpriv", "--bounding-set", keep, "--inh-caps", keep, w.guard_exe, "-c", w.conf, "run")
+    wait_for("the guard", lambda: STATUS.exists() or w.guard.poll() is not None)
+    assert w.guard.poll() is None, w.guard.log.read_text()
+    w.end_guard()
+
+
+CHECKS = [
+    foreign_packets_are_dropped_and_counted_and_all_else_passes,
+    what_no_device_sends_is_dropped_each_for_its_own_reason,
+    arp_and_icmp_pass,
+    answers_to_a_search_pass_but_no_flood_of_them,
+    counters_and_filter_outlive_a_killed_guard,
+    a_dedicated_interface_lets_nobody_else_in,
+    a_running_daemon_does_not_notice_the_guard_come_and_go,
+    a_device_is_learnt_from_its_answer_and_a_liar_moves_none_that_works,
+    an_interface_that_goes_is_waited_for,
+    an_interface_without_driver_support_is_guarded_all_the_same,
+    whoever_may_not_or_cannot_is_told_in_one_line,
+    capabilities_of_the_unit_suffice,
+]
+
+
+def why_not():
+    """What is missing to run this, or None. Makes the mounts."""
+    if os.geteuid() != 0:
+        return "needs root, for name spaces and BPF"
+    for command in (("mount", "-t", "tmpfs", "run", "/run"), ("mount", "-t", "bpf", "bpf", "/sys/fs/bpf"),
+                    ("ip", "link", "add", "pkx", "type", "veth", "peer", "name", "pky"),
+                    ("ip", "link", "del", "pkx"),
+                    ("bpftool", "map", "create", "/sys/fs/bpf/try", "type", "array", "key", "4", "value", "8",
+                     "entries", "1", "name", "try"), ("rm", "/sys/fs/bpf/try")):
+        try:
+            out = sh(*command, check=False)
+        except FileNotFoundError as missing:
+            return str(missing)
+        if out.returncode:
+            return f"{' '.join(command)}: {out.stderr.strip()}"
+    return None
+
+
+def main():
+    if sys.argv[1] != "--inside":
+        os.environ["PATH"] += ":/usr/sbin:/sbin"
+        out = sh("unshare", "--mount", "--net", "true", check=False)
+        if out.returncode:
+            print(f"skipped: no name spaces here: {out.stderr.strip()}", file=sys.stderr)
+            return 77
+        os.execvp("unshare", ["unshare", "--mount", "--net", sys.executable, __file__, "--inside", *sys.argv[1:]])
+    reason = why_not()
+    if reason:
+        print(f"skipped: {reason}", file=sys.stderr)
+        return 77
+    world = World(*(pathlib.Path(a).resolve() for a in sys.argv[2:7]))
+    try:
+        for check in CHECKS:
+            check(world)
+            print(f"ok: {check.__name__}", flush=True)
+    finally:
+        world.close()
+        subprocess.run(["ip", "netns", "del", "far"], check=False)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
