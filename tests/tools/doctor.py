@@ -169,7 +169,7 @@ def expect(found, wanted, what):
 
 
 def main():
-    program, page = sys.argv[1:]
+    program, page, guide = sys.argv[1:]
     good, _ = examine(program, GOOD)
     expect(good, {check: "unknown" if check in DAEMON else "ok" for check in good}, "the good machine")
     bad, _ = examine(program, BAD)
@@ -191,8 +191,9 @@ def main():
     link = next(f for f in findings if f["check"] == "neighbour")
     assert link["subject"] == "mill" and "10.0.0.2 lladdr" in link["mend"], link
 
-    known = set(re.findall(r"[*]([a-z-]+)[*]", pathlib.Path(page).read_text(encoding="utf-8")))
-    assert set(good) <= known, f"the man page does not know {sorted(set(good) - known)}"
+    for text in page, guide:
+        known = set(re.findall(r"[*`]([a-z-]+)[*`]", pathlib.Path(text).read_text(encoding="utf-8")))
+        assert set(good) <= known, f"{text} does not know {sorted(set(good) - known)}"
     print(f"{len(good)} checks, {len(VARIANTS) + 4} machines")
     return 0
 
