@@ -14,13 +14,13 @@
 	_Static_assert(sizeof(struct type) == (bytes) && _Alignof(struct type) == 8, \
 		       #type " has another size or alignment")
 
-WHOLE(pokeys_state, 2328);
+WHOLE(pokeys_state, 2344);
 SAME(pokeys_state, identity, 136);
 SAME(pokeys_state, capability, 216);
 SAME(pokeys_state, digital_in, 304);
 SAME(pokeys_state, engine, 1080);
-SAME(pokeys_state, one_shot, 2008);
-SAME(pokeys_state, statistics, 2168);
+SAME(pokeys_state, one_shot, 2024);
+SAME(pokeys_state, statistics, 2184);
 
 WHOLE(pokeys_diag, 3280);
 SAME(pokeys_diag, wakeup, 144);

@@ -151,6 +151,10 @@ static void take_axis(struct device *device, unsigned int i,
 	axis->error = status->driver_error >> i & 1;
 	axis->soft_limit = status->soft_limits >> i & 1;
 	axis->enabled = device->motion.driven >> i & 1;
+	axis->following_error = 0;
+	if (axis->enabled && axis->mode != POKEYS_AXIS_VELOCITY)
+		axis->following_error = (int32_t)((uint32_t)device->intake.axis[i].position -
+						  (uint32_t)axis->position);
 	axis->in_position = axis->mode != POKEYS_AXIS_VELOCITY && axis_stands(axis->state) &&
 			    device->motion.known && axis->position == axis->reference;
 	if (axis->state == WIRE_AXIS_HOME)

@@ -316,6 +316,29 @@ static void put_machine(struct line *line, const struct event *e)
 	put(line, e->a ? "motion is permitted" : "motion is no longer permitted");
 }
 
+static void put_task(struct line *line, const struct event *e)
+{
+	static const char *const tasks[] = {
+		[POKEYS_TASK_NONE] = "nothing",
+		[POKEYS_TASK_HOMING] = "homing",
+		[POKEYS_TASK_PROBING] = "probing",
+		[POKEYS_TASK_HYBRID_PROBING] = "hybrid probing",
+	};
+	static const char *const results[] = {
+		[POKEYS_TASK_RESULT_NONE] = "ended",
+		[POKEYS_TASK_DONE] = "done",
+		[POKEYS_TASK_CANCELLED] = "cancelled",
+		[POKEYS_TASK_TIMED_OUT] = "not done within its time limit",
+		[POKEYS_TASK_FAILED] = "failed: the device did not begin, or stopped by itself",
+		[POKEYS_TASK_TRIPPED] = "stopped by a limit switch or the emergency input",
+		[POKEYS_TASK_NOT_FOUND] = "at its end without a contact",
+		[POKEYS_TASK_LOST] = "lost with the link",
+	};
+
+	put(line, "%s of axes 0x%02llx: %s", PICK(tasks, e->a), (unsigned long long)e->c,
+	    PICK(results, e->b));
+}
+
 static void put_bad_command(struct line *line, const struct event *e)
 {
 	put(line, "command refused: ");
@@ -405,6 +428,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_ENGINE] = put_engine,
 	[EVENT_WISH_REFUSED] = put_wish_refused,
 	[EVENT_LOCKED] = put_locked,
+	[EVENT_TASK] = put_task,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -43,6 +43,8 @@ enum event_code {
 				 * pokeys_setting, b = pin, encoder or axis */
 	EVENT_FOREIGN_WISH,	/* the wish has another layout, or no session or generation */
 	EVENT_LOCKED,		/* a = enum lock_reason, b = level of access (0 open .. 255) */
+	EVENT_TASK,		/* homing or probing has ended: a = enum pokeys_task, b = enum
+				 * pokeys_task_result, c = axes, bits */
 	EVENT_CODES
 };
 

@@ -21,7 +21,6 @@
 #include "daemon/device/internal.h"
 
 #define SAY_AGAIN_NS (10 * SECOND)
-#define POSITION_MAX (INT32_C(1) << 24)	/* the planner's range, protocol section 3.24.1 */
 #define VELOCITY_MAX 1e7f
 #define SPEED_MARGIN 1.001f		/* above the highest speed is still rounding */
 #define KNOWN_FLAGS (POKEYS_COMMAND_MACHINE_ON | POKEYS_COMMAND_LIMIT_OVERRIDE)
@@ -72,8 +71,7 @@ static void take_outputs(struct device *device, const struct pokeys_command *com
 	device->intake.outputs_mask = mask;
 }
 
-/* Further out than the soft limits and than the axis already is: back in is always allowed. */
-static bool beyond_soft_limits(const struct device *device, unsigned int i, int32_t position)
+bool intake_beyond_soft_limits(const struct device *device, unsigned int i, int32_t position)
 {
 	const struct wire_axis_config *config =
 		&device->configure.setting[SETTING_AXIS + i].value.axis.config;
@@ -96,8 +94,8 @@ static enum command_fault setup_fault(const struct device *device, unsigned int 
 	if (axis->mode == POKEYS_AXIS_VELOCITY)
 		return fabsf(axis->velocity) > known->max_speed * SPEED_MARGIN ?
 		       COMMAND_FAULT_AXIS_SPEED : COMMAND_FAULT_NONE;
-	return beyond_soft_limits(device, i, axis->position) ? COMMAND_FAULT_AXIS_SOFT_LIMIT :
-							       COMMAND_FAULT_NONE;
+	return intake_beyond_soft_limits(device, i, axis->position) ?
+	       COMMAND_FAULT_AXIS_SOFT_LIMIT : COMMAND_FAULT_NONE;
 }
 
 /* What is wrong with an axis as commanded. */
@@ -110,7 +108,7 @@ static enum command_fault axis_fault(const struct device *device, unsigned int i
 		return COMMAND_FAULT_NONE;
 	if (axis->mode > POKEYS_AXIS_VELOCITY)
 		return COMMAND_FAULT_AXIS_MODE;
-	if (axis->position > POSITION_MAX || axis->position < -POSITION_MAX)
+	if (axis->position > MOTION_POSITION_MAX || axis->position < -MOTION_POSITION_MAX)
 		return COMMAND_FAULT_AXIS_POSITION;
 	if (!isfinite(axis->velocity) || fabsf(axis->velocity) > VELOCITY_MAX)
 		return COMMAND_FAULT_AXIS_VELOCITY;

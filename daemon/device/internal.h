@@ -17,6 +17,7 @@
 #include "daemon/device/output.h"
 #include "daemon/device/plan.h"
 #include "daemon/device/setting.h"
+#include "daemon/device/task.h"
 #include "wire/bus.h"
 #include "wire/encoder.h"
 #include "wire/io.h"
@@ -33,6 +34,7 @@ enum {
 	ENCODER_BANKS = 2,	/* 0xCD: 0..12 and 13..25 */
 };
 
+#define MOTION_POSITION_MAX (INT32_C(1) << 24)	/* the planner's, protocol section 3.24.1 */
 #define OUTPUT_PINS ((UINT64_C(1) << POKEYS_PINS) - 1)
 
 /* life.c */
@@ -137,6 +139,7 @@ enum motion_phase {
 	MOTION_HOLD,		/* telling it where it is, before it may run */
 	MOTION_START,
 	MOTION_ON,
+	MOTION_TASK,		/* it homes or probes by itself */
 };
 
 struct references {
@@ -156,6 +159,7 @@ struct motion {
 	uint8_t driven;			/* bit = axis follows the command */
 	uint8_t releasing;		/* was driven, is being told to hold */
 	uint8_t mask_sent;		/* output enables as last told */
+	uint8_t mask_stopped;		/* ... with a stop */
 	int32_t hold[POKEYS_AXES];
 	bool reference_open;
 	bool reference_mixed;		/* resent with other values than first */
@@ -225,6 +229,7 @@ struct device {
 	struct outputs outputs;
 	struct ponet ponet;
 	struct motion motion;
+	struct task task;
 	struct one_shots one_shots;
 	struct meter meter;
 	struct encoder encoder[POKEYS_ENCODERS];
@@ -393,6 +398,8 @@ void intake_cycle(struct device *device, const struct pokeys_command *command, i
 /* intake_output.c */
 void intake_outputs(struct device *device, const struct pokeys_command *command);
 void intake_refuse(struct device *device, enum command_fault fault, int64_t index);
+/* Further out than the soft limits and than the axis already is: back in is always allowed. */
+bool intake_beyond_soft_limits(const struct device *device, unsigned int axis, int32_t position);
 
 /* safe.c */
 void safe_begin(struct device *device);
@@ -443,6 +450,10 @@ bool one_shot_request(struct device *device, enum wire_op op, const void *value)
 bool one_shot_request_patiently(struct device *device, enum wire_op op, const void *value,
 				uint64_t deadline_ns);
 void one_shot_end(struct device *device, enum pokeys_outcome outcome);
+/* What it began goes on beside the queue; its outcome comes by one_shot_outcome(). */
+void one_shot_release(struct device *device);
+void one_shot_outcome(struct device *device, uint32_t id, uint8_t operation,
+		      enum pokeys_outcome outcome);
 
 /* operation.c, operation_encoder.c */
 struct operation {
@@ -459,6 +470,9 @@ struct operation {
 /* NULL for an operation that does not exist or is not offered. */
 const struct operation *operation_find(uint8_t operation);
 extern const struct operation operation_set_encoder, operation_arm_index;
+/* operation_task.c */
+extern const struct operation operation_home, operation_home_cancel, operation_home_finish,
+	operation_probe, operation_probe_finish;
 /* Whether this new count of an armed encoder says that its index zeroed it. */
 bool operation_index_seen(struct device *device, unsigned int encoder, int32_t count,
 			  uint64_t t_ns);

@@ -68,6 +68,7 @@ static void leave_running(struct device *device)
 {
 	safe_permit_drop(device);
 	one_shot_abort(device);
+	task_lost(device);
 	memset(device->image.slow_millihertz, 0, sizeof(device->image.slow_millihertz));
 }
 

@@ -23,6 +23,9 @@
  * sent again. So a late "run" that overtook the stop is caught too. An engine
  * that stops by itself takes the permission away with it, and one that has
  * tripped (100, 101) is left as it is until a commander clears the fault.
+ *
+ * Homing and probing (task.c) get the engine when it stands, and give it back
+ * by having it stopped.
  */
 
 #include <string.h>
@@ -56,7 +59,8 @@ bool motion_standing(const struct device *device)
 	if (!has_engine(device))
 		return true;
 	return motion->phase == MOTION_OFF && !motion->stop_wanted && !motion->stop_open &&
-	       !motion->run_open && !motion->verify && stands(device->image.engine.state);
+	       !motion->run_open && !device->task.open && !motion->verify &&
+	       stands(device->image.engine.state);
 }
 
 void motion_begin(struct device *device)
@@ -94,6 +98,7 @@ static uint8_t wished(const struct device *device)
 		    wish->mode == device->image.engine.axis[i].mode)
 			axes |= (uint8_t)(1u << i);
 	}
+	axes &= (uint8_t)~device->task.parked;
 	return axes & (uint8_t)~(one_shot_axes(device) & ~motion->driven);
 }
 
@@ -104,19 +109,45 @@ static void enter_off(struct device *device)
 	device->motion.known = false;
 }
 
+/* The outputs of those axes that have to be enabled one by one (ENABLED_MASKED). */
+static uint8_t masked(const struct device *device, uint8_t axes)
+{
+	uint8_t with_mask = 0;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct setting *setting = &device->configure.setting[SETTING_AXIS + i];
+
+		if (setting->value.axis.config.options & WIRE_AXIS_ENABLED_MASKED)
+			with_mask |= (uint8_t)(1u << i);
+	}
+	return with_mask & axes;
+}
+
+/* The device drives its axes by itself soon: a stop switches their outputs on. */
+static bool lacks_power(const struct device *device)
+{
+	return !device->task.powered && masked(device, task_powers(device));
+}
+
 /* Off, and everything that was asked of the engine is seen to be done. */
 static void update_off(struct device *device, uint8_t axes)
 {
 	struct motion *motion = &device->motion;
 	const uint8_t state = device->image.engine.state;
 
-	if (motion->verify || motion->run_open || motion->stop_open || one_shot_axes(device) ||
-	    configure_writing(device))
+	if (motion->verify || motion->run_open || motion->stop_open || device->task.open ||
+	    one_shot_axes(device) || configure_writing(device))
 		return;
-	motion->stop_wanted = !stands(state);
+	motion->stop_wanted = !stands(state) || lacks_power(device);
 	if (stands(state))
 		motion->releasing = 0;
-	if (!axes || state != WIRE_ENGINE_STOPPED)
+	if (motion->stop_wanted || state != WIRE_ENGINE_STOPPED)
+		return;
+	if (task_take_engine(device)) {
+		motion->phase = MOTION_TASK;
+		return;
+	}
+	if (!axes || !task_idle(device))
 		return;
 	motion->phase = MOTION_HOLD;
 	motion->known = false;
@@ -126,9 +157,11 @@ static void update_off(struct device *device, uint8_t axes)
 static void update_on(struct device *device)
 {
 	const struct motion *motion = &device->motion;
+	const uint8_t state = device->image.engine.state;
 
-	if (motion->verify || motion->run_open ||
-	    device->image.engine.state == WIRE_ENGINE_RUNNING)
+	if (motion->verify || motion->run_open || state == WIRE_ENGINE_RUNNING ||
+	    (motion->phase != MOTION_ON && state == WIRE_ENGINE_STOPPED) ||
+	    task_explains(device, state))
 		return;
 	safe_permit_drop(device);
 	enter_off(device);
@@ -138,7 +171,8 @@ static void update_phase(struct device *device, uint8_t axes)
 {
 	struct motion *motion = &device->motion;
 
-	if (motion->phase != MOTION_OFF && !device->safe.permitted) {
+	if (motion->phase != MOTION_OFF &&
+	    (!device->safe.permitted || task_wants_stand(device))) {
 		enter_off(device);
 		return;
 	}
@@ -149,9 +183,11 @@ static void update_phase(struct device *device, uint8_t axes)
 	case MOTION_HOLD:
 		if (motion->known && !reference_due(device))
 			motion->phase = MOTION_START;
+		update_on(device);
 		break;
 	case MOTION_START:
-		if (motion->verify || motion->run_open ||
+		update_on(device);
+		if (motion->phase == MOTION_OFF || motion->verify || motion->run_open ||
 		    device->image.engine.state != WIRE_ENGINE_RUNNING)
 			break;
 		motion->phase = MOTION_ON;
@@ -159,6 +195,8 @@ static void update_phase(struct device *device, uint8_t axes)
 		break;
 	case MOTION_ON:
 		update_on(device);
+		break;
+	case MOTION_TASK:
 		break;
 	}
 }
@@ -170,6 +208,7 @@ void motion_update(struct device *device)
 
 	if (!has_engine(device))
 		return;
+	task_update(device);
 	update_phase(device, wished(device));
 	axes = motion->phase == MOTION_ON ? wished(device) : 0;
 	released = motion->driven & (uint8_t)~axes;
@@ -211,8 +250,10 @@ static void stop_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, v
 	(void)context;
 	state_ended(device, now_ns);
 	device->motion.stop_open = false;
-	if (answered(entry))
-		device->motion.stop_wanted = false;	/* until a status says otherwise */
+	if (!answered(entry))
+		return;
+	device->motion.stop_wanted = false;	/* until a status says otherwise */
+	task_powered(device, device->motion.mask_stopped);
 }
 
 void motion_status(struct device *device, uint64_t asked_ns)
@@ -223,7 +264,9 @@ void motion_status(struct device *device, uint64_t asked_ns)
 
 static bool send_stop(struct device *device)
 {
-	static const struct wire_pulse_state_req stop = { .state = WIRE_ENGINE_STOPPED };
+	const struct wire_pulse_state_req stop = {
+		.state = WIRE_ENGINE_STOPPED, .enable_mask = masked(device, task_powers(device)),
+	};
 	struct motion *motion = &device->motion;
 
 	if (!motion->stop_wanted || motion->stop_open ||
@@ -231,21 +274,8 @@ static bool send_stop(struct device *device)
 		return false;
 	motion->stop_open = request_send(device, WIRE_OP_PULSE_STATE, &stop, stop_ended, NULL,
 					 NULL);
+	motion->mask_stopped = stop.enable_mask;
 	return motion->stop_open;
-}
-
-/* The outputs of axes that have to be enabled one by one (ENABLED_MASKED). */
-static uint8_t masked(const struct device *device)
-{
-	uint8_t axes = 0;
-
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		const struct setting *setting = &device->configure.setting[SETTING_AXIS + i];
-
-		if (setting->value.axis.config.options & WIRE_AXIS_ENABLED_MASKED)
-			axes |= (uint8_t)(1u << i);
-	}
-	return axes & wished(device);
 }
 
 static bool send_run(struct device *device)
@@ -254,7 +284,7 @@ static bool send_run(struct device *device)
 	const struct wire_pulse_state_req run = {
 		.state = WIRE_ENGINE_RUNNING,
 		.limit_override = device->intake.limit_override,
-		.enable_mask = masked(device),
+		.enable_mask = masked(device, wished(device)),
 	};
 
 	motion->run_open = request_send(device, WIRE_OP_PULSE_STATE, &run, run_ended, NULL, NULL);
@@ -272,7 +302,7 @@ static bool run_due(const struct device *device)
 	if (motion->phase == MOTION_START)
 		return device->image.engine.state == WIRE_ENGINE_STOPPED;
 	return motion->phase == MOTION_ON &&
-	       (masked(device) != motion->mask_sent ||
+	       (masked(device, wished(device)) != motion->mask_sent ||
 		device->intake.limit_override != motion->override_sent);
 }
 
@@ -282,5 +312,5 @@ bool motion_send_state(struct device *device)
 		return false;
 	if (device->motion.phase == MOTION_OFF)
 		return send_stop(device);
-	return run_due(device) && send_run(device);
+	return task_send(device) || (run_due(device) && send_run(device));
 }

@@ -70,6 +70,22 @@ void one_shot_end(struct device *device, enum pokeys_outcome outcome)
 	device->one_shots.ordered = false;
 }
 
+void one_shot_release(struct device *device)
+{
+	device->one_shots.phase = ONE_SHOT_IDLE;
+	device->one_shots.ordered = false;
+}
+
+void one_shot_outcome(struct device *device, uint32_t id, uint8_t operation,
+		      enum pokeys_outcome outcome)
+{
+	const bool ordered = device->one_shots.ordered;
+
+	device->one_shots.ordered = false;	/* that is the one at work */
+	record(device, id, operation, outcome);
+	device->one_shots.ordered = ordered;
+}
+
 static void begin(struct device *device, const struct pokeys_one_shot *shot)
 {
 	const struct operation *operation = operation_find(shot->operation);

@@ -8,8 +8,6 @@
  * and where only 0x20 can be used, which tells all axes where to be, while
  * the engine is on at all. The axis stands then, which is why reading the
  * position back tells for certain whether it was set.
- *
- * Homing, probing and the like are not offered by this version: refused.
  */
 
 #include <string.h>
@@ -66,8 +64,8 @@ static bool position_allowed(const struct device *device, const struct pokeys_on
 	const bool by_mask = reference_by_mask(device);
 	const uint8_t phase = device->motion.phase;
 
-	if (!has_engine(device, shot) || !shot->mask ||
-	    (phase != MOTION_OFF && !(phase == MOTION_ON && by_mask)))
+	if (!has_engine(device, shot) || !shot->mask || !task_idle(device) ||
+	    (phase != MOTION_OFF && !by_mask))
 		return false;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		if (shot->mask >> i & 1 && !axis_may_be_set(device, i, shot->value[i]))
@@ -83,6 +81,8 @@ static bool position_send(struct device *device)
 
 	if (device->one_shots.step)
 		return ask_status(device);
+	if (device->motion.phase == MOTION_HOLD || device->motion.phase == MOTION_START)
+		return false;	/* it will soon be known which axes follow */
 	if (!position_allowed(device, shot)) {
 		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
 		return false;
@@ -239,6 +239,11 @@ const struct operation *operation_find(uint8_t operation)
 		[POKEYS_ONE_SHOT_ARM_INDEX] = &operation_arm_index,
 		[POKEYS_ONE_SHOT_SET_POSITION] = &set_position,
 		[POKEYS_ONE_SHOT_CLEAR_FAULT] = &clear_fault,
+		[POKEYS_ONE_SHOT_HOME] = &operation_home,
+		[POKEYS_ONE_SHOT_HOME_CANCEL] = &operation_home_cancel,
+		[POKEYS_ONE_SHOT_HOME_FINISH] = &operation_home_finish,
+		[POKEYS_ONE_SHOT_PROBE] = &operation_probe,
+		[POKEYS_ONE_SHOT_PROBE_FINISH] = &operation_probe_finish,
 		[POKEYS_ONE_SHOT_RESET_COUNTERS] = &reset_counters,
 		[POKEYS_ONE_SHOT_SAVE_CONFIG] = &save_config,
 		[POKEYS_ONE_SHOT_SET_RTC] = &set_rtc,

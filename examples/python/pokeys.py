@@ -51,7 +51,8 @@ class Axis(Structure):
                 ("enabled", c_uint8), ("mode", c_uint8), ("reserved", c_uint8),
                 ("limit_minus", c_uint8), ("limit_plus", c_uint8), ("home", c_uint8),
                 ("error", c_uint8), ("soft_limit", c_uint8), ("in_position", c_uint8),
-                ("homed", c_uint8), ("reserved2", c_uint8 * 5), ("t_reference_ns", c_uint64),
+                ("homed", c_uint8), ("parked", c_uint8), ("following_error", c_int32),
+                ("t_reference_ns", c_uint64),
                 ("probe", c_int64), ("max_speed", c_float), ("max_acceleration", c_float)]
 
 
@@ -59,8 +60,10 @@ class Engine(Structure):
     _fields_ = [(name, c_uint8) for name in (
         "state axes_enabled activated limit_override emergency charge_pump generator "
         "misc_inputs relays outputs buffer_slots buffer_level power_states probe_status slot_time emergency_invert emergency_pin dedicated_limit_minus "
-        "dedicated_limit_plus dedicated_home limit_minus limit_plus home reserved"
-    ).split()] + [("axis", Axis * AXES)]
+        "dedicated_limit_plus dedicated_home limit_minus limit_plus home reserved "
+        "task task_phase task_result task_axes"
+    ).split()] + [("task_count", c_uint32), ("buffer_underruns", c_uint32),
+                  ("buffer_resyncs", c_uint32), ("axis", Axis * AXES)]
 
 
 class Rtc(Structure):
@@ -91,7 +94,7 @@ class OneShotResult(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 2, 0xaa611ffd09380179
+    VERSION, HASH = 3, 0x715746f48addee23
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

@@ -70,17 +70,35 @@ struct pokeys_axis_command {
 	uint8_t reserved[6];
 };
 
+/* one_shot.flags of HOME and PROBE */
+enum {
+	POKEYS_HOME_FINISH_ITSELF = 1u << 0,	/* do not wait for HOME_FINISH */
+	POKEYS_PROBE_ACTIVE_HIGH = 1u << 0,
+	POKEYS_PROBE_HYBRID = 1u << 1,		/* the commander moves: no mask, positions, speed */
+};
+
 enum pokeys_one_shot_operation {
 	POKEYS_ONE_SHOT_NOP = 0,		/* answered DONE at once: a test of the way */
 	POKEYS_ONE_SHOT_SET_ENCODER = 1,	/* index, value = counts */
 	POKEYS_ONE_SHOT_ARM_INDEX = 2,		/* index; the device zeroes the count at the index pulse */
 	POKEYS_ONE_SHOT_SET_POSITION = 3,	/* mask of axes that are not driven, value[] = pulses */
 	POKEYS_ONE_SHOT_CLEAR_FAULT = 4,	/* engine out of limit or emergency state */
-	POKEYS_ONE_SHOT_HOME = 5,		/* mask of axes, value[] = home offsets */
-	POKEYS_ONE_SHOT_HOME_CANCEL = 6,
-	POKEYS_ONE_SHOT_HOME_FINISH = 7,
+	/*
+	 * Homing: mask of axes that are homed together, value[] = home offsets,
+	 * parameter[0] = time limit in s (0 = 120). Its outcome comes when all of
+	 * them are homed, or when that has failed and they stand again.
+	 */
+	POKEYS_ONE_SHOT_HOME = 5,
+	POKEYS_ONE_SHOT_HOME_CANCEL = 6,	/* done when the engine stands */
+	POKEYS_ONE_SHOT_HOME_FINISH = 7,	/* after HOME without POKEYS_HOME_FINISH_ITSELF */
+	/*
+	 * Probing: mask of axes, value[] = furthest positions, parameter[0] = time
+	 * limit in s (0 = 60), parameter[1] = speed as part of the axes' highest,
+	 * above 0 up to 1, index = input (1..8 external, else terminal + 8), flags.
+	 * Results: state.engine.axis[].probe, probe_status, task_result.
+	 */
 	POKEYS_ONE_SHOT_PROBE = 8,
-	POKEYS_ONE_SHOT_PROBE_FINISH = 9,
+	POKEYS_ONE_SHOT_PROBE_FINISH = 9,	/* ends it; done when it has ended */
 	POKEYS_ONE_SHOT_RESET_COUNTERS = 10,
 	POKEYS_ONE_SHOT_SAVE_CONFIG = 11,	/* only while motion is not permitted */
 	POKEYS_ONE_SHOT_SET_RTC = 12,		/* value[] = year, month, day, hour, minute, second,

@@ -32,9 +32,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	2
+#define POKEYS_STATE_VERSION	3
 #define POKEYS_DIAG_VERSION	1
-#define POKEYS_STATE_HASH	UINT64_C(0xaa611ffd09380179)
+#define POKEYS_STATE_HASH	UINT64_C(0x715746f48addee23)
 #define POKEYS_DIAG_HASH	UINT64_C(0xb2b306027bd5a810)
 
 enum {
@@ -91,6 +91,35 @@ enum pokeys_failsafe {
 	POKEYS_FAILSAFE_OFF = 1,
 	POKEYS_FAILSAFE_ARMED = 2,	/* as wanted, read back from the device */
 	POKEYS_FAILSAFE_OTHER = 3,	/* on, but not as we want it */
+};
+
+/* state.engine.task: what the device does by itself, on behalf of a one-shot */
+enum pokeys_task {
+	POKEYS_TASK_NONE = 0,
+	POKEYS_TASK_HOMING = 1,
+	POKEYS_TASK_PROBING = 2,
+	POKEYS_TASK_HYBRID_PROBING = 3,	/* the commander moves, the device watches */
+};
+
+enum pokeys_task_phase {
+	POKEYS_TASK_IDLE = 0,
+	POKEYS_TASK_PREPARING = 1,	/* the engine is brought to stand */
+	POKEYS_TASK_STARTING = 2,	/* the device was asked to begin */
+	POKEYS_TASK_WORKING = 3,	/* it was seen to have begun */
+	POKEYS_TASK_COMPLETE = 4,	/* homed; the commander has yet to finish it */
+	POKEYS_TASK_FINISHING = 5,	/* the device is told, or asked for results */
+	POKEYS_TASK_STOPPING = 6,	/* the engine is brought to stand */
+};
+
+enum pokeys_task_result {
+	POKEYS_TASK_RESULT_NONE = 0,
+	POKEYS_TASK_DONE = 1,
+	POKEYS_TASK_CANCELLED = 2,	/* by a one-shot, machine off, or loss of the commander */
+	POKEYS_TASK_TIMED_OUT = 3,
+	POKEYS_TASK_FAILED = 4,		/* the device did not begin, or did something else */
+	POKEYS_TASK_TRIPPED = 5,	/* a limit switch or the emergency input */
+	POKEYS_TASK_NOT_FOUND = 6,	/* the probe touched nothing */
+	POKEYS_TASK_LOST = 7,		/* the link was lost meanwhile */
 };
 
 /* Index of state.slow_millihertz[]: what is polled beside the fast requests. */
@@ -155,7 +184,10 @@ struct pokeys_axis {
 	uint8_t soft_limit;
 	uint8_t in_position;		/* stands, and position == reference */
 	uint8_t homed;
-	uint8_t reserved2[5];
+	uint8_t parked;			/* homed or probed: follows again when its enable has been
+					 * low, or its command meets its position */
+	int32_t following_error;	/* pulses, command - position; 0 unless it is driven by
+					 * positions */
 	uint64_t t_reference_ns;	/* when that reference was last sent */
 	int64_t probe;			/* pulses, latched */
 	float max_speed;		/* pulses/s, as configured in the device */
@@ -182,6 +214,13 @@ struct pokeys_engine {
 	uint8_t dedicated_limit_minus, dedicated_limit_plus, dedicated_home;	/* raw, per axis */
 	uint8_t limit_minus, limit_plus, home;	/* raw switch bits of the status, per axis */
 	uint8_t reserved;
+	uint8_t task;			/* enum pokeys_task, the one at work or the last one */
+	uint8_t task_phase;		/* enum pokeys_task_phase */
+	uint8_t task_result;		/* enum pokeys_task_result */
+	uint8_t task_axes;		/* bit = axis */
+	uint32_t task_count;		/* tasks that have ended */
+	uint32_t buffer_underruns;	/* the buffer ran dry while axes were moving */
+	uint32_t buffer_resyncs;	/* positions were read back to know what had been executed */
 	struct pokeys_axis axis[POKEYS_AXES];
 };
 

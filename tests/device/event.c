@@ -137,6 +137,9 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		{ { .code = EVENT_LINK, .a = POKEYS_LINK_CONFIGURING,
 		    .b = POKEYS_LINK_CONFIGURING, .c = POKEYS_FAULT_LOCKED },
 		  "mill: still configuring: it is locked" },
+		{ { .code = EVENT_TASK, .a = POKEYS_TASK_HOMING, .b = POKEYS_TASK_TRIPPED,
+		    .c = 3 },
+		  "mill: homing of axes 0x03: stopped by a limit switch or the emergency input" },
 		{ { .code = EVENT_LOCKED, .a = LOCK_CONFIGURATION },
 		  "mill: settings differ, but its configuration is locked; unlock it or remove "
 		  "those settings" },

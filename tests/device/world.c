@@ -187,6 +187,8 @@ static void deliver(struct world *world)
 			.t_ns = world->now, .address = ADDRESS, .port = PORT,
 		};
 
+		if (world->lose_reply && world->lose_reply(world, packet))
+			continue;
 		device_deliver(world->device, packet, length, &rx, world->now);
 	}
 }

@@ -41,6 +41,7 @@ struct world {
 	uint8_t last_request[64];	/* the packet sent last */
 	void (*watch)(struct world *world, const uint8_t *packet);	/* sees each packet sent */
 	bool swallow;			/* set by watch: this packet never arrives */
+	bool (*lose_reply)(struct world *world, const uint8_t *packet);
 	struct world_sent sent;
 	uint64_t event_count[EVENT_CODES];
 	struct event last_event[EVENT_CODES];

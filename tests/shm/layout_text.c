@@ -48,7 +48,8 @@ static const struct member capability_members[] = {
 #define OF struct pokeys_axis
 static const struct member axis_members[] = {
 	M(position), M(reference), M(state), M(enabled), M(mode), M(reserved), M(limit_minus),
-	M(limit_plus), M(home), M(error), M(soft_limit), M(in_position), M(homed), M(reserved2),
+	M(limit_plus), M(home), M(error), M(soft_limit), M(in_position), M(homed), M(parked),
+	M(following_error),
 	M(t_reference_ns), M(probe), M(max_speed), M(max_acceleration),
 	END
 };
@@ -60,7 +61,9 @@ static const struct member engine_members[] = {
 	M(generator), M(misc_inputs), M(relays), M(outputs), M(buffer_slots), M(buffer_level),
 	M(power_states), M(probe_status), M(slot_time), M(emergency_invert), M(emergency_pin),
 	M(dedicated_limit_minus), M(dedicated_limit_plus), M(dedicated_home), M(limit_minus),
-	M(limit_plus), M(home), M(reserved), NESTED(axis, axis_members),
+	M(limit_plus), M(home), M(reserved), M(task), M(task_phase), M(task_result),
+	M(task_axes), M(task_count), M(buffer_underruns), M(buffer_resyncs),
+	NESTED(axis, axis_members),
 	END
 };
 #undef OF

@@ -93,7 +93,8 @@ layout! {
         soft_limit: u8,
         in_position: u8,
         homed: u8,
-        reserved2: [u8; 5],
+        parked: u8,
+        following_error: i32,
         t_reference_ns: u64,
         probe: i64,
         max_speed: f32,
@@ -127,6 +128,13 @@ layout! {
         limit_plus: u8,
         home: u8,
         reserved: u8,
+        task: u8,
+        task_phase: u8,
+        task_result: u8,
+        task_axes: u8,
+        task_count: u32,
+        buffer_underruns: u32,
+        buffer_resyncs: u32,
         axis: [PokeysAxis; AXES],
     }
 }
@@ -310,8 +318,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 2, size 2328,
-    hash 0xaa611ffd09380179, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 3, size 2344,
+    hash 0x715746f48addee23, hash_function iox_state_hash
 }
 
 published! {

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The one-shots that begin, cancel and finish homing and probing.
+ *
+ * Homing takes seconds, and what cancels it is a one-shot too. So one that
+ * begins a task is taken off the queue when the task has it; its outcome comes
+ * when the task knows it. Those that end a task stay at work until the engine
+ * stands: their outcome is the proof that nothing moves any more.
+ */
+
+#include "daemon/device/internal.h"
+
+static bool begin(struct device *device, uint8_t task, bool allowed)
+{
+	struct pokeys_one_shot shot = device->one_shots.now;
+
+	if (!allowed) {
+		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+		return false;
+	}
+	one_shot_release(device);
+	task_begin(device, task, &shot);
+	return false;
+}
+
+static bool home_send(struct device *device)
+{
+	return begin(device, POKEYS_TASK_HOMING, homing_allowed(device, &device->one_shots.now));
+}
+
+static bool probe_send(struct device *device)
+{
+	const struct pokeys_one_shot *shot = &device->one_shots.now;
+	const uint8_t task = shot->flags & POKEYS_PROBE_HYBRID ? POKEYS_TASK_HYBRID_PROBING :
+								 POKEYS_TASK_PROBING;
+
+	return begin(device, task, probing_allowed(device, shot));
+}
+
+static bool has_engine(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	(void)shot;
+	return device->image.capability.pulse_engine >= 2;
+}
+
+static bool is_homing(const struct device *device)
+{
+	return device->image.engine.task == POKEYS_TASK_HOMING;
+}
+
+static bool finish_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	return has_engine(device, shot) && is_homing(device) &&
+	       (task_idle(device) || device->image.engine.task_result == POKEYS_TASK_DONE);
+}
+
+/* Once, then wait. */
+static bool end_send(struct device *device, bool (*act)(struct device *device))
+{
+	if (!device->one_shots.step && !task_idle(device))
+		act(device);
+	device->one_shots.step = 1;
+	return task_idle(device);
+}
+
+static bool cancel(struct device *device)
+{
+	task_cancel(device);
+	return true;
+}
+
+static bool finish_or_cancel(struct device *device)
+{
+	return task_finish(device) || cancel(device);
+}
+
+static bool home_cancel_send(struct device *device)
+{
+	if (end_send(device, cancel))
+		one_shot_end(device, motion_standing(device) || device->motion.phase != MOTION_OFF ?
+				     POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_FAILED);
+	return false;
+}
+
+static bool home_finish_send(struct device *device)
+{
+	if (end_send(device, task_finish))
+		one_shot_end(device, device->image.engine.task_result == POKEYS_TASK_DONE ?
+				     POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_FAILED);
+	return false;
+}
+
+static bool probe_finish_send(struct device *device)
+{
+	if (end_send(device, finish_or_cancel))
+		one_shot_end(device, POKEYS_OUTCOME_DONE);
+	return false;
+}
+
+const struct operation operation_home = { homing_allowed, home_send, NULL, NULL };
+const struct operation operation_home_cancel = { has_engine, home_cancel_send, NULL, NULL };
+const struct operation operation_home_finish = { finish_allowed, home_finish_send, NULL, NULL };
+const struct operation operation_probe = { probing_allowed, probe_send, NULL, NULL };
+const struct operation operation_probe_finish = { has_engine, probe_finish_send, NULL, NULL };
