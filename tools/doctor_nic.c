@@ -9,8 +9,9 @@
  */
 #include <string.h>
 #include "tools/doctor.h"
+#include "tools/neighbour.h"
 
-enum { ARP_COMPLETE = 2, ARP_PERMANENT = 4, LATE_US = 10 };
+enum { LATE_US = 10 };
 
 static bool is_loopback(const struct doctor_finding *finding)
 {
@@ -46,15 +47,30 @@ static void judge_route(const struct doctor *doctor, struct doctor_finding *find
 	}
 }
 
+/* What is said of each state, and how bad it is. */
+static const struct {
+	enum doctor_verdict verdict;
+	const char *why;
+} neighbours[] = {
+	[NEIGHBOUR_UNSEEN] = { DOCTOR_UNKNOWN, "the kernel does not tell its entry" },
+	[NEIGHBOUR_NONE] = { DOCTOR_ADVICE, "it has no complete entry: the first packet waits "
+					    "until it answers ARP" },
+	[NEIGHBOUR_FAILED] = { DOCTOR_PROBLEM, "it does not answer ARP: it is off, or has another "
+					       "address" },
+	[NEIGHBOUR_STALE] = { DOCTOR_ADVICE, "its entry is stale and is asked for again; if that "
+					     "fails, packets wait" },
+	[NEIGHBOUR_REACHABLE] = { DOCTOR_ADVICE, "its entry is not permanent: it is asked for "
+						 "again and again, and if that fails, packets "
+						 "wait" },
+	[NEIGHBOUR_PERMANENT] = { DOCTOR_OK, "its entry is permanent" },
+};
+
 static void judge_neighbour(const struct doctor *doctor, struct doctor_finding *finding)
 {
 	const struct doctor_device *device = finding->device;
 	uint32_t a = device->address;
-	char table[1 << 14], address[20], line[128];
-	unsigned int flags = 0;
+	enum neighbour neighbour;
 
-	snprintf(address, sizeof(address), "%u.%u.%u.%u ", a >> 24, a >> 16 & 255, a >> 8 & 255,
-		 a & 255);
 	if (!a || !*device->nic || device->through_router) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "not a neighbour; see the check route");
 		return;
@@ -63,21 +79,12 @@ static void judge_neighbour(const struct doctor *doctor, struct doctor_finding *
 		doctor_say(finding, DOCTOR_OK, "the loopback has none");
 		return;
 	}
-	if (!probe_text(doctor->root, table, sizeof(table), "/proc/net/arp")) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/net/arp cannot be read");
-		return;
-	}
-	if (probe_line(table, address, line, sizeof(line)))
-		sscanf(line, "%*s %x", &flags);
-	if (flags & ARP_PERMANENT) {
-		doctor_say(finding, DOCTOR_OK, "its entry is permanent");
-		return;
-	}
-	doctor_say(finding, DOCTOR_ADVICE, flags & ARP_COMPLETE ? "its entry may grow stale, and "
-		   "packets wait while it is asked for again" :
-		   "it has no complete entry: packets wait until it answers ARP");
-	doctor_mend(finding, "ip neighbour replace %slladdr ITS-MAC dev %s nud permanent", address,
-		    device->nic);
+	neighbour = neighbour_look(doctor->root, device->nic, a);
+	doctor_say(finding, neighbours[neighbour].verdict, "%s", neighbours[neighbour].why);
+	if (neighbour != NEIGHBOUR_UNSEEN && neighbour != NEIGHBOUR_PERMANENT)
+		doctor_mend(finding, "ip neighbour replace %u.%u.%u.%u lladdr ITS-MAC dev %s nud "
+			    "permanent", a >> 24, a >> 16 & 255, a >> 8 & 255, a & 255,
+			    device->nic);
 }
 
 static void judge_link(const struct doctor *doctor, struct doctor_finding *finding)

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* What the kernel knows of a neighbour's hardware address. Cold, no privilege. */
+#ifndef TOOLS_NEIGHBOUR_H
+#define TOOLS_NEIGHBOUR_H
+
+#include <stdint.h>
+
+enum neighbour {
+	NEIGHBOUR_UNSEEN,		/* could not be asked */
+	NEIGHBOUR_NONE,			/* no entry, or it is being asked for just now */
+	NEIGHBOUR_FAILED,		/* nobody answers for this address */
+	NEIGHBOUR_STALE,		/* known, and to be confirmed before long */
+	NEIGHBOUR_REACHABLE,		/* known, for some seconds */
+	NEIGHBOUR_PERMANENT,
+};
+
+/*
+ * Of an IPv4 address (host byte order) at an interface, by netlink; with a root
+ * other than "" from ROOT/proc/net/arp, which tells reachable and stale, failed
+ * and none not apart and is then REACHABLE or NONE.
+ */
+enum neighbour neighbour_look(const char *root, const char *nic, uint32_t address);
+
+#endif
