@@ -6,9 +6,8 @@
  * it lasts, in which it is over, and how long it may take. Any other state means
  * that the device does something else than we think (stopped, tripped, refused,
  * rebooted), and then the joint is not homed: there is no state in which it is
- * hoped that things will turn out well. Handshakes with the daemon have a time
- * limit; a search and a move have none, for nobody knows how long an axis is,
- * and the operator can abort.
+ * hoped that things will turn out well. Every stage has a time limit: a handshake
+ * with the daemon a short one, a search and a move one that no axis reaches.
  *
  * An axis that was homed before may still say so when it is asked again, so it
  * has to be seen searching before "ready" is believed.
@@ -33,30 +32,31 @@ enum {
 		 IN(STATE_ARMED) | IN(STATE_FINAL))
 #define HANDSHAKE_S 5
 #define LET_GO_S 1
+#define LONG_S 600
 
 struct stage {
 	uint32_t lasts, ends;		/* in these states */
 	uint8_t command, next;
 	bool group;			/* ends only for all of the group together */
-	double limit_s;			/* 0 = none */
+	double limit_s;
 };
 
 static const struct stage stages[HOME_STAGES] = {
 	[HOME_STAGE_ASKED] = { ~(AT_WORK | IN(STATE_ERROR) | IN(STATE_LIMIT)), AT_WORK,
 			       LEGACY_HOME_START, HOME_STAGE_SEARCH, false, HANDSHAKE_S },
 	[HOME_STAGE_SEARCH] = { AT_WORK | IN(STATE_HOME), IN(STATE_FOUND),
-				LEGACY_HOME_START, HOME_STAGE_FOUND, false, 0 },
+				LEGACY_HOME_START, HOME_STAGE_FOUND, false, LONG_S },
 	[HOME_STAGE_FOUND] = { 0, IN(STATE_FOUND),
-			       LEGACY_HOME_START, HOME_STAGE_FINISH, true, 0 },
+			       LEGACY_HOME_START, HOME_STAGE_FINISH, true, LONG_S },
 	[HOME_STAGE_FINISH] = { IN(STATE_FOUND), IN(STATE_FINISHED),
 				LEGACY_HOME_FINALIZE, HOME_STAGE_ARM, false, HANDSHAKE_S },
 	[HOME_STAGE_ARM] = { IN(STATE_FINISHED) | IN(STATE_ARMING), IN(STATE_ARMED),
 			     LEGACY_HOME_ARM, HOME_STAGE_ARMED, false, HANDSHAKE_S },
 	[HOME_STAGE_ARMED] = { 0, IN(STATE_ARMED),
-			       LEGACY_HOME_WAIT, HOME_STAGE_MOVE, true, 0 },
+			       LEGACY_HOME_WAIT, HOME_STAGE_MOVE, true, LONG_S },
 	[HOME_STAGE_MOVE] = { IN(STATE_ARMED) | IN(STATE_FINAL),
 			      IN(STATE_READY) | IN(STATE_RUNNING) | IN(STATE_HOME),
-			      LEGACY_HOME_FINAL, HOME_STAGE_IDLE, false, 0 },
+			      LEGACY_HOME_FINAL, HOME_STAGE_IDLE, false, LONG_S },
 	[HOME_STAGE_GIVE_UP] = { OURS, ~OURS,
 				 LEGACY_HOME_CANCEL, HOME_STAGE_IDLE, false, LET_GO_S },
 };
@@ -98,7 +98,7 @@ enum home_news home_talk_step(struct home_talk *talk, uint32_t axes_state, bool 
 	if (talk->stage == HOME_STAGE_IDLE)
 		return HOME_NEWS_NONE;
 	talk->elapsed_s += period_s;
-	late = stage->limit_s > 0 && talk->elapsed_s > stage->limit_s;
+	late = talk->elapsed_s > stage->limit_s;
 	if (talk->stage == HOME_STAGE_GIVE_UP) {
 		/* one period at least, so that the command is seen */
 		if (late || (state & stage->ends && talk->elapsed_s > period_s))

@@ -59,11 +59,19 @@ uint32_t legacy_home_status(const struct legacy_home *home)
 	return status[home->phase];
 }
 
-/* The one-shot of this phase has ended. */
-static void settle(struct legacy_home *home, struct legacy_axis *value, bool done)
+/*
+ * The one-shot of this phase has ended. A position that is known not to have been set
+ * is set again, because AxesCommand still stands there: a lost packet is no reason to
+ * give a good homing up.
+ */
+static void settle(struct legacy_home *home, struct legacy_axis *value,
+		   enum pokeys_outcome outcome)
 {
 	home->open = false;
-	if (!done) {
+	if (outcome == POKEYS_OUTCOME_FAILED && home->phase == LEGACY_PHASE_ARMING) {
+		home->phase = LEGACY_PHASE_FINISHED;
+		home->command = LEGACY_HOME_FINALIZE;
+	} else if (outcome != POKEYS_OUTCOME_DONE) {
 		home->phase = LEGACY_PHASE_FAILED;
 	} else if (home->phase == LEGACY_PHASE_FINISHING) {
 		home->phase = LEGACY_PHASE_FINISHED;
@@ -78,16 +86,12 @@ void legacy_home_read(struct exchange *exchange, struct values *values)
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		struct legacy_home *home = &exchange->legacy.home[i];
 		const struct pokeys_axis *axis = &exchange->state.engine.axis[i];
-		enum pokeys_outcome outcome;
+		enum pokeys_outcome outcome = POKEYS_OUTCOME_UNKNOWN;	/* another daemon */
 
-		if (home->open && home->session != exchange->queue.session) {
-			settle(home, &values->legacy.axis[i], false);	/* another daemon */
-		} else if (home->open) {
+		if (home->open && home->session == exchange->queue.session)
 			outcome = one_shot_outcome(&exchange->queue, &exchange->state, home->id);
-			if (outcome != POKEYS_OUTCOME_NONE)
-				settle(home, &values->legacy.axis[i],
-				       outcome == POKEYS_OUTCOME_DONE);
-		}
+		if (home->open && outcome != POKEYS_OUTCOME_NONE)
+			settle(home, &values->legacy.axis[i], outcome);
 		if (home->phase == LEGACY_PHASE_MOVING &&
 		    axis->position == values->legacy.axis_set[i].home_position)
 			home->phase = LEGACY_PHASE_IDLE;

@@ -208,7 +208,7 @@ static void a_device_that_stops_fails_the_whole_group(void **state)
 	assert_int_equal(rig.daemon.engine.axis[0].state, 1);	/* was cancelled */
 }
 
-static void a_handshake_has_a_time_limit_a_search_has_none(void **state)
+static void a_handshake_has_a_short_time_limit_a_search_a_long_one(void **state)
 {
 	(void)state;
 	work[2] = 60000;
@@ -223,6 +223,24 @@ static void a_handshake_has_a_time_limit_a_search_has_none(void **state)
 	assert_int_equal(seen.failed, 0);
 	until_done(2000);
 	assert_int_equal(seen.failed, 0x04);
+}
+
+static void every_stage_ends_by_itself(void **state)
+{
+	static const uint8_t lasts[HOME_STAGES] = {
+		[HOME_STAGE_ASKED] = 1, [HOME_STAGE_SEARCH] = 12, [HOME_STAGE_FOUND] = 3,
+		[HOME_STAGE_FINISH] = 3, [HOME_STAGE_ARM] = 4, [HOME_STAGE_ARMED] = 18,
+		[HOME_STAGE_MOVE] = 19, [HOME_STAGE_GIVE_UP] = 12,
+	};
+
+	(void)state;
+	for (uint8_t stage = HOME_STAGE_ASKED; stage < HOME_STAGES; stage++) {
+		struct home_talk talk = { .stage = stage };
+
+		for (unsigned int i = 0; i < 700; i++)
+			home_talk_step(&talk, lasts[stage], false, 1);
+		assert_int_equal(talk.stage, HOME_STAGE_IDLE);
+	}
 }
 
 static void it_can_be_aborted_in_every_period(void **state)
@@ -271,7 +289,8 @@ int main(void)
 		cmocka_unit_test_setup(an_axis_that_still_says_home_is_not_believed, setup),
 		cmocka_unit_test_setup(a_refusal_fails_and_lets_go, setup),
 		cmocka_unit_test_setup(a_device_that_stops_fails_the_whole_group, setup),
-		cmocka_unit_test_setup(a_handshake_has_a_time_limit_a_search_has_none, setup),
+		cmocka_unit_test_setup(a_handshake_has_a_short_time_limit_a_search_a_long_one, setup),
+		cmocka_unit_test(every_stage_ends_by_itself),
 		cmocka_unit_test_setup(it_can_be_aborted_in_every_period, setup),
 		cmocka_unit_test_setup(a_sequence_below_zero_takes_all_of_it, setup),
 	};

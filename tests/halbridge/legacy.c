@@ -409,6 +409,26 @@ static void a_refused_homing_shows_an_error(void **state)
 	assert_int_equal(legacy->axis[0].state, 0);
 }
 
+static void a_position_that_was_not_set_is_set_again(void **state)
+{
+	uint32_t head;
+
+	(void)state;
+	drive_axis();
+	ask(0x01, LEGACY_HOME_START);
+	answer(POKEYS_OUTCOME_DONE);
+	ask(0x01, LEGACY_HOME_FINALIZE);
+	answer(POKEYS_OUTCOME_DONE);
+	ask(0x01, LEGACY_HOME_ARM);
+	head = command->one_shot_head;
+	answer(POKEYS_OUTCOME_FAILED);
+	rig_period(&rig);
+	assert_int_equal(command->one_shot_head, head + 1);
+	assert_int_equal(newest()->operation, POKEYS_ONE_SHOT_SET_POSITION);
+	answer(POKEYS_OUTCOME_DONE);
+	assert_int_equal(legacy->axis[0].state, 18);
+}
+
 static void a_homing_ends_with_its_daemon(void **state)
 {
 	(void)state;
@@ -508,6 +528,7 @@ int main(void)
 		cmocka_unit_test_setup(the_clock_tells_the_rate_and_the_way_through_hal, setup),
 		cmocka_unit_test_setup(homing_is_a_conversation, setup),
 		cmocka_unit_test_setup(a_refused_homing_shows_an_error, setup),
+		cmocka_unit_test_setup(a_position_that_was_not_set_is_set_again, setup),
 		cmocka_unit_test_setup(a_homing_ends_with_its_daemon, setup),
 		cmocka_unit_test_setup(a_cancelled_homing_is_told_to_the_device, setup),
 		cmocka_unit_test_setup(a_start_mask_is_told_once, setup),

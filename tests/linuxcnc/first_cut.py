@@ -6,7 +6,8 @@ Simulator, daemon and LinuxCNC (motmod, milltask, io, halui) in namespaces of th
 own; machinist.py sits in front of it as the user interface. The example's files
 are used as they are but for what `changes` lists.
 
-usage: first_cut.py MODULE.so POKEYSD POKEYS-SIM POKEYSCTL
+usage: first_cut.py first_cut|device_homing POKEYS_SHM.so POKEYS_HOMECOMP.so POKEYSD POKEYS-SIM
+                    POKEYSCTL
 
 POKEYS_CUT_S: most seconds the machine may take (default 240).
 """
@@ -61,27 +62,40 @@ def changes(rig):
     }
 
 
+# Besides: what device-homing.hal says is to be changed.
+DEVICE_HOMING = {
+    "mill.ini": [("EMCMOT = motmod\n", "EMCMOT = motmod\nHOMEMOD = pokeys_homecomp\n"),
+                 ("HALFILE = mill.hal\n", "HALFILE = mill.hal\nHALFILE = device-homing.hal\n")],
+    "mill.hal": [("names=canonical", "names=both")],
+}
+
+
 class Mill(Rig):
     """Rig's folder with the example in it."""
 
-    def __init__(self, pokeysd, sim, pokeysctl):
+    def __init__(self, work, pokeysd, sim, pokeysctl):
         super().__init__(pokeysctl.parents[1], "mill")
-        self.pokeysd, self.sim = pokeysd, sim
+        self.work, self.pokeysd, self.sim = work, pokeysd, sim
         self.mill = self.run / "mill"
         shutil.copytree(EXAMPLE, self.mill)
-        for name, words in changes(self).items():
-            text = (self.mill / name).read_text(encoding="utf-8")
-            for old, new in words:
-                if old not in text:
-                    raise Fault(f"examples/linuxcnc/mill/{name} has no {old!r}: mend this test")
-                text = text.replace(old, new)
-            (self.mill / name).write_text(text, encoding="utf-8")
+        self.change(changes(self))
+        if work == "device_homing":
+            self.change(DEVICE_HOMING)
         (self.mill / "sampler.hal").write_text(SAMPLER, encoding="utf-8")
         panel = self.run / "machinist"
         panel.write_text(f'#!/bin/sh\nexec /usr/bin/python3 -B {HERE}/machinist.py "$@"\n', encoding="utf-8")
         panel.chmod(0o755)
         for path in [self.mill, *self.mill.iterdir()]:
             path.chmod(0o777 if path.is_dir() else 0o666)  # LinuxCNC may be another user here
+
+    def change(self, files):
+        for name, words in files.items():
+            text = (self.mill / name).read_text(encoding="utf-8")
+            for old, new in words:
+                if old not in text:
+                    raise Fault(f"examples/linuxcnc/mill/{name} has no {old!r}: mend this test")
+                text = text.replace(old, new)
+            (self.mill / name).write_text(text, encoding="utf-8")
 
     def start(self):
         control = self.run / "sim.sock"
@@ -95,7 +109,7 @@ class Mill(Rig):
     def cut(self):
         """LinuxCNC with the machinist; their status."""
         env = os.environ | {"MACHINIST_SIM": f"{self.sim} --ctl {self.run}/sim.sock",
-                            "MACHINIST_MILL": str(self.mill)}
+                            "MACHINIST_MILL": str(self.mill), "MACHINIST_WORK": self.work}
         with open(self.run / "linuxcnc.log", "wb") as log:
             child = subprocess.Popen(("linuxcnc", "-r", self.mill / "mill.ini"), stdout=log, stderr=log,
                                      stdin=subprocess.DEVNULL, env=env, cwd=self.mill)
@@ -109,8 +123,8 @@ class Mill(Rig):
         return (self.run / name).read_text(errors="replace") if (self.run / name).exists() else ""
 
 
-def inside(programs):
-    mill = Mill(*programs)
+def inside(work, programs):
+    mill = Mill(work, *programs)
     try:
         mill.start()
         status = mill.cut()
@@ -127,12 +141,12 @@ def inside(programs):
 
 def main():
     if sys.argv[1] == "--inside":
-        return inside([pathlib.Path(word) for word in sys.argv[2:]])
-    module, *programs = (pathlib.Path(word).resolve() for word in sys.argv[1:])
+        return inside(sys.argv[2], [pathlib.Path(word) for word in sys.argv[3:]])
+    work, (module, homecomp, *programs) = sys.argv[1], (pathlib.Path(w).resolve() for w in sys.argv[2:])
     os.execv(ROOT / "scripts/hal-isolated",
-             ["hal-isolated", "--module", str(module), "--network",
+             ["hal-isolated", "--module", str(module), "--module", str(homecomp), "--network",
               *(word for path in programs for word in ("--keep", str(path.parent))),
-              "/usr/bin/python3", "-B", __file__, "--inside", *map(str, programs)])
+              "/usr/bin/python3", "-B", __file__, "--inside", work, *map(str, programs)])
     return 1
 
 

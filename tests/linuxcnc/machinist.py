@@ -22,6 +22,7 @@ MILL = pathlib.Path(os.environ["MACHINIST_MILL"])
 SIM = os.environ["MACHINIST_SIM"].split()
 JOINTS = range(4)
 HOME = ((-4000, 0), (-4000, 0), (4000, 0), (-2000, -2))  # bench.sim's edge, mill.ini's HOME_OFFSET
+DEVICE_HOME = [400, 400, -400, 0]  # device-homing.hal's HomePosition
 SURFACE = -8000  # pulses: bench.sim's probe
 END = {0: 30.125, 1: 41.7, 3: 45}  # first-cut.ngc's last position, in machine units; Z apart
 END_Z = -5
@@ -189,7 +190,7 @@ def stays(m, when, pulses, machine):
         assert m.pulses() == (pulses, machine), f"{when} it moves: {pulses} {machine} -> {m.pulses()}"
 
 
-def work(m):
+def first_cut(m):
     homing_finds_the_switches(m)
     before = [p - k for p, k in zip(*m.pulses())]
     clean = the_programme_runs(m, "clean")
@@ -203,7 +204,54 @@ def work(m):
     m.tell(f"lossy: same end to the pulse, though {lost[0]} requests and {lost[1]} replies were lost")
     assert [p - k for p, k in zip(*m.pulses())] == before, "counts and machine have parted"
     cable_out_stops_for_good(m)
-    m.tell("the end")
+
+
+# ---- homing by the device: device-homing.hal
+
+
+def the_device_homes(m):
+    m.home()
+    m.settled()
+    pulses, machine = m.pulses()
+    assert pulses == DEVICE_HOME, f"homed at {pulses} pulses, HomePosition is {DEVICE_HOME}"
+    for joint, (edge, _) in enumerate(HOME):
+        zero = machine[joint] - pulses[joint]
+        # on the free side of its edge, as far as it runs on at the return speed
+        assert abs(zero - edge) < 100, f"joint {joint}: zero is at {zero}, its switch at {edge}"
+        assert abs(m.stat.joint_actual_position[joint] - pulses[joint] / m.scale[joint]) < 0.01
+        m.tell(f"device homing: joint {joint}: zero at {zero} pulses, its switch at {edge}")
+    assert int(m.sim("stat")["pe.21"]) >= 3, "it was not the device that homed"
+
+
+def an_abort_stops_it(m):
+    m.mode(linuxcnc.MODE_MANUAL)
+    m.command.teleop_enable(0)
+    m.command.wait_complete()
+    m.command.home(-1)
+    m.until("X searching", lambda _: m.sim("axis 0")["state"] == "12", 20)
+    m.command.abort()
+    m.until("homing ended", lambda s: not any(s.joint[j]["homing"] for j in JOINTS), 20)
+    m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0, 5)
+    stays(m, "after an abort", *m.pulses())
+    assert not m.look().homed[0], "homed though it was aborted"
+    m.tell(f"device homing: aborted, X stands at machine {m.pulses()[1][0]}")
+
+
+def device_homing(m):
+    m.switch_on()
+    an_abort_stops_it(m)
+    the_device_homes(m)
+    m.mdi("G53 G1 F1800 X20 Y10 Z-5 A30")
+    m.until("the move done", lambda s: s.inpos and s.interp_state == linuxcnc.INTERP_IDLE, 60)
+    m.settled()
+    assert m.pulses()[0] == [8000, 4000, -2000, 6000], m.pulses()
+    for words in LOSSY:
+        m.sim(words)
+    the_device_homes(m)
+    m.tell("device homing: the same with 1 % loss and 2 ms jitter")
+
+
+WORK = {"first_cut": first_cut, "device_homing": device_homing}
 
 
 def main():
@@ -211,7 +259,8 @@ def main():
     component.ready()
     machinist = Machinist()
     try:
-        work(machinist)
+        WORK[os.environ["MACHINIST_WORK"]](machinist)
+        machinist.tell("the end")
         return 0
     except (AssertionError, OSError, RuntimeError, linuxcnc.error):
         machinist.tell(f"FAILED: {traceback.format_exc()}\nLinuxCNC said {machinist.said}")
