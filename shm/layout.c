@@ -22,9 +22,9 @@ SAME(pokeys_state, engine, 1080);
 SAME(pokeys_state, one_shot, 2024);
 SAME(pokeys_state, statistics, 2184);
 
-WHOLE(pokeys_diag, 3280);
-SAME(pokeys_diag, wakeup, 144);
-SAME(pokeys_diag, cycle_work, 2832);
+WHOLE(pokeys_diag, 3296);
+SAME(pokeys_diag, wakeup, 160);
+SAME(pokeys_diag, cycle_work, 2848);
 
 WHOLE(pokeys_command, 4664);
 SAME(pokeys_command, digital_out, 56);

@@ -35,7 +35,7 @@ static const struct row counters[] = {
 	DIAG(cycles_skipped), DIAG(events_dropped), DIAG(event_high_water),
 	DIAG(transport_system_calls), DIAG(transport_waits_avoided), DIAG(transport_rearmed),
 	DIAG(transport_no_buffers), DIAG(transport_overflow), DIAG(transport_truncated),
-	DIAG(minor_faults), DIAG(major_faults),
+	DIAG(minor_faults), DIAG(major_faults), DIAG(guard_passed), DIAG(guard_dropped),
 };
 
 static const struct {

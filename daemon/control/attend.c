@@ -114,6 +114,8 @@ static void look_for_guard(struct daemon *daemon, uint64_t now_ns)
 	bool before = guard->on;
 
 	guarded_read(guard, GUARDED_FILE, interface, now_ns);
+	atomic_store(&daemon->loop.shared.guard_passed, guard->passed);
+	atomic_store(&daemon->loop.shared.guard_dropped, guard->dropped);
 	if (guard->on == before)
 		return;
 	if (guard->on) {

@@ -60,6 +60,10 @@ static void take_counter(struct guarded *out, const char *name, const char *valu
 	    length != strspn(name, "abcdefghijklmnopqrstuvwxyz_") ||
 	    !number(value, &out->counter[out->counters].value))
 		return;
+	if (!strncmp(name, "pass_", 5))
+		out->passed += out->counter[out->counters].value;
+	else if (!strncmp(name, "drop_", 5))
+		out->dropped += out->counter[out->counters].value;
 	memcpy(out->counter[out->counters++].name, name, length + 1);
 }
 

@@ -43,6 +43,7 @@ struct loop_shared {
 	_Atomic uint32_t notify;	/* loop: bit = news for the listeners of this device */
 	_Atomic uint32_t flags;		/* control: POKEYS_STATE_REALTIME, _FALLBACK, _GUARD to publish */
 	_Atomic int32_t thread;		/* loop: its thread id, 0 = has not begun */
+	_Atomic uint64_t guard_passed, guard_dropped;	/* control: to publish */
 	_Atomic uint64_t minor_faults, major_faults;	/* loop_sample_faults: since it began */
 };
 

@@ -116,6 +116,8 @@ void publish_diag(struct loop *loop, uint32_t i)
 						      memory_order_relaxed);
 	diag->minor_faults = relaxed(&loop->shared.minor_faults);
 	diag->major_faults = relaxed(&loop->shared.major_faults);
+	diag->guard_passed = relaxed(&loop->shared.guard_passed);
+	diag->guard_dropped = relaxed(&loop->shared.guard_dropped);
 	put_transport(loop, diag);
 	diag->wakeup = own->wakeup;
 	diag->publish = own->publish;

@@ -126,13 +126,13 @@ class Histogram(Structure):
 
 
 class Diag(Structure):
-    VERSION, HASH = 1, 0xb2b306027bd5a810
+    VERSION, HASH = 2, 0x1bc2f03dbd2a3373
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle t_publish_ns cycles_skipped events_dropped event_high_water "
         "transport_system_calls transport_waits_avoided transport_rearmed "
         "transport_no_buffers transport_overflow transport_truncated minor_faults "
-        "major_faults").split()] + [("transport", c_char * 16)] + [(name, Histogram) for name in (
+        "major_faults guard_passed guard_dropped").split()] + [("transport", c_char * 16)] + [(name, Histogram) for name in (
         "wakeup round_trip fast_round_trip receive fresh publish cycle_work").split()]
 
 

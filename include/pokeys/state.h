@@ -33,9 +33,9 @@ extern "C" {
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
 #define POKEYS_STATE_VERSION	3
-#define POKEYS_DIAG_VERSION	1
+#define POKEYS_DIAG_VERSION	2
 #define POKEYS_STATE_HASH	UINT64_C(0x715746f48addee23)
-#define POKEYS_DIAG_HASH	UINT64_C(0xb2b306027bd5a810)
+#define POKEYS_DIAG_HASH	UINT64_C(0x1bc2f03dbd2a3373)
 
 enum {
 	POKEYS_PINS = 55,
@@ -360,6 +360,9 @@ struct pokeys_diag {
 	uint64_t transport_system_calls, transport_waits_avoided, transport_rearmed;
 	uint64_t transport_no_buffers, transport_overflow, transport_truncated;
 	uint64_t minor_faults, major_faults;	/* of the realtime thread since it began its loop */
+	/* what the XDP guard let in and dropped at the daemon's interface, of everybody's
+	 * packets; 0 without POKEYS_STATE_GUARD */
+	uint64_t guard_passed, guard_dropped;
 	char transport[16];
 	struct pokeys_histogram wakeup;		/* tick to running */
 	struct pokeys_histogram round_trip;	/* every unambiguous reply */

@@ -50,9 +50,12 @@ static bool on(const char *text, const char *interface, uint64_t now_ns)
 static void a_fresh_file_of_our_interface_counts(void **state)
 {
 	(void)state;
-	assert_true(on(HEAD "pass_arp 3\ndrop_foreign 18446744073709\n", "eth1", 6 * SECOND));
+	assert_true(on(HEAD "pass_arp 3\ndrop_foreign 18446744073709\npass_x 4\n",
+		       "eth1", 6 * SECOND));
 	assert_string_equal(guard.mode, "native");
-	assert_int_equal(guard.counters, 2);
+	assert_int_equal(guard.counters, 3);
+	assert_int_equal(guard.passed, 7);
+	assert_int_equal(guard.dropped, UINT64_C(18446744073709));
 	assert_string_equal(guard.counter[1].name, "drop_foreign");
 	assert_int_equal(guard.counter[1].value, UINT64_C(18446744073709));
 }

@@ -252,6 +252,8 @@ static void diagnostic_image_holds_what_the_loop_measured(void **state)
 	world.publish_takes_ns = 2 * US;
 	world.loop.events.dropped = 3;
 	world.loop.shared.minor_faults = 5;
+	world.loop.shared.guard_passed = 7;
+	world.loop.shared.guard_dropped = 8;
 	assert_int_equal(world_run(SECOND), 0);
 	assert_string_equal(d->transport, "memory");
 	assert_int_equal(d->round_trip.count, world.device[0].delivered);	/* the device's part */
@@ -261,6 +263,8 @@ static void diagnostic_image_holds_what_the_loop_measured(void **state)
 	assert_true(d->transport_system_calls >= d->cycle * 2);
 	assert_int_equal(d->events_dropped, 3);
 	assert_int_equal(d->minor_faults, 5);
+	assert_int_equal(d->guard_passed, 7);
+	assert_int_equal(d->guard_dropped, 8);
 	assert_int_equal(d->t_publish_ns, world.now);
 }
 

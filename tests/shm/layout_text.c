@@ -136,6 +136,7 @@ static const struct member diag_members[] = {
 	M(cycles_skipped), M(events_dropped), M(event_high_water), M(transport_system_calls),
 	M(transport_waits_avoided), M(transport_rearmed), M(transport_no_buffers),
 	M(transport_overflow), M(transport_truncated), M(minor_faults), M(major_faults),
+	M(guard_passed), M(guard_dropped),
 	M(transport), NESTED(wakeup, histogram_members), NESTED(round_trip, histogram_members),
 	NESTED(fast_round_trip, histogram_members), NESTED(receive, histogram_members),
 	NESTED(fresh, histogram_members), NESTED(publish, histogram_members),

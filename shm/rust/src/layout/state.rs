@@ -306,6 +306,8 @@ layout! {
         transport_truncated: u64,
         minor_faults: u64,
         major_faults: u64,
+        guard_passed: u64,
+        guard_dropped: u64,
         transport: [u8; 16],
         wakeup: PokeysHistogram,
         round_trip: PokeysHistogram,
@@ -323,6 +325,6 @@ published! {
 }
 
 published! {
-    PokeysDiag, "diag", magic 0x4744_4b50, version 1, size 3280,
-    hash 0xb2b306027bd5a810, hash_function iox_diag_hash
+    PokeysDiag, "diag", magic 0x4744_4b50, version 2, size 3296,
+    hash 0x1bc2f03dbd2a3373, hash_function iox_diag_hash
 }
