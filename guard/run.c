@@ -132,6 +132,19 @@ static int serve(struct service *service)
 	return status;
 }
 
+/*
+ * Where there is no XDP, systemd has to hear that we have started: an end
+ * before that is a failed start to it, whatever the status.
+ */
+static int leave(int status, int locked)
+{
+	if (status == GUARD_UNAVAILABLE)
+		notify_status("no XDP to be had; going on without");
+	guard_remove();
+	close(locked);
+	return status;
+}
+
 int guard_run(const struct config *config)
 {
 	struct service service = { .place.dedicated = config->interface_dedicated };
@@ -142,7 +155,7 @@ int guard_run(const struct config *config)
 	memcpy(service.place.interface, config->interface, sizeof(service.place.interface));
 	status = guard_load(config->interface_dedicated);
 	if (status)
-		return status;
+		return leave(status, locked);
 	missing = guard_set_devices(config);
 	if (missing > 0)
 		log_line(EVENT_INFO, "%d device%s not found yet; let in once %s answer%s a search",
@@ -154,7 +167,5 @@ int guard_run(const struct config *config)
 		status = GUARD_FAILED;
 	}
 	status = status ? status : serve(&service);
-	guard_remove();
-	close(locked);
-	return status;
+	return leave(status, locked);
 }

@@ -57,6 +57,7 @@ configure_it() {
 		cpu = 1
 		group = pokeys
 		period-us = 4000
+		interface = lo
 
 		[device $name]
 		address = 127.0.0.1
@@ -137,6 +138,29 @@ reload_configures() {
 	within 20 eval 'pokeys-sim --ctl $sim pin 21 | grep -qx function=0x02'
 }
 
+# The unit's capabilities and system calls suffice, on this kernel, and the group can see it.
+guarded() { status | grep -q '"guard":true'; }
+guard_is_seen() {
+	systemctl start pokeys-guard || { journalctl -o cat -u pokeys-guard | head -n 20 >/out/guard; return 1; }
+	within 20 guarded && fresh || return 1
+	as_cnc pokeys-guard status | grep -q '^pass_device [1-9]' || { echo "cnc sees no packets"; return 1; }
+}
+guard_comes_again() {
+	local before
+	before=$(systemctl show -P MainPID pokeys-guard)
+	[ "$before" != 0 ] || { echo "it does not run"; return 1; }
+	kill -KILL "$before"
+	within 15 eval '[ "$(systemctl show -P MainPID pokeys-guard)" != '"$before"' ] &&
+		systemctl is-active pokeys-guard' || return 1
+	within 15 guarded && fresh
+}
+guard_goes() {
+	systemctl stop pokeys-guard || return 1
+	within 15 eval '! guarded' || return 1
+	[ ! -e /sys/fs/bpf/pokeysd ] || { echo "pins are left"; return 1; }
+	fresh
+}
+
 watchdog_was_it() { journalctl -u pokeysd --no-pager | grep -i watchdog; }
 
 latency() {
@@ -172,6 +196,9 @@ check linuxcnc_runs_and_sees_the_device start_linuxcnc
 check linuxcnc_is_realtime servo_thread_is_fifo
 check output_follows_its_pin output_follows
 check input_reaches_its_pin input_follows
+check guard_is_on_and_seen guard_is_seen
+check killed_guard_comes_again guard_comes_again
+check stopped_guard_leaves_nothing guard_goes
 check reload_configures_the_device reload_configures
 check killed_daemon_comes_again again KILL
 check hung_daemon_is_found_by_the_watchdog again STOP
@@ -180,5 +207,5 @@ check cyclictest_beside_it latency
 check outputs_are_safe_when_linuxcnc_dies linuxcnc_dies
 check service_stops systemctl stop pokeysd
 check nothing_is_left nothing_is_left
-journalctl --no-pager -u pokeysd >/out/journal
+journalctl --no-pager -u pokeysd -u pokeys-guard >/out/journal
 echo end
