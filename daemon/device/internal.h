@@ -30,7 +30,7 @@
 #define SECOND (1000 * MS)
 
 enum {
-	BUDGET = 3,		/* requests a cycle, of whatever kind */
+	BUDGET = 3,		/* requests a cycle, and one more for motion */
 	ENCODER_BANKS = 2,	/* 0xCD: 0..12 and 13..25 */
 };
 
@@ -435,7 +435,6 @@ bool reference_send(struct device *device);
 /* Another commander: what it queued before we saw it is not executed. */
 void one_shot_session(struct device *device, uint32_t head);
 void one_shot_intake(struct device *device, const struct pokeys_command *command);
-bool one_shot_due(const struct device *device);
 bool one_shot_send(struct device *device);
 /* One that no commander queued; 0, or -EALREADY. */
 int one_shot_order(struct device *device, enum pokeys_one_shot_operation operation);

@@ -156,11 +156,6 @@ void one_shot_cycle(struct device *device)
 	begin(device, &shot);
 }
 
-bool one_shot_due(const struct device *device)
-{
-	return device->one_shots.phase == ONE_SHOT_NEXT || device->one_shots.disarm;
-}
-
 bool one_shot_send(struct device *device)
 {
 	const struct operation *operation;

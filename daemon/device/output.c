@@ -141,17 +141,6 @@ bool output_send(struct device *device)
 	return false;
 }
 
-bool output_due(const struct device *device)
-{
-	union output_value want;
-
-	for (unsigned int i = 0; i < places(device); i++) {
-		if (is_due(device, i, &want))
-			return true;
-	}
-	return false;
-}
-
 bool output_settled(const struct device *device)
 {
 	union output_value want;

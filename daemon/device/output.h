@@ -83,7 +83,6 @@ const struct output_kind *output_kind(unsigned int place, unsigned int *index);
 void output_begin(struct device *device);
 /* The next write that is due; true if one was sent. */
 bool output_send(struct device *device);
-bool output_due(const struct device *device);
 /* All of them are as wanted. */
 bool output_settled(const struct device *device);
 /* A reading that was asked for at asked_ns is not older than the last write. */

@@ -12,13 +12,11 @@
  * that it is the same start of the same device: until then a patient lost-after may
  * hide that another one was put in its place, and nothing of ours is its business.
  *
- * The third place of a cycle goes, in this order, to the engine's state, the
- * axes' references, a step of a one-shot, a setting, and in turns to the other
- * outputs and the slow groups. References
- * change in every cycle of a move, and whoever comes after them would starve:
- * so when something else has waited for too long the status gives up its
- * place, but never twice in a row. A reference that is late by a cycle is a
- * following error; a position that is older by a cycle says so by its time.
+ * The third place of a cycle goes to the engine's state or the axes' references,
+ * the fourth to one of: a step of a one-shot, a setting, and in turns the other
+ * outputs and the slow groups. References change in every cycle of a move; with
+ * one place for both, either the slow groups would starve or a reference, or a
+ * position, would be late by a cycle, and each of these is a following error.
  */
 
 #include <string.h>
@@ -184,24 +182,14 @@ static void send_status(struct device *device)
 	device->plan.status_open = true;
 }
 
-/* Somebody has to wait: is it the status this time? */
-static bool status_gives_way(const struct device *device)
-{
-	return !device->plan.status_skipped && !in_doubt(device) && reference_due(device) &&
-	       (one_shot_due(device) || output_due(device) || slow_overdue(device));
-}
-
 static void send_fast(struct device *device)
 {
 	struct plan *plan = &device->plan;
-	const bool engine = device->image.capability.pulse_engine >= 2;
-	const bool skip = engine && status_gives_way(device);
 
 	plan->next_cycle = device->cycle + device->config.fast_divider;
 	send_io(device);
-	if (engine && !skip)
+	if (device->image.capability.pulse_engine >= 2)
 		send_status(device);
-	plan->status_skipped = skip;
 	if (!plan->measuring)
 		plan->measured_tick_ns = device->tick_ns;
 	plan->measuring = true;
@@ -261,13 +249,17 @@ static bool room(const struct device *device)
 {
 	const uint32_t window = device->mailbox.options.window;
 	const uint32_t kept = window > 2 * KEPT ? KEPT : window / 2;
+	uint32_t urgent = device->plan.io_open;
 
-	return device->mailbox.open_count + kept < window;
+	urgent += device->plan.status_open;
+	urgent += device->motion.reference_open;
+	urgent += device->motion.run_open || device->motion.stop_open;
+	return device->mailbox.open_count - urgent + kept < window;
 }
 
 void plan_cycle(struct device *device)
 {
-	bool sent;
+	bool moved;
 
 	motion_update(device);
 	slow_rates(device);
@@ -278,14 +270,12 @@ void plan_cycle(struct device *device)
 		slow_send(device);
 		return;
 	}
-	sent = motion_send_state(device);
-	sent = reference_send(device) || sent;
+	moved = motion_send_state(device);
+	moved = reference_send(device) || moved;
+	if (moved)
+		device->budget++;	/* motion has a place of its own */
 	if (!room(device))
 		return;
-	if (device->plan.status_skipped || !sent)
-		sent = one_shot_send(device);
-	if (device->plan.status_skipped || !sent)
-		sent = configure_send(device);
-	if (device->plan.status_skipped || !sent)
+	if (!one_shot_send(device) && !configure_send(device))
 		send_lesser(device);
 }

@@ -93,7 +93,7 @@ struct slow {
 struct plan {
 	uint64_t next_cycle;
 	bool io_open, io_write, io_mixed;	/* mixed: resent with other outputs than first */
-	bool status_open, status_skipped;
+	bool status_open;
 	bool measuring;				/* the fast replies are still awaited ... */
 	uint64_t measured_tick_ns;		/* ... of this tick */
 	uint64_t io_outputs, io_mask;

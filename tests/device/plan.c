@@ -212,7 +212,7 @@ static void window_always_has_room_for_the_fast_requests(void **state)
 			in_flight = world.state.statistics.in_flight;
 	}
 	assert_int_equal(world.sent.operation[0xCC], 150);
-	assert_true(world.sent.pulse[0x00] >= 75);
+	assert_true(world.sent.pulse[0x00] >= 149);
 	assert_true(world.sent.pulse[0x25] >= 140);
 	assert_in_range(in_flight, 3, 8);
 }

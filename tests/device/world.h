@@ -37,6 +37,7 @@ struct world {
 	int refused;			/* the image cannot be read: this -errno */
 	bool flags_are_noise;		/* command.flags may be refused: I7 is not checked */
 	bool unplugged;			/* the kernel refuses to send */
+	uint64_t motion_sent;		/* requests for motion, at the last look */
 	unsigned int fresh_high;	/* most new requests in a cycle */
 	uint8_t last_request[64];	/* the packet sent last */
 	void (*watch)(struct world *world, const uint8_t *packet);	/* sees each packet sent */
