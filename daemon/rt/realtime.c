@@ -197,7 +197,8 @@ double realtime_duty_of(long runtime_us, long period_us)
 		return 1.0;
 	if (period_us <= 0)
 		return 0.9;
-	part = (double)runtime_us / (double)period_us - 0.05;
+	/* a twentieth less, in one division: 0.95 - 0.05 is not 0.9 */
+	part = (double)(20 * runtime_us - period_us) / (double)(20 * period_us);
 	if (part > 0.9)
 		return 0.9;
 	return part < 0.1 ? 0.1 : part;

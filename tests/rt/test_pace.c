@@ -209,6 +209,8 @@ static void duty_leaves_room_below_the_throttling(void **state)
 {
 	(void)state;
 	assert_float_equal(realtime_duty_of(950000, 1000000), 0.9, 1e-9);
+	/* the default of pokeysd.conf is not more than the default of the kernel leaves */
+	assert_false(realtime_duty_of(950000, 1000000) < 0.9);
 	assert_float_equal(realtime_duty_of(500000, 1000000), 0.45, 1e-9);
 	assert_float_equal(realtime_duty_of(1000000, 1000000), 0.9, 1e-9);
 	assert_float_equal(realtime_duty_of(10000, 1000000), 0.1, 1e-9);
