@@ -13,13 +13,7 @@ enum { FIRST_BIT = 6 };	/* 64 ns */
 
 unsigned int pokeys_histogram_bucket(uint64_t ns)
 {
-	unsigned int top, bucket;
-
-	if (ns < (UINT64_C(1) << FIRST_BIT))
-		return 0;
-	top = 63u - (unsigned int)__builtin_clzll(ns);
-	bucket = 1 + 4 * (top - FIRST_BIT) + (unsigned int)(ns >> (top - 2) & 3);
-	return bucket < POKEYS_HISTOGRAM_BUCKETS ? bucket : POKEYS_HISTOGRAM_BUCKETS - 1;
+	return pokeys_duration_bucket(ns);
 }
 
 uint64_t pokeys_histogram_lower(unsigned int bucket)

@@ -9,9 +9,6 @@
 #include <stdint.h>
 #include <pokeys/state.h>
 
-/* Bucket of a duration: quarter octaves from 64 ns up. */
-unsigned int histogram_bucket(uint64_t ns);
-
 void histogram_add(struct pokeys_histogram *histogram, uint64_t ns);
 
 #endif

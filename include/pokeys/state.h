@@ -339,7 +339,7 @@ struct pokeys_state {
 
 /*
  * Histogram of durations: bucket i counts durations d (ns) with
- * pokeys_histogram_bucket(d) == i; buckets are 1/4 octave wide from 64 ns up,
+ * pokeys_duration_bucket(d) == i; buckets are 1/4 octave wide from 64 ns up,
  * the first one takes all below, the last one all above (about 4 s).
  */
 enum { POKEYS_HISTOGRAM_BUCKETS = 104 };
@@ -348,6 +348,18 @@ struct pokeys_histogram {
 	uint64_t count, sum_ns, min_ns, max_ns;
 	uint32_t bucket[POKEYS_HISTOGRAM_BUCKETS];
 };
+
+/* The bucket a duration belongs to; the reverse is pokeys_histogram_lower() of shm.h. */
+static inline unsigned int pokeys_duration_bucket(uint64_t ns)
+{
+	unsigned int top, bucket;
+
+	if (ns < 64)
+		return 0;
+	top = 63u - (unsigned int)__builtin_clzll(ns);
+	bucket = 1 + 4 * (top - 6) + (unsigned int)(ns >> (top - 2) & 3);
+	return bucket < POKEYS_HISTOGRAM_BUCKETS ? bucket : POKEYS_HISTOGRAM_BUCKETS - 1;
+}
 
 /* The diagnostic image, service pokeys/<name>/diag, about ten times a second. */
 struct pokeys_diag {
