@@ -4,7 +4,7 @@
  *
  * Limit plus comes before limit minus in 0x00 and after it in 0x08, which
  * also reports raw levels of the dedicated inputs and not what was made of
- * them (6-D8). @58 is the size of the ring, not what is free in it.
+ * them (6-D8). @58 is the size of the ring, or by choice what is free in it.
  */
 #include "sim/engine_part.h"
 
@@ -31,7 +31,7 @@ void sim_engine_status(struct sim_device *dev, uint8_t *rp)
 	}
 	rp[56] = (uint8_t)sim_engine_axes_supported(dev);
 	rp[57] = (uint8_t)sim_engine_kilohertz(dev);
-	rp[58] = SIM_RING_SLOTS;
+	rp[58] = (uint8_t)(SIM_RING_SLOTS - (dev->options.choices.count_free ? pe->ring.used : 0));
 	rp[59] = 10;
 	rp[60] = config->emergency_invert;
 	rp[61] = dev->bench.machine.driver_error;

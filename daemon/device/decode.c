@@ -155,8 +155,13 @@ static void take_axis(struct device *device, unsigned int i,
 	if (axis->enabled && axis->mode != POKEYS_AXIS_VELOCITY)
 		axis->following_error = (int32_t)((uint32_t)device->intake.axis[i].position -
 						  (uint32_t)axis->position);
-	axis->in_position = axis->mode != POKEYS_AXIS_VELOCITY && axis_stands(axis->state) &&
-			    device->motion.known && axis->position == axis->reference;
+	if (axis->mode == POKEYS_AXIS_BUFFERED)
+		axis->in_position = device->buffer.synced && !device->buffer.busy &&
+				    axis->position == axis->reference;
+	else
+		axis->in_position = axis->mode != POKEYS_AXIS_VELOCITY &&
+				    axis_stands(axis->state) && device->motion.known &&
+				    axis->position == axis->reference;
 	if (axis->state == WIRE_AXIS_HOME)
 		axis->homed = 1;
 }
@@ -193,10 +198,18 @@ static bool emergency_input(const struct device *device)
 
 void decode_status(struct device *device, const mailbox_entry_t *entry)
 {
-	struct pokeys_engine *engine = &device->image.engine;
 	struct wire_pulse_status_rep status;
 
 	wire_pulse_status_decode_rep(entry->response_buffer, &status);
+	decode_engine(device, &status, entry->timestamp_received);
+	buffer_status(device, &status, entry->timestamp_first_sent);
+}
+
+void decode_engine(struct device *device, const struct wire_pulse_status_rep *from, uint64_t t_ns)
+{
+	struct pokeys_engine *engine = &device->image.engine;
+	const struct wire_pulse_status_rep status = *from;
+
 	take_engine_state(device, status.engine_state);
 	engine->axes_enabled = status.axes_enabled;
 	engine->activated = status.activated;
@@ -215,5 +228,5 @@ void decode_status(struct device *device, const mailbox_entry_t *entry)
 	engine->home = status.home;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		take_axis(device, i, &status);
-	device->image.t_motion_ns = entry->timestamp_received;
+	device->image.t_motion_ns = t_ns;
 }

@@ -133,9 +133,9 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_SESSION] = "session must not be 0, it is",
 	[COMMAND_FAULT_FLAGS] = "flags that do not exist:",
 	[COMMAND_FAULT_OUTPUT] = "outputs above pin 55, in byte",
-	[COMMAND_FAULT_AXIS_MODE] = "only modes off, position and velocity are offered, axis",
+	[COMMAND_FAULT_AXIS_MODE] = "mode must be 0 off, 1 position, 2 velocity or 3 buffered, axis",
 	[COMMAND_FAULT_AXIS_ENABLE] = "enable must be 0 or 1, axis",
-	[COMMAND_FAULT_AXIS_POSITION] = "position must be within -16777216 .. 16777216 pulses, axis",
+	[COMMAND_FAULT_AXIS_POSITION] = "position must be within +-16777216 pulses (buffered: +-2100000000), axis",
 	[COMMAND_FAULT_AXIS_VELOCITY] = "velocity must be a number within +-1e7 pulses/s, axis",
 	[COMMAND_FAULT_AXIS_SETUP] = "enabled, but the device has it not set up for this mode "
 				     "(see [device] axis keys), axis",

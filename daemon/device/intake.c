@@ -21,6 +21,7 @@
 #include "daemon/device/internal.h"
 
 #define SAY_AGAIN_NS (10 * SECOND)
+#define BUFFERED_MAX INT32_C(2100000000)	/* protocol section 3.24.1 */
 #define VELOCITY_MAX 1e7f
 #define SPEED_MARGIN 1.001f		/* above the highest speed is still rounding */
 #define KNOWN_FLAGS (POKEYS_COMMAND_MACHINE_ON | POKEYS_COMMAND_LIMIT_OVERRIDE)
@@ -98,6 +99,11 @@ static enum command_fault setup_fault(const struct device *device, unsigned int 
 	       COMMAND_FAULT_AXIS_SOFT_LIMIT : COMMAND_FAULT_NONE;
 }
 
+static int32_t position_max(const struct pokeys_axis_command *axis)
+{
+	return axis->mode == POKEYS_AXIS_BUFFERED ? BUFFERED_MAX : MOTION_POSITION_MAX;
+}
+
 /* What is wrong with an axis as commanded. */
 static enum command_fault axis_fault(const struct device *device, unsigned int i,
 				     const struct pokeys_axis_command *axis)
@@ -106,9 +112,9 @@ static enum command_fault axis_fault(const struct device *device, unsigned int i
 		return COMMAND_FAULT_AXIS_ENABLE;
 	if (axis->mode == POKEYS_AXIS_OFF)
 		return COMMAND_FAULT_NONE;
-	if (axis->mode > POKEYS_AXIS_VELOCITY)
+	if (axis->mode > POKEYS_AXIS_BUFFERED)
 		return COMMAND_FAULT_AXIS_MODE;
-	if (axis->position > MOTION_POSITION_MAX || axis->position < -MOTION_POSITION_MAX)
+	if (axis->position > position_max(axis) || axis->position < -position_max(axis))
 		return COMMAND_FAULT_AXIS_POSITION;
 	if (!isfinite(axis->velocity) || fabsf(axis->velocity) > VELOCITY_MAX)
 		return COMMAND_FAULT_AXIS_VELOCITY;

@@ -11,6 +11,7 @@
 #ifndef DEVICE_INTERNAL_H
 #define DEVICE_INTERNAL_H
 
+#include "daemon/device/buffer.h"
 #include "daemon/device/device.h"
 #include "daemon/device/encoder.h"
 #include "daemon/device/histogram.h"
@@ -230,6 +231,7 @@ struct device {
 	struct ponet ponet;
 	struct motion motion;
 	struct task task;
+	struct buffer buffer;
 	struct one_shots one_shots;
 	struct meter meter;
 	struct encoder encoder[POKEYS_ENCODERS];
@@ -387,6 +389,8 @@ void ponet_unanswered(struct device *device);
 /* decode.c */
 void decode_io(struct device *device, const mailbox_entry_t *entry);
 void decode_status(struct device *device, const mailbox_entry_t *entry);
+void decode_engine(struct device *device, const struct wire_pulse_status_rep *status,
+		   uint64_t t_ns);
 void decode_encoders(struct device *device, unsigned int bank, const mailbox_entry_t *entry);
 void decode_encoders_forget(struct device *device);
 void decode_pwm(struct device *device, const struct wire_pwm_rep *pwm);
@@ -427,6 +431,8 @@ bool motion_drivable(const struct device *device, unsigned int axis);
 /* reference.c */
 /* References go out with a mask (0x25), so axes that are not told are not touched. */
 bool reference_by_mask(const struct device *device);
+/* Some axis takes references at all. */
+bool reference_any(const struct device *device);
 bool reference_due(const struct device *device);
 bool reference_send(struct device *device);
 

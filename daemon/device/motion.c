@@ -38,7 +38,7 @@ bool motion_drivable(const struct device *device, unsigned int axis)
 	const uint8_t mode = device->image.engine.axis[axis].mode;
 
 	return axis < device->image.engine.axes_enabled &&
-	       (mode == POKEYS_AXIS_POSITION || mode == POKEYS_AXIS_VELOCITY);
+	       mode != POKEYS_AXIS_OFF;
 }
 
 static bool has_engine(const struct device *device)
@@ -66,6 +66,7 @@ bool motion_standing(const struct device *device)
 void motion_begin(struct device *device)
 {
 	memset(&device->motion, 0, sizeof(device->motion));
+	memset(&device->buffer, 0, sizeof(device->buffer));
 	device->motion.verify = true;
 	device->motion.state_ended_ns = device->now_ns;
 }
@@ -181,7 +182,8 @@ static void update_phase(struct device *device, uint8_t axes)
 		update_off(device, axes);
 		break;
 	case MOTION_HOLD:
-		if (motion->known && !reference_due(device))
+		if (((motion->known && !reference_due(device)) || !reference_any(device)) &&
+		    buffer_ready(device))
 			motion->phase = MOTION_START;
 		update_on(device);
 		break;
@@ -213,8 +215,10 @@ void motion_update(struct device *device)
 	axes = motion->phase == MOTION_ON ? wished(device) : 0;
 	released = motion->driven & (uint8_t)~axes;
 	hold(device, released);
-	motion->releasing = (uint8_t)((motion->releasing | released) & ~axes);
+	motion->releasing = (uint8_t)((motion->releasing | released) & ~axes &
+				      ~buffer_axes(device));
 	motion->driven = axes;
+	buffer_update(device);
 }
 
 static void state_ended(struct device *device, uint64_t now_ns)

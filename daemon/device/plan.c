@@ -254,6 +254,7 @@ static bool room(const struct device *device)
 	urgent += device->plan.status_open;
 	urgent += device->motion.reference_open;
 	urgent += device->motion.run_open || device->motion.stop_open;
+	urgent += device->buffer.open;
 	return device->mailbox.open_count - urgent + kept < window;
 }
 
@@ -274,6 +275,8 @@ void plan_cycle(struct device *device)
 	moved = reference_send(device) || moved;
 	if (moved)
 		device->budget++;	/* motion has a place of its own */
+	if (buffer_send(device))
+		device->budget++;	/* likewise */
 	if (!room(device))
 		return;
 	if (!one_shot_send(device) && !configure_send(device))

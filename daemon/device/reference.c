@@ -62,10 +62,16 @@ static uint8_t axes_told(const struct device *device)
 	uint8_t axes = 0;
 
 	if (device->motion.phase != MOTION_HOLD)
-		return device->motion.driven | device->motion.releasing;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		axes |= (uint8_t)(motion_drivable(device, i) << i);
-	return axes;
+		axes = device->motion.driven | device->motion.releasing;
+	else
+		for (unsigned int i = 0; i < POKEYS_AXES; i++)
+			axes |= (uint8_t)(motion_drivable(device, i) << i);
+	return axes & (uint8_t)~buffer_axes(device);
+}
+
+bool reference_any(const struct device *device)
+{
+	return axes_told(device) != 0;
 }
 
 static void wanted_position(const struct device *device, unsigned int i, bool by_mask,
@@ -115,7 +121,8 @@ static bool astray(const struct device *device)
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const struct pokeys_axis *axis = &device->image.engine.axis[i];
 
-		if (motion->driven >> i & 1 && axis->state == WIRE_AXIS_READY &&
+		if (motion->driven >> i & 1 && axis->mode == POKEYS_AXIS_POSITION &&
+		    axis->state == WIRE_AXIS_READY &&
 		    axis->position != motion->acked.position[i])
 			return true;
 	}

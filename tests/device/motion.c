@@ -99,6 +99,28 @@ static void reference_that_changes_each_cycle_is_followed(void **state)
 	assert_int_equal(world.fresh_high, 4);
 }
 
+static uint64_t reference_sent_ns;
+
+static void note_reference(struct world *w, const uint8_t *packet)
+{
+	if (packet[1] == 0x85 && packet[2] == 0x25)
+		reference_sent_ns = w->now;
+}
+
+/* From there it is half a round trip to the device. */
+static void new_position_leaves_in_the_cycle_that_reads_it(void **state)
+{
+	(void)state;
+	world.watch = note_reference;
+	for (int32_t i = 1; i < 200; i++) {
+		const uint64_t cycle = world.tick;
+
+		world_go(&world, 0, i * 7, 0);
+		world_cycle(&world);
+		assert_int_equal(reference_sent_ns, cycle);
+	}
+}
+
 static void velocity_is_a_part_of_the_highest_speed(void **state)
 {
 	(void)state;
@@ -410,7 +432,7 @@ static void axis_that_is_not_set_up_is_refused(void **state)
 	assert_int_equal(sim_position(4), 0);
 }
 
-static void modes_of_later_are_refused(void **state)
+static void mode_the_axis_is_not_set_up_for_is_refused(void **state)
 {
 	(void)state;
 	for (uint8_t mode = POKEYS_AXIS_VELOCITY; mode < 10; mode++) {
@@ -564,6 +586,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(axis_goes_where_it_is_told, begin_moving),
 		cmocka_unit_test_setup(reference_that_changes_each_cycle_is_followed, begin_moving),
+		cmocka_unit_test_setup(new_position_leaves_in_the_cycle_that_reads_it,
+				       begin_moving),
 		cmocka_unit_test_setup(velocity_is_a_part_of_the_highest_speed, begin_moving),
 		cmocka_unit_test_setup(old_firmware_is_driven_by_the_old_command,
 				       begin_old_firmware),
@@ -585,7 +609,7 @@ int main(void)
 		cmocka_unit_test_setup(dead_commander_does_not_clear_a_trip, begin_moving),
 		cmocka_unit_test_setup(disabled_axis_stops_while_the_others_go_on, begin_moving),
 		cmocka_unit_test_setup(axis_that_is_not_set_up_is_refused, begin_moving),
-		cmocka_unit_test_setup(modes_of_later_are_refused, begin),
+		cmocka_unit_test_setup(mode_the_axis_is_not_set_up_for_is_refused, begin),
 		cmocka_unit_test_setup(bad_value_leaves_the_last_good_one, begin_moving),
 		cmocka_unit_test_setup(bad_value_at_the_edge_moves_nothing, begin),
 		cmocka_unit_test_setup(first_reference_is_that_of_the_edge, begin),

@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Where the axes are after each slot that was sent.
+ *
+ * Slots are differences of absolute positions, so no rounding is ever added
+ * up: what one slot could not carry is in the next one, and 10^8 periods drift
+ * by nothing. A position that the device reports is looked up here; which slot
+ * it belongs to says what has been executed.
+ *
+ * An axis takes no step that is longer than its highest speed, and its speed
+ * rises by no more than its acceleration: after a gap it catches up as a motor
+ * can. One that is not driven any more slows down in the same way.
+ */
+
+#include <math.h>
+#include <stdlib.h>
+#include "daemon/device/internal.h"
+
+#define STEP_MAX 32767		/* 15 bits, protocol section 3.24.5 */
+
+static struct buffer_slot *slot_at(struct device *device, uint32_t at)
+{
+	return &device->buffer.path[at % BUFFER_PATH];
+}
+
+void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES])
+{
+	struct buffer *buffer = &device->buffer;
+
+	buffer->seen = buffer->end = 0;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		slot_at(device, 0)->position[i] = position[i];
+		buffer->step[i] = 0;
+	}
+}
+
+/* Most pulses in a slot. */
+static int32_t step_max(const struct pokeys_axis *axis)
+{
+	const double most = ceil((double)axis->max_speed / 1e3);
+
+	return most > 0 && most < STEP_MAX ? (int32_t)most : STEP_MAX;
+}
+
+/* Most pulses by which a slot may differ from the one before. */
+static int32_t change_max(const struct pokeys_axis *axis)
+{
+	const double most = ceil((double)axis->max_acceleration / 1e6) + 1;
+
+	return most > 1 && most < STEP_MAX ? (int32_t)most : STEP_MAX;
+}
+
+static int32_t limited(int64_t value, int32_t most)
+{
+	return (int32_t)(value > most ? most : value < -most ? -most : value);
+}
+
+static int32_t slower(int32_t step, int32_t change)
+{
+	if (abs(step) <= change)
+		return 0;
+	return step > 0 ? step - change : step + change;
+}
+
+static int32_t step_of(const struct device *device, unsigned int i, int64_t distance)
+{
+	const struct pokeys_axis *axis = &device->image.engine.axis[i];
+	const int32_t before = device->buffer.step[i];
+	const int32_t change = change_max(axis);
+	int32_t most = step_max(axis);
+
+	if (!(device->motion.driven >> i & 1))
+		return slower(before, change);
+	if (most > abs(before) + change)
+		most = abs(before) + change;
+	return limited(distance, most);
+}
+
+void buffer_path_step(struct device *device, uint32_t after, const struct buffer_slot *to)
+{
+	const struct buffer_slot *from = slot_at(device, after);
+	struct buffer_slot *next = slot_at(device, after + 1);
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const int64_t distance = (int64_t)to->position[i] - from->position[i];
+
+		device->buffer.step[i] = buffer_axes(device) >> i & 1 ?
+					 step_of(device, i, distance) : 0;
+		next->position[i] = from->position[i] + device->buffer.step[i];
+	}
+}
+
+void buffer_path_accept(struct device *device, uint32_t k)
+{
+	device->buffer.end += k;
+}
+
+bool buffer_path_is(const struct device *device, const int32_t position[POKEYS_AXES], uint32_t at)
+{
+	const struct buffer_slot *slot = &device->buffer.path[at % BUFFER_PATH];
+	const uint8_t axes = buffer_axes(device);
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (axes >> i & 1 && position[i] != slot->position[i])
+			return false;
+	}
+	return true;
+}
+
+bool buffer_path_find(const struct device *device, const int32_t position[POKEYS_AXES],
+		      uint32_t first, uint32_t last, uint32_t *at)
+{
+	for (uint32_t n = first; n <= last; n++) {
+		*at = n;
+		if (buffer_path_is(device, position, n))
+			return true;
+	}
+	return false;
+}

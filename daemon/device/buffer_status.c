@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What a status says about the motion buffer: what has been executed, whether
+ * the fill in doubt is in, whether the axes are still on the path at all.
+ *
+ * A status that was asked for before the newest fill had ended may be from
+ * before or after it, and says only how far the axes are. Statuses may overtake
+ * each other: an older position on the path says nothing new and nothing bad.
+ */
+
+#include <string.h>
+#include "daemon/device/internal.h"
+
+#define STILL_NS (20 * MS)
+#define OLDER 64	/* slots behind the one seen last that a late status may show */
+
+/* Does the device count free slots? They are all free at least once, at the beginning. */
+static void learn_slots(struct buffer *buffer, uint8_t slots)
+{
+	if (slots > buffer->slots_high)
+		buffer->slots_high = slots;
+	buffer->tells_free = buffer->tells_free || slots < buffer->slots_high;
+}
+
+static void watch_rest(struct device *device, const int32_t position[POKEYS_AXES])
+{
+	struct buffer *buffer = &device->buffer;
+
+	if (!memcmp(buffer->still, position, sizeof(buffer->still)))
+		return;
+	memcpy(buffer->still, position, sizeof(buffer->still));
+	buffer->still_ns = device->now_ns;
+}
+
+static uint32_t used(const struct buffer *buffer, const struct wire_pulse_status_rep *status)
+{
+	return buffer->slots_high - status->buffer_slots;
+}
+
+/* The axes stand, and nothing can be left that moves them. */
+static void try_sync(struct device *device, const struct wire_pulse_status_rep *status)
+{
+	struct buffer *buffer = &device->buffer;
+
+	if (buffer->open || device->now_ns < buffer->empty_ns ||
+	    device->now_ns - buffer->still_ns < STILL_NS ||
+	    (buffer->tells_free && used(buffer, status)))
+		return;
+	buffer_path_begin(device, status->position);
+	buffer->synced = true;
+	buffer->pending = 0;
+}
+
+/* It is in the buffer, or known not to be: then its slots are sent again. */
+static void resolve(struct device *device, bool executed)
+{
+	struct buffer *buffer = &device->buffer;
+	const struct buffer_slot *end = &buffer->path[buffer->end % BUFFER_PATH];
+	const struct buffer_slot *before = &buffer->path[(buffer->end - 1) % BUFFER_PATH];
+
+	buffer->doubt = false;
+	if (executed) {
+		buffer_path_accept(device, buffer->sent);
+		return;
+	}
+	buffer->first = (buffer->first + BUFFER_PENDING - buffer->sent) % BUFFER_PENDING;
+	buffer->pending += buffer->sent;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		buffer->step[i] = buffer->end ? end->position[i] - before->position[i] : 0;
+}
+
+static bool on_path(const struct device *device, const int32_t position[POKEYS_AXES],
+		    uint32_t end, uint32_t left)
+{
+	return left <= end && end - left + OLDER >= device->buffer.seen &&
+	       buffer_path_is(device, position, end - left);
+}
+
+static void judge_by_level(struct device *device, const struct wire_pulse_status_rep *status)
+{
+	struct buffer *buffer = &device->buffer;
+	const uint32_t left = used(buffer, status);
+	const bool in = on_path(device, status->position, buffer->end + buffer->sent, left);
+	const bool out = on_path(device, status->position, buffer->end, left);
+
+	if (in != out)
+		resolve(device, in);
+	else if (!in || device->now_ns >= buffer->empty_ns)
+		buffer_lose_sync(device);
+}
+
+static void judge_by_position(struct device *device, const struct wire_pulse_status_rep *status)
+{
+	struct buffer *buffer = &device->buffer;
+	uint32_t at;
+
+	if (buffer_path_find(device, status->position, buffer->seen, buffer->end, &at)) {
+		if (device->now_ns >= buffer->empty_ns)
+			buffer_lose_sync(device);	/* it would have been seen by now, or it has no motion */
+		return;
+	}
+	if (buffer_path_find(device, status->position, buffer->end + 1,
+			     buffer->end + buffer->sent, &at))
+		resolve(device, true);
+}
+
+static void ran_dry(struct device *device)
+{
+	const struct buffer *buffer = &device->buffer;
+	bool moving = false;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		moving = moving || buffer->step[i];
+	device->image.engine.buffer_underruns += moving && !buffer->open;
+}
+
+/* How far it is; false if it is nowhere on the path. */
+static bool follow(struct device *device, const struct wire_pulse_status_rep *status, bool newest)
+{
+	struct buffer *buffer = &device->buffer;
+	const uint32_t last = buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
+	const uint32_t before = buffer->seen;
+	uint32_t at;
+
+	if (newest && buffer->tells_free) {
+		if (!on_path(device, status->position, buffer->end, used(buffer, status)))
+			return false;
+		at = buffer->end - used(buffer, status);
+	} else if (device->now_ns >= buffer->empty_ns &&
+		   buffer_path_is(device, status->position, buffer->end)) {
+		at = buffer->end;
+	} else if (!buffer_path_find(device, status->position, before, last, &at)) {
+		return buffer_path_find(device, status->position,
+					before > OLDER ? before - OLDER : 0, before, &at);
+	}
+	if (at > buffer->end)
+		at = buffer->end;
+	if (at > before)
+		buffer->seen = at;
+	if (at > before && at == buffer->end)
+		ran_dry(device);
+	return true;
+}
+
+void buffer_status(struct device *device, const struct wire_pulse_status_rep *status,
+		   uint64_t asked_ns)
+{
+	struct buffer *buffer = &device->buffer;
+	const bool newest = asked_ns >= buffer->ended_ns && !buffer->open;
+
+	if (!buffer_axes(device))
+		return;
+	learn_slots(buffer, status->buffer_slots);
+	watch_rest(device, status->position);
+	if (device->motion.phase != MOTION_ON || status->engine_state != WIRE_ENGINE_RUNNING)
+		return;
+	if (!buffer->synced) {
+		if (newest)
+			try_sync(device, status);
+		return;
+	}
+	if (buffer->doubt && newest) {
+		if (buffer->tells_free)
+			judge_by_level(device, status);
+		else
+			judge_by_position(device, status);
+	}
+	if (buffer->synced && !follow(device, status, newest && !buffer->doubt))
+		buffer_lose_sync(device);
+}

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Buffered mode: not one step lost or added, whatever the network does; no
+ * underrun where the device tells how full its buffer is; the level stays
+ * where it is to be.
+ */
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+#include "tests/device/world.h"
+#include "wire/pulse.h"
+
+static struct world world;
+static unsigned int histogram[SIM_RING_SLOTS + 1];
+
+static int64_t pulses(unsigned int axis)
+{
+	sim_rig_run(&world.rig, world.now);
+	return world.rig.device.engine.axis[axis].pulses;
+}
+
+static bool is_synced(struct world *w)
+{
+	return w->state.engine.state == WIRE_ENGINE_RUNNING && w->state.engine.axis[0].in_position;
+}
+
+static void go(unsigned int axis, int32_t position)
+{
+	world.command.axis[axis] = (struct pokeys_axis_command){
+		.position = position, .mode = POKEYS_AXIS_BUFFERED, .enable = 1,
+	};
+}
+
+static void begin(unsigned int axes, bool count_free)
+{
+	const struct sim_rig_options options = {
+		.service_ns = 100 * US, .device.choices.count_free = count_free,
+		.link.faults = {
+			{ .delay = { .low_ns = 25 * US } }, { .delay = { .low_ns = 25 * US } },
+		},
+	};
+	struct pokeys_settings *settings = &world.config.settings;
+
+	world_init(&world, &options);
+	world_axes(&world);
+	settings = &world.config.settings;
+	settings->axes = (uint8_t)axes;
+	for (unsigned int i = 0; i < axes; i++) {
+		settings->axis[i] = settings->axis[0];
+		settings->axis[i].options = WIRE_AXIS_ENABLED;
+		settings->axis[i].options_mask = WIRE_AXIS_ENABLED | WIRE_AXIS_INTERNAL_PLANNER |
+						 WIRE_AXIS_POSITION_MODE;
+		settings->axis[i].max_speed = 125000;
+		settings->axis[i].max_acceleration = 1e7f;
+	}
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	for (unsigned int i = 0; i < axes; i++)
+		go(i, 0);
+	world_machine_on(&world);
+	world_until(&world, is_synced, 500 * MS);
+}
+
+static void jitter(double loss)
+{
+	const struct sim_link_faults faults = {
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 }, .loss = loss,
+	};
+
+	world_faults(&world, &faults);
+}
+
+static void cycle_and_look(void)
+{
+	world_cycle(&world);
+	sim_rig_run(&world.rig, world.now);
+	histogram[world.rig.device.engine.ring.used]++;
+}
+
+/* A commander with ramps: all axes, to and fro, at most so many pulses a cycle. */
+static double path(double t_s, double speed)
+{
+	return 0.5 * speed * t_s - 0.5 * speed / 6.2831853 * sin(6.2831853 * t_s);
+}
+
+static void settle(unsigned int axes, int32_t to)
+{
+	for (unsigned int i = 0; i < axes; i++)
+		go(i, to);
+	world_loss(&world, 0);
+	world_run(&world, 2 * SECOND);
+	for (unsigned int i = 0; i < axes; i++) {
+		assert_int_equal(pulses(i), to);
+		assert_int_equal(world.state.engine.axis[i].position, to);
+		assert_int_equal(world.state.engine.axis[i].following_error, 0);
+		assert_true(world.state.engine.axis[i].in_position);
+	}
+}
+
+static void axis_follows_and_ends_exactly(void **state)
+{
+	(void)state;
+	begin(3, false);
+	for (int32_t i = 0; i <= 500; i++) {
+		go(0, i * 20);
+		go(1, -i * 3);
+		world_cycle(&world);
+	}
+	world_run(&world, 100 * MS);
+	assert_int_equal(pulses(0), 10000);
+	assert_int_equal(pulses(1), -1500);
+	assert_int_equal(pulses(2), 0);
+	assert_int_equal(world.rig.device.bench.machine.axis[0].steps, 10000);
+	assert_int_equal(world.rig.device.engine.ring.underruns, 0);
+	assert_int_equal(world.state.engine.buffer_underruns, 0);
+	assert_int_equal(world.state.engine.buffer_resyncs, 0);
+}
+
+static void quiet_wire_keeps_the_level_in_its_band(void **state)
+{
+	unsigned int outside = 0;
+
+	(void)state;
+	begin(8, true);
+	memset(histogram, 0, sizeof(histogram));
+	for (int32_t i = 0; i < 5000; i++) {
+		for (unsigned int axis = 0; axis < 8; axis++)
+			go(axis, i * 100);
+		if (i > 50)
+			cycle_and_look();
+		else
+			world_cycle(&world);
+	}
+	for (unsigned int i = 0; i <= SIM_RING_SLOTS; i++)
+		outside += (i < 4 || i > 8) ? histogram[i] : 0;
+	assert_int_equal(outside, 0);
+	assert_int_equal(world.rig.device.engine.ring.underruns, 0);
+}
+
+static void eight_axes_at_125_khz_do_not_run_dry(void **state)
+{
+	double at = 0;
+
+	(void)state;
+	begin(8, true);
+	sim_prng_init(&world.rig.link.way[0].prng, 7);
+	jitter(0.001);
+	world_run(&world, 500 * MS);
+	memset(histogram, 0, sizeof(histogram));
+	for (unsigned int i = 0; i < 60000; i++) {
+		at += i < 13 ? 9 * (i + 1) : i < 60000 - 13 ? 125 : 9 * (60000 - i);
+		for (unsigned int axis = 0; axis < 8; axis++)
+			go(axis, axis & 1 ? -(int32_t)at : (int32_t)at);
+		cycle_and_look();
+	}
+	world_run(&world, 1 * SECOND);
+	for (unsigned int i = 0; i <= SIM_RING_SLOTS; i++) {
+		if (histogram[i])
+			printf("level %3u: %u ms\n", i, histogram[i]);
+	}
+	printf("underruns %llu, resyncs %u\n",
+	       (unsigned long long)world.rig.device.engine.ring.underruns,
+	       world.state.engine.buffer_resyncs);
+	for (unsigned int axis = 0; axis < 8; axis++)
+		assert_int_equal(pulses(axis), axis & 1 ? -(int32_t)at : (int32_t)at);
+	assert_int_equal(world.rig.device.engine.ring.underruns, 0);
+	assert_int_equal(world.rig.device.engine.axis[0].clamped, 0);
+}
+
+static void exact_whatever_the_network_does(bool count_free)
+{
+	const struct sim_link_faults faults = {
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 2 * MS, 0 }, .loss = 0.01,
+		.duplicate = 0.01, .reorder = 0.01, .reorder_ns = 3 * MS,
+	};
+
+	for (unsigned int round = 0; round < 10; round++) {
+		begin(3, count_free);
+		sim_prng_init(&world.rig.link.way[0].prng, 1000 + round);
+		sim_prng_init(&world.rig.link.way[1].prng, 2000 + round);
+		world_faults(&world, &faults);
+		for (unsigned int i = 0; i < 3000; i++) {
+			const int32_t at = (int32_t)path(i / 1000.0, 40000);
+
+			go(0, at);
+			go(1, -at / 2);
+			go(2, at / 3);
+			world_cycle(&world);
+		}
+		settle(3, 12345);
+	}
+}
+
+static void exact_where_the_device_tells_its_level(void **state)
+{
+	(void)state;
+	exact_whatever_the_network_does(true);
+}
+
+static void exact_where_only_positions_tell(void **state)
+{
+	(void)state;
+	exact_whatever_the_network_does(false);
+}
+
+/* A device that does not tell its level has to run dry to be known: later, never wrong. */
+static void loss_where_only_positions_tell_costs_time_and_no_step(void **state)
+{
+	int32_t at = 0;
+
+	(void)state;
+	begin(8, false);
+	jitter(0.001);
+	world_run(&world, 500 * MS);
+	for (unsigned int i = 0; i < 20000; i++) {
+		at += 100;
+		for (unsigned int axis = 0; axis < 8; axis++)
+			go(axis, at);
+		world_cycle(&world);
+	}
+	printf("underruns %llu, seen %u, resyncs %u\n",
+	       (unsigned long long)world.rig.device.engine.ring.underruns,
+	       world.state.engine.buffer_underruns, world.state.engine.buffer_resyncs);
+	settle(8, at);
+}
+
+static void machine_off_stops_and_begins_where_it_stands(void **state)
+{
+	int64_t stopped;
+
+	(void)state;
+	begin(3, false);
+	for (int32_t i = 0; i <= 200; i++) {
+		go(0, i * 50);
+		world_cycle(&world);
+	}
+	world.command.flags = 0;
+	world_run(&world, 100 * MS);
+	stopped = pulses(0);
+	world_run(&world, 200 * MS);
+	assert_int_equal(pulses(0), stopped);
+	go(0, (int32_t)stopped);
+	world_machine_on(&world);
+	world_run(&world, 300 * MS);
+	assert_int_equal(pulses(0), stopped);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(axis_follows_and_ends_exactly),
+		cmocka_unit_test(quiet_wire_keeps_the_level_in_its_band),
+		cmocka_unit_test(eight_axes_at_125_khz_do_not_run_dry),
+		cmocka_unit_test(exact_where_the_device_tells_its_level),
+		cmocka_unit_test(exact_where_only_positions_tell),
+		cmocka_unit_test(loss_where_only_positions_tell_costs_time_and_no_step),
+		cmocka_unit_test(machine_off_stops_and_begins_where_it_stands),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
