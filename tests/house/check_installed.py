@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What is installed is enough: each header that is installed, and the monitor that
+README.md prints, compile with the installed headers alone."""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT, BUILD = (pathlib.Path(argument) for argument in sys.argv[1:3])
+CC = sys.argv[3:]
+
+
+def stage(folder):
+    """The installed headers below `folder`, as in /usr/include; their names."""
+    plan = json.loads((BUILD / "meson-info/intro-install_plan.json").read_text())
+    names = []
+    for source, entry in plan["headers"].items():
+        name = entry["destination"].removeprefix("{includedir}/")
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).symlink_to(source)
+        names.append(name)
+    return names
+
+
+def compile_alone(folder, what, text):
+    ran = subprocess.run([*CC, "-fsyntax-only", "-Wall", "-Werror", "-I", folder, "-x", "c", "-"],
+                         input=text, text=True, capture_output=True, check=False)
+    if ran.returncode:
+        print(f"{what} does not compile with what is installed:\n{ran.stderr}")
+    return ran.returncode == 0
+
+
+def main():
+    readme = re.findall(r"^```c\n(.*?)^```$", (ROOT / "README.md").read_text(), re.M | re.S)
+    assert readme, "README.md has no monitor in C any more"
+    with tempfile.TemporaryDirectory() as folder:
+        names = stage(pathlib.Path(folder))
+        assert "pokeys/shm.h" in names, names
+        texts = {f"<{name}>": f"#include <{name}>\n" for name in names}
+        texts.update({f"README.md, program {i + 1}": text for i, text in enumerate(readme)})
+        good = [compile_alone(folder, what, text) for what, text in texts.items()]
+    return 0 if all(good) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
