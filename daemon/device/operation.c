@@ -159,10 +159,21 @@ static bool counters_send(struct device *device)
 	return one_shot_request(device, WIRE_OP_COUNTER_RESET, NULL);
 }
 
+/* It was allowed when it was taken; the machine may have been switched on since then. */
+static bool still_off(struct device *device)
+{
+	if (machine_off(device, &device->one_shots.now))
+		return true;
+	one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+	return false;
+}
+
 static bool save_send(struct device *device)
 {
 	static const struct wire_confirm_req confirmed = WIRE_CONFIRMED;
 
+	if (!still_off(device))
+		return false;
 	if (!one_shot_request_patiently(device, WIRE_OP_SAVE, &confirmed, SAVE_NS))
 		return false;
 	device->life.patient_until_ns = device->now_ns + SAVE_NS;
@@ -204,7 +215,7 @@ static bool clock_send(struct device *device)
 
 static bool reboot_send(struct device *device)
 {
-	return one_shot_request(device, WIRE_OP_REBOOT, NULL);
+	return still_off(device) && one_shot_request(device, WIRE_OP_REBOOT, NULL);
 }
 
 /* Faster than its clock would tell: all is to be read anew. */

@@ -194,6 +194,29 @@ static void flash_and_reboot_only_while_motion_is_not_permitted(void **state)
 	assert_int_equal(world.event_count[EVENT_IDENTIFIED], 2);
 }
 
+/* Both in one image: the save was allowed when it was taken. */
+static void flash_is_not_written_when_the_machine_was_just_switched_on(void **state)
+{
+	static const uint8_t operations[] = { POKEYS_ONE_SHOT_SAVE_CONFIG, POKEYS_ONE_SHOT_REBOOT };
+
+	(void)state;
+	for (unsigned int i = 0; i < 2; i++) {
+		const struct pokeys_one_shot shot = { .operation = operations[i] };
+		uint32_t id;
+
+		world.command.flags = 0;
+		world_run(&world, 20 * MS);
+		world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+		id = world_one_shot(&world, &shot);
+		world_until(&world, world_is_machine_on, 1 * SECOND);
+		world_run(&world, 20 * MS);
+		assert_int_equal(world_outcome(&world, id), POKEYS_OUTCOME_REFUSED);
+		assert_true(world_is_machine_on(&world));
+	}
+	assert_int_equal(world.rig.device.stats.saves, 0);
+	assert_int_equal(world.rig.device.stats.reboots, 0);
+}
+
 static void deaf_while_saving(struct world *w, const uint8_t *packet)
 {
 	if (packet[1] == 0x50)
@@ -367,6 +390,8 @@ int main(void)
 		cmocka_unit_test_setup(position_of_a_driven_axis_is_not_set, begin),
 		cmocka_unit_test_setup(everything_is_refused_while_the_link_is_down, begin),
 		cmocka_unit_test_setup(flash_and_reboot_only_while_motion_is_not_permitted, begin),
+		cmocka_unit_test_setup(flash_is_not_written_when_the_machine_was_just_switched_on,
+				       begin),
 		cmocka_unit_test_setup(silence_while_flash_is_written_is_no_loss, begin),
 		cmocka_unit_test_setup(clock_is_set_and_read, begin),
 		cmocka_unit_test_setup(counters_are_reset, begin),
