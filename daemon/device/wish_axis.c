@@ -11,6 +11,7 @@
 #include "daemon/device/wish.h"
 
 #define SPEED_MAX 1e6f		/* pulses/s */
+#define SOFT_LIMITS (POKEYS_AXIS_SET_SOFT_MINIMUM | POKEYS_AXIS_SET_SOFT_MAXIMUM)
 #define ACCELERATION_MAX 1e9f	/* pulses/s^2 */
 
 /* Of an axis: a byte up to `most`, or a number that is judged beside. */
@@ -77,12 +78,23 @@ static bool axis_part_good(const struct pokeys_axis_settings *axis, const struct
 		return number_good(axis->max_acceleration, ACCELERATION_MAX);
 	case POKEYS_AXIS_SET_MAX_DECELERATION:
 		return number_good(axis->max_deceleration, ACCELERATION_MAX);
+	case POKEYS_AXIS_SET_SOFT_MINIMUM:
 	case POKEYS_AXIS_SET_SOFT_MAXIMUM:
-		return !(axis->set & POKEYS_AXIS_SET_SOFT_MINIMUM) ||
-		       axis->soft_minimum <= axis->soft_maximum;
+		return true;	/* limits_good() */
 	default:
 		return part->size > 1 || ((const uint8_t *)axis)[part->offset] <= part->most;
 	}
+}
+
+/* Of limits that contradict each other none is taken: half a pair means nothing. */
+static bool limits_good(struct pokeys_axis_settings *axis, const struct pokeys_axis_settings *old)
+{
+	if (~axis->set & SOFT_LIMITS || axis->soft_minimum <= axis->soft_maximum)
+		return true;
+	axis->soft_minimum = old->soft_minimum;
+	axis->soft_maximum = old->soft_maximum;
+	wish_restore(&axis->set, old->set, SOFT_LIMITS);
+	return false;
 }
 
 void wish_judge_axis(struct wish_judge *judge, unsigned int index)
@@ -90,6 +102,8 @@ void wish_judge_axis(struct wish_judge *judge, unsigned int index)
 	struct pokeys_axis_settings *axis = &judge->now->axis[index];
 	const struct pokeys_axis_settings *old = &judge->old->axis[index];
 
+	if (!limits_good(axis, old))
+		judge->refuse(judge->context, POKEYS_SETTING_AXIS, (uint8_t)index);
 	for (unsigned int i = 0; i < AXIS_PARTS; i++) {
 		if (!(axis->set & axis_parts[i].bit) || axis_part_good(axis, &axis_parts[i]))
 			continue;

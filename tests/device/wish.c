@@ -218,6 +218,28 @@ static void parts_out_of_range_are_refused_one_by_one(void **state)
 	assert_int_equal(report.refused_index, 2);
 }
 
+/* A refused part takes its old value; it must not meet a new one that it contradicts. */
+static void soft_limits_are_refused_together(void **state)
+{
+	struct pokeys_axis_settings *axis = &wish.settings.axis[2];
+
+	(void)state;
+	axis->set = POKEYS_AXIS_SET_SOFT_MINIMUM | POKEYS_AXIS_SET_SOFT_MAXIMUM;
+	axis->soft_minimum = 10;
+	axis->soft_maximum = 100;
+	send_wish();
+	settle(300 * MS);
+	axis->soft_minimum = 500;
+	send_wish();
+	settle(300 * MS);
+	assert_int_equal(world.event_count[EVENT_WISH_REFUSED], 1);
+	assert_true(device_report(world.device, &report));
+	assert_int_equal(report.wanted.axis[2].soft_minimum, 10);
+	assert_int_equal(report.wanted.axis[2].soft_maximum, 100);
+	assert_int_equal(report.device.axis[2].soft_minimum, 10);
+	assert_int_equal(report.device.axis[2].soft_maximum, 100);
+}
+
 static void wish_waits_until_the_machine_is_off(void **state)
 {
 	(void)state;
@@ -420,6 +442,7 @@ int main(void)
 			wish_is_applied_while_running_and_only_differences_are_written, begin),
 		cmocka_unit_test_setup(fast_requests_go_out_in_every_cycle_meanwhile, begin),
 		cmocka_unit_test_setup(parts_out_of_range_are_refused_one_by_one, begin),
+		cmocka_unit_test_setup(soft_limits_are_refused_together, begin),
 		cmocka_unit_test_setup(wish_waits_until_the_machine_is_off, begin),
 		cmocka_unit_test_setup(nothing_begins_to_move_while_a_setting_is_written, begin),
 		cmocka_unit_test_setup(generator_takes_effect_by_a_reboot_of_the_engine, begin),
