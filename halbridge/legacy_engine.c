@@ -130,11 +130,13 @@ static void start_probing(struct exchange *exchange, struct values *values)
 	struct pokeys_one_shot shot = {
 		.operation = POKEYS_ONE_SHOT_PROBE,
 		.mask = (uint8_t)values->legacy.engine.probe_mask,
-		.index = (uint8_t)(set->probe_pin ? set->probe_pin + PROBE_PIN_BASE : 0),
 		.flags = set->probe_invert != 0,
-		.parameter = { speed > 0 && speed <= 1 ? (float)speed : 0 },
+		.parameter = { [1] = speed > 0 && speed <= 1 ? (float)speed : 0 },
 	};
 
+	/* without an input, or without speed, the daemon refuses it */
+	if (set->probe_pin && set->probe_pin <= POKEYS_PINS)
+		shot.index = (uint8_t)(set->probe_pin + PROBE_PIN_BASE);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		shot.value[i] = (int32_t)values->legacy.axis[i].probe_max;
 	if (values->legacy.engine.probe_mask && queued(exchange, &shot))
@@ -178,9 +180,9 @@ void legacy_write_engine(struct exchange *exchange, struct values *values, uint6
 
 	if (values->legacy.choice.limit_override && engine->override_wanted)
 		exchange->command.flags |= POKEYS_COMMAND_LIMIT_OVERRIDE;
+	legacy_home_write(exchange, values);
 	if (!exchange->fresh)
 		return;
-	legacy_home_write(exchange, values);
 	start_homing(exchange, values);
 	start_probing(exchange, values);
 	preset(exchange, values);

@@ -11,7 +11,8 @@
  * same period goes into the same mask.
  *
  * While an axis is being homed its joint's command is not sent: motion lets
- * it follow the feedback meanwhile, and a reference would end the homing.
+ * it follow the feedback meanwhile, and a reference would end the homing. That
+ * holds while data are stale as well; new commands wait until they are fresh.
  */
 #include "halbridge/legacy_home.h"
 #include <math.h>
@@ -236,7 +237,7 @@ void legacy_home_write(struct exchange *exchange, struct values *values)
 
 	if (is_idle(exchange, values))
 		return;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+	for (unsigned int i = 0; i < POKEYS_AXES && exchange->fresh; i++) {
 		for (size_t k = 0; k < sizeof(commands); k++)
 			obey_group(exchange, values, i, commands[k]);
 		obey_alone(&exchange->legacy.home[i], values->legacy.axis[i].command);

@@ -11,6 +11,9 @@
  * Analog outputs are a pulse width: value * scale + offset, kept between the
  * limits, as a part of max-v. They did nothing for years, so they do nothing
  * until somebody says so (legacy.adcout-follows).
+ *
+ * All this is done with data that are stale as well: the daemon goes on sending
+ * what stands in the command, and a late packet must not turn a spindle down.
  */
 #include "halbridge/legacy.h"
 #include <math.h>
@@ -167,11 +170,18 @@ void legacy_write_outputs(struct exchange *exchange, struct values *values)
 		memset(exchange->command.poextbus_mask, 0, sizeof(exchange->command.poextbus_mask));
 }
 
+/* Which output is which depends on the device. */
+static bool is_known(const struct exchange *exchange)
+{
+	return exchange->state.link == POKEYS_LINK_CONFIGURING ||
+	       exchange->state.link == POKEYS_LINK_RUNNING;
+}
+
 void legacy_write(struct exchange *exchange, struct values *values, uint64_t now_ns)
 {
 	if (!exchange->legacy.on)
 		return;
-	if (exchange->fresh)
+	if (is_known(exchange))
 		legacy_write_outputs(exchange, values);
 	legacy_write_engine(exchange, values, now_ns);
 }

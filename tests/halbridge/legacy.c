@@ -311,6 +311,32 @@ static void the_emergency_output_is_a_choice(void **state)
 	assert_int_equal(command->digital_out[1], 2);
 }
 
+/* A packet late by some milliseconds: the daemon goes on with what we command. */
+static void outputs_stay_as_commanded_while_data_are_stale(void **state)
+{
+	(void)state;
+	rig.daemon.pwm_period = 1000;
+	rig.daemon.identity.hardware = 33;
+	legacy->adcout[0] = (struct legacy_adcout){ .value = 2.5, .enable = true, .scale = 1 };
+	legacy->choice.adcout = legacy->choice.emergency_out = true;
+	legacy->engine_set.emergency_out_pin = 10;
+	legacy->engine.emergency_out = true;
+	legacy->engine.relay[1] = true;
+	rig_period(&rig);
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	assert_true(rig.values.stale);
+	assert_int_equal(command->pwm_duty[5], 500);
+	assert_int_equal(command->pwm_enable, 1u << 5);
+	assert_int_equal(command->digital_out[1], 2);
+	assert_int_equal(command->external_outputs, 0x80);
+	assert_int_equal(command->external_outputs_mask, UINT8_MAX);
+	/* but which output is which is not known of a device that is not there */
+	rig.daemon.link = POKEYS_LINK_SEARCHING;
+	rig_period(&rig);
+	assert_int_equal(command->external_outputs_mask, 0);
+}
+
 static void the_clock_tells_the_rate_and_the_way_through_hal(void **state)
 {
 	(void)state;
@@ -395,6 +421,38 @@ static void homing_is_a_conversation(void **state)
 	rig.daemon.engine.axis[0].position = 4100;
 	rig_period(&rig);
 	assert_int_equal(legacy->axis[0].state, 1);
+}
+
+static void an_axis_that_homes_gets_no_reference_while_data_are_stale(void **state)
+{
+	(void)state;
+	drive_axis();
+	rig_period(&rig);
+	assert_int_equal(command->axis[0].mode, POKEYS_AXIS_POSITION);
+	ask(0x01, LEGACY_HOME_START);
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	assert_true(rig.values.stale);
+	assert_int_equal(command->axis[0].mode, POKEYS_AXIS_OFF);
+}
+
+static void probing_tells_speed_and_input(void **state)
+{
+	(void)state;
+	legacy->engine.probe_mask = 3;
+	legacy->engine.probe_speed = 0.25;
+	legacy->engine_set.probe_pin = 12;
+	rig_period(&rig);
+	assert_int_equal(newest()->operation, POKEYS_ONE_SHOT_PROBE);
+	assert_int_equal(newest()->mask, 3);
+	assert_int_equal(newest()->index, 20);
+	assert_true(newest()->parameter[0] == 0);
+	assert_true(newest()->parameter[1] == 0.25f);
+	/* a terminal that is none must not become another input */
+	legacy->engine.probe_mask = 3;
+	legacy->engine_set.probe_pin = 250;
+	rig_period(&rig);
+	assert_int_equal(newest()->index, 0);
 }
 
 static void a_refused_homing_shows_an_error(void **state)
@@ -525,6 +583,10 @@ int main(void)
 		cmocka_unit_test_setup(encoders_have_a_factor, setup),
 		cmocka_unit_test_setup(limit_override_is_a_choice, setup),
 		cmocka_unit_test_setup(the_emergency_output_is_a_choice, setup),
+		cmocka_unit_test_setup(outputs_stay_as_commanded_while_data_are_stale, setup),
+		cmocka_unit_test_setup(an_axis_that_homes_gets_no_reference_while_data_are_stale,
+				       setup),
+		cmocka_unit_test_setup(probing_tells_speed_and_input, setup),
 		cmocka_unit_test_setup(the_clock_tells_the_rate_and_the_way_through_hal, setup),
 		cmocka_unit_test_setup(homing_is_a_conversation, setup),
 		cmocka_unit_test_setup(a_refused_homing_shows_an_error, setup),
