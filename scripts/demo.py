@@ -77,7 +77,7 @@ class Demo(Rig):
         begin, shown, out_since = time.monotonic(), -1.0, time.monotonic()
         while (elapsed := time.monotonic() - begin) < self.seconds:
             self.pins["pos"] = STROKE / 2 * (1 - math.cos(2 * math.pi * elapsed / MOVE_S))
-            out = int(elapsed * 2) % 2
+            out = int(elapsed + 0.5) % 2  # also seen to change where a line comes each second
             if out != self.pins["out"]:
                 self.pins["out"], out_since = bool(out), time.monotonic()
             position = self.get("joint.00.pos-fb")
