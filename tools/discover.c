@@ -131,8 +131,11 @@ int command_discover(const struct options *options)
 		also[i].address = options->address[i];
 	result = discovery_search(&ask, take, &search);
 	if (result < 0) {
-		complain("the network cannot be searched: %s",
-			 result == -ENODEV ? "there is no such interface" : strerror(-result));
+		complain("the network cannot be searched%s%s: %s",
+			 options->interface ? " at --interface " : "",
+			 options->interface ? options->interface : "",
+			 result == -ENODEV ? "there is no such interface; ip link lists them" :
+			 strerror(-result));
 		return STATUS_FAILED;
 	}
 	qsort(search.found, search.count, sizeof(search.found[0]), by_serial);

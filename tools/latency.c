@@ -145,17 +145,19 @@ static void take_daemon(struct latency_run *run, struct view *view, int cpu,
 	run->count++;
 }
 
-static int plot(const struct latency_run *run, const char *path)
+static int no_picture(const char *path)
 {
-	FILE *to = fopen(path, "we");
-
-	if (to) {
-		latency_plot(run, to);
-		if (!fclose(to))
-			return STATUS_OK;
-	}
 	complain("--svg: %s: %s", path, strerror(errno));
 	return STATUS_FAILED;
+}
+
+static int plot(const struct latency_run *run, FILE *to, const char *path)
+{
+	bool failed;
+
+	latency_plot(run, to);
+	failed = ferror(to);
+	return fclose(to) || failed ? no_picture(path) : STATUS_OK;
 }
 
 int command_latency(const struct options *options)
@@ -164,8 +166,12 @@ int command_latency(const struct options *options)
 	static struct view view;
 	static struct pokeys_histogram before;
 	const struct view_device *daemon;
+	FILE *picture = NULL;
 	char why[256] = "";
 
+	/* not after ten minutes of measuring */
+	if (options->svg && !(picture = fopen(options->svg, "we")))
+		return no_picture(options->svg);
 	open_daemon(&view, options->runtime_directory);
 	daemon = await_daemon(&view);
 	prepare(&run, options, daemon);
@@ -174,6 +180,8 @@ int command_latency(const struct options *options)
 	if (latency_measure(&run, run.count, why, sizeof(why))) {
 		complain("%s", why);
 		view_close(&view);
+		if (picture)
+			fclose(picture);
 		return STATUS_FAILED;
 	}
 	if (daemon)
@@ -183,5 +191,5 @@ int command_latency(const struct options *options)
 		latency_print_json(&run, stdout);
 	else
 		latency_print(&run, stdout);
-	return options->svg ? plot(&run, options->svg) : STATUS_OK;
+	return picture ? plot(&run, picture, options->svg) : STATUS_OK;
 }

@@ -5,11 +5,14 @@
  * complaints agree.
  */
 #include <arpa/inet.h>
+#include <errno.h>
 #include <getopt.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <pokeys/shm.h>
 #include "tools/pokeysctl.h"
 
@@ -252,7 +255,7 @@ static bool take_line(struct options *options, int argc, char **argv,
 	*command = optind < argc ? find_command(argv[optind]) : NULL;
 	if (!*command) {
 		complain("%s%s%s; pokeysctl --help lists the commands",
-			 optind < argc ? "there is no command \"" : "which command?",
+			 optind < argc ? "there is no command \"" : "a command is missing",
 			 optind < argc ? argv[optind] : "", optind < argc ? "\"" : "");
 		return false;
 	}
@@ -266,6 +269,20 @@ static bool take_line(struct options *options, int argc, char **argv,
 		return false;
 	}
 	return true;
+}
+
+/* A file that somebody names is there, or he would be told of another machine than his. */
+static bool config_is_there(const struct options *options)
+{
+	char path[PATH_MAX];
+
+	if (!options->config)
+		return true;
+	snprintf(path, sizeof(path), "%s%s", options->root ? options->root : "", options->config);
+	if (!access(path, R_OK))
+		return true;
+	complain("--config: %s: %s", path, strerror(errno));
+	return false;
 }
 
 int main(int argc, char **argv)
@@ -283,6 +300,8 @@ int main(int argc, char **argv)
 
 	if (!take_line(&options, argc, argv, &command, &status))
 		return status;
+	if (!config_is_there(&options))
+		return STATUS_FAILED;
 	status = command->run(&options);
 	if (fflush(stdout) || ferror(stdout))
 		return STATUS_FAILED;

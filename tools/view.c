@@ -101,7 +101,10 @@ void view_read(struct view *view)
 
 static int no_daemon(const struct view *view, int result)
 {
-	if (result < 0)
+	if (result == -EINVAL)
+		complain("--runtime-directory: \"%s\" is not allowed; a path from / is",
+			 view->runtime_directory);
+	else if (result < 0)
 		complain("%s: %s", view->runtime_directory, strerror(-result));
 	else
 		complain("no daemon runs in %s; start it (systemctl start pokeysd), or name "

@@ -94,6 +94,7 @@ def test_a_picture_that_cannot_be_written_is_told():
     with House() as house:
         out = house.ctl("latency", "--seconds", "0.1", "--no-realtime", "--svg", "/nowhere/x.svg")
         assert out.returncode == 1 and "--svg: /nowhere/x.svg" in out.stderr, out.stderr
+        assert out.stdout == "", "it is told before anything is measured"
 
 
 def test_who_has_no_right_to_a_priority_is_refused_in_words():
@@ -134,7 +135,7 @@ def test_doctor_sees_a_running_daemon():
         assert found["daemon"]["subject"] == "mill"
         assert out.returncode == (1 if json.loads(out.stdout)["problems"] else 0)
         if realtime:  # without the file the core is that of the running thread
-            found = findings(house.ctl("doctor", "--json", "--config", "/nowhere"))
+            found = findings(house.ctl("doctor", "--json", "--config", "/dev/null"))
             assert found["core"]["why"].startswith(f"core {CORE} of"), found["core"]
 
 
