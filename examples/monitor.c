@@ -26,8 +26,7 @@
 static volatile sig_atomic_t ended;
 
 struct options {
-	const char *runtime;
-	char device[POKEYS_SHM_NAME_MAX];
+	const char *runtime, *device;
 	double interval_s;
 	bool once, json;
 };
@@ -201,19 +200,24 @@ static int parse(struct options *options, int argc, char **argv)
 		{ "json", no_argument, NULL, 'j' },
 		{ NULL, 0, NULL, 0 },
 	};
+	char *end_of_number;
 	int c;
 
 	while ((c = getopt_long(argc, argv, "r:j", known, NULL)) != -1) {
 		switch (c) {
 		case 'r': options->runtime = optarg; break;
-		case 'i': options->interval_s = strtod(optarg, NULL); break;
+		case 'i':
+			options->interval_s = strtod(optarg, &end_of_number);
+			if (*end_of_number)
+				return -1;
+			break;
 		case 'o': options->once = true; break;
 		case 'j': options->json = true; break;
 		default: return -1;
 		}
 	}
 	if (optind < argc)
-		snprintf(options->device, sizeof(options->device), "%s", argv[optind++]);
+		options->device = argv[optind++];
 	/* written so that what is no number is out of range */
 	return optind == argc && options->interval_s >= 0.01 && options->interval_s <= 3600 ? 0 : -1;
 }
@@ -228,15 +232,16 @@ int main(int argc, char **argv)
 
 	if (parse(&options, argc, argv))
 		return usage(argv[0]);
-	if (!options.device[0] && pokeys_shm_devices(options.runtime, names, 1) > 0)
-		memcpy(options.device, names[0], sizeof(names[0]));
-	if (!options.device[0]) {
+	if (!options.device && pokeys_shm_devices(options.runtime, names, 1) > 0)
+		options.device = names[0];
+	if (!options.device) {
 		fprintf(stderr, "no daemon runs; name a DEVICE to wait for it\n");
 		return 1;
 	}
 	if (pokeys_client_open(&client, options.runtime, options.device, "monitor",
 			       POKEYS_CLIENT_EVENTS)) {
-		fprintf(stderr, "%s: not a device name, or not a runtime folder\n", options.device);
+		fprintf(stderr, "%s: not a device name, or the runtime folder is no path from /\n",
+			options.device);
 		return 2;
 	}
 	sigaction(SIGINT, &action, NULL);

@@ -126,3 +126,6 @@ if __name__ == "__main__":
         sys.exit(0)
     except pokeys.LibraryMissing as missing:
         sys.exit(str(missing))
+    except OSError:
+        print("not a device name, or the runtime folder is no path from /", file=sys.stderr)
+        sys.exit(2)

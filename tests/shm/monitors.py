@@ -121,7 +121,9 @@ class Monitors(unittest.TestCase):
     def test_bad_use_is_refused(self):
         for command in self.each():
             for words in (["--nonsense"], ["--interval", "0"], ["--interval", "x"],
-                          ["--interval", "-1"], ["--interval", "nan"], ["mill", "lathe"]):
+                          ["--interval", "-1"], ["--interval", "nan"], ["--interval", "5x"],
+                          ["mill", "lathe"], ["--once", "no name"], ["--once", "m" * 40],
+                          ["--once", "mill", "--runtime-directory", "relative"]):
                 ran = self.run_monitor(command, *words)
                 self.assertEqual(ran.returncode, 2, words)
                 self.assertNotIn("Traceback", ran.stderr)
