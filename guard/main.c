@@ -147,6 +147,7 @@ int main(int argc, char **argv)
 	for (size_t i = 0; optind == argc - 1 && i < sizeof(commands) / sizeof(commands[0]); i++)
 		if (!strcmp(argv[optind], commands[i].name))
 			return commands[i].run(path);
-	fputs(help, stderr);
+	fputs("pokeys-guard: one command is wanted: run, status or remove; pokeys-guard --help "
+	      "says more\n", stderr);
 	return GUARD_USAGE;
 }
