@@ -308,7 +308,11 @@ static void put_commander(struct line *line, const struct event *e)
 
 static void put_safe(struct line *line, const struct event *e)
 {
-	put(line, e->a ? "outputs and axes are in the safe state" : "left the safe state");
+	if (e->a)
+		put(line, "outputs and axes are in the safe state");
+	else
+		put(line, e->b ? "left the safe state" :
+		    "the safe state is not known any more, for the device is away");
 }
 
 static void put_machine(struct line *line, const struct event *e)

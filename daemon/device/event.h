@@ -29,7 +29,7 @@ enum event_code {
 	EVENT_CONFIG_REFUSED,	/* a = enum wire_op, b = as above */
 	EVENT_REBOOTED,		/* a = tick before, b = tick now (ms) */
 	EVENT_COMMANDER,	/* a = 1 came, 0 lost; b = age of the heartbeat, us */
-	EVENT_SAFE,		/* a = 1 entered, 0 left */
+	EVENT_SAFE,		/* a = 1 entered, 0 left; b = the device is there */
 	EVENT_MACHINE,		/* a = 1 motion permitted, 0 not */
 	EVENT_BAD_COMMAND,	/* a = enum command_fault, b = index */
 	EVENT_FOREIGN_IMAGE,	/* the command image has another layout; a = magic, b = version */

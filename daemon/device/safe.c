@@ -99,7 +99,7 @@ static void judge_reached(struct device *device)
 			     motion_standing(device);
 
 	if (reached != safe->reached)
-		device_say(device, EVENT_SAFE, EVENT_NOTICE, reached, 0, 0);
+		device_say(device, EVENT_SAFE, EVENT_NOTICE, reached, there, 0);
 	safe->reached = reached;
 }
 

@@ -107,6 +107,29 @@ static void dead_commander_means_safe_outputs_in_time(void **state)
 	assert_false(world.state.flags & POKEYS_STATE_SAFE);
 }
 
+static void device_that_went_away_is_not_said_to_have_left_the_safe_state(void **state)
+{
+	const struct event *said = &world.last_event[EVENT_SAFE];
+	char line[256];
+
+	(void)state;
+	kill_commander();
+	assert_int_equal(said->a, 1);
+	sim_rig_silence(&world.rig, world.now, 3 * SECOND);
+	world_until(&world, world_is_lost, 1 * SECOND);
+	world_run(&world, 2 * MS);
+	assert_int_equal(said->a, 0);
+	event_format(said, "mill", line, sizeof(line));
+	assert_string_equal(line, "mill: the safe state is not known any more, for the device is "
+				  "away");
+	world_run(&world, 4 * SECOND);
+	assert_int_equal(said->a, 1);
+	world.commanding = true;
+	world_run(&world, 3 * MS);
+	event_format(said, "mill", line, sizeof(line));
+	assert_string_equal(line, "mill: left the safe state");
+}
+
 static void heartbeat_is_late_by_our_clock_not_by_its_own(void **state)
 {
 	(void)state;
@@ -297,6 +320,8 @@ int main(void)
 		cmocka_unit_test_setup(without_any_wish_outputs_are_not_written, begin),
 		cmocka_unit_test_setup(inputs_come_in, begin),
 		cmocka_unit_test_setup(dead_commander_means_safe_outputs_in_time, begin),
+		cmocka_unit_test_setup(
+			device_that_went_away_is_not_said_to_have_left_the_safe_state, begin),
 		cmocka_unit_test_setup(heartbeat_is_late_by_our_clock_not_by_its_own, begin),
 		cmocka_unit_test_setup(unreadable_image_counts_as_no_commander, begin),
 		cmocka_unit_test_setup(image_of_a_dead_commander_does_not_come_to_life, begin),
