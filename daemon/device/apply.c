@@ -239,6 +239,7 @@ bool setting_write(struct device *device, struct setting *setting)
 	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
 
 	if (!setting_may_write(device) ||
+	    (kind->take_along && !kind->take_along(device, &setting->write)) ||
 	    !request_send(device, kind->write, &setting->write, write_ended, NULL, setting))
 		return false;
 	setting->state = SETTING_WRITING;

@@ -141,10 +141,34 @@ bool output_send(struct device *device)
 	return false;
 }
 
+bool output_take_along(struct device *device, unsigned int place, union output_value *now)
+{
+	struct output *output = &device->outputs.output[place];
+	union output_value want;
+
+	if (output->open)
+		return false;
+	if (running(device) && wanted(device, place, &want))
+		*now = want;
+	output->known = false;
+	return true;
+}
+
+/* A setting that carries outputs is under way. */
+static bool taken_along(const struct device *device)
+{
+	const struct setting *setting = device->configure.setting;
+
+	return setting[SETTING_PWM].state == SETTING_WRITING ||
+	       setting[SETTING_POEXTBUS].state == SETTING_WRITING;
+}
+
 bool output_settled(const struct device *device)
 {
 	union output_value want;
 
+	if (taken_along(device))
+		return false;
 	for (unsigned int i = 0; i < places(device); i++) {
 		const struct output *output = &device->outputs.output[i];
 

@@ -83,6 +83,12 @@ const struct output_kind *output_kind(unsigned int place, unsigned int *index);
 void output_begin(struct device *device);
 /* The next write that is due; true if one was sent. */
 bool output_send(struct device *device);
+/*
+ * A setting is written by the same request: what this output shall be now; without a
+ * wish *now stays. False while a write of ours is under way. It is written again by itself
+ * when the setting has been.
+ */
+bool output_take_along(struct device *device, unsigned int place, union output_value *now);
 /* All of them are as wanted. */
 bool output_settled(const struct device *device);
 /* A reading that was asked for at asked_ns is not older than the last write. */

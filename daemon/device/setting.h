@@ -136,6 +136,11 @@ struct setting_kind {
 	/* What would have to be written; returns what differs, 0 = nothing. */
 	uint64_t (*merge)(const struct pokeys_settings *want, unsigned int index,
 			  const union setting_value *value, union setting_request *request);
+	/*
+	 * Outputs go along with the write: those of this very moment, into the request;
+	 * false = wait. NULL = none do.
+	 */
+	bool (*take_along)(struct device *device, union setting_request *request);
 	/* Into the state image. */
 	void (*learn)(struct device *device, unsigned int index, const union setting_value *value);
 	/* Into the report. */

@@ -4,8 +4,9 @@
  * written (protocol sections 3.6, 3.7 and 3.12).
  *
  * Period and duties of the PWM travel in one request, and so do PoExtBus' setup
- * and its data. What is not wanted here goes back as it came; duties above a new
- * period end at it, for the sources do not say what a device makes of them.
+ * and its data. So a write carries outputs: those that are wanted when it is sent, for
+ * it may have waited for the machine to be switched off, and the spindle with it. Duties
+ * above a new period end at it, for the sources do not say what a device makes of them.
  */
 
 #include <string.h>
@@ -34,11 +35,22 @@ static uint64_t pwm_merge(const struct pokeys_settings *want, unsigned int index
 	if (!pwm_wanted(want, index))
 		return 0;
 	pwm->write = 1;
-	pwm->enabled = value->pwm.enabled;
 	pwm->period = want->pwm_period;
-	for (unsigned int i = 0; i < WIRE_PWMS; i++)
-		pwm->duty[i] = value->pwm.duty[i] < pwm->period ? value->pwm.duty[i] : pwm->period;
 	return pwm->period != value->pwm.period;
+}
+
+static bool pwm_take_along(struct device *device, union setting_request *request)
+{
+	struct wire_pwm_req *pwm = &request->pwm;
+	union output_value now = { .pwm.enabled = (uint8_t)device->image.pwm_enabled };
+
+	memcpy(now.pwm.duty, device->image.pwm_duty, sizeof(now.pwm.duty));
+	if (!output_take_along(device, OUTPUT_PWM, &now))
+		return false;
+	pwm->enabled = now.pwm.enabled;
+	for (unsigned int i = 0; i < WIRE_PWMS; i++)
+		pwm->duty[i] = now.pwm.duty[i] < pwm->period ? now.pwm.duty[i] : pwm->period;
+	return true;
 }
 
 static void pwm_learn(struct device *device, unsigned int index, const union setting_value *value)
@@ -63,8 +75,9 @@ static int64_t pwm_written(const union setting_value *value, unsigned int which)
 
 const struct setting_kind setting_pwm = {
 	.read = WIRE_OP_PWM, .write = WIRE_OP_PWM, .name = POKEYS_SETTING_PWM, .has = has_pwm,
-	.wanted = pwm_wanted, .ask = setting_ask_zeros, .merge = pwm_merge, .learn = pwm_learn,
-	.report = pwm_report, .written = pwm_written,
+	.wanted = pwm_wanted, .ask = setting_ask_zeros, .merge = pwm_merge,
+	.take_along = pwm_take_along, .learn = pwm_learn, .report = pwm_report,
+	.written = pwm_written,
 };
 
 /* 0x38 and 0x39 */
@@ -141,9 +154,19 @@ static uint64_t bus_merge(const struct pokeys_settings *want, unsigned int index
 	request->poextbus.option = WIRE_POEXTBUS_WRITE;
 	request->poextbus.connector = want->poextbus_connector;
 	request->poextbus.no_crc = want->poextbus_no_crc;
-	memcpy(request->poextbus.data, have->data, sizeof(have->data));
 	return want->poextbus_connector != have->connector ||
 	       !want->poextbus_no_crc != !have->no_crc;
+}
+
+static bool bus_take_along(struct device *device, union setting_request *request)
+{
+	union output_value now;
+
+	memcpy(now.poextbus.data, device->image.poextbus, sizeof(now.poextbus.data));
+	if (!output_take_along(device, OUTPUT_POEXTBUS, &now))
+		return false;
+	memcpy(request->poextbus.data, now.poextbus.data, sizeof(now.poextbus.data));
+	return true;
 }
 
 static void bus_learn(struct device *device, unsigned int index, const union setting_value *value)
@@ -170,5 +193,5 @@ static int64_t bus_written(const union setting_value *value, unsigned int which)
 const struct setting_kind setting_poextbus = {
 	.read = WIRE_OP_POEXTBUS, .write = WIRE_OP_POEXTBUS, .name = POKEYS_SETTING_POEXTBUS,
 	.has = has_bus, .wanted = bus_wanted, .ask = bus_ask, .merge = bus_merge,
-	.learn = bus_learn, .report = bus_report, .written = bus_written,
+	.take_along = bus_take_along, .learn = bus_learn, .report = bus_report, .written = bus_written,
 };

@@ -170,6 +170,45 @@ static void what_a_killed_daemon_left_on_is_switched_off(void **state)
 	assert_int_equal(sim->engine.relays, 0);
 }
 
+static void spindle(uint32_t duty, uint8_t relay)
+{
+	world.command.pwm_enable = 2;
+	world.command.pwm_duty[1] = duty;
+	world.command.poextbus_mask[0] = 0xff;
+	world.command.poextbus[0] = relay;
+}
+
+/* A setting that waits for the machine to be off is written with what its outputs are then. */
+static void a_late_setting_switches_nothing_on_again(void **state)
+{
+	static struct pokeys_wish wish;
+
+	(void)state;
+	memset(&wish, 0, sizeof(wish));
+	spindle(1500, 0x10);
+	world_machine_on(&world);
+	world_run(&world, 100 * MS);
+	wish.session = 5;
+	wish.generation = 1;
+	wish.settings.set = POKEYS_SET_PWM_PERIOD | POKEYS_SET_POEXTBUS;
+	wish.settings.pwm_period = 3000;
+	wish.settings.poextbus_connector = 1;
+	device_wish(world.device, &wish);
+	world_run(&world, 100 * MS);
+	assert_int_equal(sim->config.pwm.duty[1], 1500);
+	spindle(0, 0);
+	world_run(&world, 50 * MS);
+	assert_int_equal(sim->config.pwm.duty[1], 0);
+	assert_int_equal(sim->bus.poext[0], 0);
+	world.command.flags = 0;
+	for (unsigned int i = 0; i < 1000; i++) {
+		world_cycle(&world);
+		assert_int_equal(sim->config.pwm.duty[1], 0);
+		assert_int_equal(sim->bus.poext[0], 0);
+	}
+	assert_int_equal(sim->config.pwm.period, 3000);
+}
+
 /* The device's own failsafe has acted, or somebody else has written. */
 static void what_was_changed_from_elsewhere_is_written_again(void **state)
 {
@@ -484,6 +523,7 @@ int main(void)
 		cmocka_unit_test_setup(outputs_follow_the_commander, begin),
 		cmocka_unit_test_setup(bits_that_nobody_commands_stay, begin),
 		cmocka_unit_test_setup(they_are_off_in_the_safe_state, begin),
+		cmocka_unit_test_setup(a_late_setting_switches_nothing_on_again, begin),
 		cmocka_unit_test_setup(what_a_killed_daemon_left_on_is_switched_off, begin),
 		cmocka_unit_test_setup(what_was_changed_from_elsewhere_is_written_again, begin),
 		cmocka_unit_test_setup(they_arrive_under_loss_duplication_and_reordering, begin),
