@@ -143,6 +143,7 @@ int main(int argc, char **argv)
 
 	if (result)
 		return -1 - result;
+	log_program("pokeys-guard");
 	log_open(STDERR_FILENO, EVENT_INFO);
 	for (size_t i = 0; optind == argc - 1 && i < sizeof(commands) / sizeof(commands[0]); i++)
 		if (!strcmp(argv[optind], commands[i].name))

@@ -21,10 +21,11 @@
 enum { LINE_SIZE = 1024 };
 
 static struct {
+	const char *program;
 	int fd, level;
 	bool journal, socket;
 	uint64_t dropped, told;
-} self = { .fd = STDERR_FILENO, .level = 6 };
+} self = { .program = "pokeysd", .fd = STDERR_FILENO, .level = 6 };
 
 static bool is_journal(const struct stat *st)
 {
@@ -33,6 +34,11 @@ static bool is_journal(const struct stat *st)
 
 	return stream && sscanf(stream, "%llu:%llu", &device, &inode) == 2 &&
 	       device == (unsigned long long)st->st_dev && inode == (unsigned long long)st->st_ino;
+}
+
+void log_program(const char *name)
+{
+	self.program = name;
 }
 
 void log_open(int fd, int level)
@@ -83,7 +89,7 @@ void log_line(int level, const char *format, ...)
 	if (self.journal)
 		at = (size_t)snprintf(line, sizeof(line), "<%d>", level);
 	else
-		at = (size_t)snprintf(line, sizeof(line), "pokeysd: ");
+		at = (size_t)snprintf(line, sizeof(line), "%s: ", self.program);
 	if (self.dropped != self.told)
 		at += (size_t)snprintf(line + at, sizeof(line) - at, "(%llu messages lost) ",
 				       (unsigned long long)(self.dropped - self.told));

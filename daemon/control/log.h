@@ -15,6 +15,9 @@
  */
 void log_open(int fd, int level);
 
+/* Whose lines these are, where the journal does not say it; kept, not copied. "pokeysd" at first. */
+void log_program(const char *name);
+
 /* One line, without newline. Never waits: what the reader does not take is counted and dropped. */
 void log_line(int level, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

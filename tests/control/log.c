@@ -37,6 +37,22 @@ static void less_important_lines_are_not_written(void **state)
 	close(fd[1]);
 }
 
+static void lines_begin_with_the_name_of_their_program(void **state)
+{
+	int fd[2];
+
+	(void)state;
+	assert_int_equal(pipe(fd), 0);
+	log_open(fd[1], 7);
+	log_program("pokeys-guard");
+	log_line(6, "on eth1");
+	log_program("pokeysd");
+	log_line(6, "ready");
+	assert_string_equal(take(fd[0]), "pokeys-guard: on eth1\npokeysd: ready\n");
+	close(fd[0]);
+	close(fd[1]);
+}
+
 static void a_line_is_one_line(void **state)
 {
 	char text[3000];
@@ -171,6 +187,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(less_important_lines_are_not_written),
+		cmocka_unit_test(lines_begin_with_the_name_of_their_program),
 		cmocka_unit_test(a_line_is_one_line),
 		cmocka_unit_test(the_journal_gets_levels),
 		cmocka_unit_test(a_full_pipe_is_not_waited_for),
