@@ -33,7 +33,7 @@ static void complain(struct applying *to, const struct ini_entry *entry, const s
 {
 	char line[LINE];
 
-	snprintf(line, sizeof(line), "%s:%u: [%s]%s = %s: must be a %snumber from %g to %g; "
+	snprintf(line, sizeof(line), "%s:%u: [%s]%s = %s: must be a %snumber from %.10g to %.10g; "
 		 "it is not used", to->file->path, entry->line, entry->section, entry->key,
 		 entry->value, key->form == INI_REAL ? "" : "whole ", key->low, key->high);
 	to->complain(to->argument, line);

@@ -88,7 +88,7 @@ static bool take_number(const char *name, const char *text, double minimum, doub
 	double value = strtod(text, &end);
 
 	if (end == text || *end || !isfinite(value) || value < minimum || value > maximum) {
-		complain("--%s: \"%s\" is not allowed; allowed: %g..%g", name, text, minimum,
+		complain("--%s: \"%s\" is not allowed; allowed: %.10g..%.10g", name, text, minimum,
 			 maximum);
 		return false;
 	}

@@ -185,6 +185,13 @@ static void bad_values_leave_what_was(void **state)
 	}
 }
 
+static void large_limits_are_told_with_all_digits(void **state)
+{
+	(void)state;
+	assert_int_equal(apply("[POKEYS]\nAdcIn_1_scale = nan\n"), 1);
+	assert_non_null(strstr(said, "must be a number from -1000000000 to 1000000000;"));
+}
+
 static void indices_that_do_not_exist_are_passed_over(void **state)
 {
 	(void)state;
@@ -203,6 +210,8 @@ int main(void)
 		cmocka_unit_test_setup_teardown(values_go_where_they_belong, setup, teardown),
 		cmocka_unit_test_setup_teardown(a_key_may_set_a_pin, setup, teardown),
 		cmocka_unit_test_setup_teardown(bad_values_leave_what_was, setup, teardown),
+		cmocka_unit_test_setup_teardown(large_limits_are_told_with_all_digits, setup,
+						teardown),
 		cmocka_unit_test_setup_teardown(indices_that_do_not_exist_are_passed_over, setup,
 						teardown),
 	};

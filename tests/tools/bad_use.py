@@ -8,6 +8,7 @@ import sys
 CASES = (
     ([], 64, "a command is missing; pokeysctl --help lists the commands"),
     (["frob"], 64, 'there is no command "frob"; pokeysctl --help lists the commands'),
+    (["top", "--count", "0"], 64, '--count: "0" is not allowed; allowed: 1..1000000000'),
     (["status", "-r", "run"], 1, '--runtime-directory: "run" is not allowed; a path from / is'),
     (["discover", "--interface", "nowhere0"], 1,
      "the network cannot be searched at --interface nowhere0: there is no such interface; .*"),
