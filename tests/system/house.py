@@ -29,6 +29,11 @@ def free_address():
                 continue
 
 
+def shared_memory():
+    """Names in /dev/shm, but for the folders of tests, of which others may run."""
+    return {entry.name for entry in os.scandir("/dev/shm") if not entry.name.startswith(("pokeysd-test-", "pk."))}
+
+
 class House:
     """Programs come from argv: pokeysd, pokeysctl, pokeys-sim, commander."""
     programs = {}

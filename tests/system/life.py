@@ -15,7 +15,7 @@ import sys
 import termios
 import time
 
-from house import House, end, free_address, main, rng, run, wait_for
+from house import House, end, free_address, main, rng, run, shared_memory, wait_for
 
 
 def test_the_device_may_be_there_first():
@@ -98,16 +98,15 @@ def test_a_killed_daemon_is_noticed_and_replaced():
 
 
 def test_a_killed_daemon_leaves_no_descriptor_and_nothing_in_dev_shm():
-    mine = lambda: {p.name for p in pathlib.Path("/dev/shm").glob("*") if not p.name.startswith("pokeysd-test-")}
     with House() as house:
         house.start_sim()
-        before = mine()
+        before = shared_memory()
         for _ in range(10):
             daemon = house.start_daemon()
             wait_for("cycles", lambda: (house.device() or {}).get("publishing"))
             end(daemon, signal.SIGKILL)
         daemon = house.start_daemon()
-        grown = [name for name in mine() - before if "iox" in name]
+        grown = [name for name in shared_memory() - before if "iox" in name]
         assert not grown, grown
         time.sleep(1)  # everything it opens after its start is open
         descriptors = lambda: sorted(os.readlink(f.path) for f in os.scandir(f"/proc/{daemon.pid}/fd"))

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 
-from house import House, Skip, end, main, rng, wait_for
+from house import House, Skip, end, main, rng, shared_memory, wait_for
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WATCH = pathlib.Path(__file__).with_name("survive_watch.py")
@@ -80,10 +80,6 @@ class Hal:
         self.log.close()
 
 
-def shared_memory():
-    return {entry.name for entry in os.scandir("/dev/shm") if not entry.name.startswith("pokeysd-test-")}
-
-
 def summary(what, seconds):
     ms = sorted(1000 * s for s in seconds)
     print(f"{what}: {len(ms)} times, median {statistics.median(ms):.1f} ms, most {ms[-1]:.1f} ms")
@@ -130,7 +126,8 @@ def test_the_daemon_is_killed_while_linuxcnc_runs():
         hal.kill()
         promised("pins stale after the daemon's death", stale, STALE_S)
         promised("pins fresh after its start", fresh, FRESH_S)
-    assert shared_memory() <= before, "something was left in /dev/shm"
+    left = shared_memory() - before
+    assert not left, f"left in /dev/shm: {left}"
 
 
 def test_linuxcnc_is_killed():
@@ -147,7 +144,8 @@ def test_linuxcnc_is_killed():
             wait_for("the output off", lambda: "latch=0" in house.ask_sim(sim, "pin", OUT), 10)
             safe.append(time.monotonic() - killed)
         promised("outputs in the safe state after LinuxCNC's death", safe, SAFE_S)
-    assert shared_memory() <= before, "something was left in /dev/shm"
+    left = shared_memory() - before
+    assert not left, f"left in /dev/shm: {left}"
 
 
 def test_the_device_reboots():
