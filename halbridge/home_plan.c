@@ -118,6 +118,9 @@ struct home_result home_plan_step(struct home_plan *plan, const uint32_t *state,
 		if (plan->talk[i].stage == HOME_STAGE_IDLE)
 			plan->group &= ~bit(i);
 	}
+	/* at once: motion cancels only joints that say they are homing */
+	if (!plan->group && plan->wanted)
+		next_group(plan);
 	return result;
 }
 
