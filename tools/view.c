@@ -104,6 +104,9 @@ static int no_daemon(const struct view *view, int result)
 	if (result == -EINVAL)
 		complain("--runtime-directory: \"%s\" is not allowed; a path from / is",
 			 view->runtime_directory);
+	else if (result == -EACCES)
+		complain("%s: permission denied; this user must be in the folder's group",
+			 view->runtime_directory);
 	else if (result < 0)
 		complain("%s: %s", view->runtime_directory, strerror(-result));
 	else

@@ -119,6 +119,15 @@ def test_odd_histograms_stay_documents_and_pictures():
     assert none["p50_us"] is None and none["cpu"] is None and none["buckets"] == []
 
 
+def test_a_folder_of_others_is_told_with_what_to_do():
+    if os.geteuid() != 0:
+        raise Skip("only root can have a folder that is not mine")
+    with House() as house:
+        house.runtime.mkdir(0o700)
+        out = without_rights("status", "--runtime-directory", house.runtime)
+        assert out.returncode == 1 and "must be in the folder's group" in out.stderr, out.stderr
+
+
 def test_doctor_sees_a_running_daemon():
     with House(cpu=CORE) as house:
         house.start_sim()
