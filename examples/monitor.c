@@ -222,22 +222,32 @@ static int parse(struct options *options, int argc, char **argv)
 	return optind == argc && options->interval_s >= 0.01 && options->interval_s <= 3600 ? 0 : -1;
 }
 
+/* The daemon's first device; NULL = there is none, which is said. */
+static const char *first_device(const char *runtime)
+{
+	static char names[1][POKEYS_SHM_NAME_MAX];
+	int r = pokeys_shm_devices(runtime, names, 1);
+
+	if (r > 0)
+		return names[0];
+	if (r < 0)
+		fprintf(stderr, "the runtime folder: %s\n", strerror(-r));
+	else
+		fprintf(stderr, "no daemon runs; name a DEVICE to wait for it\n");
+	return NULL;
+}
+
 int main(int argc, char **argv)
 {
 	struct options options = { .interval_s = 0.5 };
 	struct sigaction action = { .sa_handler = end };
-	char names[1][POKEYS_SHM_NAME_MAX];
 	pokeys_client *client;
 	int r;
 
 	if (parse(&options, argc, argv))
 		return usage(argv[0]);
-	if (!options.device && pokeys_shm_devices(options.runtime, names, 1) > 0)
-		options.device = names[0];
-	if (!options.device) {
-		fprintf(stderr, "no daemon runs; name a DEVICE to wait for it\n");
+	if (!options.device && !(options.device = first_device(options.runtime)))
 		return 1;
-	}
 	if (pokeys_client_open(&client, options.runtime, options.device, "monitor",
 			       POKEYS_CLIENT_EVENTS)) {
 		fprintf(stderr, "%s: not a device name, or the runtime folder is no path from /\n",

@@ -126,6 +126,9 @@ if __name__ == "__main__":
         sys.exit(0)
     except pokeys.LibraryMissing as missing:
         sys.exit(str(missing))
+    except PermissionError as why:
+        print(f"the runtime folder: {why.strerror}", file=sys.stderr)
+        sys.exit(1)
     except OSError:
         print("not a device name, or the runtime folder is no path from /", file=sys.stderr)
         sys.exit(2)

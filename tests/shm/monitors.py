@@ -17,6 +17,7 @@ MONITORS = {
     "Python": [sys.executable, str(pathlib.Path(EXAMPLES) / "python" / "monitor.py")],
 }
 ENVIRONMENT = dict(os.environ, POKEYS_SHM_LIBRARY=LIBRARY)
+NOBODY = 65534
 BASE = "/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp"
 
 
@@ -110,6 +111,21 @@ class Monitors(unittest.TestCase):
             ran = self.run_monitor(command, "--once")
             self.assertEqual(ran.returncode, 1)
             self.assertEqual(ran.stderr, "no daemon runs; name a DEVICE to wait for it\n")
+
+    @unittest.skipIf(os.geteuid(), "only root can have a folder that is not mine")
+    def test_folder_of_others_is_not_called_a_folder_without_daemon(self):
+        os.chmod(self.base, 0o711)
+        os.mkdir(self.runtime, 0o700)
+        for name, command in MONITORS.items():
+            with self.subTest(monitor=name):
+                try:
+                    ran = subprocess.run([*command, "--once", "-r", self.runtime], text=True,
+                                         timeout=20, capture_output=True, env=ENVIRONMENT,
+                                         check=False, user=NOBODY, group=NOBODY, extra_groups=[])
+                except PermissionError as why:
+                    self.skipTest(f"nobody may not run it: {why}")
+                self.assertEqual((ran.returncode, ran.stderr),
+                                 (1, "the runtime folder: Permission denied\n"))
 
     def test_unknown_device_is_said_in_one_line(self):
         self.start()
