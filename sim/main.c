@@ -76,7 +76,8 @@ static bool pin_to(int cpu, struct sim_text *why)
 	CPU_SET((size_t)cpu, &set);
 	if (sched_setaffinity(0, sizeof(set), &set) == 0)
 		return true;
-	sim_text_add(why, "--cpu %d: %s", cpu, strerror(errno));
+	sim_text_add(why, "--cpu %d: %s", cpu, errno == EINVAL ?
+		     "there is no such CPU, or not for this process" : strerror(errno));
 	return false;
 }
 
