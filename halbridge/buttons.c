@@ -48,7 +48,7 @@ static bool look_at_clock(struct buttons *buttons, struct values *values,
 	struct pokeys_one_shot shot;
 	struct press_news news;
 
-	if (values->rtc.set && !buttons->clock.was && fresh &&
+	if (values->rtc.set && buttons->clock.up && fresh &&
 	    clock_wanted(&values->rtc, &shot, refusals))
 		wanted = &shot;
 	news = press_write(&buttons->clock, values->rtc.set, wanted, queue, command);

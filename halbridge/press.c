@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Pressed once, done at most once.
+ * Pressed once, done at most once. A pin that is true from the start has not been
+ * pressed: it hangs, or is wired the wrong way round.
  *
  * A press while nobody is there to do it is refused, not kept: zeroing the
  * counters when the daemon comes back minutes later is not what the person
@@ -30,10 +31,10 @@ struct press_news press_write(struct press *press, bool pin, const struct pokeys
 			      struct one_shot_queue *queue, struct pokeys_command *command)
 {
 	struct press_news news = { .failed = false };
-	bool edge = pin && !press->was;
+	bool edge = pin && press->up;
 	enum one_shot_push pushed;
 
-	press->was = pin;
+	press->up = !pin;
 	if (edge) {
 		press->state = shot ? PRESS_WAITING : PRESS_IDLE;
 		press->outcome = shot ? POKEYS_OUTCOME_NONE : POKEYS_OUTCOME_REFUSED;

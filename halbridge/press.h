@@ -15,7 +15,7 @@ struct press {
 	uint32_t id;
 	uint8_t state;		/* enum press_state */
 	uint8_t outcome;	/* enum pokeys_outcome, of the last one */
-	bool was;
+	bool up;		/* the pin was seen false since: the next edge is a press */
 	struct pokeys_one_shot shot;
 };
 

@@ -41,6 +41,22 @@ static void one_press_is_one_one_shot(void **state)
 	assert_int_equal(values->one_shot_failed_count, 0);
 }
 
+/* A button that hangs, or is wired the wrong way round, must not wear the flash out. */
+static void a_pin_that_is_true_from_the_start_is_no_press(void **state)
+{
+	(void)state;
+	rig_init(&rig);
+	values->diagnostics.config_save = true;
+	rig_periods(&rig, 5);
+	assert_true(values->connected);
+	assert_int_equal(command->one_shot_head, 0);
+	values->diagnostics.config_save = false;
+	rig_period(&rig);
+	values->diagnostics.config_save = true;
+	rig_period(&rig);
+	assert_int_equal(command->one_shot_head, 1);
+}
+
 static void a_press_while_the_device_is_away_is_not_kept(void **state)
 {
 	(void)state;
@@ -139,6 +155,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(one_press_is_one_one_shot, setup),
+		cmocka_unit_test_setup(a_pin_that_is_true_from_the_start_is_no_press, setup),
 		cmocka_unit_test_setup(a_press_while_the_device_is_away_is_not_kept, setup),
 		cmocka_unit_test_setup(a_press_that_another_daemon_finds_is_not_repeated, setup),
 		cmocka_unit_test_setup(a_press_that_fails_is_counted, setup),
