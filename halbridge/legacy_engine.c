@@ -174,6 +174,18 @@ static void clear_fault(struct exchange *exchange, const struct values *values, 
 		own->clear_ns = now_ns + CLEAR_NS;
 }
 
+/*
+ * What is asked for while the device is away is not done when it is back: by then
+ * it is not what the person wanted (as in press.c).
+ */
+static void forget(struct exchange *exchange, struct values *values)
+{
+	values->legacy.engine.home_mask = 0;
+	values->legacy.engine.probe_mask = 0;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		exchange->legacy.preset[i] = values->legacy.axis[i].preset;
+}
+
 void legacy_write_engine(struct exchange *exchange, struct values *values, uint64_t now_ns)
 {
 	struct legacy_engine *engine = &values->legacy.engine;
@@ -181,8 +193,10 @@ void legacy_write_engine(struct exchange *exchange, struct values *values, uint6
 	if (values->legacy.choice.limit_override && engine->override_wanted)
 		exchange->command.flags |= POKEYS_COMMAND_LIMIT_OVERRIDE;
 	legacy_home_write(exchange, values);
-	if (!exchange->fresh)
+	if (!exchange->fresh) {
+		forget(exchange, values);
 		return;
+	}
 	start_homing(exchange, values);
 	start_probing(exchange, values);
 	preset(exchange, values);

@@ -121,7 +121,7 @@ static void write_ponet(struct exchange *exchange, const struct values *values)
 	struct pokeys_command *command = &exchange->command;
 
 	for (unsigned int i = 0; i < POKEYS_PONET; i++) {
-		if (i == exchange->state.kbd48_module || i >= exchange->state.ponet_count)
+		if (i == exchange->state.kbd48_module || !exchange->state.ponet[i].type)
 			continue;
 		for (unsigned int k = 0; k < LEGACY_WORDS; k++)
 			command->ponet_data[i][k] = (uint8_t)values->legacy.ponet.out[i][k];

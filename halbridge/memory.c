@@ -52,7 +52,16 @@ static bool is_block(const char *at)
 	return block->first == MARK_FIRST && block->second == MARK_SECOND;
 }
 
-/* A block that has been given back and has this size. */
+/* Two components may be loading at this moment: one of them gets it. */
+static bool claim(struct block *block)
+{
+	uint64_t nobody = 0;
+
+	return __atomic_compare_exchange_n(&block->taken, &nobody, 1, false, __ATOMIC_ACQUIRE,
+					   __ATOMIC_RELAXED);
+}
+
+/* A block that has been given back and has this size; ours from now on. */
 static struct block *find(size_t size)
 {
 	size_t room = mapped();
@@ -60,10 +69,24 @@ static struct block *find(size_t size)
 	for (size_t at = 0; at + sizeof(struct block) + size <= room; at += sizeof(uint64_t)) {
 		struct block *block = (void *)(hal_shmem_base + at);
 
-		if (is_block(hal_shmem_base + at) && block->size == size && !block->taken)
+		if (is_block(hal_shmem_base + at) && block->size == size && claim(block))
 			return block;
 	}
 	return NULL;
+}
+
+/* The marks last: whoever finds them finds it taken. */
+static struct block *make(size_t size)
+{
+	struct block *block = hal_malloc((long)(sizeof(*block) + size));
+
+	if (!block)
+		return NULL;
+	block->size = size;
+	block->taken = 1;
+	block->second = MARK_SECOND;
+	__atomic_store_n(&block->first, MARK_FIRST, __ATOMIC_RELEASE);
+	return block;
 }
 
 void *memory_take(size_t size)
@@ -73,16 +96,12 @@ void *memory_take(size_t size)
 	size = (size + sizeof(uint64_t) - 1) & ~(sizeof(uint64_t) - 1);
 	block = find(size);
 	if (!block)
-		block = hal_malloc((long)(sizeof(*block) + size));
-	if (!block)
-		return NULL;
-	*block = (struct block){ .first = MARK_FIRST, .second = MARK_SECOND, .size = size,
-				 .taken = 1 };
-	return memset(block + 1, 0, size);
+		block = make(size);
+	return block ? memset(block + 1, 0, size) : NULL;
 }
 
 void memory_give_back(void *block)
 {
 	if (block)
-		((struct block *)block - 1)->taken = 0;
+		__atomic_store_n(&((struct block *)block - 1)->taken, 0, __ATOMIC_RELEASE);
 }

@@ -528,6 +528,24 @@ static void a_start_mask_is_told_once(void **state)
 	assert_int_equal(newest()->value[2], 777);
 }
 
+static void what_was_asked_while_the_device_was_away_is_not_done_later(void **state)
+{
+	uint32_t head = command->one_shot_head;
+
+	(void)state;
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	legacy->engine.home_mask = 0x05;
+	legacy->engine.probe_mask = 0x01;
+	legacy->axis[2].preset = 777;
+	rig_periods(&rig, 3);
+	rig.device_silent = false;
+	rig_periods(&rig, 20);
+	assert_int_equal(command->one_shot_head, head);
+	assert_int_equal(legacy->engine.home_mask, 0);
+	assert_int_equal(legacy->engine.probe_mask, 0);
+}
+
 static void a_fault_is_cleared_while_the_machine_is_off(void **state)
 {
 	uint32_t head = command->one_shot_head;
@@ -594,6 +612,8 @@ int main(void)
 		cmocka_unit_test_setup(a_homing_ends_with_its_daemon, setup),
 		cmocka_unit_test_setup(a_cancelled_homing_is_told_to_the_device, setup),
 		cmocka_unit_test_setup(a_start_mask_is_told_once, setup),
+		cmocka_unit_test_setup(what_was_asked_while_the_device_was_away_is_not_done_later,
+				       setup),
 		cmocka_unit_test_setup(a_fault_is_cleared_while_the_machine_is_off, setup),
 		cmocka_unit_test_setup(without_the_scheme_nothing_of_it_acts, setup),
 	};

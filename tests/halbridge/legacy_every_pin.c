@@ -29,7 +29,8 @@ static void begin(void)
 	memset(daemon_image->digital_out_owned, 0xff, 7);
 	daemon_image->kbd48_module = 255;
 	daemon_image->pwm_period = 1000;
-	daemon_image->ponet_count = POKEYS_PONET;
+	for (unsigned int i = 0; i < POKEYS_PONET; i++)
+		daemon_image->ponet[i].type = 1;
 	daemon_image->engine.emergency_pin = 1;
 	drive_periods(&drive, 3);
 }
