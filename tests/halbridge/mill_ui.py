@@ -31,13 +31,14 @@ def main():
     until("connected", lambda: hal.get_value("pokeys.0.connected"))
     # settings that the HAL file has just made must have arrived
     until("settings applied", lambda: hal.get_value("pokeys.0.config.state") == 3)
-    began = [hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") for i in range(3)]
-    print(f"the axes stand at {began}", file=sys.stderr)
     command.state(linuxcnc.STATE_ESTOP_RESET)
     until("emergency reset", lambda: is_(estop=0))
     command.state(linuxcnc.STATE_ON)
     until("machine on", lambda: is_(task_state=linuxcnc.STATE_ON))
     until("motion permitted", lambda: hal.get_value("pokeys.0.machine-on-permitted"))
+    # not before: scale and offset are taken over while the machine is off
+    began = [hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") for i in range(3)]
+    print(f"the axes stand at {began}", file=sys.stderr)
     command.mode(linuxcnc.MODE_MANUAL)
     command.wait_complete()
     command.teleop_enable(0)
