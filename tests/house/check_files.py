@@ -12,7 +12,7 @@ SOURCE = (".c", ".h", ".rs", ".py", ".sh", ".build")
 NOTE = {".c"}
 # the licence line, then at least two lines of comment
 OPENING = re.compile(r"(//|/\*) SPDX[^\n]*\n\s*/\*[^\n]*\n(?:(?!\*/).)*\n", re.DOTALL)
-PRIVATE = re.compile(r"(?<![\w.])(/home/\w|/root/|/work/|/tmp/bash)")
+PRIVATE = re.compile(r"(?<![\w.])(/(?:home|work)/\w|/root/)")
 
 
 def tracked(root):
