@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "settings/list.h"
 #include "settings/private.h"
 
 static const char not_allowed[] = "is not allowed";
@@ -80,48 +81,6 @@ static const char *store_real(const struct settings_key *key, uint32_t index, co
 	return NULL;
 }
 
-/* The next part of a list with commas, without blanks around it; 0 at its end. */
-static bool next_part(const char **rest, char *part, size_t size)
-{
-	const char *start = *rest;
-	size_t length;
-
-	if (!start)
-		return false;
-	length = strcspn(start, ",");
-	*rest = start[length] ? start + length + 1 : NULL;
-	while (length && strchr(" \t", *start)) {
-		start++;
-		length--;
-	}
-	while (length && strchr(" \t", start[length - 1]))
-		length--;
-	if (length >= size)
-		length = size - 1;
-	memcpy(part, start, length);
-	part[length] = '\0';
-	return true;
-}
-
-/* "7" or "7-12" into a first and a last terminal. */
-static const char *parse_range(const struct settings_key *key, const char *text, int *first,
-			       int *last)
-{
-	size_t digits = strspn(text, "0123456789");
-	size_t more = text[digits] == '-' ? strspn(text + digits + 1, "0123456789") : 0;
-	size_t used = digits + (more ? more + 1 : 0);
-
-	if (!digits || text[used] || digits > 3 || more > 3)
-		return "is not a list of pins";
-	*first = atoi(text);
-	*last = more ? atoi(text + digits + 1) : *first;
-	if (*first < (int)key->minimum || *last > (int)key->maximum)
-		return "names a pin that is out of range";
-	if (*first > *last)
-		return "has a range that ends before it begins";
-	return NULL;
-}
-
 /* A list of terminals in the order it is written, 0-based, none twice. */
 static const char *parse_pins(const struct settings_key *key, const char *text,
 			      struct pin_list *list)
@@ -132,9 +91,10 @@ static const char *parse_pins(const struct settings_key *key, const char *text,
 	list->count = 0;
 	if (!strcmp(text, "none") && key->type != SETTINGS_PIN_PAIR)
 		return NULL;
-	while (next_part(&text, part, sizeof(part))) {
+	while (list_part(&text, part, sizeof(part))) {
 		int first, last;
-		const char *wrong = parse_range(key, part, &first, &last);
+		const char *wrong = list_range(part, (int)key->minimum, (int)key->maximum,
+					       &first, &last);
 
 		if (wrong)
 			return wrong;
@@ -199,7 +159,7 @@ static const char *store_bytes(const struct settings_key *key, uint32_t index, c
 	size_t count = 0;
 	char part[16];
 
-	while (next_part(&text, part, sizeof(part))) {
+	while (list_part(&text, part, sizeof(part))) {
 		int64_t value;
 		const char *wrong = parse_integer(part, key->minimum, key->maximum, &value);
 

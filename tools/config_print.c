@@ -5,6 +5,7 @@
  * can be put into it. What the table has no word for stands there as a comment.
  */
 #include <string.h>
+#include <pokeys/names.h>
 #include "settings/key.h"
 #include "tools/config_print.h"
 #include "tools/json.h"
@@ -15,24 +16,6 @@ static const char *const state_names[] = {
 	[POKEYS_CONFIG_APPLYING] = "applying",
 	[POKEYS_CONFIG_APPLIED] = "applied",
 	[POKEYS_CONFIG_REFUSED] = "refused",
-};
-
-static const char *const setting_names[] = {
-	[POKEYS_SETTING_NONE] = "none",
-	[POKEYS_SETTING_PIN] = "pin",
-	[POKEYS_SETTING_ENCODER] = "encoder",
-	[POKEYS_SETTING_ENCODER_PINS] = "encoder pins",
-	[POKEYS_SETTING_FAST_ENCODERS] = "fast encoders",
-	[POKEYS_SETTING_ULTRA_FAST] = "ultra-fast encoder",
-	[POKEYS_SETTING_ENGINE] = "pulse engine",
-	[POKEYS_SETTING_EMERGENCY] = "emergency pin",
-	[POKEYS_SETTING_AXIS] = "axis",
-	[POKEYS_SETTING_PWM] = "PWM period",
-	[POKEYS_SETTING_ANALOG_FILTER] = "analog filter",
-	[POKEYS_SETTING_FAILSAFE] = "failsafe",
-	[POKEYS_SETTING_MATRIX] = "matrix keyboard",
-	[POKEYS_SETTING_NAME] = "name",
-	[POKEYS_SETTING_POEXTBUS] = "PoExtBus",
 };
 
 #define PICK(names, which) \
@@ -151,7 +134,7 @@ void config_print_head(struct json *json, const char *device, const struct pokey
 	json_text(json, "device", device);
 	json_text(json, "config_state", config_print_state(report->state));
 	if (report->refused)
-		json_text(json, "refused", PICK(setting_names, report->refused));
+		json_text(json, "refused", pokeys_setting_name(report->refused));
 	else
 		json_null(json, "refused");
 	json_unsigned(json, "refused_index", report->refused_index);

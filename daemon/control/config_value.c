@@ -16,6 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "daemon/control/config_key.h"
+#include "settings/list.h"
 
 static const char not_allowed[] = "is not allowed";
 static const char out_of_range[] = "is out of range";
@@ -108,35 +109,12 @@ static const char *store_address(const char *text, void *field)
 	return wrong;
 }
 
-/* The next part of a list with commas, without blanks around it; 0 at its end. */
-static int next_part(const char **rest, char *part, size_t size)
-{
-	const char *start = *rest;
-	size_t length;
-
-	if (!start)
-		return 0;
-	length = strcspn(start, ",");
-	*rest = start[length] ? start + length + 1 : NULL;
-	while (length && strchr(" \t", *start)) {
-		start++;
-		length--;
-	}
-	while (length && strchr(" \t", start[length - 1]))
-		length--;
-	if (length >= size)
-		length = size - 1;
-	memcpy(part, start, length);
-	part[length] = '\0';
-	return 1;
-}
-
 static const char *store_address_list(const char *text, struct config_list *field)
 {
 	struct config_list list = { 0 };
 	char part[32];
 
-	while (next_part(&text, part, sizeof(part))) {
+	while (list_part(&text, part, sizeof(part))) {
 		uint32_t address;
 		const char *wrong = parse_address(part, &address);
 
@@ -153,32 +131,15 @@ static const char *store_address_list(const char *text, struct config_list *fiel
 	return NULL;
 }
 
-/* "7" or "7-12" into a first and a last pin. */
-static const char *parse_pins(const struct config_key *key, const char *text, int *first, int *last)
-{
-	size_t digits = strspn(text, "0123456789");
-	size_t more = text[digits] == '-' ? strspn(text + digits + 1, "0123456789") : 0;
-	size_t used = digits + (more ? more + 1 : 0);
-
-	if (!digits || text[used] || digits > 3 || more > 3)
-		return "is not a list of pins";
-	*first = atoi(text);
-	*last = more ? atoi(text + digits + 1) : *first;
-	if (*first < (int)key->minimum || *last > (int)key->maximum)
-		return "names a pin that is out of range";
-	if (*first > *last)
-		return "has a range that ends before it begins";
-	return NULL;
-}
-
 static const char *store_pin_list(const struct config_key *key, const char *text, void *field)
 {
 	uint64_t pins = 0;
 	char part[16];
 
-	while (next_part(&text, part, sizeof(part))) {
+	while (list_part(&text, part, sizeof(part))) {
 		int first, last;
-		const char *wrong = parse_pins(key, part, &first, &last);
+		const char *wrong = list_range(part, (int)key->minimum, (int)key->maximum,
+					       &first, &last);
 
 		if (wrong)
 			return wrong;

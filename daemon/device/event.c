@@ -16,6 +16,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <pokeys/command.h>
+#include <pokeys/names.h>
 #include <pokeys/settings.h>
 #include <pokeys/state.h>
 #include "daemon/device/event.h"
@@ -152,24 +153,6 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_ONE_SHOT_ID] = "the slot of a one-shot holds another id, expected was",
 };
 
-static const char *const setting_names[] = {
-	[POKEYS_SETTING_NONE] = "none",
-	[POKEYS_SETTING_PIN] = "pin function",
-	[POKEYS_SETTING_ENCODER] = "encoder",
-	[POKEYS_SETTING_ENCODER_PINS] = "encoder pins",
-	[POKEYS_SETTING_FAST_ENCODERS] = "fast encoders",
-	[POKEYS_SETTING_ULTRA_FAST] = "ultra-fast encoder",
-	[POKEYS_SETTING_ENGINE] = "pulse engine",
-	[POKEYS_SETTING_EMERGENCY] = "emergency pin",
-	[POKEYS_SETTING_AXIS] = "axis",
-	[POKEYS_SETTING_PWM] = "PWM period",
-	[POKEYS_SETTING_ANALOG_FILTER] = "analog filter",
-	[POKEYS_SETTING_FAILSAFE] = "failsafe",
-	[POKEYS_SETTING_MATRIX] = "matrix keyboard",
-	[POKEYS_SETTING_NAME] = "name",
-	[POKEYS_SETTING_POEXTBUS] = "PoExtBus",
-};
-
 static const char *const part_names[COMMAND_PARTS] = {
 	[COMMAND_PART_PWM] = "PWM",
 	[COMMAND_PART_POEXTBUS] = "PoExtBus",
@@ -271,7 +254,7 @@ static void put_config_refused(struct line *line, const struct event *e)
 static void put_wish_refused(struct line *line, const struct event *e)
 {
 	put(line, "wished setting %s of number %lld is out of range for this device; "
-	    "its value of before stays", PICK(setting_names, e->a), (long long)e->b);
+	    "its value of before stays", pokeys_setting_name((uint8_t)e->a), (long long)e->b);
 }
 
 static void put_locked(struct line *line, const struct event *e)

@@ -6,6 +6,7 @@
 #ifndef POKEYS_NAMES_H
 #define POKEYS_NAMES_H
 
+#include <pokeys/settings.h>
 #include <pokeys/state.h>
 
 #ifdef __cplusplus
@@ -39,6 +40,29 @@ static inline const char *pokeys_fault_name(uint8_t fault)
 	case POKEYS_FAULT_REBOOTED:		return "rebooted";
 	case POKEYS_FAULT_NETWORK:		return "network unreachable";
 	default:				return "unknown";
+	}
+}
+
+/* enum pokeys_setting */
+static inline const char *pokeys_setting_name(uint8_t setting)
+{
+	switch (setting) {
+	case POKEYS_SETTING_NONE:	return "none";
+	case POKEYS_SETTING_PIN:	return "pin function";
+	case POKEYS_SETTING_ENCODER:	return "encoder";
+	case POKEYS_SETTING_ENCODER_PINS:	return "encoder pins";
+	case POKEYS_SETTING_FAST_ENCODERS:	return "fast encoders";
+	case POKEYS_SETTING_ULTRA_FAST:	return "ultra-fast encoder";
+	case POKEYS_SETTING_ENGINE:	return "pulse engine";
+	case POKEYS_SETTING_EMERGENCY:	return "emergency pin";
+	case POKEYS_SETTING_AXIS:	return "axis";
+	case POKEYS_SETTING_PWM:	return "PWM period";
+	case POKEYS_SETTING_ANALOG_FILTER:	return "analog filter";
+	case POKEYS_SETTING_FAILSAFE:	return "failsafe";
+	case POKEYS_SETTING_MATRIX:	return "matrix keyboard";
+	case POKEYS_SETTING_NAME:	return "name";
+	case POKEYS_SETTING_POEXTBUS:	return "PoExtBus";
+	default:	return "unknown";
 	}
 }
 
