@@ -107,7 +107,7 @@ static unsigned int schemes_of(const char *word)
 		[TABLE_PONET] = "ponet", [TABLE_ALL] = "all",
 	};
 
-	for (unsigned int i = TABLE_CANONICAL; i <= TABLE_ALL; i++) {
+	for (unsigned int i = TABLE_CORE; i <= TABLE_ALL; i++) {
 		if (words[i] && !strcmp(word, words[i]))
 			return i;
 	}

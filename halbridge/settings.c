@@ -78,7 +78,7 @@ static int read_names(struct settings *settings, const char *names, char *why, s
 		settings->schemes[i] = i ? TABLE_CANONICAL : TABLE_BOTH;
 	if (!names || !*names)
 		return 0;
-	for (unsigned int i = TABLE_CANONICAL; i <= TABLE_ALL; i++) {
+	for (unsigned int i = TABLE_CORE; i <= TABLE_ALL; i++) {
 		if (!words[i] || strcmp(names, words[i]))
 			continue;
 		for (unsigned int k = 0; k < TABLE_DEVICES; k++)

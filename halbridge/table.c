@@ -24,7 +24,7 @@ const size_t table_group_count = sizeof(table_groups) / sizeof(table_groups[0]);
 
 static unsigned int schemes_of(const struct table_row *row)
 {
-	return row->scheme ? row->scheme : TABLE_CANONICAL;
+	return row->scheme ? row->scheme : TABLE_CORE;
 }
 
 size_t table_row_names(const struct table_row *row)

@@ -19,9 +19,11 @@ enum {
 
 /* Naming schemes; a set of them. A name of both is one name, not two. */
 enum table_scheme {
-	TABLE_CANONICAL = 1, TABLE_LEGACY = 2, TABLE_BOTH = 3,
+	TABLE_CORE = 1,			/* the canonical ones, but for those set apart */
+	TABLE_LEGACY = 2, TABLE_BOTH = 3,
 	TABLE_PONET = 4,		/* of the legacy ones, those of each PoNET module */
-	TABLE_ALL = 7,
+	TABLE_APART = 8,		/* canonical ones for which names=both has no room */
+	TABLE_CANONICAL = 9, TABLE_ALL = 15,
 };
 enum table_kind { TABLE_PIN, TABLE_PARAM };
 enum table_type { TABLE_BIT, TABLE_FLOAT, TABLE_S32, TABLE_U32, TABLE_TYPES };
@@ -47,7 +49,7 @@ struct table_row {
 	uint16_t count;			/* of the (first) index */
 	uint8_t inner;			/* of the second index; 0 = there is none */
 	uint8_t first, inner_first;	/* where the indices in the name begin */
-	uint8_t scheme;			/* 0 = TABLE_CANONICAL */
+	uint8_t scheme;			/* 0 = TABLE_CORE */
 	uint8_t kind, type, direction, when;
 };
 

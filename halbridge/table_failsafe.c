@@ -4,12 +4,15 @@
  *
  * The settings go together: as soon as one is set, the others are sent with what
  * the device has. The timeout should be longer than a restart of the daemon.
+ *
+ * They are set once for a machine, and pokeysd.conf takes them as well: so they are
+ * what stays out where both schemes have to share HAL's memory (names=both).
  */
 #include "halbridge/table_rows.h"
 
 #define FAILSAFE(name, member, low, high, help)					\
 	ROW("failsafe." name, PARAM, RW, WRITE, set.failsafe.member,			\
-	    "device setting: " help, SETTING(low, high))
+	    "device setting: " help, SETTING(low, high), APART)
 
 static const struct table_row rows[] = {
 	ROW("failsafe.state", PIN, OUT, READ, diagnostics.failsafe_state,
@@ -20,11 +23,11 @@ static const struct table_row rows[] = {
 	FAILSAFE("pwm", pwm, 0, 1, "PWM takes the duties of failsafe.pwm-duty"),
 	FAILSAFE("engine", engine, 0, 1, "the pulse engine stops"),
 	LIST("failsafe.pin.%02u", PARAM, RW, WRITE, set.failsafe.pin, POKEYS_PINS,
-	     "device setting: the output then", SETTING(0, 1)),
+	     "device setting: the output then", SETTING(0, 1), APART),
 	LIST("failsafe.PoExtBus-byte.%02u", PARAM, RW, WRITE, set.failsafe.bus_byte,
-	     POKEYS_POEXTBUS, "device setting: the byte then", SETTING(0, 255)),
+	     POKEYS_POEXTBUS, "device setting: the byte then", SETTING(0, 255), APART),
 	LIST("failsafe.pwm-duty.%02u", PARAM, RW, WRITE, set.failsafe.duty, POKEYS_PWM,
-	     "device setting: the duty then, percent", SETTING(0, 100)),
+	     "device setting: the duty then, percent", SETTING(0, 100), APART),
 };
 
 TABLE_GROUP(table_failsafe, rows);

@@ -44,6 +44,7 @@
 	.help = __VA_ARGS__ }
 
 #define BOTH_SCHEMES	.scheme = TABLE_BOTH
+#define APART		.scheme = TABLE_APART
 
 /* Initial value, least and most of a parameter. */
 #define PARAMETER(initial_, low_, high_)	\

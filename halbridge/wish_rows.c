@@ -150,7 +150,7 @@ static const struct wish_group groups[] = {
 
 static const struct table_row *name_of(size_t value)
 {
-	for (struct table_cursor at = table_walk(TABLE_BOTH); table_next_row(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_ALL); table_next_row(&at);) {
 		if (at.row->offset == value && at.row->kind == TABLE_PARAM)
 			return at.row;
 	}

@@ -51,6 +51,27 @@ static unsigned int find(const char *wanted, unsigned int schemes, size_t *offse
 	return found;
 }
 
+/* Of these a configuration may rely on nothing: they are the ones to be told about. */
+static void both_is_without_what_is_set_apart(void **state)
+{
+	size_t apart = 0;
+
+	(void)state;
+	for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
+		if (at.row->scheme != TABLE_APART)
+			continue;
+		assert_int_equal(at.row->kind, TABLE_PARAM);
+		assert_int_equal(strncmp(at.row->name, "failsafe.", 9), 0);
+		apart++;
+	}
+	assert_int_equal(apart, 5 + POKEYS_PINS + POKEYS_POEXTBUS + POKEYS_PWM);
+	assert_int_equal(table_name_count(TABLE_ALL) -
+			 table_name_count(TABLE_BOTH | TABLE_PONET), apart);
+	assert_int_equal(find("pokeys.1.failsafe.pin.54", TABLE_BOTH, &(size_t){ 0 }), 0);
+	assert_int_equal(find("pokeys.1.failsafe.pin.54", TABLE_ALL, &(size_t){ 0 }), 1);
+	assert_int_equal(find("pokeys.1.failsafe.state", TABLE_BOTH, &(size_t){ 0 }), 1);
+}
+
 static void indices_are_padded_and_lead_to_their_member(void **state)
 {
 	size_t offset;
@@ -168,6 +189,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(every_name_is_unique_and_fits),
+		cmocka_unit_test(both_is_without_what_is_set_apart),
 		cmocka_unit_test(indices_are_padded_and_lead_to_their_member),
 		cmocka_unit_test(two_indices_lead_to_their_member),
 		cmocka_unit_test(a_name_too_long_for_hal_is_refused),
