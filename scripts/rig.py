@@ -110,10 +110,14 @@ class Rig:
             child.kill()
             child.wait()
 
-    def close(self):
+    def end_hal(self):
         if self.hal:
             # not "halrun -U": that ends whoever has HAL's memory mapped, us too
             self.halcmd("unloadrt", "all")
+        self.hal = None
+
+    def close(self):
+        self.end_hal()
         for name in reversed(list(self.started)):
             self.stop(name)
         shutil.rmtree(self.run, ignore_errors=True)

@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The report of ./run bench: what is beyond its target is said and fails nothing,
+what could not be measured is named, README's table is of the same figures.
+
+Argument: the source folder."""
+import contextlib
+import io
+import json
+import pathlib
+import sys
+import tempfile
+import types
+import unittest
+
+ROOT = pathlib.Path(sys.argv[1])
+sys.path.insert(0, str(ROOT / "bench"))
+# pylint: disable=wrong-import-position,import-error
+import figures
+import measure
+from figures import Figure, Skip, ratios
+from rig import Fault
+from sections import ORDER
+
+MACHINE = {"processor": "abacus", "cores": 2, "virtual": True, "kernel": "6.1", "realtime": False,
+           "isolated": "", "date": "2026-01-01", "load": 0.5}
+
+
+class FakeBench:
+    quick, ended = True, 0
+
+    def say(self, text):
+        pass
+
+    def end_all(self):
+        self.ended += 1
+
+
+def section(raised=None, rows=()):
+    def take(_bench):
+        if raised:
+            raise raised
+        return {"number": 1}
+    return types.SimpleNamespace(TITLE="Something", measure=take, figures=lambda found: list(rows),
+                                 report=lambda found: [f"number {found['number']}"])
+
+
+class Report(unittest.TestCase):
+    def setUp(self):
+        self.sections, self.real = {}, measure.section
+        measure.section = self.sections.__getitem__
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.addCleanup(setattr, measure, "section", self.real)
+
+    def written(self, **sections):
+        """report.md and report.json of these sections."""
+        self.sections.update(sections)
+        bench = FakeBench()
+        entries = {name: measure.measure_section(bench, name) for name in sections}
+        self.assertEqual(bench.ended, len(sections))
+        folder = pathlib.Path(self.folder.name)
+        with contextlib.redirect_stdout(io.StringIO()):
+            measure.write(folder, {"machine": MACHINE, "quick": False, "seconds": 3, "sections": entries})
+        return (folder / "report.md").read_text(encoding="utf-8"), json.loads((folder / "report.json").read_text())
+
+    def test_target_and_spread_stand_in_the_row(self):
+        text, report = self.written(a=section(rows=[
+            Figure("good", 0.25, "", 10, 0.2, 0.3, most=0.3), Figure("bad", 0.5, "", 10, 0.4, 0.6, most=0.3),
+            Figure("without", 12.345, "µs", 10)]))
+        self.assertIn("| good | 0.25 | 0.20 to 0.30 | 10 | ≤ 0.30 | met |", text)
+        self.assertIn("| bad | 0.50 | 0.40 to 0.60 | 10 | ≤ 0.30 | **not met** |", text)
+        self.assertIn("| without | 12.3 µs |  | 10 |  |  |", text)
+        self.assertEqual([f["met"] for f in report["sections"]["a"]["figures"]], [True, False, None])
+
+    def test_skipped_and_failed_are_named_and_the_rest_is_there(self):
+        text, report = self.written(a=section(Skip("no AF_XDP here")), b=section(Fault("it died")), c=section())
+        self.assertIn("- Something: skipped: no AF_XDP here", text)
+        self.assertIn("- Something: failed: it died", text)
+        self.assertIn("number 1", text)
+        self.assertEqual(report["sections"]["b"]["failed"], "it died")
+
+    def test_machine_stands_at_the_head(self):
+        text, _ = self.written(a=section())
+        self.assertIn("abacus, 2 cores, a virtual machine; Linux 6.1, not PREEMPT_RT, no core isolated", text)
+
+    def test_readme_has_the_named_figures_only(self):
+        _, report = self.written(a=section(rows=[Figure("long", 1, "µs", 1, readme="short"), Figure("other", 2, "", 1)]))
+        text = "\n".join(measure.readme(report))
+        self.assertIn("| short | 1.00 µs |", text)
+        self.assertNotIn("other", text)
+
+    def test_round_without_answer_is_left_out(self):
+        runs, bases = [{"p": 2}, {"p": 0}, {"p": 6}], [{"p": 1}, {"p": 1}, {"p": 2}]
+        self.assertEqual(ratios(runs, bases, "p"), (2.5, 2, 3))
+        self.assertEqual(ratios([{"p": 0}], [{"p": 1}], "p"), (None, None, None))
+        self.assertEqual(Figure("f", None, "µs", 0, most=1).cells()[1], "no answer")
+        self.assertIsNone(Figure("f", None, "µs", 0, most=1).met)
+
+    def test_numbers_have_three_digits(self):
+        self.assertEqual([figures.number(v) for v in (0, 0.123, 9.876, 45.67, 1234.5)],
+                         ["0", "0.12", "9.88", "45.7", "1234"])
+
+    def test_every_section_keeps_the_contract(self):
+        for name in ORDER:
+            module = self.real(name)
+            self.assertTrue(module.TITLE and module.SECONDS > 0, name)
+            for function in (module.measure, module.figures, module.report):
+                self.assertTrue(callable(function), name)
+
+
+unittest.main(argv=sys.argv[:1], verbosity=2)
