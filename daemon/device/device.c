@@ -74,6 +74,11 @@ void device_deliver(struct device *device, const uint8_t *data, size_t length,
 		life_heard(device, rx && rx->t_ns && rx->t_ns <= now_ns ? rx->t_ns : now_ns);
 }
 
+const pokeys_device_t *device_mailbox(const struct device *device)
+{
+	return &device->mailbox;
+}
+
 void device_check(struct device *device, uint64_t now_ns)
 {
 	device->now_ns = now_ns;

@@ -76,6 +76,9 @@ void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint6
 void device_deliver(struct device *device, const uint8_t *data, size_t length,
 		    const struct pokeys_rx *rx, uint64_t now_ns);
 
+/* Its mailbox, to look at: tries of a request, what became of a datagram. */
+const pokeys_device_t *device_mailbox(const struct device *device);
+
 /* Resend and expire whatever is due. */
 void device_check(struct device *device, uint64_t now_ns);
 

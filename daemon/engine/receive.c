@@ -38,21 +38,19 @@ static bool from_peer(const pokeys_device_t *dev, const struct pokeys_rx *rx)
 	return !o->peer_port || !rx->port || rx->port == o->peer_port;
 }
 
-/* The counter of what is wrong with the packet by itself, NULL if nothing is. */
-static uint64_t *packet_fault(pokeys_device_t *dev, const uint8_t *packet, size_t length,
-			      const struct pokeys_rx *rx)
+/* What is wrong with the packet by itself; ACCEPTED if nothing is. */
+static enum pokeys_verdict judge_packet(const pokeys_device_t *dev, const uint8_t *packet,
+					size_t length, const struct pokeys_rx *rx)
 {
-	struct pokeys_statistics *s = &dev->statistics;
-
 	if (!from_peer(dev, rx))
-		return &s->bad_source;
+		return POKEYS_VERDICT_BAD_SOURCE;
 	switch (wire_check_reply(packet, length)) {
 	case WIRE_OK:
-		return NULL;
+		return POKEYS_VERDICT_ACCEPTED;
 	case WIRE_LENGTH:
-		return &s->bad_length;
+		return POKEYS_VERDICT_BAD_LENGTH;
 	case WIRE_MAGIC:
-		return &s->bad_magic;
+		return POKEYS_VERDICT_BAD_MAGIC;
 	case WIRE_CHECKSUM:
 	case WIRE_ID:
 	case WIRE_OPERATION:
@@ -61,7 +59,7 @@ static uint64_t *packet_fault(pokeys_device_t *dev, const uint8_t *packet, size_
 	case WIRE_REASONS:
 		break;
 	}
-	return &s->bad_checksum;
+	return POKEYS_VERDICT_BAD_CHECKSUM;
 }
 
 static bool sub_differs(const struct wire_op_row *row, const uint8_t *request,
@@ -70,26 +68,24 @@ static bool sub_differs(const struct wire_op_row *row, const uint8_t *request,
 	return row->sub.where && reply[row->sub.where] != request[row->sub.where];
 }
 
-/* The counter of why a reply does not answer the request of its id. */
-static uint64_t *match_fault(pokeys_device_t *dev, const mailbox_entry_t *entry,
-			     const uint8_t *reply)
+/* Does a reply answer the request of its id? */
+static enum pokeys_verdict judge_match(const mailbox_entry_t *entry, const uint8_t *reply)
 {
 	const struct wire_op_row *row = entry->operation;
-	struct pokeys_statistics *s = &dev->statistics;
 
 	if (reply[WIRE_AT_OP] != entry->command_sent)
-		return &s->bad_operation;
+		return POKEYS_VERDICT_BAD_OPERATION;
 	if (!row)
-		return NULL;
+		return POKEYS_VERDICT_ACCEPTED;
 	switch (wire_match_reply(row, entry->request_buffer, reply)) {
 	case WIRE_OK:
-		return NULL;
+		return POKEYS_VERDICT_ACCEPTED;
 	case WIRE_ECHO:
-		return sub_differs(row, entry->request_buffer, reply) ? &s->bad_operation :
-									&s->bad_check;
+		return sub_differs(row, entry->request_buffer, reply) ?
+		       POKEYS_VERDICT_BAD_OPERATION : POKEYS_VERDICT_BAD_CHECK;
 	case WIRE_OPERATION:
 	case WIRE_ID:
-		return &s->bad_operation;
+		return POKEYS_VERDICT_BAD_OPERATION;
 	case WIRE_LENGTH:
 	case WIRE_MAGIC:
 	case WIRE_CHECKSUM:
@@ -97,7 +93,7 @@ static uint64_t *match_fault(pokeys_device_t *dev, const mailbox_entry_t *entry,
 	case WIRE_REASONS:
 		break;
 	}
-	return &s->bad_check;
+	return POKEYS_VERDICT_BAD_CHECK;
 }
 
 /* When the reply came in, as far as it can be believed. */
@@ -123,18 +119,34 @@ static bool is_young(const pokeys_device_t *dev, const mailbox_entry_t *entry, u
 }
 
 /* No request of this id is in flight: is it a copy of the last answer? */
-static void count_stray(pokeys_device_t *dev, const mailbox_entry_t *entry, const uint8_t *reply,
-			uint64_t now_ns)
+static enum pokeys_verdict judge_stray(pokeys_device_t *dev, const mailbox_entry_t *entry,
+				       const uint8_t *reply, uint64_t now_ns)
 {
 	const bool copy = entry->timestamp_received && entry->command_sent == reply[WIRE_AT_OP] &&
 			  now_ns - entry->timestamp_received <= dev->options.reply_lifetime_ns;
 
-	if (!copy) {
-		dev->statistics.not_in_flight++;
-		return;
-	}
-	dev->statistics.duplicate++;
+	if (!copy)
+		return POKEYS_VERDICT_NOT_IN_FLIGHT;
 	mailbox_id_copy_seen(dev, entry->request_id, now_ns);
+	return POKEYS_VERDICT_DUPLICATE;
+}
+
+static void count(struct pokeys_statistics *s, enum pokeys_verdict verdict)
+{
+	uint64_t *const counter[POKEYS_VERDICTS] = {
+		[POKEYS_VERDICT_ACCEPTED] = &s->accepted,
+		[POKEYS_VERDICT_BAD_SOURCE] = &s->bad_source,
+		[POKEYS_VERDICT_BAD_LENGTH] = &s->bad_length,
+		[POKEYS_VERDICT_BAD_MAGIC] = &s->bad_magic,
+		[POKEYS_VERDICT_BAD_CHECKSUM] = &s->bad_checksum,
+		[POKEYS_VERDICT_NOT_IN_FLIGHT] = &s->not_in_flight,
+		[POKEYS_VERDICT_DUPLICATE] = &s->duplicate,
+		[POKEYS_VERDICT_BAD_OPERATION] = &s->bad_operation,
+		[POKEYS_VERDICT_BAD_CHECK] = &s->bad_check,
+		[POKEYS_VERDICT_STALE] = &s->stale,
+	};
+
+	(*counter[verdict])++;
 }
 
 static void accept(pokeys_device_t *dev, mailbox_entry_t *entry, const uint8_t *reply,
@@ -145,39 +157,46 @@ static void accept(pokeys_device_t *dev, mailbox_entry_t *entry, const uint8_t *
 	entry->response_ready = true;
 	if (entry->target_ptr && entry->target_size)
 		memcpy(entry->target_ptr, reply + POKEYS_PAYLOAD_OFFSET, entry->target_size);
-	dev->statistics.accepted++;
 	if (entry->tries > 1)
 		dev->statistics.accepted_earlier_try++;
 	mailbox_deadline_learn(dev, entry);
 	mailbox_end(dev, entry, POKEYS_REQUEST_DONE, now_ns);
 }
 
+/* A reply that is good by itself. *came: when, if it is accepted. */
+static enum pokeys_verdict judge_reply(pokeys_device_t *dev, const mailbox_entry_t *entry,
+				       const uint8_t *reply, const struct pokeys_rx *rx,
+				       uint64_t now_ns, uint64_t *came)
+{
+	enum pokeys_verdict verdict;
+
+	if (entry->state != POKEYS_REQUEST_IN_FLIGHT || !entry->tries)
+		return judge_stray(dev, entry, reply, now_ns);
+	*came = arrival(dev, entry, rx, now_ns);
+	verdict = judge_match(entry, reply);
+	if (verdict == POKEYS_VERDICT_ACCEPTED && !is_young(dev, entry, *came))
+		return POKEYS_VERDICT_STALE;
+	return verdict;
+}
+
 int pokeys_device_deliver(pokeys_device_t *dev, const uint8_t *packet, size_t length,
 			  const struct pokeys_rx *rx, uint64_t now_ns)
 {
 	const uint64_t now = mailbox_time(dev, now_ns);
-	mailbox_entry_t *entry;
-	uint64_t *fault, came;
+	mailbox_entry_t *entry = NULL;
+	enum pokeys_verdict verdict;
+	uint64_t came = now;
 
 	dev->statistics.received++;
-	fault = packet_fault(dev, packet, length, rx);
-	if (fault) {
-		(*fault)++;
-		return 0;
+	verdict = judge_packet(dev, packet, length, rx);
+	if (verdict == POKEYS_VERDICT_ACCEPTED) {
+		entry = &dev->mailbox[wire_packet_id(packet)];
+		verdict = judge_reply(dev, entry, packet, rx, now, &came);
 	}
-	entry = &dev->mailbox[wire_packet_id(packet)];
-	if (entry->state != POKEYS_REQUEST_IN_FLIGHT || !entry->tries) {
-		count_stray(dev, entry, packet, now);
+	dev->verdict = (uint8_t)verdict;
+	count(&dev->statistics, verdict);
+	if (verdict != POKEYS_VERDICT_ACCEPTED)
 		return 0;
-	}
-	came = arrival(dev, entry, rx, now);
-	fault = match_fault(dev, entry, packet);
-	if (!fault && !is_young(dev, entry, came))
-		fault = &dev->statistics.stale;
-	if (fault) {
-		(*fault)++;
-		return 0;
-	}
 	accept(dev, entry, packet, came, now);
 	return 1;
 }

@@ -84,6 +84,22 @@ enum pokeys_request_state {
 	POKEYS_REQUEST_CANCELLED,
 };
 
+/* What became of a datagram that was delivered. */
+enum pokeys_verdict {
+	POKEYS_VERDICT_NONE = 0,	/* none was delivered yet */
+	POKEYS_VERDICT_ACCEPTED,	/* completed a request */
+	POKEYS_VERDICT_BAD_SOURCE,
+	POKEYS_VERDICT_BAD_LENGTH,
+	POKEYS_VERDICT_BAD_MAGIC,
+	POKEYS_VERDICT_BAD_CHECKSUM,
+	POKEYS_VERDICT_NOT_IN_FLIGHT,
+	POKEYS_VERDICT_DUPLICATE,
+	POKEYS_VERDICT_BAD_OPERATION,
+	POKEYS_VERDICT_BAD_CHECK,
+	POKEYS_VERDICT_STALE,
+	POKEYS_VERDICTS
+};
+
 /* Where a received packet came from, as far as the transport knows. */
 struct pokeys_rx {
 	uint64_t t_ns;		/* when the kernel took it in, 0 = unknown (then: now) */
@@ -216,6 +232,7 @@ struct pokeys_device {
 	uint64_t id_shun_until[POKEYS_MAILBOX_SIZE];	/* serial; passed over until then */
 	uint16_t id_key[POKEYS_MAILBOX_SIZE];		/* what the last reply looked like */
 	uint8_t id_turn;				/* of the ids; varies the check byte */
+	uint8_t verdict;				/* enum pokeys_verdict of the last datagram */
 };
 
 /*

@@ -29,13 +29,32 @@ static void make_sum_good(uint8_t *packet)
 		packet[7] = (uint8_t)(packet[7] + packet[i]);
 }
 
-/* Refused, counted there and nowhere else, and nothing was written. */
+/* The counter that goes with a verdict. */
+static const uint64_t *counter_of(unsigned int verdict)
+{
+	const uint64_t *const counter[POKEYS_VERDICTS] = {
+		[POKEYS_VERDICT_BAD_SOURCE] = &s.dev.statistics.bad_source,
+		[POKEYS_VERDICT_BAD_LENGTH] = &s.dev.statistics.bad_length,
+		[POKEYS_VERDICT_BAD_MAGIC] = &s.dev.statistics.bad_magic,
+		[POKEYS_VERDICT_BAD_CHECKSUM] = &s.dev.statistics.bad_checksum,
+		[POKEYS_VERDICT_NOT_IN_FLIGHT] = &s.dev.statistics.not_in_flight,
+		[POKEYS_VERDICT_DUPLICATE] = &s.dev.statistics.duplicate,
+		[POKEYS_VERDICT_BAD_OPERATION] = &s.dev.statistics.bad_operation,
+		[POKEYS_VERDICT_BAD_CHECK] = &s.dev.statistics.bad_check,
+		[POKEYS_VERDICT_STALE] = &s.dev.statistics.stale,
+	};
+
+	return verdict < POKEYS_VERDICTS ? counter[verdict] : NULL;
+}
+
+/* Refused, counted there and nowhere else, said so, and nothing was written. */
 static void assert_refused(const uint8_t *bytes, size_t length, const uint64_t *counter)
 {
 	const uint64_t before = *counter, accepted = s.dev.statistics.accepted;
 
 	assert_int_equal(script_deliver(&s, bytes, length), 0);
 	assert_int_equal(*counter, before + 1);
+	assert_ptr_equal(counter_of(s.dev.verdict), counter);
 	assert_int_equal(s.dev.statistics.accepted, accepted);
 	for (unsigned int i = 0; i < sizeof(target); i++)
 		assert_int_equal(target[i], 0xEE);
@@ -53,6 +72,7 @@ static void good_reply_completes_and_fills_the_target(void **state)
 	assert_int_equal(pokeys_request_get(&s.dev, id)->timestamp_received, s.now);
 	assert_int_equal(s.dev.statistics.accepted, 1);
 	assert_int_equal(s.dev.statistics.done, 1);
+	assert_int_equal(s.dev.verdict, POKEYS_VERDICT_ACCEPTED);
 	assert_int_equal(s.dev.in_flight_count, 0);
 }
 

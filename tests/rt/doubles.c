@@ -71,6 +71,14 @@ void device_deliver(struct device *d, const uint8_t *data, size_t length,
 			d->request[i].open = false;
 }
 
+const pokeys_device_t *device_mailbox(const struct device *d)
+{
+	static const pokeys_device_t mailbox;
+
+	(void)d;
+	return &mailbox;
+}
+
 void device_check(struct device *d, uint64_t now_ns)
 {
 	d->checked++;
