@@ -123,7 +123,8 @@ static int socket_aim(struct transport *t, uint32_t channel, const struct transp
 	if (channel >= TRANSPORT_CHANNELS || s->udp[channel].fd < 0)
 		return -EINVAL;
 	return transport_aimed(t, channel, to,
-			       udp_aim(&s->udp[channel], to, &t->statistics.system_calls));
+			       udp_aim(&s->udp[channel], to, &t->local[channel],
+				       &t->statistics.system_calls));
 }
 
 /* Send s->queue[from .. to-1], all of one channel. */

@@ -84,8 +84,8 @@ struct transport_ops {
 	 * Connect the channel to a device, or to another one, or (address 0) to
 	 * none. Packets of the old peer that are queued already still arrive,
 	 * with their true source. 0 or -errno (then the channel is aimed at
-	 * nobody). Sets error[channel]. Realtime: one system call, two or three
-	 * if it was aimed before.
+	 * nobody). Sets error[channel] and local[channel]. Realtime: two system
+	 * calls, three or four if it was aimed before.
 	 */
 	int (*aim)(struct transport *t, uint32_t channel, const struct transport_address *to);
 	/*
@@ -123,6 +123,8 @@ struct transport {
 	 * listening is not among them.
 	 */
 	int error[TRANSPORT_CHANNELS];
+	/* Our end of each channel since it was aimed last; address 0 = not known. */
+	struct transport_address local[TRANSPORT_CHANNELS];
 };
 
 /*

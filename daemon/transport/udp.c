@@ -82,7 +82,22 @@ static int dissolve(struct udp *udp, uint64_t *calls)
 	return bind_interface(udp);
 }
 
-int udp_aim(struct udp *udp, const struct transport_address *to, uint64_t *calls)
+/* What connect() made our address, for whoever records packets. */
+static void read_local(const struct udp *udp, struct transport_address *local, uint64_t *calls)
+{
+	struct sockaddr_in own;
+	socklen_t length = sizeof own;
+
+	(*calls)++;
+	if (getsockname(udp->fd, (struct sockaddr *)&own, &length) < 0 ||
+	    own.sin_family != AF_INET)
+		return;
+	local->address = ntohl(own.sin_addr.s_addr);
+	local->port = ntohs(own.sin_port);
+}
+
+int udp_aim(struct udp *udp, const struct transport_address *to, struct transport_address *local,
+	    uint64_t *calls)
 {
 	struct sockaddr_in peer = {
 		.sin_family = AF_INET,
@@ -91,6 +106,7 @@ int udp_aim(struct udp *udp, const struct transport_address *to, uint64_t *calls
 	};
 	int rc;
 
+	*local = (struct transport_address){ 0 };
 	if (udp->connected) {
 		rc = dissolve(udp, calls);
 		if (rc < 0)
@@ -102,6 +118,7 @@ int udp_aim(struct udp *udp, const struct transport_address *to, uint64_t *calls
 	if (connect(udp->fd, (struct sockaddr *)&peer, sizeof peer) < 0)
 		return -errno;
 	udp->connected = true;
+	read_local(udp, local, calls);
 	return 0;
 }
 

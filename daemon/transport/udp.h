@@ -31,8 +31,12 @@ int udp_open(struct udp *udp, const struct transport_options *options);
 /* Close it if it is open. Cold. */
 void udp_close(struct udp *udp);
 
-/* See transport_ops.aim; adds the system calls it made to *calls. Realtime. */
-int udp_aim(struct udp *udp, const struct transport_address *to, uint64_t *calls);
+/*
+ * See transport_ops.aim; *local becomes our end, address 0 if there is none.
+ * Adds the system calls it made to *calls. Realtime.
+ */
+int udp_aim(struct udp *udp, const struct transport_address *to, struct transport_address *local,
+	    uint64_t *calls);
 
 /* The kernel's stamp (wall clock, ns) in a control buffer, 0 if there is none. Realtime. */
 uint64_t udp_stamp(struct msghdr *message);

@@ -289,6 +289,7 @@ static int uring_aim(struct transport *t, uint32_t channel, const struct transpo
 	if (channel >= TRANSPORT_CHANNELS || u->channel[channel].udp.fd < 0)
 		return -EINVAL;
 	return transport_aimed(t, channel, to, udp_aim(&u->channel[channel].udp, to,
+						       &t->local[channel],
 						       &t->statistics.system_calls));
 }
 

@@ -75,6 +75,20 @@ static void aim_back_and_forth_keeps_working(void **state)
 	peer_close(&other);
 }
 
+static void our_own_end_is_known_while_aimed(void **state)
+{
+	const struct transport_address nobody = { 0 };
+	struct world *w = *state;
+	uint8_t in[8];
+
+	assert_int_equal(send_one(w->t, 0), 0);
+	assert_int_equal(peer_receive(&w->peer, in, sizeof in), 3);
+	assert_int_equal(w->t->local[0].address, w->peer.from.address);
+	assert_int_equal(w->t->local[0].port, w->peer.from.port);
+	assert_int_equal(w->t->ops->aim(w->t, 0, &nobody), 0);
+	assert_int_equal(w->t->local[0].address, 0);
+}
+
 static void aim_at_nobody_refuses_sends_until_aimed_again(void **state)
 {
 	struct world *w = *state;
@@ -208,6 +222,7 @@ int main(int argc, char **argv)
 		TEST(aim_at_another_peer_reaches_that_one),
 		TEST(packets_of_the_old_peer_keep_their_source),
 		TEST(aim_back_and_forth_keeps_working),
+		TEST(our_own_end_is_known_while_aimed),
 		TEST(aim_at_nobody_refuses_sends_until_aimed_again),
 		cmocka_unit_test(never_aimed_channel_refuses_sends),
 		TEST(impossible_address_is_an_error_of_aim),
