@@ -13,7 +13,8 @@ PACKAGES_BUILD=(
 	libinih-dev		# pokeysd.conf
 	libcmocka-dev		# unit tests
 	libclang-dev		# bindgen, for iceoryx2
-	clang bpftool libbpf-dev	# the XDP guard
+	clang bpftool libbpf-dev	# the XDP guard, pokeysctl trace
+	systemtap-sdt-dev	# probes for tracers
 	scdoc			# man pages
 	linuxcnc-uspace linuxcnc-uspace-dev	# HAL: to build against and to run
 	python3 iproute2 procps util-linux

@@ -27,6 +27,8 @@ void event_push(struct event_ring *ring, const struct event *event)
 	const uint32_t head = atomic_load_explicit(&ring->head, memory_order_relaxed);
 	const uint32_t used = head - atomic_load_explicit(&ring->tail, memory_order_acquire);
 
+	if (ring->tap)
+		ring->tap(ring->tap_context, event);
 	if (used >= EVENT_RING) {
 		atomic_fetch_add_explicit(&ring->dropped, 1, memory_order_relaxed);
 		return;

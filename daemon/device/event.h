@@ -112,6 +112,9 @@ struct event_ring {
 	_Atomic uint32_t head, tail;
 	_Atomic uint64_t dropped;
 	_Atomic uint32_t high_water;
+	/* Sees each event as it is pushed, also one that is dropped; NULL = nobody. Realtime. */
+	void (*tap)(void *context, const struct event *event);
+	void *tap_context;
 	struct event slot[EVENT_RING];
 };
 

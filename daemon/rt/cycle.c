@@ -98,13 +98,19 @@ static void collect(struct loop *loop, uint32_t waiting)
 void cycle_run(struct loop *loop)
 {
 	struct loop_private *own = loop->own;
-	uint64_t now = pace_await_tick(loop);
+	uint64_t skipped = own->skipped, tick = own->tick_ns, now = pace_await_tick(loop);
+	uint32_t waiting;
 
 	own->cycle++;
+	point_woke(loop, tick, now, own->skipped - skipped);
 	exchange_aim(loop, now);
 	orders_run(loop);
-	collect(loop, ask(loop));
+	waiting = ask(loop);
+	own->points.asked_ns = loop_now(loop);
+	collect(loop, waiting);
 	publish_diags(loop);
-	histogram_add(&own->work, loop_now(loop) - own->began_ns);
+	now = loop_now(loop);
+	histogram_add(&own->work, now - own->began_ns);
+	point_ended(loop, now);
 	atomic_store_explicit(&loop->shared.cycles, own->cycle, memory_order_relaxed);
 }

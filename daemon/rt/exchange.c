@@ -17,6 +17,7 @@
  * the daemon may be started before the network.
  */
 #include "daemon/rt/internal.h"
+#include "daemon/rt/probes.h"
 
 #define AIM_NS		UINT64_C(100000000)
 #define CHECK_NS	UINT64_C(20000)
@@ -74,7 +75,9 @@ static void deliver(struct loop *loop, const struct transport_packet *p, uint64_
 	if (p->channel >= loop->count)
 		return;
 	device = loop->devices[p->channel].device;
+	PROBE4(receive, p->channel, p->t_ns, now_ns, p->length);
 	device_deliver(device, p->data, p->length, &rx, now_ns);
+	point_received(loop, p, now_ns);
 	if (own->pending >> p->channel & 1 && device_fast_complete(device))
 		publish_state(loop, p->channel);
 }

@@ -35,6 +35,7 @@ struct loop_private {
 	uint64_t tick_ns;		/* of the running cycle, while serving of the next one */
 	uint64_t began_ns;		/* tick of the running cycle */
 	uint64_t cycle;
+	uint64_t now_ns;		/* as it was read last */
 	uint64_t checked_ns;
 	uint32_t pending;		/* bit = not published yet in this cycle */
 	bool stopping;
@@ -43,12 +44,13 @@ struct loop_private {
 	uint64_t sleeps;		/* system calls of the loop itself */
 	uint64_t skipped, skipped_told, skipped_told_ns;
 	struct pokeys_histogram wakeup, publish, work;
+	struct recorder_cycle points;	/* of the running cycle */
 	struct loop_member member[TRANSPORT_CHANNELS];
 };
 
 static inline uint64_t loop_now(const struct loop *loop)
 {
-	return loop->own->clock.now(loop->own->clock.context);
+	return loop->own->now_ns = loop->own->clock.now(loop->own->clock.context);
 }
 
 static inline uint32_t loop_all(const struct loop *loop)
@@ -96,6 +98,14 @@ void publish_diags(struct loop *loop);
 
 /* cycle.c: one cycle after its tick came. */
 void cycle_run(struct loop *loop);
+
+/* points.c: for the recorder, and for whoever traces. */
+void point_woke(struct loop *loop, uint64_t tick_ns, uint64_t woke_ns, uint64_t skipped);
+void point_sent(struct loop *loop, uint32_t channel, const uint8_t *packet, size_t length);
+/* After it was delivered. */
+void point_received(struct loop *loop, const struct transport_packet *p, uint64_t now_ns);
+void point_published(struct loop *loop, uint32_t i, uint64_t began_ns, uint64_t ended_ns);
+void point_ended(struct loop *loop, uint64_t end_ns);
 
 /* order.c: execute the next order of the control thread, if there is one. */
 void orders_run(struct loop *loop);

@@ -67,8 +67,11 @@ static int port_send(void *context, const uint8_t *packet, size_t length)
 {
 	const struct loop_port *port = context;
 	struct transport *t = port->loop->transport;
+	int rc = t->ops->send(t, port->channel, packet, length);
 
-	return t->ops->send(t, port->channel, packet, length);
+	if (rc == 0)
+		point_sent(port->loop, port->channel, packet, length);
+	return rc;
 }
 
 void loop_io(struct loop *loop, uint32_t channel, struct pokeys_io *out)

@@ -15,6 +15,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include "daemon/device/device.h"
+#include "daemon/recorder/ring.h"
 #include "daemon/transport/transport.h"
 #include "shm/host.h"
 
@@ -81,6 +82,7 @@ struct loop {
 	struct loop_options options;
 	struct loop_shared shared;
 	struct event_ring events;
+	struct recorder recorder;	/* all zero = nothing is recorded */
 	struct loop_orders orders;
 	struct transport *transport;
 	struct loop_device devices[TRANSPORT_CHANNELS];

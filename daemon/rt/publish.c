@@ -15,6 +15,7 @@
 #include <string.h>
 #include "daemon/device/histogram.h"
 #include "daemon/rt/internal.h"
+#include "daemon/rt/probes.h"
 
 static uint32_t own_flags(const struct loop *loop)
 {
@@ -31,6 +32,7 @@ static void notice(struct loop *loop, uint32_t i, uint8_t link, uint8_t fault)
 
 	if (link == m->link && fault == m->fault && loop->own->cycle > 1)
 		return;
+	PROBE4(link, i, link, m->link, fault);
 	m->link = link;
 	m->fault = fault;
 	atomic_store_explicit(&loop->shared.link[i], link, memory_order_relaxed);
@@ -53,7 +55,7 @@ void publish_state(struct loop *loop, uint32_t i)
 {
 	struct loop_private *own = loop->own;
 	struct shm_device *shm = loop->devices[i].shm;
-	uint64_t now = loop_now(loop);
+	uint64_t now = loop_now(loop), done;
 	struct pokeys_state *image = shm_device_loan(shm);
 	uint8_t link, fault;
 
@@ -65,7 +67,9 @@ void publish_state(struct loop *loop, uint32_t i)
 	shm_device_commit(shm);
 	notice(loop, i, link, fault);
 	own->pending &= ~(1u << i);
-	histogram_add(&own->publish, loop_now(loop) - now);
+	done = loop_now(loop);
+	histogram_add(&own->publish, done - now);
+	point_published(loop, i, now, done);
 }
 
 void publish_states(struct loop *loop, uint32_t mask)

@@ -20,14 +20,15 @@ MAY_USE = {
     "daemon/engine": ["wire", "include"],
     "daemon/transport": [],
     "daemon/device": ["daemon/engine", "wire", "include"],
-    "daemon/rt": ["daemon/device", "daemon/transport", "shm", "include"],
-    "daemon/control": ["daemon/rt", "daemon/device", "daemon/engine", "daemon/transport",
+    "daemon/recorder": ["daemon/device", "wire", "include"],
+    "daemon/rt": ["daemon/recorder", "daemon/device", "daemon/transport", "shm", "include"],
+    "daemon/control": ["daemon/rt", "daemon/recorder", "daemon/device", "daemon/engine", "daemon/transport",
                        "wire", "settings", "shm", "include"],
     # where the devices are is in pokeysd.conf, and one reader reads that
     "guard": ["daemon/control", "daemon/device", "daemon/transport", "wire", "include"],
     "halbridge": ["include", "shm"],
     # discovery is a socket's work, and the tools' search is the daemon's search
-    "tools": ["include", "settings", "shm", "wire", "daemon/transport"],
+    "tools": ["include", "settings", "shm", "wire", "daemon/transport", "daemon/recorder"],
     "examples": ["include"],
 }
 GENERATED = {"version.h", "guard.skel.h"}  # made by the build, belongs to no room
