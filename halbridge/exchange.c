@@ -158,6 +158,16 @@ static void take_news(struct exchange *exchange, struct values *values,
 	buttons_read(&exchange->buttons, values, &exchange->queue, &exchange->state);
 }
 
+/* For the daemon's histogram; more than four seconds are as good as four. */
+static uint32_t read_age(const struct link *link, bool fresh, uint64_t now_ns)
+{
+	uint64_t age_ns = now_ns - link->data_ns;
+
+	if (!fresh)
+		return 0;
+	return age_ns > UINT32_MAX ? UINT32_MAX : age_ns ? (uint32_t)age_ns : 1;
+}
+
 void exchange_read(struct exchange *exchange, struct values *values, enum exchange_got got,
 		   uint64_t now_ns)
 {
@@ -170,6 +180,7 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 			 got == EXCHANGE_REFUSED, now_ns, &exchange->refusals);
 	values_changed(values, BLOCK_LINK);
 	exchange->fresh = news.fresh;
+	exchange->read_age_ns = read_age(&exchange->link, news.fresh, now_ns);
 	if (exchange->have_state) {
 		take_news(exchange, values, &news);
 		info_read(&exchange->known, values, state);
@@ -222,6 +233,8 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 	command->t_ns = now_ns;
 	command->t_thread_ns = exchange->t_read_ns;
 	command->period_ns = period_ns;
+	command->read_age_ns[command->heartbeat % POKEYS_READ_AGES] = exchange->read_age_ns;
+	exchange->read_age_ns = 0;
 	command->flags = flags_of(values);
 	digital_write(&exchange->digital, values, exchange->state.digital_out_owned, command);
 	keys_write(&exchange->keys, values, command, refusals);

@@ -31,6 +31,7 @@ struct exchange {
 	bool have_state, fresh;		/* of the last exchange_read */
 	bool written;			/* the last command image was taken by shared memory */
 	uint64_t t_read_ns;
+	uint32_t read_age_ns;		/* of the last read, until written; 0 = was not fresh */
 	struct link link;
 	struct one_shot_queue queue;
 	struct refusals refusals;

@@ -22,14 +22,15 @@ SAME(pokeys_state, engine, 1080);
 SAME(pokeys_state, one_shot, 2024);
 SAME(pokeys_state, statistics, 2184);
 
-WHOLE(pokeys_diag, 3296);
+WHOLE(pokeys_diag, 5088);
 SAME(pokeys_diag, wakeup, 160);
-SAME(pokeys_diag, cycle_work, 2848);
+SAME(pokeys_diag, cycle_work, 4192);
+SAME(pokeys_diag, age_at_read, 4640);
 
-WHOLE(pokeys_command, 4664);
-SAME(pokeys_command, digital_out, 56);
-SAME(pokeys_command, axis, 432);
-SAME(pokeys_command, one_shot, 568);
+WHOLE(pokeys_command, 4728);
+SAME(pokeys_command, digital_out, 120);
+SAME(pokeys_command, axis, 496);
+SAME(pokeys_command, one_shot, 632);
 
 WHOLE(pokeys_wish, 848);
 SAME(pokeys_wish, settings, 24);

@@ -15,10 +15,14 @@ const struct print_histogram print_histograms[] = {
 	HISTOGRAM(wakeup, "wake-up"),
 	HISTOGRAM(round_trip, "round trip"),
 	HISTOGRAM(fast_round_trip, "fast requests"),
+	HISTOGRAM(read_round_trip, "reads"),
+	HISTOGRAM(write_round_trip, "writes"),
+	HISTOGRAM(one_shot_round_trip, "one-shots"),
 	HISTOGRAM(receive, "receive"),
 	HISTOGRAM(fresh, "data fresh"),
 	HISTOGRAM(publish, "publish"),
 	HISTOGRAM(cycle_work, "cycle work"),
+	HISTOGRAM(age_at_read, "age at read"),
 };
 const size_t print_histogram_count = sizeof(print_histograms) / sizeof(print_histograms[0]);
 

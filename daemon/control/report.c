@@ -80,6 +80,17 @@ static const struct {
 } histograms[] = {
 	{ "wakeup_seconds", "Tick to running", offsetof(struct pokeys_diag, wakeup) },
 	{ "round_trip_seconds", "Request to reply", offsetof(struct pokeys_diag, round_trip) },
+	{ "read_round_trip_seconds", "Request to reply, reads",
+	  offsetof(struct pokeys_diag, read_round_trip) },
+	{ "write_round_trip_seconds", "Request to reply, idempotent writes",
+	  offsetof(struct pokeys_diag, write_round_trip) },
+	{ "one_shot_round_trip_seconds", "Request to reply, one-shots",
+	  offsetof(struct pokeys_diag, one_shot_round_trip) },
+	{ "receive_seconds", "Kernel's receive stamp to the daemon",
+	  offsetof(struct pokeys_diag, receive) },
+	{ "publish_seconds", "Cost of publishing", offsetof(struct pokeys_diag, publish) },
+	{ "age_at_read_seconds", "Age of the fast data when the commander reads them",
+	  offsetof(struct pokeys_diag, age_at_read) },
 	{ "fresh_seconds", "Tick to fast data complete", offsetof(struct pokeys_diag, fresh) },
 	{ "cycle_work_seconds", "Tick to end of work", offsetof(struct pokeys_diag, cycle_work) },
 };

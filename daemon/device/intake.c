@@ -204,6 +204,22 @@ static bool heartbeat_fresh(const struct device *device)
 	       device->now_ns - intake->seen_ns < device->config.heartbeat_timeout_ns;
 }
 
+/* Of each read since the last image that was looked at; what is older is overwritten. */
+static void take_ages(struct device *device, const struct pokeys_command *command)
+{
+	uint64_t writes = command->heartbeat - device->intake.heartbeat;
+
+	if (writes > POKEYS_READ_AGES)
+		writes = POKEYS_READ_AGES;
+	for (uint64_t i = 0; i < writes; i++) {
+		uint32_t age_ns = command->read_age_ns[(command->heartbeat - i) %
+						       POKEYS_READ_AGES];
+
+		if (age_ns)
+			histogram_add(&device->meter.age_at_read, age_ns);
+	}
+}
+
 static void take(struct device *device, const struct pokeys_command *command)
 {
 	struct intake *intake = &device->intake;
@@ -213,6 +229,7 @@ static void take(struct device *device, const struct pokeys_command *command)
 		return;
 	}
 	if (command->heartbeat != intake->heartbeat) {
+		take_ages(device, command);
 		intake->heartbeat = command->heartbeat;
 		intake->t_ns = command->t_ns;
 		intake->seen_ns = device->now_ns;

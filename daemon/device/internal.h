@@ -201,7 +201,8 @@ struct meter {
 	uint32_t level;
 	bool stale, stale_said;
 	uint64_t stale_said_ns;
-	struct pokeys_histogram round_trip, fast_round_trip, receive, fresh;
+	struct pokeys_histogram round_trip, fast_round_trip, class_round_trip[3];
+	struct pokeys_histogram receive, fresh, age_at_read;
 };
 
 /* request.c: how many events of a kind in this second. */

@@ -84,6 +84,8 @@ void meter_reply(struct device *device, const mailbox_entry_t *entry, bool fast)
 	if (entry->tries != 1 || came < entry->timestamp_sent)
 		return;		/* which try it answers is not known */
 	histogram_add(&meter->round_trip, came - entry->timestamp_sent);
+	histogram_add(&meter->class_round_trip[entry->request_class],
+		      came - entry->timestamp_sent);
 	if (fast)
 		histogram_add(&meter->fast_round_trip, came - entry->timestamp_sent);
 }

@@ -98,6 +98,10 @@ void device_diag(const struct device *device, struct pokeys_diag *out)
 {
 	out->round_trip = device->meter.round_trip;
 	out->fast_round_trip = device->meter.fast_round_trip;
+	out->read_round_trip = device->meter.class_round_trip[POKEYS_CLASS_READ];
+	out->write_round_trip = device->meter.class_round_trip[POKEYS_CLASS_WRITE];
+	out->one_shot_round_trip = device->meter.class_round_trip[POKEYS_CLASS_ONESHOT];
 	out->receive = device->meter.receive;
 	out->fresh = device->meter.fresh;
+	out->age_at_read = device->meter.age_at_read;
 }

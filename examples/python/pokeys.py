@@ -126,14 +126,15 @@ class Histogram(Structure):
 
 
 class Diag(Structure):
-    VERSION, HASH = 2, 0x1bc2f03dbd2a3373
+    VERSION, HASH = 3, 0xe8d2e0e4037c0ddc
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle t_publish_ns cycles_skipped events_dropped event_high_water "
         "transport_system_calls transport_waits_avoided transport_rearmed "
         "transport_no_buffers transport_overflow transport_truncated minor_faults "
         "major_faults guard_passed guard_dropped").split()] + [("transport", c_char * 16)] + [(name, Histogram) for name in (
-        "wakeup round_trip fast_round_trip receive fresh publish cycle_work").split()]
+        "wakeup round_trip fast_round_trip read_round_trip write_round_trip one_shot_round_trip "
+        "receive fresh publish cycle_work age_at_read").split()]
 
 
 class AxisCommand(Structure):
@@ -148,11 +149,11 @@ class OneShot(Structure):
 
 
 class Command(Structure):
-    VERSION, HASH = 2, 0xdc3a8e9a63044811
+    VERSION, HASH = 3, 0x540698abcd6f5c4a
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64), ("heartbeat", c_uint64), ("t_ns", c_uint64),
                 ("t_thread_ns", c_uint64), ("period_ns", c_uint64), ("session", c_uint32),
-                ("flags", c_uint32), ("digital_out", c_uint8 * 8),
+                ("flags", c_uint32), ("read_age_ns", c_uint32 * 16), ("digital_out", c_uint8 * 8),
                 ("digital_out_mask", c_uint8 * 8), ("pwm_duty", c_uint32 * PWM),
                 ("pwm_period", c_uint32), ("pwm_enable", c_uint32), ("poextbus", c_uint8 * 16),
                 ("poextbus_mask", c_uint8 * 16), ("external_outputs", c_uint8),

@@ -37,10 +37,13 @@ extern "C" {
 #endif
 
 #define POKEYS_COMMAND_MAGIC	UINT32_C(0x4d434b50)	/* "PKCM" */
-#define POKEYS_COMMAND_VERSION	2
-#define POKEYS_COMMAND_HASH	UINT64_C(0xdc3a8e9a63044811)
+#define POKEYS_COMMAND_VERSION	3
+#define POKEYS_COMMAND_HASH	UINT64_C(0x540698abcd6f5c4a)
 
-enum { POKEYS_ONE_SHOTS = 64 };
+enum {
+	POKEYS_ONE_SHOTS = 64,
+	POKEYS_READ_AGES = 16,
+};
 
 /* command.flags */
 enum {
@@ -127,6 +130,13 @@ struct pokeys_command {
 	uint64_t period_ns;		/* of the commander */
 	uint32_t session;		/* differs for each start of the commander, never 0 */
 	uint32_t flags;			/* POKEYS_COMMAND_* */
+	/*
+	 * How old the fast data were when the commander read them, ns, before its
+	 * last writes: that before this one at [heartbeat % 16]; 0 = not fresh, or
+	 * not known. Several, because the daemon may read less often than the
+	 * commander writes, and the histogram shall miss none.
+	 */
+	uint32_t read_age_ns[POKEYS_READ_AGES];
 
 	uint8_t digital_out[POKEYS_PIN_BYTES];		/* value */
 	uint8_t digital_out_mask[POKEYS_PIN_BYTES];	/* 1 = commanded by us */

@@ -33,9 +33,9 @@ extern "C" {
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
 #define POKEYS_STATE_VERSION	3
-#define POKEYS_DIAG_VERSION	2
+#define POKEYS_DIAG_VERSION	3
 #define POKEYS_STATE_HASH	UINT64_C(0x715746f48addee23)
-#define POKEYS_DIAG_HASH	UINT64_C(0x1bc2f03dbd2a3373)
+#define POKEYS_DIAG_HASH	UINT64_C(0xe8d2e0e4037c0ddc)
 
 enum {
 	POKEYS_PINS = 55,
@@ -379,10 +379,13 @@ struct pokeys_diag {
 	struct pokeys_histogram wakeup;		/* tick to running */
 	struct pokeys_histogram round_trip;	/* every unambiguous reply */
 	struct pokeys_histogram fast_round_trip;/* of the two fast requests */
+	/* of the three classes of requests (async.h), all together */
+	struct pokeys_histogram read_round_trip, write_round_trip, one_shot_round_trip;
 	struct pokeys_histogram receive;	/* kernel's receive stamp to this program */
 	struct pokeys_histogram fresh;		/* tick to fast data complete */
 	struct pokeys_histogram publish;	/* cost of publishing */
 	struct pokeys_histogram cycle_work;	/* tick to end of the cycle's work */
+	struct pokeys_histogram age_at_read;	/* of the fast data when the commander reads them */
 };
 
 #ifdef __cplusplus

@@ -231,6 +231,66 @@ static void measured_times_are_those_of_the_link(void **state)
 	assert_true(diag.receive.count >= 2000 && diag.receive.max_ns == 0);
 }
 
+static void each_class_of_requests_has_its_round_trips(void **state)
+{
+	const struct pokeys_one_shot zero = { .operation = POKEYS_ONE_SHOT_SET_ENCODER, .index = 1 };
+	static struct pokeys_diag diag;
+
+	(void)state;
+	world_pin(&world, 3, WIRE_PIN_OUTPUT);
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	world_run(&world, 10 * MS);
+	assert_int_equal(world_do(&world, &zero, SECOND), POKEYS_OUTCOME_DONE);
+	world_output(&world, 3, true);
+	world_run(&world, SECOND);
+	device_diag(world.device, &diag);
+	assert_true(diag.read_round_trip.count >= 1000);
+	assert_true(diag.write_round_trip.count >= 1);
+	assert_int_equal(diag.read_round_trip.count + diag.write_round_trip.count +
+			 diag.one_shot_round_trip.count, diag.round_trip.count);
+	assert_int_equal(diag.read_round_trip.sum_ns + diag.write_round_trip.sum_ns +
+			 diag.one_shot_round_trip.sum_ns, diag.round_trip.sum_ns);
+}
+
+/* A commander that writes `writes` times before the daemon looks; ages 1 us, 2 us ... */
+static void write_ages(uint64_t writes)
+{
+	struct pokeys_command *command = &world.command;
+
+	for (uint64_t i = 1; i <= writes; i++)
+		command->read_age_ns[(command->heartbeat + i) % POKEYS_READ_AGES] =
+			(uint32_t)(i * US);
+	command->heartbeat += writes - 1;	/* and one more in world_cycle() */
+	world_cycle(&world);
+}
+
+static void ages_at_read_are_counted_once_each(void **state)
+{
+	static struct pokeys_diag diag;
+
+	(void)state;
+	world_commander(&world, 5);
+	world_run(&world, 10 * MS);
+	device_diag(world.device, &diag);
+	assert_int_equal(diag.age_at_read.count, 0);	/* all 0: not known */
+	write_ages(3);
+	device_diag(world.device, &diag);
+	assert_int_equal(diag.age_at_read.count, 3);
+	assert_int_equal(diag.age_at_read.sum_ns, 6 * US);
+	world.commanding = false;			/* the same image again */
+	world_run(&world, 5 * MS);
+	device_diag(world.device, &diag);
+	assert_int_equal(diag.age_at_read.count, 3);
+	/* more than the image holds: the newest of them */
+	world.commanding = true;
+	write_ages(POKEYS_READ_AGES + 5);
+	device_diag(world.device, &diag);
+	assert_int_equal(diag.age_at_read.count, 3 + POKEYS_READ_AGES);
+	assert_int_equal(diag.age_at_read.max_ns, (POKEYS_READ_AGES + 5) * US);
+}
+
 /* Two devices of one daemon: one is dead, then slow; the other does not notice. */
 static void one_device_does_not_disturb_another(void **state)
 {
@@ -262,6 +322,8 @@ int main(void)
 		cmocka_unit_test_setup(never_answered_operation_is_asked_less_and_less, begin),
 		cmocka_unit_test_setup(window_always_has_room_for_the_fast_requests, begin),
 		cmocka_unit_test_setup(measured_times_are_those_of_the_link, begin),
+		cmocka_unit_test_setup(each_class_of_requests_has_its_round_trips, begin),
+		cmocka_unit_test_setup(ages_at_read_are_counted_once_each, begin),
 		cmocka_unit_test_setup(one_device_does_not_disturb_another, begin),
 	};
 

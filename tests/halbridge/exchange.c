@@ -117,6 +117,25 @@ static void the_heartbeat_beats_and_the_times_are_told(void **state)
 	assert_int_equal(command->session, rig.exchange.queue.session);
 }
 
+static void the_age_at_each_read_is_told_once(void **state)
+{
+	const uint32_t *age = command->read_age_ns;
+
+	(void)state;
+	rig_period(&rig);
+	assert_int_equal(age[command->heartbeat % POKEYS_READ_AGES], 200000);
+	/* nothing was read in between */
+	rig.now_ns += RIG_MS;
+	rig_write(&rig);
+	assert_int_equal(age[command->heartbeat % POKEYS_READ_AGES], 0);
+	assert_int_equal(age[(command->heartbeat - 1) % POKEYS_READ_AGES], 200000);
+	/* old data are no sample: age-us shows them */
+	rig.device_silent = true;
+	rig_periods(&rig, 10);
+	assert_int_equal(age[command->heartbeat % POKEYS_READ_AGES], 0);
+	assert_int_equal(age[(command->heartbeat - 7) % POKEYS_READ_AGES], 200000 + 4 * RIG_MS);
+}
+
 static void a_session_is_never_zero(void **state)
 {
 	(void)state;
@@ -285,6 +304,7 @@ int main(void)
 		cmocka_unit_test_setup(no_factor_makes_an_infinity, setup),
 		cmocka_unit_test_setup(identity_and_capabilities_are_shown, setup),
 		cmocka_unit_test_setup(the_heartbeat_beats_and_the_times_are_told, setup),
+		cmocka_unit_test_setup(the_age_at_each_read_is_told_once, setup),
 		cmocka_unit_test_setup(a_session_is_never_zero, setup),
 		cmocka_unit_test_setup(nothing_is_queued_before_the_daemon_knows_us, setup),
 		cmocka_unit_test_setup(a_full_ring_refuses_at_once_and_takes_again, setup),

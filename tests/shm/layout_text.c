@@ -138,9 +138,11 @@ static const struct member diag_members[] = {
 	M(transport_overflow), M(transport_truncated), M(minor_faults), M(major_faults),
 	M(guard_passed), M(guard_dropped),
 	M(transport), NESTED(wakeup, histogram_members), NESTED(round_trip, histogram_members),
-	NESTED(fast_round_trip, histogram_members), NESTED(receive, histogram_members),
+	NESTED(fast_round_trip, histogram_members), NESTED(read_round_trip, histogram_members),
+	NESTED(write_round_trip, histogram_members),
+	NESTED(one_shot_round_trip, histogram_members), NESTED(receive, histogram_members),
 	NESTED(fresh, histogram_members), NESTED(publish, histogram_members),
-	NESTED(cycle_work, histogram_members),
+	NESTED(cycle_work, histogram_members), NESTED(age_at_read, histogram_members),
 	END
 };
 #undef OF
@@ -162,8 +164,8 @@ static const struct member one_shot_members[] = {
 #define OF struct pokeys_command
 static const struct member command_members[] = {
 	M(magic), M(version), M(size_units), M(hash), M(heartbeat), M(t_ns), M(t_thread_ns),
-	M(period_ns), M(session), M(flags), M(digital_out), M(digital_out_mask), M(pwm_duty),
-	M(pwm_period), M(pwm_enable), M(poextbus), M(poextbus_mask), M(external_outputs),
+	M(period_ns), M(session), M(flags), M(read_age_ns), M(digital_out), M(digital_out_mask),
+	M(pwm_duty), M(pwm_period), M(pwm_enable), M(poextbus), M(poextbus_mask), M(external_outputs),
 	M(external_outputs_mask), M(relays), M(relays_mask), M(reserved), M(ponet_data),
 	M(ponet_brightness), M(ponet_mask), M(kbd48_flags), M(kbd48_brightness), M(reserved3),
 	M(kbd48_leds),

@@ -8,6 +8,7 @@ const PWM: usize = 6;
 const AXES: usize = 8;
 const PONET: usize = 16;
 const ONE_SHOTS: usize = 64;
+const READ_AGES: usize = 16;
 
 layout! {
     PokeysAxisCommand {
@@ -45,6 +46,7 @@ layout! {
         period_ns: u64,
         session: u32,
         flags: u32,
+        read_age_ns: [u32; READ_AGES],
         digital_out: [u8; PIN_BYTES],
         digital_out_mask: [u8; PIN_BYTES],
         pwm_duty: [u32; PWM],
@@ -72,6 +74,6 @@ layout! {
 }
 
 published! {
-    PokeysCommand, "command", magic 0x4d43_4b50, version 2, size 4664,
-    hash 0xdc3a8e9a63044811, hash_function iox_command_hash
+    PokeysCommand, "command", magic 0x4d43_4b50, version 3, size 4728,
+    hash 0x540698abcd6f5c4a, hash_function iox_command_hash
 }

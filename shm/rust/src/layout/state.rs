@@ -312,10 +312,14 @@ layout! {
         wakeup: PokeysHistogram,
         round_trip: PokeysHistogram,
         fast_round_trip: PokeysHistogram,
+        read_round_trip: PokeysHistogram,
+        write_round_trip: PokeysHistogram,
+        one_shot_round_trip: PokeysHistogram,
         receive: PokeysHistogram,
         fresh: PokeysHistogram,
         publish: PokeysHistogram,
         cycle_work: PokeysHistogram,
+        age_at_read: PokeysHistogram,
     }
 }
 
@@ -325,6 +329,6 @@ published! {
 }
 
 published! {
-    PokeysDiag, "diag", magic 0x4744_4b50, version 2, size 3296,
-    hash 0x1bc2f03dbd2a3373, hash_function iox_diag_hash
+    PokeysDiag, "diag", magic 0x4744_4b50, version 3, size 5088,
+    hash 0xe8d2e0e4037c0ddc, hash_function iox_diag_hash
 }
