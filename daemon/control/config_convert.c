@@ -44,6 +44,7 @@ void config_convert_device(const struct config_raw_device *raw, uint64_t period_
 	out->lost_after_ns = ms(raw->lost_after_ms);
 	out->fast_divider = (uint32_t)raw->fast_divider;
 	out->slow_hz = raw->slow_hz;
+	out->slow_together = raw->slow_together;
 	out->encoder_hz = raw->encoder_hz;
 	out->analog_hz = raw->analog_hz;
 	out->mailbox.deadline_floor_ns = ms(raw->deadline_floor_us / 1000);

@@ -72,6 +72,16 @@ static void judge_times(const struct judged *j)
 		      raw->deadline_floor_us);
 }
 
+/* Places for all slow groups, and for those that are kept for what is urgent. */
+static void judge_window(const struct judged *j)
+{
+	const int64_t least = 20;
+
+	if (j->raw->slow_together && j->raw->window < least)
+		judge_fault(j, "window", 0, "window = %lld is too small for slow = together, which "
+			    "wants %lld or more", (long long)j->raw->window, (long long)least);
+}
+
 /* Two devices that are one. */
 static void judge_identity(const struct judged *j, uint32_t index)
 {
@@ -112,6 +122,7 @@ static void judge_device(struct config_file *file, uint32_t index)
 	judge_identity(&j, index);
 	judge_settings(&j);
 	judge_times(&j);
+	judge_window(&j);
 	judge_password(&j);
 }
 

@@ -77,6 +77,7 @@ struct config_raw_device {
 	double heartbeat_timeout_ms, stale_after_ms, lost_after_ms;
 	int64_t fast_divider;
 	double slow_hz, encoder_hz, analog_hz;
+	int64_t slow_together;
 	double deadline_floor_us, deadline_ceiling_ms, deadline_initial_ms, reply_lifetime_ms;
 	int64_t retries, window, retry_budget, send_budget;
 	uint64_t safe_on, safe_hold;

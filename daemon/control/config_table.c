@@ -123,6 +123,11 @@ static const struct config_key own[] = {
 	KEY(DEVICE(slow_hz), "slow-hz", CONFIG_REAL, RANGE(0.1, 100), .fallback = "5",
 	    .unit = "Hz",
 	    .help = "How often slow data is read: load, clock, counters, PWM."),
+	KEY(DEVICE(slow_together), "slow", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "spread", 0 }, { "together", 1 }), .fallback = "spread",
+	    .help = "spread reads slow data one request a cycle, each kind at its rate; together "
+		    "reads all of it but PoNET's in one cycle, slow-hz times a second: for a device "
+		    "that takes so many requests at once. Wants window = 20 or more."),
 	KEY(DEVICE(encoder_hz), "encoder-hz", CONFIG_REAL, RANGE(1, 1000), .fallback = "50",
 	    .unit = "Hz",
 	    .help = "How often full 32-bit encoder counts are read to check the reconstruction "

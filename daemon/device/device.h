@@ -31,6 +31,7 @@ struct device_config {
 	uint64_t lost_after_ns;		/* no valid reply for this long -> lost */
 	uint32_t fast_divider;		/* fast requests every n-th cycle, >= 1 */
 	double slow_hz, encoder_hz, analog_hz;	/* rates of the slow groups */
+	bool slow_together;		/* all of them in one cycle, at slow_hz; not PoNET's */
 	struct pokeys_options mailbox;
 
 	uint8_t safe_mask[8];		/* outputs that the safe state touches, besides all that

@@ -371,6 +371,8 @@ void slow_begin(struct device *device);
 /* Whether a group has waited so long that it takes the place of another request. */
 bool slow_overdue(const struct device *device);
 bool slow_send(struct device *device);
+/* One more of those that all go in one cycle (slow_together); false: there is none. */
+bool slow_send_together(struct device *device);
 /* This bank of encoders is to be read at once. */
 void slow_encoders_now(struct device *device, unsigned int bank);
 void slow_identity_now(struct device *device);

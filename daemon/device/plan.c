@@ -17,6 +17,8 @@
  * outputs and the slow groups. References change in every cycle of a move; with
  * one place for both, either the slow groups would starve or a reference, or a
  * position, would be late by a cycle, and each of these is a following error.
+ * With slow_together the slow groups that are due follow in the same cycle, as many
+ * as the window takes.
  */
 
 #include <string.h>
@@ -281,4 +283,6 @@ void plan_cycle(struct device *device)
 		return;
 	if (!one_shot_send(device) && !configure_send(device))
 		send_lesser(device);
+	while (room(device) && slow_send_together(device))
+		;
 }

@@ -10,6 +10,10 @@
  *
  * What a firmware has never answered is asked less and less often, so that it
  * costs nothing to those that do answer.
+ *
+ * With slow_together all groups share their moments, which are counted from the
+ * beginning: a group that was asked in between (an index pulse, a doubt) is back in
+ * step at the next one. PoNET stays outside, for its readings take several steps.
  */
 
 #include <string.h>
@@ -25,15 +29,32 @@ enum {
 	FAILURES_MAX = 6,	/* doublings of the period */
 };
 
+static bool is_together(const struct device *device, unsigned int group)
+{
+	return device->config.slow_together && group != SLOW_PONET;
+}
+
 /* 0 = never by itself. */
 static uint64_t period_of(const struct device *device, unsigned int group)
 {
-	const double hertz = slow_groups[group].hertz(&device->config);
+	const double hertz = is_together(device, group) ? device->config.slow_hz :
+			     slow_groups[group].hertz(&device->config);
 	const unsigned int failures = device->plan.slow[group].failures;
 
 	if (!(hertz > 0.001))
 		return 0;
 	return (uint64_t)(1e9 / hertz) << (failures < FAILURES_MAX ? failures : FAILURES_MAX);
+}
+
+static uint64_t next_due(const struct device *device, unsigned int group)
+{
+	const uint64_t period = period_of(device, group);
+
+	if (!period)
+		return UINT64_MAX;
+	if (!is_together(device, group))
+		return device->now_ns + period;
+	return device->now_ns + period - (device->now_ns - device->plan.slow_since_ns) % period;
 }
 
 static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -69,12 +90,14 @@ static unsigned int longest_due(const struct device *device)
 	for (unsigned int i = 0; i < SLOW_GROUPS; i++) {
 		const struct slow *slow = &device->plan.slow[i];
 
-		open += slow->open;
+		open += slow->open && !is_together(device, i);
 		if (slow->open || slow->due_ns >= oldest || !slow_groups[i].has(device))
 			continue;
 		oldest = slow->due_ns;
 		found = i;
 	}
+	if (found < SLOW_GROUPS && is_together(device, found))
+		return found;
 	return open < OPEN_MAX ? found : SLOW_GROUPS;
 }
 
@@ -86,25 +109,41 @@ bool slow_overdue(const struct device *device)
 	       device->now_ns - device->plan.slow[group].due_ns >= OVERDUE_NS;
 }
 
-bool slow_send(struct device *device)
+static bool send_group(struct device *device, unsigned int group)
 {
-	const unsigned int group = longest_due(device);
 	union slow_request request;
 	struct slow *slow;
-	uint64_t period;
 	enum wire_op op;
 
-	if (group == SLOW_GROUPS)
-		return false;
 	memset(&request, 0, sizeof(request));
 	op = slow_groups[group].ask(device, &request);
 	if (!request_send(device, op, &request, ended, NULL, (void *)(uintptr_t)group))
 		return false;
 	slow = &device->plan.slow[group];
 	slow->open = true;
-	period = period_of(device, group);
-	slow->due_ns = period ? device->now_ns + period : UINT64_MAX;
+	slow->due_ns = next_due(device, group);
 	return true;
+}
+
+bool slow_send(struct device *device)
+{
+	const unsigned int group = longest_due(device);
+
+	return group < SLOW_GROUPS && send_group(device, group);
+}
+
+/* These have a place of their own in a cycle's budget. */
+bool slow_send_together(struct device *device)
+{
+	const unsigned int group = longest_due(device);
+
+	if (group == SLOW_GROUPS || !is_together(device, group))
+		return false;
+	device->budget++;
+	if (send_group(device, group))
+		return true;
+	device->budget--;
+	return false;
 }
 
 static void at_once(struct device *device, unsigned int group)
@@ -160,5 +199,6 @@ void slow_begin(struct device *device)
 	for (unsigned int i = 0; i < SLOW_GROUPS; i++)
 		device->plan.slow[i].due_ns = device->now_ns;
 	device->plan.rates_ns = device->now_ns;
+	device->plan.slow_since_ns = device->now_ns;
 	slow_counters(device);
 }

@@ -245,6 +245,7 @@ static void defaults_are_those_of_the_device(void **state)
 	assert_int_equal(got->lost_after_ns, defaults.lost_after_ns);
 	assert_int_equal(got->fast_divider, defaults.fast_divider);
 	assert_true(fabs(got->slow_hz - defaults.slow_hz) < 1e-9);
+	assert_int_equal(got->slow_together, defaults.slow_together);
 	assert_true(fabs(got->encoder_hz - defaults.encoder_hz) < 1e-9);
 	assert_true(fabs(got->analog_hz - defaults.analog_hz) < 1e-9);
 	/* the file's own default: the device's failsafe is armed */
