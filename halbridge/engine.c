@@ -24,6 +24,8 @@ void engine_read(struct values *values, const struct pokeys_engine *engine)
 	value->probe_status = engine->probe_status;
 	value->buffer_slots = engine->buffer_slots;
 	value->buffer_level = engine->buffer_level;
+	value->buffer_underruns = engine->buffer_underruns;
+	value->buffer_resyncs = engine->buffer_resyncs;
 	value->slot_us = (uint32_t)engine->slot_time * SLOT_US;
 	value->emergency = engine->emergency;
 	value->emergency_not = !engine->emergency;

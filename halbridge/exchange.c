@@ -33,6 +33,8 @@ void exchange_init(struct exchange *exchange, uint32_t session)
 	keys_init(&exchange->keys);
 	pwm_init(&exchange->pwm);
 	legacy_init(&exchange->legacy);
+	joint_home_init(&exchange->home);
+	probe_init(&exchange->probe);
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		encoder_init(&exchange->encoder[i]);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
@@ -147,6 +149,8 @@ static void take_news(struct exchange *exchange, struct values *values,
 	if (news->new_daemon) {
 		one_shot_begin(&exchange->queue, &exchange->command, exchange->queue.session + 1);
 		buttons_forget(&exchange->buttons, values);
+		joint_home_forget(&exchange->home, values);
+		probe_forget(&exchange->probe, values);
 	}
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		if (news->rebooted)
@@ -156,6 +160,8 @@ static void take_news(struct exchange *exchange, struct values *values,
 	}
 	one_shot_acknowledge(&exchange->queue, &exchange->state);
 	buttons_read(&exchange->buttons, values, &exchange->queue, &exchange->state);
+	joint_home_read(&exchange->home, values, &exchange->queue, &exchange->state, news->fresh);
+	probe_read(&exchange->probe, values, &exchange->queue, &exchange->state, news->fresh);
 }
 
 /* For the daemon's histogram; more than four seconds are as good as four. */
@@ -241,9 +247,13 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 	pwm_write(&exchange->pwm, values, exchange->state.pwm_period, command, refusals);
 	legacy_enable(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		joint_write(&exchange->joint[i], &values->joint[i], i, &command->axis[i],
-			    refusals);
+		joint_write(&exchange->joint[i], &values->joint[i], i, values->set.axis[i].mode,
+			    &exchange->state.engine.axis[i], &command->axis[i], refusals);
 	full = write_index(exchange, values, now_ns);
+	full |= joint_home_write(&exchange->home, values, exchange->joint, &exchange->queue,
+				 command, &exchange->state.engine, exchange->fresh, refusals);
+	full |= probe_write(&exchange->probe, values, exchange->joint, &exchange->queue, command,
+			    exchange->fresh, refusals);
 	full |= buttons_write(&exchange->buttons, values, &exchange->queue, command,
 			      exchange->fresh, refusals);
 	legacy_write(exchange, values, now_ns);

@@ -17,10 +17,12 @@
 #include "halbridge/encoder.h"
 #include "halbridge/info.h"
 #include "halbridge/joint.h"
+#include "halbridge/joint_home.h"
 #include "halbridge/keys.h"
 #include "halbridge/legacy.h"
 #include "halbridge/link.h"
 #include "halbridge/one_shot.h"
+#include "halbridge/probe.h"
 #include "halbridge/pwm.h"
 #include "halbridge/refusal.h"
 #include "halbridge/values.h"
@@ -43,6 +45,8 @@ struct exchange {
 	struct keys keys;
 	struct pwm pwm;
 	struct buttons buttons;
+	struct joint_home home;
+	struct probe probe;
 	/* what the pins were last filled from */
 	struct pokeys_engine engine;
 	struct pokeys_rtc rtc;

@@ -9,6 +9,10 @@
  * refused becomes 0, which is "as fast as allowed" to a position that has not
  * moved on.
  *
+ * What drives an axis is a setting of the device (joint.NN.mode); the command has
+ * to say the same. A mode that is set here and not yet there is refused by the
+ * daemon until it is: nothing moves in another way than the parameter says.
+ *
  * Scale is taken over only while the joint is not enabled: the same position
  * command with another scale is another place, and the axis would jump there.
  */
@@ -17,7 +21,6 @@
 #include <stddef.h>
 #include <string.h>
 
-#define POSITION_MOST	16777216	/* the device's planner, protocol section 3.24.1 */
 #define VELOCITY_MOST	1e7		/* pulses/s, far above what any device makes */
 
 #define OFFSET(number, member)	\
@@ -69,6 +72,7 @@ void joint_read(const struct joint *joint, struct value_joint *value, unsigned i
 	const struct pokeys_axis *axis = &engine->axis[number];
 
 	value->pos_fb = axis->position / joint->scale - joint->offset;
+	value->following_error = axis->following_error / joint->scale;
 	value->state = axis->state;
 	value->in_position = axis->in_position && axis->reference == joint->position;
 	value->enabled = axis->enabled;
@@ -85,17 +89,26 @@ void joint_read(const struct joint *joint, struct value_joint *value, unsigned i
 	value->probe_pos = axis->probe ? (double)axis->probe / joint->scale - joint->offset : 0;
 }
 
-static void take_position(struct joint *joint, double units, unsigned int number,
-			  struct refusals *refusals)
+static enum pokeys_axis_mode mode_of(int32_t wanted, const struct pokeys_axis *axis)
 {
-	double pulses = (units + joint->offset) * joint->scale;
-	/* Written so that NaN is bad as well. */
-	bool bad = !(fabs(pulses) <= POSITION_MOST);
+	if (wanted >= POKEYS_AXIS_POSITION && wanted <= POKEYS_AXIS_BUFFERED)
+		return (enum pokeys_axis_mode)wanted;
+	return axis->mode >= POKEYS_AXIS_POSITION && axis->mode <= POKEYS_AXIS_BUFFERED ?
+	       (enum pokeys_axis_mode)axis->mode : POKEYS_AXIS_POSITION;
+}
 
-	refusal_mark(refusals, &joint->position_bad, bad, OFFSET(number, pos_cmd),
+/* A place on the axis to *pulses, if it is one; *bad says whether. */
+static void take_place(const struct joint *joint, double units, double most, int32_t *pulses,
+		       bool *bad, size_t at, struct refusals *refusals)
+{
+	const double place = (units + joint->offset) * joint->scale;
+	/* Written so that NaN is bad as well. */
+	const bool beyond = !(fabs(place) <= most);
+
+	refusal_mark(refusals, bad, beyond, at,
 		     isfinite(units) ? REFUSAL_RANGE : REFUSAL_NOT_FINITE, units);
-	if (!bad)
-		joint->position = (int32_t)lrint(pulses);
+	if (!beyond)
+		*pulses = (int32_t)lrint(place);
 }
 
 static float velocity(struct joint *joint, double units, unsigned int number,
@@ -110,13 +123,21 @@ static float velocity(struct joint *joint, double units, unsigned int number,
 }
 
 void joint_write(struct joint *joint, struct value_joint *value, unsigned int number,
+		 int32_t wanted_mode, const struct pokeys_axis *axis,
 		 struct pokeys_axis_command *command, struct refusals *refusals)
 {
-	take_position(joint, value->pos_cmd, number, refusals);
+	const enum pokeys_axis_mode mode = mode_of(wanted_mode, axis);
+	const double most = mode == POKEYS_AXIS_BUFFERED ? JOINT_BUFFERED_MOST :
+							   JOINT_POSITION_MOST;
+
+	take_place(joint, value->pos_cmd, most, &joint->position, &joint->position_bad,
+		   OFFSET(number, pos_cmd), refusals);
+	take_place(joint, value->probe_target, JOINT_POSITION_MOST, &joint->target,
+		   &joint->target_bad, OFFSET(number, probe_target), refusals);
 	command->velocity = velocity(joint, value->vel_cmd, number, refusals);
 	command->position = joint->position;
-	command->mode = POKEYS_AXIS_POSITION;
+	command->mode = (uint8_t)mode;
 	command->enable = value->enable || joint->enable;
 	value->refused = joint->wanted.bad || joint->scale_late || joint->position_bad ||
-			 joint->velocity_bad;
+			 joint->velocity_bad || joint->target_bad;
 }

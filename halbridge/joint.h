@@ -12,6 +12,10 @@
 #include "halbridge/refusal.h"
 #include "halbridge/values.h"
 
+/* The device's planner reaches no further, pulses (protocol section 3.24.1). */
+#define JOINT_POSITION_MOST	16777216
+#define JOINT_BUFFERED_MOST	2100000000	/* in buffered mode */
+
 /* How units lie to pulses beyond the scale; all 0: not at all. */
 struct joint_frame {
 	double offset;		/* units, added to the command */
@@ -27,7 +31,8 @@ struct joint {
 	struct factor wanted;	/* scale as the parameter has it */
 	double scale;		/* in use, pulses per unit */
 	int32_t position;	/* last good command, pulses */
-	bool scale_late, position_bad, velocity_bad;
+	int32_t target;		/* last good one for probing, pulses */
+	bool scale_late, position_bad, velocity_bad, target_bad;
 	double shown_scale, shown_offset;	/* the pins were filled with these */
 	int32_t shown_position;
 };
@@ -46,8 +51,12 @@ bool joint_settings(struct joint *joint, const struct value_joint *value, unsign
 void joint_read(const struct joint *joint, struct value_joint *value, unsigned int number,
 		const struct pokeys_engine *engine);
 
-/* Pins to command image. Realtime. */
+/*
+ * Pins to command image. `wanted_mode` is the parameter, below 1 as the device has
+ * it, which `axis` tells. Realtime.
+ */
 void joint_write(struct joint *joint, struct value_joint *value, unsigned int number,
+		 int32_t wanted_mode, const struct pokeys_axis *axis,
 		 struct pokeys_axis_command *command, struct refusals *refusals);
 
 #endif

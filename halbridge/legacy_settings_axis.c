@@ -13,6 +13,7 @@
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
+#include <pokeys/command.h>
 
 #define DECELERATION	1.5	/* of the acceleration */
 
@@ -31,8 +32,7 @@ struct pair {
 	offsetof(struct value_axis_settings, to_) }
 
 static const struct pair pairs[] = {
-	PAIR(enabled, enable), PAIR(inverted, invert), PAIR(planner, planner),
-	PAIR(position_mode, position_mode), PAIR(home_inverted, home_invert),
+	PAIR(enabled, enable), PAIR(inverted, invert), PAIR(home_inverted, home_invert),
 	PAIR(soft_limits, soft_limits), PAIR(masked, masked),
 	PAIR(limit_minus, limit_neg), PAIR(limit_plus, limit_pos), PAIR(home_switch, home),
 	PAIR(home_on_minus, home_on_limit_neg), PAIR(home_on_plus, home_on_limit_pos),
@@ -193,6 +193,10 @@ static void show(struct legacy_axis_settings *set, const struct value_axis_setti
 		if (value != UNKNOWN)
 			store(set, pairs[i].from, pairs[i].size, value);
 	}
+	if (device->mode != UNKNOWN) {
+		set->planner = device->mode != POKEYS_AXIS_BUFFERED;
+		set->position_mode = device->mode == POKEYS_AXIS_POSITION;
+	}
 	if (device->homing_on_switch >= 0 && device->homing_off_switch >= 0)
 		set->homing = (uint32_t)(device->homing_on_switch | device->homing_off_switch << 4);
 	memset((void *)set->on_home, 0, sizeof(set->on_home));
@@ -223,12 +227,20 @@ static int32_t nibble(uint32_t byte)
 	return (int32_t)(byte & STOP ? STOP : byte);
 }
 
+static int32_t mode_of(const struct legacy_axis_settings *set)
+{
+	if (!set->planner)
+		return POKEYS_AXIS_BUFFERED;
+	return set->position_mode ? POKEYS_AXIS_POSITION : POKEYS_AXIS_VELOCITY;
+}
+
 static void put(struct value_axis_settings *to, const struct legacy_axis_settings *set,
 		double scale)
 {
 	for (size_t i = 0; i < sizeof(pairs) / sizeof(pairs[0]); i++)
 		legacy_put((void *)((unsigned char *)to + pairs[i].to),
 			   load(set, pairs[i].from, pairs[i].size));
+	legacy_put(&to->mode, mode_of(set));
 	legacy_put(&to->homing_on_switch, nibble(set->homing));
 	legacy_put(&to->homing_off_switch, nibble(set->homing >> 4));
 	if (set->max_speed != 0)
@@ -250,10 +262,8 @@ static void put(struct value_axis_settings *to, const struct legacy_axis_setting
  */
 static void follow_positions(struct value_axis_settings *to)
 {
-	if (to->position_mode == UNKNOWN)
-		return;
-	legacy_put(&to->position_mode, 1);
-	legacy_put(&to->planner, 1);
+	if (to->mode != UNKNOWN)
+		legacy_put(&to->mode, POKEYS_AXIS_POSITION);
 }
 
 void legacy_settings_axis(struct legacy_settings *own, struct values *values, unsigned int i,

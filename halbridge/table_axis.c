@@ -19,8 +19,9 @@
 static const struct table_row rows[] = {
 	FLAG("axis-enable", enable, "the axis exists"),
 	FLAG("axis-invert", invert, "invert the direction"),
-	FLAG("axis-planner", planner, "1 internal planner, 0 motion buffer"),
-	FLAG("axis-position-mode", position_mode, "1 position, 0 speed"),
+	AXIS("mode", mode, 1, 3,
+	     "what drives it: 1 pos-cmd, the device makes the ramps (vel-cmd beside it); "
+	     "2 vel-cmd; 3 pos-cmd in each period through the motion buffer"),
 	FLAG("axis-masked", masked, "the enable output follows the axis' enable mask"),
 	FLAG("soft-limits", soft_limits, "the soft limits hold"),
 	LENGTH("soft-min", soft_min, -1e15, "units"),

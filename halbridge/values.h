@@ -85,21 +85,38 @@ struct value_encoder {
 };
 
 struct value_joint {
-	double pos_cmd, vel_cmd, pos_fb, probe_pos;
+	double pos_cmd, vel_cmd, pos_fb, following_error, probe_pos, probe_target;
 	uint32_t state;
 	bool enable, enabled, in_position, homed, error;
 	bool limit_neg, limit_pos, soft_limit, home_switch, refused;
 	bool limit_neg_dedicated, limit_pos_dedicated, home_dedicated, probed;
-	param_float scale;
+	bool home, homing;
+	param_u32 home_group;
+	param_float scale, home_offset;
 };
 
 /* The pulse engine as a whole. */
 struct value_engine {
 	uint32_t state, axes_enabled, charge_pump, generator, power_states, probe_status;
-	uint32_t buffer_slots, buffer_level, slot_us;
+	uint32_t buffer_slots, buffer_level, buffer_underruns, buffer_resyncs, slot_us;
 	bool emergency, emergency_not, activated, limit_override_active;
 	bool limit_override, clear_fault;
 	bool misc_in[8], misc_in_not[8];
+};
+
+/* What the device does by itself: all joints' homing, and probing. */
+struct value_homing {
+	uint32_t phase, error;
+	bool active, cancel;
+	param_float time_limit;
+};
+
+struct value_probe {
+	uint32_t error;
+	bool start, cancel, active, done, contact;
+	param_bit hybrid, active_high;
+	param_u32 terminal, engine_input, axes;
+	param_float speed, time_limit;
 };
 
 /* Bits of the external outputs and relays of the pulse engine's connector. */
@@ -182,6 +199,8 @@ struct values {
 	bool machine_is_on, machine_on_permitted, needs_edge, safe_state;
 
 	struct value_engine engine;
+	struct value_homing homing;
+	struct value_probe probe;
 	param_u32 device_serial;
 	struct value_info info;
 	struct value_rtc rtc;

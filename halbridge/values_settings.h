@@ -33,7 +33,7 @@ struct value_axis_settings {
 	param_float max_velocity, max_acceleration, max_deceleration;
 	param_float soft_min, soft_max, back_off;
 	/* options */
-	param_s32 enable, invert, planner, position_mode, home_invert, soft_limits, masked;
+	param_s32 enable, invert, mode, home_invert, soft_limits, masked;
 	/* switches */
 	param_s32 limit_neg, limit_pos, home, home_on_limit_neg, home_on_limit_pos;
 	param_s32 limit_neg_invert, limit_pos_invert, home_switch_invert;

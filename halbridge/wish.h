@@ -33,8 +33,8 @@ struct wish_unit {
 	const char *wanted;	/* what may be set, for a person; NULL = the row's range says it */
 };
 
-extern const struct wish_unit wish_plain, wish_not, wish_sampling, wish_fast, wish_terminal,
-	wish_pump, wish_power, wish_100ms, wish_hz, wish_speed, wish_length;
+extern const struct wish_unit wish_plain, wish_not, wish_mode, wish_sampling, wish_fast,
+	wish_terminal, wish_pump, wish_power, wish_100ms, wish_hz, wish_speed, wish_length;
 
 enum wish_form { WISH_UNSIGNED, WISH_SIGNED, WISH_REAL };
 

@@ -113,9 +113,10 @@ static const struct wish_row engine_rows[] = {
 };
 
 static const struct wish_row axis_rows[] = {
-	BIT(enable, options, 0), BIT(invert, options, 1), BIT(planner, options, 2),
-	BIT(position_mode, options, 3), BIT(home_invert, options, 4),
+	BIT(enable, options, 0), BIT(invert, options, 1), BIT(home_invert, options, 4),
 	BIT(soft_limits, options, 5), BIT(masked, options, 7),
+	{ VALUE(axis[0].mode), .field = AXIS_PLACE(options, 12, 2),
+	  .flag = AXIS_PLACE(options_mask, 12, 2), .unit = &wish_mode },
 	BIT(limit_neg, switches, 0), BIT(limit_pos, switches, 1), BIT(home, switches, 2),
 	BIT(home_on_limit_neg, switches, 3), BIT(home_on_limit_pos, switches, 4),
 	BIT(limit_neg_invert, switches, 5), BIT(limit_pos_invert, switches, 6),

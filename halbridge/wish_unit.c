@@ -9,6 +9,7 @@
  * a negative one turns the axis round and leaves speeds what they are.
  */
 #include <math.h>
+#include <pokeys/command.h>
 #include "halbridge/wish.h"
 
 static bool plain_to(const struct wish_context *context, double value, double *raw)
@@ -35,6 +36,28 @@ static double not_from(const struct wish_context *context, double raw)
 {
 	(void)context;
 	return raw == 0;
+}
+
+/* Axis options: 1 internal planner, 2 position mode. */
+static const uint8_t mode_options[] = {
+	[POKEYS_AXIS_POSITION] = 3, [POKEYS_AXIS_VELOCITY] = 1, [POKEYS_AXIS_BUFFERED] = 0,
+};
+
+static bool mode_to(const struct wish_context *context, double value, double *raw)
+{
+	(void)context;
+	*raw = mode_options[(int)value];
+	return true;
+}
+
+static double mode_from(const struct wish_context *context, double raw)
+{
+	int options = (int)raw;
+
+	(void)context;
+	if (!(options & 1))
+		return POKEYS_AXIS_BUFFERED;
+	return options & 2 ? POKEYS_AXIS_POSITION : POKEYS_AXIS_VELOCITY;
 }
 
 /* Encoder options: 1 on, 2 four counts, 4 two counts a line. */
@@ -135,6 +158,7 @@ static double length_from(const struct wish_context *context, double raw)
 
 const struct wish_unit wish_plain = { plain_to, plain_from, NULL };
 const struct wish_unit wish_not = { not_to, not_from, NULL };
+const struct wish_unit wish_mode = { mode_to, mode_from, "1, 2 or 3" };
 const struct wish_unit wish_sampling = { sampling_to, sampling_from, "0, 1, 2 or 4" };
 const struct wish_unit wish_fast = { fast_to, plain_from, "0, 1 or 10" };
 const struct wish_unit wish_terminal = { terminal_to, plain_from, "0, 1 or 11 to 65" };

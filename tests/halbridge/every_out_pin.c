@@ -101,6 +101,28 @@ static void stand_at_the_command(struct rig *rig)
 		rig->daemon.engine.axis[i].in_position = 1;
 }
 
+static void home_all(struct rig *rig)
+{
+	rig->daemon.engine.task = POKEYS_TASK_HOMING;
+	rig->daemon.engine.task_phase = POKEYS_TASK_WORKING;
+	rig->daemon.engine.task_axes = 0xff;
+}
+
+static void fail_to_home(struct rig *rig)
+{
+	rig->exchange.home.error = POKEYS_TASK_TRIPPED;
+	home_all(rig);
+}
+
+static void probe_something(struct rig *rig)
+{
+	rig->exchange.probe.done = true;
+	rig->exchange.probe.error = POKEYS_TASK_TRIPPED;
+	rig->daemon.engine.task = POKEYS_TASK_PROBING;
+	rig->daemon.engine.task_phase = POKEYS_TASK_WORKING;
+	rig->daemon.engine.state = 30;
+}
+
 static void attach_a_keyboard(struct rig *rig)
 {
 	rig->daemon.kbd48_module = 3;
@@ -184,6 +206,12 @@ static const struct out_driver drivers[] = {
 	FIELD("engine.probe-status", engine.probe_status),
 	FIELD("engine.buffer-slots", engine.buffer_slots),
 	FIELD("engine.buffer-level", engine.buffer_level),
+	FIELD("engine.buffer-underruns", engine.buffer_underruns),
+	FIELD("engine.buffer-resyncs", engine.buffer_resyncs),
+	BY("homing.active", home_all), BY("homing.phase", home_all),
+	BY("homing.error", fail_to_home), BY("joint.%02u.homing", home_all),
+	BY("probe.active", probe_something), BY("probe.done", probe_something),
+	BY("probe.error", probe_something), BY("probe.contact", probe_something),
 	SCALED("engine.slot-us", engine.slot_time, 100),
 	FIELD("engine.limit-override-active", engine.limit_override),
 	BITS("engine.misc.%02u.in", engine.misc_inputs, 0),
@@ -231,7 +259,7 @@ static const struct out_driver drivers[] = {
 	EACH("encoder.%02u.count", encoder, ), EACH("encoder.%02u.position", encoder, ),
 	BY("encoder.%02u.velocity", turn), BITS("encoder.%02u.enabled", encoder_enabled, 0),
 
-	AXIS("pos-fb", .position), AXIS("state", .state), AXIS("enabled", .enabled),
+	AXIS("following-error", .following_error), AXIS("pos-fb", .position), AXIS("state", .state), AXIS("enabled", .enabled),
 	BY("joint.%02u.in-position", stand_at_the_command), AXIS("homed", .homed),
 	AXIS("error", .error), AXIS("limit-neg", .limit_minus), AXIS("limit-pos", .limit_plus),
 	AXIS("soft-limit", .soft_limit), AXIS("home-sw", .home), AXIS("probe-pos", .probe),

@@ -204,6 +204,42 @@ static void status_of_the_axis_reaches_its_pins(void **state)
 	assert_int_equal(rig.values.joint[1].state, 0);
 }
 
+static void the_mode_is_the_parameters_else_the_devices(void **state)
+{
+	(void)state;
+	assert_int_equal(axis->mode, POKEYS_AXIS_POSITION);	/* nothing is known */
+	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_BUFFERED;
+	rig_period(&rig);
+	assert_int_equal(axis->mode, POKEYS_AXIS_BUFFERED);
+	rig.values.set.axis[2].mode = POKEYS_AXIS_VELOCITY;	/* wished, and not there yet */
+	rig_period(&rig);
+	assert_int_equal(axis->mode, POKEYS_AXIS_VELOCITY);
+	rig.values.set.axis[2].mode = 4;
+	rig_period(&rig);
+	assert_int_equal(axis->mode, POKEYS_AXIS_BUFFERED);
+}
+
+static void buffered_mode_reaches_beyond_the_planner(void **state)
+{
+	(void)state;
+	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_BUFFERED;
+	joint->pos_cmd = 10500000;
+	rig_period(&rig);
+	assert_int_equal(axis->position, 2100000000);
+	joint->pos_cmd = 10500000.01;
+	rig_period(&rig);
+	assert_true(joint->refused);
+	assert_int_equal(axis->position, 2100000000);
+}
+
+static void following_error_is_in_units(void **state)
+{
+	(void)state;
+	rig.daemon.engine.axis[2].following_error = -30;
+	rig_period(&rig);
+	assert_true(joint->following_error == -0.15);
+}
+
 static void machine_on_is_a_flag_of_the_command(void **state)
 {
 	(void)state;
@@ -236,6 +272,9 @@ int main(void)
 		cmocka_unit_test_setup(the_first_feedback_is_in_the_right_units, setup),
 		cmocka_unit_test_setup(in_position_means_the_newest_command, setup),
 		cmocka_unit_test_setup(status_of_the_axis_reaches_its_pins, setup),
+		cmocka_unit_test_setup(the_mode_is_the_parameters_else_the_devices, setup),
+		cmocka_unit_test_setup(buffered_mode_reaches_beyond_the_planner, setup),
+		cmocka_unit_test_setup(following_error_is_in_units, setup),
 		cmocka_unit_test_setup(machine_on_is_a_flag_of_the_command, setup),
 	};
 

@@ -31,6 +31,7 @@ static void know_the_device(void)
 		memset((char *)&values.set.axis[i] + whole_numbers, 0,
 		       sizeof(values.set.axis[i]) - whole_numbers);
 	device->enable = 1;
+	device->mode = POKEYS_AXIS_BUFFERED;
 	device->limit_neg = 1;
 	device->homing_on_switch = 3;
 	device->homing_off_switch = 8;
@@ -62,9 +63,10 @@ static void what_nobody_set_shows_what_the_device_has(void **state)
 	assert_int_equal(values.legacy.pin_set.function[7], 130);
 	assert_true(values.legacy.pin_set.in_invert[7]);
 	device->invert = 1;
+	device->mode = POKEYS_AXIS_POSITION;
 	look();
 	assert_int_equal(set->inverted, 1);
-	assert_int_equal(set->options, 3);
+	assert_int_equal(set->options, 1 | 2 | 4 | 8);
 }
 
 static void nothing_is_handed_on_without_apply(void **state)
@@ -191,8 +193,7 @@ static void an_axis_that_is_driven_is_driven_by_position(void **state)
 	set->enabled = 1;
 	look();
 	driven[2] = false;
-	assert_int_equal(device->position_mode, 1);
-	assert_int_equal(device->planner, 1);
+	assert_int_equal(device->mode, POKEYS_AXIS_POSITION);
 	assert_int_equal(set->position_mode, 0);
 }
 

@@ -136,6 +136,8 @@ static void bytes_are_the_protocols(void **state)
 	values.set.axis[3].home_switch_invert = 0;
 	values.set.poextbus_crc = 1;
 	values.set.failsafe.pin[54] = 0;
+	values.set.axis[4].mode = 1;
+	values.set.axis[5].mode = 3;
 	assert_true(rig_look());
 	assert_int_equal(settings->encoder[2].options & settings->encoder[2].options_mask, 3);
 	assert_int_equal(settings->encoder[3].options & settings->encoder[3].options_mask, 5);
@@ -145,6 +147,9 @@ static void bytes_are_the_protocols(void **state)
 	assert_int_equal(settings->axis[3].switches_mask, 128);
 	assert_int_equal(settings->axis[3].switches & 128, 0);
 	assert_int_equal(settings->poextbus_no_crc, 0);
+	assert_int_equal(settings->axis[4].options & 12, 12);
+	assert_int_equal(settings->axis[5].options & 12, 0);
+	assert_int_equal(settings->axis[5].options_mask & 12, 12);
 	assert_int_equal(settings->failsafe_outputs[6] & 0xc0, 0);
 }
 

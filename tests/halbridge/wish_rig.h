@@ -71,6 +71,8 @@ static inline void rig_set(const struct wish_item *item, double value)
 /* Something else than what is shown, in range. */
 static inline double rig_another(const struct wish_item *item)
 {
+	if (item->row->unit == &wish_mode)
+		return 1 + (rig_parameter(item) == 1);
 	if (item->row->unit == &wish_100ms)
 		return 700;
 	if (item->row->unit == &wish_hz)

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Modes, homing and probing by the canonical names: simulated device, real daemon, real
+LinuxCNC HAL. Where the machine is in the end is what counts, never when.
+
+usage: live_motion.py MODULE.so POKEYSD POKEYS-SIM [PATTERN]
+"""
+import sys
+import time
+import hal_machine
+
+BUFFERED, VELOCITY, POSITION = 3, 2, 1
+
+
+def wait(what, condition, limit=30):
+    end = time.monotonic() + limit
+    while not condition():
+        assert time.monotonic() < end, f"not within {limit} s: {what}"
+        time.sleep(0.01)
+
+
+def position(m, axis=0):
+    return int(m.sim(f"axis {axis}")["position"])
+
+
+def stands(m, axis=0):
+    before = position(m, axis)
+    time.sleep(0.1)
+    return position(m, axis) == before
+
+
+def press(m, pin):
+    m.hal.set(pin, 1)
+    time.sleep(0.05)
+    m.hal.set(pin, 0)
+
+
+def set_mode(m, mode):
+    m.hal.set("joint.00.mode", mode)
+    wait("the device has the mode", lambda: m.hal.get("config.state") == 3 and
+         m.hal.get("config.generation-applied") == m.hal.get("config.generation"))
+
+
+def an_axis_is_homed_where_its_switch_is(m):
+    hal = m.all()
+    hal.set("joint.00.home-offset", -20)
+    m.machine_on()
+    press(m, "joint.00.home")
+    hal.becomes("joint.00.homing", True)
+    hal.becomes("homing.active", True)
+    hal.becomes("joint.00.homed", True, limit=60)
+    hal.becomes("homing.active", False)
+    assert hal.get("homing.error") == 0 and hal.get("joint.00.homing") is False
+    wait("it stands", lambda: stands(m))
+    # the counter was set at the switch's edge, the axis ran on a little off the switch
+    there = position(m)
+    assert -2000 <= there <= -1900, there
+    hal.becomes("joint.00.pos-fb", there / hal_machine.SCALE)
+    m.machine_on()
+    m.move(-15)
+
+
+def a_group_is_homed_together(m):
+    hal = m.all()
+    for joint in (1, 2):
+        hal.set(f"joint.{joint:02}.scale", hal_machine.SCALE)
+        hal.set(f"joint.{joint:02}.home-group", 1)
+        hal.set(f"joint.{joint:02}.enable", 1)
+    m.machine_on()
+    press(m, "joint.02.home")
+    hal.becomes("joint.01.homing", True)
+    for joint in (1, 2):
+        hal.becomes(f"joint.{joint:02}.homed", True, limit=60)
+    assert hal.get("joint.00.homed") is False and position(m, 0) == 0
+    hal.becomes("homing.active", False)
+
+
+def homing_is_cancelled(m):
+    hal = m.all()
+    m.sim("switch 0 home -2000000000 -8000000")     # it would search for a long time
+    m.sim("switch 0 minus -2000000000 -9000000")
+    m.machine_on()
+    press(m, "joint.00.home")
+    hal.becomes("homing.phase", 3)
+    press(m, "homing.cancel")
+    hal.becomes("homing.active", False)
+    wait("it stands", lambda: stands(m))
+    assert hal.get("homing.error") == 2 and hal.get("joint.00.homed") is False
+
+
+def the_device_probes(m):
+    hal = m.all()
+    m.sim("probe 0 800 2000000 no pin 13")
+    hal.set("probe.terminal", 13)
+    hal.set("probe.axes", 1)
+    hal.set("probe.speed", 0.05)
+    hal.set("joint.00.probe-target", 30)
+    m.machine_on()
+    hal.becomes("probe.contact", False)
+    press(m, "probe.start")
+    hal.becomes("probe.done", True, limit=30)
+    assert hal.get("probe.error") == 0 and hal.get("joint.00.probed") is True
+    # latched in the millisecond of the contact, at most that many pulses late
+    assert 8 <= hal.get("joint.00.probe-pos") < 8.5, hal.get("joint.00.probe-pos")
+    wait("it stands", lambda: stands(m))
+    hal.becomes("probe.active", False)
+    hal.becomes("probe.contact", True)          # it stands on the work
+    m.sim("probe off")
+    hal.becomes("probe.contact", False)
+    m.machine_on()
+    press(m, "probe.start")                     # towards 30, from beyond 8, and nothing there
+    hal.becomes("probe.error", 6, limit=30)
+    assert hal.get("probe.done") is False
+
+
+def a_refused_probing_says_so(m):
+    hal = m.all()
+    hal.set("probe.axes", 1)
+    press(m, "probe.start")                     # no input is set up, and the machine is off
+    hal.becomes("probe.error", 8)
+    hal.set("probe.speed", 2)
+    hal.becomes("input-refused", True)
+    hal.says("pokeys.0.probe.speed = 2: must be 0 to 1")
+
+
+def limits_can_be_overridden(m):
+    hal = m.all()
+    m.machine_on()
+    hal.set("engine.limit-override", 1)
+    hal.becomes("engine.limit-override-active", True)
+    hal.set("engine.limit-override", 0)
+    hal.becomes("engine.limit-override-active", False)
+
+
+def each_mode_by_its_parameter(m):
+    hal = m.all()
+    hal.becomes("joint.00.mode", POSITION)      # as the device has it
+    m.machine_on()
+    m.move(5)
+    hal.set("machine-is-on", 0)
+    hal.becomes("machine-on-permitted", False)
+    wait("it stands", lambda: stands(m))
+    set_mode(m, BUFFERED)
+    m.machine_on()
+    m.move(12.34)
+    wait("it is there to the pulse", lambda: position(m) == 1234 and stands(m))
+    hal.becomes("joint.00.following-error", 0)
+    hal.becomes("engine.buffer-slots", 128)
+    hal.set("machine-is-on", 0)
+    hal.becomes("machine-on-permitted", False)
+    set_mode(m, VELOCITY)
+    m.machine_on()
+    hal.set("joint.00.vel-cmd", 10)
+    wait("it runs", lambda: position(m) > 1500)
+    hal.set("joint.00.vel-cmd", -10)
+    wait("it runs back", lambda: position(m) < 1400)
+    hal.set("joint.00.vel-cmd", 0)
+    wait("it stands", lambda: stands(m))
+
+
+def what_cannot_be_is_refused_with_its_name(m):
+    hal = m.all()
+    hal.set("joint.07.scale", 100)
+    hal.set("joint.07.enable", 1)               # the device has three axes
+    m.machine_on()
+    hal.becomes("command-refused", True)
+    wait("the daemon says which", lambda: "axis 7" in m.log("pokeysd"))
+    hal.set("joint.07.enable", 0)
+    hal.becomes("command-refused", False)
+    hal.set("joint.01.scale", 0)
+    hal.becomes("joint.01.refused", True)
+    hal.says("pokeys.0.joint.01.scale = 0: must not be 0")
+
+
+TESTS = [
+    an_axis_is_homed_where_its_switch_is,
+    a_group_is_homed_together,
+    homing_is_cancelled,
+    the_device_probes,
+    a_refused_probing_says_so,
+    limits_can_be_overridden,
+    each_mode_by_its_parameter,
+    what_cannot_be_is_refused_with_its_name,
+]
+
+
+if __name__ == "__main__":
+    sys.exit(hal_machine.main(TESTS))
