@@ -215,6 +215,7 @@ static struct pokeys_command without_times(void)
 	struct pokeys_command image = *command;
 
 	image.heartbeat = image.t_ns = image.t_thread_ns = 0;
+	memset(image.read_age_ns, 0, sizeof(image.read_age_ns));
 	memset(image.poextbus_mask, 0, sizeof(image.poextbus_mask));
 	image.external_outputs_mask = image.relays_mask = image.kbd48_flags = 0;
 	image.ponet_mask = image.pwm_enable = 0;

@@ -385,6 +385,7 @@ static struct pokeys_command without_times(void)
 	struct pokeys_command image = *command;
 
 	image.heartbeat = image.t_ns = image.t_thread_ns = 0;
+	memset(image.read_age_ns, 0, sizeof(image.read_age_ns));
 	return image;
 }
 
