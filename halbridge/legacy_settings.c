@@ -70,12 +70,19 @@ static void show_engine(const struct value_engine_settings *set, struct legacy_e
 					set->emergency_pin - PIN_BASE : 0);
 }
 
+/* A terminal that has to be an input is made one; an input stays as it is, inverted or not. */
+static void make_input(struct values *values, uint32_t terminal)
+{
+	if (!terminal || terminal > POKEYS_PINS)
+		return;
+	if (!(values->set.pin_function[terminal - 1] & FUNCTION_INPUT))
+		legacy_put(&values->set.pin_function[terminal - 1], FUNCTION_INPUT);
+}
+
 static void put_engine(struct values *values, const struct legacy_engine_settings *now)
 {
 	struct value_engine_settings *set = &values->set.engine;
 
-	if (now->axes)
-		legacy_put(&set->axes, (int32_t)now->axes);
 	legacy_put(&set->generator, (int32_t)(now->generator & 0x0f));
 	legacy_put(&set->swap_step_dir, now->swap);
 	legacy_put(&set->extended_io, now->extended);
@@ -85,14 +92,32 @@ static void put_engine(struct values *values, const struct legacy_engine_setting
 		legacy_put(&set->emergency_pin, (int32_t)now->emergency_pin + PIN_BASE);
 	if (now->emergency_out_pin && now->emergency_out_pin <= POKEYS_PINS)
 		legacy_put(&values->set.pin_function[now->emergency_out_pin - 1], FUNCTION_OUTPUT);
-	if (now->probe_pin && now->probe_pin <= POKEYS_PINS)
-		legacy_put(&values->set.pin_function[now->probe_pin - 1], FUNCTION_INPUT);
+	make_input(values, now->emergency_pin);
+	make_input(values, now->probe_pin);
+}
+
+/*
+ * The old component enabled all axes of the device, whatever somebody said, as
+ * soon as it set anything up. How many there are is known once the device is.
+ */
+static void enable_all_axes(struct legacy_settings *own, struct values *values)
+{
+	uint32_t axes = values->legacy.engine.axes;
+	bool touched = own->engine_group.touched;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		touched |= own->axis_group[i].touched;
+	if (!own->apply || !touched || !axes || own->axes == axes)
+		return;
+	legacy_put(&values->set.engine.axes, (int32_t)axes);
+	own->axes = axes;
 }
 
 static void look_at_engine(struct legacy_settings *own, struct values *values)
 {
 	struct legacy_engine_settings now;
 	struct legacy_group *group = &own->engine_group;
+	bool known = values->set.pin_function[0] != UNKNOWN;
 
 	legacy_group_begin(group, &values->legacy.engine_set, &now, &own->engine, sizeof(now));
 	if (!group->touched)
@@ -100,10 +125,11 @@ static void look_at_engine(struct legacy_settings *own, struct values *values)
 	now.extended = extended(values, now.extended);
 	now.swap = now.swap || now.generator & 0x40;
 	now.axes = values->legacy.engine.axes ? values->legacy.engine.axes : now.axes;
+	enable_all_axes(own, values);
 	legacy_group_end(&values->legacy.engine_set, &now, &own->engine, sizeof(now));
-	if (own->apply && group->touched && !group->put)
+	if (own->apply && group->touched && !group->put && known)
 		put_engine(values, &now);
-	group->put = own->apply;
+	group->put = own->apply && known;
 }
 
 /* AxisEnabledStatesMask is a pin: what is in it and is not what the device has was set. */

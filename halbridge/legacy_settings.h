@@ -24,6 +24,7 @@ struct legacy_settings {
 	struct legacy_pin_settings pin;
 	double scale[POKEYS_AXES];
 	uint32_t power;
+	uint32_t axes;		/* enabled, 0: not yet asked for */
 	struct legacy_group axis_group[POKEYS_AXES], encoder_group[LEGACY_ENCODERS];
 	struct legacy_group fast_group, engine_group, pin_group[POKEYS_PINS];
 };
@@ -31,8 +32,9 @@ struct legacy_settings {
 /*
  * Compare what is with what was: show what the device has in groups that
  * nobody has set, hand on those that somebody has, if ApplyIniSettings is
- * true. `driven`: axes that are driven by their older names. `values` is in HAL's memory, and others may write it meanwhile. Cold;
- * one thread, after each report and some times a second.
+ * true. `driven`: axes that are driven by their older names. `values` is in
+ * HAL's memory, and others may write it meanwhile. Cold; one thread, after each
+ * report and some times a second.
  */
 void legacy_settings_look(struct legacy_settings *own, struct values *values,
 			  const bool driven[POKEYS_AXES]);

@@ -256,7 +256,12 @@ static void encoders_and_engine_are_handed_on(void **state)
 	values.legacy.engine_set.generator = 0xc1;
 	values.legacy.engine_set.emergency_pin = 52;
 	values.legacy.engine_set.emergency_out_pin = 17;
+	values.legacy.engine_set.probe_pin = 8;
 	values.info.type_id = 32;
+	look();
+	assert_int_equal(values.set.engine.generator, -1);	/* its terminals are not known yet */
+	memset((void *)values.set.pin_function, 0, sizeof(values.set.pin_function));
+	know_the_device();
 	look();
 	assert_int_equal(values.set.encoder[5].sampling, 4);
 	assert_int_equal(values.set.encoder[5].pin_b, 4);
@@ -268,6 +273,28 @@ static void encoders_and_engine_are_handed_on(void **state)
 	assert_int_equal(values.set.engine.extended_io, 1);
 	assert_int_equal(values.set.engine.emergency_pin, 62);
 	assert_int_equal(values.set.pin_function[16], 4);
+	assert_int_equal(values.set.pin_function[51], 2);
+	assert_int_equal(values.set.pin_function[7], 130);	/* an input that is inverted stays so */
+}
+
+static void all_axes_are_enabled_once_something_is_set_up(void **state)
+{
+	(void)state;
+	values.legacy.engine.apply = true;
+	values.set.engine.axes = 0;
+	values.legacy.engine.axes = 8;
+	look();
+	assert_int_equal(values.set.engine.axes, 0);	/* nobody has set anything */
+	values.legacy.engine.axes = 0;
+	set->enabled = 1;
+	look();
+	assert_int_equal(values.set.engine.axes, 0);	/* the device is not known */
+	values.legacy.engine.axes = 8;
+	look();
+	assert_int_equal(values.set.engine.axes, 8);
+	values.set.engine.axes = 3;
+	look();
+	assert_int_equal(values.set.engine.axes, 3);	/* set by its canonical name */
 }
 
 int main(void)
@@ -285,6 +312,7 @@ int main(void)
 		cmocka_unit_test_setup(what_cannot_be_is_told_once_and_put_back, setup),
 		cmocka_unit_test_setup(inversion_keeps_the_function_of_a_pin, setup),
 		cmocka_unit_test_setup(encoders_and_engine_are_handed_on, setup),
+		cmocka_unit_test_setup(all_axes_are_enabled_once_something_is_set_up, setup),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
