@@ -1,44 +1,34 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * What the daemon's round trip is held against: a client that asks the same
- * two questions (0xCC and the pulse engine's status, protocol sections 3.4
- * and 3.24.2) once a period, in one of three ways.
+ * What the daemon is held against: a client that asks the same questions once a
+ * period, in one of several ways (client_socket.c, client_ring.c, client_xdp.c).
  *
- *   blocking  sendto, select, recvfrom, one question after the other: what the
- *             vendor's library does
- *   spinning  both questions at once on a connected socket, then recv in a
- *             tight loop: the least that a socket can cost
- *   sleeping  both at once, then poll and recv
+ * All contenders stand alike: SCHED_FIFO 80 on one core where that is permitted,
+ * memory locked, times from the tick that was due until the last answer is in
+ * the program's hands. A way that spins is awake before the tick, as the
+ * daemon's mode spin is; the others pay for their wake-up, as its mode sleep
+ * does.
  *
- * Prints one line of JSON: percentiles of the round trip of each request, of
- * the time until both answers are in, and processor time a cycle.
+ * Prints one line of JSON. Status 77 and a line on stderr: this way is not to be
+ * had here. `hold` asks nothing: it makes the interface a polled one until its
+ * standard input ends, for the daemon's sake.
  */
 #include <arpa/inet.h>
 #include <errno.h>
-#include <poll.h>
+#include <ifaddrs.h>
 #include <sched.h>
-#include <stdbool.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <sys/select.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
-#include "bench/samples.h"
+#include "bench/client.h"
 
-enum { QUESTIONS = 2, PACKET = 64, CYCLES_MAX = 60000 };
-#define TIMEOUT_NS UINT64_C(20000000)
-
-struct client {
-	int fd;
-	uint8_t question[QUESTIONS][PACKET];
-	uint8_t id;
-	struct samples each, both;
-	uint64_t lost;
-};
+enum { CYCLES_MAX = 60000, UNAVAILABLE = 77 };
+#define AWAKE_NS UINT64_C(100000)
 
 static uint64_t clock_ns(clockid_t clock)
 {
@@ -48,91 +38,58 @@ static uint64_t clock_ns(clockid_t clock)
 	return (uint64_t)t.tv_sec * UINT64_C(1000000000) + (uint64_t)t.tv_nsec;
 }
 
-static void question_stamp(struct client *c, int i)
+uint64_t client_now(void)
 {
-	uint8_t *q = c->question[i], sum = 0;
-
-	q[6] = ++c->id;
-	for (int k = 0; k < 7; k++)
-		sum = (uint8_t)(sum + q[k]);
-	q[7] = sum;
+	return clock_ns(CLOCK_MONOTONIC);
 }
 
-/* Which question a datagram answers, -1 if none. */
-static int answer_of(const struct client *c, const uint8_t *packet, ssize_t length)
+void client_stamp_all(struct client *c)
 {
-	for (int i = 0; length == PACKET && packet[0] == 0xaa && i < QUESTIONS; i++)
-		if (packet[1] == c->question[i][1] && packet[6] == c->question[i][6])
-			return i;
-	return -1;
+	for (int i = 0; i < c->ask.count; i++)
+		ask_stamp(&c->ask, i);
+	c->open = (1u << c->ask.count) - 1;
 }
 
-static void cycle_blocking(struct client *c)
+void client_take(struct client *c, const uint8_t *packet, ssize_t length)
 {
-	uint64_t begin = clock_ns(CLOCK_MONOTONIC);
+	int i = ask_match(&c->ask, packet, length);
 
-	for (int i = 0; i < QUESTIONS; i++) {
-		uint8_t packet[PACKET * 2];
-		struct timeval limit = { .tv_usec = TIMEOUT_NS / 1000 };
-		uint64_t t = clock_ns(CLOCK_MONOTONIC);
-		fd_set set;
-
-		question_stamp(c, i);
-		if (send(c->fd, c->question[i], PACKET, 0) != PACKET) {
-			c->lost++;
-			return;
-		}
-		FD_ZERO(&set);
-		FD_SET(c->fd, &set);
-		/* what was given up before and comes now is not its answer */
-		do {
-			if (select(c->fd + 1, &set, NULL, NULL, &limit) != 1) {
-				c->lost++;
-				return;
-			}
-		} while (answer_of(c, packet, recv(c->fd, packet, sizeof(packet), 0)) != i);
-		samples_add(&c->each, clock_ns(CLOCK_MONOTONIC) - t);
-	}
-	samples_add(&c->both, clock_ns(CLOCK_MONOTONIC) - begin);
+	if (i < 0 || !(c->open >> i & 1))
+		return;
+	c->open &= ~(1u << i);
+	samples_add(&c->each, client_now() - c->begin_ns);
 }
 
-static void cycle_at_once(struct client *c, bool sleeping)
+bool client_late(const struct client *c)
 {
-	uint64_t begin = clock_ns(CLOCK_MONOTONIC), now = begin;
-	int open = QUESTIONS;
+	return client_now() - c->begin_ns >= CLIENT_TIMEOUT_NS;
+}
 
-	for (int i = 0; i < QUESTIONS; i++) {
-		question_stamp(c, i);
-		if (send(c->fd, c->question[i], PACKET, MSG_DONTWAIT) != PACKET)
-			c->lost++;
-	}
-	while (open > 0 && now - begin < TIMEOUT_NS) {
-		struct pollfd p = { .fd = c->fd, .events = POLLIN };
-		uint8_t packet[PACKET * 2];
-		ssize_t length;
+const char *client_interface(const struct client *c, struct sockaddr_in *own, char name[16])
+{
+	socklen_t size = sizeof(*own);
+	struct ifaddrs *all;
 
-		if (sleeping)
-			poll(&p, 1, (int)(TIMEOUT_NS / 1000000));
-		length = recv(c->fd, packet, sizeof(packet), MSG_DONTWAIT);
-		now = clock_ns(CLOCK_MONOTONIC);
-		if (length > 0 && answer_of(c, packet, length) >= 0) {
-			samples_add(&c->each, now - begin);
-			open--;
-		}
+	*name = '\0';
+	if (getsockname(c->fd, (struct sockaddr *)own, &size) < 0 || getifaddrs(&all) < 0)
+		return "the interface cannot be found";
+	for (struct ifaddrs *a = all; a; a = a->ifa_next) {
+		struct sockaddr_in address;
+
+		if (!a->ifa_addr || a->ifa_addr->sa_family != AF_INET)
+			continue;
+		memcpy(&address, a->ifa_addr, sizeof(address));
+		if (address.sin_addr.s_addr == own->sin_addr.s_addr)
+			snprintf(name, 16, "%s", a->ifa_name);
 	}
-	if (open > 0)
-		c->lost++;
-	else
-		samples_add(&c->both, now - begin);
+	freeifaddrs(all);
+	return *name ? NULL : "the interface cannot be found";
 }
 
 static int client_open(struct client *c, const char *address, int port)
 {
 	struct sockaddr_in to = { .sin_family = AF_INET, .sin_port = htons((uint16_t)port) };
 
-	c->question[0][0] = c->question[1][0] = 0xbb;
-	c->question[0][1] = 0xcc;
-	c->question[1][1] = 0x85;
 	if (inet_pton(AF_INET, address, &to.sin_addr) != 1) {
 		fprintf(stderr, "bench-client: not an IPv4 address: %s\n", address);
 		return -EINVAL;
@@ -142,12 +99,12 @@ static int client_open(struct client *c, const char *address, int port)
 		fprintf(stderr, "bench-client: %s: %s\n", address, strerror(errno));
 		return -errno;
 	}
-	if (samples_init(&c->each, CYCLES_MAX * QUESTIONS) < 0)
+	if (samples_init(&c->each, (size_t)CYCLES_MAX * (size_t)c->ask.count) < 0)
 		return -ENOMEM;
-	return samples_init(&c->both, CYCLES_MAX);
+	return samples_init(&c->all, CYCLES_MAX);
 }
 
-/* As realtime as this machine allows, so that all contenders stand alike. */
+/* As realtime as this machine allows. */
 static void become_realtime(int cpu)
 {
 	struct sched_param parameter = { .sched_priority = 80 };
@@ -155,55 +112,129 @@ static void become_realtime(int cpu)
 
 	CPU_ZERO(&set);
 	CPU_SET((size_t)cpu, &set);
+	prctl(PR_SET_TIMERSLACK, 1UL);
 	if (sched_setaffinity(0, sizeof(set), &set) < 0 ||
 	    sched_setscheduler(0, SCHED_FIFO, &parameter) < 0 || mlockall(MCL_CURRENT) < 0)
 		fprintf(stderr, "bench-client: not realtime: %s\n", strerror(errno));
 }
 
-static uint64_t run(struct client *c, const char *mode, uint64_t cycles, uint64_t period)
+static void await(uint64_t tick_ns, bool spins)
 {
-	uint64_t next = clock_ns(CLOCK_MONOTONIC), cpu = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+	const uint64_t until = spins ? tick_ns - AWAKE_NS : tick_ns;
+	const struct timespec t = {
+		.tv_sec = (time_t)(until / UINT64_C(1000000000)),
+		.tv_nsec = (long)(until % UINT64_C(1000000000)),
+	};
 
+	clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL);
+	while (spins && client_now() < tick_ns)
+		;
+}
+
+/* Processor time of a cycle, mean. */
+static uint64_t run(struct client *c, const struct client_way *way, uint64_t cycles, uint64_t period)
+{
+	uint64_t cpu = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+
+	c->tick_ns = client_now();
 	for (uint64_t i = 0; i < cycles; i++) {
-		struct timespec t;
-
-		next += period;
-		t.tv_sec = (time_t)(next / UINT64_C(1000000000));
-		t.tv_nsec = (long)(next % UINT64_C(1000000000));
-		clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL);
-		if (!strcmp(mode, "blocking"))
-			cycle_blocking(c);
+		c->tick_ns += period;
+		await(c->tick_ns, way->spins);
+		c->begin_ns = client_now();
+		way->cycle(c);
+		if (c->open)
+			c->lost++;
 		else
-			cycle_at_once(c, !strcmp(mode, "sleeping"));
+			samples_add(&c->all, client_now() - c->tick_ns);
+		c->open = 0;
+		/* held up for long: what was missed is not caught up with */
+		if (client_now() > c->tick_ns + period)
+			c->tick_ns = client_now();
 	}
 	return (clock_ns(CLOCK_THREAD_CPUTIME_ID) - cpu) / cycles;
+}
+
+static const struct client_way *find(const char *name)
+{
+	const struct client_way *const lists[] = {
+		client_socket_ways, client_ring_ways, client_xdp_ways,
+	};
+
+	for (size_t i = 0; i < sizeof(lists) / sizeof(lists[0]); i++)
+		for (const struct client_way *way = lists[i]; way->name; way++)
+			if (!strcmp(way->name, name))
+				return way;
+	return NULL;
+}
+
+static int refuse(const char *way, const char *why)
+{
+	fprintf(stderr, "%s: %s\n", way, why);
+	return UNAVAILABLE;
+}
+
+static int hold(const struct client *c)
+{
+	const char *why = client_make_polled(c);
+	char byte;
+
+	if (why)
+		return refuse("hold", why);
+	puts("held");
+	fflush(stdout);
+	while (read(STDIN_FILENO, &byte, 1) > 0)
+		;
+	return 0;
+}
+
+static void print(struct client *c, const char *way, uint64_t cycles, uint64_t cpu)
+{
+	printf("{\"way\": \"%s\", \"cycles\": %llu, \"questions\": %d, \"lost\": %llu, \"cpu_ns\": %llu, ",
+	       way, (unsigned long long)cycles, c->ask.count, (unsigned long long)c->lost,
+	       (unsigned long long)cpu);
+	samples_print(&c->each, "round_trip");
+	printf(", ");
+	samples_print(&c->all, "all");
+	printf("}\n");
+}
+
+static int usage(void)
+{
+	fprintf(stderr, "usage: bench-client ADDRESS PORT WAY fast|all CYCLES PERIOD_US CPU\n"
+		"       bench-client ADDRESS PORT hold\n"
+		"ways: blocking sleeping spinning batching ring ring-spin ring-napi xdp\n");
+	return 2;
 }
 
 int main(int argc, char **argv)
 {
 	static struct client c;
+	const struct client_way *way;
 	uint64_t cycles, cpu;
+	const char *why;
 
-	if (argc != 7 || (strcmp(argv[3], "blocking") && strcmp(argv[3], "spinning") &&
-			  strcmp(argv[3], "sleeping"))) {
-		fprintf(stderr, "usage: bench-client ADDRESS PORT blocking|spinning|sleeping"
-			" CYCLES PERIOD_US CPU\n");
-		return 2;
+	if (argc == 4 && !strcmp(argv[3], "hold")) {
+		ask_fast(&c.ask);
+		return client_open(&c, argv[1], atoi(argv[2])) < 0 ? 1 : hold(&c);
 	}
-	cycles = strtoull(argv[4], NULL, 10);
-	if (cycles < 1 || cycles > CYCLES_MAX) {
-		fprintf(stderr, "bench-client: CYCLES is 1..%d\n", CYCLES_MAX);
-		return 2;
-	}
+	way = argc == 8 ? find(argv[3]) : NULL;
+	cycles = way ? strtoull(argv[5], NULL, 10) : 0;
+	if (cycles < 1 || cycles > CYCLES_MAX || (strcmp(argv[4], "fast") && strcmp(argv[4], "all")))
+		return usage();
+	if (strcmp(argv[4], "all"))
+		ask_fast(&c.ask);
+	else
+		ask_all(&c.ask);
 	if (client_open(&c, argv[1], atoi(argv[2])) < 0)
 		return 1;
-	become_realtime(atoi(argv[6]));
-	cpu = run(&c, argv[3], cycles, strtoull(argv[5], NULL, 10) * 1000);
-	printf("{\"mode\": \"%s\", \"cycles\": %llu, \"lost\": %llu, \"cpu_ns\": %llu, ", argv[3],
-	       (unsigned long long)cycles, (unsigned long long)c.lost, (unsigned long long)cpu);
-	samples_print(&c.each, "round_trip");
-	printf(", ");
-	samples_print(&c.both, "both");
-	printf("}\n");
+	become_realtime(atoi(argv[7]));
+	c.begin_ns = client_now();
+	why = way->open(&c);
+	if (why)
+		return refuse(way->name, why);
+	c.each.count = c.all.count = 0;
+	c.open = 0;
+	cpu = run(&c, way, cycles, strtoull(argv[6], NULL, 10) * 1000);
+	print(&c, way->name, cycles, cpu);
 	return 0;
 }

@@ -2,7 +2,7 @@
 /*
  * What the HAL component's read and write cost for one device, beside memcpy
  * of the same bytes: copying the images from and to memory, the pins of both
- * naming schemes, and the exchange between, without LinuxCNC, so that the
+ * naming schemes (or those that the command line says), and the exchange between, without LinuxCNC, so that the
  * figure is the code's and not the thread's. Pins lie as far apart as in HAL's
  * memory, one to two cache lines.
  *
@@ -68,7 +68,7 @@ static __attribute__((noinline)) void copy_bytes(void *destination, const void *
 	__asm__ volatile("" : : "r"(destination) : "memory");
 }
 
-static void begin(void)
+static void begin(uint8_t names)
 {
 	struct pokeys_state *s = &from.state;
 
@@ -76,7 +76,7 @@ static void begin(void)
 	table_set_parameters(&values);
 	for (int i = 0; i < BINDING_PINS; i++)
 		pointers[i] = &pins[i].value;
-	if (binding_init(&binding, &values, (void *volatile *)pointers, TABLE_BOTH))
+	if (binding_init(&binding, &values, (void *volatile *)pointers, names))
 		exit(1);
 	binding_exported(&binding);
 	exchange.legacy.on = true;
@@ -110,13 +110,29 @@ static void write_funct(uint64_t device_ns)
 	binding_scatter(&binding, TABLE_AT_WRITE);
 }
 
+/* 0 = there are no such ones. */
+static uint8_t names_of(const char *text)
+{
+	static const struct { const char *text; uint8_t names; } known[] = {
+		{ "canonical", TABLE_CANONICAL }, { "legacy", TABLE_LEGACY }, { "both", TABLE_BOTH },
+		{ "all", TABLE_ALL },
+	};
+
+	for (size_t i = 0; i < sizeof(known) / sizeof(known[0]); i++)
+		if (!strcmp(known[i].text, text))
+			return known[i].names;
+	return 0;
+}
+
 int main(int argc, char **argv)
 {
 	static struct samples read, write, both, copy;
+	const uint8_t names = argc == 3 ? names_of(argv[2]) : 0;
 	uint64_t device_ns = UINT64_C(1000000000);
 
-	if (argc != 2 || (moving = atoi(argv[1])) < 0 || moving > POKEYS_ENCODERS) {
-		fprintf(stderr, "usage: bench-exchange ENCODERS (moving, 0..%d)\n", POKEYS_ENCODERS);
+	if (!names || (moving = atoi(argv[1])) < 0 || moving > POKEYS_ENCODERS) {
+		fprintf(stderr, "usage: bench-exchange ENCODERS canonical|legacy|both|all\n"
+			"(encoders that move, 0..%d)\n", POKEYS_ENCODERS);
 		return 2;
 	}
 
@@ -124,7 +140,7 @@ int main(int argc, char **argv)
 	    samples_init(&write, BATCH * BATCHES) < 0 ||
 	    samples_init(&both, BATCH * BATCHES) < 0 || samples_init(&copy, BATCHES) < 0)
 		return 1;
-	begin();
+	begin(names);
 	for (int batch = 0; batch < BATCHES; batch++) {
 		uint64_t t, between, end;
 

@@ -25,6 +25,8 @@ class Rig:
         self.run.chmod(0o755)
         self.started = {}
         self.hal = None
+        self.address = ADDRESS
+        self.there = ()  # before a command that is to run where the device is
 
     def spawn(self, name, *words):
         command = [str(word) for word in words]
@@ -62,10 +64,10 @@ class Rig:
             raise Fault(f"halcmd {' '.join(words)}: {said.strip()}")
         return said
 
-    def status(self):
-        """The device's entry of pokeysctl's JSON."""
+    def status(self, device=None):
+        """A device's entry of pokeysctl's JSON."""
         done = subprocess.run((self.build / "tools/pokeysctl", "--runtime-directory", self.run / "pokeysd",
-                               "status", self.device, "--json"),
+                               "status", device or self.device, "--json"),
                               capture_output=True, text=True, check=False)
         try:
             return json.loads(done.stdout)["devices"][0]
@@ -73,22 +75,29 @@ class Rig:
             raise Fault(f"pokeysctl status: {(done.stderr or done.stdout).strip()}") from None
 
     def start_simulator(self, *options):
-        socket = self.run / "sim.sock"
-        self.spawn("pokeys-sim", self.build / "sim/pokeys-sim", "--model", "57CNC",
-                   "--address", ADDRESS, "--control", socket, "--preset", "demo", *options)
-        self.wait_for("the simulator's control socket", socket.exists, 5, "pokeys-sim")
+        self.start_simulator_at(self.address, "pokeys-sim", *options)
+
+    def start_simulator_at(self, address, name, *options):
+        socket = self.run / f"{name}.sock"
+        socket.unlink(missing_ok=True)
+        self.spawn(name, *self.there, self.build / "sim/pokeys-sim", "--model", "57CNC",
+                   "--address", address, "--control", socket, "--preset", "demo", *options)
+        self.wait_for("the simulator's control socket", socket.exists, 10, name)
 
     def start_daemon(self, daemon, device):
         """`daemon` and `device` are dicts of keys for the two sections."""
+        self.start_daemon_with(daemon, {self.device: {"address": self.address, **device}})
+        self.wait_for("the device running", lambda: self.status()["fresh"], 10, "pokeysd")
+
+    def start_daemon_with(self, daemon, devices):
+        """`devices` has such a dict for each device's name; none is waited for."""
         conf = self.run / "pokeysd.conf"
         daemon = {"runtime-directory": self.run / "pokeysd", "realtime": "optional", **daemon}
-        device = {"address": ADDRESS, **device}
-        lines = ["[daemon]", *(f"{k} = {v}" for k, v in daemon.items()),
-                 f"[device {self.device}]", *(f"{k} = {v}" for k, v in device.items())]
-        conf.write_text("\n".join(lines) + "\n")
+        sections = {"daemon": daemon, **{f"device {name}": keys for name, keys in devices.items()}}
+        conf.write_text("".join(f"[{section}]\n" + "".join(f"{k} = {v}\n" for k, v in keys.items())
+                                for section, keys in sections.items()))
         self.spawn("pokeysd", self.build / "daemon/control/pokeysd", "--config", conf)
         self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, 10, "pokeysd")
-        self.wait_for("the device running", lambda: self.status()["fresh"], 10, "pokeysd")
 
     def start_hal(self):
         self.halcmd("loadrt", "threads", "name1=servo-thread", "period1=1000000")

@@ -21,7 +21,11 @@ that a drift of the machine's speed touches all of them; compare with ratios().
 """
 ORDER = (
     "round_trip",
+    "everything",
+    "devices",
+    "loss",
     "shared_memory",
+    "readers",
     "exchange",
     "hal",
 )

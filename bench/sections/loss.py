@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What lost packets do to the data: the daemon beside a client that waits."""
+from figures import Figure, table, us
+
+TITLE = "Lost packets"
+SECONDS = 45
+LEVELS = (0, 0.001, 0.01, 0.05, 0.1, 0.2)
+
+
+def measure(bench):
+    found = []
+    for level in LEVELS:
+        bench.say(f"loss of {100 * level:g} %")
+        bench.start_fast_simulator("--loss", level, "--seed", 7)
+        client = bench.client("blocking", cycles=bench.cycles // 2)
+        found.append({"level": level, "client": client, "daemon": bench.daemon({"lost-after-ms": 2000})})
+        bench.stop("pokeys-sim")
+    return found
+
+
+def late(run):
+    """Part of the cycles whose data were not of that cycle when it was published."""
+    return 1 - run["all"]["samples"] / run["cycles"]
+
+
+def figures(found):
+    percent = next(row for row in found if row["level"] == 0.01)
+    return [Figure("1 % of packets lost each way: age of pokeysd's data, p99", percent["daemon"]["age"]["p99_ns"] / 1e6,
+                   "ms", percent["daemon"]["age"]["samples"],
+                   readme="1 % of packets lost each way: age of the data, p99")]
+
+
+def report(found):
+    rows = []
+    for row in found:
+        daemon, client = row["daemon"], row["client"]
+        rows.append((f"{100 * row['level']:g}", us(daemon["age"]["p50_ns"]), us(daemon["age"]["p99_ns"]),
+                     us(daemon["age"]["p999_ns"]), f"{100 * late(daemon):.1f}", daemon["resent"],
+                     daemon["age"]["samples"], us(client["all"]["p99_ns"]), f"{100 * late(client):.1f}"))
+    return ["Each way so many percent of the packets are dropped, by a fixed seed. pokeysd in mode sleep; age is that"
+            " of the fast data, as a reader finds it who comes at any time. The blocking client gives an answer up after"
+            " 20 ms (the vendor's library waits 1.1 s) and does without it.", "",
+            *table(("loss %", "age p50 µs", "age p99 µs", "age p99.9 µs", "cycles late %", "resent", "samples",
+                    "client: p99 of what came µs", "client: cycles without answer %"), rows)]
