@@ -101,8 +101,10 @@ const struct settings_key settings_keys[] = {
 
 #define AXIS(name) "axis.#." name
 	KEY(AXIS("mode"), SETTINGS_NUMBER, AXIS_FLAG(options, 13), WORDS_ONLY,
-	    WORDS({ "off", 0 }, { "position", 13 }),
-	    .help = "position: the axis follows absolute positions; off: it is not driven."),
+	    WORDS({ "off", 0 }, { "position", 13 }, { "velocity", 5 }, { "buffered", 1 }),
+	    .help = "What it follows: position, absolute positions, to which the device makes the "
+		    "ramps; velocity, speeds; buffered, the steps of each millisecond, streamed "
+		    "into its motion buffer. off: it is not driven."),
 	KEY(AXIS("invert"), SETTINGS_NUMBER, AXIS_FLAG(options, 2), FLAG(2),
 	    .help = "Direction inverted."),
 	KEY(AXIS("max-speed"), SETTINGS_REAL, AXIS_AT(max_speed), AXIS_SET(MAX_SPEED),

@@ -74,6 +74,8 @@ static const struct row rows[] = {
 	  "silence after a reboot (0)" },
 	{ "emergency-base", "N", UINT8, FIELD(rig.device.choices.emergency_base), 1, 100,
 	  "base of the emergency pin setting (10)" },
+	{ "count-free", NULL, FLAG, FIELD(rig.device.choices.count_free), 0, 0,
+	  "the status counts free slots of the motion buffer, not all" },
 	{ "drop-unknown", NULL, FLAG, FIELD(rig.device.choices.drop_unknown), 0, 0,
 	  "do not answer unknown operations at all" },
 	{ "enforce-security", NULL, FLAG, FIELD(rig.device.choices.enforce_security), 0, 0,

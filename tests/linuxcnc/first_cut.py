@@ -6,7 +6,7 @@ Simulator, daemon and LinuxCNC (motmod, milltask, io, halui) in namespaces of th
 own; machinist.py sits in front of it as the user interface. The example's files
 are used as they are but for what `changes` lists.
 
-usage: first_cut.py first_cut|device_homing POKEYS_SHM.so POKEYS_HOMECOMP.so POKEYSD POKEYS-SIM
+usage: first_cut.py first_cut|buffered|buffered_untold|device_homing POKEYS_SHM.so POKEYS_HOMECOMP.so POKEYSD POKEYS-SIM
                     POKEYSCTL
 
 POKEYS_CUT_S: most seconds the machine may take (default 240).
@@ -70,6 +70,21 @@ DEVICE_HOMING = {
 }
 
 
+BUFFERED = {
+    "pokeysd.conf": [(f"axis.{axis}.mode = position\n", f"axis.{axis}.mode = buffered\n")
+                     for axis in range(4)],
+}
+# What each kind of work changes besides, what it asks of the simulator, and what the
+# machinist is to do.
+WORKS = {
+    "first_cut": ({}, (), "first_cut"),
+    "buffered": (BUFFERED, ("--count-free",), "first_cut"),
+    # its status does not tell how full the buffer is: positions have to
+    "buffered_untold": (BUFFERED, (), "first_cut"),
+    "device_homing": (DEVICE_HOMING, (), "device_homing"),
+}
+
+
 class Mill(Rig):
     """Rig's folder with the example in it."""
 
@@ -79,8 +94,7 @@ class Mill(Rig):
         self.mill = self.run / "mill"
         shutil.copytree(EXAMPLE, self.mill)
         self.change(changes(self))
-        if work == "device_homing":
-            self.change(DEVICE_HOMING)
+        self.change(WORKS[work][0])
         (self.mill / "sampler.hal").write_text(SAMPLER, encoding="utf-8")
         panel = self.run / "machinist"
         panel.write_text(f'#!/bin/sh\nexec /usr/bin/python3 -B {HERE}/machinist.py "$@"\n', encoding="utf-8")
@@ -100,7 +114,8 @@ class Mill(Rig):
     def start(self):
         control = self.run / "sim.sock"
         self.spawn("pokeys-sim", self.sim, "--model", "57CNC", "--address", ADDRESS, "--no-discovery",
-                   "--control", control, "--script", self.mill / "bench.sim", "--service-us", 100)
+                   "--control", control, "--script", self.mill / "bench.sim", "--service-us", 100,
+                   *WORKS[self.work][1])
         self.wait_for("the simulator's control socket", control.exists, 10, "pokeys-sim")
         self.spawn("pokeysd", self.pokeysd, "--config", self.mill / "pokeysd.conf")
         self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, 20, "pokeysd")
@@ -109,7 +124,7 @@ class Mill(Rig):
     def cut(self):
         """LinuxCNC with the machinist; their status."""
         env = os.environ | {"MACHINIST_SIM": f"{self.sim} --ctl {self.run}/sim.sock",
-                            "MACHINIST_MILL": str(self.mill), "MACHINIST_WORK": self.work}
+                            "MACHINIST_MILL": str(self.mill), "MACHINIST_WORK": WORKS[self.work][2]}
         with open(self.run / "linuxcnc.log", "wb") as log:
             child = subprocess.Popen(("linuxcnc", "-r", self.mill / "mill.ini"), stdout=log, stderr=log,
                                      stdin=subprocess.DEVNULL, env=env, cwd=self.mill)
