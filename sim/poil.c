@@ -32,6 +32,17 @@ static void read_memory(const struct sim_device *dev, unsigned int type, unsigne
 	}
 }
 
+/*
+ * Code goes to flash a page of 256 bytes at a time: it is put into the data
+ * memory first, and a write of type 0 with no size and the page at 5 moves it
+ * there, as the vendor library does. The code here has one page.
+ */
+static void write_page(struct sim_device *dev, unsigned int page)
+{
+	if (page == 0)
+		memcpy(dev->run.poil_memory[0], dev->run.poil_memory[1], MEMORY_SIZE);
+}
+
 static void write_memory(struct sim_device *dev, const uint8_t *rq, uint8_t *rp)
 {
 	unsigned int type = rq[P2];
@@ -42,6 +53,8 @@ static void write_memory(struct sim_device *dev, const uint8_t *rq, uint8_t *rp)
 		rp[P2] = 1;
 		return;
 	}
+	if (type == 0 && size == 0)
+		write_page(dev, rq[P4]);
 	for (unsigned int i = 0; i < size && address + i < MEMORY_SIZE; i++)
 		dev->run.poil_memory[type][address + i] = rq[9 + i];
 }

@@ -310,6 +310,12 @@ static void poil_memory_is_memory(void **state)
 	talk_begin(&t, 0x82, 0x11, 1, 0, 0);
 	memcpy(t.rq + 8, "\x67\0\1\x64\0\1\xFF\xFF", 8);
 	assert_memory_equal(talk_send(&t) + 8, "zw", 2);
+	/* code: what is in the data memory, moved to page 0 of the flash */
+	talk_begin(&t, 0x82, 0x15, 0, 0, 0);
+	talk_send(&t);
+	talk_begin(&t, 0x82, 0x10, 0, 100, 0);
+	t.rq[8] = 4;
+	assert_memory_equal(talk_send(&t) + 8, "wxyz", 4);
 }
 
 int main(void)
