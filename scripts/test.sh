@@ -23,7 +23,7 @@ suite_run() {
 	# what an earlier run wrote must not be counted if this one writes nothing
 	rm -f "$build/meson-logs/log-$label.json"
 	meson test -C "$build" --no-rebuild --print-errorlogs --num-processes "$jobs" \
-		--timeout-multiplier "$([ "$build" = build ] && echo 2 || echo 8)" \
+		--timeout-multiplier "$([ "$build" = build ] && echo 5 || echo 20)" \
 		--logbase "log-$label" "${arguments[@]}" || true
 	TEST_LOGS+=("$build/meson-logs/log-$label.json")
 }

@@ -13,8 +13,31 @@
 #include "tools/pokeysctl.h"
 #include "tools/view.h"
 
-/* The report of a device that answers for it; 0, or it has been said why. */
-static int read_report(const struct options *options, struct view *view,
+/* Whether the device's settings have been read since it was found last. */
+static bool is_read(const struct pokeys_report *report)
+{
+	static const struct pokeys_settings nothing;
+
+	return memcmp(&report->device, &nothing, sizeof(nothing)) != 0;
+}
+
+/* What is told may be of before, and why; nothing where it is of now. */
+static void tell_age(const struct view_device *device)
+{
+	if (device->freshness == VIEW_DEAD)
+		complain("%s: %s; this is of when its settings were read last", device->name,
+			 device->why);
+	else if (device->state.link != POKEYS_LINK_RUNNING)
+		complain("%s is %s%s%s; this is of when its settings were read last", device->name,
+			 pokeys_link_name(device->state.link), *device->why ? ": " : "", device->why);
+}
+
+/*
+ * The report of a device; 0, or it has been said why there is none. A device that is
+ * lost, or whose daemon does not publish, has most likely what it had: that may be
+ * looked at, but nothing can be concluded from it.
+ */
+static int read_report(const struct options *options, bool of_now, struct view *view,
 		       struct pokeys_report *report)
 {
 	const char *name = options->names[1];
@@ -25,7 +48,7 @@ static int read_report(const struct options *options, struct view *view,
 		return -1;
 	view_read(view);
 	device = &view->device[0];
-	if (device->freshness == VIEW_NONE || device->freshness == VIEW_DEAD) {
+	if (device->freshness == VIEW_NONE || (of_now && device->freshness == VIEW_DEAD)) {
 		complain("%s: %s", name, device->why);
 		return -1;
 	}
@@ -34,14 +57,12 @@ static int read_report(const struct options *options, struct view *view,
 		complain("%s: its settings cannot be read: %s", name, strerror(-result));
 		return -1;
 	}
-	if (report->state != POKEYS_CONFIG_UNKNOWN) {
-		if (device->state.link != POKEYS_LINK_RUNNING)
-			complain("%s is %s%s%s; this is of when its settings were read last", name,
-				 pokeys_link_name(device->state.link), *device->why ? ": " : "",
-				 device->why);
+	if (report->state != POKEYS_CONFIG_UNKNOWN || (is_read(report) && !of_now)) {
+		tell_age(device);
 		return 0;
 	}
-	complain("%s: its settings have not been read yet%s%s", name, *device->why ? ": " : "",
+	complain("%s: its settings have not been read%s%s%s", name,
+		 is_read(report) ? " since it was lost" : " yet", *device->why ? ": " : "",
 		 device->why);
 	return -1;
 }
@@ -50,7 +71,7 @@ static int show(const struct options *options)
 {
 	static struct pokeys_report report;
 	static struct view view;
-	int result = read_report(options, &view, &report);
+	int result = read_report(options, false, &view, &report);
 
 	if (!result && options->json)
 		config_print_show_json(options->names[1], &report, stdout);
@@ -64,7 +85,7 @@ static int diff(const struct options *options)
 {
 	static struct pokeys_report report;
 	static struct view view;
-	int result = read_report(options, &view, &report);
+	int result = read_report(options, true, &view, &report);
 	unsigned int count = 0;
 
 	if (!result && options->json)

@@ -280,10 +280,13 @@ int daemon_start(struct daemon *daemon)
 	daemon->why[0] = '\0';
 	status = make_thread(daemon);
 	status = status ? status : await_first_cycles(daemon);
-	status = status ? status : publish(daemon);
 	if (status)
 		return status;
+	/* before it can be found: whoever has found it may order */
 	open_desk(daemon);
+	status = publish(daemon);
+	if (status)
+		return status;
 	daemon->latency_fd = realtime_hold_cpu_awake();
 	if (daemon->latency_fd < 0)
 		log_line(EVENT_INFO, "/dev/cpu_dma_latency: %s; sleeping cores may wake up late",
@@ -295,13 +298,24 @@ int daemon_start(struct daemon *daemon)
 	return STATUS_FAILED;
 }
 
-/* The realtime thread has done its last; false = it does not come to an end. */
+/*
+ * The realtime thread has done its last; false = it does not come to an end. One that
+ * still makes cycles does, however slowly on a busy machine: the loop gives up by itself.
+ */
 static bool await_end(const struct daemon *daemon)
 {
-	uint64_t end_ns = clock_now() + STOP_MS * UINT64_C(1000000);
+	uint64_t cycles = 0, end_ns = 0;
 
-	while (!atomic_load(&daemon->left) && clock_now() < end_ns)
+	do {
+		uint64_t now_ns = clock_now();
+
+		if (!end_ns || cycles != atomic_load(&daemon->loop.shared.cycles))
+			end_ns = now_ns + STOP_MS * UINT64_C(1000000);
+		cycles = atomic_load(&daemon->loop.shared.cycles);
+		if (now_ns >= end_ns)
+			break;
 		sleep_ms(1);
+	} while (!atomic_load(&daemon->left));
 	return atomic_load(&daemon->left);
 }
 

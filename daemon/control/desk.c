@@ -30,6 +30,19 @@ void desk_init(struct desk *desk, const struct config *config, const char *confi
 	};
 }
 
+/*
+ * With its mode from the first moment: changed by name afterwards, it could be
+ * that of whatever somebody of the group has put there meanwhile.
+ */
+static int bind_for_group(int fd, const struct sockaddr_un *address)
+{
+	mode_t before = umask(0117);
+	int result = bind(fd, (const struct sockaddr *)address, sizeof(*address));
+
+	umask(before);
+	return result;
+}
+
 int desk_open(struct desk *desk)
 {
 	struct sockaddr_un address = { .sun_family = AF_UNIX };
@@ -41,8 +54,7 @@ int desk_open(struct desk *desk)
 	strncpy(address.sun_path, desk->socket, sizeof(address.sun_path) - 1);
 	/* what a daemon that died left: the folder is locked, so it is nobody's */
 	unlink(desk->socket);
-	if (bind(fd, (const struct sockaddr *)&address, sizeof(address)) ||
-	    chmod(desk->socket, 0660) || listen(fd, DESK_CLIENTS)) {
+	if (bind_for_group(fd, &address) || listen(fd, DESK_CLIENTS)) {
 		int error = errno;
 
 		close(fd);

@@ -39,6 +39,7 @@ struct desk_client {
 	bool restart;			/* the file has news that want a restart */
 	uint32_t id;			/* of its order */
 	uint64_t since_ns;		/* in this phase */
+	uint64_t cycle;			/* the loop had ended when its order was executed */
 };
 
 /* The newest report of a device: 0, or -errno. */

@@ -20,10 +20,10 @@
 #include "daemon/control/log.h"
 
 #define MS		UINT64_C(1000000)
-#define SETTLE_NS	(200 * MS)	/* until a report may be believed to know of the order */
+#define SETTLE_NS	(200 * MS)	/* what a device that answers needs for most of it */
 #define APPLY_NS	(5000 * MS)
 #define SAVE_NS		(8000 * MS)	/* a save takes a second and more */
-#define ORDER_NS	(1000 * MS)
+#define ORDER_NS	(3000 * MS)
 
 struct faults {
 	size_t at;
@@ -178,6 +178,7 @@ void desk_executed(struct desk *desk, struct desk_client *client, int result, ui
 	const char *name = desk->config->device[client->device].name;
 
 	client->since_ns = now_ns;
+	client->cycle = atomic_load(&desk->loop->shared.cycles);
 	if (!result) {
 		client->phase = client->what == DEVICE_ORDER_APPLY ? DESK_APPLYING : DESK_SAVING;
 		return;
@@ -197,13 +198,17 @@ void desk_executed(struct desk *desk, struct desk_client *client, int result, ui
 		desk_answer(desk, client, false, "%s: %s", name, strerror(-result));
 }
 
-/* What became of the settings, once the device has had time for it. */
+/*
+ * What became of the settings, once the device has had time for it. A report knows
+ * of the order when the cycle that executed it has ended, however long that takes.
+ */
 static bool answer_applied(struct desk *desk, struct desk_client *client)
 {
 	const char *name = desk->config->device[client->device].name;
 	struct pokeys_report report;
 
-	if (desk->read(desk->context, client->device, &report))
+	if (atomic_load(&desk->loop->shared.cycles) == client->cycle ||
+	    desk->read(desk->context, client->device, &report))
 		return false;
 	if (report.state == POKEYS_CONFIG_APPLIED)
 		desk_answer(desk, client, true, "%s: the device has all that is wanted%s", name,

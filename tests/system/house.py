@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A simulator, a daemon and pokeysctl with a folder, an address and a notify
-socket of their own, so that any number of tests run beside each other."""
+socket of their own, so that any number of tests run beside each other.
+
+The machine may be busy with anything: whatever runs may be held for a second at
+any moment, so what a test expects to come about is waited for, up to PATIENCE,
+and a limit that is somebody's promise is held against how late this process
+itself was meanwhile (Lateness)."""
 import json
 import os
 import pathlib
@@ -11,16 +16,21 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+import traceback
 
 SEED = int(os.environ.get("POKEYS_SEED", "0")) or random.SystemRandom().randrange(1, 2**31)
 rng = random.Random(SEED)
+PATIENCE = 60  # seconds; whatever takes longer hangs
 
 
 def free_address():
-    """An address of the loopback network that nobody listens at."""
+    """An address of the loopback network that nobody listens at. Never by the seed: tests
+    beside each other have the same one, and would all choose the same address."""
+    chance = random.SystemRandom()
     while True:
-        address = f"127.{rng.randrange(10, 250)}.{rng.randrange(1, 250)}.{rng.randrange(1, 250)}"
+        address = f"127.{chance.randrange(10, 250)}.{chance.randrange(1, 250)}.{chance.randrange(1, 250)}"
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
                 probe.bind((address, 20055))
@@ -111,42 +121,107 @@ class House:
         path = self.folder / "notify"
         self.notify = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self.notify.bind(str(path))
-        self.notify.settimeout(10)
+        self.notify.settimeout(PATIENCE)
         return {**os.environ, "NOTIFY_SOCKET": str(path)}
 
     def ctl(self, *words):
         return run(self.programs["pokeysctl"], "-r", self.runtime, *words)
 
+    def says(self, *words, **wanted):
+        """pokeysctl's answer to these words, once it is the wanted one (returncode=, stdout=, stderr=)."""
+        found = None
+
+        def answered():
+            nonlocal found
+            found = self.ctl(*words)
+            return {name: getattr(found, name) for name in wanted}
+        wait_equal(f"pokeysctl {words}", answered, wanted)
+        return found
+
+    def tells(self, text, *words):
+        """pokeysctl's answer to these words, once this text is in it."""
+        found = None
+
+        def told():
+            nonlocal found
+            found = self.ctl(*words)
+            return text in found.stdout + found.stderr
+        wait_for(f"pokeysctl {words}: {text!r}", told, say=lambda: found)
+        return found
+
     def device(self, name="mill"):
         out = self.ctl("status", name, "--json")
         return json.loads(out.stdout)["devices"][0] if out.stdout else None
+
+    def state(self, name="mill"):
+        """The state image; {} if nothing can be read."""
+        return (self.device(name) or {}).get("state") or {}
 
     def fresh(self, name="mill"):
         device = self.device(name)
         return bool(device and device["fresh"])
 
-    def wait_fresh(self, name="mill", limit=10):
+    def wait_fresh(self, name="mill", limit=PATIENCE):
         wait_for(f"{name} fresh", lambda: self.fresh(name), limit)
 
 
 def run(*command, **options):
-    return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=60,
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=2 * PATIENCE,
                           check=False, **options)
 
 
-def wait_for(what, test, limit=10):
-    end = time.monotonic() + limit
-    while not test():
-        assert time.monotonic() < end, f"{what}: not within {limit} s"
+def wait_for(what, test, limit=PATIENCE, say=None):
+    """Until test() is true; what it gave then. say() adds to the complaint that it never was."""
+    end_at = time.monotonic() + limit
+    while not (found := test()):
+        assert time.monotonic() < end_at, f"{what}: not within {limit} s, still {say() if say else found!r}"
+        time.sleep(0.01)
+    return found
+
+
+def wait_equal(what, get, wanted, limit=PATIENCE):
+    """Until get() gives what is wanted."""
+    end_at = time.monotonic() + limit
+    while (found := get()) != wanted:
+        assert time.monotonic() < end_at, f"{what}: {found!r} after {limit} s, not {wanted!r}"
         time.sleep(0.01)
 
 
-def end(child, number=signal.SIGTERM, limit=10):
+def equal(found, wanted, why=""):
+    assert found == wanted, f"{found!r}, not {wanted!r} {why}"
+
+
+def end(child, number=signal.SIGTERM, limit=PATIENCE):
     """Signal it; (status, seconds)."""
     begin = time.monotonic()
     child.send_signal(number)
     status = child.wait(limit)
     return status, time.monotonic() - begin
+
+
+class Lateness:
+    """How late a thread of ours wakes up, added up: what a busy machine adds to
+    anything that is measured in seconds here."""
+    STEP = 0.002
+    TIMES = 10  # processes, one after the other, that each may be as late
+
+    def __init__(self):
+        self.total, self.due = 0.0, time.monotonic() + self.STEP
+        threading.Thread(target=self._sleep, daemon=True).start()
+
+    def _sleep(self):
+        while True:
+            time.sleep(max(0.0, self.due - time.monotonic()))
+            now = time.monotonic()
+            self.total, self.due = self.total + now - self.due, now + self.STEP
+
+    def __call__(self):
+        return self.total + max(0.0, time.monotonic() - self.due)
+
+    def within(self, limit, seconds, before, what):
+        """`seconds`, measured since `before` was taken from us, keep a promise of `limit`."""
+        late = self() - before
+        assert seconds < limit + self.TIMES * late, f"{what}: {seconds:.3f} s (this machine: {late:.3f} s late)"
 
 
 class Skip(Exception):
@@ -170,5 +245,6 @@ def main(module):
             print(f"skipped {name[5:]}: {why}", file=sys.stderr, flush=True)
         except Exception as fault:  # pylint: disable=broad-except
             failed += 1
-            print(f"FAILED  {name[5:]}: {type(fault).__name__}: {fault}", flush=True)
+            print(f"FAILED  {name[5:]}: {type(fault).__name__}: {fault}")
+            print(traceback.format_exc(), flush=True)
     return 1 if failed else 77 if skipped == count else 0

@@ -15,7 +15,10 @@ import sys
 import termios
 import time
 
-from house import House, end, free_address, main, rng, run, shared_memory, wait_for
+from house import (PATIENCE, House, Lateness, end, equal, free_address, main, rng, run, shared_memory, wait_equal,
+                   wait_for)
+
+late = Lateness()
 
 
 def test_the_device_may_be_there_first():
@@ -28,13 +31,13 @@ def test_the_device_may_be_there_first():
 def test_the_daemon_may_be_there_first():
     with House() as house:
         house.start_daemon()
-        time.sleep(0.3)
-        device = house.device()
-        assert device["publishing"] and not device["fresh"], device["reason"]
-        assert house.ctl("status").returncode == 2
+        wait_for("images", lambda: house.device()["publishing"])
+        time.sleep(0.3)  # long enough to be wrong about it
+        assert not house.fresh(), house.device()
+        house.says("status", returncode=2)
         house.start_sim()
-        house.wait_fresh(limit=5)
-        assert house.ctl("status").returncode == 0
+        house.wait_fresh()
+        house.says("status", returncode=0)
 
 
 def test_the_device_may_go_and_come_again():
@@ -43,34 +46,40 @@ def test_the_device_may_go_and_come_again():
         daemon = house.start_daemon()
         house.wait_fresh()
         end(sim)
-        wait_for("the device lost", lambda: house.device()["state"]["link"] == "lost", 5)
-        assert house.device()["reason"].startswith("no answer")
+        wait_equal("the device lost", lambda: house.state().get("link"), "lost")
+        wait_for("the reason", lambda: house.device()["reason"].startswith("no answer"), say=house.device)
         house.start_sim()
-        house.wait_fresh(limit=5)
-        assert daemon.poll() is None
+        house.wait_fresh()
+        equal(daemon.poll(), None, house.log())
 
 
 def test_sigterm_leaves_the_device_in_its_safe_state_in_under_a_second():
     with House() as house:
-        house.device_keys["mill"] |= {"digital-outputs": "31-34", "safe-on": "32", "safe-hold": "33"}
+        # a link or a commander that is lost at the wrong moment is another test's matter
+        house.device_keys["mill"] |= {"digital-outputs": "31-34", "safe-on": "32", "safe-hold": "33",
+                                      "lost-after-ms": 60000, "heartbeat-timeout-ms": 60000}
         sim = house.start_sim()
         daemon = house.start_daemon()
         house.wait_fresh()
         house.spawn("commander", house.runtime, "mill", 31, 33, log="commander.log")
-        on = lambda: {i + 1 for i, bit in enumerate(house.device()["state"]["outputs"]) if bit}
-        wait_for("the commander's outputs", lambda: {31, 33} <= on())
+        on = lambda: {i + 1 for i, bit in enumerate(house.state().get("outputs", [])) if bit}
+        wait_for("the commander's outputs", lambda: {31, 33} <= on(), say=on)
+        before = late()
         status, seconds = end(daemon)
-        assert status == 0, f"status {status}: {house.log()}"
-        assert seconds < 1, f"{seconds:.2f} s"
+        equal(status, 0, house.log())
+        late.within(1, seconds, before, "its end")
         latches = {pin: "latch=1" in house.ask_sim(sim, "pin", pin) for pin in (31, 32, 33, 34)}
-        assert latches == {31: False, 32: True, 33: True, 34: False}, latches
+        equal(latches, {31: False, 32: True, 33: True, 34: False}, f"after {seconds:.2f} s: {house.log()}")
         assert not any(house.runtime.iterdir()), list(house.runtime.iterdir())
 
 
 def test_sigterm_ends_it_in_under_a_second_without_a_device_too():
     with House() as house:
-        status, seconds = end(house.start_daemon())
-        assert status == 0 and seconds < 1, f"status {status} after {seconds:.2f} s"
+        daemon = house.start_daemon()
+        before = late()
+        status, seconds = end(daemon)
+        equal(status, 0, house.log())
+        late.within(1, seconds, before, "its end")
 
 
 def test_a_killed_daemon_is_noticed_and_replaced():
@@ -81,17 +90,17 @@ def test_a_killed_daemon_is_noticed_and_replaced():
             house.wait_fresh()
             before = house.device()["state"]["epoch"]
             end(daemon, signal.SIGKILL)
-            time.sleep(0.3)
+            wait_for("the silence", lambda: not house.device()["publishing"])
             device = house.device()
-            assert not device["publishing"] and "daemon not publishing for 0." in device["reason"], device
+            assert re.search(r"daemon not publishing for \d+\.\d s", device["reason"]), device
             text = house.ctl("status").stdout
-            assert "stale (daemon not publishing for 0." in text, text
-            begin = time.monotonic()
+            assert "stale (daemon not publishing for " in text, text
+            begin, so_late = time.monotonic(), late()
             daemon = house.start_daemon()
             house.wait_fresh()
-            seconds = time.monotonic() - begin
-            assert seconds < 1, f"fresh after {seconds:.2f} s"
-            assert house.device()["state"]["epoch"] != before
+            late.within(1, time.monotonic() - begin, so_late, "fresh after a start")
+            after = house.device()["state"]["epoch"]
+            assert after != before, f"epoch {after} as before"
             roots = [p.name for p in house.runtime.iterdir() if p.name.startswith("e.")]
             assert len(roots) == 1, roots
             end(daemon)
@@ -108,13 +117,24 @@ def test_a_killed_daemon_leaves_no_descriptor_and_nothing_in_dev_shm():
         daemon = house.start_daemon()
         grown = [name for name in shared_memory() - before if "iox" in name]
         assert not grown, grown
-        time.sleep(1)  # everything it opens after its start is open
-        descriptors = lambda: sorted(os.readlink(f.path) for f in os.scandir(f"/proc/{daemon.pid}/fd"))
-        before = descriptors()
+
+        def descriptors():
+            found = []
+            for entry in os.scandir(f"/proc/{daemon.pid}/fd"):
+                try:
+                    found.append(os.readlink(entry.path))
+                except FileNotFoundError:
+                    pass  # closed meanwhile
+            return sorted(found)
+        # everything it opens after its start is open when nothing has come for a second
+        before = []
+        while before != (before := descriptors()):
+            time.sleep(1)
         for _ in range(20):
             house.device()
-        time.sleep(0.6)
-        assert len(descriptors()) == len(before), (before, descriptors())
+        # what it opens to look for the dead is closed again
+        wait_for("as many descriptors as before", lambda: len(descriptors()) <= len(before),
+                 say=lambda: (before, descriptors()))
 
 
 def test_a_second_daemon_is_refused_with_the_first_ones_pid():
@@ -122,7 +142,7 @@ def test_a_second_daemon_is_refused_with_the_first_ones_pid():
         house.start_sim()
         first = house.start_daemon()
         second = house.start_daemon(wait=False, log="second.log")
-        assert second.wait(10) == 75, second.returncode
+        equal(second.wait(PATIENCE), 75, house.log("second.log"))
         said = house.complaint("second.log")
         assert str(first.pid) in said and str(house.runtime) in said, said
         house.wait_fresh()
@@ -135,7 +155,7 @@ def test_two_daemons_run_beside_each_other():
             house.start_daemon()
         one.wait_fresh()
         other.wait_fresh()
-        assert one.ctl("devices").stdout == "mill\n"
+        one.says("devices", stdout="mill\n")
 
 
 def test_a_second_commander_is_refused():
@@ -146,8 +166,8 @@ def test_a_second_commander_is_refused():
         first = house.spawn("commander", house.runtime, "mill", log="first.log")
         wait_for("the first", lambda: "commanding" in house.log("first.log"))
         second = house.spawn("commander", house.runtime, "mill", log="second.log")
-        assert second.wait(10) == 1
-        assert len(house.log("second.log").strip()) > 10
+        equal(second.wait(PATIENCE), 1, house.log("second.log"))
+        assert "another commander holds device" in house.log("second.log"), house.log("second.log")
         # the dead one's place is free again within a second
         end(first, signal.SIGKILL)
         third = []
@@ -156,7 +176,7 @@ def test_a_second_commander_is_refused():
             if not third or third[-1].poll() is not None:
                 third.append(house.spawn("commander", house.runtime, "mill", log="third.log"))
             return "commanding" in house.log("third.log")
-        wait_for("a third", commands, 3)
+        wait_for("a third", commands)
 
 
 def test_a_device_is_found_by_its_serial_number_wherever_it_goes():
@@ -169,14 +189,14 @@ def test_a_device_is_found_by_its_serial_number_wherever_it_goes():
         daemon = house.start_daemon()
         time.sleep(0.2)
         sim = house.start_sim("--serial", serial)
-        house.wait_fresh(limit=5)
-        assert house.device()["state"]["identity"]["address"] == house.address
+        house.wait_fresh()
+        equal(house.device()["state"]["identity"]["address"], house.address)
         end(sim)
-        wait_for("the device lost", lambda: not house.fresh())
+        wait_for("the device lost", lambda: house.state().get("link") in ("lost", "searching"))
         house.start_sim("--serial", serial, address=elsewhere)
-        house.wait_fresh(limit=10)
-        assert house.device()["state"]["identity"]["address"] == elsewhere
-        assert daemon.poll() is None
+        house.wait_fresh()
+        equal(house.device()["state"]["identity"]["address"], elsewhere)
+        equal(daemon.poll(), None, house.log())
 
 
 def test_another_device_at_the_address_is_left_alone():
@@ -184,11 +204,12 @@ def test_another_device_at_the_address_is_left_alone():
         house.device_keys["mill"] |= {"serial": 11, "digital-outputs": 31, "safe-on": 31}
         sim = house.start_sim("--serial", 12)
         house.start_daemon()
-        wait_for("the refusal", lambda: house.device()["reason"] == "wrong serial number", 5)
-        assert house.ctl("status").returncode == 2
-        assert "latch=0" in house.ask_sim(sim, "pin", 31)
+        wait_equal("the refusal", lambda: house.device()["reason"], "wrong serial number")
+        house.says("status", returncode=2)
+        pin = house.ask_sim(sim, "pin", 31)
+        assert "latch=0" in pin, pin
         house.ask_sim(sim, "serial", 11)
-        house.wait_fresh(limit=10)
+        house.wait_fresh()
 
 
 def test_a_dead_device_does_not_disturb_the_others():
@@ -198,14 +219,15 @@ def test_a_dead_device_does_not_disturb_the_others():
         house.start_sim()
         house.start_daemon()
         house.wait_fresh("mill")
-        first = house.device("mill")["state"]
+        # while the finder searches: a cycle that waited for it would miss most of its ticks
+        first, before, begin = house.state("mill")["cycle"], late(), time.monotonic()
         time.sleep(1)
-        last = house.device("mill")["state"]
-        assert last["cycle"] - first["cycle"] > 500
-        assert house.ctl("devices").stdout.split() == ["mill", "dead", "nowhere"]
-        assert house.ctl("status", "mill").returncode == 0
-        assert house.ctl("status").returncode == 2
-        assert "not found; check power and cable" in house.ctl("status", "nowhere").stdout
+        cycles, seconds = house.state("mill")["cycle"] - first, time.monotonic() - begin
+        assert cycles > 500 * max(0.0, seconds - late.TIMES * (late() - before)), (cycles, seconds)
+        equal(house.ctl("devices").stdout.split(), ["mill", "dead", "nowhere"])
+        house.says("status", "mill", returncode=0)
+        house.says("status", returncode=2)
+        house.tells("not found; check power and cable", "status", "nowhere")
         page = house.ctl("top", "nowhere", "--count", 1).stdout
         assert "(not identified yet)" in page and "0.0.0" not in page, page
 
@@ -215,7 +237,7 @@ def test_sighup_is_answered_in_the_log_and_changes_nothing():
         daemon = house.start_daemon()
         daemon.send_signal(signal.SIGHUP)
         wait_for("the answer", lambda: "SIGHUP" in house.log())
-        assert daemon.poll() is None
+        equal(daemon.poll(), None, house.log())
 
 
 def test_pokeysctl_top_draws_pages_and_lines():
@@ -223,13 +245,18 @@ def test_pokeysctl_top_draws_pages_and_lines():
         house.start_sim("--preset", "demo")
         house.start_daemon()
         wait_for("the histograms", lambda: (house.device()["diag"] or {}).get("transport"))
+        house.wait_fresh()
         pages = house.ctl("top", "--count", 3, "--interval", 0.05)
         assert pages.returncode == 0 and pages.stdout.count("round trip ") == 3, pages.stdout
-        assert max(map(len, pages.stdout.splitlines())) <= 80
-        assert max(len(page.splitlines()) for page in pages.stdout.split("\n\n")) <= 24
-        lines = house.ctl("top", "--json", "--count", 3, "--interval", 0.05).stdout.splitlines()
-        cycles = [json.loads(line)["devices"][0]["state"]["cycle"] for line in lines]
-        assert len(cycles) == 3 and cycles == sorted(set(cycles)), cycles
+        assert max(map(len, pages.stdout.splitlines())) <= 80, pages.stdout
+        assert max(len(page.splitlines()) for page in pages.stdout.split("\n\n")) <= 24, pages.stdout
+
+        def cycles():
+            lines = house.ctl("top", "--json", "--count", 3, "--interval", 0.05).stdout.splitlines()
+            return [json.loads(line)["devices"][0]["state"]["cycle"] for line in lines]
+        # a daemon that was held publishes nothing new; it goes on
+        wait_for("three cycles, one after the other", lambda: len(set(seen := cycles())) == 3 and seen == sorted(seen),
+                 say=cycles)
 
 
 def test_pokeysctl_top_draws_80_by_24_and_gives_the_terminal_back():
@@ -245,7 +272,7 @@ def test_pokeysctl_top_draws_80_by_24_and_gives_the_terminal_back():
         while seen.count(b"\x1b[H") < 4:
             seen += os.read(ours, 65536)
         top.send_signal(signal.SIGINT)
-        assert top.wait(5) == 0
+        equal(top.wait(PATIENCE), 0)
         os.set_blocking(ours, False)
         try:
             seen += os.read(ours, 65536)
@@ -255,7 +282,7 @@ def test_pokeysctl_top_draws_80_by_24_and_gives_the_terminal_back():
         page = re.sub(rb"\x1b\[[?0-9]*[A-Za-z]", b"", seen.split(b"\x1b[H")[2]).decode("ascii")
         lines = page.split("\r\n")
         assert len(lines) <= 24 and max(map(len, lines)) <= 80, page
-        assert "round trip" in page and "axis" in page and "\n" not in lines[-1]
+        assert "round trip" in page and "axis" in page and "\n" not in lines[-1], page
         assert b"\x1b[?25h" in seen, "the cursor stays hidden"
 
 
@@ -263,12 +290,21 @@ def test_pokeysctl_discover_shows_the_simulator():
     with House() as house:
         serial = rng.randrange(100000, 2**31)
         house.start_sim("--serial", serial)
-        out = run(house.programs["pokeysctl"], "discover", "--json", "--address", house.address, "--timeout", 300)
+        discover = "discover", "--address", house.address, "--timeout"
+
+        # a search that nobody answered in its time is made again, with more of it
+        def answers(*options):
+            for timeout in (300, 3000, 10000):
+                out = run(house.programs["pokeysctl"], *discover, timeout, *options)
+                if str(serial) in out.stdout:
+                    break
+            return out
+        out = answers("--json")
         found = [d for d in json.loads(out.stdout)["devices"] if d["serial"] == serial]
-        assert len(found) == 1 and found[0]["address"] == house.address, found
-        assert found[0]["type"] == "PoKeys57CNC" and found[0]["firmware"] == "4.7.15"
-        table = run(house.programs["pokeysctl"], "discover", "--address", house.address, "--timeout", 300)
-        assert str(serial) in table.stdout and table.returncode == 0
+        assert len(found) == 1 and found[0]["address"] == house.address, (found, out)
+        equal((found[0]["type"], found[0]["firmware"]), ("PoKeys57CNC", "4.7.15"))
+        table = answers()
+        assert str(serial) in table.stdout and table.returncode == 0, table
 
 
 def test_pokeysctl_without_a_daemon_is_one_line_and_status_one():
@@ -293,7 +329,7 @@ def test_pokeysctl_ends_quietly_when_nobody_reads():
                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         child.stdout.readline()
         child.stdout.close()
-        assert child.wait(10) == 1 and not child.stderr.read()
+        equal((child.wait(PATIENCE), child.stderr.read()), (1, b""))
         child.stderr.close()
 
 

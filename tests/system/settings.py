@@ -10,7 +10,7 @@ import socket
 import subprocess
 import sys
 
-from house import House, main, run, wait_for
+from house import PATIENCE, House, end, equal, main, run, wait_equal, wait_for
 
 
 def started(house, **keys):
@@ -28,6 +28,11 @@ def value(house, key):
     return found and found[1]
 
 
+def wait_value(house, key, wanted):
+    """A device that is being looked for again is not told about, so this is never asked once."""
+    wait_equal(key, lambda: value(house, key), wanted)
+
+
 def no_difference(house):
     return house.ctl("config", "diff", "mill").returncode == 0
 
@@ -35,45 +40,43 @@ def no_difference(house):
 def test_what_is_shown_can_be_put_into_the_file():
     with House() as house:
         started(house)
-        shown = house.ctl("config", "show", "mill")
-        assert shown.returncode == 0 and not shown.stderr, shown
+        shown = house.says("config", "show", "mill", returncode=0, stderr="")
         assert shown.stdout.startswith("[device mill]\n"), shown.stdout
-        assert value(house, "axis.0.max-speed"), shown.stdout
         copy = house.folder / "copy.conf"
         copy.write_text(shown.stdout.replace("[device mill]", f"[device mill]\naddress = {house.address}"))
         out = run(house.programs["pokeysd"], "--check-config", "--config", copy)
         assert out.returncode == 0, out.stderr + shown.stdout
         document = json.loads(house.ctl("config", "show", "mill", "--json").stdout)
-        assert document["format"] == 1 and document["device"] == "mill"
-        assert len(document["pin_functions"]) == 55
-        assert document["settings"]["axis.0.max-speed"] == float(value(house, "axis.0.max-speed"))
+        equal((document["format"], document["device"]), (1, "mill"))
+        equal(len(document["pin_functions"]), 55)
+        speed = re.search(r"^axis\.0\.max-speed = (.*)$", shown.stdout, re.M)
+        equal(document["settings"]["axis.0.max-speed"], float(speed[1]), shown.stdout)
 
 
 def test_apply_reads_the_file_again_and_diff_tells_when_it_is_done():
     with House() as house:
         daemon = started(house, **{"axis.0.max-speed": 5000})
-        wait_for("the first settings", lambda: value(house, "axis.0.max-speed") == "5000")
+        wait_value(house, "axis.0.max-speed", "5000")
         house.device_keys["mill"] |= {"axis.0.max-speed": 7000, "digital-outputs": "31,32"}
         house.write_conf()
-        out = house.ctl("config", "apply", "mill")
-        assert out.returncode == 0 and "mill: the device has all that is wanted" in out.stdout, out
-        assert value(house, "axis.0.max-speed") == "7000"
-        assert "31" in value(house, "digital-outputs")
-        diff = house.ctl("config", "diff", "mill")
-        assert diff.returncode == 0 and not diff.stdout, diff
-        assert json.loads(house.ctl("config", "diff", "mill", "--json").stdout)["differences"] == []
+        out = house.tells("mill: the device has all that is wanted", "config", "apply", "mill")
+        equal(out.returncode, 0, out)
+        wait_value(house, "axis.0.max-speed", "7000")
+        wait_value(house, "digital-outputs", "31-34")  # in no other list now
+        house.says("config", "diff", "mill", returncode=0, stdout="")
+        equal(json.loads(house.ctl("config", "diff", "mill", "--json").stdout)["differences"], [])
         # and the same by signal
         house.device_keys["mill"]["axis.0.max-speed"] = 8000
         house.write_conf()
         daemon.send_signal(signal.SIGHUP)
-        wait_for("the third value", lambda: value(house, "axis.0.max-speed") == "8000")
-        assert "1 of 1 devices get what it wants" in house.log()
+        wait_value(house, "axis.0.max-speed", "8000")
+        wait_for("the answer", lambda: "1 of 1 devices get what it wants" in house.log())
 
 
 def test_a_broken_file_changes_nothing_and_its_faults_come_back():
     with House() as house:
         daemon = started(house, **{"axis.0.max-speed": 5000})
-        wait_for("the first settings", lambda: value(house, "axis.0.max-speed") == "5000")
+        wait_value(house, "axis.0.max-speed", "5000")
         house.device_keys["mill"]["axis.0.max-speed"] = "999999"
         house.write_conf()
         out = house.ctl("config", "apply", "mill")
@@ -82,15 +85,14 @@ def test_a_broken_file_changes_nothing_and_its_faults_come_back():
         assert "1..125000" in out.stderr, out.stderr
         daemon.send_signal(signal.SIGHUP)
         wait_for("the answer", lambda: "nothing was changed" in house.log())
-        assert value(house, "axis.0.max-speed") == "5000"
-        assert daemon.poll() is None
+        wait_value(house, "axis.0.max-speed", "5000")
+        equal(daemon.poll(), None, house.log())
 
 
 def test_save_keeps_the_settings_in_the_device():
     with House() as house:
         started(house)
-        out = house.ctl("config", "save", "mill")
-        assert out.returncode == 0 and "in its flash memory now" in out.stdout, out
+        house.tells("in its flash memory now", "config", "save", "mill")
 
 
 # nearly every key, each with a value that the simulated device does not begin with
@@ -169,13 +171,13 @@ def test_every_key_reaches_the_device():
     with House() as house:
         started(house, **keys)
         wait_for("all of it", lambda: no_difference(house))
-        shown = house.ctl("config", "show", "mill").stdout
+        shown = house.says("config", "show", "mill", returncode=0).stdout
         have = dict(line.split(" = ", 1) for line in shown.splitlines() if " = " in line)
         missing = {key: (wanted, have.get(key)) for key, wanted in keys.items() if have.get(key) != wanted}
         assert not missing, missing
         # each is told
         for what in ("terminal 19: counter input", "axis 0 set up anew", "device name set up", "failsafe set up"):
-            assert what in house.log(), (what, house.log())
+            wait_for(what, lambda: what in house.log())  # pylint: disable=cell-var-from-loop
 
 
 def commander(house):
@@ -189,7 +191,7 @@ def commander(house):
     return child
 
 
-# "wish GENERATION SPEED" writes; "report" answers with epoch, generation and speed;
+# answers "ready" when it is attached; "wish GENERATION SPEED" writes; "report" answers with epoch, generation and speed;
 # "machine 1" keeps a heartbeat from then on and permits motion, "machine 0" ends that
 COMMANDER = """
 import sys
@@ -209,15 +211,19 @@ def beat():
             command.t_ns = time.monotonic_ns()
             client.write(command)
 
+while client.poll() != pokeys.ATTACHED:
+    time.sleep(0.01)
 print("ready", flush=True)
 for line in sys.stdin:
     with lock:
         client.poll()
     words = line.split()
     if words[0] == "machine":
+        command.flags = 0
         if not command.heartbeat:
             threading.Thread(target=beat, daemon=True).start()
-            time.sleep(0.1)
+        while words[1] == "1" and client.read().command_heartbeat < 3:
+            time.sleep(0.01)  # until it has been seen off
         command.flags = int(words[1])
         print("yes", flush=True)
     elif words[0] == "wish":
@@ -246,48 +252,47 @@ def test_a_wish_is_applied_reported_and_written_again_to_the_next_daemon():
     with House() as house:
         daemon = started(house, **{"axis.0.max-speed": 5000})
         wisher = commander(house)
-        assert wisher.stdout.readline() == "ready\n"
-        assert say(wisher, "wish 1 6000") == "True"
-        wait_for("the wish", lambda: report(wisher)[1:] == (1, 6000))
-        assert value(house, "axis.0.max-speed") == "6000"
+        equal(wisher.stdout.readline(), "ready\n")
+        equal(say(wisher, "wish 1 6000"), "True")
+        wait_equal("the wish", lambda: report(wisher)[1:], (1, 6000))
+        wait_value(house, "axis.0.max-speed", "6000")
         # killed with a wish on its way: the next one knows nothing of it
-        assert say(wisher, "wish 2 7000") == "True"
+        equal(say(wisher, "wish 2 7000"), "True")
         daemon.kill()
         daemon.wait()
         before = report(wisher)[0]
         house.start_daemon()
         wait_for("the next daemon", lambda: report(wisher)[0] not in (0, before))
         house.wait_fresh("mill")
-        wait_for("what the file wants", lambda: report(wisher)[1:] == (0, 5000))
-        assert say(wisher, "wish 2 7000") == "True"
-        wait_for("the wish again", lambda: report(wisher)[1:] == (2, 7000))
+        wait_equal("what the file wants", lambda: report(wisher)[1:], (0, 5000))
+        equal(say(wisher, "wish 2 7000"), "True")
+        wait_equal("the wish again", lambda: report(wisher)[1:], (2, 7000))
         # a commander that dies takes nothing back
         wisher.kill()
         wisher.wait()
-        assert value(house, "axis.0.max-speed") == "7000"
+        wait_value(house, "axis.0.max-speed", "7000")
 
 
 def test_nothing_is_written_while_the_machine_is_on():
     with House() as house:
-        started(house, **{"axis.0.max-speed": 5000})
+        # on a machine that is held now and then: permission shall not be lost meanwhile
+        started(house, **{"axis.0.max-speed": 5000, "heartbeat-timeout-ms": 60000, "lost-after-ms": 60000})
         wisher = commander(house)
-        assert wisher.stdout.readline() == "ready\n"
+        equal(wisher.stdout.readline(), "ready\n")
         say(wisher, "machine 1")
-        wait_for("motion", lambda: house.device()["state"]["flags"]["machine_on"])
+        wait_for("motion", lambda: house.state().get("flags", {}).get("machine_on"))
         house.device_keys["mill"]["axis.0.max-speed"] = 6000
         house.write_conf()
-        out = house.ctl("config", "apply", "mill")
-        assert out.returncode == 0 and "waits until the machine is off" in out.stdout, out
-        out = house.ctl("config", "diff", "mill")
-        assert out.returncode == 1, out
-        assert out.stdout == "axis.0.max-speed: 6000 is wanted, the device has 5000\n", out
-        difference, = json.loads(house.ctl("config", "diff", "mill", "--json").stdout)["differences"]
-        assert difference == {"key": "axis.0.max-speed", "wanted": "6000", "has": "5000"}
-        out = house.ctl("config", "save", "mill")
-        assert out.returncode == 1 and "switch the machine off first" in out.stderr, out
+        house.tells("waits until the machine is off", "config", "apply", "mill")
+        house.says("config", "diff", "mill", returncode=1,
+                   stdout="axis.0.max-speed: 6000 is wanted, the device has 5000\n")
+        differences = json.loads(house.ctl("config", "diff", "mill", "--json").stdout)["differences"]
+        equal(differences, [{"key": "axis.0.max-speed", "wanted": "6000", "has": "5000"}])
+        out = house.tells("switch the machine off first", "config", "save", "mill")
+        equal(out.returncode, 1, out)
         say(wisher, "machine 0")
-        wait_for("the new value", lambda: value(house, "axis.0.max-speed") == "6000")
-        assert no_difference(house)
+        wait_value(house, "axis.0.max-speed", "6000")
+        wait_for("no difference", lambda: no_difference(house))
 
 
 def ask(address, operation, *parameters, payload=b""):
@@ -299,7 +304,7 @@ def ask(address, operation, *parameters, payload=b""):
     packet[7] = sum(packet[:7]) & 255
     packet[8:8 + len(payload)] = payload
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as to:
-        to.settimeout(5)
+        to.settimeout(PATIENCE)
         to.sendto(packet, (address, 20055))
         return to.recv(64)
 
@@ -312,8 +317,8 @@ def test_a_password_comes_from_its_file_and_is_never_told():
         ask(house.address, 0xF3)
         wait_for("the lock", lambda: ask(house.address, 0xE1)[8] == 255)
         daemon = house.start_daemon()
-        wait_for("the lock", lambda: house.device()["state"]["fault"] == "configuration locked")
-        assert "password" in house.ctl("status").stdout, house.ctl("status").stdout
+        wait_equal("the lock", lambda: house.state().get("fault"), "configuration locked")
+        wait_for("what to do", lambda: "password" in house.ctl("status").stdout)
         daemon.kill()
         daemon.wait()
         secret = house.folder / "secret"
@@ -321,11 +326,12 @@ def test_a_password_comes_from_its_file_and_is_never_told():
         secret.chmod(0o644)
         house.device_keys["mill"]["password-file"] = secret
         daemon = house.start_daemon(wait=False)
-        assert daemon.wait(10) == 78 and "may be read by others" in house.log(), house.log()
+        equal(daemon.wait(PATIENCE), 78, house.log())
+        assert "may be read by others" in house.log(), house.log()
         secret.chmod(0o600)
         house.start_daemon()
         house.wait_fresh("mill")
-        assert "sesame" not in house.log()
+        assert "sesame" not in house.log(), house.log()
 
 
 def test_orders_of_a_device_that_is_away():
@@ -335,9 +341,31 @@ def test_orders_of_a_device_that_is_away():
         assert out.returncode == 1 and "mill: the device is away" in out.stderr, out
         out = house.ctl("config", "apply", "mill")
         assert out.returncode == 0 and "when it is back" in out.stdout, out
-        out = house.ctl("config", "show", "mill")
-        assert out.returncode == 1 and "have not been read" in out.stderr, out
-        assert house.ctl("config", "diff", "mill").returncode == 2
+        out = house.tells("have not been read", "config", "show", "mill")
+        equal(out.returncode, 1, out)
+        house.says("config", "diff", "mill", returncode=2)
+
+
+def test_what_was_read_last_is_shown_of_a_device_that_is_lost():
+    # seen to fail: "have not been read yet", and nothing at all of a daemon that was held for 0.1 s
+    with House() as house:
+        house.device_keys["mill"] |= {"axis.0.max-speed": 5000}
+        sim = house.start_sim("--preset", "demo")
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        wait_value(house, "axis.0.max-speed", "5000")
+        end(sim)
+        wait_equal("the loss", lambda: house.state().get("link"), "lost")
+        out = house.tells("lost: no answer", "config", "show", "mill")
+        assert "axis.0.max-speed = 5000\n" in out.stdout and "were read last" in out.stderr, out
+        equal(out.returncode, 0, out)
+        out = house.says("config", "diff", "mill", returncode=2)
+        assert "not been read since it was lost" in out.stderr and not out.stdout, out
+        end(daemon, signal.SIGKILL)
+        out = house.tells("not publishing", "config", "show", "mill")
+        assert "axis.0.max-speed = 5000\n" in out.stdout and "were read last" in out.stderr, out
+        equal(out.returncode, 0, out)
+        house.says("config", "diff", "mill", returncode=2)
 
 
 def test_a_daemon_that_was_killed_is_followed_by_one_that_takes_orders():
@@ -355,11 +383,11 @@ def test_a_daemon_that_was_killed_is_followed_by_one_that_takes_orders():
 def test_the_socket_is_removed_at_a_clean_end():
     with House() as house:
         daemon = started(house)
-        assert (house.runtime / "control").is_socket()
-        assert (house.runtime / "control").stat().st_mode & 0o777 == 0o660
+        wait_for("the socket", (house.runtime / "control").is_socket)
+        wait_equal("its mode", lambda: (house.runtime / "control").stat().st_mode & 0o777, 0o660)
         daemon.send_signal(signal.SIGTERM)
-        assert daemon.wait(10) == 0
-        assert not (house.runtime / "control").exists()
+        equal(daemon.wait(PATIENCE), 0, house.log())
+        assert not (house.runtime / "control").exists(), list(house.runtime.iterdir())
 
 
 def test_mistakes_are_told():

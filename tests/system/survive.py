@@ -3,8 +3,8 @@
 """Daemon, LinuxCNC and device each die again and again while the others run.
 
 POKEYS_ROUNDS says how often each (default 10). What took how long is printed;
-the limits asserted are those that a machinist is promised, with the daemon on
-a machine that may be busy with other tests: they are not benchmarks.
+the limits asserted are those that a machinist is promised, and on a machine that
+is busy with something else they are wider by how late this process itself was.
 """
 import json
 import os
@@ -15,14 +15,16 @@ import subprocess
 import sys
 import time
 
-from house import House, Skip, end, main, rng, shared_memory, wait_for
+from house import PATIENCE, House, Lateness, Skip, end, equal, main, rng, shared_memory, wait_for
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WATCH = pathlib.Path(__file__).with_name("survive_watch.py")
 ROUNDS = int(os.environ.get("POKEYS_ROUNDS", "10"))
 STALE_S, FRESH_S, SAFE_S, REBOOT_S = 0.010, 1.0, 0.100, 2.0
-SLACK_S = 0.5  # what a busy virtual machine may add to a promise of milliseconds
+SLACK_S = 0.5  # what a virtual machine may add to a promise of milliseconds, now and then
 OUT = 31  # terminal; HAL's pin.30
+
+late = Lateness()
 
 sys.dont_write_bytecode = True
 
@@ -85,11 +87,12 @@ def summary(what, seconds):
     print(f"{what}: {len(ms)} times, median {statistics.median(ms):.1f} ms, most {ms[-1]:.1f} ms")
 
 
-def promised(what, seconds, limit):
-    """The promise holds for the median; slack is only for the worst of a busy machine."""
-    summary(what, seconds)
-    assert statistics.median(seconds) <= limit, f"{what}: median above {limit} s"
-    assert max(seconds) <= limit + SLACK_S, f"{what}: {max(seconds):.3f} s"
+def promised(what, measured, limit):
+    """The promise holds for the median; slack is only for the worst. Of (seconds, seconds of lateness)."""
+    summary(what, [seconds for seconds, _ in measured])
+    owned = [max(0.0, seconds - late.TIMES * lateness) for seconds, lateness in measured]
+    assert statistics.median(owned) <= limit, f"{what}: median above {limit} s: {measured}"
+    assert max(owned) <= limit + SLACK_S, f"{what}: {measured}"
 
 
 def start(house, *options):
@@ -103,18 +106,18 @@ def test_the_daemon_is_killed_while_linuxcnc_runs():
     with House() as house:
         _, daemon = start(house)
         hal = Hal(house)
-        hal.wait(0, 20, pin="connected", value=True)
+        hal.wait(0, PATIENCE, pin="connected", value=True)
         first = hal.ask()
         stale, fresh = [], []
         for _ in range(ROUNDS):
             time.sleep(rng.random() * 0.2)
-            killed = time.monotonic()
+            killed, before = time.monotonic(), late()
             daemon.kill()
             daemon.wait()
-            stale.append(hal.wait(killed, 5, pin="stale", value=True))
-            began = time.monotonic()
+            stale.append((hal.wait(killed, PATIENCE, pin="stale", value=True), late() - before))
+            began, before = time.monotonic(), late()
             daemon = house.start_daemon(wait=False)
-            fresh.append(hal.wait(began, 5, pin="connected", value=True))
+            fresh.append((hal.wait(began, PATIENCE, pin="connected", value=True), late() - before))
         last = hal.ask()
         assert last["pid"] == first["pid"] != 0, "rtapi_app is another one"
         assert last["beats"] > first["beats"], "the servo thread stands"
@@ -137,12 +140,12 @@ def test_linuxcnc_is_killed():
         safe = []
         for _ in range(ROUNDS):
             hal = Hal(house)
-            hal.wait(0, 20, pin="connected", value=True)
-            wait_for("the output on", lambda: "latch=1" in house.ask_sim(sim, "pin", OUT), 10)
-            killed = time.monotonic()
+            hal.wait(0, PATIENCE, pin="connected", value=True)
+            wait_for("the output on", lambda: "latch=1" in house.ask_sim(sim, "pin", OUT))
+            killed, before = time.monotonic(), late()
             hal.kill()
-            wait_for("the output off", lambda: "latch=0" in house.ask_sim(sim, "pin", OUT), 10)
-            safe.append(time.monotonic() - killed)
+            wait_for("the output off", lambda: "latch=0" in house.ask_sim(sim, "pin", OUT))
+            safe.append((time.monotonic() - killed, late() - before))
         promised("outputs in the safe state after LinuxCNC's death", safe, SAFE_S)
     left = shared_memory() - before
     assert not left, f"left in /dev/shm: {left}"
@@ -153,15 +156,15 @@ def test_the_device_reboots():
     with House() as house:
         sim, daemon = start(house, "--boot-ms", str(int(boot_s * 1000)))
         hal = Hal(house)
-        hal.wait(0, 20, pin="connected", value=True)
+        hal.wait(0, PATIENCE, pin="connected", value=True)
         again = []
         for number in range(ROUNDS):
             time.sleep(rng.random() * 0.2)
             house.ask_sim(sim, "reboot", "lose-config" if number % 2 else "keep-config")
-            began = time.monotonic()
-            hal.wait(began - 0.1, 5, pin="connected", value=False)
-            again.append(hal.wait(began + boot_s, 10, pin="connected", value=True))
-        assert daemon.poll() is None
+            began, before = time.monotonic(), late()
+            hal.wait(began - 0.1, PATIENCE, pin="connected", value=False)
+            again.append((hal.wait(began + boot_s, PATIENCE, pin="connected", value=True), late() - before))
+        equal(daemon.poll(), None, house.log())
         hal.kill()
         promised("pins fresh after the device answers again", again, REBOOT_S)
 

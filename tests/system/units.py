@@ -34,9 +34,9 @@ def check_guard(folder, unit, program):
     assert out.returncode == 0, out.stdout + out.stderr
     print(out.stdout.splitlines()[-1])
     # it would make the pins' folder read-only
-    assert "\nProtectKernelTunables" not in text
+    assert "\nProtectKernelTunables" not in text, text
     # a machine without XDP is not degraded by that, and nothing is tried for ever
-    assert "SuccessExitStatus=69\n" in text and "RestartPreventExitStatus=64 69 75 77 78\n" in text
+    assert "SuccessExitStatus=69\n" in text and "RestartPreventExitStatus=64 69 75 77 78\n" in text, text
 
 
 def main():
