@@ -29,14 +29,16 @@ def free_address():
     """An address of the loopback network that nobody listens at. Never by the seed: tests
     beside each other have the same one, and would all choose the same address."""
     chance = random.SystemRandom()
-    while True:
+    why = None
+    for _ in range(1000):
         address = f"127.{chance.randrange(10, 250)}.{chance.randrange(1, 250)}.{chance.randrange(1, 250)}"
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
                 probe.bind((address, 20055))
                 return address
-            except OSError:
-                continue
+            except OSError as error:
+                why = error
+    raise AssertionError(f"port 20055 is had at every address: {why}; end what listens there (ss -ulpn)")
 
 
 def shared_memory():
