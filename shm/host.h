@@ -72,6 +72,14 @@ void shm_host_close(struct shm_host *host);
 void shm_device_write(struct shm_device *device, const struct pokeys_state *state);
 struct pokeys_state *shm_device_loan(struct shm_device *device);
 void shm_device_commit(struct shm_device *device);
+
+/*
+ * Realtime, and only a hint: the cell of the next loan is fetched from the caches of
+ * those who read it, while nobody waits for it. Without it publishing costs twice as
+ * much as soon as there are readers on other cores.
+ */
+void shm_device_prepare(struct shm_device *device);
+
 void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *diag);
 void shm_device_write_report(struct shm_device *device, const struct pokeys_report *report);
 

@@ -15,6 +15,8 @@
 #include "shm/host_private.h"
 #include "shm/say.h"
 
+enum { CACHE_LINE = 64 };
+
 static void stamp_state(struct pokeys_state *state, const struct shm_device *device)
 {
 	state->magic = POKEYS_STATE_MAGIC;
@@ -185,6 +187,14 @@ void shm_device_write(struct shm_device *device, const struct pokeys_state *stat
 struct pokeys_state *shm_device_loan(struct shm_device *device)
 {
 	return iox_state_loan(device->state);
+}
+
+void shm_device_prepare(struct shm_device *device)
+{
+	const char *cell = (const char *)iox_state_loan(device->state);
+
+	for (size_t at = 0; cell && at < sizeof(struct pokeys_state); at += CACHE_LINE)
+		__builtin_prefetch(cell + at, 1, 3);
 }
 
 void shm_device_commit(struct shm_device *device)

@@ -109,6 +109,7 @@ void cycle_run(struct loop *loop)
 	own->points.asked_ns = loop_now(loop);
 	collect(loop, waiting);
 	publish_diags(loop);
+	publish_prepare(loop);
 	now = loop_now(loop);
 	histogram_add(&own->work, now - own->began_ns);
 	point_ended(loop, now);

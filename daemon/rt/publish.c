@@ -79,6 +79,13 @@ void publish_states(struct loop *loop, uint32_t mask)
 			publish_state(loop, i);
 }
 
+/* For the next cycle, now that everybody has its data. */
+void publish_prepare(struct loop *loop)
+{
+	for (uint32_t i = 0; i < loop->count; i++)
+		shm_device_prepare(loop->devices[i].shm);
+}
+
 void publish_complete(struct loop *loop)
 {
 	for (uint32_t i = 0; i < loop->count; i++)

@@ -207,6 +207,11 @@ struct pokeys_state *shm_device_loan(struct shm_device *s)
 	return &s->cell[s->newest ^ 1];
 }
 
+void shm_device_prepare(struct shm_device *s)
+{
+	assert_false(s->loaned);
+}
+
 void shm_device_commit(struct shm_device *s)
 {
 	assert_true(s->loaned);

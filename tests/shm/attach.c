@@ -39,6 +39,7 @@ static void loan_is_published_by_commit(void **state)
 
 	pokeys_client_poll(client);
 	for (uint64_t cycle = 1; cycle < 4; cycle++) {
+		shm_device_prepare(mill);
 		folder_pattern(shm_device_loan(mill), cycle);
 		assert_int_equal(pokeys_client_read(client, &out), 0);
 		assert_int_equal(out.cycle, cycle - 1);
