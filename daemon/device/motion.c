@@ -130,6 +130,21 @@ static bool lacks_power(const struct device *device)
 	return !device->task.powered && masked(device, task_powers(device));
 }
 
+/*
+ * An axis that stands on a limit switch can only be homed off it if the override holds
+ * meanwhile: it goes with the stop before, and is taken away by the one behind.
+ */
+static bool override_wished(const struct device *device)
+{
+	return !task_idle(device) && device->safe.permitted && device->intake.limit_override;
+}
+
+static bool lacks_override(const struct device *device)
+{
+	return override_wished(device) && task_wants_stand(device) &&
+	       !device->motion.override_sent;
+}
+
 /* Off, and everything that was asked of the engine is seen to be done. */
 static void update_off(struct device *device, uint8_t axes)
 {
@@ -139,7 +154,7 @@ static void update_off(struct device *device, uint8_t axes)
 	if (motion->verify || motion->run_open || motion->stop_open || device->task.open ||
 	    one_shot_axes(device) || configure_writing(device))
 		return;
-	motion->stop_wanted = !stands(state) || lacks_power(device);
+	motion->stop_wanted = !stands(state) || lacks_power(device) || lacks_override(device);
 	if (stands(state))
 		motion->releasing = 0;
 	if (motion->stop_wanted || state != WIRE_ENGINE_STOPPED)
@@ -270,6 +285,7 @@ static bool send_stop(struct device *device)
 {
 	const struct wire_pulse_state_req stop = {
 		.state = WIRE_ENGINE_STOPPED, .enable_mask = masked(device, task_powers(device)),
+		.limit_override = override_wished(device),
 	};
 	struct motion *motion = &device->motion;
 
@@ -279,6 +295,7 @@ static bool send_stop(struct device *device)
 	motion->stop_open = request_send(device, WIRE_OP_PULSE_STATE, &stop, stop_ended, NULL,
 					 NULL);
 	motion->mask_stopped = stop.enable_mask;
+	motion->override_sent = stop.limit_override;
 	return motion->stop_open;
 }
 

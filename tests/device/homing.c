@@ -34,7 +34,17 @@ static uint8_t sim_state(void)
 	return world.rig.device.engine.state;
 }
 
-static void set_up(uint8_t options)
+static void wire_limit(unsigned int axis, int32_t from, int32_t to)
+{
+	const struct sim_switch limit = {
+		.wired = true, .pin = SIM_DEDICATED, .from = from, .to = to,
+	};
+
+	sim_bench_switch(&world.rig.device, &world.rig.device.bench.machine.axis[axis].minus,
+			 &limit);
+}
+
+static void set_up(uint8_t options, uint8_t switches)
 {
 	const struct sim_switch home = {
 		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = HOME_AT,
@@ -47,11 +57,12 @@ static void set_up(uint8_t options)
 
 		axis->options |= options;
 		axis->options_mask |= options;
-		axis->switches = axis->switches_mask = WIRE_SWITCH_HOME;
+		axis->switches = axis->switches_mask = WIRE_SWITCH_HOME | switches;
 		axis->set |= POKEYS_AXIS_SET_HOMING_SPEED | POKEYS_AXIS_SET_HOMING_RETURN;
 		axis->homing_speed = axis->homing_return = 50;
 		sim_bench_switch(&world.rig.device, &world.rig.device.bench.machine.axis[i].home,
 				 &home);
+		wire_limit(i, INT32_MIN, HOME_AT - 2000);
 	}
 	world_start(&world);
 	world_commander(&world, 5);
@@ -64,7 +75,7 @@ static void set_up(uint8_t options)
 static int begin(void **state)
 {
 	(void)state;
-	set_up(0);
+	set_up(0, 0);
 	return 0;
 }
 
@@ -184,6 +195,48 @@ static void half_a_group_is_not_homed(void **state)
 	assert_int_equal(world_outcome(&world, 0), POKEYS_OUTCOME_FAILED);
 }
 
+static int begin_with_limits(void **state)
+{
+	(void)state;
+	set_up(0, WIRE_SWITCH_LIMIT_N);
+	return 0;
+}
+
+static void limit_of_one_stops_the_group(void **state)
+{
+	int64_t stopped[2];
+
+	(void)state;
+	wire_limit(2, INT32_MIN, -100);
+	start(5);
+	world_until(&world, is_idle, 2 * SECOND);
+	assert_int_equal(engine()->task_result, POKEYS_TASK_TRIPPED);
+	assert_int_equal(world_outcome(&world, 0), POKEYS_OUTCOME_FAILED);
+	assert_int_equal(engine()->axis[0].homed | engine()->axis[2].homed, 0);
+	stopped[0] = pulses(0);
+	stopped[1] = pulses(2);
+	assert_true(llabs(stopped[0] - stopped[1]) <= 1);
+	world_run(&world, 500 * MS);
+	assert_int_equal(pulses(0), stopped[0]);
+	assert_int_equal(pulses(2), stopped[1]);
+}
+
+/* It stands on its limit switch, beyond home: the override lets it home off there. */
+static void group_is_homed_off_a_limit_switch(void **state)
+{
+	const struct pokeys_one_shot shot = home(5, POKEYS_HOME_FINISH_ITSELF);
+
+	(void)state;
+	world.command.flags |= POKEYS_COMMAND_LIMIT_OVERRIDE;
+	world_run(&world, 50 * MS);
+	wire_limit(2, -300, 300);
+	assert_int_equal(world_do(&world, &shot, 3 * SECOND), POKEYS_OUTCOME_DONE);
+	assert_int_equal(engine()->axis[0].homed & engine()->axis[2].homed, 1);
+	world.command.flags &= ~(uint32_t)POKEYS_COMMAND_LIMIT_OVERRIDE;
+	world_run(&world, 500 * MS);
+	assert_int_equal(world.rig.device.engine.override, 0);
+}
+
 static void commander_may_finish_it(void **state)
 {
 	const struct pokeys_one_shot shot = home(1, 0);
@@ -289,7 +342,7 @@ static void link_that_is_lost_ends_it_and_nothing_is_replayed(void **state)
 static void outputs_that_are_enabled_one_by_one_are_on_while_homing(void **state)
 {
 	(void)state;
-	set_up(WIRE_AXIS_ENABLED_MASKED);
+	set_up(WIRE_AXIS_ENABLED_MASKED, 0);
 	world.command.axis[0].enable = 0;
 	world_run(&world, 50 * MS);
 	assert_false(sim_axis_powered(&world.rig.device, 0));
@@ -335,6 +388,8 @@ int main(void)
 		cmocka_unit_test_setup(homed_axis_follows_after_its_enable_was_low, begin),
 		cmocka_unit_test_setup(group_is_homed_when_all_of_it_is, begin),
 		cmocka_unit_test_setup(half_a_group_is_not_homed, begin),
+		cmocka_unit_test_setup(limit_of_one_stops_the_group, begin_with_limits),
+		cmocka_unit_test_setup(group_is_homed_off_a_limit_switch, begin_with_limits),
 		cmocka_unit_test_setup(commander_may_finish_it, begin),
 		cmocka_unit_test_setup(homing_that_nobody_finishes_finishes_itself, begin),
 		cmocka_unit_test_setup(position_may_be_set_after_it, begin),

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the machinist does at the lathe: threads, on a spindle that turns by itself.
+
+A thread is right if Z and the spindle belong together, the same in each pass. Z's
+commands and the spindle's turns are recorded in the same periods.
+
+LinuxCNC finds the place of a thread while Z speeds up, by counting servo periods. On a
+machine without realtime some of them are late, and then the thread begins elsewhere. Such
+a pass is seen by the spindle's turns, which do not wait, and does not count.
+"""
+import statistics
+
+import hal
+import linuxcnc
+
+COUNTS = 4096  # a turn
+RATE = 20480  # quadrature steps a second: 300 turns a minute
+PITCH = 1.5
+HOMED = ((4000, 0), (4000, 0))  # bench.sim's edge, lathe.ini's HOME_OFFSET
+THREAD_END = -12  # first-thread.ngc
+TRIES = 8
+
+
+def homes(m):
+    m.home()
+    m.settled()
+    for joint, (edge, offset) in enumerate(HOMED):
+        seen = (hal.get_value(f"joint.{joint}.motor-offset") + offset) * m.scale[joint]
+        assert abs(seen - edge) < 500, f"joint {joint} homed at {seen} pulses, its switch is at {edge}"
+    m.tell("homed: X and Z at their switches")
+
+
+def of_pass(samples):
+    """(turns, Z commanded, Z counted) of each period from the index on."""
+    commands, feedback, _ = samples
+    points = [(c[2], c[1], f[1]) for c, f in zip(commands, feedback)]
+    begin = max(i for i in range(1, len(points)) if points[i][0] < points[i - 1][0] - 0.5)
+    return points[begin:]
+
+
+def is_late(points):
+    """Were servo periods missed, or packets with the spindle's turns? A period is 0.005."""
+    return max(b[0] - a[0] for a, b in zip(points, points[1:])) > 0.02
+
+
+def middle(points):
+    zs = [z for _, z, _ in points]
+    high, low = max(zs), min(zs)
+    return [p for p in points if low + 0.15 * (high - low) < p[1] < high - 0.4 * (high - low)]
+
+
+def thread_pass(m, name):
+    """One pass of 18 mm; where Z would be at 0 turns, commanded and counted. None: was late."""
+    m.move("G53 G0 X-30 Z-42")
+    samples = m.sampled(name, lambda: m.move(f"G33 Z-60 K{PITCH}"))
+    m.settled()
+    points = of_pass(samples)
+    cut = middle(points)
+    assert len(cut) > 50, f"{name}: only {len(cut)} periods of the cut recorded"
+    half = cut[:len(cut) // 2]
+    pitch = statistics.median((a[1] - b[1]) / (b[0] - a[0]) for a, b in zip(half, cut[-len(half):]))
+    begin = [statistics.median(p[i] + PITCH * p[0] for p in cut) for i in (1, 2)]
+    late = is_late(points[:100]) or is_late(cut)
+    m.tell(f"{name}: {len(cut)} periods, pitch {pitch:.4f} mm, begins at Z {begin[0]:.4f} "
+           f"(counted: {begin[1]:.4f}){', was late' if late else ''}")
+    assert abs(pitch - PITCH) < (0.2 if late else 0.05) * PITCH, "that is no thread"
+    return None if late else begin
+
+
+def passes_agree(m):
+    """Each pass cuts where the one before has cut."""
+    good = []
+    for number in range(TRIES):
+        good += [begin] if (begin := thread_pass(m, f"clean {number}")) else []
+        if len(good) == 2:
+            break
+    else:
+        m.tell(f"this machine is too late for threads: {len(good)} good passes of {TRIES}")
+        return
+    apart = [abs(a - b) for a, b in zip(*good)]
+    assert max(apart) < 0.1 * PITCH, f"passes are {apart} mm apart"
+    m.tell(f"two passes {apart[0]:.4f} mm apart as commanded, {apart[1]:.4f} mm as counted")
+
+
+def waits_for_the_spindle(m):
+    """A spindle that stands holds the pass until it turns at its speed."""
+    m.move("G53 G0 X-30 Z-42")
+    m.sim("encoder 25 rate 0")
+    m.until("the spindle standing", lambda _: not hal.get_value("spindle.0.at-speed"), 20)
+    m.mdi(f"G33 Z-60 K{PITCH}")
+    m.settled()
+    m.stays("without the spindle", *m.pulses())
+    m.sim(f"encoder 25 rate {RATE}")
+    m.until("the pass done", lambda s: s.inpos and s.interp_state == linuxcnc.INTERP_IDLE, 60)
+    m.settled()
+    want = round(-60 * m.scale[1] + hal.get_value("joint.1.motor-offset") * m.scale[1])
+    assert m.pulses()[0][1] == want, f"Z ends at {m.pulses()[0][1]} pulses, should be {want}"
+    m.tell("a standing spindle held the pass; then it went to its end, to the pulse")
+
+
+def programme(m):
+    """first-thread.ngc: passes by G76, all of them begun at an index."""
+    m.move("G53 G0 X-5 Z-5")
+    samples = m.sampled("first-thread", lambda: m.run("first-thread.ngc"))
+    m.settled()
+    assert m.look().task_state == linuxcnc.STATE_ON, f"switched off: {m.said}"
+    turns = [c[2] for c in samples[0]]
+    begun = sum(b < a - 0.5 for a, b in zip(turns, turns[1:]))
+    assert begun >= 3, f"only {begun} passes were begun at an index"
+    # tool and work offsets away: Z0 is at machine Z-45, X0 at machine X-40
+    lowest = min(c[1] - hal.get_value("joint.1.motor-offset") for c in samples[0])
+    assert abs(lowest - (THREAD_END - 45)) < 0.5, f"the thread ends at Z {lowest + 45}"
+    have = m.pulses()[0][0]
+    want = round(hal.get_value("joint.0.motor-offset") * m.scale[0])
+    assert have == want, f"X ends at {have} pulses, should be {want}"
+    m.tell(f"first-thread.ngc: {begun} passes, the thread ends at Z {lowest + 45:.4f}")
+
+
+def lathe(m):
+    m.switch_on()
+    homes(m)
+    m.move("M3 S300")
+    m.until("the spindle at speed", lambda _: hal.get_value("spindle.0.at-speed"), 20)
+    assert m.sim("pin 31")["latch"] == "1", "the spindle's output is off"
+    passes_agree(m)
+    waits_for_the_spindle(m)
+    m.lossy()
+    thread_pass(m, "lossy")     # where it begins suffers, its pitch and its end do not
+    m.tell(f"lossy: {m.lost()}")
+    m.sim("fault off")
+    programme(m)
+    assert m.sim("pin 31")["latch"] == "0", "the spindle's output is still on"
