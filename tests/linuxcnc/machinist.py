@@ -16,11 +16,12 @@ import traceback
 
 import hal
 import linuxcnc
+import gantry
+import lathe
 import track
 
-MILL = pathlib.Path(os.environ["MACHINIST_MILL"])
+FOLDER = pathlib.Path(os.environ["MACHINIST_FOLDER"])
 SIM = os.environ["MACHINIST_SIM"].split()
-JOINTS = range(4)
 HOME = ((-4000, 0), (-4000, 0), (4000, 0), (-2000, -2))  # bench.sim's edge, mill.ini's HOME_OFFSET
 DEVICE_HOME = [400, 400, -400, 0]  # device-homing.hal's HomePosition
 SURFACE = -8000  # pulses: bench.sim's probe
@@ -34,9 +35,10 @@ class Machinist:
         self.command, self.stat = linuxcnc.command(), linuxcnc.stat()
         self.errors = linuxcnc.error_channel()
         self.said = []
-        self.report = open(MILL.parent / "report", "w", encoding="utf-8", buffering=1)
+        self.report = open(FOLDER.parent / "report", "w", encoding="utf-8", buffering=1)
         ini = linuxcnc.ini(sys.argv[sys.argv.index("-ini") + 1])
-        self.scale = [float(ini.find(f"JOINT_{j}", "SCALE")) for j in JOINTS]
+        self.joints = range(int(ini.find("KINS", "JOINTS")))
+        self.scale = [float(ini.find(f"JOINT_{j}", "SCALE")) for j in self.joints]
 
     def tell(self, text):
         print(text, file=self.report)
@@ -66,11 +68,11 @@ class Machinist:
 
     def pulses(self):
         """The device's step counts; the axes must stand."""
-        axes = [self.sim(f"axis {j}") for j in JOINTS]
+        axes = [self.sim(f"axis {j}") for j in self.joints]
         return [int(axis["position"]) for axis in axes], [int(axis["machine"]) for axis in axes]
 
     def commanded(self):
-        return [round(hal.get_value(f"joint.{j}.motor-pos-cmd") * self.scale[j]) for j in JOINTS]
+        return [round(hal.get_value(f"joint.{j}.motor-pos-cmd") * self.scale[j]) for j in self.joints]
 
     def settled(self):
         """All axes stand where LinuxCNC has them, to the pulse."""
@@ -84,18 +86,23 @@ class Machinist:
         self.command.state(linuxcnc.STATE_ON)
         self.until("the machine on", lambda s: s.task_state == linuxcnc.STATE_ON, 20)
         self.until("the axes driven",
-                   lambda _: all(hal.get_value(f"pokeys.0.joint.{j:02}.enabled") for j in JOINTS), 20)
+                   lambda _: all(hal.get_value(f"pokeys.0.joint.{j:02}.enabled") for j in self.joints), 20)
 
-    def home(self):
+    def begin_homing(self):
         self.mode(linuxcnc.MODE_MANUAL)
         self.command.teleop_enable(0)
         self.command.wait_complete()
+        self.command.unhome(-1)
+        self.until("no joint homed", lambda s: not any(s.homed[j] for j in self.joints), 20)
         self.command.home(-1)
-        self.until("all joints homed", lambda s: all(s.homed[j] for j in JOINTS), 90)
 
-    def run(self):
+    def home(self):
+        self.begin_homing()
+        self.until("all joints homed", lambda s: all(s.homed[j] for j in self.joints), 90)
+
+    def run(self, programme="first-cut.ngc"):
         self.mode(linuxcnc.MODE_AUTO)
-        self.command.program_open(str(MILL / "first-cut.ngc"))
+        self.command.program_open(str(FOLDER / programme))
         self.command.wait_complete()
         self.command.auto(linuxcnc.AUTO_RUN, 0)
         self.until("the programme begun", lambda s: s.interp_state != linuxcnc.INTERP_IDLE, 20)
@@ -104,11 +111,14 @@ class Machinist:
 
     def sampled(self, name, work):
         """Do some work while the sampler records every servo period; its path."""
-        path = MILL.parent / f"{name}.samples"
+        path = FOLDER.parent / f"{name}.samples"
         with subprocess.Popen(("halsampler", "-t", str(path)), stdin=subprocess.DEVNULL) as sampler:
+            hal.set_p("sampler.0.enable", "1")
             try:
                 work()
             finally:
+                hal.set_p("sampler.0.enable", "0")
+                self.until("the samples read", lambda _: not hal.get_value("sampler.0.curr-depth"))
                 sampler.send_signal(signal.SIGINT)
         return track.read(path)
 
@@ -116,12 +126,43 @@ class Machinist:
         self.mode(linuxcnc.MODE_MDI)
         self.command.mdi(line)
 
+    def move(self, line):
+        """To the end of it."""
+        self.mdi(line)
+        self.until(f"{line} done", lambda s: s.inpos and s.interp_state == linuxcnc.INTERP_IDLE, 60)
+
+    def override_limits(self):
+        """As the box in Axis does."""
+        self.mode(linuxcnc.MODE_MANUAL)
+        self.command.override_limits()
+        self.until("the limits overridden",
+                   lambda _: hal.get_value("halui.joint.0.override-limits"), 20)
+
+    def lossy(self):
+        for words in LOSSY:
+            self.sim(words)
+
+    def lost(self):
+        """Packets that the simulator has thrown away, each way."""
+        stat = self.sim("stat")
+        lost = [int(stat[f"link.{way}.lost"]) for way in ("request", "reply")]
+        assert all(lost), "the line has lost nothing"
+        return f"{lost[0]} requests and {lost[1]} replies were lost"
+
+    def stays(self, when, pulses, machine):
+        """Nothing moves for a while."""
+        end = time.monotonic() + 0.7
+        while time.monotonic() < end:
+            self.look()
+            assert self.pulses() == (pulses, machine), \
+                f"{when} it moves: {pulses} {machine} -> {self.pulses()}"
+
 
 def at_the_end(m):
     """first-cut.ngc's end in machine units, and every pulse of it."""
     m.settled()
-    offset = [hal.get_value(f"joint.{j}.motor-offset") for j in JOINTS]
-    want = [round((({**END, 2: END_Z})[j] + offset[j]) * m.scale[j]) for j in JOINTS]
+    offset = [hal.get_value(f"joint.{j}.motor-offset") for j in m.joints]
+    want = [round((({**END, 2: END_Z})[j] + offset[j]) * m.scale[j]) for j in m.joints]
     have, _ = m.pulses()
     assert have == want, f"the programme ends at {have} pulses, should be {want}"
     return have
@@ -168,40 +209,28 @@ def cable_out_stops_for_good(m):
     stood, machine = m.pulses()
     assert stood[0] < (target - 5) * m.scale[0], f"it ran on to {stood[0]}"
     m.tell(f"cable out: the operator sees {[text.strip() for text in m.said]}, X stands at {stood[0]} pulses")
-    stays(m, "with the cable out", stood, machine)
+    m.stays("with the cable out", stood, machine)
     m.until("the connection back", lambda _: hal.get_value("pokeys.0.connected"), 30)
-    stays(m, "with the cable in again", stood, machine)
+    m.stays("with the cable in again", stood, machine)
     m.command.state(linuxcnc.STATE_ON)          # without a reset: no
-    stays(m, "switched on without a reset", stood, machine)
+    m.stays("switched on without a reset", stood, machine)
     assert m.look().task_state == linuxcnc.STATE_ESTOP, "it came on by itself"
     m.switch_on()
-    stays(m, "switched on", stood, machine)
-    assert not any(m.look().homed[j] for j in JOINTS), "positions are trusted after a lost connection"
+    m.stays("switched on", stood, machine)
+    assert not any(m.look().homed[j] for j in m.joints), "positions are trusted after a lost connection"
     m.home()
-    m.mdi("G53 G0 X30.125 Y41.7 Z-5 A45")
-    m.until("the axes back", lambda s: s.inpos and s.interp_state == linuxcnc.INTERP_IDLE, 60)
+    m.move("G53 G0 X30.125 Y41.7 Z-5 A45")
     m.tell(f"cable in: homed again, ends at {at_the_end(m)} pulses")
-
-
-def stays(m, when, pulses, machine):
-    end = time.monotonic() + 0.7
-    while time.monotonic() < end:
-        m.look()
-        assert m.pulses() == (pulses, machine), f"{when} it moves: {pulses} {machine} -> {m.pulses()}"
 
 
 def first_cut(m):
     homing_finds_the_switches(m)
     before = [p - k for p, k in zip(*m.pulses())]
     clean = the_programme_runs(m, "clean")
-    for words in LOSSY:
-        m.sim(words)
+    m.lossy()
     lossy = the_programme_runs(m, "lossy")
     assert lossy == clean, f"1 % loss and 2 ms jitter move the end from {clean} to {lossy}"
-    stat = m.sim("stat")
-    lost = [int(stat[f"link.{way}.lost"]) for way in ("request", "reply")]
-    assert all(lost), "the line has lost nothing"
-    m.tell(f"lossy: same end to the pulse, though {lost[0]} requests and {lost[1]} replies were lost")
+    m.tell(f"lossy: same end to the pulse, though {m.lost()}")
     assert [p - k for p, k in zip(*m.pulses())] == before, "counts and machine have parted"
     cable_out_stops_for_good(m)
 
@@ -224,15 +253,12 @@ def the_device_homes(m):
 
 
 def an_abort_stops_it(m):
-    m.mode(linuxcnc.MODE_MANUAL)
-    m.command.teleop_enable(0)
-    m.command.wait_complete()
-    m.command.home(-1)
+    m.begin_homing()
     m.until("X searching", lambda _: m.sim("axis 0")["state"] == "12", 20)
     m.command.abort()
-    m.until("homing ended", lambda s: not any(s.joint[j]["homing"] for j in JOINTS), 20)
+    m.until("homing ended", lambda s: not any(s.joint[j]["homing"] for j in m.joints), 20)
     m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0, 5)
-    stays(m, "after an abort", *m.pulses())
+    m.stays("after an abort", *m.pulses())
     assert not m.look().homed[0], "homed though it was aborted"
     m.tell(f"device homing: aborted, X stands at machine {m.pulses()[1][0]}")
 
@@ -241,17 +267,16 @@ def device_homing(m):
     m.switch_on()
     an_abort_stops_it(m)
     the_device_homes(m)
-    m.mdi("G53 G1 F1800 X20 Y10 Z-5 A30")
-    m.until("the move done", lambda s: s.inpos and s.interp_state == linuxcnc.INTERP_IDLE, 60)
+    m.move("G53 G1 F1800 X20 Y10 Z-5 A30")
     m.settled()
     assert m.pulses()[0] == [8000, 4000, -2000, 6000], m.pulses()
-    for words in LOSSY:
-        m.sim(words)
+    m.lossy()
     the_device_homes(m)
     m.tell("device homing: the same with 1 % loss and 2 ms jitter")
 
 
-WORK = {"first_cut": first_cut, "device_homing": device_homing}
+WORK = {"first_cut": first_cut, "device_homing": device_homing, "gantry": gantry.gantry,
+        "lathe": lathe.lathe}
 
 
 def main():
