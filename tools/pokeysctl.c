@@ -43,6 +43,10 @@ static const struct command {
 	{ "latency", "[--cpu N] [--seconds S] [--priority P | --no-realtime] [--svg FILE] "
 	  "[--config FILE]", "how late threads wake up, and the daemon's",
 	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_MEASURE, command_latency },
+	{ "record", "[DEVICE] FILE", "the last seconds' packets and events into a file for "
+	  "Wireshark", TAKES_RUNTIME | TAKES_NAMES, command_record },
+	{ "replay", "FILE", "what such a file holds, a line for each packet and event",
+	  TAKES_NAMES, command_replay },
 	{ "top", "[DEVICE ...] [--count N] [--interval S]", "how they are, again and again",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_COUNT | TAKES_INTERVAL, command_top },
 };

@@ -46,6 +46,8 @@ int command_status(const struct options *options);
 int command_config(const struct options *options);
 int command_doctor(const struct options *options);
 int command_latency(const struct options *options);
+int command_record(const struct options *options);
+int command_replay(const struct options *options);
 int command_top(const struct options *options);
 
 #endif

@@ -132,6 +132,7 @@ static void do_round(struct daemon *daemon, uint64_t now_ns)
 {
 	drain_run(&daemon->drain, now_ns);
 	desk_run(&daemon->desk, now_ns);
+	keeper_run(&daemon->keeper, now_ns);
 	finder_report(&daemon->finder);
 	wake_listeners(daemon, now_ns);
 	if (due(&daemon->next_maintain_ns, MAINTAIN_NS, now_ns)) {

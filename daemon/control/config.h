@@ -29,6 +29,10 @@ struct config {
 	char group[33];				/* empty = leave */
 	char interface[16];			/* empty = any */
 	char metrics_file[256];			/* empty = none */
+	uint32_t recorder_seconds;		/* 0 = nothing is recorded */
+	char record_folder[256];		/* empty = what the service manager gives */
+	uint32_t record_files;			/* kept; 0 = none are written */
+	uint64_t record_interval_ns;
 	bool interface_dedicated;		/* for pokeys-guard */
 	enum config_transport transport;
 	uint32_t busy_poll_us;

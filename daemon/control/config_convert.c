@@ -83,6 +83,10 @@ void config_convert_daemon(const struct config_raw_daemon *raw, struct config *o
 	out->discovery_addresses = raw->discovery_address.count;
 	memcpy(out->discovery_address, raw->discovery_address.address,
 	       sizeof(out->discovery_address));
+	out->recorder_seconds = (uint32_t)raw->recorder_seconds;
+	memcpy(out->record_folder, raw->record_folder, sizeof(out->record_folder));
+	out->record_files = (uint32_t)raw->record_files;
+	out->record_interval_ns = (uint64_t)raw->record_interval_s * 1000000000;
 	out->metrics_interval_ns = (uint64_t)raw->metrics_interval_ms * 1000000;
 	out->log_level = (int)raw->log_level;
 }

@@ -64,6 +64,8 @@ struct config_raw_daemon {
 	char group[33];
 	char interface[16];
 	char metrics_file[256];
+	char record_folder[256];
+	int64_t recorder_seconds, record_files, record_interval_s;
 	int64_t transport, mode, period_us, cpu, priority, realtime, log_level, guard;
 	int64_t busy_poll_us, discovery_interval_ms, metrics_interval_ms;
 	double collect, duty;

@@ -91,6 +91,20 @@ static const struct config_key own[] = {
 	KEY(DAEMON(metrics_interval_ms), "metrics-interval-ms", CONFIG_INTEGER,
 	    RANGE(100, 3600000), .fallback = "10000", .unit = "ms",
 	    .help = "How often the metrics file is rewritten."),
+	KEY(DAEMON(recorder_seconds), "recorder-seconds", CONFIG_INTEGER, RANGE(0, 60),
+	    .fallback = "5", .unit = "s",
+	    .help = "How much of the latest packets and events is kept in memory for pokeysctl "
+		    "record: at least so long, in at most 128 MiB (8 MiB for one device at "
+		    "1 kHz); 0 keeps none."),
+	KEY(DAEMON(record_folder), "record-folder", CONFIG_FILE,
+	    .help = "Folder that they are written to at a fault, as a file for Wireshark. Without "
+		    "it the one that systemd gives, /var/log/pokeysd; by hand none is written."),
+	KEY(DAEMON(record_files), "record-files", CONFIG_INTEGER, RANGE(0, 1000),
+	    .fallback = "20",
+	    .help = "How many such files are kept; the oldest are removed. 0 writes none."),
+	KEY(DAEMON(record_interval_s), "record-interval-s", CONFIG_INTEGER, RANGE(1, 86400),
+	    .fallback = "60", .unit = "s",
+	    .help = "At most one such file is written in so long a time."),
 	KEY(DAEMON(log_level), "log-level", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "error", EVENT_ERROR }, { "warning", EVENT_WARNING },
 			   { "notice", EVENT_NOTICE }, { "info", EVENT_INFO },

@@ -168,7 +168,11 @@ int daemon_open(struct daemon *daemon)
 	status = status ? status : open_transport(daemon);
 	if (status)
 		return status;
-	return open_devices(daemon);
+	status = open_devices(daemon);
+	if (!status)
+		keeper_open(&daemon->keeper, daemon->config, &daemon->loop,
+			    getenv("LOGS_DIRECTORY"));
+	return status;
 }
 
 /* The realtime thread. */
@@ -337,6 +341,7 @@ int daemon_stop(struct daemon *daemon)
 	}
 	finder_stop(&daemon->finder);
 	drain_run(&daemon->drain, clock_now());
+	keeper_stop(&daemon->keeper);
 	return status;
 }
 
@@ -348,6 +353,7 @@ void daemon_close(struct daemon *daemon)
 	/* a thread that did not end still uses the rest; the process ends anyway */
 	if (daemon->started && !daemon->joined)
 		return;
+	keeper_close(&daemon->keeper);
 	if (daemon->prepared)
 		loop_release(&daemon->loop);
 	if (daemon->loop.transport)
@@ -369,7 +375,7 @@ int daemon_run(struct daemon *daemon, const struct config *config, const char *c
 	daemon->signal_fd = -1;
 	daemon->latency_fd = -1;
 	desk_init(&daemon->desk, config, config_path, &daemon->loop, read_report, daemon);
-	drain_init(&daemon->drain, config, &daemon->loop.events, &daemon->desk);
+	drain_init(&daemon->drain, config, &daemon->loop.events, &daemon->desk, &daemon->keeper);
 	status = daemon_open(daemon);
 	status = status ? status : daemon_start(daemon);
 	status = status ? status : daemon_attend(daemon);

@@ -10,6 +10,7 @@
 #include "daemon/control/desk.h"
 #include "daemon/control/drain.h"
 #include "daemon/control/finder.h"
+#include "daemon/control/keeper.h"
 #include "daemon/control/metrics.h"
 #include "daemon/control/report.h"
 #include "daemon/control/watchdog.h"
@@ -20,6 +21,7 @@ struct daemon {
 	struct shm_host *host;
 	struct finder finder;
 	struct drain drain;
+	struct keeper keeper;
 	struct desk desk;
 	struct metrics metrics;
 	struct watchdog watchdog;

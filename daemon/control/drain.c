@@ -11,12 +11,13 @@
 #include "daemon/control/drain.h"
 
 void drain_init(struct drain *drain, const struct config *config, struct event_ring *ring,
-		struct desk *desk)
+		struct desk *desk, struct keeper *keeper)
 {
 	memset(drain, 0, sizeof(*drain));
 	drain->config = config;
 	drain->ring = ring;
 	drain->desk = desk;
+	drain->keeper = keeper;
 }
 
 static void write_down(struct drain *drain, const struct event *event, uint64_t now_ns)
@@ -58,6 +59,8 @@ uint32_t drain_run(struct drain *drain, uint64_t now_ns)
 		write_down(drain, &event, now_ns);
 		if (drain->desk)
 			desk_event(drain->desk, &event, now_ns);
+		if (drain->keeper)
+			keeper_event(drain->keeper, &event, now_ns);
 		count++;
 	}
 	tell_dropped(drain, now_ns);

@@ -5,6 +5,7 @@
 
 #include "daemon/control/config.h"
 #include "daemon/control/desk.h"
+#include "daemon/control/keeper.h"
 #include "daemon/control/log.h"
 #include "daemon/device/event.h"
 
@@ -12,13 +13,14 @@ struct drain {
 	const struct config *config;		/* names of the devices */
 	struct event_ring *ring;
 	struct desk *desk;			/* hears of each event; NULL = nobody */
+	struct keeper *keeper;			/* as well */
 	uint64_t dropped_told;
 	struct log_limit dropped_limit;
 	struct log_limit limit[TRANSPORT_CHANNELS + 1][EVENT_CODES];
 };
 
 void drain_init(struct drain *drain, const struct config *config, struct event_ring *ring,
-		struct desk *desk);
+		struct desk *desk, struct keeper *keeper);
 
 /* Write down what has come, at most one ring full. Returns how many events there were. */
 uint32_t drain_run(struct drain *drain, uint64_t now_ns);

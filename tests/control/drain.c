@@ -22,7 +22,7 @@ static int setup(void **state)
 	config.devices = 2;
 	strcpy(config.device[0].name, "mill");
 	strcpy(config.device[1].name, "lathe");
-	drain_init(&drain, &config, &ring, NULL);
+	drain_init(&drain, &config, &ring, NULL, NULL);
 	if (pipe(pipe_fd))
 		return -1;
 	log_open(pipe_fd[1], EVENT_DEBUG);

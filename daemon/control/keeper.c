@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * When a record is written, and by whom.
+ *
+ * What led to a fault is in the ring already when the fault is seen; what it led to
+ * comes after. So a record is written half a second later. A fault that comes again
+ * and again, a cable that rattles, must not fill the disk: there is one record in a
+ * while, and a number of them.
+ *
+ * The control thread only gives the order. A disk may be slow for seconds, and the
+ * control thread feeds the watchdog.
+ *
+ * A daemon that ends removes its ring. One that is still there was left by a daemon
+ * that died, and is the best witness of why: it is put aside before our own ring
+ * takes its name.
+ */
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+#include "daemon/control/clock.h"
+#include "daemon/control/keeper.h"
+#include "daemon/control/log.h"
+#include "daemon/recorder/read.h"
+#include "wire/pulse.h"
+
+#define AFTER_NS UINT64_C(500000000)
+enum { NAP_MS = 20, BURST = 10, STACK_SIZE = 256 * 1024, SLOTS_A_CYCLE = 8 };
+
+enum record_reason keeper_reason(const struct event *event, bool machine_on)
+{
+	switch (event->code) {
+	case EVENT_LINK:
+		return event->a == POKEYS_LINK_LOST && event->b == POKEYS_LINK_RUNNING ?
+		       RECORD_LOST : RECORD_NOTHING;
+	case EVENT_COMMANDER:
+		return !event->a && machine_on ? RECORD_COMMANDER : RECORD_NOTHING;
+	case EVENT_ENGINE:
+		if (event->a == WIRE_ENGINE_STOP_EMERGENCY)
+			return RECORD_EMERGENCY;
+		return event->a == WIRE_ENGINE_STOP_LIMIT ? RECORD_LIMIT : RECORD_NOTHING;
+	case EVENT_CYCLE_SKIPPED:
+		return event->a >= BURST ? RECORD_LATE : RECORD_NOTHING;
+	case EVENT_TRANSPORT:
+		return event->level <= EVENT_ERROR ? RECORD_TRANSPORT : RECORD_NOTHING;
+	default:
+		return RECORD_NOTHING;
+	}
+}
+
+void keeper_event(struct keeper *keeper, const struct event *event, uint64_t now_ns)
+{
+	const uint32_t bit = event->device < TRANSPORT_CHANNELS ? 1u << event->device : 0;
+	const enum record_reason reason = keeper_reason(event, keeper->machine_on & bit);
+
+	if (event->code == EVENT_MACHINE)
+		keeper->machine_on = event->a ? keeper->machine_on | bit :
+						keeper->machine_on & ~bit;
+	if (!keeper->running || !reason || keeper->due || now_ns < keeper->not_before_ns)
+		return;
+	keeper->due = reason;
+	keeper->due_ns = now_ns + AFTER_NS;
+	keeper->not_before_ns = now_ns + keeper->config->record_interval_ns;
+}
+
+static void tell(struct keeper *keeper)
+{
+	if (!atomic_load_explicit(&keeper->done, memory_order_acquire))
+		return;
+	if (keeper->result)
+		log_line(EVENT_WARNING, "no record could be written in %s: %s", keeper->folder,
+			 strerror(-keeper->result));
+	else
+		log_line(EVENT_NOTICE, "the last %llu packets are in %s", (unsigned long long)
+			 keeper->packets, keeper->path);
+	atomic_store_explicit(&keeper->done, 0, memory_order_relaxed);
+}
+
+static bool idle(const struct keeper *keeper)
+{
+	return !atomic_load_explicit(&keeper->order, memory_order_acquire) &&
+	       !atomic_load_explicit(&keeper->done, memory_order_acquire);
+}
+
+static void give(struct keeper *keeper, enum record_reason reason)
+{
+	atomic_store_explicit(&keeper->order, reason, memory_order_release);
+}
+
+void keeper_run(struct keeper *keeper, uint64_t now_ns)
+{
+	if (!keeper->open)
+		return;
+	atomic_store_explicit(&keeper->loop->recorder.head->thread,
+			      atomic_load(&keeper->loop->shared.thread), memory_order_relaxed);
+	tell(keeper);
+	if (!keeper->due || now_ns < keeper->due_ns || !idle(keeper))
+		return;
+	give(keeper, keeper->due);
+	keeper->due = RECORD_NOTHING;
+}
+
+/* The thread: one order at a time. */
+static void execute(struct keeper *keeper)
+{
+	enum record_reason reason = atomic_load_explicit(&keeper->order, memory_order_acquire);
+	const char *ring = reason == RECORD_DIED ? keeper->died : keeper->ring;
+
+	if (!reason)
+		return;
+	keeper->result = keeper_write(ring, keeper->folder, keeper->config->record_files, reason,
+				      keeper->path, &keeper->packets);
+	if (reason == RECORD_DIED)
+		unlink(keeper->died);
+	atomic_store_explicit(&keeper->done, 1, memory_order_release);
+	atomic_store_explicit(&keeper->order, RECORD_NOTHING, memory_order_release);
+}
+
+static void *run(void *argument)
+{
+	const struct timespec nap = { .tv_nsec = NAP_MS * 1000000 };
+	struct keeper *keeper = argument;
+
+	while (!atomic_load_explicit(&keeper->stop, memory_order_acquire)) {
+		execute(keeper);
+		nanosleep(&nap, NULL);
+	}
+	execute(keeper);
+	return NULL;
+}
+
+/* What a daemon that died has left, to be written as soon as the thread runs. */
+static void put_aside(struct keeper *keeper)
+{
+	if (rename(keeper->ring, keeper->died))
+		return;
+	if (*keeper->folder)
+		give(keeper, RECORD_DIED);
+	else
+		unlink(keeper->died);
+}
+
+static void start(struct keeper *keeper)
+{
+	pthread_attr_t attributes;
+	sigset_t all, before;
+	int result;
+
+	/* memory is locked: a stack of the usual size would be 8 MiB of it */
+	pthread_attr_init(&attributes);
+	pthread_attr_setstacksize(&attributes, STACK_SIZE);
+	sigfillset(&all);
+	pthread_sigmask(SIG_SETMASK, &all, &before);
+	result = pthread_create(&keeper->thread, &attributes, run, keeper);
+	pthread_sigmask(SIG_SETMASK, &before, NULL);
+	pthread_attr_destroy(&attributes);
+	keeper->running = !result;
+	if (result)
+		log_line(EVENT_WARNING, "no records will be written: the thread for it cannot be "
+			 "made: %s", strerror(result));
+}
+
+static uint32_t slots_for(const struct config *config)
+{
+	const double cycles = (double)config->recorder_seconds * 1e9 /
+			      (double)config->loop.period_ns;
+	const double slots = cycles * (SLOTS_A_CYCLE * (double)config->devices + 1);
+
+	return slots < RECORDER_SLOTS_MAX ? (uint32_t)slots : RECORDER_SLOTS_MAX;
+}
+
+static int make_ring(struct keeper *keeper)
+{
+	const struct config *config = keeper->config;
+	struct recorder *recorder = &keeper->loop->recorder;
+	int result = recorder_create(recorder, keeper->ring, slots_for(config));
+
+	if (result)
+		return result;
+	recorder->head->period_ns = config->loop.period_ns;
+	recorder->head->devices = config->devices;
+	for (uint32_t i = 0; i < config->devices; i++)
+		snprintf(recorder->head->name[i], sizeof(recorder->head->name[i]), "%s",
+			 config->device[i].name);
+	keeper->loop->events.tap_context = recorder;
+	keeper->loop->events.tap = recorder_tap;
+	keeper->open = true;
+	return 0;
+}
+
+void keeper_open(struct keeper *keeper, const struct config *config, struct loop *loop,
+		 const char *logs)
+{
+	int result;
+
+	*keeper = (struct keeper){ .config = config, .loop = loop, .folder = "" };
+	if (*config->record_folder)
+		keeper->folder = config->record_folder;
+	else if (logs)
+		keeper->folder = logs;
+	if (!config->record_files)
+		keeper->folder = "";
+	snprintf(keeper->ring, sizeof(keeper->ring), "%s/" RECORDER_FILE,
+		 config->runtime_directory);
+	snprintf(keeper->died, sizeof(keeper->died), "%s/" RECORDER_FILE ".died",
+		 config->runtime_directory);
+	put_aside(keeper);
+	result = config->recorder_seconds ? make_ring(keeper) : 0;
+	if (result)
+		log_line(EVENT_WARNING, "%s: cannot be made: %s; nothing is recorded", keeper->ring,
+			 strerror(-result));
+	if (*keeper->folder && (keeper->open || keeper->order))
+		start(keeper);
+}
+
+void keeper_stop(struct keeper *keeper)
+{
+	if (!keeper->running)
+		return;
+	if (keeper->due && idle(keeper))
+		give(keeper, keeper->due);
+	atomic_store_explicit(&keeper->stop, true, memory_order_release);
+	pthread_join(keeper->thread, NULL);
+	keeper->running = false;
+	tell(keeper);
+}
+
+void keeper_close(struct keeper *keeper)
+{
+	if (!keeper->open)
+		return;
+	keeper->loop->events.tap = NULL;
+	atomic_store_explicit(&keeper->loop->recorder.head->ended, 1, memory_order_release);
+	unlink(keeper->ring);
+	recorder_close(&keeper->loop->recorder);
+	keeper->open = false;
+}

@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Who keeps the flight recorder: makes its ring, and writes it into a file when
+ * something went wrong. A file may take its time, so a thread of its own writes it.
+ */
+#ifndef CONTROL_KEEPER_H
+#define CONTROL_KEEPER_H
+
+#include <pthread.h>
+#include "daemon/control/config.h"
+#include "daemon/device/event.h"
+#include "daemon/rt/loop.h"
+
+/* Why a record is written; also the end of its file's name. */
+enum record_reason {
+	RECORD_NOTHING,
+	RECORD_LOST,			/* a device that was running does not answer */
+	RECORD_COMMANDER,		/* silent while the machine was on */
+	RECORD_EMERGENCY,		/* the pulse engine was stopped by its emergency input */
+	RECORD_LIMIT,			/* ... by a limit switch */
+	RECORD_LATE,			/* a burst of missed cycles */
+	RECORD_TRANSPORT,		/* the transport has failed for good */
+	RECORD_DIED,			/* what the daemon before this one left */
+	RECORD_REASONS
+};
+
+enum { KEEPER_PATH = 400 };
+
+struct keeper {
+	const struct config *config;
+	struct loop *loop;
+	const char *folder;		/* of the records; empty = none are written */
+	char ring[KEEPER_PATH], died[KEEPER_PATH];	/* files of the runtime folder */
+	bool open, running;
+	pthread_t thread;
+	/* the control thread's */
+	uint32_t machine_on;		/* bit = device whose machine is on */
+	enum record_reason due;		/* to be written at due_ns */
+	uint64_t due_ns, not_before_ns;
+	/* between the two */
+	_Atomic bool stop;
+	_Atomic uint32_t order;		/* enum record_reason; the thread's until it is 0 again */
+	_Atomic uint32_t done;		/* 1: `path`, `result` and `packets` are to be told */
+	char path[KEEPER_PATH];
+	int result;			/* 0 or -errno */
+	uint64_t packets;
+};
+
+/* What an event is a reason for. `machine_on`: the machine of its device is. Pure. */
+enum record_reason keeper_reason(const struct event *event, bool machine_on);
+
+/*
+ * Make the ring and the thread, before the loop runs; loop->recorder and the tap of
+ * loop->events are set. What goes wrong is logged, and the daemon goes on without.
+ * `logs` is the folder that the service manager gives ($LOGS_DIRECTORY), NULL = none.
+ */
+void keeper_open(struct keeper *keeper, const struct config *config, struct loop *loop,
+		 const char *logs);
+
+/* An event of the loop; a record is due half a second later. */
+void keeper_event(struct keeper *keeper, const struct event *event, uint64_t now_ns);
+
+/* Give orders, tell what became of them; a few times a second. */
+void keeper_run(struct keeper *keeper, uint64_t now_ns);
+
+/* End the thread; a record that is due is written first. Idempotent. */
+void keeper_stop(struct keeper *keeper);
+
+/* After the loop has ended: give the ring back, its file as well. */
+void keeper_close(struct keeper *keeper);
+
+/*
+ * Write a ring's file into the folder, and remove the oldest of more than `files` records.
+ * 0 or -errno; path of the new file into `path`.
+ */
+int keeper_write(const char *ring, const char *folder, uint32_t files, enum record_reason reason,
+		 char path[KEEPER_PATH], uint64_t *packets);
+
+#endif

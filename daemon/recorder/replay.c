@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Requests and replies find each other by device, request id and operation, as
+ * they do in the mailbox. Where the daemon has told what it made of a reply, that
+ * counts and nothing is judged anew: a reply that it discarded has no request. In
+ * a capture of somebody else's the first reply that fits is taken for the answer.
+ */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <pokeys/async.h>
+#include "daemon/recorder/frame.h"
+#include "daemon/recorder/pcapng.h"
+#include "daemon/recorder/replay.h"
+#include "daemon/recorder/words.h"
+#include "wire/op.h"
+
+enum { LOOK_BACK = 8192 };		/* lines; some seconds of one device */
+
+struct loader {
+	struct replay *replay;
+	bool no_memory;
+};
+
+/* A cleared line at the end; NULL without memory. */
+static struct replay_line *append(struct loader *loader)
+{
+	struct replay *replay = loader->replay;
+
+	if (replay->lines == replay->room) {
+		size_t room = replay->room ? 2 * replay->room : 1024;
+		void *line = realloc(replay->line, room * sizeof(*replay->line));
+
+		if (!line) {
+			loader->no_memory = true;
+			return NULL;
+		}
+		replay->line = line;
+		replay->room = room;
+	}
+	memset(&replay->line[replay->lines], 0, sizeof(*replay->line));
+	replay->line[replay->lines].partner = REPLAY_NONE;
+	return &replay->line[replay->lines++];
+}
+
+/* What the daemon has told in the comment. */
+static void take_comment(struct replay_line *line, const char *comment)
+{
+	unsigned int tries;
+	const char *words;
+
+	if (line->kind == REPLAY_REQUEST) {
+		line->known = sscanf(comment, "cycle %" SCNu32 ", try %u", &line->cycle,
+				     &tries) == 2;
+		line->tries = line->known ? (uint8_t)tries : 0;
+		return;
+	}
+	words = strstr(comment, ", ");
+	if (!words || sscanf(comment, "cycle %" SCNu32, &line->cycle) != 1)
+		return;
+	line->verdict = words_find_verdict(words + 2);
+	line->known = line->verdict != POKEYS_VERDICT_NONE;
+	words = strstr(words, ", taken ");
+	line->stamped = words && sscanf(words, ", taken %" SCNu64, &line->taken_ns) == 1;
+}
+
+/* Which way did it go? Without the writer's word, by its first byte. False: neither. */
+static bool find_kind(const struct pcapng_packet *packet, const struct frame *frame,
+		      enum replay_kind *kind)
+{
+	bool request = frame->kept && frame->data[0] == WIRE_REQUEST;
+	bool reply = frame->kept && frame->data[0] == WIRE_REPLY;
+
+	if (packet->outbound || packet->inbound) {
+		*kind = packet->outbound ? REPLAY_REQUEST : REPLAY_REPLY;
+		return true;
+	}
+	*kind = request ? REPLAY_REQUEST : REPLAY_REPLY;
+	return (request || reply) && frame->length == WIRE_PK;
+}
+
+static bool take_packet(void *context, const char *interface, const struct pcapng_packet *packet)
+{
+	struct loader *loader = context;
+	struct replay_line *line;
+	const struct frame_end *device;
+	enum replay_kind kind;
+	struct frame frame;
+
+	if (!frame_parse(packet->data, packet->kept, &frame) ||
+	    !find_kind(packet, &frame, &kind)) {
+		loader->replay->others++;
+		return true;
+	}
+	line = append(loader);
+	if (!line)
+		return false;
+	device = kind == REPLAY_REQUEST ? &frame.to : &frame.from;
+	line->t_ns = packet->t_ns;
+	line->kind = kind;
+	line->address = device->address;
+	line->port = device->port;
+	line->length = (uint16_t)frame.length;
+	line->kept = (uint16_t)(frame.kept < REPLAY_DATA ? frame.kept : REPLAY_DATA);
+	memcpy(line->data, frame.data, line->kept);
+	snprintf(line->device, sizeof(line->device), "%.31s", interface);
+	take_comment(line, packet->comment);
+	return true;
+}
+
+static bool take_entry(void *context, const struct pcapng_entry *entry)
+{
+	struct loader *loader = context;
+	struct replay_line *line = append(loader);
+
+	if (!line)
+		return false;
+	line->t_ns = entry->t_ns;
+	line->kind = REPLAY_EVENT;
+	line->level = entry->level;
+	snprintf(line->device, sizeof(line->device), "%.31s", entry->device);
+	line->text = strdup(entry->text);
+	loader->no_memory |= !line->text;
+	return line->text;
+}
+
+static bool may_answer(const struct replay_line *line)
+{
+	return line->kept >= WIRE_AT_SUM && (!line->known ||
+					     line->verdict == POKEYS_VERDICT_ACCEPTED);
+}
+
+static bool same_request(const struct replay_line *reply, const struct replay_line *request)
+{
+	return request->kind == REPLAY_REQUEST && request->kept >= WIRE_AT_SUM &&
+	       request->address == reply->address && request->port == reply->port &&
+	       request->data[WIRE_AT_ID] == reply->data[WIRE_AT_ID] &&
+	       !strcmp(request->device, reply->device);
+}
+
+/* The newest request of that id, if it is the one that is answered. */
+static ptrdiff_t find_request(const struct replay *replay, ptrdiff_t reply)
+{
+	const struct replay_line *line = &replay->line[reply];
+	ptrdiff_t first = reply > LOOK_BACK ? reply - LOOK_BACK : 0;
+
+	for (ptrdiff_t i = reply - 1; i >= first; i--) {
+		const struct replay_line *request = &replay->line[i];
+
+		if (same_request(line, request))
+			return request->partner == REPLAY_NONE &&
+			       request->data[WIRE_AT_OP] == line->data[WIRE_AT_OP] ? i : REPLAY_NONE;
+	}
+	return REPLAY_NONE;
+}
+
+static void pair(struct replay *replay)
+{
+	for (size_t i = 0; i < replay->lines; i++) {
+		struct replay_line *line = &replay->line[i];
+
+		if (line->kind != REPLAY_REPLY || !may_answer(line))
+			continue;
+		line->partner = find_request(replay, (ptrdiff_t)i);
+		if (line->partner != REPLAY_NONE)
+			replay->line[line->partner].partner = (ptrdiff_t)i;
+	}
+}
+
+int replay_load(struct replay *replay, FILE *from, char *why, size_t size)
+{
+	struct loader loader = { .replay = replay };
+	const struct pcapng_take take = { take_packet, take_entry, &loader };
+	int rc;
+
+	*replay = (struct replay){ 0 };
+	rc = pcapng_read(from, &take, why, size);
+	if (loader.no_memory) {
+		snprintf(why, size, "no memory");
+		return -ENOMEM;
+	}
+	if (!rc)
+		pair(replay);
+	return rc;
+}
+
+void replay_free(struct replay *replay)
+{
+	for (size_t i = 0; i < replay->lines; i++)
+		free(replay->line[i].text);
+	free(replay->line);
+	*replay = (struct replay){ 0 };
+}
+
+const char *replay_operation(const struct replay_line *line)
+{
+	static char number[8];
+	const struct wire_op_row *row = NULL;
+
+	if (line->kept <= WIRE_AT_P1)
+		return "none";
+	row = wire_op_find(line->data[WIRE_AT_OP], line->data[WIRE_AT_P1]);
+	if (row)
+		return row->name;
+	snprintf(number, sizeof(number), "0x%02x", line->data[WIRE_AT_OP]);
+	return number;
+}

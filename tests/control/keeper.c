@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * When a record is written, that it is bounded in number and in rate, and that
+ * whatever the disk does the daemon goes on.
+ */
+#include <dirent.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <cmocka.h>
+#include "daemon/control/keeper.h"
+#include "daemon/control/log.h"
+#include "daemon/recorder/read.h"
+#include "wire/pulse.h"
+
+#define MS UINT64_C(1000000)
+
+static char folder[64], runtime[96], records[96];
+static struct config config;
+static struct loop loop;
+static struct keeper keeper;
+static int pipe_fd[2];
+
+static int setup(void **state)
+{
+	(void)state;
+	strcpy(folder, "/tmp/pokeysd-test-keeper.XXXXXX");
+	assert_non_null(mkdtemp(folder));
+	snprintf(runtime, sizeof(runtime), "%s/run", folder);
+	snprintf(records, sizeof(records), "%s/records", folder);
+	assert_int_equal(mkdir(runtime, 0700) | mkdir(records, 0700), 0);
+	memset(&config, 0, sizeof(config));
+	memset(&loop, 0, sizeof(loop));
+	config.loop.period_ns = MS;
+	config.devices = 1;
+	config.recorder_seconds = 1;
+	config.record_files = 3;
+	config.record_interval_ns = 60000 * MS;
+	strcpy(config.device[0].name, "mill");
+	strcpy(config.runtime_directory, runtime);
+	strcpy(config.record_folder, records);
+	assert_int_equal(pipe(pipe_fd), 0);
+	log_open(pipe_fd[1], EVENT_DEBUG);
+	return 0;
+}
+
+static void remove_all(const char *path)
+{
+	DIR *all = opendir(path);
+	struct dirent *entry;
+	char name[512];
+
+	while (all && (entry = readdir(all))) {
+		snprintf(name, sizeof(name), "%s/%s", path, entry->d_name);
+		unlink(name);
+	}
+	if (all)
+		closedir(all);
+	rmdir(path);
+}
+
+static int teardown(void **state)
+{
+	(void)state;
+	keeper_stop(&keeper);
+	keeper_close(&keeper);
+	remove_all(runtime);
+	remove_all(records);
+	rmdir(folder);
+	close(pipe_fd[0]);
+	close(pipe_fd[1]);
+	return 0;
+}
+
+/* How many files whose name has this in it. */
+static int files(const char *part)
+{
+	DIR *all = opendir(records);
+	struct dirent *entry;
+	int count = 0;
+
+	while (all && (entry = readdir(all)))
+		count += entry->d_name[0] != '.' && strstr(entry->d_name, part) != NULL;
+	if (all)
+		closedir(all);
+	return count;
+}
+
+static void happen(enum event_code code, int64_t a, int64_t b, uint64_t now_ns)
+{
+	const struct event event = { .t_ns = now_ns, .code = (uint16_t)code, .a = a, .b = b };
+
+	event_push(&loop.events, &event);
+	keeper_event(&keeper, &event, now_ns);
+}
+
+static void lose(uint64_t now_ns)
+{
+	happen(EVENT_LINK, POKEYS_LINK_LOST, POKEYS_LINK_RUNNING, now_ns);
+}
+
+static const char *logged(void)
+{
+	static char text[4096];
+	ssize_t length;
+
+	log_line(EVENT_ERROR, "end");
+	length = read(pipe_fd[0], text, sizeof(text) - 1);
+	text[length > 0 ? length : 0] = '\0';
+	return text;
+}
+
+static enum record_reason reason(enum event_code code, int64_t a, int64_t b, bool on)
+{
+	const struct event event = { .code = (uint16_t)code, .level = EVENT_WARNING, .a = a, .b = b };
+
+	return keeper_reason(&event, on);
+}
+
+static void faults_are_reasons_and_other_events_are_not(void **state)
+{
+	const struct event broken = { .code = EVENT_TRANSPORT, .level = EVENT_ERROR };
+
+	(void)state;
+	assert_int_equal(reason(EVENT_LINK, POKEYS_LINK_LOST, POKEYS_LINK_RUNNING, false),
+			 RECORD_LOST);
+	assert_int_equal(reason(EVENT_LINK, POKEYS_LINK_LOST, POKEYS_LINK_LOST, false), 0);
+	assert_int_equal(reason(EVENT_LINK, POKEYS_LINK_RUNNING, POKEYS_LINK_LOST, false), 0);
+	assert_int_equal(reason(EVENT_COMMANDER, 0, 200000, true), RECORD_COMMANDER);
+	assert_int_equal(reason(EVENT_COMMANDER, 0, 200000, false), 0);
+	assert_int_equal(reason(EVENT_COMMANDER, 1, 0, true), 0);
+	assert_int_equal(reason(EVENT_ENGINE, WIRE_ENGINE_STOP_EMERGENCY, 3, true),
+			 RECORD_EMERGENCY);
+	assert_int_equal(reason(EVENT_ENGINE, WIRE_ENGINE_STOP_LIMIT, 3, true), RECORD_LIMIT);
+	assert_int_equal(reason(EVENT_ENGINE, WIRE_ENGINE_RUNNING, 0, true), 0);
+	assert_int_equal(reason(EVENT_CYCLE_SKIPPED, 9, 0, true), 0);
+	assert_int_equal(reason(EVENT_CYCLE_SKIPPED, 10, 0, true), RECORD_LATE);
+	assert_int_equal(reason(EVENT_TRANSPORT, -5, 0, true), 0);
+	assert_int_equal(keeper_reason(&broken, false), RECORD_TRANSPORT);
+}
+
+static void a_fault_is_written_half_a_second_later(void **state)
+{
+	(void)state;
+	keeper_open(&keeper, &config, &loop, NULL);
+	lose(1000 * MS);
+	keeper_run(&keeper, 1499 * MS);
+	assert_int_equal(keeper.due, RECORD_LOST);
+	keeper_run(&keeper, 1500 * MS);
+	assert_int_equal(keeper.due, RECORD_NOTHING);
+	keeper_stop(&keeper);
+	assert_int_equal(files("-lost.pcapng"), 1);
+	assert_int_equal(files(""), 1);
+	assert_non_null(strstr(logged(), "-lost.pcapng"));
+}
+
+static void there_is_one_in_a_while(void **state)
+{
+	(void)state;
+	keeper_open(&keeper, &config, &loop, NULL);
+	lose(1000 * MS);
+	for (uint64_t t = 1001; t < 61000; t += 500) {
+		lose(t * MS);
+		keeper_run(&keeper, t * MS);
+		assert_true(keeper.due == RECORD_NOTHING || t < 1501);
+	}
+	lose(61000 * MS);
+	assert_int_equal(keeper.due, RECORD_LOST);
+}
+
+static void the_commander_counts_while_the_machine_is_on(void **state)
+{
+	(void)state;
+	keeper_open(&keeper, &config, &loop, NULL);
+	happen(EVENT_COMMANDER, 0, 0, MS);
+	assert_int_equal(keeper.due, RECORD_NOTHING);
+	happen(EVENT_MACHINE, 1, 0, 2 * MS);
+	happen(EVENT_MACHINE, 0, 0, 3 * MS);
+	happen(EVENT_COMMANDER, 0, 0, 4 * MS);
+	assert_int_equal(keeper.due, RECORD_NOTHING);
+	happen(EVENT_MACHINE, 1, 0, 5 * MS);
+	happen(EVENT_COMMANDER, 0, 0, 6 * MS);
+	assert_int_equal(keeper.due, RECORD_COMMANDER);
+}
+
+static void the_oldest_are_removed_and_nothing_else(void **state)
+{
+	static const char *const others[] = {
+		"pokeysd-20200101T000000Z-lost.pcapng", "pokeysd-20200102T000000Z-late.pcapng",
+		"pokeysd-20200103T000000Z-lost.pcapng", "notes.txt", "mine.pcapng",
+	};
+	char path[KEEPER_PATH];
+	uint64_t packets;
+
+	(void)state;
+	keeper_open(&keeper, &config, &loop, NULL);
+	for (size_t i = 0; i < sizeof(others) / sizeof(*others); i++) {
+		snprintf(path, sizeof(path), "%s/%s", records, others[i]);
+		fclose(fopen(path, "w"));
+	}
+	assert_int_equal(keeper_write(keeper.ring, records, 3, RECORD_LATE, path, &packets), 0);
+	assert_int_equal(files("pokeysd-"), 3);
+	assert_int_equal(files("20200101"), 0);
+	assert_int_equal(files("20200102"), 1);
+	assert_int_equal(files("notes.txt") + files("mine.pcapng"), 2);
+	assert_int_equal(access(path, R_OK), 0);
+	assert_int_equal(files(".new"), 0);
+}
+
+static void what_a_dead_daemon_left_is_written_at_the_next_start(void **state)
+{
+	(void)state;
+	keeper_open(&keeper, &config, &loop, NULL);
+	lose(MS);
+	keeper.due = RECORD_NOTHING;
+	keeper_stop(&keeper);
+	recorder_close(&loop.recorder);		/* dies: the file stays */
+	keeper_open(&keeper, &config, &loop, NULL);
+	keeper_stop(&keeper);
+	assert_int_equal(files("-died.pcapng"), 1);
+	assert_int_not_equal(access(keeper.died, F_OK), 0);
+	assert_int_equal(access(keeper.ring, F_OK), 0);
+	keeper_close(&keeper);
+	assert_int_not_equal(access(keeper.ring, F_OK), 0);
+}
+
+static void a_folder_that_is_not_there_is_told(void **state)
+{
+	(void)state;
+	snprintf(config.record_folder, sizeof(config.record_folder), "%s/none", folder);
+	keeper_open(&keeper, &config, &loop, NULL);
+	lose(MS);
+	keeper_stop(&keeper);
+	assert_non_null(strstr(logged(), "No such file"));
+}
+
+static void it_can_be_off(void **state)
+{
+	(void)state;
+	config.recorder_seconds = 0;
+	keeper_open(&keeper, &config, &loop, records);
+	assert_null(loop.recorder.head);
+	assert_null(loop.events.tap);
+	lose(MS);
+	keeper_run(&keeper, 1000 * MS);
+	keeper_close(&keeper);
+	config.recorder_seconds = 1;
+	config.record_files = 0;
+	keeper_open(&keeper, &config, &loop, records);
+	assert_non_null(loop.recorder.head);
+	assert_false(keeper.running);
+	lose(MS);
+	keeper_stop(&keeper);
+	assert_int_equal(files(""), 0);
+}
+
+static void the_service_managers_folder_is_the_default(void **state)
+{
+	(void)state;
+	config.record_folder[0] = '\0';
+	keeper_open(&keeper, &config, &loop, records);
+	lose(MS);
+	keeper_stop(&keeper);
+	assert_int_equal(files("-lost.pcapng"), 1);
+	keeper_close(&keeper);
+	keeper_open(&keeper, &config, &loop, NULL);
+	assert_false(keeper.running);
+}
+
+static void the_ring_holds_the_seconds_that_are_wanted(void **state)
+{
+	(void)state;
+	config.recorder_seconds = 5;
+	keeper_open(&keeper, &config, &loop, NULL);
+	assert_true(loop.recorder.head->slots >= 5 * 1000 * 9);
+	assert_string_equal(loop.recorder.head->name[0], "mill");
+	keeper_stop(&keeper);
+	keeper_close(&keeper);
+	config.recorder_seconds = 60;
+	config.loop.period_ns = 250000;
+	config.devices = 4;
+	keeper_open(&keeper, &config, &loop, NULL);
+	assert_int_equal(loop.recorder.head->slots, RECORDER_SLOTS_MAX);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+	const struct CMUnitTest tests[] = {
+		TEST(faults_are_reasons_and_other_events_are_not),
+		TEST(a_fault_is_written_half_a_second_later),
+		TEST(there_is_one_in_a_while),
+		TEST(the_commander_counts_while_the_machine_is_on),
+		TEST(the_oldest_are_removed_and_nothing_else),
+		TEST(what_a_dead_daemon_left_is_written_at_the_next_start),
+		TEST(a_folder_that_is_not_there_is_told),
+		TEST(it_can_be_off),
+		TEST(the_service_managers_folder_is_the_default),
+		TEST(the_ring_holds_the_seconds_that_are_wanted),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl record: the ring that the daemon fills, as a file. Nothing is asked of
+ * the daemon: its memory is read, so it works while the daemon is busy and when it
+ * has died.
+ */
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include "daemon/recorder/export.h"
+#include "tools/json.h"
+#include "tools/pokeysctl.h"
+
+static int open_ring(const struct options *options, struct recorder_file *ring)
+{
+	char path[256], why[384];
+	int rc;
+
+	snprintf(path, sizeof(path), "%s/" RECORDER_FILE, options->runtime_directory);
+	rc = recorder_open(ring, path, why, sizeof(why));
+	if (rc == -ENOENT)
+		complain("no recorder in %s: no daemon runs there, or it has recorder-seconds = 0 "
+			 "(another folder: --runtime-directory)", options->runtime_directory);
+	else if (rc == -EACCES)
+		complain("%s; this user must be in the folder's group", why);
+	else if (rc)
+		complain("%s", why);
+	return rc;
+}
+
+static int find_device(const struct recorder_file *ring, const char *name)
+{
+	for (uint32_t i = 0; i < ring->head.devices; i++)
+		if (!strcmp(ring->head.name[i], name))
+			return (int)i;
+	return -ENODEV;
+}
+
+static void tell(const struct options *options, const char *path,
+		 const struct export_summary *summary)
+{
+	const double seconds = (double)(summary->last_ns - summary->first_ns) / 1e9;
+	struct json json;
+
+	if (!options->json) {
+		printf("%s: %llu packets and %llu events of %.3f s\n", path,
+		       (unsigned long long)summary->packets, (unsigned long long)summary->events,
+		       seconds);
+		return;
+	}
+	json_init(&json, stdout);
+	json_object(&json, NULL);
+	json_integer(&json, "format", 1);
+	json_text(&json, "file", path);
+	json_unsigned(&json, "packets", summary->packets);
+	json_unsigned(&json, "events", summary->events);
+	json_real(&json, "seconds", seconds);
+	json_end(&json);
+}
+
+static int write_file(const struct recorder_file *ring, int device, const char *path,
+		      struct export_summary *summary)
+{
+	static struct stations stations;
+	const struct export_options export = {
+		.device = device, .application = "pokeysctl " POKEYSD_VERSION,
+		.comment = "by command", .wall_ns = export_wall(), .stations = &stations,
+	};
+	FILE *to = fopen(path, "we");
+	int rc;
+
+	if (!to) {
+		complain("%s: %s", path, strerror(errno));
+		return STATUS_FAILED;
+	}
+	stations_read(&stations, "/proc/net/arp");
+	rc = export_record(ring, &export, to, summary);
+	if (fclose(to) && !rc)
+		rc = -errno;
+	if (!rc)
+		return STATUS_OK;
+	complain("%s: %s; what is there is not whole", path, strerror(-rc));
+	return STATUS_FAILED;
+}
+
+int command_record(const struct options *options)
+{
+	const char *path = options->name_count ? options->names[options->name_count - 1] : NULL;
+	struct export_summary summary;
+	struct recorder_file ring;
+	int device = EXPORT_ALL, status = STATUS_FAILED;
+
+	if (!path || options->name_count > 2) {
+		complain("usage: pokeysctl record [--json] [DEVICE] FILE");
+		return STATUS_USAGE;
+	}
+	if (open_ring(options, &ring))
+		return STATUS_FAILED;
+	if (options->name_count == 2)
+		device = find_device(&ring, options->names[0]);
+	if (device == -ENODEV)
+		complain("there is no device \"%s\"", options->names[0]);
+	else
+		status = write_file(&ring, device, path, &summary);
+	if (status == STATUS_OK)
+		tell(options, path, &summary);
+	recorder_release(&ring);
+	return status;
+}
