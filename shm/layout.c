@@ -14,13 +14,14 @@
 	_Static_assert(sizeof(struct type) == (bytes) && _Alignof(struct type) == 8, \
 		       #type " has another size or alignment")
 
-WHOLE(pokeys_state, 2344);
+WHOLE(pokeys_state, 2368);
 SAME(pokeys_state, identity, 136);
 SAME(pokeys_state, capability, 216);
 SAME(pokeys_state, digital_in, 304);
 SAME(pokeys_state, engine, 1080);
 SAME(pokeys_state, one_shot, 2024);
-SAME(pokeys_state, statistics, 2184);
+SAME(pokeys_state, phase, 2184);
+SAME(pokeys_state, statistics, 2208);
 
 WHOLE(pokeys_diag, 5088);
 SAME(pokeys_diag, wakeup, 160);

@@ -9,20 +9,21 @@
 #include <pokeys/names.h>
 #include "tools/print.h"
 
-#define HISTOGRAM(field, title) { #field, title, offsetof(struct pokeys_diag, field) }
+#define HISTOGRAM(field, title, ...) \
+	{ #field, title, offsetof(struct pokeys_diag, field), __VA_ARGS__ }
 
 const struct print_histogram print_histograms[] = {
-	HISTOGRAM(wakeup, "wake-up"),
-	HISTOGRAM(round_trip, "round trip"),
-	HISTOGRAM(fast_round_trip, "fast requests"),
-	HISTOGRAM(read_round_trip, "reads"),
-	HISTOGRAM(write_round_trip, "writes"),
-	HISTOGRAM(one_shot_round_trip, "one-shots"),
-	HISTOGRAM(receive, "receive"),
-	HISTOGRAM(fresh, "data fresh"),
-	HISTOGRAM(publish, "publish"),
-	HISTOGRAM(cycle_work, "cycle work"),
-	HISTOGRAM(age_at_read, "age at read"),
+	HISTOGRAM(wakeup, "wake-up", true),
+	HISTOGRAM(round_trip, "round trip", true),
+	HISTOGRAM(fast_round_trip, "fast requests", true),
+	HISTOGRAM(read_round_trip, "reads", false),
+	HISTOGRAM(write_round_trip, "writes", false),
+	HISTOGRAM(one_shot_round_trip, "one-shots", false),
+	HISTOGRAM(receive, "receive", true),
+	HISTOGRAM(fresh, "data fresh", true),
+	HISTOGRAM(age_at_read, "age at read", true),
+	HISTOGRAM(publish, "publish", true),
+	HISTOGRAM(cycle_work, "cycle work", true),
 };
 const size_t print_histogram_count = sizeof(print_histograms) / sizeof(print_histograms[0]);
 
@@ -100,6 +101,19 @@ static void print_control(const struct pokeys_state *state, FILE *to)
 		state->flags & POKEYS_STATE_BAD_COMMAND ? ", COMMANDS REFUSED" : "");
 }
 
+const char *print_phase(const struct pokeys_phase *phase, char text[80])
+{
+	char lead[16], jitter[16];
+
+	if (phase->state == POKEYS_PHASE_LOCKED || phase->state == POKEYS_PHASE_SEEKING)
+		snprintf(text, 80, "%s, tick %s before the read, error %+.1f us, jitter %s",
+			 pokeys_phase_name(phase->state), print_duration(phase->lead_ns, lead),
+			 phase->error_ns / 1e3, print_duration(phase->jitter_ns, jitter));
+	else
+		snprintf(text, 80, "%s", pokeys_phase_name(phase->state));
+	return text;
+}
+
 static void print_io(const struct pokeys_state *state, FILE *to)
 {
 	char text[256];
@@ -170,7 +184,7 @@ static void print_latencies(const struct pokeys_diag *diag, FILE *to)
 void print_status(const struct view_device *device, FILE *to)
 {
 	const struct pokeys_state *state = &device->state;
-	char age[16], transport[32];
+	char age[16], transport[32], phase[80];
 
 	if (device->freshness == VIEW_NONE) {
 		fprintf(to, "%s: not attached: %s\n", device->name, device->why);
@@ -188,6 +202,7 @@ void print_status(const struct view_device *device, FILE *to)
 					   "?",
 			state->flags & POKEYS_STATE_REALTIME ? "" : ", NOT REALTIME");
 		print_control(state, to);
+		fprintf(to, "  phase       %s\n", print_phase(&state->phase, phase));
 		print_io(state, to);
 		print_engine(state, to);
 	}

@@ -16,6 +16,9 @@ const char *print_clean(const char *bytes, size_t size, char text[32]);
 /* Terminals (1-based) of the bits that are set, "none" if none is. */
 void print_pins(const uint8_t bits[POKEYS_PIN_BYTES], char *text, size_t size);
 
+/* How the daemon's cycle lies to the commander's reads. */
+const char *print_phase(const struct pokeys_phase *phase, char text[80]);
+
 bool print_bit(const uint8_t *bits, unsigned int index);
 
 /* Everything worth knowing of a device, in a dozen lines. */
@@ -28,6 +31,7 @@ void print_json_all(const struct view *view, FILE *to);
 struct print_histogram {
 	const char *key, *title;
 	size_t offset;
+	bool in_top;			/* top has 24 lines */
 };
 extern const struct print_histogram print_histograms[];
 extern const size_t print_histogram_count;

@@ -227,6 +227,19 @@ static void put_diag(struct json *json, const struct view_device *device)
 	json_end(json);
 }
 
+static void put_phase(struct json *json, const struct pokeys_phase *phase)
+{
+	json_object(json, "phase");
+	json_text(json, "state", pokeys_phase_name(phase->state));
+	json_unsigned(json, "master", phase->master);
+	json_unsigned(json, "losses", phase->losses);
+	json_real(json, "error_us", phase->error_ns / 1e3);
+	json_real(json, "lead_us", phase->lead_ns / 1e3);
+	json_real(json, "jitter_us", phase->jitter_ns / 1e3);
+	json_real(json, "period_us", phase->period_ns / 1e3);
+	json_end(json);
+}
+
 static void put_state(struct json *json, const struct view_device *device)
 {
 	const struct pokeys_state *state = &device->state;
@@ -244,6 +257,7 @@ static void put_state(struct json *json, const struct view_device *device)
 	for (size_t i = 0; i < COUNT(flags); i++)
 		json_bool(json, flags[i].key, state->flags & flags[i].bit);
 	json_end(json);
+	put_phase(json, &state->phase);
 	put_identity(json, &state->identity);
 	put_io(json, state);
 	put_encoders(json, device);

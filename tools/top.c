@@ -66,7 +66,7 @@ static void draw_head(struct screen *screen, const struct view_device *device,
 {
 	const struct pokeys_state *state = &device->state;
 	const struct pokeys_identity *id = &state->identity;
-	char age[16];
+	char age[16], phase[80];
 
 	screen_line(screen, "%s: %s%s%s", device->name, pokeys_link_name(state->link),
 		    *device->why ? ": " : "", device->why);
@@ -87,6 +87,7 @@ static void draw_head(struct screen *screen, const struct view_device *device,
 		screen_line(screen, "cycle %llu   lost in all %llu",
 			    (unsigned long long)state->cycle,
 			    (unsigned long long)state->statistics.lost);
+	screen_line(screen, "phase %s", print_phase(&state->phase, phase));
 }
 
 /* Ten terminals to a group; '.' off, '#' on, ' ' not of this kind. */
@@ -169,7 +170,7 @@ static void draw_latencies(struct screen *screen, const struct pokeys_diag *diag
 		const struct pokeys_histogram *h = print_histogram_of(diag, i);
 		char text[5][16];
 
-		if (!h->count)
+		if (!h->count || !print_histograms[i].in_top)
 			continue;
 		for (size_t p = 0; p < 4; p++)
 			print_duration((double)pokeys_histogram_percentile(h, parts[p]), text[p]);

@@ -68,6 +68,7 @@ struct config_raw_daemon {
 	int64_t recorder_seconds, record_files, record_interval_s;
 	int64_t transport, mode, period_us, cpu, priority, realtime, log_level, guard;
 	int64_t busy_poll_us, discovery_interval_ms, metrics_interval_ms;
+	int64_t phase_lock;
 	double collect, duty;
 	struct config_list discovery_address;
 };

@@ -65,6 +65,13 @@ static const struct config_key own[] = {
 	KEY(DAEMON(collect), "collect", CONFIG_REAL, RANGE(0.1, 0.9), .fallback = "0.5",
 	    .unit = "of a period",
 	    .help = "How long a cycle waits for its fast replies before it publishes what it has."),
+	KEY(DAEMON(phase_lock), "phase-lock", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "no", LOOP_PHASE_NO }, { "auto", LOOP_PHASE_AUTO },
+			   { "yes", LOOP_PHASE_YES }), .fallback = "auto",
+	    .help = "Lay the cycle so that fresh data is published just before each read of "
+		    "LinuxCNC's servo thread. auto does so where that thread's period is a "
+		    "multiple or a part of period-us, within 1 %; yes does the same and warns "
+		    "when it cannot; no runs freely."),
 	KEY(DAEMON(duty), "duty", CONFIG_REAL, RANGE(0.1, 1), .fallback = "0.9",
 	    .unit = "of a period",
 	    .help = "Most that a spinning loop runs of each period: 0.1 to 0.9, or 1 if realtime "

@@ -396,6 +396,28 @@ static void put_engine(struct line *line, const struct event *e)
 	}
 }
 
+static void put_phase(struct line *line, const struct event *e)
+{
+	const double period = (double)e->b / 1e3, jitter = (double)e->c / 1e3;
+
+	switch (e->a) {
+	case POKEYS_PHASE_LOCKED:
+		put(line, "the cycle follows the commander's thread (every %g us, jitter %.0f us)",
+		    period, jitter);
+		break;
+	case POKEYS_PHASE_SEEKING:
+		put(line, "the cycle cannot follow the commander's thread: its reads come too "
+		    "irregularly (every %g us, jitter %.0f us)", period, jitter);
+		break;
+	case POKEYS_PHASE_UNFIT:
+		put(line, "the cycle cannot follow the commander's thread: its period of %g us is "
+		    "no multiple or part of period-us", period);
+		break;
+	default:
+		put(line, "the cycle follows no commander's thread");
+	}
+}
+
 static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_LINK] = put_link,
 	[EVENT_IDENTIFIED] = put_identified,
@@ -418,6 +440,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_WISH_REFUSED] = put_wish_refused,
 	[EVENT_LOCKED] = put_locked,
 	[EVENT_TASK] = put_task,
+	[EVENT_PHASE] = put_phase,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -70,6 +70,7 @@ static uint32_t ask(struct loop *loop)
 
 		read_wish(loop, i);
 		command = read_command(loop, i, &refused);
+		follow_command(loop, i, command);
 		device_cycle(device, own->cycle, own->began_ns, loop_now(loop), command, refused);
 		waiting |= (uint32_t)!device_fast_complete(device) << i;
 		wanted |= (uint32_t)device_wants_address(device) << i;
@@ -108,6 +109,7 @@ void cycle_run(struct loop *loop)
 	waiting = ask(loop);
 	own->points.asked_ns = loop_now(loop);
 	collect(loop, waiting);
+	follow_cycle(loop);
 	publish_diags(loop);
 	publish_prepare(loop);
 	now = loop_now(loop);

@@ -4,12 +4,33 @@
 #define RT_INTERNAL_H
 
 #include "daemon/rt/loop.h"
+#include "daemon/rt/phase.h"
 
 /* The clock as the loop uses it; tests put another one in its place. */
 struct loop_clock {
 	uint64_t (*now)(void *context);
 	void (*sleep_until)(void *context, uint64_t until_ns);
 	void *context;
+};
+
+/* When a device's commander has read, as it says. */
+struct loop_reads {
+	uint64_t heartbeat;		/* of the image that was looked at */
+	uint64_t seen_ns;		/* when that was new; 0 = none was */
+	uint64_t read_ns, period_ns;
+	bool fresh;			/* new in this cycle */
+};
+
+/* Whom the cycle follows: see follow.c. */
+struct loop_follow {
+	struct phase phase;
+	uint8_t state;			/* enum pokeys_phase_state */
+	uint8_t master;			/* device, 255 none */
+	uint64_t cost_ns;		/* tick to published, of the cycle before; 0 = not known */
+	uint64_t last_tick_ns;		/* ... and its tick */
+	uint64_t changed_ns;		/* when state changed */
+	uint8_t told;			/* state of the last event */
+	uint64_t told_ns;
 };
 
 /* What the loop keeps of each device. */
@@ -20,6 +41,7 @@ struct loop_member {
 	bool aimed;
 	uint8_t link, fault;		/* as published last */
 	uint32_t wish_session, wish_generation;	/* of the wish that the device has */
+	struct loop_reads reads;
 	struct pokeys_command command;
 	struct pokeys_wish wish;
 	struct pokeys_report report;
@@ -44,6 +66,9 @@ struct loop_private {
 	uint64_t sleeps;		/* system calls of the loop itself */
 	uint64_t skipped, skipped_told, skipped_told_ns;
 	struct pokeys_histogram wakeup, publish, work;
+	uint64_t fresh_ns;		/* when the last commanded device was published whole */
+	bool incomplete;		/* ... one of them was not */
+	struct loop_follow follow;
 	struct recorder_cycle points;	/* of the running cycle */
 	struct loop_member member[TRANSPORT_CHANNELS];
 };
@@ -96,6 +121,19 @@ void publish_prepare(struct loop *loop);
 void publish_diag(struct loop *loop, uint32_t i);
 /* Diagnostic images whose turn it is. */
 void publish_diags(struct loop *loop);
+
+/* follow.c: the phase lock. */
+
+/* What the options mean. Cold. */
+void follow_init(struct loop *loop);
+/* The newest command of device `i`, NULL = there is none. */
+void follow_command(struct loop *loop, uint32_t i, const struct pokeys_command *command);
+/* Device `i` was published; does the next read find what it asked for? */
+void follow_published(struct loop *loop, uint32_t i, uint64_t done_ns);
+/* The cycle's work is done: lay the next tick. */
+void follow_cycle(struct loop *loop);
+/* As the image has it. */
+void follow_show(const struct loop *loop, struct pokeys_phase *out);
 
 /* cycle.c: one cycle after its tick came. */
 void cycle_run(struct loop *loop);

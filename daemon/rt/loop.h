@@ -21,6 +21,9 @@
 
 enum loop_mode { LOOP_SLEEP, LOOP_SPIN };
 
+/* Follow the commander's thread: YES says so aloud where it cannot be done. */
+enum loop_phase_lock { LOOP_PHASE_NO, LOOP_PHASE_AUTO, LOOP_PHASE_YES };
+
 struct loop_options {
 	uint64_t period_ns;		/* 250 us .. 4 ms */
 	enum loop_mode mode;
@@ -30,6 +33,7 @@ struct loop_options {
 	 * is off. Lowered to what the kernel's throttling leaves (realtime.h).
 	 */
 	double duty;
+	enum loop_phase_lock phase_lock;
 };
 
 /* How control and loop talk: everything here is atomic, single writer. */

@@ -15,7 +15,7 @@
  * `duty` of it. Only with duty = 1, which needs that throttling switched off,
  * does it poll all the time.
  *
- * Ticks lie on a grid. One that is missed by more than half a period is
+ * Ticks lie on a grid, which the phase lock may shift (follow.c). One that is missed by more than half a period is
  * skipped and counted, never caught up: after a stall of five seconds there
  * is one cycle and not a burst of them. The thread's lateness at its first
  * wake-up goes into the histogram whether or not the tick was skipped.
@@ -58,6 +58,7 @@ void pace_init(struct loop *loop)
 	own->clock = (struct loop_clock){ clock_now, clock_sleep_until, NULL };
 	own->window_ns = (uint64_t)(o->collect * (double)o->period_ns);
 	own->diag_cycles = DIAG_NS / o->period_ns;
+	follow_init(loop);
 	if (o->mode == LOOP_SLEEP)
 		return;
 	if (o->duty >= 1.0) {
@@ -81,9 +82,8 @@ void pace_begin(struct loop *loop)
 static bool polls(const struct loop *loop, uint64_t now, uint64_t *until_ns)
 {
 	const struct loop_private *own = loop->own;
-	uint64_t next = own->began_ns + loop->options.period_ns;
 	uint64_t stop = own->began_ns + own->spin_ns;
-	uint64_t again = next - own->lead_ns;
+	uint64_t again = own->tick_ns - own->lead_ns;
 
 	if (loop->options.mode == LOOP_SLEEP)
 		return false;

@@ -62,6 +62,7 @@ void publish_state(struct loop *loop, uint32_t i)
 	publish_report(loop, i, now);
 	device_publish(loop->devices[i].device, now, image);
 	image->flags |= own_flags(loop);
+	follow_show(loop, &image->phase);
 	link = image->link;
 	fault = image->fault;
 	shm_device_commit(shm);
@@ -69,6 +70,7 @@ void publish_state(struct loop *loop, uint32_t i)
 	own->pending &= ~(1u << i);
 	done = loop_now(loop);
 	histogram_add(&own->publish, done - now);
+	follow_published(loop, i, done);
 	point_published(loop, i, now, done);
 }
 

@@ -93,8 +93,14 @@ class OneShotResult(Structure):
                 ("reserved", c_uint8 * 2)]
 
 
+class Phase(Structure):
+    _fields_ = [("state", c_uint8), ("master", c_uint8), ("reserved", c_uint8 * 2),
+                ("losses", c_uint32), ("error_ns", c_int32), ("lead_ns", c_uint32),
+                ("jitter_ns", c_uint32), ("period_ns", c_uint32)]
+
+
 class State(Structure):
-    VERSION, HASH = 3, 0x715746f48addee23
+    VERSION, HASH = 4, 0x30ea2e84571d5539
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "
@@ -116,7 +122,7 @@ class State(Structure):
         ("one_shot_ack", c_uint32), ("one_shot", OneShotResult * 16),
         ("command_heartbeat", c_uint64), ("command_t_ns", c_uint64),
         ("config_generation", c_uint32), ("config_state", c_uint8),
-        ("reserved3", c_uint8 * 3), ("report_count", c_uint32), ("reserved4", c_uint32),
+        ("reserved3", c_uint8 * 3), ("report_count", c_uint32), ("reserved4", c_uint32), ("phase", Phase),
         ("statistics", LinkStatistics)]
 
 

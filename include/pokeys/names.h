@@ -43,6 +43,19 @@ static inline const char *pokeys_fault_name(uint8_t fault)
 	}
 }
 
+/* enum pokeys_phase_state */
+static inline const char *pokeys_phase_name(uint8_t phase)
+{
+	switch (phase) {
+	case POKEYS_PHASE_OFF:		return "off";
+	case POKEYS_PHASE_FREE:		return "free";
+	case POKEYS_PHASE_UNFIT:	return "unfit";
+	case POKEYS_PHASE_SEEKING:	return "seeking";
+	case POKEYS_PHASE_LOCKED:	return "locked";
+	default:			return "unknown";
+	}
+}
+
 /* enum pokeys_setting */
 static inline const char *pokeys_setting_name(uint8_t setting)
 {

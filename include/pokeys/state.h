@@ -32,9 +32,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	3
+#define POKEYS_STATE_VERSION	4
 #define POKEYS_DIAG_VERSION	3
-#define POKEYS_STATE_HASH	UINT64_C(0x715746f48addee23)
+#define POKEYS_STATE_HASH	UINT64_C(0x30ea2e84571d5539)
 #define POKEYS_DIAG_HASH	UINT64_C(0xe8d2e0e4037c0ddc)
 
 enum {
@@ -91,6 +91,15 @@ enum pokeys_failsafe {
 	POKEYS_FAILSAFE_OFF = 1,
 	POKEYS_FAILSAFE_ARMED = 2,	/* as wanted, read back from the device */
 	POKEYS_FAILSAFE_OTHER = 3,	/* on, but not as we want it */
+};
+
+/* state.phase.state: whether the daemon's cycle follows the commander's thread */
+enum pokeys_phase_state {
+	POKEYS_PHASE_OFF = 0,		/* pokeysd.conf says so */
+	POKEYS_PHASE_FREE = 1,		/* nobody to follow */
+	POKEYS_PHASE_UNFIT = 2,		/* no period of a commander's fits the daemon's */
+	POKEYS_PHASE_SEEKING = 3,	/* on the way to it, or its reads cannot be predicted */
+	POKEYS_PHASE_LOCKED = 4,	/* data are published just before each read */
 };
 
 /* state.engine.task: what the device does by itself, on behalf of a one-shot */
@@ -258,6 +267,19 @@ struct pokeys_link_statistics {
 	uint64_t one_shot_refused;
 };
 
+/* How the daemon's cycle lies to the commander's reads; of the daemon, the same in each image. */
+struct pokeys_phase {
+	uint8_t state;			/* enum pokeys_phase_state */
+	uint8_t master;			/* daemon's index of the device whose commander it
+					 * follows, 255 none */
+	uint8_t reserved[2];
+	uint32_t losses;		/* times the lock was lost */
+	int32_t error_ns;		/* last read: how much later than the cycle was laid for */
+	uint32_t lead_ns;		/* from the tick to the read it is laid for */
+	uint32_t jitter_ns;		/* of the reads, mean deviation */
+	uint32_t period_ns;		/* from this cycle's tick to the next */
+};
+
 enum { POKEYS_ONE_SHOT_RESULTS = 16 };
 
 /* enum in result.outcome */
@@ -333,6 +355,7 @@ struct pokeys_state {
 	uint8_t reserved3[3];
 	uint32_t report_count;		/* settings.h: the report has changed when this has */
 	uint32_t reserved4;
+	struct pokeys_phase phase;
 
 	struct pokeys_link_statistics statistics;
 };

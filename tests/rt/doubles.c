@@ -232,6 +232,8 @@ void shm_device_write_diag(struct shm_device *s, const struct pokeys_diag *diag)
 
 int shm_device_read_command(struct shm_device *s, struct pokeys_command *out)
 {
+	if (world.on_look)
+		world.on_look(&world, (uint32_t)(s - world.shm));
 	if (s->command_result == 1)
 		*out = s->command;
 	return s->command_result;
@@ -313,7 +315,7 @@ void world_begin(uint32_t count)
 	ops = *inner;
 	ops.wait = wait_and_account;
 	world.t->ops = &ops;
-	loop->options = (struct loop_options){ MS, LOOP_SLEEP, 0.5, 0.9 };
+	loop->options = (struct loop_options){ MS, LOOP_SLEEP, 0.5, 0.9, LOOP_PHASE_AUTO };
 	loop->transport = world.t;
 	loop->count = count;
 	for (uint32_t i = 0; i < count; i++) {

@@ -88,6 +88,7 @@ struct world {
 	uint64_t publish_takes_ns;
 	uint64_t end_ns;		/* stop is asked for then */
 	int aim_result;
+	void (*on_look)(struct world *w, uint32_t channel);	/* at a command image */
 	void (*on_sent)(struct world *w, uint32_t channel, const uint8_t *data, size_t length);
 
 	/* seen by the test */

@@ -132,7 +132,8 @@ static int start_loop(struct rig *rig)
 
 	if (rc < 0)
 		return rc;
-	loop->options = (struct loop_options){ rig->options.period_ns, rig->options.mode, 0.6, 0.9 };
+	loop->options = (struct loop_options){ rig->options.period_ns, rig->options.mode, 0.6, 0.9,
+					       LOOP_PHASE_AUTO };
 	loop->count = 1;
 	rig->device = aligned_alloc(64, (device_size() + 63) / 64 * 64);
 	if (!rig->device)

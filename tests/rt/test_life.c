@@ -35,7 +35,7 @@ static const struct pokeys_state *image(uint32_t i)
 
 static void options_out_of_range_are_refused(void **state)
 {
-	const struct loop_options good = { MS, LOOP_SPIN, 0.5, 0.9 };
+	const struct loop_options good = { MS, LOOP_SPIN, 0.5, 0.9, LOOP_PHASE_AUTO };
 	struct loop_options bad[6];
 
 	(void)state;

@@ -102,6 +102,14 @@ static const struct member one_shot_result_members[] = {
 };
 #undef OF
 
+#define OF struct pokeys_phase
+static const struct member phase_members[] = {
+	M(state), M(master), M(reserved), M(losses), M(error_ns), M(lead_ns), M(jitter_ns),
+	M(period_ns),
+	END
+};
+#undef OF
+
 #define OF struct pokeys_state
 static const struct member state_members[] = {
 	M(magic), M(version), M(size_units), M(hash), M(epoch), M(cycle), M(period_ns),
@@ -117,7 +125,7 @@ static const struct member state_members[] = {
 	M(slow_millihertz), NESTED(rtc, rtc_members), M(one_shot_session),
 	M(one_shot_ack), NESTED(one_shot, one_shot_result_members), M(command_heartbeat),
 	M(command_t_ns), M(config_generation), M(config_state), M(reserved3),
-	M(report_count), M(reserved4),
+	M(report_count), M(reserved4), NESTED(phase, phase_members),
 	NESTED(statistics, link_statistics_members),
 	END
 };

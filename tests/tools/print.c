@@ -115,6 +115,20 @@ static void a_device_that_never_answered_has_no_inputs(void **state)
 	assert_non_null(strstr(text, "mill: searching: no data yet"));
 }
 
+static void the_phase_is_shown_where_somebody_is_followed(void **state)
+{
+	struct view_device *device = fresh();
+
+	(void)state;
+	assert_non_null(strstr(status_of(device), "phase       off\n"));
+	device->state.phase = (struct pokeys_phase){
+		.state = POKEYS_PHASE_LOCKED, .lead_ns = 124000, .error_ns = -3200,
+		.jitter_ns = 5000,
+	};
+	assert_non_null(strstr(status_of(device), "phase       locked, tick 124 us before the "
+			       "read, error -3.2 us, jitter 5 us\n"));
+}
+
 static void durations_have_three_digits_and_a_unit(void **state)
 {
 	char out[16];
@@ -184,6 +198,7 @@ int main(int argc, char **argv)
 		cmocka_unit_test(a_stamp_of_the_future_is_no_age),
 		cmocka_unit_test(terminals_are_numbered_from_one),
 		cmocka_unit_test(a_device_that_never_answered_has_no_inputs),
+		cmocka_unit_test(the_phase_is_shown_where_somebody_is_followed),
 		cmocka_unit_test(durations_have_three_digits_and_a_unit),
 		cmocka_unit_test(hostile_images_do_no_harm_to_a_terminal),
 	};

@@ -198,6 +198,19 @@ layout! {
 }
 
 layout! {
+    PokeysPhase {
+        state: u8,
+        master: u8,
+        reserved: [u8; 2],
+        losses: u32,
+        error_ns: i32,
+        lead_ns: u32,
+        jitter_ns: u32,
+        period_ns: u32,
+    }
+}
+
+layout! {
     PokeysOneShotResult {
         id: u32,
         operation: u8,
@@ -271,6 +284,7 @@ layout! {
         reserved3: [u8; 3],
         report_count: u32,
         reserved4: u32,
+        phase: PokeysPhase,
         statistics: PokeysLinkStatistics,
     }
 }
@@ -324,8 +338,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 3, size 2344,
-    hash 0x715746f48addee23, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 4, size 2368,
+    hash 0x30ea2e84571d5539, hash_function iox_state_hash
 }
 
 published! {
