@@ -28,4 +28,5 @@ ORDER = (
     "readers",
     "exchange",
     "hal",
+    "age",
 )

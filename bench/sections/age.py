@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""How old the fast data are when LinuxCNC's servo thread reads them: free-running beside
+locked, the same simulator and the same HAL thread, a daemon of its own each turn.
+
+Ages are those of every read (the histogram age_at_read of the diagnostic image), from
+after the lock was reached to the end of the turn. A daemon that runs freely lies
+anywhere to the servo thread, so its ages differ from turn to turn by up to a period."""
+import contextlib
+import os
+import pathlib
+import sys
+import time
+
+from figures import Figure, middle, spread, table, us
+from rig import Fault
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "examples" / "python"))
+
+TITLE = "Age of the fast data when LinuxCNC reads them, servo thread of 1 kHz"
+SECONDS = 60
+ALLOWED_US = 100  # beside the round trip, with the lock
+WAYS = {"free": ("free-running", "no"), "locked": ("phase lock", "yes")}
+
+
+def quantile_ns(count, part):
+    """As pokeys_histogram_percentile(): the upper end of the bucket."""
+    wanted, below = max(1, round(sum(count) * part)), 0
+    for bucket, here in enumerate(count):
+        below += here
+        if below >= wanted:
+            return (4 + bucket % 4) << (bucket // 4 + 4)
+    return 0
+
+
+def since(before, after):
+    count = [b - a for a, b in zip(before.bucket, after.bucket)]
+    return {"samples": sum(count), **{f"p{name}_ns": quantile_ns(count, part)
+                                      for name, part in (("50", 0.5), ("99", 0.99), ("100", 1))}}
+
+
+def make_realtime(program, priority):
+    """SCHED_FIFO for every thread of a program, where that is permitted; 0 = it is not."""
+    for comm in pathlib.Path("/proc").glob("[0-9]*/comm"):
+        with contextlib.suppress(OSError):
+            if comm.read_text().strip() == program:
+                for task in (comm.parent / "task").iterdir():
+                    os.sched_setscheduler(int(task.name), os.SCHED_FIFO, os.sched_param(priority))
+                return priority
+    return 0
+
+
+def diag(client):
+    image = client.read_diag()
+    if not image:
+        raise Fault("the daemon is gone")
+    return image
+
+
+def turn(bench, client, way):
+    bench.start_daemon({"cpu": bench.cpu_client, "phase-lock": WAYS[way][1]}, {})
+    bench.wait_for("pokeys.0.connected", lambda: bench.get("connected"), 10)
+    if way == "locked":
+        bench.wait_for("the lock", lambda: bench.status()["state"]["phase"]["state"] == "locked", 20)
+    time.sleep(1 if bench.quick else 5)  # the lead is known after some thousand cycles
+    bench.wait_for("the shared memory", lambda: client.poll() == 1 and client.read_diag(), 10)
+    before = diag(client)
+    time.sleep(1 if bench.quick else 5)
+    after, phase = diag(client), bench.status()["state"]["phase"]
+    bench.stop("pokeysd")
+    return {"age": since(before.age_at_read, after.age_at_read),
+            "round_trip": since(before.fast_round_trip, after.fast_round_trip),
+            "fresh": since(before.fresh, after.fresh), "phase": phase}
+
+
+def measure(bench):
+    os.environ["POKEYS_SHM_LIBRARY"] = str(bench.build / "shm/libpokeys_shm.so.0")
+    import pokeys  # pylint: disable=import-outside-toplevel
+    bench.start_simulator("--cpu", bench.cpu_sim)  # sleeps between requests, so it may have priority
+    make_realtime("pokeys-sim", 50)
+    bench.start_hal()
+    reader = bench.hal.component("bench")  # HAL lets only components read
+    reader.ready()
+    bench.halcmd("start")
+    found = {"priority": make_realtime("rtapi_app", 98), **{way: [] for way in WAYS}}
+    with pokeys.Client(bench.device, str(bench.run / "pokeysd"), "bench") as client:
+        for _ in bench.turns("free and locked", 2 if bench.quick else 3):
+            for way in WAYS:
+                found[way].append(turn(bench, client, way))
+    reader.exit()
+    return found
+
+
+def figures(found):
+    base = middle(found["locked"], "round_trip", "p50_ns")[0]
+    rows = []
+    for way, (text, _) in WAYS.items():
+        samples = sum(run["age"]["samples"] for run in found[way])
+        for part in ("50", "99"):
+            value, low, high = spread([run["age"][f"p{part}_ns"] / 1000 for run in found[way]])
+            most = base / 1000 + ALLOWED_US if (way, part) == ("locked", "99") else None
+            rows.append(Figure(f"age at LinuxCNC's read, {text}, p{part}", value, "µs", samples, low, high, most,
+                               f"age of the data at LinuxCNC's read, {text}, p99" if part == "99" else ""))
+    return rows
+
+
+def report(found):
+    def row(way, run):
+        return (WAYS[way][0], *(us(run["age"][f"p{part}_ns"]) for part in ("50", "99", "100")),
+                us(run["round_trip"]["p50_ns"]), us(run["fresh"]["p99_ns"]), f"{run['phase']['lead_us']:.0f}",
+                f"{run['phase']['jitter_us']:.1f}", run["phase"]["state"], run["age"]["samples"])
+    priority = f"SCHED_FIFO {found['priority']}" if found["priority"] else "SCHED_OTHER"
+    return [f"POSIX threads, the servo thread {priority}. A row is a turn: a daemon of its own. Target with the"
+            f" lock: p99 at most the round trip (p50) and {ALLOWED_US} µs, on an idle machine.", "",
+            *table(("", "age p50 µs", "p99 µs", "most µs", "round trip p50 µs", "data fresh p99 µs", "lead µs",
+                    "reads' jitter µs", "phase", "reads"),
+                   (row(way, run) for runs in zip(*(found[way] for way in WAYS))
+                    for way, run in zip(WAYS, runs)))]
