@@ -24,5 +24,6 @@ void latency_round(struct values *values, pokeys_client *client, struct pokeys_d
 	fill(&value->wakeup, &diag->wakeup);
 	fill(&value->round_trip, &diag->round_trip);
 	fill(&value->data, &diag->fresh);
+	fill(&value->age, &diag->age_at_read);
 	value->cycles_skipped = (uint32_t)diag->cycles_skipped;
 }

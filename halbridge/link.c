@@ -89,6 +89,7 @@ static void fill_link(struct values *values, const struct pokeys_state *state)
 	values->rtt_avg_us = statistics->rtt_smoothed_ns / 1e3;
 	values->rtt_max_us = statistics->rtt_max_ns / 1e3;
 	values->rtt_jitter_us = statistics->rtt_variation_ns / 1e3;
+	values->phase_error_us = state->phase.error_ns / 1e3;
 }
 
 /* One or more, else the last good one. */
@@ -152,6 +153,7 @@ struct link_news link_read(struct link *link, struct values *values,
 
 	values->attach_state = refused ? 2 : state ? 1 : 0;
 	values->daemon_alive = state && is_alive(state, now_ns);
+	values->phase_locked = values->daemon_alive && state->phase.state == POKEYS_PHASE_LOCKED;
 	if (state) {
 		news.new_daemon = state->epoch != link->epoch;
 		news.fresh = values->daemon_alive && is_fresh(state, age_ns);

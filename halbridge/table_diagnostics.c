@@ -71,6 +71,7 @@ static const struct table_row rows[] = {
 	LATENCY("wakeup", wakeup, "from the tick to the daemon's running"),
 	LATENCY("round-trip", round_trip, "from a request to its answer"),
 	LATENCY("data", data, "from the tick until the fast data are complete"),
+	LATENCY("age", age, "age of the fast data when they are read"),
 	DIAGNOSTIC("cycles-skipped", cycles_skipped, "ticks that the daemon missed"),
 	DIAGNOSTIC("encoder-resyncs", encoder_resyncs, "jumps of encoders that were mended"),
 	DIAGNOSTIC("daemon.realtime", realtime, "the daemon runs at realtime priority"),

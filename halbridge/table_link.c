@@ -38,6 +38,11 @@ static const struct table_row rows[] = {
 	STATUS("rtt-avg-us", rtt_avg_us, "smoothed round trip, microseconds"),
 	STATUS("rtt-max-us", rtt_max_us, "longest round trip, microseconds"),
 	STATUS("rtt-jitter-us", rtt_jitter_us, "mean deviation of the round trip, microseconds"),
+	STATUS("phase-locked", phase_locked,
+	       "the daemon publishes fresh data just before each read of the servo thread"),
+	STATUS("phase-error-us", phase_error_us,
+	       "how much later the last read came than the daemon's cycle was laid for, "
+	       "microseconds"),
 	STATUS("packet-error", packet_error,
 	       "since the read before, a packet was lost, or there is no fresh data"),
 	STATUS("packet-error-level", packet_error_level,

@@ -163,7 +163,7 @@ struct value_latency {
 struct value_diagnostics {
 	double rate_hz[POKEYS_SLOW_GROUPS];
 	double deadline_us, device_tick_s;
-	struct value_latency wakeup, round_trip, data;
+	struct value_latency wakeup, round_trip, data, age;
 	uint32_t sent, resent, received, lost, timed_out, stray, duplicate, late_reply, corrupt;
 	uint32_t wrong_source, send_failed, cycles_late, in_flight, encoder_resyncs;
 	uint32_t load, access, failsafe_state;
@@ -185,11 +185,11 @@ enum values_block {
 
 struct values {
 	/* connection */
-	double age_us, rtt_us, rtt_avg_us, rtt_max_us, rtt_jitter_us;
+	double age_us, rtt_us, rtt_avg_us, rtt_max_us, rtt_jitter_us, phase_error_us;
 	uint32_t attach_state, link_state, fault, fault_count, cycle, reconnects;
 	int32_t packet_error_level;
 	uint32_t packet_error_total;
-	bool connected, stale, daemon_alive;
+	bool connected, stale, daemon_alive, phase_locked;
 	bool packet_error, packet_error_exceeded;
 	param_s32 packet_error_limit, packet_error_increment, packet_error_decrement;
 

@@ -163,11 +163,17 @@ static void set_pwm(struct rig *rig)
 		rig->daemon.pwm_duty[i] = 2500;
 }
 
+static void lock(struct rig *rig)
+{
+	rig->daemon.phase.state = POKEYS_PHASE_LOCKED;
+}
+
 static void be_late(struct rig *rig)
 {
 	struct value_diagnostics *value = &rig->values.diagnostics;
 
-	value->wakeup = value->round_trip = value->data = (struct value_latency){ 7, 9 };
+	value->wakeup = value->round_trip = value->data = value->age =
+		(struct value_latency){ 7, 9 };
 	value->cycles_skipped = 3;
 }
 
@@ -188,6 +194,7 @@ static const struct out_driver drivers[] = {
 	SCALED("rtt-avg-us", statistics.rtt_smoothed_ns, 1e-3),
 	SCALED("rtt-max-us", statistics.rtt_max_ns, 1e-3),
 	SCALED("rtt-jitter-us", statistics.rtt_variation_ns, 1e-3),
+	SCALED("phase-error-us", phase.error_ns, 1e-3), BY("phase-locked", lock),
 	BY("packet-error", lose_packets), BY("packet-error-level", lose_packets),
 	BY("packet-error-total", lose_packets), BY("packet-error-exceeded", lose_many),
 	BITS("machine-on-permitted", flags, 3), BITS("needs-edge", flags, 4),
@@ -302,6 +309,7 @@ static const struct out_driver drivers[] = {
 	BY("latency.wakeup-p99-us", be_late), BY("latency.wakeup-max-us", be_late),
 	BY("latency.round-trip-p99-us", be_late), BY("latency.round-trip-max-us", be_late),
 	BY("latency.data-p99-us", be_late), BY("latency.data-max-us", be_late),
+	BY("latency.age-p99-us", be_late), BY("latency.age-max-us", be_late),
 	BY("cycles-skipped", be_late),
 	FIELD("encoder-resyncs", encoder_resync[0]),
 	BITS("daemon.realtime", flags, 5), BITS("daemon.fallback", flags, 6),

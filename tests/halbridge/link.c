@@ -38,6 +38,19 @@ static void fresh_data_connect(void **state)
 	assert_true(values->age_us == 200);
 }
 
+static void a_dead_daemon_is_locked_to_nobody(void **state)
+{
+	(void)state;
+	assert_false(values->phase_locked);
+	rig.daemon.phase.state = POKEYS_PHASE_LOCKED;
+	rig.daemon.phase.error_ns = -2500;
+	rig_period(&rig);
+	assert_true(values->phase_locked && values->phase_error_us == -2.5);
+	rig.daemon_dead = true;
+	rig_periods(&rig, 10);
+	assert_false(values->phase_locked);
+}
+
 static void a_dead_daemon_is_noticed_by_our_own_clock(void **state)
 {
 	unsigned int periods = 0;
@@ -294,6 +307,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(before_any_daemon_nothing_is_claimed, setup),
 		cmocka_unit_test_setup(fresh_data_connect, setup),
+		cmocka_unit_test_setup(a_dead_daemon_is_locked_to_nobody, setup),
 		cmocka_unit_test_setup(a_dead_daemon_is_noticed_by_our_own_clock, setup),
 		cmocka_unit_test_setup(a_dead_daemon_is_noticed_however_patient_it_was, setup),
 		cmocka_unit_test_setup(stale_pins_keep_their_last_values, setup),
