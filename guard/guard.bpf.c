@@ -16,6 +16,12 @@
  * that was heard within half a second stays where it is. Answers to searches
  * have no known sender, so they are few per while instead.
  *
+ * A reply for one of the ports that the daemon has asked for goes into its
+ * AF_XDP socket, past the kernel's network stack, with the time before it; one
+ * that came in at a queue which has no such socket goes the usual way. Loaded
+ * for another transport, these lines and their map are not there: a kernel may
+ * have XDP and not AF_XDP.
+ *
  * Only structures that are part of the kernel's interface to programs are
  * touched, so the object runs on any kernel with XDP, with BTF or without.
  */
@@ -26,6 +32,7 @@
 #include <linux/udp.h>
 #include <bpf/bpf_endian.h>
 #include <bpf/bpf_helpers.h>
+#include "daemon/transport/handover.h"
 #include "guard/rules.h"
 
 #define MS 1000000ull
@@ -58,13 +65,29 @@ struct {
 	__type(value, struct while_);
 } searches SEC(".maps");
 
+struct {
+	__uint(type, BPF_MAP_TYPE_ARRAY);
+	__uint(max_entries, 1);
+	__type(key, __u32);
+	__type(value, struct guard_ports);
+	__uint(pinning, LIBBPF_PIN_BY_NAME);
+} ports SEC(".maps");
+
+struct {
+	__uint(type, BPF_MAP_TYPE_XSKMAP);
+	__uint(max_entries, GUARD_QUEUES);
+	__type(key, __u32);
+	__type(value, __u32);
+	__uint(pinning, LIBBPF_PIN_BY_NAME);
+} sockets SEC(".maps");
+
 /* Set before the program is loaded. */
-const volatile __u32 dedicated = 0;
+const volatile __u32 dedicated = 0, have_sockets = 0;
 
 struct packet {
 	const __u8 *payload, *end;
 	__u32 source;
-	__u16 port;			/* of the sender, big-endian */
+	__u16 port, to_port;		/* of the sender and ours, big-endian */
 	__u16 length;			/* of the payload */
 };
 
@@ -163,6 +186,17 @@ static __always_inline enum guard_verdict judge_answer(struct guard_table *table
 	return GUARD_FOUND;
 }
 
+static __always_inline int for_socket(__u16 port)
+{
+	__u32 zero = 0;
+	struct guard_ports *wanted = have_sockets ? bpf_map_lookup_elem(&ports, &zero) : 0;
+
+	for (int i = 0; wanted && i < GUARD_DEVICES; i++)
+		if (wanted->port[i] == port)
+			return port != 0;
+	return 0;
+}
+
 static __always_inline enum guard_verdict judge_udp(struct guard_table *table,
 						    const struct packet *p)
 {
@@ -178,7 +212,7 @@ static __always_inline enum guard_verdict judge_udp(struct guard_table *table,
 	if (p->length != GUARD_REPLY)
 		return GUARD_LENGTH;
 	device->heard_ns = bpf_ktime_get_ns();
-	return GUARD_DEVICE;
+	return for_socket(p->to_port) ? GUARD_SOCKET : GUARD_DEVICE;
 }
 
 static __always_inline enum guard_verdict judge_ip(struct guard_table *table,
@@ -203,6 +237,7 @@ static __always_inline enum guard_verdict judge_ip(struct guard_table *table,
 		return GUARD_MALFORMED;
 	p.payload = (const void *)(udp + 1);
 	p.port = udp->source;
+	p.to_port = udp->dest;
 	p.length = bpf_ntohs(udp->len) - sizeof(*udp);
 	return judge_udp(table, &p);
 }
@@ -226,14 +261,36 @@ static __always_inline enum guard_verdict judge(const void *data, const void *en
 	return judge_ip(table, ip, end);
 }
 
+/* The time before the packet, where the driver leaves room for it. */
+static __always_inline void note_time(struct xdp_md *context)
+{
+	struct handover_note *note;
+
+	if (bpf_xdp_adjust_meta(context, -(int)sizeof(*note)))
+		return;
+	note = (void *)(long)context->data_meta;
+	if ((void *)(note + 1) > (void *)(long)context->data)
+		return;
+	note->t_ns = bpf_ktime_get_ns();
+	note->magic = HANDOVER_NOTE;
+}
+
 SEC("xdp")
 int pokeys_guard(struct xdp_md *context)
 {
 	__u32 verdict = judge((void *)(long)context->data, (void *)(long)context->data_end);
-	__u64 *count = bpf_map_lookup_elem(&counters, &verdict);
+	__u32 queue = context->rx_queue_index;
+	__u64 *count;
 
+	if (have_sockets && verdict == GUARD_SOCKET && !bpf_map_lookup_elem(&sockets, &queue))
+		verdict = GUARD_DEVICE;
+	count = bpf_map_lookup_elem(&counters, &verdict);
 	if (count)
 		++*count;
+	if (have_sockets && verdict == GUARD_SOCKET) {
+		note_time(context);
+		return bpf_redirect_map(&sockets, queue, XDP_PASS);
+	}
 	return verdict < GUARD_FIRST_DROP ? XDP_PASS : XDP_DROP;
 }
 

@@ -38,9 +38,9 @@ struct guard_place {
 
 /*
  * Load the program, with the counters and devices of an earlier one if they are
- * still pinned. 0, or an exit status after one line that says what is missing.
+ * still pinned; `sockets`: and able to direct packets to an AF_XDP socket. 0, or an exit status after one line that says what is missing.
  */
-int guard_load(bool dedicated);
+int guard_load(bool dedicated, bool sockets);
 
 /*
  * Put it on place->interface, in place of an earlier one that is still there;

@@ -10,6 +10,8 @@
 /* They stay ours: not to be closed. */
 int guard_program_fd(void);
 int guard_devices_fd(void);
+int guard_ports_fd(void);
+int guard_sockets_fd(void);		/* loaded with sockets only */
 
 /* Names in GUARD_PINS only; what is attached goes with its link. */
 void guard_remove_pins(void);

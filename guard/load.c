@@ -65,7 +65,7 @@ static void open_to_group(void)
 			 GUARD_STATUS " has them as well", strerror(errno));
 }
 
-static int try_to_load(bool dedicated)
+static int try_to_load(bool dedicated, bool sockets)
 {
 	LIBBPF_OPTS(bpf_object_open_opts, options, .pin_root_path = GUARD_PINS);
 	int result;
@@ -74,7 +74,10 @@ static int try_to_load(bool dedicated)
 	if (!program)
 		return -errno;
 	program->rodata->dedicated = dedicated;
-	result = guard_bpf__load(program);
+	program->rodata->have_sockets = sockets;
+	result = sockets ? 0 : bpf_map__set_autocreate(program->maps.sockets, false);
+	if (!result)
+		result = guard_bpf__load(program);
 	if (!result)
 		return 0;
 	guard_bpf__destroy(program);
@@ -82,7 +85,7 @@ static int try_to_load(bool dedicated)
 	return result;
 }
 
-int guard_load(bool dedicated)
+int guard_load(bool dedicated, bool sockets)
 {
 	int result = make_pin_folder();
 
@@ -90,13 +93,15 @@ int guard_load(bool dedicated)
 		return result;
 	if (!getenv("POKEYS_GUARD_DEBUG"))
 		libbpf_set_print(NULL);
-	result = try_to_load(dedicated);
+	if (!sockets)
+		unlink(GUARD_PINS "/sockets");
+	result = try_to_load(dedicated, sockets);
 	if (result == -EINVAL && !access(GUARD_PINS "/devices", F_OK)) {
 		log_line(EVENT_NOTICE, "what another version has pinned in " GUARD_PINS " is made "
 			 "anew; counters begin at 0");
 		guard_remove_pins();
 		result = make_pin_folder();
-		result = result ? result : try_to_load(dedicated);
+		result = result ? result : try_to_load(dedicated, sockets);
 	}
 	if (result > 0)
 		return result;
@@ -116,11 +121,23 @@ int guard_devices_fd(void)
 	return bpf_map__fd(program->maps.devices);
 }
 
+int guard_sockets_fd(void)
+{
+	return bpf_map__fd(program->maps.sockets);
+}
+
+int guard_ports_fd(void)
+{
+	return bpf_map__fd(program->maps.ports);
+}
+
 void guard_remove_pins(void)
 {
 	unlink(GUARD_PINS "/link");
 	unlink(GUARD_PINS "/counters");
 	unlink(GUARD_PINS "/devices");
+	unlink(GUARD_PINS "/ports");
+	unlink(GUARD_PINS "/sockets");
 	rmdir(GUARD_PINS);
 }
 

@@ -21,10 +21,12 @@ enum {
 	GUARD_ANSWERS_MS = 100,
 	/* A device that was heard of more recently is not taken for moved elsewhere. */
 	GUARD_SILENT_MS = 500,
+	GUARD_QUEUES = 64,		/* of a card, as far as AF_XDP goes */
 };
 
 /* Verdict, its name in status and metrics, what it counts. Passes first. */
 #define GUARD_VERDICT_TABLE(X) \
+	X(SOCKET, "pass_socket", "replies given to the daemon's AF_XDP socket") \
 	X(DEVICE, "pass_device", "replies of configured devices") \
 	X(DEVICE_ELSE, "pass_device_else", "other packets of configured devices") \
 	X(FOUND, "pass_discovery", "answers to a search") \
@@ -49,6 +51,11 @@ struct guard_device {
 	__u32 address;			/* 0 = not known yet */
 	__u16 port;			/* 0 = no device */
 	__u16 unused[3];
+};
+
+/* The daemon's own, that its AF_XDP socket takes replies for; big-endian, 0 = none. */
+struct guard_ports {
+	__u16 port[GUARD_DEVICES];
 };
 
 struct guard_table {

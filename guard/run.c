@@ -22,7 +22,10 @@
 #include "daemon/control/log.h"
 #include "daemon/control/notify.h"
 #include "daemon/device/event.h"
+#include "daemon/transport/handover.h"
 #include "guard/guard.h"
+#include "guard/kernel.h"
+#include "guard/server.h"
 
 enum { ROUND_MS = 250 };
 
@@ -30,6 +33,8 @@ struct service {
 	struct guard_place place;
 	bool told_waiting;
 	int told_publish;
+	bool sockets;			/* hand AF_XDP sockets over */
+	struct guard_server server;
 };
 
 /* Two guards would take each other off. The descriptor, or an exit status below 0. */
@@ -118,17 +123,22 @@ static int look(struct service *service)
 
 static int serve(struct service *service)
 {
-	struct pollfd stop = { .fd = open_signals(), .events = POLLIN };
+	struct pollfd fds[1 + GUARD_SERVER_FDS] = { { .fd = open_signals(), .events = POLLIN } };
 	int status;
 
-	if (stop.fd < 0) {
+	if (fds[0].fd < 0) {
 		log_line(EVENT_ERROR, "signals cannot be taken: %s", strerror(errno));
 		return GUARD_FAILED;
 	}
 	do {
 		status = look(service);
-	} while (!status && poll(&stop, 1, ROUND_MS) <= 0);
-	close(stop.fd);
+		service->server.index = service->place.index;
+		service->server.native = service->place.native;
+		guard_server_run(&service->server, fds + 1);
+		if (!status)
+			poll(fds, 1 + GUARD_SERVER_FDS, ROUND_MS);
+	} while (!status && !fds[0].revents);
+	close(fds[0].fd);
 	return status;
 }
 
@@ -145,15 +155,29 @@ static int leave(int status, int locked)
 	return status;
 }
 
+/* Without it the daemon takes another transport, so it is no reason to be without a guard. */
+static void open_server(struct guard_server *server)
+{
+	int result = guard_server_open(server, HANDOVER_PATH, guard_sockets_fd(), guard_ports_fd());
+
+	if (result)
+		log_line(EVENT_WARNING, HANDOVER_PATH ": cannot be made: %s; pokeysd gets no AF_XDP "
+			 "socket", strerror(-result));
+}
+
 int guard_run(const struct config *config)
 {
-	struct service service = { .place.dedicated = config->interface_dedicated };
+	struct service service = {
+		.place.dedicated = config->interface_dedicated,
+		.sockets = config->transport == CONFIG_XDP,
+		.server = GUARD_SERVER_CLOSED,
+	};
 	int locked = lock(), status, missing;
 
 	if (locked < 0)
 		return -locked;
 	memcpy(service.place.interface, config->interface, sizeof(service.place.interface));
-	status = guard_load(config->interface_dedicated);
+	status = guard_load(config->interface_dedicated, service.sockets);
 	if (status)
 		return leave(status, locked);
 	missing = guard_set_devices(config);
@@ -166,6 +190,9 @@ int guard_run(const struct config *config)
 			 strerror(-missing));
 		status = GUARD_FAILED;
 	}
+	if (!status && service.sockets)
+		open_server(&service.server);
 	status = status ? status : serve(&service);
+	guard_server_close(&service.server);
 	return leave(status, locked);
 }

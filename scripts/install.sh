@@ -15,6 +15,7 @@ PACKAGES_BUILD=(
 	libclang-dev		# bindgen, for iceoryx2
 	clang bpftool libbpf-dev	# the XDP guard, pokeysctl trace
 	systemtap-sdt-dev	# probes for tracers
+	libxdp-dev		# the AF_XDP transport
 	scdoc			# man pages
 	linuxcnc-uspace linuxcnc-uspace-dev	# HAL: to build against and to run
 	python3 iproute2 procps util-linux

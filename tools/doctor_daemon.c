@@ -74,6 +74,11 @@ static void judge_transport(const struct doctor *doctor, struct doctor_finding *
 		doctor_say(finding, DOCTOR_OK, "%s", name);
 		return;
 	}
+	if (!strcmp(name, "io_uring")) {
+		doctor_say(finding, DOCTOR_ADVICE, "io_uring instead of AF_XDP");
+		doctor_mend(finding, "journalctl -u pokeysd says why; pokeys-guard has to run first");
+		return;
+	}
 	if (!probe_number(doctor->root, &disabled, "/proc/sys/kernel/io_uring_disabled"))
 		disabled = -1;
 	doctor_say(finding, DOCTOR_ADVICE, "%s instead of io_uring: more system calls a cycle%s",

@@ -128,6 +128,21 @@ static void look_for_guard(struct daemon *daemon, uint64_t now_ns)
 	}
 }
 
+/* What the transport knows of the network; while it can do less than asked for, so be it. */
+static void tend_transport(struct daemon *daemon)
+{
+	struct transport *t = daemon->loop.transport;
+	const char *news = NULL;
+	int result;
+
+	if (!t->ops->tend)
+		return;
+	result = t->ops->tend(t, &news);
+	if (news)
+		log_line(result < 0 ? EVENT_WARNING : EVENT_NOTICE, "%s: %s",
+			 daemon->config->interface, news);
+}
+
 static void do_round(struct daemon *daemon, uint64_t now_ns)
 {
 	drain_run(&daemon->drain, now_ns);
@@ -138,6 +153,7 @@ static void do_round(struct daemon *daemon, uint64_t now_ns)
 	if (due(&daemon->next_maintain_ns, MAINTAIN_NS, now_ns)) {
 		maintain(daemon);
 		look_for_guard(daemon, now_ns);
+		tend_transport(daemon);
 		loop_sample_faults(&daemon->loop);
 	}
 	tell(daemon, now_ns);

@@ -21,7 +21,7 @@ enum {
 	CONFIG_FAULTS_MAX = 50,		/* complaints about one file, then no more */
 };
 
-enum config_transport { CONFIG_AUTO, CONFIG_IO_URING, CONFIG_SOCKET };
+enum config_transport { CONFIG_AUTO, CONFIG_IO_URING, CONFIG_SOCKET, CONFIG_XDP };
 
 /* Everything in the units that its users want. */
 struct config {

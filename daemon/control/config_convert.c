@@ -94,7 +94,7 @@ void config_convert_daemon(const struct config_raw_daemon *raw, struct config *o
 
 const char *config_transport_name(enum config_transport transport)
 {
-	static const char *const names[] = { "auto", "io_uring", "socket" };
+	static const char *const names[] = { "auto", "io_uring", "socket", "xdp" };
 
 	return names[transport];
 }

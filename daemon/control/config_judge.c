@@ -132,6 +132,9 @@ void config_judge(struct config_file *file, struct config *out)
 		config_fault(file, config_line_of(&file->daemon_lines, "duty", 0),
 			     "[daemon]: duty: \"%g\" is out of range; allowed: 0.1..0.9, or 1",
 			     file->daemon.duty);
+	if (file->daemon.transport == CONFIG_XDP && !*file->daemon.interface)
+		config_fault(file, config_line_of(&file->daemon_lines, "transport", 0),
+			     "[daemon]: transport = xdp belongs to one interface; interface is not given");
 	if (!file->devices && !file->faults)
 		config_fault(file, 0, "there is no [device NAME] section");
 	for (uint32_t i = 0; i < file->devices; i++)

@@ -39,10 +39,11 @@ static const struct config_key own[] = {
 		    "group stays as it is."),
 	KEY(DAEMON(transport), "transport", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "auto", CONFIG_AUTO }, { "io_uring", CONFIG_IO_URING },
-			   { "socket", CONFIG_SOCKET }),
+			   { "socket", CONFIG_SOCKET }, { "xdp", CONFIG_XDP }),
 	    .fallback = "auto",
-	    .help = "How packets reach the kernel. auto takes io_uring, and plain sockets if the "
-		    "kernel refuses it."),
+	    .help = "How packets reach the network. auto takes io_uring, and plain sockets if the "
+		    "kernel refuses it; xdp goes past the kernel's network stack (AF_XDP), which "
+		    "needs interface and pokeys-guard(8), and is as auto where it is not to be had."),
 	KEY(DAEMON(interface), "interface", CONFIG_TEXT,
 	    .help = "Network interface that all devices are at. Without it the routing table "
 		    "decides."),

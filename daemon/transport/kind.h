@@ -13,6 +13,13 @@ struct transport_kind {
 
 extern const struct transport_kind transport_uring;
 extern const struct transport_kind transport_socket;
+/* xdp_setup.c, or xdp_absent.c where the build has no libxdp. */
+extern const struct transport_kind transport_xdp;
+/* The static text for an AF_XDP transport that open() refused with `rc`. */
+const char *transport_xdp_refused(int rc);
+
+/* The descriptor of a channel of the plain socket kind, -1 = not attached. Realtime. */
+int transport_socket_fd(const struct transport *t, uint32_t channel);
 
 /* Zeroed memory whose pages are there already; NULL if there is none. Cold. */
 void *transport_memory_map(size_t size);

@@ -62,6 +62,11 @@ static struct socket_transport *self(struct transport *t)
 	return (struct socket_transport *)t;
 }
 
+int transport_socket_fd(const struct transport *t, uint32_t channel)
+{
+	return ((const struct socket_transport *)t)->udp[channel].fd;
+}
+
 static int socket_open(struct transport *t, const struct transport_options *options)
 {
 	struct socket_transport *s = self(t);

@@ -9,6 +9,11 @@
  * that the daemon can say it once. A ring asked for by name is never
  * silently replaced.
  *
+ * AF_XDP is asked for by name only: it wants a guard that somebody has
+ * started, an interface of its own, and what it carries is seen by no
+ * firewall and no tcpdump. So "auto" never takes it. It depends on so many
+ * others that where it is not to be had the daemon starts all the same.
+ *
  * A transport lives in memory of its own that is mapped with MAP_POPULATE:
  * the realtime thread must not be the first to touch a page, whether or not
  * the process could lock its memory.
@@ -82,18 +87,26 @@ static bool not_to_be_had(int rc)
 int transport_open(struct transport **out, const char *name,
 		   const struct transport_options *options, const char **why)
 {
-	bool any = !strcmp(name, "auto");
+	bool xdp = !strcmp(name, "xdp"), any = xdp || !strcmp(name, "auto");
+	const char *refused;
 	int rc;
 
 	*why = NULL;
+	if (xdp) {
+		rc = transport_open_kind(out, &transport_xdp, options);
+		if (rc == 0)
+			return 0;
+		*why = transport_xdp_refused(rc);
+	}
 	if (any || !strcmp(name, "io_uring")) {
 		rc = transport_open_kind(out, &transport_uring, options);
-		if (rc < 0)
-			*why = ring_refused(rc);
+		refused = rc < 0 ? ring_refused(rc) : NULL;
+		if (refused && (!*why || !not_to_be_had(rc)))
+			*why = refused;
 		if (rc == 0 || !any || !not_to_be_had(rc))
 			return rc;
 	} else if (strcmp(name, "socket")) {
-		*why = "no such transport (io_uring, socket, auto)";
+		*why = "no such transport (io_uring, socket, auto, xdp)";
 		return -EINVAL;
 	}
 	rc = transport_open_kind(out, &transport_socket, options);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * How datagrams leave and arrive: open, send, receive, wait until a packet or
- * a deadline. The same functions for a ring (io_uring), plain sockets,
- * memory (tests) and, later, AF_XDP.
+ * a deadline. The same functions for a ring (io_uring), plain sockets, AF_XDP
+ * and memory (tests).
  *
  * One transport serves every device of the daemon through one wait; each
  * device has a channel, a connected UDP socket of its own.
@@ -60,6 +60,8 @@ struct transport_options {
 	bool spin;			/* wait polls instead of sleeping */
 	uint32_t busy_poll_us;		/* NAPI busy polling in a sleeping wait, 0 = off */
 	const char *interface;		/* bind the sockets to this NIC, NULL = any */
+	bool keep_port;			/* a channel's own port stays the same for all aims */
+	const char *helper;		/* who hands AF_XDP sockets over, NULL = pokeys-guard */
 };
 
 struct transport;
@@ -108,6 +110,14 @@ struct transport_ops {
 	 * Realtime.
 	 */
 	enum transport_wait (*wait)(struct transport *t, uint64_t deadline_ns);
+	/*
+	 * Keep fresh what is known of the network around, a few times a second;
+	 * NULL if a kind has nothing to keep. Cold, one thread that is not the
+	 * realtime one, after start. *news is a static text for the log when
+	 * something has changed, else NULL. 0, or -errno while the transport works,
+	 * but not in the way that it was opened for.
+	 */
+	int (*tend)(struct transport *t, const char **news);
 };
 
 /* Kinds embed this as their first member. */
@@ -128,9 +138,10 @@ struct transport {
 };
 
 /*
- * Open by name: "io_uring", "socket", or "auto" (the ring, and sockets if the
- * kernel refuses it). 0 or -errno. *why is a static text: of the error, or of
- * what was refused before the fallback; NULL if all went as asked for.
+ * Open by name: "io_uring", "socket", "auto" (the ring, and sockets if the
+ * kernel refuses it), or "xdp" (AF_XDP, and if it is not to be had as with
+ * "auto"). 0 or -errno. *why is a static text: of the error, or of what was
+ * refused before the fallback; NULL if all went as asked for.
  */
 int transport_open(struct transport **out, const char *name,
 		   const struct transport_options *options, const char **why);

@@ -17,6 +17,8 @@
 #include <arpa/inet.h>
 #include "daemon/transport/udp.h"
 
+enum { PORT_TRIES = 16 };
+
 static int bind_interface(const struct udp *udp)
 {
 	if (!udp->interface[0])
@@ -44,6 +46,31 @@ static int set_up(struct udp *udp, const struct transport_options *options)
 	return bind_interface(udp);
 }
 
+/*
+ * A port that stays when the association is dissolved. The kernel keeps one
+ * only if it was asked for by its number, so a free one is found first.
+ */
+static int keep_port(const struct udp *udp)
+{
+	struct sockaddr_in any = { .sin_family = AF_INET };
+	int rc = -EADDRINUSE;
+
+	for (int i = 0; i < PORT_TRIES && rc == -EADDRINUSE; i++) {
+		int other = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, IPPROTO_UDP);
+		socklen_t size = sizeof any;
+
+		if (other < 0)
+			return -errno;
+		any.sin_port = 0;
+		rc = bind(other, (struct sockaddr *)&any, sizeof any) < 0 ||
+		     getsockname(other, (struct sockaddr *)&any, &size) < 0 ? -errno : 0;
+		close(other);
+		if (rc == 0 && bind(udp->fd, (struct sockaddr *)&any, sizeof any) < 0)
+			rc = -errno;
+	}
+	return rc;
+}
+
 int udp_open(struct udp *udp, const struct transport_options *options)
 {
 	int rc;
@@ -56,6 +83,8 @@ int udp_open(struct udp *udp, const struct transport_options *options)
 		return -errno;
 	}
 	rc = set_up(udp, options);
+	if (rc == 0 && options->keep_port)
+		rc = keep_port(udp);
 	if (rc < 0)
 		udp_close(udp);
 	return rc;

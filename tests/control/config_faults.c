@@ -71,6 +71,9 @@ static void a_fault_names_line_section_key_and_range(void **state)
 	assert_fault(GOOD "safe-on = 5, 1-9\n",
 		     "f:3: [device a]: safe-on: \"5, 1-9\" names a pin twice; allowed: pins 1..55 "
 		     "as a list such as 1-3,5");
+	assert_fault("[daemon]\ntransport = xdp\n" GOOD,
+		     "f:2: [daemon]: transport = xdp belongs to one interface; interface is not "
+		     "given");
 	assert_fault("[daemon]\nduty = 0.95\n" GOOD,
 		     "f:2: [daemon]: duty: \"0.95\" is out of range; allowed: 0.1..0.9, or 1");
 }

@@ -15,23 +15,45 @@
 #include <time.h>
 #include <unistd.h>
 #include "tests/transport/fixture.h"
+#include "tests/transport/xdp_world.h"
 
 const char *fixture_kind;
 
+static bool is_xdp(void)
+{
+	return !strcmp(fixture_kind, "xdp");
+}
+
+struct transport_options fixture_options(void)
+{
+	return is_xdp() ? xdp_world_options() : (struct transport_options){ 0 };
+}
+
+int peer_socket(void)
+{
+	return is_xdp() ? xdp_world_far_socket() : socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+}
+
 void fixture_begin(int argc, char **argv)
 {
-	const struct transport_options options = { 0 };
+	struct transport_options options;
 	struct transport *t;
 	const char *why;
 	int rc;
 
 	if (argc < 2) {
-		fprintf(stderr, "usage: %s io_uring|socket\n", argv[0]);
+		fprintf(stderr, "usage: %s io_uring|socket|xdp\n", argv[0]);
 		exit(2);
 	}
 	fixture_kind = argv[1];
+	why = is_xdp() ? xdp_world_make() : NULL;
+	if (why) {
+		fprintf(stderr, "skipped: xdp: %s\n", why);
+		exit(77);
+	}
+	options = fixture_options();
 	rc = transport_open(&t, fixture_kind, &options, &why);
-	if (rc < 0) {
+	if (rc < 0 || strcmp(t->ops->name, fixture_kind)) {
 		fprintf(stderr, "skipped: %s: %s\n", fixture_kind, why);
 		exit(77);
 	}
@@ -53,6 +75,8 @@ static uint32_t own_address(void)
 	if (!address)
 		assert_int_equal(getrandom(&address, sizeof address, 0), sizeof address);
 	address++;
+	if (is_xdp())
+		return XDP_WORLD_FAR | (1 + (address >> 8) % 126) << 8 | (1 + (address & 0xff) % 254);
 	/* 127.1.0.1 .. 127.254.255.254 */
 	return 0x7f000000u | (1 + (address >> 16) % 254) << 16 | (address >> 8 & 0xff) << 8 |
 	       (1 + (address & 0xff) % 254);
@@ -67,7 +91,7 @@ void peer_open(struct peer *peer)
 	memset(peer, 0, sizeof *peer);
 	peer->at.address = own_address();
 	at.sin_addr.s_addr = htonl(peer->at.address);
-	peer->fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+	peer->fd = peer_socket();
 	assert_true(peer->fd >= 0);
 	assert_int_equal(bind(peer->fd, (struct sockaddr *)&at, sizeof at), 0);
 	assert_int_equal(getsockname(peer->fd, (struct sockaddr *)&at, &length), 0);
@@ -118,11 +142,13 @@ int peer_look(struct peer *peer, void *data, size_t size)
 
 struct transport *fixture_transport(uint32_t channels, bool spin)
 {
-	const struct transport_options options = { .spin = spin };
+	struct transport_options options = fixture_options();
 	struct transport *t;
 	const char *why;
 
+	options.spin = spin;
 	assert_int_equal(transport_open(&t, fixture_kind, &options, &why), 0);
+	assert_string_equal(t->ops->name, fixture_kind);
 	for (uint32_t i = 0; i < channels; i++)
 		assert_int_equal(t->ops->attach(t, i), 0);
 	assert_int_equal(t->ops->start(t), 0);
@@ -131,11 +157,14 @@ struct transport *fixture_transport(uint32_t channels, bool spin)
 
 void introduce(struct transport *t, uint32_t channel, struct peer *peer)
 {
+	const char *news;
 	uint8_t data[8];
 
 	assert_int_equal(t->ops->send(t, channel, (const uint8_t *)"hello", 5), 0);
 	assert_int_equal(t->ops->flush(t), 0);
 	assert_int_equal(peer_receive(peer, data, sizeof data), 5);
+	if (t->ops->tend)
+		t->ops->tend(t, &news);
 }
 
 int next_packet(struct transport *t, uint32_t ms, struct transport_packet *out)

@@ -23,11 +23,20 @@ struct world {
 	struct peer peer;		/* channel 0 is aimed at it */
 };
 
-/* "io_uring" or "socket": argv[1]; ends the program with 77 if it cannot be had here. */
+/*
+ * "io_uring", "socket" or "xdp": argv[1]; ends the program with 77 if it cannot be
+ * had here. For "xdp" the program moves to a network of its own (xdp_world.h).
+ */
 extern const char *fixture_kind;
 void fixture_begin(int argc, char **argv);
 
+/* What to open it with. */
+struct transport_options fixture_options(void);
+
 uint64_t fixture_now(void);
+
+/* A UDP socket where the peers are. */
+int peer_socket(void);
 
 /* A socket on a loopback address of this process; blocking with a time limit. */
 void peer_open(struct peer *peer);
@@ -46,7 +55,10 @@ int world_end(void **state);
 /* Open, attach `channels`, start. */
 struct transport *fixture_transport(uint32_t channels, bool spin);
 
-/* Send one datagram and have the peer take it: from now on it can answer. */
+/*
+ * Send one datagram and have the peer take it: from now on it can answer. A kind
+ * that has to find its way (tend) has found it then.
+ */
 void introduce(struct transport *t, uint32_t channel, struct peer *peer);
 
 /* The next packet within `ms`; 1, or 0 if none came. */

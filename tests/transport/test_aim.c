@@ -137,7 +137,7 @@ static void peer_return(struct peer *peer)
 	};
 	struct timeval second = { .tv_sec = 1 };
 
-	peer->fd = socket(AF_INET, SOCK_DGRAM, 0);
+	peer->fd = peer_socket();
 	assert_int_equal(bind(peer->fd, (struct sockaddr *)&at, sizeof at), 0);
 	setsockopt(peer->fd, SOL_SOCKET, SO_RCVTIMEO, &second, sizeof second);
 }

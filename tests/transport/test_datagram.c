@@ -125,17 +125,22 @@ static void stamp_is_arrival_not_reading(void **state)
 
 static void oversize_datagram_reports_its_true_length(void **state)
 {
+	/* what the kernel puts together and what passes it by come in no order */
+	bool two_ways = !strcmp(fixture_kind, "xdp");
 	struct world *w = *state;
 	static uint8_t data[60000];
 	struct transport_packet p;
 
 	memset(data, 0x5a, sizeof data);
 	peer_send(&w->peer, data, sizeof data);
-	peer_send(&w->peer, "after", 5);
+	if (!two_ways)
+		peer_send(&w->peer, "after", 5);
 	assert_int_equal(next_packet(w->t, 1000, &p), 1);
 	assert_int_equal(p.length, sizeof data);
 	assert_int_equal(p.data[TRANSPORT_PACKET_MAX - 1], 0x5a);
 	assert_int_equal(w->t->statistics.truncated, 1);
+	if (two_ways)
+		peer_send(&w->peer, "after", 5);
 	assert_int_equal(next_packet(w->t, 1000, &p), 1);
 	assert_int_equal(p.length, 5);
 	assert_memory_equal(p.data, "after", 5);

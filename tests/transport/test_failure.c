@@ -35,6 +35,61 @@ static bool fails(const char *name)
 	return true;
 }
 
+int __real_bind(int fd, const struct sockaddr *at, socklen_t length);
+int __wrap_bind(int fd, const struct sockaddr *at, socklen_t length);
+int __wrap_bind(int fd, const struct sockaddr *at, socklen_t length)
+{
+	return fails("bind") ? -1 : __real_bind(fd, at, length);
+}
+
+int __real_getsockname(int fd, struct sockaddr *at, socklen_t *length);
+int __wrap_getsockname(int fd, struct sockaddr *at, socklen_t *length);
+int __wrap_getsockname(int fd, struct sockaddr *at, socklen_t *length)
+{
+	return fails("getsockname") ? -1 : __real_getsockname(fd, at, length);
+}
+
+int __real_getsockopt(int fd, int level, int name, void *value, socklen_t *length);
+int __wrap_getsockopt(int fd, int level, int name, void *value, socklen_t *length);
+int __wrap_getsockopt(int fd, int level, int name, void *value, socklen_t *length)
+{
+	return fails("getsockopt") ? -1 : __real_getsockopt(fd, level, name, value, length);
+}
+
+int __real_ioctl(int fd, unsigned long what, void *argument);
+int __wrap_ioctl(int fd, unsigned long what, void *argument);
+int __wrap_ioctl(int fd, unsigned long what, void *argument)
+{
+	return fails("ioctl") ? -1 : __real_ioctl(fd, what, argument);
+}
+
+ssize_t __real_sendto(int fd, const void *data, size_t length, int flags,
+		      const struct sockaddr *to, socklen_t size);
+ssize_t __wrap_sendto(int fd, const void *data, size_t length, int flags,
+		      const struct sockaddr *to, socklen_t size);
+ssize_t __wrap_sendto(int fd, const void *data, size_t length, int flags,
+		      const struct sockaddr *to, socklen_t size)
+{
+	/* the peers' own calls are not the transport's */
+	if (!length && fails("sendto"))
+		return -1;
+	return __real_sendto(fd, data, length, flags, to, size);
+}
+
+ssize_t __real_sendmsg(int fd, const struct msghdr *m, int flags);
+ssize_t __wrap_sendmsg(int fd, const struct msghdr *m, int flags);
+ssize_t __wrap_sendmsg(int fd, const struct msghdr *m, int flags)
+{
+	return fails("sendmsg") ? -1 : __real_sendmsg(fd, m, flags);
+}
+
+ssize_t __real_recvmsg(int fd, struct msghdr *m, int flags);
+ssize_t __wrap_recvmsg(int fd, struct msghdr *m, int flags);
+ssize_t __wrap_recvmsg(int fd, struct msghdr *m, int flags)
+{
+	return fails("recvmsg") ? -1 : __real_recvmsg(fd, m, flags);
+}
+
 long __real_syscall(long number, long a, long b, long c, long d, long e, long f);
 long __wrap_syscall(long number, long a, long b, long c, long d, long e, long f);
 long __wrap_syscall(long number, long a, long b, long c, long d, long e, long f)
@@ -132,7 +187,7 @@ static bool exchange(struct transport *t, struct peer *peer)
 /* A whole life; -errno of the step that failed, 1 if an answer never came. */
 static int life(struct peer *peer, struct transport **out)
 {
-	const struct transport_options options = { 0 };
+	const struct transport_options options = fixture_options();
 	struct transport *t;
 	const char *why;
 	int rc = transport_open(&t, fixture_kind, &options, &why);

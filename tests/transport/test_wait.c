@@ -130,18 +130,19 @@ static void waiting_packet_saves_the_call(void **state)
 {
 	struct world *w = *state;
 	struct transport_packet p;
-	uint64_t calls;
+	uint64_t calls, avoided;
 
 	peer_send(&w->peer, "a", 1);
 	peer_send(&w->peer, "b", 1);
 	assert_int_equal(w->t->ops->wait(w->t, UINT64_MAX), TRANSPORT_WAIT_PACKET);
 	calls = w->t->statistics.system_calls;
+	avoided = w->t->statistics.waits_avoided;
 	assert_int_equal(w->t->ops->receive(w->t, &p), 1);
 	assert_int_equal(w->t->ops->wait(w->t, UINT64_MAX), TRANSPORT_WAIT_PACKET);
 	assert_int_equal(w->t->ops->receive(w->t, &p), 1);
 	assert_memory_equal(p.data, "b", 1);
 	assert_int_equal(w->t->statistics.system_calls, calls);
-	assert_int_equal(w->t->statistics.waits_avoided, 1);
+	assert_int_equal(w->t->statistics.waits_avoided, avoided + 1);
 }
 
 static void spinning_wait_finds_packet_and_deadline(void **state)
@@ -194,7 +195,9 @@ static void all_channels_share_one_wait(void **state)
 		peer_send(&peer[i], &i, sizeof i);
 	calls = t->statistics.system_calls;
 	assert_int_equal(t->ops->wait(t, UINT64_MAX), TRANSPORT_WAIT_PACKET);
-	assert_int_equal(t->statistics.system_calls, calls + (t->ops->name[0] == 's' ? 2 : 1));
+	/* a ring of received frames is memory: what is in it already costs none */
+	assert_in_range(t->statistics.system_calls, calls + (t->ops->name[0] == 's') +
+			(t->ops->name[0] != 'x'), calls + (t->ops->name[0] == 's' ? 2 : 1));
 	for (uint32_t i = 0; i < MANY; i++) {
 		assert_int_equal(next_packet(t, 1000, &p), 1);
 		assert_int_equal(p.address, peer[p.channel].at.address);
