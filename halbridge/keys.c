@@ -8,7 +8,7 @@
  * 0, so that what somebody else shows stays until we have something to show.
  *
  * A module that does not answer keeps its last inputs and says so: `present`
- * falls.
+ * falls. Its keys fall as well, when the daemon has waited a little.
  */
 #include "halbridge/keys.h"
 #include <stddef.h>

@@ -80,6 +80,7 @@ struct ponet {
 	bool ready;			/* the bus, when it was last asked */
 	uint8_t round[POKEYS_PONET];	/* readings of each module */
 	uint32_t readings;
+	uint32_t since_keys;		/* answers, or none, since the keyboard's data came */
 	uint64_t after_ns;		/* nothing to do before */
 };
 

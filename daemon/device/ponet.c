@@ -15,6 +15,9 @@
  * it is. It is sent only after the start was answered, and the next start only
  * after the fetch; a start that the network keeps back and delivers twice could
  * still give a module its neighbour's data once, and the next round mends that.
+ *
+ * A module that does not answer keeps its last data, but for the keys of a
+ * keyboard: a jog key that cannot be read any more must not stay pressed.
  */
 
 #include <string.h>
@@ -28,6 +31,8 @@ enum {
 	FETCHES_MAX = 50,		/* then the module does not answer */
 	LIGHT_ROUNDS = 8,		/* light once in so many readings of a module */
 	STATE_ROUNDS = 32,		/* bus state once in so many readings */
+	KEYS_ROUND = 8,			/* requests that a module may need for its turn ... */
+	KEYS_MORE = 32,			/* ... and some that get lost; then keys are up */
 };
 
 bool ponet_has(const struct device *device)
@@ -205,8 +210,10 @@ static void take_data(struct device *device, const uint8_t *reply)
 	}
 	module->failures = 0;
 	memcpy(module->data, data.data, sizeof(module->data));
-	if (ponet->module == device->image.kbd48_module)
+	if (ponet->module == device->image.kbd48_module) {
 		device->image.kbd48_keys = wire_kbd48_keys(data.data);
+		ponet->since_keys = 0;
+	}
 	if (!has_option(device, ponet->module, WIRE_PONET_OPT_LIGHT) ||
 	    ponet->round[ponet->module]++ % LIGHT_ROUNDS) {
 		next_reading(device);
@@ -233,6 +240,14 @@ static void take_light(struct device *device, const uint8_t *reply)
 	next_reading(device);
 }
 
+static void release_keys(struct device *device)
+{
+	const uint32_t most = KEYS_MORE + KEYS_ROUND * (uint32_t)device->image.ponet_count;
+
+	if (++device->ponet.since_keys > most)
+		device->image.kbd48_keys = 0;
+}
+
 void ponet_take(struct device *device, const mailbox_entry_t *entry)
 {
 	static void (*const take[])(struct device *, const uint8_t *) = {
@@ -242,6 +257,7 @@ void ponet_take(struct device *device, const mailbox_entry_t *entry)
 		[PONET_LIGHT_FETCH] = take_light,
 	};
 
+	release_keys(device);
 	take[device->ponet.step](device, entry->response_buffer);
 }
 
@@ -249,6 +265,7 @@ void ponet_unanswered(struct device *device)
 {
 	struct ponet *ponet = &device->ponet;
 
+	release_keys(device);
 	if (ponet->step >= PONET_START)
 		fail(device);
 }

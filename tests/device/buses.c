@@ -400,6 +400,21 @@ static void module_that_falls_silent_is_seen(void **state)
 	assert_int_equal(world.state.ponet[PLAIN].failures, 0);
 }
 
+/* A jog key would go on for ever. */
+static void key_that_cannot_be_read_any_more_is_up(void **state)
+{
+	(void)state;
+	sim_module_key(&sim->bench.bus.module[KEYBOARD], 3, 2, true);
+	world_run(&world, 300 * MS);
+	assert_true(world.state.kbd48_keys == UINT64_C(1) << 14);
+	sim->bench.bus.module[KEYBOARD].present = false;
+	world_run(&world, 1 * SECOND);
+	assert_true(world.state.kbd48_keys == 0);
+	sim->bench.bus.module[KEYBOARD].present = true;
+	world_run(&world, 1 * SECOND);
+	assert_true(world.state.kbd48_keys == UINT64_C(1) << 14);
+}
+
 static void module_that_comes_later_is_found_when_the_bus_was_empty_or_is_ready_again(void **state)
 {
 	(void)state;
@@ -535,6 +550,7 @@ int main(void)
 		cmocka_unit_test_setup(keys_are_true_under_loss_duplication_and_reordering, begin),
 		cmocka_unit_test_setup(repeated_start_does_not_mix_modules_up, begin),
 		cmocka_unit_test_setup(module_that_falls_silent_is_seen, begin),
+		cmocka_unit_test_setup(key_that_cannot_be_read_any_more_is_up, begin),
 		cmocka_unit_test_setup(
 			module_that_comes_later_is_found_when_the_bus_was_empty_or_is_ready_again,
 			begin),
