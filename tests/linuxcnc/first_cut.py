@@ -82,6 +82,12 @@ BUFFERED = {
     "pokeysd.conf": [(f"axis.{axis}.mode = position\n", f"axis.{axis}.mode = buffered\n")
                      for axis in range(4)],
 }
+# What pendant.hal says is to be changed.
+PENDANT = {
+    "mill.ini": [("HALFILE = mill.hal\n", "HALFILE = mill.hal\nHALFILE = pendant.hal\n")],
+    "pokeysd.conf": [("axes = 4\n", "axes = 4\nencoder.0.enable = on\nencoder.0.sampling = 4\n"
+                                    "encoder.0.pins = 1, 2\n")],
+}
 # On which machine, what is changed besides, what is asked of the simulator, and what the
 # machinist is to do.
 WORKS = {
@@ -90,6 +96,7 @@ WORKS = {
     # its status does not tell how full the buffer is: positions have to
     "buffered_untold": ("mill", BUFFERED, (), "first_cut"),
     "device_homing": ("mill", DEVICE_HOMING, (), "device_homing"),
+    "jogging": ("mill", PENDANT, (), "jogging"),
     "gantry": ("gantry", {}, (), "gantry"),
     "lathe": ("lathe", {}, (), "lathe"),
 }

@@ -17,6 +17,7 @@ import traceback
 import hal
 import linuxcnc
 import gantry
+import jogging
 import lathe
 import track
 
@@ -275,8 +276,8 @@ def device_homing(m):
     m.tell("device homing: the same with 1 % loss and 2 ms jitter")
 
 
-WORK = {"first_cut": first_cut, "device_homing": device_homing, "gantry": gantry.gantry,
-        "lathe": lathe.lathe}
+WORK = {"first_cut": first_cut, "device_homing": device_homing, "jogging": jogging.jogging,
+        "gantry": gantry.gantry, "lathe": lathe.lathe}
 
 
 def main():
