@@ -20,7 +20,8 @@
 enum {
 	TAKES_RUNTIME = 1, TAKES_TIMEOUT = 2, TAKES_ADDRESS = 4, TAKES_INTERFACE = 8,
 	TAKES_COUNT = 16, TAKES_INTERVAL = 32, TAKES_NAMES = 64, TAKES_CPU = 128,
-	TAKES_CONFIG = 256, TAKES_ROOT = 512, TAKES_MEASURE = 1024,
+	TAKES_CONFIG = 256, TAKES_ROOT = 512, TAKES_MEASURE = 1024, TAKES_SECONDS = 2048,
+	TAKES_TRACE = 4096,
 };
 
 static const struct command {
@@ -42,7 +43,11 @@ static const struct command {
 	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_ROOT, command_doctor },
 	{ "latency", "[--cpu N] [--seconds S] [--priority P | --no-realtime] [--svg FILE] "
 	  "[--config FILE]", "how late threads wake up, and the daemon's",
-	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_MEASURE, command_latency },
+	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_MEASURE | TAKES_SECONDS,
+	  command_latency },
+	{ "trace", "[--seconds S] [--slowest N] [--threshold US]",
+	  "where the time of the slowest cycles went (root)",
+	  TAKES_RUNTIME | TAKES_SECONDS | TAKES_TRACE, command_trace },
 	{ "record", "[DEVICE] FILE", "the last seconds' packets and events into a file for "
 	  "Wireshark", TAKES_RUNTIME | TAKES_NAMES, command_record },
 	{ "replay", "FILE", "what such a file holds, a line for each packet and event",
@@ -67,6 +72,8 @@ static const struct option long_options[] = {
 	{ "seconds", required_argument, NULL, 's' },
 	{ "priority", required_argument, NULL, 'p' },
 	{ "no-realtime", no_argument, NULL, 'N' },
+	{ "slowest", required_argument, NULL, 'l' },
+	{ "threshold", required_argument, NULL, 'T' },
 	{ "svg", required_argument, NULL, 'v' },
 	{ "help", no_argument, NULL, 'h' },
 	{ "version", no_argument, NULL, 'V' },
@@ -129,8 +136,6 @@ static bool take_measure(struct options *options, int option)
 	double number = options->priority;
 	bool good = true;
 
-	if (option == 's')
-		return take_number("seconds", optarg, 0.1, 86400, &options->seconds);
 	if (option == 'p')
 		good = take_number("priority", optarg, 1, 98, &number);
 	else if (option == 'N')
@@ -188,6 +193,18 @@ static bool take_option(struct options *options, int option, unsigned int *needs
 		options->root = optarg;
 		break;
 	case 's':
+		*needs = TAKES_SECONDS;
+		good = take_number("seconds", optarg, 0.1, 86400, &options->seconds);
+		break;
+	case 'l':
+		*needs = TAKES_TRACE;
+		good = take_number("slowest", optarg, 0, 100, &number);
+		options->slowest = (uint32_t)number;
+		break;
+	case 'T':
+		*needs = TAKES_TRACE;
+		good = take_number("threshold", optarg, 0, 1e9, &options->threshold_us);
+		break;
 	case 'p':
 	case 'N':
 	case 'v':
@@ -298,6 +315,7 @@ int main(int argc, char **argv)
 		.cpu = -1,
 		.seconds = 10,
 		.priority = 80,
+		.slowest = 5,
 	};
 	const struct command *command;
 	int status;

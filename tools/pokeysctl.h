@@ -30,6 +30,8 @@ struct options {
 	int cpu;			/* -1 = not said */
 	const char *config, *root, *svg;	/* NULL = not said */
 	double seconds;
+	double threshold_us;
+	uint32_t slowest;
 	int priority;
 	bool no_realtime;
 	char *const *names;		/* devices */
@@ -48,6 +50,7 @@ int command_doctor(const struct options *options);
 int command_latency(const struct options *options);
 int command_record(const struct options *options);
 int command_replay(const struct options *options);
+int command_trace(const struct options *options);
 int command_top(const struct options *options);
 
 #endif

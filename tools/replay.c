@@ -37,13 +37,13 @@ static const struct replay_line *partner(const struct replay *replay,
 }
 
 /* "0xcc device_io id 17", as far as the packet goes. */
-static void print_operation(const struct replay_line *line)
+static void print_operation(const struct replay *replay, const struct replay_line *line)
 {
 	if (line->kept <= WIRE_AT_ID) {
 		printf("%u bytes", line->length);
 		return;
 	}
-	printf("0x%02x %s id %u", line->data[WIRE_AT_OP], replay_operation(line),
+	printf("0x%02x %s id %u", line->data[WIRE_AT_OP], replay_operation(replay, line),
 	       line->data[WIRE_AT_ID]);
 	if (line->length != WIRE_PK)
 		printf(" (%u bytes)", line->length);
@@ -54,7 +54,7 @@ static void print_request(const struct replay *replay, const struct replay_line 
 	const struct replay_line *reply = partner(replay, line);
 
 	printf("-> ");
-	print_operation(line);
+	print_operation(replay, line);
 	if (line->tries > 1)
 		printf(", try %u", line->tries);
 	if (reply)
@@ -68,7 +68,7 @@ static void print_reply(const struct replay *replay, const struct replay_line *l
 	const struct replay_line *request = partner(replay, line);
 
 	printf("<- ");
-	print_operation(line);
+	print_operation(replay, line);
 	if (line->known)
 		printf(", %s", words_verdict(line->verdict));
 	if (request)
@@ -99,7 +99,7 @@ static void json_packet(struct json *json, const struct replay *replay,
 
 	for (size_t i = 0; i < line->kept; i++)
 		snprintf(data + 2 * i, 3, "%02x", line->data[i]);
-	json_text(json, "operation", replay_operation(line));
+	json_text(json, "operation", replay_operation(replay, line));
 	if (line->kept > WIRE_AT_ID)
 		json_unsigned(json, "id", line->data[WIRE_AT_ID]);
 	else

@@ -94,8 +94,6 @@ void keeper_run(struct keeper *keeper, uint64_t now_ns)
 {
 	if (!keeper->open)
 		return;
-	atomic_store_explicit(&keeper->loop->recorder.head->thread,
-			      atomic_load(&keeper->loop->shared.thread), memory_order_relaxed);
 	tell(keeper);
 	if (!keeper->due || now_ns < keeper->due_ns || !idle(keeper))
 		return;
@@ -181,6 +179,7 @@ static int make_ring(struct keeper *keeper)
 	if (result)
 		return result;
 	recorder->head->period_ns = config->loop.period_ns;
+	recorder->head->spins = config->loop.mode == LOOP_SPIN;
 	recorder->head->devices = config->devices;
 	for (uint32_t i = 0; i < config->devices; i++)
 		snprintf(recorder->head->name[i], sizeof(recorder->head->name[i]), "%s",

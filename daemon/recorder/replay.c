@@ -192,11 +192,14 @@ void replay_free(struct replay *replay)
 	*replay = (struct replay){ 0 };
 }
 
-const char *replay_operation(const struct replay_line *line)
+/* Not every device puts the sub-operation into its reply. */
+const char *replay_operation(const struct replay *replay, const struct replay_line *line)
 {
 	static char number[8];
 	const struct wire_op_row *row = NULL;
 
+	if (line->kind == REPLAY_REPLY && line->partner != REPLAY_NONE)
+		line = &replay->line[line->partner];
 	if (line->kept <= WIRE_AT_P1)
 		return "none";
 	row = wire_op_find(line->data[WIRE_AT_OP], line->data[WIRE_AT_P1]);

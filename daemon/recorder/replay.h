@@ -45,7 +45,10 @@ struct replay {
 int replay_load(struct replay *replay, FILE *from, char *why, size_t size);
 void replay_free(struct replay *replay);
 
-/* The operation's name as in wire/ops.h, "0x.." for one that is not there. Static text. */
-const char *replay_operation(const struct replay_line *line);
+/*
+ * The operation's name as in wire/ops.h, "0x.." for one that is not there; a reply's is its
+ * request's, if that is known. Static text.
+ */
+const char *replay_operation(const struct replay *replay, const struct replay_line *line);
 
 #endif

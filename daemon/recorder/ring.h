@@ -75,7 +75,7 @@ struct recorder_head {
 	int32_t process;
 	_Atomic int32_t thread;		/* the realtime one, 0 = has not begun */
 	_Atomic uint32_t ended;		/* 1: the daemon has ended, and not died */
-	uint32_t reserved;
+	uint32_t spins;			/* 1: the thread polls instead of sleeping */
 	char name[RECORDER_DEVICES][32];
 	_Atomic uint64_t written __attribute__((aligned(64)));	/* slots, since the start */
 };

@@ -25,6 +25,8 @@ void faults_begin(struct loop *loop)
 	loop->own->minor_before = (uint64_t)usage.ru_minflt;
 	loop->own->major_before = (uint64_t)usage.ru_majflt;
 	atomic_store(&loop->shared.thread, gettid());
+	if (loop->recorder.head)
+		atomic_store(&loop->recorder.head->thread, gettid());
 }
 
 static int read_stat(int32_t thread, char *text, size_t size)

@@ -31,7 +31,7 @@ MAY_USE = {
     "tools": ["include", "settings", "shm", "wire", "daemon/transport", "daemon/recorder"],
     "examples": ["include"],
 }
-GENERATED = {"version.h", "guard.skel.h"}  # made by the build, belongs to no room
+GENERATED = {"version.h", "guard.skel.h", "trace.skel.h"}  # made by the build, belongs to no room
 INCLUDE = re.compile(r'^\s*#\s*include\s+(?:"([^"]+)"|<(pokeys/[^>]+)>)')
 
 

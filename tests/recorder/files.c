@@ -204,7 +204,7 @@ static void a_request_finds_its_reply(void **state)
 	assert_int_equal(replay.lines, 5);
 	assert_int_equal(replay.line[0].t_ns, WALL + 1000);
 	assert_string_equal(replay.line[0].device, "mill");
-	assert_string_equal(replay_operation(&replay.line[0]), "device_data");
+	assert_string_equal(replay_operation(&replay, &replay.line[0]), "device_data");
 	assert_int_equal(replay.line[0].partner, 3);
 	assert_int_equal(replay.line[1].partner, 2);
 	assert_int_equal(replay.line[3].partner, 0);
@@ -229,6 +229,19 @@ static void a_retry_is_a_line_of_its_own_and_the_last_one_is_answered(void **sta
 	assert_int_equal(replay.line[0].partner, REPLAY_NONE);
 	assert_int_equal(replay.line[1].partner, 2);
 	assert_int_equal(replay.line[1].tries, 2);
+	replay_free(&replay);
+}
+
+static void a_reply_without_its_sub_operation_is_named_by_its_request(void **state)
+{
+	struct replay replay;
+
+	(void)state;
+	put(RECORDER_SENT, 0, 1000, WIRE_OP_PULSE_AXIS_GET, 3, 1);
+	put(RECORDER_RECEIVED, 0, 2000, WIRE_OP_PULSE_STATUS, 3, POKEYS_VERDICT_ACCEPTED);
+	export(EXPORT_ALL);
+	replay = load_good();
+	assert_string_equal(replay_operation(&replay, &replay.line[1]), "pulse_axis_get");
 	replay_free(&replay);
 }
 
@@ -307,7 +320,7 @@ static void a_datagram_of_any_length_is_written(void **state)
 	for (size_t i = 0; i < replay.lines; i++) {
 		assert_int_equal(replay.line[i].length, lengths[i]);
 		assert_int_equal(replay.line[i].verdict, POKEYS_VERDICT_BAD_LENGTH);
-		assert_non_null(replay_operation(&replay.line[i]));
+		assert_non_null(replay_operation(&replay, &replay.line[i]));
 	}
 	assert_int_equal(replay.lines, 9);
 	replay_free(&replay);
@@ -432,6 +445,7 @@ int main(void)
 		TEST(a_frame_that_was_cut_has_no_udp_checksum),
 		TEST(a_request_finds_its_reply),
 		TEST(a_retry_is_a_line_of_its_own_and_the_last_one_is_answered),
+		TEST(a_reply_without_its_sub_operation_is_named_by_its_request),
 		TEST(lines_are_in_the_order_of_time),
 		TEST(one_device_alone_can_be_written),
 		TEST(a_cycle_is_told_only_if_it_was_late),

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl trace: watch the realtime thread for some seconds, then tell of its
+ * slowest cycles where their time went.
+ *
+ * The daemon is not touched: what it knows of its cycles is read from the
+ * recorder's ring, and the kernel's tracepoints cost the watched core a few hundred
+ * nanoseconds for each switch and interrupt, no more.
+ */
+#include <errno.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <string.h>
+#include "daemon/recorder/read.h"
+#include "tools/pokeysctl.h"
+#include "tools/trace_collect.h"
+#include "tools/view.h"
+
+#define LATE_NS UINT64_C(200000000)	/* after so long everything of a moment has come */
+#define JUDGE_NS UINT64_C(500000000)
+
+enum { POLL_MS = 20, CHUNK = 512, FIRST_MS = 20 };
+
+static _Atomic bool stopped;
+
+static void stop(int number)
+{
+	(void)number;
+	atomic_store(&stopped, true);
+}
+
+static int open_ring(const struct options *options, struct recorder_file *ring)
+{
+	char path[256], why[384];
+	int rc;
+
+	snprintf(path, sizeof(path), "%s/" RECORDER_FILE, options->runtime_directory);
+	rc = recorder_open(ring, path, why, sizeof(why));
+	if (rc == -ENOENT)
+		complain("no recorder in %s: no daemon runs there, or it has recorder-seconds = 0, "
+			 "without which its cycles cannot be seen", options->runtime_directory);
+	else if (rc)
+		complain("%s", why);
+	if (rc)
+		return rc;
+	if (ring->head.thread && !ring->head.ended)
+		return 0;
+	complain("%s: the daemon's realtime thread does not run", path);
+	recorder_release(ring);
+	return -ESRCH;
+}
+
+static void take_slots(const struct recorder_file *ring, uint64_t *next, struct collect *collect)
+{
+	static struct recorder_slot slot[CHUNK];
+	size_t n;
+
+	while ((n = recorder_read(ring, next, slot, CHUNK)))
+		for (size_t i = 0; i < n; i++)
+			collect_slot(collect, &slot[i]);
+}
+
+/* Until `end_ns`, or ^C. The events that the kernel had to drop. */
+static uint64_t watch(const struct recorder_file *ring, struct collect *collect, uint64_t end_ns)
+{
+	uint64_t next = recorder_written(ring), judge_ns = 0, dropped = 0;
+
+	for (uint64_t now = view_now(); now < end_ns + LATE_NS; now = view_now()) {
+		dropped = trace_kernel_poll(POLL_MS);
+		take_slots(ring, &next, collect);
+		if (now >= judge_ns) {
+			collect_judge(collect, now - LATE_NS);
+			judge_ns = now + JUDGE_NS;
+		}
+		if (atomic_load(&stopped) && now < end_ns)
+			end_ns = now;
+	}
+	collect_judge(collect, end_ns);
+	return dropped;
+}
+
+static int trace(const struct options *options, const struct recorder_file *ring)
+{
+	static struct collect collect;
+	struct trace_report report = { .period_ns = ring->head.period_ns };
+	char why[256];
+	int status;
+
+	collect.spins = ring->head.spins;
+	collect.wanted = options->slowest;
+	collect.threshold_ns = (uint64_t)(options->threshold_us * 1e3);
+	if (collect_begin(&collect)) {
+		collect_end(&collect);
+		complain("no memory");
+		return STATUS_FAILED;
+	}
+	status = trace_kernel_begin(ring->head.thread, collect_event, &collect, why, sizeof(why));
+	if (status) {
+		collect_end(&collect);
+		complain("%s", why);
+		return status;
+	}
+	/* the kernel's side wants to see the thread switch before it knows anything */
+	collect.begin_ns = view_now() + FIRST_MS * UINT64_C(1000000);
+	report.dropped = watch(ring, &collect, collect.begin_ns + (uint64_t)(options->seconds * 1e9));
+	report.seconds = (double)(view_now() - LATE_NS - collect.begin_ns) / 1e9;
+	trace_kernel_end();
+	collect_report(&collect, &report);
+	(options->json ? trace_print_json : trace_print)(&report, stdout);
+	if (!report.cycles)
+		complain("the daemon has done no cycle meanwhile");
+	collect_end(&collect);
+	return report.cycles ? STATUS_OK : STATUS_FAILED;
+}
+
+int command_trace(const struct options *options)
+{
+	struct sigaction action = { .sa_handler = stop };
+	struct recorder_file ring;
+	int status;
+
+	if (open_ring(options, &ring))
+		return STATUS_FAILED;
+	sigaction(SIGINT, &action, NULL);
+	sigaction(SIGTERM, &action, NULL);
+	status = trace(options, &ring);
+	recorder_release(&ring);
+	return status;
+}
