@@ -171,6 +171,29 @@ static void end(void)
 		hal_exit(component);
 }
 
+/* Asked by a person, not by loadusr: no HAL is needed to answer. */
+static bool answer(const char *word)
+{
+	if (!strcmp(word, "--version")) {
+		puts("pokeys " POKEYS_VERSION);
+		return true;
+	}
+	if (strcmp(word, "--help") && strcmp(word, "-h"))
+		return false;
+	puts("usage: loadusr -W pokeys [count=N | names=NAME[,NAME]...] [runtime=FOLDER]\n"
+	     "\n"
+	     "LinuxCNC userspace component for the devices of pokeysd, under the older names.\n"
+	     "\n"
+	     "  count=N          instances pokeys.0 to pokeys.N-1 (1)\n"
+	     "  names=NAME,...   instances with names of their own\n"
+	     "  runtime=FOLDER   the daemon's runtime-directory\n"
+	     "  --help           this text\n"
+	     "  --version        the version\n"
+	     "\n"
+	     "More in pokeys(1).");
+	return true;
+}
+
 int main(int argc, char **argv)
 {
 	struct pokeys_options options;
@@ -178,6 +201,8 @@ int main(int argc, char **argv)
 	char why[256];
 	int r;
 
+	if (argc == 2 && answer(argv[1]))
+		return fflush(stdout) ? 1 : 0;
 	if (pokeys_options_read(&options, argc, argv, why, sizeof(why))) {
 		fprintf(stderr, "pokeys: %s\n", why);
 		return 2;

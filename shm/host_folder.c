@@ -197,7 +197,10 @@ static int remove_stale(struct shm_host *host, char *why, size_t size)
 {
 	int r;
 
-	unlinkat(host->directory_fd, "current", 0);
+	if (unlinkat(host->directory_fd, "current", 0) && errno == EISDIR)
+		return say(why, size, -EISDIR,
+			   "%s/current: a folder, in the place of pokeysd's link; remove it",
+			   host->directory);
 	unlinkat(host->directory_fd, ".current", 0);
 	r = runtime_remove_stale(host->directory_fd, NULL);
 	if (r && r != -ENOTEMPTY)

@@ -4,10 +4,12 @@
  * random comes from one seed, which is printed so that a run can be repeated.
  */
 #include <errno.h>
+#include <fcntl.h>
 #include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sysexits.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -20,10 +22,10 @@ static struct sim_rig rig;
 static struct sim_server server;
 static struct sim_script script;
 
-static int complain(const char *reason)
+static int complain(const char *reason, int status)
 {
 	fprintf(stderr, "pokeys-sim: %s\n", reason);
-	return EXIT_FAILURE;
+	return status;
 }
 
 /* The whole file as one string; NULL with errno set. */
@@ -81,9 +83,20 @@ static bool pin_to(int cpu, struct sim_text *why)
 	return false;
 }
 
+/* Whoever waits for the line would wait for ever; and a file of ours may get the number. */
+static bool ready_can_be_told(int fd, struct sim_text *why)
+{
+	if (fd < 0 || fcntl(fd, F_GETFD) >= 0)
+		return true;
+	sim_text_add(why, "--ready-fd %d: %s", fd, strerror(errno));
+	return false;
+}
+
 static bool prepare(struct sim_options *options, struct sim_text *why)
 {
 	options->rig.device.clock_s = time(NULL);
+	if (!ready_can_be_told(options->ready_fd, why))
+		return false;
 	if (options->cpu >= 0 && !pin_to(options->cpu, why))
 		return false;
 	if (options->script && !load_script(options->script, why))
@@ -138,7 +151,7 @@ int main(int argc, char **argv)
 		return sim_ctl(argc - 2, argv + 2);
 	sim_text_init(&why, reason, sizeof(reason));
 	if (!sim_options_parse(&options, argc, argv, &why))
-		return complain(reason);
+		return complain(reason, EX_USAGE);
 	if (options.help) {
 		sim_options_help(stdout);
 		return EXIT_SUCCESS;
@@ -148,6 +161,6 @@ int main(int argc, char **argv)
 		return EXIT_SUCCESS;
 	}
 	if (!prepare(&options, &why))
-		return complain(reason);
+		return complain(reason, EXIT_FAILURE);
 	return serve(&options);
 }

@@ -61,9 +61,26 @@ static void wake_listeners(struct daemon *daemon, uint64_t now_ns)
 			shm_device_notify(daemon->loop.devices[i].shm);
 }
 
+/* Whoever drives by it is not concerned; but status and metrics say nothing of a device. */
+static void tell_reading(struct daemon *daemon, uint32_t failed)
+{
+	bool bad = failed < daemon->loop.count;
+	char why[256] = "";
+
+	if (bad && !daemon->told_reading) {
+		pokeys_client_status(daemon->reader[failed], why, sizeof(why));
+		log_line(EVENT_WARNING, "%s: what is published cannot be read back for status and "
+			 "metrics: %s", daemon->config->device[failed].name, why);
+	} else if (!bad && daemon->told_reading) {
+		log_line(EVENT_NOTICE, "what is published can be read back again");
+	}
+	daemon->told_reading = bad;
+}
+
 static void read_back(struct daemon *daemon, uint64_t now_ns)
 {
 	struct report *report = &daemon->report;
+	uint32_t failed = UINT32_MAX;
 
 	report->now_ns = now_ns;
 	report->log_dropped = log_dropped();
@@ -75,7 +92,10 @@ static void read_back(struct daemon *daemon, uint64_t now_ns)
 		pokeys_client_poll(daemon->reader[i]);
 		device->known = !pokeys_client_read(daemon->reader[i], &device->state) &&
 				!pokeys_client_read_diag(daemon->reader[i], &device->diag);
+		if (!device->known && failed == UINT32_MAX)
+			failed = i;
 	}
+	tell_reading(daemon, failed);
 }
 
 static void tell(struct daemon *daemon, uint64_t now_ns)
@@ -149,6 +169,7 @@ static void do_round(struct daemon *daemon, uint64_t now_ns)
 	desk_run(&daemon->desk, now_ns);
 	keeper_run(&daemon->keeper, now_ns);
 	finder_report(&daemon->finder);
+	claims_run(&daemon->claims, daemon->finder.found, now_ns);
 	wake_listeners(daemon, now_ns);
 	if (due(&daemon->next_maintain_ns, MAINTAIN_NS, now_ns)) {
 		maintain(daemon);

@@ -147,15 +147,12 @@ static int open_devices(struct daemon *daemon)
 			 "threads (kernel.sched_rt_runtime_us); using %g", config->loop.duty,
 			 loop->options.duty);
 	for (uint32_t i = 0; i < config->devices; i++) {
-		const struct device_config *device = &config->device[i];
 		struct pokeys_io io;
 
 		loop_io(loop, i, &io);
-		device_init(loop->devices[i].device, device, &io, &loop->events);
-		if (device->address)
-			atomic_store(&loop->shared.address[i],
-				     (uint64_t)device->address << 16 | device->port);
+		device_init(loop->devices[i].device, &config->device[i], &io, &loop->events);
 	}
+	claims_run(&daemon->claims, daemon->finder.found, clock_now());
 	return 0;
 }
 
@@ -354,6 +351,7 @@ void daemon_close(struct daemon *daemon)
 	if (daemon->started && !daemon->joined)
 		return;
 	keeper_close(&daemon->keeper);
+	claims_close(&daemon->claims);
 	if (daemon->prepared)
 		loop_release(&daemon->loop);
 	if (daemon->loop.transport)
@@ -376,6 +374,7 @@ int daemon_run(struct daemon *daemon, const struct config *config, const char *c
 	daemon->latency_fd = -1;
 	desk_init(&daemon->desk, config, config_path, &daemon->loop, read_report, daemon);
 	drain_init(&daemon->drain, config, &daemon->loop.events, &daemon->desk, &daemon->keeper);
+	claims_init(&daemon->claims, config, &daemon->loop.shared);
 	status = daemon_open(daemon);
 	status = status ? status : daemon_start(daemon);
 	status = status ? status : daemon_attend(daemon);

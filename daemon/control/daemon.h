@@ -6,6 +6,7 @@
 #define CONTROL_DAEMON_H
 
 #include <pthread.h>
+#include "daemon/control/claim.h"
 #include "daemon/control/config.h"
 #include "daemon/control/desk.h"
 #include "daemon/control/drain.h"
@@ -20,6 +21,7 @@ struct daemon {
 	struct loop loop;
 	struct shm_host *host;
 	struct finder finder;
+	struct claims claims;
 	struct drain drain;
 	struct keeper keeper;
 	struct desk desk;
@@ -38,6 +40,7 @@ struct daemon {
 	char why[256];
 	uint64_t next_notify_ns, next_maintain_ns, next_status_ns;
 	bool told_removed;	/* the shared memory's files */
+	bool told_reading;	/* that it cannot be read back */
 };
 
 /* All of it, `config` being what config_path holds; an exit status of options.h. */

@@ -7,7 +7,8 @@
  * Nothing is sent while nothing is missing: a device that answers is not
  * disturbed, and several daemons in one network do not shout all day.
  *
- * An answer is a claim. Where a datagram came from decides, not the address
+ * What was found is aimed at by the control thread, if it is nobody else's (claim.h).
+ * An answer is only somebody's word. Where a datagram came from decides, not the address
  * written in it: behind a router they differ, and a liar can write anything.
  * Whether the device really is the one it says, identification finds out.
  */
@@ -36,8 +37,9 @@ static bool any_wanted(const struct config *config, const struct loop_shared *sh
 	return false;
 }
 
-void finder_take(const struct config *config, struct loop_shared *shared, const uint8_t *data,
-		 size_t length, const struct transport_address *from)
+void finder_take(const struct config *config, const struct loop_shared *shared,
+		 _Atomic uint64_t found[TRANSPORT_CHANNELS], const uint8_t *data, size_t length,
+		 const struct transport_address *from)
 {
 	struct wire_discovery answer;
 
@@ -48,8 +50,7 @@ void finder_take(const struct config *config, struct loop_shared *shared, const 
 
 		if (device->serial != answer.serial || !wanted(config, shared, i))
 			continue;
-		atomic_store_explicit(&shared->address[i],
-				      (uint64_t)from->address << 16 | device->port,
+		atomic_store_explicit(&found[i], (uint64_t)from->address << 16 | device->port,
 				      memory_order_relaxed);
 	}
 }
@@ -59,7 +60,7 @@ static bool found(void *context, const uint8_t *data, size_t length,
 {
 	struct finder *finder = context;
 
-	finder_take(finder->config, finder->shared, data, length, from);
+	finder_take(finder->config, finder->shared, finder->found, data, length, from);
 	return atomic_load_explicit(&finder->stop, memory_order_relaxed);
 }
 
@@ -99,7 +100,8 @@ static void *run(void *argument)
 	return NULL;
 }
 
-int finder_start(struct finder *finder, const struct config *config, struct loop_shared *shared)
+int finder_start(struct finder *finder, const struct config *config,
+		 const struct loop_shared *shared)
 {
 	bool needed = false;
 	pthread_attr_t attributes;

@@ -10,7 +10,8 @@
 
 struct finder {
 	const struct config *config;
-	struct loop_shared *shared;
+	const struct loop_shared *shared;
+	_Atomic uint64_t found[TRANSPORT_CHANNELS];	/* ip << 16 | port, 0 = not yet */
 	_Atomic bool stop;
 	_Atomic int result;		/* of the last search: answers, or -errno */
 	bool running;
@@ -19,7 +20,8 @@ struct finder {
 };
 
 /* Start the thread if any device is to be found by its serial number. 0 or -errno. */
-int finder_start(struct finder *finder, const struct config *config, struct loop_shared *shared);
+int finder_start(struct finder *finder, const struct config *config,
+		 const struct loop_shared *shared);
 
 /* Log what the searches came to, when it changes. Control thread. */
 void finder_report(struct finder *finder);
@@ -27,8 +29,9 @@ void finder_report(struct finder *finder);
 /* End the thread; takes at most as long as one search. Idempotent. */
 void finder_stop(struct finder *finder);
 
-/* One answer to a search: aim every device whose serial number it has.*/
-void finder_take(const struct config *config, struct loop_shared *shared, const uint8_t *data,
-		 size_t length, const struct transport_address *from);
+/* One answer to a search: where every device is that has its serial number and is looked for. */
+void finder_take(const struct config *config, const struct loop_shared *shared,
+		 _Atomic uint64_t found[TRANSPORT_CHANNELS], const uint8_t *data, size_t length,
+		 const struct transport_address *from);
 
 #endif

@@ -6,6 +6,7 @@
  * opened would become descriptor 2, and messages would be written into it,
  * be it a lock file or a device's socket.
  */
+#include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
@@ -66,6 +67,15 @@ static int override(const struct options *options)
 	return STATUS_USAGE;
 }
 
+/* What was asked for has to have arrived: a full disk is no "in order". */
+static int told(int status)
+{
+	if (fflush(stdout) == 0 && !ferror(stdout))
+		return status;
+	fprintf(stderr, "pokeysd: standard output: %s\n", strerror(errno));
+	return STATUS_FAILED;
+}
+
 int main(int argc, char **argv)
 {
 	int (*read)(const char *path, struct config *out, config_complain tell, void *context);
@@ -74,7 +84,7 @@ int main(int argc, char **argv)
 
 	keep_standard_descriptors();
 	if (!options_parse(&options, argc, argv, &status))
-		return status;
+		return told(status);
 	log_open(STDERR_FILENO, EVENT_INFO);
 	read = options.check_config ? config_check : config_read;
 	if (read(options.config, &config, complain, &options))
@@ -82,7 +92,7 @@ int main(int argc, char **argv)
 	if (options.check_config) {
 		printf("%s: in order, %u device%s\n", options.config, config.devices,
 		       config.devices == 1 ? "" : "s");
-		return STATUS_OK;
+		return told(STATUS_OK);
 	}
 	status = override(&options);
 	if (status)

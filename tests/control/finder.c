@@ -10,6 +10,7 @@
 
 static struct config config;
 static struct loop_shared shared;
+static _Atomic uint64_t found[TRANSPORT_CHANNELS];
 static const struct transport_address from = { .address = 0x0a000005, .port = 20055 };
 
 static int setup(void **state)
@@ -17,6 +18,7 @@ static int setup(void **state)
 	(void)state;
 	memset(&config, 0, sizeof(config));
 	memset(&shared, 0, sizeof(shared));
+	memset((void *)found, 0, sizeof(found));
 	config.devices = 3;
 	config.device[0].serial = 31234;
 	config.device[0].port = 20055;
@@ -36,12 +38,12 @@ static void answer(uint32_t serial, bool old_format)
 	};
 	size_t length = wire_discovery_encode(data, &reply);
 
-	finder_take(&config, &shared, data, length, &from);
+	finder_take(&config, &shared, found, data, length, &from);
 }
 
 static uint64_t aimed(int device)
 {
-	return atomic_load(&shared.address[device]);
+	return atomic_load(&found[device]);
 }
 
 static void the_device_is_where_its_answer_came_from(void **state)
@@ -85,7 +87,7 @@ static void what_is_no_answer_is_ignored(void **state)
 	(void)state;
 	memset(data, 0xff, sizeof(data));
 	for (size_t length = 0; length <= sizeof(data); length++)
-		finder_take(&config, &shared, data, length, &from);
+		finder_take(&config, &shared, found, data, length, &from);
 	for (int i = 0; i < 3; i++)
 		assert_true(aimed(i) == 0);
 }

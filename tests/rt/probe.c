@@ -71,7 +71,7 @@ static int serve(struct rig *rig)
 	struct pokeys_diag before = { 0 };
 	char line[64];
 
-	if (rig_run(rig) < 0 || !rig_await_link(rig, POKEYS_LINK_RUNNING, 10000))
+	if (rig_run(rig) < 0 || !rig_await_link(rig, POKEYS_LINK_RUNNING))
 		return EXIT_FAILURE;
 	printf("thread %d\n", atomic_load(&rig->loop.shared.thread));
 	fflush(stdout);

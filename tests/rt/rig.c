@@ -146,6 +146,8 @@ static int start_loop(struct rig *rig)
 	config.port = rig->port;
 	config.period_ns = rig->options.period_ns;
 	config.mailbox.deadline_floor_ns = rig->options.deadline_floor_ns;
+	if (rig->options.lost_after_ns)
+		config.lost_after_ns = rig->options.lost_after_ns;
 	loop_io(loop, 0, &io);
 	device_init(rig->device, &config, &io, &loop->events);
 	atomic_store(&loop->shared.address[0], (uint64_t)rig->address << 16 | rig->port);
@@ -252,11 +254,11 @@ void rig_diag(struct rig *rig, struct pokeys_diag *out)
 	pokeys_client_read_diag(rig->client, out);
 }
 
-bool rig_await_link(struct rig *rig, enum pokeys_link link, unsigned int ms)
+bool rig_await_link(struct rig *rig, enum pokeys_link link)
 {
 	struct pokeys_state state;
 
-	for (unsigned int waited = 0; waited < ms; waited += 5) {
+	for (unsigned int waited = 0; waited < RIG_PATIENCE_MS; waited += 5) {
 		rig_state(rig, &state);
 		if (state.magic && state.link == link)
 			return true;

@@ -19,7 +19,11 @@ struct rig_options {
 	enum loop_mode mode;
 	bool realtime;			/* lock memory, SCHED_FIFO; off if refused */
 	uint64_t deadline_floor_ns;	/* of the mailbox, 0 = its default */
+	uint64_t lost_after_ns;		/* 0 = the default */
 };
+
+/* Whatever takes longer on the busiest machine hangs. */
+enum { RIG_PATIENCE_MS = 60000 };
 
 struct rig {
 	struct rig_options options;
@@ -51,8 +55,8 @@ int rig_simulator(struct rig *rig, const char *command, ...);
 /* The newest images, as a monitor reads them. */
 void rig_state(struct rig *rig, struct pokeys_state *out);
 void rig_diag(struct rig *rig, struct pokeys_diag *out);
-/* True when the link is up within so many ms. */
-bool rig_await_link(struct rig *rig, enum pokeys_link link, unsigned int ms);
+/* True when the link is so within RIG_PATIENCE_MS. */
+bool rig_await_link(struct rig *rig, enum pokeys_link link);
 
 void rig_sleep_ms(unsigned int ms);
 

@@ -167,7 +167,7 @@ static void member_that_is_killed_is_cleaned_up_by_the_daemon(void **state)
 			folder_sleep_ms(20);
 			r = member(folder, POKEYS_CLIENT_COMMANDER);
 		} while (r != POKEYS_CLIENT_ATTACHED &&
-			 folder_now_ns() - began < UINT64_C(1000000000));
+			 folder_now_ns() - began < UINT64_C(60000000000));
 		assert_int_equal(r, POKEYS_CLIENT_ATTACHED);
 	}
 	end_daemon(folder, daemon);

@@ -13,10 +13,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include "tests/shm/folder.h"
 
-enum { NEXT_MS = 1000 };
+enum { NEXT_MS = 60000 };
 
 /* Let the daemon do its housekeeping until the client is attached, or time is up. */
 static unsigned int attach_within(struct shm_host *host, pokeys_client *client, unsigned int ms)
@@ -124,6 +125,7 @@ static void stopped_commander_keeps_its_place(void **state)
 {
 	struct folder *folder = *state;
 	struct pokeys_command first, later;
+	int status;
 	struct shm_device *mill;
 	struct shm_host *host = folder_host_mill(folder, &mill);
 	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER);
@@ -133,7 +135,8 @@ static void stopped_commander_keeps_its_place(void **state)
 	while (shm_device_read_command(mill, &first) != 1)
 		folder_sleep_ms(1);
 	kill(commander, SIGSTOP);
-	folder_sleep_ms(20);
+	assert_int_equal(waitpid(commander, &status, WUNTRACED), commander);
+	assert_true(WIFSTOPPED(status));
 	assert_int_equal(shm_device_read_command(mill, &first), 1);
 	assert_int_equal(shm_host_maintain(host), 0);
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_REFUSED);

@@ -60,7 +60,7 @@ static pid_t wait_for_follower(void)
 {
 	pid_t follower = 0;
 
-	for (int i = 0; i < 1000 && !count_followers(&follower); i++)
+	for (int i = 0; i < 60000 && !count_followers(&follower); i++)
 		folder_sleep_ms(1);
 	assert_true(follower > 0);
 	return follower;
@@ -68,7 +68,7 @@ static pid_t wait_for_follower(void)
 
 static bool reaches(pokeys_client *client, enum pokeys_client_state wanted)
 {
-	for (int i = 0; i < 1000; i++) {
+	for (int i = 0; i < 60000; i++) {
 		if (pokeys_client_status(client, NULL, 0) == wanted)
 			return true;
 		folder_sleep_ms(1);

@@ -16,7 +16,7 @@
 #include <unistd.h>
 #include "tests/shm/folder.h"
 
-enum { ANSWER_MS = 3000, FILES_MAX = 64 };
+enum { ANSWER_MS = 60000, FILES_MAX = 64 };
 
 /* What a fresh client says of the folder as it is. */
 static const char *attempt(struct folder *folder)

@@ -17,7 +17,7 @@
 #include "shm/iox.h"
 #include "tests/shm/folder.h"
 
-enum { CLIENTS = 3, FOUND_MS = 1000 };
+enum { CLIENTS = 3, FOUND_MS = 60000 };
 
 struct resources {
 	int descriptors, mappings, threads;

@@ -21,7 +21,7 @@ import time
 import unittest
 
 SIM = None
-PATIENCE = 20.0
+PATIENCE = 60.0
 
 CONNECT = ((0x00, ()), (0x03, ()), (0xE0, (0,)), (0x06, (0,)), (0x8F, (0,)))
 
@@ -225,13 +225,12 @@ class Stream(Base):
         sim = self.simulator()
         busy, idle = (self.client(sim, socket.SOCK_STREAM) for _ in range(2))
         payload = bytearray(20)
-        struct.pack_into("<H", payload, 9, 15)
+        struct.pack_into("<H", payload, 9, 30)
         busy.ask(0xE0, (10,), bytes(payload))
         idle.ask(0x05)
-        begun = time.monotonic()
-        while time.monotonic() - begun < 2.0:
+        until = time.monotonic() + PATIENCE
+        while not select.select([idle.sock], [], [], 0.05)[0] and time.monotonic() < until:
             busy.ask(0x05)
-            time.sleep(0.05)
         self.assertEqual(idle.sock.recv(64), b"")
         busy.ask(0x05)
 
@@ -265,14 +264,14 @@ class Stream(Base):
 
 
 class Search(Base):
-    def search(self, address, port, wait=0.4):
-        """Replies by the address they came from."""
+    def search(self, address, port, expected=0):
+        """Replies by the address they came from: of so many, or of none in a while."""
         found = {}
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
             sock.sendto(b"", (address, port))
-            until = time.monotonic() + wait
-            while select.select([sock], [], [], max(0, until - time.monotonic()))[0]:
+            # when all are in, or where none is to come: whoever answers twice does it soon
+            while select.select([sock], [], [], 0.4 if len(found) >= expected else PATIENCE)[0]:
                 reply, sender = sock.recvfrom(100)
                 self.assertNotIn(sender[0], found, "answered twice")
                 found[sender[0]] = reply
@@ -293,19 +292,19 @@ class Search(Base):
 
     def test_a_broadcast_finds_all(self):
         one, two = self.pair()
-        self.check(self.search("127.255.255.255", one.port), one, two)
+        self.check(self.search("127.255.255.255", one.port, 2), one, two)
 
     def test_the_vendors_search_on_loopback_finds_all(self):
         one, two = self.pair()
-        self.check(self.search("127.0.0.1", one.port), one, two)
+        self.check(self.search("127.0.0.1", one.port, 2), one, two)
 
     def test_the_vendors_search_finds_all_when_one_is_at_127_0_0_1(self):
         one, two = self.pair(address="127.0.0.1")
-        self.check(self.search("127.0.0.1", one.port), one, two)
+        self.check(self.search("127.0.0.1", one.port, 2), one, two)
 
     def test_a_search_sent_to_one_finds_that_one(self):
         one, _ = self.pair()
-        self.check(self.search(one.address, one.port), one)
+        self.check(self.search(one.address, one.port, 1), one)
 
     def test_nobody_answers_for_another_address(self):
         one, _ = self.pair()
@@ -368,12 +367,15 @@ class Bench(Base):
         client = self.client(sim)
         sim.must("fault", "request", "loss", "1")
         client.sock.send(request(0x05))
+        until = time.monotonic() + PATIENCE
+        while sim.must("stat")["link.request.lost"] != "1" and time.monotonic() < until:
+            time.sleep(0.01)
         self.assertEqual(client.stray(0.1), b"")
         sim.must("fault", "off")
         client.ask(0x05)
         self.assertEqual(sim.must("stat")["link.request.lost"], "1")
         sim.must("stray", "200")
-        self.assertEqual([len(client.stray()) for _ in range(200)], [64] * 200)
+        self.assertEqual([len(client.stray(PATIENCE)) for _ in range(200)], [64] * 200)
         self.assertEqual(client.stray(), b"")
 
     def test_an_axis_moves_in_real_time(self):
@@ -420,12 +422,19 @@ class Process(Base):
         self.assertIn(f"pokeys-sim: UDP {address}:{port}: Address already in use",
                       str(raised.exception))
 
-    def test_bad_options_are_one_line_and_status_1(self):
-        for options in (["--serial", "x"], ["--nonsense"], ["--loss"], ["word"],
-                        ["--script", str(self.folder / "none")], ["--cpu", "1000"]):
-            done = subprocess.run([SIM, *options], capture_output=True, text=True, check=False,
-                                  timeout=PATIENCE)
-            self.assertEqual(done.returncode, 1, options)
+    def test_bad_options_are_one_line_and_status_64(self):
+        self.refused(64, ["--serial", "x"], ["--nonsense"], ["--loss"], ["word"])
+
+    def test_what_is_not_there_is_one_line_and_status_1(self):
+        # seen to fail: who waited for the line of --ready-fd waited for ever
+        self.refused(1, ["--script", str(self.folder / "none")], ["--cpu", "1000"],
+                     ["--ready-fd", "99"])
+
+    def refused(self, status, *cases):
+        for options in cases:
+            done = subprocess.run([SIM, "--address", loopback_address(), *options],
+                                  capture_output=True, text=True, check=False, timeout=PATIENCE)
+            self.assertEqual(done.returncode, status, options)
             self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
             self.assertEqual(done.stdout, "")
 

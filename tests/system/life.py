@@ -148,6 +148,37 @@ def test_a_second_daemon_is_refused_with_the_first_ones_pid():
         house.wait_fresh()
 
 
+def test_a_device_that_another_daemon_drives_is_waited_for():
+    # seen to fail: both drove it
+    with House() as one, House() as other:
+        other.address, other.device_keys = one.address, {"mill": {"address": one.address}}
+        one.start_sim()
+        first = one.start_daemon()
+        one.wait_fresh()
+        second = other.start_daemon()
+        wait_for("who has it", lambda: f"driven by another pokeysd (process {first.pid})" in other.log(), say=other.log)
+        device = other.device()
+        assert device["state"]["link"] == "searching" and not device["state"]["statistics"]["sent"], device
+        one.wait_fresh()
+        end(first)
+        other.wait_fresh()
+        equal(second.poll(), None, other.log())
+
+
+def test_one_device_is_not_driven_by_two_sections():
+    # seen to fail: by address and by serial number it was two
+    with House() as house:
+        serial = rng.randrange(100000, 2**31)
+        house.daemon_keys |= {"discovery-address": house.address, "discovery-interval-ms": 100}
+        house.device_keys["lathe"] = {"serial": serial}
+        house.start_sim("--serial", serial)
+        house.start_daemon()
+        wait_for("the complaint", lambda: "lathe: the device at " in house.log(), say=house.log)
+        assert "is that of [device mill]" in house.log(), house.log()
+        house.wait_fresh("mill")
+        equal(house.state("lathe")["statistics"]["sent"], 0)
+
+
 def test_two_daemons_run_beside_each_other():
     with House() as one, House() as other:
         for house in (one, other):

@@ -7,6 +7,7 @@ import pathlib
 import resource
 import shutil
 import signal
+import subprocess
 import sys
 import time
 
@@ -63,6 +64,21 @@ def test_no_realtime_goes_on_with_a_warning():
         house.tells("NOT REALTIME", "status")
         assert "going on without" in house.log(), house.log()
         equal(end(daemon)[0], 0)
+
+
+def test_too_few_descriptors_for_the_daemons_own_readers_are_told_once():
+    # seen to fail: not a word, and metrics of no device
+    with House(**{"metrics-interval-ms": 100}) as house:
+        house.daemon_keys["metrics-file"] = house.folder / "m"
+        daemon = house.start_daemon(
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (60, 60)))
+        wait_for("the complaint", lambda: "cannot be read back" in house.log(), say=house.log)
+        assert "LimitNOFILE" in house.log(), house.log()
+        wait_for("metrics", (house.folder / "m").exists)
+        written = (house.folder / "m").stat().st_mtime_ns
+        wait_for("the next", lambda: (house.folder / "m").stat().st_mtime_ns > written + 10**9)
+        equal(house.log().count("cannot be read back"), 1, house.log())
+        equal(end(daemon)[0], 0, house.log())
 
 
 def test_a_runtime_folder_that_cannot_be_used_is_named():
@@ -310,6 +326,16 @@ def test_mistakes_on_the_command_line_are_status_64():
         house.write_conf()
         out = run(pokeysd, "--config", house.conf, "--runtime-directory", "relative")
         assert out.returncode == 64 and "relative" in out.stderr, out
+
+
+def test_what_nobody_could_read_is_not_success():
+    # seen to fail: "in order" on a full disk was status 0
+    with House() as house, open("/dev/full", "w", encoding="ascii") as full:
+        house.write_conf()
+        for words in (["--check-config", "--config", house.conf], ["--version"], ["--help-config"]):
+            out = subprocess.run([house.programs["pokeysd"], *words], stdout=full, stderr=subprocess.PIPE,
+                                 text=True, timeout=PATIENCE, check=False)
+            equal((out.returncode, out.stderr), (1, "pokeysd: standard output: No space left on device\n"), words)
 
 
 def test_help_and_version_end_well():

@@ -85,7 +85,7 @@ static uint32_t own_address(void)
 void peer_open(struct peer *peer)
 {
 	struct sockaddr_in at = { .sin_family = AF_INET };
-	struct timeval second = { .tv_sec = 1 };
+	struct timeval patience = { .tv_sec = 60 };
 	socklen_t length = sizeof at;
 
 	memset(peer, 0, sizeof *peer);
@@ -96,7 +96,7 @@ void peer_open(struct peer *peer)
 	assert_int_equal(bind(peer->fd, (struct sockaddr *)&at, sizeof at), 0);
 	assert_int_equal(getsockname(peer->fd, (struct sockaddr *)&at, &length), 0);
 	peer->at.port = ntohs(at.sin_port);
-	assert_int_equal(setsockopt(peer->fd, SOL_SOCKET, SO_RCVTIMEO, &second, sizeof second), 0);
+	assert_int_equal(setsockopt(peer->fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience), 0);
 }
 
 void peer_close(struct peer *peer)

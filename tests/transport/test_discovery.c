@@ -105,7 +105,7 @@ static void device_on_loopback_is_found(void **state)
 {
 	struct devices d = { 0 };
 	struct heard h = { 0 };
-	struct discovery_options options = { .timeout_ms = 100, .interface = "lo" };
+	struct discovery_options options = { .timeout_ms = 1500, .interface = "lo" };
 
 	(void)state;
 	add(&d, INADDR_LOOPBACK);
@@ -121,7 +121,7 @@ static void device_that_listens_for_broadcasts_is_found(void **state)
 {
 	struct devices d = { 0 };
 	struct heard h = { 0 };
-	struct discovery_options options = { .timeout_ms = 100, .interface = "lo" };
+	struct discovery_options options = { .timeout_ms = 1500, .interface = "lo" };
 
 	(void)state;
 	add(&d, 0x7fffffff);
@@ -137,7 +137,7 @@ static void device_elsewhere_is_asked_by_address(void **state)
 	struct devices d = { 0 };
 	struct heard h = { 0 };
 	struct discovery_options options = {
-		.timeout_ms = 100, .interface = "lo", .also = also, .also_count = 2,
+		.timeout_ms = 1500, .interface = "lo", .also = also, .also_count = 2,
 	};
 
 	(void)state;

@@ -167,7 +167,7 @@ static bool exchange(struct transport *t, struct peer *peer)
 	struct transport_packet p;
 	uint8_t in[8];
 
-	for (int tries = 0; tries < 5; tries++) {
+	for (int tries = 0; tries < 20; tries++) {
 		t->ops->send(t, 0, (const uint8_t *)"ask", 3);
 		if (t->error[0])
 			t->ops->aim(t, 0, &peer->at);
@@ -178,7 +178,7 @@ static bool exchange(struct transport *t, struct peer *peer)
 			continue;
 		}
 		peer_send(peer, "told", 4);
-		if (next_packet(t, 200, &p) && p.length == 4)
+		if (next_packet(t, 2000, &p) && p.length == 4)
 			return true;
 	}
 	return false;

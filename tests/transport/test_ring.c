@@ -42,7 +42,7 @@ static void expect_in_order(struct uring *u, struct peer *peer, uint32_t count)
 	for (uint32_t i = 0; i < count; i++)
 		peer_send(peer, &i, sizeof i);
 	for (uint32_t i = 0; i < count; i++) {
-		assert_int_equal(next_packet(&u->base, 1000, &p), 1);
+		assert_int_equal(next_packet(&u->base, 60000, &p), 1);
 		assert_memory_equal(p.data, &i, sizeof i);
 	}
 	assert_int_equal(next_packet(&u->base, 1, &p), 0);
@@ -109,7 +109,7 @@ static void packet_is_valid_until_the_next_call(void **state)
 
 	(void)state;
 	peer_send(&peer, "first", 5);
-	assert_int_equal(next_packet(&u->base, 1000, &p), 1);
+	assert_int_equal(next_packet(&u->base, 60000, &p), 1);
 	for (int i = 0; i < 10; i++)
 		peer_send(&peer, "other", 5);
 	u->base.ops->flush(&u->base);

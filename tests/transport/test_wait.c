@@ -20,7 +20,7 @@ static void wait_ends_at_the_deadline_and_not_before(void **state)
 
 		assert_int_equal(w->t->ops->wait(w->t, deadline), TRANSPORT_WAIT_DEADLINE);
 		assert_true(fixture_now() >= deadline);
-		assert_true(fixture_now() < deadline + 2000 * (uint64_t)MS);
+		assert_true(fixture_now() < deadline + 60000 * (uint64_t)MS);
 	}
 }
 
@@ -71,7 +71,7 @@ static void packet_ends_the_wait_before_the_deadline(void **state)
 {
 	struct world *w = *state;
 	struct later later = { &w->peer, 20 };
-	uint64_t deadline = fixture_now() + 30000 * (uint64_t)MS;
+	uint64_t deadline = fixture_now() + 60000 * (uint64_t)MS;
 	struct transport_packet p;
 	pthread_t thread;
 
@@ -110,11 +110,14 @@ static void signals_do_not_end_the_wait(void **state)
 
 	sigaction(SIGALRM, &action, &old);
 	setitimer(ITIMER_REAL, &often, NULL);
-	assert_int_equal(w->t->ops->wait(w->t, deadline), TRANSPORT_WAIT_DEADLINE);
-	assert_true(fixture_now() >= deadline);
+	/* of a process that is not run a dozen are one */
+	do {
+		assert_int_equal(w->t->ops->wait(w->t, deadline), TRANSPORT_WAIT_DEADLINE);
+		assert_true(fixture_now() >= deadline);
+		deadline += 50 * (uint64_t)MS;
+	} while (interruptions <= 3);
 	setitimer(ITIMER_REAL, &never, NULL);
 	sigaction(SIGALRM, &old, NULL);
-	assert_true(interruptions > 3);
 }
 
 static void quiet_wait_is_one_system_call(void **state)
@@ -122,7 +125,7 @@ static void quiet_wait_is_one_system_call(void **state)
 	struct world *w = *state;
 	uint64_t before = w->t->statistics.system_calls;
 
-	w->t->ops->wait(w->t, fixture_now() + MS);
+	w->t->ops->wait(w->t, fixture_now() + 50 * MS);
 	assert_int_equal(w->t->statistics.system_calls, before + 1);
 }
 
@@ -157,7 +160,7 @@ static void spinning_wait_finds_packet_and_deadline(void **state)
 	assert_int_equal(w->t->ops->wait(w->t, deadline), TRANSPORT_WAIT_DEADLINE);
 	assert_true(fixture_now() >= deadline);
 	assert_int_equal(pthread_create(&thread, NULL, send_later, &later), 0);
-	assert_int_equal(w->t->ops->wait(w->t, fixture_now() + 30000 * (uint64_t)MS),
+	assert_int_equal(w->t->ops->wait(w->t, fixture_now() + 60000 * (uint64_t)MS),
 			 TRANSPORT_WAIT_PACKET);
 	assert_int_equal(w->t->ops->receive(w->t, &p), 1);
 	assert_memory_equal(p.data, "late", 4);
@@ -199,7 +202,7 @@ static void all_channels_share_one_wait(void **state)
 	assert_in_range(t->statistics.system_calls, calls + (t->ops->name[0] == 's') +
 			(t->ops->name[0] != 'x'), calls + (t->ops->name[0] == 's' ? 2 : 1));
 	for (uint32_t i = 0; i < MANY; i++) {
-		assert_int_equal(next_packet(t, 1000, &p), 1);
+		assert_int_equal(next_packet(t, 60000, &p), 1);
 		assert_int_equal(p.address, peer[p.channel].at.address);
 		assert_memory_equal(p.data, &p.channel, sizeof p.channel);
 		seen |= 1u << p.channel;
@@ -230,7 +233,7 @@ static void flooded_channel_does_not_starve_another(void **state)
 		peer_send(&loud, data, sizeof data);
 	peer_send(&quiet, data, sizeof data);
 	do {
-		assert_int_equal(next_packet(t, 1000, &p), 1);
+		assert_int_equal(next_packet(t, 60000, &p), 1);
 		if (p.channel == 0)
 			peer_send(&loud, data, sizeof data);	/* the flood goes on */
 		assert_true(++before < 150);

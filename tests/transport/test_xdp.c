@@ -279,7 +279,7 @@ static void frames_that_are_not_whole_are_refused_and_counted(void **state)
 	path.from--;
 	length = frame_make(frame, &path, (const uint8_t *)"whole", 5);
 	send_frame(frame, length);
-	assert_int_equal(next_packet(w->t, 1000, &p), 1);
+	assert_int_equal(next_packet(w->t, 60000, &p), 1);
 	assert_int_equal(p.length, 5);
 	assert_memory_equal(p.data, "whole", 5);
 	assert_int_equal(w->t->statistics.receive_failed, 4);
