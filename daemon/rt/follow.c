@@ -39,8 +39,9 @@ void follow_init(struct loop *loop)
 static bool credible(const struct loop_reads *before, const struct pokeys_command *command,
 		     uint64_t now_ns)
 {
-	return command->t_thread_ns > before->read_ns && command->t_thread_ns <= now_ns &&
-	       now_ns - command->t_thread_ns <= SILENT_NS && command->period_ns <= SILENT_NS;
+	return command->t_thread_ns > before->stamp.read_ns && command->t_thread_ns <= now_ns &&
+	       now_ns - command->t_thread_ns <= SILENT_NS && command->period_ns <= SILENT_NS &&
+	       command->t_ns >= command->t_thread_ns && command->t_ns <= now_ns;
 }
 
 void follow_command(struct loop *loop, uint32_t i, const struct pokeys_command *command)
@@ -56,8 +57,10 @@ void follow_command(struct loop *loop, uint32_t i, const struct pokeys_command *
 		return;
 	reads->fresh = true;
 	reads->seen_ns = now;
-	reads->read_ns = command->t_thread_ns;
-	reads->period_ns = command->period_ns;
+	reads->stamp = (struct phase_stamp){
+		.read_ns = command->t_thread_ns, .write_ns = command->t_ns,
+		.period_ns = command->period_ns,
+	};
 }
 
 static bool lives(const struct loop *loop, uint32_t i)
@@ -70,7 +73,7 @@ static bool lives(const struct loop *loop, uint32_t i)
 static bool can_be_master(const struct loop *loop, uint32_t i)
 {
 	return lives(loop, i) && phase_fits(&loop->own->follow.phase,
-					    loop->own->member[i].reads.period_ns);
+					    loop->own->member[i].reads.stamp.period_ns);
 }
 
 /* The one of before if it still can be; *any tells whether anybody lives. */
@@ -120,9 +123,8 @@ static void take_read(struct loop *loop)
 		phase_free(&follow->phase);
 	follow->master = master;
 	if (master != NO_MASTER && loop->own->member[master].reads.fresh)
-		phase_read(&follow->phase, loop->own->member[master].reads.read_ns,
-			   loop->own->member[master].reads.period_ns, follow->last_tick_ns,
-			   follow->cost_ns);
+		phase_read(&follow->phase, &loop->own->member[master].reads.stamp,
+			   follow->last_tick_ns, follow->cost_ns);
 	if (master == NO_MASTER)
 		follow->state = any ? POKEYS_PHASE_UNFIT : POKEYS_PHASE_FREE;
 	else
@@ -135,10 +137,10 @@ static uint64_t period_of_commander(const struct loop *loop)
 	const struct loop_private *own = loop->own;
 
 	if (own->follow.master != NO_MASTER)
-		return own->member[own->follow.master].reads.period_ns;
+		return own->member[own->follow.master].reads.stamp.period_ns;
 	for (uint32_t i = 0; i < loop->count; i++)
 		if (lives(loop, i))
-			return own->member[i].reads.period_ns;
+			return own->member[i].reads.stamp.period_ns;
 	return 0;
 }
 

@@ -17,7 +17,7 @@ struct loop_clock {
 struct loop_reads {
 	uint64_t heartbeat;		/* of the image that was looked at */
 	uint64_t seen_ns;		/* when that was new; 0 = none was */
-	uint64_t read_ns, period_ns;
+	struct phase_stamp stamp;
 	bool fresh;			/* new in this cycle */
 };
 

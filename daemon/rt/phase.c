@@ -11,7 +11,7 @@
  *
  * The second lays the ticks: each cycle begins the lead before an expected read. What
  * is missing to that is made up by a quarter in each cycle, and by no more than 1 %
- * of the cycle: half a period takes 50 cycles. The thread's own period may be 1 % off
+ * of the cycle: a whole period takes 100 cycles. The thread's own period may be 1 % off
  * ours. So a cycle is at most 2 % longer or shorter than configured, also while a
  * lock is sought, which is what motion sees of all this: it computes with the times
  * of the ticks, not with their number.
@@ -142,20 +142,22 @@ static double track(struct phase *phase, uint64_t read_ns)
 	return off;
 }
 
-void phase_read(struct phase *phase, uint64_t read_ns, uint64_t thread_ns, uint64_t tick_ns,
+void phase_read(struct phase *phase, const struct phase_stamp *stamp, uint64_t tick_ns,
 		uint64_t cost_ns)
 {
 	double off;
 
-	if (thread_ns != phase->thread_ns || read_ns - phase->read_ns > SILENT_NS) {
-		begin(phase, read_ns, thread_ns);
+	phase->write_ns = stamp->write_ns - stamp->read_ns;
+	if (stamp->period_ns != phase->thread_ns ||
+	    stamp->read_ns - phase->read_ns > SILENT_NS) {
+		begin(phase, stamp->read_ns, stamp->period_ns);
 		return;
 	}
-	off = track(phase, read_ns);
+	off = track(phase, stamp->read_ns);
 	judge(phase, off);
 	if (!phase->quality)	/* then the newest read is as good a beginning as any */
-		begin(phase, read_ns, thread_ns);
-	phase->error_ns = (int32_t)lround(wrap(phase, (double)(int64_t)(read_ns - tick_ns) -
+		begin(phase, stamp->read_ns, stamp->period_ns);
+	phase->error_ns = (int32_t)lround(wrap(phase, (double)(int64_t)(stamp->read_ns - tick_ns) -
 						      (double)phase_lead(phase)));
 	if (cost_ns && phase->locked)
 		lead_add(&phase->lead, (int64_t)cost_ns - llround(wrap(phase, off)));
@@ -166,20 +168,41 @@ uint64_t phase_lead(const struct phase *phase)
 	return phase->lead.value_ns + MARGIN_NS;
 }
 
+/* As much of a tooth as `ns` lies behind one. */
+static double behind(const struct phase *phase, double ns)
+{
+	return ns - comb(phase) * floor(ns / comb(phase));
+}
+
+/*
+ * How much later the next tick has to be, if it is a cycle of `length` from the last
+ * one. The nearest way where it is locked; before, the way on which no tick comes to
+ * the other side of a write: a command that is seen twice, or not at all, would be a
+ * jump in what an axis is told.
+ */
+static double missing(const struct phase *phase, uint64_t tick_ns, double length)
+{
+	const double write = (double)phase->write_ns, lead = (double)phase_lead(phase);
+	const double tick = (double)(int64_t)(tick_ns - phase->expected_ns) + length;
+
+	if (phase->locked)
+		return wrap(phase, -lead - tick);
+	return behind(phase, -lead - write) - behind(phase, tick - write);
+}
+
 uint64_t phase_next(struct phase *phase, uint64_t tick_ns)
 {
 	const double nominal = (double)phase->nominal_ns;
-	double length, missing;
+	double length, more;
 
 	phase->period_ns = phase->nominal_ns;
 	if (!phase->thread_ns)
 		return phase->period_ns;
 	length = nominal + clamp(thread_period(phase) / phase->ratio - nominal, MOST * nominal);
-	missing = wrap(phase, (double)(int64_t)(phase->expected_ns - tick_ns) - length -
-			      (double)phase_lead(phase));
-	if (phase->quality == QUALITY_MOST && fabs(missing) <= comb(phase) / 16)
+	more = missing(phase, tick_ns, length);
+	if (phase->quality == QUALITY_MOST && fabs(more) <= comb(phase) / 16)
 		phase->locked = true;
-	length += clamp(TICK_GAIN * missing, MOST * nominal);
+	length += clamp(TICK_GAIN * more, MOST * nominal);
 	phase->period_ns = (uint64_t)llround(length);
 	return phase->period_ns;
 }

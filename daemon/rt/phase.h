@@ -10,6 +10,13 @@
 #include <stdint.h>
 #include "daemon/rt/lead.h"
 
+/* What a commander says of its thread. */
+struct phase_stamp {
+	uint64_t read_ns;		/* it has read the state */
+	uint64_t write_ns;		/* ... and written its command, not before that */
+	uint64_t period_ns;
+};
+
 struct phase {
 	uint64_t nominal_ns;		/* the cycle, of pokeysd.conf */
 	bool locked;
@@ -23,6 +30,7 @@ struct phase {
 	double ratio;			/* of a cycle to that period: n or 1 / n */
 	uint64_t read_ns;		/* the last read */
 	uint64_t expected_ns;		/* when it should have been */
+	uint64_t write_ns;		/* from that read to the command that came of it */
 	int32_t quality;		/* rises with reads that come as expected */
 	struct lead lead;
 };
@@ -37,11 +45,11 @@ bool phase_fits(const struct phase *phase, uint64_t thread_ns);
 void phase_free(struct phase *phase);
 
 /*
- * The commander has read at `read_ns`, its period is `thread_ns` and fits. Another
- * period than before, or a long silence, begins anew. The last tick before that was
- * at `tick_ns`, and that cycle's data were published `cost_ns` after it (0 = not known).
+ * The commander has read, and its period fits. Another period than before, or a long
+ * silence, begins anew. The last tick before that was at `tick_ns`, and that cycle's
+ * data were published `cost_ns` after it (0 = not known).
  */
-void phase_read(struct phase *phase, uint64_t read_ns, uint64_t thread_ns, uint64_t tick_ns,
+void phase_read(struct phase *phase, const struct phase_stamp *stamp, uint64_t tick_ns,
 		uint64_t cost_ns);
 
 /* From the tick to the read it is laid for. */

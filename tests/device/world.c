@@ -247,7 +247,7 @@ static void command(struct world *world)
 
 void world_cycle(struct world *world)
 {
-	const uint64_t period = world->config.period_ns;
+	const uint64_t period = world->length_ns ? world->length_ns : world->config.period_ns;
 	const bool image = world->attached && world->command.magic && !world->refused;
 
 	command(world);

@@ -31,6 +31,7 @@ struct world {
 	struct pokeys_state state;	/* as published last */
 	struct pokeys_state before;	/* ... and in the cycle before */
 	uint64_t now, tick, cycle;
+	uint64_t length_ns;		/* of the next cycles; 0 = config.period_ns */
 	uint64_t seed;
 	bool commanding;		/* a commander writes in each cycle */
 	bool attached;			/* the device layer may look at the image */

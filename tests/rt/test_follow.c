@@ -29,6 +29,7 @@ static void reads(struct world *w, uint32_t i)
 		s->command.heartbeat++;
 		s->command.session = 7;
 		s->command.t_thread_ns = t->next_ns + (uint64_t)t->lie_ns;
+		s->command.t_ns = s->command.t_thread_ns;
 		s->command.period_ns = t->period_ns;
 		if (t->next_ns + SECOND < end_ns || !s->published)
 			continue;

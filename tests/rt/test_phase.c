@@ -29,8 +29,10 @@ static struct {
 	uint64_t says;			/* the period it tells */
 	double jitter_ns;		/* late by up to so much, evenly */
 	double late_part, late_ns;	/* and now and then by so much */
+	double write_ns;		/* from read to write */
 	bool silent;
 	uint64_t read_ns;		/* last read that was told */
+	unsigned int writes;		/* in the last cycle */
 	/* the cycle */
 	uint64_t tick;
 	double cost_ns, cost_jitter_ns;
@@ -83,17 +85,19 @@ static void count_age(double read_ns, uint64_t published)
 	sim.age_most = fmax(sim.age_most, age);
 }
 
-/* Reads until the next tick; the newest is told. */
+/* Reads whose command is there at the next tick; the newest is told. */
 static bool reads_until(uint64_t tick, uint64_t published)
 {
 	bool any = false;
 
-	while (sim.next_read < (double)tick) {
+	sim.writes = 0;
+	while (sim.next_read + sim.write_ns < (double)tick) {
 		double late = even() * sim.jitter_ns;
 
 		if (even() < sim.late_part)
 			late += sim.late_ns;
-		if (!sim.silent && sim.next_read + late < (double)tick) {
+		if (!sim.silent && sim.next_read + sim.write_ns + late < (double)tick) {
+			sim.writes++;
 			/* only the read that a cycle is laid for */
 			if (sim.period < 1.5 * (double)sim.phase.nominal_ns ||
 			    sim.next_read - (double)published < (double)MS / 2)
@@ -106,6 +110,16 @@ static bool reads_until(uint64_t tick, uint64_t published)
 	return any;
 }
 
+static void tell(uint64_t cost)
+{
+	const struct phase_stamp stamp = {
+		.read_ns = sim.read_ns, .write_ns = sim.read_ns + (uint64_t)sim.write_ns,
+		.period_ns = sim.says,
+	};
+
+	phase_read(&sim.phase, &stamp, sim.tick, cost);
+}
+
 static void cycle(void)
 {
 	uint64_t length = phase_next(&sim.phase, sim.tick), next = sim.tick + length;
@@ -115,7 +129,7 @@ static void cycle(void)
 	assert_int_equal(length, sim.phase.period_ns);
 	sim.cost = (uint64_t)(sim.cost_ns + even() * sim.cost_jitter_ns);
 	if (reads_until(next, sim.tick + sim.cost))
-		phase_read(&sim.phase, sim.read_ns, sim.says, sim.tick, sim.cost);
+		tell(sim.cost);
 	sim.tick = next;
 }
 
@@ -157,13 +171,33 @@ static void lock_is_reached_from_any_phase(void **state)
 	(void)state;
 	for (int i = 0; i < 100; i++) {
 		begin(NULL);
-		random_state += (uint64_t)i * 977;
 		sim.next_read = (double)sim.tick + i * (double)MS / 100;
 		assert_true(until_locked(300) >= 50);
 		run(2000);
 		assert_true(sim.phase.locked);
 		assert_true(fabs(distance()) < 2 * US);
 		assert_int_equal(sim.phase.losses, 0);
+	}
+}
+
+/* What an axis is told must not jump because a lock is sought. */
+static void each_cycle_sees_one_new_command_while_a_lock_is_sought(void **state)
+{
+	(void)state;
+	for (int i = 0; i < 200; i++) {
+		begin(NULL);
+		sim.write_ns = (1 + i % 20) * 10 * US;
+		/* a nanosecond's luck beside a write may cost one command, at the first tick */
+		sim.next_read = (double)sim.tick + i * (double)MS / 200 + 2500;
+		sim.period = (double)MS * (0.995 + 0.01 * even());
+		sim.says = (uint64_t)llround(sim.period);
+		run(2);
+		for (int n = 0; n < 1000; n++) {
+			cycle();
+			assert_int_equal(sim.writes, 1);
+		}
+		assert_true(sim.phase.locked);
+		assert_true(fabs(distance()) < 3 * US);
 	}
 }
 
@@ -177,8 +211,8 @@ static void locked_reads_find_data_that_are_as_young_as_can_be(void **state)
 	forget_what_was_seen();
 	run(20000);
 	assert_true(sim.reads > 19900);
-	/* of a thousand, two may come too early for their data, and a few by chance */
-	assert_true((double)sim.missed < 0.006 * (double)sim.reads);
+	/* of a thousand, five may come too early for their data, and a few by chance */
+	assert_true((double)sim.missed < 0.01 * (double)sim.reads);
 	/* margin, spread of cost and of reads, a bucket; free-running it is 500 us */
 	assert_true(sim.age_sum / (double)sim.reads < 70 * US);
 	assert_true(sim.age_most < 90 * US);
@@ -211,7 +245,7 @@ static void cycles_that_fail_do_not_make_the_lead_longer(void **state)
 	run(5000);
 	for (int i = 0; i < 1000; i++) {
 		cycle();
-		phase_read(&sim.phase, sim.read_ns, sim.says, sim.tick, 0);
+		tell(0);
 	}
 	assert_in_range(phase_lead(&sim.phase), 100 * US, 120 * US);
 }
@@ -466,6 +500,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		TEST(lock_is_reached_from_any_phase),
+		TEST(each_cycle_sees_one_new_command_while_a_lock_is_sought),
 		TEST(locked_reads_find_data_that_are_as_young_as_can_be),
 		TEST(cost_that_grows_makes_the_lead_longer),
 		TEST(cycles_that_fail_do_not_make_the_lead_longer),
