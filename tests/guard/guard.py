@@ -37,7 +37,7 @@ def far(*words, **options):
     return sh("ip", "netns", "exec", "far", *words, **options)
 
 
-def wait_for(what, test, limit=15):
+def wait_for(what, test, limit=60):
     end = time.monotonic() + limit
     while not test():
         assert time.monotonic() < end, f"{what}: not within {limit} s"
@@ -138,7 +138,7 @@ class World:
 
     def end(self, child, number=signal.SIGTERM):
         child.send_signal(number)
-        child.wait(15)
+        child.wait(60)
         return child.returncode
 
     def end_guard(self, number=signal.SIGTERM):
@@ -159,17 +159,24 @@ class World:
     def counted(self, work):
         before = self.counters()
         work()
-        after = self.counters()
+        # a busy kernel takes what was sent later: until nothing is dropped any more
+        drops, after = None, before
+        while drops != (drops := [v for k, v in after.items() if k.startswith("drop")]):
+            time.sleep(0.1)
+            after = self.counters()
         return {k: after[k] - before[k] for k in after if k != "time_ns" and after[k] != before[k]}
 
-    def arrived(self):
-        count = 0
+    def arrived(self, expected=0):
+        """How many datagrams came: as soon as there are so many, which a busy kernel delivers late."""
+        count, end = 0, time.monotonic() + 60
         while True:
             try:
                 self.ear.recv(4096)
                 count += 1
             except BlockingIOError:
-                return count
+                if count >= expected or time.monotonic() > end:
+                    return count
+                time.sleep(0.01)
 
     def mill(self):
         out = sh(self.pokeysctl, "-r", RUN / "shm", "status", "mill", "--json", check=False).stdout
@@ -196,11 +203,11 @@ def foreign_packets_are_dropped_and_counted_and_all_else_passes(w):
     got = w.counted(lambda: send_far(STRANGER, PORT, 5000, bytes(64)))
     assert got.get("drop_foreign") == 5000 and w.arrived() == 0, got
     got = w.counted(lambda: send_far(STRANGER, 5000, 300, bytes(64)))
-    assert got.get("pass_else", 0) >= 300 and w.arrived() == 300, got
+    assert got.get("pass_else", 0) >= 300 and w.arrived(300) == 300, got
     got = w.counted(lambda: send_far(DEVICE, PORT, 300, bytes(64)))
-    assert got.get("pass_device") == 300 and w.arrived() == 300, got
+    assert got.get("pass_device") == 300 and w.arrived(300) == 300, got
     got = w.counted(lambda: send_far(DEVICE, 80, 20, bytes(10)))
-    assert got.get("pass_device_else") == 20 and w.arrived() == 20, got
+    assert got.get("pass_device_else") == 20 and w.arrived(20) == 20, got
 
 
 def what_no_device_sends_is_dropped_each_for_its_own_reason(w):
@@ -210,7 +217,7 @@ def what_no_device_sends_is_dropped_each_for_its_own_reason(w):
     assert got.get("drop_fragment", 0) >= 40 and w.arrived() == 0, got
     # a stranger's are his own business, unless they begin as a device's would
     send_far(STRANGER, 5000, 20, bytes(4000))
-    assert w.arrived() == 20
+    assert w.arrived(20) == 20
     got = w.counted(lambda: send_far(STRANGER, PORT, 20, bytes(4000)))
     assert got.get("drop_foreign") == 20 and w.arrived() == 0, got
 
@@ -224,10 +231,10 @@ def arp_and_icmp_pass(w):
 
 def answers_to_a_search_pass_but_no_flood_of_them(w):
     got = w.counted(lambda: send_far(STRANGER, PORT, 20, answer(99)))
-    assert got.get("pass_discovery") == 20 and w.arrived() == 20, got
+    assert got.get("pass_discovery") == 20 and w.arrived(20) == 20, got
     got = w.counted(lambda: send_far(STRANGER, PORT, 20000, answer(99)))
     assert got.get("pass_discovery", 0) + got.get("drop_discovery", 0) == 20000, got
-    assert got["drop_discovery"] > 0 and w.arrived() == got["pass_discovery"], got
+    assert got["drop_discovery"] > 0 and w.arrived(got["pass_discovery"]) == got["pass_discovery"], got
 
 
 def counters_and_filter_outlive_a_killed_guard(w):
@@ -245,7 +252,7 @@ def counters_and_filter_outlive_a_killed_guard(w):
     w.end_guard()
     assert not PINS.exists() and not STATUS.exists()
     send_far(STRANGER, PORT, 10, bytes(64))
-    assert w.arrived() == 10
+    assert w.arrived(10) == 10
     w.start_guard()
     w.end_guard(signal.SIGKILL)
     assert sh(w.guard_exe, "remove").returncode == 0 and not PINS.exists()
@@ -260,7 +267,7 @@ def a_dedicated_interface_lets_nobody_else_in(w):
     assert got.get("drop_else", 0) >= 500 and w.arrived() == 0, got
     send_far(DEVICE, PORT, 50, bytes(64))
     send_far(DEVICE, 80, 50, bytes(64))
-    assert w.arrived() == 100
+    assert w.arrived(100) == 100
     arp_and_icmp_pass(w)
     w.end_guard()
 

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MARK = "=== status"
@@ -75,7 +76,7 @@ class Hal:
     def set(self, name, value):
         self.ok(f"halcmd setp pokeys.0.{name} {value}")
 
-    def becomes(self, name, value, limit=10, device=0):
+    def becomes(self, name, value, limit=60, device=0):
         """Wait until a pin has the value; how long it took, or AssertionError."""
         began = time.monotonic()
         while True:
@@ -84,7 +85,7 @@ class Hal:
                 return time.monotonic() - began
             assert time.monotonic() < began + limit, f"{name} is {have}, not {value}, after {limit} s"
 
-    def says(self, text, limit=10):
+    def says(self, text, limit=60):
         """Wait until the HAL has printed this."""
         end = time.monotonic() + limit
         while text not in self.said():
@@ -117,7 +118,7 @@ class Host:
         """The newest command image as a dict of strings."""
         return dict(word.split("=", 1) for word in self.say("show").split())
 
-    def sees(self, key, value, limit=10):
+    def sees(self, key, value, limit=60):
         end = time.monotonic() + limit
         while self.command()[key] != value:
             assert time.monotonic() < end, f"{key} is {self.command()[key]}, not {value}"
@@ -178,5 +179,5 @@ def main(tests):
                 print(f"ok: {test.__name__}")
             except (AssertionError, EOFError) as fault:
                 failed += 1
-                print(f"FAILED: {test.__name__}: {fault}\n{rig.hal.said()[-4000:]}")
+                print(f"FAILED: {test.__name__}: {fault}\n{traceback.format_exc()}{rig.hal.said()[-4000:]}")
     sys.exit(1 if failed else 0)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 import hal_live
 
 MODULE, POKEYSD, SIM = (os.path.abspath(path) for path in sys.argv[1:4])
@@ -52,7 +53,7 @@ class Machine:
     def device(self):
         self.spawn("sim", SIM, "--model", "57CNC", "--address", self.address, "--no-discovery",
                    "--control", str(self.folder / "sim"), "--preset", "demo", "--quiet")
-        end = time.monotonic() + 10
+        end = time.monotonic() + 60
         while not (self.folder / "sim").exists():
             assert time.monotonic() < end and self.children["sim"].poll() is None, self.log("sim")
             time.sleep(0.01)
@@ -80,7 +81,7 @@ class Machine:
         assert done.returncode == 0, f"{command}: {done.stderr}"
         return dict(line.split("=", 1) for line in done.stdout.split("\n") if "=" in line)
 
-    def sim_shows(self, command, key, value, limit=10):
+    def sim_shows(self, command, key, value, limit=60):
         began = time.monotonic()
         while self.sim(command)[key] != value:
             assert time.monotonic() < began + limit, f"{command}: {key} is not {value} in {limit} s"
@@ -92,8 +93,15 @@ class Machine:
         self.hal.set("machine-is-on", 0)
         self.hal.set("joint.00.pos-cmd", self.hal.get("joint.00.pos-fb"))
         self.hal.set("joint.00.enable", 1)
-        time.sleep(0.1)
-        self.hal.set("machine-is-on", 1)
+        for off in (0.1, 0.3, 1, 3, 10):    # until the low has been seen, however late that is
+            self.hal.set("machine-is-on", 0)
+            time.sleep(off)
+            self.hal.set("machine-is-on", 1)
+            until = time.monotonic() + 10
+            while not self.hal.get("machine-on-permitted") and time.monotonic() < until:
+                time.sleep(0.01)
+            if self.hal.get("machine-on-permitted"):
+                break
         self.hal.becomes("machine-on-permitted", True)
         self.hal.becomes("joint.00.enabled", True)
 
@@ -129,7 +137,7 @@ def main(tests):
             print(f"ok: {test.__name__}")
         except (AssertionError, EOFError) as fault:
             failed += 1
-            print(f"FAILED: {test.__name__}: {fault}\n{machine.hal.said()[-2000:]}\n"
+            print(f"FAILED: {test.__name__}: {fault}\n{traceback.format_exc()}{machine.hal.said()[-2000:]}\n"
                   f"{machine.log('pokeysd')}\n{machine.log('sim')}")
         finally:
             machine.close()

@@ -13,7 +13,7 @@ import hal_machine
 
 def settings_are_shown_and_one_that_is_set_reaches_the_device(m):
     hal = m.all()
-    hal.becomes("config.state", 3, limit=30)
+    hal.becomes("config.state", 3, limit=60)
     hal.becomes("pin.30.function", 4)      # digital-outputs of the configuration
     before = m.sim("pin 44")["function"]
     assert hal.get("config.generation") == 0
@@ -21,7 +21,7 @@ def settings_are_shown_and_one_that_is_set_reaches_the_device(m):
     took = m.sim_shows("pin 44", "function", "0x04", 30)
     print(f"a pin's function: {before} -> 0x04 in {took:.2f} s")
     hal.becomes("config.generation-applied", 1)
-    hal.becomes("config.state", 3, limit=30)
+    hal.becomes("config.state", 3, limit=60)
     hal.set("pin.43.out", 1)
     m.sim_shows("pin 44", "latch", "1")
     hal.becomes("pin.43.out-fb", True)
@@ -30,7 +30,7 @@ def settings_are_shown_and_one_that_is_set_reaches_the_device(m):
 
 def a_setting_that_the_daemon_does_not_take_is_told(m):
     hal = m.all()
-    hal.becomes("config.state", 3, limit=30)
+    hal.becomes("config.state", 3, limit=60)
     hal.set("joint.01.soft-min", 10)
     hal.set("joint.01.soft-max", 5)
     hal.becomes("config.refused", 8)
@@ -39,7 +39,7 @@ def a_setting_that_the_daemon_does_not_take_is_told(m):
 
 def a_setting_out_of_range_is_named_and_not_sent(m):
     hal = m.all()
-    hal.becomes("config.state", 3, limit=30)
+    hal.becomes("config.state", 3, limit=60)
     before = m.sim("pin 11")["function"]
     hal.set("pin.10.function", 256)
     hal.says("pokeys.0.pin.10.function = 256: must be 0 to 255")
@@ -52,7 +52,7 @@ def a_setting_out_of_range_is_named_and_not_sent(m):
 
 def pwm_has_its_frequency_and_duty(m):
     hal = m.all()
-    hal.becomes("config.state", 3, limit=30)
+    hal.becomes("config.state", 3, limit=60)
     hal.set("pwm.frequency", 5000)
     m.sim_shows("pwm", "period", "5000", 30)
     hal.set("pwm.00.scale", 24000)
@@ -78,7 +78,7 @@ def a_bus_output_is_shifted_out_and_shown(m):
 def a_keyboard_has_keys_and_lamps(m):
     hal = m.all()
     m.sim("module 0 on 100")
-    hal.becomes("kbd48CNC.present", True, limit=30)
+    hal.becomes("kbd48CNC.present", True, limit=60)
     m.sim("kbd 0 2 1 1")
     hal.becomes("kbd48CNC.09.Button", True)
     m.sim("kbd 0 2 1 0")
@@ -90,7 +90,7 @@ def a_keyboard_has_keys_and_lamps(m):
 
 def counters_count_and_are_reset(m):
     hal = m.all()
-    hal.becomes("config.state", 3, limit=30)
+    hal.becomes("config.state", 3, limit=60)
     hal.set("pin.18.function", 66)
     m.sim_shows("pin 19", "function", "0x42", 30)
     m.sim("counter 19 7")
@@ -114,11 +114,11 @@ def the_clock_is_set(m):
 
 def matrix_keys_are_seen(m):
     hal = m.all()
-    hal.becomes("config.state", 3, limit=30)
+    hal.becomes("config.state", 3, limit=60)
     for name, value in (("row-pin.00", 23), ("column-pin.00", 27), ("column-pin.01", 28),
                         ("rows", 1), ("columns", 2), ("enable", 1)):
         hal.set(f"matrix.{name}", value)
-    hal.becomes("matrix.enabled", True, limit=30)
+    hal.becomes("matrix.enabled", True, limit=60)
     m.sim("key 1 1")
     hal.becomes("matrix.00.01", True)
 

@@ -132,7 +132,7 @@ def a_dead_device_does_not_disturb_the_other(m):
     assert hal.get("connected") is True
     m.spawn("panel", hal_machine.SIM, "--model", "57E", "--address", other, "--no-discovery",
             "--serial", "27295", "--quiet")
-    hal.becomes("connected", True, device=1, limit=30)
+    hal.becomes("connected", True, device=1, limit=60)
     assert hal.get("devSerial", 1) == 27295
     m.kill("panel")
     hal.becomes("connected", False, device=1)

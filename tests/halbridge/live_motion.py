@@ -12,7 +12,7 @@ import hal_machine
 BUFFERED, VELOCITY, POSITION = 3, 2, 1
 
 
-def wait(what, condition, limit=30):
+def wait(what, condition, limit=60):
     end = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < end, f"not within {limit} s: {what}"
@@ -98,7 +98,7 @@ def the_device_probes(m):
     m.machine_on()
     hal.becomes("probe.contact", False)
     press(m, "probe.start")
-    hal.becomes("probe.done", True, limit=30)
+    hal.becomes("probe.done", True, limit=60)
     assert hal.get("probe.error") == 0 and hal.get("joint.00.probed") is True
     # latched in the millisecond of the contact, at most that many pulses late
     assert 8 <= hal.get("joint.00.probe-pos") < 8.5, hal.get("joint.00.probe-pos")
@@ -109,7 +109,7 @@ def the_device_probes(m):
     hal.becomes("probe.contact", False)
     m.machine_on()
     press(m, "probe.start")                     # towards 30, from beyond 8, and nothing there
-    hal.becomes("probe.error", 6, limit=30)
+    hal.becomes("probe.error", 6, limit=60)
     assert hal.get("probe.done") is False
 
 

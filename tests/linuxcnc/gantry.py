@@ -51,7 +51,7 @@ def runs_square(m, when):
 def under_way(m, line, beyond):
     """Begin a move of Y, and come back while it is going on."""
     m.mdi(line)
-    m.until("the beam moving", lambda _: m.pulses()[0][Y] > beyond, 30)
+    m.until("the beam moving", lambda _: m.pulses()[0][Y] > beyond, 60)
 
 
 def stands_square(m, what):
@@ -87,10 +87,10 @@ def off_the_switch(m):
     m.command.teleop_enable(1)
     m.command.wait_complete()
     m.command.jog(linuxcnc.JOG_CONTINUOUS, False, Y, -20)
-    m.until("the switch left", lambda _: not hal.get_value("joint.2.pos-lim-sw-in"), 30)
+    m.until("the switch left", lambda _: not hal.get_value("joint.2.pos-lim-sw-in"), 60)
     m.command.jog(linuxcnc.JOG_STOP, False, Y)
     m.until("limits to count again",
-            lambda _: not hal.get_value("pokeys.0.engine.limit-override-active"), 20)
+            lambda _: not hal.get_value("pokeys.0.engine.limit-override-active"), 60)
     m.settled()
     assert abs(askew(m)) <= ROUNDING, f"jogged off: Y is {askew(m)} pulses ahead of Y2"
     assert m.look().task_state == linuxcnc.STATE_ON, f"switched off: {m.said}"
@@ -100,15 +100,15 @@ def off_the_switch(m):
 def home_from_the_switch(m):
     """A beam that is not homed cannot be jogged: it homes away from the switch."""
     m.command.state(linuxcnc.STATE_OFF)
-    m.until("the machine off", lambda s: s.task_state != linuxcnc.STATE_ON, 20)
-    m.until("nothing homed", lambda s: not any(s.homed[j] for j in m.joints), 20)
+    m.until("the machine off", lambda s: s.task_state != linuxcnc.STATE_ON, 60)
+    m.until("nothing homed", lambda s: not any(s.homed[j] for j in m.joints), 60)
     m.sim(f"switch 2 plus {m.pulses()[1][Y2] - 100} 2000000")
-    m.until("the switch tripped", lambda _: hal.get_value("joint.2.pos-lim-sw-in"), 20)
+    m.until("the switch tripped", lambda _: hal.get_value("joint.2.pos-lim-sw-in"), 60)
     m.override_limits()
     m.switch_on()
     homed_square(m, "from a limit switch")
     m.until("limits to count again",
-            lambda _: not hal.get_value("pokeys.0.engine.limit-override-active"), 20)
+            lambda _: not hal.get_value("pokeys.0.engine.limit-override-active"), 60)
 
 
 def one_end_finds_nothing(m):

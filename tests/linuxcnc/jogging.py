@@ -11,7 +11,7 @@ STEP = 0.1  # mm a click, with the key for it held
 def key(m, number, pressed):
     m.sim(f"kbd {KEYBOARD} {number // 4} {number % 4} {int(pressed)}")
     m.until(f"key {number} seen",
-            lambda _: hal.get_value(f"pokeys.0.kbd48CNC.{number:02}.Button") == pressed, 20)
+            lambda _: hal.get_value(f"pokeys.0.kbd48CNC.{number:02}.Button") == pressed, 60)
 
 
 def speed(m, joint):
@@ -30,14 +30,14 @@ def keys_jog_while_they_are_pressed(m):
         away, back = (minus, plus) if joint == 2 else (plus, minus)
         sign = -1 if joint == 2 else 1
         key(m, away, True)
-        m.until(f"axis {joint} jogging", lambda _, j=joint, s=sign: speed(m, j) * s > 0, 20)
+        m.until(f"axis {joint} jogging", lambda _, j=joint, s=sign: speed(m, j) * s > 0, 60)
         key(m, away, False)
         stands(m, joint, "key released")
         gone = m.pulses()[0]
         assert (gone[joint] - begun[joint]) * sign > 0
         assert all(gone[j] == begun[j] for j in m.joints if j > joint), "another axis has moved"
         key(m, back, True)
-        m.until(f"axis {joint} jogging back", lambda _, j=joint, s=sign: speed(m, j) * s < 0, 20)
+        m.until(f"axis {joint} jogging back", lambda _, j=joint, s=sign: speed(m, j) * s < 0, 60)
         key(m, back, False)
         stands(m, joint, "key released")
     m.tell("keys: each axis jogs to and fro while its key is pressed, and stands when it is up")
@@ -45,7 +45,7 @@ def keys_jog_while_they_are_pressed(m):
 
 def select_wheel(m, number, axis):
     key(m, number, True)
-    m.until(f"wheel on {axis}", lambda _: hal.get_value(f"axis.{axis}.jog-enable"), 20)
+    m.until(f"wheel on {axis}", lambda _: hal.get_value(f"axis.{axis}.jog-enable"), 60)
     key(m, number, False)
 
 
@@ -59,7 +59,7 @@ def wheel_moves_to_the_count(m):
         want[joint] += round(clicks * STEP * m.scale[joint])
         for _ in range(abs(clicks)):
             m.sim(f"encoder 0 turn {CLICK if clicks > 0 else -CLICK}")
-        m.until(f"{axis} where the wheel is", lambda _, w=want: m.pulses()[0] == w, 30)
+        m.until(f"{axis} where the wheel is", lambda _, w=want: m.pulses()[0] == w, 60)
         key(m, 12, False)
         m.stays("the wheel stands", *m.pulses())
         m.tell(f"wheel: {clicks} clicks moved {axis} by {clicks * STEP:.1f} mm, to the pulse")
@@ -70,25 +70,25 @@ def wheel_moves_to_the_count(m):
 def a_lost_keyboard_stops(m):
     """Its plug is pulled while a jog key is held."""
     key(m, 4, True)
-    m.until("X jogging", lambda _: speed(m, 0) > 0, 20)
+    m.until("X jogging", lambda _: speed(m, 0) > 0, 60)
     m.sim(f"module {KEYBOARD} off")
-    m.until("the key counts as up", lambda _: not hal.get_value("pokeys.0.kbd48CNC.04.Button"), 20)
+    m.until("the key counts as up", lambda _: not hal.get_value("pokeys.0.kbd48CNC.04.Button"), 60)
     stands(m, 0, "keyboard lost")
     assert m.look().task_state == linuxcnc.STATE_ON, f"switched off: {m.said}"
     m.sim(f"kbd {KEYBOARD} 1 0 0")
     m.sim(f"module {KEYBOARD} on 128")
-    m.until("the keyboard back", lambda _: hal.get_value("pokeys.0.kbd48CNC.present"), 20)
+    m.until("the keyboard back", lambda _: hal.get_value("pokeys.0.kbd48CNC.present"), 60)
     m.tell(f"keyboard lost with X+ held: X stands at {m.pulses()[0][0]} pulses")
 
 
 def a_lost_connection_does_not_jog_on(m):
     key(m, 4, True)
-    m.until("X jogging", lambda _: speed(m, 0) > 0, 20)
+    m.until("X jogging", lambda _: speed(m, 0) > 0, 60)
     m.sim("silence 3000")
     m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP, 10)
     m.until("the axis standing", lambda _: speed(m, 0) == 0, 10)
     pulses = m.pulses()
-    m.until("the connection back", lambda _: not hal.get_value("estop.fault-in"), 30)
+    m.until("the connection back", lambda _: not hal.get_value("estop.fault-in"), 60)
     m.stays("with the cable in again", *pulses)
     m.switch_on()
     m.stays("switched on with the key still held", *pulses)
@@ -104,18 +104,18 @@ def off_a_limit_switch(m):
     m.command.teleop_enable(0)
     m.command.wait_complete()
     m.command.jog(linuxcnc.JOG_CONTINUOUS, True, 0, 5)
-    m.until("LinuxCNC stopped by the limit switch", lambda s: s.task_state != linuxcnc.STATE_ON, 30)
+    m.until("LinuxCNC stopped by the limit switch", lambda s: s.task_state != linuxcnc.STATE_ON, 60)
     stood = m.pulses()[1][0]
     m.override_limits()
     m.switch_on()
     m.command.teleop_enable(0)
     m.command.wait_complete()
     m.command.jog(linuxcnc.JOG_CONTINUOUS, True, 0, -5)
-    m.until("the switch left", lambda _: not hal.get_value("joint.0.pos-lim-sw-in"), 30)
+    m.until("the switch left", lambda _: not hal.get_value("joint.0.pos-lim-sw-in"), 60)
     m.command.jog(linuxcnc.JOG_STOP, True, 0)
     m.until("limits to count again",
             lambda _: not hal.get_value("pokeys.0.engine.limit-override-active") and
-            not hal.get_value("halui.joint.0.override-limits"), 20)
+            not hal.get_value("halui.joint.0.override-limits"), 60)
     assert m.look().task_state == linuxcnc.STATE_ON, f"switched off: {m.said}"
     m.tell(f"limit switch: stopped at machine {stood}, jogged off to {m.pulses()[1][0]}")
 
@@ -126,7 +126,7 @@ def jogging(m):
     m.settled()
     m.command.teleop_enable(1)
     m.command.wait_complete()
-    m.until("the keyboard", lambda _: hal.get_value("pokeys.0.kbd48CNC.present"), 20)
+    m.until("the keyboard", lambda _: hal.get_value("pokeys.0.kbd48CNC.present"), 60)
     keys_jog_while_they_are_pressed(m)
     wheel_moves_to_the_count(m)
     a_lost_keyboard_stops(m)

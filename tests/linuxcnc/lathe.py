@@ -86,7 +86,7 @@ def waits_for_the_spindle(m):
     """A spindle that stands holds the pass until it turns at its speed."""
     m.move("G53 G0 X-30 Z-42")
     m.sim("encoder 25 rate 0")
-    m.until("the spindle standing", lambda _: not hal.get_value("spindle.0.at-speed"), 20)
+    m.until("the spindle standing", lambda _: not hal.get_value("spindle.0.at-speed"), 60)
     m.mdi(f"G33 Z-60 K{PITCH}")
     m.settled()
     m.stays("without the spindle", *m.pulses())
@@ -120,7 +120,7 @@ def lathe(m):
     m.switch_on()
     homes(m)
     m.move("M3 S300")
-    m.until("the spindle at speed", lambda _: hal.get_value("spindle.0.at-speed"), 20)
+    m.until("the spindle at speed", lambda _: hal.get_value("spindle.0.at-speed"), 60)
     assert m.sim("pin 31")["latch"] == "1", "the spindle's output is off"
     passes_agree(m)
     waits_for_the_spindle(m)

@@ -77,24 +77,24 @@ class Machinist:
 
     def settled(self):
         """All axes stand where LinuxCNC has them, to the pulse."""
-        self.until("the device where it was sent", lambda _: self.pulses()[0] == self.commanded(), 20)
+        self.until("the device where it was sent", lambda _: self.pulses()[0] == self.commanded(), 60)
 
     # ---- what a machinist does
 
     def switch_on(self):
         self.command.state(linuxcnc.STATE_ESTOP_RESET)
-        self.until("the emergency stop reset", lambda s: s.task_state != linuxcnc.STATE_ESTOP, 20)
+        self.until("the emergency stop reset", lambda s: s.task_state != linuxcnc.STATE_ESTOP, 60)
         self.command.state(linuxcnc.STATE_ON)
-        self.until("the machine on", lambda s: s.task_state == linuxcnc.STATE_ON, 20)
+        self.until("the machine on", lambda s: s.task_state == linuxcnc.STATE_ON, 60)
         self.until("the axes driven",
-                   lambda _: all(hal.get_value(f"pokeys.0.joint.{j:02}.enabled") for j in self.joints), 20)
+                   lambda _: all(hal.get_value(f"pokeys.0.joint.{j:02}.enabled") for j in self.joints), 60)
 
     def begin_homing(self):
         self.mode(linuxcnc.MODE_MANUAL)
         self.command.teleop_enable(0)
         self.command.wait_complete()
         self.command.unhome(-1)
-        self.until("no joint homed", lambda s: not any(s.homed[j] for j in self.joints), 20)
+        self.until("no joint homed", lambda s: not any(s.homed[j] for j in self.joints), 60)
         self.command.home(-1)
 
     def home(self):
@@ -106,7 +106,7 @@ class Machinist:
         self.command.program_open(str(FOLDER / programme))
         self.command.wait_complete()
         self.command.auto(linuxcnc.AUTO_RUN, 0)
-        self.until("the programme begun", lambda s: s.interp_state != linuxcnc.INTERP_IDLE, 20)
+        self.until("the programme begun", lambda s: s.interp_state != linuxcnc.INTERP_IDLE, 60)
         self.until("the programme done", lambda s: s.interp_state == linuxcnc.INTERP_IDLE, 120)
         assert self.stat.task_state == linuxcnc.STATE_ON, f"switched off: {self.said}"
 
@@ -137,7 +137,7 @@ class Machinist:
         self.mode(linuxcnc.MODE_MANUAL)
         self.command.override_limits()
         self.until("the limits overridden",
-                   lambda _: hal.get_value("halui.joint.0.override-limits"), 20)
+                   lambda _: hal.get_value("halui.joint.0.override-limits"), 60)
 
     def lossy(self):
         for words in LOSSY:
@@ -200,7 +200,7 @@ def cable_out_stops_for_good(m):
     target = 200
     m.mdi(f"G53 G1 F2400 X{target}")
     start = m.pulses()[0][0]
-    m.until("the axis moving", lambda _: m.pulses()[0][0] > start + 4000, 20)
+    m.until("the axis moving", lambda _: m.pulses()[0][0] > start + 4000, 60)
     m.said.clear()
     m.sim("silence 5000")
     m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP, 5)
@@ -211,7 +211,7 @@ def cable_out_stops_for_good(m):
     assert stood[0] < (target - 5) * m.scale[0], f"it ran on to {stood[0]}"
     m.tell(f"cable out: the operator sees {[text.strip() for text in m.said]}, X stands at {stood[0]} pulses")
     m.stays("with the cable out", stood, machine)
-    m.until("the connection back", lambda _: hal.get_value("pokeys.0.connected"), 30)
+    m.until("the connection back", lambda _: hal.get_value("pokeys.0.connected"), 60)
     m.stays("with the cable in again", stood, machine)
     m.command.state(linuxcnc.STATE_ON)          # without a reset: no
     m.stays("switched on without a reset", stood, machine)
@@ -255,9 +255,9 @@ def the_device_homes(m):
 
 def an_abort_stops_it(m):
     m.begin_homing()
-    m.until("X searching", lambda _: m.sim("axis 0")["state"] == "12", 20)
+    m.until("X searching", lambda _: m.sim("axis 0")["state"] == "12", 60)
     m.command.abort()
-    m.until("homing ended", lambda s: not any(s.joint[j]["homing"] for j in m.joints), 20)
+    m.until("homing ended", lambda s: not any(s.joint[j]["homing"] for j in m.joints), 60)
     m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0, 5)
     m.stays("after an abort", *m.pulses())
     assert not m.look().homed[0], "homed though it was aborted"

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 PEER, MONITOR, LIBRARY, EXAMPLES = sys.argv[1:5]
@@ -34,7 +35,7 @@ class Monitors(unittest.TestCase):
     def tearDown(self):
         if self.peer:
             self.peer.send_signal(signal.SIGTERM)
-            self.peer.wait(10)
+            self.peer.wait(60)
             self.peer.stdout.close()
             self.assertEqual(os.listdir(self.runtime), [], "something is left")
         shutil.rmtree(self.base)
@@ -45,7 +46,7 @@ class Monitors(unittest.TestCase):
 
     def run_monitor(self, command, *arguments):
         return subprocess.run([*command, "--runtime-directory", self.runtime, *arguments], text=True,
-                              capture_output=True, timeout=20, env=ENVIRONMENT, check=False)
+                              capture_output=True, timeout=120, env=ENVIRONMENT, check=False)
 
     def each(self):
         for name, command in MONITORS.items():
@@ -120,7 +121,7 @@ class Monitors(unittest.TestCase):
             with self.subTest(monitor=name):
                 try:
                     ran = subprocess.run([*command, "--once", "-r", self.runtime], text=True,
-                                         timeout=20, capture_output=True, env=ENVIRONMENT,
+                                         timeout=120, capture_output=True, env=ENVIRONMENT,
                                          check=False, user=NOBODY, group=NOBODY, extra_groups=[])
                 except PermissionError as why:
                     self.skipTest(f"nobody may not run it: {why}")
@@ -147,19 +148,21 @@ class Monitors(unittest.TestCase):
     def test_interval_is_kept(self):
         self.start()
         for name, command in MONITORS.items():
+            began = time.monotonic()
             monitor = subprocess.Popen([*command, "-r", self.runtime, "mill", "--json",
                                         "--interval", "0.6"], stdout=subprocess.PIPE, text=True,
                                        env=ENVIRONMENT)
             with self.subTest(monitor=name):
-                cycles = [json.loads(monitor.stdout.readline())["cycle"] for _ in range(2)]
-                # the daemon notifies ten times in between
-                self.assertGreater(cycles[1] - cycles[0], 150)
+                cycles = [json.loads(monitor.stdout.readline())["cycle"] for _ in range(4)]
+                # the daemon notifies ten times in each; a machine that is held makes it longer
+                self.assertGreaterEqual(time.monotonic() - began, 1.8)
+                self.assertGreater(cycles[3], cycles[0])
             monitor.send_signal(signal.SIGINT)
-            monitor.wait(10)
+            monitor.wait(60)
             monitor.stdout.close()
 
     def test_missing_library_is_said_in_one_line(self):
-        ran = subprocess.run(MONITORS["Python"], text=True, capture_output=True, timeout=20, check=False,
+        ran = subprocess.run(MONITORS["Python"], text=True, capture_output=True, timeout=120, check=False,
                              env=dict(os.environ, POKEYS_SHM_LIBRARY="/nonexistent/lib.so"))
         self.assertEqual(ran.returncode, 1)
         self.assertEqual(ran.stderr.count("\n"), 1)
@@ -176,7 +179,7 @@ class Monitors(unittest.TestCase):
                     self.start()
                 self.assertEqual(json.loads(monitor.stdout.readline())["serial"], 12345)
             monitor.send_signal(signal.SIGINT)
-            self.assertEqual(monitor.wait(10), 0)
+            self.assertEqual(monitor.wait(60), 0)
             monitor.stdout.close()
 
 
