@@ -18,6 +18,7 @@
 #include "tools/latency.h"
 #include "tools/order.h"
 #include "tools/pokeysctl.h"
+#include "tools/print.h"
 
 enum { DEFAULT_PERIOD_NS = 1000000, FIRST_TRIES = 25 };
 
@@ -125,8 +126,22 @@ static void prepare(struct latency_run *run, const struct options *options,
 			 "a sleeper beside it measures the daemon");
 }
 
+/* All of its histograms, so that one can see behind a late wake-up what came of it. */
+static void take_parts(struct latency_run *run, const struct pokeys_diag *before,
+		       const struct pokeys_diag *after)
+{
+	for (size_t i = 0; i < print_histogram_count && run->parts < LATENCY_PARTS; i++) {
+		struct latency_part *part = &run->part[run->parts++];
+
+		part->key = print_histograms[i].key;
+		part->title = print_histograms[i].title;
+		latency_since(print_histogram_of(before, i), print_histogram_of(after, i),
+			      &part->histogram);
+	}
+}
+
 static void take_daemon(struct latency_run *run, struct view *view, int cpu,
-			const struct pokeys_histogram *before)
+			const struct pokeys_diag *before)
 {
 	const struct view_device *device = read_daemon(view);
 	char core[24] = "";
@@ -141,8 +156,9 @@ static void take_daemon(struct latency_run *run, struct view *view, int cpu,
 	series->cpu = cpu;
 	snprintf(series->title, sizeof(series->title), "pokeysd%s%s", core,
 		 device->state.flags & POKEYS_STATE_REALTIME ? "" : ", no RT");
-	latency_since(before, &device->diag.wakeup, &series->histogram);
+	latency_since(&before->wakeup, &device->diag.wakeup, &series->histogram);
 	run->count++;
+	take_parts(run, before, &device->diag);
 }
 
 static int no_picture(const char *path)
@@ -164,7 +180,7 @@ int command_latency(const struct options *options)
 {
 	static struct latency_run run;
 	static struct view view;
-	static struct pokeys_histogram before;
+	static struct pokeys_diag before;
 	const struct view_device *daemon;
 	FILE *picture = NULL;
 	char why[256] = "";
@@ -176,7 +192,7 @@ int command_latency(const struct options *options)
 	daemon = await_daemon(&view);
 	prepare(&run, options, daemon);
 	if (daemon)
-		before = daemon->diag.wakeup;
+		before = daemon->diag;
 	if (latency_measure(&run, run.count, why, sizeof(why))) {
 		complain("%s", why);
 		view_close(&view);

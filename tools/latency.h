@@ -9,12 +9,18 @@
 #include <stdio.h>
 #include <pokeys/state.h>
 
-enum { LATENCY_SERIES = 3 };
+enum { LATENCY_SERIES = 3, LATENCY_PARTS = 16 };
 
 /* One thread that wakes up each period, or the daemon's. */
 struct latency_series {
 	char title[40];
 	int cpu;			/* -1 = any, or not known */
+	struct pokeys_histogram histogram;
+};
+
+/* What else the daemon has measured in the same seconds. */
+struct latency_part {
+	const char *key, *title;
 	struct pokeys_histogram histogram;
 };
 
@@ -28,6 +34,8 @@ struct latency_run {
 	char note[160];			/* what to know when reading it; empty */
 	size_t count;
 	struct latency_series series[LATENCY_SERIES];
+	size_t parts;
+	struct latency_part part[LATENCY_PARTS];
 };
 
 /*

@@ -121,6 +121,27 @@ static void print_bars(const struct latency_run *run, size_t first, FILE *to)
 	fputc('\n', to);
 }
 
+static void print_parts(const struct latency_run *run, FILE *to)
+{
+	fprintf(to, "\n%-16s", "pokeysd");
+	for (size_t r = 0; r < ROWS; r++)
+		fprintf(to, " %9s", rows[r].title);
+	fputc('\n', to);
+	for (size_t i = 0; i < run->parts; i++) {
+		if (!run->part[i].histogram.count)
+			continue;
+		fprintf(to, "%-16s", run->part[i].title);
+		for (size_t r = 0; r < ROWS; r++) {
+			char text[16];
+
+			fprintf(to, " %9s",
+				print_duration(value_of(&run->part[i].histogram, rows[r].part),
+					       text));
+		}
+		fputc('\n', to);
+	}
+}
+
 void latency_print(const struct latency_run *run, FILE *to)
 {
 	size_t first = POKEYS_HISTOGRAM_BUCKETS, last = 0;
@@ -145,6 +166,17 @@ void latency_print(const struct latency_run *run, FILE *to)
 	fprintf(to, "\nfrom\n");
 	for (size_t at = first; at <= last; at += OCTAVE)
 		print_bars(run, at, to);
+	if (run->parts)
+		print_parts(run, to);
+}
+
+/* Numbers of a histogram, null where it has no samples. */
+static void put_values(struct json *json, const struct pokeys_histogram *histogram)
+{
+	json_unsigned(json, "samples", histogram->count);
+	json_real(json, "mean_us", mean(histogram) / 1e3);
+	for (size_t r = 0; r < ROWS; r++)
+		json_real(json, rows[r].key, value_of(histogram, rows[r].part) / 1e3);
 }
 
 static void put_series(struct json *json, const struct latency_series *series)
@@ -154,10 +186,7 @@ static void put_series(struct json *json, const struct latency_series *series)
 	json_object(json, NULL);
 	json_text(json, "name", series->title);
 	series->cpu < 0 ? json_null(json, "cpu") : json_integer(json, "cpu", series->cpu);
-	json_unsigned(json, "samples", histogram->count);
-	json_real(json, "mean_us", mean(histogram) / 1e3);
-	for (size_t r = 0; r < ROWS; r++)
-		json_real(json, rows[r].key, value_of(histogram, rows[r].part) / 1e3);
+	put_values(json, histogram);
 	json_array(json, "buckets");
 	for (unsigned int i = 0; i < POKEYS_HISTOGRAM_BUCKETS; i++) {
 		if (!histogram->bucket[i])
@@ -189,6 +218,13 @@ void latency_print_json(const struct latency_run *run, FILE *to)
 	json_array(&json, "series");
 	for (size_t i = 0; i < run->count; i++)
 		put_series(&json, &run->series[i]);
+	json_end(&json);
+	json_object(&json, "daemon");
+	for (size_t i = 0; i < run->parts; i++) {
+		json_object(&json, run->part[i].key);
+		put_values(&json, &run->part[i].histogram);
+		json_end(&json);
+	}
 	json_end(&json);
 	json_end(&json);
 }

@@ -14,7 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "system"))
 from house import House, Skip, main, wait_for  # pylint: disable=wrong-import-position
 
 NOBODY = 65534
-KEYS = {"format", "kernel", "virtual_machine", "priority", "seconds", "period_us", "note", "series"}
+KEYS = {"format", "kernel", "virtual_machine", "priority", "seconds", "period_us", "note", "series", "daemon"}
 SERIES = {"name", "cpu", "samples", "mean_us", "min_us", "p50_us", "p99_us", "p999_us", "max_us", "buckets"}
 CORE = min(os.sched_getaffinity(0))
 
@@ -70,18 +70,25 @@ def test_the_daemon_is_measured_beside_the_sleepers():
         names = [series["name"] for series in document["series"]]
         assert names[0] == f"sleeper, core {CORE}" and names[-1].startswith("pokeysd"), names
         assert document["note"] == ""
+        daemon, shown = document["daemon"], house.device()["diag"]["latency_us"]
+        assert set(daemon) == set(shown), set(daemon) ^ set(shown)
+        for name, part in daemon.items():
+            assert part["samples"] <= shown[name]["count"], name
+        assert daemon["round_trip"]["samples"] > 0
+        assert daemon["age_at_read"] == {**daemon["age_at_read"], "samples": 0, "p50_us": None}
         root = xml.etree.ElementTree.parse(picture).getroot()
         paths = root.findall("{http://www.w3.org/2000/svg}path")
         assert len(paths) == len(document["series"])
         text = house.ctl("latency", "--seconds", "0.3").stdout
         assert "samples" in text and "p99.9" in text and "pokeysd" in text, text
+        assert "\nround trip" in text and "\nage at read" not in text, text
 
 
 def test_without_a_daemon_the_sleepers_are_alone():
     with House() as house:
         document = measure(house)
         assert all(series["name"].startswith("sleeper") for series in document["series"])
-        assert "no daemon" in document["note"]
+        assert "no daemon" in document["note"] and document["daemon"] == {}
 
 
 def test_a_core_that_is_not_there_is_told():
