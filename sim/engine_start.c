@@ -74,6 +74,8 @@ unsigned int sim_engine_kilohertz(const struct sim_device *dev)
 {
 	bool internal = (dev->engine.generator & SIM_GENERATOR_TYPE) == SIM_GENERATOR_INTERNAL;
 
+	if (dev->options.choices.axis_khz)
+		return dev->options.choices.axis_khz;
 	return internal ? 25 : 125;
 }
 

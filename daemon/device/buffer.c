@@ -27,7 +27,6 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
-#define SLOT_NS MS
 #define LEAD_LEAST 4
 #define LEAD_MOST 64
 #define PATIENCE_MOST (20 * MS)
@@ -61,6 +60,8 @@ void buffer_lose_sync(struct device *device)
 
 	if (buffer->synced)
 		device->image.engine.buffer_resyncs++;
+	if (buffer->doubt)
+		buffer_fill_failed(device);
 	buffer->synced = buffer->doubt = buffer->busy = false;
 	buffer->pending = 0;
 	buffer->still_ns = device->now_ns;
@@ -72,18 +73,18 @@ static uint32_t level(const struct device *device)
 }
 
 /* An answer that has not come by then is not awaited. */
-static uint64_t patience(const struct device *device)
+uint64_t buffer_patience(const struct device *device)
 {
 	const struct pokeys_statistics *measured = &device->mailbox.statistics;
 	const uint64_t usual = measured->rtt_smoothed_ns + 4 * measured->rtt_variation_ns;
 
-	return usual < SLOT_NS ? SLOT_NS : usual > PATIENCE_MOST ? PATIENCE_MOST : usual;
+	return usual < BUFFER_SLOT_NS ? BUFFER_SLOT_NS : usual > PATIENCE_MOST ? PATIENCE_MOST : usual;
 }
 
 /* Slots that the device has to be ahead, for a lost fill to do no harm. */
 static uint8_t lead(const struct device *device)
 {
-	const uint64_t slots = LEAD_LEAST + 3 * ((patience(device) + SLOT_NS - 1) / SLOT_NS);
+	const uint64_t slots = LEAD_LEAST + 3 * ((buffer_patience(device) + BUFFER_SLOT_NS - 1) / BUFFER_SLOT_NS);
 
 	return (uint8_t)(slots < LEAD_MOST ? slots : LEAD_MOST);
 }
@@ -145,7 +146,7 @@ static uint64_t slot_time(const struct device *device)
 	const int64_t more = (int64_t)level(device) + device->buffer.pending -
 			     device->buffer.lead;
 
-	return (uint64_t)((int64_t)SLOT_NS + more * (int64_t)(SLOT_NS / DRIFT_PART));
+	return (uint64_t)((int64_t)BUFFER_SLOT_NS + more * (int64_t)(BUFFER_SLOT_NS / DRIFT_PART));
 }
 
 static void make_slots(struct device *device)
@@ -215,123 +216,11 @@ static void clear_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 	device->buffer.cleared = answered(entry) && device->motion.phase == MOTION_HOLD;
 }
 
-static void fill_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-		       uint64_t now_ns)
-{
-	struct device *device = device_of(mailbox);
-	struct buffer *buffer = &device->buffer;
-	struct wire_pulse_fill_rep reply;
-
-	(void)context;
-	device->now_ns = now_ns;
-	buffer->open = false;
-	buffer->ended_ns = now_ns;
-	buffer->doubt = buffer->synced && !answered(entry);
-	if (!answered(entry))
-		return;
-	wire_pulse_fill8_decode_rep(entry->response_buffer, &reply);
-	if (reply.accepted == buffer->sent)
-		buffer_path_accept(device, buffer->sent);
-	else if (buffer->synced)
-		buffer_lose_sync(device);	/* it was full: what it has is another path */
-	decode_engine(device, &reply.status, entry->timestamp_received);
-	buffer_status(device, &reply.status, now_ns);
-	meter_reply(device, entry, true);
-}
-
-/* Slots in a fill, and the width that carries them. */
-static uint32_t take_slots(struct device *device, bool *wide)
-{
-	struct buffer *buffer = &device->buffer;
-	const uint32_t axes = device->image.engine.axes_enabled;
-	uint32_t most = BUFFER_SLOTS_MAX / axes, k;
-
-	*wide = false;
-	for (k = 0; k < most && k < buffer->pending; k++) {
-		buffer_path_step(device, buffer->end + k,
-				 &buffer->slot[(buffer->first + k) % BUFFER_PENDING]);
-		for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-			if (buffer->step[i] > INT8_MAX || buffer->step[i] < -INT8_MAX) {
-				*wide = true;
-				most = BUFFER_SLOTS_MAX / axes / 2;
-			}
-		}
-	}
-	return k < most ? k : most;
-}
-
-static void put_step(uint8_t *data, int32_t step, bool wide)
-{
-	const uint16_t pulses = (uint16_t)(step < 0 ? -step : step);
-
-	if (wide)
-		wire_put_u16(data, (uint16_t)(pulses | (step < 0 ? 0x8000 : 0)));
-	else
-		*data = (uint8_t)(pulses | (step < 0 ? 0x80 : 0));
-}
-
-static void encode(struct device *device, uint32_t k, bool wide, struct wire_pulse_fill_req *fill)
-{
-	struct buffer *buffer = &device->buffer;
-	const unsigned int axes = device->image.engine.axes_enabled;
-	uint8_t *data = fill->data;
-
-	*fill = (struct wire_pulse_fill_req){ .slots = (uint8_t)k, .axes = (uint8_t)axes };
-	for (uint32_t n = buffer->end; n != buffer->end + k; n++) {
-		for (unsigned int i = 0; i < axes; i++, data += wide ? 2 : 1) {
-			const int32_t *to = buffer->path[(n + 1) % BUFFER_PATH].position;
-			const int32_t *from = buffer->path[n % BUFFER_PATH].position;
-
-			buffer->step[i] = to[i] - from[i];
-			put_step(data, buffer->step[i], wide);
-		}
-	}
-}
-
-static void sent(struct device *device, uint32_t k)
-{
-	struct buffer *buffer = &device->buffer;
-	const uint64_t now = device->now_ns;
-
-	buffer->open = true;
-	buffer->sent = (uint8_t)k;
-	buffer->first = (buffer->first + k) % BUFFER_PENDING;
-	buffer->pending -= k;
-	buffer->empty_ns = (buffer->empty_ns > now ? buffer->empty_ns : now) + k * SLOT_NS;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (buffer_axes(device) >> i & 1) {
-			device->image.engine.axis[i].reference =
-				buffer->path[(buffer->end + k) % BUFFER_PATH].position[i];
-			device->image.engine.axis[i].t_reference_ns = now;
-		}
-	}
-}
-
-static bool send_fill(struct device *device)
-{
-	int32_t before[POKEYS_AXES];
-	struct wire_pulse_fill_req fill;
-	bool wide;
-	uint32_t k;
-
-	memcpy(before, device->buffer.step, sizeof(before));
-	k = take_slots(device, &wide);
-	encode(device, k, wide, &fill);
-	if (!k || !request_send_patiently(device, wide ? WIRE_OP_PULSE_FILL16 :
-					  WIRE_OP_PULSE_FILL8, &fill, fill_ended,
-					  patience(device))) {
-		memcpy(device->buffer.step, before, sizeof(before));
-		return false;
-	}
-	sent(device, k);
-	return true;
-}
-
 bool buffer_send(struct device *device)
 {
 	if (clear_due(device))
 		return device->buffer.clear_open =
 			request_send(device, WIRE_OP_PULSE_BUFFER_CLEAR, NULL, clear_ended, NULL,
 				     NULL);
-	return fill_due(device) && send_fill(device);
+	return fill_due(device) && buffer_fill(device);
 }

@@ -9,15 +9,21 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <pokeys/state.h>
+#include "wire/slots.h"
 
 struct device;
 struct wire_pulse_status_rep;
 
+#define BUFFER_SLOT_NS	UINT64_C(1000000)
+
 enum {
 	BUFFER_PENDING = 128,	/* slots made and not sent */
 	BUFFER_PATH = 256,	/* slots sent: where the axes are after each */
-	BUFFER_SLOTS_MAX = 56,	/* of one request: one axis, a byte each */
+	BUFFER_FILL_MOST = 64,	/* slots of one fill; the device has room for 128 */
 };
+
+/* Does the device take a fill of eight parts (protocol section 1.6)? */
+enum buffer_parts { BUFFER_PARTS_UNKNOWN, BUFFER_PARTS_TAKEN, BUFFER_PARTS_NOT };
 
 struct buffer_slot {
 	int32_t position[POKEYS_AXES];
@@ -32,6 +38,11 @@ struct buffer {
 	bool tells_free;		/* the status counts free slots, not all */
 	uint8_t slots_high;		/* most that a status has named */
 	uint8_t sent;			/* slots of the newest fill */
+	uint8_t parts;			/* enum buffer_parts */
+	uint8_t parts_lost;		/* of those fills, in a row, as long as none was taken */
+	struct wire_multi fill;		/* the newest fill */
+	bool in_parts;			/* ... needed more than one packet */
+	uint8_t data[WIRE_MULTI_DATA];	/* ... its steps */
 	uint8_t lead;			/* slots that the device is ahead of the wire */
 	uint64_t ended_ns;		/* when that fill ended */
 	uint64_t empty_ns;		/* by then the device has executed all of it */
@@ -59,6 +70,19 @@ void buffer_status(struct device *device, const struct wire_pulse_status_rep *st
 		   uint64_t asked_ns);
 /* Bit = axis that is set up for it. */
 uint8_t buffer_axes(const struct device *device);
+
+/* An answer to a fill that has not come by then is not awaited, ns. */
+uint64_t buffer_patience(const struct device *device);
+
+/* buffer_fill.c: slots into a fill. Send one; false: not now. */
+bool buffer_fill(struct device *device);
+/* The last n slots that were sent are not in the device: they wait again. */
+void buffer_take_back(struct device *device, uint32_t n);
+/* The newest fill is not in the device, or nobody knows. */
+void buffer_fill_failed(struct device *device);
+/* A fill's packet of the mailbox is about to leave: if it needs more than one, all of them. */
+bool buffer_in_parts(const struct device *device, const uint8_t packet[WIRE_PK],
+		     uint8_t all[WIRE_MULTI_BYTES]);
 
 /* buffer_path.c */
 void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES]);

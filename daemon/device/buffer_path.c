@@ -34,12 +34,14 @@ void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES
 	}
 }
 
-/* Most pulses in a slot. */
-static int32_t step_max(const struct pokeys_axis *axis)
+/* Most pulses in a slot. The device carries no more than its frequency, whatever the axis may. */
+static int32_t step_max(const struct device *device, const struct pokeys_axis *axis)
 {
 	const double most = ceil((double)axis->max_speed / 1e3);
+	const int32_t khz = device->image.capability.axis_khz;
+	const int32_t carried = khz ? khz : STEP_MAX;
 
-	return most > 0 && most < STEP_MAX ? (int32_t)most : STEP_MAX;
+	return most > 0 && most < carried ? (int32_t)most : carried;
 }
 
 /* Most pulses by which a slot may differ from the one before. */
@@ -67,7 +69,7 @@ static int32_t step_of(const struct device *device, unsigned int i, int64_t dist
 	const struct pokeys_axis *axis = &device->image.engine.axis[i];
 	const int32_t before = device->buffer.step[i];
 	const int32_t change = change_max(axis);
-	int32_t most = step_max(axis);
+	int32_t most = step_max(device, axis);
 
 	if (!(device->motion.driven >> i & 1))
 		return slower(before, change);

@@ -55,18 +55,16 @@ static void try_sync(struct device *device, const struct wire_pulse_status_rep *
 static void resolve(struct device *device, bool executed)
 {
 	struct buffer *buffer = &device->buffer;
-	const struct buffer_slot *end = &buffer->path[buffer->end % BUFFER_PATH];
-	const struct buffer_slot *before = &buffer->path[(buffer->end - 1) % BUFFER_PATH];
 
 	buffer->doubt = false;
 	if (executed) {
 		buffer_path_accept(device, buffer->sent);
+		if (buffer->in_parts)
+			buffer->parts = BUFFER_PARTS_TAKEN;
 		return;
 	}
-	buffer->first = (buffer->first + BUFFER_PENDING - buffer->sent) % BUFFER_PENDING;
-	buffer->pending += buffer->sent;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		buffer->step[i] = buffer->end ? end->position[i] - before->position[i] : 0;
+	buffer_fill_failed(device);
+	buffer_take_back(device, buffer->sent);
 }
 
 static bool on_path(const struct device *device, const int32_t position[POKEYS_AXES],

@@ -33,15 +33,38 @@ static void sane(struct device_config *config)
 		config->lost_after_ns = 200 * MS;
 }
 
+/* A fill of eight parts is one entry of the mailbox and one datagram of eight packets. */
+static int transmit(void *context, const uint8_t *packet, size_t length)
+{
+	const struct device *device = context;
+	uint8_t all[WIRE_MULTI_BYTES];
+
+	if (buffer_in_parts(device, packet, all))
+		return device->io.send(device->io.context, all, sizeof(all));
+	return device->io.send(device->io.context, packet, length);
+}
+
+static int receive(void *context, uint8_t *packet, size_t size, struct pokeys_rx *rx)
+{
+	const struct device *device = context;
+
+	return device->io.receive(device->io.context, packet, size, rx);
+}
+
 void device_init(struct device *device, const struct device_config *config,
 		 const struct pokeys_io *io, struct event_ring *events)
 {
+	const struct pokeys_io own = {
+		.send = transmit, .receive = io->receive ? receive : NULL, .context = device,
+	};
+
 	memset(device, 0, sizeof(*device));
 	device->config = *config;
 	sane(&device->config);
 	device->events = events;
-	if (pokeys_device_init(&device->mailbox, io, &device->config.mailbox) < 0)
-		pokeys_device_init(&device->mailbox, io, NULL);
+	device->io = *io;
+	if (pokeys_device_init(&device->mailbox, &own, &device->config.mailbox) < 0)
+		pokeys_device_init(&device->mailbox, &own, NULL);
 	device->life.address = config->address;
 	device->life.port = config->port;
 	device->image.identity.address = config->address;

@@ -215,6 +215,7 @@ struct device {
 	pokeys_device_t mailbox;	/* first: parsers find the device by it */
 	struct device_config config;
 	struct event_ring *events;
+	struct pokeys_io io;		/* the mailbox' way out, see device.c */
 	struct talk talk[EVENT_CODES];
 	uint64_t now_ns;		/* of the call we are in */
 	uint64_t cycle, tick_ns;
