@@ -13,7 +13,7 @@ CLIENTS = {"blocking": "sendto, select, recvfrom, one question after the other (
 DAEMONS = {"sleep": ("pokeysd, mode sleep", {"mode": "sleep"}),
            "spin": ("pokeysd, mode spin", {"mode": "spin"}),
            "socket": ("pokeysd, mode sleep, transport socket", {"mode": "sleep", "transport": "socket"})}
-POLLED = {"sleep-napi": ("pokeysd, mode sleep, busy-poll-us 50", {"mode": "sleep", "busy_poll_us": 50})}
+POLLED = {"sleep-napi": ("pokeysd, mode napi, busy-poll-us 50", {"mode": "napi", "busy_poll_us": 50})}
 NAMES = {**CLIENTS, **{name: text for name, (text, _) in {**DAEMONS, **POLLED}.items()}}
 
 

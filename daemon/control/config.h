@@ -22,6 +22,7 @@ enum {
 };
 
 enum config_transport { CONFIG_AUTO, CONFIG_IO_URING, CONFIG_SOCKET, CONFIG_XDP };
+enum config_wait { CONFIG_WAIT_AUTO, CONFIG_WAIT_SLEEP, CONFIG_WAIT_NAPI, CONFIG_WAIT_SPIN };
 
 /* Everything in the units that its users want. */
 struct config {
@@ -35,8 +36,9 @@ struct config {
 	uint64_t record_interval_ns;
 	bool interface_dedicated;		/* for pokeys-guard */
 	enum config_transport transport;
-	uint32_t busy_poll_us;
-	struct loop_options loop;
+	enum config_wait wait;
+	uint32_t busy_poll_us;			/* with CONFIG_WAIT_NAPI */
+	struct loop_options loop;		/* mode is chosen by waiting_choose() */
 	int cpu;				/* -1 = not pinned */
 	int priority;
 	bool realtime_required;

@@ -73,7 +73,7 @@ void config_convert_daemon(const struct config_raw_daemon *raw, struct config *o
 	out->transport = (enum config_transport)raw->transport;
 	out->busy_poll_us = (uint32_t)raw->busy_poll_us;
 	out->loop.period_ns = (uint64_t)raw->period_us * 1000;
-	out->loop.mode = (enum loop_mode)raw->mode;
+	out->wait = (enum config_wait)raw->mode;
 	out->loop.collect = raw->collect;
 	out->loop.phase_lock = (enum loop_phase_lock)raw->phase_lock;
 	out->loop.duty = raw->duty;

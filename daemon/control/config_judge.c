@@ -135,6 +135,9 @@ void config_judge(struct config_file *file, struct config *out)
 	if (file->daemon.transport == CONFIG_XDP && !*file->daemon.interface)
 		config_fault(file, config_line_of(&file->daemon_lines, "transport", 0),
 			     "[daemon]: transport = xdp belongs to one interface; interface is not given");
+	if (file->daemon.mode == CONFIG_WAIT_NAPI && !file->daemon.busy_poll_us)
+		config_fault(file, config_line_of(&file->daemon_lines, "mode", 0),
+			     "[daemon]: mode = napi polls for busy-poll-us, which is 0");
 	if (!file->devices && !file->faults)
 		config_fault(file, 0, "there is no [device NAME] section");
 	for (uint32_t i = 0; i < file->devices; i++)

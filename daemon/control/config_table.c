@@ -51,14 +51,20 @@ static const struct config_key own[] = {
 	    .words = WORDS({ "shared", 0 }, { "dedicated", 1 }), .fallback = "shared",
 	    .help = "What pokeys-guard(8), if it is started, lets in at the interface: shared all that "
 		    "is not aimed at the daemon, dedicated the devices, ARP and ICMP only."),
-	KEY(DAEMON(busy_poll_us), "busy-poll-us", CONFIG_INTEGER, RANGE(0, 10000), .fallback = "0",
-	    .unit = "us",
-	    .help = "How long a wait for a packet polls the network card before it sleeps; "
-		    "0 never polls."),
 	KEY(DAEMON(mode), "mode", CONFIG_INTEGER, WORDS_ONLY,
-	    .words = WORDS({ "sleep", LOOP_SLEEP }, { "spin", LOOP_SPIN }), .fallback = "sleep",
-	    .help = "sleep gives the processor back between packets; spin keeps it, reacts a few "
-		    "microseconds faster and wants a core of its own."),
+	    .words = WORDS({ "auto", CONFIG_WAIT_AUTO }, { "sleep", CONFIG_WAIT_SLEEP },
+			   { "napi", CONFIG_WAIT_NAPI }, { "spin", CONFIG_WAIT_SPIN }),
+	    .fallback = "auto",
+	    .help = "How the realtime thread waits. sleep gives the processor back until a packet "
+		    "comes; napi polls the network card for a while first, which needs interface, "
+		    "io_uring and Linux 6.9; spin keeps the processor, reacts a few microseconds "
+		    "faster and wants a core of its own. auto takes spin on an isolated core that "
+		    "LinuxCNC does not take, else napi where it is to be had, else sleep, and says "
+		    "why."),
+	KEY(DAEMON(busy_poll_us), "busy-poll-us", CONFIG_INTEGER, RANGE(0, 10000),
+	    .fallback = "200", .unit = "us",
+	    .help = "With mode napi: how long a wait for a reply polls the network card before it "
+		    "sleeps; 0: auto never takes napi."),
 	KEY(DAEMON(period_us), "period-us", CONFIG_INTEGER, RANGE(250, 4000), .fallback = "1000",
 	    .unit = "us",
 	    .help = "Length of a cycle. Each device is asked and the shared memory is written once "

@@ -86,12 +86,32 @@ static int open_memory(struct daemon *daemon)
 	return result == -EBUSY ? STATUS_BUSY : STATUS_FAILED;
 }
 
+/* How to wait, from what this machine offers; said, for nobody has asked for just that. */
+static void choose_waiting(struct daemon *daemon)
+{
+	struct waiting *waiting = &daemon->waiting;
+	struct waiting_facts facts;
+	char poll[48] = "";
+
+	waiting_look(daemon->config, &facts);
+	waiting_choose(&facts, waiting);
+	if (waiting->busy_poll_us)
+		snprintf(poll, sizeof(poll), " (polls the card for up to %u us)",
+			 waiting->busy_poll_us);
+	if (waiting->refused)
+		log_line(EVENT_WARNING, "mode is %s instead of %s: %s", waiting_name(waiting->wait),
+			 waiting_name(facts.wanted), waiting->why);
+	else
+		log_line(EVENT_INFO, "mode is %s%s: %s", waiting_name(waiting->wait), poll,
+			 waiting->why);
+}
+
 static int open_transport(struct daemon *daemon)
 {
 	const struct config *config = daemon->config;
 	const struct transport_options options = {
-		.spin = config->loop.mode == LOOP_SPIN,
-		.busy_poll_us = config->busy_poll_us,
+		.spin = daemon->waiting.mode == LOOP_SPIN,
+		.busy_poll_us = daemon->waiting.busy_poll_us,
 		.interface = *config->interface ? config->interface : NULL,
 	};
 	const char *why = NULL;
@@ -127,6 +147,7 @@ static int open_devices(struct daemon *daemon)
 	int result;
 
 	loop->options = config->loop;
+	loop->options.mode = daemon->waiting.mode;
 	loop->count = config->devices;
 	daemon->devices = aligned_alloc(64, size * config->devices);
 	if (!daemon->devices) {
@@ -142,7 +163,7 @@ static int open_devices(struct daemon *daemon)
 		return STATUS_FAILED;
 	}
 	daemon->prepared = true;
-	if (config->loop.mode == LOOP_SPIN && loop->options.duty < config->loop.duty)
+	if (loop->options.mode == LOOP_SPIN && loop->options.duty < config->loop.duty)
 		log_line(EVENT_WARNING, "duty = %g is more than the kernel leaves to realtime "
 			 "threads (kernel.sched_rt_runtime_us); using %g", config->loop.duty,
 			 loop->options.duty);
@@ -162,7 +183,10 @@ int daemon_open(struct daemon *daemon)
 
 	status = status ? status : lock_memory(daemon);
 	status = status ? status : open_memory(daemon);
-	status = status ? status : open_transport(daemon);
+	if (status)
+		return status;
+	choose_waiting(daemon);
+	status = open_transport(daemon);
 	if (status)
 		return status;
 	status = open_devices(daemon);

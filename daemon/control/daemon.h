@@ -14,10 +14,12 @@
 #include "daemon/control/keeper.h"
 #include "daemon/control/metrics.h"
 #include "daemon/control/report.h"
+#include "daemon/control/waiting.h"
 #include "daemon/control/watchdog.h"
 
 struct daemon {
 	const struct config *config;
+	struct waiting waiting;
 	struct loop loop;
 	struct shm_host *host;
 	struct finder finder;

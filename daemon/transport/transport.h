@@ -147,4 +147,10 @@ int transport_open(struct transport **out, const char *name,
 		   const struct transport_options *options, const char **why);
 void transport_close(struct transport *t);
 
+/*
+ * Whether this process may have a ring: 0 or -errno, and in *napi whether a ring
+ * can poll network cards (busy_poll_us): 0 or -errno. Cold.
+ */
+int transport_probe_ring(int *napi);
+
 #endif

@@ -160,6 +160,26 @@ int uring_open_sized(struct uring *u, const struct transport_options *options,
 	return rc;
 }
 
+int transport_probe_ring(int *napi)
+{
+	struct napi_request request = { .timeout_us = 1, .prefer = 1 };
+	struct uring *u = transport_memory_map(sizeof(*u));
+	int rc;
+
+	*napi = -ENOSYS;
+	if (!u)
+		return -ENOMEM;
+	rc = uring_open_sized(u, &(struct transport_options){ 0 },
+			      &(struct uring_sizes){ 4, 8, 4 });
+	if (rc == 0) {
+		*napi = ring_register(u, REGISTER_NAPI, &request, 1);
+		*napi = *napi < 0 ? *napi : 0;
+		release(u);
+	}
+	transport_memory_unmap(u, sizeof(*u));
+	return rc;
+}
+
 int uring_open(struct transport *t, const struct transport_options *options)
 {
 	static const struct uring_sizes sizes = {

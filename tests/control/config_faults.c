@@ -57,7 +57,7 @@ static void a_fault_names_line_section_key_and_range(void **state)
 	assert_fault("[daemon]\n\nperiod-us = 100\n" GOOD,
 		     "f:3: [daemon]: period-us: \"100\" is out of range; allowed: 250..4000");
 	assert_fault("[daemon]\nmode = fast\n" GOOD,
-		     "f:2: [daemon]: mode: \"fast\" is not allowed; allowed: sleep | spin");
+		     "f:2: [daemon]: mode: \"fast\" is not allowed; allowed: auto | sleep | napi | spin");
 	assert_fault("[daemon]\ncpu =\n" GOOD,
 		     "f:2: [daemon]: cpu has no value; allowed: any | 0..1023");
 	assert_fault(GOOD "port = 65536",
@@ -74,6 +74,8 @@ static void a_fault_names_line_section_key_and_range(void **state)
 	assert_fault("[daemon]\ntransport = xdp\n" GOOD,
 		     "f:2: [daemon]: transport = xdp belongs to one interface; interface is not "
 		     "given");
+	assert_fault("[daemon]\nbusy-poll-us = 0\nmode = napi\n" GOOD,
+		     "f:3: [daemon]: mode = napi polls for busy-poll-us, which is 0");
 	assert_fault("[daemon]\nduty = 0.95\n" GOOD,
 		     "f:2: [daemon]: duty: \"0.95\" is out of range; allowed: 0.1..0.9, or 1");
 }
@@ -275,7 +277,7 @@ static void what_is_written_arrives_in_the_units_of_its_users(void **state)
 			       "3,4\nencoder.24.sampling = 2\n"
 			       "emergency-pin = 52\nfast-encoders = on\n"), 0);
 	assert_int_equal(config.loop.period_ns, 500000);
-	assert_int_equal(config.loop.mode, LOOP_SPIN);
+	assert_int_equal(config.wait, CONFIG_WAIT_SPIN);
 	assert_int_equal(config.cpu, 3);
 	assert_false(config.realtime_required);
 	assert_int_equal(config.discovery_addresses, 2);
