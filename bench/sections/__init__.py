@@ -24,6 +24,7 @@ ORDER = (
     "everything",
     "devices",
     "loss",
+    "motion",
     "shared_memory",
     "readers",
     "exchange",
