@@ -111,13 +111,13 @@ def test_the_daemon_is_killed_while_linuxcnc_runs():
         stale, fresh = [], []
         for _ in range(ROUNDS):
             time.sleep(rng.random() * 0.2)
-            killed, before = time.monotonic(), late()
+            killed, so_late = time.monotonic(), late()
             daemon.kill()
             daemon.wait()
-            stale.append((hal.wait(killed, PATIENCE, pin="stale", value=True), late() - before))
-            began, before = time.monotonic(), late()
+            stale.append((hal.wait(killed, PATIENCE, pin="stale", value=True), late() - so_late))
+            began, so_late = time.monotonic(), late()
             daemon = house.start_daemon(wait=False)
-            fresh.append((hal.wait(began, PATIENCE, pin="connected", value=True), late() - before))
+            fresh.append((hal.wait(began, PATIENCE, pin="connected", value=True), late() - so_late))
         last = hal.ask()
         assert last["pid"] == first["pid"] != 0, "rtapi_app is another one"
         assert last["beats"] > first["beats"], "the servo thread stands"
@@ -142,10 +142,10 @@ def test_linuxcnc_is_killed():
             hal = Hal(house)
             hal.wait(0, PATIENCE, pin="connected", value=True)
             wait_for("the output on", lambda: "latch=1" in house.ask_sim(sim, "pin", OUT))
-            killed, before = time.monotonic(), late()
+            killed, so_late = time.monotonic(), late()
             hal.kill()
             wait_for("the output off", lambda: "latch=0" in house.ask_sim(sim, "pin", OUT))
-            safe.append((time.monotonic() - killed, late() - before))
+            safe.append((time.monotonic() - killed, late() - so_late))
         promised("outputs in the safe state after LinuxCNC's death", safe, SAFE_S)
     left = shared_memory() - before
     assert not left, f"left in /dev/shm: {left}"
@@ -161,9 +161,9 @@ def test_the_device_reboots():
         for number in range(ROUNDS):
             time.sleep(rng.random() * 0.2)
             house.ask_sim(sim, "reboot", "lose-config" if number % 2 else "keep-config")
-            began, before = time.monotonic(), late()
+            began, so_late = time.monotonic(), late()
             hal.wait(began - 0.1, PATIENCE, pin="connected", value=False)
-            again.append((hal.wait(began + boot_s, PATIENCE, pin="connected", value=True), late() - before))
+            again.append((hal.wait(began + boot_s, PATIENCE, pin="connected", value=True), late() - so_late))
         equal(daemon.poll(), None, house.log())
         hal.kill()
         promised("pins fresh after the device answers again", again, REBOOT_S)
