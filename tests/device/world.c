@@ -23,6 +23,7 @@
 #include "wire/pulse.h"
 
 #define ADDRESS UINT32_C(0x7f000001)
+#define BEGIN (1000 * SECOND)
 #define PORT 20055
 
 uint64_t world_seed(void)
@@ -35,6 +36,23 @@ uint64_t world_seed(void)
 	seed = given ? strtoull(given, NULL, 0) : (uint64_t)t.tv_sec * 1000000007u + (uint64_t)t.tv_nsec;
 	printf("POKEYS_SEED=%" PRIu64 "\n", seed);
 	return seed;
+}
+
+uint64_t world_device_time(const struct world *world)
+{
+	const int64_t since = (int64_t)(world->now - BEGIN);
+
+	return world->now + (uint64_t)(since * world->device_ppm / 1000000);
+}
+
+/* ... and when by ours; never too early. */
+static uint64_t host_time(const struct world *world, uint64_t device_ns)
+{
+	const double since = (double)(int64_t)(device_ns - BEGIN);
+
+	if (device_ns == SIM_RIG_NEVER || !world->device_ppm)
+		return device_ns;
+	return BEGIN + (uint64_t)(since * 1e6 / (1e6 + world->device_ppm)) + 2;
 }
 
 static void account(struct world *world, const uint8_t *packet)
@@ -66,7 +84,7 @@ static int send(void *context, const uint8_t *packet, size_t length)
 	account(world, packet);
 	if (world->swallow)
 		return 0;
-	sim_rig_send(&world->rig, world->now, packet, length);
+	sim_rig_send(&world->rig, world_device_time(world), packet, length);
 	return 0;
 }
 
@@ -102,7 +120,7 @@ void world_init(struct world *world, const struct sim_rig_options *options)
 	world->config.settings.set = POKEYS_SET_FAILSAFE;
 	world->config.settings.failsafe_timeout = 10;
 	world->config.settings.failsafe_peripherals = 15;
-	world->now = 1000 * SECOND;
+	world->now = BEGIN;
 	world->tick = world->now;
 	world->attached = true;
 	world_start(world);
@@ -213,7 +231,8 @@ static void deliver(struct world *world)
 	uint8_t packet[600];
 	size_t length;
 
-	while ((length = sim_rig_receive(&world->rig, world->now, packet, sizeof(packet))) > 0) {
+	while ((length = sim_rig_receive(&world->rig, world_device_time(world), packet,
+					 sizeof(packet))) > 0) {
 		const struct pokeys_rx rx = {
 			.t_ns = world->now, .address = ADDRESS, .port = PORT,
 		};
@@ -228,7 +247,7 @@ static void deliver(struct world *world)
 static void serve(struct world *world, uint64_t until_ns, bool until_complete)
 {
 	while (!until_complete || !device_fast_complete(world->device)) {
-		const uint64_t next = lesser(sim_rig_next(&world->rig),
+		const uint64_t next = lesser(host_time(world, sim_rig_next(&world->rig)),
 					     device_next_deadline(world->device));
 
 		if (next >= until_ns)

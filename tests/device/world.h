@@ -37,6 +37,7 @@ struct world {
 	bool attached;			/* the device layer may look at the image */
 	int refused;			/* the image cannot be read: this -errno */
 	bool flags_are_noise;		/* command.flags may be refused: I7 is not checked */
+	int device_ppm;			/* how much faster the device's clock goes than ours */
 	bool unplugged;			/* the kernel refuses to send */
 	uint64_t motion_sent;		/* requests for motion, at the last look */
 	unsigned int fresh_high;	/* most new requests in a cycle */
@@ -107,6 +108,9 @@ void world_machine_on(struct world *world);
 /* Faults on both ways. */
 void world_faults(struct world *world, const struct sim_link_faults *faults);
 void world_loss(struct world *world, double loss);
+
+/* What the device's clock says now. */
+uint64_t world_device_time(const struct world *world);
 
 /* From POKEYS_SEED, or the clock; printed. */
 uint64_t world_seed(void);

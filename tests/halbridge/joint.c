@@ -60,6 +60,35 @@ static void feedback_and_command_meet_for_every_pulse(void **state)
 	}
 }
 
+/*
+ * A slow joint for 10^8 periods, with a scale and a speed that no period divides
+ * evenly: each position is rounded by itself, so no error adds up. Every 37th period
+ * is looked at, and what the pulses should be is worked out in whole numbers: after n
+ * periods of a third of 1e-6 units at 1066.6 pulses a unit, n * 10666 / 3e7.
+ */
+static void a_hundred_million_periods_do_not_drift(void **state)
+{
+	const int64_t periods = 100000000;
+	int64_t worst = 0;
+
+	(void)state;
+	joint->scale = 1066.6;
+	rig_period(&rig);
+	for (int64_t n = 0; n <= periods; n += n + 37 > periods && n < periods ? periods - n : 37) {
+		const int64_t exact = (n * 10666 + 15000000) / 30000000;
+		int64_t off;
+
+		joint->pos_cmd = (double)n / 3e6;
+		joint_write(&rig.exchange.joint[2], joint, 2, 1, &rig.daemon.engine.axis[2],
+			    &rig.exchange.command.axis[2], &rig.exchange.refusals);
+		off = axis->position - exact;
+		worst = llabs(off) > worst ? llabs(off) : worst;
+	}
+	assert_int_equal(axis->position, 35553);	/* 35553.3 */
+	assert_true(worst <= 1);	/* a tie may be rounded either way */
+	assert_false(joint->refused);
+}
+
 static void a_negative_scale_turns_both_ways(void **state)
 {
 	(void)state;
@@ -264,6 +293,7 @@ int main(void)
 		cmocka_unit_test_setup(commands_become_pulses, setup),
 		cmocka_unit_test_setup(positions_are_rounded_to_the_nearest_pulse, setup),
 		cmocka_unit_test_setup(feedback_and_command_meet_for_every_pulse, setup),
+		cmocka_unit_test_setup(a_hundred_million_periods_do_not_drift, setup),
 		cmocka_unit_test_setup(a_negative_scale_turns_both_ways, setup),
 		cmocka_unit_test_setup(what_does_not_fit_never_reaches_the_image, setup),
 		cmocka_unit_test_setup(a_velocity_that_is_no_number_becomes_zero, setup),
