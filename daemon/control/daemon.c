@@ -86,6 +86,16 @@ static int open_memory(struct daemon *daemon)
 	return result == -EBUSY ? STATUS_BUSY : STATUS_FAILED;
 }
 
+/* Before anything is asked of it. */
+static int find_interface(const struct config *config)
+{
+	if (!*config->interface || if_nametoindex(config->interface))
+		return 0;
+	log_line(EVENT_ERROR, "there is no network interface %s (ip link lists those that are "
+		 "there)", config->interface);
+	return STATUS_FAILED;
+}
+
 /* How to wait, from what this machine offers; said, for nobody has asked for just that. */
 static void choose_waiting(struct daemon *daemon)
 {
@@ -117,11 +127,6 @@ static int open_transport(struct daemon *daemon)
 	const char *why = NULL;
 	int result;
 
-	if (*config->interface && !if_nametoindex(config->interface)) {
-		log_line(EVENT_ERROR, "there is no network interface %s (ip link lists those that "
-			 "are there)", config->interface);
-		return STATUS_FAILED;
-	}
 	result = transport_open(&daemon->loop.transport, config_transport_name(config->transport),
 				&options, &why);
 
@@ -183,6 +188,7 @@ int daemon_open(struct daemon *daemon)
 
 	status = status ? status : lock_memory(daemon);
 	status = status ? status : open_memory(daemon);
+	status = status ? status : find_interface(daemon->config);
 	if (status)
 		return status;
 	choose_waiting(daemon);

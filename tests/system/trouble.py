@@ -306,7 +306,7 @@ def test_a_faulty_configuration_starts_nothing():
     with House(mode="fast") as house:
         daemon = house.start_daemon(wait=False)
         equal(daemon.wait(PATIENCE), 78, house.log())
-        assert "mode" in house.log() and "sleep | spin" in house.log(), house.log()
+        assert "mode" in house.log() and "auto | sleep | napi | spin" in house.log(), house.log()
         assert not house.runtime.exists(), list(house.runtime.iterdir())
 
 
