@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import subprocess
+import time
 
 from figures import Skip
 from network import HERE, Network
@@ -26,14 +27,18 @@ class Bench(Rig):
         self.address, self.there = self.network.device, self.network.there
         self.interface = self.network.interface
         self.here = HERE
+        self.section_end = None  # no further round begins after it
 
     def say(self, text):
         print(f"bench: {text}", flush=True)
 
     def turns(self, what, rounds=None):
-        """The rounds, one after the other, said."""
+        """The rounds, one after the other, said; fewer where the section's time is over."""
         rounds = rounds or self.rounds
         for number in range(rounds):
+            if number and self.section_end and time.monotonic() > self.section_end:
+                self.say(f"{what}: its time is over after {number} of {rounds} rounds")
+                return
             self.say(f"{what}, round {number + 1} of {rounds}")
             yield number
 

@@ -14,7 +14,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
 # pylint: disable=wrong-import-position
-from bench import Bench
+from bench import UNAVAILABLE, Bench
 from figures import Skip, table
 from machine import describe, machine
 from rig import Fault
@@ -32,6 +32,7 @@ def measure_section(bench, name):
     """What stands in report.json of one section."""
     module, began = section(name), time.monotonic()
     entry = {}
+    bench.section_end = began + module.SECONDS
     bench.say(module.TITLE)
     try:
         entry["found"] = module.measure(bench)
@@ -122,7 +123,11 @@ def main():
     if chosen.readme:
         print("\n".join(readme(json.loads((folder / "report.json").read_text(encoding="utf-8")))))
         return 0
-    bench = Bench(chosen.build, chosen.quick)
+    try:
+        bench = Bench(chosen.build, chosen.quick)
+    except Fault as why:
+        print(f"bench: skipped: {why}", file=sys.stderr)
+        return UNAVAILABLE
     try:
         report = measure(bench, names)
     finally:

@@ -4,7 +4,7 @@
 A section is a module of this folder with
 
     TITLE       its heading
-    SECONDS     about how long it takes, for --list and the limit of the whole
+    SECONDS     how long it takes at most on a quiet machine; later no round of it begins
     measure(bench) -> found
                 what was found, as plain JSON. Processes are started and ended by the
                 bench (bench/bench.py); it has ended all of them before the next section.

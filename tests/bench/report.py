@@ -41,7 +41,7 @@ def section(raised=None, rows=()):
         if raised:
             raise raised
         return {"number": 1}
-    return types.SimpleNamespace(TITLE="Something", measure=take, figures=lambda found: list(rows),
+    return types.SimpleNamespace(TITLE="Something", SECONDS=1, measure=take, figures=lambda found: list(rows),
                                  report=lambda found: [f"number {found['number']}"])
 
 

@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Boot a PREEMPT_RT kernel with systemd in a virtual machine and run guest.sh in it.
+"""Boot a PREEMPT_RT kernel with systemd in a virtual machine and run a script in it.
 
-    run.py BUILD        BUILD is the build folder; disk and results are in BUILD/vm
+    run.py BUILD service   guest.sh, two processors: that everything happens
+    run.py BUILD timing    guest-timing.sh, one processor that counts instructions:
+                           how long it takes, the same in each run; judged by timing.py
 
-The disk is built once a week, or when image.sh changes. KVM is used where the
-processor has it and a machine really comes up with it; emulation does as well.
-Prints each check of guest.sh; status 77 with the reason where it cannot run.
+BUILD is the build folder. The disk is in BUILD/vm, built once a week or when image.sh
+changes; results and histograms stay in BUILD/vm/service and BUILD/vm/timing. For the
+first, KVM is used where the processor has it and a machine really comes up with it;
+emulation does as well. Prints each check of the script; status 77 with the reason
+where it cannot run.
 """
 import datetime
 import hashlib
@@ -16,12 +20,16 @@ import shutil
 import subprocess
 import sys
 
+import timing
+
 HERE = pathlib.Path(__file__).resolve().parent
 NEEDS = {"qemu-system-x86_64": "qemu-system-x86", "mmdebstrap": "mmdebstrap", "mke2fs": "e2fsprogs"}
 FILES = ("disk.ext4", "vmlinuz", "initrd")
 KERNEL = ("root=/dev/vda rw console=ttyS0 quiet loglevel=3 panic=-1 mitigations=off tsc=reliable "
-          "isolcpus=managed_irq,domain,1 nohz_full=1 rcu_nocbs=1 systemd.show_status=no")
-KVM_SECONDS, SECONDS = 120, 420
+          "systemd.show_status=no")
+ISOLATED = " isolcpus=managed_irq,domain,1 nohz_full=1 rcu_nocbs=1"
+# one or two minutes on a host that has nothing else to do
+KVM_SECONDS, SECONDS = 300, 1700
 
 
 def skip(why):
@@ -49,25 +57,33 @@ def image(folder):
     return made
 
 
-def shares(build, folder):
-    """What the guest sees: /in with the installed tree and its script, /out empty."""
+def shares(build, folder, script):
+    """What the guest sees: /in with the installed tree and its scripts, /out empty."""
     for name in ("in", "out"):
         shutil.rmtree(folder / name, ignore_errors=True)
         (folder / name).mkdir(parents=True)
     subprocess.run(["meson", "install", "-C", str(build), "--no-rebuild", "--quiet",
                     "--destdir", str(folder / "in/install")], check=True, stdout=subprocess.DEVNULL)
-    shutil.copy(HERE / "guest.sh", folder / "in")
+    shutil.copy(HERE / "lib.sh", folder / "in")
+    shutil.copy(HERE / script, folder / "in/guest.sh")
+
+
+ACCELERATORS = {
+    "kvm": ["-accel", "kvm", "-cpu", "host", "-smp", "2"],
+    "tcg": ["-accel", "tcg,thread=multi", "-cpu", "max", "-smp", "2"],
+    # an instruction takes 2^3 ns; with a second processor it hangs
+    "icount": ["-accel", "tcg,thread=single", "-icount", f"shift={timing.SHIFT},sleep=off", "-cpu", "max",
+               "-smp", "1"],
+}
 
 
 def command(disk, folder, accelerator):
-    machine = {"kvm": ["-accel", "kvm", "-cpu", "host"],
-               "tcg": ["-accel", "tcg,thread=multi", "-cpu", "max"]}[accelerator]
     share = []
     for name, read_only in (("in", ",readonly=on"), ("out", "")):
         share += ["-virtfs", f"local,path={folder / name},mount_tag={name},security_model=none{read_only}"]
-    return ["qemu-system-x86_64", *machine, "-smp", "2", "-m", "1536", "-nographic", "-no-reboot",
+    return ["qemu-system-x86_64", *ACCELERATORS[accelerator], "-m", "1536", "-nographic", "-no-reboot",
             "-nic", "none", "-kernel", str(disk / "vmlinuz"), "-initrd", str(disk / "initrd"),
-            "-append", KERNEL, *share,
+            "-append", KERNEL + ("" if accelerator == "icount" else ISOLATED), *share,
             "-drive", f"file={disk / 'disk.ext4'},format=raw,if=none,id=disk,snapshot=on",
             "-device", "virtio-blk-pci,drive=disk,num-queues=1"]
 
@@ -89,7 +105,7 @@ def has_kvm():
     return ("vmx" in flags or "svm" in flags) and os.access("/dev/kvm", os.R_OK | os.W_OK)
 
 
-def run(disk, folder):
+def run_service(disk, folder):
     lines = boot(disk, folder, "kvm", KVM_SECONDS) if has_kvm() else []
     if not lines:
         shutil.rmtree(folder / "out")
@@ -98,22 +114,34 @@ def run(disk, folder):
     return lines
 
 
+def run_timing(disk, folder):
+    lines = boot(disk, folder, "icount", SECONDS)
+    if "end" not in lines or any(line.startswith("FAIL") for line in lines):
+        return lines
+    return lines[:-1] + timing.judge(folder) + ["end"]
+
+
+TIERS = {"service": ("guest.sh", run_service), "timing": ("guest-timing.sh", run_timing)}
+
+
 def main():
-    build = pathlib.Path(sys.argv[1]).resolve()
+    build, tier = pathlib.Path(sys.argv[1]).resolve(), sys.argv[2]
+    script, run = TIERS[tier]
     missing = [package for program, package in NEEDS.items() if not shutil.which(program)]
     if missing:
         skip(f"not installed: {' '.join(missing)}")
     if os.geteuid():
         skip("only root can make the disk of the virtual machine")
-    folder = build / "vm"
-    folder.mkdir(exist_ok=True)
-    disk = image(folder)
-    shares(build, folder)
+    folder = build / "vm" / tier
+    folder.mkdir(parents=True, exist_ok=True)
+    disk = image(build / "vm")
+    shares(build, folder, script)
     lines = run(disk, folder)
     print("\n".join(lines))
     if "end" not in lines:
         print(f"FAIL the machine did not come to its end; see {folder}/console.log and {folder}/out")
         return 1
+    print(f"results and histograms are in {folder}/out")
     return 1 if any(line.startswith("FAIL") for line in lines) else 0
 
 
