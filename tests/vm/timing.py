@@ -14,8 +14,9 @@ import statistics
 SHIFT = 3
 NS_PER_INSTRUCTION = 1 << SHIFT
 WAKE_UP_RATIO = 1.2
-# Measured, and a tenth more: names=both, a 57CNC with the preset demo, nothing linked.
-HAL_INSTRUCTIONS = None
+# 14,109 and 9,738 measured (Linux 6.1-rt, gcc 12), and a tenth more: names=both, a 57CNC
+# with the preset demo, nothing linked.
+HAL_INSTRUCTIONS = 26200
 PARTS = {"p50": 0.5, "p99": 0.99}
 # a bucket of the daemon's histograms: a quarter of an octave
 BUCKETS = [64 * 2 ** octave * (4 + quarter) / 4 / 1000 for octave in range(26) for quarter in range(4)]
@@ -64,7 +65,7 @@ def lines_of(found):
                       f"cyclictest {row['cyclictest_us']} us, pokeysd {row['pokeysd_from_us']:.0f} to"
                       f" {row['pokeysd_to_us']:.0f} us, at least {ratio:.2f} of it (limit {WAKE_UP_RATIO})")
     count = sum(found["hal_instructions"].values())
-    yield verdict("read_and_write_within_their_budget", HAL_INSTRUCTIONS is None or count <= HAL_INSTRUCTIONS,
+    yield verdict("read_and_write_within_their_budget", count <= HAL_INSTRUCTIONS,
                   f"read {found['hal_instructions']['read']} and write {found['hal_instructions']['write']}"
                   f" instructions, budget {HAL_INSTRUCTIONS}")
 
