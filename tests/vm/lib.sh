@@ -50,7 +50,7 @@ install_it() {
 start_simulator() { # [systemd property]
 	systemd-run --quiet --unit=pokeys-sim "$@" \
 		pokeys-sim --model 57CNC --address 127.0.0.1 --control $sim --preset demo
-	within 60 test -S $sim
+	within 180 test -S $sim
 }
 
 # A servo thread of so many ns with the module in it; everything alive before it returns.
@@ -67,7 +67,7 @@ start_linuxcnc() {
 		--property=LimitMEMLOCK=infinity --property=StandardOutput=append:/out/linuxcnc \
 		--property=StandardError=append:/out/linuxcnc --property=WorkingDirectory=~ \
 		halrun -f /tmp/servo.hal
-	within 120 pin_is connected TRUE
+	within 360 pin_is connected TRUE
 }
 
 kernel_is_realtime() { uname -v | grep PREEMPT_RT && [ "$(cat /sys/kernel/realtime)" = 1 ]; }
