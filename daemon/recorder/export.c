@@ -16,11 +16,11 @@
 #include <string.h>
 #include <time.h>
 #include "daemon/recorder/export.h"
-#include "daemon/recorder/frame.h"
 #include "daemon/recorder/pcapng.h"
 #include "daemon/recorder/words.h"
+#include "daemon/transport/frame.h"
 
-enum { CHUNK = 512, STORE = 128 };
+enum { CHUNK = 512, STORE = 128, DATAGRAM_MAX = 65507 };
 
 struct exporter {
 	const struct recorder_file *file;
@@ -55,12 +55,19 @@ static uint32_t interface_of(const struct exporter *e, uint8_t device)
 	return e->options->device == EXPORT_ALL ? device : 0;
 }
 
-static struct frame_end end_of(const struct exporter *e, uint32_t address, uint16_t port)
+/* From us to the device, or from it to us. */
+static struct frame_path path_of(const struct exporter *e, const struct recorder_slot *slot)
 {
-	struct frame_end end = { .address = address, .port = port };
+	const bool sent = slot->kind == RECORDER_SENT;
+	struct frame_path path = {
+		.from = sent ? slot->local : slot->peer, .to = sent ? slot->peer : slot->local,
+		.from_port = sent ? slot->local_port : slot->peer_port,
+		.to_port = sent ? slot->peer_port : slot->local_port,
+	};
 
-	memcpy(end.mac, stations_mac(e->options->stations, address), 6);
-	return end;
+	memcpy(path.from_mac, stations_mac(e->options->stations, path.from), FRAME_MAC);
+	memcpy(path.to_mac, stations_mac(e->options->stations, path.to), FRAME_MAC);
+	return path;
 }
 
 static void describe(const struct recorder_slot *slot, char *text, size_t size)
@@ -76,24 +83,20 @@ static void describe(const struct recorder_slot *slot, char *text, size_t size)
 
 static void put_packet(struct exporter *e, const struct recorder_slot *slot)
 {
-	const struct frame_end peer = end_of(e, slot->peer, slot->peer_port);
-	const struct frame_end own = end_of(e, slot->local, slot->local_port);
+	const struct frame_path path = path_of(e, slot);
 	const bool sent = slot->kind == RECORDER_SENT;
-	const struct frame frame = {
-		.from = sent ? own : peer, .to = sent ? peer : own, .length = slot->length,
-		.kept = slot->length < RECORDER_DATA ? slot->length : RECORDER_DATA,
-		.data = slot->data,
-	};
-	uint8_t bytes[FRAME_HEADERS + RECORDER_DATA];
+	const size_t length = slot->length < DATAGRAM_MAX ? slot->length : DATAGRAM_MAX;
+	const size_t kept = length < RECORDER_DATA ? length : RECORDER_DATA;
+	uint8_t frame[FRAME_HEAD + RECORDER_DATA];
 	char comment[128];
 	const struct pcapng_packet packet = {
 		.interface = interface_of(e, slot->device), .inbound = !sent, .outbound = sent,
 		.t_ns = slot->t_ns + (uint64_t)e->options->wall_ns,
-		.kept = (uint32_t)frame_build(&frame, bytes, sizeof(bytes)),
-		.length = FRAME_HEADERS + slot->length, .data = bytes, .comment = comment,
+		.kept = (uint32_t)frame_make_cut(frame, &path, slot->data, kept, length),
+		.length = (uint32_t)(FRAME_HEAD + length), .data = frame, .comment = comment,
 	};
 
-	if (slot->device >= e->file->head.devices || !packet.kept)
+	if (slot->device >= e->file->head.devices)
 		return;
 	describe(slot, comment, sizeof(comment));
 	pcapng_packet(e->to, &packet);

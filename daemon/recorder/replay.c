@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <pokeys/async.h>
-#include "daemon/recorder/frame.h"
 #include "daemon/recorder/pcapng.h"
 #include "daemon/recorder/replay.h"
+#include "daemon/recorder/unpack.h"
 #include "daemon/recorder/words.h"
 #include "wire/op.h"
 
@@ -65,7 +65,7 @@ static void take_comment(struct replay_line *line, const char *comment)
 }
 
 /* Which way did it go? Without the writer's word, by its first byte. False: neither. */
-static bool find_kind(const struct pcapng_packet *packet, const struct frame *frame,
+static bool find_kind(const struct pcapng_packet *packet, const struct unpacked *frame,
 		      enum replay_kind *kind)
 {
 	bool request = frame->kept && frame->data[0] == WIRE_REQUEST;
@@ -83,11 +83,10 @@ static bool take_packet(void *context, const char *interface, const struct pcapn
 {
 	struct loader *loader = context;
 	struct replay_line *line;
-	const struct frame_end *device;
 	enum replay_kind kind;
-	struct frame frame;
+	struct unpacked frame;
 
-	if (!frame_parse(packet->data, packet->kept, &frame) ||
+	if (!unpack_frame(packet->data, packet->kept, &frame) ||
 	    !find_kind(packet, &frame, &kind)) {
 		loader->replay->others++;
 		return true;
@@ -95,11 +94,10 @@ static bool take_packet(void *context, const char *interface, const struct pcapn
 	line = append(loader);
 	if (!line)
 		return false;
-	device = kind == REPLAY_REQUEST ? &frame.to : &frame.from;
 	line->t_ns = packet->t_ns;
 	line->kind = kind;
-	line->address = device->address;
-	line->port = device->port;
+	line->address = kind == REPLAY_REQUEST ? frame.to : frame.from;
+	line->port = kind == REPLAY_REQUEST ? frame.to_port : frame.from_port;
 	line->length = (uint16_t)frame.length;
 	line->kept = (uint16_t)(frame.kept < REPLAY_DATA ? frame.kept : REPLAY_DATA);
 	memcpy(line->data, frame.data, line->kept);

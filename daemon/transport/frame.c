@@ -76,6 +76,12 @@ static uint16_t udp_checksum(const uint8_t *ip, const uint8_t *udp, size_t lengt
 
 size_t frame_make(uint8_t *out, const struct frame_path *path, const uint8_t *data, size_t length)
 {
+	return frame_make_cut(out, path, data, length, length);
+}
+
+size_t frame_make_cut(uint8_t *out, const struct frame_path *path, const uint8_t *data,
+		      size_t kept, size_t length)
+{
 	uint8_t *ip = out + ETHERNET, *udp = ip + IP;
 	uint16_t checksum;
 
@@ -95,7 +101,9 @@ size_t frame_make(uint8_t *out, const struct frame_path *path, const uint8_t *da
 	put16(udp + 2, path->to_port);
 	put16(udp + 4, (uint32_t)(UDP + length));
 	put16(udp + 6, 0);
-	memcpy(udp + UDP, data, length);
+	memcpy(udp + UDP, data, kept);
+	if (kept < length)
+		return FRAME_HEAD + kept;
 	checksum = udp_checksum(ip, udp, UDP + length);
 	/* 0 would say that there is none */
 	put16(udp + 6, checksum ? checksum : 0xffff);

@@ -35,6 +35,13 @@ struct frame_datagram {
 size_t frame_make(uint8_t *out, const struct frame_path *path, const uint8_t *data, size_t length);
 
 /*
+ * The same for a record that kept only the first `kept` of `length` bytes (at most 65507):
+ * the headers tell the true length, and a cut one has no UDP checksum. FRAME_HEAD + kept.
+ */
+size_t frame_make_cut(uint8_t *out, const struct frame_path *path, const uint8_t *data,
+		      size_t kept, size_t length);
+
+/*
  * Take a frame apart: false if it is not a whole, untagged, unfragmented IPv4
  * UDP datagram whose lengths and checksums are right. Realtime, pure.
  */

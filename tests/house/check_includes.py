@@ -20,7 +20,7 @@ MAY_USE = {
     "daemon/engine": ["wire", "include"],
     "daemon/transport": [],
     "daemon/device": ["daemon/engine", "wire", "include"],
-    "daemon/recorder": ["daemon/device", "wire", "include"],
+    "daemon/recorder": ["daemon/device", "daemon/transport", "wire", "include"],
     "daemon/rt": ["daemon/recorder", "daemon/device", "daemon/transport", "shm", "include"],
     "daemon/control": ["daemon/rt", "daemon/recorder", "daemon/device", "daemon/engine", "daemon/transport",
                        "wire", "settings", "shm", "include"],

@@ -14,9 +14,10 @@
 #include <pokeys/async.h>
 #include <pokeys/state.h>
 #include "daemon/recorder/export.h"
-#include "daemon/recorder/frame.h"
 #include "daemon/recorder/pcapng.h"
 #include "daemon/recorder/replay.h"
+#include "daemon/recorder/unpack.h"
+#include "daemon/transport/frame.h"
 #include "wire/op.h"
 
 #define WALL 1700000000000000000
@@ -143,45 +144,45 @@ static struct replay load_good(void)
 	return replay;
 }
 
-static void checksums_of_a_frame_are_right(void **state)
+static const struct frame_path way = {
+	.from_mac = { 2, 0, 0, 0, 0, 1 }, .to_mac = { 2, 0, 0, 0, 0, 2 },
+	.from = 0x0a000001, .to = 0x0a000002, .from_port = 40000, .to_port = 20055,
+};
+
+static void a_frame_is_taken_apart_again(void **state)
 {
 	/* both sums computed by another program */
-	static const uint8_t expected[FRAME_HEADERS + 5] = {
+	static const uint8_t expected[FRAME_HEAD + 5] = {
 		2, 0, 0, 0, 0, 2, 2, 0, 0, 0, 0, 1, 8, 0,
 		0x45, 0, 0, 33, 0, 0, 0x40, 0, 64, 17, 0x26, 0xca, 10, 0, 0, 1, 10, 0, 0, 2,
 		0x9c, 0x40, 0x4e, 0x57, 0, 13, 0xbd, 0x67, 'h', 'e', 'l', 'l', 'o',
 	};
-	const struct frame frame = {
-		.from = { { 2, 0, 0, 0, 0, 1 }, 0x0a000001, 40000 },
-		.to = { { 2, 0, 0, 0, 0, 2 }, 0x0a000002, 20055 },
-		.length = 5, .kept = 5, .data = (const uint8_t *)"hello",
-	};
 	uint8_t out[64];
-	struct frame back;
+	struct unpacked back;
 
 	(void)state;
-	assert_int_equal(frame_build(&frame, out, sizeof(out)), sizeof(expected));
+	assert_int_equal(frame_make_cut(out, &way, (const uint8_t *)"hello", 5, 5),
+			 sizeof(expected));
 	assert_memory_equal(out, expected, sizeof(expected));
-	assert_int_equal(frame_build(&frame, out, sizeof(expected) - 1), 0);
-	assert_true(frame_parse(out, sizeof(expected), &back));
-	assert_int_equal(back.from.address, frame.from.address);
-	assert_int_equal(back.to.port, 20055);
+	assert_true(unpack_frame(out, sizeof(expected), &back));
+	assert_int_equal(back.from, way.from);
+	assert_int_equal(back.to_port, 20055);
 	assert_int_equal(back.length, 5);
 	assert_memory_equal(back.data, "hello", 5);
-	for (size_t i = 0; i < FRAME_HEADERS; i++)
-		assert_false(frame_parse(out, i, &back));
+	for (size_t i = 0; i < FRAME_HEAD; i++)
+		assert_false(unpack_frame(out, i, &back));
 }
 
 static void a_frame_that_was_cut_has_no_udp_checksum(void **state)
 {
-	const struct frame frame = { .length = 1000, .kept = 3, .data = (const uint8_t *)"abc" };
 	uint8_t out[64];
-	struct frame back;
+	struct unpacked back;
 
 	(void)state;
-	assert_int_equal(frame_build(&frame, out, sizeof(out)), FRAME_HEADERS + 3);
+	assert_int_equal(frame_make_cut(out, &way, (const uint8_t *)"abc", 3, 1000),
+			 FRAME_HEAD + 3);
 	assert_int_equal(out[40] << 8 | out[41], 0);
-	assert_true(frame_parse(out, FRAME_HEADERS + 3, &back));
+	assert_true(unpack_frame(out, FRAME_HEAD + 3, &back));
 	assert_int_equal(back.length, 1000);
 	assert_int_equal(back.kept, 3);
 }
@@ -441,7 +442,7 @@ int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
 	const struct CMUnitTest tests[] = {
-		TEST(checksums_of_a_frame_are_right),
+		TEST(a_frame_is_taken_apart_again),
 		TEST(a_frame_that_was_cut_has_no_udp_checksum),
 		TEST(a_request_finds_its_reply),
 		TEST(a_retry_is_a_line_of_its_own_and_the_last_one_is_answered),
