@@ -179,7 +179,7 @@ static int make_ring(struct keeper *keeper)
 	if (result)
 		return result;
 	recorder->head->period_ns = config->loop.period_ns;
-	recorder->head->spins = config->loop.mode == LOOP_SPIN;
+	recorder->head->spins = keeper->loop->options.mode == LOOP_SPIN;
 	recorder->head->devices = config->devices;
 	for (uint32_t i = 0; i < config->devices; i++)
 		snprintf(recorder->head->name[i], sizeof(recorder->head->name[i]), "%s",

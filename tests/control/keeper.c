@@ -275,8 +275,10 @@ static void the_ring_holds_the_seconds_that_are_wanted(void **state)
 {
 	(void)state;
 	config.recorder_seconds = 5;
+	loop.options.mode = LOOP_SPIN;
 	keeper_open(&keeper, &config, &loop, NULL);
 	assert_true(loop.recorder.head->slots >= 5 * 1000 * 9);
+	assert_int_equal(loop.recorder.head->spins, 1);
 	assert_string_equal(loop.recorder.head->name[0], "mill");
 	keeper_stop(&keeper);
 	keeper_close(&keeper);

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 #include <cmocka.h>
 #include "daemon/recorder/read.h"
@@ -113,9 +114,14 @@ static _Atomic bool stop;
 
 static void *write_on(void *argument)
 {
+	const struct timespec moment = { .tv_nsec = 1000 };
+
 	(void)argument;
-	for (uint64_t i = 0; !stop; i++)
+	for (uint64_t i = 0; !stop; i++) {
 		put(i);
+		if (i % 512 == 511)	/* or it would always be a round ahead of who reads */
+			nanosleep(&moment, NULL);
+	}
 	return NULL;
 }
 
