@@ -74,14 +74,16 @@ def test_the_daemon_is_measured_beside_the_sleepers():
         assert set(daemon) == set(shown), set(daemon) ^ set(shown)
         for name, part in daemon.items():
             assert part["samples"] <= shown[name]["count"], name
-        assert daemon["round_trip"]["samples"] > 0
         assert daemon["age_at_read"] == {**daemon["age_at_read"], "samples": 0, "p50_us": None}
         root = xml.etree.ElementTree.parse(picture).getroot()
         paths = root.findall("{http://www.w3.org/2000/svg}path")
         assert len(paths) == len(document["series"])
         text = house.ctl("latency", "--seconds", "0.3").stdout
         assert "samples" in text and "p99.9" in text and "pokeysd" in text, text
-        assert "\nround trip" in text and "\nage at read" not in text, text
+        # in a third of a second a busy machine may leave no time for a single answer
+        wait_for("a round trip within a measurement", lambda: "\nround trip" in house.ctl(
+            "latency", "--seconds", "0.3").stdout, 120)
+        assert "\nage at read" not in text, text
 
 
 def test_without_a_daemon_the_sleepers_are_alone():
