@@ -10,18 +10,23 @@
 #include <stddef.h>
 #include "halbridge/clock.h"
 
-enum { PLAIN = 3 };
+enum { PLAIN = 5 };
 
 static const struct {
 	size_t pin, press;
 	uint8_t operation;
+	bool released;		/* pressed when the pin falls */
 } plain[PLAIN] = {
 	{ offsetof(struct values, counter.reset), offsetof(struct buttons, counters),
-	  POKEYS_ONE_SHOT_RESET_COUNTERS },
+	  POKEYS_ONE_SHOT_RESET_COUNTERS, false },
 	{ offsetof(struct values, engine.clear_fault), offsetof(struct buttons, fault),
-	  POKEYS_ONE_SHOT_CLEAR_FAULT },
+	  POKEYS_ONE_SHOT_CLEAR_FAULT, false },
 	{ offsetof(struct values, diagnostics.config_save), offsetof(struct buttons, save),
-	  POKEYS_ONE_SHOT_SAVE_CONFIG },
+	  POKEYS_ONE_SHOT_SAVE_CONFIG, false },
+	{ offsetof(struct values, engine.mpg_jog), offsetof(struct buttons, jog),
+	  POKEYS_ONE_SHOT_JOG, false },
+	{ offsetof(struct values, engine.mpg_jog), offsetof(struct buttons, jog_end),
+	  POKEYS_ONE_SHOT_JOG_END, true },
 };
 
 static struct press *press_of(struct buttons *buttons, unsigned int i)
@@ -64,7 +69,7 @@ bool buttons_write(struct buttons *buttons, struct values *values, struct one_sh
 	for (unsigned int i = 0; i < PLAIN; i++) {
 		const struct pokeys_one_shot shot = { .operation = plain[i].operation };
 		bool pin = *(const bool *)((const unsigned char *)values + plain[i].pin);
-		struct press_news news = press_write(press_of(buttons, i), pin,
+		struct press_news news = press_write(press_of(buttons, i), pin != plain[i].released,
 						     fresh ? &shot : NULL, queue, command);
 
 		values->one_shot_failed_count += news.failed;

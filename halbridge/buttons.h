@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * The pins that are pressed: set the clock, zero the counters, clear a fault,
- * save the settings.
+ * save the settings, jog by hand wheels.
  */
 #ifndef HALBRIDGE_BUTTONS_H
 #define HALBRIDGE_BUTTONS_H
@@ -12,7 +12,7 @@
 #include "halbridge/values.h"
 
 struct buttons {
-	struct press clock, counters, fault, save;
+	struct press clock, counters, fault, save, jog, jog_end;
 };
 
 /* How those under way have ended. Realtime. */

@@ -43,6 +43,9 @@ static const struct table_row rows[] = {
 	       "the device has it so"),
 	ROW("engine.clear-fault", PIN, IN, WRITE, engine.clear_fault,
 	    "its rising edge takes the engine out of a limit or emergency stop"),
+	ROW("engine.mpg-jog", PIN, IN, WRITE, engine.mpg_jog,
+	    "while true, axes with an mpg-encoder follow their hand wheels (engine-state 10) "
+	    "instead of their commands"),
 	LIST("engine.misc.%02u.in", PIN, OUT, READ, engine.misc_in, 8,
 	     "further inputs of the engine's connector: 04..06 inputs 5 to 7, 07 spindle error"),
 	LIST("engine.misc.%02u.in-not", PIN, OUT, READ, engine.misc_in_not, 8, "its inverse"),

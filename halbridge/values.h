@@ -100,7 +100,7 @@ struct value_engine {
 	uint32_t state, axes_enabled, charge_pump, generator, power_states, probe_status;
 	uint32_t buffer_slots, buffer_level, buffer_underruns, buffer_resyncs, slot_us;
 	bool emergency, emergency_not, activated, limit_override_active;
-	bool limit_override, clear_fault;
+	bool limit_override, clear_fault, mpg_jog;
 	bool misc_in[8], misc_in_not[8];
 };
 

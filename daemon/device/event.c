@@ -120,6 +120,8 @@ static const char *const one_shot_names[] = {
 	[POKEYS_ONE_SHOT_SAVE_CONFIG] = "save configuration",
 	[POKEYS_ONE_SHOT_SET_RTC] = "set clock",
 	[POKEYS_ONE_SHOT_REBOOT] = "reboot",
+	[POKEYS_ONE_SHOT_JOG] = "jog",
+	[POKEYS_ONE_SHOT_JOG_END] = "end jogging",
 };
 
 static const char *const outcome_names[] = {
@@ -312,6 +314,7 @@ static void put_task(struct line *line, const struct event *e)
 		[POKEYS_TASK_HOMING] = "homing",
 		[POKEYS_TASK_PROBING] = "probing",
 		[POKEYS_TASK_HYBRID_PROBING] = "hybrid probing",
+		[POKEYS_TASK_JOGGING] = "jogging",
 	};
 	static const char *const results[] = {
 		[POKEYS_TASK_RESULT_NONE] = "ended",

@@ -429,6 +429,8 @@ void motion_status(struct device *device, uint64_t asked_ns);
 void motion_displaced(struct device *device);
 /* The engine does not move an axis. */
 bool motion_standing(const struct device *device);
+/* Of these axes, those whose outputs have to be enabled one by one (ENABLED_MASKED). */
+uint8_t motion_masked(const struct device *device, uint8_t axes);
 /* Axes that can be driven, each in the mode that the device has it set up for. */
 bool motion_drivable(const struct device *device, unsigned int axis);
 
@@ -481,7 +483,7 @@ const struct operation *operation_find(uint8_t operation);
 extern const struct operation operation_set_encoder, operation_arm_index;
 /* operation_task.c */
 extern const struct operation operation_home, operation_home_cancel, operation_home_finish,
-	operation_probe, operation_probe_finish;
+	operation_probe, operation_probe_finish, operation_jog, operation_jog_end;
 /* Whether this new count of an armed encoder says that its index zeroed it. */
 bool operation_index_seen(struct device *device, unsigned int encoder, int32_t count,
 			  uint64_t t_ns);

@@ -110,8 +110,7 @@ static void enter_off(struct device *device)
 	device->motion.known = false;
 }
 
-/* The outputs of those axes that have to be enabled one by one (ENABLED_MASKED). */
-static uint8_t masked(const struct device *device, uint8_t axes)
+uint8_t motion_masked(const struct device *device, uint8_t axes)
 {
 	uint8_t with_mask = 0;
 
@@ -127,7 +126,7 @@ static uint8_t masked(const struct device *device, uint8_t axes)
 /* The device drives its axes by itself soon: a stop switches their outputs on. */
 static bool lacks_power(const struct device *device)
 {
-	return !device->task.powered && masked(device, task_powers(device));
+	return !device->task.powered && motion_masked(device, task_powers(device));
 }
 
 /*
@@ -284,7 +283,7 @@ void motion_status(struct device *device, uint64_t asked_ns)
 static bool send_stop(struct device *device)
 {
 	const struct wire_pulse_state_req stop = {
-		.state = WIRE_ENGINE_STOPPED, .enable_mask = masked(device, task_powers(device)),
+		.state = WIRE_ENGINE_STOPPED, .enable_mask = motion_masked(device, task_powers(device)),
 		.limit_override = override_wished(device),
 	};
 	struct motion *motion = &device->motion;
@@ -305,7 +304,7 @@ static bool send_run(struct device *device)
 	const struct wire_pulse_state_req run = {
 		.state = WIRE_ENGINE_RUNNING,
 		.limit_override = device->intake.limit_override,
-		.enable_mask = masked(device, wished(device)),
+		.enable_mask = motion_masked(device, wished(device)),
 	};
 
 	motion->run_open = request_send(device, WIRE_OP_PULSE_STATE, &run, run_ended, NULL, NULL);
@@ -323,7 +322,7 @@ static bool run_due(const struct device *device)
 	if (motion->phase == MOTION_START)
 		return device->image.engine.state == WIRE_ENGINE_STOPPED;
 	return motion->phase == MOTION_ON &&
-	       (masked(device, wished(device)) != motion->mask_sent ||
+	       (motion_masked(device, wished(device)) != motion->mask_sent ||
 		device->intake.limit_override != motion->override_sent);
 }
 

@@ -259,6 +259,8 @@ const struct operation *operation_find(uint8_t operation)
 		[POKEYS_ONE_SHOT_SAVE_CONFIG] = &save_config,
 		[POKEYS_ONE_SHOT_SET_RTC] = &set_rtc,
 		[POKEYS_ONE_SHOT_REBOOT] = &reboot,
+		[POKEYS_ONE_SHOT_JOG] = &operation_jog,
+		[POKEYS_ONE_SHOT_JOG_END] = &operation_jog_end,
 	};
 
 	return operation < sizeof(offered) / sizeof(offered[0]) ? offered[operation] : NULL;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * The one-shots that begin, cancel and finish homing and probing.
+ * The one-shots that begin, cancel and finish homing, probing and jogging.
  *
  * Homing takes seconds, and what cancels it is a one-shot too. So one that
  * begins a task is taken off the queue when the task has it; its outcome comes
@@ -97,8 +97,31 @@ static bool probe_finish_send(struct device *device)
 	return false;
 }
 
+static bool jog_send(struct device *device)
+{
+	device->one_shots.now.mask = jogging_axes(device);
+	return begin(device, POKEYS_TASK_JOGGING, jogging_allowed(device, &device->one_shots.now));
+}
+
+/* It has no end of its own: this is the good one. */
+static bool jog_finish(struct device *device)
+{
+	if (device->image.engine.task != POKEYS_TASK_JOGGING)
+		return false;
+	return task_finish(device) || cancel(device);
+}
+
+static bool jog_end_send(struct device *device)
+{
+	if (end_send(device, jog_finish))
+		one_shot_end(device, POKEYS_OUTCOME_DONE);
+	return false;
+}
+
 const struct operation operation_home = { homing_allowed, home_send, NULL, NULL };
 const struct operation operation_home_cancel = { has_engine, home_cancel_send, NULL, NULL };
 const struct operation operation_home_finish = { finish_allowed, home_finish_send, NULL, NULL };
 const struct operation operation_probe = { probing_allowed, probe_send, NULL, NULL };
 const struct operation operation_probe_finish = { has_engine, probe_finish_send, NULL, NULL };
+const struct operation operation_jog = { jogging_allowed, jog_send, NULL, NULL };
+const struct operation operation_jog_end = { has_engine, jog_end_send, NULL, NULL };

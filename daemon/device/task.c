@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Homing and probing: phases that each have a time limit, and from each of
+ * Homing, probing and jogging: phases that each have a time limit, and from each of
  * them the same way out.
  *
  *	preparing --> starting --> working --> complete --> finishing
@@ -38,6 +38,7 @@ static const struct task_kind *kind_of(const struct device *device)
 		[POKEYS_TASK_HOMING] = &task_homing,
 		[POKEYS_TASK_PROBING] = &task_probing,
 		[POKEYS_TASK_HYBRID_PROBING] = &task_hybrid,
+		[POKEYS_TASK_JOGGING] = &task_jogging,
 	};
 
 	return kinds[device->image.engine.task];
@@ -302,6 +303,10 @@ bool task_finish(struct device *device)
 {
 	if (phase_of(device) == POKEYS_TASK_COMPLETE) {
 		device->task.finish = true;
+		return true;
+	}
+	if (kind_of(device)->endless && phase_of(device) == POKEYS_TASK_WORKING) {
+		stop(device, POKEYS_TASK_DONE);
 		return true;
 	}
 	if (phase_of(device) != POKEYS_TASK_WORKING || !kind_of(device)->beside)

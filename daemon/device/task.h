@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What the device does by itself on behalf of a one-shot: homing and probing.
- * One state machine for both; a row says what differs.
+ * What the device does by itself on behalf of a one-shot: homing, probing, and
+ * jogging by hand wheels. One state machine for all; a row says what differs.
  */
 #ifndef DEVICE_TASK_H
 #define DEVICE_TASK_H
@@ -33,6 +33,7 @@ struct task_kind {
 	bool (*is_working)(uint8_t engine_state);
 	bool (*is_complete)(uint8_t engine_state);
 	bool waits;			/* complete, until the commander finishes it */
+	bool endless;			/* at work until the commander ends it */
 	/* Send the request that begins it, that ends it; false = not now. */
 	bool (*start)(struct device *device, pokeys_parser_t parser);
 	bool (*finish)(struct device *device, pokeys_parser_t parser);
@@ -40,7 +41,7 @@ struct task_kind {
 	uint8_t (*take)(struct device *device, const mailbox_entry_t *entry);
 };
 
-extern const struct task_kind task_homing, task_probing, task_hybrid;
+extern const struct task_kind task_homing, task_probing, task_hybrid, task_jogging;
 
 /* task.c; all realtime, `device` is the one. */
 
@@ -72,8 +73,12 @@ bool task_explains(const struct device *device, uint8_t engine_state);
 /* homing.c: a time limit of a one-shot, seconds; 0 = the usual one. */
 bool task_limit_good(float seconds);
 
-/* homing.c, probing.c: is it valid and permitted now? */
+/* homing.c, probing.c, jogging.c: is it valid and permitted now? */
 bool homing_allowed(const struct device *device, const struct pokeys_one_shot *shot);
 bool probing_allowed(const struct device *device, const struct pokeys_one_shot *shot);
+bool jogging_allowed(const struct device *device, const struct pokeys_one_shot *shot);
+
+/* jogging.c: the axes that have a hand wheel. */
+uint8_t jogging_axes(const struct device *device);
 
 #endif

@@ -107,6 +107,13 @@ enum pokeys_one_shot_operation {
 	POKEYS_ONE_SHOT_SET_RTC = 12,		/* value[] = year, month, day, hour, minute, second,
 						 * day of week 0..6, day of year */
 	POKEYS_ONE_SHOT_REBOOT = 13,		/* only while motion is not permitted */
+	/*
+	 * All axes that are set up with an encoder for it (mpg-encoder) follow their hand
+	 * wheels until JOG_END, whatever is commanded. parameter[0] = time limit in s,
+	 * 0 = none. Its outcome comes with the end: DONE if it was JOG_END.
+	 */
+	POKEYS_ONE_SHOT_JOG = 14,
+	POKEYS_ONE_SHOT_JOG_END = 15,		/* done when the engine stands */
 };
 
 struct pokeys_one_shot {

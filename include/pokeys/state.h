@@ -108,6 +108,7 @@ enum pokeys_task {
 	POKEYS_TASK_HOMING = 1,
 	POKEYS_TASK_PROBING = 2,
 	POKEYS_TASK_HYBRID_PROBING = 3,	/* the commander moves, the device watches */
+	POKEYS_TASK_JOGGING = 4,	/* axes follow hand wheels at the device */
 };
 
 enum pokeys_task_phase {

@@ -71,6 +71,22 @@ static void a_press_while_the_device_is_away_is_not_kept(void **state)
 	assert_int_equal(values->one_shot_failed_count, 1);
 }
 
+/* Beginning and end: a wheel must not be let go for ever. */
+static void wheels_go_while_the_pin_is_true(void **state)
+{
+	(void)state;
+	rig_periods(&rig, 3);
+	assert_int_equal(command->one_shot_head, 0);
+	values->engine.mpg_jog = true;
+	rig_periods(&rig, 3);
+	assert_int_equal(command->one_shot_head, 1);
+	assert_int_equal(command->one_shot[0].operation, POKEYS_ONE_SHOT_JOG);
+	values->engine.mpg_jog = false;
+	rig_periods(&rig, 3);
+	assert_int_equal(command->one_shot_head, 2);
+	assert_int_equal(command->one_shot[1].operation, POKEYS_ONE_SHOT_JOG_END);
+}
+
 static void a_press_that_another_daemon_finds_is_not_repeated(void **state)
 {
 	(void)state;
@@ -157,6 +173,7 @@ int main(void)
 		cmocka_unit_test_setup(one_press_is_one_one_shot, setup),
 		cmocka_unit_test_setup(a_pin_that_is_true_from_the_start_is_no_press, setup),
 		cmocka_unit_test_setup(a_press_while_the_device_is_away_is_not_kept, setup),
+		cmocka_unit_test_setup(wheels_go_while_the_pin_is_true, setup),
 		cmocka_unit_test_setup(a_press_that_another_daemon_finds_is_not_repeated, setup),
 		cmocka_unit_test_setup(a_press_that_fails_is_counted, setup),
 		cmocka_unit_test_setup(the_clock_is_set_with_the_days_that_follow_from_the_date,

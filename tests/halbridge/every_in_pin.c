@@ -50,6 +50,13 @@ static bool fault_is_cleared(const struct table_cursor *at, bool pressed)
 	return pressed_once(POKEYS_ONE_SHOT_CLEAR_FAULT, pressed);
 }
 
+static bool wheels_are_let_go(const struct table_cursor *at, bool pressed)
+{
+	(void)at;
+	return pressed ? pressed_once(POKEYS_ONE_SHOT_JOG, true) :
+			 command->one_shot[1].operation == POKEYS_ONE_SHOT_JOG_END;
+}
+
 static bool settings_are_saved(const struct table_cursor *at, bool pressed)
 {
 	(void)at;
@@ -136,7 +143,7 @@ static const struct in_driver drivers[] = {
 	BY("joint.%02u.home", joint_is_homed), BY("homing.cancel", homing_is_cancelled),
 	BY("probe.start", probing_is_begun), BY("probe.cancel", probing_is_ended),
 	BY("joint.%02u.probe-target", target_is_known),
-	BY("config.save", settings_are_saved), BY("encoder.%02u.reset", encoder_is_held),
+	BY("engine.mpg-jog", wheels_are_let_go), BY("config.save", settings_are_saved), BY("encoder.%02u.reset", encoder_is_held),
 	BY("encoder.%02u.index-enable", index_is_armed), BY("rtc.set", date_is_judged),
 	BY("rtc.set-sec", is_a_part_of_the_date), BY("rtc.set-min", is_a_part_of_the_date),
 	BY("rtc.set-hour", is_a_part_of_the_date), BY("rtc.set-dom", is_a_part_of_the_date),

@@ -82,11 +82,15 @@ BUFFERED = {
     "pokeysd.conf": [(f"axis.{axis}.mode = position\n", f"axis.{axis}.mode = buffered\n")
                      for axis in range(4)],
 }
-# What pendant.hal says is to be changed.
+# What pendant.hal and device-jog.hal say is to be changed.
 PENDANT = {
-    "mill.ini": [("HALFILE = mill.hal\n", "HALFILE = mill.hal\nHALFILE = pendant.hal\n")],
-    "pokeysd.conf": [("axes = 4\n", "axes = 4\nencoder.0.enable = on\nencoder.0.sampling = 4\n"
-                                    "encoder.0.pins = 1, 2\n")],
+    "mill.ini": [("HALFILE = mill.hal\n", "HALFILE = mill.hal\nHALFILE = pendant.hal\n"
+                                          "HALFILE = device-jog.hal\n")],
+    "mill.hal": [(re.compile("^net machine-on.*$", re.MULTILINE), "")],
+    "pokeysd.conf": [("digital-inputs = 4  ", "digital-inputs = 4, 6  "),
+                     ("axes = 4\n", "axes = 4\nencoder.0.enable = on\nencoder.0.sampling = 4\n"
+                                    "encoder.0.pins = 1, 2\naxis.0.mpg-encoder = 0\n"
+                                    "axis.0.mpg-multiplier = 4\naxis.0.mpg-divider = 1\n")],
 }
 # On which machine, what is changed besides, what is asked of the simulator, and what the
 # machinist is to do.

@@ -5,6 +5,7 @@ import linuxcnc
 
 KEYBOARD = 0  # its place on PoNET
 CLICK = 4  # counts
+COUNT_PULSES = 4  # device-jog.hal: pulses a count
 STEP = 0.1  # mm a click, with the key for it held
 
 
@@ -96,6 +97,31 @@ def a_lost_connection_does_not_jog_on(m):
     m.tell("cable out with X+ held: it stands, also when it is switched on again")
 
 
+def the_device_follows_its_wheel(m):
+    """device-jog.hal: a switch, while LinuxCNC is off. LinuxCNC knows where it went."""
+    m.sim("fault off")
+    m.command.state(linuxcnc.STATE_OFF)
+    m.until("the machine off", lambda s: s.task_state != linuxcnc.STATE_ON, 20)
+    begun = m.pulses()[0][0]
+    m.sim(f"encoder 0 turn {5 * CLICK}")
+    m.stays("the wheel turned with its switch open", *m.pulses())
+    m.sim("pin 6 0")
+    m.until("the device jogging", lambda _: hal.get_value("pokeys.0.engine-state") == 10, 20)
+    for _ in range(30):
+        m.sim(f"encoder 0 turn {CLICK}")
+    want = begun + 30 * CLICK * COUNT_PULSES
+    m.until("X where the wheel is", lambda _: m.pulses()[0][0] == want, 20)
+    m.sim("pin 6 1")
+    m.until("the device standing", lambda _: hal.get_value("pokeys.0.engine-state") == 0, 20)
+    m.sim(f"encoder 0 turn {5 * CLICK}")
+    m.stays("the wheel turned with its switch open again", *m.pulses())
+    m.switch_on()
+    m.stays("switched on behind the wheel", *m.pulses())
+    m.settled()
+    assert m.pulses()[0][0] == want
+    m.tell(f"device jogs: 30 clicks moved X by {30 * CLICK * COUNT_PULSES} pulses, LinuxCNC agrees")
+
+
 def off_a_limit_switch(m):
     """Not homed: the joint jogs into its limit, and off it with the override."""
     m.sim("switch 0 plus -2000000 -1900000")
@@ -130,6 +156,10 @@ def jogging(m):
     keys_jog_while_they_are_pressed(m)
     wheel_moves_to_the_count(m)
     a_lost_keyboard_stops(m)
+    the_device_follows_its_wheel(m)
+    m.home()
+    m.command.teleop_enable(1)
+    m.command.wait_complete()
     m.lossy()
     wheel_moves_to_the_count(m)
     m.tell(f"lossy: {m.lost()}")
