@@ -30,4 +30,5 @@ ORDER = (
     "exchange",
     "hal",
     "age",
+    "flood",
 )
