@@ -247,8 +247,10 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 	pwm_write(&exchange->pwm, values, exchange->state.pwm_period, command, refusals);
 	legacy_enable(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		joint_write(&exchange->joint[i], &values->joint[i], i, values->set.axis[i].mode,
-			    &exchange->state.engine.axis[i], &command->axis[i], refusals);
+		joint_write(&exchange->joint[i], &values->joint[i], i, &values->set.axis[i],
+			    &(struct joint_device){ &exchange->state.engine.axis[i],
+						    exchange->fresh && exchange->engine_begun },
+			    &command->axis[i], refusals);
 	full = write_index(exchange, values, now_ns);
 	full |= joint_home_write(&exchange->home, values, exchange->joint, &exchange->queue,
 				 command, &exchange->state.engine, exchange->fresh, refusals);

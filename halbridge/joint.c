@@ -22,6 +22,7 @@
 #include <string.h>
 
 #define VELOCITY_MOST	1e7		/* pulses/s, far above what any device makes */
+#define SPEED_MARGIN	1.001		/* above the highest speed is still rounding */
 
 #define OFFSET(number, member)	\
 	(offsetof(struct values, joint) + (number) * sizeof(struct value_joint) +	\
@@ -111,22 +112,60 @@ static void take_place(const struct joint *joint, double units, double most, int
 		*pulses = (int32_t)lrint(place);
 }
 
+/* In velocity mode the daemon refuses what is above the axis' highest speed; so do we, by name. */
 static float velocity(struct joint *joint, double units, unsigned int number,
-		      struct refusals *refusals)
+		      double most, struct refusals *refusals)
 {
-	double pulses = units * joint->scale;
-	bool bad = !(fabs(pulses) <= VELOCITY_MOST);
+	const double pulses = units * joint->scale;
+	const bool bad = !(fabs(pulses) <= most);
 
 	refusal_mark(refusals, &joint->velocity_bad, bad, OFFSET(number, vel_cmd),
-		     isfinite(units) ? REFUSAL_RANGE : REFUSAL_NOT_FINITE, units);
+		     !isfinite(units) ? REFUSAL_NOT_FINITE :
+		     most < VELOCITY_MOST ? REFUSAL_SPEED : REFUSAL_RANGE, units);
 	return bad ? 0 : (float)pulses;
 }
 
+static double velocity_most(enum pokeys_axis_mode mode, const struct joint_device *device)
+{
+	const double most = (double)device->axis->max_speed * SPEED_MARGIN;
+
+	return mode == POKEYS_AXIS_VELOCITY && device->known && most > 0 && most < VELOCITY_MOST ?
+	       most : VELOCITY_MOST;
+}
+
+/* Beyond a soft limit that holds, and not on the way back. */
+static bool beyond(const struct joint *joint, const struct value_joint *value,
+		   const struct value_axis_settings *set)
+{
+	const double slack = 0.5 / fabs(joint->scale);
+	const double to = value->pos_cmd, here = value->pos_fb;
+
+	return set->soft_limits == 1 && ((to > set->soft_max + slack && to > here) ||
+					 (to < set->soft_min - slack && to < here));
+}
+
+/*
+ * What only the daemon can refuse, for it has the device's word: here it is said which
+ * joint it is.
+ */
+static void foresee(struct joint *joint, const struct value_joint *value, unsigned int number,
+		    const struct value_axis_settings *set, const struct joint_device *device,
+		    const struct pokeys_axis_command *command, struct refusals *refusals)
+{
+	const bool asked = device->known && command->enable && command->mode != POKEYS_AXIS_OFF;
+
+	refusal_mark(refusals, &joint->absent, asked && device->axis->mode == POKEYS_AXIS_OFF,
+		     OFFSET(number, pos_cmd), REFUSAL_NO_AXIS, value->pos_cmd);
+	refusal_mark(refusals, &joint->beyond, asked && command->mode != POKEYS_AXIS_VELOCITY &&
+		     beyond(joint, value, set), OFFSET(number, pos_cmd), REFUSAL_SOFT_LIMIT,
+		     value->pos_cmd);
+}
+
 void joint_write(struct joint *joint, struct value_joint *value, unsigned int number,
-		 int32_t wanted_mode, const struct pokeys_axis *axis,
+		 const struct value_axis_settings *set, const struct joint_device *device,
 		 struct pokeys_axis_command *command, struct refusals *refusals)
 {
-	const enum pokeys_axis_mode mode = mode_of(wanted_mode, axis);
+	const enum pokeys_axis_mode mode = mode_of(set->mode, device->axis);
 	const double most = mode == POKEYS_AXIS_BUFFERED ? JOINT_BUFFERED_MOST :
 							   JOINT_POSITION_MOST;
 
@@ -134,10 +173,13 @@ void joint_write(struct joint *joint, struct value_joint *value, unsigned int nu
 		   OFFSET(number, pos_cmd), refusals);
 	take_place(joint, value->probe_target, JOINT_POSITION_MOST, &joint->target,
 		   &joint->target_bad, OFFSET(number, probe_target), refusals);
-	command->velocity = velocity(joint, value->vel_cmd, number, refusals);
+	command->velocity = velocity(joint, value->vel_cmd, number, velocity_most(mode, device),
+				     refusals);
 	command->position = joint->position;
 	command->mode = (uint8_t)mode;
 	command->enable = value->enable || joint->enable;
+	foresee(joint, value, number, set, device, command, refusals);
 	value->refused = joint->wanted.bad || joint->scale_late || joint->position_bad ||
-			 joint->velocity_bad || joint->target_bad;
+			 joint->velocity_bad || joint->target_bad || joint->absent ||
+			 joint->beyond;
 }

@@ -32,9 +32,15 @@ struct joint {
 	double scale;		/* in use, pulses per unit */
 	int32_t position;	/* last good command, pulses */
 	int32_t target;		/* last good one for probing, pulses */
-	bool scale_late, position_bad, velocity_bad, target_bad;
+	bool scale_late, position_bad, velocity_bad, target_bad, absent, beyond;
 	double shown_scale, shown_offset;	/* the pins were filled with these */
 	int32_t shown_position;
+};
+
+/* The axis as the device has it. */
+struct joint_device {
+	const struct pokeys_axis *axis;
+	bool known;		/* it is running, and that is of now */
 };
 
 void joint_init(struct joint *joint);
@@ -51,12 +57,9 @@ bool joint_settings(struct joint *joint, const struct value_joint *value, unsign
 void joint_read(const struct joint *joint, struct value_joint *value, unsigned int number,
 		const struct pokeys_engine *engine);
 
-/*
- * Pins to command image. `wanted_mode` is the parameter, below 1 as the device has
- * it, which `axis` tells. Realtime.
- */
+/* Pins to command image. `set` are the parameters of its settings. Realtime. */
 void joint_write(struct joint *joint, struct value_joint *value, unsigned int number,
-		 int32_t wanted_mode, const struct pokeys_axis *axis,
+		 const struct value_axis_settings *set, const struct joint_device *device,
 		 struct pokeys_axis_command *command, struct refusals *refusals);
 
 #endif

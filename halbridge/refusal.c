@@ -96,6 +96,12 @@ static const char *refusal_text(unsigned int reason)
 		return "out of range; the last good value stays in use";
 	case REFUSAL_ENABLED:
 		return "may not change while the joint is enabled; taken over when it is not";
+	case REFUSAL_SPEED:
+		return "above the highest speed the axis is set up for; it stands";
+	case REFUSAL_SOFT_LIMIT:
+		return "beyond the soft limits; the last good value stays in use";
+	case REFUSAL_NO_AXIS:
+		return "the device has no such axis, or it is not set up (axes, axis.N.mode)";
 	case REFUSAL_NO_INDEX:
 		return "the device did not arm an index for this encoder; tried again";
 	}

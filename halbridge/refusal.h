@@ -17,6 +17,9 @@ enum refusal_reason {
 	REFUSAL_ZERO,
 	REFUSAL_RANGE,
 	REFUSAL_ENABLED,	/* may not change while the joint is enabled */
+	REFUSAL_SPEED,		/* above the axis' highest */
+	REFUSAL_SOFT_LIMIT,
+	REFUSAL_NO_AXIS,	/* the device has none of this number */
 	REFUSAL_NO_INDEX,	/* the device did not arm this encoder's index */
 };
 

@@ -40,7 +40,8 @@ static const struct table_row rows[] = {
 	     "16 probe search, 20 error, 30 limit"),
 	ROWS("joint.%02u.refused", PIN, OUT, WRITE, joint, refused,
 	     "a command or the scale of this joint is not used: not a number, out of range, "
-	     "or scale changed while enabled"),
+	     "beyond the soft limits, too fast, no such axis, or scale changed while enabled; "
+	     "the log says which"),
 	ROWS("joint.%02u.scale", PARAM, RW, WRITE, joint, scale,
 	     "pulses per unit, not 0; taken over while enable is false", PARAMETER(1, 0, 0)),
 	ROWS("joint.%02u.limit-neg-dedicated", PIN, OUT, READ, joint, limit_neg_dedicated,

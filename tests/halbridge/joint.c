@@ -68,6 +68,7 @@ static void feedback_and_command_meet_for_every_pulse(void **state)
  */
 static void a_hundred_million_periods_do_not_drift(void **state)
 {
+	const struct joint_device device = { &rig.daemon.engine.axis[2], true };
 	const int64_t periods = 100000000;
 	int64_t worst = 0;
 
@@ -79,7 +80,7 @@ static void a_hundred_million_periods_do_not_drift(void **state)
 		int64_t off;
 
 		joint->pos_cmd = (double)n / 3e6;
-		joint_write(&rig.exchange.joint[2], joint, 2, 1, &rig.daemon.engine.axis[2],
+		joint_write(&rig.exchange.joint[2], joint, 2, &rig.values.set.axis[2], &device,
 			    &rig.exchange.command.axis[2], &rig.exchange.refusals);
 		off = axis->position - exact;
 		worst = llabs(off) > worst ? llabs(off) : worst;
@@ -236,6 +237,8 @@ static void status_of_the_axis_reaches_its_pins(void **state)
 static void the_mode_is_the_parameters_else_the_devices(void **state)
 {
 	(void)state;
+	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_OFF;
+	rig_period(&rig);
 	assert_int_equal(axis->mode, POKEYS_AXIS_POSITION);	/* nothing is known */
 	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_BUFFERED;
 	rig_period(&rig);
@@ -259,6 +262,91 @@ static void buffered_mode_reaches_beyond_the_planner(void **state)
 	rig_period(&rig);
 	assert_true(joint->refused);
 	assert_int_equal(axis->position, 2100000000);
+}
+
+/* The note behind a refusal, as a line for a person under these names. */
+static void expect_line(unsigned int schemes, const char *text)
+{
+	struct refusal_note note = { .offset = 0 };
+	char line[256];
+
+	assert_true(joint->refused && rig.values.input_refused);
+	while (refusal_take(&rig.exchange.refusals, &note))
+		;
+	refusal_line(&note, "pokeys.0", schemes, line, sizeof(line));
+	assert_string_equal(line, text);
+}
+
+static void an_axis_that_the_device_has_not_is_named(void **state)
+{
+	(void)state;
+	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_OFF;
+	joint->enable = true;
+	rig_period(&rig);
+	expect_line(TABLE_CANONICAL, "pokeys.0.joint.02.pos-cmd = 0: the device has no such axis, "
+		    "or it is not set up (axes, axis.N.mode)");
+	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_POSITION;
+	rig_period(&rig);
+	assert_false(joint->refused);
+	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_OFF;
+	rig_period(&rig);
+	assert_true(joint->refused);
+	joint->enable = false;
+	rig_period(&rig);
+	assert_false(joint->refused);
+}
+
+static void the_older_name_is_told_where_there_is_no_other(void **state)
+{
+	(void)state;
+	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_OFF;
+	joint->enable = true;
+	rig_period(&rig);
+	expect_line(TABLE_LEGACY, "pokeys.0.PEv2.2.joint-pos-cmd = 0: the device has no such axis, "
+		    "or it is not set up (axes, axis.N.mode)");
+}
+
+static void a_speed_beyond_the_axis_is_refused_and_it_stands(void **state)
+{
+	(void)state;
+	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_VELOCITY;
+	rig.daemon.engine.axis[2].max_speed = 2000;
+	joint->enable = true;
+	joint->vel_cmd = -10;
+	rig_period(&rig);
+	assert_true(axis->velocity == -2000 && !joint->refused);
+	joint->vel_cmd = -10.1;
+	rig_period(&rig);
+	assert_true(axis->velocity == 0);
+	expect_line(TABLE_CANONICAL, "pokeys.0.joint.02.vel-cmd = -10.1: above the highest speed "
+		    "the axis is set up for; it stands");
+}
+
+static void a_position_beyond_the_soft_limits_is_told(void **state)
+{
+	(void)state;
+	rig.daemon.engine.axis[2].mode = POKEYS_AXIS_POSITION;
+	rig.values.set.axis[2].soft_limits = 1;
+	rig.values.set.axis[2].soft_min = -5;
+	rig.values.set.axis[2].soft_max = 5;
+	joint->enable = true;
+	joint->pos_cmd = 5;
+	rig_period(&rig);
+	assert_false(joint->refused);
+	joint->pos_cmd = 5.01;
+	rig_period(&rig);
+	expect_line(TABLE_CANONICAL, "pokeys.0.joint.02.pos-cmd = 5.01: beyond the soft limits; "
+		    "the last good value stays in use");
+	/* outside already: the way back is free */
+	rig.daemon.engine.axis[2].position = 1200;
+	rig_period(&rig);
+	assert_false(joint->refused);
+	joint->pos_cmd = -5.01;
+	rig_period(&rig);
+	assert_true(joint->refused);
+	rig.values.set.axis[2].soft_limits = 0;
+	rig_period(&rig);
+	assert_false(joint->refused);
 }
 
 static void following_error_is_in_units(void **state)
@@ -304,6 +392,10 @@ int main(void)
 		cmocka_unit_test_setup(status_of_the_axis_reaches_its_pins, setup),
 		cmocka_unit_test_setup(the_mode_is_the_parameters_else_the_devices, setup),
 		cmocka_unit_test_setup(buffered_mode_reaches_beyond_the_planner, setup),
+		cmocka_unit_test_setup(an_axis_that_the_device_has_not_is_named, setup),
+		cmocka_unit_test_setup(the_older_name_is_told_where_there_is_no_other, setup),
+		cmocka_unit_test_setup(a_speed_beyond_the_axis_is_refused_and_it_stands, setup),
+		cmocka_unit_test_setup(a_position_beyond_the_soft_limits_is_told, setup),
 		cmocka_unit_test_setup(following_error_is_in_units, setup),
 		cmocka_unit_test_setup(machine_on_is_a_flag_of_the_command, setup),
 	};

@@ -41,6 +41,8 @@ static inline void rig_init(struct rig *rig)
 	rig->daemon.stale_after_ns = 5 * RIG_MS;
 	rig->daemon.link = POKEYS_LINK_RUNNING;
 	rig->daemon.flags = POKEYS_STATE_COMMANDER;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		rig->daemon.engine.axis[i].mode = POKEYS_AXIS_POSITION;
 }
 
 /* What a daemon does in a cycle, as far as the exchange can see. */
