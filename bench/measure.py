@@ -20,7 +20,7 @@ from machine import describe, machine
 from rig import Fault
 from sections import ORDER
 
-LIMIT_S = {False: 360, True: 120}  # of the whole; what does not begin before is left out, said
+LIMIT_S = {False: 480, True: 120}  # of the whole; what does not begin before is left out, said
 HEADS = ("figure", "measured", "over the rounds", "samples", "target", "")
 
 
