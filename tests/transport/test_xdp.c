@@ -22,13 +22,14 @@
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 #include "daemon/transport/neighbour.h"
 #include "daemon/transport/xdp.h"
 #include "guard/server.h"
 #include "tests/transport/xdp_world.h"
 
-enum { TRIES = 200 };
+enum { PATIENCE_S = 20 };
 
 /* UDP datagrams that the kernel of our namespace has carried, both directions. */
 static unsigned long carried(void)
@@ -68,18 +69,24 @@ static bool exchange(struct world *w)
 		return false;
 	w->t->ops->wait(w->t, fixture_now() + MS);
 	for (int i = 0; peer_look(&w->peer, in, sizeof in) != 3; i++) {
-		if (i == 20)
+		if (i == 1000)
 			return false;
 		w->t->ops->wait(w->t, fixture_now() + MS);
 	}
 	peer_send(&w->peer, "told", 4);
-	return next_packet(w->t, 100, &p) && p.length == 4;
+	return next_packet(w->t, 1000, &p) && p.length == 4;
 }
 
-/* True if an exchange goes past the kernel, now or after some looking around. */
+/*
+ * True if an exchange goes past the kernel, now or in a while: a link that comes
+ * up, or a neighbour that has to be asked for, takes the kernel some time.
+ */
 static bool passes(struct world *w)
 {
-	for (int i = 0; i < TRIES; i++) {
+	const struct timespec moment = { .tv_nsec = 2 * MS };
+	uint64_t end = fixture_now() + PATIENCE_S * UINT64_C(1000) * MS;
+
+	for (; fixture_now() < end; nanosleep(&moment, NULL)) {
 		unsigned long before;
 
 		tend(w->t);
