@@ -25,6 +25,7 @@ struct legacy {
 	uint64_t second_ns;
 	/* encoders */
 	struct factor encoder_scale[LEGACY_ENCODERS];
+	bool encoder_factor;		/* the choice, as last seen */
 	/* buses */
 	uint32_t brightness;
 	bool brightness_known;

@@ -119,6 +119,18 @@ static void read_encoder(struct exchange *exchange, struct values *values, unsig
 	values->encoder[i].velocity = rate * exchange->encoder[i].scale.used;
 }
 
+/* The choice counts for an encoder that stands, too: no scale is 0. */
+static void read_choice(struct exchange *exchange, const struct values *values)
+{
+	const bool factor = values->legacy.choice.encoder_factor;
+
+	if (factor == exchange->legacy.encoder_factor)
+		return;
+	exchange->legacy.encoder_factor = factor;
+	for (unsigned int i = SHARED_NAME_FROM; i < POKEYS_ENCODERS; i++)
+		exchange->encoder[i].shown_scale = 0;
+}
+
 /* The canonical part has seen whether anything has changed there. */
 static void read_modules(struct values *values, const struct pokeys_state *state)
 {
@@ -179,6 +191,7 @@ void legacy_read(struct exchange *exchange, struct values *values, uint64_t now_
 	if (!exchange->legacy.on)
 		return;
 	read_connection(exchange, values, now_ns);
+	read_choice(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		read_encoder(exchange, values, i);
 	if (exchange->fresh) {

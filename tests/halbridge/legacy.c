@@ -286,6 +286,10 @@ static void encoders_have_a_factor(void **state)
 	legacy->choice.encoder_factor = true;
 	rig_period(&rig);
 	assert_true(fabs(rig.values.encoder[12].position - 400) < 1e-9);
+	legacy->choice.encoder_factor = false;		/* and nothing moves */
+	rig_period(&rig);
+	rig_period(&rig);
+	assert_true(fabs(rig.values.encoder[12].position - 25) < 1e-9);
 }
 
 static void limit_override_is_a_choice(void **state)
