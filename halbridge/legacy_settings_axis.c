@@ -94,13 +94,20 @@ static void store(struct legacy_axis_settings *set, size_t at, size_t size, int3
 		*to = value != 0;
 }
 
-/* The bits have the say; the byte only while all of them are false. */
-static uint32_t settle(struct legacy_axis_settings *set, const struct bits *bits, uint32_t byte)
+static uint32_t build(const struct legacy_axis_settings *set, const struct bits *bits)
 {
 	uint32_t built = 0;
 
 	for (unsigned int i = 0; i < bits->count; i++)
 		built |= load(set, bits->of[i].at, bits->of[i].size) ? bits->of[i].bit : 0u;
+	return built;
+}
+
+/* The bits have the say; the byte only while all of them are false. */
+static uint32_t settle(struct legacy_axis_settings *set, const struct bits *bits, uint32_t byte)
+{
+	uint32_t built = build(set, bits);
+
 	for (unsigned int i = 0; !built && i < bits->count; i++)
 		store(set, bits->of[i].at, bits->of[i].size, (byte & bits->of[i].bit) != 0);
 	return built ? built : byte;
@@ -170,13 +177,24 @@ static void derive_switches(struct legacy_axis_settings *set)
 	set->home_switch = set->home_switch && !minus && !plus;
 }
 
-static void derive(struct legacy_axis_settings *set, double scale)
+/* A byte that nobody has touched, whose last bit somebody has set to false, is 0. */
+static uint32_t byte_of(const struct legacy_axis_settings *before, const struct bits *bits,
+			uint32_t was, uint32_t byte)
+{
+	return byte == was && build(before, bits) ? 0 : byte;
+}
+
+static void derive(struct legacy_axis_settings *set, const struct legacy_axis_settings *before,
+		   double scale)
 {
 	derive_speeds(set, scale);
 	derive_switches(set);
-	set->options = settle(set, &options, set->options);
-	set->switches = settle(set, &switches, set->switches);
-	set->homing = settle(set, &homing, set->homing);
+	set->options = settle(set, &options,
+			      byte_of(before, &options, before->options, set->options));
+	set->switches = settle(set, &switches,
+			       byte_of(before, &switches, before->switches, set->switches));
+	set->homing = settle(set, &homing,
+			     byte_of(before, &homing, before->homing, set->homing));
 	derive_places(set, scale);
 }
 
@@ -270,6 +288,7 @@ void legacy_settings_axis(struct legacy_settings *own, struct values *values, un
 			  bool driven)
 {
 	struct legacy_axis_settings *live = &values->legacy.axis_set[i], now;
+	const struct legacy_axis_settings before = own->axis[i];
 	struct legacy_group *group = &own->axis_group[i];
 	double scale = values->joint[i].scale;
 
@@ -279,7 +298,7 @@ void legacy_settings_axis(struct legacy_settings *own, struct values *values, un
 	if (!group->touched)
 		show(&now, &values->set.axis[i], scale);
 	else if (own->apply)
-		derive(&now, scale);
+		derive(&now, &before, scale);
 	legacy_group_end(live, &now, &own->axis[i], sizeof(now));
 	if (own->apply && group->touched && (!group->put || scale != own->scale[i]))
 		put(&values->set.axis[i], &now, scale);

@@ -27,11 +27,21 @@ static void show_encoder(const struct value_encoder_settings *device,
 		now->pin_b = (uint32_t)device->pin_b;
 }
 
-static void derive_encoder(struct legacy_encoder_settings *now)
+/* The byte, in which a bit that somebody has just set to false stands still. */
+static uint32_t byte_of(const struct legacy_encoder_settings *now,
+			const struct legacy_encoder_settings *before)
+{
+	bool cleared = before->enable || before->x4 || before->x2;
+
+	return cleared && now->options == before->options ? 0 : now->options;
+}
+
+static void derive_encoder(struct legacy_encoder_settings *now,
+			   const struct legacy_encoder_settings *before)
 {
 	uint32_t built = (now->enable ? ENABLED : 0u) | (now->x4 ? TIMES_4 : 0u) |
 			 (now->x2 ? TIMES_2 : 0u);
-	uint32_t byte = now->options;
+	uint32_t byte = built ? now->options : byte_of(now, before);
 
 	now->options = built ? built | (byte & 0xf0) : byte;
 	if (built)
@@ -61,13 +71,14 @@ static void put_encoder(struct value_settings *set, unsigned int i,
 static void look_at_encoder(struct legacy_settings *own, struct values *values, unsigned int i)
 {
 	struct legacy_encoder_settings *live = &values->legacy.encoder_set[i], now;
+	const struct legacy_encoder_settings before = own->encoder[i];
 	struct legacy_group *group = &own->encoder_group[i];
 
 	legacy_group_begin(group, live, &now, &own->encoder[i], sizeof(now));
 	if (!group->touched && i < SETTINGS_ENCODERS)
 		show_encoder(&values->set.encoder[i], &now);
 	else if (own->apply)
-		derive_encoder(&now);
+		derive_encoder(&now, &before);
 	legacy_group_end(live, &now, &own->encoder[i], sizeof(now));
 	if (own->apply && group->touched && !group->put)
 		put_encoder(&values->set, i, &now);

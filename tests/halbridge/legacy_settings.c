@@ -158,6 +158,27 @@ static void bits_have_the_say_over_their_byte(void **state)
 	assert_int_equal(device->home_switch_invert, 0);
 }
 
+static void the_last_bit_that_is_set_to_false_stays_false(void **state)
+{
+	struct legacy_encoder_settings *encoder = &values.legacy.encoder_set[3];
+
+	(void)state;
+	know_the_device();
+	values.set.encoder[3].sampling = 1;
+	look();
+	assert_true(encoder->enable && set->limit_minus);
+	values.legacy.engine.apply = true;
+	encoder->enable = false;
+	set->limit_minus = false;
+	look();
+	look();
+	assert_false(encoder->enable || set->limit_minus);
+	assert_int_equal(encoder->options, 0);
+	assert_int_equal(set->switches, 0);
+	assert_int_equal(values.set.encoder[3].sampling, 0);
+	assert_int_equal(device->limit_neg, 0);
+}
+
 static void a_home_switch_at_a_limit_switch_is_that_switch(void **state)
 {
 	(void)state;
@@ -306,6 +327,7 @@ int main(void)
 		cmocka_unit_test_setup(what_was_set_by_hand_is_not_overwritten, setup),
 		cmocka_unit_test_setup(a_joint_becomes_pulses, setup),
 		cmocka_unit_test_setup(bits_have_the_say_over_their_byte, setup),
+		cmocka_unit_test_setup(the_last_bit_that_is_set_to_false_stays_false, setup),
 		cmocka_unit_test_setup(a_home_switch_at_a_limit_switch_is_that_switch, setup),
 		cmocka_unit_test_setup(what_somebody_sets_in_the_canonical_scheme_stays, setup),
 		cmocka_unit_test_setup(an_axis_that_is_driven_is_driven_by_position, setup),
