@@ -104,6 +104,7 @@ struct sim_module {
 	uint8_t size;
 	uint8_t version;
 	uint8_t light;
+	uint8_t status;		/* of its data, 0 good */
 	uint8_t in[SIM_MODULE_BYTES];
 };
 

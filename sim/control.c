@@ -15,6 +15,7 @@ static const struct sim_command *const tables[] = {
 	sim_commands_motion,
 	sim_commands_bus,
 	sim_commands_system,
+	sim_commands_field,
 };
 
 #define TABLES (sizeof(tables) / sizeof(tables[0]))

@@ -30,6 +30,7 @@ extern const struct sim_command sim_commands_io[];
 extern const struct sim_command sim_commands_motion[];
 extern const struct sim_command sim_commands_bus[];
 extern const struct sim_command sim_commands_system[];
+extern const struct sim_command sim_commands_field[];
 
 /* Word i as a number; adds the reason to order->why. */
 bool sim_order_integer(struct sim_order *order, int i, const char *what, int64_t low,

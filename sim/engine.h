@@ -159,7 +159,7 @@ enum sim_thread_state {
 
 struct sim_engine {
 	uint8_t state;
-	uint16_t reboot_ms;		/* time left of a reboot of the engine */
+	uint32_t reboot_ms;		/* time left of a reboot of the engine */
 	uint8_t generator;		/* in effect since the last reboot of the engine */
 	uint8_t power_states;
 	uint8_t override;

@@ -206,14 +206,14 @@ static void move_axis(struct sim_device *dev, unsigned int i)
 static bool reboot_slot(struct sim_device *dev)
 {
 	struct sim_engine *pe = &dev->engine;
-	uint16_t left = pe->reboot_ms;
+	uint32_t left = pe->reboot_ms;
 
 	if (!left)
 		return false;
 	if (left == 1)
 		sim_engine_start(dev);
 	else
-		pe->reboot_ms = (uint16_t)(left - 1);
+		pe->reboot_ms = left - 1;
 	return true;
 }
 

@@ -31,8 +31,9 @@ void sim_engine_status(struct sim_device *dev, uint8_t *rp)
 	}
 	rp[56] = (uint8_t)sim_engine_axes_supported(dev);
 	rp[57] = (uint8_t)sim_engine_kilohertz(dev);
-	rp[58] = (uint8_t)(SIM_RING_SLOTS - (dev->options.choices.count_free ? pe->ring.used : 0));
-	rp[59] = 10;
+	rp[58] = (uint8_t)(dev->bench.machine.told_slots -
+			   (dev->options.choices.count_free ? pe->ring.used : 0));
+	rp[59] = dev->bench.machine.told_slot_time;
 	rp[60] = config->emergency_invert;
 	rp[61] = dev->bench.machine.driver_error;
 	rp[62] = sim_machine_misc(&dev->bench.machine);

@@ -16,6 +16,8 @@
 
 #include <string.h>
 
+#include "sim/engine.h"
+
 void sim_machine_init(struct sim_machine *machine)
 {
 	memset(machine, 0, sizeof(*machine));
@@ -28,6 +30,8 @@ void sim_machine_init(struct sim_machine *machine)
 	machine->raw_plus = 0xFF;
 	machine->raw_home = 0xFF;
 	machine->emergency_wired = true;
+	machine->told_slots = SIM_RING_SLOTS;
+	machine->told_slot_time = 10;
 }
 
 unsigned int sim_switch_level(const struct sim_switch *sw, int64_t position)

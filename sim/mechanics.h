@@ -47,6 +47,8 @@ struct sim_machine {
 	int16_t mismatch[SIM_AXES];		/* steps lost, as the smart generator sees it */
 	struct sim_switch probe;		/* pin may be 100 + n: external input n */
 	uint8_t probe_axis;
+	uint8_t told_slots;			/* size of the ring and time of a slot as the */
+	uint8_t told_slot_time;			/* status tells them: 128, 10 * 100 us */
 	bool emergency_wired;
 	bool emergency_pressed;
 	bool emergency_open;			/* normally open: pressed reads 0 */

@@ -86,7 +86,7 @@ static void transfer(struct sim_device *dev, struct sim_transfer *t, const uint8
 	rp[8] = READING;
 	if (sim_transfer_result(dev, t) != OK)
 		return;
-	rp[8] = 0;
+	rp[8] = module->status;
 	if (rq[P1] == 0x50)
 		memcpy(rp + 9, module->in, SIM_MODULE_BYTES);
 	else

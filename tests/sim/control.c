@@ -50,6 +50,25 @@ static void must_say(const char *text, const char *part)
 		fail_msg("%s: no %s in %s", text, part, reply);
 }
 
+static void fields_are_shown_and_changed(void **state)
+{
+	(void)state;
+	begin();
+	must_say("field pwm.period", "pwm.period=");
+	must("field pin.function 8 2");
+	assert_int_equal(rig.device.config.pins.function[8], 2);
+	must_say("field pin.function", "pin.function=0x");
+	must("field axis.pulses 3 -5000000000");
+	assert_int_equal(rig.device.engine.axis[3].pulses, -INT64_C(5000000000));
+	must("field axis.block 56 255");
+	assert_int_equal(rig.device.config.engine.axis[1][1], 255);
+	must_say("field", "axis.block.7=0x");
+	assert_false(run("field axis.block 440 1"));
+	assert_false(run("field pin.function 0 256"));
+	assert_false(run("field pin.function 0"));
+	assert_false(run("field nothing"));
+}
+
 static void commands_move_the_bench(void **state)
 {
 	(void)state;
@@ -291,6 +310,7 @@ static void strays_repeat_the_last_reply(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(fields_are_shown_and_changed),
 		cmocka_unit_test(commands_move_the_bench),
 		cmocka_unit_test(machines_are_built_by_command),
 		cmocka_unit_test(the_link_is_spoilt_by_command),
