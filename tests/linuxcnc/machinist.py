@@ -82,12 +82,26 @@ class Machinist:
     # ---- what a machinist does
 
     def switch_on(self):
+        """A busy machine may be late just now, and trip: the operator resets it and tries again."""
+        end = time.monotonic() + 60
+        while not self.comes_on():
+            assert time.monotonic() < end, f"the machine does not come on; LinuxCNC said {self.said}"
+
+    def comes_on(self):
         self.command.state(linuxcnc.STATE_ESTOP_RESET)
-        self.until("the emergency stop reset", lambda s: s.task_state != linuxcnc.STATE_ESTOP, 60)
+        if not self.within(20, lambda s: s.task_state != linuxcnc.STATE_ESTOP):
+            return False
         self.command.state(linuxcnc.STATE_ON)
-        self.until("the machine on", lambda s: s.task_state == linuxcnc.STATE_ON, 60)
-        self.until("the axes driven",
-                   lambda _: all(hal.get_value(f"pokeys.0.joint.{j:02}.enabled") for j in self.joints), 60)
+        return self.within(20, lambda s: s.task_state == linuxcnc.STATE_ON and
+                           all(hal.get_value(f"pokeys.0.joint.{j:02}.enabled") for j in self.joints))
+
+    def within(self, limit, test):
+        end = time.monotonic() + limit
+        while not test(self.look()):
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.01)
+        return True
 
     def begin_homing(self):
         self.mode(linuxcnc.MODE_MANUAL)
