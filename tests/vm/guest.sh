@@ -80,7 +80,7 @@ reload_configures() {
 guarded() { status | grep -q '"guard":true'; }
 guard_is_seen() {
 	systemctl start pokeys-guard || { journalctl -o cat -u pokeys-guard | head -n 20 >/out/guard; return 1; }
-	within 240 guarded && fresh || return 1
+	within 240 guarded && within 240 fresh || return 1
 	as_cnc pokeys-guard status | grep -q '^pass_device [1-9]' || { echo "cnc sees no packets"; return 1; }
 }
 guard_comes_again() {
@@ -90,7 +90,7 @@ guard_comes_again() {
 	kill -KILL "$before"
 	within 180 eval '[ "$(systemctl show -P MainPID pokeys-guard)" != '"$before"' ] &&
 		systemctl is-active pokeys-guard' || return 1
-	within 180 guarded && fresh
+	within 180 guarded && within 240 fresh
 }
 guard_goes() {
 	systemctl stop pokeys-guard || return 1
