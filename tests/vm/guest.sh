@@ -96,7 +96,7 @@ guard_goes() {
 	systemctl stop pokeys-guard || return 1
 	within 180 eval '! guarded' || return 1
 	[ ! -e /sys/fs/bpf/pokeysd ] || { echo "pins are left"; return 1; }
-	fresh
+	within 240 fresh
 }
 
 watchdog_was_it() { journalctl -u pokeysd --no-pager | grep -i watchdog; }
