@@ -37,8 +37,8 @@ LATE = """\
 realtime = optional
 [device {name}]
 heartbeat-timeout-ms = 3000
-stale-after-ms = 700
-lost-after-ms = 1500
+stale-after-ms = 1500
+lost-after-ms = 2500
 failsafe-timeout-ms = 5000
 """
 
@@ -51,7 +51,7 @@ def changes(rig):
             ("DISPLAY = axis\n", f"DISPLAY = {rig.run}/machinist\n"),
             ("RUNTIME = /run/pokeysd\n", f"RUNTIME = {rig.run}/pokeysd\n"),
             (f"HALFILE = {name}.hal\n", f"HALFILE = {name}.hal\nHALFILE = sampler.hal\n"),
-            ("PATIENCE = 0.02\n", "PATIENCE = 0.7\n"),
+            ("PATIENCE = 0.02\n", "PATIENCE = 1.0\n"),
             # and the feedback may be as old as that
             (re.compile(r"^((MIN_)?FERROR) = .*$", re.MULTILINE), r"\1 = 90"),
         ],

@@ -20,6 +20,7 @@ def speed(m, joint):
 
 
 def stands(m, joint, why):
+    m.until(f"LinuxCNC jogging no more, {why}", lambda _: not hal.get_value("motion.jog-is-active"), 20)
     m.until(f"axis {joint} standing, {why}", lambda _: speed(m, joint) == 0, 10)
     m.settled()
     m.stays(why, *m.pulses())
@@ -85,7 +86,7 @@ def a_lost_keyboard_stops(m):
 def a_lost_connection_does_not_jog_on(m):
     key(m, 4, True)
     m.until("X jogging", lambda _: speed(m, 0) > 0, 60)
-    m.sim("silence 3000")
+    m.sim("silence 6000")
     m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP, 10)
     m.until("the axis standing", lambda _: speed(m, 0) == 0, 10)
     pulses = m.pulses()

@@ -216,8 +216,8 @@ def cable_out_stops_for_good(m):
     start = m.pulses()[0][0]
     m.until("the axis moving", lambda _: m.pulses()[0][0] > start + 4000, 60)
     m.said.clear()
-    m.sim("silence 5000")
-    m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP, 5)
+    m.sim("silence 8000")
+    m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP, 8)
     assert hal.get_value("estop.fault-out") and hal.get_value("pokeys.0.stale"), "no fault is shown"
     m.until("a message for the operator", lambda _: any("no connection" in text for text in m.said), 5)
     m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0, 5)
