@@ -5,7 +5,7 @@
  *
  * The other side is a process that may hang or end at any moment: every wait
  * has a limit, every message is checked whole, and a descriptor that comes
- * with a message that is not wanted is closed.
+ * with a message that is not wanted is closed; of several one is taken in.
  */
 #include <errno.h>
 #include <poll.h>
@@ -52,7 +52,8 @@ long handover_receive(int connection, void *message, unsigned long length, int *
 	union carried carried = { 0 };
 	struct msghdr m = {
 		.msg_iov = &body, .msg_iovlen = 1,
-		.msg_control = carried.room, .msg_controllen = sizeof(carried.room),
+		/* not all of the room: its padding would take a second descriptor in */
+		.msg_control = carried.room, .msg_controllen = CMSG_LEN(sizeof(*fd)),
 	};
 	ssize_t got;
 
