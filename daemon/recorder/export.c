@@ -210,9 +210,12 @@ int export_record(const struct recorder_file *file, const struct export_options 
 	e = (struct exporter){ .file = file, .options = options, .summary = summary, .to = to };
 	errno = 0;
 	put_head(&e);
-	while (next < end && !ferror(to)) {
-		size_t n = recorder_read(file, &next, chunk, CHUNK);
+	/* a file that can be read no further, or was cut short meanwhile, has no more */
+	for (uint64_t before = UINT64_MAX; next < end && next != before && !ferror(to);) {
+		size_t n;
 
+		before = next;
+		n = recorder_read(file, &next, chunk, CHUNK);
 		for (size_t i = 0; i < n; i++)
 			store(&e, &chunk[i]);
 	}

@@ -438,6 +438,33 @@ static void a_full_disk_is_told(void **state)
 	fclose(full);
 }
 
+/* A disk that, when it is written to, has the ring cut short behind the exporter's back. */
+static ssize_t cut_ring(void *cookie, const char *data, size_t size)
+{
+	(void)cookie;
+	(void)data;
+	atomic_store(&recorder.head->written, 0);
+	return (ssize_t)size;
+}
+
+static void a_ring_that_shrinks_while_it_is_read_ends(void **state)
+{
+	const struct export_options options = {
+		.device = EXPORT_ALL, .application = "test", .comment = "why",
+		.stations = &stations,
+	};
+	struct export_summary summary;
+	FILE *to = fopencookie(NULL, "w", (cookie_io_functions_t){ .write = cut_ring });
+
+	(void)state;
+	assert_non_null(to);
+	setvbuf(to, NULL, _IONBF, 0);
+	put_event(1000);
+	assert_int_equal(export_record(&file, &options, to, &summary), 0);
+	assert_int_equal(summary.events, 0);
+	fclose(to);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
@@ -457,6 +484,7 @@ int main(void)
 		TEST(the_other_byte_order_is_read),
 		TEST(what_is_no_pcapng_is_refused),
 		TEST(a_full_disk_is_told),
+		TEST(a_ring_that_shrinks_while_it_is_read_ends),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
