@@ -219,11 +219,15 @@ void keeper_stop(struct keeper *keeper)
 {
 	if (!keeper->running)
 		return;
-	if (keeper->due && idle(keeper))
-		give(keeper, keeper->due);
 	atomic_store_explicit(&keeper->stop, true, memory_order_release);
 	pthread_join(keeper->thread, NULL);
 	keeper->running = false;
+	tell(keeper);
+	if (!keeper->due)
+		return;
+	give(keeper, keeper->due);
+	keeper->due = RECORD_NOTHING;
+	execute(keeper);	/* the thread may have had another one to write */
 	tell(keeper);
 }
 

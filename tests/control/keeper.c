@@ -228,6 +228,20 @@ static void what_a_dead_daemon_left_is_written_at_the_next_start(void **state)
 	assert_int_not_equal(access(keeper.ring, F_OK), 0);
 }
 
+/* The thread has what the daemon before has left to write; the record is not lost by that. */
+static void one_that_is_due_is_written_at_the_end_after_another(void **state)
+{
+	(void)state;
+	keeper_open(&keeper, &config, &loop, NULL);
+	keeper_stop(&keeper);
+	recorder_close(&loop.recorder);		/* dies: the file stays */
+	keeper_open(&keeper, &config, &loop, NULL);
+	lose(1000 * MS);
+	keeper_stop(&keeper);
+	assert_int_equal(files("-died.pcapng"), 1);
+	assert_int_equal(files("-lost.pcapng"), 1);
+}
+
 static void a_folder_that_is_not_there_is_told(void **state)
 {
 	(void)state;
@@ -299,6 +313,7 @@ int main(void)
 		TEST(the_commander_counts_while_the_machine_is_on),
 		TEST(the_oldest_are_removed_and_nothing_else),
 		TEST(what_a_dead_daemon_left_is_written_at_the_next_start),
+		TEST(one_that_is_due_is_written_at_the_end_after_another),
 		TEST(a_folder_that_is_not_there_is_told),
 		TEST(it_can_be_off),
 		TEST(the_service_managers_folder_is_the_default),
