@@ -3,10 +3,11 @@
  * AF_XDP sockets for a daemon that may not make any.
  *
  * One client at a time, for one queue has one socket: the next one waits until
- * the first has gone. What it can ask for is little: a socket, which is useless
- * without a program that directs packets to it, and to be directed what this
- * guard has judged to be a device's reply to one of sixteen ports. Nothing of
- * anybody else's can be taken that way. It is let in by the mode of the file.
+ * the first has gone. To be directed to it, it can have what this guard has judged
+ * to be a device's reply to one of sixteen ports, nothing of anybody else's. But the
+ * socket sends as well, any frame, which is otherwise for those with CAP_NET_RAW. So
+ * the group, whose members command devices, is not enough: the client is root, or
+ * the user that the daemon's service has. Whoever else connects is sent away.
  *
  * A client that has gone is forgotten: its ports are cleared, so that its
  * successor's replies are not looked for in a map where nobody is. Its socket
@@ -19,6 +20,7 @@
 #include <errno.h>
 #include <grp.h>
 #include <net/if.h>
+#include <pwd.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -87,6 +89,28 @@ static void forget(struct guard_server *server)
 	set_ports(server, none);
 	close(server->client);
 	server->client = -1;
+}
+
+static bool may_ask(int client)
+{
+	const struct passwd *daemon = getpwnam("pokeys");
+	struct ucred who;
+	socklen_t size = sizeof(who);
+
+	if (getsockopt(client, SOL_SOCKET, SO_PEERCRED, &who, &size))
+		return false;
+	return who.uid == 0 || (daemon && who.uid == daemon->pw_uid);
+}
+
+static void let_in(struct guard_server *server)
+{
+	int client = accept4(server->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+
+	if (client >= 0 && !may_ask(client)) {
+		close(client);
+		client = -1;
+	}
+	server->client = client;
 }
 
 static int give(const struct guard_server *server, int *fd)
@@ -181,8 +205,7 @@ void guard_server_run(struct guard_server *server, struct pollfd fds[GUARD_SERVE
 	if (server->client >= 0 && fds[1].revents)
 		attend(server);
 	if (server->listener >= 0 && server->client < 0)
-		server->client = accept4(server->listener, NULL, NULL,
-					 SOCK_CLOEXEC | SOCK_NONBLOCK);
+		let_in(server);
 	fds[0] = (struct pollfd){ .fd = server->client < 0 ? server->listener : -1,
 				  .events = POLLIN };
 	fds[1] = (struct pollfd){ .fd = server->client, .events = POLLIN };

@@ -7,8 +7,8 @@
  * capability for BPF; the daemon has neither. So pokeys-guard makes the
  * socket and hands it over a unix socket (SOCK_SEQPACKET); the daemon gives it
  * memory and binds it, which nobody needs a right for, and hands it back to be
- * entered into the XDP program's map. Whoever may connect is the business of
- * the file's mode.
+ * entered into the XDP program's map. Whom it is given to is the other side's
+ * business: it may send any frame with it.
  *
  * As long as the connection is open the daemon's ports are directed to it. A
  * server that comes anew is told again (HANDOVER_JOIN with the same socket).

@@ -256,18 +256,22 @@ const char *transport_xdp_refused(int rc)
 	switch (-rc) {
 	case ENOENT:
 	case ECONNREFUSED:
-		return "pokeys-guard, which hands an AF_XDP socket over, does not run or was started with "
-		       "another transport (systemctl restart pokeys-guard, then pokeysd)";
+		return "pokeys-guard, which hands an AF_XDP socket over, does not run or was "
+		       "started with another transport (systemctl restart pokeys-guard, then "
+		       "pokeysd)";
 	case EACCES:
 	case EPERM:
-		return "pokeys-guard may not be asked for an AF_XDP socket by this user, or may not make "
-		       "one (group pokeys, CAP_NET_RAW)";
+	case EPIPE:
+	case ECONNRESET:
+		return "pokeys-guard gives an AF_XDP socket to root and the user pokeys only, or "
+		       "may not make one (CAP_NET_RAW)";
 	case EAFNOSUPPORT:
 		return "this kernel has no AF_XDP (CONFIG_XDP_SOCKETS)";
 	case EOPNOTSUPP:
 		return "the interface's driver has no XDP of its own; the generic one gains nothing";
 	case EPROTONOSUPPORT:
-		return "AF_XDP needs an Ethernet interface that is no VLAN; give the device one of its own";
+		return "AF_XDP needs an Ethernet interface that is no VLAN; give the device one of "
+		       "its own";
 	case EDESTADDRREQ:
 		return "AF_XDP belongs to one interface; name it (interface =)";
 	case EXDEV:

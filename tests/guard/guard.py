@@ -434,6 +434,19 @@ def capabilities_of_the_unit_suffice(w):
     w.end_guard()
 
 
+def a_socket_is_for_the_daemon_and_not_for_its_group(w):
+    """Whoever may connect is sent away all the same unless it is root or the daemon's user."""
+    place = RUN.parent / "pokeys-guard" / "xdp"
+    w.write_conf(f"address = {DEVICE}\n", transport="xdp")
+    w.start_guard()
+    wait_for("the socket", place.exists)
+    place.chmod(0o666)
+    ask = ("import socket, sys; s = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET); s.settimeout(60);"
+           f"s.connect('{place}'); sys.exit(s.recv(100) != b'')")
+    sh("setpriv", "--reuid", "65534", "--clear-groups", "/usr/bin/python3", "-c", ask)
+    w.end_guard()
+
+
 CHECKS = [
     foreign_packets_are_dropped_and_counted_and_all_else_passes,
     what_no_device_sends_is_dropped_each_for_its_own_reason,
@@ -444,6 +457,7 @@ CHECKS = [
     a_running_daemon_does_not_notice_the_guard_come_and_go,
     a_device_is_learnt_from_its_answer_and_a_liar_moves_none_that_works,
     replies_go_into_a_socket_of_a_daemon_without_rights,
+    a_socket_is_for_the_daemon_and_not_for_its_group,
     an_interface_that_goes_is_waited_for,
     an_interface_without_driver_support_is_guarded_all_the_same,
     whoever_may_not_or_cannot_is_told_in_one_line,
