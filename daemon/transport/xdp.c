@@ -74,12 +74,18 @@ static void let_go(struct xdp *x)
 	atomic_store_explicit(&x->link, XDP_BROKEN, memory_order_release);
 }
 
+/* Without its note, which is no later frame's. */
+static void give_back(struct xdp *x, uint8_t *frame)
+{
+	memset(frame - sizeof(struct handover_note), 0, sizeof(struct handover_note));
+	xdp_socket_give_back(&x->socket, frame);
+}
+
 /* The packet that was handed out is not read any more. */
 static void settle(struct xdp *x)
 {
 	if (x->lent) {
-		memset(x->lent - sizeof(struct handover_note), 0, sizeof(struct handover_note));
-		xdp_socket_give_back(&x->socket, x->lent);
+		give_back(x, x->lent);
 		x->lent = NULL;
 	}
 	if (x->lost)
@@ -224,7 +230,7 @@ static void sort(struct xdp *x, uint8_t *frame, size_t length)
 		c = channel_of(x, &place->datagram);
 	if (!c || c->waiting == LIST_MAX) {
 		x->base.statistics.receive_failed++;
-		xdp_socket_give_back(&x->socket, frame);
+		give_back(x, frame);
 		return;
 	}
 	place->frame = frame;
@@ -237,7 +243,10 @@ static void sort(struct xdp *x, uint8_t *frame, size_t length)
 	c->waiting++;
 }
 
-/* Sort what has come; true if something waits for some channel. */
+/*
+ * Sort what has come; true if something waits for some channel. What is dropped is
+ * filled again at once, so a flood that nobody wants is left at one round of the ring.
+ */
 static bool sorted(struct xdp *x)
 {
 	uint8_t *frame;
@@ -245,7 +254,7 @@ static bool sorted(struct xdp *x)
 
 	if (!ready(x))
 		return false;
-	while ((frame = xdp_socket_take(&x->socket, &length)))
+	for (int i = 0; i < XDP_RX_FRAMES && (frame = xdp_socket_take(&x->socket, &length)); i++)
 		sort(x, frame, length);
 	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++)
 		if (x->channel[i].waiting)
