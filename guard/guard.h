@@ -38,7 +38,8 @@ struct guard_place {
 
 /*
  * Load the program, with the counters and devices of an earlier one if they are
- * still pinned; `sockets`: and able to direct packets to an AF_XDP socket. 0, or an exit status after one line that says what is missing.
+ * still pinned; `sockets`: and able to direct packets to an AF_XDP socket. 0, or
+ * an exit status after one line that says what is missing.
  */
 int guard_load(bool dedicated, bool sockets);
 

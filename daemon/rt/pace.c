@@ -15,10 +15,11 @@
  * `duty` of it. Only with duty = 1, which needs that throttling switched off,
  * does it poll all the time.
  *
- * Ticks lie on a grid, which the phase lock may shift (follow.c). One that is missed by more than half a period is
- * skipped and counted, never caught up: after a stall of five seconds there
- * is one cycle and not a burst of them. The thread's lateness at its first
- * wake-up goes into the histogram whether or not the tick was skipped.
+ * Ticks lie on a grid, which the phase lock may shift (follow.c). One that is
+ * missed by more than half a period is skipped and counted, never caught up:
+ * after a stall of five seconds there is one cycle and not a burst of them. The
+ * thread's lateness at its first wake-up goes into the histogram whether or not
+ * the tick was skipped.
  */
 #include <errno.h>
 #include <time.h>
