@@ -2,7 +2,7 @@
 /*
  * One device, one daemon, one section: who comes second is told who was first, and
  * takes over. Two daemons are two structs here; a name is had by a socket, not by a
- * process. Seen to fail: both were aimed.
+ * process. Without the claim both would be aimed.
  */
 #include <fcntl.h>
 #include <setjmp.h>

@@ -173,7 +173,7 @@ static void apply_brings_what_the_file_says_now(void **state)
 	assert_string_equal(heard(fd), "ok mill: the device has all that is wanted");
 }
 
-/* Seen to fail: a loop that was held for 200 ms, and "has all" of what it had before. */
+/* A loop that is held: what the device had before the order does not answer it. */
 static void report_of_before_the_order_is_not_believed_however_late_the_loop_is(void **state)
 {
 	int fd = ask("config apply mill");
@@ -323,7 +323,7 @@ static void save_is_answered_when_the_device_has_said_how_it_went(void **state)
 	assert_says(fd, "refused lathe: the device has not said whether");
 }
 
-/* Seen to fail: the device had saved before the control thread's next round. */
+/* The device has saved before the control thread's next round. */
 static void save_that_is_quicker_than_its_order_is_answered(void **state)
 {
 	const struct event event = { .code = EVENT_ONE_SHOT, .device = 0,
@@ -457,7 +457,7 @@ static void socket_is_for_the_group_and_follows_a_dead_daemon(void **state)
 	assert_int_equal(stat(desk.socket, &status), -1);
 }
 
-/* Seen to fail: a mode given by name was given to whatever a link there led to. */
+/* Given by name, the mode would be given to whatever a link there leads to. */
 static void mode_is_given_to_the_socket_and_to_nothing_else(void **state)
 {
 	mode_t before = umask(0077);

@@ -89,7 +89,7 @@ static void noise_of_one_device_hides_no_other(void **state)
 	assert_int_equal(written("(91 more of this kind were not written)"), 1);
 }
 
-/* Seen to fail: of the eleventh setting that was changed nothing was to be read. */
+/* Each is a line of its own, however many: they are no repetition of one another. */
 static void every_setting_that_was_changed_is_told(void **state)
 {
 	(void)state;

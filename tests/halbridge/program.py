@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The userspace component asked by a person at a terminal, where there is no HAL.
-Seen to fail: --help was "not known", on standard error, with status 2."""
+What it prints of itself is on standard output and its status is 0."""
 import subprocess
 import sys
 

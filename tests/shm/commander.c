@@ -4,7 +4,7 @@
  * killed at any moment leaves a place that the daemon can clear, and the next
  * one has it within a second.
  *
- * Seen to fail without the rule: with the port dropped after the entry was
+ * What the rule is for: with the port dropped after the entry was
  * made (ImageWriter without `_port`), the next commander is refused for ever
  * with "another commander holds device", in the first round.
  */

@@ -172,7 +172,7 @@ static void folder_with_other_things_is_not_changed(void **state)
 	assert_int_equal(mode_of(folder->path), 02770);
 }
 
-/* Seen to fail: it was found out when the daemon drove its devices already, as "Is a directory". */
+/* It is found out at the start, not when the daemon drives its devices already. */
 static void current_that_is_a_folder_is_refused(void **state)
 {
 	struct folder *folder = *state;

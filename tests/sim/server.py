@@ -426,7 +426,7 @@ class Process(Base):
         self.refused(64, ["--serial", "x"], ["--nonsense"], ["--loss"], ["word"])
 
     def test_what_is_not_there_is_one_line_and_status_1(self):
-        # seen to fail: who waited for the line of --ready-fd waited for ever
+        # who waits for the line of --ready-fd would wait for ever
         self.refused(1, ["--script", str(self.folder / "none")], ["--cpu", "1000"],
                      ["--ready-fd", "99"])
 

@@ -149,7 +149,7 @@ def test_a_second_daemon_is_refused_with_the_first_ones_pid():
 
 
 def test_a_device_that_another_daemon_drives_is_waited_for():
-    # seen to fail: both drove it
+    # both driving it would switch each other's outputs off
     with House() as one, House() as other:
         other.address, other.device_keys = one.address, {"mill": {"address": one.address}}
         one.start_sim()
@@ -166,7 +166,7 @@ def test_a_device_that_another_daemon_drives_is_waited_for():
 
 
 def test_one_device_is_not_driven_by_two_sections():
-    # seen to fail: by address and by serial number it was two
+    # by address and by serial number it is the same one
     with House() as house:
         serial = rng.randrange(100000, 2**31)
         house.daemon_keys |= {"discovery-address": house.address, "discovery-interval-ms": 100}

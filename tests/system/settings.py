@@ -347,7 +347,7 @@ def test_orders_of_a_device_that_is_away():
 
 
 def test_what_was_read_last_is_shown_of_a_device_that_is_lost():
-    # seen to fail: "have not been read yet", and nothing at all of a daemon that was held for 0.1 s
+    # of a device that is lost, and of a daemon that is dead
     with House() as house:
         house.device_keys["mill"] |= {"axis.0.max-speed": 5000}
         sim = house.start_sim("--preset", "demo")

@@ -67,7 +67,7 @@ def test_no_realtime_goes_on_with_a_warning():
 
 
 def test_too_few_descriptors_for_the_daemons_own_readers_are_told_once():
-    # seen to fail: not a word, and metrics of no device
+    # one line says why the metrics are of no device
     with House(**{"metrics-interval-ms": 100}) as house:
         house.daemon_keys["metrics-file"] = house.folder / "m"
         daemon = house.start_daemon(
@@ -329,7 +329,7 @@ def test_mistakes_on_the_command_line_are_status_64():
 
 
 def test_what_nobody_could_read_is_not_success():
-    # seen to fail: "in order" on a full disk was status 0
+    # "in order" on a full disk was never read
     with House() as house, open("/dev/full", "w", encoding="ascii") as full:
         house.write_conf()
         for words in (["--check-config", "--config", house.conf], ["--version"], ["--help-config"]):
