@@ -23,7 +23,7 @@
 
 #define AGAIN_NS UINT64_C(100000000)
 
-enum { TEXT_MAX = 32 };
+enum { TEXT_MAX = 32, QUEUE = 4 };
 
 static const char *put(char text[TEXT_MAX], uint64_t where)
 {
@@ -61,7 +61,7 @@ static int take(uint64_t where)
 
 	if (fd < 0)
 		return -errno;
-	if (!bind(fd, (const struct sockaddr *)&name, length) && !listen(fd, 4))
+	if (!bind(fd, (const struct sockaddr *)&name, length) && !listen(fd, QUEUE))
 		return fd;
 	error = errno;
 	close(fd);
@@ -86,13 +86,19 @@ static int holder(uint64_t where)
 	return who.pid;
 }
 
-/* Whoever asked for our pid: room for the next one. */
+/*
+ * Whoever asked for our pid: room for the next ones. Everybody on this machine may
+ * ask, as often as he likes, so in one round it is no more than wait.
+ */
 static void answer(const struct claim *claim)
 {
-	int fd;
+	for (int i = 0; claim->fd >= 0 && i <= QUEUE; i++) {
+		int fd = accept4(claim->fd, NULL, NULL, SOCK_CLOEXEC);
 
-	while (claim->fd >= 0 && (fd = accept4(claim->fd, NULL, NULL, SOCK_CLOEXEC)) >= 0)
+		if (fd < 0)
+			return;
 		close(fd);
+	}
 }
 
 static void aim(struct claims *claims, uint32_t i, uint64_t where, int fd)
