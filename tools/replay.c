@@ -78,17 +78,33 @@ static void print_reply(const struct replay *replay, const struct replay_line *l
 	putchar('\n');
 }
 
+/* A record may come from anywhere: nothing in it is to command a terminal. */
+static void print_text(const char *text)
+{
+	for (; *text; text++)
+		putchar((unsigned char)*text < ' ' || *text == 0x7f ? '?' : *text);
+}
+
+static void print_event(const struct replay_line *line)
+{
+	printf("** ");
+	print_text(line->text);
+	putchar('\n');
+}
+
 static void print_line(const struct replay *replay, const struct replay_line *line)
 {
 	print_time(line->t_ns);
-	if (line->kind != REPLAY_EVENT)	/* those name theirs */
-		printf("%s ", line->device);
+	if (line->kind != REPLAY_EVENT) {	/* those name theirs */
+		print_text(line->device);
+		putchar(' ');
+	}
 	if (line->kind == REPLAY_REQUEST)
 		print_request(replay, line);
 	else if (line->kind == REPLAY_REPLY)
 		print_reply(replay, line);
 	else
-		printf("** %s\n", line->text);
+		print_event(line);
 }
 
 static void json_packet(struct json *json, const struct replay *replay,

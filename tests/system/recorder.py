@@ -208,6 +208,20 @@ def test_nothing_is_recorded_if_nobody_wants_it():
         assert not list(house.runtime.glob("recorder*"))
 
 
+def test_a_record_of_somebody_elses_commands_no_terminal():
+    def block(kind, body):
+        length = struct.pack("<I", 12 + len(body))
+        return struct.pack("<I", kind) + length + body + length
+
+    text = b"MESSAGE=one\x1b[2Jtwo\nPOKEYS_TIME_NS=1000\n"
+    with House() as house:
+        path = house.folder / "theirs.pcapng"
+        path.write_bytes(block(SECTION, struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)) +
+                         block(JOURNAL, text + bytes(-len(text) % 4)))
+        out = replay(path)
+        assert out.returncode == 0 and "** one?[2Jtwo" in out.stdout and "\x1b" not in out.stdout, out
+
+
 def test_what_cannot_be_is_said_in_one_line():
     with House() as house:
         house.start_sim()
