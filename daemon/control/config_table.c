@@ -56,11 +56,11 @@ static const struct config_key own[] = {
 			   { "napi", CONFIG_WAIT_NAPI }, { "spin", CONFIG_WAIT_SPIN }),
 	    .fallback = "auto",
 	    .help = "How the realtime thread waits. sleep gives the processor back until a packet "
-		    "comes; napi polls the network card for a while first, which needs interface, "
-		    "io_uring and Linux 6.9; spin keeps the processor, reacts a few microseconds "
-		    "faster and wants a core of its own. auto takes spin on an isolated core that "
-		    "LinuxCNC does not take, else napi where it is to be had, else sleep, and says "
-		    "why."),
+		    "comes; napi polls the network card for a while first, which needs io_uring "
+		    "and Linux 6.9; spin keeps the processor, reacts a few microseconds faster and "
+		    "wants a core of its own. auto takes spin on an isolated core that LinuxCNC "
+		    "does not take, else napi where interface names a card that can be polled, else "
+		    "sleep, and says why."),
 	KEY(DAEMON(busy_poll_us), "busy-poll-us", CONFIG_INTEGER, RANGE(0, 10000),
 	    .fallback = "200", .unit = "us",
 	    .help = "With mode napi: how long a wait for a reply polls the network card before it "
