@@ -76,8 +76,10 @@ void doctor_print(const struct doctor_report *report, FILE *to)
 		if (*finding->mend)
 			fprintf(to, "%25s -> %s\n", "", finding->mend);
 	}
-	fprintf(to, "%u problem, %u advice, %u unknown, %u ok\n",
-		doctor_count(report, DOCTOR_PROBLEM), doctor_count(report, DOCTOR_ADVICE),
+	fprintf(to, "%u problem%s, %u advice, %u unknown, %u ok\n",
+		doctor_count(report, DOCTOR_PROBLEM),
+		doctor_count(report, DOCTOR_PROBLEM) == 1 ? "" : "s",
+		doctor_count(report, DOCTOR_ADVICE),
 		doctor_count(report, DOCTOR_UNKNOWN), doctor_count(report, DOCTOR_OK));
 }
 

@@ -80,15 +80,20 @@ static const struct option long_options[] = {
 	{ NULL, 0, NULL, 0 },
 };
 
-static void help(void)
+/* Of one command, or NULL: of all. */
+static void help(const struct command *only)
 {
 	puts("usage: pokeysctl COMMAND [OPTION ...]\n");
 	for (size_t i = 0; i < COMMANDS; i++)
-		printf("  %s %s\n\t%s\n", commands[i].name, commands[i].arguments,
-		       commands[i].help);
-	puts("\n  -j, --json                   for scripts; pokeysctl(1) lists the keys\n"
-	     "  -r, --runtime-directory DIR  of the daemon (default " POKEYS_RUNTIME_DIRECTORY ")\n"
-	     "  -h, --help\n"
+		if (!only || only == &commands[i])
+			printf("  %s%s%s\n\t%s\n", commands[i].name,
+			       *commands[i].arguments ? " " : "", commands[i].arguments,
+			       commands[i].help);
+	puts("\n  -j, --json                   for scripts; pokeysctl(1) lists the keys");
+	if (!only || only->takes & TAKES_RUNTIME)
+		puts("  -r, --runtime-directory DIR  of the daemon (default "
+		     POKEYS_RUNTIME_DIRECTORY ")");
+	puts("  -h, --help                   of all commands, or of the one named\n"
 	     "      --version");
 }
 
@@ -256,6 +261,7 @@ static bool take_line(struct options *options, int argc, char **argv,
 		      const struct command **command, int *status)
 {
 	unsigned int wanted = 0;
+	bool helps = false;
 	int option;
 
 	*status = STATUS_USAGE;
@@ -264,16 +270,23 @@ static bool take_line(struct options *options, int argc, char **argv,
 	while ((option = getopt_long(argc, argv, "r:jh", long_options, NULL)) != -1) {
 		unsigned int needs = 0;
 
-		if (option == 'h' || option == 'V') {
-			option == 'h' ? help() : (void)puts("pokeysctl " POKEYSD_VERSION);
+		if (option == 'V') {
+			puts("pokeysctl " POKEYSD_VERSION);
 			*status = STATUS_OK;
 			return false;
 		}
-		if (!take_option(options, option, &needs))
+		if (option == 'h')
+			helps = true;
+		else if (!take_option(options, option, &needs))
 			return false;
 		wanted |= needs;
 	}
 	*command = optind < argc ? find_command(argv[optind]) : NULL;
+	if (helps && (*command || optind == argc)) {
+		help(*command);
+		*status = STATUS_OK;
+		return false;
+	}
 	if (!*command) {
 		complain("%s%s%s; pokeysctl --help lists the commands",
 			 optind < argc ? "there is no command \"" : "a command is missing",

@@ -36,6 +36,17 @@ static int find_device(const struct recorder_file *ring, const char *name)
 	return -ENODEV;
 }
 
+static void no_device(const struct recorder_file *ring, const char *name)
+{
+	char text[RECORDER_DEVICES * (sizeof(ring->head.name[0]) + 2)] = "";
+	size_t at = 0;
+
+	for (uint32_t i = 0; i < ring->head.devices && at < sizeof(text); i++)
+		at += (size_t)snprintf(text + at, sizeof(text) - at, "%s%s", i ? ", " : "",
+				       ring->head.name[i]);
+	complain("there is no device \"%s\" in the record; it has: %s", name, text);
+}
+
 static void tell(const struct options *options, const char *path,
 		 const struct export_summary *summary)
 {
@@ -99,7 +110,7 @@ int command_record(const struct options *options)
 	if (options->name_count == 2)
 		device = find_device(&ring, options->names[0]);
 	if (device == -ENODEV)
-		complain("there is no device \"%s\"", options->names[0]);
+		no_device(&ring, options->names[0]);
 	else
 		status = write_file(&ring, device, path, &summary);
 	if (status == STATUS_OK)
