@@ -184,13 +184,14 @@ static void pass(pokeys_client *client, double seconds)
 	}
 }
 
-static int usage(const char *program)
+static int usage(const char *program, bool asked)
 {
-	fprintf(stderr, "usage: %s [DEVICE] [--runtime-directory DIR] [--interval S] [--once] "
-		"[--json]\n       S = 0.01..3600\n", program);
-	return 2;
+	fprintf(asked ? stdout : stderr, "usage: %s [DEVICE] [--runtime-directory DIR] "
+		"[--interval S] [--once] [--json]\n       S = 0.01..3600\n", program);
+	return asked ? 0 : 2;
 }
 
+/* 1 = help is asked for, -1 = a mistake. */
 static int parse(struct options *options, int argc, char **argv)
 {
 	static const struct option known[] = {
@@ -198,12 +199,13 @@ static int parse(struct options *options, int argc, char **argv)
 		{ "interval", required_argument, NULL, 'i' },
 		{ "once", no_argument, NULL, 'o' },
 		{ "json", no_argument, NULL, 'j' },
+		{ "help", no_argument, NULL, 'h' },
 		{ NULL, 0, NULL, 0 },
 	};
 	char *end_of_number;
 	int c;
 
-	while ((c = getopt_long(argc, argv, "r:j", known, NULL)) != -1) {
+	while ((c = getopt_long(argc, argv, "r:jh", known, NULL)) != -1) {
 		switch (c) {
 		case 'r': options->runtime = optarg; break;
 		case 'i':
@@ -213,6 +215,7 @@ static int parse(struct options *options, int argc, char **argv)
 			break;
 		case 'o': options->once = true; break;
 		case 'j': options->json = true; break;
+		case 'h': return 1;
 		default: return -1;
 		}
 	}
@@ -244,8 +247,9 @@ int main(int argc, char **argv)
 	pokeys_client *client;
 	int r;
 
-	if (parse(&options, argc, argv))
-		return usage(argv[0]);
+	r = parse(&options, argc, argv);
+	if (r)
+		return usage(argv[0], r > 0);
 	if (!options.device && !(options.device = first_device(options.runtime)))
 		return 1;
 	if (pokeys_client_open(&client, options.runtime, options.device, "monitor",

@@ -145,6 +145,12 @@ class Monitors(unittest.TestCase):
                 self.assertEqual(ran.returncode, 2, words)
                 self.assertNotIn("Traceback", ran.stderr)
 
+    def test_help_is_no_mistake(self):
+        for command in self.each():
+            ran = self.run_monitor(command, "--help")
+            self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+            self.assertIn("--once", ran.stdout)
+
     def test_interval_is_kept(self):
         self.start()
         for name, command in MONITORS.items():
