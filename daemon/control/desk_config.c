@@ -192,6 +192,9 @@ void desk_executed(struct desk *desk, struct desk_client *client, int result, ui
 	else if (result == -EBUSY)
 		desk_answer(desk, client, false, "%s: motion is permitted; switch the machine off "
 			    "first", name);
+	else if (result == -EAGAIN)
+		desk_answer(desk, client, false, "%s: its flash memory was written less than 2 s "
+			    "ago, and each time wears it; try again later", name);
 	else if (result == -EALREADY)
 		desk_answer(desk, client, false, "%s: another order is at work; try again", name);
 	else
@@ -246,7 +249,8 @@ void desk_watch(struct desk *desk, struct desk_client *client, uint64_t now_ns)
 
 void desk_event(struct desk *desk, const struct event *event, uint64_t now_ns)
 {
-	if (event->code != EVENT_ONE_SHOT || event->a != POKEYS_ONE_SHOT_SAVE_CONFIG)
+	if (event->code != EVENT_ONE_SHOT || event->a != POKEYS_ONE_SHOT_SAVE_CONFIG ||
+	    event->b != EVENT_ORDERED)
 		return;
 	desk_take_results(desk, now_ns);	/* the save may be done before we knew that it began */
 	for (size_t i = 0; i < DESK_CLIENTS; i++) {

@@ -117,7 +117,8 @@ enum device_order {
 /*
  * Somebody at a terminal orders. 0 = it will be done (events say how it went);
  * -ENOTCONN = the link does not run, -EBUSY = motion is permitted or the engine
- * moves (save and reboot), -EALREADY = an order is at work, -EINVAL = no such order.
+ * moves (save and reboot), -EAGAIN = saved less than 2 s ago, -EALREADY = an order
+ * is at work, -EINVAL = no such order.
  */
 int device_order(struct device *device, enum device_order order);
 

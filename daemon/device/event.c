@@ -356,8 +356,11 @@ static void put_foreign_wish(struct line *line, const struct event *e)
 
 static void put_one_shot(struct line *line, const struct event *e)
 {
-	put(line, "one-shot %lld (%s): %s", (long long)e->b, PICK(one_shot_names, e->a),
-	    PICK(outcome_names, e->c));
+	if (e->b == EVENT_ORDERED)
+		put(line, "order of a terminal");
+	else
+		put(line, "one-shot %lld", (long long)e->b);
+	put(line, " (%s): %s", PICK(one_shot_names, e->a), PICK(outcome_names, e->c));
 }
 
 static void put_stale(struct line *line, const struct event *e)

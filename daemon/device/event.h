@@ -33,7 +33,7 @@ enum event_code {
 	EVENT_MACHINE,		/* a = 1 motion permitted, 0 not */
 	EVENT_BAD_COMMAND,	/* a = enum command_fault, b = index */
 	EVENT_FOREIGN_IMAGE,	/* the command image has another layout; a = magic, b = version */
-	EVENT_ONE_SHOT,		/* a = operation, b = id, c = enum pokeys_outcome */
+	EVENT_ONE_SHOT,		/* a = operation, b = id or EVENT_ORDERED, c = enum pokeys_outcome */
 	EVENT_STALE,		/* a = 1 stale, 0 fresh again; b = age, us */
 	EVENT_PACKETS,		/* first of a kind or at most once in 10 s: a = enum event_packets, b = how many */
 	EVENT_CYCLE_SKIPPED,	/* at most once in 10 s: a = how many since the last */
@@ -49,6 +49,9 @@ enum event_code {
 				 * commander's thread, c = jitter of its reads (ns) */
 	EVENT_CODES
 };
+
+/* EVENT_ONE_SHOT: no commander's, but a terminal's; ids of commanders begin anywhere. */
+enum { EVENT_ORDERED = -1 };
 
 /* EVENT_LOCKED: why the device does not let us in. */
 enum lock_reason {

@@ -188,6 +188,7 @@ struct one_shots {
 	bool disarm;			/* the fast encoders' index inputs are to be switched back */
 	bool disarm_open;
 	uint64_t refused;
+	uint64_t saved_ns;		/* flash was written, or may have been; 0 = never */
 	uint8_t order;			/* operation that waits for its turn; 0 = none */
 	bool ordered;			/* the one at work came from a terminal */
 };
@@ -480,6 +481,9 @@ struct operation {
 
 /* NULL for an operation that does not exist or is not offered. */
 const struct operation *operation_find(uint8_t operation);
+
+/* The device's flash was written so short a time ago that another save is refused. */
+bool operation_saved_just_now(const struct device *device);
 extern const struct operation operation_set_encoder, operation_arm_index;
 /* operation_task.c */
 extern const struct operation operation_home, operation_home_cancel, operation_home_finish,

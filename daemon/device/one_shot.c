@@ -30,8 +30,8 @@ static void record(struct device *device, uint32_t id, uint8_t operation,
 			};
 	device->one_shots.refused += outcome == POKEYS_OUTCOME_REFUSED;
 	device_say(device, EVENT_ONE_SHOT,
-		   outcome == POKEYS_OUTCOME_DONE ? EVENT_INFO : EVENT_WARNING, operation, id,
-		   outcome);
+		   outcome == POKEYS_OUTCOME_DONE ? EVENT_INFO : EVENT_WARNING, operation,
+		   device->one_shots.ordered ? EVENT_ORDERED : (int64_t)id, outcome);
 }
 
 static void taken(struct device *device, uint32_t tail)

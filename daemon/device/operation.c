@@ -14,6 +14,7 @@
 #include "daemon/device/internal.h"
 
 #define SAVE_NS (3 * SECOND)	/* flash; protocol section 5.4 has no figure, others wait 1 s */
+#define SAVE_AGAIN_NS (2 * SECOND)	/* each save wears the flash */
 
 static void simply_done(struct device *device, const mailbox_entry_t *entry)
 {
@@ -159,6 +160,18 @@ static bool counters_send(struct device *device)
 	return one_shot_request(device, WIRE_OP_COUNTER_RESET, NULL);
 }
 
+bool operation_saved_just_now(const struct device *device)
+{
+	const uint64_t saved_ns = device->one_shots.saved_ns;
+
+	return saved_ns && device->now_ns - saved_ns < SAVE_AGAIN_NS;
+}
+
+static bool save_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+{
+	return machine_off(device, shot) && !operation_saved_just_now(device);
+}
+
 /* It was allowed when it was taken; the machine may have been switched on since then. */
 static bool still_off(struct device *device)
 {
@@ -177,12 +190,14 @@ static bool save_send(struct device *device)
 	if (!one_shot_request_patiently(device, WIRE_OP_SAVE, &confirmed, SAVE_NS))
 		return false;
 	device->life.patient_until_ns = device->now_ns + SAVE_NS;
+	device->one_shots.saved_ns = device->now_ns;
 	return true;
 }
 
 static void save_answered(struct device *device, const mailbox_entry_t *entry)
 {
 	device->life.patient_until_ns = 0;
+	device->one_shots.saved_ns = device->now_ns;
 	simply_done(device, entry);
 }
 
@@ -238,7 +253,7 @@ const struct operation *operation_find(uint8_t operation)
 		counters_allowed, counters_send, simply_done, NULL
 	};
 	static const struct operation save_config = {
-		machine_off, save_send, save_answered, NULL
+		save_allowed, save_send, save_answered, NULL
 	};
 	static const struct operation set_rtc = { clock_allowed, clock_send, simply_done, NULL };
 	static const struct operation reboot = {

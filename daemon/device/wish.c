@@ -177,6 +177,8 @@ int device_order(struct device *device, enum device_order order)
 		return -ENOTCONN;
 	if (device->safe.permitted || !motion_standing(device))
 		return -EBUSY;
+	if (order == DEVICE_ORDER_SAVE && operation_saved_just_now(device))
+		return -EAGAIN;
 	return one_shot_order(device, order == DEVICE_ORDER_SAVE ? POKEYS_ONE_SHOT_SAVE_CONFIG :
 								   POKEYS_ONE_SHOT_REBOOT);
 }

@@ -297,7 +297,8 @@ static void change_that_wants_a_restart_is_told(void **state)
 static void save_is_answered_when_the_device_has_said_how_it_went(void **state)
 {
 	struct event event = { .code = EVENT_ONE_SHOT, .device = 1,
-			       .a = POKEYS_ONE_SHOT_SAVE_CONFIG, .c = POKEYS_OUTCOME_DONE };
+			       .a = POKEYS_ONE_SHOT_SAVE_CONFIG, .b = EVENT_ORDERED,
+			       .c = POKEYS_OUTCOME_DONE };
 	struct loop_order order;
 	int fd = ask("config save lathe");
 
@@ -310,6 +311,10 @@ static void save_is_answered_when_the_device_has_said_how_it_went(void **state)
 	desk_event(&desk, &event, now);
 	assert_string_equal(heard(fd), "");
 	event.device = 1;
+	event.b = 7;			/* pressed in HAL */
+	desk_event(&desk, &event, now);
+	assert_string_equal(heard(fd), "");
+	event.b = EVENT_ORDERED;
 	desk_event(&desk, &event, now);
 	assert_says(fd, "ok lathe: its settings are in its flash memory now");
 	fd = ask("config save lathe");
@@ -327,7 +332,8 @@ static void save_is_answered_when_the_device_has_said_how_it_went(void **state)
 static void save_that_is_quicker_than_its_order_is_answered(void **state)
 {
 	const struct event event = { .code = EVENT_ONE_SHOT, .device = 0,
-				     .a = POKEYS_ONE_SHOT_SAVE_CONFIG, .c = POKEYS_OUTCOME_DONE };
+				     .a = POKEYS_ONE_SHOT_SAVE_CONFIG, .b = EVENT_ORDERED,
+				     .c = POKEYS_OUTCOME_DONE };
 	int fd = ask("config save mill");
 
 	(void)state;
@@ -346,6 +352,8 @@ static void what_the_loop_refuses_is_said_in_words(void **state)
 		{ "config save mill", -EBUSY, "refused mill: motion is permitted; switch the machine "
 					      "off first" },
 		{ "config save mill", -ENOTCONN, "refused mill: the device is away" },
+		{ "config save mill", -EAGAIN, "refused mill: its flash memory was written less than "
+					       "2 s ago" },
 		{ "config save mill", -EALREADY, "refused mill: another order is at work" },
 		{ "config apply mill", -ENOTCONN, "ok mill: the configuration was taken over; the "
 						  "device is away and gets its settings when" },

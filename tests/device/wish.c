@@ -408,6 +408,30 @@ static void orders_of_a_terminal_are_done_only_while_nothing_moves(void **state)
 	world_until(&world, world_is_running, 5 * SECOND);
 }
 
+/* Each save wears the flash, whoever wants it. */
+static void flash_is_not_written_again_within_two_seconds(void **state)
+{
+	const struct pokeys_one_shot save = { .operation = POKEYS_ONE_SHOT_SAVE_CONFIG };
+	const struct event *said = &world.last_event[EVENT_ONE_SHOT];
+
+	(void)state;
+	assert_int_equal(device_order(world.device, DEVICE_ORDER_SAVE), 0);
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(said->b, EVENT_ORDERED);
+	assert_int_equal(device_order(world.device, DEVICE_ORDER_SAVE), -EAGAIN);
+	assert_int_equal(world_do(&world, &save, 1 * SECOND), POKEYS_OUTCOME_REFUSED);
+	assert_int_not_equal(said->b, EVENT_ORDERED);
+	assert_int_equal(world.rig.device.stats.saves, 1);
+	world_run(&world, 2 * SECOND);
+	assert_int_equal(world_do(&world, &save, 4 * SECOND), POKEYS_OUTCOME_DONE);
+	assert_int_equal(world.rig.device.stats.saves, 2);
+	assert_int_equal(device_order(world.device, DEVICE_ORDER_SAVE), -EAGAIN);
+	world_run(&world, 2 * SECOND);
+	assert_int_equal(device_order(world.device, DEVICE_ORDER_SAVE), 0);
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(world.rig.device.stats.saves, 3);
+}
+
 static void wishes_are_applied_under_any_loss(void **state)
 {
 	const struct sim_link_faults faults = {
@@ -452,6 +476,7 @@ int main(void)
 		cmocka_unit_test_setup(wish_outlives_a_restart_of_the_device, begin),
 		cmocka_unit_test_setup(wish_ends_with_its_commander, begin),
 		cmocka_unit_test_setup(what_pokeysd_conf_wants_can_be_replaced, begin),
+		cmocka_unit_test_setup(flash_is_not_written_again_within_two_seconds, begin),
 		cmocka_unit_test_setup(orders_of_a_terminal_are_done_only_while_nothing_moves,
 				       begin),
 		cmocka_unit_test_setup(wishes_are_applied_under_any_loss, begin),
