@@ -163,6 +163,15 @@ static bool taken_along(const struct device *device)
 	       setting[SETTING_POEXTBUS].state == SETTING_WRITING;
 }
 
+/*
+ * A module that no commander drove is switched off as well, but not waited for: one
+ * that does not answer would keep the safe state of everything else unsaid.
+ */
+static bool awaited(const struct device *device, unsigned int place)
+{
+	return place < OUTPUT_PONET || device->outputs.output[place].driven;
+}
+
 bool output_settled(const struct device *device)
 {
 	union output_value want;
@@ -172,7 +181,7 @@ bool output_settled(const struct device *device)
 	for (unsigned int i = 0; i < places(device); i++) {
 		const struct output *output = &device->outputs.output[i];
 
-		if (wanted(device, i, &want) &&
+		if (awaited(device, i) && wanted(device, i, &want) &&
 		    (output->open || !output->known || !same(&want, &output->have)))
 			return false;
 	}

@@ -4,11 +4,12 @@
  * (protocol sections 3.7, 3.12, 3.13 and 3.24.3).
  *
  * Safe is off: PWM channels are disabled at duty 0, PoExtBus, external outputs
- * and relays are all zero, and so are the data of those PoNET modules that a
- * commander drove; the brightness of a module is nobody's danger and stays.
+ * and relays are all zero, and so are the data of PoNET modules with outputs;
+ * the brightness of a module is nobody's danger and stays.
  * What the device has switched on is switched off even if no commander of this
  * daemon's did it: the daemon before may have been killed. What is off already
- * is not touched, so a bus that nobody uses stays as it is.
+ * is not touched, so a bus that nobody uses stays as it is; only of a PoNET
+ * module nobody can tell what it puts out, so that is written once.
  *
  * Bits that nobody commands keep the value that the device has.
  */
@@ -147,7 +148,7 @@ static bool ponet_want(const struct device *device, unsigned int index, union ou
 		return false;
 	want->ponet.module = (uint8_t)index;
 	if (device->safe.wanted)
-		return device->outputs.output[OUTPUT_PONET + index].driven;
+		return true;
 	if (is_keyboard(device, index, POKEYS_KBD48_LEDS))
 		wire_kbd48_data(wish->kbd48_leds, want->ponet.data);
 	else if (wish->ponet_mask >> index & 1)

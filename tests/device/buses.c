@@ -23,11 +23,13 @@ enum { KEYBOARD = 3, PLAIN = 9 };
 static struct world world;
 static struct sim_device *sim;
 static uint64_t searched;	/* settings of modules asked for */
+static uint64_t modules_written;	/* data of a module sent */
 
-static void count_searches(struct world *w, const uint8_t *p)
+static void count_bus(struct world *w, const uint8_t *p)
 {
 	(void)w;
 	searched += p[1] == 0xDD && p[2] == 0x10;
+	modules_written += p[1] == 0xDD && p[2] == 0x55;
 }
 
 static void module(unsigned int i, uint8_t type, uint8_t size)
@@ -48,7 +50,7 @@ static int begin(void **state)
 	module(KEYBOARD, WIRE_PONET_KBD48, 6);
 	module(PLAIN, 0x22, 4);
 	world_axes(&world);
-	world.watch = count_searches;
+	world.watch = count_bus;
 	world_commander(&world, 5);
 	world_start(&world);
 	world_until(&world, world_is_running, 500 * MS);
@@ -159,15 +161,22 @@ static void what_a_killed_daemon_left_on_is_switched_off(void **state)
 	world_run(&world, 100 * MS);
 	world.commanding = false;
 	memset(&world.command, 0, sizeof(world.command));
+	modules_written = 0;
 	world_start(&world);
 	world_until(&world, world_is_running, 500 * MS);
 	world_until(&world, world_is_safe, 1 * SECOND);
-	world_run(&world, 300 * MS);
+	world_run(&world, 1 * SECOND);
 	sim_rig_run(&world.rig, world.now);
 	assert_int_equal(sim->config.pwm.enabled, 0);
 	assert_int_equal(sim->bus.poext[3], 0);
 	assert_int_equal(sim->engine.outputs, 0);
 	assert_int_equal(sim->engine.relays, 0);
+	for (unsigned int i = 0; i < 48; i++)
+		assert_false(sim_module_led(sim, KEYBOARD, i / 4, i % 4));
+	assert_int_equal(sim->bus.modules.out[PLAIN][2], 0);
+	/* and once is enough */
+	world_run(&world, 3 * SECOND);
+	assert_int_equal(modules_written, 2);
 }
 
 static void spindle(uint32_t duty, uint8_t relay)

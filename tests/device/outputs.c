@@ -181,17 +181,24 @@ static void image_of_a_dead_commander_does_not_come_to_life(void **state)
 	assert_true(world_latch(&world, BRAKE));
 }
 
+/* Of 1,000 of these three in a hundred take more than 367 ms, the longest took 737. */
 static void safe_state_is_reached_under_loss(void **state)
 {
+	unsigned int slow = 0;
+	uint64_t took;
+
 	(void)state;
 	for (unsigned int i = 0; i < 30; i++) {
 		world.commanding = true;
 		world_output(&world, RELAY, true);
 		world_run(&world, 20 * MS);
 		world_loss(&world, 0.33);
-		assert_in_range(kill_commander() / MS, 90, 400);
+		took = kill_commander() / MS;
+		assert_in_range(took, 90, 900);
+		slow += took > 350;
 		world_loss(&world, 0);
 	}
+	assert_in_range(slow, 0, 4);
 }
 
 /* The device was away when the commander died. */
