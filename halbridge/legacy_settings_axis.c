@@ -198,6 +198,8 @@ static void derive(struct legacy_axis_settings *set, const struct legacy_axis_se
 	derive_places(set, scale);
 }
 
+#define MULTIPLIER	offsetof(struct value_axis_settings, mpg_multiplier)
+
 /* Nobody has set anything: what the device has, once that is known. */
 static void show(struct legacy_axis_settings *set, const struct value_axis_settings *device,
 		 double scale)
@@ -208,7 +210,7 @@ static void show(struct legacy_axis_settings *set, const struct value_axis_setti
 		int32_t value;
 
 		memcpy(&value, (const unsigned char *)device + pairs[i].to, sizeof(value));
-		if (value != UNKNOWN)
+		if (value != (pairs[i].to == MULTIPLIER ? SETTING_MULTIPLIER_LEFT : UNKNOWN))
 			store(set, pairs[i].from, pairs[i].size, value);
 	}
 	if (device->mode != UNKNOWN) {

@@ -59,7 +59,9 @@ static const struct table_row rows[] = {
 	LENGTH("homing-back-off", back_off, -1e15, "units"),
 
 	AXIS("mpg-encoder", mpg_encoder, 0, POKEYS_ENCODERS, "hand wheel: encoder, from 1; 0 none"),
-	AXIS("mpg-multiplier", mpg_multiplier, INT16_MIN, INT16_MAX, "pulses a count"),
+	ROWS("joint.%02u.mpg-multiplier", PARAM, RW, WRITE, set.axis, mpg_multiplier,
+	     "device setting: pulses a count",
+	     PARAMETER(SETTING_MULTIPLIER_LEFT, INT16_MIN, INT16_MAX)),
 	AXIS("mpg-divider", mpg_divider, 0, UINT16_MAX, "and divided by"),
 	FLAG("step-invert", step_invert, "invert the step signal"),
 	FLAG("direction-invert", direction_invert, "invert the direction signal"),

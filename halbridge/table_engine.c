@@ -3,9 +3,6 @@
  * The pulse engine as a whole, its emergency input, and the outputs of its
  * connector.
  *
- * mpg-multiplier may be -1, which stands for "as the device has it": the device
- * does not tell the two apart, and a hand wheel is turned round by axis-invert.
- *
  * The two bytes of outputs are those of the command image: which bit is which
  * relay depends on the device (protocol section 3.24.3), so they are numbered.
  */

@@ -2,8 +2,8 @@
 /*
  * The parameters that are the device's own settings.
  *
- * All of them begin at "as the device has it": -1 (s32), or not a number
- * (float). Once the device's settings are known the parameter shows them, and
+ * All of them begin at "as the device has it": -1 (s32; but for mpg-multiplier),
+ * or not a number (float). Once the device's settings are known the parameter shows them, and
  * as soon as somebody sets one, the device is to be changed (wish.h). Merely
  * loading the component changes nothing.
  */
@@ -12,6 +12,9 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+
+/* Of mpg-multiplier, which may be -1: a hand wheel that turns the axis the other way. */
+#define SETTING_MULTIPLIER_LEFT	(INT16_MIN - 1)
 #include <pokeys/state.h>
 
 typedef volatile bool param_bit;

@@ -109,6 +109,23 @@ static void minus_one_gives_a_setting_back_to_the_device(void **state)
 	assert_int_equal(values.set.pin_function[9], 1);
 }
 
+/* A wheel that is to turn the axis the other way, a pulse a count. */
+static void multiplier_of_minus_one_is_a_multiplier(void **state)
+{
+	(void)state;
+	rig_know();
+	rig_look();
+	values.set.axis[2].mpg_multiplier = -1;
+	assert_true(rig_look());
+	assert_true(wish.image.settings.axis[2].set & POKEYS_AXIS_SET_MPG_MULTIPLIER);
+	assert_int_equal(wish.image.settings.axis[2].mpg_multiplier, -1);
+	assert_false(rig_look());
+	assert_int_equal(values.set.axis[2].mpg_multiplier, -1);
+	values.set.axis[2].mpg_multiplier = SETTING_MULTIPLIER_LEFT;
+	assert_true(rig_look());
+	assert_false(wish.image.settings.axis[2].set & POKEYS_AXIS_SET_MPG_MULTIPLIER);
+}
+
 static void settings_that_go_together_take_the_devices_values_along(void **state)
 {
 	(void)state;
@@ -133,6 +150,7 @@ int main(void)
 		cmocka_unit_test_setup(
 			what_is_out_of_range_is_refused_once_and_the_old_value_stays, rig_setup),
 		cmocka_unit_test_setup(values_between_that_mean_nothing_are_refused, rig_setup),
+		cmocka_unit_test_setup(multiplier_of_minus_one_is_a_multiplier, rig_setup),
 		cmocka_unit_test_setup(minus_one_gives_a_setting_back_to_the_device, rig_setup),
 		cmocka_unit_test_setup(settings_that_go_together_take_the_devices_values_along,
 				       rig_setup),
