@@ -17,7 +17,7 @@ static const struct table_row rows[] = {
 	STATUS("connected", connected,
 	       "the device runs and its data are fresh", BOTH_SCHEMES),
 	STATUS("stale", stale,
-	       "the pins below hold old values: no data younger than the daemon's stale-after, "
+	       "the pins below hold old values: no data younger than the daemon's stale-after-ms, "
 	       "or daemon-alive is false"),
 	STATUS("daemon-alive", daemon_alive,
 	       "the daemon has published within the last 5 ms or 5 of its cycles"),
