@@ -151,15 +151,22 @@ static void at_once(struct device *device, unsigned int group)
 	struct slow *slow = &device->plan.slow[group];
 	const uint64_t when = device->now_ns > OVERDUE_NS ? device->now_ns - OVERDUE_NS : 0;
 
-	if (slow->failures < FAILURES_FEW && slow->due_ns > when)
+	if (slow->due_ns > when)
 		slow->due_ns = when;
 }
 
 void slow_encoders_now(struct device *device, unsigned int bank)
 {
-	at_once(device, bank ? SLOW_ENCODERS_HIGH : SLOW_ENCODERS_LOW);
+	const unsigned int group = bank ? SLOW_ENCODERS_HIGH : SLOW_ENCODERS_LOW;
+
+	if (device->plan.slow[group].failures < FAILURES_FEW)
+		at_once(device, group);
 }
 
+/*
+ * However often they had no answer before: these every device has answered while
+ * it was identified, and outputs and axes wait for them.
+ */
 void slow_identity_now(struct device *device)
 {
 	at_once(device, SLOW_TICK);
