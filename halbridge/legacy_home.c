@@ -8,7 +8,8 @@
  *
  * Axes of one home-sequence are homed by one request, because the device
  * numbers the axes of a request, not the requests; who gets the command in the
- * same period goes into the same mask.
+ * same period goes into the same mask. Who gets it later waits until that
+ * group is finalized or cancelled: the device has one homing at a time.
  *
  * While an axis is being homed its joint's command is not sent: motion lets
  * it follow the feedback meanwhile, and a reference would end the homing. That
@@ -166,6 +167,18 @@ static bool same_sequence(const struct values *values, unsigned int a, unsigned 
 	return first == second || first == -second;
 }
 
+/* The device homes one group at a time; until it is finalized another has to wait. */
+static bool another_is_homed(const struct exchange *exchange)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		uint8_t phase = exchange->legacy.home[i].phase;
+
+		if (phase == LEGACY_PHASE_HOMING || phase == LEGACY_PHASE_FINISHING)
+			return true;
+	}
+	return false;
+}
+
 /* All axes of one sequence that have got this command; `from` is the first of them. */
 static void obey_group(struct exchange *exchange, const struct values *values, unsigned int from,
 		       uint32_t command)
@@ -173,6 +186,9 @@ static void obey_group(struct exchange *exchange, const struct values *values, u
 	struct pokeys_one_shot shot = { .operation = steps[command].operation };
 	uint32_t id;
 
+	/* the command stands there still when that one has ended */
+	if (command == LEGACY_HOME_START && another_is_homed(exchange))
+		return;
 	for (unsigned int i = from; i < POKEYS_AXES; i++) {
 		if (same_sequence(values, from, i))
 			add_axis(exchange, values, i, command, &shot);

@@ -427,6 +427,32 @@ static void homing_is_a_conversation(void **state)
 	assert_int_equal(legacy->axis[0].state, 1);
 }
 
+static void a_group_waits_for_the_one_that_is_homed(void **state)
+{
+	uint64_t head = command->one_shot_head;
+
+	(void)state;
+	legacy->axis_set[0].sequence = 1;
+	legacy->axis_set[1].sequence = 2;
+	ask(0x01, LEGACY_HOME_START);
+	ask(0x02, LEGACY_HOME_START);
+	rig_periods(&rig, 20);
+	assert_int_equal(command->one_shot_head, head + 1);
+	assert_int_equal(newest()->mask, 0x01);
+	assert_int_equal(legacy->axis[1].homing_status, LEGACY_HOME_IDLE);
+	rig.daemon.engine.axis[0].state = 10;
+	answer(POKEYS_OUTCOME_DONE);
+	rig_periods(&rig, 5);
+	assert_int_equal(command->one_shot_head, head + 1);
+	ask(0x01, LEGACY_HOME_FINALIZE);
+	assert_int_equal(newest()->operation, POKEYS_ONE_SHOT_HOME_FINISH);
+	rig.daemon.engine.axis[0].state = 1;
+	answer(POKEYS_OUTCOME_DONE);
+	rig_periods(&rig, 3);
+	assert_int_equal(newest()->operation, POKEYS_ONE_SHOT_HOME);
+	assert_int_equal(newest()->mask, 0x02);
+}
+
 static void an_axis_that_homes_gets_no_reference_while_data_are_stale(void **state)
 {
 	(void)state;
@@ -611,6 +637,7 @@ int main(void)
 		cmocka_unit_test_setup(probing_tells_speed_and_input, setup),
 		cmocka_unit_test_setup(the_clock_tells_the_rate_and_the_way_through_hal, setup),
 		cmocka_unit_test_setup(homing_is_a_conversation, setup),
+		cmocka_unit_test_setup(a_group_waits_for_the_one_that_is_homed, setup),
 		cmocka_unit_test_setup(a_refused_homing_shows_an_error, setup),
 		cmocka_unit_test_setup(a_position_that_was_not_set_is_set_again, setup),
 		cmocka_unit_test_setup(a_homing_ends_with_its_daemon, setup),
