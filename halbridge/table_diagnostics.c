@@ -37,7 +37,7 @@ static const struct table_row rows[] = {
 	DIAGNOSTIC("config.input-refused", config_input_refused,
 		   "device settings that hold a value which is not used (see the log)"),
 	ROW("config.save", PIN, IN, WRITE, diagnostics.config_save,
-	    "its rising edge saves the device's settings to its flash; machine off"),
+	    "its rising edge saves the settings to the device's flash: machine off, 2 s apart"),
 
 	RATE("encoders-low", ENCODERS_LOW, "encoders 0..12"),
 	RATE("encoders-high", ENCODERS_HIGH, "encoders 13..25"),

@@ -97,6 +97,14 @@ static const char *const fault_texts[] = {
 	[POKEYS_FAULT_NETWORK] = ": the kernel cannot send; check the interface and the route",
 };
 
+static const char *const packet_name[EVENT_PACKETS_KINDS] = {
+	[EVENT_PACKETS_LOST] = "request without an answer in time",
+	[EVENT_PACKETS_STRAY] = "answer that came too late, or to nothing that was asked",
+	[EVENT_PACKETS_CORRUPT] = "damaged packet",
+	[EVENT_PACKETS_WRONG_SOURCE] = "packet from another source",
+	[EVENT_PACKETS_NOT_SENT] = "packet that the kernel refused to send",
+};
+
 static const char *const packet_names[EVENT_PACKETS_KINDS] = {
 	[EVENT_PACKETS_LOST] = "requests without an answer in time",
 	[EVENT_PACKETS_STRAY] = "answers that came too late, or to nothing that was asked",
@@ -373,7 +381,8 @@ static void put_stale(struct line *line, const struct event *e)
 
 static void put_packets(struct line *line, const struct event *e)
 {
-	put(line, "%lld %s", (long long)e->b, PICK(packet_names, e->a));
+	put(line, "%lld %s", (long long)e->b,
+	    e->b == 1 ? PICK(packet_name, e->a) : PICK(packet_names, e->a));
 }
 
 static void put_cycle_skipped(struct line *line, const struct event *e)

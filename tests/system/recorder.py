@@ -92,7 +92,7 @@ def parse(path, address):
 
 def judge_record(path, address):
     packets, texts = parse(path, address)
-    assert len(packets) > 100
+    assert len(packets) > 100, len(packets)
     times = [t for _, t, _, _ in packets]
     assert times == sorted(times) and len(set(times)) > 50
     assert all(payload[0] == (0xBB if outbound else 0xAA) and len(payload) == 64
@@ -129,14 +129,19 @@ def replay(*words):
     return run(House.programs["pokeysctl"], "replay", *words)
 
 
+def wait_for_packets(house, path):
+    """Until more than 200 answers are recorded; the last record is at `path`."""
+    wait_for("packets", lambda: house.ctl("record", "mill", path).returncode == 0 and
+             path.read_bytes().count(b"accepted") > 200)
+
+
 def test_a_record_by_command():
     with House(**{"recorder-seconds": 60}) as house:
         house.start_sim()
         house.start_daemon()
         house.wait_fresh()
         path = house.folder / "by-command.pcapng"
-        wait_for("packets", lambda: house.ctl("record", "mill", path).returncode == 0 and
-                 path.read_bytes().count(b"accepted") > 200)
+        wait_for_packets(house, path)
         packets, texts = judge_record(path, house.address)
         judge_by_others(path, len(packets))
         assert any("running" in text for text in texts)
@@ -158,7 +163,7 @@ def test_a_record_at_a_fault():
         house.daemon_keys["record-folder"] = records
         sim = house.start_sim()
         house.start_daemon()
-        house.wait_fresh()
+        wait_for_packets(house, house.folder / "before.pcapng")
         end(sim)
         wait_for("a record", lambda: list(records.glob("pokeysd-*-lost.pcapng")), 20)
         packets, texts = judge_record(next(records.glob("*.pcapng")), house.address)
@@ -175,13 +180,13 @@ def test_a_daemon_that_was_killed_leaves_its_record():
         house.daemon_keys["record-folder"] = records
         house.start_sim()
         daemon = house.start_daemon()
-        house.wait_fresh()
+        path = house.folder / "after.pcapng"
+        wait_for_packets(house, path)
         daemon.send_signal(signal.SIGKILL)
         daemon.wait()
-        path = house.folder / "after.pcapng"
         assert house.ctl("record", path).returncode == 0
         after, _ = parse(path, house.address)
-        assert len(after) > 100
+        assert len(after) > 200, len(after)
         house.start_daemon()
         wait_for("its record", lambda: list(records.glob("pokeysd-*-died.pcapng")), 20)
         packets, _ = parse(next(records.glob("*-died.pcapng")), house.address)
