@@ -282,7 +282,8 @@ def a_running_daemon_does_not_notice_the_guard_come_and_go(w):
             wait_for("the flag", lambda: w.state()["flags"]["guard"])
             before = w.state()["statistics"]["accepted"]
             w.counted(lambda: send_far(STRANGER, PORT, 2000, bytes(64)))
-            wait_for("the counters", lambda: w.mill()["diag"]["counters"]["guard_dropped"] >= 2000)
+            wait_for("the counters", lambda: (diag := w.mill()["diag"]) and
+                     diag["counters"]["guard_dropped"] >= 2000)
             wait_for("packets", lambda: w.state()["statistics"]["accepted"] > before + 100)
             w.end_guard(signal.SIGKILL if round_ == 1 else signal.SIGTERM)
             wait_for("the flag gone", lambda: not w.state()["flags"]["guard"])

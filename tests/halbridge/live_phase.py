@@ -67,12 +67,19 @@ def the_lock_is_reached_lost_and_reached_again(m):
     hal.becomes("phase-locked", True, limit=PATIENCE)
 
 
+def reads_are_counted(m, count):
+    """The status once so many reads are; the diagnostic image comes later than the first state."""
+    end = time.monotonic() + PATIENCE
+    while not (diag := (seen := status(m))["diag"]) or diag["latency_us"]["age_at_read"]["count"] < count:
+        assert time.monotonic() < end, f"not {count} ages in {PATIENCE} s: {diag}"
+        time.sleep(0.05)
+    return seen
+
+
 def ages_of_reads_are_counted_and_shown(m):
     hal = begin(m, "yes")
+    age = reads_are_counted(m, 100)["diag"]["latency_us"]["age_at_read"]
     end = time.monotonic() + PATIENCE
-    while (age := status(m)["diag"]["latency_us"]["age_at_read"])["count"] < 100:
-        assert time.monotonic() < end, f"only {age['count']} ages in {PATIENCE} s"
-        time.sleep(0.05)
     assert 0 < age["min"] <= age["p50"] <= age["p99"] <= age["max"]
     while not hal.get("latency.age-p99-us") > 0:
         assert time.monotonic() < end, "the pins do not show it"
@@ -82,10 +89,7 @@ def ages_of_reads_are_counted_and_shown(m):
 
 def without_it_the_cycle_runs_freely(m):
     hal = begin(m, "no")
-    end = time.monotonic() + PATIENCE
-    while (seen := status(m))["diag"]["latency_us"]["age_at_read"]["count"] < 500:
-        assert time.monotonic() < end, f"no reads in {PATIENCE} s"
-        time.sleep(0.05)
+    seen = reads_are_counted(m, 500)
     assert seen["state"]["phase"]["state"] == "off"
     assert seen["state"]["phase"]["period_us"] == 4000
     assert hal.get("phase-locked") is False
