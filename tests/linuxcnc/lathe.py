@@ -50,9 +50,13 @@ def middle(points):
 
 
 def thread_pass(m, name):
-    """One pass of 18 mm; where Z would be at 0 turns, commanded and counted. None: was late."""
+    """One pass of 18 mm; where Z would be at 0 turns, commanded and counted. None: was late.
+
+    With its spindle said ($0): without, LinuxCNC 2.9's interpreter takes whatever number
+    its memory holds, and ends by a segmentation fault now and then.
+    """
     m.move("G53 G0 X-30 Z-42")
-    samples = m.sampled(name, lambda: m.move(f"G33 Z-60 K{PITCH}"))
+    samples = m.sampled(name, lambda: m.move(f"G33 Z-60 K{PITCH} $0"))
     m.settled()
     points = of_pass(samples)
     cut = middle(points)
@@ -87,7 +91,7 @@ def waits_for_the_spindle(m):
     m.move("G53 G0 X-30 Z-42")
     m.sim("encoder 25 rate 0")
     m.until("the spindle standing", lambda _: not hal.get_value("spindle.0.at-speed"), 60)
-    m.mdi(f"G33 Z-60 K{PITCH}")
+    m.mdi(f"G33 Z-60 K{PITCH} $0")
     m.settled()
     m.stays("without the spindle", *m.pulses())
     m.sim(f"encoder 25 rate {RATE}")

@@ -138,13 +138,16 @@ class Machinist:
         return track.read(path)
 
     def mdi(self, line):
+        """Returns when task has taken it; before that, what it says is about the line before."""
         self.mode(linuxcnc.MODE_MDI)
         self.command.mdi(line)
+        self.until(f"{line} taken", lambda s: s.echo_serial_number >= self.command.serial, 60)
 
     def move(self, line):
         """To the end of it."""
         self.mdi(line)
-        self.until(f"{line} done", lambda s: s.inpos and s.interp_state == linuxcnc.INTERP_IDLE, 60)
+        self.until(f"{line} done", lambda s: s.inpos and s.interp_state == linuxcnc.INTERP_IDLE and
+                   s.state == linuxcnc.RCS_DONE, 60)
 
     def override_limits(self):
         """As the box in Axis does."""
