@@ -114,6 +114,12 @@ enum pokeys_one_shot_operation {
 	 */
 	POKEYS_ONE_SHOT_JOG = 14,
 	POKEYS_ONE_SHOT_JOG_END = 15,		/* done when the engine stands */
+	/* The device's own threading, protocol section 3.24.3, 0x85/30 to 34. */
+	POKEYS_ONE_SHOT_THREAD_PREPARE = 16,
+	POKEYS_ONE_SHOT_THREAD_FORCE = 17,
+	POKEYS_ONE_SHOT_THREAD_ARM = 18,
+	POKEYS_ONE_SHOT_THREAD_RELEASE = 19,
+	POKEYS_ONE_SHOT_THREAD_CANCEL = 20,
 };
 
 struct pokeys_one_shot {

@@ -32,9 +32,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	4
+#define POKEYS_STATE_VERSION	5
 #define POKEYS_DIAG_VERSION	3
-#define POKEYS_STATE_HASH	UINT64_C(0x30ea2e84571d5539)
+#define POKEYS_STATE_HASH	UINT64_C(0xeb3dab15afe57cc0)
 #define POKEYS_DIAG_HASH	UINT64_C(0xe8d2e0e4037c0ddc)
 
 enum {
@@ -47,7 +47,7 @@ enum {
 	POKEYS_POEXTBUS = 10,		/* bytes */
 	POKEYS_PONET = 16,		/* modules */
 	POKEYS_MATRIX_BYTES = 16,	/* 128 keys */
-	POKEYS_SLOW_GROUPS = 16,
+	POKEYS_SLOW_GROUPS = 20,
 };
 
 enum pokeys_link {
@@ -148,6 +148,10 @@ enum pokeys_slow_group {
 	POKEYS_SLOW_PONET = 11,
 	POKEYS_SLOW_DEDICATED = 12,	/* dedicated inputs of the pulse engine */
 	POKEYS_SLOW_MATRIX = 13,	/* keys beyond the first 8 x 8 */
+	POKEYS_SLOW_BACKLASH = 14,	/* what the compensation has added */
+	POKEYS_SLOW_POSTEP = 15,	/* status of PoStep drivers */
+	POKEYS_SLOW_POSTEP_RARE = 16,	/* their currents, modes and versions */
+	POKEYS_SLOW_THREADING = 17,
 };
 
 struct pokeys_identity {
@@ -232,6 +236,39 @@ struct pokeys_engine {
 	uint32_t buffer_underruns;	/* the buffer ran dry while axes were moving */
 	uint32_t buffer_resyncs;	/* positions were read back to know what had been executed */
 	struct pokeys_axis axis[POKEYS_AXES];
+};
+
+/* The device's own threading, protocol section 3.24.3, 0x85/35. */
+struct pokeys_threading {
+	uint8_t preparing, prepared, waiting, active;
+	uint8_t ignore_axes;		/* bit = axis that does not take part */
+	uint8_t reserved[3];
+	int32_t velocity, position_error;	/* unit not documented */
+	uint32_t spindle_rpm, index_count;
+};
+
+/*
+ * A PoStep motor driver, protocol section 3.24.3, 0x85/51 to 54. The device asks it when
+ * it likes; `updates` counts that. Currents are as the device has them: their unit is
+ * not documented.
+ */
+struct pokeys_postep {
+	uint64_t t_update_ns;		/* when updates was last seen to change; 0 = never */
+	uint32_t update_count;		/* how often it was */
+	uint8_t supply;			/* 0.25 V */
+	uint8_t temperature;		/* degrees C */
+	uint8_t inputs;			/* 1 bootloader, 2 sleep, 4 step, 8 direction, 16/32 BIN1/2,
+					 * 64 end switch */
+	uint8_t state;			/* 1 sleep, 2 active, 3 idle, 4 overheated, 5 DC motor */
+	uint8_t faults;			/* 1 temperature, 2/4 overcurrent A/B, 8/16 predriver A/B,
+					 * 32 undervoltage, 64 stall, 128 stall latched */
+	uint8_t updates;		/* as the device counts, wraps at 256 */
+	uint8_t mode;			/* 1 external, 2 step, 3 DC motor, 4 position, 5 BINx */
+	uint8_t step_mode;		/* 0..8 = full step .. 1/256 */
+	uint8_t temperature_limit;	/* degrees C */
+	uint8_t hardware_major, hardware_minor, firmware_major, firmware_minor;
+	uint8_t reserved;
+	uint16_t full_scale, idle, overheat;	/* currents, raw */
 };
 
 struct pokeys_rtc {
@@ -357,6 +394,13 @@ struct pokeys_state {
 	uint32_t report_count;		/* settings.h: the report has changed when this has */
 	uint32_t reserved4;
 	struct pokeys_phase phase;
+
+	/* What hangs on the pulse engine besides; asked for only where pokeysd.conf or a
+	 * commander has switched it on. */
+	uint64_t t_postep_ns;		/* of the status in postep */
+	int16_t backlash[POKEYS_AXES];	/* pulses that the compensation has added */
+	struct pokeys_threading threading;
+	struct pokeys_postep postep[POKEYS_AXES];
 
 	struct pokeys_link_statistics statistics;
 };
