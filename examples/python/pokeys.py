@@ -68,8 +68,8 @@ class Engine(Structure):
 
 class Threading(Structure):
     _fields_ = [(name, c_uint8) for name in (
-        "preparing prepared waiting active ignore_axes").split()] + [
-        ("reserved", c_uint8 * 3), ("velocity", c_int32), ("position_error", c_int32),
+        "preparing prepared waiting active ignore_axes refused").split()] + [
+        ("behind", c_uint16), ("velocity", c_int32), ("position_error", c_int32),
         ("spindle_rpm", c_uint32), ("index_count", c_uint32)]
 
 
@@ -115,7 +115,7 @@ class Phase(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 5, 0xeb3dab15afe57cc0
+    VERSION, HASH = 5, 0xa561829edd4d07db
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

@@ -34,7 +34,7 @@ extern "C" {
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
 #define POKEYS_STATE_VERSION	5
 #define POKEYS_DIAG_VERSION	3
-#define POKEYS_STATE_HASH	UINT64_C(0xeb3dab15afe57cc0)
+#define POKEYS_STATE_HASH	UINT64_C(0xa561829edd4d07db)
 #define POKEYS_DIAG_HASH	UINT64_C(0xe8d2e0e4037c0ddc)
 
 enum {
@@ -109,6 +109,7 @@ enum pokeys_task {
 	POKEYS_TASK_PROBING = 2,
 	POKEYS_TASK_HYBRID_PROBING = 3,	/* the commander moves, the device watches */
 	POKEYS_TASK_JOGGING = 4,	/* axes follow hand wheels at the device */
+	POKEYS_TASK_THREADING = 5,	/* the buffer is played by the spindle's turns */
 };
 
 enum pokeys_task_phase {
@@ -130,6 +131,9 @@ enum pokeys_task_result {
 	POKEYS_TASK_TRIPPED = 5,	/* a limit switch or the emergency input */
 	POKEYS_TASK_NOT_FOUND = 6,	/* the probe touched nothing */
 	POKEYS_TASK_LOST = 7,		/* the link was lost meanwhile */
+	/* 8 and 9 are the HAL's: refused, not known */
+	POKEYS_TASK_STARVED = 10,	/* the buffer ran dry in the middle of a thread */
+	POKEYS_TASK_BEHIND = 11,	/* the spindle left more slots waiting than there is room for */
 };
 
 /* Index of state.slow_millihertz[]: what is polled beside the fast requests. */
@@ -238,11 +242,25 @@ struct pokeys_engine {
 	struct pokeys_axis axis[POKEYS_AXES];
 };
 
+/* Why a one-shot of threading was not sent; 0 when one is taken. */
+enum pokeys_threading_refusal {
+	POKEYS_THREADING_WELL = 0,
+	POKEYS_THREADING_OFF = 1,	/* the machine is off */
+	POKEYS_THREADING_NOT_SET = 2,	/* its settings are not (all) given, or not yet taken */
+	POKEYS_THREADING_NO_AXIS = 3,	/* no axis in buffered mode is enabled and takes part */
+	POKEYS_THREADING_MOVING = 4,	/* an axis in buffered mode has not come to rest */
+	POKEYS_THREADING_BUSY = 5,	/* another task is at work, or threading is already */
+	POKEYS_THREADING_NOT_PREPARED = 6,	/* to arm */
+	POKEYS_THREADING_NOT_BEGUN = 7,	/* there is nothing to release */
+	POKEYS_THREADING_BAD_LIMIT = 8,	/* time limit out of range */
+};
+
 /* The device's own threading, protocol section 3.24.3, 0x85/35. */
 struct pokeys_threading {
 	uint8_t preparing, prepared, waiting, active;
 	uint8_t ignore_axes;		/* bit = axis that does not take part */
-	uint8_t reserved[3];
+	uint8_t refused;		/* enum pokeys_threading_refusal, of the last request */
+	uint16_t behind;		/* slots that are made and not yet played */
 	int32_t velocity, position_error;	/* unit not documented */
 	uint32_t spindle_rpm, index_count;
 };

@@ -70,8 +70,8 @@ static const struct member engine_members[] = {
 
 #define OF struct pokeys_threading
 static const struct member threading_members[] = {
-	M(preparing), M(prepared), M(waiting), M(active), M(ignore_axes), M(reserved), M(velocity),
-	M(position_error), M(spindle_rpm), M(index_count),
+	M(preparing), M(prepared), M(waiting), M(active), M(ignore_axes), M(refused), M(behind),
+	M(velocity), M(position_error), M(spindle_rpm), M(index_count),
 	END
 };
 #undef OF

@@ -146,7 +146,8 @@ layout! {
         waiting: u8,
         active: u8,
         ignore_axes: u8,
-        reserved: [u8; 3],
+        refused: u8,
+        behind: u16,
         velocity: i32,
         position_error: i32,
         spindle_rpm: u32,
@@ -382,7 +383,7 @@ layout! {
 
 published! {
     PokeysState, "state", magic 0x5453_4b50, version 5, size 2688,
-    hash 0xeb3dab15afe57cc0, hash_function iox_state_hash
+    hash 0xa561829edd4d07db, hash_function iox_state_hash
 }
 
 published! {
