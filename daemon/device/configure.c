@@ -186,6 +186,8 @@ void configure_cycle(struct device *device)
 	bool busy = configure->stop_open;
 
 	identify_alive(device);
+	if (restart_doubted(device))
+		return;
 	if (device->life.blocked)
 		plan_blocked(device);
 	if (!access_cycle(device))

@@ -8,12 +8,8 @@
  * answer is left out after a few rounds, except the device data itself; that
  * goes on being asked meanwhile, or its silence would look like a lost device.
  *
- * The clock (0xCF, milliseconds since it was switched on) is what tells a
- * restart from a bad cable. From one answer to the next question it must have
- * gone on by at least the time that went by here, whatever the network did to
- * the packets; less means that it began anew in between. And by no more than went
- * by from the question before to this answer: more means that the clock is another
- * one. The allowance is for rounding and a poor crystal.
+ * A reply's payload has no checksum of its own, and what it says here decides over
+ * the whole link. So device data is believed when it came twice alike in a row.
  */
 
 #include <string.h>
@@ -23,64 +19,7 @@
 
 enum {
 	ROUNDS = 3,			/* of one request with all its retries */
-	TICK_SLACK_MS = 5,
-	TICK_DRIFT = 64,		/* one part in so many */
 };
-
-/*
- * Less than what went by from the last answer to this question, or more than
- * from the last question to this answer.
- */
-static bool began_anew(const struct identify *identify, uint32_t tick_ms,
-		       const mailbox_entry_t *entry)
-{
-	const uint64_t asked_ns = entry->timestamp_first_sent;
-	const int32_t went = (int32_t)(tick_ms - identify->tick_ms);
-	uint64_t least_ms, most_ms;
-
-	if (!identify->tick_known)
-		return false;
-	if (went < 0)
-		return true;
-	if (asked_ns < identify->tick_t_ns)
-		return false;
-	least_ms = (asked_ns - identify->tick_t_ns) / MS;
-	most_ms = (entry->timestamp_received - identify->tick_asked_ns) / MS;
-	return (uint64_t)went + TICK_SLACK_MS + least_ms / TICK_DRIFT < least_ms ||
-	       (uint64_t)went > most_ms + TICK_SLACK_MS + most_ms / TICK_DRIFT;
-}
-
-/*
- * Only an answer to the first try says closely when the clock was read; from
- * any other the next one could not be judged.
- */
-static void keep_tick(struct identify *identify, uint32_t tick_ms, const mailbox_entry_t *entry)
-{
-	if (identify->tick_known &&
-	    (entry->tries > 1 || entry->timestamp_first_sent < identify->tick_t_ns))
-		return;
-	identify->tick_known = true;
-	identify->tick_ms = tick_ms;
-	identify->tick_t_ns = entry->timestamp_received;
-	identify->tick_asked_ns = entry->timestamp_first_sent;
-}
-
-void identify_tick(struct device *device, const mailbox_entry_t *entry)
-{
-	struct identify *identify = &device->identify;
-	struct wire_tick_rep tick;
-
-	wire_tick_decode_rep(entry->response_buffer, &tick);
-	device->image.device_tick_ms = tick.ms;
-	if (began_anew(identify, tick.ms, entry)) {
-		device_say(device, EVENT_REBOOTED, EVENT_WARNING, identify->tick_ms, tick.ms, 0);
-		device->life.rebooted = true;
-		identify->tick_known = false;
-	} else {
-		plan_tick_right(device);
-	}
-	keep_tick(identify, tick.ms, entry);
-}
 
 static void take_name(struct device *device, const uint8_t *reply)
 {
@@ -173,7 +112,7 @@ enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_
 	wire_device_data_decode_rep(reply, &data);
 	wire_identify(&data, &who);
 	if (who.serial != identify->identity.serial)
-		identify->tick_known = false;
+		restart_forget(device);
 	identify->identity = who;
 	if (device->config.serial && who.serial != device->config.serial)
 		return POKEYS_FAULT_WRONG_SERIAL;
@@ -189,14 +128,19 @@ static void take(struct device *device, enum identify_step step, const mailbox_e
 {
 	enum pokeys_fault fault;
 
+	device->identify.step[step].done = true;
 	switch (step) {
 	case IDENTIFY_DATA:
+		device->identify.step[step].done = false;
+		if (!restart_data_again(device, entry->response_buffer))
+			break;
 		fault = identify_take(device, entry->response_buffer);
 		if (fault)
 			life_refuse(device, fault);
 		break;
 	case IDENTIFY_TICK:
-		identify_tick(device, entry);
+		restart_tick(device, entry);
+		device->identify.step[step].done = !restart_doubted(device);
 		device->life.rebooted = false;	/* all is read anew anyway */
 		break;
 	case IDENTIFY_NAME:
@@ -226,25 +170,10 @@ static void step_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, v
 	if (entry->state == POKEYS_REQUEST_CANCELLED)
 		return;
 	if (answered(entry)) {
-		identify->step[step].done = true;
 		take(device, step, entry);
 	} else if (step != IDENTIFY_DATA && ++identify->step[step].failures >= ROUNDS) {
 		identify->step[step].done = true;
 	}
-}
-
-void identify_again(struct device *device, const mailbox_entry_t *entry)
-{
-	struct wire_device_data_rep data;
-	struct wire_identity who;
-
-	wire_device_data_decode_rep(entry->response_buffer, &data);
-	wire_identify(&data, &who);
-	device->image.identity.locked = data.locked;
-	if (who.serial != device->identify.identity.serial)
-		device->life.rebooted = true;
-	else
-		plan_identity_right(device);
 }
 
 static void alive_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -258,9 +187,9 @@ static void alive_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 	if (!answered(entry))
 		return;
 	if (entry->command_sent == wire_op(WIRE_OP_TICK)->id)
-		identify_tick(device, entry);
+		restart_tick(device, entry);
 	else
-		identify_again(device, entry);
+		restart_identity(device, entry);
 }
 
 void identify_alive(struct device *device)
@@ -268,7 +197,8 @@ void identify_alive(struct device *device)
 	struct identify *identify = &device->identify;
 	const uint64_t usual = device->config.lost_after_ns / 4;
 
-	if (identify->alive_open || device->now_ns < identify->alive_ns)
+	if (identify->alive_open ||
+	    (device->now_ns < identify->alive_ns && !restart_doubted(device)))
 		return;
 	if (!request_send(device, identify->alive_tick ? WIRE_OP_TICK : WIRE_OP_DEVICE_DATA, NULL,
 			  alive_ended, NULL, NULL))

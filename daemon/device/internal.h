@@ -75,9 +75,21 @@ struct identify {
 	struct wire_identity identity;
 	bool alive_open, alive_tick;	/* the request that tells whether it still lives */
 	uint64_t alive_ns;
-	bool tick_known;
-	uint32_t tick_ms;
-	uint64_t tick_t_ns, tick_asked_ns;
+};
+
+/* restart.c: the device's clock, read at some time from asked_ns to came_ns */
+struct reading {
+	bool known;
+	uint32_t ms;
+	uint64_t asked_ns, came_ns;
+};
+
+struct restart {
+	struct reading last;		/* that was believed */
+	struct reading odd;		/* the newest that did not fit it */
+	uint8_t odd_ticks;		/* in a row */
+	bool odd_identity;		/* another serial number, said once */
+	uint8_t data[WIRE_PAYLOAD_LEN];	/* the newest device data */
 };
 
 /* access.c */
@@ -199,6 +211,7 @@ struct meter {
 	uint64_t said_ns[EVENT_PACKETS_KINDS];
 	uint64_t said_count[EVENT_PACKETS_KINDS];
 	uint64_t cycles_late, reconnects;
+	uint64_t odd;			/* answers that those before and after them contradict */
 	uint32_t level;
 	bool stale, stale_said;
 	uint64_t stale_said_ns;
@@ -224,6 +237,7 @@ struct device {
 	unsigned int budget;		/* requests that may still be sent in this cycle */
 	struct life life;
 	struct identify identify;
+	struct restart restart;
 	struct access access;
 	struct configure configure;
 	struct wishes wishes;
@@ -309,10 +323,18 @@ void identify_cycle(struct device *device);
 enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_PK]);
 /* Now and then: does it live, is it the same one, the same start, is it locked? */
 void identify_alive(struct device *device);
+
+/* restart.c */
 /* The device data once more: another one in its place is as good as a restart. */
-void identify_again(struct device *device, const mailbox_entry_t *entry);
-/* Its clock; life.rebooted is set when it went back. */
-void identify_tick(struct device *device, const mailbox_entry_t *entry);
+void restart_identity(struct device *device, const mailbox_entry_t *entry);
+/* Its clock. Both set life.rebooted when there is no doubt any more. */
+void restart_tick(struct device *device, const mailbox_entry_t *entry);
+/* An answer did not fit; until it was asked again only questions may be sent. */
+bool restart_doubted(const struct device *device);
+/* The device data just as it came the last time, and so to be believed? */
+bool restart_data_again(struct device *device, const uint8_t reply[WIRE_PK]);
+/* Another device: nothing is known of its clock. */
+void restart_forget(struct device *device);
 
 /* access.c: true when the device lets us in */
 bool access_cycle(struct device *device);

@@ -187,6 +187,10 @@ static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 		life_fault(device, why_silent(device));
 		return;
 	}
+	if (!restart_data_again(device, entry->response_buffer)) {
+		device->life.probe_after_ns = now_ns;
+		return;
+	}
 	identify_begin(device);
 	fault = identify_take(device, entry->response_buffer);
 	if (fault) {

@@ -30,9 +30,10 @@ static uint64_t stray(const struct pokeys_statistics *s)
 	return s->not_in_flight + s->bad_operation;
 }
 
-static uint64_t corrupt(const struct pokeys_statistics *s)
+static uint64_t corrupt(const struct device *device, const struct pokeys_statistics *s)
 {
-	return s->bad_length + s->bad_magic + s->bad_checksum + s->bad_check;
+	return s->bad_length + s->bad_magic + s->bad_checksum + s->bad_check +
+	       device->meter.odd;
 }
 
 static void say_kind(struct device *device, enum event_packets kind, uint64_t count)
@@ -69,7 +70,7 @@ void meter_cycle(struct device *device)
 	if (running(device))
 		say_kind(device, EVENT_PACKETS_LOST, lost(now));
 	say_kind(device, EVENT_PACKETS_STRAY, stray(now));
-	say_kind(device, EVENT_PACKETS_CORRUPT, corrupt(now));
+	say_kind(device, EVENT_PACKETS_CORRUPT, corrupt(device, now));
 	say_kind(device, EVENT_PACKETS_WRONG_SOURCE, now->bad_source);
 	say_kind(device, EVENT_PACKETS_NOT_SENT, now->send_failed);
 }
@@ -104,7 +105,7 @@ void meter_publish(const struct device *device, struct pokeys_link_statistics *o
 		.sent = s.sent, .resent = s.resent, .received = s.received,
 		.accepted = s.accepted, .lost = lost(&s), .timed_out = s.timed_out,
 		.stray = stray(&s), .duplicate = s.duplicate, .stale = s.stale,
-		.corrupt = corrupt(&s), .wrong_source = s.bad_source,
+		.corrupt = corrupt(device, &s), .wrong_source = s.bad_source,
 		.send_failed = s.send_failed, .cycles_late = device->meter.cycles_late,
 		.reconnects = device->meter.reconnects,
 		.rtt_last_ns = narrow(s.rtt_last_ns),

@@ -37,7 +37,7 @@ static uint64_t gap_ns(const struct device *device)
 
 static bool in_doubt(const struct device *device)
 {
-	return device->plan.doubt_tick || device->plan.doubt_identity;
+	return device->plan.doubt_tick || device->plan.doubt_identity || restart_doubted(device);
 }
 
 static void io_request(const struct device *device, struct wire_io_req *io)
