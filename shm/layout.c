@@ -14,14 +14,15 @@
 	_Static_assert(sizeof(struct type) == (bytes) && _Alignof(struct type) == 8, \
 		       #type " has another size or alignment")
 
-WHOLE(pokeys_state, 2368);
+WHOLE(pokeys_state, 2688);
 SAME(pokeys_state, identity, 136);
 SAME(pokeys_state, capability, 216);
 SAME(pokeys_state, digital_in, 304);
 SAME(pokeys_state, engine, 1080);
-SAME(pokeys_state, one_shot, 2024);
-SAME(pokeys_state, phase, 2184);
-SAME(pokeys_state, statistics, 2208);
+SAME(pokeys_state, one_shot, 2040);
+SAME(pokeys_state, phase, 2200);
+SAME(pokeys_state, postep, 2272);
+SAME(pokeys_state, statistics, 2528);
 
 WHOLE(pokeys_diag, 5088);
 SAME(pokeys_diag, wakeup, 160);
@@ -33,14 +34,14 @@ SAME(pokeys_command, digital_out, 120);
 SAME(pokeys_command, axis, 496);
 SAME(pokeys_command, one_shot, 632);
 
-WHOLE(pokeys_wish, 848);
+WHOLE(pokeys_wish, 944);
 SAME(pokeys_wish, settings, 24);
 SAME(pokeys_settings, failsafe_timeout, 288);
-SAME(pokeys_settings, axis, 376);
+SAME(pokeys_settings, axis, 408);
 
-WHOLE(pokeys_report, 1696);
+WHOLE(pokeys_report, 1888);
 SAME(pokeys_report, device, 48);
-SAME(pokeys_report, wanted, 872);
+SAME(pokeys_report, wanted, 968);
 
 uint64_t pokeys_shm_layout(unsigned int image)
 {

@@ -59,3 +59,11 @@ void sim_bench_encoder(struct sim_device *dev, unsigned int encoder, uint32_t ra
 {
 	dev->encoders.raw[encoder] = raw;
 }
+
+void sim_bench_spindle(struct sim_device *dev, int64_t rpm, int64_t steps)
+{
+	struct sim_shaft *shaft = &dev->bench.shaft[SIM_ULTRA_FAST];
+
+	shaft->index_every = steps ? steps : SIM_SPINDLE_STEPS;
+	shaft->rate = rpm * shaft->index_every / 60;
+}

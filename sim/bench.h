@@ -36,4 +36,8 @@ void sim_bench_couple(struct sim_device *dev, unsigned int axis, int encoder, in
 /* Sets a counter directly, as the shaft of a new encoder. */
 void sim_bench_encoder(struct sim_device *dev, unsigned int encoder, uint32_t raw);
 
+/* Turns the ultra-fast encoder's shaft: so many quadrature steps to a turn, 0 the usual. */
+#define SIM_SPINDLE_STEPS 4096
+void sim_bench_spindle(struct sim_device *dev, int64_t rpm, int64_t steps);
+
 #endif

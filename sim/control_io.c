@@ -6,6 +6,7 @@
  */
 #include "sim/control_part.h"
 
+#include <math.h>
 #include <string.h>
 
 static bool pin_word(struct sim_order *order, int i, unsigned int *pin)
@@ -162,6 +163,34 @@ static bool do_index(struct sim_order *order)
 	return true;
 }
 
+/* The spindle's shaft, that of the ultra-fast encoder: spindle [RPM [STEPS]] */
+static bool do_spindle(struct sim_order *order)
+{
+	static const char *const states[] = {
+		"off", "preparing", "prepared", "waiting", "active", "releasing",
+	};
+	struct sim_shaft *shaft = &order->dev->bench.shaft[SIM_ULTRA_FAST];
+	const struct sim_thread *thread = &order->dev->engine.thread;
+	int64_t rpm = 0, steps = shaft->index_every;
+
+	if (order->word[0]) {
+		if (!sim_order_integer(order, 0, "rpm", -100000, 100000, &rpm) ||
+		    (order->word[1] && !sim_order_integer(order, 1, "steps of a turn", 4,
+							  1000000, &steps)) ||
+		    !sim_order_no_more(order, 2))
+			return false;
+		sim_bench_spindle(order->dev, rpm, steps);
+	}
+	sim_text_add(order->out, "rpm=%lld\nsteps=%lld\nindexes=%u\nthreading=%s\n"
+		     "played=%.3f\ndry=%llu\nignored=%llu\n",
+		     shaft->index_every ? llround(60.0 * (double)shaft->rate /
+						  (double)shaft->index_every) : 0,
+		     (long long)shaft->index_every, thread->index_count, states[thread->state],
+		     thread->played, (unsigned long long)thread->dry,
+		     (unsigned long long)thread->ignored);
+	return true;
+}
+
 /* analog PIN VALUE, or analog PIN wave LOW HIGH PERIOD_MS */
 static bool do_analog(struct sim_order *order)
 {
@@ -258,6 +287,8 @@ const struct sim_command sim_commands_io[] = {
 	{ "encoder", "K [count|turn|rate|index-every N]",
 	  "set the counter, turn the shaft by or at quadrature steps (per second)", do_encoder },
 	{ "index", "K", "one index pulse of encoder K", do_index },
+	{ "spindle", "[RPM [STEPS]]",
+	  "turn the spindle, with an index every STEPS quadrature steps (4096)", do_spindle },
 	{ "analog", "PIN [VALUE | wave LOW HIGH PERIOD_MS]", "0..4095 at pin 41..47", do_analog },
 	{ "pwm", "", "PWM channels", do_pwm },
 	{ "key", "K 0|1", "key 0..127 of the matrix keyboard", do_key },

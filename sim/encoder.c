@@ -72,14 +72,37 @@ void sim_encoder_turn(struct sim_device *dev, unsigned int encoder, int64_t step
 		sim_encoder_index(dev, encoder);
 }
 
+double sim_encoder_counts(const struct sim_device *dev, unsigned int encoder, int64_t steps)
+{
+	int steps_per_count = divider(dev, encoder);
+
+	return steps_per_count ? (double)steps / steps_per_count : 0;
+}
+
+#define SLOWEST_TURN_NS UINT64_C(100000000000)
+
+static uint32_t ticks_since_index(const struct sim_device *dev)
+{
+	uint64_t ns = dev->now_ns - dev->encoders.index_ns;
+
+	return (uint32_t)((ns < SLOWEST_TURN_NS ? ns : SLOWEST_TURN_NS) *
+			  (SIM_TICK_HZ / 1000000u) / 1000u);
+}
+
+uint32_t sim_spindle_ticks(const struct sim_device *dev)
+{
+	uint32_t last = dev->encoders.index_ticks, now = ticks_since_index(dev);
+
+	return last && now > last ? now : last;
+}
+
 static void ultra_index(struct sim_device *dev)
 {
 	struct sim_encoders *enc = &dev->encoders;
-	uint64_t ns = dev->now_ns - enc->index_ns;
 
 	enc->index_count++;
-	if (enc->index_ns && ns < UINT64_C(100000000000))
-		enc->index_ticks = (uint32_t)(ns * (SIM_TICK_HZ / 1000000u) / 1000u);
+	if (enc->index_ns && dev->now_ns - enc->index_ns < SLOWEST_TURN_NS)
+		enc->index_ticks = ticks_since_index(dev);
 	enc->index_ns = dev->now_ns;
 	if (enc->ultra_armed)
 		enc->raw[SIM_ULTRA_FAST] = 0;

@@ -58,6 +58,12 @@ void sim_encoders_reset(struct sim_device *dev);
 /* Turns a shaft by so many quadrature steps. */
 void sim_encoder_turn(struct sim_device *dev, unsigned int encoder, int64_t steps);
 
+/* Counts to a turn of that many steps, with the sign it counts in; 0: it is off. */
+double sim_encoder_counts(const struct sim_device *dev, unsigned int encoder, int64_t steps);
+
+/* Ticks of the spindle's last turn; of the one under way if that takes longer already. */
+uint32_t sim_spindle_ticks(const struct sim_device *dev);
+
 /* One index pulse. */
 void sim_encoder_index(struct sim_device *dev, unsigned int encoder);
 

@@ -155,6 +155,26 @@ enum sim_thread_state {
 	SIM_THREAD_PREPARED,
 	SIM_THREAD_WAITING,
 	SIM_THREAD_ACTIVE,
+	SIM_THREAD_RELEASING,	/* on its way back to a slot a millisecond */
+};
+
+/* Slots played by the spindle's angle (engine_thread.c). */
+struct sim_thread {
+	uint8_t state;			/* enum sim_thread_state */
+	bool has_slot;			/* now is being played */
+	bool first;			/* nothing has been measured since the index */
+	uint32_t index_count;
+	int64_t base;			/* of the shaft at the index it began at, steps */
+	int64_t last;			/* of the shaft, a millisecond ago */
+	double turn;			/* of the spindle since then, as it is measured */
+	double whole;			/* ... at the index seen last */
+	double played;			/* slots since then */
+	double speed;			/* slots a millisecond */
+	double part;			/* of the slot that has been played */
+	struct sim_ring_slot now;
+	int32_t done[SIM_AXES];		/* pulses of it that have been made */
+	uint64_t ignored;		/* slots that asked an ignored axis for motion */
+	uint64_t dry;			/* milliseconds without a slot to play */
 };
 
 struct sim_engine {
@@ -175,8 +195,7 @@ struct sim_engine {
 	bool probe_hybrid;
 	double probe_speed;
 	int32_t probe_position[SIM_AXES];
-	enum sim_thread_state thread;
-	uint32_t thread_index;
+	struct sim_thread thread;
 	uint8_t postep_updates[SIM_AXES];
 	struct sim_ring ring;
 	struct sim_axis axis[SIM_AXES];

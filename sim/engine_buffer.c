@@ -99,29 +99,32 @@ static void step_axis(struct sim_device *dev, unsigned int i, const struct sim_r
 	sim_axis_jump(dev, i, slot->negative >> i & 1 ? -pulses : pulses);
 }
 
-void sim_ring_slot(struct sim_device *dev)
+const struct sim_ring_slot *sim_ring_take(struct sim_device *dev)
 {
 	struct sim_ring *ring = &dev->engine.ring;
-	const struct sim_ring_slot *slot;
-	unsigned int motion = 0;
+	const struct sim_ring_slot *slot = &ring->slot[ring->head];
 
-	if (dev->engine.thread == SIM_THREAD_PREPARED || dev->engine.thread == SIM_THREAD_WAITING)
-		return;
 	if (!ring->used) {
 		ring->underruns += ring->moving;
 		ring->moving = false;
-		return;
+		return NULL;
 	}
-	slot = &ring->slot[ring->head];
 	ring->head = (ring->head + 1) % SIM_RING_SLOTS;
 	ring->used--;
 	ring->slots_taken++;
-	for (unsigned int i = 0; i < SIM_AXES; i++) {
-		step_axis(dev, i, slot);
-		motion |= slot->magnitude[i];
-	}
-	ring->moving = motion != 0;
+	ring->moving = false;
+	for (unsigned int i = 0; i < SIM_AXES; i++)
+		ring->moving = ring->moving || slot->magnitude[i];
 	drive_synced(dev, slot);
+	return slot;
+}
+
+void sim_ring_slot(struct sim_device *dev)
+{
+	const struct sim_ring_slot *slot = sim_thread_holds(dev) ? NULL : sim_ring_take(dev);
+
+	for (unsigned int i = 0; slot && i < SIM_AXES; i++)
+		step_axis(dev, i, slot);
 }
 
 SIM_HANDLER(sim_pe_clear)

@@ -36,6 +36,8 @@ void sim_axis_set_position(struct sim_axis *axis, int32_t position);
 /* engine_buffer.c */
 void sim_ring_clear(struct sim_ring *ring);
 void sim_ring_slot(struct sim_device *dev);
+/* The next slot out of the ring, with all that hangs on it but motion; NULL: there is none. */
+const struct sim_ring_slot *sim_ring_take(struct sim_device *dev);
 unsigned int sim_ring_fill(struct sim_device *dev, const uint8_t *data, size_t bytes,
 			   unsigned int slots, unsigned int axes, bool wide);
 
@@ -47,9 +49,11 @@ void sim_hybrid_slot(struct sim_device *dev);
 /* engine_status.c: the status block @2..@62, without the check byte. */
 void sim_engine_status(struct sim_device *dev, uint8_t *rp);
 
-/* engine_thread.c */
+/* engine_thread.c: one slot of 1 ms; one index pulse of the spindle. */
 void sim_thread_slot(struct sim_device *dev);
 void sim_thread_index(struct sim_device *dev);
+/* The ring is not taken by the millisecond now. */
+bool sim_thread_holds(const struct sim_device *dev);
 
 /* Handlers of the sub-commands of 0x85. */
 SIM_HANDLER(sim_pe_status);

@@ -23,7 +23,7 @@ static void stop_all(struct sim_device *dev, uint8_t axis_state)
 	}
 	sim_ring_clear(&pe->ring);
 	pe->probe_hybrid = false;
-	pe->thread = SIM_THREAD_OFF;
+	pe->thread.state = SIM_THREAD_OFF;
 }
 
 void sim_engine_trip(struct sim_device *dev, uint8_t state)
@@ -117,7 +117,7 @@ static void stop(struct sim_device *dev)
 	}
 	sim_ring_clear(&pe->ring);
 	pe->probe_hybrid = false;
-	pe->thread = SIM_THREAD_OFF;
+	pe->thread.state = SIM_THREAD_OFF;
 	pe->state = SIM_PE_STOPPING;
 	for (unsigned int i = 0; i < SIM_AXES; i++) {
 		if (pe->axis[i].planner.speed != 0)
@@ -241,11 +241,12 @@ void sim_engine_slot(struct sim_device *dev)
 		sim_probing_slot(dev);
 	else if (pe->probe_hybrid)
 		sim_hybrid_slot(dev);
-	if (pe->state == SIM_PE_RUNNING)
+	if (pe->state == SIM_PE_RUNNING) {
 		sim_ring_slot(dev);
+		sim_thread_slot(dev);
+	}
 	for (unsigned int i = 0; i < SIM_AXES; i++)
 		move_axis(dev, i);
-	sim_thread_slot(dev);
 	if (pe->state == SIM_PE_STOPPING && all_still(pe)) {
 		pe->state = SIM_PE_STOPPED;
 		dev->dirty = true;

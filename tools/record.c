@@ -10,23 +10,7 @@
 #include "daemon/recorder/export.h"
 #include "tools/json.h"
 #include "tools/pokeysctl.h"
-
-static int open_ring(const struct options *options, struct recorder_file *ring)
-{
-	char path[256], why[384];
-	int rc;
-
-	snprintf(path, sizeof(path), "%s/" RECORDER_FILE, options->runtime_directory);
-	rc = recorder_open(ring, path, why, sizeof(why));
-	if (rc == -ENOENT)
-		complain("no recorder in %s: no daemon runs there, or it has recorder-seconds = 0 "
-			 "(another folder: --runtime-directory)", options->runtime_directory);
-	else if (rc == -EACCES)
-		complain("%s; this user must be in the folder's group", why);
-	else if (rc)
-		complain("%s", why);
-	return rc;
-}
+#include "tools/ring.h"
 
 static int find_device(const struct recorder_file *ring, const char *name)
 {
@@ -105,7 +89,7 @@ int command_record(const struct options *options)
 		complain("usage: pokeysctl record [--json] [DEVICE] FILE");
 		return STATUS_USAGE;
 	}
-	if (open_ring(options, &ring))
+	if (ring_open(options, &ring))
 		return STATUS_FAILED;
 	if (options->name_count == 2)
 		device = find_device(&ring, options->names[0]);

@@ -7,13 +7,13 @@
  * recorder's ring, and the kernel's tracepoints cost the watched core a few hundred
  * nanoseconds for each switch and interrupt, no more.
  */
-#include <errno.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 #include "daemon/recorder/read.h"
 #include "tools/pokeysctl.h"
+#include "tools/ring.h"
 #include "tools/trace_collect.h"
 #include "tools/view.h"
 
@@ -30,25 +30,13 @@ static void stop(int number)
 	atomic_store(&stopped, true);
 }
 
-static int open_ring(const struct options *options, struct recorder_file *ring)
+/* Of a daemon whose cycles can be watched. */
+static bool runs(const struct recorder_file *ring, const struct options *options)
 {
-	char path[256], why[384];
-	int rc;
-
-	snprintf(path, sizeof(path), "%s/" RECORDER_FILE, options->runtime_directory);
-	rc = recorder_open(ring, path, why, sizeof(why));
-	if (rc == -ENOENT)
-		complain("no recorder in %s: no daemon runs there, or it has recorder-seconds = 0, "
-			 "without which its cycles cannot be seen", options->runtime_directory);
-	else if (rc)
-		complain("%s", why);
-	if (rc)
-		return rc;
 	if (ring->head.thread && !ring->head.ended)
-		return 0;
-	complain("%s: the daemon's realtime thread does not run", path);
-	recorder_release(ring);
-	return -ESRCH;
+		return true;
+	complain("%s: the daemon's realtime thread does not run", options->runtime_directory);
+	return false;
 }
 
 static void take_slots(const struct recorder_file *ring, uint64_t *next, struct collect *collect)
@@ -118,13 +106,14 @@ int command_trace(const struct options *options)
 {
 	struct sigaction action = { .sa_handler = stop };
 	struct recorder_file ring;
-	int status;
+	int status = STATUS_FAILED;
 
-	if (open_ring(options, &ring))
+	if (ring_open(options, &ring))
 		return STATUS_FAILED;
 	sigaction(SIGINT, &action, NULL);
 	sigaction(SIGTERM, &action, NULL);
-	status = trace(options, &ring);
+	if (runs(&ring, options))
+		status = trace(options, &ring);
 	recorder_release(&ring);
 	return status;
 }

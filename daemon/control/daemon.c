@@ -26,9 +26,10 @@
 #include "daemon/control/daemon.h"
 #include "daemon/control/log.h"
 #include "daemon/control/options.h"
+#include "daemon/control/thread.h"
 #include "daemon/rt/realtime.h"
 
-enum { STACK_SIZE = 256 * 1024, FIRST_CYCLES = 3, START_MS = 5000, STOP_MS = 950 };
+enum { FIRST_CYCLES = 3, START_MS = 5000, STOP_MS = 950 };
 
 static void sleep_ms(long ms)
 {
@@ -227,21 +228,12 @@ static void *run_loop(void *argument)
 
 static int make_thread(struct daemon *daemon)
 {
-	pthread_attr_t attributes;
-	sigset_t all, before;
-	int result;
+	int result = thread_make(&daemon->thread, run_loop, daemon);
 
-	pthread_attr_init(&attributes);
-	pthread_attr_setstacksize(&attributes, STACK_SIZE);
-	sigfillset(&all);
-	pthread_sigmask(SIG_SETMASK, &all, &before);
-	result = pthread_create(&daemon->thread, &attributes, run_loop, daemon);
-	pthread_sigmask(SIG_SETMASK, &before, NULL);
-	pthread_attr_destroy(&attributes);
 	daemon->started = !result;
 	if (!result)
 		return 0;
-	log_line(EVENT_ERROR, "the realtime thread cannot be made: %s", strerror(result));
+	log_line(EVENT_ERROR, "the realtime thread cannot be made: %s", strerror(-result));
 	return STATUS_FAILED;
 }
 

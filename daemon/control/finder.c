@@ -13,15 +13,15 @@
  * Whether the device really is the one it says, identification finds out.
  */
 #include <errno.h>
-#include <signal.h>
 #include <string.h>
 #include <time.h>
 #include "daemon/control/finder.h"
 #include "daemon/control/log.h"
+#include "daemon/control/thread.h"
 #include "daemon/transport/discovery.h"
 #include "wire/model.h"
 
-enum { SEARCH_MS = 200, NAP_MS = 50, STACK_SIZE = 256 * 1024 };
+enum { SEARCH_MS = 200, NAP_MS = 50 };
 
 static bool wanted(const struct config *config, const struct loop_shared *shared, uint32_t i)
 {
@@ -104,8 +104,6 @@ int finder_start(struct finder *finder, const struct config *config,
 		 const struct loop_shared *shared)
 {
 	bool needed = false;
-	pthread_attr_t attributes;
-	sigset_t all, before;
 	int result;
 
 	memset(finder, 0, sizeof(*finder));
@@ -115,16 +113,9 @@ int finder_start(struct finder *finder, const struct config *config,
 		needed |= config->device[i].serial != 0;
 	if (!needed)
 		return 0;
-	/* memory is locked: a stack of the usual size would be 8 MiB of it */
-	pthread_attr_init(&attributes);
-	pthread_attr_setstacksize(&attributes, STACK_SIZE);
-	sigfillset(&all);
-	pthread_sigmask(SIG_SETMASK, &all, &before);
-	result = pthread_create(&finder->thread, &attributes, run, finder);
-	pthread_sigmask(SIG_SETMASK, &before, NULL);
-	pthread_attr_destroy(&attributes);
+	result = thread_make(&finder->thread, run, finder);
 	finder->running = !result;
-	return -result;
+	return result;
 }
 
 void finder_report(struct finder *finder)

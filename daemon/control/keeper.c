@@ -15,7 +15,6 @@
  * takes its name.
  */
 #include <errno.h>
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -24,11 +23,12 @@
 #include "daemon/control/clock.h"
 #include "daemon/control/keeper.h"
 #include "daemon/control/log.h"
+#include "daemon/control/thread.h"
 #include "daemon/recorder/read.h"
 #include "wire/pulse.h"
 
 #define AFTER_NS UINT64_C(500000000)
-enum { NAP_MS = 20, BURST = 10, STACK_SIZE = 256 * 1024, SLOTS_A_CYCLE = 8 };
+enum { NAP_MS = 20, BURST = 10, SLOTS_A_CYCLE = 8 };
 
 enum record_reason keeper_reason(const struct event *event, bool machine_on)
 {
@@ -143,22 +143,12 @@ static void put_aside(struct keeper *keeper)
 
 static void start(struct keeper *keeper)
 {
-	pthread_attr_t attributes;
-	sigset_t all, before;
-	int result;
+	int result = thread_make(&keeper->thread, run, keeper);
 
-	/* memory is locked: a stack of the usual size would be 8 MiB of it */
-	pthread_attr_init(&attributes);
-	pthread_attr_setstacksize(&attributes, STACK_SIZE);
-	sigfillset(&all);
-	pthread_sigmask(SIG_SETMASK, &all, &before);
-	result = pthread_create(&keeper->thread, &attributes, run, keeper);
-	pthread_sigmask(SIG_SETMASK, &before, NULL);
-	pthread_attr_destroy(&attributes);
 	keeper->running = !result;
 	if (result)
 		log_line(EVENT_WARNING, "no records will be written: the thread for it cannot be "
-			 "made: %s", strerror(result));
+			 "made: %s", strerror(-result));
 }
 
 static uint32_t slots_for(const struct config *config)

@@ -130,6 +130,11 @@ static const char *const one_shot_names[] = {
 	[POKEYS_ONE_SHOT_REBOOT] = "reboot",
 	[POKEYS_ONE_SHOT_JOG] = "jog",
 	[POKEYS_ONE_SHOT_JOG_END] = "end jogging",
+	[POKEYS_ONE_SHOT_THREAD_PREPARE] = "prepare threading",
+	[POKEYS_ONE_SHOT_THREAD_FORCE] = "force threading",
+	[POKEYS_ONE_SHOT_THREAD_ARM] = "arm threading",
+	[POKEYS_ONE_SHOT_THREAD_RELEASE] = "release threading",
+	[POKEYS_ONE_SHOT_THREAD_CANCEL] = "cancel threading",
 };
 
 static const char *const outcome_names[] = {
@@ -323,6 +328,7 @@ static void put_task(struct line *line, const struct event *e)
 		[POKEYS_TASK_PROBING] = "probing",
 		[POKEYS_TASK_HYBRID_PROBING] = "hybrid probing",
 		[POKEYS_TASK_JOGGING] = "jogging",
+		[POKEYS_TASK_THREADING] = "threading",
 	};
 	static const char *const results[] = {
 		[POKEYS_TASK_RESULT_NONE] = "ended",
@@ -333,10 +339,30 @@ static void put_task(struct line *line, const struct event *e)
 		[POKEYS_TASK_TRIPPED] = "stopped by a limit switch or the emergency input",
 		[POKEYS_TASK_NOT_FOUND] = "at its end without a contact",
 		[POKEYS_TASK_LOST] = "lost with the link",
+		[POKEYS_TASK_STARVED] = "stopped: the motion buffer ran dry in the middle of a thread",
+		[POKEYS_TASK_BEHIND] = "stopped: the spindle is too far behind its target speed",
 	};
 
 	put(line, "%s of axes 0x%02llx: %s", PICK(tasks, e->a), (unsigned long long)e->c,
 	    PICK(results, e->b));
+}
+
+static void put_threading(struct line *line, const struct event *e)
+{
+	static const char *const reasons[] = {
+		[POKEYS_THREADING_WELL] = "not refused",
+		[POKEYS_THREADING_OFF] = "the machine is off",
+		[POKEYS_THREADING_NOT_SET] = "its settings are not given, or the device has not "
+					     "taken them yet",
+		[POKEYS_THREADING_NO_AXIS] = "no enabled axis in buffered mode takes part",
+		[POKEYS_THREADING_MOVING] = "an axis has not come to rest",
+		[POKEYS_THREADING_BUSY] = "the device is at work already",
+		[POKEYS_THREADING_NOT_PREPARED] = "it is not prepared",
+		[POKEYS_THREADING_NOT_BEGUN] = "it has not begun",
+		[POKEYS_THREADING_BAD_LIMIT] = "the time limit is out of range",
+	};
+
+	put(line, "%s refused: %s", PICK(one_shot_names, e->a), PICK(reasons, e->b));
 }
 
 static void put_bad_command(struct line *line, const struct event *e)
@@ -456,6 +482,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_LOCKED] = put_locked,
 	[EVENT_TASK] = put_task,
 	[EVENT_PHASE] = put_phase,
+	[EVENT_THREADING] = put_threading,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

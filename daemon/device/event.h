@@ -47,6 +47,8 @@ enum event_code {
 				 * pokeys_task_result, c = axes, bits */
 	EVENT_PHASE,		/* phase lock: a = enum pokeys_phase_state, b = period of the
 				 * commander's thread, c = jitter of its reads (ns) */
+	EVENT_THREADING,	/* a one-shot of threading was refused: a = operation, b = enum
+				 * pokeys_threading_refusal */
 	EVENT_CODES
 };
 

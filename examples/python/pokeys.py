@@ -66,6 +66,21 @@ class Engine(Structure):
                   ("buffer_resyncs", c_uint32), ("axis", Axis * AXES)]
 
 
+class Threading(Structure):
+    _fields_ = [(name, c_uint8) for name in (
+        "preparing prepared waiting active ignore_axes refused").split()] + [
+        ("behind", c_uint16), ("velocity", c_int32), ("position_error", c_int32),
+        ("spindle_rpm", c_uint32), ("index_count", c_uint32)]
+
+
+class Postep(Structure):
+    _fields_ = [("t_update_ns", c_uint64), ("update_count", c_uint32)] + [
+        (name, c_uint8) for name in (
+            "supply temperature inputs state faults updates mode step_mode temperature_limit "
+            "hardware_major hardware_minor firmware_major firmware_minor reserved").split()] + [
+        ("full_scale", c_uint16), ("idle", c_uint16), ("overheat", c_uint16)]
+
+
 class Rtc(Structure):
     _fields_ = [("year", c_uint16), ("month", c_uint8), ("day", c_uint8), ("hour", c_uint8),
                 ("minute", c_uint8), ("second", c_uint8), ("day_of_week", c_uint8),
@@ -100,7 +115,7 @@ class Phase(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 4, 0x30ea2e84571d5539
+    VERSION, HASH = 5, 0xa561829edd4d07db
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "
@@ -118,11 +133,13 @@ class State(Structure):
         ("engine", Engine), ("matrix", c_uint8 * 16), ("poextbus", c_uint8 * 16),
         ("ponet_state", c_uint8), ("ponet_count", c_uint8), ("kbd48_module", c_uint8),
         ("matrix_enabled", c_uint8), ("reserved2", c_uint8 * 4), ("kbd48_keys", c_uint64),
-        ("ponet", PonetModule * PONET), ("slow_millihertz", c_uint32 * 16), ("rtc", Rtc), ("one_shot_session", c_uint32),
+        ("ponet", PonetModule * PONET), ("slow_millihertz", c_uint32 * 20), ("rtc", Rtc), ("one_shot_session", c_uint32),
         ("one_shot_ack", c_uint32), ("one_shot", OneShotResult * 16),
         ("command_heartbeat", c_uint64), ("command_t_ns", c_uint64),
         ("config_generation", c_uint32), ("config_state", c_uint8),
         ("reserved3", c_uint8 * 3), ("report_count", c_uint32), ("reserved4", c_uint32), ("phase", Phase),
+        ("t_postep_ns", c_uint64), ("backlash", c_int16 * AXES), ("threading", Threading),
+        ("postep", Postep * AXES),
         ("statistics", LinkStatistics)]
 
 
@@ -177,10 +194,12 @@ class AxisSettings(Structure):
         "options options_mask switches switches_mask pin_limit_minus pin_limit_plus pin_home "
         "pin_enable invert_enable filter_limit_minus filter_limit_plus filter_home filter_probe "
         "homing_algorithm homing_speed homing_return mpg_encoder signals").split()] + [
-        ("mpg_multiplier", c_int16), ("mpg_divider", c_uint16), ("reserved", c_uint8 * 2),
+        ("mpg_multiplier", c_int16), ("mpg_divider", c_uint16), ("backlash_half", c_uint16),
         ("soft_minimum", c_int32), ("soft_maximum", c_int32), ("back_off", c_int32),
         ("max_speed", c_float), ("max_acceleration", c_float), ("max_deceleration", c_float),
-        ("reserved2", c_uint32)]
+        *((name, c_uint8) for name in (
+            "backlash_acceleration postep_type postep_address postep_step postep_temperature"
+        ).split()), ("reserved", c_uint8 * 7)]
 
 
 class EncoderSettings(Structure):
@@ -201,18 +220,25 @@ class Settings(Structure):
                   ("matrix_rows", c_uint8), ("matrix_columns", c_uint8),
                   ("matrix_row_pin", c_uint8 * 16), ("matrix_column_pin", c_uint8 * 8),
                   ("reserved", c_uint8 * 7), ("analog_filter", c_uint32), ("name", c_char * 24),
+                  *((name, c_uint8) for name in (
+                      "backlash_enable backlash_speed postep_enable sync_pwm_enable "
+                      "sync_pwm_axis sync_pwm_channel sync_out_enable sync_out_axis").split()),
+                  ("sync_out_pin", c_uint8 * 8), ("threading_mode", c_uint8),
+                  ("threading_ignore", c_uint8), ("threading_ticks", c_uint16),
+                  ("threading_rpm", c_uint16), ("threading_speed_gain", c_uint16),
+                  ("threading_position_gain", c_uint16), ("reserved2", c_uint8 * 6),
                   ("axis", AxisSettings * AXES)]
 
 
 class Wish(Structure):
-    VERSION, HASH = 1, 0x881cbf8ce09757b0
+    VERSION, HASH = 2, 0x90bba2dde6674bea
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64), ("session", c_uint32), ("generation", c_uint32),
                 ("settings", Settings)]
 
 
 class Report(Structure):
-    VERSION, HASH = 1, 0xa5ed3e1bcd504b9a
+    VERSION, HASH = 2, 0x27bb31d594bd80c8
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64), ("epoch", c_uint64), ("t_publish_ns", c_uint64),
                 ("count", c_uint32), ("generation", c_uint32), ("state", c_uint8),

@@ -114,6 +114,16 @@ enum pokeys_one_shot_operation {
 	 */
 	POKEYS_ONE_SHOT_JOG = 14,
 	POKEYS_ONE_SHOT_JOG_END = 15,		/* done when the engine stands */
+	/*
+	 * Threading by the device, docs/motion.md; why one was refused says
+	 * state.threading.refused. PREPARE waits until the buffer is empty, FORCE does not;
+	 * parameter[0] = time limit of the whole in s (0 = 300). Done when prepared.
+	 */
+	POKEYS_ONE_SHOT_THREAD_PREPARE = 16,
+	POKEYS_ONE_SHOT_THREAD_FORCE = 17,
+	POKEYS_ONE_SHOT_THREAD_ARM = 18,	/* done when it waits for the index or is active */
+	POKEYS_ONE_SHOT_THREAD_RELEASE = 19,	/* done when nothing is left to be caught up */
+	POKEYS_ONE_SHOT_THREAD_CANCEL = 20,	/* done when the engine stands */
 };
 
 struct pokeys_one_shot {

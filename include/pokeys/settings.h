@@ -30,10 +30,10 @@ extern "C" {
 
 #define POKEYS_WISH_MAGIC	UINT32_C(0x48574b50)	/* "PKWH" */
 #define POKEYS_REPORT_MAGIC	UINT32_C(0x50524b50)	/* "PKRP" */
-#define POKEYS_WISH_VERSION	1
-#define POKEYS_REPORT_VERSION	1
-#define POKEYS_WISH_HASH	UINT64_C(0x881cbf8ce09757b0)
-#define POKEYS_REPORT_HASH	UINT64_C(0xa5ed3e1bcd504b9a)
+#define POKEYS_WISH_VERSION	2
+#define POKEYS_REPORT_VERSION	2
+#define POKEYS_WISH_HASH	UINT64_C(0x90bba2dde6674bea)
+#define POKEYS_REPORT_HASH	UINT64_C(0x27bb31d594bd80c8)
 
 /* axis.set: which members below are meant. options and switches have masks of their own. */
 enum {
@@ -59,6 +59,13 @@ enum {
 	POKEYS_AXIS_SET_SOFT_MINIMUM = 1u << 19,
 	POKEYS_AXIS_SET_SOFT_MAXIMUM = 1u << 20,
 	POKEYS_AXIS_SET_SIGNALS = 1u << 21,
+	/* from here on in requests of their own, protocol section 3.24.3 */
+	POKEYS_AXIS_SET_BACKLASH_WIDTH = 1u << 22,
+	POKEYS_AXIS_SET_BACKLASH_ACCELERATION = 1u << 23,
+	POKEYS_AXIS_SET_POSTEP_TYPE = 1u << 24,
+	POKEYS_AXIS_SET_POSTEP_ADDRESS = 1u << 25,
+	POKEYS_AXIS_SET_POSTEP_STEP = 1u << 26,
+	POKEYS_AXIS_SET_POSTEP_TEMPERATURE = 1u << 27,
 };
 
 /* Protocol section 3.24.4. Pins of switches and enable: 0 = dedicated input, else 1-based. */
@@ -78,12 +85,17 @@ struct pokeys_axis_settings {
 	uint8_t signals;		/* 1 invert step, 2 invert direction, 4 index falling */
 	int16_t mpg_multiplier;
 	uint16_t mpg_divider;
-	uint8_t reserved[2];
+	uint16_t backlash_half;		/* half of the play, pulses */
 	int32_t soft_minimum, soft_maximum;	/* pulses */
 	int32_t back_off;			/* pulses */
 	float max_speed;			/* pulses/s */
 	float max_acceleration, max_deceleration;	/* pulses/s^2 */
-	uint32_t reserved2;
+	uint8_t backlash_acceleration;	/* pulses/ms^2 */
+	uint8_t postep_type;		/* of the PoStep driver, 0 none */
+	uint8_t postep_address;		/* I2C */
+	uint8_t postep_step;		/* 0..8 = full step .. 1/256 */
+	uint8_t postep_temperature;	/* limit, degrees C */
+	uint8_t reserved[7];
 };
 
 /* Protocol section 3.8. Encoders 0..24. */
@@ -110,6 +122,12 @@ enum {
 	POKEYS_SET_MATRIX = 1u << 11,		/* matrix_* as a whole */
 	POKEYS_SET_NAME = 1u << 12,
 	POKEYS_SET_POEXTBUS = 1u << 13,		/* poextbus_* */
+	POKEYS_SET_BACKLASH = 1u << 14,		/* backlash_enable */
+	POKEYS_SET_BACKLASH_SPEED = 1u << 15,
+	POKEYS_SET_POSTEP = 1u << 16,		/* postep_enable */
+	POKEYS_SET_SYNC_PWM = 1u << 17,		/* sync_pwm_* as a whole */
+	POKEYS_SET_SYNC_OUTPUTS = 1u << 18,	/* sync_out_* as a whole */
+	POKEYS_SET_THREADING = 1u << 19,	/* threading_* as a whole */
 };
 
 struct pokeys_settings {
@@ -139,6 +157,19 @@ struct pokeys_settings {
 	uint8_t reserved[7];
 	uint32_t analog_filter;			/* protocol section 3.5, RC filter, 0 = none */
 	char name[24];				/* at most 20 characters, NUL terminated */
+	uint8_t backlash_enable;
+	uint8_t backlash_speed;			/* as on the wire, its unit is not documented */
+	uint8_t postep_enable;			/* the device talks to PoStep drivers */
+	uint8_t sync_pwm_enable, sync_pwm_axis, sync_pwm_channel;	/* channel 0..5 */
+	uint8_t sync_out_enable, sync_out_axis;
+	uint8_t sync_out_pin[8];		/* per bit: terminal, 0 none, 92..99 external output */
+	uint8_t threading_mode;			/* 0 index, 1 encoder and index, 2, 3 the same at high
+						 * speed; 0x40 count index pulses, 0x80 test */
+	uint8_t threading_ignore;		/* bit = axis that does not take part */
+	uint16_t threading_ticks;		/* of the encoder, a revolution */
+	uint16_t threading_rpm;			/* aimed at */
+	uint16_t threading_speed_gain, threading_position_gain;	/* unit not documented */
+	uint8_t reserved2[6];
 	struct pokeys_axis_settings axis[POKEYS_AXES];
 };
 
@@ -178,6 +209,12 @@ enum pokeys_setting {
 	POKEYS_SETTING_MATRIX = 12,
 	POKEYS_SETTING_NAME = 13,
 	POKEYS_SETTING_POEXTBUS = 14,
+	POKEYS_SETTING_BACKLASH = 15,
+	POKEYS_SETTING_POSTEP = 16,
+	POKEYS_SETTING_POSTEP_MODES = 17,
+	POKEYS_SETTING_SYNC_PWM = 18,
+	POKEYS_SETTING_SYNC_OUTPUTS = 19,
+	POKEYS_SETTING_THREADING = 20,
 };
 
 /* The report, service pokeys/<name>/settings: written by the daemon when something changes. */

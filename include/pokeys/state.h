@@ -32,9 +32,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	4
+#define POKEYS_STATE_VERSION	5
 #define POKEYS_DIAG_VERSION	3
-#define POKEYS_STATE_HASH	UINT64_C(0x30ea2e84571d5539)
+#define POKEYS_STATE_HASH	UINT64_C(0xa561829edd4d07db)
 #define POKEYS_DIAG_HASH	UINT64_C(0xe8d2e0e4037c0ddc)
 
 enum {
@@ -47,7 +47,7 @@ enum {
 	POKEYS_POEXTBUS = 10,		/* bytes */
 	POKEYS_PONET = 16,		/* modules */
 	POKEYS_MATRIX_BYTES = 16,	/* 128 keys */
-	POKEYS_SLOW_GROUPS = 16,
+	POKEYS_SLOW_GROUPS = 20,
 };
 
 enum pokeys_link {
@@ -109,6 +109,7 @@ enum pokeys_task {
 	POKEYS_TASK_PROBING = 2,
 	POKEYS_TASK_HYBRID_PROBING = 3,	/* the commander moves, the device watches */
 	POKEYS_TASK_JOGGING = 4,	/* axes follow hand wheels at the device */
+	POKEYS_TASK_THREADING = 5,	/* the buffer is played by the spindle's turns */
 };
 
 enum pokeys_task_phase {
@@ -130,6 +131,9 @@ enum pokeys_task_result {
 	POKEYS_TASK_TRIPPED = 5,	/* a limit switch or the emergency input */
 	POKEYS_TASK_NOT_FOUND = 6,	/* the probe touched nothing */
 	POKEYS_TASK_LOST = 7,		/* the link was lost meanwhile */
+	/* 8 and 9 are the HAL's: refused, not known */
+	POKEYS_TASK_STARVED = 10,	/* the buffer ran dry in the middle of a thread */
+	POKEYS_TASK_BEHIND = 11,	/* the spindle left more slots waiting than there is room for */
 };
 
 /* Index of state.slow_millihertz[]: what is polled beside the fast requests. */
@@ -148,6 +152,10 @@ enum pokeys_slow_group {
 	POKEYS_SLOW_PONET = 11,
 	POKEYS_SLOW_DEDICATED = 12,	/* dedicated inputs of the pulse engine */
 	POKEYS_SLOW_MATRIX = 13,	/* keys beyond the first 8 x 8 */
+	POKEYS_SLOW_BACKLASH = 14,	/* what the compensation has added */
+	POKEYS_SLOW_POSTEP = 15,	/* status of PoStep drivers */
+	POKEYS_SLOW_POSTEP_RARE = 16,	/* their currents, modes and versions */
+	POKEYS_SLOW_THREADING = 17,
 };
 
 struct pokeys_identity {
@@ -232,6 +240,53 @@ struct pokeys_engine {
 	uint32_t buffer_underruns;	/* the buffer ran dry while axes were moving */
 	uint32_t buffer_resyncs;	/* positions were read back to know what had been executed */
 	struct pokeys_axis axis[POKEYS_AXES];
+};
+
+/* Why a one-shot of threading was not sent; 0 when one is taken. */
+enum pokeys_threading_refusal {
+	POKEYS_THREADING_WELL = 0,
+	POKEYS_THREADING_OFF = 1,	/* the machine is off */
+	POKEYS_THREADING_NOT_SET = 2,	/* its settings are not (all) given, or not yet taken */
+	POKEYS_THREADING_NO_AXIS = 3,	/* no axis in buffered mode is enabled and takes part */
+	POKEYS_THREADING_MOVING = 4,	/* an axis in buffered mode has not come to rest */
+	POKEYS_THREADING_BUSY = 5,	/* another task is at work, or threading is already */
+	POKEYS_THREADING_NOT_PREPARED = 6,	/* to arm */
+	POKEYS_THREADING_NOT_BEGUN = 7,	/* there is nothing to release */
+	POKEYS_THREADING_BAD_LIMIT = 8,	/* time limit out of range */
+};
+
+/* The device's own threading, protocol section 3.24.3, 0x85/35. */
+struct pokeys_threading {
+	uint8_t preparing, prepared, waiting, active;
+	uint8_t ignore_axes;		/* bit = axis that does not take part */
+	uint8_t refused;		/* enum pokeys_threading_refusal, of the last request */
+	uint16_t behind;		/* slots that are made and not yet played */
+	int32_t velocity, position_error;	/* unit not documented */
+	uint32_t spindle_rpm, index_count;
+};
+
+/*
+ * A PoStep motor driver, protocol section 3.24.3, 0x85/51 to 54. The device asks it when
+ * it likes; `updates` counts that. Currents are as the device has them: their unit is
+ * not documented.
+ */
+struct pokeys_postep {
+	uint64_t t_update_ns;		/* when updates was last seen to change; 0 = never */
+	uint32_t update_count;		/* how often it was */
+	uint8_t supply;			/* 0.25 V */
+	uint8_t temperature;		/* degrees C */
+	uint8_t inputs;			/* 1 bootloader, 2 sleep, 4 step, 8 direction, 16/32 BIN1/2,
+					 * 64 end switch */
+	uint8_t state;			/* 1 sleep, 2 active, 3 idle, 4 overheated, 5 DC motor */
+	uint8_t faults;			/* 1 temperature, 2/4 overcurrent A/B, 8/16 predriver A/B,
+					 * 32 undervoltage, 64 stall, 128 stall latched */
+	uint8_t updates;		/* as the device counts, wraps at 256 */
+	uint8_t mode;			/* 1 external, 2 step, 3 DC motor, 4 position, 5 BINx */
+	uint8_t step_mode;		/* 0..8 = full step .. 1/256 */
+	uint8_t temperature_limit;	/* degrees C */
+	uint8_t hardware_major, hardware_minor, firmware_major, firmware_minor;
+	uint8_t reserved;
+	uint16_t full_scale, idle, overheat;	/* currents, raw */
 };
 
 struct pokeys_rtc {
@@ -357,6 +412,13 @@ struct pokeys_state {
 	uint32_t report_count;		/* settings.h: the report has changed when this has */
 	uint32_t reserved4;
 	struct pokeys_phase phase;
+
+	/* What hangs on the pulse engine besides; asked for only where pokeysd.conf or a
+	 * commander has switched it on. */
+	uint64_t t_postep_ns;		/* of the status in postep */
+	int16_t backlash[POKEYS_AXES];	/* pulses that the compensation has added */
+	struct pokeys_threading threading;
+	struct pokeys_postep postep[POKEYS_AXES];
 
 	struct pokeys_link_statistics statistics;
 };

@@ -18,12 +18,6 @@
 static struct world world;
 static unsigned int histogram[SIM_RING_SLOTS + 1];
 
-static int64_t pulses(unsigned int axis)
-{
-	sim_rig_run(&world.rig, world.now);
-	return world.rig.device.engine.axis[axis].pulses;
-}
-
 static bool is_synced(struct world *w)
 {
 	return w->state.engine.state == WIRE_ENGINE_RUNNING && w->state.engine.axis[0].in_position;
@@ -96,7 +90,7 @@ static void settle(unsigned int axes, int32_t to)
 	world_loss(&world, 0);
 	world_run(&world, 2 * SECOND);
 	for (unsigned int i = 0; i < axes; i++) {
-		assert_int_equal(pulses(i), to);
+		assert_int_equal(world_pulses(&world, i), to);
 		assert_int_equal(world.state.engine.axis[i].position, to);
 		assert_int_equal(world.state.engine.axis[i].following_error, 0);
 		assert_true(world.state.engine.axis[i].in_position);
@@ -113,9 +107,9 @@ static void axis_follows_and_ends_exactly(void **state)
 		world_cycle(&world);
 	}
 	world_run(&world, 100 * MS);
-	assert_int_equal(pulses(0), 10000);
-	assert_int_equal(pulses(1), -1500);
-	assert_int_equal(pulses(2), 0);
+	assert_int_equal(world_pulses(&world, 0), 10000);
+	assert_int_equal(world_pulses(&world, 1), -1500);
+	assert_int_equal(world_pulses(&world, 2), 0);
 	assert_int_equal(world.rig.device.bench.machine.axis[0].steps, 10000);
 	assert_int_equal(world.rig.device.engine.ring.underruns, 0);
 	assert_int_equal(world.state.engine.buffer_underruns, 0);
@@ -168,7 +162,7 @@ static void eight_axes_at_125_khz_do_not_run_dry(void **state)
 	       (unsigned long long)world.rig.device.engine.ring.underruns,
 	       world.state.engine.buffer_resyncs);
 	for (unsigned int axis = 0; axis < 8; axis++)
-		assert_int_equal(pulses(axis), axis & 1 ? -(int32_t)at : (int32_t)at);
+		assert_int_equal(world_pulses(&world, axis), axis & 1 ? -(int32_t)at : (int32_t)at);
 	assert_int_equal(world.rig.device.engine.ring.underruns, 0);
 	assert_int_equal(world.rig.device.engine.axis[0].clamped, 0);
 }
@@ -242,13 +236,13 @@ static void machine_off_stops_and_begins_where_it_stands(void **state)
 	}
 	world.command.flags = 0;
 	world_run(&world, 100 * MS);
-	stopped = pulses(0);
+	stopped = world_pulses(&world, 0);
 	world_run(&world, 200 * MS);
-	assert_int_equal(pulses(0), stopped);
+	assert_int_equal(world_pulses(&world, 0), stopped);
 	go(0, (int32_t)stopped);
 	world_machine_on(&world);
 	world_run(&world, 300 * MS);
-	assert_int_equal(pulses(0), stopped);
+	assert_int_equal(world_pulses(&world, 0), stopped);
 }
 
 int main(void)

@@ -40,12 +40,6 @@ static bool is_running(struct world *w)
 	return w->state.engine.state == WIRE_ENGINE_RUNNING && w->state.engine.axis[0].in_position;
 }
 
-static int64_t pulses(unsigned int axis)
-{
-	sim_rig_run(&world.rig, world.now);
-	return world.rig.device.engine.axis[axis].pulses;
-}
-
 static void go(unsigned int axis, int32_t position)
 {
 	world.command.axis[axis] = (struct pokeys_axis_command){
@@ -113,10 +107,11 @@ static void ends_exactly(const struct kind *kind, uint64_t seed)
 	world_run(&world, 4 * SECOND);
 	for (unsigned int i = 0; i < kind->axes; i++) {
 		const struct pokeys_axis *axis = &world.state.engine.axis[i];
+		const int64_t at = world_pulses(&world, i);
 
-		if (pulses(i) != end[i] || axis->position != end[i] || axis->following_error)
+		if (at != end[i] || axis->position != end[i] || axis->following_error)
 			fail_msg("%s, seed %llu: axis %u is at %lld (seen at %d), should be at %d",
-				 kind->name, (unsigned long long)seed, i, (long long)pulses(i),
+				 kind->name, (unsigned long long)seed, i, (long long)at,
 				 axis->position, end[i]);
 		assert_int_equal(world.rig.device.engine.axis[i].clamped, 0);
 	}

@@ -17,23 +17,6 @@
 
 static struct world world;
 
-static const struct pokeys_engine *engine(void)
-{
-	return &world.state.engine;
-}
-
-static int64_t pulses(unsigned int axis)
-{
-	sim_rig_run(&world.rig, world.now);
-	return world.rig.device.engine.axis[axis].pulses;
-}
-
-static uint8_t sim_state(void)
-{
-	sim_rig_run(&world.rig, world.now);
-	return world.rig.device.engine.state;
-}
-
 static void wire_limit(unsigned int axis, int32_t from, int32_t to)
 {
 	const struct sim_switch limit = {
@@ -119,14 +102,14 @@ static void axis_is_homed_and_the_others_stay(void **state)
 	(void)state;
 	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
 	world_until(&world, is_idle, 500 * MS);
-	assert_int_equal(engine()->task, POKEYS_TASK_HOMING);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_DONE);
-	assert_int_equal(engine()->task_axes, 1);
-	assert_int_equal(engine()->task_count, 1);
-	assert_int_equal(engine()->axis[0].homed, 1);
-	assert_int_equal(engine()->axis[1].homed, 0);
-	assert_in_range(pulses(0), 100, 160);
-	assert_int_equal(pulses(1), 0);
+	assert_int_equal(world.state.engine.task, POKEYS_TASK_HOMING);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_DONE);
+	assert_int_equal(world.state.engine.task_axes, 1);
+	assert_int_equal(world.state.engine.task_count, 1);
+	assert_int_equal(world.state.engine.axis[0].homed, 1);
+	assert_int_equal(world.state.engine.axis[1].homed, 0);
+	assert_in_range(world_pulses(&world, 0), 100, 160);
+	assert_int_equal(world_pulses(&world, 1), 0);
 	assert_int_equal(world.event_count[EVENT_TASK], 1);
 }
 
@@ -138,17 +121,17 @@ static void homed_axis_does_not_jump_back(void **state)
 	(void)state;
 	start(1);
 	world_until(&world, is_idle, 2 * SECOND);
-	homed = pulses(0);
+	homed = world_pulses(&world, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(0), homed);
-	assert_int_equal(engine()->axis[0].parked, 1);
-	assert_int_equal(engine()->axis[1].enabled, 1);
+	assert_int_equal(world_pulses(&world, 0), homed);
+	assert_int_equal(world.state.engine.axis[0].parked, 1);
+	assert_int_equal(world.state.engine.axis[1].enabled, 1);
 	world_go(&world, 0, (int32_t)homed, 0);
 	world_run(&world, 20 * MS);
-	assert_int_equal(engine()->axis[0].parked, 0);
+	assert_int_equal(world.state.engine.axis[0].parked, 0);
 	world_go(&world, 0, 2000, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(0), 2000);
+	assert_int_equal(world_pulses(&world, 0), 2000);
 }
 
 static void homed_axis_follows_after_its_enable_was_low(void **state)
@@ -158,12 +141,12 @@ static void homed_axis_follows_after_its_enable_was_low(void **state)
 	world_until(&world, is_idle, 2 * SECOND);
 	world_go(&world, 0, 1000, 0);
 	world_run(&world, 100 * MS);
-	assert_true(pulses(0) < 200);
+	assert_true(world_pulses(&world, 0) < 200);
 	world.command.axis[0].enable = 0;
 	world_run(&world, 3 * MS);
 	world.command.axis[0].enable = 1;
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(0), 1000);
+	assert_int_equal(world_pulses(&world, 0), 1000);
 }
 
 static void group_is_homed_when_all_of_it_is(void **state)
@@ -174,9 +157,9 @@ static void group_is_homed_when_all_of_it_is(void **state)
 	world_go(&world, 2, 3000, 0);
 	world_run(&world, 500 * MS);
 	assert_int_equal(world_do(&world, &shot, 3 * SECOND), POKEYS_OUTCOME_DONE);
-	assert_int_equal(engine()->axis[0].homed, 1);
-	assert_int_equal(engine()->axis[2].homed, 1);
-	assert_int_equal(engine()->axis[1].homed, 0);
+	assert_int_equal(world.state.engine.axis[0].homed, 1);
+	assert_int_equal(world.state.engine.axis[2].homed, 1);
+	assert_int_equal(world.state.engine.axis[1].homed, 0);
 	assert_int_equal(world.sent.pulse[0x21], 1);
 }
 
@@ -186,12 +169,12 @@ static void half_a_group_is_not_homed(void **state)
 	world_go(&world, 2, 5000, 0);
 	world_run(&world, 800 * MS);
 	start(5);
-	while (engine()->axis[0].state != WIRE_AXIS_HOME)
+	while (world.state.engine.axis[0].state != WIRE_AXIS_HOME)
 		world_cycle(&world);
 	assert_int_equal(act(POKEYS_ONE_SHOT_HOME_CANCEL), POKEYS_OUTCOME_DONE);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_CANCELLED);
-	assert_int_equal(engine()->axis[0].homed, 0);
-	assert_int_equal(engine()->axis[2].homed, 0);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_CANCELLED);
+	assert_int_equal(world.state.engine.axis[0].homed, 0);
+	assert_int_equal(world.state.engine.axis[2].homed, 0);
 	assert_int_equal(world_outcome(&world, 0), POKEYS_OUTCOME_FAILED);
 }
 
@@ -210,15 +193,15 @@ static void limit_of_one_stops_the_group(void **state)
 	wire_limit(2, INT32_MIN, -100);
 	start(5);
 	world_until(&world, is_idle, 2 * SECOND);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_TRIPPED);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_TRIPPED);
 	assert_int_equal(world_outcome(&world, 0), POKEYS_OUTCOME_FAILED);
-	assert_int_equal(engine()->axis[0].homed | engine()->axis[2].homed, 0);
-	stopped[0] = pulses(0);
-	stopped[1] = pulses(2);
+	assert_int_equal(world.state.engine.axis[0].homed | world.state.engine.axis[2].homed, 0);
+	stopped[0] = world_pulses(&world, 0);
+	stopped[1] = world_pulses(&world, 2);
 	assert_true(llabs(stopped[0] - stopped[1]) <= 1);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(0), stopped[0]);
-	assert_int_equal(pulses(2), stopped[1]);
+	assert_int_equal(world_pulses(&world, 0), stopped[0]);
+	assert_int_equal(world_pulses(&world, 2), stopped[1]);
 }
 
 /* It stands on its limit switch, beyond home: the override lets it home off there. */
@@ -231,7 +214,7 @@ static void group_is_homed_off_a_limit_switch(void **state)
 	world_run(&world, 50 * MS);
 	wire_limit(2, -300, 300);
 	assert_int_equal(world_do(&world, &shot, 3 * SECOND), POKEYS_OUTCOME_DONE);
-	assert_int_equal(engine()->axis[0].homed & engine()->axis[2].homed, 1);
+	assert_int_equal(world.state.engine.axis[0].homed & world.state.engine.axis[2].homed, 1);
 	world.command.flags &= ~(uint32_t)POKEYS_COMMAND_LIMIT_OVERRIDE;
 	world_run(&world, 500 * MS);
 	assert_int_equal(world.rig.device.engine.override, 0);
@@ -245,8 +228,8 @@ static void commander_may_finish_it(void **state)
 	assert_int_equal(act(POKEYS_ONE_SHOT_HOME_FINISH), POKEYS_OUTCOME_REFUSED);
 	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
 	world_run(&world, 1 * SECOND);
-	assert_int_equal(engine()->task_phase, POKEYS_TASK_COMPLETE);
-	assert_int_equal(engine()->axis[0].state, WIRE_AXIS_HOME);
+	assert_int_equal(world.state.engine.task_phase, POKEYS_TASK_COMPLETE);
+	assert_int_equal(world.state.engine.axis[0].state, WIRE_AXIS_HOME);
 	assert_int_equal(act(POKEYS_ONE_SHOT_HOME_FINISH), POKEYS_OUTCOME_DONE);
 	assert_true(is_idle(&world));
 	assert_int_equal(world.sent.pulse[0x22], 1);
@@ -260,7 +243,7 @@ static void homing_that_nobody_finishes_finishes_itself(void **state)
 	(void)state;
 	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
 	world_until(&world, is_idle, 12 * SECOND);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_DONE);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_DONE);
 }
 
 /* What homing configurations of LinuxCNC do after it. */
@@ -274,7 +257,7 @@ static void position_may_be_set_after_it(void **state)
 	start(1);
 	world_until(&world, is_idle, 2 * SECOND);
 	assert_int_equal(world_do(&world, &set, 500 * MS), POKEYS_OUTCOME_DONE);
-	assert_int_equal(pulses(0), 4000);
+	assert_int_equal(world_pulses(&world, 0), 4000);
 }
 
 static void cancelled_homing_stands(void **state)
@@ -286,10 +269,10 @@ static void cancelled_homing_stands(void **state)
 	world_run(&world, 20 * MS);
 	assert_int_equal(act(POKEYS_ONE_SHOT_HOME_CANCEL), POKEYS_OUTCOME_DONE);
 	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
-	stopped = pulses(0);
+	stopped = world_pulses(&world, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(0), stopped);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_CANCELLED);
+	assert_int_equal(world_pulses(&world, 0), stopped);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_CANCELLED);
 }
 
 static void trip_ends_it_and_is_left_alone(void **state)
@@ -298,10 +281,10 @@ static void trip_ends_it_and_is_left_alone(void **state)
 	start(1);
 	sim_bench_emergency(&world.rig.device, true);
 	world_until(&world, is_idle, 100 * MS);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_TRIPPED);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_TRIPPED);
 	assert_int_equal(world_outcome(&world, 0), POKEYS_OUTCOME_FAILED);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOP_EMERGENCY);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOP_EMERGENCY);
 	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
 }
 
@@ -316,8 +299,8 @@ static void time_limit_ends_it(void **state)
 	sim_machine_rewired(&world.rig.device.bench.machine);
 	world.rig.device.bench.machine.raw_home = 0;
 	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_FAILED);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_TIMED_OUT);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_TIMED_OUT);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
 }
 
 static void link_that_is_lost_ends_it_and_nothing_is_replayed(void **state)
@@ -329,14 +312,14 @@ static void link_that_is_lost_ends_it_and_nothing_is_replayed(void **state)
 	start(1);
 	sim_rig_silence(&world.rig, world.now, 400 * MS);
 	world_until(&world, world_is_lost, 400 * MS);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_LOST);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_LOST);
 	assert_int_equal(world_outcome(&world, 0), POKEYS_OUTCOME_UNKNOWN);
 	world_until(&world, world_is_running, 1 * SECOND);
 	world_run(&world, 300 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
-	stopped = pulses(0);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
+	stopped = world_pulses(&world, 0);
 	world_run(&world, 1 * SECOND);
-	assert_int_equal(pulses(0), stopped);
+	assert_int_equal(world_pulses(&world, 0), stopped);
 }
 
 static void outputs_that_are_enabled_one_by_one_are_on_while_homing(void **state)
@@ -349,7 +332,7 @@ static void outputs_that_are_enabled_one_by_one_are_on_while_homing(void **state
 	start(1);
 	assert_true(sim_axis_powered(&world.rig.device, 0));
 	world_until(&world, is_idle, 2 * SECOND);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_DONE);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_DONE);
 	world_run(&world, 50 * MS);
 	assert_false(sim_axis_powered(&world.rig.device, 0));
 }

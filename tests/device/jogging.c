@@ -15,23 +15,6 @@ enum { WHEEL = 5, PULSES = 10 };	/* of one count */
 
 static struct world world;
 
-static const struct pokeys_engine *engine(void)
-{
-	return &world.state.engine;
-}
-
-static int64_t pulses(unsigned int axis)
-{
-	sim_rig_run(&world.rig, world.now);
-	return world.rig.device.engine.axis[axis].pulses;
-}
-
-static uint8_t sim_state(void)
-{
-	sim_rig_run(&world.rig, world.now);
-	return world.rig.device.engine.state;
-}
-
 static bool is_idle(struct world *w)
 {
 	return w->state.engine.task_phase == POKEYS_TASK_IDLE;
@@ -95,21 +78,21 @@ static void axes_follow_their_wheel(void **state)
 {
 	(void)state;
 	turn(50);
-	assert_int_equal(pulses(0), 0);
+	assert_int_equal(world_pulses(&world, 0), 0);
 	jog();
-	assert_int_equal(engine()->task, POKEYS_TASK_JOGGING);
-	assert_int_equal(engine()->task_axes, 5);
+	assert_int_equal(world.state.engine.task, POKEYS_TASK_JOGGING);
+	assert_int_equal(world.state.engine.task_axes, 5);
 	turn(30);
-	assert_int_equal(pulses(0), 30 * PULSES);
-	assert_int_equal(pulses(2), -30 * PULSES);
-	assert_int_equal(pulses(1), 0);
+	assert_int_equal(world_pulses(&world, 0), 30 * PULSES);
+	assert_int_equal(world_pulses(&world, 2), -30 * PULSES);
+	assert_int_equal(world_pulses(&world, 1), 0);
 	turn(-70);
-	assert_int_equal(pulses(0), -40 * PULSES);
+	assert_int_equal(world_pulses(&world, 0), -40 * PULSES);
 	assert_int_equal(end(), POKEYS_OUTCOME_DONE);
-	assert_int_equal(engine()->task_result, POKEYS_TASK_DONE);
+	assert_int_equal(world.state.engine.task_result, POKEYS_TASK_DONE);
 	assert_int_equal(world_outcome(&world, 0), POKEYS_OUTCOME_DONE);
 	turn(50);
-	assert_int_equal(pulses(0), -40 * PULSES);
+	assert_int_equal(world_pulses(&world, 0), -40 * PULSES);
 }
 
 static void jogged_axis_does_not_jump_back(void **state)
@@ -119,16 +102,16 @@ static void jogged_axis_does_not_jump_back(void **state)
 	turn(30);
 	assert_int_equal(end(), POKEYS_OUTCOME_DONE);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(0), 30 * PULSES);
-	assert_int_equal(engine()->axis[0].parked, 1);
+	assert_int_equal(world_pulses(&world, 0), 30 * PULSES);
+	assert_int_equal(world.state.engine.axis[0].parked, 1);
 	world_go(&world, 1, 700, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(1), 700);
+	assert_int_equal(world_pulses(&world, 1), 700);
 	world_go(&world, 0, 30 * PULSES, 0);
 	world_run(&world, 20 * MS);
 	world_go(&world, 0, 0, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(0), 0);
+	assert_int_equal(world_pulses(&world, 0), 0);
 }
 
 /* From each of these nothing moves any more, whatever the wheel does. */
@@ -137,11 +120,11 @@ static void stands(uint8_t result)
 	int64_t stopped;
 
 	world_until(&world, is_idle, 1 * SECOND);
-	assert_int_equal(engine()->task_result, result);
+	assert_int_equal(world.state.engine.task_result, result);
 	world_run(&world, 100 * MS);
-	stopped = pulses(0);
+	stopped = world_pulses(&world, 0);
 	turn(40);
-	assert_int_equal(pulses(0), stopped);
+	assert_int_equal(world_pulses(&world, 0), stopped);
 }
 
 static void machine_off_ends_it(void **state)
@@ -151,7 +134,7 @@ static void machine_off_ends_it(void **state)
 	turn(20);
 	world.command.flags = 0;
 	stands(POKEYS_TASK_CANCELLED);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
 }
 
 static void lost_commander_ends_it(void **state)
@@ -161,7 +144,7 @@ static void lost_commander_ends_it(void **state)
 	turn(20);
 	world.commanding = false;
 	stands(POKEYS_TASK_CANCELLED);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
 }
 
 static void emergency_ends_it(void **state)
@@ -171,7 +154,7 @@ static void emergency_ends_it(void **state)
 	turn(20);
 	sim_bench_emergency(&world.rig.device, true);
 	stands(POKEYS_TASK_TRIPPED);
-	assert_int_equal(sim_state(), SIM_PE_STOP_EMERGENCY);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOP_EMERGENCY);
 }
 
 static void time_limit_ends_it(void **state)
@@ -217,10 +200,10 @@ static void lost_packets_do_not_matter(void **state)
 	for (int i = 1; i <= 20; i++) {
 		jog();
 		turn(10);
-		assert_int_equal(pulses(0), 10 * i * PULSES);
+		assert_int_equal(world_pulses(&world, 0), 10 * i * PULSES);
 		assert_int_equal(end(), POKEYS_OUTCOME_DONE);
 		turn(5);
-		assert_int_equal(pulses(0), 10 * i * PULSES);
+		assert_int_equal(world_pulses(&world, 0), 10 * i * PULSES);
 	}
 }
 

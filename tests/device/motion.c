@@ -16,18 +16,6 @@
 
 static struct world world;
 
-static int32_t sim_position(unsigned int axis)
-{
-	sim_rig_run(&world.rig, world.now);
-	return (int32_t)world.rig.device.engine.axis[axis].pulses;
-}
-
-static uint8_t sim_state(void)
-{
-	sim_rig_run(&world.rig, world.now);
-	return world.rig.device.engine.state;
-}
-
 static int begin(void **state)
 {
 	(void)state;
@@ -73,12 +61,12 @@ static void axis_goes_where_it_is_told(void **state)
 	assert_int_equal(world.state.engine.axis[0].reference, 3000);
 	assert_false(world.state.engine.axis[0].in_position);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), 3000);
+	assert_int_equal(world_pulses(&world, 0), 3000);
 	assert_int_equal(world.state.engine.axis[0].position, 3000);
 	assert_true(world.state.engine.axis[0].in_position);
 	world_go(&world, 0, -200, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), -200);
+	assert_int_equal(world_pulses(&world, 0), -200);
 }
 
 static void reference_that_changes_each_cycle_is_followed(void **state)
@@ -90,7 +78,7 @@ static void reference_that_changes_each_cycle_is_followed(void **state)
 		assert_true(world.state.engine.axis[0].reference >= i * 8 - 8);
 		assert_true(world.state.engine.axis[0].reference <= i * 8);
 		if (i > 300)
-			assert_in_range(i * 8 - sim_position(0), 0, 100);
+			assert_in_range(i * 8 - world_pulses(&world, 0), 0, 100);
 	}
 	/* and the slow groups had their turn all the same */
 	assert_true(world.sent.operation[0xCF] > 10);
@@ -141,11 +129,11 @@ static void old_firmware_is_driven_by_the_old_command(void **state)
 	world.sent.pulse[0x25] = 0;
 	world_go(&world, 0, 1000, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), 1000);
+	assert_int_equal(world_pulses(&world, 0), 1000);
 	assert_int_equal(world.sent.pulse[0x25], 0);
 	assert_true(world.sent.pulse[0x20] > 0);
 	/* axes that we do not drive stay where they are, although 0x20 has no mask */
-	assert_int_equal(sim_position(1), 0);
+	assert_int_equal(world_pulses(&world, 1), 0);
 }
 
 static void axis_not_driven_holds_its_place_under_the_old_command(void **state)
@@ -153,13 +141,13 @@ static void axis_not_driven_holds_its_place_under_the_old_command(void **state)
 	(void)state;
 	world_go(&world, 1, 700, 0);
 	world_run(&world, 300 * MS);
-	assert_int_equal(sim_position(1), 700);
+	assert_int_equal(world_pulses(&world, 1), 700);
 	world.command.axis[1].enable = 0;
 	world.command.axis[1].position = 0;
 	world_go(&world, 0, 1000, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), 1000);
-	assert_int_equal(sim_position(1), 700);
+	assert_int_equal(world_pulses(&world, 0), 1000);
+	assert_int_equal(world_pulses(&world, 1), 700);
 }
 
 static void nothing_moves_before_the_edge(void **state)
@@ -167,8 +155,8 @@ static void nothing_moves_before_the_edge(void **state)
 	(void)state;
 	world_go(&world, 0, 5000, 0);
 	world_run(&world, 200 * MS);
-	assert_int_equal(sim_position(0), 0);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world_pulses(&world, 0), 0);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
 	assert_int_equal(world.sent.pulse[0x25], 0);
 }
 
@@ -182,34 +170,34 @@ static void machine_on_from_the_beginning_is_no_edge(void **state)
 	world_run(&world, 200 * MS);
 	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
 	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
-	assert_int_equal(sim_position(0), 0);
+	assert_int_equal(world_pulses(&world, 0), 0);
 	world_machine_on(&world);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), 5000);
+	assert_int_equal(world_pulses(&world, 0), 5000);
 }
 
 static void machine_off_stops_and_holds(void **state)
 {
-	int32_t stopped;
+	int64_t stopped;
 
 	(void)state;
 	world_go(&world, 0, 100000, 0);
 	world_run(&world, 500 * MS);
 	world.command.flags = 0;
 	world_run(&world, 300 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
-	stopped = sim_position(0);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
+	stopped = world_pulses(&world, 0);
 	assert_in_range(stopped, 1000, 90000);
 	/* on again: from here, not to where it was going before */
-	world_go(&world, 0, stopped, 0);
+	world_go(&world, 0, (int32_t)stopped, 0);
 	world_machine_on(&world);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), stopped);
+	assert_int_equal(world_pulses(&world, 0), stopped);
 }
 
 static void no_motion_is_replayed_after_a_reconnect(void **state)
 {
-	int32_t stopped;
+	int64_t stopped;
 
 	(void)state;
 	world_go(&world, 0, 100000, 0);
@@ -218,31 +206,31 @@ static void no_motion_is_replayed_after_a_reconnect(void **state)
 	world_until(&world, world_is_lost, 400 * MS);
 	world_until(&world, world_is_running, 1 * SECOND);
 	world_run(&world, 300 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
-	stopped = sim_position(0);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
+	stopped = world_pulses(&world, 0);
 	assert_in_range(stopped, 1000, 99000);
 	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
 	world_run(&world, 2 * SECOND);
-	assert_int_equal(sim_position(0), stopped);
+	assert_int_equal(world_pulses(&world, 0), stopped);
 	world_machine_on(&world);
 	world_run(&world, 8 * SECOND);
-	assert_int_equal(sim_position(0), 100000);
+	assert_int_equal(world_pulses(&world, 0), 100000);
 }
 
 static void dead_commander_stops_the_axes(void **state)
 {
-	int32_t stopped;
+	int64_t stopped;
 
 	(void)state;
 	world_go(&world, 0, 100000, 0);
 	world_run(&world, 200 * MS);
 	world.commanding = false;
 	world_until(&world, world_is_safe, 400 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
-	stopped = sim_position(0);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
+	stopped = world_pulses(&world, 0);
 	world.commanding = true;
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), stopped);
+	assert_int_equal(world_pulses(&world, 0), stopped);
 	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
 }
 
@@ -253,7 +241,7 @@ static void new_commander_needs_an_edge_of_its_own(void **state)
 	world_run(&world, 200 * MS);
 	world.command.session = 6;
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
 	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
 }
 
@@ -267,8 +255,8 @@ static void reboot_within_a_short_silence_does_not_restart_motion(void **state)
 	world_run(&world, 200 * MS);
 	sim_rig_reboot(&world.rig, world.now, false);
 	world_run(&world, 3 * SECOND);
-	assert_int_equal(sim_position(0), 0);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world_pulses(&world, 0), 0);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
 	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
 	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
 }
@@ -283,16 +271,16 @@ static enum pokeys_outcome clear_fault(void)
 /* Where the references have gone meanwhile nobody followed. */
 static void stall_of_the_daemon_takes_the_permission(void **state)
 {
-	int32_t stopped;
+	int64_t stopped;
 
 	(void)state;
 	world_go(&world, 0, 100, 0);
 	world_run(&world, 300 * MS);
-	stopped = sim_position(0);
+	stopped = world_pulses(&world, 0);
 	world_stall(&world, 1 * SECOND);
 	world_go(&world, 0, 50000, 0);
 	world_run(&world, 2 * SECOND);
-	assert_int_equal(sim_position(0), stopped);
+	assert_int_equal(world_pulses(&world, 0), stopped);
 	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
 }
 
@@ -314,14 +302,14 @@ static void emergency_is_left_alone_until_it_is_cleared(void **state)
 	world_run(&world, 50 * MS);
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOP_EMERGENCY);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOP_EMERGENCY);
 	assert_int_equal(world.sent.pulse[0x02], 0);
 	assert_int_equal(clear_fault(), POKEYS_OUTCOME_DONE);
 	world_run(&world, 100 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
 	world_machine_on(&world);
 	world_run(&world, 8 * SECOND);
-	assert_int_equal(sim_position(0), 100000);
+	assert_int_equal(world_pulses(&world, 0), 100000);
 }
 
 /* Pressed while the engine stood: it trips only when it is to run. */
@@ -333,12 +321,12 @@ static void start_refused_by_the_emergency_needs_another_edge(void **state)
 	world_run(&world, 50 * MS);
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
 	world_run(&world, 200 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOP_EMERGENCY);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOP_EMERGENCY);
 	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
 	sim_bench_emergency(&world.rig.device, false);
 	assert_int_equal(clear_fault(), POKEYS_OUTCOME_DONE);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
 	world_machine_on(&world);
 }
 
@@ -360,7 +348,7 @@ static void engine_stopped_by_somebody_else_needs_an_edge(void **state)
 	wire_finish(packet, 200);
 	inject(packet);
 	world_run(&world, 1 * SECOND);
-	assert_int_equal(sim_state(), SIM_PE_STOPPED);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
 	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
 }
 
@@ -385,7 +373,7 @@ static void reference_that_was_overtaken_is_corrected(void **state)
 	world_run(&world, 300 * MS);
 	inject(reference);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), 1500);
+	assert_int_equal(world_pulses(&world, 0), 1500);
 	assert_true(world.rig.device.bench.machine.axis[0].steps > 1500);
 }
 
@@ -396,12 +384,12 @@ static void dead_commander_does_not_clear_a_trip(void **state)
 	world_run(&world, 20 * MS);
 	world.commanding = false;
 	world_until(&world, world_is_safe, 400 * MS);
-	assert_int_equal(sim_state(), SIM_PE_STOP_EMERGENCY);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOP_EMERGENCY);
 }
 
 static void disabled_axis_stops_while_the_others_go_on(void **state)
 {
-	int32_t held;
+	int64_t held;
 
 	(void)state;
 	world_go(&world, 0, 50000, 0);
@@ -409,16 +397,16 @@ static void disabled_axis_stops_while_the_others_go_on(void **state)
 	world_run(&world, 200 * MS);
 	world.command.axis[1].enable = 0;
 	world_run(&world, 300 * MS);
-	held = sim_position(1);
+	held = world_pulses(&world, 1);
 	assert_in_range(held, 1000, 20000);
 	world_run(&world, 8 * SECOND);
-	assert_int_equal(sim_position(1), held);
-	assert_int_equal(sim_position(0), 50000);
+	assert_int_equal(world_pulses(&world, 1), held);
+	assert_int_equal(world_pulses(&world, 0), 50000);
 	assert_int_equal(world.state.engine.axis[1].enabled, 0);
 	assert_int_equal(world.state.engine.axis[0].enabled, 1);
 	world_go(&world, 1, 50000, 0);
 	world_run(&world, 8 * SECOND);
-	assert_int_equal(sim_position(1), 50000);
+	assert_int_equal(world_pulses(&world, 1), 50000);
 }
 
 static void axis_that_is_not_set_up_is_refused(void **state)
@@ -429,7 +417,7 @@ static void axis_that_is_not_set_up_is_refused(void **state)
 	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_AXIS_SETUP);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, 4);
-	assert_int_equal(sim_position(4), 0);
+	assert_int_equal(world_pulses(&world, 4), 0);
 }
 
 static void mode_the_axis_is_not_set_up_for_is_refused(void **state)
@@ -440,7 +428,7 @@ static void mode_the_axis_is_not_set_up_for_is_refused(void **state)
 		world.command.axis[0].mode = mode;
 		world_run(&world, 50 * MS);
 		assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
-		assert_int_equal(sim_position(0), 0);
+		assert_int_equal(world_pulses(&world, 0), 0);
 	}
 }
 
@@ -451,10 +439,10 @@ static void bad_value_leaves_the_last_good_one(void **state)
 	world_run(&world, 2 * MS);
 	world_go(&world, 0, 5000, NAN);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), 1000);
+	assert_int_equal(world_pulses(&world, 0), 1000);
 	world_go(&world, 0, 1 << 25, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), 1000);
+	assert_int_equal(world_pulses(&world, 0), 1000);
 	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
 }
 
@@ -468,10 +456,10 @@ static void bad_value_at_the_edge_moves_nothing(void **state)
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
 	world_run(&world, 500 * MS);
 	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
-	assert_int_equal(sim_position(0), 0);
+	assert_int_equal(world_pulses(&world, 0), 0);
 	world_go(&world, 0, 20, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(sim_position(0), 20);
+	assert_int_equal(world_pulses(&world, 0), 20);
 }
 
 static void first_reference_is_that_of_the_edge(void **state)
@@ -496,7 +484,7 @@ static void limit_override_reaches_the_device(void **state)
 	assert_int_equal(world.rig.device.engine.override, 0);
 	world_go(&world, 0, 500, 0);
 	world_run(&world, 300 * MS);
-	assert_int_equal(sim_position(0), 500);
+	assert_int_equal(world_pulses(&world, 0), 500);
 }
 
 /* Whatever is lost, late, doubled or overtaken: at the end it stands where it was told. */
@@ -525,7 +513,7 @@ static void position_is_exact_at_the_end_whatever_the_network_does(void **state)
 		if (!(world.state.flags & POKEYS_STATE_MACHINE_ON))
 			continue;	/* lost on the way: then it must not go on by itself */
 		world_run(&world, 500 * MS);
-		assert_int_equal(sim_position(0), 1234);
+		assert_int_equal(world_pulses(&world, 0), 1234);
 		assert_true(world.state.engine.axis[0].in_position);
 	}
 }

@@ -30,12 +30,6 @@ static double speed(unsigned int axis)
 	return world.rig.device.engine.axis[axis].planner.speed * 1e3;
 }
 
-static int64_t pulses(unsigned int axis)
-{
-	sim_rig_run(&world.rig, world.now);
-	return world.rig.device.engine.axis[axis].pulses;
-}
-
 /* Axis 0 by speed, 1 and 2 by position, 1 with soft limits. */
 static int begin(void **state)
 {
@@ -91,8 +85,8 @@ static void axes_in_position_mode_are_driven_beside_it(void **state)
 	run_at(0, 3000);
 	world_go(&world, 1, 800, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(1), 800);
-	assert_int_equal(pulses(2), 0);
+	assert_int_equal(world_pulses(&world, 1), 800);
+	assert_int_equal(world_pulses(&world, 2), 0);
 	assert_true(fabs(speed(0) - 3000) < 1);
 }
 
@@ -149,12 +143,12 @@ static void refusals_say_which_axis_and_why(void **state)
 	refused(COMMAND_FAULT_AXIS_SOFT_LIMIT, 1);
 	world_go(&world, 1, -1001, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(1), 0);
+	assert_int_equal(world_pulses(&world, 1), 0);
 	world_go(&world, 1, 1000, 0);
 	run_at(2, 0);
 	refused(COMMAND_FAULT_AXIS_SETUP, 2);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(1), 1000);
+	assert_int_equal(world_pulses(&world, 1), 1000);
 }
 
 /* Set down outside (it was homed there, say), it may come back but not go on. */
@@ -175,7 +169,7 @@ static void axis_outside_its_soft_limits_may_come_back(void **state)
 	refused(COMMAND_FAULT_AXIS_SOFT_LIMIT, 1);
 	world_go(&world, 1, 900, 0);
 	world_run(&world, 500 * MS);
-	assert_int_equal(pulses(1), 900);
+	assert_int_equal(world_pulses(&world, 1), 900);
 }
 
 static uint8_t old[64];

@@ -381,6 +381,18 @@ uint32_t world_one_shot(struct world *world, const struct pokeys_one_shot *shot)
 	return id;
 }
 
+int64_t world_pulses(struct world *world, unsigned int axis)
+{
+	sim_rig_run(&world->rig, world->now);
+	return world->rig.device.engine.axis[axis].pulses;
+}
+
+uint8_t world_engine_state(struct world *world)
+{
+	sim_rig_run(&world->rig, world->now);
+	return world->rig.device.engine.state;
+}
+
 enum pokeys_outcome world_outcome(const struct world *world, uint32_t id)
 {
 	const struct pokeys_one_shot_result *result =

@@ -93,6 +93,10 @@ void world_output(struct world *world, unsigned int pin, bool value);
 /* What the simulated device has latched. */
 bool world_latch(struct world *world, unsigned int pin);
 
+/* Where the simulated device has an axis, in pulses, and its pulse engine's state, now. */
+int64_t world_pulses(struct world *world, unsigned int axis);
+uint8_t world_engine_state(struct world *world);
+
 /* Queues a one-shot; returns its id. */
 uint32_t world_one_shot(struct world *world, const struct pokeys_one_shot *shot);
 /* ... and runs until its outcome is there. */

@@ -39,17 +39,6 @@ static void work(uint32_t id)
 	rig_period(&rig);
 }
 
-static void end(uint32_t id, enum pokeys_outcome outcome, enum pokeys_task_result result)
-{
-	rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
-		.id = id, .operation = POKEYS_ONE_SHOT_HOME, .outcome = (uint8_t)outcome,
-	};
-	rig.daemon.one_shot_ack = id + 1;
-	rig.daemon.engine.task_result = (uint8_t)result;
-	rig.daemon.engine.task_phase = POKEYS_TASK_IDLE;
-	rig_periods(&rig, 2);
-}
-
 static unsigned int homing(void)
 {
 	unsigned int joints = 0;
@@ -75,7 +64,7 @@ static void a_press_homes_one_joint(void **state)
 	assert_int_equal(homing(), 1u << 2);
 	assert_true(values->homing.active);
 	assert_int_equal(values->homing.phase, POKEYS_TASK_WORKING);
-	end(0, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
+	rig_end(&rig, 0, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
 	assert_int_equal(homing(), 0);
 	assert_false(values->homing.active);
 	assert_int_equal(values->homing.error, 0);
@@ -96,13 +85,13 @@ static void joints_wait_for_each_other(void **state)
 	};
 	rig_periods(&rig, 3);
 	assert_int_equal(command->one_shot_head, 1);
-	end(0, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
+	rig_end(&rig, 0, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
 	assert_int_equal(command->one_shot[1].mask, 0x04);
 	work(1);
-	end(1, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
+	rig_end(&rig, 1, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
 	assert_int_equal(command->one_shot[2].mask, 0x10);
 	work(2);
-	end(2, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
+	rig_end(&rig, 2, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
 	assert_int_equal(command->one_shot_head, 3);
 	assert_int_equal(homing(), 0);
 }
@@ -115,11 +104,11 @@ static void a_group_is_one_request_whichever_was_pressed(void **state)
 	press(1u << 3);
 	assert_int_equal(command->one_shot[0].mask, 0x0a);
 	work(0);
-	end(0, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
+	rig_end(&rig, 0, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
 	press(0x0a);
 	assert_int_equal(command->one_shot[1].mask, 0x0a);
 	work(1);
-	end(1, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
+	rig_end(&rig, 1, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
 	assert_int_equal(command->one_shot_head, 2);
 }
 
@@ -128,7 +117,7 @@ static void a_failure_ends_it_for_those_that_wait(void **state)
 	(void)state;
 	press(0x03);
 	work(0);
-	end(0, POKEYS_OUTCOME_FAILED, POKEYS_TASK_TRIPPED);
+	rig_end(&rig, 0, POKEYS_OUTCOME_FAILED, POKEYS_TASK_TRIPPED);
 	rig_periods(&rig, 5);
 	assert_int_equal(command->one_shot_head, 1);
 	assert_int_equal(homing(), 0);
@@ -142,10 +131,10 @@ static void a_refusal_is_shown(void **state)
 {
 	(void)state;
 	press(0x01);
-	end(0, POKEYS_OUTCOME_REFUSED, POKEYS_TASK_RESULT_NONE);
+	rig_end(&rig, 0, POKEYS_OUTCOME_REFUSED, POKEYS_TASK_RESULT_NONE);
 	assert_int_equal(values->homing.error, 8);
 	press(0x01);
-	end(1, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
+	rig_end(&rig, 1, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
 	assert_int_equal(values->homing.error, 0);
 }
 
@@ -158,8 +147,8 @@ static void cancel_is_one_request_and_nobody_waits_any_more(void **state)
 	rig_periods(&rig, 3);
 	assert_int_equal(command->one_shot_head, 2);
 	assert_int_equal(command->one_shot[1].operation, POKEYS_ONE_SHOT_HOME_CANCEL);
-	end(0, POKEYS_OUTCOME_FAILED, POKEYS_TASK_CANCELLED);
-	end(1, POKEYS_OUTCOME_DONE, POKEYS_TASK_CANCELLED);
+	rig_end(&rig, 0, POKEYS_OUTCOME_FAILED, POKEYS_TASK_CANCELLED);
+	rig_end(&rig, 1, POKEYS_OUTCOME_DONE, POKEYS_TASK_CANCELLED);
 	rig_periods(&rig, 5);
 	assert_int_equal(command->one_shot_head, 2);
 	assert_int_equal(homing(), 0);

@@ -29,17 +29,6 @@ static void press(bool *pin)
 	rig_period(&rig);
 }
 
-static void end(uint32_t id, enum pokeys_outcome outcome, enum pokeys_task_result result)
-{
-	rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
-		.id = id, .operation = POKEYS_ONE_SHOT_PROBE, .outcome = (uint8_t)outcome,
-	};
-	rig.daemon.one_shot_ack = id + 1;
-	rig.daemon.engine.task_result = (uint8_t)result;
-	rig.daemon.engine.task_phase = POKEYS_TASK_IDLE;
-	rig_periods(&rig, 2);
-}
-
 static void the_device_moves_and_latches(void **state)
 {
 	const struct pokeys_one_shot *shot = &command->one_shot[0];
@@ -65,7 +54,7 @@ static void the_device_moves_and_latches(void **state)
 	assert_true(shot->parameter[0] == 20 && shot->parameter[1] == 0.25f);
 	assert_true(probe->active && !probe->done);
 	rig.daemon.engine.axis[2].probe = -3000;
-	end(0, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
+	rig_end(&rig, 0, POKEYS_OUTCOME_DONE, POKEYS_TASK_DONE);
 	assert_true(probe->done && !probe->active);
 	assert_int_equal(probe->error, 0);
 	assert_true(values->joint[2].probe_pos == -15);
@@ -93,12 +82,12 @@ static void touching_nothing_is_an_error_of_its_own(void **state)
 	(void)state;
 	probe->axes = 1;
 	press(&probe->start);
-	end(0, POKEYS_OUTCOME_FAILED, POKEYS_TASK_NOT_FOUND);
+	rig_end(&rig, 0, POKEYS_OUTCOME_FAILED, POKEYS_TASK_NOT_FOUND);
 	assert_int_equal(probe->error, POKEYS_TASK_NOT_FOUND);
 	assert_false(probe->done);
 	press(&probe->start);
 	assert_int_equal(probe->error, 0);
-	end(1, POKEYS_OUTCOME_REFUSED, POKEYS_TASK_RESULT_NONE);
+	rig_end(&rig, 1, POKEYS_OUTCOME_REFUSED, POKEYS_TASK_RESULT_NONE);
 	assert_int_equal(probe->error, 8);
 }
 

@@ -88,4 +88,18 @@ static inline void rig_periods(struct rig *rig, unsigned int count)
 		rig_period(rig);
 }
 
+/* The daemon says how a one-shot ended, and the task that it began is over. */
+static inline void rig_end(struct rig *rig, uint32_t id, enum pokeys_outcome outcome,
+			   enum pokeys_task_result result)
+{
+	rig->daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
+		.id = id, .outcome = (uint8_t)outcome,
+		.operation = rig->exchange.command.one_shot[id % POKEYS_ONE_SHOTS].operation,
+	};
+	rig->daemon.one_shot_ack = id + 1;
+	rig->daemon.engine.task_result = (uint8_t)result;
+	rig->daemon.engine.task_phase = POKEYS_TASK_IDLE;
+	rig_periods(rig, 2);
+}
+
 #endif

@@ -68,6 +68,24 @@ static const struct member engine_members[] = {
 };
 #undef OF
 
+#define OF struct pokeys_threading
+static const struct member threading_members[] = {
+	M(preparing), M(prepared), M(waiting), M(active), M(ignore_axes), M(refused), M(behind),
+	M(velocity), M(position_error), M(spindle_rpm), M(index_count),
+	END
+};
+#undef OF
+
+#define OF struct pokeys_postep
+static const struct member postep_members[] = {
+	M(t_update_ns), M(update_count), M(supply), M(temperature), M(inputs), M(state), M(faults),
+	M(updates), M(mode), M(step_mode), M(temperature_limit), M(hardware_major),
+	M(hardware_minor), M(firmware_major), M(firmware_minor), M(reserved), M(full_scale),
+	M(idle), M(overheat),
+	END
+};
+#undef OF
+
 #define OF struct pokeys_rtc
 static const struct member rtc_members[] = {
 	M(year), M(month), M(day), M(hour), M(minute), M(second), M(day_of_week), M(day_of_year),
@@ -125,7 +143,8 @@ static const struct member state_members[] = {
 	M(slow_millihertz), NESTED(rtc, rtc_members), M(one_shot_session),
 	M(one_shot_ack), NESTED(one_shot, one_shot_result_members), M(command_heartbeat),
 	M(command_t_ns), M(config_generation), M(config_state), M(reserved3),
-	M(report_count), M(reserved4), NESTED(phase, phase_members),
+	M(report_count), M(reserved4), NESTED(phase, phase_members), M(t_postep_ns), M(backlash),
+	NESTED(threading, threading_members), NESTED(postep, postep_members),
 	NESTED(statistics, link_statistics_members),
 	END
 };
@@ -189,8 +208,9 @@ static const struct member axis_settings_members[] = {
 	M(pin_limit_plus), M(pin_home), M(pin_enable), M(invert_enable), M(filter_limit_minus),
 	M(filter_limit_plus), M(filter_home), M(filter_probe), M(homing_algorithm),
 	M(homing_speed), M(homing_return), M(mpg_encoder), M(signals), M(mpg_multiplier),
-	M(mpg_divider), M(reserved), M(soft_minimum), M(soft_maximum), M(back_off),
-	M(max_speed), M(max_acceleration), M(max_deceleration), M(reserved2),
+	M(mpg_divider), M(backlash_half), M(soft_minimum), M(soft_maximum), M(back_off),
+	M(max_speed), M(max_acceleration), M(max_deceleration), M(backlash_acceleration),
+	M(postep_type), M(postep_address), M(postep_step), M(postep_temperature), M(reserved),
 	END
 };
 #undef OF
@@ -211,7 +231,11 @@ static const struct member settings_members[] = {
 	M(poextbus_connector), M(poextbus_no_crc), M(failsafe_timeout), M(failsafe_peripherals),
 	M(failsafe_outputs), M(failsafe_poextbus), M(failsafe_pwm), M(matrix_enable),
 	M(matrix_rows), M(matrix_columns), M(matrix_row_pin), M(matrix_column_pin), M(reserved),
-	M(analog_filter), M(name), NESTED(axis, axis_settings_members),
+	M(analog_filter), M(name), M(backlash_enable), M(backlash_speed), M(postep_enable),
+	M(sync_pwm_enable), M(sync_pwm_axis), M(sync_pwm_channel), M(sync_out_enable),
+	M(sync_out_axis), M(sync_out_pin), M(threading_mode), M(threading_ignore),
+	M(threading_ticks), M(threading_rpm), M(threading_speed_gain), M(threading_position_gain),
+	M(reserved2), NESTED(axis, axis_settings_members),
 	END
 };
 #undef OF

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-/* Buffered motion: what a fill takes, what the ring makes of it, threading. */
+/* Buffered motion: what a fill takes, what the ring makes of it. */
 #include "tests/sim/talk.h"
 
 #include "sim/bench.h"
@@ -285,30 +285,6 @@ static void pwm_and_outputs_follow_a_slot(void **state)
 	assert_int_equal(t.dev.engine.outputs, 0x08);
 }
 
-static void threading_waits_for_the_spindles_index(void **state)
-{
-	(void)state;
-	start(SIM_AC_ENABLED);
-	talk_set_state(&t, SIM_PE_RUNNING);
-	fill(5, 1);
-	talk_ask(&t, 0x85, 0x30, 0);
-	assert_int_equal(talk_ask(&t, 0x85, 0x35, 0)[8], 1);
-	talk_wait(&t, 10);
-	assert_int_equal(talk_ask(&t, 0x85, 0x35, 0)[9], 1);
-	fill(18, 1);
-	talk_ask(&t, 0x85, 0x32, 0);
-	talk_wait(&t, 30);
-	assert_int_equal(talk_ask(&t, 0x85, 0x35, 0)[10], 1);
-	assert_int_equal(talk_position(&t, 0), 5);
-	sim_encoder_index(&t.dev, SIM_ULTRA_FAST);
-	assert_int_equal(talk_ask(&t, 0x85, 0x35, 0)[11], 1);
-	talk_wait(&t, 30);
-	assert_int_equal(talk_position(&t, 0), 23);
-	talk_ask(&t, 0x85, 0x33, 0);
-	talk_ask(&t, 0x85, 0x35, 0);
-	assert_int_equal(t.rp[8] | t.rp[9] | t.rp[10] | t.rp[11], 0);
-}
-
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -327,7 +303,6 @@ int main(void)
 		cmocka_unit_test(running_dry_stands_still_and_is_counted),
 		cmocka_unit_test(clearing_and_stopping_empty_the_ring),
 		cmocka_unit_test(pwm_and_outputs_follow_a_slot),
-		cmocka_unit_test(threading_waits_for_the_spindles_index),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

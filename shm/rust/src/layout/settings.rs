@@ -33,14 +33,19 @@ layout! {
         signals: u8,
         mpg_multiplier: i16,
         mpg_divider: u16,
-        reserved: [u8; 2],
+        backlash_half: u16,
         soft_minimum: i32,
         soft_maximum: i32,
         back_off: i32,
         max_speed: f32,
         max_acceleration: f32,
         max_deceleration: f32,
-        reserved2: u32,
+        backlash_acceleration: u8,
+        postep_type: u8,
+        postep_address: u8,
+        postep_step: u8,
+        postep_temperature: u8,
+        reserved: [u8; 7],
     }
 }
 
@@ -88,6 +93,22 @@ layout! {
         reserved: [u8; 7],
         analog_filter: u32,
         name: [u8; 24],
+        backlash_enable: u8,
+        backlash_speed: u8,
+        postep_enable: u8,
+        sync_pwm_enable: u8,
+        sync_pwm_axis: u8,
+        sync_pwm_channel: u8,
+        sync_out_enable: u8,
+        sync_out_axis: u8,
+        sync_out_pin: [u8; 8],
+        threading_mode: u8,
+        threading_ignore: u8,
+        threading_ticks: u16,
+        threading_rpm: u16,
+        threading_speed_gain: u16,
+        threading_position_gain: u16,
+        reserved2: [u8; 6],
         axis: [PokeysAxisSettings; AXES],
     }
 }
@@ -126,11 +147,11 @@ layout! {
 }
 
 published! {
-    PokeysWish, "wish", magic 0x4857_4b50, version 1, size 848,
-    hash 0x881cbf8ce09757b0, hash_function iox_wish_hash
+    PokeysWish, "wish", magic 0x4857_4b50, version 2, size 944,
+    hash 0x90bba2dde6674bea, hash_function iox_wish_hash
 }
 
 published! {
-    PokeysReport, "report", magic 0x5052_4b50, version 1, size 1696,
-    hash 0xa5ed3e1bcd504b9a, hash_function iox_report_hash
+    PokeysReport, "report", magic 0x5052_4b50, version 2, size 1888,
+    hash 0x27bb31d594bd80c8, hash_function iox_report_hash
 }

@@ -9,7 +9,7 @@ const PWM: usize = 6;
 const AXES: usize = 8;
 const PONET: usize = 16;
 const MATRIX_BYTES: usize = 16;
-const SLOW_GROUPS: usize = 16;
+const SLOW_GROUPS: usize = 20;
 const ONE_SHOT_RESULTS: usize = 16;
 const HISTOGRAM_BUCKETS: usize = 104;
 
@@ -136,6 +136,46 @@ layout! {
         buffer_underruns: u32,
         buffer_resyncs: u32,
         axis: [PokeysAxis; AXES],
+    }
+}
+
+layout! {
+    PokeysThreading {
+        preparing: u8,
+        prepared: u8,
+        waiting: u8,
+        active: u8,
+        ignore_axes: u8,
+        refused: u8,
+        behind: u16,
+        velocity: i32,
+        position_error: i32,
+        spindle_rpm: u32,
+        index_count: u32,
+    }
+}
+
+layout! {
+    PokeysPostep {
+        t_update_ns: u64,
+        update_count: u32,
+        supply: u8,
+        temperature: u8,
+        inputs: u8,
+        state: u8,
+        faults: u8,
+        updates: u8,
+        mode: u8,
+        step_mode: u8,
+        temperature_limit: u8,
+        hardware_major: u8,
+        hardware_minor: u8,
+        firmware_major: u8,
+        firmware_minor: u8,
+        reserved: u8,
+        full_scale: u16,
+        idle: u16,
+        overheat: u16,
     }
 }
 
@@ -285,6 +325,10 @@ layout! {
         report_count: u32,
         reserved4: u32,
         phase: PokeysPhase,
+        t_postep_ns: u64,
+        backlash: [i16; AXES],
+        threading: PokeysThreading,
+        postep: [PokeysPostep; AXES],
         statistics: PokeysLinkStatistics,
     }
 }
@@ -338,8 +382,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 4, size 2368,
-    hash 0x30ea2e84571d5539, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 5, size 2688,
+    hash 0xa561829edd4d07db, hash_function iox_state_hash
 }
 
 published! {
