@@ -85,8 +85,13 @@ void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint6
 	one_shot_cycle(device);
 	safe_cycle(device);
 	life_cycle(device);
+}
+
+void device_spare(struct device *device)
+{
+	plan_spare(device);
 	meter_cycle(device);
-	device->cycle_ns = now_ns;
+	device->cycle_ns = device->now_ns;
 }
 
 void device_deliver(struct device *device, const uint8_t *data, size_t length,

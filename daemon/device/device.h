@@ -67,11 +67,18 @@ bool device_wants_address(const struct device *device);
 
 /*
  * A cycle begins: take the newest command (NULL = there is none, or it was
- * refused as a whole with `refused` = its -errno), plan, create and send this
- * cycle's requests.
+ * refused as a whole with `refused` = its -errno) and send what must not wait: the
+ * fast requests, and where axes are to go. device_spare() follows in the same cycle.
  */
 void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint64_t now_ns,
 		  const struct pokeys_command *command, int refused);
+
+/*
+ * The rest of the cycle that device_cycle() began: one-shots, settings, the lesser
+ * outputs and the slow groups. Apart from it so that a caller may hand the urgent
+ * requests over before these are planned.
+ */
+void device_spare(struct device *device);
 
 /* One datagram that arrived on this device's channel. */
 void device_deliver(struct device *device, const uint8_t *data, size_t length,

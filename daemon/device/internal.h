@@ -381,7 +381,9 @@ void wish_settled(struct device *device, enum pokeys_setting setting);
 
 /* plan.c */
 void plan_begin(struct device *device);
+/* In each cycle of a running device: what is urgent; then the rest. */
 void plan_cycle(struct device *device);
+void plan_spare(struct device *device);
 /* The link cannot run: bring outputs and axes into the safe state all the same. */
 void plan_blocked(struct device *device);
 /* After a silence: it is the same start of the same device. */

@@ -264,21 +264,30 @@ void plan_cycle(struct device *device)
 {
 	bool moved;
 
+	device->plan.cycle = device->cycle;
 	motion_update(device);
-	slow_rates(device);
 	look_for_gap(device);
 	if (device->cycle >= device->plan.next_cycle)
 		send_fast(device);
-	if (in_doubt(device)) {
-		slow_send(device);
+	if (in_doubt(device))
 		return;
-	}
 	moved = motion_send_state(device);
 	moved = reference_send(device) || moved;
 	if (moved)
 		device->budget++;	/* motion has a place of its own */
 	if (buffer_send(device))
 		device->budget++;	/* likewise */
+}
+
+void plan_spare(struct device *device)
+{
+	if (device->plan.cycle != device->cycle)
+		return;
+	slow_rates(device);
+	if (in_doubt(device)) {
+		slow_send(device);
+		return;
+	}
 	if (!room(device))
 		return;
 	if (!one_shot_send(device) && !configure_send(device))

@@ -92,7 +92,8 @@ struct slow {
 };
 
 struct plan {
-	uint64_t next_cycle;
+	uint64_t cycle;				/* the last one that was planned */
+	uint64_t next_cycle;			/* in which to ask for everything fast */
 	bool io_open, io_write, io_mixed;	/* mixed: resent with other outputs than first */
 	bool status_open;
 	bool measuring;				/* the fast replies are still awaited ... */

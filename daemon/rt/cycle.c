@@ -8,9 +8,11 @@
  * it is, with the ages that show it.
  *
  * Requests and the wait for the first reply go to the kernel in one system
- * call. The exception is a cycle in which some devices wait for replies and
- * others do not: there the requests are handed over first, so that publishing
- * the others does not delay them.
+ * call, with two exceptions. A thread that polls hands the urgent requests over
+ * before it plans the others: that is done while these are on their way, and a
+ * call more costs it nothing. And in a cycle in which some devices wait for
+ * replies and others do not, all are handed over before those others are
+ * published.
  */
 #include "daemon/device/histogram.h"
 #include "daemon/rt/internal.h"
@@ -57,21 +59,35 @@ static void read_wish(struct loop *loop, uint32_t i)
 	device_wish(loop->devices[i].device, wish);
 }
 
-/* Every device plans and queues its requests; those that wait for fast replies. */
-static uint32_t ask(struct loop *loop)
+/* What must not wait. */
+static void ask_urgent(struct loop *loop)
 {
 	struct loop_private *own = loop->own;
-	uint32_t wanted = 0, waiting = 0;
 
 	for (uint32_t i = 0; i < loop->count; i++) {
-		struct device *device = loop->devices[i].device;
 		const struct pokeys_command *command;
 		int refused;
 
 		read_wish(loop, i);
 		command = read_command(loop, i, &refused);
 		follow_command(loop, i, command);
-		device_cycle(device, own->cycle, own->began_ns, loop_now(loop), command, refused);
+		device_cycle(loop->devices[i].device, own->cycle, own->began_ns, loop_now(loop),
+			     command, refused);
+	}
+	if (loop->options.mode == LOOP_SPIN)
+		loop->transport->ops->flush(loop->transport);
+}
+
+/* Every device plans and queues its requests; those that wait for fast replies. */
+static uint32_t ask(struct loop *loop)
+{
+	uint32_t wanted = 0, waiting = 0;
+
+	ask_urgent(loop);
+	for (uint32_t i = 0; i < loop->count; i++) {
+		struct device *device = loop->devices[i].device;
+
+		device_spare(device);
 		waiting |= (uint32_t)!device_fast_complete(device) << i;
 		wanted |= (uint32_t)device_wants_address(device) << i;
 	}

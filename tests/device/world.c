@@ -279,6 +279,7 @@ void world_cycle(struct world *world)
 	world->cycle++;
 	device_cycle(world->device, world->cycle, world->tick, world->now,
 		     image ? &world->command : NULL, world->refused);
+	device_spare(world->device);
 	serve(world, world->tick + period * 6 / 10, true);
 	publish(world);
 	world->tick += period;

@@ -52,8 +52,14 @@ void device_cycle(struct device *d, uint64_t cycle, uint64_t tick_ns, uint64_t n
 		d->heartbeat = command->heartbeat;
 	for (int i = 0; i < REQUESTS; i++)	/* the engine's window is not our subject */
 		d->request[i].fast = false;
-	for (uint32_t i = 0; i < d->fast + d->slow; i++)
-		request(d, i < d->fast);
+	for (uint32_t i = 0; i < d->fast; i++)
+		request(d, true);
+}
+
+void device_spare(struct device *d)
+{
+	for (uint32_t i = 0; i < d->slow; i++)
+		request(d, false);
 }
 
 void device_deliver(struct device *d, const uint8_t *data, size_t length,
