@@ -15,9 +15,11 @@
  * takes its name.
  */
 #include <errno.h>
+#include <linux/magic.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <time.h>
 #include <unistd.h>
 #include "daemon/control/clock.h"
@@ -180,11 +182,35 @@ static int make_ring(struct keeper *keeper)
 	return 0;
 }
 
+/* Writing to a mapped file of a disk faults, and waits for the disk, again and again. */
+static bool in_memory(const char *folder)
+{
+	struct statfs found;
+
+	return !statfs(folder, &found) &&
+	       (found.f_type == TMPFS_MAGIC || found.f_type == RAMFS_MAGIC);
+}
+
+static void open_ring(struct keeper *keeper)
+{
+	const char *folder = keeper->config->runtime_directory;
+	int result;
+
+	if (!in_memory(folder)) {
+		log_line(EVENT_WARNING, "%s is on a disk, for which the realtime thread would have "
+			 "to wait; nothing is recorded (runtime-directory in /run or /dev/shm, "
+			 "or recorder-seconds = 0)", folder);
+		return;
+	}
+	result = make_ring(keeper);
+	if (result)
+		log_line(EVENT_WARNING, "%s: cannot be made: %s; nothing is recorded", keeper->ring,
+			 strerror(-result));
+}
+
 void keeper_open(struct keeper *keeper, const struct config *config, struct loop *loop,
 		 const char *logs)
 {
-	int result;
-
 	*keeper = (struct keeper){ .config = config, .loop = loop, .folder = "" };
 	if (*config->record_folder)
 		keeper->folder = config->record_folder;
@@ -197,10 +223,8 @@ void keeper_open(struct keeper *keeper, const struct config *config, struct loop
 	snprintf(keeper->died, sizeof(keeper->died), "%s/" RECORDER_FILE ".died",
 		 config->runtime_directory);
 	put_aside(keeper);
-	result = config->recorder_seconds ? make_ring(keeper) : 0;
-	if (result)
-		log_line(EVENT_WARNING, "%s: cannot be made: %s; nothing is recorded", keeper->ring,
-			 strerror(-result));
+	if (config->recorder_seconds)
+		open_ring(keeper);
 	if (*keeper->folder && (keeper->open || keeper->order))
 		start(keeper);
 }

@@ -4,12 +4,14 @@
  * whatever the disk does the daemon goes on.
  */
 #include <dirent.h>
+#include <linux/magic.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 #include <cmocka.h>
 #include "daemon/control/keeper.h"
@@ -28,7 +30,7 @@ static int pipe_fd[2];
 static int setup(void **state)
 {
 	(void)state;
-	strcpy(folder, "/tmp/pokeysd-test-keeper.XXXXXX");
+	strcpy(folder, "/dev/shm/pokeysd-test-keeper.XXXXXX");	/* as in /run: in memory */
 	assert_non_null(mkdtemp(folder));
 	snprintf(runtime, sizeof(runtime), "%s/run", folder);
 	snprintf(records, sizeof(records), "%s/records", folder);
@@ -272,6 +274,27 @@ static void it_can_be_off(void **state)
 	assert_int_equal(files(""), 0);
 }
 
+/* The realtime thread would wait for the disk at each page that it writes again. */
+static void on_a_disk_there_is_none(void **state)
+{
+	char place[] = "/var/tmp/pokeysd-test-keeper.XXXXXX";
+	struct statfs found;
+
+	(void)state;
+	assert_non_null(mkdtemp(place));
+	assert_int_equal(statfs(place, &found), 0);
+	strcpy(config.runtime_directory, place);
+	keeper_open(&keeper, &config, &loop, records);
+	if (found.f_type == TMPFS_MAGIC || found.f_type == RAMFS_MAGIC) {
+		remove_all(place);
+		skip();
+	}
+	remove_all(place);
+	assert_null(loop.recorder.head);
+	assert_null(loop.events.tap);
+	assert_non_null(strstr(logged(), "nothing is recorded (runtime-directory in /run"));
+}
+
 static void the_service_managers_folder_is_the_default(void **state)
 {
 	(void)state;
@@ -316,6 +339,7 @@ int main(void)
 		TEST(one_that_is_due_is_written_at_the_end_after_another),
 		TEST(a_folder_that_is_not_there_is_told),
 		TEST(it_can_be_off),
+		TEST(on_a_disk_there_is_none),
 		TEST(the_service_managers_folder_is_the_default),
 		TEST(the_ring_holds_the_seconds_that_are_wanted),
 	};
