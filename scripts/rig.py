@@ -92,13 +92,18 @@ class Rig:
         self.start_daemon_with(daemon, {self.device: {"address": self.address, **device}})
         self.wait_for("the device running", lambda: self.status()["fresh"], 10, "pokeysd")
 
-    def start_daemon_with(self, daemon, devices):
-        """`devices` has such a dict for each device's name; none is waited for."""
+    def configure(self, daemon, devices):
+        """pokeysd.conf; `devices` has a dict of keys for each device's name."""
         conf = self.run / "pokeysd.conf"
         daemon = {"runtime-directory": self.run / "pokeysd", "realtime": "optional", **daemon}
         sections = {"daemon": daemon, **{f"device {name}": keys for name, keys in devices.items()}}
         conf.write_text("".join(f"[{section}]\n" + "".join(f"{k} = {v}\n" for k, v in keys.items())
                                 for section, keys in sections.items()))
+        return conf
+
+    def start_daemon_with(self, daemon, devices):
+        """As configure(); none of the devices is waited for."""
+        conf = self.configure(daemon, devices)
         self.spawn("pokeysd", self.build / "daemon/control/pokeysd", "--config", conf)
         self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, 10, "pokeysd")
 

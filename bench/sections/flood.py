@@ -13,15 +13,14 @@ The reference has the same packets on the far core, sent to nobody there: what t
 stranger costs the device's core must not be taken for the flood's effect.
 """
 import contextlib
-import ctypes
 import json
 import os
 import pathlib
 import subprocess
-import time
 
 from bench import PERIOD_US
-from figures import Figure, Skip, middle, ratios, table, total, us
+from figures import Figure, middle, ratios, table, total, us
+from guarded import guard, mounts, need_guard, run
 from rig import Fault
 
 TITLE = "A flood of foreign packets, with and without pokeys-guard"
@@ -33,29 +32,6 @@ WAYS = {"idle": ("no flood (the same packets sent elsewhere)", False, False, Fal
         "flood": ("flood, no guard", True, False, False),
         "native": ("flood, guard in the driver (native)", True, True, False),
         "generic": ("flood, generic guard on the daemon's core", True, True, True)}
-STATUS = pathlib.Path("/run/pokeys-guard/status")
-MOUNTS = (("sysfs", "/sys"), ("bpf", "/sys/fs/bpf"), ("tmpfs", "/run"))
-MNT_DETACH = 2
-
-
-def run(*words):
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise Skip(f"{' '.join(str(w) for w in words)}: {(done.stderr or done.stdout).strip()}")
-
-
-@contextlib.contextmanager
-def mounts():
-    """/sys of our network, a bpf file system, a /run for the guard; only we see them."""
-    libc, made = ctypes.CDLL(None, use_errno=True), []
-    try:
-        for kind, path in MOUNTS:
-            run("mount", "-t", kind, kind, path)
-            made.append(path)
-        yield
-    finally:
-        for path in reversed(made):
-            libc.umount2(path.encode(), MNT_DETACH)
 
 
 @contextlib.contextmanager
@@ -78,24 +54,16 @@ def packets(bench, flooded):
 
 
 @contextlib.contextmanager
-def guard(bench, guarded, generic):
-    """Its counters go into what is yielded, when it ends."""
-    result = {}
+def filtered(bench, guarded, generic):
+    """Behind a guard of that kind, or behind none; its counters, when it ends."""
     if not guarded:
-        yield result
+        yield {}
         return
-    mtu = "9000" if generic else "1500"
-    run(*bench.there, "ip", "link", "set", bench.network.far_interface, "mtu", mtu)
-    bench.spawn("pokeys-guard", bench.build / "guard/pokeys-guard", "-c", bench.run / "pokeysd.conf", "run")
-    bench.prefer("pokeys-guard")
-    bench.wait_for("the guard", STATUS.exists, 30, "pokeys-guard")
+    run(*bench.there, "ip", "link", "set", bench.network.far_interface, "mtu", "9000" if generic else "1500")
     try:
-        yield result
+        with guard(bench) as seen:
+            yield seen
     finally:
-        time.sleep(0.6)  # it writes four times a second
-        text = STATUS.read_text(encoding="utf-8")
-        result.update(line.split(" ", 1) for line in text.splitlines())
-        bench.stop("pokeys-guard")
         run(*bench.there, "ip", "link", "set", bench.network.far_interface, "mtu", "1500")
 
 
@@ -111,7 +79,7 @@ def one(bench, flooded, guarded, generic):
     """The daemon, watched."""
     bench.start_daemon({"cpu": bench.cpu_client, "period-us": PERIOD_US, "mode": "sleep",
                         "interface": bench.interface}, {"lost-after-ms": 2000})
-    with guard(bench, guarded, generic) as seen, packets(bench, flooded) as sent:
+    with filtered(bench, guarded, generic) as seen, packets(bench, flooded) as sent:
         found = bench.watch()
     bench.stop("pokeysd")
     found["rate"] = sent["sent"] / sent["ns"] * 1e9
@@ -121,10 +89,7 @@ def one(bench, flooded, guarded, generic):
 
 
 def measure(bench):
-    if not (bench.build / "guard/pokeys-guard").exists():
-        raise Skip("pokeys-guard was not built")
-    if os.geteuid() != 0:
-        raise Skip("needs root, for BPF")
+    need_guard(bench)
     found = {name: [] for name in WAYS}
     run(*bench.there, "ip", "address", "add", f"{STRANGER}/24", "dev", bench.network.far_interface)
     run(*bench.there, "ip", "link", "add", "nobody", "type", "veth", "peer", "name", "nobody1")

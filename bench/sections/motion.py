@@ -4,7 +4,7 @@ device's buffer is in buffered mode."""
 from figures import Figure, middle, number, table, total, us
 
 TITLE = "Motion: age of a position, level of the motion buffer"
-SECONDS = 40
+SECONDS = 60
 AXES = {"axes": 3, "axis.0.max-speed": 25000, "axis.0.max-acceleration": 1000000,
         "heartbeat-timeout-ms": 3000, "stale-after-ms": 500, "lost-after-ms": 1000}
 MODES = ("position", "buffered")
