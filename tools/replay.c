@@ -49,18 +49,35 @@ static void print_operation(const struct replay *replay, const struct replay_lin
 		printf(" (%u bytes)", line->length);
 }
 
+/* Nobody knows which try was answered. */
+static void print_since_first(const struct replay *replay, const struct replay_line *request,
+			      const struct replay_line *reply)
+{
+	const struct replay_line *first = replay_first_try(replay, request);
+
+	if (first != request)
+		printf(" (%.1f us after try %u)", microseconds(first->t_ns, reply->t_ns),
+		       first->tries);
+}
+
 static void print_request(const struct replay *replay, const struct replay_line *line)
 {
-	const struct replay_line *reply = partner(replay, line);
+	const struct replay_line *reply = replay_answer(replay, line);
 
 	printf("-> ");
 	print_operation(replay, line);
 	if (line->tries > 1)
 		printf(", try %u", line->tries);
-	if (reply)
-		printf(", answered after %.1f us\n", microseconds(line->t_ns, reply->t_ns));
-	else
-		printf(", no answer in this record\n");
+	if (line->again != REPLAY_NONE)
+		printf(", sent again after %.1f us",
+		       microseconds(line->t_ns, replay->line[line->again].t_ns));
+	if (reply) {
+		printf(", answered after %.1f us", microseconds(line->t_ns, reply->t_ns));
+		print_since_first(replay, line, reply);
+	} else if (line->again == REPLAY_NONE) {
+		printf(", no answer in this record");
+	}
+	putchar('\n');
 }
 
 static void print_reply(const struct replay *replay, const struct replay_line *line)
@@ -71,8 +88,14 @@ static void print_reply(const struct replay *replay, const struct replay_line *l
 	print_operation(replay, line);
 	if (line->known)
 		printf(", %s", words_verdict(line->verdict));
-	if (request)
-		printf(", %.1f us after the request", microseconds(request->t_ns, line->t_ns));
+	if (request) {
+		printf(", %.1f us after ", microseconds(request->t_ns, line->t_ns));
+		if (request->tries > 1)
+			printf("try %u", request->tries);
+		else
+			printf("the request");
+		print_since_first(replay, request, line);
+	}
 	if (line->stamped)
 		printf(", taken %.1f us later", (double)line->taken_ns / 1e3);
 	putchar('\n');
@@ -107,10 +130,31 @@ static void print_line(const struct replay *replay, const struct replay_line *li
 		print_event(line);
 }
 
+/* From one to the other, null if that is not in the record. */
+static void json_span(struct json *json, const char *key, const struct replay_line *from,
+		      const struct replay_line *to)
+{
+	if (from && to)
+		json_real(json, key, microseconds(from->t_ns, to->t_ns));
+	else
+		json_null(json, key);
+}
+
+static void json_request(struct json *json, const struct replay *replay,
+			 const struct replay_line *line)
+{
+	if (line->known)
+		json_unsigned(json, "try", line->tries);
+	json_span(json, "round_trip_us", line, partner(replay, line));
+	if (line->again == REPLAY_NONE)
+		return;
+	json_span(json, "again_us", line, &replay->line[line->again]);
+	json_span(json, "answered_us", line, replay_answer(replay, line));
+}
+
 static void json_packet(struct json *json, const struct replay *replay,
 			const struct replay_line *line)
 {
-	const struct replay_line *other = partner(replay, line);
 	char data[2 * REPLAY_DATA + 1] = "";
 
 	for (size_t i = 0; i < line->kept; i++)
@@ -121,16 +165,12 @@ static void json_packet(struct json *json, const struct replay *replay,
 	else
 		json_null(json, "id");
 	json_unsigned(json, "length", line->length);
-	if (line->kind == REPLAY_REQUEST && line->known)
-		json_unsigned(json, "try", line->tries);
-	if (line->kind == REPLAY_REPLY)
+	if (line->kind == REPLAY_REQUEST) {
+		json_request(json, replay, line);
+	} else {
 		json_text(json, "verdict", line->known ? words_verdict(line->verdict) : "unknown");
-	if (other)
-		json_real(json, "round_trip_us", line->kind == REPLAY_REQUEST ?
-			  microseconds(line->t_ns, other->t_ns) :
-			  microseconds(other->t_ns, line->t_ns));
-	else
-		json_null(json, "round_trip_us");
+		json_span(json, "round_trip_us", partner(replay, line), line);
+	}
 	if (line->stamped)
 		json_real(json, "taken_us", (double)line->taken_ns / 1e3);
 	if (line->known)

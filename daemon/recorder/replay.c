@@ -4,6 +4,9 @@
  * they do in the mailbox. Where the daemon has told what it made of a reply, that
  * counts and nothing is judged anew: a reply that it discarded has no request. In
  * a capture of somebody else's the first reply that fits is taken for the answer.
+ *
+ * A request that was sent again has a line for each try. The answer belongs to all
+ * of them, for which try it answers nobody knows; it is the last one's partner.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -40,6 +43,8 @@ static struct replay_line *append(struct loader *loader)
 	}
 	memset(&replay->line[replay->lines], 0, sizeof(*replay->line));
 	replay->line[replay->lines].partner = REPLAY_NONE;
+	replay->line[replay->lines].again = REPLAY_NONE;
+	replay->line[replay->lines].before = REPLAY_NONE;
 	return &replay->line[replay->lines++];
 }
 
@@ -136,33 +141,73 @@ static bool same_request(const struct replay_line *reply, const struct replay_li
 	       !strcmp(request->device, reply->device);
 }
 
-/* The newest request of that id, if it is the one that is answered. */
-static ptrdiff_t find_request(const struct replay *replay, ptrdiff_t reply)
+/* The newest request before `at` of the same device and id. */
+static ptrdiff_t find_newest(const struct replay *replay, ptrdiff_t at)
 {
-	const struct replay_line *line = &replay->line[reply];
-	ptrdiff_t first = reply > LOOK_BACK ? reply - LOOK_BACK : 0;
+	const struct replay_line *line = &replay->line[at];
+	const ptrdiff_t first = at > LOOK_BACK ? at - LOOK_BACK : 0;
 
-	for (ptrdiff_t i = reply - 1; i >= first; i--) {
-		const struct replay_line *request = &replay->line[i];
-
-		if (same_request(line, request))
-			return request->partner == REPLAY_NONE &&
-			       request->data[WIRE_AT_OP] == line->data[WIRE_AT_OP] ? i : REPLAY_NONE;
-	}
+	for (ptrdiff_t i = at - 1; i >= first; i--)
+		if (same_request(line, &replay->line[i]))
+			return i;
 	return REPLAY_NONE;
+}
+
+/* ... if it is the one that is answered. */
+static void pair_reply(struct replay *replay, ptrdiff_t at)
+{
+	struct replay_line *line = &replay->line[at];
+	const ptrdiff_t i = find_newest(replay, at);
+	struct replay_line *request = i == REPLAY_NONE ? NULL : &replay->line[i];
+
+	if (!request || request->partner != REPLAY_NONE ||
+	    request->data[WIRE_AT_OP] != line->data[WIRE_AT_OP])
+		return;
+	line->partner = i;
+	request->partner = at;
+}
+
+/* ... if this is its next try. */
+static void pair_try(struct replay *replay, ptrdiff_t at)
+{
+	struct replay_line *line = &replay->line[at];
+	const ptrdiff_t i = find_newest(replay, at);
+	struct replay_line *before = i == REPLAY_NONE ? NULL : &replay->line[i];
+
+	if (!before || !before->known || before->tries + 1 != line->tries ||
+	    before->data[WIRE_AT_OP] != line->data[WIRE_AT_OP])
+		return;
+	before->again = at;
+	line->before = i;
 }
 
 static void pair(struct replay *replay)
 {
 	for (size_t i = 0; i < replay->lines; i++) {
-		struct replay_line *line = &replay->line[i];
+		const struct replay_line *line = &replay->line[i];
 
-		if (line->kind != REPLAY_REPLY || !may_answer(line))
-			continue;
-		line->partner = find_request(replay, (ptrdiff_t)i);
-		if (line->partner != REPLAY_NONE)
-			replay->line[line->partner].partner = (ptrdiff_t)i;
+		if (line->kind == REPLAY_REPLY && may_answer(line))
+			pair_reply(replay, (ptrdiff_t)i);
+		else if (line->kind == REPLAY_REQUEST && line->kept >= WIRE_AT_SUM &&
+			 line->known && line->tries > 1)
+			pair_try(replay, (ptrdiff_t)i);
 	}
+}
+
+const struct replay_line *replay_first_try(const struct replay *replay,
+					   const struct replay_line *line)
+{
+	while (line->before != REPLAY_NONE)
+		line = &replay->line[line->before];
+	return line;
+}
+
+const struct replay_line *replay_answer(const struct replay *replay,
+					const struct replay_line *line)
+{
+	while (line->again != REPLAY_NONE)
+		line = &replay->line[line->again];
+	return line->partner == REPLAY_NONE ? NULL : &replay->line[line->partner];
 }
 
 int replay_load(struct replay *replay, FILE *from, char *why, size_t size)

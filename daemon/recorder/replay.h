@@ -32,7 +32,9 @@ struct replay_line {
 	uint8_t tries;			/* request */
 	uint8_t verdict;		/* reply: enum pokeys_verdict */
 	uint64_t taken_ns;		/* reply: until the daemon looked at it */
-	ptrdiff_t partner;		/* line of the reply, or of the request; REPLAY_NONE */
+	ptrdiff_t partner;		/* line of the reply, or of the last try; REPLAY_NONE */
+	ptrdiff_t again;		/* request: line of its next try; REPLAY_NONE */
+	ptrdiff_t before;		/* request: line of its last try; REPLAY_NONE */
 };
 
 struct replay {
@@ -44,6 +46,12 @@ struct replay {
 /* Read it whole. 0, -ENOMEM, or -EPROTO with one line in `why`. replay_free() in any case. */
 int replay_load(struct replay *replay, FILE *from, char *why, size_t size);
 void replay_free(struct replay *replay);
+
+/* A request's first try and its answer, from whichever try; the answer may be NULL. */
+const struct replay_line *replay_first_try(const struct replay *replay,
+					   const struct replay_line *line);
+const struct replay_line *replay_answer(const struct replay *replay,
+					const struct replay_line *line);
 
 /*
  * The operation's name as in wire/ops.h, "0x.." for one that is not there; a reply's is its

@@ -217,19 +217,32 @@ static void a_request_finds_its_reply(void **state)
 	replay_free(&replay);
 }
 
-static void a_retry_is_a_line_of_its_own_and_the_last_one_is_answered(void **state)
+static void a_retry_is_a_line_of_its_own_and_the_answer_is_that_of_all(void **state)
 {
 	struct replay replay;
 
 	(void)state;
-	put(RECORDER_SENT, 0, 1000, WIRE_OP_TICK, 3, 1);
+	put(RECORDER_SENT, 0, 500, WIRE_OP_TICK, 3, 1);
+	put(RECORDER_SENT, 0, 1000, WIRE_OP_TICK, 3, 1);	/* its answer was not recorded */
+	put(RECORDER_SENT, 1, 1500, WIRE_OP_TICK, 3, 1);
 	put(RECORDER_SENT, 0, 2000, WIRE_OP_TICK, 3, 2);
+	put(RECORDER_SENT, 0, 2500, WIRE_OP_TICK, 3, 3);
 	put(RECORDER_RECEIVED, 0, 3000, WIRE_OP_TICK, 3, POKEYS_VERDICT_ACCEPTED);
+	put(RECORDER_SENT, 0, 4000, WIRE_OP_TICK, 3, 1);
 	export(EXPORT_ALL);
 	replay = load_good();
-	assert_int_equal(replay.line[0].partner, REPLAY_NONE);
-	assert_int_equal(replay.line[1].partner, 2);
-	assert_int_equal(replay.line[1].tries, 2);
+	assert_int_equal(replay.line[4].tries, 3);
+	assert_int_equal(replay.line[4].partner, 5);
+	for (size_t i = 1; i < 5; i++) {
+		if (i == 2)
+			continue;
+		assert_ptr_equal(replay_answer(&replay, &replay.line[i]), &replay.line[5]);
+		assert_ptr_equal(replay_first_try(&replay, &replay.line[i]), &replay.line[1]);
+	}
+	assert_int_equal(replay.line[1].partner, REPLAY_NONE);
+	assert_null(replay_answer(&replay, &replay.line[0]));
+	assert_null(replay_answer(&replay, &replay.line[2]));
+	assert_null(replay_answer(&replay, &replay.line[6]));
 	replay_free(&replay);
 }
 
@@ -472,7 +485,7 @@ int main(void)
 		TEST(a_frame_is_taken_apart_again),
 		TEST(a_frame_that_was_cut_has_no_udp_checksum),
 		TEST(a_request_finds_its_reply),
-		TEST(a_retry_is_a_line_of_its_own_and_the_last_one_is_answered),
+		TEST(a_retry_is_a_line_of_its_own_and_the_answer_is_that_of_all),
 		TEST(a_reply_without_its_sub_operation_is_named_by_its_request),
 		TEST(lines_are_in_the_order_of_time),
 		TEST(one_device_alone_can_be_written),

@@ -122,7 +122,9 @@ def judge_keys(lines):
     kinds = {"event": every | {"level", "text"}, "request": packet | {"try"},
              "reply": packet | {"verdict", "taken_us"}}
     for line in lines:
-        assert set(line) == kinds[line["kind"]], line
+        again = {"again_us", "answered_us"} & set(line)
+        assert set(line) - again == kinds[line["kind"]], line
+        assert not again or (len(again) == 2 and line["kind"] == "request" and line["round_trip_us"] is None), line
 
 
 def replay(*words):
@@ -154,6 +156,22 @@ def test_a_record_by_command():
         assert {"device_io", "pulse_status"} & {line["operation"] for line in lines if "data" in line}
         text = replay(path)
         assert text.returncode == 0 and len(text.stdout.splitlines()) == len(lines)
+
+
+def test_a_request_that_was_answered_at_a_later_try_is_not_told_as_unanswered():
+    with House(**{"recorder-seconds": 60}) as house:
+        house.start_sim("--loss-reply", "0.3", "--delay-us", "50")
+        house.start_daemon()
+        path = house.folder / "lossy.pcapng"
+        wait_for_packets(house, path)
+        lines = [json.loads(line) for line in replay(path, "--json").stdout.splitlines()]
+        judge_keys(lines)
+        again = [(line, text) for line, text in zip(lines, replay(path).stdout.splitlines())
+                 if line.get("answered_us")]
+        assert len(again) > 10, len(again)
+        for line, text in again:
+            assert f"sent again after {line['again_us']:.1f} us, answered after {line['answered_us']:.1f} us" in text
+            assert line["answered_us"] > line["again_us"] > 0 and "no answer" not in text
 
 
 def test_a_record_at_a_fault():
