@@ -122,10 +122,13 @@ static void print(uint64_t cycles, uint64_t missed, const struct pokeys_link_sta
 	const uint64_t count = burst.count ? burst.count : 1;
 
 	printf("{\"cycles\": %llu, \"missed\": %llu, \"lost\": %llu, \"resent\": %llu, "
+	       "\"missing\": %lld, "
 	       "\"late\": %llu, \"incomplete\": %llu, \"burst_answers\": %.2f, ",
 	       (unsigned long long)cycles, (unsigned long long)missed,
-	       (unsigned long long)(after->lost - before->lost),
+	       (unsigned long long)((after->lost - after->resent) - (before->lost - before->resent)),
 	       (unsigned long long)(after->resent - before->resent),
+	       (long long)(after->sent - before->sent) - (long long)(after->received - before->received) -
+	       ((long long)after->in_flight - (long long)before->in_flight),
 	       (unsigned long long)(after->cycles_late - before->cycles_late),
 	       (unsigned long long)incomplete,
 	       (double)bursts.answers / (double)count);
