@@ -16,6 +16,9 @@
  *
  * On a machine that is busy with other things it ends early.
  *
+ * Lost is a request that no try of was answered, as it is for the other contenders;
+ * missing are packets that nothing came back for.
+ *
  * How old the data is shows at each look: `age` is as a reader finds it who
  * comes at any time.
  */

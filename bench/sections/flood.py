@@ -116,14 +116,14 @@ def measure(bench):
 
 
 def figures(found):
-    rows = [Figure(f"{WAYS['idle'][0]}: {LOST}", total(found["idle"], "unanswered"), "",
+    rows = [Figure(f"{WAYS['idle'][0]}: {LOST}", total(found["idle"], "lost"), "",
                    total(found["idle"], "round_trip", "samples"))]
     for name, most in (("flood", None), ("native", 1.3), ("generic", 1.3)):
         value, low, high = ratios(found[name], found["idle"], "round_trip", "p50_ns")
         samples = total(found[name], "round_trip", "samples")
         rows.append(Figure(f"{WAYS[name][0]}, {RATE // 1000} k packets/s: round trip p50 to that without flood", value, "",
                            samples, low, high, most))
-        rows.append(Figure(f"{WAYS[name][0]}: {LOST}", total(found[name], "unanswered"), "", samples,
+        rows.append(Figure(f"{WAYS[name][0]}: {LOST}", total(found[name], "lost"), "", samples,
                            most=0 if most else None))
     return rows
 
@@ -134,7 +134,7 @@ def report(found):
         runs = found[name]
         rows.append((text, us(middle(runs, "round_trip", "p50_ns")[0]), us(middle(runs, "round_trip", "p99_ns")[0]),
                      us(middle(runs, "cpu_ns")[0]), f"{middle(runs, 'rate')[0] / 1000:.0f}",
-                     total(runs, "dropped"), total(runs, "unanswered"), total(runs, "resent"), total(runs, "missing"),
+                     total(runs, "dropped"), total(runs, "lost"), total(runs, "resent"), total(runs, "missing"),
                      total(runs, "missed"),
                      total(runs, "round_trip", "samples")))
     modes = {run["mode"] for name in ("native", "generic") for run in found[name]}
@@ -144,4 +144,4 @@ def report(found):
             " drops before steering, on the sending core, a generic one on the daemon's. A request is sent again"
             " when its deadline has passed, which its late answer may then follow.", "",
             *table(("what", "round trip p50 µs", "p99 µs", "processor µs a cycle", "k packets/s sent", "dropped by the guard",
-                    "unanswered", "resent", "packets without reply", "cycles missed", "samples"), rows)]
+                    "lost", "resent", "packets without reply", "cycles missed", "samples"), rows)]
