@@ -20,6 +20,7 @@
 #include "halbridge/binding.h"
 #include "halbridge/exchange.h"
 #include "halbridge/table.h"
+#include "shm/command_cell.h"
 
 enum { BATCH = 32, BATCHES = 4000 };
 
@@ -105,7 +106,7 @@ static void write_funct(uint64_t device_ns)
 {
 	binding_gather(&binding, TABLE_AT_WRITE);
 	exchange_write(&exchange, &values, device_ns, 1000000);
-	memcpy(&to.command, &exchange.command, sizeof(to.command));
+	command_cell_fill(&to.command, &exchange.command);
 	exchange_written(&exchange, true);
 	binding_scatter(&binding, TABLE_AT_WRITE);
 }

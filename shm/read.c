@@ -9,6 +9,7 @@
 #include <errno.h>
 #include <string.h>
 #include "shm/client_private.h"
+#include "shm/command_cell.h"
 
 /* The daemon's first value is a whole image; nothing at all is as foreign as garbage. */
 static int judged(int r)
@@ -49,11 +50,7 @@ static void write_cell(struct iox_command_writer *writer, const struct pokeys_co
 
 	if (!cell)
 		return;
-	memcpy(cell, command, sizeof(*cell));
-	cell->magic = POKEYS_COMMAND_MAGIC;
-	cell->version = POKEYS_COMMAND_VERSION;
-	cell->size_units = sizeof(*cell) / 8;
-	cell->hash = POKEYS_COMMAND_HASH;
+	command_cell_fill(cell, command);
 	iox_command_commit(writer);
 }
 
