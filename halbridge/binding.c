@@ -44,17 +44,16 @@ void binding_exported(struct binding *binding)
 		binding->own[i] = binding->pointers[i];
 }
 
-static void gather_slot(struct binding *binding, uint16_t i)
+/* A pin that counts when it has changed. */
+static void follow_slot(struct binding *binding, uint16_t i)
 {
 	const struct binding_slot *slot = &binding->slot[i];
 	uint64_t value = cell_load(binding->pointers[slot->pointer], slot->type);
 
-	if (slot->follows && value == binding->seen[i])
+	if (value == binding->seen[i])
 		return;
 	binding->seen[i] = value;
 	cell_store(cell_member(binding, slot), slot->type, value);
-	if (!slot->follows)
-		return;
 	values_changed(binding->values, (enum values_block)slot->block);
 	binding->touched = true;
 }
@@ -95,15 +94,18 @@ static void gather_turn(struct binding *binding, struct binding_turns *turns)
 		list_active(binding, turns);
 	turns->begun = true;
 	for (; count; count--) {
-		uint16_t i = (uint16_t)(turns->range.first + turns->next);
-		uint16_t pin = binding->slot[i].pointer;
-		bool linked = binding->pointers[pin] != binding->own[pin];
+		const uint16_t i = (uint16_t)(turns->range.first + turns->next);
+		const struct binding_slot *slot = &binding->slot[i];
+		void *pin = binding->pointers[slot->pointer];
+		bool linked = pin != binding->own[slot->pointer];
 
-		gather_slot(binding, i);
+		if (slot->follows)
+			follow_slot(binding, i);
+		else
+			cell_copy(cell_member(binding, slot), pin, slot->type);
 		another |= linked != binding->linked[i];
 		binding->linked[i] = linked;
-		turns->next = (uint16_t)(turns->next + 1);
-		if (turns->next == turns->range.count)
+		if (++turns->next == turns->range.count)
 			turns->next = 0;
 	}
 	if (another)
@@ -139,7 +141,7 @@ static void gather_active(struct binding *binding, const struct binding_turns *t
 											\
 			if (*(type_ *)binding->pointers[binding->slot[i].pointer] !=	\
 			    (type_)binding->seen[i])					\
-				gather_slot(binding, i);				\
+				follow_slot(binding, i);				\
 		}									\
 	} while (0)
 

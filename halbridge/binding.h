@@ -14,11 +14,11 @@
 enum {
 	BINDING_PINS = 4096,	/* of one device, at most; an I/O pin counts twice */
 	BINDING_NO_TWIN = UINT16_MAX,
-	BINDING_TURNS = 16,	/* periods in which all IN pins get their turn */
+	BINDING_TURNS = 32,	/* periods in which all IN pins get their turn */
 	BINDING_OUT_TURNS = 128,	/* and all OUT pins */
 	BINDING_ACTIVE = 1024,	/* IN pins of a funct, at most */
 	BINDING_WORD = 8,	/* bytes of struct values whose pins lie together */
-	BINDING_CHUNK = 32,	/* and that are compared at once */
+	BINDING_CHUNK = VALUES_CHUNK,	/* and that are compared at once */
 	BINDING_CHUNKS = (sizeof(struct values) + BINDING_CHUNK - 1) / BINDING_CHUNK,
 };
 
@@ -33,6 +33,11 @@ struct binding_slot {
 
 struct binding_range {
 	uint16_t first, count;
+};
+
+/* Chunks one behind the other, by their place in struct values. */
+struct binding_run {
+	uint16_t begin, end;
 };
 
 /* Where a value goes from and to, and no more. */
@@ -61,8 +66,8 @@ struct binding {
 	uint16_t word[BINDING_CHUNKS * BINDING_CHUNK / BINDING_WORD + 1];	/* the first at or behind */
 	bool touched;			/* an I/O pin has changed, since the last scatter */
 	uint16_t in_turns;		/* BINDING_TURNS; 1 = read all in each period */
-	uint16_t chunk[BINDING_CHUNKS + VALUES_BLOCKS];	/* those that have any, block by block */
-	uint16_t chunk_first[VALUES_BLOCKS + 1];
+	struct binding_run run[BINDING_CHUNKS];	/* those that have any, block by block */
+	uint16_t run_first[VALUES_BLOCKS + 1];
 	uint16_t next_out, out_slice;	/* OUT slots that are written in turn, per period */
 	uint64_t seen[BINDING_PINS];	/* of an IN slot: what was read, or written, last */
 	bool linked[BINDING_PINS];	/* of a slot */

@@ -27,13 +27,17 @@ static const uint16_t begins[VALUES_BLOCKS] = {
 	[BLOCK_PONET] = offsetof(struct values, ponet),
 	[BLOCK_DIAGNOSTICS] = offsetof(struct values, diagnostics),
 	[BLOCK_SETTINGS] = offsetof(struct values, set),
-	[BLOCK_LEGACY_IO] = offsetof(struct values, legacy),
+	[BLOCK_LEGACY_LINK] = offsetof(struct values, legacy),
+	[BLOCK_LEGACY_ENCODER] = offsetof(struct values, legacy.encoder),
+	[BLOCK_LEGACY_IO] = offsetof(struct values, legacy.encoder_unused),
 	[BLOCK_LEGACY_PONET] = offsetof(struct values, legacy.ponet),
 	[BLOCK_LEGACY_AXIS] = offsetof(struct values, legacy.axis),
 	[BLOCK_LEGACY_ENGINE] = offsetof(struct values, legacy.engine),
 };
 
 _Static_assert(VALUES_BLOCKS < 32, "struct values marks changes in 32 bits");
+_Static_assert(offsetof(struct values, changed) <= 64 * VALUES_TOUCHED * VALUES_CHUNK,
+	       "struct values has a bit for each of its chunks");
 
 enum values_block values_block_of(size_t offset)
 {

@@ -31,6 +31,16 @@ static inline void cell_store(void *at, unsigned int type, uint64_t value)
 		*(pin_word *)at = (uint32_t)value;
 }
 
+static inline void cell_copy(void *to, const void *from, unsigned int type)
+{
+	if (type == TABLE_BIT)
+		*(pin_bit *)to = *(const pin_bit *)from;
+	else if (type == TABLE_FLOAT)
+		*(pin_float *)to = *(const pin_float *)from;
+	else
+		*(pin_word *)to = *(const pin_word *)from;
+}
+
 static inline void *cell_member(const struct binding *binding, const struct binding_slot *slot)
 {
 	return (unsigned char *)binding->values + slot->offset;

@@ -25,11 +25,6 @@
 
 #define RETRY_NS	UINT64_C(100000000)	/* a refused arming is tried again after */
 
-static size_t member_offset(unsigned int number, size_t member)
-{
-	return offsetof(struct values, encoder) + number * sizeof(struct value_encoder) + member;
-}
-
 void encoder_init(struct encoder *encoder)
 {
 	memset(encoder, 0, sizeof(*encoder));
@@ -41,6 +36,7 @@ static void restart_at(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	encoder->raw = raw;
 	encoder->total = raw;
 	encoder->t_ns = t_ns;
+	encoder->rests = false;
 	velocity_rebase(&encoder->velocity, raw, t_ns);
 }
 
@@ -55,8 +51,7 @@ static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	encoder->total += (int32_t)((uint32_t)raw - (uint32_t)encoder->raw);
 	encoder->raw = raw;
 	encoder->t_ns = t_ns;
-	if (!velocity_stands(&encoder->velocity, encoder->total, t_ns))
-		velocity_sample(&encoder->velocity, encoder->total, t_ns);
+	velocity_sample(&encoder->velocity, encoder->total, t_ns);
 }
 
 /* Divisions are the dear part, and most encoders stand still most of the time. */
@@ -81,13 +76,17 @@ bool encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned
 		  const struct pokeys_state *state, bool fresh, struct refusals *refusals)
 {
 	double scale = factor_take(&encoder->scale, refusals, value->scale,
-				   member_offset(number, offsetof(struct value_encoder, scale)));
+				   encoder_member(number, offsetof(struct value_encoder, scale)));
+	bool changed;
 
 	if (fresh)
 		take_sample(encoder, state->encoder[number], state->encoder_t_ns[number]);
 	if (value->reset)
 		encoder->zero = encoder->total;
-	return show(encoder, value, scale);
+	changed = show(encoder, value, scale);
+	encoder->rests = !changed && value->velocity == 0 &&
+			 velocity_rests(&encoder->velocity, encoder->total, encoder->t_ns);
+	return changed;
 }
 
 static void read_outcome(struct encoder *encoder, enum pokeys_outcome outcome, uint64_t now_ns)
@@ -142,7 +141,7 @@ bool encoder_index_read(struct encoder *encoder, struct value_encoder *value, un
 	encoder->index_flag = flag;
 	if (outcome == POKEYS_OUTCOME_NONE || outcome == POKEYS_OUTCOME_DONE)
 		return false;
-	refusal_once(refusals, member_offset(number, offsetof(struct value_encoder, index_enable)),
+	refusal_once(refusals, encoder_member(number, offsetof(struct value_encoder, index_enable)),
 		     REFUSAL_NO_INDEX, outcome);
 	return true;
 }
@@ -181,4 +180,5 @@ void encoder_rebooted(struct encoder *encoder)
 	encoder->stray = false;
 	encoder->t_ns = 0;
 	encoder->zero = 0;
+	encoder->rests = false;
 }

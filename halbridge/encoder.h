@@ -7,6 +7,7 @@
 #define HALBRIDGE_ENCODER_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include "halbridge/one_shot.h"
 #include "halbridge/refusal.h"
@@ -25,6 +26,7 @@ struct encoder {		/* what each period needs stands first */
 	uint8_t index;		/* enum encoder_index */
 	bool index_flag;	/* of the state image, at the last look */
 	bool stray;		/* armed, but nobody wants it any more */
+	bool rests;		/* it stood at the last sample, and the pins say so */
 	int64_t shown;		/* counts that position was made of */
 	double shown_scale;	/* and the scale; 0 = not yet */
 	struct factor scale;
@@ -33,12 +35,40 @@ struct encoder {		/* what each period needs stands first */
 
 void encoder_init(struct encoder *encoder);
 
+/* Where a member of this encoder's values stands in struct values. */
+static inline size_t encoder_member(unsigned int number, size_t member)
+{
+	return offsetof(struct values, encoder) + number * sizeof(struct value_encoder) + member;
+}
+
 /*
  * Take over the sample of the state image (`fresh`: the image's data may be
  * used) and fill the pins. Returns true if one of them has changed. Realtime.
  */
 bool encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned int number,
 		  const struct pokeys_state *state, bool fresh, struct refusals *refusals);
+
+/*
+ * True if the sample is one more of an encoder that stands, as most do most of the time:
+ * it is taken over, and encoder_read() would change nothing. Realtime.
+ */
+static inline bool encoder_stands(struct encoder *encoder, const struct value_encoder *value,
+				  int32_t raw, uint64_t t_ns)
+{
+	if (!encoder->rests || raw != encoder->raw || value->scale != encoder->scale.seen ||
+	    value->reset || t_ns <= encoder->t_ns || t_ns - encoder->t_ns > VELOCITY_GAP_NS)
+		return false;
+	encoder->t_ns = t_ns;
+	encoder->velocity.t_ns = t_ns;
+	return true;
+}
+
+/* The pins are to be filled anew at the next read, whatever they show. Realtime. */
+static inline void encoder_show_again(struct encoder *encoder)
+{
+	encoder->shown_scale = 0;	/* no scale is */
+	encoder->rests = false;
+}
 
 /*
  * See how arming stands; clears index_enable when the index has been seen.

@@ -83,24 +83,30 @@ static void read_encoders(struct exchange *exchange, struct values *values, bool
 			  uint64_t now_ns)
 {
 	const struct pokeys_state *state = &exchange->state;
-	bool changed = false;
 
+	exchange->encoders_moved = 0;
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		struct encoder *encoder = &exchange->encoder[i];
 		struct value_encoder *value = &values->encoder[i];
+		bool changed = false;
 
 		if (fresh && !encoder_index_idle(encoder, value, i, state))
-			changed |= read_index(exchange, values, i, now_ns);
+			changed = read_index(exchange, values, i, now_ns);
+		if (fresh && encoder_stands(encoder, value, state->encoder[i],
+					    state->encoder_t_ns[i]) && !changed)
+			continue;
 		changed |= encoder_read(encoder, value, i, state, fresh, &exchange->refusals);
+		if (!changed)
+			continue;
+		exchange->encoders_moved |= UINT32_C(1) << i;
+		values_touched(values, encoder_member(i, 0), sizeof(*value));
 	}
 	if (fresh && news(&exchange->encoder_enabled, &state->encoder_enabled,
 			  sizeof(exchange->encoder_enabled), false)) {
 		for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 			values->encoder[i].enabled = state->encoder_enabled >> i & 1;
-		changed = true;
-	}
-	if (changed)
 		values_changed(values, BLOCK_ENCODER);
+	}
 }
 
 static void read_flags(struct exchange *exchange, struct values *values, bool fresh)

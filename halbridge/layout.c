@@ -124,24 +124,28 @@ static void index_words(struct binding *binding)
 }
 
 /* Which chunks of a block have to be looked at. */
-static void list_chunks(struct binding *binding)
+static void list_runs(struct binding *binding)
 {
 	const size_t words = BINDING_CHUNK / BINDING_WORD;
 	uint16_t used = 0;
 
 	for (unsigned int block = 0; block < VALUES_BLOCKS; block++) {
 		size_t end = values_block_end((enum values_block)block);
-		size_t chunk = values_block_begin((enum values_block)block) / BINDING_CHUNK;
+		size_t at = values_block_begin((enum values_block)block) / BINDING_CHUNK *
+			    BINDING_CHUNK;
 
-		binding->chunk_first[block] = used;
-		for (; chunk * BINDING_CHUNK < end; chunk++) {
-			const uint16_t *first = &binding->word[chunk * words];
+		binding->run_first[block] = used;
+		for (; at < end; at += BINDING_CHUNK) {
+			const uint16_t *first = &binding->word[at / BINDING_WORD];
 
-			if (first[0] != first[words])
-				binding->chunk[used++] = (uint16_t)chunk;
+			if (first[0] == first[words])
+				continue;
+			if (used == binding->run_first[block] || binding->run[used - 1].end != at)
+				binding->run[used++].begin = (uint16_t)at;
+			binding->run[used - 1].end = (uint16_t)(at + BINDING_CHUNK);
 		}
 	}
-	binding->chunk_first[VALUES_BLOCKS] = used;
+	binding->run_first[VALUES_BLOCKS] = used;
 }
 
 int layout_slots(struct binding *binding, unsigned int schemes)
@@ -160,7 +164,7 @@ int layout_slots(struct binding *binding, unsigned int schemes)
 	place_ranges(binding);
 	place_pins(binding, &sharing, schemes);
 	index_words(binding);
-	list_chunks(binding);
+	list_runs(binding);
 	binding->out_slice = (uint16_t)(binding->out[TABLE_AT_READ].count / BINDING_OUT_TURNS + 1);
 	return 0;
 }

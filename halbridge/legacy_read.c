@@ -102,7 +102,7 @@ static void read_encoder(struct exchange *exchange, struct values *values, unsig
 	const struct encoder *encoder = &exchange->encoder[i];
 	double counts = (double)(encoder->total - encoder->zero);
 	double rate = encoder->velocity.rate;
-	bool moved = values->changed >> BLOCK_ENCODER & 1;
+	bool moved = exchange->encoders_moved >> i & 1;
 	double scale;
 
 	if (!moved && value->scale == exchange->legacy.encoder_scale[i].seen)
@@ -113,13 +113,16 @@ static void read_encoder(struct exchange *exchange, struct values *values, unsig
 
 	value->position = counts * scale;
 	value->velocity = rate * scale;
+	values_touched(values, offsetof(struct values, legacy.encoder) + i * sizeof(*value),
+		       sizeof(*value));
 	if (i < SHARED_NAME_FROM || !values->legacy.choice.encoder_factor)
 		return;
 	values->encoder[i].position = counts * exchange->encoder[i].scale.used;
 	values->encoder[i].velocity = rate * exchange->encoder[i].scale.used;
+	values_touched(values, encoder_member(i, 0), sizeof(values->encoder[i]));
 }
 
-/* The choice counts for an encoder that stands, too: no scale is 0. */
+/* The choice counts for an encoder that stands, too. */
 static void read_choice(struct exchange *exchange, const struct values *values)
 {
 	const bool factor = values->legacy.choice.encoder_factor;
@@ -128,7 +131,8 @@ static void read_choice(struct exchange *exchange, const struct values *values)
 		return;
 	exchange->legacy.encoder_factor = factor;
 	for (unsigned int i = SHARED_NAME_FROM; i < POKEYS_ENCODERS; i++)
-		exchange->encoder[i].shown_scale = 0;
+		encoder_show_again(&exchange->encoder[i]);
+	exchange->encoders_moved |= ~((UINT32_C(1) << SHARED_NAME_FROM) - 1);
 }
 
 /* The canonical part has seen whether anything has changed there. */
@@ -202,6 +206,7 @@ void legacy_read(struct exchange *exchange, struct values *values, uint64_t now_
 		legacy_read_axes(exchange, values);
 	}
 	legacy_read_engine(exchange, values, exchange->fresh);
+	values_changed(values, BLOCK_LEGACY_LINK);
 	values_changed(values, BLOCK_LEGACY_IO);
 	values_changed(values, BLOCK_LEGACY_AXIS);
 	values_changed(values, BLOCK_LEGACY_ENGINE);

@@ -15,20 +15,14 @@
 _Static_assert((offsetof(struct values, changed) / BINDING_CHUNK + 1) * BINDING_CHUNK <=
 	       sizeof(struct values), "the last chunk ends in struct values");
 
-static void write_pin(struct binding *binding, const struct binding_slot *slot, uint64_t value)
-{
-	cell_store(binding->pointers[slot->pointer], slot->type, value);
-	if (slot->twin != BINDING_NO_TWIN)
-		binding->seen[slot->twin] = value;
-}
-
 /* Whether it has changed or not; an I/O pin is somebody else's then. */
 static void scatter_slot(struct binding *binding, uint16_t i)
 {
 	const struct binding_slot *slot = &binding->slot[i];
 
 	if (slot->twin == BINDING_NO_TWIN)
-		write_pin(binding, slot, cell_load(cell_member(binding, slot), slot->type));
+		cell_copy(binding->pointers[slot->pointer], cell_member(binding, slot),
+			  slot->type);
 }
 
 static uint64_t word(const unsigned char *at)
@@ -46,16 +40,24 @@ static bool is_same(const unsigned char *a, const unsigned char *b)
 		 (word(a + 16) ^ word(b + 16)) | (word(a + 24) ^ word(b + 24)));
 }
 
+/* An I/O pin: not, if somebody set it to that himself. */
+static void scatter_twin(struct binding *binding, const struct binding_slot *slot)
+{
+	uint64_t value = cell_load(cell_member(binding, slot), slot->type);
+
+	if (value == cell_load(binding->shown + slot->offset, slot->type) ||
+	    value == binding->seen[slot->twin])
+		return;
+	cell_store(binding->pointers[slot->pointer], slot->type, value);
+	binding->seen[slot->twin] = value;
+}
+
 /* The pin of this slot, if its value is another one than was written last. */
 #define SCATTER(type_, cell_)	do {							\
 		type_ value = *(const type_ *)(values + slot->offset);			\
 											\
-		if (value == *(const type_ *)(binding->shown + slot->offset) ||		\
-		    (slot->twin != BINDING_NO_TWIN && binding->seen[slot->twin] == value))	\
-			continue;							\
-		*(cell_ *)binding->pointers[slot->pointer] = (cell_)value;		\
-		if (slot->twin != BINDING_NO_TWIN)					\
-			binding->seen[slot->twin] = value;				\
+		if (value != *(const type_ *)(binding->shown + slot->offset))		\
+			*(cell_ *)binding->pointers[slot->pointer] = (cell_)value;	\
 	} while (0)
 
 static void scatter_word(struct binding *binding, size_t number)
@@ -65,7 +67,9 @@ static void scatter_word(struct binding *binding, size_t number)
 	const struct binding_slot *end = &binding->slot[binding->word[number + 1]];
 
 	for (; slot < end; slot++) {
-		if (slot->type == TABLE_BIT)
+		if (slot->twin != BINDING_NO_TWIN)
+			scatter_twin(binding, slot);
+		else if (slot->type == TABLE_BIT)
 			SCATTER(uint8_t, pin_bit);
 		else if (slot->type == TABLE_FLOAT)
 			SCATTER(uint64_t, pin_float);
@@ -89,14 +93,26 @@ static void scatter_chunk(struct binding *binding, size_t at)
 static void scatter_block(struct binding *binding, unsigned int block)
 {
 	const unsigned char *values = (const unsigned char *)binding->values;
-	const uint16_t *chunk = &binding->chunk[binding->chunk_first[block]];
-	const uint16_t *end = &binding->chunk[binding->chunk_first[block + 1]];
+	const struct binding_run *run = &binding->run[binding->run_first[block]];
+	const struct binding_run *end = &binding->run[binding->run_first[block + 1]];
 
-	for (; chunk < end; chunk++) {
-		const size_t at = (size_t)*chunk * BINDING_CHUNK;
+	for (; run < end; run++) {
+		for (size_t at = run->begin; at < run->end; at += BINDING_CHUNK) {
+			if (!is_same(values + at, binding->shown + at))
+				scatter_chunk(binding, at);
+		}
+	}
+}
 
-		if (!is_same(values + at, binding->shown + at))
-			scatter_chunk(binding, at);
+static void scatter_touched(struct binding *binding)
+{
+	for (unsigned int k = 0; k < VALUES_TOUCHED; k++) {
+		uint64_t chunks = binding->values->touched[k];
+
+		for (; chunks; chunks &= chunks - 1)
+			scatter_chunk(binding, (64 * k + (unsigned int)__builtin_ctzll(chunks)) *
+					       (size_t)BINDING_CHUNK);
+		binding->values->touched[k] = 0;
 	}
 }
 
@@ -120,13 +136,14 @@ static void scatter_io(struct binding *binding)
 static void scatter_turn(struct binding *binding)
 {
 	const struct binding_range range = binding->out[TABLE_AT_READ];
+	uint16_t next = binding->next_out;
 
 	for (uint16_t count = binding->out_slice; count; count--) {
-		scatter_slot(binding, (uint16_t)(range.first + binding->next_out));
-		binding->next_out = (uint16_t)(binding->next_out + 1);
-		if (binding->next_out == range.count)
-			binding->next_out = 0;
+		scatter_slot(binding, (uint16_t)(range.first + next));
+		if (++next == range.count)
+			next = 0;
 	}
+	binding->next_out = next;
 }
 
 /* There are few of them: those that tell what became of the pins just read. */
@@ -149,6 +166,7 @@ void binding_scatter(struct binding *binding, enum table_when when)
 	for (uint32_t blocks = binding->values->changed & VALUES_ALL; blocks; blocks &= blocks - 1)
 		scatter_block(binding, (unsigned int)__builtin_ctz(blocks));
 	binding->values->changed = 0;
+	scatter_touched(binding);
 	scatter_turn(binding);
 }
 

@@ -33,6 +33,8 @@ enum {
 	VALUES_KEYS = 48,		/* of a kbd48CNC */
 	VALUES_MATRIX = 8 * POKEYS_MATRIX_BYTES,
 	VALUES_PONET_WORDS = 4,		/* of a module's 16 bytes, 32 bits each */
+	VALUES_CHUNK = 32,		/* bytes of struct values that are marked or compared at once */
+	VALUES_TOUCHED = 8,		/* words with a bit for each chunk */
 };
 
 struct value_info {
@@ -178,7 +180,8 @@ enum values_block {
 	BLOCK_LINK, BLOCK_MACHINE, BLOCK_ENGINE, BLOCK_INFO, BLOCK_RTC, BLOCK_PIN, BLOCK_ANALOG,
 	BLOCK_COUNTER, BLOCK_PWM, BLOCK_ENCODER, BLOCK_JOINT, BLOCK_EXTERNAL, BLOCK_POEXTBUS,
 	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DIAGNOSTICS, BLOCK_SETTINGS,
-	BLOCK_LEGACY_IO, BLOCK_LEGACY_PONET, BLOCK_LEGACY_AXIS, BLOCK_LEGACY_ENGINE, VALUES_BLOCKS,
+	BLOCK_LEGACY_LINK, BLOCK_LEGACY_ENCODER, BLOCK_LEGACY_IO, BLOCK_LEGACY_PONET,
+	BLOCK_LEGACY_AXIS, BLOCK_LEGACY_ENGINE, VALUES_BLOCKS,
 };
 
 #define VALUES_ALL	((UINT32_C(1) << VALUES_BLOCKS) - 1)	/* every block */
@@ -219,13 +222,24 @@ struct values {
 	struct value_settings set;
 	struct value_legacy legacy;
 	uint32_t changed;		/* bit = enum values_block; no pin */
-	uint64_t beyond[4];		/* the binding compares 32 bytes at once */
+	uint64_t touched[VALUES_TOUCHED];	/* bit = chunk; no pin */
+	uint64_t beyond[4];		/* the binding compares a chunk at once */
 };
 
 /* The OUT pins of this block have to be written. Realtime. */
 static inline void values_changed(struct values *values, enum values_block block)
 {
 	values->changed |= UINT32_C(1) << block;
+}
+
+/*
+ * The OUT pins of these bytes have to be written: for one of many of a kind, where the
+ * others stand still. Realtime.
+ */
+static inline void values_touched(struct values *values, size_t offset, size_t size)
+{
+	for (size_t at = offset / VALUES_CHUNK; at <= (offset + size - 1) / VALUES_CHUNK; at++)
+		values->touched[at / 64] |= UINT64_C(1) << at % 64;
 }
 
 /* The block a member belongs to, by its offset in struct values. */

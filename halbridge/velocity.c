@@ -40,72 +40,114 @@ void velocity_rebase(struct velocity *v, int64_t count, uint64_t t_ns)
 	v->quiet_ns = t_ns;
 }
 
-static const struct velocity_step *step_back(const struct velocity *v, uint32_t back)
+/* Where the next step belongs; the newest are taken to the front when there is no room. */
+static uint32_t next_place(struct velocity *v)
 {
-	return &v->step[(v->newest + VELOCITY_STEPS - back) % VELOCITY_STEPS];
+	const size_t kept = VELOCITY_STEPS - 1, size = kept * sizeof(double);
+	struct velocity_steps *step = &v->step;
+
+	if (!v->used)
+		return 1;	/* steps are looked at in pairs: there is one in front of each */
+	if (v->newest + 1 < VELOCITY_ROOM)
+		return v->newest + 1;
+	memcpy(&step->position[1], &step->position[VELOCITY_ROOM - kept], size);
+	memcpy(&step->t_ns[1], &step->t_ns[VELOCITY_ROOM - kept], size);
+	memcpy(&step->doubt[1], &step->doubt[VELOCITY_ROOM - kept], size);
+	memcpy(&step->doubt_ns[1], &step->doubt_ns[VELOCITY_ROOM - kept], size);
+	return (uint32_t)kept + 1;
 }
 
 static void add_step(struct velocity *v, int64_t count, uint64_t t_ns)
 {
-	struct velocity_step *step;
+	const bool single = count - v->count == 1 || v->count - count == 1;
+	const double half_ns = 0.5 * (double)(t_ns - v->t_ns);
+	const uint32_t at = next_place(v);
 
-	v->newest = (v->newest + 1) % VELOCITY_STEPS;
+	v->newest = at;
 	v->used += v->used < VELOCITY_STEPS;
-	step = &v->step[v->newest];
-	step->twice_position = v->count + count + 1;
-	step->half_ns = 0.5 * (double)(t_ns - v->t_ns);
-	step->t_ns = v->t_ns + (t_ns - v->t_ns) / 2;
-	step->single = count - v->count == 1 || v->count - count == 1;
+	v->step.position[at] = 0.5 * (double)(v->count + count);
+	v->step.t_ns[at] = (double)(int64_t)v->t_ns + half_ns;
+	v->step.doubt[at] = single ? 0 : 0.5;
+	v->step.doubt_ns[at] = single ? half_ns : 0;
 	v->quiet_ns = t_ns;
 }
 
-/* Least and most counts/ns that lead from one step to the other. */
-struct span {
-	double low, high;
-};
+/*
+ * For each encoder that moves, in each period, as many slopes are bounded as there are
+ * steps, so two at once. GCC and Clang do that on every processor.
+ */
+typedef double pair __attribute__((vector_size(16)));
+typedef int64_t pair_mask __attribute__((vector_size(16)));
 
-static double over(double counts, double ns)
+static inline pair load(const double *from)
 {
-	if (counts == 0)
-		return 0;
-	return ns > 0 ? counts / ns : copysign(INFINITY, counts);
+	pair value;
+
+	memcpy(&value, from, sizeof(value));
+	return value;
 }
 
-static struct span span_between(const struct velocity_step *from, const struct velocity_step *to)
-{
-	double counts = 0.5 * (double)(to->twice_position - from->twice_position);
-	double ns = (double)(to->t_ns - from->t_ns);
-	double doubt = (from->single ? 0 : 0.5) + (to->single ? 0 : 0.5);
-	double doubt_ns = (from->single ? from->half_ns : 0) + (to->single ? to->half_ns : 0) +
-			  JITTER_NS;
-	double least = counts - doubt, most = counts + doubt;
+/* Least and most counts/ns that lead from two steps to the newest one. */
+struct spans {
+	pair low, high;
+};
 
-	return (struct span){
-		.low = over(least, least > 0 ? ns + doubt_ns : ns - doubt_ns),
-		.high = over(most, most < 0 ? ns + doubt_ns : ns - doubt_ns),
+/*
+ * `way` is +1 or -1, so that the newest count went up. Then the least slope is the one
+ * that took longest, and the most the one that took shortest; two steps that may have
+ * been at the same moment bound nothing: a time of 0 gives infinity.
+ */
+static inline struct spans spans_from(const struct velocity_steps *step, uint32_t at,
+				      uint32_t newest, double way)
+{
+	const pair counts = way * (step->position[newest] - load(&step->position[at]));
+	const pair ns = step->t_ns[newest] - load(&step->t_ns[at]);
+	const pair doubt = step->doubt[newest] + load(&step->doubt[at]);
+	const pair doubt_ns = step->doubt_ns[newest] + JITTER_NS + load(&step->doubt_ns[at]);
+	const pair shortest = ns - doubt_ns;
+
+	return (struct spans){
+		.low = (counts - doubt) / (ns + doubt_ns),
+		.high = (counts + doubt) / (pair)((pair_mask)shortest & (shortest > 0)),
 	};
+}
+
+static inline double most_of(double a, double b)
+{
+	return a > b ? a : b;
+}
+
+static inline double least_of(double a, double b)
+{
+	return a < b ? a : b;
 }
 
 /* Slope over the longest window that one constant velocity can explain, counts/s. */
 static double fit(const struct velocity *v)
 {
-	const struct velocity_step *last = step_back(v, 0), *first = NULL;
+	const uint32_t newest = v->newest, oldest = newest + 1 - v->used;
+	const double *position = v->step.position, *t_ns = v->step.t_ns;
+	const double way = position[newest] < position[newest - 1] ? -1 : 1;
 	double low = -INFINITY, high = INFINITY;
+	uint32_t first = newest;
 
-	for (uint32_t back = 1; back < v->used; back++) {
-		const struct velocity_step *step = step_back(v, back);
-		struct span span = span_between(step, last);
+	for (uint32_t at = newest - 1; at >= oldest; at -= 2) {
+		const struct spans spans = spans_from(&v->step, at - 1, newest, way);
 
-		low = span.low > low ? span.low : low;
-		high = span.high < high ? span.high : high;
+		low = most_of(spans.low[1], low);
+		high = least_of(spans.high[1], high);
 		if (low > high)
 			break;
-		first = step;
+		first = at;
+		low = most_of(spans.low[0], low);
+		high = least_of(spans.high[0], high);
+		if (at == oldest || low > high)
+			break;
+		first = at - 1;
 	}
-	if (!first)
+	if (first == newest)
 		return 0;
-	return 0.5e9 * (double)(last->twice_position - first->twice_position) /
-	       (double)(last->t_ns - first->t_ns);
+	return 1e9 * (position[newest] - position[first]) / (t_ns[newest] - t_ns[first]);
 }
 
 /* What the time since the last step still permits: less than one count. */

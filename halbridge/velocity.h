@@ -8,27 +8,34 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { VELOCITY_STEPS = 16 };
+enum {
+	VELOCITY_STEPS = 16,
+	VELOCITY_ROOM = 32,	/* the steps lie in a row, and begin anew at the front when it is full */
+};
 
 #define VELOCITY_GAP_NS	UINT64_C(100000000)	/* no sample for longer: what was is unknown */
 
-/* Between two samples the count changed: where and when, as exactly as one can know. */
-struct velocity_step {
-	int64_t twice_position;		/* half counts: the middle between before and after */
-	uint64_t t_ns;			/* the middle between the two samples */
-	double half_ns;			/* it happened within +- this */
-	bool single;			/* one count: the position is exact, the time is not */
+/*
+ * Between two samples the count changed: where and when, as exactly as one can know. A
+ * step of one count has an exact position and an uncertain time, one of several the
+ * other way round. Nanoseconds as double: after a hundred days they are 2 ns coarse.
+ */
+struct velocity_steps {
+	double position[VELOCITY_ROOM];		/* counts: the middle between before and after */
+	double t_ns[VELOCITY_ROOM];		/* the middle between the two samples */
+	double doubt[VELOCITY_ROOM];		/* the position is right to +- so many counts */
+	double doubt_ns[VELOCITY_ROOM];		/* and the time to +- so many */
 };
 
 struct velocity {
 	bool started;
-	uint32_t newest, used;
+	uint32_t newest, used;		/* place of the newest step; how many there are */
 	int64_t count;			/* at the last sample */
 	uint64_t t_ns;
 	uint64_t quiet_ns;		/* certainly no step since then */
 	double slope;			/* counts per second, from the steps */
 	double rate;			/* and bounded by the silence since the last one */
-	struct velocity_step step[VELOCITY_STEPS];
+	struct velocity_steps step;
 };
 
 /* Forget everything; the rate is 0. */
@@ -48,16 +55,13 @@ void velocity_rebase(struct velocity *v, int64_t count, uint64_t t_ns);
 double velocity_sample(struct velocity *v, int64_t count, uint64_t t_ns);
 
 /*
- * True if the sample changes nothing, as it does for an encoder that stands:
- * most do, most of the time. It is remembered as velocity_sample() would.
+ * True if a sample of the same count, within VELOCITY_GAP_NS, changes nothing but t_ns,
+ * as with an encoder that stands: most do, most of the time. Realtime.
  */
-static inline bool velocity_stands(struct velocity *v, int64_t count, uint64_t t_ns)
+static inline bool velocity_rests(const struct velocity *v, int64_t count, uint64_t t_ns)
 {
-	if (count != v->count || v->slope != 0 || v->rate != 0 || !v->started ||
-	    t_ns <= v->t_ns || t_ns - v->t_ns > VELOCITY_GAP_NS)
-		return false;
-	v->t_ns = t_ns;
-	return true;
+	return v->started && v->slope == 0 && v->rate == 0 && v->count == count &&
+	       v->t_ns == t_ns;
 }
 
 #endif

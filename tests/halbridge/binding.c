@@ -267,6 +267,40 @@ static void an_io_pin_is_written_only_if_we_changed_it(void **state)
 	assert_int_equal(storage[io_pin], 0);
 }
 
+static size_t count_pin[POKEYS_ENCODERS];
+
+static void find_counts(const struct table_row *row, size_t offset, size_t pin)
+{
+	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
+		if (row->direction == TABLE_OUT &&
+		    offset == offsetof(struct values, encoder[i].count))
+			count_pin[i] = pin;
+	}
+}
+
+static void only_what_was_touched_is_written(void **state)
+{
+	(void)state;
+	each_pin(find_counts);
+	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
+		for (unsigned int k = 0; k < POKEYS_ENCODERS; k++) {
+			values.encoder[k].count++;
+			storage[count_pin[k]] = 0;
+		}
+		binding.next_out = 0;	/* those whose turn it is are others */
+		values_touched(&values, offsetof(struct values, encoder[i]),
+			       sizeof(values.encoder[i]));
+		binding_scatter(&binding, TABLE_AT_READ);
+		for (unsigned int k = 0; k < POKEYS_ENCODERS; k++) {
+			/* chunks do not begin where an encoder does */
+			if (k == i)
+				assert_int_equal(storage[count_pin[k]], i + 1);
+			else if (k > i + 1 || k + 1 < i)
+				assert_int_equal(storage[count_pin[k]], 0);
+		}
+	}
+}
+
 static size_t io_canonical, io_legacy;
 
 static void find_io_pair(const struct table_row *row, size_t offset, size_t pin)
@@ -311,6 +345,7 @@ int main(void)
 		cmocka_unit_test_setup(
 			a_pin_linked_to_a_used_signal_is_written_though_nothing_changed, bind_all),
 		cmocka_unit_test_setup(of_two_in_pins_the_one_that_changed_counts, bind_all),
+		cmocka_unit_test_setup(only_what_was_touched_is_written, bind_all),
 		cmocka_unit_test_setup(two_io_pins_of_one_member_follow_each_other, bind_all),
 		cmocka_unit_test_setup(an_io_pin_is_written_only_if_we_changed_it, bind_all),
 	};

@@ -301,6 +301,61 @@ static void a_restarted_daemon_does_not_move_the_position(void **state)
 	assert_int_equal(rig.values.encoder[1].count, 5);
 }
 
+/* What may happen to one of them between two reads. */
+static void disturb(struct value_encoder *value, int32_t *raw, uint64_t *t_ns)
+{
+	static int speed;
+
+	switch (rand() % 40) {
+	case 0: speed = rand() % 3 ? rand() % 7 - 3 : 0; break;
+	case 1: value->scale = rand() % 5 - 1; break;
+	case 2: value->reset = rand() % 2; break;
+	case 3: *t_ns += rand() % 3 ? 20 * RIG_MS : 150 * RIG_MS; break;
+	case 4: speed = 0; break;
+	default: break;
+	}
+	*raw += rand() % 2 ? speed : 0;
+	*t_ns += rand() % 10 ? RIG_MS : 0;
+}
+
+static void the_short_way_of_a_standing_one_shows_the_same(void **state)
+{
+	struct value_encoder value = { .scale = 1 }, same;
+	struct encoder encoder, slow;
+	struct refusals refusals = { 0 };
+	struct pokeys_state image = { 0 };
+	uint64_t t_ns = RIG_MS;
+	unsigned int short_ways = 0;
+
+	(void)state;
+	srand(4711);
+	encoder_init(&encoder);
+	encoder_init(&slow);
+	for (unsigned int i = 0; i < 300000; i++) {
+		disturb(&value, &image.encoder[0], &t_ns);
+		if (i / 2000 % 2) {
+			value.reset = false;
+			image.encoder[0] = 5;	/* it stands for a while */
+		}
+		image.encoder_t_ns[0] = t_ns;
+		if (rand() % 5000 == 0) {
+			encoder_rebooted(&encoder);
+			encoder_rebooted(&slow);
+		}
+		same = value;
+		slow.rests = false;
+		encoder_read(&slow, &same, 0, &image, true, &refusals);
+		if (encoder_stands(&encoder, &value, image.encoder[0], t_ns))
+			short_ways++;
+		else
+			encoder_read(&encoder, &value, 0, &image, true, &refusals);
+		assert_memory_equal(&value, &same, sizeof(value));
+		assert_true(encoder.total == slow.total && encoder.t_ns == slow.t_ns &&
+			    encoder.velocity.t_ns == slow.velocity.t_ns);
+	}
+	assert_in_range(short_ways, 10000, 290000);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -321,6 +376,7 @@ int main(void)
 		cmocka_unit_test_setup(a_new_daemon_is_asked_for_the_index_again, setup),
 		cmocka_unit_test_setup(a_rebooted_device_starts_at_its_count, setup),
 		cmocka_unit_test_setup(a_restarted_daemon_does_not_move_the_position, setup),
+		cmocka_unit_test(the_short_way_of_a_standing_one_shows_the_same),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
