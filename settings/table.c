@@ -98,6 +98,31 @@ const struct settings_key settings_keys[] = {
 	KEY("power-states", SETTINGS_NUMBER, AT(power_states), SET(POWER_STATES), RANGE(0, 119),
 	    .help = "States of the engine that keep the power on: 1 stopped, 2 stopped by a limit, "
 		    "4 by emergency; 16, 32, 64 the same for the charge pump. Their sum."),
+	KEY("backlash", SETTINGS_NUMBER, AT(backlash_enable), SET(BACKLASH), FLAG(1),
+	    .help = "The device takes up the play of its axes, see axis.N.backlash-width. From "
+		    "firmware 4.1.26 on."),
+	KEY("backlash-speed", SETTINGS_NUMBER, AT(backlash_speed), SET(BACKLASH_SPEED),
+	    RANGE(0, UINT8_MAX),
+	    .help = "Highest speed of that, as the device has it; its unit is not documented."),
+	KEY("postep", SETTINGS_NUMBER, AT(postep_enable), SET(POSTEP), FLAG(1),
+	    .help = "The device talks to PoStep motor drivers, and the daemon reads what they say. "
+		    "PoKeys57CNC only, from firmware 4.1.42 on."),
+	KEY("synced-pwm", SETTINGS_NUMBER, AT(sync_pwm_enable), SET(SYNC_PWM), FLAG(1),
+	    .help = "A PWM output follows an axis in buffered mode: the pulses of a millisecond are "
+		    "its duty in percent. The three synced-pwm keys are written together."),
+	KEY("synced-pwm-axis", SETTINGS_NUMBER, AT(sync_pwm_axis), SET(SYNC_PWM),
+	    RANGE(0, POKEYS_AXES - 1), .help = "The axis that it follows."),
+	KEY("synced-pwm-channel", SETTINGS_NUMBER, AT(sync_pwm_channel), SET(SYNC_PWM),
+	    RANGE(0, POKEYS_PWM - 1), .help = "The PWM output, HAL's pwm.00 to pwm.05."),
+	KEY("synced-outputs", SETTINGS_NUMBER, AT(sync_out_enable), SET(SYNC_OUTPUTS), FLAG(1),
+	    .help = "Eight outputs follow an axis in buffered mode: its byte of each millisecond is "
+		    "their bits. The three synced-outputs keys are written together."),
+	KEY("synced-outputs-axis", SETTINGS_NUMBER, AT(sync_out_axis), SET(SYNC_OUTPUTS),
+	    RANGE(0, POKEYS_AXES - 1), .help = "The axis that they follow."),
+	KEY("synced-outputs-pins", SETTINGS_BYTES, AT(sync_out_pin), SET(SYNC_OUTPUTS),
+	    RANGE(0, 99),
+	    .help = "Their terminals, that of bit 0 first: 1 to 55, 92 to 99 an output of the pulse "
+		    "engine's connector, 0 none."),
 
 #define AXIS(name) "axis.#." name
 	KEY(AXIS("mode"), SETTINGS_NUMBER, AXIS_FLAG(options, 13), WORDS_ONLY,
@@ -181,6 +206,31 @@ const struct settings_key settings_keys[] = {
 	    .bits = 2, FLAG(2), .help = "Direction signal inverted, besides invert."),
 	KEY(AXIS("index-falling"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS),
 	    .bits = 4, FLAG(4), .help = "Homing takes the falling edge of the index signal."),
+	KEY(AXIS("backlash-width"), SETTINGS_NUMBER, AXIS_AT(backlash_half),
+	    AXIS_SET(BACKLASH_WIDTH), RANGE(0, 2 * UINT16_MAX), .scale = 2, .unit = "pulses",
+	    .help = "Play that the device takes up at each change of direction, in steps of 2 (the "
+		    "device has half of it). It needs backlash = on. Not in LinuxCNC's INI file as "
+		    "well: both would compensate."),
+	KEY(AXIS("backlash-acceleration"), SETTINGS_NUMBER, AXIS_AT(backlash_acceleration),
+	    AXIS_SET(BACKLASH_ACCELERATION), RANGE(0, 255000000), .scale = 1000000,
+	    .unit = "pulses/s^2", .help = "Acceleration with which the play is taken up, in steps of "
+					  "1000000."),
+	KEY(AXIS("postep-type"), SETTINGS_NUMBER, AXIS_AT(postep_type), AXIS_SET(POSTEP_TYPE),
+	    RANGE(1, UINT8_MAX), WORDS({ "none", 0 }),
+	    .help = "Type of this axis' PoStep motor driver, as its own tool calls it. It needs "
+		    "postep = on, as do the next three."),
+	KEY(AXIS("postep-address"), SETTINGS_NUMBER, AXIS_AT(postep_address),
+	    AXIS_SET(POSTEP_ADDRESS), RANGE(0, UINT8_MAX),
+	    .help = "I2C address of the PoStep driver."),
+	KEY(AXIS("postep-microsteps"), SETTINGS_NUMBER, AXIS_AT(postep_step),
+	    AXIS_SET(POSTEP_STEP), WORDS_ONLY,
+	    WORDS({ "1", 0 }, { "2", 1 }, { "4", 2 }, { "8", 3 }, { "16", 4 }, { "32", 5 },
+		  { "64", 6 }, { "128", 7 }, { "256", 8 }),
+	    .help = "Microsteps that the PoStep driver makes of a step. The driver must have power "
+		    "when the daemon sets the device up; nothing is saved in it."),
+	KEY(AXIS("postep-temperature-limit"), SETTINGS_NUMBER, AXIS_AT(postep_temperature),
+	    AXIS_SET(POSTEP_TEMPERATURE), RANGE(0, UINT8_MAX), .unit = "degrees C",
+	    .help = "Temperature at which the PoStep driver counts as too hot."),
 
 #define ENCODER(name) "encoder.#." name
 	KEY(ENCODER("enable"), SETTINGS_NUMBER, ENCODER_FLAG(1), FLAG(1),

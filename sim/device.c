@@ -72,6 +72,7 @@ static void bench_init(struct sim_bench *bench)
 {
 	sim_pins_bench_init(&bench->pins);
 	sim_machine_init(&bench->machine);
+	sim_postep_init(bench->postep);
 	sim_bus_bench_init(&bench->bus);
 	bench->load_percent = 23;
 }
@@ -181,6 +182,7 @@ static void slot(struct sim_device *dev)
 	if (dev->dirty)
 		sim_pins_settle(dev);
 	sim_engine_slot(dev);
+	sim_postep_slot(dev);
 	if (dev->dirty)
 		sim_pins_settle(dev);
 	sim_failsafe_slot(dev);

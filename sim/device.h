@@ -27,6 +27,7 @@
 #include "sim/mechanics.h"
 #include "sim/panel.h"
 #include "sim/pins.h"
+#include "sim/postep.h"
 #include "wire/model.h"
 #include "wire/packet.h"
 
@@ -138,6 +139,7 @@ struct sim_bench {
 	uint64_t blinking;		/* pins which toggle by themselves, sim_bench_blink() */
 	uint32_t blink_ms[SIM_PINS];	/* and their half periods */
 	struct sim_bus_bench bus;
+	struct sim_postep postep[SIM_AXES];
 	uint8_t keys[SIM_KEYS / 8];	/* matrix keyboard, key k = byte k / 8 bit k % 8 */
 	uint8_t load_percent;
 };

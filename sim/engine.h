@@ -196,7 +196,8 @@ struct sim_engine {
 	double probe_speed;
 	int32_t probe_position[SIM_AXES];
 	struct sim_thread thread;
-	uint8_t postep_updates[SIM_AXES];
+	uint8_t postep_status[6 * SIM_AXES];	/* 0x51, as fetched last */
+	uint8_t postep_version[SIM_AXES][4];
 	struct sim_ring ring;
 	struct sim_axis axis[SIM_AXES];
 };

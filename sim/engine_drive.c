@@ -1,18 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * What hangs on the pulse engine: external outputs, internal drivers,
- * backlash tables, PoStep drivers, the smart generator (protocol section
- * 3.24.3).
- *
- * The PoStep drivers on this bench are there and healthy: 24 V, 40 degrees.
- * Their update counter goes on at each poll, as a client looks at it to see
- * whether the driver still talks.
+ * backlash tables, the smart generator (protocol section 3.24.3).
  */
 #include "sim/engine_part.h"
-
-#define POSTEP_SUPPLY (24 * 4)	/* quarters of a volt */
-#define POSTEP_CELSIUS 40
-#define POSTEP_ACTIVE 2
 
 SIM_HANDLER(sim_pe_outputs)
 {
@@ -53,58 +44,6 @@ SIM_HANDLER(sim_pe_backlash)
 	memcpy(rp + 8, config->backlash, sizeof(config->backlash));
 	for (unsigned int i = 0; i < SIM_AXES; i++)
 		wire_put_u16(rp + 40 + 2 * i, (uint16_t)dev->engine.axis[i].back_compensation);
-	return SIM_ANSWER;
-}
-
-SIM_HANDLER(sim_pe_postep_comm)
-{
-	struct sim_engine_config *config = &dev->config.engine;
-
-	if (rq[P2] == 0x10 && !sim_locked(dev)) {
-		config->postep_enable = rq[P3];
-		memcpy(config->postep_comm, rq + 8, sizeof(config->postep_comm));
-	}
-	rp[P2] = rq[P2];
-	rp[P3] = config->postep_enable;
-	memcpy(rp + 8, config->postep_comm, sizeof(config->postep_comm));
-	return SIM_ANSWER;
-}
-
-SIM_HANDLER(sim_pe_postep_status)
-{
-	(void)rq;
-	if (!dev->config.engine.postep_enable)
-		return SIM_ANSWER;
-	for (unsigned int i = 0; i < SIM_AXES; i++) {
-		uint8_t *row = rp + 8 + 6 * i;
-
-		row[0] = POSTEP_SUPPLY;
-		row[1] = POSTEP_CELSIUS;
-		row[3] = POSTEP_ACTIVE;
-		row[5] = ++dev->engine.postep_updates[i];
-	}
-	return SIM_ANSWER;
-}
-
-SIM_HANDLER(sim_pe_postep_table)
-{
-	struct sim_engine_config *config = &dev->config.engine;
-	uint8_t *table = rq[P1] == 0x52 ? config->postep_current : config->postep_mode;
-
-	if (rq[P2] == 0x10 && !sim_locked(dev))
-		memcpy(table, rq + 8, sizeof(config->postep_current));
-	rp[P2] = rq[P2];
-	memcpy(rp + 8, table, sizeof(config->postep_current));
-	return SIM_ANSWER;
-}
-
-SIM_HANDLER(sim_pe_postep_versions)
-{
-	static const uint8_t version[4] = { 1, 2, 1, 14 };
-
-	(void)rq;
-	for (unsigned int i = 0; dev->config.engine.postep_enable && i < SIM_AXES; i++)
-		memcpy(rp + 8 + 6 * i, version, sizeof(version));
 	return SIM_ANSWER;
 }
 

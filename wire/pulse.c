@@ -181,12 +181,14 @@ WIRE_LAYOUT(pulse_backlash_set_req,
 	WIRE_F(pulse_backlash_set_req, enable, 3),
 	WIRE_F(pulse_backlash_set_req, max_speed, 4),
 	WIRE_EACH(pulse_backlash_set_req, axis, half_width, 8, 4),
-	WIRE_EACH(pulse_backlash_set_req, axis, accel, 10, 4));
+	WIRE_EACH(pulse_backlash_set_req, axis, accel, 10, 4),
+	WIRE_EACH(pulse_backlash_set_req, axis, reserved, 11, 4));
 WIRE_LAYOUT(pulse_backlash_rep,
 	WIRE_F(pulse_backlash_rep, enable, 3),
 	WIRE_F(pulse_backlash_rep, max_speed, 4),
 	WIRE_EACH(pulse_backlash_rep, axis, half_width, 8, 4),
 	WIRE_EACH(pulse_backlash_rep, axis, accel, 10, 4),
+	WIRE_EACH(pulse_backlash_rep, axis, reserved, 11, 4),
 	WIRE_F(pulse_backlash_rep, compensation, 40));
 
 WIRE_LAYOUT(postep_comm_req,
@@ -211,7 +213,8 @@ WIRE_LAYOUT(postep_modes_req,
 	WIRE_F(postep_modes_req, option, 3),
 	WIRE_EACH(postep_modes_req, axis, mode, 8, 6),
 	WIRE_EACH(postep_modes_req, axis, step, 9, 6),
-	WIRE_EACH(postep_modes_req, axis, temperature, 10, 6));
+	WIRE_EACH(postep_modes_req, axis, temperature, 10, 6),
+	WIRE_EACH(postep_modes_req, axis, reserved, 11, 6));
 WIRE_LAYOUT(postep_versions_rep,
 	WIRE_EACH(postep_versions_rep, axis, hw_major, 8, 6),
 	WIRE_EACH(postep_versions_rep, axis, hw_minor, 9, 6),

@@ -161,6 +161,8 @@ struct wire_pulse_status2_rep {
 #define WIRE_SYNC_OFF 0
 #define WIRE_SYNC_ON 1
 #define WIRE_SYNC_READ 2
+#define WIRE_SYNC_EXTERNAL_FIRST 92	/* pins from here on are outputs of the engine's connector */
+#define WIRE_SYNC_EXTERNAL_LAST 99
 struct wire_pulse_sync_pwm_req {
 	uint8_t option;		/* WIRE_SYNC_ */
 	uint8_t axis;		/* source of the value */
@@ -322,6 +324,7 @@ struct wire_thread_params_req {
 struct wire_backlash {
 	uint16_t half_width;	/* pulses */
 	uint8_t accel;		/* pulses per ms^2 */
+	uint8_t reserved;	/* goes back as it came */
 };
 struct wire_pulse_backlash_set_req {
 	uint8_t enable;
@@ -368,6 +371,7 @@ struct wire_postep_modes_req {
 		uint8_t mode;
 		uint8_t step;		/* 0..8 = 1..1/256 */
 		uint8_t temperature;	/* limit */
+		uint8_t reserved[3];	/* go back as they came */
 	} axis[WIRE_AXES];
 };
 struct wire_postep_versions_rep {

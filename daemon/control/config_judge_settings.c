@@ -15,7 +15,8 @@ enum {
 	PIN_INVERT = 0x80,
 };
 enum { ENCODER_COUNT = 1, ENCODER_4X = 2, ENCODER_SAMPLING = 6 };
-enum { AXIS_SOFT_LIMITS = 0x20, PIN_BASE = 10 };
+enum { AXIS_BUFFERED = 0x01, AXIS_MODE = 0x0D, AXIS_SOFT_LIMITS = 0x20, PIN_BASE = 10 };
+enum { EXTERNAL_FIRST = 92 };
 
 /* Terminals that have any of these bits, bit = pin - 1. */
 static uint64_t pins_with(const struct judged *j, uint8_t bits)
@@ -143,6 +144,54 @@ static void judge_axis(const struct judged *j, uint32_t index)
 	}
 }
 
+/* What nobody has switched on does nothing, and somebody relies on it. */
+static void judge_drive(const struct judged *j, uint32_t index)
+{
+	static const struct {
+		uint32_t bit;
+		const char *key, *wants;
+	} rows[] = {
+		{ POKEYS_AXIS_SET_BACKLASH_WIDTH, "axis.#.backlash-width", "backlash" },
+		{ POKEYS_AXIS_SET_POSTEP_TYPE, "axis.#.postep-type", "postep" },
+		{ POKEYS_AXIS_SET_POSTEP_ADDRESS, "axis.#.postep-address", "postep" },
+		{ POKEYS_AXIS_SET_POSTEP_STEP, "axis.#.postep-microsteps", "postep" },
+		{ POKEYS_AXIS_SET_POSTEP_TEMPERATURE, "axis.#.postep-temperature-limit", "postep" },
+	};
+	const struct pokeys_settings *settings = &j->raw->settings;
+
+	for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
+		bool given = config_is_set(j->lines, rows[i].wants, 0);
+
+		if (settings->axis[index].set & rows[i].bit && !given)
+			judge_fault(j, rows[i].key, index, "axis.%u%s wants %s = on (or off, if that "
+				    "is meant)", index, rows[i].key + 6, rows[i].wants);
+	}
+}
+
+/* They follow the slots of the motion buffer, which only an axis in that mode has. */
+static void judge_follower(const struct judged *j, const char *key, bool on, uint8_t axis)
+{
+	const struct pokeys_axis_settings *set = &j->raw->settings.axis[axis];
+
+	if (on && set->options_mask & AXIS_MODE && (set->options & AXIS_MODE) != AXIS_BUFFERED)
+		judge_fault(j, key, 0, "%s = %u: axis.%u.mode has to be buffered", key, axis, axis);
+}
+
+static void judge_synced(const struct judged *j)
+{
+	const struct pokeys_settings *settings = &j->raw->settings;
+
+	judge_follower(j, "synced-pwm-axis", settings->sync_pwm_enable, settings->sync_pwm_axis);
+	judge_follower(j, "synced-outputs-axis", settings->sync_out_enable, settings->sync_out_axis);
+	for (size_t i = 0; i < sizeof(settings->sync_out_pin); i++) {
+		const uint8_t pin = settings->sync_out_pin[i];
+
+		if (pin > POKEYS_PINS && pin < EXTERNAL_FIRST)
+			judge_fault(j, "synced-outputs-pins", 0, "synced-outputs-pins: %u is neither a "
+				    "terminal (1-55) nor an external output (92-99)", pin);
+	}
+}
+
 /* A key of an axis that the engine does not drive. */
 static void judge_axis_count(const struct judged *j)
 {
@@ -204,8 +253,11 @@ void judge_settings(const struct judged *j)
 	judge_special_pins(j);
 	for (uint32_t i = 0; i < CONFIG_INDICES; i++)
 		judge_encoder(j, i);
-	for (uint32_t i = 0; i < POKEYS_AXES; i++)
+	for (uint32_t i = 0; i < POKEYS_AXES; i++) {
 		judge_axis(j, i);
+		judge_drive(j, i);
+	}
+	judge_synced(j);
 	judge_axis_count(j);
 	judge_failsafe(j);
 	judge_matrix(j);

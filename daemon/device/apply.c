@@ -27,6 +27,13 @@ unsigned int setting_number(const struct device *device, const struct setting *s
 	return (unsigned int)(setting - device->configure.setting);
 }
 
+/* One table for all axes. */
+static bool by_axis(unsigned int number)
+{
+	return number == SETTING_BACKLASH || number == SETTING_POSTEP ||
+	       number == SETTING_POSTEP_MODES;
+}
+
 /* What an event calls it: the pin, encoder or axis; -1 where there is one only. */
 static int64_t event_index(unsigned int number, unsigned int which)
 {
@@ -34,6 +41,8 @@ static int64_t event_index(unsigned int number, unsigned int which)
 		return number - SETTING_AXIS;
 	if (number == SETTING_PINS)
 		return which + 1;
+	if (by_axis(number))
+		return which < POKEYS_AXES ? (int64_t)which : -1;
 	return number <= SETTING_ENCODER_PINS ? (int64_t)which : -1;
 }
 
@@ -67,12 +76,14 @@ bool setting_blocks(const struct device *device, const struct setting *setting)
 void setting_refuse(struct device *device, struct setting *setting, uint64_t differs)
 {
 	const unsigned int number = setting_number(device, setting);
-	const unsigned int which = differs ? (unsigned int)__builtin_ctzll(differs) : 0;
+	const unsigned int none = by_axis(number) ? SETTING_ENGINE_BIT : 0;
+	const unsigned int which = differs ? (unsigned int)__builtin_ctzll(differs) : none;
 	unsigned int index;
 	const struct setting_kind *kind = setting_kind(number, &index);
 
 	setting->state = SETTING_REFUSED;
-	wish_refuse(device, kind->name, number >= SETTING_AXIS ? (uint8_t)index : (uint8_t)which);
+	wish_refuse(device, kind->name, number >= SETTING_AXIS ? (uint8_t)index :
+					which < none || !none ? (uint8_t)which : 0);
 	setting->after_ns = device->now_ns + AGAIN_NS;
 	if (device->life.fault != POKEYS_FAULT_CONFIG_REFUSED && !setting->said)
 		device_say(device, EVENT_CONFIG_REFUSED, EVENT_ERROR, kind->write,
@@ -181,8 +192,8 @@ static void write_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 		setting->writes++;
 	else
 		setting->unanswered++;
-	if (entry->state != POKEYS_REQUEST_CANCELLED && kind->needs_reboot &&
-	    kind->needs_reboot(&setting->value, &setting->write))
+	if (entry->state != POKEYS_REQUEST_CANCELLED && kind->needs_effect &&
+	    kind->needs_effect(&setting->value, &setting->write))
 		setting->state = SETTING_EFFECT;
 }
 
@@ -213,7 +224,7 @@ bool setting_read(struct device *device, struct setting *setting)
 	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
 
 	/* while an index is awaited the device does not say what it was set up for */
-	if (device->now_ns < setting->after_ns ||
+	if (device->now_ns < setting->after_ns || (kind->ready && !kind->ready(device)) ||
 	    (setting == &device->configure.setting[SETTING_FAST_ENCODERS] &&
 	     operation_index_awaited(device)))
 		return false;
@@ -244,6 +255,28 @@ bool setting_write(struct device *device, struct setting *setting)
 		return false;
 	setting->state = SETTING_WRITING;
 	return true;
+}
+
+bool setting_effect(struct device *device, struct setting *setting)
+{
+	unsigned int index;
+
+	return setting_kind(setting_number(device, setting), &index)->effect(device, setting);
+}
+
+void setting_missing(struct device *device, struct setting *setting)
+{
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+
+	if (!kind->since || !kind->wanted(&device->wishes.wanted, index))
+		return;
+	wish_refuse(device, kind->name, 0);
+	if (device->life.fault != POKEYS_FAULT_CONFIG_REFUSED &&
+	    device->life.fault != POKEYS_FAULT_LOCKED && !setting->said)
+		device_say(device, EVENT_CONFIG_MISSING, EVENT_ERROR, kind->write, kind->since,
+			   kind->only_57cnc && device->image.identity.hardware != WIRE_HW_57CNC);
+	setting->said = true;
 }
 
 bool setting_reboot(struct device *device, struct setting *setting)

@@ -69,11 +69,14 @@ void configure_begin(struct device *device)
 	memset(configure, 0, sizeof(*configure));
 	device->image.encoder_enabled = 0;
 	decode_encoders_forget(device);
+	postep_forget(device);
 	for (unsigned int i = 0; i < SETTINGS; i++) {
 		unsigned int index;
 		const struct setting_kind *kind = setting_kind(i, &index);
 
 		configure->setting[i].state = kind->has(device, index) ? SETTING_READ : SETTING_DONE;
+		if (configure->setting[i].state == SETTING_DONE)
+			setting_missing(device, &configure->setting[i]);
 	}
 }
 
@@ -96,6 +99,7 @@ void configure_again(struct device *device, bool all)
 
 	for (unsigned int i = 0; i < SETTINGS; i++) {
 		struct setting *setting = &configure->setting[i];
+		unsigned int index;
 
 		if (setting->state != SETTING_DONE && setting->state != SETTING_REFUSED &&
 		    setting->state != SETTING_WRITE)
@@ -105,6 +109,8 @@ void configure_again(struct device *device, bool all)
 		setting->writes = setting->unanswered = 0;
 		setting->changed = 0;
 		setting->said = false;
+		if (!setting_kind(i, &index)->has(device, index))
+			setting_missing(device, setting);
 	}
 	if (configure->again_ns)
 		configure->again_ns = device->now_ns;
@@ -165,7 +171,7 @@ static bool step(struct device *device, struct setting *setting)
 			setting_write(device, setting);
 		return true;
 	case SETTING_EFFECT:
-		setting_reboot(device, setting);
+		setting_effect(device, setting);
 		return true;
 	case SETTING_REFUSED:
 		if (setting_blocks(device, setting))
@@ -218,7 +224,7 @@ static bool send_one(struct device *device, struct setting *setting)
 		step_locked(device, setting);
 		return false;
 	case SETTING_EFFECT:
-		return setting_reboot(device, setting);
+		return setting_effect(device, setting);
 	case SETTING_REFUSED:
 		/* that nobody answered may have been the cable's fault */
 		if (setting->failures && device->now_ns >= setting->after_ns)

@@ -218,6 +218,11 @@ static const struct {
 	{ WIRE_OP_KB_CONFIG_SET, "matrix keyboard" },
 	{ WIRE_OP_DEVICE_NAME, "device name" },
 	{ WIRE_OP_FAILSAFE, "failsafe" },
+	{ WIRE_OP_PULSE_BACKLASH_SET, "backlash" },
+	{ WIRE_OP_PULSE_SYNC_PWM, "synced PWM" },
+	{ WIRE_OP_PULSE_SYNC_OUTPUTS, "synced outputs" },
+	{ WIRE_OP_POSTEP_COMM, "PoStep" },
+	{ WIRE_OP_POSTEP_MODES, "PoStep driver" },
 };
 
 static void put_setting(struct line *line, const struct event *e)
@@ -265,7 +270,25 @@ static void put_config_changed(struct line *line, const struct event *e)
 static void put_config_refused(struct line *line, const struct event *e)
 {
 	put_setting(line, e);
-	put(line, " was not taken by the device; check the value, or whether it is locked");
+	if (e->a == WIRE_OP_POSTEP_MODES)
+		put(line, " did not take its step mode or temperature limit; check that it has "
+		    "power, and its type and I2C address");
+	else
+		put(line, " was not taken by the device; check the value, or whether it is locked");
+}
+
+static void put_config_missing(struct line *line, const struct event *e)
+{
+	struct event which = *e;
+
+	which.b = -1;
+	put_setting(line, &which);
+	if (e->c)
+		put(line, " is wanted, but only a PoKeys57CNC has it; remove those settings");
+	else
+		put(line, " is wanted, but this firmware does not have it (%lld.%lld.%lld does); "
+		    "update the device or remove those settings", (long long)(e->b >> 16 & 0xff),
+		    (long long)(e->b >> 8 & 0xff), (long long)(e->b & 0xff));
 }
 
 static void put_wish_refused(struct line *line, const struct event *e)
@@ -483,6 +506,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_TASK] = put_task,
 	[EVENT_PHASE] = put_phase,
 	[EVENT_THREADING] = put_threading,
+	[EVENT_CONFIG_MISSING] = put_config_missing,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

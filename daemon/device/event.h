@@ -45,6 +45,9 @@ enum event_code {
 	EVENT_LOCKED,		/* a = enum lock_reason, b = level of access (0 open .. 255) */
 	EVENT_TASK,		/* homing or probing has ended: a = enum pokeys_task, b = enum
 				 * pokeys_task_result, c = axes, bits */
+	EVENT_CONFIG_MISSING,	/* a setting that this device does not have is wanted: a = enum
+				 * wire_op, b = firmware that brought it (as in EVENT_IDENTIFIED),
+				 * c = 1 only a PoKeys57CNC has it */
 	EVENT_PHASE,		/* phase lock: a = enum pokeys_phase_state, b = period of the
 				 * commander's thread, c = jitter of its reads (ns) */
 	EVENT_THREADING,	/* a one-shot of threading was refused: a = operation, b = enum

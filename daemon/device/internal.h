@@ -359,10 +359,30 @@ bool setting_may_write(const struct device *device);
 bool setting_read(struct device *device, struct setting *setting);
 bool setting_write(struct device *device, struct setting *setting);
 bool setting_reboot(struct device *device, struct setting *setting);
+bool setting_effect(struct device *device, struct setting *setting);
+/* It is wanted, and this device or firmware does not have it: say so, once. */
+void setting_missing(struct device *device, struct setting *setting);
 /* `differs`: which of it, 0 = the device did not answer. */
 void setting_refuse(struct device *device, struct setting *setting, uint64_t differs);
 /* pokeysd.conf wants something else than the device has, or does not say. */
 bool setting_blocks(const struct device *device, const struct setting *setting);
+
+/* setting_sync.c: the PWM channel that follows an axis, -1 = none does */
+int setting_synced_channel(const struct device *device);
+
+/* setting_backlash.c: as a slow group */
+bool backlash_has(const struct device *device);
+enum wire_op backlash_ask(struct device *device, union slow_request *request);
+void backlash_take(struct device *device, const mailbox_entry_t *entry);
+
+/* postep.c: into the image, and as slow groups */
+void postep_forget(struct device *device);
+void postep_status(struct device *device, const mailbox_entry_t *entry);
+void postep_modes(struct device *device, const struct wire_postep_modes_req *modes);
+bool postep_has(const struct device *device);
+enum wire_op postep_ask(struct device *device, union slow_request *request);
+enum wire_op postep_ask_rare(struct device *device, union slow_request *request);
+void postep_take_rare(struct device *device, const mailbox_entry_t *entry);
 
 /* setting_system.c */
 enum pokeys_failsafe failsafe_state(const struct device *device);

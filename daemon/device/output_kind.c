@@ -38,6 +38,17 @@ static uint8_t by_mask(uint8_t have, uint8_t want, uint8_t mask)
 
 /* PWM, 0xCB. */
 
+/* A channel that follows an axis is the device's: it keeps the duty that it was seen with. */
+static void leave_synced(const struct device *device, union output_value *want)
+{
+	const struct output *output = &device->outputs.output[OUTPUT_PWM];
+	const int channel = setting_synced_channel(device);
+
+	if (channel >= 0)
+		want->pwm.duty[channel] = output->known ? output->have.pwm.duty[channel] :
+							  device->image.pwm_duty[channel];
+}
+
 static bool pwm_want(const struct device *device, unsigned int index, union output_value *want)
 {
 	const struct output_wish *wish = &device->intake.output;
@@ -60,6 +71,7 @@ static bool pwm_want(const struct device *device, unsigned int index, union outp
 
 		want->pwm.duty[i] = wish->pwm_duty[i] < most ? wish->pwm_duty[i] : most;
 	}
+	leave_synced(device, want);
 	return want->pwm.period > 0;
 }
 

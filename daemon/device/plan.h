@@ -34,10 +34,13 @@ enum slow_group {
 	SLOW_PONET,
 	SLOW_DEDICATED,
 	SLOW_MATRIX,
+	SLOW_BACKLASH,
+	SLOW_POSTEP,
+	SLOW_POSTEP_RARE,
 	SLOW_GROUPS
 };
 
-_Static_assert((int)SLOW_MATRIX == (int)POKEYS_SLOW_MATRIX, "groups are one list");
+_Static_assert((int)SLOW_POSTEP_RARE == (int)POKEYS_SLOW_POSTEP_RARE, "groups are one list");
 _Static_assert((int)SLOW_GROUPS <= (int)POKEYS_SLOW_GROUPS, "groups have room in the image");
 
 union slow_request {
@@ -109,6 +112,7 @@ struct plan {
 	uint8_t counter_pin[POKEYS_PINS];	/* 0-based pins that count */
 	uint8_t counters, counter_next;
 	uint8_t counter_asked[WIRE_COUNTERS];
+	uint8_t postep_next, postep_asked;	/* which of the rare ones */
 };
 
 #endif

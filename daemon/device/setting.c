@@ -19,6 +19,18 @@ bool setting_always(const struct device *device, unsigned int index)
 	return true;
 }
 
+bool setting_has_engine(const struct device *device, unsigned int index)
+{
+	(void)index;
+	return device->image.capability.pulse_engine >= 2;
+}
+
+bool setting_since(const struct device *device, uint32_t version)
+{
+	return wire_firmware_at_least(&device->identify.identity.firmware, (uint8_t)(version >> 16),
+				      (uint8_t)(version >> 8), (uint8_t)version);
+}
+
 void setting_ask_zeros(unsigned int index, union setting_request *request)
 {
 	(void)index;
@@ -49,6 +61,11 @@ const struct setting_kind *setting_kind(unsigned int setting, unsigned int *inde
 		[SETTING_FAILSAFE] = &setting_failsafe,
 		[SETTING_ENGINE] = &setting_engine,
 		[SETTING_EMERGENCY] = &setting_emergency,
+		[SETTING_BACKLASH] = &setting_backlash,
+		[SETTING_SYNC_PWM] = &setting_sync_pwm,
+		[SETTING_SYNC_OUTPUTS] = &setting_sync_outputs,
+		[SETTING_POSTEP] = &setting_postep,
+		[SETTING_POSTEP_MODES] = &setting_postep_modes,
 	};
 
 	*index = setting < SETTING_AXIS ? 0 : setting - SETTING_AXIS;

@@ -44,6 +44,11 @@ enum setting_index {
 	SETTING_FAILSAFE,
 	SETTING_ENGINE,
 	SETTING_EMERGENCY,
+	SETTING_BACKLASH,
+	SETTING_SYNC_PWM,
+	SETTING_SYNC_OUTPUTS,
+	SETTING_POSTEP,
+	SETTING_POSTEP_MODES,
 	SETTING_AXIS,		/* and one more for each further axis */
 	SETTINGS = SETTING_AXIS + POKEYS_AXES
 };
@@ -63,6 +68,11 @@ union setting_value {
 	struct wire_pulse_status_rep engine;
 	struct wire_pulse_emergency_rep emergency;
 	struct wire_pulse_axis_get_rep axis;
+	struct wire_pulse_backlash_rep backlash;
+	struct wire_pulse_sync_pwm_req sync_pwm;
+	struct wire_pulse_sync_outputs_req sync_outputs;
+	struct wire_postep_comm_req postep;
+	struct wire_postep_modes_req modes;
 };
 
 union setting_request {
@@ -83,6 +93,11 @@ union setting_request {
 	struct wire_pulse_emergency_req emergency;
 	struct wire_pulse_axis_get_req axis_get;
 	struct wire_pulse_axis_set_req axis_set;
+	struct wire_pulse_backlash_set_req backlash_set;
+	struct wire_pulse_sync_pwm_req sync_pwm;
+	struct wire_pulse_sync_outputs_req sync_outputs;
+	struct wire_postep_comm_req postep;
+	struct wire_postep_modes_req modes;
 };
 
 struct setting {
@@ -98,8 +113,20 @@ struct setting {
 	union setting_request write;	/* as we want it */
 };
 
+/* setting_postep.c: on the way to the drivers, and back. */
+struct postep_talk {
+	uint8_t step;			/* of what has to be done, 0 = the first */
+	uint8_t passing;		/* bit = axis that the device was told about */
+	uint8_t awaited;		/* bit = axis whose driver has not been talked to since */
+	uint8_t updates[POKEYS_AXES];	/* its counter then */
+	bool open, waiting, counted;
+	bool fetched;			/* the drivers' own values have been read once */
+	uint64_t until_ns, again_ns;
+};
+
 struct configure {
 	struct setting setting[SETTINGS];
+	struct postep_talk postep;
 	bool standing;			/* the pulse engine stands: settings may be written */
 	bool stop_open;
 	uint64_t again_ns;		/* blocked until then; 0 = not */
@@ -129,6 +156,15 @@ struct setting_kind {
 	bool dispensable;
 	/* Whether this device has it at all. */
 	bool (*has)(const struct device *device, unsigned int index);
+	/*
+	 * What to say if it has not and is wanted all the same: the firmware that brought it,
+	 * major << 16 | minor << 8 | revision. 0 = nothing.
+	 */
+	uint32_t since;
+	/* Only a PoKeys57CNC has it. */
+	bool only_57cnc;
+	/* It may be read now. NULL = always. */
+	bool (*ready)(struct device *device);
 	/* Whether these settings say anything about it. */
 	bool (*wanted)(const struct pokeys_settings *want, unsigned int index);
 	/* The request that reads it. */
@@ -148,9 +184,19 @@ struct setting_kind {
 		       const union setting_value *value);
 	/* What an event says was written; `which` is a bit of `changed`. */
 	int64_t (*written)(const union setting_value *value, unsigned int which);
-	/* The write only takes effect after a reboot of the pulse engine. NULL = never. */
-	bool (*needs_reboot)(const union setting_value *value, const union setting_request *request);
+	/* The write takes effect by a further request only. NULL = never. */
+	bool (*needs_effect)(const union setting_value *value, const union setting_request *request);
+	/* ... this one; false = not now. When it has ended the setting is to be read again. */
+	bool (*effect)(struct device *device, struct setting *setting);
 };
+
+/* In `changed` and what merge() returns: no axis' own. */
+enum { SETTING_ENGINE_BIT = POKEYS_AXES };
+
+#define SETTING_VERSION(major, minor, revision) ((major) << 16 | (minor) << 8 | (revision))
+
+/* The firmware is this version or newer. */
+bool setting_since(const struct device *device, uint32_t version);
 
 /* The kind of a setting, and its index within the kind. */
 const struct setting_kind *setting_kind(unsigned int setting, unsigned int *index);
@@ -161,9 +207,12 @@ extern const struct setting_kind setting_fast, setting_ultra;
 extern const struct setting_kind setting_pwm, setting_filter, setting_poextbus, setting_matrix;
 extern const struct setting_kind setting_name, setting_failsafe;
 extern const struct setting_kind setting_engine, setting_emergency, setting_axis;
+extern const struct setting_kind setting_backlash, setting_sync_pwm, setting_sync_outputs;
+extern const struct setting_kind setting_postep, setting_postep_modes;
 
 /* For kinds: an unconditional yes, a read request of zeros, nothing to learn. */
 bool setting_always(const struct device *device, unsigned int index);
+bool setting_has_engine(const struct device *device, unsigned int index);
 void setting_ask_zeros(unsigned int index, union setting_request *request);
 void setting_learn_nothing(struct device *device, unsigned int index,
 			   const union setting_value *value);

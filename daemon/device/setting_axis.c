@@ -16,21 +16,16 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
+#define AXIS_BLOCK ((POKEYS_AXIS_SET_SIGNALS << 1) - 1)	/* what stands in the block */
 #define SAME 1e-6
 #define PER_MS 1e3		/* speeds, pulses/s */
 #define PER_MS2 1e6		/* accelerations, pulses/s^2 */
-
-static bool has_engine(const struct device *device, unsigned int index)
-{
-	(void)index;
-	return device->image.capability.pulse_engine >= 2;
-}
 
 static bool axis_wanted(const struct pokeys_settings *want, unsigned int index)
 {
 	const struct pokeys_axis_settings *axis = &want->axis[index];
 
-	return axis->set || axis->options_mask || axis->switches_mask;
+	return axis->set & AXIS_BLOCK || axis->options_mask || axis->switches_mask;
 }
 
 static void axis_ask(unsigned int index, union setting_request *request)
@@ -148,7 +143,7 @@ static void axis_report(struct pokeys_settings *known, unsigned int index,
 	const struct wire_axis_config *axis = &value->axis.config;
 	struct pokeys_axis_settings *out = &known->axis[index];
 
-	out->set = (POKEYS_AXIS_SET_SIGNALS << 1) - 1;
+	out->set |= AXIS_BLOCK;
 	out->options = axis->options;
 	out->switches = axis->switches;
 	out->options_mask = out->switches_mask = UINT8_MAX;
@@ -165,7 +160,7 @@ static int64_t axis_written(const union setting_value *value, unsigned int which
 
 const struct setting_kind setting_axis = {
 	.read = WIRE_OP_PULSE_AXIS_GET, .write = WIRE_OP_PULSE_AXIS_SET,
-	.name = POKEYS_SETTING_AXIS, .vital = true, .has = has_engine, .wanted = axis_wanted,
+	.name = POKEYS_SETTING_AXIS, .vital = true, .has = setting_has_engine, .wanted = axis_wanted,
 	.ask = axis_ask, .merge = axis_merge, .learn = axis_learn, .report = axis_report,
 	.written = axis_written,
 };

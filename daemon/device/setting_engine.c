@@ -15,12 +15,6 @@
 #define ENGINE_SETUP (POKEYS_SET_AXES | POKEYS_SET_CHARGE_PUMP | POKEYS_SET_GENERATOR | \
 		      POKEYS_SET_EMERGENCY_INVERT | POKEYS_SET_POWER_STATES)
 
-static bool has_engine(const struct device *device, unsigned int index)
-{
-	(void)index;
-	return device->image.capability.pulse_engine >= 2;
-}
-
 /* 0x85/00 and 01. */
 
 static bool engine_wanted(const struct pokeys_settings *want, unsigned int index)
@@ -56,7 +50,7 @@ static uint64_t engine_merge(const struct pokeys_settings *want, unsigned int in
 	       setup->power_states != have->power_states;
 }
 
-static bool engine_needs_reboot(const union setting_value *value,
+static bool engine_needs_effect(const union setting_value *value,
 				const union setting_request *request)
 {
 	return request->setup.generator != value->engine.generator ||
@@ -98,9 +92,10 @@ static int64_t engine_written(const union setting_value *value, unsigned int whi
 /* Whether it stands, how fast an axis is and in which mode, must be known before anything moves. */
 const struct setting_kind setting_engine = {
 	.read = WIRE_OP_PULSE_STATUS, .write = WIRE_OP_PULSE_SETUP, .name = POKEYS_SETTING_ENGINE,
-	.vital = true, .has = has_engine, .wanted = engine_wanted, .ask = setting_ask_zeros,
+	.vital = true, .has = setting_has_engine, .wanted = engine_wanted, .ask = setting_ask_zeros,
 	.merge = engine_merge, .learn = engine_learn, .report = engine_report,
-	.written = engine_written, .needs_reboot = engine_needs_reboot,
+	.written = engine_written, .needs_effect = engine_needs_effect,
+	.effect = setting_reboot,
 };
 
 /* Emergency pin, 0x85/06. */
@@ -143,7 +138,7 @@ static int64_t emergency_written(const union setting_value *value, unsigned int 
 
 const struct setting_kind setting_emergency = {
 	.read = WIRE_OP_PULSE_EMERGENCY, .write = WIRE_OP_PULSE_EMERGENCY,
-	.name = POKEYS_SETTING_EMERGENCY, .has = has_engine, .wanted = emergency_wanted,
+	.name = POKEYS_SETTING_EMERGENCY, .has = setting_has_engine, .wanted = emergency_wanted,
 	.ask = setting_ask_zeros, .merge = emergency_merge, .learn = emergency_learn,
 	.report = emergency_report, .written = emergency_written,
 };

@@ -296,4 +296,7 @@ const struct slow_kind slow_groups[SLOW_GROUPS] = {
 	[SLOW_PONET] = { ponet_hertz, ponet_has, ponet_ask, ponet_take },
 	[SLOW_DEDICATED] = { analog_hertz, has_external, ask_dedicated, take_dedicated },
 	[SLOW_MATRIX] = { bus_hertz, has_matrix, ask_matrix, take_matrix },
+	[SLOW_BACKLASH] = { slow_hertz, backlash_has, backlash_ask, backlash_take },
+	[SLOW_POSTEP] = { slow_hertz, postep_has, postep_ask, postep_status },
+	[SLOW_POSTEP_RARE] = { rare_hertz, postep_has, postep_ask_rare, postep_take_rare },
 };

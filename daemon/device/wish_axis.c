@@ -47,6 +47,12 @@ static const struct axis_part axis_parts[] = {
 	AXIS(SOFT_MINIMUM, soft_minimum, 0),
 	AXIS(SOFT_MAXIMUM, soft_maximum, 0),
 	AXIS(SIGNALS, signals, 7),
+	AXIS(BACKLASH_WIDTH, backlash_half, 0),
+	AXIS(BACKLASH_ACCELERATION, backlash_acceleration, 255),
+	AXIS(POSTEP_TYPE, postep_type, 255),
+	AXIS(POSTEP_ADDRESS, postep_address, 255),
+	AXIS(POSTEP_STEP, postep_step, 8),
+	AXIS(POSTEP_TEMPERATURE, postep_temperature, 255),
 };
 
 enum { AXIS_PARTS = sizeof(axis_parts) / sizeof(axis_parts[0]) };

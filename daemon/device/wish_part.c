@@ -114,6 +114,34 @@ static bool bus_good(const struct pokeys_settings *s)
 	return s->poextbus_connector <= 1 && s->poextbus_no_crc <= 1;
 }
 
+static bool backlash_good(const struct pokeys_settings *s)
+{
+	return s->backlash_enable <= 1;
+}
+
+static bool postep_good(const struct pokeys_settings *s)
+{
+	return s->postep_enable <= 1;
+}
+
+static bool sync_pwm_good(const struct pokeys_settings *s)
+{
+	return s->sync_pwm_enable <= 1 && s->sync_pwm_axis < POKEYS_AXES &&
+	       s->sync_pwm_channel < POKEYS_PWM;
+}
+
+static bool sync_outputs_good(const struct pokeys_settings *s)
+{
+	for (unsigned int i = 0; i < sizeof(s->sync_out_pin); i++) {
+		const uint8_t pin = s->sync_out_pin[i];
+
+		if (pin > POKEYS_PINS && (pin < WIRE_SYNC_EXTERNAL_FIRST ||
+					  pin > WIRE_SYNC_EXTERNAL_LAST))
+			return false;
+	}
+	return s->sync_out_enable <= 1 && s->sync_out_axis < POKEYS_AXES;
+}
+
 #define FROM(member) offsetof(struct pokeys_settings, member)
 #define END(member) (FROM(member) + sizeof(((struct pokeys_settings *)0)->member))
 #define PART(NAME, first, last, setting, good) \
@@ -134,6 +162,11 @@ static const struct part parts[] = {
 	PART(MATRIX, matrix_enable, matrix_column_pin, MATRIX, matrix_good),
 	PART(NAME, name, name, NAME, name_good),
 	PART(POEXTBUS, poextbus_connector, poextbus_no_crc, POEXTBUS, bus_good),
+	PART(BACKLASH, backlash_enable, backlash_enable, BACKLASH, backlash_good),
+	PART(BACKLASH_SPEED, backlash_speed, backlash_speed, BACKLASH, NULL),
+	PART(POSTEP, postep_enable, postep_enable, POSTEP, postep_good),
+	PART(SYNC_PWM, sync_pwm_enable, sync_pwm_channel, SYNC_PWM, sync_pwm_good),
+	PART(SYNC_OUTPUTS, sync_out_enable, sync_out_pin, SYNC_OUTPUTS, sync_outputs_good),
 };
 
 enum { PARTS = sizeof(parts) / sizeof(parts[0]) };

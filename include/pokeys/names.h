@@ -75,6 +75,12 @@ static inline const char *pokeys_setting_name(uint8_t setting)
 	case POKEYS_SETTING_MATRIX:	return "matrix keyboard";
 	case POKEYS_SETTING_NAME:	return "name";
 	case POKEYS_SETTING_POEXTBUS:	return "PoExtBus";
+	case POKEYS_SETTING_BACKLASH:	return "backlash";
+	case POKEYS_SETTING_POSTEP:	return "PoStep";
+	case POKEYS_SETTING_POSTEP_MODES:	return "PoStep driver";
+	case POKEYS_SETTING_SYNC_PWM:	return "synced PWM";
+	case POKEYS_SETTING_SYNC_OUTPUTS:	return "synced outputs";
+	case POKEYS_SETTING_THREADING:	return "threading";
 	default:	return "unknown";
 	}
 }

@@ -181,6 +181,29 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 	assert_fault(GOOD "deadline-floor-us = 60000\n",
 		     "f:1: [device a]: deadline-ceiling-ms = 50 must not be shorter than "
 		     "deadline-floor-us, which is 60000 us");
+	assert_fault(GOOD "axis.1.backlash-width = 13\nbacklash = on\n",
+		     "f:3: [device a]: axis.1.backlash-width: \"13\" is between two steps; "
+		     "allowed: leave | 0..131070");
+	assert_fault(GOOD "axis.1.backlash-acceleration = 256000000\n",
+		     "f:3: [device a]: axis.1.backlash-acceleration: \"256000000\" is out of "
+		     "range; allowed: leave | 0..255000000");
+	assert_fault(GOOD "axis.1.backlash-width = 12\n",
+		     "f:3: [device a]: axis.1.backlash-width wants backlash = on (or off, if that "
+		     "is meant)");
+	assert_fault(GOOD "axis.7.postep-microsteps = 16\n",
+		     "f:3: [device a]: axis.7.postep-microsteps wants postep = on (or off, if that "
+		     "is meant)");
+	assert_fault(GOOD "postep = on\naxis.7.postep-microsteps = 12\n",
+		     "f:4: [device a]: axis.7.postep-microsteps: \"12\" is not allowed; allowed: "
+		     "leave | 1 | 2 | 4 | 8 | 16 | 32 | 64 | 128 | 256");
+	assert_fault(GOOD "synced-pwm-channel = 6\n",
+		     "f:3: [device a]: synced-pwm-channel: \"6\" is out of range; allowed: leave | "
+		     "0..5");
+	assert_fault(GOOD "synced-pwm = on\nsynced-pwm-axis = 2\naxis.2.mode = position\n",
+		     "f:4: [device a]: synced-pwm-axis = 2: axis.2.mode has to be buffered");
+	assert_fault(GOOD "synced-outputs-pins = 1,0,56\n",
+		     "f:3: [device a]: synced-outputs-pins: 56 is neither a terminal (1-55) nor an "
+		     "external output (92-99)");
 	assert_fault(GOOD "axis.1.soft-limits = on\naxis.1.soft-minimum = 4\n",
 		     "f:3: [device a]: axis.1.soft-limits = on wants axis.1.soft-minimum and "
 		     "axis.1.soft-maximum");

@@ -227,10 +227,12 @@ static void threading_and_backlash_are_where_section_3_24_3_says(void **state)
 	AT16(set.axis[0].half_width, 8);
 	AT16(set.axis[7].half_width, 36);
 	AT(set.axis[7].accel, 38);
+	AT(set.axis[7].reserved, 39);
 	AT(got.enable, 3);
 	AT(got.max_speed, 4);
 	AT16(got.axis[7].half_width, 36);
 	AT(got.axis[7].accel, 38);
+	AT(got.axis[7].reserved, 39);
 	AT16(got.compensation[0], 40);
 	AT16(got.compensation[7], 54);
 }
@@ -263,6 +265,7 @@ static void postep_drivers_are_where_section_3_24_3_says(void **state)
 	AT(modes.axis[7].mode, 50);
 	AT(modes.axis[7].step, 51);
 	AT(modes.axis[7].temperature, 52);
+	ATBYTES(modes.axis[7].reserved, 53);
 	AT(versions.axis[7].hw_major, 50);
 	AT(versions.axis[7].hw_minor, 51);
 	AT(versions.axis[7].fw_major, 52);
