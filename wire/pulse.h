@@ -310,6 +310,8 @@ struct wire_thread_status_rep {
 	uint32_t index_count;
 	uint8_t debug[35];
 };
+#define WIRE_THREAD_ENCODER 1	/* mode: the encoder's counts are taken, not the index alone */
+
 /* 0x85/36 */
 struct wire_thread_params_req {
 	uint8_t mode;		/* 0 index, 1 encoder + index, 2 hs index, 3 hs encoder */

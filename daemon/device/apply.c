@@ -188,6 +188,8 @@ static void write_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 	device->now_ns = now_ns;
 	setting->state = SETTING_READ;
 	setting->failures = 0;
+	if (answered(entry) && kind->taken)
+		kind->taken(device, &setting->write);
 	if (answered(entry))
 		setting->writes++;
 	else

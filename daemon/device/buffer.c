@@ -31,6 +31,7 @@
 #define LEAD_MOST 64
 #define PATIENCE_MOST (20 * MS)
 #define DRIFT_PART 1000		/* of a slot's time, for each slot too many */
+#define DRIFT_SLOTS (2 * BUFFER_USUAL)	/* ... and for no more than these */
 
 uint8_t buffer_axes(const struct device *device)
 {
@@ -51,7 +52,7 @@ static bool is_on(const struct device *device)
 
 bool buffer_ready(const struct device *device)
 {
-	return device->buffer.cleared || !buffer_axes(device);
+	return (device->buffer.cleared && !threading_dirty(device)) || !buffer_axes(device);
 }
 
 void buffer_lose_sync(struct device *device)
@@ -60,6 +61,7 @@ void buffer_lose_sync(struct device *device)
 
 	if (buffer->synced)
 		device->image.engine.buffer_resyncs++;
+	threading_spoil(device, POKEYS_TASK_FAILED);
 	if (buffer->doubt)
 		buffer_fill_failed(device);
 	buffer->synced = buffer->doubt = buffer->busy = false;
@@ -67,7 +69,7 @@ void buffer_lose_sync(struct device *device)
 	buffer->still_ns = device->now_ns;
 }
 
-static uint32_t level(const struct device *device)
+uint32_t buffer_level(const struct device *device)
 {
 	return device->buffer.end - device->buffer.seen;
 }
@@ -82,17 +84,21 @@ uint64_t buffer_patience(const struct device *device)
 }
 
 /* Slots that the device has to be ahead, for a lost fill to do no harm. */
-static uint8_t lead(const struct device *device)
+uint8_t buffer_lead(const struct device *device)
 {
 	const uint64_t slots = LEAD_LEAST + 3 * ((buffer_patience(device) + BUFFER_SLOT_NS - 1) / BUFFER_SLOT_NS);
 
 	return (uint8_t)(slots < LEAD_MOST ? slots : LEAD_MOST);
 }
 
-static void push(struct buffer *buffer, const struct buffer_slot *slot)
+static void push(struct device *device, const struct buffer_slot *slot)
 {
-	if (buffer->pending == BUFFER_PENDING)
+	struct buffer *buffer = &device->buffer;
+
+	if (buffer->pending >= (threading_stretched(device) ? BUFFER_PENDING : BUFFER_USUAL)) {
+		threading_spoil(device, POKEYS_TASK_BEHIND);
 		return;		/* absolute positions: the next one says it all */
+	}
 	buffer->slot[(buffer->first + buffer->pending++) % BUFFER_PENDING] = *slot;
 }
 
@@ -128,25 +134,81 @@ static bool at_rest(const struct device *device)
 	return !buffer->pending && !buffer->open;
 }
 
+static bool moves(const struct device *device)
+{
+	const struct buffer *buffer = &device->buffer;
+	bool moving = false;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		moving = moving || buffer->step[i];
+	return moving;
+}
+
+bool buffer_settled(const struct device *device)
+{
+	return device->buffer.synced && !device->buffer.doubt && !moves(device) &&
+	       buffer_arrived(device);
+}
+
+bool buffer_arrived(const struct device *device)
+{
+	const struct buffer *buffer = &device->buffer;
+	const int32_t *end = buffer->path[buffer->end % BUFFER_PATH].position;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (device->motion.driven & buffer_axes(device) & 1u << i &&
+		    device->intake.axis[i].position != end[i])
+			return false;
+	}
+	for (uint32_t n = 0; n < buffer->pending; n++) {
+		if (!buffer_path_is(device, buffer->slot[(buffer->first + n) % BUFFER_PENDING]
+				    .position, buffer->end))
+			return false;
+	}
+	return true;
+}
+
 static void begin_motion(struct device *device)
 {
 	struct buffer *buffer = &device->buffer;
 	const struct buffer_slot here = buffer->path[buffer->end % BUFFER_PATH];
 
 	buffer->busy = true;
-	buffer->lead = lead(device);
-	for (unsigned int i = 0; i < buffer->lead; i++)
-		push(buffer, &here);
+	buffer->lead = buffer_lead(device);
+	for (unsigned int i = 0; i < buffer->lead && !threading_paces(device); i++)
+		push(device, &here);
 	buffer->made_ns = buffer->tick_ns;
+}
+
+/* Slots that stand still need not be sent. */
+static void come_to_rest(struct device *device)
+{
+	device->buffer.busy = false;
+	device->buffer.pending = 0;
 }
 
 /* A slot's time by our clock, so that the device's buffer stays as full as it is to be. */
 static uint64_t slot_time(const struct device *device)
 {
-	const int64_t more = (int64_t)level(device) + device->buffer.pending -
-			     device->buffer.lead;
+	int64_t more = (int64_t)buffer_level(device) + device->buffer.pending -
+		       device->buffer.lead;
 
+	if (threading_paces(device))
+		more = 0;
+	if (more > DRIFT_SLOTS)
+		more = DRIFT_SLOTS;
 	return (uint64_t)((int64_t)BUFFER_SLOT_NS + more * (int64_t)(BUFFER_SLOT_NS / DRIFT_PART));
+}
+
+/* However long it stands, the spindle need not turn for that. */
+static bool stands_already(const struct device *device, const struct buffer_slot *slot)
+{
+	const struct buffer *buffer = &device->buffer;
+	const uint32_t last = buffer->first + buffer->pending - 1;
+
+	return threading_paces(device) && buffer->pending >= 2 &&
+	       !memcmp(slot, &buffer->slot[last % BUFFER_PENDING], sizeof(*slot)) &&
+	       !memcmp(slot, &buffer->slot[(last - 1) % BUFFER_PENDING], sizeof(*slot));
 }
 
 static void make_slots(struct device *device)
@@ -158,7 +220,8 @@ static void make_slots(struct device *device)
 	while (buffer->made_ns + time <= device->tick_ns) {
 		buffer->made_ns += time;
 		wish_at(device, buffer->made_ns, &slot);
-		push(buffer, &slot);
+		if (!stands_already(device, &slot))
+			push(device, &slot);
 	}
 }
 
@@ -180,15 +243,18 @@ void buffer_update(struct device *device)
 	if (device->motion.phase != MOTION_ON && buffer->synced)
 		buffer_lose_sync(device);
 	if (buffer->synced && is_on(device)) {
-		if (!buffer->busy && !at_rest(device))
+		const bool rest = threading_stretched(device) ? buffer_settled(device) :
+								at_rest(device);
+
+		if (!buffer->busy && !rest)
 			begin_motion(device);
-		else if (buffer->busy && at_rest(device))
-			buffer->busy = false;
+		else if (rest)
+			come_to_rest(device);
 		if (buffer->busy)
 			make_slots(device);
 	}
 	remember_wish(device);
-	device->image.engine.buffer_level = (uint8_t)level(device);
+	device->image.engine.buffer_level = (uint8_t)buffer_level(device);
 }
 
 static bool clear_due(const struct device *device)
@@ -202,7 +268,8 @@ static bool fill_due(const struct device *device)
 	const struct buffer *buffer = &device->buffer;
 
 	return is_on(device) && buffer->synced && buffer->pending && !buffer->open &&
-	       !buffer->doubt && level(device) < LEAD_MOST;
+	       !buffer->doubt && buffer_level(device) < LEAD_MOST && !threading_holds(device) &&
+	       buffer_fill_worth_it(device);
 }
 
 static void clear_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,

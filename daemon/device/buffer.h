@@ -17,7 +17,8 @@ struct wire_pulse_status_rep;
 #define BUFFER_SLOT_NS	UINT64_C(1000000)
 
 enum {
-	BUFFER_PENDING = 128,	/* slots made and not sent */
+	BUFFER_PENDING = 4096,	/* slots made and not sent, while the spindle plays them */
+	BUFFER_USUAL = 128,	/* ... and otherwise */
 	BUFFER_PATH = 256,	/* slots sent: where the axes are after each */
 	BUFFER_FILL_MOST = 64,	/* slots of one fill; the device has room for 128 */
 };
@@ -70,6 +71,14 @@ void buffer_status(struct device *device, const struct wire_pulse_status_rep *st
 		   uint64_t asked_ns);
 /* Bit = axis that is set up for it. */
 uint8_t buffer_axes(const struct device *device);
+/* All that is wished has been sent or stands still, and nothing moves any more. */
+bool buffer_settled(const struct device *device);
+/* All that is wished has been sent. */
+bool buffer_arrived(const struct device *device);
+/* Slots in the device, as far as known. */
+uint32_t buffer_level(const struct device *device);
+/* ... that it is to be ahead of the wire. */
+uint8_t buffer_lead(const struct device *device);
 
 /* An answer to a fill that has not come by then is not awaited, ns. */
 uint64_t buffer_patience(const struct device *device);
@@ -84,6 +93,25 @@ void buffer_fill_failed(struct device *device);
 bool buffer_in_parts(const struct device *device, const uint8_t packet[WIRE_PK],
 		     uint8_t all[WIRE_MULTI_BYTES]);
 
+/* buffer_stretch.c: from here on slots are not played by the millisecond; they are again. */
+void buffer_stretch(struct device *device);
+void buffer_unstretch(struct device *device);
+/* Slots that are not played yet. */
+uint16_t buffer_behind(const struct device *device);
+/* ... are no more than usual. */
+bool buffer_caught_up(const struct device *device);
+/* What is to be played first lies in the device. */
+bool buffer_loaded(const struct device *device);
+/* A fill so small that nobody could tell whether it was executed waits for more. */
+bool buffer_fill_worth_it(const struct device *device);
+/* The fill in doubt; left: slots in the device, if it tells them. */
+void buffer_judge_stretched(struct device *device, const int32_t position[POKEYS_AXES],
+			    uint32_t left);
+/* Has it run dry in the middle of a motion? Of a fill's answer, before that is counted in. */
+void buffer_judge_dry(struct device *device, const int32_t position[POKEYS_AXES]);
+/* The newest fill is in the device, or not: then its slots are sent again. */
+void buffer_resolve(struct device *device, bool executed);
+
 /* buffer_path.c */
 void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES]);
 /* The next slot of the path, towards these positions; no longer than an axis may step. */
@@ -94,5 +122,8 @@ void buffer_path_accept(struct device *device, uint32_t k);
 bool buffer_path_find(const struct device *device, const int32_t position[POKEYS_AXES],
 		      uint32_t first, uint32_t last, uint32_t *at);
 bool buffer_path_is(const struct device *device, const int32_t position[POKEYS_AXES], uint32_t at);
+/* They are at its end or between it and the one before. */
+bool buffer_path_within(const struct device *device, const int32_t position[POKEYS_AXES],
+			uint32_t at);
 
 #endif

@@ -146,6 +146,7 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	if (!answered(entry))
 		return;
 	wire_pulse_fill8_decode_rep(entry->response_buffer, &reply);
+	buffer_judge_dry(device, reply.status.position);
 	take_answer(device, reply.accepted);
 	decode_engine(device, &reply.status, entry->timestamp_received);
 	buffer_status(device, &reply.status, now_ns);

@@ -109,12 +109,32 @@ bool buffer_path_is(const struct device *device, const int32_t position[POKEYS_A
 	return true;
 }
 
+bool buffer_path_within(const struct device *device, const int32_t position[POKEYS_AXES],
+			uint32_t at)
+{
+	const struct buffer_slot *to = &device->buffer.path[at % BUFFER_PATH];
+	const struct buffer_slot *from = &device->buffer.path[(at ? at - 1 : 0) % BUFFER_PATH];
+	const uint8_t axes = buffer_axes(device);
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const int32_t a = from->position[i], b = to->position[i];
+
+		if (axes >> i & 1 &&
+		    (position[i] < (a < b ? a : b) || position[i] > (a < b ? b : a)))
+			return false;
+	}
+	return true;
+}
+
 bool buffer_path_find(const struct device *device, const int32_t position[POKEYS_AXES],
 		      uint32_t first, uint32_t last, uint32_t *at)
 {
+	const bool stretched = threading_stretched(device);
+
 	for (uint32_t n = first; n <= last; n++) {
 		*at = n;
-		if (buffer_path_is(device, position, n))
+		if (stretched ? buffer_path_within(device, position, n) :
+				buffer_path_is(device, position, n))
 			return true;
 	}
 	return false;

@@ -51,8 +51,7 @@ static void try_sync(struct device *device, const struct wire_pulse_status_rep *
 	buffer->pending = 0;
 }
 
-/* It is in the buffer, or known not to be: then its slots are sent again. */
-static void resolve(struct device *device, bool executed)
+void buffer_resolve(struct device *device, bool executed)
 {
 	struct buffer *buffer = &device->buffer;
 
@@ -70,8 +69,13 @@ static void resolve(struct device *device, bool executed)
 static bool on_path(const struct device *device, const int32_t position[POKEYS_AXES],
 		    uint32_t end, uint32_t left)
 {
-	return left <= end && end - left + OLDER >= device->buffer.seen &&
-	       buffer_path_is(device, position, end - left);
+	if (left > end || end - left + OLDER < device->buffer.seen)
+		return false;
+	if (!threading_stretched(device))
+		return buffer_path_is(device, position, end - left);
+	/* the slot under way is out of the buffer, or still in it */
+	return buffer_path_within(device, position, end - left) ||
+	       (left && buffer_path_within(device, position, end - left + 1));
 }
 
 static void judge_by_level(struct device *device, const struct wire_pulse_status_rep *status)
@@ -82,7 +86,7 @@ static void judge_by_level(struct device *device, const struct wire_pulse_status
 	const bool out = on_path(device, status->position, buffer->end, left);
 
 	if (in != out)
-		resolve(device, in);
+		buffer_resolve(device, in);
 	else if (!in || device->now_ns >= buffer->empty_ns)
 		buffer_lose_sync(device);
 }
@@ -99,7 +103,7 @@ static void judge_by_position(struct device *device, const struct wire_pulse_sta
 	}
 	if (buffer_path_find(device, status->position, buffer->end + 1,
 			     buffer->end + buffer->sent, &at))
-		resolve(device, true);
+		buffer_resolve(device, true);
 }
 
 static void ran_dry(struct device *device)
@@ -124,7 +128,8 @@ static bool follow(struct device *device, const struct wire_pulse_status_rep *st
 		if (!on_path(device, status->position, buffer->end, used(buffer, status)))
 			return false;
 		at = buffer->end - used(buffer, status);
-	} else if (device->now_ns >= buffer->empty_ns &&
+	} else if ((threading_stretched(device) ? !buffer->tells_free :
+		    device->now_ns >= buffer->empty_ns) &&
 		   buffer_path_is(device, status->position, buffer->end)) {
 		at = buffer->end;
 	} else if (!buffer_path_find(device, status->position, before, last, &at)) {
@@ -135,7 +140,7 @@ static bool follow(struct device *device, const struct wire_pulse_status_rep *st
 		at = buffer->end;
 	if (at > before)
 		buffer->seen = at;
-	if (at > before && at == buffer->end)
+	if (at > before && at == buffer->end && !threading_stretched(device))
 		ran_dry(device);
 	return true;
 }
@@ -158,11 +163,15 @@ void buffer_status(struct device *device, const struct wire_pulse_status_rep *st
 		return;
 	}
 	if (buffer->doubt && newest) {
-		if (buffer->tells_free)
+		if (threading_paces(device))
+			buffer_judge_stretched(device, status->position, used(buffer, status));
+		else if (buffer->tells_free)
 			judge_by_level(device, status);
 		else
 			judge_by_position(device, status);
 	}
 	if (buffer->synced && !follow(device, status, newest && !buffer->doubt))
 		buffer_lose_sync(device);
+	if (newest)
+		buffer_judge_dry(device, status->position);
 }

@@ -223,6 +223,7 @@ static const struct {
 	{ WIRE_OP_PULSE_SYNC_OUTPUTS, "synced outputs" },
 	{ WIRE_OP_POSTEP_COMM, "PoStep" },
 	{ WIRE_OP_POSTEP_MODES, "PoStep driver" },
+	{ WIRE_OP_THREAD_PARAMS, "threading" },
 };
 
 static void put_setting(struct line *line, const struct event *e)

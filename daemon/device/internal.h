@@ -19,6 +19,7 @@
 #include "daemon/device/plan.h"
 #include "daemon/device/setting.h"
 #include "daemon/device/task.h"
+#include "daemon/device/threading.h"
 #include "wire/bus.h"
 #include "wire/encoder.h"
 #include "wire/io.h"
@@ -248,6 +249,7 @@ struct device {
 	struct ponet ponet;
 	struct motion motion;
 	struct task task;
+	struct threading threading;
 	struct buffer buffer;
 	struct one_shots one_shots;
 	struct meter meter;
@@ -532,6 +534,9 @@ extern const struct operation operation_set_encoder, operation_arm_index;
 /* operation_task.c */
 extern const struct operation operation_home, operation_home_cancel, operation_home_finish,
 	operation_probe, operation_probe_finish, operation_jog, operation_jog_end;
+/* operation_thread.c */
+extern const struct operation operation_thread_begin, operation_thread_arm,
+	operation_thread_release, operation_thread_cancel;
 /* Whether this new count of an armed encoder says that its index zeroed it. */
 bool operation_index_seen(struct device *device, unsigned int encoder, int32_t count,
 			  uint64_t t_ns);

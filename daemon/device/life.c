@@ -79,6 +79,7 @@ static void begin_running(struct device *device)
 	plan_begin(device);
 	safe_begin(device);
 	motion_begin(device);
+	threading_begin(device);
 }
 
 void life_enter(struct device *device, enum pokeys_link link, enum pokeys_fault fault)

@@ -224,6 +224,7 @@ void motion_update(struct device *device)
 
 	if (!has_engine(device))
 		return;
+	threading_update(device);
 	task_update(device);
 	update_phase(device, wished(device));
 	axes = motion->phase == MOTION_ON ? wished(device) : 0;

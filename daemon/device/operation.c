@@ -276,6 +276,11 @@ const struct operation *operation_find(uint8_t operation)
 		[POKEYS_ONE_SHOT_REBOOT] = &reboot,
 		[POKEYS_ONE_SHOT_JOG] = &operation_jog,
 		[POKEYS_ONE_SHOT_JOG_END] = &operation_jog_end,
+		[POKEYS_ONE_SHOT_THREAD_PREPARE] = &operation_thread_begin,
+		[POKEYS_ONE_SHOT_THREAD_FORCE] = &operation_thread_begin,
+		[POKEYS_ONE_SHOT_THREAD_ARM] = &operation_thread_arm,
+		[POKEYS_ONE_SHOT_THREAD_RELEASE] = &operation_thread_release,
+		[POKEYS_ONE_SHOT_THREAD_CANCEL] = &operation_thread_cancel,
 	};
 
 	return operation < sizeof(offered) / sizeof(offered[0]) ? offered[operation] : NULL;

@@ -190,7 +190,9 @@ static void send_fast(struct device *device)
 
 	plan->next_cycle = device->cycle + device->config.fast_divider;
 	send_io(device);
-	if (device->image.capability.pulse_engine >= 2)
+	if (threading_asks(device))
+		threading_ask(device);
+	else if (device->image.capability.pulse_engine >= 2)
 		send_status(device);
 	if (!plan->measuring)
 		plan->measured_tick_ns = device->tick_ns;
@@ -213,7 +215,8 @@ bool plan_busy(const struct device *device)
 		if (device->outputs.output[i].open)
 			return true;
 	}
-	return device->plan.io_open || device->plan.status_open || device->motion.stop_open;
+	return device->plan.io_open || device->plan.status_open || device->motion.stop_open ||
+	       device->threading.open;
 }
 
 void plan_blocked(struct device *device)
@@ -257,6 +260,7 @@ static bool room(const struct device *device)
 	urgent += device->motion.reference_open;
 	urgent += device->motion.run_open || device->motion.stop_open;
 	urgent += device->buffer.open;
+	urgent += device->threading.open;
 	return device->mailbox.open_count - urgent + kept < window;
 }
 
@@ -273,7 +277,7 @@ void plan_cycle(struct device *device)
 		return;
 	moved = motion_send_state(device);
 	moved = reference_send(device) || moved;
-	if (moved)
+	if (moved || threading_send(device))
 		device->budget++;	/* motion has a place of its own */
 	if (buffer_send(device))
 		device->budget++;	/* likewise */

@@ -66,6 +66,7 @@ const struct setting_kind *setting_kind(unsigned int setting, unsigned int *inde
 		[SETTING_SYNC_OUTPUTS] = &setting_sync_outputs,
 		[SETTING_POSTEP] = &setting_postep,
 		[SETTING_POSTEP_MODES] = &setting_postep_modes,
+		[SETTING_THREADING] = &setting_thread,
 	};
 
 	*index = setting < SETTING_AXIS ? 0 : setting - SETTING_AXIS;

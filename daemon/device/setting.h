@@ -49,8 +49,16 @@ enum setting_index {
 	SETTING_SYNC_OUTPUTS,
 	SETTING_POSTEP,
 	SETTING_POSTEP_MODES,
+	SETTING_THREADING,
 	SETTING_AXIS,		/* and one more for each further axis */
 	SETTINGS = SETTING_AXIS + POKEYS_AXES
+};
+
+/* The parameters cannot be read; status has to stand first, an answer is decoded into it. */
+struct setting_thread {
+	struct wire_thread_status_rep status;
+	struct wire_thread_params_req params;
+	bool written;			/* params were acknowledged */
 };
 
 union setting_value {
@@ -73,6 +81,7 @@ union setting_value {
 	struct wire_pulse_sync_outputs_req sync_outputs;
 	struct wire_postep_comm_req postep;
 	struct wire_postep_modes_req modes;
+	struct setting_thread thread;
 };
 
 union setting_request {
@@ -98,6 +107,7 @@ union setting_request {
 	struct wire_pulse_sync_outputs_req sync_outputs;
 	struct wire_postep_comm_req postep;
 	struct wire_postep_modes_req modes;
+	struct wire_thread_params_req thread;
 };
 
 struct setting {
@@ -177,6 +187,8 @@ struct setting_kind {
 	 * false = wait. NULL = none do.
 	 */
 	bool (*take_along)(struct device *device, union setting_request *request);
+	/* The write was acknowledged; for what cannot be read back. NULL = that does not count. */
+	void (*taken)(struct device *device, const union setting_request *request);
 	/* Into the state image. */
 	void (*learn)(struct device *device, unsigned int index, const union setting_value *value);
 	/* Into the report. */
@@ -206,9 +218,9 @@ extern const struct setting_kind setting_encoder_options, setting_encoder_pins;
 extern const struct setting_kind setting_fast, setting_ultra;
 extern const struct setting_kind setting_pwm, setting_filter, setting_poextbus, setting_matrix;
 extern const struct setting_kind setting_name, setting_failsafe;
-extern const struct setting_kind setting_engine, setting_emergency, setting_axis;
 extern const struct setting_kind setting_backlash, setting_sync_pwm, setting_sync_outputs;
 extern const struct setting_kind setting_postep, setting_postep_modes;
+extern const struct setting_kind setting_engine, setting_emergency, setting_thread, setting_axis;
 
 /* For kinds: an unconditional yes, a read request of zeros, nothing to learn. */
 bool setting_always(const struct device *device, unsigned int index);

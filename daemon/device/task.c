@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Homing, probing and jogging: phases that each have a time limit, and from each of
+ * Homing, probing, jogging and threading: phases that each have a time limit, and from each of
  * them the same way out.
  *
  *	preparing --> starting --> working --> complete --> finishing
@@ -39,6 +39,7 @@ static const struct task_kind *kind_of(const struct device *device)
 		[POKEYS_TASK_PROBING] = &task_probing,
 		[POKEYS_TASK_HYBRID_PROBING] = &task_hybrid,
 		[POKEYS_TASK_JOGGING] = &task_jogging,
+		[POKEYS_TASK_THREADING] = &task_threading,
 	};
 
 	return kinds[device->image.engine.task];
@@ -69,8 +70,7 @@ static void set_result(struct device *device, uint8_t result)
 	device->image.engine.task_result = result;
 }
 
-/* The outcome of its one-shot, once. */
-static void tell(struct device *device, enum pokeys_outcome outcome)
+void task_tell(struct device *device, enum pokeys_outcome outcome)
 {
 	struct task *task = &device->task;
 
@@ -86,19 +86,20 @@ static void end(struct device *device)
 	struct pokeys_engine *engine = &device->image.engine;
 	const bool done = engine->task_result == POKEYS_TASK_DONE;
 
-	tell(device, done ? POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_FAILED);
+	task_tell(device, done ? POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_FAILED);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		if (!done && engine->task == POKEYS_TASK_HOMING && engine->task_axes >> i & 1)
 			engine->axis[i].homed = 0;
 	}
 	enter(device, POKEYS_TASK_IDLE);
+	if (kind_of(device)->ended)
+		kind_of(device)->ended(device);
 	engine->task_count++;
 	device_say(device, EVENT_TASK, done ? EVENT_NOTICE : EVENT_WARNING, engine->task,
 		   engine->task_result, engine->task_axes);
 }
 
-/* Out of whatever it is in. A result that is there stays. */
-static void stop(struct device *device, uint8_t result)
+void task_stop(struct device *device, uint8_t result)
 {
 	if (!device->image.engine.task_result)
 		set_result(device, result);
@@ -146,7 +147,7 @@ static void complete(struct device *device)
 		return;
 	}
 	set_result(device, POKEYS_TASK_DONE);
-	tell(device, POKEYS_OUTCOME_DONE);
+	task_tell(device, POKEYS_OUTCOME_DONE);
 	enter(device, POKEYS_TASK_COMPLETE);
 }
 
@@ -158,11 +159,12 @@ static void update_starting(struct device *device)
 
 	if (task->open || device->motion.verify || !task->tries)
 		return;
-	if (kind_of(device)->beside ? task->answered || task_explains(device, state) :
+	if (kind_of(device)->begun && !task->answered ? kind_of(device)->begun(device) :
+	    kind_of(device)->beside ? task->answered || task_explains(device, state) :
 	    kind_of(device)->is_working(state) || kind_of(device)->is_complete(state))
 		enter(device, POKEYS_TASK_WORKING);
 	else if (task->tries >= TRIES || (!kind_of(device)->beside && state != WIRE_ENGINE_STOPPED))
-		stop(device, POKEYS_TASK_FAILED);
+		task_stop(device, POKEYS_TASK_FAILED);
 }
 
 static void update_working(struct device *device)
@@ -174,13 +176,15 @@ static void update_working(struct device *device)
 	if (kind_of(device)->is_complete(state))
 		complete(device);
 	else if (!kind_of(device)->is_working(state))
-		stop(device, POKEYS_TASK_FAILED);
+		task_stop(device, POKEYS_TASK_FAILED);
+	else if (kind_of(device)->work)
+		kind_of(device)->work(device);
 }
 
 static void update_complete(struct device *device)
 {
 	if (!kind_of(device)->is_complete(device->image.engine.state))
-		stop(device, POKEYS_TASK_DONE);
+		task_stop(device, POKEYS_TASK_DONE);
 	else if (device->task.finish || device->task.shot.flags & POKEYS_HOME_FINISH_ITSELF)
 		begin_finishing(device);
 }
@@ -191,16 +195,22 @@ static void update_finishing(struct device *device)
 
 	if (task->open || device->motion.verify)
 		return;
-	if (task->answered && kind_of(device)->beside &&
-	    device->image.engine.state == WIRE_ENGINE_RUNNING)
+	if (task->answered && kind_of(device)->released) {
+		if (kind_of(device)->released(device)) {
+			set_result(device, POKEYS_TASK_DONE);
+			end(device);
+		}
+	} else if (task->answered && kind_of(device)->beside &&
+		   device->image.engine.state == WIRE_ENGINE_RUNNING)
 		end(device);
 	else if (task->answered || task->tries >= TRIES)
-		stop(device, POKEYS_TASK_FAILED);
+		task_stop(device, POKEYS_TASK_FAILED);
 }
 
 static void update_stopping(struct device *device)
 {
-	if (motion_standing(device))
+	if (motion_standing(device) &&
+	    (!kind_of(device)->stopped || kind_of(device)->stopped(device)))
 		end(device);
 }
 
@@ -214,7 +224,8 @@ static void judge_time(struct device *device)
 		[POKEYS_TASK_STARTING] = REQUEST_NS,
 		[POKEYS_TASK_WORKING] = device->task.limit_ns,
 		[POKEYS_TASK_COMPLETE] = COMPLETE_NS,
-		[POKEYS_TASK_FINISHING] = REQUEST_NS,
+		[POKEYS_TASK_FINISHING] = kind_of(device)->finish_ns ?
+					  kind_of(device)->finish_ns : REQUEST_NS,
 		[POKEYS_TASK_STOPPING] = STAND_NS,
 	};
 
@@ -225,7 +236,7 @@ static void judge_time(struct device *device)
 		return;
 	}
 	if (phase != POKEYS_TASK_STOPPING) {
-		stop(device, POKEYS_TASK_TIMED_OUT);
+		task_stop(device, POKEYS_TASK_TIMED_OUT);
 		return;
 	}
 	/* motion.c goes on stopping it, but nobody has to wait any more */
@@ -285,7 +296,7 @@ void task_update(struct device *device)
 
 	if (phase != POKEYS_TASK_IDLE) {
 		if (!device->safe.permitted && phase != POKEYS_TASK_STOPPING)
-			stop(device, tripped(device) ? POKEYS_TASK_TRIPPED :
+			task_stop(device, tripped(device) ? POKEYS_TASK_TRIPPED :
 						       POKEYS_TASK_CANCELLED);
 		update_phase(device);
 		judge_time(device);
@@ -296,7 +307,7 @@ void task_update(struct device *device)
 void task_cancel(struct device *device)
 {
 	if (!task_idle(device) && phase_of(device) != POKEYS_TASK_STOPPING)
-		stop(device, POKEYS_TASK_CANCELLED);
+		task_stop(device, POKEYS_TASK_CANCELLED);
 }
 
 bool task_finish(struct device *device)
@@ -306,7 +317,7 @@ bool task_finish(struct device *device)
 		return true;
 	}
 	if (kind_of(device)->endless && phase_of(device) == POKEYS_TASK_WORKING) {
-		stop(device, POKEYS_TASK_DONE);
+		task_stop(device, POKEYS_TASK_DONE);
 		return true;
 	}
 	if (phase_of(device) != POKEYS_TASK_WORKING || !kind_of(device)->beside)
@@ -322,7 +333,7 @@ void task_lost(struct device *device)
 	if (!device->image.engine.task_result)
 		set_result(device, POKEYS_TASK_LOST);
 	device->task.open = false;
-	tell(device, POKEYS_OUTCOME_UNKNOWN);
+	task_tell(device, POKEYS_OUTCOME_UNKNOWN);
 	end(device);
 }
 
@@ -353,7 +364,7 @@ bool task_take_engine(struct device *device)
 
 bool task_explains(const struct device *device, uint8_t state)
 {
-	return !task_idle(device) && kind_of(device)->beside &&
+	return !task_idle(device) && device->image.engine.task == POKEYS_TASK_HYBRID_PROBING &&
 	       (state == WIRE_ENGINE_HYBRID_STOPPING || state == WIRE_ENGINE_HYBRID_COMPLETE);
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What the device does by itself on behalf of a one-shot: homing, probing, and
- * jogging by hand wheels. One state machine for all; a row says what differs.
+ * What the device does by itself on behalf of a one-shot: homing, probing, jogging by
+ * hand wheels, threading. One state machine for all; a row says what differs.
  */
 #ifndef DEVICE_TASK_H
 #define DEVICE_TASK_H
@@ -34,14 +34,26 @@ struct task_kind {
 	bool (*is_complete)(uint8_t engine_state);
 	bool waits;			/* complete, until the commander finishes it */
 	bool endless;			/* at work until the commander ends it */
+	uint64_t finish_ns;		/* to finish it, if that takes longer than a request */
 	/* Send the request that begins it, that ends it; false = not now. */
 	bool (*start)(struct device *device, pokeys_parser_t parser);
 	bool (*finish)(struct device *device, pokeys_parser_t parser);
 	/* The answer to the latter; how it went: enum pokeys_task_result. */
 	uint8_t (*take)(struct device *device, const mailbox_entry_t *entry);
+
+	/* These may be NULL. It was begun although that was not answered. */
+	bool (*begun)(const struct device *device);
+	/* Once a cycle while it works. */
+	void (*work)(struct device *device);
+	/* Finished, and the axes follow on. */
+	bool (*released)(struct device *device);
+	/* Beside the engine's stop: nothing of it is left in the device. */
+	bool (*stopped)(const struct device *device);
+	void (*ended)(struct device *device);
 };
 
-extern const struct task_kind task_homing, task_probing, task_hybrid, task_jogging;
+extern const struct task_kind task_homing, task_probing, task_hybrid, task_jogging,
+	task_threading;
 
 /* task.c; all realtime, `device` is the one. */
 
@@ -54,6 +66,10 @@ void task_update(struct device *device);
 bool task_send(struct device *device);
 /* It ends as soon as the engine stands. */
 void task_cancel(struct device *device);
+/* For kinds: out of whatever it is in. A result that is there stays. */
+void task_stop(struct device *device, uint8_t result);
+/* ... the outcome of its one-shot, once. */
+void task_tell(struct device *device, enum pokeys_outcome outcome);
 /* It is to be finished; false if there is nothing to finish now. */
 bool task_finish(struct device *device);
 /* The link is gone, nobody knows what becomes of it. */

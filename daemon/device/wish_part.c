@@ -142,6 +142,11 @@ static bool sync_outputs_good(const struct pokeys_settings *s)
 	return s->sync_out_enable <= 1 && s->sync_out_axis < POKEYS_AXES;
 }
 
+static bool threading_good(const struct pokeys_settings *s)
+{
+	return s->threading_mode <= 3;
+}
+
 #define FROM(member) offsetof(struct pokeys_settings, member)
 #define END(member) (FROM(member) + sizeof(((struct pokeys_settings *)0)->member))
 #define PART(NAME, first, last, setting, good) \
@@ -167,6 +172,7 @@ static const struct part parts[] = {
 	PART(POSTEP, postep_enable, postep_enable, POSTEP, postep_good),
 	PART(SYNC_PWM, sync_pwm_enable, sync_pwm_channel, SYNC_PWM, sync_pwm_good),
 	PART(SYNC_OUTPUTS, sync_out_enable, sync_out_pin, SYNC_OUTPUTS, sync_outputs_good),
+	PART(THREADING, threading_mode, threading_position_gain, THREADING, threading_good),
 };
 
 enum { PARTS = sizeof(parts) / sizeof(parts[0]) };

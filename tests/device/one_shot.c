@@ -127,7 +127,7 @@ static void slot_with_another_id_is_refused(void **state)
 static void operations_that_do_not_exist_are_refused(void **state)
 {
 	(void)state;
-	for (unsigned int operation = POKEYS_ONE_SHOT_JOG_END + 1; operation < 256; operation++)
+	for (unsigned int operation = POKEYS_ONE_SHOT_THREAD_CANCEL + 1; operation < 256; operation++)
 		assert_int_equal(act((uint8_t)operation, 1, 0), POKEYS_OUTCOME_REFUSED);
 }
 
