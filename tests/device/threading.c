@@ -420,11 +420,12 @@ static void whole_has_a_limit(void **state)
 	stopped(POKEYS_TASK_TIMED_OUT);
 }
 
-static uint8_t found_in;
+static uint64_t writes_before;	/* of the parameters: behind these nobody stops the engine */
 
 static void find_it_prepared(struct world *w, const uint8_t *packet)
 {
-	if (packet[1] != 0x85 || packet[2] != 0x35 || w->rig.device.engine.state != found_in)
+	if (packet[1] != 0x85 || packet[2] != 0x35 ||
+	    w->rig.device.stats.executed_pe[0x36] < writes_before)
 		return;
 	w->rig.device.engine.thread.state = SIM_THREAD_PREPARED;
 	w->watch = NULL;
@@ -434,14 +435,13 @@ static void find_it_prepared(struct world *w, const uint8_t *packet)
 static void left_over_threading_is_cancelled_before_anything_moves(void **state)
 {
 	(void)state;
-	found_in = SIM_PE_STOPPED;
+	writes_before = world.rig.device.stats.executed_pe[0x36] + 1;
 	world.watch = find_it_prepared;
 	switch_on(9);
 	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
 	assert_int_equal(world.rig.device.stats.executed_pe[0x34], 1);
 	prepare();
 	assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_RELEASE), POKEYS_OUTCOME_DONE);
-	found_in = SIM_PE_RUNNING;
 	world.watch = find_it_prepared;
 	world_run(&world, 200 * MS);
 	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
