@@ -7,6 +7,7 @@
 
 #include <stdatomic.h>
 #include <stdbool.h>
+#include <stdint.h>
 #include <pokeys/shm.h>
 #include "halbridge/binding.h"
 #include "halbridge/exchange.h"
@@ -30,6 +31,7 @@ struct instance {
 	 * nothing of the instance is freed under it.
 	 */
 	struct handover reader, writer;
+	_Atomic uintptr_t read_by, write_by;	/* threads; 0 = not yet */
 	_Atomic bool refused;			/* the monitor's word, when nothing can be read */
 	pokeys_client *client;			/* the monitor's, and of who starts and ends */
 	struct values *values;			/* in HAL's memory, as the pointers to the pins */
@@ -56,7 +58,7 @@ int instance_make(struct instance **out, int component, unsigned int number, con
  */
 void instance_end(struct instance *instance);
 
-/* Newest state to the pins; pins to the command. Realtime. */
+/* Newest state to the pins; pins to the command. Realtime, one thread for both. */
 void instance_read(struct instance *instance);
 void instance_write(struct instance *instance, uint64_t period_ns);
 

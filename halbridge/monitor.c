@@ -181,6 +181,24 @@ static void say_refusals(struct monitor *monitor, struct instance *instance)
 	}
 }
 
+static void say_callers(struct monitor *monitor, struct instance *instance)
+{
+	const struct callers_seen seen = {
+		.reader = atomic_load_explicit(&instance->read_by, memory_order_relaxed),
+		.writer = atomic_load_explicit(&instance->write_by, memory_order_relaxed),
+		.reads = atomic_load_explicit(&instance->reader.use, memory_order_relaxed),
+		.writes = atomic_load_explicit(&instance->writer.use, memory_order_relaxed),
+	};
+
+	if (callers_look(&monitor->memory[instance->number].callers, &seen))
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s (device '%s'): %s.read and %s.write are in "
+				"different threads, and one that interrupts the other makes wrong "
+				"commands; delf one of them and addf it to the other's thread\n",
+				instance->prefix,
+				instance->device[0] ? instance->device : "not found yet",
+				instance->prefix, instance->prefix);
+}
+
 static void say_setting(void *argument, const struct wish_item *item, double value)
 {
 	const struct instance *instance = argument;
@@ -235,6 +253,7 @@ static void look_around(struct monitor *monitor, unsigned int number)
 			say_attachment(monitor, instance);
 		say_connection(monitor, instance);
 		say_refusals(monitor, instance);
+		say_callers(monitor, instance);
 		see_to_settings(instance);
 		if (instance->client && number % (1000 / ROUND_MS) == 0)
 			latency_round(instance->values, instance->client, &instance->diag);

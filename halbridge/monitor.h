@@ -9,6 +9,7 @@
 #include <pthread.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include "halbridge/callers.h"
 #include "halbridge/instance.h"
 #include "halbridge/table.h"
 
@@ -21,6 +22,7 @@ struct monitor_memory {
 	bool was_connected;
 	unsigned int quiet;		/* rounds in which a lost connection is not said again */
 	unsigned int credit;		/* refusals that may still be printed */
+	struct callers callers;
 };
 
 struct monitor {

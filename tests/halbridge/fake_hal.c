@@ -14,7 +14,7 @@
 #include <rtapi.h>
 #include <hal.h>
 
-enum { NAMES = 16384, ARENA = 1 << 20, FUNCTS = 16 };
+enum { NAMES = 16384, ARENA = 1 << 20, FUNCTS = 16, COMPLAINTS = 64 };
 
 static struct {
 	char name[HAL_NAME_LEN + 1];
@@ -31,6 +31,8 @@ static struct {
 static size_t funct_count;
 static char said[1024];
 static unsigned int errors;
+static char complaints[COMPLAINTS][sizeof(said)];
+static _Atomic unsigned int complaint_count;
 
 int hal_init(const char *name)
 {
@@ -123,6 +125,10 @@ void rtapi_print_msg(msg_level_t level, const char *format, ...)
 	va_start(arguments, format);
 	vsnprintf(said, sizeof(said), format, arguments);
 	va_end(arguments);
+	if (level == RTAPI_MSG_ERR && complaint_count < COMPLAINTS) {
+		snprintf(complaints[complaint_count], sizeof(complaints[0]), "%s", said);
+		complaint_count++;
+	}
 }
 
 static void give(void *handle, const char *symbol, const char *word)
@@ -147,6 +153,7 @@ int fake_hal_load(struct fake_module *module, const char *path, const char *devi
 	give(module->handle, "rtapi_info_address_runtime", runtime);
 	said[0] = '\0';
 	errors = 0;
+	complaint_count = 0;
 	return module->main();
 }
 
@@ -183,6 +190,15 @@ size_t fake_hal_names(void)
 const char *fake_hal_said(void)
 {
 	return said;
+}
+
+unsigned int fake_hal_complaints(const char *part)
+{
+	unsigned int count = 0;
+
+	for (unsigned int i = 0; i < complaint_count; i++)
+		count += strstr(complaints[i], part) != NULL;
+	return count;
 }
 
 unsigned int fake_hal_errors(void)

@@ -37,4 +37,7 @@ size_t fake_hal_names(void);
 const char *fake_hal_said(void);
 unsigned int fake_hal_errors(void);
 
+/* How many lines at error level have had this in them. Any thread. */
+unsigned int fake_hal_complaints(const char *part);
+
 #endif

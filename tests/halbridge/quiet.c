@@ -283,5 +283,6 @@ int main(int argc, char **argv)
 		printf("first system call: number %ld\n", (long)first_call);
 	check(system_calls == 0, "no system call");
 	check(heap_calls == 0, "no allocation");
+	check(!fake_hal_complaints("different threads"), "one thread is nothing to complain of");
 	return failures ? 1 : 0;
 }
