@@ -123,6 +123,29 @@ const struct settings_key settings_keys[] = {
 	    RANGE(0, 99),
 	    .help = "Their terminals, that of bit 0 first: 1 to 55, 92 to 99 an output of the pulse "
 		    "engine's connector, 0 none."),
+	KEY("threading-mode", SETTINGS_NUMBER, AT(threading_mode), SET(THREADING), WORDS_ONLY,
+	    WORDS({ "index", 0 }, { "encoder", 1 }, { "fast-index", 2 }, { "fast-encoder", 3 }),
+	    .help = "What the device's own threading follows (docs/motion.md): the spindle's index "
+		    "alone, or its encoder and index; the fast ones are the vendor's \"high speed\". "
+		    "The threading keys are written together and cannot be read back."),
+	KEY("threading-ticks", SETTINGS_NUMBER, AT(threading_ticks), SET(THREADING),
+	    RANGE(1, UINT16_MAX), .unit = "counts",
+	    .help = "Counts of the ultra-fast encoder in a turn of the spindle."),
+	KEY("threading-rpm", SETTINGS_NUMBER, AT(threading_rpm), SET(THREADING),
+	    RANGE(1, UINT16_MAX), .unit = "rpm",
+	    .help = "Speed of the spindle for which the way is commanded. The spindle must never "
+		    "turn faster."),
+	KEY("threading-speed-gain", SETTINGS_NUMBER, AT(threading_speed_gain), SET(THREADING),
+	    RANGE(0, UINT16_MAX),
+	    .help = "How the device takes over the spindle's speed; no unit, range or usual value "
+		    "is documented."),
+	KEY("threading-position-gain", SETTINGS_NUMBER, AT(threading_position_gain),
+	    SET(THREADING), RANGE(0, UINT16_MAX),
+	    .help = "How it makes good what it lags behind; as little is documented."),
+	KEY("threading-ignore-axes", SETTINGS_NUMBER, AT(threading_ignore), SET(THREADING),
+	    RANGE(0, UINT8_MAX),
+	    .help = "Axes in buffered mode that stand meanwhile: 1 axis 0, 2 axis 1, 4 axis 2 ..., "
+		    "their sum; 0 where not given."),
 
 #define AXIS(name) "axis.#." name
 	KEY(AXIS("mode"), SETTINGS_NUMBER, AXIS_FLAG(options, 13), WORDS_ONLY,

@@ -16,7 +16,7 @@ enum {
 };
 enum { ENCODER_COUNT = 1, ENCODER_4X = 2, ENCODER_SAMPLING = 6 };
 enum { AXIS_BUFFERED = 0x01, AXIS_MODE = 0x0D, AXIS_SOFT_LIMITS = 0x20, PIN_BASE = 10 };
-enum { EXTERNAL_FIRST = 92 };
+enum { EXTERNAL_FIRST = 92, THREADING_ENCODER = 1 };
 
 /* Terminals that have any of these bits, bit = pin - 1. */
 static uint64_t pins_with(const struct judged *j, uint8_t bits)
@@ -192,6 +192,30 @@ static void judge_synced(const struct judged *j)
 	}
 }
 
+/* Nobody can say what a missing one should be. */
+static void judge_threading(const struct judged *j)
+{
+	static const char *const keys[] = {
+		"threading-mode", "threading-rpm", "threading-speed-gain",
+		"threading-position-gain", "threading-ticks",
+	};
+	const struct pokeys_settings *settings = &j->raw->settings;
+	size_t wanted = sizeof(keys) / sizeof(keys[0]);
+	const char *given = "threading-ignore-axes";
+
+	if (!(settings->set & POKEYS_SET_THREADING))
+		return;
+	wanted -= !(settings->threading_mode & THREADING_ENCODER);
+	for (size_t i = 0; i < sizeof(keys) / sizeof(keys[0]); i++)
+		given = config_is_set(j->lines, keys[i], 0) ? keys[i] : given;
+	for (size_t i = 0; i < wanted; i++) {
+		if (!config_is_set(j->lines, keys[i], 0)) {
+			judge_fault(j, given, 0, "%s wants %s as well", given, keys[i]);
+			return;
+		}
+	}
+}
+
 /* A key of an axis that the engine does not drive. */
 static void judge_axis_count(const struct judged *j)
 {
@@ -261,4 +285,5 @@ void judge_settings(const struct judged *j)
 	judge_axis_count(j);
 	judge_failsafe(j);
 	judge_matrix(j);
+	judge_threading(j);
 }

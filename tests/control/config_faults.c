@@ -204,6 +204,16 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 	assert_fault(GOOD "synced-outputs-pins = 1,0,56\n",
 		     "f:3: [device a]: synced-outputs-pins: 56 is neither a terminal (1-55) nor an "
 		     "external output (92-99)");
+	assert_fault(GOOD "threading-mode = turns\n",
+		     "f:3: [device a]: threading-mode: \"turns\" is not allowed; allowed: leave | "
+		     "index | encoder | fast-index | fast-encoder");
+	assert_fault(GOOD "threading-mode = index\nthreading-rpm = 600\nthreading-speed-gain = 5\n",
+		     "f:5: [device a]: threading-speed-gain wants threading-position-gain as well");
+	assert_fault(GOOD "threading-mode = encoder\nthreading-rpm = 600\nthreading-speed-gain = 5\n"
+		     "threading-position-gain = 6\n",
+		     "f:6: [device a]: threading-position-gain wants threading-ticks as well");
+	assert_fault(GOOD "threading-ignore-axes = 4\n",
+		     "f:3: [device a]: threading-ignore-axes wants threading-mode as well");
 	assert_fault(GOOD "axis.1.soft-limits = on\naxis.1.soft-minimum = 4\n",
 		     "f:3: [device a]: axis.1.soft-limits = on wants axis.1.soft-minimum and "
 		     "axis.1.soft-maximum");
