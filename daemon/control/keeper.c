@@ -8,7 +8,8 @@
  * while, and a number of them.
  *
  * The control thread only gives the order. A disk may be slow for seconds, and the
- * control thread feeds the watchdog.
+ * control thread feeds the watchdog. At the end as well: a daemon that waits for a
+ * disk is killed by the service manager, and one that is started anew waits for it.
  *
  * A daemon that ends removes its ring. One that is still there was left by a daemon
  * that died, and is the best witness of why: it is put aside before our own ring
@@ -30,7 +31,11 @@
 #include "wire/pulse.h"
 
 #define AFTER_NS UINT64_C(500000000)
-enum { NAP_MS = 20, BURST = 10, SLOTS_A_CYCLE = 8 };
+enum {
+	NAP_MS = 20, BURST = 10, SLOTS_A_CYCLE = 8,
+	STOP_MS = 1500,		/* for the disk at the end; the service manager waits 3 s for all */
+	STOP_NAP_MS = 5,
+};
 
 enum record_reason keeper_reason(const struct event *event, bool machine_on)
 {
@@ -128,7 +133,6 @@ static void *run(void *argument)
 		execute(keeper);
 		nanosleep(&nap, NULL);
 	}
-	execute(keeper);
 	return NULL;
 }
 
@@ -229,20 +233,50 @@ void keeper_open(struct keeper *keeper, const struct config *config, struct loop
 		start(keeper);
 }
 
+/* Until nothing is to be written any more, or the disk has had its time. */
+static void finish(struct keeper *keeper)
+{
+	const struct timespec nap = { .tv_nsec = STOP_NAP_MS * 1000000 };
+	const uint64_t end_ns = clock_now() + STOP_MS * UINT64_C(1000000);
+
+	do {
+		tell(keeper);
+		if (idle(keeper)) {
+			if (!keeper->due)
+				return;
+			give(keeper, keeper->due);
+			keeper->due = RECORD_NOTHING;
+		}
+		nanosleep(&nap, NULL);
+	} while (clock_now() < end_ns);
+	tell(keeper);
+}
+
+static void give_up(const struct keeper *keeper, enum record_reason reason)
+{
+	if (reason)
+		log_line(EVENT_WARNING, "the record \"%s\" is not written: in %d ms %s has not "
+			 "taken it, and the daemon ends", keeper_word(reason), STOP_MS,
+			 keeper->folder);
+}
+
 void keeper_stop(struct keeper *keeper)
 {
+	enum record_reason left;
+
 	if (!keeper->running)
 		return;
-	atomic_store_explicit(&keeper->stop, true, memory_order_release);
-	pthread_join(keeper->thread, NULL);
 	keeper->running = false;
-	tell(keeper);
-	if (!keeper->due)
-		return;
-	give(keeper, keeper->due);
+	finish(keeper);
+	left = atomic_load_explicit(&keeper->order, memory_order_acquire);
+	atomic_store_explicit(&keeper->stop, true, memory_order_release);
+	if (!left) {
+		pthread_join(keeper->thread, NULL);
+		tell(keeper);
+	}
+	give_up(keeper, left);
+	give_up(keeper, keeper->due);
 	keeper->due = RECORD_NOTHING;
-	execute(keeper);	/* the thread may have had another one to write */
-	tell(keeper);
 }
 
 void keeper_close(struct keeper *keeper)

@@ -63,11 +63,18 @@ void keeper_event(struct keeper *keeper, const struct event *event, uint64_t now
 /* Give orders, tell what became of them; a few times a second. */
 void keeper_run(struct keeper *keeper, uint64_t now_ns);
 
-/* End the thread; a record that is due is written first. Idempotent. */
+/*
+ * End the thread; records that are due are written first, if that takes no longer than
+ * 1.5 s. Else what was not is logged, and the thread left with its write: the process
+ * is about to end. Control thread. Idempotent.
+ */
 void keeper_stop(struct keeper *keeper);
 
 /* After the loop has ended: give the ring back, its file as well. */
 void keeper_close(struct keeper *keeper);
+
+/* The word for it, as in the file's name. */
+const char *keeper_word(enum record_reason reason);
 
 /*
  * Write a ring's file into the folder, and remove the oldest of more than `files` records.

@@ -30,6 +30,11 @@ static const char *const reasons[RECORD_REASONS] = {
 	[RECORD_DIED] = "died",
 };
 
+const char *keeper_word(enum record_reason reason)
+{
+	return reasons[reason];
+}
+
 static int is_record(const struct dirent *entry)
 {
 	size_t length = strlen(entry->d_name);

@@ -4,9 +4,12 @@
  * whatever the disk does the daemon goes on.
  */
 #include <dirent.h>
+#include <fcntl.h>
 #include <linux/magic.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,6 +29,17 @@ static struct config config;
 static struct loop loop;
 static struct keeper keeper;
 static int pipe_fd[2];
+
+static _Atomic bool hangs, waiting;
+
+/* In place of the C library's: a disk that answers when it likes. */
+int rename(const char *from, const char *to)
+{
+	waiting = hangs;
+	while (hangs)
+		usleep(1000);
+	return renameat(AT_FDCWD, from, AT_FDCWD, to);
+}
 
 static int setup(void **state)
 {
@@ -244,6 +258,37 @@ static void one_that_is_due_is_written_at_the_end_after_another(void **state)
 	assert_int_equal(files("-lost.pcapng"), 1);
 }
 
+/* Until the disk has begun with a record. */
+static void await_disk(void)
+{
+	for (int i = 0; i < 30000 && !waiting; i++)
+		usleep(1000);
+	assert_true(waiting);
+}
+
+static void a_disk_that_hangs_does_not_hold_the_end_up(void **state)
+{
+	const char *said;
+
+	(void)state;
+	keeper_open(&keeper, &config, &loop, NULL);
+	lose(1000 * MS);
+	hangs = true;
+	keeper_run(&keeper, 1500 * MS);
+	await_disk();
+	keeper.not_before_ns = 0;
+	happen(EVENT_ENGINE, WIRE_ENGINE_STOP_LIMIT, 3, 2000 * MS);
+	keeper_stop(&keeper);			/* comes back */
+	said = logged();
+	assert_non_null(strstr(said, "the record \"lost\" is not written"));
+	assert_non_null(strstr(said, "the record \"limit\" is not written"));
+	assert_int_equal(files("pcapng"), 1);	/* .new */
+	hangs = false;
+	pthread_join(keeper.thread, NULL);
+	assert_int_equal(files("-lost.pcapng"), 1);
+	assert_int_equal(files("-limit.pcapng"), 0);
+}
+
 static void a_folder_that_is_not_there_is_told(void **state)
 {
 	(void)state;
@@ -342,6 +387,8 @@ int main(void)
 		TEST(on_a_disk_there_is_none),
 		TEST(the_service_managers_folder_is_the_default),
 		TEST(the_ring_holds_the_seconds_that_are_wanted),
+		cmocka_unit_test_setup_teardown(a_disk_that_hangs_does_not_hold_the_end_up, setup,
+						teardown),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
