@@ -180,6 +180,13 @@ static uint32_t read_age(const struct link *link, bool fresh, uint64_t now_ns)
 	return age_ns > UINT32_MAX ? UINT32_MAX : age_ns ? (uint32_t)age_ns : 1;
 }
 
+/* Nobody closes a loop over these. */
+static void read_seldom(struct exchange *exchange, struct values *values, uint64_t now_ns)
+{
+	diagnose_read(values, &exchange->state);
+	motor_drive_read(&exchange->drive, values, &exchange->state, now_ns);
+}
+
 void exchange_read(struct exchange *exchange, struct values *values, enum exchange_got got,
 		   uint64_t now_ns)
 {
@@ -197,7 +204,7 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 		take_news(exchange, values, &news);
 		info_read(&exchange->known, values, state);
 		if (exchange->reads++ % DIAGNOSE_EVERY == 0)
-			diagnose_read(values, state);
+			read_seldom(exchange, values, now_ns);
 	}
 	if (news.fresh) {
 		digital_read(&exchange->digital, values, state);

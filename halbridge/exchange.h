@@ -21,6 +21,7 @@
 #include "halbridge/keys.h"
 #include "halbridge/legacy.h"
 #include "halbridge/link.h"
+#include "halbridge/motor_drive.h"
 #include "halbridge/one_shot.h"
 #include "halbridge/probe.h"
 #include "halbridge/pwm.h"
@@ -47,6 +48,7 @@ struct exchange {
 	struct buttons buttons;
 	struct joint_home home;
 	struct probe probe;
+	struct motor_drive drive;
 	/* what the pins were last filled from */
 	struct pokeys_engine engine;
 	struct pokeys_rtc rtc;

@@ -103,6 +103,7 @@ static void read_axis(struct exchange *exchange, struct values *values, unsigned
 
 	value->state = legacy_home_state(home, axis);
 	value->homing_status = legacy_home_status(home);
+	value->backlash_register = (uint32_t)(int32_t)state->backlash[i];
 	value->position_mode = exchange->command.axis[i].mode == POKEYS_AXIS_POSITION;
 	value->error = axis->error;
 	value->error_not = !axis->error;

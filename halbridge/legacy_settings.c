@@ -19,6 +19,7 @@
  * false.
  */
 #include "halbridge/legacy_settings.h"
+#include <math.h>
 #include <string.h>
 
 enum { FUNCTION_INPUT = 2, FUNCTION_OUTPUT = 4, FUNCTION_INVERT = 128, UNKNOWN = -1,
@@ -142,6 +143,41 @@ static void look_at_power(struct legacy_settings *own, struct values *values)
 	own->power = wanted;
 }
 
+static void put_play(uint32_t wanted, uint32_t *seen, bool anew, param_float *to, double unit)
+{
+	if (wanted == *seen && !(anew && wanted))
+		return;
+	*to = wanted ? wanted * unit : (double)NAN;
+	*seen = wanted;
+}
+
+/* Pins likewise. What nobody sets there is the device's, and 0 gives it back to it. */
+static void look_at_backlash(struct legacy_settings *own, struct values *values)
+{
+	uint32_t wanted = values->legacy.engine.backlash;
+
+	if (!own->apply)
+		return;
+	if (wanted != own->backlash)
+		values->set.backlash = wanted ? 1 : UNKNOWN;
+	own->backlash = wanted;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		struct value_axis_settings *set = &values->set.axis[i];
+		const struct legacy_axis *axis = &values->legacy.axis[i];
+		double scale = fabs(values->joint[i].scale);
+		bool anew;
+
+		if (!isfinite(scale) || scale == 0)
+			continue;
+		anew = own->backlash_scale[i] != scale;
+		put_play(axis->backlash_width, &own->backlash_width[i], anew,
+			 &set->backlash_width, 2 / scale);
+		put_play(axis->backlash_acceleration, &own->backlash_acceleration[i], anew,
+			 &set->backlash_acceleration, 1e6 / scale);
+		own->backlash_scale[i] = scale;
+	}
+}
+
 /* Function 0 is "as the device has it". */
 static int32_t function_of(const struct values *values, unsigned int i, uint32_t function,
 			   bool invert)
@@ -197,6 +233,7 @@ void legacy_settings_look(struct legacy_settings *own, struct values *values,
 	legacy_settings_encoders(own, values);
 	look_at_engine(own, values);
 	look_at_power(own, values);
+	look_at_backlash(own, values);
 	for (unsigned int i = 0; i < POKEYS_PINS; i++)
 		look_at_pin(own, values, i);
 }

@@ -24,6 +24,8 @@ struct legacy_settings {
 	struct legacy_pin_settings pin;
 	double scale[POKEYS_AXES];
 	uint32_t power;
+	uint32_t backlash, backlash_width[POKEYS_AXES], backlash_acceleration[POKEYS_AXES];
+	double backlash_scale[POKEYS_AXES];
 	uint32_t axes;		/* enabled, 0: not yet asked for */
 	struct legacy_group axis_group[POKEYS_AXES], encoder_group[LEGACY_ENCODERS];
 	struct legacy_group fast_group, engine_group, pin_group[POKEYS_PINS];

@@ -28,7 +28,8 @@ static const struct table_row rows[] = {
 	DIAGNOSTIC("config.refused", config_refused,
 		   "the last one refused: 1 pin, 2 encoder, 3 its pins, 4 fast encoders, "
 		   "5 ultra-fast, 6 engine, 7 emergency, 8 axis, 9 pwm, 10 analog filter, "
-		   "11 failsafe, 12 matrix, 13 name, 14 PoExtBus"),
+		   "11 failsafe, 12 matrix, 13 name, 14 PoExtBus, 15 backlash, 16 PoStep, "
+		   "17 PoStep driver, 18 synced PWM, 19 synced outputs, 20 threading"),
 	DIAGNOSTIC("config.refused-index", config_refused_index, "of which pin, encoder or axis"),
 	DIAGNOSTIC("config.generation", config_generation,
 		   "counts up when a device setting was set here"),

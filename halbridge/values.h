@@ -34,7 +34,7 @@ enum {
 	VALUES_MATRIX = 8 * POKEYS_MATRIX_BYTES,
 	VALUES_PONET_WORDS = 4,		/* of a module's 16 bytes, 32 bits each */
 	VALUES_CHUNK = 32,		/* bytes of struct values that are marked or compared at once */
-	VALUES_TOUCHED = 8,		/* words with a bit for each chunk */
+	VALUES_TOUCHED = 9,		/* words with a bit for each chunk */
 };
 
 struct value_info {
@@ -157,6 +157,19 @@ struct value_ponet {
 	struct value_ponet_module module[POKEYS_PONET];
 };
 
+/* A PoStep motor driver. */
+struct value_postep {
+	double supply, age_ms;
+	uint32_t temperature, state, faults, inputs, updates, mode, step, limit;
+	uint32_t full_scale, idle, overheat, hardware, firmware;
+	bool fault, fault_bit[8], end_switch;
+};
+
+struct value_drive {
+	struct value_postep postep[POKEYS_AXES];
+	int32_t backlash[POKEYS_AXES];
+};
+
 struct value_latency {
 	double p99_us, max_us;
 };
@@ -179,7 +192,8 @@ struct value_diagnostics {
 enum values_block {
 	BLOCK_LINK, BLOCK_MACHINE, BLOCK_ENGINE, BLOCK_INFO, BLOCK_RTC, BLOCK_PIN, BLOCK_ANALOG,
 	BLOCK_COUNTER, BLOCK_PWM, BLOCK_ENCODER, BLOCK_JOINT, BLOCK_EXTERNAL, BLOCK_POEXTBUS,
-	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DIAGNOSTICS, BLOCK_SETTINGS,
+	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DRIVE, BLOCK_DIAGNOSTICS,
+	BLOCK_SETTINGS,
 	BLOCK_LEGACY_LINK, BLOCK_LEGACY_ENCODER, BLOCK_LEGACY_IO, BLOCK_LEGACY_PONET,
 	BLOCK_LEGACY_AXIS, BLOCK_LEGACY_ENGINE, VALUES_BLOCKS,
 };
@@ -218,6 +232,7 @@ struct values {
 	struct value_matrix matrix;
 	struct value_kbd48 kbd48;
 	struct value_ponet ponet;
+	struct value_drive drive;
 	struct value_diagnostics diagnostics;
 	struct value_settings set;
 	struct value_legacy legacy;

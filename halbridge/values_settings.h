@@ -35,6 +35,7 @@ struct value_encoder_settings {
 struct value_axis_settings {
 	param_float max_velocity, max_acceleration, max_deceleration;
 	param_float soft_min, soft_max, back_off;
+	param_float backlash_width, backlash_acceleration;
 	/* options */
 	param_s32 enable, invert, mode, home_invert, soft_limits, masked;
 	/* switches */
@@ -45,11 +46,17 @@ struct value_axis_settings {
 	param_s32 homing_on_switch, homing_off_switch, homing_speed, homing_return_speed;
 	param_s32 mpg_encoder, mpg_multiplier, mpg_divider;
 	param_s32 step_invert, direction_invert, index_falling;
+	param_s32 postep_type, postep_address, postep_step, postep_temperature;
 };
 
 struct value_engine_settings {
 	param_s32 axes, charge_pump, generator, swap_step_dir, extended_io;
 	param_s32 emergency_invert, emergency_pin, power_states;
+};
+
+/* What follows the slots of an axis. */
+struct value_sync_settings {
+	param_s32 pwm_enable, pwm_axis, pwm_channel, out_enable, out_axis, out_pin[8];
 };
 
 struct value_failsafe_settings {
@@ -73,6 +80,8 @@ struct value_settings {
 	struct value_axis_settings axis[POKEYS_AXES];
 	struct value_failsafe_settings failsafe;
 	struct value_matrix_settings matrix;
+	struct value_sync_settings sync;
+	param_s32 backlash, backlash_speed, postep;
 };
 
 #endif

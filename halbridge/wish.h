@@ -34,7 +34,8 @@ struct wish_unit {
 };
 
 extern const struct wish_unit wish_plain, wish_not, wish_mode, wish_sampling, wish_fast,
-	wish_terminal, wish_pump, wish_power, wish_100ms, wish_hz, wish_speed, wish_length;
+	wish_terminal, wish_pump, wish_power, wish_100ms, wish_hz, wish_speed, wish_length,
+	wish_play, wish_taking_up, wish_synced;
 
 enum wish_form { WISH_UNSIGNED, WISH_SIGNED, WISH_REAL };
 

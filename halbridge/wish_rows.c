@@ -143,10 +143,31 @@ static const struct wish_row axis_rows[] = {
 	LIMIT(soft_max, soft_maximum, SOFT_MAXIMUM, soft_minimum, SOFT_MINIMUM),
 };
 
+static const struct wish_row drive_rows[] = {
+	WHOLE(backlash, backlash_enable, POKEYS_SET_BACKLASH, wish_plain),
+	WHOLE(backlash_speed, backlash_speed, POKEYS_SET_BACKLASH_SPEED, wish_plain),
+	AXIS(backlash_width, backlash_half, BACKLASH_WIDTH, WISH_UNSIGNED, wish_play),
+	AXIS(backlash_acceleration, backlash_acceleration, BACKLASH_ACCELERATION, WISH_UNSIGNED,
+	     wish_taking_up),
+	WHOLE(postep, postep_enable, POKEYS_SET_POSTEP, wish_plain),
+	BYTE(postep_type, postep_type, POSTEP_TYPE),
+	BYTE(postep_address, postep_address, POSTEP_ADDRESS),
+	BYTE(postep_step, postep_step, POSTEP_STEP),
+	BYTE(postep_temperature, postep_temperature, POSTEP_TEMPERATURE),
+	WHOLE(sync.pwm_enable, sync_pwm_enable, POKEYS_SET_SYNC_PWM, wish_plain),
+	WHOLE(sync.pwm_axis, sync_pwm_axis, POKEYS_SET_SYNC_PWM, wish_plain),
+	WHOLE(sync.pwm_channel, sync_pwm_channel, POKEYS_SET_SYNC_PWM, wish_plain),
+	WHOLE(sync.out_enable, sync_out_enable, POKEYS_SET_SYNC_OUTPUTS, wish_plain),
+	WHOLE(sync.out_axis, sync_out_axis, POKEYS_SET_SYNC_OUTPUTS, wish_plain),
+	{ VALUE(sync.out_pin), .field = { .offset = FROM(sync_out_pin), .stride = 1, .size = 1 },
+	  .flag = SET(POKEYS_SET_SYNC_OUTPUTS), .unit = &wish_synced },
+};
+
 #define GROUP(rows_)	{ rows_, sizeof(rows_) / sizeof(rows_[0]) }
 
 static const struct wish_group groups[] = {
 	GROUP(io_rows), GROUP(encoder_rows), GROUP(engine_rows), GROUP(axis_rows),
+	GROUP(drive_rows),
 };
 
 static const struct table_row *name_of(size_t value)

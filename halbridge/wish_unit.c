@@ -156,6 +156,41 @@ static double length_from(const struct wish_context *context, double raw)
 	return raw == 0 ? 0 : raw / context->scale;
 }
 
+/* The device has half of the play, in pulses. */
+static bool play_to(const struct wish_context *context, double value, double *raw)
+{
+	*raw = rint(value * fabs(context->scale) / 2);
+	return *raw <= UINT16_MAX;
+}
+
+static double play_from(const struct wish_context *context, double raw)
+{
+	return 2 * raw / fabs(context->scale);
+}
+
+#define PULSES_MS2	1e6	/* pulses/s^2 */
+
+/* Coarse: what is not none must not become it. */
+static bool taking_up_to(const struct wish_context *context, double value, double *raw)
+{
+	*raw = rint(value * fabs(context->scale) / PULSES_MS2);
+	if (value > 0 && *raw < 1)
+		*raw = 1;
+	return *raw <= UINT8_MAX;
+}
+
+static double taking_up_from(const struct wish_context *context, double raw)
+{
+	return raw * PULSES_MS2 / fabs(context->scale);
+}
+
+static bool synced_to(const struct wish_context *context, double value, double *raw)
+{
+	(void)context;
+	*raw = value;
+	return value <= POKEYS_PINS || value >= 92;
+}
+
 const struct wish_unit wish_plain = { plain_to, plain_from, NULL };
 const struct wish_unit wish_not = { not_to, not_from, NULL };
 const struct wish_unit wish_mode = { mode_to, mode_from, "1, 2 or 3" };
@@ -168,3 +203,7 @@ const struct wish_unit wish_100ms = { timeout_to, timeout_from, "a multiple of 1
 const struct wish_unit wish_hz = { hz_to, hz_from, "a frequency that the device's clock can make" };
 const struct wish_unit wish_speed = { speed_to, speed_from, "more than 0, at most 1e9 pulses" };
 const struct wish_unit wish_length = { length_to, length_from, "at most 2^31 pulses either way" };
+const struct wish_unit wish_play = { play_to, play_from, "at most 131070 pulses" };
+const struct wish_unit wish_taking_up = { taking_up_to, taking_up_from,
+					  "at most 255000000 pulses per second^2" };
+const struct wish_unit wish_synced = { synced_to, plain_from, "0 to 55 or 92 to 99" };

@@ -28,6 +28,8 @@ struct out_driver {
 #define BITS(name_, field_, bit_)	{ .name = name_, AT(field_), .bit = bit_ }
 #define NOT(name_, field_)		{ .name = name_, AT(field_), .inverse = true }
 #define BY(name_, function_)		{ .name = name_, .drive = function_ }
+#define DRIVER(name_, member_)		EACH("joint.%02u.postep." name_, postep, member_)
+#define FAULT(name_)			BY("joint.%02u.postep." name_, fail_drivers)
 #define AXIS(name_, member_)		EACH("joint.%02u." name_, engine.axis, member_)
 #define MODULE(name_, member_)		EACH("PoNET.%02u." name_, ponet, member_)
 #define CLOCK(name_, member_)		FIELD("rtc." name_, rtc.member_)
@@ -185,6 +187,18 @@ static void refuse_a_setting(struct rig *rig)
 	rig->values.diagnostics.config_refused_index = 5;
 }
 
+static void talk_to_drivers(struct rig *rig)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		rig->daemon.postep[i].t_update_ns = rig->now_ns - 5 * RIG_MS;
+}
+
+static void fail_drivers(struct rig *rig)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		rig->daemon.postep[i].faults = rig->daemon.postep[i].inputs = 0xff;
+}
+
 static const struct out_driver drivers[] = {
 	BY("connected", nothing), BY("stale", silence), BY("daemon-alive", nothing),
 	BY("attach-state", nothing), BY("cycle", nothing), BY("age-us", nothing),
@@ -312,6 +326,21 @@ static const struct out_driver drivers[] = {
 	BY("latency.age-p99-us", be_late), BY("latency.age-max-us", be_late),
 	BY("cycles-skipped", be_late),
 	FIELD("encoder-resyncs", encoder_resync[0]),
+	RATE("backlash", BACKLASH), RATE("postep", POSTEP), RATE("postep-rare", POSTEP_RARE),
+	EACH("joint.%02u.backlash-taken", backlash, ),
+	{ .name = "joint.%02u.postep.supply", AT(postep[0].supply), .size = 1,
+	  .stride = SIZE(postep[0]), .factor = 0.25 },
+	DRIVER("temperature", .temperature), DRIVER("state", .state), DRIVER("faults", .faults),
+	DRIVER("fault", .faults), FAULT("over-temperature"), FAULT("overcurrent-a"),
+	FAULT("overcurrent-b"), FAULT("predriver-a"), FAULT("predriver-b"),
+	FAULT("undervoltage"), FAULT("stall"), FAULT("stall-latched"),
+	DRIVER("inputs", .inputs), FAULT("end-switch"),
+	DRIVER("updates", .update_count), BY("joint.%02u.postep.age-ms", talk_to_drivers),
+	DRIVER("mode", .mode), DRIVER("step-mode-fb", .step_mode),
+	DRIVER("temperature-limit-fb", .temperature_limit),
+	DRIVER("current-raw", .full_scale), DRIVER("current-idle-raw", .idle),
+	DRIVER("current-overheat-raw", .overheat),
+	DRIVER("hardware", .hardware_minor), DRIVER("firmware", .firmware_minor),
 	BITS("daemon.realtime", flags, 5), BITS("daemon.fallback", flags, 6),
 	BITS("daemon.guard", flags, 9), BY("joint.%02u.refused", set_bad_scale),
 };
@@ -408,11 +437,39 @@ static void pins_that_are_not_of_one_field_are_driven_too(void **state)
 	}
 }
 
+/* In the order of the protocol's bits. */
+static void each_fault_of_a_driver_has_a_pin(void **state)
+{
+	static const char *const names[] = {
+		"over-temperature", "overcurrent-a", "overcurrent-b", "predriver-a", "predriver-b",
+		"undervoltage", "stall", "stall-latched",
+	};
+
+	(void)state;
+	for (unsigned int bit = 0; bit < 8; bit++) {
+		size_t pin = 0;
+
+		begin();
+		drive.rig.daemon.postep[3].faults = (uint8_t)(1u << bit);
+		drive_periods(&drive, 17);
+		for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
+			const char *name = strstr(at.row->name, ".postep.");
+
+			for (unsigned int i = 0; name && i < 8; i++)
+				if (at.row->kind == TABLE_PIN && !strcmp(name + 8, names[i]))
+					assert_int_equal(drive_get(&drive, at.row, pin),
+							 i == bit && at.index == 3);
+			pin += at.row->kind == TABLE_PIN;
+		}
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(every_out_pin_shows_its_piece_of_the_image),
 		cmocka_unit_test(pins_that_are_not_of_one_field_are_driven_too),
+		cmocka_unit_test(each_fault_of_a_driver_has_a_pin),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

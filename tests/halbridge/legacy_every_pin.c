@@ -111,6 +111,7 @@ MOVE(enabled_mask, AXIS(2).enabled = 1; return 4;)
 MOVE(power_mask, daemon_image->engine.power_states = 5; return 5;)
 MOVE(relays, daemon_image->engine.relays = 6; return 6;)
 MOVE(outputs, daemon_image->engine.outputs = 6; return 6;)
+MOVE(back_register, daemon_image->backlash[i] = 77; return 77;)
 MOVE(probe_status, daemon_image->engine.probe_status = 6; return 6;)
 
 MOVE(mode, AXIS(i).mode = POKEYS_AXIS_VELOCITY; return POKEYS_AXIS_VELOCITY;)
@@ -181,6 +182,7 @@ static const struct driver shown[] = {
 	{ PEV2("deb.RefSpeed"), speed }, { PEV2("deb.RefPos"), reference_position },
 	{ PEV2("deb.RefPosSpeed"), reference }, { PEV2("AxesState"), state },
 	{ PEV2("ProbePosition"), probe_position }, { PEV2("HomingStatus"), homing_status },
+	{ PEV2("BacklashRegister"), back_register },
 	{ PEV2("CurrentPosition"), axis_position }, { PEV2("ReferencePositionSpeed"), reference },
 	{ PEV2("ReferencePosition"), reference_position },
 	{ PEV2("ReferenceSpeed"), speed_without_sign }, { PEV2("joint-pos-fb"), axis_position },
@@ -254,6 +256,9 @@ SEEN(position_command, command->axis[i].position == 9)
 SEEN(velocity_command, command->axis[i].velocity > 8.5f)
 SEEN(rate_wanted, legacy->clock.rate_demand == 500)
 SEEN(power_wanted, legacy->engine.power_mask == 9)
+SEEN(backlash_wanted, legacy->engine.backlash == 1)
+SEEN(play_wanted, legacy->axis[i].backlash_width == 9)
+SEEN(taking_up_wanted, legacy->axis[i].backlash_acceleration == 9)
 SEEN(index_kept, legacy->axis[i].index_enable)
 
 static const struct effect effects[] = {
@@ -276,6 +281,9 @@ static const struct effect effects[] = {
 	{ "PEv2.ProbeSpeed", 0.5, probe_speed, probing },
 	{ PEV2("ProbeMaxPosition"), 9, probe_most, probing },
 	{ "PEv2.AxisEnabledStatesMask", 9, power_wanted, choose },
+	{ "PEv2.BacklashCompensationEnabled", 1, backlash_wanted, choose },
+	{ PEV2("BacklashWidth"), 9, play_wanted, choose },
+	{ PEV2("BacklashAcceleration"), 9, taking_up_wanted, choose },
 	{ PEV2("AxesCommand"), 1, home_command, choose }, { PEV2("PositionSetup"), 9, preset, choose },
 	{ PEV2("index-enable"), 1, index_kept, choose },
 	{ PEV2("joint-vel-cmd"), 9, velocity_command, drive_axis },
@@ -287,13 +295,12 @@ static const struct effect effects[] = {
 
 /* Shown only, or accepted without a function: setting them must change nothing. */
 static const char *const inert[] = {
-	"PEv2.LimitOverride", "PEv2.AxisEnabledMask", "PEv2.BacklashCompensationEnabled",
+	"PEv2.LimitOverride", "PEv2.AxisEnabledMask",
 	PEV2("ProbePosition"), PEV2("HomingStatus"), PEV2("joint-out-home"),
 	PEV2("joint-in-position"), PEV2("joint-kb-jog-active"), PEV2("joint-wheel-jog-active"),
 	PEV2("stepgen.TYPE"), PEV2("params.Feedback-Encoder-Id"), PEV2("stepgen.DEADBAND"),
 	PEV2("stepgen.MAX-OUTPUT"), PEV2("stepgen.ENCODER-SCALE"),
-	PEV2("stepgen.HOME-IGNORE-LIMITS"), PEV2("BacklashWidth"), PEV2("BacklashRegister"),
-	PEV2("BacklashAcceleration"),
+	PEV2("stepgen.HOME-IGNORE-LIMITS"), PEV2("BacklashRegister"),
 };
 
 static bool listed(const char *const *list, size_t count, const char *name)

@@ -86,6 +86,33 @@ static void nothing_is_handed_on_without_apply(void **state)
 	assert_int_equal(values.set.pin_function[3], 4);
 }
 
+/* Pins, not parameters: half of the play in pulses, as the vendor's library has it. */
+static void backlash_reaches_the_device_with_apply(void **state)
+{
+	(void)state;
+	values.legacy.engine.backlash = 1;
+	values.legacy.axis[2].backlash_width = 6;
+	values.legacy.axis[2].backlash_acceleration = 2;
+	look();
+	assert_int_equal(values.set.backlash, -1);
+	assert_true(isnan(device->backlash_width));
+	values.legacy.engine.apply = true;
+	look();
+	assert_int_equal(values.set.backlash, 1);
+	assert_true(fabs(device->backlash_width - 0.06) < 1e-12);
+	assert_true(fabs(device->backlash_acceleration - 10000) < 1e-9);
+	assert_true(isnan(values.set.axis[3].backlash_width));
+	/* in pulses it stays, whatever a unit is */
+	values.joint[2].scale = -100;
+	look();
+	assert_true(fabs(device->backlash_width - 0.12) < 1e-12);
+	values.legacy.engine.backlash = 0;
+	values.legacy.axis[2].backlash_width = 0;
+	look();
+	assert_int_equal(values.set.backlash, -1);
+	assert_true(isnan(device->backlash_width));
+}
+
 static void a_group_nobody_touched_is_left_alone(void **state)
 {
 	(void)state;
@@ -323,6 +350,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(what_nobody_set_shows_what_the_device_has, setup),
 		cmocka_unit_test_setup(nothing_is_handed_on_without_apply, setup),
+		cmocka_unit_test_setup(backlash_reaches_the_device_with_apply, setup),
 		cmocka_unit_test_setup(a_group_nobody_touched_is_left_alone, setup),
 		cmocka_unit_test_setup(what_was_set_by_hand_is_not_overwritten, setup),
 		cmocka_unit_test_setup(a_joint_becomes_pulses, setup),

@@ -114,6 +114,40 @@ static void an_axis_turned_round_shows_its_limits_turned_round(void **state)
 	assert_true(values.set.axis[0].soft_min == -5 && values.set.axis[0].soft_max == 2);
 }
 
+/* The device has half of the play, in pulses, whichever way the axis is turned. */
+static void play_is_halved_and_counted_in_pulses(void **state)
+{
+	const struct pokeys_axis_settings *axis = &wish.image.settings.axis[1];
+
+	(void)state;
+	rig_know();
+	rig_look();
+	values.set.axis[1].backlash_width = 0.06;
+	values.set.axis[1].backlash_acceleration = 10000;
+	assert_true(rig_look());
+	assert_true(axis->set & POKEYS_AXIS_SET_BACKLASH_WIDTH);
+	assert_int_equal(axis->backlash_half, 6);
+	assert_int_equal(axis->backlash_acceleration, 2);
+	values.joint[1].scale = -400;
+	assert_true(rig_look());
+	assert_int_equal(axis->backlash_half, 12);
+	assert_int_equal(axis->backlash_acceleration, 4);
+	/* what is too slow for the device's steps is not made none */
+	values.set.axis[1].backlash_acceleration = 1;
+	assert_true(rig_look());
+	assert_int_equal(axis->backlash_acceleration, 1);
+	assert_int_equal(refusals, 0);
+	values.set.axis[1].backlash_width = 328;
+	values.set.axis[1].backlash_acceleration = 700000;
+	values.set.sync.out_pin[3] = 60;
+	assert_false(rig_look());
+	assert_int_equal(refusals, 3);
+	assert_int_equal(axis->backlash_half, 12);
+	values.set.axis[1].backlash_width = (double)NAN;
+	assert_true(rig_look());
+	assert_false(axis->set & POKEYS_AXIS_SET_BACKLASH_WIDTH);
+}
+
 static void bytes_are_the_protocols(void **state)
 {
 	const struct pokeys_settings *settings = &wish.image.settings;
@@ -161,6 +195,7 @@ int main(void)
 		cmocka_unit_test_setup(settings_do_not_disturb_each_other, rig_setup),
 		cmocka_unit_test_setup(a_new_scale_keeps_units_and_changes_pulses, rig_setup),
 		cmocka_unit_test_setup(an_axis_turned_round_shows_its_limits_turned_round, rig_setup),
+		cmocka_unit_test_setup(play_is_halved_and_counted_in_pulses, rig_setup),
 		cmocka_unit_test_setup(bytes_are_the_protocols, rig_setup),
 	};
 

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What hangs on the pulse engine besides: backlash, PoStep drivers, what follows an axis
+ * (protocol section 3.24.3, 0x85/0A, 0B, 40, 41 and 50 to 54).
+ *
+ * Few machines have any of it, and pokeysd.conf takes the settings as well: so it stays
+ * out where both schemes have to share HAL's memory (names=both). Lengths are in machine
+ * units; the device has half of the play, in pulses.
+ */
+#include "halbridge/table_rows.h"
+
+#define ENGINE(name, member, high, help)						\
+	ROW(name, PARAM, RW, WRITE, set.member, "device setting: " help, SETTING(0, high), APART)
+#define AXIS(name, member, high, help)							\
+	ROWS("joint.%02u." name, PARAM, RW, WRITE, set.axis, member,			\
+	     "device setting: " help, SETTING(0, high), APART)
+#define LENGTH(name, member, help)							\
+	ROWS("joint.%02u." name, PARAM, RW, WRITE, set.axis, member,			\
+	     "device setting: " help, SETTING_FLOAT(0, 1e15), APART)
+#define DRIVER(name, member, help)							\
+	ROWS("joint.%02u.postep." name, PIN, OUT, READ, drive.postep, member,		\
+	     "PoStep driver: " help, APART)
+#define RATE(name, group, help)								\
+	ROW("rate." name, PIN, OUT, READ, diagnostics.rate_hz[POKEYS_SLOW_##group],	\
+	    help ", measured, Hz", APART)
+
+static const struct table_row rows[] = {
+	ENGINE("engine.backlash", backlash, 1, "the device takes up the play of its axes"),
+	ENGINE("engine.backlash-speed", backlash_speed, 255,
+	       "highest speed of that, as the device has it; unit not documented"),
+	LENGTH("backlash-width", backlash_width,
+	       "play that the device takes up, units; not in the INI file (BACKLASH) as well"),
+	LENGTH("backlash-acceleration", backlash_acceleration,
+	       "units per second^2, in steps of 1000000 pulses per second^2"),
+	LIST("joint.%02u.backlash-taken", PIN, OUT, READ, drive.backlash, POKEYS_AXES,
+	     "pulses that the device has added", APART),
+
+	ENGINE("engine.postep", postep, 1, "the device talks to PoStep drivers"),
+	AXIS("postep.type", postep_type, 255, "type of the PoStep driver, 0 none"),
+	AXIS("postep.address", postep_address, 255, "its I2C address"),
+	AXIS("postep.step-mode", postep_step, 8,
+	     "its microsteps: 0 full steps, 1 1/2, 2 1/4 .. 8 1/256"),
+	AXIS("postep.temperature-limit", postep_temperature, 255, "degrees C"),
+	DRIVER("supply", supply, "supply, V"),
+	DRIVER("temperature", temperature, "degrees C"),
+	DRIVER("state", state, "1 sleep, 2 active, 3 idle, 4 overheated, 5 DC motor"),
+	DRIVER("fault", fault, "any fault"),
+	DRIVER("faults", faults, "all faults, bits in the order of the next eight"),
+	DRIVER("over-temperature", fault_bit[0], "too hot"),
+	DRIVER("overcurrent-a", fault_bit[1], "overcurrent, winding A"),
+	DRIVER("overcurrent-b", fault_bit[2], "overcurrent, winding B"),
+	DRIVER("predriver-a", fault_bit[3], "predriver fault, winding A"),
+	DRIVER("predriver-b", fault_bit[4], "predriver fault, winding B"),
+	DRIVER("undervoltage", fault_bit[5], "supply too low"),
+	DRIVER("stall", fault_bit[6], "stalled"),
+	DRIVER("stall-latched", fault_bit[7], "has stalled"),
+	DRIVER("inputs", inputs,
+	       "1 bootloader, 2 sleep, 4 step, 8 direction, 16 BIN1, 32 BIN2, 64 end switch"),
+	DRIVER("end-switch", end_switch, "its end switch input"),
+	DRIVER("updates", updates, "how often the device has had its answer, as far as seen"),
+	DRIVER("age-ms", age_ms, "since the last one was seen; -1 none yet"),
+	DRIVER("mode", mode, "1 external, 2 step, 3 DC motor, 4 position, 5 BINx"),
+	DRIVER("step-mode-fb", step, "its step mode"),
+	DRIVER("temperature-limit-fb", limit, "its temperature limit"),
+	DRIVER("current-raw", full_scale, "full scale current; unit not documented, never written"),
+	DRIVER("current-idle-raw", idle, "idle current, likewise"),
+	DRIVER("current-overheat-raw", overheat, "current when overheated, likewise"),
+	DRIVER("hardware", hardware, "version of its hardware, major * 100 + minor"),
+	DRIVER("firmware", firmware, "version of its firmware, likewise"),
+
+	ENGINE("synced-pwm.enable", sync.pwm_enable, 1,
+	       "a PWM output follows an axis in buffered mode"),
+	ENGINE("synced-pwm.axis", sync.pwm_axis, POKEYS_AXES - 1, "which, from 0"),
+	ENGINE("synced-pwm.channel", sync.pwm_channel, POKEYS_PWM - 1, "the output, from 0"),
+	ENGINE("synced-out.enable", sync.out_enable, 1,
+	       "eight outputs follow an axis in buffered mode"),
+	ENGINE("synced-out.axis", sync.out_axis, POKEYS_AXES - 1, "which, from 0"),
+	LIST("synced-out.pin.%02u", PARAM, RW, WRITE, set.sync.out_pin, 8,
+	     "device setting: terminal of a bit, 92..99 external outputs, 0 none",
+	     SETTING(0, 99), APART),
+
+	RATE("backlash", BACKLASH, "what the device has added for backlash"),
+	RATE("postep", POSTEP, "status of PoStep drivers"),
+	RATE("postep-rare", POSTEP_RARE, "their currents, modes and versions, in turns"),
+};
+
+TABLE_GROUP(table_drive, rows);
