@@ -97,46 +97,70 @@ static int find_interface(const struct config *config)
 	return STATUS_FAILED;
 }
 
-/* How to wait, from what this machine offers; said, for nobody has asked for just that. */
-static void choose_waiting(struct daemon *daemon)
+/* Said, for nobody has asked for just that. */
+static void say_waiting(const struct daemon *daemon)
 {
-	struct waiting *waiting = &daemon->waiting;
-	struct waiting_facts facts;
+	const struct waiting *waiting = &daemon->waiting;
 	char poll[48] = "";
 
-	waiting_look(daemon->config, &facts);
-	waiting_choose(&facts, waiting);
 	if (waiting->busy_poll_us)
 		snprintf(poll, sizeof(poll), " (polls the card for up to %u us)",
 			 waiting->busy_poll_us);
 	if (waiting->refused)
 		log_line(EVENT_WARNING, "mode is %s instead of %s: %s", waiting_name(waiting->wait),
-			 waiting_name(facts.wanted), waiting->why);
+			 waiting_name(daemon->config->wait), waiting->why);
 	else
 		log_line(EVENT_INFO, "mode is %s%s: %s", waiting_name(waiting->wait), poll,
 			 waiting->why);
 }
 
-static int open_transport(struct daemon *daemon)
+/* With the way to wait that is the best for this one. */
+static int try_transport(struct daemon *daemon, struct waiting_facts *facts,
+			 enum config_transport wanted, const char **why)
 {
 	const struct config *config = daemon->config;
-	const struct transport_options options = {
-		.spin = daemon->waiting.mode == LOOP_SPIN,
-		.busy_poll_us = daemon->waiting.busy_poll_us,
+	struct transport_options options = {
 		.interface = *config->interface ? config->interface : NULL,
 	};
+
+	facts->transport = wanted;
+	waiting_choose(facts, &daemon->waiting);
+	options.spin = daemon->waiting.mode == LOOP_SPIN;
+	options.busy_poll_us = daemon->waiting.busy_poll_us;
+	return transport_open(&daemon->loop.transport, config_transport_name(wanted), &options,
+			      why);
+}
+
+/*
+ * What comes instead of AF_XDP was opened to wait as is good for AF_XDP; the ring may
+ * have a better way.
+ */
+static int instead_of_xdp(struct daemon *daemon, struct waiting_facts *facts)
+{
+	const char *why;
+
+	transport_close(daemon->loop.transport);
+	daemon->loop.transport = NULL;
+	return try_transport(daemon, facts, CONFIG_AUTO, &why);
+}
+
+static int open_transport(struct daemon *daemon)
+{
+	const enum config_transport wanted = daemon->config->transport;
+	struct waiting_facts facts;
 	const char *why = NULL;
 	int result;
 
-	result = transport_open(&daemon->loop.transport, config_transport_name(config->transport),
-				&options, &why);
-
+	waiting_look(daemon->config, &facts);
+	result = try_transport(daemon, &facts, wanted, &why);
+	if (!result && why && wanted == CONFIG_XDP)
+		result = instead_of_xdp(daemon, &facts);
 	if (result) {
-		log_line(EVENT_ERROR, "transport %s: %s%s%s",
-			 config_transport_name(config->transport), strerror(-result),
-			 why ? ": " : "", why ? why : "");
+		log_line(EVENT_ERROR, "transport %s: %s%s%s", config_transport_name(wanted),
+			 strerror(-result), why ? ": " : "", why ? why : "");
 		return STATUS_FAILED;
 	}
+	say_waiting(daemon);
 	if (why) {
 		log_line(EVENT_NOTICE, "transport is %s, for %s",
 			 daemon->loop.transport->ops->name, why);
@@ -190,13 +214,8 @@ int daemon_open(struct daemon *daemon)
 	status = status ? status : lock_memory(daemon);
 	status = status ? status : open_memory(daemon);
 	status = status ? status : find_interface(daemon->config);
-	if (status)
-		return status;
-	choose_waiting(daemon);
-	status = open_transport(daemon);
-	if (status)
-		return status;
-	status = open_devices(daemon);
+	status = status ? status : open_transport(daemon);
+	status = status ? status : open_devices(daemon);
 	if (!status)
 		keeper_open(&daemon->keeper, daemon->config, &daemon->loop,
 			    getenv("LOGS_DIRECTORY"));

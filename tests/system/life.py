@@ -40,6 +40,19 @@ def test_the_daemon_may_be_there_first():
         house.says("status", returncode=0)
 
 
+def test_the_mode_fits_the_transport_that_is_taken_instead():
+    """AF_XDP cannot poll a card, and there is none on the loopback; the ring perhaps can."""
+    with House(transport="xdp", interface="lo", mode="napi") as house:
+        house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        text = house.log()
+        assert "transport is io_uring, for AF_XDP" in text or "transport is socket, for AF_XDP" in text, text
+        assert "for io_uring only" not in text, text
+        assert re.search("mode is (napi|sleep instead of napi: (this kernel|there is no io_uring))", text), text
+        assert text.count("mode is ") == 1, text
+
+
 def test_the_device_may_go_and_come_again():
     with House() as house:
         sim = house.start_sim()
