@@ -5,6 +5,7 @@ import os
 import random
 import re
 import shutil
+import signal
 import pathlib
 import subprocess
 import sys
@@ -30,6 +31,8 @@ SCALE = 100  # pulses a millimetre
 
 
 class Machine:
+    preset = "demo"
+
     def __init__(self):
         # a tmpfs, as /run is; short, for sockets live below it
         where = "/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp"
@@ -52,7 +55,8 @@ class Machine:
 
     def device(self):
         self.spawn("sim", SIM, "--model", "57CNC", "--address", self.address, "--no-discovery",
-                   "--control", str(self.folder / "sim"), "--preset", "demo", "--quiet")
+                   "--control", str(self.folder / "sim"), "--preset", self.preset,
+                   "--quiet")
         end = time.monotonic() + 60
         while not (self.folder / "sim").exists():
             assert time.monotonic() < end and self.children["sim"].poll() is None, self.log("sim")
@@ -114,6 +118,12 @@ class Machine:
         child = self.children.pop(name)
         child.kill()
         child.wait()
+
+    def hold(self, name, seconds):
+        """It gets no processor for so long."""
+        self.children[name].send_signal(signal.SIGSTOP)
+        time.sleep(seconds)
+        self.children[name].send_signal(signal.SIGCONT)
 
     def log(self, name):
         path = self.folder / f"{name}.log"
