@@ -69,26 +69,6 @@ static bool parse(const struct ini_key *key, const char *text, double *value)
 	       *value <= key->high && (key->form == INI_REAL || *value == rint(*value));
 }
 
-static void store(const struct table_row *row, void *at, double value)
-{
-	switch ((enum table_type)row->type) {
-	case TABLE_BIT:
-		*(param_bit *)at = value != 0;
-		break;
-	case TABLE_FLOAT:
-		*(param_float *)at = value;
-		break;
-	case TABLE_S32:
-		*(param_s32 *)at = (int32_t)value;
-		break;
-	case TABLE_U32:
-		*(param_u32 *)at = (uint32_t)value;
-		break;
-	case TABLE_TYPES:
-		break;
-	}
-}
-
 /* The storage of a pin that HAL has made. */
 static void *pin_of(const struct instance *instance, const struct table_row *row,
 		    unsigned int index)
@@ -126,10 +106,12 @@ static void set(struct applying *to, const struct ini_key *key, unsigned int ind
 
 		if (!makes(at.row, key->name, index))
 			continue;
-		store(at.row, values + table_offset(at.row, number), value);
+		if (at.row->type == TABLE_BIT)
+			value = value != 0;
+		table_put(at.row, values + table_offset(at.row, number), value);
 		pin = at.row->kind == TABLE_PIN ? pin_of(to->instance, at.row, number) : NULL;
 		if (pin)
-			store(at.row, pin, value);
+			table_put(at.row, pin, value);
 	}
 }
 

@@ -12,41 +12,6 @@
 #include <errno.h>
 #include <math.h>
 
-static double load(const struct table_row *row, const void *at)
-{
-	switch ((enum table_type)row->type) {
-	case TABLE_BIT:
-		return *(const param_bit *)at;
-	case TABLE_FLOAT:
-		return *(const param_float *)at;
-	case TABLE_S32:
-		return *(const param_s32 *)at;
-	case TABLE_U32:
-		return *(const param_u32 *)at;
-	case TABLE_TYPES:
-		break;
-	}
-	return 0;
-}
-
-static void store(const struct table_row *row, void *at, double value)
-{
-	switch ((enum table_type)row->type) {
-	case TABLE_FLOAT:
-		*(param_float *)at = value;
-		break;
-	case TABLE_S32:
-		*(param_s32 *)at = (int32_t)value;
-		break;
-	case TABLE_U32:
-		*(param_u32 *)at = (uint32_t)value;
-		break;
-	case TABLE_BIT:
-	case TABLE_TYPES:
-		break;
-	}
-}
-
 /* Bits can be anything they can hold. */
 static bool concerned(const struct table_row *row)
 {
@@ -71,7 +36,7 @@ int legacy_range_init(struct legacy_range *range, const struct values *values)
 			if (range->count == LEGACY_RANGES)
 				return -ENOSPC;
 			range->item[range->count++] = (struct legacy_range_item){
-				.row = at.row, .index = i, .good = load(at.row, value),
+				.row = at.row, .index = i, .good = table_get(at.row, value),
 			};
 		}
 	}
@@ -84,13 +49,13 @@ void legacy_range_look(struct legacy_range *range, struct values *values, legacy
 	for (size_t i = 0; i < range->count; i++) {
 		struct legacy_range_item *item = &range->item[i];
 		char *at = (char *)values + table_offset(item->row, item->index);
-		double value = load(item->row, at);
+		double value = table_get(item->row, at);
 
 		if (can_be(item->row, value)) {
 			item->good = value;
 			continue;
 		}
-		store(item->row, at, item->good);
+		table_put(item->row, at, item->good);
 		refuse(argument, item, value);
 	}
 }

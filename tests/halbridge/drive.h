@@ -49,44 +49,13 @@ static inline void drive_periods(struct drive *drive, unsigned int count)
 
 static inline double drive_get(const struct drive *drive, const struct table_row *row, size_t pin)
 {
-	const void *at = &drive->storage[pin];
-
-	switch ((enum table_type)row->type) {
-	case TABLE_BIT:
-		return *(const bool *)at;
-	case TABLE_FLOAT:
-		return *(const double *)at;
-	case TABLE_S32:
-		return *(const int32_t *)at;
-	case TABLE_U32:
-		return *(const uint32_t *)at;
-	case TABLE_TYPES:
-		break;
-	}
-	return (double)NAN;
+	return table_get(row, &drive->storage[pin]);
 }
 
 static inline void drive_set(struct drive *drive, const struct table_row *row, size_t pin,
 			     double value)
 {
-	void *at = &drive->storage[pin];
-
-	switch ((enum table_type)row->type) {
-	case TABLE_BIT:
-		*(bool *)at = value != 0;
-		break;
-	case TABLE_FLOAT:
-		*(double *)at = value;
-		break;
-	case TABLE_S32:
-		*(int32_t *)at = (int32_t)value;
-		break;
-	case TABLE_U32:
-		*(uint32_t *)at = (uint32_t)value;
-		break;
-	case TABLE_TYPES:
-		break;
-	}
+	table_put(row, &drive->storage[pin], value);
 }
 
 /* Bytes of an image, little-endian; `size` 0: one bit, `index` bits behind `at`. */
