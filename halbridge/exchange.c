@@ -35,6 +35,7 @@ void exchange_init(struct exchange *exchange, uint32_t session)
 	legacy_init(&exchange->legacy);
 	joint_home_init(&exchange->home);
 	probe_init(&exchange->probe);
+	threading_init(&exchange->threading);
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		encoder_init(&exchange->encoder[i]);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
@@ -157,6 +158,7 @@ static void take_news(struct exchange *exchange, struct values *values,
 		buttons_forget(&exchange->buttons, values);
 		joint_home_forget(&exchange->home, values);
 		probe_forget(&exchange->probe, values);
+		threading_forget(&exchange->threading, values);
 	}
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		if (news->rebooted)
@@ -168,6 +170,8 @@ static void take_news(struct exchange *exchange, struct values *values,
 	buttons_read(&exchange->buttons, values, &exchange->queue, &exchange->state);
 	joint_home_read(&exchange->home, values, &exchange->queue, &exchange->state, news->fresh);
 	probe_read(&exchange->probe, values, &exchange->queue, &exchange->state, news->fresh);
+	threading_read(&exchange->threading, values, &exchange->queue, &exchange->state,
+		       news->fresh);
 }
 
 /* For the daemon's histogram; more than four seconds are as good as four. */
@@ -269,6 +273,8 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 				 command, &exchange->state.engine, exchange->fresh, refusals);
 	full |= probe_write(&exchange->probe, values, exchange->joint, &exchange->queue, command,
 			    exchange->fresh, refusals);
+	full |= threading_write(&exchange->threading, values, &exchange->queue, command,
+				exchange->fresh, refusals);
 	full |= buttons_write(&exchange->buttons, values, &exchange->queue, command,
 			      exchange->fresh, refusals);
 	legacy_write(exchange, values, now_ns);

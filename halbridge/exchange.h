@@ -26,6 +26,7 @@
 #include "halbridge/probe.h"
 #include "halbridge/pwm.h"
 #include "halbridge/refusal.h"
+#include "halbridge/threading.h"
 #include "halbridge/values.h"
 
 struct exchange {
@@ -49,6 +50,7 @@ struct exchange {
 	struct joint_home home;
 	struct probe probe;
 	struct motor_drive drive;
+	struct threading threading;
 	/* what the pins were last filled from */
 	struct pokeys_engine engine;
 	struct pokeys_rtc rtc;

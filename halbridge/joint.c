@@ -20,6 +20,7 @@
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
+#include "halbridge/threading.h"
 
 #define VELOCITY_MOST	1e7		/* pulses/s, far above what any device makes */
 #define SPEED_MARGIN	1.001		/* above the highest speed is still rounding */
@@ -72,7 +73,8 @@ void joint_read(const struct joint *joint, struct value_joint *value, unsigned i
 {
 	const struct pokeys_axis *axis = &engine->axis[number];
 
-	value->pos_fb = axis->position / joint->scale - joint->offset;
+	value->pos_fb = (threading_leads(engine, number) ? joint->position : axis->position) /
+			joint->scale - joint->offset;
 	value->following_error = axis->following_error / joint->scale;
 	value->state = axis->state;
 	value->in_position = axis->in_position && axis->reference == joint->position;

@@ -121,6 +121,19 @@ struct value_probe {
 	param_float speed, time_limit;
 };
 
+/* What the device's threading says. */
+struct value_threading_out {
+	int32_t velocity, position_error;
+	uint32_t spindle_rpm, index_count, behind, reason, error;
+	bool preparing, prepared, waiting, active, refused;
+};
+
+struct value_threading {
+	struct value_threading_out out;
+	bool prepare, force, arm, release, cancel;
+	param_float time_limit;
+};
+
 /* Bits of the external outputs and relays of the pulse engine's connector. */
 struct value_external {
 	bool output_fb[VALUES_EXTERNAL], relay_fb[VALUES_EXTERNAL];
@@ -218,6 +231,7 @@ struct values {
 	struct value_engine engine;
 	struct value_homing homing;
 	struct value_probe probe;
+	struct value_threading threading;
 	param_u32 device_serial;
 	struct value_info info;
 	struct value_rtc rtc;

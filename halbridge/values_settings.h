@@ -64,6 +64,10 @@ struct value_failsafe_settings {
 	param_s32 pin[POKEYS_PINS], bus_byte[POKEYS_POEXTBUS], duty[POKEYS_PWM];
 };
 
+struct value_threading_settings {
+	param_s32 mode, ticks, target_rpm, speed_gain, position_gain, ignore_axes;
+};
+
 struct value_matrix_settings {
 	param_s32 enable, rows, columns, row_pin[SETTINGS_ROWS], column_pin[SETTINGS_COLUMNS];
 };
@@ -82,6 +86,7 @@ struct value_settings {
 	struct value_matrix_settings matrix;
 	struct value_sync_settings sync;
 	param_s32 backlash, backlash_speed, postep;
+	struct value_threading_settings threading;
 };
 
 #endif

@@ -87,6 +87,19 @@ static bool probing_is_ended(const struct table_cursor *at, bool pressed)
 	return pressed_once(POKEYS_ONE_SHOT_PROBE_FINISH, pressed);
 }
 
+/* Each of its buttons is a one-shot; they stand in the order of their operations. */
+static bool threading_is_asked(const struct table_cursor *at, bool pressed)
+{
+	static const char *const buttons[] = { "prepare", "force", "arm", "release", "cancel" };
+	uint8_t operation = POKEYS_ONE_SHOT_THREAD_PREPARE;
+
+	for (size_t i = 0; i < sizeof(buttons) / sizeof(buttons[0]); i++) {
+		if (!strcmp(at->row->name + strlen("threading."), buttons[i]))
+			operation = (uint8_t)(POKEYS_ONE_SHOT_THREAD_PREPARE + i);
+	}
+	return pressed_once(operation, pressed);
+}
+
 /* Seen when the probing begins: tests/halbridge/probe.c. */
 static bool target_is_known(const struct table_cursor *at, bool pressed)
 {
@@ -143,6 +156,9 @@ static const struct in_driver drivers[] = {
 	BY("joint.%02u.home", joint_is_homed), BY("homing.cancel", homing_is_cancelled),
 	BY("probe.start", probing_is_begun), BY("probe.cancel", probing_is_ended),
 	BY("joint.%02u.probe-target", target_is_known),
+	BY("threading.prepare", threading_is_asked), BY("threading.force", threading_is_asked),
+	BY("threading.arm", threading_is_asked), BY("threading.release", threading_is_asked),
+	BY("threading.cancel", threading_is_asked),
 	BY("engine.mpg-jog", wheels_are_let_go), BY("config.save", settings_are_saved), BY("encoder.%02u.reset", encoder_is_held),
 	BY("encoder.%02u.index-enable", index_is_armed), BY("rtc.set", date_is_judged),
 	BY("rtc.set-sec", is_a_part_of_the_date), BY("rtc.set-min", is_a_part_of_the_date),

@@ -125,6 +125,13 @@ static void probe_something(struct rig *rig)
 	rig->daemon.engine.state = 30;
 }
 
+static void refuse_a_thread(struct rig *rig)
+{
+	rig->exchange.threading.reason = POKEYS_THREADING_MOVING;
+	rig->exchange.threading.error = POKEYS_TASK_STARVED;
+	rig->daemon.threading.index_count++;
+}
+
 static void attach_a_keyboard(struct rig *rig)
 {
 	rig->daemon.kbd48_module = 3;
@@ -233,6 +240,15 @@ static const struct out_driver drivers[] = {
 	BY("homing.error", fail_to_home), BY("joint.%02u.homing", home_all),
 	BY("probe.active", probe_something), BY("probe.done", probe_something),
 	BY("probe.error", probe_something), BY("probe.contact", probe_something),
+	FIELD("threading.preparing", threading.preparing),
+	FIELD("threading.prepared", threading.prepared),
+	FIELD("threading.waiting", threading.waiting), FIELD("threading.active", threading.active),
+	FIELD("threading.velocity", threading.velocity),
+	FIELD("threading.position-error", threading.position_error),
+	FIELD("threading.spindle-rpm", threading.spindle_rpm),
+	FIELD("threading.index-count", threading.index_count),
+	FIELD("threading.behind", threading.behind), BY("threading.refused", refuse_a_thread),
+	BY("threading.reason", refuse_a_thread), BY("threading.error", refuse_a_thread),
 	SCALED("engine.slot-us", engine.slot_time, 100),
 	FIELD("engine.limit-override-active", engine.limit_override),
 	BITS("engine.misc.%02u.in", engine.misc_inputs, 0),

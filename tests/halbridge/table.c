@@ -57,6 +57,7 @@ static bool is_told_about(const char *name)
 	static const char *const parts[] = {
 		"failsafe.", "engine.backlash", "engine.postep", "joint.%02u.backlash-",
 		"joint.%02u.postep.", "synced-pwm.", "synced-out.", "rate.backlash", "rate.postep",
+		"threading.",
 	};
 
 	for (size_t i = 0; i < sizeof(parts) / sizeof(parts[0]); i++) {
@@ -87,6 +88,8 @@ static void both_is_without_what_is_set_apart(void **state)
 	assert_int_equal(find("pokeys.1.failsafe.state", TABLE_BOTH, &(size_t){ 0 }), 1);
 	assert_int_equal(find("pokeys.1.joint.07.postep.supply", TABLE_BOTH, &(size_t){ 0 }), 0);
 	assert_int_equal(find("pokeys.1.joint.07.postep.supply", TABLE_CANONICAL, &(size_t){ 0 }), 1);
+	assert_int_equal(find("pokeys.1.threading.arm", TABLE_BOTH, &(size_t){ 0 }), 0);
+	assert_int_equal(find("pokeys.1.threading.arm", TABLE_CANONICAL, &(size_t){ 0 }), 1);
 }
 
 static void indices_are_padded_and_lead_to_their_member(void **state)
