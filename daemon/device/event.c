@@ -226,6 +226,13 @@ static const struct {
 	{ WIRE_OP_THREAD_PARAMS, "threading" },
 };
 
+/* One request for all axes; the number is that of one of them. */
+static bool is_of_axis(int64_t op)
+{
+	return op == WIRE_OP_PULSE_BACKLASH_SET || op == WIRE_OP_POSTEP_COMM ||
+	       op == WIRE_OP_POSTEP_MODES;
+}
+
 static void put_setting(struct line *line, const struct event *e)
 {
 	const struct wire_op_row *row = wire_op((enum wire_op)e->a);
@@ -236,7 +243,7 @@ static void put_setting(struct line *line, const struct event *e)
 			name = op_settings[i].name;
 	put(line, "%s", name);
 	if (e->b >= 0)
-		put(line, " %lld", (long long)e->b);
+		put(line, "%s %lld", is_of_axis(e->a) ? " of axis" : "", (long long)e->b);
 }
 
 /* Protocol section 3.2. */

@@ -158,7 +158,7 @@ static void a_driver_without_power_keeps_the_link_from_running(void **state)
 	world.rig.device.bench.postep[0].powered = 0;
 	world_until(&world, is_refused, 10 * SECOND);
 	event_format(&world.last_event[EVENT_CONFIG_REFUSED], "mill", line, sizeof(line));
-	assert_string_equal(line, "mill: PoStep driver 0 did not take its step mode or "
+	assert_string_equal(line, "mill: PoStep driver of axis 0 did not take its step mode or "
 			    "temperature limit; check that it has power, and its type and I2C "
 			    "address");
 	world_run(&world, 10 * SECOND);

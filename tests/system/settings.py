@@ -140,6 +140,22 @@ axis.0.mpg-multiplier = -4
 axis.0.mpg-divider = 5
 axis.0.step-invert = on
 axis.0.index-falling = on
+backlash = on
+backlash-speed = 9
+axis.0.backlash-width = 24
+axis.0.backlash-acceleration = 3000000
+postep = on
+axis.0.postep-type = 1
+axis.0.postep-address = 33
+axis.0.postep-microsteps = 32
+axis.0.postep-temperature-limit = 70
+axis.3.mode = buffered
+synced-pwm = on
+synced-pwm-axis = 3
+synced-pwm-channel = 4
+synced-outputs = on
+synced-outputs-axis = 3
+synced-outputs-pins = 33,0,0,95,0,0,0,34
 encoder.3.pins = 11,12
 encoder.4.enable = off
 fast-encoders = on
@@ -176,7 +192,7 @@ def test_every_key_reaches_the_device():
         missing = {key: (wanted, have.get(key)) for key, wanted in keys.items() if have.get(key) != wanted}
         assert not missing, missing
         # each is told
-        for what in ("terminal 19: counter input", "axis 0 set up anew", "device name set up", "failsafe set up"):
+        for what in ("terminal 19: counter input", "axis 0 set up anew", "backlash of axis 0 set up anew", "PoStep driver of axis 0 set up anew", "device name set up", "failsafe set up"):
             wait_for(what, lambda: what in house.log())  # pylint: disable=cell-var-from-loop
 
 
