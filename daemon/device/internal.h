@@ -377,6 +377,9 @@ bool backlash_has(const struct device *device);
 enum wire_op backlash_ask(struct device *device, union slow_request *request);
 void backlash_take(struct device *device, const mailbox_entry_t *entry);
 
+/* setting_postep.c: the drivers' own modes came beside; a driver that lost its power forgets */
+void postep_look_again(struct device *device, const struct wire_postep_modes_req *modes);
+
 /* postep.c: into the image, and as slow groups */
 void postep_forget(struct device *device);
 void postep_status(struct device *device, const mailbox_entry_t *entry);

@@ -107,6 +107,7 @@ static void take_modes(struct device *device, const uint8_t *reply)
 
 	wire_postep_modes_decode_rep(reply, &modes);
 	postep_modes(device, &modes);
+	postep_look_again(device, &modes);
 }
 
 static const struct {

@@ -358,6 +358,17 @@ static bool modes_effect(struct device *device, struct setting *setting)
 	       pass_on(device, setting, axes_to_pass(setting, talk->step), updates[talk->step]);
 }
 
+void postep_look_again(struct device *device, const struct wire_postep_modes_req *modes)
+{
+	struct setting *setting = &device->configure.setting[SETTING_POSTEP_MODES];
+	const union setting_value value = { .modes = *modes };
+	union setting_request request;
+
+	if (setting->state == SETTING_DONE &&
+	    modes_merge(&device->wishes.wanted, 0, &value, &request))
+		setting->state = SETTING_READ;
+}
+
 const struct setting_kind setting_postep_modes = {
 	.read = WIRE_OP_POSTEP_MODES, .write = WIRE_OP_POSTEP_MODES,
 	.name = POKEYS_SETTING_POSTEP_MODES, .since = SETTING_VERSION(4, 1, 42), .only_57cnc = true,
