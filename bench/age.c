@@ -137,7 +137,8 @@ int main(int argc, char **argv)
 		return 2;
 	}
 	if (!begin(argv[1], argv[2])) {
-		fprintf(stderr, "bench-age: the axis is not driven: engine %u, flags 0x%x, mode %u\n",
+		fprintf(stderr,
+			"bench-age: the axis is not driven: engine %u, flags 0x%x, mode %u\n",
 			state.engine.state, state.flags, state.engine.axis[0].mode);
 		return 1;
 	}

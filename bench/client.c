@@ -135,7 +135,8 @@ static void await(uint64_t tick_ns, bool spins)
  * Processor time of a cycle, mean. On a machine that is busy with other things it
  * ends early, with *cycles what there was time for.
  */
-static uint64_t run(struct client *c, const struct client_way *way, uint64_t *cycles, uint64_t period)
+static uint64_t run(struct client *c, const struct client_way *way, uint64_t *cycles,
+		    uint64_t period)
 {
 	const uint64_t cpu = clock_ns(CLOCK_THREAD_CPUTIME_ID);
 	const uint64_t end = client_now() + *cycles * period * PATIENCE;
@@ -195,7 +196,8 @@ static int hold(const struct client *c)
 
 static void print(struct client *c, const char *way, uint64_t cycles, uint64_t cpu)
 {
-	printf("{\"way\": \"%s\", \"cycles\": %llu, \"questions\": %d, \"lost\": %llu, \"cpu_ns\": %llu, ",
+	printf("{\"way\": \"%s\", \"cycles\": %llu, \"questions\": %d, \"lost\": %llu, \"cpu_ns\": "
+	       "%llu, ",
 	       way, (unsigned long long)cycles, c->ask.count, (unsigned long long)c->lost,
 	       (unsigned long long)cpu);
 	samples_print(&c->each, "round_trip");
@@ -225,7 +227,8 @@ int main(int argc, char **argv)
 	}
 	way = argc == 8 ? find(argv[3]) : NULL;
 	cycles = way ? strtoull(argv[5], NULL, 10) : 0;
-	if (cycles < 1 || cycles > CYCLES_MAX || (strcmp(argv[4], "fast") && strcmp(argv[4], "all")))
+	if (cycles < 1 || cycles > CYCLES_MAX ||
+	    (strcmp(argv[4], "fast") && strcmp(argv[4], "all")))
 		return usage();
 	if (strcmp(argv[4], "all"))
 		ask_fast(&c.ask);

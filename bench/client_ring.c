@@ -57,7 +57,8 @@ static int make_buffers(void)
 	struct io_uring_buf_reg registration = { .ring_entries = BUFFERS };
 	int rc;
 
-	pool = mmap(NULL, BUFFERS * sizeof(struct io_uring_buf), PROT_READ | PROT_WRITE, flags, -1, 0);
+	pool = mmap(NULL, BUFFERS * sizeof(struct io_uring_buf), PROT_READ | PROT_WRITE, flags, -1,
+		    0);
 	buffers = mmap(NULL, BUFFERS * BUFFER, PROT_READ | PROT_WRITE, flags, -1, 0);
 	if (pool == MAP_FAILED || buffers == MAP_FAILED)
 		return -ENOMEM;
@@ -79,7 +80,8 @@ static const char *open_ring(struct client *c)
 		.cq_entries = 256,
 	};
 
-	if (io_uring_queue_init_params(64, &ring, &p) || io_uring_register_files(&ring, &c->fd, 1) ||
+	if (io_uring_queue_init_params(64, &ring, &p) ||
+	    io_uring_register_files(&ring, &c->fd, 1) ||
 	    io_uring_register_ring_fd(&ring) != 1 || make_buffers())
 		return "the kernel refuses the ring, or is older than 6.1";
 	arm();

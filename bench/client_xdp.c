@@ -75,7 +75,8 @@ const char *client_make_polled(const struct client *c)
 }
 
 /* One of the four rings, into our memory. */
-static bool map_ring(struct ring *ring, const struct xdp_ring_offset *at, uint64_t page, size_t entry)
+static bool map_ring(struct ring *ring, const struct xdp_ring_offset *at, uint64_t page,
+		     size_t entry)
 {
 	uint8_t *memory = mmap(NULL, at->desc + SLOTS * entry, PROT_READ | PROT_WRITE,
 			       MAP_SHARED | MAP_POPULATE, xdp, (off_t)page);
@@ -92,7 +93,8 @@ static bool make_rings(void)
 {
 	const struct xdp_umem_reg area = { .addr = (uintptr_t)frames, .len = 2 * SLOTS * FRAME,
 					   .chunk_size = FRAME };
-	const int names[] = { XDP_UMEM_FILL_RING, XDP_UMEM_COMPLETION_RING, XDP_RX_RING, XDP_TX_RING };
+	const int names[] = { XDP_UMEM_FILL_RING, XDP_UMEM_COMPLETION_RING, XDP_RX_RING,
+			      XDP_TX_RING };
 	const int slots = SLOTS;
 	struct xdp_mmap_offsets at;
 	socklen_t size = sizeof(at);
@@ -138,7 +140,8 @@ static const char *open_rings(unsigned int index)
 }
 
 /* The neighbour's address; the kernel has it, for a question was answered before. */
-static bool find_neighbour(const struct client *c, const char *name, const struct sockaddr_in *device,
+static bool find_neighbour(const struct client *c, const char *name,
+			   const struct sockaddr_in *device,
 			   uint8_t address[ETH_ALEN])
 {
 	struct arpreq request = { 0 };
@@ -165,7 +168,8 @@ static uint16_t sum_of(const struct iphdr *ip)
 }
 
 /* All that stands before a question, the same for each. */
-static const char *write_head(const struct client *c, const char *name, const struct sockaddr_in *own)
+static const char *write_head(const struct client *c, const char *name,
+			      const struct sockaddr_in *own)
 {
 	struct ethhdr ethernet = { .h_proto = htons(ETH_P_IP) };
 	struct iphdr ip = { .version = 4, .ihl = 5, .ttl = 64, .protocol = IPPROTO_UDP,

@@ -2,9 +2,9 @@
 /*
  * What the HAL component's read and write cost for one device, beside memcpy
  * of the same bytes: copying the images from and to memory, the pins of both
- * naming schemes (or those that the command line says), and the exchange between, without LinuxCNC, so that the
- * figure is the code's and not the thread's. Pins lie as far apart as in HAL's
- * memory, one to two cache lines.
+ * naming schemes (or those that the command line says), and the exchange
+ * between, without LinuxCNC, so that the figure is the code's and not the
+ * thread's. Pins lie as far apart as in HAL's memory, one to two cache lines.
  *
  * Values change between reads (inputs, the positions of all axes and as many
  * encoders as the command line says), for a bridge that sees the same image twice
@@ -115,8 +115,8 @@ static void write_funct(uint64_t device_ns)
 static uint8_t names_of(const char *text)
 {
 	static const struct { const char *text; uint8_t names; } known[] = {
-		{ "canonical", TABLE_CANONICAL }, { "legacy", TABLE_LEGACY }, { "both", TABLE_BOTH },
-		{ "all", TABLE_ALL },
+		{ "canonical", TABLE_CANONICAL }, { "legacy", TABLE_LEGACY },
+		{ "both", TABLE_BOTH }, { "all", TABLE_ALL },
 	};
 
 	for (size_t i = 0; i < sizeof(known) / sizeof(known[0]); i++)

@@ -111,7 +111,8 @@ int main(int argc, char **argv)
 	rate = argc == 7 ? strtoull(argv[4], NULL, 10) : 0;
 	seconds = argc == 7 ? strtoull(argv[5], NULL, 10) : 0;
 	if (rate < 10000 || rate > 640000 || seconds < 1 || seconds > SECONDS_MAX) {
-		fprintf(stderr, "usage: bench-flood FROM TO PORT RATE (10000..640000) SECONDS (1..%d)"
+		fprintf(stderr,
+			"usage: bench-flood FROM TO PORT RATE (10000..640000) SECONDS (1..%d)"
 			" CPU\n", SECONDS_MAX);
 		return 2;
 	}

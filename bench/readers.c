@@ -140,7 +140,8 @@ int main(int argc, char **argv)
 		fprintf(stderr, "usage: bench-readers RUNTIME_FOLDER SLICES CPU\n");
 		return 2;
 	}
-	shared = mmap(NULL, sizeof(*shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	shared = mmap(NULL, sizeof(*shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1,
+		      0);
 	if (shared == MAP_FAILED || shm_host_open(&host, argv[1], NULL, why, sizeof(why)) < 0 ||
 	    shm_host_add(host, "bench", &device, why, sizeof(why)) < 0 ||
 	    shm_host_publish(host, why, sizeof(why)) < 0) {

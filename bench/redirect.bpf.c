@@ -33,7 +33,8 @@ int redirect(struct xdp_md *context)
 	const struct udphdr *udp = data + sizeof(*ethernet) + sizeof(*ip);
 
 	if (!device_port || (const void *)(udp + 1) > end ||
-	    ethernet->h_proto != bpf_htons(ETH_P_IP) || ip->ihl != 5 || ip->protocol != IPPROTO_UDP ||
+	    ethernet->h_proto != bpf_htons(ETH_P_IP) || ip->ihl != 5 ||
+	    ip->protocol != IPPROTO_UDP ||
 	    udp->source != device_port || udp->dest != own_port)
 		return XDP_PASS;
 	return (int)bpf_redirect_map(&sockets, context->rx_queue_index, XDP_PASS);

@@ -37,7 +37,8 @@ static uint64_t incomplete;
 
 static struct {
 	uint64_t tick[TICKS];
-	uint64_t slow_ns, done_ns;	/* newest slow answer: at the last look, of the last burst */
+	/* newest slow answer: at the last look, of the last burst */
+	uint64_t slow_ns, done_ns;
 	uint64_t accepted, cycle;	/* when the last burst was over */
 	uint64_t answers;		/* in all bursts */
 } bursts;
@@ -81,7 +82,8 @@ static void look_for_burst(const struct pokeys_state *s)
 	if (bursts.slow_ns == bursts.done_ns)
 		return;
 	/* a single one is PoNET's, which goes by itself */
-	if (bursts.cycle && slow >= BURST && slow <= POKEYS_SLOW_GROUPS && tick_of(bursts.slow_ns)) {
+	if (bursts.cycle && slow >= BURST && slow <= POKEYS_SLOW_GROUPS &&
+	    tick_of(bursts.slow_ns)) {
 		samples_add(&burst, bursts.slow_ns - tick_of(bursts.slow_ns));
 		bursts.answers += slow;
 	}
@@ -128,9 +130,11 @@ static void print(uint64_t cycles, uint64_t missed, const struct pokeys_link_sta
 	       "\"missing\": %lld, "
 	       "\"late\": %llu, \"incomplete\": %llu, \"burst_answers\": %.2f, ",
 	       (unsigned long long)cycles, (unsigned long long)missed,
-	       (unsigned long long)((after->lost - after->resent) - (before->lost - before->resent)),
+	       (unsigned long long)((after->lost - after->resent) -
+				    (before->lost - before->resent)),
 	       (unsigned long long)(after->resent - before->resent),
-	       (long long)(after->sent - before->sent) - (long long)(after->received - before->received) -
+	       (long long)(after->sent - before->sent) -
+	       (long long)(after->received - before->received) -
 	       ((long long)after->in_flight - (long long)before->in_flight),
 	       (unsigned long long)(after->cycles_late - before->cycles_late),
 	       (unsigned long long)incomplete,
@@ -155,7 +159,8 @@ int main(int argc, char **argv)
 	pokeys_client *client;
 
 	if (argc != 4 || (cycles = strtoull(argv[3], NULL, 10)) < 1 || cycles > CYCLES_MAX) {
-		fprintf(stderr, "usage: bench-watch RUNTIME_FOLDER DEVICE CYCLES (1..%d)\n", CYCLES_MAX);
+		fprintf(stderr, "usage: bench-watch RUNTIME_FOLDER DEVICE CYCLES (1..%d)\n",
+			CYCLES_MAX);
 		return 2;
 	}
 	if (!begin(argv[1], argv[2], &client))

@@ -63,7 +63,8 @@ struct binding {
 	struct binding_slot slot[BINDING_PINS];	/* one per pin, an I/O pin has two */
 	struct binding_turns in[TABLE_WHENS], io;
 	struct binding_range out[TABLE_WHENS];	/* of TABLE_AT_READ by offset, with I/O pins */
-	uint16_t word[BINDING_CHUNKS * BINDING_CHUNK / BINDING_WORD + 1];	/* the first at or behind */
+	/* the first at or behind */
+	uint16_t word[BINDING_CHUNKS * BINDING_CHUNK / BINDING_WORD + 1];
 	bool touched;			/* an I/O pin has changed, since the last scatter */
 	uint16_t in_turns;		/* BINDING_TURNS; 1 = read all in each period */
 	struct binding_run run[BINDING_CHUNKS];	/* those that have any, block by block */

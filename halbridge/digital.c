@@ -23,7 +23,8 @@ static void read_pins(struct digital *digital, struct values *values,
 		      const struct pokeys_state *state)
 {
 	bool first = !digital->begun;
-	bool inverted = news(digital->shown_invert, digital->invert, sizeof(digital->invert), first);
+	bool inverted = news(digital->shown_invert, digital->invert, sizeof(digital->invert),
+			     first);
 
 	if (news(digital->in, state->digital_in, VALUES_PINS / 8, first)) {
 		bits_to_bools(values->pin.in, state->digital_in, NULL, VALUES_PINS / 8);

@@ -14,7 +14,8 @@
 /* The device's serial number, 0 = not known. */
 static uint32_t serial_of(const char *runtime, const char *device)
 {
-	static struct pokeys_state state;	/* too large for a thread's stack; one thread looks */
+	/* too large for a thread's stack; one thread looks */
+	static struct pokeys_state state;
 	pokeys_client *client;
 	uint32_t serial = 0;
 

@@ -110,8 +110,9 @@ static int export_names(const struct instance *instance, int component)
 					     (char *)instance->values + at.offset);
 		if (r < 0) {
 			rtapi_print_msg(RTAPI_MSG_ERR, "%s: cannot export %s: %s%s\n",
-					instance->prefix, name, strerror(-r), r == -ENOMEM ? ": HAL has no "
-					"room for all names, try names=canonical" : "");
+					instance->prefix, name, strerror(-r),
+					r == -ENOMEM ? ": HAL has no room for all names, try "
+						       "names=canonical" : "");
 			return r;
 		}
 	}

@@ -198,7 +198,8 @@ static void look_at_pin(struct legacy_settings *own, struct values *values, unsi
 	int32_t device = values->set.pin_function[i], function;
 	bool invert = live->in_invert[i] || live->out_invert[i];
 
-	if (live->function[i] != before->function[i] || live->in_invert[i] != before->in_invert[i] ||
+	if (live->function[i] != before->function[i] ||
+	    live->in_invert[i] != before->in_invert[i] ||
 	    live->out_invert[i] != before->out_invert[i])
 		*group = (struct legacy_group){ .touched = true };
 	if (!group->touched && device >= 0) {

@@ -229,8 +229,10 @@ static void show(struct legacy_axis_settings *set, const struct value_axis_setti
 				device->max_acceleration * fabs(scale) : 0;
 	set->max_deceleration = isfinite(device->max_deceleration) ?
 				device->max_deceleration * fabs(scale) : 0;
-	set->soft_minimum = (uint32_t)whole(isfinite(device->soft_min) ? device->soft_min * scale : 0);
-	set->soft_maximum = (uint32_t)whole(isfinite(device->soft_max) ? device->soft_max * scale : 0);
+	set->soft_minimum = (uint32_t)whole(isfinite(device->soft_min) ?
+					    device->soft_min * scale : 0);
+	set->soft_maximum = (uint32_t)whole(isfinite(device->soft_max) ?
+					    device->soft_max * scale : 0);
 	set->back_off = (uint32_t)whole(isfinite(device->back_off) ? device->back_off * scale : 0);
 }
 

@@ -15,7 +15,8 @@ struct link {
 	uint64_t epoch;			/* of the daemon last seen, 0 = none yet */
 	uint64_t lost;			/* its counter of lost packets at the last read */
 	uint32_t fault_count;		/* at the last read */
-	uint64_t data_ns;		/* from when the newest data are; the first read before any */
+	/* from when the newest data are; the first read before any */
+	uint64_t data_ns;
 	int32_t limit, increment, decrement;	/* in use */
 	bool limit_bad, increment_bad, decrement_bad;
 };

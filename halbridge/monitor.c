@@ -224,7 +224,8 @@ static void say_range(void *argument, const struct legacy_range_item *item, doub
 	table_full_name(item->row, instance->prefix, item->index, name);
 	if (item->row->low < item->row->high)
 		rtapi_print_msg(RTAPI_MSG_ERR, "%s = %.10g: must be %.10g to %.10g; it is %.10g "
-				"again\n", name, value, item->row->low, item->row->high, item->good);
+				"again\n", name, value, item->row->low, item->row->high,
+				item->good);
 	else
 		rtapi_print_msg(RTAPI_MSG_ERR, "%s = %g: must be a number; it is %g again\n",
 				name, value, item->good);

@@ -12,7 +12,8 @@
 enum { OUTCOME_WELL = 0, OUTCOME_REFUSED = 8, OUTCOME_NOT_KNOWN = 9 };
 
 /* `outcome` is its one-shot's; not POKEYS_OUTCOME_NONE. Realtime. */
-static inline uint32_t outcome_error(enum pokeys_outcome outcome, const struct pokeys_engine *engine)
+static inline uint32_t outcome_error(enum pokeys_outcome outcome,
+				     const struct pokeys_engine *engine)
 {
 	if (outcome == POKEYS_OUTCOME_DONE)
 		return OUTCOME_WELL;

@@ -42,7 +42,8 @@ int rtapi_app_main(void)
 		return home.component;
 	home.is_module = hal_malloc(sizeof(*home.is_module));
 	if (!home.is_module ||
-	    hal_pin_bit_newf(HAL_OUT, home.is_module, home.component, "pokeys-homecomp.is-module")) {
+	    hal_pin_bit_newf(HAL_OUT, home.is_module, home.component,
+			     "pokeys-homecomp.is-module")) {
 		hal_exit(home.component);
 		return -ENOMEM;
 	}

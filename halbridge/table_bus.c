@@ -33,7 +33,8 @@ static const struct table_row rows[] = {
 	{ ROW_COMMON("PoRelay8.%02u.relay-%u", PIN, IN, WRITE, poextbus.out[LAST_BYTE]),
 	  .stride = -8, .count = POKEYS_POEXTBUS, .inner = 8, .inner_stride = 1,
 	  .inner_first = 1,
-	  .help = "relay of a PoRelay8; another name of a PoExtBus output, 00 is next to the device" },
+	  .help = "relay of a PoRelay8; another name of a PoExtBus output, 00 is next to the "
+		  "device" },
 
 	ROW("PoNET.state", PIN, OUT, READ, ponet.state, "of the bus: 10 ready, 0 inactive"),
 	ROW("PoNET.count", PIN, OUT, READ, ponet.count, "modules found"),

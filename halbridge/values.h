@@ -33,7 +33,8 @@ enum {
 	VALUES_KEYS = 48,		/* of a kbd48CNC */
 	VALUES_MATRIX = 8 * POKEYS_MATRIX_BYTES,
 	VALUES_PONET_WORDS = 4,		/* of a module's 16 bytes, 32 bits each */
-	VALUES_CHUNK = 32,		/* bytes of struct values that are marked or compared at once */
+	/* bytes of struct values that are marked or compared at once */
+	VALUES_CHUNK = 32,
 	VALUES_TOUCHED = 9,		/* words with a bit for each chunk */
 };
 

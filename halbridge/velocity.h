@@ -10,7 +10,8 @@
 
 enum {
 	VELOCITY_STEPS = 16,
-	VELOCITY_ROOM = 32,	/* the steps lie in a row, and begin anew at the front when it is full */
+	/* the steps lie in a row, and begin anew at the front when it is full */
+	VELOCITY_ROOM = 32,
 };
 
 #define VELOCITY_GAP_NS	UINT64_C(100000000)	/* no sample for longer: what was is unknown */

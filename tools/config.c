@@ -29,7 +29,8 @@ static void tell_age(const struct view_device *device)
 			 device->why);
 	else if (device->state.link != POKEYS_LINK_RUNNING)
 		complain("%s is %s%s%s; this is of when its settings were read last", device->name,
-			 pokeys_link_name(device->state.link), *device->why ? ": " : "", device->why);
+			 pokeys_link_name(device->state.link), *device->why ? ": " : "",
+			 device->why);
 }
 
 /*

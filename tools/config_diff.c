@@ -24,7 +24,8 @@ static unsigned int differing_pins(const struct pokeys_report *report, tell tell
 	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++) {
 		const struct difference found = { name, wanted, device };
 
-		if (!config_pin_known(&report->wanted, pin) || !config_pin_known(&report->device, pin) ||
+		if (!config_pin_known(&report->wanted, pin) ||
+		    !config_pin_known(&report->device, pin) ||
 		    report->wanted.pin_function[pin] == report->device.pin_function[pin])
 			continue;
 		snprintf(name, sizeof(name), "terminal %u", pin + 1);

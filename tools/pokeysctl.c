@@ -240,7 +240,8 @@ static bool spelled_out(int argc, char **argv)
 					option->name[length - 2]))
 			option++;
 		if (!option->name) {
-			complain("there is no option %.*s; pokeysctl --help lists them", (int)length,
+			complain("there is no option %.*s; pokeysctl --help lists them",
+				 (int)length,
 				 argv[i]);
 			return false;
 		}

@@ -91,7 +91,8 @@ static int trace(const struct options *options, const struct recorder_file *ring
 	}
 	/* the kernel's side wants to see the thread switch before it knows anything */
 	collect.begin_ns = view_now() + FIRST_MS * UINT64_C(1000000);
-	report.dropped = watch(ring, &collect, collect.begin_ns + (uint64_t)(options->seconds * 1e9));
+	report.dropped = watch(ring, &collect,
+			       collect.begin_ns + (uint64_t)(options->seconds * 1e9));
 	report.seconds = (double)(view_now() - LATE_NS - collect.begin_ns) / 1e9;
 	trace_kernel_end();
 	collect_report(&collect, &report);

@@ -131,8 +131,10 @@ static void tell_refused(const struct claims *claims, uint32_t i, uint64_t where
 	int pid;
 
 	if (other) {
-		log_line(EVENT_ERROR, "%s: the device at %s is that of [device %s]; it is driven as "
-			 "%s only, remove one of the sections", name, put(text, where), other, other);
+		log_line(EVENT_ERROR,
+			 "%s: the device at %s is that of [device %s]; it is driven as "
+			 "%s only, remove one of the sections", name,
+			 put(text, where), other, other);
 		return;
 	}
 	pid = holder(where);

@@ -60,14 +60,16 @@ static void judge_times(const struct judged *j)
 	double sample_ms = (double)j->file->daemon.period_us * (double)raw->fast_divider / 1000;
 
 	if (raw->stale_after_ms <= sample_ms)
-		judge_fault(j, "stale-after-ms", 0, "stale-after-ms = %g has to be longer than the time "
+		judge_fault(j, "stale-after-ms", 0,
+			    "stale-after-ms = %g has to be longer than the time "
 		      "between two samples, which is %g ms (period-us times fast-divider)",
 		      raw->stale_after_ms, sample_ms);
 	if (raw->lost_after_ms <= raw->stale_after_ms)
 		judge_fault(j, "lost-after-ms", 0, "lost-after-ms = %g has to be longer than "
 		      "stale-after-ms, which is %g", raw->lost_after_ms, raw->stale_after_ms);
 	if (raw->deadline_ceiling_ms < raw->deadline_floor_us / 1000)
-		judge_fault(j, "deadline-ceiling-ms", 0, "deadline-ceiling-ms = %g must not be shorter "
+		judge_fault(j, "deadline-ceiling-ms", 0,
+			    "deadline-ceiling-ms = %g must not be shorter "
 		      "than deadline-floor-us, which is %g us", raw->deadline_ceiling_ms,
 		      raw->deadline_floor_us);
 }
@@ -89,16 +91,19 @@ static void judge_identity(const struct judged *j, uint32_t index)
 
 	if (!raw->address && !raw->serial && !is_faulty(j->lines, "address") &&
 	    !is_faulty(j->lines, "serial"))
-		judge_fault(j, "address", 0, "neither address nor serial is given; one of them says "
+		judge_fault(j, "address", 0,
+			    "neither address nor serial is given; one of them says "
 		      "where the device is");
 	for (uint32_t i = 0; i < index; i++) {
 		const struct config_raw_device *other = &j->file->device[i];
 
 		if (raw->address && raw->address == other->address && raw->port == other->port)
-			judge_fault(j, "address", 0, "address: [device %s] has the same one, and the "
+			judge_fault(j, "address", 0,
+				    "address: [device %s] has the same one, and the "
 			      "same port", other->name);
 		if (raw->serial && raw->serial == other->serial)
-			judge_fault(j, "serial", 0, "serial: [device %s] has the same one", other->name);
+			judge_fault(j, "serial", 0, "serial: [device %s] has the same one",
+				    other->name);
 	}
 }
 
@@ -134,7 +139,8 @@ void config_judge(struct config_file *file, struct config *out)
 			     file->daemon.duty);
 	if (file->daemon.transport == CONFIG_XDP && !*file->daemon.interface)
 		config_fault(file, config_line_of(&file->daemon_lines, "transport", 0),
-			     "[daemon]: transport = xdp belongs to one interface; interface is not given");
+			     "[daemon]: transport = xdp belongs to one interface; interface is not "
+			     "given");
 	if (file->daemon.mode == CONFIG_WAIT_NAPI && !file->daemon.busy_poll_us)
 		config_fault(file, config_line_of(&file->daemon_lines, "mode", 0),
 			     "[daemon]: mode = napi polls for busy-poll-us, which is 0");

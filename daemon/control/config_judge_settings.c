@@ -163,7 +163,8 @@ static void judge_drive(const struct judged *j, uint32_t index)
 		bool given = config_is_set(j->lines, rows[i].wants, 0);
 
 		if (settings->axis[index].set & rows[i].bit && !given)
-			judge_fault(j, rows[i].key, index, "axis.%u%s wants %s = on (or off, if that "
+			judge_fault(j, rows[i].key, index,
+				    "axis.%u%s wants %s = on (or off, if that "
 				    "is meant)", index, rows[i].key + 6, rows[i].wants);
 	}
 }
@@ -182,12 +183,14 @@ static void judge_synced(const struct judged *j)
 	const struct pokeys_settings *settings = &j->raw->settings;
 
 	judge_follower(j, "synced-pwm-axis", settings->sync_pwm_enable, settings->sync_pwm_axis);
-	judge_follower(j, "synced-outputs-axis", settings->sync_out_enable, settings->sync_out_axis);
+	judge_follower(j, "synced-outputs-axis", settings->sync_out_enable,
+		       settings->sync_out_axis);
 	for (size_t i = 0; i < sizeof(settings->sync_out_pin); i++) {
 		const uint8_t pin = settings->sync_out_pin[i];
 
 		if (pin > POKEYS_PINS && pin < EXTERNAL_FIRST)
-			judge_fault(j, "synced-outputs-pins", 0, "synced-outputs-pins: %u is neither a "
+			judge_fault(j, "synced-outputs-pins", 0,
+				    "synced-outputs-pins: %u is neither a "
 				    "terminal (1-55) nor an external output (92-99)", pin);
 	}
 }
@@ -228,7 +231,8 @@ static void judge_axis_count(const struct judged *j)
 		for (uint32_t n = settings->axes; n < POKEYS_AXES; n++) {
 			if (strncmp(key->name, "axis.#.", 7) || !j->lines->key[i][n])
 				continue;
-			judge_fault(j, key->name, n, "axis.%u%s: there is no axis %u with axes = %u "
+			judge_fault(j, key->name, n,
+				    "axis.%u%s: there is no axis %u with axes = %u "
 				    "(they are numbered from 0)", n, key->name + 6, n,
 				    settings->axes);
 		}

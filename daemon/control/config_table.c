@@ -43,14 +43,16 @@ static const struct config_key own[] = {
 	    .fallback = "auto",
 	    .help = "How packets reach the network. auto takes io_uring, and plain sockets if the "
 		    "kernel refuses it; xdp goes past the kernel's network stack (AF_XDP), which "
-		    "needs interface and pokeys-guard(8), and is as auto where it is not to be had."),
+		    "needs interface and pokeys-guard(8), and is as auto where it is not to be "
+		    "had."),
 	KEY(DAEMON(interface), "interface", CONFIG_TEXT,
 	    .help = "Network interface that all devices are at. Without it the routing table "
 		    "decides."),
 	KEY(DAEMON(guard), "guard", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "shared", 0 }, { "dedicated", 1 }), .fallback = "shared",
-	    .help = "What pokeys-guard(8), if it is started, lets in at the interface: shared all that "
-		    "is not aimed at the daemon, dedicated the devices, ARP and ICMP only."),
+	    .help = "What pokeys-guard(8), if it is started, lets in at the interface: shared all "
+		    "that is not aimed at the daemon, dedicated the devices, ARP and ICMP "
+		    "only."),
 	KEY(DAEMON(mode), "mode", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "auto", CONFIG_WAIT_AUTO }, { "sleep", CONFIG_WAIT_SLEEP },
 			   { "napi", CONFIG_WAIT_NAPI }, { "spin", CONFIG_WAIT_SPIN }),
@@ -59,8 +61,8 @@ static const struct config_key own[] = {
 		    "comes; napi polls the network card for a while first, which needs io_uring "
 		    "and Linux 6.9; spin keeps the processor, reacts a few microseconds faster and "
 		    "wants a core of its own. auto takes spin on an isolated core that LinuxCNC "
-		    "does not take, else napi where interface names a card that can be polled, else "
-		    "sleep, and says why."),
+		    "does not take, else napi where interface names a card that can be polled, "
+		    "else sleep, and says why."),
 	KEY(DAEMON(busy_poll_us), "busy-poll-us", CONFIG_INTEGER, RANGE(0, 10000),
 	    .fallback = "200", .unit = "us",
 	    .help = "With mode napi: how long a wait for a reply polls the network card before it "
@@ -154,8 +156,8 @@ static const struct config_key own[] = {
 	KEY(DEVICE(slow_together), "slow", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "spread", 0 }, { "together", 1 }), .fallback = "spread",
 	    .help = "spread reads slow data one request a cycle, each kind at its rate; together "
-		    "reads all of it but PoNET's in one cycle, slow-hz times a second: for a device "
-		    "that takes so many requests at once. Wants window = 20 or more."),
+		    "reads all of it but PoNET's in one cycle, slow-hz times a second: for a "
+		    "device that takes so many requests at once. Wants window = 20 or more."),
 	KEY(DEVICE(encoder_hz), "encoder-hz", CONFIG_REAL, RANGE(1, 1000), .fallback = "50",
 	    .unit = "Hz",
 	    .help = "How often full 32-bit encoder counts are read to check the reconstruction "
@@ -211,7 +213,8 @@ static void adopt(const struct settings_key *from, struct config_key *to)
 	bool scalar = from->type == SETTINGS_NUMBER || from->type == SETTINGS_REAL;
 
 	*to = (struct config_key){
-		.section = DEVICE(settings), .name = from->name, .type = CONFIG_SETTING, .setting = from,
+		.section = DEVICE(settings), .name = from->name, .type = CONFIG_SETTING,
+		.setting = from,
 		.count = from->count, .fallback = scalar ? "leave" : NULL, .unit = from->unit,
 		.help = from->help, RANGE(1, 0),
 	};

@@ -302,7 +302,8 @@ static void open_desk(struct daemon *daemon)
 	int result = desk_open(&daemon->desk);
 
 	if (result)
-		log_line(EVENT_WARNING, "%s/control: cannot be made: %s; pokeysctl config apply and "
+		log_line(EVENT_WARNING,
+			 "%s/control: cannot be made: %s; pokeysctl config apply and "
 			 "save do not work", daemon->config->runtime_directory, strerror(-result));
 }
 

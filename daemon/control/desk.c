@@ -109,7 +109,8 @@ static void take_clients(struct desk *desk, uint64_t now_ns)
 				    DESK_CLIENTS);
 			continue;
 		}
-		*client = (struct desk_client){ .fd = fd, .phase = DESK_ASKING, .since_ns = now_ns };
+		*client = (struct desk_client){
+			.fd = fd, .phase = DESK_ASKING, .since_ns = now_ns };
 	}
 }
 

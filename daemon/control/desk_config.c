@@ -34,7 +34,8 @@ static void collect(void *context, const char *line)
 {
 	struct faults *faults = context;
 	size_t room = sizeof(faults->text) - faults->at;
-	int length = snprintf(faults->text + faults->at, room, "%s%s", faults->at ? "\n" : "", line);
+	int length = snprintf(faults->text + faults->at, room, "%s%s", faults->at ? "\n" : "",
+			      line);
 
 	if (length > 0 && (size_t)length < room)
 		faults->at += (size_t)length;
@@ -184,7 +185,8 @@ void desk_executed(struct desk *desk, struct desk_client *client, int result, ui
 		return;
 	}
 	if (result == -ENOTCONN && client->what == DEVICE_ORDER_APPLY)
-		desk_answer(desk, client, true, "%s: the configuration was taken over; the device is "
+		desk_answer(desk, client, true,
+			    "%s: the configuration was taken over; the device is "
 			    "away and gets its settings when it is back%s", name,
 			    restart_note(client));
 	else if (result == -ENOTCONN)
@@ -217,7 +219,8 @@ static bool answer_applied(struct desk *desk, struct desk_client *client)
 		desk_answer(desk, client, true, "%s: the device has all that is wanted%s", name,
 			    restart_note(client));
 	else if (report.state == POKEYS_CONFIG_WAITING)
-		desk_answer(desk, client, true, "%s: the configuration was taken over; what differs "
+		desk_answer(desk, client, true,
+			    "%s: the configuration was taken over; what differs "
 			    "waits until the machine is off (pokeysctl config diff %s)%s", name,
 			    name, restart_note(client));
 	else if (report.state == POKEYS_CONFIG_REFUSED)
@@ -252,7 +255,8 @@ void desk_event(struct desk *desk, const struct event *event, uint64_t now_ns)
 	if (event->code != EVENT_ONE_SHOT || event->a != POKEYS_ONE_SHOT_SAVE_CONFIG ||
 	    event->b != EVENT_ORDERED)
 		return;
-	desk_take_results(desk, now_ns);	/* the save may be done before we knew that it began */
+	/* the save may be done before we knew that it began */
+	desk_take_results(desk, now_ns);
 	for (size_t i = 0; i < DESK_CLIENTS; i++) {
 		struct desk_client *client = &desk->client[i];
 
@@ -262,7 +266,8 @@ void desk_event(struct desk *desk, const struct event *event, uint64_t now_ns)
 			desk_answer(desk, client, true, "%s: its settings are in its flash memory "
 				    "now", desk->config->device[event->device].name);
 		else
-			desk_answer(desk, client, false, "%s: the device did not save its settings; "
+			desk_answer(desk, client, false,
+				    "%s: the device did not save its settings; "
 				    "the journal says why",
 				    desk->config->device[event->device].name);
 	}

@@ -15,7 +15,7 @@
  */
 void log_open(int fd, int level);
 
-/* Whose lines these are, where the journal does not say it; kept, not copied. "pokeysd" at first. */
+/* Whose lines these are, where the journal does not say it; kept, not copied; first "pokeysd". */
 void log_program(const char *name);
 
 /* One line, without newline. Never waits: what the reader does not take is counted and dropped. */

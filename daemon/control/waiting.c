@@ -94,7 +94,8 @@ static void choose_best(const struct waiting_facts *f, struct waiting *out)
 
 	if (!lacks_core(f, core, sizeof(core))) {
 		take(out, CONFIG_WAIT_SPIN, f);
-		snprintf(out->why, sizeof(out->why), "core %d is isolated and not LinuxCNC's", f->cpu);
+		snprintf(out->why, sizeof(out->why), "core %d is isolated and not LinuxCNC's",
+			 f->cpu);
 	} else if (!lacks_napi(f, napi, sizeof(napi))) {
 		take(out, CONFIG_WAIT_NAPI, f);
 		snprintf(out->why, sizeof(out->why), "%s can be polled; not spin, for %s",

@@ -21,7 +21,8 @@ static void a_fault_names_line_section_key_and_range(void **state)
 	assert_fault("[daemon]\n\nperiod-us = 100\n" GOOD,
 		     "f:3: [daemon]: period-us: \"100\" is out of range; allowed: 250..4000");
 	assert_fault("[daemon]\nmode = fast\n" GOOD,
-		     "f:2: [daemon]: mode: \"fast\" is not allowed; allowed: auto | sleep | napi | spin");
+		     "f:2: [daemon]: mode: \"fast\" is not allowed; allowed: auto | sleep | napi | "
+		     "spin");
 	assert_fault("[daemon]\ncpu =\n" GOOD,
 		     "f:2: [daemon]: cpu has no value; allowed: any | 0..1023");
 	assert_fault(GOOD "port = 65536",
@@ -209,7 +210,8 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 		     "index | encoder | fast-index | fast-encoder");
 	assert_fault(GOOD "threading-mode = index\nthreading-rpm = 600\nthreading-speed-gain = 5\n",
 		     "f:5: [device a]: threading-speed-gain wants threading-position-gain as well");
-	assert_fault(GOOD "threading-mode = encoder\nthreading-rpm = 600\nthreading-speed-gain = 5\n"
+	assert_fault(GOOD "threading-mode = encoder\nthreading-rpm = 600\nthreading-speed-gain = "
+			  "5\n"
 		     "threading-position-gain = 6\n",
 		     "f:6: [device a]: threading-position-gain wants threading-ticks as well");
 	assert_fault(GOOD "threading-ignore-axes = 4\n",
@@ -320,8 +322,8 @@ static void an_axis_that_is_not_driven_is_a_fault(void **state)
 {
 	(void)state;
 	assert_fault(GOOD "axes = 3\naxis.5.max-speed = 100\n",
-		     "f:4: [device a]: axis.5.max-speed: there is no axis 5 with axes = 3 (they are "
-		     "numbered from 0)");
+		     "f:4: [device a]: axis.5.max-speed: there is no axis 5 with axes = 3 (they "
+		     "are numbered from 0)");
 	assert_int_equal(parse(GOOD "axes = 3\naxis.2.max-speed = 100\n"), 0);
 	assert_int_equal(parse(GOOD "axis.5.max-speed = 100\n"), 0);
 }

@@ -245,7 +245,8 @@ static void broken_file_changes_nothing_and_the_faults_go_to_the_caller(void **s
 	heard(ask("config apply mill"));
 	snprintf(expected, sizeof(expected),
 		 "refused nothing was changed:\n%s:3: [device mill]: axes: \"9\" is out of range; "
-		 "allowed: leave | 0..8\n%s:4: [device mill]: there is no key nonsense", config_path,
+		 "allowed: leave | 0..8\n%s:4: [device mill]: there is no key "
+		 "nonsense", config_path,
 		 config_path);
 	assert_int_equal(strncmp(answer, expected, strlen(expected)), 0);
 	assert_int_equal(loop.orders.given, 0);
@@ -349,10 +350,12 @@ static void what_the_loop_refuses_is_said_in_words(void **state)
 		int result;
 		const char *said;
 	} cases[] = {
-		{ "config save mill", -EBUSY, "refused mill: motion is permitted; switch the machine "
+		{ "config save mill", -EBUSY,
+		  "refused mill: motion is permitted; switch the machine "
 					      "off first" },
 		{ "config save mill", -ENOTCONN, "refused mill: the device is away" },
-		{ "config save mill", -EAGAIN, "refused mill: its flash memory was written less than "
+		{ "config save mill", -EAGAIN,
+		  "refused mill: its flash memory was written less than "
 					       "2 s ago" },
 		{ "config save mill", -EALREADY, "refused mill: another order is at work" },
 		{ "config apply mill", -ENOTCONN, "ok mill: the configuration was taken over; the "
@@ -371,7 +374,8 @@ static void what_the_loop_refuses_is_said_in_words(void **state)
 static void what_is_no_request_is_told_what_would_be_one(void **state)
 {
 	static const char *const bad[] = {
-		"x", "config", "config apply", "config save", "config show mill", "CONFIG SAVE mill",
+		"x", "config", "config apply", "config save", "config show mill",
+		"CONFIG SAVE mill",
 		"config erase mill", "\x1b[2J", "\xff\xfe", "config  save mill",
 	};
 

@@ -132,7 +132,8 @@ static const char *logged(void)
 
 static enum record_reason reason(enum event_code code, int64_t a, int64_t b, bool on)
 {
-	const struct event event = { .code = (uint16_t)code, .level = EVENT_WARNING, .a = a, .b = b };
+	const struct event event = { .code = (uint16_t)code, .level = EVENT_WARNING, .a = a,
+				     .b = b };
 
 	return keeper_reason(&event, on);
 }

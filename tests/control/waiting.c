@@ -167,7 +167,8 @@ static void lists_of_cores_are_read_as_the_kernel_writes_them(void **state)
 {
 	static const struct { const char *list; int cpu; bool in, highest; } cases[] = {
 		{ "", 0, false, false }, { "\n", 0, false, false }, { "2\n", 2, true, true },
-		{ "2-3\n", 2, true, false }, { "2-3\n", 3, true, true }, { "2-3\n", 4, false, false },
+		{ "2-3\n", 2, true, false }, { "2-3\n", 3, true, true },
+		{ "2-3\n", 4, false, false },
 		{ "1,3-5,7\n", 4, true, false }, { "1,3-5,7\n", 7, true, true },
 		{ "1,3-5,7\n", 6, false, false }, { "0-1\n", -1, false, false },
 	};

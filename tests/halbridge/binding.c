@@ -151,7 +151,8 @@ static size_t linked_pin;
 
 static void find_lamp(const struct table_row *row, size_t offset, size_t pin)
 {
-	if (offset == offsetof(struct values, kbd48.led[3]) && !strcmp(row->name, "kbd48CNC.%02u.LED"))
+	if (offset == offsetof(struct values, kbd48.led[3]) &&
+	    !strcmp(row->name, "kbd48CNC.%02u.LED"))
 		linked_pin = pin;
 }
 
@@ -305,7 +306,8 @@ static size_t io_canonical, io_legacy;
 
 static void find_io_pair(const struct table_row *row, size_t offset, size_t pin)
 {
-	if (row->direction != TABLE_IO || offset != offsetof(struct values, encoder[4].index_enable))
+	if (row->direction != TABLE_IO ||
+	    offset != offsetof(struct values, encoder[4].index_enable))
 		return;
 	if (row->scheme == TABLE_LEGACY)
 		io_legacy = pin;

@@ -72,7 +72,8 @@ static unsigned int apply(const char *text)
 static void lines_are_read_as_people_write_them(void **state)
 {
 	(void)state;
-	read_text("junk before any section\n[POKEYS]\r\nA=1\r\n  B = 2\n\tC =3 # three\nD = 4 ; four\n"
+	read_text("junk before any section\n[POKEYS]\r\nA=1\r\n  B = 2\n\tC =3 # three\nD = 4 ; "
+		  "four\n"
 		  "no key at all\n[OTHER]\nA = 9\n[POKEYS]\nA = 5\nE=\n[pokeys]\nF = 1\n[JOINT_2]\n"
 		  "HOME = -1\n[POKEYS]\nlast = 6");
 	assert_string_equal(ini_file_find(&file, "POKEYS", "A")->value, "1");
@@ -203,9 +204,11 @@ static void indices_that_do_not_exist_are_passed_over(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test_setup_teardown(lines_are_read_as_people_write_them, setup, teardown),
+		cmocka_unit_test_setup_teardown(lines_are_read_as_people_write_them, setup,
+						teardown),
 		cmocka_unit_test_setup_teardown(long_lines_are_one_line, setup, teardown),
-		cmocka_unit_test_setup_teardown(a_file_that_is_not_there_is_an_error, setup, teardown),
+		cmocka_unit_test_setup_teardown(a_file_that_is_not_there_is_an_error, setup,
+						teardown),
 		cmocka_unit_test_setup_teardown(every_key_reaches_its_parameter, setup, teardown),
 		cmocka_unit_test_setup_teardown(values_go_where_they_belong, setup, teardown),
 		cmocka_unit_test_setup_teardown(a_key_may_set_a_pin, setup, teardown),

@@ -376,9 +376,10 @@ static void without_the_scheme_nothing_of_it_acts(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test_setup(an_axis_follows_its_older_name_only_if_it_is_connected, setup),
-		cmocka_unit_test_setup(what_a_hal_file_sets_at_once_is_taken_while_the_machine_is_off,
+		cmocka_unit_test_setup(an_axis_follows_its_older_name_only_if_it_is_connected,
 				       setup),
+		cmocka_unit_test_setup(
+			what_a_hal_file_sets_at_once_is_taken_while_the_machine_is_off, setup),
 		cmocka_unit_test_setup(axis_enable_counts_only_if_chosen, setup),
 		cmocka_unit_test_setup(position_is_units_plus_offset_times_scale, setup),
 		cmocka_unit_test_setup(limits_the_wrong_way_round_turn_the_axis, setup),

@@ -127,7 +127,8 @@ MOVE(reference_position, set_pin("PEv2.%u.joint-pos-cmd", i, 30); return 30;)
 MOVE(reference, AXIS(i).reference = 40; return 40;)
 MOVE(state, AXIS(i).state = 2; return 2;)
 MOVE(probe_position, AXIS(i).probe = 50; return 50;)
-MOVE(homing_status, set_pin("PEv2.%u.AxesCommand", i, LEGACY_HOME_START); drive_period(&drive); return 1;)
+MOVE(homing_status,
+     set_pin("PEv2.%u.AxesCommand", i, LEGACY_HOME_START); drive_period(&drive); return 1;)
 MOVE(axis_position, AXIS(i).position = -60; return -60;)
 MOVE(limit_minus, legacy->axis_set[i].limit_minus = true;
      daemon_image->engine.dedicated_limit_minus ^= (uint8_t)(1u << i); return 1;)
@@ -284,7 +285,8 @@ static const struct effect effects[] = {
 	{ "PEv2.BacklashCompensationEnabled", 1, backlash_wanted, choose },
 	{ PEV2("BacklashWidth"), 9, play_wanted, choose },
 	{ PEV2("BacklashAcceleration"), 9, taking_up_wanted, choose },
-	{ PEV2("AxesCommand"), 1, home_command, choose }, { PEV2("PositionSetup"), 9, preset, choose },
+	{ PEV2("AxesCommand"), 1, home_command, choose },
+		{ PEV2("PositionSetup"), 9, preset, choose },
 	{ PEV2("index-enable"), 1, index_kept, choose },
 	{ PEV2("joint-vel-cmd"), 9, velocity_command, drive_axis },
 	{ PEV2("joint-pos-cmd"), 9, position_command, drive_axis },

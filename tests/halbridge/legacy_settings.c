@@ -307,7 +307,8 @@ static void encoders_and_engine_are_handed_on(void **state)
 	values.legacy.engine_set.probe_pin = 8;
 	values.info.type_id = 32;
 	look();
-	assert_int_equal(values.set.engine.generator, -1);	/* its terminals are not known yet */
+	/* its terminals are not known yet */
+	assert_int_equal(values.set.engine.generator, -1);
 	memset((void *)values.set.pin_function, 0, sizeof(values.set.pin_function));
 	know_the_device();
 	look();
@@ -322,7 +323,8 @@ static void encoders_and_engine_are_handed_on(void **state)
 	assert_int_equal(values.set.engine.emergency_pin, 62);
 	assert_int_equal(values.set.pin_function[16], 4);
 	assert_int_equal(values.set.pin_function[51], 2);
-	assert_int_equal(values.set.pin_function[7], 130);	/* an input that is inverted stays so */
+	/* an input that is inverted stays so */
+	assert_int_equal(values.set.pin_function[7], 130);
 }
 
 static void all_axes_are_enabled_once_something_is_set_up(void **state)

@@ -87,7 +87,8 @@ static void both_is_without_what_is_set_apart(void **state)
 	assert_int_equal(find("pokeys.1.failsafe.pin.54", TABLE_ALL, &(size_t){ 0 }), 1);
 	assert_int_equal(find("pokeys.1.failsafe.state", TABLE_BOTH, &(size_t){ 0 }), 1);
 	assert_int_equal(find("pokeys.1.joint.07.postep.supply", TABLE_BOTH, &(size_t){ 0 }), 0);
-	assert_int_equal(find("pokeys.1.joint.07.postep.supply", TABLE_CANONICAL, &(size_t){ 0 }), 1);
+	assert_int_equal(find("pokeys.1.joint.07.postep.supply", TABLE_CANONICAL, &(size_t){ 0 }),
+			 1);
 	assert_int_equal(find("pokeys.1.threading.arm", TABLE_BOTH, &(size_t){ 0 }), 0);
 	assert_int_equal(find("pokeys.1.threading.arm", TABLE_CANONICAL, &(size_t){ 0 }), 1);
 }

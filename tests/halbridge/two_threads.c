@@ -59,7 +59,8 @@ int main(int argc, char **argv)
 		pthread_create(&threads[i], NULL, hal_thread, &functs[i]);
 	for (int i = 0; i < 30000 && !fake_hal_complaints("different threads"); i++)
 		nap();
-	good = fake_hal_complaints("pokeys.0.read and pokeys.0.write are in different threads") == 1;
+	good = fake_hal_complaints("pokeys.0.read and pokeys.0.write are in different "
+				   "threads") == 1;
 	printf("%s: two threads are told\n", good ? "ok" : "FAILED");
 	stop = true;
 	for (int i = 0; i < 2; i++)

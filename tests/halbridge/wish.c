@@ -146,7 +146,8 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(nothing_is_wished_before_the_device_is_known, rig_setup),
-		cmocka_unit_test_setup(knowing_a_device_shows_its_settings_and_wishes_none, rig_setup),
+		cmocka_unit_test_setup(knowing_a_device_shows_its_settings_and_wishes_none,
+				       rig_setup),
 		cmocka_unit_test_setup(
 			what_is_out_of_range_is_refused_once_and_the_old_value_stays, rig_setup),
 		cmocka_unit_test_setup(values_between_that_mean_nothing_are_refused, rig_setup),

@@ -194,7 +194,8 @@ int main(void)
 		cmocka_unit_test_setup(every_setting_reaches_its_place_and_comes_back, rig_setup),
 		cmocka_unit_test_setup(settings_do_not_disturb_each_other, rig_setup),
 		cmocka_unit_test_setup(a_new_scale_keeps_units_and_changes_pulses, rig_setup),
-		cmocka_unit_test_setup(an_axis_turned_round_shows_its_limits_turned_round, rig_setup),
+		cmocka_unit_test_setup(an_axis_turned_round_shows_its_limits_turned_round,
+				       rig_setup),
 		cmocka_unit_test_setup(play_is_halved_and_counted_in_pulses, rig_setup),
 		cmocka_unit_test_setup(bytes_are_the_protocols, rig_setup),
 	};
