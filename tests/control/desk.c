@@ -1,154 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * Orders through the socket: what is done, what is refused and in which words,
- * and that nobody who stands there can hold the daemon up. The realtime loop is
- * played by the test: it executes orders when it is told to.
+ * Orders through the socket: what is done, what is refused and in which words. Who may
+ * ask, and how long: desk_socket.c.
  */
-#include <errno.h>
-#include <fcntl.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
-#include <unistd.h>
-#include <cmocka.h>
-#include "daemon/control/desk.h"
-#include "daemon/control/log.h"
-
-#define MS UINT64_C(1000000)
-
-static char folder[] = "/tmp/pokeysd-desk-XXXXXX";
-static char config_path[64], answer[8192];
-static struct config config;
-static struct loop loop;
-static struct desk desk;
-static struct pokeys_report report;
-static int read_result;
-static uint64_t now;
-
-static unsigned int chmod_calls;
-
-/* In place of the C library's: by name, so of whatever the name leads to at that moment. */
-int chmod(const char *path, mode_t mode)
-{
-	chmod_calls++;
-	return fchmodat(AT_FDCWD, path, mode, 0);
-}
-
-static int read_report(void *context, uint32_t device, struct pokeys_report *out)
-{
-	(void)context;
-	assert_true(device < config.devices);
-	*out = report;
-	return read_result;
-}
-
-static void complain(void *context, const char *line)
-{
-	(void)context;
-	fail_msg("%s", line);
-}
-
-static void write_config(const char *text)
-{
-	FILE *file = fopen(config_path, "w");
-
-	assert_non_null(file);
-	fputs(text, file);
-	fclose(file);
-}
-
-#define GOOD "[device mill]\naddress = 10.0.0.1\naxes = 3\n[device lathe]\naddress = 10.0.0.2\n"
-
-static int setup(void **state)
-{
-	(void)state;
-	memcpy(folder + sizeof(folder) - 7, "XXXXXX", 6);
-	if (!mkdtemp(folder))
-		return -1;
-	snprintf(config_path, sizeof(config_path), "%s/conf", folder);
-	write_config(GOOD);
-	assert_int_equal(config_read(config_path, &config, complain, NULL), 0);
-	snprintf(config.runtime_directory, sizeof(config.runtime_directory), "%s", folder);
-	memset(&loop, 0, sizeof(loop));
-	loop.count = config.devices;
-	memset(&report, 0, sizeof(report));
-	read_result = 0;
-	now = 1000 * MS;
-	log_open(open("/dev/null", 1), EVENT_DEBUG);
-	desk_init(&desk, &config, config_path, &loop, read_report, NULL);
-	return desk_open(&desk);
-}
-
-static int teardown(void **state)
-{
-	(void)state;
-	desk_close(&desk);
-	unlink(config_path);
-	return rmdir(folder);		/* fails if anything is left */
-}
-
-static int attach(void)
-{
-	struct sockaddr_un address = { .sun_family = AF_UNIX };
-	int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-
-	snprintf(address.sun_path, sizeof(address.sun_path), "%s/control", folder);
-	assert_int_equal(connect(fd, (const struct sockaddr *)&address, sizeof(address)), 0);
-	return fd;
-}
-
-static int ask(const char *request)
-{
-	int fd = attach();
-
-	assert_int_equal(send(fd, request, strlen(request), 0), (ssize_t)strlen(request));
-	desk_run(&desk, now);
-	return fd;
-}
-
-/* The answer, "" if there is none yet. Closes when there is one. */
-static const char *heard(int fd)
-{
-	ssize_t length = recv(fd, answer, sizeof(answer) - 1, MSG_DONTWAIT);
-
-	answer[length > 0 ? length : 0] = '\0';
-	if (length >= 0)
-		close(fd);
-	return answer;
-}
-
-static void assert_says(int fd, const char *text)
-{
-	if (!strstr(heard(fd), text))
-		fail_msg("it said: %s", answer);
-}
-
-/* The loop does what was ordered; the last one. */
-static struct loop_order execute(int result)
-{
-	struct loop_order *order = NULL;
-
-	while (loop.orders.done != loop.orders.given) {
-		order = &loop.orders.slot[loop.orders.done % LOOP_ORDERS];
-		order->result = result;
-		loop.orders.done++;
-	}
-	assert_non_null(order);
-	desk_run(&desk, now);
-	loop.shared.cycles++;
-	return *order;
-}
-
-static void pass(uint64_t ns)
-{
-	now += ns;
-	desk_run(&desk, now);
-}
+#include "tests/control/desk_rig.h"
 
 static void apply_brings_what_the_file_says_now(void **state)
 {
@@ -371,123 +226,6 @@ static void what_the_loop_refuses_is_said_in_words(void **state)
 	}
 }
 
-static void what_is_no_request_is_told_what_would_be_one(void **state)
-{
-	static const char *const bad[] = {
-		"x", "config", "config apply", "config save", "config show mill",
-		"CONFIG SAVE mill",
-		"config erase mill", "\x1b[2J", "\xff\xfe", "config  save mill",
-	};
-
-	(void)state;
-	for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
-		assert_says(ask(bad[i]), "is no request; requests are: config apply DEVICE");
-		for (const char *c = answer; *c; c++)
-			assert_in_range(*c, ' ', '~');
-	}
-	assert_says(ask("config save lath"), "refused there is no device \"lath\"");
-	assert_says(ask("config save mill lathe"), "refused there is no device \"mill lathe\"");
-	assert_int_equal(loop.orders.given, 0);
-	assert_int_equal(desk.refused, sizeof(bad) / sizeof(bad[0]) + 2);
-}
-
-static void requests_of_a_wrong_size_are_refused(void **state)
-{
-	char large[70000];
-	int fd;
-
-	(void)state;
-	memset(large, 'x', sizeof(large));
-	fd = attach();
-	assert_true(send(fd, large, 129, 0) == 129);
-	desk_run(&desk, now);
-	assert_says(fd, "at most 128 characters");
-	fd = attach();
-	assert_true(send(fd, large, 60000, 0) == 60000);
-	desk_run(&desk, now);
-	assert_says(fd, "at most 128 characters");
-	fd = attach();
-	assert_true(send(fd, "config save mill\0x", 18, 0) == 18);
-	desk_run(&desk, now);
-	assert_says(fd, "at most 128 characters");
-}
-
-static void who_says_nothing_is_sent_away(void **state)
-{
-	int silent = attach(), gone = attach();
-
-	(void)state;
-	close(gone);
-	desk_run(&desk, now);
-	pass(1900 * MS);
-	assert_int_equal(desk.client[0].phase, DESK_ASKING);
-	pass(200 * MS);
-	for (size_t i = 0; i < DESK_CLIENTS; i++)
-		assert_int_equal(desk.client[i].phase, DESK_FREE);
-	assert_int_equal(recv(silent, answer, 1, MSG_DONTWAIT), 0);
-	close(silent);
-}
-
-static void who_leaves_before_the_answer_harms_nobody(void **state)
-{
-	int fd = ask("config save mill");
-
-	(void)state;
-	close(fd);
-	execute(-EBUSY);
-	for (size_t i = 0; i < DESK_CLIENTS; i++)
-		assert_int_equal(desk.client[i].phase, DESK_FREE);
-}
-
-static void a_ninth_is_told_to_come_again(void **state)
-{
-	int fd[DESK_CLIENTS], more;
-
-	(void)state;
-	for (size_t i = 0; i < DESK_CLIENTS; i++)
-		fd[i] = ask("config save mill");
-	more = ask("config save mill");
-	assert_says(more, "refused 8 orders are at work; try again");
-	execute(-EBUSY);
-	for (size_t i = 0; i < DESK_CLIENTS; i++)
-		assert_says(fd[i], "motion is permitted");
-}
-
-static void socket_is_for_the_group_and_follows_a_dead_daemon(void **state)
-{
-	struct desk next;
-	struct stat status;
-
-	(void)state;
-	assert_int_equal(stat(desk.socket, &status), 0);
-	assert_int_equal(status.st_mode & 07777, 0660);
-	close(desk.listen_fd);		/* it died: the name is still there */
-	desk.listen_fd = -1;
-	desk_init(&next, &config, config_path, &loop, read_report, NULL);
-	assert_int_equal(desk_open(&next), 0);
-	desk_close(&next);
-	assert_int_equal(stat(desk.socket, &status), -1);
-}
-
-/* Given by name, the mode would be given to whatever a link there leads to. */
-static void mode_is_given_to_the_socket_and_to_nothing_else(void **state)
-{
-	mode_t before = umask(0077);
-	struct desk next;
-	struct stat status;
-
-	(void)state;
-	desk_close(&desk);
-	chmod_calls = 0;
-	desk_init(&next, &config, config_path, &loop, read_report, NULL);
-	assert_int_equal(desk_open(&next), 0);
-	assert_int_equal(chmod_calls, 0);
-	assert_int_equal(umask(before), 0077);
-	assert_int_equal(stat(next.socket, &status), 0);
-	assert_int_equal(status.st_mode & 07777, 0660);
-	desk_close(&next);
-}
-
 static void reload_gives_every_device_what_the_file_says(void **state)
 {
 	(void)state;
@@ -502,15 +240,6 @@ static void reload_gives_every_device_what_the_file_says(void **state)
 	write_config("[device mill]\naxes = 8\n");
 	desk_reload(&desk);
 	assert_int_equal(loop.orders.given, 2);
-}
-
-static void those_who_wait_hear_that_the_daemon_ends(void **state)
-{
-	int fd = ask("config save mill");
-
-	(void)state;
-	desk_close(&desk);
-	assert_says(fd, "refused the daemon is ending");
 }
 
 int main(void)
@@ -528,15 +257,7 @@ int main(void)
 		BOTH(save_is_answered_when_the_device_has_said_how_it_went),
 		BOTH(save_that_is_quicker_than_its_order_is_answered),
 		BOTH(what_the_loop_refuses_is_said_in_words),
-		BOTH(what_is_no_request_is_told_what_would_be_one),
-		BOTH(requests_of_a_wrong_size_are_refused),
-		BOTH(who_says_nothing_is_sent_away),
-		BOTH(who_leaves_before_the_answer_harms_nobody),
-		BOTH(a_ninth_is_told_to_come_again),
-		BOTH(socket_is_for_the_group_and_follows_a_dead_daemon),
-		BOTH(mode_is_given_to_the_socket_and_to_nothing_else),
 		BOTH(reload_gives_every_device_what_the_file_says),
-		BOTH(those_who_wait_hear_that_the_daemon_ends),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
