@@ -71,7 +71,9 @@ static void print_request(const struct replay *replay, const struct replay_line 
 	if (line->again != REPLAY_NONE)
 		printf(", sent again after %.1f us",
 		       microseconds(line->t_ns, replay->line[line->again].t_ns));
-	if (reply) {
+	if (reply && reply->t_ns < line->t_ns) {
+		printf(", its answer was there already");
+	} else if (reply) {
 		printf(", answered after %.1f us", microseconds(line->t_ns, reply->t_ns));
 		print_since_first(replay, line, reply);
 	} else if (line->again == REPLAY_NONE) {

@@ -6,7 +6,7 @@
  * a capture of somebody else's the first reply that fits is taken for the answer.
  *
  * A request that was sent again has a line for each try. The answer belongs to all
- * of them, for which try it answers nobody knows; it is the last one's partner.
+ * of them, for which try it answers nobody knows; its partner is the last one before it.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -205,7 +205,9 @@ const struct replay_line *replay_first_try(const struct replay *replay,
 const struct replay_line *replay_answer(const struct replay *replay,
 					const struct replay_line *line)
 {
-	while (line->again != REPLAY_NONE)
+	/* of an earlier try, if it came before the thread had looked and sent once more */
+	line = replay_first_try(replay, line);
+	while (line->partner == REPLAY_NONE && line->again != REPLAY_NONE)
 		line = &replay->line[line->again];
 	return line->partner == REPLAY_NONE ? NULL : &replay->line[line->partner];
 }

@@ -241,6 +241,8 @@ static void deliver(struct world *world)
 		if (world->lose_reply && world->lose_reply(world, packet))
 			continue;
 		device_deliver(world->device, packet, length, &rx, world->now);
+		if (world->heard)
+			world->heard(world, packet, length);
 	}
 }
 
@@ -256,7 +258,9 @@ static void serve(struct world *world, uint64_t until_ns, bool until_complete)
 		if (next > world->now)
 			world->now = next;
 		deliver(world);
-		device_check(world->device, world->now);
+		/* as the loop does: not whenever something happens, only when it is due */
+		if (device_next_deadline(world->device) <= world->now)
+			device_check(world->device, world->now);
 	}
 	if (!until_complete)
 		world->now = until_ns;

@@ -55,6 +55,8 @@ struct world {
 	void (*watch)(struct world *world, const uint8_t *packet);	/* sees each packet sent */
 	bool swallow;			/* set by watch: this packet never arrives */
 	bool (*lose_reply)(struct world *world, const uint8_t *packet);
+	/* sees each reply when the device layer has judged it */
+	void (*heard)(struct world *world, const uint8_t *packet, size_t length);
 	struct world_sent sent;
 	uint64_t event_count[EVENT_CODES];
 	struct event last_event[EVENT_CODES];

@@ -246,6 +246,23 @@ static void a_retry_is_a_line_of_its_own_and_the_answer_is_that_of_all(void **st
 	replay_free(&replay);
 }
 
+/* The thread was late: the answer was there when it sent once more. */
+static void an_answer_that_was_there_before_the_retry_is_the_answer(void **state)
+{
+	struct replay replay;
+
+	(void)state;
+	put(RECORDER_SENT, 0, 1000, WIRE_OP_TICK, 3, 1);
+	put(RECORDER_RECEIVED, 0, 2000, WIRE_OP_TICK, 3, POKEYS_VERDICT_ACCEPTED);
+	put(RECORDER_SENT, 0, 3000, WIRE_OP_TICK, 3, 2);
+	export(EXPORT_ALL);
+	replay = load_good();
+	assert_int_equal(replay.line[0].partner, 1);
+	assert_ptr_equal(replay_answer(&replay, &replay.line[0]), &replay.line[1]);
+	assert_ptr_equal(replay_answer(&replay, &replay.line[2]), &replay.line[1]);
+	replay_free(&replay);
+}
+
 static void a_reply_without_its_sub_operation_is_named_by_its_request(void **state)
 {
 	struct replay replay;
@@ -486,6 +503,7 @@ int main(void)
 		TEST(a_frame_that_was_cut_has_no_udp_checksum),
 		TEST(a_request_finds_its_reply),
 		TEST(a_retry_is_a_line_of_its_own_and_the_answer_is_that_of_all),
+		TEST(an_answer_that_was_there_before_the_retry_is_the_answer),
 		TEST(a_reply_without_its_sub_operation_is_named_by_its_request),
 		TEST(lines_are_in_the_order_of_time),
 		TEST(one_device_alone_can_be_written),
