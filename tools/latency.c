@@ -13,14 +13,13 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/utsname.h>
-#include <time.h>
 #include "tools/doctor.h"
 #include "tools/latency.h"
 #include "tools/order.h"
 #include "tools/pokeysctl.h"
 #include "tools/print.h"
 
-enum { DEFAULT_PERIOD_NS = 1000000, FIRST_TRIES = 25 };
+enum { DEFAULT_PERIOD_NS = 1000000 };
 
 /* Highest core that this process may run on, -1 if only `than` itself is lower. */
 static int permitted_core(int than, bool highest)
@@ -63,37 +62,6 @@ static int choose_core(const struct options *options, bool *spins)
 	return doctor.plan.cpu >= 0 ? doctor.plan.cpu : permitted_core(-1, true);
 }
 
-/* The device whose diagnostic image is read; every device of a daemon has the same loop. */
-static struct view_device *read_daemon(struct view *view)
-{
-	view_read(view);
-	for (size_t i = 0; i < view->count; i++)
-		if (view->device[i].has_diag && view->device[i].freshness >= VIEW_STALE)
-			return &view->device[i];
-	return NULL;
-}
-
-/* A daemon that began just now writes its first diagnostic image a little later. */
-static struct view_device *await_daemon(struct view *view)
-{
-	const struct timespec pause = { .tv_nsec = 20000000 };
-	struct view_device *device = read_daemon(view);
-
-	for (int tries = 0; view->count && !device && tries < FIRST_TRIES; tries++) {
-		nanosleep(&pause, NULL);
-		device = read_daemon(view);
-	}
-	return device;
-}
-
-static void open_daemon(struct view *view, const char *runtime_directory)
-{
-	char names[VIEW_DEVICES][POKEYS_SHM_NAME_MAX];
-
-	if (pokeys_shm_devices(runtime_directory, names, VIEW_DEVICES) > 0)
-		view_open(view, runtime_directory, NULL, 0);
-}
-
 static void prepare(struct latency_run *run, const struct options *options,
 		    const struct view_device *daemon)
 {
@@ -118,10 +86,7 @@ static void prepare(struct latency_run *run, const struct options *options,
 			 other);
 		run->count = 2;
 	}
-	if (!daemon)
-		snprintf(run->note, sizeof(run->note), "no daemon runs in %s: the sleepers alone",
-			 options->runtime_directory);
-	else if (spins)
+	if (daemon && spins)
 		snprintf(run->note, sizeof(run->note), "mode = spin: the daemon keeps its core, so "
 			 "a sleeper beside it measures the daemon");
 }
@@ -143,14 +108,19 @@ static void take_parts(struct latency_run *run, const struct pokeys_diag *before
 static void take_daemon(struct latency_run *run, struct view *view, int cpu,
 			const struct pokeys_diag *before)
 {
-	const struct view_device *device = read_daemon(view);
-	char core[24] = "";
+	char core[24] = "", why[224];
+	const struct view_device *device = latency_daemon(view, view->runtime_directory, why,
+							  sizeof(why));
 	struct latency_series *series = &run->series[run->count];
 
 	if (!device) {
-		snprintf(run->note, sizeof(run->note), "the daemon ended in between");
+		snprintf(run->note, sizeof(run->note), "the daemon was there, but not at the end: %s",
+			 why);
 		return;
 	}
+	if (device->diag.cycle < before->cycle)
+		snprintf(run->note, sizeof(run->note), "the daemon was started anew in between; its "
+			 "numbers are since then");
 	if (cpu >= 0)
 		snprintf(core, sizeof(core), ", core %d", cpu);
 	series->cpu = cpu;
@@ -183,13 +153,14 @@ int command_latency(const struct options *options)
 	static struct pokeys_diag before;
 	const struct view_device *daemon;
 	FILE *picture = NULL;
-	char why[256] = "";
+	char why[224] = "";
 
 	/* not after ten minutes of measuring */
 	if (options->svg && !(picture = fopen(options->svg, "we")))
 		return no_picture(options->svg);
-	open_daemon(&view, options->runtime_directory);
-	daemon = await_daemon(&view);
+	daemon = latency_daemon(&view, options->runtime_directory, why, sizeof(why));
+	if (!daemon)
+		snprintf(run.note, sizeof(run.note), "%s: the sleepers alone", why);
 	prepare(&run, options, daemon);
 	if (daemon)
 		before = daemon->diag;

@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <pokeys/state.h>
+#include "tools/view.h"
 
 enum { LATENCY_SERIES = 3, LATENCY_PARTS = 16 };
 
@@ -31,7 +32,7 @@ struct latency_run {
 	double seconds;
 	uint64_t period_ns;
 	uint64_t phase_ns;		/* ticks lie at this + n * period, CLOCK_MONOTONIC */
-	char note[160];			/* what to know when reading it; empty */
+	char note[288];			/* what to know when reading it; empty */
 	size_t count;
 	struct latency_series series[LATENCY_SERIES];
 	size_t parts;
@@ -44,6 +45,14 @@ struct latency_run {
  * -EPERM no right to the priority or to locked memory, -EINVAL no such core.
  */
 int latency_measure(struct latency_run *run, size_t count, char *why, size_t size);
+
+/*
+ * A device of the daemon in this folder with histograms from after this call, or NULL
+ * with what is missing in `why`, one line. Any sign of a daemon is waited for, up to 5 s.
+ * `view` is all zero at first, and to be closed.
+ */
+const struct view_device *latency_daemon(struct view *view, const char *runtime_directory, char *why,
+					 size_t size);
 
 /* What was added to a histogram between two readings. Pure. */
 void latency_since(const struct pokeys_histogram *before, const struct pokeys_histogram *after,

@@ -76,9 +76,11 @@ void view_judge(struct view_device *device)
 static void read_one(struct view_device *device)
 {
 	enum pokeys_client_state attached = pokeys_client_poll(device->client);
-	int result = pokeys_client_read(device->client, &device->state);
+	int result;
 
+	/* before: if we are held in between, it is not the daemon that was silent */
 	device->now_ns = view_now();
+	result = pokeys_client_read(device->client, &device->state);
 	device->has_diag = !result && !pokeys_client_read_diag(device->client, &device->diag) &&
 			   device->diag.t_publish_ns;
 	if (!result) {

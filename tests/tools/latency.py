@@ -5,8 +5,10 @@ somebody without any right. No times are judged: this machine may be busy."""
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
+import threading
 import xml.etree.ElementTree
 
 sys.dont_write_bytecode = True
@@ -91,6 +93,65 @@ def test_without_a_daemon_the_sleepers_are_alone():
         document = measure(house)
         assert all(series["name"].startswith("sleeper") for series in document["series"])
         assert "no daemon" in document["note"] and document["daemon"] == {}
+
+
+def stop_and_wait(daemon):
+    daemon.send_signal(signal.SIGSTOP)
+    status = pathlib.Path(f"/proc/{daemon.pid}/status")
+    wait_for("the daemon to stand", lambda: "T (stopped)" in status.read_text())
+
+
+def test_a_daemon_that_stands_still_is_not_told_as_none():
+    with House() as house:
+        house.start_sim()
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        stop_and_wait(daemon)
+        document = measure(house)
+        assert document["daemon"] == {} and "daemon not publishing for" in document["note"], document["note"]
+        daemon.send_signal(signal.SIGCONT)
+
+
+def test_a_daemon_that_is_silent_for_a_while_is_waited_for():
+    with House() as house:
+        house.start_sim()
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        wait_for("the diagnostic image", lambda: house.device()["diag"])
+        stop_and_wait(daemon)
+        threading.Timer(1.5, daemon.send_signal, (signal.SIGCONT,)).start()
+        document = measure(house)
+        # a machine that is held for seconds may let it come too late; then that is what is said
+        assert document["daemon"] or "not publishing" in document["note"], document["note"]
+        assert "no daemon runs" not in document["note"], document["note"]
+
+
+def test_a_daemon_that_is_started_anew_meanwhile_is_found():
+    def measured(house, daemon):
+        """One daemon killed, the next one begun, and at once asked for; is it found?"""
+        daemon.kill()
+        daemon.wait()
+        house.start_daemon(wait=False)
+        document = measure(house)
+        assert document["daemon"] or document["note"], document
+        return document["daemon"] != {}
+
+    with House() as house:
+        house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        found = [measured(house, house.children[-1]) for _ in range(5)]
+        assert any(found), "never found: a start takes less than the patience"
+
+
+def test_who_may_not_look_is_told_so():
+    if os.geteuid() != 0:
+        raise Skip("only root can have a folder that is not mine")
+    with House() as house:
+        house.runtime.mkdir(0o700)
+        out = without_rights("latency", "--seconds", "0.1", "--no-realtime", "--json", "-r", house.runtime)
+        assert out.returncode == 0, out.stderr
+        assert "permission denied" in json.loads(out.stdout)["note"], out.stdout
 
 
 def test_a_core_that_is_not_there_is_told():
