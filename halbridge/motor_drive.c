@@ -8,8 +8,6 @@
 
 #define VOLTS	0.25		/* unit of the supply */
 
-enum { END_SWITCH = 0x40, FAULTS = 8 };
-
 static void show_driver(struct value_postep *value, const struct pokeys_postep *driver)
 {
 	value->supply = driver->supply * VOLTS;
@@ -17,14 +15,8 @@ static void show_driver(struct value_postep *value, const struct pokeys_postep *
 	value->state = driver->state;
 	value->faults = driver->faults;
 	value->fault = driver->faults;
-	for (unsigned int i = 0; i < FAULTS; i++)
-		value->fault_bit[i] = driver->faults >> i & 1;
 	value->inputs = driver->inputs;
-	value->end_switch = driver->inputs & END_SWITCH;
 	value->updates = driver->update_count;
-	value->mode = driver->mode;
-	value->step = driver->step_mode;
-	value->limit = driver->temperature_limit;
 	value->full_scale = driver->full_scale;
 	value->idle = driver->idle;
 	value->overheat = driver->overheat;

@@ -5,7 +5,8 @@
  *
  * Few machines have any of it, and pokeysd.conf takes the settings as well: so it stays
  * out where both schemes have to share HAL's memory (names=both). Lengths are in machine
- * units; the device has half of the play, in pulses.
+ * units; the device has half of the play, in pulses. A pin for each bit of eight drivers
+ * would leave three devices no room: faults and inputs are words.
  */
 #include "halbridge/table_rows.h"
 
@@ -45,23 +46,13 @@ static const struct table_row rows[] = {
 	DRIVER("temperature", temperature, "degrees C"),
 	DRIVER("state", state, "1 sleep, 2 active, 3 idle, 4 overheated, 5 DC motor"),
 	DRIVER("fault", fault, "any fault"),
-	DRIVER("faults", faults, "all faults, bits in the order of the next eight"),
-	DRIVER("over-temperature", fault_bit[0], "too hot"),
-	DRIVER("overcurrent-a", fault_bit[1], "overcurrent, winding A"),
-	DRIVER("overcurrent-b", fault_bit[2], "overcurrent, winding B"),
-	DRIVER("predriver-a", fault_bit[3], "predriver fault, winding A"),
-	DRIVER("predriver-b", fault_bit[4], "predriver fault, winding B"),
-	DRIVER("undervoltage", fault_bit[5], "supply too low"),
-	DRIVER("stall", fault_bit[6], "stalled"),
-	DRIVER("stall-latched", fault_bit[7], "has stalled"),
+	DRIVER("faults", faults,
+	       "1 too hot, 2 and 4 overcurrent A and B, 8 and 16 predriver A and B, "
+	       "32 undervoltage, 64 stall, 128 stall latched"),
 	DRIVER("inputs", inputs,
 	       "1 bootloader, 2 sleep, 4 step, 8 direction, 16 BIN1, 32 BIN2, 64 end switch"),
-	DRIVER("end-switch", end_switch, "its end switch input"),
 	DRIVER("updates", updates, "how often the device has had its answer, as far as seen"),
 	DRIVER("age-ms", age_ms, "since the last one was seen; -1 none yet"),
-	DRIVER("mode", mode, "1 external, 2 step, 3 DC motor, 4 position, 5 BINx"),
-	DRIVER("step-mode-fb", step, "its step mode"),
-	DRIVER("temperature-limit-fb", limit, "its temperature limit"),
 	DRIVER("current-raw", full_scale, "full scale current; unit not documented, never written"),
 	DRIVER("current-idle-raw", idle, "idle current, likewise"),
 	DRIVER("current-overheat-raw", overheat, "current when overheated, likewise"),

@@ -174,9 +174,9 @@ struct value_ponet {
 /* A PoStep motor driver. */
 struct value_postep {
 	double supply, age_ms;
-	uint32_t temperature, state, faults, inputs, updates, mode, step, limit;
+	uint32_t temperature, state, faults, inputs, updates;
 	uint32_t full_scale, idle, overheat, hardware, firmware;
-	bool fault, fault_bit[8], end_switch;
+	bool fault;
 };
 
 struct value_drive {

@@ -29,7 +29,6 @@ struct out_driver {
 #define NOT(name_, field_)		{ .name = name_, AT(field_), .inverse = true }
 #define BY(name_, function_)		{ .name = name_, .drive = function_ }
 #define DRIVER(name_, member_)		EACH("joint.%02u.postep." name_, postep, member_)
-#define FAULT(name_)			BY("joint.%02u.postep." name_, fail_drivers)
 #define AXIS(name_, member_)		EACH("joint.%02u." name_, engine.axis, member_)
 #define MODULE(name_, member_)		EACH("PoNET.%02u." name_, ponet, member_)
 #define CLOCK(name_, member_)		FIELD("rtc." name_, rtc.member_)
@@ -200,12 +199,6 @@ static void talk_to_drivers(struct rig *rig)
 		rig->daemon.postep[i].t_update_ns = rig->now_ns - 5 * RIG_MS;
 }
 
-static void fail_drivers(struct rig *rig)
-{
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		rig->daemon.postep[i].faults = rig->daemon.postep[i].inputs = 0xff;
-}
-
 static const struct out_driver drivers[] = {
 	BY("connected", nothing), BY("stale", silence), BY("daemon-alive", nothing),
 	BY("attach-state", nothing), BY("cycle", nothing), BY("age-us", nothing),
@@ -348,13 +341,8 @@ static const struct out_driver drivers[] = {
 	{ .name = "joint.%02u.postep.supply", AT(postep[0].supply), .size = 1,
 	  .stride = SIZE(postep[0]), .factor = 0.25 },
 	DRIVER("temperature", .temperature), DRIVER("state", .state), DRIVER("faults", .faults),
-	DRIVER("fault", .faults), FAULT("over-temperature"), FAULT("overcurrent-a"),
-	FAULT("overcurrent-b"), FAULT("predriver-a"), FAULT("predriver-b"),
-	FAULT("undervoltage"), FAULT("stall"), FAULT("stall-latched"),
-	DRIVER("inputs", .inputs), FAULT("end-switch"),
-	DRIVER("updates", .update_count), BY("joint.%02u.postep.age-ms", talk_to_drivers),
-	DRIVER("mode", .mode), DRIVER("step-mode-fb", .step_mode),
-	DRIVER("temperature-limit-fb", .temperature_limit),
+	DRIVER("fault", .faults), DRIVER("inputs", .inputs), DRIVER("updates", .update_count),
+	BY("joint.%02u.postep.age-ms", talk_to_drivers),
 	DRIVER("current-raw", .full_scale), DRIVER("current-idle-raw", .idle),
 	DRIVER("current-overheat-raw", .overheat),
 	DRIVER("hardware", .hardware_minor), DRIVER("firmware", .firmware_minor),
@@ -454,39 +442,11 @@ static void pins_that_are_not_of_one_field_are_driven_too(void **state)
 	}
 }
 
-/* In the order of the protocol's bits. */
-static void each_fault_of_a_driver_has_a_pin(void **state)
-{
-	static const char *const names[] = {
-		"over-temperature", "overcurrent-a", "overcurrent-b", "predriver-a", "predriver-b",
-		"undervoltage", "stall", "stall-latched",
-	};
-
-	(void)state;
-	for (unsigned int bit = 0; bit < 8; bit++) {
-		size_t pin = 0;
-
-		begin();
-		drive.rig.daemon.postep[3].faults = (uint8_t)(1u << bit);
-		drive_periods(&drive, 17);
-		for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
-			const char *name = strstr(at.row->name, ".postep.");
-
-			for (unsigned int i = 0; name && i < 8; i++)
-				if (at.row->kind == TABLE_PIN && !strcmp(name + 8, names[i]))
-					assert_int_equal(drive_get(&drive, at.row, pin),
-							 i == bit && at.index == 3);
-			pin += at.row->kind == TABLE_PIN;
-		}
-	}
-}
-
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(every_out_pin_shows_its_piece_of_the_image),
 		cmocka_unit_test(pins_that_are_not_of_one_field_are_driven_too),
-		cmocka_unit_test(each_fault_of_a_driver_has_a_pin),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
