@@ -112,7 +112,7 @@ static int export_names(const struct instance *instance, int component)
 			rtapi_print_msg(RTAPI_MSG_ERR, "%s: cannot export %s: %s%s\n",
 					instance->prefix, name, strerror(-r),
 					r == -ENOMEM ? ": HAL has no room for all names, try "
-						       "names=canonical" : "");
+						       "names=core" : "");
 			return r;
 		}
 	}

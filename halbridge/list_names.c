@@ -6,7 +6,7 @@
  *	list-names names SCHEMES	every name of pokeys.0: NAME KIND TYPE DIRECTION
  *	list-names man SCHEMES		rows as pokeys_shm(9) has them (scdoc)
  *
- * SCHEMES is canonical, legacy, both, ponet (what ponet=yes adds) or all.
+ * SCHEMES is canonical, core, legacy, both, ponet (what ponet=yes adds) or all.
  */
 #include <math.h>
 #include <stdio.h>
@@ -104,7 +104,7 @@ static unsigned int schemes_of(const char *word)
 {
 	static const char *const words[] = {
 		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
-		[TABLE_PONET] = "ponet", [TABLE_ALL] = "all",
+		[TABLE_PONET] = "ponet", [TABLE_ALL] = "all", [TABLE_CORE] = "core",
 	};
 
 	for (unsigned int i = TABLE_CORE; i <= TABLE_ALL; i++) {
@@ -122,6 +122,6 @@ int main(int argc, char **argv)
 		return list_names(schemes);
 	if (schemes && !strcmp(argv[1], "man"))
 		return list_for_man(schemes);
-	fprintf(stderr, "usage: list-names names|man canonical|legacy|both|ponet|all\n");
+	fprintf(stderr, "usage: list-names names|man canonical|core|legacy|both|ponet|all\n");
 	return 2;
 }

@@ -40,7 +40,7 @@ MODULE_LICENSE("GPL");
 static char *devices;
 RTAPI_MP_STRING(devices, "devices of the daemon, comma separated; default: its only one");
 static char *names;
-RTAPI_MP_STRING(names, "naming schemes: both, canonical, legacy or all; default: both "
+RTAPI_MP_STRING(names, "naming schemes: both, canonical, core, legacy or all; default: both "
 		 "for the first device, canonical for others");
 static char *runtime;
 RTAPI_MP_STRING(runtime, "runtime folder of the daemon; default " POKEYS_RUNTIME_DIRECTORY);

@@ -71,7 +71,7 @@ static int read_names(struct settings *settings, const char *names, char *why, s
 {
 	static const char *const words[] = {
 		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
-		[TABLE_ALL] = "all",
+		[TABLE_ALL] = "all", [TABLE_CORE] = "core",
 	};
 
 	for (unsigned int i = 0; i < TABLE_DEVICES; i++)
@@ -85,7 +85,7 @@ static int read_names(struct settings *settings, const char *names, char *why, s
 			settings->schemes[k] = i;
 		return 0;
 	}
-	snprintf(why, size, "names=%s: must be both, canonical, legacy or all", names);
+	snprintf(why, size, "names=%s: must be both, canonical, core, legacy or all", names);
 	return -EINVAL;
 }
 

@@ -31,7 +31,7 @@ def a_named_device_may_come_late(rig):
 
 def bad_parameters_are_refused_in_one_line(rig):
     cases = {
-        "names=upper": "names=upper: must be both, canonical, legacy or all",
+        "names=upper": "names=upper: must be both, canonical, core, legacy or all",
         "devices=a,,b": "devices=: '' is not a device name",
         "devices=mill,mill": "devices=: 'mill' is named twice",
         "devices=a/b": "devices=: 'a/b' is not a device name",
@@ -56,7 +56,7 @@ def bad_parameters_are_refused_in_one_line(rig):
 
 def every_good_parameter_is_taken(rig):
     rig.hal.ok("halcmd loadrt threads name1=servo-thread period1=1000000")
-    for parameters in ("", "names=both", "names=canonical", "names=legacy", "names=all",
+    for parameters in ("", "names=both", "names=canonical", "names=core", "names=legacy", "names=all",
                        "devices=mill", "devices=a,b", "devices=a,b,c names=canonical",
                        f"devices=A-z_9 names=canonical runtime={rig.runtime}"):
         rig.hal.ok(f"halcmd loadrt pokeys_shm {parameters}")

@@ -53,6 +53,13 @@ def the_canonical_names_are_the_table(rig):
     check(rig, "canonical")
 
 
+def the_core_names_are_the_table_without_what_is_set_apart(rig):
+    check(rig, "core")
+    used, _ = memory(rig.hal)
+    assert len(table("canonical")) - len(table("core")) > 250
+    print(f"{len(table('core'))} names take {used} bytes")
+
+
 def the_legacy_names_are_the_table(rig):
     check(rig, "legacy")
 
@@ -90,6 +97,7 @@ def a_reload_uses_its_memory_again(rig):
 
 hal_live.main([
     the_canonical_names_are_the_table,
+    the_core_names_are_the_table_without_what_is_set_apart,
     the_legacy_names_are_the_table,
     all_names_are_the_table,
     both_schemes_take_half_of_hals_memory,
