@@ -134,7 +134,7 @@ static int serve(struct service *service)
 		status = look(service);
 		service->server.index = service->place.index;
 		service->server.native = service->place.native;
-		guard_server_run(&service->server, fds + 1);
+		guard_server_run(&service->server, fds + 1, clock_now());
 		if (!status)
 			poll(fds, 1 + GUARD_SERVER_FDS, ROUND_MS);
 	} while (!status && !fds[0].revents);

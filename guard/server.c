@@ -9,6 +9,9 @@
  * the group, whose members command devices, is not enough: the client is root, or
  * the user that the daemon's service has. Whoever else connects is sent away.
  *
+ * A client that does not ask, or asks and never joins, has its place only as long as
+ * nobody else wants it, or a little longer: it hangs.
+ *
  * A client that has gone is forgotten: its ports are cleared, so that its
  * successor's replies are not looked for in a map where nobody is. Its socket
  * leaves the map by itself. When we are killed, map and ports stay as they are
@@ -32,6 +35,10 @@
 #include "daemon/transport/handover.h"
 #include "guard/rules.h"
 #include "guard/server.h"
+
+/* Less than a client waits for its first answer, so that the next one is still there. */
+#define SILENT_NS UINT64_C(400000000)
+#define JOIN_NS UINT64_C(10000000000)	/* a daemon prepares itself between the two */
 
 _Static_assert((int)HANDOVER_PORTS == (int)GUARD_DEVICES, "a port for each device");
 
@@ -102,7 +109,7 @@ static bool may_ask(int client)
 	return who.uid == 0 || (daemon && who.uid == daemon->pw_uid);
 }
 
-static void let_in(struct guard_server *server)
+static void let_in(struct guard_server *server, uint64_t now_ns)
 {
 	int client = accept4(server->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
 
@@ -111,6 +118,8 @@ static void let_in(struct guard_server *server)
 		client = -1;
 	}
 	server->client = client;
+	server->joined = false;
+	server->patient_until_ns = now_ns + SILENT_NS;
 }
 
 static int give(const struct guard_server *server, int *fd)
@@ -160,7 +169,8 @@ static int enter(const struct guard_server *server, const struct handover_reques
 	return 0;
 }
 
-static int answer(struct guard_server *server, const struct handover_request *request, int came)
+static int answer(struct guard_server *server, const struct handover_request *request, int came,
+		  uint64_t now_ns)
 {
 	struct handover_answer answer = { .version = HANDOVER_VERSION };
 	int fd = -1;
@@ -181,10 +191,12 @@ static int answer(struct guard_server *server, const struct handover_request *re
 	sent = handover_send(server->client, &answer, sizeof(answer), fd);
 	if (fd >= 0)
 		close(fd);
+	server->joined |= request->what == HANDOVER_JOIN && !answer.result;
+	server->patient_until_ns = now_ns + JOIN_NS;
 	return sent < 0 ? (int)sent : 0;
 }
 
-static void attend(struct guard_server *server)
+static void attend(struct guard_server *server, uint64_t now_ns)
 {
 	struct handover_request request;
 	int came, rc = -EPROTO;
@@ -193,19 +205,36 @@ static void attend(struct guard_server *server)
 	if (length == -EAGAIN || length == -EINTR)
 		return;
 	if (length == (long)sizeof(request))
-		rc = answer(server, &request, came);
+		rc = answer(server, &request, came, now_ns);
 	if (came >= 0)
 		close(came);
 	if (rc < 0)
 		forget(server);
 }
 
-void guard_server_run(struct guard_server *server, struct pollfd fds[GUARD_SERVER_FDS])
+static bool somebody_waits(const struct guard_server *server)
+{
+	struct pollfd p = { .fd = server->listener, .events = POLLIN };
+
+	return poll(&p, 1, 0) == 1;
+}
+
+/* Its place is wanted, and it does nothing with it. */
+static bool hangs(const struct guard_server *server, uint64_t now_ns)
+{
+	return server->client >= 0 && !server->joined && now_ns >= server->patient_until_ns &&
+	       somebody_waits(server);
+}
+
+void guard_server_run(struct guard_server *server, struct pollfd fds[GUARD_SERVER_FDS],
+		      uint64_t now_ns)
 {
 	if (server->client >= 0 && fds[1].revents)
-		attend(server);
+		attend(server, now_ns);
+	if (hangs(server, now_ns))
+		forget(server);
 	if (server->listener >= 0 && server->client < 0)
-		let_in(server);
+		let_in(server, now_ns);
 	fds[0] = (struct pollfd){ .fd = server->client < 0 ? server->listener : -1,
 				  .events = POLLIN };
 	fds[1] = (struct pollfd){ .fd = server->client, .events = POLLIN };

@@ -15,6 +15,8 @@ struct guard_server {
 	int sockets, ports;		/* maps of the program */
 	uint32_t index;			/* the interface, 0 = there is none now */
 	bool native;
+	bool joined;			/* the client's replies are directed to it */
+	uint64_t patient_until_ns;	/* with a client that has not joined, if another waits */
 };
 
 #define GUARD_SERVER_CLOSED { .listener = -1, .client = -1 }
@@ -24,9 +26,11 @@ int guard_server_open(struct guard_server *server, const char *path, int sockets
 
 /*
  * Do what the descriptors in `fds` are ready for, and fill in those to poll next
- * (-1 where there is none). Never waits.
+ * (-1 where there is none). Never waits. now_ns is CLOCK_MONOTONIC; to be called some
+ * times a second.
  */
-void guard_server_run(struct guard_server *server, struct pollfd fds[GUARD_SERVER_FDS]);
+void guard_server_run(struct guard_server *server, struct pollfd fds[GUARD_SERVER_FDS],
+		      uint64_t now_ns);
 
 /* Nothing is directed to anybody any more. Idempotent. */
 void guard_server_close(struct guard_server *server);

@@ -70,9 +70,9 @@ long handover_receive(int connection, void *message, unsigned long length, int *
 	return got;
 }
 
-int handover_connect(const char *path)
+int handover_connect(const char *path, unsigned int limit_ms)
 {
-	const struct timeval limit = { .tv_sec = 1 };
+	const struct timeval limit = { limit_ms / 1000, (limit_ms % 1000) * 1000 };
 	struct sockaddr_un at = { .sun_family = AF_UNIX };
 	int fd;
 

@@ -51,10 +51,10 @@ struct handover_note {
 };
 
 /*
- * The client's side, cold. Connect, wait at most a second for each answer.
+ * The client's side, cold. Connect, wait at most limit_ms for that and for each answer.
  * The descriptor or -errno (-ENOENT, -ECONNREFUSED: nobody is there).
  */
-int handover_connect(const char *path);
+int handover_connect(const char *path, unsigned int limit_ms);
 
 /* Ask for a socket. 0 and *fd, or -errno of either side. */
 int handover_ask(int connection, __u32 index, int *fd);

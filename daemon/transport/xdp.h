@@ -73,6 +73,7 @@ struct xdp {
 	uint32_t index;
 	int connection, netlink;
 	bool joined, told_apart;
+	uint32_t passed_over;	/* calls until a guard that hung is asked again */
 };
 
 /* The number that a way's words end with. */

@@ -6,7 +6,9 @@
  * another kind and says why. What happens later is not: tend(), called by the
  * control thread a few times a second, mends it. A guard that ended is
  * connected to again, a socket that was lost (the interface went) is replaced,
- * each channel's way is looked up anew, and meanwhile all goes the kernel's way.
+ * each channel's way is looked up anew, and meanwhile all goes the kernel's way. A
+ * guard that hangs is not waited for as at the beginning, nor asked at each call: the
+ * control thread has the watchdog to feed and orders to take.
  *
  * The kernel refreshes a neighbour only if a socket sends to it, and frames of
  * ours do not count. So an entry that has become stale is answered by sending
@@ -20,7 +22,7 @@
 #include "daemon/transport/neighbour.h"
 #include "daemon/transport/xdp.h"
 
-enum { QUEUE = 0, PATIENCE_MS = 1000 };
+enum { QUEUE = 0, PATIENCE_MS = 1000, TEND_MS = 200, PASSED_OVER = 8 };
 
 #define PAST "replies pass the kernel's network stack by (AF_XDP)"
 #define APART "pokeys-guard has ended or taken its program off; replies come through the kernel's " \
@@ -37,7 +39,7 @@ static int get_socket(struct xdp *x, uint32_t patience_ms)
 	if (!x->index)
 		return -ENODEV;
 	if (x->connection < 0)
-		x->connection = handover_connect(x->helper);
+		x->connection = handover_connect(x->helper, patience_ms ? patience_ms : TEND_MS);
 	if (x->connection < 0)
 		return x->connection;
 	rc = handover_ask(x->connection, x->index, &fd);
@@ -56,16 +58,19 @@ static void disconnect(struct xdp *x)
 	x->joined = false;
 }
 
-static void join(struct xdp *x)
+static int join(struct xdp *x)
 {
 	uint16_t port[HANDOVER_PORTS] = { 0 };
+	int rc;
 
 	_Static_assert((int)HANDOVER_PORTS == (int)TRANSPORT_CHANNELS, "a port for each");
 	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++)
 		port[i] = x->channel[i].attached ? x->channel[i].port : 0;
-	x->joined = handover_join(x->connection, x->index, QUEUE, port, x->socket.fd) == 0;
+	rc = handover_join(x->connection, x->index, QUEUE, port, x->socket.fd);
+	x->joined = rc == 0;
 	if (!x->joined)
 		disconnect(x);
+	return rc;
 }
 
 static void release(struct xdp *x)
@@ -211,20 +216,39 @@ static void renew_all(struct xdp *x)
 	}
 }
 
-/* Guard and socket, as far as they are to be had. */
-static void reconnect(struct xdp *x)
+/* Guard and socket, as far as they are to be had. 0 or -errno. */
+static int reconnect(struct xdp *x)
 {
+	int rc;
+
 	if (x->connection >= 0 && !handover_alive(x->connection))
 		disconnect(x);
-	if (atomic_load_explicit(&x->link, memory_order_acquire) == XDP_NONE &&
-	    get_socket(x, 0) < 0) {
-		disconnect(x);
-		return;
+	if (atomic_load_explicit(&x->link, memory_order_acquire) == XDP_NONE) {
+		rc = get_socket(x, 0);
+		if (rc < 0) {
+			disconnect(x);
+			return rc;
+		}
 	}
 	if (x->connection < 0)
-		x->connection = handover_connect(x->helper);
-	if (x->connection >= 0 && !x->joined)
-		join(x);
+		x->connection = handover_connect(x->helper, TEND_MS);
+	if (x->connection < 0)
+		return x->connection;
+	return x->joined ? 0 : join(x);
+}
+
+/* One that let us wait is left alone for a while. */
+static void mend(struct xdp *x)
+{
+	int rc;
+
+	if (x->passed_over > 0) {
+		x->passed_over--;
+		return;
+	}
+	rc = reconnect(x);
+	if (rc == -ETIMEDOUT || rc == -EAGAIN)
+		x->passed_over = PASSED_OVER;
 }
 
 int xdp_tend(struct transport *t, const char **news)
@@ -240,7 +264,7 @@ int xdp_tend(struct transport *t, const char **news)
 		x->joined = false;
 		atomic_store_explicit(&x->link, XDP_NONE, memory_order_release);
 	}
-	reconnect(x);
+	mend(x);
 	renew_all(x);
 	if (!x->joined && !x->told_apart)
 		*news = lost ? LOST : APART;

@@ -381,8 +381,8 @@ static pid_t other_guard(bool silent)
 		server.index = if_nametoindex("pk0");
 		for (;;) {
 			if (!silent)
-				guard_server_run(&server, fds);
-			poll(fds, GUARD_SERVER_FDS, silent ? 100 : -1);
+				guard_server_run(&server, fds, fixture_now());
+			poll(fds, GUARD_SERVER_FDS, 100);
 		}
 	}
 	close(server.listener);
@@ -403,6 +403,72 @@ static void guard_that_refuses_or_hangs_is_done_without(void **state)
 		waitpid(child, NULL, 0);
 		unlink("/run/other");
 	}
+}
+
+/* Whether this guard's own words come back. A machine may hold it longer than one wait. */
+static bool is_answered(const struct transport_options *options)
+{
+	for (int i = 0; i < 30; i++) {
+		struct transport *t;
+		const char *why;
+		bool answered;
+
+		assert_int_equal(transport_open(&t, "xdp", options, &why), 0);
+		answered = why && strstr(why, "generic");
+		transport_close(t);
+		if (answered)
+			return true;
+	}
+	return false;
+}
+
+static void client_that_says_nothing_keeps_nobody_out(void **state)
+{
+	struct transport_options options = fixture_options();
+	pid_t child = other_guard(false);
+	int silent;
+
+	(void)state;
+	options.helper = "/run/other";
+	silent = handover_connect(options.helper, 1000);
+	assert_true(silent >= 0);
+	assert_true(is_answered(&options));
+	close(silent);
+	kill(child, SIGKILL);
+	waitpid(child, NULL, 0);
+	unlink("/run/other");
+}
+
+static unsigned int connections(int listener)
+{
+	unsigned int count = 0;
+
+	for (int fd; (fd = accept(listener, NULL, NULL)) >= 0; count++)
+		close(fd);
+	return count;
+}
+
+/* Whoever tends has other duties: one that let him wait is left alone for some calls. */
+static void guard_that_hangs_is_not_asked_at_each_call(void **state)
+{
+	struct guard_server server = GUARD_SERVER_CLOSED;
+	const struct transport_options options = fixture_options();
+	struct world *w = *state;
+	unsigned int asked = 0;
+	const char *news;
+
+	xdp_world_guard_end();
+	assert_int_equal(guard_server_open(&server, options.helper, -1, -1), 0);
+	for (int i = 0; i < 9; i++) {
+		assert_true(w->t->ops->tend(w->t, &news) < 0);
+		asked += connections(server.listener);
+	}
+	assert_int_equal(asked, 1);
+	w->t->ops->tend(w->t, &news);
+	assert_int_equal(connections(server.listener), 1);
+	close(server.listener);
+	unlink(options.helper);
+	assert_null(xdp_world_guard_start());
 }
 
 static void one_daemon_at_a_time_is_served(void **state)
@@ -432,6 +498,8 @@ int main(int argc, char **argv)
 		cmocka_unit_test(what_is_missing_is_said_and_another_kind_is_taken),
 		cmocka_unit_test(vlan_is_refused),
 		cmocka_unit_test(guard_that_refuses_or_hangs_is_done_without),
+		TEST(client_that_says_nothing_keeps_nobody_out),
+		TEST(guard_that_hangs_is_not_asked_at_each_call),
 		TEST(one_daemon_at_a_time_is_served),
 	};
 

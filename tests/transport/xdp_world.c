@@ -180,8 +180,8 @@ static void serve(int ready)
 	if (write(ready, "", 1) != 1)
 		_exit(1);
 	for (;;) {
-		guard_server_run(&server, fds);
-		poll(fds, GUARD_SERVER_FDS, -1);
+		guard_server_run(&server, fds, fixture_now());
+		poll(fds, GUARD_SERVER_FDS, 100);
 	}
 }
 
