@@ -32,6 +32,7 @@ SCALE = 100  # pulses a millimetre
 
 class Machine:
     preset = "demo"
+    options = ()        # of the simulator, besides
 
     def __init__(self):
         # a tmpfs, as /run is; short, for sockets live below it
@@ -56,7 +57,7 @@ class Machine:
     def device(self):
         self.spawn("sim", SIM, "--model", "57CNC", "--address", self.address, "--no-discovery",
                    "--control", str(self.folder / "sim"), "--preset", self.preset,
-                   "--quiet")
+                   "--quiet", *self.options)
         end = time.monotonic() + 60
         while not (self.folder / "sim").exists():
             assert time.monotonic() < end and self.children["sim"].poll() is None, self.log("sim")
