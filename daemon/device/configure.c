@@ -69,7 +69,6 @@ void configure_begin(struct device *device)
 	memset(configure, 0, sizeof(*configure));
 	device->image.encoder_enabled = 0;
 	decode_encoders_forget(device);
-	postep_forget(device);
 	threading_forget(device);
 	for (unsigned int i = 0; i < SETTINGS; i++) {
 		unsigned int index;

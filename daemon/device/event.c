@@ -299,6 +299,23 @@ static void put_config_missing(struct line *line, const struct event *e)
 		    (long long)(e->b >> 8 & 0xff), (long long)(e->b & 0xff));
 }
 
+static void put_postep(struct line *line, const struct event *e)
+{
+	static const char *const faults[] = {
+		"over-temperature", "overcurrent A", "overcurrent B", "predriver fault A",
+		"predriver fault B", "undervoltage", "stall", "stall latched",
+	};
+	const char *between = ": ";
+
+	put(line, "PoStep driver of axis %lld", (long long)e->a);
+	for (unsigned int i = 0; i < sizeof(faults) / sizeof(faults[0]); i++) {
+		if (!(e->b >> i & 1))
+			continue;
+		put(line, "%s%s", between, faults[i]);
+		between = ", ";
+	}
+}
+
 static void put_wish_refused(struct line *line, const struct event *e)
 {
 	put(line, "wished setting %s of number %lld is out of range for this device; "
@@ -515,6 +532,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_PHASE] = put_phase,
 	[EVENT_THREADING] = put_threading,
 	[EVENT_CONFIG_MISSING] = put_config_missing,
+	[EVENT_POSTEP] = put_postep,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -48,6 +48,8 @@ enum event_code {
 	EVENT_CONFIG_MISSING,	/* a setting that this device does not have is wanted: a = enum
 				 * wire_op, b = firmware that brought it (as in EVENT_IDENTIFIED),
 				 * c = 1 only a PoKeys57CNC has it */
+	EVENT_POSTEP,		/* faults of a PoStep driver: a = axis, b = those that are new (bits
+				 * as in struct pokeys_postep) */
 	EVENT_PHASE,		/* phase lock: a = enum pokeys_phase_state, b = period of the
 				 * commander's thread, c = jitter of its reads (ns) */
 	EVENT_THREADING,	/* a one-shot of threading was refused: a = operation, b = enum

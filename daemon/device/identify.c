@@ -243,6 +243,7 @@ static void finish(struct device *device)
 		   who->firmware_major << 16 | who->firmware_minor << 8 |
 		   who->firmware_revision);
 	wish_begin(device);
+	postep_forget(device);
 	access_begin(device);
 	configure_begin(device);
 	plan_begin(device);

@@ -42,6 +42,15 @@ static void count_update(struct pokeys_postep *driver, uint8_t updates, bool fir
 	driver->t_update_ns = t_ns;
 }
 
+/* Each once, when it comes; that it is gone shows on the pin. */
+static void say_faults(struct device *device, unsigned int axis, uint8_t faults)
+{
+	const uint8_t fresh = faults & (uint8_t)~device->image.postep[axis].faults;
+
+	if (fresh)
+		device_say(device, EVENT_POSTEP, EVENT_WARNING, axis, fresh, 0);
+}
+
 void postep_status(struct device *device, const mailbox_entry_t *entry)
 {
 	const bool first = !device->image.t_postep_ns;
@@ -55,6 +64,7 @@ void postep_status(struct device *device, const mailbox_entry_t *entry)
 		driver->temperature = status.axis[i].temperature;
 		driver->inputs = status.axis[i].inputs;
 		driver->state = status.axis[i].state;
+		say_faults(device, i, status.axis[i].faults);
 		driver->faults = status.axis[i].faults;
 		count_update(driver, status.axis[i].updates, first, entry->timestamp_received);
 	}

@@ -115,6 +115,7 @@ static void status_comes_without_being_asked_for(void **state)
 {
 	struct sim_postep *driver = &world.rig.device.bench.postep[1];
 	const struct pokeys_postep *seen = &world.state.postep[1];
+	char line[256];
 	uint32_t count;
 
 	(void)state;
@@ -124,6 +125,9 @@ static void status_comes_without_being_asked_for(void **state)
 	driver->faults = 0x24;
 	driver->inputs = 0x41;
 	world_until(&world, has_status, 5 * SECOND);
+	assert_int_equal(world.event_count[EVENT_POSTEP], 1);
+	event_format(&world.last_event[EVENT_POSTEP], "mill", line, sizeof(line));
+	assert_string_equal(line, "mill: PoStep driver of axis 1: overcurrent B, undervoltage");
 	assert_int_equal(seen->supply, 97);
 	assert_int_equal(seen->temperature, 61);
 	assert_int_equal(seen->state, 4);
@@ -156,6 +160,7 @@ static void a_driver_without_power_keeps_the_link_from_running(void **state)
 	(void)state;
 	begin_with(NULL, true);
 	world.rig.device.bench.postep[0].powered = 0;
+	world.rig.device.bench.postep[1].faults = 1;
 	world_until(&world, is_refused, 10 * SECOND);
 	event_format(&world.last_event[EVENT_CONFIG_REFUSED], "mill", line, sizeof(line));
 	assert_string_equal(line, "mill: PoStep driver of axis 0 did not take its step mode or "
@@ -164,6 +169,7 @@ static void a_driver_without_power_keeps_the_link_from_running(void **state)
 	world_run(&world, 10 * SECOND);
 	assert_int_equal(world.state.link, POKEYS_LINK_CONFIGURING);
 	assert_int_equal(world.event_count[EVENT_CONFIG_REFUSED], 1);
+	assert_int_equal(world.event_count[EVENT_POSTEP], 1);
 	world.rig.device.bench.postep[0].powered = 1;
 	world_until(&world, world_is_running, 20 * SECOND);
 	assert_int_equal(world.rig.device.bench.postep[0].step, STEP);
