@@ -109,49 +109,25 @@ static void queue(uint8_t operation)
 	world_one_shot(&world, &shot);
 }
 
-static void cancel(void)
+static void cancel(struct world *w)
 {
+	(void)w;
 	queue(world.state.engine.task == POKEYS_TASK_HOMING ? POKEYS_ONE_SHOT_HOME_CANCEL :
 							      POKEYS_ONE_SHOT_PROBE_FINISH);
 	world.command.axis[0].enable = world.command.axis[1].enable = 0;
 }
 
-static void machine_off(void)
-{
-	world.command.flags = 0;
-}
-
-static void commander_dies(void)
-{
-	world.commanding = false;
-}
-
-static void emergency(void)
-{
-	sim_bench_emergency(&world.rig.device, true);
-}
-
-static void link_breaks(void)
-{
-	sim_rig_silence(&world.rig, world.now, 300 * MS);
-}
-
-static void daemon_ends(void)
-{
-	device_stop(world.device, world.now);
-}
-
 static const struct {
 	const char *name;
-	void (*abort)(void);
+	void (*abort)(struct world *world);
 	uint64_t settle_ns;
 } aborts[] = {
 	{ "cancel", cancel, 300 * MS },
-	{ "machine off", machine_off, 300 * MS },
-	{ "commander dies", commander_dies, 400 * MS },
-	{ "emergency", emergency, 300 * MS },
-	{ "link breaks", link_breaks, 900 * MS },
-	{ "daemon ends", daemon_ends, 300 * MS },
+	{ "machine off", world_machine_off, 300 * MS },
+	{ "commander dies", world_commander_dies, 400 * MS },
+	{ "emergency", world_emergency, 300 * MS },
+	{ "link breaks", world_link_breaks, 900 * MS },
+	{ "daemon ends", world_daemon_ends, 300 * MS },
 };
 
 static bool stands(void)
@@ -194,7 +170,7 @@ static void abort_here(const char *what)
 				lose_request = k;
 			else
 				lose_reply = k - PACKETS;
-			aborts[way].abort();
+			aborts[way].abort(&world);
 			world_run(&world, aborts[way].settle_ns);
 			check_stands(what, way);
 		}
@@ -281,7 +257,7 @@ static void start_that_arrives_after_the_abort(const struct pokeys_one_shot *tas
 	world_one_shot(&world, task);
 	while (!late[1])
 		world_cycle(&world);
-	aborts[way].abort();
+	aborts[way].abort(&world);
 	world_run(&world, delay_ns);
 	sim_rig_send_from(&world.rig, world.now, 77, late, sizeof(late));
 	world_run(&world, 50 * MS);
@@ -293,7 +269,7 @@ static void start_that_arrives_late_is_stopped(void **state)
 {
 	(void)state;
 	for (unsigned int way = 0; way < sizeof(aborts) / sizeof(aborts[0]); way++) {
-		if (aborts[way].abort == daemon_ends)
+		if (aborts[way].abort == world_daemon_ends)
 			continue;	/* nobody is left to see it */
 		for (uint64_t delay = 0; delay < 60; delay++) {
 			start_that_arrives_after_the_abort(&task_home, way, delay * MS);

@@ -130,53 +130,29 @@ static void move(void)
 	world_cycle(&world);
 }
 
-static void cancel(void)
+static void cancel(struct world *w)
 {
+	(void)w;
 	queue(POKEYS_ONE_SHOT_THREAD_CANCEL);
 }
 
-static void axis_off(void)
+static void axis_off(struct world *w)
 {
-	world.command.axis[1].enable = 0;
-}
-
-static void machine_off(void)
-{
-	world.command.flags = 0;
-}
-
-static void commander_dies(void)
-{
-	world.commanding = false;
-}
-
-static void emergency(void)
-{
-	sim_bench_emergency(&world.rig.device, true);
-}
-
-static void link_breaks(void)
-{
-	sim_rig_silence(&world.rig, world.now, 300 * MS);
-}
-
-static void daemon_ends(void)
-{
-	device_stop(world.device, world.now);
+	w->command.axis[1].enable = 0;
 }
 
 static const struct {
 	const char *name;
-	void (*abort)(void);
+	void (*abort)(struct world *world);
 	uint64_t settle_ns;
 } aborts[] = {
 	{ "cancel", cancel, 300 * MS },
 	{ "axis off", axis_off, 300 * MS },
-	{ "machine off", machine_off, 300 * MS },
-	{ "commander dies", commander_dies, 400 * MS },
-	{ "emergency", emergency, 300 * MS },
-	{ "link breaks", link_breaks, 900 * MS },
-	{ "daemon ends", daemon_ends, 300 * MS },
+	{ "machine off", world_machine_off, 300 * MS },
+	{ "commander dies", world_commander_dies, 400 * MS },
+	{ "emergency", world_emergency, 300 * MS },
+	{ "link breaks", world_link_breaks, 900 * MS },
+	{ "daemon ends", world_daemon_ends, 300 * MS },
 };
 
 static void check_stands(const char *what, const char *way)
@@ -211,7 +187,7 @@ static void abort_here(const char *what)
 				lose_request = k;
 			else
 				lose_reply = k - PACKETS;
-			aborts[way].abort();
+			aborts[way].abort(&world);
 			world_run(&world, aborts[way].settle_ns);
 			check_stands(what, aborts[way].name);
 		}
@@ -302,7 +278,7 @@ static void request_that_arrives_late_leaves_nothing(void **state)
 			queue(POKEYS_ONE_SHOT_THREAD_PREPARE);
 			while (!late[1])
 				lead_on();
-			machine_off();
+			world_machine_off(&world);
 			world_run(&world, delay * MS);
 			sim_rig_send_from(&world.rig, world.now, 77, late, sizeof(late));
 			world_run(&world, 400 * MS);

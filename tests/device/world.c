@@ -479,6 +479,31 @@ void world_machine_on(struct world *world)
 	world_until(world, world_is_machine_on, 1 * SECOND);
 }
 
+void world_machine_off(struct world *world)
+{
+	world->command.flags = 0;
+}
+
+void world_commander_dies(struct world *world)
+{
+	world->commanding = false;
+}
+
+void world_emergency(struct world *world)
+{
+	sim_bench_emergency(&world->rig.device, true);
+}
+
+void world_link_breaks(struct world *world)
+{
+	sim_rig_silence(&world->rig, world->now, 300 * MS);
+}
+
+void world_daemon_ends(struct world *world)
+{
+	device_stop(world->device, world->now);
+}
+
 void world_faults(struct world *world, const struct sim_link_faults *faults)
 {
 	sim_link_set_faults(&world->rig.link, SIM_LINK_REQUEST, faults);

@@ -121,6 +121,13 @@ void world_go(struct world *world, unsigned int axis, int32_t position, float ve
 /* Rising edge of machine-on, and the engine running if any axis is enabled. */
 void world_machine_on(struct world *world);
 
+/* Ways in which it ends for whoever moves axes. */
+void world_machine_off(struct world *world);
+void world_commander_dies(struct world *world);
+void world_emergency(struct world *world);
+void world_link_breaks(struct world *world);
+void world_daemon_ends(struct world *world);
+
 /* Faults on both ways. */
 void world_faults(struct world *world, const struct sim_link_faults *faults);
 void world_loss(struct world *world, double loss);
