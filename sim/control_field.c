@@ -21,6 +21,7 @@ enum kind {
 	WORDS,		/* uint32_t */
 	INTEGERS,	/* int32_t */
 	LONGS,		/* int64_t */
+	HALVES,		/* uint16_t */
 };
 
 struct field {
@@ -68,6 +69,7 @@ static const struct field fields[] = {
 	BYTE("engine.synced-pwm", config.engine.synced_pwm),
 	BYTE("engine.synced-outputs", config.engine.synced_out),
 	BYTE("engine.synced-pins", config.engine.synced_pins),
+	BYTE("engine.thread", config.engine.thread),
 	BYTE("engine.postep", config.engine.postep_enable),
 	BYTE("engine.postep-drivers", config.engine.postep_comm),
 	BYTE("engine.postep-modes", config.engine.postep_mode),
@@ -96,6 +98,8 @@ static const struct field fields[] = {
 	ROWS("postep.mode", BYTES, 1, SIM_AXES, bench.postep, .mode),
 	ROWS("postep.step", BYTES, 1, SIM_AXES, bench.postep, .step),
 	ROWS("postep.limit", BYTES, 1, SIM_AXES, bench.postep, .limit),
+	ROWS("postep.current", HALVES, 3, SIM_AXES, bench.postep, .current),
+	ROWS("postep.version", BYTES, 4, SIM_AXES, bench.postep, .version),
 	ROWS("postep.saved", BYTES, 1, SIM_AXES, bench.postep, .saved),
 	ROWS("axis.back-compensation", INTEGERS, 1, SIM_AXES, engine.axis, .back_compensation),
 	ROWS("axis.motor", LONGS, 1, SIM_AXES, bench.machine.axis, .position),
@@ -149,6 +153,8 @@ static long long load(const struct field *field, const uint8_t *at, unsigned int
 		return ((const int32_t *)(const void *)at)[i];
 	case LONGS:
 		return ((const int64_t *)(const void *)at)[i];
+	case HALVES:
+		return ((const uint16_t *)(const void *)at)[i];
 	case BYTES:
 		break;
 	}
@@ -166,6 +172,9 @@ static void store(const struct field *field, uint8_t *at, unsigned int i, int64_
 		return;
 	case LONGS:
 		((int64_t *)(void *)at)[i] = value;
+		return;
+	case HALVES:
+		((uint16_t *)(void *)at)[i] = (uint16_t)value;
 		return;
 	case BYTES:
 		at[i] = (uint8_t)value;
@@ -226,8 +235,9 @@ static void take(struct sim_device *dev, const struct field *field)
 
 static bool do_field(struct sim_order *order)
 {
-	static const int64_t low[] = { 0, 0, INT32_MIN, INT64_MIN };
-	static const int64_t high[] = { UINT8_MAX, UINT32_MAX, INT32_MAX, INT64_MAX };
+	static const int64_t low[] = { 0, 0, INT32_MIN, INT64_MIN, 0 };
+	static const int64_t high[] = { UINT8_MAX, UINT32_MAX, INT32_MAX, INT64_MAX,
+				      UINT16_MAX };
 	const struct field *field;
 	int64_t index, value;
 	unsigned int places;

@@ -20,7 +20,7 @@ def _(step, phase, part):
 
 @SET_CLOCK.rule(r"rtc\.set")
 def _(step, phase):
-    step.set(bool(phase % 2))
+    step.press(bool(phase % 2))
     if phase:
         step.shows(WANTED[(phase - 1) // 2]["year"], "rtc.year")
 

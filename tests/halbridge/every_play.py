@@ -7,6 +7,7 @@ from every_name import Step
 
 # cycles of the daemon: settings have been looked at; all has been done
 TAKEN_IN, DONE = 20, 300
+PATIENCE = 5    # seconds until something is pressed anew
 
 
 def is_like(have, want):
@@ -121,6 +122,14 @@ def do(machine, step):
         machine.beat(step.beats)
 
 
+def press_again(machine, step):
+    """What was pressed in a moment without fresh data is refused, and such moments are many
+    where the daemon waits for a processor."""
+    if any(step.presses.values()):
+        set_all(machine, {name: type(value)(0) for name, value in step.presses.items()})
+        set_all(machine, step.presses)
+
+
 def carry_out(machine, step):
     have = values_of(machine.hal) if step.changed else {}
     fields = machine.inside.inside() if step.unmoved or asks_inside(step) else {}
@@ -128,11 +137,15 @@ def carry_out(machine, step):
     do(machine, step)
     count = len(step.shown) + len(step.inside) + len(step.changed) + len(step.same)
     end = time.monotonic() + LIMIT
+    again = time.monotonic() + PATIENCE
     while found := differences(machine, step, before):
         assert time.monotonic() < end, f"{len(found)} of {count}: " + "; ".join(found[:30])
         if step.pause:      # the daemon misses some cycles
             machine.hold("pokeysd", step.pause)
         time.sleep(0.02)
+        if time.monotonic() >= again:
+            press_again(machine, step)
+            again = time.monotonic() + PATIENCE
     if step.unmoved:
         stays_unmoved(machine, fields)
     step.keep()

@@ -199,9 +199,9 @@ def _(step, phase):
               r"|[24]x_sampling|channel[AB]pin)",
               r"encoder\.25\.channel[AB]pin",
               r"PEv2\.\d\.(?:joint-out-home|joint-in-position|joint-kb-jog-active"
-              r"|joint-wheel-jog-active|Backlash(?:Width|Register|Acceleration)"
+              r"|joint-wheel-jog-active"
               r"|stepgen\.(?:TYPE|ENCODER-SCALE|HOME-IGNORE-LIMITS|DEADBAND|MAX-OUTPUT)"
-              r"|params\.Feedback-Encoder-Id)", r"PEv2\.BacklashCompensationEnabled")
+              r"|params\.Feedback-Encoder-Id)")
 def _(step, phase):
     step.in_vain(phase)
 

@@ -21,6 +21,7 @@ import every_bus
 import every_clock
 import every_config
 import every_device
+import every_drive
 import every_elsewhere
 import every_encoder
 import every_homing
@@ -39,18 +40,18 @@ import every_probe
 import every_rest
 import every_settings
 import every_start
+import every_threading
 
 LIST_NAMES = sys.argv.pop(4)
 # the longest first
 SESSIONS = [every_settings.ACTS + every_old_settings.ACTS + every_old_encoders.ACTS,
-            every_bus.ACTS, every_keyboard.ACTS,
-            every_link.LINK, every_clock.DEVICE, every_link.HEART, every_start.ACTS,
-            every_clock.ACTS, every_encoder.ACTS + every_link.ACTS,
+            every_bus.ACTS, every_keyboard.ACTS, every_drive.POSTEP, every_link.LINK,
+            every_clock.DEVICE, every_threading.ACTS, every_drive.ACTS, every_link.HEART,
+            every_start.ACTS, every_clock.ACTS, every_encoder.ACTS + every_link.ACTS,
             every_io.ACTS, every_poextbus.ACTS + every_panel.ACTS, every_settings.PINS,
-            every_axis.ACTS, every_motion.ACTS, every_rest.ACTS, every_rest.OLD_MOTION,
-            every_homing.ACTS, every_homing.MASKS, every_homing.PINS, every_homing.JOG,
-            every_homing.GROUPED, every_config.ACTS, every_modes.ACTS, every_probe.ACTS,
-            every_probe.OLD]
+            every_axis.ACTS, every_motion.ACTS, every_rest.ACTS, every_rest.OLD_MOTION, every_homing.ACTS,
+            every_homing.MASKS, every_homing.PINS, every_homing.JOG, every_homing.GROUPED,
+            every_config.ACTS, every_modes.ACTS, every_probe.ACTS, every_probe.OLD]
 ACTS = sum(SESSIONS, [])
 AT_ONCE = 3
 # HAL makes them for each funct, whoever's it is
