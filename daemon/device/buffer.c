@@ -80,13 +80,16 @@ uint64_t buffer_patience(const struct device *device)
 	const struct pokeys_statistics *measured = &device->mailbox.statistics;
 	const uint64_t usual = measured->rtt_smoothed_ns + 4 * measured->rtt_variation_ns;
 
-	return usual < BUFFER_SLOT_NS ? BUFFER_SLOT_NS : usual > PATIENCE_MOST ? PATIENCE_MOST : usual;
+	if (usual < BUFFER_SLOT_NS)
+		return BUFFER_SLOT_NS;
+	return usual > PATIENCE_MOST ? PATIENCE_MOST : usual;
 }
 
 /* Slots that the device has to be ahead, for a lost fill to do no harm. */
 uint8_t buffer_lead(const struct device *device)
 {
-	const uint64_t slots = LEAD_LEAST + 3 * ((buffer_patience(device) + BUFFER_SLOT_NS - 1) / BUFFER_SLOT_NS);
+	const uint64_t patience = buffer_patience(device) + BUFFER_SLOT_NS - 1;
+	const uint64_t slots = LEAD_LEAST + 3 * (patience / BUFFER_SLOT_NS);
 
 	return (uint8_t)(slots < LEAD_MOST ? slots : LEAD_MOST);
 }

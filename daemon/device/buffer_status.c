@@ -98,7 +98,7 @@ static void judge_by_position(struct device *device, const struct wire_pulse_sta
 
 	if (buffer_path_find(device, status->position, buffer->seen, buffer->end, &at)) {
 		if (device->now_ns >= buffer->empty_ns)
-			buffer_lose_sync(device);	/* it would have been seen by now, or it has no motion */
+			buffer_lose_sync(device);	/* seen by now, or it has no motion */
 		return;
 	}
 	if (buffer_path_find(device, status->position, buffer->end + 1,

@@ -74,7 +74,8 @@ void configure_begin(struct device *device)
 		unsigned int index;
 		const struct setting_kind *kind = setting_kind(i, &index);
 
-		configure->setting[i].state = kind->has(device, index) ? SETTING_READ : SETTING_DONE;
+		configure->setting[i].state = kind->has(device, index) ? SETTING_READ :
+									 SETTING_DONE;
 		if (configure->setting[i].state == SETTING_DONE)
 			setting_missing(device, &configure->setting[i]);
 	}
@@ -280,8 +281,9 @@ enum pokeys_config_state configure_state(const struct device *device)
 	}
 	if (configure->again_ns)
 		return POKEYS_CONFIG_REFUSED;
+	if (busy && waits && running(device) && !setting_may_write(device))
+		return POKEYS_CONFIG_WAITING;
 	if (busy)
-		return waits && running(device) && !setting_may_write(device) ? POKEYS_CONFIG_WAITING :
-									 POKEYS_CONFIG_APPLYING;
+		return POKEYS_CONFIG_APPLYING;
 	return refused ? POKEYS_CONFIG_REFUSED : POKEYS_CONFIG_APPLIED;
 }

@@ -151,14 +151,16 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_SESSION] = "session must not be 0, it is",
 	[COMMAND_FAULT_FLAGS] = "flags that do not exist:",
 	[COMMAND_FAULT_OUTPUT] = "outputs above pin 55, in byte",
-	[COMMAND_FAULT_AXIS_MODE] = "mode must be 0 off, 1 position, 2 velocity or 3 buffered, axis",
+	[COMMAND_FAULT_AXIS_MODE] =
+		"mode must be 0 off, 1 position, 2 velocity or 3 buffered, axis",
 	[COMMAND_FAULT_AXIS_ENABLE] = "enable must be 0 or 1, axis",
-	[COMMAND_FAULT_AXIS_POSITION] = "position must be within +-16777216 pulses (buffered: +-2100000000), axis",
+	[COMMAND_FAULT_AXIS_POSITION] = "position must be within +-16777216 pulses (buffered: "
+					"+-2100000000), axis",
 	[COMMAND_FAULT_AXIS_VELOCITY] = "velocity must be a number within +-1e7 pulses/s, axis",
 	[COMMAND_FAULT_AXIS_SETUP] = "enabled, but the device has it not set up for this mode "
 				     "(see [device] axis keys), axis",
-	[COMMAND_FAULT_AXIS_SPEED] = "velocity is above the highest speed set up for it; it stands, "
-				     "axis",
+	[COMMAND_FAULT_AXIS_SPEED] = "velocity is above the highest speed set up for it; it "
+				     "stands, axis",
 	[COMMAND_FAULT_AXIS_SOFT_LIMIT] = "position is beyond the soft limits, axis",
 	[COMMAND_FAULT_NOT_OFFERED] = NULL,	/* has a text of its own */
 	[COMMAND_FAULT_ONE_SHOT_RING] = "the one-shot ring holds at most 64, it claims",
@@ -387,7 +389,8 @@ static void put_task(struct line *line, const struct event *e)
 		[POKEYS_TASK_TRIPPED] = "stopped by a limit switch or the emergency input",
 		[POKEYS_TASK_NOT_FOUND] = "at its end without a contact",
 		[POKEYS_TASK_LOST] = "lost with the link",
-		[POKEYS_TASK_STARVED] = "stopped: the motion buffer ran dry in the middle of a thread",
+		[POKEYS_TASK_STARVED] = "stopped: the motion buffer ran dry in the middle of a "
+					"thread",
 		[POKEYS_TASK_BEHIND] = "stopped: the spindle is too far behind its target speed",
 	};
 

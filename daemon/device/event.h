@@ -18,42 +18,51 @@
 enum { EVENT_RING = 256 };
 
 /* syslog's levels */
-enum event_level { EVENT_ERROR = 3, EVENT_WARNING = 4, EVENT_NOTICE = 5, EVENT_INFO = 6, EVENT_DEBUG = 7 };
+enum event_level {
+	EVENT_ERROR = 3, EVENT_WARNING = 4, EVENT_NOTICE = 5, EVENT_INFO = 6, EVENT_DEBUG = 7,
+};
 
 enum event_code {
 	EVENT_NONE = 0,
 	EVENT_LINK,		/* a = enum pokeys_link now, b = before, c = enum pokeys_fault */
-	EVENT_IDENTIFIED,	/* a = serial, b = hardware id, c = firmware major<<16|minor<<8|revision */
+	EVENT_IDENTIFIED,	/* a = serial, b = hardware id, c = firmware
+				 * major<<16|minor<<8|revision */
 	EVENT_WRONG_SERIAL,	/* a = found, b = wanted */
-	EVENT_CONFIG_CHANGED,	/* a = enum wire_op, b = pin, encoder or axis, -1 = none, c = written */
+	EVENT_CONFIG_CHANGED,	/* a = enum wire_op, b = pin, encoder or axis, -1 = none,
+				 * c = written */
 	EVENT_CONFIG_REFUSED,	/* a = enum wire_op, b = as above */
 	EVENT_REBOOTED,		/* a = tick before, b = tick now (ms) */
 	EVENT_COMMANDER,	/* a = 1 came, 0 lost; b = age of the heartbeat, us */
 	EVENT_SAFE,		/* a = 1 entered, 0 left; b = the device is there */
 	EVENT_MACHINE,		/* a = 1 motion permitted, 0 not */
 	EVENT_BAD_COMMAND,	/* a = enum command_fault, b = index */
-	EVENT_FOREIGN_IMAGE,	/* the command image has another layout; a = magic, b = version */
-	EVENT_ONE_SHOT,		/* a = operation, b = id or EVENT_ORDERED, c = enum pokeys_outcome */
+	EVENT_FOREIGN_IMAGE,	/* the command image has another layout; a = magic,
+				 * b = version */
+	EVENT_ONE_SHOT,		/* a = operation, b = id or EVENT_ORDERED, c = enum
+				 * pokeys_outcome */
 	EVENT_STALE,		/* a = 1 stale, 0 fresh again; b = age, us */
-	EVENT_PACKETS,		/* first of a kind or at most once in 10 s: a = enum event_packets, b = how many */
+	EVENT_PACKETS,		/* first of a kind or at most once in 10 s: a = enum
+				 * event_packets, b = how many */
 	EVENT_CYCLE_SKIPPED,	/* at most once in 10 s: a = how many since the last */
 	EVENT_TRANSPORT,	/* a = -errno */
-	EVENT_ENGINE,		/* pulse engine, a = state now, b = before (protocol section 3.24.1) */
+	EVENT_ENGINE,		/* pulse engine, a = state now, b = before (protocol section
+				 * 3.24.1) */
 	EVENT_WISH_REFUSED,	/* a setting of the commander's is out of range; a = enum
 				 * pokeys_setting, b = pin, encoder or axis */
 	EVENT_FOREIGN_WISH,	/* the wish has another layout, or no session or generation */
 	EVENT_LOCKED,		/* a = enum lock_reason, b = level of access (0 open .. 255) */
 	EVENT_TASK,		/* homing or probing has ended: a = enum pokeys_task, b = enum
 				 * pokeys_task_result, c = axes, bits */
+	EVENT_PHASE,		/* phase lock: a = enum pokeys_phase_state, b = period of the
+				 * commander's thread, c = jitter of its reads (ns) */
+	EVENT_THREADING,	/* a one-shot of threading was refused: a = operation, b = enum
+				 * pokeys_threading_refusal */
 	EVENT_CONFIG_MISSING,	/* a setting that this device does not have is wanted: a = enum
 				 * wire_op, b = firmware that brought it (as in EVENT_IDENTIFIED),
 				 * c = 1 only a PoKeys57CNC has it */
 	EVENT_POSTEP,		/* faults of a PoStep driver: a = axis, b = those that are new (bits
 				 * as in struct pokeys_postep) */
-	EVENT_PHASE,		/* phase lock: a = enum pokeys_phase_state, b = period of the
-				 * commander's thread, c = jitter of its reads (ns) */
-	EVENT_THREADING,	/* a one-shot of threading was refused: a = operation, b = enum
-				 * pokeys_threading_refusal */
+	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };
 

@@ -198,7 +198,7 @@ struct one_shots {
 	struct pokeys_one_shot now;	/* the one at work */
 	int32_t before[WIRE_ENCODER_BANK];
 	uint32_t armed;			/* bit = encoder that waits for its index */
-	bool disarm;			/* the fast encoders' index inputs are to be switched back */
+	bool disarm;			/* fast encoders' index inputs are to be switched back */
 	bool disarm_open;
 	uint64_t refused;
 	uint64_t saved_ns;		/* flash was written, or may have been; 0 = never */
@@ -377,7 +377,7 @@ bool backlash_has(const struct device *device);
 enum wire_op backlash_ask(struct device *device, union slow_request *request);
 void backlash_take(struct device *device, const mailbox_entry_t *entry);
 
-/* setting_postep.c: the drivers' own modes came beside; a driver that lost its power forgets */
+/* setting_postep_modes.c: the drivers' own modes came beside; one that lost its power forgets */
 void postep_look_again(struct device *device, const struct wire_postep_modes_req *modes);
 
 /* postep.c: into the image, and as slow groups */

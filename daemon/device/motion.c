@@ -284,7 +284,8 @@ void motion_status(struct device *device, uint64_t asked_ns)
 static bool send_stop(struct device *device)
 {
 	const struct wire_pulse_state_req stop = {
-		.state = WIRE_ENGINE_STOPPED, .enable_mask = motion_masked(device, task_powers(device)),
+		.state = WIRE_ENGINE_STOPPED,
+		.enable_mask = motion_masked(device, task_powers(device)),
 		.limit_override = override_wished(device),
 	};
 	struct motion *motion = &device->motion;

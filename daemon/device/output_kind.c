@@ -55,7 +55,8 @@ static bool pwm_want(const struct device *device, unsigned int index, union outp
 	const struct pokeys_state *image = &device->image;
 
 	(void)index;
-	if (!image->capability.pwm || device->configure.setting[SETTING_PWM].state == SETTING_WRITING)
+	if (!image->capability.pwm ||
+	    device->configure.setting[SETTING_PWM].state == SETTING_WRITING)
 		return false;
 	want->pwm.write = 1;
 	want->pwm.period = image->pwm_period;

@@ -117,13 +117,13 @@ struct setting {
 	uint8_t unanswered;		/* writes without answer */
 	bool said;			/* that it is refused */
 	bool known;			/* value is what the device said last */
-	uint64_t changed;		/* bit = pin or encoder that was written; bit 0 = all else */
+	uint64_t changed;		/* bit = pin or encoder written; bit 0 = all else */
 	uint64_t after_ns;		/* read not before */
 	union setting_value value;	/* as the device has it */
 	union setting_request write;	/* as we want it */
 };
 
-/* setting_postep.c: on the way to the drivers, and back. */
+/* setting_postep_modes.c: on the way to the drivers, and back. */
 struct postep_talk {
 	uint8_t step;			/* of what has to be done, 0 = the first */
 	uint8_t passing;		/* bit = axis that the device was told about */
@@ -197,7 +197,8 @@ struct setting_kind {
 	/* What an event says was written; `which` is a bit of `changed`. */
 	int64_t (*written)(const union setting_value *value, unsigned int which);
 	/* The write takes effect by a further request only. NULL = never. */
-	bool (*needs_effect)(const union setting_value *value, const union setting_request *request);
+	bool (*needs_effect)(const union setting_value *value,
+			     const union setting_request *request);
 	/* ... this one; false = not now. When it has ended the setting is to be read again. */
 	bool (*effect)(struct device *device, struct setting *setting);
 };

@@ -1,44 +1,21 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * PoStep motor drivers: that the device talks to them, and what they are set up for
- * (protocol section 3.24.3, 0x85/50 and 53).
- *
- * The device asks a driver over I2C when it likes. So a step mode or temperature limit is
- * only on its way when it stands in the device's table: the device has to be told, one
- * number at a time, to pass it on, and what the driver made of it shows when the device
- * has fetched everything from the driver again. What shows that the device has talked to
- * a driver is a counter. A driver that is not talked to in time has not taken it.
- *
- * Nothing is ever saved in a driver's own memory, and currents are not touched: their
- * unit is documented nowhere.
+ * PoStep motor drivers: that the device talks to them, and what it fetches from each
+ * (protocol section 3.24.3, 0x85/50). What they are set up for: setting_postep_modes.c.
  */
 
 #include <string.h>
 #include "daemon/device/internal.h"
+#include "daemon/device/postep.h"
 
-#define COMM_BITS (POKEYS_AXIS_SET_POSTEP_TYPE | POKEYS_AXIS_SET_POSTEP_ADDRESS)
-#define MODE_BITS (POKEYS_AXIS_SET_POSTEP_STEP | POKEYS_AXIS_SET_POSTEP_TEMPERATURE)
-
-/* What the device is to do with a driver (@10 of 0x50). */
-enum {
-	UPDATE_MODE = 0xC0, UPDATE_WRITE = 0x80,
-	UPDATE_STATUS = 0x1F,		/* fetch supply, temperature, inputs, state, faults */
-	UPDATE_ALL = 0x3F,		/* and what it is set up for */
-	NUMBER_STEP = 6, NUMBER_TEMPERATURE = 7,
-};
-
-#define TALK_NS (2 * SECOND)	/* until a driver has been talked to */
-#define LOOK_NS (20 * MS)	/* from look to look at the counters */
-enum { TALKED = 2 };		/* the first one may have begun before */
-
-static bool has_postep(const struct device *device, unsigned int index)
+bool postep_has_tables(const struct device *device, unsigned int index)
 {
 	return setting_has_engine(device, index) &&
 	       device->image.identity.hardware == WIRE_HW_57CNC &&
 	       setting_since(device, setting_postep.since);
 }
 
-static uint8_t axes_with(const struct pokeys_settings *want, uint32_t bits)
+uint8_t postep_axes_with(const struct pokeys_settings *want, uint32_t bits)
 {
 	uint8_t axes = 0;
 
@@ -47,12 +24,10 @@ static uint8_t axes_with(const struct pokeys_settings *want, uint32_t bits)
 	return axes;
 }
 
-/* 0x50 */
-
 static bool comm_wanted(const struct pokeys_settings *want, unsigned int index)
 {
 	(void)index;
-	return want->set & POKEYS_SET_POSTEP || axes_with(want, COMM_BITS);
+	return want->set & POKEYS_SET_POSTEP || postep_axes_with(want, POSTEP_COMM_BITS);
 }
 
 static uint64_t comm_merge(const struct pokeys_settings *want, unsigned int index,
@@ -93,7 +68,7 @@ static void comm_report(struct pokeys_settings *known, unsigned int index,
 	known->set |= POKEYS_SET_POSTEP;
 	known->postep_enable = value->postep.enable > 0;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		known->axis[i].set |= COMM_BITS;
+		known->axis[i].set |= POSTEP_COMM_BITS;
 		known->axis[i].postep_type = value->postep.axis[i].type;
 		known->axis[i].postep_address = value->postep.axis[i].address;
 	}
@@ -106,273 +81,7 @@ static int64_t comm_written(const union setting_value *value, unsigned int which
 
 const struct setting_kind setting_postep = {
 	.read = WIRE_OP_POSTEP_COMM, .write = WIRE_OP_POSTEP_COMM, .name = POKEYS_SETTING_POSTEP,
-	.since = SETTING_VERSION(4, 1, 42), .only_57cnc = true, .has = has_postep,
+	.since = SETTING_VERSION(4, 1, 42), .only_57cnc = true, .has = postep_has_tables,
 	.wanted = comm_wanted, .ask = setting_ask_zeros, .merge = comm_merge,
 	.learn = setting_learn_nothing, .report = comm_report, .written = comm_written,
-};
-
-/* 0x53 */
-
-static bool modes_wanted(const struct pokeys_settings *want, unsigned int index)
-{
-	(void)index;
-	return axes_with(want, MODE_BITS);
-}
-
-static uint64_t modes_merge(const struct pokeys_settings *want, unsigned int index,
-			    const union setting_value *value, union setting_request *request)
-{
-	const struct wire_postep_modes_req *have = &value->modes;
-	struct wire_postep_modes_req *set = &request->modes;
-	uint64_t differs = 0;
-
-	(void)index;
-	memset(request, 0, sizeof(*request));
-	*set = *have;
-	set->option = WIRE_POSTEP_WRITE;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		const struct pokeys_axis_settings *axis = &want->axis[i];
-
-		if (axis->set & POKEYS_AXIS_SET_POSTEP_STEP)
-			set->axis[i].step = axis->postep_step;
-		if (axis->set & POKEYS_AXIS_SET_POSTEP_TEMPERATURE)
-			set->axis[i].temperature = axis->postep_temperature;
-		differs |= (uint64_t)(memcmp(&set->axis[i], &have->axis[i],
-					     sizeof(set->axis[i])) != 0) << i;
-	}
-	return differs;
-}
-
-static void modes_learn(struct device *device, unsigned int index,
-			const union setting_value *value)
-{
-	(void)index;
-	postep_modes(device, &value->modes);
-}
-
-static void modes_report(struct pokeys_settings *known, unsigned int index,
-			 const union setting_value *value)
-{
-	(void)index;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		known->axis[i].set |= MODE_BITS;
-		known->axis[i].postep_step = value->modes.axis[i].step;
-		known->axis[i].postep_temperature = value->modes.axis[i].temperature;
-	}
-}
-
-static int64_t modes_written(const union setting_value *value, unsigned int which)
-{
-	return which < POKEYS_AXES ? value->modes.axis[which].step : 0;
-}
-
-static bool modes_needs_effect(const union setting_value *value,
-			       const union setting_request *request)
-{
-	(void)value;
-	(void)request;
-	return true;
-}
-
-/* The counters, by a request of our own: the slow groups wait for the link to run. */
-static void counters_came(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-			  uint64_t now_ns)
-{
-	struct device *device = device_of(mailbox);
-	struct postep_talk *talk = &device->configure.postep;
-
-	(void)context;
-	device->now_ns = now_ns;
-	talk->open = false;
-	if (!answered(entry))
-		return;
-	postep_status(device, entry);
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		const uint8_t updates = device->image.postep[i].updates;
-
-		if (!talk->counted)
-			talk->updates[i] = updates;
-		else if ((uint8_t)(updates - talk->updates[i]) >= TALKED)
-			talk->awaited &= (uint8_t)~(1u << i);
-	}
-	talk->counted = true;
-}
-
-static void await(struct device *device, uint8_t axes)
-{
-	struct postep_talk *talk = &device->configure.postep;
-
-	talk->awaited = axes;
-	talk->waiting = true;
-	talk->counted = false;
-	talk->until_ns = device->now_ns + TALK_NS;
-	talk->again_ns = 0;
-}
-
-/* True when the drivers have been talked to, or it has taken too long. */
-static bool waited(struct device *device)
-{
-	struct postep_talk *talk = &device->configure.postep;
-
-	if (talk->open)
-		return false;
-	if (!talk->awaited || device->now_ns >= talk->until_ns) {
-		talk->waiting = false;
-		return true;
-	}
-	if (device->now_ns >= talk->again_ns &&
-	    request_send(device, WIRE_OP_POSTEP_STATUS, NULL, counters_came, NULL, NULL)) {
-		talk->open = true;
-		talk->again_ns = device->now_ns + LOOK_NS;
-	}
-	return false;
-}
-
-/* Drivers that the device is set up to talk to. */
-static uint8_t talkative(const struct device *device, uint8_t axes)
-{
-	const struct wire_postep_comm_req *comm =
-		&device->configure.setting[SETTING_POSTEP].value.postep;
-
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (!comm->enable || !comm->axis[i].type)
-			axes &= (uint8_t)~(1u << i);
-	}
-	return axes;
-}
-
-/* A driver is silent: say so, and let the device fetch again from those that talk. */
-static void not_taken(struct device *device, uint8_t axes)
-{
-	device->configure.postep.step = 0;
-	device->configure.setting[SETTING_POSTEP].state = SETTING_READ;
-	setting_refuse(device, &device->configure.setting[SETTING_POSTEP_MODES], axes);
-}
-
-/*
- * What the drivers have themselves is read first, where something is wanted of them. The
- * device's table may say what is wanted while a driver, which was switched off, has not
- * heard of it: so of one that is silent nothing is believed.
- */
-static bool modes_ready(struct device *device)
-{
-	const uint8_t comm = device->configure.setting[SETTING_POSTEP].state;
-	const uint8_t axes = axes_with(&device->wishes.wanted, MODE_BITS);
-	struct postep_talk *talk = &device->configure.postep;
-	uint8_t silent;
-
-	if (!axes || talk->fetched)
-		return true;
-	if (comm != SETTING_DONE && comm != SETTING_REFUSED)
-		return false;
-	if (!talk->waiting)
-		await(device, talkative(device, axes));
-	if (!waited(device))
-		return false;
-	silent = talk->awaited | (uint8_t)(axes & ~talkative(device, axes));
-	talk->fetched = !silent;
-	if (silent)
-		not_taken(device, silent);
-	return talk->fetched;
-}
-
-static void passed_on(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-		      uint64_t now_ns)
-{
-	struct device *device = device_of(mailbox);
-	struct setting *setting = context;
-	struct postep_talk *talk = &device->configure.postep;
-
-	device->now_ns = now_ns;
-	setting->state = SETTING_EFFECT;
-	if (answered(entry)) {
-		await(device, talk->passing);
-		return;
-	}
-	talk->step = 0;
-	setting->state = SETTING_READ;
-	setting->unanswered++;
-}
-
-/* Tell the device what to do with these drivers; true if that was sent. */
-static bool pass_on(struct device *device, struct setting *setting, uint8_t axes, uint8_t update)
-{
-	struct wire_postep_comm_req comm = device->configure.setting[SETTING_POSTEP].value.postep;
-
-	comm.option = WIRE_POSTEP_WRITE;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (axes >> i & 1)
-			comm.axis[i].update = update;
-		else if (comm.axis[i].update & UPDATE_MODE)
-			comm.axis[i].update = UPDATE_ALL;
-	}
-	if (!request_send(device, WIRE_OP_POSTEP_COMM, &comm, passed_on, NULL, setting))
-		return false;
-	device->configure.postep.passing = axes;
-	setting->state = SETTING_WRITING;
-	return true;
-}
-
-/* Whose step mode, or temperature limit, is another one than the driver's. */
-static uint8_t axes_to_pass(const struct setting *setting, unsigned int step)
-{
-	const struct wire_postep_modes_req *have = &setting->value.modes;
-	const struct wire_postep_modes_req *set = &setting->write.modes;
-	uint8_t axes = 0;
-
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		const bool turn = have->axis[i].step != set->axis[i].step;
-		const bool heat = have->axis[i].temperature != set->axis[i].temperature;
-
-		axes |= (uint8_t)(((turn && step != 1) || (heat && step != 0) ? 1u : 0u) << i);
-	}
-	return axes;
-}
-
-/* Step mode, temperature limit, then everything is fetched from the driver again. */
-static bool modes_effect(struct device *device, struct setting *setting)
-{
-	static const uint8_t updates[] = {
-		UPDATE_WRITE | NUMBER_STEP, UPDATE_WRITE | NUMBER_TEMPERATURE, UPDATE_ALL,
-	};
-	struct postep_talk *talk = &device->configure.postep;
-	const unsigned int steps = sizeof(updates);
-
-	if (talk->waiting) {
-		if (!waited(device))
-			return talk->open;
-		if (talk->awaited) {
-			not_taken(device, talk->awaited);
-			return false;
-		}
-		talk->step++;
-	}
-	while (talk->step < steps && !axes_to_pass(setting, talk->step))
-		talk->step++;
-	if (talk->step == steps) {
-		talk->step = 0;
-		setting->state = SETTING_READ;
-		return false;
-	}
-	return setting_may_write(device) &&
-	       pass_on(device, setting, axes_to_pass(setting, talk->step), updates[talk->step]);
-}
-
-void postep_look_again(struct device *device, const struct wire_postep_modes_req *modes)
-{
-	struct setting *setting = &device->configure.setting[SETTING_POSTEP_MODES];
-	const union setting_value value = { .modes = *modes };
-	union setting_request request;
-
-	if (setting->state == SETTING_DONE &&
-	    modes_merge(&device->wishes.wanted, 0, &value, &request))
-		setting->state = SETTING_READ;
-}
-
-const struct setting_kind setting_postep_modes = {
-	.read = WIRE_OP_POSTEP_MODES, .write = WIRE_OP_POSTEP_MODES,
-	.name = POKEYS_SETTING_POSTEP_MODES, .since = SETTING_VERSION(4, 1, 42), .only_57cnc = true,
-	.has = has_postep, .ready = modes_ready, .wanted = modes_wanted, .ask = setting_ask_zeros,
-	.merge = modes_merge, .learn = modes_learn, .report = modes_report,
-	.written = modes_written, .needs_effect = modes_needs_effect, .effect = modes_effect,
 };

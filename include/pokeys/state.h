@@ -155,7 +155,6 @@ enum pokeys_slow_group {
 	POKEYS_SLOW_BACKLASH = 14,	/* what the compensation has added */
 	POKEYS_SLOW_POSTEP = 15,	/* status of PoStep drivers */
 	POKEYS_SLOW_POSTEP_RARE = 16,	/* their currents, modes and versions */
-	POKEYS_SLOW_THREADING = 17,
 };
 
 struct pokeys_identity {
