@@ -91,7 +91,8 @@ int pokeys_client_read_diag(pokeys_client *client, struct pokeys_diag *out);
  * Overwrite the command image (magic, version and hash are filled in here;
  * heartbeat, times and session are the caller's; of the one-shots those are
  * taken over that were queued since the last writes of this session, so one
- * that was queued must not be changed). Realtime, wait-free, one thread at a time. 0; -ENOTCONN; -EPERM without POKEYS_CLIENT_COMMANDER.
+ * that was queued must not be changed). Realtime, wait-free, one thread at a
+ * time. 0; -ENOTCONN; -EPERM without POKEYS_CLIENT_COMMANDER.
  */
 int pokeys_client_write(pokeys_client *client, const struct pokeys_command *command);
 
