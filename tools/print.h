@@ -27,6 +27,9 @@ void print_status(const struct view_device *device, FILE *to);
 /* One JSON document of all devices on one line; its keys are those of pokeysctl(1). */
 void print_json_all(const struct view *view, FILE *to);
 
+/* Its part with the key "engine". */
+void print_json_engine(struct json *json, const struct pokeys_state *state);
+
 /* The histograms of the diagnostic image, in the order they are shown. */
 struct print_histogram {
 	const char *key, *title;

@@ -158,39 +158,6 @@ static void put_encoders(struct json *json, const struct view_device *device)
 	json_end(json);
 }
 
-static void put_axis(struct json *json, const struct pokeys_axis *axis)
-{
-	json_object(json, NULL);
-	json_integer(json, "position", axis->position);
-	json_integer(json, "reference", axis->reference);
-	json_text(json, "state", pokeys_axis_state_name(axis->state));
-	json_bool(json, "enabled", axis->enabled);
-	json_bool(json, "in_position", axis->in_position);
-	json_bool(json, "homed", axis->homed);
-	json_bool(json, "limit_minus", axis->limit_minus);
-	json_bool(json, "limit_plus", axis->limit_plus);
-	json_bool(json, "home", axis->home);
-	json_bool(json, "error", axis->error);
-	json_bool(json, "soft_limit", axis->soft_limit);
-	json_real(json, "max_speed", (double)axis->max_speed);
-	json_real(json, "max_acceleration", (double)axis->max_acceleration);
-	json_end(json);
-}
-
-static void put_engine(struct json *json, const struct pokeys_engine *engine)
-{
-	json_object(json, "engine");
-	json_text(json, "state", pokeys_engine_state_name(engine->state));
-	json_bool(json, "activated", engine->activated);
-	json_bool(json, "emergency", engine->emergency);
-	json_unsigned(json, "axes_enabled", engine->axes_enabled);
-	json_array(json, "axes");
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		put_axis(json, &engine->axis[i]);
-	json_end(json);
-	json_end(json);
-}
-
 static void put_histograms(struct json *json, const struct pokeys_diag *diag)
 {
 	json_object(json, "latency_us");
@@ -261,7 +228,7 @@ static void put_state(struct json *json, const struct view_device *device)
 	put_identity(json, &state->identity);
 	put_io(json, state);
 	put_encoders(json, device);
-	put_engine(json, &state->engine);
+	print_json_engine(json, state);
 	put_rows(json, "statistics", statistics, COUNT(statistics), &state->statistics);
 	json_end(json);
 }

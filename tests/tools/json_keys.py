@@ -37,6 +37,8 @@ def main():
     assert spoiled["state"]["identity"]["name"] == "\xff" * 24
     assert spoiled["state"]["identity"]["type"] == 'a"b\\c\n\x1b[2J\x01\x7f'
     assert spoiled["state"]["engine"]["axes"][0]["max_speed"] is None
+    assert good["state"]["engine"]["axes"][0]["postep"] is None
+    assert spoiled["state"]["engine"]["axes"][7]["postep"]["supply_v"] == 63.75
     assert spoiled["state"]["cycle"] == 2**64 - 1 and not spoiled["fresh"]
     assert away["state"] is None and away["reason"] == 'a "reason"' and not away["attached"]
 

@@ -151,6 +151,8 @@ static void spoil(struct view_device *device)
 	memcpy(device->state.identity.type, "a\"b\\c\n\x1b[2J\x01\x7f", 13);
 	device->state.engine.axis[0].max_speed = NAN;
 	device->state.engine.axis[1].max_speed = INFINITY;
+	device->state.postep[7].t_update_ns = 1;
+	device->state.postep[7].supply = 255;
 	device->state.engine.axes_enabled = 255;
 	device->state.link = 200;
 	device->state.fault = 77;
