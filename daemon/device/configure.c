@@ -256,9 +256,12 @@ bool configure_writing(const struct device *device)
 {
 	const struct setting *engine = &device->configure.setting[SETTING_ENGINE];
 
+	/* what is yet to take effect cannot once motion is permitted, and waits for its end */
 	for (unsigned int i = 0; i < SETTINGS; i++) {
-		if (device->configure.setting[i].state == SETTING_WRITING ||
-		    device->configure.setting[i].state == SETTING_EFFECT)
+		const uint8_t state = device->configure.setting[i].state;
+
+		if (state == SETTING_WRITING ||
+		    (state == SETTING_EFFECT && setting_may_write(device)))
 			return true;
 	}
 	return engine->state == SETTING_READ && device->now_ns < engine->after_ns;

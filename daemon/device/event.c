@@ -318,6 +318,17 @@ static void put_postep(struct line *line, const struct event *e)
 	}
 }
 
+static void put_step_mode(struct line *line, const struct event *e)
+{
+	put(line, "motion is not permitted: the PoStep driver of axis %lld ", (long long)e->a);
+	if (e->b < 0)
+		put(line, "does not tell its step mode");
+	else
+		put(line, "has step mode 1/%lld", 1LL << (e->b & 31));
+	put(line, ", wanted is 1/%lld; wait until it is set up (check its power and that setting), "
+	    "then switch the machine on again", 1LL << (e->c & 31));
+}
+
 static void put_wish_refused(struct line *line, const struct event *e)
 {
 	put(line, "wished setting %s of number %lld is out of range for this device; "
@@ -536,6 +547,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_THREADING] = put_threading,
 	[EVENT_CONFIG_MISSING] = put_config_missing,
 	[EVENT_POSTEP] = put_postep,
+	[EVENT_STEP_MODE] = put_step_mode,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -62,6 +62,8 @@ enum event_code {
 				 * c = 1 only a PoKeys57CNC has it */
 	EVENT_POSTEP,		/* faults of a PoStep driver: a = axis, b = those that are new (bits
 				 * as in struct pokeys_postep) */
+	EVENT_STEP_MODE,	/* motion is not permitted for a PoStep driver's step mode: a = axis,
+				 * b = the one that it has, -1 = it does not tell, c = wanted */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

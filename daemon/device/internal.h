@@ -379,6 +379,8 @@ void backlash_take(struct device *device, const mailbox_entry_t *entry);
 
 /* setting_postep_modes.c: the drivers' own modes came beside; one that lost its power forgets */
 void postep_look_again(struct device *device, const struct wire_postep_modes_req *modes);
+/* Every driver has the step mode that is wanted of it; says which has not. At machine-on. */
+bool postep_permits(struct device *device);
 
 /* postep.c: into the image, and as slow groups */
 void postep_forget(struct device *device);

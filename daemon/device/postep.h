@@ -10,6 +10,7 @@
 #include <pokeys/settings.h>
 
 struct device;
+struct setting;
 
 #define POSTEP_COMM_BITS (POKEYS_AXIS_SET_POSTEP_TYPE | POKEYS_AXIS_SET_POSTEP_ADDRESS)
 #define POSTEP_MODE_BITS (POKEYS_AXIS_SET_POSTEP_STEP | POKEYS_AXIS_SET_POSTEP_TEMPERATURE)
@@ -27,5 +28,9 @@ bool postep_has_tables(const struct device *device, unsigned int index);
 
 /* Bit = axis of which any of these is wanted (POKEYS_AXIS_SET_*). */
 uint8_t postep_axes_with(const struct pokeys_settings *want, uint32_t bits);
+
+/* postep_talk.c: of 0x53, for struct setting_kind */
+bool postep_modes_ready(struct device *device);
+bool postep_modes_effect(struct device *device, struct setting *setting);
 
 #endif

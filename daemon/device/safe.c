@@ -20,8 +20,9 @@
  * low and then high while the link runs and the heartbeat is fresh. Every
  * loss of link, heartbeat or session, a trip of the engine and the daemon's
  * end take the permission away and forget the low; what was commanded before
- * is not taken up again by itself. Nor is there any while flash is written, for
- * then silence is not taken for a loss.
+ * is not taken up again by itself. So does a motor driver with another step mode than
+ * wanted, for each distance would be another one. Nor is there any permission while flash
+ * is written, for then silence is not taken for a loss.
  *
  * There is a last word to the device at the daemon's end. It is not waited
  * for longer than a device that answers can need.
@@ -65,7 +66,7 @@ static void judge_permission(struct device *device)
 	if (!safe->edge_armed)
 		return;
 	safe->edge_armed = false;
-	permit(device, !engine_tripped(device->image.engine.state));
+	permit(device, !engine_tripped(device->image.engine.state) && postep_permits(device));
 }
 
 static void judge_safe(struct device *device)

@@ -123,14 +123,15 @@ struct setting {
 	union setting_request write;	/* as we want it */
 };
 
-/* setting_postep_modes.c: on the way to the drivers, and back. */
+/* postep_talk.c: on the way to the drivers, and back. */
 struct postep_talk {
 	uint8_t step;			/* of what has to be done, 0 = the first */
 	uint8_t passing;		/* bit = axis that the device was told about */
 	uint8_t awaited;		/* bit = axis whose driver has not been talked to since */
 	uint8_t updates[POKEYS_AXES];	/* its counter then */
 	bool open, waiting, counted;
-	bool fetched;			/* the drivers' own values have been read once */
+	uint8_t fetched;		/* bit = axis whose driver's own values have been read */
+	uint8_t permitted[POKEYS_AXES];	/* step modes when motion was permitted, 255 = not known */
 	uint64_t until_ns, again_ns;
 };
 

@@ -1,25 +1,16 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * PoStep motor drivers: what they are set up for (protocol section 3.24.3, 0x85/53), and
- * the way there.
+ * PoStep motor drivers: what they are set up for (protocol section 3.24.3, 0x85/53). The
+ * way there is postep_talk.c's.
  *
- * The device asks a driver over I2C when it likes. So a step mode or temperature limit is
- * only on its way when it stands in the device's table: the device has to be told, one
- * number at a time, to pass it on, and what the driver made of it shows when the device
- * has fetched everything from the driver again. What shows that the device has talked to
- * a driver is a counter. A driver that is not talked to in time has not taken it.
- *
- * Nothing is ever saved in a driver's own memory, and currents are not touched: their
- * unit is documented nowhere.
+ * Another step mode than wanted makes another distance of each command. So motion is not
+ * permitted before every driver is known to have what is wanted of it, and no longer when
+ * one turns out to have forgotten it.
  */
 
 #include <string.h>
 #include "daemon/device/internal.h"
 #include "daemon/device/postep.h"
-
-#define TALK_NS (2 * SECOND)	/* until a driver has been talked to */
-#define LOOK_NS (20 * MS)	/* from look to look at the counters */
-enum { TALKED = 2 };		/* the first one may have begun before */
 
 static bool modes_wanted(const struct pokeys_settings *want, unsigned int index)
 {
@@ -51,10 +42,33 @@ static uint64_t modes_merge(const struct pokeys_settings *want, unsigned int ind
 	return differs;
 }
 
+static void say_step(struct device *device, unsigned int axis, int64_t step)
+{
+	device_say(device, EVENT_STEP_MODE, EVENT_ERROR, axis, step,
+		   device->wishes.wanted.axis[axis].postep_step);
+}
+
+/* One has another step mode than when motion was permitted: from now on all ways are wrong. */
+static void judge_steps(struct device *device, const struct wire_postep_modes_req *modes)
+{
+	for (unsigned int i = 0; device->safe.permitted && i < POKEYS_AXES; i++) {
+		const struct pokeys_axis_settings *want = &device->wishes.wanted.axis[i];
+		const uint8_t step = modes->axis[i].step;
+		const uint8_t then = device->configure.postep.permitted[i];
+
+		if (!(want->set & POKEYS_AXIS_SET_POSTEP_STEP) || step == want->postep_step ||
+		    step == then || then == UINT8_MAX)
+			continue;
+		say_step(device, i, step);
+		safe_permit_drop(device);
+	}
+}
+
 static void modes_learn(struct device *device, unsigned int index,
 			const union setting_value *value)
 {
 	(void)index;
+	judge_steps(device, &value->modes);
 	postep_modes(device, &value->modes);
 }
 
@@ -82,205 +96,71 @@ static bool modes_needs_effect(const union setting_value *value,
 	return true;
 }
 
-/* The counters, by a request of our own: the slow groups wait for the link to run. */
-static void counters_came(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-			  uint64_t now_ns)
+bool postep_permits(struct device *device)
 {
-	struct device *device = device_of(mailbox);
+	const struct setting *setting = &device->configure.setting[SETTING_POSTEP_MODES];
 	struct postep_talk *talk = &device->configure.postep;
 
-	(void)context;
-	device->now_ns = now_ns;
-	talk->open = false;
-	if (!answered(entry))
-		return;
-	postep_status(device, entry);
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		const uint8_t updates = device->image.postep[i].updates;
-
-		if (!talk->counted)
-			talk->updates[i] = updates;
-		else if ((uint8_t)(updates - talk->updates[i]) >= TALKED)
-			talk->awaited &= (uint8_t)~(1u << i);
-	}
-	talk->counted = true;
-}
-
-static void await(struct device *device, uint8_t axes)
-{
-	struct postep_talk *talk = &device->configure.postep;
-
-	talk->awaited = axes;
-	talk->waiting = true;
-	talk->counted = false;
-	talk->until_ns = device->now_ns + TALK_NS;
-	talk->again_ns = 0;
-}
-
-/* True when the drivers have been talked to, or it has taken too long. */
-static bool waited(struct device *device)
-{
-	struct postep_talk *talk = &device->configure.postep;
-
-	if (talk->open)
-		return false;
-	if (!talk->awaited || device->now_ns >= talk->until_ns) {
-		talk->waiting = false;
+	if (!setting_postep_modes.has(device, 0))
 		return true;
-	}
-	if (device->now_ns >= talk->again_ns &&
-	    request_send(device, WIRE_OP_POSTEP_STATUS, NULL, counters_came, NULL, NULL)) {
-		talk->open = true;
-		talk->again_ns = device->now_ns + LOOK_NS;
-	}
-	return false;
-}
-
-/* Drivers that the device is set up to talk to. */
-static uint8_t talkative(const struct device *device, uint8_t axes)
-{
-	const struct wire_postep_comm_req *comm =
-		&device->configure.setting[SETTING_POSTEP].value.postep;
-
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (!comm->enable || !comm->axis[i].type)
-			axes &= (uint8_t)~(1u << i);
-	}
-	return axes;
-}
+		const struct pokeys_axis_settings *want = &device->wishes.wanted.axis[i];
+		const uint8_t step = setting->value.modes.axis[i].step;
+		const bool told = setting->known && talk->fetched >> i & 1;
 
-/* A driver is silent: say so, and let the device fetch again from those that talk. */
-static void not_taken(struct device *device, uint8_t axes)
-{
-	device->configure.postep.step = 0;
-	device->configure.setting[SETTING_POSTEP].state = SETTING_READ;
-	setting_refuse(device, &device->configure.setting[SETTING_POSTEP_MODES], axes);
-}
-
-/*
- * What the drivers have themselves is read first, where something is wanted of them. The
- * device's table may say what is wanted while a driver, which was switched off, has not
- * heard of it: so of one that is silent nothing is believed.
- */
-static bool modes_ready(struct device *device)
-{
-	const uint8_t comm = device->configure.setting[SETTING_POSTEP].state;
-	const uint8_t axes = postep_axes_with(&device->wishes.wanted, POSTEP_MODE_BITS);
-	struct postep_talk *talk = &device->configure.postep;
-	uint8_t silent;
-
-	if (!axes || talk->fetched)
-		return true;
-	if (comm != SETTING_DONE && comm != SETTING_REFUSED)
+		talk->permitted[i] = setting->known ? step : UINT8_MAX;
+		if (!(want->set & POKEYS_AXIS_SET_POSTEP_STEP) ||
+		    (told && step == want->postep_step))
+			continue;
+		say_step(device, i, told ? step : -1);
 		return false;
-	if (!talk->waiting)
-		await(device, talkative(device, axes));
-	if (!waited(device))
-		return false;
-	silent = talk->awaited | (uint8_t)(axes & ~talkative(device, axes));
-	talk->fetched = !silent;
-	if (silent)
-		not_taken(device, silent);
-	return talk->fetched;
-}
-
-static void passed_on(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-		      uint64_t now_ns)
-{
-	struct device *device = device_of(mailbox);
-	struct setting *setting = context;
-	struct postep_talk *talk = &device->configure.postep;
-
-	device->now_ns = now_ns;
-	setting->state = SETTING_EFFECT;
-	if (answered(entry)) {
-		await(device, talk->passing);
-		return;
 	}
-	talk->step = 0;
-	setting->state = SETTING_READ;
-	setting->unanswered++;
-}
-
-/* Tell the device what to do with these drivers; true if that was sent. */
-static bool pass_on(struct device *device, struct setting *setting, uint8_t axes, uint8_t update)
-{
-	struct wire_postep_comm_req comm = device->configure.setting[SETTING_POSTEP].value.postep;
-
-	comm.option = WIRE_POSTEP_WRITE;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (axes >> i & 1)
-			comm.axis[i].update = update;
-		else if (comm.axis[i].update & UPDATE_MODE)
-			comm.axis[i].update = UPDATE_ALL;
-	}
-	if (!request_send(device, WIRE_OP_POSTEP_COMM, &comm, passed_on, NULL, setting))
-		return false;
-	device->configure.postep.passing = axes;
-	setting->state = SETTING_WRITING;
 	return true;
 }
 
-/* Whose step mode, or temperature limit, is another one than the driver's. */
-static uint8_t axes_to_pass(const struct setting *setting, unsigned int step)
+/* One that does not have what is wanted has been talked to since it was refused. */
+static bool talks_again(const struct device *device, const struct setting *setting,
+			uint64_t differs)
 {
-	const struct wire_postep_modes_req *have = &setting->value.modes;
-	const struct wire_postep_modes_req *set = &setting->write.modes;
-	uint8_t axes = 0;
+	const uint8_t axes = postep_axes_with(&device->wishes.wanted, POSTEP_MODE_BITS) &
+			     (uint8_t)(~device->configure.postep.fetched | differs);
 
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		const bool turn = have->axis[i].step != set->axis[i].step;
-		const bool heat = have->axis[i].temperature != set->axis[i].temperature;
-
-		axes |= (uint8_t)(((turn && step != 1) || (heat && step != 0) ? 1u : 0u) << i);
-	}
-	return axes;
-}
-
-/* Step mode, temperature limit, then everything is fetched from the driver again. */
-static bool modes_effect(struct device *device, struct setting *setting)
-{
-	static const uint8_t updates[] = {
-		UPDATE_WRITE | NUMBER_STEP, UPDATE_WRITE | NUMBER_TEMPERATURE, UPDATE_ALL,
-	};
-	struct postep_talk *talk = &device->configure.postep;
-	const unsigned int steps = sizeof(updates);
-
-	if (talk->waiting) {
-		if (!waited(device))
-			return talk->open;
-		if (talk->awaited) {
-			not_taken(device, talk->awaited);
-			return false;
-		}
-		talk->step++;
-	}
-	while (talk->step < steps && !axes_to_pass(setting, talk->step))
-		talk->step++;
-	if (talk->step == steps) {
-		talk->step = 0;
-		setting->state = SETTING_READ;
+	if (device->now_ns < setting->after_ns || device->image.identity.locked)
 		return false;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (axes >> i & 1 && device->image.postep[i].t_update_ns >= setting->after_ns)
+			return true;
 	}
-	return setting_may_write(device) &&
-	       pass_on(device, setting, axes_to_pass(setting, talk->step), updates[talk->step]);
+	return false;
 }
 
 void postep_look_again(struct device *device, const struct wire_postep_modes_req *modes)
 {
 	struct setting *setting = &device->configure.setting[SETTING_POSTEP_MODES];
-	const union setting_value value = { .modes = *modes };
+	const bool other = memcmp(&setting->value.modes, modes, sizeof(*modes)) != 0;
 	union setting_request request;
+	uint64_t differs;
 
-	if (setting->state == SETTING_DONE &&
-	    modes_merge(&device->wishes.wanted, 0, &value, &request))
+	judge_steps(device, modes);
+	if (!setting->known || (setting->state != SETTING_DONE && setting->state != SETTING_WRITE &&
+				setting->state != SETTING_REFUSED))
+		return;
+	setting->value.modes = *modes;
+	differs = modes_merge(&device->wishes.wanted, 0, &setting->value, &request);
+	if (setting->state == SETTING_REFUSED && talks_again(device, setting, differs)) {
+		setting->writes = setting->unanswered = 0;
+		setting->state = SETTING_READ;
+	}
+	if ((setting->state == SETTING_WRITE && other) ||
+	    (setting->state == SETTING_DONE && differs))
 		setting->state = SETTING_READ;
 }
 
 const struct setting_kind setting_postep_modes = {
 	.read = WIRE_OP_POSTEP_MODES, .write = WIRE_OP_POSTEP_MODES,
 	.name = POKEYS_SETTING_POSTEP_MODES, .since = SETTING_VERSION(4, 1, 42), .only_57cnc = true,
-	.has = postep_has_tables, .ready = modes_ready, .wanted = modes_wanted, .ask = setting_ask_zeros,
+	.has = postep_has_tables, .ready = postep_modes_ready, .wanted = modes_wanted,
+	.ask = setting_ask_zeros,
 	.merge = modes_merge, .learn = modes_learn, .report = modes_report,
-	.written = modes_written, .needs_effect = modes_needs_effect, .effect = modes_effect,
+	.written = modes_written, .needs_effect = modes_needs_effect, .effect = postep_modes_effect,
 };

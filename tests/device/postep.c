@@ -216,38 +216,6 @@ static void a_wish_is_passed_on_beside_the_fast_requests(void **state)
 	assert_int_equal(world.rig.device.bench.postep[1].step, 8);
 }
 
-static bool is_applied_again(struct world *w)
-{
-	return w->state.config_state == POKEYS_CONFIG_APPLIED;
-}
-
-static bool has_step_again(struct world *w)
-{
-	return w->rig.device.bench.postep[0].step == STEP && w->rig.device.bench.postep[0].limit == LIMIT;
-}
-
-static bool waits_for_the_machine(struct world *w)
-{
-	return w->state.config_state == POKEYS_CONFIG_WAITING;
-}
-
-/* It was switched off and on and has what its own memory has: full steps. */
-static void a_driver_that_forgot_is_set_up_again_when_nothing_moves(void **state)
-{
-	(void)state;
-	world_go(&world, 0, 0, 0);
-	world_machine_on(&world);
-	world.rig.device.bench.postep[0].step = 0;
-	world.rig.device.bench.postep[0].limit = 85;
-	world_until(&world, waits_for_the_machine, 10 * SECOND);
-	world_run(&world, SECOND);
-	assert_int_equal(world.rig.device.bench.postep[0].step, 0);
-	world.command.flags &= ~(uint32_t)POKEYS_COMMAND_MACHINE_ON;
-	world_until(&world, has_step_again, 5 * SECOND);
-	world_until(&world, is_applied_again, 5 * SECOND);
-	assert_int_equal(world.event_count[EVENT_CONFIG_REFUSED], 0);
-}
-
 /* Packets are lost, and still the driver ends with what is wanted. */
 static void lost_packets_do_no_harm(void **state)
 {
@@ -330,7 +298,6 @@ int main(void)
 		cmocka_unit_test(a_driver_without_power_keeps_the_link_from_running),
 		cmocka_unit_test(without_modes_a_driver_may_be_switched_off),
 		cmocka_unit_test_setup(a_wish_is_passed_on_beside_the_fast_requests, begin),
-		cmocka_unit_test_setup(a_driver_that_forgot_is_set_up_again_when_nothing_moves, begin),
 		cmocka_unit_test(lost_packets_do_no_harm),
 		cmocka_unit_test(a_write_that_was_left_there_is_not_repeated),
 		cmocka_unit_test(nobody_asks_where_it_is_switched_off),
