@@ -38,6 +38,7 @@
 struct sim_choices {
 	bool drop_unknown;	/* no reply to an unknown operation, instead of an empty one */
 	bool enforce_security;	/* locked (0xE1 level > 0): only reads are answered */
+	bool echo_synced;	/* 0x0A and 0x0B do not tell: a read is answered by itself */
 	bool count_free;	/* status @58 counts free slots, not all (section 8) */
 	uint8_t axis_khz;	/* status @57; 0 is what the generator makes, 125 or 25 */
 	uint8_t emergency_base;	/* 0x06 holds base + 1-based pin; 0 is taken as 10 */

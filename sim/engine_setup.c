@@ -65,13 +65,18 @@ SIM_HANDLER(sim_pe_emergency_pin)
 	return SIM_ANSWER;
 }
 
+static bool echoes(const struct sim_device *dev, const uint8_t *rq)
+{
+	return rq[P2] == 2 && dev->options.choices.echo_synced;
+}
+
 SIM_HANDLER(sim_pe_synced_pwm)
 {
 	uint8_t *synced = dev->config.engine.synced_pwm;
 
 	if (rq[P2] != 2 && !sim_locked(dev))
 		memcpy(synced, rq + P2, 3);
-	memcpy(rp + P2, synced, 3);
+	memcpy(rp + P2, echoes(dev, rq) ? rq + P2 : synced, 3);
 	return SIM_ANSWER;
 }
 
@@ -83,8 +88,10 @@ SIM_HANDLER(sim_pe_synced_outputs)
 		memcpy(config->synced_out, rq + P2, sizeof(config->synced_out));
 		memcpy(config->synced_pins, rq + 8, sizeof(config->synced_pins));
 	}
-	memcpy(rp + P2, config->synced_out, sizeof(config->synced_out));
-	memcpy(rp + 8, config->synced_pins, sizeof(config->synced_pins));
+	memcpy(rp + P2, echoes(dev, rq) ? rq + P2 : config->synced_out,
+	       sizeof(config->synced_out));
+	memcpy(rp + 8, echoes(dev, rq) ? rq + 8 : config->synced_pins,
+	       sizeof(config->synced_pins));
 	return SIM_ANSWER;
 }
 

@@ -76,6 +76,8 @@ static const struct row rows[] = {
 	  "base of the emergency pin setting (10)" },
 	{ "count-free", NULL, FLAG, FIELD(rig.device.choices.count_free), 0, 0,
 	  "the status counts free slots of the motion buffer, not all" },
+	{ "echo-synced", NULL, FLAG, FIELD(rig.device.choices.echo_synced), 0, 0,
+	  "do not tell what synced PWM and outputs are set up for" },
 	{ "drop-unknown", NULL, FLAG, FIELD(rig.device.choices.drop_unknown), 0, 0,
 	  "do not answer unknown operations at all" },
 	{ "enforce-security", NULL, FLAG, FIELD(rig.device.choices.enforce_security), 0, 0,

@@ -87,7 +87,7 @@ void setting_refuse(struct device *device, struct setting *setting, uint64_t dif
 	setting->after_ns = device->now_ns + AGAIN_NS;
 	if (device->life.fault != POKEYS_FAULT_CONFIG_REFUSED && !setting->said)
 		device_say(device, EVENT_CONFIG_REFUSED, EVENT_ERROR, kind->write,
-			   event_index(number, which), 0);
+			   event_index(number, which), device->image.identity.locked);
 	setting->said = true;
 }
 
@@ -215,6 +215,7 @@ static void reboot_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 			device->configure.setting[i].state = SETTING_READ;
 		device->configure.setting[i].after_ns = setting->after_ns;
 	}
+	memset(&device->configure.synced, 0, sizeof(device->configure.synced));
 	device->life.patient_until_ns = setting->after_ns;
 	motion_displaced(device);
 }

@@ -280,7 +280,10 @@ static void put_config_changed(struct line *line, const struct event *e)
 static void put_config_refused(struct line *line, const struct event *e)
 {
 	put_setting(line, e);
-	if (e->a == WIRE_OP_POSTEP_MODES)
+	if (e->c)
+		put(line, " was not taken by the device: its configuration is locked; unlock it or "
+		    "remove that setting");
+	else if (e->a == WIRE_OP_POSTEP_MODES)
 		put(line, " did not take its step mode or temperature limit; check that it has "
 		    "power, and its type and I2C address");
 	else

@@ -30,7 +30,7 @@ enum event_code {
 	EVENT_WRONG_SERIAL,	/* a = found, b = wanted */
 	EVENT_CONFIG_CHANGED,	/* a = enum wire_op, b = pin, encoder or axis, -1 = none,
 				 * c = written */
-	EVENT_CONFIG_REFUSED,	/* a = enum wire_op, b = as above */
+	EVENT_CONFIG_REFUSED,	/* a = enum wire_op, b = as above, c = configuration is locked */
 	EVENT_REBOOTED,		/* a = tick before, b = tick now (ms) */
 	EVENT_COMMANDER,	/* a = 1 came, 0 lost; b = age of the heartbeat, us */
 	EVENT_SAFE,		/* a = 1 entered, 0 left; b = the device is there */
@@ -62,8 +62,8 @@ enum event_code {
 				 * c = 1 only a PoKeys57CNC has it */
 	EVENT_POSTEP,		/* faults of a PoStep driver: a = axis, b = those that are new (bits
 				 * as in struct pokeys_postep) */
-	EVENT_STEP_MODE,	/* motion is not permitted for a PoStep driver's step mode: a = axis,
-				 * b = the one that it has, -1 = it does not tell, c = wanted */
+	EVENT_STEP_MODE,	/* motion is not permitted for a PoStep driver's step mode: a =
+				 * axis, b = the one it has, -1 = it does not tell, c = wanted */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

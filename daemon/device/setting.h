@@ -135,9 +135,17 @@ struct postep_talk {
 	uint64_t until_ns, again_ns;
 };
 
+/* setting_sync.c: what was acknowledged last. */
+struct synced {
+	struct wire_pulse_sync_pwm_req pwm;
+	struct wire_pulse_sync_outputs_req outputs;
+	bool pwm_taken, outputs_taken;
+};
+
 struct configure {
 	struct setting setting[SETTINGS];
 	struct postep_talk postep;
+	struct synced synced;
 	bool standing;			/* the pulse engine stands: settings may be written */
 	bool stop_open;
 	uint64_t again_ns;		/* blocked until then; 0 = not */

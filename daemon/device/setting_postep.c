@@ -35,9 +35,9 @@ static uint64_t comm_merge(const struct pokeys_settings *want, unsigned int inde
 {
 	const struct wire_postep_comm_req *have = &value->postep;
 	struct wire_postep_comm_req *set = &request->postep;
-	const bool ours = comm_wanted(want, index);
 	uint64_t differs;
 
+	(void)index;
 	memset(request, 0, sizeof(*request));
 	*set = *have;
 	set->option = WIRE_POSTEP_WRITE;
@@ -46,6 +46,8 @@ static uint64_t comm_merge(const struct pokeys_settings *want, unsigned int inde
 	differs = (uint64_t)(!set->enable != !have->enable) << SETTING_ENGINE_BIT;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const struct pokeys_axis_settings *axis = &want->axis[i];
+		const bool ours = set->enable &&
+				  axis->set & (POSTEP_COMM_BITS | POSTEP_MODE_BITS);
 
 		if (axis->set & POKEYS_AXIS_SET_POSTEP_TYPE)
 			set->axis[i].type = axis->postep_type;
@@ -55,8 +57,9 @@ static uint64_t comm_merge(const struct pokeys_settings *want, unsigned int inde
 		if (have->axis[i].update & UPDATE_MODE ||
 		    (ours && set->axis[i].type && !(have->axis[i].update & UPDATE_STATUS)))
 			set->axis[i].update = UPDATE_ALL;
-		differs |= (uint64_t)(ours && memcmp(&set->axis[i], &have->axis[i],
-						     sizeof(set->axis[i])) != 0) << i;
+		differs |= (uint64_t)(set->axis[i].type != have->axis[i].type ||
+				      set->axis[i].address != have->axis[i].address ||
+				      (ours && set->axis[i].update != have->axis[i].update)) << i;
 	}
 	return differs;
 }

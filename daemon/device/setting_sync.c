@@ -3,8 +3,9 @@
  * A PWM channel and eight outputs that follow the slots of an axis in buffered mode
  * (protocol section 3.24.3, 0x85/0A and 0B).
  *
- * A request with option 2 reads. Of an answer that repeats the 2 nobody can tell whether
- * it is on; then it counts as what is wanted, or it would be written for ever.
+ * A request with option 2 reads. An answer that repeats the 2 tells nothing, neither
+ * whether it is on nor of which axis. Of such a device what it has acknowledged since it was
+ * found is what it has; so it is written once after each start and each loss of the link.
  */
 
 #include <string.h>
@@ -12,7 +13,7 @@
 
 static bool is_other(uint8_t wanted, uint8_t option)
 {
-	return option != WIRE_SYNC_READ && !wanted != (option != WIRE_SYNC_ON);
+	return option == WIRE_SYNC_READ || !wanted != (option != WIRE_SYNC_ON);
 }
 
 static bool pwm_wanted(const struct pokeys_settings *want, unsigned int index)
@@ -43,10 +44,31 @@ static uint64_t pwm_merge(const struct pokeys_settings *want, unsigned int index
 	       set->channel != have->channel;
 }
 
+static void pwm_taken(struct device *device, const union setting_request *request)
+{
+	struct configure *configure = &device->configure;
+
+	configure->synced.pwm = request->sync_pwm;
+	configure->synced.pwm_taken = true;
+	/* from now on that channel is the device's own */
+	configure->setting[SETTING_SYNC_PWM].value.sync_pwm = request->sync_pwm;
+}
+
+static void pwm_learn(struct device *device, unsigned int index, const union setting_value *value)
+{
+	struct configure *configure = &device->configure;
+
+	(void)index;
+	if (value->sync_pwm.option == WIRE_SYNC_READ && configure->synced.pwm_taken)
+		configure->setting[SETTING_SYNC_PWM].value.sync_pwm = configure->synced.pwm;
+}
+
 static void pwm_report(struct pokeys_settings *known, unsigned int index,
 		       const union setting_value *value)
 {
 	(void)index;
+	if (value->sync_pwm.option == WIRE_SYNC_READ)
+		return;
 	known->set |= POKEYS_SET_SYNC_PWM;
 	known->sync_pwm_enable = value->sync_pwm.option == WIRE_SYNC_ON;
 	known->sync_pwm_axis = value->sync_pwm.axis;
@@ -62,8 +84,8 @@ static int64_t pwm_written(const union setting_value *value, unsigned int which)
 const struct setting_kind setting_sync_pwm = {
 	.read = WIRE_OP_PULSE_SYNC_PWM, .write = WIRE_OP_PULSE_SYNC_PWM,
 	.name = POKEYS_SETTING_SYNC_PWM, .has = setting_has_engine, .wanted = pwm_wanted,
-	.ask = pwm_ask, .merge = pwm_merge, .learn = setting_learn_nothing, .report = pwm_report,
-	.written = pwm_written,
+	.ask = pwm_ask, .merge = pwm_merge, .learn = pwm_learn, .report = pwm_report,
+	.written = pwm_written, .taken = pwm_taken,
 };
 
 int setting_synced_channel(const struct device *device)
@@ -104,10 +126,29 @@ static uint64_t outputs_merge(const struct pokeys_settings *want, unsigned int i
 	       memcmp(set->pin, have->pin, sizeof(set->pin)) != 0;
 }
 
+static void outputs_taken(struct device *device, const union setting_request *request)
+{
+	device->configure.synced.outputs = request->sync_outputs;
+	device->configure.synced.outputs_taken = true;
+}
+
+static void outputs_learn(struct device *device, unsigned int index,
+			  const union setting_value *value)
+{
+	struct configure *configure = &device->configure;
+
+	(void)index;
+	if (value->sync_outputs.option == WIRE_SYNC_READ && configure->synced.outputs_taken)
+		configure->setting[SETTING_SYNC_OUTPUTS].value.sync_outputs =
+			configure->synced.outputs;
+}
+
 static void outputs_report(struct pokeys_settings *known, unsigned int index,
 			   const union setting_value *value)
 {
 	(void)index;
+	if (value->sync_outputs.option == WIRE_SYNC_READ)
+		return;
 	known->set |= POKEYS_SET_SYNC_OUTPUTS;
 	known->sync_out_enable = value->sync_outputs.option == WIRE_SYNC_ON;
 	known->sync_out_axis = value->sync_outputs.axis;
@@ -123,6 +164,6 @@ static int64_t outputs_written(const union setting_value *value, unsigned int wh
 const struct setting_kind setting_sync_outputs = {
 	.read = WIRE_OP_PULSE_SYNC_OUTPUTS, .write = WIRE_OP_PULSE_SYNC_OUTPUTS,
 	.name = POKEYS_SETTING_SYNC_OUTPUTS, .has = setting_has_engine, .wanted = outputs_wanted,
-	.ask = outputs_ask, .merge = outputs_merge, .learn = setting_learn_nothing,
-	.report = outputs_report, .written = outputs_written,
+	.ask = outputs_ask, .merge = outputs_merge, .learn = outputs_learn,
+	.report = outputs_report, .written = outputs_written, .taken = outputs_taken,
 };

@@ -155,11 +155,11 @@ static void old_firmware_is_told_of_in_one_line(void **state)
 	assert_int_equal(report.refused, POKEYS_SETTING_BACKLASH);
 }
 
-static void begin_synced(void)
+static void begin_synced_on(const struct sim_rig_options *options)
 {
 	struct pokeys_settings *wants;
 
-	world_init(&world, NULL);
+	world_init(&world, options);
 	world_axes(&world);
 	world_pin(&world, LASER, WIRE_PIN_OUTPUT);
 	wants = &world.config.settings;
@@ -176,6 +176,11 @@ static void begin_synced(void)
 	world_start(&world);
 	world_commander(&world, 5);
 	world_until(&world, world_is_running, 500 * MS);
+}
+
+static void begin_synced(void)
+{
+	begin_synced_on(NULL);
 }
 
 static bool is_synced(struct world *w)
@@ -232,6 +237,56 @@ static void another_axis_or_none_is_written_once(void **state)
 	assert_int_equal(world.sent.pulse[0x0B], 4);
 }
 
+static bool is_applied_off(struct world *w)
+{
+	return w->state.config_state == POKEYS_CONFIG_APPLIED &&
+	       !w->rig.device.config.engine.synced_pwm[0];
+}
+
+/* It answers a read by the read itself, so what it has acknowledged is what it has. */
+static void a_device_that_does_not_tell_is_written_to_once(void **state)
+{
+	const struct sim_rig_options echo = {
+		.service_ns = 100 * US, .device.choices.echo_synced = true,
+	};
+	struct pokeys_wish wish = { .session = 5, .generation = 1 };
+	const struct sim_engine_config *engine = &world.rig.device.config.engine;
+
+	(void)state;
+	begin_synced_on(&echo);
+	assert_memory_equal(engine->synced_pwm, "\1\2\2", 3);
+	assert_memory_equal(engine->synced_out, "\1\2", 2);
+	assert_int_equal(engine->synced_pins[1], LASER + 1);
+	assert_int_equal(world.sent.pulse[0x0A], 3);
+	assert_int_equal(world.sent.pulse[0x0B], 3);
+	device_report(world.device, &report);
+	assert_int_equal(report.device.sync_pwm_enable, 1);
+	assert_int_equal(report.device.sync_pwm_channel, CHANNEL);
+	/* what follows the axis is left alone */
+	world.rig.device.config.pwm.duty[CHANNEL] = 340;
+	world_run(&world, SECOND);
+	world.command.pwm_enable = 1 | 1 << CHANNEL;
+	world.command.pwm_duty[0] = 250;
+	world_run(&world, SECOND);
+	assert_int_equal(world.rig.device.config.pwm.duty[CHANNEL], 340);
+	assert_int_equal(world.rig.device.config.pwm.duty[0], 250);
+	wish.settings.set = POKEYS_SET_SYNC_PWM;
+	device_wish(world.device, &wish);
+	world_until(&world, is_applied_off, SECOND);
+	world_run(&world, SECOND);
+	assert_int_equal(world.sent.pulse[0x0A], 6);
+	/* a new start knows nothing of it */
+	world_start(&world);
+	world_until(&world, world_is_running, 500 * MS);
+	assert_memory_equal(engine->synced_pwm, "\1\2\2", 3);
+	world.rig.device.config.engine.synced_pwm[1] = 0;
+	world.rig.device.config.engine.synced_pwm[2] = 0;
+	world.config.settings.sync_pwm_axis = world.config.settings.sync_pwm_channel = 0;
+	world_start(&world);
+	world_until(&world, world_is_running, 500 * MS);
+	assert_memory_equal(engine->synced_pwm, "\1\0\0", 3);
+}
+
 static void senseless_ones_are_refused_and_the_old_ones_stay(void **state)
 {
 	struct pokeys_wish wish = { .session = 5, .generation = 1 };
@@ -260,6 +315,7 @@ int main(void)
 		cmocka_unit_test(old_firmware_is_told_of_in_one_line),
 		cmocka_unit_test(pwm_and_outputs_follow_the_slots_of_an_axis),
 		cmocka_unit_test(another_axis_or_none_is_written_once),
+		cmocka_unit_test(a_device_that_does_not_tell_is_written_to_once),
 		cmocka_unit_test(senseless_ones_are_refused_and_the_old_ones_stay),
 	};
 

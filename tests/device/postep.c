@@ -244,6 +244,25 @@ static void a_write_that_was_left_there_is_not_repeated(void **state)
 	assert_int_equal(world.rig.device.config.engine.postep_comm[8], 0x3F);
 }
 
+/* An axis of which nothing is wanted goes on being asked what it was asked, or nothing. */
+static void a_driver_that_nobody_wishes_is_left_alone(void **state)
+{
+	const uint8_t *comm = world.rig.device.config.engine.postep_comm;
+
+	(void)state;
+	begin_with(NULL, false);
+	memcpy(world.rig.device.config.engine.postep_comm + 6, "\1\x23\x20", 3);
+	world_until(&world, world_is_running, SECOND);
+	assert_memory_equal(comm, "\1\x21\x3f\1\x22\x3f\1\x23\x20", 9);
+	/* nor is anything asked of any where it is switched off */
+	begin_with(NULL, false);
+	memcpy(world.rig.device.config.engine.postep_comm, "\1\x21\0\1\x22\0\1\x23\0", 9);
+	world.config.settings.postep_enable = 0;
+	world_start(&world);
+	world_until(&world, world_is_running, SECOND);
+	assert_memory_equal(comm, "\1\x21\0\1\x22\0\1\x23\0", 9);
+}
+
 static void nobody_asks_where_it_is_switched_off(void **state)
 {
 	(void)state;
@@ -253,7 +272,8 @@ static void nobody_asks_where_it_is_switched_off(void **state)
 	world_run(&world, 2 * SECOND);
 	assert_int_equal(world.sent.pulse[0x50], 1);
 	assert_int_equal(world.sent.pulse[0x53], 1);
-	assert_int_equal(world.sent.pulse[0x51] + world.sent.pulse[0x52] + world.sent.pulse[0x54], 0);
+	assert_int_equal(world.sent.pulse[0x51] + world.sent.pulse[0x52], 0);
+	assert_int_equal(world.sent.pulse[0x54], 0);
 }
 
 static void expect_missing(const struct sim_rig_options *options, const char *text)
@@ -300,6 +320,7 @@ int main(void)
 		cmocka_unit_test_setup(a_wish_is_passed_on_beside_the_fast_requests, begin),
 		cmocka_unit_test(lost_packets_do_no_harm),
 		cmocka_unit_test(a_write_that_was_left_there_is_not_repeated),
+		cmocka_unit_test(a_driver_that_nobody_wishes_is_left_alone),
 		cmocka_unit_test(nobody_asks_where_it_is_switched_off),
 		cmocka_unit_test(devices_without_it_are_told_of_in_one_line),
 	};

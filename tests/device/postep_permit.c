@@ -53,7 +53,9 @@ static bool is_applied_again(struct world *w)
 
 static bool has_step_again(struct world *w)
 {
-	return w->rig.device.bench.postep[0].step == STEP && w->rig.device.bench.postep[0].limit == LIMIT;
+	const struct sim_postep *driver = &w->rig.device.bench.postep[0];
+
+	return driver->step == STEP && driver->limit == LIMIT;
 }
 
 static bool waits_for_the_machine(struct world *w)
@@ -155,10 +157,10 @@ static void motion_is_refused_in_each_step_of_a_step_mode(void **state)
 		assert_false(is_permitted(&world));
 		assert_int_equal(world.event_count[EVENT_STEP_MODE], 1);
 		event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
-		assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of axis "
-				    "1 has step mode 1/16, wanted is 1/256; wait until it is set up "
-				    "(check its power and that setting), then switch the machine on "
-				    "again");
+		assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of "
+				    "axis 1 has step mode 1/16, wanted is 1/256; wait until it is "
+				    "set up (check its power and that setting), then switch the "
+				    "machine on again");
 		world_until(&world, is_applied, 10 * SECOND);
 		assert_int_equal(world_pulses(&world, 0), 0);
 		world_machine_on(&world);
@@ -252,6 +254,26 @@ static void a_driver_that_is_silent_is_tried_again_when_it_talks(void **state)
 	assert_int_equal(world_pulses(&world, 0), 1000);
 }
 
+/* The lock is named, and not the driver's power. */
+static void a_locked_device_is_called_locked(void **state)
+{
+	struct pokeys_wish wish = { .session = 5, .generation = 1 };
+	char line[256];
+
+	(void)state;
+	world.rig.device.config.identity.locked = 1;
+	world_run(&world, 20 * SECOND);
+	assert_true(world.state.identity.locked);
+	wish.settings.axis[1].set = POKEYS_AXIS_SET_POSTEP_TEMPERATURE;
+	wish.settings.axis[1].postep_temperature = LIMIT;
+	device_wish(world.device, &wish);
+	world_run(&world, 5 * SECOND);
+	event_format(&world.last_event[EVENT_CONFIG_REFUSED], "mill", line, sizeof(line));
+	assert_string_equal(line, "mill: PoStep driver of axis 1 was not taken by the device: its "
+			    "configuration is locked; unlock it or remove that setting");
+	assert_int_equal(world.event_count[EVENT_CONFIG_REFUSED], 1);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -262,6 +284,7 @@ int main(void)
 		cmocka_unit_test_setup(
 			a_driver_that_forgot_its_limit_is_set_up_again_when_nothing_moves, begin),
 		cmocka_unit_test_setup(a_driver_that_is_silent_is_tried_again_when_it_talks, begin),
+		cmocka_unit_test_setup(a_locked_device_is_called_locked, begin),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
