@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Threading by the device: what does not fit is refused before the wire, and what
+ * disturbs it stops the axes.
+ */
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <cmocka.h>
+#include "tests/device/thread_rig.h"
+
+/* Refusals: nothing of it reaches the wire. */
+static void refused(uint8_t operation, uint8_t why)
+{
+	uint64_t sent = 0;
+
+	for (unsigned int sub = 0x30; sub <= 0x33; sub++)
+		sent -= world.rig.device.stats.executed_pe[sub];
+	assert_int_equal(shot(operation), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(threading()->refused, why);
+	assert_int_equal(world.last_event[EVENT_THREADING].b, why);
+	for (unsigned int sub = 0x30; sub <= 0x33; sub++)
+		sent += world.rig.device.stats.executed_pe[sub];
+	assert_int_equal(sent, 0);
+}
+
+static void what_does_not_fit_is_refused_with_its_reason(void **state)
+{
+	const struct pokeys_one_shot forever = {
+		.operation = POKEYS_ONE_SHOT_THREAD_PREPARE, .parameter = { -1 },
+	};
+
+	(void)state;
+	refused(POKEYS_ONE_SHOT_THREAD_ARM, POKEYS_THREADING_NOT_PREPARED);
+	refused(POKEYS_ONE_SHOT_THREAD_RELEASE, POKEYS_THREADING_NOT_BEGUN);
+	assert_int_equal(world_do(&world, &forever, SECOND), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(threading()->refused, POKEYS_THREADING_BAD_LIMIT);
+	run(50, NULL);
+	refused(POKEYS_ONE_SHOT_THREAD_PREPARE, POKEYS_THREADING_MOVING);
+	world_run(&world, 100 * MS);
+	prepare();
+	assert_int_equal(threading()->refused, POKEYS_THREADING_WELL);
+	refused(POKEYS_ONE_SHOT_THREAD_FORCE, POKEYS_THREADING_BUSY);
+	assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_RELEASE), POKEYS_OUTCOME_DONE);
+	for (unsigned int i = 0; i < 3; i++)
+		world.command.axis[i].enable = 0;
+	world_run(&world, 50 * MS);
+	refused(POKEYS_ONE_SHOT_THREAD_PREPARE, POKEYS_THREADING_NO_AXIS);
+	world.command.flags = 0;
+	world_run(&world, 50 * MS);
+	refused(POKEYS_ONE_SHOT_THREAD_PREPARE, POKEYS_THREADING_OFF);
+}
+
+static void without_settings_it_is_refused_and_never_asked_for(void **state)
+{
+	(void)state;
+	world.config.settings.set &= ~(uint32_t)POKEYS_SET_THREADING;
+	world.rig.device.stats.executed_pe[0x35] = world.rig.device.stats.executed_pe[0x36] = 0;
+	switch_on(6);
+	refused(POKEYS_ONE_SHOT_THREAD_PREPARE, POKEYS_THREADING_NOT_SET);
+	assert_int_equal(world.rig.device.stats.executed_pe[0x35], 0);
+	assert_int_equal(world.rig.device.stats.executed_pe[0x36], 0);
+}
+
+static void spindle_without_index_times_out(void **state)
+{
+	(void)state;
+	prepare();
+	spin(0);
+	run(100, arm_with_the_motion);
+	world_run(&world, 9 * SECOND);
+	assert_int_equal(threading()->waiting, 1);
+	assert_int_equal(pulses(Z), 0);
+	stopped(POKEYS_TASK_TIMED_OUT);
+}
+
+static void spindle_above_its_target_starves_it(void **state)
+{
+	(void)state;
+	prepare();
+	spin(1500);
+	run(3000, arm_with_the_motion);
+	stopped(POKEYS_TASK_STARVED);
+	assert_int_equal(engine()->buffer_underruns, 1);
+}
+
+static void spindle_that_stands_still_is_too_far_behind(void **state)
+{
+	(void)state;
+	prepare();
+	run(500, arm_with_the_motion);
+	spin(0);
+	run(5000, NULL);
+	stopped(POKEYS_TASK_BEHIND);
+}
+
+static void axis_that_is_switched_off_ends_it(void **state)
+{
+	(void)state;
+	prepare();
+	run(300, arm_with_the_motion);
+	world.command.axis[X].enable = 0;
+	stopped(POKEYS_TASK_CANCELLED);
+}
+
+static void whole_has_a_limit(void **state)
+{
+	const struct pokeys_one_shot one = {
+		.operation = POKEYS_ONE_SHOT_THREAD_PREPARE, .parameter = { 1.5f },
+	};
+
+	(void)state;
+	world_one_shot(&world, &one);
+	world_until(&world, is_prepared, SECOND);
+	world_run(&world, 1400 * MS);
+	assert_int_equal(threading()->prepared, 1);
+	stopped(POKEYS_TASK_TIMED_OUT);
+}
+
+static uint64_t writes_before;	/* of the parameters: behind these nobody stops the engine */
+
+static void find_it_prepared(struct world *w, const uint8_t *packet)
+{
+	if (packet[1] != 0x85 || packet[2] != 0x35 ||
+	    w->rig.device.stats.executed_pe[0x36] < writes_before)
+		return;
+	w->rig.device.engine.thread.state = SIM_THREAD_PREPARED;
+	w->watch = NULL;
+}
+
+/* A daemon before us, or a copy that was late, has left the device in it. */
+static void left_over_threading_is_cancelled_before_anything_moves(void **state)
+{
+	(void)state;
+	writes_before = world.rig.device.stats.executed_pe[0x36] + 1;
+	world.watch = find_it_prepared;
+	switch_on(9);
+	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
+	assert_int_equal(world.rig.device.stats.executed_pe[0x34], 1);
+	prepare();
+	assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_RELEASE), POKEYS_OUTCOME_DONE);
+	world.watch = find_it_prepared;
+	world_run(&world, 200 * MS);
+	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(what_does_not_fit_is_refused_with_its_reason, begin),
+		cmocka_unit_test_setup(without_settings_it_is_refused_and_never_asked_for, begin),
+		cmocka_unit_test_setup(spindle_without_index_times_out, begin),
+		cmocka_unit_test_setup(spindle_above_its_target_starves_it, begin),
+		cmocka_unit_test_setup(spindle_that_stands_still_is_too_far_behind, begin),
+		cmocka_unit_test_setup(axis_that_is_switched_off_ends_it, begin),
+		cmocka_unit_test_setup(whole_has_a_limit, begin),
+		cmocka_unit_test_setup(left_over_threading_is_cancelled_before_anything_moves,
+				       begin),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
