@@ -68,6 +68,9 @@ static void enter(struct device *device, enum pokeys_task_phase phase)
 static void set_result(struct device *device, uint8_t result)
 {
 	device->image.engine.task_result = result;
+	if (kind_of(device)->scrap && result != POKEYS_TASK_RESULT_NONE &&
+	    result != POKEYS_TASK_DONE && result != POKEYS_TASK_CANCELLED)
+		safe_permit_drop(device);
 }
 
 void task_tell(struct device *device, enum pokeys_outcome outcome)

@@ -16,7 +16,9 @@
  * A thread that was disturbed is scrap, and an axis that catches up breaks a tool. So
  * when the buffer runs dry in the middle of a motion, positions are not on the path,
  * too much waits, or the device leaves threading by itself, everything stops, as when
- * anybody aborts it: cancel (0x34) and the engine's stop. The task is over when a
+ * anybody aborts it: cancel (0x34) and the engine's stop, and the permission to move
+ * goes, for the tool stands in the groove and the other axes would go on without it.
+ * The task is over when a
  * status that was asked for afterwards shows neither; until one does, the engine is
  * not started again (buffer_ready()).
  *
@@ -93,6 +95,13 @@ static uint8_t take(struct device *device, const mailbox_entry_t *entry)
 	return POKEYS_TASK_RESULT_NONE;
 }
 
+/* Those that are left must not go on by themselves. */
+static void axis_is_gone(struct device *device)
+{
+	safe_permit_drop(device);
+	task_stop(device, POKEYS_TASK_CANCELLED);
+}
+
 /* What ends it in any step; true if something does. */
 static bool disturbed(struct device *device)
 {
@@ -101,7 +110,7 @@ static bool disturbed(struct device *device)
 	if (threading->spoilt)
 		task_stop(device, threading->spoilt);
 	else if (threading_axes_of(device) != device->image.engine.task_axes)
-		task_stop(device, POKEYS_TASK_CANCELLED);
+		axis_is_gone(device);
 	else if (device->now_ns - threading->heard_ns >= BLIND_NS)
 		task_stop(device, POKEYS_TASK_FAILED);
 	return !threading_ours(device);
@@ -185,7 +194,7 @@ static void ended(struct device *device)
 }
 
 const struct task_kind task_threading = {
-	.limit_ns = 300 * SECOND, .finish_ns = 30 * SECOND, .beside = true,
+	.limit_ns = 300 * SECOND, .finish_ns = 30 * SECOND, .beside = true, .scrap = true,
 	.is_working = is_working, .is_complete = is_complete, .start = start, .begun = begun,
 	.work = work, .finish = finish, .take = take, .released = released, .stopped = stopped,
 	.ended = ended,

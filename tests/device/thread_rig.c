@@ -149,6 +149,21 @@ void arm_with_the_motion(int32_t ms)
 		queue(POKEYS_ONE_SHOT_THREAD_ARM);
 }
 
+/* All commands pass where the axes stand: none of them takes anything up again. */
+static void stays_although_the_command_passes(int64_t here)
+{
+	for (unsigned int i = 0; i < 3; i++)
+		go(i, (int32_t)pulses(i));
+	world_run(&world, 200 * MS);
+	go(Z, (int32_t)here - 100);
+	world_run(&world, 200 * MS);
+	assert_int_equal(pulses(Z), here);
+	assert_int_equal(engine()->state, WIRE_ENGINE_STOPPED);
+	go(Z, (int32_t)here);
+	world_machine_on(&world);
+	world_until(&world, is_on, 500 * MS);
+}
+
 void stopped(uint8_t result)
 {
 	int64_t here;
@@ -162,4 +177,5 @@ void stopped(uint8_t result)
 	world_run(&world, 300 * MS);
 	assert_int_equal(pulses(Z), here);
 	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
+	stays_although_the_command_passes(here);
 }
