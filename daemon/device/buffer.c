@@ -98,7 +98,7 @@ static void push(struct device *device, const struct buffer_slot *slot)
 {
 	struct buffer *buffer = &device->buffer;
 
-	if (buffer->pending >= (threading_stretched(device) ? BUFFER_PENDING : BUFFER_USUAL)) {
+	if (buffer->pending >= (threading_stretched(device) ? BUFFER_STRETCHED : BUFFER_USUAL)) {
 		threading_spoil(device, POKEYS_TASK_BEHIND);
 		return;		/* absolute positions: the next one says it all */
 	}
@@ -203,6 +203,17 @@ static uint64_t slot_time(const struct device *device)
 	return (uint64_t)((int64_t)BUFFER_SLOT_NS + more * (int64_t)(BUFFER_SLOT_NS / DRIFT_PART));
 }
 
+/* Of the axes that the spindle leads; where others are meanwhile is not played. */
+static bool same_place(const struct device *device, const struct buffer_slot *a,
+		       const struct buffer_slot *b)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (device->image.engine.task_axes >> i & 1 && a->position[i] != b->position[i])
+			return false;
+	}
+	return true;
+}
+
 /* However long it stands, the spindle need not turn for that. */
 static bool stands_already(const struct device *device, const struct buffer_slot *slot)
 {
@@ -210,8 +221,8 @@ static bool stands_already(const struct device *device, const struct buffer_slot
 	const uint32_t last = buffer->first + buffer->pending - 1;
 
 	return threading_paces(device) && buffer->pending >= 2 &&
-	       !memcmp(slot, &buffer->slot[last % BUFFER_PENDING], sizeof(*slot)) &&
-	       !memcmp(slot, &buffer->slot[(last - 1) % BUFFER_PENDING], sizeof(*slot));
+	       same_place(device, slot, &buffer->slot[last % BUFFER_PENDING]) &&
+	       same_place(device, slot, &buffer->slot[(last - 1) % BUFFER_PENDING]);
 }
 
 static void make_slots(struct device *device)

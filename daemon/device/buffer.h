@@ -17,10 +17,12 @@ struct wire_pulse_status_rep;
 #define BUFFER_SLOT_NS	UINT64_C(1000000)
 
 enum {
-	BUFFER_PENDING = 4096,	/* slots made and not sent, while the spindle plays them */
-	BUFFER_USUAL = 128,	/* ... and otherwise */
+	BUFFER_PENDING = 4096,	/* room for slots made and not known to be in the device */
+	BUFFER_USUAL = 128,	/* most of them that wait to be sent */
 	BUFFER_PATH = 256,	/* slots sent: where the axes are after each */
 	BUFFER_FILL_MOST = 64,	/* slots of one fill; the device has room for 128 */
+	/* ... while the spindle plays them: those of a fill that is lost wait again */
+	BUFFER_STRETCHED = BUFFER_PENDING - BUFFER_FILL_MOST,
 };
 
 /* Does the device take a fill of eight parts (protocol section 1.6)? */

@@ -14,7 +14,8 @@
  *
  * The third place of a cycle goes to the engine's state or the axes' references,
  * the fourth to one of: a step of a one-shot, a setting, and in turns the other
- * outputs and the slow groups. References change in every cycle of a move; with
+ * outputs and the slow groups. What begins and ends threading has a place of its own,
+ * for an axis in position mode may move beside a thread all the time. References change in every cycle of a move; with
  * one place for both, either the slow groups would starve or a reference, or a
  * position, would be late by a cycle, and each of these is a following error.
  * With slow_together the slow groups that are due follow in the same cycle, as many
@@ -261,6 +262,7 @@ static bool room(const struct device *device)
 	urgent += device->motion.run_open || device->motion.stop_open;
 	urgent += device->buffer.open;
 	urgent += device->threading.open;
+	urgent += device->threading.arm_open || device->threading.cancel_open;
 	return device->mailbox.open_count - urgent + kept < window;
 }
 
@@ -276,8 +278,10 @@ void plan_cycle(struct device *device)
 	if (in_doubt(device))
 		return;
 	moved = motion_send_state(device);
+	if (threading_send(device))
+		device->budget++;
 	moved = reference_send(device) || moved;
-	if (moved || threading_send(device))
+	if (moved)
 		device->budget++;	/* motion has a place of its own */
 	if (buffer_send(device))
 		device->budget++;	/* likewise */

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <cmocka.h>
 #include "tests/device/thread_rig.h"
+#include "wire/pulse.h"
 
 static void ends_exactly(int32_t ms)
 {
@@ -172,6 +173,54 @@ static void it_costs_no_further_fast_request(void **state)
 	assert_int_equal(world.sent.pulse[0x35], before);
 }
 
+static void beside(int32_t ms)
+{
+	arm_with_the_motion(ms);
+	world_go(&world, 2, ms, 0);
+}
+
+/* Its references leave in every cycle. */
+static void axis_in_position_mode_moves_beside_it(void **state)
+{
+	(void)state;
+	begin_with(true, 0);
+	world.config.settings.axis[2].options = WIRE_AXIS_ENABLED | WIRE_AXIS_INTERNAL_PLANNER |
+						WIRE_AXIS_POSITION_MODE;
+	switch_on(6);
+	prepare();
+	assert_int_equal(engine()->task_axes, 3);
+	run(600, beside);
+	assert_int_equal(threading()->active, 1);
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_RELEASE), POKEYS_OUTCOME_DONE);
+	ends_exactly(600);
+	made_no_detour(600);
+}
+
+/* It is slots of motion that wait, not what another axis does beside a standstill. */
+static void standstill_beside_a_moving_axis_does_not_heap_up(void **state)
+{
+	uint16_t behind;
+
+	(void)state;
+	begin_with(true, 0);
+	world.config.settings.axis[2].options = WIRE_AXIS_ENABLED | WIRE_AXIS_INTERNAL_PLANNER |
+						WIRE_AXIS_POSITION_MODE;
+	switch_on(6);
+	prepare();
+	spin(100);
+	run(600, arm_with_the_motion);
+	spin(0);
+	world_run(&world, 100 * MS);
+	behind = threading()->behind;
+	assert_true(behind > 200);
+	for (int32_t ms = 1; ms <= 400; ms++) {
+		world_go(&world, 2, ms, 0);
+		world_cycle(&world);
+	}
+	assert_int_equal(threading()->behind, behind);
+}
+
 static unsigned int whole_threads(bool count_free, double loss, double copies, unsigned int rounds)
 {
 	const struct sim_link_faults faults = {
@@ -228,6 +277,8 @@ int main(void)
 		cmocka_unit_test_setup(force_does_not_wait, begin),
 		cmocka_unit_test(ignored_axis_waits_parked),
 		cmocka_unit_test_setup(it_costs_no_further_fast_request, begin),
+		cmocka_unit_test(axis_in_position_mode_moves_beside_it),
+		cmocka_unit_test(standstill_beside_a_moving_axis_does_not_heap_up),
 		cmocka_unit_test(exact_where_the_device_tells_its_level),
 		cmocka_unit_test(exact_or_stopped_whatever_the_network_does),
 	};
