@@ -3,6 +3,7 @@
  * Threading by pins: what is asked of the daemon, why it was refused, how it ended, and
  * where a joint is said to be while the spindle leads it.
  */
+#include <math.h>
 #include "tests/halbridge/rig.h"
 
 static struct rig rig;
@@ -52,7 +53,7 @@ static void each_edge_is_one_request(void **state)
 		assert_int_equal(command->one_shot_head, i + 1);
 		assert_int_equal(command->one_shot[i].operation,
 				 POKEYS_ONE_SHOT_THREAD_PREPARE + i);
-		assert_true(command->one_shot[i].parameter[0] == 40);
+		assert_true(command->one_shot[i].parameter[0] == (i < 2 ? 40 : 0));
 		outcome(i, POKEYS_OUTCOME_DONE);
 	}
 	assert_false(threading->out.refused);
@@ -82,6 +83,24 @@ static void refusal_says_why_until_the_next_request(void **state)
 	rig_periods(&rig, 2);
 	assert_int_equal(threading->out.reason, 9);
 	assert_int_equal(command->one_shot_head, 2);
+}
+
+static void bad_limit_holds_up_nothing_that_ends_it(void **state)
+{
+	bool *const pins[] = { &threading->arm, &threading->release, &threading->cancel };
+	const double bad[] = { -1, NAN, 1e9 };
+
+	(void)state;
+	for (uint32_t i = 0; i < 3; i++) {
+		threading->time_limit = bad[i];
+		press(&threading->prepare);
+		assert_int_equal(threading->out.reason, POKEYS_THREADING_BAD_LIMIT);
+		press(pins[i]);
+		assert_int_equal(threading->out.reason, POKEYS_THREADING_WELL);
+		assert_int_equal(command->one_shot_head, i + 1);
+		assert_int_equal(command->one_shot[i].operation, POKEYS_ONE_SHOT_THREAD_ARM + i);
+		outcome(i, POKEYS_OUTCOME_DONE);
+	}
 }
 
 static void works(uint8_t phase)
@@ -161,6 +180,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(each_edge_is_one_request, setup),
 		cmocka_unit_test_setup(refusal_says_why_until_the_next_request, setup),
+		cmocka_unit_test_setup(bad_limit_holds_up_nothing_that_ends_it, setup),
 		cmocka_unit_test_setup(end_is_told, setup),
 		cmocka_unit_test_setup(another_daemon_does_not_know, setup),
 		cmocka_unit_test_setup(led_joint_is_where_it_is_commanded, setup),
