@@ -121,7 +121,7 @@ static bool late(const struct device *device)
 {
 	const struct threading *threading = &device->threading;
 
-	return (threading->step == THREAD_PREPARING &&
+	return (threading->step < THREAD_PREPARED &&
 		device->now_ns - threading->step_ns >= PREPARE_NS) ||
 	       (threading->arm.since_ns && threading->step < THREAD_ACTIVE &&
 		device->now_ns - threading->arm.since_ns >= ARM_NS);
@@ -183,7 +183,9 @@ static void ended(struct device *device)
 					    result == POKEYS_TASK_LOST ? POKEYS_OUTCOME_UNKNOWN :
 									 POKEYS_OUTCOME_FAILED;
 
-	threading_answer(device, &threading->arm, outcome);
+	/* it would have been told if the device had ever waited for the index */
+	threading_answer(device, &threading->arm,
+			 result == POKEYS_TASK_LOST ? outcome : POKEYS_OUTCOME_FAILED);
 	threading_answer(device, &threading->release, outcome);
 	if (result == POKEYS_TASK_DONE)
 		threading->dirty = false;

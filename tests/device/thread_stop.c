@@ -85,14 +85,58 @@ static void spindle_above_its_target_starves_it(void **state)
 	assert_int_equal(engine()->buffer_underruns, 1);
 }
 
+static int most_waiting;	/* slots, beside those that the device has */
+
+static void look_how_far(int32_t ms)
+{
+	(void)ms;
+	if (threading()->behind - engine()->buffer_level > most_waiting)
+		most_waiting = threading()->behind - engine()->buffer_level;
+}
+
 static void spindle_that_stands_still_is_too_far_behind(void **state)
 {
 	(void)state;
 	prepare();
 	run(500, arm_with_the_motion);
 	spin(0);
-	run(5000, NULL);
+	most_waiting = 0;
+	run(5000, look_how_far);
+	/* of 4096 places as many are left free as a fill may bring back that was lost */
+	assert_int_equal(most_waiting, 4096 - 64);
 	stopped(POKEYS_TASK_BEHIND);
+}
+
+static void does_not_begin(struct world *w, const uint8_t *packet)
+{
+	(void)packet;
+	w->rig.device.engine.thread.state = SIM_THREAD_OFF;
+}
+
+static void device_that_answers_but_does_not_begin_is_late(void **state)
+{
+	(void)state;
+	world.watch = does_not_begin;
+	queue(POKEYS_ONE_SHOT_THREAD_PREPARE);
+	world_run(&world, 4 * SECOND);
+	assert_int_equal(engine()->task_phase, POKEYS_TASK_WORKING);
+	world_run(&world, 1500 * MS);
+	stopped(POKEYS_TASK_TIMED_OUT);
+}
+
+/* What was to be armed was not, although all ends as it was asked to. */
+static void release_before_it_could_be_armed(void **state)
+{
+	uint32_t id;
+
+	(void)state;
+	prepare();
+	id = queue(POKEYS_ONE_SHOT_THREAD_ARM);
+	world_run(&world, 50 * MS);
+	assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_RELEASE), POKEYS_OUTCOME_DONE);
+	assert_int_equal(engine()->task_result, POKEYS_TASK_DONE);
+	assert_int_equal(world_outcome(&world, id), POKEYS_OUTCOME_FAILED);
+	assert_int_equal(world.rig.device.stats.executed_pe[0x32], 0);
 }
 
 static void axis_that_is_switched_off_ends_it(void **state)
@@ -154,6 +198,8 @@ int main(void)
 		cmocka_unit_test_setup(spindle_without_index_times_out, begin),
 		cmocka_unit_test_setup(spindle_above_its_target_starves_it, begin),
 		cmocka_unit_test_setup(spindle_that_stands_still_is_too_far_behind, begin),
+		cmocka_unit_test_setup(device_that_answers_but_does_not_begin_is_late, begin),
+		cmocka_unit_test_setup(release_before_it_could_be_armed, begin),
 		cmocka_unit_test_setup(axis_that_is_switched_off_ends_it, begin),
 		cmocka_unit_test_setup(whole_has_a_limit, begin),
 		cmocka_unit_test_setup(left_over_threading_is_cancelled_before_anything_moves,
