@@ -305,6 +305,43 @@ static void generator_takes_effect_by_a_reboot_of_the_engine(void **state)
 	assert_int_equal(world.sent.pulse[0x05] - reboots, 1);
 }
 
+static bool is_settled(struct world *w)
+{
+	return w->state.config_state == POKEYS_CONFIG_APPLIED;
+}
+
+/* Machine-on between the write and the reboot: what is permitted moves, the reboot waits. */
+static void machine_on_is_not_held_up_by_a_reboot_that_is_due(void **state)
+{
+	unsigned int moved = 0;
+
+	for (unsigned int i = 0; i < 5; i++) {
+		begin(state);
+		world_go(&world, 0, 500, 0);
+		world_run(&world, 20 * MS);
+		wish.settings.set = POKEYS_SET_POWER_STATES;
+		wish.settings.power_states = 0x01;
+		send_wish();
+		while (!world.sent.pulse[0x01])
+			world_cycle(&world);
+		for (unsigned int cycle = 0; cycle < i; cycle++)
+			world_cycle(&world);
+		world.command.flags |= POKEYS_COMMAND_MACHINE_ON;
+		world_run(&world, SECOND);
+		if (world.state.flags & POKEYS_STATE_MACHINE_ON) {
+			assert_int_equal(world_pulses(&world, 0), 500);
+			assert_int_equal(world.sent.pulse[0x05], 0);
+			assert_int_equal(world.state.config_state, POKEYS_CONFIG_WAITING);
+			moved++;
+		}
+		world.command.flags &= ~(uint32_t)POKEYS_COMMAND_MACHINE_ON;
+		world_until(&world, is_settled, 5 * SECOND);
+		assert_int_equal(world.state.engine.power_states, 0x01);
+		assert_int_equal(world.sent.pulse[0x05], 1);
+	}
+	assert_true(moved);
+}
+
 static void wish_that_the_device_does_not_take_is_reported_and_the_link_runs_on(void **state)
 {
 	(void)state;
@@ -470,6 +507,7 @@ int main(void)
 		cmocka_unit_test_setup(wish_waits_until_the_machine_is_off, begin),
 		cmocka_unit_test_setup(nothing_begins_to_move_while_a_setting_is_written, begin),
 		cmocka_unit_test_setup(generator_takes_effect_by_a_reboot_of_the_engine, begin),
+		cmocka_unit_test(machine_on_is_not_held_up_by_a_reboot_that_is_due),
 		cmocka_unit_test_setup(
 			wish_that_the_device_does_not_take_is_reported_and_the_link_runs_on,
 			begin),
