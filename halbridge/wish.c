@@ -88,6 +88,51 @@ static bool put(struct wish *wish, const struct wish_item *item,
 	return !was_set || wish_load(item->row, settings, item->index, context) != before;
 }
 
+static bool same_flag(const struct wish_item *a, const struct wish_item *b)
+{
+	return a->row->together && b->row->together && a->row->flag.offset == b->row->flag.offset &&
+	       a->row->flag.bits == b->row->flag.bits;
+}
+
+/* Another one that goes with it has neither been set nor reported: half of them is nothing. */
+static bool lacks_others(const struct wish *wish, const struct wish_item *item,
+			 const struct wish_context *context)
+{
+	if (!item->row->together || wish_is_set(item->row, &wish->device, item->index, context))
+		return false;
+	for (size_t i = 0; i < wish->count; i++) {
+		if (same_flag(item, &wish->item[i]) && wish->item[i].scale == 0)
+			return true;
+	}
+	return false;
+}
+
+static bool waits_for_others(const struct wish *wish, const struct wish_item *item,
+			     const struct wish_context *context)
+{
+	return item->row->together && item->scale != 0 &&
+	       !wish_is_set(item->row, &wish->image.settings, item->index, context);
+}
+
+/* This one, and those that have waited for it. */
+static bool put_together(struct wish *wish, const struct wish_item *item,
+			 const struct wish_context *context)
+{
+	bool changed = false;
+	double raw;
+
+	if (lacks_others(wish, item, context))
+		return false;
+	for (size_t i = 0; i < wish->count; i++) {
+		const struct wish_item *other = &wish->item[i];
+
+		if (other == item || (same_flag(item, other) && other->scale != 0))
+			changed |= other->row->unit->to(context, other->shown, &raw) &&
+				   put(wish, other, context, raw);
+	}
+	return changed;
+}
+
 /* Somebody has set the parameter. Returns true if that changes the wish. */
 static bool take(struct wish *wish, struct wish_item *item, const struct wish_context *context,
 		 double value)
@@ -105,7 +150,8 @@ static bool take(struct wish *wish, struct wish_item *item, const struct wish_co
 		return false;
 	item->shown = value;
 	item->scale = context->scale;
-	return put(wish, item, context, raw);
+	return item->row->together ? put_together(wish, item, context) :
+				     put(wish, item, context, raw);
 }
 
 /* What the parameter should show: the wish, else the device, else nothing. */
@@ -142,6 +188,8 @@ static bool look_at(struct wish *wish, struct wish_item *item, struct values *va
 	item->bad = false;
 	if (!same(value, item->shown) || (item->scale != 0 && item->scale != context.scale))
 		return take(wish, item, &context, value);
+	if (waits_for_others(wish, item, &context))
+		return put_together(wish, item, &context);
 	if (agrees(wish, item, &context))
 		return false;
 	shown = effective(wish, item, &context);

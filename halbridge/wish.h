@@ -54,6 +54,7 @@ struct wish_row {
 	struct wish_place mirror, mirror_flag;	/* instead, where the scale is negative */
 	uint8_t form;			/* enum wish_form */
 	const struct wish_unit *unit;
+	bool together;			/* all rows of the flag are needed: no device tells one */
 };
 
 struct wish_group {

@@ -19,6 +19,10 @@
 #define WHOLE(value_, member_, bit_, unit_)						\
 	{ VALUE(value_), .field = { .offset = FROM(member_), .size = BYTES(member_) },	\
 	  .flag = SET(bit_), .unit = &(unit_) }
+/* ... of which nobody could say what it should be if it is not set. */
+#define TOGETHER(value_, member_, bit_)							\
+	{ VALUE(value_), .field = { .offset = FROM(member_), .size = BYTES(member_) },	\
+	  .flag = SET(bit_), .unit = &wish_plain, .together = true }
 #define BITS(value_, member_, bits_, shift_, bit_, unit_)				\
 	{ VALUE(value_), .field = { .offset = FROM(member_), .size = 1, .bits = bits_,	\
 				    .shift = shift_ },					\
@@ -110,12 +114,12 @@ static const struct wish_row engine_rows[] = {
 	WHOLE(engine.emergency_invert, emergency_invert, POKEYS_SET_EMERGENCY_INVERT, wish_plain),
 	WHOLE(engine.emergency_pin, emergency_pin, POKEYS_SET_EMERGENCY_PIN, wish_terminal),
 	WHOLE(engine.power_states, power_states, POKEYS_SET_POWER_STATES, wish_power),
-	WHOLE(threading.mode, threading_mode, POKEYS_SET_THREADING, wish_plain),
-	WHOLE(threading.ticks, threading_ticks, POKEYS_SET_THREADING, wish_plain),
-	WHOLE(threading.target_rpm, threading_rpm, POKEYS_SET_THREADING, wish_plain),
-	WHOLE(threading.speed_gain, threading_speed_gain, POKEYS_SET_THREADING, wish_plain),
-	WHOLE(threading.position_gain, threading_position_gain, POKEYS_SET_THREADING, wish_plain),
-	WHOLE(threading.ignore_axes, threading_ignore, POKEYS_SET_THREADING, wish_plain),
+	TOGETHER(threading.mode, threading_mode, POKEYS_SET_THREADING),
+	TOGETHER(threading.ticks, threading_ticks, POKEYS_SET_THREADING),
+	TOGETHER(threading.target_rpm, threading_rpm, POKEYS_SET_THREADING),
+	TOGETHER(threading.speed_gain, threading_speed_gain, POKEYS_SET_THREADING),
+	TOGETHER(threading.position_gain, threading_position_gain, POKEYS_SET_THREADING),
+	TOGETHER(threading.ignore_axes, threading_ignore, POKEYS_SET_THREADING),
 };
 
 static const struct wish_row axis_rows[] = {

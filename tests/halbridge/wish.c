@@ -142,6 +142,45 @@ static void settings_that_go_together_take_the_devices_values_along(void **state
 	assert_int_equal(values.set.matrix.row_pin[5], 33);
 }
 
+static bool look_twice(void)
+{
+	const bool first = rig_look();
+
+	return rig_look() || first;
+}
+
+static void half_of_what_nobody_can_tell_is_not_wished(void **state)
+{
+	const struct pokeys_settings *wished = &wish.image.settings;
+
+	(void)state;
+	rig_know();
+	report.device.set &= ~(uint32_t)POKEYS_SET_THREADING;
+	wish_report(&wish, &report, &values);
+	rig_look();
+	values.set.threading.target_rpm = 500;
+	values.set.threading.ticks = 4096;
+	values.set.threading.mode = 1;
+	values.set.threading.speed_gain = 7;
+	values.set.threading.position_gain = 8;
+	assert_false(look_twice());
+	wish_report(&wish, &report, &values);
+	assert_false(look_twice());
+	assert_false(wished->set & POKEYS_SET_THREADING);
+	assert_int_equal(values.set.threading.ticks, 4096);
+	values.set.threading.ignore_axes = 4;
+	assert_true(look_twice());
+	assert_false(look_twice());
+	assert_true(wished->set & POKEYS_SET_THREADING);
+	assert_int_equal(wished->threading_rpm, 500);
+	assert_int_equal(wished->threading_ticks, 4096);
+	assert_int_equal(wished->threading_mode, 1);
+	assert_int_equal(wished->threading_speed_gain, 7);
+	assert_int_equal(wished->threading_position_gain, 8);
+	assert_int_equal(wished->threading_ignore, 4);
+	assert_int_equal(values.set.threading.speed_gain, 7);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -153,6 +192,7 @@ int main(void)
 		cmocka_unit_test_setup(values_between_that_mean_nothing_are_refused, rig_setup),
 		cmocka_unit_test_setup(multiplier_of_minus_one_is_a_multiplier, rig_setup),
 		cmocka_unit_test_setup(minus_one_gives_a_setting_back_to_the_device, rig_setup),
+		cmocka_unit_test_setup(half_of_what_nobody_can_tell_is_not_wished, rig_setup),
 		cmocka_unit_test_setup(settings_that_go_together_take_the_devices_values_along,
 				       rig_setup),
 	};
