@@ -90,7 +90,8 @@ static bool look_again(const struct device *device, const struct setting *settin
 
 	if (!kind->has(device, index))
 		return false;
-	return all || !setting->known ||
+	/* of what has to be made ready, what is known may not be the device's last word */
+	return all || !setting->known || kind->ready ||
 	       kind->merge(&device->wishes.wanted, index, &setting->value, &request) != 0;
 }
 

@@ -170,6 +170,8 @@ static bool pass_on(struct device *device, struct setting *setting, uint8_t axes
 	if (!request_send(device, WIRE_OP_POSTEP_COMM, &comm, passed_on, NULL, setting))
 		return false;
 	device->configure.postep.passing = axes;
+	if (update == (UPDATE_WRITE | NUMBER_STEP))
+		device->configure.postep.turning |= axes;
 	setting->state = SETTING_WRITING;
 	return true;
 }

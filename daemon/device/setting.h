@@ -131,6 +131,7 @@ struct postep_talk {
 	uint8_t updates[POKEYS_AXES];	/* its counter then */
 	bool open, waiting, counted;
 	uint8_t fetched;		/* bit = axis whose driver's own values have been read */
+	uint8_t turning;		/* bit = axis whose driver gets another step mode */
 	uint8_t permitted[POKEYS_AXES];	/* step modes when motion was permitted, 255 = not known */
 	uint64_t until_ns, again_ns;
 };

@@ -68,6 +68,7 @@ static void modes_learn(struct device *device, unsigned int index,
 			const union setting_value *value)
 {
 	(void)index;
+	device->configure.postep.turning &= (uint8_t)~device->configure.postep.fetched;
 	judge_steps(device, &value->modes);
 	postep_modes(device, &value->modes);
 }
@@ -100,6 +101,7 @@ bool postep_permits(struct device *device)
 {
 	const struct setting *setting = &device->configure.setting[SETTING_POSTEP_MODES];
 	struct postep_talk *talk = &device->configure.postep;
+	const bool busy = setting->state == SETTING_EFFECT || setting->state == SETTING_WRITING;
 
 	if (!setting_postep_modes.has(device, 0))
 		return true;
@@ -107,12 +109,13 @@ bool postep_permits(struct device *device)
 		const struct pokeys_axis_settings *want = &device->wishes.wanted.axis[i];
 		const uint8_t step = setting->value.modes.axis[i].step;
 		const bool told = setting->known && talk->fetched >> i & 1;
+		const bool turning = talk->turning >> i & 1;
+		const bool wanted = want->set & POKEYS_AXIS_SET_POSTEP_STEP;
 
 		talk->permitted[i] = setting->known ? step : UINT8_MAX;
-		if (!(want->set & POKEYS_AXIS_SET_POSTEP_STEP) ||
-		    (told && step == want->postep_step))
+		if (wanted ? told && !turning && step == want->postep_step : !turning || !busy)
 			continue;
-		say_step(device, i, told ? step : -1);
+		say_step(device, i, told && step != want->postep_step ? step : -1);
 		return false;
 	}
 	return true;
@@ -147,6 +150,8 @@ void postep_look_again(struct device *device, const struct wire_postep_modes_req
 		return;
 	setting->value.modes = *modes;
 	differs = modes_merge(&device->wishes.wanted, 0, &setting->value, &request);
+	differs |= postep_axes_with(&device->wishes.wanted, POSTEP_MODE_BITS) &
+		   (uint8_t)~device->configure.postep.fetched;
 	if (setting->state == SETTING_REFUSED && talks_again(device, setting, differs)) {
 		setting->writes = setting->unanswered = 0;
 		setting->state = SETTING_READ;

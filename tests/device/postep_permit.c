@@ -254,6 +254,67 @@ static void a_driver_that_is_silent_is_tried_again_when_it_talks(void **state)
 	assert_int_equal(world_pulses(&world, 0), 1000);
 }
 
+/* Nothing is to be written, but nobody has heard it of the driver yet. */
+static void a_wish_for_what_the_driver_has_permits_motion(void **state)
+{
+	(void)state;
+	world_go(&world, 1, 1000, 0);
+	wish_modes(1, 4, 0);
+	world_run(&world, SECOND);
+	assert_int_equal(world.state.config_state, POKEYS_CONFIG_APPLIED);
+	world_machine_on(&world);
+	world_run(&world, SECOND);
+	assert_int_equal(world_pulses(&world, 1), 1000);
+	assert_int_equal(world.event_count[EVENT_STEP_MODE], 0);
+}
+
+static void look_at_the_drivers(struct world *w, const uint8_t *p)
+{
+	static uint8_t steps[2];
+	static bool ran;
+	const bool runs = world_engine_state(w) == SIM_PE_RUNNING;
+
+	(void)p;
+	for (unsigned int i = 0; i < 2; i++) {
+		const uint8_t step = w->rig.device.bench.postep[i].step;
+
+		if (ran && runs)
+			assert_int_equal(step, steps[i]);
+		steps[i] = step;
+	}
+	ran = runs;
+}
+
+/* Wishes and machine-on at any time, packets are lost: no step mode changes under way. */
+static void no_step_mode_changes_while_the_engine_runs(void **state)
+{
+	static const struct sim_link_faults faults = {
+		.delay = { SIM_DELAY_UNIFORM, 25 * US, 500 * US, 0 }, .loss = 0.1,
+	};
+	unsigned int permitted = 0;
+
+	(void)state;
+	srand((unsigned int)world_seed());
+	for (unsigned int round = 0; round < 200 / WORLD_STRIDE; round++) {
+		if (round % 20 == 0) {
+			begin(NULL);
+			world_faults(&world, &faults);
+			world.watch = look_at_the_drivers;
+			world_go(&world, 0, 1000, 0);
+			world_go(&world, 1, 1000, 0);
+		}
+		wish_modes(round + 1, (uint8_t)(rand() % 9), (uint8_t)(rand() % 3 ? LIMIT : 80));
+		world_run(&world, (uint64_t)(rand() % 800) * MS);
+		world.command.flags |= POKEYS_COMMAND_MACHINE_ON;
+		world_run(&world, (uint64_t)(rand() % 400) * MS);
+		permitted += is_permitted(&world);
+		if (rand() % 4)
+			world.command.flags &= ~(uint32_t)POKEYS_COMMAND_MACHINE_ON;
+		world_run(&world, (uint64_t)(rand() % 50) * MS);
+	}
+	assert_in_range(permitted, 200 / WORLD_STRIDE / 20, 200 / WORLD_STRIDE);
+}
+
 /* The lock is named, and not the driver's power. */
 static void a_locked_device_is_called_locked(void **state)
 {
@@ -284,6 +345,8 @@ int main(void)
 		cmocka_unit_test_setup(
 			a_driver_that_forgot_its_limit_is_set_up_again_when_nothing_moves, begin),
 		cmocka_unit_test_setup(a_driver_that_is_silent_is_tried_again_when_it_talks, begin),
+		cmocka_unit_test_setup(a_wish_for_what_the_driver_has_permits_motion, begin),
+		cmocka_unit_test(no_step_mode_changes_while_the_engine_runs),
 		cmocka_unit_test_setup(a_locked_device_is_called_locked, begin),
 	};
 
