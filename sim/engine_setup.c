@@ -51,6 +51,8 @@ SIM_HANDLER(sim_pe_reboot)
 		pe->axis[i].state = SIM_AX_STOPPED;
 	}
 	sim_ring_clear(&pe->ring);
+	/* nobody can read these, so nothing says that they outlast it */
+	memset(dev->config.engine.thread, 0, sizeof(dev->config.engine.thread));
 	pe->state = SIM_PE_STOPPED;
 	pe->reboot_ms = SIM_ENGINE_REBOOT_MS;
 	return SIM_ANSWER;

@@ -193,8 +193,8 @@ struct setting_kind {
 	uint64_t (*merge)(const struct pokeys_settings *want, unsigned int index,
 			  const union setting_value *value, union setting_request *request);
 	/*
-	 * Outputs go along with the write: those of this very moment, into the request;
-	 * false = wait. NULL = none do.
+	 * The last word before the write: outputs go along with it, those of this very
+	 * moment, into the request; false = wait. NULL = none do.
 	 */
 	bool (*take_along)(struct device *device, union setting_request *request);
 	/* The write was acknowledged; for what cannot be read back. NULL = that does not count. */

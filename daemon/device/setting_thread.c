@@ -4,8 +4,8 @@
  * 3.24.3, 0x85/35 and 36).
  *
  * The device tells none of them but the axes it ignores. So what it has is what it
- * has acknowledged since it was found, and they are written once after each start and
- * each loss of the link. One that has forgotten them without our knowing would say so
+ * has acknowledged since it was found, and they are written once after each start, each
+ * restart of its engine and each loss of the link. One that has forgotten them without our knowing would say so
  * by another mask only. They are asked for and written only where somebody wants them:
  * not every device may know these requests.
  */
@@ -50,6 +50,15 @@ static uint64_t thread_merge(const struct pokeys_settings *want, unsigned int in
 	params->ignore_axes = want->threading_ignore;
 	return !have->written || !same(params, &have->params) ||
 	       have->status.ignore_axes != params->ignore_axes;
+}
+
+/* A restart of the engine that is still to come would take them away again. */
+static bool thread_may_go(struct device *device, union setting_request *request)
+{
+	const uint8_t engine = device->configure.setting[SETTING_ENGINE].state;
+
+	(void)request;
+	return engine == SETTING_DONE || engine == SETTING_REFUSED;
 }
 
 static void thread_taken(struct device *device, const union setting_request *request)
@@ -99,5 +108,5 @@ const struct setting_kind setting_thread = {
 	.name = POKEYS_SETTING_THREADING, .dispensable = true, .has = has_thread,
 	.wanted = thread_wanted, .ask = setting_ask_zeros, .merge = thread_merge,
 	.learn = thread_learn, .report = thread_report, .written = thread_written,
-	.taken = thread_taken,
+	.take_along = thread_may_go, .taken = thread_taken,
 };

@@ -64,7 +64,7 @@ void switch_on(uint32_t session)
 {
 	world_start(&world);
 	world_commander(&world, session);
-	world_until(&world, world_is_running, 500 * MS);
+	world_until(&world, world_is_running, 3 * SECOND);	/* the engine may be restarted */
 	for (unsigned int i = 0; i < 3; i++)
 		go(i, (int32_t)pulses(i));
 	world_machine_on(&world);

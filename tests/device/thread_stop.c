@@ -148,6 +148,25 @@ static void axis_that_is_switched_off_ends_it(void **state)
 	stopped(POKEYS_TASK_CANCELLED);
 }
 
+/* The engine is set up and restarted while the daemon begins: it knows nothing any more. */
+static void engine_that_was_restarted_is_told_the_parameters_anew(void **state)
+{
+	struct pokeys_settings *settings = &world.config.settings;
+	const struct sim_device_stats *stats = &world.rig.device.stats;
+	const uint64_t restarts = stats->executed_pe[0x05];
+	const uint8_t *thread = world.rig.device.config.engine.thread;
+
+	(void)state;
+	settings->set |= POKEYS_SET_POWER_STATES;
+	settings->power_states = 1;
+	switch_on(6);
+	assert_int_equal(stats->executed_pe[0x05], restarts + 1);
+	assert_int_equal(thread[0], 1);
+	assert_int_equal(thread[6] | thread[7] << 8, TARGET);
+	prepare();
+	assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_RELEASE), POKEYS_OUTCOME_DONE);
+}
+
 static void whole_has_a_limit(void **state)
 {
 	const struct pokeys_one_shot one = {
@@ -201,6 +220,8 @@ int main(void)
 		cmocka_unit_test_setup(device_that_answers_but_does_not_begin_is_late, begin),
 		cmocka_unit_test_setup(release_before_it_could_be_armed, begin),
 		cmocka_unit_test_setup(axis_that_is_switched_off_ends_it, begin),
+		cmocka_unit_test_setup(engine_that_was_restarted_is_told_the_parameters_anew,
+				       begin),
 		cmocka_unit_test_setup(whole_has_a_limit, begin),
 		cmocka_unit_test_setup(left_over_threading_is_cancelled_before_anything_moves,
 				       begin),
