@@ -217,7 +217,7 @@ bool plan_busy(const struct device *device)
 			return true;
 	}
 	return device->plan.io_open || device->plan.status_open || device->motion.stop_open ||
-	       device->threading.open;
+	       device->threading.open || device->threading.cancel_open;
 }
 
 void plan_blocked(struct device *device)
@@ -225,11 +225,14 @@ void plan_blocked(struct device *device)
 	struct plan *plan = &device->plan;
 
 	motion_update(device);
-	if (motion_send_state(device) || output_send(device) || device->now_ns < plan->blocked_ns)
+	if (motion_send_state(device) || threading_send(device) || output_send(device) ||
+	    device->now_ns < plan->blocked_ns)
 		return;
 	plan->blocked_ns = device->now_ns + BLOCKED_NS;
 	send_io(device);
-	if (device->image.capability.pulse_engine >= 2)
+	if (threading_asks(device))
+		threading_ask(device);
+	else if (device->image.capability.pulse_engine >= 2)
 		send_status(device);
 }
 

@@ -8,7 +8,8 @@
  * output that nobody thought of is the one that hurts; only those that were
  * named to be held are left as they are. They are sent with
  * every 0xCC and count when a 0xCC that carried nothing else was answered;
- * the axes count when a status says that the engine stands. A daemon that
+ * the axes count when a status says that the engine stands, and one that it is in
+ * threading no more. A daemon that
  * has just started waits as long for a commander as for a late one.
  *
  * A device that is found again but may not run, because a setting is refused or
@@ -97,7 +98,7 @@ static void judge_reached(struct device *device)
 	const bool there = running(device) ||
 			   (device->life.blocked && device->access.phase == ACCESS_OPEN);
 	const bool reached = safe->wanted && there && outputs_safe(device) &&
-			     motion_standing(device);
+			     motion_standing(device) && !threading_dirty(device);
 
 	if (reached != safe->reached)
 		device_say(device, EVENT_SAFE, EVENT_NOTICE, reached, there, 0);

@@ -167,6 +167,32 @@ static void engine_that_was_restarted_is_told_the_parameters_anew(void **state)
 	assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_RELEASE), POKEYS_OUTCOME_DONE);
 }
 
+static unsigned int cancels_to_lose;
+
+/* A device that a stop alone does not bring out of it. */
+static void only_cancel_ends_it(struct world *w, const uint8_t *packet)
+{
+	const bool cancel = packet[1] == 0x85 && packet[2] == 0x34;
+
+	w->swallow = cancel && cancels_to_lose;
+	cancels_to_lose -= w->swallow;
+	if (!w->rig.device.stats.executed_pe[0x34])
+		w->rig.device.engine.thread.state = SIM_THREAD_PREPARED;
+}
+
+static void daemon_that_ends_waits_for_the_cancel(void **state)
+{
+	(void)state;
+	prepare();
+	cancels_to_lose = 4;
+	world.watch = only_cancel_ends_it;
+	device_stop(world.device, world.now);
+	world_until(&world, world_is_stopped, SECOND);
+	assert_int_equal(cancels_to_lose, 0);
+	assert_int_not_equal(world.rig.device.stats.executed_pe[0x34], 0);
+	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
+}
+
 static void whole_has_a_limit(void **state)
 {
 	const struct pokeys_one_shot one = {
@@ -222,6 +248,7 @@ int main(void)
 		cmocka_unit_test_setup(axis_that_is_switched_off_ends_it, begin),
 		cmocka_unit_test_setup(engine_that_was_restarted_is_told_the_parameters_anew,
 				       begin),
+		cmocka_unit_test_setup(daemon_that_ends_waits_for_the_cancel, begin),
 		cmocka_unit_test_setup(whole_has_a_limit, begin),
 		cmocka_unit_test_setup(left_over_threading_is_cancelled_before_anything_moves,
 				       begin),
