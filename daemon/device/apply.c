@@ -132,6 +132,8 @@ static bool ramping(struct device *device, struct setting *setting)
 		return false;
 	default:
 		configure->standing = false;
+		configure->found_running |= setting->value.engine.engine_state ==
+					    WIRE_ENGINE_RUNNING;
 		setting->state = SETTING_READ;
 		setting->after_ns = device->now_ns + STANDING_NS;
 		return true;

@@ -148,6 +148,7 @@ struct configure {
 	struct postep_talk postep;
 	struct synced synced;
 	bool standing;			/* the pulse engine stands: settings may be written */
+	bool found_running;		/* the engine, since we look at it */
 	bool stop_open;
 	uint64_t again_ns;		/* blocked until then; 0 = not */
 };

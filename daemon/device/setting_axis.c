@@ -118,6 +118,8 @@ static uint64_t axis_merge(const struct pokeys_settings *wanted, unsigned int in
 static void axis_learn(struct device *device, unsigned int index, const union setting_value *value)
 {
 	decode_axis_setup(device, index, &value->axis.config);
+	if (device->configure.found_running && buffer_axes(device) & 1u << index)
+		threading_suspect(device);
 }
 
 static float per_second(float have, double unit)

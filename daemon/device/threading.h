@@ -57,6 +57,8 @@ struct threading {
 void threading_begin(struct device *device);
 /* The device says, before the link runs, that it is in it: from somebody before us. */
 void threading_found(struct device *device);
+/* It was found running with axes in buffered mode: ask it whether it is in it, once. */
+void threading_suspect(struct device *device);
 /* The device may have forgotten its parameters. */
 void threading_forget(struct device *device);
 /* Once a cycle, before motion decides. */

@@ -82,6 +82,15 @@ void threading_found(struct device *device)
 	device->threading.cancelled = false;
 }
 
+void threading_suspect(struct device *device)
+{
+	struct setting *setting = &device->configure.setting[SETTING_THREADING];
+
+	device->configure.found_running = false;
+	if (!running(device) && setting->state == SETTING_DONE && !setting->known)
+		setting->state = SETTING_READ;
+}
+
 void threading_forget(struct device *device)
 {
 	device->threading.written = false;

@@ -55,6 +55,8 @@ static void what_does_not_fit_is_refused_with_its_reason(void **state)
 static void without_settings_it_is_refused_and_never_asked_for(void **state)
 {
 	(void)state;
+	world.command.flags = 0;	/* what is found running is asked */
+	world_run(&world, 100 * MS);
 	world.config.settings.set &= ~(uint32_t)POKEYS_SET_THREADING;
 	world.rig.device.stats.executed_pe[0x35] = world.rig.device.stats.executed_pe[0x36] = 0;
 	switch_on(6);
@@ -193,6 +195,28 @@ static void daemon_that_ends_waits_for_the_cancel(void **state)
 	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
 }
 
+static bool asked_meanwhile;
+
+static void find_it_prepared_without_a_stop(struct world *w, const uint8_t *packet)
+{
+	asked_meanwhile = asked_meanwhile || (packet[1] == 0x85 && packet[2] == 0x35);
+	if (!w->rig.device.stats.executed_pe[0x34])
+		w->rig.device.engine.thread.state = SIM_THREAD_PREPARED;
+}
+
+static void daemon_without_settings_finds_what_runs_in_threading(void **state)
+{
+	(void)state;
+	prepare();
+	world.config.settings.set &= ~(uint32_t)POKEYS_SET_THREADING;
+	world.watch = find_it_prepared_without_a_stop;
+	asked_meanwhile = false;
+	switch_on(7);
+	assert_true(asked_meanwhile);
+	assert_int_not_equal(world.rig.device.stats.executed_pe[0x34], 0);
+	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
+}
+
 static void whole_has_a_limit(void **state)
 {
 	const struct pokeys_one_shot one = {
@@ -249,6 +273,7 @@ int main(void)
 		cmocka_unit_test_setup(engine_that_was_restarted_is_told_the_parameters_anew,
 				       begin),
 		cmocka_unit_test_setup(daemon_that_ends_waits_for_the_cancel, begin),
+		cmocka_unit_test_setup(daemon_without_settings_finds_what_runs_in_threading, begin),
 		cmocka_unit_test_setup(whole_has_a_limit, begin),
 		cmocka_unit_test_setup(left_over_threading_is_cancelled_before_anything_moves,
 				       begin),
