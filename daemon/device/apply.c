@@ -213,7 +213,10 @@ static void reboot_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 	setting->state = SETTING_READ;
 	setting->after_ns = now_ns + REBOOT_NS;
 	for (unsigned int i = SETTING_EMERGENCY; i < SETTINGS; i++) {
-		if (device->configure.setting[i].state == SETTING_DONE)
+		unsigned int index;
+
+		if (device->configure.setting[i].state == SETTING_DONE &&
+		    setting_kind(i, &index)->has(device, index))
 			device->configure.setting[i].state = SETTING_READ;
 		device->configure.setting[i].after_ns = setting->after_ns;
 	}

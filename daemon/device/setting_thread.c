@@ -5,9 +5,10 @@
  *
  * The device tells none of them but the axes it ignores. So what it has is what it
  * has acknowledged since it was found, and they are written once after each start, each
- * restart of its engine and each loss of the link. One that has forgotten them without our knowing would say so
- * by another mask only. They are asked for and written only where somebody wants them:
- * not every device may know these requests.
+ * restart of its engine and each loss of the link. One that has forgotten them without
+ * our knowing would say so by another mask only. They are written only where somebody
+ * wants them, and asked for there and of an engine that is found running in buffered
+ * mode: not every device may know these requests.
  */
 
 #include <string.h>

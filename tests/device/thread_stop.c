@@ -54,12 +54,17 @@ static void what_does_not_fit_is_refused_with_its_reason(void **state)
 
 static void without_settings_it_is_refused_and_never_asked_for(void **state)
 {
+	const uint64_t restarts = world.rig.device.stats.executed_pe[0x05];
+
 	(void)state;
 	world.command.flags = 0;	/* what is found running is asked */
 	world_run(&world, 100 * MS);
 	world.config.settings.set &= ~(uint32_t)POKEYS_SET_THREADING;
+	world.config.settings.set |= POKEYS_SET_POWER_STATES;
+	world.config.settings.power_states = 1;
 	world.rig.device.stats.executed_pe[0x35] = world.rig.device.stats.executed_pe[0x36] = 0;
 	switch_on(6);
+	assert_int_equal(world.rig.device.stats.executed_pe[0x05], restarts + 1);
 	refused(POKEYS_ONE_SHOT_THREAD_PREPARE, POKEYS_THREADING_NOT_SET);
 	assert_int_equal(world.rig.device.stats.executed_pe[0x35], 0);
 	assert_int_equal(world.rig.device.stats.executed_pe[0x36], 0);
