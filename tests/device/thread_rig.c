@@ -1,4 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The lathe's commander sets the pace of a spindle at its target speed, as a G-code of
+ * its own would; what the device makes of it is what the tests look at.
+ */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
