@@ -80,9 +80,11 @@ class Machine(hal_machine.Machine):
         self.hal.start(f"runtime={self.folder}/run names=all")
 
     def beat(self, beats):
-        """Whether the thread tells the daemon anything."""
+        """Whether the thread tells the daemon anything. LinuxCNC's thread must stand when a funct is
+        taken out of it: one that is just running it looks at its freed entry afterwards, and dies."""
         if beats != self.beats:
-            self.hal.ok(f"halcmd {'addf' if beats else 'delf'} pokeys.0.write servo-thread")
+            order = "addf" if beats else "delf"
+            self.hal.ok(f"halcmd stop && halcmd {order} pokeys.0.write servo-thread && halcmd start")
         self.beats = beats
 
     def cycles(self, count):
