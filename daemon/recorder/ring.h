@@ -59,7 +59,8 @@ struct recorder_cycle {
 	uint64_t cycle;
 	uint64_t tick_ns;		/* when it should have begun */
 	uint64_t woke_ns;		/* when it did */
-	uint64_t asked_ns;		/* every device has its requests planned and queued */
+	uint64_t asked_ns;		/* requests are planned and queued; of a thread that polls
+					 * the urgent ones, which go out before the others */
 	uint64_t published_ns;		/* the last state image is out */
 	uint64_t end_ns;
 	uint32_t skipped;		/* ticks that were missed before it */

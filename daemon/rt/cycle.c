@@ -74,8 +74,10 @@ static void ask_urgent(struct loop *loop)
 		device_cycle(loop->devices[i].device, own->cycle, own->began_ns, loop_now(loop),
 			     command, refused);
 	}
-	if (loop->options.mode == LOOP_SPIN)
+	if (loop->options.mode == LOOP_SPIN) {
+		own->points.asked_ns = loop_now(loop);
 		loop->transport->ops->flush(loop->transport);
+	}
 }
 
 /* Every device plans and queues its requests; those that wait for fast replies. */
@@ -123,7 +125,8 @@ void cycle_run(struct loop *loop)
 	exchange_aim(loop, now);
 	orders_run(loop);
 	waiting = ask(loop);
-	own->points.asked_ns = loop_now(loop);
+	if (loop->options.mode == LOOP_SLEEP)
+		own->points.asked_ns = loop_now(loop);
 	collect(loop, waiting);
 	follow_cycle(loop);
 	publish_diags(loop);
