@@ -47,6 +47,10 @@ static void try_sync(struct device *device, const struct wire_pulse_status_rep *
 	    (buffer->tells_free && used(buffer, status)))
 		return;
 	buffer_path_begin(device, status->position);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (buffer_axes(device) >> i & 1)
+			device->image.engine.axis[i].reference = status->position[i];
+	}
 	buffer->synced = true;
 	buffer->pending = 0;
 }

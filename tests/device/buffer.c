@@ -243,6 +243,8 @@ static void machine_off_stops_and_begins_where_it_stands(void **state)
 	world_machine_on(&world);
 	world_run(&world, 300 * MS);
 	assert_int_equal(world_pulses(&world, 0), stopped);
+	assert_true(world.state.engine.axis[0].in_position);
+	assert_int_equal(world.state.engine.axis[0].reference, stopped);
 }
 
 int main(void)
