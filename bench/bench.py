@@ -22,7 +22,7 @@ class Bench(Rig):
         cpus = sorted(os.sched_getaffinity(0))
         self.cpu_sim, self.cpu_client = cpus[0], cpus[-1]
         self.quick = quick
-        self.rounds, self.cycles = (2, 300) if quick else (5, 1000)
+        self.rounds, self.cycles = (2, 300) if quick else (10, 500)
         self.network = Network()
         self.address, self.there = self.network.device, self.network.there
         self.interface = self.network.interface

@@ -22,7 +22,7 @@
 #include "halbridge/table.h"
 #include "shm/command_cell.h"
 
-enum { BATCH = 32, BATCHES = 4000 };
+enum { BATCH = 32, BATCHES = 400 };
 
 /* A pin of HAL: where its value is while it is not linked, and the rest. */
 struct pin {

@@ -24,13 +24,20 @@ WAYS = {"free": ("free-running", {"phase-lock": "no", "mode": "sleep"}),
         "spin": ("phase lock, mode spin", {"phase-lock": "yes", "mode": "spin"})}
 
 
+def lower_ns(bucket):
+    """As pokeys_histogram_lower(): where a bucket begins."""
+    return (4 + (bucket - 1) % 4) << ((bucket - 1) // 4 + 4) if bucket else 0
+
+
 def quantile_ns(count, part):
-    """As pokeys_histogram_percentile(): the upper end of the bucket."""
-    wanted, below = max(1, round(sum(count) * part)), 0
+    """Between the two ends of the bucket in proportion: a bucket is up to a quarter wide,
+    more than what is to be told from the target here."""
+    wanted, below = max(1, sum(count) * part), 0
     for bucket, here in enumerate(count):
+        if here and below + here >= wanted:
+            begin = lower_ns(bucket)
+            return begin + (lower_ns(bucket + 1) - begin) * (wanted - below) / here
         below += here
-        if below >= wanted:
-            return (4 + bucket % 4) << (bucket // 4 + 4)
     return 0
 
 

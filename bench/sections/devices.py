@@ -22,7 +22,7 @@ def names(count):
 def watch(bench, count):
     """Of the first device cycle by cycle, of all of them what the daemon's histograms say."""
     began, spent = time.monotonic(), bench.thread_ns()
-    run = bench.watch(bench.cycles // 2, "d0")
+    run = bench.watch(bench.cycles, "d0")
     run["busy"] = (bench.thread_ns() - spent) / (time.monotonic() - began) / 1e9
     fresh = [bench.status(name)["diag"]["latency_us"]["fresh"]["p50"] for name in names(count)]
     run["fresh_us"] = [value for value in fresh if value is not None]

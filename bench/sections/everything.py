@@ -9,7 +9,7 @@ from figures import Figure, middle, ratios, table, total, us
 from rig import Fault
 
 TITLE = "Everything of one device, fast and slow, in one cycle"
-SECONDS = 60
+SECONDS = 90
 WIRE_US = 50
 CLIENTS = {"blocking": "sendto, select, recvfrom, one question after the other",
            "batching": "sendmmsg, recvmmsg in a tight loop", "ring": "bare io_uring, sleeping"}

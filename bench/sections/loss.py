@@ -12,7 +12,7 @@ def measure(bench):
     for level in LEVELS:
         bench.say(f"loss of {100 * level:g} %")
         bench.start_fast_simulator("--loss", level, "--seed", 7)
-        client = bench.client("blocking", cycles=bench.cycles // 2)
+        client = bench.client("blocking", cycles=bench.cycles)
         found.append({"level": level, "client": client, "daemon": bench.daemon({"lost-after-ms": 2000})})
         bench.stop("pokeys-sim")
     return found

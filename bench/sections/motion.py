@@ -25,7 +25,7 @@ def measure(bench):
     found["age"] = {mode: [] for mode in MODES}
     for _ in bench.turns("age of a position", min(bench.rounds, 3)):
         for mode in MODES:
-            found["age"][mode].append(age(bench, mode, bench.cycles))
+            found["age"][mode].append(age(bench, mode, 2 * bench.cycles))
     return found
 
 

@@ -8,7 +8,7 @@ COUNTS = ("0", "1", "5", "20")
 
 
 def measure(bench):
-    slices = 2 if bench.quick else 10
+    slices = 2 if bench.quick else 5
     return [bench.program("readers", bench.run / "readers", slices, bench.cpu_client)
             for _ in bench.turns("readers")]
 

@@ -5,7 +5,7 @@ from figures import Figure, Skip, middle, number, ratios, table, total, us
 from guarded import guard, mounts, need_guard, whole_checksums
 
 TITLE = f"Round trip: 0xCC and pulse engine status, once every {PERIOD_US} µs"
-SECONDS = 130
+SECONDS = 170
 CLIENTS = {"blocking": "sendto, select, recvfrom, one question after the other (as the vendor's library)",
            "sleeping": "all at once, poll, recv", "spinning": "all at once, recv in a tight loop",
            "batching": "sendmmsg, recvmmsg in a tight loop",
