@@ -12,6 +12,10 @@
  *
  * The answer is not believed, the level that is read afterwards is. So it does
  * no harm if the network delivers it twice or not at all.
+ *
+ * Nor is a single reply: its payload has no checksum, and what it says here decides
+ * for ten seconds. A level counts when it was said twice in a row, and a refusal when
+ * a second answer, to another seed, was refused as well.
  */
 
 #include <string.h>
@@ -43,12 +47,27 @@ static void shut(struct device *device, enum lock_reason reason)
 	access->again_ns = device->now_ns + AGAIN_NS;
 }
 
+/* The answer before this one said the same. */
+static bool is_confirmed(struct access *access, uint8_t level)
+{
+	const bool confirmed = access->heard && access->level == level;
+
+	access->heard = true;
+	access->level = level;
+	return confirmed;
+}
+
 static void judge(struct device *device, const uint8_t *reply)
 {
 	struct access *access = &device->access;
 	struct wire_security_rep security;
 
 	wire_security_decode_rep(reply, &security);
+	access->failures = 0;
+	if (!is_confirmed(access, security.level)) {
+		access->phase = ACCESS_ASK;
+		return;
+	}
 	device->image.access = security.level;
 	memcpy(access->seed, security.seed, sizeof(access->seed));
 	if (security.level == WIRE_LEVEL_UNLOCKED)
@@ -82,19 +101,23 @@ static void answered_to(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 			uint64_t now_ns)
 {
 	struct device *device = device_of(mailbox);
+	struct access *access = &device->access;
 	struct wire_authorise_rep reply;
 
 	(void)context;
 	device->now_ns = now_ns;
-	device->access.open = false;
+	access->open = false;
 	if (entry->state == POKEYS_REQUEST_CANCELLED)
 		return;
-	device->access.phase = ACCESS_ASK;
+	access->phase = ACCESS_ASK;
 	if (!answered(entry))
 		return;
 	wire_authorise_decode_rep(entry->response_buffer, &reply);
-	if (reply.result != WIRE_AUTHORISED)
+	if (reply.result == WIRE_AUTHORISED)
+		return;
+	if (access->refused)
 		shut(device, LOCK_WRONG_PASSWORD);
+	access->refused = true;
 }
 
 static void ask(struct device *device)

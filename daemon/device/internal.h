@@ -89,7 +89,7 @@ struct restart {
 	struct reading last;		/* that was believed */
 	struct reading odd;		/* the newest that did not fit it */
 	uint8_t odd_ticks;		/* in a row */
-	bool odd_identity;		/* another serial number, said once */
+	bool odd_identity;		/* another serial number or lock, said once */
 	uint8_t data[WIRE_PAYLOAD_LEN];	/* the newest device data */
 };
 
@@ -104,6 +104,9 @@ enum access_phase {
 struct access {
 	uint8_t phase;			/* enum access_phase */
 	uint8_t failures, tries;
+	uint8_t level;			/* as the newest answer said */
+	bool heard;			/* there was one */
+	bool refused;			/* our password, at least once */
 	bool open;			/* a request is under way */
 	bool said;
 	uint64_t again_ns;

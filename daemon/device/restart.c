@@ -12,7 +12,7 @@
  * be under way at once and be answered in either order, so "at least" may be
  * negative. The allowance is for rounding and a poor crystal.
  *
- * The checksum covers eight bits of the clock and nothing of the serial number, and
+ * The checksum covers eight bits of the clock and nothing of serial number and lock, and
  * a copy that the network kept for too long passes for an answer (pokeys_async(3)).
  * So one answer that does not fit only raises a doubt: it is asked again at once,
  * until then nothing but questions is sent, and only a second answer that fits the
@@ -114,9 +114,10 @@ void restart_identity(struct device *device, const mailbox_entry_t *entry)
 
 	wire_device_data_decode_rep(entry->response_buffer, &data);
 	wire_identify(&data, &who);
-	if (who.serial == device->identify.identity.serial) {
+	if (who.serial == device->identify.identity.serial &&
+	    (again || data.locked == device->image.identity.locked)) {
 		device->image.identity.locked = data.locked;
-		device->meter.odd += restart->odd_identity;
+		device->meter.odd += restart->odd_identity && !again;
 		restart->odd_identity = false;
 		plan_identity_right(device);
 		return;

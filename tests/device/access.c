@@ -12,6 +12,7 @@
 #include <cmocka.h>
 #include "tests/device/world.h"
 #include "wire/io.h"
+#include "wire/packet.h"
 
 enum { RELAY = 12, LAMP = 13 };
 
@@ -110,6 +111,83 @@ static void wrong_password_is_tried_rarely(void **state)
 	assert_int_equal(world.event_count[EVENT_LOCKED], 1);
 	assert_int_equal(world.last_event[EVENT_LOCKED].a, LOCK_WRONG_PASSWORD);
 	assert_in_range(world.sent.operation[0xE2], 3, 5);
+}
+
+/* Which answer of an operation comes damaged, from 0, and in which byte. */
+static struct {
+	uint8_t operation, at;
+	int number;
+} damaged;
+
+static bool damage(struct world *w, const uint8_t *packet)
+{
+	uint8_t other[WIRE_PK];
+
+	if (packet[WIRE_AT_OP] != damaged.operation || damaged.number-- != 0)
+		return false;
+	memcpy(other, packet, sizeof(other));
+	other[damaged.at] ^= 0x20;
+	wire_finish(other, packet[WIRE_AT_ID]);
+	device_deliver(w->device, other, sizeof(other), NULL, w->now);
+	return true;
+}
+
+static void runs_in_spite_of(uint8_t operation, uint8_t at, int number)
+{
+	damaged.operation = operation;
+	damaged.at = at;
+	damaged.number = number;
+	world.lose_reply = damage;
+	world_start(&world);
+	world_until(&world, world_is_running, 1 * SECOND);
+	assert_true(damaged.number < 0);
+	assert_int_equal(world.state.access, 0);
+	assert_int_equal(world.event_count[EVENT_LOCKED], 0);
+}
+
+/* The level is at byte 8; a device that is not locked refuses every password. */
+static void one_damaged_answer_does_not_call_a_device_locked(void **state)
+{
+	for (int number = 0; number < 2; number++) {
+		begin(state);
+		runs_in_spite_of(0xE1, 8, number);
+		begin(state);
+		password("open sesame");
+		runs_in_spite_of(0xE1, 8, number);
+		assert_int_equal(world.sent.operation[0xE2], 0);
+	}
+}
+
+/* The level, the seed behind it, and what became of the password. */
+static void one_damaged_answer_does_not_make_a_password_wrong(void **state)
+{
+	for (int number = 0; number < 4; number++) {
+		for (uint8_t at = 8; at < 10; at++) {
+			begin_locked(state);
+			password("open sesame");
+			runs_in_spite_of(0xE1, at, number);
+		}
+	}
+	begin_locked(state);
+	password("open sesame");
+	runs_in_spite_of(0xE2, 8, 0);
+}
+
+static bool is_told(struct world *w)
+{
+	return w->event_count[EVENT_LOCKED] != 0;
+}
+
+static void a_locked_device_is_told_after_two_answers(void **state)
+{
+	(void)state;
+	world_start(&world);
+	world_until(&world, is_told, 1 * SECOND);
+	assert_int_equal(world.sent.operation[0xE1], 2);
+	begin_locked(state);
+	password("sesame open");
+	world_until(&world, is_told, 1 * SECOND);
+	assert_int_equal(world.sent.operation[0xE2], 2);
 }
 
 static void deaf(struct world *w, const uint8_t *p)
@@ -211,6 +289,9 @@ int main(void)
 		cmocka_unit_test_setup(without_password_it_does_not_run_and_is_asked_rarely,
 				       begin_locked),
 		cmocka_unit_test_setup(wrong_password_is_tried_rarely, begin_locked),
+		cmocka_unit_test(one_damaged_answer_does_not_call_a_device_locked),
+		cmocka_unit_test(one_damaged_answer_does_not_make_a_password_wrong),
+		cmocka_unit_test_setup(a_locked_device_is_told_after_two_answers, begin_locked),
 		cmocka_unit_test_setup(firmware_that_knows_no_password_runs, begin),
 		cmocka_unit_test_setup(device_that_is_locked_when_it_is_found_again_is_made_safe,
 				       begin),

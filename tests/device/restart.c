@@ -75,8 +75,7 @@ static void each_restart_is_told_however_bad_the_cable_is(void **state)
 		begin(seed + i);
 		be_bad(i);
 		for (unsigned int n = 0; n < 4; n++) {
-			/* what a damaged answer calls locked is asked again after ten seconds */
-			world_until(&world, stays_running, 20 * SECOND);
+			world_until(&world, stays_running, 5 * SECOND);
 			world_run(&world, 500 * MS);
 			sim_rig_reboot(&world.rig, world.now, n & 1);
 			world_run(&world, 5 * SECOND);
@@ -85,20 +84,24 @@ static void each_restart_is_told_however_bad_the_cable_is(void **state)
 	}
 }
 
+/* The clock begins at byte 2 of its answer; the others are in the device data. */
+enum { CLOCK_AT = 4, SERIAL_AT = 15, LOCK_AT = 58 };
+
 /* How many answers of an operation are replaced by ones that tell something else. */
 static unsigned int to_damage;
-static uint8_t damaged;
+static uint8_t damaged, damaged_at;
+static bool was_locked;			/* in any state image */
 
 static bool damage(struct world *w, const uint8_t *packet)
 {
 	uint8_t other[WIRE_PK];
 
+	was_locked = was_locked || w->state.identity.locked;
 	if (!to_damage || packet[WIRE_AT_OP] != damaged)
 		return false;
 	to_damage--;
 	memcpy(other, packet, sizeof(other));
-	/* the clock begins at byte 2; serial number and magic behind byte 8 */
-	other[damaged == 0xCF ? 4 : 15] ^= 0x10;
+	other[damaged_at] ^= 0x10;
 	wire_finish(other, packet[WIRE_AT_ID]);
 	device_deliver(w->device, other, sizeof(other), NULL, w->now);
 	return true;
@@ -106,15 +109,18 @@ static bool damage(struct world *w, const uint8_t *packet)
 
 static void one_odd_answer_is_asked_again(void **state)
 {
-	static const uint8_t operations[] = { 0xCF, 0x00 };
+	static const uint8_t operations[] = { 0xCF, 0x00, 0x00 };
+	static const uint8_t at[] = { CLOCK_AT, SERIAL_AT, LOCK_AT };
 
 	(void)state;
-	for (unsigned int i = 0; i < 2; i++) {
+	was_locked = false;
+	for (unsigned int i = 0; i < sizeof(at); i++) {
 		begin(i);
 		world_until(&world, world_is_running, 1 * SECOND);
 		world.lose_reply = damage;
 		for (unsigned int n = 1; n <= 10; n++) {
 			damaged = operations[i];
+			damaged_at = at[i];
 			to_damage = 1;
 			world_run(&world, 1500 * MS);
 			assert_int_equal(to_damage, 0);
@@ -124,7 +130,36 @@ static void one_odd_answer_is_asked_again(void **state)
 		}
 		assert_int_equal(world.event_count[EVENT_REBOOTED], 0);
 		assert_int_not_equal(world.state.fault, POKEYS_FAULT_REBOOTED);
+		assert_false(was_locked);
 	}
+}
+
+static unsigned int said_locked;
+
+static bool count_locked(struct world *w, const uint8_t *packet)
+{
+	(void)w;
+	said_locked += packet[WIRE_AT_OP] == 0x00 && packet[LOCK_AT];
+	return false;
+}
+
+static bool is_locked(struct world *w)
+{
+	return w->state.identity.locked;
+}
+
+static void lock_is_believed_when_it_was_said_twice(void **state)
+{
+	(void)state;
+	begin(0);
+	world_until(&world, world_is_running, 1 * SECOND);
+	said_locked = 0;
+	world.lose_reply = count_locked;
+	world.rig.device.config.identity.locked = 1;
+	world_until(&world, is_locked, 5 * SECOND);
+	assert_int_equal(said_locked, 2);
+	assert_int_equal(world.state.statistics.corrupt, 0);
+	assert_int_equal(world.event_count[EVENT_REBOOTED], 0);
 }
 
 /* A device is taken for what it says twice, also when it says it for the first time. */
@@ -136,6 +171,7 @@ static void damaged_serial_number_is_not_believed_when_it_is_found(void **state)
 	world_start(&world);
 	world.lose_reply = damage;
 	damaged = 0x00;
+	damaged_at = SERIAL_AT;
 	to_damage = 1;
 	world_until(&world, world_is_running, 1 * SECOND);
 	assert_int_equal(to_damage, 0);
@@ -236,6 +272,7 @@ int main(void)
 		cmocka_unit_test(no_restart_is_told_where_there_was_none),
 		cmocka_unit_test(each_restart_is_told_however_bad_the_cable_is),
 		cmocka_unit_test(one_odd_answer_is_asked_again),
+		cmocka_unit_test(lock_is_believed_when_it_was_said_twice),
 		cmocka_unit_test(damaged_serial_number_is_not_believed_when_it_is_found),
 		cmocka_unit_test(in_doubt_there_are_only_questions),
 		cmocka_unit_test(clock_that_never_fits_is_no_doubt_for_ever),
