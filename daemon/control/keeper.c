@@ -35,6 +35,7 @@ enum {
 	NAP_MS = 20, BURST = 10, SLOTS_A_CYCLE = 8,
 	STOP_MS = 1500,		/* for the disk at the end; the service manager waits 3 s for all */
 	STOP_NAP_MS = 5,
+	REMOVE_MS = 100,	/* for what was begun and is given up */
 };
 
 enum record_reason keeper_reason(const struct event *event, bool machine_on)
@@ -117,7 +118,7 @@ static void execute(struct keeper *keeper)
 	if (!reason)
 		return;
 	keeper->result = keeper_write(ring, keeper->folder, keeper->config->record_files, reason,
-				      keeper->path, &keeper->packets);
+				      keeper->path, &keeper->begun, &keeper->packets);
 	if (reason == RECORD_DIED)
 		unlink(keeper->died);
 	atomic_store_explicit(&keeper->done, 1, memory_order_release);
@@ -129,6 +130,7 @@ static void *run(void *argument)
 	const struct timespec nap = { .tv_nsec = NAP_MS * 1000000 };
 	struct keeper *keeper = argument;
 
+	keeper_tidy(keeper->folder);
 	while (!atomic_load_explicit(&keeper->stop, memory_order_acquire)) {
 		execute(keeper);
 		nanosleep(&nap, NULL);
@@ -136,10 +138,13 @@ static void *run(void *argument)
 	return NULL;
 }
 
-/* What a daemon that died has left, to be written as soon as the thread runs. */
+/*
+ * What a daemon that died has left, to be written as soon as the thread runs; or what the
+ * one after it has put aside, and the disk did not take.
+ */
 static void put_aside(struct keeper *keeper)
 {
-	if (rename(keeper->ring, keeper->died))
+	if (rename(keeper->ring, keeper->died) && access(keeper->died, F_OK))
 		return;
 	if (*keeper->folder)
 		give(keeper, RECORD_DIED);
@@ -260,6 +265,37 @@ static void give_up(const struct keeper *keeper, enum record_reason reason)
 			 keeper->folder);
 }
 
+/* A thread of its own: the same disk may have hung up with the folder in its hands. */
+static void *remove_begun(void *argument)
+{
+	struct keeper *keeper = argument;
+	char beside[KEEPER_PATH];
+
+	keeper_beside(keeper->path, beside);
+	unlink(beside);
+	atomic_store_explicit(&keeper->removed, true, memory_order_release);
+	return NULL;
+}
+
+/*
+ * The writer is left with its write and dies with the process. What it had begun goes
+ * now, if the disk lets it; else the next daemon removes it.
+ */
+static void abandon(struct keeper *keeper)
+{
+	const struct timespec nap = { .tv_nsec = STOP_NAP_MS * 1000000 };
+	const uint64_t end_ns = clock_now() + REMOVE_MS * UINT64_C(1000000);
+	pthread_t thread;
+
+	if (!atomic_load_explicit(&keeper->begun, memory_order_acquire) ||
+	    thread_make(&thread, remove_begun, keeper))
+		return;
+	pthread_detach(thread);
+	while (!atomic_load_explicit(&keeper->removed, memory_order_acquire) &&
+	       clock_now() < end_ns)
+		nanosleep(&nap, NULL);
+}
+
 void keeper_stop(struct keeper *keeper)
 {
 	enum record_reason left;
@@ -276,6 +312,8 @@ void keeper_stop(struct keeper *keeper)
 	}
 	give_up(keeper, left);
 	give_up(keeper, keeper->due);
+	if (left)
+		abandon(keeper);
 	keeper->due = RECORD_NOTHING;
 }
 

@@ -41,6 +41,8 @@ struct keeper {
 	_Atomic bool stop;
 	_Atomic uint32_t order;		/* enum record_reason; the thread's until it is 0 again */
 	_Atomic uint32_t done;		/* 1: `path`, `result` and `packets` are to be told */
+	_Atomic bool begun;		/* beside `path` there may be a file that is not whole */
+	_Atomic bool removed;		/* ... it was given up, and is gone */
 	char path[KEEPER_PATH];
 	int result;			/* 0 or -errno */
 	uint64_t packets;
@@ -65,8 +67,9 @@ void keeper_run(struct keeper *keeper, uint64_t now_ns);
 
 /*
  * End the thread; records that are due are written first, if that takes no longer than
- * 1.5 s. Else what was not is logged, and the thread left with its write: the process
- * is about to end. Control thread. Idempotent.
+ * 1.5 s. Else what was not is logged, the file that was begun removed if that takes no
+ * longer than 0.1 s, and the thread left with its write: the process is about to end.
+ * Control thread. Idempotent.
  */
 void keeper_stop(struct keeper *keeper);
 
@@ -78,9 +81,19 @@ const char *keeper_word(enum record_reason reason);
 
 /*
  * Write a ring's file into the folder, and remove the oldest of more than `files` records.
- * 0 or -errno; path of the new file into `path`.
+ * 0 or -errno; path of the new file into `path`. *begun is true while `path` stands and
+ * the file beside it is being written. One thread at a time; waits for the disk.
  */
 int keeper_write(const char *ring, const char *folder, uint32_t files, enum record_reason reason,
-		 char path[KEEPER_PATH], uint64_t *packets);
+		 char path[KEEPER_PATH], _Atomic bool *begun, uint64_t *packets);
+
+/* Where the record `path` is while it is being written. */
+void keeper_beside(const char *path, char beside[KEEPER_PATH]);
+
+/*
+ * Remove the records that this user's daemons had begun in the folder when they were
+ * killed, and nothing else. Waits for the disk.
+ */
+void keeper_tidy(const char *folder);
 
 #endif

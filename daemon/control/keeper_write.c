@@ -6,19 +6,32 @@
  * Names begin with the time in UTC, so that their order is that of time also in
  * the night in which the clock is set back; the oldest are removed by it. Nothing
  * else in the folder is touched.
+ *
+ * A daemon that is killed leaves what it had begun, and the next one removes it. Two
+ * may share a folder, and a cable that is pulled out is a fault for both in the same
+ * second. So whoever writes a file has it locked, and the kernel takes the lock back
+ * however he ends: one that can be locked was left. Where a name is taken, that of the
+ * next second is.
  */
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 #include "daemon/control/keeper.h"
 #include "daemon/recorder/export.h"
 
 #define PREFIX "pokeysd-"
+#define TIME "########T######Z-"		/* # is a digit */
 #define SUFFIX ".pcapng"
+#define BESIDE ".new"
+
+enum { NAMES = 10 };
 
 static const char *const reasons[RECORD_REASONS] = {
 	[RECORD_LOST] = "lost",
@@ -60,22 +73,132 @@ static void remove_oldest(const char *folder, uint32_t files)
 		free(entry);
 }
 
-static int name_file(const char *folder, enum record_reason reason, char path[KEEPER_PATH])
+/* Begun by a pokeysd, and not ended: nobody else gives such a name. */
+static int is_begun(const struct dirent *entry)
 {
-	const time_t now = time(NULL);
-	struct tm parts;
-	char when[32];
-	int length;
+	static const char stem[] = PREFIX TIME;
+	const char *name = entry->d_name;
+	char rest[64];
 
-	gmtime_r(&now, &parts);
-	strftime(when, sizeof(when), "%Y%m%dT%H%M%SZ", &parts);
-	length = snprintf(path, KEEPER_PATH, "%s/" PREFIX "%s-%s" SUFFIX, folder, when,
-			  reasons[reason]);
-	return length < KEEPER_PATH - 4 ? 0 : -ENAMETOOLONG;
+	for (const char *at = stem; *at; at++, name++)
+		if (*at == '#' ? *name < '0' || *name > '9' : *name != *at)
+			return false;
+	for (int i = RECORD_NOTHING + 1; i < RECORD_REASONS; i++) {
+		snprintf(rest, sizeof(rest), "%s" SUFFIX BESIDE, reasons[i]);
+		if (!strcmp(name, rest))
+			return true;
+	}
+	return false;
 }
 
-static int write_beside(const struct recorder_file *ring, const char *beside,
-			enum record_reason reason, uint64_t *packets)
+static bool is_named(const char *path, const struct stat *file)
+{
+	struct stat found;
+
+	return !lstat(path, &found) && found.st_ino == file->st_ino &&
+	       found.st_dev == file->st_dev;
+}
+
+/* Remove a file of ours that nobody writes any more; true if it was one. */
+static bool remove_left(const char *path)
+{
+	const int fd = open(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+	struct stat file;
+	bool removed;
+
+	if (fd < 0)
+		return false;
+	removed = !fstat(fd, &file) && S_ISREG(file.st_mode) && file.st_uid == geteuid() &&
+		  !flock(fd, LOCK_EX | LOCK_NB) && is_named(path, &file) && !unlink(path);
+	close(fd);
+	return removed;
+}
+
+void keeper_tidy(const char *folder)
+{
+	struct dirent **entry;
+	int count = scandir(folder, &entry, is_begun, NULL);
+	char path[KEEPER_PATH + 256];
+
+	for (int i = 0; i < count; i++) {
+		snprintf(path, sizeof(path), "%s/%s", folder, entry[i]->d_name);
+		remove_left(path);
+		free(entry[i]);
+	}
+	if (count >= 0)
+		free(entry);
+}
+
+static int name_file(const char *folder, enum record_reason reason, time_t when,
+		     char path[KEEPER_PATH])
+{
+	struct tm parts;
+	char text[32];
+	int length;
+
+	gmtime_r(&when, &parts);
+	strftime(text, sizeof(text), "%Y%m%dT%H%M%SZ", &parts);
+	length = snprintf(path, KEEPER_PATH, "%s/" PREFIX "%s-%s" SUFFIX, folder, text,
+			  reasons[reason]);
+	return length < KEEPER_PATH - (int)strlen(BESIDE) ? 0 : -ENAMETOOLONG;
+}
+
+void keeper_beside(const char *path, char beside[KEEPER_PATH])
+{
+	snprintf(beside, KEEPER_PATH, "%.*s" BESIDE, KEEPER_PATH - (int)sizeof(BESIDE), path);
+}
+
+/*
+ * A new file, locked where the file system can. -EEXIST also if somebody has taken it
+ * for one that was left, in the moment before it was locked.
+ */
+static int create(const char *beside)
+{
+	const int fd = open(beside, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+	struct stat file;
+
+	if (fd < 0)
+		return -errno;
+	if (!(flock(fd, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) && !fstat(fd, &file) &&
+	    file.st_nlink)
+		return fd;
+	close(fd);
+	return -EEXIST;
+}
+
+/* While `beside` is ours, nobody else makes a record of the name that goes with it. */
+static int create_for(const char *path)
+{
+	char beside[KEEPER_PATH];
+	int fd;
+
+	keeper_beside(path, beside);
+	fd = create(beside);
+	if (fd == -EEXIST && remove_left(beside))
+		fd = create(beside);
+	if (fd < 0 || access(path, F_OK))
+		return fd;
+	unlink(beside);
+	close(fd);
+	return -EEXIST;
+}
+
+/* Its name into `path`; a descriptor of the file beside it, or -errno. */
+static int begin(const char *folder, enum record_reason reason, char path[KEEPER_PATH])
+{
+	const time_t now = time(NULL);
+	int fd = -EEXIST;
+
+	for (int i = 0; fd == -EEXIST && i < NAMES; i++) {
+		fd = name_file(folder, reason, now + i, path);
+		if (!fd)
+			fd = create_for(path);
+	}
+	return fd;
+}
+
+static int put_record(const struct recorder_file *ring, int fd, enum record_reason reason,
+		      uint64_t *packets)
 {
 	static struct stations stations;
 	const struct export_options options = {
@@ -83,13 +206,13 @@ static int write_beside(const struct recorder_file *ring, const char *beside,
 		.comment = reasons[reason], .wall_ns = export_wall(), .stations = &stations,
 	};
 	struct export_summary summary;
-	FILE *to = fopen(beside, "wex");
+	FILE *to = fdopen(fd, "w");
 	int result;
 
-	if (!to && errno == EEXIST && !unlink(beside))
-		to = fopen(beside, "wex");
-	if (!to)
-		return -errno;
+	if (!to) {
+		close(fd);
+		return -ENOMEM;
+	}
 	stations_read(&stations, "/proc/net/arp");
 	result = export_record(ring, &options, to, &summary);
 	if (fclose(to) && !result)
@@ -98,24 +221,44 @@ static int write_beside(const struct recorder_file *ring, const char *beside,
 	return result;
 }
 
-int keeper_write(const char *ring, const char *folder, uint32_t files, enum record_reason reason,
-		 char path[KEEPER_PATH], uint64_t *packets)
+/* It stays locked until it has its name. */
+static int finish(const struct recorder_file *ring, int fd, enum record_reason reason,
+		  const char *path, uint64_t *packets)
 {
-	struct recorder_file file;
-	char beside[KEEPER_PATH], why[KEEPER_PATH];
-	int result = name_file(folder, reason, path);
+	const int lock = fcntl(fd, F_DUPFD_CLOEXEC, 0);
+	int result = put_record(ring, fd, reason, packets);
+	char beside[KEEPER_PATH];
 
-	result = result ? result : recorder_open(&file, ring, why, sizeof(why));
-	if (result)
-		return result;
-	snprintf(beside, sizeof(beside), "%.*s.new", KEEPER_PATH - 5, path);
-	result = write_beside(&file, beside, reason, packets);
-	recorder_release(&file);
+	keeper_beside(path, beside);
 	if (!result && rename(beside, path))
 		result = -errno;
 	if (result)
 		unlink(beside);
-	else
+	if (lock >= 0)
+		close(lock);
+	return result;
+}
+
+int keeper_write(const char *ring, const char *folder, uint32_t files, enum record_reason reason,
+		 char path[KEEPER_PATH], _Atomic bool *begun, uint64_t *packets)
+{
+	struct recorder_file file;
+	char why[KEEPER_PATH];
+	int result = recorder_open(&file, ring, why, sizeof(why));
+	int fd;
+
+	if (result)
+		return result;
+	fd = begin(folder, reason, path);
+	if (fd < 0) {
+		recorder_release(&file);
+		return fd;
+	}
+	atomic_store_explicit(begun, true, memory_order_release);
+	result = finish(&file, fd, reason, path, packets);
+	atomic_store_explicit(begun, false, memory_order_release);
+	recorder_release(&file);
+	if (!result)
 		remove_oldest(folder, files);
 	return result;
 }

@@ -8,6 +8,7 @@
 #include <linux/magic.h>
 #include <pthread.h>
 #include <setjmp.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -15,6 +16,7 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/vfs.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <cmocka.h>
 #include "daemon/control/keeper.h"
@@ -32,11 +34,11 @@ static int pipe_fd[2];
 
 static _Atomic bool hangs, waiting;
 
-/* In place of the C library's: a disk that answers when it likes. */
+/* In place of the C library's: a disk that answers when it likes; the ring is in memory. */
 int rename(const char *from, const char *to)
 {
 	waiting = hangs;
-	while (hangs)
+	while (hangs && strstr(to, ".pcapng"))
 		usleep(1000);
 	return renameat(AT_FDCWD, from, AT_FDCWD, to);
 }
@@ -204,30 +206,6 @@ static void the_commander_counts_while_the_machine_is_on(void **state)
 	assert_int_equal(keeper.due, RECORD_COMMANDER);
 }
 
-static void the_oldest_are_removed_and_nothing_else(void **state)
-{
-	static const char *const others[] = {
-		"pokeysd-20200101T000000Z-lost.pcapng", "pokeysd-20200102T000000Z-late.pcapng",
-		"pokeysd-20200103T000000Z-lost.pcapng", "notes.txt", "mine.pcapng",
-	};
-	char path[KEEPER_PATH];
-	uint64_t packets;
-
-	(void)state;
-	keeper_open(&keeper, &config, &loop, NULL);
-	for (size_t i = 0; i < sizeof(others) / sizeof(*others); i++) {
-		snprintf(path, sizeof(path), "%s/%s", records, others[i]);
-		fclose(fopen(path, "w"));
-	}
-	assert_int_equal(keeper_write(keeper.ring, records, 3, RECORD_LATE, path, &packets), 0);
-	assert_int_equal(files("pokeysd-"), 3);
-	assert_int_equal(files("20200101"), 0);
-	assert_int_equal(files("20200102"), 1);
-	assert_int_equal(files("notes.txt") + files("mine.pcapng"), 2);
-	assert_int_equal(access(path, R_OK), 0);
-	assert_int_equal(files(".new"), 0);
-}
-
 static void what_a_dead_daemon_left_is_written_at_the_next_start(void **state)
 {
 	(void)state;
@@ -267,6 +245,13 @@ static void await_disk(void)
 	assert_true(waiting);
 }
 
+static void await_none(const char *part)
+{
+	for (int i = 0; i < 30000 && files(part); i++)
+		usleep(1000);
+	assert_int_equal(files(part), 0);
+}
+
 static void a_disk_that_hangs_does_not_hold_the_end_up(void **state)
 {
 	const char *said;
@@ -283,11 +268,63 @@ static void a_disk_that_hangs_does_not_hold_the_end_up(void **state)
 	said = logged();
 	assert_non_null(strstr(said, "the record \"lost\" is not written"));
 	assert_non_null(strstr(said, "the record \"limit\" is not written"));
-	assert_int_equal(files("pcapng"), 1);	/* .new */
+	await_none("pcapng");			/* what was begun as well */
 	hangs = false;
 	pthread_join(keeper.thread, NULL);
-	assert_int_equal(files("-lost.pcapng"), 1);
-	assert_int_equal(files("-limit.pcapng"), 0);
+	assert_int_equal(files("pcapng"), 0);
+}
+
+/* A daemon whose disk hangs: it is killed in the middle of a record, or ends. */
+static pid_t another(bool ends)
+{
+	const pid_t child = fork();
+
+	assert_true(child >= 0);
+	if (child)
+		return child;
+	hangs = true;
+	keeper_open(&keeper, &config, &loop, NULL);
+	lose(1000 * MS);
+	keeper_run(&keeper, 1500 * MS);
+	while (!ends)
+		pause();
+	keeper_stop(&keeper);
+	keeper_close(&keeper);
+	_exit(0);
+}
+
+static void what_a_killed_daemon_had_begun_is_removed_by_the_next(void **state)
+{
+	const pid_t child = another(false);
+
+	(void)state;
+	for (int i = 0; i < 30000 && !files(".new"); i++)
+		usleep(1000);
+	assert_int_equal(files("-lost.pcapng.new"), 1);
+	kill(child, SIGKILL);
+	assert_int_equal(waitpid(child, NULL, 0), child);
+	assert_int_equal(files("-lost.pcapng.new"), 1);
+	keeper_open(&keeper, &config, &loop, NULL);
+	keeper_stop(&keeper);
+	assert_int_equal(files(".new"), 0);
+	assert_int_equal(files("-died.pcapng"), 1);
+}
+
+/* It ended while what the one before it had left was not written: that is not lost. */
+static void what_the_disk_did_not_take_is_written_at_the_start_after(void **state)
+{
+	int status;
+
+	(void)state;
+	keeper_open(&keeper, &config, &loop, NULL);
+	keeper_stop(&keeper);
+	recorder_close(&loop.recorder);		/* dies: the file stays */
+	assert_int_equal(waitpid(another(true), &status, 0) > 0 && !status, 1);
+	assert_int_equal(files("-died.pcapng"), 0);
+	keeper_open(&keeper, &config, &loop, NULL);
+	keeper_stop(&keeper);
+	assert_int_equal(files("-died.pcapng"), 1);
+	assert_int_not_equal(access(keeper.died, F_OK), 0);
 }
 
 static void a_folder_that_is_not_there_is_told(void **state)
@@ -380,9 +417,10 @@ int main(void)
 		TEST(a_fault_is_written_half_a_second_later),
 		TEST(there_is_one_in_a_while),
 		TEST(the_commander_counts_while_the_machine_is_on),
-		TEST(the_oldest_are_removed_and_nothing_else),
 		TEST(what_a_dead_daemon_left_is_written_at_the_next_start),
 		TEST(one_that_is_due_is_written_at_the_end_after_another),
+		TEST(what_a_killed_daemon_had_begun_is_removed_by_the_next),
+		TEST(what_the_disk_did_not_take_is_written_at_the_start_after),
 		TEST(a_folder_that_is_not_there_is_told),
 		TEST(it_can_be_off),
 		TEST(on_a_disk_there_is_none),
