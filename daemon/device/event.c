@@ -324,12 +324,18 @@ static void put_postep(struct line *line, const struct event *e)
 static void put_step_mode(struct line *line, const struct event *e)
 {
 	put(line, "motion is not permitted: the PoStep driver of axis %lld ", (long long)e->a);
-	if (e->b < 0)
-		put(line, "does not tell its step mode");
-	else
-		put(line, "has step mode 1/%lld", 1LL << (e->b & 31));
-	put(line, ", wanted is 1/%lld; wait until it is set up (check its power and that setting), "
-	    "then switch the machine on again", 1LL << (e->c & 31));
+	if (e->c < 0) {
+		put(line, "is getting a step mode that is no longer wanted; wait until that has "
+		    "ended");
+	} else {
+		if (e->b < 0)
+			put(line, "does not tell its step mode");
+		else
+			put(line, "has step mode 1/%lld", 1LL << (e->b & 31));
+		put(line, ", wanted is 1/%lld; wait until it is set up (check its power and that "
+		    "setting)", 1LL << (e->c & 31));
+	}
+	put(line, ", then switch the machine on again");
 }
 
 static void put_wish_refused(struct line *line, const struct event *e)

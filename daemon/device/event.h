@@ -63,7 +63,8 @@ enum event_code {
 	EVENT_POSTEP,		/* faults of a PoStep driver: a = axis, b = those that are new (bits
 				 * as in struct pokeys_postep) */
 	EVENT_STEP_MODE,	/* motion is not permitted for a PoStep driver's step mode: a =
-				 * axis, b = the one it has, -1 = it does not tell, c = wanted */
+				 * axis, b = the one it has, -1 = it does not tell, c = wanted, -1 =
+				 * the one that it is getting is no longer wanted */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

@@ -44,8 +44,10 @@ static uint64_t modes_merge(const struct pokeys_settings *want, unsigned int ind
 
 static void say_step(struct device *device, unsigned int axis, int64_t step)
 {
+	const struct pokeys_axis_settings *want = &device->wishes.wanted.axis[axis];
+
 	device_say(device, EVENT_STEP_MODE, EVENT_ERROR, axis, step,
-		   device->wishes.wanted.axis[axis].postep_step);
+		   want->set & POKEYS_AXIS_SET_POSTEP_STEP ? want->postep_step : -1);
 }
 
 /* One has another step mode than when motion was permitted: from now on all ways are wrong. */
@@ -111,11 +113,12 @@ bool postep_permits(struct device *device)
 		const bool told = setting->known && talk->fetched >> i & 1;
 		const bool turning = talk->turning >> i & 1;
 		const bool wanted = want->set & POKEYS_AXIS_SET_POSTEP_STEP;
+		const bool same = wanted && step == want->postep_step;
 
 		talk->permitted[i] = setting->known ? step : UINT8_MAX;
-		if (wanted ? told && !turning && step == want->postep_step : !turning || !busy)
+		if (wanted ? told && !turning && same : !turning || !busy)
 			continue;
-		say_step(device, i, told && step != want->postep_step ? step : -1);
+		say_step(device, i, told && !same ? step : -1);
 		return false;
 	}
 	return true;

@@ -170,6 +170,33 @@ static void motion_is_refused_in_each_step_of_a_step_mode(void **state)
 	}
 }
 
+/* It is on its way to the driver, and nobody wants it any more: no mode is called wanted. */
+static void a_step_mode_whose_wish_was_withdrawn_is_not_called_wanted(void **state)
+{
+	char line[256];
+
+	(void)state;
+	world_go(&world, 0, 1000, 0);
+	world_run(&world, 100 * MS);
+	wish_modes(1, 8, 0);
+	await_update(0x80 | 6);
+	wish_modes(2, 0, 0);
+	world.command.flags |= POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 20 * MS);
+	assert_false(is_permitted(&world));
+	assert_int_equal(world.event_count[EVENT_STEP_MODE], 1);
+	event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
+	assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of axis 1 is "
+			    "getting a step mode that is no longer wanted; wait until that has "
+			    "ended, then switch the machine on again");
+	world_run(&world, 5 * SECOND);
+	assert_int_equal(world.state.config_state, POKEYS_CONFIG_APPLIED);
+	world_machine_on(&world);
+	world_run(&world, SECOND);
+	assert_int_equal(world_pulses(&world, 0), 1000);
+	assert_int_equal(world.event_count[EVENT_STEP_MODE], 1);
+}
+
 static bool is_not_permitted(struct world *w)
 {
 	return !is_permitted(w);
@@ -340,6 +367,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(motion_begins_in_each_step_of_a_temperature_limit),
 		cmocka_unit_test(motion_is_refused_in_each_step_of_a_step_mode),
+		cmocka_unit_test_setup(
+			a_step_mode_whose_wish_was_withdrawn_is_not_called_wanted, begin),
 		cmocka_unit_test_setup(a_driver_that_forgot_its_step_mode_takes_the_permission_away,
 				       begin),
 		cmocka_unit_test_setup(
