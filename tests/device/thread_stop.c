@@ -222,6 +222,36 @@ static void daemon_without_settings_finds_what_runs_in_threading(void **state)
 	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
 }
 
+/* Nor does it take the number of axes that is wanted. */
+static void find_it_stubborn(struct world *w, const uint8_t *packet)
+{
+	only_cancel_ends_it(w, packet);
+	w->swallow = packet[1] == 0x85 && packet[2] == 0x01;
+}
+
+static bool is_refused(struct world *w)
+{
+	return w->state.fault == POKEYS_FAULT_CONFIG_REFUSED;
+}
+
+/* The cable was out, and meanwhile somebody set it up otherwise: it may not run. */
+static void device_that_may_not_run_is_brought_out_of_it(void **state)
+{
+	(void)state;
+	prepare();
+	run(300, arm_with_the_motion);
+	sim_rig_silence(&world.rig, world.now, 500 * MS);
+	world.rig.device.config.engine.axes = 2;
+	world.watch = find_it_stubborn;
+	cancels_to_lose = 0;
+	world_until(&world, world_is_lost, SECOND);
+	world_until(&world, is_refused, 10 * SECOND);
+	world_until(&world, world_is_safe, SECOND);
+	assert_int_equal(world.state.link, POKEYS_LINK_CONFIGURING);
+	assert_int_not_equal(world.rig.device.stats.executed_pe[0x34], 0);
+	assert_int_equal(world.rig.device.engine.thread.state, SIM_THREAD_OFF);
+}
+
 static void whole_has_a_limit(void **state)
 {
 	const struct pokeys_one_shot one = {
@@ -279,6 +309,7 @@ int main(void)
 				       begin),
 		cmocka_unit_test_setup(daemon_that_ends_waits_for_the_cancel, begin),
 		cmocka_unit_test_setup(daemon_without_settings_finds_what_runs_in_threading, begin),
+		cmocka_unit_test_setup(device_that_may_not_run_is_brought_out_of_it, begin),
 		cmocka_unit_test_setup(whole_has_a_limit, begin),
 		cmocka_unit_test_setup(left_over_threading_is_cancelled_before_anything_moves,
 				       begin),
