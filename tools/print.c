@@ -135,25 +135,6 @@ static void print_io(const struct pokeys_state *state, FILE *to)
 	fputc('\n', to);
 }
 
-static void print_engine(const struct pokeys_state *state, FILE *to)
-{
-	const struct pokeys_engine *engine = &state->engine;
-
-	if (!state->t_motion_ns)
-		return;
-	fprintf(to, "  engine      %s%s\n", pokeys_engine_state_name(engine->state),
-		engine->emergency ? ", EMERGENCY" : "");
-	for (unsigned int i = 0; i < engine->axes_enabled && i < POKEYS_AXES; i++) {
-		const struct pokeys_axis *axis = &engine->axis[i];
-
-		fprintf(to, "  axis %u      %d (reference %d) %s%s%s%s%s%s\n", i, axis->position,
-			axis->reference, pokeys_axis_state_name(axis->state),
-			axis->homed ? ", homed" : "", axis->limit_minus ? ", LIMIT -" : "",
-			axis->limit_plus ? ", LIMIT +" : "", axis->home ? ", at home switch" : "",
-			axis->error ? ", DRIVER ERROR" : "");
-	}
-}
-
 static void print_packets(const struct view_device *device, FILE *to)
 {
 	const struct pokeys_link_statistics *s = &device->state.statistics;
@@ -204,7 +185,7 @@ void print_status(const struct view_device *device, FILE *to)
 		print_control(state, to);
 		fprintf(to, "  phase       %s\n", print_phase(&state->phase, phase));
 		print_io(state, to);
-		print_engine(state, to);
+		print_engine(device, to);
 	}
 	print_packets(device, to);
 	if (device->has_diag)

@@ -21,6 +21,21 @@ const char *print_phase(const struct pokeys_phase *phase, char text[80]);
 
 bool print_bit(const uint8_t *bits, unsigned int index);
 
+/* The pulse engine with all that hangs on it, a line each; nothing without one. */
+void print_engine(const struct view_device *device, FILE *to);
+
+/* There is a PoStep driver at this axis. */
+bool print_has_postep(const struct view_device *device, unsigned int axis);
+
+/* "24 V 41 C active", "SILENT for 3.2 s", "NOT HEARD OF". */
+const char *print_postep(const struct pokeys_state *state, unsigned int axis, char text[40]);
+
+/* "over-temperature, stall"; empty without a fault. */
+const char *print_postep_faults(const struct pokeys_postep *driver, char text[128]);
+
+/* How threading by the device stands, or ended; empty where it was never asked for. */
+const char *print_threading(const struct pokeys_state *state, char text[200]);
+
 /* Everything worth knowing of a device, in a dozen lines. */
 void print_status(const struct view_device *device, FILE *to);
 

@@ -17,6 +17,7 @@
 #include "tools/pokeysctl.h"
 #include "tools/print.h"
 #include "tools/screen.h"
+#include "tools/top.h"
 #include "tools/view.h"
 
 /* Counters as they were drawn last, for rates. */
@@ -140,23 +141,6 @@ static void draw_encoders(struct screen *screen, const struct pokeys_state *stat
 		screen_line(screen, "%s", line);
 }
 
-static void draw_axes(struct screen *screen, const struct pokeys_engine *engine)
-{
-	if (!engine->axes_enabled)
-		return;
-	screen_line(screen, "axis    position   reference  state               engine %s%s",
-		    pokeys_engine_state_name(engine->state), engine->emergency ? " EMERGENCY" : "");
-	for (unsigned int i = 0; i < engine->axes_enabled && i < POKEYS_AXES; i++) {
-		const struct pokeys_axis *axis = &engine->axis[i];
-
-		screen_line(screen, "%4u %11d %11d  %-18s %s%s%s%s%s", i, axis->position,
-			    axis->reference, pokeys_axis_state_name(axis->state),
-			    axis->homed ? " homed" : "", axis->limit_minus ? " LIMIT-" : "",
-			    axis->limit_plus ? " LIMIT+" : "", axis->home ? " home-switch" : "",
-			    axis->error ? " ERROR" : "");
-	}
-}
-
 static void draw_latencies(struct screen *screen, const struct pokeys_diag *diag)
 {
 	static const double parts[] = { 0.5, 0.9, 0.99, 0.999 };
@@ -193,7 +177,7 @@ static void draw_one(struct screen *screen, const struct view_device *device,
 	draw_head(screen, device, &rates);
 	draw_pins(screen, &device->state);
 	draw_encoders(screen, &device->state);
-	draw_axes(screen, &device->state.engine);
+	top_engine(screen, device);
 	if (device->has_diag)
 		draw_latencies(screen, &device->diag);
 }

@@ -73,6 +73,19 @@ void view_judge(struct view_device *device)
 	}
 }
 
+/* One that never said anything is in the device's settings only. */
+static uint8_t postep_axes(const struct view_device *device)
+{
+	struct pokeys_report report;
+	uint8_t axes = 0;
+
+	if (!device->state.t_postep_ns || pokeys_client_read_report(device->client, &report))
+		return 0;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		axes |= (uint8_t)((report.device.axis[i].postep_type ? 1u : 0u) << i);
+	return report.device.postep_enable ? axes : 0;
+}
+
 static void read_one(struct view_device *device)
 {
 	enum pokeys_client_state attached = pokeys_client_poll(device->client);
@@ -84,6 +97,7 @@ static void read_one(struct view_device *device)
 	device->has_diag = !result && !pokeys_client_read_diag(device->client, &device->diag) &&
 			   device->diag.t_publish_ns;
 	if (!result) {
+		device->postep_axes = postep_axes(device);
 		view_judge(device);
 		return;
 	}

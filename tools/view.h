@@ -24,6 +24,7 @@ struct view_device {
 	uint64_t now_ns;		/* when it was read */
 	enum view_freshness freshness;
 	bool has_diag;
+	uint8_t postep_axes;		/* bit = axis whose PoStep driver is set up */
 	char why[200];			/* one line, empty when fresh */
 	struct pokeys_state state;
 	struct pokeys_diag diag;

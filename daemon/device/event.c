@@ -306,17 +306,13 @@ static void put_config_missing(struct line *line, const struct event *e)
 
 static void put_postep(struct line *line, const struct event *e)
 {
-	static const char *const faults[] = {
-		"over-temperature", "overcurrent A", "overcurrent B", "predriver fault A",
-		"predriver fault B", "undervoltage", "stall", "stall latched",
-	};
 	const char *between = ": ";
 
 	put(line, "PoStep driver of axis %lld", (long long)e->a);
-	for (unsigned int i = 0; i < sizeof(faults) / sizeof(faults[0]); i++) {
+	for (unsigned int i = 0; i < 8; i++) {
 		if (!(e->b >> i & 1))
 			continue;
-		put(line, "%s%s", between, faults[i]);
+		put(line, "%s%s", between, pokeys_postep_fault_name(i));
 		between = ", ";
 	}
 }
@@ -400,40 +396,15 @@ static void put_task(struct line *line, const struct event *e)
 		[POKEYS_TASK_JOGGING] = "jogging",
 		[POKEYS_TASK_THREADING] = "threading",
 	};
-	static const char *const results[] = {
-		[POKEYS_TASK_RESULT_NONE] = "ended",
-		[POKEYS_TASK_DONE] = "done",
-		[POKEYS_TASK_CANCELLED] = "cancelled",
-		[POKEYS_TASK_TIMED_OUT] = "not done within its time limit",
-		[POKEYS_TASK_FAILED] = "failed: the device did not begin, or stopped by itself",
-		[POKEYS_TASK_TRIPPED] = "stopped by a limit switch or the emergency input",
-		[POKEYS_TASK_NOT_FOUND] = "at its end without a contact",
-		[POKEYS_TASK_LOST] = "lost with the link",
-		[POKEYS_TASK_STARVED] = "stopped: the motion buffer ran dry in the middle of a "
-					"thread",
-		[POKEYS_TASK_BEHIND] = "stopped: the spindle is too far behind its target speed",
-	};
 
 	put(line, "%s of axes 0x%02llx: %s", PICK(tasks, e->a), (unsigned long long)e->c,
-	    PICK(results, e->b));
+	    pokeys_task_result_name((uint8_t)e->b));
 }
 
 static void put_threading(struct line *line, const struct event *e)
 {
-	static const char *const reasons[] = {
-		[POKEYS_THREADING_WELL] = "not refused",
-		[POKEYS_THREADING_OFF] = "the machine is off",
-		[POKEYS_THREADING_NOT_SET] = "its settings are not given, or the device has not "
-					     "taken them yet",
-		[POKEYS_THREADING_NO_AXIS] = "no enabled axis in buffered mode takes part",
-		[POKEYS_THREADING_MOVING] = "an axis has not come to rest",
-		[POKEYS_THREADING_BUSY] = "the device is at work already",
-		[POKEYS_THREADING_NOT_PREPARED] = "it is not prepared",
-		[POKEYS_THREADING_NOT_BEGUN] = "it has not begun",
-		[POKEYS_THREADING_BAD_LIMIT] = "the time limit is out of range",
-	};
-
-	put(line, "%s refused: %s", PICK(one_shot_names, e->a), PICK(reasons, e->b));
+	put(line, "%s refused: %s", PICK(one_shot_names, e->a),
+	    pokeys_threading_refusal_name((uint8_t)e->b));
 }
 
 static void put_bad_command(struct line *line, const struct event *e)

@@ -131,6 +131,74 @@ static inline const char *pokeys_engine_state_name(uint8_t state)
 	}
 }
 
+/* enum pokeys_task_result */
+static inline const char *pokeys_task_result_name(uint8_t result)
+{
+	switch (result) {
+	case POKEYS_TASK_RESULT_NONE:	return "ended";
+	case POKEYS_TASK_DONE:		return "done";
+	case POKEYS_TASK_CANCELLED:	return "cancelled";
+	case POKEYS_TASK_TIMED_OUT:	return "not done within its time limit";
+	case POKEYS_TASK_FAILED:
+		return "failed: the device did not begin, or stopped by itself";
+	case POKEYS_TASK_TRIPPED:	return "stopped by a limit switch or the emergency input";
+	case POKEYS_TASK_NOT_FOUND:	return "at its end without a contact";
+	case POKEYS_TASK_LOST:		return "lost with the link";
+	case POKEYS_TASK_STARVED:
+		return "stopped: the motion buffer ran dry in the middle of a thread";
+	case POKEYS_TASK_BEHIND:
+		return "stopped: the spindle is too far behind its target speed";
+	default:			return "unknown";
+	}
+}
+
+/* enum pokeys_threading_refusal */
+static inline const char *pokeys_threading_refusal_name(uint8_t refusal)
+{
+	switch (refusal) {
+	case POKEYS_THREADING_WELL:	return "not refused";
+	case POKEYS_THREADING_OFF:	return "the machine is off";
+	case POKEYS_THREADING_NOT_SET:
+		return "its settings are not given, or the device has not taken them yet";
+	case POKEYS_THREADING_NO_AXIS:	return "no enabled axis in buffered mode takes part";
+	case POKEYS_THREADING_MOVING:	return "an axis has not come to rest";
+	case POKEYS_THREADING_BUSY:	return "the device is at work already";
+	case POKEYS_THREADING_NOT_PREPARED:	return "it is not prepared";
+	case POKEYS_THREADING_NOT_BEGUN:	return "it has not begun";
+	case POKEYS_THREADING_BAD_LIMIT:	return "the time limit is out of range";
+	default:			return "unknown";
+	}
+}
+
+/* State of a PoStep driver */
+static inline const char *pokeys_postep_state_name(uint8_t state)
+{
+	switch (state) {
+	case 1:		return "asleep";
+	case 2:		return "active";
+	case 3:		return "idle";
+	case 4:		return "overheated";
+	case 5:		return "DC motor";
+	default:	return "unknown";
+	}
+}
+
+/* A fault of a PoStep driver, the number of its bit in `faults` */
+static inline const char *pokeys_postep_fault_name(unsigned int bit)
+{
+	switch (bit) {
+	case 0:		return "over-temperature";
+	case 1:		return "overcurrent A";
+	case 2:		return "overcurrent B";
+	case 3:		return "predriver fault A";
+	case 4:		return "predriver fault B";
+	case 5:		return "undervoltage";
+	case 6:		return "stall";
+	case 7:		return "stall latched";
+	default:	return "unknown";
+	}
+}
+
 #ifdef __cplusplus
 }
 #endif

@@ -196,6 +196,24 @@ def test_every_key_reaches_the_device():
             wait_for(what, lambda: what in house.log())  # pylint: disable=cell-var-from-loop
 
 
+def test_status_and_top_show_the_drivers():
+    with House() as house:
+        house.device_keys["mill"] |= {"postep": "on"}
+        for axis, address in enumerate((33, 99)):  # there is none at 99
+            house.device_keys["mill"] |= {f"axis.{axis}.postep-type": 1, f"axis.{axis}.postep-address": address}
+        sim = house.start_sim("--preset", "demo")
+        house.start_daemon()
+        house.tells("  PoStep 0    24 V 40 C active", "status", "mill")
+        house.tells("  PoStep 1    NOT HEARD OF", "status")
+        shown = house.tells("PoStep 0: 24 V 40 C active", "top", "mill", "--count", "1").stdout
+        assert "PoStep 2" not in shown and "threading" not in shown, shown
+        house.ask_sim(sim, "field", "postep.faults", "0", "32")
+        house.tells(", FAULT: undervoltage\n", "status", "mill")
+        house.tells("PoStep 0 FAULT: undervoltage\n", "top", "mill", "--count", "1")
+        house.ask_sim(sim, "field", "postep.powered", "0", "0")
+        house.tells("  PoStep 0    SILENT for ", "status", "mill")
+
+
 def commander(house):
     """A commander in Python, as the examples have it. It is never closed: that is done by its end."""
     library = next(path for name, path in house.programs.items() if name.startswith("libpokeys_shm.so"))

@@ -129,6 +129,74 @@ static void the_phase_is_shown_where_somebody_is_followed(void **state)
 			       "read, error -3.2 us, jitter 5 us\n"));
 }
 
+/* One that answers, one that has stopped to, one that never did. */
+static void drivers_are_shown_where_there_are_any(void **state)
+{
+	struct view_device *device = fresh();
+	struct pokeys_postep *driver = device->state.postep;
+
+	(void)state;
+	device->state.t_motion_ns = device->now_ns;
+	assert_null(strstr(status_of(device), "PoStep"));
+	device->state.t_postep_ns = device->now_ns - 5 * MS;
+	driver[0] = (struct pokeys_postep){
+		.t_update_ns = device->now_ns - 1000 * MS, .supply = 97, .temperature = 41,
+		.state = 2,
+	};
+	assert_non_null(strstr(status_of(device), "  PoStep 0    24.25 V 41 C active\n"));
+	driver[0].mode = 2;
+	driver[0].step_mode = 4;
+	driver[0].temperature_limit = 85;
+	driver[0].faults = 0x41;
+	assert_non_null(strstr(status_of(device), "PoStep 0    24.25 V 41 C active, step mode "
+			       "1/16, limit 85 C, FAULT: over-temperature, stall\n"));
+	driver[0].t_update_ns = device->state.t_postep_ns - 3200 * MS;
+	assert_non_null(strstr(status_of(device), "PoStep 0    SILENT for 3.2 s, FAULT: over-"
+			       "temperature, stall\n"));
+	device->postep_axes = 4;
+	assert_non_null(strstr(status_of(device), "  PoStep 2    NOT HEARD OF\n"));
+	assert_null(strstr(text, "PoStep 1"));
+	driver[0].t_update_ns = device->now_ns;	/* the daemon has died long ago */
+	device->now_ns += 60000 * MS;
+	assert_non_null(strstr(status_of(device), "PoStep 0    24.25 V 41 C active"));
+}
+
+static void a_thread_is_shown_and_how_it_ended(void **state)
+{
+	struct view_device *device = fresh();
+	struct pokeys_threading *threading = &device->state.threading;
+	struct pokeys_engine *engine = &device->state.engine;
+
+	(void)state;
+	device->state.t_motion_ns = device->now_ns;
+	assert_null(strstr(status_of(device), "threading"));
+	threading->refused = POKEYS_THREADING_OFF;
+	assert_non_null(strstr(status_of(device), "  threading   refused: the machine is off\n"));
+	threading->refused = POKEYS_THREADING_WELL;
+	engine->task = POKEYS_TASK_THREADING;
+	engine->task_phase = POKEYS_TASK_STARTING;
+	engine->task_axes = 5;
+	assert_non_null(strstr(status_of(device), "  threading   beginning, axes 0 2, spindle "
+			       "0/min, index 0, 0 slots behind\n"));
+	engine->task_phase = POKEYS_TASK_WORKING;
+	*threading = (struct pokeys_threading){
+		.waiting = 1, .spindle_rpm = 500, .index_count = 7, .behind = 120,
+	};
+	assert_non_null(strstr(status_of(device), "  threading   waiting for the spindle's index, "
+			       "axes 0 2, spindle 500/min, index 7, 120 slots behind\n"));
+	engine->task_phase = POKEYS_TASK_STOPPING;
+	assert_non_null(strstr(status_of(device), "  threading   being stopped, axes 0 2"));
+	engine->task_phase = POKEYS_TASK_IDLE;
+	engine->task_result = POKEYS_TASK_STARVED;
+	assert_non_null(strstr(status_of(device), "  threading   NOT OURS (waiting for the "
+			       "spindle's index), it is being cancelled\n"));
+	threading->waiting = 0;
+	threading->refused = POKEYS_THREADING_MOVING;
+	assert_non_null(strstr(status_of(device), "  threading   the last one: stopped: the motion "
+			       "buffer ran dry in the middle of a thread; refused: an axis has not "
+			       "come to rest\n"));
+}
+
 static void durations_have_three_digits_and_a_unit(void **state)
 {
 	char out[16];
@@ -153,6 +221,14 @@ static void spoil(struct view_device *device)
 	device->state.engine.axis[1].max_speed = INFINITY;
 	device->state.postep[7].t_update_ns = 1;
 	device->state.postep[7].supply = 255;
+	device->state.postep[7].faults = 255;
+	device->state.postep[7].state = 200;
+	device->state.t_motion_ns = 1;
+	device->state.engine.task = POKEYS_TASK_THREADING;
+	device->state.engine.task_phase = 200;
+	device->state.engine.task_axes = 255;
+	device->state.threading.spindle_rpm = UINT32_MAX;
+	device->state.threading.index_count = UINT32_MAX;
 	device->state.engine.axes_enabled = 255;
 	device->state.link = 200;
 	device->state.fault = 77;
@@ -201,6 +277,8 @@ int main(int argc, char **argv)
 		cmocka_unit_test(terminals_are_numbered_from_one),
 		cmocka_unit_test(a_device_that_never_answered_has_no_inputs),
 		cmocka_unit_test(the_phase_is_shown_where_somebody_is_followed),
+		cmocka_unit_test(drivers_are_shown_where_there_are_any),
+		cmocka_unit_test(a_thread_is_shown_and_how_it_ended),
 		cmocka_unit_test(durations_have_three_digits_and_a_unit),
 		cmocka_unit_test(hostile_images_do_no_harm_to_a_terminal),
 	};
