@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What ARP may do to a running daemon: entries flushed, a wrong hardware address
+announced, another device at the same address. In name spaces of our own: here the
+machine with br0, behind one port of it the device, behind the other its twin, which
+has the same address and another serial number."""
+import json
+import os
+import subprocess
+import sys
+
+from house import House, end, equal, main, run, wait_equal, wait_for
+
+HERE, DEVICE = "10.78.0.1", "10.78.0.2"
+SERIAL, OTHER = 54321, 777
+MACS = {"mill": "02:00:00:00:00:0a", "twin": "02:00:00:00:00:0b", "nobody": "02:00:00:00:00:99"}
+# a machine that is held for a moment has not lost its device
+PATIENT = {"lost-after-ms": 20000}
+
+
+def ip(*words):
+    out = run("ip", *words)
+    assert out.returncode == 0, (words, out)
+    return out.stdout
+
+
+def make_network():
+    ip("link", "set", "lo", "up")
+    ip("link", "add", "br0", "address", "02:00:00:00:00:01", "type", "bridge")
+    ip("addr", "add", f"{HERE}/24", "dev", "br0")
+    ip("link", "set", "br0", "up")
+    # what the kernel does anyway, a few times faster
+    ip("ntable", "change", "name", "arp_cache", "dev", "br0", "base_reachable", "2000", "retrans", "200",
+       "delay_probe", "1000")
+    for name in ("mill", "twin"):
+        ip("netns", "add", name)
+        ip("link", "add", f"to-{name}", "type", "veth", "peer", "name", "eth0", "netns", name)
+        ip("link", "set", f"to-{name}", "master", "br0", "up")
+        ip("-n", name, "link", "set", "eth0", "address", MACS[name])
+        ip("-n", name, "link", "set", "lo", "up")
+        ip("-n", name, "addr", "add", f"{DEVICE}/24", "dev", "eth0")
+    ip("-n", "mill", "link", "set", "eth0", "up")
+
+
+def announce(owner, port=None):
+    """A gratuitous ARP: DEVICE is at the owner's hardware address from now on, says who is behind the port."""
+    out = run("ip", "netns", "exec", port or owner, sys.executable, "-c", f"""
+import socket
+mac = bytes.fromhex("{MACS[owner].replace(':', '')}")
+at = mac + socket.inet_aton("{DEVICE}")
+with socket.socket(socket.AF_PACKET, socket.SOCK_RAW) as s:
+    s.bind(("eth0", 0))
+    s.send(b"\\xff" * 6 + mac + bytes.fromhex("08060001080006040001") + at + bytes(6) + at[6:])
+""")
+    assert out.returncode == 0, out
+
+
+def entry():
+    """The hardware address that the kernel has for the device, None while it looks for it."""
+    found = json.loads(ip("-j", "neigh", "show", DEVICE, "dev", "br0") or "[]")
+    return found[0].get("lladdr") if found else None
+
+
+class Lan(House):
+    """A daemon here, simulated devices in their name spaces."""
+    def __init__(self, **keys):
+        super().__init__()
+        self.device_keys["mill"] = {"address": DEVICE, "serial": SERIAL, **keys}
+
+    def start_far(self, name, serial):
+        control = self.folder / f"{name}.sock"
+        with open(self.folder / "sim.log", "ab") as log:
+            child = subprocess.Popen(["ip", "netns", "exec", name, self.programs["pokeys-sim"], "--address", DEVICE,
+                                      "--serial", str(serial), "--control", control, "--quiet"],
+                                     stdout=log, stderr=log, stdin=subprocess.DEVNULL)
+        self.children.append(child)
+        wait_for("the simulator", control.exists)
+        child.control = control
+        return child
+
+    def start(self):
+        sim = self.start_far("mill", SERIAL)
+        ip("neigh", "flush", "dev", "br0")
+        self.start_daemon()
+        self.wait_fresh("mill")
+        return sim
+
+    def accepted(self):
+        return self.state()["statistics"]["accepted"]
+
+    def reconnects(self):
+        return self.state()["statistics"]["reconnects"]
+
+
+def test_an_entry_that_is_flushed_is_not_noticed():
+    with Lan(**PATIENT) as lan:
+        lan.start()
+        for _ in range(30):
+            before = lan.accepted()
+            ip("neigh", "flush", "dev", "br0")
+            wait_for("answers", lambda: lan.accepted() > before + 20)  # pylint: disable=cell-var-from-loop
+        equal(lan.reconnects(), 0, lan.log())
+
+
+def test_a_wrong_hardware_address_is_a_loss_and_mends_itself():
+    with Lan(**{"lost-after-ms": 300}) as lan:
+        lan.start()
+        for _ in range(3):
+            before = lan.reconnects()
+            announce("nobody", "mill")
+            wait_for("loss and return", lambda: lan.reconnects() > before)  # pylint: disable=cell-var-from-loop
+            lan.wait_fresh("mill")
+            wait_equal("the entry", entry, MACS["mill"])
+        assert "lost (was running): it does not answer" in lan.log(), lan.log()
+
+
+def operations(lan, sim):
+    """What the device has executed: {operation: times}."""
+    rows = (row.split("=") for row in lan.ask_sim(sim, "stat").splitlines() if row.startswith(("op.", "pe.")))
+    return {name: int(value) for name, value in rows}
+
+
+def settings(lan, sim):
+    """What it is set up for, without what it counts by itself."""
+    return [row for row in lan.ask_sim(sim, "field").splitlines() if row.startswith(("pin.function", "encoder.option",
+            "encoder.pins", "encoder.fast", "pwm", "engine.axes", "axis.block", "engine.state", "engine.outputs"))]
+
+
+def asked(lan, twin, times):
+    """What it has executed when it was asked so many times more who it is."""
+    first = operations(lan, twin).get("op.00", 0)
+    return wait_for("questions", lambda: (now := operations(lan, twin)).get("op.00", 0) >= first + times and now)
+
+
+def gets_only_questions(lan, twin):
+    """Who it is (op.00) and nothing else; what was on its way before has been executed then."""
+    before, after = asked(lan, twin, 1), asked(lan, twin, 3)
+    grown = {name for name, value in after.items() if value != before.get(name, 0)}
+    assert grown <= {"op.00"}, (before, after)
+
+
+def test_another_device_at_the_address_is_left_alone():
+    with Lan(**{"lost-after-ms": 300, "digital-outputs": "31-34", "axes": 2, "pwm-period": 2500}) as lan:
+        lan.start()
+        twin = lan.start_far("twin", OTHER)
+        ip("-n", "twin", "link", "set", "eth0", "up")
+        before = settings(lan, twin)
+        assert len(before) > 8, before
+        for round_ in range(3):
+            announce("twin")
+            wait_equal("the twin", lambda: lan.state().get("fault"), "wrong serial number")
+            gets_only_questions(lan, twin)
+            assert f"serial number {OTHER} answers, {SERIAL} is configured" in lan.log(), lan.log()
+            if round_ == 1:  # the device shouts louder
+                announce("mill")
+            else:  # the twin is unplugged
+                ip("-n", "twin", "link", "set", "eth0", "down")
+            lan.wait_fresh("mill")
+            ip("-n", "twin", "link", "set", "eth0", "up")
+        equal(settings(lan, twin), before)
+        print(f"  the twin has executed {operations(lan, twin)}")
+        end(twin)
+
+
+def why_not():
+    """What is missing to run this, or None. Makes the mounts and the network."""
+    if os.geteuid() != 0:
+        return "needs root, for name spaces"
+    for command in (("mount", "-t", "tmpfs", "run", "/run"), ("ip", "link", "add", "try", "type", "bridge"),
+                    ("ip", "link", "del", "try")):
+        try:
+            out = run(*command)
+        except FileNotFoundError as missing:
+            return str(missing)
+        if out.returncode:
+            return f"{' '.join(command)}: {out.stderr.strip()}"
+    return None
+
+
+def begin():
+    os.environ["PATH"] += ":/usr/sbin:/sbin"
+    if os.environ.pop("POKEYS_INSIDE", None) is None:
+        out = run("unshare", "--mount", "--net", "true")
+        if out.returncode:
+            print(f"skipped: no name spaces here: {out.stderr.strip()}", file=sys.stderr)
+            return 77
+        os.environ["POKEYS_INSIDE"] = "1"
+        os.execvp("unshare", ["unshare", "--mount", "--net", sys.executable, __file__, *sys.argv[1:]])
+    reason = why_not()
+    if reason:
+        print(f"skipped: {reason}", file=sys.stderr)
+        return 77
+    make_network()
+    return main(sys.modules[__name__])
+
+
+if __name__ == "__main__":
+    sys.exit(begin())
