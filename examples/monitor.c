@@ -222,7 +222,8 @@ static int parse(struct options *options, int argc, char **argv)
 	if (optind < argc)
 		options->device = argv[optind++];
 	/* written so that what is no number is out of range */
-	return optind == argc && options->interval_s >= 0.01 && options->interval_s <= 3600 ? 0 : -1;
+	return optind == argc && options->interval_s >= 0.01 &&
+	       options->interval_s <= 3600 ? 0 : -1;
 }
 
 /* The daemon's first device; NULL = there is none, which is said. */

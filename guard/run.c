@@ -103,8 +103,8 @@ static int look(struct service *service)
 
 	if (!guard_is_attached(&service->place)) {
 		if (service->place.index) {
-			log_line(EVENT_WARNING, "%s: the guard is off, for the interface is gone or "
-				 "somebody took it off; putting it on again",
+			log_line(EVENT_WARNING, "%s: the guard is off, for the interface is gone "
+				 "or somebody took it off; putting it on again",
 				 service->place.interface);
 			service->place.index = 0;
 			guard_detach();
@@ -161,8 +161,8 @@ static void open_server(struct guard_server *server)
 	int result = guard_server_open(server, HANDOVER_PATH, guard_sockets_fd(), guard_ports_fd());
 
 	if (result)
-		log_line(EVENT_WARNING, HANDOVER_PATH ": cannot be made: %s; pokeysd gets no AF_XDP "
-			 "socket", strerror(-result));
+		log_line(EVENT_WARNING, HANDOVER_PATH ": cannot be made: %s; pokeysd gets no "
+			 "AF_XDP socket", strerror(-result));
 }
 
 int guard_run(const struct config *config)

@@ -106,7 +106,8 @@ static void print_set(uint64_t pins, char text[SETTINGS_VALUE_MAX])
 			last++;
 		if (last - first < 2)
 			last = first;
-		at = settings_append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "", first + 1);
+		at = settings_append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "",
+				     first + 1);
 		if (last > first)
 			at = settings_append(text, SETTINGS_VALUE_MAX, at, "-%d", last + 1);
 		first = last;
@@ -119,7 +120,8 @@ static uint64_t functions_of(const struct settings_key *key, const struct pokeys
 
 	for (int pin = (int)key->minimum - 1; pin < (int)key->maximum; pin++) {
 		uint8_t function = settings->pin_function[pin];
-		bool has = key->type == SETTINGS_PIN_FLAG ? (function & key->bits) && function & 0x7f :
+		bool has = key->type == SETTINGS_PIN_FLAG ?
+			   (function & key->bits) && function & 0x7f :
 			   (function & 0x7fu) == key->bits;
 
 		if (settings->pin_set[pin / 8] >> pin % 8 & 1 && has)
@@ -133,7 +135,8 @@ static void print_row(const uint8_t *pins, size_t count, char text[SETTINGS_VALU
 	size_t at = settings_append(text, SETTINGS_VALUE_MAX, 0, "%s", count ? "" : "none");
 
 	for (size_t i = 0; i < count; i++)
-		at = settings_append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "", pins[i] + 1);
+		at = settings_append(text, SETTINGS_VALUE_MAX, at, "%s%d", at ? "," : "",
+				     pins[i] + 1);
 }
 
 static void print_bytes(const uint8_t *bytes, size_t count, char text[SETTINGS_VALUE_MAX])

@@ -108,26 +108,26 @@ const struct settings_key settings_keys[] = {
 	    .help = "The device talks to PoStep motor drivers, and the daemon reads what they say. "
 		    "PoKeys57CNC only, from firmware 4.1.42 on."),
 	KEY("synced-pwm", SETTINGS_NUMBER, AT(sync_pwm_enable), SET(SYNC_PWM), FLAG(1),
-	    .help = "A PWM output follows an axis in buffered mode: the pulses of a millisecond are "
-		    "its duty in percent. The three synced-pwm keys are written together."),
+	    .help = "A PWM output follows an axis in buffered mode: the pulses of a millisecond "
+		    "are its duty in percent. The three synced-pwm keys are written together."),
 	KEY("synced-pwm-axis", SETTINGS_NUMBER, AT(sync_pwm_axis), SET(SYNC_PWM),
 	    RANGE(0, POKEYS_AXES - 1), .help = "The axis that it follows."),
 	KEY("synced-pwm-channel", SETTINGS_NUMBER, AT(sync_pwm_channel), SET(SYNC_PWM),
 	    RANGE(0, POKEYS_PWM - 1), .help = "The PWM output, HAL's pwm.00 to pwm.05."),
 	KEY("synced-outputs", SETTINGS_NUMBER, AT(sync_out_enable), SET(SYNC_OUTPUTS), FLAG(1),
-	    .help = "Eight outputs follow an axis in buffered mode: its byte of each millisecond is "
-		    "their bits. The three synced-outputs keys are written together."),
+	    .help = "Eight outputs follow an axis in buffered mode: its byte of each millisecond "
+		    "is their bits. The three synced-outputs keys are written together."),
 	KEY("synced-outputs-axis", SETTINGS_NUMBER, AT(sync_out_axis), SET(SYNC_OUTPUTS),
 	    RANGE(0, POKEYS_AXES - 1), .help = "The axis that they follow."),
 	KEY("synced-outputs-pins", SETTINGS_BYTES, AT(sync_out_pin), SET(SYNC_OUTPUTS),
 	    RANGE(0, 99),
-	    .help = "Their terminals, that of bit 0 first: 1 to 55, 92 to 99 an output of the pulse "
-		    "engine's connector, 0 none."),
+	    .help = "Their terminals, that of bit 0 first: 1 to 55, 92 to 99 an output of the "
+		    "pulse engine's connector, 0 none."),
 	KEY("threading-mode", SETTINGS_NUMBER, AT(threading_mode), SET(THREADING), WORDS_ONLY,
 	    WORDS({ "index", 0 }, { "encoder", 1 }, { "fast-index", 2 }, { "fast-encoder", 3 }),
 	    .help = "What the device's own threading follows (docs/motion.md): the spindle's index "
-		    "alone, or its encoder and index; the fast ones are the vendor's \"high speed\". "
-		    "The threading keys are written together and cannot be read back."),
+		    "alone, or its encoder and index; the fast ones are the vendor's \"high "
+		    "speed\". The threading keys are written together and cannot be read back."),
 	KEY("threading-ticks", SETTINGS_NUMBER, AT(threading_ticks), SET(THREADING),
 	    RANGE(1, UINT16_MAX), .unit = "counts",
 	    .help = "Counts of the ultra-fast encoder in a turn of the spindle."),
@@ -236,8 +236,8 @@ const struct settings_key settings_keys[] = {
 		    "well: both would compensate."),
 	KEY(AXIS("backlash-acceleration"), SETTINGS_NUMBER, AXIS_AT(backlash_acceleration),
 	    AXIS_SET(BACKLASH_ACCELERATION), RANGE(0, 255000000), .scale = 1000000,
-	    .unit = "pulses/s^2", .help = "Acceleration with which the play is taken up, in steps of "
-					  "1000000."),
+	    .unit = "pulses/s^2",
+	    .help = "Acceleration with which the play is taken up, in steps of 1000000."),
 	KEY(AXIS("postep-type"), SETTINGS_NUMBER, AXIS_AT(postep_type), AXIS_SET(POSTEP_TYPE),
 	    RANGE(1, UINT8_MAX), WORDS({ "none", 0 }),
 	    .help = "Type of this axis' PoStep motor driver, as its own tool calls it. It needs "
@@ -257,8 +257,8 @@ const struct settings_key settings_keys[] = {
 
 #define ENCODER(name) "encoder.#." name
 	KEY(ENCODER("enable"), SETTINGS_NUMBER, ENCODER_FLAG(1), FLAG(1),
-	    .help = "Count this encoder: on if any other key of it is given. An encoder of which no "
-		    "key is given stays as the device has it."),
+	    .help = "Count this encoder: on if any other key of it is given. An encoder of which "
+		    "no key is given stays as the device has it."),
 	KEY(ENCODER("sampling"), SETTINGS_NUMBER, ENCODER_FLAG(6), WORDS_ONLY,
 	    WORDS({ "1", 0 }, { "2", 4 }, { "4", 2 }), .unit = "counts a line",
 	    .help = "Edges that are counted: 4 if another key of this encoder is given."),
@@ -267,9 +267,10 @@ const struct settings_key settings_keys[] = {
 	    .help = "Terminals of channel A and channel B. Without it the device's own stay."),
 	KEY("fast-encoders", SETTINGS_NUMBER, AT(fast_configuration), SET(FAST_ENCODERS),
 	    .bits = 0x0f, WORDS_ONLY, WORDS({ "off", 0 }, { "on", 10 }, { "alternative", 1 }),
-	    .help = "Encoders 0 to 2 counted in hardware, at terminals 1 and 2, 5 and 6, 15 and 16; "
-		    "alternative, on older devices, at 3 and 4 instead of 5 and 6. The fast-encoder "
-		    "keys are written together: what is not given is off (sampling: 4)."),
+	    .help = "Encoders 0 to 2 counted in hardware, at terminals 1 and 2, 5 and 6, 15 and "
+		    "16; alternative, on older devices, at 3 and 4 instead of 5 and 6. The "
+		    "fast-encoder keys are written together: what is not given is off "
+		    "(sampling: 4)."),
 	KEY("fast-encoder-sampling", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
 	    .bits = 0x10, WORDS_ONLY, WORDS({ "1", 0x10 }, { "4", 0 }), .unit = "counts a line",
 	    .help = "Edges that the fast encoders count."),
@@ -331,7 +332,8 @@ const struct settings_key settings_keys[] = {
 	KEY("failsafe-poextbus", SETTINGS_BYTES, AT(failsafe_poextbus), SET(FAILSAFE),
 	    RANGE(0, 255), .help = "Bytes of PoExtBus in its failsafe state; 0 where not given."),
 	KEY("failsafe-pwm", SETTINGS_BYTES, AT(failsafe_pwm), SET(FAILSAFE), RANGE(0, 100),
-	    .unit = "%", .help = "Duties of the PWM outputs in its failsafe state; 0 where not given."),
+	    .unit = "%",
+	    .help = "Duties of the PWM outputs in its failsafe state; 0 where not given."),
 	KEY("device-name", SETTINGS_TEXT, AT(name), SET(NAME),
 	    .help = "Name that the device itself carries."),
 };

@@ -50,20 +50,22 @@ size_t settings_allowed(const struct settings_key *key, char *text, size_t size)
 	case SETTINGS_NUMBER:
 	case SETTINGS_REAL:
 		if (key->minimum <= key->maximum)
-			at = settings_append(text, size, at, " | %.10g..%.10g", key->minimum, key->maximum);
+			at = settings_append(text, size, at, " | %.10g..%.10g", key->minimum,
+					     key->maximum);
 		return at;
 	case SETTINGS_BYTES:
-		return settings_append(text, size, at, "at most %zu numbers %g..%g with commas between",
-			      key->size, key->minimum, key->maximum);
+		return settings_append(text, size, at, "at most %zu numbers %g..%g with commas "
+				       "between", key->size, key->minimum, key->maximum);
 	case SETTINGS_TEXT:
-		return settings_append(text, size, at, "at most %d printable characters, no quotes, ; or #",
-			      NAME_LENGTH);
+		return settings_append(text, size, at, "at most %d printable characters, no "
+				       "quotes, ; or #", NAME_LENGTH);
 	case SETTINGS_PIN_PAIR:
-		return settings_append(text, size, at, "two pins %g..%g with a comma between", key->minimum,
-			      key->maximum);
+		return settings_append(text, size, at, "two pins %g..%g with a comma between",
+				       key->minimum, key->maximum);
 	case SETTINGS_PIN_ROW:
-		return settings_append(text, size, at, "at most %zu pins %g..%g with commas between, in "
-			      "order", key->size, key->minimum, key->maximum);
+		return settings_append(text, size, at, "at most %zu pins %g..%g with commas "
+				       "between, in order", key->size, key->minimum,
+				       key->maximum);
 	case SETTINGS_PIN_FUNCTION:
 	case SETTINGS_PIN_FLAG:
 	case SETTINGS_PIN_BITS:

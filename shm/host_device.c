@@ -170,8 +170,8 @@ int shm_device_commanders(struct shm_device *device)
 {
 	char name[SHM_SERVICE_NAME_MAX];
 
-	return iox_writers(device->host->node, shm_service_name(name, device->name, "command"), NULL,
-			   NULL);
+	return iox_writers(device->host->node, shm_service_name(name, device->name, "command"),
+			   NULL, NULL);
 }
 
 void shm_device_write(struct shm_device *device, const struct pokeys_state *state)

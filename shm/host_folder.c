@@ -61,7 +61,8 @@ static int group_id(const char *group, gid_t *out, char *why, size_t size)
 static bool is_ours(const char *name)
 {
 	static const char *const names[] = {
-		".", "..", "lock", "current", ".current", "control", "recorder", "recorder.died", NULL
+		".", "..", "lock", "current", ".current", "control", "recorder", "recorder.died",
+		NULL
 	};
 
 	for (size_t i = 0; names[i]; i++) {

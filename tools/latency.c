@@ -114,13 +114,13 @@ static void take_daemon(struct latency_run *run, struct view *view, int cpu,
 	struct latency_series *series = &run->series[run->count];
 
 	if (!device) {
-		snprintf(run->note, sizeof(run->note), "the daemon was there, but not at the end: %s",
-			 why);
+		snprintf(run->note, sizeof(run->note),
+			 "the daemon was there, but not at the end: %s", why);
 		return;
 	}
 	if (device->diag.cycle < before->cycle)
-		snprintf(run->note, sizeof(run->note), "the daemon was started anew in between; its "
-			 "numbers are since then");
+		snprintf(run->note, sizeof(run->note),
+			 "the daemon was started anew in between; its numbers are since then");
 	if (cpu >= 0)
 		snprintf(core, sizeof(core), ", core %d", cpu);
 	series->cpu = cpu;

@@ -51,8 +51,8 @@ int latency_measure(struct latency_run *run, size_t count, char *why, size_t siz
  * with what is missing in `why`, one line. Any sign of a daemon is waited for, up to 5 s.
  * `view` is all zero at first, and to be closed.
  */
-const struct view_device *latency_daemon(struct view *view, const char *runtime_directory, char *why,
-					 size_t size);
+const struct view_device *latency_daemon(struct view *view, const char *runtime_directory,
+					 char *why, size_t size);
 
 /* What was added to a histogram between two readings. Pure. */
 void latency_since(const struct pokeys_histogram *before, const struct pokeys_histogram *after,

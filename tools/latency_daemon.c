@@ -49,7 +49,8 @@ static void explain(const struct view *view, const char *directory, int known, c
 	const struct view_device *device = &view->device[0];
 
 	if (known == -EACCES)
-		snprintf(why, size, "%s: permission denied; this user must be in the folder's group",
+		snprintf(why, size,
+			 "%s: permission denied; this user must be in the folder's group",
 			 directory);
 	else if (known < 0)
 		snprintf(why, size, "%s: %s", directory, strerror(-known));
@@ -64,8 +65,8 @@ static void explain(const struct view *view, const char *directory, int known, c
 		snprintf(why, size, "%s: the daemon publishes no histograms", device->name);
 }
 
-const struct view_device *latency_daemon(struct view *view, const char *runtime_directory, char *why,
-					 size_t size)
+const struct view_device *latency_daemon(struct view *view, const char *runtime_directory,
+					 char *why, size_t size)
 {
 	const struct timespec pause = { .tv_nsec = 20000000 };
 	const uint64_t since_ns = view_now(), end_ns = since_ns + PATIENCE_NS;

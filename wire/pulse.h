@@ -161,7 +161,8 @@ struct wire_pulse_status2_rep {
 #define WIRE_SYNC_OFF 0
 #define WIRE_SYNC_ON 1
 #define WIRE_SYNC_READ 2
-#define WIRE_SYNC_EXTERNAL_FIRST 92	/* pins from here on are outputs of the engine's connector */
+/* pins from here on are outputs of the engine's connector */
+#define WIRE_SYNC_EXTERNAL_FIRST 92
 #define WIRE_SYNC_EXTERNAL_LAST 99
 struct wire_pulse_sync_pwm_req {
 	uint8_t option;		/* WIRE_SYNC_ */

@@ -172,8 +172,8 @@ static void take_engine_state(struct device *device, uint8_t state)
 
 	device->image.engine.state = state;
 	if (state != before && (engine_tripped(state) || engine_tripped(before)))
-		device_say(device, EVENT_ENGINE, engine_tripped(state) ? EVENT_ERROR : EVENT_NOTICE, state,
-			   before, 0);
+		device_say(device, EVENT_ENGINE,
+			   engine_tripped(state) ? EVENT_ERROR : EVENT_NOTICE, state, before, 0);
 }
 
 /*

@@ -46,7 +46,8 @@ static uint8_t why_not(const struct device *device)
 		       POKEYS_THREADING_NOT_PREPARED :
 		       threading->arm.open ? POKEYS_THREADING_BUSY : POKEYS_THREADING_WELL;
 	case POKEYS_ONE_SHOT_THREAD_RELEASE:
-		return threading_ours(device) && works ? POKEYS_THREADING_WELL : POKEYS_THREADING_NOT_BEGUN;
+		return threading_ours(device) && works ? POKEYS_THREADING_WELL :
+							 POKEYS_THREADING_NOT_BEGUN;
 	default:
 		return why_not_begin(device);
 	}

@@ -15,9 +15,10 @@
  * The third place of a cycle goes to the engine's state or the axes' references,
  * the fourth to one of: a step of a one-shot, a setting, and in turns the other
  * outputs and the slow groups. What begins and ends threading has a place of its own,
- * for an axis in position mode may move beside a thread all the time. References change in every cycle of a move; with
- * one place for both, either the slow groups would starve or a reference, or a
- * position, would be late by a cycle, and each of these is a following error.
+ * for an axis in position mode may move beside a thread all the time. References change
+ * in every cycle of a move; with one place for both, either the slow groups would starve
+ * or a reference, or a position, would be late by a cycle, and each of these is a
+ * following error.
  * With slow_together the slow groups that are due follow in the same cycle, as many
  * as the window takes.
  */
@@ -177,7 +178,8 @@ static void status_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 
 static void send_status(struct device *device)
 {
-	static const struct wire_pulse_status_req request;	/* the mailbox picks the check byte */
+	/* the mailbox picks the check byte */
+	static const struct wire_pulse_status_req request;
 
 	if (device->plan.status_open ||
 	    !request_send(device, WIRE_OP_PULSE_STATUS, &request, status_ended, NULL, NULL))

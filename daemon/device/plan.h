@@ -106,9 +106,9 @@ struct plan {
 	bool doubt_tick, doubt_identity;	/* was it another one that answered? */
 	struct slow slow[SLOW_GROUPS];
 	uint64_t blocked_ns;			/* the next safe 0xCC while the link cannot run */
-	bool output_sent;			/* the last of the lesser requests wrote an output */
+	bool output_sent;			/* the last lesser request wrote an output */
 	uint64_t rates_ns;			/* slow_millihertz[] are measured since then */
-	uint64_t slow_since_ns;			/* slow_together: from here its moments are counted */
+	uint64_t slow_since_ns;			/* slow_together: its moments count from here */
 	uint8_t counter_pin[POKEYS_PINS];	/* 0-based pins that count */
 	uint8_t counters, counter_next;
 	uint8_t counter_asked[WIRE_COUNTERS];

@@ -39,8 +39,9 @@ static const struct {
 	uint32_t bit;
 	size_t ours, wire;
 } bytes[] = {
-#define BYTE(NAME, ours, wire) { POKEYS_AXIS_SET_##NAME, \
-		offsetof(struct pokeys_axis_settings, ours), offsetof(struct wire_axis_config, wire) }
+#define BYTE(NAME, ours, wire) \
+	{ POKEYS_AXIS_SET_##NAME, offsetof(struct pokeys_axis_settings, ours), \
+	  offsetof(struct wire_axis_config, wire) }
 	BYTE(PIN_LIMIT_MINUS, pin_limit_minus, pin_limit_n),
 	BYTE(PIN_LIMIT_PLUS, pin_limit_plus, pin_limit_p),
 	BYTE(PIN_HOME, pin_home, pin_home),
@@ -162,7 +163,7 @@ static int64_t axis_written(const union setting_value *value, unsigned int which
 
 const struct setting_kind setting_axis = {
 	.read = WIRE_OP_PULSE_AXIS_GET, .write = WIRE_OP_PULSE_AXIS_SET,
-	.name = POKEYS_SETTING_AXIS, .vital = true, .has = setting_has_engine, .wanted = axis_wanted,
-	.ask = axis_ask, .merge = axis_merge, .learn = axis_learn, .report = axis_report,
-	.written = axis_written,
+	.name = POKEYS_SETTING_AXIS, .vital = true, .has = setting_has_engine,
+	.wanted = axis_wanted, .ask = axis_ask, .merge = axis_merge, .learn = axis_learn,
+	.report = axis_report, .written = axis_written,
 };

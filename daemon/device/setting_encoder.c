@@ -192,7 +192,8 @@ static uint64_t fast_merge(const struct pokeys_settings *want, unsigned int inde
 	fast->option = (uint8_t)((want->fast_configuration & FAST_CONFIGURATION) |
 				 (want->fast_options & ~FAST_CONFIGURATION));
 	fast->index = want->fast_options & FAST_INDEX;
-	return fast->option != value->fast.status || fast->index != (value->fast.index & FAST_INDEX);
+	return fast->option != value->fast.status ||
+	       fast->index != (value->fast.index & FAST_INDEX);
 }
 
 static void fast_report(struct pokeys_settings *known, unsigned int index,

@@ -193,5 +193,6 @@ static int64_t bus_written(const union setting_value *value, unsigned int which)
 const struct setting_kind setting_poextbus = {
 	.read = WIRE_OP_POEXTBUS, .write = WIRE_OP_POEXTBUS, .name = POKEYS_SETTING_POEXTBUS,
 	.has = has_bus, .wanted = bus_wanted, .ask = bus_ask, .merge = bus_merge,
-	.take_along = bus_take_along, .learn = bus_learn, .report = bus_report, .written = bus_written,
+	.take_along = bus_take_along, .learn = bus_learn, .report = bus_report,
+	.written = bus_written,
 };

@@ -34,7 +34,7 @@ struct task_kind {
 	bool (*is_complete)(uint8_t engine_state);
 	bool waits;			/* complete, until the commander finishes it */
 	bool endless;			/* at work until the commander ends it */
-	bool scrap;			/* neither done nor cancelled: it takes the permission along */
+	bool scrap;			/* neither done nor cancelled: the permission goes */
 	uint64_t finish_ns;		/* to finish it, if that takes longer than a request */
 	/* Send the request that begins it, that ends it; false = not now. */
 	bool (*start)(struct device *device, pokeys_parser_t parser);

@@ -162,7 +162,8 @@ static bool released(struct device *device)
 {
 	struct threading *threading = &device->threading;
 
-	if (disturbed(device) || !threading_known(device) || threading_step_seen(device) != THREAD_NONE)
+	if (disturbed(device) || !threading_known(device) ||
+	    threading_step_seen(device) != THREAD_NONE)
 		return false;
 	if (!threading->released)
 		buffer_unstretch(device);

@@ -139,11 +139,12 @@ static bool cancel_due(const struct device *device)
 {
 	const struct threading *threading = &device->threading;
 
-	if (!threading->dirty || threading_ours(device) || threading->cancel_open || device->task.open ||
-	    threading->arm_open)
+	if (!threading->dirty || threading_ours(device) || threading->cancel_open ||
+	    device->task.open || threading->arm_open)
 		return false;
-	return !threading->cancelled || (device->now_ns >= threading->cancel_after_ns &&
-					 threading_known(device) && threading_step_seen(device) != THREAD_NONE);
+	return !threading->cancelled ||
+	       (device->now_ns >= threading->cancel_after_ns && threading_known(device) &&
+		threading_step_seen(device) != THREAD_NONE);
 }
 
 static void arm_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -164,8 +165,8 @@ static bool arm_due(const struct device *device)
 	const struct threading *threading = &device->threading;
 
 	return threading_ours(device) && device->image.engine.task_phase == POKEYS_TASK_WORKING &&
-	       threading->arm.open && threading->step == THREAD_PREPARED && threading_known(device) &&
-	       threading->arm_tries < TRIES && buffer_loaded(device);
+	       threading->arm.open && threading->step == THREAD_PREPARED &&
+	       threading_known(device) && threading->arm_tries < TRIES && buffer_loaded(device);
 }
 
 bool threading_send(struct device *device)

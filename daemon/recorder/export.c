@@ -137,8 +137,8 @@ static void put_late_cycle(struct exporter *e, const struct recorder_slot *slot)
 	late = cycle.woke_ns - cycle.tick_ns;
 	if (!cycle.skipped && late < e->file->head.period_ns / 4)
 		return;
-	snprintf(text, sizeof(text), "cycle %" PRIu64 " began %" PRIu64 " us late, its data was out "
-		 "after %" PRIu64 " us; %u missed", cycle.cycle, late / 1000,
+	snprintf(text, sizeof(text), "cycle %" PRIu64 " began %" PRIu64 " us late, its data was "
+		 "out after %" PRIu64 " us; %u missed", cycle.cycle, late / 1000,
 		 (cycle.published_ns - cycle.tick_ns) / 1000, cycle.skipped);
 	put_entry(e, slot, EVENT_INFO, text);
 }

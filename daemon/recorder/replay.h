@@ -32,7 +32,7 @@ struct replay_line {
 	uint8_t tries;			/* request */
 	uint8_t verdict;		/* reply: enum pokeys_verdict */
 	uint64_t taken_ns;		/* reply: until the daemon looked at it */
-	ptrdiff_t partner;		/* line of the reply, or of the try before it; REPLAY_NONE */
+	ptrdiff_t partner;		/* line of the reply, or of the try before; REPLAY_NONE */
 	ptrdiff_t again;		/* request: line of its next try; REPLAY_NONE */
 	ptrdiff_t before;		/* request: line of the try before; REPLAY_NONE */
 };

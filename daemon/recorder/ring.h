@@ -39,16 +39,17 @@ enum recorder_kind {
 /* Times are CLOCK_MONOTONIC ns. */
 struct recorder_slot {
 	uint64_t number;
-	uint64_t t_ns;			/* handed to the transport; taken in by the kernel; happened */
+	uint64_t t_ns;			/* handed to the transport; taken in by the kernel;
+					 * happened */
 	uint64_t taken_ns;		/* received: when the daemon looked at it */
 	uint32_t peer, local;		/* IPv4, host byte order; 0 = not known */
 	uint16_t peer_port, local_port;
-	uint16_t length;		/* of the datagram; data holds at most RECORDER_DATA of it */
+	uint16_t length;		/* of the datagram; at most RECORDER_DATA are in data */
 	uint8_t kind;			/* enum recorder_kind */
 	uint8_t device;			/* index, 255 = none */
 	uint8_t verdict;		/* received: enum pokeys_verdict */
 	uint8_t tries;			/* sent: the n-th transmission of this request */
-	bool stamped;			/* received: t_ns is the kernel's; otherwise it is taken_ns */
+	bool stamped;			/* received: t_ns is the kernel's, else taken_ns */
 	uint8_t reserved;
 	uint32_t cycle;			/* the cycle it fell into, low 32 bits */
 	uint8_t data[RECORDER_DATA];

@@ -27,7 +27,7 @@ enum loop_phase_lock { LOOP_PHASE_NO, LOOP_PHASE_AUTO, LOOP_PHASE_YES };
 struct loop_options {
 	uint64_t period_ns;		/* 250 us .. 4 ms */
 	enum loop_mode mode;
-	double collect;			/* part of the period to wait for fast replies, 0.1 .. 0.9 */
+	double collect;			/* part of the period to await fast replies, 0.1 .. 0.9 */
 	/*
 	 * spin: most of a period to spend running, 0.1 .. 0.9; 1 = throttling
 	 * is off. Lowered to what the kernel's throttling leaves (realtime.h).
@@ -46,7 +46,8 @@ struct loop_shared {
 	_Atomic uint32_t wanted;	/* loop: bit = this device wants an address */
 	_Atomic uint32_t link[TRANSPORT_CHANNELS];	/* loop: enum pokeys_link */
 	_Atomic uint32_t notify;	/* loop: bit = news for the listeners of this device */
-	_Atomic uint32_t flags;		/* control: POKEYS_STATE_REALTIME, _FALLBACK, _GUARD to publish */
+	_Atomic uint32_t flags;		/* control: POKEYS_STATE_REALTIME, _FALLBACK, _GUARD,
+					 * to publish */
 	_Atomic int32_t thread;		/* loop: its thread id, 0 = has not begun */
 	_Atomic uint64_t guard_passed, guard_dropped;	/* control: to publish */
 	_Atomic uint64_t minor_faults, major_faults;	/* loop_sample_faults: since it began */
@@ -68,7 +69,7 @@ struct loop_order {
 	uint32_t id;			/* the giver's own */
 	uint8_t device;			/* index */
 	uint8_t what;			/* enum device_order */
-	bool replace;			/* first put `settings` in place of what pokeysd.conf wants */
+	bool replace;			/* first put `settings` in pokeysd.conf's place */
 	int result;			/* of device_order() */
 	struct pokeys_settings settings;
 };

@@ -129,11 +129,12 @@ static int priority_refused(int rc, int priority, char *why, size_t size)
 	if (rc == -EPERM && cgroup_forbids_realtime("/proc/self/cgroup", "/sys/fs/cgroup", path,
 						    sizeof path))
 		return refuse(rc, why, size, "SCHED_FIFO is refused: this process is in a cgroup "
-			      "without realtime time; write a budget (950000) into %s and into those "
-			      "above it, or start the daemon in the top group", path);
+			      "without realtime time; write a budget (950000) into %s and into "
+			      "those above it, or start the daemon in the top group", path);
 	if (rc == -EPERM)
-		return refuse(rc, why, size, "SCHED_FIFO priority %d is refused; give CAP_SYS_NICE, "
-			      "or set LimitRTPRIO=%d in the unit", priority, priority);
+		return refuse(rc, why, size, "SCHED_FIFO priority %d is refused; give "
+			      "CAP_SYS_NICE, or set LimitRTPRIO=%d in the unit", priority,
+			      priority);
 	return refuse(rc, why, size, "SCHED_FIFO priority %d is refused: %s", priority,
 		      strerror(-rc));
 }

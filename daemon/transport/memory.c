@@ -37,7 +37,8 @@ struct memory {
 	uint32_t queued;
 	struct leaving queue[TRANSPORT_QUEUE];
 	uint32_t count;
-	uint32_t order[TRANSPORT_MEMORY_QUEUE];	/* slots, first to arrive first; then the free ones */
+	/* slots, first to arrive first; then the free ones */
+	uint32_t order[TRANSPORT_MEMORY_QUEUE];
 	struct arrival slot[TRANSPORT_MEMORY_QUEUE];
 };
 

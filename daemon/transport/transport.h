@@ -23,7 +23,7 @@ enum {
 	TRANSPORT_CHANNELS = 16,	/* devices of one daemon */
 	TRANSPORT_PACKET_MAX = 2048,	/* larger than any datagram that is legal here */
 	TRANSPORT_SEND_MAX = 512,	/* the longest that is sent, protocol section 1.6 */
-	TRANSPORT_QUEUE = 128,		/* datagrams queued between two flushes; more flush by themselves */
+	TRANSPORT_QUEUE = 128,		/* datagrams until a flush; more flush by themselves */
 };
 
 enum transport_wait {
@@ -43,7 +43,8 @@ struct transport_packet {
 	uint32_t channel;
 	uint32_t address;		/* source, host byte order; 0 = unknown */
 	uint16_t port;
-	uint64_t t_ns;			/* CLOCK_MONOTONIC, kernel's receive stamp converted; 0 = none */
+	uint64_t t_ns;			/* CLOCK_MONOTONIC, kernel's receive stamp converted;
+					 * 0 = none */
 };
 
 /* `sent` counts what send() took, `send_failed` what it refused or the kernel did later. */
@@ -124,8 +125,8 @@ struct transport_ops {
 struct transport {
 	const struct transport_ops *ops;
 	struct transport_statistics statistics;
-	bool spin;			/* wait polls instead of sleeping; the thread may change it */
-	int failed;			/* -errno: the transport is broken for good, 0 = it is not */
+	bool spin;			/* polls instead of sleeping; the thread may change it */
+	int failed;			/* -errno: it is broken for good, 0 = it is not */
 	/*
 	 * -errno of an aim that failed or of a send that the kernel cannot carry
 	 * out (no route, address gone); -EDESTADDRREQ while aimed at nobody.

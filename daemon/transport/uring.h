@@ -58,7 +58,8 @@ struct uring {
 	uint8_t slot[URING_SUBMISSIONS][TRANSPORT_SEND_MAX];
 };
 
-#define URING_ABS_TIMER (1u << 5)	/* IORING_ENTER_ABS_TIMER, Linux 6.12; not in liburing 2.3 */
+/* IORING_ENTER_ABS_TIMER, Linux 6.12; not in liburing 2.3 */
+#define URING_ABS_TIMER (1u << 5)
 
 /* uring_setup.c, all cold */
 int uring_open(struct transport *t, const struct transport_options *options);

@@ -25,8 +25,8 @@
 enum { QUEUE = 0, PATIENCE_MS = 1000, TEND_MS = 200, PASSED_OVER = 8 };
 
 #define PAST "replies pass the kernel's network stack by (AF_XDP)"
-#define APART "pokeys-guard has ended or taken its program off; replies come through the kernel's " \
-	"network stack until it is back"
+#define APART "pokeys-guard has ended or taken its program off; replies come through the " \
+	"kernel's network stack until it is back"
 #define LOST "the AF_XDP socket is lost, for the interface is down or gone; all goes through the " \
 	"kernel's network stack until it is back"
 
@@ -292,7 +292,8 @@ const char *transport_xdp_refused(int rc)
 	case EAFNOSUPPORT:
 		return "this kernel has no AF_XDP (CONFIG_XDP_SOCKETS)";
 	case EOPNOTSUPP:
-		return "the interface's driver has no XDP of its own; the generic one gains nothing";
+		return "the interface's driver has no XDP of its own; the generic one gains "
+		       "nothing";
 	case EPROTONOSUPPORT:
 		return "AF_XDP needs an Ethernet interface that is no VLAN; give the device one of "
 		       "its own";

@@ -232,7 +232,7 @@ struct pokeys_device {
 	uint64_t id_shun_until[POKEYS_MAILBOX_SIZE];	/* serial; passed over until then */
 	uint16_t id_key[POKEYS_MAILBOX_SIZE];		/* what the last reply looked like */
 	uint8_t id_turn;				/* of the ids; varies the check byte */
-	uint8_t verdict;				/* enum pokeys_verdict of the last datagram */
+	uint8_t verdict;				/* enum pokeys_verdict, last datagram's */
 };
 
 /*

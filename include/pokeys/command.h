@@ -66,8 +66,8 @@ enum pokeys_axis_mode {
 
 struct pokeys_axis_command {
 	int32_t position;		/* pulses; position and buffered mode */
-	float velocity;			/* pulses/s; position mode: feed forward, 0 = as fast as allowed;
-					 * velocity mode: with a sign */
+	float velocity;			/* pulses/s; position mode: feed forward, 0 = as fast as
+					 * allowed; velocity mode: with a sign */
 	uint8_t mode;			/* enum pokeys_axis_mode */
 	uint8_t enable;			/* 1 = this axis may move */
 	uint8_t reserved[6];
@@ -83,8 +83,8 @@ enum {
 enum pokeys_one_shot_operation {
 	POKEYS_ONE_SHOT_NOP = 0,		/* answered DONE at once: a test of the way */
 	POKEYS_ONE_SHOT_SET_ENCODER = 1,	/* index, value = counts */
-	POKEYS_ONE_SHOT_ARM_INDEX = 2,		/* index; the device zeroes the count at the index pulse */
-	POKEYS_ONE_SHOT_SET_POSITION = 3,	/* mask of axes that are not driven, value[] = pulses */
+	POKEYS_ONE_SHOT_ARM_INDEX = 2,		/* index; the index pulse then zeroes the count */
+	POKEYS_ONE_SHOT_SET_POSITION = 3,	/* mask of axes not driven, value[] = pulses */
 	POKEYS_ONE_SHOT_CLEAR_FAULT = 4,	/* engine out of limit or emergency state */
 	/*
 	 * Homing: mask of axes that are homed together, value[] = home offsets,
@@ -127,7 +127,7 @@ enum pokeys_one_shot_operation {
 };
 
 struct pokeys_one_shot {
-	uint32_t id;			/* position in the queue: the n-th one-shot of this session is n */
+	uint32_t id;			/* the n-th one-shot of this session is n */
 	uint8_t operation;		/* enum pokeys_one_shot_operation */
 	uint8_t index;
 	uint8_t mask;
@@ -143,7 +143,8 @@ struct pokeys_command {
 	uint64_t hash;
 	uint64_t heartbeat;		/* changes at each write */
 	uint64_t t_ns;			/* CLOCK_MONOTONIC of the write */
-	uint64_t t_thread_ns;		/* when the servo thread's read began, for phase lock; 0 = unknown */
+	uint64_t t_thread_ns;		/* when the servo thread's read began, for phase lock;
+					 * 0 = unknown */
 	uint64_t period_ns;		/* of the commander */
 	uint32_t session;		/* differs for each start of the commander, never 0 */
 	uint32_t flags;			/* POKEYS_COMMAND_* */
@@ -170,7 +171,7 @@ struct pokeys_command {
 	uint8_t kbd48_flags;				/* POKEYS_KBD48_* */
 	uint8_t kbd48_brightness;
 	uint8_t reserved3[2];
-	uint64_t kbd48_leds;				/* bit = 4 * column + row, as state.kbd48_keys */
+	uint64_t kbd48_leds;				/* bits as in state.kbd48_keys */
 	struct pokeys_axis_command axis[POKEYS_AXES];
 
 	uint32_t one_shot_head;		/* one-shots ever queued in this session */

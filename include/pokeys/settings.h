@@ -100,7 +100,8 @@ struct pokeys_axis_settings {
 
 /* Protocol section 3.8. Encoders 0..24. */
 struct pokeys_encoder_settings {
-	uint8_t options, options_mask;	/* 1 count, 2 4x sampling, 4 2x sampling, 16..128 key maps */
+	uint8_t options, options_mask;	/* 1 count, 2 4x sampling, 4 2x sampling, 16..128 key
+					 * maps */
 	uint8_t pins_set;		/* 1 = pin_a and pin_b are meant */
 	uint8_t pin_a, pin_b;		/* 0-based */
 	uint8_t reserved[3];
@@ -142,9 +143,11 @@ struct pokeys_settings {
 	uint32_t ultra_filter;
 	uint8_t axes;				/* number enabled, 0..8 */
 	uint8_t charge_pump;			/* 0 off, 1 default pin, else pin */
-	uint8_t generator;			/* type, 0x40 swap step and direction, 0x80 extended I/O */
+	uint8_t generator;			/* type, 0x40 swap step and direction, 0x80
+						 * extended I/O */
 	uint8_t emergency_invert;
-	uint8_t emergency_pin;			/* as on the wire: 0 off, 1 default, else terminal + 10 */
+	uint8_t emergency_pin;			/* as on the wire: 0 off, 1 default, else
+						 * terminal + 10 */
 	uint8_t power_states;
 	uint8_t poextbus_connector, poextbus_no_crc;
 	uint8_t failsafe_timeout;		/* 100 ms, 0 off */
@@ -162,9 +165,11 @@ struct pokeys_settings {
 	uint8_t postep_enable;			/* the device talks to PoStep drivers */
 	uint8_t sync_pwm_enable, sync_pwm_axis, sync_pwm_channel;	/* channel 0..5 */
 	uint8_t sync_out_enable, sync_out_axis;
-	uint8_t sync_out_pin[8];		/* per bit: terminal, 0 none, 92..99 external output */
-	uint8_t threading_mode;			/* 0 index, 1 encoder and index, 2, 3 the same at high
-						 * speed; 0x40 count index pulses, 0x80 test */
+	uint8_t sync_out_pin[8];		/* per bit: terminal, 0 none, 92..99 external
+						 * output */
+	uint8_t threading_mode;			/* 0 index, 1 encoder and index, 2, 3 the same at
+						 * high speed; 0x40 count index pulses, 0x80
+						 * test */
 	uint8_t threading_ignore;		/* bit = axis that does not take part */
 	uint16_t threading_ticks;		/* of the encoder, a revolution */
 	uint16_t threading_rpm;			/* aimed at */

@@ -129,7 +129,8 @@ int pokeys_client_commanders(pokeys_client *client);
  * `max` of them. Returns how many there are, 0 if no daemon runs, or -errno.
  * Cold.
  */
-int pokeys_shm_devices(const char *runtime_directory, char names[][POKEYS_SHM_NAME_MAX], size_t max);
+int pokeys_shm_devices(const char *runtime_directory, char names[][POKEYS_SHM_NAME_MAX],
+		       size_t max);
 
 /*
  * Hash of the layout that the library itself was built with: for bindings in

@@ -80,7 +80,7 @@ enum {
 	POKEYS_STATE_NEEDS_EDGE = 1u << 4,	/* machine-on is high, a fresh edge is awaited */
 	POKEYS_STATE_REALTIME = 1u << 5,	/* SCHED_FIFO and locked memory */
 	POKEYS_STATE_FALLBACK = 1u << 6,	/* a slower transport than asked for */
-	POKEYS_STATE_BAD_COMMAND = 1u << 7,	/* the command image holds values that were refused */
+	POKEYS_STATE_BAD_COMMAND = 1u << 7,	/* values of the command image were refused */
 	POKEYS_STATE_STOPPING = 1u << 8,	/* the daemon is ending */
 	POKEYS_STATE_GUARD = 1u << 9,		/* the XDP guard is attached */
 };
@@ -133,7 +133,7 @@ enum pokeys_task_result {
 	POKEYS_TASK_LOST = 7,		/* the link was lost meanwhile */
 	/* 8 and 9 are the HAL's: refused, not known */
 	POKEYS_TASK_STARVED = 10,	/* the buffer ran dry in the middle of a thread */
-	POKEYS_TASK_BEHIND = 11,	/* the spindle left more slots waiting than there is room for */
+	POKEYS_TASK_BEHIND = 11,	/* the spindle left more slots waiting than have room */
 };
 
 /* Index of state.slow_millihertz[]: what is polled beside the fast requests. */
@@ -160,7 +160,8 @@ enum pokeys_slow_group {
 struct pokeys_identity {
 	uint32_t serial;
 	uint32_t address;		/* IPv4, host byte order */
-	uint8_t hardware;		/* hardware id, protocol section 2.3; 0 with serial 0 = unknown */
+	uint8_t hardware;		/* hardware id, protocol section 2.3; 0 with serial 0 =
+					 * unknown */
 	uint8_t firmware_major, firmware_minor, firmware_revision;
 	uint8_t user_id;
 	uint8_t locked;			/* configuration lock */
@@ -237,7 +238,7 @@ struct pokeys_engine {
 	uint8_t task_axes;		/* bit = axis */
 	uint32_t task_count;		/* tasks that have ended */
 	uint32_t buffer_underruns;	/* the buffer ran dry while axes were moving */
-	uint32_t buffer_resyncs;	/* positions were read back to know what had been executed */
+	uint32_t buffer_resyncs;	/* positions were read back to know what was executed */
 	struct pokeys_axis axis[POKEYS_AXES];
 };
 
@@ -310,7 +311,8 @@ struct pokeys_ponet_module {
 };
 
 struct pokeys_link_statistics {
-	uint64_t sent, resent, received, accepted, lost;	/* lost = try without answer in time */
+	/* lost = try without answer in time */
+	uint64_t sent, resent, received, accepted, lost;
 	uint64_t timed_out, stray, duplicate, stale, corrupt, wrong_source, send_failed;
 	uint64_t cycles_late;		/* fast data did not come in its cycle */
 	uint64_t reconnects;
@@ -390,7 +392,8 @@ struct pokeys_state {
 	struct pokeys_engine engine;
 	uint8_t matrix[POKEYS_MATRIX_BYTES];
 	uint8_t poextbus[16];				/* [0..9], as the device has them */
-	uint8_t ponet_state;				/* of the bus: 10 ready, protocol section 3.13 */
+	uint8_t ponet_state;				/* the bus's: 10 ready, protocol section
+							 * 3.13 */
 	uint8_t ponet_count;				/* modules found */
 	uint8_t kbd48_module;				/* which is the kbd48CNC, 255 none */
 	uint8_t matrix_enabled;

@@ -122,7 +122,8 @@ static void encoders_are_set_up(void **state)
 	struct sim_device *sim = &world.rig.device;
 
 	(void)state;
-	sim->config.encoders.option[5] = 0xF0 | WIRE_ENC_ENABLE;	/* a key mapping of somebody */
+	/* a key mapping of somebody */
+	sim->config.encoders.option[5] = 0xF0 | WIRE_ENC_ENABLE;
 	world_encoder(&world, 5, WIRE_ENC_ENABLE | WIRE_ENC_2X, 10, 11);
 	world_encoder(&world, 6, WIRE_ENC_ENABLE | WIRE_ENC_4X, 255, 255);
 	world_fast_encoders(&world, true, true);
@@ -400,7 +401,8 @@ int main(void)
 			period_filter_bus_matrix_and_name_are_set_and_the_rest_of_them_stays,
 			begin),
 		cmocka_unit_test_setup(locked_device_runs_when_nothing_needs_to_be_written, begin),
-		cmocka_unit_test_setup(locked_device_that_differs_does_not_run_until_unlocked, begin),
+		cmocka_unit_test_setup(locked_device_that_differs_does_not_run_until_unlocked,
+				       begin),
 		cmocka_unit_test_setup(setting_that_is_not_taken_keeps_it_from_running, begin),
 		cmocka_unit_test_setup(setting_that_is_never_answered_matters_only_if_it_is_wanted,
 				       begin),

@@ -90,7 +90,8 @@ static void sudden_change_is_held_not_guessed(void **state)
 	/* and nothing is published until all bits are there */
 	assert_int_equal(low(5000, NOMINAL), ENCODER_HELD);
 	encoder_mark(&encoder);
-	assert_int_equal(encoder_exact(&encoder, 5300, now, now + 100 * US, NOMINAL), ENCODER_CHECK);
+	assert_int_equal(encoder_exact(&encoder, 5300, now, now + 100 * US, NOMINAL),
+			 ENCODER_CHECK);
 	assert_int_equal(encoder.count, 5300);
 	assert_int_equal(encoder.resync, 1);
 	now += 100 * US;

@@ -155,7 +155,8 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		    .b = COMMAND_PART_PONET },
 		  "mill: command refused: this device has no PoNET" },
 		{ { .code = EVENT_BAD_COMMAND, .a = COMMAND_FAULT_AXIS_VELOCITY, .b = 2 },
-		  "mill: command refused: velocity must be a number within +-1e7 pulses/s, axis 2" },
+		  "mill: command refused: velocity must be a number within +-1e7 pulses/s, axis "
+		  "2" },
 		{ { .code = EVENT_ONE_SHOT, .a = POKEYS_ONE_SHOT_REBOOT, .b = 9,
 		    .c = POKEYS_OUTCOME_REFUSED },
 		  "mill: one-shot 9 (reboot): refused: not valid, or not permitted now" },

@@ -132,7 +132,10 @@ static void losses_are_survived(void **state)
 	survive_losses(world_seed());
 }
 
-/* A device's identity that had no answer three times was asked for far too late, and outputs waited. */
+/*
+ * A device's identity that had no answer three times was asked for far too late, and
+ * outputs waited.
+ */
 static void identity_is_asked_for_however_often_it_had_no_answer(void **state)
 {
 	(void)state;

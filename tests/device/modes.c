@@ -105,8 +105,8 @@ static void ends_exactly(uint64_t period_ns, const enum pokeys_axis_mode modes[3
 		const int64_t there = pulses(i);
 
 		if (modes[i] != POKEYS_AXIS_VELOCITY && there != 12345 - 7000 * (int32_t)i)
-			fail_msg("period %llu us, axis %u is at %lld", (unsigned long long)(period_ns / US),
-				 i, (long long)there);
+			fail_msg("period %llu us, axis %u is at %lld",
+				 (unsigned long long)(period_ns / US), i, (long long)there);
 		world_run(&world, 200 * MS);
 		assert_int_equal(pulses(i), there);
 	}

@@ -127,8 +127,8 @@ static void slot_with_another_id_is_refused(void **state)
 static void operations_that_do_not_exist_are_refused(void **state)
 {
 	(void)state;
-	for (unsigned int operation = POKEYS_ONE_SHOT_THREAD_CANCEL + 1; operation < 256; operation++)
-		assert_int_equal(act((uint8_t)operation, 1, 0), POKEYS_OUTCOME_REFUSED);
+	for (unsigned int none = POKEYS_ONE_SHOT_THREAD_CANCEL + 1; none < 256; none++)
+		assert_int_equal(act((uint8_t)none, 1, 0), POKEYS_OUTCOME_REFUSED);
 }
 
 static void position_is_set_while_the_axis_stands(void **state)

@@ -233,7 +233,9 @@ static void measured_times_are_those_of_the_link(void **state)
 
 static void each_class_of_requests_has_its_round_trips(void **state)
 {
-	const struct pokeys_one_shot zero = { .operation = POKEYS_ONE_SHOT_SET_ENCODER, .index = 1 };
+	const struct pokeys_one_shot zero = {
+		.operation = POKEYS_ONE_SHOT_SET_ENCODER, .index = 1,
+	};
 	static struct pokeys_diag diag;
 
 	(void)state;

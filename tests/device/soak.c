@@ -236,7 +236,8 @@ static void a_million_cycles_leave_everything_exact(void **state)
 	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
 	assert_false(world.state.flags & POKEYS_STATE_STALE);
 	assert_true(world_latch(&world, RELAY));
-	assert_int_equal(world.state.encoder[ENCODER], (int32_t)world.rig.device.encoders.raw[ENCODER]);
+	assert_int_equal(world.state.encoder[ENCODER],
+			 (int32_t)world.rig.device.encoders.raw[ENCODER]);
 	for (unsigned int i = 0; i < 3; i++)
 		assert_int_equal(world.state.engine.axis[i].position,
 				 world.rig.device.engine.axis[i].pulses);

@@ -33,7 +33,8 @@ uint64_t world_seed(void)
 	uint64_t seed;
 
 	clock_gettime(CLOCK_MONOTONIC, &t);
-	seed = given ? strtoull(given, NULL, 0) : (uint64_t)t.tv_sec * 1000000007u + (uint64_t)t.tv_nsec;
+	seed = given ? strtoull(given, NULL, 0) :
+		       (uint64_t)t.tv_sec * 1000000007u + (uint64_t)t.tv_nsec;
 	printf("POKEYS_SEED=%" PRIu64 "\n", seed);
 	return seed;
 }

@@ -65,7 +65,8 @@ int main(int argc, char **argv)
 	if (print)
 		return 0;
 	if (count(text, "\t{ 0x") != WIRE_OP_COUNT) {
-		printf("%d operations, %d are in the table\n", count(text, "\t{ 0x"), WIRE_OP_COUNT);
+		printf("%d operations, %d are in the table\n", count(text, "\t{ 0x"),
+		       WIRE_OP_COUNT);
 		return 1;
 	}
 	printf("%d operations\n", WIRE_OP_COUNT);

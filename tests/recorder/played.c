@@ -157,7 +157,8 @@ static void check(const struct replay *record, bool exact)
 	assert_int_equal(once.retries, daemon->resent);
 	assert_int_equal(once.replies, daemon->received);
 	assert_int_equal(once.accepted, daemon->accepted);
-	printf("%llu requests, %llu retries, %llu replies, %llu accepted, %llu unanswered, %llu resets\n",
+	printf("%llu requests, %llu retries, %llu replies, %llu accepted, %llu unanswered, "
+	       "%llu resets\n",
 	       (unsigned long long)once.requests, (unsigned long long)once.retries,
 	       (unsigned long long)once.replies, (unsigned long long)once.accepted,
 	       (unsigned long long)once.unanswered, (unsigned long long)once.resets);

@@ -52,7 +52,8 @@ static void image_is_published_when_the_fast_replies_are_in(void **state)
 {
 	(void)state;
 	assert_int_equal(world_run(20 * MS), 0);
-	assert_int_equal(world.shm[0].published, world.device[0].cycles + 1);	/* and the last one */
+	/* and the last one */
+	assert_int_equal(world.shm[0].published, world.device[0].cycles + 1);
 	for (uint64_t i = 0; i < world.device[0].cycles; i++)
 		assert_int_equal(world.shm[0].published_log[i],
 				 world.device[0].tick_log[i] + 100 * US);

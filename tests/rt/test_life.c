@@ -256,7 +256,8 @@ static void diagnostic_image_holds_what_the_loop_measured(void **state)
 	world.loop.shared.guard_dropped = 8;
 	assert_int_equal(world_run(SECOND), 0);
 	assert_string_equal(d->transport, "memory");
-	assert_int_equal(d->round_trip.count, world.device[0].delivered);	/* the device's part */
+	/* the device's part */
+	assert_int_equal(d->round_trip.count, world.device[0].delivered);
 	assert_int_equal(d->wakeup.count, d->cycle);
 	assert_int_equal(d->publish.min_ns, 2 * US);
 	assert_true(d->cycle_work.min_ns >= 100 * US && d->cycle_work.max_ns <= 110 * US);

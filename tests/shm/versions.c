@@ -88,7 +88,8 @@ static void another_version_of_any_image_is_refused_with_both_numbers(void **sta
 /* As one is that was made before there were wishes. */
 static void daemon_without_an_image_is_refused_as_version_0(void **state)
 {
-	assert_refused(*state, "\nwish ", "\nwash ", "the daemon speaks wish layout 0, this program");
+	assert_refused(*state, "\nwish ", "\nwash ",
+		       "the daemon speaks wish layout 0, this program");
 }
 
 static void another_layout_of_the_same_version_is_refused(void **state)
@@ -96,7 +97,8 @@ static void another_layout_of_the_same_version_is_refused(void **state)
 	char from[40], words[96];
 
 	snprintf(from, sizeof(from), "%016llx", (unsigned long long)POKEYS_STATE_HASH);
-	snprintf(words, sizeof(words), "the daemon speaks state layout %u.01234567, this program %u.",
+	snprintf(words, sizeof(words),
+		 "the daemon speaks state layout %u.01234567, this program %u.",
 		 POKEYS_STATE_VERSION, POKEYS_STATE_VERSION);
 	assert_refused(*state, from, "0123456789abcdef", words);
 }

@@ -47,7 +47,8 @@ int main(int argc, char **argv)
 	pokeys_client *client;
 	int told = 0;
 
-	if (argc < 3 || pokeys_client_open(&client, argv[1], argv[2], "test", POKEYS_CLIENT_COMMANDER))
+	if (argc < 3 ||
+	    pokeys_client_open(&client, argv[1], argv[2], "test", POKEYS_CLIENT_COMMANDER))
 		return 2;
 	for (int i = 3; i < argc; i++) {
 		int pin = atoi(argv[i]) - 1;

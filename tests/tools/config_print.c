@@ -154,7 +154,8 @@ int main(void)
 		cmocka_unit_test(show_is_a_section_of_the_file),
 		cmocka_unit_test(difference_is_one_line_with_both_values),
 		cmocka_unit_test(nothing_wanted_differs_in_nothing),
-		cmocka_unit_test(what_the_device_does_not_have_is_no_difference_once_all_is_applied),
+		cmocka_unit_test(
+			what_the_device_does_not_have_is_no_difference_once_all_is_applied),
 		cmocka_unit_test(anything_is_printed_safely),
 		cmocka_unit_test(every_state_has_a_name),
 	};

@@ -76,7 +76,8 @@ static uint32_t own_address(void)
 		assert_int_equal(getrandom(&address, sizeof address, 0), sizeof address);
 	address++;
 	if (is_xdp())
-		return XDP_WORLD_FAR | (1 + (address >> 8) % 126) << 8 | (1 + (address & 0xff) % 254);
+		return XDP_WORLD_FAR | (1 + (address >> 8) % 126) << 8 |
+		       (1 + (address & 0xff) % 254);
 	/* 127.1.0.1 .. 127.254.255.254 */
 	return 0x7f000000u | (1 + (address >> 16) % 254) << 16 | (address >> 8 & 0xff) << 8 |
 	       (1 + (address & 0xff) % 254);
@@ -96,7 +97,8 @@ void peer_open(struct peer *peer)
 	assert_int_equal(bind(peer->fd, (struct sockaddr *)&at, sizeof at), 0);
 	assert_int_equal(getsockname(peer->fd, (struct sockaddr *)&at, &length), 0);
 	peer->at.port = ntohs(at.sin_port);
-	assert_int_equal(setsockopt(peer->fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience), 0);
+	assert_int_equal(setsockopt(peer->fd, SOL_SOCKET, SO_RCVTIMEO, &patience,
+				    sizeof patience), 0);
 }
 
 void peer_close(struct peer *peer)

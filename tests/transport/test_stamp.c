@@ -103,7 +103,8 @@ static void loose_reading_changes_nothing(void **state)
 static void random_steps_give_right_or_unknown(void **state)
 {
 	const char *given = getenv("POKEYS_SEED");
-	unsigned int seed = given ? (unsigned int)strtoul(given, NULL, 0) : (unsigned int)time(NULL);
+	unsigned int seed = (unsigned int)(given ? strtoul(given, NULL, 0) :
+						   (unsigned long)time(NULL));
 	uint64_t mono = 100 * HOUR, ahead = WALL, known = 0;
 	struct stamp s = { 0 };
 

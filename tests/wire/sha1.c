@@ -58,7 +58,8 @@ static void password_is_mixed_with_the_seed_whatever_its_length(void **state)
 		{ "open sesame", "a9e4f40d8895c2af0fe50e9288e05283f501dc37" },
 		{ "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx", "4e78b8c990088d33f3c3283d381db36e48d5eb23" },
 		/* what is beyond 32 characters does not count */
-		{ "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxyz", "4e78b8c990088d33f3c3283d381db36e48d5eb23" },
+		{ "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxyz",
+		  "4e78b8c990088d33f3c3283d381db36e48d5eb23" },
 	};
 	uint8_t seed[WIRE_SHA1_MESSAGE], digest[WIRE_SHA1_DIGEST];
 	char text[2 * WIRE_SHA1_DIGEST + 1];
