@@ -100,7 +100,7 @@ bool sim_link_is_silent(const struct sim_link *link, enum sim_link_dir dir, uint
 }
 
 /* Queues one packet; a full pool drops it, as a full switch would. */
-static void enqueue(struct sim_link *link, enum sim_link_dir dir, uint64_t due_ns, uint32_t peer,
+static void enqueue(struct sim_link *link, enum sim_link_dir dir, uint64_t due_ns, uint64_t peer,
 		    const uint8_t *bytes, size_t len)
 {
 	struct sim_link_way *way = &link->way[dir];
@@ -123,7 +123,7 @@ static void enqueue(struct sim_link *link, enum sim_link_dir dir, uint64_t due_n
 }
 
 void sim_link_push_from(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns,
-			uint32_t peer, const uint8_t *bytes, size_t len)
+			uint64_t peer, const uint8_t *bytes, size_t len)
 {
 	struct sim_link_way *way = &link->way[dir];
 	uint8_t damaged[SIM_LINK_BYTES];
@@ -149,14 +149,14 @@ void sim_link_push(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns
 }
 
 void sim_link_inject(struct sim_link *link, enum sim_link_dir dir, uint64_t due_ns,
-		     uint32_t peer, const uint8_t *bytes, size_t len)
+		     uint64_t peer, const uint8_t *bytes, size_t len)
 {
 	link->way[dir].stats.pushed++;
 	enqueue(link, dir, due_ns, peer, bytes, len);
 }
 
 bool sim_link_pop_from(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns,
-		       uint32_t *peer, uint8_t *bytes, size_t cap, size_t *len)
+		       uint64_t *peer, uint8_t *bytes, size_t cap, size_t *len)
 {
 	struct sim_link_way *way = &link->way[dir];
 	const struct sim_link_packet *packet;

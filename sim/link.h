@@ -84,7 +84,7 @@ struct sim_link_stats {
 struct sim_link_packet {
 	uint64_t due_ns;
 	uint64_t order;		/* packets due at one moment leave as they came */
-	uint32_t peer;
+	uint64_t peer;
 	uint16_t len;
 	uint8_t bytes[SIM_LINK_BYTES];
 };
@@ -134,13 +134,13 @@ bool sim_link_is_silent(const struct sim_link *link, enum sim_link_dir dir, uint
  * clients keeps their addresses there.
  */
 void sim_link_push_from(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns,
-			uint32_t peer, const uint8_t *bytes, size_t len);
+			uint64_t peer, const uint8_t *bytes, size_t len);
 void sim_link_push(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns,
 		   const uint8_t *bytes, size_t len);
 
 /* Puts a packet on the wire untouched by any fault, to arrive at due_ns. */
 void sim_link_inject(struct sim_link *link, enum sim_link_dir dir, uint64_t due_ns,
-		     uint32_t peer, const uint8_t *bytes, size_t len);
+		     uint64_t peer, const uint8_t *bytes, size_t len);
 
 /*
  * Takes the next packet that has arrived by now_ns. Returns true and its
@@ -149,7 +149,7 @@ void sim_link_inject(struct sim_link *link, enum sim_link_dir dir, uint64_t due_
  * and *len is cap, as with a datagram socket. peer may be NULL.
  */
 bool sim_link_pop_from(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns,
-		       uint32_t *peer, uint8_t *bytes, size_t cap, size_t *len);
+		       uint64_t *peer, uint8_t *bytes, size_t cap, size_t *len);
 
 /* As above for one peer; packets of length 0 cannot be told from nothing. */
 size_t sim_link_pop(struct sim_link *link, enum sim_link_dir dir, uint64_t now_ns,

@@ -83,7 +83,7 @@ static bool arrive(struct sim_rig *rig, uint64_t now_ns)
 	return true;
 }
 
-static void reply_to(struct sim_rig *rig, uint64_t now_ns, uint32_t peer, const uint8_t *reply)
+static void reply_to(struct sim_rig *rig, uint64_t now_ns, uint64_t peer, const uint8_t *reply)
 {
 	rig->last_peer = peer;
 	rig->replied = true;
@@ -126,7 +126,7 @@ void sim_rig_run(struct sim_rig *rig, uint64_t now_ns)
 	sim_device_advance(&rig->device, now_ns);
 }
 
-void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint32_t peer,
+void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
 		       const uint8_t *bytes, size_t len)
 {
 	if (peer & SIM_PEER_RELIABLE)
@@ -140,7 +140,7 @@ void sim_rig_send(struct sim_rig *rig, uint64_t now_ns, const uint8_t *bytes, si
 	sim_rig_send_from(rig, now_ns, 0, bytes, len);
 }
 
-bool sim_rig_receive_for(struct sim_rig *rig, uint64_t now_ns, uint32_t *peer, uint8_t *bytes,
+bool sim_rig_receive_for(struct sim_rig *rig, uint64_t now_ns, uint64_t *peer, uint8_t *bytes,
 			 size_t cap, size_t *len)
 {
 	sim_rig_run(rig, now_ns);
@@ -153,7 +153,7 @@ bool sim_rig_receive_for(struct sim_rig *rig, uint64_t now_ns, uint32_t *peer, u
 
 size_t sim_rig_receive(struct sim_rig *rig, uint64_t now_ns, uint8_t *bytes, size_t cap)
 {
-	uint32_t peer;
+	uint64_t peer;
 	size_t len;
 
 	return sim_rig_receive_for(rig, now_ns, &peer, bytes, cap, &len) ? len : 0;

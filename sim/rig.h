@@ -25,7 +25,7 @@
 
 #define SIM_RIG_QUEUE 64	/* requests waiting for the device */
 #define SIM_RIG_NEVER SIM_LINK_NEVER
-#define SIM_PEER_RELIABLE 0x80000000u	/* a peer whose packets no fault touches (TCP) */
+#define SIM_PEER_RELIABLE (UINT64_C(1) << 63)	/* a peer whose packets no fault touches (TCP) */
 
 struct sim_rig_options {
 	struct sim_device_options device;
@@ -39,7 +39,7 @@ struct sim_rig_options {
 };
 
 struct sim_rig_waiting {
-	uint32_t peer;
+	uint64_t peer;
 	uint16_t len;
 	uint8_t bytes[SIM_LINK_BYTES];
 };
@@ -64,7 +64,7 @@ struct sim_rig {
 	unsigned int head;
 	unsigned int used;
 	struct sim_rig_waiting queue[SIM_RIG_QUEUE];
-	uint32_t last_peer;	/* of the last reply, and the reply */
+	uint64_t last_peer;	/* of the last reply, and the reply */
 	bool replied;
 	uint8_t last_reply[WIRE_PK];
 	struct sim_rig_stats stats;
@@ -93,9 +93,9 @@ uint64_t sim_rig_next(const struct sim_rig *rig);
 void sim_rig_run(struct sim_rig *rig, uint64_t now_ns);
 
 /* For a server of many clients: `peer` comes back with the reply. */
-void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint32_t peer,
+void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
 		       const uint8_t *bytes, size_t len);
-bool sim_rig_receive_for(struct sim_rig *rig, uint64_t now_ns, uint32_t *peer, uint8_t *bytes,
+bool sim_rig_receive_for(struct sim_rig *rig, uint64_t now_ns, uint64_t *peer, uint8_t *bytes,
 			 size_t cap, size_t *len);
 
 /*

@@ -119,7 +119,7 @@ void sim_server_close(struct sim_server *server)
 static void deliver(struct sim_server *server, uint64_t now_ns)
 {
 	uint8_t bytes[SIM_LINK_BYTES];
-	uint32_t peer;
+	uint64_t peer;
 	size_t len;
 
 	while (sim_rig_receive_for(server->rig, now_ns, &peer, bytes, sizeof(bytes), &len)) {

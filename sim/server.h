@@ -15,7 +15,6 @@
 #include "sim/options.h"
 #include "sim/script.h"
 
-#define SIM_UDP_PEERS 256
 #define SIM_TCP_CLIENTS 16
 #define SIM_CONTROL_CLIENTS 8
 #define SIM_TCP_SEND 4096
@@ -62,9 +61,6 @@ struct sim_server {
 	int control_listen;
 	int signals;
 	bool stop;
-	struct sockaddr_in peer[SIM_UDP_PEERS];
-	unsigned int peers;
-	unsigned int last_peer;
 	struct sim_tcp_client tcp[SIM_TCP_CLIENTS];
 	struct sim_control_client controller[SIM_CONTROL_CLIENTS];
 };
@@ -90,7 +86,7 @@ int sim_server_watch(struct sim_server *server, int fd, enum sim_event event, un
 /* server_udp.c */
 int sim_udp_open(struct sim_server *server);
 void sim_udp_receive(struct sim_server *server);
-void sim_udp_send(struct sim_server *server, uint32_t peer, const uint8_t *bytes, size_t len);
+void sim_udp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len);
 
 /* server_search.c */
 int sim_search_open(struct sim_server *server);
@@ -101,7 +97,7 @@ void sim_search_asked(struct sim_server *server, uint64_t now_ns, const struct s
 int sim_tcp_open(struct sim_server *server);
 void sim_tcp_accept(struct sim_server *server, uint64_t now_ns);
 void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int index);
-void sim_tcp_send(struct sim_server *server, uint32_t peer, const uint8_t *bytes, size_t len);
+void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len);
 void sim_tcp_expire(struct sim_server *server, uint64_t now_ns);
 uint64_t sim_tcp_next(const struct sim_server *server);
 void sim_tcp_close_all(struct sim_server *server);

@@ -115,7 +115,7 @@ static size_t packet_len(const struct sim_tcp_client *client)
 static void take_packets(struct sim_server *server, uint64_t now_ns, unsigned int index)
 {
 	struct sim_tcp_client *client = &server->tcp[index];
-	uint32_t peer = SIM_PEER_RELIABLE | (uint32_t)client->generation << 8 | index;
+	uint64_t peer = SIM_PEER_RELIABLE | (uint64_t)client->generation << 8 | index;
 
 	while (client->received >= packet_len(client)) {
 		size_t len = packet_len(client);
@@ -161,7 +161,7 @@ static void flush(struct sim_tcp_client *client)
 }
 
 /* A client which does not read its replies is dropped once 64 of them wait. */
-void sim_tcp_send(struct sim_server *server, uint32_t peer, const uint8_t *bytes, size_t len)
+void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len)
 {
 	struct sim_tcp_client *client = &server->tcp[(peer & 0xFF) % SIM_TCP_CLIENTS];
 

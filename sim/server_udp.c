@@ -50,26 +50,22 @@ int sim_udp_open(struct sim_server *server)
 	return sim_server_watch(server, server->udp, SIM_EVENT_UDP, 0);
 }
 
-/* The number of a client; the one unseen for longest gives way to a new one. */
-static uint32_t number_of(struct sim_server *server, const struct sockaddr_in *from)
+/*
+ * A client is its address and port, which travel with the request and come back
+ * with the reply. A table of clients would be full one day, and the reply to one
+ * that had to leave it would go to whom its place was given.
+ */
+static uint64_t peer_of(const struct sockaddr_in *from)
 {
-	unsigned int i = server->last_peer;
-	const struct sockaddr_in *known = server->peer;
+	return (uint64_t)from->sin_addr.s_addr << 16 | from->sin_port;
+}
 
-	for (unsigned int n = 0; n < server->peers; n++, i = (i + 1) % server->peers) {
-		if (known[i].sin_port == from->sin_port &&
-		    known[i].sin_addr.s_addr == from->sin_addr.s_addr) {
-			server->last_peer = i;
-			return i;
-		}
-	}
-	if (server->peers < SIM_UDP_PEERS)
-		i = server->peers++;
-	else
-		i = (server->last_peer + 1) % SIM_UDP_PEERS;
-	server->peer[i] = *from;
-	server->last_peer = i;
-	return i;
+static struct sockaddr_in address_of(uint64_t peer)
+{
+	return (struct sockaddr_in){
+		.sin_family = AF_INET, .sin_port = (in_port_t)peer,
+		.sin_addr.s_addr = (in_addr_t)(peer >> 16),
+	};
 }
 
 /*
@@ -93,15 +89,14 @@ void sim_udp_receive(struct sim_server *server)
 		if (len == 0)
 			sim_search_asked(server, now_ns, &from);
 		else
-			sim_rig_send_from(server->rig, now_ns, number_of(server, &from), bytes,
-					  (size_t)len);
+			sim_rig_send_from(server->rig, now_ns, peer_of(&from), bytes, (size_t)len);
 	}
 }
 
 /* A client which is gone, or a full buffer: the reply is lost, as on a wire. */
-void sim_udp_send(struct sim_server *server, uint32_t peer, const uint8_t *bytes, size_t len)
+void sim_udp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len)
 {
-	if (peer < server->peers)
-		sendto(server->udp, bytes, len, 0, (struct sockaddr *)&server->peer[peer],
-		       sizeof(server->peer[peer]));
+	const struct sockaddr_in to = address_of(peer);
+
+	sendto(server->udp, bytes, len, 0, (const struct sockaddr *)&to, sizeof(to));
 }

@@ -92,7 +92,7 @@ static int world_send(void *context, const uint8_t *packet, size_t length)
 static int world_receive(void *context, uint8_t *packet, size_t size, struct pokeys_rx *rx)
 {
 	struct world *w = context;
-	uint32_t peer;
+	uint64_t peer;
 	size_t length;
 
 	rx->t_ns = sim_link_next(&w->link, SIM_LINK_REPLY);
@@ -207,7 +207,7 @@ static void arrive(struct world *w)
 	const uint64_t busy_until = w->queue_count ?
 		w->queue[(w->queue_head + w->queue_count - 1) % WORLD_QUEUE].done_ns : w->now;
 	size_t length;
-	uint32_t peer;
+	uint64_t peer;
 
 	while (sim_link_pop_from(&w->link, SIM_LINK_REQUEST, w->now, &peer, place->bytes,
 				 sizeof(place->bytes), &length)) {

@@ -140,6 +140,11 @@ class Base(unittest.TestCase):
         self.open.append(sim)
         return sim
 
+    def wait_for_requests(self, sim, count):
+        until = time.monotonic() + PATIENCE
+        while int(sim.must("stat")["requests"]) < count:
+            self.assertLess(time.monotonic(), until, f"{count} requests have not come")
+
     def client(self, sim, kind=socket.SOCK_DGRAM):
         client = Client(sim.address, sim.port, kind)
         self.open.append(client)
@@ -204,6 +209,18 @@ class Requests(Base):
                 client.sock.send(request(0x19, (i,), ident=round_))
             for i, client in enumerate(clients):
                 self.assertEqual(Client.check(client.receive(), 0x19, round_)[2], i)
+
+
+    def test_replies_find_their_client_however_many_there_are(self):
+        sim = self.simulator("--delay-us-reply", "2000000")
+        clients = [self.client(sim) for _ in range(400)]
+        for i, client in enumerate(clients):
+            client.sock.send(request(0x19, (i % 25,), ident=i))
+            if i % 100 == 99:       # a socket's buffer does not hold them all
+                self.wait_for_requests(sim, i + 1)
+        for i, client in enumerate(clients):
+            self.assertEqual(Client.check(client.receive(), 0x19, i & 0xFF)[2], i % 25)
+        self.assertEqual([client.stray(0) for client in clients], [b""] * len(clients))
 
 
 class Stream(Base):
