@@ -2,7 +2,8 @@
 /*
  * Being found (protocol sections 1.9 and 7.1): an empty datagram to the port,
  * broadcast or not, is a search, and is answered from the device's own
- * address.
+ * address. So is a broadcast of anything that is shorter than a frame: there are
+ * clients which put some words into theirs.
  *
  * A socket bound to one address does not receive broadcasts, so there is a
  * second one on 0.0.0.0. SO_REUSEADDR lets every simulator on the machine have
@@ -153,14 +154,10 @@ static bool receive(struct sim_server *server, uint64_t now_ns)
 		return false;
 	if (!sent_to(&msg, &to, &broadcast))
 		return true;
-	if (len > 0) {
-		if (take_passed_on(bytes, (size_t)len, &from))
-			answer(server, now_ns, &from);
-	} else if (broadcast) {
+	if (take_passed_on(bytes, (size_t)len, &from) || (broadcast && len < WIRE_PK))
 		answer(server, now_ns, &from);
-	} else if (ntohl(to.s_addr) == INADDR_LOOPBACK) {
+	else if (!len && ntohl(to.s_addr) == INADDR_LOOPBACK)
 		pass_on(server, &from);
-	}
 	return true;
 }
 

@@ -281,12 +281,12 @@ class Stream(Base):
 
 
 class Search(Base):
-    def search(self, address, port, expected=0):
+    def search(self, address, port, expected=0, content=b""):
         """Replies by the address they came from: of so many, or of none in a while."""
         found = {}
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-            sock.sendto(b"", (address, port))
+            sock.sendto(content, (address, port))
             # when all are in, or where none is to come: whoever answers twice does it soon
             while select.select([sock], [], [], 0.4 if len(found) >= expected else PATIENCE)[0]:
                 reply, sender = sock.recvfrom(100)
@@ -310,6 +310,15 @@ class Search(Base):
     def test_a_broadcast_finds_all(self):
         one, two = self.pair()
         self.check(self.search("127.255.255.255", one.port, 2), one, two)
+
+    def test_a_broadcast_of_some_words_finds_all(self):
+        one, two = self.pair()
+        self.check(self.search("127.255.255.255", one.port, 2, b"Who is there?"), one, two)
+
+    def test_words_sent_to_one_and_a_frame_sent_to_all_are_no_search(self):
+        one, _ = self.pair()
+        self.assertEqual(self.search(one.address, one.port, 0, b"Who is there?"), {})
+        self.assertEqual(self.search("127.255.255.255", one.port, 0, request(0x00)), {})
 
     def test_the_vendors_search_on_loopback_finds_all(self):
         one, two = self.pair()
