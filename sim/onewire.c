@@ -3,6 +3,9 @@
  * 1-Wire (protocol section 3.15), with a DS18B20 thermometer on it: it gives
  * its number (0x33), converts (0x44) and gives its scratchpad (0xBE), with
  * the checksums a driver will look at.
+ *
+ * The result of what was started stands at @3 and again at @8. Nothing having
+ * been started, it is whether the bus is on: clients ask for that with 0x11.
  */
 #include "sim/request.h"
 
@@ -58,8 +61,9 @@ static void fetch(const struct sim_device *dev, uint8_t *rp)
 {
 	const struct sim_transfer *t = &dev->bus.onewire.transfer;
 
-	rp[8] = sim_transfer_result(dev, t);
-	if (rp[8] != OK)
+	rp[P2] = t->started ? sim_transfer_result(dev, t) : dev->bus.onewire.on;
+	rp[8] = rp[P2];
+	if (!t->started || rp[8] != OK)
 		return;
 	rp[9] = t->length;
 	memcpy(rp + 10, t->data, t->length);
@@ -67,7 +71,8 @@ static void fetch(const struct sim_device *dev, uint8_t *rp)
 
 static void fetch_scan(const struct sim_device *dev, uint8_t *rp)
 {
-	rp[8] = sim_transfer_result(dev, &dev->bus.onewire.scan);
+	rp[P2] = sim_transfer_result(dev, &dev->bus.onewire.scan);
+	rp[8] = rp[P2];
 	if (rp[8] != OK)
 		return;
 	rp[9] = 0x03;
@@ -82,8 +87,11 @@ SIM_HANDLER(sim_do_onewire)
 	rp[P1] = rq[P1];
 	rp[P2] = OK;
 	switch (rq[P1]) {
-	case 0x00: case 0x01:
-		bus->on = rq[P1];
+	case 0x00:
+		memset(bus, 0, sizeof(*bus));
+		break;
+	case 0x01:
+		bus->on = true;
 		break;
 	case 0x02:
 		rp[P2] = bus->on;

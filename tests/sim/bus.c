@@ -145,6 +145,36 @@ static void the_thermometer_is_found_and_read(void **state)
 	assert_int_equal(dallas_crc(t.rp + 10, 8), t.rp[18]);
 }
 
+/* The result stands at 3 and at 8; with nothing begun it says whether the bus is on. */
+static void assert_onewire(uint8_t op, uint8_t result)
+{
+	talk_ask(&t, 0xDC, op, 0);
+	assert_int_equal(t.rp[3], result);
+	assert_int_equal(t.rp[8], result);
+}
+
+static void a_one_wire_result_stands_twice_and_tells_whether_the_bus_is_on(void **state)
+{
+	(void)state;
+	talk_start(&t, 0);
+	assert_onewire(0x11, 0);
+	talk_ask(&t, 0xDC, 0x01, 0);
+	assert_onewire(0x11, 1);
+	talk_begin(&t, 0xDC, 0x10, 1, 8, 54);
+	t.rq[8] = 0x33;
+	talk_send(&t);
+	assert_onewire(0x11, 0x10);
+	talk_wait(&t, 20);
+	assert_onewire(0x11, 1);
+	assert_int_equal(t.rp[9], 8);
+	talk_ask(&t, 0xDC, 0x20, 54);
+	assert_onewire(0x21, 0x10);
+	talk_wait(&t, 10);
+	assert_onewire(0x21, 1);
+	talk_ask(&t, 0xDC, 0x00, 0);
+	assert_onewire(0x11, 0);
+}
+
 static void spi_and_uart_loop_back(void **state)
 {
 	(void)state;
@@ -341,3 +371,5 @@ int main(void)
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
+		cmocka_unit_test(
+			a_one_wire_result_stands_twice_and_tells_whether_the_bus_is_on),
