@@ -100,6 +100,7 @@ static const sim_handler handlers[256] = {
 	[0xE4] = sim_do_modbus,
 	[0xE5] = sim_do_spi,
 	[0xE6] = sim_do_pocan,
+	[0xEF] = sim_do_reports,
 	[0xF3] = sim_do_reboot,
 	[0xFD] = sim_do_oem,
 };

@@ -29,6 +29,9 @@ struct sim_network_config {
 	uint16_t tcp_timeout;		/* x100 ms */
 	uint8_t modbus[12];		/* 0xE4 @8..19 */
 	uint8_t udp_map[48];		/* 0xA2 @8..55 */
+	uint8_t report[7];		/* 0xEF @8..14: rate, server, type */
+	uint8_t report_format[48];	/* 0xEF, set at @15..62: port, description */
+	uint8_t report_header[5][50];
 };
 
 struct sim_security_config {

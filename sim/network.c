@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * Network settings and being searched for (protocol sections 1.9 and 1.10).
+ * Network settings, server reports and being searched for (protocol sections 1.9, 1.10
+ * and 3.23).
  *
  * The option byte stands at @28 of the request but at @27 of the reply, and
  * counts only with 0xA in its upper half. A write saves the configuration by
@@ -74,6 +75,35 @@ SIM_HANDLER(sim_do_udp_map)
 		memcpy(net->udp_map, rq + 8, sizeof(net->udp_map));
 	rp[P1] = rq[P1];
 	memcpy(rp + 8, net->udp_map, sizeof(net->udp_map));
+	return SIM_ANSWER;
+}
+
+/*
+ * Where the device would send its values by itself, and how. Only kept: it makes
+ * no report here, so the last answer of a server is 0 (protocol section 3.23).
+ */
+SIM_HANDLER(sim_do_reports)
+{
+	struct sim_network_config *net = &dev->config.network;
+	unsigned int page = rq[P1] % 10;
+
+	if (rq[P1] > 15 || page > 5)
+		return SIM_ANSWER_UNKNOWN;
+	rp[P1] = rq[P1];
+	if (rq[P1] >= 10 && !sim_locked(dev)) {
+		if (page) {
+			memcpy(net->report_header[page - 1], rq + 8, 50);
+		} else {
+			memcpy(net->report, rq + 8, sizeof(net->report));
+			memcpy(net->report_format, rq + 15, sizeof(net->report_format));
+		}
+	}
+	if (page) {
+		memcpy(rp + 8, net->report_header[page - 1], 50);
+	} else {
+		memcpy(rp + 8, net->report, sizeof(net->report));
+		memcpy(rp + 17, net->report_format, 2);
+	}
 	return SIM_ANSWER;
 }
 

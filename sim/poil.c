@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * PoIL, the device's own little processor (operation 0x82): its state and its
- * memories can be read and written; it runs no program. Memories are 256
- * bytes each here; what lies beyond reads 0. The register list (0x30) needs a
+ * memories can be read and written; it runs no program, so it has one core, no
+ * tasks, and nothing but time. Memories are 256 bytes each here; what lies
+ * beyond reads 0. The register list (0x30) needs a
  * map which is not public.
  */
 #include "sim/request.h"
@@ -11,6 +12,7 @@
 #define MEMORY_SIZE 256
 #define READ_MOST 55
 #define WRITE_MOST 54
+#define IDLE_PERCENT 100
 
 static void put_status(const struct sim_device *dev, uint8_t *rp)
 {
@@ -99,6 +101,8 @@ SIM_HANDLER(sim_do_poil)
 		dev->run.poil_breakpoint = wire_get_u16(rq + P3);
 		put_status(dev, rp);
 		break;
+	case 0x06:	/* the core in use: there is no other */
+		break;
 	case 0x10:
 		read_memory(dev, rq[P2], wire_get_u16(rq + 4),
 			    rq[8] > READ_MOST ? READ_MOST : rq[8], rp + 8);
@@ -112,6 +116,9 @@ SIM_HANDLER(sim_do_poil)
 	case 0x16:
 		if (rq[P2] < 2)
 			memset(dev->run.poil_memory[rq[P2]], 0, MEMORY_SIZE);
+		break;
+	case 0x20:
+		rp[P2] = IDLE_PERCENT;
 		break;
 	default:
 		return SIM_ANSWER_UNKNOWN;

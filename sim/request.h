@@ -55,6 +55,7 @@ SIM_HANDLER(sim_do_tick);
 SIM_HANDLER(sim_do_network);
 SIM_HANDLER(sim_do_modbus);
 SIM_HANDLER(sim_do_udp_map);
+SIM_HANDLER(sim_do_reports);
 SIM_HANDLER(sim_do_security_status);
 SIM_HANDLER(sim_do_authorise);
 SIM_HANDLER(sim_do_password);

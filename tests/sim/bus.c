@@ -348,6 +348,23 @@ static void poil_memory_is_memory(void **state)
 	assert_memory_equal(talk_send(&t) + 8, "wxyz", 4);
 }
 
+static void poil_has_one_core_and_no_tasks(void **state)
+{
+	uint8_t nothing[56] = { 0 };
+
+	(void)state;
+	talk_start(&t, 0);
+	assert_int_equal(talk_ask(&t, 0x82, 0x00, 0)[60], 0);
+	talk_ask(&t, 0x82, 0x20, 0);
+	assert_int_equal(t.rp[2], 0x20);
+	assert_int_equal(t.rp[3], 100);
+	assert_memory_equal(t.rp + 8, nothing, sizeof(nothing));
+	talk_ask(&t, 0x82, 0x06, 3);
+	assert_int_equal(t.rp[2], 0x06);
+	assert_int_equal(t.rp[3], 0);
+	assert_int_equal(t.dev.stats.unknown, 0);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -358,6 +375,8 @@ int main(void)
 		cmocka_unit_test(i2c_memory_keeps_what_is_written),
 		cmocka_unit_test(i2c_finds_only_what_is_there),
 		cmocka_unit_test(the_thermometer_is_found_and_read),
+		cmocka_unit_test(
+			a_one_wire_result_stands_twice_and_tells_whether_the_bus_is_on),
 		cmocka_unit_test(spi_and_uart_loop_back),
 		cmocka_unit_test(a_uart_takes_no_more_than_fits),
 		cmocka_unit_test(can_messages_pass_their_filter),
@@ -367,9 +386,8 @@ int main(void)
 		cmocka_unit_test(the_display_shows_text),
 		cmocka_unit_test(led_pixels_are_set_one_by_one),
 		cmocka_unit_test(poil_memory_is_memory),
+		cmocka_unit_test(poil_has_one_core_and_no_tasks),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
-		cmocka_unit_test(
-			a_one_wire_result_stands_twice_and_tells_whether_the_bus_is_on),

@@ -50,6 +50,9 @@ static const struct row rows[] = {
 	{ "network", 0xE0, { 10 }, { 0 }, 0, 9, 12, 0 },
 	{ "modbus", 0xE4, { 10 }, { 0 }, 0, 8, 19, 0 },
 	{ "udp map", 0xA2, { 1 }, { 2 }, 0, 8, 55, 0 },
+	{ "server reports", 0xEF, { 10 }, { 0 }, 0, 8, 14, 0 },
+	{ "first page of their header", 0xEF, { 11 }, { 1 }, 0, 8, 57, 0 },
+	{ "last page of their header", 0xEF, { 15 }, { 5 }, 0, 8, 57, 0 },
 	{ "engine emergency pin", 0x85, { 0x06, 1 }, { 0x06, 0 }, 0, 8, 8, 0 },
 	{ "synced outputs", 0x85, { 0x0B, 1, 2 }, { 0x0B, 2 }, 0, 8, 15, 0x06 },
 	{ "synced pwm", 0x85, { 0x0A, 1, 3, 5 }, { 0x0A, 2 }, 0, 0, 0, 0x0E },
@@ -207,6 +210,21 @@ static void network_options_need_their_mark(void **state)
 	assert_int_equal(talk_send(&t)[27], 0xA0);
 }
 
+/* Set at 15, read at 17: the last answer of the server stands in between. */
+static void the_port_of_server_reports_has_two_places(void **state)
+{
+	(void)state;
+	talk_start(&t, 0);
+	talk_begin(&t, 0xEF, 10, 0, 0, 0);
+	wire_put_u16(t.rq + 15, 8080);
+	talk_send(&t);
+	talk_ask(&t, 0xEF, 0, 0);
+	assert_int_equal(wire_get_u16(t.rp + 15), 0);
+	assert_int_equal(wire_get_u16(t.rp + 17), 8080);
+	talk_ask(&t, 0xEF, 6, 0);
+	assert_int_equal(t.dev.stats.unknown, 1);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -217,6 +235,7 @@ int main(void)
 		cmocka_unit_test(a_save_needs_its_two_magic_bytes),
 		cmocka_unit_test(a_network_write_saves_by_itself),
 		cmocka_unit_test(network_options_need_their_mark),
+		cmocka_unit_test(the_port_of_server_reports_has_two_places),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
