@@ -9,6 +9,12 @@
  * Who comes second does not end: its other devices are its own. It says who has the
  * device and tries again, so that it takes over when the first one ends.
  *
+ * Anybody may take such a name, and keep us waiting. A file would be somebody's, but it
+ * would have to lie in one folder that every daemon of the machine may write to, whoever
+ * runs it, and none but daemons; and a folder knows no network namespace, nor is it the
+ * same one in a container that has the machine's network. Who wants to be in the way has
+ * only to send the device a packet. So it is told whose process it is, and that is all.
+ *
  * A socket that cannot be made at all is no reason to be without a device.
  */
 #include <errno.h>
@@ -68,8 +74,8 @@ static int take(uint64_t where)
 	return -error;
 }
 
-/* The process that has it; 0 = not to be found out. */
-static int holder(uint64_t where)
+/* The process that has it, and whose it is; pid 0 = not to be found out. */
+static struct ucred holder(uint64_t where)
 {
 	struct sockaddr_un name;
 	socklen_t length = name_of(&name, where);
@@ -78,12 +84,12 @@ static int holder(uint64_t where)
 	int fd = new_socket();
 
 	if (fd < 0)
-		return 0;
+		return who;
 	if (connect(fd, (const struct sockaddr *)&name, length) ||
 	    getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &who, &size))
 		who.pid = 0;
 	close(fd);
-	return who.pid;
+	return who;
 }
 
 /*
@@ -128,7 +134,7 @@ static void tell_refused(const struct claims *claims, uint32_t i, uint64_t where
 	const char *name = claims->config->device[i].name;
 	const char *other = ours(claims, where);
 	char text[TEXT_MAX];
-	int pid;
+	struct ucred who;
 
 	if (other) {
 		log_line(EVENT_ERROR,
@@ -137,9 +143,10 @@ static void tell_refused(const struct claims *claims, uint32_t i, uint64_t where
 			 put(text, where), other, other);
 		return;
 	}
-	pid = holder(where);
-	log_line(EVENT_ERROR, "%s: the device at %s is driven by another pokeysd (process %d); "
-		 "waiting until that one ends", name, put(text, where), pid);
+	who = holder(where);
+	log_line(EVENT_ERROR, "%s: the device at %s is driven by another pokeysd (process %d of "
+		 "user %u); waiting until that one ends", name, put(text, where), who.pid,
+		 who.uid);
 }
 
 static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t now_ns)

@@ -114,7 +114,8 @@ static void second_daemon_is_told_who_was_first_and_takes_over(void **state)
 		run(&one);
 	}
 	assert_true(shared[1].address[0] == 0);
-	snprintf(expected, sizeof(expected), "another pokeysd (process %d)", (int)getpid());
+	snprintf(expected, sizeof(expected), "another pokeysd (process %d of user %u)",
+		 (int)getpid(), (unsigned int)geteuid());
 	assert_int_equal(count(expected), 1);
 	assert_int_equal(count("mill: "), 1);
 	claims_close(&one);

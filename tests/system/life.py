@@ -169,7 +169,7 @@ def test_a_device_that_another_daemon_drives_is_waited_for():
         first = one.start_daemon()
         one.wait_fresh()
         second = other.start_daemon()
-        wait_for("who has it", lambda: f"driven by another pokeysd (process {first.pid})" in other.log(), say=other.log)
+        wait_for("who has it", lambda: f"driven by another pokeysd (process {first.pid} of user " in other.log(), say=other.log)
         device = other.device()
         assert device["state"]["link"] == "searching" and not device["state"]["statistics"]["sent"], device
         one.wait_fresh()
