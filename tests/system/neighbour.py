@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What ARP may do to a running daemon: entries flushed, a wrong hardware address
-announced, another device at the same address. In name spaces of our own: here the
+"""What may happen between a running daemon and its device below IP: the cable out, ARP
+entries flushed, a wrong hardware address announced, another device at the same
+address. In name spaces of our own: here the
 machine with br0, behind one port of it the device, behind the other its twin, which
 has the same address and another serial number."""
 import json
 import os
 import subprocess
 import sys
+import time
 
-from house import House, end, equal, main, run, wait_equal, wait_for
+from house import House, end, equal, main, rng, run, wait_equal, wait_for
 
 HERE, DEVICE = "10.78.0.1", "10.78.0.2"
 SERIAL, OTHER = 54321, 777
@@ -111,6 +113,20 @@ def test_a_wrong_hardware_address_is_a_loss_and_mends_itself():
             wait_for("loss and return", lambda: lan.reconnects() > before)  # pylint: disable=cell-var-from-loop
             lan.wait_fresh("mill")
             wait_equal("the entry", entry, MACS["mill"])
+        assert "lost (was running): it does not answer" in lan.log(), lan.log()
+
+
+def test_a_cable_that_is_pulled_out_and_put_in_again():
+    with Lan(**{"lost-after-ms": 300}) as lan:
+        lan.start()
+        for round_ in range(30):
+            before = lan.reconnects()
+            length = 0.01 * 200 ** rng.random() if round_ % 10 else 0.8
+            ip("link", "set", "to-mill", "down")
+            time.sleep(length)
+            ip("link", "set", "to-mill", "up")
+            wait_for(f"the device after {length:.2f} s", lambda: lan.fresh() and  # pylint: disable=cell-var-from-loop
+                     (length < 0.7 or lan.reconnects() > before))  # pylint: disable=cell-var-from-loop
         assert "lost (was running): it does not answer" in lan.log(), lan.log()
 
 
