@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Every source file names its licence (the one of its room), opens with a note on
-why it is so, and carries no path of somebody's machine."""
+why it is so, and carries no path of somebody's machine; C has at most 100 columns."""
 import pathlib
 import re
 import subprocess
@@ -10,6 +10,7 @@ import sys
 MIT_ROOMS = ("include/", "wire/", "shm/", "daemon/engine/", "examples/")
 SOURCE = (".c", ".h", ".rs", ".py", ".sh", ".build")
 NOTE = {".c"}
+NARROW, COLUMNS, TAB = {".c", ".h"}, 100, 8
 # the licence line, then at least two lines of comment
 OPENING = re.compile(r"(//|/\*) SPDX[^\n]*\n\s*/\*[^\n]*\n(?:(?!\*/).)*\n", re.DOTALL)
 PRIVATE = re.compile(r"(?<![\w.])(/(?:home|work)/\w|/root/)")
@@ -33,6 +34,10 @@ def faults(name, text):
         yield f"{name}: the first lines must say SPDX-License-Identifier: {licence}"
     if pathlib.PurePath(name).suffix in NOTE and not OPENING.match(text):
         yield f"{name}: after the licence, open with a note on why it is so"
+    for number, line in enumerate(text.split("\n"), 1):
+        width = len(line.expandtabs(TAB))
+        if pathlib.PurePath(name).suffix in NARROW and width > COLUMNS:
+            yield f"{name}:{number}: {width} columns, at most {COLUMNS}"
     match = PRIVATE.search(text)
     if match and name != "tests/house/check_files.py":
         yield f"{name}: names a path of one machine: {match.group(0)}"
