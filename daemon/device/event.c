@@ -461,7 +461,7 @@ static void put_cycle_skipped(struct line *line, const struct event *e)
 
 static void put_transport(struct line *line, const struct event *e)
 {
-	put(line, "network transport failed: %s", strerror((int)-e->a));
+	put(line, "network transport failed: %s", strerror((int)(0 - (uint64_t)e->a)));
 }
 
 static void put_engine(struct line *line, const struct event *e)
