@@ -92,6 +92,16 @@ PENDANT = {
                                     "encoder.0.pins = 1, 2\naxis.0.mpg-encoder = 0\n"
                                     "axis.0.mpg-multiplier = 4\naxis.0.mpg-divider = 1\n")],
 }
+# What device-thread.hal says is to be changed.
+THREAD = {
+    "lathe.ini": [("HALFILE = lathe.hal\n", "HALFILE = lathe.hal\nHALFILE = device-thread.hal\n"),
+                  ("HALFILE = sampler.hal\n", "HALFILE = sampler.hal\nHALFILE = error.hal\n")],
+    "pokeysd.conf": [(f"axis.{axis}.mode = position\n", f"axis.{axis}.mode = buffered\n") for axis in range(2)] +
+                    [("axes = 2 ", "threading-mode = encoder\nthreading-ticks = 4096\nthreading-rpm = 320\n"
+                                   "threading-speed-gain = 200\nthreading-position-gain = 100\naxes = 2 ")],
+}
+# Where Z really is, beside the rest: LinuxCNC is told its own command then.
+ERROR = "net z-apart pokeys.0.joint.01.following-error => sampler.0.pin.6\n"
 # On which machine, what is changed besides, what is asked of the simulator, and what the
 # machinist is to do.
 WORKS = {
@@ -103,6 +113,7 @@ WORKS = {
     "jogging": ("mill", PENDANT, (), "jogging"),
     "gantry": ("gantry", {}, (), "gantry"),
     "lathe": ("lathe", {}, (), "lathe"),
+    "device_thread": ("lathe", THREAD, ("--count-free",), "device_thread"),
 }
 
 
@@ -118,6 +129,7 @@ class Machine(Rig):
         self.change(changes(self))
         self.change(more)
         (self.folder / "sampler.hal").write_text(sampler(self.name), encoding="utf-8")
+        (self.folder / "error.hal").write_text(ERROR, encoding="utf-8")
         panel = self.run / "machinist"
         panel.write_text(f'#!/bin/sh\nexec /usr/bin/python3 -B {HERE}/machinist.py "$@"\n', encoding="utf-8")
         panel.chmod(0o755)

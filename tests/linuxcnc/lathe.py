@@ -8,6 +8,7 @@ LinuxCNC finds the place of a thread while Z speeds up, by counting servo period
 machine without realtime some of them are late, and then the thread begins elsewhere. Such
 a pass is seen by the spindle's turns, which do not wait, and does not count.
 """
+import math
 import statistics
 
 import hal
@@ -19,6 +20,7 @@ PITCH = 1.5
 HOMED = ((4000, 0), (4000, 0))  # bench.sim's edge, lathe.ini's HOME_OFFSET
 THREAD_END = -12  # first-thread.ngc
 TRIES = 8
+SOON = 50  # periods within which a pass has gone some way
 
 
 def homes(m):
@@ -118,6 +120,70 @@ def programme(m):
     want = round(hal.get_value("joint.0.motor-offset") * m.scale[0])
     assert have == want, f"X ends at {have} pulses, should be {want}"
     m.tell(f"first-thread.ngc: {begun} passes, the thread ends at Z {lowest + 45:.4f}")
+
+
+# ---- threads of the device's own: device-thread.hal
+
+
+def device_passes(samples):
+    """Of each pass (turns, Z of the machine from the work's end) in the middle of its way."""
+    origin = hal.get_value("joint.1.motor-offset") - 45
+    points = [(c[2], c[1] - c[3] - origin) for c in samples[0]]
+    passes, last = [], -SOON - 1
+    for i, (now, later) in enumerate(zip(points, points[SOON:])):
+        if -10 < now[1] < 0 and later[1] < now[1] - 0.1:
+            if i - last > SOON:
+                passes.append([])
+            passes[-1].append(now)
+            last = i
+    return passes
+
+
+def the_spindle_slows_down(m):
+    """In the second pass, and comes back when that is done."""
+    for number in range(2):
+        m.until("the spindle leads", lambda _: hal.get_value("pokeys.0.threading.active"), 60)
+        if number:
+            m.sim(f"encoder 25 rate {RATE * 2 // 3}")
+        m.until("the pass ended", lambda _: not hal.get_value("pokeys.0.threading.active"), 60)
+    m.sim(f"encoder 25 rate {RATE}")
+    m.done()
+
+
+def the_device_cuts(m, name):
+    """device-thread.ngc; by how much its passes miss one another. None: was late."""
+    def work():
+        m.begin("device-thread.ngc")
+        the_spindle_slows_down(m)
+    samples = m.sampled(name, work)
+    m.settled()
+    passes = device_passes(samples)
+    assert len(passes) == 2, f"{name}: {len(passes)} passes were cut, of {m.said}"
+    late = any(is_late(points) for points in passes)
+    for number, points in enumerate(passes):
+        half = points[:len(points) // 2]
+        pitch = statistics.median((a[1] - b[1]) / (b[0] - a[0]) for a, b in zip(half, points[-len(half):]))
+        m.tell(f"{name}: pass {number + 1}: {len(points)} periods, pitch {pitch:.4f} mm")
+        assert abs(pitch - PITCH) < (0.2 if late else 0.05) * PITCH, "that is no thread"
+    begin = [statistics.median(z + PITCH * turns for turns, z in points) for points in passes]
+    apart = abs(math.remainder(begin[0] - begin[1], PITCH))
+    m.tell(f"{name}: passes {apart:.4f} mm apart{', was late' if late else ''}")
+    return None if late else apart
+
+
+def device_thread(m):
+    m.switch_on()
+    homes(m)
+    for number in range(TRIES // 2):
+        apart = the_device_cuts(m, f"device {number}")
+        if apart is not None:
+            assert apart < 0.1 * PITCH, f"passes are {apart} mm apart"
+            break
+    else:
+        m.tell(f"this machine is too late for threads, {TRIES // 2} times")
+    m.lossy()
+    the_device_cuts(m, "lossy")
+    m.tell(f"lossy: {m.lost()}")
 
 
 def lathe(m):

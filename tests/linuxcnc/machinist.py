@@ -116,11 +116,17 @@ class Machinist:
         self.until("all joints homed", lambda s: all(s.homed[j] for j in self.joints), 90)
 
     def run(self, programme="first-cut.ngc"):
+        self.begin(programme)
+        self.done()
+
+    def begin(self, programme):
         self.mode(linuxcnc.MODE_AUTO)
         self.command.program_open(str(FOLDER / programme))
         self.command.wait_complete()
         self.command.auto(linuxcnc.AUTO_RUN, 0)
         self.until("the programme begun", lambda s: s.interp_state != linuxcnc.INTERP_IDLE, 60)
+
+    def done(self):
         self.until("the programme done", lambda s: s.interp_state == linuxcnc.INTERP_IDLE, 120)
         assert self.stat.task_state == linuxcnc.STATE_ON, f"switched off: {self.said}"
 
@@ -294,7 +300,8 @@ def device_homing(m):
 
 
 WORK = {"first_cut": first_cut, "device_homing": device_homing, "jogging": jogging.jogging,
-        "gantry": gantry.gantry, "lathe": lathe.lathe}
+        "gantry": gantry.gantry, "lathe": lathe.lathe,
+        "device_thread": lathe.device_thread}
 
 
 def main():
