@@ -34,11 +34,19 @@
 
 #define GROUP_NONE ((gid_t)-1)
 
+/* A group that has no name; -1 is none, and what wraps round may be root's. */
+static bool group_number(const char *text, gid_t *out)
+{
+	const size_t digits = strspn(text, "0123456789");
+	const unsigned long long number = strtoull(text, NULL, 10);
+
+	*out = (gid_t)number;
+	return digits && digits <= 10 && !text[digits] && number < GROUP_NONE;
+}
+
 static int group_id(const char *group, gid_t *out, char *why, size_t size)
 {
 	struct group *entry;
-	char *end;
-	unsigned long number;
 
 	*out = GROUP_NONE;
 	if (!group)
@@ -48,13 +56,11 @@ static int group_id(const char *group, gid_t *out, char *why, size_t size)
 		*out = entry->gr_gid;
 		return 0;
 	}
-	number = strtoul(group, &end, 10);
-	if (!*group || *end)
-		return say(why, size, -ENOENT,
-			   "group '%.40s' does not exist; create it (groupadd -r %.40s) or set "
-			   "another", group, group);
-	*out = (gid_t)number;
-	return 0;
+	if (group_number(group, out))
+		return 0;
+	return say(why, size, -ENOENT,
+		   "group '%.40s' does not exist; create it (groupadd -r %.40s) or set another",
+		   group, group);
 }
 
 /* Names that a daemon gives; "." and ".." are in every folder. */

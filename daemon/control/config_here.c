@@ -15,7 +15,8 @@
 /* As the shared memory takes it: a name, or a number that need not have one. */
 static bool group_is_there(const char *group)
 {
-	return getgrnam(group) || !group[strspn(group, "0123456789")];
+	return getgrnam(group) || (!group[strspn(group, "0123456789")] && strlen(group) <= 10 &&
+				   strtoull(group, NULL, 10) < UINT32_MAX);
 }
 
 void config_judge_here(struct config_file *file)

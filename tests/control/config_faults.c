@@ -405,23 +405,39 @@ static void settings_that_say_a_part_are_completed(void **state)
 		     "each other");
 }
 
-static void check_tells_what_is_not_on_this_machine_with_its_line(void **state)
+/* A file that is good elsewhere; the faults that it has on this machine. */
+static int check_here(const char *text)
 {
-	static const char text[] = "[daemon]\ngroup = no-such-group\ninterface = nosuch0\n"
-				   "cpu = 1023\n" GOOD;
 	char path[] = "/tmp/pokeysd-config-XXXXXX";
-	int fd = mkstemp(path);
+	int fd = mkstemp(path), faults;
 
-	(void)state;
-	assert_int_equal(write(fd, text, sizeof(text) - 1), sizeof(text) - 1);
+	assert_int_equal(write(fd, text, strlen(text)), strlen(text));
 	close(fd);
 	memset(&heard, 0, sizeof(heard));
 	assert_int_equal(config_read(path, &config, hear, &heard), 0);
-	assert_int_equal(config_check(path, &config, hear, &heard), 3);
+	faults = config_check(path, &config, hear, &heard);
 	unlink(path);
+	return faults;
+}
+
+static void check_tells_what_is_not_on_this_machine_with_its_line(void **state)
+{
+	(void)state;
+	assert_int_equal(check_here("[daemon]\ngroup = no-such-group\ninterface = nosuch0\n"
+				    "cpu = 1023\n" GOOD), 3);
 	assert_non_null(strstr(heard.line[0], ":2: [daemon]: group: there is no group"));
 	assert_non_null(strstr(heard.line[1], ":3: [daemon]: interface: there is no network"));
 	assert_non_null(strstr(heard.line[2], ":4: [daemon]: cpu: \"1023\" is not on this"));
+}
+
+/* The daemon would take none of these. */
+static void check_tells_of_a_number_that_is_no_groups(void **state)
+{
+	(void)state;
+	assert_int_equal(check_here("[daemon]\ngroup = 12345\n" GOOD), 0);
+	assert_int_equal(check_here("[daemon]\ngroup = 4294967295\n" GOOD), 1);
+	assert_int_equal(check_here("[daemon]\ngroup = 4294967296\n" GOOD), 1);
+	assert_int_equal(check_here("[daemon]\ngroup = 99999999999999999999\n" GOOD), 1);
 }
 
 static void a_file_that_cannot_be_read_is_one_clear_line(void **state)
@@ -503,6 +519,7 @@ int main(void)
 		cmocka_unit_test(failsafe_is_the_safe_state_unless_told_otherwise),
 		cmocka_unit_test(settings_that_say_a_part_are_completed),
 		cmocka_unit_test(check_tells_what_is_not_on_this_machine_with_its_line),
+		cmocka_unit_test(check_tells_of_a_number_that_is_no_groups),
 		cmocka_unit_test(a_file_that_cannot_be_read_is_one_clear_line),
 		cmocka_unit_test(a_fifo_is_refused_without_waiting),
 		cmocka_unit_test(a_complaint_is_safe_on_a_terminal),

@@ -140,6 +140,20 @@ static void unknown_group_is_refused(void **state)
 	assert_says(folder, "group 'no-such-group' does not exist; create it");
 }
 
+/* 4294967296 would be group 0 if it wrapped round, and 4294967295 would be none. */
+static void number_that_is_no_groups_is_refused(void **state)
+{
+	static const char *const numbers[] = {
+		"4294967295", "4294967296", "99999999999999999999", "-1", "+1", " 1", "1x",
+	};
+	struct folder *folder = *state;
+
+	for (size_t i = 0; i < sizeof(numbers) / sizeof(numbers[0]); i++) {
+		assert_int_equal(try_open(folder, folder->path, numbers[i]), -ENOENT);
+		assert_says(folder, "does not exist; create it");
+	}
+}
+
 static void group_is_given_the_folder(void **state)
 {
 	struct folder *folder = *state;
@@ -432,6 +446,7 @@ int main(void)
 		BOTH(path_that_is_too_long_or_relative_is_refused),
 		BOTH(longest_path_works),
 		BOTH(unknown_group_is_refused),
+		BOTH(number_that_is_no_groups_is_refused),
 		BOTH(group_is_given_the_folder),
 		BOTH(folder_with_other_things_is_not_changed),
 		BOTH(lock_that_is_no_file_is_refused),
