@@ -16,7 +16,7 @@
 #define CONFIG_PATH "/etc/pokeysd/pokeysd.conf"
 
 enum {
-	CONFIG_PATH_MAX = 80,		/* the runtime folder's sockets must fit sun_path */
+	CONFIG_PATH_MAX = 50,		/* SHM_DIRECTORY_MAX: sockets live below the folder */
 	CONFIG_ADDRESSES = 8,
 	CONFIG_FAULTS_MAX = 50,		/* complaints about one file, then no more */
 };

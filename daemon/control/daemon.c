@@ -28,6 +28,9 @@
 #include "daemon/control/options.h"
 #include "daemon/control/thread.h"
 #include "daemon/rt/realtime.h"
+#include "shm/runtime.h"
+
+_Static_assert((int)CONFIG_PATH_MAX == (int)SHM_DIRECTORY_MAX, "a folder that is taken");
 
 enum { FIRST_CYCLES = 3, START_MS = 5000, STOP_MS = 950 };
 

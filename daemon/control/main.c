@@ -89,14 +89,14 @@ int main(int argc, char **argv)
 	read = options.check_config ? config_check : config_read;
 	if (read(options.config, &config, complain, &options))
 		return STATUS_CONFIG;
+	status = override(&options);
+	if (status)
+		return status;
 	if (options.check_config) {
 		printf("%s: in order, %u device%s\n", options.config, config.devices,
 		       config.devices == 1 ? "" : "s");
 		return told(STATUS_OK);
 	}
-	status = override(&options);
-	if (status)
-		return status;
 	log_open(STDERR_FILENO, config.log_level);
 	return daemon_run(&the_daemon, &config, options.config);
 }

@@ -87,6 +87,19 @@ static void sections_are_judged_even_when_empty(void **state)
 		     "f:1: port stands before any section; [daemon] or [device NAME] comes first");
 }
 
+/* Sockets have names of at most 107 characters, and theirs are below it. */
+static void a_runtime_folder_too_deep_for_its_sockets_is_a_fault(void **state)
+{
+	char text[256];
+
+	(void)state;
+	snprintf(text, sizeof(text), "[daemon]\nruntime-directory = /%048d\n" GOOD, 0);
+	assert_int_equal(parse(text), 0);
+	snprintf(text, sizeof(text), "[daemon]\nruntime-directory = /%049d\n" GOOD, 0);
+	assert_int_equal(parse(text), 1);
+	assert_non_null(strstr(heard.line[0], "is too long; allowed: a path from / of at most 49"));
+}
+
 static void lines_that_the_library_would_swallow_are_told(void **state)
 {
 	char text[512];
@@ -502,6 +515,7 @@ int main(void)
 		cmocka_unit_test(a_fault_names_line_section_key_and_range),
 		cmocka_unit_test(an_unknown_key_is_named_with_the_one_meant),
 		cmocka_unit_test(sections_are_judged_even_when_empty),
+		cmocka_unit_test(a_runtime_folder_too_deep_for_its_sockets_is_a_fault),
 		cmocka_unit_test(lines_that_the_library_would_swallow_are_told),
 		cmocka_unit_test(comments_blanks_and_editors_marks_do_no_harm),
 		cmocka_unit_test(all_faults_are_told_at_once),

@@ -326,6 +326,8 @@ def test_mistakes_on_the_command_line_are_status_64():
         house.write_conf()
         out = run(pokeysd, "--config", house.conf, "--runtime-directory", "relative")
         assert out.returncode == 64 and "relative" in out.stderr, out
+        checked = run(pokeysd, "--check-config", "--config", house.conf, "--runtime-directory", "relative")
+        equal((checked.returncode, checked.stdout, checked.stderr), (64, "", out.stderr))
 
 
 def test_what_nobody_could_read_is_not_success():
