@@ -99,11 +99,14 @@ static const char *parse_address(const char *text, uint32_t *out)
 	return NULL;
 }
 
+/* From 224.0.0.0 on are groups and broadcasts: many, or all, would hear what one is told. */
 static const char *store_address(const char *text, void *field)
 {
 	uint32_t address;
 	const char *wrong = parse_address(text, &address);
 
+	if (!wrong && address >> 28 >= 14)
+		wrong = "is no device's address";
 	if (!wrong)
 		memcpy(field, &address, sizeof(address));
 	return wrong;

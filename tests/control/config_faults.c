@@ -87,6 +87,24 @@ static void sections_are_judged_even_when_empty(void **state)
 		     "f:1: port stands before any section; [daemon] or [device NAME] comes first");
 }
 
+/* Commands for one device would be heard by all, and answered by none that counts. */
+static void an_address_of_many_is_no_devices(void **state)
+{
+	static const char *const many[] = { "255.255.255.255", "224.0.0.1", "239.1.2.3" };
+	char text[128], expected[160];
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(many) / sizeof(many[0]); i++) {
+		snprintf(text, sizeof(text), "[device a]\naddress = %s\n", many[i]);
+		snprintf(expected, sizeof(expected), "f:2: [device a]: address: \"%s\" is no "
+			 "device's address; allowed: an IPv4 address such as 192.168.1.20",
+			 many[i]);
+		assert_fault(text, expected);
+	}
+	assert_int_equal(parse("[daemon]\ndiscovery-address = 255.255.255.255\n"
+			       "[device a]\naddress = 223.255.255.255\n"), 0);
+}
+
 /* Sockets have names of at most 107 characters, and theirs are below it. */
 static void a_runtime_folder_too_deep_for_its_sockets_is_a_fault(void **state)
 {
@@ -515,6 +533,7 @@ int main(void)
 		cmocka_unit_test(a_fault_names_line_section_key_and_range),
 		cmocka_unit_test(an_unknown_key_is_named_with_the_one_meant),
 		cmocka_unit_test(sections_are_judged_even_when_empty),
+		cmocka_unit_test(an_address_of_many_is_no_devices),
 		cmocka_unit_test(a_runtime_folder_too_deep_for_its_sockets_is_a_fault),
 		cmocka_unit_test(lines_that_the_library_would_swallow_are_told),
 		cmocka_unit_test(comments_blanks_and_editors_marks_do_no_harm),
