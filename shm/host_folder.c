@@ -100,11 +100,14 @@ static int check_own(const struct shm_host *host, gid_t gid, char *why, size_t s
 
 static int give_to_group(struct shm_host *host, gid_t gid, char *why, size_t size)
 {
+	struct stat status;
+
 	if (fchown(host->directory_fd, (uid_t)-1, gid))
 		return say(why, size, -errno,
 			   "%s: cannot be given to group %u: %s; do it as root (chgrp)",
 			   host->directory, (unsigned int)gid, strerror(errno));
-	if (fchmod(host->directory_fd, 02770))
+	if (fstat(host->directory_fd, &status) ||
+	    ((status.st_mode & 07777) != 02770 && fchmod(host->directory_fd, 02770)))
 		return say(why, size, -errno, "%s: mode cannot be set to 2770: %s",
 			   host->directory, strerror(errno));
 	return 0;

@@ -51,7 +51,7 @@ static int forbid_set_id(void)
 }
 
 /* The umask is the unit's. */
-static int open_confined(struct folder *folder)
+static int open_confined(struct folder *folder, const char *group)
 {
 	struct shm_device *mill;
 	struct shm_host *host;
@@ -62,7 +62,7 @@ static int open_confined(struct folder *folder)
 	umask(0007);
 	if (forbid_set_id())
 		return NO_FILTER;
-	if (shm_host_open(&host, folder->path, NULL, folder->why, sizeof(folder->why)) ||
+	if (shm_host_open(&host, folder->path, group, folder->why, sizeof(folder->why)) ||
 	    shm_host_add(host, "mill", &mill, folder->why, sizeof(folder->why)) ||
 	    shm_host_publish(host, folder->why, sizeof(folder->why))) {
 		fprintf(stderr, "%s\n", folder->why);
@@ -75,9 +75,8 @@ static int open_confined(struct folder *folder)
 	return r;
 }
 
-static void folder_that_is_right_needs_no_set_group_id_bit_again(void **state)
+static void opens(struct folder *folder, const char *group)
 {
-	struct folder *folder = *state;
 	int status;
 	pid_t pid;
 
@@ -85,7 +84,7 @@ static void folder_that_is_right_needs_no_set_group_id_bit_again(void **state)
 	assert_int_equal(chmod(folder->path, 02770), 0);
 	pid = fork();
 	if (!pid)
-		_exit(open_confined(folder));
+		_exit(open_confined(folder, group));
 	assert_int_equal(waitpid(pid, &status, 0), pid);
 	assert_true(WIFEXITED(status));
 	if (WEXITSTATUS(status) == NO_FILTER) {
@@ -95,11 +94,35 @@ static void folder_that_is_right_needs_no_set_group_id_bit_again(void **state)
 	assert_int_equal(WEXITSTATUS(status), 0);
 }
 
+static void folder_that_is_right_needs_no_set_group_id_bit_again(void **state)
+{
+	opens(*state, NULL);
+}
+
+/* The service manager makes it for the service's group, and pokeysd.conf names another. */
+static void folder_goes_to_another_group_without_asking_for_the_bit(void **state)
+{
+	struct folder *folder = *state;
+	struct stat status;
+
+	if (geteuid()) {
+		fprintf(stderr, "only root is in every group\n");
+		skip();
+	}
+	opens(folder, "12345");
+	assert_int_equal(stat(folder->path, &status), 0);
+	assert_int_equal(status.st_gid, 12345);
+	assert_int_equal(status.st_mode & 07777, 02770);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup_teardown(
 			folder_that_is_right_needs_no_set_group_id_bit_again,
+			folder_begin, folder_end),
+		cmocka_unit_test_setup_teardown(
+			folder_goes_to_another_group_without_asking_for_the_bit,
 			folder_begin, folder_end),
 	};
 
