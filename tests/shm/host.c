@@ -169,6 +169,26 @@ static void group_is_given_the_folder(void **state)
 	assert_int_equal(mode_of(folder->path), 02770);
 }
 
+/* Of a folder that the service manager made for it, it knows that. */
+static void metrics_in_the_services_folder_are_no_obstacle(void **state)
+{
+	struct folder *folder = *state;
+	char path[64], gid[16];
+
+	snprintf(gid, sizeof(gid), "%u", (unsigned int)getegid());
+	mkdir(folder->path, 0755);
+	snprintf(path, sizeof(path), "%s/pokeysd.prom", folder->path);
+	close(open(path, O_CREAT | O_WRONLY, 0600));
+	setenv("RUNTIME_DIRECTORY", "/run/another", 1);
+	assert_int_equal(try_open(folder, folder->path, gid), -ENOTEMPTY);
+	setenv("RUNTIME_DIRECTORY", folder->path, 1);
+	assert_int_equal(try_open(folder, folder->path, gid), 0);
+	unsetenv("RUNTIME_DIRECTORY");
+	assert_int_equal(mode_of(folder->path), 02770);
+	assert_int_equal(access(path, F_OK), 0);
+	unlink(path);
+}
+
 static void folder_with_other_things_is_not_changed(void **state)
 {
 	struct folder *folder = *state;
@@ -448,6 +468,7 @@ int main(void)
 		BOTH(unknown_group_is_refused),
 		BOTH(number_that_is_no_groups_is_refused),
 		BOTH(group_is_given_the_folder),
+		BOTH(metrics_in_the_services_folder_are_no_obstacle),
 		BOTH(folder_with_other_things_is_not_changed),
 		BOTH(lock_that_is_no_file_is_refused),
 		BOTH(lock_of_a_dead_daemon_is_no_obstacle),
