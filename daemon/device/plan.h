@@ -84,6 +84,8 @@ struct ponet {
 	uint8_t round[POKEYS_PONET];	/* readings of each module */
 	uint32_t readings;
 	uint32_t since_keys;		/* answers, or none, since the keyboard's data came */
+	bool again;			/* the keyboard is read again, for keys that are new */
+	uint64_t keys;			/* what the first of the two readings had */
 	uint64_t after_ns;		/* nothing to do before */
 };
 

@@ -16,6 +16,10 @@
  * after the fetch; a start that the network keeps back and delivers twice could
  * still give a module its neighbour's data once, and the next round mends that.
  *
+ * Another client of the device that reads another module does the same to us, and
+ * may do so in every round; nothing in an answer tells it. So a key that is newly
+ * pressed is believed when a second reading, made at once, has it too.
+ *
  * A module that does not answer keeps its last data, but for the keys of a
  * keyboard: a jog key that cannot be read any more must not stay pressed.
  */
@@ -83,6 +87,7 @@ static void next_reading(struct device *device)
 	struct ponet *ponet = &device->ponet;
 
 	ponet->fetches = 0;
+	ponet->again = false;
 	ponet->step = PONET_STATE;
 	if (++ponet->readings % STATE_ROUNDS == 0)
 		return;
@@ -188,6 +193,22 @@ static void fail(struct device *device)
 	next_reading(device);
 }
 
+/* False when there is a key that was not pressed before, and it has to be read again. */
+static bool take_keys(struct device *device, uint64_t keys)
+{
+	struct ponet *ponet = &device->ponet;
+	uint64_t *pressed = &device->image.kbd48_keys;
+
+	ponet->since_keys = 0;
+	if (keys & ~*pressed && !ponet->again) {
+		ponet->again = true;
+		ponet->keys = keys;
+		return false;
+	}
+	*pressed = ponet->again ? keys & (ponet->keys | *pressed) : keys;
+	return true;
+}
+
 static void take_data(struct device *device, const uint8_t *reply)
 {
 	struct ponet *ponet = &device->ponet;
@@ -209,11 +230,13 @@ static void take_data(struct device *device, const uint8_t *reply)
 		return;
 	}
 	module->failures = 0;
-	memcpy(module->data, data.data, sizeof(module->data));
-	if (ponet->module == device->image.kbd48_module) {
-		device->image.kbd48_keys = wire_kbd48_keys(data.data);
-		ponet->since_keys = 0;
+	if (ponet->module == device->image.kbd48_module &&
+	    !take_keys(device, wire_kbd48_keys(data.data))) {
+		ponet->fetches = 0;
+		ponet->step = PONET_START;
+		return;
 	}
+	memcpy(module->data, data.data, sizeof(module->data));
 	if (!has_option(device, ponet->module, WIRE_PONET_OPT_LIGHT) ||
 	    ponet->round[ponet->module]++ % LIGHT_ROUNDS) {
 		next_reading(device);

@@ -397,6 +397,46 @@ static void repeated_start_does_not_mix_modules_up(void **state)
 	}
 }
 
+static unsigned int keyboard_starts;
+
+/*
+ * Somebody else reads the other module through the same device: his start comes
+ * between our own one and the fetch, at one reading of the keyboard in three.
+ */
+static void start_from_elsewhere(struct world *w, const uint8_t *p)
+{
+	uint8_t request[WIRE_PK] = { WIRE_REQUEST, 0xDD, 0x50, 0x10, PLAIN };
+	uint8_t reply[WIRE_PK];
+
+	if (p[1] != 0xDD || p[2] != 0x50)
+		return;
+	keyboard_starts += p[3] == 0x10 && p[4] == KEYBOARD;
+	if (p[3] != 0x30 || p[4] != KEYBOARD || keyboard_starts % 3)
+		return;
+	keyboard_starts++;
+	wire_finish(request, 1);
+	sim_rig_run(&w->rig, w->now);
+	assert_int_equal(sim_device_request(sim, w->now, request, sizeof(request), reply),
+			 sizeof(reply));
+}
+
+static void another_client_on_the_bus_presses_no_key(void **state)
+{
+	(void)state;
+	keyboard_starts = 0;
+	memset(sim->bench.bus.module[PLAIN].in, 0xff, sizeof(sim->bench.bus.module[PLAIN].in));
+	world.watch = start_from_elsewhere;
+	for (unsigned int i = 0; i < 10000; i++) {
+		world_cycle(&world);
+		assert_int_equal(world.state.kbd48_keys, 0);
+	}
+	assert_true(keyboard_starts > 100);
+	world.watch = count_bus;
+	sim_module_key(&sim->bench.bus.module[KEYBOARD], 3, 2, true);
+	world_run(&world, 150 * MS);
+	assert_true(world.state.kbd48_keys == UINT64_C(1) << 14);
+}
+
 static void module_that_falls_silent_is_seen(void **state)
 {
 	(void)state;
@@ -558,6 +598,7 @@ int main(void)
 		cmocka_unit_test_setup(keys_and_module_inputs_are_read, begin),
 		cmocka_unit_test_setup(keys_are_true_under_loss_duplication_and_reordering, begin),
 		cmocka_unit_test_setup(repeated_start_does_not_mix_modules_up, begin),
+		cmocka_unit_test_setup(another_client_on_the_bus_presses_no_key, begin),
 		cmocka_unit_test_setup(module_that_falls_silent_is_seen, begin),
 		cmocka_unit_test_setup(key_that_cannot_be_read_any_more_is_up, begin),
 		cmocka_unit_test_setup(
