@@ -120,6 +120,7 @@ struct axis_wish {
 	uint8_t mode;			/* enum pokeys_axis_mode */
 	bool enable;
 	bool good;			/* nothing was wrong with it in the newest image */
+	uint64_t moved_ns, moved_before_ns;	/* position changed, the last times; 0 = never */
 };
 
 struct intake {

@@ -17,6 +17,12 @@
  * speeds, so a device with one such axis is driven by it alone; its other axes
  * then go as fast as they are allowed to.
  *
+ * The device brakes towards each position that it is told, so it follows a
+ * moving one from behind. Were it never faster than that one, it could not come
+ * closer while both slow down, and would stand behind by all of it when the
+ * other has stopped. So while a position moves on, its speed is twice what was
+ * said with it.
+ *
  * A speed cannot be read back. An older packet that has overtaken would leave
  * the axis running, so speeds are told again all the time.
  */
@@ -28,6 +34,8 @@
 #define FULL_SPEED 65535
 #define SUB_MOVE_PV 0x25
 #define AFFIRM_NS (10 * MS)
+#define FOLLOW_NS (100 * MS)	/* between changes of a position that moves on */
+#define CATCH_UP 2.0f
 
 static bool any_by_speed(const struct device *device)
 {
@@ -74,15 +82,22 @@ bool reference_any(const struct device *device)
 	return axes_told(device) != 0;
 }
 
+static bool moves_on(const struct device *device, const struct axis_wish *wish)
+{
+	return wish->moved_before_ns && wish->moved_ns - wish->moved_before_ns < FOLLOW_NS &&
+	       device->now_ns - wish->moved_ns < FOLLOW_NS;
+}
+
 static void wanted_position(const struct device *device, unsigned int i, bool by_mask,
 			    struct references *out)
 {
 	const struct axis_wish *wish = &device->intake.axis[i];
 	const float max_speed = device->image.engine.axis[i].max_speed;
+	const float room = moves_on(device, wish) ? CATCH_UP : 1;
 	const bool driven = device->motion.driven >> i & 1;
 
 	out->position[i] = driven ? wish->position : device->motion.hold[i];
-	out->velocity[i] = driven && by_mask ? ratio(wish->velocity, max_speed) : FULL_SPEED;
+	out->velocity[i] = driven && by_mask ? ratio(room * wish->velocity, max_speed) : FULL_SPEED;
 }
 
 static void wanted(const struct device *device, struct references *out)
