@@ -20,6 +20,7 @@
 #include <pokeys/settings.h>
 #include <pokeys/state.h>
 #include "daemon/device/event.h"
+#include "daemon/device/wish.h"
 #include "wire/op.h"
 
 void event_push(struct event_ring *ring, const struct event *event)
@@ -336,8 +337,13 @@ static void put_step_mode(struct line *line, const struct event *e)
 
 static void put_wish_refused(struct line *line, const struct event *e)
 {
-	put(line, "wished setting %s of number %lld is out of range for this device; "
-	    "its value of before stays", pokeys_setting_name((uint8_t)e->a), (long long)e->b);
+	const char *part = wish_axis_part(e->c);
+
+	put(line, "wished setting %s of number %lld%s", pokeys_setting_name((uint8_t)e->a),
+	    (long long)e->b, *part ? ", " : "");
+	for (; *part; part++)
+		put(line, "%c", *part == '_' ? '-' : *part | 0x20);
+	put(line, ", is out of range for this device; its value of before stays");
 }
 
 static void put_locked(struct line *line, const struct event *e)

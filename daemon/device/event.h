@@ -48,7 +48,8 @@ enum event_code {
 	EVENT_ENGINE,		/* pulse engine, a = state now, b = before (protocol section
 				 * 3.24.1) */
 	EVENT_WISH_REFUSED,	/* a setting of the commander's is out of range; a = enum
-				 * pokeys_setting, b = pin, encoder or axis */
+				 * pokeys_setting, b = pin, encoder or axis, c = which part of
+				 * an axis (wish_axis_part) */
 	EVENT_FOREIGN_WISH,	/* the wish has another layout, or no session or generation */
 	EVENT_LOCKED,		/* a = enum lock_reason, b = level of access (0 open .. 255) */
 	EVENT_TASK,		/* homing or probing has ended: a = enum pokeys_task, b = enum

@@ -35,13 +35,13 @@ void wish_settled(struct device *device, enum pokeys_setting setting)
 	wish_refuse(device, POKEYS_SETTING_NONE, 0);
 }
 
-static void out_of_range(void *context, enum pokeys_setting setting, uint8_t index)
+static void out_of_range(void *context, enum pokeys_setting setting, uint8_t index, uint8_t part)
 {
 	struct device *device = context;
 
 	wish_refuse(device, setting, index);
 	device->wishes.out_of_range = true;
-	device_say(device, EVENT_WISH_REFUSED, EVENT_WARNING, setting, index, 0);
+	device_say(device, EVENT_WISH_REFUSED, EVENT_WARNING, setting, index, part);
 }
 
 /*

@@ -18,7 +18,8 @@ struct wish_judge {
 	struct pokeys_settings *now;
 	const struct pokeys_settings *old;	/* takes the place of what is refused */
 	uint8_t pin_can[POKEYS_PINS];		/* bits of the function byte that the pin has */
-	void (*refuse)(void *context, enum pokeys_setting setting, uint8_t index);
+	/* `part`: of an axis, see wish_axis_part(); else 0 */
+	void (*refuse)(void *context, enum pokeys_setting setting, uint8_t index, uint8_t part);
 	void *context;
 };
 
@@ -44,5 +45,8 @@ static inline void wish_restore(uint32_t *set, uint32_t old_set, uint32_t bit)
 /* wish_axis.c */
 void wish_lay_axis(struct pokeys_axis_settings *to, const struct pokeys_axis_settings *from);
 void wish_judge_axis(struct wish_judge *judge, unsigned int index);
+
+/* What a part of an axis is called, in capitals; "" for 0 and what is none. Any thread. */
+const char *wish_axis_part(long long part);
 
 #endif

@@ -18,11 +18,12 @@
 struct axis_part {
 	uint32_t bit;
 	uint8_t offset, size, most;
+	const char *name;
 };
 
 #define AXIS(NAME, member, most) { POKEYS_AXIS_SET_##NAME, \
 		offsetof(struct pokeys_axis_settings, member), \
-		sizeof(((struct pokeys_axis_settings *)0)->member), most }
+		sizeof(((struct pokeys_axis_settings *)0)->member), most, #NAME }
 
 static const struct axis_part axis_parts[] = {
 	AXIS(PIN_LIMIT_MINUS, pin_limit_minus, POKEYS_PINS),
@@ -56,6 +57,11 @@ static const struct axis_part axis_parts[] = {
 };
 
 enum { AXIS_PARTS = sizeof(axis_parts) / sizeof(axis_parts[0]) };
+
+const char *wish_axis_part(long long part)
+{
+	return part > 0 && part <= AXIS_PARTS ? axis_parts[part - 1].name : "";
+}
 
 void wish_lay_axis(struct pokeys_axis_settings *to, const struct pokeys_axis_settings *from)
 {
@@ -92,6 +98,15 @@ static bool axis_part_good(const struct pokeys_axis_settings *axis, const struct
 	}
 }
 
+static uint8_t part_of(uint32_t bit)
+{
+	uint8_t part = 1;
+
+	while (axis_parts[part - 1].bit != bit)
+		part++;
+	return part;
+}
+
 /* Of limits that contradict each other none is taken: half a pair means nothing. */
 static bool limits_good(struct pokeys_axis_settings *axis, const struct pokeys_axis_settings *old)
 {
@@ -109,12 +124,14 @@ void wish_judge_axis(struct wish_judge *judge, unsigned int index)
 	const struct pokeys_axis_settings *old = &judge->old->axis[index];
 
 	if (!limits_good(axis, old))
-		judge->refuse(judge->context, POKEYS_SETTING_AXIS, (uint8_t)index);
+		judge->refuse(judge->context, POKEYS_SETTING_AXIS, (uint8_t)index,
+			      part_of(POKEYS_AXIS_SET_SOFT_MAXIMUM));
 	for (unsigned int i = 0; i < AXIS_PARTS; i++) {
 		if (!(axis->set & axis_parts[i].bit) || axis_part_good(axis, &axis_parts[i]))
 			continue;
 		wish_lay_span(axis, old, axis_parts[i].offset, axis_parts[i].size);
 		wish_restore(&axis->set, old->set, axis_parts[i].bit);
-		judge->refuse(judge->context, POKEYS_SETTING_AXIS, (uint8_t)index);
+		judge->refuse(judge->context, POKEYS_SETTING_AXIS, (uint8_t)index,
+			      (uint8_t)(i + 1));
 	}
 }

@@ -220,7 +220,7 @@ static void judge_pin(struct wish_judge *judge, unsigned int i)
 	now->pin_set[i / 8] = wish_lay_bits(now->pin_set[i / 8], judge->old->pin_set[i / 8], bit);
 	if (i < POKEYS_PINS)
 		now->pin_function[i] = judge->old->pin_function[i];
-	judge->refuse(judge->context, POKEYS_SETTING_PIN, (uint8_t)i);
+	judge->refuse(judge->context, POKEYS_SETTING_PIN, (uint8_t)i, 0);
 }
 
 static bool encoder_pin_good(uint8_t pin)
@@ -239,7 +239,7 @@ static void judge_encoder(struct wish_judge *judge, unsigned int i)
 	encoder->pins_set = old->pins_set;
 	encoder->pin_a = old->pin_a;
 	encoder->pin_b = old->pin_b;
-	judge->refuse(judge->context, POKEYS_SETTING_ENCODER_PINS, (uint8_t)i);
+	judge->refuse(judge->context, POKEYS_SETTING_ENCODER_PINS, (uint8_t)i, 0);
 }
 
 void wish_judge(struct wish_judge *judge)
@@ -251,7 +251,7 @@ void wish_judge(struct wish_judge *judge)
 			continue;
 		wish_lay_span(now, judge->old, parts[i].offset, parts[i].size);
 		wish_restore(&now->set, judge->old->set, parts[i].bit);
-		judge->refuse(judge->context, (enum pokeys_setting)parts[i].name, 0);
+		judge->refuse(judge->context, (enum pokeys_setting)parts[i].name, 0, 0);
 	}
 	for (unsigned int i = 0; i < POKEYS_PIN_BYTES * 8; i++)
 		judge_pin(judge, i);

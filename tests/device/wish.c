@@ -222,6 +222,7 @@ static void parts_out_of_range_are_refused_one_by_one(void **state)
 static void soft_limits_are_refused_together(void **state)
 {
 	struct pokeys_axis_settings *axis = &wish.settings.axis[2];
+	char text[200];
 
 	(void)state;
 	axis->set = POKEYS_AXIS_SET_SOFT_MINIMUM | POKEYS_AXIS_SET_SOFT_MAXIMUM;
@@ -233,6 +234,9 @@ static void soft_limits_are_refused_together(void **state)
 	send_wish();
 	settle(300 * MS);
 	assert_int_equal(world.event_count[EVENT_WISH_REFUSED], 1);
+	event_format(&world.last_event[EVENT_WISH_REFUSED], "mill", text, sizeof(text));
+	assert_string_equal(text, "mill: wished setting axis of number 2, soft-maximum, is out of "
+				  "range for this device; its value of before stays");
 	assert_true(device_report(world.device, &report));
 	assert_int_equal(report.wanted.axis[2].soft_minimum, 10);
 	assert_int_equal(report.wanted.axis[2].soft_maximum, 100);
