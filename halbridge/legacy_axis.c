@@ -5,8 +5,9 @@
  * Switches: with a pin of its own the device evaluates a switch only while the
  * axis is initialised; while it stands in state 0 the pin's input is looked at
  * here. Without a pin it is the dedicated input. Either way `in` is true when
- * the switch is tripped, for both directions and both polarities (the old
- * component turned some of them around).
+ * the switch is tripped, for both directions and both polarities. The old
+ * component turned some of them around, and nets of its time may count on it:
+ * legacy.old-switches does so again.
  *
  * Who may move: the old component moved an axis as soon as the machine was on,
  * whatever its AxisEnable pin said, although every machine wires that. So does
@@ -23,6 +24,7 @@ struct switch_of {
 	bool status, dedicated;		/* the device's word, and its dedicated input */
 	uint32_t pin;			/* from 1; 0 = dedicated input */
 	bool enabled, invert;
+	bool turned;			/* true while not tripped: what the old component said */
 };
 
 /* Tripped or not, to *in; unchanged where there is no such switch. */
@@ -36,32 +38,38 @@ static void read_switch(const struct pokeys_state *state, const struct pokeys_ax
 	if (!what.pin)
 		*in = what.dedicated != what.invert;
 	else if (axis->state)
-		*in = what.status;
+		*in = what.status != what.turned;
 	else
 		*in = (state->digital_in[pin / 8] >> pin % 8 & 1) != what.invert;
 	*in_not = !*in;
 }
 
 static void read_switches(const struct pokeys_state *state, unsigned int i,
-			  struct legacy_axis *value, const struct legacy_axis_settings *set)
+			  struct values *values)
 {
+	const struct legacy_axis_settings *set = &values->legacy.axis_set[i];
+	struct legacy_axis *value = &values->legacy.axis[i];
 	const struct pokeys_engine *engine = &state->engine;
 	const struct pokeys_axis *axis = &engine->axis[i];
+	const bool before = values->legacy.choice.old_switches;
 
 	read_switch(state, axis, (struct switch_of){
 		.status = engine->limit_minus >> i & 1,
 		.dedicated = engine->dedicated_limit_minus >> i & 1,
 		.pin = set->limit_minus_pin, .enabled = set->limit_minus,
-		.invert = set->limit_minus_invert }, &value->limit_minus, &value->limit_minus_not);
+		.invert = set->limit_minus_invert, .turned = before },
+		    &value->limit_minus, &value->limit_minus_not);
 	read_switch(state, axis, (struct switch_of){
 		.status = engine->limit_plus >> i & 1,
 		.dedicated = engine->dedicated_limit_plus >> i & 1,
 		.pin = set->limit_plus_pin, .enabled = set->limit_plus,
-		.invert = set->limit_plus_invert }, &value->limit_plus, &value->limit_plus_not);
+		.invert = set->limit_plus_invert,
+		.turned = before && !set->limit_plus_invert },
+		    &value->limit_plus, &value->limit_plus_not);
 	read_switch(state, axis, (struct switch_of){
 		.status = engine->home >> i & 1, .dedicated = engine->dedicated_home >> i & 1,
-		.pin = set->home_pin, .enabled = set->home_switch, .invert = set->home_invert },
-		    &value->home, &value->home_not);
+		.pin = set->home_pin, .enabled = set->home_switch, .invert = set->home_invert,
+		.turned = before && set->home_invert }, &value->home, &value->home_not);
 }
 
 static uint32_t magnitude(double pulses)
@@ -114,7 +122,7 @@ static void read_axis(struct exchange *exchange, struct values *values, unsigned
 	value->override = state->engine.limit_override;
 	read_references(axis, &exchange->command.axis[i], value);
 	read_mode(&exchange->legacy.mode[i], axis, home, value);
-	read_switches(state, i, value, &values->legacy.axis_set[i]);
+	read_switches(state, i, values);
 }
 
 void legacy_read_axes(struct exchange *exchange, struct values *values)
@@ -144,7 +152,7 @@ void legacy_enable(struct exchange *exchange, const struct values *values)
 		bool follows = values->legacy.choice.axis_enable;
 
 		exchange->joint[i].enable = own->linked[i] && values->machine_is_on &&
-					    values->legacy.axis_set[i].enabled != 0 &&
+					    values->legacy.axis_set[i].enabled > 0 &&
 					    (!follows || value->axis_enable || value->axis_enabled);
 		if (own->linked[i])
 			set_frame(&exchange->joint[i], values, i);

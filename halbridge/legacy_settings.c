@@ -14,6 +14,9 @@
  * parameters, because a bit that was set to false cannot be told from one that
  * nobody set; a group nobody has touched shows the device's settings.
  *
+ * Some parameters let the device keep what it has while they are 0, as they did
+ * (legacy_settings_axis.c): the charge pump, an encoder's, many of an axis.
+ *
  * A bit that stands in a byte as well (AxesConfig, encoderOptions ...) has the
  * say, and the byte shows it; the byte is taken only while all its bits are
  * false.
@@ -71,30 +74,41 @@ static void show_engine(const struct value_engine_settings *set, struct legacy_e
 					set->emergency_pin - PIN_BASE : 0);
 }
 
-/* A terminal that has to be an input is made one; an input stays as it is, inverted or not. */
-static void make_input(struct values *values, uint32_t terminal)
+static void make(struct values *values, uint32_t terminal, int32_t function)
 {
 	if (!terminal || terminal > POKEYS_PINS)
 		return;
-	if (!(values->set.pin_function[terminal - 1] & FUNCTION_INPUT))
-		legacy_put(&values->set.pin_function[terminal - 1], FUNCTION_INPUT);
+	if (!(values->set.pin_function[terminal - 1] & function))
+		legacy_put(&values->set.pin_function[terminal - 1], function);
 }
 
-static void put_engine(struct values *values, const struct legacy_engine_settings *now)
+void legacy_make_input(struct values *values, uint32_t terminal)
+{
+	make(values, terminal, FUNCTION_INPUT);
+}
+
+void legacy_make_output(struct values *values, uint32_t terminal)
+{
+	make(values, terminal, FUNCTION_OUTPUT);
+}
+
+static void put_engine(struct values *values, const struct legacy_engine_settings *now,
+		       bool pump_off)
 {
 	struct value_engine_settings *set = &values->set.engine;
 
 	legacy_put(&set->generator, (int32_t)(now->generator & 0x0f));
 	legacy_put(&set->swap_step_dir, now->swap);
 	legacy_put(&set->extended_io, now->extended);
-	legacy_put(&set->charge_pump, (int32_t)now->charge_pump);
+	if (now->charge_pump || pump_off)
+		legacy_put(&set->charge_pump, (int32_t)now->charge_pump);
 	legacy_put(&set->emergency_invert, (int32_t)now->emergency_invert);
 	if (now->emergency_pin)
 		legacy_put(&set->emergency_pin, (int32_t)now->emergency_pin + PIN_BASE);
 	if (now->emergency_out_pin && now->emergency_out_pin <= POKEYS_PINS)
 		legacy_put(&values->set.pin_function[now->emergency_out_pin - 1], FUNCTION_OUTPUT);
-	make_input(values, now->emergency_pin);
-	make_input(values, now->probe_pin);
+	legacy_make_input(values, now->emergency_pin);
+	legacy_make_input(values, now->probe_pin);
 }
 
 /*
@@ -118,9 +132,12 @@ static void look_at_engine(struct legacy_settings *own, struct values *values)
 {
 	struct legacy_engine_settings now;
 	struct legacy_group *group = &own->engine_group;
+	const uint32_t pump = own->engine.charge_pump;
 	bool known = values->set.pin_function[0] != UNKNOWN;
 
 	legacy_group_begin(group, &values->legacy.engine_set, &now, &own->engine, sizeof(now));
+	own->pump_off = !now.charge_pump &&
+			(own->pump_off || (pump && own->apply && own->applied));
 	if (!group->touched)
 		show_engine(&values->set.engine, &now);
 	now.extended = extended(values, now.extended);
@@ -129,7 +146,7 @@ static void look_at_engine(struct legacy_settings *own, struct values *values)
 	enable_all_axes(own, values);
 	legacy_group_end(&values->legacy.engine_set, &now, &own->engine, sizeof(now));
 	if (own->apply && group->touched && !group->put && known)
-		put_engine(values, &now);
+		put_engine(values, &now, own->pump_off);
 	group->put = own->apply && known;
 }
 
@@ -220,6 +237,8 @@ static void look_at_pin(struct legacy_settings *own, struct values *values, unsi
 static void begin(struct legacy_settings *own)
 {
 	memset(own, 0, sizeof(*own));
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		own->axis[i].enabled = UNKNOWN;
 	own->begun = true;
 }
 
@@ -237,4 +256,6 @@ void legacy_settings_look(struct legacy_settings *own, struct values *values,
 	look_at_backlash(own, values);
 	for (unsigned int i = 0; i < POKEYS_PINS; i++)
 		look_at_pin(own, values, i);
+	own->applied = own->apply;
+	own->fastest = values->legacy.engine.khz * 1e3;
 }

@@ -17,12 +17,18 @@ struct legacy_group {
 
 struct legacy_settings {
 	bool begun, apply;
+	bool applied;		/* apply at the look before */
+	bool pump_off;		/* the charge pump was set to 0 in place of something else */
+	uint32_t zeroed[POKEYS_AXES];		/* likewise, parameters of an axis, bits */
+	bool terminals[POKEYS_AXES];		/* have the functions that the axis needs */
+	uint8_t encoder_zeroed[LEGACY_ENCODERS];	/* of an encoder: as encoderOptions */
 	struct legacy_axis_settings axis[POKEYS_AXES];
 	struct legacy_encoder_settings encoder[LEGACY_ENCODERS];
 	struct legacy_fast_encoders fast;
 	struct legacy_engine_settings engine;
 	struct legacy_pin_settings pin;
 	double scale[POKEYS_AXES];
+	double fastest;		/* pulses/s of the generator at the last look, 0: not known */
 	uint32_t power;
 	uint32_t backlash, backlash_width[POKEYS_AXES], backlash_acceleration[POKEYS_AXES];
 	double backlash_scale[POKEYS_AXES];
@@ -45,6 +51,13 @@ void legacy_settings_look(struct legacy_settings *own, struct values *values,
 void legacy_settings_axis(struct legacy_settings *own, struct values *values, unsigned int i,
 			  bool driven);
 void legacy_settings_encoders(struct legacy_settings *own, struct values *values);
+
+/*
+ * A terminal (from 1, 0 for none) that has to be an input or an output is made one;
+ * one that is already stays as it is, inverted or not.
+ */
+void legacy_make_input(struct values *values, uint32_t terminal);
+void legacy_make_output(struct values *values, uint32_t terminal);
 
 /*
  * What is common to all groups. legacy_group_begin() copies the parameters at

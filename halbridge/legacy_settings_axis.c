@@ -8,110 +8,58 @@
  * has an offset that makes every place on the axis a positive number of
  * pulses (PositionOffset), and homing speeds are percentages. A parameter that
  * is derived shows the result; where its source is 0 it keeps what was set.
+ *
+ * An axis whose AxisEnabled is 0 was neither set up nor moved, and some parameters
+ * let the device keep what it has while they are 0: INI files are full of zeros
+ * that mean nothing. So 0 counts for those only if somebody sets it in place of
+ * something else, and not before ApplyIniSettings is true. An AxisEnabled that
+ * nobody has set is what the device has, or 1 if the axis is given a speed.
  */
 #include "halbridge/legacy_settings.h"
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 #include <pokeys/command.h>
+#include "halbridge/legacy_bits.h"
 
 #define DECELERATION	1.5	/* of the acceleration */
 
-enum { UNKNOWN = -1, HOMING_DEFAULT = 30, RETURN_DEFAULT = 50, PERCENT = 100, STOP = 8 };
+enum { UNKNOWN = -1, HOMING_DEFAULT = 30, RETURN_DEFAULT = 50, PERCENT = 100, STOP = 8,
+       UNSAID = -1,	/* AxisEnabled, if nobody has set it */
+       USED = 1 };	/* AxisEnabled in legacy_settings.zeroed: the first pair */
 
 /* Settings that are the same number under both names. */
 struct pair {
 	uint16_t from;		/* in struct legacy_axis_settings */
 	uint8_t size;
+	bool left;		/* while it is 0 the device's stays */
 	uint16_t to;		/* in struct value_axis_settings */
 };
 
-#define PAIR(from_, to_) {								\
+#define PAIR_(from_, to_, left_) {							\
 	offsetof(struct legacy_axis_settings, from_),					\
-	sizeof(((struct legacy_axis_settings *)0)->from_),				\
+	sizeof(((struct legacy_axis_settings *)0)->from_), left_,			\
 	offsetof(struct value_axis_settings, to_) }
+#define PAIR(from_, to_)	PAIR_(from_, to_, false)
+#define LEFT(from_, to_)	PAIR_(from_, to_, true)
 
 static const struct pair pairs[] = {
-	PAIR(enabled, enable), PAIR(inverted, invert), PAIR(home_inverted, home_invert),
+	LEFT(enabled, enable), PAIR(inverted, invert), PAIR(home_inverted, home_invert),
 	PAIR(soft_limits, soft_limits), PAIR(masked, masked),
 	PAIR(limit_minus, limit_neg), PAIR(limit_plus, limit_pos), PAIR(home_switch, home),
 	PAIR(home_on_minus, home_on_limit_neg), PAIR(home_on_plus, home_on_limit_pos),
 	PAIR(limit_minus_invert, limit_neg_invert), PAIR(limit_plus_invert, limit_pos_invert),
 	PAIR(home_invert, home_switch_invert),
 	PAIR(limit_minus_pin, limit_neg_pin), PAIR(limit_plus_pin, limit_pos_pin),
-	PAIR(home_pin, home_pin), PAIR(enable_pin, enable_pin), PAIR(enable_invert, enable_invert),
-	PAIR(limit_minus_filter, limit_neg_filter), PAIR(limit_plus_filter, limit_pos_filter),
-	PAIR(home_filter, home_filter), PAIR(probe_filter, probe_filter),
+	PAIR(home_pin, home_pin), LEFT(enable_pin, enable_pin), LEFT(enable_invert, enable_invert),
+	LEFT(limit_minus_filter, limit_neg_filter), LEFT(limit_plus_filter, limit_pos_filter),
+	LEFT(home_filter, home_filter), LEFT(probe_filter, probe_filter),
 	PAIR(homing_speed, homing_speed), PAIR(homing_return, homing_return_speed),
-	PAIR(mpg_encoder, mpg_encoder), PAIR(mpg_multiplier, mpg_multiplier),
-	PAIR(mpg_divider, mpg_divider),
+	LEFT(mpg_encoder, mpg_encoder), LEFT(mpg_multiplier, mpg_multiplier),
+	LEFT(mpg_divider, mpg_divider),
 };
 
-/* Bits of a byte that have parameters of their own, least first. */
-struct bits {
-	uint8_t count;
-	struct {
-		uint8_t bit;
-		uint16_t at;		/* in struct legacy_axis_settings */
-		uint8_t size;
-	} of[8];
-};
-
-#define BIT(bit_, member_) {								\
-	bit_, offsetof(struct legacy_axis_settings, member_),				\
-	sizeof(((struct legacy_axis_settings *)0)->member_) }
-
-static const struct bits options = { 7, {
-	BIT(1, enabled), BIT(2, inverted), BIT(4, planner), BIT(8, position_mode),
-	BIT(16, home_inverted), BIT(32, soft_limits), BIT(128, masked) } };
-static const struct bits switches = { 8, {
-	BIT(1, limit_minus), BIT(2, limit_plus), BIT(4, home_switch), BIT(8, home_on_minus),
-	BIT(16, home_on_plus), BIT(32, limit_minus_invert), BIT(64, limit_plus_invert),
-	BIT(128, home_invert) } };
-static const struct bits homing = { 8, {
-	BIT(1, on_home[0]), BIT(2, on_home[1]), BIT(4, on_home[2]), BIT(8, on_home[3]),
-	BIT(16, off_home[0]), BIT(32, off_home[1]), BIT(64, off_home[2]),
-	BIT(128, off_home[3]) } };
-
-/* A member of one or four bytes as a number. */
-static int32_t load(const struct legacy_axis_settings *set, size_t at, size_t size)
-{
-	const unsigned char *from = (const unsigned char *)set + at;
-	int32_t value = *from;
-
-	if (size > 1)
-		memcpy(&value, from, sizeof(value));
-	return value;
-}
-
-static void store(struct legacy_axis_settings *set, size_t at, size_t size, int32_t value)
-{
-	unsigned char *to = (unsigned char *)set + at;
-
-	if (size > 1)
-		memcpy(to, &value, sizeof(value));
-	else
-		*to = value != 0;
-}
-
-static uint32_t build(const struct legacy_axis_settings *set, const struct bits *bits)
-{
-	uint32_t built = 0;
-
-	for (unsigned int i = 0; i < bits->count; i++)
-		built |= load(set, bits->of[i].at, bits->of[i].size) ? bits->of[i].bit : 0u;
-	return built;
-}
-
-/* The bits have the say; the byte only while all of them are false. */
-static uint32_t settle(struct legacy_axis_settings *set, const struct bits *bits, uint32_t byte)
-{
-	uint32_t built = build(set, bits);
-
-	for (unsigned int i = 0; !built && i < bits->count; i++)
-		store(set, bits->of[i].at, bits->of[i].size, (byte & bits->of[i].bit) != 0);
-	return built ? built : byte;
-}
+_Static_assert(sizeof(pairs) / sizeof(pairs[0]) <= 32, "a bit each in legacy_settings.zeroed");
 
 static int32_t whole(double pulses)
 {
@@ -149,7 +97,7 @@ static void derive_speeds(struct legacy_axis_settings *set, double scale)
 {
 	if (set->velocity != 0) {
 		set->max_speed = fabs(set->velocity * scale);
-		set->enabled = 1;
+		set->enabled = set->enabled == UNSAID ? 1 : set->enabled;
 		set->planner = 1;
 	}
 	if (set->acceleration != 0) {
@@ -178,10 +126,10 @@ static void derive_switches(struct legacy_axis_settings *set)
 }
 
 /* A byte that nobody has touched, whose last bit somebody has set to false, is 0. */
-static uint32_t byte_of(const struct legacy_axis_settings *before, const struct bits *bits,
+static uint32_t byte_of(const struct legacy_axis_settings *before, const struct legacy_bits *bits,
 			uint32_t was, uint32_t byte)
 {
-	return byte == was && build(before, bits) ? 0 : byte;
+	return byte == was && legacy_build(before, bits) ? 0 : byte;
 }
 
 static void derive(struct legacy_axis_settings *set, const struct legacy_axis_settings *before,
@@ -189,12 +137,12 @@ static void derive(struct legacy_axis_settings *set, const struct legacy_axis_se
 {
 	derive_speeds(set, scale);
 	derive_switches(set);
-	set->options = settle(set, &options,
-			      byte_of(before, &options, before->options, set->options));
-	set->switches = settle(set, &switches,
-			       byte_of(before, &switches, before->switches, set->switches));
-	set->homing = settle(set, &homing,
-			     byte_of(before, &homing, before->homing, set->homing));
+	set->options = legacy_settle(set, &legacy_options,
+			      byte_of(before, &legacy_options, before->options, set->options));
+	set->switches = legacy_settle(set, &legacy_switches,
+			       byte_of(before, &legacy_switches, before->switches, set->switches));
+	set->homing = legacy_settle(set, &legacy_homing,
+			     byte_of(before, &legacy_homing, before->homing, set->homing));
 	derive_places(set, scale);
 }
 
@@ -211,7 +159,7 @@ static void show(struct legacy_axis_settings *set, const struct value_axis_setti
 
 		memcpy(&value, (const unsigned char *)device + pairs[i].to, sizeof(value));
 		if (value != (pairs[i].to == MULTIPLIER ? SETTING_MULTIPLIER_LEFT : UNKNOWN))
-			store(set, pairs[i].from, pairs[i].size, value);
+			legacy_store(set, pairs[i].from, pairs[i].size, value);
 	}
 	if (device->mode != UNKNOWN) {
 		set->planner = device->mode != POKEYS_AXIS_BUFFERED;
@@ -221,9 +169,9 @@ static void show(struct legacy_axis_settings *set, const struct value_axis_setti
 		set->homing = (uint32_t)(device->homing_on_switch | device->homing_off_switch << 4);
 	memset((void *)set->on_home, 0, sizeof(set->on_home));
 	memset((void *)set->off_home, 0, sizeof(set->off_home));
-	settle(set, &homing, set->homing);
-	set->options = settle(set, &options, 0);
-	set->switches = settle(set, &switches, 0);
+	legacy_settle(set, &legacy_homing, set->homing);
+	set->options = legacy_settle(set, &legacy_options, 0);
+	set->switches = legacy_settle(set, &legacy_switches, 0);
 	set->max_speed = isfinite(device->max_velocity) ? device->max_velocity * fabs(scale) : 0;
 	set->max_acceleration = isfinite(device->max_acceleration) ?
 				device->max_acceleration * fabs(scale) : 0;
@@ -256,17 +204,36 @@ static int32_t mode_of(const struct legacy_axis_settings *set)
 	return set->position_mode ? POKEYS_AXIS_POSITION : POKEYS_AXIS_VELOCITY;
 }
 
-static void put(struct value_axis_settings *to, const struct legacy_axis_settings *set,
-		double scale)
+/* What has been set to 0 in place of something else: bit = pair. */
+static uint32_t zeroed(uint32_t before_that, const struct legacy_axis_settings *before,
+		       const struct legacy_axis_settings *now, bool counts)
 {
-	for (size_t i = 0; i < sizeof(pairs) / sizeof(pairs[0]); i++)
-		legacy_put((void *)((unsigned char *)to + pairs[i].to),
-			   load(set, pairs[i].from, pairs[i].size));
+	for (size_t i = 0; i < sizeof(pairs) / sizeof(pairs[0]); i++) {
+		if (legacy_load(now, pairs[i].from, pairs[i].size))
+			before_that &= ~(UINT32_C(1) << i);
+		else if (counts && legacy_load(before, pairs[i].from, pairs[i].size) > 0)
+			before_that |= UINT32_C(1) << i;
+	}
+	return before_that;
+}
+
+/* `fastest`: what the generator makes, pulses/s; 0 = not known. INI files have more. */
+static void put(struct value_axis_settings *to, const struct legacy_axis_settings *set,
+		double scale, uint32_t zeros, double fastest)
+{
+	const bool beyond = fastest > 0 && set->max_speed > fastest;
+
+	for (size_t i = 0; i < sizeof(pairs) / sizeof(pairs[0]); i++) {
+		int32_t value = legacy_load(set, pairs[i].from, pairs[i].size);
+
+		if (value > 0 || !pairs[i].left || zeros >> i & 1)
+			legacy_put((void *)((unsigned char *)to + pairs[i].to), value);
+	}
 	legacy_put(&to->mode, mode_of(set));
 	legacy_put(&to->homing_on_switch, nibble(set->homing));
 	legacy_put(&to->homing_off_switch, nibble(set->homing >> 4));
 	if (set->max_speed != 0)
-		put_real(&to->max_velocity, set->max_speed / fabs(scale));
+		put_real(&to->max_velocity, (beyond ? fastest : set->max_speed) / fabs(scale));
 	if (set->max_acceleration != 0)
 		put_real(&to->max_acceleration, set->max_acceleration / fabs(scale));
 	if (set->max_deceleration != 0)
@@ -276,6 +243,21 @@ static void put(struct value_axis_settings *to, const struct legacy_axis_setting
 		put_real(&to->soft_max, (int32_t)set->soft_maximum / scale);
 	}
 	put_real(&to->back_off, (int32_t)set->back_off / scale);
+}
+
+/*
+ * The terminals of its switches become inputs, that of its enable output an output.
+ * False as long as it is not known what they are.
+ */
+static bool make_terminals(struct values *values, const struct legacy_axis_settings *set)
+{
+	if (values->set.pin_function[0] == UNKNOWN)
+		return false;
+	legacy_make_input(values, set->limit_minus_pin);
+	legacy_make_input(values, set->limit_plus_pin);
+	legacy_make_input(values, set->home_pin);
+	legacy_make_output(values, set->enable_pin);
+	return true;
 }
 
 /*
@@ -294,19 +276,30 @@ void legacy_settings_axis(struct legacy_settings *own, struct values *values, un
 	struct legacy_axis_settings *live = &values->legacy.axis_set[i], now;
 	const struct legacy_axis_settings before = own->axis[i];
 	struct legacy_group *group = &own->axis_group[i];
+	const double fastest = values->legacy.engine.khz * 1e3;
 	double scale = values->joint[i].scale;
+	bool used, anew;
 
 	if (!isfinite(scale) || scale == 0)
 		scale = 1;
 	legacy_group_begin(group, live, &now, &own->axis[i], sizeof(now));
+	own->zeroed[i] = zeroed(own->zeroed[i], &before, &now, own->apply && own->applied);
 	if (!group->touched)
 		show(&now, &values->set.axis[i], scale);
 	else if (own->apply)
 		derive(&now, &before, scale);
+	if (now.enabled == UNSAID && values->set.axis[i].enable == 1)
+		now.enabled = 1;
 	legacy_group_end(live, &now, &own->axis[i], sizeof(now));
-	if (own->apply && group->touched && (!group->put || scale != own->scale[i]))
-		put(&values->set.axis[i], &now, scale);
-	if (driven && now.enabled)
+	used = now.enabled > 0 || own->zeroed[i] & USED;
+	anew = !group->put || scale != own->scale[i] || fastest != own->fastest;
+	if (own->apply && group->touched && used && anew) {
+		put(&values->set.axis[i], &now, scale, own->zeroed[i], fastest);
+		own->terminals[i] = false;
+	}
+	if (own->apply && group->touched && used && !own->terminals[i])
+		own->terminals[i] = make_terminals(values, &now);
+	if (driven && now.enabled > 0)
 		follow_positions(&values->set.axis[i]);
 	group->put = own->apply;
 	own->scale[i] = scale;

@@ -11,6 +11,12 @@
 enum { UNKNOWN = -1, ENABLED = 1, TIMES_4 = 2, TIMES_2 = 4, ULTRA = 25,
        PINS_OLD = 1, PINS_NEW = 10, NO_TIMES_4 = 16, INVERT_FIRST = 32 };
 
+static uint8_t bits_of(const struct legacy_encoder_settings *set)
+{
+	return (uint8_t)((set->enable ? ENABLED : 0) | (set->x4 ? TIMES_4 : 0) |
+			 (set->x2 ? TIMES_2 : 0));
+}
+
 static void show_encoder(const struct value_encoder_settings *device,
 			 struct legacy_encoder_settings *now)
 {
@@ -19,8 +25,7 @@ static void show_encoder(const struct value_encoder_settings *device,
 	now->enable = device->sampling > 0;
 	now->x4 = device->sampling == 4;
 	now->x2 = device->sampling == 2;
-	now->options = (now->enable ? ENABLED : 0u) | (now->x4 ? TIMES_4 : 0u) |
-		       (now->x2 ? TIMES_2 : 0u);
+	now->options = bits_of(now);
 	if (device->pin_a != UNKNOWN)
 		now->pin_a = (uint32_t)device->pin_a;
 	if (device->pin_b != UNKNOWN)
@@ -39,8 +44,7 @@ static uint32_t byte_of(const struct legacy_encoder_settings *now,
 static void derive_encoder(struct legacy_encoder_settings *now,
 			   const struct legacy_encoder_settings *before)
 {
-	uint32_t built = (now->enable ? ENABLED : 0u) | (now->x4 ? TIMES_4 : 0u) |
-			 (now->x2 ? TIMES_2 : 0u);
+	uint32_t built = bits_of(now);
 	uint32_t byte = built ? now->options : byte_of(now, before);
 
 	now->options = built ? built | (byte & 0xf0) : byte;
@@ -51,21 +55,46 @@ static void derive_encoder(struct legacy_encoder_settings *now,
 	now->x2 = (byte & TIMES_2) != 0;
 }
 
-static void put_encoder(struct value_settings *set, unsigned int i,
-			const struct legacy_encoder_settings *now)
+/* What has been set to false in place of true. */
+static void note_zeros(uint8_t *zeroed, const struct legacy_encoder_settings *before,
+		       const struct legacy_encoder_settings *now, bool counts)
 {
+	if (counts)
+		*zeroed |= bits_of(before);
+	*zeroed &= (uint8_t)~bits_of(now);
+}
+
+/* Counts of a step; -1 where the device's stay. */
+static int32_t sampling_of(int32_t device, const struct legacy_encoder_settings *now,
+			   uint8_t zeroed)
+{
+	if (!now->enable)
+		return zeroed & ENABLED ? 0 : UNKNOWN;
+	if (now->x4 || now->x2)
+		return now->x4 ? 4 : 2;
+	return zeroed & (TIMES_4 | TIMES_2) || !device ? 1 : device;
+}
+
+/* False if it has to wait for what the device has. */
+static bool put_encoder(struct value_settings *set, unsigned int i,
+			const struct legacy_encoder_settings *now, uint8_t zeroed)
+{
+	int32_t sampling;
+
 	if (i == ULTRA) {
 		legacy_put(&set->ultra_enable, now->enable);
 		legacy_put(&set->ultra_4x, now->x4);
 	}
 	if (i >= SETTINGS_ENCODERS)
-		return;
-	legacy_put(&set->encoder[i].sampling,
-		   !now->enable ? 0 : now->x4 ? 4 : now->x2 ? 2 : 1);
-	if (now->pin_a == now->pin_b)
-		return;
-	legacy_put(&set->encoder[i].pin_a, (int32_t)now->pin_a);
-	legacy_put(&set->encoder[i].pin_b, (int32_t)now->pin_b);
+		return true;
+	sampling = sampling_of(set->encoder[i].sampling, now, zeroed);
+	if (sampling != UNKNOWN)
+		legacy_put(&set->encoder[i].sampling, sampling);
+	if (now->pin_a != now->pin_b) {
+		legacy_put(&set->encoder[i].pin_a, (int32_t)now->pin_a);
+		legacy_put(&set->encoder[i].pin_b, (int32_t)now->pin_b);
+	}
+	return sampling != UNKNOWN || !now->enable;
 }
 
 static void look_at_encoder(struct legacy_settings *own, struct values *values, unsigned int i)
@@ -75,14 +104,15 @@ static void look_at_encoder(struct legacy_settings *own, struct values *values, 
 	struct legacy_group *group = &own->encoder_group[i];
 
 	legacy_group_begin(group, live, &now, &own->encoder[i], sizeof(now));
+	note_zeros(&own->encoder_zeroed[i], &before, &now, own->apply && own->applied);
 	if (!group->touched && i < SETTINGS_ENCODERS)
 		show_encoder(&values->set.encoder[i], &now);
 	else if (own->apply)
 		derive_encoder(&now, &before);
 	legacy_group_end(live, &now, &own->encoder[i], sizeof(now));
 	if (own->apply && group->touched && !group->put)
-		put_encoder(&values->set, i, &now);
-	group->put = own->apply;
+		group->put = put_encoder(&values->set, i, &now, own->encoder_zeroed[i]);
+	group->put = group->put && own->apply;
 }
 
 static uint32_t fast_byte(const struct legacy_fast_encoders *now)

@@ -21,9 +21,10 @@ static const struct table_row rows[] = {
 	ROW("matrix.columns", PARAM, RW, WRITE, set.matrix.columns, "device setting: columns",
 	    SETTING(1, SETTINGS_COLUMNS)),
 	LIST("matrix.row-pin.%02u", PARAM, RW, WRITE, set.matrix.row_pin, SETTINGS_ROWS,
-	     "device setting: pin of the row, 0 is pin 1", SETTING(0, POKEYS_PINS - 1)),
+	     "device setting: pin of the row, 0 is pin 1", SETTING(0, POKEYS_PINS - 1), APART),
 	LIST("matrix.column-pin.%02u", PARAM, RW, WRITE, set.matrix.column_pin, SETTINGS_COLUMNS,
-	     "device setting: pin of the column, 0 is pin 1", SETTING(0, POKEYS_PINS - 1)),
+	     "device setting: pin of the column, 0 is pin 1", SETTING(0, POKEYS_PINS - 1),
+	     APART),
 
 	LIST("kbd48CNC.%02u.Button", PIN, OUT, READ, kbd48.button, VALUES_KEYS,
 	     "key 4 * column + row is pressed"),

@@ -32,7 +32,7 @@ static const struct table_row rows[] = {
 	L_SET("PEv2.PG-extended-io", legacy.engine_set.extended,
 	      "external outputs are there; a 57CNC always has them", ANY_BIT),
 	L_SET("PEv2.ChargePumpEnabled", legacy.engine_set.charge_pump,
-	      "0 off, 1 its own output, else 10 + pin", PARAMETER(0, 0, 65)),
+	      "1 its own output, else 10 + pin; 0 = as the device has it", PARAMETER(0, 0, 65)),
 	L_OUT("PEv2.PulseEngineActivated", WANTED(activated), "the engine is activated"),
 	L_OUT("PEv2.PulseEngineState", engine.state,
 	      "0 stopped, 3 running, 10 jogging, 11 stopping, 20 home, 21 homing, 30 to 32 "
@@ -106,6 +106,9 @@ static const struct table_row choices[] = {
 	L_SET("legacy.key-brightness", legacy.choice.key_brightness,
 	      "the brightness of its lamps is 255 - lightValue, if they are commanded",
 	      PARAMETER(1, 0, 1)),
+	L_SET("legacy.old-switches", legacy.choice.old_switches,
+	      "LimitN.in, LimitP.in and Home.in of switches at pins turned around as in the old "
+	      "component, while the engine runs", PARAMETER(0, 0, 1)),
 	L_SET("legacy.encoder-factor", legacy.choice.encoder_factor,
 	      "with names=both: scale of encoder.10 to encoder.25, whose names are those of both "
 	      "schemes, is units per count", PARAMETER(0, 0, 1)),

@@ -95,7 +95,7 @@ struct legacy_axis {
 	uint32_t backlash_width, backlash_register, backlash_acceleration;
 	int32_t step, velocity_moves, position_moves, position, preset, type, ignore_limits;
 	bool homing, in_position, position_mode, position_mode_active, moves;
-	bool index_enable, out_home, at_position, keyboard_jog, wheel_jog;
+	bool index_enable, out_home, homing_joint, at_position, keyboard_jog, wheel_jog;
 	bool limit_minus, limit_minus_not, limit_plus, limit_plus_not, home, home_not;
 	bool error, error_not, probe, probe_not;
 	bool axis_enable, axis_enabled, override;
@@ -139,7 +139,7 @@ struct legacy_engine_settings {
 struct legacy_choices {
 	param_bit axis_enable, emergency_unset, emergency_lost, emergency_out, adcout;
 	param_bit limit_override, ponet_out, whole_scale, pressed_key, key_brightness;
-	param_bit encoder_factor;
+	param_bit encoder_factor, old_switches;
 };
 
 struct value_legacy {

@@ -242,4 +242,17 @@ def _(step, phase):
     step.device("engine.state", 0, 0 if phase else 101)
 
 
-ACTS = [STANDING, FEWER, REBOOTING, NO_PIN, STOPPED, TRIPPED]
+OLD_SWITCHES = Act("switches as the older component turned them", phases=2)
+
+
+# a switch at a pin that the device was not told of: it says not tripped
+@OLD_SWITCHES.rule(r"legacy\.old-switches")
+def _(step, phase):
+    step.sim("field axis.state 0 1")
+    step.set(0, "PEv2.params.ApplyIniSettings")
+    step.set(27, "PEv2.0.digin.LimitN.Pin")
+    step.set(bool(phase))
+    step.shows(bool(phase), "PEv2.0.digin.LimitN.in")
+
+
+ACTS = [STANDING, FEWER, REBOOTING, NO_PIN, STOPPED, TRIPPED, OLD_SWITCHES]

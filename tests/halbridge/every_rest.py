@@ -198,7 +198,7 @@ def _(step, phase):
 @NOTHING.rule(r"encoder\.2[678]\.(?:reset|index-enable|scale|enable|encoderOptions"
               r"|[24]x_sampling|channel[AB]pin)",
               r"encoder\.25\.channel[AB]pin",
-              r"PEv2\.\d\.(?:joint-out-home|joint-in-position|joint-kb-jog-active"
+              r"PEv2\.\d\.(?:joint-out-home|joint-in-homing|joint-in-position|joint-kb-jog-active"
               r"|joint-wheel-jog-active"
               r"|stepgen\.(?:TYPE|ENCODER-SCALE|HOME-IGNORE-LIMITS|DEADBAND|MAX-OUTPUT)"
               r"|params\.Feedback-Encoder-Id)")

@@ -203,6 +203,33 @@ static void a_switch_is_true_when_tripped(void **state)
 	assert_true(legacy->axis[3].limit_minus);
 }
 
+/* Nets of the old component's time count on what it said. */
+static void switches_at_pins_are_turned_as_they_were_if_chosen(void **state)
+{
+	struct legacy_axis_settings *set = &legacy->axis_set[3];
+	const struct legacy_axis *axis = &legacy->axis[3];
+
+	(void)state;
+	set->limit_minus_pin = set->limit_plus_pin = set->home_pin = 5;
+	rig.daemon.engine.axis[3].state = 1;
+	legacy->choice.old_switches = true;
+	rig_period(&rig);
+	assert_true(axis->limit_minus && axis->limit_plus && !axis->home);
+	assert_true(!axis->limit_minus_not && !axis->limit_plus_not && axis->home_not);
+	set->limit_minus_invert = set->limit_plus_invert = set->home_invert = true;
+	rig_period(&rig);
+	assert_true(axis->limit_minus && !axis->limit_plus && axis->home);
+	rig.daemon.engine.limit_minus = rig.daemon.engine.limit_plus = 8;
+	rig.daemon.engine.home = 8;
+	rig_period(&rig);
+	assert_true(!axis->limit_minus && axis->limit_plus && !axis->home);
+	/* while it stands, and at dedicated inputs, they said what they mean */
+	rig.daemon.engine.axis[3].state = 0;
+	rig.daemon.digital_in[0] = 1u << 4;
+	rig_period(&rig);
+	assert_true(!axis->limit_minus && !axis->limit_plus && !axis->home);
+}
+
 static void external_outputs_depend_on_the_board(void **state)
 {
 	(void)state;
@@ -389,6 +416,7 @@ int main(void)
 		cmocka_unit_test_setup(emergency_without_a_pin_is_a_choice, setup),
 		cmocka_unit_test_setup(emergency_follows_its_pin_and_the_engine, setup),
 		cmocka_unit_test_setup(a_switch_is_true_when_tripped, setup),
+		cmocka_unit_test_setup(switches_at_pins_are_turned_as_they_were_if_chosen, setup),
 		cmocka_unit_test_setup(external_outputs_depend_on_the_board, setup),
 		cmocka_unit_test_setup(analog_outputs_do_nothing_until_chosen, setup),
 		cmocka_unit_test_setup(analog_outputs_are_clamped_and_never_nan, setup),

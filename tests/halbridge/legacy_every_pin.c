@@ -299,6 +299,7 @@ static const struct effect effects[] = {
 static const char *const inert[] = {
 	"PEv2.LimitOverride", "PEv2.AxisEnabledMask",
 	PEV2("ProbePosition"), PEV2("HomingStatus"), PEV2("joint-out-home"),
+	PEV2("joint-in-homing"),
 	PEV2("joint-in-position"), PEV2("joint-kb-jog-active"), PEV2("joint-wheel-jog-active"),
 	PEV2("stepgen.TYPE"), PEV2("params.Feedback-Encoder-Id"), PEV2("stepgen.DEADBAND"),
 	PEV2("stepgen.MAX-OUTPUT"), PEV2("stepgen.ENCODER-SCALE"),

@@ -50,7 +50,7 @@ static void what_nobody_set_shows_what_the_device_has(void **state)
 {
 	(void)state;
 	look();
-	assert_int_equal(set->enabled, 0);
+	assert_int_equal(set->enabled, -1);
 	know_the_device();
 	look();
 	assert_int_equal(set->enabled, 1);
@@ -133,7 +133,7 @@ static void what_was_set_by_hand_is_not_overwritten(void **state)
 	know_the_device();
 	look();
 	assert_int_equal(set->inverted, 1);
-	assert_int_equal(set->enabled, 0);
+	assert_false(set->limit_minus);
 }
 
 static void a_joint_becomes_pulses(void **state)
@@ -173,6 +173,7 @@ static void bits_have_the_say_over_their_byte(void **state)
 {
 	(void)state;
 	values.legacy.engine.apply = true;
+	set->enabled = 1;
 	set->switches = 0xff;
 	look();
 	assert_true(set->limit_minus && set->home_invert);
@@ -195,6 +196,7 @@ static void the_last_bit_that_is_set_to_false_stays_false(void **state)
 	look();
 	assert_true(encoder->enable && set->limit_minus);
 	values.legacy.engine.apply = true;
+	look();
 	encoder->enable = false;
 	set->limit_minus = false;
 	look();
@@ -210,6 +212,7 @@ static void a_home_switch_at_a_limit_switch_is_that_switch(void **state)
 {
 	(void)state;
 	values.legacy.engine.apply = true;
+	set->enabled = 1;
 	set->limit_plus = set->home_switch = true;
 	set->limit_plus_pin = set->home_pin = 9;
 	look();
@@ -264,13 +267,13 @@ static void what_cannot_be_is_told_once_and_put_back(void **state)
 	set->limit_plus_pin = 9;
 	assert_int_equal(legacy_range_init(&range, &values), 0);
 	set->limit_plus_pin = 56;
-	set->enabled = -1;
+	set->enabled = 2;
 	set->velocity = (double)NAN;
 	values.legacy.encoder[28].scale = 1e13;
 	legacy_range_look(&range, &values, count_refused, NULL);
 	assert_int_equal(refused, 4);
 	assert_int_equal(set->limit_plus_pin, 9);
-	assert_int_equal(set->enabled, 0);
+	assert_int_equal(set->enabled, -1);
 	assert_true(set->velocity == 0 && values.legacy.encoder[28].scale == 1);
 	set->limit_plus_pin = 55;
 	legacy_range_look(&range, &values, count_refused, NULL);

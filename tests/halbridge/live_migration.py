@@ -81,6 +81,49 @@ def an_axis_moves_by_its_older_names(m):
     assert m.hal.get("joint.00.pos-fb") == 3
 
 
+def what_only_the_ini_file_says_is_taken_by_loadrt_as_well(m):
+    m.device()
+    m.sim("field engine.charge-pump 0 1")
+    m.daemon()
+    path = m.folder / "machine.ini"
+    path.write_text(INI.format(run=m.folder / "run", keys="ApplyIniSettings = 1\n"
+                               "PEv2_EmergencyInputPin = 52\nPEv2_EmergencyInput_invert = 1\n"
+                               "encoder.7.enable = 1\nencoder.7.x4_sampling = 1\n"
+                               "encoder.7.channelApin = 4\nencoder.7.channelBpin = 5\n"
+                               "PEv2_AxisEnabeld_0 = 1"), encoding="utf-8")
+    m.hal.ok(f"export INI_FILE_NAME={path}")
+    m.hal.start("ini=auto")
+    m.hal.becomes("connected", True)
+    m.hal.becomes("config.state", 3)
+    m.hal.becomes("engine.emergency-invert", 1)
+    m.hal.becomes("engine.emergency-pin", 62)
+    m.hal.becomes("encoder.07.sampling", 4)
+    m.hal.becomes("pin.51.function", 2)
+    assert m.sim("field engine.charge-pump") == {"engine.charge-pump": "0x01"}
+    assert m.hal.get("legacy.encoder-factor") is True
+    status, _ = m.hal.run("halcmd unloadrt pokeys_shm; halcmd loadrt pokeys_shm ini=/none.ini")
+    assert status and "ini=/none.ini: No such file" in m.hal.said(), m.hal.said()[-500:]
+
+
+def an_axis_that_is_not_enabled_does_not_move(m):
+    m.device()
+    m.daemon()
+    loadusr(m, "ApplyIniSettings = 1", "PEv2_AxisEnabled_0 = 1", "PEv2_AxisEnabled_1 = 0")
+    for axis in (0, 1):
+        m.hal.set(f"PEv2.{axis}.stepgen.STEP-SCALE", 100)
+        m.hal.set(f"PEv2.{axis}.stepgen.STEPGEN-MAXVEL", 100)
+        m.hal.ok(f"halcmd net cmd pokeys.0.PEv2.{axis}.joint-pos-cmd")
+    m.hal.ok("halcmd net on pokeys.0.machine-is-on")
+    m.hal.becomes("config.state", 3)
+    m.hal.ok(f"halcmd sets cmd {m.hal.get('PEv2.0.joint-pos-fb')}")
+    time.sleep(0.2)
+    m.hal.ok("halcmd sets on 1")
+    m.hal.becomes("machine-on-permitted", True)
+    m.hal.ok("halcmd sets cmd 3")
+    m.hal.becomes("PEv2.0.CurrentPosition", 300)
+    assert m.sim("axis 1")["machine"] == "0", m.sim("axis 1")
+
+
 def keyboard_buses_and_analog_outputs_by_their_older_names(m):
     m.device()
     m.sim("module 0 on 100")
@@ -205,6 +248,8 @@ if __name__ == "__main__":
     sys.exit(hal_machine.main([
         settings_of_the_ini_file_reach_the_device,
         an_axis_moves_by_its_older_names,
+        what_only_the_ini_file_says_is_taken_by_loadrt_as_well,
+        an_axis_that_is_not_enabled_does_not_move,
         keyboard_buses_and_analog_outputs_by_their_older_names,
         a_dead_device_does_not_disturb_the_other,
         the_panel_of_the_examples_works,

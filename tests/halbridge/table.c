@@ -57,7 +57,7 @@ static bool is_told_about(const char *name)
 	static const char *const parts[] = {
 		"failsafe.", "engine.backlash", "engine.postep", "joint.%02u.backlash-",
 		"joint.%02u.postep.", "synced-pwm.", "synced-out.", "rate.backlash", "rate.postep",
-		"threading.",
+		"threading.", "matrix.row-pin.", "matrix.column-pin.",
 	};
 
 	for (size_t i = 0; i < sizeof(parts) / sizeof(parts[0]); i++) {
