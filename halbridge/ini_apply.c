@@ -181,6 +181,64 @@ static void apply_joint(struct applying *to, unsigned int axis, long joint)
 		apply_key(to, section, &ini_joint_keys[i], ini_joint_keys[i].key, axis);
 }
 
+/* Is `key` the pattern with an index below `count`? */
+static bool is_key(const char *pattern, const char *key, unsigned int count)
+{
+	const char *at = strstr(pattern, "%u");
+	char *rest;
+
+	if (!at)
+		return !strcasecmp(pattern, key);
+	if (strncasecmp(pattern, key, (size_t)(at - pattern)) || key[at - pattern] < '0' ||
+	    key[at - pattern] > '9')
+		return false;
+	return strtoul(key + (at - pattern), &rest, 10) < count && !strcasecmp(rest, at + 2);
+}
+
+static bool is_known(const struct applying *to, const char *key)
+{
+	/* those that set no parameter; the last ones are of the device's key maps, which stay */
+	static const struct { const char *pattern; unsigned int count; } others[] = {
+		{ "DEVICE_ID", 1 }, { "DEVICE_ID_%u", TABLE_DEVICES }, { "COMM_TIMEOUT", 1 },
+		{ "RUNTIME_DIRECTORY", 1 }, { "PEv2_linked_joint_%u", POKEYS_AXES },
+		{ "encoder.%u.keymap_dirA", LEGACY_ENCODERS },
+		{ "encoder.%u.keymap_dirB", LEGACY_ENCODERS },
+		{ "encoder.%u.macro_dirA", LEGACY_ENCODERS },
+		{ "encoder.%u.macro_dirB", LEGACY_ENCODERS },
+	};
+
+	for (size_t i = 0; i < sizeof(others) / sizeof(others[0]); i++) {
+		if (is_key(others[i].pattern, key, others[i].count))
+			return true;
+	}
+	for (size_t i = 0; i < ini_pokeys_key_count; i++) {
+		if (is_key(ini_pokeys_keys[i].key, key, indices_of(to, ini_pokeys_keys[i].name)))
+			return true;
+	}
+	return false;
+}
+
+unsigned int ini_unknown(const struct ini_file *file, struct instance *instance, char *list,
+			 size_t size)
+{
+	const struct applying to = { .file = file, .instance = instance };
+	unsigned int count = 0;
+	size_t at = 0;
+
+	list[0] = '\0';
+	for (size_t i = 0; i < file->count; i++) {
+		const struct ini_entry *entry = &file->entry[i];
+
+		if (strcmp(entry->section, "POKEYS") || is_known(&to, entry->key))
+			continue;
+		if (at < size)
+			at += (size_t)snprintf(list + at, size - at, "%s%s (line %u)",
+					       count ? ", " : "", entry->key, entry->line);
+		count++;
+	}
+	return count;
+}
+
 unsigned int ini_apply(const struct ini_file *file, struct instance *instance,
 		       ini_complaint complaint, void *argument)
 {

@@ -38,4 +38,11 @@ long ini_whole(const struct ini_file *file, const char *key, long low, long high
 unsigned int ini_apply(const struct ini_file *file, struct instance *instance,
 		       ini_complaint complain, void *argument);
 
+/*
+ * Keys of [POKEYS] that nothing here reads, to `list` as "KEY (line 5), ...", cut where it
+ * is full: a HAL file may use them, or they are misspelt. Returns how many. Cold.
+ */
+unsigned int ini_unknown(const struct ini_file *file, struct instance *instance, char *list,
+			 size_t size);
+
 #endif

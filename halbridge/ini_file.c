@@ -2,19 +2,18 @@
 /*
  * LinuxCNC's INI file, read the way its users write it.
  *
- * libinih splits the lines, but this is not a file for libinih: an indented
- * line is a key here and no continuation, a '#' behind a value begins a
- * comment, sections may come twice, and most of the file is somebody else's.
- * So one line at a time is handed over, without its indent, and a line that
- * is no key is passed over in silence. The first of several equal keys counts,
- * as for LinuxCNC itself.
+ * An indented line is a key and no continuation, a '#' or ';' behind a value and
+ * a blank begins a comment, sections may come twice, and most of the file is
+ * somebody else's: a line that is no key is passed over in silence. The first of
+ * several equal keys counts, as for LinuxCNC itself. Read by hand, and not by
+ * libinih as pokeysd.conf is, because LinuxCNC loads a module that wants no
+ * library but its own.
  *
  * A value that does not fit is kept cut: whoever reads it as a number will
  * complain with the line, and nobody else's line matters.
  */
 #include "halbridge/ini_file.h"
 #include <errno.h>
-#include <ini.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,28 +23,25 @@
 struct reading {
 	struct ini_file *file;
 	FILE *stream;
+	char section[INI_FILE_SECTION];
 	unsigned int line;
-	bool no_memory;
 };
 
-/* For inih: one line, whole or cut, indent removed. */
-static char *read_line(char *text, int size, void *context)
+enum { LINE = 1024 };
+
+/* One line, whole or cut; false at the end. */
+static bool read_line(struct reading *reading, char line[LINE])
 {
-	struct reading *reading = context;
-	char line[1024];
-	const char *begin = line;
 	int next;
 
-	if (!fgets(line, sizeof(line), reading->stream))
-		return NULL;
+	if (!fgets(line, LINE, reading->stream))
+		return false;
 	reading->line++;
 	if (!strchr(line, '\n')) {
 		while ((next = fgetc(reading->stream)) != EOF && next != '\n')
 			;
 	}
-	begin += strspn(line, " \t");
-	snprintf(text, (size_t)size, "%.*s\n", (int)strcspn(begin, "\r\n"), begin);
-	return text;
+	return true;
 }
 
 static bool wanted(const char *section)
@@ -67,51 +63,68 @@ static struct ini_entry *new_entry(struct ini_file *file)
 	return &file->entry[file->count++];
 }
 
-/* "5 # five" is 5 */
-static void cut_comment(char *value)
+/* "5 # five" is 5: without what is behind a comment's beginning, and without blanks. */
+static char *trim(char *text)
 {
-	char *comment = strstr(value, " #");
+	size_t length;
 
-	if (!comment)
-		comment = strstr(value, "\t#");
-	if (comment)
-		*comment = '\0';
-	for (size_t length = strlen(value); length && strchr(" \t", value[length - 1]); length--)
-		value[length - 1] = '\0';
+	text += strspn(text, " \t");
+	for (char *at = text; (at = strpbrk(at, "#;")); at++) {
+		if (at > text && !strchr(" \t", at[-1]))
+			continue;
+		*at = '\0';
+		break;
+	}
+	for (length = strlen(text); length && strchr(" \t\r\n", text[length - 1]); length--)
+		text[length - 1] = '\0';
+	return text;
 }
 
-static int take(void *context, const char *section, const char *key, const char *value)
+static int take(struct reading *reading, char *line)
 {
-	struct reading *reading = context;
+	char *equals = strchr(line, '=');
 	struct ini_entry *entry;
 
-	if (!wanted(section))
-		return 1;
-	entry = new_entry(reading->file);
-	if (!entry) {
-		reading->no_memory = true;
+	if (!equals || !wanted(reading->section))
 		return 0;
-	}
-	snprintf(entry->section, sizeof(entry->section), "%s", section);
-	snprintf(entry->key, sizeof(entry->key), "%s", key);
-	snprintf(entry->value, sizeof(entry->value), "%s", value);
+	*equals = '\0';
+	entry = new_entry(reading->file);
+	if (!entry)
+		return -ENOMEM;
+	snprintf(entry->section, sizeof(entry->section), "%s", reading->section);
+	snprintf(entry->key, sizeof(entry->key), "%s", trim(line));
+	snprintf(entry->value, sizeof(entry->value), "%s", trim(equals + 1));
 	entry->line = reading->line;
-	cut_comment(entry->value);
-	return 1;
+	return 0;
+}
+
+/* A section, a key, or somebody else's. */
+static int look_at(struct reading *reading, char *line)
+{
+	line += strspn(line, " \t");
+	if (*line == '#' || *line == ';')
+		return 0;
+	if (*line != '[')
+		return take(reading, line);
+	snprintf(reading->section, sizeof(reading->section), "%.*s",
+		 (int)strcspn(line + 1, "]\r\n"), line + 1);
+	return 0;
 }
 
 int ini_file_read(struct ini_file *file, const char *path)
 {
 	struct reading reading = { .file = file };
-	int r;
+	char line[LINE];
+	int r = 0;
 
 	*file = (struct ini_file){ .path = path };
 	reading.stream = fopen(path, "re");
 	if (!reading.stream)
 		return -errno;
-	errno = 0;
-	ini_parse_stream(read_line, &reading, take, &reading);
-	r = reading.no_memory ? -ENOMEM : ferror(reading.stream) ? -EIO : 0;
+	while (!r && read_line(&reading, line))
+		r = look_at(&reading, line);
+	if (!r && ferror(reading.stream))
+		r = -EIO;
 	fclose(reading.stream);
 	if (r)
 		ini_file_free(file);

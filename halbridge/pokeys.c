@@ -20,7 +20,7 @@
 #include <time.h>
 #include <rtapi.h>
 #include <hal.h>
-#include "halbridge/ini_apply.h"
+#include "halbridge/ini_adopt.h"
 #include "halbridge/instance.h"
 #include "halbridge/monitor.h"
 #include "halbridge/pokeys_options.h"
@@ -49,12 +49,6 @@ static void catch_signals(void)
 	sigaction(SIGINT, &action, NULL);
 }
 
-static void complain(void *argument, const char *line)
-{
-	(void)argument;
-	rtapi_print_msg(RTAPI_MSG_ERR, "pokeys: %s\n", line);
-}
-
 /* The file LinuxCNC runs with; an empty one if there is none, after a line. */
 static struct ini_file read_ini(void)
 {
@@ -74,16 +68,6 @@ static struct ini_file read_ini(void)
 	return file;
 }
 
-/* DEVICE_ID is the first instance's, DEVICE_ID_1 the second's ... 0 = the only one. */
-static uint32_t serial_for(const struct ini_file *file, unsigned int number)
-{
-	char key[24] = "DEVICE_ID";
-
-	if (number)
-		snprintf(key, sizeof(key), "DEVICE_ID_%u", number);
-	return (uint32_t)ini_whole(file, key, 0, UINT32_MAX, 0, complain, NULL);
-}
-
 static int make_instance(const struct pokeys_options *options, const struct ini_file *file,
 			 unsigned int number)
 {
@@ -93,10 +77,8 @@ static int make_instance(const struct pokeys_options *options, const struct ini_
 
 	if (r)
 		return r;
-	instances[number]->serial = serial_for(file, number);
 	instances[number]->binding.in_turns = 1;	/* a slow loop misses no short pulse */
-	instances[number]->values->legacy.choice.encoder_factor = true;
-	ini_apply(file, instances[number], complain, NULL);
+	ini_adopt(file, instances[number]);
 	return 0;
 }
 
@@ -108,8 +90,6 @@ static int start(const struct pokeys_options *options, const struct ini_file *fi
 		r = make_instance(options, file, i);
 	if (r)
 		return r;
-	/* how long the old component searched; the daemon searches for ever */
-	ini_whole(file, "COMM_TIMEOUT", 0, 600000, 2000, complain, NULL);
 	monitor = (struct monitor){
 		.runtime = options->runtime, .instances = instances, .count = options->count,
 	};

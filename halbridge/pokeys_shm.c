@@ -19,11 +19,13 @@
 #include <errno.h>
 #include <stdatomic.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <rtapi.h>
 #include <rtapi_app.h>
 #include <hal.h>
+#include "halbridge/ini_adopt.h"
 #include "halbridge/instance.h"
 #include "halbridge/monitor.h"
 #include "halbridge/settings.h"
@@ -44,6 +46,9 @@ RTAPI_MP_STRING(names, "naming schemes: both, canonical, core, legacy or all; de
 		 "for the first device, canonical for others");
 static char *runtime;
 RTAPI_MP_STRING(runtime, "runtime folder of the daemon; default " POKEYS_RUNTIME_DIRECTORY);
+static char *ini;
+RTAPI_MP_STRING(ini, "INI file whose [POKEYS] is read, as the userspace component does; "
+		"auto: the one LinuxCNC runs with; default: none");
 #pragma GCC diagnostic pop
 
 #define QUIET_NS	UINT64_C(20000000)	/* many servo periods without a visit: none runs */
@@ -53,6 +58,7 @@ static int component;
 static size_t instance_count;
 static struct instance *instances[TABLE_DEVICES];
 static struct monitor monitor;
+static struct ini_file machine;		/* path NULL: none */
 
 /* pokeys.N.read. Realtime. */
 static void read_funct(void *argument, long period)
@@ -93,6 +99,12 @@ static int make_instance(unsigned int number, const char *device, unsigned int s
 	return export_functs(instances[number]);
 }
 
+static void adopt_machine(void)
+{
+	for (size_t i = 0; machine.path && i < instance_count; i++)
+		ini_adopt(&machine, instances[i]);
+}
+
 static int start(const struct settings *settings)
 {
 	int r = 0;
@@ -100,6 +112,8 @@ static int start(const struct settings *settings)
 	instance_count = settings->count;
 	for (unsigned int i = 0; i < settings->count && !r; i++)
 		r = make_instance(i, settings->device[i], settings->schemes[i]);
+	if (!r)
+		adopt_machine();
 	for (size_t i = 0; i < settings->count && !r; i++) {
 		if (instances[i]->device[0])
 			r = monitor_open_client(instances[i], settings->runtime);
@@ -179,25 +193,64 @@ static void end(void)
 	devices = NULL;
 	names = NULL;
 	runtime = NULL;
+	ini = NULL;
+	ini_file_free(&machine);
+	machine.path = NULL;
+}
+
+/* None if none is asked for. */
+static int read_machine(char *why, size_t size)
+{
+	const char *path = ini;
+	int r;
+
+	machine.path = NULL;
+	if (!ini || !*ini)
+		return 0;
+	if (!strcmp(ini, "auto"))
+		path = getenv("INI_FILE_NAME");
+	r = path ? ini_file_read(&machine, path) : -ENOENT;
+	if (r)
+		snprintf(why, size, "ini=%s: %s; give the path of the machine's INI file, or "
+			 "auto where LinuxCNC has set INI_FILE_NAME", ini, strerror(-r));
+	return r;
+}
+
+/* What is said to loadrt counts more. */
+static const char *runtime_folder(void)
+{
+	const struct ini_entry *entry = NULL;
+
+	if (machine.path && (!runtime || !*runtime))
+		entry = ini_file_find(&machine, "POKEYS", "RUNTIME_DIRECTORY");
+	return entry ? entry->value : runtime;
+}
+
+static int load(const struct settings *settings)
+{
+	int r;
+
+	component = hal_init("pokeys_shm");
+	r = component > 0 ? start(settings) : component;
+	if (r)
+		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_shm: not loaded: %s\n", strerror(-r));
+	return r;
 }
 
 int rtapi_app_main(void)
 {
 	struct settings settings;
 	char why[256];
-	int r = settings_read(&settings, devices, names, runtime, why, sizeof(why));
+	int r = read_machine(why, sizeof(why));
 
-	if (r) {
+	if (!r)
+		r = settings_read(&settings, devices, names, runtime_folder(), why, sizeof(why));
+	if (r)
 		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_shm: %s\n", why);
+	else
+		r = load(&settings);
+	if (r)
 		end();
-		return r;
-	}
-	component = hal_init("pokeys_shm");
-	r = component > 0 ? start(&settings) : component;
-	if (r) {
-		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_shm: not loaded: %s\n", strerror(-r));
-		end();
-	}
 	return r;
 }
 

@@ -74,14 +74,17 @@ static void lines_are_read_as_people_write_them(void **state)
 	(void)state;
 	read_text("junk before any section\n[POKEYS]\r\nA=1\r\n  B = 2\n\tC =3 # three\nD = 4 ; "
 		  "four\n"
-		  "no key at all\n[OTHER]\nA = 9\n[POKEYS]\nA = 5\nE=\n[pokeys]\nF = 1\n[JOINT_2]\n"
+		  "no key at all\n# D = 5\n; D = 6\nG = # nothing\n[OTHER]\nA = 9\n[POKEYS]\n"
+		  "A = 5\nE=\n[pokeys]\nF = 1\n[JOINT_2]\n"
 		  "HOME = -1\n[POKEYS]\nlast = 6");
 	assert_string_equal(ini_file_find(&file, "POKEYS", "A")->value, "1");
 	assert_string_equal(ini_file_find(&file, "POKEYS", "b")->value, "2");
 	assert_int_equal(ini_file_find(&file, "POKEYS", "B")->line, 4);
 	assert_string_equal(ini_file_find(&file, "POKEYS", "C")->value, "3");
 	assert_string_equal(ini_file_find(&file, "POKEYS", "D")->value, "4");
+	assert_string_equal(ini_file_find(&file, "POKEYS", "D")->value, "4");
 	assert_string_equal(ini_file_find(&file, "POKEYS", "E")->value, "");
+	assert_string_equal(ini_file_find(&file, "POKEYS", "G")->value, "");
 	assert_string_equal(ini_file_find(&file, "POKEYS", "LAST")->value, "6");
 	assert_string_equal(ini_file_find(&file, "JOINT_2", "HOME")->value, "-1");
 	assert_null(ini_file_find(&file, "POKEYS", "F"));
@@ -201,6 +204,23 @@ static void indices_that_do_not_exist_are_passed_over(void **state)
 	assert_int_equal(lines, 0);
 }
 
+static void keys_that_nobody_reads_are_found(void **state)
+{
+	char list[200];
+
+	(void)state;
+	assert_int_equal(apply("[POKEYS]\nDEVICE_ID=5\ndevice_id_1 = 6\nCOMM_TIMEOUT=1\n"
+			       "PIN_3_function = 4\nPin_55_Function = 4\nPin__Function = 4\n"
+			       "PEv2_linked_joint_7 = 1\nencoder.24.macro_dirA = 1\n"
+			       "adcout_0_max_v = 5\nPEv2_AxisEnabeld_0 = 1\nPin_3_Functions = 4\n"
+			       "[JOINT_1]\nP = 1\n"), 0);
+	assert_int_equal(ini_unknown(&file, &instance, list, sizeof(list)), 4);
+	assert_string_equal(list, "Pin_55_Function (line 6), Pin__Function (line 7), "
+				  "PEv2_AxisEnabeld_0 (line 11), Pin_3_Functions (line 12)");
+	assert_int_equal(ini_unknown(&file, &instance, list, 40), 4);
+	assert_int_equal(strlen(list), 39);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -217,6 +237,7 @@ int main(void)
 						teardown),
 		cmocka_unit_test_setup_teardown(indices_that_do_not_exist_are_passed_over, setup,
 						teardown),
+		cmocka_unit_test_setup_teardown(keys_that_nobody_reads_are_found, setup, teardown),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

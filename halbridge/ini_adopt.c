@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What both shells do with a machine's INI file: the userspace component always,
+ * as the older one did, the realtime module if it is told to (ini=).
+ *
+ * Much of what a machine was set up with stood there and in no HAL file, the
+ * polarity of its emergency button among it.
+ */
+#include "halbridge/ini_adopt.h"
+#include <stdint.h>
+#include <stdio.h>
+#include <rtapi.h>
+
+enum { LIST = 400 };
+
+static void complain(void *argument, const char *line)
+{
+	rtapi_print_msg(RTAPI_MSG_ERR, "%s: %s\n", (const char *)argument, line);
+}
+
+/* DEVICE_ID is the first instance's, DEVICE_ID_1 the second's ... 0 = the only one. */
+static uint32_t serial_for(const struct ini_file *file, unsigned int number, char *who)
+{
+	char key[24] = "DEVICE_ID";
+
+	if (number)
+		snprintf(key, sizeof(key), "DEVICE_ID_%u", number);
+	return (uint32_t)ini_whole(file, key, 0, UINT32_MAX, 0, complain, who);
+}
+
+/* One line for all of them: most are there for a HAL file's setp. */
+static void say_unknown(const struct ini_file *file, struct instance *instance)
+{
+	char list[LIST];
+	unsigned int count = ini_unknown(file, instance, list, sizeof(list));
+
+	if (count)
+		rtapi_print_msg(RTAPI_MSG_INFO, "%s: %s: keys of [POKEYS] that only a HAL file "
+				"can use, or that are misspelt (%u): %s\n", instance->prefix,
+				file->path, count, list);
+}
+
+void ini_adopt(const struct ini_file *file, struct instance *instance)
+{
+	instance->serial = serial_for(file, instance->number, instance->prefix);
+	instance->values->legacy.choice.encoder_factor = true;
+	ini_apply(file, instance, complain, instance->prefix);
+	if (instance->number)
+		return;
+	say_unknown(file, instance);
+	/* how long the old component searched; the daemon searches for ever */
+	ini_whole(file, "COMM_TIMEOUT", 0, 600000, 2000, complain, instance->prefix);
+}

@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * A machine's INI file for an instance of either shell.
+ */
+#ifndef HALBRIDGE_INI_ADOPT_H
+#define HALBRIDGE_INI_ADOPT_H
+
+#include "halbridge/ini_apply.h"
+
+/*
+ * The serial number it looks for, and everything that [POKEYS] and [JOINT_n] set, in the
+ * older component's sense; what cannot be and what nobody knows is told in the log.
+ * After the export, before hal_ready. Cold.
+ */
+void ini_adopt(const struct ini_file *file, struct instance *instance);
+
+#endif
