@@ -2,6 +2,9 @@
 /*
  * The order in which things are taken, and given back.
  *
+ * An interface that is not there is waited for before anything is taken, so that whoever
+ * sends a signal meanwhile simply ends us.
+ *
  * Signals are blocked before the first thread exists, so that every one of
  * them goes to the signalfd and none interrupts the realtime thread. Memory is
  * locked before the large allocations, so that they are locked as they come.
@@ -32,13 +35,36 @@
 
 _Static_assert((int)CONFIG_PATH_MAX == (int)SHM_DIRECTORY_MAX, "a folder that is taken");
 
-enum { FIRST_CYCLES = 3, START_MS = 5000, STOP_MS = 950 };
+enum { FIRST_CYCLES = 3, INTERFACE_S = 10, LOOK_MS = 100, START_MS = 5000, STOP_MS = 950 };
 
 static void sleep_ms(long ms)
 {
 	const struct timespec nap = { .tv_nsec = ms * 1000000 };
 
 	nanosleep(&nap, NULL);
+}
+
+/*
+ * While a machine starts, a USB adapter or a VLAN comes seconds after us. The service
+ * manager would have started us ten times by then, and no more; those who wait so long
+ * are started again for as long as it takes.
+ */
+static int await_interface(const struct config *config)
+{
+	if (!*config->interface || if_nametoindex(config->interface))
+		return 0;
+	log_line(EVENT_WARNING, "there is no network interface %s (ip link lists those that are "
+		 "there); waiting for it", config->interface);
+	for (int waited = 0; waited < INTERFACE_S * 1000; waited += LOOK_MS) {
+		sleep_ms(LOOK_MS);
+		if (!if_nametoindex(config->interface))
+			continue;
+		log_line(EVENT_NOTICE, "%s is there", config->interface);
+		return 0;
+	}
+	log_line(EVENT_ERROR, "%s has not come in %d s; was another one meant (interface)?",
+		 config->interface, INTERFACE_S);
+	return STATUS_FAILED;
 }
 
 static int take_signals(struct daemon *daemon)
@@ -88,16 +114,6 @@ static int open_memory(struct daemon *daemon)
 		return 0;
 	log_line(EVENT_ERROR, "%s", why);
 	return result == -EBUSY ? STATUS_BUSY : STATUS_FAILED;
-}
-
-/* Before anything is asked of it. */
-static int find_interface(const struct config *config)
-{
-	if (!*config->interface || if_nametoindex(config->interface))
-		return 0;
-	log_line(EVENT_ERROR, "there is no network interface %s (ip link lists those that are "
-		 "there)", config->interface);
-	return STATUS_FAILED;
 }
 
 /* Said, for nobody has asked for just that. */
@@ -212,11 +228,11 @@ static int open_devices(struct daemon *daemon)
 
 int daemon_open(struct daemon *daemon)
 {
-	int status = take_signals(daemon);
+	int status = await_interface(daemon->config);
 
+	status = status ? status : take_signals(daemon);
 	status = status ? status : lock_memory(daemon);
 	status = status ? status : open_memory(daemon);
-	status = status ? status : find_interface(daemon->config);
 	status = status ? status : open_transport(daemon);
 	status = status ? status : open_devices(daemon);
 	if (!status)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The daemon in trouble: no rights, no folder, nobody who reads its messages, a
 configuration that is none. And what the service manager is told."""
+import ctypes
 import os
 import pathlib
 import resource
@@ -99,11 +100,44 @@ def test_a_group_that_does_not_exist_is_named():
         assert "nosuchgroup" in house.complaint(), house.log()
 
 
-def test_an_interface_that_does_not_exist_is_named():
+def test_an_interface_that_does_not_come_is_named():
     with House(interface="nosuch0") as house:
+        began = time.monotonic()
         daemon = house.start_daemon(wait=False)
         equal(daemon.wait(PATIENCE), 1, house.log())
-        assert "nosuch0" in house.complaint(), house.log()
+        # systemd gives up after ten starts in 60 s
+        assert time.monotonic() - began > 6, house.log()
+        first, last = house.log().splitlines()
+        assert "no network interface nosuch0" in first and "waiting for it" in first, first
+        assert "nosuch0 has not come" in last, last
+        assert not house.runtime.exists(), list(house.runtime.iterdir())
+
+
+def test_whoever_waits_for_an_interface_can_be_ended():
+    with House(interface="nosuch0") as house:
+        daemon = house.start_daemon(wait=False)
+        wait_for("the wait", lambda: "waiting for it" in house.log(), say=house.log)
+        daemon.terminate()
+        equal(daemon.wait(PATIENCE), -signal.SIGTERM, house.log())
+
+
+def own_network():
+    if ctypes.CDLL(None, use_errno=True).unshare(0x40000000):  # CLONE_NEWNET
+        raise OSError(ctypes.get_errno(), "unshare")
+
+
+def test_an_interface_that_comes_late_is_waited_for():
+    if os.geteuid() != 0 or not shutil.which("nsenter") or run("unshare", "--net", "true").returncode:
+        raise Skip("no network name spaces here")
+    with House(interface="late0") as house:
+        daemon = house.start_daemon(wait=False, preexec_fn=own_network)
+        wait_for("the wait", lambda: "waiting for it" in house.log(), say=house.log)
+        made = run("nsenter", "--target", daemon.pid, "--net",
+                   "ip", "link", "add", "late0", "type", "veth", "peer", "name", "late1")
+        equal(made.returncode, 0, made.stderr)
+        wait_for("the daemon", (house.runtime / "current").exists, say=house.log)
+        assert "late0 is there" in house.log(), house.log()
+        equal(end(daemon)[0], 0, house.log())
 
 
 def test_a_core_that_does_not_exist_is_the_configurations_fault():
