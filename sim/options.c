@@ -270,6 +270,15 @@ static bool take(struct sim_options *options, char **argv, int *used, struct sim
 	return set_fault(options, name, fault, dirs, value, why);
 }
 
+/* The vendor's library takes a PoKeys56E for a PoKeys55 by its number (protocol section 2.3). */
+static bool serial_fits(uint8_t hardware, uint32_t serial, struct sim_text *why)
+{
+	if (hardware != WIRE_HW_56E || !serial || (serial >= 20000 && serial < 65535))
+		return true;
+	sim_text_add(why, "--serial: a PoKeys56E has a number from 20000 to 65534, not %u", serial);
+	return false;
+}
+
 static bool check(const struct sim_options *options, struct sim_text *why)
 {
 	const uint8_t *ip = options->rig.device.ip;
@@ -281,6 +290,8 @@ static bool check(const struct sim_options *options, struct sim_text *why)
 			     ip[1], ip[2], ip[3]);
 		return false;
 	}
+	if (!serial_fits(options->rig.device.hardware, options->rig.device.serial, why))
+		return false;
 	if (options->preset)
 		return sim_parse_choice(why, "--preset", options->preset, SIM_PRESETS, &which);
 	return true;

@@ -449,7 +449,9 @@ class Process(Base):
                       str(raised.exception))
 
     def test_bad_options_are_one_line_and_status_64(self):
-        self.refused(64, ["--serial", "x"], ["--nonsense"], ["--loss"], ["word"])
+        self.refused(64, ["--serial", "x"], ["--nonsense"], ["--loss"], ["word"],
+                     ["--model", "56E", "--serial", "19999"],
+                     ["--serial", "65535", "--model", "56E"])
 
     def test_what_is_not_there_is_one_line_and_status_1(self):
         # who waits for the line of --ready-fd would wait for ever
