@@ -96,7 +96,10 @@ static __always_inline enum guard_verdict of_others(void)
 	return dedicated ? GUARD_DEDICATED : GUARD_ELSE;
 }
 
-/* The device that this comes from; *known = some device has this address. */
+/*
+ * The device that this comes from; *known = some device has this address. One that was
+ * not found yet has 0.0.0.0, as has whoever asks for an address.
+ */
 static __always_inline struct guard_device *find(struct guard_table *table, __u32 source,
 						 __u16 port, int *known)
 {
@@ -105,7 +108,7 @@ static __always_inline struct guard_device *find(struct guard_table *table, __u3
 	for (int i = 0; i < GUARD_DEVICES; i++) {
 		struct guard_device *device = &table->device[i];
 
-		if (!device->port || device->address != source)
+		if (!device->port || !device->address || device->address != source)
 			continue;
 		*known = 1;
 		if (device->port == port)

@@ -272,6 +272,32 @@ def a_dedicated_interface_lets_nobody_else_in(w):
     w.end_guard()
 
 
+def nobody_passes_for_a_device_that_was_not_found_yet(w):
+    """Its address is 0.0.0.0 in the guard's table, and that of machines that ask for theirs."""
+    w.write_conf(f"serial = {SERIAL}\n", guard="dedicated")
+    w.start_guard()
+
+    def send():
+        far("/usr/bin/python3", "-c", """
+import socket, struct
+def frame(port):
+    ip = struct.pack("!BBHHHBBH4s4s", 0x45, 0, 92, 0, 0, 64, 17, 0, bytes(4), b"\\xff" * 4)
+    total = sum(struct.unpack("!10H", ip))
+    total = ~((total >> 16) + (total & 0xffff)) & 0xffff
+    udp = struct.pack("!HHHH", port, 40000, 72, 0)
+    return b"\\xff" * 6 + bytes(6) + b"\\x08\\x00" + ip[:10] + struct.pack("!H", total) + ip[12:] + udp + bytes(64)
+with socket.socket(socket.AF_PACKET, socket.SOCK_RAW) as s:
+    s.bind(("pk1", 0))
+    for _ in range(50):
+        s.send(frame(68))
+        s.send(frame(20055))
+""")
+    got = w.counted(send)
+    assert got.get("drop_foreign") == 50 and got.get("drop_else", 0) >= 50, got
+    assert not got.get("pass_device") and not got.get("pass_device_else"), got
+    w.end_guard()
+
+
 def a_running_daemon_does_not_notice_the_guard_come_and_go(w):
     for device in (f"address = {DEVICE}\n", f"serial = {SERIAL}\n"):
         w.write_conf(device + PATIENT)
@@ -455,6 +481,7 @@ CHECKS = [
     answers_to_a_search_pass_but_no_flood_of_them,
     counters_and_filter_outlive_a_killed_guard,
     a_dedicated_interface_lets_nobody_else_in,
+    nobody_passes_for_a_device_that_was_not_found_yet,
     a_running_daemon_does_not_notice_the_guard_come_and_go,
     a_device_is_learnt_from_its_answer_and_a_liar_moves_none_that_works,
     replies_go_into_a_socket_of_a_daemon_without_rights,
