@@ -35,6 +35,8 @@ def check_guard(folder, unit, program):
     print(out.stdout.splitlines()[-1])
     # it would make the pins' folder read-only
     assert "\nProtectKernelTunables" not in text, text
+    # a kernel without BPF has no such folder, which the guard says better than systemd
+    assert "\nReadWritePaths=-/sys/fs/bpf\n" in text, text
     # a machine without XDP is not degraded by that, and nothing is tried for ever
     assert "SuccessExitStatus=69\n" in text and "RestartPreventExitStatus=64 69 75 77 78\n" in text, text
 
