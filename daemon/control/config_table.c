@@ -201,8 +201,9 @@ static const struct config_key own[] = {
 		    "keys by itself when it hears nothing any more; off: its own failsafe stays as "
 		    "it is."),
 	KEY(DEVICE(password_file), "password-file", CONFIG_FILE,
-	    .help = "File whose one line is the device's password: of root or of the daemon's "
-		    "user, readable by nobody else (mode 600). Read at the start."),
+	    .help = "File whose one line is the device's password: of the daemon's user, which "
+		    "is pokeys in the installed unit, readable by nobody else (mode 600). Read at "
+		    "the start."),
 };
 
 enum { OWN = sizeof(own) / sizeof(own[0]) };

@@ -100,6 +100,14 @@ static void a_password_file_that_is_no_file_is_refused(void **state)
 	assert_int_equal(parse(text), 1);
 	assert_non_null(strstr(heard.line[0], "is not a file"));
 	unlink(other);
+	if (!geteuid()) {	/* the service is not root, and root's file is not for it */
+		snprintf(text, sizeof(text), GOOD "password-file = %s\n", target);
+		assert_int_equal(seteuid(12345), 0);
+		assert_int_equal(parse(text), 1);
+		assert_int_equal(seteuid(0), 0);
+		assert_non_null(strstr(heard.line[0], "cannot be opened by this user; make it the "
+						      "daemon's (chown pokeys)"));
+	}
 	if (!geteuid() && !chown(target, 12345, 12345)) {
 		snprintf(text, sizeof(text), GOOD "password-file = %s\n", target);
 		assert_int_equal(parse(text), 1);
