@@ -213,6 +213,8 @@ static int take_lock(struct shm_host *host, char *why, size_t size)
  * The link first, so that nobody finds the way into what is being removed. A
  * client that was on its way already may still keep a folder from becoming
  * empty; that is no reason to be without a daemon: the next start removes it.
+ * Neither is what another user has made and does not let us remove: our root has
+ * a name of its own.
  */
 static int remove_stale(struct shm_host *host, char *why, size_t size)
 {
@@ -225,9 +227,8 @@ static int remove_stale(struct shm_host *host, char *why, size_t size)
 	unlinkat(host->directory_fd, ".current", 0);
 	r = runtime_remove_stale(host->directory_fd, NULL);
 	if (r && r != -ENOTEMPTY)
-		return say(why, size, r,
-			   "%s: what a dead daemon left cannot be removed: %s; remove %s/e.* as "
-			   "root", host->directory, strerror(-r), host->directory);
+		say(why, size, 0, "%s: what is left there cannot be removed: %s; remove what is "
+		    "not %s/current as root", host->directory, strerror(-r), host->directory);
 	return 0;
 }
 

@@ -238,6 +238,23 @@ static void without_the_mode_a_stranger_attaches(void **state)
 	end_daemon(folder, daemon);
 }
 
+/* What a member makes there is his, and not every folder of his can be emptied. */
+static void what_cannot_be_removed_keeps_no_daemon_from_starting(void **state)
+{
+	struct folder *folder = *state;
+	const pid_t daemon = start_daemon(folder);
+	char root[64], inner[72], innermost[80];
+
+	snprintf(root, sizeof(root), "%s/e.1", folder->path);
+	snprintf(inner, sizeof(inner), "%s/a", root);
+	snprintf(innermost, sizeof(innermost), "%s/b", inner);
+	assert_int_equal(mkdir(root, 0755) || mkdir(inner, 0755) || mkdir(innermost, 0755), 0);
+	assert_int_equal(chown(root, MEMBER, GROUP) || chown(inner, MEMBER, GROUP), 0);
+	end_daemon(folder, daemon);
+	assert_int_equal(access(innermost, F_OK), 0);
+	assert_int_equal(rmdir(innermost) || rmdir(inner) || rmdir(root), 0);
+}
+
 int main(void)
 {
 #define BOTH(name) cmocka_unit_test_setup_teardown(name, folder_begin, folder_end)
@@ -246,6 +263,7 @@ int main(void)
 		BOTH(stranger_is_refused_in_words),
 		BOTH(member_that_is_killed_is_cleaned_up_by_the_daemon),
 		BOTH(second_daemon_of_another_user_is_refused),
+		BOTH(what_cannot_be_removed_keeps_no_daemon_from_starting),
 		BOTH(without_the_mode_a_stranger_attaches),
 		/* last: it uses iceoryx2 in this process, the others fork */
 		BOTH(nothing_is_mapped_from_anywhere_else),
