@@ -9,8 +9,16 @@ from every_name import Act
 from every_play import set_all
 from every_settings import AXIS, MODES, OTHERS, SETTINGS, flag, mode, unsigned
 
-OLD = Act("settings, older names", phases=2,
-          before=lambda m: set_all(m, {"PEv2.params.ApplyIniSettings": True}))
+
+
+def apply(machine):
+    """A 0 counts when it is set while settings are applied already: that has to have been seen."""
+    speed = int(machine.hal.get("joint.00.homing-speed")) % 100 + 1
+    set_all(machine, {"PEv2.params.ApplyIniSettings": True, "PEv2.0.HomingSpeed": speed})
+    machine.hal.becomes("joint.00.homing-speed", speed)
+
+
+OLD = Act("settings, older names", phases=2, before=apply)
 AFTER = 5       # phases in which the values were used before
 
 

@@ -31,6 +31,7 @@ SCALE = 100  # pulses a millimetre
 
 
 class Machine:
+    names = "both"
     preset = "demo"
     options = ()        # of the simulator, besides
 
@@ -67,7 +68,7 @@ class Machine:
         self.spawn("pokeysd", POKEYSD, "--config", str(self.folder / "conf"))
 
     def load(self):
-        self.hal.start(f"runtime={self.folder}/run")
+        self.hal.start(f"runtime={self.folder}/run names={self.names}")
         self.hal.set("joint.00.scale", SCALE)
         self.hal.set("encoder.00.scale", SCALE)
 
