@@ -113,7 +113,8 @@ def do(machine, step):
     poke_all(machine, step.pokes)
     if step.runs is not None and step.runs != ("pokeysd" in machine.children):
         machine.daemon() if step.runs else machine.kill("pokeysd")
-    machine.inside.ask(*step.commands)
+    # with another serial number all the rest is read anew, once: it comes last
+    machine.inside.ask(*sorted(step.commands, key=lambda command: command.startswith("serial ")))
     set_all(machine, step.sets)
     if step.presses and step.sets:
         machine.cycles(TAKEN_IN)
