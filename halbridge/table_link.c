@@ -29,7 +29,7 @@ static const struct table_row rows[] = {
 	STATUS("fault", fault,
 	       "why the link does not run, or did not the last time: 0 none, 1 no address, "
 	       "2 no answer, 3 wrong serial number, 4 unsupported device, 5 setting refused, "
-	       "6 locked, 7 rebooted, 8 network"),
+	       "6 locked, 7 rebooted, 8 network, 9 driven by another daemon or section"),
 	STATUS("fault-count", fault_count, "link faults since the daemon's start"),
 	STATUS("reconnects", reconnects, "times the device was found again"),
 	STATUS("cycle", cycle, "the daemon's cycle the pins are of (low 32 bits)"),

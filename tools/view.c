@@ -42,6 +42,8 @@ static const char *fault_text(uint8_t fault)
 		return "no answer; check power, cable and address";
 	case POKEYS_FAULT_LOCKED:
 		return "configuration locked; see password-file in pokeysd.conf(5)";
+	case POKEYS_FAULT_IN_USE:
+		return "driven by another pokeysd or section; the log says which";
 	default:
 		return pokeys_fault_name(fault);
 	}

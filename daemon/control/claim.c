@@ -171,6 +171,15 @@ static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t no
 	aim(claims, i, where, fd < 0 ? -1 : fd);
 }
 
+/* For the loop, which publishes why a device is not driven. */
+static void mark(struct claims *claims, uint32_t i, bool in_use)
+{
+	if (in_use)
+		atomic_fetch_or(&claims->shared->in_use, UINT32_C(1) << i);
+	else
+		atomic_fetch_and(&claims->shared->in_use, ~(UINT32_C(1) << i));
+}
+
 void claims_init(struct claims *claims, const struct config *config, struct loop_shared *shared)
 {
 	memset(claims, 0, sizeof(*claims));
@@ -191,6 +200,7 @@ void claims_run(struct claims *claims, const _Atomic uint64_t found[TRANSPORT_CH
 			where = (uint64_t)device->address << 16 | device->port;
 		if (where && where != claims->device[i].held)
 			claim(claims, i, where, now_ns);
+		mark(claims, i, where && where != claims->device[i].held);
 		answer(&claims->device[i]);
 	}
 }

@@ -65,10 +65,6 @@ void device_init(struct device *device, const struct device_config *config,
 	device->io = *io;
 	if (pokeys_device_init(&device->mailbox, &own, &device->config.mailbox) < 0)
 		pokeys_device_init(&device->mailbox, &own, NULL);
-	device->life.address = config->address;
-	device->life.port = config->port;
-	device->image.identity.address = config->address;
-	pokeys_device_set_peer(&device->mailbox, config->address, config->port);
 	wish_init(device);
 }
 

@@ -23,7 +23,9 @@ struct device_config {
 	char name[32];
 	uint8_t index;			/* in the daemon, for events */
 	uint32_t serial;		/* 0 = whoever answers at the address */
-	uint32_t address;		/* IPv4 host byte order; 0 = by discovery */
+	/* IPv4, host byte order; 0 = by discovery. Nothing is sent there but after
+	 * device_set_address(): it may be that somebody else drives it. */
+	uint32_t address;
 	uint16_t port;			/* 20055 */
 	uint64_t period_ns;		/* of the loop */
 	uint64_t heartbeat_timeout_ns;	/* commander late -> safe state */
@@ -51,7 +53,7 @@ struct device;			/* see daemon/device/internal.h; sized by device_size() */
 /* Bytes an instance needs, 64-byte aligned; the caller provides them zeroed. */
 size_t device_size(void);
 
-/* Cold. `events` outlives the device. */
+/* Cold. `events` outlives the device. It has no address yet. */
 void device_init(struct device *device, const struct device_config *config,
 		 const struct pokeys_io *io, struct event_ring *events);
 
@@ -61,6 +63,12 @@ void device_init(struct device *device, const struct device_config *config,
  * first.
  */
 void device_set_address(struct device *device, uint32_t address, uint16_t port, uint64_t now_ns);
+
+/*
+ * Somebody else drives the device at the address that is wanted: this is then why it is
+ * not found, in the image; whoever calls has told the rest. Realtime.
+ */
+void device_set_in_use(struct device *device, bool in_use);
 
 /* True while an address from discovery would help (none, or nobody answers at the last). */
 bool device_wants_address(const struct device *device);

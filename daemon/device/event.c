@@ -96,6 +96,7 @@ static const char *const fault_texts[] = {
 	[POKEYS_FAULT_LOCKED] = ": it is locked",
 	[POKEYS_FAULT_REBOOTED] = ": the device was restarted",
 	[POKEYS_FAULT_NETWORK] = ": the kernel cannot send; check the interface and the route",
+	[POKEYS_FAULT_IN_USE] = ": another pokeysd or another section drives it",
 };
 
 static const char *const packet_name[EVENT_PACKETS_KINDS] = {

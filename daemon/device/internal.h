@@ -50,6 +50,7 @@ struct life {
 	bool asked;			/* something was asked since the last answer */
 	bool rebooted;			/* to be acted upon in the next cycle */
 	bool blocked;			/* found, but it may not run */
+	bool in_use;			/* somebody else drives it */
 	uint64_t quiet_since_ns;	/* the last answer, or the first question after it */
 	uint64_t patient_until_ns;	/* silence is expected (flash is written) */
 	uint64_t probe_after_ns;

@@ -35,6 +35,8 @@ static enum event_level level_of(enum pokeys_link link, enum pokeys_fault fault)
 	if (link == POKEYS_LINK_LOST || fault == POKEYS_FAULT_CONFIG_REFUSED ||
 	    fault == POKEYS_FAULT_LOCKED)
 		return EVENT_ERROR;
+	if (fault == POKEYS_FAULT_IN_USE)
+		return EVENT_DEBUG;	/* it is told by who knows whose it is (control/claim.c) */
 	return fault ? EVENT_WARNING : EVENT_NOTICE;
 }
 
@@ -121,6 +123,8 @@ void life_heard(struct device *device, uint64_t t_ns)
 
 static enum pokeys_fault why_silent(const struct device *device)
 {
+	if (device->life.in_use)
+		return POKEYS_FAULT_IN_USE;
 	return device->mailbox.statistics.send_failed != device->life.failed_sends ?
 	       POKEYS_FAULT_NETWORK : POKEYS_FAULT_NO_ANSWER;
 }
@@ -207,7 +211,7 @@ static void probe(struct device *device)
 	struct life *life = &device->life;
 
 	if (!life->address) {
-		life_fault(device, POKEYS_FAULT_NO_ADDRESS);
+		life_fault(device, life->in_use ? POKEYS_FAULT_IN_USE : POKEYS_FAULT_NO_ADDRESS);
 		return;
 	}
 	if (life->probing || device->now_ns < life->probe_after_ns)
@@ -278,6 +282,11 @@ void device_set_address(struct device *device, uint32_t address, uint16_t port, 
 	pokeys_device_set_peer(&device->mailbox, address, port);
 	life_enter(device, POKEYS_LINK_SEARCHING, POKEYS_FAULT_NONE);
 	device->image.identity.address = address;
+}
+
+void device_set_in_use(struct device *device, bool in_use)
+{
+	device->life.in_use = in_use;
 }
 
 bool device_wants_address(const struct device *device)

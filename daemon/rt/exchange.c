@@ -49,11 +49,14 @@ static void aim(struct loop *loop, uint32_t i, uint64_t now_ns)
 
 void exchange_aim(struct loop *loop, uint64_t now_ns)
 {
+	const uint32_t in_use = atomic_load_explicit(&loop->shared.in_use, memory_order_relaxed);
+
 	for (uint32_t i = 0; i < loop->count; i++) {
 		struct loop_member *m = &loop->own->member[i];
 		uint64_t wish = atomic_load_explicit(&loop->shared.address[i],
 						     memory_order_relaxed);
 
+		device_set_in_use(loop->devices[i].device, in_use >> i & 1);
 		if (wish != m->address) {
 			m->address = wish;
 			aim(loop, i, now_ns);

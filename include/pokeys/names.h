@@ -39,6 +39,7 @@ static inline const char *pokeys_fault_name(uint8_t fault)
 	case POKEYS_FAULT_LOCKED:		return "configuration locked";
 	case POKEYS_FAULT_REBOOTED:		return "rebooted";
 	case POKEYS_FAULT_NETWORK:		return "network unreachable";
+	case POKEYS_FAULT_IN_USE:		return "in use";
 	default:				return "unknown";
 	}
 }

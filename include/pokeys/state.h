@@ -69,6 +69,7 @@ enum pokeys_fault {
 	POKEYS_FAULT_LOCKED = 6,	/* the device's configuration is locked */
 	POKEYS_FAULT_REBOOTED = 7,	/* its tick counter went back */
 	POKEYS_FAULT_NETWORK = 8,	/* the kernel cannot send (no route, link down) */
+	POKEYS_FAULT_IN_USE = 9,	/* another daemon, or another section, drives it */
 };
 
 /* state.flags */

@@ -114,6 +114,8 @@ static void second_daemon_is_told_who_was_first_and_takes_over(void **state)
 		run(&one);
 	}
 	assert_true(shared[1].address[0] == 0);
+	assert_int_equal(shared[1].in_use, 1);
+	assert_int_equal(shared[0].in_use, 0);
 	snprintf(expected, sizeof(expected), "another pokeysd (process %d of user %u)",
 		 (int)getpid(), (unsigned int)geteuid());
 	assert_int_equal(count(expected), 1);
@@ -122,6 +124,7 @@ static void second_daemon_is_told_who_was_first_and_takes_over(void **state)
 	now += 200 * MS;
 	run(&other);
 	assert_true(shared[1].address[0] == where(config.device[0].address));
+	assert_int_equal(shared[1].in_use, 0);
 	assert_int_equal(count("mill: the device is free"), 1);
 }
 

@@ -58,6 +58,22 @@ static void nothing_is_sent_without_an_address(void **state)
 	assert_int_equal(world.state.identity.address, 0x7f000001);
 }
 
+static void device_of_somebody_else_is_left_alone(void **state)
+{
+	(void)state;
+	world_init(&world, NULL);
+	device_set_address(world.device, 0, 0, world.now);
+	device_set_in_use(world.device, true);
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(world.sent.all, 0);
+	assert_int_equal(world.state.fault, POKEYS_FAULT_IN_USE);
+	assert_int_equal(world.state.fault_count, 1);
+	assert_false(device_wants_address(world.device));
+	device_set_in_use(world.device, false);
+	device_set_address(world.device, world.config.address, 20055, world.now);
+	world_until(&world, world_is_running, 200 * MS);
+}
+
 static void address_is_wanted_again_when_nobody_answers_there(void **state)
 {
 	nothing_is_sent_without_an_address(state);
@@ -360,6 +376,7 @@ int main(void)
 		cmocka_unit_test(device_is_found_and_runs),
 		cmocka_unit_test(device_that_appears_later_is_found_at_once),
 		cmocka_unit_test(nothing_is_sent_without_an_address),
+		cmocka_unit_test(device_of_somebody_else_is_left_alone),
 		cmocka_unit_test(address_is_wanted_again_when_nobody_answers_there),
 		cmocka_unit_test(configured_address_is_never_given_up),
 		cmocka_unit_test(search_is_modest),

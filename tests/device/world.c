@@ -98,6 +98,7 @@ void world_start(struct world *world)
 	memset(&world->before, 0, sizeof(world->before));
 	world->low_seen = world->machine_was_on = false;
 	device_init(world->device, &world->config, &io, &world->events);
+	device_set_address(world->device, world->config.address, PORT, world->now);
 }
 
 void world_init(struct world *world, const struct sim_rig_options *options)

@@ -171,6 +171,11 @@ void device_set_address(struct device *d, uint32_t address, uint16_t port, uint6
 	d->address_ns = now_ns;
 }
 
+void device_set_in_use(struct device *d, bool in_use)
+{
+	d->in_use = in_use;
+}
+
 bool device_wants_address(const struct device *d)
 {
 	return d->wants_address;

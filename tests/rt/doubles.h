@@ -31,7 +31,7 @@ struct device {
 	/* set by the test */
 	uint32_t fast, slow;		/* requests a cycle */
 	uint64_t deadline_ns;
-	bool wants_address;
+	bool wants_address, in_use;
 	bool overdue;			/* claims for ever that it is due */
 	uint64_t stop_takes_ns;		/* until it has stopped */
 	uint64_t deliver_takes_ns;	/* work for each packet */

@@ -198,6 +198,15 @@ static void lost_route_is_mended_by_aiming_anew(void **state)
 	assert_true(world.sent[0] > 200);
 }
 
+static void device_that_somebody_else_drives_hears_of_it(void **state)
+{
+	(void)state;
+	world.loop.shared.in_use = 2;
+	assert_int_equal(world_run(10 * MS), 0);
+	assert_false(world.device[0].in_use);
+	assert_true(world.device[1].in_use);
+}
+
 static void wanted_addresses_are_told(void **state)
 {
 	(void)state;
@@ -322,6 +331,7 @@ int main(void)
 		ONE(device_that_moved_is_followed),
 		ONE(failed_aim_is_repeated_ten_times_a_second_and_told_once),
 		ONE(lost_route_is_mended_by_aiming_anew),
+		TWO(device_that_somebody_else_drives_hears_of_it),
 		TWO(wanted_addresses_are_told),
 		TWO(change_of_link_is_news),
 		TWO(diagnostic_image_comes_ten_times_a_second),

@@ -172,6 +172,11 @@ def test_a_device_that_another_daemon_drives_is_waited_for():
         wait_for("who has it", lambda: f"driven by another pokeysd (process {first.pid} of user " in other.log(), say=other.log)
         device = other.device()
         assert device["state"]["link"] == "searching" and not device["state"]["statistics"]["sent"], device
+        # that, and nothing of the network or of an address that is not known
+        wait_equal("the fault", lambda: other.state()["fault"], "in use")
+        assert "another pokeysd" in other.device()["reason"], other.device()
+        said = [line for line in other.log().splitlines() if "mill: " in line]
+        equal(len(said), 1, said)
         one.wait_fresh()
         end(first)
         other.wait_fresh()
@@ -188,6 +193,7 @@ def test_one_device_is_not_driven_by_two_sections():
         house.start_daemon()
         wait_for("the complaint", lambda: "lathe: the device at " in house.log(), say=house.log)
         assert "is that of [device mill]" in house.log(), house.log()
+        wait_equal("the fault", lambda: house.state("lathe")["fault"], "in use")
         house.wait_fresh("mill")
         equal(house.state("lathe")["statistics"]["sent"], 0)
 
