@@ -129,13 +129,14 @@ def device_passes(samples):
     """Of each pass (turns, Z of the machine from the work's end) in the middle of its way."""
     origin = hal.get_value("joint.1.motor-offset") - 45
     points = [(c[2], c[1] - c[3] - origin) for c in samples[0]]
-    passes, last = [], -SOON - 1
-    for i, (now, later) in enumerate(zip(points, points[SOON:])):
+    passes, back = [], True
+    for now, later in zip(points, points[SOON:]):
+        back |= now[1] >= 0
         if -10 < now[1] < 0 and later[1] < now[1] - 0.1:
-            if i - last > SOON:
+            if back:
                 passes.append([])
             passes[-1].append(now)
-            last = i
+            back = False
     return passes
 
 

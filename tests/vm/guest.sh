@@ -116,6 +116,9 @@ linuxcnc_dies() {
 	within 120 output_is 0
 }
 
+# Not in the middle of a start: after a watchdog's that would leave the files of the one before.
+service_stops() { within 240 fresh && systemctl stop pokeysd; }
+
 nothing_is_left() {
 	local left
 	left=$(find /dev/shm /run/pokeysd -mindepth 1 \( -user pokeys -o -path '/run/pokeysd/*' \) ! -name lock)
@@ -146,7 +149,7 @@ check hung_daemon_is_found_by_the_watchdog again STOP
 check watchdog_is_in_the_journal watchdog_was_it
 check cyclictest_beside_it latency
 check outputs_are_safe_when_linuxcnc_dies linuxcnc_dies
-check service_stops systemctl stop pokeysd
+check service_stops service_stops
 check nothing_is_left nothing_is_left
 journalctl --no-pager -u pokeysd -u pokeys-guard >/out/journal
 echo end
