@@ -306,18 +306,38 @@ static bool take_line(struct options *options, int argc, char **argv,
 	return true;
 }
 
-/* A file that somebody names is there, or he would be told of another machine than his. */
-static bool config_is_there(const struct options *options)
+/* What somebody names is there, or he would be told of another machine than his. */
+static bool named_are_there(const struct options *options)
 {
+	const char *root = options->root ? options->root : "";
 	char path[PATH_MAX];
 
-	if (!options->config)
-		return true;
-	snprintf(path, sizeof(path), "%s%s", options->root ? options->root : "", options->config);
-	if (!access(path, R_OK))
-		return true;
-	complain("--config: %s: %s", path, strerror(errno));
-	return false;
+	if (options->config) {
+		snprintf(path, sizeof(path), "%s%s", root, options->config);
+		if (access(path, R_OK)) {
+			complain("--config: %s: %s", path, strerror(errno));
+			return false;
+		}
+	}
+	/* with a slash behind it, so that it is a folder */
+	snprintf(path, sizeof(path), "%s/", root);
+	if (options->root && access(path, R_OK | X_OK)) {
+		complain("--root: %s: %s", root, strerror(errno));
+		return false;
+	}
+	return true;
+}
+
+/* The status to end with; what could not be written all is told, whatever it was. */
+static int written(int status)
+{
+	if (fflush(stdout))
+		complain("standard output: %s", strerror(errno));
+	else if (ferror(stdout))
+		complain("standard output: not all could be written");
+	else
+		return status;
+	return STATUS_FAILED;
 }
 
 int main(int argc, char **argv)
@@ -335,11 +355,8 @@ int main(int argc, char **argv)
 	int status;
 
 	if (!take_line(&options, argc, argv, &command, &status))
-		return status;
-	if (!config_is_there(&options))
+		return written(status);
+	if (!named_are_there(&options))
 		return STATUS_FAILED;
-	status = command->run(&options);
-	if (fflush(stdout) || ferror(stdout))
-		return STATUS_FAILED;
-	return status;
+	return written(command->run(&options));
 }

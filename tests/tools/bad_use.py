@@ -14,6 +14,8 @@ CASES = (
      "the network cannot be searched at --interface nowhere0: there is no such interface; .*"),
     (["doctor", "--config", "/nowhere"], 1, "--config: /nowhere: No such file or directory"),
     (["doctor", "--root", "/nowhere", "--config", "/x"], 1, "--config: /nowhere/x: No such .*"),
+    (["doctor", "--root", "/nowhere"], 1, "--root: /nowhere: No such file or directory"),
+    (["doctor", "--root", sys.argv[1]], 1, "--root: .*: Not a directory"),
     (["latency", "--config", "/nowhere"], 1, "--config: /nowhere: No such file or directory"),
     # 600 s: it is told before anything is measured, or the time limit ends this
     (["latency", "--no-realtime", "--seconds", "600", "--svg", "/nowhere/x.svg"], 1,
@@ -27,6 +29,12 @@ def main():
                              check=False)
         assert (ran.returncode, ran.stdout) == (status, ""), (words, ran)
         assert re.fullmatch(f"pokeysctl: {line}\n", ran.stderr), (words, ran.stderr)
+    for words in (["--help"], ["--version"], ["doctor"], ["doctor", "--json"]):
+        with open("/dev/full", "w", encoding="ascii") as full:
+            ran = subprocess.run([sys.argv[1], *words], stdout=full, stderr=subprocess.PIPE,
+                                 text=True, timeout=20, check=False)
+        told = "pokeysctl: standard output: No space left on device\n"
+        assert (ran.returncode, ran.stderr) == (1, told), (words, ran)
     print(f"{len(CASES)} mistakes")
 
 
