@@ -59,7 +59,7 @@ static void gather(struct doctor *doctor, const struct options *options)
 {
 	doctor->root = options->root ? options->root : "";
 	doctor_read_plan(doctor, options->config ? options->config : DOCTOR_PLAN_PATH);
-	doctor->cpu = options->cpu >= 0 ? options->cpu : doctor->plan.cpu;
+	doctor_choose_core(doctor, options->cpu);
 	find_processes(doctor, options->runtime_directory);
 	look_at_daemon(doctor, options->runtime_directory);
 	doctor_find_routes(doctor);

@@ -39,7 +39,7 @@ struct doctor_plan {
 	bool read;
 	char path[256];
 	int cpu;			/* -1 = any */
-	bool spin;
+	bool spin, chosen;		/* chosen: by mode, not left to auto */
 	double duty;
 };
 
@@ -59,7 +59,7 @@ struct doctor_finding {
 	char subject[DOCTOR_NAME];	/* core, network interface, device; empty = the machine */
 	enum doctor_verdict verdict;
 	char why[320];
-	char mend[256];			/* empty = nothing to do */
+	char mend[512];			/* empty = nothing to do */
 	/* What the check is to look at, by its scope. */
 	const struct doctor_device *device;
 	const struct view_device *seen;
@@ -96,6 +96,9 @@ void doctor_mend(struct doctor_finding *finding, const char *mend, ...);
 
 /* Read pokeysd.conf at root + path: core, mode, devices' addresses. */
 void doctor_read_plan(struct doctor *doctor, const char *path);
+
+/* The core to judge: the one asked for, or where that is -1 the plan's; what auto does there. */
+void doctor_choose_core(struct doctor *doctor, int asked);
 
 /* Fill nic and through_router of every device from the routing table. */
 void doctor_find_routes(struct doctor *doctor);

@@ -7,10 +7,13 @@
  * Spinning on a core that is not isolated starves whatever else the scheduler
  * put there: a problem. Sleeping on it is only worse than it could be.
  */
+#include <ctype.h>
 #include <string.h>
 #include "tools/doctor.h"
 
 #define CORE "/sys/devices/system/cpu"
+
+enum { LIST = 96 };
 
 static void judge_core(const struct doctor *doctor, struct doctor_finding *finding)
 {
@@ -33,22 +36,60 @@ static void judge_core(const struct doctor *doctor, struct doctor_finding *findi
 	}
 }
 
-/* The mending of all three is one line of the boot loader's. */
+/* A list with our core in it, of a file or of the command line: others' cores stay in it. */
+static void with_core(const struct doctor *doctor, const char *list, char *out)
+{
+	if (!isdigit((unsigned char)*list))	/* "", "(null)" */
+		snprintf(out, LIST, "%d", doctor->cpu);
+	else if (probe_list_has(list, doctor->cpu))
+		snprintf(out, LIST, "%s", list);
+	else
+		snprintf(out, LIST, "%s,%d", list, doctor->cpu);
+}
+
+/*
+ * The mending of all three is one line of the boot loader's. Core 0 is the one that the
+ * kernel keeps for what it takes off the others, and the last one cannot do without itself.
+ */
 static void mend_command_line(const struct doctor *doctor, struct doctor_finding *finding)
 {
+	char found[LIST] = "", isolated[LIST], tickless[LIST], offloaded[LIST];
+
+	if (!doctor->cpu) {
+		doctor_mend(finding, "another cpu in pokeysd.conf: core 0 does the kernel's own "
+			    "work and cannot be freed from it");
+		return;
+	}
+	probe_text(doctor->root, found, sizeof(found) - 8, CORE "/isolated");
+	with_core(doctor, found, isolated);
+	probe_text(doctor->root, found, sizeof(found) - 8, CORE "/nohz_full");
+	with_core(doctor, found, tickless);
+	if (!probe_command_line(doctor->root, "rcu_nocbs", found, sizeof(found) - 8))
+		*found = '\0';
+	with_core(doctor, found, offloaded);
 	doctor_mend(finding, "kernel command line (GRUB_CMDLINE_LINUX in /etc/default/grub, then "
-		    "update-grub): isolcpus=managed_irq,domain,%d nohz_full=%d rcu_nocbs=%d",
-		    doctor->cpu, doctor->cpu, doctor->cpu);
+		    "update-grub): isolcpus=managed_irq,domain,%s nohz_full=%s rcu_nocbs=%s",
+		    isolated, tickless, offloaded);
+}
+
+/* By a cpuset (cpuset.cpus.partition = isolated) and not by the command line. */
+static bool isolated_by_cpuset(const struct doctor *doctor, char *list, size_t size)
+{
+	return probe_text(doctor->root, list, size, "/sys/fs/cgroup/cpuset.cpus.isolated") &&
+	       probe_list_has(list, doctor->cpu);
 }
 
 static void judge_isolated(const struct doctor *doctor, struct doctor_finding *finding)
 {
-	char list[256];
+	char list[256], cpuset[256];
 
 	if (!probe_text(doctor->root, list, sizeof(list), CORE "/isolated")) {
 		doctor_say(finding, DOCTOR_UNKNOWN, CORE "/isolated cannot be read");
 	} else if (probe_list_has(list, doctor->cpu)) {
 		doctor_say(finding, DOCTOR_OK, "isolated are %s", list);
+	} else if (isolated_by_cpuset(doctor, cpuset, sizeof(cpuset))) {
+		doctor_say(finding, DOCTOR_OK, "a cpuset isolates %s (mode = auto does not count "
+			   "that, and does not spin)", cpuset);
 	} else {
 		doctor_say(finding, doctor->plan.spin ? DOCTOR_PROBLEM : DOCTOR_ADVICE,
 			   "isolated %s%s: other programs run on core %d as well%s",
@@ -74,7 +115,10 @@ static void judge_tick(const struct doctor *doctor, struct doctor_finding *findi
 	}
 }
 
-/* nohz_full= implies it, and without a list it means every core. */
+/*
+ * nohz_full= implies it. Without a list it takes no core's callbacks away, it only lets
+ * somebody do so later.
+ */
 static void judge_callbacks(const struct doctor *doctor, struct doctor_finding *finding)
 {
 	char line[64], list[256];
@@ -85,7 +129,7 @@ static void judge_callbacks(const struct doctor *doctor, struct doctor_finding *
 		return;
 	}
 	has = probe_command_line(doctor->root, "rcu_nocbs", list, sizeof(list)) &&
-	      (!*list || !strcmp(list, "all") || probe_list_has(list, doctor->cpu));
+	      (!strcmp(list, "all") || probe_list_has(list, doctor->cpu));
 	has = has || (probe_text(doctor->root, list, sizeof(list), CORE "/nohz_full") &&
 		      probe_list_has(list, doctor->cpu));
 	if (has) {
@@ -94,6 +138,18 @@ static void judge_callbacks(const struct doctor *doctor, struct doctor_finding *
 	}
 	doctor_say(finding, DOCTOR_ADVICE, "RCU callbacks run on core %d", doctor->cpu);
 	mend_command_line(doctor, finding);
+}
+
+/* Core 0 cannot be switched off, and nosmt leaves the first of the siblings. */
+static void mend_sibling(const struct doctor *doctor, struct doctor_finding *finding, int sibling)
+{
+	if (!sibling)
+		doctor_mend(finding, "another cpu in pokeysd.conf: core 0 cannot be switched off");
+	else if (sibling < doctor->cpu)
+		doctor_mend(finding, "echo 0 > " CORE "/cpu%d/online", sibling);
+	else
+		doctor_mend(finding, "echo 0 > " CORE "/cpu%d/online, or nosmt on the kernel "
+			    "command line", sibling);
 }
 
 static void judge_sibling(const struct doctor *doctor, struct doctor_finding *finding)
@@ -117,8 +173,7 @@ static void judge_sibling(const struct doctor *doctor, struct doctor_finding *fi
 	} else {
 		doctor_say(finding, DOCTOR_ADVICE, "its sibling %d runs other programs on the same "
 			   "execution units", sibling);
-		doctor_mend(finding, "echo 0 > " CORE "/cpu%d/online, or nosmt on the kernel "
-			    "command line", sibling);
+		mend_sibling(doctor, finding, sibling);
 	}
 }
 

@@ -36,18 +36,41 @@ static void add_folder(const char *path, struct irqs *irqs)
 		closedir(folder);
 }
 
-/* Where the kernel sends one, as a list of cores. */
-static bool target(const char *root, int irq, char *list, size_t size)
+/* Its handlers are folders. Many a number of the first sixteen has none, and never comes. */
+static bool has_handler(const char *root, int irq)
 {
-	return (probe_text(root, list, size, "/proc/irq/%d/effective_affinity_list", irq) &&
-		*list) || probe_text(root, list, size, "/proc/irq/%d/smp_affinity_list", irq);
+	char path[512];
+	DIR *folder;
+	const struct dirent *entry = NULL;
+
+	snprintf(path, sizeof(path), "%s/proc/irq/%d", root, irq);
+	folder = opendir(path);
+	while (folder && (entry = readdir(folder)))
+		if (entry->d_type == DT_DIR && entry->d_name[0] != '.')
+			break;
+	if (folder)
+		closedir(folder);
+	return entry;
 }
 
-/* Numbers of those that go to the core, as "24 25 ..."; how many, and how many are not told. */
+/* Where the kernel sends one, as a list of cores; empty: nowhere. */
+static bool target(const char *root, int irq, char *list, size_t size)
+{
+	const bool told = probe_text(root, list, size, "/proc/irq/%d/effective_affinity_list",
+				     irq);
+
+	if (told && (*list || !has_handler(root, irq)))
+		return true;
+	return probe_text(root, list, size, "/proc/irq/%d/smp_affinity_list", irq);
+}
+
+/* Numbers of those that go to the core, as "24 25", or "24 25 and others" if they are too many;
+ * how many, and how many are not told. */
 static size_t on_core(const struct doctor *doctor, const struct irqs *irqs, char *text, size_t size,
 		      size_t *untold)
 {
 	size_t count = 0, at = 0;
+	int cut = 0;
 	char list[256];
 
 	text[0] = '\0';
@@ -57,9 +80,11 @@ static size_t on_core(const struct doctor *doctor, const struct irqs *irqs, char
 			++*untold;
 		if (!probe_list_has(list, doctor->cpu))
 			continue;
-		if (at + 8 < size)
+		if (at + sizeof(" 12345 and others") < size)
 			at += (size_t)snprintf(text + at, size - at, "%s%d", count ? " " : "",
 					       irqs->number[i]);
+		else if (!cut)
+			cut = snprintf(text + at, size - at, " and others");
 		count++;
 	}
 	return count;

@@ -118,6 +118,33 @@ static void judge_link(const struct doctor *doctor, struct doctor_finding *findi
 	}
 }
 
+/* Intel's drivers take the least rx-usecs for ways of their own to choose how long it is. */
+static bool chooses_itself(const struct nic *nic)
+{
+	static const struct {
+		const char *driver;
+		long last;
+	} modes[] = {
+		{ "e1000", 4 }, { "e1000e", 4 }, { "igb", 3 }, { "igc", 3 }, { "ixgbe", 1 },
+	};
+	const long usecs = nic->value[NIC_RX_USECS];
+
+	for (size_t i = 0; i < sizeof(modes) / sizeof(modes[0]); i++)
+		if (!strcmp(nic->driver, modes[i].driver))
+			return usecs >= 1 && usecs <= modes[i].last;
+	return false;
+}
+
+/* Only what the driver has: one word that it does not know, and it refuses all of them. */
+static void mend_coalescing(struct doctor_finding *finding)
+{
+	const struct nic *nic = finding->nic;
+
+	doctor_mend(finding, "ethtool -C %s%s rx-usecs 0%s", nic->name,
+		    nic->value[NIC_ADAPTIVE_RX] == 1 ? " adaptive-rx off" : "",
+		    nic->value[NIC_RX_FRAMES] > 1 ? " rx-frames 1" : "");
+}
+
 static void judge_coalescing(const struct doctor *doctor, struct doctor_finding *finding)
 {
 	const long *value = finding->nic->value;
@@ -130,6 +157,10 @@ static void judge_coalescing(const struct doctor *doctor, struct doctor_finding 
 	} else if (value[NIC_ADAPTIVE_RX] == 1) {
 		doctor_say(finding, DOCTOR_ADVICE, "the driver chooses how long packets wait "
 			   "(adaptive)");
+	} else if (chooses_itself(finding->nic)) {
+		doctor_say(finding, DOCTOR_ADVICE, "the driver chooses how long packets wait "
+			   "(%s means that by rx-usecs %ld)", finding->nic->driver,
+			   value[NIC_RX_USECS]);
 	} else if (value[NIC_RX_USECS] > LATE_US) {
 		doctor_say(finding, DOCTOR_ADVICE, "a received packet waits up to %ld us for "
 			   "others", value[NIC_RX_USECS]);
@@ -138,8 +169,7 @@ static void judge_coalescing(const struct doctor *doctor, struct doctor_finding 
 			   value[NIC_RX_USECS]);
 	}
 	if (finding->verdict == DOCTOR_ADVICE)
-		doctor_mend(finding, "ethtool -C %s adaptive-rx off rx-usecs 0 rx-frames 1",
-			    finding->nic->name);
+		mend_coalescing(finding);
 }
 
 static void judge_offloads(const struct doctor *doctor, struct doctor_finding *finding)

@@ -5,10 +5,13 @@
  * file is the work of pokeysd --check-config, whose words are the better ones.
  */
 #include <arpa/inet.h>
+#include <ctype.h>
 #include <ini.h>
 #include <stdlib.h>
 #include <string.h>
 #include "tools/doctor.h"
+
+enum { CORE_MAX = 1023 };
 
 static struct doctor_device *device_named(struct doctor *doctor, const char *name)
 {
@@ -24,21 +27,47 @@ static struct doctor_device *device_named(struct doctor *doctor, const char *nam
 	return device;
 }
 
-static void take_daemon(struct doctor_plan *plan, const char *name, const char *value)
+/* inih has cut off comments that begin with ';', the daemon knows '#' as well. */
+static void cut_comment(char *out, size_t size, const char *value)
 {
-	if (!strcmp(name, "cpu"))
-		plan->cpu = strcmp(value, "any") ? atoi(value) : -1;
-	else if (!strcmp(name, "mode"))
-		plan->spin = !strcmp(value, "spin");
-	else if (!strcmp(name, "duty"))
-		plan->duty = atof(value);
+	size_t length = 0;
+
+	while (value[length] && !(value[length] == '#' &&
+				  (!length || isblank((unsigned char)value[length - 1]))))
+		length++;
+	while (length && isblank((unsigned char)value[length - 1]))
+		length--;
+	snprintf(out, size, "%.*s", (int)length, value);
 }
 
-static int take(void *context, const char *section, const char *name, const char *value)
+/* "any", and what is no number, is none: it is not to be taken for core 0. */
+static int core_of(const char *value)
+{
+	char *end;
+	long core = strtol(value, &end, 10);
+
+	return end != value && !*end && core >= 0 && core <= CORE_MAX ? (int)core : -1;
+}
+
+static void take_daemon(struct doctor_plan *plan, const char *name, const char *value)
+{
+	if (!strcmp(name, "cpu")) {
+		plan->cpu = core_of(value);
+	} else if (!strcmp(name, "mode")) {
+		plan->spin = !strcmp(value, "spin");
+		plan->chosen = strcmp(value, "auto") != 0;
+	} else if (!strcmp(name, "duty")) {
+		plan->duty = atof(value);
+	}
+}
+
+static int take(void *context, const char *section, const char *name, const char *text)
 {
 	struct doctor *doctor = context;
 	struct in_addr address;
+	char value[64];
 
+	cut_comment(value, sizeof(value), text);
 	if (!strcmp(section, "daemon")) {
 		take_daemon(&doctor->plan, name, value);
 	} else if (!strncmp(section, "device ", 7)) {
@@ -59,22 +88,40 @@ void doctor_read_plan(struct doctor *doctor, const char *path)
 	plan->read = ini_parse(plan->path, take, doctor) >= 0;
 }
 
-/* The most exact of the routes that fit; /proc/net/route has addresses as the network does. */
+/* As the daemon does: mode = auto spins on an isolated core that LinuxCNC does not take. */
+void doctor_choose_core(struct doctor *doctor, int asked)
+{
+	struct doctor_plan *plan = &doctor->plan;
+	char list[256];
+
+	doctor->cpu = asked >= 0 ? asked : plan->cpu;
+	if (!plan->chosen && doctor->cpu >= 0 &&
+	    probe_text(doctor->root, list, sizeof(list), "/sys/devices/system/cpu/isolated"))
+		plan->spin = probe_list_has(list, doctor->cpu) &&
+			     probe_list_has_above(list, doctor->cpu);
+}
+
+/*
+ * The most exact of the routes that fit, of several the one of the least metric;
+ * /proc/net/route has addresses as the network does.
+ */
 static void find_route(const char *table, struct doctor_device *device)
 {
 	uint32_t best = 0;
 	char nic[16];
-	unsigned int destination, gateway, flags, mask;
+	unsigned int destination, gateway, flags, metric, mask, least = 0;
 
 	for (; table; table = strchr(table, '\n')) {
 		table += *table == '\n';
-		if (sscanf(table, "%15s %x %x %x %*s %*s %*s %x", nic, &destination, &gateway,
-			   &flags, &mask) != 5 || !(flags & 1))
+		if (sscanf(table, "%15s %x %x %x %*s %*s %u %x", nic, &destination, &gateway,
+			   &flags, &metric, &mask) != 6 || !(flags & 1))
 			continue;
 		mask = ntohl(mask);
-		if ((device->address & mask) != ntohl(destination) || (*device->nic && mask < best))
+		if ((device->address & mask) != ntohl(destination) ||
+		    (*device->nic && (mask < best || (mask == best && metric >= least))))
 			continue;
 		best = mask;
+		least = metric;
 		device->through_router = gateway != 0;
 		snprintf(device->nic, sizeof(device->nic), "%s", nic);
 	}

@@ -95,8 +95,9 @@ static void judge_idle(const struct doctor *doctor, struct doctor_finding *findi
 	else if (latency <= LATE_US)
 		doctor_say(finding, DOCTOR_OK, "its deepest idle state %s wakes up in %ld us",
 			   name, latency);
-	else if ((value >= 0 && value < latency) ||
-		 probe_holders(doctor->root, "/dev/cpu_dma_latency", holders, sizeof(holders)))
+	/* who holds it counts only where it cannot be seen at how much: that may be too much */
+	else if (value >= 0 ? value < latency :
+		 probe_holders(doctor->root, "/dev/cpu_dma_latency", holders, sizeof(holders)) > 0)
 		doctor_say(finding, DOCTOR_OK, "%s (%ld us) is held off by /dev/cpu_dma_latency",
 			   name, latency);
 	else if (value < 0)

@@ -54,6 +54,7 @@ static int choose_core(const struct options *options, bool *spins)
 	int cpu = daemon_core(options);
 
 	doctor_read_plan(&doctor, options->config ? options->config : DOCTOR_PLAN_PATH);
+	doctor_choose_core(&doctor, -1);
 	*spins = doctor.plan.spin;
 	if (options->cpu >= 0)
 		return options->cpu;
@@ -87,8 +88,8 @@ static void prepare(struct latency_run *run, const struct options *options,
 		run->count = 2;
 	}
 	if (daemon && spins)
-		snprintf(run->note, sizeof(run->note), "mode = spin: the daemon keeps its core, so "
-			 "a sleeper beside it measures the daemon");
+		snprintf(run->note, sizeof(run->note), "the daemon spins and keeps its core, so a "
+			 "sleeper beside it measures the daemon");
 }
 
 /* All of its histograms, so that one can see behind a late wake-up what came of it. */

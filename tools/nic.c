@@ -63,6 +63,21 @@ static void ask_driver(int fd, struct nic *nic)
 		nic->value[NIC_CHANNELS] = (long)channels.combined_count + channels.rx_count;
 }
 
+/* The last word of the link to it. */
+static void find_driver(const char *root, struct nic *nic)
+{
+	char path[512], target[256];
+	ssize_t length;
+
+	snprintf(path, sizeof(path), "%s/sys/class/net/%s/device/driver", root, nic->name);
+	length = readlink(path, target, sizeof(target) - 1);
+	if (length <= 0)
+		return;
+	target[length] = '\0';
+	snprintf(nic->driver, sizeof(nic->driver), "%.31s",
+		 strrchr(target, '/') ? strrchr(target, '/') + 1 : target);
+}
+
 static void read_file(const char *root, struct nic *nic)
 {
 	char text[PROBE_TEXT], value[32];
@@ -82,6 +97,7 @@ void nic_read(const char *root, const char *name, struct nic *nic)
 	snprintf(nic->name, sizeof(nic->name), "%s", name);
 	for (size_t i = 0; i < NIC_SETTINGS; i++)
 		nic->value[i] = NIC_UNKNOWN;
+	find_driver(root, nic);
 	if (*root) {
 		read_file(root, nic);
 		return;

@@ -20,6 +20,7 @@ enum nic_setting {
 
 struct nic {
 	char name[16];
+	char driver[32];		/* empty: not known */
 	long value[NIC_SETTINGS];
 };
 

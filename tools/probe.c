@@ -6,6 +6,7 @@
  * whole, and a file that is away or forbidden is no value, never a zero: a
  * check that takes "could not see" for "off" would call a bad machine good.
  */
+#include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -59,7 +60,7 @@ bool probe_number(const char *root, long *value, const char *format, ...)
 	return end != text;
 }
 
-/* The next "a" or "a-b" of a list; false at its end or where it is no list. */
+/* The next "a", "a-b" or "a-N" (the last one) of a list; false at its end or in no list. */
 static bool next_range(const char **list, long *first, long *last)
 {
 	char *end;
@@ -68,8 +69,12 @@ static bool next_range(const char **list, long *first, long *last)
 	if (end == *list)
 		return false;
 	*last = *first;
-	if (*end == '-')
+	if (end[0] == '-' && end[1] == 'N') {
+		*last = LONG_MAX;
+		end += 2;
+	} else if (*end == '-') {
 		*last = strtol(end + 1, &end, 10);
+	}
 	*list = end + (*end == ',');
 	return true;
 }
@@ -80,6 +85,16 @@ bool probe_list_has(const char *list, int cpu)
 
 	while (next_range(&list, &first, &last))
 		if (cpu >= first && cpu <= last)
+			return true;
+	return false;
+}
+
+bool probe_list_has_above(const char *list, int cpu)
+{
+	long first, last;
+
+	while (next_range(&list, &first, &last))
+		if (last > cpu)
 			return true;
 	return false;
 }
@@ -101,6 +116,7 @@ bool probe_command_line(const char *root, const char *name, char *value, size_t 
 {
 	char line[PROBE_TEXT], *rest = line, *word;
 	size_t length = strlen(name);
+	bool found = false;
 
 	if (!probe_text(root, line, sizeof(line), "/proc/cmdline"))
 		return false;
@@ -108,9 +124,9 @@ bool probe_command_line(const char *root, const char *name, char *value, size_t 
 		if (strncmp(word, name, length) != 0 || (word[length] && word[length] != '='))
 			continue;
 		snprintf(value, size, "%s", word[length] ? word + length + 1 : "");
-		return true;
+		found = true;
 	}
-	return false;
+	return found;
 }
 
 bool probe_line(const char *text, const char *name, char *value, size_t size)

@@ -24,10 +24,16 @@ bool probe_number(const char *root, long *value, const char *format, ...);
 /* Is core `cpu` in a list as "0-2,5"? */
 bool probe_list_has(const char *list, int cpu);
 
+/* Is a core of a higher number in it? */
+bool probe_list_has_above(const char *list, int cpu);
+
 /* The first core of `list` (-1 if none) that is not `cpu`. */
 int probe_list_other(const char *list, int cpu);
 
-/* Bytes of the kernel's command line behind "name=": false if it is not there. */
+/*
+ * Bytes of the kernel's command line behind "name=", empty without that: false if it is not
+ * there. Of several the last one, which is the one that the kernel goes by.
+ */
 bool probe_command_line(const char *root, const char *name, char *value, size_t size);
 
 /* Value of a line "name<separator> value" in a text. */

@@ -94,7 +94,9 @@ BAD_VERDICTS = {
 }
 DAEMON = {"daemon", "daemon-realtime", "daemon-transport", "daemon-faults", "daemon-cycles"}
 
-# (what changes, what a check then says): None removes a file
+NO_THREAD = process(500, "pokeysd", [(0, 0, "0-3"), (1, 80, "0-3")])
+
+# (what changes, what a check then says): None removes a file, a path is a link there
 VARIANTS = [
     ({f"{CORE}/online": "0-2"}, {"core": "problem"}),
     ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="sleep").replace("cpu = 3", "cpu = any"),
@@ -106,7 +108,43 @@ VARIANTS = [
     ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="spin\nduty = 0.9")}, {"throttling": "ok"}),
     ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="spin\nduty = 0.92")}, {"throttling": "advice"}),
     ({"proc/sys/kernel/sched_rt_runtime_us": "-1"}, {"throttling": "ok"}),
-    ({"proc/cmdline": "rcu_nocbs", f"{CORE}/nohz_full": ""}, {"rcu-nocbs": "ok", "nohz-full": "advice"}),
+    # without a list it takes nothing away; the last of two counts; N is the last core
+    ({"proc/cmdline": "rcu_nocbs", f"{CORE}/nohz_full": ""}, {"rcu-nocbs": "advice", "nohz-full": "advice"}),
+    ({"proc/cmdline": "rcu_nocbs=3 rcu_nocbs=2", f"{CORE}/nohz_full": ""}, {"rcu-nocbs": "advice"}),
+    ({"proc/cmdline": "rcu_nocbs=2 rcu_nocbs=1,3-N", f"{CORE}/nohz_full": ""}, {"rcu-nocbs": "ok"}),
+    # comments as the daemon takes them, and what is no number
+    ({"etc/pokeysd/pokeysd.conf": "[daemon]\ncpu = 3\t# the last\nmode = spin # fast\nduty = 1 ; all\n"
+                                  "[device mill]\naddress = 10.0.0.2 # here\n"},
+     {"core": "ok", "throttling": "advice", "route": "ok"}),
+    ({"etc/pokeysd/pokeysd.conf": "[daemon]\ncpu = any # core\n"} | NO_THREAD, {"core": "advice"}),
+    ({"etc/pokeysd/pokeysd.conf": "[daemon]\ncpu = two\n"} | NO_THREAD, {"core": "advice"}),
+    # auto spins on an isolated core, but not on the last one, which LinuxCNC takes
+    ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="auto\nduty = 1")}, {"throttling": "ok"}),
+    ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="auto\nduty = 1"), f"{CORE}/isolated": "2-4"},
+     {"throttling": "advice"}),
+    ({"etc/pokeysd/pokeysd.conf": "[daemon]\ncpu = 3\nduty = 1\n", f"{CORE}/isolated": "2-4"},
+     {"throttling": "advice"}),
+    ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="sleep"), f"{CORE}/isolated": "",
+      "sys/fs/cgroup/cpuset.cpus.isolated": "3"}, {"isolcpus": "ok"}),
+    # somebody has it open, but at more than the state takes
+    ({f"{CORE}/cpu3/cpuidle/state2/disable": "0", "dev/cpu_dma_latency": struct.pack("i", 500),
+      "proc/500/fd/7": pathlib.PurePath("/dev/cpu_dma_latency")}, {"idle-states": "advice"}),
+    ({f"{CORE}/cpu3/cpuidle/state2/disable": "0", "dev/cpu_dma_latency": None,
+      "proc/500/fd/7": pathlib.PurePath("/dev/cpu_dma_latency")}, {"idle-states": "ok"}),
+    # a number without a handler goes nowhere, whatever it may
+    ({"proc/irq/5/effective_affinity_list": "", "proc/irq/5/smp_affinity_list": "0-3"}, {"interrupts": "ok"}),
+    ({"proc/irq/5/effective_affinity_list": "", "proc/irq/5/smp_affinity_list": "0-3",
+      "proc/irq/5/ahci/x": ""}, {"interrupts": "advice"}),
+    # two ways there: the one of the least metric
+    ({"proc/net/route": ROUTE + "enp1\t0000000A\t00000000\t0001\t0\t0\t100\t00FFFFFF\t0\t0\t0\n"
+                                "wlan0\t0000000A\t00000000\t0001\t0\t0\t600\t00FFFFFF\t0\t0\t0\n"
+                                "any\t00000000\t0100A8C0\t0003\t0\t0\t0\t00000000\t0\t0\t0\n",
+      "sys/class/net/wlan0/phy80211/name": "phy0"}, {"nic-link": "ok", "route": "ok"}),
+    # what such a driver calls 3 us is its own choice
+    ({"ethtool/enp1": "rx-usecs 3\nadaptive-rx 0\n"}, {"nic-coalescing": "ok"}),
+    ({"ethtool/enp1": "rx-usecs 3\nadaptive-rx 0\n",
+      "sys/class/net/enp1/device/driver": pathlib.PurePath("../../bus/pci/drivers/igb")},
+     {"nic-coalescing": "advice"}),
     ({f"{CORE}/cpu3/topology/thread_siblings_list": "2-3"}, {"smt-sibling": "ok"}),
     ({f"{CORE}/cpu3/cpuidle/state2/disable": "0"}, {"idle-states": "ok"}),
     ({f"{CORE}/cpu3/cpuidle/state2/disable": "0", "dev/cpu_dma_latency": None}, {"idle-states": "unknown"}),
@@ -128,12 +166,34 @@ VARIANTS = [
 ]
 
 
+FIRST = {"etc/pokeysd/pokeysd.conf": CONF.format(mode="sleep").replace("cpu = 3", "cpu = 0")}
+
+# (what is bad besides, the check, what its command has to say, and what it must not)
+MENDS = [
+    # the cores that are isolated already stay so
+    ({}, "isolcpus", "isolcpus=managed_irq,domain,1,3 nohz_full=3 rcu_nocbs=1,3", None),
+    ({f"{CORE}/isolated": "3", f"{CORE}/nohz_full": "(null)"}, "nohz-full", "domain,3 nohz_full=3 rcu", None),
+    (FIRST, "isolcpus", "another cpu", "isolcpus="),
+    # core 0 cannot be switched off; nosmt would switch off the daemon's own
+    ({f"{CORE}/cpu3/topology/thread_siblings_list": "0,3"}, "smt-sibling", "another cpu", "echo"),
+    ({f"{CORE}/cpu3/topology/thread_siblings_list": "2-3"}, "smt-sibling", "cpu2/online", "nosmt"),
+    ({f"{CORE}/cpu3/topology/thread_siblings_list": "3,7"}, "smt-sibling", "cpu7/online, or nosmt", None),
+    # one word that a driver does not know makes it refuse all
+    ({}, "nic-coalescing", "ethtool -C enp1 rx-usecs 0", "rx-frames"),
+    ({"ethtool/enp1": "rx-usecs 50\nrx-frames 64\nadaptive-rx 1\n"}, "nic-coalescing",
+     "ethtool -C enp1 adaptive-rx off rx-usecs 0 rx-frames 1", None),
+]
+
+
 def plant(root, tree):
     for name, content in tree.items():
         if content is None:
             continue
         path = root / name
         path.parent.mkdir(parents=True, exist_ok=True)
+        if isinstance(content, pathlib.PurePath):
+            path.symlink_to(content)
+            continue
         path.write_bytes(content if isinstance(content, bytes) else (content + "\n").encode())
 
 
@@ -190,6 +250,10 @@ def main():
     _, findings = examine(program, BAD)
     link = next(f for f in findings if f["check"] == "neighbour")
     assert link["subject"] == "mill" and "10.0.0.2 lladdr" in link["mend"], link
+    for changes, check, wanted, unwanted in MENDS:
+        _, findings = examine(program, BAD | changes)
+        mend = next(f for f in findings if f["check"] == check)["mend"]
+        assert wanted in mend and not (unwanted and unwanted in mend), (changes, check, mend)
 
     for text in page, guide:
         known = set(re.findall(r"[*`]([a-z-]+)[*`]", pathlib.Path(text).read_text(encoding="utf-8")))
