@@ -42,6 +42,12 @@ class Bench(Rig):
             self.say(f"{what}, round {number + 1} of {rounds}")
             yield number
 
+    def contests(self, what, order, rounds=None):
+        """Rounds of contenders: those that are compared stand beside one another in `order`, for
+        a shared machine is another one some seconds later; every second round runs backwards."""
+        for number in self.turns(what, rounds):
+            yield from order if number % 2 == 0 else order[::-1]
+
     def output(self, *command):
         """What a program of ours prints as JSON. Skip with its reason if it lacks something."""
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)

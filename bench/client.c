@@ -57,7 +57,8 @@ void client_take(struct client *c, const uint8_t *packet, ssize_t length)
 	if (i < 0 || !(c->open >> i & 1))
 		return;
 	c->open &= ~(1u << i);
-	samples_add(&c->each, client_now() - c->begin_ns);
+	if (!c->open)
+		samples_add(&c->newest, client_now() - c->begin_ns);
 }
 
 bool client_late(const struct client *c)
@@ -99,7 +100,7 @@ static int client_open(struct client *c, const char *address, int port)
 		fprintf(stderr, "bench-client: %s: %s\n", address, strerror(errno));
 		return -errno;
 	}
-	if (samples_init(&c->each, (size_t)CYCLES_MAX * (size_t)c->ask.count) < 0)
+	if (samples_init(&c->newest, CYCLES_MAX) < 0)
 		return -ENOMEM;
 	return samples_init(&c->all, CYCLES_MAX);
 }
@@ -200,7 +201,7 @@ static void print(struct client *c, const char *way, uint64_t cycles, uint64_t c
 	       "%llu, ",
 	       way, (unsigned long long)cycles, c->ask.count, (unsigned long long)c->lost,
 	       (unsigned long long)cpu);
-	samples_print(&c->each, "round_trip");
+	samples_print(&c->newest, "round_trip");
 	printf(", ");
 	samples_print(&c->all, "all");
 	printf("}\n");
@@ -241,7 +242,7 @@ int main(int argc, char **argv)
 	why = way->open(&c);
 	if (why)
 		return refuse(way->name, why);
-	c.each.count = c.all.count = 0;
+	c.newest.count = c.all.count = 0;
 	c.open = 0;
 	cpu = run(&c, way, &cycles, strtoull(argv[6], NULL, 10) * 1000);
 	print(&c, way->name, cycles, cpu);

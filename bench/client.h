@@ -19,7 +19,7 @@ struct client {
 	uint32_t open;			/* bit = question without an answer so far */
 	uint64_t tick_ns, begin_ns;	/* when the cycle was due, and began */
 	uint64_t lost;
-	struct samples each;		/* a question until its answer */
+	struct samples newest;		/* the cycle's last answer, since it was asked for */
 	struct samples all;		/* from the tick until all answers are in */
 };
 

@@ -49,7 +49,8 @@ static void blocking(struct client *c)
 		    !blocking_await(c, i))
 			return;
 		c->open &= ~(1u << i);
-		samples_add(&c->each, client_now() - begin);
+		if (i == c->ask.count - 1)
+			samples_add(&c->newest, client_now() - begin);
 	}
 }
 

@@ -14,6 +14,7 @@ WIRE_US = 50
 CLIENTS = {"blocking": "sendto, select, recvfrom, one question after the other",
            "batching": "sendmmsg, recvmmsg in a tight loop", "ring": "bare io_uring, sleeping"}
 DAEMONS = {"sleep": "pokeysd, mode sleep, slow = together", "spin": "pokeysd, mode spin, slow = together"}
+ORDER = ("sleep", "blocking", "spin", "batching", "ring")
 NAMES = {**CLIENTS, **DAEMONS}
 PLACES = {"direct": ("simulator at once", ()), "wire": (f"{WIRE_US} µs each way", ("--delay-us", WIRE_US))}
 TOGETHER = {"slow": "together", "slow-hz": 100, "window": 20}
@@ -38,9 +39,8 @@ def measure(bench):
     found = {place: {name: [] for name in NAMES} for place in PLACES}
     for place, (text, options) in PLACES.items():
         bench.start_fast_simulator(*options)
-        for _ in bench.turns(f"everything, {text}", bench.rounds if place == "direct" else 2):
-            for name in NAMES:
-                found[place][name].append(one(bench, name))
+        for name in bench.contests(f"everything, {text}", ORDER, bench.rounds if place == "direct" else 2):
+            found[place][name].append(one(bench, name))
         bench.stop("pokeys-sim")
         same_questions(found[place])
     return found

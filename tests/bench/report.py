@@ -18,6 +18,7 @@ sys.path.insert(0, str(ROOT / "bench"))
 # pylint: disable=wrong-import-position,import-error
 import figures
 import measure
+from bench import Bench
 from figures import Figure, Skip, ratios
 from rig import Fault
 from sections import ORDER
@@ -100,6 +101,15 @@ class Report(unittest.TestCase):
     def test_numbers_have_three_digits(self):
         self.assertEqual([figures.number(v) for v in (0, 0.123, 9.876, 45.67, 1234.5)],
                          ["0", "0.12", "9.88", "45.7", "1234"])
+
+    def test_contests_take_everybody_and_turn_round(self):
+        rig = Bench.__new__(Bench)
+        rig.rounds, rig.section_end = 3, None
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.assertEqual(list(rig.contests("x", ("a", "b"))), ["a", "b", "b", "a", "a", "b"])
+        for module in (self.real(name) for name in ORDER):
+            if hasattr(module, "ORDER"):
+                self.assertEqual(sorted(module.ORDER), sorted(module.NAMES), module.TITLE)
 
     def test_every_section_keeps_the_contract(self):
         for name in ORDER:
