@@ -61,7 +61,7 @@ static void read_emergency(const struct pokeys_state *state, struct values *valu
 		step = emergency_step(state, values);
 	else if (!values->legacy.choice.emergency_lost)
 		return;
-	engine->emergency_step = step;
+	engine->emergency_step = (int32_t)step;
 	engine->emergency = step == STEP_NONE ? values->legacy.choice.emergency_unset :
 						step != STEP_REST;
 	engine->emergency_not = !engine->emergency;

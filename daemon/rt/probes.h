@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * Static probes (USDT) of the realtime thread, provider "pokeysd": a nop each until
- * perf, bpftrace or another tracer arms it. docs/probes.md lists them with their
+ * perf, bpftrace or another tracer arms it. docs/tracing.md lists them with their
  * arguments; a test compares the list with the program.
  *
  * Where <sys/sdt.h> was not to be had at build time they are nothing at all.

@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 PURE = {
-    "memcpy", "memset", "memmove", "memcmp", "strlen", "strnlen", "strncmp", "__stack_chk_fail",
+    "memcpy", "memset", "memmove", "memcmp", "bcmp", "strlen", "strnlen", "strncmp", "__stack_chk_fail",
     "lround", "lrint", "llround", "llrint", "floor", "ceil", "fabs", "sqrt", "sqrtf", "round", "roundf",
     "rint", "nearbyint", "trunc", "fmod", "lroundf", "fabsf", "fmin", "fmax", "_GLOBAL_OFFSET_TABLE_",
 }
