@@ -11,6 +11,8 @@
 
 enum { FIRST_BIT = 6 };	/* 64 ns */
 
+#define ROUNDING 1e-12		/* 0.07 * 100 is a little more than 7 */
+
 unsigned int pokeys_histogram_bucket(uint64_t ns)
 {
 	return pokeys_duration_bucket(ns);
@@ -39,9 +41,9 @@ uint64_t pokeys_histogram_percentile(const struct pokeys_histogram *histogram, d
 		return histogram->min_ns;
 	if (p >= 1)
 		return histogram->max_ns;
-	wanted = (uint64_t)((double)histogram->count * p + 0.5);
-	if (!wanted)
-		wanted = 1;
+	/* never fewer than that part: of 501 the worst one is beyond p99.8 and not below p99.9 */
+	wanted = (uint64_t)((double)histogram->count * p * (1 - ROUNDING));
+	wanted++;
 	for (i = 0; i < POKEYS_HISTOGRAM_BUCKETS - 1; i++) {
 		below += histogram->bucket[i];
 		if (below >= wanted)

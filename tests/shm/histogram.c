@@ -4,6 +4,7 @@
  * wide, and what percentiles say.
  */
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <setjmp.h>
@@ -91,6 +92,31 @@ static void percentile_is_within_a_bucket_of_the_truth(void **state)
 	assert_int_equal(pokeys_histogram_percentile(&histogram, 1), 5000000);
 }
 
+/* At least the part that was asked for lies below, and no sample more than that takes. */
+static void percentile_counts_the_one_that_completes_the_part(void **state)
+{
+	static const struct {
+		double p;
+		uint32_t quick;		/* of 100 ns, and behind them one of 1 ms */
+		bool late;		/* the late one is needed for the part */
+	} cases[] = {
+		{ 0.999, 500, true }, { 0.999, 998, true }, { 0.999, 999, false },
+		{ 0.99, 159, false }, { 0.99, 98, true }, { 0.99, 99, false },
+		{ 0.07, 99, false }, { 0.5, 1, false }, { 0.5, 0, true }, { 0.999, 0, true },
+		{ 0.75, 3, false }, { 0.76, 3, true }, { 1e-9, 3, false },
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(cases) / sizeof(*cases); i++) {
+		struct pokeys_histogram histogram = { 0 };
+
+		add(&histogram, 100, cases[i].quick);
+		add(&histogram, 1000000, 1);
+		assert_int_equal(pokeys_histogram_percentile(&histogram, cases[i].p) > 112,
+				 cases[i].late);
+	}
+}
+
 static void percentile_is_never_above_the_largest(void **state)
 {
 	struct pokeys_histogram histogram = { 0 };
@@ -111,6 +137,7 @@ int main(void)
 		cmocka_unit_test(a_bucket_is_at_most_a_quarter_wide),
 		cmocka_unit_test(nothing_has_no_percentile),
 		cmocka_unit_test(percentile_is_within_a_bucket_of_the_truth),
+		cmocka_unit_test(percentile_counts_the_one_that_completes_the_part),
 		cmocka_unit_test(percentile_is_never_above_the_largest),
 	};
 
