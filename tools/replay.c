@@ -107,7 +107,7 @@ static void print_reply(const struct replay *replay, const struct replay_line *l
 static void print_text(const char *text)
 {
 	for (; *text; text++)
-		putchar((unsigned char)*text < ' ' || *text == 0x7f ? '?' : *text);
+		putchar((unsigned char)*text < ' ' || (unsigned char)*text >= 0x7f ? '?' : *text);
 }
 
 static void print_event(const struct replay_line *line)

@@ -33,7 +33,7 @@ static void stop(int number)
 /* Of a daemon whose cycles can be watched. */
 static bool runs(const struct recorder_file *ring, const struct options *options)
 {
-	if (ring->head.thread && !ring->head.ended)
+	if (recorder_lives(ring))
 		return true;
 	complain("%s: the daemon's realtime thread does not run", options->runtime_directory);
 	return false;
@@ -49,23 +49,36 @@ static void take_slots(const struct recorder_file *ring, uint64_t *next, struct 
 			collect_slot(collect, &slot[i]);
 }
 
-/* Until `end_ns`, or ^C. The events that the kernel had to drop. */
-static uint64_t watch(const struct recorder_file *ring, struct collect *collect, uint64_t end_ns)
+/* Until `end_ns`, ^C, or the daemon's end. Returns when that was. */
+static uint64_t watch(const struct recorder_file *ring, struct collect *collect, uint64_t end_ns,
+		      struct trace_report *report)
 {
-	uint64_t next = recorder_written(ring), judge_ns = 0, dropped = 0;
+	uint64_t next = recorder_written(ring), judge_ns = 0;
 
 	for (uint64_t now = view_now(); now < end_ns + LATE_NS; now = view_now()) {
-		dropped = trace_kernel_poll(POLL_MS);
+		report->dropped = trace_kernel_poll(POLL_MS);
 		take_slots(ring, &next, collect);
 		if (now >= judge_ns) {
 			collect_judge(collect, now - LATE_NS);
 			judge_ns = now + JUDGE_NS;
+			report->died |= now < end_ns && !recorder_lives(ring);
 		}
-		if (atomic_load(&stopped) && now < end_ns)
+		if ((atomic_load(&stopped) || report->died) && now < end_ns)
 			end_ns = now;
 	}
 	collect_judge(collect, end_ns);
-	return dropped;
+	return end_ns;
+}
+
+/* What it was that nothing, or not all of it, was seen. */
+static void explain(const struct trace_report *report)
+{
+	if (report->died)
+		complain("the daemon ended after %.1f s", report->seconds);
+	else if (!report->cycles && atomic_load(&stopped))
+		complain("ended before the first cycle was seen");
+	else if (!report->cycles)
+		complain("the daemon has done no cycle meanwhile");
 }
 
 static int trace(const struct options *options, const struct recorder_file *ring)
@@ -73,6 +86,7 @@ static int trace(const struct options *options, const struct recorder_file *ring
 	static struct collect collect;
 	struct trace_report report = { .period_ns = ring->head.period_ns };
 	char why[256];
+	uint64_t end_ns;
 	int status;
 
 	collect.spins = ring->head.spins;
@@ -91,14 +105,14 @@ static int trace(const struct options *options, const struct recorder_file *ring
 	}
 	/* the kernel's side wants to see the thread switch before it knows anything */
 	collect.begin_ns = view_now() + FIRST_MS * UINT64_C(1000000);
-	report.dropped = watch(ring, &collect,
-			       collect.begin_ns + (uint64_t)(options->seconds * 1e9));
-	report.seconds = (double)(view_now() - LATE_NS - collect.begin_ns) / 1e9;
+	end_ns = watch(ring, &collect, collect.begin_ns + (uint64_t)(options->seconds * 1e9),
+		       &report);
+	if (end_ns > collect.begin_ns)		/* ^C may come before it has begun */
+		report.seconds = (double)(end_ns - collect.begin_ns) / 1e9;
 	trace_kernel_end();
 	collect_report(&collect, &report);
 	(options->json ? trace_print_json : trace_print)(&report, stdout);
-	if (!report.cycles)
-		complain("the daemon has done no cycle meanwhile");
+	explain(&report);
 	collect_end(&collect);
 	return report.cycles ? STATUS_OK : STATUS_FAILED;
 }

@@ -80,6 +80,7 @@ const char *trace_where_name(enum trace_where where);
 /* For a person; for a script (the whole document). */
 struct trace_report {
 	double seconds;
+	bool died;			/* the daemon, before the time was over */
 	uint64_t period_ns, cycles, dropped;
 	uint64_t median_ns, p99_ns, max_ns;	/* tick to data, of all cycles */
 	const struct trace_cycle *cycle;	/* the slowest, slowest first */

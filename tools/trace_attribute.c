@@ -51,8 +51,13 @@ static void add_part(struct trace_cycle *cycle, enum trace_where where, const ch
 	while (i < cycle->parts &&
 	       (cycle->part[i].where != where || strncmp(cycle->part[i].who, who, 16)))
 		i++;
-	if (i == TRACE_PARTS)
-		return;
+	if (i == TRACE_PARTS) {		/* no room: together with the last of its kind */
+		while (i && cycle->part[i - 1].where != where)
+			i--;
+		if (!i--)
+			return;
+		memcpy(cycle->part[i].who, "others\0\0\0\0\0\0\0\0\0", 16);
+	}
 	if (i == cycle->parts) {
 		cycle->parts++;
 		cycle->part[i] = (struct trace_part){ .where = where };
@@ -131,8 +136,20 @@ static void count_within(struct walk *w, uint64_t from_ns, uint64_t to_ns)
 		count(w, from_ns, to_ns);
 }
 
+/*
+ * Whoever comes onto the core does not inherit an interrupt: the kernel does not switch
+ * within one, and on PREEMPT_RT, where a softirq is done by a thread that can be pushed
+ * aside, it goes on when that thread does.
+ */
+static void change(struct walk *w)
+{
+	w->irqs = 0;
+	w->softirqs = 0;
+}
+
 static void switch_thread(struct walk *w, const struct trace_event *event, uint64_t t_ns)
 {
+	change(w);
 	w->known = true;
 	w->runs = event->kind == TRACE_ON;
 	w->runnable = event->kind == TRACE_PREEMPTED;
@@ -156,6 +173,7 @@ static void step_kernel(struct walk *w, const struct trace_event *event, uint64_
 		switch_thread(w, event, t_ns);
 		break;
 	case TRACE_OTHER:
+		change(w);
 		w->other = !event->idle;
 		memcpy(w->who, event->name, sizeof(w->who));
 		break;

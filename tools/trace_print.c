@@ -6,6 +6,7 @@
 #include <inttypes.h>
 #include <string.h>
 #include "tools/json.h"
+#include "tools/print.h"
 #include "tools/trace.h"
 
 static const char *const meaning[TRACE_WHERES] = {
@@ -30,11 +31,13 @@ static double us(uint64_t ns)
 static void print_parts(const struct trace_cycle *cycle, enum trace_where where, FILE *to)
 {
 	const char *before = "";
+	char who[32];			/* a thread may call itself whatever it likes */
 
 	for (size_t i = 0; i < cycle->parts; i++) {
 		if (cycle->part[i].where != where)
 			continue;
-		fprintf(to, "%s%.16s %.1f", before, cycle->part[i].who, us(cycle->part[i].ns));
+		fprintf(to, "%s%s %.1f", before, print_clean(cycle->part[i].who, 16, who),
+			us(cycle->part[i].ns));
 		before = ", ";
 	}
 	if (!*before)

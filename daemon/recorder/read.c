@@ -13,6 +13,7 @@
  */
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -128,6 +129,16 @@ void recorder_release(struct recorder_file *file)
 	if (file->fd >= 0)
 		close(file->fd);
 	file->fd = -1;
+}
+
+bool recorder_lives(const struct recorder_file *file)
+{
+	struct recorder_head head;
+
+	if (pread(file->fd, &head, sizeof(head), 0) != (ssize_t)sizeof(head) || head.ended ||
+	    head.thread <= 0)
+		return false;
+	return !kill(head.thread, 0) || errno == EPERM;
 }
 
 uint64_t recorder_written(const struct recorder_file *file)

@@ -28,6 +28,9 @@ struct recorder_file {
 int recorder_open(struct recorder_file *file, const char *path, char *why, size_t size);
 void recorder_release(struct recorder_file *file);
 
+/* Does the daemon still run whose ring it is? One that was killed has not said that it ended. */
+bool recorder_lives(const struct recorder_file *file);
+
 /* Slots written since the start, as of now. */
 uint64_t recorder_written(const struct recorder_file *file);
 

@@ -6,11 +6,14 @@ without rights, without a daemon, without a recorder."""
 import json
 import os
 import pathlib
+import re
 import shutil
+import signal
+import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(sys.argv[1]).parent))
-from house import House, Skip, main, run  # noqa: E402
+from house import PATIENCE, House, Skip, main, run, wait_for  # noqa: E402
 
 UNAVAILABLE, NO_RIGHT = 69, 77
 WINDOW_US = 500  # collect = 0.5 of the period
@@ -79,6 +82,61 @@ def test_nothing_is_longer_than_a_high_threshold():
         assert out.returncode == 0 and json.loads(out.stdout)["slowest"] == [], out
 
 
+def watching(house, ready):
+    """A trace of ten minutes, at the moment when ready(its /proc folder) is true."""
+    child = house.spawn("pokeysctl", "-r", house.runtime, "trace", "--seconds", "600", "--json",
+                        stderr=subprocess.PIPE, text=True)
+
+    def there():
+        try:
+            return child.poll() is not None or ready(pathlib.Path("/proc", str(child.pid)))
+        except OSError:  # it ended just now
+            return True
+    wait_for("the tracer", there)
+    return child
+
+
+def heard(child):
+    out, told = child.communicate(timeout=PATIENCE)
+    if child.returncode in (UNAVAILABLE, NO_RIGHT):
+        raise Skip(told.strip())
+    return json.loads(out), told
+
+
+def test_an_interrupt_that_comes_early_does_not_last_for_ever():
+    def listens(process):
+        caught = int(process.joinpath("status").read_text().split("SigCgt:")[1].split()[0], 16)
+        return caught >> signal.SIGINT - 1 & 1
+
+    with House() as house:
+        house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        child = watching(house, listens)
+        child.send_signal(signal.SIGINT)
+        found, told = heard(child)
+        assert 0 <= found["seconds"] < 600, found
+        assert bool(told) == (not found["cycles"]) and "daemon" not in told, (found, told)
+
+
+def test_a_daemon_that_dies_ends_it():
+    def is_in_the_kernel(process):
+        return any("bpf" in os.readlink(link) for link in process.joinpath("fd").iterdir() if link.is_symlink())
+
+    with House() as house:
+        house.start_sim()
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        child = watching(house, is_in_the_kernel)
+        daemon.kill()
+        daemon.wait()
+        found, told = heard(child)
+        assert found["seconds"] < 600, found
+        assert re.fullmatch(r"pokeysctl: the daemon ended after [0-9.]+ s\n", told), told
+        out = trace(house, "--seconds", "600")
+        assert out.returncode == 1 and "does not run" in out.stderr and not out.stdout, out
+
+
 def test_without_rights_it_says_so_in_one_line():
     if os.geteuid() or not shutil.which("setpriv"):
         raise Skip("not root, or no setpriv to give up rights with")
@@ -92,6 +150,19 @@ def test_without_rights_it_says_so_in_one_line():
             raise Skip(out.stderr.strip())
         assert out.returncode == NO_RIGHT and "root" in out.stderr, out
         assert len(out.stderr.splitlines()) == 1 and not out.stdout, out
+
+
+def test_without_the_kernels_types_it_says_what_is_lost():
+    if os.geteuid() or not shutil.which("unshare") or not os.path.isdir("/sys/kernel/btf"):
+        raise Skip("not root, or nothing to hide")
+    with House() as house:
+        house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        out = trace(house, before=("unshare", "--mount", "sh", "-c",
+                                   'mount -t tmpfs none /sys/kernel/btf && exec "$@"', "sh"))
+        assert out.returncode == UNAVAILABLE and not out.stdout, out
+        assert re.fullmatch("pokeysctl: .*BTF.*latency tells how late.*\n", out.stderr), out
 
 
 def test_without_a_daemon_or_a_recorder_it_says_so():

@@ -5,6 +5,7 @@
  */
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
@@ -91,6 +92,53 @@ static void usual_beginning(void)
 	at(50, TRACE_ON, "pokeysd");
 	packet(55, MARK_SENT);
 	at(80, TRACE_OFF, "idle");
+}
+
+/* On PREEMPT_RT: the thread pushes one aside that is in the middle of a softirq. */
+static void a_softirq_that_is_pushed_aside_is_not_the_threads_time(void **state)
+{
+	(void)state;
+	at(-500, TRACE_OFF, "idle");
+	at(10, TRACE_OTHER, "irq/30-enp1");
+	softirq(20, TRACE_SOFTIRQ_BEGIN, 3);
+	at(30, TRACE_WAKING, "irq/30-enp1");
+	at(50, TRACE_ON, "pokeysd");
+	packet(55, MARK_SENT);
+	at(80, TRACE_OFF, "irq/30-enp1");
+	softirq(90, TRACE_SOFTIRQ_END, 3);
+	packet(200, MARK_GOT);
+	at(210, TRACE_WAKING, "idle");
+	at(230, TRACE_ON, "pokeysd");
+	attribute();
+	assert_us(TRACE_PLAN, 10);
+	assert_us(TRACE_SEND, 20);
+	assert_us(TRACE_RUN, 70);
+	assert_us(TRACE_DEVICE, 120);
+	assert_us(TRACE_SOFTIRQ, 30);	/* 20 to 50, while it was late */
+}
+
+/* More of them than have a line each: none is left out of the sum. */
+static void many_in_front_are_others(void **state)
+{
+	uint64_t sum = 0;
+
+	(void)state;
+	at(-500, TRACE_OFF, "idle");
+	at(10, TRACE_WAKING, "idle");
+	for (int i = 0; i < 40; i++) {
+		char name[16];
+
+		snprintf(name, sizeof(name), "thread %d", i);
+		at(10 + i, TRACE_OTHER, name);
+	}
+	at(50, TRACE_ON, "pokeysd");
+	attribute();
+	assert_us(TRACE_BEHIND, 40);
+	assert_part(TRACE_BEHIND, "thread 0", 1);
+	assert_part(TRACE_BEHIND, "others", 40 - TRACE_PARTS + 1);
+	for (size_t i = 0; i < cycle.parts; i++)
+		sum += cycle.part[i].ns;
+	assert_int_equal(sum, 40 * US);
 }
 
 static void a_usual_cycle_is_taken_apart(void **state)
@@ -354,7 +402,9 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup(name, begin)
 	const struct CMUnitTest tests[] = {
 		TEST(a_usual_cycle_is_taken_apart),
+		TEST(a_softirq_that_is_pushed_aside_is_not_the_threads_time),
 		TEST(who_is_in_front_is_named),
+		TEST(many_in_front_are_others),
 		TEST(interrupts_hold_up_what_runs_but_not_who_waits_for_a_device),
 		TEST(the_second_reply_is_waited_for_as_well),
 		TEST(a_thread_that_polls_waits_for_the_device_while_it_runs),
