@@ -9,10 +9,13 @@
  * the rest is measured here. Both have the daemon's period and core.
  */
 #include <errno.h>
+#include <fcntl.h>
 #include <sched.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sys/utsname.h>
+#include <unistd.h>
 #include "tools/doctor.h"
 #include "tools/latency.h"
 #include "tools/order.h"
@@ -112,6 +115,7 @@ static void take_daemon(struct latency_run *run, struct view *view, int cpu,
 	char core[24] = "", why[224];
 	const struct view_device *device = latency_daemon(view, view->runtime_directory, why,
 							  sizeof(why));
+	static const struct pokeys_diag nothing;
 	struct latency_series *series = &run->series[run->count];
 
 	if (!device) {
@@ -119,9 +123,11 @@ static void take_daemon(struct latency_run *run, struct view *view, int cpu,
 			 "the daemon was there, but not at the end: %s", why);
 		return;
 	}
-	if (device->diag.cycle < before->cycle)
+	if (device->diag.epoch != before->epoch) {
+		before = &nothing;
 		snprintf(run->note, sizeof(run->note),
 			 "the daemon was started anew in between; its numbers are since then");
+	}
 	if (cpu >= 0)
 		snprintf(core, sizeof(core), ", core %d", cpu);
 	series->cpu = cpu;
@@ -138,12 +144,39 @@ static int no_picture(const char *path)
 	return STATUS_FAILED;
 }
 
+/*
+ * Not after ten minutes of measuring. A picture that is there stays until there is another:
+ * it is emptied only then.
+ */
+static FILE *open_picture(const char *path, bool *made)
+{
+	int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+	FILE *to;
+
+	*made = fd >= 0;
+	if (fd < 0 && errno == EEXIST)
+		fd = open(path, O_WRONLY | O_CLOEXEC);
+	to = fd < 0 ? NULL : fdopen(fd, "w");
+	if (!to)
+		no_picture(path);
+	return to;
+}
+
+static void leave_picture(FILE *to, const char *path, bool made)
+{
+	fclose(to);
+	if (made)
+		unlink(path);
+}
+
 static int plot(const struct latency_run *run, FILE *to, const char *path)
 {
-	bool failed;
+	struct stat status;
+	bool failed = !fstat(fileno(to), &status) && S_ISREG(status.st_mode) &&
+		      ftruncate(fileno(to), 0);
 
 	latency_plot(run, to);
-	failed = ferror(to);
+	failed = ferror(to) || failed;
 	return fclose(to) || failed ? no_picture(path) : STATUS_OK;
 }
 
@@ -154,11 +187,11 @@ int command_latency(const struct options *options)
 	static struct pokeys_diag before;
 	const struct view_device *daemon;
 	FILE *picture = NULL;
+	bool made = false;
 	char why[224] = "";
 
-	/* not after ten minutes of measuring */
-	if (options->svg && !(picture = fopen(options->svg, "we")))
-		return no_picture(options->svg);
+	if (options->svg && !(picture = open_picture(options->svg, &made)))
+		return STATUS_FAILED;
 	daemon = latency_daemon(&view, options->runtime_directory, why, sizeof(why));
 	if (!daemon)
 		snprintf(run.note, sizeof(run.note), "%s: the sleepers alone", why);
@@ -169,7 +202,7 @@ int command_latency(const struct options *options)
 		complain("%s", why);
 		view_close(&view);
 		if (picture)
-			fclose(picture);
+			leave_picture(picture, options->svg, made);
 		return STATUS_FAILED;
 	}
 	if (daemon)

@@ -16,14 +16,23 @@
 
 enum { OCTAVE = 4, BAR = 12 };
 
+/* Nothing that is counted ever becomes less: then it is another daemon's, from zero. */
+static bool is_another(const struct pokeys_histogram *before, const struct pokeys_histogram *after)
+{
+	bool another = after->count < before->count;
+
+	for (int i = 0; i < POKEYS_HISTOGRAM_BUCKETS; i++)
+		another |= after->bucket[i] < before->bucket[i];
+	return another;
+}
+
 void latency_since(const struct pokeys_histogram *before, const struct pokeys_histogram *after,
 		   struct pokeys_histogram *out)
 {
-	bool again = after->count < before->count;	/* another daemon, from zero */
 	int first = -1, last = -1;
 
 	*out = *after;
-	if (again)
+	if (is_another(before, after))
 		return;
 	out->count -= before->count;
 	out->sum_ns -= before->sum_ns;
@@ -34,9 +43,15 @@ void latency_since(const struct pokeys_histogram *before, const struct pokeys_hi
 		first = first < 0 ? i : first;
 		last = i;
 	}
-	/* The extremes of this part alone are known as far as the buckets are wide. */
-	if (out->min_ns == before->min_ns)
-		out->min_ns = first < 0 ? 0 : pokeys_histogram_lower((unsigned int)first);
+	/*
+	 * The extremes of this part alone are known as far as the buckets are wide, and never
+	 * beyond those of the whole.
+	 */
+	if (first < 0)
+		out->min_ns = 0;
+	else if (out->min_ns == before->min_ns &&
+		 out->min_ns < pokeys_histogram_lower((unsigned int)first))
+		out->min_ns = pokeys_histogram_lower((unsigned int)first);
 	if (last < 0)
 		out->max_ns = 0;
 	else if (out->max_ns == before->max_ns && last + 1 < POKEYS_HISTOGRAM_BUCKETS &&

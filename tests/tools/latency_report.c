@@ -54,6 +54,20 @@ static void a_new_extreme_is_exact(void **state)
 	assert_int_equal(part.min_ns, 77);
 }
 
+/* The least of all was 79: nothing of it can have been quicker, whatever the bucket begins with. */
+static void the_least_of_a_part_is_not_below_that_of_the_whole(void **state)
+{
+	struct pokeys_histogram before = { 0 }, after, part;
+
+	(void)state;
+	add(&before, 79);
+	after = before;
+	add(&after, 79);
+	latency_since(&before, &after, &part);
+	assert_int_equal(part.min_ns, 79);
+	assert_int_equal(part.max_ns, 79);
+}
+
 static void nothing_in_between_is_nothing(void **state)
 {
 	struct pokeys_histogram before = { 0 }, part;
@@ -77,6 +91,12 @@ static void another_daemon_counts_from_zero(void **state)
 	latency_since(&before, &after, &part);
 	assert_int_equal(part.count, 1);
 	assert_int_equal(part.max_ns, 500);
+	add(&after, 500);
+	add(&after, 500);
+	latency_since(&before, &after, &part);		/* it has counted more meanwhile */
+	assert_int_equal(part.count, 3);
+	assert_int_equal(part.sum_ns, 1500);
+	assert_int_equal(part.bucket[pokeys_histogram_bucket(10000)], 0);
 }
 
 /* Everything that can be odd: nothing measured, the last bucket, one sample. */
@@ -129,6 +149,7 @@ int main(int argc, char **argv)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(only_what_came_in_between_is_counted),
 		cmocka_unit_test(a_new_extreme_is_exact),
+		cmocka_unit_test(the_least_of_a_part_is_not_below_that_of_the_whole),
 		cmocka_unit_test(nothing_in_between_is_nothing),
 		cmocka_unit_test(another_daemon_counts_from_zero),
 		cmocka_unit_test(what_was_not_measured_has_no_number),
