@@ -7,6 +7,7 @@
  * see it calls unknown instead of leaving it out; so the exit status says "no
  * problem was found", and the number of unknowns how much that is worth.
  */
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include "tools/doctor.h"
@@ -18,9 +19,10 @@
 static void look_at_daemon(struct doctor *doctor, const char *runtime_directory)
 {
 	char names[VIEW_DEVICES][POKEYS_SHM_NAME_MAX];
+	int known = *doctor->root ? 0 : pokeys_shm_devices(runtime_directory, names, VIEW_DEVICES);
 
-	if (*doctor->root || pokeys_shm_devices(runtime_directory, names, VIEW_DEVICES) <= 0 ||
-	    view_open(&doctor->view, runtime_directory, NULL, 0))
+	doctor->hidden = known == -EACCES;
+	if (known <= 0 || view_open(&doctor->view, runtime_directory, NULL, 0))
 		return;
 	view_read(&doctor->view);
 	for (size_t i = 0; i < doctor->view.count; i++) {
@@ -75,6 +77,9 @@ void doctor_print(const struct doctor_report *report, FILE *to)
 			finding->why);
 		if (*finding->mend)
 			fprintf(to, "%25s -> %s\n", "", finding->mend);
+		if (*finding->keep)
+			fprintf(to, "%25s    until the next boot; to keep it: %s\n", "",
+				finding->keep);
 	}
 	fprintf(to, "%u problem%s, %u advice, %u unknown, %u ok\n",
 		doctor_count(report, DOCTOR_PROBLEM),
@@ -103,6 +108,7 @@ void doctor_print_json(const struct doctor_report *report, FILE *to)
 		json_text(&json, "verdict", doctor_verdict_name(finding->verdict));
 		json_text(&json, "why", finding->why);
 		json_text(&json, "mend", finding->mend);
+		json_text(&json, "keep", finding->keep);
 		json_end(&json);
 	}
 	json_end(&json);

@@ -41,12 +41,14 @@ struct doctor_plan {
 	int cpu;			/* -1 = any */
 	bool spin, chosen;		/* chosen: by mode, not left to auto */
 	double duty;
+	int priority;
 };
 
 struct doctor {
 	const char *root;		/* "" or the folder of a copied machine */
 	struct doctor_plan plan;
 	int cpu;			/* the core that is judged, -1 = none */
+	bool hidden;			/* the runtime folder is there, but not for us */
 	int daemon, hal, balancer;	/* process, 0 = does not run, -1 = not to be seen */
 	bool routes_read;
 	size_t devices;
@@ -60,6 +62,7 @@ struct doctor_finding {
 	enum doctor_verdict verdict;
 	char why[320];
 	char mend[512];			/* empty = nothing to do */
+	char keep[160];			/* it lasts until the next boot; how it lasts; or empty */
 	/* What the check is to look at, by its scope. */
 	const struct doctor_device *device;
 	const struct view_device *seen;
@@ -93,6 +96,14 @@ __attribute__((format(printf, 3, 4)))
 void doctor_say(struct doctor_finding *finding, enum doctor_verdict verdict, const char *why, ...);
 __attribute__((format(printf, 2, 3)))
 void doctor_mend(struct doctor_finding *finding, const char *mend, ...);
+
+/* The command lasts until the next boot only: what to write where so that it stays. */
+__attribute__((format(printf, 2, 3)))
+void doctor_keep(struct doctor_finding *finding, const char *keep, ...);
+
+#define DOCTOR_SYSCTL "%s in /etc/sysctl.d/90-pokeysd.conf"
+#define DOCTOR_TMPFILES "w %s - - - - %s in /etc/tmpfiles.d/90-pokeysd.conf"
+#define DOCTOR_UP "up COMMAND, below iface %s in /etc/network/interfaces"
 
 /* Read pokeysd.conf at root + path: core, mode, devices' addresses. */
 void doctor_read_plan(struct doctor *doctor, const char *path);

@@ -143,13 +143,17 @@ static void judge_callbacks(const struct doctor *doctor, struct doctor_finding *
 /* Core 0 cannot be switched off, and nosmt leaves the first of the siblings. */
 static void mend_sibling(const struct doctor *doctor, struct doctor_finding *finding, int sibling)
 {
+	char path[64];
+
+	snprintf(path, sizeof(path), CORE "/cpu%d/online", sibling);
+	if (sibling)
+		doctor_keep(finding, DOCTOR_TMPFILES, path, "0");
 	if (!sibling)
 		doctor_mend(finding, "another cpu in pokeysd.conf: core 0 cannot be switched off");
 	else if (sibling < doctor->cpu)
-		doctor_mend(finding, "echo 0 > " CORE "/cpu%d/online", sibling);
+		doctor_mend(finding, "echo 0 > %s", path);
 	else
-		doctor_mend(finding, "echo 0 > " CORE "/cpu%d/online, or nosmt on the kernel "
-			    "command line", sibling);
+		doctor_mend(finding, "echo 0 > %s, or nosmt on the kernel command line", path);
 }
 
 static void judge_sibling(const struct doctor *doctor, struct doctor_finding *finding)

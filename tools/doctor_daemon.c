@@ -31,8 +31,12 @@ static bool unseen(struct doctor_finding *finding, bool wants_diag)
 
 static void judge_publishing(const struct doctor *doctor, struct doctor_finding *finding)
 {
-	(void)doctor;
-	if (!finding->seen) {
+	if (!finding->seen && doctor->hidden) {
+		doctor_say(finding, DOCTOR_UNKNOWN, "its runtime folder is not for this user: it "
+			   "is not judged how it does");
+		doctor_mend(finding, "sudo pokeysctl doctor, or adduser YOU pokeys and log in "
+			    "again");
+	} else if (!finding->seen) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "no daemon was seen: it is not judged how it "
 			   "does");
 		doctor_mend(finding, "systemctl start pokeysd, or --runtime-directory");
@@ -86,6 +90,8 @@ static void judge_transport(const struct doctor *doctor, struct doctor_finding *
 		   name, disabled > 0 ? " (kernel.io_uring_disabled is set)" : "");
 	doctor_mend(finding, disabled > 0 ? "sysctl -w kernel.io_uring_disabled=0" :
 		    "a kernel from 6.1 on; journalctl -u pokeysd says why");
+	if (disabled > 0)
+		doctor_keep(finding, DOCTOR_SYSCTL, "kernel.io_uring_disabled=0");
 }
 
 static void judge_faults(const struct doctor *doctor, struct doctor_finding *finding)

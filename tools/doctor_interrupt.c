@@ -13,7 +13,11 @@
 #include <string.h>
 #include "tools/doctor.h"
 
-enum { IRQS = 256, INTERRUPTS_TEXT = 1 << 18 };
+/* Numbers are given anew at each boot; a disk's (managed_irq) cannot be moved otherwise. */
+#define DOCTOR_ELSEWHERE "irqaffinity=OTHER-CORES on the kernel command line; those of which " \
+	"the kernel refuses it want isolcpus=managed_irq,..."
+
+enum { IRQS = 4096, INTERRUPTS_TEXT = 1 << 18 };
 
 struct irqs {
 	size_t count;
@@ -110,8 +114,8 @@ static void judge_all(const struct doctor *doctor, struct doctor_finding *findin
 	}
 	doctor_say(finding, DOCTOR_ADVICE, "%zu of %zu go to core %d: %s", count, irqs.count,
 		   doctor->cpu, text);
-	doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/smp_affinity_list, or "
-		    "irqaffinity=OTHER-CORES on the kernel command line");
+	doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/smp_affinity_list");
+	doctor_keep(finding, DOCTOR_ELSEWHERE);
 }
 
 /* Lines of /proc/interrupts that name the interface as a word of their own. */
@@ -165,9 +169,10 @@ static void judge_nic(const struct doctor *doctor, struct doctor_finding *findin
 	else
 		doctor_say(finding, DOCTOR_ADVICE, "interrupt %s goes to core %d: every packet, "
 			   "also a foreign one, interrupts the realtime thread", text, doctor->cpu);
-	if (finding->verdict == DOCTOR_ADVICE)
-		doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/"
-			    "smp_affinity_list");
+	if (finding->verdict != DOCTOR_ADVICE)
+		return;
+	doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/smp_affinity_list");
+	doctor_keep(finding, DOCTOR_ELSEWHERE);
 }
 
 static const struct doctor_check checks[] = {

@@ -62,6 +62,7 @@ static void judge_spinning(const struct doctor *doctor, struct doctor_finding *f
 		   "spins less than duty = %g", part * 100, doctor->plan.duty);
 	doctor_mend(finding, "sysctl -w kernel.sched_rt_runtime_us=-1 (only with an isolated "
 		    "core), or a lower duty");
+	doctor_keep(finding, DOCTOR_SYSCTL, "kernel.sched_rt_runtime_us=-1");
 }
 
 static void judge_throttling(const struct doctor *doctor, struct doctor_finding *finding)
@@ -77,6 +78,7 @@ static void judge_throttling(const struct doctor *doctor, struct doctor_finding 
 		doctor_say(finding, DOCTOR_PROBLEM, "realtime threads get no time at all "
 			   "(kernel.sched_rt_runtime_us = 0)");
 		doctor_mend(finding, "sysctl -w kernel.sched_rt_runtime_us=950000");
+		doctor_keep(finding, DOCTOR_SYSCTL, "kernel.sched_rt_runtime_us=950000");
 	} else if (runtime < 0) {
 		doctor_say(finding, DOCTOR_OK, "off: a realtime thread that never sleeps is not "
 			   "stopped, and can lock up its core");
@@ -98,7 +100,8 @@ static void judge_timers(const struct doctor *doctor, struct doctor_finding *fin
 	} else if (on) {
 		doctor_say(finding, DOCTOR_ADVICE, "timers of idle cores go to others, which has "
 			   "made wake-ups of a nohz_full core hundreds of microseconds late");
-		doctor_mend(finding, "sysctl -w kernel.timer_migration=0 (and in /etc/sysctl.d)");
+		doctor_mend(finding, "sysctl -w kernel.timer_migration=0");
+		doctor_keep(finding, DOCTOR_SYSCTL, "kernel.timer_migration=0");
 	} else {
 		doctor_say(finding, DOCTOR_OK, "timers stay on their core");
 	}

@@ -38,10 +38,12 @@ static void judge_route(const struct doctor *doctor, struct doctor_finding *find
 		doctor_say(finding, DOCTOR_PROBLEM, "no network interface leads to it");
 		doctor_mend(finding, "ip address add ADDRESS/24 dev NIC, an address in the "
 			    "device's network");
+		doctor_keep(finding, DOCTOR_UP, "NIC");
 	} else if (device->through_router) {
 		doctor_say(finding, DOCTOR_ADVICE, "through a router at %s: its delays and losses "
 			   "are added", device->nic);
 		doctor_mend(finding, "connect it directly, and ip address add ADDRESS/24 dev NIC");
+		doctor_keep(finding, DOCTOR_UP, "NIC");
 	} else {
 		doctor_say(finding, DOCTOR_OK, "directly at %s", device->nic);
 	}
@@ -81,10 +83,11 @@ static void judge_neighbour(const struct doctor *doctor, struct doctor_finding *
 	}
 	neighbour = neighbour_look(doctor->root, device->nic, a);
 	doctor_say(finding, neighbours[neighbour].verdict, "%s", neighbours[neighbour].why);
-	if (neighbour != NEIGHBOUR_UNSEEN && neighbour != NEIGHBOUR_PERMANENT)
-		doctor_mend(finding, "ip neighbour replace %u.%u.%u.%u lladdr ITS-MAC dev %s nud "
-			    "permanent", a >> 24, a >> 16 & 255, a >> 8 & 255, a & 255,
-			    device->nic);
+	if (neighbour == NEIGHBOUR_UNSEEN || neighbour == NEIGHBOUR_PERMANENT)
+		return;
+	doctor_mend(finding, "ip neighbour replace %u.%u.%u.%u lladdr ITS-MAC dev %s nud "
+		    "permanent", a >> 24, a >> 16 & 255, a >> 8 & 255, a & 255, device->nic);
+	doctor_keep(finding, DOCTOR_UP, device->nic);
 }
 
 static void judge_link(const struct doctor *doctor, struct doctor_finding *finding)
@@ -105,12 +108,14 @@ static void judge_link(const struct doctor *doctor, struct doctor_finding *findi
 		doctor_say(finding, DOCTOR_UNKNOWN, "/sys/class/net/%s/carrier cannot be read "
 			   "(is the interface up?)", nic);
 		doctor_mend(finding, "ip link set %s up", nic);
+		doctor_keep(finding, "auto %s in /etc/network/interfaces", nic);
 	} else if (!carrier) {
 		doctor_say(finding, DOCTOR_PROBLEM, "no carrier: cable or device is off");
 		doctor_mend(finding, "plug in the cable, switch the device on");
 	} else if (!strcmp(duplex, "half")) {
 		doctor_say(finding, DOCTOR_PROBLEM, "half duplex: packets collide");
 		doctor_mend(finding, "ethtool -s %s autoneg on, another cable or switch", nic);
+		doctor_keep(finding, DOCTOR_UP, nic);
 	} else if (speed > 0) {
 		doctor_say(finding, DOCTOR_OK, "%ld Mbit/s", speed);
 	} else {
@@ -143,6 +148,7 @@ static void mend_coalescing(struct doctor_finding *finding)
 	doctor_mend(finding, "ethtool -C %s%s rx-usecs 0%s", nic->name,
 		    nic->value[NIC_ADAPTIVE_RX] == 1 ? " adaptive-rx off" : "",
 		    nic->value[NIC_RX_FRAMES] > 1 ? " rx-frames 1" : "");
+	doctor_keep(finding, DOCTOR_UP, nic->name);
 }
 
 static void judge_coalescing(const struct doctor *doctor, struct doctor_finding *finding)
@@ -187,6 +193,7 @@ static void judge_offloads(const struct doctor *doctor, struct doctor_finding *f
 			   value[NIC_GRO] > 0 && value[NIC_LRO] > 0 ? ", " : "",
 			   value[NIC_LRO] > 0 ? "LRO" : "");
 		doctor_mend(finding, "ethtool -K %s gro off lro off", finding->nic->name);
+		doctor_keep(finding, DOCTOR_UP, finding->nic->name);
 	} else {
 		doctor_say(finding, DOCTOR_OK, "GRO and LRO are off");
 	}
@@ -204,7 +211,9 @@ static void judge_queues(const struct doctor *doctor, struct doctor_finding *fin
 	} else if (count > 1) {
 		doctor_say(finding, DOCTOR_ADVICE, "%ld queues receive, so that a device's packets "
 			   "may come at any of %ld interrupts", count, count);
-		doctor_mend(finding, "ethtool -L %s combined 1", finding->nic->name);
+		doctor_mend(finding, "ethtool -L %s %s 1", finding->nic->name,
+			    finding->nic->value[NIC_RX_CHANNELS] > 1 ? "rx" : "combined");
+		doctor_keep(finding, DOCTOR_UP, finding->nic->name);
 	} else {
 		doctor_say(finding, DOCTOR_OK, "one queue receives");
 	}
@@ -223,6 +232,7 @@ static void judge_eee(const struct doctor *doctor, struct doctor_finding *findin
 		doctor_say(finding, DOCTOR_ADVICE, "the link sleeps between packets (EEE) and "
 			   "needs some 20 us to wake up");
 		doctor_mend(finding, "ethtool --set-eee %s eee off", finding->nic->name);
+		doctor_keep(finding, DOCTOR_UP, finding->nic->name);
 	} else {
 		doctor_say(finding, DOCTOR_OK, "the link does not sleep");
 	}

@@ -56,6 +56,8 @@ static void take_daemon(struct doctor_plan *plan, const char *name, const char *
 	} else if (!strcmp(name, "mode")) {
 		plan->spin = !strcmp(value, "spin");
 		plan->chosen = strcmp(value, "auto") != 0;
+	} else if (!strcmp(name, "priority")) {
+		plan->priority = atoi(value);
 	} else if (!strcmp(name, "duty")) {
 		plan->duty = atof(value);
 	}
@@ -83,7 +85,7 @@ void doctor_read_plan(struct doctor *doctor, const char *path)
 {
 	struct doctor_plan *plan = &doctor->plan;
 
-	*plan = (struct doctor_plan){ .cpu = -1, .duty = 0.9 };
+	*plan = (struct doctor_plan){ .cpu = -1, .duty = 0.9, .priority = 80 };
 	snprintf(plan->path, sizeof(plan->path), "%s%s", doctor->root, path);
 	plan->read = ini_parse(plan->path, take, doctor) >= 0;
 }

@@ -61,7 +61,7 @@ static void judge_latency(const struct doctor *doctor, struct doctor_finding *fi
 	if (value >= 0 && value < NOBODY_US) {
 		doctor_say(finding, value <= LATE_US ? DOCTOR_OK : DOCTOR_ADVICE,
 			   "held at %ld us by %s", value, count ? holders : "somebody not shown");
-	} else if (count) {
+	} else if (value < 0 && count) {
 		doctor_say(finding, DOCTOR_OK, "held by %s (at how much may only root read)",
 			   holders);
 	} else if (value < 0) {
@@ -70,8 +70,9 @@ static void judge_latency(const struct doctor *doctor, struct doctor_finding *fi
 		doctor_mend(finding, "sudo pokeysctl doctor");
 		return;
 	} else {
-		doctor_say(finding, DOCTOR_ADVICE, "nobody holds it, so idle states are not held "
-			   "off");
+		doctor_say(finding, DOCTOR_ADVICE, "%s%s, so idle states are not held off",
+			   count ? holders : "nobody holds it",
+			   count ? " has it open and asks for nothing" : "");
 	}
 	if (finding->verdict == DOCTOR_ADVICE)
 		doctor_mend(finding, "start pokeysd, which holds it; if it says that it may not: "
@@ -114,7 +115,7 @@ static void judge_idle(const struct doctor *doctor, struct doctor_finding *findi
 
 static void judge_governor(const struct doctor *doctor, struct doctor_finding *finding)
 {
-	char governor[64];
+	char governor[64], path[80];
 
 	if (!probe_text(doctor->root, governor, sizeof(governor), CORE "/online")) {
 		doctor_say(finding, DOCTOR_UNKNOWN, CORE " cannot be read");
@@ -127,8 +128,9 @@ static void judge_governor(const struct doctor *doctor, struct doctor_finding *f
 	} else {
 		doctor_say(finding, DOCTOR_ADVICE, "%s lets core %d become slow between cycles",
 			   governor, doctor->cpu);
-		doctor_mend(finding, "echo performance > " CORE "/cpu%d/cpufreq/scaling_governor",
-			    doctor->cpu);
+		snprintf(path, sizeof(path), CORE "/cpu%d/cpufreq/scaling_governor", doctor->cpu);
+		doctor_mend(finding, "echo performance > %s", path);
+		doctor_keep(finding, DOCTOR_TMPFILES, path, "performance");
 	}
 }
 

@@ -71,16 +71,22 @@ static void judge_memory(const struct doctor *doctor, struct doctor_finding *fin
 static void judge_priority(const struct doctor *doctor, struct doctor_finding *finding)
 {
 	struct rights rights;
+	char wanted[48];
 
-	if (!read_rights(doctor, &rights))
+	snprintf(wanted, sizeof(wanted), " at most, not priority = %d", doctor->plan.priority);
+	if (!read_rights(doctor, &rights)) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "the limits cannot be read");
-	else if (rights.capabilities >> CAP_NICE & 1)
+	} else if (rights.capabilities >> CAP_NICE & 1) {
 		doctor_say(finding, DOCTOR_OK, "CAP_SYS_NICE: any priority");
-	else if (atoi(rights.priority) >= 1)
+	} else if (atoi(rights.priority) >= doctor->plan.priority) {
 		doctor_say(finding, DOCTOR_OK, "up to %d", atoi(rights.priority));
-	else
+	} else if (atoi(rights.priority) > 0) {
+		rights.priority[strcspn(rights.priority, " ")] = '\0';	/* soft and hard */
+		refuse(doctor, finding, wanted, rights.priority, "LimitRTPRIO=98");
+	} else {
 		refuse(doctor, finding, "no realtime priority", "",
 		       "LimitRTPRIO=98 and AmbientCapabilities=CAP_SYS_NICE");
+	}
 }
 
 static void judge_thread(const struct doctor *doctor, struct doctor_finding *finding)

@@ -18,19 +18,14 @@
 
 static const char *const names[NIC_SETTINGS] = {
 	[NIC_RX_USECS] = "rx-usecs",
-	[NIC_TX_USECS] = "tx-usecs",
 	[NIC_RX_FRAMES] = "rx-frames",
 	[NIC_ADAPTIVE_RX] = "adaptive-rx",
 	[NIC_GRO] = "gro",
 	[NIC_LRO] = "lro",
 	[NIC_EEE] = "eee",
 	[NIC_CHANNELS] = "channels",
+	[NIC_RX_CHANNELS] = "rx-channels",
 };
-
-const char *nic_setting_name(enum nic_setting setting)
-{
-	return names[setting];
-}
 
 static bool ask(int fd, const char *name, void *question)
 {
@@ -49,7 +44,6 @@ static void ask_driver(int fd, struct nic *nic)
 
 	if (ask(fd, nic->name, &coalesce)) {
 		nic->value[NIC_RX_USECS] = (long)coalesce.rx_coalesce_usecs;
-		nic->value[NIC_TX_USECS] = (long)coalesce.tx_coalesce_usecs;
 		nic->value[NIC_RX_FRAMES] = (long)coalesce.rx_max_coalesced_frames;
 		nic->value[NIC_ADAPTIVE_RX] = coalesce.use_adaptive_rx_coalesce != 0;
 	}
@@ -59,8 +53,10 @@ static void ask_driver(int fd, struct nic *nic)
 		nic->value[NIC_LRO] = (flags.data & ETH_FLAG_LRO) != 0;
 	if (ask(fd, nic->name, &eee))
 		nic->value[NIC_EEE] = eee.eee_enabled && eee.tx_lpi_enabled;
-	if (ask(fd, nic->name, &channels))
+	if (ask(fd, nic->name, &channels)) {
 		nic->value[NIC_CHANNELS] = (long)channels.combined_count + channels.rx_count;
+		nic->value[NIC_RX_CHANNELS] = (long)channels.rx_count;
+	}
 }
 
 /* The last word of the link to it. */

@@ -6,13 +6,13 @@
 /* Index of nic.value[]; a value of NIC_UNKNOWN: the driver does not say. */
 enum nic_setting {
 	NIC_RX_USECS,			/* how long a received packet may wait for others */
-	NIC_TX_USECS,
 	NIC_RX_FRAMES,
 	NIC_ADAPTIVE_RX,
 	NIC_GRO,
 	NIC_LRO,
 	NIC_EEE,			/* the link goes to sleep between packets */
 	NIC_CHANNELS,			/* in use, that receive */
+	NIC_RX_CHANNELS,		/* of them those that only receive */
 	NIC_SETTINGS,
 };
 
@@ -26,10 +26,8 @@ struct nic {
 
 /*
  * Ask the driver; with a root other than "" read the file ROOT/ethtool/NAME
- * instead, lines of "key value" (keys: nic_setting_name).
+ * instead, lines of "key value" (keys: pokeysctl(1), --root).
  */
 void nic_read(const char *root, const char *name, struct nic *nic);
-
-const char *nic_setting_name(enum nic_setting setting);
 
 #endif

@@ -82,6 +82,7 @@ BAD = GOOD | {
     "proc/500/task/501/stat": None,
     **process(600, "rtapi_app", [(0, 0, "0-1"), (1, 98, "3")]),
     **process(700, "irqbalance", [(0, 0, "0-3")]),
+    **process(800, "\x1b[2J\xe4\n\"", [(0, 0, "0-3")]), "proc/800/fd/3": pathlib.PurePath("/dev/cpu_dma_latency"),
 }
 BAD_VERDICTS = {
     "kernel": "problem", "virtual": "advice", "throttling": "problem", "timer-migration": "advice",
@@ -126,6 +127,12 @@ VARIANTS = [
      {"throttling": "advice"}),
     ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="sleep"), f"{CORE}/isolated": "",
       "sys/fs/cgroup/cpuset.cpus.isolated": "3"}, {"isolcpus": "ok"}),
+    # a limit below what is wanted
+    (process(500, "pokeysd", [(1, 80, "3")], limits=LIMITS.format(lock="unlimited", priority="50"),
+             status="CapEff:\t0000000000000000\n"), {"priority": "problem"}),
+    (process(500, "pokeysd", [(1, 80, "3")], limits=LIMITS.format(lock="unlimited", priority="50"),
+             status="CapEff:\t0000000000000000\n") |
+     {"etc/pokeysd/pokeysd.conf": CONF.format(mode="sleep\npriority = 50")}, {"priority": "ok"}),
     # somebody has it open, but at more than the state takes
     ({f"{CORE}/cpu3/cpuidle/state2/disable": "0", "dev/cpu_dma_latency": struct.pack("i", 500),
       "proc/500/fd/7": pathlib.PurePath("/dev/cpu_dma_latency")}, {"idle-states": "advice"}),
@@ -180,6 +187,8 @@ MENDS = [
     ({f"{CORE}/cpu3/topology/thread_siblings_list": "3,7"}, "smt-sibling", "cpu7/online, or nosmt", None),
     # one word that a driver does not know makes it refuse all
     ({}, "nic-coalescing", "ethtool -C enp1 rx-usecs 0", "rx-frames"),
+    ({}, "nic-queues", "ethtool -L enp1 combined 1", None),
+    ({"ethtool/enp1": "channels 4\nrx-channels 4\n"}, "nic-queues", "ethtool -L enp1 rx 1", "combined"),
     ({"ethtool/enp1": "rx-usecs 50\nrx-frames 64\nadaptive-rx 1\n"}, "nic-coalescing",
      "ethtool -C enp1 adaptive-rx off rx-usecs 0 rx-frames 1", None),
 ]
@@ -205,6 +214,7 @@ def examine(program, tree, *options):
         text = subprocess.run([program, "doctor", "--root", folder, *options], capture_output=True,
                               text=True, timeout=30, check=False)
     assert out.stderr == "" and text.stderr == "", out.stderr
+    assert re.fullmatch(r"[\n -~]*", text.stdout), "somebody else's bytes for the terminal"
     document = json.loads(out.stdout)
     findings = document["findings"]
     verdicts = {finding["check"]: finding["verdict"] for finding in findings}
@@ -214,6 +224,10 @@ def examine(program, tree, *options):
     assert out.returncode == text.returncode == (1 if document["problems"] else 0)
     for finding in findings:
         assert finding["why"], finding
+        # what is gone after the next boot says so, and how it stays
+        fleeting = re.match(r"(for each: )?(echo|sysctl|ethtool|ip) ", finding["mend"])
+        assert bool(finding["keep"]) == bool(fleeting) or finding["check"] in ("route", "core"), finding
+        assert finding["keep"] in text.stdout, finding
         assert f"{finding['verdict']:8} {finding['check']}" in text.stdout, finding
         if finding["verdict"] in ("advice", "problem"):
             assert finding["mend"], f"nothing mends {finding}"
@@ -254,6 +268,10 @@ def main():
         _, findings = examine(program, BAD | changes)
         mend = next(f for f in findings if f["check"] == check)["mend"]
         assert wanted in mend and not (unwanted and unwanted in mend), (changes, check, mend)
+
+    _, findings = examine(program, GOOD | {f"proc/irq/{n}/smp_affinity_list": "3" for n in range(300, 700)})
+    told = next(f for f in findings if f["check"] == "interrupts")["why"]
+    assert told.startswith("400 of 402 ") and told.endswith(" and others"), told
 
     for text in page, guide:
         known = set(re.findall(r"[*`]([a-z-]+)[*`]", pathlib.Path(text).read_text(encoding="utf-8")))

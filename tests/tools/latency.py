@@ -144,6 +144,34 @@ def test_a_daemon_that_is_started_anew_meanwhile_is_found():
         assert any(found), "never found: a start takes less than the patience"
 
 
+def test_a_daemon_that_is_started_anew_within_a_measurement_counts_from_then_on():
+    def samples():
+        seen = house.device()
+        return seen["diag"]["latency_us"]["wakeup"]["count"] if seen["diag"] and seen["publishing"] else 0
+
+    with House() as house:
+        house.start_sim()
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        first = wait_for("its first samples", samples)
+        child = house.spawn("pokeysctl", "-r", house.runtime, "latency", "--no-realtime", "--seconds", "600",
+                            "--json", stderr=subprocess.PIPE, text=True)
+        status = pathlib.Path(f"/proc/{child.pid}/status")
+        wait_for("the measurement", lambda: int(status.read_text().split("SigCgt:")[1].split()[0], 16)
+                 >> signal.SIGINT - 1 & 1)
+        daemon.kill()
+        daemon.wait()
+        house.start_daemon()
+        house.wait_fresh()
+        wait_for("more than it had", lambda: samples() > 3 * first + 2000)
+        child.send_signal(signal.SIGINT)
+        document = json.loads(child.communicate(timeout=60)[0])
+        judge(document)
+        assert "started anew" in document["note"], document["note"]
+        counted = document["series"][-1]["samples"]
+        assert 3 * first + 2000 < counted <= samples(), (counted, first)
+
+
 def test_who_may_not_look_is_told_so():
     if os.geteuid() != 0:
         raise Skip("only root can have a folder that is not mine")
@@ -224,6 +252,15 @@ def test_doctor_works_without_daemon_and_without_rights():
     found = findings(out)
     assert found["daemon"]["verdict"] == "unknown" and found["daemon"]["mend"]
     assert found["kernel"]["verdict"] in ("ok", "problem")
+
+
+def test_doctor_does_not_start_a_daemon_that_it_may_not_see():
+    if os.geteuid() != 0:
+        raise Skip("only root can have a folder that is not mine")
+    with House() as house:
+        house.runtime.mkdir(0o700)
+        daemon = findings(without_rights("doctor", "--json", "--runtime-directory", house.runtime))["daemon"]
+        assert "not for this user" in daemon["why"] and "start" not in daemon["mend"], daemon
 
 
 if __name__ == "__main__":
