@@ -4,16 +4,14 @@
  * with which subcommand stands in the table, so that help, parser and
  * complaints agree.
  */
-#include <arpa/inet.h>
 #include <errno.h>
 #include <getopt.h>
 #include <limits.h>
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 #include <pokeys/shm.h>
+#include "tools/argument.h"
 #include "tools/pokeysctl.h"
 
 /* Which options a subcommand takes besides --json. */
@@ -97,44 +95,6 @@ static void help(const struct command *only)
 	     "      --version");
 }
 
-static bool take_number(const char *name, const char *text, double minimum, double maximum,
-			double *out)
-{
-	char *end;
-	double value = strtod(text, &end);
-
-	if (end == text || *end || !isfinite(value) || value < minimum || value > maximum) {
-		complain("--%s: \"%s\" is not allowed; allowed: %.10g..%.10g", name, text, minimum,
-			 maximum);
-		return false;
-	}
-	*out = value;
-	return true;
-}
-
-static bool take_addresses(struct options *options, const char *text)
-{
-	char part[INET_ADDRSTRLEN + 1];
-	struct in_addr address;
-
-	while (*text) {
-		size_t length = strcspn(text, ",");
-
-		snprintf(part, sizeof(part), "%.*s", (int)length, text);
-		if (length >= sizeof(part) || inet_pton(AF_INET, part, &address) != 1) {
-			complain("--address: \"%s\" is not an IPv4 address", part);
-			return false;
-		}
-		if (options->addresses == ADDRESSES_MAX) {
-			complain("--address: at most %d addresses are allowed", ADDRESSES_MAX);
-			return false;
-		}
-		options->address[options->addresses++] = ntohl(address.s_addr);
-		text += length + (text[length] == ',');
-	}
-	return true;
-}
-
 /* What latency alone takes. */
 static bool take_measure(struct options *options, int option)
 {
@@ -142,7 +102,7 @@ static bool take_measure(struct options *options, int option)
 	bool good = true;
 
 	if (option == 'p')
-		good = take_number("priority", optarg, 1, 98, &number);
+		good = argument_whole("priority", optarg, 1, 98, &number);
 	else if (option == 'N')
 		options->no_realtime = true;
 	else
@@ -164,12 +124,12 @@ static bool take_option(struct options *options, int option, unsigned int *needs
 		break;
 	case 't':
 		*needs = TAKES_TIMEOUT;
-		good = take_number("timeout", optarg, 1, 60000, &number);
+		good = argument_whole("timeout", optarg, 1, 60000, &number);
 		options->timeout_ms = (uint32_t)number;
 		break;
 	case 'a':
 		*needs = TAKES_ADDRESS;
-		good = take_addresses(options, optarg);
+		good = argument_addresses(options, optarg);
 		break;
 	case 'i':
 		*needs = TAKES_INTERFACE;
@@ -177,16 +137,16 @@ static bool take_option(struct options *options, int option, unsigned int *needs
 		break;
 	case 'n':
 		*needs = TAKES_COUNT;
-		good = take_number("count", optarg, 1, 1e9, &number);
+		good = argument_whole("count", optarg, 1, 1e9, &number);
 		options->count = (uint32_t)number;
 		break;
 	case 'd':
 		*needs = TAKES_INTERVAL;
-		good = take_number("interval", optarg, 0.01, 3600, &options->interval_s);
+		good = argument_number("interval", optarg, 0.01, 3600, &options->interval_s);
 		break;
 	case 'c':
 		*needs = TAKES_CPU;
-		good = take_number("cpu", optarg, 0, 1023, &number);
+		good = argument_whole("cpu", optarg, 0, 1023, &number);
 		options->cpu = (int)number;
 		break;
 	case 'f':
@@ -199,16 +159,16 @@ static bool take_option(struct options *options, int option, unsigned int *needs
 		break;
 	case 's':
 		*needs = TAKES_SECONDS;
-		good = take_number("seconds", optarg, 0.1, 86400, &options->seconds);
+		good = argument_number("seconds", optarg, 0.1, 86400, &options->seconds);
 		break;
 	case 'l':
 		*needs = TAKES_TRACE;
-		good = take_number("slowest", optarg, 0, 100, &number);
+		good = argument_whole("slowest", optarg, 0, 100, &number);
 		options->slowest = (uint32_t)number;
 		break;
 	case 'T':
 		*needs = TAKES_TRACE;
-		good = take_number("threshold", optarg, 0, 1e9, &options->threshold_us);
+		good = argument_number("threshold", optarg, 0, 1e9, &options->threshold_us);
 		break;
 	case 'p':
 	case 'N':
@@ -312,6 +272,11 @@ static bool named_are_there(const struct options *options)
 	const char *root = options->root ? options->root : "";
 	char path[PATH_MAX];
 
+	if (*options->runtime_directory != '/') {
+		complain("--runtime-directory: \"%s\" is not allowed; a path from / is",
+			 options->runtime_directory);
+		return false;
+	}
 	if (options->config) {
 		snprintf(path, sizeof(path), "%s%s", root, options->config);
 		if (access(path, R_OK)) {
@@ -328,15 +293,16 @@ static bool named_are_there(const struct options *options)
 	return true;
 }
 
-/* The status to end with; what could not be written all is told, whatever it was. */
+/* The status to end with. What could not be written all is told, but to a reader that left. */
 static int written(int status)
 {
-	if (fflush(stdout))
-		complain("standard output: %s", strerror(errno));
-	else if (ferror(stdout))
-		complain("standard output: not all could be written");
-	else
+	int error = fflush(stdout) ? errno : 0;
+
+	if (!error && !ferror(stdout))
 		return status;
+	if (error != EPIPE)
+		complain("standard output: %s", error ? strerror(error) :
+			 "not all could be written");
 	return STATUS_FAILED;
 }
 

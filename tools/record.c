@@ -93,7 +93,10 @@ int command_record(const struct options *options)
 		return STATUS_FAILED;
 	if (options->name_count == 2)
 		device = find_device(&ring, options->names[0]);
-	if (device == -ENODEV)
+	if (options->name_count == 1 && find_device(&ring, path) >= 0)
+		complain("%s is a device: name a file behind it (a file of that name is ./%s)", path,
+			 path);
+	else if (device == -ENODEV)
 		no_device(&ring, options->names[0]);
 	else
 		status = write_file(&ring, device, path, &summary);

@@ -252,6 +252,7 @@ def test_what_cannot_be_is_said_in_one_line():
         house.wait_fresh()
         for words, status, said in ((("record",), 64, "usage"), (("record", "a", "b", "c"), 64, "usage"),
                                     (("record", "lathe", house.folder / "x"), 1, "it has: mill"),
+                                    (("record", "mill"), 1, "mill is a device: name a file"),
                                     (("record", house.folder / "no" / "x"), 1, "No such file"),
                                     (("replay", house.folder / "x"), 1, "No such file"),
                                     (("replay", house.conf), 1, "it is not pcapng"),

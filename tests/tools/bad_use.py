@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Bad use of pokeysctl: one line that says what, where and what to do, before any work."""
+import os
+import pathlib
 import re
+import signal
 import subprocess
 import sys
+import tempfile
 
 CASES = (
     ([], 64, "a command is missing; pokeysctl --help lists the commands"),
@@ -14,6 +18,11 @@ CASES = (
      "the network cannot be searched at --interface nowhere0: there is no such interface; .*"),
     (["doctor", "--config", "/nowhere"], 1, "--config: /nowhere: No such file or directory"),
     (["doctor", "--root", "/nowhere", "--config", "/x"], 1, "--config: /nowhere/x: No such .*"),
+    (["doctor", "-r", "run"], 1, '--runtime-directory: "run" is not allowed; a path from / is'),
+    (["record", "-r", "run", "/nowhere/x"], 1, '--runtime-directory: "run" is not allowed; .*'),
+    (["doctor", "--cpu", "1.5"], 64, '--cpu: "1.5" is not allowed; allowed: 0..1023'),
+    (["top", "--count", "0x1p-1"], 64, '--count: "0x1p-1" is not allowed; .*'),
+    (["trace", "--slowest", "2.5"], 64, '--slowest: "2.5" is not allowed; allowed: 0..100'),
     (["doctor", "--root", "/nowhere"], 1, "--root: /nowhere: No such file or directory"),
     (["doctor", "--root", sys.argv[1]], 1, "--root: .*: Not a directory"),
     (["latency", "--config", "/nowhere"], 1, "--config: /nowhere: No such file or directory"),
@@ -29,12 +38,28 @@ def main():
                              check=False)
         assert (ran.returncode, ran.stdout) == (status, ""), (words, ran)
         assert re.fullmatch(f"pokeysctl: {line}\n", ran.stderr), (words, ran.stderr)
+    with tempfile.TemporaryDirectory() as folder:
+        for path, kept in (pathlib.Path(folder, "old.svg"), "old"), (pathlib.Path(folder, "new.svg"), None):
+            if kept:
+                path.write_text(kept, encoding="ascii")
+            ran = subprocess.run([sys.argv[1], "latency", "--no-realtime", "--cpu", "1000", "--seconds", "600",
+                                  "-r", folder, "--svg", path], capture_output=True, text=True, timeout=20,
+                                 check=False)
+            assert ran.returncode == 1 and "core 1000 is not there" in ran.stderr, ran
+            assert (path.read_text(encoding="ascii") if path.exists() else None) == kept, (path, kept)
     for words in (["--help"], ["--version"], ["doctor"], ["doctor", "--json"]):
         with open("/dev/full", "w", encoding="ascii") as full:
             ran = subprocess.run([sys.argv[1], *words], stdout=full, stderr=subprocess.PIPE,
                                  text=True, timeout=20, check=False)
         told = "pokeysctl: standard output: No space left on device\n"
         assert (ran.returncode, ran.stderr) == (1, told), (words, ran)
+    # who left has seen enough
+    ends, to = os.pipe()
+    os.close(ends)
+    ran = subprocess.run([sys.argv[1], "doctor"], stdout=to, stderr=subprocess.PIPE, timeout=20, check=False,
+                         preexec_fn=lambda: signal.signal(signal.SIGPIPE, signal.SIG_IGN))
+    os.close(to)
+    assert (ran.returncode, ran.stderr) == (1, b""), ran
     print(f"{len(CASES)} mistakes")
 
 
