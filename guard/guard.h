@@ -76,6 +76,12 @@ void guard_print(FILE *to, const struct guard_place *place, const uint64_t count
 /* Write GUARD_STATUS as a whole; place->index 0 = there is no guard: the file goes. 0 or -errno. */
 int guard_publish(const struct guard_place *place, uint64_t now_ns);
 
+/*
+ * Two guards would take each other off, and so would a remove beside one that works. The
+ * descriptor to close, or an exit status below 0 (GUARD_BUSY, ...), which has been logged.
+ */
+int guard_lock(void);
+
 /* Until SIGTERM or SIGINT. An exit status. */
 int guard_run(const struct config *config);
 

@@ -95,8 +95,13 @@ static int status(const char *path)
 
 static int take_off(const char *path)
 {
+	int locked = guard_lock();
+
 	(void)path;
+	if (locked < 0)
+		return -locked;
 	guard_remove();
+	close(locked);
 	if (!access(GUARD_PINS, F_OK)) {
 		fprintf(stderr, "pokeys-guard: " GUARD_PINS " cannot be removed: root may\n");
 		return GUARD_NO_RIGHT;
@@ -112,6 +117,15 @@ static const struct {
 	{ "status", status },
 	{ "remove", take_off },
 };
+
+/* The status to end with; a full disk is told, for what was printed is not whole. */
+static int written(int status)
+{
+	if (!fflush(stdout) && !ferror(stdout))
+		return status;
+	fprintf(stderr, "pokeys-guard: standard output: not all could be written\n");
+	return GUARD_FAILED;
+}
 
 /* *path and 0; or how to exit, below 0. */
 static int take_options(int argc, char **argv, const char **path)
@@ -142,12 +156,12 @@ int main(int argc, char **argv)
 	int result = take_options(argc, argv, &path);
 
 	if (result)
-		return -1 - result;
+		return written(-1 - result);
 	log_program("pokeys-guard");
 	log_open(STDERR_FILENO, EVENT_INFO);
 	for (size_t i = 0; optind == argc - 1 && i < sizeof(commands) / sizeof(commands[0]); i++)
 		if (!strcmp(argv[optind], commands[i].name))
-			return commands[i].run(path);
+			return written(commands[i].run(path));
 	fputs("pokeys-guard: one command is wanted: run, status or remove; pokeys-guard --help "
 	      "says more\n", stderr);
 	return GUARD_USAGE;

@@ -37,8 +37,7 @@ struct service {
 	struct guard_server server;
 };
 
-/* Two guards would take each other off. The descriptor, or an exit status below 0. */
-static int lock(void)
+int guard_lock(void)
 {
 	int fd;
 
@@ -172,7 +171,7 @@ int guard_run(const struct config *config)
 		.sockets = config->transport == CONFIG_XDP,
 		.server = GUARD_SERVER_CLOSED,
 	};
-	int locked = lock(), status, missing;
+	int locked = guard_lock(), status, missing;
 
 	if (locked < 0)
 		return -locked;

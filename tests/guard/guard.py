@@ -249,6 +249,16 @@ def counters_and_filter_outlive_a_killed_guard(w):
     second = sh(w.guard_exe, "-c", w.conf, "run", check=False)
     assert second.returncode == 75 and second.stderr.startswith(
         "pokeys-guard: another pokeys-guard"), second
+    # what is at work is not taken off from behind
+    second = sh(w.guard_exe, "remove", check=False)
+    assert second.returncode == 75 and "another pokeys-guard is at work" in second.stderr, second
+    got = w.counted(lambda: send_far(STRANGER, PORT, 100, bytes(64)))
+    assert got.get("drop_foreign") == 100, got
+    for words in ("status",), ("--help",):
+        with open("/dev/full", "wb") as full:
+            out = subprocess.run([w.guard_exe, *words], stdout=full, stderr=subprocess.PIPE, text=True,
+                                 timeout=60, check=False)
+        assert out.returncode == 1 and "standard output" in out.stderr, (words, out)
     w.end_guard()
     assert not PINS.exists() and not STATUS.exists()
     send_far(STRANGER, PORT, 10, bytes(64))
