@@ -94,8 +94,8 @@ int command_record(const struct options *options)
 	if (options->name_count == 2)
 		device = find_device(&ring, options->names[0]);
 	if (options->name_count == 1 && find_device(&ring, path) >= 0)
-		complain("%s is a device: name a file behind it (a file of that name is ./%s)", path,
-			 path);
+		complain("%s is a device: name a file behind it (a file of that name: ./%s)",
+			 path, path);
 	else if (device == -ENODEV)
 		no_device(&ring, options->names[0]);
 	else
