@@ -3,13 +3,17 @@
  * One UDP socket per device, connected to it, so that the kernel drops what
  * comes from anybody else before it costs us anything.
  *
- * Three traps stand around connect():
+ * Five traps stand around connect():
  *  - a first connect() fixes the local address as well. Connecting again to a
  *    device on another network keeps the old one and goes nowhere; so the
  *    association is dissolved first (connect to AF_UNSPEC).
  *  - dissolving also takes away SO_BINDTODEVICE; it is set again.
  *  - neither empties the queue: packets of the old peer may still be in it.
  *    They are handed up with their true source, and the mailbox refuses them.
+ *  - SO_BINDTODEVICE stands for the interface that had the name then. One that went
+ *    and came back is another, so it is set at each aim, whatever the last one came to.
+ *  - on an interface that has no address yet connect() takes 0.0.0.0 for ours and
+ *    keeps it: nothing fails from then on, and nothing is answered. That is refused.
  */
 #include <errno.h>
 #include <string.h>
@@ -136,7 +140,7 @@ int udp_aim(struct udp *udp, const struct transport_address *to, struct transpor
 	int rc;
 
 	*local = (struct transport_address){ 0 };
-	if (udp->connected) {
+	if (udp->connected || udp->interface[0]) {
 		rc = dissolve(udp, calls);
 		if (rc < 0)
 			return rc;
@@ -148,7 +152,7 @@ int udp_aim(struct udp *udp, const struct transport_address *to, struct transpor
 		return -errno;
 	udp->connected = true;
 	read_local(udp, local, calls);
-	return 0;
+	return local->address ? 0 : -EADDRNOTAVAIL;
 }
 
 uint64_t udp_stamp(struct msghdr *message)

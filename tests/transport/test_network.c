@@ -65,6 +65,29 @@ static void lost_network_is_told_and_aiming_anew_mends_it(void **state)
 	}
 }
 
+/* connect() takes 0.0.0.0 for ours then, and nothing would ever be answered or fail. */
+static void aim_from_an_interface_without_address_is_refused(void **state)
+{
+	const struct transport_options options = { .interface = "lo" };
+	const struct transport_address device = { 0x0a090801, 20055 };
+	struct transport_address local;
+	uint64_t calls = 0;
+	struct udp udp;
+
+	(void)state;
+	assert_int_equal(udp_open(&udp, &options), 0);
+	for (int round = 0; round < 2; round++) {
+		give_address("lo", 0);
+		assert_int_equal(udp_aim(&udp, &device, &local, &calls), -EADDRNOTAVAIL);
+		assert_int_equal(udp_aim(&udp, &device, &local, &calls), -EADDRNOTAVAIL);
+		give_address("lo", 0x0a090807);
+		assert_int_equal(udp_aim(&udp, &device, &local, &calls), 0);
+		assert_int_equal(local.address, 0x0a090807);
+	}
+	give_address("lo", INADDR_LOOPBACK);
+	udp_close(&udp);
+}
+
 /* Connecting again must not keep the local address of the first network. */
 static void aim_at_another_network_uses_an_address_of_that_one(void **state)
 {
@@ -106,7 +129,7 @@ static void socket_stays_bound_to_its_interface(void **state)
 		assert_int_equal(getsockopt(udp.fd, SOL_SOCKET, SO_BINDTODEVICE, name, &length), 0);
 		assert_string_equal(name, "lo");
 	}
-	assert_int_equal(calls, 2 + 4 + 4);
+	assert_int_equal(calls, 3 * 4);
 	udp_close(&udp);
 }
 
@@ -137,6 +160,7 @@ int main(int argc, char **argv)
 {
 	const struct CMUnitTest tests[] = {
 		TEST(lost_network_is_told_and_aiming_anew_mends_it),
+		TEST(aim_from_an_interface_without_address_is_refused),
 		TEST(aim_at_another_network_uses_an_address_of_that_one),
 		TEST(socket_stays_bound_to_its_interface),
 		cmocka_unit_test(search_without_a_network_says_so),
