@@ -9,14 +9,21 @@
  *
  * First in the driver, then generic: left to choose by itself, the kernel does
  * not say which it took, and generic costs a copy of the packet.
+ *
+ * Only where frames begin with Ethernet's header (loopback's do): in a tunnel they
+ * begin with IP's, the program would read addresses for types, and on a dedicated
+ * interface drop the devices.
  */
 #include <bpf/bpf.h>
 #include <bpf/libbpf.h>
 #include <errno.h>
 #include <linux/if_link.h>
 #include <net/if.h>
+#include <net/if_arp.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
 #include <unistd.h>
 #include "daemon/control/log.h"
 #include "daemon/device/event.h"
@@ -89,20 +96,50 @@ static int refused(const char *interface, int error)
 	return GUARD_UNAVAILABLE;
 }
 
+static bool is_ethernet(const char *interface)
+{
+	int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+	struct ifreq request = { 0 };
+	bool is = true;
+
+	snprintf(request.ifr_name, sizeof(request.ifr_name), "%s", interface);
+	if (fd >= 0 && !ioctl(fd, SIOCGIFHWADDR, &request))
+		is = request.ifr_hwaddr.sa_family == ARPHRD_ETHER ||
+		     request.ifr_hwaddr.sa_family == ARPHRD_LOOPBACK;
+	if (fd >= 0)
+		close(fd);
+	return is;
+}
+
+/* In the driver, else generic: place->error says why. A descriptor or -errno. */
+static int make_best_link(struct guard_place *place, uint32_t index)
+{
+	int fd = make_link(index, XDP_FLAGS_DRV_MODE);
+
+	place->error = fd < 0 ? -fd : 0;
+	if (fd < 0 && fd != -EBUSY && fd != -EEXIST && fd != -ENODEV)
+		fd = make_link(index, XDP_FLAGS_SKB_MODE);
+	return fd;
+}
+
 int guard_attach(struct guard_place *place)
 {
 	uint32_t index = if_nametoindex(place->interface);
 	int fd;
 
+	place->error = 0;
 	if (!index)
 		return -ENODEV;
+	if (!is_ethernet(place->interface)) {
+		log_line(EVENT_WARNING, "%s is no Ethernet interface, and only such are guarded"
+			 GUARD_LOSS, place->interface);
+		return GUARD_UNAVAILABLE;
+	}
 	if (take_over(index)) {
 		place_at(place, index);
 		return 0;
 	}
-	fd = make_link(index, XDP_FLAGS_DRV_MODE);
-	if (fd < 0 && fd != -EBUSY && fd != -EEXIST && fd != -ENODEV)
-		fd = make_link(index, XDP_FLAGS_SKB_MODE);
+	fd = make_best_link(place, index);
 	if (fd < 0)
 		return refused(place->interface, -fd);
 	if (bpf_obj_pin(fd, GUARD_LINK)) {

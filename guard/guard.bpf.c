@@ -18,7 +18,7 @@
  *
  * A reply for one of the ports that the daemon has asked for goes into its
  * AF_XDP socket, past the kernel's network stack, with the time before it; one
- * that came in at a queue which has no such socket goes the usual way. Loaded
+ * that came in at a queue which has no such socket, or in a VLAN, goes the usual way. Loaded
  * for another transport, these lines and their map are not there: a kernel may
  * have XDP and not AF_XDP.
  *
@@ -26,13 +26,9 @@
  * touched, so the object runs on any kernel with XDP, with BTF or without.
  */
 #include <linux/bpf.h>
-#include <linux/if_ether.h>
-#include <linux/in.h>
-#include <linux/ip.h>
-#include <linux/udp.h>
-#include <bpf/bpf_endian.h>
 #include <bpf/bpf_helpers.h>
 #include "daemon/transport/handover.h"
+#include "guard/packet.h"
 #include "guard/rules.h"
 
 #define MS 1000000ull
@@ -83,13 +79,6 @@ struct {
 
 /* Set before the program is loaded. */
 const volatile __u32 dedicated = 0, have_sockets = 0;
-
-struct packet {
-	const __u8 *payload, *end;
-	__u32 source;
-	__u16 port, to_port;		/* of the sender and ours, big-endian */
-	__u16 length;			/* of the payload */
-};
 
 static __always_inline enum guard_verdict of_others(void)
 {
@@ -222,46 +211,42 @@ static __always_inline enum guard_verdict judge_ip(struct guard_table *table,
 						   const struct iphdr *ip, const void *end)
 {
 	struct packet p = { .end = end, .source = ip->saddr };
-	const struct udphdr *udp;
 	int known = 0;
 
+	if (ip->version != 4 || ip->ihl < 5)
+		return GUARD_MALFORMED;
 	find(table, ip->saddr, 0, &known);
-	/* more to come, or not the first */
-	if ((ip->frag_off & bpf_htons(0x3fff)) && (known || dedicated))
+	if ((ip->frag_off & bpf_htons(PACKET_MORE | PACKET_OFFSET)) && (known || dedicated))
 		return GUARD_FRAGMENT;
 	if (ip->protocol == IPPROTO_ICMP)
 		return GUARD_ICMP;
-	if (ip->protocol != IPPROTO_UDP || (ip->frag_off & bpf_htons(0x1fff)))
+	if (ip->protocol != IPPROTO_UDP || (ip->frag_off & bpf_htons(PACKET_OFFSET)))
 		return known ? GUARD_DEVICE_ELSE : of_others();
-	if (ip->ihl < 5)
-		return GUARD_MALFORMED;
-	udp = (const void *)ip + ip->ihl * 4;
-	if ((const void *)(udp + 1) > end || bpf_ntohs(udp->len) < sizeof(*udp))
-		return GUARD_MALFORMED;
-	p.payload = (const void *)(udp + 1);
-	p.port = udp->source;
-	p.to_port = udp->dest;
-	p.length = bpf_ntohs(udp->len) - sizeof(*udp);
-	return judge_udp(table, &p);
+	return read_udp(ip, &p) ? judge_udp(table, &p) : GUARD_MALFORMED;
 }
 
-static __always_inline enum guard_verdict judge(const void *data, const void *end)
+static __always_inline enum guard_verdict judge(const void *data, const void *end, int *tagged)
 {
-	const struct ethhdr *ethernet = data;
-	const struct iphdr *ip = (const void *)(ethernet + 1);
 	struct guard_table *table;
+	const void *next = data;
 	__u32 zero = 0;
 
-	if ((const void *)(ethernet + 1) > end)
-		return GUARD_MALFORMED;
-	if (ethernet->h_proto == bpf_htons(ETH_P_ARP))
+	switch (read_ethernet(data, end, &next, tagged)) {
+	case PACKET_LINK:
+		return GUARD_LINK;
+	case PACKET_ARP:
 		return GUARD_ARP;
-	if (ethernet->h_proto != bpf_htons(ETH_P_IP))
+	case PACKET_OTHER:
 		return of_others();
-	table = bpf_map_lookup_elem(&devices, &zero);
-	if (!table || (const void *)(ip + 1) > end)
+	case PACKET_BROKEN:
 		return GUARD_MALFORMED;
-	return judge_ip(table, ip, end);
+	case PACKET_IP:
+		break;
+	}
+	table = bpf_map_lookup_elem(&devices, &zero);
+	if (!table || next + sizeof(struct iphdr) > end)
+		return GUARD_MALFORMED;
+	return judge_ip(table, next, end);
 }
 
 /* The time before the packet, where the driver leaves room for it. */
@@ -281,11 +266,13 @@ static __always_inline void note_time(struct xdp_md *context)
 SEC("xdp")
 int pokeys_guard(struct xdp_md *context)
 {
-	__u32 verdict = judge((void *)(long)context->data, (void *)(long)context->data_end);
-	__u32 queue = context->rx_queue_index;
+	__u32 queue = context->rx_queue_index, verdict;
 	__u64 *count;
+	int tagged = 0;
 
-	if (have_sockets && verdict == GUARD_SOCKET && !bpf_map_lookup_elem(&sockets, &queue))
+	verdict = judge((void *)(long)context->data, (void *)(long)context->data_end, &tagged);
+	if (have_sockets && verdict == GUARD_SOCKET &&
+	    (tagged || !bpf_map_lookup_elem(&sockets, &queue)))
 		verdict = GUARD_DEVICE;
 	count = bpf_map_lookup_elem(&counters, &verdict);
 	if (count)

@@ -32,7 +32,8 @@ enum {
 struct guard_place {
 	char interface[16];
 	uint32_t index;			/* 0 = it is on none */
-	bool native;			/* in the driver, else generic */
+	bool native;			/* in the driver, else generic ... */
+	int error;			/* ... for this errno of the driver's; 0 = not asked */
 	bool dedicated;
 };
 

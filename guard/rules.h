@@ -30,6 +30,7 @@ enum {
 	X(DEVICE, "pass_device", "replies of configured devices") \
 	X(DEVICE_ELSE, "pass_device_else", "other packets of configured devices") \
 	X(FOUND, "pass_discovery", "answers to a search") \
+	X(LINK, "pass_link", "LACP, 802.1X and the like: from the other end of the cable") \
 	X(ARP, "pass_arp", "ARP") \
 	X(ICMP, "pass_icmp", "ICMP") \
 	X(ELSE, "pass_else", "not aimed at the daemon") \

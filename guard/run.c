@@ -69,13 +69,26 @@ static int open_signals(void)
 	return signalfd(-1, &set, SFD_CLOEXEC);
 }
 
+static void tell_mode(const struct guard_place *place, char *out, size_t size)
+{
+	if (place->native)
+		snprintf(out, size, "native");
+	else if (!place->error)
+		snprintf(out, size, "generic (as the guard before it; slower)");
+	else if (place->error == EOPNOTSUPP)
+		snprintf(out, size, "generic (this driver has no XDP; slower)");
+	else
+		snprintf(out, size, "generic (the driver refuses XDP: %s; is the MTU too large? "
+			 "slower)", strerror(place->error));
+}
+
 static void tell(const struct guard_place *place)
 {
-	char text[128];
+	char text[192], mode[96];
 
+	tell_mode(place, mode, sizeof(mode));
 	if (place->index)
-		snprintf(text, sizeof(text), "on %s, %s, %s", place->interface,
-			 place->native ? "native" : "generic (this driver has no XDP; slower)",
+		snprintf(text, sizeof(text), "on %s, %s, %s", place->interface, mode,
 			 place->dedicated ? "dedicated" : "shared");
 	else
 		snprintf(text, sizeof(text), "waiting for interface %s", place->interface);
