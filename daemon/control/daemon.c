@@ -67,6 +67,29 @@ static int await_interface(const struct config *config)
 	return STATUS_FAILED;
 }
 
+/*
+ * What comes in at a port of a bridge, or at one interface of a bond, belongs to the
+ * whole: a socket that is bound to the part is given nothing of it.
+ */
+static void warn_of_part(const char *interface)
+{
+	static const char *const marks[] = { "brport", "bonding_slave" };
+	char path[80], whole[256] = "";
+	const char *name;
+	bool part = false;
+
+	for (size_t i = 0; i < sizeof(marks) / sizeof(marks[0]); i++) {
+		snprintf(path, sizeof(path), "/sys/class/net/%s/%s", interface, marks[i]);
+		part |= !access(path, F_OK);
+	}
+	snprintf(path, sizeof(path), "/sys/class/net/%s/master", interface);
+	if (!*interface || !part || readlink(path, whole, sizeof(whole) - 1) < 0)
+		return;
+	name = strrchr(whole, '/') ? strrchr(whole, '/') + 1 : whole;
+	log_line(EVENT_WARNING, "%s is a part of %s, which gets what comes in there, so no device "
+		 "will be heard; name %s (interface)", interface, name, name);
+}
+
 static int take_signals(struct daemon *daemon)
 {
 	sigset_t set;
@@ -230,6 +253,8 @@ int daemon_open(struct daemon *daemon)
 {
 	int status = await_interface(daemon->config);
 
+	if (!status)
+		warn_of_part(daemon->config->interface);
 	status = status ? status : take_signals(daemon);
 	status = status ? status : lock_memory(daemon);
 	status = status ? status : open_memory(daemon);

@@ -12,6 +12,7 @@
  * event: those already in it are the cause of what came after.
  */
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -468,7 +469,13 @@ static void put_cycle_skipped(struct line *line, const struct event *e)
 
 static void put_transport(struct line *line, const struct event *e)
 {
-	put(line, "network transport failed: %s", strerror((int)(0 - (uint64_t)e->a)));
+	int error = (int)(0 - (uint64_t)e->a);
+
+	put(line, "network transport failed: %s", strerror(error));
+	if (error == EADDRNOTAVAIL)
+		put(line, "; the interface has no address of its own (ip address); trying on");
+	else if (error == ENODEV)
+		put(line, "; the interface is not there (ip link); trying on");
 }
 
 static void put_engine(struct line *line, const struct event *e)

@@ -190,10 +190,14 @@ int neighbour_own(const char *interface, uint8_t mac[FRAME_MAC])
 	return 0;
 }
 
-bool neighbour_is_vlan(const char *interface)
+bool neighbour_is_upper(const char *interface)
 {
-	struct vlan_ioctl_args request = { .cmd = GET_VLAN_VID_CMD };
+	struct vlan_ioctl_args vlan = { .cmd = GET_VLAN_VID_CMD };
+	struct ifreq request = { 0 };
 
-	snprintf(request.device1, sizeof(request.device1), "%s", interface);
-	return ask_driver(SIOCGIFVLAN, &request) == 0;
+	snprintf(vlan.device1, sizeof(vlan.device1), "%s", interface);
+	if (!ask_driver(SIOCGIFVLAN, &vlan))
+		return true;
+	snprintf(request.ifr_name, sizeof(request.ifr_name), "%s", interface);
+	return !ask_driver(SIOCGIFFLAGS, &request) && request.ifr_flags & IFF_MASTER;
 }

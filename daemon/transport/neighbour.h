@@ -25,7 +25,10 @@ int neighbour_find(int fd, uint32_t index, uint32_t from, uint32_t to, struct ne
 /* The interface's own MAC address; -EPROTONOSUPPORT if it is not Ethernet. Cold. */
 int neighbour_own(const char *interface, uint8_t mac[FRAME_MAC]);
 
-/* True if the interface is a VLAN of another one. Cold. */
-bool neighbour_is_vlan(const char *interface);
+/*
+ * True if the interface is a VLAN or a bond: its frames come in at another one. AF_XDP
+ * gains nothing on the first; for a socket of the second the kernel drops them. Cold.
+ */
+bool neighbour_is_upper(const char *interface);
 
 #endif

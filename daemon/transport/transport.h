@@ -87,8 +87,9 @@ struct transport_ops {
 	 * Connect the channel to a device, or to another one, or (address 0) to
 	 * none. Packets of the old peer that are queued already still arrive,
 	 * with their true source. 0 or -errno (then the channel is aimed at
-	 * nobody). Sets error[channel] and local[channel]. Realtime: two system
-	 * calls, three or four if it was aimed before.
+	 * nobody; -EADDRNOTAVAIL: we have no address there). Sets error[channel] and
+	 * local[channel]. Realtime: two system calls, three if it was aimed before,
+	 * four on an interface.
 	 */
 	int (*aim)(struct transport *t, uint32_t channel, const struct transport_address *to);
 	/*

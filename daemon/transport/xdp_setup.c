@@ -96,7 +96,7 @@ static int set_names(struct xdp *x, const struct transport_options *options)
 		return -ENAMETOOLONG;
 	strcpy(x->interface, options->interface);
 	strcpy(x->helper, helper);
-	return neighbour_is_vlan(x->interface) ? -EPROTONOSUPPORT : 0;
+	return neighbour_is_upper(x->interface) ? -EPROTONOSUPPORT : 0;
 }
 
 static int open_under(struct xdp *x, const struct transport_options *options)
@@ -292,11 +292,11 @@ const char *transport_xdp_refused(int rc)
 	case EAFNOSUPPORT:
 		return "this kernel has no AF_XDP (CONFIG_XDP_SOCKETS)";
 	case EOPNOTSUPP:
-		return "the interface's driver has no XDP of its own; the generic one gains "
-		       "nothing";
+		return "the interface's driver has no XDP of its own, or refuses it (pokeys-guard "
+		       "says why); the generic one gains nothing";
 	case EPROTONOSUPPORT:
-		return "AF_XDP needs an Ethernet interface that is no VLAN; give the device one of "
-		       "its own";
+		return "AF_XDP needs an Ethernet interface that is no VLAN and no bond; give the "
+		       "device one of its own";
 	case EDESTADDRREQ:
 		return "AF_XDP belongs to one interface; name it (interface =)";
 	case EXDEV:

@@ -167,6 +167,12 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "mill: pulse engine stopped by the emergency input; clear the fault to go on" },
 		{ { .code = EVENT_TRANSPORT, .a = -101 },
 		  "mill: network transport failed: Network is unreachable" },
+		{ { .code = EVENT_TRANSPORT, .a = -99 },
+		  "mill: network transport failed: Cannot assign requested address; the interface "
+		  "has no address of its own (ip address); trying on" },
+		{ { .code = EVENT_TRANSPORT, .a = -19 },
+		  "mill: network transport failed: No such device; the interface is not there "
+		  "(ip link); trying on" },
 	};
 	char text[256];
 
