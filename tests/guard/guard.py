@@ -342,7 +342,7 @@ def a_running_daemon_does_not_notice_the_guard_come_and_go(w):
 
 
 def a_device_is_learnt_from_its_answer_and_a_liar_moves_none_that_works(w):
-    w.write_conf(f"serial = {SERIAL}\n")
+    w.write_conf(f"serial = {SERIAL}\n" + PATIENT)
     w.start_guard()
     daemon = w.start_daemon()
     sim = w.start_sim()
