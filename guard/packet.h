@@ -9,9 +9,9 @@
  *
  * Every pointer is compared with the end before it is read, as the verifier wants
  * it. Lengths out of the frame are compared with what is left and not added to a
- * pointer: up to Linux 6.x the verifier has no bounds for a number whose bytes were
- * turned round, and refuses the program. A frame in several buffers never comes here: the kernel makes it one, or
- * does not let the program into the driver.
+ * pointer: the verifier of Linux 6.1 has no bounds for a number whose bytes were
+ * turned round, and refuses the program. A frame in several buffers never comes here:
+ * the kernel makes it one, or does not let the program into the driver.
  */
 #ifndef GUARD_PACKET_H
 #define GUARD_PACKET_H
