@@ -17,12 +17,19 @@
 #define DOCTOR_ELSEWHERE "irqaffinity=OTHER-CORES on the kernel command line; those of which " \
 	"the kernel refuses it want isolcpus=managed_irq,..."
 
-enum { IRQS = 4096, INTERRUPTS_TEXT = 1 << 18 };
+#define CORES "/sys/devices/system/cpu"
+
+enum { IRQS = 4096, INTERRUPTS_TEXT = 1 << 18, CORES_MAX = 1024 };
 
 struct irqs {
 	size_t count;
 	int number[IRQS];
 };
+
+static int by_number(const void *a, const void *b)
+{
+	return *(const int *)a - *(const int *)b;
+}
 
 static void add_folder(const char *path, struct irqs *irqs)
 {
@@ -38,6 +45,7 @@ static void add_folder(const char *path, struct irqs *irqs)
 	}
 	if (folder)
 		closedir(folder);
+	qsort(irqs->number, irqs->count, sizeof(irqs->number[0]), by_number);
 }
 
 /* Its handlers are folders. Many a number of the first sixteen has none, and never comes. */
@@ -94,6 +102,43 @@ static size_t on_core(const struct doctor *doctor, const struct irqs *irqs, char
 	return count;
 }
 
+/* The first core that is neither isolated nor the daemon's, -1 if there is none. */
+static int other_core(const struct doctor *doctor)
+{
+	char online[256], isolated[256];
+
+	if (!probe_text(doctor->root, online, sizeof(online), CORES "/online"))
+		return -1;
+	if (!probe_text(doctor->root, isolated, sizeof(isolated), CORES "/isolated"))
+		*isolated = '\0';
+	for (int core = 0; core < CORES_MAX; core++)
+		if (core != doctor->cpu && probe_list_has(online, core) &&
+		    !probe_list_has(isolated, core))
+			return core;
+	return -1;
+}
+
+/* Of very many the first ones only; whoever asks again is told the others. */
+static void mend_irqs(const struct doctor *doctor, const struct irqs *irqs,
+		      struct doctor_finding *finding)
+{
+	int other = other_core(doctor);
+	char text[400], *others;
+	size_t untold;
+
+	on_core(doctor, irqs, text, sizeof(text), &untold);
+	others = strstr(text, " and");
+	if (others)
+		*others = '\0';
+	if (other < 0)
+		doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/"
+			    "smp_affinity_list");
+	else
+		doctor_mend(finding, "for i in %s; do echo %d > "
+			    "/proc/irq/$i/smp_affinity_list; done", text, other);
+	doctor_keep(finding, DOCTOR_ELSEWHERE);
+}
+
 static void judge_all(const struct doctor *doctor, struct doctor_finding *finding)
 {
 	struct irqs irqs = { 0 };
@@ -114,8 +159,7 @@ static void judge_all(const struct doctor *doctor, struct doctor_finding *findin
 	}
 	doctor_say(finding, DOCTOR_ADVICE, "%zu of %zu go to core %d: %s", count, irqs.count,
 		   doctor->cpu, text);
-	doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/smp_affinity_list");
-	doctor_keep(finding, DOCTOR_ELSEWHERE);
+	mend_irqs(doctor, &irqs, finding);
 }
 
 /* Lines of /proc/interrupts that name the interface as a word of their own. */
@@ -169,10 +213,8 @@ static void judge_nic(const struct doctor *doctor, struct doctor_finding *findin
 	else
 		doctor_say(finding, DOCTOR_ADVICE, "interrupt %s goes to core %d: every packet, "
 			   "also a foreign one, interrupts the realtime thread", text, doctor->cpu);
-	if (finding->verdict != DOCTOR_ADVICE)
-		return;
-	doctor_mend(finding, "for each: echo OTHER-CORE > /proc/irq/NUMBER/smp_affinity_list");
-	doctor_keep(finding, DOCTOR_ELSEWHERE);
+	if (finding->verdict == DOCTOR_ADVICE)
+		mend_irqs(doctor, &irqs, finding);
 }
 
 static const struct doctor_check checks[] = {

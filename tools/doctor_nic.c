@@ -72,6 +72,7 @@ static void judge_neighbour(const struct doctor *doctor, struct doctor_finding *
 	const struct doctor_device *device = finding->device;
 	uint32_t a = device->address;
 	enum neighbour neighbour;
+	char mac[NEIGHBOUR_MAC];
 
 	if (!a || !*device->nic || device->through_router) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "not a neighbour; see the check route");
@@ -81,12 +82,13 @@ static void judge_neighbour(const struct doctor *doctor, struct doctor_finding *
 		doctor_say(finding, DOCTOR_OK, "the loopback has none");
 		return;
 	}
-	neighbour = neighbour_look(doctor->root, device->nic, a);
+	neighbour = neighbour_look(doctor->root, device->nic, a, mac);
 	doctor_say(finding, neighbours[neighbour].verdict, "%s", neighbours[neighbour].why);
 	if (neighbour == NEIGHBOUR_UNSEEN || neighbour == NEIGHBOUR_PERMANENT)
 		return;
-	doctor_mend(finding, "ip neighbour replace %u.%u.%u.%u lladdr ITS-MAC dev %s nud "
-		    "permanent", a >> 24, a >> 16 & 255, a >> 8 & 255, a & 255, device->nic);
+	doctor_mend(finding, "ip neighbour replace %u.%u.%u.%u lladdr %s dev %s nud permanent",
+		    a >> 24, a >> 16 & 255, a >> 8 & 255, a & 255, *mac ? mac : "ITS-MAC",
+		    device->nic);
 	doctor_keep(finding, DOCTOR_UP, device->nic);
 }
 

@@ -39,25 +39,44 @@ static bool ask(int fd, int interface)
 	return send(fd, &question, sizeof(question), 0) == (ssize_t)sizeof(question);
 }
 
-static bool is_of(struct nlmsghdr *head, int interface, uint32_t address)
+/* An attribute of `size` bytes, NULL if it has none. */
+static const unsigned char *attribute(struct nlmsghdr *head, unsigned int type, size_t size)
 {
 	struct ndmsg *body = NLMSG_DATA(head);
 	int left = (int)NLMSG_PAYLOAD(head, sizeof(*body));
-	uint32_t found;
 
-	if (head->nlmsg_type != RTM_NEWNEIGH || body->ndm_ifindex != interface)
-		return false;
 	for (struct rtattr *a = (struct rtattr *)(body + 1); RTA_OK(a, left);) {
 		int length = (int)RTA_ALIGN(a->rta_len);
 
-		if (a->rta_type == NDA_DST && RTA_PAYLOAD(a) == sizeof(found)) {
-			memcpy(&found, RTA_DATA(a), sizeof(found));
-			return ntohl(found) == address;
-		}
+		if (a->rta_type == type && RTA_PAYLOAD(a) == size)
+			return RTA_DATA(a);
 		left -= length;
 		a = (struct rtattr *)((char *)a + length);
 	}
-	return false;
+	return NULL;
+}
+
+static bool is_of(struct nlmsghdr *head, int interface, uint32_t address)
+{
+	const unsigned char *at;
+	uint32_t found;
+
+	if (head->nlmsg_type != RTM_NEWNEIGH ||
+	    ((struct ndmsg *)NLMSG_DATA(head))->ndm_ifindex != interface)
+		return false;
+	at = attribute(head, NDA_DST, sizeof(found));
+	if (at)
+		memcpy(&found, at, sizeof(found));
+	return at && ntohl(found) == address;
+}
+
+static void take_mac(struct nlmsghdr *head, char mac[NEIGHBOUR_MAC])
+{
+	const unsigned char *m = attribute(head, NDA_LLADDR, 6);
+
+	if (m)
+		snprintf(mac, NEIGHBOUR_MAC, "%02x:%02x:%02x:%02x:%02x:%02x", m[0], m[1], m[2],
+			 m[3], m[4], m[5]);
 }
 
 static enum neighbour named(unsigned int state)
@@ -73,7 +92,7 @@ static enum neighbour named(unsigned int state)
 
 /* One datagram of the dump into *found; false when there is nothing to come behind it. */
 static bool take_answer(void *answer, ssize_t length, int interface, uint32_t address,
-			enum neighbour *found)
+			enum neighbour *found, char mac[NEIGHBOUR_MAC])
 {
 	for (struct nlmsghdr *head = answer; NLMSG_OK(head, length);) {
 		ssize_t size = NLMSG_ALIGN((ssize_t)head->nlmsg_len);
@@ -82,15 +101,18 @@ static bool take_answer(void *answer, ssize_t length, int interface, uint32_t ad
 			*found = NEIGHBOUR_UNSEEN;
 		if (head->nlmsg_type == NLMSG_ERROR || head->nlmsg_type == NLMSG_DONE)
 			return false;
-		if (is_of(head, interface, address))
+		if (is_of(head, interface, address)) {
 			*found = named(((struct ndmsg *)NLMSG_DATA(head))->ndm_state);
+			take_mac(head, mac);
+		}
 		length -= size;
 		head = (struct nlmsghdr *)((char *)head + size);
 	}
 	return true;
 }
 
-static enum neighbour take_answers(int fd, int interface, uint32_t address)
+static enum neighbour take_answers(int fd, int interface, uint32_t address,
+				   char mac[NEIGHBOUR_MAC])
 {
 	static char answer[ANSWER_SIZE] __attribute__((aligned(8)));
 	enum neighbour found = NEIGHBOUR_NONE;
@@ -100,11 +122,11 @@ static enum neighbour take_answers(int fd, int interface, uint32_t address)
 		length = recv(fd, answer, sizeof(answer), MSG_TRUNC);
 		if (length <= 0 || length > (ssize_t)sizeof(answer))
 			return NEIGHBOUR_UNSEEN;
-	} while (take_answer(answer, length, interface, address, &found));
+	} while (take_answer(answer, length, interface, address, &found, mac));
 	return found;
 }
 
-static enum neighbour read_table(const char *root, uint32_t address)
+static enum neighbour read_table(const char *root, uint32_t address, char mac[NEIGHBOUR_MAC])
 {
 	char table[1 << 14], text[20], line[128];
 	unsigned int flags = 0;
@@ -114,24 +136,28 @@ static enum neighbour read_table(const char *root, uint32_t address)
 	snprintf(text, sizeof(text), "%u.%u.%u.%u ", address >> 24, address >> 16 & 255,
 		 address >> 8 & 255, address & 255);
 	if (probe_line(table, text, line, sizeof(line)))
-		sscanf(line, "%*s %x", &flags);
+		sscanf(line, "%*s %x %17s", &flags, mac);
+	if (!(flags & (ARP_COMPLETE | ARP_PERMANENT)))
+		*mac = '\0';
 	if (flags & ARP_PERMANENT)
 		return NEIGHBOUR_PERMANENT;
 	return flags & ARP_COMPLETE ? NEIGHBOUR_REACHABLE : NEIGHBOUR_NONE;
 }
 
-enum neighbour neighbour_look(const char *root, const char *nic, uint32_t address)
+enum neighbour neighbour_look(const char *root, const char *nic, uint32_t address,
+			      char mac[NEIGHBOUR_MAC])
 {
 	int interface = *root ? 0 : (int)if_nametoindex(nic), fd;
 	enum neighbour found = NEIGHBOUR_UNSEEN;
 
+	*mac = '\0';
 	if (*root)
-		return read_table(root, address);
+		return read_table(root, address, mac);
 	fd = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
 	if (fd < 0)
 		return NEIGHBOUR_UNSEEN;
 	if (interface && ask(fd, interface))
-		found = take_answers(fd, interface, address);
+		found = take_answers(fd, interface, address, mac);
 	close(fd);
 	return found;
 }

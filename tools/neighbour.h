@@ -5,6 +5,8 @@
 
 #include <stdint.h>
 
+enum { NEIGHBOUR_MAC = 18 };
+
 enum neighbour {
 	NEIGHBOUR_UNSEEN,		/* could not be asked */
 	NEIGHBOUR_NONE,			/* no entry, or it is being asked for just now */
@@ -17,8 +19,10 @@ enum neighbour {
 /*
  * Of an IPv4 address (host byte order) at an interface, by netlink; with a root
  * other than "" from ROOT/proc/net/arp, which tells reachable and stale, failed
- * and none not apart and is then REACHABLE or NONE.
+ * and none not apart and is then REACHABLE or NONE. Its hardware address goes into
+ * mac as text, "" where it is not known.
  */
-enum neighbour neighbour_look(const char *root, const char *nic, uint32_t address);
+enum neighbour neighbour_look(const char *root, const char *nic, uint32_t address,
+			      char mac[NEIGHBOUR_MAC]);
 
 #endif

@@ -191,6 +191,14 @@ MENDS = [
     ({"ethtool/enp1": "channels 4\nrx-channels 4\n"}, "nic-queues", "ethtool -L enp1 rx 1", "combined"),
     ({"ethtool/enp1": "rx-usecs 50\nrx-frames 64\nadaptive-rx 1\n"}, "nic-coalescing",
      "ethtool -C enp1 adaptive-rx off rx-usecs 0 rx-frames 1", None),
+    # what is known stands in it
+    ({}, "neighbour", "10.0.0.2 lladdr 02:00:00:00:00:01 dev enp1", None),
+    ({"proc/net/arp": "IP address HW type Flags\n10.0.0.2   0x1 0x0 00:00:00:00:00:00 * enp1\n"}, "neighbour",
+     "10.0.0.2 lladdr ITS-MAC dev enp1", None),
+    ({}, "nic-interrupts", "for i in 30; do echo 0 > /proc/irq/$i/smp_affinity_list; done", None),
+    ({f"{CORE}/isolated": "0-1", "proc/irq/31/smp_affinity_list": "2-3"}, "interrupts",
+     "for i in 30 31; do echo 2 > /proc/irq/$i/smp_affinity_list; done", None),
+    ({f"{CORE}/isolated": "0-3"}, "interrupts", "echo OTHER-CORE >", None),
 ]
 
 
@@ -225,7 +233,7 @@ def examine(program, tree, *options):
     for finding in findings:
         assert finding["why"], finding
         # what is gone after the next boot says so, and how it stays
-        fleeting = re.match(r"(for each: )?(echo|sysctl|ethtool|ip) ", finding["mend"])
+        fleeting = re.match(r"(for each: |for i in .*; do )?(echo|sysctl|ethtool|ip) ", finding["mend"])
         assert bool(finding["keep"]) == bool(fleeting) or finding["check"] in ("route", "core"), finding
         assert finding["keep"] in text.stdout, finding
         assert f"{finding['verdict']:8} {finding['check']}" in text.stdout, finding

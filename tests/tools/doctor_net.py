@@ -56,6 +56,9 @@ def inside(program, conf):
         assert text in finding["why"], (state, finding)
         wanted = {"permanent": "ok", "failed": "problem"}.get(state, "advice")
         assert finding["verdict"] == wanted, (state, finding)
+        if state in ("stale", "reachable"):
+            sh(*finding["mend"].split())
+            assert look(program, conf)["neighbour", "near"]["verdict"] == "ok", finding
     print(f"{len(found)} findings, {len(words)} states of a neighbour")
 
 
