@@ -81,7 +81,8 @@ static void judge_transport(const struct doctor *doctor, struct doctor_finding *
 	if (!strcmp(name, "io_uring")) {
 		doctor_say(finding, DOCTOR_ADVICE, "io_uring instead of AF_XDP");
 		doctor_mend(finding,
-			    "journalctl -u pokeysd says why; pokeys-guard has to run first");
+			    "journalctl -u pokeysd says why; pokeys-guard has to run first. A card "
+			    "that has no XDP: transport = auto");
 		return;
 	}
 	if (!probe_number(doctor->root, &disabled, "/proc/sys/kernel/io_uring_disabled"))

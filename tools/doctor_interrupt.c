@@ -2,7 +2,9 @@
 /*
  * Which interrupts may come to the daemon's core. What counts is where the
  * kernel really sends one (effective_affinity_list), which is less than where
- * it may; a kernel without that file is judged by smp_affinity_list.
+ * it may; a kernel without that file is judged by smp_affinity_list. One that was
+ * sent elsewhere a moment ago goes by that: the kernel moves it with the next one,
+ * which of a vector that never fires does not come.
  *
  * A network interface's interrupts are found by what its driver's device lists
  * (msi_irqs; for virtio that is one folder up), and where it lists none by the
@@ -76,6 +78,15 @@ static bool target(const char *root, int irq, char *list, size_t size)
 	return probe_text(root, list, size, "/proc/irq/%d/smp_affinity_list", irq);
 }
 
+/* It was sent elsewhere; most cards' are moved by the next one that comes where it was. */
+static bool is_leaving(const struct doctor *doctor, int irq)
+{
+	char list[256];
+
+	return probe_text(doctor->root, list, sizeof(list), "/proc/irq/%d/smp_affinity_list",
+			  irq) && *list && !probe_list_has(list, doctor->cpu);
+}
+
 /* Numbers of those that go to the core, as "24 25", or "24 25 and others" if they are too many;
  * how many, and how many are not told. */
 static size_t on_core(const struct doctor *doctor, const struct irqs *irqs, char *text, size_t size,
@@ -90,7 +101,7 @@ static size_t on_core(const struct doctor *doctor, const struct irqs *irqs, char
 	for (size_t i = 0; i < irqs->count; i++) {
 		if (!target(doctor->root, irqs->number[i], list, sizeof(list)))
 			++*untold;
-		if (!probe_list_has(list, doctor->cpu))
+		if (!probe_list_has(list, doctor->cpu) || is_leaving(doctor, irqs->number[i]))
 			continue;
 		if (at + sizeof(" 12345 and others") < size)
 			at += (size_t)snprintf(text + at, size - at, "%s%d", count ? " " : "",

@@ -167,6 +167,9 @@ VARIANTS = [
     ({"sys/class/net/enp1/device/msi_irqs/30": None, "proc/irq/30/effective_affinity_list": "3",
       "proc/interrupts": "  CPU0 CPU1\n 30:  1  2  PCI-MSI  enp1-rx-0\n 31: 0 0 PCI-MSI wenp1\n"},
      {"nic-interrupts": "advice"}),
+    # sent elsewhere, and not come since
+    ({"proc/irq/30/effective_affinity_list": "3", "proc/irq/30/smp_affinity_list": "0"},
+     {"interrupts": "ok", "nic-interrupts": "ok"}),
     (process(500, "pokeysd", [(1, 80, "2-3")]), {"daemon-thread": "problem"}),
     (process(500, "pokeysd", [(1, 80, "3")], limits=LIMITS.format(lock="8388608", priority="0"),
              status="CapEff:\t0000000000804000\n"), {"memory-lock": "ok", "priority": "ok"}),
