@@ -107,7 +107,9 @@ static void put_transport(const struct loop *loop, struct pokeys_diag *diag)
 	diag->transport_no_buffers = s->no_buffers;
 	diag->transport_overflow = s->overflow;
 	diag->transport_truncated = s->truncated;
-	strncpy(diag->transport, loop->transport->ops->name, sizeof diag->transport - 1);
+	strncpy(diag->transport, atomic_load_explicit(&loop->transport->title,
+						      memory_order_relaxed),
+		sizeof diag->transport - 1);
 }
 
 static uint64_t relaxed(const _Atomic uint64_t *value)

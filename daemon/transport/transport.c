@@ -47,6 +47,7 @@ int transport_open_kind(struct transport **out, const struct transport_kind *kin
 	if (!t)
 		return -ENOMEM;
 	t->ops = kind->ops;
+	atomic_init(&t->title, kind->ops->name);
 	t->spin = options->spin;
 	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++)
 		t->error[i] = -EDESTADDRREQ;

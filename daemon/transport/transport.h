@@ -15,6 +15,7 @@
 #ifndef TRANSPORT_TRANSPORT_H
 #define TRANSPORT_TRANSPORT_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -125,6 +126,8 @@ struct transport_ops {
 /* Kinds embed this as their first member. */
 struct transport {
 	const struct transport_ops *ops;
+	/* What people are told that it is: ops->name, with more to it where there is more. */
+	const char *_Atomic title;
 	struct transport_statistics statistics;
 	bool spin;			/* polls instead of sleeping; the thread may change it */
 	int failed;			/* -errno: it is broken for good, 0 = it is not */

@@ -72,7 +72,7 @@ struct xdp {
 	/* tend's */
 	uint32_t index;
 	int connection, netlink;
-	bool joined, told_apart;
+	bool joined, told_past, told_apart;
 	uint32_t passed_over;	/* calls until a guard that hung is asked again */
 };
 

@@ -24,7 +24,9 @@
 
 enum { QUEUE = 0, PATIENCE_MS = 1000, TEND_MS = 200, PASSED_OVER = 8 };
 
-#define PAST "replies pass the kernel's network stack by (AF_XDP)"
+#define PAST "replies pass the kernel's network stack by (AF_XDP, "
+#define PAST_COPY PAST "copied once: the driver has no zero-copy, or not as the card is set up)"
+#define PAST_ZERO PAST "zero-copy)"
 #define APART "pokeys-guard has ended or taken its program off; replies come through the " \
 	"kernel's network stack until it is back"
 #define LOST "the AF_XDP socket is lost, for the interface is down or gone; all goes through the " \
@@ -45,9 +47,12 @@ static int get_socket(struct xdp *x, uint32_t patience_ms)
 	rc = handover_ask(x->connection, x->index, &fd);
 	if (rc == 0)
 		rc = xdp_socket_open(&x->socket, fd, x->index, QUEUE, patience_ms);
-	if (rc == 0)
-		atomic_store_explicit(&x->link, XDP_READY, memory_order_release);
-	return rc;
+	if (rc < 0)
+		return rc;
+	atomic_store_explicit(&x->base.title, x->socket.zero_copy ? "xdp zero-copy" : "xdp copy",
+			      memory_order_relaxed);
+	atomic_store_explicit(&x->link, XDP_READY, memory_order_release);
+	return 0;
 }
 
 static void disconnect(struct xdp *x)
@@ -268,9 +273,10 @@ int xdp_tend(struct transport *t, const char **news)
 	renew_all(x);
 	if (!x->joined && !x->told_apart)
 		*news = lost ? LOST : APART;
-	else if (x->joined && x->told_apart)
-		*news = PAST;
+	else if (x->joined && !x->told_past)
+		*news = x->socket.zero_copy ? PAST_ZERO : PAST_COPY;
 	x->told_apart = !x->joined;
+	x->told_past = x->joined;
 	return x->joined ? 0 : -ENOTCONN;
 }
 

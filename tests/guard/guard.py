@@ -371,6 +371,9 @@ def replies_go_into_a_socket_of_a_daemon_without_rights(w):
         before = w.counters()[counter]
         wait_for(f"{counter} to grow", lambda: w.counters()[counter] >= before + least)
 
+    def told(text, times):
+        wait_for(f'the daemon to say "{text}" again', lambda: daemon.log.read_text().count(text) == times)
+
     whole_checksums()
     sim = w.start_sim()
     daemon = w.spawn(*daemon_words)
@@ -383,21 +386,20 @@ def replies_go_into_a_socket_of_a_daemon_without_rights(w):
     wait_for("the device", w.fresh)
     assert " over xdp in " in daemon.log.read_text(), daemon.log.read_text()
     growing("pass_socket")
+    told("pass the kernel's network stack by (AF_XDP, copied", 1)
+    assert w.mill()["diag"]["transport"] == "xdp copy", w.mill()["diag"]["transport"]
     kernel = w.counters()["pass_device"]
     got = w.counted(lambda: send_far(STRANGER, PORT, 500, bytes(64)))
     assert got["drop_foreign"] == 500 and "pass_device" not in got, got
     growing("pass_socket")
     assert w.counters()["pass_device"] == kernel, "some of the daemon's replies went through the kernel"
-    def told(text, times):
-        wait_for(f'the daemon to say "{text}" again', lambda: daemon.log.read_text().count(text) == times)
-
     for times, number in enumerate((signal.SIGTERM, signal.SIGKILL, signal.SIGTERM), 1):
         w.end_guard(number)
         told("pokeys-guard has ended", times)
         if number == signal.SIGKILL:  # filter and socket are where they were
             growing("pass_socket")
         w.start_guard()
-        told("pass the kernel's network stack by", times)
+        told("pass the kernel's network stack by", 1 + times)
         growing("pass_socket")
     wait_for("fresh data", w.fresh)
     assert not w.state()["statistics"]["reconnects"], daemon.log.read_text()
