@@ -82,6 +82,21 @@ static void tell_mode(const struct guard_place *place, char *out, size_t size)
 			 "slower)", strerror(place->error));
 }
 
+/* What most drivers that have XDP refuse it for. */
+static void tell_remedy(const struct guard_place *place)
+{
+	const char *name = place->interface;
+
+	if (place->error == EOPNOTSUPP)
+		log_line(EVENT_NOTICE, "%s: a driver that has XDP says this while it merges "
+			 "packets: then ethtool -K %s lro off rx-gro-hw off, and systemctl restart "
+			 "pokeys-guard, help", name, name);
+	else
+		log_line(EVENT_NOTICE, "%s: dmesg says what the driver wants; mostly ip link set "
+			 "%s mtu 1500 or ethtool -L %s combined 1 helps, then systemctl restart "
+			 "pokeys-guard", name, name, name);
+}
+
 static void tell(const struct guard_place *place)
 {
 	char text[192], mode[96];
@@ -94,6 +109,8 @@ static void tell(const struct guard_place *place)
 		snprintf(text, sizeof(text), "waiting for interface %s", place->interface);
 	log_line(EVENT_INFO, "%s", text);
 	notify_status(text);
+	if (place->index && place->error)
+		tell_remedy(place);
 }
 
 /* On the interface, if it is there. 0 or an exit status. */
