@@ -127,13 +127,13 @@ static void maintain(struct daemon *daemon)
 }
 
 /* The guard comes and goes as it is told to; devices are driven with and without. */
-static void look_for_guard(struct daemon *daemon, uint64_t now_ns)
+static void look_for_guard(struct daemon *daemon)
 {
 	const char *interface = daemon->config->interface;
 	struct guarded *guard = &daemon->report.guard;
 	bool before = guard->on;
 
-	guarded_read(guard, GUARDED_FILE, interface, now_ns);
+	guarded_read(guard, GUARDED_FILE, interface, clock_now());
 	atomic_store(&daemon->loop.shared.guard_passed, guard->passed);
 	atomic_store(&daemon->loop.shared.guard_dropped, guard->dropped);
 	if (guard->on == before)
@@ -173,7 +173,7 @@ static void do_round(struct daemon *daemon, uint64_t now_ns)
 	wake_listeners(daemon, now_ns);
 	if (due(&daemon->next_maintain_ns, MAINTAIN_NS, now_ns)) {
 		maintain(daemon);
-		look_for_guard(daemon, now_ns);
+		look_for_guard(daemon);
 		tend_transport(daemon);
 		loop_sample_faults(&daemon->loop);
 	}

@@ -17,6 +17,7 @@
 #include "daemon/control/guarded.h"
 
 #define FRESH_NS UINT64_C(3000000000)
+#define AHEAD_NS UINT64_C(500000000)	/* written since the caller looked at the clock */
 
 enum { FILE_MAX = 4096 };
 
@@ -95,7 +96,7 @@ void guarded_read(struct guarded *out, const char *path, const char *interface, 
 			take_line(out, &lines, name, value);
 	}
 	out->on = lines.interface && !strcmp(lines.interface, interface) &&
-		  lines.time_ns <= now_ns && now_ns - lines.time_ns < FRESH_NS;
+		  lines.time_ns < now_ns + AHEAD_NS && now_ns < lines.time_ns + FRESH_NS;
 	if (!out->on)
 		memset(out, 0, sizeof(*out));
 	else if (lines.mode && strlen(lines.mode) < sizeof(out->mode))

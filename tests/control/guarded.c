@@ -70,6 +70,14 @@ static void another_interface_or_time_is_as_none(void **state)
 	assert_false(on(HEAD, "eth1", 4 * SECOND));
 }
 
+/* The guard writes whenever it likes, also after we have looked at the clock. */
+static void one_that_was_written_since_is_fresh(void **state)
+{
+	(void)state;
+	assert_true(on(HEAD, "eth1", 5 * SECOND - 1));
+	assert_true(on(HEAD, "eth1", 5 * SECOND - SECOND / 4));
+}
+
 static void what_is_no_file_is_as_none(void **state)
 {
 	(void)state;
@@ -104,6 +112,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		TEST(a_fresh_file_of_our_interface_counts),
 		TEST(another_interface_or_time_is_as_none),
+		TEST(one_that_was_written_since_is_fresh),
 		TEST(what_is_no_file_is_as_none),
 		TEST(garbage_gets_into_no_metric),
 	};
