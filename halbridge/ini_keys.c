@@ -15,6 +15,9 @@
 #define REAL(key, name, limit)	{ key, name, -(limit), limit, INI_REAL }
 #define AXIS_FLAG(key, name)	FLAG("PEv2_" key "_%u", "PEv2.%u." name)
 #define AXIS(key, name, high)	WHOLE("PEv2_" key "_%u", "PEv2.%u." name, high)
+/* Of the device's signed numbers; the parameter holds those below 0 as its type can. */
+#define AXIS_PULSES(key, name)								\
+	{ "PEv2_" key "_%u", "PEv2.%u." name, INT32_MIN, UINT32_MAX, INI_WHOLE }
 #define AXIS_REAL(key, name)	{ "PEv2_" key "_%u", "PEv2.%u." name, 0, 1e12, INI_REAL }
 
 const struct ini_key ini_pokeys_keys[] = {
@@ -87,7 +90,7 @@ const struct ini_key ini_pokeys_keys[] = {
 	AXIS_REAL("MaxDecceleration", "MaxDecceleration"),
 	AXIS("HomingSpeed", "HomingSpeed", 100),
 	AXIS("HomingReturnSpeed", "HomingReturnSpeed", 100),
-	AXIS("HomeBackOffDistance", "HomeBackOffDistance", UINT32_MAX),
+	AXIS_PULSES("HomeBackOffDistance", "HomeBackOffDistance"),
 	AXIS("HomingAlgorithm", "HomingAlgorithm", 255),
 	AXIS_FLAG("HomingAlgorithm_OnHome_Stop", "HomeAlg.OnHome.Stop"),
 	AXIS_FLAG("HomingAlgorithm_OnHome_ArmEncoder", "HomeAlg.OnHome.ArmEncoder"),
@@ -101,14 +104,14 @@ const struct ini_key ini_pokeys_keys[] = {
 	AXIS_FLAG("HomingAlgorithm_OutHome_ReducedSpeed", "HomeAlg.OutHome.ReducedSpeed"),
 	AXIS("MPGjogEncoder", "MPGjogEncoder", 26),
 	AXIS("MPGjogDivider", "MPGjogDivider", 65535),
-	AXIS("MPGjogMultiplier", "MPGjogMultiplier", 32767),
+	{ "PEv2_MPGjogMultiplier_%u", "PEv2.%u.MPGjogMultiplier", INT16_MIN, INT16_MAX, INI_WHOLE },
 	AXIS("FilterProbeInput", "digin.Probe.Filter", 254),
 	AXIS("FilterProbeSwitch", "digin.Probe.Filter", 254),
 	AXIS("FilterLimitMSwitch", "digin.LimitN.Filter", 254),
 	AXIS("FilterLimitPSwitch", "digin.LimitP.Filter", 254),
 	AXIS("FilterHomeSwitch", "digin.Home.Filter", 254),
-	AXIS("SoftLimitMinimum", "SoftLimitMinimum", UINT32_MAX),
-	AXIS("SoftLimitMaximum", "SoftLimitMaximum", UINT32_MAX),
+	AXIS_PULSES("SoftLimitMinimum", "SoftLimitMinimum"),
+	AXIS_PULSES("SoftLimitMaximum", "SoftLimitMaximum"),
 	AXIS("AxisEnableOutputPins", "digout.AxisEnable.Pin", 55),
 	AXIS_FLAG("InvertAxisEnable", "digout.AxisEnable.invert"),
 };

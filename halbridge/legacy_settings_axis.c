@@ -61,6 +61,12 @@ static const struct pair pairs[] = {
 
 _Static_assert(sizeof(pairs) / sizeof(pairs[0]) <= 32, "a bit each in legacy_settings.zeroed");
 
+/* What somebody said; an AxisEnabled below 0 is what nobody has. */
+static bool meant(const struct pair *pair, int32_t value)
+{
+	return value > 0 || (value < 0 && pair != &pairs[0]);
+}
+
 static int32_t whole(double pulses)
 {
 	return fabs(pulses) <= INT32_MAX ? (int32_t)lrint(pulses) : 0;
@@ -211,7 +217,8 @@ static uint32_t zeroed(uint32_t before_that, const struct legacy_axis_settings *
 	for (size_t i = 0; i < sizeof(pairs) / sizeof(pairs[0]); i++) {
 		if (legacy_load(now, pairs[i].from, pairs[i].size))
 			before_that &= ~(UINT32_C(1) << i);
-		else if (counts && legacy_load(before, pairs[i].from, pairs[i].size) > 0)
+		else if (counts && meant(&pairs[i], legacy_load(before, pairs[i].from,
+								pairs[i].size)))
 			before_that |= UINT32_C(1) << i;
 	}
 	return before_that;
@@ -226,7 +233,7 @@ static void put(struct value_axis_settings *to, const struct legacy_axis_setting
 	for (size_t i = 0; i < sizeof(pairs) / sizeof(pairs[0]); i++) {
 		int32_t value = legacy_load(set, pairs[i].from, pairs[i].size);
 
-		if (value > 0 || !pairs[i].left || zeros >> i & 1)
+		if (meant(&pairs[i], value) || !pairs[i].left || zeros >> i & 1)
 			legacy_put((void *)((unsigned char *)to + pairs[i].to), value);
 	}
 	legacy_put(&to->mode, mode_of(set));

@@ -88,7 +88,9 @@ double table_get(const struct table_row *row, const void *at)
 	case TABLE_S32:
 		return *(const param_s32 *)at;
 	case TABLE_U32:
-		return *(const param_u32 *)at;
+		/* the older component had signed numbers in unsigned parameters */
+		return row->low < 0 ? (double)(int32_t)*(const param_u32 *)at :
+				      (double)*(const param_u32 *)at;
 	case TABLE_TYPES:
 		break;
 	}

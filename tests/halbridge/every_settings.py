@@ -142,7 +142,7 @@ AXIS = [
     wide_of("max-deceleration", "MaxDecceleration", 16, "<f", 1000, 90000, lambda v: v / 1e6),
     wide_of("soft-min", "SoftLimitMinimum", 20, "<i", -90000, -10, old_shown=unsigned),
     wide_of("soft-max", "SoftLimitMaximum", 24, "<i", 10, 90000),
-    wide_of("mpg-multiplier", "MPGjogMultiplier", 28, "<h", 2, 30000),
+    wide_of("mpg-multiplier", "MPGjogMultiplier", 28, "<h", -30000, 30000, old_shown=unsigned),
     byte_of("enable-pin", r"digout\.AxisEnable\.Pin", 30, 0, 55),
     Setting(r"joint\.(\d\d)\.enable-invert", r"PEv2\.(\d)\.digout\.AxisEnable\.invert",
             in_block(31), flag),

@@ -150,6 +150,29 @@ static void values_go_where_they_belong(void **state)
 	assert_true(values.joint[6].scale == -400.25);
 }
 
+/* A wheel that turns the other way, limits either side of 0: the parameters are unsigned. */
+static void numbers_below_zero_are_taken_where_the_device_has_them(void **state)
+{
+	(void)state;
+	assert_int_equal(apply("[POKEYS]\nPEv2_MPGjogMultiplier_1 = -3\n"
+			       "PEv2_SoftLimitMinimum_1 = -2147483648\n"
+			       "PEv2_SoftLimitMaximum_1 = -10\nPEv2_HomeBackOffDistance_1 = -20\n"
+			       "PEv2_SoftLimitMinimum_2 = 4294967286\n"), 0);
+	assert_int_equal((int32_t)values.legacy.axis_set[1].mpg_multiplier, -3);
+	assert_int_equal((int32_t)values.legacy.axis_set[1].soft_minimum, INT32_MIN);
+	assert_int_equal((int32_t)values.legacy.axis_set[1].soft_maximum, -10);
+	assert_int_equal((int32_t)values.legacy.axis_set[1].back_off, -20);
+	assert_int_equal((int32_t)values.legacy.axis_set[2].soft_minimum, -10);
+	teardown(NULL);
+	setup(NULL);
+	assert_int_equal(apply("[POKEYS]\nPEv2_MPGjogMultiplier_1 = -32769\n"
+			       "PEv2_SoftLimitMinimum_1 = -2147483649\n"
+			       "PEv2_MPGjogDivider_1 = -1\n"), 3);
+	assert_non_null(strstr(said, "must be a whole number from -32768 to 32767"));
+	assert_int_equal(values.legacy.axis_set[1].mpg_multiplier, 0);
+	assert_int_equal(values.legacy.axis_set[1].mpg_divider, 0);
+}
+
 static void a_key_may_set_a_pin(void **state)
 {
 	size_t pin = 0;
@@ -231,6 +254,8 @@ int main(void)
 						teardown),
 		cmocka_unit_test_setup_teardown(every_key_reaches_its_parameter, setup, teardown),
 		cmocka_unit_test_setup_teardown(values_go_where_they_belong, setup, teardown),
+		cmocka_unit_test_setup_teardown(
+			numbers_below_zero_are_taken_where_the_device_has_them, setup, teardown),
 		cmocka_unit_test_setup_teardown(a_key_may_set_a_pin, setup, teardown),
 		cmocka_unit_test_setup_teardown(bad_values_leave_what_was, setup, teardown),
 		cmocka_unit_test_setup_teardown(large_limits_are_told_with_all_digits, setup,

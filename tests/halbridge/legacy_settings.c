@@ -281,6 +281,37 @@ static void what_cannot_be_is_told_once_and_put_back(void **state)
 	assert_int_equal(set->limit_plus_pin, 55);
 }
 
+/* Its parameter is unsigned: HAL shows -3 as 4294967293. */
+static void a_wheel_may_turn_the_other_way(void **state)
+{
+	static struct legacy_range range;
+
+	(void)state;
+	refused = 0;
+	assert_int_equal(legacy_range_init(&range, &values), 0);
+	know_the_device();
+	device->mpg_multiplier = -5;
+	look();
+	legacy_range_look(&range, &values, count_refused, NULL);
+	assert_int_equal(refused, 0);
+	assert_int_equal((int32_t)set->mpg_multiplier, -5);
+	values.legacy.engine.apply = true;
+	set->mpg_multiplier = (uint32_t)-3;
+	look();
+	legacy_range_look(&range, &values, count_refused, NULL);
+	assert_int_equal(refused, 0);
+	assert_int_equal(device->mpg_multiplier, -3);
+	/* a 0 in place of it counts, as in place of any other */
+	set->mpg_multiplier = 0;
+	look();
+	assert_int_equal(device->mpg_multiplier, 0);
+	legacy_range_look(&range, &values, count_refused, NULL);
+	set->mpg_multiplier = 40000;
+	legacy_range_look(&range, &values, count_refused, NULL);
+	assert_int_equal(refused, 1);
+	assert_int_equal(set->mpg_multiplier, 0);
+}
+
 static void inversion_keeps_the_function_of_a_pin(void **state)
 {
 	(void)state;
@@ -365,6 +396,7 @@ int main(void)
 		cmocka_unit_test_setup(what_somebody_sets_in_the_canonical_scheme_stays, setup),
 		cmocka_unit_test_setup(an_axis_that_is_driven_is_driven_by_position, setup),
 		cmocka_unit_test_setup(what_cannot_be_is_told_once_and_put_back, setup),
+		cmocka_unit_test_setup(a_wheel_may_turn_the_other_way, setup),
 		cmocka_unit_test_setup(inversion_keeps_the_function_of_a_pin, setup),
 		cmocka_unit_test_setup(encoders_and_engine_are_handed_on, setup),
 		cmocka_unit_test_setup(all_axes_are_enabled_once_something_is_set_up, setup),
