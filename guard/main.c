@@ -8,7 +8,6 @@
  * without the right to.
  */
 #include <errno.h>
-#include <getopt.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -16,6 +15,7 @@
 #include "daemon/control/log.h"
 #include "daemon/device/event.h"
 #include "guard/guard.h"
+#include "usage/option.h"
 
 enum { VERSION = 256, TEXT_MAX = 4096 };
 
@@ -132,7 +132,7 @@ static int take_options(int argc, char **argv, const char **path)
 {
 	int option;
 
-	while ((option = getopt_long(argc, argv, "c:h", table, NULL)) != -1) {
+	while ((option = usage_option("pokeys-guard", argc, argv, ":c:h", table)) != -1) {
 		switch (option) {
 		case 'c':
 			*path = optarg;
@@ -162,7 +162,8 @@ int main(int argc, char **argv)
 	for (size_t i = 0; optind == argc - 1 && i < sizeof(commands) / sizeof(commands[0]); i++)
 		if (!strcmp(argv[optind], commands[i].name))
 			return written(commands[i].run(path));
-	fputs("pokeys-guard: one command is wanted: run, status or remove; pokeys-guard --help "
-	      "says more\n", stderr);
+	fprintf(stderr, "pokeys-guard: %s%s%s; pokeys-guard --help lists the commands\n",
+		optind < argc ? "there is no command \"" : "a command is missing",
+		optind < argc ? argv[argc - 1] : "", optind < argc ? "\"" : "");
 	return GUARD_USAGE;
 }

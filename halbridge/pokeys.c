@@ -17,6 +17,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sysexits.h>
 #include <time.h>
 #include <rtapi.h>
 #include <hal.h>
@@ -185,7 +186,7 @@ int main(int argc, char **argv)
 		return fflush(stdout) ? 1 : 0;
 	if (pokeys_options_read(&options, argc, argv, why, sizeof(why))) {
 		fprintf(stderr, "pokeys: %s\n", why);
-		return 2;
+		return EX_USAGE;
 	}
 	catch_signals();
 	rtapi_set_msg_level(RTAPI_MSG_INFO);

@@ -10,6 +10,7 @@
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <sys/un.h>
+#include <sysexits.h>
 #include <unistd.h>
 
 #include "sim/server.h"
@@ -78,8 +79,9 @@ int sim_ctl(int argc, char **argv)
 	int fd;
 
 	if (argc < 2) {
-		fprintf(stderr, "usage: pokeys-sim --ctl SOCKET COMMAND...\n");
-		return 2;
+		fputs("pokeys-sim: --ctl wants a socket and a command; pokeys-sim --help lists "
+		      "them\n", stderr);
+		return EX_USAGE;
 	}
 	sim_text_init(&text, line, sizeof(line) - 1);
 	for (int i = 1; i < argc; i++)

@@ -239,7 +239,7 @@ static bool take(struct sim_options *options, char **argv, int *used, struct sim
 	size_t len = value ? (size_t)(value - argv[0]) : strlen(argv[0]);
 
 	if (strncmp(argv[0], "--", 2) != 0 || len >= sizeof(name)) {
-		sim_text_add(why, "'%.60s' is no option; try --help", argv[0]);
+		sim_text_add(why, "there is no option %.60s; pokeys-sim --help lists them", argv[0]);
 		return false;
 	}
 	memcpy(name, argv[0], len);
@@ -252,7 +252,7 @@ static bool take(struct sim_options *options, char **argv, int *used, struct sim
 		return !value && store(options, row, name, NULL, why);
 	}
 	if (!row && !split_fault(name + 2, fault, sizeof(fault), dirs)) {
-		sim_text_add(why, "'%s' is no option; try --help", name);
+		sim_text_add(why, "there is no option %s; pokeys-sim --help lists them", name);
 		return false;
 	}
 	if (value) {

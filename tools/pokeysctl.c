@@ -5,7 +5,6 @@
  * complaints agree.
  */
 #include <errno.h>
-#include <getopt.h>
 #include <limits.h>
 #include <stdio.h>
 #include <string.h>
@@ -13,6 +12,7 @@
 #include <pokeys/shm.h>
 #include "tools/argument.h"
 #include "tools/pokeysctl.h"
+#include "usage/option.h"
 
 /* Which options a subcommand takes besides --json. */
 enum {
@@ -181,32 +181,8 @@ static bool take_option(struct options *options, int option, unsigned int *needs
 		break;
 	default:
 		good = false;
-		complain("pokeysctl --help lists the options");
 	}
 	return good;
-}
-
-/* getopt would take --run for --runtime-directory, and a typing error for something else. */
-static bool spelled_out(int argc, char **argv)
-{
-	for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
-		const char *name = argv[i] + 2;
-		const struct option *option = long_options;
-		size_t length = strcspn(argv[i], "=");
-
-		if (strncmp(argv[i], "--", 2) != 0)
-			continue;
-		while (option->name && (strncmp(option->name, name, length - 2) != 0 ||
-					option->name[length - 2]))
-			option++;
-		if (!option->name) {
-			complain("there is no option %.*s; pokeysctl --help lists them",
-				 (int)length,
-				 argv[i]);
-			return false;
-		}
-	}
-	return true;
 }
 
 static const struct command *find_command(const char *name)
@@ -226,9 +202,7 @@ static bool take_line(struct options *options, int argc, char **argv,
 	int option;
 
 	*status = STATUS_USAGE;
-	if (!spelled_out(argc, argv))
-		return false;
-	while ((option = getopt_long(argc, argv, "r:jh", long_options, NULL)) != -1) {
+	while ((option = usage_option("pokeysctl", argc, argv, ":r:jh", long_options)) != -1) {
 		unsigned int needs = 0;
 
 		if (option == 'V') {

@@ -4,11 +4,10 @@
  * configuration file only, so that there is one place to look at. Here is
  * what differs between two runs of one configuration.
  */
-#include <getopt.h>
 #include <stdio.h>
-#include <string.h>
 #include "daemon/control/config.h"
 #include "daemon/control/options.h"
+#include "usage/option.h"
 
 enum { CHECK_CONFIG = 256, NO_REALTIME, RUNTIME_DIRECTORY, HELP_CONFIG, VERSION };
 
@@ -34,37 +33,13 @@ static const char help[] =
 	"  --help-config            all keys of the configuration file\n"
 	"  --version                the version\n";
 
-/* getopt would take --check for --check-config, and a typing error for something else. */
-static bool spelled_out(int argc, char **argv)
-{
-	for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
-		size_t length = strcspn(argv[i], "=");
-		const struct option *option = table;
-
-		if (strncmp(argv[i], "--", 2) != 0)
-			continue;
-		while (option->name && (strncmp(option->name, argv[i] + 2, length - 2) != 0 ||
-					option->name[length - 2]))
-			option++;
-		if (!option->name) {
-			fprintf(stderr, "pokeysd: there is no option %.*s; pokeysd --help lists "
-				"them\n", (int)length, argv[i]);
-			return false;
-		}
-	}
-	return true;
-}
-
 bool options_parse(struct options *options, int argc, char **argv, int *status)
 {
 	int option;
 
 	*options = (struct options){ .config = CONFIG_PATH };
-	*status = STATUS_USAGE;
-	if (!spelled_out(argc, argv))
-		return false;
 	*status = STATUS_OK;
-	while ((option = getopt_long(argc, argv, "c:h", table, NULL)) != -1) {
+	while ((option = usage_option("pokeysd", argc, argv, ":c:h", table)) != -1) {
 		switch (option) {
 		case 'c':
 			options->config = optarg;
@@ -88,7 +63,6 @@ bool options_parse(struct options *options, int argc, char **argv, int *status)
 			puts("pokeysd " POKEYSD_VERSION);
 			return false;
 		default:
-			fputs("pokeysd --help lists the options\n", stderr);
 			*status = STATUS_USAGE;
 			return false;
 		}

@@ -15,6 +15,7 @@ MAY_USE = {
     "include": [],
     "wire": ["include"],
     "settings": ["include"],
+    "usage": [],
     "shm": ["include"],
     "sim": ["wire", "include"],
     "daemon/engine": ["wire", "include"],
@@ -23,12 +24,12 @@ MAY_USE = {
     "daemon/recorder": ["daemon/device", "daemon/transport", "wire", "include"],
     "daemon/rt": ["daemon/recorder", "daemon/device", "daemon/transport", "shm", "include"],
     "daemon/control": ["daemon/rt", "daemon/recorder", "daemon/device", "daemon/engine", "daemon/transport",
-                       "wire", "settings", "shm", "include"],
+                       "wire", "settings", "shm", "usage", "include"],
     # where the devices are is in pokeysd.conf, and one reader reads that
-    "guard": ["daemon/control", "daemon/device", "daemon/transport", "wire", "include"],
+    "guard": ["daemon/control", "daemon/device", "daemon/transport", "usage", "wire", "include"],
     "halbridge": ["include", "shm"],
     # discovery is a socket's work, and the tools' search is the daemon's search
-    "tools": ["include", "settings", "shm", "wire", "daemon/transport", "daemon/recorder"],
+    "tools": ["include", "settings", "shm", "usage", "wire", "daemon/transport", "daemon/recorder"],
     "examples": ["include"],
 }
 GENERATED = {"version.h", "guard.skel.h", "trace.skel.h"}  # made by the build, belongs to no room

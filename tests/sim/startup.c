@@ -121,8 +121,8 @@ static void bad_options_are_refused_in_one_line(void **state)
 		const char *given;
 		const char *want;
 	} bad[] = {
-		{ "--modle 57E", "'--modle' is no option; try --help" },
-		{ "x", "'x' is no option; try --help" },
+		{ "--modle 57E", "there is no option --modle; pokeys-sim --help lists them" },
+		{ "x", "there is no option x; pokeys-sim --help lists them" },
 		{ "--serial", "--serial: needs a value" },
 		{ "--serial 0", "--serial: '0' is not 1..4294967295" },
 		{ "--port=70000", "--port: '70000' is not 0..65535" },

@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A wrong word on the command line of any of our programs: one line that says what is
+wrong and what to do, nothing else, and status 64. argv: the programs."""
+import pathlib
+import re
+import subprocess
+import sys
+
+# words; what is said of them
+WRONG = {
+    "pokeysd": ((["-x"], "there is no option -x"), (["-xh"], "there is no option -x"),
+                (["--bogus"], "there is no option --bogus"), (["--bogus=3"], "there is no option --bogus"),
+                (["--conf", "x"], "there is no option --conf"),
+                (["--config"], "--config wants a value"), (["-c"], "-c wants a value"),
+                (["--check-config=yes"], "--check-config takes no value"),
+                (["bogus"], '"bogus" is not an option')),
+    "pokeys-guard": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
+                     (["--conf=x", "run"], "there is no option --conf"),
+                     (["run", "--config"], "--config wants a value"), ([], "a command is missing"),
+                     (["bogus"], 'there is no command "bogus"'), (["run", "bogus"], 'there is no command "bogus"')),
+    "pokeys-sim": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
+                   (["--bogus=3"], "there is no option --bogus"), (["bogus"], "there is no option bogus"),
+                   (["--ctl"], "--ctl wants a socket and a command")),
+    "pokeysctl": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
+                  (["status", "--js"], "there is no option --js"), (["status", "-r"], "-r wants a value"),
+                  (["status", "--json=1"], "--json takes no value"), ([], "a command is missing"),
+                  (["bogus"], 'there is no command "bogus"')),
+    "pokeys": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
+               (["bogus"], "there is no option bogus")),
+}
+
+
+def main():
+    tried = 0
+    for program in map(pathlib.Path, sys.argv[1:]):
+        for words, wrong in WRONG[program.name]:
+            ran = subprocess.run([program.resolve(), *words], capture_output=True, text=True, timeout=60,
+                                 check=False, stdin=subprocess.DEVNULL)
+            line = rf"{program.name}: {re.escape(wrong)}; {program.name} --help lists .*\n"
+            assert (ran.returncode, ran.stdout) == (64, "") and re.fullmatch(line, ran.stderr), (words, ran)
+            tried += 1
+    assert tried
+    print(f"{tried} mistakes")
+
+
+if __name__ == "__main__":
+    main()
