@@ -49,22 +49,39 @@ static void make_printable(char *text)
 			*text = '?';
 }
 
-void config_fault(struct config_file *file, uint32_t line, const char *format, ...)
+__attribute__((format(printf, 3, 0)))
+static void tell(const struct config_file *file, uint32_t line, const char *format,
+		 va_list arguments)
 {
 	char text[512], whole[1024];
-	va_list arguments;
 
-	if (file->faults++ >= CONFIG_FAULTS_MAX)
-		return;
-	va_start(arguments, format);
 	vsnprintf(text, sizeof(text), format, arguments);
-	va_end(arguments);
 	if (line)
 		snprintf(whole, sizeof(whole), "%s:%u: %s", file->name, line, text);
 	else
 		snprintf(whole, sizeof(whole), "%s: %s", file->name, text);
 	make_printable(whole);
 	file->complain(file->context, whole);
+}
+
+void config_note(const struct config_file *file, uint32_t line, const char *format, ...)
+{
+	va_list arguments;
+
+	va_start(arguments, format);
+	tell(file, line, format, arguments);
+	va_end(arguments);
+}
+
+void config_fault(struct config_file *file, uint32_t line, const char *format, ...)
+{
+	va_list arguments;
+
+	if (file->faults++ >= CONFIG_FAULTS_MAX)
+		return;
+	va_start(arguments, format);
+	tell(file, line, format, arguments);
+	va_end(arguments);
 	if (file->faults == CONFIG_FAULTS_MAX)
 		file->complain(file->context, "too many faults, the rest is not shown");
 }

@@ -114,6 +114,12 @@ static void judge_password(const struct judged *j)
 
 	if (!*j->raw->password_file || j->file->public)
 		return;
+	if (j->file->here && config_password_hidden(j->raw->password_file)) {
+		config_note(j->file, config_line_of(j->lines, "password-file", 0),
+			    "[device %s]: password-file: %s may not be opened by this user: not "
+			    "judged (root can)", j->raw->name, j->raw->password_file);
+		return;
+	}
 	wrong = config_read_password(j->raw->password_file, j->raw->password);
 	if (wrong)
 		judge_fault(j, "password-file", 0, "password-file: %s %s", j->raw->password_file,

@@ -132,6 +132,10 @@ const struct config_key *config_find(enum config_section section, const char *na
 void config_fault(struct config_file *file, uint32_t line, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
+/* Pass on what is none, for a person who asks. */
+void config_note(const struct config_file *file, uint32_t line, const char *format, ...)
+	__attribute__((format(printf, 3, 4)));
+
 /* Rules between keys, then raw values into *out. Complains by itself. */
 void config_judge(struct config_file *file, struct config *out);
 
@@ -152,5 +156,8 @@ bool config_is_set(const struct config_lines *lines, const char *name, uint32_t 
  * file (a static text). Nothing of its content is ever told.
  */
 const char *config_read_password(const char *path, char out[33]);
+
+/* It is there for the service's user alone, who we are not: nobody can tell from here. */
+bool config_password_hidden(const char *path);
 
 #endif

@@ -15,13 +15,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "daemon/control/config_key.h"
+#include "daemon/control/service.h"
 
 enum { PASSWORD_MAX = 32, TEXT_MAX = PASSWORD_MAX + 2 };
 
 /* Root, whoever runs this, or the user whom the service runs as. */
 static bool owner_is_good(uid_t owner)
 {
-	const struct passwd *service = getpwnam("pokeys");
+	const struct passwd *service = getpwnam(SERVICE_USER);
 
 	return owner == 0 || owner == geteuid() || (service && owner == service->pw_uid);
 }
@@ -50,6 +51,17 @@ static const char *take_line(char *text, ssize_t length, char out[33])
 	memcpy(out, text, (size_t)length);
 	out[length] = '\0';
 	return NULL;
+}
+
+bool config_password_hidden(const char *path)
+{
+	const struct passwd *service = getpwnam(SERVICE_USER);
+	struct stat status;
+
+	if (!service || service->pw_uid == geteuid() ||
+	    !faccessat(AT_FDCWD, path, R_OK, AT_EACCESS) || errno != EACCES)
+		return false;
+	return stat(path, &status) || status.st_uid == service->pw_uid;
 }
 
 const char *config_read_password(const char *path, char out[33])

@@ -16,6 +16,7 @@
 #include "daemon/control/daemon.h"
 #include "daemon/control/log.h"
 #include "daemon/control/options.h"
+#include "daemon/control/service.h"
 
 static struct config config;
 static struct daemon the_daemon;
@@ -80,6 +81,7 @@ int main(int argc, char **argv)
 {
 	int (*read)(const char *path, struct config *out, config_complain tell, void *context);
 	struct options options;
+	char judged[160] = "";
 	int status;
 
 	keep_standard_descriptors();
@@ -87,14 +89,16 @@ int main(int argc, char **argv)
 		return told(status);
 	log_open(STDERR_FILENO, EVENT_INFO);
 	read = options.check_config ? config_check : config_read;
+	if (options.check_config)
+		service_become(judged, sizeof(judged));
 	if (read(options.config, &config, complain, &options))
 		return STATUS_CONFIG;
 	status = override(&options);
 	if (status)
 		return status;
 	if (options.check_config) {
-		printf("%s: in order, %u device%s\n", options.config, config.devices,
-		       config.devices == 1 ? "" : "s");
+		printf("%s: in order, %u device%s%s\n", options.config, config.devices,
+		       config.devices == 1 ? "" : "s", judged);
 		return told(STATUS_OK);
 	}
 	log_open(STDERR_FILENO, config.log_level);

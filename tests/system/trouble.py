@@ -313,6 +313,50 @@ def test_check_config_says_what_is_wrong_and_touches_nothing():
         assert not house.runtime.exists(), list(house.runtime.iterdir())
 
 
+def with_a_service_user(house, *command):
+    """Run it where there is a user pokeys, number 12345; files of his and of root are in the house."""
+    for name, line in (("passwd", "pokeys:x:12345:12345::/:/bin/false"), ("group", "pokeys:x:12345:")):
+        text = pathlib.Path("/etc", name).read_text().splitlines()
+        kept = [was for was in text if not was.startswith("pokeys:")]
+        (house.folder / name).write_text("\n".join([*kept, line]) + "\n")
+    mounts = "".join(f"mount --bind {house.folder / name} /etc/{name} && " for name in ("passwd", "group"))
+    return run("unshare", "--mount", "sh", "-c", mounts + 'exec "$@"', "sh", *command)
+
+
+def test_check_config_judges_as_the_service_will():
+    if os.geteuid() != 0 or run("unshare", "--mount", "true").returncode:
+        raise Skip("another user's rights can be tried only by root, with namespaces")
+    with House() as house:
+        check = (house.programs["pokeysd"], "--check-config", "--config", house.conf)
+        bob = ("setpriv", "--reuid=54321", "--regid=54321", "--clear-groups")
+        secret = house.folder / "secret"
+        secret.write_text("sesame\n")
+        secret.chmod(0o600)
+        house.write_conf()
+        equal(with_a_service_user(house, *check).stdout, f"{house.conf}: in order, 1 device\n")
+        house.device_keys["mill"]["password-file"] = secret
+        house.write_conf()
+        # root may read it, and the service may not
+        out = with_a_service_user(house, *check)
+        assert out.returncode == 78 and not out.stdout and "make it the daemon's (chown pokeys)" in out.stderr, out
+        os.chown(secret, 12345, 12345)
+        out = with_a_service_user(house, *check)
+        equal((out.returncode, out.stdout, out.stderr), (0, f"{house.conf}: in order, 1 device\n", ""))
+        house.conf.chmod(0o600)
+        out = with_a_service_user(house, *check)
+        assert out.returncode == 78 and "cannot be read: Permission denied" in out.stderr, out
+        house.conf.chmod(0o644)
+        # whoever is neither is told what could not be judged
+        if with_a_service_user(house, *bob, check[0], "--version").returncode:
+            raise Skip("nobody but root may run what was built here")
+        out = with_a_service_user(house, *bob, *check)
+        assert out.returncode == 0 and "judged for user of this shell, for only root" in out.stdout, out
+        assert out.stderr.count("\n") == 1 and f"{secret} may not be opened by this user: not judged" in out.stderr, out
+        os.chown(secret, 0, 0)
+        out = with_a_service_user(house, *bob, *check)
+        assert out.returncode == 78 and "make it the daemon's (chown pokeys)" in out.stderr, out
+
+
 def test_check_config_says_what_is_not_on_this_machine():
     with House(group="nosuchgroup", interface="nosuch0", cpu=1000) as house:
         house.write_conf()
