@@ -3,7 +3,6 @@
  * When a record is written, that it is bounded in number and in rate, and that
  * whatever the disk does the daemon goes on.
  */
-#include <dirent.h>
 #include <fcntl.h>
 #include <linux/magic.h>
 #include <pthread.h>
@@ -22,6 +21,7 @@
 #include "daemon/control/keeper.h"
 #include "daemon/control/log.h"
 #include "daemon/recorder/read.h"
+#include "tests/control/folder.h"
 #include "wire/pulse.h"
 
 #define MS UINT64_C(1000000)
@@ -66,46 +66,22 @@ static int setup(void **state)
 	return 0;
 }
 
-static void remove_all(const char *path)
-{
-	DIR *all = opendir(path);
-	struct dirent *entry;
-	char name[512];
-
-	while (all && (entry = readdir(all))) {
-		snprintf(name, sizeof(name), "%s/%s", path, entry->d_name);
-		unlink(name);
-	}
-	if (all)
-		closedir(all);
-	rmdir(path);
-}
-
 static int teardown(void **state)
 {
 	(void)state;
 	keeper_stop(&keeper);
 	keeper_close(&keeper);
-	remove_all(runtime);
-	remove_all(records);
+	folder_remove(runtime);
+	folder_remove(records);
 	rmdir(folder);
 	close(pipe_fd[0]);
 	close(pipe_fd[1]);
 	return 0;
 }
 
-/* How many files whose name has this in it. */
 static int files(const char *part)
 {
-	DIR *all = opendir(records);
-	struct dirent *entry;
-	int count = 0;
-
-	while (all && (entry = readdir(all)))
-		count += entry->d_name[0] != '.' && strstr(entry->d_name, part) != NULL;
-	if (all)
-		closedir(all);
-	return count;
+	return folder_count(records, part);
 }
 
 static void happen(enum event_code code, int64_t a, int64_t b, uint64_t now_ns)
@@ -369,10 +345,10 @@ static void on_a_disk_there_is_none(void **state)
 	strcpy(config.runtime_directory, place);
 	keeper_open(&keeper, &config, &loop, records);
 	if (found.f_type == TMPFS_MAGIC || found.f_type == RAMFS_MAGIC) {
-		remove_all(place);
+		folder_remove(place);
 		skip();
 	}
-	remove_all(place);
+	folder_remove(place);
 	assert_null(loop.recorder.head);
 	assert_null(loop.events.tap);
 	assert_non_null(strstr(logged(), "nothing is recorded (runtime-directory in /run"));

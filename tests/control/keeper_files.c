@@ -3,7 +3,6 @@
  * The files of the flight recorder's folder: which of them are removed, and that those
  * of anybody else, or of another pokeysd, are not.
  */
-#include <dirent.h>
 #include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -18,6 +17,7 @@
 #include <cmocka.h>
 #include "daemon/control/keeper.h"
 #include "daemon/recorder/read.h"
+#include "tests/control/folder.h"
 
 static char records[64], ring[96];
 
@@ -36,31 +36,14 @@ static int setup(void **state)
 
 static int teardown(void **state)
 {
-	DIR *all = opendir(records);
-	struct dirent *entry;
-
 	(void)state;
-	while (all && (entry = readdir(all)))
-		if (unlinkat(dirfd(all), entry->d_name, 0))
-			unlinkat(dirfd(all), entry->d_name, AT_REMOVEDIR);
-	if (all)
-		closedir(all);
 	unlink(ring);
-	return rmdir(records);
+	return folder_remove(records);
 }
 
-/* How many files whose name has this in it. */
 static int files(const char *part)
 {
-	DIR *all = opendir(records);
-	struct dirent *entry;
-	int count = 0;
-
-	while (all && (entry = readdir(all)))
-		count += entry->d_name[0] != '.' && strstr(entry->d_name, part) != NULL;
-	if (all)
-		closedir(all);
-	return count;
+	return folder_count(records, part);
 }
 
 /* An empty file in the folder; its descriptor. */

@@ -33,11 +33,7 @@ static int32_t steps(unsigned int axis)
 static int begin(void **state)
 {
 	(void)state;
-	world_init(&world, NULL);
-	world_axes(&world);
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
+	world_up(&world, NULL);
 	world_run(&world, 100 * MS);
 	return 0;
 }

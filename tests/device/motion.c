@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Motion: axes follow absolute references; they move only after a fresh edge
- * of machine-on seen while all was well (invariant I7); a trip is left alone
- * until it is cleared.
+ * Motion: axes follow absolute references, whatever the network does; what cannot be is
+ * refused and moves nothing. Whether they may move at all: permit.c.
  */
 
 #include <math.h>
@@ -12,26 +11,20 @@
 #include <string.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
-#include "wire/pulse.h"
 
 static struct world world;
 
 static int begin(void **state)
 {
 	(void)state;
-	world_init(&world, NULL);
-	world_axes(&world);
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
+	world_up(&world, NULL);
 	return 0;
 }
 
 static int begin_moving(void **state)
 {
-	begin(state);
-	world_go(&world, 0, 0, 0);
-	world_machine_on(&world);
+	(void)state;
+	world_moving(&world, NULL);
 	return 0;
 }
 
@@ -43,13 +36,7 @@ static int begin_old_firmware(void **state)
 	};
 
 	(void)state;
-	world_init(&world, &options);
-	world_axes(&world);
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
-	world_go(&world, 0, 0, 0);
-	world_machine_on(&world);
+	world_moving(&world, &options);
 	return 0;
 }
 
@@ -178,208 +165,6 @@ static void axis_not_driven_holds_its_place_under_the_old_command(void **state)
 	assert_int_equal(world_pulses(&world, 1), 700);
 }
 
-static void nothing_moves_before_the_edge(void **state)
-{
-	(void)state;
-	world_go(&world, 0, 5000, 0);
-	world_run(&world, 200 * MS);
-	assert_int_equal(world_pulses(&world, 0), 0);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
-	assert_int_equal(world.sent.pulse[0x25], 0);
-}
-
-static void machine_on_from_the_beginning_is_no_edge(void **state)
-{
-	begin(state);
-	world_start(&world);
-	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
-	world_go(&world, 0, 5000, 0);
-	world_until(&world, world_is_running, 500 * MS);
-	world_run(&world, 200 * MS);
-	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
-	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
-	assert_int_equal(world_pulses(&world, 0), 0);
-	world_machine_on(&world);
-	world_run(&world, 500 * MS);
-	assert_int_equal(world_pulses(&world, 0), 5000);
-}
-
-static void machine_off_stops_and_holds(void **state)
-{
-	int64_t stopped;
-
-	(void)state;
-	world_go(&world, 0, 100000, 0);
-	world_run(&world, 500 * MS);
-	world.command.flags = 0;
-	world_run(&world, 300 * MS);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
-	stopped = world_pulses(&world, 0);
-	assert_in_range(stopped, 1000, 90000);
-	/* on again: from here, not to where it was going before */
-	world_go(&world, 0, (int32_t)stopped, 0);
-	world_machine_on(&world);
-	world_run(&world, 500 * MS);
-	assert_int_equal(world_pulses(&world, 0), stopped);
-}
-
-static void no_motion_is_replayed_after_a_reconnect(void **state)
-{
-	int64_t stopped;
-
-	(void)state;
-	world_go(&world, 0, 100000, 0);
-	world_run(&world, 200 * MS);
-	sim_rig_silence(&world.rig, world.now, 400 * MS);
-	world_until(&world, world_is_lost, 400 * MS);
-	world_until(&world, world_is_running, 1 * SECOND);
-	world_run(&world, 300 * MS);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
-	stopped = world_pulses(&world, 0);
-	assert_in_range(stopped, 1000, 99000);
-	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
-	world_run(&world, 2 * SECOND);
-	assert_int_equal(world_pulses(&world, 0), stopped);
-	world_machine_on(&world);
-	world_run(&world, 8 * SECOND);
-	assert_int_equal(world_pulses(&world, 0), 100000);
-}
-
-static void dead_commander_stops_the_axes(void **state)
-{
-	int64_t stopped;
-
-	(void)state;
-	world_go(&world, 0, 100000, 0);
-	world_run(&world, 200 * MS);
-	world.commanding = false;
-	world_until(&world, world_is_safe, 400 * MS);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
-	stopped = world_pulses(&world, 0);
-	world.commanding = true;
-	world_run(&world, 500 * MS);
-	assert_int_equal(world_pulses(&world, 0), stopped);
-	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
-}
-
-static void new_commander_needs_an_edge_of_its_own(void **state)
-{
-	(void)state;
-	world_go(&world, 0, 100000, 0);
-	world_run(&world, 200 * MS);
-	world.command.session = 6;
-	world_run(&world, 500 * MS);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
-	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
-}
-
-static void reboot_within_a_short_silence_does_not_restart_motion(void **state)
-{
-	(void)state;
-	world_run(&world, 1 * SECOND);
-	world.rig.device.options.boot_ms = 50;
-	sim_device_save(&world.rig.device);
-	world_go(&world, 0, 100000, 0);
-	world_run(&world, 200 * MS);
-	sim_rig_reboot(&world.rig, world.now, false);
-	world_run(&world, 3 * SECOND);
-	assert_int_equal(world_pulses(&world, 0), 0);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
-	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
-	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
-}
-
-static enum pokeys_outcome clear_fault(void)
-{
-	const struct pokeys_one_shot clear = { .operation = POKEYS_ONE_SHOT_CLEAR_FAULT };
-
-	return world_do(&world, &clear, 500 * MS);
-}
-
-/* Where the references have gone meanwhile nobody followed. */
-static void stall_of_the_daemon_takes_the_permission(void **state)
-{
-	int64_t stopped;
-
-	(void)state;
-	world_go(&world, 0, 100, 0);
-	world_run(&world, 300 * MS);
-	stopped = world_pulses(&world, 0);
-	world_stall(&world, 1 * SECOND);
-	world_go(&world, 0, 50000, 0);
-	world_run(&world, 2 * SECOND);
-	assert_int_equal(world_pulses(&world, 0), stopped);
-	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
-}
-
-static void emergency_is_left_alone_until_it_is_cleared(void **state)
-{
-	(void)state;
-	world_go(&world, 0, 100000, 0);
-	world_run(&world, 100 * MS);
-	sim_bench_emergency(&world.rig.device, true);
-	world_run(&world, 20 * MS);
-	assert_int_equal(world.state.engine.state, 101);
-	assert_int_equal(world.state.engine.emergency, 1);
-	assert_int_equal(world.event_count[EVENT_ENGINE], 1);
-	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
-	sim_bench_emergency(&world.rig.device, false);
-	world.sent.pulse[0x02] = 0;
-	world_run(&world, 500 * MS);
-	world.command.flags = 0;
-	world_run(&world, 50 * MS);
-	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
-	world_run(&world, 500 * MS);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOP_EMERGENCY);
-	assert_int_equal(world.sent.pulse[0x02], 0);
-	assert_int_equal(clear_fault(), POKEYS_OUTCOME_DONE);
-	world_run(&world, 100 * MS);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
-	world_machine_on(&world);
-	world_run(&world, 8 * SECOND);
-	assert_int_equal(world_pulses(&world, 0), 100000);
-}
-
-/* Pressed while the engine stood: it trips only when it is to run. */
-static void start_refused_by_the_emergency_needs_another_edge(void **state)
-{
-	(void)state;
-	world_go(&world, 0, 0, 0);
-	sim_bench_emergency(&world.rig.device, true);
-	world_run(&world, 50 * MS);
-	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
-	world_run(&world, 200 * MS);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOP_EMERGENCY);
-	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
-	sim_bench_emergency(&world.rig.device, false);
-	assert_int_equal(clear_fault(), POKEYS_OUTCOME_DONE);
-	world_run(&world, 500 * MS);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
-	world_machine_on(&world);
-}
-
-static void inject(const uint8_t *packet)
-{
-	sim_rig_send_from(&world.rig, world.now, 77, packet, 64);
-}
-
-/* Another program told the device to stop: it is not started behind its back. */
-static void engine_stopped_by_somebody_else_needs_an_edge(void **state)
-{
-	const struct wire_pulse_state_req stop = { .state = WIRE_ENGINE_STOPPED };
-	uint8_t packet[64];
-
-	(void)state;
-	world_go(&world, 0, 50000, 0);
-	world_run(&world, 100 * MS);
-	wire_pulse_state_encode_req(packet, &stop);
-	wire_finish(packet, 200);
-	inject(packet);
-	world_run(&world, 1 * SECOND);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
-	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
-}
-
 static uint8_t reference[64];
 
 static void keep_reference(struct world *w, const uint8_t *packet)
@@ -399,20 +184,10 @@ static void reference_that_was_overtaken_is_corrected(void **state)
 	world.watch = NULL;
 	world_go(&world, 0, 1500, 0);
 	world_run(&world, 300 * MS);
-	inject(reference);
+	sim_rig_send_from(&world.rig, world.now, 77, reference, sizeof(reference));
 	world_run(&world, 500 * MS);
 	assert_int_equal(world_pulses(&world, 0), 1500);
 	assert_true(world.rig.device.bench.machine.axis[0].steps > 1500);
-}
-
-static void dead_commander_does_not_clear_a_trip(void **state)
-{
-	(void)state;
-	sim_bench_emergency(&world.rig.device, true);
-	world_run(&world, 20 * MS);
-	world.commanding = false;
-	world_until(&world, world_is_safe, 400 * MS);
-	assert_int_equal(world_engine_state(&world), SIM_PE_STOP_EMERGENCY);
 }
 
 static void disabled_axis_stops_while_the_others_go_on(void **state)
@@ -474,33 +249,6 @@ static void bad_value_leaves_the_last_good_one(void **state)
 	assert_true(world.state.flags & POKEYS_STATE_BAD_COMMAND);
 }
 
-/* Bad at the edge: the value of before the edge must not be the first reference. */
-static void bad_value_at_the_edge_moves_nothing(void **state)
-{
-	(void)state;
-	world_go(&world, 0, 8000, 0);
-	world_run(&world, 50 * MS);
-	world_go(&world, 0, 8000, INFINITY);
-	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
-	world_run(&world, 500 * MS);
-	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
-	assert_int_equal(world_pulses(&world, 0), 0);
-	world_go(&world, 0, 20, 0);
-	world_run(&world, 500 * MS);
-	assert_int_equal(world_pulses(&world, 0), 20);
-}
-
-static void first_reference_is_that_of_the_edge(void **state)
-{
-	(void)state;
-	world_go(&world, 0, 8000, 0);
-	world_run(&world, 50 * MS);
-	world_go(&world, 0, 0, 0);
-	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
-	world_run(&world, 500 * MS);
-	assert_int_equal(world.rig.device.bench.machine.axis[0].steps, 0);
-}
-
 static void limit_override_reaches_the_device(void **state)
 {
 	(void)state;
@@ -546,57 +294,6 @@ static void position_is_exact_at_the_end_whatever_the_network_does(void **state)
 	}
 }
 
-static void run_is_never_sent_without_permission(struct world *w, const uint8_t *p)
-{
-	if (p[1] == 0x85 && p[2] == 0x02 && p[3] == WIRE_ENGINE_RUNNING)
-		assert_true(w->command.flags & POKEYS_COMMAND_MACHINE_ON);
-	if (p[1] == 0x85 && (p[2] == 0x25 || p[2] == 0x20) && !w->commanding)
-		fail_msg("a reference without a commander");
-}
-
-/* Edges, deaths, losses and trips in any order; the world checks I7 in every tick. */
-static void permission_survives_no_chaos(void **state)
-{
-	struct sim_prng prng;
-	unsigned int on = 0;
-
-	(void)state;
-	sim_prng_init(&prng, world_seed());
-	world.watch = run_is_never_sent_without_permission;
-	for (unsigned int i = 0; i < 3000; i++) {
-		switch (sim_prng_below(&prng, 10)) {
-		case 0:
-			world.command.flags ^= POKEYS_COMMAND_MACHINE_ON;
-			break;
-		case 1:
-			sim_rig_silence(&world.rig, world.now, sim_prng_below(&prng, 400) * MS);
-			break;
-		case 2:
-			world_loss(&world, (double)sim_prng_below(&prng, 40) / 100);
-			break;
-		case 3:
-			world.command.session++;
-			world.command.one_shot_head = 0;
-			break;
-		case 4:
-			sim_bench_emergency(&world.rig.device, sim_prng_below(&prng, 3) == 0);
-			break;
-		case 5:
-			clear_fault();
-			break;
-		case 6:
-			world_stall(&world, sim_prng_below(&prng, 300) * MS);
-			break;
-		default:
-			world_go(&world, (unsigned int)sim_prng_below(&prng, 3),
-			   (int32_t)sim_prng_below(&prng, 5000), 0);
-		}
-		world_run(&world, sim_prng_below(&prng, 60) * MS);
-		on += !!(world.state.flags & POKEYS_STATE_MACHINE_ON);
-	}
-	assert_true(on > 100);
-}
-
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -611,29 +308,13 @@ int main(void)
 				       begin_old_firmware),
 		cmocka_unit_test_setup(axis_not_driven_holds_its_place_under_the_old_command,
 				       begin_old_firmware),
-		cmocka_unit_test_setup(nothing_moves_before_the_edge, begin),
-		cmocka_unit_test(machine_on_from_the_beginning_is_no_edge),
-		cmocka_unit_test_setup(machine_off_stops_and_holds, begin_moving),
-		cmocka_unit_test_setup(no_motion_is_replayed_after_a_reconnect, begin_moving),
-		cmocka_unit_test_setup(dead_commander_stops_the_axes, begin_moving),
-		cmocka_unit_test_setup(new_commander_needs_an_edge_of_its_own, begin_moving),
-		cmocka_unit_test_setup(reboot_within_a_short_silence_does_not_restart_motion,
-				       begin_moving),
-		cmocka_unit_test_setup(stall_of_the_daemon_takes_the_permission, begin_moving),
-		cmocka_unit_test_setup(emergency_is_left_alone_until_it_is_cleared, begin_moving),
-		cmocka_unit_test_setup(start_refused_by_the_emergency_needs_another_edge, begin),
-		cmocka_unit_test_setup(engine_stopped_by_somebody_else_needs_an_edge, begin_moving),
 		cmocka_unit_test_setup(reference_that_was_overtaken_is_corrected, begin_moving),
-		cmocka_unit_test_setup(dead_commander_does_not_clear_a_trip, begin_moving),
 		cmocka_unit_test_setup(disabled_axis_stops_while_the_others_go_on, begin_moving),
 		cmocka_unit_test_setup(axis_that_is_not_set_up_is_refused, begin_moving),
 		cmocka_unit_test_setup(mode_the_axis_is_not_set_up_for_is_refused, begin),
 		cmocka_unit_test_setup(bad_value_leaves_the_last_good_one, begin_moving),
-		cmocka_unit_test_setup(bad_value_at_the_edge_moves_nothing, begin),
-		cmocka_unit_test_setup(first_reference_is_that_of_the_edge, begin),
 		cmocka_unit_test_setup(limit_override_reaches_the_device, begin_moving),
 		cmocka_unit_test(position_is_exact_at_the_end_whatever_the_network_does),
-		cmocka_unit_test_setup(permission_survives_no_chaos, begin_moving),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -121,6 +121,11 @@ void world_go(struct world *world, unsigned int axis, int32_t position, float ve
 /* Rising edge of machine-on, and the engine running if any axis is enabled. */
 void world_machine_on(struct world *world);
 
+/* As world_init(), with world_axes() and a commander, and the link runs. */
+void world_up(struct world *world, const struct sim_rig_options *options);
+/* ... and machine-on, with axis 0 driven, at 0. */
+void world_moving(struct world *world, const struct sim_rig_options *options);
+
 /* Ways in which it ends for whoever moves axes. */
 void world_machine_off(struct world *world);
 void world_commander_dies(struct world *world);
