@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "settings/private.h"
+#include "settings/text.h"
 
 static const struct settings_word *word_of(const struct settings_key *key, int64_t value)
 {

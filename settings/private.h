@@ -22,10 +22,6 @@ int64_t field_get(const struct settings_key *key, uint32_t index,
 void field_put(const struct settings_key *key, uint32_t index, struct pokeys_settings *settings,
 	       int64_t value);
 
-/* snprintf at an offset; never beyond the end. Returns the offset behind it. */
-size_t settings_append(char *text, size_t size, size_t at, const char *format, ...)
-	__attribute__((format(printf, 4, 5)));
-
 /* Say that it is meant. Functions of pins have said so themselves. */
 void set_put(const struct settings_key *key, uint32_t index, struct pokeys_settings *settings);
 

@@ -6,44 +6,15 @@
  * empty value are faults, not 10, 0, infinity or a default. All is judged
  * before anything is stored, so that a refused value leaves no half of itself.
  */
-#include <errno.h>
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include "settings/list.h"
 #include "settings/private.h"
-
-static const char not_allowed[] = "is not allowed";
-static const char out_of_range[] = "is out of range";
-
-static const struct settings_word *find_word(const struct settings_key *key, const char *text)
-{
-	for (const struct settings_word *word = key->words; word && word->name; word++)
-		if (!strcmp(word->name, text))
-			return word;
-	return NULL;
-}
-
-/* A whole decimal number. */
-static const char *parse_integer(const char *text, double minimum, double maximum, int64_t *out)
-{
-	bool negative = *text == '-';
-	size_t digits = strspn(text + negative, "0123456789");
-
-	if (!digits || text[digits + negative] || maximum < minimum)
-		return not_allowed;
-	errno = 0;
-	*out = strtoll(text, NULL, 10);
-	if (errno || (double)*out < minimum || (double)*out > maximum)
-		return out_of_range;
-	return NULL;
-}
+#include "settings/text.h"
 
 static const char *store_number(const struct settings_key *key, uint32_t index, const char *text,
 				struct pokeys_settings *settings)
 {
-	const struct settings_word *word = find_word(key, text);
+	const struct settings_word *word = settings_find_word(key->words, text);
 	int64_t scale = key->scale > 0 ? (int64_t)key->scale : 1;
 	const char *wrong = NULL;
 	int64_t value = 0;
@@ -51,7 +22,7 @@ static const char *store_number(const struct settings_key *key, uint32_t index, 
 	if (word) {
 		value = word->value;
 	} else {
-		wrong = parse_integer(text, key->minimum, key->maximum, &value);
+		wrong = settings_whole(text, key->minimum, key->maximum, &value);
 		if (!wrong && value % scale)
 			wrong = "is between two steps";
 		if (!wrong)
@@ -65,20 +36,13 @@ static const char *store_number(const struct settings_key *key, uint32_t index, 
 static const char *store_real(const struct settings_key *key, uint32_t index, const char *text,
 			      struct pokeys_settings *settings)
 {
-	double value;
-	float single;
-	char *end;
+	double value = 0;
+	const char *wrong = settings_real(text, key->minimum, key->maximum, &value);
+	const float single = (float)value;
 
-	if (!*text || *text == '+' || text[strspn(text, "0123456789.eE+-")])
-		return "is not a number";
-	value = strtod(text, &end);
-	if (*end || end == text)
-		return "is not a number";
-	if (!isfinite(value) || value < key->minimum || value > key->maximum)
-		return out_of_range;
-	single = (float)value;
-	memcpy(field_at(key, index, settings), &single, sizeof(single));
-	return NULL;
+	if (!wrong)
+		memcpy(field_at(key, index, settings), &single, sizeof(single));
+	return wrong;
 }
 
 /* A list of terminals in the order it is written, 0-based, none twice. */
@@ -161,7 +125,7 @@ static const char *store_bytes(const struct settings_key *key, uint32_t index, c
 
 	while (list_part(&text, part, sizeof(part))) {
 		int64_t value;
-		const char *wrong = parse_integer(part, key->minimum, key->maximum, &value);
+		const char *wrong = settings_whole(part, key->minimum, key->maximum, &value);
 
 		if (wrong)
 			return wrong;
@@ -208,7 +172,7 @@ static const char *store_any(const struct settings_key *key, uint32_t index, con
 	case SETTINGS_PIN_BITS:
 		return store_pins(key, index, text, settings);
 	}
-	return not_allowed;
+	return settings_not_allowed;
 }
 
 const char *settings_store(const struct settings_key *key, uint32_t index, const char *text,

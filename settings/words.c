@@ -4,21 +4,9 @@
  * not for files. A message says all that is allowed at once, because whoever
  * got a value wrong would otherwise have to guess a second time.
  */
-#include <stdarg.h>
 #include <stdio.h>
 #include "settings/private.h"
-
-size_t settings_append(char *text, size_t size, size_t at, const char *format, ...)
-{
-	va_list arguments;
-	int length;
-
-	va_start(arguments, format);
-	length = vsnprintf(text + at, size - at, format, arguments);
-	va_end(arguments);
-	at += length > 0 ? (size_t)length : 0;
-	return at < size ? at : size - 1;
-}
+#include "settings/text.h"
 
 const char *settings_pin_text(uint8_t function, char text[SETTINGS_VALUE_MAX])
 {

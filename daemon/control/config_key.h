@@ -26,11 +26,6 @@ enum config_type {
 	CONFIG_SETTING,		/* struct pokeys_settings, as `setting` says */
 };
 
-struct config_word {
-	const char *name;
-	int64_t value;
-};
-
 struct config_key {
 	enum config_section section;
 	const char *name;		/* '#' stands for an index */
@@ -38,7 +33,7 @@ struct config_key {
 	size_t offset, size;		/* of the field in its raw section */
 	uint32_t count, stride;		/* indices 0..count-1 (0 = no index), bytes between them */
 	double minimum, maximum;	/* maximum < minimum: words only */
-	const struct config_word *words;	/* ends with a NULL name; may be NULL */
+	const struct settings_word *words;	/* ends with a NULL name; may be NULL */
 	const char *fallback;		/* default, as a user would write it; NULL = none */
 	const char *unit;		/* NULL = none */
 	const char *help;

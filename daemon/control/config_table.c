@@ -22,7 +22,7 @@
 #define DEVICE(field) CONFIG_DEVICE, .offset = offsetof(struct config_raw_device, field), \
 	.size = sizeof(((struct config_raw_device *)0)->field)
 
-#define WORDS(...) ((const struct config_word[]){ __VA_ARGS__, { NULL, 0 } })
+#define WORDS(...) ((const struct settings_word[]){ __VA_ARGS__, { NULL, 0 } })
 #define RANGE(low, high) .minimum = (low), .maximum = (high)
 #define WORDS_ONLY RANGE(1, 0)
 

@@ -9,65 +9,32 @@
  * lines.
  */
 #include <arpa/inet.h>
-#include <errno.h>
-#include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include "daemon/control/config_key.h"
 #include "settings/list.h"
-
-static const char not_allowed[] = "is not allowed";
-static const char out_of_range[] = "is out of range";
-
-static const struct config_word *find_word(const struct config_key *key, const char *text)
-{
-	for (const struct config_word *word = key->words; word && word->name; word++)
-		if (!strcmp(word->name, text))
-			return word;
-	return NULL;
-}
+#include "settings/text.h"
 
 static const char *store_integer(const struct config_key *key, const char *text, void *field)
 {
-	const struct config_word *word = find_word(key, text);
-	size_t digits = strspn(text + (*text == '-'), "0123456789");
-	int64_t value = 0;
+	const struct settings_word *word = settings_find_word(key->words, text);
+	int64_t value = word ? word->value : 0;
+	const char *wrong = word ? NULL :
+			    settings_whole(text, key->minimum, key->maximum, &value);
 
-	if (word) {
-		value = word->value;
-	} else {
-		if (!digits || text[digits + (*text == '-')] || key->maximum < key->minimum)
-			return not_allowed;
-		errno = 0;
-		value = strtoll(text, NULL, 10);
-		if (errno || (double)value < key->minimum || (double)value > key->maximum)
-			return out_of_range;
-	}
-	memcpy(field, &value, sizeof(value));
-	return NULL;
+	if (!wrong)
+		memcpy(field, &value, sizeof(value));
+	return wrong;
 }
 
 static const char *store_real(const struct config_key *key, const char *text, void *field)
 {
-	const struct config_word *word = find_word(key, text);
-	double value = 0;
-	char *end = NULL;
+	const struct settings_word *word = settings_find_word(key->words, text);
+	double value = word ? (double)word->value : 0;
+	const char *wrong = word ? NULL : settings_real(text, key->minimum, key->maximum, &value);
 
-	if (word) {
-		value = (double)word->value;
-	} else {
-		if (!*text || text[strspn(text, "0123456789.eE+-")])
-			return "is not a number";
-		value = strtod(text, &end);
-		if (*end || end == text)
-			return "is not a number";
-		if (!isfinite(value) || value < key->minimum || value > key->maximum)
-			return out_of_range;
-	}
-	memcpy(field, &value, sizeof(value));
-	return NULL;
+	if (!wrong)
+		memcpy(field, &value, sizeof(value));
+	return wrong;
 }
 
 static const char *store_text(const struct config_key *key, const char *text, char *field)
@@ -177,49 +144,34 @@ const char *config_store(const struct config_key *key, uint32_t index, const cha
 	case CONFIG_SETTING:
 		return settings_store(key->setting, index, text, field);
 	}
-	return not_allowed;
-}
-
-/* snprintf at an offset; never beyond the end. */
-static size_t append(char *text, size_t size, size_t at, const char *format, ...)
-	__attribute__((format(printf, 4, 5)));
-static size_t append(char *text, size_t size, size_t at, const char *format, ...)
-{
-	va_list arguments;
-	int length;
-
-	va_start(arguments, format);
-	length = vsnprintf(text + at, size - at, format, arguments);
-	va_end(arguments);
-	at += length > 0 ? (size_t)length : 0;
-	return at < size ? at : size - 1;
+	return settings_not_allowed;
 }
 
 size_t config_allowed(const struct config_key *key, char *text, size_t size)
 {
-	size_t at = append(text, size, 0, "%s", "");
+	size_t at = settings_append(text, size, 0, "%s", "");
 
-	for (const struct config_word *word = key->words; word && word->name; word++)
-		at = append(text, size, at, "%s%s", at ? " | " : "", word->name);
+	for (const struct settings_word *word = key->words; word && word->name; word++)
+		at = settings_append(text, size, at, "%s%s", at ? " | " : "", word->name);
 	switch (key->type) {
 	case CONFIG_INTEGER:
 	case CONFIG_REAL:
 		if (key->minimum <= key->maximum)
-			at = append(text, size, at, "%s%.10g..%.10g", at ? " | " : "", key->minimum,
+			at = settings_append(text, size, at, "%s%.10g..%.10g", at ? " | " : "", key->minimum,
 				    key->maximum);
 		return at;
 	case CONFIG_TEXT:
-		return append(text, size, at, "a name of at most %zu characters", key->size - 1);
+		return settings_append(text, size, at, "a name of at most %zu characters", key->size - 1);
 	case CONFIG_FILE:
-		return append(text, size, at, "a path from / of at most %zu characters",
+		return settings_append(text, size, at, "a path from / of at most %zu characters",
 			      key->size - 1);
 	case CONFIG_ADDRESS:
-		return append(text, size, at, "an IPv4 address such as 192.168.1.20");
+		return settings_append(text, size, at, "an IPv4 address such as 192.168.1.20");
 	case CONFIG_ADDRESS_LIST:
-		return append(text, size, at, "at most %d IPv4 addresses with commas between",
+		return settings_append(text, size, at, "at most %d IPv4 addresses with commas between",
 			      CONFIG_ADDRESSES);
 	case CONFIG_PIN_LIST:
-		return append(text, size, at, "pins %g..%g as a list such as %g-%g,%g",
+		return settings_append(text, size, at, "pins %g..%g as a list such as %g-%g,%g",
 			      key->minimum,
 			      key->maximum, key->minimum, key->minimum + 2, key->minimum + 4);
 	case CONFIG_SETTING:

@@ -371,28 +371,31 @@ bool task_explains(const struct device *device, uint8_t state)
 	       (state == WIRE_ENGINE_HYBRID_STOPPING || state == WIRE_ENGINE_HYBRID_COMPLETE);
 }
 
-static void started(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-		    uint64_t now_ns)
+static struct device *ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
+			    uint64_t now_ns)
 {
 	struct device *device = device_of(mailbox);
 
-	(void)context;
 	device->now_ns = now_ns;
 	device->task.open = false;
 	device->task.answered = answered(entry);
 	motion_displaced(device);
+	return device;
+}
+
+static void started(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+		    uint64_t now_ns)
+{
+	(void)context;
+	ended(mailbox, entry, now_ns);
 }
 
 static void finished(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
 		     uint64_t now_ns)
 {
-	struct device *device = device_of(mailbox);
+	struct device *device = ended(mailbox, entry, now_ns);
 
 	(void)context;
-	device->now_ns = now_ns;
-	device->task.open = false;
-	device->task.answered = answered(entry);
-	motion_displaced(device);
 	if (answered(entry) && !device->image.engine.task_result)
 		set_result(device, kind_of(device)->take(device, entry));
 }

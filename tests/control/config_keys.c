@@ -132,7 +132,7 @@ static void every_word_is_taken_and_no_other(void **state)
 
 		if (!key->words)
 			continue;
-		for (const struct config_word *word = key->words; word->name; word++) {
+		for (const struct settings_word *word = key->words; word->name; word++) {
 			assert_null(stored(key, 0, word->name));
 			assert_true(strlen(word->name) > 0);
 		}

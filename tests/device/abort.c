@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
-#include "tests/device/world.h"
+#include "tests/device/lose.h"
 #include "wire/pulse.h"
 
 enum {
@@ -25,42 +25,7 @@ enum {
 	PROBE_INPUT = 5,
 };
 
-static struct world world, picture;
-static void *device_picture;
-static int lose_request, lose_reply;	/* count down to the one; below 0 none */
-
-static void watch(struct world *w, const uint8_t *packet)
-{
-	(void)packet;
-	w->swallow = lose_request-- == 0;
-}
-
-static bool lose(struct world *w, const uint8_t *packet)
-{
-	(void)w;
-	(void)packet;
-	return lose_reply-- == 0;
-}
-
-static void lose_nothing(void)
-{
-	lose_request = lose_reply = -1;
-}
-
-static void take_picture(void)
-{
-	picture = world;
-	device_picture = realloc(device_picture, device_size());
-	assert_non_null(device_picture);
-	memcpy(device_picture, world.device, device_size());
-}
-
-static void put_back(void)
-{
-	world = picture;
-	memcpy(world.device, device_picture, device_size());
-	lose_nothing();
-}
+static struct world world;
 
 static void begin(void)
 {
@@ -73,7 +38,6 @@ static void begin(void)
 	};
 	struct pokeys_axis_settings *axis;
 
-	lose_nothing();
 	world_init(&world, NULL);
 	world_axes(&world);
 	axis = &world.config.settings.axis[0];
@@ -89,8 +53,7 @@ static void begin(void)
 	world_go(&world, 1, 0, 0);
 	world_machine_on(&world);
 	world_run(&world, 30 * MS);
-	world.watch = watch;
-	world.lose_reply = lose;
+	lose_begin(&world);
 }
 
 /* Axis 1 goes on as far as it is let. */
@@ -165,11 +128,8 @@ static void abort_here(const char *what)
 {
 	for (unsigned int way = 0; way < sizeof(aborts) / sizeof(aborts[0]); way++) {
 		for (int k = 0; k < 2 * PACKETS; k += WORLD_STRIDE) {
-			put_back();
-			if (k < PACKETS)
-				lose_request = k;
-			else
-				lose_reply = k - PACKETS;
+			lose_put_back(&world);
+			lose_one(k, PACKETS);
 			aborts[way].abort(&world);
 			world_run(&world, aborts[way].settle_ns);
 			check_stands(what, way);
@@ -198,7 +158,7 @@ static void abort_in_each_phase(const struct pokeys_one_shot *task)
 			continue;
 		}
 		snprintf(what, sizeof(what), "operation %u phase %u", task->operation, phase);
-		take_picture();
+		lose_keep(&world);
 		abort_here(what);
 	}
 }
@@ -222,7 +182,7 @@ static void motion_ends_standing_from_any_phase_with_any_packet_lost(void **stat
 	world_go(&world, 0, 100000, 0);
 	world_go(&world, 1, -100000, 0);
 	world_run(&world, 80 * MS);
-	take_picture();
+	lose_keep(&world);
 	abort_here("position mode");
 	/* and from each moment of its beginning */
 	begin();
@@ -232,9 +192,9 @@ static void motion_ends_standing_from_any_phase_with_any_packet_lost(void **stat
 	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
 	for (unsigned int cycle = 0; cycle < 6; cycle++) {
 		world_cycle(&world);
-		take_picture();
+		lose_keep(&world);
 		abort_here("start of the engine");
-		put_back();
+		lose_put_back(&world);
 	}
 }
 
@@ -284,24 +244,21 @@ static bool is_idle(struct world *w)
 }
 
 /* No abort: done, or failed and said so. Returns how many were not done. */
-static unsigned int lose_each(const struct pokeys_one_shot *task, unsigned int packets)
+static unsigned int lose_each(const struct pokeys_one_shot *task, int packets)
 {
 	unsigned int undone = 0;
 
 	begin();
-	take_picture();
-	for (unsigned int k = 0; k < 2 * packets; k += WORLD_STRIDE) {
+	lose_keep(&world);
+	for (int k = 0; k < 2 * packets; k += WORLD_STRIDE) {
 		struct pokeys_one_shot shot = *task;
 		uint32_t id;
 
-		put_back();
+		lose_put_back(&world);
 		if (task->operation == POKEYS_ONE_SHOT_HOME)
 			shot.flags = POKEYS_HOME_FINISH_ITSELF;
 		id = world_one_shot(&world, &shot);
-		if (k < packets)
-			lose_request = (int)k;
-		else
-			lose_reply = (int)(k - packets);
+		lose_one(k, packets);
 		world_until(&world, is_idle, 3 * SECOND);
 		assert_int_equal(world_outcome(&world, id) == POKEYS_OUTCOME_DONE,
 				 world.state.engine.task_result == POKEYS_TASK_DONE);
@@ -333,7 +290,7 @@ int main(void)
 	};
 	const int failed = cmocka_run_group_tests(tests, NULL, NULL);
 
-	free(device_picture);
+	lose_end();
 	free(world.device);
 	return failed;
 }

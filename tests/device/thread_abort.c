@@ -11,44 +11,14 @@
 #include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
-#include "tests/device/world.h"
+#include "tests/device/lose.h"
 #include "wire/pulse.h"
 
 enum { PACKETS = 30, STEPS = 4096, FEED = 10, THREAD_MS = 250 };
 
-static struct world world, picture;
-static void *device_picture;
-static int lose_request, lose_reply;	/* count down to the one; below 0 none */
+static struct world world;
 static int32_t moved_ms;		/* how long the commander has moved */
 static uint32_t prepared_head;		/* of the one-shots, when it was asked to prepare */
-
-static void watch(struct world *w, const uint8_t *packet)
-{
-	(void)packet;
-	w->swallow = lose_request-- == 0;
-}
-
-static bool lose(struct world *w, const uint8_t *packet)
-{
-	(void)w;
-	(void)packet;
-	return lose_reply-- == 0;
-}
-
-static void put_back(void)
-{
-	world = picture;
-	memcpy(world.device, device_picture, device_size());
-	lose_request = lose_reply = -1;
-}
-
-static void take_picture(void)
-{
-	picture = world;
-	device_picture = realloc(device_picture, device_size());
-	assert_non_null(device_picture);
-	memcpy(device_picture, world.device, device_size());
-}
 
 static void go(unsigned int axis, int32_t position)
 {
@@ -68,7 +38,6 @@ static void begin(void)
 	struct pokeys_settings *settings = &world.config.settings;
 	struct sim_shaft *spindle;
 
-	lose_request = lose_reply = -1;
 	moved_ms = 0;
 	world_init(&world, &options);
 	world_axes(&world);
@@ -97,8 +66,7 @@ static void begin(void)
 	spindle->index_every = STEPS;
 	spindle->rate = 15 * STEPS;		/* 900 rpm */
 	world_run(&world, 200 * MS);
-	world.watch = watch;
-	world.lose_reply = lose;
+	lose_begin(&world);
 }
 
 /* The buffer holds something then, and it has been seen whether the device tells that. */
@@ -179,20 +147,17 @@ static void check_stands(const char *what, const char *way)
 /* Each way to abort x each packet lost, from the picture. */
 static void abort_here(const char *what)
 {
-	take_picture();
+	lose_keep(&world);
 	for (unsigned int way = 0; way < sizeof(aborts) / sizeof(aborts[0]); way++) {
 		for (int k = 0; k < 2 * PACKETS; k += WORLD_STRIDE) {
-			put_back();
-			if (k < PACKETS)
-				lose_request = k;
-			else
-				lose_reply = k - PACKETS;
+			lose_put_back(&world);
+			lose_one(k, PACKETS);
 			aborts[way].abort(&world);
 			world_run(&world, aborts[way].settle_ns);
 			check_stands(what, aborts[way].name);
 		}
 	}
-	put_back();
+	lose_put_back(&world);
 }
 
 static bool in_step(unsigned int step)
@@ -293,16 +258,13 @@ static void single_lost_packet_does_not_spoil_a_thread(void **state)
 	begin();
 	there_and_back();
 	world_run(&world, 100 * MS);
-	take_picture();
+	lose_keep(&world);
 	for (int k = 0; k < 2 * 700; k += WORLD_STRIDE) {
 		uint32_t id;
 
-		put_back();
+		lose_put_back(&world);
 		moved_ms = 0;
-		if (k < 700)
-			lose_request = k;
-		else
-			lose_reply = k - 700;
+		lose_one(k, 700);
 		id = queue(POKEYS_ONE_SHOT_THREAD_PREPARE);
 		for (unsigned int left = 3000; left && !world.state.engine.task_count; left--)
 			lead_on();
@@ -315,7 +277,7 @@ static void single_lost_packet_does_not_spoil_a_thread(void **state)
 		assert_int_equal(world.rig.device.engine.axis[1].pulses, -moved_ms * FEED / 2);
 		assert_int_equal(world.rig.device.bench.machine.axis[0].steps,
 				 (uint64_t)(moved_ms * FEED) +
-				 picture.rig.device.bench.machine.axis[0].steps);
+				 lose_kept()->rig.device.bench.machine.axis[0].steps);
 	}
 }
 
@@ -328,7 +290,7 @@ int main(void)
 	};
 	const int failed = cmocka_run_group_tests(tests, NULL, NULL);
 
-	free(device_picture);
+	lose_end();
 	free(world.device);
 	return failed;
 }

@@ -13,18 +13,8 @@ static struct pokeys_command *const command = &rig.exchange.command;
 static int setup(void **state)
 {
 	(void)state;
-	rig_init(&rig);
-	rig.exchange.legacy.on = true;
-	rig_periods(&rig, 2);
+	rig_init_older(&rig);
 	return 0;
-}
-
-/* As a machine of the older component has axis 0. */
-static void drive_axis(void)
-{
-	rig.exchange.legacy.linked[0] = true;
-	legacy->axis_set[0].enabled = 1;
-	rig.values.machine_is_on = true;
 }
 
 static void an_axis_follows_its_older_name_only_if_it_is_connected(void **state)
@@ -59,7 +49,7 @@ static void what_a_hal_file_sets_at_once_is_taken_while_the_machine_is_off(void 
 static void axis_enable_counts_only_if_chosen(void **state)
 {
 	(void)state;
-	drive_axis();
+	rig_drive_older(&rig);
 	rig_period(&rig);
 	assert_int_equal(command->axis[0].enable, 1);
 	legacy->choice.axis_enable = true;
@@ -114,7 +104,7 @@ static void the_whole_part_of_the_scale_is_a_choice(void **state)
 static void an_enabled_axis_keeps_its_offset(void **state)
 {
 	(void)state;
-	drive_axis();
+	rig_drive_older(&rig);
 	rig_period(&rig);
 	legacy->axis_set[0].offset = 1000;
 	rig_periods(&rig, 2);
@@ -389,7 +379,7 @@ static void without_the_scheme_nothing_of_it_acts(void **state)
 	(void)state;
 	rig.exchange.legacy.on = false;
 	rig.daemon.identity.hardware = 32;
-	drive_axis();
+	rig_drive_older(&rig);
 	legacy->engine.relay[0] = true;
 	legacy->choice.adcout = legacy->adcout[0].enable = true;
 	legacy->engine.home_mask = 1;

@@ -12,18 +12,8 @@ static struct pokeys_command *const command = &rig.exchange.command;
 static int setup(void **state)
 {
 	(void)state;
-	rig_init(&rig);
-	rig.exchange.legacy.on = true;
-	rig_periods(&rig, 2);
+	rig_init_older(&rig);
 	return 0;
-}
-
-/* As a machine of the older component has axis 0. */
-static void drive_axis(void)
-{
-	rig.exchange.legacy.linked[0] = true;
-	legacy->axis_set[0].enabled = 1;
-	rig.values.machine_is_on = true;
 }
 
 static struct pokeys_one_shot *newest(void)
@@ -55,7 +45,7 @@ static void homing_is_a_conversation(void **state)
 	uint32_t head = command->one_shot_head;
 
 	(void)state;
-	drive_axis();
+	rig_drive_older(&rig);
 	legacy->axis_set[0].sequence = 1;
 	legacy->axis_set[6].sequence = -1;
 	legacy->axis_set[0].zero_position = 4000;
@@ -125,7 +115,7 @@ static void a_group_waits_for_the_one_that_is_homed(void **state)
 static void an_axis_that_homes_gets_no_reference_while_data_are_stale(void **state)
 {
 	(void)state;
-	drive_axis();
+	rig_drive_older(&rig);
 	rig_period(&rig);
 	assert_int_equal(command->axis[0].mode, POKEYS_AXIS_POSITION);
 	ask(0x01, LEGACY_HOME_START);
@@ -157,7 +147,7 @@ static void probing_tells_speed_and_input(void **state)
 static void a_refused_homing_shows_an_error(void **state)
 {
 	(void)state;
-	drive_axis();
+	rig_drive_older(&rig);
 	ask(0x01, LEGACY_HOME_START);
 	answer(POKEYS_OUTCOME_REFUSED);
 	assert_int_equal(legacy->axis[0].state, 20);
@@ -171,7 +161,7 @@ static void a_position_that_was_not_set_is_set_again(void **state)
 	uint32_t head;
 
 	(void)state;
-	drive_axis();
+	rig_drive_older(&rig);
 	ask(0x01, LEGACY_HOME_START);
 	answer(POKEYS_OUTCOME_DONE);
 	ask(0x01, LEGACY_HOME_FINALIZE);
@@ -189,7 +179,7 @@ static void a_position_that_was_not_set_is_set_again(void **state)
 static void a_homing_ends_with_its_daemon(void **state)
 {
 	(void)state;
-	drive_axis();
+	rig_drive_older(&rig);
 	ask(0x01, LEGACY_HOME_START);
 	rig.daemon.epoch++;
 	rig_periods(&rig, 2);
@@ -199,7 +189,7 @@ static void a_homing_ends_with_its_daemon(void **state)
 static void a_cancelled_homing_is_told_to_the_device(void **state)
 {
 	(void)state;
-	drive_axis();
+	rig_drive_older(&rig);
 	ask(0x01, LEGACY_HOME_START);
 	answer(POKEYS_OUTCOME_DONE);
 	ask(0x01, LEGACY_HOME_CANCEL);
@@ -250,7 +240,7 @@ static void a_fault_is_cleared_while_the_machine_is_off(void **state)
 	uint32_t head = command->one_shot_head;
 
 	(void)state;
-	drive_axis();
+	rig_drive_older(&rig);
 	rig.daemon.engine.state = 101;
 	rig_periods(&rig, 3);
 	assert_int_equal(command->one_shot_head, head);

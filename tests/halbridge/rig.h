@@ -88,6 +88,22 @@ static inline void rig_periods(struct rig *rig, unsigned int count)
 		rig_period(rig);
 }
 
+/* With the older scheme's names, a few periods on. */
+static inline void rig_init_older(struct rig *rig)
+{
+	rig_init(rig);
+	rig->exchange.legacy.on = true;
+	rig_periods(rig, 2);
+}
+
+/* As a machine of the older component has axis 0. */
+static inline void rig_drive_older(struct rig *rig)
+{
+	rig->exchange.legacy.linked[0] = true;
+	rig->values.legacy.axis_set[0].enabled = 1;
+	rig->values.machine_is_on = true;
+}
+
 /* The daemon says how a one-shot ended, and the task that it began is over. */
 static inline void rig_end(struct rig *rig, uint32_t id, enum pokeys_outcome outcome,
 			   enum pokeys_task_result result)

@@ -4,7 +4,6 @@
 
 #include "sim/bench.h"
 
-#define MOVING (SIM_AC_ENABLED | SIM_AC_PLANNER | SIM_AC_POSITION)
 #define MOST_MS 60000
 
 static struct talk t;
@@ -48,17 +47,6 @@ static void set_byte(uint8_t axis, unsigned int at, uint8_t value)
 	talk_send(&t);
 }
 
-/* Lets time pass until the engine leaves `busy`; its state then. */
-static uint8_t wait_while(uint8_t busy)
-{
-	for (int ms = 0; ms < MOST_MS; ms++) {
-		talk_wait(&t, 1);
-		if (t.dev.engine.state != busy)
-			return t.dev.engine.state;
-	}
-	return busy;
-}
-
 /* Records the lowest position of the machine while homing. */
 static int64_t home_and_watch(void)
 {
@@ -77,7 +65,7 @@ static void the_acceptance_values_of_the_sheet_are_met(void **state)
 	int64_t lowest;
 
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	home(0x01, 0);
 	assert_int_equal(talk_engine_state(&t), SIM_PE_HOMING);
 	lowest = home_and_watch();
@@ -97,7 +85,7 @@ static void the_states_follow_each_other(void **state)
 	unsigned int seen = 0;
 
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	home(0x01, 0);
 	while (seen < sizeof(want)) {
 		assert_int_equal(t.dev.engine.axis[0].state, want[seen]);
@@ -114,9 +102,9 @@ static void the_states_follow_each_other(void **state)
 static void the_offset_is_the_position_of_the_edge(void **state)
 {
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	home(0x01, -777);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	assert_in_range(talk_position(&t, 0) + 777, 4, 5);
 }
 
@@ -125,24 +113,24 @@ static void homing_twice_finds_the_same_place(void **state)
 	int64_t place;
 
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	home(0x01, 0);
-	wait_while(SIM_PE_HOMING);
+	talk_wait_while(&t, SIM_PE_HOMING);
 	place = machine(0)->position - talk_position(&t, 0);
 	talk_set_state(&t, SIM_PE_RUNNING);
 	talk_move(&t, 0, 3210);
 	talk_wait(&t, 3000);
 	home(0x01, 0);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	assert_in_range(machine(0)->position - talk_position(&t, 0) - place + 2, 0, 4);
 }
 
 static void only_the_masked_axes_home(void **state)
 {
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	home(0x05, 0);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	assert_int_equal(talk_axis_state(&t, 0), SIM_AX_HOME);
 	assert_int_equal(talk_axis_state(&t, 1), SIM_AX_STOPPED);
 	assert_int_equal(talk_axis_state(&t, 2), SIM_AX_HOME);
@@ -154,12 +142,12 @@ static void homing_one_axis_ends_the_moves_of_the_others(void **state)
 	int32_t stood;
 
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	talk_set_state(&t, SIM_PE_RUNNING);
 	talk_move(&t, 1, 100000);
 	talk_wait(&t, 500);
 	home(0x01, 0);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	stood = talk_position(&t, 1);
 	talk_wait(&t, 500);
 	assert_int_equal(talk_position(&t, 1), stood);
@@ -168,10 +156,10 @@ static void homing_one_axis_ends_the_moves_of_the_others(void **state)
 static void an_axis_already_on_its_switch_only_backs_off(void **state)
 {
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	machine(0)->position = -2500;
 	home(0x01, 0);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	assert_in_range(machine(0)->position + 2000, 1, 6);
 	assert_in_range(talk_position(&t, 0), 4, 5);
 }
@@ -182,10 +170,10 @@ static void inverted_homing_searches_the_other_way(void **state)
 				  .to = INT32_MAX };
 
 	(void)state;
-	start(MOVING | SIM_AC_INVERTED_HOME, SIM_SW_HOME);
+	start(TALK_MOVING | SIM_AC_INVERTED_HOME, SIM_SW_HOME);
 	sim_bench_switch(&t.dev, &machine(0)->home, &far);
 	home(0x01, 0);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	assert_in_range(1500 - machine(0)->position, 1, 7);
 	assert_in_range(-talk_position(&t, 0), 4, 5);
 }
@@ -193,10 +181,10 @@ static void inverted_homing_searches_the_other_way(void **state)
 static void the_back_off_goes_on_into_the_free(void **state)
 {
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	set_byte(0, 45, 200);
 	home(0x01, 0);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	assert_in_range(talk_position(&t, 0), 204, 205);
 }
 
@@ -206,15 +194,15 @@ static void a_limit_shared_with_home_does_not_trip_while_homing(void **state)
 				    .to = -1000 };
 
 	(void)state;
-	start(MOVING, SIM_SW_LIMIT_MINUS | SIM_SW_HOME_ON_MINUS);
+	start(TALK_MOVING, SIM_SW_LIMIT_MINUS | SIM_SW_HOME_ON_MINUS);
 	for (unsigned int i = 0; i < 3; i++)
 		sim_bench_switch(&t.dev, &machine(i)->minus, &minus);
 	home(0x01, 0);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	assert_in_range(machine(0)->position + 1000, 1, 7);
 	talk_set_state(&t, SIM_PE_RUNNING);
 	talk_move(&t, 0, -500);
-	assert_int_equal(wait_while(SIM_PE_RUNNING), SIM_PE_STOP_LIMIT);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_RUNNING), SIM_PE_STOP_LIMIT);
 }
 
 static void another_limit_ends_homing(void **state)
@@ -223,18 +211,18 @@ static void another_limit_ends_homing(void **state)
 				    .to = -500 };
 
 	(void)state;
-	start(MOVING, SIM_SW_LIMIT_MINUS | SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_LIMIT_MINUS | SIM_SW_HOME);
 	for (unsigned int i = 0; i < 3; i++)
 		sim_bench_switch(&t.dev, &machine(i)->minus, &minus);
 	home(0x01, 0);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_STOP_LIMIT);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_STOP_LIMIT);
 	assert_int_equal(talk_axis_state(&t, 0), SIM_AX_LIMIT);
 }
 
 static void homing_is_refused_while_the_emergency_button_is_pressed(void **state)
 {
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	sim_bench_emergency(&t.dev, true);
 	home(0x01, 0);
 	assert_int_equal(talk_engine_state(&t), SIM_PE_STOP_EMERGENCY);
@@ -246,7 +234,7 @@ static void homing_can_be_broken_off(void **state)
 	int32_t stood;
 
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	home(0x01, 0);
 	talk_wait(&t, 500);
 	talk_set_state(&t, SIM_PE_STOPPED);
@@ -263,9 +251,9 @@ static void homing_can_be_broken_off(void **state)
 static void a_finished_axis_is_ready_at_once_and_takes_moves(void **state)
 {
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	home(0x01, 0);
-	wait_while(SIM_PE_HOMING);
+	talk_wait_while(&t, SIM_PE_HOMING);
 	talk_move(&t, 0, 100);
 	talk_wait(&t, 500);
 	assert_in_range(talk_position(&t, 0), 4, 5);
@@ -284,9 +272,9 @@ static void a_finished_axis_is_ready_at_once_and_takes_moves(void **state)
 static void finishing_may_change_the_state(void **state)
 {
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	home(0x01, 0);
-	wait_while(SIM_PE_HOMING);
+	talk_wait_while(&t, SIM_PE_HOMING);
 	talk_begin(&t, 0x85, 0x22, SIM_PE_RUNNING, 0, 0);
 	talk_send(&t);
 	assert_int_equal(talk_engine_state(&t), SIM_PE_RUNNING);
@@ -296,11 +284,11 @@ static void finishing_may_change_the_state(void **state)
 static void homing_can_look_for_the_encoders_index(void **state)
 {
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	sim_bench_couple(&t.dev, 0, 5, 1, 1, 250);
 	set_byte(0, 43, 0x43);
 	home(0x01, 0);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	assert_in_range(machine(0)->position, -1750, -1740);
 	assert_in_range(talk_position(&t, 0), 4, 6);
 }
@@ -308,10 +296,10 @@ static void homing_can_look_for_the_encoders_index(void **state)
 static void stopping_on_the_switch_is_a_choice(void **state)
 {
 	(void)state;
-	start(MOVING, SIM_SW_HOME);
+	start(TALK_MOVING, SIM_SW_HOME);
 	set_byte(0, 43, 0x88);
 	home(0x01, 10);
-	assert_int_equal(wait_while(SIM_PE_HOMING), SIM_PE_HOME);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_HOMING), SIM_PE_HOME);
 	assert_in_range(10 - talk_position(&t, 0), 17, 20);
 }
 

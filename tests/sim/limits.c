@@ -4,21 +4,7 @@
 
 #include "sim/bench.h"
 
-#define MOVING (SIM_AC_ENABLED | SIM_AC_PLANNER | SIM_AC_POSITION)
-#define TURNING (SIM_AC_ENABLED | SIM_AC_PLANNER)
-
 static struct talk t;
-
-/* Three axes as in the vendor's first example, running. */
-static void start(uint8_t options)
-{
-	talk_start(&t, 0);
-	talk_axes(&t, 3);
-	for (uint8_t i = 0; i < 3; i++)
-		talk_axis(&t, i, options, 0, 15, 0.03f, 0.06f);
-	talk_set_state(&t, SIM_PE_RUNNING);
-	assert_int_equal(talk_engine_state(&t), SIM_PE_RUNNING);
-}
 
 static struct sim_switch limit_at(int64_t from, int64_t to)
 {
@@ -30,7 +16,7 @@ static struct sim_switch limit_at(int64_t from, int64_t to)
 static void soft_limits_are_reached_and_not_passed(void **state)
 {
 	(void)state;
-	start(MOVING | SIM_AC_SOFT_LIMIT);
+	talk_start_running(&t, TALK_MOVING | SIM_AC_SOFT_LIMIT);
 	talk_move(&t, 0, 150000);
 	talk_wait(&t, 9000);
 	assert_int_equal(talk_position(&t, 0), 100000);
@@ -45,7 +31,7 @@ static void soft_limits_are_reached_and_not_passed(void **state)
 static void soft_limits_stop_a_turning_axis_too(void **state)
 {
 	(void)state;
-	start(TURNING | SIM_AC_SOFT_LIMIT);
+	talk_start_running(&t, TALK_TURNING | SIM_AC_SOFT_LIMIT);
 	talk_move(&t, 0, -15000);
 	talk_wait(&t, 9000);
 	assert_int_equal(talk_position(&t, 0), -100000);
@@ -60,9 +46,9 @@ static void a_limit_switch_stops_everything_hard(void **state)
 	int32_t stood[2];
 
 	(void)state;
-	start(TURNING);
+	talk_start_running(&t, TALK_TURNING);
 	sim_bench_switch(&t.dev, &t.dev.bench.machine.axis[0].plus, &plus);
-	talk_axis(&t, 0, TURNING, SIM_SW_LIMIT_PLUS, 15, 0.03f, 0.06f);
+	talk_axis(&t, 0, TALK_TURNING, SIM_SW_LIMIT_PLUS, 15, 0.03f, 0.06f);
 	talk_begin(&t, 0x85, 0x20, 0, 0, 0);
 	wire_put_i32(t.rq + 8, 9000);
 	wire_put_i32(t.rq + 12, -5000);
@@ -86,9 +72,9 @@ static void a_tripped_engine_is_left_only_by_stop_and_override(void **state)
 	struct sim_switch plus = limit_at(0, INT32_MAX);
 
 	(void)state;
-	start(TURNING);
+	talk_start_running(&t, TALK_TURNING);
 	sim_bench_switch(&t.dev, &t.dev.bench.machine.axis[0].plus, &plus);
-	talk_axis(&t, 0, TURNING, SIM_SW_LIMIT_PLUS, 15, 0.03f, 0.06f);
+	talk_axis(&t, 0, TALK_TURNING, SIM_SW_LIMIT_PLUS, 15, 0.03f, 0.06f);
 	talk_wait(&t, 2);
 	assert_int_equal(talk_engine_state(&t), SIM_PE_STOP_LIMIT);
 	talk_set_state(&t, SIM_PE_RUNNING);
@@ -115,7 +101,7 @@ static void a_limit_which_is_not_configured_does_nothing(void **state)
 	struct sim_switch plus = limit_at(100, INT32_MAX);
 
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	sim_bench_switch(&t.dev, &t.dev.bench.machine.axis[0].plus, &plus);
 	talk_move(&t, 0, 500);
 	talk_wait(&t, 1000);
@@ -127,12 +113,12 @@ static void a_limit_which_is_not_configured_does_nothing(void **state)
 static void a_cut_cable_trips(void **state)
 {
 	(void)state;
-	start(MOVING);
-	talk_axis(&t, 0, MOVING, SIM_SW_LIMIT_MINUS, 15, 1, 1);
+	talk_start_running(&t, TALK_MOVING);
+	talk_axis(&t, 0, TALK_MOVING, SIM_SW_LIMIT_MINUS, 15, 1, 1);
 	talk_wait(&t, 2);
 	assert_int_equal(talk_engine_state(&t), SIM_PE_STOP_LIMIT);
 	talk_set_state(&t, SIM_PE_STOPPED);
-	talk_axis(&t, 0, MOVING, SIM_SW_LIMIT_MINUS | SIM_SW_INVERT_MINUS, 15, 1, 1);
+	talk_axis(&t, 0, TALK_MOVING, SIM_SW_LIMIT_MINUS | SIM_SW_INVERT_MINUS, 15, 1, 1);
 	talk_set_state(&t, SIM_PE_RUNNING);
 	assert_int_equal(talk_engine_state(&t), SIM_PE_RUNNING);
 }
@@ -142,7 +128,7 @@ static void a_switch_may_stand_on_a_pin(void **state)
 	struct sim_switch minus = limit_at(INT32_MIN, -200);
 
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	minus.pin = 9;
 	minus.normally_open = true;
 	sim_bench_switch(&t.dev, &t.dev.bench.machine.axis[0].minus, &minus);
@@ -166,7 +152,7 @@ static void the_emergency_button_stops_without_a_ramp(void **state)
 	int32_t stood;
 
 	(void)state;
-	start(TURNING);
+	talk_start_running(&t, TALK_TURNING);
 	talk_move(&t, 0, 9000);
 	talk_wait(&t, 500);
 	sim_bench_emergency(&t.dev, true);
@@ -199,8 +185,8 @@ static void drivers_are_powered_as_configured(void **state)
 	talk_send(&t);
 	talk_ask(&t, 0x85, 0x05, 0);
 	talk_wait(&t, 1001);
-	talk_axis(&t, 0, MOVING, 0, 15, 1, 1);
-	talk_axis(&t, 1, MOVING | SIM_AC_MASKED, 0, 15, 1, 1);
+	talk_axis(&t, 0, TALK_MOVING, 0, 15, 1, 1);
+	talk_axis(&t, 1, TALK_MOVING | SIM_AC_MASKED, 0, 15, 1, 1);
 	talk_begin(&t, 0x85, 0x10, 0, 0, 0);
 	talk_send(&t);
 	memmove(t.rq, t.rp, 64);
@@ -227,7 +213,7 @@ static void drivers_are_powered_as_configured(void **state)
 static void the_emergency_pin_can_be_another_or_none(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_begin(&t, 0x85, 0x06, 1, 0, 0);
 	t.rq[8] = 10 + 5;
 	talk_send(&t);

@@ -4,21 +4,7 @@
 
 #include "sim/bench.h"
 
-#define MOVING (SIM_AC_ENABLED | SIM_AC_PLANNER | SIM_AC_POSITION)
-#define TURNING (SIM_AC_ENABLED | SIM_AC_PLANNER)
-
 static struct talk t;
-
-/* Three axes as in the vendor's first example, running. */
-static void start(uint8_t options)
-{
-	talk_start(&t, 0);
-	talk_axes(&t, 3);
-	for (uint8_t i = 0; i < 3; i++)
-		talk_axis(&t, i, options, 0, 15, 0.03f, 0.06f);
-	talk_set_state(&t, SIM_PE_RUNNING);
-	assert_int_equal(talk_engine_state(&t), SIM_PE_RUNNING);
-}
 
 static void the_status_carries_its_check_byte(void **state)
 {
@@ -54,7 +40,7 @@ static void a_speed_is_ramped_to_and_held(void **state)
 	int32_t before;
 
 	(void)state;
-	start(TURNING);
+	talk_start_running(&t, TALK_TURNING);
 	talk_move(&t, 0, 9000);
 	talk_wait(&t, 300);
 	assert_in_range(talk_position(&t, 0), 1354, 1355);
@@ -73,7 +59,7 @@ static void a_speed_beyond_the_most_is_cut(void **state)
 	int32_t before;
 
 	(void)state;
-	start(TURNING);
+	talk_start_running(&t, TALK_TURNING);
 	talk_move(&t, 0, -1000000);
 	talk_wait(&t, 1000);
 	before = talk_position(&t, 0);
@@ -84,7 +70,7 @@ static void a_speed_beyond_the_most_is_cut(void **state)
 static void an_axis_goes_to_its_reference_and_stands(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_move(&t, 0, 5000);
 	talk_wait(&t, 100);
 	assert_int_equal(talk_axis_state(&t, 0), SIM_AX_RUNNING);
@@ -99,7 +85,7 @@ static void an_axis_goes_to_its_reference_and_stands(void **state)
 static void a_move_names_all_axes(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_move(&t, 1, 400);
 	talk_wait(&t, 1000);
 	assert_int_equal(talk_position(&t, 1), 400);
@@ -112,7 +98,7 @@ static void a_move_names_all_axes(void **state)
 static void a_pv_move_keeps_to_its_share_of_the_speed(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_begin(&t, 0x85, 0x25, 0x02, 0, 0);
 	for (unsigned int i = 0; i < 3; i++) {
 		wire_put_i32(t.rq + 8 + 4 * i, 100000);
@@ -128,7 +114,7 @@ static void a_pv_move_keeps_to_its_share_of_the_speed(void **state)
 static void moves_while_stopped_are_forgotten(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_set_state(&t, SIM_PE_STOPPED);
 	talk_move(&t, 0, 5000);
 	talk_wait(&t, 100);
@@ -143,7 +129,7 @@ static void an_old_reference_never_starts_a_move(void **state)
 	int32_t stood;
 
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_move(&t, 0, 5000);
 	talk_wait(&t, 200);
 	talk_set_state(&t, SIM_PE_STOPPED);
@@ -158,9 +144,9 @@ static void an_old_reference_never_starts_a_move(void **state)
 static void a_change_of_mode_forgets_the_reference(void **state)
 {
 	(void)state;
-	start(TURNING);
+	talk_start_running(&t, TALK_TURNING);
 	talk_move(&t, 0, 5000);
-	talk_axis(&t, 0, MOVING, 0, 15, 0.03f, 0.06f);
+	talk_axis(&t, 0, TALK_MOVING, 0, 15, 0.03f, 0.06f);
 	talk_wait(&t, 2000);
 	assert_in_range(talk_position(&t, 0) + 5, 0, 10);
 }
@@ -168,7 +154,7 @@ static void a_change_of_mode_forgets_the_reference(void **state)
 static void stopping_ramps_down_first(void **state)
 {
 	(void)state;
-	start(TURNING);
+	talk_start_running(&t, TALK_TURNING);
 	talk_move(&t, 0, 6000);
 	talk_wait(&t, 500);
 	talk_set_state(&t, SIM_PE_STOPPED);
@@ -183,10 +169,10 @@ static void stopping_ramps_down_first(void **state)
 static void an_axis_which_is_not_enabled_never_moves(void **state)
 {
 	(void)state;
-	start(MOVING);
-	talk_axis(&t, 1, MOVING & ~SIM_AC_ENABLED, 0, 15, 1, 1);
-	talk_axis(&t, 2, MOVING | SIM_AC_FAST_OUTPUT, 0, 15, 1, 1);
-	talk_axis(&t, 3, MOVING, 0, 15, 1, 1);
+	talk_start_running(&t, TALK_MOVING);
+	talk_axis(&t, 1, TALK_MOVING & ~SIM_AC_ENABLED, 0, 15, 1, 1);
+	talk_axis(&t, 2, TALK_MOVING | SIM_AC_FAST_OUTPUT, 0, 15, 1, 1);
+	talk_axis(&t, 3, TALK_MOVING, 0, 15, 1, 1);
 	for (unsigned int i = 1; i <= 3; i++)
 		talk_move(&t, i, 100);
 	talk_wait(&t, 500);
@@ -199,7 +185,7 @@ static void an_axis_which_is_not_enabled_never_moves(void **state)
 static void positions_are_set_by_mask_and_the_machine_stays(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_begin(&t, 0x85, 0x03, 0x05, 0, 0);
 	for (unsigned int i = 0; i < 8; i++)
 		wire_put_i32(t.rq + 8 + 4 * i, -100 * (int)(i + 1));
@@ -215,8 +201,8 @@ static void positions_are_set_by_mask_and_the_machine_stays(void **state)
 static void an_inverted_axis_turns_the_machine_the_other_way(void **state)
 {
 	(void)state;
-	start(MOVING);
-	talk_axis(&t, 0, MOVING | SIM_AC_INVERTED, 0, 15, 1, 1);
+	talk_start_running(&t, TALK_MOVING);
+	talk_axis(&t, 0, TALK_MOVING | SIM_AC_INVERTED, 0, 15, 1, 1);
 	talk_move(&t, 0, 500);
 	talk_wait(&t, 500);
 	assert_int_equal(talk_position(&t, 0), 500);
@@ -254,7 +240,7 @@ static void the_generator_changes_with_a_reboot_of_the_engine(void **state)
 static void jogging_follows_the_handwheel(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_set_state(&t, SIM_PE_STOPPED);
 	talk_begin(&t, 0x11, 4, 0x03, 0, 0);
 	talk_send(&t);
@@ -282,7 +268,7 @@ static void jogging_follows_the_handwheel(void **state)
 static void backlash_is_taken_up_beyond_the_position(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_begin(&t, 0x85, 0x41, 1, 0, 0);
 	wire_put_u16(t.rq + 8, 20);
 	t.rq[10] = 2;
@@ -300,7 +286,7 @@ static void backlash_is_taken_up_beyond_the_position(void **state)
 static void external_outputs_keep_their_state(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_running(&t, TALK_MOVING);
 	talk_begin(&t, 0x85, 0x04, 1, 0x88, 0);
 	talk_send(&t);
 	sim_bench_emergency(&t.dev, true);
@@ -317,7 +303,7 @@ static void senseless_speeds_are_taken_as_none(void **state)
 
 	(void)state;
 	for (unsigned int i = 0; i < 5; i++) {
-		start(MOVING);
+		talk_start_running(&t, TALK_MOVING);
 		talk_begin(&t, 0x85, 0x10, 0, 0, 0);
 		talk_send(&t);
 		memmove(t.rq, t.rp, 64);

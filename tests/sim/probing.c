@@ -4,29 +4,7 @@
 
 #include "sim/bench.h"
 
-#define MOVING (SIM_AC_ENABLED | SIM_AC_PLANNER | SIM_AC_POSITION)
-#define MOST_MS 60000
-
 static struct talk t;
-
-static void start(uint8_t options)
-{
-	talk_start(&t, 0);
-	talk_axes(&t, 3);
-	for (uint8_t i = 0; i < 3; i++)
-		talk_axis(&t, i, options, 0, 15, 0.03f, 0.06f);
-}
-
-/* Lets time pass until the engine leaves `busy`; its state then. */
-static uint8_t wait_while(uint8_t busy)
-{
-	for (int ms = 0; ms < MOST_MS; ms++) {
-		talk_wait(&t, 1);
-		if (t.dev.engine.state != busy)
-			return t.dev.engine.state;
-	}
-	return busy;
-}
 
 static void probe_to(int32_t most, uint8_t input, uint8_t level)
 {
@@ -51,11 +29,11 @@ static void a_probe_latches_where_it_touches(void **state)
 	int32_t latched;
 
 	(void)state;
-	start(MOVING);
+	talk_start_axes(&t, TALK_MOVING);
 	put_probe(2);
 	probe_to(5000, 3 + 8, 0);
 	assert_int_equal(talk_engine_state(&t), SIM_PE_PROBING);
-	assert_int_equal(wait_while(SIM_PE_PROBING), SIM_PE_PROBE_COMPLETE);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_PROBING), SIM_PE_PROBE_COMPLETE);
 	assert_int_equal(talk_axis_state(&t, 0), SIM_AX_PROBED);
 	talk_ask(&t, 0x85, 0x24, 0);
 	latched = wire_get_i32(t.rp + 8);
@@ -69,20 +47,20 @@ static void a_probe_latches_where_it_touches(void **state)
 static void a_probe_on_an_external_input(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_axes(&t, TALK_MOVING);
 	put_probe(SIM_PROBE_INPUT + 5);
 	assert_int_equal(talk_status(&t)[62], 0x10);
 	probe_to(5000, 5, 0);
-	assert_int_equal(wait_while(SIM_PE_PROBING), SIM_PE_PROBE_COMPLETE);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_PROBING), SIM_PE_PROBE_COMPLETE);
 	assert_int_equal(talk_status(&t)[62], 0);
 }
 
 static void a_probe_which_touches_nothing_is_an_error(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_axes(&t, TALK_MOVING);
 	probe_to(-400, 3 + 8, 0);
-	assert_int_equal(wait_while(SIM_PE_PROBING), SIM_PE_PROBE_ERROR);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_PROBING), SIM_PE_PROBE_ERROR);
 	assert_int_equal(talk_position(&t, 0), -400);
 	assert_int_equal(talk_axis_state(&t, 0), SIM_AX_READY);
 	assert_int_equal(talk_ask(&t, 0x85, 0x24, 0)[40], 0);
@@ -91,9 +69,9 @@ static void a_probe_which_touches_nothing_is_an_error(void **state)
 static void a_probe_already_touching_latches_at_once(void **state)
 {
 	(void)state;
-	start(MOVING);
+	talk_start_axes(&t, TALK_MOVING);
 	probe_to(5000, 3 + 8, 1);
-	assert_int_equal(wait_while(SIM_PE_PROBING), SIM_PE_PROBE_COMPLETE);
+	assert_int_equal(talk_wait_while(&t, SIM_PE_PROBING), SIM_PE_PROBE_COMPLETE);
 	assert_int_equal(wire_get_i32(talk_ask(&t, 0x85, 0x24, 0) + 8), 0);
 }
 
@@ -102,7 +80,7 @@ static void a_hybrid_probe_watches_the_hosts_own_motion(void **state)
 	int32_t latched;
 
 	(void)state;
-	start(SIM_AC_ENABLED);
+	talk_start_axes(&t, SIM_AC_ENABLED);
 	put_probe(2);
 	talk_set_state(&t, SIM_PE_RUNNING);
 	talk_begin(&t, 0x85, 0x23, 0, 1, 0);

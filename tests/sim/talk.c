@@ -116,3 +116,28 @@ void talk_move(struct talk *t, unsigned int axis, int32_t reference)
 	wire_put_i32(t->rq + 8 + 4 * axis, reference);
 	talk_send(t);
 }
+
+void talk_start_axes(struct talk *t, uint8_t options)
+{
+	talk_start(t, 0);
+	talk_axes(t, 3);
+	for (uint8_t i = 0; i < 3; i++)
+		talk_axis(t, i, options, 0, 15, 0.03f, 0.06f);
+}
+
+void talk_start_running(struct talk *t, uint8_t options)
+{
+	talk_start_axes(t, options);
+	talk_set_state(t, SIM_PE_RUNNING);
+	assert_int_equal(talk_engine_state(t), SIM_PE_RUNNING);
+}
+
+uint8_t talk_wait_while(struct talk *t, uint8_t busy)
+{
+	for (int ms = 0; ms < 60000; ms++) {
+		talk_wait(t, 1);
+		if (t->dev.engine.state != busy)
+			return t->dev.engine.state;
+	}
+	return busy;
+}

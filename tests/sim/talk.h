@@ -48,6 +48,16 @@ void talk_axes(struct talk *t, uint8_t count);
 void talk_axis(struct talk *t, uint8_t axis, uint8_t options, uint8_t switches, float speed,
 	       float accel, float decel);
 void talk_set_state(struct talk *t, uint8_t state);
+
+#define TALK_MOVING (SIM_AC_ENABLED | SIM_AC_PLANNER | SIM_AC_POSITION)
+#define TALK_TURNING (SIM_AC_ENABLED | SIM_AC_PLANNER)
+
+/* A 57CNC with three axes as in the vendor's first example; running. */
+void talk_start_axes(struct talk *t, uint8_t options);
+void talk_start_running(struct talk *t, uint8_t options);
+
+/* Lets time pass until the engine leaves `busy`, at most a minute; its state then. */
+uint8_t talk_wait_while(struct talk *t, uint8_t busy);
 void talk_move(struct talk *t, unsigned int axis, int32_t reference);
 
 #endif
