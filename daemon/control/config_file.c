@@ -18,6 +18,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <ini.h>
+#include <pwd.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -384,6 +385,14 @@ static ssize_t slurp(const char *path, char *text, size_t size)
 	return got;
 }
 
+/* Root asks as the service's user (service.h), and shall see that it is not root who may not. */
+static const char *own_name(void)
+{
+	const struct passwd *own = getpwuid(geteuid());
+
+	return own ? own->pw_name : "of this process";
+}
+
 static int read_file(const char *path, enum reader reader, struct config *out,
 		     config_complain complain, void *context)
 {
@@ -398,6 +407,9 @@ static int read_file(const char *path, enum reader reader, struct config *out,
 	else if (length == -EPROTO)
 		config_fault(&file, 0, "is not a file; the daemon reads it again when it is told "
 			     "to, so it has to stay where it is");
+	else if (length == -EACCES)
+		config_fault(&file, 0, "may not be read by user %s, or a folder above it not be "
+			     "entered", own_name());
 	else if (length < 0)
 		config_fault(&file, 0, "cannot be read: %s", strerror((int)-length));
 	else if (length >= FILE_MAX)

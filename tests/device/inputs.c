@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <cmocka.h>
 #include "tests/device/bus_rig.h"
+#include "wire/io.h"
 
 static void dedicated_inputs_upper_rows_and_new_counters_are_read(void **state)
 {

@@ -96,6 +96,7 @@ class Stress:
 def quiet(house):
     """What the realtime thread has faulted in once it has been the same for half a second."""
     before = None
+    wait_for("the diagnostic image", lambda: house.device()["diag"])
 
     def settled():
         nonlocal before
