@@ -71,7 +71,8 @@ int pokeys_options_read(struct pokeys_options *options, int argc, char **argv, c
 		} else if (!strncmp(argv[i], "runtime=", 8)) {
 			r = read_runtime(options, argv[i] + 8, why, size);
 		} else {
-			snprintf(why, size, "there is no option %s; pokeys --help lists them", argv[i]);
+			snprintf(why, size, "there is no option %s; pokeys --help lists them",
+				 argv[i]);
 			r = -EINVAL;
 		}
 	}

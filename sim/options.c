@@ -239,7 +239,8 @@ static bool take(struct sim_options *options, char **argv, int *used, struct sim
 	size_t len = value ? (size_t)(value - argv[0]) : strlen(argv[0]);
 
 	if (strncmp(argv[0], "--", 2) != 0 || len >= sizeof(name)) {
-		sim_text_add(why, "there is no option %.60s; pokeys-sim --help lists them", argv[0]);
+		sim_text_add(why, "there is no option %.60s; pokeys-sim --help lists them",
+			     argv[0]);
 		return false;
 	}
 	memcpy(name, argv[0], len);

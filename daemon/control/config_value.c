@@ -157,23 +157,24 @@ size_t config_allowed(const struct config_key *key, char *text, size_t size)
 	case CONFIG_INTEGER:
 	case CONFIG_REAL:
 		if (key->minimum <= key->maximum)
-			at = settings_append(text, size, at, "%s%.10g..%.10g", at ? " | " : "", key->minimum,
-				    key->maximum);
+			at = settings_append(text, size, at, "%s%.10g..%.10g",
+					     at ? " | " : "", key->minimum, key->maximum);
 		return at;
 	case CONFIG_TEXT:
-		return settings_append(text, size, at, "a name of at most %zu characters", key->size - 1);
+		return settings_append(text, size, at, "a name of at most %zu characters",
+				       key->size - 1);
 	case CONFIG_FILE:
 		return settings_append(text, size, at, "a path from / of at most %zu characters",
-			      key->size - 1);
+				       key->size - 1);
 	case CONFIG_ADDRESS:
 		return settings_append(text, size, at, "an IPv4 address such as 192.168.1.20");
 	case CONFIG_ADDRESS_LIST:
-		return settings_append(text, size, at, "at most %d IPv4 addresses with commas between",
-			      CONFIG_ADDRESSES);
+		return settings_append(text, size, at, "at most %d IPv4 addresses with commas "
+				       "between", CONFIG_ADDRESSES);
 	case CONFIG_PIN_LIST:
 		return settings_append(text, size, at, "pins %g..%g as a list such as %g-%g,%g",
-			      key->minimum,
-			      key->maximum, key->minimum, key->minimum + 2, key->minimum + 4);
+				       key->minimum, key->maximum, key->minimum,
+				       key->minimum + 2, key->minimum + 4);
 	case CONFIG_SETTING:
 		return settings_allowed(key->setting, text, size);
 	}

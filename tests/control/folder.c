@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * What the flight recorder leaves in a folder is looked at, and taken away again,
+ * whatever it is; a link is not followed.
+ */
 #include <dirent.h>
 #include <fcntl.h>
 #include <string.h>

@@ -23,7 +23,7 @@ def main():
             assert option in said, (option, said)
     for words in (("--nonsense",), ("count=0",), ("--help", "count=0")):
         status, said, error = ask(*words)
-        assert status == 2 and not said and len(error.splitlines()) == 1, (words, status, said, error)
+        assert status == 64 and not said and len(error.splitlines()) == 1, (words, status, said, error)
 
 
 if __name__ == "__main__":

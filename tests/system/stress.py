@@ -100,7 +100,7 @@ def quiet(house):
 
     def settled():
         nonlocal before
-        diag = house.device()["diag"]
+        diag = house.device()["diag"]["counters"]
         was, before = before, (diag["minor_faults"], diag["major_faults"])
         time.sleep(0.5)
         return was == before
@@ -128,7 +128,7 @@ def test_disks_and_caches_and_a_kernel_short_of_memory():
                 page_out(daemon.pid)
                 return stress.has_worked() and house.state()["cycle"] - before["cycle"] > CYCLES
             wait_for("the work", enough, 300, say=lambda: [count.value for count in stress.rounds])
-        diag, after = house.device()["diag"], house.state()
+        diag, after = house.device()["diag"]["counters"], house.state()
         equal((diag["minor_faults"], diag["major_faults"]), faults)
         equal((after["link"], after["fault_count"]), ("running", before["fault_count"]))
         equal(after["statistics"]["reconnects"], before["statistics"]["reconnects"])
