@@ -16,6 +16,7 @@
 #include "daemon/device/event.h"
 #include "guard/guard.h"
 #include "usage/option.h"
+#include "usage/written.h"
 
 enum { VERSION = 256, TEXT_MAX = 4096 };
 
@@ -118,15 +119,6 @@ static const struct {
 	{ "remove", take_off },
 };
 
-/* The status to end with; a full disk is told, for what was printed is not whole. */
-static int written(int status)
-{
-	if (!fflush(stdout) && !ferror(stdout))
-		return status;
-	fprintf(stderr, "pokeys-guard: standard output: not all could be written\n");
-	return GUARD_FAILED;
-}
-
 /* *path and 0; or how to exit, below 0. */
 static int take_options(int argc, char **argv, const char **path)
 {
@@ -156,12 +148,12 @@ int main(int argc, char **argv)
 	int result = take_options(argc, argv, &path);
 
 	if (result)
-		return written(-1 - result);
+		return usage_written("pokeys-guard", -1 - result);
 	log_program("pokeys-guard");
 	log_open(STDERR_FILENO, EVENT_INFO);
 	for (size_t i = 0; optind == argc - 1 && i < sizeof(commands) / sizeof(commands[0]); i++)
 		if (!strcmp(argv[optind], commands[i].name))
-			return written(commands[i].run(path));
+			return usage_written("pokeys-guard", commands[i].run(path));
 	fprintf(stderr, "pokeys-guard: %s%s%s; pokeys-guard --help lists the commands\n",
 		optind < argc ? "there is no command \"" : "a command is missing",
 		optind < argc ? argv[argc - 1] : "", optind < argc ? "\"" : "");

@@ -13,6 +13,7 @@
 #include "tools/argument.h"
 #include "tools/pokeysctl.h"
 #include "usage/option.h"
+#include "usage/written.h"
 
 /* Which options a subcommand takes besides --json. */
 enum {
@@ -267,19 +268,6 @@ static bool named_are_there(const struct options *options)
 	return true;
 }
 
-/* The status to end with. What could not be written all is told, but to a reader that left. */
-static int written(int status)
-{
-	int error = fflush(stdout) ? errno : 0;
-
-	if (!error && !ferror(stdout))
-		return status;
-	if (error != EPIPE)
-		complain("standard output: %s", error ? strerror(error) :
-			 "not all could be written");
-	return STATUS_FAILED;
-}
-
 int main(int argc, char **argv)
 {
 	struct options options = {
@@ -295,8 +283,8 @@ int main(int argc, char **argv)
 	int status;
 
 	if (!take_line(&options, argc, argv, &command, &status))
-		return written(status);
+		return usage_written("pokeysctl", status);
 	if (!named_are_there(&options))
 		return STATUS_FAILED;
-	return written(command->run(&options));
+	return usage_written("pokeysctl", command->run(&options));
 }

@@ -17,6 +17,7 @@
 #include "daemon/control/log.h"
 #include "daemon/control/options.h"
 #include "daemon/control/service.h"
+#include "usage/written.h"
 
 static struct config config;
 static struct daemon the_daemon;
@@ -68,15 +69,6 @@ static int override(const struct options *options)
 	return STATUS_USAGE;
 }
 
-/* What was asked for has to have arrived: a full disk is no "in order". */
-static int told(int status)
-{
-	if (fflush(stdout) == 0 && !ferror(stdout))
-		return status;
-	fprintf(stderr, "pokeysd: standard output: %s\n", strerror(errno));
-	return STATUS_FAILED;
-}
-
 int main(int argc, char **argv)
 {
 	int (*read)(const char *path, struct config *out, config_complain tell, void *context);
@@ -86,7 +78,7 @@ int main(int argc, char **argv)
 
 	keep_standard_descriptors();
 	if (!options_parse(&options, argc, argv, &status))
-		return told(status);
+		return usage_written("pokeysd", status);
 	log_open(STDERR_FILENO, EVENT_INFO);
 	read = options.check_config ? config_check : config_read;
 	if (options.check_config)
@@ -99,7 +91,7 @@ int main(int argc, char **argv)
 	if (options.check_config) {
 		printf("%s: in order, %u device%s%s\n", options.config, config.devices,
 		       config.devices == 1 ? "" : "s", judged);
-		return told(STATUS_OK);
+		return usage_written("pokeysd", STATUS_OK);
 	}
 	log_open(STDERR_FILENO, config.log_level);
 	return daemon_run(&the_daemon, &config, options.config);
