@@ -187,6 +187,7 @@ static void draw_row(struct screen *screen, const struct view_device *device,
 {
 	char age[16], half[16], most[16];
 	const struct pokeys_histogram *h = &device->diag.round_trip;
+	const bool answered = device->has_diag && h->count;
 	struct rates rates;
 
 	if (device->freshness == VIEW_NONE) {
@@ -197,10 +198,10 @@ static void draw_row(struct screen *screen, const struct view_device *device,
 	screen_line(screen, "%-16s %-12s %9s %9s %9s %8.3g  %s", device->name,
 		    pokeys_link_name(device->state.link),
 		    print_duration(view_age_ns(device->now_ns, device->state.t_digital_ns), age),
-		    print_duration(device->has_diag ?
-				   (double)pokeys_histogram_percentile(h, 0.5) : INFINITY, half),
-		    print_duration(device->has_diag ?
-				   (double)pokeys_histogram_percentile(h, 0.99) : INFINITY, most),
+		    print_duration(answered ? (double)pokeys_histogram_percentile(h, 0.5) :
+				   INFINITY, half),
+		    print_duration(answered ? (double)pokeys_histogram_percentile(h, 0.99) :
+				   INFINITY, most),
 		    isnan(rates.lost) ? 0 : rates.lost, device->why);
 }
 
