@@ -8,6 +8,9 @@
  * the thread gives up its core for the first time: only then is it the current
  * one, whose number in any name space can be asked for.
  *
+ * Nobody is woken up for an event: the reader would be, by an interrupt, on the very core
+ * that is watched, and its coming and going would be the next events. It looks by itself.
+ *
  * Only the fields that are read are declared here, and the loader finds out where
  * this kernel has them (CO-RE); so it is built without the headers of a kernel.
  */
@@ -96,7 +99,7 @@ int BPF_PROG(on_switch, _Bool preempt, struct task_struct *previous, struct task
 		return 0;
 	event->idle = !next->pid;
 	bpf_probe_read_kernel_str(event->name, sizeof(event->name), next->comm);
-	bpf_ringbuf_submit(event, 0);
+	bpf_ringbuf_submit(event, BPF_RB_NO_WAKEUP);
 	return 0;
 }
 
@@ -111,7 +114,7 @@ int BPF_PROG(on_waking, struct task_struct *task)
 	if (!event)
 		return 0;
 	bpf_get_current_comm(event->name, sizeof(event->name));
-	bpf_ringbuf_submit(event, 0);
+	bpf_ringbuf_submit(event, BPF_RB_NO_WAKEUP);
 	return 0;
 }
 
@@ -127,7 +130,7 @@ static __always_inline int pass_on(__u32 kind, __u32 number, const char *name)
 	event->number = number;
 	if (name)
 		bpf_probe_read_kernel_str(event->name, sizeof(event->name), name);
-	bpf_ringbuf_submit(event, 0);
+	bpf_ringbuf_submit(event, BPF_RB_NO_WAKEUP);
 	return 0;
 }
 

@@ -28,15 +28,18 @@ enum trace_where {
 	TRACE_WHERES
 };
 
+enum { TRACE_REQUESTS = 16 * 256 };	/* devices of the recorder, ids */
+
 enum trace_mark_kind {
 	MARK_KERNEL,			/* `event` says what */
-	MARK_SENT,			/* a request was queued for the first time */
+	MARK_SENT,			/* a request was queued */
 	MARK_GOT,			/* the kernel has taken a good reply in */
 };
 
 struct trace_mark {
 	uint64_t t_ns;
 	uint64_t order;			/* of those with one time */
+	uint32_t request;		/* sent, got: device * 256 + id */
 	enum trace_mark_kind kind;
 	struct trace_event event;
 };
@@ -103,7 +106,7 @@ typedef void (*trace_take)(void *context, const struct trace_event *event);
  */
 int trace_kernel_begin(int thread, trace_take take, void *context, char *why, size_t size);
 
-/* Take what has come, waiting for at most so long. The events that were lost so far. */
+/* Wait for so long, then take what has come. The events that were lost so far. */
 uint64_t trace_kernel_poll(int timeout_ms);
 void trace_kernel_end(void);
 

@@ -10,7 +10,8 @@
  *
  * The sum is the whole by construction, so nothing can be forgotten, only be
  * called by a wrong name; and where the kernel's witness is missing that is said
- * (`whole`) instead of guessed.
+ * (`whole`) instead of guessed: also where the kernel has the thread asleep at a moment
+ * at which it noted the time.
  */
 #include <string.h>
 #include "tools/trace.h"
@@ -24,7 +25,9 @@ struct walk {
 	bool other;			/* somebody has the core, and it is not the idle task */
 	bool got;			/* the kernel has a reply since the thread went to sleep */
 	bool slept;			/* in this cycle, after asking */
-	int awaited;			/* requests without a reply in the kernel */
+	bool gap;			/* the recorder says that it ran, the kernel does not */
+	unsigned int awaited;		/* requests of this cycle without a reply in the kernel */
+	uint64_t asked[TRACE_REQUESTS / 64];	/* a bit for each of them */
 	unsigned int irqs, softirqs;	/* that hold the core, one in the other */
 	char who[16];			/* has the core */
 	char irq[16], softirq[16];
@@ -83,7 +86,7 @@ static enum trace_where while_asleep(const struct walk *w, uint64_t t_ns)
 {
 	if (t_ns < w->cycle->asked_ns)
 		return TRACE_TIMER;
-	return w->got || !w->awaited ? TRACE_RECEIVE : TRACE_DEVICE;
+	return w->got ? TRACE_RECEIVE : TRACE_DEVICE;
 }
 
 /* Whose the time from `t_ns` on is, until the next mark. */
@@ -102,9 +105,17 @@ static enum trace_where whose(const struct walk *w, uint64_t t_ns)
 	return w->irqs ? TRACE_INTERRUPT : w->softirqs ? TRACE_SOFTIRQ : where;
 }
 
+/* The thread itself has taken these times. */
+static bool ran_at(const struct trace_cycle *cycle, uint64_t t_ns)
+{
+	return t_ns == cycle->woke_ns || t_ns == cycle->asked_ns;
+}
+
 static void count(struct walk *w, uint64_t from_ns, uint64_t to_ns)
 {
 	const enum trace_where where = whose(w, from_ns);
+
+	w->gap |= !w->runs && (ran_at(w->cycle, from_ns) || to_ns == w->cycle->published_ns);
 
 	w->cycle->ns[where] += to_ns - from_ns;
 	if (where == TRACE_INTERRUPT)
@@ -194,6 +205,19 @@ static void step_kernel(struct walk *w, const struct trace_event *event, uint64_
 	}
 }
 
+/* A request that is sent again is awaited once. */
+static void expect(struct walk *w, uint32_t request, bool sent)
+{
+	uint64_t *word = &w->asked[request % TRACE_REQUESTS / 64];
+	const uint64_t bit = UINT64_C(1) << request % 64;
+
+	if (sent && !(*word & bit))
+		w->awaited++;
+	else if (!sent && *word & bit)
+		w->awaited--;
+	*word = sent ? *word | bit : *word & ~bit;
+}
+
 static void step(struct walk *w, const struct trace_mark *mark)
 {
 	switch (mark->kind) {
@@ -201,11 +225,12 @@ static void step(struct walk *w, const struct trace_mark *mark)
 		step_kernel(w, &mark->event, mark->t_ns);
 		break;
 	case MARK_SENT:
-		w->awaited++;
+		if (mark->t_ns >= w->cycle->tick_ns)
+			expect(w, mark->request, true);
 		w->got = false;
 		break;
 	case MARK_GOT:
-		w->awaited -= w->awaited > 0;
+		expect(w, mark->request, false);
 		w->got = true;
 		break;
 	}
@@ -228,7 +253,7 @@ void trace_attribute(struct trace_cycle *cycle, const struct trace_mark *mark, s
 		known |= w.known && mark[i].t_ns <= cycle->tick_ns;
 	}
 	count_within(&w, last_ns, cycle->published_ns);
-	cycle->whole = known;
+	cycle->whole = known && !w.gap;
 }
 
 const char *trace_where_name(enum trace_where where)

@@ -11,6 +11,7 @@
 #include <string.h>
 #include <pokeys/async.h>
 #include "tools/trace_collect.h"
+#include "wire/packet.h"
 
 #define BEFORE_NS UINT64_C(20000000)	/* marks that a cycle wants from before its tick */
 
@@ -70,14 +71,23 @@ static void add_cycle(struct collect *collect, const struct recorder_slot *slot)
 	};
 }
 
+static void add_packet(struct collect *collect, enum trace_mark_kind kind,
+		       const struct recorder_slot *slot)
+{
+	struct trace_mark *mark = add_mark(collect, kind, slot->t_ns);
+
+	if (mark)
+		mark->request = slot->device * 256u + slot->data[WIRE_AT_ID];
+}
+
 void collect_slot(struct collect *collect, const struct recorder_slot *slot)
 {
 	if (slot->kind == RECORDER_CYCLE)
 		add_cycle(collect, slot);
-	else if (slot->kind == RECORDER_SENT && slot->tries <= 1)
-		add_mark(collect, MARK_SENT, slot->t_ns);
+	else if (slot->kind == RECORDER_SENT)
+		add_packet(collect, MARK_SENT, slot);
 	else if (slot->kind == RECORDER_RECEIVED && slot->verdict == POKEYS_VERDICT_ACCEPTED)
-		add_mark(collect, MARK_GOT, slot->t_ns);
+		add_packet(collect, MARK_GOT, slot);
 }
 
 static int by_time(const void *a, const void *b)

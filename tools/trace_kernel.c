@@ -10,6 +10,7 @@
 #include <bpf/btf.h>
 #include <bpf/libbpf.h>
 #include <errno.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -106,7 +107,8 @@ int trace_kernel_begin(int thread, trace_take take, void *context, char *why, si
 
 uint64_t trace_kernel_poll(int timeout_ms)
 {
-	ring_buffer__poll(ring, timeout_ms);
+	poll(NULL, 0, timeout_ms);	/* or ^C */
+	ring_buffer__consume(ring);
 	return program->bss->dropped;
 }
 

@@ -19,6 +19,7 @@ enum { MARKS = 64 };
 
 static struct trace_mark mark[MARKS];
 static size_t marks;
+static uint32_t sents, gots;
 static struct trace_cycle cycle;
 
 /* A cycle that is awake 50 us after its tick, has asked at 60 and published at 300. */
@@ -26,6 +27,7 @@ static int begin(void **state)
 {
 	(void)state;
 	marks = 0;
+	sents = gots = 0;
 	cycle = (struct trace_cycle){
 		.cycle = 7, .tick_ns = TICK, .woke_ns = TICK + 50 * US,
 		.asked_ns = TICK + 60 * US, .published_ns = TICK + 300 * US,
@@ -44,9 +46,16 @@ static void at(int64_t us, enum trace_event_kind kind, const char *name)
 	memcpy(m->event.name, name, strlen(name));
 }
 
+static void packet_of(int64_t us, enum trace_mark_kind kind, uint32_t request)
+{
+	mark[marks++] = (struct trace_mark){ .t_ns = TICK + (uint64_t)(us * 1000), .kind = kind,
+					     .request = request };
+}
+
+/* The first request is answered first. */
 static void packet(int64_t us, enum trace_mark_kind kind)
 {
-	mark[marks++] = (struct trace_mark){ .t_ns = TICK + (uint64_t)(us * 1000), .kind = kind };
+	packet_of(us, kind, kind == MARK_SENT ? sents++ : gots++);
 }
 
 static void softirq(int64_t us, enum trace_event_kind kind, uint32_t number)
@@ -244,6 +253,52 @@ static void a_thread_that_polls_waits_for_the_device_while_it_runs(void **state)
 	assert_us(TRACE_DEVICE, 190);
 }
 
+/* One that was lost is sent again; one of the cycle before is never answered. */
+static void a_request_is_waited_for_once(void **state)
+{
+	(void)state;
+	cycle.spins = true;
+	packet_of(-500, MARK_SENT, 4095);
+	packet_of(55, MARK_SENT, 7);
+	packet_of(100, MARK_SENT, 7);
+	packet_of(250, MARK_GOT, 7);
+	attribute();
+	assert_us(TRACE_DEVICE, 190);
+	assert_us(TRACE_RUN, 50 + 50);
+}
+
+/* Whoever sleeps after it has asked waits for somebody, also when it was asked long ago. */
+static void asleep_without_a_reply_is_the_devices_time(void **state)
+{
+	(void)state;
+	usual_beginning();
+	packet(90, MARK_GOT);
+	at(91, TRACE_WAKING, "idle");
+	at(95, TRACE_ON, "pokeysd");
+	at(100, TRACE_OFF, "idle");
+	at(280, TRACE_WAKING, "idle");
+	at(290, TRACE_ON, "pokeysd");
+	attribute();
+	assert_true(cycle.whole);
+	assert_us(TRACE_DEVICE, 10 + 180);
+	assert_us(TRACE_RECEIVE, 1);
+}
+
+/* The thread has noted the time, so it did run then, whatever the kernel has told. */
+static void a_switch_that_is_missing_is_told(void **state)
+{
+	(void)state;
+	at(-500, TRACE_OFF, "idle");
+	at(80, TRACE_OFF, "idle");
+	at(230, TRACE_ON, "pokeysd");
+	attribute();
+	assert_false(cycle.whole);
+	begin(NULL);
+	usual_beginning();		/* and is asleep when it publishes */
+	attribute();
+	assert_false(cycle.whole);
+}
+
 static void a_cycle_before_that_took_too_long_is_not_the_timers_fault(void **state)
 {
 	(void)state;
@@ -367,7 +422,7 @@ static void marks_of_both_witnesses_meet_in_the_order_of_time(void **state)
 	static struct collect collect;
 	struct trace_report report = { 0 };
 	const struct recorder_slot sent = {
-		.kind = RECORDER_SENT, .tries = 1, .t_ns = TICK + 1000 * US + 6 * US,
+		.kind = RECORDER_SENT, .tries = 2, .t_ns = TICK + 1000 * US + 6 * US,
 	};
 	const struct recorder_slot got = {
 		.kind = RECORDER_RECEIVED, .verdict = POKEYS_VERDICT_ACCEPTED,
@@ -408,6 +463,9 @@ int main(void)
 		TEST(interrupts_hold_up_what_runs_but_not_who_waits_for_a_device),
 		TEST(the_second_reply_is_waited_for_as_well),
 		TEST(a_thread_that_polls_waits_for_the_device_while_it_runs),
+		TEST(a_request_is_waited_for_once),
+		TEST(asleep_without_a_reply_is_the_devices_time),
+		TEST(a_switch_that_is_missing_is_told),
 		TEST(a_cycle_before_that_took_too_long_is_not_the_timers_fault),
 		TEST(what_was_not_seen_is_told),
 		TEST(marks_outside_of_the_cycle_count_for_nothing),
