@@ -296,10 +296,12 @@ static void what_the_disk_did_not_take_is_written_at_the_start_after(void **stat
 	keeper_stop(&keeper);
 	recorder_close(&loop.recorder);		/* dies: the file stays */
 	assert_int_equal(waitpid(another(true), &status, 0) > 0 && !status, 1);
-	assert_int_equal(files("-died.pcapng"), 0);
+	/* on a busy machine one is begun as it ends, and goes at the next start */
+	assert_int_equal(files("-died.pcapng"), files("-died.pcapng.new"));
 	keeper_open(&keeper, &config, &loop, NULL);
 	keeper_stop(&keeper);
 	assert_int_equal(files("-died.pcapng"), 1);
+	assert_int_equal(files(".new"), 0);
 	assert_int_not_equal(access(keeper.died, F_OK), 0);
 }
 
