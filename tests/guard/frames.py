@@ -23,7 +23,7 @@ class Frame:
     """A datagram of 64 bytes of the device's, but for what is said otherwise."""
     source: str = DEVICE
     port: int = PORT
-    payload: bytes = bytes(64)
+    payload: bytes = dataclasses.field(default=bytes(64), repr=False)
     tags: tuple = ()             # (type, control) from the outside
     options: bytes = b""         # IP's
     version: int = 4
@@ -70,17 +70,18 @@ with socket.socket(socket.AF_PACKET, socket.SOCK_RAW) as s:
 
 def expect(w, frames, arrive=0, **counters):
     """So many times ROUNDS in each counter, and in the socket."""
+    what = [f.hex()[:80] if isinstance(f, bytes) else f for f in frames]
     w.arrived()
     got = w.counted(lambda: put(*frames))
     # the kernel of the other end says something by itself now and then
     noise = ("pass_arp", "pass_icmp", "pass_else")
     for name, times in counters.items():
         least = name in noise or name == "drop_else"
-        assert got.get(name, 0) >= times * ROUNDS if least else got.get(name) == times * ROUNDS, (name, frames, got)
+        assert got.get(name, 0) >= times * ROUNDS if least else got.get(name) == times * ROUNDS, (name, what, got)
     for name in got:
-        assert name in counters or name in noise or name == "drop_else", (name, frames, got)
+        assert name in counters or name in noise or name == "drop_else", (name, what, got)
     count = w.arrived(arrive * ROUNDS)
-    assert count == arrive * ROUNDS, (count, frames, got)
+    assert count == arrive * ROUNDS, (count, what, got)
 
 
 def begin(w, **keys):

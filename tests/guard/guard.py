@@ -103,7 +103,7 @@ class World:
         far("ip", "link", "set", "lo", "up")
         self.connect()
         self.ear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.ear.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        self.ear.setsockopt(socket.SOL_SOCKET, 33, 1 << 20)  # SO_RCVBUFFORCE
         self.ear.bind((HERE, OUR_PORT))
         self.ear.setblocking(False)
 
