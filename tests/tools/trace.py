@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -38,10 +39,14 @@ def traced(mode):
         house.start_sim()
         house.start_daemon()
         house.wait_fresh()
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_nvcsw
         out = trace(house, "--seconds", "1", "--slowest", "7", "--json")
         if out.returncode in (UNAVAILABLE, NO_RIGHT):
             raise Skip(out.stderr.strip())
         assert out.returncode == 0 and not out.stderr, out
+        # fifty times a second, and not by each of thousands of events on the core that is watched
+        woken = resource.getrusage(resource.RUSAGE_CHILDREN).ru_nvcsw - before
+        assert woken < 1000, woken
         found = json.loads(out.stdout)
         assert set(found) == {"format", "seconds", "period_us", "cycles", "dropped", "median_us", "p99_us",
                               "longest_us", "slowest"}
