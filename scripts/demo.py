@@ -25,6 +25,8 @@ REST = 5.0  # mm, where it ends
 # HAL numbers: the preset wires terminal 31 to terminal 9. An output that is on
 # pulls its terminal low (protocol section 3.3), so the input is its inverse.
 OUT_PIN, IN_PIN = 30, f"pin.{8:02}.in-not"
+# what the daemon's log says where it withdraws the permission to move
+WITHDREW = "lost (was", "safe state", "heartbeat is", "stopped by"
 
 
 class Demo(Rig):
@@ -37,8 +39,8 @@ class Demo(Rig):
         self.start_simulator("--service-us", "100")
         self.start_daemon({"cpu": cpus[-1]} if len(cpus) > 1 else {},
                           {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position",
-                           # without a realtime kernel the servo thread may be late
-                           "heartbeat-timeout-ms": 1000})
+                           # without a realtime kernel servo thread and simulator may be late
+                           "heartbeat-timeout-ms": 1000, "lost-after-ms": 2000})
         self.start_hal()
         self.make_pins()
 
@@ -65,6 +67,14 @@ class Demo(Rig):
         self.pins["machine-on"] = True
         self.wait_for("pokeys.0.joint.00.enabled", lambda: self.get("joint.00.enabled"), 5)
 
+    def permitted(self):
+        """Motion that was withdrawn comes back by an operator only: nothing would move any more."""
+        if self.get("needs-edge"):
+            said = [line for line in (self.run / "pokeysd.log").read_text(errors="replace").splitlines()
+                    if any(word in line for word in WITHDREW)]
+            raise Fault("the daemon has withdrawn the permission to move; is this machine very busy? "
+                        f"{said[-1] if said else self.log_tail('pokeysd')}")
+
     def line(self, elapsed, out):
         g = self.get
         return (f"{elapsed:5.1f} s  cmd {self.pins['pos']:7.3f} mm  pos {g('joint.00.pos-fb'):7.3f} mm"
@@ -76,6 +86,7 @@ class Demo(Rig):
         ages, error, wrong, moved = [], 0.0, 0, [math.inf, -math.inf]
         begin, shown, out_since = time.monotonic(), -1.0, time.monotonic()
         while (elapsed := time.monotonic() - begin) < self.seconds:
+            self.permitted()
             self.pins["pos"] = STROKE / 2 * (1 - math.cos(2 * math.pi * elapsed / MOVE_S))
             out = int(elapsed + 0.5) % 2  # also seen to change where a line comes each second
             if out != self.pins["out"]:
@@ -97,6 +108,7 @@ class Demo(Rig):
         return ages, error, wrong, moved
 
     def at_rest(self):
+        self.permitted()
         return self.get("joint.00.in-position") and abs(self.get("joint.00.pos-fb") - REST) < 0.5 / SCALE
 
     def judge(self, ages, error, wrong, moved):

@@ -35,16 +35,21 @@ sanitized_run() {
 	suite_run "build/$label" "$label" 2 unit sim
 }
 
+check_suites() {
+	local suite
+	for suite; do
+		[[ " ${SUITES_ALL[*]} " == *" $suite "* ]] ||
+			die "unknown suite '$suite', one of: ${SUITES_ALL[*]}"
+	done
+}
+
+# What check_suites has seen.
 run_tests() {
 	local suite
 	# meson ends its suite on ^C, and ends well; the rest shall not follow
 	trap 'exit 130' INT
 	TEST_LOGS=()
 	[ $# -gt 0 ] || set -- "${SUITES_ALL[@]}"
-	for suite; do
-		[[ " ${SUITES_ALL[*]} " == *" $suite "* ]] ||
-			die "unknown suite '$suite', one of: ${SUITES_ALL[*]}"
-	done
 	reconfigure_for_fuzzing build
 	configure_and_build build -Dwerror=true || die "the build failed"
 	for suite; do

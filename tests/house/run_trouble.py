@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""./run in trouble: half a build folder is configured anew, one that was copied here
+"""./run in trouble: a word that it does not know is refused before anything is installed,
+built or removed, half a build folder is configured anew, one that was copied here
 is refused, results of an earlier run are not counted, ^C ends the run and not
 one suite, and where there is no apt whoever has all installed may go on.
 
@@ -8,6 +9,7 @@ meson and ninja are stand-ins that do what the real ones were seen to do.
 """
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -43,6 +45,25 @@ class Fake:
         return subprocess.Popen(["bash", "-c", "\n".join(lines)], cwd=self.folder, text=True,
                                 env={**self.environment, **variables}, start_new_session=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+
+def a_wrong_word(fake):
+    for name in ("scripts", "bench"):
+        shutil.copytree(pathlib.Path(fake.root) / name, fake.folder / name)
+    shutil.copy(pathlib.Path(fake.root) / "run", fake.folder)
+    for name in ("dpkg-query", "apt-get"):
+        (fake.folder / "bin" / name).write_text('#!/bin/bash\necho "$0 $*" >>"$CALLS"; exit 1\n')
+        (fake.folder / "bin" / name).chmod(0o755)
+    (fake.folder / "build").mkdir()
+    for words in ("build x", "clean x", "demo x", "demo --seconds x", "test x", "bench --lits",
+                  "bench --only x", "x", "", "help", "demo --help", "bench --help", "bench --list"):
+        ran = subprocess.run([fake.folder / "run", *words.split()], env=fake.environment, text=True,
+                             capture_output=True, timeout=20, check=False)
+        right = "help" in words or "list" in words
+        assert (ran.returncode == 0) == right, f"{words}: {ran}"
+        assert ran.stdout if right else ran.stderr and not ran.stdout, f"{words}: {ran}"
+        assert not fake.calls.exists(), f"{words}: {fake.calls.read_text()}"
+        assert (fake.folder / "build").is_dir(), words
 
 
 def half_a_build_folder(fake):
@@ -97,7 +118,7 @@ def interrupt(fake):
 
 
 def main():
-    for check in (half_a_build_folder, a_copied_build_folder, no_apt, old_results, interrupt):
+    for check in (a_wrong_word, half_a_build_folder, a_copied_build_folder, no_apt, old_results, interrupt):
         with tempfile.TemporaryDirectory() as folder:
             check(Fake(sys.argv[1], folder))
         print(f"ok: {check.__name__}")
