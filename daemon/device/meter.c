@@ -66,13 +66,14 @@ void meter_cycle(struct device *device)
 
 	follow_level(&device->meter, now);
 	device->meter.before = *now;
-	/* While nobody is there, lost packets are no news. */
-	if (running(device))
+	/* While nobody is there, lost packets are no news, and the fault says who cannot send. */
+	if (running(device)) {
 		say_kind(device, EVENT_PACKETS_LOST, lost(now));
+		say_kind(device, EVENT_PACKETS_NOT_SENT, now->send_failed);
+	}
 	say_kind(device, EVENT_PACKETS_STRAY, stray(now));
 	say_kind(device, EVENT_PACKETS_CORRUPT, corrupt(device, now));
 	say_kind(device, EVENT_PACKETS_WRONG_SOURCE, now->bad_source);
-	say_kind(device, EVENT_PACKETS_NOT_SENT, now->send_failed);
 }
 
 void meter_reply(struct device *device, const mailbox_entry_t *entry, bool fast)

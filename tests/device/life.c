@@ -329,6 +329,8 @@ static void outputs_follow_again_soon_after_a_gap(void **state)
 
 static void kernel_that_cannot_send_is_told_apart(void **state)
 {
+	uint64_t told;
+
 	(void)state;
 	world_init(&world, NULL);
 	world_until(&world, world_is_running, 1 * SECOND);
@@ -336,6 +338,10 @@ static void kernel_that_cannot_send_is_told_apart(void **state)
 	world_run(&world, 2 * SECOND);
 	assert_int_equal(world.state.link, POKEYS_LINK_LOST);
 	assert_int_equal(world.state.fault, POKEYS_FAULT_NETWORK);
+	/* which is told once, and not each ten seconds how many packets it was */
+	told = world.event_count[EVENT_PACKETS];
+	world_run(&world, 30 * SECOND);
+	assert_int_equal(world.event_count[EVENT_PACKETS], told);
 	world.unplugged = false;
 	world_until(&world, world_is_running, 500 * MS);
 }
