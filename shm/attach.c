@@ -73,8 +73,7 @@ static int check_manifest(const struct pokeys_client *client, const char *root,
 	if (r == -ENOENT)
 		return say(why, size, r, "the daemon that was in %s is gone", root);
 	if (r == -EACCES)
-		return say(why, size, r,
-			   "%s: permission denied; this user must be in the folder's group", root);
+		return runtime_denied(root, why, size);
 	if (r)
 		return say(why, size, r, "%s/" SHM_MANIFEST ": not made by pokeysd (%s)", root,
 			   strerror(-r));
@@ -176,8 +175,7 @@ static int explain(const struct pokeys_client *client, const struct attachment *
 		return say(why, size, r, "device '%s' has %d readers already", client->device,
 			   POKEYS_SHM_READERS);
 	case -EACCES:
-		return say(why, size, r,
-			   "%s: permission denied; this user must be in the folder's group", root);
+		return runtime_denied(root, why, size);
 	case -ENOENT:
 		return say(why, size, r, "the daemon that was in %s is gone", root);
 	default:

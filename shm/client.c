@@ -82,9 +82,7 @@ static enum pokeys_client_state explain_current(struct pokeys_client *client, in
 		return set_status(client, POKEYS_CLIENT_DETACHED, why);
 	}
 	if (r == -EACCES)
-		say(why, sizeof(why), 0,
-		    "%s: permission denied; this user must be in the folder's group",
-		    client->directory);
+		runtime_denied(client->directory, why, sizeof(why));
 	else if (r == -EPROTO)
 		say(why, sizeof(why), 0, "%s/current: not a link that pokeysd made; remove it",
 		    client->directory);

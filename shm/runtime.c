@@ -18,6 +18,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <grp.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -71,6 +72,24 @@ int runtime_check_directory(const char *directory, char *why, size_t size)
 			   "(sockets live below it); choose a shorter one",
 			   directory, length, SHM_DIRECTORY_MAX - 1);
 	return 0;
+}
+
+int runtime_denied(const char *folder, char *why, size_t size)
+{
+	char names[1024];
+	struct group group, *known = NULL;
+	struct stat st;
+
+	if (stat(folder, &st))
+		return say(why, size, -EACCES, "%s: permission denied", folder);
+	if (!st.st_gid || !(st.st_mode & S_IXGRP))
+		return say(why, size, -EACCES, "%s: permission denied; only its owner may enter, "
+			   "until pokeysd.conf names a group (group = ...)", folder);
+	if (getgrgid_r(st.st_gid, &group, names, sizeof(names), &known) || !known)
+		return say(why, size, -EACCES, "%s: permission denied; this user must be in "
+			   "group %u", folder, (unsigned int)st.st_gid);
+	return say(why, size, -EACCES, "%s: permission denied; this user must be in group %s "
+		   "(adduser USER %s, then log in again)", folder, group.gr_name, group.gr_name);
 }
 
 int runtime_current(const char *directory, char name[SHM_ROOT_NAME_MAX])

@@ -11,6 +11,7 @@
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
+#include "shm/runtime.h"
 #include "tools/latency.h"
 #include "tools/pokeysctl.h"
 
@@ -49,9 +50,7 @@ static void explain(const struct view *view, const char *directory, int known, c
 	const struct view_device *device = &view->device[0];
 
 	if (known == -EACCES)
-		snprintf(why, size,
-			 "%s: permission denied; this user must be in the folder's group",
-			 directory);
+		runtime_denied(directory, why, size);
 	else if (known < 0)
 		snprintf(why, size, "%s: %s", directory, strerror(-known));
 	else if (!known)

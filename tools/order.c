@@ -11,6 +11,7 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
+#include "shm/runtime.h"
 #include "tools/order.h"
 
 enum { ANSWER_MS = 10000 };
@@ -34,8 +35,7 @@ static int attach(const char *runtime_directory, char text[ORDER_TEXT_MAX])
 			 "start pokeysd), or name another folder with --runtime-directory",
 			 runtime_directory);
 	else if (error == EACCES)
-		snprintf(text, ORDER_TEXT_MAX, "%s: permission denied; this user must be in the "
-			 "folder's group", address.sun_path);
+		runtime_denied(runtime_directory, text, ORDER_TEXT_MAX);
 	else
 		snprintf(text, ORDER_TEXT_MAX, "%s: %s", address.sun_path, strerror(error));
 	return -error;

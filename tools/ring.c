@@ -5,6 +5,7 @@
  */
 #include <errno.h>
 #include <stdio.h>
+#include "shm/runtime.h"
 #include "tools/ring.h"
 
 int ring_open(const struct options *options, struct recorder_file *ring)
@@ -15,11 +16,11 @@ int ring_open(const struct options *options, struct recorder_file *ring)
 	snprintf(path, sizeof(path), "%s/" RECORDER_FILE, options->runtime_directory);
 	rc = recorder_open(ring, path, why, sizeof(why));
 	if (rc == -ENOENT)
-		complain("no recorder in %s: no daemon runs there, or it has recorder-seconds = 0, "
-			 "without which its cycles cannot be seen (another folder: "
-			 "--runtime-directory)", options->runtime_directory);
-	else if (rc == -EACCES)
-		complain("%s; this user must be in the folder's group", why);
+		complain("no recorder in %s: no daemon runs there (systemctl start pokeysd; "
+			 "another folder: --runtime-directory), or it has recorder-seconds = 0",
+			 options->runtime_directory);
+	else if (rc == -EACCES && runtime_denied(options->runtime_directory, why, sizeof(why)))
+		complain("%s", why);
 	else if (rc)
 		complain("%s", why);
 	return rc;

@@ -10,6 +10,7 @@
 #include <string.h>
 #include <time.h>
 #include <pokeys/names.h>
+#include "shm/runtime.h"
 #include "tools/pokeysctl.h"
 #include "tools/view.h"
 
@@ -119,12 +120,13 @@ void view_read(struct view *view)
 
 static int no_daemon(const struct view *view, int result)
 {
+	char why[256];
+
 	if (result == -EINVAL)
 		complain("--runtime-directory: \"%s\" is not allowed; a path from / is",
 			 view->runtime_directory);
-	else if (result == -EACCES)
-		complain("%s: permission denied; this user must be in the folder's group",
-			 view->runtime_directory);
+	else if (result == -EACCES && runtime_denied(view->runtime_directory, why, sizeof(why)))
+		complain("%s", why);
 	else if (result < 0)
 		complain("%s: %s", view->runtime_directory, strerror(-result));
 	else

@@ -15,6 +15,7 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include "shm/runtime.h"
 #include "tests/shm/folder.h"
 
 enum { OWNER = 4001, GROUP = 4002, MEMBER = 4003, STRANGER = 4004 };	/* nobody's numbers */
@@ -137,8 +138,27 @@ static void stranger_is_refused_in_words(void **state)
 
 	assert_int_equal(stranger(folder), POKEYS_CLIENT_REFUSED);
 	assert_non_null(strstr(folder->why,
-			       "permission denied; this user must be in the folder's group"));
+			       "permission denied; this user must be in group 4002"));
 	end_daemon(folder, daemon);
+}
+
+/* What is told names the group that may enter, and does not send anybody into root's. */
+static void who_may_enter_is_told(void **state)
+{
+	struct folder *folder = *state;
+	char why[256];
+
+	assert_int_equal(mkdir(folder->path, 0700), 0);
+	assert_int_equal(chown(folder->path, 0, 5), 0);
+	assert_int_equal(runtime_denied(folder->path, why, sizeof(why)), -EACCES);
+	assert_non_null(strstr(why, "only its owner may enter"));
+	assert_int_equal(chmod(folder->path, 02770), 0);
+	runtime_denied(folder->path, why, sizeof(why));
+	assert_non_null(strstr(why, "adduser USER tty"));	/* 5 is Debian's, for ever */
+	assert_int_equal(chown(folder->path, OWNER, 0), 0);
+	assert_int_equal(chmod(folder->path, 02770), 0);
+	runtime_denied(folder->path, why, sizeof(why));
+	assert_non_null(strstr(why, "only its owner may enter"));
 }
 
 static void member_that_is_killed_is_cleaned_up_by_the_daemon(void **state)
@@ -261,6 +281,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		BOTH(member_of_the_group_attaches),
 		BOTH(stranger_is_refused_in_words),
+		BOTH(who_may_enter_is_told),
 		BOTH(member_that_is_killed_is_cleaned_up_by_the_daemon),
 		BOTH(second_daemon_of_another_user_is_refused),
 		BOTH(what_cannot_be_removed_keeps_no_daemon_from_starting),

@@ -223,7 +223,7 @@ def test_a_folder_of_others_is_told_with_what_to_do():
     with House() as house:
         house.runtime.mkdir(0o700)
         out = without_rights("status", "--runtime-directory", house.runtime)
-        assert out.returncode == 1 and "must be in the folder's group" in out.stderr, out.stderr
+        assert out.returncode == 1 and "only its owner may enter" in out.stderr, out.stderr
 
 
 def test_doctor_sees_a_running_daemon():
