@@ -92,8 +92,8 @@ static void judge_isolated(const struct doctor *doctor, struct doctor_finding *f
 			   "that, and does not spin)", cpuset);
 	} else {
 		doctor_say(finding, doctor->plan.spin ? DOCTOR_PROBLEM : DOCTOR_ADVICE,
-			   "isolated %s%s: other programs run on core %d as well%s",
-			   *list ? "are " : "is no core", list, doctor->cpu,
+			   "%s%s: other programs run on core %d as well%s",
+			   *list ? "isolated are " : "no core is isolated", list, doctor->cpu,
 			   doctor->plan.spin ? ", and mode = spin starves them" : "");
 		mend_command_line(doctor, finding);
 	}

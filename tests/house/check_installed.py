@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What is installed is enough: each header that is installed, and the monitor that
-README.md prints, compile with the installed headers alone."""
+README.md prints, compile with the installed headers alone; each page of docs that a man
+page, an example or a header names is installed."""
 import json
 import pathlib
 import re
@@ -13,11 +14,13 @@ ROOT, BUILD = (pathlib.Path(argument) for argument in sys.argv[1:3])
 CC = sys.argv[3:]
 
 
+PLAN = json.loads((BUILD / "meson-info/intro-install_plan.json").read_text())
+
+
 def stage(folder):
     """The installed headers below `folder`, as in /usr/include; their names."""
-    plan = json.loads((BUILD / "meson-info/intro-install_plan.json").read_text())
     names = []
-    for source, entry in plan["headers"].items():
+    for source, entry in PLAN["headers"].items():
         name = entry["destination"].removeprefix("{includedir}/")
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).symlink_to(source)
@@ -33,6 +36,21 @@ def compile_alone(folder, what, text):
     return ran.returncode == 0
 
 
+def pages_are_there():
+    """docs/PAGE.md, below the same folder as the examples."""
+    named = set()
+    for path in [p for room in ("man", "examples", "include") for p in (ROOT / room).rglob("*")]:
+        if path.is_file():
+            named |= set(re.findall(r"\bdocs/[a-z-]+\.md", path.read_text(encoding="utf-8")))
+    assert named, "nothing names a page of docs any more"
+    entry = PLAN["install_subdirs"].get(str(ROOT / "docs"), {"destination": "nowhere"})
+    installed = entry["destination"] == "{datadir}/doc/pokeysd/docs"
+    missing = sorted(page for page in named if not installed or not (ROOT / page).exists())
+    for page in missing:
+        print(f"{page} is named, and not installed")
+    return not missing
+
+
 def main():
     readme = re.findall(r"^```c\n(.*?)^```$", (ROOT / "README.md").read_text(), re.M | re.S)
     assert readme, "README.md has no monitor in C any more"
@@ -41,7 +59,7 @@ def main():
         assert "pokeys/shm.h" in names, names
         texts = {f"<{name}>": f"#include <{name}>\n" for name in names}
         texts.update({f"README.md, program {i + 1}": text for i, text in enumerate(readme)})
-        good = [compile_alone(folder, what, text) for what, text in texts.items()]
+        good = [pages_are_there()] + [compile_alone(folder, what, text) for what, text in texts.items()]
     return 0 if all(good) else 1
 
 
