@@ -12,6 +12,7 @@
  *
  * Build it anywhere with: cc monitor.c $(pkg-config --cflags --libs pokeys_shm)
  */
+#include <errno.h>
 #include <getopt.h>
 #include <inttypes.h>
 #include <signal.h>
@@ -235,7 +236,8 @@ static const char *first_device(const char *runtime)
 	if (r > 0)
 		return names[0];
 	if (r < 0)
-		fprintf(stderr, "the runtime folder: %s\n", strerror(-r));
+		fprintf(stderr, "the runtime folder: %s%s\n", strerror(-r), r == -EACCES ?
+			"; this user must be in its group, which is pokeys as a rule" : "");
 	else
 		fprintf(stderr, "no daemon runs; name a DEVICE to wait for it\n");
 	return NULL;

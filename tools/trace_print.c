@@ -49,7 +49,8 @@ static void print_cycle(const struct trace_cycle *cycle, FILE *to)
 	fprintf(to, "\ncycle %" PRIu64 ": %.1f us from the tick to the data, awake after %.1f us",
 		cycle->cycle, us(trace_length(cycle)), us(cycle->woke_ns - cycle->tick_ns));
 	if (cycle->skipped)
-		fprintf(to, ", %u ticks missed", cycle->skipped);
+		fprintf(to, ", %u %s missed", cycle->skipped,
+			cycle->skipped == 1 ? "tick" : "ticks");
 	fputs(cycle->whole ? "\n" : " (not all of it was seen)\n", to);
 	for (enum trace_where where = 0; where < TRACE_WHERES; where++) {
 		if (!cycle->ns[where])

@@ -127,7 +127,8 @@ if __name__ == "__main__":
     except pokeys.LibraryMissing as missing:
         sys.exit(str(missing))
     except PermissionError as why:
-        print(f"the runtime folder: {why.strerror}", file=sys.stderr)
+        print(f"the runtime folder: {why.strerror}; this user must be in its group, "
+              "which is pokeys as a rule", file=sys.stderr)
         sys.exit(1)
     except OSError:
         print("not a device name, or the runtime folder is no path from /", file=sys.stderr)

@@ -126,7 +126,8 @@ class Monitors(unittest.TestCase):
                 except PermissionError as why:
                     self.skipTest(f"nobody may not run it: {why}")
                 self.assertEqual((ran.returncode, ran.stderr),
-                                 (1, "the runtime folder: Permission denied\n"))
+                                 (1, "the runtime folder: Permission denied; this user must be in "
+                                  "its group, which is pokeys as a rule\n"))
 
     def test_unknown_device_is_said_in_one_line(self):
         self.start()
