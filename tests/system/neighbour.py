@@ -143,16 +143,25 @@ def settings(lan, sim):
 
 
 def asked(lan, twin, times):
-    """What it has executed when it was asked so many times more who it is."""
+    """What it has executed when it was asked so many times more who it is, or the device is there again."""
     first = operations(lan, twin).get("op.00", 0)
-    return wait_for("questions", lambda: (now := operations(lan, twin)).get("op.00", 0) >= first + times and now)
+    return wait_for("questions", lambda: ((now := operations(lan, twin)).get("op.00", 0) >= first + times or
+                                          entry() == MACS["mill"]) and now)
 
 
 def gets_only_questions(lan, twin):
     """Who it is (op.00) and nothing else; what was on its way before has been executed then."""
-    before, after = asked(lan, twin, 1), asked(lan, twin, 3)
-    grown = {name for name, value in after.items() if value != before.get(name, 0)}
-    assert grown <= {"op.00"}, (before, after)
+    for _ in range(20):
+        announce("twin")
+        wait_equal("the twin", lambda: lan.state().get("fault"), "wrong serial number")
+        before, after = asked(lan, twin, 1), asked(lan, twin, 3)
+        # on a busy machine the kernel asks everybody when its own questions come late: anew then
+        if entry() == MACS["mill"]:
+            continue
+        grown = {name for name, value in after.items() if value != before.get(name, 0)}
+        assert grown <= {"op.00"}, (before, after)
+        return
+    raise AssertionError("the kernel has always found the device itself")
 
 
 def test_another_device_at_the_address_is_left_alone():
@@ -163,8 +172,6 @@ def test_another_device_at_the_address_is_left_alone():
         before = settings(lan, twin)
         assert len(before) > 8, before
         for round_ in range(3):
-            announce("twin")
-            wait_equal("the twin", lambda: lan.state().get("fault"), "wrong serial number")
             gets_only_questions(lan, twin)
             assert f"serial number {OTHER} answers, {SERIAL} is configured" in lan.log(), lan.log()
             if round_ == 1:  # the device shouts louder
