@@ -185,7 +185,8 @@ static const char *const part_names[COMMAND_PARTS] = {
 static void put_link(struct line *line, const struct event *e)
 {
 	if (e->a == e->b)
-		put(line, "still %s%s", PICK(link_names, e->a), PICK(fault_texts, e->c));
+		put(line, "still %s%s", PICK(link_names, e->a), e->c == POKEYS_FAULT_NONE ?
+		    ": what was told before is over" : PICK(fault_texts, e->c));
 	else
 		put(line, "%s (was %s)%s", PICK(link_names, e->a), PICK(link_names, e->b),
 		    PICK(fault_texts, e->c));
