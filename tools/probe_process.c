@@ -35,6 +35,17 @@ static DIR *open_folder(const char *root, const char *path)
 	return opendir(whole);
 }
 
+/* It ended, and only its name is left until its parent asks. */
+static bool is_dead(const char *root, int process)
+{
+	char text[1024], *at;
+
+	if (!probe_text(root, text, sizeof(text), "/proc/%d/task/%d/stat", process, process))
+		return false;
+	at = strrchr(text, ')');
+	return at && (!strncmp(at, ") Z", 3) || !strncmp(at, ") X", 3));
+}
+
 int probe_process(const char *root, const char *name)
 {
 	DIR *folder = open_folder(root, "/proc");
@@ -45,7 +56,7 @@ int probe_process(const char *root, const char *name)
 		return -1;
 	while ((process = next_number(folder)))
 		if (probe_text(root, text, sizeof(text), "/proc/%d/comm", process) &&
-		    !strcmp(text, name))
+		    !strcmp(text, name) && !is_dead(root, process))
 			break;
 	closedir(folder);
 	return process;

@@ -171,6 +171,9 @@ VARIANTS = [
     ({"proc/irq/30/effective_affinity_list": "3", "proc/irq/30/smp_affinity_list": "0"},
      {"interrupts": "ok", "nic-interrupts": "ok"}),
     (process(500, "pokeysd", [(1, 80, "2-3")]), {"daemon-thread": "problem"}),
+    # dead, and nobody has asked for its status yet
+    ({"proc/500/task/500/stat": stat(0, 0).replace(" S ", " Z "), "proc/500/task/501/stat": None,
+      "proc/500/task/501/status": None}, {"daemon-thread": "unknown"}),
     (process(500, "pokeysd", [(1, 80, "3")], limits=LIMITS.format(lock="8388608", priority="0"),
              status="CapEff:\t0000000000804000\n"), {"memory-lock": "ok", "priority": "ok"}),
 ]
