@@ -8,9 +8,7 @@
 . /in/lib.sh
 
 configure_it() {
-	mkdir -p /etc/systemd/system/pokeysd.service.d
-	cp /usr/share/doc/pokeysd/isolated-core.conf /etc/systemd/system/pokeysd.service.d/
-	systemctl daemon-reload
+	isolate_daemon || return 1
 	cat >/etc/pokeysd/pokeysd.conf <<-CONF
 		[daemon]
 		cpu = 1

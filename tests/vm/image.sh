@@ -16,7 +16,7 @@ folder=$1
 packages=(
 	systemd systemd-sysv udev kmod initramfs-tools
 	linux-image-rt-amd64
-	procps psmisc iproute2 util-linux
+	procps psmisc iproute2 ethtool util-linux
 	libc6 libgcc-s1 libstdc++6 libinih1 liburing2 libedit2
 	rt-tests stress-ng
 )

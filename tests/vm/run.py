@@ -3,14 +3,16 @@
 """Boot a PREEMPT_RT kernel with systemd in a virtual machine and run a script in it.
 
     run.py BUILD service   guest.sh, two processors: that everything happens
+    run.py BUILD card      guest-card.sh, the same with network cards: drivers with
+                           interrupts, queues and XDP of their own
     run.py BUILD timing    guest-timing.sh, one processor that counts instructions:
                            how long it takes, the same in each run; judged by timing.py
 
 BUILD is the build folder. The disk is in BUILD/vm, built once a week or when image.sh
-changes; results and histograms stay in BUILD/vm/service and BUILD/vm/timing. For the
-first, KVM is used where the processor has it and a machine really comes up with it;
-emulation does as well. Prints each check of the script; status 77 with the reason
-where it cannot run.
+changes; results and histograms stay in BUILD/vm/service and so on. For the first two,
+KVM is used where the processor has it and a machine really comes up with it; emulation
+does as well. Prints each check of the script; status 77 with the reason where it
+cannot run.
 """
 import datetime
 import hashlib
@@ -77,6 +79,23 @@ ACCELERATORS = {
 }
 
 
+# Each hub is a cable with a card at both ends, and nothing of it leaves QEMU.
+CARDS = (("near0", "virtio-net-pci", 0, "01"), ("wire0", "virtio-net-pci", 0, "02"),
+         ("near1", "e1000e", 1, "03"), ("wire1", "virtio-net-pci", 1, "04"))
+
+
+def cards():
+    """And QEMU's monitor within the guest, as a port that it can write commands to: the two
+    ends of one socket, for a monitor cannot be joined to a port otherwise."""
+    words = ["-chardev", "socket,id=monitor,path=monitor,server=on,wait=off", "-mon", "chardev=monitor",
+             "-chardev", "socket,id=port,path=monitor", "-device", "virtio-serial-pci",
+             "-device", "virtserialport,chardev=port,name=monitor"]
+    for name, model, hub, mac in CARDS:
+        words += ["-netdev", f"hubport,id=at-{name},hubid={hub}",
+                  "-device", f"{model},id={name},netdev=at-{name},mac=52:54:00:00:00:{mac},romfile="]
+    return words
+
+
 def command(disk, folder, accelerator):
     share = []
     for name, read_only in (("in", ",readonly=on"), ("out", "")):
@@ -88,12 +107,12 @@ def command(disk, folder, accelerator):
             "-device", "virtio-blk-pci,drive=disk,num-queues=1"]
 
 
-def boot(disk, folder, accelerator, seconds):
-    """Lines of the guest's results; None if it did not end in time."""
+def boot(disk, folder, accelerator, seconds, more=()):
+    """Lines of the guest's results; none if it did not end in time."""
     with open(folder / "console.log", "wb") as console:
         try:
-            subprocess.run(command(disk, folder, accelerator), stdin=subprocess.DEVNULL, stdout=console,
-                           stderr=console, timeout=seconds, check=False)
+            subprocess.run([*command(disk, folder, accelerator), *more], stdin=subprocess.DEVNULL,
+                           stdout=console, stderr=console, timeout=seconds, cwd=folder, check=False)
         except subprocess.TimeoutExpired:
             print(f"the machine ({accelerator}) was ended after {seconds} s")
     results = folder / "out/results"
@@ -105,13 +124,17 @@ def has_kvm():
     return ("vmx" in flags or "svm" in flags) and os.access("/dev/kvm", os.R_OK | os.W_OK)
 
 
-def run_service(disk, folder):
-    lines = boot(disk, folder, "kvm", KVM_SECONDS) if has_kvm() else []
+def run_service(disk, folder, more=()):
+    lines = boot(disk, folder, "kvm", KVM_SECONDS, more) if has_kvm() else []
     if not lines:
         shutil.rmtree(folder / "out")
         (folder / "out").mkdir()
-        lines = boot(disk, folder, "tcg", SECONDS)
+        lines = boot(disk, folder, "tcg", SECONDS, more)
     return lines
+
+
+def run_card(disk, folder):
+    return run_service(disk, folder, cards())
 
 
 def run_timing(disk, folder):
@@ -121,7 +144,8 @@ def run_timing(disk, folder):
     return lines[:-1] + timing.judge(folder) + ["end"]
 
 
-TIERS = {"service": ("guest.sh", run_service), "timing": ("guest-timing.sh", run_timing)}
+TIERS = {"service": ("guest.sh", run_service), "card": ("guest-card.sh", run_card),
+         "timing": ("guest-timing.sh", run_timing)}
 
 
 def main():
