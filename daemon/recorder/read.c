@@ -38,8 +38,11 @@ static uint32_t round_up(uint32_t slots)
 static int map(struct recorder *recorder, int fd, uint32_t slots)
 {
 	void *memory;
-	int rc = posix_fallocate(fd, 0, (off_t)file_size(slots));
+	int rc;
 
+	do {	/* a folder in memory stops for any signal */
+		rc = posix_fallocate(fd, 0, (off_t)file_size(slots));
+	} while (rc == EINTR);
 	if (rc)
 		return -rc;
 	memory = mmap(NULL, file_size(slots), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE,

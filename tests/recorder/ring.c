@@ -233,6 +233,26 @@ static void a_slot_of_another_number_is_left_out(void **state)
 	assert_int_equal(out[2].number, 3);
 }
 
+static int interrupted;		/* so many times more */
+
+int __real_posix_fallocate64(int fd, off_t from, off_t length);
+int __wrap_posix_fallocate64(int fd, off_t from, off_t length);
+
+/* As older kernels (6.1) do in a folder in memory when a signal comes. */
+int __wrap_posix_fallocate64(int fd, off_t from, off_t length)
+{
+	return interrupted-- > 0 ? EINTR : __real_posix_fallocate64(fd, from, length);
+}
+
+static void a_signal_does_not_keep_the_file_from_being_made(void **state)
+{
+	(void)state;
+	recorder_close(&recorder);
+	interrupted = 3;
+	assert_int_equal(recorder_create(&recorder, path, SLOTS), 0);
+	assert_int_equal(interrupted, -1);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
@@ -245,6 +265,7 @@ int main(void)
 		TEST(an_event_is_kept_as_it_is),
 		TEST(what_is_no_record_is_refused),
 		TEST(a_slot_of_another_number_is_left_out),
+		TEST(a_signal_does_not_keep_the_file_from_being_made),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
