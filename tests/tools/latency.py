@@ -146,8 +146,8 @@ def test_a_daemon_that_is_started_anew_meanwhile_is_found():
 
 def test_a_daemon_that_is_started_anew_within_a_measurement_counts_from_then_on():
     def samples():
-        seen = house.device()
-        return seen["diag"]["latency_us"]["wakeup"]["count"] if seen["diag"] and seen["publishing"] else 0
+        seen = house.device() or {}  # the old one's image is fresh until the new one clears it away
+        return seen["diag"]["latency_us"]["wakeup"]["count"] if seen.get("publishing") and seen["diag"] else 0
 
     with House() as house:
         house.start_sim()
