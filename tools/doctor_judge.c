@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <string.h>
 #include "tools/doctor.h"
+#include "usage/printable.h"
 
 static const struct doctor_checks *const tables[] = {
 	&doctor_kernel_checks, &doctor_core_checks, &doctor_power_checks,
@@ -17,14 +18,6 @@ static const struct doctor_checks *const tables[] = {
 
 enum { TABLES = sizeof(tables) / sizeof(tables[0]) };
 
-/* Processes call themselves whatever they like: nothing of it is to command a terminal. */
-static void make_printable(char *text)
-{
-	for (; *text; text++)
-		if ((unsigned char)*text < 0x20 || (unsigned char)*text >= 0x7f)
-			*text = '?';
-}
-
 void doctor_say(struct doctor_finding *finding, enum doctor_verdict verdict, const char *why, ...)
 {
 	va_list arguments;
@@ -33,7 +26,7 @@ void doctor_say(struct doctor_finding *finding, enum doctor_verdict verdict, con
 	va_start(arguments, why);
 	vsnprintf(finding->why, sizeof(finding->why), why, arguments);
 	va_end(arguments);
-	make_printable(finding->why);
+	usage_printable(finding->why);
 }
 
 void doctor_mend(struct doctor_finding *finding, const char *mend, ...)
@@ -43,7 +36,7 @@ void doctor_mend(struct doctor_finding *finding, const char *mend, ...)
 	va_start(arguments, mend);
 	vsnprintf(finding->mend, sizeof(finding->mend), mend, arguments);
 	va_end(arguments);
-	make_printable(finding->mend);
+	usage_printable(finding->mend);
 }
 
 void doctor_keep(struct doctor_finding *finding, const char *keep, ...)
@@ -53,7 +46,7 @@ void doctor_keep(struct doctor_finding *finding, const char *keep, ...)
 	va_start(arguments, keep);
 	vsnprintf(finding->keep, sizeof(finding->keep), keep, arguments);
 	va_end(arguments);
-	make_printable(finding->keep);
+	usage_printable(finding->keep);
 }
 
 const char *doctor_verdict_name(enum doctor_verdict verdict)

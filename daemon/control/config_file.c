@@ -26,6 +26,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "daemon/control/config_key.h"
+#include "usage/printable.h"
 
 enum { FILE_MAX = 1 << 18, SHOWN_MAX = 60 };
 
@@ -42,14 +43,6 @@ struct reading {
 	struct config_lines *lines;
 };
 
-/* Whatever a file holds, a complaint is one line that is safe on a terminal. */
-static void make_printable(char *text)
-{
-	for (; *text; text++)
-		if ((unsigned char)*text < 0x20 || (unsigned char)*text >= 0x7f)
-			*text = '?';
-}
-
 __attribute__((format(printf, 3, 0)))
 static void tell(const struct config_file *file, uint32_t line, const char *format,
 		 va_list arguments)
@@ -61,7 +54,7 @@ static void tell(const struct config_file *file, uint32_t line, const char *form
 		snprintf(whole, sizeof(whole), "%s:%u: %s", file->name, line, text);
 	else
 		snprintf(whole, sizeof(whole), "%s: %s", file->name, text);
-	make_printable(whole);
+	usage_printable(whole);
 	file->complain(file->context, whole);
 }
 

@@ -18,6 +18,7 @@
 #include <sys/socket.h>
 #include "daemon/control/desk.h"
 #include "daemon/control/log.h"
+#include "usage/printable.h"
 
 #define MS		UINT64_C(1000000)
 #define SETTLE_NS	(200 * MS)	/* what a device that answers needs for most of it */
@@ -130,13 +131,6 @@ static void apply(struct desk *desk, struct desk_client *client, uint32_t device
 	explicit_bzero(&config, sizeof(config));	/* passwords */
 }
 
-static void make_printable(char *text)
-{
-	for (; *text; text++)
-		if ((unsigned char)*text < 0x20 || (unsigned char)*text >= 0x7f)
-			*text = '?';
-}
-
 static uint32_t index_of(const struct config *config, const char *name)
 {
 	uint32_t i = 0;
@@ -153,7 +147,7 @@ void desk_begin(struct desk *desk, struct desk_client *client, char *request, ui
 	const char *name = request + (is_apply ? 13 : 12);
 	uint32_t device;
 
-	make_printable(request);
+	usage_printable(request);
 	if (!is_apply && !is_save) {
 		desk_answer(desk, client, false, "\"%s\" is no request; requests are: config apply "
 			    "DEVICE, config save DEVICE", request);
