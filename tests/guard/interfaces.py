@@ -15,6 +15,7 @@ from guard import DEVICE, HERE, MOVED, PORT, STATUS, STRANGER, far, main, progra
 
 ALL = (DEVICE, STRANGER, MOVED)
 BEYOND = "10.99.0.1"
+NOBODY = "10.77.0.99"
 # soon lost, so that the way to it is looked for anew
 HASTY = "lost-after-ms = 300\n"
 SLOW = {"period-us": 4000}  # for an emulated machine as well
@@ -118,7 +119,7 @@ def happens(w, event, daemon, sim):
     steps = event(w)
     next(steps)
     if event in LOSSES:
-        wait_for(f"{event.__name__}: the device lost", lambda: not w.fresh())
+        wait_for(f"{event.__name__}: the device lost", w.lost)
     for _ in steps:
         pass
     if event is deleted:  # its socket was on the far end
@@ -335,7 +336,7 @@ def try_kind(w, kind, name):
         grows(w, "pass_socket" if "over xdp" in text else "pass_device")
         flood_is_counted(w)
         sh("ip", "link", "set", name, "down")
-        wait_for("the device lost", lambda: not w.fresh())
+        wait_for("the device lost", w.lost)
         sh("ip", "link", "set", name, "up")
         runs(w, daemon)
         if kind is bond:
@@ -472,10 +473,11 @@ def devices_each_have_a_way_of_their_own(w):
     wait_for("both past the kernel", lambda: both_past_the_kernel() == 0)
     sh("ip", "route", "replace", f"{BEYOND}/32", "via", MOVED)
     wait_for("both past the kernel by another router", lambda: both_past_the_kernel() == 0)
-    sh("ip", "route", "del", f"{BEYOND}/32")
-    wait_for("lathe lost", lambda: not w.device("lathe")["fresh"])
+    # without any route the kernel would look for it on this very wire: the socket is the interface's
+    sh("ip", "route", "replace", f"{BEYOND}/32", "via", NOBODY)
+    wait_for("lathe lost", lambda: w.lost("lathe"))
     runs(w, daemon)
-    sh("ip", "route", "add", f"{BEYOND}/32", "via", MOVED)
+    sh("ip", "route", "replace", f"{BEYOND}/32", "via", MOVED)
     wait_for("both past the kernel again", lambda: both_past_the_kernel() == 0)
     for child in (daemon, *sims):
         w.end(child)
