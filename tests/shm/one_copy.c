@@ -114,7 +114,7 @@ static void library_goes_when_it_is_closed(void **state)
 		assert_int_equal(library.open(&client, folder->path, "mill", "test",
 					      POKEYS_CLIENT_COMMANDER), 0);
 		assert_int_equal(library.follow(client, 1), 0);
-		for (int j = 0; j < 1000 && library.read(client, &image); j++)
+		for (int j = 0; j < 60000 && library.read(client, &image); j++)
 			folder_sleep_ms(1);
 		assert_int_equal(library.read(client, &image), 0);
 		library.close(client);

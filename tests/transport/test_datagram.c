@@ -240,10 +240,14 @@ static void thousand_unread_are_survived(void **state)
 			got++;
 		}
 		/* the socket keeps some of them; how many is the kernel's affair */
-		assert_true(got >= 100 * (round + 1));
 		peer_send(&w->peer, "fresh", 5);
-		assert_int_equal(next_packet(w->t, 60000, &p), 1);
+		/* what a busy kernel delivers late comes before it */
+		do {
+			assert_int_equal(next_packet(w->t, 60000, &p), 1);
+			got += p.length == 64;
+		} while (p.length == 64);
 		assert_memory_equal(p.data, "fresh", 5);
+		assert_true(got >= 100 * (round + 1));
 	}
 }
 

@@ -210,7 +210,8 @@ static void ring_makes_no_kernel_threads(void **state)
 
 	(void)state;
 	expect_in_order(u, &peer, 200);
-	assert_int_equal(threads_of_this_process(), before);
+	/* one that a test before had may have been listed still */
+	assert_true(threads_of_this_process() <= before);
 	peer_close(&peer);
 	transport_close(&u->base);
 }

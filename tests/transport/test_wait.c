@@ -42,13 +42,15 @@ static void wait_with_submission_does_not_end_early_either(void **state)
 static void deadline_in_the_past_returns_at_once(void **state)
 {
 	struct world *w = *state;
+	uint64_t end = fixture_now() + 60000 * (uint64_t)MS;
 	struct transport_packet p;
 
 	assert_int_equal(w->t->ops->wait(w->t, 0), TRANSPORT_WAIT_DEADLINE);
 	assert_int_equal(w->t->ops->wait(w->t, fixture_now() - 1), TRANSPORT_WAIT_DEADLINE);
-	/* but what is there already is found */
+	/* but what is there already is found; a busy kernel delivers it late */
 	peer_send(&w->peer, "x", 1);
-	assert_int_equal(w->t->ops->wait(w->t, 0), TRANSPORT_WAIT_PACKET);
+	while (w->t->ops->wait(w->t, 0) != TRANSPORT_WAIT_PACKET)
+		assert_true(fixture_now() < end);
 	assert_int_equal(w->t->ops->receive(w->t, &p), 1);
 }
 
