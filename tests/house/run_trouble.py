@@ -58,7 +58,7 @@ def a_wrong_word(fake):
     for words in ("build x", "clean x", "demo x", "demo --seconds x", "test x", "bench --lits",
                   "bench --only x", "x", "", "help", "demo --help", "bench --help", "bench --list"):
         ran = subprocess.run([fake.folder / "run", *words.split()], env=fake.environment, text=True,
-                             capture_output=True, timeout=20, check=False)
+                             capture_output=True, timeout=120, check=False)
         right = "help" in words or "list" in words
         assert (ran.returncode == 0) == right, f"{words}: {ran}"
         assert ran.stdout if right else ran.stderr and not ran.stdout, f"{words}: {ran}"
@@ -71,7 +71,7 @@ def half_a_build_folder(fake):
     private.mkdir(parents=True)
     (private / "coredata.dat").touch()
     child = fake.start("build_main")
-    said = child.communicate(timeout=20)[0]
+    said = child.communicate(timeout=120)[0]
     assert child.returncode == 0, said
 
 
@@ -82,7 +82,7 @@ def a_copied_build_folder(fake):
     for source, status in (("/elsewhere", 1), (fake.folder, 0)):
         (info / "meson-info.json").write_text(f'{{"directories": {{"source": "{source}", "build": "x"}}}}')
         child = fake.start("build_main")
-        said = child.communicate(timeout=20)[0]
+        said = child.communicate(timeout=120)[0]
         assert child.returncode == status, said
         assert ("./run clean" in said) == bool(status), said
 
@@ -90,7 +90,7 @@ def a_copied_build_folder(fake):
 def no_apt(fake):
     child = fake.start("""command() { [ "$2" != dpkg-query ] && builtin command "$@"; }
         install_packages some-thing; echo "went on" """)
-    said = child.communicate(timeout=20)[0]
+    said = child.communicate(timeout=120)[0]
     assert child.returncode == 0 and "some-thing" in said and "went on" in said, said
 
 
@@ -100,7 +100,7 @@ def old_results(fake):
     (logs / "log-unit.json").write_text('{"name": "x", "result": "OK"}\n')
     child = fake.start(f"TEST_LOGS=(); suite_run build unit 1 unit; "
                        f"'{fake.root}/scripts/count-tests' \"${{TEST_LOGS[@]}}\"")
-    said = child.communicate(timeout=20)[0]
+    said = child.communicate(timeout=120)[0]
     assert child.returncode == 1 and "0 passed" in said, said
 
 
@@ -112,7 +112,7 @@ def interrupt(fake):
     while not slow.exists() and child.poll() is None:
         time.sleep(0.02)
     os.killpg(child.pid, signal.SIGINT)
-    said = child.communicate(timeout=20)[0]
+    said = child.communicate(timeout=120)[0]
     tests = [line for line in fake.calls.read_text().splitlines() if line.startswith("test ")]
     assert child.returncode == 130 and len(tests) == 1, f"{child.returncode} {tests} {said}"
 

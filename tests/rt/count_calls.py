@@ -41,7 +41,7 @@ class Probe:
 
     def end(self):
         self.process.stdin.close()
-        return self.process.wait(timeout=20)
+        return self.process.wait(timeout=120)
 
 
 def trace(probe, log):

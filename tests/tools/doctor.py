@@ -224,9 +224,9 @@ def examine(program, tree, *options):
     with tempfile.TemporaryDirectory() as folder:
         plant(pathlib.Path(folder), tree)
         out = subprocess.run([program, "doctor", "--root", folder, "--json", *options], capture_output=True,
-                             text=True, timeout=30, check=False)
+                             text=True, timeout=120, check=False)
         text = subprocess.run([program, "doctor", "--root", folder, *options], capture_output=True,
-                              text=True, timeout=30, check=False)
+                              text=True, timeout=120, check=False)
     assert out.stderr == "" and text.stderr == "", out.stderr
     assert re.fullmatch(r"[\n -~]*", text.stdout), "somebody else's bytes for the terminal"
     document = json.loads(out.stdout)

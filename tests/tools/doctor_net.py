@@ -15,12 +15,12 @@ NEIGHBOUR = ["ip", "neighbour", "replace", "10.1.0.2", "lladdr", "02:00:00:00:00
 
 
 def sh(*words):
-    subprocess.run(words, check=True, timeout=30)
+    subprocess.run(words, check=True, timeout=120)
 
 
 def look(program, conf):
     out = subprocess.run([program, "doctor", "--json", "--config", conf, "-r", "/nowhere"],
-                         capture_output=True, text=True, timeout=30, check=False)
+                         capture_output=True, text=True, timeout=120, check=False)
     assert out.stderr == "", out.stderr
     return {(f["check"], f["subject"]): f for f in json.loads(out.stdout)["findings"]}
 
@@ -74,7 +74,7 @@ def main():
         conf = pathlib.Path(folder) / "pokeysd.conf"
         conf.write_text(CONF)
         return subprocess.run(["unshare", "--net", "--mount", sys.executable, __file__, "--inside",
-                               os.path.abspath(sys.argv[1]), conf], timeout=60, check=False).returncode
+                               os.path.abspath(sys.argv[1]), conf], timeout=120, check=False).returncode
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import sys
 
 
 def helped(*words):
-    ran = subprocess.run([sys.argv[1], *words], capture_output=True, text=True, timeout=20,
+    ran = subprocess.run([sys.argv[1], *words], capture_output=True, text=True, timeout=120,
                          check=False)
     assert (ran.returncode, ran.stderr) == (0, ""), (words, ran)
     assert not re.search(r"[ \t]$", ran.stdout, re.M), (words, ran.stdout)
@@ -24,7 +24,7 @@ def main():
     assert "--runtime-directory" in helped("status", "-h")[0]
     assert "--runtime-directory" not in helped("replay", "-h")[0]
     ran = subprocess.run([sys.argv[1], "frob", "--help"], capture_output=True, text=True,
-                         timeout=20, check=False)
+                         timeout=120, check=False)
     assert ran.returncode == 64 and 'no command "frob"' in ran.stderr, ran
     print(f"{len(commands)} commands")
 

@@ -24,7 +24,7 @@ def keys(value, into):
 
 
 def main():
-    out = subprocess.run([sys.argv[1], "--print"], capture_output=True, timeout=30, check=True).stdout
+    out = subprocess.run([sys.argv[1], "--print"], capture_output=True, timeout=120, check=True).stdout
     assert out.count(b"\n") == 1 and out.isascii(), "not one line of ASCII"
     document = json.loads(out, parse_constant=refuse)
     assert document["format"] == 1

@@ -56,7 +56,7 @@ def without_rights(*words):
             os.setuid(NOBODY)
     try:
         return subprocess.run([House.programs["pokeysctl"], *map(str, words)], capture_output=True, text=True,
-                              timeout=60, check=False, preexec_fn=drop)
+                              timeout=120, check=False, preexec_fn=drop)
     except PermissionError as why:
         raise Skip(f"nobody may not run the build: {why}") from why
 
@@ -165,7 +165,7 @@ def test_a_daemon_that_is_started_anew_within_a_measurement_counts_from_then_on(
         house.wait_fresh()
         wait_for("more than it had", lambda: samples() > 3 * first + 2000)
         child.send_signal(signal.SIGINT)
-        document = json.loads(child.communicate(timeout=60)[0])
+        document = json.loads(child.communicate(timeout=120)[0])
         judge(document)
         assert "started anew" in document["note"], document["note"]
         counted = document["series"][-1]["samples"]
@@ -210,7 +210,7 @@ def test_who_has_no_right_to_a_priority_is_refused_in_words():
 def test_odd_histograms_stay_documents_and_pictures():
     def put(what):
         return subprocess.run([House.programs["test_tools_latency_report"], what], capture_output=True,
-                              timeout=30, check=True).stdout
+                              timeout=120, check=True).stdout
     xml.etree.ElementTree.fromstring(put("--svg"))
     one, late, none = json.loads(put("--json"))["series"]
     assert one["samples"] == 1 and late["samples"] == 2
