@@ -11,7 +11,7 @@ import socket
 import struct
 import sys
 
-from guard import DEVICE, HERE, OUR_PORT, PORT, STRANGER, far, main, sh
+from guard import DEVICE, HERE, OUR_PORT, PORT, STRANGER, far, main, run_far, sh
 
 LACP = bytes.fromhex("0180c2000002") + bytes(6) + b"\x88\x09" + bytes(110)
 VLAN, PROVIDER, PRIORITY = 0x8100, 0x88a8, 0xe000
@@ -57,14 +57,16 @@ OURS = ""
 def put(*frames):
     """On the wire over there, ROUNDS times."""
     raw = [f if isinstance(f, bytes) else f.bytes() for f in frames]
-    far("/usr/bin/python3", "-c", f"""
-import socket, time
+    run_far(f"""
+import socket
 with socket.socket(socket.AF_PACKET, socket.SOCK_RAW) as s:
     s.bind(("pk1", 0))
-    for _ in range({ROUNDS}):
+    for round_ in range({ROUNDS}):
         for frame in {raw!r}:
             s.send(frame)
-        time.sleep(0.001)
+        if round_ % 8 == 7:
+            all_is_through()
+all_is_through()
 """)
 
 

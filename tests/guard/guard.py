@@ -19,6 +19,7 @@ import subprocess
 import sys
 import time
 
+FOLDER = str(pathlib.Path(__file__).resolve().parent)
 HERE, DEVICE, STRANGER, MOVED = "10.77.0.1", "10.77.0.2", "10.77.0.66", "10.77.0.3"
 SERIAL, PORT, OUR_PORT = 54321, 20055, 40000
 PINS, STATUS = pathlib.Path("/sys/fs/bpf/pokeysd"), pathlib.Path("/run/pokeys-guard/status")
@@ -28,7 +29,7 @@ PATIENT = "lost-after-ms = 3000\n"
 
 
 def sh(*words, check=True):
-    out = subprocess.run([str(word) for word in words], capture_output=True, text=True, timeout=60, check=False)
+    out = subprocess.run([str(word) for word in words], capture_output=True, text=True, timeout=600, check=False)
     assert not check or out.returncode == 0, f"{words}: {out.returncode}: {out.stdout}{out.stderr}"
     return out
 
@@ -44,32 +45,51 @@ def wait_for(what, test, limit=60):
         time.sleep(0.02)
 
 
+def ping(address):
+    """One echo request; whether it, and no other, was answered within a second."""
+    mark = os.urandom(8)
+    with socket.socket(socket.AF_INET, socket.SOCK_RAW, socket.IPPROTO_ICMP) as s:
+        s.settimeout(1)
+        request = struct.pack("!BBHHH", 8, 0, 0, os.getpid() & 0xffff, 1) + mark
+        total = sum(struct.unpack("!8H", request))
+        total = (total >> 16) + (total & 0xffff)
+        total = (total >> 16) + (total & 0xffff)
+        end = time.monotonic() + 1
+        try:
+            s.sendto(request[:2] + struct.pack("!H", ~total & 0xffff) + request[4:], (address, 0))
+            while time.monotonic() < end:
+                packet, source = s.recvfrom(200)
+                if source[0] == address and packet[(packet[0] & 15) * 4] == 0 and packet.endswith(mark):
+                    return True
+        except OSError:
+            pass
+        return False
+
+
+def all_is_through():
+    """Over there: what was sent before is no longer in any queue, for an echo sent behind it came back."""
+    wait_for("an echo", lambda: ping(HERE))
+
+
+def run_far(code):
+    """Python over there, which has all_is_through()."""
+    far("/usr/bin/python3", "-B", "-c", f"import sys\nsys.path.insert(0, {FOLDER!r})\n"
+        "from guard import all_is_through\n" + code)
+
+
 def send_far(source, port, count, payload, to_port=OUR_PORT):
     """Runs over there: so many datagrams, a few at a time so that no queue is full."""
-    far("/usr/bin/python3", "-c", f"""
-import socket, time
+    run_far(f"""
+import socket
 s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
 s.bind(({source!r}, {port}))
 for i in range({count}):
     s.sendto({payload!r}, ({HERE!r}, {to_port}))
     if i % 64 == 63:
-        time.sleep(0.002)
+        all_is_through()
+all_is_through()
 """)
-
-
-def ping(address):
-    """One echo request; whether it was answered within a second."""
-    with socket.socket(socket.AF_INET, socket.SOCK_RAW, socket.IPPROTO_ICMP) as s:
-        s.settimeout(1)
-        head = struct.pack("!BBHHH", 8, 0, 0, os.getpid() & 0xffff, 1)
-        total = sum(struct.unpack("!4H", head))
-        total = (total >> 16) + (total & 0xffff)
-        s.sendto(head[:2] + struct.pack("!H", ~total & 0xffff) + head[4:], (address, 0))
-        try:
-            return s.recvfrom(200)[1][0] == address
-        except OSError:
-            return False
 
 
 def program_on(interface):
@@ -103,7 +123,8 @@ class World:
         far("ip", "link", "set", "lo", "up")
         self.connect()
         self.ear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.ear.setsockopt(socket.SOL_SOCKET, 33, 1 << 20)  # SO_RCVBUFFORCE
+        # SO_RCVBUFFORCE; some kernels count a page and more for each datagram
+        self.ear.setsockopt(socket.SOL_SOCKET, 33, 32 << 20)
         self.ear.bind((HERE, OUR_PORT))
         self.ear.setblocking(False)
 
@@ -247,8 +268,8 @@ def arp_and_icmp_pass(w):
 def answers_to_a_search_pass_but_no_flood_of_them(w):
     got = w.counted(lambda: send_far(STRANGER, PORT, 20, answer(99)))
     assert got.get("pass_discovery") == 20 and w.arrived(20) == 20, got
-    got = w.counted(lambda: send_far(STRANGER, PORT, 20000, answer(99)))
-    assert got.get("pass_discovery", 0) + got.get("drop_discovery", 0) == 20000, got
+    got = w.counted(lambda: send_far(STRANGER, PORT, 5000, answer(99)))
+    assert got.get("pass_discovery", 0) + got.get("drop_discovery", 0) == 5000, got
     assert got["drop_discovery"] > 0 and w.arrived(got["pass_discovery"]) == got["pass_discovery"], got
 
 
@@ -303,7 +324,7 @@ def nobody_passes_for_a_device_that_was_not_found_yet(w):
     w.start_guard()
 
     def send():
-        far("/usr/bin/python3", "-c", """
+        run_far("""
 import socket, struct
 def frame(port):
     ip = struct.pack("!BBHHHBBH4s4s", 0x45, 0, 92, 0, 0, 64, 17, 0, bytes(4), b"\\xff" * 4)
@@ -316,6 +337,7 @@ with socket.socket(socket.AF_PACKET, socket.SOCK_RAW) as s:
     for _ in range(50):
         s.send(frame(68))
         s.send(frame(20055))
+all_is_through()
 """)
     got = w.counted(send)
     assert got.get("drop_foreign") == 50 and got.get("drop_else", 0) >= 50, got
@@ -390,7 +412,7 @@ def replies_go_into_a_socket_of_a_daemon_without_rights(w):
     assert " over xdp in " in daemon.log.read_text(), daemon.log.read_text()
     growing("pass_socket")
     told("pass the kernel's network stack by (AF_XDP, copied", 1)
-    assert w.mill()["diag"]["transport"] == "xdp copy", w.mill()["diag"]["transport"]
+    wait_for('"xdp copy" in the diagnostic image', lambda: (w.mill()["diag"] or {}).get("transport") == "xdp copy")
     kernel = w.counters()["pass_device"]
     got = w.counted(lambda: send_far(STRANGER, PORT, 500, bytes(64)))
     assert got["drop_foreign"] == 500 and "pass_device" not in got, got
@@ -427,7 +449,8 @@ def an_interface_that_goes_is_waited_for(w):
     w.start_guard()
     sh("ip", "link", "del", "pk0")
     wait_for("the guard to see it", lambda: "waiting for interface pk0" in w.guard.log.read_text())
-    assert not STATUS.exists() and w.guard.poll() is None
+    wait_for("no word of it", lambda: not STATUS.exists())
+    assert w.guard.poll() is None, w.guard.log.read_text()
     w.connect()
     wait_for("the guard back", STATUS.exists)
     got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)))
