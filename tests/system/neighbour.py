@@ -107,10 +107,16 @@ def test_an_entry_that_is_flushed_is_not_noticed():
 def test_a_wrong_hardware_address_is_a_loss_and_mends_itself():
     with Lan(**{"lost-after-ms": 300}) as lan:
         lan.start()
+
+        def loses(before):
+            # its kernel asks for ours now and then: in that moment the lie is over before there is a loss
+            if lan.reconnects() == before and entry() == MACS["mill"]:
+                announce("nobody", "mill")
+            return lan.reconnects() > before
+
         for _ in range(3):
             before = lan.reconnects()
-            announce("nobody", "mill")
-            wait_for("loss and return", lambda: lan.reconnects() > before)  # pylint: disable=cell-var-from-loop
+            wait_for("loss and return", lambda: loses(before))  # pylint: disable=cell-var-from-loop
             lan.wait_fresh("mill")
             wait_equal("the entry", entry, MACS["mill"])
         assert "lost (was running): it does not answer" in lan.log(), lan.log()
@@ -121,12 +127,15 @@ def test_a_cable_that_is_pulled_out_and_put_in_again():
         lan.start()
         for round_ in range(30):
             before = lan.reconnects()
-            length = 0.01 * 200 ** rng.random() if round_ % 10 else 0.8
+            length = 0.01 * 200 ** rng.random()
             ip("link", "set", "to-mill", "down")
-            time.sleep(length)
+            if round_ % 10:
+                time.sleep(length)
+            else:
+                wait_for("the loss", lambda: lan.state().get("link", "running") != "running")
             ip("link", "set", "to-mill", "up")
             wait_for(f"the device after {length:.2f} s", lambda: lan.fresh() and  # pylint: disable=cell-var-from-loop
-                     (length < 0.7 or lan.reconnects() > before))  # pylint: disable=cell-var-from-loop
+                     (round_ % 10 or lan.reconnects() > before))  # pylint: disable=cell-var-from-loop
         assert "lost (was running): it does not answer" in lan.log(), lan.log()
 
 
@@ -153,9 +162,9 @@ def gets_only_questions(lan, twin):
     """Who it is (op.00) and nothing else; what was on its way before has been executed then."""
     for _ in range(20):
         announce("twin")
-        wait_equal("the twin", lambda: lan.state().get("fault"), "wrong serial number")
-        before, after = asked(lan, twin, 1), asked(lan, twin, 3)
         # on a busy machine the kernel asks everybody when its own questions come late: anew then
+        wait_for("the twin", lambda: lan.state().get("fault") == "wrong serial number" or entry() == MACS["mill"])
+        before, after = asked(lan, twin, 1), asked(lan, twin, 3)
         if entry() == MACS["mill"]:
             continue
         grown = {name for name, value in after.items() if value != before.get(name, 0)}
@@ -173,7 +182,8 @@ def test_another_device_at_the_address_is_left_alone():
         assert len(before) > 8, before
         for round_ in range(3):
             gets_only_questions(lan, twin)
-            assert f"serial number {OTHER} answers, {SERIAL} is configured" in lan.log(), lan.log()
+            wait_for("the reason", lambda: f"serial number {OTHER} answers, {SERIAL} is configured" in lan.log(),
+                     say=lan.log)
             if round_ == 1:  # the device shouts louder
                 announce("mill")
             else:  # the twin is unplugged

@@ -183,7 +183,7 @@ def test_a_record_at_a_fault():
         house.start_daemon()
         wait_for_packets(house, house.folder / "before.pcapng")
         end(sim)
-        wait_for("a record", lambda: list(records.glob("pokeysd-*-lost.pcapng")), 20)
+        wait_for("a record", lambda: list(records.glob("pokeysd-*-lost.pcapng")))
         packets, texts = judge_record(next(records.glob("*.pcapng")), house.address)
         assert any("lost (was running)" in text for text in texts), texts
         # what came after it is in it as well: the daemon asked on
@@ -206,7 +206,7 @@ def test_a_daemon_that_was_killed_leaves_its_record():
         after, _ = parse(path, house.address)
         assert len(after) > 200, len(after)
         house.start_daemon()
-        wait_for("its record", lambda: list(records.glob("pokeysd-*-died.pcapng")), 20)
+        wait_for("its record", lambda: list(records.glob("pokeysd-*-died.pcapng")))
         packets, _ = parse(next(records.glob("*-died.pcapng")), house.address)
         assert [p[2] for p in packets] == [p[2] for p in after]
 

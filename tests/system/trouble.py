@@ -267,7 +267,8 @@ def test_metrics_that_cannot_be_written_are_counted_and_nothing_else():
         daemon = house.start_daemon()
         house.wait_fresh()
         wait_for("metrics", lambda: path.exists() and 'device_link{device="mill"} 3' in path.read_text())
-        shutil.rmtree(folder)
+        # in one moment: the daemon may be writing there
+        folder.rename(house.folder / "gone")
         wait_for("the complaint", lambda: "cannot be written" in house.log())
         house.wait_fresh()
         folder.mkdir()
