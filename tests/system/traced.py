@@ -10,7 +10,7 @@ import signal
 import sys
 import time
 
-from house import PATIENCE, House, Lateness, Skip, equal, main, rng, run, wait_for
+from house import PATIENCE, House, Lateness, Skip, equal, main, run, wait_for
 from trouble import drain
 
 late = Lateness()
@@ -186,7 +186,7 @@ def test_a_call_that_fails_at_the_start_ends_it_in_words_or_not_at_all():
              ("sched_setscheduler", "EPERM"), ("sched_setaffinity", "EINVAL"), ("getrandom", "EINTR")]
     cases = [(call, error, when) for call, error in sweep for when in range(1, counts.get(call, 0) + 1)]
     assert len(cases) > 30, counts
-    for case in rng.sample(cases, min(len(cases), 40)):
+    for case in cases:  # all: which there are depends on the machine, so a choice would not be the same
         one_failure(*case)
 
 

@@ -71,8 +71,9 @@ def test_too_few_descriptors_for_the_daemons_own_readers_are_told_once():
     # one line says why the metrics are of no device
     with House(**{"metrics-interval-ms": 100}) as house:
         house.daemon_keys["metrics-file"] = house.folder / "m"
+        # 55 is enough to start, with 85 there are enough for all
         daemon = house.start_daemon(
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (60, 60)))
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (70, 70)))
         wait_for("the complaint", lambda: "cannot be read back" in house.log(), say=house.log)
         assert "LimitNOFILE" in house.log(), house.log()
         wait_for("metrics", (house.folder / "m").exists)
