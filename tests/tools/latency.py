@@ -25,7 +25,9 @@ def judge(document):
     assert set(document) == KEYS and document["format"] == 1, document.keys()
     for series in document["series"]:
         assert set(series) == SERIES, series.keys()
-        assert series["samples"] == sum(count for _, count in series["buckets"]) > 0, series
+        assert series["samples"] == sum(count for _, count in series["buckets"]), series
+        if not series["samples"]:  # in half a second a busy machine may leave no time for a single one
+            continue
         assert series["p50_us"] <= series["p99_us"] <= series["p999_us"] <= series["max_us"], series
         if series["name"].startswith("sleeper"):  # of the others only buckets are known
             assert series["min_us"] <= series["p50_us"], series
@@ -39,6 +41,14 @@ def measure(house, *words):
     document = json.loads(out.stdout)
     judge(document)
     return document
+
+
+def measure_all(house, *words):
+    """Once there are samples in every series."""
+    def document():
+        found = measure(house, *words)
+        return all(series["samples"] for series in found["series"]) and found["series"] and found
+    return wait_for("samples of all", document, 120)
 
 
 def findings(out):
@@ -67,7 +77,7 @@ def test_the_daemon_is_measured_beside_the_sleepers():
         house.start_sim()
         house.start_daemon()
         house.wait_fresh()
-        document = measure(house, "--svg", picture, "--config", house.conf)
+        document = measure_all(house, "--svg", picture, "--config", house.conf)
         assert document["period_us"] == 2000
         names = [series["name"] for series in document["series"]]
         assert names[0] == f"sleeper, core {CORE}" and names[-1].startswith("pokeysd"), names
@@ -90,7 +100,7 @@ def test_the_daemon_is_measured_beside_the_sleepers():
 
 def test_without_a_daemon_the_sleepers_are_alone():
     with House() as house:
-        document = measure(house)
+        document = measure_all(house)
         assert all(series["name"].startswith("sleeper") for series in document["series"])
         assert "no daemon" in document["note"] and document["daemon"] == {}
 
