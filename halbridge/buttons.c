@@ -5,6 +5,11 @@
  * All end in the same counter when they end badly; the clock alone has a pin
  * of its own for the outcome, because whoever sets a clock has nothing else to
  * see it by before the next second.
+ *
+ * A pin that falls while data are stale ends what it began as soon as they are fresh, or
+ * a wheel that was let go just then would be followed for ever. In the second period of
+ * fresh data: HAL may make the pin of some that are not true while data are stale
+ * (machine-on-permitted), and raises it again in the first.
  */
 #include "halbridge/buttons.h"
 #include <stddef.h>
@@ -15,7 +20,7 @@ enum { PLAIN = 5 };
 static const struct {
 	size_t pin, press;
 	uint8_t operation;
-	bool released;		/* pressed when the pin falls */
+	bool released;		/* pressed when the pin falls: it ends what the other began */
 } plain[PLAIN] = {
 	{ offsetof(struct values, counter.reset), offsetof(struct buttons, counters),
 	  POKEYS_ONE_SHOT_RESET_COUNTERS, false },
@@ -69,12 +74,16 @@ bool buttons_write(struct buttons *buttons, struct values *values, struct one_sh
 	for (unsigned int i = 0; i < PLAIN; i++) {
 		const struct pokeys_one_shot shot = { .operation = plain[i].operation };
 		bool pin = *(const bool *)((const unsigned char *)values + plain[i].pin);
-		struct press_news news = press_write(press_of(buttons, i), pin != plain[i].released,
-						     fresh ? &shot : NULL, queue, command);
+		struct press_news news;
 
+		if (plain[i].released && !pin && !(fresh && buttons->was_fresh))
+			continue;
+		news = press_write(press_of(buttons, i), pin != plain[i].released,
+				   fresh ? &shot : NULL, queue, command);
 		values->one_shot_failed_count += news.failed;
 		full |= news.full;
 	}
+	buttons->was_fresh = fresh;
 	return full;
 }
 

@@ -13,6 +13,7 @@
 
 struct buttons {
 	struct press clock, counters, fault, save, jog, jog_end;
+	bool was_fresh;
 };
 
 /* How those under way have ended. Realtime. */
@@ -20,7 +21,7 @@ void buttons_read(struct buttons *buttons, struct values *values,
 		  const struct one_shot_queue *queue, const struct pokeys_state *state);
 
 /*
- * Look at the pins. `fresh`: somebody is there to do it. Returns true if the
+ * Look at the pins. `fresh`: somebody is there to begin it. Returns true if the
  * queue was full (it is tried again in the next period). Realtime.
  */
 bool buttons_write(struct buttons *buttons, struct values *values, struct one_shot_queue *queue,

@@ -164,8 +164,7 @@ bool joint_home_write(struct joint_home *home, struct values *values,
 
 	judge(home, values, refusals);
 	look_at_pins(home, values, fresh);
-	news = press_write(&home->cancel, values->homing.cancel, fresh ? &cancel : NULL, queue,
-			   command);
+	news = press_write(&home->cancel, values->homing.cancel, &cancel, queue, command);
 	values->one_shot_failed_count += news.failed;
 	if (home->cancel.state != PRESS_IDLE)
 		home->wanted = 0;

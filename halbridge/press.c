@@ -8,6 +8,9 @@
  * wanted. The same if the daemon ends in between: it may or may not have done
  * it, and says so as "unknown". Only a press that meets a full queue, or a
  * daemon that is about to know our session, waits for the next period.
+ *
+ * What cancels something is asked for with data that are stale as well: they often are
+ * for a moment, the daemon is there all the same, and who cancels does not press twice.
  */
 #include "halbridge/press.h"
 #include <stddef.h>

@@ -155,7 +155,7 @@ bool probe_write(struct probe *probe, struct values *values,
 			    &shot : NULL, queue, command);
 	if (start.failed)
 		probe->error = OUTCOME_REFUSED;
-	cancel = press_write(&probe->cancel, value->cancel, fresh ? &finish : NULL, queue, command);
+	cancel = press_write(&probe->cancel, value->cancel, &finish, queue, command);
 	values->one_shot_failed_count += (uint32_t)start.failed + cancel.failed;
 	return start.full || cancel.full;
 }

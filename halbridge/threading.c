@@ -106,7 +106,8 @@ bool threading_write(struct threading *threading, struct values *values,
 	for (unsigned int i = 0; i < THREADING_BUTTONS; i++) {
 		/* only what begins it has a limit; what ends it is never held up */
 		const bool limited = i == THREADING_PREPARE || i == THREADING_FORCE;
-		const bool well = good || !limited;
+		const bool ends = i == THREADING_RELEASE || i == THREADING_CANCEL;
+		const bool well = good || !limited, asked = fresh || ends;
 		const struct pokeys_one_shot shot = {
 			.operation = operations[i],
 			.parameter = { limited ? (float)threading->time_limit.used : 0 },
@@ -114,10 +115,10 @@ bool threading_write(struct threading *threading, struct values *values,
 		const bool edge = pins[i] && threading->press[i].up;
 		struct press_news news;
 
-		news = press_write(&threading->press[i], pins[i], fresh && well ? &shot : NULL,
+		news = press_write(&threading->press[i], pins[i], asked && well ? &shot : NULL,
 				   queue, command);
 		if (edge)
-			threading->reason = !fresh ? (uint32_t)THREADING_NO_DAEMON :
+			threading->reason = !asked ? (uint32_t)THREADING_NO_DAEMON :
 					    well ? POKEYS_THREADING_WELL :
 						   POKEYS_THREADING_BAD_LIMIT;
 		values->one_shot_failed_count += news.failed;

@@ -87,6 +87,51 @@ static void wheels_go_while_the_pin_is_true(void **state)
 	assert_int_equal(command->one_shot[1].operation, POKEYS_ONE_SHOT_JOG_END);
 }
 
+/* The daemon is there, and a moment without fresh data is nothing rare. */
+static void a_wheel_let_go_while_data_are_stale_is_let_go(void **state)
+{
+	(void)state;
+	values->engine.mpg_jog = true;
+	rig_periods(&rig, 3);
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	assert_false(values->connected);
+	values->engine.mpg_jog = false;
+	rig_periods(&rig, 3);
+	assert_int_equal(command->one_shot_head, 1);
+	rig.device_silent = false;
+	rig_periods(&rig, 3);
+	assert_int_equal(command->one_shot_head, 2);
+	assert_int_equal(command->one_shot[1].operation, POKEYS_ONE_SHOT_JOG_END);
+	assert_int_equal(values->one_shot_failed_count, 0);
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	rig.device_silent = false;
+	rig_periods(&rig, 3);
+	assert_int_equal(command->one_shot_head, 2);	/* once */
+}
+
+/* As a HAL file has it that asks for machine-on-permitted as well. */
+static void a_wheel_goes_on_whose_pin_falls_with_fresh_data(void **state)
+{
+	(void)state;
+	values->engine.mpg_jog = true;
+	rig_periods(&rig, 3);
+	rig.device_silent = true;
+	for (unsigned int i = 0; i < 20; i++) {
+		rig_period(&rig);
+		values->engine.mpg_jog = values->connected;
+	}
+	assert_false(values->engine.mpg_jog);
+	rig.device_silent = false;
+	for (unsigned int i = 0; i < 5; i++) {
+		rig_period(&rig);
+		values->engine.mpg_jog = values->connected;
+	}
+	for (unsigned int i = 0; i < command->one_shot_head; i++)
+		assert_int_equal(command->one_shot[i].operation, POKEYS_ONE_SHOT_JOG);
+}
+
 static void a_press_that_another_daemon_finds_is_not_repeated(void **state)
 {
 	(void)state;
@@ -174,6 +219,8 @@ int main(void)
 		cmocka_unit_test_setup(a_pin_that_is_true_from_the_start_is_no_press, setup),
 		cmocka_unit_test_setup(a_press_while_the_device_is_away_is_not_kept, setup),
 		cmocka_unit_test_setup(wheels_go_while_the_pin_is_true, setup),
+		cmocka_unit_test_setup(a_wheel_let_go_while_data_are_stale_is_let_go, setup),
+		cmocka_unit_test_setup(a_wheel_goes_on_whose_pin_falls_with_fresh_data, setup),
 		cmocka_unit_test_setup(a_press_that_another_daemon_finds_is_not_repeated, setup),
 		cmocka_unit_test_setup(a_press_that_fails_is_counted, setup),
 		cmocka_unit_test_setup(the_clock_is_set_with_the_days_that_follow_from_the_date,

@@ -155,6 +155,21 @@ static void cancel_is_one_request_and_nobody_waits_any_more(void **state)
 	assert_int_equal(values->homing.error, POKEYS_TASK_CANCELLED);
 }
 
+static void it_is_cancelled_while_data_are_stale(void **state)
+{
+	(void)state;
+	press(0x01);
+	work(0);
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	assert_false(values->connected);
+	values->homing.cancel = true;
+	rig_periods(&rig, 3);
+	assert_int_equal(command->one_shot_head, 2);
+	assert_int_equal(command->one_shot[1].operation, POKEYS_ONE_SHOT_HOME_CANCEL);
+	assert_int_equal(values->one_shot_failed_count, 0);
+}
+
 static void a_press_while_the_device_is_away_is_not_kept(void **state)
 {
 	(void)state;
@@ -230,6 +245,7 @@ int main(void)
 		cmocka_unit_test_setup(a_failure_ends_it_for_those_that_wait, setup),
 		cmocka_unit_test_setup(a_refusal_is_shown, setup),
 		cmocka_unit_test_setup(cancel_is_one_request_and_nobody_waits_any_more, setup),
+		cmocka_unit_test_setup(it_is_cancelled_while_data_are_stale, setup),
 		cmocka_unit_test_setup(a_press_while_the_device_is_away_is_not_kept, setup),
 		cmocka_unit_test_setup(another_daemon_does_not_home, setup),
 		cmocka_unit_test_setup(a_pin_that_is_true_from_the_start_is_no_press, setup),

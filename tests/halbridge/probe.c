@@ -77,6 +77,20 @@ static void hybrid_names_no_axes(void **state)
 	assert_int_equal(command->one_shot[1].operation, POKEYS_ONE_SHOT_PROBE_FINISH);
 }
 
+static void it_is_cancelled_while_data_are_stale(void **state)
+{
+	(void)state;
+	probe->axes = 1;
+	press(&probe->start);
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	assert_false(values->connected);
+	press(&probe->cancel);
+	assert_int_equal(command->one_shot_head, 2);
+	assert_int_equal(command->one_shot[1].operation, POKEYS_ONE_SHOT_PROBE_FINISH);
+	assert_int_equal(values->one_shot_failed_count, 0);
+}
+
 static void touching_nothing_is_an_error_of_its_own(void **state)
 {
 	(void)state;
@@ -212,6 +226,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(the_device_moves_and_latches, setup),
 		cmocka_unit_test_setup(hybrid_names_no_axes, setup),
+		cmocka_unit_test_setup(it_is_cancelled_while_data_are_stale, setup),
 		cmocka_unit_test_setup(touching_nothing_is_an_error_of_its_own, setup),
 		cmocka_unit_test_setup(contact_follows_the_terminal, setup),
 		cmocka_unit_test_setup(contact_follows_the_engines_input, setup),

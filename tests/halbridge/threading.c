@@ -78,11 +78,30 @@ static void refusal_says_why_until_the_next_request(void **state)
 	threading->time_limit = 0;
 	rig.device_silent = true;
 	rig_periods(&rig, 20);
-	press(&threading->cancel);
+	press(&threading->arm);
 	rig.device_silent = false;
 	rig_periods(&rig, 2);
 	assert_int_equal(threading->out.reason, 9);
 	assert_int_equal(command->one_shot_head, 2);
+}
+
+static void stale_data_hold_up_nothing_that_ends_it(void **state)
+{
+	bool *const pins[] = { &threading->release, &threading->cancel };
+
+	(void)state;
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	assert_false(values->connected);
+	for (uint32_t i = 0; i < 2; i++) {
+		press(pins[i]);
+		assert_int_equal(threading->out.reason, POKEYS_THREADING_WELL);
+		assert_int_equal(command->one_shot_head, i + 1);
+		assert_int_equal(command->one_shot[i].operation,
+				 POKEYS_ONE_SHOT_THREAD_RELEASE + i);
+		outcome(i, POKEYS_OUTCOME_DONE);
+	}
+	assert_int_equal(values->one_shot_failed_count, 0);
 }
 
 static void bad_limit_holds_up_nothing_that_ends_it(void **state)
@@ -181,6 +200,7 @@ int main(void)
 		cmocka_unit_test_setup(each_edge_is_one_request, setup),
 		cmocka_unit_test_setup(refusal_says_why_until_the_next_request, setup),
 		cmocka_unit_test_setup(bad_limit_holds_up_nothing_that_ends_it, setup),
+		cmocka_unit_test_setup(stale_data_hold_up_nothing_that_ends_it, setup),
 		cmocka_unit_test_setup(end_is_told, setup),
 		cmocka_unit_test_setup(another_daemon_does_not_know, setup),
 		cmocka_unit_test_setup(led_joint_is_where_it_is_commanded, setup),
