@@ -3,6 +3,9 @@
  * The control socket: lines in, replies out, for tests and for people. Only
  * its owner may open it (mode 0600). A socket left over by a simulator which
  * was killed is replaced; one somebody listens on is not.
+ *
+ * It has another name until it listens: whoever waits for the path may connect
+ * as soon as it is there.
  */
 #include "sim/server.h"
 
@@ -32,6 +35,8 @@ static bool is_left_over(const struct sockaddr_un *sa)
 	return dead;
 }
 
+#define UNHEARD ".new"
+
 static int bind_private(int fd, const struct sockaddr_un *sa)
 {
 	mode_t mask = umask(0177);
@@ -41,37 +46,61 @@ static int bind_private(int fd, const struct sockaddr_un *sa)
 	return r;
 }
 
+/* sa's path has room for UNHEARD. */
+static int listen_at(int fd, const struct sockaddr_un *sa)
+{
+	struct sockaddr_un before = *sa;
+	int r;
+
+	memcpy(before.sun_path + strlen(sa->sun_path), UNHEARD, sizeof(UNHEARD));
+	if (is_left_over(&before))
+		unlink(before.sun_path);
+	r = bind_private(fd, &before);
+	if (r < 0)
+		return r;
+	if (listen(fd, SIM_CONTROL_CLIENTS) < 0 || link(before.sun_path, sa->sun_path) < 0)
+		r = errno == EEXIST ? -EADDRINUSE : -errno;
+	unlink(before.sun_path);
+	return r;
+}
+
+static int open_at(const struct sockaddr_un *sa)
+{
+	int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+	int r;
+
+	if (fd < 0)
+		return -errno;
+	if (is_left_over(sa))
+		unlink(sa->sun_path);
+	r = listen_at(fd, sa);
+	if (r < 0) {
+		close(fd);
+		return r;
+	}
+	return fd;
+}
+
 int sim_control_open(struct sim_server *server)
 {
 	struct sockaddr_un sa = { .sun_family = AF_UNIX };
 	const char *path = server->options->control;
 	int fd;
-	int r;
 
 	if (!path)
 		return 0;
-	if (strlen(path) >= sizeof(sa.sun_path)) {
+	if (strlen(path) > sizeof(sa.sun_path) - sizeof(UNHEARD)) {
 		fprintf(stderr, "pokeys-sim: --control: '%s' is longer than %zu characters\n",
-			path, sizeof(sa.sun_path) - 1);
+			path, sizeof(sa.sun_path) - sizeof(UNHEARD));
 		return -ENAMETOOLONG;
 	}
 	memcpy(sa.sun_path, path, strlen(path) + 1);
-	fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-	if (fd < 0)
-		return -errno;
-	r = bind_private(fd, &sa);
-	if (r == -EADDRINUSE && is_left_over(&sa)) {
-		unlink(path);
-		r = bind_private(fd, &sa);
-	}
-	if (r < 0) {
-		fprintf(stderr, "pokeys-sim: --control %s: %s\n", path, strerror(-r));
-		close(fd);
-		return r;
+	fd = open_at(&sa);
+	if (fd < 0) {
+		fprintf(stderr, "pokeys-sim: --control %s: %s\n", path, strerror(-fd));
+		return fd;
 	}
 	server->control_listen = fd;
-	if (listen(fd, SIM_CONTROL_CLIENTS) < 0)
-		return -errno;
 	return sim_server_watch(server, fd, SIM_EVENT_CONTROL_LISTEN, 0);
 }
 

@@ -475,6 +475,24 @@ class Process(Base):
         self.assertTrue(os.path.exists(sim.control))
         self.take_control(sim.control)
 
+    def test_a_control_socket_that_is_there_is_listened_at(self):
+        for number in range(40):
+            path = str(self.folder / f"at{number}")
+            with subprocess.Popen([SIM, "--address", loopback_address(), "--port", "0",
+                                   "--no-discovery", "--control", path, "--quiet"]) as child:
+                self.connect_as_soon_as_it_is_there(path, child)
+                child.terminate()
+            self.assertFalse(os.path.exists(path + ".new"))
+
+    def connect_as_soon_as_it_is_there(self, path, child):
+        while True:     # without a pause: it is about microseconds
+            with socket.socket(socket.AF_UNIX) as control:
+                try:
+                    control.connect(path)
+                    return
+                except FileNotFoundError:
+                    self.assertIsNone(child.poll())
+
     def take_control(self, path):
         other = self.simulator("--control", path)
         other.control = path
