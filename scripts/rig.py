@@ -77,6 +77,13 @@ class Rig:
         except (ValueError, TypeError, LookupError):
             raise Fault(f"pokeysctl status: {(done.stderr or done.stdout).strip()}") from None
 
+    def is_fresh(self):
+        """A daemon that has just begun may have nothing to show yet."""
+        try:
+            return self.status()["fresh"]
+        except Fault:
+            return False
+
     def start_simulator(self, *options):
         self.start_simulator_at(self.address, "pokeys-sim", *options)
 
@@ -90,7 +97,7 @@ class Rig:
     def start_daemon(self, daemon, device):
         """`daemon` and `device` are dicts of keys for the two sections."""
         self.start_daemon_with(daemon, {self.device: {"address": self.address, **device}})
-        self.wait_for("the device running", lambda: self.status()["fresh"], 10, "pokeysd")
+        self.wait_for("the device running", self.is_fresh, 10, "pokeysd")
 
     def configure(self, daemon, devices):
         """pokeysd.conf; `devices` has a dict of keys for each device's name."""

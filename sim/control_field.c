@@ -52,6 +52,7 @@ static const struct field fields[] = {
 	BYTE("encoder.ultra", config.encoders.ultra_on),
 	BYTE("encoder.ultra-options", config.encoders.ultra_options),
 	ONE("encoder.ultra-filter", WORDS, config.encoders.ultra_filter),
+	BYTE("encoder.ultra-armed", encoders.ultra_armed),
 	MANY("encoder.raw", WORDS, encoders.raw),
 	ONE("analog.filter", WORDS, config.analog_filter),
 	BYTE("pwm.enabled", config.pwm.enabled),

@@ -34,7 +34,7 @@ struct sim_encoders_config {
 
 struct sim_encoders {
 	uint32_t raw[SIM_ENCODERS];
-	bool ultra_armed;		/* reset on the next index */
+	uint8_t ultra_armed;		/* 1: reset on the next index */
 	uint32_t index_count;		/* ultra fast */
 	uint64_t index_ns;
 	uint32_t index_ticks;		/* ticks of the last rotation, 25 MHz */

@@ -238,7 +238,7 @@ TRIPPED = Act("out of an emergency stop", phases=2)
 def _(step, phase):
     if not phase:
         step.sim("field engine.state 0 101")
-    step.set(bool(phase))
+    step.press(bool(phase))
     step.device("engine.state", 0, 0 if phase else 101)
 
 

@@ -5,7 +5,7 @@ from every_name import Act
 
 SET_CLOCK = Act("the clock is set", phases=4)
 WANTED = ({"sec": 5, "min": 6, "hour": 13, "dom": 28, "month": 2, "year": 2031},
-          {"sec": 20, "min": 44, "hour": 2, "dom": 9, "month": 11, "year": 2052})
+          {"sec": 1, "min": 44, "hour": 2, "dom": 9, "month": 11, "year": 2052})
 
 
 # a phase in which the button is released, one in which it is pressed
@@ -133,15 +133,18 @@ def _(step, phase):
     step.changes()
 
 
-ACCESS = Act("a device behind a password", phases=2)
+ACCESS = Act("a device behind a password", phases=3)
 
 
 # asked for when it is found again
 @ACCESS.rule(r"device\.access")
 def _(step, phase):
-    if phase:
+    if phase == 1:
         step.sim("field device.access 0 255")
-        step.sim("silence 2500")
+        step.sim("silence 3600000")
+        step.shows(lambda have: have != 3, "link-state", state="away")
+        return
+    step.sim("silence 0")
     step.shows(255 if phase else 0)
 
 

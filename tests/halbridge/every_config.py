@@ -37,8 +37,8 @@ def _(step, phase):
 
 @SAVED.rule(r"config\.save")
 def _(step, phase):
-    step.set(bool(phase))
-    step.device("saves", 0, phase)
+    step.press(bool(phase))
+    step.device("saves", 0, (lambda have: have > 0) if phase else 0, state="saved")
 
 
 EMERGENCY = Act("an output for the emergency", phases=4, before=lambda m: set_all(

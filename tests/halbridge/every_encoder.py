@@ -116,6 +116,8 @@ def _(step, phase, i):
     else:
         step.set(not phase)
     step.shows(not phase or phase == 1 and i != 25)
+    if i == 25 and not phase:
+        step.device("encoder.ultra-armed", 0, 1)
 
 
 @INDEX.rule(r"encoder\.25\.count")

@@ -31,7 +31,7 @@ PRESET = Act("positions that are set", phases=2, before=prepare)
 @MASK.rule(r"PEv2\.HomingStartMaskSetup")
 def _(step, phase):
     mask = (0, 0xff)[phase]
-    step.set(mask)
+    step.press(mask)
     step.device("engine.home-mask", 0, mask)
     step.shows(0)       # told once
 
@@ -99,7 +99,7 @@ def _(step, phase, i):
 
 @PRESET.rule(r"PEv2\.(\d)\.PositionSetup")
 def _(step, phase, i):
-    step.set(1000 * (i + 1) + phase)
+    step.press(1000 * (i + 1) + phase)
     step.device("axis.pulses", i, 1000 * (i + 1) + phase)
 
 
@@ -128,7 +128,7 @@ WHEELS = Act("hand wheels that the device follows", phases=3, before=wheels)
 
 @BY_PIN.rule(r"joint\.(\d\d)\.home")
 def _(step, phase, i):
-    step.set(phase == 1)
+    step.press(phase == 1)
     step.shows(phase == 1, f"joint.{i:02d}.homing")
 
 
@@ -151,18 +151,19 @@ def _(step, phase):
 
 @BY_PIN.rule(r"homing\.error")
 def _(step, phase):
-    step.shows(2 if phase == 2 else 0)
+    if phase != 1:      # begun: it tells how the one before has ended
+        step.shows(phase)
 
 
 @BY_PIN.rule(r"homing\.cancel")
 def _(step, phase):
-    step.set(phase == 2)
+    step.press(phase == 2)
     step.shows(phase == 1, "homing.active")
 
 
 @WHEELS.rule(r"engine\.mpg-jog")
 def _(step, phase):
-    step.set(phase == 1)
+    step.press(phase == 1)
     step.device("engine.state", 0, 10 if phase == 1 else (lambda have: have != 10))
 
 
@@ -173,7 +174,7 @@ GROUPS = Act("homing by groups", phases=4)
 @GROUPS.rule(r"joint\.(\d\d)\.home-group")
 def _(step, phase, i):
     step.press(phase in (0, 2), "joint.00.home")
-    step.set(phase == 1, "homing.cancel")
+    step.press(phase == 1, "homing.cancel")
     step.set(i if phase > 1 else 8)
     if phase % 2 == 0:
         step.device("engine.home-mask", 0, 1 if phase else 0xff)

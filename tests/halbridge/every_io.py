@@ -78,7 +78,7 @@ def _(step, phase, i):
 
 @RESET.rule(r"counter\.reset")
 def _(step, phase):
-    step.set(not phase)
+    step.press(not phase)
     if phase:
         step.sim("field pin.counter 7 44")
     step.shows(44 if phase else 0, "counter.07.value")

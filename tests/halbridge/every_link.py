@@ -146,7 +146,7 @@ def everything_is_read(m):
             | {f"matrix.row-pin.{i:02d}": 3 for i in range(16)}
             | {f"matrix.column-pin.{i:02d}": 4 for i in range(8)})
     for group in ("analog", "counters", "matrix", "encoders-low", "encoders-high"):
-        m.wait(lambda: m.hal.get(f"rate.{group}") > 0, f"rate.{group} stays 0")
+        m.hal.becomes(f"rate.{group}", lambda have: have > 0)
 
 
 TROUBLE = Act("packets are lost, doubled, damaged and late", phases=1, before=everything_is_read)

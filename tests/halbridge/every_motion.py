@@ -18,7 +18,7 @@ ENABLE = Act("axes enabled", phases=4)
 
 @MACHINE.rule(r"machine-is-on")
 def _(step, phase):
-    step.set(bool(phase))
+    step.press(bool(phase))
     step.device("engine.state", 0, 3 if phase else 0)
 
 

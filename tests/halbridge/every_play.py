@@ -7,7 +7,7 @@ from every_name import Step
 
 # cycles of the daemon: settings have been looked at; all has been done
 TAKEN_IN, DONE = 20, 300
-PATIENCE = 5    # seconds until something is pressed anew
+PATIENCE, LONG = 5, 15  # seconds until what was refused is pressed anew, and anything else
 
 
 def is_like(have, want):
@@ -44,7 +44,7 @@ def set_all(machine, values):
         f"setp pokeys.0.{name} {format_of(value)}\n"
         for name, value in values.items()), encoding="utf-8")
     machine.hal.ok(f"halcmd -f {path}")
-    machine.periods()
+    machine.hal.periods()
 
 
 def compared(step, have, fields):
@@ -123,30 +123,46 @@ def do(machine, step):
         machine.beat(step.beats)
 
 
-def press_again(machine, step):
+class Presses:
     """What was pressed in a moment without fresh data is refused, and such moments are many
-    where the daemon waits for a processor."""
-    if any(step.presses.values()):
-        set_all(machine, {name: type(value)(0) for name, value in step.presses.items()})
-        set_all(machine, step.presses)
+    where the daemon waits for a processor. Then it is pressed again; and if nothing comes of
+    it for long, for not all of them are counted."""
+
+    def __init__(self, machine, step):
+        self.machine, self.presses = machine, step.presses
+        self.pressed = any(step.presses.values())
+        self.begin()
+
+    def begin(self):
+        self.at = time.monotonic()
+        self.failed = self.count()
+
+    def count(self):
+        return self.machine.hal.get("one-shot-failed-count") if self.pressed else 0
+
+    def again(self):
+        waited = time.monotonic() - self.at
+        if not self.pressed or waited < PATIENCE or (waited < LONG and self.count() == self.failed):
+            return
+        self.begin()
+        set_all(self.machine, {name: type(value)(0) for name, value in self.presses.items()})
+        set_all(self.machine, self.presses)
 
 
 def carry_out(machine, step):
     have = values_of(machine.hal) if step.changed else {}
     fields = machine.inside.inside() if step.unmoved or asks_inside(step) else {}
     before = {what: value_at(what, have, fields) for what in step.changed}
+    presses = Presses(machine, step)
     do(machine, step)
     count = len(step.shown) + len(step.inside) + len(step.changed) + len(step.same)
     end = time.monotonic() + LIMIT
-    again = time.monotonic() + PATIENCE
     while found := differences(machine, step, before):
         assert time.monotonic() < end, f"{len(found)} of {count}: " + "; ".join(found[:30])
         if step.pause:      # the daemon misses some cycles
             machine.hold("pokeysd", step.pause)
         time.sleep(0.02)
-        if time.monotonic() >= again:
-            press_again(machine, step)
-            again = time.monotonic() + PATIENCE
+        presses.again()
     if step.unmoved:
         stays_unmoved(machine, fields)
     step.keep()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Rules for the device's failsafe, what it is, outputs by the older names, and names
 that are nobody's to move here."""
+from hal_live import wait
 from every_axis import AXES, prepare
 from every_io import TICKS, coded
 from every_motion import near
@@ -183,7 +184,7 @@ def _(step, phase):
 
 # accepted, and without function, for the reason in docs/compatibility.md
 def stands(m):
-    m.wait(lambda: not any(m.inside.inside()["axis.speed"]), "an axis does not come to stand")
+    wait("all axes stand", lambda: not any(m.inside.inside()["axis.speed"]))
 
 
 NOTHING = Act("without function", phases=2, before=stands)

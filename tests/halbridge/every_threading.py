@@ -50,6 +50,8 @@ def _(step, phase, button):
     step.press(phase in PRESSED[button])
     if phase in (ON, ON_AGAIN):
         step.shows(3, "engine-state")
+    if phase == OFF_AGAIN:
+        step.shows(False, "machine-on-permitted")
     if phase in SEEN[button][:2]:
         step.shows(phase in STATES[SEEN[button][2]], f"threading.{SEEN[button][2]}")
 

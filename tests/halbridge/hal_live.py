@@ -17,11 +17,21 @@ import traceback
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MARK = "=== status"
+PIN_TURNS = 2 * 32      # BINDING_TURNS, once begun and once whole
 
 
 def skip(why):
     print(why, file=sys.stderr)
     sys.exit(77)
+
+
+def wait(what, condition, limit=60):
+    """Until it holds; how long that took, or AssertionError."""
+    began = time.monotonic()
+    while not condition():
+        assert time.monotonic() < began + limit, f"not within {limit} s: {what}"
+        time.sleep(0.01)
+    return time.monotonic() - began
 
 
 class Hal:
@@ -70,27 +80,40 @@ class Hal:
         self.ok("halcmd start")
 
     def get(self, name, device=0):
-        text = self.ok(f"halcmd getp pokeys.{device}.{name}")
+        return self.value(f"pokeys.{device}.{name}")
+
+    def value(self, name):
+        text = self.ok(f"halcmd getp {name}")
         return {"TRUE": True, "FALSE": False}.get(text) if text in ("TRUE", "FALSE") else float(text)
 
     def set(self, name, value):
         self.ok(f"halcmd setp pokeys.0.{name} {value}")
 
     def becomes(self, name, value, limit=60, device=0):
-        """Wait until a pin has the value; how long it took, or AssertionError."""
+        """Wait until a pin has the value, or one that a function likes; how long it took, or
+        AssertionError."""
         began = time.monotonic()
         while True:
             have = self.get(name, device)
-            if have == value:
+            if value(have) if callable(value) else have == value:
                 return time.monotonic() - began
-            assert time.monotonic() < began + limit, f"{name} is {have}, not {value}, after {limit} s"
+            wanted = "as wanted" if callable(value) else value
+            assert time.monotonic() < began + limit, \
+                f"{name} is {have}, not {wanted}, after {limit} s"
 
-    def says(self, text, limit=60):
-        """Wait until the HAL has printed this."""
-        end = time.monotonic() + limit
-        while text not in self.said():
-            assert time.monotonic() < end, f"it does not say: {text}"
-            time.sleep(0.02)
+    def says(self, text, after=0):
+        """Wait until the HAL has printed this; the first `after` characters do not count."""
+        wait(f"it says: {text}", lambda: text in self.said()[after:])
+
+    def periods(self):
+        """The HAL's thread has taken what is set now: what is set later is another value."""
+        for _ in range(2):
+            begin = self.get("age-us")
+            self.becomes("age-us", lambda have, begin=begin: have != begin)
+
+    def clean_up(self):
+        """What a killed rtapi_app leaves, as a user does."""
+        self.ok("while pidof rtapi_app >/dev/null; do sleep 0.02; done; halrun -U")
 
     def pid(self):
         return self.ok("pidof rtapi_app")
@@ -123,6 +146,12 @@ class Host:
         while self.command()[key] != value:
             assert time.monotonic() < end, f"{key} is {self.command()[key]}, not {value}"
             time.sleep(0.005)
+
+    def beats(self, count):
+        """The commander has read and written so often since: each pin has had its turn after
+        PIN_TURNS of it."""
+        begin = int(self.command()["heartbeat"])
+        wait(f"{count} heartbeats", lambda: int(self.command()["heartbeat"]) - begin >= count)
 
     def kill(self):
         self.child.kill()

@@ -15,7 +15,8 @@ import traceback
 import hal_live
 
 MODULE, POKEYSD, SIM = (os.path.abspath(path) for path in sys.argv[1:4])
-# long timeouts: on a busy machine without realtime everything is late at times
+# long timeouts: on a busy machine without realtime everything is late at times. That of the
+# device's own failsafe as well: it stops the engine, and then motion needs another edge
 CONFIG = """\
 [daemon]
 runtime-directory = {folder}/run
@@ -25,15 +26,19 @@ realtime = optional
 address = {address}
 digital-outputs = 31-34
 heartbeat-timeout-ms = 3000
-lost-after-ms = 1000
+failsafe-timeout-ms = 10000
+lost-after-ms = {lost_ms}
 """
 SCALE = 100  # pulses a millimetre
+RUNNING = 3  # link-state
+SOON = 100  # cycles of the daemon in which something would have happened
 
 
 class Machine:
     names = "both"
     preset = "demo"
     options = ()        # of the simulator, besides
+    lost_ms = 1000
 
     def __init__(self):
         # a tmpfs, as /run is; short, for sockets live below it
@@ -41,7 +46,8 @@ class Machine:
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="pokeys-hal-", dir=where))
         self.folder.chmod(0o755)
         self.address = "127.{}.{}.{}".format(*(random.randint(2, 250) for _ in range(3)))
-        (self.folder / "conf").write_text(CONFIG.format(folder=self.folder, address=self.address))
+        (self.folder / "conf").write_text(CONFIG.format(folder=self.folder, address=self.address,
+                                                        lost_ms=self.lost_ms))
         self.children = {}
         try:
             self.hal = hal_live.Hal(MODULE, self.folder)
@@ -87,29 +93,72 @@ class Machine:
         assert done.returncode == 0, f"{command}: {done.stderr}"
         return dict(line.split("=", 1) for line in done.stdout.split("\n") if "=" in line)
 
-    def sim_shows(self, command, key, value, limit=60):
-        began = time.monotonic()
-        while self.sim(command)[key] != value:
-            assert time.monotonic() < began + limit, f"{command}: {key} is not {value} in {limit} s"
-            time.sleep(0.002)
-        return time.monotonic() - began
+    def sim_shows(self, command, key, value):
+        return hal_live.wait(f"{command}: {key} is {value}",
+                             lambda: self.sim(command)[key] == value)
+
+    def cycles(self, count):
+        """The daemon has gone on by so many, as the HAL sees it."""
+        begin = self.hal.get("cycle")
+        hal_live.wait(f"{count} cycles", lambda: self.hal.get("cycle") >= begin + count)
+
+    def passes(self):
+        """What is set now has been told to the daemon, and what comes of it has come."""
+        self.hal.periods()
+        self.cycles(SOON)
+
+    def press(self, pin, done):
+        """Until it is done. A press in a moment without fresh data is refused, and counted, and
+        such moments are many on a busy machine; one that is not counted is done, or this fails."""
+        def refused():
+            return self.hal.get("one-shot-failed-count") > failed
+
+        for _ in range(60):
+            failed = self.hal.get("one-shot-failed-count")
+            self.hal.set(pin, 1)
+            hal_live.wait(f"what {pin} is pressed for", lambda: done() or refused())
+            self.hal.set(pin, 0)
+            self.hal.periods()
+            if done():
+                return
+        raise AssertionError(f"{pin} is always refused")
 
     def machine_on(self):
         """The edge that motion needs, with the command where the axis stands."""
         self.hal.set("machine-is-on", 0)
         self.hal.set("joint.00.pos-cmd", self.hal.get("joint.00.pos-fb"))
         self.hal.set("joint.00.enable", 1)
-        for off in (0.1, 0.3, 1, 3, 10):    # until the low has been seen, however late that is
-            self.hal.set("machine-is-on", 0)
-            time.sleep(off)
-            self.hal.set("machine-is-on", 1)
+        self.permit(lambda on: self.hal.set("machine-is-on", on))
+        self.hal.becomes("joint.00.enabled", True)
+
+    def permit(self, switch):
+        """Off and on, until the low has been seen, however late that is."""
+        for off in (5, 50, 500, 5000):
+            switch(0)
+            self.hal.periods()
+            self.cycles(off)
+            switch(1)
             until = time.monotonic() + 10
             while not self.hal.get("machine-on-permitted") and time.monotonic() < until:
                 time.sleep(0.01)
             if self.hal.get("machine-on-permitted"):
                 break
         self.hal.becomes("machine-on-permitted", True)
-        self.hal.becomes("joint.00.enabled", True)
+
+    def applied(self, name, value):
+        """A setting of the device, until it is one. The component looks at its parameters ten
+        times a second: before it has, all that is known to it is applied already."""
+        before = self.hal.get("config.generation")
+        self.hal.set(name, value)
+        self.taken(before)
+
+    def taken(self, before=0):
+        """What is wished of the device's settings since that generation it has."""
+        self.hal.becomes("config.generation", lambda have: have > before)
+        self.cycles(2 * SOON)       # and what was set while the component looked
+        hal_live.wait("the settings are taken", lambda: self.hal.get("config.generation") ==
+                      self.hal.get("config.generation-applied"))
+        self.hal.becomes("config.state", 3)
 
     def move(self, to):
         self.hal.set("joint.00.pos-cmd", to)

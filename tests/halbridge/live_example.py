@@ -34,7 +34,7 @@ def the_axis_moves_from_where_it_stands(rig):
     host.sees("flags", "1")
     host.say("set flags 0x0a")      # commander, machine on
     last = (int(host.command()["heartbeat"]), 1000)
-    end = time.monotonic() + 10
+    end = time.monotonic() + 60
     while abs(last[1] - 1000) < 50:
         assert time.monotonic() < end, "it does not move"
         command = host.command()

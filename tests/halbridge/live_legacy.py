@@ -125,7 +125,7 @@ def without_a_daemon_it_says_so_and_comes_alive_with_it(rig):
     host.say("set in 5 1")
     rig.hal.becomes("digin.5.in", True)
     rig.hal.becomes("pin.05.in", True)
-    assert rig.hal.get("digin.5.in-not") is False
+    rig.hal.becomes("digin.5.in-not", False)
 
 
 def without_an_ini_file_it_runs(rig):
@@ -171,10 +171,15 @@ def a_bad_key_is_refused_with_file_line_and_range(rig):
 
 def a_bad_parameter_is_refused_and_keeps_its_value(rig):
     loadusr(rig)
-    rig.hal.set("PEv2.3.digin.LimitP.Pin", 9)
-    time.sleep(0.3)
-    rig.hal.set("PEv2.3.digin.LimitP.Pin", 56)
-    rig.hal.becomes("PEv2.3.digin.LimitP.Pin", 9)
+
+    def keeps():
+        rig.hal.set("PEv2.3.digin.LimitP.Pin", 9)
+        time.sleep(0.3)     # it looks ten times a second; a later look has not seen the 9
+        rig.hal.set("PEv2.3.digin.LimitP.Pin", 56)
+        rig.hal.becomes("PEv2.3.digin.LimitP.Pin", lambda have: have != 56)
+        return rig.hal.get("PEv2.3.digin.LimitP.Pin") == 9
+
+    hal_live.wait("it keeps its 9", keeps)
     rig.hal.says("pokeys.0.PEv2.3.digin.LimitP.Pin = 56: must be 0 to 55; it is 9 again")
 
 
@@ -183,7 +188,7 @@ def a_device_is_found_by_its_serial_number(rig):
     host.say("set serial 53386")
     loadusr(rig, "DEVICE_ID = 53386")
     rig.hal.becomes("connected", True)
-    assert rig.hal.get("devSerial") == 53386
+    rig.hal.becomes("devSerial", 53386)
     unloadusr(rig)
     loadusr(rig, "DEVICE_ID = 27295")
     rig.hal.says("no device of the daemon has the serial number 27295 yet (mill 53386)")
@@ -248,9 +253,17 @@ def either_name_of_an_input_may_be_used(rig):
     rig.hal.set("digout.31.out", 1)
     host.sees("out", "00000080" + 8 * "0")
     rig.hal.set("pin.31.out", 1)
-    time.sleep(0.2)     # pins that are not linked are looked at in turn
+    host.beats(hal_live.PIN_TURNS)      # pins that are not linked are looked at in turn
     rig.hal.set("pin.31.out", 0)
     host.sees("out", 16 * "0")
+
+
+def beats_a_second(host):
+    begin, before = time.monotonic(), int(host.command()["heartbeat"])
+    time.sleep(0.5)
+    rate = (int(host.command()["heartbeat"]) - before) / (time.monotonic() - begin)
+    print(f"{rate:.0f} periods a second")
+    return rate
 
 
 def the_loop_runs_at_the_rate_that_is_asked_for(rig):
@@ -260,12 +273,8 @@ def the_loop_runs_at_the_rate_that_is_asked_for(rig):
     rig.hal.set("rtc.loop-frequ-demand", 5)
     rig.hal.says("rtc.loop-frequ-demand = 5: must be 100 to 2000")
     rig.hal.set("rtc.loop-frequ-demand", 200)
-    time.sleep(0.1)
-    before = int(host.command()["heartbeat"])
-    time.sleep(1)
-    beats = int(host.command()["heartbeat"]) - before
-    print(f"{beats} periods in a second at 200 Hz")
-    assert 50 < beats < 300
+    # on a busy machine not in every half second; without the demand in none
+    hal_live.wait("200 periods a second", lambda: 100 < beats_a_second(host) < 300)
 
 
 def an_ordinary_user_can_do_it(rig):

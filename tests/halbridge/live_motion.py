@@ -8,15 +8,9 @@ usage: live_motion.py MODULE.so POKEYSD POKEYS-SIM [PATTERN]
 import sys
 import time
 import hal_machine
+from hal_live import wait
 
 BUFFERED, VELOCITY, POSITION = 3, 2, 1
-
-
-def wait(what, condition, limit=60):
-    end = time.monotonic() + limit
-    while not condition():
-        assert time.monotonic() < end, f"not within {limit} s: {what}"
-        time.sleep(0.01)
 
 
 def position(m, axis=0):
@@ -29,28 +23,18 @@ def stands(m, axis=0):
     return position(m, axis) == before
 
 
-def press(m, pin):
-    m.hal.set(pin, 1)
-    time.sleep(0.05)
-    m.hal.set(pin, 0)
-
-
-def set_mode(m, mode):
-    m.hal.set("joint.00.mode", mode)
-    wait("the device has the mode", lambda: m.hal.get("config.state") == 3 and
-         m.hal.get("config.generation-applied") == m.hal.get("config.generation"))
+def shows(m, pin, value=True):
+    return lambda: m.hal.get(pin) == value
 
 
 def an_axis_is_homed_where_its_switch_is(m):
     hal = m.all()
     hal.set("joint.00.home-offset", -20)
     m.machine_on()
-    press(m, "joint.00.home")
-    hal.becomes("joint.00.homing", True)
-    hal.becomes("homing.active", True)
-    hal.becomes("joint.00.homed", True, limit=60)
+    m.press("joint.00.home", shows(m, "joint.00.homed"))
     hal.becomes("homing.active", False)
-    assert hal.get("homing.error") == 0 and hal.get("joint.00.homing") is False
+    hal.becomes("homing.error", 0)
+    hal.becomes("joint.00.homing", False)
     wait("it stands", lambda: stands(m))
     # the counter was set at the switch's edge, the axis ran on a little off the switch
     there = position(m)
@@ -67,10 +51,8 @@ def a_group_is_homed_together(m):
         hal.set(f"joint.{joint:02}.home-group", 1)
         hal.set(f"joint.{joint:02}.enable", 1)
     m.machine_on()
-    press(m, "joint.02.home")
-    hal.becomes("joint.01.homing", True)
-    for joint in (1, 2):
-        hal.becomes(f"joint.{joint:02}.homed", True, limit=60)
+    m.press("joint.02.home", shows(m, "joint.01.homed"))
+    hal.becomes("joint.02.homed", True)
     assert hal.get("joint.00.homed") is False and position(m, 0) == 0
     hal.becomes("homing.active", False)
 
@@ -80,12 +62,13 @@ def homing_is_cancelled(m):
     m.sim("switch 0 home -2000000000 -8000000")     # it would search for a long time
     m.sim("switch 0 minus -2000000000 -9000000")
     m.machine_on()
-    press(m, "joint.00.home")
-    hal.becomes("homing.phase", 3)
-    press(m, "homing.cancel")
-    hal.becomes("homing.active", False)
+    m.press("joint.00.home", shows(m, "homing.phase", 3))
+    hal.becomes("homing.active", True)
+    hal.becomes("joint.00.homing", True)
+    m.press("homing.cancel", shows(m, "homing.active", False))
     wait("it stands", lambda: stands(m))
-    assert hal.get("homing.error") == 2 and hal.get("joint.00.homed") is False
+    hal.becomes("homing.error", 2)
+    assert hal.get("joint.00.homed") is False
 
 
 def the_device_probes(m):
@@ -97,10 +80,11 @@ def the_device_probes(m):
     hal.set("joint.00.probe-target", 30)
     m.machine_on()
     hal.becomes("probe.contact", False)
-    press(m, "probe.start")
-    hal.becomes("probe.done", True, limit=60)
-    assert hal.get("probe.error") == 0 and hal.get("joint.00.probed") is True
+    m.press("probe.start", shows(m, "probe.done"))
+    hal.becomes("probe.error", 0)
+    hal.becomes("joint.00.probed", True)
     # latched in the millisecond of the contact, at most that many pulses late
+    hal.becomes("joint.00.probe-pos", lambda have: have != 0)
     assert 8 <= hal.get("joint.00.probe-pos") < 8.5, hal.get("joint.00.probe-pos")
     wait("it stands", lambda: stands(m))
     hal.becomes("probe.active", False)
@@ -108,16 +92,16 @@ def the_device_probes(m):
     m.sim("probe off")
     hal.becomes("probe.contact", False)
     m.machine_on()
-    press(m, "probe.start")                     # towards 30, from beyond 8, and nothing there
-    hal.becomes("probe.error", 6, limit=60)
+    # towards 30, from beyond 8, and nothing there
+    m.press("probe.start", shows(m, "probe.error", 6))
     assert hal.get("probe.done") is False
 
 
 def a_refused_probing_says_so(m):
     hal = m.all()
     hal.set("probe.axes", 1)
-    press(m, "probe.start")                     # no input is set up, and the machine is off
-    hal.becomes("probe.error", 8)
+    # no input is set up, and the machine is off
+    m.press("probe.start", shows(m, "probe.error", 8))
     hal.set("probe.speed", 2)
     hal.becomes("input-refused", True)
     hal.says("pokeys.0.probe.speed = 2: must be 0 to 1")
@@ -140,7 +124,7 @@ def each_mode_by_its_parameter(m):
     hal.set("machine-is-on", 0)
     hal.becomes("machine-on-permitted", False)
     wait("it stands", lambda: stands(m))
-    set_mode(m, BUFFERED)
+    m.applied("joint.00.mode", BUFFERED)
     m.machine_on()
     m.move(12.34)
     wait("it is there to the pulse", lambda: position(m) == 1234 and stands(m))
@@ -148,7 +132,7 @@ def each_mode_by_its_parameter(m):
     hal.becomes("engine.buffer-slots", 128)
     hal.set("machine-is-on", 0)
     hal.becomes("machine-on-permitted", False)
-    set_mode(m, VELOCITY)
+    m.applied("joint.00.mode", VELOCITY)
     m.machine_on()
     hal.set("joint.00.vel-cmd", 10)
     wait("it runs", lambda: position(m) > 1500)

@@ -27,7 +27,7 @@ def inputs_reach_their_pins(rig):
         assert hal.get(f"pin.{pin:02}.in") is False
         host.say(f"set in {pin} 1")
         hal.becomes(f"pin.{pin:02}.in", True)
-        assert hal.get(f"pin.{pin:02}.in-not") is False
+        hal.becomes(f"pin.{pin:02}.in-not", False)
         host.say(f"set in {pin} 0")
         hal.becomes(f"pin.{pin:02}.in-not", True)
 
@@ -36,7 +36,7 @@ def outputs_follow_pins_that_are_outputs(rig):
     hal, host = connected(rig)
     hal.set("pin.03.out", 1)
     hal.set("pin.04.out", 1)
-    time.sleep(0.05)
+    host.beats(hal_live.PIN_TURNS)
     assert host.command()["mask"] == "00" * 8
     host.say("set own 3 1")
     host.say("set own 30 1")
@@ -62,7 +62,7 @@ def analog_values_are_scaled(rig):
     hal, host = connected(rig)
     host.say("set analog 6 2048")
     hal.becomes("adc.06.raw", 2048)
-    assert math.isclose(hal.get("adc.06.value"), 1.65)
+    hal.becomes("adc.06.value", lambda have: math.isclose(have, 1.65))
     hal.set("adc.06.scale", 100)
     hal.set("adc.06.offset", 5)
     hal.becomes("adc.06.value", 160)
@@ -73,16 +73,17 @@ def encoders_count_reset_and_take_the_index(rig):
     hal.set("encoder.25.scale", 100)
     host.say("set encoder 25 4000")
     hal.becomes("encoder.25.count", 4000)
-    assert hal.get("encoder.25.position") == 40
+    hal.becomes("encoder.25.position", 40)
     hal.set("encoder.25.reset", 1)
     hal.becomes("encoder.25.count", 0)
     hal.set("encoder.25.reset", 0)
+    host.beats(2)       # it has been seen
     host.say("set encoder 25 4007")
     hal.becomes("encoder.25.count", 7)
     hal.set("encoder.25.index-enable", 1)
     host.sees("head", "1")
     host.say(f"ack 0 {DONE}")
-    time.sleep(0.05)
+    host.beats(20)
     assert hal.get("encoder.25.index-enable") is True
     host.say("set encoder 25 3")
     host.say("set index 25 1")
@@ -96,7 +97,7 @@ def a_refused_index_is_said(rig):
     host.sees("head", "1")
     host.say(f"ack 0 {REFUSED}")
     hal.becomes("one-shot-failed-count", 1)
-    host.sees("head", "2")
+    host.sees("head", "2")      # and tries again
     assert hal.get("encoder.02.index-enable") is True
     hal.says("pokeys.0.encoder.02.index-enable")
 
@@ -132,7 +133,7 @@ def machine_on_and_its_answers(rig):
     hal.becomes("needs-edge", True)
     host.say("set flags 0x0a")      # commander, machine on
     hal.becomes("machine-on-permitted", True)
-    assert hal.get("needs-edge") is False
+    hal.becomes("needs-edge", False)
     host.say("set flags 0x86")      # commander, safe, bad command
     hal.becomes("safe-state", True)
     hal.becomes("command-refused", True)
@@ -149,16 +150,17 @@ def bad_numbers_are_refused_and_named_once(rig):
     hal.ok("halcmd setp mux2.0.in1 nan && halcmd setp mux2.0.sel 1")
     hal.becomes("input-refused", True)
     hal.says("pokeys.0.joint.00.pos-cmd = nan")
-    time.sleep(0.5)
+    host.beats(200)
     assert host.command()["axis0"] == "30,0,1,0"
     assert hal.get("joint.00.refused") is True
     assert hal.get("input-refused-count") == 1
-    assert hal.said().count("pokeys.0.joint.00.pos-cmd = nan") == 1, hal.said()
     hal.ok("halcmd setp mux2.0.sel 0")
     hal.becomes("input-refused", False)
     hal.set("encoder.00.scale", 0)
     hal.becomes("input-refused-count", 2)
     hal.says("pokeys.0.encoder.00.scale = 0: must not be 0")
+    # what is refused later is said later
+    assert hal.said().count("pokeys.0.joint.00.pos-cmd = nan") == 1, hal.said()
 
 
 def identity_is_shown(rig):
@@ -169,7 +171,7 @@ def identity_is_shown(rig):
     hal.becomes("devSerial", 53386)
     hal.becomes("info.DeviceTypeID", 32)
     hal.becomes("info.PinCount", 55)
-    assert hal.get("info.SerialNumber") == 53386
+    hal.becomes("info.SerialNumber", 53386)
 
 
 def packet_errors_do_not_latch(rig):
@@ -185,29 +187,33 @@ def packet_errors_do_not_latch(rig):
     hal.becomes("packet-error-level", 0)
 
 
-def record(hal, seconds):
-    """stale, age-us and the heartbeat's pin of each servo period."""
+def record(hal):
+    """stale, age-us and the cycle of each servo period, until samples()."""
     hal.ok("halcmd loadrt sampler depth=20000 cfg=bfu && halcmd addf sampler.0 servo-thread")
     hal.ok("halcmd net s0 pokeys.0.stale sampler.0.pin.0")
     hal.ok("halcmd net s1 pokeys.0.age-us sampler.0.pin.1")
     hal.ok("halcmd net s2 pokeys.0.cycle sampler.0.pin.2")
-    hal.ok(f"(timeout {seconds} halsampler -t >{hal.folder}/samples; true) &")
+    hal.ok(f"halsampler -t >{hal.folder}/samples & sampling=$!")
+    hal_live.wait("samples", lambda: hal.value("sampler.0.curr-depth") > 0)
 
 
 def samples(hal):
-    hal.ok("wait")
+    hal.ok("halcmd setp sampler.0.enable 0")
+    hal_live.wait("the samples are read", lambda: hal.value("sampler.0.curr-depth") == 0)
+    hal.ok("kill $sampling; wait $sampling; true")
     rows = [line.split() for line in (hal.folder / "samples").read_text().splitlines()]
     return [(row[1] == "1", float(row[2]), int(row[3])) for row in rows if len(row) == 4]
 
 
 def a_killed_daemon_is_stale_in_time_and_the_next_one_fresh(rig):
+    began = time.monotonic()
     hal, host = connected(rig)
     pid = hal.pid()
     host.say("set encoder 1 777")
     host.say("set in 5 1")
     hal.becomes("encoder.01.count", 777)
-    record(hal, 6)
-    time.sleep(0.5)
+    hal.becomes("pin.05.in", True)
+    record(hal)
     host.kill()
     hal.becomes("daemon-alive", False)
     hal.becomes("connected", False)
@@ -222,7 +228,9 @@ def a_killed_daemon_is_stale_in_time_and_the_next_one_fresh(rig):
     assert max(unflagged) <= 10000, f"{max(unflagged)} us old and not stale"
     assert hal.pid() == pid
     hal.says("connection to 'mill' lost: ")
-    assert hal.said().count("connection to 'mill' lost: ") == 1, hal.said()
+    # a link that comes and goes, as on a busy machine, is said once in ten seconds
+    times = hal.said().count("connection to 'mill' lost: ")
+    assert times <= 1 + (time.monotonic() - began) // 10, hal.said()
     print(f"daemon killed: oldest data not called stale {max(unflagged):.0f} us, "
           f"fresh {took:.2f} s after the next one was ready")
 

@@ -5,13 +5,16 @@ LinuxCNC HAL. Where the axis is in the end and what led it there counts, never w
 
 usage: live_thread.py MODULE.so POKEYSD POKEYS-SIM [PATTERN]
 """
+import struct
 import sys
 import time
 import hal_machine
+from hal_live import wait
 
 TURN = 4096         # quadrature steps; every fourth is counted
 # so slow that a daemon which gets no processor for a while starves nothing
 TARGET, SLOW = 6000, 120
+LIMITS = (1.0, 1.0, 1.0)    # of SETTINGS, in pulses a millisecond
 WAY = -2            # of joint 0, at 10 a second: 200 slots of one pulse
 NO_CONNECTION = 9    # threading.reason
 SETTINGS = {
@@ -31,11 +34,16 @@ class Lathe(hal_machine.Machine):
         self.hal.set("joint.00.scale", hal_machine.SCALE)
 
 
-def wait(what, condition, limit=60):
-    end = time.monotonic() + limit
-    while not condition():
-        assert time.monotonic() < end, f"not within {limit} s: {what}"
-        time.sleep(0.01)
+def has_settings(m):
+    """The device has all of them, by the protocol's numbers (every_settings, every_threading)."""
+    inside = m.sim("field")
+    thread = bytes.fromhex(inside["engine.thread"][2:])
+    block = bytes.fromhex(inside["axis.block.0"][2:])
+    want = (SETTINGS[f"threading.{name}"] for name in ("ticks-per-revolution", "target-rpm",
+                                                       "speed-gain", "position-gain"))
+    return (inside["encoder.ultra"] == "0x01" and thread[0] == SETTINGS["threading.mode"] and
+            struct.unpack_from("<4H", thread, 4) == tuple(want) and thread[12] == 0 and
+            block[0] & 12 == 0 and struct.unpack_from("<3f", block, 8) == LIMITS)
 
 
 def position(m):
@@ -47,9 +55,9 @@ def press(m, pin):
     reason = NO_CONNECTION
     while reason == NO_CONNECTION:
         m.hal.set(pin, 1)
-        time.sleep(0.05)
+        m.hal.periods()
         m.hal.set(pin, 0)
-        time.sleep(0.05)
+        m.hal.periods()
         reason = m.hal.get("threading.reason")
 
 
@@ -64,8 +72,9 @@ def begin(m):
     hal = m.all()
     for name, value in SETTINGS.items():
         hal.set(name, value)
-    wait("the device has the settings", lambda: hal.get("config.state") == 3 and
-         hal.get("config.generation-applied") == hal.get("config.generation"))
+    wait("the device has the settings", lambda: has_settings(m))
+    m.passes()
+    hal.becomes("config.state", 3)
     m.sim("axis 0 decouple")
     m.sim(f"spindle {SLOW} {TURN}")
     m.machine_on()
@@ -100,7 +109,7 @@ def a_thread_is_cut_to_its_end(m):
     hal.becomes("threading.behind", 0, limit=120)
     wait("it is at its end", lambda: position(m) == WAY * hal_machine.SCALE)
     assert hal.get("threading.index-count") > 0
-    assert abs(hal.get("threading.spindle-rpm") - SLOW) < 60
+    hal.becomes("threading.spindle-rpm", lambda have: abs(have - SLOW) < 60)
     press(m, "threading.release")
     hal.becomes("threading.active", False)
     wait("it is over", lambda: m.sim("spindle")["threading"] == "off")
@@ -137,7 +146,7 @@ def stays_where_it_is(m):
     assert there < 0, there
     m.sim(f"spindle {TARGET}")
     m.hal.set("joint.00.pos-cmd", 100 * WAY)
-    time.sleep(0.3)
+    m.passes()
     assert position(m) == there
     m.hal.becomes("joint.00.pos-fb", there / hal_machine.SCALE)
 

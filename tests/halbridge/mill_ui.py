@@ -3,56 +3,110 @@
 """The user interface of a LinuxCNC session without anybody: homes, moves, ends.
 
 LinuxCNC starts it as [DISPLAY]DISPLAY. Its last line is "moved" if all went well.
+A busy machine may be late for a moment, and then its emergency chain opens: it is
+switched on again, as an operator does, and goes on.
 """
 import sys
 import time
 import hal
 import linuxcnc
 
+LIMIT, SOON = 60, 10    # s
+TRIES = 5
+WAYS, HALF_A_PULSE = (10, 5, -2), 0.5 / 200     # STEP_SCALE of mill.ini
 
-def until(what, test, limit=20):
+
+class Off(Exception):
+    """The machine has been switched off."""
+
+
+def within(limit, test):
     end = time.monotonic() + limit
-    while not test():
-        if time.monotonic() > end:
-            print(f"not within {limit} s: {what}", file=sys.stderr)
-            sys.exit(1)
+    while not (found := test()) and time.monotonic() < end:
         time.sleep(0.02)
+    return found
+
+
+def until(what, test):
+    if not within(LIMIT, test):
+        print(f"not within {LIMIT} s: {what}", file=sys.stderr)
+        sys.exit(1)
+
+
+def settings_are_taken():
+    """Those that the HAL file has made: first of all by the component."""
+    made, taken = (hal.get_value(f"pokeys.0.config.generation{which}") for which in ("", "-applied"))
+    return 0 < made == taken and hal.get_value("pokeys.0.config.state") == 3
+
+
+class Operator:
+    def __init__(self):
+        self.command, self.status = linuxcnc.command(), linuxcnc.stat()
+        self.began = None       # where the axes stood
+
+    def looks(self, **want):
+        self.status.poll()
+        return all(getattr(self.status, key) == value for key, value in want.items())
+
+    def sees(self, what, test):
+        """While the machine is on."""
+        def seen():
+            if not self.looks(task_state=linuxcnc.STATE_ON):
+                raise Off
+            return test()
+        until(what, seen)
+
+    def comes_on(self):
+        self.command.state(linuxcnc.STATE_ESTOP_RESET)
+        if not within(SOON, lambda: self.looks(estop=0)):
+            return False
+        self.command.state(linuxcnc.STATE_ON)
+        return within(SOON, lambda: self.looks(task_state=linuxcnc.STATE_ON))
+
+    def switch_on(self):
+        until("machine on", self.comes_on)
+        self.sees("motion permitted", lambda: hal.get_value("pokeys.0.machine-on-permitted"))
+
+    def home(self):
+        axes = range(len(WAYS))
+        if not self.began:
+            # not before: scale and offset are taken over while the machine is off
+            self.began = [hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") for i in axes]
+            print(f"the axes stand at {self.began}", file=sys.stderr)
+        if all(self.status.homed[i] for i in axes):
+            return
+        self.command.mode(linuxcnc.MODE_MANUAL)
+        self.command.wait_complete()
+        self.command.teleop_enable(0)
+        self.command.wait_complete()
+        self.command.home(-1)
+        self.sees("homed", lambda: all(self.status.homed[i] for i in axes))
+
+    def move(self):
+        self.command.mode(linuxcnc.MODE_MDI)
+        self.command.wait_complete()
+        self.command.mdi("G21 G90 G1 X10 Y5 Z-2 F600")
+        self.sees("in position", lambda: all(
+            abs(hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") - self.began[i] - way) < HALF_A_PULSE
+            for i, way in enumerate(WAYS)))
 
 
 def main():
     component = hal.component("mill-ui")
     component.ready()
-    command, status = linuxcnc.command(), linuxcnc.stat()
-
-    def is_(**want):
-        status.poll()
-        return all(getattr(status, key) == value for key, value in want.items())
-
+    operator = Operator()
     until("connected", lambda: hal.get_value("pokeys.0.connected"))
-    # settings that the HAL file has just made must have arrived
-    until("settings applied", lambda: hal.get_value("pokeys.0.config.state") == 3)
-    command.state(linuxcnc.STATE_ESTOP_RESET)
-    until("emergency reset", lambda: is_(estop=0))
-    command.state(linuxcnc.STATE_ON)
-    until("machine on", lambda: is_(task_state=linuxcnc.STATE_ON))
-    until("motion permitted", lambda: hal.get_value("pokeys.0.machine-on-permitted"))
-    # not before: scale and offset are taken over while the machine is off
-    began = [hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") for i in range(3)]
-    print(f"the axes stand at {began}", file=sys.stderr)
-    command.mode(linuxcnc.MODE_MANUAL)
-    command.wait_complete()
-    command.teleop_enable(0)
-    command.wait_complete()
-    command.home(-1)
-    until("homed", lambda: is_(homed=(1, 1, 1) + (0,) * (len(status.homed) - 3)))
-    command.mode(linuxcnc.MODE_MDI)
-    command.wait_complete()
-    command.mdi("G21 G90 G1 X10 Y5 Z-2 F600")
-    command.wait_complete(20)
-    until("in position", lambda: all(
-        abs(hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") - began[i] - way) < 0.01
-        for i, way in enumerate((10, 5, -2))))
-    print("moved", file=sys.stderr)
+    until("settings taken", settings_are_taken)
+    for _ in range(TRIES):
+        try:
+            operator.switch_on()
+            operator.home()
+            operator.move()
+            print("moved", file=sys.stderr)
+            return 0
+        except Off:
+            print("switched off meanwhile", file=sys.stderr)
+    return 1
 
 
-main()
+sys.exit(main())

@@ -144,12 +144,12 @@ static void sleep_ms(unsigned int ms)
 	nanosleep(&time, NULL);
 }
 
-/* Wait until the bit pin has this value, at most 10 s. */
+/* Wait until the bit pin has this value, at most 60 s. */
 static bool pin_becomes(const char *name, bool value)
 {
 	const volatile bool *pin = fake_hal_value(name);
 
-	for (int i = 0; i < 1000 && *pin != value; i++)
+	for (int i = 0; i < 6000 && *pin != value; i++)
 		sleep_ms(10);
 	return *pin == value;
 }

@@ -9,7 +9,7 @@ are used as they are but for what `changes` lists.
 usage: first_cut.py WORK POKEYS_SHM.so POKEYS_HOMECOMP.so POKEYSD POKEYS-SIM POKEYSCTL
        WORK is one of WORKS below.
 
-POKEYS_CUT_S: most seconds the machine may take (default 240).
+POKEYS_CUT_S: most seconds the machine may take (default 600).
 """
 import os
 import pathlib
@@ -24,7 +24,7 @@ ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 from rig import ADDRESS, Fault, Rig  # pylint: disable=wrong-import-position
 
-LIMIT_S = float(os.environ.get("POKEYS_CUT_S", "240"))
+LIMIT_S = float(os.environ.get("POKEYS_CUT_S", "600"))
 # What is recorded of each servo period: pairs of signals of the example.
 RECORDED = {
     "mill": [f"{axis}-{what}" for axis in "xyza" for what in ("cmd", "fb")],
@@ -151,10 +151,10 @@ class Machine(Rig):
         self.spawn("pokeys-sim", self.sim, "--model", "57CNC", "--address", ADDRESS, "--no-discovery",
                    "--control", control, "--script", self.folder / "bench.sim", "--service-us", 100,
                    *self.sim_options)
-        self.wait_for("the simulator's control socket", control.exists, 10, "pokeys-sim")
+        self.wait_for("the simulator's control socket", control.exists, 60, "pokeys-sim")
         self.spawn("pokeysd", self.pokeysd, "--config", self.folder / "pokeysd.conf")
-        self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, 20, "pokeysd")
-        self.wait_for("the device running", lambda: self.status()["fresh"], 20, "pokeysd")
+        self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, 60, "pokeysd")
+        self.wait_for("the device running", self.is_fresh, 60, "pokeysd")
 
     def cut(self):
         """LinuxCNC with the machinist; their status."""

@@ -55,9 +55,9 @@ def under_way(m, line, beyond):
 
 
 def stands_square(m, what):
-    m.until(f"LinuxCNC stopped by {what}", lambda s: s.task_state != linuxcnc.STATE_ON, 10)
+    m.until(f"LinuxCNC stopped by {what}", lambda s: s.task_state != linuxcnc.STATE_ON)
     m.until("both ends standing",
-            lambda _: all(float(m.sim(f"axis {i}")["speed"]) == 0 for i in (Y, Y2)), 10)
+            lambda _: all(float(m.sim(f"axis {i}")["speed"]) == 0 for i in (Y, Y2)))
     m.stays(f"after {what}", *m.pulses())
     assert abs(askew(m)) <= ROUNDING, f"{what}: Y is {askew(m)} pulses ahead of Y2"
     m.tell(f"{what}: both ends stand at {m.pulses()[0][Y]} pulses, {askew(m)} apart")
@@ -119,7 +119,7 @@ def one_end_finds_nothing(m):
     m.until("LinuxCNC stopped by the limit switch",
             lambda s: s.task_state != linuxcnc.STATE_ON, 60)
     m.until("both ends standing",
-            lambda _: all(float(m.sim(f"axis {i}")["speed"]) == 0 for i in (Y, Y2)), 10)
+            lambda _: all(float(m.sim(f"axis {i}")["speed"]) == 0 for i in (Y, Y2)))
     m.stays("after a homing that failed", *m.pulses())
     assert not m.look().homed[Y] and not m.stat.homed[Y2], "half a beam is homed"
     m.tell(f"one end finds no switch: neither is homed, Y stands {askew(m)} pulses ahead")

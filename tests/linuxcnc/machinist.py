@@ -28,6 +28,7 @@ DEVICE_HOME = [400, 400, -400, 0]  # device-homing.hal's HomePosition
 SURFACE = -8000  # pulses: bench.sim's probe
 END = {0: 30.125, 1: 41.7, 3: 45}  # first-cut.ngc's last position, in machine units; Z apart
 END_Z = -5
+RUNNING = 3  # link-state
 LOSSY = ("fault both loss 0.01", "fault both delay-us 0-2000")
 
 
@@ -173,10 +174,17 @@ class Machinist:
         assert all(lost), "the line has lost nothing"
         return f"{lost[0]} requests and {lost[1]} replies were lost"
 
+    def cable_in(self):
+        """Not before the daemon has given the device up: what is given up is found anew."""
+        self.until("the device lost", lambda _: hal.get_value("pokeys.0.link-state") != RUNNING)
+        self.sim("silence 0")
+        self.until("the connection back", lambda _: hal.get_value("pokeys.0.connected"))
+
     def stays(self, when, pulses, machine):
-        """Nothing moves for a while."""
-        end = time.monotonic() + 0.7
-        while time.monotonic() < end:
+        """Nothing moves for a while: some hundred cycles, and ten looks."""
+        begin, looks = hal.get_value("pokeys.0.cycle"), 0
+        while looks < 10 or hal.get_value("pokeys.0.cycle") - begin < 400:
+            looks += 1
             self.look()
             assert self.pulses() == (pulses, machine), \
                 f"{when} it moves: {pulses} {machine} -> {self.pulses()}"
@@ -214,7 +222,7 @@ def homing_finds_the_switches(m):
     for joint, (edge, offset) in enumerate(HOME):
         seen = (hal.get_value(f"joint.{joint}.motor-offset") + offset) * m.scale[joint]
         # it latches at 1 pulse a ms at most, and may be told late
-        assert abs(seen - edge) < 500, f"joint {joint} homed at {seen} pulses, its switch is at {edge}"
+        assert abs(seen - edge) < 1000, f"joint {joint} homed at {seen} pulses, its switch is at {edge}"
         m.tell(f"homed: joint {joint} saw its switch at {seen:.0f} pulses, it is at {edge}")
 
 
@@ -225,16 +233,16 @@ def cable_out_stops_for_good(m):
     start = m.pulses()[0][0]
     m.until("the axis moving", lambda _: m.pulses()[0][0] > start + 4000, 60)
     m.said.clear()
-    m.sim("silence 8000")
-    m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP, 8)
+    m.sim("silence 3600000")
+    m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP)
     assert hal.get_value("estop.fault-out") and hal.get_value("pokeys.0.stale"), "no fault is shown"
-    m.until("a message for the operator", lambda _: any("no connection" in text for text in m.said), 5)
-    m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0, 5)
+    m.until("a message for the operator", lambda _: any("no connection" in text for text in m.said))
+    m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0)
     stood, machine = m.pulses()
     assert stood[0] < (target - 5) * m.scale[0], f"it ran on to {stood[0]}"
     m.tell(f"cable out: the operator sees {[text.strip() for text in m.said]}, X stands at {stood[0]} pulses")
     m.stays("with the cable out", stood, machine)
-    m.until("the connection back", lambda _: hal.get_value("pokeys.0.connected"), 60)
+    m.cable_in()
     m.stays("with the cable in again", stood, machine)
     m.command.state(linuxcnc.STATE_ON)          # without a reset: no
     m.stays("switched on without a reset", stood, machine)
@@ -271,7 +279,8 @@ def the_device_homes(m):
         zero = machine[joint] - pulses[joint]
         # on the free side of its edge, as far as it runs on at the return speed
         assert abs(zero - edge) < 100, f"joint {joint}: zero is at {zero}, its switch at {edge}"
-        assert abs(m.stat.joint_actual_position[joint] - pulses[joint] / m.scale[joint]) < 0.01
+        m.until("LinuxCNC knows it", lambda s, j=joint: abs(
+            s.joint_actual_position[j] - pulses[j] / m.scale[j]) < 0.01)
         m.tell(f"device homing: joint {joint}: zero at {zero} pulses, its switch at {edge}")
     assert int(m.sim("stat")["pe.21"]) >= 3, "it was not the device that homed"
 
@@ -281,7 +290,7 @@ def an_abort_stops_it(m):
     m.until("X searching", lambda _: m.sim("axis 0")["state"] == "12", 60)
     m.command.abort()
     m.until("homing ended", lambda s: not any(s.joint[j]["homing"] for j in m.joints), 60)
-    m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0, 5)
+    m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0)
     m.stays("after an abort", *m.pulses())
     assert not m.look().homed[0], "homed though it was aborted"
     m.tell(f"device homing: aborted, X stands at machine {m.pulses()[1][0]}")

@@ -480,8 +480,10 @@ class Process(Base):
             path = str(self.folder / f"at{number}")
             with subprocess.Popen([SIM, "--address", loopback_address(), "--port", "0",
                                    "--no-discovery", "--control", path, "--quiet"]) as child:
-                self.connect_as_soon_as_it_is_there(path, child)
-                child.terminate()
+                try:
+                    self.connect_as_soon_as_it_is_there(path, child)
+                finally:
+                    child.terminate()
             self.assertFalse(os.path.exists(path + ".new"))
 
     def connect_as_soon_as_it_is_there(self, path, child):
