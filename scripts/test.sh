@@ -2,9 +2,10 @@
 # shellcheck shell=bash
 # Run the suites and count. Sourced by ./run.
 #
-# unit, sim and fuzz tests run side by side; net, hal and vm tests hold real
-# sockets, LinuxCNC or a machine and have the processor for themselves. The
-# sanitized builds run unit and sim again. The last line is
+# unit, sim and fuzz tests run side by side, as do the machines of vm, of which
+# each has use for a processor and a half and none measures by our clock; net and
+# hal tests hold real sockets or LinuxCNC and have the processor for themselves.
+# The sanitized builds run unit and sim again. The last line is
 # "N passed, N failed, N skipped".
 #
 # Random tests take their seed from POKEYS_SEED. Here it is one number, so that
@@ -54,8 +55,8 @@ run_tests() {
 	configure_and_build build -Dwerror=true || die "the build failed"
 	for suite; do
 		case $suite in
-		unit|sim|fuzz)	suite_run build "$suite" 2 "$suite" ;;
-		net|hal|vm)	suite_run build "$suite" 1 "$suite" ;;
+		unit|sim|vm|fuzz)	suite_run build "$suite" 2 "$suite" ;;
+		net|hal)	suite_run build "$suite" 1 "$suite" ;;
 		asan)	sanitized_run asan address,undefined ;;
 		tsan)	TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp" sanitized_run tsan thread ;;
 		esac

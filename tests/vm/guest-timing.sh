@@ -67,6 +67,22 @@ funct_times() {
 	[ "$(wc -l </out/hal-times)" = 25 ]
 }
 
+# Nothing older is in the lead: how long before a read the cycle must begin is counted anew.
+daemon_anew() { systemctl restart pokeysd && within 240 fresh && within 240 pin_is connected TRUE; }
+
+# At each read of the servo thread, on a machine that does nothing else: locked, and as
+# long again as the lead needs to be known.
+ages_at_read() {
+	within 240 pin_is phase-locked TRUE || return 1
+	as_cnc halcmd loadrt sampler depth=2000 cfg=ff &&
+		as_cnc halcmd net age pokeys.0.age-us sampler.0.pin.0 &&
+		as_cnc halcmd net rtt pokeys.0.rtt-us sampler.0.pin.1 || return 1
+	sleep 16
+	as_cnc halcmd addf sampler.0 servo-thread && as_cnc halsampler -n 1500 >/out/ages || return 1
+	pin_is phase-locked TRUE || { echo "the lock was lost"; return 1; }
+	status >/out/locked.json
+}
+
 check kernel_is_preempt_rt kernel_is_realtime
 check package_is_installed install_it
 check configuration_is_good configure_it
@@ -79,6 +95,8 @@ check load_ends systemctl stop load
 check linuxcnc_runs_and_sees_the_device start_linuxcnc 4000000
 check linuxcnc_is_realtime servo_thread_is_fifo
 check times_of_read_and_write funct_times
+check daemon_anew daemon_anew
+check ages_at_read ages_at_read
 uname -r >/out/kernel
 dmesg | grep -i 'tsc:' >/out/clock
 journalctl --no-pager -u pokeysd >/out/journal

@@ -10,7 +10,7 @@ import unittest
 import timing
 
 
-def results(folder, wake_p99_us=49.152, read=8000, sleeper_p99=45):
+def results(folder, wake_p99_us=49.152, read=8000, sleeper_p99=45, late=10):
     out = folder / "out"
     out.mkdir(exist_ok=True)
     (out / "cyclictest.histogram").write_text("# Histogram\n000037 000500\n000038 000480\n"
@@ -18,6 +18,7 @@ def results(folder, wake_p99_us=49.152, read=8000, sleeper_p99=45):
     wakeup = {"count": 5000, "mean": 40.5, "p50": 40.96, "p99": wake_p99_us}
     (out / "status.json").write_text(json.dumps({"devices": [{"diag": {"latency_us": {"wakeup": wakeup}}}]}))
     (out / "hal-times").write_text(f"{10 * read} 9000\n{read} 4000\n{read} 4000\n")
+    (out / "ages").write_text("700.5 900.0\n" * (990 - late) + "1000.0 900.0\n" * 10 + "4700.0 900.0\n" * late)
     (out / "kernel").write_text("6.1-rt\n")
     return timing.judge(folder)
 
@@ -48,6 +49,16 @@ class Judge(unittest.TestCase):
         most = timing.HAL_INSTRUCTIONS * timing.NS_PER_INSTRUCTION
         self.assertEqual(self.failed(read=most - 4000), [])
         self.assertEqual(self.failed(read=most), ["FAIL read_and_write_within_their_budget"])
+
+    def test_data_of_the_cycle_before_at_too_many_reads_fail(self):
+        self.assertEqual(self.failed(late=20), [])
+        self.assertEqual(self.failed(late=21), ["FAIL reads_find_data_just_published"])
+
+    def test_age_is_held_against_the_round_trip(self):
+        self.assertEqual(self.failed(late=9), [])
+        found = json.loads((self.folder / "timing.json").read_text())["age_at_read"]
+        self.assertEqual((found["p50_us"], found["p99_us"], found["beyond_instructions"]), (700.5, 1000, 12500))
+        self.assertIn("| p99 | 1000 |", (self.folder / "timing.md").read_text())
 
 
 unittest.main(verbosity=2)

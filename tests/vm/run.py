@@ -15,6 +15,7 @@ does as well. Prints each check of the script; status 77 with the reason where i
 cannot run.
 """
 import datetime
+import fcntl
 import hashlib
 import os
 import pathlib
@@ -159,8 +160,10 @@ def main():
         skip("only root can make the disk of the virtual machine")
     folder = build / "vm" / tier
     folder.mkdir(parents=True, exist_ok=True)
-    disk = image(build / "vm")
-    shares(build, folder, script)
+    with open(build / "vm/lock", "w", encoding="utf-8") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # one makes the disk, the others wait for it
+        disk = image(build / "vm")
+        shares(build, folder, script)
     lines = run(disk, folder)
     print("\n".join(lines))
     if "end" not in lines:

@@ -7,6 +7,11 @@ instructions, and a change in them is a change of the code (ours, the kernel's o
 emulator's), never the host's mood. The daemon's wake-up is known by its histogram,
 whose buckets are a fifth wide: it is judged by the lower end of the bucket, so that
 only what is certainly beyond the limit fails.
+
+How old data are when LinuxCNC reads them is held against the device's round trip and
+100 us of a processor that does a thousand million instructions a second, an eighth of
+this one's pace. One read in a hundred may find older ones; two in a hundred fail, for a
+machine that is a few cycles from a limit must not fail one day with a new kernel.
 """
 import json
 import statistics
@@ -17,6 +22,9 @@ WAKE_UP_RATIO = 1.2
 # 12,242 and 7,725 measured (Linux 6.1-rt, gcc 12), and a tenth more: names=both, a 57CNC
 # with the preset demo, nothing linked.
 HAL_INSTRUCTIONS = 22000
+AGE_BEYOND_INSTRUCTIONS = 100_000
+AGES = {"round_trip_us": "round trip, median", "p50_us": "age of the data at a read, p50", "p99_us": "p99", "most_us": "most"}
+LATE_TARGET, LATE_LIMIT = 0.01, 0.02
 PARTS = {"p50": 0.5, "p99": 0.99}
 # a bucket of the daemon's histograms: a quarter of an octave
 BUCKETS = [64 * 2 ** octave * (4 + quarter) / 4 / 1000 for octave in range(26) for quarter in range(4)]
@@ -53,6 +61,18 @@ def hal_instructions(out):
             for i, funct in enumerate(("read", "write"))}
 
 
+def ages(out):
+    """Of the data at each read, and the round trip that the daemon last had; halsampler's lines."""
+    rows = [[float(word) for word in line.split()]
+            for line in (out / "ages").read_text(encoding="utf-8").splitlines() if not line.startswith("overrun")]
+    age, round_trip = sorted(row[0] for row in rows), statistics.median(row[1] for row in rows)
+    p99 = age[min(len(age) - 1, int(PARTS["p99"] * len(age)))]
+    limit = round_trip + AGE_BEYOND_INSTRUCTIONS * NS_PER_INSTRUCTION / 1000
+    return {"samples": len(age), "round_trip_us": round_trip, "p50_us": statistics.median(age), "p99_us": p99,
+            "most_us": age[-1], "beyond_instructions": round((p99 - round_trip) * 1000 / NS_PER_INSTRUCTION),
+            "late": sum(value > limit for value in age) / len(age)}
+
+
 def verdict(name, good, why):
     return f"ok {name}: {why}" if good else f"FAIL {name}: {why}"
 
@@ -68,6 +88,12 @@ def lines_of(found):
     yield verdict("read_and_write_within_their_budget", count <= HAL_INSTRUCTIONS,
                   f"read {found['hal_instructions']['read']} and write {found['hal_instructions']['write']}"
                   f" instructions, budget {HAL_INSTRUCTIONS}")
+    row = found["age_at_read"]
+    yield verdict("reads_find_data_just_published", row["late"] <= LATE_LIMIT,
+                  f"p99 {row['p99_us']:.0f} us, the round trip {row['round_trip_us']:.0f} us and"
+                  f" {row['beyond_instructions']} instructions; {100 * row['late']:.1f} % of {row['samples']} reads found"
+                  f" data older than the round trip and {AGE_BEYOND_INSTRUCTIONS} instructions (target"
+                  f" {100 * LATE_TARGET:g} %, limit {100 * LATE_LIMIT:g} %)")
 
 
 def report(found, lines):
@@ -81,6 +107,8 @@ def report(found, lines):
           f" {found['wake_up'][name]['pokeysd_to_us']:.0f} |" for name in PARTS), "",
         "| function | instructions |", "|---|---|",
         *(f"| `pokeys.0.{funct}` | {count} |" for funct, count in found["hal_instructions"].items()), "",
+        f"Phase lock, the machine idle, {found['age_at_read']['samples']} reads:", "",
+        "| | µs |", "|---|---|", *(f"| {title} | {found['age_at_read'][key]:.0f} |" for key, title in AGES.items()), "",
         *(f"- {line}" for line in lines), ""])
 
 
@@ -88,7 +116,7 @@ def judge(folder):
     """Lines as the guest's; timing.md and timing.json are left in the folder."""
     out = folder / "out"
     found = {"kernel": (out / "kernel").read_text(encoding="utf-8").strip(), "wake_up": wake_ups(out),
-             "hal_instructions": hal_instructions(out)}
+             "hal_instructions": hal_instructions(out), "age_at_read": ages(out)}
     lines = list(lines_of(found))
     (folder / "timing.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     (folder / "timing.md").write_text(report(found, lines), encoding="utf-8")
