@@ -2,16 +2,15 @@
 /*
  * The order in which things are taken, and given back.
  *
- * An interface that is not there is waited for before anything is taken, so that whoever
- * sends a signal meanwhile simply ends us.
- *
- * Signals are blocked before the first thread exists, so that every one of
- * them goes to the signalfd and none interrupts the realtime thread. Memory is
+ * An interface that is not there is waited for before anything is taken. Memory is
  * locked before the large allocations, so that they are locked as they come.
  * The runtime folder is taken before the network: a second daemon must not
  * send a single packet to a device that the first one drives. The shared
  * memory is published only after the loop has run, so that a reader never
  * finds an image that nobody has written.
+ *
+ * Taking the folder clears what a daemon that was killed has left there. So one that is
+ * asked to end before it has begun (signals.c) takes it all the same, and goes no further.
  *
  * Everything refused here is refused before a device was touched, in one line
  * that says what to do.
@@ -19,16 +18,16 @@
 #include <errno.h>
 #include <net/if.h>
 #include <pthread.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 #include "daemon/control/clock.h"
 #include "daemon/control/daemon.h"
 #include "daemon/control/log.h"
+#include "daemon/control/notify.h"
 #include "daemon/control/options.h"
+#include "daemon/control/signals.h"
 #include "daemon/control/thread.h"
 #include "daemon/rt/realtime.h"
 #include "shm/runtime.h"
@@ -57,6 +56,8 @@ static int await_interface(const struct config *config)
 		 "there); waiting for it", config->interface);
 	for (int waited = 0; waited < INTERFACE_S * 1000; waited += LOOK_MS) {
 		sleep_ms(LOOK_MS);
+		if (signals_ending())
+			return 0;
 		if (!if_nametoindex(config->interface))
 			continue;
 		log_line(EVENT_NOTICE, "%s is there", config->interface);
@@ -92,18 +93,10 @@ static void warn_of_part(const char *interface)
 
 static int take_signals(struct daemon *daemon)
 {
-	sigset_t set;
-
-	sigemptyset(&set);
-	sigaddset(&set, SIGTERM);
-	sigaddset(&set, SIGINT);
-	sigaddset(&set, SIGHUP);
-	signal(SIGPIPE, SIG_IGN);
-	pthread_sigmask(SIG_BLOCK, &set, NULL);
-	daemon->signal_fd = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
+	daemon->signal_fd = signals_open();
 	if (daemon->signal_fd >= 0)
 		return 0;
-	log_line(EVENT_ERROR, "signals cannot be taken: %s", strerror(errno));
+	log_line(EVENT_ERROR, "signals cannot be taken: %s", strerror(-daemon->signal_fd));
 	return STATUS_FAILED;
 }
 
@@ -137,6 +130,32 @@ static int open_memory(struct daemon *daemon)
 		return 0;
 	log_line(EVENT_ERROR, "%s", why);
 	return result == -EBUSY ? STATUS_BUSY : STATUS_FAILED;
+}
+
+/* Without it the devices are driven all the same, so it is no reason to be without a daemon. */
+static void open_desk(struct daemon *daemon)
+{
+	int result = desk_open(&daemon->desk);
+
+	if (result)
+		log_line(EVENT_WARNING,
+			 "%s/control: cannot be made: %s; pokeysctl config apply and "
+			 "save do not work", daemon->config->runtime_directory, strerror(-result));
+}
+
+/*
+ * The lock first: what is found after it is nobody's. The desk before the memory can be
+ * found: whoever has found that may order.
+ */
+static int take_folder(struct daemon *daemon)
+{
+	int status = open_memory(daemon);
+
+	if (status)
+		return status;
+	open_desk(daemon);
+	keeper_open(&daemon->keeper, daemon->config, &daemon->loop, getenv("LOGS_DIRECTORY"));
+	return 0;
 }
 
 /* Said, for nobody has asked for just that. */
@@ -257,12 +276,13 @@ int daemon_open(struct daemon *daemon)
 		warn_of_part(daemon->config->interface);
 	status = status ? status : take_signals(daemon);
 	status = status ? status : lock_memory(daemon);
-	status = status ? status : open_memory(daemon);
-	status = status ? status : open_transport(daemon);
+	status = status ? status : take_folder(daemon);
+	if (status || signals_ending())
+		return status;
+	status = open_transport(daemon);
 	status = status ? status : open_devices(daemon);
 	if (!status)
-		keeper_open(&daemon->keeper, daemon->config, &daemon->loop,
-			    getenv("LOGS_DIRECTORY"));
+		keeper_record(&daemon->keeper);
 	return status;
 }
 
@@ -340,17 +360,6 @@ static int publish(struct daemon *daemon)
 	return STATUS_FAILED;
 }
 
-/* Without it the devices are driven all the same, so it is no reason to be without a daemon. */
-static void open_desk(struct daemon *daemon)
-{
-	int result = desk_open(&daemon->desk);
-
-	if (result)
-		log_line(EVENT_WARNING,
-			 "%s/control: cannot be made: %s; pokeysctl config apply and "
-			 "save do not work", daemon->config->runtime_directory, strerror(-result));
-}
-
 /* As the desk sees a device: through our own reader, like everybody. */
 static int read_report(void *context, uint32_t device, struct pokeys_report *out)
 {
@@ -369,8 +378,6 @@ int daemon_start(struct daemon *daemon)
 	status = status ? status : await_first_cycles(daemon);
 	if (status)
 		return status;
-	/* before it can be found: whoever has found it may order */
-	open_desk(daemon);
 	status = publish(daemon);
 	if (status)
 		return status;
@@ -450,6 +457,18 @@ void daemon_close(struct daemon *daemon)
 		close(daemon->signal_fd);
 }
 
+/* Before a packet was sent; what was taken is given back as at any other end. */
+static bool ends_early(void)
+{
+	const char *signal = signals_ending();
+
+	if (!signal)
+		return false;
+	log_line(EVENT_INFO, "ending (%s)", signal);
+	notify_stopping();
+	return true;
+}
+
 int daemon_run(struct daemon *daemon, const struct config *config, const char *config_path)
 {
 	int status, stopped;
@@ -462,8 +481,10 @@ int daemon_run(struct daemon *daemon, const struct config *config, const char *c
 	drain_init(&daemon->drain, config, &daemon->loop.events, &daemon->desk, &daemon->keeper);
 	claims_init(&daemon->claims, config, &daemon->loop.shared);
 	status = daemon_open(daemon);
-	status = status ? status : daemon_start(daemon);
-	status = status ? status : daemon_attend(daemon);
+	if (!status && !ends_early()) {
+		status = daemon_start(daemon);
+		status = status ? status : daemon_attend(daemon);
+	}
 	stopped = daemon_stop(daemon);
 	daemon_close(daemon);
 	return status ? status : stopped;

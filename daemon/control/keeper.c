@@ -232,9 +232,15 @@ void keeper_open(struct keeper *keeper, const struct config *config, struct loop
 	snprintf(keeper->died, sizeof(keeper->died), "%s/" RECORDER_FILE ".died",
 		 config->runtime_directory);
 	put_aside(keeper);
-	if (config->recorder_seconds)
+	if (keeper->order)
+		start(keeper);
+}
+
+void keeper_record(struct keeper *keeper)
+{
+	if (keeper->config->recorder_seconds)
 		open_ring(keeper);
-	if (*keeper->folder && (keeper->open || keeper->order))
+	if (*keeper->folder && keeper->open && !keeper->running)
 		start(keeper);
 }
 

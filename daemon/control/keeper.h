@@ -52,12 +52,19 @@ struct keeper {
 enum record_reason keeper_reason(const struct event *event, bool machine_on);
 
 /*
- * Make the ring and the thread, before the loop runs; loop->recorder and the tap of
- * loop->events are set. What goes wrong is logged, and the daemon goes on without.
+ * Take from the runtime folder, which has to be locked, what a daemon that died has left
+ * there, and have it written. What goes wrong is logged, and the daemon goes on without.
  * `logs` is the folder that the service manager gives ($LOGS_DIRECTORY), NULL = none.
  */
 void keeper_open(struct keeper *keeper, const struct config *config, struct loop *loop,
 		 const char *logs);
+
+/*
+ * Make the ring, and the thread that writes it. Once, after keeper_open(), when it is known
+ * how the loop will wait, and before it runs; loop->recorder and the tap of loop->events
+ * are set. What goes wrong is logged, and the daemon goes on without.
+ */
+void keeper_record(struct keeper *keeper);
 
 /* An event of the loop; a record is due half a second later. */
 void keeper_event(struct keeper *keeper, const struct event *event, uint64_t now_ns);

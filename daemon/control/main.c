@@ -2,9 +2,10 @@
 /*
  * pokeysd(8).
  *
- * Standard descriptors come first: started with stderr closed, the next file
+ * Standard descriptors are there before any other: started with stderr closed, the next file
  * opened would become descriptor 2, and messages would be written into it,
- * be it a lock file or a device's socket.
+ * be it a lock file or a device's socket. Only signals are held before that: one that
+ * comes while we start must end the daemon in order, not just the process.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -17,6 +18,7 @@
 #include "daemon/control/log.h"
 #include "daemon/control/options.h"
 #include "daemon/control/service.h"
+#include "daemon/control/signals.h"
 #include "usage/written.h"
 
 static struct config config;
@@ -76,13 +78,16 @@ int main(int argc, char **argv)
 	char judged[160] = "";
 	int status;
 
+	signals_hold();
 	keep_standard_descriptors();
 	if (!options_parse(&options, argc, argv, &status))
 		return usage_written("pokeysd", status);
 	log_open(STDERR_FILENO, EVENT_INFO);
 	read = options.check_config ? config_check : config_read;
-	if (options.check_config)
+	if (options.check_config) {
+		signals_release();	/* it leaves nothing behind */
 		service_become(judged, sizeof(judged));
+	}
 	if (read(options.config, &config, complain, &options))
 		return STATUS_CONFIG;
 	status = override(&options);

@@ -79,6 +79,13 @@ static int teardown(void **state)
 	return 0;
 }
 
+/* As a daemon does that goes on to drive. */
+static void begin(const char *logs)
+{
+	keeper_open(&keeper, &config, &loop, logs);
+	keeper_record(&keeper);
+}
+
 static int files(const char *part)
 {
 	return folder_count(records, part);
@@ -141,7 +148,7 @@ static void faults_are_reasons_and_other_events_are_not(void **state)
 static void a_fault_is_written_half_a_second_later(void **state)
 {
 	(void)state;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	lose(1000 * MS);
 	keeper_run(&keeper, 1499 * MS);
 	assert_int_equal(keeper.due, RECORD_LOST);
@@ -156,7 +163,7 @@ static void a_fault_is_written_half_a_second_later(void **state)
 static void there_is_one_in_a_while(void **state)
 {
 	(void)state;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	lose(1000 * MS);
 	for (uint64_t t = 1001; t < 61000; t += 500) {
 		lose(t * MS);
@@ -170,7 +177,7 @@ static void there_is_one_in_a_while(void **state)
 static void the_commander_counts_while_the_machine_is_on(void **state)
 {
 	(void)state;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	happen(EVENT_COMMANDER, 0, 0, MS);
 	assert_int_equal(keeper.due, RECORD_NOTHING);
 	happen(EVENT_MACHINE, 1, 0, 2 * MS);
@@ -185,12 +192,12 @@ static void the_commander_counts_while_the_machine_is_on(void **state)
 static void what_a_dead_daemon_left_is_written_at_the_next_start(void **state)
 {
 	(void)state;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	lose(MS);
 	keeper.due = RECORD_NOTHING;
 	keeper_stop(&keeper);
 	recorder_close(&loop.recorder);		/* dies: the file stays */
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	keeper_stop(&keeper);
 	assert_int_equal(files("-died.pcapng"), 1);
 	assert_int_not_equal(access(keeper.died, F_OK), 0);
@@ -199,14 +206,27 @@ static void what_a_dead_daemon_left_is_written_at_the_next_start(void **state)
 	assert_int_not_equal(access(keeper.ring, F_OK), 0);
 }
 
+static void one_that_ends_in_its_start_writes_it_too(void **state)
+{
+	(void)state;
+	begin(NULL);
+	keeper_stop(&keeper);
+	recorder_close(&loop.recorder);		/* dies: the file stays */
+	keeper_open(&keeper, &config, &loop, NULL);
+	keeper_stop(&keeper);
+	keeper_close(&keeper);
+	assert_int_equal(files("-died.pcapng"), 1);
+	assert_int_equal(folder_count(runtime, "recorder"), 0);
+}
+
 /* The thread has what the daemon before has left to write; the record is not lost by that. */
 static void one_that_is_due_is_written_at_the_end_after_another(void **state)
 {
 	(void)state;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	keeper_stop(&keeper);
 	recorder_close(&loop.recorder);		/* dies: the file stays */
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	lose(1000 * MS);
 	keeper_stop(&keeper);
 	assert_int_equal(files("-died.pcapng"), 1);
@@ -233,7 +253,7 @@ static void a_disk_that_hangs_does_not_hold_the_end_up(void **state)
 	const char *said;
 
 	(void)state;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	lose(1000 * MS);
 	hangs = true;
 	keeper_run(&keeper, 1500 * MS);
@@ -259,7 +279,7 @@ static pid_t another(bool ends)
 	if (child)
 		return child;
 	hangs = true;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	lose(1000 * MS);
 	keeper_run(&keeper, 1500 * MS);
 	while (!ends)
@@ -280,7 +300,7 @@ static void what_a_killed_daemon_had_begun_is_removed_by_the_next(void **state)
 	kill(child, SIGKILL);
 	assert_int_equal(waitpid(child, NULL, 0), child);
 	assert_int_equal(files("-lost.pcapng.new"), 1);
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	keeper_stop(&keeper);
 	assert_int_equal(files(".new"), 0);
 	assert_int_equal(files("-died.pcapng"), 1);
@@ -292,13 +312,13 @@ static void what_the_disk_did_not_take_is_written_at_the_start_after(void **stat
 	int status;
 
 	(void)state;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	keeper_stop(&keeper);
 	recorder_close(&loop.recorder);		/* dies: the file stays */
 	assert_int_equal(waitpid(another(true), &status, 0) > 0 && !status, 1);
 	/* on a busy machine one is begun as it ends, and goes at the next start */
 	assert_int_equal(files("-died.pcapng"), files("-died.pcapng.new"));
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	keeper_stop(&keeper);
 	assert_int_equal(files("-died.pcapng"), 1);
 	assert_int_equal(files(".new"), 0);
@@ -309,7 +329,7 @@ static void a_folder_that_is_not_there_is_told(void **state)
 {
 	(void)state;
 	snprintf(config.record_folder, sizeof(config.record_folder), "%s/none", folder);
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	lose(MS);
 	keeper_stop(&keeper);
 	assert_non_null(strstr(logged(), "No such file"));
@@ -319,7 +339,7 @@ static void it_can_be_off(void **state)
 {
 	(void)state;
 	config.recorder_seconds = 0;
-	keeper_open(&keeper, &config, &loop, records);
+	begin(records);
 	assert_null(loop.recorder.head);
 	assert_null(loop.events.tap);
 	lose(MS);
@@ -327,7 +347,7 @@ static void it_can_be_off(void **state)
 	keeper_close(&keeper);
 	config.recorder_seconds = 1;
 	config.record_files = 0;
-	keeper_open(&keeper, &config, &loop, records);
+	begin(records);
 	assert_non_null(loop.recorder.head);
 	assert_false(keeper.running);
 	lose(MS);
@@ -345,7 +365,7 @@ static void on_a_disk_there_is_none(void **state)
 	assert_non_null(mkdtemp(place));
 	assert_int_equal(statfs(place, &found), 0);
 	strcpy(config.runtime_directory, place);
-	keeper_open(&keeper, &config, &loop, records);
+	begin(records);
 	if (found.f_type == TMPFS_MAGIC || found.f_type == RAMFS_MAGIC) {
 		folder_remove(place);
 		skip();
@@ -360,12 +380,12 @@ static void the_service_managers_folder_is_the_default(void **state)
 {
 	(void)state;
 	config.record_folder[0] = '\0';
-	keeper_open(&keeper, &config, &loop, records);
+	begin(records);
 	lose(MS);
 	keeper_stop(&keeper);
 	assert_int_equal(files("-lost.pcapng"), 1);
 	keeper_close(&keeper);
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	assert_false(keeper.running);
 }
 
@@ -374,7 +394,7 @@ static void the_ring_holds_the_seconds_that_are_wanted(void **state)
 	(void)state;
 	config.recorder_seconds = 5;
 	loop.options.mode = LOOP_SPIN;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	assert_true(loop.recorder.head->slots >= 5 * 1000 * 9);
 	assert_int_equal(loop.recorder.head->spins, 1);
 	assert_string_equal(loop.recorder.head->name[0], "mill");
@@ -383,7 +403,7 @@ static void the_ring_holds_the_seconds_that_are_wanted(void **state)
 	config.recorder_seconds = 60;
 	config.loop.period_ns = 250000;
 	config.devices = 4;
-	keeper_open(&keeper, &config, &loop, NULL);
+	begin(NULL);
 	assert_int_equal(loop.recorder.head->slots, RECORDER_SLOTS_MAX);
 }
 
@@ -396,6 +416,7 @@ int main(void)
 		TEST(there_is_one_in_a_while),
 		TEST(the_commander_counts_while_the_machine_is_on),
 		TEST(what_a_dead_daemon_left_is_written_at_the_next_start),
+		TEST(one_that_ends_in_its_start_writes_it_too),
 		TEST(one_that_is_due_is_written_at_the_end_after_another),
 		TEST(what_a_killed_daemon_had_begun_is_removed_by_the_next),
 		TEST(what_the_disk_did_not_take_is_written_at_the_start_after),

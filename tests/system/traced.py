@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The daemon under strace: what it asks of the kernel is what the unit permits,
 and what it does when the kernel fails it or holds its realtime thread."""
+import ctypes
 import os
 import pathlib
 import re
@@ -11,7 +12,7 @@ import sys
 import time
 
 from house import PATIENCE, House, Lateness, Skip, equal, main, run, wait_for
-from trouble import drain
+from trouble import drain, has_cleared, killed
 
 late = Lateness()
 
@@ -188,6 +189,29 @@ def test_a_call_that_fails_at_the_start_ends_it_in_words_or_not_at_all():
     assert len(cases) > 30, counts
     for case in cases:  # all: which there are depends on the machine, so a choice would not be the same
         one_failure(*case)
+
+
+def test_a_daemon_that_is_ended_while_it_reads_its_configuration_ends_in_order():
+    with House() as house:
+        killed(house)
+        signalled = "-P", house.conf, "-e", "inject=openat:signal=SIGTERM:when=1"
+        daemon, _ = traced(house, *signalled)
+        has_cleared(house, daemon)
+        # who only asks has nothing to put in order
+        out = run("strace", "-qq", "-o", os.devnull, *signalled, house.programs["pokeysd"], "--check-config",
+                  "--config", house.conf)
+        equal(out.returncode, -signal.SIGTERM, out)
+
+
+def test_a_start_that_fails_clears_what_a_killed_daemon_left():
+    with House(transport="io_uring") as house:
+        ring = ctypes.CDLL(None).syscall(425, 1, ctypes.create_string_buffer(120))  # io_uring_setup
+        if ring < 0:
+            raise Skip("there is no io_uring here")
+        os.close(ring)
+        killed(house)
+        daemon, _ = traced(house, "-e", "inject=io_uring_setup:error=EPERM")
+        has_cleared(house, daemon, 1, "transport io_uring: ")
 
 
 if __name__ == "__main__":

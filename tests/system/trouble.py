@@ -114,12 +114,37 @@ def test_an_interface_that_does_not_come_is_named():
         assert not house.runtime.exists(), list(house.runtime.iterdir())
 
 
-def test_whoever_waits_for_an_interface_can_be_ended():
-    with House(interface="nosuch0") as house:
-        daemon = house.start_daemon(wait=False)
-        wait_for("the wait", lambda: "waiting for it" in house.log(), say=house.log)
-        daemon.terminate()
-        equal(daemon.wait(PATIENCE), -signal.SIGTERM, house.log())
+def killed(house):
+    """A daemon was killed and has left all that a daemon has in the runtime folder."""
+    house.daemon_keys["record-folder"] = house.folder / "records"
+    house.daemon_keys["record-folder"].mkdir()
+    house.start_sim()
+    daemon = house.start_daemon()
+    house.wait_fresh()
+    end(daemon, signal.SIGKILL)
+    left = {path.name for path in house.runtime.iterdir()}
+    assert {"lock", "current", "control", "recorder"} < left, left
+    (house.folder / "pokeysd.log").unlink()
+
+
+def has_cleared(house, daemon, status=0, said="ending (SIG"):
+    """It has ended before it drove anything, and has put the folder in order all the same."""
+    equal(daemon.wait(PATIENCE), status, house.log())
+    assert "ready: " not in house.log() and said in house.log(), house.log()
+    assert not any(house.runtime.iterdir()), list(house.runtime.iterdir())
+    records = [path.name for path in house.daemon_keys["record-folder"].iterdir()]
+    assert len(records) == 1 and records[0].endswith("-died.pcapng"), records
+
+
+def test_whoever_waits_for_an_interface_can_be_ended_in_order():
+    for number in signal.SIGTERM, signal.SIGINT:
+        with House() as house:
+            killed(house)
+            house.daemon_keys["interface"] = "nosuch0"
+            daemon = house.start_daemon(wait=False)
+            wait_for("the wait", lambda: "waiting for it" in house.log(), say=house.log)
+            daemon.send_signal(number)
+            has_cleared(house, daemon)
 
 
 def own_network():
