@@ -168,6 +168,7 @@ struct wire_confirm_req {
 #define WIRE_FAILSAFE_POEXTBUS 0x02
 #define WIRE_FAILSAFE_PWM 0x04
 #define WIRE_FAILSAFE_PULSE 0x08
+#define WIRE_FAILSAFE_ALL 0x0f
 struct wire_failsafe_req {
 	uint8_t write;
 	uint8_t timeout;	/* 100 ms, 0 off */

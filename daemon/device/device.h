@@ -148,4 +148,10 @@ void device_diag(const struct device *device, struct pokeys_diag *out);
 void device_stop(struct device *device, uint64_t now_ns);
 bool device_stopped(const struct device *device);
 
+/*
+ * The loop makes no more cycle, stopped or not: say so if the link ran and the device has not
+ * acknowledged the safe state.
+ */
+void device_ended(struct device *device, uint64_t now_ns);
+
 #endif

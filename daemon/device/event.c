@@ -23,6 +23,7 @@
 #include "daemon/device/event.h"
 #include "daemon/device/wish.h"
 #include "wire/op.h"
+#include "wire/system.h"
 
 void event_push(struct event_ring *ring, const struct event *event)
 {
@@ -516,6 +517,22 @@ static void put_phase(struct line *line, const struct event *e)
 	}
 }
 
+static void put_not_safe(struct line *line, const struct event *e)
+{
+	put(line, "the safe state was not acknowledged: outputs may still be on, axes may still "
+	    "move; its own failsafe ");
+	if (e->a < 0)
+		put(line, "is not known");
+	else if (!e->a)
+		put(line, "is off, and nothing else stops them");
+	else if (e->b == WIRE_FAILSAFE_ALL)
+		put(line, "acts %lld ms after the last packet", (long long)e->a);
+	else
+		put(line, "acts %lld ms after the last packet (failsafe-parts %lld)",
+		    (long long)e->a, (long long)e->b);
+	put(line, "; look at the machine, then whether it answers (pokeysctl discover)");
+}
+
 static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_LINK] = put_link,
 	[EVENT_IDENTIFIED] = put_identified,
@@ -543,6 +560,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_CONFIG_MISSING] = put_config_missing,
 	[EVENT_POSTEP] = put_postep,
 	[EVENT_STEP_MODE] = put_step_mode,
+	[EVENT_NOT_SAFE] = put_not_safe,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -66,6 +66,9 @@ enum event_code {
 	EVENT_STEP_MODE,	/* motion is not permitted for a PoStep driver's step mode: a =
 				 * axis, b = the one it has, -1 = it does not tell, c = wanted, -1 =
 				 * the one that it is getting is no longer wanted */
+	EVENT_NOT_SAFE,		/* the daemon ends, and a device that it drove has not
+				 * acknowledged the safe state: a = ms until its own failsafe acts,
+				 * 0 = off, -1 = not known; b = on what (WIRE_FAILSAFE_*) */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

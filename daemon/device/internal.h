@@ -143,6 +143,7 @@ struct intake {
 struct safe {
 	bool wanted;			/* the commander is gone, or the daemon ends */
 	bool stopping;
+	bool ran;			/* the link, when the stop began */
 	uint64_t stopping_ns;
 	uint64_t started_ns;		/* first cycle, 0 = none yet */
 	uint64_t commanded;		/* outputs that a commander ever drove */
@@ -398,6 +399,8 @@ void postep_take_rare(struct device *device, const mailbox_entry_t *entry);
 
 /* setting_system.c */
 enum pokeys_failsafe failsafe_state(const struct device *device);
+/* What the device has; NULL = it has not been read. */
+const struct wire_failsafe_req *failsafe_known(const struct device *device);
 
 /* wish.c */
 void wish_init(struct device *device);

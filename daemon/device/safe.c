@@ -26,7 +26,9 @@
  * is written, for then silence is not taken for a loss.
  *
  * There is a last word to the device at the daemon's end. It is not waited
- * for longer than a device that answers can need.
+ * for longer than a device that answers can need; of one that ran and has not
+ * acknowledged it by then it is said what has the outputs now: its own failsafe,
+ * or nobody.
  */
 
 #include "daemon/device/internal.h"
@@ -158,6 +160,7 @@ void device_stop(struct device *device, uint64_t now_ns)
 		return;
 	device->safe.stopping = true;
 	device->safe.stopping_ns = now_ns;
+	device->safe.ran = running(device);
 }
 
 bool device_stopped(const struct device *device)
@@ -169,4 +172,20 @@ bool device_stopped(const struct device *device)
 	return safe->reached || device->image.link == POKEYS_LINK_SEARCHING ||
 	       device->image.link == POKEYS_LINK_LOST ||
 	       device->now_ns - safe->stopping_ns >= STOP_NS;
+}
+
+void device_ended(struct device *device, uint64_t now_ns)
+{
+	const struct wire_failsafe_req *failsafe = failsafe_known(device);
+	const struct safe *safe = &device->safe;
+	int64_t acts_ms = -1;
+
+	device->now_ns = now_ns;
+	judge_reached(device);	/* the last answers came after the last cycle began */
+	if (safe->reached || !(safe->stopping ? safe->ran : running(device)))
+		return;
+	if (failsafe)
+		acts_ms = failsafe->peripherals ? failsafe->timeout * 100 : 0;
+	device_say(device, EVENT_NOT_SAFE, EVENT_WARNING, acts_ms,
+		   failsafe ? failsafe->peripherals : 0, 0);
 }

@@ -144,15 +144,23 @@ const struct setting_kind setting_failsafe = {
 	.report = failsafe_report, .written = failsafe_written,
 };
 
+const struct wire_failsafe_req *failsafe_known(const struct device *device)
+{
+	const struct setting *setting = &device->configure.setting[SETTING_FAILSAFE];
+
+	return setting->known ? &setting->value.failsafe : NULL;
+}
+
 enum pokeys_failsafe failsafe_state(const struct device *device)
 {
 	const struct setting *setting = &device->configure.setting[SETTING_FAILSAFE];
+	const struct wire_failsafe_req *have = failsafe_known(device);
 	const struct pokeys_settings *wanted = &device->wishes.wanted;
 	union setting_request request;
 
-	if (!setting->known)
+	if (!have)
 		return POKEYS_FAILSAFE_UNKNOWN;
-	if (!setting->value.failsafe.timeout || !setting->value.failsafe.peripherals)
+	if (!have->timeout || !have->peripherals)
 		return POKEYS_FAILSAFE_OFF;
 	return failsafe_wanted(wanted, 0) &&
 	       !failsafe_merge(wanted, 0, &setting->value, &request) ? POKEYS_FAILSAFE_ARMED :

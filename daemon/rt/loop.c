@@ -11,8 +11,8 @@
  * end, the loop tells every device to seek its safe state and goes on cycling
  * until each has acknowledged it or does not answer. A device that never gets
  * there must not hold up the machine's shutdown: after STOP_NS the loop ends
- * anyway. The last image says that the daemon is ending, so that readers need
- * not wait for it to grow old.
+ * anyway, and says which it was. The last image says that the daemon is ending, so
+ * that readers need not wait for it to grow old.
  */
 #include <errno.h>
 #include <sys/mman.h>
@@ -123,6 +123,12 @@ static int give_up(struct loop *loop, int rc)
 	return rc;
 }
 
+static void end_devices(struct loop *loop)
+{
+	for (uint32_t i = 0; i < loop->count; i++)
+		device_ended(loop->devices[i].device, loop_now(loop));
+}
+
 static void publish_last(struct loop *loop)
 {
 	loop->own->stopping = true;
@@ -146,6 +152,7 @@ int loop_run(struct loop *loop)
 	}
 	if (rc < 0)
 		give_up(loop, rc);
+	end_devices(loop);
 	publish_last(loop);
 	t->ops->flush(t);
 	atomic_store(&loop->shared.ended, true);

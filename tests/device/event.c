@@ -14,6 +14,7 @@
 #include <pokeys/state.h>
 #include "daemon/device/event.h"
 #include "wire/op.h"
+#include "wire/system.h"
 
 static struct event_ring ring;
 
@@ -176,6 +177,23 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		{ { .code = EVENT_TRANSPORT, .a = -19 },
 		  "mill: network transport failed: No such device; the interface is not there "
 		  "(ip link); trying on" },
+		{ { .code = EVENT_NOT_SAFE, .a = 1000, .b = WIRE_FAILSAFE_ALL },
+		  "mill: the safe state was not acknowledged: outputs may still be on, axes may "
+		  "still move; its own failsafe acts 1000 ms after the last packet; look at the "
+		  "machine, then whether it answers (pokeysctl discover)" },
+		{ { .code = EVENT_NOT_SAFE, .a = 25500, .b = WIRE_FAILSAFE_PWM },
+		  "mill: the safe state was not acknowledged: outputs may still be on, axes may "
+		  "still move; its own failsafe acts 25500 ms after the last packet "
+		  "(failsafe-parts 4); look at the machine, then whether it answers (pokeysctl "
+		  "discover)" },
+		{ { .code = EVENT_NOT_SAFE, .a = 0 },
+		  "mill: the safe state was not acknowledged: outputs may still be on, axes may "
+		  "still move; its own failsafe is off, and nothing else stops them; look at the "
+		  "machine, then whether it answers (pokeysctl discover)" },
+		{ { .code = EVENT_NOT_SAFE, .a = -1 },
+		  "mill: the safe state was not acknowledged: outputs may still be on, axes may "
+		  "still move; its own failsafe is not known; look at the machine, then whether "
+		  "it answers (pokeysctl discover)" },
 	};
 	char text[256];
 

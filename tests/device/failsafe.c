@@ -116,6 +116,113 @@ static void firmware_without_it_runs_and_says_so(void **state)
 	assert_int_equal(world.last_event[EVENT_CONFIG_REFUSED].a, WIRE_OP_FAILSAFE);
 }
 
+/* The loop makes no more cycle. What it has to say of that; NULL = nothing. */
+static const struct event *last_word(void)
+{
+	static struct event event;
+
+	device_ended(world.device, world.now);
+	while (event_pop(&world.events, &event))
+		if (event.code == EVENT_NOT_SAFE)
+			return &event;
+	return NULL;
+}
+
+/* The daemon ends, and nothing arrives any more. */
+static const struct event *end_in_silence(void)
+{
+	world_output(&world, RELAY, true);
+	world_run(&world, 20 * MS);
+	assert_true(world_latch(&world, RELAY));
+	sim_rig_silence(&world.rig, world.now, 10 * SECOND);
+	device_stop(world.device, world.now);
+	world_until(&world, world_is_stopped, 1 * SECOND);
+	return last_word();
+}
+
+static void what_has_the_outputs_is_told_when_the_end_is_not_acknowledged(void **state)
+{
+	const struct event *said = end_in_silence();
+
+	(void)state;
+	assert_non_null(said);
+	assert_int_equal(said->level, EVENT_WARNING);
+	assert_int_equal(said->a, 500);
+	assert_int_equal(said->b, WIRE_FAILSAFE_ALL);
+}
+
+static void so_it_is_when_nothing_has_them(void **state)
+{
+	const struct event *said;
+
+	(void)state;
+	world.config.settings.failsafe_peripherals = 0;
+	world_start(&world);
+	world_until(&world, world_is_running, 500 * MS);
+	said = end_in_silence();
+	assert_non_null(said);
+	assert_int_equal(said->a, 0);
+}
+
+static void so_it_is_when_it_is_not_known(void **state)
+{
+	const struct event *said;
+
+	(void)state;
+	world.watch = deaf;
+	world_start(&world);
+	world_until(&world, world_is_running, 3 * SECOND);
+	said = end_in_silence();
+	assert_non_null(said);
+	assert_int_equal(said->a, -1);
+}
+
+/* The link was lost before: that was told then, and nothing was driven any more. */
+static void of_a_device_that_was_away_before_nothing_is_told(void **state)
+{
+	(void)state;
+	world_output(&world, RELAY, true);
+	world_run(&world, 20 * MS);
+	sim_rig_silence(&world.rig, world.now, 10 * SECOND);
+	world_until(&world, world_is_lost, 1 * SECOND);
+	device_stop(world.device, world.now);
+	world_run(&world, 2 * MS);
+	assert_null(last_word());
+}
+
+static void nothing_is_told_when_all_is_safe(void **state)
+{
+	(void)state;
+	world_output(&world, RELAY, true);
+	world_run(&world, 20 * MS);
+	device_stop(world.device, world.now);
+	world_until(&world, world_is_stopped, 1 * SECOND);
+	assert_null(last_word());
+}
+
+/* What it acknowledges in the last cycle counts, though no other one looks at it. */
+static void the_last_answer_counts(void **state)
+{
+	(void)state;
+	world_output(&world, RELAY, true);
+	world_run(&world, 20 * MS);
+	device_stop(world.device, world.now);
+	world_cycle(&world);
+	assert_false(world_is_stopped(&world));
+	assert_false(world_latch(&world, RELAY));
+	assert_null(last_word());
+	assert_true(world_is_stopped(&world));
+}
+
+/* The transport has failed for good: nobody was asked for anything. */
+static void a_loop_that_breaks_off_leaves_outputs_on_and_says_so(void **state)
+{
+	(void)state;
+	world_output(&world, RELAY, true);
+	world_run(&world, 20 * MS);
+	assert_non_null(last_word());
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -125,6 +232,14 @@ int main(void)
 				       begin),
 		cmocka_unit_test_setup(another_one_or_none_is_shown, begin),
 		cmocka_unit_test_setup(firmware_without_it_runs_and_says_so, begin),
+		cmocka_unit_test_setup(
+			what_has_the_outputs_is_told_when_the_end_is_not_acknowledged, begin),
+		cmocka_unit_test_setup(so_it_is_when_nothing_has_them, begin),
+		cmocka_unit_test_setup(so_it_is_when_it_is_not_known, begin),
+		cmocka_unit_test_setup(of_a_device_that_was_away_before_nothing_is_told, begin),
+		cmocka_unit_test_setup(nothing_is_told_when_all_is_safe, begin),
+		cmocka_unit_test_setup(the_last_answer_counts, begin),
+		cmocka_unit_test_setup(a_loop_that_breaks_off_leaves_outputs_on_and_says_so, begin),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -192,6 +192,13 @@ bool device_stopped(const struct device *d)
 	return d->stopping && world.now >= d->stop_ns + d->stop_takes_ns;
 }
 
+void device_ended(struct device *d, uint64_t now_ns)
+{
+	assert_int_equal(now_ns, world.now);
+	d->ends++;
+	d->ended_cycles = d->cycles;
+}
+
 /* shared memory */
 
 int shm_device_read_wish(struct shm_device *s, struct pokeys_wish *out)

@@ -48,6 +48,7 @@ struct device {
 	uint32_t address;
 	uint16_t port;
 	bool stopping;
+	uint64_t ends, ended_cycles;	/* how often it was told, and its cycles until then */
 	int refused;
 	uint64_t commands, heartbeat;
 	uint32_t wishes, wish_generation, orders, last_order, wanted_axes;

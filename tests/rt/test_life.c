@@ -84,6 +84,18 @@ static void stop_does_not_wait_for_ever(void **state)
 	assert_true(world.loop.shared.ended);
 }
 
+/* Each has its say when there is no cycle any more: whether it is in its safe state. */
+static void devices_are_told_of_the_end_once_after_their_last_cycle(void **state)
+{
+	(void)state;
+	world.device[0].stop_takes_ns = 1000 * SECOND;
+	assert_int_equal(world_run(10 * MS), 0);
+	for (uint32_t i = 0; i < 2; i++) {
+		assert_int_equal(world.device[i].ends, 1);
+		assert_int_equal(world.device[i].ended_cycles, world.device[i].cycles);
+	}
+}
+
 static void last_image_says_that_the_daemon_is_ending(void **state)
 {
 	(void)state;
@@ -297,6 +309,7 @@ static void broken_transport_ends_the_loop_and_is_told(void **state)
 	assert_in_range(world.device[0].cycles, 10, 11);
 	assert_true(world.loop.shared.ended);
 	assert_int_equal(image(0)->flags & POKEYS_STATE_STOPPING, POKEYS_STATE_STOPPING);
+	assert_int_equal(world.device[0].ends, 1);
 	e = world_event(EVENT_TRANSPORT);
 	assert_non_null(e);
 	assert_int_equal(e->a, -EBADF);
@@ -323,6 +336,7 @@ int main(void)
 		ONE(options_out_of_range_are_refused),
 		TWO(stop_ends_when_all_devices_are_safe),
 		ONE(stop_does_not_wait_for_ever),
+		TWO(devices_are_told_of_the_end_once_after_their_last_cycle),
 		TWO(last_image_says_that_the_daemon_is_ending),
 		ONE(images_carry_the_flags_of_control),
 		TWO(newest_command_reaches_the_device),

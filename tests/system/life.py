@@ -87,6 +87,21 @@ def test_sigterm_leaves_the_device_in_its_safe_state_in_under_a_second():
         assert not any(house.runtime.iterdir()), list(house.runtime.iterdir())
 
 
+def test_a_safe_state_that_is_not_acknowledged_is_told_at_the_end():
+    with House() as house:
+        house.device_keys["mill"] |= {"digital-outputs": 31, "lost-after-ms": 60000, "heartbeat-timeout-ms": 60000,
+                                      "failsafe-timeout-ms": 700}
+        sim = house.start_sim()
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        house.spawn("commander", house.runtime, "mill", 31, log="commander.log")
+        wait_for("the commander's output", lambda: "latch=1" in house.ask_sim(sim, "pin", 31))
+        house.ask_sim(sim, "silence", 600000)
+        equal(end(daemon)[0], 0, house.log())
+        said = [line for line in house.log().splitlines() if "the safe state was not acknowledged" in line]
+        assert len(said) == 1 and "mill: " in said[0] and "acts 700 ms after the last packet;" in said[0], house.log()
+
+
 def test_sigterm_ends_it_in_under_a_second_without_a_device_too():
     with House() as house:
         daemon = house.start_daemon()
