@@ -156,8 +156,8 @@ static void say_connection(struct monitor *monitor, struct instance *instance)
 	} else if (memory->quiet) {
 		return;		/* said below, if it lasts */
 	} else if (!values->daemon_alive) {
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s: connection to '%s' lost: pokeysd does "
-				"not publish any more; is it running?\n",
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s: connection to '%s' lost: nothing new from "
+				"pokeysd; it was held up, or does not run (pokeysctl status)\n",
 				instance->prefix, instance->device);
 		memory->quiet = QUIET_ROUNDS;
 	} else {

@@ -41,6 +41,8 @@ static const char *fault_text(uint8_t fault)
 		return "not found; check power and cable";
 	case POKEYS_FAULT_NO_ANSWER:
 		return "no answer; check power, cable and address";
+	case POKEYS_FAULT_WRONG_SERIAL:
+		return "wrong serial number; the log says which one answers";
 	case POKEYS_FAULT_LOCKED:
 		return "configuration locked; see password-file in pokeysd.conf(5)";
 	case POKEYS_FAULT_IN_USE:

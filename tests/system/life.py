@@ -270,7 +270,10 @@ def test_another_device_at_the_address_is_left_alone():
         house.device_keys["mill"] |= {"serial": 11, "digital-outputs": 31, "safe-on": 31}
         sim = house.start_sim("--serial", 12)
         house.start_daemon()
-        wait_equal("the refusal", lambda: house.device()["reason"], "wrong serial number")
+        wait_equal("the refusal", lambda: house.state().get("fault"), "wrong serial number")
+        # status sends people to the log, which names both
+        house.tells("the log says which one answers", "status")
+        wait_for("both numbers", lambda: "mill: serial number 12 answers, 11 is configured" in house.log(), say=house.log)
         house.says("status", returncode=2)
         pin = house.ask_sim(sim, "pin", 31)
         assert "latch=0" in pin, pin
