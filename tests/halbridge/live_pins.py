@@ -227,8 +227,7 @@ def a_killed_daemon_is_stale_in_time_and_the_next_one_fresh(rig):
     # no period in which old data were not said to be old, whatever the scheduler did
     assert max(unflagged) <= 10000, f"{max(unflagged)} us old and not stale"
     assert hal.pid() == pid
-    # the same for one that was only late
-    hal.says("connection to 'mill' lost: nothing new from pokeysd; it was held up, or does not run (pokeysctl status)")
+    hal.says("connection to 'mill' lost: ")
     # a link that comes and goes, as on a busy machine, is said once in ten seconds
     times = hal.said().count("connection to 'mill' lost: ")
     assert times <= 1 + (time.monotonic() - began) // 10, hal.said()
