@@ -8,7 +8,9 @@
  * one another and into the frame, the UDP checksum if the sender made one.
  * A frame may be longer than its datagram (Ethernet pads to 60 bytes), never
  * shorter. Fragments and tagged frames are not read: the XDP program leaves
- * them to the kernel.
+ * them to the kernel. A checksum that the sender's kernel has left to a card is as good
+ * as a wrong one, for nobody completes it on a wire that is none (veth, virtio); but it can
+ * be told from damage, and who reads of it can switch it off.
  *
  * Frames leave with "do not fragment" and identification 0 (RFC 6864), and
  * with a UDP checksum, which AF_XDP has no card compute.
@@ -66,12 +68,16 @@ static uint16_t fold(uint32_t total)
 	return (uint16_t)~total;
 }
 
-/* Over the pseudo header (addresses, protocol, length) and the datagram. */
+/* Addresses, protocol, length. */
+static uint32_t pseudo_header(const uint8_t *ip, size_t length)
+{
+	return sum(ip + 12, 8, PROTOCOL_UDP + (uint32_t)length);
+}
+
+/* Over the pseudo header and the datagram. */
 static uint16_t udp_checksum(const uint8_t *ip, const uint8_t *udp, size_t length)
 {
-	uint32_t total = sum(ip + 12, 8, PROTOCOL_UDP + (uint32_t)length);
-
-	return fold(sum(udp, length, total));
+	return fold(sum(udp, length, pseudo_header(ip, length)));
 }
 
 size_t frame_make(uint8_t *out, const struct frame_path *path, const uint8_t *data, size_t length)
@@ -126,21 +132,29 @@ static size_t ip_header(const uint8_t *ip, size_t left)
 	return fold(sum(ip, header, 0)) == 0 ? header : 0;
 }
 
+/* The UDP header and, in *datagram, the length with it; NULL if there is none to be read. */
+static const uint8_t *udp_header(const uint8_t *frame, size_t length, size_t *datagram)
+{
+	const uint8_t *ip = frame + ETHERNET, *udp;
+	size_t header;
+
+	if (length < ETHERNET || get16(frame + 12) != TYPE_IP)
+		return NULL;
+	header = ip_header(ip, length - ETHERNET);
+	if (!header)
+		return NULL;
+	udp = ip + header;
+	*datagram = get16(udp + 4);
+	return *datagram < UDP || *datagram > get16(ip + 2) - header ? NULL : udp;
+}
+
 bool frame_read(const uint8_t *frame, size_t length, struct frame_datagram *out)
 {
 	const uint8_t *ip = frame + ETHERNET, *udp;
-	size_t header, datagram;
+	size_t datagram;
 
-	if (length < ETHERNET || get16(frame + 12) != TYPE_IP)
-		return false;
-	header = ip_header(ip, length - ETHERNET);
-	if (!header)
-		return false;
-	udp = ip + header;
-	datagram = get16(udp + 4);
-	if (datagram < UDP || datagram > get16(ip + 2) - header)
-		return false;
-	if (get16(udp + 6) && udp_checksum(ip, udp, datagram) != 0)
+	udp = udp_header(frame, length, &datagram);
+	if (!udp || (get16(udp + 6) && udp_checksum(ip, udp, datagram) != 0))
 		return false;
 	out->data = udp + UDP;
 	out->length = datagram - UDP;
@@ -149,4 +163,14 @@ bool frame_read(const uint8_t *frame, size_t length, struct frame_datagram *out)
 	out->from_port = get16(udp);
 	out->to_port = get16(udp + 2);
 	return true;
+}
+
+bool frame_half_summed(const uint8_t *frame, size_t length)
+{
+	const uint8_t *udp;
+	size_t datagram;
+
+	udp = udp_header(frame, length, &datagram);
+	/* fold() gives the complement, as a whole checksum is */
+	return udp && get16(udp + 6) + fold(pseudo_header(frame + ETHERNET, datagram)) == 0xffff;
 }

@@ -18,7 +18,8 @@
  * Received frames are sorted into a list for each channel and served in turn,
  * so that a flood from one device does not hold back another. A list takes at
  * most half of all places. What is not whole, not for us, or not from the
- * device (or the one before it, see transport.h) is dropped and counted.
+ * device (or the one before it, see transport.h) is dropped and counted; of checksums that
+ * were left to a card, tend() says so.
  *
  * Once the socket is lost (interface down or gone) the realtime thread lets go
  * of it in the next wait or receive, when no packet that it has handed out is
@@ -228,6 +229,8 @@ static void sort(struct xdp *x, uint8_t *frame, size_t length)
 
 	if (frame_read(frame, length, &place->datagram))
 		c = channel_of(x, &place->datagram);
+	else if (frame_half_summed(frame, length))
+		atomic_store_explicit(&x->half_summed, true, memory_order_relaxed);
 	if (!c || c->waiting == LIST_MAX) {
 		x->base.statistics.receive_failed++;
 		give_back(x, frame);

@@ -67,12 +67,13 @@ struct xdp {
 	uint8_t *lent;			/* frame of the packet handed out last */
 	struct xdp_channel channel[TRANSPORT_CHANNELS];
 	struct xdp_place place[XDP_RX_FRAMES];
+	_Atomic bool half_summed;	/* a frame was refused for that, see frame.h */
 	_Atomic uint32_t ask_kernel;	/* bit = the next datagram goes the kernel's way */
 
 	/* tend's */
 	uint32_t index;
 	int connection, netlink;
-	bool joined, told_past, told_apart;
+	bool joined, told_past, told_apart, told_half_summed;
 	uint32_t passed_over;	/* calls until a guard that hung is asked again */
 };
 

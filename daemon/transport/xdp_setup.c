@@ -32,6 +32,10 @@ enum { QUEUE = 0, PATIENCE_MS = 1000, TEND_MS = 200, PASSED_OVER = 8 };
 #define LOST "the AF_XDP socket is lost, for the interface is down or gone; all goes through the " \
 	"kernel's network stack until it is back"
 
+#define HALF_SUMMED "answers are refused, for their UDP checksum was left to a card and nobody " \
+	"has completed it (a veth, a virtual machine); switch that off at the other end: " \
+	"ethtool -K INTERFACE tx off"
+
 /* A socket of the guard's, bound. 0 or -errno. */
 static int get_socket(struct xdp *x, uint32_t patience_ms)
 {
@@ -256,6 +260,15 @@ static void mend(struct xdp *x)
 		x->passed_over = PASSED_OVER;
 }
 
+/* Damage can look so once, and whoever sends so does it always: said once. */
+static bool half_summed(struct xdp *x)
+{
+	if (x->told_half_summed || !atomic_load_explicit(&x->half_summed, memory_order_relaxed))
+		return false;
+	x->told_half_summed = true;
+	return true;
+}
+
 int xdp_tend(struct transport *t, const char **news)
 {
 	struct xdp *x = (struct xdp *)t;
@@ -277,6 +290,10 @@ int xdp_tend(struct transport *t, const char **news)
 		*news = x->socket.zero_copy ? PAST_ZERO : PAST_COPY;
 	x->told_apart = !x->joined;
 	x->told_past = x->joined;
+	if (!*news && half_summed(x)) {
+		*news = HALF_SUMMED;
+		return -EBADMSG;
+	}
 	return x->joined ? 0 : -ENOTCONN;
 }
 

@@ -173,6 +173,29 @@ static void datagram_without_checksum_is_taken(void **state)
 	assert_true(read_copy(frame, sizeof frame));
 }
 
+/* Sum over the addresses, protocol 17 and the length; the kernel leaves the rest to a card. */
+static void checksum_left_to_a_card_is_told_from_damage(void **state)
+{
+	uint8_t frame[sizeof captured];
+	struct frame_datagram d;
+
+	(void)state;
+	memcpy(frame, captured, sizeof captured);
+	frame[40] = 0x14;
+	frame[41] = 0x22;	/* 0a00 + 0001 + 0a00 + 0002 + 0011 + 000e */
+	assert_false(frame_read(frame, sizeof frame, &d));
+	assert_true(frame_half_summed(frame, sizeof frame));
+	frame[46] ^= 1;		/* the data is not in it */
+	assert_true(frame_half_summed(frame, sizeof frame));
+	for (size_t n = 0; n < sizeof frame; n++)
+		assert_false(frame_half_summed(frame, n));
+	for (size_t bit = 12 * 8; bit < sizeof captured * 8; bit++) {
+		memcpy(frame, captured, sizeof captured);
+		frame[bit / 8] ^= (uint8_t)(1 << bit % 8);
+		assert_false(frame_half_summed(frame, sizeof frame));
+	}
+}
+
 static void checksum_that_comes_out_as_none_is_sent_as_ffff(void **state)
 {
 	uint8_t frame[256], data[2];
@@ -223,6 +246,7 @@ int main(void)
 		cmocka_unit_test(headers_that_are_well_summed_lies_are_refused),
 		cmocka_unit_test(header_with_options_is_read_over),
 		cmocka_unit_test(datagram_without_checksum_is_taken),
+		cmocka_unit_test(checksum_left_to_a_card_is_told_from_damage),
 		cmocka_unit_test(checksum_that_comes_out_as_none_is_sent_as_ffff),
 		cmocka_unit_test(noise_is_survived),
 	};

@@ -303,7 +303,26 @@ static void frames_that_are_not_whole_are_refused_and_counted(void **state)
 	assert_int_equal(p.length, 5);
 	assert_memory_equal(p.data, "whole", 5);
 	assert_int_equal(w->t->statistics.receive_failed, 4);
+	assert_null(tend(w->t));
 	assert_int_equal(next_packet(w->t, 5, &p), 0);
+}
+
+/* As a veth sends whose checksums nobody has switched off; damage is no such thing. */
+static void checksums_that_are_left_to_a_card_are_told_once(void **state)
+{
+	struct world *w = *state;
+	const char *news;
+
+	assert_null(tend(w->t));
+	xdp_world_checksums(false);
+	assert_false(exchange(w));
+	news = tend(w->t);
+	assert_non_null(news);
+	assert_non_null(strstr(news, "ethtool -K INTERFACE tx off"));
+	assert_false(exchange(w));
+	assert_null(tend(w->t));
+	xdp_world_checksums(true);
+	assert_true(passes(w));
 }
 
 static _Atomic bool enough;
@@ -507,6 +526,7 @@ int main(int argc, char **argv)
 		TEST(interface_that_goes_down_and_up_is_used_again),
 		TEST(interface_that_is_made_anew_is_used_again),
 		TEST(frames_that_are_not_whole_are_refused_and_counted),
+		TEST(checksums_that_are_left_to_a_card_are_told_once),
 		TEST(tending_from_another_thread_disturbs_nothing),
 		cmocka_unit_test(what_is_missing_is_said_and_another_kind_is_taken),
 		cmocka_unit_test(vlan_is_refused),

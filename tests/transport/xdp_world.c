@@ -91,10 +91,10 @@ static bool allowed(const char *command)
 	return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-static void whole_checksums(void)
+void xdp_world_checksums(bool whole)
 {
-	struct ethtool_value off = { .cmd = ETHTOOL_STXCSUM };
-	struct ifreq request = { .ifr_name = "pk1", .ifr_data = (void *)&off };
+	struct ethtool_value by_card = { .cmd = ETHTOOL_STXCSUM, .data = !whole };
+	struct ifreq request = { .ifr_name = "pk1", .ifr_data = (void *)&by_card };
 	int fd = xdp_world_far_socket();
 
 	must(ioctl(fd, SIOCETHTOOL, &request) == 0, "ETHTOOL_STXCSUM");
@@ -145,7 +145,7 @@ void xdp_world_connect(void)
 			  "ip route add local 10.78.0.0/17 dev pk1");
 	xdp_world_run("ip link set lo up && ip link set pk0 up && "
 		      "ip address add 10.78.200.1/16 dev pk0");
-	whole_checksums();
+	xdp_world_checksums(true);
 }
 
 static int quiet(enum libbpf_print_level level, const char *format, va_list arguments)

@@ -8,6 +8,7 @@
 #ifndef TESTS_TRANSPORT_XDP_WORLD_H
 #define TESTS_TRANSPORT_XDP_WORLD_H
 
+#include <stdbool.h>
 #include <sys/types.h>
 #include "daemon/transport/transport.h"
 
@@ -23,6 +24,9 @@ struct transport_options xdp_world_options(void);
 /* A UDP socket at the far end; one for whole frames there, and its interface. */
 int xdp_world_far_socket(void);
 int xdp_world_far_packet_socket(int *index);
+
+/* Whether UDP checksums are whole when they leave the far end; they are, until told. */
+void xdp_world_checksums(bool whole);
 
 /* Make pk0 and the far end anew; they are gone. */
 void xdp_world_connect(void);
