@@ -11,6 +11,7 @@
  *
  * What cancels something is asked for with data that are stale as well: they often are
  * for a moment, the daemon is there all the same, and who cancels does not press twice.
+ * Where it is not, the press is forgotten and counted when the next daemon comes.
  */
 #include "halbridge/press.h"
 #include <stddef.h>

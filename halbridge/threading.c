@@ -70,7 +70,9 @@ void threading_read(struct threading *threading, struct values *values,
 		values->one_shot_failed_count += press_read(press, queue, state);
 		if (open && press->state == PRESS_IDLE &&
 		    press->outcome == POKEYS_OUTCOME_REFUSED)
-			threading->reason = state->threading.refused;
+			/* without a link it is refused before anybody asks for a reason */
+			threading->reason = state->link == POKEYS_LINK_RUNNING ?
+					    state->threading.refused : THREADING_NO_DAEMON;
 	}
 	if (!fresh)
 		return;
@@ -129,8 +131,12 @@ bool threading_write(struct threading *threading, struct values *values,
 
 void threading_forget(struct threading *threading, struct values *values)
 {
-	for (unsigned int i = 0; i < THREADING_BUTTONS; i++)
-		values->one_shot_failed_count += press_forget(&threading->press[i]);
+	for (unsigned int i = 0; i < THREADING_BUTTONS; i++) {
+		if (!press_forget(&threading->press[i]))
+			continue;
+		values->one_shot_failed_count++;
+		threading->reason = THREADING_NO_DAEMON;
+	}
 	if (values->threading.out.preparing || values->threading.out.prepared ||
 	    values->threading.out.waiting || values->threading.out.active)
 		threading->error = OUTCOME_NOT_KNOWN;

@@ -95,13 +95,31 @@ static void stale_data_hold_up_nothing_that_ends_it(void **state)
 	assert_false(values->connected);
 	for (uint32_t i = 0; i < 2; i++) {
 		press(pins[i]);
-		assert_int_equal(threading->out.reason, POKEYS_THREADING_WELL);
 		assert_int_equal(command->one_shot_head, i + 1);
 		assert_int_equal(command->one_shot[i].operation,
 				 POKEYS_ONE_SHOT_THREAD_RELEASE + i);
 		outcome(i, POKEYS_OUTCOME_DONE);
 	}
 	assert_int_equal(values->one_shot_failed_count, 0);
+	rig.device_silent = false;
+	rig_periods(&rig, 3);
+	assert_int_equal(threading->out.reason, POKEYS_THREADING_WELL);
+}
+
+static void what_ends_it_is_refused_without_a_link(void **state)
+{
+	(void)state;
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	rig.daemon.link = POKEYS_LINK_LOST;
+	press(&threading->release);
+	outcome(0, POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(values->one_shot_failed_count, 1);
+	rig.daemon.link = POKEYS_LINK_RUNNING;
+	rig.device_silent = false;
+	rig_periods(&rig, 3);
+	assert_true(threading->out.refused);
+	assert_int_equal(threading->out.reason, 9);
 }
 
 static void bad_limit_holds_up_nothing_that_ends_it(void **state)
@@ -201,6 +219,7 @@ int main(void)
 		cmocka_unit_test_setup(refusal_says_why_until_the_next_request, setup),
 		cmocka_unit_test_setup(bad_limit_holds_up_nothing_that_ends_it, setup),
 		cmocka_unit_test_setup(stale_data_hold_up_nothing_that_ends_it, setup),
+		cmocka_unit_test_setup(what_ends_it_is_refused_without_a_link, setup),
 		cmocka_unit_test_setup(end_is_told, setup),
 		cmocka_unit_test_setup(another_daemon_does_not_know, setup),
 		cmocka_unit_test_setup(led_joint_is_where_it_is_commanded, setup),
