@@ -118,7 +118,7 @@ struct transport_ops {
 	 * NULL if a kind has nothing to keep. Cold, one thread that is not the
 	 * realtime one, after start. *news is a static text for the log when
 	 * something has changed, else NULL. 0, or -errno while the transport works,
-	 * but not in the way that it was opened for.
+	 * but not in the way that it was opened for, or if the news are a warning.
 	 */
 	int (*tend)(struct transport *t, const char **news);
 };

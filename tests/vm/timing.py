@@ -9,7 +9,7 @@ whose buckets are a fifth wide: it is judged by the lower end of the bucket, so 
 only what is certainly beyond the limit fails.
 
 How old data are when LinuxCNC reads them is held against the device's round trip and
-100 us of a processor that does a thousand million instructions a second, an eighth of
+100 us of a processor that does a thousand million instructions a second, eight times
 this one's pace. One read in a hundred may find older ones; two in a hundred fail, for a
 machine that is a few cycles from a limit must not fail one day with a new kernel.
 """
