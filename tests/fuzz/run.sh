@@ -20,7 +20,7 @@ trap 'rm -rf "$dir"' EXIT
 echo "POKEYS_SEED=$seed POKEYS_FUZZ_SECONDS=$seconds"
 
 status=0
-"$target" -seed="$seed" -max_total_time="$seconds" -max_len=1024 -timeout=60 \
+"$target" -seed="$seed" -max_total_time="$seconds" -max_len=1024 -timeout=20 \
 	-rss_limit_mb=1024 -print_final_stats=1 -artifact_prefix="$target." \
 	"$dir" "$corpus" >"$dir/log" 2>&1 || status=$?
 

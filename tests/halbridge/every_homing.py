@@ -157,7 +157,7 @@ def _(step, phase):
 
 @BY_PIN.rule(r"homing\.cancel")
 def _(step, phase):
-    step.press(phase == 2)
+    step.set(phase == 2)
     step.shows(phase == 1, "homing.active")
 
 
@@ -174,7 +174,7 @@ GROUPS = Act("homing by groups", phases=4)
 @GROUPS.rule(r"joint\.(\d\d)\.home-group")
 def _(step, phase, i):
     step.press(phase in (0, 2), "joint.00.home")
-    step.press(phase == 1, "homing.cancel")
+    step.set(phase == 1, "homing.cancel")
     step.set(i if phase > 1 else 8)
     if phase % 2 == 0:
         step.device("engine.home-mask", 0, 1 if phase else 0xff)

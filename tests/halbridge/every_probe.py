@@ -101,7 +101,7 @@ def _(step, phase):
 
 @PROBE.rule(r"probe\.cancel")
 def _(step, phase):
-    step.press(phase == 2)
+    step.set(phase == 2)
     if phase in (1, 2):
         step.shows(phase == 1, "probe.active")
 

@@ -214,6 +214,7 @@ def session(m, *edits):
     m.daemon()
     ui = pathlib.Path(__file__).with_name("mill_ui.py")
     to = copy(m, "older-mill", ("mill.ini", "DISPLAY = axis\n", f"DISPLAY = {ui}\n"),
+              # nothing but a machine that is late follows as badly here; where it ends is compared
               ("mill.ini", "FERROR = 5\nMIN_FERROR = 2\n", "FERROR = 90\nMIN_FERROR = 90\n"), *edits)
     status, _ = m.hal.run(f"cd {to} && timeout 300 linuxcnc -r mill.ini > {m.folder}/cnc.log 2>&1")
     log = (m.folder / "cnc.log").read_text(errors="replace")

@@ -52,13 +52,15 @@ def position(m):
 
 def press(m, pin):
     """Once more where the data were stale just then, on a busy machine."""
-    reason = NO_CONNECTION
-    while reason == NO_CONNECTION:
+    for _ in range(60):
         m.hal.set(pin, 1)
         m.hal.periods()
         m.hal.set(pin, 0)
+        m.hal.becomes("connected", True)  # only then are reasons shown
         m.hal.periods()
-        reason = m.hal.get("threading.reason")
+        if m.hal.get("threading.reason") != NO_CONNECTION:
+            return
+    raise AssertionError(f"{pin} was refused each time, for there was no connection")
 
 
 def stands(m):

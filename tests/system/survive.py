@@ -91,7 +91,10 @@ def summary(what, seconds):
 
 
 def promised(what, measured, limit):
-    """The promise holds for the median; slack is only for the worst. Of (seconds, seconds of lateness)."""
+    """The promise holds for the median; slack is only for the worst. Of (seconds, seconds of lateness); a
+    pin that kept its value, 0 s, tells nothing."""
+    measured = [one for one in measured if one[0] > 0]
+    assert measured, f"{what}: never seen"
     summary(what, [seconds for seconds, _ in measured])
     owned = [max(0.0, seconds - late.TIMES * lateness) for seconds, lateness in measured]
     assert statistics.median(owned) <= limit, f"{what}: median above {limit} s: {measured}"

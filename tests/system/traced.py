@@ -49,8 +49,9 @@ def has_a_ring(strace, daemon, house):
     """Once it is ready, or has ended. Without one nothing can be done to it."""
     wait_for("the daemon ready", lambda: strace.poll() is not None or "ready:" in house.log(), say=house.log)
     if "transport is socket" in house.log():
-        os.kill(daemon, signal.SIGTERM)
-        strace.wait(PATIENCE)
+        if strace.poll() is None:
+            os.kill(daemon, signal.SIGTERM)
+            strace.wait(PATIENCE)
         raise Skip("io_uring is not to be had here")
 
 
