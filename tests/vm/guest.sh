@@ -114,7 +114,7 @@ linuxcnc_dies() {
 	within 120 output_is 0
 }
 
-# Not in the middle of a start: after a watchdog's that would leave the files of the one before.
+# Once it runs: one that is stopped before its first line clears nothing of the one before.
 service_stops() { within 240 fresh && systemctl stop pokeysd; }
 
 nothing_is_left() {
