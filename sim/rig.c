@@ -5,8 +5,9 @@
  * The device is a serial server: it takes one request after another, in the
  * order they arrived, and each costs it some time. What arrives while it is
  * busy waits, and what does not fit is lost, as in the receive buffer of a
- * small controller. A client which asks faster than it is served sees its
- * replies later and later, and that is the point of modelling it.
+ * small controller; a stream is held up instead, for which it has places of its
+ * own. A client which asks faster than it is served sees its replies later and
+ * later, and that is the point of modelling it.
  *
  * Events are taken strictly in their order in time, whatever the step in
  * which the caller's clock moves. A run is therefore the same whether it is
@@ -34,6 +35,7 @@ void sim_rig_init(struct sim_rig *rig, const struct sim_rig_options *options)
 	rig->done_ns = 0;
 	rig->head = 0;
 	rig->used = 0;
+	rig->streamed = 0;
 	rig->replied = false;
 	memset(&rig->stats, 0, sizeof(rig->stats));
 }
@@ -50,13 +52,28 @@ static uint64_t served_at(struct sim_rig *rig, uint64_t now_ns)
 	return ns;
 }
 
-static struct sim_rig_waiting *tail(struct sim_rig *rig)
+static bool is_streamed(const struct sim_rig_waiting *request)
 {
-	return &rig->queue[(rig->head + rig->used) % SIM_RIG_QUEUE];
+	return request->peer & SIM_PEER_RELIABLE;
 }
 
-static void was_queued(struct sim_rig *rig, uint64_t now_ns)
+/* There always is one: room is kept for both kinds of request, and one place more. */
+static struct sim_rig_waiting *tail(struct sim_rig *rig)
 {
+	return &rig->queue[(rig->head + rig->used) % SIM_RIG_PLACES];
+}
+
+/* Leaves what stands in the tail in the queue, or loses it when its kind is too many. */
+static void enqueue(struct sim_rig *rig, uint64_t now_ns)
+{
+	bool streamed = is_streamed(tail(rig));
+
+	if (streamed ? rig->streamed == SIM_RIG_STREAM
+		     : rig->used - rig->streamed == SIM_RIG_QUEUE) {
+		rig->stats.overflow++;
+		return;
+	}
+	rig->streamed += streamed;
 	if (!rig->used++)
 		rig->done_ns = served_at(rig, now_ns);
 	if (rig->used > rig->stats.high_water)
@@ -67,19 +84,13 @@ static void was_queued(struct sim_rig *rig, uint64_t now_ns)
 static bool arrive(struct sim_rig *rig, uint64_t now_ns)
 {
 	struct sim_rig_waiting *place = tail(rig);
-	struct sim_rig_waiting lost;
 	size_t len;
 
-	if (rig->used == SIM_RIG_QUEUE)
-		place = &lost;
 	if (!sim_link_pop_from(&rig->link, SIM_LINK_REQUEST, now_ns, &place->peer, place->bytes,
 			       sizeof(place->bytes), &len))
 		return false;
 	place->len = (uint16_t)len;
-	if (place == &lost)
-		rig->stats.overflow++;
-	else
-		was_queued(rig, now_ns);
+	enqueue(rig, now_ns);
 	return true;
 }
 
@@ -101,8 +112,9 @@ static void serve(struct sim_rig *rig)
 	uint64_t saves = rig->device.stats.saves;
 	uint8_t reply[WIRE_PK];
 
-	rig->head = (rig->head + 1) % SIM_RIG_QUEUE;
+	rig->head = (rig->head + 1) % SIM_RIG_PLACES;
 	rig->used--;
+	rig->streamed -= is_streamed(first);
 	rig->stats.served++;
 	if (sim_device_request(&rig->device, now_ns, first->bytes, first->len, reply))
 		reply_to(rig, now_ns, first->peer, reply);
@@ -126,11 +138,30 @@ void sim_rig_run(struct sim_rig *rig, uint64_t now_ns)
 	sim_device_advance(&rig->device, now_ns);
 }
 
+bool sim_rig_has_room(const struct sim_rig *rig, unsigned int requests)
+{
+	return rig->streamed + requests <= SIM_RIG_STREAM;
+}
+
+/* Nothing happens to a stream on its way: it is there at once, after what came before. */
+static void send_streamed(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
+			  const uint8_t *bytes, size_t len)
+{
+	struct sim_rig_waiting *place;
+
+	sim_rig_run(rig, now_ns);
+	place = tail(rig);
+	place->peer = peer;
+	place->len = (uint16_t)len;
+	memcpy(place->bytes, bytes, len);
+	enqueue(rig, now_ns);
+}
+
 void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
 		       const uint8_t *bytes, size_t len)
 {
 	if (peer & SIM_PEER_RELIABLE)
-		sim_link_inject(&rig->link, SIM_LINK_REQUEST, now_ns, peer, bytes, len);
+		send_streamed(rig, now_ns, peer, bytes, len);
 	else
 		sim_link_push_from(&rig->link, SIM_LINK_REQUEST, now_ns, peer, bytes, len);
 }
@@ -176,6 +207,7 @@ void sim_rig_reboot(struct sim_rig *rig, uint64_t now_ns, bool lose_config)
 {
 	sim_rig_run(rig, now_ns);
 	rig->used = 0;
+	rig->streamed = 0;
 	sim_device_reboot(&rig->device, now_ns, lose_config);
 }
 

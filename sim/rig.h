@@ -23,7 +23,9 @@
 #include "sim/device.h"
 #include "sim/link.h"
 
-#define SIM_RIG_QUEUE 64	/* requests waiting for the device */
+#define SIM_RIG_QUEUE 64	/* datagrams waiting for the device */
+#define SIM_RIG_STREAM 64	/* and requests which came by a stream */
+#define SIM_RIG_PLACES (SIM_RIG_QUEUE + SIM_RIG_STREAM + 1)	/* one to receive into */
 #define SIM_RIG_NEVER SIM_LINK_NEVER
 #define SIM_PEER_RELIABLE (UINT64_C(1) << 63)	/* a peer whose packets no fault touches (TCP) */
 
@@ -63,7 +65,8 @@ struct sim_rig {
 	uint64_t done_ns;	/* when the request at the head is served */
 	unsigned int head;
 	unsigned int used;
-	struct sim_rig_waiting queue[SIM_RIG_QUEUE];
+	unsigned int streamed;	/* of these, came by a stream */
+	struct sim_rig_waiting queue[SIM_RIG_PLACES];
 	uint64_t last_peer;	/* of the last reply, and the reply */
 	bool replied;
 	uint8_t last_reply[WIRE_PK];
@@ -92,9 +95,14 @@ uint64_t sim_rig_next(const struct sim_rig *rig);
 /* Lets everything happen up to now_ns, the device's own life included. */
 void sim_rig_run(struct sim_rig *rig, uint64_t now_ns);
 
-/* For a server of many clients: `peer` comes back with the reply. */
+/*
+ * For a server of many clients: `peer` comes back with the reply. A stream loses
+ * nothing: who sends from a reliable peer asks sim_rig_has_room() before, and leaves
+ * in the stream what has none.
+ */
 void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
 		       const uint8_t *bytes, size_t len);
+bool sim_rig_has_room(const struct sim_rig *rig, unsigned int requests);
 bool sim_rig_receive_for(struct sim_rig *rig, uint64_t now_ns, uint64_t *peer, uint8_t *bytes,
 			 size_t cap, size_t *len);
 

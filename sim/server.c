@@ -130,11 +130,11 @@ static void deliver(struct sim_server *server, uint64_t now_ns)
 	}
 }
 
-static void handle(struct sim_server *server, uint64_t now_ns, uint64_t data)
+static void handle(struct sim_server *server, uint64_t now_ns, const struct epoll_event *event)
 {
-	unsigned int index = (unsigned int)data;
+	unsigned int index = (unsigned int)event->data.u64;
 
-	switch ((enum sim_event)(data >> 32)) {
+	switch ((enum sim_event)(event->data.u64 >> 32)) {
 	case SIM_EVENT_UDP:
 		sim_udp_receive(server);
 		break;
@@ -145,7 +145,10 @@ static void handle(struct sim_server *server, uint64_t now_ns, uint64_t data)
 		sim_tcp_accept(server, now_ns);
 		break;
 	case SIM_EVENT_TCP:
-		sim_tcp_receive(server, now_ns, index);
+		if (event->events & (EPOLLERR | EPOLLHUP))
+			sim_tcp_broken(server, now_ns, index);
+		else
+			sim_tcp_receive(server, now_ns, index);
 		break;
 	case SIM_EVENT_CONTROL_LISTEN:
 		sim_control_accept(server);
@@ -194,7 +197,7 @@ static int keep_time(struct sim_server *server, uint64_t now_ns)
 	char reason[512];
 	struct sim_text why;
 
-	sim_tcp_expire(server, now_ns);
+	sim_tcp_keep(server, now_ns);
 	if (server->rig->device.stats.reboots != server->reboots) {
 		server->reboots = server->rig->device.stats.reboots;
 		sim_tcp_close_all(server);
@@ -222,7 +225,7 @@ static int turn(struct sim_server *server, bool poll)
 		return r;
 	}
 	for (int i = 0; i < count; i++)
-		handle(server, now_ns, events[i].data.u64);
+		handle(server, now_ns, &events[i]);
 	now_ns = sim_now();
 	deliver(server, now_ns);
 	return keep_time(server, now_ns);

@@ -32,6 +32,8 @@ enum sim_event {
 
 struct sim_tcp_client {
 	int fd;				/* -1 free */
+	uint32_t watched;		/* events of epoll it is watched for */
+	bool ended;			/* it will say nothing more, but may listen */
 	uint16_t generation;		/* tells its replies from those of one before */
 	uint64_t heard_ns;
 	size_t received;
@@ -97,8 +99,9 @@ void sim_search_asked(struct sim_server *server, uint64_t now_ns, const struct s
 int sim_tcp_open(struct sim_server *server);
 void sim_tcp_accept(struct sim_server *server, uint64_t now_ns);
 void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int index);
+void sim_tcp_broken(struct sim_server *server, uint64_t now_ns, unsigned int index);
 void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len);
-void sim_tcp_expire(struct sim_server *server, uint64_t now_ns);
+void sim_tcp_keep(struct sim_server *server, uint64_t now_ns);
 uint64_t sim_tcp_next(const struct sim_server *server);
 void sim_tcp_close_all(struct sim_server *server);
 

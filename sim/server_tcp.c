@@ -8,6 +8,11 @@
  * of the link do not touch TCP, which would mend them; the time the device
  * takes does.
  *
+ * Nothing of a stream is lost either. A client which sends more than the device
+ * has places for, or does not read its replies, is not read from until that has
+ * changed: what it sends waits in the buffers of the sockets. One which has ended
+ * its sending still gets the replies to what it had sent.
+ *
  * A device which reboots drops its connections.
  */
 #include "sim/server.h"
@@ -17,6 +22,7 @@
 #include <netinet/tcp.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -97,6 +103,8 @@ void sim_tcp_accept(struct sim_server *server, uint64_t now_ns)
 	}
 	setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
 	client->fd = fd;
+	client->watched = EPOLLIN;
+	client->ended = false;
 	client->heard_ns = now_ns;
 	client->received = 0;
 	client->to_send = 0;
@@ -126,24 +134,43 @@ static void take_packets(struct sim_server *server, uint64_t now_ns, unsigned in
 	}
 }
 
+/* As much as is read at once must find its place. */
+static bool may_read(const struct sim_server *server, const struct sim_tcp_client *client)
+{
+	return !client->ended && !client->to_send &&
+	       sim_rig_has_room(server->rig, sizeof(client->in) / WIRE_PK);
+}
+
 void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int index)
 {
 	struct sim_tcp_client *client = &server->tcp[index];
 
-	while (client->fd >= 0) {
+	while (client->fd >= 0 && may_read(server, client)) {
 		ssize_t len = recv(client->fd, client->in + client->received,
 				   sizeof(client->in) - client->received, 0);
 
 		if (len < 0 && errno == EAGAIN)
 			return;
-		if (len <= 0) {
+		if (len < 0) {
 			drop(client);
 			return;
 		}
+		client->ended = len == 0;
 		client->heard_ns = now_ns;
 		client->received += (size_t)len;
 		take_packets(server, now_ns, index);
 	}
+}
+
+/*
+ * It is gone, as a client is which closes without having read all replies. What it
+ * had asked is done, and nobody is there for the replies.
+ */
+void sim_tcp_broken(struct sim_server *server, uint64_t now_ns, unsigned int index)
+{
+	server->tcp[index].to_send = 0;
+	sim_tcp_receive(server, now_ns, index);
+	drop(&server->tcp[index]);
 }
 
 static void flush(struct sim_tcp_client *client)
@@ -160,7 +187,7 @@ static void flush(struct sim_tcp_client *client)
 	memmove(client->out, client->out + len, client->to_send);
 }
 
-/* A client which does not read its replies is dropped once 64 of them wait. */
+/* Only strays can be more than there is room for. */
 void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len)
 {
 	struct sim_tcp_client *client = &server->tcp[(peer & 0xFF) % SIM_TCP_CLIENTS];
@@ -176,24 +203,48 @@ void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes
 	flush(client);
 }
 
+/* What the client is watched for is what can be done with it. */
+static void watch(struct sim_server *server, struct sim_tcp_client *client)
+{
+	unsigned int index = (unsigned int)(client - server->tcp);
+	struct epoll_event ev = { .data.u64 = (uint64_t)SIM_EVENT_TCP << 32 | index };
+
+	if (may_read(server, client))
+		ev.events |= EPOLLIN;
+	if (client->to_send)
+		ev.events |= EPOLLOUT;
+	if (ev.events != client->watched)
+		epoll_ctl(server->epoll, EPOLL_CTL_MOD, client->fd, &ev);
+	client->watched = ev.events;
+}
+
 static uint64_t idle_ns(const struct sim_server *server)
 {
 	return UINT64_C(100000000) * server->rig->device.config.network.tcp_timeout;
 }
 
-void sim_tcp_expire(struct sim_server *server, uint64_t now_ns)
+/* Whether the last reply to a client which has ended its sending has left. */
+static bool is_done(const struct sim_server *server, const struct sim_tcp_client *client)
+{
+	return client->ended && !client->to_send && !server->rig->streamed;
+}
+
+/* After each turn: sends on, takes leave of who is done or silent, and watches the rest. */
+void sim_tcp_keep(struct sim_server *server, uint64_t now_ns)
 {
 	uint64_t most = idle_ns(server);
 
 	for (unsigned int i = 0; i < SIM_TCP_CLIENTS; i++) {
 		struct sim_tcp_client *client = &server->tcp[i];
 
+		if (client->fd >= 0 && client->to_send)
+			flush(client);
 		if (client->fd < 0)
 			continue;
-		if (client->to_send)
-			flush(client);
-		if (most && now_ns - client->heard_ns >= most)
+		if (is_done(server, client) || (most && now_ns - client->heard_ns >= most))
 			drop(client);
+		else
+			watch(server, client);
 	}
 }
 

@@ -104,6 +104,52 @@ static void a_full_queue_loses_requests(void **state)
 	assert_int_equal(replies, SIM_RIG_QUEUE);
 }
 
+static void a_stream_has_places_of_its_own(void **state)
+{
+	struct sim_rig_options options = { .service_ns = MS };
+	uint8_t rq[WIRE_PK], rp[WIRE_PK];
+	unsigned int replies[2] = { 0, 0 };
+	unsigned int streamed = 0;
+	uint64_t peer;
+	size_t len;
+
+	(void)state;
+	sim_rig_init(&rig, &options);
+	for (unsigned int i = 0; i < SIM_RIG_QUEUE + 20; i++) {
+		make(rq, 0x05, (uint8_t)i);
+		sim_rig_send(&rig, 0, rq, sizeof(rq));
+	}
+	for (; sim_rig_has_room(&rig, 1); streamed++) {
+		make(rq, 0x05, (uint8_t)streamed);
+		sim_rig_send_from(&rig, 0, SIM_PEER_RELIABLE, rq, sizeof(rq));
+	}
+	assert_int_equal(streamed, SIM_RIG_STREAM);
+	assert_int_equal(rig.stats.overflow, 20);
+	while (sim_rig_receive_for(&rig, 1000 * MS, &peer, rp, sizeof(rp), &len)) {
+		unsigned int kind = peer == SIM_PEER_RELIABLE;
+
+		assert_int_equal(rp[6], replies[kind]++);
+	}
+	assert_int_equal(replies[0], SIM_RIG_QUEUE);
+	assert_int_equal(replies[1], SIM_RIG_STREAM);
+	assert_true(sim_rig_has_room(&rig, SIM_RIG_STREAM));
+	assert_int_equal(rig.stats.overflow, 20);
+}
+
+static void a_reboot_empties_the_places_of_streams(void **state)
+{
+	struct sim_rig_options options = { .service_ns = MS };
+	uint8_t rq[WIRE_PK];
+
+	(void)state;
+	sim_rig_init(&rig, &options);
+	make(rq, 0x05, 1);
+	while (sim_rig_has_room(&rig, 1))
+		sim_rig_send_from(&rig, 0, SIM_PEER_RELIABLE, rq, sizeof(rq));
+	sim_rig_reboot(&rig, 100, false);
+	assert_true(sim_rig_has_room(&rig, SIM_RIG_STREAM));
+}
+
 static void a_reboot_loses_what_waits_and_answers_after_its_dead_time(void **state)
 {
 	struct sim_rig_options options = { .service_ns = MS };
@@ -165,6 +211,8 @@ int main(void)
 		cmocka_unit_test(parallel_requests_are_served_in_order),
 		cmocka_unit_test(a_large_step_gives_what_many_small_ones_give),
 		cmocka_unit_test(a_full_queue_loses_requests),
+		cmocka_unit_test(a_stream_has_places_of_its_own),
+		cmocka_unit_test(a_reboot_empties_the_places_of_streams),
 		cmocka_unit_test(a_reboot_loses_what_waits_and_answers_after_its_dead_time),
 		cmocka_unit_test(saving_to_flash_keeps_the_next_request_waiting),
 		cmocka_unit_test(silence_lets_nothing_through),

@@ -17,6 +17,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -259,7 +260,40 @@ class Stream(Base):
         self.assertEqual(client.sock.recv(64), b"")
         self.client(sim, socket.SOCK_STREAM).ask(0x05)
 
-    def test_a_client_which_reads_nothing_is_dropped_and_harms_nobody(self):
+    def test_nothing_is_lost_however_much_is_sent_at_once(self):
+        sim = self.simulator("--service-us", "100")
+        client = self.client(sim, socket.SOCK_STREAM)
+        asked = b"".join(request(0x05, ident=i & 0xFF) for i in range(3000))
+        sender = threading.Thread(target=client.sock.sendall, args=(asked,))
+        sender.start()
+        for i in range(3000):
+            Client.check(client.receive(), 0x05, i & 0xFF)
+        sender.join()
+        self.assertEqual(client.stray(), b"")
+
+    def test_what_was_asked_is_answered_though_the_client_has_ended_its_sending(self):
+        sim = self.simulator("--service-us", "2000")
+        client = self.client(sim, socket.SOCK_STREAM)
+        client.sock.sendall(b"".join(request(0x05, ident=i) for i in range(20)))
+        client.sock.shutdown(socket.SHUT_WR)
+        for i in range(20):
+            Client.check(client.receive(), 0x05, i)
+        self.assertEqual(client.sock.recv(64), b"")
+
+    def test_what_a_client_asked_is_done_though_it_reads_no_reply(self):
+        sim = self.simulator("--preset", "loopback")
+        for value in (1, 0) * 10:
+            client = Client(sim.address, sim.port, socket.SOCK_STREAM)
+            client.sock.send(request(0x05))
+            select.select([client.sock], [], [], PATIENCE)
+            client.sock.send(request(0x40, (31, value)))
+            client.close()      # with a reply unread: a reset on the heels of the request
+            until = time.monotonic() + PATIENCE
+            while sim.must("pin", "32")["latch"] != str(value) and time.monotonic() < until:
+                time.sleep(0.01)
+            self.assertEqual(sim.must("pin", "32")["latch"], str(value))
+
+    def test_a_client_which_reads_nothing_is_held_up_and_harms_nobody(self):
         sim = self.simulator()
         deaf = self.client(sim, socket.SOCK_STREAM)
         deaf.sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
