@@ -101,6 +101,19 @@ SIM_HANDLER(sim_do_load)
 	return SIM_ANSWER;
 }
 
+/*
+ * A client which writes the long name may leave the short one out. The device then
+ * is called by the beginning of the long one, or it would have no name in 0x00.
+ */
+static void set_name(struct sim_identity_config *id, const uint8_t *rq)
+{
+	bool is_long = rq[P2] == 1;
+
+	if (is_long)
+		memcpy(id->long_name, rq + 35, sizeof(id->long_name));
+	memcpy(id->name, is_long && !rq[8] ? rq + 35 : rq + 8, sizeof(id->name));
+}
+
 SIM_HANDLER(sim_do_name)
 {
 	struct sim_identity_config *id = &dev->config.identity;
@@ -108,9 +121,7 @@ SIM_HANDLER(sim_do_name)
 
 	if (!sim_locked(dev)) {
 		if (what & 1)
-			memcpy(id->name, rq + 8, sizeof(id->name));
-		if ((what & 1) && rq[P2] == 1)
-			memcpy(id->long_name, rq + 35, sizeof(id->long_name));
+			set_name(id, rq);
 		if (what & 2)
 			memcpy(id->joystick_name, rq + 18, sizeof(id->joystick_name));
 		if (what & 8)

@@ -42,6 +42,38 @@ static void the_short_name_begins_the_long_one(void **state)
 	assert_int_equal(talk_ask(&t, 0x00, 0, 0)[18], 31);
 }
 
+static void a_long_name_written_alone_names_the_device_as_well(void **state)
+{
+	(void)state;
+	start(WIRE_HW_57E_V11, "Lathe");
+	talk_begin(&t, 0x06, 1, 1, 0, 0);
+	memcpy(t.rq + 35, "Mill at the door", 16);
+	talk_send(&t);
+	talk_ask(&t, 0x06, 0, 0);
+	assert_memory_equal(t.rp + 8, "Mill at th", 10);
+	assert_memory_equal(t.rp + 35, "Mill at the door\0\0\0\0", 20);
+	assert_memory_equal(talk_ask(&t, 0x00, 0, 0) + 31, "Mill at th", 10);
+}
+
+static void names_written_together_or_the_short_one_alone_are_kept(void **state)
+{
+	(void)state;
+	start(WIRE_HW_57E_V11, "Lathe");
+	talk_begin(&t, 0x06, 1, 1, 0, 0);
+	memcpy(t.rq + 8, "Mill", 4);
+	memcpy(t.rq + 35, "The mill", 8);
+	talk_send(&t);
+	talk_ask(&t, 0x06, 0, 0);
+	assert_memory_equal(t.rp + 8, "Mill\0\0\0\0\0\0", 10);
+	assert_memory_equal(t.rp + 35, "The mill\0", 9);
+	talk_begin(&t, 0x06, 1, 0, 0, 0);
+	memcpy(t.rq + 8, "Saw", 3);
+	talk_send(&t);
+	talk_ask(&t, 0x06, 0, 0);
+	assert_memory_equal(t.rp + 8, "Saw\0", 4);
+	assert_memory_equal(t.rp + 35, "The mill\0", 9);
+}
+
 static void build_date_comes_in_parts(void **state)
 {
 	(void)state;
@@ -191,6 +223,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(device_data_has_the_serial_twice_in_both_byte_orders),
 		cmocka_unit_test(the_short_name_begins_the_long_one),
+		cmocka_unit_test(a_long_name_written_alone_names_the_device_as_well),
+		cmocka_unit_test(names_written_together_or_the_short_one_alone_are_kept),
 		cmocka_unit_test(build_date_comes_in_parts),
 		cmocka_unit_test(user_id_can_be_set),
 		cmocka_unit_test(session_data_is_forgotten_at_a_reboot),
