@@ -3,6 +3,9 @@
  * I2C (protocol section 3.14), with a memory of 256 bytes as the one slave: the
  * first byte written to it is the address, the rest goes there; a read goes on
  * from where it is. A slave which is not there gives the result 0.
+ *
+ * The answer to a start is how the transfer stands: there are clients which ask
+ * for its result only if it is under way.
  */
 #include "sim/request.h"
 
@@ -76,18 +79,21 @@ SIM_HANDLER(sim_do_i2c)
 		break;
 	case 0x10:
 		start_write(dev, rq);
+		rp[P2] = sim_transfer_result(dev, &dev->bus.i2c_write);
 		break;
 	case 0x11:
 		rp[P2] = sim_transfer_result(dev, &dev->bus.i2c_write);
 		break;
 	case 0x20:
 		start_read(dev, rq[P2], rq[P3]);
+		rp[P2] = sim_transfer_result(dev, &dev->bus.i2c_read);
 		break;
 	case 0x21:
 		fetch_read(dev, rp);
 		break;
 	case 0x30:
 		sim_transfer_start(dev, &dev->bus.i2c_scan, 128 * US_PER_BYTE, OK);
+		rp[P2] = sim_transfer_result(dev, &dev->bus.i2c_scan);
 		break;
 	case 0x31:
 		fetch_scan(dev, rp);

@@ -108,6 +108,21 @@ static void i2c_finds_only_what_is_there(void **state)
 	assert_int_equal(talk_ask(&t, 0xDB, 0x21, 0)[3], 0);
 }
 
+/* As a client does which asks for a result only if the start said that it is under way. */
+static void i2c_starts_say_that_the_transfer_is_under_way(void **state)
+{
+	static const uint8_t starts[] = { 0x10, 0x20, 0x30 };
+
+	(void)state;
+	talk_start(&t, 0);
+	for (unsigned int i = 0; i < sizeof(starts); i++) {
+		talk_begin(&t, 0xDB, starts[i], 0x50, 1, 0);
+		assert_int_equal(talk_send(&t)[3], 0x10);
+		talk_wait(&t, 10);
+		assert_int_equal(talk_ask(&t, 0xDB, starts[i] + 1, 0)[3], 1);
+	}
+}
+
 static uint8_t dallas_crc(const uint8_t *data, int len)
 {
 	uint8_t crc = 0;
@@ -374,6 +389,7 @@ int main(void)
 		cmocka_unit_test(lamps_and_light),
 		cmocka_unit_test(i2c_memory_keeps_what_is_written),
 		cmocka_unit_test(i2c_finds_only_what_is_there),
+		cmocka_unit_test(i2c_starts_say_that_the_transfer_is_under_way),
 		cmocka_unit_test(the_thermometer_is_found_and_read),
 		cmocka_unit_test(
 			a_one_wire_result_stands_twice_and_tells_whether_the_bus_is_on),
