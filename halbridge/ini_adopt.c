@@ -11,7 +11,7 @@
 #include <stdio.h>
 #include <rtapi.h>
 
-enum { LIST = 400 };
+enum { LIST = 600 };
 
 static void complain(void *argument, const char *line)
 {
@@ -28,16 +28,19 @@ static uint32_t serial_for(const struct ini_file *file, unsigned int number, cha
 	return (uint32_t)ini_whole(file, key, 0, UINT32_MAX, 0, complain, who);
 }
 
-/* One line for all of them: most are there for a HAL file's setp. */
+/*
+ * One line for all of them: most are there for a HAL file's setp, but one may be misspelt.
+ * Not by rtapi_print_msg(): LinuxCNC's realtime prints errors alone, and shows those to
+ * the operator at each start.
+ */
 static void say_unknown(const struct ini_file *file, struct instance *instance)
 {
 	char list[LIST];
 	unsigned int count = ini_unknown(file, instance, list, sizeof(list));
 
 	if (count)
-		rtapi_print_msg(RTAPI_MSG_INFO, "%s: %s: keys of [POKEYS] that only a HAL file "
-				"can use, or that are misspelt (%u): %s\n", instance->prefix,
-				file->path, count, list);
+		fprintf(stderr, "%s: %s: keys of [POKEYS] that only a HAL file can use, or that "
+			"are misspelt (%u): %s\n", instance->prefix, file->path, count, list);
 }
 
 void ini_adopt(const struct ini_file *file, struct instance *instance)

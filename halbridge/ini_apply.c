@@ -218,6 +218,19 @@ static bool is_known(const struct applying *to, const char *key)
 	return false;
 }
 
+/* Add a whole key to the list, or the sign that there are more; returns the list's length. */
+static size_t list_key(char *list, size_t at, size_t size, const struct ini_entry *entry)
+{
+	static const char more[] = ", ...";
+	int length = snprintf(list + at, size - at, "%s%s (line %u)", at ? ", " : "", entry->key,
+			      entry->line);
+
+	if (at + (size_t)length + sizeof(more) <= size)
+		return at + (size_t)length;
+	snprintf(list + at, size - at, "%s", at ? more : more + 2);
+	return size;
+}
+
 unsigned int ini_unknown(const struct ini_file *file, struct instance *instance, char *list,
 			 size_t size)
 {
@@ -232,8 +245,7 @@ unsigned int ini_unknown(const struct ini_file *file, struct instance *instance,
 		if (strcmp(entry->section, "POKEYS") || is_known(&to, entry->key))
 			continue;
 		if (at < size)
-			at += (size_t)snprintf(list + at, size - at, "%s%s (line %u)",
-					       count ? ", " : "", entry->key, entry->line);
+			at = list_key(list, at, size, entry);
 		count++;
 	}
 	return count;

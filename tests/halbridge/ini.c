@@ -240,8 +240,10 @@ static void keys_that_nobody_reads_are_found(void **state)
 	assert_int_equal(ini_unknown(&file, &instance, list, sizeof(list)), 4);
 	assert_string_equal(list, "Pin_55_Function (line 6), Pin__Function (line 7), "
 				  "PEv2_AxisEnabeld_0 (line 11), Pin_3_Functions (line 12)");
-	assert_int_equal(ini_unknown(&file, &instance, list, 40), 4);
-	assert_int_equal(strlen(list), 39);
+	assert_int_equal(ini_unknown(&file, &instance, list, 60), 4);
+	assert_string_equal(list, "Pin_55_Function (line 6), Pin__Function (line 7), ...");
+	assert_int_equal(ini_unknown(&file, &instance, list, 10), 4);
+	assert_string_equal(list, "...");
 }
 
 int main(void)
