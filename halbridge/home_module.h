@@ -15,7 +15,7 @@
 struct home_pins {
 	hal_bit_t *home_sw, *homing, *homed, *index_enable;
 	hal_s32_t *home_state;
-	hal_u32_t *axes_state, *axes_command;
+	hal_u32_t *axes_state, *axes_command, *axes_config;
 };
 
 struct home_settings {

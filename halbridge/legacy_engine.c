@@ -4,7 +4,9 @@
  *
  * Emergency.in is what machines wire to LinuxCNC's emergency chain, so it says
  * "emergency" when in doubt: without fresh data, and without any pin set up,
- * both of which a choice can turn off.
+ * both of which a choice can turn off. Until March 2025 it said the contrary, that
+ * the engine is in no emergency, and machines wire that to iocontrol.0.emc-enable-in;
+ * a choice again, and then what is in doubt is false.
  *
  * The old component asked the engine for "stopped" as long as the machine was
  * off, and that is how a machine gets out of a limit or emergency stop: off
@@ -64,6 +66,8 @@ static void read_emergency(const struct pokeys_state *state, struct values *valu
 	engine->emergency_step = (int32_t)step;
 	engine->emergency = step == STEP_NONE ? values->legacy.choice.emergency_unset :
 						step != STEP_REST;
+	if (values->legacy.choice.old_emergency)
+		engine->emergency = fresh && !state->engine.emergency;
 	engine->emergency_not = !engine->emergency;
 }
 

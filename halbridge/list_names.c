@@ -6,7 +6,8 @@
  *	list-names names SCHEMES	every name of pokeys.0: NAME KIND TYPE DIRECTION
  *	list-names man SCHEMES		rows as pokeys_shm(9) has them (scdoc)
  *
- * SCHEMES is canonical, core, legacy, both, ponet (what ponet=yes adds) or all.
+ * SCHEMES is canonical, core, legacy, both, ponet (what names=all adds), former (what
+ * ini= adds) or all.
  */
 #include <math.h>
 #include <stdio.h>
@@ -105,9 +106,10 @@ static unsigned int schemes_of(const char *word)
 	static const char *const words[] = {
 		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
 		[TABLE_PONET] = "ponet", [TABLE_ALL] = "all", [TABLE_CORE] = "core",
+		[TABLE_FORMER] = "former",
 	};
 
-	for (unsigned int i = TABLE_CORE; i <= TABLE_ALL; i++) {
+	for (unsigned int i = TABLE_CORE; i < sizeof(words) / sizeof(words[0]); i++) {
 		if (words[i] && !strcmp(word, words[i]))
 			return i;
 	}
@@ -122,6 +124,6 @@ int main(int argc, char **argv)
 		return list_names(schemes);
 	if (schemes && !strcmp(argv[1], "man"))
 		return list_for_man(schemes);
-	fprintf(stderr, "usage: list-names names|man canonical|core|legacy|both|ponet|all\n");
+	fprintf(stderr, "usage: list-names names|man canonical|core|legacy|both|ponet|former|all\n");
 	return 2;
 }

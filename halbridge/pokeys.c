@@ -72,7 +72,7 @@ static struct ini_file read_ini(void)
 static int make_instance(const struct pokeys_options *options, const struct ini_file *file,
 			 unsigned int number)
 {
-	const unsigned int schemes = number ? TABLE_LEGACY : TABLE_BOTH;
+	const unsigned int schemes = (number ? TABLE_LEGACY : TABLE_BOTH) | TABLE_FORMER;
 	int r = instance_make(&instances[number], component, number, options->prefix[number],
 			      schemes);
 

@@ -71,7 +71,8 @@ static int make_pins(int id, struct home_pins *pins, int j)
 	       hal_pin_s32_newf(HAL_OUT, &pins->home_state, id, "joint.%d.home-state", j) ||
 	       hal_pin_bit_newf(HAL_IO, &pins->index_enable, id, "joint.%d.index-enable", j) ||
 	       hal_pin_u32_newf(HAL_IN, &pins->axes_state, id, "joint.%d.PEv2.AxesState", j) ||
-	       hal_pin_u32_newf(HAL_OUT, &pins->axes_command, id, "joint.%d.PEv2.AxesCommand", j);
+	       hal_pin_u32_newf(HAL_OUT, &pins->axes_command, id, "joint.%d.PEv2.AxesCommand", j) ||
+	       hal_pin_u32_newf(HAL_IN, &pins->axes_config, id, "joint.%d.PEv2.AxesConfig", j);
 }
 
 int homing_init(int id, double servo_period, int n_joints, int n_extrajoints,

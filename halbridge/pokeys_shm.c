@@ -43,7 +43,7 @@ static char *devices;
 RTAPI_MP_STRING(devices, "devices of the daemon, comma separated; default: its only one");
 static char *names;
 RTAPI_MP_STRING(names, "naming schemes: both, canonical, core, legacy or all; default: both "
-		 "for the first device, canonical for others");
+		 "for the first device, canonical (with ini= legacy) for others");
 static char *runtime;
 RTAPI_MP_STRING(runtime, "runtime folder of the daemon; default " POKEYS_RUNTIME_DIRECTORY);
 static char *ini;
@@ -244,7 +244,8 @@ int rtapi_app_main(void)
 	int r = read_machine(why, sizeof(why));
 
 	if (!r)
-		r = settings_read(&settings, devices, names, runtime_folder(), why, sizeof(why));
+		r = settings_read(&settings, devices, names, machine.path != NULL,
+				  runtime_folder(), why, sizeof(why));
 	if (r)
 		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_shm: %s\n", why);
 	else

@@ -5,14 +5,14 @@
  *
  * Without names= the first device has both schemes and the others have the
  * canonical one: two sets of 4500 names do not leave room in HAL's memory for
- * LinuxCNC, and the older component never had a second device.
+ * LinuxCNC. Those of a machine of the older component (ini=) have its names, as
+ * with "loadusr pokeys".
  *
  * HAL's loader has no list type that tells "too many", so devices= is one
  * string and is taken apart here.
  */
 #include "halbridge/settings.h"
 #include <errno.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include "shm/runtime.h"
@@ -67,15 +67,17 @@ static int read_devices(struct settings *settings, const char *devices, char *wh
 	return 0;
 }
 
-static int read_names(struct settings *settings, const char *names, char *why, size_t size)
+static int read_names(struct settings *settings, const char *names, bool older, char *why,
+		      size_t size)
 {
 	static const char *const words[] = {
 		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
 		[TABLE_ALL] = "all", [TABLE_CORE] = "core",
 	};
+	const unsigned int further = older ? TABLE_LEGACY : TABLE_CANONICAL;
 
 	for (unsigned int i = 0; i < TABLE_DEVICES; i++)
-		settings->schemes[i] = i ? TABLE_CANONICAL : TABLE_BOTH;
+		settings->schemes[i] = i ? further : TABLE_BOTH;
 	if (!names || !*names)
 		return 0;
 	for (unsigned int i = TABLE_CORE; i <= TABLE_ALL; i++) {
@@ -99,7 +101,7 @@ static int read_runtime(struct settings *settings, const char *runtime, char *wh
 	return runtime_check_directory(runtime, why + length, size - (size_t)length) ? -EINVAL : 0;
 }
 
-int settings_read(struct settings *settings, const char *devices, const char *names,
+int settings_read(struct settings *settings, const char *devices, const char *names, bool older,
 		  const char *runtime, char *why, size_t size)
 {
 	int r;
@@ -107,7 +109,9 @@ int settings_read(struct settings *settings, const char *devices, const char *na
 	memset(settings, 0, sizeof(*settings));
 	r = read_devices(settings, devices, why, size);
 	if (!r)
-		r = read_names(settings, names, why, size);
+		r = read_names(settings, names, older, why, size);
+	for (unsigned int i = 0; i < TABLE_DEVICES && older; i++)
+		settings->schemes[i] |= settings->schemes[i] & TABLE_LEGACY ? TABLE_FORMER : 0u;
 	if (!r)
 		r = read_runtime(settings, runtime, why, size);
 	return r;

@@ -5,6 +5,7 @@
 #ifndef HALBRIDGE_SETTINGS_H
 #define HALBRIDGE_SETTINGS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <pokeys/shm.h>
 #include "halbridge/table.h"
@@ -17,10 +18,11 @@ struct settings {
 };
 
 /*
- * From the words given to loadrt; each may be NULL or empty (not given). 0, or
- * -EINVAL with one line in `why`: what, where, what to do. Cold.
+ * From the words given to loadrt; each may be NULL or empty (not given). `older`: the
+ * machine is one of the older component (ini=). 0, or -EINVAL with one line in `why`:
+ * what, where, what to do. Cold.
  */
-int settings_read(struct settings *settings, const char *devices, const char *names,
+int settings_read(struct settings *settings, const char *devices, const char *names, bool older,
 		  const char *runtime, char *why, size_t size);
 
 #endif

@@ -24,6 +24,7 @@ enum table_scheme {
 	TABLE_PONET = 4,		/* of the legacy ones, those of each PoNET module */
 	TABLE_APART = 8,		/* canonical ones for which names=both has no room */
 	TABLE_CANONICAL = 9, TABLE_ALL = 15,
+	TABLE_FORMER = 16,		/* of earlier versions, for machines of that time alone */
 };
 enum table_kind { TABLE_PIN, TABLE_PARAM };
 enum table_type { TABLE_BIT, TABLE_FLOAT, TABLE_S32, TABLE_U32, TABLE_TYPES };

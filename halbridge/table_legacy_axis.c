@@ -228,4 +228,14 @@ static const struct table_row rows[] = {
 	       "enabled when 0; false = as the device has it", ANY_BIT),
 };
 
+/*
+ * Was a pin until 2024 and is a parameter since. HAL keeps the two apart: net finds the
+ * pin, setp the parameter, so that machines of either time load.
+ */
+static const struct table_row former[] = {
+	ROWS("PEv2.%u.AxesConfig", PIN, OUT, READ, SET, options, "the parameter of this name",
+	     .scheme = TABLE_FORMER),
+};
+
 TABLE_GROUP(table_legacy_axis, rows);
+TABLE_GROUP(table_legacy_former, former);

@@ -48,7 +48,8 @@ static const struct table_row rows[] = {
 	     "not 0: override them; has effect with legacy.limit-override-follows"),
 	L_OUT("PEv2.digin.Probed.in", WANTED(probed), "probing has ended"),
 	L_OUT("PEv2.digin.Emergency.in", WANTED(emergency),
-	      "emergency; see legacy.emergency-without-pin and legacy.emergency-when-lost"),
+	      "emergency; see legacy.emergency-without-pin and legacy.emergency-when-lost, and "
+	      "legacy.old-emergency, which turns it around"),
 	L_OUT("PEv2.digin.Emergency.in-not", WANTED(emergency_not), "its inverse"),
 	L_IN("PEv2.digout.Emergency.out", WANTED(emergency_out),
 	     "level of digout.Emergency.Pin; has effect with legacy.emergency-out-follows"),
@@ -109,6 +110,9 @@ static const struct table_row choices[] = {
 	L_SET("legacy.old-switches", legacy.choice.old_switches,
 	      "LimitN.in, LimitP.in and Home.in of switches at pins turned around as in the old "
 	      "component, while the engine runs", PARAMETER(0, 0, 1)),
+	L_SET("legacy.old-emergency", legacy.choice.old_emergency,
+	      "Emergency.in is true while there is no emergency, as until March 2025",
+	      PARAMETER(0, 0, 1)),
 	L_SET("legacy.encoder-factor", legacy.choice.encoder_factor,
 	      "with names=both: scale of encoder.10 to encoder.25, whose names are those of both "
 	      "schemes, is units per count", PARAMETER(0, 0, 1)),

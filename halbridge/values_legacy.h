@@ -139,7 +139,7 @@ struct legacy_engine_settings {
 struct legacy_choices {
 	param_bit axis_enable, emergency_unset, emergency_lost, emergency_out, adcout;
 	param_bit limit_override, ponet_out, whole_scale, pressed_key, key_brightness;
-	param_bit encoder_factor, old_switches;
+	param_bit encoder_factor, old_switches, old_emergency;
 };
 
 struct value_legacy {

@@ -255,4 +255,15 @@ def _(step, phase):
     step.shows(bool(phase), "PEv2.0.digin.LimitN.in")
 
 
-ACTS = [STANDING, FEWER, REBOOTING, NO_PIN, STOPPED, TRIPPED, OLD_SWITCHES]
+OLD_EMERGENCY = Act("emergency as the older component told it", phases=3)
+
+
+@OLD_EMERGENCY.rule(r"legacy\.old-emergency")
+def _(step, phase):
+    step.set(0, "engine.emergency-pin")
+    step.set(False, "legacy.emergency-without-pin")
+    step.set(phase == 1)
+    step.shows(phase == 1, "PEv2.digin.Emergency.in")
+
+
+ACTS = [STANDING, FEWER, REBOOTING, NO_PIN, STOPPED, TRIPPED, OLD_SWITCHES, OLD_EMERGENCY]

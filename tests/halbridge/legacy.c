@@ -168,6 +168,27 @@ static void emergency_follows_its_pin_and_the_engine(void **state)
 	assert_int_equal(legacy->engine.emergency_step, 10);
 }
 
+/* Nets of before March 2025 lead Emergency.in to iocontrol.0.emc-enable-in. */
+static void emergency_is_turned_around_as_it_was_if_chosen(void **state)
+{
+	(void)state;
+	legacy->choice.old_emergency = true;
+	rig_period(&rig);	/* no pin is set */
+	assert_true(legacy->engine.emergency && !legacy->engine.emergency_not);
+	rig.daemon.engine.emergency = 1;
+	rig_period(&rig);
+	assert_true(!legacy->engine.emergency && legacy->engine.emergency_not);
+	rig.daemon.engine.emergency = 0;
+	legacy->engine_set.emergency_pin = 52;	/* the device looks at it, not we */
+	rig.daemon.digital_in[51 / 8] |= 1u << 51 % 8;
+	rig_period(&rig);
+	assert_true(legacy->engine.emergency);
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	assert_true(!legacy->engine.emergency && legacy->engine.emergency_not);
+	assert_int_equal(legacy->engine.emergency_step, 11);
+}
+
 static void a_switch_is_true_when_tripped(void **state)
 {
 	struct legacy_axis_settings *set = &legacy->axis_set[3];
@@ -405,6 +426,7 @@ int main(void)
 		cmocka_unit_test_setup(no_fresh_data_is_an_emergency, setup),
 		cmocka_unit_test_setup(emergency_without_a_pin_is_a_choice, setup),
 		cmocka_unit_test_setup(emergency_follows_its_pin_and_the_engine, setup),
+		cmocka_unit_test_setup(emergency_is_turned_around_as_it_was_if_chosen, setup),
 		cmocka_unit_test_setup(a_switch_is_true_when_tripped, setup),
 		cmocka_unit_test_setup(switches_at_pins_are_turned_as_they_were_if_chosen, setup),
 		cmocka_unit_test_setup(external_outputs_depend_on_the_board, setup),

@@ -97,10 +97,99 @@ def what_only_the_ini_file_says_is_taken_by_loadrt_as_well(m):
     m.hal.becomes("engine.emergency-pin", 62)
     m.hal.becomes("encoder.07.sampling", 4)
     m.hal.becomes("pin.51.function", 2)
+    m.hal.says("keys of [POKEYS] that only a HAL file can use, or that are misspelt (1): "
+               "PEv2_AxisEnabeld_0 (line 11)")
     assert m.sim("field engine.charge-pump") == {"engine.charge-pump": "0x01"}
     assert m.hal.get("legacy.encoder-factor") is True
     status, _ = m.hal.run("halcmd unloadrt pokeys_shm; halcmd loadrt pokeys_shm ini=/none.ini")
     assert status and "ini=/none.ini: No such file" in m.hal.said(), m.hal.said()[-500:]
+
+
+TWO_PASSES = """\
+loadrt pokeys_shm ini=auto
+loadrt and2 names=door
+addf pokeys.0.read servo-thread
+addf door servo-thread
+setp pokeys.0.PEv2.0.stepgen.STEP-SCALE [JOINT_0]STEP_SCALE
+setp pokeys.0.PEv2.0.AxesSwitchConfig [POKEYS](PEv2_AxesSwitchConfig_0)
+net closed <= pokeys.0.digin.39.in => door.in0 door.in1
+net x-config <= pokeys.0.PEv2.0.AxesConfig
+"""
+SECOND_FILE = """\
+loadrt and2 names=lamp
+addf lamp servo-thread
+addf pokeys.0.write servo-thread
+net lit door.out => pokeys.0.digout.30.out
+foreach axis {0 1} {
+    setp pokeys.0.PEv2.$axis.stepgen.STEPGEN-MAXVEL $::JOINT_0(MAX_VELOCITY)
+    setp pokeys.0.PEv2.$axis.AxisEnabled 1
+    net on => pokeys.0.PEv2.$axis.digout.AxisEnable.out
+}
+"""
+
+
+def a_machine_of_two_passes_and_tcl_works(m):
+    """[HAL]TWOPASS collects all loadrt and addf of .hal and .tcl files before the rest; and a
+    name that was a pin until 2024, a parameter since, is both."""
+    m.device()
+    m.daemon()
+    path = m.folder / "machine.ini"
+    path.write_text(INI.format(run=m.folder / "run", keys="ApplyIniSettings = 1\n"
+                               "PEv2_AxesSwitchConfig_0 = 5\nPin_39_Function = 2\n"
+                               "[JOINT_0]\nSTEP_SCALE = 400\nMAX_VELOCITY = 25\n"
+                               "[HAL]\nTWOPASS = ON\nHALFILE = mill.hal\nHALFILE = more.tcl"),
+                    encoding="utf-8")
+    (m.folder / "mill.hal").write_text(TWO_PASSES, encoding="utf-8")
+    (m.folder / "more.tcl").write_text(SECOND_FILE, encoding="utf-8")
+    m.hal.ok(f"export INI_FILE_NAME={path}; halcmd loadrt threads name1=servo-thread "
+             "period1=1000000")
+    m.hal.ok(f"cd {m.folder} && LINUXCNC_TCL_DIR=/usr/lib/tcltk/linuxcnc "
+             "HALLIB_DIR=/usr/share/linuxcnc/hallib HALLIB_PATH=.:/usr/share/linuxcnc/hallib "
+             f"haltcl -i {path} /usr/lib/tcltk/linuxcnc/twopass.tcl 1>&2")
+    m.hal.ok("halcmd start")
+    m.hal.becomes("connected", True)
+    m.taken()
+    m.hal.becomes("PEv2.0.MaxSpeed", 25 * 400)
+    assert m.hal.get("PEv2.0.digin.LimitN.Enabled") and m.hal.get("PEv2.0.digin.Home.Enabled")
+    m.sim("pin 40 0")
+    m.sim_shows("pin 31", "latch", "0")
+    m.sim("pin 40 1")
+    m.sim_shows("pin 31", "latch", "1")
+    m.hal.set("PEv2.0.AxesConfig", 5)
+    assert m.hal.get("PEv2.0.AxesConfig") == 5
+    hal_live.wait("the pin shows the parameter",
+                  lambda: int(m.hal.ok("halcmd gets x-config"), 0) == 5)
+
+
+def further_devices_of_an_older_machine_have_the_older_names(m):
+    (m.folder / "run").mkdir()
+    path = m.folder / "machine.ini"
+    path.write_text(INI.format(run=m.folder / "run", keys=""), encoding="utf-8")
+    m.hal.ok(f"export INI_FILE_NAME={path}; halcmd loadrt pokeys_shm devices=mill,panel ini=auto")
+    for line in ("net hold pokeys.1.digin.0.in pokeys.1.digout.5.out",
+                 "setp pokeys.1.pins.5.PinFunction 4", "getp pokeys.0.pin.00.in"):
+        m.hal.ok(f"halcmd {line}")
+    m.hal.ok("halcmd unloadrt pokeys_shm")
+    m.hal.ok(f"halcmd loadrt pokeys_shm devices=mill,panel runtime={m.folder}/run")
+    m.hal.ok("halcmd getp pokeys.1.pin.00.in")
+    assert m.hal.run("halcmd getp pokeys.1.digin.0.in")[0]
+
+
+def a_machine_wired_as_before_march_2025_is_permitted_by_the_button(m):
+    m.device()
+    m.daemon()
+    loadusr(m, "ApplyIniSettings = 1", "PEv2_EmergencyInputPin = 52")
+    m.hal.ok("halcmd net ok pokeys.0.PEv2.digin.Emergency.in")
+    m.hal.set("legacy.old-emergency", 1)
+    m.taken()
+    m.hal.becomes("engine.emergency-pin", 62)
+    for contact in ("pressed", "released"):
+        m.sim(f"emergency {contact}")
+        permitted = m.sim("emergency")["active"] == "0"
+        m.hal.becomes("PEv2.digin.Emergency.in", permitted)
+        m.hal.becomes("PEv2.digin.Emergency.in-not", not permitted)
+    m.kill("sim")
+    m.hal.becomes("PEv2.digin.Emergency.in", False)
 
 
 def an_axis_that_is_not_enabled_does_not_move(m):
@@ -248,6 +337,9 @@ if __name__ == "__main__":
         settings_of_the_ini_file_reach_the_device,
         an_axis_moves_by_its_older_names,
         what_only_the_ini_file_says_is_taken_by_loadrt_as_well,
+        a_machine_of_two_passes_and_tcl_works,
+        further_devices_of_an_older_machine_have_the_older_names,
+        a_machine_wired_as_before_march_2025_is_permitted_by_the_button,
         an_axis_that_is_not_enabled_does_not_move,
         keyboard_buses_and_analog_outputs_by_their_older_names,
         a_dead_device_does_not_disturb_the_other,

@@ -33,6 +33,7 @@ static void every_name_is_unique_and_fits(void **state)
 	check_unique(TABLE_BOTH);
 	check_unique(TABLE_LEGACY);
 	check_unique(TABLE_ALL);
+	check_unique(TABLE_FORMER);
 }
 
 /* How often a whole name is made; the offset of its member goes to *offset. */
@@ -65,6 +66,19 @@ static bool is_told_about(const char *name)
 			return true;
 	}
 	return false;
+}
+
+/* HAL keeps pins and parameters apart: a name may be one of each, and they show the same. */
+static void what_was_a_pin_stands_beside_the_parameter(void **state)
+{
+	size_t offset, parameter;
+
+	(void)state;
+	for (struct table_cursor at = table_walk(TABLE_FORMER); table_next(&at);)
+		assert_int_equal(at.row->kind, TABLE_PIN);
+	assert_int_equal(find("pokeys.1.PEv2.7.AxesConfig", TABLE_FORMER, &offset), 1);
+	assert_int_equal(find("pokeys.1.PEv2.7.AxesConfig", TABLE_ALL, &parameter), 1);
+	assert_int_equal(offset, parameter);
 }
 
 static void both_is_without_what_is_set_apart(void **state)
@@ -210,6 +224,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(every_name_is_unique_and_fits),
+		cmocka_unit_test(what_was_a_pin_stands_beside_the_parameter),
 		cmocka_unit_test(both_is_without_what_is_set_apart),
 		cmocka_unit_test(indices_are_padded_and_lead_to_their_member),
 		cmocka_unit_test(two_indices_lead_to_their_member),
