@@ -9,6 +9,7 @@
  * stopped stays.
  */
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -38,16 +39,13 @@ static int make_node(struct shm_host *host, char *why, size_t size)
 	return 0;
 }
 
-int shm_host_open(struct shm_host **out, const char *runtime_directory, const char *group,
-		  char *why, size_t size)
+static int make_host(struct shm_host **out, const char *directory, char *why, size_t size)
 {
 	struct shm_host *host;
 	int r;
 
 	say(why, size, 0, "%s", "");
-	if (!runtime_directory)
-		runtime_directory = POKEYS_RUNTIME_DIRECTORY;
-	r = runtime_check_directory(runtime_directory, why, size);
+	r = runtime_check_directory(directory, why, size);
 	if (r)
 		return r;
 	host = calloc(1, sizeof(*host));
@@ -56,7 +54,20 @@ int shm_host_open(struct shm_host **out, const char *runtime_directory, const ch
 	host->directory_fd = -1;
 	host->lock_fd = -1;
 	manifest_init(&host->manifest);
-	snprintf(host->directory, sizeof(host->directory), "%s", runtime_directory);
+	snprintf(host->directory, sizeof(host->directory), "%s", directory);
+	*out = host;
+	return 0;
+}
+
+int shm_host_open(struct shm_host **out, const char *runtime_directory, const char *group,
+		  char *why, size_t size)
+{
+	struct shm_host *host;
+	int r = make_host(&host, runtime_directory ? runtime_directory : POKEYS_RUNTIME_DIRECTORY,
+			  why, size);
+
+	if (r)
+		return r;
 	r = shm_folder_take(host, group, why, size);
 	if (!r)
 		r = make_node(host, why, size);
@@ -66,6 +77,18 @@ int shm_host_open(struct shm_host **out, const char *runtime_directory, const ch
 	}
 	*out = host;
 	return 0;
+}
+
+int shm_host_clear(const char *runtime_directory, char *why, size_t size)
+{
+	struct shm_host *host;
+	int r = make_host(&host, runtime_directory, why, size);
+
+	if (r)
+		return r;
+	r = shm_folder_clear(host, why, size);
+	shm_host_close(host);
+	return r;
 }
 
 int shm_host_add(struct shm_host *host, const char *name, struct shm_device **out,

@@ -37,6 +37,14 @@ struct shm_device;
 int shm_host_open(struct shm_host **out, const char *runtime_directory, const char *group,
 		  char *why, size_t size);
 
+/*
+ * Remove what a daemon that was killed has left in the folder, and what looks like one that
+ * hangs: link, roots, control socket and lock. The flight recorder's ring stays, which is
+ * no sign of life but the witness of why it died. 0, also if there is nothing; -EBUSY a
+ * daemon that lives holds it; -errno. `why` as above. Cold.
+ */
+int shm_host_clear(const char *runtime_directory, char *why, size_t size);
+
 /* Add a device before publish. -EEXIST, -EINVAL (name), -errno. */
 int shm_host_add(struct shm_host *host, const char *name, struct shm_device **out,
 		 char *why, size_t size);

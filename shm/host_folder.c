@@ -1,12 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The runtime folder from the daemon's side: take it, lock it, clear it, make
- * a root in it.
- *
- * One daemon per folder: the lock is an flock on a file, given up by the
- * kernel however the daemon ends. The file is removed at a clean end, so
- * taking the lock makes sure that the file which was locked is still the one
- * that has the name; otherwise two daemons could hold two files.
+ * a root in it; or clear it only, after one that was killed.
  *
  * Access is by group: the folder is 2770 (set-group-id, so that everything
  * below belongs to the group), and iceoryx2's files are writable for all who
@@ -23,7 +18,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/vfs.h>
 #include <linux/magic.h>
@@ -124,6 +118,18 @@ static int give_to_group(struct shm_host *host, gid_t gid, char *why, size_t siz
 	return 0;
 }
 
+static int enter(struct shm_host *host, struct stat *status, char *why, size_t size)
+{
+	host->directory_fd = open(host->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+	if (host->directory_fd < 0 || fstat(host->directory_fd, status))
+		return say(why, size, -errno, "%s: %s", host->directory, strerror(errno));
+	if (status->st_mode & S_IWOTH)
+		return say(why, size, -EPERM,
+			   "%s: everybody may write there; give the daemon a folder of its own, "
+			   "mode 2770", host->directory);
+	return 0;
+}
+
 static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t size)
 {
 	bool made = !mkdir(host->directory, 0770);
@@ -133,80 +139,16 @@ static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t si
 	if (!made && errno != EEXIST)
 		return say(why, size, -errno, "%s: cannot be made: %s", host->directory,
 			   strerror(errno));
-	host->directory_fd = open(host->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-	if (host->directory_fd < 0 || fstat(host->directory_fd, &status))
-		return say(why, size, -errno, "%s: %s", host->directory, strerror(errno));
+	r = enter(host, &status, why, size);
+	if (r)
+		return r;
 	if (made)
 		return give_to_group(host, gid, why, size);
-	if (status.st_mode & S_IWOTH)
-		return say(why, size, -EPERM,
-			   "%s: everybody may write there; give the daemon a folder of its own, "
-			   "mode 2770", host->directory);
 	if (gid == GROUP_NONE ||
 	    (status.st_gid == gid && (status.st_mode & 07777) == 02770))
 		return 0;
 	r = made_for_us(host) ? 0 : check_own(host, gid, why, size);
 	return r ? r : give_to_group(host, gid, why, size);
-}
-
-static int lock_busy(struct shm_host *host, int fd, char *why, size_t size)
-{
-	char text[24] = "";
-	ssize_t length = pread(fd, text, sizeof(text) - 1, 0);
-	long pid = length > 0 ? strtol(text, NULL, 10) : 0;
-
-	return say(why, size, -EBUSY,
-		   "another pokeysd (pid %ld) holds %s; stop it, or choose another runtime folder",
-		   pid, host->directory);
-}
-
-/* 1 = locked, 0 = it was another file by then: once more. */
-static int try_lock(struct shm_host *host, char *why, size_t size)
-{
-	struct stat ours, named;
-	int fd = openat(host->directory_fd, "lock",
-			O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600);
-	int r;
-
-	if (fd < 0)
-		return say(why, size, -errno, "%s/lock: %s%s", host->directory, strerror(errno),
-			   errno == EACCES ? "; it belongs to another user's daemon" : "");
-	if (fstat(fd, &ours) || !S_ISREG(ours.st_mode)) {
-		close(fd);
-		return say(why, size, -EPROTO, "%s/lock: not a file; remove it", host->directory);
-	}
-	if (flock(fd, LOCK_EX | LOCK_NB)) {
-		r = errno == EWOULDBLOCK ? lock_busy(host, fd, why, size) :
-		    say(why, size, -errno, "%s/lock: %s", host->directory, strerror(errno));
-		close(fd);
-		return r;
-	}
-	if (fstatat(host->directory_fd, "lock", &named, AT_SYMLINK_NOFOLLOW) ||
-	    named.st_ino != ours.st_ino) {
-		close(fd);
-		return 0;
-	}
-	host->lock_fd = fd;
-	return 1;
-}
-
-static int take_lock(struct shm_host *host, char *why, size_t size)
-{
-	char text[24];
-	int length;
-	int r;
-
-	do {
-		r = try_lock(host, why, size);
-	} while (!r);
-	if (r < 0)
-		return r;
-	length = snprintf(text, sizeof(text), "%ld\n", (long)getpid());
-	if (ftruncate(host->lock_fd, 0) ||
-	    pwrite(host->lock_fd, text, (size_t)length, 0) != length)
-		return say(why, size, -EIO, "%s/lock: cannot be written: %s", host->directory,
-			   strerror(errno));
-	return 0;
 }
 
 /*
@@ -225,6 +167,7 @@ static int remove_stale(struct shm_host *host, char *why, size_t size)
 			   "%s/current: a folder, in the place of pokeysd's link; remove it",
 			   host->directory);
 	unlinkat(host->directory_fd, ".current", 0);
+	unlinkat(host->directory_fd, "control", 0);
 	r = runtime_remove_stale(host->directory_fd, NULL);
 	if (r && r != -ENOTEMPTY)
 		say(why, size, 0, "%s: what is left there cannot be removed: %s; remove what is "
@@ -289,7 +232,7 @@ int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t 
 	if (!r)
 		r = open_directory(host, gid, why, size);
 	if (!r)
-		r = take_lock(host, why, size);
+		r = shm_lock_take(host, O_CREAT, why, size);
 	if (!r)
 		r = remove_stale(host, why, size);
 	if (!r)
@@ -297,6 +240,22 @@ int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t 
 	if (!r)
 		warn_of_disk(host, why, size);
 	return r;
+}
+
+/*
+ * A daemon has its lock before all else and removes it last: without one there is
+ * nothing of a daemon's, and whatever has such a name is somebody else's.
+ */
+int shm_folder_clear(struct shm_host *host, char *why, size_t size)
+{
+	struct stat status;
+	int r = enter(host, &status, why, size);
+
+	if (!r)
+		r = shm_lock_take(host, 0, why, size);
+	if (r == -ENOENT)
+		return say(why, size, 0, "%s", "");
+	return r ? r : remove_stale(host, why, size);
 }
 
 void shm_folder_give_back(struct shm_host *host)

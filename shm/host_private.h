@@ -40,7 +40,12 @@ struct shm_host {
 
 /* Folder, lock and root: 0, or -errno; then give back what was taken all the same. */
 int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t size);
+/* Lock it and remove what a dead daemon left; the same. Nothing there is 0. */
+int shm_folder_clear(struct shm_host *host, char *why, size_t size);
 void shm_folder_give_back(struct shm_host *host);
+
+/* `create`: O_CREAT, or 0 = -ENOENT if there is none. 0, -EBUSY a daemon that lives has it. */
+int shm_lock_take(struct shm_host *host, int create, char *why, size_t size);
 
 int shm_device_open(struct shm_device *device, struct shm_host *host, const char *name,
 		    char *why, size_t size);

@@ -52,8 +52,6 @@ int desk_open(struct desk *desk)
 		return -errno;
 	snprintf(desk->socket, sizeof(desk->socket), "%s/control", desk->config->runtime_directory);
 	strncpy(address.sun_path, desk->socket, sizeof(address.sun_path) - 1);
-	/* what a daemon that died left: the folder is locked, so it is nobody's */
-	unlink(desk->socket);
 	if (bind_for_group(fd, &address) || listen(fd, DESK_CLIENTS)) {
 		int error = errno;
 

@@ -19,6 +19,7 @@
 #include "daemon/control/options.h"
 #include "daemon/control/service.h"
 #include "daemon/control/signals.h"
+#include "shm/host.h"
 #include "usage/written.h"
 
 static struct config config;
@@ -71,6 +72,23 @@ static int override(const struct options *options)
 	return STATUS_USAGE;
 }
 
+/*
+ * For the service manager, when there is no daemon any more and perhaps no other one will
+ * come: then nobody takes the folder, which clears it. No configuration is read for it, for
+ * a broken one may be why none comes.
+ */
+static int clear(const char *directory)
+{
+	char why[256];
+	int result = shm_host_clear(directory, why, sizeof(why));
+
+	if (*why)
+		log_line(result ? EVENT_ERROR : EVENT_WARNING, "%s", why);
+	if (result == -EBUSY)
+		return STATUS_BUSY;
+	return result ? STATUS_FAILED : STATUS_OK;
+}
+
 int main(int argc, char **argv)
 {
 	int (*read)(const char *path, struct config *out, config_complain tell, void *context);
@@ -83,6 +101,8 @@ int main(int argc, char **argv)
 	if (!options_parse(&options, argc, argv, &status))
 		return usage_written("pokeysd", status);
 	log_open(STDERR_FILENO, EVENT_INFO);
+	if (options.clear)
+		return clear(options.clear);
 	read = options.check_config ? config_check : config_read;
 	if (options.check_config) {
 		signals_release();	/* it leaves nothing behind */

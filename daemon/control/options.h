@@ -18,6 +18,7 @@ enum {
 struct options {
 	const char *config;
 	const char *runtime_directory;	/* NULL = the configuration's */
+	const char *clear;		/* a runtime folder, NULL = none */
 	bool check_config;
 	bool no_realtime;
 };

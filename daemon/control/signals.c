@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * A daemon that is ended in the middle of its start has work to do: what one that was
- * killed has left in the runtime folder looks like a daemon that hangs, until the next
- * start clears it. So signals are held from the first line of main(), and none finds us
+ * killed has left in the runtime folder looks like a daemon that hangs, until somebody
+ * clears it, and not everybody who starts us does so afterwards, as the unit does. So
+ * signals are held from the first line of main(), and none finds us
  * without somebody who acts upon it; those who wait for something, and whoever is about
  * to begin with the devices, ask whether one has come.
  *

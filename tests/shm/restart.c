@@ -9,10 +9,12 @@
  */
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include "shm/iox.h"
 #include "tests/shm/folder.h"
@@ -158,6 +160,81 @@ static void dead_daemon_stays_readable_until_the_next(void **state)
 	shm_host_close(folder_host_mill(folder, &mill));
 }
 
+static void touch(const struct folder *folder, const char *name)
+{
+	char path[64];
+
+	snprintf(path, sizeof(path), "%s/%s", folder->path, name);
+	assert_int_equal(close(open(path, O_CREAT | O_WRONLY, 0600)), 0);
+}
+
+static int clear(struct folder *folder)
+{
+	return shm_host_clear(folder->path, folder->why, sizeof(folder->why));
+}
+
+/* The next one may never come, or end before it has taken the folder. */
+static void dead_daemon_is_cleared_without_a_next_one(void **state)
+{
+	struct folder *folder = *state;
+	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER);
+	struct pokeys_state image;
+	char said[256], path[64];
+	pid_t daemon = folder_peer(folder, "host", said);
+
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
+	touch(folder, "control");
+	touch(folder, "recorder");
+	folder_end_peer(daemon, SIGKILL);
+	assert_int_equal(clear(folder), 0);
+	assert_string_equal(folder->why, "");
+	assert_int_equal(count_entries(folder->path), 2 + 1);
+	snprintf(path, sizeof(path), "%s/recorder", folder->path);
+	assert_int_equal(unlink(path), 0);		/* that was the one */
+	assert_int_equal(pokeys_client_read(client, &image), 0);
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_DETACHED);
+	assert_non_null(strstr(folder_status(folder, client), "is pokeysd running?"));
+	pokeys_client_close(client);
+}
+
+static void nothing_of_a_living_daemon_is_cleared(void **state)
+{
+	struct folder *folder = *state;
+	pokeys_client *client = folder_client(folder, 0);
+	char said[256], who[64];
+	pid_t daemon = folder_peer(folder, "host", said);
+	int entries = count_entries(folder->path);
+
+	snprintf(who, sizeof(who), "another pokeysd (pid %d) holds %s;", (int)daemon, folder->path);
+	assert_int_equal(clear(folder), -EBUSY);
+	assert_non_null(strstr(folder->why, who));
+	assert_int_equal(count_entries(folder->path), entries);
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
+	pokeys_client_close(client);
+	assert_int_equal(folder_end_peer(daemon, SIGTERM), 0);
+}
+
+/* Named by mistake: without a lock there never was a daemon, whatever is called as its files. */
+static void where_no_daemon_was_nothing_is_cleared(void **state)
+{
+	struct folder *folder = *state;
+	char path[64];
+
+	assert_int_equal(clear(folder), 0);
+	assert_int_equal(access(folder->path, F_OK), -1);
+	mkdir(folder->path, 0700);
+	touch(folder, "control");
+	touch(folder, "e.12");
+	snprintf(path, sizeof(path), "%s/current", folder->path);
+	assert_int_equal(symlink("release-7", path), 0);
+	assert_int_equal(clear(folder), 0);
+	assert_string_equal(folder->why, "");
+	assert_int_equal(count_entries(folder->path), 2 + 3);
+	touch(folder, "lock");
+	assert_int_equal(clear(folder), 0);
+	assert_int_equal(count_entries(folder->path), 2);
+}
+
 static void client_may_outlive_the_folder(void **state)
 {
 	struct folder *folder = *state;
@@ -218,6 +295,9 @@ int main(void)
 		BOTH(killed_daemon_is_followed_by_the_next),
 		BOTH(daemon_killed_while_it_starts_is_followed_by_the_next),
 		BOTH(dead_daemon_stays_readable_until_the_next),
+		BOTH(dead_daemon_is_cleared_without_a_next_one),
+		BOTH(nothing_of_a_living_daemon_is_cleared),
+		BOTH(where_no_daemon_was_nothing_is_cleared),
 		BOTH(client_may_outlive_the_folder),
 		BOTH(clean_end_leaves_nothing),
 		BOTH(without_a_fresh_root_the_next_daemon_may_not_write),

@@ -147,6 +147,38 @@ def test_whoever_waits_for_an_interface_can_be_ended_in_order():
             has_cleared(house, daemon)
 
 
+def test_what_a_killed_daemon_left_is_cleared_where_no_other_one_comes():
+    with House() as house:
+        killed(house)
+        house.daemon_keys["nonsense"] = 1
+        equal(house.start_daemon(wait=False).wait(PATIENCE), 78, house.log())
+        house.tells("daemon not publishing", "status")
+        cleared = run(house.programs["pokeysd"], "--clear", house.runtime)
+        equal((cleared.returncode, cleared.stdout, cleared.stderr), (0, "", ""))
+        house.tells("no daemon runs in", "status")
+        # the witness of why it died stays for whoever can read it
+        equal([path.name for path in house.runtime.iterdir()], ["recorder"])
+        equal(house.ctl("record", house.folder / "trouble.pcapng").returncode, 0)
+        del house.daemon_keys["nonsense"]
+        equal(end(house.start_daemon())[0], 0, house.log())
+        assert any(house.daemon_keys["record-folder"].glob("*-died.pcapng")), house.log()
+
+
+def test_nothing_of_a_daemon_that_lives_is_cleared():
+    with House() as house:
+        house.start_sim()
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        there = {path.name for path in house.runtime.iterdir()}
+        cleared = run(house.programs["pokeysd"], "--clear", house.runtime)
+        equal((cleared.returncode, cleared.stdout), (75, ""))
+        assert f"another pokeysd (pid {daemon.pid}) holds {house.runtime}" in cleared.stderr, cleared
+        equal({path.name for path in house.runtime.iterdir()}, there)
+        house.says("config", "apply", "mill", returncode=0)
+        house.wait_fresh()
+        equal(end(daemon)[0], 0, house.log())
+
+
 def own_network():
     if ctypes.CDLL(None, use_errno=True).unshare(0x40000000):  # CLONE_NEWNET
         raise OSError(ctypes.get_errno(), "unshare")

@@ -48,12 +48,14 @@ def main():
         return 77
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        text = re.sub(r"^ExecStart=\S+", f"ExecStart={daemon}", unit.read_text(), flags=re.M)
+        text = re.sub(r"^(ExecStart=|ExecStopPost=-)\S+", rf"\g<1>{daemon}", unit.read_text(), flags=re.M)
         (folder / "pokeysd.service").write_text(text)
         faults = verify(folder)
         assert not faults, faults
         # a changed configuration needs no restart of the machine
         assert "ExecReload=/bin/kill -HUP $MAINPID\n" in text, "the unit cannot be reloaded"
+        # and whoever was killed leaves nothing that looks like a daemon, whatever comes of the next
+        assert f"ExecStopPost=-{daemon} --clear %t/pokeysd\n" in text and "RuntimeDirectory=pokeysd\n" in text
         # a mistake is found at all
         (folder / "pokeysd.service").write_text(text.replace("[Install]", "Nonsense=1\n[Install]"))
         assert "Nonsense" in verify(folder), "verify does not see an unknown key"

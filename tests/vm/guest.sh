@@ -114,8 +114,25 @@ linuxcnc_dies() {
 	within 120 output_is 0
 }
 
-# Once it runs: one that is stopped before its first line clears nothing of the one before.
-service_stops() { within 240 fresh && systemctl stop pokeysd; }
+# Killed, and no other one comes that would take the folder: the file has a fault by now; or
+# it is stopped before there is one.
+nothing_looks_like_a_daemon() {
+	local left
+	left=$(find /run/pokeysd -mindepth 1 ! -name 'recorder*')
+	[ -z "$left" ] || { echo "left: $(head -n 3 <<<"$left" | tr '\n' ' ')"; return 1; }
+}
+killed_for_good() {
+	sed -i '1i nonsense' /etc/pokeysd/pokeysd.conf
+	kill -KILL "$(main_pid)"
+	within 180 systemctl is-failed pokeysd || return 1
+	[ "$(systemctl show -P ExecMainStatus pokeysd)" = 78 ] || { echo "another failure"; return 1; }
+	nothing_looks_like_a_daemon || return 1
+	sed -i 1d /etc/pokeysd/pokeysd.conf
+	systemctl start pokeysd && within 240 fresh || return 1
+	kill -KILL "$(main_pid)"
+	systemctl stop pokeysd && nothing_looks_like_a_daemon || return 1
+	systemctl start pokeysd && within 240 fresh
+}
 
 nothing_is_left() {
 	local left
@@ -147,7 +164,8 @@ check hung_daemon_is_found_by_the_watchdog again STOP
 check watchdog_is_in_the_journal watchdog_was_it
 check cyclictest_beside_it latency
 check outputs_are_safe_when_linuxcnc_dies linuxcnc_dies
-check service_stops service_stops
+check killed_for_good_leaves_no_daemon_to_be_seen killed_for_good
+check service_stops systemctl stop pokeysd
 check nothing_is_left nothing_is_left
 journalctl --no-pager -u pokeysd -u pokeys-guard >/out/journal
 echo end
