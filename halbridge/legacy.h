@@ -36,6 +36,9 @@ struct legacy {
 	struct legacy_home home[POKEYS_AXES];
 	uint8_t mode[POKEYS_AXES];
 	int32_t preset[POKEYS_AXES];	/* PositionSetup, as last acted upon */
+	/* one-shots whose end is not known yet, bit = id % POKEYS_ONE_SHOTS */
+	uint64_t asked;
+	uint32_t asked_session;
 	/* engine */
 	uint32_t power_shown;
 	uint64_t clear_ns;		/* a fault is not cleared again before */
@@ -52,6 +55,12 @@ void legacy_enable(struct exchange *exchange, const struct values *values);
 
 /* At the end of exchange_write, over the command it has made. Realtime. */
 void legacy_write(struct exchange *exchange, struct values *values, uint64_t now_ns);
+
+/* Queue it, its id to *id; how it ends will be counted. False: there is no room now. Realtime. */
+bool legacy_ask(struct exchange *exchange, const struct pokeys_one_shot *shot, uint32_t *id);
+
+/* How many of them are known since the last call to have ended badly. Realtime. */
+uint32_t legacy_failed(struct exchange *exchange);
 
 /* Parts of the above, a file each. */
 void legacy_read_axes(struct exchange *exchange, struct values *values);

@@ -108,12 +108,11 @@ void legacy_read_engine(struct exchange *exchange, struct values *values, bool f
 	read_masks(&exchange->legacy, values, &exchange->state);
 }
 
-/* Queue it; false if there is no room now. */
 static bool queued(struct exchange *exchange, const struct pokeys_one_shot *shot)
 {
 	uint32_t id;
 
-	return one_shot_push(&exchange->queue, &exchange->command, shot, &id) == ONE_SHOT_QUEUED;
+	return legacy_ask(exchange, shot, &id);
 }
 
 static void start_homing(struct exchange *exchange, struct values *values)
@@ -168,26 +167,35 @@ static void clear_fault(struct exchange *exchange, const struct values *values, 
 	struct legacy *own = &exchange->legacy;
 	const uint8_t state = exchange->state.engine.state;
 	bool drives = false;
+	uint32_t id;
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		drives |= own->linked[i];
 	if (!drives || values->machine_is_on || now_ns < own->clear_ns ||
 	    (state != STOP_LIMIT && state != STOP_EMERGENCY))
 		return;
-	if (queued(exchange, &clear))
+	/* nobody has asked for it, so it is not counted, and it comes again */
+	if (one_shot_push(&exchange->queue, &exchange->command, &clear, &id) == ONE_SHOT_QUEUED)
 		own->clear_ns = now_ns + CLEAR_NS;
 }
 
 /*
  * What is asked for while the device is away is not done when it is back: by then
- * it is not what the person wanted (as in press.c).
+ * it is not what the person wanted. It is counted (as in press.c).
  */
 static void forget(struct exchange *exchange, struct values *values)
 {
+	bool preset = false;
+
+	values->one_shot_failed_count += values->legacy.engine.home_mask != 0;
+	values->one_shot_failed_count += values->legacy.engine.probe_mask != 0;
 	values->legacy.engine.home_mask = 0;
 	values->legacy.engine.probe_mask = 0;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		preset |= exchange->legacy.preset[i] != values->legacy.axis[i].preset;
 		exchange->legacy.preset[i] = values->legacy.axis[i].preset;
+	}
+	values->one_shot_failed_count += preset;
 }
 
 void legacy_write_engine(struct exchange *exchange, struct values *values, uint64_t now_ns)

@@ -194,8 +194,7 @@ static void obey_group(struct exchange *exchange, const struct values *values, u
 			add_axis(exchange, values, i, command, &shot);
 	}
 	/* a full ring: the command stands there still in the next period */
-	if (shot.mask && one_shot_push(&exchange->queue, &exchange->command, &shot, &id) ==
-			 ONE_SHOT_QUEUED)
+	if (shot.mask && legacy_ask(exchange, &shot, &id))
 		begin(exchange, &shot, command, id);
 }
 

@@ -195,6 +195,8 @@ void legacy_read(struct exchange *exchange, struct values *values, uint64_t now_
 	if (!exchange->legacy.on)
 		return;
 	read_connection(exchange, values, now_ns);
+	if (exchange->have_state)
+		values->one_shot_failed_count += legacy_failed(exchange);
 	read_choice(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		read_encoder(exchange, values, i);

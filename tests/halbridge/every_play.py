@@ -7,7 +7,7 @@ from every_name import Step
 
 # cycles of the daemon: settings have been looked at; all has been done
 TAKEN_IN, DONE = 20, 300
-PATIENCE, LONG = 5, 15  # seconds until what was refused is pressed anew, and anything else
+PATIENCE = 5    # seconds until what was refused is pressed anew
 
 
 def is_like(have, want):
@@ -125,12 +125,13 @@ def do(machine, step):
 
 class Presses:
     """What was pressed in a moment without fresh data is refused, and such moments are many
-    where the daemon waits for a processor. Then it is pressed again; and if nothing comes of
-    it for long, for not all of them are counted."""
+    where the daemon waits for a processor. That is told: by the count of what was not done,
+    or, of machine-is-on, by the new edge that is wanted. Then it is pressed again, and only
+    then: one that is lost without a word is never done, and fails the test."""
 
     def __init__(self, machine, step):
         self.machine, self.presses = machine, step.presses
-        self.pressed = any(step.presses.values())
+        self.pressed = [name for name, value in step.presses.items() if value]
         self.begin()
 
     def begin(self):
@@ -140,13 +141,22 @@ class Presses:
     def count(self):
         return self.machine.hal.get("one-shot-failed-count") if self.pressed else 0
 
+    def refused(self):
+        return (self.count() != self.failed or
+                "machine-is-on" in self.pressed and self.machine.hal.get("needs-edge"))
+
     def again(self):
-        waited = time.monotonic() - self.at
-        if not self.pressed or waited < PATIENCE or (waited < LONG and self.count() == self.failed):
+        if not self.pressed or time.monotonic() - self.at < PATIENCE or not self.refused():
             return
         self.begin()
         set_all(self.machine, {name: type(value)(0) for name, value in self.presses.items()})
         set_all(self.machine, self.presses)
+
+    def lost(self):
+        """For the complaint that not all has come about."""
+        if not self.pressed or self.refused():
+            return ""
+        return f"; pressed, and not told to be refused: {self.pressed}"
 
 
 def carry_out(machine, step):
@@ -158,7 +168,8 @@ def carry_out(machine, step):
     count = len(step.shown) + len(step.inside) + len(step.changed) + len(step.same)
     end = time.monotonic() + LIMIT
     while found := differences(machine, step, before):
-        assert time.monotonic() < end, f"{len(found)} of {count}: " + "; ".join(found[:30])
+        assert time.monotonic() < end, \
+            f"{len(found)} of {count}: " + "; ".join(found[:30]) + presses.lost()
         if step.pause:      # the daemon misses some cycles
             machine.hold("pokeysd", step.pause)
         time.sleep(0.02)

@@ -151,6 +151,7 @@ static void a_refused_homing_shows_an_error(void **state)
 	ask(0x01, LEGACY_HOME_START);
 	answer(POKEYS_OUTCOME_REFUSED);
 	assert_int_equal(legacy->axis[0].state, 20);
+	assert_int_equal(rig.values.one_shot_failed_count, 1);
 	ask(0x01, LEGACY_HOME_IDLE);
 	rig_period(&rig);
 	assert_int_equal(legacy->axis[0].state, 0);
@@ -184,6 +185,7 @@ static void a_homing_ends_with_its_daemon(void **state)
 	rig.daemon.epoch++;
 	rig_periods(&rig, 2);
 	assert_int_equal(legacy->axis[0].state, 20);
+	assert_int_equal(rig.values.one_shot_failed_count, 1);
 }
 
 static void a_cancelled_homing_is_told_to_the_device(void **state)
@@ -233,6 +235,31 @@ static void what_was_asked_while_the_device_was_away_is_not_done_later(void **st
 	assert_int_equal(command->one_shot_head, head);
 	assert_int_equal(legacy->engine.home_mask, 0);
 	assert_int_equal(legacy->engine.probe_mask, 0);
+	assert_int_equal(rig.values.one_shot_failed_count, 3);
+}
+
+/* Two presets on their way at once, and a mask; none of these names says how it ended. */
+static void what_came_of_masks_and_presets_is_counted(void **state)
+{
+	const uint32_t head = command->one_shot_head;
+
+	(void)state;
+	legacy->axis[2].preset = 777;
+	rig_period(&rig);
+	legacy->axis[3].preset = 888;
+	rig_period(&rig);
+	legacy->engine.home_mask = 1;
+	rig_period(&rig);
+	assert_int_equal(command->one_shot_head, head + 3);
+	rig_end(&rig, head, POKEYS_OUTCOME_REFUSED, POKEYS_TASK_RESULT_NONE);
+	assert_int_equal(rig.values.one_shot_failed_count, 1);
+	rig_end(&rig, head + 1, POKEYS_OUTCOME_DONE, POKEYS_TASK_RESULT_NONE);
+	assert_int_equal(rig.values.one_shot_failed_count, 1);
+	rig.daemon.epoch++;		/* it is not known whether the axis was homed */
+	rig_periods(&rig, 2);
+	assert_int_equal(rig.values.one_shot_failed_count, 2);
+	rig_periods(&rig, 20);
+	assert_int_equal(rig.values.one_shot_failed_count, 2);
 }
 
 static void a_fault_is_cleared_while_the_machine_is_off(void **state)
@@ -248,7 +275,8 @@ static void a_fault_is_cleared_while_the_machine_is_off(void **state)
 	rig_periods(&rig, 3);
 	assert_int_equal(command->one_shot_head, head + 1);
 	assert_int_equal(newest()->operation, POKEYS_ONE_SHOT_CLEAR_FAULT);
-	rig.daemon.one_shot_ack = head + 1;
+	answer(POKEYS_OUTCOME_FAILED);
+	assert_int_equal(rig.values.one_shot_failed_count, 0);
 	rig_periods(&rig, 1100);
 	assert_int_equal(command->one_shot_head, head + 2);
 }
@@ -268,6 +296,7 @@ int main(void)
 		cmocka_unit_test_setup(a_start_mask_is_told_once, setup),
 		cmocka_unit_test_setup(what_was_asked_while_the_device_was_away_is_not_done_later,
 				       setup),
+		cmocka_unit_test_setup(what_came_of_masks_and_presets_is_counted, setup),
 		cmocka_unit_test_setup(a_fault_is_cleared_while_the_machine_is_off, setup),
 	};
 
