@@ -203,28 +203,6 @@ static uint64_t slot_time(const struct device *device)
 	return (uint64_t)((int64_t)BUFFER_SLOT_NS + more * (int64_t)(BUFFER_SLOT_NS / DRIFT_PART));
 }
 
-/* Of the axes that the spindle leads; where others are meanwhile is not played. */
-static bool same_place(const struct device *device, const struct buffer_slot *a,
-		       const struct buffer_slot *b)
-{
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (device->image.engine.task_axes >> i & 1 && a->position[i] != b->position[i])
-			return false;
-	}
-	return true;
-}
-
-/* However long it stands, the spindle need not turn for that. */
-static bool stands_already(const struct device *device, const struct buffer_slot *slot)
-{
-	const struct buffer *buffer = &device->buffer;
-	const uint32_t last = buffer->first + buffer->pending - 1;
-
-	return threading_paces(device) && buffer->pending >= 2 &&
-	       same_place(device, slot, &buffer->slot[last % BUFFER_PENDING]) &&
-	       same_place(device, slot, &buffer->slot[(last - 1) % BUFFER_PENDING]);
-}
-
 static void make_slots(struct device *device)
 {
 	struct buffer *buffer = &device->buffer;
@@ -234,7 +212,7 @@ static void make_slots(struct device *device)
 	while (buffer->made_ns + time <= device->tick_ns) {
 		buffer->made_ns += time;
 		wish_at(device, buffer->made_ns, &slot);
-		if (!stands_already(device, &slot))
+		if (!buffer_stands(device, &slot))
 			push(device, &slot);
 	}
 }

@@ -104,6 +104,8 @@ uint16_t buffer_behind(const struct device *device);
 bool buffer_caught_up(const struct device *device);
 /* What is to be played first lies in the device. */
 bool buffer_loaded(const struct device *device);
+/* The axes that the spindle leads are there already, or will be with what waits. */
+bool buffer_stands(const struct device *device, const struct buffer_slot *slot);
 /* A fill so small that nobody could tell whether it was executed waits for more. */
 bool buffer_fill_worth_it(const struct device *device);
 /* The fill in doubt; left: slots in the device, if it tells them. */
@@ -118,6 +120,8 @@ void buffer_resolve(struct device *device, bool executed);
 void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES]);
 /* The next slot of the path, towards these positions; no longer than an axis may step. */
 void buffer_path_step(struct device *device, uint32_t after, const struct buffer_slot *to);
+/* The axes that a task has may be there n slots after all that were sent, as fast as they can. */
+bool buffer_path_reaches(const struct device *device, const struct buffer_slot *to, uint32_t n);
 /* The k slots behind the end have been accepted. */
 void buffer_path_accept(struct device *device, uint32_t k);
 /* Into *at, the slot after which the axes stand there; false if there is none. */

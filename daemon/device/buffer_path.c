@@ -92,6 +92,24 @@ void buffer_path_step(struct device *device, uint32_t after, const struct buffer
 	}
 }
 
+bool buffer_path_reaches(const struct device *device, const struct buffer_slot *to, uint32_t n)
+{
+	const struct buffer *buffer = &device->buffer;
+	const uint32_t last = buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
+	const struct buffer_slot *from = &buffer->path[last % BUFFER_PATH];
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct pokeys_axis *axis = &device->image.engine.axis[i];
+		const int64_t most = (int64_t)n * step_max(device, axis);
+		const int64_t distance = (int64_t)to->position[i] - from->position[i];
+
+		if (device->image.engine.task_axes >> i & 1 &&
+		    (distance > most || distance < -most))
+			return false;
+	}
+	return true;
+}
+
 void buffer_path_accept(struct device *device, uint32_t k)
 {
 	device->buffer.end += k;

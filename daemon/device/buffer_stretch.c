@@ -8,7 +8,8 @@
  *
  * A fill without an answer is in if the positions are that far along the path, or the
  * slots left say so. Fills of a slot or two would leave that open, because a slot under
- * way may count or not: they wait for more unless it is urgent. What cannot be found
+ * way may count or not: they wait for more unless it is urgent, or what the spindle has
+ * to find there is not there yet: until then nothing is under way. What cannot be found
  * out shows when the device has come to the end of the slots of before.
  */
 
@@ -49,10 +50,38 @@ bool buffer_loaded(const struct device *device)
 	return level >= buffer_lead(device) || (level && buffer_settled(device));
 }
 
+/* Of the axes that the spindle leads; where others are meanwhile is not played. */
+static bool same_place(const struct device *device, const struct buffer_slot *a,
+		       const struct buffer_slot *b)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (device->image.engine.task_axes >> i & 1 && a->position[i] != b->position[i])
+			return false;
+	}
+	return true;
+}
+
+/*
+ * However long it stands, the spindle need not turn for that. The command may stand where
+ * the axes have still to come to, which takes them slots; a fill of those is enough to wait.
+ */
+bool buffer_stands(const struct device *device, const struct buffer_slot *slot)
+{
+	const struct buffer *buffer = &device->buffer;
+	const uint32_t last = buffer->first + buffer->pending - 1;
+
+	return threading_paces(device) && buffer->pending >= 2 &&
+	       same_place(device, slot, &buffer->slot[last % BUFFER_PENDING]) &&
+	       same_place(device, slot, &buffer->slot[(last - 1) % BUFFER_PENDING]) &&
+	       (buffer->pending >= BUFFER_FILL_MOST ||
+		buffer_path_reaches(device, slot, buffer->pending - 1));
+}
+
 bool buffer_fill_worth_it(const struct device *device)
 {
 	return !threading_stretched(device) || device->buffer.pending >= WORTH_IT ||
-	       buffer_level(device) < URGENT;
+	       buffer_level(device) < URGENT ||
+	       !(threading_active(device) || buffer_loaded(device));
 }
 
 /* So many slots before `end`; the slot under way is out of the buffer, or still in it. */

@@ -197,6 +197,31 @@ static void axis_in_position_mode_moves_beside_it(void **state)
 	made_no_detour(600);
 }
 
+/* The command is there at once, and the device has to be far ahead of so slow a wire. */
+static void all_of_the_way_at_once_is_armed_over_a_slow_wire(void **state)
+{
+	static const int32_t ways[] = { 30, 1500, 30000 };
+	const struct sim_link_faults slow = { .delay = { .low_ns = 8 * MS } };
+
+	(void)state;
+	for (size_t k = 0; k < sizeof(ways) / sizeof(ways[0]); k++) {
+		begin_with(true, 0);
+		prepare();
+		world_faults(&world, &slow);
+		world_run(&world, 2 * SECOND);
+		go(Z, -ways[k]);
+		assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_ARM), POKEYS_OUTCOME_DONE);
+		world_until(&world, is_active, 1 * SECOND);
+		world_run(&world, 2 * SECOND);
+		assert_int_equal(pulses(Z), -ways[k]);
+		assert_int_equal(threading()->behind, 0);
+		assert_int_equal(engine()->buffer_underruns, 0);
+		assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_RELEASE), POKEYS_OUTCOME_DONE);
+		assert_int_equal(engine()->axis[Z].following_error, 0);
+		assert_int_equal(world.rig.device.bench.machine.axis[Z].steps, (uint64_t)ways[k]);
+	}
+}
+
 /* It is slots of motion that wait, not what another axis does beside a standstill. */
 static void standstill_beside_a_moving_axis_does_not_heap_up(void **state)
 {
@@ -277,6 +302,7 @@ int main(void)
 		cmocka_unit_test_setup(force_does_not_wait, begin),
 		cmocka_unit_test(ignored_axis_waits_parked),
 		cmocka_unit_test_setup(it_costs_no_further_fast_request, begin),
+		cmocka_unit_test(all_of_the_way_at_once_is_armed_over_a_slow_wire),
 		cmocka_unit_test(axis_in_position_mode_moves_beside_it),
 		cmocka_unit_test(standstill_beside_a_moving_axis_does_not_heap_up),
 		cmocka_unit_test(exact_where_the_device_tells_its_level),
