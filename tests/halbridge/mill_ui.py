@@ -42,11 +42,19 @@ def settings_are_taken():
 class Operator:
     def __init__(self):
         self.command, self.status = linuxcnc.command(), linuxcnc.stat()
+        self.errors = linuxcnc.error_channel()
         self.began = None       # where the axes stood
 
     def looks(self, **want):
         self.status.poll()
         return all(getattr(self.status, key) == value for key, value in want.items())
+
+    def told(self):
+        """What LinuxCNC has told its operator."""
+        said = []
+        while (error := self.errors.poll()) is not None:
+            said.append(error[1])
+        return said
 
     def sees(self, what, test):
         """While the machine is on."""
@@ -105,7 +113,7 @@ def main():
             print("moved", file=sys.stderr)
             return 0
         except Off:
-            print("switched off meanwhile", file=sys.stderr)
+            print(f"switched off meanwhile: {operator.told()}", file=sys.stderr)
     return 1
 
 

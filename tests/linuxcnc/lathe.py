@@ -24,15 +24,6 @@ BACK = 2  # device-thread.ngc: on the way back to Z4
 SOON = 50  # periods within which a pass has gone some way
 
 
-def homes(m):
-    m.home()
-    m.settled()
-    for joint, (edge, offset) in enumerate(HOMED):
-        seen = (hal.get_value(f"joint.{joint}.motor-offset") + offset) * m.scale[joint]
-        assert abs(seen - edge) < 1000, f"joint {joint} homed at {seen} pulses, its switch is at {edge}"
-    m.tell("homed: X and Z at their switches")
-
-
 def of_pass(samples):
     """(turns, Z commanded, Z counted) of each period from the index on."""
     commands, feedback, _ = samples
@@ -178,7 +169,7 @@ def the_device_cuts(m, name):
 
 def device_thread(m):
     m.switch_on()
-    homes(m)
+    m.homes_at("homed", HOMED)
     for number in range(TRIES // 2):
         apart = the_device_cuts(m, f"device {number}")
         if apart is not None:
@@ -193,7 +184,7 @@ def device_thread(m):
 
 def lathe(m):
     m.switch_on()
-    homes(m)
+    m.homes_at("homed", HOMED)
     m.move("M3 S300")
     m.until("the spindle at speed", lambda _: hal.get_value("spindle.0.at-speed"), 60)
     m.until("the spindle's output on", lambda _: m.sim("pin 31")["latch"] == "1")
