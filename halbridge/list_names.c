@@ -124,6 +124,7 @@ int main(int argc, char **argv)
 		return list_names(schemes);
 	if (schemes && !strcmp(argv[1], "man"))
 		return list_for_man(schemes);
-	fprintf(stderr, "usage: list-names names|man canonical|core|legacy|both|ponet|former|all\n");
+	fprintf(stderr,
+		"usage: list-names names|man canonical|core|legacy|both|ponet|former|all\n");
 	return 2;
 }
