@@ -51,6 +51,7 @@ struct life {
 	bool rebooted;			/* to be acted upon in the next cycle */
 	bool blocked;			/* found, but it may not run */
 	bool in_use;			/* somebody else drives it */
+	bool left_alone;		/* its failsafe has had its turn in this loss */
 	uint64_t quiet_since_ns;	/* the last answer, or the first question after it */
 	uint64_t patient_until_ns;	/* silence is expected (flash is written) */
 	uint64_t probe_after_ns;

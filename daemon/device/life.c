@@ -13,6 +13,12 @@
  * gets before its serial number and type were seen to be right. A foreign
  * device is asked now and then whether it is still the foreign one.
  *
+ * Questions that arrive keep the device's own failsafe quiet. Where only its answers are
+ * lost, outputs would stay on and an axis would run on for as long as we ask. So a device
+ * that is lost for longer than most take to start is left alone once, for as long as its
+ * failsafe waits: a short loss costs no time, and a long one ends with outputs and axes
+ * off, whichever way is broken.
+ *
  * Silence is counted from the last answer, or from the first question after
  * it, so that nobody is lost who was not asked. A loop that itself stood
  * still for as long has lost the device too: what happened meanwhile nobody
@@ -29,6 +35,8 @@
 #define FOREIGN_NS (500 * MS)		/* ... when a foreign device answers */
 #define WANTS_ADDRESS_NS (1 * SECOND)	/* so long nobody answered */
 #define SAY_AGAIN_NS (60 * SECOND)
+#define QUESTIONS_NS (1500 * MS)	/* to a lost device, before its failsafe's turn */
+#define FAILSAFE_LATE_NS (200 * MS)	/* its clock, and what is still on its way */
 
 static enum event_level level_of(enum pokeys_link link, enum pokeys_fault fault)
 {
@@ -139,6 +147,7 @@ static void start_over(struct device *device)
 	life->rebooted = false;
 	life->patient_until_ns = 0;
 	life->probing = false;
+	life->left_alone = false;
 	life->probe_after_ns = device->now_ns;
 }
 
@@ -177,6 +186,19 @@ void life_refuse(struct device *device, enum pokeys_fault fault)
 	life_enter(device, POKEYS_LINK_SEARCHING, fault);
 }
 
+/* Once in each loss: long enough without a question for its own failsafe. */
+static void leave_to_failsafe(struct device *device)
+{
+	const struct wire_failsafe_req *failsafe = failsafe_known(device);
+	struct life *life = &device->life;
+
+	if (life->left_alone || device->now_ns - device->image.t_link_ns < QUESTIONS_NS ||
+	    !failsafe || !failsafe->peripherals || !failsafe->timeout)
+		return;
+	life->left_alone = true;
+	life->probe_after_ns = device->now_ns + failsafe->timeout * 100 * MS + FAILSAFE_LATE_NS;
+}
+
 static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
 			uint64_t now_ns)
 {
@@ -190,6 +212,7 @@ static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 		return;
 	if (!answered(entry)) {
 		life_fault(device, why_silent(device));
+		leave_to_failsafe(device);
 		return;
 	}
 	if (!restart_data_again(device, entry->response_buffer)) {

@@ -87,6 +87,51 @@ static void it_never_acts_while_the_daemon_talks_however_bad_the_cable(void **st
 	assert_int_equal(world.rig.device.stats.failsafes, 0);
 }
 
+/* Nothing comes back, while all that we send arrives. */
+static void lose_answers(uint64_t for_ns)
+{
+	sim_link_silence(&world.rig.link, SIM_LINK_REPLY, world.now, world.now + for_ns);
+}
+
+/* It hears our questions all the time; that must not keep outputs on and an axis running. */
+static void it_acts_as_well_when_only_its_answers_are_lost(void **state)
+{
+	int64_t stands;
+
+	(void)state;
+	world_output(&world, RELAY, true);
+	world_go(&world, 0, 10000000, 0);
+	world_machine_on(&world);
+	world_run(&world, 100 * MS);
+	lose_answers(10 * SECOND);
+	/* lost after 200 ms, 1500 ms of questions, of which the last takes its time, 500 ms */
+	world_run(&world, 2700 * MS);
+	assert_int_equal(world.state.link, POKEYS_LINK_LOST);
+	assert_int_equal(world.rig.device.stats.failsafes, 1);
+	assert_false(world_latch(&world, RELAY));
+	assert_true(world_latch(&world, HEATER));
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
+	stands = world_pulses(&world, 0);
+	/* it was left alone once, and is asked ten times a second again */
+	world_run(&world, 8 * SECOND);
+	assert_true(world_until(&world, world_is_running, 500 * MS) <= 300 * MS);
+	world_run(&world, 100 * MS);
+	assert_true(world_latch(&world, RELAY));
+	assert_int_equal(world_pulses(&world, 0), stands);
+}
+
+static void a_shorter_loss_costs_no_time(void **state)
+{
+	(void)state;
+	for (unsigned int i = 0; i < 5; i++) {
+		sim_rig_silence(&world.rig, world.now, 1600 * MS);
+		world_run(&world, 1600 * MS);
+		assert_int_equal(world.state.link, POKEYS_LINK_LOST);
+		assert_true(world_until(&world, world_is_running, 500 * MS) <= 300 * MS);
+		world_run(&world, 100 * MS);
+	}
+}
+
 static void another_one_or_none_is_shown(void **state)
 {
 	(void)state;
@@ -230,6 +275,8 @@ int main(void)
 		cmocka_unit_test_setup(outputs_and_axes_are_safe_when_the_daemon_is_killed, begin),
 		cmocka_unit_test_setup(it_never_acts_while_the_daemon_talks_however_bad_the_cable,
 				       begin),
+		cmocka_unit_test_setup(it_acts_as_well_when_only_its_answers_are_lost, begin),
+		cmocka_unit_test_setup(a_shorter_loss_costs_no_time, begin),
 		cmocka_unit_test_setup(another_one_or_none_is_shown, begin),
 		cmocka_unit_test_setup(firmware_without_it_runs_and_says_so, begin),
 		cmocka_unit_test_setup(
