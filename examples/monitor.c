@@ -68,11 +68,17 @@ static const char *link_name(unsigned int link)
 	return link < sizeof(names) / sizeof(names[0]) ? names[link] : "unknown";
 }
 
-/* Fresh = the link runs, and by our clock the fast data are young enough. */
+/* Young enough by our clock; the future is old, too. */
+static bool young(const struct pokeys_state *state, uint64_t t, uint64_t now)
+{
+	return t && now - t <= state->stale_after_ns;
+}
+
+/* Fresh = the link runs, and so are inputs and, if it has axes, positions. */
 static bool fresh(const struct pokeys_state *state, uint64_t now)
 {
-	return state->link == POKEYS_LINK_RUNNING && state->t_digital_ns &&
-	       now - state->t_digital_ns <= state->stale_after_ns;	/* the future is old, too */
+	return state->link == POKEYS_LINK_RUNNING && young(state, state->t_digital_ns, now) &&
+	       (state->capability.pulse_engine < 2 || young(state, state->t_motion_ns, now));
 }
 
 static void print_pins(const char *title, const uint8_t *bytes)

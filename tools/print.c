@@ -176,7 +176,7 @@ void print_status(const struct view_device *device, FILE *to)
 	print_identity(state, to);
 	if (state->t_digital_ns) {
 		fprintf(to, "  data        %s old, cycle %llu, every %g ms, %s%s\n",
-			print_duration(view_age_ns(device->now_ns, state->t_digital_ns), age),
+			print_duration(view_data_age_ns(device), age),
 			(unsigned long long)state->cycle, (double)state->period_ns / 1e6,
 			device->has_diag ? print_clean(device->diag.transport,
 						       sizeof(device->diag.transport), transport) :

@@ -73,7 +73,7 @@ static void draw_head(struct screen *screen, const struct view_device *device,
 		    *device->why ? ": " : "", device->why);
 	draw_identity(screen, id);
 	screen_line(screen, "age %-9s %s%s%s%s%s",
-		    print_duration(view_age_ns(device->now_ns, state->t_digital_ns), age),
+		    print_duration(view_data_age_ns(device), age),
 		    state->flags & POKEYS_STATE_COMMANDER ? " commanded" : " no commander",
 		    state->flags & POKEYS_STATE_MACHINE_ON ? "  machine on" : "",
 		    state->flags & POKEYS_STATE_SAFE ? "  SAFE STATE" : "",
@@ -197,7 +197,7 @@ static void draw_row(struct screen *screen, const struct view_device *device,
 	rates = rates_of(before, device);
 	screen_line(screen, "%-16s %-12s %9s %9s %9s %8.3g  %s", device->name,
 		    pokeys_link_name(device->state.link),
-		    print_duration(view_age_ns(device->now_ns, device->state.t_digital_ns), age),
+		    print_duration(view_data_age_ns(device), age),
 		    print_duration(answered ? (double)pokeys_histogram_percentile(h, 0.5) :
 				   INFINITY, half),
 		    print_duration(answered ? (double)pokeys_histogram_percentile(h, 0.99) :

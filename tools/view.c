@@ -52,11 +52,21 @@ static const char *fault_text(uint8_t fault)
 	}
 }
 
+double view_data_age_ns(const struct view_device *device)
+{
+	const struct pokeys_state *state = &device->state;
+	const double digital = view_age_ns(device->now_ns, state->t_digital_ns);
+
+	if (state->capability.pulse_engine < 2)
+		return digital;
+	return fmax(digital, view_age_ns(device->now_ns, state->t_motion_ns));
+}
+
 void view_judge(struct view_device *device)
 {
 	const struct pokeys_state *state = &device->state;
 	double silent = view_age_ns(device->now_ns, state->t_publish_ns);
-	double age = view_age_ns(device->now_ns, state->t_digital_ns);
+	double age = view_data_age_ns(device);
 	double limit = fmax((double)DEAD_NS, (double)state->period_ns * DEAD_PERIODS);
 
 	device->freshness = VIEW_FRESH;

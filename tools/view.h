@@ -55,4 +55,10 @@ void view_judge(struct view_device *device);
 /* Nanoseconds since `then`, 0 if it lies ahead; INFINITY if it never was. */
 double view_age_ns(uint64_t now_ns, uint64_t then_ns);
 
+/*
+ * Of the data that every cycle brings: inputs and, from a device with a pulse engine,
+ * positions, whichever is older. INFINITY if one of them never came.
+ */
+double view_data_age_ns(const struct view_device *device);
+
 #endif

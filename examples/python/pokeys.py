@@ -415,7 +415,10 @@ def age_ms(t_ns, now_ns=None):
 
 
 def fresh(state, now_ns=None):
-    """The link runs, and by our own clock the fast data are young enough."""
+    """The link runs, and by our own clock inputs (and positions of axes) are young enough."""
     now_ns = now_ns or time.monotonic_ns()
-    return (state.link == LINK_RUNNING and state.t_digital_ns != 0
-            and 0 <= now_ns - state.t_digital_ns <= state.stale_after_ns)
+    fast = [state.t_digital_ns]
+    if state.capability.pulse_engine >= 2:
+        fast.append(state.t_motion_ns)
+    return state.link == LINK_RUNNING and all(
+        t_ns != 0 and 0 <= now_ns - t_ns <= state.stale_after_ns for t_ns in fast)

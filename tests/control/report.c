@@ -89,6 +89,18 @@ static void the_status_line_names_every_device(void **state)
 	assert_string_equal(small, "mill running (safe stat");
 }
 
+static void the_age_is_that_of_the_older_data(void **state)
+{
+	struct pokeys_state *mill = &report.device[0].state;
+
+	(void)state;
+	mill->capability.pulse_engine = 2;
+	mill->t_motion_ns = report.now_ns - 40000000;
+	assert_int_equal(metrics_write(&metrics, &report, 7), 0);
+	read_file();
+	assert_non_null(strstr(content, "pokeysd_data_age_seconds{device=\"mill\"} 0.040000000\n"));
+}
+
 /* Names and labels as Prometheus wants them, HELP and TYPE before the samples. */
 static void metrics_are_in_prometheus_format(void **state)
 {
@@ -201,6 +213,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		TEST(the_status_line_names_every_device),
+		TEST(the_age_is_that_of_the_older_data),
 		TEST(metrics_are_in_prometheus_format),
 		TEST(a_reader_sees_a_whole_file),
 		TEST(a_failed_write_is_counted_and_leaves_the_old_file),

@@ -40,8 +40,8 @@ class Monitors(unittest.TestCase):
             self.assertEqual(os.listdir(self.runtime), [], "something is left")
         shutil.rmtree(self.base)
 
-    def start(self):
-        self.peer = subprocess.Popen([PEER, "known", self.runtime], stdout=subprocess.PIPE, text=True)
+    def start(self, values="known"):
+        self.peer = subprocess.Popen([PEER, values, self.runtime], stdout=subprocess.PIPE, text=True)
         self.assertEqual(self.peer.stdout.readline(), "ready\n")
 
     def run_monitor(self, command, *arguments):
@@ -102,6 +102,13 @@ class Monitors(unittest.TestCase):
             self.assertEqual(first["cycle"], second["cycle"])
             self.assertGreater(second["age_ms"]["cycle"], first["age_ms"]["cycle"])
         self.peer.send_signal(signal.SIGCONT)
+
+    def test_positions_that_are_old_make_it_stale(self):
+        self.start("halted")
+        for command in self.each():
+            seen = json.loads(self.run_monitor(command, "--once", "--json").stdout)
+            self.assertIs(seen["fresh"], False)
+            self.assertIn("(STALE)", self.run_monitor(command, "--once").stdout)
 
     def test_no_daemon_is_said_in_one_line(self):
         for command in self.each():

@@ -7,6 +7,7 @@
  *	peer host DIRECTORY       publish patterns each millisecond, maintain
  *	peer flood DIRECTORY      the same without a pause
  *	peer known DIRECTORY      publish values that a monitor's test knows
+ *	peer halted DIRECTORY     the same, of an engine whose positions are two hours old
  *	peer reader DIRECTORY     read as fast as it can
  *	peer commander DIRECTORY  command each millisecond
  *	peer listener DIRECTORY   read, and be one who could be notified
@@ -57,6 +58,13 @@ static void fill_known(struct pokeys_state *state, uint64_t cycle)
 	state->engine.axis[1].enabled = 1;
 	state->statistics.sent = 10;
 	state->statistics.lost = 1;
+}
+
+static void fill_halted(struct pokeys_state *state, uint64_t cycle)
+{
+	fill_known(state, cycle);
+	state->capability.pulse_engine = 2;
+	state->t_motion_ns = state->t_digital_ns - 2 * state->stale_after_ns;
 }
 
 static int run_host(const char *directory, void (*fill)(struct pokeys_state *, uint64_t),
@@ -170,6 +178,8 @@ int main(int argc, char **argv)
 		return run_host(argv[2], folder_pattern, 0);
 	if (!strcmp(argv[1], "known"))
 		return run_host(argv[2], fill_known, 1);
+	if (!strcmp(argv[1], "halted"))
+		return run_host(argv[2], fill_halted, 1);
 	if (!strcmp(argv[1], "reader"))
 		return run_client(argv[2], 0);
 	if (!strcmp(argv[1], "commander"))

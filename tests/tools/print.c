@@ -86,6 +86,24 @@ static void old_data_of_a_living_daemon_is_stale(void **state)
 	assert_string_equal(device->why, "no answer; check power, cable and address");
 }
 
+/* As HAL and the daemon's own flag have it: the older of what every cycle brings. */
+static void old_positions_are_stale_beside_inputs_that_are_not(void **state)
+{
+	struct view_device *device = fresh();
+
+	(void)state;
+	device->state.t_motion_ns = device->now_ns - 500 * MS;
+	view_judge(device);
+	assert_int_equal(device->freshness, VIEW_FRESH);	/* it has no engine */
+	device->state.capability.pulse_engine = 2;
+	assert_non_null(strstr(status_of(device), "stale (data is 500 ms old)"));
+	assert_non_null(strstr(text, "500 ms old, cycle"));
+	assert_int_equal(device->freshness, VIEW_STALE);
+	device->state.t_motion_ns = device->now_ns - 10 * MS;
+	view_judge(device);
+	assert_int_equal(device->freshness, VIEW_FRESH);
+}
+
 static void a_stamp_of_the_future_is_no_age(void **state)
 {
 	(void)state;
@@ -273,6 +291,7 @@ int main(int argc, char **argv)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_dead_daemon_is_noticed_by_our_own_clock),
 		cmocka_unit_test(old_data_of_a_living_daemon_is_stale),
+		cmocka_unit_test(old_positions_are_stale_beside_inputs_that_are_not),
 		cmocka_unit_test(a_stamp_of_the_future_is_no_age),
 		cmocka_unit_test(terminals_are_numbered_from_one),
 		cmocka_unit_test(a_device_that_never_answered_has_no_inputs),
