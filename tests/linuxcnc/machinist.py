@@ -113,8 +113,18 @@ class Machinist:
         self.command.home(-1)
 
     def home(self):
-        self.begin_homing()
-        self.until("all joints homed", lambda s: all(s.homed[j] for j in self.joints), 90)
+        """A busy machine may be late meanwhile, and trip: it is reset and homed from the beginning."""
+        end = time.monotonic() + 180
+        while True:
+            self.begin_homing()
+            self.until("all joints homed", lambda s: self.all_homed() or s.task_state != linuxcnc.STATE_ON, 90)
+            if self.all_homed():
+                return
+            assert time.monotonic() < end, f"switched off again and again: {self.said}"
+            self.switch_on()
+
+    def all_homed(self):
+        return all(self.stat.homed[j] for j in self.joints)
 
     def homes_at(self, name, places):
         """Each joint where its switch is: (its edge in pulses, HOME_OFFSET). LinuxCNC takes the

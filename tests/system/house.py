@@ -35,7 +35,8 @@ def free_address():
 
 def shared_memory():
     """Names in /dev/shm, but for the folders of tests, of which others may run."""
-    return {entry.name for entry in os.scandir("/dev/shm") if not entry.name.startswith(("pokeysd-test-", "pk."))}
+    folders = "pokeysd-test-", "pokeys-hal-", "pk."
+    return {entry.name for entry in os.scandir("/dev/shm") if not entry.name.startswith(folders)}
 
 
 class House:
