@@ -10,7 +10,10 @@
 # cyclictest on the same kernel, and in pokeys.0.read and .write.
 #
 # The processor does 125 million instructions a second. A simulated device and the
-# network below it take more than a millisecond of that, so all have 4 ms.
+# network below it take more than a millisecond of that, so all have 4 ms. That is the
+# kernel's own tick as well (HZ=250): what is begun every 4 ms has it in each of its turns
+# or in none, and which of the two is chance. So the daemon's wake-ups are measured in two
+# starts, and LinuxCNC's functions with 3.9 ms.
 . /in/lib.sh
 
 configure_it() {
@@ -47,9 +50,17 @@ sleeper() {
 
 # The daemon's histograms begin with its start, so it is started into the load.
 daemon_under_load() {
-	systemctl start pokeysd && within 120 fresh || return 1
-	sleep 6
-	status >/out/status.json
+	local turn
+	for turn in 1 2; do
+		systemctl restart pokeysd && within 120 fresh || return 1
+		sleep 6
+		status >/out/status-$turn.json
+	done
+}
+
+daemon_beside_the_tick() {
+	sed -i 's/^period-us = 4000/period-us = 3900/' /etc/pokeysd/pokeysd.conf &&
+		pokeysd --check-config && systemctl restart pokeysd && within 240 fresh
 }
 
 # Both at once, as somebody would do it on a machine of his own.
@@ -92,7 +103,8 @@ check cyclictest_under_load sleeper
 check daemon_under_load daemon_under_load
 check latency_beside_it beside
 check load_ends systemctl stop load
-check linuxcnc_runs_and_sees_the_device start_linuxcnc 4000000
+check daemon_beside_the_tick daemon_beside_the_tick
+check linuxcnc_runs_and_sees_the_device start_linuxcnc 3900000
 check linuxcnc_is_realtime servo_thread_is_fifo
 check times_of_read_and_write funct_times
 check daemon_anew daemon_anew

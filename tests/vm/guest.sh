@@ -134,6 +134,11 @@ killed_for_good() {
 	systemctl start pokeysd && within 240 fresh
 }
 
+# Once it has written what a killed one had recorded: that stays for the next start otherwise.
+service_stops() {
+	within 240 fresh && within 240 [ ! -e /run/pokeysd/recorder.died ] && systemctl stop pokeysd
+}
+
 nothing_is_left() {
 	local left
 	left=$(find /dev/shm /run/pokeysd -mindepth 1 \( -user pokeys -o -path '/run/pokeysd/*' \) ! -name lock)
@@ -165,7 +170,7 @@ check watchdog_is_in_the_journal watchdog_was_it
 check cyclictest_beside_it latency
 check outputs_are_safe_when_linuxcnc_dies linuxcnc_dies
 check killed_for_good_leaves_no_daemon_to_be_seen killed_for_good
-check service_stops systemctl stop pokeysd
+check service_stops service_stops
 check nothing_is_left nothing_is_left
 journalctl --no-pager -u pokeysd -u pokeys-guard >/out/journal
 echo end
