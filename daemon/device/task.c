@@ -198,7 +198,7 @@ static void update_finishing(struct device *device)
 
 	if (task->open || device->motion.verify)
 		return;
-	if (task->answered && kind_of(device)->released) {
+	if (kind_of(device)->released && task->tries) {
 		if (kind_of(device)->released(device)) {
 			set_result(device, POKEYS_TASK_DONE);
 			end(device);
@@ -409,6 +409,13 @@ static bool start_due(const struct device *device)
 	       (kind_of(device)->beside ? WIRE_ENGINE_RUNNING : WIRE_ENGINE_STOPPED);
 }
 
+/* What is seen when it was heard is asked for until then: it may be said again. */
+static bool finish_due(const struct device *device)
+{
+	return phase_of(device) == POKEYS_TASK_FINISHING &&
+	       (kind_of(device)->released || device->task.tries < TRIES);
+}
+
 bool task_send(struct device *device)
 {
 	struct task *task = &device->task;
@@ -417,8 +424,9 @@ bool task_send(struct device *device)
 		return false;
 	if (start_due(device))
 		task->open = kind_of(device)->start(device, started);
-	else if (phase_of(device) == POKEYS_TASK_FINISHING && task->tries < TRIES)
+	else if (finish_due(device))
 		task->open = kind_of(device)->finish(device, finished);
-	task->tries += task->open;
+	if (task->tries < TRIES)
+		task->tries += task->open;
 	return task->open;
 }

@@ -121,6 +121,32 @@ static void release_in_motion_goes_on_by_the_millisecond(void **state)
 	made_no_detour(2000);
 }
 
+static unsigned int releases_to_lose;
+
+static void lose_releases(struct world *w, const uint8_t *packet)
+{
+	w->swallow = releases_to_lose && packet[1] == 0x85 && packet[2] == 0x33;
+	releases_to_lose -= w->swallow;
+}
+
+/* A line that is as bad as that for a while is no reason to stop in a thread. */
+static void release_is_asked_for_until_it_is_heard(void **state)
+{
+	(void)state;
+	prepare();
+	run(300, arm_with_the_motion);
+	world_until(&world, is_active, 1 * SECOND);
+	world_run(&world, 1 * SECOND);
+	releases_to_lose = 40;
+	world.watch = lose_releases;
+	assert_int_equal(shot(POKEYS_ONE_SHOT_THREAD_RELEASE), POKEYS_OUTCOME_DONE);
+	assert_int_equal(releases_to_lose, 0);
+	assert_int_equal(engine()->task_result, POKEYS_TASK_DONE);
+	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	ends_exactly(300);
+	made_no_detour(300);
+}
+
 static void force_does_not_wait(void **state)
 {
 	(void)state;
@@ -299,6 +325,7 @@ int main(void)
 		cmocka_unit_test_setup(it_is_prepared_armed_released, begin),
 		cmocka_unit_test_setup(z_follows_the_angle_at_changing_speed, begin),
 		cmocka_unit_test_setup(release_in_motion_goes_on_by_the_millisecond, begin),
+		cmocka_unit_test_setup(release_is_asked_for_until_it_is_heard, begin),
 		cmocka_unit_test_setup(force_does_not_wait, begin),
 		cmocka_unit_test(ignored_axis_waits_parked),
 		cmocka_unit_test_setup(it_costs_no_further_fast_request, begin),
