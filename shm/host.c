@@ -62,7 +62,7 @@ static int make_host(struct shm_host **out, const char *directory, char *why, si
 int shm_host_open(struct shm_host **out, const char *runtime_directory, const char *group,
 		  char *why, size_t size)
 {
-	struct shm_host *host;
+	struct shm_host *host = NULL;
 	int r = make_host(&host, runtime_directory ? runtime_directory : POKEYS_RUNTIME_DIRECTORY,
 			  why, size);
 
@@ -81,7 +81,7 @@ int shm_host_open(struct shm_host **out, const char *runtime_directory, const ch
 
 int shm_host_clear(const char *runtime_directory, char *why, size_t size)
 {
-	struct shm_host *host;
+	struct shm_host *host = NULL;
 	int r = make_host(&host, runtime_directory, why, size);
 
 	if (r)
