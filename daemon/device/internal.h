@@ -51,7 +51,10 @@ struct life {
 	bool rebooted;			/* to be acted upon in the next cycle */
 	bool blocked;			/* found, but it may not run */
 	bool in_use;			/* somebody else drives it */
-	bool left_alone;		/* its failsafe has had its turn in this loss */
+	/* of the failsafe's turn in a loss */
+	uint64_t failsafe_ns;		/* it waits so long, as of the last run; 0 = it does not */
+	uint64_t left_ns;		/* when it ran last */
+	uint64_t alone_until_ns;	/* nothing is asked until then; 0 = it had no turn yet */
 	uint64_t quiet_since_ns;	/* the last answer, or the first question after it */
 	uint64_t patient_until_ns;	/* silence is expected (flash is written) */
 	uint64_t probe_after_ns;

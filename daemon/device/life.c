@@ -74,8 +74,20 @@ void life_block(struct device *device, enum pokeys_fault fault)
 	device->life.blocked = true;
 }
 
+/* What is known of it now: when it is read anew, that is forgotten until it has been. */
+static void note_failsafe(struct device *device)
+{
+	const struct wire_failsafe_req *failsafe = failsafe_known(device);
+	struct life *life = &device->life;
+
+	life->failsafe_ns = failsafe && failsafe->peripherals ? failsafe->timeout * 100 * MS : 0;
+	life->left_ns = device->now_ns;
+	life->alone_until_ns = 0;
+}
+
 static void leave_running(struct device *device)
 {
+	note_failsafe(device);
 	safe_permit_drop(device);
 	one_shot_abort(device);
 	task_lost(device);
@@ -147,7 +159,6 @@ static void start_over(struct device *device)
 	life->rebooted = false;
 	life->patient_until_ns = 0;
 	life->probing = false;
-	life->left_alone = false;
 	life->probe_after_ns = device->now_ns;
 }
 
@@ -180,23 +191,26 @@ void life_refuse(struct device *device, enum pokeys_fault fault)
 	}
 	life->foreign = true;
 	life->foreign_serial = serial;
+	life->failsafe_ns = 0;
 	life->ran = false;
 	life->asked = false;
 	life->probe_after_ns = device->now_ns + FOREIGN_NS;
 	life_enter(device, POKEYS_LINK_SEARCHING, fault);
 }
 
-/* Once in each loss: long enough without a question for its own failsafe. */
+/*
+ * Once from running to running, whatever comes back in between: long enough without a
+ * question for its own failsafe.
+ */
 static void leave_to_failsafe(struct device *device)
 {
-	const struct wire_failsafe_req *failsafe = failsafe_known(device);
 	struct life *life = &device->life;
 
-	if (life->left_alone || device->now_ns - device->image.t_link_ns < QUESTIONS_NS ||
-	    !failsafe || !failsafe->peripherals || !failsafe->timeout)
+	if (life->alone_until_ns || !life->failsafe_ns ||
+	    device->now_ns - life->left_ns < QUESTIONS_NS)
 		return;
-	life->left_alone = true;
-	life->probe_after_ns = device->now_ns + failsafe->timeout * 100 * MS + FAILSAFE_LATE_NS;
+	life->alone_until_ns = device->now_ns + life->failsafe_ns + FAILSAFE_LATE_NS;
+	life->probe_after_ns = life->alone_until_ns;
 }
 
 static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -300,6 +314,7 @@ void device_set_address(struct device *device, uint32_t address, uint16_t port, 
 	life->address = address;
 	life->port = port;
 	life->foreign = false;
+	life->failsafe_ns = 0;
 	life->ran = false;
 	start_over(device);
 	pokeys_device_set_peer(&device->mailbox, address, port);
@@ -317,7 +332,8 @@ bool device_wants_address(const struct device *device)
 	const struct life *life = &device->life;
 	const uint8_t link = device->image.link;
 
-	if (device->config.address ||
+	/* a search is a question, too */
+	if (device->config.address || device->now_ns < life->alone_until_ns ||
 	    (link != POKEYS_LINK_SEARCHING && link != POKEYS_LINK_LOST))
 		return false;
 	return !life->address || life->foreign ||

@@ -120,6 +120,27 @@ static void it_acts_as_well_when_only_its_answers_are_lost(void **state)
 	assert_int_equal(world_pulses(&world, 0), stands);
 }
 
+static bool is_configuring(struct world *w)
+{
+	return w->state.link == POKEYS_LINK_CONFIGURING;
+}
+
+/* They come back for as long as it takes to see who it is, and its settings are read anew. */
+static void it_acts_as_well_when_the_answers_were_back_for_a_moment(void **state)
+{
+	(void)state;
+	world_output(&world, RELAY, true);
+	world_run(&world, 100 * MS);
+	lose_answers(700 * MS);
+	world_until(&world, world_is_lost, 500 * MS);
+	world_until(&world, is_configuring, SECOND);
+	lose_answers(10 * SECOND);
+	world_run(&world, 3 * SECOND);
+	assert_int_equal(world.state.link, POKEYS_LINK_LOST);
+	assert_int_equal(world.rig.device.stats.failsafes, 1);
+	assert_false(world_latch(&world, RELAY));
+}
+
 static void a_shorter_loss_costs_no_time(void **state)
 {
 	(void)state;
@@ -276,6 +297,8 @@ int main(void)
 		cmocka_unit_test_setup(it_never_acts_while_the_daemon_talks_however_bad_the_cable,
 				       begin),
 		cmocka_unit_test_setup(it_acts_as_well_when_only_its_answers_are_lost, begin),
+		cmocka_unit_test_setup(it_acts_as_well_when_the_answers_were_back_for_a_moment,
+				       begin),
 		cmocka_unit_test_setup(a_shorter_loss_costs_no_time, begin),
 		cmocka_unit_test_setup(another_one_or_none_is_shown, begin),
 		cmocka_unit_test_setup(firmware_without_it_runs_and_says_so, begin),
