@@ -141,25 +141,32 @@ static bool may_read(const struct sim_server *server, const struct sim_tcp_clien
 	       sim_rig_has_room(server->rig, sizeof(client->in) / WIRE_PK);
 }
 
-void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int index)
+/* False if there is nothing, or no room for it. */
+static bool receive_some(struct sim_server *server, uint64_t now_ns, unsigned int index)
 {
 	struct sim_tcp_client *client = &server->tcp[index];
+	ssize_t len;
 
-	while (client->fd >= 0 && may_read(server, client)) {
-		ssize_t len = recv(client->fd, client->in + client->received,
-				   sizeof(client->in) - client->received, 0);
-
-		if (len < 0 && errno == EAGAIN)
-			return;
-		if (len < 0) {
+	if (client->fd < 0 || !may_read(server, client))
+		return false;
+	len = recv(client->fd, client->in + client->received,
+		   sizeof(client->in) - client->received, 0);
+	if (len < 0) {
+		if (errno != EAGAIN)
 			drop(client);
-			return;
-		}
-		client->ended = len == 0;
-		client->heard_ns = now_ns;
-		client->received += (size_t)len;
-		take_packets(server, now_ns, index);
+		return false;
 	}
+	client->ended = len == 0;
+	client->heard_ns = now_ns;
+	client->received += (size_t)len;
+	take_packets(server, now_ns, index);
+	return true;
+}
+
+/* Once in a turn: what is answered at once must leave before there is more of it. */
+void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int index)
+{
+	receive_some(server, now_ns, index);
 }
 
 /*
@@ -169,7 +176,8 @@ void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int in
 void sim_tcp_broken(struct sim_server *server, uint64_t now_ns, unsigned int index)
 {
 	server->tcp[index].to_send = 0;
-	sim_tcp_receive(server, now_ns, index);
+	while (receive_some(server, now_ns, index))
+		;
 	drop(&server->tcp[index]);
 }
 
