@@ -7,6 +7,7 @@
  */
 #include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,7 +28,16 @@ static int lock_busy(struct shm_host *host, int fd, char *why, size_t size)
 		   pid, host->directory);
 }
 
-/* 1 = locked, 0 = it was another file by then: once more. */
+/* As we write it; other programs have files of this name as well, empty ones for instance. */
+static bool names_a_process(int fd)
+{
+	char text[24] = "", *end = text;
+	ssize_t length = pread(fd, text, sizeof(text) - 1, 0);
+
+	return length > 1 && strtol(text, &end, 10) > 0 && end == text + length - 1 && *end == '\n';
+}
+
+/* 1 = locked, 0 = it was another file by then: once more. -ENOENT: none of a daemon's. */
 static int try_lock(struct shm_host *host, int create, char *why, size_t size)
 {
 	struct stat ours, named;
@@ -52,6 +62,10 @@ static int try_lock(struct shm_host *host, int create, char *why, size_t size)
 	    named.st_ino != ours.st_ino) {
 		close(fd);
 		return 0;
+	}
+	if (!(create & O_CREAT) && !names_a_process(fd)) {
+		close(fd);
+		return -ENOENT;
 	}
 	host->lock_fd = fd;
 	return 1;

@@ -219,6 +219,7 @@ static void where_no_daemon_was_nothing_is_cleared(void **state)
 {
 	struct folder *folder = *state;
 	char path[64];
+	int fd;
 
 	assert_int_equal(clear(folder), 0);
 	assert_int_equal(access(folder->path, F_OK), -1);
@@ -230,7 +231,13 @@ static void where_no_daemon_was_nothing_is_cleared(void **state)
 	assert_int_equal(clear(folder), 0);
 	assert_string_equal(folder->why, "");
 	assert_int_equal(count_entries(folder->path), 2 + 3);
-	touch(folder, "lock");
+	touch(folder, "lock");		/* somebody else's */
+	assert_int_equal(clear(folder), 0);
+	assert_int_equal(count_entries(folder->path), 2 + 4);
+	snprintf(path, sizeof(path), "%s/lock", folder->path);
+	fd = open(path, O_WRONLY);
+	assert_int_equal(write(fd, "12345\n", 6), 6);
+	close(fd);
 	assert_int_equal(clear(folder), 0);
 	assert_int_equal(count_entries(folder->path), 2);
 }
