@@ -6,6 +6,7 @@ Does what a machinist does, and looks at both ends meanwhile: at LinuxCNC over N
 and HAL, at the simulated machine over its control socket. Fails on where the
 machine is, never on how fast.
 """
+import itertools
 import os
 import pathlib
 import signal
@@ -29,6 +30,7 @@ SURFACE = -8000  # pulses: bench.sim's probe
 END = {0: 30.125, 1: 41.7, 3: 45}  # first-cut.ngc's last position, in machine units; Z apart
 END_Z = -5
 RUNNING = 3  # link-state
+BEHIND = 4  # feedback within which a switch shows
 LOSSY = ("fault both loss 0.01", "fault both delay-us 0-2000")
 
 
@@ -129,16 +131,18 @@ class Machinist:
     def homes_at(self, name, places):
         """Each joint where its switch is: (its edge in pulses, HOME_OFFSET). LinuxCNC takes the
         first feedback that shows the switch beyond its edge. How far beyond depends on how fast
-        it goes and how late it is told; between which two of the feedback the edge lies is recorded."""
+        it goes and how late it is told; between which two of the feedback the edge lies is recorded.
+        Switches and positions come by packets of their own, so the switch may be a few behind."""
         _, feedback, _ = self.sampled(name, self.home)
         self.settled()
         for joint, (edge, offset) in enumerate(places):
             scale = self.scale[joint]
             seen = round((hal.get_value(f"joint.{joint}.motor-offset") + offset) * scale)
-            went = [round(place[joint] * scale) for place in feedback]
-            over = [(a, b) for a, b in zip(went, went[1:]) if a != b and min(a, b) <= edge <= max(a, b)]
-            assert any(b == seen for _, b in over), \
-                f"joint {joint} homed at {seen} pulses, its switch is at {edge}, over which it went {over}"
+            went = [place for place, _ in itertools.groupby(round(place[joint] * scale) for place in feedback)]
+            over = [went[i:i + BEHIND] for i in range(1, len(went))
+                    if min(went[i - 1], went[i]) <= edge <= max(went[i - 1], went[i])]
+            assert any(seen in places for places in over), \
+                f"joint {joint} homed at {seen} pulses, its switch is at {edge}, beyond which it was at {over}"
             self.tell(f"{name}: joint {joint} saw its switch at {seen} pulses, it is at {edge}")
 
     def run(self, programme="first-cut.ngc"):
