@@ -10,8 +10,10 @@ what the host of a virtual machine took from its processors meanwhile."""
 import contextlib
 import os
 import pathlib
+import signal
 import subprocess
 import sys
+import threading
 import time
 
 from figures import Figure, middle, spread, table, us
@@ -23,7 +25,7 @@ TITLE = "Age of the fast data when LinuxCNC reads them, servo thread of 1 kHz"
 SECONDS = 100
 ALLOWED_US = 100  # beside the round trip, with the lock
 LATE_US = 500  # a read that found the data of the cycle before, with the lock
-DEPTH = 1000  # of the sampler; so many of halsampler's first lines are from before, or say that some are missing
+DEPTH = 1000  # samples that may wait for halsampler
 WAYS = {"free": ("free-running", {"phase-lock": "no", "mode": "sleep"}),
         "locked": ("phase lock", {"phase-lock": "yes", "mode": "sleep"}),
         "spin": ("phase lock, mode spin", {"phase-lock": "yes", "mode": "spin"})}
@@ -52,14 +54,22 @@ def since(before, after):
                                       for name, part in (("50", 0.5), ("99", 0.99), ("100", 1))}}
 
 
-def sampled(reads):
-    """The ages at so many reads, in the order of their size."""
-    done = subprocess.run(("halsampler", "-n", str(DEPTH + reads)), stdin=subprocess.DEVNULL, capture_output=True,
-                          text=True, timeout=60, check=False)
-    lines = done.stdout.split()[DEPTH:]
-    if done.returncode or "overrun" in lines:
-        raise Fault(f"halsampler: {done.stderr.strip() or 'it came too late for what was sampled'}")
-    ages = sorted(float(line) for line in lines)
+def sampled(bench, seconds):
+    """The ages at the reads of so many seconds, in the order of their size."""
+    missed = bench.hal.get_value("sampler.0.overruns")
+    with subprocess.Popen("halsampler", stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True) as child:
+        lines = []
+        reader = threading.Thread(target=lambda: lines.extend(child.stdout.read().split()))
+        reader.start()
+        bench.halcmd("setp", "sampler.0.enable", "1")
+        time.sleep(seconds)
+        bench.halcmd("setp", "sampler.0.enable", "0")
+        bench.wait_for("the samples", lambda: not bench.hal.get_value("sampler.0.curr-depth"), 10)
+        child.send_signal(signal.SIGINT)
+        reader.join()
+    if bench.hal.get_value("sampler.0.overruns") != missed or not lines:
+        raise Fault("halsampler came too late for what was sampled")
+    ages = sorted(float(line) for line in lines if line != "overrun")
     return {"samples": len(ages), **{f"p{part}_ns": 1000 * ages[min(len(ages) * part // 100, len(ages) - 1)]
                                      for part in (50, 99, 100)},
             "late": sum(age >= LATE_US for age in ages)}
@@ -97,7 +107,7 @@ def turn(bench, client, way):
     time.sleep(1 if bench.quick else 4)  # the lead is known after some thousand cycles
     bench.wait_for("the shared memory", lambda: client.poll() == 1 and client.read_diag(), 10)
     before, stolen = diag(client), stolen_ms()
-    age = sampled(1000 if bench.quick else 4000)
+    age = sampled(bench, 1 if bench.quick else 4)
     after, stolen, phase = diag(client), stolen_ms() - stolen, bench.status()["state"]["phase"]
     bench.stop("pokeysd")
     return {"age": age, "stolen_ms": stolen, "round_trip": since(before.fast_round_trip, after.fast_round_trip),
@@ -111,6 +121,7 @@ def measure(bench):
     make_realtime("pokeys-sim", 50)
     bench.start_hal()
     bench.halcmd("loadrt", "sampler", f"depth={DEPTH}", "cfg=f")
+    bench.halcmd("setp", "sampler.0.enable", "0")
     bench.halcmd("net", "age", "pokeys.0.age-us", "sampler.0.pin.0")
     bench.halcmd("addf", "sampler.0", "servo-thread")
     reader = bench.hal.component("bench")  # HAL lets only components read
