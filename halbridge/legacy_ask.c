@@ -18,7 +18,11 @@ bool legacy_ask(struct exchange *exchange, const struct pokeys_one_shot *shot, u
 	return true;
 }
 
-/* The newest id that has this place in the ring: no other one can be on its way. */
+/*
+ * The newest id that has this place in the ring, in which no two are on their way at once. Of
+ * one that was taken and goes on for minutes (homing) the end is not known any more when as
+ * many others have ended meanwhile as the daemon keeps results of; it is counted then.
+ */
 static uint32_t id_at(const struct one_shot_queue *queue, unsigned int place)
 {
 	const uint32_t newest = queue->head - 1;

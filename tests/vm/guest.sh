@@ -121,11 +121,13 @@ nothing_looks_like_a_daemon() {
 	left=$(find /run/pokeysd -mindepth 1 ! -name 'recorder*')
 	[ -z "$left" ] || { echo "left: $(head -n 3 <<<"$left" | tr '\n' ' ')"; return 1; }
 }
+ended_for_its_configuration() {
+	systemctl is-failed pokeysd && [ "$(systemctl show -P ExecMainStatus pokeysd)" = 78 ]
+}
 killed_for_good() {
 	sed -i '1i nonsense' /etc/pokeysd/pokeysd.conf
 	kill -KILL "$(main_pid)"
-	within 180 systemctl is-failed pokeysd || return 1
-	[ "$(systemctl show -P ExecMainStatus pokeysd)" = 78 ] || { echo "another failure"; return 1; }
+	within 180 ended_for_its_configuration || return 1
 	nothing_looks_like_a_daemon || return 1
 	sed -i 1d /etc/pokeysd/pokeysd.conf
 	systemctl start pokeysd && within 240 fresh || return 1
