@@ -138,9 +138,13 @@ void sim_rig_run(struct sim_rig *rig, uint64_t now_ns)
 	sim_device_advance(&rig->device, now_ns);
 }
 
-bool sim_rig_has_room(const struct sim_rig *rig, unsigned int requests)
+unsigned int sim_rig_waiting(const struct sim_rig *rig, uint64_t peer, uint64_t mask)
 {
-	return rig->streamed + requests <= SIM_RIG_STREAM;
+	unsigned int count = 0;
+
+	for (unsigned int i = 0; i < rig->used; i++)
+		count += !((rig->queue[(rig->head + i) % SIM_RIG_PLACES].peer ^ peer) & mask);
+	return count;
 }
 
 /* Nothing happens to a stream on its way: it is there at once, after what came before. */

@@ -24,7 +24,7 @@
 #include "sim/link.h"
 
 #define SIM_RIG_QUEUE 64	/* datagrams waiting for the device */
-#define SIM_RIG_STREAM 64	/* and requests which came by a stream */
+#define SIM_RIG_STREAM 256	/* and requests which came by streams */
 #define SIM_RIG_PLACES (SIM_RIG_QUEUE + SIM_RIG_STREAM + 1)	/* one to receive into */
 #define SIM_RIG_NEVER SIM_LINK_NEVER
 #define SIM_PEER_RELIABLE (UINT64_C(1) << 63)	/* a peer whose packets no fault touches (TCP) */
@@ -97,12 +97,13 @@ void sim_rig_run(struct sim_rig *rig, uint64_t now_ns);
 
 /*
  * For a server of many clients: `peer` comes back with the reply. A stream loses
- * nothing: who sends from a reliable peer asks sim_rig_has_room() before, and leaves
- * in the stream what has none.
+ * nothing: who sends from a reliable peer sees to it that no more than SIM_RIG_STREAM
+ * of these wait, and leaves in the stream what has no place.
  */
 void sim_rig_send_from(struct sim_rig *rig, uint64_t now_ns, uint64_t peer,
 		       const uint8_t *bytes, size_t len);
-bool sim_rig_has_room(const struct sim_rig *rig, unsigned int requests);
+/* How many requests wait at the device whose peer is this one, in the bits of `mask`. */
+unsigned int sim_rig_waiting(const struct sim_rig *rig, uint64_t peer, uint64_t mask);
 bool sim_rig_receive_for(struct sim_rig *rig, uint64_t now_ns, uint64_t *peer, uint8_t *bytes,
 			 size_t cap, size_t *len);
 

@@ -146,7 +146,7 @@ static void handle(struct sim_server *server, uint64_t now_ns, const struct epol
 		break;
 	case SIM_EVENT_TCP:
 		if (event->events & (EPOLLERR | EPOLLHUP))
-			sim_tcp_broken(server, now_ns, index);
+			sim_tcp_broken(server, index);
 		else
 			sim_tcp_receive(server, now_ns, index);
 		break;

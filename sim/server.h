@@ -34,8 +34,9 @@ struct sim_tcp_client {
 	int fd;				/* -1 free */
 	uint32_t watched;		/* events of epoll it is watched for */
 	bool ended;			/* it will say nothing more, but may listen */
+	bool broken;			/* it is gone, but has left requests */
 	uint16_t generation;		/* tells its replies from those of one before */
-	uint64_t heard_ns;
+	uint64_t active_ns;		/* it last said something, waited or took a reply */
 	size_t received;
 	uint8_t in[SIM_MULTI];
 	size_t to_send;
@@ -99,7 +100,7 @@ void sim_search_asked(struct sim_server *server, uint64_t now_ns, const struct s
 int sim_tcp_open(struct sim_server *server);
 void sim_tcp_accept(struct sim_server *server, uint64_t now_ns);
 void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int index);
-void sim_tcp_broken(struct sim_server *server, uint64_t now_ns, unsigned int index);
+void sim_tcp_broken(struct sim_server *server, unsigned int index);
 void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len);
 void sim_tcp_keep(struct sim_server *server, uint64_t now_ns);
 uint64_t sim_tcp_next(const struct sim_server *server);

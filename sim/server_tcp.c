@@ -4,14 +4,16 @@
  *
  * A stream has no packet borders: 64 bytes are collected, or 512 when they
  * begin as a multi-part fill does, however they were cut on the way. A client
- * which says nothing for the time set with 0xE0 (3 s) is disconnected. Faults
+ * which says nothing for the time set with 0xE0 (3 s) is disconnected; as long as
+ * the device has not done what it asked, it is waiting and not silent. Faults
  * of the link do not touch TCP, which would mend them; the time the device
  * takes does.
  *
  * Nothing of a stream is lost either. A client which sends more than the device
  * has places for, or does not read its replies, is not read from until that has
  * changed: what it sends waits in the buffers of the sockets. One which has ended
- * its sending still gets the replies to what it had sent.
+ * its sending still gets the replies to what it had sent, and is let go then. Each
+ * has places of its own, so that none waits for another to be heard.
  *
  * A device which reboots drops its connections.
  */
@@ -26,6 +28,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#define PLACES (SIM_RIG_STREAM / SIM_TCP_CLIENTS)
+#define WHO (~UINT64_C(0))
+#define WHERE (SIM_PEER_RELIABLE | 0xFF)	/* whoever it was that had the client's place */
 
 static int bind_tcp(struct sim_server *server)
 {
@@ -105,7 +110,8 @@ void sim_tcp_accept(struct sim_server *server, uint64_t now_ns)
 	client->fd = fd;
 	client->watched = EPOLLIN;
 	client->ended = false;
-	client->heard_ns = now_ns;
+	client->broken = false;
+	client->active_ns = now_ns;
 	client->received = 0;
 	client->to_send = 0;
 	sim_device_connected(&server->rig->device);
@@ -120,10 +126,22 @@ static size_t packet_len(const struct sim_tcp_client *client)
 	return fill ? SIM_MULTI : WIRE_PK;
 }
 
+static uint64_t peer_of(const struct sim_server *server, const struct sim_tcp_client *client)
+{
+	return SIM_PEER_RELIABLE | (uint64_t)client->generation << 8 |
+	       (uint64_t)(client - server->tcp);
+}
+
+static unsigned int waiting(const struct sim_server *server, const struct sim_tcp_client *client,
+			    uint64_t mask)
+{
+	return sim_rig_waiting(server->rig, peer_of(server, client), mask);
+}
+
 static void take_packets(struct sim_server *server, uint64_t now_ns, unsigned int index)
 {
 	struct sim_tcp_client *client = &server->tcp[index];
-	uint64_t peer = SIM_PEER_RELIABLE | (uint64_t)client->generation << 8 | index;
+	uint64_t peer = peer_of(server, client);
 
 	while (client->received >= packet_len(client)) {
 		size_t len = packet_len(client);
@@ -138,7 +156,7 @@ static void take_packets(struct sim_server *server, uint64_t now_ns, unsigned in
 static bool may_read(const struct sim_server *server, const struct sim_tcp_client *client)
 {
 	return !client->ended && !client->to_send &&
-	       sim_rig_has_room(server->rig, sizeof(client->in) / WIRE_PK);
+	       waiting(server, client, WHERE) + sizeof(client->in) / WIRE_PK <= PLACES;
 }
 
 /* False if there is nothing, or no room for it. */
@@ -157,7 +175,7 @@ static bool receive_some(struct sim_server *server, uint64_t now_ns, unsigned in
 		return false;
 	}
 	client->ended = len == 0;
-	client->heard_ns = now_ns;
+	client->active_ns = now_ns;
 	client->received += (size_t)len;
 	take_packets(server, now_ns, index);
 	return true;
@@ -173,26 +191,40 @@ void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int in
  * It is gone, as a client is which closes without having read all replies. What it
  * had asked is done, and nobody is there for the replies.
  */
-void sim_tcp_broken(struct sim_server *server, uint64_t now_ns, unsigned int index)
+void sim_tcp_broken(struct sim_server *server, unsigned int index)
 {
-	server->tcp[index].to_send = 0;
-	while (receive_some(server, now_ns, index))
-		;
-	drop(&server->tcp[index]);
+	struct sim_tcp_client *client = &server->tcp[index];
+
+	if (client->fd < 0)
+		return;
+	epoll_ctl(server->epoll, EPOLL_CTL_DEL, client->fd, NULL);
+	client->broken = true;
+	client->to_send = 0;
 }
 
-static void flush(struct sim_tcp_client *client)
+/* After each turn: what there are places for. */
+static void keep_broken(struct sim_server *server, uint64_t now_ns, struct sim_tcp_client *client)
+{
+	while (receive_some(server, now_ns, (unsigned int)(client - server->tcp)))
+		;
+	if (client->ended)
+		drop(client);
+}
+
+/* Whether something has left. */
+static bool flush(struct sim_tcp_client *client)
 {
 	ssize_t len = send(client->fd, client->out, client->to_send, MSG_NOSIGNAL);
 
 	if (len < 0 && errno == EAGAIN)
-		return;
+		return false;
 	if (len < 0) {
 		drop(client);
-		return;
+		return false;
 	}
 	client->to_send -= (size_t)len;
 	memmove(client->out, client->out + len, client->to_send);
+	return true;
 }
 
 /* Only strays can be more than there is room for. */
@@ -200,7 +232,7 @@ void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes
 {
 	struct sim_tcp_client *client = &server->tcp[(peer & 0xFF) % SIM_TCP_CLIENTS];
 
-	if (client->fd < 0 || client->generation != (peer >> 8 & 0x7FFF))
+	if (client->fd < 0 || client->broken || client->generation != (peer >> 8 & 0x7FFF))
 		return;
 	if (client->to_send + len > sizeof(client->out)) {
 		drop(client);
@@ -231,28 +263,38 @@ static uint64_t idle_ns(const struct sim_server *server)
 	return UINT64_C(100000000) * server->rig->device.config.network.tcp_timeout;
 }
 
-/* Whether the last reply to a client which has ended its sending has left. */
-static bool is_done(const struct sim_server *server, const struct sim_tcp_client *client)
+/* Whether it has ended its sending and has all its replies, or nothing has passed for long. */
+static bool is_done(const struct sim_server *server, const struct sim_tcp_client *client,
+		    uint64_t now_ns)
 {
-	return client->ended && !client->to_send && !server->rig->streamed;
+	uint64_t most = idle_ns(server);
+
+	return (client->ended && !client->to_send) ||
+	       (most && now_ns - client->active_ns >= most);
+}
+
+static void keep(struct sim_server *server, uint64_t now_ns, struct sim_tcp_client *client)
+{
+	bool waits = waiting(server, client, WHO);
+
+	if ((client->to_send && flush(client)) || waits)
+		client->active_ns = now_ns;
+	if (client->fd < 0)
+		return;
+	if (!waits && is_done(server, client, now_ns))
+		drop(client);
+	else
+		watch(server, client);
 }
 
 /* After each turn: sends on, takes leave of who is done or silent, and watches the rest. */
 void sim_tcp_keep(struct sim_server *server, uint64_t now_ns)
 {
-	uint64_t most = idle_ns(server);
-
 	for (unsigned int i = 0; i < SIM_TCP_CLIENTS; i++) {
 		struct sim_tcp_client *client = &server->tcp[i];
 
-		if (client->fd >= 0 && client->to_send)
-			flush(client);
-		if (client->fd < 0)
-			continue;
-		if (is_done(server, client) || (most && now_ns - client->heard_ns >= most))
-			drop(client);
-		else
-			watch(server, client);
+		if (client->fd >= 0)
+			(client->broken ? keep_broken : keep)(server, now_ns, client);
 	}
 }
 
@@ -264,8 +306,8 @@ uint64_t sim_tcp_next(const struct sim_server *server)
 	for (unsigned int i = 0; most && i < SIM_TCP_CLIENTS; i++) {
 		const struct sim_tcp_client *client = &server->tcp[i];
 
-		if (client->fd >= 0 && client->heard_ns + most < next)
-			next = client->heard_ns + most;
+		if (client->fd >= 0 && client->active_ns + most < next)
+			next = client->active_ns + most;
 	}
 	return next;
 }

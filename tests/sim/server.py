@@ -225,6 +225,11 @@ class Requests(Base):
 
 
 class Stream(Base):
+    def set_idle_limit(self, sim, tenths):
+        payload = bytearray(20)
+        struct.pack_into("<H", payload, 9, tenths)
+        self.client(sim).ask(0xE0, (10,), bytes(payload))
+
     def test_frames_are_put_together_however_they_were_cut(self):
         sim = self.simulator()
         client = self.client(sim, socket.SOCK_STREAM)
@@ -242,9 +247,7 @@ class Stream(Base):
     def test_a_silent_connection_is_closed_and_an_active_one_is_not(self):
         sim = self.simulator()
         busy, idle = (self.client(sim, socket.SOCK_STREAM) for _ in range(2))
-        payload = bytearray(20)
-        struct.pack_into("<H", payload, 9, 30)
-        busy.ask(0xE0, (10,), bytes(payload))
+        self.set_idle_limit(sim, 30)
         idle.ask(0x05)
         until = time.monotonic() + PATIENCE
         while not select.select([idle.sock], [], [], 0.05)[0] and time.monotonic() < until:
@@ -280,6 +283,47 @@ class Stream(Base):
         for i in range(20):
             Client.check(client.receive(), 0x05, i)
         self.assertEqual(client.sock.recv(64), b"")
+
+    def test_who_has_ended_is_let_go_while_others_wait_for_their_replies(self):
+        sim = self.simulator("--service-us", "100000")
+        self.set_idle_limit(sim, 0)     # it is not that which lets him go
+        busy, done = (self.client(sim, socket.SOCK_STREAM) for _ in range(2))
+        done.sock.sendall(request(0x05, ident=1))
+        busy.sock.sendall(request(0x05) * 1000)     # for longer than our patience
+        done.sock.shutdown(socket.SHUT_WR)
+        Client.check(done.receive(), 0x05, 1)
+        self.assertEqual(done.sock.recv(64), b"")
+
+    def test_who_waits_for_replies_is_not_silent(self):
+        sim = self.simulator("--service-us", "1200000")
+        self.set_idle_limit(sim, 10)
+        clients = [self.client(sim, socket.SOCK_STREAM) for _ in range(2)]
+        for client in clients:
+            client.sock.sendall(request(0x05, ident=1) + request(0x05, ident=2))
+        clients[0].sock.shutdown(socket.SHUT_WR)
+        for client in clients:
+            for i in (1, 2):
+                Client.check(client.receive(), 0x05, i)
+            self.assertEqual(client.sock.recv(64), b"")
+
+    def test_who_asks_little_is_heard_beside_one_who_asks_much(self):
+        sim = self.simulator("--service-us", "200000")
+        self.set_idle_limit(sim, 10)
+        busy = self.client(sim, socket.SOCK_STREAM)
+        busy.sock.sendall(request(0x05) * 1000)     # for longer than our patience
+        self.wait_for_requests(sim, 3)
+        other = self.client(sim, socket.SOCK_STREAM)
+        other.sock.sendall(request(0x05, ident=7))
+        Client.check(other.receive(), 0x05, 7)
+
+    def test_all_that_a_client_asked_is_done_though_it_is_gone(self):
+        sim = self.simulator("--service-us", "20000")
+        client = Client(sim.address, sim.port, socket.SOCK_STREAM)
+        client.sock.send(request(0x05))
+        select.select([client.sock], [], [], PATIENCE)
+        client.sock.sendall(request(0x05) * 100)
+        client.close()      # with a reply unread: a reset
+        self.wait_for_requests(sim, 101)
 
     def test_what_a_client_asked_is_done_though_it_reads_no_reply(self):
         sim = self.simulator("--preset", "loopback")
