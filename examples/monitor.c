@@ -77,8 +77,7 @@ static bool young(const struct pokeys_state *state, uint64_t t, uint64_t now)
 /* Fresh = the link runs, and so are inputs and, if it has axes, positions. */
 static bool fresh(const struct pokeys_state *state, uint64_t now)
 {
-	return state->link == POKEYS_LINK_RUNNING && young(state, state->t_digital_ns, now) &&
-	       (state->capability.pulse_engine < 2 || young(state, state->t_motion_ns, now));
+	return state->link == POKEYS_LINK_RUNNING && young(state, pokeys_state_data_ns(state), now);
 }
 
 static void print_pins(const char *title, const uint8_t *bytes)

@@ -5,9 +5,9 @@
  * A dead daemon cannot raise its stale flag, so the flag is believed only
  * when it says "stale". A daemon that has not published for five of its cycles
  * (and 5 ms) is taken for dead, and its data with it, however long a silence
- * of the device may be put up with. Age counts from the oldest of the two things that are
- * polled every cycle, inputs and motion; a time stamp from the future (a
- * foreign writer) is as bad as an old one.
+ * of the device may be put up with. Age counts from the older of what every cycle brings
+ * (pokeys_state_data_ns()); a time stamp from the future (a foreign writer) is as bad as
+ * an old one.
  *
  * packet-error and its level follow hm2_eth, with one difference: at the limit
  * nothing latches. The device may have been unplugged and be back, and then
@@ -32,20 +32,24 @@ void link_init(struct link *link)
 	link->decrement = 1;
 }
 
+static bool is_ahead(uint64_t t_ns, uint64_t now_ns)
+{
+	return t_ns > now_ns + FUTURE_MOST;
+}
+
 static uint64_t age_of(uint64_t t_ns, uint64_t now_ns)
 {
-	if (!t_ns || t_ns > now_ns + FUTURE_MOST)
+	if (!t_ns || is_ahead(t_ns, now_ns))
 		return NEVER;
 	return t_ns > now_ns ? 0 : now_ns - t_ns;
 }
 
-/* Age of the oldest data that every cycle brings. */
+/* One that lies ahead must not hide behind the other. */
 static uint64_t age(const struct pokeys_state *state, uint64_t now_ns)
 {
-	uint64_t digital = age_of(state->t_digital_ns, now_ns);
-	uint64_t motion = state->t_motion_ns ? age_of(state->t_motion_ns, now_ns) : 0;
-
-	return digital > motion ? digital : motion;
+	if (is_ahead(state->t_digital_ns, now_ns) || is_ahead(state->t_motion_ns, now_ns))
+		return NEVER;
+	return age_of(pokeys_state_data_ns(state), now_ns);
 }
 
 static bool is_fresh(const struct pokeys_state *state, uint64_t age_ns)

@@ -54,12 +54,7 @@ static const char *fault_text(uint8_t fault)
 
 double view_data_age_ns(const struct view_device *device)
 {
-	const struct pokeys_state *state = &device->state;
-	const double digital = view_age_ns(device->now_ns, state->t_digital_ns);
-
-	if (state->capability.pulse_engine < 2)
-		return digital;
-	return fmax(digital, view_age_ns(device->now_ns, state->t_motion_ns));
+	return view_age_ns(device->now_ns, pokeys_state_data_ns(&device->state));
 }
 
 void view_judge(struct view_device *device)

@@ -141,25 +141,17 @@ static void print_histogram(const struct report *report, size_t row, FILE *to)
 	}
 }
 
-/* When the older of what every cycle brings was taken; 0 = not yet. */
-static uint64_t data_ns(const struct pokeys_state *state)
-{
-	if (state->capability.pulse_engine >= 2 && state->t_motion_ns < state->t_digital_ns)
-		return state->t_motion_ns;
-	return state->t_digital_ns;
-}
-
 static void print_age(const struct report *report, FILE *to)
 {
 	fputs("# HELP pokeysd_data_age_seconds Age of the fast data when this was written\n"
 	      "# TYPE pokeysd_data_age_seconds gauge\n", to);
 	for (uint32_t i = 0; i < report->devices; i++) {
-		const struct pokeys_state *state = &report->device[i].state;
+		const uint64_t data_ns = pokeys_state_data_ns(&report->device[i].state);
 
-		if (report->device[i].known && data_ns(state))
+		if (report->device[i].known && data_ns)
 			fprintf(to, "pokeysd_data_age_seconds{device=\"%s\"} %.9f\n",
 				report->device[i].name,
-				(double)(int64_t)(report->now_ns - data_ns(state)) / 1e9);
+				(double)(int64_t)(report->now_ns - data_ns) / 1e9);
 	}
 }
 

@@ -15,17 +15,6 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
-/* The older of the fast groups that this device has. */
-static uint64_t fast_age(const struct device *device, uint64_t now_ns)
-{
-	const struct pokeys_state *image = &device->image;
-	uint64_t oldest = image->t_digital_ns;
-
-	if (image->capability.pulse_engine >= 2 && image->t_motion_ns < oldest)
-		oldest = image->t_motion_ns;
-	return now_ns - oldest;
-}
-
 /* Under loss it comes and goes many times a second; a line a second will do. */
 static void say_stale(struct device *device, bool stale, uint64_t age_ns)
 {
@@ -43,7 +32,7 @@ static void say_stale(struct device *device, bool stale, uint64_t age_ns)
 
 static void judge_stale(struct device *device, uint64_t now_ns)
 {
-	const uint64_t age = fast_age(device, now_ns);
+	const uint64_t age = now_ns - pokeys_state_data_ns(&device->image);
 	const bool stale = age > device->config.stale_after_ns;
 
 	device->now_ns = now_ns;

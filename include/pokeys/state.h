@@ -404,7 +404,11 @@ struct pokeys_state {
 	uint32_t slow_millihertz[POKEYS_SLOW_GROUPS];	/* measured, enum pokeys_slow_group */
 	struct pokeys_rtc rtc;
 
-	/* Acknowledgement of one-shot commands (command.h). */
+	/*
+	 * Acknowledgement of one-shot commands (command.h). A newer id in the place of one
+	 * that was asked for: its outcome was overwritten, unless it is one that goes on by
+	 * itself (homing) and still does (engine.task_phase); then it is yet to come.
+	 */
 	uint32_t one_shot_session, one_shot_ack;	/* taken up to here, of this session */
 	struct pokeys_one_shot_result one_shot[POKEYS_ONE_SHOT_RESULTS];	/* [id % 16] */
 	uint64_t command_heartbeat;			/* of the command image in effect */
@@ -425,6 +429,20 @@ struct pokeys_state {
 
 	struct pokeys_link_statistics statistics;
 };
+
+/*
+ * When the older of what every cycle brings was taken: inputs and, of a device with axes,
+ * positions. CLOCK_MONOTONIC in ns, as all times of the image; 0 = not both have come yet.
+ * What is older than stale_after_ns by the reader's own clock is stale, whatever the flags
+ * say. Pure: any thread, realtime safe; an image that may be written meanwhile is copied
+ * before (pokeys_client_read() does).
+ */
+static inline uint64_t pokeys_state_data_ns(const struct pokeys_state *state)
+{
+	if (state->capability.pulse_engine >= 2 && state->t_motion_ns < state->t_digital_ns)
+		return state->t_motion_ns;
+	return state->t_digital_ns;
+}
 
 /*
  * Histogram of durations: bucket i counts durations d (ns) with

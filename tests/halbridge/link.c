@@ -152,9 +152,19 @@ static void a_device_without_motion_can_be_fresh(void **state)
 {
 	(void)state;
 	rig_period(&rig);
+	rig.daemon.capability.pulse_engine = 0;
 	rig.daemon.t_motion_ns = 0;
 	rig_read(&rig);
 	assert_true(values->connected);
+}
+
+static void a_device_whose_positions_have_not_come_is_not_fresh(void **state)
+{
+	(void)state;
+	rig_period(&rig);
+	rig.daemon.t_motion_ns = 0;
+	rig_read(&rig);
+	assert_true(values->stale);
 }
 
 static void the_flag_is_believed_when_it_says_stale(void **state)
@@ -185,6 +195,10 @@ static void time_stamps_from_the_future_are_not_fresh(void **state)
 	rig_read(&rig);
 	assert_true(values->stale);
 	rig.daemon.t_digital_ns = UINT64_MAX;
+	rig_read(&rig);
+	assert_true(values->stale);
+	rig_daemon(&rig);
+	rig.daemon.t_motion_ns = UINT64_MAX;
 	rig_read(&rig);
 	assert_true(values->stale);
 }
@@ -316,6 +330,7 @@ int main(void)
 		cmocka_unit_test_setup(age_of_what_never_came_counts_from_the_start, setup),
 		cmocka_unit_test_setup(old_motion_data_are_stale_as_well, setup),
 		cmocka_unit_test_setup(a_device_without_motion_can_be_fresh, setup),
+		cmocka_unit_test_setup(a_device_whose_positions_have_not_come_is_not_fresh, setup),
 		cmocka_unit_test_setup(the_flag_is_believed_when_it_says_stale, setup),
 		cmocka_unit_test_setup(only_a_running_link_is_connected, setup),
 		cmocka_unit_test_setup(time_stamps_from_the_future_are_not_fresh, setup),

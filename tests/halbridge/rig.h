@@ -40,6 +40,7 @@ static inline void rig_init(struct rig *rig)
 	rig->daemon.period_ns = RIG_MS;
 	rig->daemon.stale_after_ns = 5 * RIG_MS;
 	rig->daemon.link = POKEYS_LINK_RUNNING;
+	rig->daemon.capability.pulse_engine = 2;
 	rig->daemon.flags = POKEYS_STATE_COMMANDER;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		rig->daemon.engine.axis[i].mode = POKEYS_AXIS_POSITION;
