@@ -36,9 +36,9 @@ struct legacy {
 	struct legacy_home home[POKEYS_AXES];
 	uint8_t mode[POKEYS_AXES];
 	int32_t preset[POKEYS_AXES];	/* PositionSetup, as last acted upon */
-	/* one-shots whose end is not known yet, bit = id % POKEYS_ONE_SHOTS */
+	/* one-shots whose end is not known yet, bit = place in asked_id */
 	uint64_t asked;
-	uint32_t asked_session;
+	uint32_t asked_id[POKEYS_ONE_SHOTS], asked_session;
 	/* engine */
 	uint32_t power_shown;
 	uint64_t clear_ns;		/* a fault is not cleared again before */

@@ -10,24 +10,16 @@
 bool legacy_ask(struct exchange *exchange, const struct pokeys_one_shot *shot, uint32_t *id)
 {
 	struct legacy *own = &exchange->legacy;
+	unsigned int place;
 
-	if (one_shot_push(&exchange->queue, &exchange->command, shot, id) != ONE_SHOT_QUEUED)
+	if (own->asked == UINT64_MAX ||
+	    one_shot_push(&exchange->queue, &exchange->command, shot, id) != ONE_SHOT_QUEUED)
 		return false;
-	own->asked |= UINT64_C(1) << *id % POKEYS_ONE_SHOTS;
+	place = (unsigned int)__builtin_ctzll(~own->asked);
+	own->asked |= UINT64_C(1) << place;
+	own->asked_id[place] = *id;
 	own->asked_session = exchange->queue.session;
 	return true;
-}
-
-/*
- * The newest id that has this place in the ring, in which no two are on their way at once. Of
- * one that was taken and goes on for minutes (homing) the end is not known any more when as
- * many others have ended meanwhile as the daemon keeps results of; it is counted then.
- */
-static uint32_t id_at(const struct one_shot_queue *queue, unsigned int place)
-{
-	const uint32_t newest = queue->head - 1;
-
-	return newest - (newest - place) % POKEYS_ONE_SHOTS;
 }
 
 uint32_t legacy_failed(struct exchange *exchange)
@@ -41,7 +33,8 @@ uint32_t legacy_failed(struct exchange *exchange)
 		enum pokeys_outcome outcome = POKEYS_OUTCOME_UNKNOWN;	/* another daemon */
 
 		if (own->asked_session == queue->session)
-			outcome = one_shot_outcome(queue, &exchange->state, id_at(queue, place));
+			outcome = one_shot_outcome(queue, &exchange->state,
+						   own->asked_id[place]);
 		if (outcome == POKEYS_OUTCOME_NONE)
 			continue;
 		own->asked &= ~(UINT64_C(1) << place);

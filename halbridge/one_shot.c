@@ -12,6 +12,11 @@
  * daemon has been started anew a new session begins with an empty ring: what
  * the dead daemon had not reported may or may not have happened, and is for
  * the caller to decide again, never for the new daemon to execute.
+ *
+ * The daemon keeps the results of 16 ids, each in a place of its own. One that goes on for
+ * minutes (homing) has its place taken by others meanwhile, and takes it back when it ends.
+ * So a newer result in a place means that the older one was missed only where nothing
+ * goes on.
  */
 #include "halbridge/one_shot.h"
 #include <string.h>
@@ -59,7 +64,10 @@ enum pokeys_outcome one_shot_outcome(const struct one_shot_queue *queue,
 
 	if (state->one_shot_session != queue->session || (int32_t)(result->id - id) < 0)
 		return POKEYS_OUTCOME_NONE;
-	if (result->id != id || result->outcome > POKEYS_OUTCOME_REFUSED)
-		return POKEYS_OUTCOME_UNKNOWN;	/* overwritten before we looked, or senseless */
+	if (result->id != id)	/* what goes on may be this one, and will tell */
+		return state->engine.task_phase == POKEYS_TASK_IDLE ? POKEYS_OUTCOME_UNKNOWN :
+								      POKEYS_OUTCOME_NONE;
+	if (result->outcome > POKEYS_OUTCOME_REFUSED)
+		return POKEYS_OUTCOME_UNKNOWN;
 	return (enum pokeys_outcome)result->outcome;
 }

@@ -114,6 +114,24 @@ static void axis_is_homed_and_the_others_stay(void **state)
 }
 
 /* The commander still points to where the axis was in the old coordinates. */
+/* Its place among the results is another's for a while, and a phase says that it goes on. */
+static void how_it_ended_is_told_though_many_others_ended_before(void **state)
+{
+	const uint32_t id = world.command.one_shot_head;
+
+	(void)state;
+	start(1);
+	for (unsigned int i = 0; i < POKEYS_ONE_SHOT_RESULTS; i++)
+		assert_int_equal(act(POKEYS_ONE_SHOT_NOP), POKEYS_OUTCOME_DONE);
+	assert_int_equal(world.state.one_shot[id % POKEYS_ONE_SHOT_RESULTS].id,
+			 id + POKEYS_ONE_SHOT_RESULTS);
+	while (world_outcome(&world, id) == POKEYS_OUTCOME_NONE) {
+		assert_int_not_equal(world.state.engine.task_phase, POKEYS_TASK_IDLE);
+		world_cycle(&world);
+	}
+	assert_int_equal(world_outcome(&world, id), POKEYS_OUTCOME_DONE);
+}
+
 static void homed_axis_does_not_jump_back(void **state)
 {
 	int64_t homed;
@@ -367,6 +385,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(axis_is_homed_and_the_others_stay, begin),
+		cmocka_unit_test_setup(how_it_ended_is_told_though_many_others_ended_before, begin),
 		cmocka_unit_test_setup(homed_axis_does_not_jump_back, begin),
 		cmocka_unit_test_setup(homed_axis_follows_after_its_enable_was_low, begin),
 		cmocka_unit_test_setup(group_is_homed_when_all_of_it_is, begin),

@@ -220,6 +220,11 @@ static void outcomes_are_told_apart(void **state)
 	assert_int_equal(one_shot_outcome(&queue, &image, 19), POKEYS_OUTCOME_NONE);
 	image.one_shot[3].id = 19;
 	assert_int_equal(one_shot_outcome(&queue, &image, 3), POKEYS_OUTCOME_UNKNOWN);
+	/* unless it may be the one that goes on */
+	image.engine.task_phase = POKEYS_TASK_WORKING;
+	assert_int_equal(one_shot_outcome(&queue, &image, 3), POKEYS_OUTCOME_NONE);
+	assert_int_equal(one_shot_outcome(&queue, &image, 19), POKEYS_OUTCOME_DONE);
+	image.engine.task_phase = POKEYS_TASK_IDLE;
 	image.one_shot[3].outcome = 77;
 	assert_int_equal(one_shot_outcome(&queue, &image, 19), POKEYS_OUTCOME_UNKNOWN);
 	image.one_shot_session = 6;

@@ -238,6 +238,48 @@ static void what_was_asked_while_the_device_was_away_is_not_done_later(void **st
 	assert_int_equal(rig.values.one_shot_failed_count, 3);
 }
 
+/* So many presets that were done, while the homing of axis 0 goes on. */
+static void preset_often(unsigned int count)
+{
+	for (unsigned int i = 0; i < count; i++) {
+		legacy->axis[2].preset++;
+		rig_period(&rig);
+		assert_int_equal(newest()->operation, POKEYS_ONE_SHOT_SET_POSITION);
+		answer(POKEYS_OUTCOME_DONE);
+	}
+}
+
+/* More than the daemon keeps results of, and more than the ring holds. */
+static void a_homing_that_goes_on_while_others_end_has_not_failed(void **state)
+{
+	static const unsigned int others[] = { POKEYS_ONE_SHOT_RESULTS, POKEYS_ONE_SHOTS + 20 };
+	static const enum pokeys_outcome ends[] = { POKEYS_OUTCOME_DONE, POKEYS_OUTCOME_FAILED };
+
+	(void)state;
+	rig_drive_older(&rig);
+	legacy->axis_set[0].sequence = 1;
+	for (unsigned int i = 0; i < 4; i++) {
+		const uint32_t failed = rig.values.one_shot_failed_count;
+		const bool well = ends[i % 2] == POKEYS_OUTCOME_DONE;
+		uint32_t id;
+
+		ask(0x01, LEGACY_HOME_START);
+		id = command->one_shot_head - 1;
+		assert_int_equal(newest()->operation, POKEYS_ONE_SHOT_HOME);
+		rig.daemon.engine.task_phase = POKEYS_TASK_WORKING;
+		rig.daemon.engine.axis[0].state = 12;
+		preset_often(others[i / 2]);
+		assert_int_equal(rig.values.one_shot_failed_count, failed);
+		assert_int_equal(legacy->axis[0].state, 12);
+		rig.daemon.engine.axis[0].state = 10;
+		rig_end(&rig, id, ends[i % 2], POKEYS_TASK_RESULT_NONE);
+		assert_int_equal(rig.values.one_shot_failed_count, failed + !well);
+		assert_int_equal(legacy->axis[0].state, well ? 3 : 20);
+		rig.daemon.one_shot_ack = command->one_shot_head;
+		ask(0x01, LEGACY_HOME_IDLE);
+	}
+}
+
 /* Two presets on their way at once, and a mask; none of these names says how it ended. */
 static void what_came_of_masks_and_presets_is_counted(void **state)
 {
@@ -295,6 +337,8 @@ int main(void)
 		cmocka_unit_test_setup(a_cancelled_homing_is_told_to_the_device, setup),
 		cmocka_unit_test_setup(a_start_mask_is_told_once, setup),
 		cmocka_unit_test_setup(what_was_asked_while_the_device_was_away_is_not_done_later,
+				       setup),
+		cmocka_unit_test_setup(a_homing_that_goes_on_while_others_end_has_not_failed,
 				       setup),
 		cmocka_unit_test_setup(what_came_of_masks_and_presets_is_counted, setup),
 		cmocka_unit_test_setup(a_fault_is_cleared_while_the_machine_is_off, setup),
