@@ -41,7 +41,8 @@ int shm_host_open(struct shm_host **out, const char *runtime_directory, const ch
  * Remove what a daemon that was killed has left in the folder, and what looks like one that
  * hangs: link, roots, control socket and lock. The flight recorder's ring stays, which is
  * no sign of life but the witness of why it died. 0, also if there is nothing; -EBUSY a
- * daemon that lives holds it; -errno. `why` as above. Cold.
+ * daemon that lives holds it; -errno, also where something cannot be removed: then the rest
+ * has been, and the lock stays, so that the next call says the same. `why` as above. Cold.
  */
 int shm_host_clear(const char *runtime_directory, char *why, size_t size);
 

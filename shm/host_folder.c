@@ -151,28 +151,46 @@ static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t si
 	return r ? r : give_to_group(host, gid, why, size);
 }
 
-/*
- * The link first, so that nobody finds the way into what is being removed. A
- * client that was on its way already may still keep a folder from becoming
- * empty; that is no reason to be without a daemon: the next start removes it.
- * Neither is what another user has made and does not let us remove: our root has
- * a name of its own.
- */
-static int remove_stale(struct shm_host *host, char *why, size_t size)
+static int remove_name(const struct shm_host *host, const char *name, char *why, size_t size)
 {
-	int r;
+	if (!unlinkat(host->directory_fd, name, 0) || errno == ENOENT)
+		return 0;
+	if (errno == EISDIR)
+		return say(why, size, -EISDIR, "%s/%s: a folder, in the place of a file of "
+			   "pokeysd's; remove it", host->directory, name);
+	return say(why, size, -errno, "%s/%s: cannot be removed: %s", host->directory, name,
+		   strerror(errno));
+}
 
-	if (unlinkat(host->directory_fd, "current", 0) && errno == EISDIR)
-		return say(why, size, -EISDIR,
-			   "%s/current: a folder, in the place of pokeysd's link; remove it",
-			   host->directory);
-	unlinkat(host->directory_fd, ".current", 0);
-	unlinkat(host->directory_fd, "control", 0);
-	r = runtime_remove_stale(host->directory_fd, NULL);
-	if (r && r != -ENOTEMPTY)
+/* The link first, so that nobody finds the way into what is being removed. */
+static int remove_names(const struct shm_host *host, char *why, size_t size)
+{
+	static const char *const names[] = { "current", ".current", "control" };
+	int r = 0;
+
+	for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++) {
+		const int failed = remove_name(host, names[i], r ? NULL : why, size);
+
+		r = r ? r : failed;
+	}
+	return r;
+}
+
+/*
+ * Whatever can be removed is. 0, or why no daemon can be here. What stays of the roots is no
+ * reason to be without one, for ours has a name of its own: what another user has made and
+ * does not let us remove is told, and what a client that was on its way already has kept
+ * from becoming empty is removed next time (*left: -ENOTEMPTY).
+ */
+static int remove_stale(const struct shm_host *host, int *left, char *why, size_t size)
+{
+	const int r = remove_names(host, why, size);
+
+	*left = runtime_remove_stale(host->directory_fd, NULL);
+	if (!r && *left && *left != -ENOTEMPTY)
 		say(why, size, 0, "%s: what is left there cannot be removed: %s; remove what is "
-		    "not %s/current as root", host->directory, strerror(-r), host->directory);
-	return 0;
+		    "not %s/current as root", host->directory, strerror(-*left), host->directory);
+	return r;
 }
 
 /* Below a set-group-id folder with a fitting umask it is right as it comes. */
@@ -228,13 +246,14 @@ int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t 
 {
 	gid_t gid;
 	int r = group_id(group, &gid, why, size);
+	int left;
 
 	if (!r)
 		r = open_directory(host, gid, why, size);
 	if (!r)
 		r = shm_lock_take(host, O_CREAT, why, size);
 	if (!r)
-		r = remove_stale(host, why, size);
+		r = remove_stale(host, &left, why, size);
 	if (!r)
 		r = make_root(host, gid, why, size);
 	if (!r)
@@ -244,18 +263,24 @@ int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t 
 
 /*
  * A daemon has its lock before all else and removes it last: without one there is
- * nothing of a daemon's, and whatever has such a name is somebody else's.
+ * nothing of a daemon's, and whatever has such a name is somebody else's. So the lock
+ * stays as long as anything else does, for who clears again.
  */
 int shm_folder_clear(struct shm_host *host, char *why, size_t size)
 {
 	struct stat status;
 	int r = enter(host, &status, why, size);
+	int left;
 
 	if (!r)
 		r = shm_lock_take(host, 0, why, size);
 	if (r == -ENOENT)
 		return say(why, size, 0, "%s", "");
-	return r ? r : remove_stale(host, why, size);
+	if (r)
+		return r;
+	r = remove_stale(host, &left, why, size);
+	host->unclear = r || left;
+	return !r && left != -ENOTEMPTY ? left : r;
 }
 
 void shm_folder_give_back(struct shm_host *host)
@@ -263,7 +288,8 @@ void shm_folder_give_back(struct shm_host *host)
 	if (host->root[0])
 		runtime_remove_tree(host->directory_fd, host->root_name);
 	if (host->lock_fd >= 0) {
-		unlinkat(host->directory_fd, "lock", 0);
+		if (!host->unclear)
+			unlinkat(host->directory_fd, "lock", 0);
 		close(host->lock_fd);
 	}
 	if (host->directory_fd >= 0)

@@ -34,6 +34,7 @@ struct shm_host {
 	struct iox_node *node;
 	struct manifest manifest;
 	bool published;
+	bool unclear;			/* not all could be cleared */
 	struct shm_device devices[SHM_DEVICES_MAX];
 	size_t count;
 };

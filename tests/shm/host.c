@@ -216,7 +216,7 @@ static void current_that_is_a_folder_is_refused(void **state)
 	snprintf(path, sizeof(path), "%s/current", folder->path);
 	mkdir(path, 0755);
 	assert_int_equal(try_open(folder, folder->path, NULL), -EISDIR);
-	assert_says(folder, "/current: a folder, in the place of pokeysd's link; remove it");
+	assert_says(folder, "/current: a folder, in the place of a file of pokeysd's; remove it");
 	rmdir(path);
 	assert_int_equal(try_open(folder, folder->path, NULL), 0);
 }

@@ -242,6 +242,31 @@ static void where_no_daemon_was_nothing_is_cleared(void **state)
 	assert_int_equal(count_entries(folder->path), 2);
 }
 
+/* Who asks again hears it again, until there is nothing in the way. */
+static void what_cannot_be_cleared_is_told_each_time(void **state)
+{
+	static const char *const names[] = { "current", ".current", "control" };
+	struct folder *folder = *state;
+	char said[256], path[64];
+
+	for (size_t i = 0; i < sizeof(names) / sizeof(names[0]); i++) {
+		folder_end_peer(folder_peer(folder, "host", said), SIGKILL);
+		snprintf(path, sizeof(path), "%s/%s", folder->path, names[i]);
+		unlink(path);
+		assert_int_equal(mkdir(path, 0700), 0);
+		for (unsigned int again = 0; again < 3; again++) {
+			assert_int_equal(clear(folder), -EISDIR);
+			assert_non_null(strstr(folder->why, path));
+			/* nothing else of the daemon's is there but its lock */
+			assert_int_equal(count_entries(folder->path), 2 + 2);
+		}
+		assert_int_equal(rmdir(path), 0);
+		assert_int_equal(clear(folder), 0);
+		assert_string_equal(folder->why, "");
+		assert_int_equal(count_entries(folder->path), 2);
+	}
+}
+
 static void client_may_outlive_the_folder(void **state)
 {
 	struct folder *folder = *state;
@@ -305,6 +330,7 @@ int main(void)
 		BOTH(dead_daemon_is_cleared_without_a_next_one),
 		BOTH(nothing_of_a_living_daemon_is_cleared),
 		BOTH(where_no_daemon_was_nothing_is_cleared),
+		BOTH(what_cannot_be_cleared_is_told_each_time),
 		BOTH(client_may_outlive_the_folder),
 		BOTH(clean_end_leaves_nothing),
 		BOTH(without_a_fresh_root_the_next_daemon_may_not_write),
