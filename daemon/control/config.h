@@ -74,6 +74,14 @@ int config_check(const char *path, struct config *out, config_complain complain,
 int config_read_public(const char *path, struct config *out, config_complain complain,
 		       void *context);
 
+/*
+ * Only [daemon] runtime-directory, or its default, into out->runtime_directory; whatever else
+ * is wrong with the file is not looked at. 0; a fault of that key, or of the file as a
+ * whole, is complained about and leaves *out untouched.
+ */
+int config_read_folder(const char *path, struct config *out, config_complain complain,
+		       void *context);
+
 /* The same as config_read from memory; `name` stands for the file in complaints. */
 int config_parse(const char *name, const char *text, size_t length, struct config *out,
 		 config_complain complain, void *context);

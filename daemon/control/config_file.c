@@ -298,7 +298,34 @@ static int handle(void *user, const char *section, const char *name, const char 
 }
 
 /* For whom a file is read. */
-enum reader { READ_TO_RUN, READ_TO_CHECK, READ_PUBLIC };
+enum reader { READ_TO_RUN, READ_TO_CHECK, READ_PUBLIC, READ_FOLDER };
+
+static void no_complaint(void *context, const char *line)
+{
+	(void)context;
+	(void)line;
+}
+
+/* Of a file with faults in it nobody knows what was meant; of this one key, it is known. */
+static void judge_folder(struct config_file *file, struct config *out, config_complain complain,
+			 void *context)
+{
+	uint32_t index;
+	const struct config_key *key = config_find(CONFIG_DAEMON, "runtime-directory", &index,
+						   NULL, 0);
+	const bool faulty = file->daemon_lines.faulty[config_key_number(key)];
+
+	file->complain = complain;
+	file->context = context;
+	file->faults = 0;
+	if (faulty)
+		config_fault(file, file->daemon_lines.key[config_key_number(key)][index],
+			     "[daemon]: no folder can be read from runtime-directory; pokeysd "
+			     "--check-config says why");
+	else
+		memcpy(out->runtime_directory, file->daemon.runtime_directory,
+		       sizeof(out->runtime_directory));
+}
 
 static int parse(const char *name, const char *text, size_t length, enum reader reader,
 		 struct config *out, config_complain complain, void *context)
@@ -312,7 +339,7 @@ static int parse(const char *name, const char *text, size_t length, enum reader 
 		return 1;
 	}
 	file->name = name;
-	file->complain = complain;
+	file->complain = reader == READ_FOLDER ? no_complaint : complain;
 	file->context = context;
 	file->here = reader == READ_TO_CHECK;
 	file->public = reader == READ_PUBLIC;
@@ -322,7 +349,10 @@ static int parse(const char *name, const char *text, size_t length, enum reader 
 	if (ini_parse_stream(read_line, &reading, handle, &reading) < 0)
 		config_fault(file, 0, "no memory to read the configuration");
 	settle(&reading);
-	config_judge(file, out);
+	if (reader == READ_FOLDER)
+		judge_folder(file, out, complain, context);
+	else
+		config_judge(file, out);
 	faults = file->faults;
 	explicit_bzero(file, sizeof(*file));	/* passwords */
 	free(file);
@@ -427,4 +457,10 @@ int config_read_public(const char *path, struct config *out, config_complain com
 		       void *context)
 {
 	return read_file(path, READ_PUBLIC, out, complain, context);
+}
+
+int config_read_folder(const char *path, struct config *out, config_complain complain,
+		       void *context)
+{
+	return read_file(path, READ_FOLDER, out, complain, context);
 }

@@ -74,16 +74,23 @@ static int override(const struct options *options)
 
 /*
  * For the service manager, when there is no daemon any more and perhaps no other one will
- * come: then nobody takes the folder, which clears it. No configuration is read for it, for
- * a broken one may be why none comes.
+ * come: then nobody takes the folder, which clears it. Of the configuration only the folder
+ * is read, for what is broken in it may be why none comes.
  */
-static int clear(const char *directory)
+static int clear(struct options *options)
 {
 	char why[256];
-	int result = shm_host_clear(directory, why, sizeof(why));
+	int result;
 
-	if (*why)
-		log_line(result ? EVENT_ERROR : EVENT_WARNING, "%s", why);
+	if (!options->runtime_directory &&
+	    config_read_folder(options->config, &config, complain, options))
+		return STATUS_CONFIG;
+	result = override(options);
+	if (result)
+		return result;
+	result = shm_host_clear(config.runtime_directory, why, sizeof(why));
+	if (result)
+		log_line(EVENT_ERROR, "%s", why);
 	if (result == -EBUSY)
 		return STATUS_BUSY;
 	return result ? STATUS_FAILED : STATUS_OK;
@@ -102,7 +109,7 @@ int main(int argc, char **argv)
 		return usage_written("pokeysd", status);
 	log_open(STDERR_FILENO, EVENT_INFO);
 	if (options.clear)
-		return clear(options.clear);
+		return clear(&options);
 	read = options.check_config ? config_check : config_read;
 	if (options.check_config) {
 		signals_release();	/* it leaves nothing behind */

@@ -14,7 +14,7 @@ enum { CHECK_CONFIG = 256, CLEAR, NO_REALTIME, RUNTIME_DIRECTORY, HELP_CONFIG, V
 static const struct option table[] = {
 	{ "config", required_argument, NULL, 'c' },
 	{ "check-config", no_argument, NULL, CHECK_CONFIG },
-	{ "clear", required_argument, NULL, CLEAR },
+	{ "clear", no_argument, NULL, CLEAR },
 	{ "no-realtime", no_argument, NULL, NO_REALTIME },
 	{ "runtime-directory", required_argument, NULL, RUNTIME_DIRECTORY },
 	{ "help", no_argument, NULL, 'h' },
@@ -28,7 +28,7 @@ static const char help[] =
 	"\n"
 	"  -c, --config FILE        read FILE instead of " CONFIG_PATH "\n"
 	"  --check-config           say whether the configuration is in order, and end\n"
-	"  --clear DIR              remove what a killed daemon left in DIR, and end\n"
+	"  --clear                  remove what a killed daemon left in its folder, and end\n"
 	"  --no-realtime            go on where realtime priority or locked memory is refused\n"
 	"  --runtime-directory DIR  folder of the shared memory, instead of the configured one\n"
 	"  -h, --help               this text\n"
@@ -50,7 +50,7 @@ bool options_parse(struct options *options, int argc, char **argv, int *status)
 			options->check_config = true;
 			break;
 		case CLEAR:
-			options->clear = optarg;
+			options->clear = true;
 			break;
 		case NO_REALTIME:
 			options->no_realtime = true;

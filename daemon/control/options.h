@@ -18,8 +18,8 @@ enum {
 struct options {
 	const char *config;
 	const char *runtime_directory;	/* NULL = the configuration's */
-	const char *clear;		/* a runtime folder, NULL = none */
 	bool check_config;
+	bool clear;
 	bool no_realtime;
 };
 

@@ -5,6 +5,7 @@ configuration that is none. And what the service manager is told."""
 import ctypes
 import os
 import pathlib
+import re
 import resource
 import shutil
 import signal
@@ -153,7 +154,8 @@ def test_what_a_killed_daemon_left_is_cleared_where_no_other_one_comes():
         house.daemon_keys["nonsense"] = 1
         equal(house.start_daemon(wait=False).wait(PATIENCE), 78, house.log())
         house.tells("daemon not publishing", "status")
-        cleared = run(house.programs["pokeysd"], "--clear", house.runtime)
+        # the folder is read from that configuration all the same
+        cleared = run(house.programs["pokeysd"], "--clear", "--config", house.conf)
         equal((cleared.returncode, cleared.stdout, cleared.stderr), (0, "", ""))
         house.tells("no daemon runs in", "status")
         # the witness of why it died stays for whoever can read it
@@ -164,13 +166,42 @@ def test_what_a_killed_daemon_left_is_cleared_where_no_other_one_comes():
         assert any(house.daemon_keys["record-folder"].glob("*-died.pcapng")), house.log()
 
 
+def test_what_cannot_be_cleared_is_said_each_time():
+    with House() as house:
+        killed(house)
+        (house.runtime / "current").unlink()
+        (house.runtime / "current").mkdir()
+        for _ in range(3):
+            cleared = run(house.programs["pokeysd"], "--clear", "--config", house.conf)
+            equal((cleared.returncode, cleared.stdout), (1, ""))
+            assert re.fullmatch(r".*/current: a folder, in the place of .*; remove it\n", cleared.stderr), cleared
+        (house.runtime / "current").rmdir()
+        cleared = run(house.programs["pokeysd"], "--clear", "--config", house.conf)
+        equal((cleared.returncode, cleared.stdout, cleared.stderr), (0, "", ""))
+        house.tells("no daemon runs in", "status")
+
+
+def test_a_folder_that_cannot_be_read_is_not_guessed():
+    with House() as house:
+        killed(house)
+        house.daemon_keys["runtime-directory"] = "run"
+        house.write_conf()
+        for conf, said in ((house.conf, rf"pokeysd: {house.conf}:\d+: \[daemon\]: no folder can be read from "
+                            r"runtime-directory; pokeysd --check-config says why"),
+                           (house.folder / "none", r".*/none: there is no such file; .*")):
+            cleared = run(house.programs["pokeysd"], "--clear", "--config", conf)
+            equal((cleared.returncode, cleared.stdout), (78, ""))
+            assert re.fullmatch(said + r"\n", cleared.stderr), cleared
+        assert (house.runtime / "current").exists()
+
+
 def test_nothing_of_a_daemon_that_lives_is_cleared():
     with House() as house:
         house.start_sim()
         daemon = house.start_daemon()
         house.wait_fresh()
         there = {path.name for path in house.runtime.iterdir()}
-        cleared = run(house.programs["pokeysd"], "--clear", house.runtime)
+        cleared = run(house.programs["pokeysd"], "--clear", "--runtime-directory", house.runtime)
         equal((cleared.returncode, cleared.stdout), (75, ""))
         assert f"another pokeysd (pid {daemon.pid}) holds {house.runtime}" in cleared.stderr, cleared
         equal({path.name for path in house.runtime.iterdir()}, there)

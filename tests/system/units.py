@@ -55,7 +55,9 @@ def main():
         # a changed configuration needs no restart of the machine
         assert "ExecReload=/bin/kill -HUP $MAINPID\n" in text, "the unit cannot be reloaded"
         # and whoever was killed leaves nothing that looks like a daemon, whatever comes of the next
-        assert f"ExecStopPost=-{daemon} --clear %t/pokeysd\n" in text and "RuntimeDirectory=pokeysd\n" in text
+        clear = f"ExecStopPost=-{daemon} --clear"
+        assert f"{clear}\n{clear} --runtime-directory %t/pokeysd\n" in text, text
+        assert "RuntimeDirectory=pokeysd\n" in text
         # a mistake is found at all
         (folder / "pokeysd.service").write_text(text.replace("[Install]", "Nonsense=1\n[Install]"))
         assert "Nonsense" in verify(folder), "verify does not see an unknown key"

@@ -13,7 +13,7 @@ WRONG = {
                 (["--bogus"], "there is no option --bogus"), (["--bogus=3"], "there is no option --bogus"),
                 (["--conf", "x"], "there is no option --conf"),
                 (["--config"], "--config wants a value"), (["-c"], "-c wants a value"),
-                (["--clear"], "--clear wants a value"), (["--check-config=yes"], "--check-config takes no value"),
+                (["--clear=/run/x"], "--clear takes no value"), (["--check-config=yes"], "--check-config takes no value"),
                 (["bogus"], '"bogus" is not an option')),
     "pokeys-guard": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
                      (["--conf=x", "run"], "there is no option --conf"),
