@@ -7,9 +7,11 @@
  * polarity of its emergency button among it.
  */
 #include "halbridge/ini_adopt.h"
+#include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <rtapi.h>
+#include "shm/runtime.h"
 
 enum { LIST = 600 };
 
@@ -53,4 +55,19 @@ void ini_adopt(const struct ini_file *file, struct instance *instance)
 	say_unknown(file, instance);
 	/* how long the old component searched; the daemon searches for ever */
 	ini_whole(file, "COMM_TIMEOUT", 0, 600000, 2000, complain, instance->prefix);
+}
+
+int ini_runtime(const struct ini_file *file, const char **folder, char *why, size_t size)
+{
+	const struct ini_entry *entry = ini_file_find(file, "POKEYS", "RUNTIME_DIRECTORY");
+	int length;
+
+	if (!entry)
+		return 0;
+	length = snprintf(why, size, "%s:%u: [POKEYS]%s: ", file->path, entry->line, entry->key);
+	if (length < 0 || (size_t)length >= size)
+		return -EINVAL;
+	*folder = entry->value;
+	return runtime_check_directory(entry->value, why + length, size - (size_t)length) ?
+	       -EINVAL : 0;
 }

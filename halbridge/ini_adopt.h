@@ -14,4 +14,10 @@
  */
 void ini_adopt(const struct ini_file *file, struct instance *instance);
 
+/*
+ * The daemon's runtime folder, if [POKEYS]RUNTIME_DIRECTORY names one; else *folder stays
+ * as it is. The text is the file's. 0, or -EINVAL with one line in `why`. Cold.
+ */
+int ini_runtime(const struct ini_file *file, const char **folder, char *why, size_t size);
+
 #endif

@@ -121,10 +121,11 @@ int ini_file_read(struct ini_file *file, const char *path)
 	reading.stream = fopen(path, "re");
 	if (!reading.stream)
 		return -errno;
+	errno = 0;
 	while (!r && read_line(&reading, line))
 		r = look_at(&reading, line);
 	if (!r && ferror(reading.stream))
-		r = -EIO;
+		r = errno ? -errno : -EIO;
 	fclose(reading.stream);
 	if (r)
 		ini_file_free(file);

@@ -21,6 +21,8 @@
 _Static_assert(sizeof(hal_bit_t) == sizeof(bool) && sizeof(hal_float_t) == sizeof(double) &&
 	       sizeof(hal_s32_t) == 4 && sizeof(hal_u32_t) == 4, "the binding copies these types");
 
+#define NO_ROOM "HAL has no room for all names, try names=core"
+
 uint64_t instance_now(void)
 {
 	struct timespec time;
@@ -111,8 +113,7 @@ static int export_names(const struct instance *instance, int component)
 		if (r < 0) {
 			rtapi_print_msg(RTAPI_MSG_ERR, "%s: cannot export %s: %s%s\n",
 					instance->prefix, name, strerror(-r),
-					r == -ENOMEM ? ": HAL has no room for all names, try "
-						       "names=core" : "");
+					r == -ENOMEM ? ": " NO_ROOM : "");
 			return r;
 		}
 	}
@@ -132,8 +133,10 @@ static int allocate(struct instance *instance)
 	instance->values = memory_take(sizeof(*instance->values));
 	instance->pointers = memory_take(table_pin_count(instance->schemes) *
 					 sizeof(*instance->pointers));
-	if (!instance->values || !instance->pointers)
+	if (!instance->values || !instance->pointers) {
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s: " NO_ROOM "\n", instance->prefix);
 		return -ENOMEM;
+	}
 	table_set_parameters(instance->values);
 	return binding_init(&instance->binding, instance->values,
 			    (void *volatile *)instance->pointers, instance->schemes);

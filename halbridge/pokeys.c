@@ -25,6 +25,7 @@
 #include "halbridge/instance.h"
 #include "halbridge/monitor.h"
 #include "halbridge/pokeys_options.h"
+#include "usage/written.h"
 
 #define SECOND_NS	UINT64_C(1000000000)
 
@@ -183,7 +184,7 @@ int main(int argc, char **argv)
 	int r;
 
 	if (argc == 2 && answer(argv[1]))
-		return fflush(stdout) ? 1 : 0;
+		return usage_written("pokeys", EXIT_SUCCESS);
 	if (pokeys_options_read(&options, argc, argv, why, sizeof(why))) {
 		fprintf(stderr, "pokeys: %s\n", why);
 		return EX_USAGE;
@@ -194,10 +195,13 @@ int main(int argc, char **argv)
 	if (component <= 0)
 		return 1;
 	file = read_ini();
-	pokeys_options_ini(&options, &file);
-	r = start(&options, &file);
+	r = options.runtime ? 0 : ini_runtime(&file, &options.runtime, why, sizeof(why));
+	if (!r) {
+		r = start(&options, &file);
+		snprintf(why, sizeof(why), "not loaded: %s", strerror(-r));
+	}
 	if (r)
-		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys: not loaded: %s\n", strerror(-r));
+		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys: %s\n", why);
 	else
 		loop(options.count);
 	end();

@@ -7,6 +7,7 @@
  */
 #include "halbridge/pokeys_options.h"
 #include <errno.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,16 +30,43 @@ static int read_count(struct pokeys_options *options, const char *text, char *wh
 	return 0;
 }
 
+/* HAL would take a blank, and no line of a HAL file could name the pin. */
+static bool is_prefix(const char *name, size_t length)
+{
+	if (!length || length > PREFIX_MOST)
+		return false;
+	for (size_t i = 0; i < length; i++) {
+		if (name[i] <= ' ' || name[i] >= 0x7f)
+			return false;
+	}
+	return true;
+}
+
+static bool is_taken(const struct pokeys_options *options, const char *name, size_t length)
+{
+	for (size_t i = 0; i < options->count; i++) {
+		if (strlen(options->prefix[i]) == length &&
+		    !memcmp(options->prefix[i], name, length))
+			return true;
+	}
+	return false;
+}
+
 static int read_names(struct pokeys_options *options, const char *text, char *why, size_t size)
 {
 	options->count = 0;
 	for (const char *name = text; name;) {
 		size_t length = strcspn(name, ",");
 
-		if (!length || length > PREFIX_MOST || options->count == TABLE_DEVICES) {
+		if (!is_prefix(name, length) || options->count == TABLE_DEVICES) {
 			snprintf(why, size, "names=%s: at most %d names of 1 to %d characters, "
-				 "for HAL's names end at %d", text, TABLE_DEVICES, PREFIX_MOST,
-				 TABLE_NAME_MAX);
+				 "for HAL's names end at %d, without blanks", text, TABLE_DEVICES,
+				 PREFIX_MOST, TABLE_NAME_MAX);
+			return -EINVAL;
+		}
+		if (is_taken(options, name, length)) {
+			snprintf(why, size, "names=%s: '%.*s' is there twice", text, (int)length,
+				 name);
 			return -EINVAL;
 		}
 		snprintf(options->prefix[options->count++], INSTANCE_PREFIX, "%.*s", (int)length,
@@ -77,12 +105,4 @@ int pokeys_options_read(struct pokeys_options *options, int argc, char **argv, c
 		}
 	}
 	return r;
-}
-
-void pokeys_options_ini(struct pokeys_options *options, const struct ini_file *file)
-{
-	const struct ini_entry *entry = ini_file_find(file, "POKEYS", "RUNTIME_DIRECTORY");
-
-	if (!options->runtime && entry)
-		options->runtime = entry->value;
 }

@@ -6,7 +6,6 @@
 #define HALBRIDGE_POKEYS_OPTIONS_H
 
 #include <stddef.h>
-#include "halbridge/ini_file.h"
 #include "halbridge/instance.h"
 #include "halbridge/table.h"
 
@@ -19,8 +18,5 @@ struct pokeys_options {
 /* count=N, or names=A,B, and runtime=FOLDER. 0, or -EINVAL with one line in `why`. Cold. */
 int pokeys_options_read(struct pokeys_options *options, int argc, char **argv, char *why,
 			size_t size);
-
-/* The runtime folder, if the command line has none: [POKEYS]RUNTIME_DIRECTORY. Cold. */
-void pokeys_options_ini(struct pokeys_options *options, const struct ini_file *file);
 
 #endif

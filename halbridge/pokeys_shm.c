@@ -216,16 +216,6 @@ static int read_machine(char *why, size_t size)
 	return r;
 }
 
-/* What is said to loadrt counts more. */
-static const char *runtime_folder(void)
-{
-	const struct ini_entry *entry = NULL;
-
-	if (machine.path && (!runtime || !*runtime))
-		entry = ini_file_find(&machine, "POKEYS", "RUNTIME_DIRECTORY");
-	return entry ? entry->value : runtime;
-}
-
 static int load(const struct settings *settings)
 {
 	int r;
@@ -244,8 +234,11 @@ int rtapi_app_main(void)
 	int r = read_machine(why, sizeof(why));
 
 	if (!r)
-		r = settings_read(&settings, devices, names, machine.path != NULL,
-				  runtime_folder(), why, sizeof(why));
+		r = settings_read(&settings, devices, names, machine.path != NULL, runtime, why,
+				  sizeof(why));
+	/* what is said to loadrt counts more */
+	if (!r && machine.path && !settings.runtime)
+		r = ini_runtime(&machine, &settings.runtime, why, sizeof(why));
 	if (r)
 		rtapi_print_msg(RTAPI_MSG_ERR, "pokeys_shm: %s\n", why);
 	else

@@ -225,10 +225,21 @@ def names_and_count_are_options(rig):
     unloadusr(rig)
     for option, text in (("count=9", "count=9: must be 1 to 8"),
                          ("names=much-too-long", "names=much-too-long: at most"),
+                         ("names=mill,mill", "names=mill,mill: 'mill' is there twice"),
+                         ("'names=a b'", "names=a b: at most"),
                          ("speed=3", "there is no option speed=3")):
         status, _ = rig.hal.run(f"pokeys {option}")
         assert status == 64
         rig.hal.says(text)
+
+
+def a_runtime_folder_that_cannot_be_names_its_line(rig):
+    path = rig.folder / "machine.ini"
+    path.write_text("[POKEYS]\nRUNTIME_DIRECTORY = run/pokeysd\n", encoding="utf-8")
+    status, _ = rig.hal.run(f"INI_FILE_NAME={path} timeout 60 pokeys")
+    assert status == 1, status
+    rig.hal.says(f"{path}:2: [POKEYS]RUNTIME_DIRECTORY: runtime folder 'run/pokeysd': give an absolute path")
+    assert "not loaded" not in rig.hal.said()
 
 
 def an_axis_is_driven_by_its_connected_name(rig):
@@ -309,6 +320,7 @@ hal_live.main([
     it_ends_by_signal_and_loads_again,
     alone_in_hal_it_ends_with_status_0,
     names_and_count_are_options,
+    a_runtime_folder_that_cannot_be_names_its_line,
     an_axis_is_driven_by_its_connected_name,
     either_name_of_an_input_may_be_used,
     the_loop_runs_at_the_rate_that_is_asked_for,

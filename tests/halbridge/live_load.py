@@ -30,6 +30,8 @@ def a_named_device_may_come_late(rig):
 
 
 def bad_parameters_are_refused_in_one_line(rig):
+    machine = rig.folder / "machine.ini"
+    machine.write_text("[EMC]\n[POKEYS]\nRUNTIME_DIRECTORY = run/pokeysd\n", encoding="utf-8")
     cases = {
         "names=upper": "names=upper: must be both, canonical, core, legacy or all",
         "devices=a,,b": "devices=: '' is not a device name",
@@ -40,6 +42,9 @@ def bad_parameters_are_refused_in_one_line(rig):
         "runtime=run/pokeysd": "runtime=: runtime folder 'run/pokeysd': give an absolute path",
         "runtime=/" + "x" * 150: "its path has 151 characters, at most",
         "device=mill": "device",
+        f"ini={machine}": f"{machine}:3: [POKEYS]RUNTIME_DIRECTORY: runtime folder 'run/pokeysd': give an absolute",
+        f"ini={rig.folder}": f"ini={rig.folder}: Is a directory",
+        "devices=a,b,c names=both": "pokeys.2: HAL has no room for all names, try names=core",
     }
     rig.hal.ok("halcmd loadrt threads name1=servo-thread period1=1000000")
     for parameter, line in cases.items():

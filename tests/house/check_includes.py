@@ -17,7 +17,7 @@ MAY_USE = {
     "settings": ["include"],
     "usage": [],
     "shm": ["include"],
-    "sim": ["wire", "include"],
+    "sim": ["usage", "wire", "include"],
     "daemon/engine": ["wire", "include"],
     "daemon/transport": [],
     "daemon/device": ["daemon/engine", "wire", "include"],
@@ -27,7 +27,7 @@ MAY_USE = {
                        "wire", "settings", "shm", "usage", "include"],
     # where the devices are is in pokeysd.conf, and one reader reads that
     "guard": ["daemon/control", "daemon/device", "daemon/transport", "usage", "wire", "include"],
-    "halbridge": ["include", "shm"],
+    "halbridge": ["include", "shm", "usage"],
     # discovery is a socket's work, and the tools' search is the daemon's search
     "tools": ["include", "settings", "shm", "usage", "wire", "daemon/transport", "daemon/recorder"],
     "examples": ["include"],
