@@ -78,7 +78,7 @@ int sim_ctl(int argc, char **argv)
 	struct sim_text text;
 	int fd;
 
-	if (argc < 2) {
+	if (argc < 2 || !*argv[0] || !*argv[1]) {
 		fputs("pokeys-sim: --ctl wants a socket and a command; pokeys-sim --help lists "
 		      "them\n", stderr);
 		return EX_USAGE;
@@ -89,7 +89,8 @@ int sim_ctl(int argc, char **argv)
 	line[text.used] = '\n';
 	fd = open_socket(argv[0]);
 	if (fd < 0) {
-		fprintf(stderr, "pokeys-sim: %s: %s\n", argv[0], strerror(-fd));
+		fprintf(stderr, "pokeys-sim: %s: %s; give the socket that a simulator was "
+			"started with (--control)\n", argv[0], strerror(-fd));
 		return 2;
 	}
 	if (send(fd, line, text.used + 1, MSG_NOSIGNAL) < 0) {

@@ -15,6 +15,7 @@
 
 #include "sim/preset.h"
 #include "sim/server.h"
+#include "usage/written.h"
 
 #define SCRIPT_BYTES 1048576
 
@@ -28,12 +29,13 @@ static int complain(const char *reason, int status)
 	return status;
 }
 
-/* The whole file as one string; NULL with errno set. */
+/* The whole file as one string; NULL with errno set, EILSEQ: it is no text. */
 static char *read_file(const char *path)
 {
 	FILE *file = fopen(path, "re");
 	char *text = malloc(SCRIPT_BYTES + 1);
 	size_t len;
+	int error = 0;
 
 	if (!file || !text) {
 		if (file)
@@ -42,14 +44,19 @@ static char *read_file(const char *path)
 		return NULL;
 	}
 	len = fread(text, 1, SCRIPT_BYTES + 1, file);
-	if (ferror(file) || len > SCRIPT_BYTES) {
-		errno = ferror(file) ? EIO : EFBIG;
-		free(text);
-		text = NULL;
-	} else {
-		text[len] = '\0';
-	}
+	if (ferror(file))
+		error = errno;
+	else if (len > SCRIPT_BYTES)
+		error = EFBIG;
+	else if (memchr(text, '\0', len))
+		error = EILSEQ;		/* what is behind it would never be run */
 	fclose(file);
+	if (error) {
+		free(text);
+		errno = error;
+		return NULL;
+	}
+	text[len] = '\0';
 	return text;
 }
 
@@ -60,7 +67,8 @@ static bool load_script(const char *path, struct sim_text *why)
 	struct sim_text bad;
 
 	if (!text) {
-		sim_text_add(why, "--script %s: %s", path, strerror(errno));
+		sim_text_add(why, "--script %s: %s", path,
+			     errno == EILSEQ ? "it is no text" : strerror(errno));
 		return false;
 	}
 	sim_text_init(&bad, reason, sizeof(reason));
@@ -148,17 +156,17 @@ int main(int argc, char **argv)
 	struct sim_text why;
 
 	if (argc > 1 && !strcmp(argv[1], "--ctl"))
-		return sim_ctl(argc - 2, argv + 2);
+		return usage_written("pokeys-sim", sim_ctl(argc - 2, argv + 2));
 	sim_text_init(&why, reason, sizeof(reason));
 	if (!sim_options_parse(&options, argc, argv, &why))
 		return complain(reason, EX_USAGE);
 	if (options.help) {
 		sim_options_help(stdout);
-		return EXIT_SUCCESS;
+		return usage_written("pokeys-sim", EXIT_SUCCESS);
 	}
 	if (options.version) {
 		printf("pokeys-sim %s\n", POKEYS_VERSION);
-		return EXIT_SUCCESS;
+		return usage_written("pokeys-sim", EXIT_SUCCESS);
 	}
 	if (!prepare(&options, &why))
 		return complain(reason, EXIT_FAILURE);

@@ -262,8 +262,8 @@ static bool take(struct sim_options *options, char **argv, int *used, struct sim
 		value = argv[1];
 		*used = 2;
 	}
-	if (!value) {
-		sim_text_add(why, "%s: needs a value", name);
+	if (!value || !*value) {
+		sim_text_add(why, "%s: needs a value; pokeys-sim --help lists the options", name);
 		return false;
 	}
 	if (row)

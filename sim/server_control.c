@@ -97,7 +97,9 @@ int sim_control_open(struct sim_server *server)
 	memcpy(sa.sun_path, path, strlen(path) + 1);
 	fd = open_at(&sa);
 	if (fd < 0) {
-		fprintf(stderr, "pokeys-sim: --control %s: %s\n", path, strerror(-fd));
+		fprintf(stderr, "pokeys-sim: --control %s: %s%s\n", path, strerror(-fd),
+			fd == -EADDRINUSE ? ": it is no socket, or another simulator's; give "
+					    "another path" : "");
 		return fd;
 	}
 	server->control_listen = fd;

@@ -5,7 +5,8 @@
  * up before it sees them, and it is not to say anything.
  *
  * A word that is some option's value is taken for an option if it begins with "--": who
- * means it writes --config=--file.
+ * means it writes --config=--file. An empty value is none: what stands there is a
+ * variable of a shell that nobody has set.
  */
 #include <stdbool.h>
 #include <stdio.h>
@@ -54,17 +55,30 @@ static void tell(const char *program, const char *word, int result, const struct
 			optopt, program);
 }
 
+/* `name` is that of a long option, or NULL. */
+static void tell_empty(const char *program, int letter, const char *name)
+{
+	const char word[] = { '-', (char)letter, '\0' };
+
+	fprintf(stderr, "%s: %s%s wants a value, not an empty one; %s --help lists the options\n",
+		program, name ? "--" : word, name ? name : "", program);
+}
+
 int usage_option(const char *program, int argc, char **argv, const char *letters,
 		 const struct option *table)
 {
-	int option;
+	int option, place = -1;
 
 	if (optind == 1 && !spelled_out(program, argc, argv, table))
 		return '?';
 	opterr = 0;
-	option = getopt_long(argc, argv, letters, table, NULL);
-	if (option != '?' && option != ':')
+	option = getopt_long(argc, argv, letters, table, &place);
+	if (option == '?' || option == ':') {
+		tell(program, argv[optind - 1], option, table);
+		return '?';
+	}
+	if (option == -1 || !optarg || *optarg)
 		return option;
-	tell(program, argv[optind - 1], option, table);
+	tell_empty(program, option, place < 0 ? NULL : table[place].name);
 	return '?';
 }

@@ -452,6 +452,7 @@ class Bench(Base):
                               capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 2)
         self.assertEqual(len(done.stderr.splitlines()), 1)
+        self.assertIn("nobody: No such file or directory; give the socket", done.stderr)
 
     def test_nonsense_on_the_control_socket_is_survived(self):
         sim = self.simulator()
@@ -537,6 +538,35 @@ class Process(Base):
         # who waits for the line of --ready-fd would wait for ever
         self.refused(1, ["--script", str(self.folder / "none")], ["--cpu", "1000"],
                      ["--ready-fd", "99"])
+
+    def test_a_script_that_is_none_is_told(self):
+        script = self.folder / "script"
+        for text, told in (b"pin 9 0\n\0\nnothing\n", "it is no text"), (b"#" * 1048577, "File too large"):
+            script.write_bytes(text)
+            self.assertIn(f"--script {script}: {told}", self.told("--script", str(script)))
+        self.assertIn("Is a directory", self.told("--script", str(self.folder)))
+
+    def test_a_control_path_that_is_taken_is_told(self):
+        taken = self.folder / "taken"
+        taken.write_text("kept")
+        self.assertIn(f"--control {taken}: Address already in use: it is no socket",
+                      self.told("--control", str(taken)))
+        self.assertEqual(taken.read_text(), "kept")
+
+    def told(self, *options):
+        done = subprocess.run([SIM, "--address", loopback_address(), *options],
+                              capture_output=True, text=True, check=False, timeout=PATIENCE)
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (1, "", 1), done)
+        return done.stderr
+
+    def test_an_answer_that_cannot_be_written_is_no_success(self):
+        sim = self.simulator()
+        for words in ["stat"], ["pin", "9"]:
+            with open("/dev/full", "w", encoding="ascii") as full:
+                done = subprocess.run([SIM, "--ctl", sim.control, *words], stdout=full, text=True,
+                                      stderr=subprocess.PIPE, check=False, timeout=PATIENCE)
+            self.assertEqual((done.returncode, done.stderr),
+                             (1, "pokeys-sim: standard output: No space left on device\n"))
 
     def refused(self, status, *cases):
         for options in cases:

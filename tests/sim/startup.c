@@ -123,7 +123,7 @@ static void bad_options_are_refused_in_one_line(void **state)
 	} bad[] = {
 		{ "--modle 57E", "there is no option --modle; pokeys-sim --help lists them" },
 		{ "x", "there is no option x; pokeys-sim --help lists them" },
-		{ "--serial", "--serial: needs a value" },
+		{ "--serial", "--serial: needs a value; pokeys-sim --help lists the options" },
 		{ "--serial 0", "--serial: '0' is not 1..4294967295" },
 		{ "--port=70000", "--port: '70000' is not 0..65535" },
 		{ "--model 58", "--model: '58' is not one of " SIM_HARDWARE_NAMES },

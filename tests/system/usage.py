@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A wrong word on the command line of any of our programs: one line that says what is
-wrong and what to do, nothing else, and status 64. argv: the programs."""
+wrong and what to do, nothing else, and status 64. And help that could not be written is
+no success. argv: the programs."""
 import pathlib
 import re
 import subprocess
@@ -13,17 +14,27 @@ WRONG = {
                 (["--bogus"], "there is no option --bogus"), (["--bogus=3"], "there is no option --bogus"),
                 (["--conf", "x"], "there is no option --conf"),
                 (["--config"], "--config wants a value"), (["-c"], "-c wants a value"),
+                (["--config="], "--config wants a value, not an empty one"),
+                (["-c", ""], "-c wants a value, not an empty one"),
+                (["--runtime-directory", ""], "--runtime-directory wants a value, not an empty one"),
                 (["--clear=/run/x"], "--clear takes no value"), (["--check-config=yes"], "--check-config takes no value"),
                 (["bogus"], '"bogus" is not an option')),
     "pokeys-guard": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
                      (["--conf=x", "run"], "there is no option --conf"),
-                     (["run", "--config"], "--config wants a value"), ([], "a command is missing"),
+                     (["run", "--config"], "--config wants a value"),
+                     (["--config", "", "run"], "--config wants a value, not an empty one"), ([], "a command is missing"),
                      (["bogus"], 'there is no command "bogus"'), (["run", "bogus"], 'there is no command "bogus"')),
     "pokeys-sim": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
                    (["--bogus=3"], "there is no option --bogus"), (["bogus"], "there is no option bogus"),
+                   (["--control", ""], "--control: needs a value"), (["--script="], "--script: needs a value"),
+                   (["--seed"], "--seed: needs a value"),
+                   (["--ctl", "", "stat"], "--ctl wants a socket and a command"),
                    (["--ctl"], "--ctl wants a socket and a command")),
     "pokeysctl": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
                   (["status", "--js"], "there is no option --js"), (["status", "-r"], "-r wants a value"),
+                  (["status", "-r", ""], "-r wants a value, not an empty one"),
+                  (["discover", "--address", ""], "--address wants a value, not an empty one"),
+                  (["discover", "--interface="], "--interface wants a value, not an empty one"),
                   (["status", "--json=1"], "--json takes no value"), ([], "a command is missing"),
                   (["bogus"], 'there is no command "bogus"')),
     "pokeys": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
@@ -40,6 +51,12 @@ def main():
             line = rf"{program.name}: {re.escape(wrong)}; {program.name} --help lists .*\n"
             assert (ran.returncode, ran.stdout) == (64, "") and re.fullmatch(line, ran.stderr), (words, ran)
             tried += 1
+        for word in "--help", "--version":
+            with open("/dev/full", "w", encoding="ascii") as full:
+                ran = subprocess.run([program.resolve(), word], stdout=full, stderr=subprocess.PIPE, text=True,
+                                     timeout=60, check=False)
+            told = f"{program.name}: standard output: No space left on device\n"
+            assert (ran.returncode, ran.stderr) == (1, told), (program, word, ran)
     assert tried
     print(f"{tried} mistakes")
 
