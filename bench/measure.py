@@ -109,10 +109,22 @@ def options():
     return parser.parse_args()
 
 
+def print_readme(path):
+    """README's table of the report that is there; the status to end with."""
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as why:
+        print(f"bench: no report to print ({why}); ./run bench writes one", file=sys.stderr)
+        return 1
+    print("\n".join(readme(report)))
+    return 0
+
+
 def main():
     chosen = options()
     folder = pathlib.Path(chosen.build) / "bench"
-    names = chosen.only.split(",") if chosen.only else ORDER
+    # an empty --only is not all of them, for half an hour
+    names = ORDER if chosen.only is None else chosen.only.split(",")
     unknown = [name for name in names if name not in ORDER]
     if unknown:
         print(f"bench: there is no section '{unknown[0]}', one of: {' '.join(ORDER)}", file=sys.stderr)
@@ -121,8 +133,7 @@ def main():
         print("\n".join(f"{name:16} {section(name).SECONDS:3} s  {section(name).TITLE}" for name in names))
         return 0
     if chosen.readme:
-        print("\n".join(readme(json.loads((folder / "report.json").read_text(encoding="utf-8")))))
-        return 0
+        return print_readme(folder / "report.json")
     try:
         bench = Bench(chosen.build, chosen.quick)
     except Fault as why:

@@ -56,7 +56,7 @@ def a_wrong_word(fake):
         (fake.folder / "bin" / name).chmod(0o755)
     (fake.folder / "build").mkdir()
     for words in ("build x", "clean x", "demo x", "demo --seconds x", "test x", "bench --lits",
-                  "bench --only x", "x", "", "help", "demo --help", "bench --help", "bench --list"):
+                  "bench --only x", "bench --only=", "bench --readme", "x", "", "help", "demo --help", "bench --help", "bench --list"):
         ran = subprocess.run([fake.folder / "run", *words.split()], env=fake.environment, text=True,
                              capture_output=True, timeout=120, check=False)
         right = "help" in words or "list" in words
