@@ -128,6 +128,7 @@ static void deliver(struct sim_server *server, uint64_t now_ns)
 		else
 			sim_udp_send(server, peer, bytes, len);
 	}
+	sim_udp_flush(server);
 }
 
 static void handle(struct sim_server *server, uint64_t now_ns, const struct epoll_event *event)

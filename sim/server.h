@@ -10,6 +10,7 @@
 
 #include <netinet/in.h>
 #include <stdbool.h>
+#include <sys/socket.h>
 
 #include "sim/control.h"
 #include "sim/options.h"
@@ -18,6 +19,7 @@
 #define SIM_TCP_CLIENTS 16
 #define SIM_CONTROL_CLIENTS 8
 #define SIM_TCP_SEND 4096
+#define SIM_UDP_BATCH 64
 
 /* What an epoll event is about; the index of the client stands beside it. */
 enum sim_event {
@@ -43,6 +45,14 @@ struct sim_tcp_client {
 	uint8_t out[SIM_TCP_SEND];
 };
 
+/* Packets that one system call takes in or sends; one byte more, for those that are too long. */
+struct sim_udp_batch {
+	struct mmsghdr message[SIM_UDP_BATCH];
+	struct iovec part[SIM_UDP_BATCH];
+	struct sockaddr_in peer[SIM_UDP_BATCH];
+	uint8_t bytes[SIM_UDP_BATCH][SIM_LINK_BYTES + 1];
+};
+
 struct sim_control_client {
 	int fd;
 	size_t received;
@@ -64,6 +74,8 @@ struct sim_server {
 	int control_listen;
 	int signals;
 	bool stop;
+	struct sim_udp_batch requests, replies;
+	unsigned int to_reply;		/* replies which wait for sim_udp_flush() */
 	struct sim_tcp_client tcp[SIM_TCP_CLIENTS];
 	struct sim_control_client controller[SIM_CONTROL_CLIENTS];
 };
@@ -90,6 +102,7 @@ int sim_server_watch(struct sim_server *server, int fd, enum sim_event event, un
 int sim_udp_open(struct sim_server *server);
 void sim_udp_receive(struct sim_server *server);
 void sim_udp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len);
+void sim_udp_flush(struct sim_server *server);
 
 /* server_search.c */
 int sim_search_open(struct sim_server *server);

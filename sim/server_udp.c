@@ -20,7 +20,18 @@
 #include <string.h>
 #include <sys/socket.h>
 
-#define PACKETS_PER_TURN 64
+static void batch_init(struct sim_udp_batch *batch)
+{
+	for (unsigned int i = 0; i < SIM_UDP_BATCH; i++) {
+		struct msghdr *message = &batch->message[i].msg_hdr;
+
+		batch->part[i] = (struct iovec){ batch->bytes[i], sizeof(batch->bytes[i]) };
+		message->msg_name = &batch->peer[i];
+		message->msg_namelen = sizeof(batch->peer[i]);
+		message->msg_iov = &batch->part[i];
+		message->msg_iovlen = 1;
+	}
+}
 
 static struct sockaddr_in own_address(const struct sim_server *server)
 {
@@ -36,6 +47,8 @@ int sim_udp_open(struct sim_server *server)
 	int on = 1;
 	int r;
 
+	batch_init(&server->requests);
+	batch_init(&server->replies);
 	server->udp = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
 	if (server->udp < 0)
 		return -errno;
@@ -69,34 +82,50 @@ static struct sockaddr_in address_of(uint64_t peer)
 }
 
 /*
- * The time of a packet is read after it came: read before, it could be older
+ * The time of the packets is read after they came: read before, it could be older
  * than the question when we were held up in between, and a device that answers
  * with a clock from before the question looks restarted.
  */
 void sim_udp_receive(struct sim_server *server)
 {
-	uint8_t bytes[SIM_LINK_BYTES + 1];
-	struct sockaddr_in from;
+	struct sim_udp_batch *batch = &server->requests;
+	int count = recvmmsg(server->udp, batch->message, SIM_UDP_BATCH, 0, NULL);
+	uint64_t now_ns = sim_now();
 
-	for (unsigned int i = 0; i < PACKETS_PER_TURN; i++) {
-		socklen_t size = sizeof(from);
-		ssize_t len = recvfrom(server->udp, bytes, sizeof(bytes), 0,
-				       (struct sockaddr *)&from, &size);
-		uint64_t now_ns = sim_now();
+	for (int i = 0; i < count; i++) {
+		const struct sockaddr_in *from = &batch->peer[i];
+		size_t len = batch->message[i].msg_len;
 
-		if (len < 0)
-			return;
 		if (len == 0)
-			sim_search_asked(server, now_ns, &from);
+			sim_search_asked(server, now_ns, from);
 		else
-			sim_rig_send_from(server->rig, now_ns, peer_of(&from), bytes, (size_t)len);
+			sim_rig_send_from(server->rig, now_ns, peer_of(from), batch->bytes[i], len);
+		batch->message[i].msg_hdr.msg_namelen = sizeof(*from);
 	}
 }
 
-/* A client which is gone, or a full buffer: the reply is lost, as on a wire. */
 void sim_udp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len)
 {
-	const struct sockaddr_in to = address_of(peer);
+	struct sim_udp_batch *batch = &server->replies;
+	unsigned int i = server->to_reply++;
 
-	sendto(server->udp, bytes, len, 0, (const struct sockaddr *)&to, sizeof(to));
+	batch->peer[i] = address_of(peer);
+	batch->part[i].iov_len = len;
+	memcpy(batch->bytes[i], bytes, len);
+	if (server->to_reply == SIM_UDP_BATCH)
+		sim_udp_flush(server);
+}
+
+/* A client which is gone, or a full buffer: that reply is lost, as on a wire. */
+void sim_udp_flush(struct sim_server *server)
+{
+	unsigned int sent = 0;
+
+	while (sent < server->to_reply) {
+		int r = sendmmsg(server->udp, server->replies.message + sent,
+				 server->to_reply - sent, 0);
+
+		sent += r > 0 ? (unsigned int)r : 1;
+	}
+	server->to_reply = 0;
 }
