@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * What publishing costs while 0, 1, 5 and 20 others read, as it is in a daemon:
- * one image a millisecond, by a realtime thread that has slept meanwhile, so
- * that nothing is in its caches that would not be there; each reader a process
- * of its own that reads a thousand times a second, too.
+ * one image a millisecond, by a realtime thread that has slept meanwhile, and once
+ * more for ANSWER_NS after it took the image's place back, as it does while a device
+ * answers; so nothing is in its caches that would not be there. Each reader is a
+ * process of its own, on the other cores, that reads a thousand times a second, too.
  *
  * All readers are there from the beginning and take turns in being active, so
  * that a drift of the machine's speed touches all counts alike. Their reads are
@@ -25,7 +26,7 @@
 #include "bench/samples.h"
 #include "shm/host.h"
 
-enum { READERS = 20, COUNTS = 4, SLICE = 50, PERIOD_NS = 1000000 };
+enum { READERS = 20, COUNTS = 4, SLICE = 50, PERIOD_NS = 1000000, ANSWER_NS = 50000 };
 
 static const int counts[COUNTS] = { 0, 1, 5, READERS };
 
@@ -56,13 +57,25 @@ static void sleep_until(uint64_t t)
 	clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, NULL);
 }
 
+/* The daemon's core is its own: nobody else may use its caches. */
+static void keep_off(int cpu)
+{
+	cpu_set_t set;
+
+	if (sched_getaffinity(0, sizeof(set), &set) < 0 || CPU_COUNT(&set) < 2)
+		return;
+	CPU_CLR((size_t)cpu, &set);
+	sched_setaffinity(0, sizeof(set), &set);
+}
+
 /* A reader, until the writer ends it. */
-static void read_on(int number, const char *runtime)
+static void read_on(int number, const char *runtime, int cpu)
 {
 	uint64_t next = now_ns();
 	pokeys_client *client;
 
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
+	keep_off(cpu);
 	if (pokeys_client_open(&client, runtime, "bench", "reader", 0) < 0 ||
 	    pokeys_client_poll(client) != POKEYS_CLIENT_ATTACHED)
 		_exit(1);
@@ -79,12 +92,12 @@ static void read_on(int number, const char *runtime)
 	}
 }
 
-static bool start_readers(const char *runtime, pid_t readers[READERS])
+static bool start_readers(const char *runtime, int cpu, pid_t readers[READERS])
 {
 	for (int i = 0; i < READERS; i++) {
 		readers[i] = fork();
 		if (readers[i] == 0)
-			read_on(i, runtime);
+			read_on(i, runtime, cpu);
 	}
 	while (atomic_load(&shared->ready) < READERS) {
 		if (waitpid(-1, NULL, WNOHANG) != 0)
@@ -117,12 +130,13 @@ static void publish(struct shm_device *device, int which, struct samples *sample
 		uint64_t t;
 
 		sleep_until(next += PERIOD_NS);
+		shm_device_prepare(device);	/* as the loop does, off the time that counts */
+		sleep_until(next + ANSWER_NS);
 		image.cycle++;
 		t = now_ns();
 		shm_device_write(device, &image);
 		if (i >= SLICE / 10)
 			samples_add(samples, now_ns() - t);
-		shm_device_prepare(device);	/* as the loop does, off the time that counts */
 	}
 }
 
@@ -152,7 +166,7 @@ int main(int argc, char **argv)
 	for (int i = 0; i < COUNTS; i++)
 		if (samples_init(&samples[i], (size_t)slices * SLICE) < 0)
 			return 1;
-	good = start_readers(argv[1], readers);
+	good = start_readers(argv[1], atoi(argv[3]), readers);
 	become_realtime(atoi(argv[3]));
 	for (int slice = 0; good && slice < slices; slice++)
 		for (int i = 0; i < COUNTS; i++)

@@ -83,9 +83,12 @@ struct pokeys_state *shm_device_loan(struct shm_device *device);
 void shm_device_commit(struct shm_device *device);
 
 /*
- * Realtime, and only a hint: the cell of the next loan is fetched from the caches of
- * those who read it, while nobody waits for it. Without it publishing costs twice as
- * much as soon as there are readers on other cores.
+ * Realtime, and for speed only: the cell of the next loan is taken back from the caches
+ * of those who have read it, while nobody waits for it; as late as that is true, for
+ * what has slept meanwhile finds its own caches cold. Each line is written (with what
+ * it holds): to ask for it with a prefetch has no effect where this core still has a
+ * copy that it shares. Without it publishing costs up to three times as much as soon as
+ * there are readers on other cores.
  */
 void shm_device_prepare(struct shm_device *device);
 

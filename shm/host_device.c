@@ -191,10 +191,10 @@ struct pokeys_state *shm_device_loan(struct shm_device *device)
 
 void shm_device_prepare(struct shm_device *device)
 {
-	const char *cell = (const char *)iox_state_loan(device->state);
+	volatile char *cell = (volatile char *)iox_state_loan(device->state);
 
 	for (size_t at = 0; cell && at < sizeof(struct pokeys_state); at += CACHE_LINE)
-		__builtin_prefetch(cell + at, 1, 3);
+		cell[at] = cell[at];
 }
 
 void shm_device_commit(struct shm_device *device)

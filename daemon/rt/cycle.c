@@ -86,6 +86,7 @@ static uint32_t ask(struct loop *loop)
 	uint32_t wanted = 0, waiting = 0;
 
 	ask_urgent(loop);
+	publish_prepare(loop);
 	for (uint32_t i = 0; i < loop->count; i++) {
 		struct device *device = loop->devices[i].device;
 
@@ -130,7 +131,6 @@ void cycle_run(struct loop *loop)
 	collect(loop, waiting);
 	follow_cycle(loop);
 	publish_diags(loop);
-	publish_prepare(loop);
 	now = loop_now(loop);
 	histogram_add(&own->work, now - own->began_ns);
 	point_ended(loop, now);

@@ -116,6 +116,7 @@ void publish_state(struct loop *loop, uint32_t i);
 void publish_states(struct loop *loop, uint32_t mask);
 /* Publish those that are still pending and complete. */
 void publish_complete(struct loop *loop);
+/* Take back from the readers what the images of this cycle are written into. */
 void publish_prepare(struct loop *loop);
 /* Diagnostic image of device `i`. */
 void publish_diag(struct loop *loop, uint32_t i);

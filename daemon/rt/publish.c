@@ -81,7 +81,10 @@ void publish_states(struct loop *loop, uint32_t mask)
 			publish_state(loop, i);
 }
 
-/* For the next cycle, now that everybody has its data. */
+/*
+ * The requests of a thread that polls are on their way then; in one that sleeps they
+ * wait for less than what is saved when the image is written.
+ */
 void publish_prepare(struct loop *loop)
 {
 	for (uint32_t i = 0; i < loop->count; i++)
