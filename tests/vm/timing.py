@@ -4,9 +4,8 @@ timing.json, and judged.
 
 An instruction is 8 ns there and nothing else takes time, so these are counts of
 instructions, and a change in them is a change of the code (ours, the kernel's or the
-emulator's), never the host's mood. The daemon's wake-up is known by its histogram,
-whose buckets are a fifth wide: it is judged by the lower end of the bucket, so that
-only what is certainly beyond the limit fails.
+emulator's), never the host's mood. The daemon's wake-ups are those in its recorder,
+each to the nanosecond. cyclictest counts whole microseconds, rounded down.
 
 How old data are when LinuxCNC reads them is held against the device's round trip and
 100 us of a processor that does a thousand million instructions a second, eight times
@@ -15,6 +14,7 @@ machine that is a few cycles from a limit must not fail one day with a new kerne
 """
 import json
 import statistics
+import struct
 
 SHIFT = 3
 NS_PER_INSTRUCTION = 1 << SHIFT
@@ -26,34 +26,38 @@ AGE_BEYOND_INSTRUCTIONS = 100_000
 AGES = {"round_trip_us": "round trip, median", "p50_us": "age of the data at a read, p50", "p99_us": "p99", "most_us": "most"}
 LATE_TARGET, LATE_LIMIT = 0.01, 0.02
 PARTS = {"p50": 0.5, "p99": 0.99}
-# a bucket of the daemon's histograms: a quarter of an octave
-BUCKETS = [64 * 2 ** octave * (4 + quarter) / 4 / 1000 for octave in range(26) for quarter in range(4)]
+# daemon/recorder/ring.h: the file's head, then slots of a fixed size; of a cycle's the tick and the wake-up
+RECORDER_HEAD, RECORDER_SLOT, RECORDER_KIND, RECORDER_CYCLE = 4096, 128, 38, 4
+RECORDER_TIMES = struct.Struct("<56x2Q")
 
 
-def histogram_percentile(path, part):
-    """Of cyclictest's --histfile: lines "MICROSECONDS COUNT", comments begin with #."""
+def percentile(values, part):
+    return sorted(values)[min(len(values) - 1, int(part * len(values)))]
+
+
+def cyclictest_ns(path):
+    """Of --histfile: lines "MICROSECONDS COUNT", comments begin with #."""
     rows = [line.split() for line in path.read_text(encoding="utf-8").splitlines() if line and line[0] != "#"]
-    counts = [(int(row[0]), int(row[1])) for row in rows]
-    wanted, seen = part * sum(count for _, count in counts), 0
-    for value, count in counts:
-        seen += count
-        if seen >= wanted:
-            return value
-    return counts[-1][0]
+    return [int(micros) * 1000 for micros, count in rows for _ in range(int(count))]
 
 
-def bucket_begin(upper_us):
-    """Where the bucket begins that ends there; a percentile of pokeysctl is such an end."""
-    return max(begin for begin in [0, *BUCKETS] if begin < upper_us * 0.999)
+def pokeysd_ns(path):
+    """From each tick to the thread, of a copy of the recorder's file."""
+    record = path.read_bytes()
+    slots = (record[at:at + RECORDER_SLOT] for at in range(RECORDER_HEAD, len(record), RECORDER_SLOT))
+    times = (RECORDER_TIMES.unpack_from(slot) for slot in slots if slot[RECORDER_KIND] == RECORDER_CYCLE)
+    return [woke - tick for tick, woke in times]
 
 
 def wake_ups(out):
-    """The daemon's are of that start whose ticks did not meet the kernel's."""
-    daemon = min((json.loads(path.read_text(encoding="utf-8"))["devices"][0]["diag"]["latency_us"]["wakeup"]
-                  for path in out.glob("status-*.json")), key=lambda start: start["mean"])
-    return {name: {"cyclictest_us": histogram_percentile(out / "cyclictest.histogram", part),
-                   "pokeysd_from_us": bucket_begin(daemon[name]), "pokeysd_to_us": daemon[name]}
-            for name, part in PARTS.items()} | {"samples": daemon["count"], "mean_us": daemon["mean"]}
+    """Of either's two starts that one whose ticks did not meet the kernel's."""
+    def better(read, pattern):
+        return min((read(path) for path in out.glob(pattern)), key=statistics.mean)
+
+    found = {"cyclictest": better(cyclictest_ns, "cyclictest-*.histogram"), "pokeysd": better(pokeysd_ns, "recorder-*")}
+    return {name: {"samples": len(values), "mean_us": round(statistics.mean(values) / 1000, 3),
+                   **{part: percentile(values, where) / 1000 for part, where in PARTS.items()}}
+            for name, values in found.items()}
 
 
 def hal_instructions(out):
@@ -68,7 +72,7 @@ def ages(out):
     rows = [[float(word) for word in line.split()]
             for line in (out / "ages").read_text(encoding="utf-8").splitlines() if not line.startswith("overrun")]
     age, round_trip = sorted(row[0] for row in rows), statistics.median(row[1] for row in rows)
-    p99 = age[min(len(age) - 1, int(PARTS["p99"] * len(age)))]
+    p99 = percentile(age, PARTS["p99"])
     limit = round_trip + AGE_BEYOND_INSTRUCTIONS * NS_PER_INSTRUCTION / 1000
     return {"samples": len(age), "round_trip_us": round_trip, "p50_us": statistics.median(age), "p99_us": p99,
             "most_us": age[-1], "beyond_instructions": round((p99 - round_trip) * 1000 / NS_PER_INSTRUCTION),
@@ -80,12 +84,12 @@ def verdict(name, good, why):
 
 
 def lines_of(found):
+    theirs, ours = found["wake_up"]["cyclictest"], found["wake_up"]["pokeysd"]
     for name in PARTS:
-        row = found["wake_up"][name]
-        ratio = row["pokeysd_from_us"] / row["cyclictest_us"]
+        ratio = ours[name] / theirs[name]
         yield verdict(f"wake_up_{name}_near_cyclictest", ratio <= WAKE_UP_RATIO,
-                      f"cyclictest {row['cyclictest_us']} us, pokeysd {row['pokeysd_from_us']:.0f} to"
-                      f" {row['pokeysd_to_us']:.0f} us, at least {ratio:.2f} of it (limit {WAKE_UP_RATIO})")
+                      f"cyclictest {theirs[name]:.0f} us, pokeysd {ours[name]:.1f} us, {ratio:.2f} of it"
+                      f" (limit {WAKE_UP_RATIO})")
     count = sum(found["hal_instructions"].values())
     yield verdict("read_and_write_within_their_budget", count <= HAL_INSTRUCTIONS,
                   f"read {found['hal_instructions']['read']} and write {found['hal_instructions']['write']}"
@@ -102,11 +106,10 @@ def report(found, lines):
     return "\n".join([
         "# Timing on PREEMPT_RT, by counted instructions", "",
         f"Linux {found['kernel']}, one emulated processor, {NS_PER_INSTRUCTION} ns an instruction, stress-ng on it;"
-        f" {found['wake_up']['samples']} cycles of 4 ms. No model of a real processor: what is far apart here is far"
-        " apart there, and nothing more.", "",
-        "| from the timer's expiry to the thread | cyclictest µs | pokeysd µs |", "|---|---|---|",
-        *(f"| {name} | {found['wake_up'][name]['cyclictest_us']} | {found['wake_up'][name]['pokeysd_from_us']:.0f} to"
-          f" {found['wake_up'][name]['pokeysd_to_us']:.0f} |" for name in PARTS), "",
+        " cycles of 4 ms. No model of a real processor: what is far apart here is far apart there, and nothing more.", "",
+        "| from the timer's expiry to the thread, µs | p50 | p99 | mean | samples |", "|---|---|---|---|---|",
+        *(f"| {name} | {row['p50']:.1f} | {row['p99']:.1f} | {row['mean_us']:.1f} | {row['samples']} |"
+          for name, row in found["wake_up"].items()), "",
         "| function | instructions |", "|---|---|",
         *(f"| `pokeys.0.{funct}` | {count} |" for funct, count in found["hal_instructions"].items()), "",
         f"Phase lock, the machine idle, {found['age_at_read']['samples']} reads:", "",
