@@ -53,7 +53,7 @@ struct life {
 	bool in_use;			/* somebody else drives it */
 	/* of the failsafe's turn in a loss */
 	uint64_t failsafe_ns;		/* it waits so long, as of the last run; 0 = it does not */
-	uint64_t left_ns;		/* when it ran last */
+	uint64_t left_ns;		/* when it ran last, or was looked for first; 0 = not yet */
 	uint64_t alone_until_ns;	/* nothing is asked until then; 0 = it had no turn yet */
 	uint64_t quiet_since_ns;	/* the last answer, or the first question after it */
 	uint64_t patient_until_ns;	/* silence is expected (flash is written) */

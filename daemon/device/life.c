@@ -17,7 +17,8 @@
  * lost, outputs would stay on and an axis would run on for as long as we ask. So a device
  * that is lost for longer than most take to start is left alone once, for as long as its
  * failsafe waits: a short loss costs no time, and a long one ends with outputs and axes
- * off, whichever way is broken.
+ * off, whichever way is broken. So is one that was not heard yet, which may be as a daemon
+ * before us has left it.
  *
  * Silence is counted from the last answer, or from the first question after
  * it, so that nobody is lost who was not asked. A loop that itself stood
@@ -74,13 +75,18 @@ void life_block(struct device *device, enum pokeys_fault fault)
 	device->life.blocked = true;
 }
 
+static uint64_t failsafe_ns(uint8_t timeout, uint8_t peripherals)
+{
+	return peripherals ? timeout * 100 * MS : 0;
+}
+
 /* What is known of it now: when it is read anew, that is forgotten until it has been. */
 static void note_failsafe(struct device *device)
 {
 	const struct wire_failsafe_req *failsafe = failsafe_known(device);
 	struct life *life = &device->life;
 
-	life->failsafe_ns = failsafe && failsafe->peripherals ? failsafe->timeout * 100 * MS : 0;
+	life->failsafe_ns = failsafe ? failsafe_ns(failsafe->timeout, failsafe->peripherals) : 0;
 	life->left_ns = device->now_ns;
 	life->alone_until_ns = 0;
 }
@@ -191,7 +197,6 @@ void life_refuse(struct device *device, enum pokeys_fault fault)
 	}
 	life->foreign = true;
 	life->foreign_serial = serial;
-	life->failsafe_ns = 0;
 	life->ran = false;
 	life->asked = false;
 	life->probe_after_ns = device->now_ns + FOREIGN_NS;
@@ -199,17 +204,32 @@ void life_refuse(struct device *device, enum pokeys_fault fault)
 }
 
 /*
- * Once from running to running, whatever comes back in between: long enough without a
- * question for its own failsafe.
+ * How long its failsafe waits. Of one that did not run yet it is what we want it to be: so a
+ * daemon before us has set it up, if it had these wishes.
+ */
+static uint64_t failsafe_waits_ns(const struct device *device)
+{
+	const struct pokeys_settings *wanted = &device->wishes.wanted;
+
+	if (device->life.ran)
+		return device->life.failsafe_ns;
+	if (device->life.foreign || !(wanted->set & POKEYS_SET_FAILSAFE))
+		return 0;
+	return failsafe_ns(wanted->failsafe_timeout, wanted->failsafe_peripherals);
+}
+
+/*
+ * Once from the first question or from running to running, whatever comes back in between:
+ * long enough without a question for its own failsafe.
  */
 static void leave_to_failsafe(struct device *device)
 {
+	const uint64_t waits_ns = failsafe_waits_ns(device);
 	struct life *life = &device->life;
 
-	if (life->alone_until_ns || !life->failsafe_ns ||
-	    device->now_ns - life->left_ns < QUESTIONS_NS)
+	if (life->alone_until_ns || !waits_ns || device->now_ns - life->left_ns < QUESTIONS_NS)
 		return;
-	life->alone_until_ns = device->now_ns + life->failsafe_ns + FAILSAFE_LATE_NS;
+	life->alone_until_ns = device->now_ns + waits_ns + FAILSAFE_LATE_NS;
 	life->probe_after_ns = life->alone_until_ns;
 }
 
@@ -247,8 +267,11 @@ static void probe(struct device *device)
 {
 	struct life *life = &device->life;
 
+	if (!life->left_ns)
+		life->left_ns = device->now_ns;
 	if (!life->address) {
 		life_fault(device, life->in_use ? POKEYS_FAULT_IN_USE : POKEYS_FAULT_NO_ADDRESS);
+		leave_to_failsafe(device);
 		return;
 	}
 	if (life->probing || device->now_ns < life->probe_after_ns)
@@ -314,7 +337,6 @@ void device_set_address(struct device *device, uint32_t address, uint16_t port, 
 	life->address = address;
 	life->port = port;
 	life->foreign = false;
-	life->failsafe_ns = 0;
 	life->ran = false;
 	start_over(device);
 	pokeys_device_set_peer(&device->mailbox, address, port);

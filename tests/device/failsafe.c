@@ -141,6 +141,67 @@ static void it_acts_as_well_when_the_answers_were_back_for_a_moment(void **state
 	assert_false(world_latch(&world, RELAY));
 }
 
+/* The daemon before was killed a moment ago; this one knows of the device what is configured. */
+static void start_anew_without_answers(void)
+{
+	world_output(&world, RELAY, true);
+	world_go(&world, 0, 10000000, 0);
+	world_machine_on(&world);
+	world_run(&world, 100 * MS);
+	world.tick = world.now;
+	lose_answers(20 * SECOND);
+	world_start(&world);
+}
+
+static void it_acts_as_well_before_a_new_daemon_has_heard_it(void **state)
+{
+	(void)state;
+	start_anew_without_answers();
+	world_run(&world, 2700 * MS);
+	assert_int_equal(world.state.link, POKEYS_LINK_SEARCHING);
+	assert_int_equal(world.rig.device.stats.failsafes, 1);
+	assert_false(world_latch(&world, RELAY));
+	assert_true(world_latch(&world, HEATER));
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
+	/* once, as long as nothing is heard of it */
+	world_run(&world, 17 * SECOND);
+	assert_int_equal(world.rig.device.stats.failsafes, 1);
+	world_until(&world, world_is_running, 1 * SECOND);
+	world_run(&world, 100 * MS);
+	assert_true(world_latch(&world, RELAY));
+}
+
+/* Nobody knows how long it waits, or whether it does. */
+static void one_that_is_not_configured_has_no_turn_before_it_was_heard(void **state)
+{
+	(void)state;
+	world.config.settings.set &= ~(uint32_t)POKEYS_SET_FAILSAFE;
+	start_anew_without_answers();
+	world_run(&world, 19 * SECOND);
+	assert_int_equal(world.rig.device.stats.failsafes, 0);
+	assert_true(world_until(&world, world_is_running, 3 * SECOND) <= 1300 * MS);
+}
+
+/* A search is a question as well. */
+static void where_it_is_searched_for_no_search_goes_out_for_so_long(void **state)
+{
+	uint64_t begin = 0, end = 0;
+
+	(void)state;
+	world.config.address = 0;
+	world.config.serial = 65432;
+	world_start(&world);
+	for (unsigned int ms = 0; ms < 5000; ms++) {
+		world_cycle(&world);
+		if (device_wants_address(world.device))
+			continue;
+		begin = begin ? begin : world.now;
+		end = world.now;
+	}
+	assert_in_range(end - begin, 690 * MS, 710 * MS);
+	assert_true(device_wants_address(world.device));
+}
+
 static void a_shorter_loss_costs_no_time(void **state)
 {
 	(void)state;
@@ -298,6 +359,11 @@ int main(void)
 				       begin),
 		cmocka_unit_test_setup(it_acts_as_well_when_only_its_answers_are_lost, begin),
 		cmocka_unit_test_setup(it_acts_as_well_when_the_answers_were_back_for_a_moment,
+				       begin),
+		cmocka_unit_test_setup(it_acts_as_well_before_a_new_daemon_has_heard_it, begin),
+		cmocka_unit_test_setup(
+			one_that_is_not_configured_has_no_turn_before_it_was_heard, begin),
+		cmocka_unit_test_setup(where_it_is_searched_for_no_search_goes_out_for_so_long,
 				       begin),
 		cmocka_unit_test_setup(a_shorter_loss_costs_no_time, begin),
 		cmocka_unit_test_setup(another_one_or_none_is_shown, begin),
