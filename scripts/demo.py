@@ -9,6 +9,7 @@ one line and a status. Started by scripts/demo, inside its isolation.
 /usr/bin/python3 because LinuxCNC's Python module belongs to Debian's Python.
 """
 import argparse
+import errno
 import math
 import os
 import signal
@@ -27,6 +28,18 @@ REST = 5.0  # mm, where it ends
 OUT_PIN, IN_PIN = 30, f"pin.{8:02}.in-not"
 # what the daemon's log says where it withdraws the permission to move
 WITHDREW = "lost (was", "safe state", "heartbeat is", "stopped by"
+
+
+def say(text, end="\n"):
+    """A Fault if it cannot be written, and then nothing more can be."""
+    try:
+        print(text, end=end, flush=True)
+    except OSError as why:
+        raise Unwritten(f"standard output: {why.strerror}") from None
+
+
+class Unwritten(Fault):
+    pass
 
 
 class Demo(Rig):
@@ -85,6 +98,7 @@ class Demo(Rig):
         """Drive the axis and the output; ages are sampled as often as this loop runs."""
         ages, error, wrong, moved = [], 0.0, 0, [math.inf, -math.inf]
         begin, shown, out_since = time.monotonic(), -1.0, time.monotonic()
+        terminal = sys.stdout is not None and sys.stdout.isatty()
         while (elapsed := time.monotonic() - begin) < self.seconds:
             self.permitted()
             self.pins["pos"] = STROKE / 2 * (1 - math.cos(2 * math.pi * elapsed / MOVE_S))
@@ -97,14 +111,12 @@ class Demo(Rig):
             if time.monotonic() - out_since > 0.1 and self.get(IN_PIN) != self.pins["out"]:
                 wrong += 1
             ages.append(self.get("age-us"))
-            step = 0.1 if sys.stdout.isatty() else 1.0
-            if elapsed - shown >= step:
+            if elapsed - shown >= (0.1 if terminal else 1.0):
                 shown = elapsed
-                end = "\r" if sys.stdout.isatty() else "\n"
-                print(self.line(elapsed, out), end=end, flush=True)
+                say(self.line(elapsed, out), end="\r" if terminal else "\n")
             time.sleep(0.002)
-        if sys.stdout.isatty():
-            print()
+        if terminal:
+            say("")
         return ages, error, wrong, moved
 
     def at_rest(self):
@@ -144,16 +156,29 @@ def main():
     try:
         demo.start()
         demo.enable()
-        print(f"PoKeys57CNC (simulated) -> pokeysd -> shared memory -> pokeys_shm, for {options.seconds:g} s")
+        say(f"PoKeys57CNC (simulated) -> pokeysd -> shared memory -> pokeys_shm, for {options.seconds:g} s")
         last = demo.judge(*demo.play())
+        status = 0
     except Fault as fault:
-        last = f"demo: failed: {fault}"
+        last, status = f"demo: failed: {fault}", 1
     except KeyboardInterrupt:
-        last = "demo: interrupted"
+        last, status = "demo: interrupted", 130
     finally:
         demo.close()
-    print(last, flush=True)
-    return 0 if last.startswith("demo: ok") else 130 if "interrupted" in last else 1
+    return end(last, status)
+
+
+def end(last, status):
+    """The last line and the status; who left has seen enough, anybody else is told why there is none."""
+    try:
+        say(last)
+        return status
+    except Unwritten as why:
+        # or the interpreter tries once more, and complains in lines of its own
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if os.strerror(errno.EPIPE) not in str(why):
+            print(f"demo: {why}", file=sys.stderr)
+        return 1
 
 
 if __name__ == "__main__":

@@ -32,10 +32,12 @@ class Rig:
         self.there = ()  # before a command that is to run where the device is
 
     def spawn(self, name, *words):
+        """In a session of its own: ^C is for us, and who ends first is for us to say."""
         command = [str(word) for word in words]
         with open(self.run / f"{name}.log", "wb") as log:
             try:
-                child = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL)
+                child = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL,
+                                         start_new_session=True)
             except OSError as error:
                 raise Fault(f"{name} cannot be started: {error}") from None
         self.started[name] = child
@@ -60,7 +62,8 @@ class Rig:
         """To a file, not a pipe: rtapi_app, which loadrt starts, keeps the output open."""
         with open(self.run / "halcmd.log", "w+", encoding="utf-8") as log:
             done = subprocess.run(("halcmd",) + words, stdout=log, stderr=log,
-                                  stdin=subprocess.DEVNULL, timeout=20, check=False)
+                                  stdin=subprocess.DEVNULL, timeout=20, check=False,
+                                  start_new_session=True)
             log.seek(0)
             said = log.read()
         if done.returncode:
