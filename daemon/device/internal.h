@@ -94,7 +94,7 @@ struct restart {
 	struct reading last;		/* that was believed */
 	struct reading odd;		/* the newest that did not fit it */
 	uint8_t odd_ticks;		/* in a row */
-	bool odd_identity;		/* another serial number or lock, said once */
+	uint8_t odd_identity;		/* so often the same other serial number or lock was said */
 	uint8_t data[WIRE_PAYLOAD_LEN];	/* the newest device data */
 };
 

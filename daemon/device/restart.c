@@ -16,7 +16,8 @@
  * a copy that the network kept for too long passes for an answer (pokeys_async(3)).
  * So one answer that does not fit only raises a doubt: it is asked again at once,
  * until then nothing but questions is sent, and only a second answer that fits the
- * odd one is believed against all that was known before.
+ * odd one is believed against all that was known before. Of the serial number it takes a
+ * third one: two may be damaged in the same bit, and that would stop a machine.
  */
 
 #include <string.h>
@@ -26,6 +27,7 @@ enum {
 	SLACK_MS = 5,
 	DRIFT = 64,		/* one part in so many */
 	ODD_MAX = 3,		/* in a row, of which no two fit: no clock at all */
+	ALIKE = 3,		/* answers in a row that tell the same other device */
 };
 
 /* Could one clock have said both? Its number wraps every 49 days. */
@@ -117,13 +119,13 @@ void restart_identity(struct device *device, const mailbox_entry_t *entry)
 	if (who.serial == device->identify.identity.serial &&
 	    (again || data.locked == device->image.identity.locked)) {
 		device->image.identity.locked = data.locked;
-		device->meter.odd += restart->odd_identity && !again;
-		restart->odd_identity = false;
+		device->meter.odd += again ? 0 : restart->odd_identity;
+		restart->odd_identity = 0;
 		plan_identity_right(device);
 		return;
 	}
-	device->life.rebooted = device->life.rebooted || again;
-	restart->odd_identity = !again;
+	restart->odd_identity = again ? (uint8_t)(restart->odd_identity + 1) : 1;
+	device->life.rebooted = device->life.rebooted || restart->odd_identity >= ALIKE;
 }
 
 bool restart_doubted(const struct device *device)
@@ -135,6 +137,6 @@ void restart_forget(struct device *device)
 {
 	struct restart *restart = &device->restart;
 
-	restart->last.known = restart->odd.known = restart->odd_identity = false;
-	restart->odd_ticks = 0;
+	restart->last.known = restart->odd.known = false;
+	restart->odd_ticks = restart->odd_identity = 0;
 }

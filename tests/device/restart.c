@@ -162,6 +162,23 @@ static void lock_is_believed_when_it_was_said_twice(void **state)
 	assert_int_equal(world.event_count[EVENT_REBOOTED], 0);
 }
 
+/* One bit of many, and the same one at the next answer: it happens, and would stop a machine. */
+static void two_that_are_damaged_alike_are_no_other_device(void **state)
+{
+	(void)state;
+	begin(0);
+	world_until(&world, world_is_running, 1 * SECOND);
+	world.lose_reply = damage;
+	damaged = 0x00;
+	damaged_at = SERIAL_AT;
+	to_damage = 2;
+	world_run(&world, 1500 * MS);
+	assert_int_equal(to_damage, 0);
+	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+	assert_int_equal(world.state.statistics.corrupt, 2);
+	assert_int_not_equal(world.state.fault, POKEYS_FAULT_REBOOTED);
+}
+
 /* A device is taken for what it says twice, also when it says it for the first time. */
 static void damaged_serial_number_is_not_believed_when_it_is_found(void **state)
 {
@@ -273,6 +290,7 @@ int main(void)
 		cmocka_unit_test(each_restart_is_told_however_bad_the_cable_is),
 		cmocka_unit_test(one_odd_answer_is_asked_again),
 		cmocka_unit_test(lock_is_believed_when_it_was_said_twice),
+		cmocka_unit_test(two_that_are_damaged_alike_are_no_other_device),
 		cmocka_unit_test(damaged_serial_number_is_not_believed_when_it_is_found),
 		cmocka_unit_test(in_doubt_there_are_only_questions),
 		cmocka_unit_test(clock_that_never_fits_is_no_doubt_for_ever),
