@@ -124,7 +124,7 @@ static void deliver(struct sim_server *server, uint64_t now_ns)
 
 	while (sim_rig_receive_for(server->rig, now_ns, &peer, bytes, sizeof(bytes), &len)) {
 		if (peer & SIM_PEER_RELIABLE)
-			sim_tcp_send(server, peer, bytes, len);
+			sim_tcp_send(server, now_ns, peer, bytes, len);
 		else
 			sim_udp_send(server, peer, bytes, len);
 	}

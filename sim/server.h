@@ -114,7 +114,8 @@ int sim_tcp_open(struct sim_server *server);
 void sim_tcp_accept(struct sim_server *server, uint64_t now_ns);
 void sim_tcp_receive(struct sim_server *server, uint64_t now_ns, unsigned int index);
 void sim_tcp_broken(struct sim_server *server, unsigned int index);
-void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len);
+void sim_tcp_send(struct sim_server *server, uint64_t now_ns, uint64_t peer, const uint8_t *bytes,
+		  size_t len);
 void sim_tcp_keep(struct sim_server *server, uint64_t now_ns);
 uint64_t sim_tcp_next(const struct sim_server *server);
 void sim_tcp_close_all(struct sim_server *server);

@@ -211,24 +211,24 @@ static void keep_broken(struct sim_server *server, uint64_t now_ns, struct sim_t
 		drop(client);
 }
 
-/* Whether something has left. */
-static bool flush(struct sim_tcp_client *client)
+static void flush(struct sim_tcp_client *client, uint64_t now_ns)
 {
 	ssize_t len = send(client->fd, client->out, client->to_send, MSG_NOSIGNAL);
 
 	if (len < 0 && errno == EAGAIN)
-		return false;
+		return;
 	if (len < 0) {
 		drop(client);
-		return false;
+		return;
 	}
+	client->active_ns = now_ns;
 	client->to_send -= (size_t)len;
 	memmove(client->out, client->out + len, client->to_send);
-	return true;
 }
 
 /* Only strays can be more than there is room for. */
-void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes, size_t len)
+void sim_tcp_send(struct sim_server *server, uint64_t now_ns, uint64_t peer, const uint8_t *bytes,
+		  size_t len)
 {
 	struct sim_tcp_client *client = &server->tcp[(peer & 0xFF) % SIM_TCP_CLIENTS];
 
@@ -240,7 +240,7 @@ void sim_tcp_send(struct sim_server *server, uint64_t peer, const uint8_t *bytes
 	}
 	memcpy(client->out + client->to_send, bytes, len);
 	client->to_send += len;
-	flush(client);
+	flush(client, now_ns);
 }
 
 /* What the client is watched for is what can be done with it. */
@@ -277,8 +277,10 @@ static void keep(struct sim_server *server, uint64_t now_ns, struct sim_tcp_clie
 {
 	bool waits = waiting(server, client, WHO);
 
-	if ((client->to_send && flush(client)) || waits)
+	if (waits)
 		client->active_ns = now_ns;
+	if (client->to_send)
+		flush(client, now_ns);
 	if (client->fd < 0)
 		return;
 	if (!waits && is_done(server, client, now_ns))
@@ -298,6 +300,7 @@ void sim_tcp_keep(struct sim_server *server, uint64_t now_ns)
 	}
 }
 
+/* Who is gone waits for the device alone. */
 uint64_t sim_tcp_next(const struct sim_server *server)
 {
 	uint64_t next = UINT64_MAX;
@@ -306,7 +309,7 @@ uint64_t sim_tcp_next(const struct sim_server *server)
 	for (unsigned int i = 0; most && i < SIM_TCP_CLIENTS; i++) {
 		const struct sim_tcp_client *client = &server->tcp[i];
 
-		if (client->fd >= 0 && client->active_ns + most < next)
+		if (client->fd >= 0 && !client->broken && client->active_ns + most < next)
 			next = client->active_ns + most;
 	}
 	return next;
