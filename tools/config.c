@@ -129,6 +129,7 @@ int command_config(const struct options *options)
 	for (size_t i = 0; options->name_count == 2 && i < sizeof(verbs) / sizeof(verbs[0]); i++)
 		if (!strcmp(options->names[0], verbs[i].name))
 			return verbs[i].run(options);
-	complain("usage: pokeysctl config show | diff | apply | save DEVICE");
+	complain("config wants a verb and one device: pokeysctl config show | diff | apply | save "
+		 "DEVICE");
 	return STATUS_USAGE;
 }

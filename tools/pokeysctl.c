@@ -233,16 +233,20 @@ static bool take_line(struct options *options, int argc, char **argv,
 	options->name_count = (size_t)(argc - optind - 1);
 	if (options->name_count)
 		wanted |= TAKES_NAMES;
-	if (wanted & ~(*command)->takes) {
-		complain("usage: pokeysctl %s [--json] %s", (*command)->name,
-			 (*command)->arguments);
-		return false;
-	}
-	return true;
+	if (!(wanted & ~(*command)->takes))
+		return true;
+	wanted &= ~(*command)->takes;
+	complain("%s takes no %s%s; pokeysctl %s --help tells what it takes", (*command)->name,
+		 wanted & TAKES_NAMES ? "word behind it: " : "such option",
+		 wanted & TAKES_NAMES ? options->names[0] : "", (*command)->name);
+	return false;
 }
 
-/* What somebody names is there, or he would be told of another machine than his. */
-static bool named_are_there(const struct options *options)
+/*
+ * What somebody names is there, or he would be told of another machine than his.
+ * STATUS_OK, or what to end with.
+ */
+static int named_are_there(const struct options *options)
 {
 	const char *root = options->root ? options->root : "";
 	char path[PATH_MAX];
@@ -250,22 +254,22 @@ static bool named_are_there(const struct options *options)
 	if (*options->runtime_directory != '/') {
 		complain("--runtime-directory: \"%s\" is not allowed; a path from / is",
 			 options->runtime_directory);
-		return false;
+		return STATUS_USAGE;
 	}
 	if (options->config) {
 		snprintf(path, sizeof(path), "%s%s", root, options->config);
 		if (access(path, R_OK)) {
 			complain("--config: %s: %s", path, strerror(errno));
-			return false;
+			return STATUS_FAILED;
 		}
 	}
 	/* with a slash behind it, so that it is a folder */
 	snprintf(path, sizeof(path), "%s/", root);
 	if (options->root && access(path, R_OK | X_OK)) {
 		complain("--root: %s: %s", root, strerror(errno));
-		return false;
+		return STATUS_FAILED;
 	}
-	return true;
+	return STATUS_OK;
 }
 
 int main(int argc, char **argv)
@@ -284,7 +288,8 @@ int main(int argc, char **argv)
 
 	if (!take_line(&options, argc, argv, &command, &status))
 		return usage_written("pokeysctl", status);
-	if (!named_are_there(&options))
-		return STATUS_FAILED;
+	status = named_are_there(&options);
+	if (status)
+		return status;
 	return usage_written("pokeysctl", command->run(&options));
 }

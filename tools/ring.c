@@ -17,7 +17,8 @@ int ring_open(const struct options *options, struct recorder_file *ring)
 	rc = recorder_open(ring, path, why, sizeof(why));
 	if (rc == -ENOENT)
 		complain("no recorder in %s: no daemon runs there (systemctl start pokeysd; "
-			 "another folder: --runtime-directory), or it has recorder-seconds = 0",
+			 "another folder: --runtime-directory), its folder is on a disk, or it has "
+			 "recorder-seconds = 0",
 			 options->runtime_directory);
 	else if (rc == -EACCES && runtime_denied(options->runtime_directory, why, sizeof(why)))
 		complain("%s", why);

@@ -434,7 +434,7 @@ def test_mistakes_are_told():
         started(house)
         for words in (["config"], ["config", "show"], ["config", "erase", "mill"], ["config", "show", "a", "b"]):
             out = house.ctl(*words)
-            assert out.returncode == 64 and "usage: pokeysctl config" in out.stderr, out
+            assert out.returncode == 64 and "pokeysctl config show | diff | apply | save DEVICE" in out.stderr, out
         out = house.ctl("config", "show", "lathe")
         assert out.returncode == 1 and 'has no device "lathe"' in out.stderr, out
         out = house.ctl("config", "apply", "lathe")
