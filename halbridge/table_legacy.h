@@ -13,7 +13,6 @@
 #define L_OUT(name, member, help)	ROW(name, PIN, OUT, READ, member, help, LEGACY)
 #define L_IN(name, member, help)	ROW(name, PIN, IN, WRITE, member, help, LEGACY)
 #define L_IO(name, member, help)	ROW(name, PIN, IO, READ, member, help, LEGACY)
-#define L_FACT(name, member, help)	ROW(name, PARAM, RO, READ, member, help, LEGACY)
 #define L_SET(name, member, help, ...)	ROW(name, PARAM, RW, READ, member, help, LEGACY,	\
 					    __VA_ARGS__)
 

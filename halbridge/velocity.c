@@ -26,11 +26,6 @@
 #define STANDSTILL_NS	500e6	/* no step for this long: velocity 0 */
 #define JITTER_NS	100e3	/* of the time stamps */
 
-void velocity_reset(struct velocity *v)
-{
-	memset(v, 0, sizeof(*v));
-}
-
 void velocity_rebase(struct velocity *v, int64_t count, uint64_t t_ns)
 {
 	v->used = 0;

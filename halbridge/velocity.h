@@ -39,9 +39,6 @@ struct velocity {
 	struct velocity_steps step;
 };
 
-/* Forget everything; the rate is 0. */
-void velocity_reset(struct velocity *v);
-
 /*
  * The count jumped without motion (index, device reboot): the history goes,
  * the rate stays until the next counts say otherwise.

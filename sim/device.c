@@ -155,11 +155,6 @@ uint32_t sim_device_tick(const struct sim_device *dev)
 	return (uint32_t)((dev->now_ns - dev->run.boot_ns) / 1000000);
 }
 
-uint64_t sim_device_next(const struct sim_device *dev)
-{
-	return dev->slot_ns;
-}
-
 /* Pins which toggle by themselves, to give a monitor something to show. */
 static void blink(struct sim_device *dev)
 {

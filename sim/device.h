@@ -215,9 +215,6 @@ size_t sim_device_request(struct sim_device *dev, uint64_t now_ns, const uint8_t
 /* Runs the device up to now_ns: engine slots, filters, clock, failsafe. */
 void sim_device_advance(struct sim_device *dev, uint64_t now_ns);
 
-/* When the device next does something by itself. */
-uint64_t sim_device_next(const struct sim_device *dev);
-
 /*
  * Answers a search (an empty datagram, section 1.9) from a host: returns the
  * length of the reply, 19 or 14, or 0 when the device has searching switched

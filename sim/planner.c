@@ -60,8 +60,3 @@ void sim_planner_go(struct sim_planner *p, double target, const struct sim_plann
 	}
 	p->position += p->speed;
 }
-
-double sim_planner_stopping(double speed, const struct sim_planner_limits *limits)
-{
-	return limits->decel > 0 ? speed * speed / (2 * limits->decel) : 0;
-}

@@ -30,7 +30,4 @@ void sim_planner_run(struct sim_planner *p, double speed, const struct sim_plann
 /* One slot towards a position; ends exactly on it, without overshoot. */
 void sim_planner_go(struct sim_planner *p, double target, const struct sim_planner_limits *limits);
 
-/* Pulses needed to come to rest from this speed. */
-double sim_planner_stopping(double speed, const struct sim_planner_limits *limits);
-
 #endif

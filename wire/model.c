@@ -172,14 +172,3 @@ bool wire_pin_can(const struct wire_model *model, unsigned int pin, enum wire_pi
 		return false;
 	return (masks[use] & P(pin)) != 0;
 }
-
-unsigned int wire_counter_pins(const struct wire_model *model, uint8_t pins[55])
-{
-	unsigned int n = 0;
-
-	for (uint8_t pin = 1; pin <= model->pins; pin++) {
-		if (wire_pin_can(model, pin, WIRE_USE_COUNTER))
-			pins[n++] = pin;
-	}
-	return n;
-}

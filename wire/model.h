@@ -130,12 +130,6 @@ enum wire_pin_use {
 /* pin is 1-based; false for pins the model does not have. */
 bool wire_pin_can(const struct wire_model *model, unsigned int pin, enum wire_pin_use use);
 
-/*
- * The counter pins of a model in the order the vendor's library asks for
- * them, 1-based, at most WIRE_PINS_MAX. Returns how many.
- */
-unsigned int wire_counter_pins(const struct wire_model *model, uint8_t pins[55]);
-
 /* Firmware version: byte 0x37 with revision 15 is 4.7.15. */
 struct wire_version {
 	uint8_t major, minor, revision;

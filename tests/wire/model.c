@@ -183,22 +183,19 @@ static void pins_of_the_small_boards_are_those_of_section_2_5(void **state)
 	assert_memory_equal(DB25->pinmap->pwm_pin, db_pwm, sizeof(db_pwm));
 }
 
-static void counter_pins_come_in_the_librarys_order(void **state)
+static void counter_pins_are_those_the_library_asks_for(void **state)
 {
 	/* both requests of row DigitalCounterGet, 1-based */
 	static const uint8_t cnc[] = { 1, 2, 3, 4, 5, 6, 9, 10, 11, 15, 16, 19, 20, 33, 34, 35,
-				       36, 37, 38, 41, 42, 43, 44 };
+				       36, 37, 38, 41, 42, 43, 44, 0 };
 	static const uint8_t pke[] = { 1, 2, 5, 6, 9, 11, 15, 16, 19, 20, 21, 22, 23, 24, 25, 26,
-				       27, 28, 41, 42, 43, 44, 46, 48, 49 };
-	uint8_t pins[55];
+				       27, 28, 41, 42, 43, 44, 46, 48, 49, 0 };
+	static const uint8_t pro[] = { 19, 0 };
 
 	(void)state;
-	assert_int_equal(wire_counter_pins(CNC, pins), sizeof(cnc));
-	assert_memory_equal(pins, cnc, sizeof(cnc));
-	assert_int_equal(wire_counter_pins(PKE, pins), sizeof(pke));
-	assert_memory_equal(pins, pke, sizeof(pke));
-	assert_int_equal(wire_counter_pins(PRO, pins), 1);
-	assert_int_equal(pins[0], 19);
+	can_exactly(CNC, WIRE_USE_COUNTER, cnc);
+	can_exactly(PKE, WIRE_USE_COUNTER, pke);
+	can_exactly(PRO, WIRE_USE_COUNTER, pro);
 }
 
 static void models_are_consistent(void **state)
@@ -236,7 +233,7 @@ int main(void)
 		cmocka_unit_test(pins_of_a_57cnc_are_those_of_section_2_5),
 		cmocka_unit_test(pins_of_a_57e_are_those_of_section_2_5),
 		cmocka_unit_test(pins_of_the_small_boards_are_those_of_section_2_5),
-		cmocka_unit_test(counter_pins_come_in_the_librarys_order),
+		cmocka_unit_test(counter_pins_are_those_the_library_asks_for),
 		cmocka_unit_test(models_are_consistent),
 	};
 
