@@ -14,8 +14,9 @@
  * no harm if the network delivers it twice or not at all.
  *
  * Nor is a single reply: its payload has no checksum, and what it says here decides
- * for ten seconds. A level counts when it was said twice in a row, and a refusal when
- * a second answer, to another seed, was refused as well.
+ * for ten seconds. A level counts when it was said twice in a row, one that is not open
+ * three times, for two may be damaged in the same bit; and a refusal when a second
+ * answer, to another seed, was refused as well.
  */
 
 #include <string.h>
@@ -25,6 +26,8 @@
 enum {
 	ROUNDS = 3,		/* questions without answer: then there is no password */
 	TRIES = 5,		/* answers that nobody answered to */
+	ALIKE = 2,		/* answers in a row that tell the same level */
+	ALIKE_SHUT = 3,		/* ... where that is not open */
 };
 
 #define AGAIN_NS (10 * SECOND)
@@ -47,14 +50,14 @@ static void shut(struct device *device, enum lock_reason reason)
 	access->again_ns = device->now_ns + AGAIN_NS;
 }
 
-/* The answer before this one said the same. */
+/* The answers before this one said the same. */
 static bool is_confirmed(struct access *access, uint8_t level)
 {
-	const bool confirmed = access->heard && access->level == level;
-
-	access->heard = true;
+	if (access->level != level)
+		access->alike = 0;
 	access->level = level;
-	return confirmed;
+	access->alike = (uint8_t)(access->alike + (access->alike < ALIKE_SHUT));
+	return access->alike >= (level == WIRE_LEVEL_UNLOCKED ? ALIKE : ALIKE_SHUT);
 }
 
 static void judge(struct device *device, const uint8_t *reply)

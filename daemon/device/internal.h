@@ -110,7 +110,7 @@ struct access {
 	uint8_t phase;			/* enum access_phase */
 	uint8_t failures, tries;
 	uint8_t level;			/* as the newest answer said */
-	bool heard;			/* there was one */
+	uint8_t alike;			/* so many in a row said it, up to 3 */
 	bool refused;			/* our password, at least once */
 	bool open;			/* a request is under way */
 	bool said;

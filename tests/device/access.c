@@ -91,7 +91,7 @@ static void without_password_it_does_not_run_and_is_asked_rarely(void **state)
 	assert_int_equal(world.state.access, 255);
 	assert_int_equal(world.event_count[EVENT_LOCKED], 1);
 	assert_int_equal(world.last_event[EVENT_LOCKED].a, LOCK_NO_PASSWORD);
-	assert_in_range(world.sent.operation[0xE1], 3, 5);
+	assert_in_range(world.sent.operation[0xE1], 4, 6);
 	assert_int_equal(world.sent.operation[0xE2], 0);
 	assert_int_equal(world.sent.operation[0xC0], 0);
 	assert_int_equal(world.state.t_digital_ns, 0);
@@ -113,18 +113,19 @@ static void wrong_password_is_tried_rarely(void **state)
 	assert_in_range(world.sent.operation[0xE2], 3, 5);
 }
 
-/* Which answer of an operation comes damaged, from 0, and in which byte. */
+/* Which answers of an operation come damaged, from which one on (0 the first), in which byte. */
 static struct {
 	uint8_t operation, at;
-	int number;
+	int number, count;
 } damaged;
 
 static bool damage(struct world *w, const uint8_t *packet)
 {
 	uint8_t other[WIRE_PK];
 
-	if (packet[WIRE_AT_OP] != damaged.operation || damaged.number-- != 0)
+	if (packet[WIRE_AT_OP] != damaged.operation || damaged.number-- > 0 || !damaged.count)
 		return false;
+	damaged.count--;
 	memcpy(other, packet, sizeof(other));
 	other[damaged.at] ^= 0x20;
 	wire_finish(other, packet[WIRE_AT_ID]);
@@ -132,30 +133,41 @@ static bool damage(struct world *w, const uint8_t *packet)
 	return true;
 }
 
-static void runs_in_spite_of(uint8_t operation, uint8_t at, int number)
+static void runs_in_spite_of(uint8_t operation, uint8_t at, int number, int count)
 {
 	damaged.operation = operation;
 	damaged.at = at;
 	damaged.number = number;
+	damaged.count = count;
 	world.lose_reply = damage;
 	world_start(&world);
 	world_until(&world, world_is_running, 1 * SECOND);
-	assert_true(damaged.number < 0);
+	assert_int_equal(damaged.count, 0);
 	assert_int_equal(world.state.access, 0);
 	assert_int_equal(world.event_count[EVENT_LOCKED], 0);
 }
 
 /* The level is at byte 8; a device that is not locked refuses every password. */
-static void one_damaged_answer_does_not_call_a_device_locked(void **state)
+static void call_no_device_locked(void **state, int count)
 {
 	for (int number = 0; number < 2; number++) {
 		begin(state);
-		runs_in_spite_of(0xE1, 8, number);
+		runs_in_spite_of(0xE1, 8, number, count);
 		begin(state);
 		password("open sesame");
-		runs_in_spite_of(0xE1, 8, number);
+		runs_in_spite_of(0xE1, 8, number, count);
 		assert_int_equal(world.sent.operation[0xE2], 0);
 	}
+}
+
+static void one_damaged_answer_does_not_call_a_device_locked(void **state)
+{
+	call_no_device_locked(state, 1);
+}
+
+static void two_that_are_damaged_alike_do_not_either(void **state)
+{
+	call_no_device_locked(state, 2);
 }
 
 /* The level, the seed behind it, and what became of the password. */
@@ -165,12 +177,12 @@ static void one_damaged_answer_does_not_make_a_password_wrong(void **state)
 		for (uint8_t at = 8; at < 10; at++) {
 			begin_locked(state);
 			password("open sesame");
-			runs_in_spite_of(0xE1, at, number);
+			runs_in_spite_of(0xE1, at, number, 1);
 		}
 	}
 	begin_locked(state);
 	password("open sesame");
-	runs_in_spite_of(0xE2, 8, 0);
+	runs_in_spite_of(0xE2, 8, 0, 1);
 }
 
 static bool is_told(struct world *w)
@@ -178,12 +190,12 @@ static bool is_told(struct world *w)
 	return w->event_count[EVENT_LOCKED] != 0;
 }
 
-static void a_locked_device_is_told_after_two_answers(void **state)
+static void a_locked_device_is_told_after_three_answers_and_two_refusals(void **state)
 {
 	(void)state;
 	world_start(&world);
 	world_until(&world, is_told, 1 * SECOND);
-	assert_int_equal(world.sent.operation[0xE1], 2);
+	assert_int_equal(world.sent.operation[0xE1], 3);
 	begin_locked(state);
 	password("sesame open");
 	world_until(&world, is_told, 1 * SECOND);
@@ -290,8 +302,9 @@ int main(void)
 				       begin_locked),
 		cmocka_unit_test_setup(wrong_password_is_tried_rarely, begin_locked),
 		cmocka_unit_test(one_damaged_answer_does_not_call_a_device_locked),
+		cmocka_unit_test(two_that_are_damaged_alike_do_not_either),
 		cmocka_unit_test(one_damaged_answer_does_not_make_a_password_wrong),
-		cmocka_unit_test_setup(a_locked_device_is_told_after_two_answers, begin_locked),
+		cmocka_unit_test_setup(a_locked_device_is_told_after_three_answers_and_two_refusals, begin_locked),
 		cmocka_unit_test_setup(firmware_that_knows_no_password_runs, begin),
 		cmocka_unit_test_setup(device_that_is_locked_when_it_is_found_again_is_made_safe,
 				       begin),
