@@ -8,6 +8,7 @@
 #include <limits.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <pokeys/shm.h>
 #include "tools/argument.h"
@@ -242,6 +243,16 @@ static bool take_line(struct options *options, int argc, char **argv,
 	return false;
 }
 
+/* Why a file cannot be read, 0 if it can. */
+static int unreadable(const char *path)
+{
+	struct stat st;
+
+	if (access(path, R_OK) || stat(path, &st))
+		return errno;
+	return S_ISDIR(st.st_mode) ? EISDIR : 0;
+}
+
 /*
  * What somebody names is there, or he would be told of another machine than his.
  * STATUS_OK, or what to end with.
@@ -258,8 +269,8 @@ static int named_are_there(const struct options *options)
 	}
 	if (options->config) {
 		snprintf(path, sizeof(path), "%s%s", root, options->config);
-		if (access(path, R_OK)) {
-			complain("--config: %s: %s", path, strerror(errno));
+		if (unreadable(path)) {
+			complain("--config: %s: %s", path, strerror(unreadable(path)));
 			return STATUS_FAILED;
 		}
 	}

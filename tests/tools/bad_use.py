@@ -24,6 +24,7 @@ CASES = (
     (["config", "frob", "mill"], 64, "config wants a verb and one device: pokeysctl config show .*"),
     (["record", "-r", "/nowhere", "x"], 1, "no recorder in /nowhere: no daemon runs there .* is on a disk, or .*"),
     (["record", "-r", "run", "/nowhere/x"], 64, '--runtime-directory: "run" is not allowed; .*'),
+    (["doctor", "--config", "/"], 1, "--config: /: Is a directory"),
     (["doctor", "--cpu", "1.5"], 64, '--cpu: "1.5" is not allowed; allowed: 0..1023'),
     (["top", "--count", "0x1p-1"], 64, '--count: "0x1p-1" is not allowed; .*'),
     (["trace", "--slowest", "2.5"], 64, '--slowest: "2.5" is not allowed; allowed: 0..100'),
