@@ -20,14 +20,21 @@ static void complain(void *argument, const char *line)
 	rtapi_print_msg(RTAPI_MSG_ERR, "%s: %s\n", (const char *)argument, line);
 }
 
-/* DEVICE_ID is the first instance's, DEVICE_ID_1 the second's ... 0 = the only one. */
-static uint32_t serial_for(const struct ini_file *file, unsigned int number, char *who)
+/*
+ * DEVICE_ID is the first instance's, DEVICE_ID_1 the second's ... 0 = the only one. A file
+ * that names one in a way nobody understands does not mean any that happens to be there.
+ */
+static void adopt_serial(const struct ini_file *file, struct instance *instance)
 {
 	char key[24] = "DEVICE_ID";
+	long serial;
 
-	if (number)
-		snprintf(key, sizeof(key), "DEVICE_ID_%u", number);
-	return (uint32_t)ini_whole(file, key, 0, UINT32_MAX, 0, complain, who);
+	if (instance->number)
+		snprintf(key, sizeof(key), "DEVICE_ID_%u", instance->number);
+	serial = ini_whole(file, key, 0, UINT32_MAX, ini_file_find(file, "POKEYS", key) ? -1 : 0,
+			   complain, instance->prefix);
+	instance->no_serial = serial < 0;
+	instance->serial = serial < 0 ? 0 : (uint32_t)serial;
 }
 
 /*
@@ -47,7 +54,7 @@ static void say_unknown(const struct ini_file *file, struct instance *instance)
 
 void ini_adopt(const struct ini_file *file, struct instance *instance)
 {
-	instance->serial = serial_for(file, instance->number, instance->prefix);
+	adopt_serial(file, instance);
 	instance->values->legacy.choice.encoder_factor = true;
 	ini_apply(file, instance, complain, instance->prefix);
 	if (instance->number)

@@ -25,6 +25,7 @@ struct instance {
 	unsigned int schemes;			/* of names, enum table_scheme */
 	char device[POKEYS_SHM_NAME_MAX];	/* of the daemon; empty = look for it */
 	uint32_t serial;			/* of the device to look for; 0 = the only one */
+	bool no_serial;				/* what names it is no number: none is looked for */
 	/*
 	 * The client as the two functs see it, NULL before the device is known
 	 * and after the end. A visit covers a whole run of the funct, so that

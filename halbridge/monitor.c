@@ -75,12 +75,17 @@ static enum pokeys_client_state look_for_device(const struct monitor *monitor,
 {
 	const char *folder = monitor->runtime ? monitor->runtime : POKEYS_RUNTIME_DIRECTORY;
 	char all[TABLE_DEVICES * (POKEYS_SHM_NAME_MAX + 12)];
-	int count = instance->serial ?
-		    find_serial(monitor->runtime, instance->serial, instance->device, all,
-				sizeof(all)) :
-		    only_device(monitor->runtime, instance->device, all, sizeof(all));
-	int r;
+	int count, r;
 
+	if (instance->no_serial) {
+		snprintf(why, MONITOR_LINE, "no device is driven, for its DEVICE_ID is no serial "
+			 "number; mend that in the INI file, or leave it out for the only one");
+		return POKEYS_CLIENT_REFUSED;
+	}
+	count = instance->serial ?
+		find_serial(monitor->runtime, instance->serial, instance->device, all,
+			    sizeof(all)) :
+		only_device(monitor->runtime, instance->device, all, sizeof(all));
 	if (count == 0 && *all) {
 		snprintf(why, MONITOR_LINE, "no device of the daemon has the serial number %u yet "
 			 "(%s)", instance->serial, all);

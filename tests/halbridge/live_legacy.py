@@ -216,6 +216,15 @@ def alone_in_hal_it_ends_with_status_0(rig):
     rig.hal.ok("kill -TERM $ended; wait $ended")
 
 
+def a_device_id_that_is_none_drives_no_device(rig):
+    rig.host()
+    loadusr(rig, "DEVICE_ID = 2729S")
+    rig.hal.says("[POKEYS]DEVICE_ID = 2729S: must be a whole number")
+    rig.hal.says("no device is driven, for its DEVICE_ID is no serial number")
+    rig.hal.becomes("attach-state", 2)
+    assert rig.hal.get("connected") is False and rig.hal.get("commander") is False
+
+
 def names_and_count_are_options(rig):
     rig.hal.ok("halcmd loadusr -Wn pokeys pokeys names=mill,panel")
     assert rig.hal.ok("halcmd getp mill.connected") == "FALSE"
@@ -319,6 +328,7 @@ hal_live.main([
     a_device_is_found_by_its_serial_number,
     it_ends_by_signal_and_loads_again,
     alone_in_hal_it_ends_with_status_0,
+    a_device_id_that_is_none_drives_no_device,
     names_and_count_are_options,
     a_runtime_folder_that_cannot_be_names_its_line,
     an_axis_is_driven_by_its_connected_name,
