@@ -378,6 +378,9 @@ static void put_commander(struct line *line, const struct event *e)
 {
 	if (e->a)
 		put(line, "a commander drives it");
+	else if (e->b < 0)
+		put(line, "another commander has begun, or the same one anew; "
+		    "no heartbeat of it yet");
 	else
 		put(line, "the commander's heartbeat is %lld us late", (long long)e->b);
 }

@@ -32,7 +32,8 @@ enum event_code {
 				 * c = written */
 	EVENT_CONFIG_REFUSED,	/* a = enum wire_op, b = as above, c = configuration is locked */
 	EVENT_REBOOTED,		/* a = tick before, b = tick now (ms) */
-	EVENT_COMMANDER,	/* a = 1 came, 0 lost; b = age of the heartbeat, us */
+	EVENT_COMMANDER,	/* a = 1 came, 0 lost; b = age of the heartbeat, us,
+				 * or -1: another session, of which none came yet */
 	EVENT_SAFE,		/* a = 1 entered, 0 left; b = the device is there */
 	EVENT_MACHINE,		/* a = 1 motion permitted, 0 not */
 	EVENT_BAD_COMMAND,	/* a = enum command_fault, b = index */

@@ -248,10 +248,11 @@ static void judge_freshness(struct device *device)
 	struct intake *intake = &device->intake;
 	const uint64_t age = device->now_ns - intake->seen_ns;
 	const bool fresh = heartbeat_fresh(device);
+	const int64_t age_us = intake->seen_ns ? (int64_t)(age / 1000) : -1;
 
 	if (fresh != intake->fresh)
 		device_say(device, EVENT_COMMANDER, fresh ? EVENT_NOTICE : EVENT_WARNING, fresh,
-			   (int64_t)(age / 1000), 0);
+			   age_us, 0);
 	intake->fresh = fresh;
 }
 

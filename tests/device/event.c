@@ -144,6 +144,11 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		{ { .code = EVENT_TASK, .a = POKEYS_TASK_HOMING, .b = POKEYS_TASK_TRIPPED,
 		    .c = 3 },
 		  "mill: homing of axes 0x03: stopped by a limit switch or the emergency input" },
+		{ { .code = EVENT_COMMANDER, .b = 101000 },
+		  "mill: the commander's heartbeat is 101000 us late" },
+		{ { .code = EVENT_COMMANDER, .b = -1 },
+		  "mill: another commander has begun, or the same one anew; "
+		  "no heartbeat of it yet" },
 		{ { .code = EVENT_LOCKED, .a = LOCK_CONFIGURATION },
 		  "mill: settings differ, but its configuration is locked; unlock it or remove "
 		  "those settings" },

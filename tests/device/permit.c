@@ -124,6 +124,21 @@ static void new_commander_needs_an_edge_of_its_own(void **state)
 	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
 }
 
+/* Its heartbeat is not so late as this machine runs long: there was none yet. */
+static void new_commander_is_not_called_late(void **state)
+{
+	const struct event *said = &world.last_event[EVENT_COMMANDER];
+
+	(void)state;
+	world_run(&world, 100 * MS);
+	assert_int_equal(said->a, 1);
+	world.command.session = 6;
+	world.commanding = false;
+	world_run(&world, 10 * MS);
+	assert_int_equal(said->a, 0);
+	assert_int_equal(said->b, -1);
+}
+
 static void reboot_within_a_short_silence_does_not_restart_motion(void **state)
 {
 	(void)state;
@@ -323,6 +338,7 @@ int main(void)
 		cmocka_unit_test_setup(no_motion_is_replayed_after_a_reconnect, begin_moving),
 		cmocka_unit_test_setup(dead_commander_stops_the_axes, begin_moving),
 		cmocka_unit_test_setup(new_commander_needs_an_edge_of_its_own, begin_moving),
+		cmocka_unit_test_setup(new_commander_is_not_called_late, begin_moving),
 		cmocka_unit_test_setup(reboot_within_a_short_silence_does_not_restart_motion,
 				       begin_moving),
 		cmocka_unit_test_setup(stall_of_the_daemon_takes_the_permission, begin_moving),
