@@ -10,7 +10,8 @@
  * Preparing brings the engine to stand, for the vendor starts both from there.
  * Starting asks the device once. Without an answer it is read back: a status
  * asked afterwards says whether the device has begun, and only if it stands it
- * is asked again. Working, complete and finishing watch the engine's state.
+ * is asked again, for as long as the phase may last. Working, complete and
+ * finishing watch the engine's state.
  *
  * Every end goes through stopping, where motion.c sends stop until a status
  * shows the engine standing, and looks on as long as nobody drives it. So it
@@ -30,7 +31,6 @@
 #define REQUEST_NS (1 * SECOND)
 #define COMPLETE_NS (10 * SECOND)	/* for the commander to finish it */
 #define MEETS 2				/* pulses: that near is the same place */
-enum { TRIES = 3 };
 
 static const struct task_kind *kind_of(const struct device *device)
 {
@@ -61,7 +61,7 @@ static void enter(struct device *device, enum pokeys_task_phase phase)
 {
 	device->image.engine.task_phase = (uint8_t)phase;
 	device->task.since_ns = device->now_ns;
-	device->task.tries = 0;
+	device->task.asked = false;
 	device->task.answered = false;
 }
 
@@ -160,13 +160,13 @@ static void update_starting(struct device *device)
 	const struct task *task = &device->task;
 	const uint8_t state = device->image.engine.state;
 
-	if (task->open || device->motion.verify || !task->tries)
+	if (task->open || device->motion.verify || !task->asked)
 		return;
 	if (kind_of(device)->begun && !task->answered ? kind_of(device)->begun(device) :
 	    kind_of(device)->beside ? task->answered || task_explains(device, state) :
 	    kind_of(device)->is_working(state) || kind_of(device)->is_complete(state))
 		enter(device, POKEYS_TASK_WORKING);
-	else if (task->tries >= TRIES || (!kind_of(device)->beside && state != WIRE_ENGINE_STOPPED))
+	else if (!kind_of(device)->beside && state != WIRE_ENGINE_STOPPED)
 		task_stop(device, POKEYS_TASK_FAILED);
 }
 
@@ -198,7 +198,7 @@ static void update_finishing(struct device *device)
 
 	if (task->open || device->motion.verify)
 		return;
-	if (kind_of(device)->released && task->tries) {
+	if (kind_of(device)->released && task->asked) {
 		if (kind_of(device)->released(device)) {
 			set_result(device, POKEYS_TASK_DONE);
 			end(device);
@@ -206,7 +206,7 @@ static void update_finishing(struct device *device)
 	} else if (task->answered && kind_of(device)->beside &&
 		   device->image.engine.state == WIRE_ENGINE_RUNNING)
 		end(device);
-	else if (task->answered || task->tries >= TRIES)
+	else if (task->answered)
 		task_stop(device, POKEYS_TASK_FAILED);
 }
 
@@ -402,20 +402,13 @@ static void finished(pokeys_device_t *mailbox, const mailbox_entry_t *entry, voi
 
 static bool start_due(const struct device *device)
 {
-	if (phase_of(device) != POKEYS_TASK_STARTING || device->motion.verify ||
-	    device->task.tries >= TRIES)
+	if (phase_of(device) != POKEYS_TASK_STARTING || device->motion.verify)
 		return false;
 	return device->image.engine.state ==
 	       (kind_of(device)->beside ? WIRE_ENGINE_RUNNING : WIRE_ENGINE_STOPPED);
 }
 
-/* What is seen when it was heard is asked for until then: it may be said again. */
-static bool finish_due(const struct device *device)
-{
-	return phase_of(device) == POKEYS_TASK_FINISHING &&
-	       (kind_of(device)->released || device->task.tries < TRIES);
-}
-
+/* Either may be said again, and is until it was heard or its time is over. */
 bool task_send(struct device *device)
 {
 	struct task *task = &device->task;
@@ -424,9 +417,8 @@ bool task_send(struct device *device)
 		return false;
 	if (start_due(device))
 		task->open = kind_of(device)->start(device, started);
-	else if (finish_due(device))
+	else if (phase_of(device) == POKEYS_TASK_FINISHING)
 		task->open = kind_of(device)->finish(device, finished);
-	if (task->tries < TRIES)
-		task->tries += task->open;
+	task->asked |= task->open;
 	return task->open;
 }

@@ -18,7 +18,7 @@ struct task {
 	uint32_t session;
 	uint64_t since_ns;		/* in this phase */
 	uint64_t limit_ns;		/* for the device's work */
-	uint8_t tries;			/* of the request of this phase */
+	bool asked;			/* the request of this phase was sent */
 	bool open;			/* ... is under way */
 	bool answered;			/* ... was answered */
 	bool told;			/* its outcome has been given */

@@ -75,7 +75,7 @@ static bool start(struct device *device, pokeys_parser_t parser)
 	const bool force = device->task.shot.operation == POKEYS_ONE_SHOT_THREAD_FORCE;
 
 	if (device->buffer.open || device->buffer.doubt ||
-	    (device->task.tries && !threading_known(device)))
+	    (device->task.asked && !threading_known(device)))
 		return false;
 	threading_found(device);
 	return request_send(device, force ? WIRE_OP_THREAD_FORCE : WIRE_OP_THREAD_PREPARE, NULL,

@@ -185,6 +185,27 @@ static void it_is_refused_without_permission_or_wheel(void **state)
 	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
 }
 
+static unsigned int starts;
+
+static void five_starts_do_not_arrive(struct world *w, const uint8_t *p)
+{
+	if (p[1] != 0x85 || p[2] != 0x02 || p[3] != WIRE_ENGINE_JOGGING)
+		return;
+	w->swallow = ++starts <= 5;
+}
+
+static void it_is_asked_for_until_it_is_heard(void **state)
+{
+	(void)state;
+	starts = 0;
+	world.watch = five_starts_do_not_arrive;
+	jog();
+	assert_int_equal(starts, 6);
+	turn(10);
+	assert_int_equal(world_pulses(&world, 0), 10 * PULSES);
+	assert_int_equal(end(), POKEYS_OUTCOME_DONE);
+}
+
 /* At any lost packet: it begins and ends, and the axis is where the wheel has led it. */
 static void lost_packets_do_not_matter(void **state)
 {
@@ -217,6 +238,7 @@ int main(void)
 		cmocka_unit_test_setup(emergency_ends_it, begin),
 		cmocka_unit_test_setup(time_limit_ends_it, begin),
 		cmocka_unit_test_setup(it_is_refused_without_permission_or_wheel, begin),
+		cmocka_unit_test_setup(it_is_asked_for_until_it_is_heard, begin),
 		cmocka_unit_test_setup(lost_packets_do_not_matter, begin),
 	};
 
