@@ -17,7 +17,7 @@ SUITES_ALL=(unit sim net hal vm fuzz asan tsan)
 
 # suite_run BUILD LABEL JOBS SUITE...
 suite_run() {
-	local build=$1 label=$2 jobs=$3 suite arguments=()
+	local build=$1 label=$2 jobs=$3 suite arguments=() status=0
 	shift 3
 	for suite; do arguments+=(--suite "$suite"); done
 	say "testing: $label"
@@ -25,8 +25,8 @@ suite_run() {
 	rm -f "$build/meson-logs/log-$label.json"
 	meson test -C "$build" --no-rebuild --print-errorlogs --num-processes "$jobs" \
 		--timeout-multiplier "$([ "$build" = build ] && echo 5 || echo 20)" \
-		--logbase "log-$label" "${arguments[@]}" || true
-	TEST_LOGS+=("$build/meson-logs/log-$label.json")
+		--logbase "log-$label" "${arguments[@]}" || status=$?
+	TEST_LOGS+=("$build/meson-logs/log-$label.json=$status")
 }
 
 sanitized_run() {

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """./run in trouble: a word that it does not know is refused before anything is installed,
 built or removed, half a build folder is configured anew, one that was copied here
-is refused, results of an earlier run are not counted, ^C ends the run and not
+is refused, results of an earlier run are not counted, nor half a run as a whole one, ^C ends the run and not
 one suite, and where there is no apt whoever has all installed may go on.
 
 meson and ninja are stand-ins that do what the real ones were seen to do.
@@ -104,6 +104,39 @@ def old_results(fake):
     assert child.returncode == 1 and "0 passed" in said, said
 
 
+def counted(fake, *arguments):
+    said = subprocess.run([f"{fake.root}/scripts/count-tests", *arguments], text=True, capture_output=True,
+                          timeout=120, check=False)
+    return said.returncode, said.stdout.splitlines()[-1:], said
+
+
+def half_a_log(fake):
+    log = fake.folder / "build/meson-logs/log-unit.json"
+    log.parent.mkdir(parents=True)
+    log.write_text('{"name": "x", "result": "OK"}\n')
+    for status, text, told in (("0", "", (0, ["1 passed, 0 failed, 0 skipped"])),
+                               ("137", "", (1, ["1 passed, 1 failed, 0 skipped"])),
+                               ("0", '{"name": "y", "res', (1, ["1 passed, 1 failed, 0 skipped"]))):
+        log.write_text('{"name": "x", "result": "OK"}\n' + text)
+        found = counted(fake, f"{log}={status}")
+        assert found[:2] == told and not found[2].stderr, (status, text, found)
+    # a suite that was not run at all is seen
+    log.write_text('{"name": "x", "result": "OK"}\n')
+    found = counted(fake, f"{log}=0", f"{fake.folder}/build/meson-logs/log-hal.json=0")
+    assert found[:2] == (0, ["1 passed, 0 failed, 1 skipped"]), found
+
+
+def a_meson_that_is_killed(fake):
+    (fake.folder / "build/meson-logs").mkdir(parents=True)
+    (fake.folder / "bin/meson").write_text(
+        """#!/bin/bash
+        echo '{"name": "x", "result": "OK"}' >build/meson-logs/log-unit.json; exit 137""")
+    child = fake.start(f"TEST_LOGS=(); suite_run build unit 1 unit; "
+                       f"'{fake.root}/scripts/count-tests' \"${{TEST_LOGS[@]}}\"")
+    said = child.communicate(timeout=120)[0]
+    assert child.returncode == 1 and "1 passed, 1 failed" in said and "ended with 137" in said, said
+
+
 def interrupt(fake):
     (fake.folder / "build").mkdir()
     (fake.folder / "build/build.ninja").write_text("fuzz-wire\n")
@@ -118,7 +151,8 @@ def interrupt(fake):
 
 
 def main():
-    for check in (a_wrong_word, half_a_build_folder, a_copied_build_folder, no_apt, old_results, interrupt):
+    for check in (a_wrong_word, half_a_build_folder, a_copied_build_folder, no_apt, old_results, half_a_log,
+                  a_meson_that_is_killed, interrupt):
         with tempfile.TemporaryDirectory() as folder:
             check(Fake(sys.argv[1], folder))
         print(f"ok: {check.__name__}")
