@@ -19,6 +19,8 @@
 
 enum {
 	ROUNDS = 3,			/* of one request with all its retries */
+	ALIKE = 2,			/* answers in a row that say who it is */
+	ALIKE_FOREIGN = 3,		/* ... another one than ours: two may be damaged alike */
 };
 
 static void take_name(struct device *device, const uint8_t *reply)
@@ -103,6 +105,18 @@ static void take_identity(struct device *device, const struct wire_device_data_r
 	       strnlen(who->model->name, sizeof(identity->type) - 1));
 }
 
+bool identify_believed(struct device *device, const uint8_t reply[WIRE_PK])
+{
+	const unsigned int alike = restart_data_alike(device, reply);
+	struct wire_device_data_rep data;
+	struct wire_identity who;
+
+	wire_device_data_decode_rep(reply, &data);
+	wire_identify(&data, &who);
+	return alike >= (device->config.serial && who.serial != device->config.serial ?
+			 ALIKE_FOREIGN : ALIKE);
+}
+
 enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_PK])
 {
 	struct identify *identify = &device->identify;
@@ -132,7 +146,7 @@ static void take(struct device *device, enum identify_step step, const mailbox_e
 	switch (step) {
 	case IDENTIFY_DATA:
 		device->identify.step[step].done = false;
-		if (!restart_data_again(device, entry->response_buffer))
+		if (!identify_believed(device, entry->response_buffer))
 			break;
 		fault = identify_take(device, entry->response_buffer);
 		if (fault)

@@ -94,8 +94,10 @@ struct restart {
 	struct reading last;		/* that was believed */
 	struct reading odd;		/* the newest that did not fit it */
 	uint8_t odd_ticks;		/* in a row */
+	uint8_t odd_alike;		/* ... of which so many fit one another */
 	uint8_t odd_identity;		/* so often the same other serial number or lock was said */
-	uint8_t data[WIRE_PAYLOAD_LEN];	/* the newest device data */
+	uint8_t data_alike;		/* so often in a row, up to 255 */
+	uint8_t data[WIRE_PAYLOAD_LEN];	/* ... the newest device data was said */
 };
 
 /* access.c */
@@ -331,6 +333,8 @@ void life_heard(struct device *device, uint64_t t_ns);
 /* identify.c */
 void identify_begin(struct device *device);
 void identify_cycle(struct device *device);
+/* Its device data as one more answer says it: may it be taken? Once for each answer. */
+bool identify_believed(struct device *device, const uint8_t reply[WIRE_PK]);
 /* Take a device for ours, or say why not. */
 enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_PK]);
 /* Now and then: does it live, is it the same one, the same start, is it locked? */
@@ -343,8 +347,8 @@ void restart_identity(struct device *device, const mailbox_entry_t *entry);
 void restart_tick(struct device *device, const mailbox_entry_t *entry);
 /* An answer did not fit; until it was asked again only questions may be sent. */
 bool restart_doubted(const struct device *device);
-/* The device data just as it came the last time, and so to be believed? */
-bool restart_data_again(struct device *device, const uint8_t reply[WIRE_PK]);
+/* How many answers in a row had just this device data, this one among them. */
+uint8_t restart_data_alike(struct device *device, const uint8_t reply[WIRE_PK]);
 /* Another device: nothing is known of its clock. */
 void restart_forget(struct device *device);
 

@@ -249,7 +249,7 @@ static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 		leave_to_failsafe(device);
 		return;
 	}
-	if (!restart_data_again(device, entry->response_buffer)) {
+	if (!identify_believed(device, entry->response_buffer)) {
 		device->life.probe_after_ns = now_ns;
 		return;
 	}

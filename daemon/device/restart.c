@@ -15,9 +15,9 @@
  * The checksum covers eight bits of the clock and nothing of serial number and lock, and
  * a copy that the network kept for too long passes for an answer (pokeys_async(3)).
  * So one answer that does not fit only raises a doubt: it is asked again at once,
- * until then nothing but questions is sent, and only a second answer that fits the
- * odd one is believed against all that was known before. Of the serial number it takes a
- * third one: two may be damaged in the same bit, and that would stop a machine.
+ * until then nothing but questions is sent, and only a third answer is believed against
+ * all that was known before, if each fits the one before it: two may be damaged in the
+ * same bit, and that would stop a machine.
  */
 
 #include <string.h>
@@ -59,18 +59,17 @@ static void reassure(struct device *device)
 
 	device->meter.odd += restart->odd_ticks;
 	restart->odd.known = false;
-	restart->odd_ticks = 0;
+	restart->odd_ticks = restart->odd_alike = 0;
 	plan_tick_right(device);
 }
 
 static bool is_confirmed(struct restart *restart, const struct reading *now)
 {
-	const bool confirmed = restart->odd.known &&
-			       (fits(&restart->odd, now) || restart->odd_ticks >= ODD_MAX);
+	const bool alike = restart->odd.known && fits(&restart->odd, now);
 
+	restart->odd_alike = alike ? (uint8_t)(restart->odd_alike + 1) : 1;
 	restart->odd = *now;
-	restart->odd_ticks++;
-	return confirmed;
+	return restart->odd_alike >= ALIKE || restart->odd_ticks++ >= ODD_MAX;
 }
 
 void restart_tick(struct device *device, const mailbox_entry_t *entry)
@@ -98,18 +97,20 @@ void restart_tick(struct device *device, const mailbox_entry_t *entry)
 	device->image.device_tick_ms = now.ms;
 }
 
-bool restart_data_again(struct device *device, const uint8_t reply[WIRE_PK])
+uint8_t restart_data_alike(struct device *device, const uint8_t reply[WIRE_PK])
 {
-	uint8_t *last = device->restart.data;
-	const bool alike = !memcmp(last, reply + WIRE_PAYLOAD_AT, WIRE_PAYLOAD_LEN);
+	struct restart *restart = &device->restart;
 
-	memcpy(last, reply + WIRE_PAYLOAD_AT, WIRE_PAYLOAD_LEN);
-	return alike;
+	if (memcmp(restart->data, reply + WIRE_PAYLOAD_AT, WIRE_PAYLOAD_LEN))
+		restart->data_alike = 0;
+	memcpy(restart->data, reply + WIRE_PAYLOAD_AT, WIRE_PAYLOAD_LEN);
+	restart->data_alike = (uint8_t)(restart->data_alike + (restart->data_alike < UINT8_MAX));
+	return restart->data_alike;
 }
 
 void restart_identity(struct device *device, const mailbox_entry_t *entry)
 {
-	const bool again = restart_data_again(device, entry->response_buffer);
+	const bool again = restart_data_alike(device, entry->response_buffer) > 1;
 	struct restart *restart = &device->restart;
 	struct wire_device_data_rep data;
 	struct wire_identity who;
@@ -138,5 +139,5 @@ void restart_forget(struct device *device)
 	struct restart *restart = &device->restart;
 
 	restart->last.known = restart->odd.known = false;
-	restart->odd_ticks = restart->odd_identity = 0;
+	restart->odd_ticks = restart->odd_alike = restart->odd_identity = 0;
 }

@@ -166,17 +166,42 @@ static void lock_is_believed_when_it_was_said_twice(void **state)
 static void two_that_are_damaged_alike_are_no_other_device(void **state)
 {
 	(void)state;
-	begin(0);
-	world_until(&world, world_is_running, 1 * SECOND);
-	world.lose_reply = damage;
-	damaged = 0x00;
-	damaged_at = SERIAL_AT;
-	to_damage = 2;
-	world_run(&world, 1500 * MS);
-	assert_int_equal(to_damage, 0);
-	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
-	assert_int_equal(world.state.statistics.corrupt, 2);
-	assert_int_not_equal(world.state.fault, POKEYS_FAULT_REBOOTED);
+	for (unsigned int clock = 0; clock < 2; clock++) {
+		begin(0);
+		world_until(&world, world_is_running, 1 * SECOND);
+		world.lose_reply = damage;
+		damaged = clock ? 0xCF : 0x00;
+		damaged_at = clock ? CLOCK_AT : SERIAL_AT;
+		to_damage = 2;
+		world_run(&world, 1500 * MS);
+		assert_int_equal(to_damage, 0);
+		assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+		assert_int_equal(world.state.statistics.corrupt, 2);
+		assert_int_equal(world.event_count[EVENT_REBOOTED], 0);
+		assert_int_not_equal(world.state.fault, POKEYS_FAULT_REBOOTED);
+	}
+}
+
+/* Nor when it comes back, or is found. */
+static void two_that_are_damaged_alike_do_not_refuse_ours(void **state)
+{
+	(void)state;
+	for (unsigned int ran = 0; ran < 2; ran++) {
+		begin(0);
+		if (ran) {
+			world_until(&world, world_is_running, 1 * SECOND);
+			sim_rig_silence(&world.rig, world.now, 400 * MS);
+			world_run(&world, 300 * MS);
+			assert_int_not_equal(world.state.link, POKEYS_LINK_RUNNING);
+		}
+		world.lose_reply = damage;
+		damaged = 0x00;
+		damaged_at = SERIAL_AT;
+		to_damage = 2;
+		world_until(&world, world_is_running, 2 * SECOND);
+		assert_int_equal(to_damage, 0);
+		assert_int_equal(world.event_count[EVENT_WRONG_SERIAL], 0);
+	}
 }
 
 /* A device is taken for what it says twice, also when it says it for the first time. */
@@ -291,6 +316,7 @@ int main(void)
 		cmocka_unit_test(one_odd_answer_is_asked_again),
 		cmocka_unit_test(lock_is_believed_when_it_was_said_twice),
 		cmocka_unit_test(two_that_are_damaged_alike_are_no_other_device),
+		cmocka_unit_test(two_that_are_damaged_alike_do_not_refuse_ours),
 		cmocka_unit_test(damaged_serial_number_is_not_believed_when_it_is_found),
 		cmocka_unit_test(in_doubt_there_are_only_questions),
 		cmocka_unit_test(clock_that_never_fits_is_no_doubt_for_ever),
