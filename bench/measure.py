@@ -123,7 +123,7 @@ def print_readme(path):
 def main():
     chosen = options()
     folder = pathlib.Path(chosen.build) / "bench"
-    # an empty --only is not all of them, for half an hour
+    # an empty --only is a mistake, and not all of them
     names = ORDER if chosen.only is None else chosen.only.split(",")
     unknown = [name for name in names if name not in ORDER]
     if unknown:

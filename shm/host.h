@@ -40,9 +40,11 @@ int shm_host_open(struct shm_host **out, const char *runtime_directory, const ch
 /*
  * Remove what a daemon that was killed has left in the folder, and what looks like one that
  * hangs: link, roots, control socket and lock. The flight recorder's ring stays, which is
- * no sign of life but the witness of why it died. 0, also if there is nothing; -EBUSY a
- * daemon that lives holds it; -errno, also where something cannot be removed: then the rest
- * has been, and the lock stays, so that the next call says the same. `why` as above. Cold.
+ * no sign of life but the witness of why it died. 0, also if there is nothing, or if
+ * somebody who reads there keeps a root from becoming empty (then the lock stays, and the
+ * next call removes it); -EBUSY a daemon that lives holds it; -errno, also where something
+ * cannot be removed: then the rest has been, and the lock stays, so that the next call says
+ * the same. `why` as above. Cold.
  */
 int shm_host_clear(const char *runtime_directory, char *why, size_t size);
 
@@ -84,11 +86,11 @@ void shm_device_commit(struct shm_device *device);
 
 /*
  * Realtime, and for speed only: the cell of the next loan is taken back from the caches
- * of those who have read it, while nobody waits for it; as late as that is true, for
+ * of those who have read it, before the answers are there and not a sleep earlier, for
  * what has slept meanwhile finds its own caches cold. Each line is written (with what
  * it holds): to ask for it with a prefetch has no effect where this core still has a
- * copy that it shares. Without it publishing costs up to three times as much as soon as
- * there are readers on other cores.
+ * copy that it shares. It takes 0.1 to 0.4 us. Without it publishing costs up to three
+ * times as much, a microsecond more, as soon as there are readers on other cores.
  */
 void shm_device_prepare(struct shm_device *device);
 

@@ -14,9 +14,9 @@
  * no harm if the network delivers it twice or not at all.
  *
  * Nor is a single reply: its payload has no checksum, and what it says here decides
- * for ten seconds. A level counts when it was said twice in a row, one that is not open
- * three times, for two may be damaged in the same bit; and a refusal when a second
- * answer, to another seed, was refused as well.
+ * for ten seconds. A level counts when it was said three times in a row, for two may be
+ * damaged in the same bit; and a refusal when a second answer, to another seed, was
+ * refused as well.
  */
 
 #include <string.h>
@@ -26,8 +26,7 @@
 enum {
 	ROUNDS = 3,		/* questions without answer: then there is no password */
 	TRIES = 5,		/* answers that nobody answered to */
-	ALIKE = 2,		/* answers in a row that tell the same level */
-	ALIKE_SHUT = 3,		/* ... where that is not open */
+	ALIKE = 3,		/* answers in a row that tell the same level */
 };
 
 #define AGAIN_NS (10 * SECOND)
@@ -56,8 +55,8 @@ static bool is_confirmed(struct access *access, uint8_t level)
 	if (access->level != level)
 		access->alike = 0;
 	access->level = level;
-	access->alike = (uint8_t)(access->alike + (access->alike < ALIKE_SHUT));
-	return access->alike >= (level == WIRE_LEVEL_UNLOCKED ? ALIKE : ALIKE_SHUT);
+	access->alike = (uint8_t)(access->alike + (access->alike < ALIKE));
+	return access->alike >= ALIKE;
 }
 
 static void judge(struct device *device, const uint8_t *reply)

@@ -9,7 +9,8 @@
  * goes on being asked meanwhile, or its silence would look like a lost device.
  *
  * A reply's payload has no checksum of its own, and what it says here decides over
- * the whole link. So device data is believed when it came twice alike in a row.
+ * the whole link. So device data is believed when it came twice alike in a row, and three
+ * times where it says another device: two may be damaged in the same bit.
  */
 
 #include <string.h>
@@ -20,7 +21,7 @@
 enum {
 	ROUNDS = 3,			/* of one request with all its retries */
 	ALIKE = 2,			/* answers in a row that say who it is */
-	ALIKE_FOREIGN = 3,		/* ... another one than ours: two may be damaged alike */
+	ALIKE_OTHER = 3,		/* ... another one than before, or none that can be used */
 };
 
 static void take_name(struct device *device, const uint8_t *reply)
@@ -105,16 +106,22 @@ static void take_identity(struct device *device, const struct wire_device_data_r
 	       strnlen(who->model->name, sizeof(identity->type) - 1));
 }
 
+static bool is_supported(const struct wire_device_data_rep *data, const struct wire_identity *who)
+{
+	return who->extended && who->model->known && !data->bootloader;
+}
+
 bool identify_believed(struct device *device, const uint8_t reply[WIRE_PK])
 {
+	const uint32_t known = device->config.serial ? device->config.serial :
+						       device->identify.identity.serial;
 	const unsigned int alike = restart_data_alike(device, reply);
 	struct wire_device_data_rep data;
 	struct wire_identity who;
 
 	wire_device_data_decode_rep(reply, &data);
 	wire_identify(&data, &who);
-	return alike >= (device->config.serial && who.serial != device->config.serial ?
-			 ALIKE_FOREIGN : ALIKE);
+	return alike >= (who.serial == known && is_supported(&data, &who) ? ALIKE : ALIKE_OTHER);
 }
 
 enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_PK])
@@ -130,7 +137,7 @@ enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_
 	identify->identity = who;
 	if (device->config.serial && who.serial != device->config.serial)
 		return POKEYS_FAULT_WRONG_SERIAL;
-	if (!who.extended || !who.model->known || data.bootloader)
+	if (!is_supported(&data, &who))
 		return POKEYS_FAULT_UNSUPPORTED;
 	take_identity(device, &data);
 	take_capability(device, &who);

@@ -246,6 +246,8 @@ static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 		return;
 	if (!answered(entry)) {
 		life_fault(device, why_silent(device));
+		if (device->image.fault == POKEYS_FAULT_NETWORK)
+			device->life.left_ns = now_ns;	/* nor was it asked then */
 		leave_to_failsafe(device);
 		return;
 	}
@@ -277,8 +279,10 @@ static void probe(struct device *device)
 	if (life->probing || device->now_ns < life->probe_after_ns)
 		return;
 	life->failed_sends = device->mailbox.statistics.send_failed;
-	if (!request_send(device, WIRE_OP_DEVICE_DATA, NULL, probe_ended, NULL, NULL))
+	if (!request_send(device, WIRE_OP_DEVICE_DATA, NULL, probe_ended, NULL, NULL)) {
+		life->left_ns = device->now_ns;		/* it was not asked */
 		return;
+	}
 	life->probing = true;
 	life->probe_after_ns = device->now_ns + PROBE_NS;
 }
@@ -338,6 +342,8 @@ void device_set_address(struct device *device, uint32_t address, uint16_t port, 
 	life->port = port;
 	life->foreign = false;
 	life->ran = false;
+	life->left_ns = now_ns;
+	life->alone_until_ns = 0;
 	start_over(device);
 	pokeys_device_set_peer(&device->mailbox, address, port);
 	life_enter(device, POKEYS_LINK_SEARCHING, POKEYS_FAULT_NONE);

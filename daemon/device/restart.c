@@ -17,7 +17,7 @@
  * So one answer that does not fit only raises a doubt: it is asked again at once,
  * until then nothing but questions is sent, and only a third answer is believed against
  * all that was known before, if each fits the one before it: two may be damaged in the
- * same bit, and that would stop a machine.
+ * same bit, and that would stop a machine. The lock only shows: a second one is enough.
  */
 
 #include <string.h>
@@ -26,7 +26,7 @@
 enum {
 	SLACK_MS = 5,
 	DRIFT = 64,		/* one part in so many */
-	ODD_MAX = 3,		/* in a row, of which no two fit: no clock at all */
+	ODD_MAX = 3,		/* in a row, of which no three fit: no clock at all */
 	ALIKE = 3,		/* answers in a row that tell the same other device */
 };
 

@@ -82,8 +82,8 @@ void publish_states(struct loop *loop, uint32_t mask)
 }
 
 /*
- * The requests of a thread that polls are on their way then; in one that sleeps they
- * wait for less than what is saved when the image is written.
+ * A thread that polls has its urgent requests on their way by now. Those of one that
+ * sleeps wait for it, for less than what is saved when the image is written.
  */
 void publish_prepare(struct loop *loop)
 {

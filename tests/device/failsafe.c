@@ -202,6 +202,30 @@ static void where_it_is_searched_for_no_search_goes_out_for_so_long(void **state
 	assert_true(device_wants_address(world.device));
 }
 
+/* No carrier yet, while a machine starts. */
+static void what_could_not_be_sent_was_no_question(void **state)
+{
+	(void)state;
+	for (unsigned int i = 0; i < 10; i++) {
+		world.unplugged = true;
+		world_start(&world);
+		world_run(&world, (1500 + 100 * i) * MS);
+		world.unplugged = false;
+		assert_true(world_until(&world, world_is_running, 1 * SECOND) <= 400 * MS);
+	}
+}
+
+static void at_another_address_it_has_another_turn(void **state)
+{
+	(void)state;
+	start_anew_without_answers();
+	world_run(&world, 2700 * MS);
+	assert_int_equal(world.rig.device.stats.failsafes, 1);
+	device_set_address(world.device, 0x7f000102, 20055, world.now);
+	world_run(&world, 2700 * MS);
+	assert_int_equal(world.rig.device.stats.failsafes, 2);
+}
+
 static void a_shorter_loss_costs_no_time(void **state)
 {
 	(void)state;
@@ -365,6 +389,8 @@ int main(void)
 			one_that_is_not_configured_has_no_turn_before_it_was_heard, begin),
 		cmocka_unit_test_setup(where_it_is_searched_for_no_search_goes_out_for_so_long,
 				       begin),
+		cmocka_unit_test_setup(what_could_not_be_sent_was_no_question, begin),
+		cmocka_unit_test_setup(at_another_address_it_has_another_turn, begin),
 		cmocka_unit_test_setup(a_shorter_loss_costs_no_time, begin),
 		cmocka_unit_test_setup(another_one_or_none_is_shown, begin),
 		cmocka_unit_test_setup(firmware_without_it_runs_and_says_so, begin),

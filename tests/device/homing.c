@@ -113,7 +113,6 @@ static void axis_is_homed_and_the_others_stay(void **state)
 	assert_int_equal(world.event_count[EVENT_TASK], 1);
 }
 
-/* The commander still points to where the axis was in the old coordinates. */
 /* Its place among the results is another's for a while, and a phase says that it goes on. */
 static void how_it_ended_is_told_though_many_others_ended_before(void **state)
 {
@@ -132,6 +131,7 @@ static void how_it_ended_is_told_though_many_others_ended_before(void **state)
 	assert_int_equal(world_outcome(&world, id), POKEYS_OUTCOME_DONE);
 }
 
+/* The commander still points to where the axis was in the old coordinates. */
 static void homed_axis_does_not_jump_back(void **state)
 {
 	int64_t homed;

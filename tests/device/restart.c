@@ -85,18 +85,19 @@ static void each_restart_is_told_however_bad_the_cable_is(void **state)
 }
 
 /* The clock begins at byte 2 of its answer; the others are in the device data. */
-enum { CLOCK_AT = 4, SERIAL_AT = 15, LOCK_AT = 58 };
+enum { CLOCK_AT = 4, SERIAL_AT = 15, LOCK_AT = 58, BOOTLOADER_AT = 61 };
 
 /* How many answers of an operation are replaced by ones that tell something else. */
 static unsigned int to_damage;
 static uint8_t damaged, damaged_at;
-static bool was_locked;			/* in any state image */
+static bool was_locked, was_refused;	/* in any state image */
 
 static bool damage(struct world *w, const uint8_t *packet)
 {
 	uint8_t other[WIRE_PK];
 
 	was_locked = was_locked || w->state.identity.locked;
+	was_refused = was_refused || w->state.fault == POKEYS_FAULT_UNSUPPORTED;
 	if (!to_damage || packet[WIRE_AT_OP] != damaged)
 		return false;
 	to_damage--;
@@ -182,12 +183,19 @@ static void two_that_are_damaged_alike_are_no_other_device(void **state)
 	}
 }
 
-/* Nor when it comes back, or is found. */
+/* Nor when it comes back, or is found; nor one that cannot be used, or needs no serial. */
 static void two_that_are_damaged_alike_do_not_refuse_ours(void **state)
 {
 	(void)state;
-	for (unsigned int ran = 0; ran < 2; ran++) {
+	for (unsigned int i = 0; i < 8; i++) {
+		const bool ran = i & 1;
+
+		was_refused = false;
 		begin(0);
+		if (i & 2)
+			world.config.serial = 0;
+		if (i & 2)
+			world_start(&world);
 		if (ran) {
 			world_until(&world, world_is_running, 1 * SECOND);
 			sim_rig_silence(&world.rig, world.now, 400 * MS);
@@ -196,11 +204,13 @@ static void two_that_are_damaged_alike_do_not_refuse_ours(void **state)
 		}
 		world.lose_reply = damage;
 		damaged = 0x00;
-		damaged_at = SERIAL_AT;
+		damaged_at = i & 4 ? BOOTLOADER_AT : SERIAL_AT;
 		to_damage = 2;
 		world_until(&world, world_is_running, 2 * SECOND);
 		assert_int_equal(to_damage, 0);
+		assert_int_equal(world.state.identity.serial, 65432);
 		assert_int_equal(world.event_count[EVENT_WRONG_SERIAL], 0);
+		assert_false(was_refused);
 	}
 }
 

@@ -35,7 +35,7 @@ def left():
             words = path.read_bytes().split(b"\0")
         except OSError:
             continue
-        if str(BUILD / "daemon/control/pokeysd").encode() in words or b"scripts/demo.py" in words:
+        if str(BUILD / "daemon/control/pokeysd").encode() in words or str(SOURCE / "scripts/demo.py").encode() in words:
             ours.append(path.parent.name)
     return ours
 
