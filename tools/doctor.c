@@ -22,7 +22,8 @@ static void look_at_daemon(struct doctor *doctor, const char *runtime_directory)
 	int known = *doctor->root ? 0 : pokeys_shm_devices(runtime_directory, names, VIEW_DEVICES);
 
 	doctor->hidden = known == -EACCES;
-	if (known <= 0 || view_open(&doctor->view, runtime_directory, NULL, 0))
+	if (known <= 0 ||
+	    view_attach(&doctor->view, runtime_directory, names, (size_t)known))
 		return;
 	view_read(&doctor->view);
 	for (size_t i = 0; i < doctor->view.count; i++) {

@@ -76,7 +76,7 @@ const struct view_device *latency_daemon(struct view *view, const char *runtime_
 	for (;;) {
 		known = pokeys_shm_devices(runtime_directory, names, VIEW_DEVICES);
 		if (known > 0 && !view->count)
-			view_open(view, runtime_directory, NULL, 0);
+			view_attach(view, runtime_directory, names, (size_t)known);
 		device = find(view, since_ns);
 		if (device || view_now() >= end_ns || known == -EACCES || known == -EINVAL ||
 		    (!known && !has_begun(runtime_directory)))

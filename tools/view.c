@@ -164,13 +164,29 @@ static bool is_among(const char *name, char names[][POKEYS_SHM_NAME_MAX], int kn
 	return false;
 }
 
+static int attach(struct view *view, const char *name)
+{
+	struct view_device *device = &view->device[view->count];
+	int result;
+
+	snprintf(device->name, sizeof(device->name), "%s", name);
+	result = pokeys_client_open(&device->client, view->runtime_directory, name, "pokeysctl", 0);
+	view->count += !result;
+	return result;
+}
+
+static void begin(struct view *view, const char *runtime_directory)
+{
+	memset(view, 0, sizeof(*view));
+	view->runtime_directory = runtime_directory;
+}
+
 int view_open(struct view *view, const char *runtime_directory, char *const names[], size_t count)
 {
 	char known[VIEW_DEVICES][POKEYS_SHM_NAME_MAX];
 	int result;
 
-	memset(view, 0, sizeof(*view));
-	view->runtime_directory = runtime_directory;
+	begin(view, runtime_directory);
 	result = pokeys_shm_devices(runtime_directory, known, VIEW_DEVICES);
 	if (result <= 0)
 		return no_daemon(view, result);
@@ -178,17 +194,27 @@ int view_open(struct view *view, const char *runtime_directory, char *const name
 		result = VIEW_DEVICES;
 	if (count > VIEW_DEVICES)
 		count = VIEW_DEVICES;
-	view->count = count ? count : (size_t)result;
-	for (size_t i = 0; i < view->count; i++) {
-		struct view_device *device = &view->device[i];
+	for (size_t i = 0; i < (count ? count : (size_t)result); i++) {
 		const char *name = count ? names[i] : known[i];
 
 		if (!is_among(name, known, result))
 			return no_device(view, name, known, result);
-		snprintf(device->name, sizeof(device->name), "%s", name);
-		if (pokeys_client_open(&device->client, runtime_directory, name, "pokeysctl", 0)) {
+		if (attach(view, name)) {
 			complain("no memory to attach to %s", name);
 			return STATUS_FAILED;
+		}
+	}
+	return 0;
+}
+
+int view_attach(struct view *view, const char *runtime_directory,
+		char names[][POKEYS_SHM_NAME_MAX], size_t count)
+{
+	begin(view, runtime_directory);
+	for (size_t i = 0; i < count && i < VIEW_DEVICES; i++) {
+		if (attach(view, names[i])) {
+			view_close(view);
+			return -ENOMEM;
 		}
 	}
 	return 0;

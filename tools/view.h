@@ -44,6 +44,13 @@ uint64_t view_now(void);
  */
 int view_open(struct view *view, const char *runtime_directory, char *const names[], size_t count);
 
+/*
+ * Attach to these, of which pokeys_shm_devices() knew a moment ago; their daemon may be
+ * gone meanwhile. Says nothing. 0, or -ENOMEM, and then there are none.
+ */
+int view_attach(struct view *view, const char *runtime_directory,
+		char names[][POKEYS_SHM_NAME_MAX], size_t count);
+
 /* Read them all. */
 void view_read(struct view *view);
 

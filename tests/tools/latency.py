@@ -155,6 +155,27 @@ def test_a_daemon_that_is_started_anew_meanwhile_is_found():
         assert any(found), "never found: a start takes less than the patience"
 
 
+def test_a_daemon_that_goes_while_it_is_looked_for_is_no_error():
+    def come_and_go():
+        while not enough.is_set():
+            (house.runtime / "current").rename(house.runtime / "away")
+            (house.runtime / "away").rename(house.runtime / "current")
+
+    with House() as house:
+        house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        enough = threading.Event()
+        goer = threading.Thread(target=come_and_go)
+        goer.start()
+        try:
+            said = [house.ctl("latency", "--json", "--no-realtime", "--seconds", "0.1").stderr for _ in range(20)]
+        finally:
+            enough.set()
+            goer.join()
+        assert not any(said), said
+
+
 def test_a_daemon_that_is_started_anew_within_a_measurement_counts_from_then_on():
     def samples():
         seen = house.device() or {}  # the old one's image is fresh until the new one clears it away
