@@ -119,30 +119,37 @@ static void become_realtime(int cpu)
 		perror("bench-readers: not realtime");
 }
 
+/* Taking the image's lines back, and publishing it. */
+static struct samples taking[COUNTS], publishing[COUNTS];
+
 /* A slice of publishing with so many readers; the first is for the change to settle. */
-static void publish(struct shm_device *device, int which, struct samples *samples)
+static void publish(struct shm_device *device, int which)
 {
 	uint64_t next = now_ns();
 
 	atomic_store(&shared->which, which);
 	atomic_store(&shared->active, counts[which]);
 	for (int i = 0; i < SLICE; i++) {
-		uint64_t t;
+		uint64_t t, taken;
 
 		sleep_until(next += PERIOD_NS);
-		shm_device_prepare(device);	/* as the loop does, off the time that counts */
+		t = now_ns();
+		shm_device_prepare(device);	/* as the loop does, before there are answers */
+		taken = now_ns() - t;
 		sleep_until(next + ANSWER_NS);
 		image.cycle++;
 		t = now_ns();
 		shm_device_write(device, &image);
-		if (i >= SLICE / 10)
-			samples_add(samples, now_ns() - t);
+		t = now_ns() - t;
+		if (i < SLICE / 10)
+			continue;
+		samples_add(&publishing[which], t);
+		samples_add(&taking[which], taken);
 	}
 }
 
 int main(int argc, char **argv)
 {
-	static struct samples samples[COUNTS];
 	pid_t readers[READERS];
 	struct shm_device *device;
 	struct shm_host *host;
@@ -164,22 +171,26 @@ int main(int argc, char **argv)
 	}
 	shm_device_write(device, &image);
 	for (int i = 0; i < COUNTS; i++)
-		if (samples_init(&samples[i], (size_t)slices * SLICE) < 0)
+		if (samples_init(&publishing[i], (size_t)slices * SLICE) < 0 ||
+		    samples_init(&taking[i], (size_t)slices * SLICE) < 0)
 			return 1;
 	good = start_readers(argv[1], atoi(argv[3]), readers);
 	become_realtime(atoi(argv[3]));
 	for (int slice = 0; good && slice < slices; slice++)
 		for (int i = 0; i < COUNTS; i++)
-			publish(device, i, &samples[i]);
+			publish(device, i);
 	for (int i = 0; i < READERS; i++)
 		if (readers[i] > 0)
 			kill(readers[i], SIGKILL);
 	printf("{");
 	for (int i = 0; i < COUNTS; i++) {
-		char name[8];
+		char name[16];
 
 		snprintf(name, sizeof(name), "%d", counts[i]);
-		samples_print(&samples[i], name);
+		samples_print(&publishing[i], name);
+		printf(", ");
+		snprintf(name, sizeof(name), "taking %d", counts[i]);
+		samples_print(&taking[i], name);
 		printf(", ");
 	}
 	printf("\"reads\": [%llu, %llu, %llu, %llu]}\n", (unsigned long long)shared->reads[0],
