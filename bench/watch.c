@@ -96,7 +96,7 @@ static void look_for_burst(const struct pokeys_state *s)
 static void take(const struct pokeys_state *s)
 {
 	const uint64_t newest = s->t_digital_ns > s->t_motion_ns ? s->t_digital_ns : s->t_motion_ns;
-	const uint64_t oldest = pokeys_state_data_ns(s);
+	const uint64_t oldest = s->t_digital_ns < s->t_motion_ns ? s->t_digital_ns : s->t_motion_ns;
 
 	samples_add(&age, now_ns() - oldest);
 	look_for_burst(s);

@@ -46,12 +46,12 @@ static uint64_t now_ns(void)
 	return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
 
-/* Milliseconds since `t_ns`; -1 = never. */
+/* Milliseconds since `t_ns`; -1 = never, or a stamp of the future. */
 static double age_ms(uint64_t now, uint64_t t_ns)
 {
-	if (!t_ns)
-		return -1;
-	return now > t_ns ? (double)(now - t_ns) / 1e6 : 0;
+	uint64_t age = pokeys_age_ns(t_ns, now);
+
+	return age == POKEYS_NEVER ? -1 : (double)age / 1e6;
 }
 
 static bool bit(const uint8_t *bytes, unsigned int i)
@@ -68,16 +68,11 @@ static const char *link_name(unsigned int link)
 	return link < sizeof(names) / sizeof(names[0]) ? names[link] : "unknown";
 }
 
-/* Young enough by our clock; the future is old, too. */
-static bool young(const struct pokeys_state *state, uint64_t t, uint64_t now)
-{
-	return t && now - t <= state->stale_after_ns;
-}
-
 /* Fresh = the link runs, and so are inputs and, if it has axes, positions. */
 static bool fresh(const struct pokeys_state *state, uint64_t now)
 {
-	return state->link == POKEYS_LINK_RUNNING && young(state, pokeys_state_data_ns(state), now);
+	return state->link == POKEYS_LINK_RUNNING &&
+	       pokeys_state_age_ns(state, now) <= state->stale_after_ns;
 }
 
 static void print_pins(const char *title, const uint8_t *bytes)

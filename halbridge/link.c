@@ -5,8 +5,8 @@
  * A dead daemon cannot raise its stale flag, so the flag is believed only
  * when it says "stale". A daemon that has not published for five of its cycles
  * (and 5 ms) is taken for dead, and its data with it, however long a silence
- * of the device may be put up with. Age counts from the older of what every cycle brings
- * (pokeys_state_data_ns()); a time stamp from the future (a foreign writer) is as bad as
+ * of the device may be put up with. Age is that of the older of what every cycle brings
+ * (pokeys_state_age_ns()); a time stamp from the future (a foreign writer) is as bad as
  * an old one.
  *
  * packet-error and its level follow hm2_eth, with one difference: at the limit
@@ -17,12 +17,10 @@
 #include <stddef.h>
 #include <string.h>
 
-#define NEVER		UINT64_MAX
 #define STALE_DEFAULT	UINT64_C(10000000)	/* the image says 0 */
 #define STALE_MOST	UINT64_C(60000000000)	/* whatever the image says */
 #define ALIVE_LEAST	UINT64_C(5000000)
 #define ALIVE_CYCLES	5
-#define FUTURE_MOST	UINT64_C(1000000)	/* two readings of one clock, never more apart */
 
 void link_init(struct link *link)
 {
@@ -30,26 +28,6 @@ void link_init(struct link *link)
 	link->limit = 10;
 	link->increment = 2;
 	link->decrement = 1;
-}
-
-static bool is_ahead(uint64_t t_ns, uint64_t now_ns)
-{
-	return t_ns > now_ns + FUTURE_MOST;
-}
-
-static uint64_t age_of(uint64_t t_ns, uint64_t now_ns)
-{
-	if (!t_ns || is_ahead(t_ns, now_ns))
-		return NEVER;
-	return t_ns > now_ns ? 0 : now_ns - t_ns;
-}
-
-/* One that lies ahead must not hide behind the other. */
-static uint64_t age(const struct pokeys_state *state, uint64_t now_ns)
-{
-	if (is_ahead(state->t_digital_ns, now_ns) || is_ahead(state->t_motion_ns, now_ns))
-		return NEVER;
-	return age_of(pokeys_state_data_ns(state), now_ns);
 }
 
 static bool is_fresh(const struct pokeys_state *state, uint64_t age_ns)
@@ -67,13 +45,15 @@ static bool is_alive(const struct pokeys_state *state, uint64_t now_ns)
 	uint64_t limit = state->period_ns < STALE_MOST / ALIVE_CYCLES ?
 			 ALIVE_CYCLES * state->period_ns : STALE_MOST;
 
-	return age_of(state->t_publish_ns, now_ns) <= (limit > ALIVE_LEAST ? limit : ALIVE_LEAST);
+	if (limit < ALIVE_LEAST)
+		limit = ALIVE_LEAST;
+	return pokeys_age_ns(state->t_publish_ns, now_ns) <= limit;
 }
 
 /* Grows while nothing comes, also when there is no image any more to tell it. */
 static void show_age(struct link *link, struct values *values, uint64_t age_ns, uint64_t now_ns)
 {
-	if (age_ns != NEVER)
+	if (age_ns != POKEYS_NEVER)
 		link->data_ns = now_ns - age_ns;
 	else if (!link->data_ns)
 		link->data_ns = now_ns;
@@ -152,7 +132,7 @@ struct link_news link_read(struct link *link, struct values *values,
 			   struct refusals *refusals)
 {
 	struct link_news news = { 0 };
-	uint64_t age_ns = state ? age(state, now_ns) : NEVER;
+	uint64_t age_ns = state ? pokeys_state_age_ns(state, now_ns) : POKEYS_NEVER;
 	bool error = false;
 
 	values->attach_state = refused ? 2 : state ? 1 : 0;

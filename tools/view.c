@@ -26,11 +26,14 @@ uint64_t view_now(void)
 	return (uint64_t)now.tv_sec * UINT64_C(1000000000) + (uint64_t)now.tv_nsec;
 }
 
+static double as_number(uint64_t age_ns)
+{
+	return age_ns == POKEYS_NEVER ? INFINITY : (double)age_ns;
+}
+
 double view_age_ns(uint64_t now_ns, uint64_t then_ns)
 {
-	if (!then_ns)
-		return INFINITY;
-	return now_ns > then_ns ? (double)(now_ns - then_ns) : 0;
+	return as_number(pokeys_age_ns(then_ns, now_ns));
 }
 
 /* With what to do, where the name alone does not say it. */
@@ -54,7 +57,7 @@ static const char *fault_text(uint8_t fault)
 
 double view_data_age_ns(const struct view_device *device)
 {
-	return view_age_ns(device->now_ns, pokeys_state_data_ns(&device->state));
+	return as_number(pokeys_state_age_ns(&device->state, device->now_ns));
 }
 
 void view_judge(struct view_device *device)
@@ -96,14 +99,22 @@ static uint8_t postep_axes(const struct view_device *device)
 	return report.device.postep_enable ? axes : 0;
 }
 
+uint64_t view_moment(uint64_t before_ns, uint64_t published_ns, uint64_t after_ns)
+{
+	if (published_ns <= before_ns)
+		return before_ns;
+	return published_ns < after_ns ? published_ns : after_ns;
+}
+
 static void read_one(struct view_device *device)
 {
 	enum pokeys_client_state attached = pokeys_client_poll(device->client);
+	uint64_t before_ns;
 	int result;
 
-	/* before: if we are held in between, it is not the daemon that was silent */
-	device->now_ns = view_now();
+	before_ns = view_now();
 	result = pokeys_client_read(device->client, &device->state);
+	device->now_ns = view_moment(before_ns, device->state.t_publish_ns, view_now());
 	device->has_diag = !result && !pokeys_client_read_diag(device->client, &device->diag) &&
 			   device->diag.t_publish_ns;
 	if (!result) {

@@ -59,12 +59,19 @@ void view_close(struct view *view);
 /* Judge an image that was read at now_ns: freshness and `why`. */
 void view_judge(struct view_device *device);
 
-/* Nanoseconds since `then`, 0 if it lies ahead; INFINITY if it never was. */
+/*
+ * When an image was read: between the two readings of the clock, and not before it was
+ * published. The earliest moment that can be: while this program is held between them, it
+ * is not the daemon that is silent.
+ */
+uint64_t view_moment(uint64_t before_ns, uint64_t published_ns, uint64_t after_ns);
+
+/* pokeys_age_ns() as a number; INFINITY if it never was or lies in the future. */
 double view_age_ns(uint64_t now_ns, uint64_t then_ns);
 
 /*
  * Of the data that every cycle brings: inputs and, from a device with a pulse engine,
- * positions, whichever is older. INFINITY if one of them never came.
+ * positions, whichever is older. INFINITY if one of them never came or lies in the future.
  */
 double view_data_age_ns(const struct view_device *device);
 

@@ -77,12 +77,11 @@ static void tell_reading(struct daemon *daemon, uint32_t failed)
 	daemon->told_reading = bad;
 }
 
-static void read_back(struct daemon *daemon, uint64_t now_ns)
+static void read_back(struct daemon *daemon)
 {
 	struct report *report = &daemon->report;
 	uint32_t failed = UINT32_MAX;
 
-	report->now_ns = now_ns;
 	report->log_dropped = log_dropped();
 	report->metrics_failed = daemon->metrics.failed;
 	report->requests_refused = daemon->desk.refused;
@@ -95,6 +94,8 @@ static void read_back(struct daemon *daemon, uint64_t now_ns)
 		if (!device->known && failed == UINT32_MAX)
 			failed = i;
 	}
+	/* after the images: none of them can be of a later moment */
+	report->now_ns = clock_now();
 	tell_reading(daemon, failed);
 }
 
@@ -106,7 +107,7 @@ static void tell(struct daemon *daemon, uint64_t now_ns)
 
 	if (!status && !metrics)
 		return;
-	read_back(daemon, now_ns);
+	read_back(daemon);
 	if (status) {
 		report_status(&daemon->report, text, sizeof(text));
 		notify_status(text);
@@ -199,7 +200,7 @@ static int begin(struct daemon *daemon)
 	}
 	metrics_init(&daemon->metrics, config->metrics_file, config->metrics_interval_ns, now_ns);
 	watchdog_init(&daemon->watchdog, notify_watchdog_limit(), 0, now_ns);
-	read_back(daemon, now_ns);
+	read_back(daemon);
 	report_status(&daemon->report, text, sizeof(text));
 	notify_status(text);
 	log_line(EVENT_INFO, "ready: %u device%s every %u us over %s in %s", config->devices,

@@ -146,12 +146,12 @@ static void print_age(const struct report *report, FILE *to)
 	fputs("# HELP pokeysd_data_age_seconds Age of the fast data when this was written\n"
 	      "# TYPE pokeysd_data_age_seconds gauge\n", to);
 	for (uint32_t i = 0; i < report->devices; i++) {
-		const uint64_t data_ns = pokeys_state_data_ns(&report->device[i].state);
+		const struct report_device *device = &report->device[i];
+		const uint64_t age_ns = pokeys_state_age_ns(&device->state, report->now_ns);
 
-		if (report->device[i].known && data_ns)
+		if (device->known && age_ns != POKEYS_NEVER)
 			fprintf(to, "pokeysd_data_age_seconds{device=\"%s\"} %.9f\n",
-				report->device[i].name,
-				(double)(int64_t)(report->now_ns - data_ns) / 1e9);
+				device->name, (double)age_ns / 1e9);
 	}
 }
 

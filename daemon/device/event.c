@@ -454,10 +454,12 @@ static void put_one_shot(struct line *line, const struct event *e)
 
 static void put_stale(struct line *line, const struct event *e)
 {
-	if (e->a)
-		put(line, "data is stale: %lld us old", (long long)e->b);
-	else
+	if (!e->a)
 		put(line, "data is fresh again");
+	else if (e->b < 0)
+		put(line, "data is stale: not all of it has come yet");
+	else
+		put(line, "data is stale: %lld us old", (long long)e->b);
 }
 
 static void put_packets(struct line *line, const struct event *e)

@@ -24,7 +24,7 @@ static void say_stale(struct device *device, bool stale, uint64_t age_ns)
 	    (stale && meter->stale_said_ns && device->now_ns - meter->stale_said_ns < SECOND))
 		return;
 	device_say(device, EVENT_STALE, stale ? EVENT_WARNING : EVENT_NOTICE, stale,
-		   (int64_t)(age_ns / 1000), 0);
+		   age_ns == POKEYS_NEVER ? -1 : (int64_t)(age_ns / 1000), 0);
 	meter->stale_said = stale;
 	if (stale)
 		meter->stale_said_ns = device->now_ns;
@@ -32,7 +32,7 @@ static void say_stale(struct device *device, bool stale, uint64_t age_ns)
 
 static void judge_stale(struct device *device, uint64_t now_ns)
 {
-	const uint64_t age = now_ns - pokeys_state_data_ns(&device->image);
+	const uint64_t age = pokeys_state_age_ns(&device->image, now_ns);
 	const bool stale = age > device->config.stale_after_ns;
 
 	device->now_ns = now_ns;

@@ -21,6 +21,7 @@ import time
 PINS, ANALOG, ENCODERS, PWM, AXES, PONET = 55, 7, 26, 6, 8, 16
 LINK = ("searching", "identifying", "configuring", "running", "lost")
 LINK_RUNNING = 3
+AHEAD_MOST_NS = 1_000_000
 COMMANDER, EVENTS = 1, 2
 DETACHED, ATTACHED, REFUSED = 0, 1, 2
 NAME_MAX = 32
@@ -408,17 +409,30 @@ class Client:
         return _check(library().pokeys_client_commanders(self._client))
 
 
+def age_ns(t_ns, now_ns=None):
+    """Nanoseconds since a time stamp of an image; None = never, or a stamp of the future.
+
+    The rule of pokeys_age_ns() in <pokeys/state.h>: two processors' readings of one
+    clock may differ a little, and what lies further ahead must not count as fresh.
+    """
+    now_ns = time.monotonic_ns() if now_ns is None else now_ns
+    if t_ns == 0 or t_ns > now_ns + AHEAD_MOST_NS:
+        return None
+    return max(0, now_ns - t_ns)
+
+
 def age_ms(t_ns, now_ns=None):
-    """Milliseconds since a time stamp of an image; None = never."""
-    now_ns = now_ns or time.monotonic_ns()
-    return max(0.0, (now_ns - t_ns) / 1e6) if t_ns else None
+    """The same in milliseconds."""
+    age = age_ns(t_ns, now_ns)
+    return None if age is None else age / 1e6
 
 
 def fresh(state, now_ns=None):
     """The link runs, and by our own clock inputs (and positions of axes) are young enough."""
-    now_ns = now_ns or time.monotonic_ns()
+    now_ns = time.monotonic_ns() if now_ns is None else now_ns
     fast = [state.t_digital_ns]
     if state.capability.pulse_engine >= 2:
         fast.append(state.t_motion_ns)
+    ages = [age_ns(t_ns, now_ns) for t_ns in fast]
     return state.link == LINK_RUNNING and all(
-        t_ns != 0 and 0 <= now_ns - t_ns <= state.stale_after_ns for t_ns in fast)
+        age is not None and age <= state.stale_after_ns for age in ages)

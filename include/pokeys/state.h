@@ -431,17 +431,36 @@ struct pokeys_state {
 };
 
 /*
- * When the older of what every cycle brings was taken: inputs and, of a device with axes,
- * positions. CLOCK_MONOTONIC in ns, as all times of the image; 0 = not both have come yet.
- * What is older than stale_after_ns by the reader's own clock is stale, whatever the flags
- * say. Pure: any thread, realtime safe; an image that may be written meanwhile is copied
- * before (pokeys_client_read() does).
+ * How old a time stamp of an image is at now_ns, in ns: CLOCK_MONOTONIC, as all times of the
+ * image, read after the image was. POKEYS_NEVER for what has not come yet (0), and for a stamp
+ * of the future, which no daemon of this boot wrote: it must not count as fresh. Two processors'
+ * readings of one clock may differ a little; within POKEYS_AHEAD_MOST_NS the age is 0.
+ * Pure: any thread, realtime safe.
  */
-static inline uint64_t pokeys_state_data_ns(const struct pokeys_state *state)
+#define POKEYS_NEVER UINT64_MAX
+#define POKEYS_AHEAD_MOST_NS UINT64_C(1000000)
+
+static inline uint64_t pokeys_age_ns(uint64_t t_ns, uint64_t now_ns)
 {
-	if (state->capability.pulse_engine >= 2 && state->t_motion_ns < state->t_digital_ns)
-		return state->t_motion_ns;
-	return state->t_digital_ns;
+	if (!t_ns || (t_ns > now_ns && t_ns - now_ns > POKEYS_AHEAD_MOST_NS))
+		return POKEYS_NEVER;
+	return t_ns > now_ns ? 0 : now_ns - t_ns;
+}
+
+/*
+ * The age of what every cycle brings: of inputs or, if the device has axes, of positions,
+ * whichever is older; POKEYS_NEVER if either is. Data older than stale_after_ns are stale,
+ * whatever the flags say. Pure: any thread, realtime safe; an image that may be written
+ * meanwhile is copied before (pokeys_client_read() does).
+ */
+static inline uint64_t pokeys_state_age_ns(const struct pokeys_state *state, uint64_t now_ns)
+{
+	uint64_t inputs = pokeys_age_ns(state->t_digital_ns, now_ns), positions;
+
+	if (state->capability.pulse_engine < 2)
+		return inputs;
+	positions = pokeys_age_ns(state->t_motion_ns, now_ns);
+	return positions > inputs ? positions : inputs;
 }
 
 /*

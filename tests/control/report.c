@@ -99,6 +99,10 @@ static void the_age_is_that_of_the_older_data(void **state)
 	assert_int_equal(metrics_write(&metrics, &report, 7), 0);
 	read_file();
 	assert_non_null(strstr(content, "pokeysd_data_age_seconds{device=\"mill\"} 0.040000000\n"));
+	mill->t_motion_ns = report.now_ns + UINT64_C(3600000000000);
+	assert_int_equal(metrics_write(&metrics, &report, 8), 0);
+	read_file();
+	assert_null(strstr(content, "pokeysd_data_age_seconds{device=\"mill\"}"));
 }
 
 /* Names and labels as Prometheus wants them, HELP and TYPE before the samples. */

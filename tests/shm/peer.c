@@ -7,7 +7,8 @@
  *	peer host DIRECTORY       publish patterns each millisecond, maintain
  *	peer flood DIRECTORY      the same without a pause
  *	peer known DIRECTORY      publish values that a monitor's test knows
- *	peer halted DIRECTORY     the same, of an engine whose positions are two hours old
+ *	peer halted DIRECTORY     the same, of an engine whose positions are too old
+ *	peer future DIRECTORY     the same, of an engine whose positions lie an hour ahead
  *	peer reader DIRECTORY     read as fast as it can
  *	peer commander DIRECTORY  command each millisecond
  *	peer listener DIRECTORY   read, and be one who could be notified
@@ -64,7 +65,16 @@ static void fill_halted(struct pokeys_state *state, uint64_t cycle)
 {
 	fill_known(state, cycle);
 	state->capability.pulse_engine = 2;
+	/* no longer than any machine has been up that got as far as this */
+	state->stale_after_ns = UINT64_C(1000000000);
 	state->t_motion_ns = state->t_digital_ns - 2 * state->stale_after_ns;
+}
+
+static void fill_future(struct pokeys_state *state, uint64_t cycle)
+{
+	fill_known(state, cycle);
+	state->capability.pulse_engine = 2;
+	state->t_motion_ns = state->t_digital_ns + UINT64_C(3600000000000);
 }
 
 static int run_host(const char *directory, void (*fill)(struct pokeys_state *, uint64_t),
@@ -180,6 +190,8 @@ int main(int argc, char **argv)
 		return run_host(argv[2], fill_known, 1);
 	if (!strcmp(argv[1], "halted"))
 		return run_host(argv[2], fill_halted, 1);
+	if (!strcmp(argv[1], "future"))
+		return run_host(argv[2], fill_future, 1);
 	if (!strcmp(argv[1], "reader"))
 		return run_client(argv[2], 0);
 	if (!strcmp(argv[1], "commander"))

@@ -104,11 +104,26 @@ static void old_positions_are_stale_beside_inputs_that_are_not(void **state)
 	assert_int_equal(device->freshness, VIEW_FRESH);
 }
 
-static void a_stamp_of_the_future_is_no_age(void **state)
+static void a_stamp_of_the_future_is_not_fresh(void **state)
 {
+	struct view_device *device = fresh();
+
 	(void)state;
 	assert_true(view_age_ns(5, 7) <= 0);
 	assert_true(isinf(view_age_ns(5, 0)));
+	assert_true(isinf(view_age_ns(5, 3600000 * MS)));
+	device->state.t_digital_ns = device->now_ns + 3600000 * MS;
+	view_judge(device);
+	assert_int_equal(device->freshness, VIEW_STALE);
+}
+
+/* Held for a second between the clock and the image, or between the image and the clock. */
+static void a_reader_that_is_held_blames_nobody(void **state)
+{
+	(void)state;
+	assert_true(view_moment(1000, 900, 2000) == 1000);
+	assert_true(view_moment(1000, 1900, 2000) == 1900);
+	assert_true(view_moment(1000, 3600000, 2000) == 2000);	/* the future stays ahead */
 }
 
 static void terminals_are_numbered_from_one(void **state)
@@ -292,7 +307,8 @@ int main(int argc, char **argv)
 		cmocka_unit_test(a_dead_daemon_is_noticed_by_our_own_clock),
 		cmocka_unit_test(old_data_of_a_living_daemon_is_stale),
 		cmocka_unit_test(old_positions_are_stale_beside_inputs_that_are_not),
-		cmocka_unit_test(a_stamp_of_the_future_is_no_age),
+		cmocka_unit_test(a_stamp_of_the_future_is_not_fresh),
+		cmocka_unit_test(a_reader_that_is_held_blames_nobody),
 		cmocka_unit_test(terminals_are_numbered_from_one),
 		cmocka_unit_test(a_device_that_never_answered_has_no_inputs),
 		cmocka_unit_test(the_phase_is_shown_where_somebody_is_followed),
