@@ -16,13 +16,14 @@ import signal
 import sys
 import time
 
-from rig import Fault, Rig
+from rig import PATIENCE_S, Fault, Rig
 
 SCALE = 200.0  # pulses per millimetre
 COUNTS = 1.0  # encoder counts per pulse, as the simulator's preset couples them
 STROKE = 20.0  # mm
 MOVE_S = 4.0  # one way there and back
 REST = 5.0  # mm, where it ends
+BEHIND = 5.0  # mm, more than the axis may be behind its command as a rule
 # HAL numbers: the preset wires terminal 31 to terminal 9. An output that is on
 # pulls its terminal low (protocol section 3.3), so the input is its inverse.
 OUT_PIN, IN_PIN = 30, f"pin.{8:02}.in-not"
@@ -45,15 +46,15 @@ class Unwritten(Fault):
 class Demo(Rig):
     def __init__(self, build, seconds):
         super().__init__(build, "demo")
-        self.seconds, self.pins = seconds, None
+        self.seconds, self.pins, self.followed = seconds, None, 0.0
 
     def start(self):
         cpus = sorted(os.sched_getaffinity(0))
         self.start_simulator("--service-us", "100")
         self.start_daemon({"cpu": cpus[-1]} if len(cpus) > 1 else {},
                           {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position",
-                           # without a realtime kernel servo thread and simulator may be late
-                           "heartbeat-timeout-ms": 1000, "lost-after-ms": 2000})
+                           # a machine that is held for a second or two is no fault to be shown here
+                           "heartbeat-timeout-ms": 20000, "lost-after-ms": 20000})
         self.start_hal()
         self.make_pins()
 
@@ -72,13 +73,13 @@ class Demo(Rig):
         self.halcmd("start")
 
     def enable(self):
-        self.wait_for("pokeys.0.connected", lambda: self.get("connected"), 10)
+        self.wait_for("pokeys.0.connected", lambda: self.get("connected"), PATIENCE_S)
         # or it is no edge: machine-on has to be seen off by the daemon first
-        self.wait_for("pokeys.0.commander", lambda: self.get("commander"), 10)
+        self.wait_for("pokeys.0.commander", lambda: self.get("commander"), PATIENCE_S)
         self.pins["pos"] = self.get("joint.00.pos-fb")
         self.pins["enable"] = True
         self.pins["machine-on"] = True
-        self.wait_for("pokeys.0.joint.00.enabled", lambda: self.get("joint.00.enabled"), 5)
+        self.wait_for("pokeys.0.joint.00.enabled", lambda: self.get("joint.00.enabled"), PATIENCE_S)
 
     def permitted(self):
         """Motion that was withdrawn comes back by an operator only: nothing would move any more."""
@@ -94,50 +95,59 @@ class Demo(Rig):
                 f"  encoder {g('encoder.00.count'):7d}  out {out:d} in-not {g(IN_PIN):d}"
                 f"  adc {g('adc.02.value'):5.3f} V  age {g('age-us'):6.0f} us  rtt {g('rtt-us'):5.0f} us")
 
+    def toggle(self, elapsed):
+        """The output, once a second, but not before the input that is wired to it has followed."""
+        if self.get(IN_PIN) == self.pins["out"]:
+            # at the half, so that it is seen to change where a line comes each second
+            self.pins["out"], self.followed = bool(int(elapsed + 0.5) % 2), time.monotonic()
+        elif time.monotonic() - self.followed > PATIENCE_S:
+            raise Fault(f"{IN_PIN} did not follow pin.{OUT_PIN}.out, which is wired to it, within {PATIENCE_S} s")
+
     def play(self):
         """Drive the axis and the output; ages are sampled as often as this loop runs."""
-        ages, error, wrong, moved = [], 0.0, 0, [math.inf, -math.inf]
-        begin, shown, out_since = time.monotonic(), -1.0, time.monotonic()
+        ages, behind = [], []
+        begin, shown = time.monotonic(), -1.0
+        self.followed = begin
         terminal = sys.stdout is not None and sys.stdout.isatty()
         while (elapsed := time.monotonic() - begin) < self.seconds:
             self.permitted()
             self.pins["pos"] = STROKE / 2 * (1 - math.cos(2 * math.pi * elapsed / MOVE_S))
-            out = int(elapsed + 0.5) % 2  # also seen to change where a line comes each second
-            if out != self.pins["out"]:
-                self.pins["out"], out_since = bool(out), time.monotonic()
-            position = self.get("joint.00.pos-fb")
-            moved = [min(moved[0], position), max(moved[1], position)]
-            error = max(error, abs(position - self.pins["pos"]))
-            if time.monotonic() - out_since > 0.1 and self.get(IN_PIN) != self.pins["out"]:
-                wrong += 1
+            self.toggle(elapsed)
+            if not self.get("stale"):
+                behind.append(abs(self.get("joint.00.pos-fb") - self.pins["pos"]))
             ages.append(self.get("age-us"))
             if elapsed - shown >= (0.1 if terminal else 1.0):
                 shown = elapsed
-                say(self.line(elapsed, out), end="\r" if terminal else "\n")
+                say(self.line(elapsed, self.pins["out"]), end="\r" if terminal else "\n")
             time.sleep(0.002)
         if terminal:
             say("")
-        return ages, error, wrong, moved
+        return ages, behind
 
-    def at_rest(self):
-        self.permitted()
-        return self.get("joint.00.in-position") and abs(self.get("joint.00.pos-fb") - REST) < 0.5 / SCALE
+    def go_to(self, target):
+        """There, to the pulse; how long that takes is no part of the verdict."""
+        def arrived():
+            self.permitted()
+            return self.get("joint.00.in-position") and abs(self.get("joint.00.pos-fb") - target) < 0.5 / SCALE
 
-    def judge(self, ages, error, wrong, moved):
-        self.pins["pos"] = REST
-        self.wait_for(f"the axis coming to rest at {REST} mm", self.at_rest, 5)
-        pulses = round(self.get("joint.00.pos-fb") * SCALE)
-        counts = self.get("encoder.00.count")
-        if self.seconds >= MOVE_S and moved[1] - moved[0] < 0.9 * STROKE:
-            raise Fault(f"the axis moved {moved[1] - moved[0]:.3f} mm instead of {STROKE} mm")
-        if error > 5.0:
-            raise Fault(f"the axis was {error:.3f} mm behind its command")
-        if wrong:
-            raise Fault(f"{IN_PIN} differed from pin.{OUT_PIN}.out, which is wired to it, {wrong} times")
-        if abs(counts - pulses * COUNTS) > COUNTS:
-            raise Fault(f"the encoder says {counts} counts where {pulses} pulses make {pulses * COUNTS:.0f}")
-        if not ages:
-            raise Fault("no sample was taken")
+        counts = round(target * SCALE * COUNTS)
+        self.pins["pos"] = target
+        self.wait_for(f"the axis coming to rest at {target} mm", arrived, PATIENCE_S)
+        # which the motor turns; its count may be of the cycle before
+        self.wait_for(f"the encoder's arrival at {counts} counts",
+                      lambda: abs(self.get("encoder.00.count") - counts) <= COUNTS, PATIENCE_S)
+
+    def judge(self, ages, behind):
+        """By what happened, not by when: a busy machine is late, and no less right."""
+        for target in (STROKE, REST):
+            self.go_to(target)
+        self.wait_for(f"{IN_PIN} following the output", lambda: self.get(IN_PIN) == self.pins["out"], PATIENCE_S)
+        if not ages or not behind:
+            raise Fault("not one sample was taken while data were fresh")
+        # the median: a moment in which everything was held moves the highest, not this
+        usual = sorted(behind)[len(behind) // 2]
+        if usual > BEHIND:
+            raise Fault(f"the axis was {usual:.3f} mm behind its command half of the time")
         status = self.status()
         state, latency = status["state"], status["diag"]["latency_us"]
         ages.sort()

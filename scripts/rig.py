@@ -13,6 +13,7 @@ import tempfile
 import time
 
 ADDRESS = "127.0.0.1"  # the network namespace is ours alone
+PATIENCE_S = 60  # when to give up waiting for what must happen; says nothing of how fast it is
 
 
 class Fault(Exception):
@@ -62,7 +63,7 @@ class Rig:
         """To a file, not a pipe: rtapi_app, which loadrt starts, keeps the output open."""
         with open(self.run / "halcmd.log", "w+", encoding="utf-8") as log:
             done = subprocess.run(("halcmd",) + words, stdout=log, stderr=log,
-                                  stdin=subprocess.DEVNULL, timeout=20, check=False,
+                                  stdin=subprocess.DEVNULL, timeout=PATIENCE_S, check=False,
                                   start_new_session=True)
             log.seek(0)
             said = log.read()
@@ -95,12 +96,12 @@ class Rig:
         socket.unlink(missing_ok=True)
         self.spawn(name, *self.there, self.build / "sim/pokeys-sim", "--model", "57CNC",
                    "--address", address, "--control", socket, "--preset", "demo", *options)
-        self.wait_for("the simulator's control socket", socket.exists, 10, name)
+        self.wait_for("the simulator's control socket", socket.exists, PATIENCE_S, name)
 
     def start_daemon(self, daemon, device):
         """`daemon` and `device` are dicts of keys for the two sections."""
         self.start_daemon_with(daemon, {self.device: {"address": self.address, **device}})
-        self.wait_for("the device running", self.is_fresh, 10, "pokeysd")
+        self.wait_for("the device running", self.is_fresh, PATIENCE_S, "pokeysd")
 
     def configure(self, daemon, devices):
         """pokeysd.conf; `devices` has a dict of keys for each device's name."""
@@ -115,7 +116,7 @@ class Rig:
         """As configure(); none of the devices is waited for."""
         conf = self.configure(daemon, devices)
         self.spawn("pokeysd", self.build / "daemon/control/pokeysd", "--config", conf)
-        self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, 10, "pokeysd")
+        self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, PATIENCE_S, "pokeysd")
 
     def start_hal(self):
         self.halcmd("loadrt", "threads", "name1=servo-thread", "period1=1000000")
