@@ -74,7 +74,7 @@ def expect(w, frames, arrive=0, **counters):
     """So many times ROUNDS in each counter, and in the socket."""
     what = [f.hex()[:80] if isinstance(f, bytes) else f for f in frames]
     w.arrived()
-    got = w.counted(lambda: put(*frames))
+    got = w.counted(lambda: put(*frames), **{name: times * ROUNDS for name, times in counters.items()})
     # the kernel of the other end says something by itself now and then
     noise = ("pass_arp", "pass_icmp", "pass_else")
     for name, times in counters.items():

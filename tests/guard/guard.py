@@ -185,11 +185,18 @@ class World:
         out = sh(self.guard_exe, "status").stdout
         return {k: int(v) for k, v in (line.split() for line in out.splitlines()) if v.isdigit()}
 
-    def counted(self, work):
-        before = self.counters()
+    def counted(self, work, **expected):
+        """What the guard counted of it; waits for as much as is expected, which a busy kernel takes late."""
+        before, after = self.counters(), {}
         work()
-        # a busy kernel takes what was sent later: until nothing is dropped any more
-        drops, after = None, before
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            after = self.counters()
+            if all(after[name] - before[name] >= times for name, times in expected.items()):
+                break
+            time.sleep(0.01)
+        # and no more of it: until nothing is dropped any more
+        drops = None
         while drops != (drops := [v for k, v in after.items() if k.startswith("drop")]):
             time.sleep(0.1)
             after = self.counters()
@@ -236,37 +243,37 @@ def foreign_packets_are_dropped_and_counted_and_all_else_passes(w):
     w.start_guard()
     w.guarded_in_mode("native")
     w.arrived()
-    got = w.counted(lambda: send_far(STRANGER, PORT, 5000, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 5000, bytes(64)), drop_foreign=5000)
     assert got.get("drop_foreign") == 5000 and w.arrived() == 0, got
-    got = w.counted(lambda: send_far(STRANGER, 5000, 300, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, 5000, 300, bytes(64)), pass_else=300)
     assert got.get("pass_else", 0) >= 300 and w.arrived(300) == 300, got
-    got = w.counted(lambda: send_far(DEVICE, PORT, 300, bytes(64)))
+    got = w.counted(lambda: send_far(DEVICE, PORT, 300, bytes(64)), pass_device=300)
     assert got.get("pass_device") == 300 and w.arrived(300) == 300, got
-    got = w.counted(lambda: send_far(DEVICE, 80, 20, bytes(10)))
+    got = w.counted(lambda: send_far(DEVICE, 80, 20, bytes(10)), pass_device_else=20)
     assert got.get("pass_device_else") == 20 and w.arrived(20) == 20, got
 
 
 def what_no_device_sends_is_dropped_each_for_its_own_reason(w):
-    got = w.counted(lambda: [send_far(DEVICE, PORT, 20, bytes(size)) for size in (0, 63, 65, 1400)])
+    got = w.counted(lambda: [send_far(DEVICE, PORT, 20, bytes(size)) for size in (0, 63, 65, 1400)], drop_length=80)
     assert got.get("drop_length") == 80 and w.arrived() == 0, got
-    got = w.counted(lambda: send_far(DEVICE, PORT, 20, bytes(4000)))
+    got = w.counted(lambda: send_far(DEVICE, PORT, 20, bytes(4000)), drop_fragment=40)
     assert got.get("drop_fragment", 0) >= 40 and w.arrived() == 0, got
     # a stranger's are his own business, unless they begin as a device's would
     send_far(STRANGER, 5000, 20, bytes(4000))
     assert w.arrived(20) == 20
-    got = w.counted(lambda: send_far(STRANGER, PORT, 20, bytes(4000)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 20, bytes(4000)), drop_foreign=20)
     assert got.get("drop_foreign") == 20 and w.arrived() == 0, got
 
 
 def arp_and_icmp_pass(w):
     sh("ip", "neigh", "flush", "dev", "pk0")
     far("ip", "neigh", "flush", "dev", "pk1")
-    got = w.counted(lambda: wait_for("echo", lambda: ping(DEVICE)))
+    got = w.counted(lambda: wait_for("echo", lambda: ping(DEVICE)), pass_arp=1)
     assert got.get("pass_arp", 0) >= 1 and got.get("pass_icmp", 0) >= 1, got
 
 
 def answers_to_a_search_pass_but_no_flood_of_them(w):
-    got = w.counted(lambda: send_far(STRANGER, PORT, 20, answer(99)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 20, answer(99)), pass_discovery=20)
     assert got.get("pass_discovery") == 20 and w.arrived(20) == 20, got
     got = w.counted(lambda: send_far(STRANGER, PORT, 5000, answer(99)))
     assert got.get("pass_discovery", 0) + got.get("drop_discovery", 0) == 5000, got
@@ -276,11 +283,11 @@ def answers_to_a_search_pass_but_no_flood_of_them(w):
 def counters_and_filter_outlive_a_killed_guard(w):
     before = w.counters()
     w.end_guard(signal.SIGKILL)
-    got = w.counted(lambda: send_far(STRANGER, PORT, 100, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 100, bytes(64)), drop_foreign=100)
     assert got.get("drop_foreign") == 100 and w.arrived() == 0, got
     w.start_guard()
     assert w.counters()["drop_foreign"] == before["drop_foreign"] + 100
-    got = w.counted(lambda: send_far(STRANGER, PORT, 100, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 100, bytes(64)), drop_foreign=100)
     assert got.get("drop_foreign") == 100, got
     second = sh(w.guard_exe, "-c", w.conf, "run", check=False)
     assert second.returncode == 75 and second.stderr.startswith(
@@ -288,7 +295,7 @@ def counters_and_filter_outlive_a_killed_guard(w):
     # what is at work is not taken off from behind
     second = sh(w.guard_exe, "remove", check=False)
     assert second.returncode == 75 and "another pokeys-guard is at work" in second.stderr, second
-    got = w.counted(lambda: send_far(STRANGER, PORT, 100, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 100, bytes(64)), drop_foreign=100)
     assert got.get("drop_foreign") == 100, got
     for words in ("status",), ("--help",):
         with open("/dev/full", "wb") as full:
@@ -309,7 +316,7 @@ def a_dedicated_interface_lets_nobody_else_in(w):
     w.write_conf(f"address = {DEVICE}\n", guard="dedicated")
     w.start_guard()
     w.arrived()
-    got = w.counted(lambda: send_far(STRANGER, 5000, 500, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, 5000, 500, bytes(64)), drop_else=500)
     assert got.get("drop_else", 0) >= 500 and w.arrived() == 0, got
     send_far(DEVICE, PORT, 50, bytes(64))
     send_far(DEVICE, 80, 50, bytes(64))
@@ -339,7 +346,7 @@ with socket.socket(socket.AF_PACKET, socket.SOCK_RAW) as s:
         s.send(frame(20055))
 all_is_through()
 """)
-    got = w.counted(send)
+    got = w.counted(send, drop_foreign=50)
     assert got.get("drop_foreign") == 50 and got.get("drop_else", 0) >= 50, got
     assert not got.get("pass_device") and not got.get("pass_device_else"), got
     w.end_guard()
@@ -374,7 +381,7 @@ def a_device_is_learnt_from_its_answer_and_a_liar_moves_none_that_works(w):
     sim = w.start_sim()
     wait_for("the device, switched on after the guard", w.fresh)
     send_far(STRANGER, PORT, 20, answer(SERIAL))
-    got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)), drop_foreign=50)
     assert got.get("drop_foreign") == 50 and not w.lost(), got
     assert not w.state()["statistics"]["reconnects"], daemon.log.read_text()
     w.end(sim)
@@ -414,7 +421,7 @@ def replies_go_into_a_socket_of_a_daemon_without_rights(w):
     told("pass the kernel's network stack by (AF_XDP, copied", 1)
     wait_for('"xdp copy" in the diagnostic image', lambda: (w.mill()["diag"] or {}).get("transport") == "xdp copy")
     kernel = w.counters()["pass_device"]
-    got = w.counted(lambda: send_far(STRANGER, PORT, 500, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 500, bytes(64)), drop_foreign=500)
     assert got["drop_foreign"] == 500 and "pass_device" not in got, got
     growing("pass_socket")
     assert w.counters()["pass_device"] == kernel, "some of the daemon's replies went through the kernel"
@@ -453,7 +460,7 @@ def an_interface_that_goes_is_waited_for(w):
     assert w.guard.poll() is None, w.guard.log.read_text()
     w.connect()
     wait_for("the guard back", STATUS.exists)
-    got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)), drop_foreign=50)
     assert got.get("drop_foreign") == 50, got
     w.end_guard()
 
@@ -465,7 +472,7 @@ def an_interface_without_driver_support_is_guarded_all_the_same(w):
     assert "mode generic" in STATUS.read_text() and "generic" in w.guard.log.read_text()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as liar:
         liar.bind(("127.0.0.9", PORT))
-        got = w.counted(lambda: [liar.sendto(bytes(64), (HERE, OUR_PORT)) for _ in range(50)])
+        got = w.counted(lambda: [liar.sendto(bytes(64), (HERE, OUR_PORT)) for _ in range(50)], drop_foreign=50)
     assert got.get("drop_foreign") == 50 and w.arrived() == 0, got
     w.end_guard()
 

@@ -38,7 +38,7 @@ def grows(w, counter):
 
 
 def flood_is_counted(w):
-    got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)))
+    got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)), drop_foreign=50)
     assert got.get("drop_foreign") == 50, got
 
 

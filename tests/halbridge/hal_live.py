@@ -16,6 +16,9 @@ import time
 import traceback
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))
+import safety  # noqa: E402  pylint: disable=wrong-import-position
+
 MARK = "=== status"
 PIN_TURNS = 2 * 32      # BINDING_TURNS, once begun and once whole
 
@@ -198,7 +201,7 @@ def main(tests):
     """Run each test in a rig of its own: TESTS MODULE.so HOST-PROGRAM [PATTERN]."""
     module, program = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
     pattern = sys.argv[3] if len(sys.argv) > 3 else ""
-    failed = 0
+    faults = []
     for test in tests:
         if not re.search(pattern, test.__name__):
             continue
@@ -207,6 +210,6 @@ def main(tests):
                 test(rig)
                 print(f"ok: {test.__name__}")
             except (AssertionError, EOFError) as fault:
-                failed += 1
+                faults.append(fault)
                 print(f"FAILED: {test.__name__}: {fault}\n{traceback.format_exc()}{rig.hal.said()[-4000:]}")
-    sys.exit(1 if failed else 0)
+    sys.exit(safety.status(faults))

@@ -9,7 +9,7 @@ are used as they are but for what `changes` lists.
 usage: first_cut.py WORK POKEYS_SHM.so POKEYS_HOMECOMP.so POKEYSD POKEYS-SIM POKEYSCTL
        WORK is one of WORKS below.
 
-POKEYS_CUT_S: most seconds the machine may take (default 600).
+POKEYS_CUT_S: most seconds the machine may take (default 480).
 """
 import os
 import pathlib
@@ -21,10 +21,11 @@ import sys
 sys.dont_write_bytecode = True
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-sys.path.insert(0, str(ROOT / "scripts"))
-from rig import ADDRESS, Fault, Rig  # pylint: disable=wrong-import-position
+sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "tests")]
+from rig import ADDRESS, Fault, Rig  # noqa: E402  pylint: disable=wrong-import-position
+from safety import UNSAFE  # noqa: E402  pylint: disable=wrong-import-position
 
-LIMIT_S = float(os.environ.get("POKEYS_CUT_S", "600"))
+LIMIT_S = float(os.environ.get("POKEYS_CUT_S", "480"))
 # What is recorded of each servo period: pairs of signals of the example.
 RECORDED = {
     "mill": [f"{axis}-{what}" for axis in "xyza" for what in ("cmd", "fb")],
@@ -183,6 +184,8 @@ def inside(work, programs):
             return 0
         print(f"FAILED: {status}\n{machine.text('linuxcnc.log')[-6000:]}\n"
               f"{machine.text('pokeysd.log')[-2000:]}")
+        if f"status {UNSAFE}\n" in machine.text("report"):
+            return UNSAFE
     except Fault as fault:
         print(f"FAILED: {fault}")
     finally:

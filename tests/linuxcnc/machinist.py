@@ -22,6 +22,9 @@ import jogging
 import lathe
 import track
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+from safety import safety, status  # noqa: E402  pylint: disable=wrong-import-position
+
 FOLDER = pathlib.Path(os.environ["MACHINIST_FOLDER"])
 SIM = os.environ["MACHINIST_SIM"].split()
 HOME = ((-4000, 0), (-4000, 0), (4000, 0), (-2000, -2))  # bench.sim's edge, mill.ini's HOME_OFFSET
@@ -216,8 +219,9 @@ class Machinist:
             looks += 1
             self.look()
             assert time.monotonic() < end, "the daemon's cycles stand still"
-            assert self.pulses() == (pulses, machine), \
-                f"{when} it moves: {pulses} {machine} -> {self.pulses()}"
+            with safety():
+                assert self.pulses() == (pulses, machine), \
+                    f"{when} it moves: {pulses} {machine} -> {self.pulses()}"
 
 
 def at_the_end(m):
@@ -263,14 +267,16 @@ def cable_out_stops_for_good(m):
     m.until("a message for the operator", lambda _: any("no connection" in text for text in m.said))
     m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0)
     stood, machine = m.pulses()
-    assert stood[0] < (target - 5) * m.scale[0], f"it ran on to {stood[0]}"
+    with safety():
+        assert stood[0] < (target - 5) * m.scale[0], f"it ran on to {stood[0]}"
     m.tell(f"cable out: the operator sees {[text.strip() for text in m.said]}, X stands at {stood[0]} pulses")
     m.stays("with the cable out", stood, machine)
     m.cable_in()
     m.stays("with the cable in again", stood, machine)
     m.command.state(linuxcnc.STATE_ON)          # without a reset: no
     m.stays("switched on without a reset", stood, machine)
-    assert m.look().task_state == linuxcnc.STATE_ESTOP, "it came on by itself"
+    with safety():
+        assert m.look().task_state == linuxcnc.STATE_ESTOP, "it came on by itself"
     m.switch_on()
     m.stays("switched on", stood, machine)
     assert not any(m.look().homed[j] for j in m.joints), "positions are trusted after a lost connection"
@@ -345,8 +351,10 @@ def main():
         WORK[os.environ["MACHINIST_WORK"]](machinist)
         machinist.tell("the end")
         return 0
-    except (AssertionError, OSError, RuntimeError, linuxcnc.error):
+    except (AssertionError, OSError, RuntimeError, linuxcnc.error) as fault:
         machinist.tell(f"FAILED: {traceback.format_exc()}\nLinuxCNC said {machinist.said}")
+        # LinuxCNC passes no status on
+        machinist.tell(f"status {status([fault])}")
         return 1
 
 

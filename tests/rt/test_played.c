@@ -20,7 +20,15 @@
 
 enum { SLOTS = 1 << 18, REPLIES = 4000 };
 
-static struct rig_options options = { .transport = "socket", .period_ns = 1000000 };
+/* a machine that is held for a while has not lost its device; one loss is wanted below */
+#define LOST_AFTER_MS 2000
+#define SILENCE_MS "3000"
+
+static struct rig_options options = {
+	.transport = "socket",
+	.period_ns = 1000000,
+	.lost_after_ns = LOST_AFTER_MS * UINT64_C(1000000),
+};
 static struct rig rig;
 static struct recorder_file file;
 
@@ -110,7 +118,7 @@ static void what_became_of_every_reply_comes_about_again(void **state)
 	fault("reply", "corrupt", "0.02");
 	await_replies(REPLIES / 2);
 	assert_int_equal(rig_simulator(&rig, "stray", "20", NULL), 0);
-	assert_int_equal(rig_simulator(&rig, "silence", "400", NULL), 0);
+	assert_int_equal(rig_simulator(&rig, "silence", SILENCE_MS, NULL), 0);
 	await_replies(REPLIES / 2);
 	rig_halt(&rig);
 	assert_true(recorder_written(&file) < SLOTS);

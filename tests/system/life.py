@@ -15,10 +15,8 @@ import sys
 import termios
 import time
 
-from house import (PATIENCE, House, Lateness, end, equal, free_address, main, rng, run, shared_memory, wait_equal,
-                   wait_for)
-
-late = Lateness()
+from house import PATIENCE, House, end, equal, free_address, main, rng, run, shared_memory, wait_equal, wait_for
+from safety import safety
 
 
 def test_the_device_may_be_there_first():
@@ -66,7 +64,7 @@ def test_the_device_may_go_and_come_again():
         equal(daemon.poll(), None, house.log())
 
 
-def test_sigterm_leaves_the_device_in_its_safe_state_in_under_a_second():
+def test_sigterm_leaves_the_device_in_its_safe_state():
     with House() as house:
         # a link or a commander that is lost at the wrong moment is another test's matter
         house.device_keys["mill"] |= {"digital-outputs": "31-34", "safe-on": "32", "safe-hold": "33",
@@ -77,13 +75,12 @@ def test_sigterm_leaves_the_device_in_its_safe_state_in_under_a_second():
         house.spawn("commander", house.runtime, "mill", 31, 33, log="commander.log")
         on = lambda: {i + 1 for i, bit in enumerate(house.state().get("outputs", [])) if bit}
         wait_for("the commander's outputs", lambda: {31, 33} <= on(), say=on)
-        before = late()
-        status, seconds = end(daemon)
-        equal(status, 0, house.log())
-        late.within(1, seconds, before, "its end")
+        equal(end(daemon), 0, house.log())
         # a device that is held itself does what it was told when it comes to it
-        wait_equal("the latches", lambda: {pin: "latch=1" in house.ask_sim(sim, "pin", pin) for pin in (31, 32, 33, 34)},
-                   {31: False, 32: True, 33: True, 34: False})
+        with safety():
+            wait_equal("the latches",
+                       lambda: {pin: "latch=1" in house.ask_sim(sim, "pin", pin) for pin in (31, 32, 33, 34)},
+                       {31: False, 32: True, 33: True, 34: False})
         assert not any(house.runtime.iterdir()), list(house.runtime.iterdir())
 
 
@@ -97,18 +94,15 @@ def test_a_safe_state_that_is_not_acknowledged_is_told_at_the_end():
         house.spawn("commander", house.runtime, "mill", 31, log="commander.log")
         wait_for("the commander's output", lambda: "latch=1" in house.ask_sim(sim, "pin", 31))
         house.ask_sim(sim, "silence", 600000)
-        equal(end(daemon)[0], 0, house.log())
+        equal(end(daemon), 0, house.log())
         said = [line for line in house.log().splitlines() if "the safe state was not acknowledged" in line]
         assert len(said) == 1 and "mill: " in said[0] and "acts 700 ms after the last packet;" in said[0], house.log()
 
 
-def test_sigterm_ends_it_in_under_a_second_without_a_device_too():
+def test_sigterm_ends_it_without_a_device_too():
     with House() as house:
         daemon = house.start_daemon()
-        before = late()
-        status, seconds = end(daemon)
-        equal(status, 0, house.log())
-        late.within(1, seconds, before, "its end")
+        equal(end(daemon), 0, house.log())
 
 
 def test_a_killed_daemon_is_noticed_and_replaced():
@@ -124,10 +118,8 @@ def test_a_killed_daemon_is_noticed_and_replaced():
             assert re.search(r"daemon not publishing for \d+\.\d s", device["reason"]), device
             text = house.ctl("status").stdout
             assert "stale (daemon not publishing for " in text, text
-            begin, so_late = time.monotonic(), late()
             daemon = house.start_daemon()
             house.wait_fresh()
-            late.within(1, time.monotonic() - begin, so_late, "fresh after a start")
             after = house.device()["state"]["epoch"]
             assert after != before, f"epoch {after} as before"
             roots = [p.name for p in house.runtime.iterdir() if p.name.startswith("e.")]
@@ -144,7 +136,7 @@ def test_a_killed_daemon_leaves_no_descriptor_and_nothing_in_dev_shm():
             wait_for("cycles", lambda: (house.device() or {}).get("publishing"))
             end(daemon, signal.SIGKILL)
         daemon = house.start_daemon()
-        grown = [name for name in shared_memory() - before if "iox" in name]
+        grown = shared_memory() - before
         assert not grown, grown
 
         def descriptors():
@@ -276,7 +268,8 @@ def test_another_device_at_the_address_is_left_alone():
         wait_for("both numbers", lambda: "mill: serial number 12 answers, 11 is configured" in house.log(), say=house.log)
         house.says("status", returncode=2)
         pin = house.ask_sim(sim, "pin", 31)
-        assert "latch=0" in pin, pin
+        with safety():
+            assert "latch=0" in pin, pin
         house.ask_sim(sim, "serial", 11)
         house.wait_fresh()
 
@@ -288,11 +281,9 @@ def test_a_dead_device_does_not_disturb_the_others():
         house.start_sim()
         house.start_daemon()
         house.wait_fresh("mill")
-        # while the finder searches: a cycle that waited for it would miss most of its ticks
-        first, before, begin = house.state("mill")["cycle"], late(), time.monotonic()
-        time.sleep(1)
-        cycles, seconds = house.state("mill")["cycle"] - first, time.monotonic() - begin
-        assert cycles > 500 * max(0.0, seconds - late.TIMES * (late() - before)), (cycles, seconds)
+        # while the finder searches: if cycles waited for its searches, these would take minutes
+        first = house.state("mill")["cycle"]
+        wait_for("a thousand cycles", lambda: house.state("mill")["cycle"] >= first + 1000)
         equal(house.ctl("devices").stdout.split(), ["mill", "dead", "nowhere"])
         house.says("status", "mill", returncode=0)
         house.says("status", returncode=2)

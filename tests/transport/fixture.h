@@ -12,6 +12,9 @@
 
 enum { MS = 1000000 };
 
+/* When to give up waiting for what must come; says nothing of how fast it is. */
+#define FIXTURE_PATIENCE_NS UINT64_C(60000000000)
+
 struct peer {
 	int fd;
 	struct transport_address at;

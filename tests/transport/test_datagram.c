@@ -114,13 +114,19 @@ static void stamp_is_arrival_not_reading(void **state)
 {
 	struct world *w = *state;
 	const struct timespec nap = { .tv_nsec = 30 * MS };
+	const uint64_t give_up = fixture_now() + FIXTURE_PATIENCE_NS;
 	struct transport_packet p;
+	uint64_t age;
 
-	peer_send(&w->peer, "x", 1);
-	nanosleep(&nap, NULL);
-	assert_int_equal(next_packet(w->t, 60000, &p), 1);
-	assert_true(p.t_ns != 0);
-	assert_true(fixture_now() - p.t_ns >= 29 * MS);
+	/* a kernel that nobody asked before begins to stamp a little after it was asked */
+	do {
+		assert_true(fixture_now() < give_up);
+		peer_send(&w->peer, "x", 1);
+		nanosleep(&nap, NULL);
+		assert_int_equal(next_packet(w->t, 60000, &p), 1);
+		assert_true(p.t_ns != 0);
+		age = fixture_now() - p.t_ns;
+	} while (age < 29 * MS);
 }
 
 static void oversize_datagram_reports_its_true_length(void **state)

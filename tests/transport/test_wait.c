@@ -134,19 +134,23 @@ static void quiet_wait_is_one_system_call(void **state)
 static void waiting_packet_saves_the_call(void **state)
 {
 	struct world *w = *state;
+	const uint64_t give_up = fixture_now() + FIXTURE_PATIENCE_NS;
 	struct transport_packet p;
 	uint64_t calls, avoided;
 
-	peer_send(&w->peer, "a", 1);
-	peer_send(&w->peer, "b", 1);
-	assert_int_equal(w->t->ops->wait(w->t, UINT64_MAX), TRANSPORT_WAIT_PACKET);
-	calls = w->t->statistics.system_calls;
-	avoided = w->t->statistics.waits_avoided;
-	assert_int_equal(w->t->ops->receive(w->t, &p), 1);
-	assert_int_equal(w->t->ops->wait(w->t, UINT64_MAX), TRANSPORT_WAIT_PACKET);
-	assert_int_equal(w->t->ops->receive(w->t, &p), 1);
-	assert_memory_equal(p.data, "b", 1);
-	assert_int_equal(w->t->statistics.system_calls, calls);
+	/* a busy kernel may deliver the second one after the wait has returned */
+	do {
+		assert_true(fixture_now() < give_up);
+		peer_send(&w->peer, "a", 1);
+		peer_send(&w->peer, "b", 1);
+		assert_int_equal(w->t->ops->wait(w->t, give_up), TRANSPORT_WAIT_PACKET);
+		calls = w->t->statistics.system_calls;
+		avoided = w->t->statistics.waits_avoided;
+		assert_int_equal(w->t->ops->receive(w->t, &p), 1);
+		assert_int_equal(w->t->ops->wait(w->t, give_up), TRANSPORT_WAIT_PACKET);
+		assert_int_equal(w->t->ops->receive(w->t, &p), 1);
+		assert_memory_equal(p.data, "b", 1);
+	} while (w->t->statistics.system_calls != calls);
 	assert_int_equal(w->t->statistics.waits_avoided, avoided + 1);
 }
 
