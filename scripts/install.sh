@@ -21,11 +21,11 @@ PACKAGES_BUILD=(
 	python3 iproute2 procps util-linux
 )
 PACKAGES_TEST=(
-	libclang-rt-14-dev	# libFuzzer
 	strace			# system calls of the realtime thread
 	systemd			# systemd-analyze
-	qemu-system-x86 mmdebstrap e2fsprogs	# a PREEMPT_RT machine
 )
+PACKAGES_FUZZ=(libclang-rt-14-dev)	# libFuzzer
+PACKAGES_VM=(qemu-system-x86 mmdebstrap e2fsprogs)	# a PREEMPT_RT machine
 PACKAGES_RUST=(rustc-web cargo-web)
 RUST_MINIMUM=1.89
 
@@ -54,8 +54,8 @@ install_packages() {
 	[ "$(id -u)" = 0 ] || command -v sudo >/dev/null ||
 		die "not root and no sudo; as root run: apt-get install ${missing[*]}"
 	say "installing with apt-get: ${missing[*]}"
-	as_root apt-get update -qq
-	as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq \
+	as_root apt-get -o Acquire::Retries=5 update -qq
+	as_root env DEBIAN_FRONTEND=noninteractive apt-get -o Acquire::Retries=5 install -y -qq \
 		--no-install-recommends "${missing[@]}" >/dev/null ||
 		die "apt-get could not install: ${missing[*]}"
 }
@@ -73,7 +73,12 @@ install_for_build() {
 	rust_is_new_enough || die "rustc $RUST_MINIMUM or newer is needed, found: $(rustc --version 2>&1 || true)"
 }
 
+# install_for_test [SUITE ...]
 install_for_test() {
+	local packages=("${PACKAGES_TEST[@]}")
+
+	[[ " $* " != *" fuzz "* ]] || packages+=("${PACKAGES_FUZZ[@]}")
+	[[ " $* " != *" vm "* ]] || packages+=("${PACKAGES_VM[@]}")
 	install_for_build
-	install_packages "${PACKAGES_TEST[@]}"
+	install_packages "${packages[@]}"
 }

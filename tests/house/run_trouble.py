@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """./run in trouble: a word that it does not know is refused before anything is installed,
 built or removed, half a build folder is configured anew, one that was copied here
-is refused, results of an earlier run are not counted, nor half a run as a whole one, ^C ends the run and not
-one suite, and where there is no apt whoever has all installed may go on.
+is refused, results of an earlier run are not counted, nor half a run as a whole one, only what may be late is
+run again, ^C ends the run and not one suite, and where there is no apt whoever has all installed may go on.
 
 meson and ninja are stand-ins that do what the real ones were seen to do.
 """
+import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -23,6 +25,7 @@ setup)	[ -f "$2/meson-private/coredata.dat" ] || touch "$2/build.ninja" ;;
 test)	[ -z "${SLOW-}" ] || { trap 'exit 0' INT; touch "$SLOW"; sleep 5 >/dev/null 2>&1 & wait; } ;;
 esac
 """
+PASSED = '{"name": "pokeysd:unit / x", "result": "OK"}\n'
 NINJA = '#!/bin/bash\n[ -f "$2/build.ninja" ]\n'
 
 
@@ -55,7 +58,7 @@ def a_wrong_word(fake):
         (fake.folder / "bin" / name).write_text('#!/bin/bash\necho "$0 $*" >>"$CALLS"; exit 1\n')
         (fake.folder / "bin" / name).chmod(0o755)
     (fake.folder / "build").mkdir()
-    for words in ("build x", "clean x", "demo x", "demo --seconds x", "test x", "bench --lits",
+    for words in ("build x", "clean x", "demo x", "demo --seconds x", "test x", "test unit all", "bench --lits",
                   "bench --only x", "bench --only=", "bench --readme", "x", "", "help", "demo --help", "bench --help", "bench --list"):
         ran = subprocess.run([fake.folder / "run", *words.split()], env=fake.environment, text=True,
                              capture_output=True, timeout=120, check=False)
@@ -97,15 +100,15 @@ def no_apt(fake):
 def old_results(fake):
     logs = fake.folder / "build/meson-logs"
     logs.mkdir(parents=True)
-    (logs / "log-unit.json").write_text('{"name": "x", "result": "OK"}\n')
+    (logs / "log-unit.json").write_text(PASSED)
     child = fake.start(f"TEST_LOGS=(); suite_run build unit 1 unit; "
-                       f"'{fake.root}/scripts/count-tests' \"${{TEST_LOGS[@]}}\"")
+                       f"'{fake.root}/scripts/judge-tests' \"${{TEST_LOGS[@]}}\"")
     said = child.communicate(timeout=120)[0]
     assert child.returncode == 1 and "0 passed" in said, said
 
 
 def counted(fake, *arguments):
-    said = subprocess.run([f"{fake.root}/scripts/count-tests", *arguments], text=True, capture_output=True,
+    said = subprocess.run([f"{fake.root}/scripts/judge-tests", *arguments], text=True, capture_output=True,
                           timeout=120, check=False)
     return said.returncode, said.stdout.splitlines()[-1:], said
 
@@ -113,26 +116,113 @@ def counted(fake, *arguments):
 def half_a_log(fake):
     log = fake.folder / "build/meson-logs/log-unit.json"
     log.parent.mkdir(parents=True)
-    log.write_text('{"name": "x", "result": "OK"}\n')
     for status, text, told in (("0", "", (0, ["1 passed, 0 failed, 0 skipped"])),
                                ("137", "", (1, ["1 passed, 1 failed, 0 skipped"])),
                                ("0", '{"name": "y", "res', (1, ["1 passed, 1 failed, 0 skipped"]))):
-        log.write_text('{"name": "x", "result": "OK"}\n' + text)
-        found = counted(fake, f"{log}={status}")
+        log.write_text(PASSED + text)
+        found = counted(fake, f"{log}={status}=unit")
         assert found[:2] == told and not found[2].stderr, (status, text, found)
-    # a suite that was not run at all is seen
-    log.write_text('{"name": "x", "result": "OK"}\n')
-    found = counted(fake, f"{log}=0", f"{fake.folder}/build/meson-logs/log-hal.json=0")
-    assert found[:2] == (0, ["1 passed, 0 failed, 1 skipped"]), found
+    # a suite of which no test was run is seen, alone or beside another
+    log.write_text(PASSED)
+    for words in ([f"{log}=0=unit", f"{fake.folder}/build/meson-logs/log-hal.json=0=hal"], [f"{log}=0=unit+hal"]):
+        found = counted(fake, *words)
+        assert found[:2] == (0, ["1 passed, 0 failed, 1 skipped"]), found
+        assert "skipped: hal (" in found[2].stdout, found
+
+
+def entry(suites, name, result, returncode, stdout=""):
+    return json.dumps({"name": f"pokeysd:{suites} / {name}", "result": result, "returncode": returncode,
+                       "stdout": stdout}) + "\n"
+
+
+def judged_again(fake, entries, statuses, build="build"):
+    """Status, last line and text of a verdict on one passed test and these, where running again ends with
+    these statuses in turn; and which tests were run again."""
+    queue = fake.folder / "statuses"
+    queue.write_text("".join(f"{status}\n" for status in statuses))
+    (fake.folder / "bin/meson").write_text(
+        '#!/bin/bash\necho "${@: -1}" >>"$CALLS"\nstatus=$(head -n 1 "$STATUSES"); sed -i 1d "$STATUSES"\n'
+        'exit "${status:-99}"\n')
+    fake.calls.unlink(missing_ok=True)
+    log = fake.folder / build / "meson-logs/log-net.json"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    log.write_text(PASSED + "".join(entries))
+    ran = subprocess.run([f"{fake.root}/scripts/judge-tests", f"{log}=1=unit"], text=True, capture_output=True,
+                         env={**fake.environment, "STATUSES": str(queue)}, timeout=120, check=False)
+    again = fake.calls.read_text().splitlines() if fake.calls.exists() else []
+    return ran.returncode, ran.stdout.splitlines()[-1], ran.stdout, again
+
+
+def what_is_run_again(fake):
+    late = entry("net", "sys / late", "FAIL", 1, "first line\nnot within 60 s")
+    hung = entry("hal+linuxcnc", "cnc / hung", "TIMEOUT", -15)
+    # it passes twice in a row: passed, and listed with the end of its first log, which is kept
+    status, last, text, again = judged_again(fake, [late], [0, 0])
+    assert (status, last, again) == (0, "2 passed, 0 failed, 0 skipped", ["sys / late"] * 2), text
+    line = re.search(r"^flaky: pokeysd:net / sys / late .*: failed, then passed 2 of 2; first log: (\S+)$", text, re.M)
+    assert line and "    not within 60 s" in text, text
+    assert "first line\nnot within" in pathlib.Path(line[1]).read_text(), line
+    # two may be so, once is not enough, and each failure is one
+    assert judged_again(fake, [late, hung], [0, 0, 0, 0])[:2] == (0, "3 passed, 0 failed, 0 skipped")
+    for statuses in ([1], [0, 1]):
+        status, last, text, again = judged_again(fake, [late], statuses)
+        assert (status, last, len(again)) == (1, "1 passed, 1 failed, 0 skipped", len(statuses)), text
+        assert "flaky:" not in text and "again when it was run alone" in text, text
+    # three are too many, and nothing is run
+    three = [late, hung, entry("vm", "vm / card", "FAIL", 1)]
+    status, last, text, again = judged_again(fake, three, [0] * 6)
+    assert (status, last, again) == (1, "1 passed, 3 failed, 0 skipped", []), text
+
+
+def what_is_never_run_again(fake):
+    for build, *facts in (("build", "unit", "x / y", "FAIL", 1), ("build", "sim", "x / y", "TIMEOUT", -15),
+                          ("build", "net+sim", "x / y", "FAIL", 1), ("build", "fuzz", "x / y", "FAIL", 1),
+                          ("build", "net", "x / y", "FAIL", -11), ("build", "net", "x / y", "FAIL", 139),
+                          ("build", "hal", "x / y", "FAIL", 3), ("build", "net", "x / y", "ERROR", 99),
+                          ("build", "net", "x / y", "FAIL", 1, "==7==ERROR: AddressSanitizer: heap-use-after-free"),
+                          ("build", "net", "x / y", "FAIL", 1, "a.c:7:2: runtime error: shift exponent"),
+                          ("build/asan", "net", "x / y", "FAIL", 1)):
+        status, last, text, again = judged_again(fake, [entry(*facts)], [0, 0], build)
+        assert (status, last, again) == (1, "1 passed, 1 failed, 0 skipped", []), (facts, text)
+
+
+def what_is_left_out(fake):
+    log = fake.folder / "log-unit.json"
+    log.write_text(PASSED)
+    lines = counted(fake, "--left-out", "vm tsan", f"{log}=0=unit")[2].stdout.splitlines()
+    assert lines[-2:] == ["not run here: vm tsan; ./run test all runs everything",
+                          "1 passed, 0 failed, 0 skipped"], lines
+    assert "not run" not in counted(fake, "--left-out", "", f"{log}=0=unit")[2].stdout
+
+
+def tiers(fake):
+    """Which suites a command runs, each test once, and what it says of the others."""
+    for words, ran, left in (("", {"unit", "sim", "net", "hal"}, "linuxcnc vm fuzz asan tsan"),
+                             ("all", {"unit", "sim", "net", "hal", "linuxcnc", "vm", "fuzz"}, ""),
+                             ("hal linuxcnc", {"hal", "linuxcnc"}, "unit sim net vm fuzz asan tsan")):
+        for folder in ("build", "build/asan", "build/tsan"):
+            (fake.folder / folder).mkdir(exist_ok=True)
+            (fake.folder / folder / "build.ninja").write_text("fuzz-wire\n")
+        fake.calls.unlink(missing_ok=True)
+        child = fake.start(f"cd {fake.folder}; ln -sfn {fake.root}/scripts scripts; run_tests {words}")
+        said = child.communicate(timeout=120)[0]
+        calls = [line.split() for line in fake.calls.read_text().splitlines() if line.startswith("test ")]
+        suites = [call[i + 1] for call in calls for i, word in enumerate(call) if word == "--suite" and call[2] == "build"]
+        assert set(suites) == ran and len(suites) == len(ran), (words, calls)
+        assert ("build/tsan" in [call[2] for call in calls]) == (words == "all"), calls
+        assert (f"not run here: {left};" if left else "0 passed") in said, said
+        # suites that share tests are one call, or those would run twice
+        for pair in ({"unit", "sim"}, {"hal", "linuxcnc"}):
+            assert not pair <= ran or any(pair <= set(call) for call in calls), calls
 
 
 def a_meson_that_is_killed(fake):
     (fake.folder / "build/meson-logs").mkdir(parents=True)
     (fake.folder / "bin/meson").write_text(
         """#!/bin/bash
-        echo '{"name": "x", "result": "OK"}' >build/meson-logs/log-unit.json; exit 137""")
+        echo '{"name": "pokeysd:unit / x", "result": "OK"}' >build/meson-logs/log-unit.json; exit 137""")
     child = fake.start(f"TEST_LOGS=(); suite_run build unit 1 unit; "
-                       f"'{fake.root}/scripts/count-tests' \"${{TEST_LOGS[@]}}\"")
+                       f"'{fake.root}/scripts/judge-tests' \"${{TEST_LOGS[@]}}\"")
     said = child.communicate(timeout=120)[0]
     assert child.returncode == 1 and "1 passed, 1 failed" in said and "ended with 137" in said, said
 
@@ -152,7 +242,8 @@ def interrupt(fake):
 
 def main():
     for check in (a_wrong_word, half_a_build_folder, a_copied_build_folder, no_apt, old_results, half_a_log,
-                  a_meson_that_is_killed, interrupt):
+                  what_is_left_out, what_is_run_again,
+                  what_is_never_run_again, tiers, a_meson_that_is_killed, interrupt):
         with tempfile.TemporaryDirectory() as folder:
             check(Fake(sys.argv[1], folder))
         print(f"ok: {check.__name__}")

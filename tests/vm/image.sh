@@ -60,6 +60,7 @@ early() {
 
 echo "image: installing ${#packages[@]} packages" >&2
 mmdebstrap --quiet --variant=minbase \
+	--aptopt='Acquire::Retries "5"' \
 	--include="$(IFS=,; echo "${packages[*]}")" \
 	--essential-hook="$(early)" \
 	--dpkgopt='path-exclude=/usr/share/doc/*' \
@@ -73,7 +74,7 @@ mmdebstrap --quiet --variant=minbase \
 echo "image: adding LinuxCNC" >&2
 (
 	cd "$work"
-	apt-get download -qq linuxcnc-uspace
+	apt-get -o Acquire::Retries=5 download -qq linuxcnc-uspace
 	dpkg-deb --fsys-tarfile linuxcnc-uspace_*.deb |
 		tar -x --keep-directory-symlink --wildcards -C tree \
 			./etc/linuxcnc ./usr/bin ./usr/lib/linuxcnc './usr/lib/lib*'
