@@ -431,7 +431,7 @@ int daemon_stop(struct daemon *daemon)
 	}
 	finder_stop(&daemon->finder);
 	drain_run(&daemon->drain, clock_now());
-	keeper_stop(&daemon->keeper);
+	keeper_stop(&daemon->keeper, KEEPER_STOP_MS);
 	return status;
 }
 

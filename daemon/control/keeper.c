@@ -33,7 +33,6 @@
 #define AFTER_NS UINT64_C(500000000)
 enum {
 	NAP_MS = 20, BURST = 10, SLOTS_A_CYCLE = 8,
-	STOP_MS = 1500,		/* for the disk at the end; the service manager waits 3 s for all */
 	STOP_NAP_MS = 5,
 	REMOVE_MS = 100,	/* for what was begun and is given up */
 };
@@ -245,10 +244,10 @@ void keeper_record(struct keeper *keeper)
 }
 
 /* Until nothing is to be written any more, or the disk has had its time. */
-static void finish(struct keeper *keeper)
+static void finish(struct keeper *keeper, unsigned int patience_ms)
 {
 	const struct timespec nap = { .tv_nsec = STOP_NAP_MS * 1000000 };
-	const uint64_t end_ns = clock_now() + STOP_MS * UINT64_C(1000000);
+	const uint64_t end_ns = clock_now() + patience_ms * UINT64_C(1000000);
 
 	do {
 		tell(keeper);
@@ -263,11 +262,12 @@ static void finish(struct keeper *keeper)
 	tell(keeper);
 }
 
-static void give_up(const struct keeper *keeper, enum record_reason reason)
+static void give_up(const struct keeper *keeper, enum record_reason reason,
+		    unsigned int patience_ms)
 {
 	if (reason)
-		log_line(EVENT_WARNING, "the record \"%s\" is not written: in %d ms %s has not "
-			 "taken it, and the daemon ends", keeper_word(reason), STOP_MS,
+		log_line(EVENT_WARNING, "the record \"%s\" is not written: in %u ms %s has not "
+			 "taken it, and the daemon ends", keeper_word(reason), patience_ms,
 			 keeper->folder);
 }
 
@@ -302,22 +302,22 @@ static void abandon(struct keeper *keeper)
 		nanosleep(&nap, NULL);
 }
 
-void keeper_stop(struct keeper *keeper)
+void keeper_stop(struct keeper *keeper, unsigned int patience_ms)
 {
 	enum record_reason left;
 
 	if (!keeper->running)
 		return;
 	keeper->running = false;
-	finish(keeper);
+	finish(keeper, patience_ms);
 	left = atomic_load_explicit(&keeper->order, memory_order_acquire);
 	atomic_store_explicit(&keeper->stop, true, memory_order_release);
 	if (!left) {
 		pthread_join(keeper->thread, NULL);
 		tell(keeper);
 	}
-	give_up(keeper, left);
-	give_up(keeper, keeper->due);
+	give_up(keeper, left, patience_ms);
+	give_up(keeper, keeper->due, patience_ms);
 	if (left)
 		abandon(keeper);
 	keeper->due = RECORD_NOTHING;
