@@ -296,7 +296,7 @@ def the_panel_of_the_examples_works(m):
 
 # The G1 of mill_ui.py goes at FEED, mm/s. An axis that is heard of is at most STALE_MS behind, or the
 # emergency chain opens; then it has to speed up as mill.ini's MAX_ACCELERATION lets it.
-FEED, STALE_MS, ACCELERATION = 10, 500, 200
+FEED, STALE_MS, ACCELERATION = 10, 1500, 200
 FERROR = FEED * STALE_MS / 1000 + FEED ** 2 / (2 * ACCELERATION)
 
 
@@ -321,10 +321,17 @@ def session(m, *edits):
 RUNTIME = ("mill.ini", "[POKEYS]\n", "[POKEYS]\nRUNTIME_DIRECTORY = {run}\n")
 
 
+def nothing_is_refused(log):
+    """By us; LinuxCNC refuses an operator's command while it is switched off, which a busy machine may cause."""
+    said = [line for line in log.splitlines()
+            if line.startswith("pokeys") and ("refused" in line or "cannot" in line)]
+    assert not said, said
+
+
 def the_older_mill_homes_and_moves_with_loadusr(m):
     name, old, new = RUNTIME
     log = session(m, (name, old, new.format(run=m.folder / "run")))
-    assert "refused" not in log and "cannot" not in log, log[-3000:]
+    nothing_is_refused(log)
     assert m.sim("axis 0")["machine"] == "2000", m.sim("axis 0")
 
 
@@ -334,7 +341,7 @@ def the_older_mill_homes_and_moves_with_loadrt_and_two_addf(m):
                       "addf pokeys.0.read servo-thread\n"),
                   ("mill.hal", "addf motion-controller servo-thread\n",
                    "addf motion-controller servo-thread\naddf pokeys.0.write servo-thread\n"))
-    assert "refused" not in log and "cannot" not in log, log[-3000:]
+    nothing_is_refused(log)
     assert m.sim("axis 0")["machine"] == "2000", m.sim("axis 0")
 
 

@@ -210,7 +210,7 @@ def main(module):
             print(f"ok      {name[5:]}", flush=True)
         except Skip as why:
             skipped += 1
-            print(f"skipped {name[5:]}: {why}", file=sys.stderr, flush=True)
+            print(f"not tried: {name[5:]}: {why}", file=sys.stderr, flush=True)
         except Exception as fault:  # pylint: disable=broad-except
             faults.append(fault)
             print(f"FAILED  {name[5:]}: {type(fault).__name__}: {fault}")

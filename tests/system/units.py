@@ -58,6 +58,8 @@ def main():
         clear = f"ExecStopPost=-{daemon} --clear"
         assert f"{clear}\n{clear} --runtime-directory %t/pokeysd\n" in text, text
         assert "RuntimeDirectory=pokeysd\n" in text
+        # a daemon that hangs drives nothing for two seconds, and not for longer
+        assert "WatchdogSec=2\n" in text, text
         # a mistake is found at all
         (folder / "pokeysd.service").write_text(text.replace("[Install]", "Nonsense=1\n[Install]"))
         assert "Nonsense" in verify(folder), "verify does not see an unknown key"

@@ -84,12 +84,6 @@ trouble() { # into a file: what the network looks like
 		journalctl --no-pager -n 60
 	} >"/out/trouble-$near" 2>&1
 }
-# The watchdog is guest.sh's; here a second of an emulated processor may take several.
-let_it_be_slow() {
-	isolate_daemon || return 1
-	printf '[Service]\nWatchdogSec=60\n' >/etc/systemd/system/pokeysd.service.d/slow.conf
-	systemctl daemon-reload
-}
 # restart TRANSPORT MODE: guard and daemon anew at the card in use, everything fresh
 restart() {
 	systemctl stop pokeysd pokeys-guard
@@ -213,7 +207,7 @@ check package_is_installed install_it
 check cards_are_there name_cards
 check cables_are_laid lay_cables
 check device_is_at_virtio plug
-check service_may_be_slow let_it_be_slow
+check service_may_be_slow isolate_daemon
 check simulator_runs start_simulator --property=CPUAffinity=0 \
 	--property=NetworkNamespacePath=/run/netns/far
 
