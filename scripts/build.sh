@@ -12,6 +12,18 @@ belongs_here() {
 	[ -z "$source" ] || [[ $source == *\\* ]] || [ "$source" -ef . ]
 }
 
+CARGO_CACHE=${XDG_CACHE_HOME:-${HOME:-/nonexistent}/.cache}/pokeysd
+
+# Where cargo builds: one folder for all build folders of this user, also of other checkouts and after
+# ./run clean, as long as the crates and the compiler are the same. Empty = in the build folder.
+cargo_target() {
+	local key
+	key=$({ cat shm/rust/Cargo.lock; rustc -vV; } 2>/dev/null | sha256sum | cut -c 1-16)
+	if mkdir -p "$CARGO_CACHE/cargo-$key" 2>/dev/null && [ -w "$CARGO_CACHE/cargo-$key" ]; then
+		echo "$CARGO_CACHE/cargo-$key"
+	fi
+}
+
 # configure_and_build FOLDER [meson option ...]
 configure_and_build() {
 	local folder=$1
@@ -23,13 +35,14 @@ configure_and_build() {
 		mkdir -p "$folder"
 		# left by a configuring that was interrupted, it is "already configured" for meson
 		rm -f "$folder/meson-private/coredata.dat"
-		meson setup "$folder" "$@" >"$folder/setup.log" 2>&1 || {
+		meson setup "$folder" -Dcargo-target-dir="$(cargo_target)" "$@" >"$folder/setup.log" 2>&1 || {
 			cat "$folder/setup.log" >&2
 			return 1
 		}
 	fi
 	say "building $folder"
-	ninja -C "$folder" --quiet
+	# a terminal is shown how far it is
+	if [ -t 1 ]; then ninja -C "$folder"; else ninja -C "$folder" --quiet; fi
 }
 
 # Fuzz targets are there only if clang was, when meson looked for it.

@@ -40,9 +40,19 @@ package_installed() {
 	[ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
 }
 
+# On a terminal, the newest line of what is read; all of it is kept in a file.
+show_newest() {
+	local line
+	while IFS= read -r line; do
+		printf '%s\n' "$line" >>"$1"
+		[ ! -t 1 ] || printf '\r\033[K  %.70s' "$line"
+	done
+	[ ! -t 1 ] || printf '\r\033[K'
+}
+
 # Install those of the named packages that are missing, and say which.
 install_packages() {
-	local package missing=()
+	local package log missing=()
 	command -v dpkg-query >/dev/null && command -v apt-get >/dev/null || {
 		say "this is not Debian, so it is for you to have what corresponds to: $*"
 		return 0
@@ -55,9 +65,14 @@ install_packages() {
 		die "not root and no sudo; as root run: apt-get install ${missing[*]}"
 	say "installing with apt-get: ${missing[*]}"
 	as_root apt-get -o Acquire::Retries=5 update -qq
-	as_root env DEBIAN_FRONTEND=noninteractive apt-get -o Acquire::Retries=5 install -y -qq \
-		--no-install-recommends "${missing[@]}" >/dev/null ||
+	log=$(mktemp)
+	as_root env DEBIAN_FRONTEND=noninteractive apt-get -o Acquire::Retries=5 install -y -q \
+		--no-install-recommends "${missing[@]}" 2>&1 </dev/null | show_newest "$log" || {
+		cat "$log" >&2
+		rm -f "$log"
 		die "apt-get could not install: ${missing[*]}"
+	}
+	rm -f "$log"
 }
 
 rust_is_new_enough() {
