@@ -39,7 +39,7 @@ class Fake:
             path.parent.mkdir(exist_ok=True)
             path.write_text(text)
             path.chmod(0o755)
-        self.environment = {**os.environ, "CALLS": str(self.calls),
+        self.environment = {**os.environ, "CALLS": str(self.calls), "XDG_CACHE_HOME": str(self.folder / "cache"),
                             "PATH": f"{path.parent}:{os.environ['PATH']}"}
 
     def start(self, script, **variables):
@@ -58,7 +58,7 @@ def a_wrong_word(fake):
         (fake.folder / "bin" / name).write_text('#!/bin/bash\necho "$0 $*" >>"$CALLS"; exit 1\n')
         (fake.folder / "bin" / name).chmod(0o755)
     (fake.folder / "build").mkdir()
-    for words in ("build x", "clean x", "demo x", "demo --seconds x", "test x", "test unit all", "bench --lits",
+    for words in ("build x", "clean x", "clean --all x", "demo x", "demo --seconds x", "test x", "test --repeat", "test --repeat 0", "test --load x", "test --nonsense", "test unit --load=65", "bench --lits",
                   "bench --only x", "bench --only=", "bench --readme", "x", "", "help", "demo --help", "bench --help", "bench --list"):
         ran = subprocess.run([fake.folder / "run", *words.split()], env=fake.environment, text=True,
                              capture_output=True, timeout=120, check=False)
@@ -67,6 +67,31 @@ def a_wrong_word(fake):
         assert ran.stdout if right else ran.stderr and not ran.stdout, f"{words}: {ran}"
         assert not fake.calls.exists(), f"{words}: {fake.calls.read_text()}"
         assert (fake.folder / "build").is_dir(), words
+    # and what is known does what it says
+    for words, left in (("clean", {"cache"}), ("clean --all", set())):
+        for name in ("build", "cache/pokeysd"):
+            (fake.folder / name).mkdir(parents=True, exist_ok=True)
+        subprocess.run([fake.folder / "run", *words.split()], env=fake.environment, stdout=subprocess.DEVNULL,
+                       timeout=120, check=True)
+        there = {name for name in ("build", "cache") if (fake.folder / name).exists() and
+                 (name == "build" or (fake.folder / "cache/pokeysd").exists())}
+        assert there == left, (words, there)
+
+
+def where_crates_are_built(fake):
+    """One folder for all build folders while crates and compiler are the same; in the build folder if there is
+    no place in the user's cache."""
+    lock = fake.folder / "shm/rust/Cargo.lock"
+    lock.parent.mkdir(parents=True)
+    found = []
+    for text in ("a", "a", "b"):
+        lock.write_text(text)
+        child = fake.start("cargo_target")
+        found.append(child.communicate(timeout=120)[0].strip())
+        assert pathlib.Path(found[-1]).is_dir() and str(fake.folder / "cache/pokeysd") in found[-1], found
+    assert found[0] == found[1] != found[2], found
+    child = fake.start("cargo_target", XDG_CACHE_HOME="/dev/null/none")
+    assert child.communicate(timeout=120)[0] == "" and child.returncode == 0
 
 
 def half_a_build_folder(fake):
@@ -101,7 +126,7 @@ def old_results(fake):
     logs = fake.folder / "build/meson-logs"
     logs.mkdir(parents=True)
     (logs / "log-unit.json").write_text(PASSED)
-    child = fake.start(f"TEST_LOGS=(); suite_run build unit 1 unit; "
+    child = fake.start(f"TEST_LOGS=() ROUND= UNDER_LOAD=(); suite_run build unit 1 unit; "
                        f"'{fake.root}/scripts/judge-tests' \"${{TEST_LOGS[@]}}\"")
     said = child.communicate(timeout=120)[0]
     assert child.returncode == 1 and "0 passed" in said, said
@@ -122,6 +147,10 @@ def half_a_log(fake):
         log.write_text(PASSED + text)
         found = counted(fake, f"{log}={status}=unit")
         assert found[:2] == told and not found[2].stderr, (status, text, found)
+    # what a test that passed could not try is seen
+    log.write_text(entry("unit", "x", "OK", 0, "ok: this\nnot tried: that: there is none"))
+    found = counted(fake, f"{log}=0=unit")
+    assert found[:2] == (0, ["1 passed, 0 failed, 1 skipped"]) and "not tried: that" in found[2].stdout, found
     # a suite of which no test was run is seen, alone or beside another
     log.write_text(PASSED)
     for words in ([f"{log}=0=unit", f"{fake.folder}/build/meson-logs/log-hal.json=0=hal"], [f"{log}=0=unit+hal"]):
@@ -186,6 +215,43 @@ def what_is_never_run_again(fake):
         assert (status, last, again) == (1, "1 passed, 1 failed, 0 skipped", []), (facts, text)
 
 
+def rounds(fake):
+    """--repeat runs everything so often, judges nothing again, and says what failed how often."""
+    (fake.folder / "build/meson-logs").mkdir(parents=True)
+    (fake.folder / "build/build.ninja").touch()
+    (fake.folder / "scripts").symlink_to(f"{fake.root}/scripts")
+    for name, value in (("passes", PASSED), ("fails", entry("net", "sys / late", "FAIL", 1))):
+        (fake.folder / name).write_text(value)
+    (fake.folder / "bin/meson").write_text(
+        """#!/bin/bash
+        echo "$*" >>"$CALLS"
+        while [ "$1" != --logbase ]; do shift; done
+        log=build/meson-logs/$2.json
+        cp passes "$log"
+        [ "$2" != log-net-hal-2 ] || { cat fails >>"$log"; exit 1; }""")
+    child = fake.start("parse_tests unit net --repeat=3; run_tests")
+    said = child.communicate(timeout=120)[0].splitlines()
+    assert child.returncode == 1 and said[-1] == "6 passed, 1 failed, 0 skipped", said
+    assert len(fake.calls.read_text().splitlines()) == 6, said
+    rows = [line.split() for line in said[-5:-1]]
+    assert rows[0] == ["test", "runs", "failures"] and rows[1][-2:] == ["1", "1"], said
+    assert rows[2][-2:] == ["6", "0"] and "log-net-hal-2.txt" in rows[3][-1], said
+
+
+def under_load(fake):
+    """Its status is the command's, also when that was stopped meanwhile; nothing is left."""
+    def groups():
+        return set(pathlib.Path("/sys/fs/cgroup").glob(f"**/pokeysd-test-{child.pid}"))
+
+    for command, status in (("exit 7", 7), ("kill -TERM $$", 143), ("sleep 3; exit 5", 5)):
+        child = subprocess.Popen([f"{fake.root}/scripts/under-load", "--busy", "1", "sh", "-c", command],
+                                 stderr=subprocess.PIPE, text=True)
+        said = child.communicate(timeout=300)[1]
+        assert child.returncode == status, (command, child.returncode, said)
+        assert re.search(r"^under-load: (held \d+ times, .* s in all|it is not held now and then: .+)$", said, re.M), said
+        assert not groups(), groups()
+
+
 def what_is_left_out(fake):
     log = fake.folder / "log-unit.json"
     log.write_text(PASSED)
@@ -204,7 +270,7 @@ def tiers(fake):
             (fake.folder / folder).mkdir(exist_ok=True)
             (fake.folder / folder / "build.ninja").write_text("fuzz-wire\n")
         fake.calls.unlink(missing_ok=True)
-        child = fake.start(f"cd {fake.folder}; ln -sfn {fake.root}/scripts scripts; run_tests {words}")
+        child = fake.start(f"cd {fake.folder}; ln -sfn {fake.root}/scripts scripts; parse_tests {words}; run_tests")
         said = child.communicate(timeout=120)[0]
         calls = [line.split() for line in fake.calls.read_text().splitlines() if line.startswith("test ")]
         suites = [call[i + 1] for call in calls for i, word in enumerate(call) if word == "--suite" and call[2] == "build"]
@@ -221,7 +287,7 @@ def a_meson_that_is_killed(fake):
     (fake.folder / "bin/meson").write_text(
         """#!/bin/bash
         echo '{"name": "pokeysd:unit / x", "result": "OK"}' >build/meson-logs/log-unit.json; exit 137""")
-    child = fake.start(f"TEST_LOGS=(); suite_run build unit 1 unit; "
+    child = fake.start(f"TEST_LOGS=() ROUND= UNDER_LOAD=(); suite_run build unit 1 unit; "
                        f"'{fake.root}/scripts/judge-tests' \"${{TEST_LOGS[@]}}\"")
     said = child.communicate(timeout=120)[0]
     assert child.returncode == 1 and "1 passed, 1 failed" in said and "ended with 137" in said, said
@@ -231,7 +297,7 @@ def interrupt(fake):
     (fake.folder / "build").mkdir()
     (fake.folder / "build/build.ninja").write_text("fuzz-wire\n")
     slow = fake.folder / "slow"
-    child = fake.start("run_tests unit sim net", SLOW=str(slow))
+    child = fake.start("parse_tests unit sim net; run_tests", SLOW=str(slow))
     while not slow.exists() and child.poll() is None:
         time.sleep(0.02)
     os.killpg(child.pid, signal.SIGINT)
@@ -241,9 +307,9 @@ def interrupt(fake):
 
 
 def main():
-    for check in (a_wrong_word, half_a_build_folder, a_copied_build_folder, no_apt, old_results, half_a_log,
+    for check in (a_wrong_word, where_crates_are_built, half_a_build_folder, a_copied_build_folder, no_apt, old_results, half_a_log,
                   what_is_left_out, what_is_run_again,
-                  what_is_never_run_again, tiers, a_meson_that_is_killed, interrupt):
+                  what_is_never_run_again, tiers, rounds, under_load, a_meson_that_is_killed, interrupt):
         with tempfile.TemporaryDirectory() as folder:
             check(Fake(sys.argv[1], folder))
         print(f"ok: {check.__name__}")
