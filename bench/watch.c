@@ -98,7 +98,7 @@ static void take(const struct pokeys_state *s)
 	const uint64_t newest = s->t_digital_ns > s->t_motion_ns ? s->t_digital_ns : s->t_motion_ns;
 	const uint64_t oldest = s->t_digital_ns < s->t_motion_ns ? s->t_digital_ns : s->t_motion_ns;
 
-	samples_add(&age, now_ns() - oldest);
+	samples_add(&age, pokeys_state_age_ns(s, now_ns()));
 	look_for_burst(s);
 	if (oldest < s->t_cycle_ns) {
 		incomplete++;

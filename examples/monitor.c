@@ -46,7 +46,7 @@ static uint64_t now_ns(void)
 	return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
 
-/* Milliseconds since `t_ns`; -1 = never, or a stamp of the future. */
+/* Milliseconds since `t_ns`; -1 = never, or a time stamp in the future. */
 static double age_ms(uint64_t now, uint64_t t_ns)
 {
 	uint64_t age = pokeys_age_ns(t_ns, now);
@@ -68,7 +68,7 @@ static const char *link_name(unsigned int link)
 	return link < sizeof(names) / sizeof(names[0]) ? names[link] : "unknown";
 }
 
-/* Fresh = the link runs, and so are inputs and, if it has axes, positions. */
+/* Fresh = the link runs, and inputs and (if it has axes) positions are young enough. */
 static bool fresh(const struct pokeys_state *state, uint64_t now)
 {
 	return state->link == POKEYS_LINK_RUNNING &&

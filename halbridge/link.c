@@ -5,8 +5,8 @@
  * A dead daemon cannot raise its stale flag, so the flag is believed only
  * when it says "stale". A daemon that has not published for five of its cycles
  * (and 5 ms) is taken for dead, and its data with it, however long a silence
- * of the device may be put up with. Age is that of the older of what every cycle brings
- * (pokeys_state_age_ns()); a time stamp from the future (a foreign writer) is as bad as
+ * of the device may be tolerated. The age is that of inputs or positions, whichever is
+ * older (pokeys_state_age_ns()); a time stamp in the future (a foreign writer) is as bad as
  * an old one.
  *
  * packet-error and its level follow hm2_eth, with one difference: at the limit

@@ -60,6 +60,11 @@ double view_data_age_ns(const struct view_device *device)
 	return as_number(pokeys_state_age_ns(&device->state, device->now_ns));
 }
 
+static bool is_ahead(uint64_t t_ns, uint64_t now_ns)
+{
+	return t_ns && pokeys_age_ns(t_ns, now_ns) == POKEYS_NEVER;
+}
+
 void view_judge(struct view_device *device)
 {
 	const struct pokeys_state *state = &device->state;
@@ -69,7 +74,14 @@ void view_judge(struct view_device *device)
 
 	device->freshness = VIEW_FRESH;
 	device->why[0] = '\0';
-	if (silent > limit) {
+	if (is_ahead(state->t_publish_ns, device->now_ns) ||
+	    is_ahead(state->t_digital_ns, device->now_ns) ||
+	    (state->capability.pulse_engine >= 2 &&
+	     is_ahead(state->t_motion_ns, device->now_ns))) {
+		device->freshness = VIEW_STALE;
+		snprintf(device->why, sizeof(device->why),
+			 "stale (its time stamps are ahead of this machine's clock)");
+	} else if (silent > limit) {
 		device->freshness = VIEW_DEAD;
 		snprintf(device->why, sizeof(device->why),
 			 "stale (daemon not publishing for %.1f s)", silent / 1e9);

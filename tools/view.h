@@ -60,18 +60,18 @@ void view_close(struct view *view);
 void view_judge(struct view_device *device);
 
 /*
- * When an image was read: between the two readings of the clock, and not before it was
- * published. The earliest moment that can be: while this program is held between them, it
- * is not the daemon that is silent.
+ * The time at which an image was read: between the two readings of the clock, and not before
+ * the image was published. This is the earliest possible time, so that a pause of this program
+ * between the two readings does not look like a silent daemon.
  */
 uint64_t view_moment(uint64_t before_ns, uint64_t published_ns, uint64_t after_ns);
 
-/* pokeys_age_ns() as a number; INFINITY if it never was or lies in the future. */
+/* pokeys_age_ns() as a number; INFINITY if then_ns is 0 or in the future. */
 double view_age_ns(uint64_t now_ns, uint64_t then_ns);
 
 /*
  * Of the data that every cycle brings: inputs and, from a device with a pulse engine,
- * positions, whichever is older. INFINITY if one of them never came or lies in the future.
+ * positions, whichever is older. INFINITY if one of them never came or is in the future.
  */
 double view_data_age_ns(const struct view_device *device);
 

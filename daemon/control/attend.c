@@ -94,7 +94,7 @@ static void read_back(struct daemon *daemon)
 		if (!device->known && failed == UINT32_MAX)
 			failed = i;
 	}
-	/* after the images: none of them can be of a later moment */
+	/* after reading the images, so that none of them is newer than this time */
 	report->now_ns = clock_now();
 	tell_reading(daemon, failed);
 }

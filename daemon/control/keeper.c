@@ -266,9 +266,9 @@ static void give_up(const struct keeper *keeper, enum record_reason reason,
 		    unsigned int patience_ms)
 {
 	if (reason)
-		log_line(EVENT_WARNING, "the record \"%s\" is not written: in %u ms %s has not "
-			 "taken it, and the daemon ends", keeper_word(reason), patience_ms,
-			 keeper->folder);
+		log_line(EVENT_WARNING, "the record \"%s\" is not written: %s did not take it "
+			 "within %u ms, and the daemon ends", keeper_word(reason), keeper->folder,
+			 patience_ms);
 }
 
 /* A thread of its own: the same disk may have hung up with the folder in its hands. */

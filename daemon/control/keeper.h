@@ -72,13 +72,13 @@ void keeper_event(struct keeper *keeper, const struct event *event, uint64_t now
 /* Give orders, tell what became of them; a few times a second. */
 void keeper_run(struct keeper *keeper, uint64_t now_ns);
 
-/* For the disk at the end of a daemon; the service manager waits 3 s for all of it. */
+/* How long an ending daemon waits for the disk; the service manager allows 3 s in total. */
 enum { KEEPER_STOP_MS = 1500 };
 
 /*
- * End the thread; records that are due are written first, if that takes no longer than
- * patience_ms. Else what was not is logged, the file that was begun removed if that takes no
- * longer than 0.1 s, and the thread left with its write: the process is about to end.
+ * End the thread. Records that are due are written first, for at most patience_ms. A record
+ * that is not written by then is logged, its incomplete file is removed if that takes no longer
+ * than 0.1 s, and the thread is left in its write, because the process is about to end.
  * Control thread. Idempotent.
  */
 void keeper_stop(struct keeper *keeper, unsigned int patience_ms);

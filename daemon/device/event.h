@@ -41,7 +41,7 @@ enum event_code {
 				 * b = version */
 	EVENT_ONE_SHOT,		/* a = operation, b = id or EVENT_ORDERED, c = enum
 				 * pokeys_outcome */
-	EVENT_STALE,		/* a = 1 stale, 0 fresh again; b = age, us, -1 = none came yet */
+	EVENT_STALE,		/* a = 1 stale, 0 fresh again; b = age, us; -1 = not all came yet */
 	EVENT_PACKETS,		/* first of a kind or at most once in 10 s: a = enum
 				 * event_packets, b = how many */
 	EVENT_CYCLE_SKIPPED,	/* at most once in 10 s: a = how many since the last */

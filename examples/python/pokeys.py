@@ -410,10 +410,10 @@ class Client:
 
 
 def age_ns(t_ns, now_ns=None):
-    """Nanoseconds since a time stamp of an image; None = never, or a stamp of the future.
+    """Nanoseconds since a time stamp of an image; None = never, or a time stamp in the future.
 
-    The rule of pokeys_age_ns() in <pokeys/state.h>: two processors' readings of one
-    clock may differ a little, and what lies further ahead must not count as fresh.
+    The rule is that of pokeys_age_ns() in <pokeys/state.h>: clock readings of two processors
+    may differ a little, but a time stamp further ahead must not count as fresh.
     """
     now_ns = time.monotonic_ns() if now_ns is None else now_ns
     if t_ns == 0 or t_ns > now_ns + AHEAD_MOST_NS:
@@ -422,7 +422,7 @@ def age_ns(t_ns, now_ns=None):
 
 
 def age_ms(t_ns, now_ns=None):
-    """The same in milliseconds."""
+    """As age_ns(), in milliseconds."""
     age = age_ns(t_ns, now_ns)
     return None if age is None else age / 1e6
 

@@ -431,11 +431,11 @@ struct pokeys_state {
 };
 
 /*
- * How old a time stamp of an image is at now_ns, in ns: CLOCK_MONOTONIC, as all times of the
- * image, read after the image was. POKEYS_NEVER for what has not come yet (0), and for a stamp
- * of the future, which no daemon of this boot wrote: it must not count as fresh. Two processors'
- * readings of one clock may differ a little; within POKEYS_AHEAD_MOST_NS the age is 0.
- * Pure: any thread, realtime safe.
+ * The age of a time stamp of an image at now_ns, in ns. now_ns is CLOCK_MONOTONIC, as are all
+ * times of the image; read it after the image. The result is POKEYS_NEVER if nothing has come
+ * yet (0), or if the time stamp is in the future: no daemon of this boot wrote that, so it must
+ * not count as fresh. Clock readings of two processors may differ a little, so the age is 0 up
+ * to POKEYS_AHEAD_MOST_NS ahead. Pure: any thread, realtime safe.
  */
 #define POKEYS_NEVER UINT64_MAX
 #define POKEYS_AHEAD_MOST_NS UINT64_C(1000000)
@@ -448,10 +448,10 @@ static inline uint64_t pokeys_age_ns(uint64_t t_ns, uint64_t now_ns)
 }
 
 /*
- * The age of what every cycle brings: of inputs or, if the device has axes, of positions,
- * whichever is older; POKEYS_NEVER if either is. Data older than stale_after_ns are stale,
- * whatever the flags say. Pure: any thread, realtime safe; an image that may be written
- * meanwhile is copied before (pokeys_client_read() does).
+ * The age of the data that every cycle brings: inputs and, if the device has axes, positions,
+ * whichever is older. POKEYS_NEVER if that is the age of either. Data older than stale_after_ns
+ * are stale, whatever the flags say. Pure: any thread, realtime safe. If the image may be
+ * written at the same time, copy it first (pokeys_client_read() does).
  */
 static inline uint64_t pokeys_state_age_ns(const struct pokeys_state *state, uint64_t now_ns)
 {

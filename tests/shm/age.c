@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * How old data are, by the rule of <pokeys/state.h> that the daemon, HAL, pokeysctl and
- * monitors share. What never came and what lies ahead must never count as fresh, on a
- * machine that was started a moment ago as on one that has run for years.
+ * The age of data, by the rule of <pokeys/state.h> that the daemon, HAL, pokeysctl and
+ * monitors share. Data that never came and time stamps in the future must never count as
+ * fresh, whether the machine was started a moment ago or has run for years.
  */
 #include <setjmp.h>
 #include <stdarg.h>

@@ -35,6 +35,16 @@ static unsigned int attach_within(struct shm_host *host, pokeys_client *client, 
 	return ms;
 }
 
+static void await_command(struct shm_device *mill, struct pokeys_command *command)
+{
+	for (int i = 0; i < NEXT_MS; i++) {
+		if (shm_device_read_command(mill, command) == 1)
+			return;
+		folder_sleep_ms(1);
+	}
+	fail_msg("no command within %d ms", NEXT_MS);
+}
+
 static void killed_commander_is_followed_by_the_next(void **state)
 {
 	unsigned int rounds = folder_count("POKEYS_KILLS", 30);
@@ -74,8 +84,7 @@ static void dead_commander_is_cleared_and_its_wish_forgotten(void **state)
 	char said[256];
 	pid_t commander = folder_peer(folder, "commander", said);
 
-	while (shm_device_read_command(mill, &command) != 1)
-		folder_sleep_ms(1);
+	await_command(mill, &command);
 	folder_end_peer(commander, SIGKILL);
 	assert_int_equal(shm_device_commanders(mill), 1);
 	assert_int_equal(shm_host_maintain(host), 1);
@@ -132,8 +141,7 @@ static void stopped_commander_keeps_its_place(void **state)
 	char said[256];
 	pid_t commander = folder_peer(folder, "commander", said);
 
-	while (shm_device_read_command(mill, &first) != 1)
-		folder_sleep_ms(1);
+	await_command(mill, &first);
 	kill(commander, SIGSTOP);
 	assert_int_equal(waitpid(commander, &status, WUNTRACED), commander);
 	assert_true(WIFSTOPPED(status));

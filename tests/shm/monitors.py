@@ -49,7 +49,7 @@ class Monitors(unittest.TestCase):
                               capture_output=True, timeout=120, env=ENVIRONMENT, check=False)
 
     def each(self, check):
-        """Both monitors are tried, also if the first one fails."""
+        """Check both monitors, even if the first one fails."""
         for name, command in MONITORS.items():
             with self.subTest(monitor=name):
                 check(command)
@@ -103,7 +103,7 @@ class Monitors(unittest.TestCase):
         self.start()
         self.peer.send_signal(signal.SIGSTOP)
 
-        # the images say they are good for an hour; only their age tells
+        # the images stay fresh for an hour, so only their age shows it
         def check(command):
             first = json.loads(self.run_monitor(command, "--once", "--json").stdout)
             second = json.loads(self.run_monitor(command, "--once", "--json").stdout)
@@ -146,7 +146,7 @@ class Monitors(unittest.TestCase):
     def test_folder_of_others_is_not_called_a_folder_without_daemon(self):
         os.chmod(self.base, 0o711)
         os.mkdir(self.runtime, 0o700)
-        # this checkout may lie where only we may look
+        # the checkout may be in a folder that only its owner can enter
         with tempfile.TemporaryDirectory(prefix="pk.", dir="/tmp") as folder:
             os.chmod(folder, 0o755)
             library = shutil.copy(LIBRARY, f"{folder}/libpokeys_shm.so.0")

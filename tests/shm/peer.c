@@ -7,8 +7,8 @@
  *	peer host DIRECTORY       publish patterns each millisecond, maintain
  *	peer flood DIRECTORY      the same without a pause
  *	peer known DIRECTORY      publish values that a monitor's test knows
- *	peer halted DIRECTORY     the same, of an engine whose positions are too old
- *	peer future DIRECTORY     the same, of an engine whose positions lie an hour ahead
+ *	peer halted DIRECTORY     the same, with axes whose positions are too old
+ *	peer future DIRECTORY     the same, with axes whose positions are an hour ahead
  *	peer reader DIRECTORY     read as fast as it can
  *	peer commander DIRECTORY  command each millisecond
  *	peer listener DIRECTORY   read, and be one who could be notified
@@ -65,7 +65,7 @@ static void fill_halted(struct pokeys_state *state, uint64_t cycle)
 {
 	fill_known(state, cycle);
 	state->capability.pulse_engine = 2;
-	/* no longer than any machine has been up that got as far as this */
+	/* short, because twice this is subtracted: every machine has been up for longer */
 	state->stale_after_ns = UINT64_C(1000000000);
 	state->t_motion_ns = state->t_digital_ns - 2 * state->stale_after_ns;
 }

@@ -115,9 +115,15 @@ static void a_stamp_of_the_future_is_not_fresh(void **state)
 	device->state.t_digital_ns = device->now_ns + 3600000 * MS;
 	view_judge(device);
 	assert_int_equal(device->freshness, VIEW_STALE);
+	assert_string_equal(device->why,
+			    "stale (its time stamps are ahead of this machine's clock)");
+	device = fresh();
+	device->state.t_publish_ns = device->now_ns + 3600000 * MS;
+	assert_null(strstr(status_of(device), "inf"));
+	assert_int_equal(device->freshness, VIEW_STALE);
 }
 
-/* Held for a second between the clock and the image, or between the image and the clock. */
+/* The reader may pause between the clock and the image, or between the image and the clock. */
 static void a_reader_that_is_held_blames_nobody(void **state)
 {
 	(void)state;
