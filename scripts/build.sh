@@ -12,12 +12,14 @@ belongs_here() {
 	[ -z "$source" ] || [[ $source == *\\* ]] || [ "$source" -ef . ]
 }
 
-CARGO_CACHE=${XDG_CACHE_HOME:-${HOME:-/nonexistent}/.cache}/pokeysd
+CARGO_CACHE=${XDG_CACHE_HOME:-${HOME:+$HOME/.cache}}
+CARGO_CACHE=${CARGO_CACHE:+$CARGO_CACHE/pokeysd}
 
-# Where cargo builds: one folder for all build folders of this user, also of other checkouts and after
-# ./run clean, as long as the crates and the compiler are the same. Empty = in the build folder.
+# The folder that cargo builds in. All build folders of this user share it, also those of other checkouts,
+# as long as the crates and the compiler are the same; ./run clean keeps it. Empty = in the build folder.
 cargo_target() {
 	local key
+	[ -n "$CARGO_CACHE" ] || return 0
 	key=$({ cat shm/rust/Cargo.lock; rustc -vV; } 2>/dev/null | sha256sum | cut -c 1-16)
 	if mkdir -p "$CARGO_CACHE/cargo-$key" 2>/dev/null && [ -w "$CARGO_CACHE/cargo-$key" ]; then
 		echo "$CARGO_CACHE/cargo-$key"
@@ -41,7 +43,7 @@ configure_and_build() {
 		}
 	fi
 	say "building $folder"
-	# a terminal is shown how far it is
+	# on a terminal, show the progress
 	if [ -t 1 ]; then ninja -C "$folder"; else ninja -C "$folder" --quiet; fi
 }
 

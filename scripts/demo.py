@@ -23,7 +23,7 @@ COUNTS = 1.0  # encoder counts per pulse, as the simulator's preset couples them
 STROKE = 20.0  # mm
 MOVE_S = 4.0  # one way there and back
 REST = 5.0  # mm, where it ends
-BEHIND = 5.0  # mm, more than the axis may be behind its command as a rule
+BEHIND = 5.0  # mm; the median distance of the axis to its command must not exceed this
 # HAL numbers: the preset wires terminal 31 to terminal 9. An output that is on
 # pulls its terminal low (protocol section 3.3), so the input is its inverse.
 OUT_PIN, IN_PIN = 30, f"pin.{8:02}.in-not"
@@ -53,7 +53,7 @@ class Demo(Rig):
         self.start_simulator("--service-us", "100")
         self.start_daemon({"cpu": cpus[-1]} if len(cpus) > 1 else {},
                           {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position",
-                           # a machine that is held for a second or two is no fault to be shown here
+                           # long, so that a machine that stops for a second or two does not fail the demo
                            "heartbeat-timeout-ms": 20000, "lost-after-ms": 20000})
         self.start_hal()
         self.make_pins()
@@ -96,9 +96,9 @@ class Demo(Rig):
                 f"  adc {g('adc.02.value'):5.3f} V  age {g('age-us'):6.0f} us  rtt {g('rtt-us'):5.0f} us")
 
     def toggle(self, elapsed):
-        """The output, once a second, but not before the input that is wired to it has followed."""
+        """Toggle the output once a second, but not before the input that is wired to it has followed."""
         if self.get(IN_PIN) == self.pins["out"]:
-            # at the half, so that it is seen to change where a line comes each second
+            # at half seconds, so that the lines printed at whole seconds show each change
             self.pins["out"], self.followed = bool(int(elapsed + 0.5) % 2), time.monotonic()
         elif time.monotonic() - self.followed > PATIENCE_S:
             raise Fault(f"{IN_PIN} did not follow pin.{OUT_PIN}.out, which is wired to it, within {PATIENCE_S} s")
@@ -125,7 +125,7 @@ class Demo(Rig):
         return ages, behind
 
     def go_to(self, target):
-        """There, to the pulse; how long that takes is no part of the verdict."""
+        """Move the axis to the target, exact to the pulse; how long it takes is not judged."""
         def arrived():
             self.permitted()
             return self.get("joint.00.in-position") and abs(self.get("joint.00.pos-fb") - target) < 0.5 / SCALE
@@ -133,21 +133,21 @@ class Demo(Rig):
         counts = round(target * SCALE * COUNTS)
         self.pins["pos"] = target
         self.wait_for(f"the axis coming to rest at {target} mm", arrived, PATIENCE_S)
-        # which the motor turns; its count may be of the cycle before
+        # the motor turns the encoder; its count may come one cycle later
         self.wait_for(f"the encoder's arrival at {counts} counts",
                       lambda: abs(self.get("encoder.00.count") - counts) <= COUNTS, PATIENCE_S)
 
     def judge(self, ages, behind):
-        """By what happened, not by when: a busy machine is late, and no less right."""
+        """Judge what happened, not when: a busy machine may be late and still correct."""
         for target in (STROKE, REST):
             self.go_to(target)
         self.wait_for(f"{IN_PIN} following the output", lambda: self.get(IN_PIN) == self.pins["out"], PATIENCE_S)
         if not ages or not behind:
-            raise Fault("not one sample was taken while data were fresh")
-        # the median: a moment in which everything was held moves the highest, not this
+            raise Fault("no sample was taken while the data were fresh")
+        # a pause of the whole machine raises the maximum, but not the median
         usual = sorted(behind)[len(behind) // 2]
         if usual > BEHIND:
-            raise Fault(f"the axis was {usual:.3f} mm behind its command half of the time")
+            raise Fault(f"the axis was {usual:.3f} mm or more behind its command half of the time")
         status = self.status()
         state, latency = status["state"], status["diag"]["latency_us"]
         ages.sort()

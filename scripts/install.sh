@@ -40,7 +40,7 @@ package_installed() {
 	[ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
 }
 
-# On a terminal, the newest line of what is read; all of it is kept in a file.
+# show_newest FILE: append standard input to FILE; on a terminal, show its newest line.
 show_newest() {
 	local line
 	while IFS= read -r line; do

@@ -13,7 +13,7 @@ import tempfile
 import time
 
 ADDRESS = "127.0.0.1"  # the network namespace is ours alone
-PATIENCE_S = 60  # when to give up waiting for what must happen; says nothing of how fast it is
+PATIENCE_S = 60  # when to give up waiting for an event; not a requirement on its speed
 
 
 class Fault(Exception):

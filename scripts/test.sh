@@ -1,32 +1,32 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 # shellcheck shell=bash
-# Run the suites and count. Sourced by ./run.
+# Run the suites and count the results. Sourced by ./run.
 #
-# There are two tiers. The one that lands is short enough to be run for every
-# change: unit, sim, net, and hal with one whole LinuxCNC machine. `all` is
-# everything: the other LinuxCNC machines, PREEMPT_RT machines, fuzzing, and unit
-# and sim again in sanitized builds. What a run leaves out is said at its end.
+# There are two tiers. The first must pass before a change lands and is short enough
+# to be run for every change: unit, sim, net, and hal with one whole LinuxCNC machine.
+# `all` adds the other LinuxCNC machines, PREEMPT_RT machines, fuzzing, and unit and
+# sim again in sanitized builds. The end of the output lists the suites left out.
 #
-# unit, sim and fuzz tests run side by side. net and hal tests hold real sockets
-# or LinuxCNC and have the processors for themselves, as have the machines of vm.
-# A test that is in two suites runs once. The last line is
+# unit, sim and fuzz tests run two at a time, also in sanitized builds. net, hal,
+# linuxcnc and vm tests use real sockets, LinuxCNC or virtual machines, so they run one
+# at a time. A test that is in two suites runs once. The last line is
 # "N passed, N failed, N skipped".
 #
-# --repeat N runs all of it N times and prints which tests failed how often, --load N
-# beside N busy processes and with stops at random moments (under-load).
+# --repeat N runs the suites N times and prints how often each test failed. --load N
+# runs them beside N busy processes and stops them at random moments (under-load).
 #
-# Random tests take their seed from POKEYS_SEED. Here it is one number, so that
-# the same tree gives the same answer; POKEYS_SEED=N ./run test tries another.
+# Random tests take their seed from POKEYS_SEED. The default is fixed, so that the same
+# tree gives the same result; POKEYS_SEED=N ./run test uses another seed.
 
 export POKEYS_SEED=${POKEYS_SEED:-20055}
 
 SUITES_LANDING=(unit sim net hal)
 SUITES_ALL=("${SUITES_LANDING[@]}" linuxcnc vm fuzz asan tsan)
 
-# Limits of time are for tests that hang: one costs minutes, and not the run. In
-# tests/*/meson.build they are three to four times what the test takes on two quiet
-# processors, a minute at least; here is the room for a machine that is busy, and for
-# a sanitizer.
+# Time limits are for tests that hang, so that a hang costs minutes and not the whole run.
+# In tests/*/meson.build a limit is three to four times the duration of the test on two
+# quiet processors, at least one minute. These factors extend it for a busy machine and
+# for a sanitizer.
 ROOM_PLAIN=2
 ROOM_SANITIZED=4
 
@@ -51,7 +51,7 @@ sanitized_run() {
 	suite_run "build/$label" "$label" 2 unit sim
 }
 
-# parse_tests WORD...: what the command line asks for, into SUITES, REPEAT and LOAD
+# parse_tests WORD...: set SUITES, REPEAT and LOAD from the command line
 parse_tests() {
 	local word suite
 
@@ -61,30 +61,32 @@ parse_tests() {
 		shift
 		case $word in
 		--repeat=*|--load=*)	set -- "${word%%=*}" "${word#*=}" "$@" ;;
-		--repeat)	is_count "$word" "${1-}" 1 1000; REPEAT=$1; shift ;;
-		--load)	is_count "$word" "${1-}" 0 64; LOAD=$1; shift ;;
-		-*)	die "unknown option '$word'; ./run help lists what there is" ;;
+		--repeat)	is_count "$word" "${1-}" 1 1000; REPEAT=$((10#$1)); shift ;;
+		--load)	is_count "$word" "${1-}" 0 64; LOAD=$((10#$1)); shift ;;
+		-*)	die "unknown option '$word'; ./run help lists the options" ;;
 		all)	SUITES+=("${SUITES_ALL[@]}") ;;
 		*)	SUITES+=("$word") ;;
 		esac
 	done
 	[ ${#SUITES[@]} -gt 0 ] || SUITES=("${SUITES_LANDING[@]}")
+	# under load the question is what fails: nothing is run again
+	[ "$LOAD" = 0 ] || REPEAT=${REPEAT:-1}
 	for suite in "${SUITES[@]}"; do
 		[[ " ${SUITES_ALL[*]} " == *" $suite "* ]] ||
-			die "unknown suite '$suite', one of: ${SUITES_ALL[*]}, or all"
+			die "unknown suite '$suite'; use all, or any of: ${SUITES_ALL[*]}"
 	done
 }
 
 is_count() {
 	[[ $2 =~ ^[0-9]{1,4}$ ]] && [ "$2" -ge "$3" ] && [ "$2" -le "$4" ] ||
-		die "$1 '$2': a whole number from $3 to $4 is needed"
+		die "$1 needs a whole number from $3 to $4, not '$2'"
 }
 
 is_wanted() {
 	[[ " ${SUITES[*]} " == *" $1 "* ]]
 }
 
-# What is wanted, once; in this order, whatever that of the command line.
+# Run the selected suites once, in this order, whatever their order on the command line.
 run_round() {
 	local suite side_by_side=() alone=()
 
@@ -104,12 +106,18 @@ left_out() {
 	echo "${left[*]}"
 }
 
-# What parse_tests has read.
+# The rounds that were run are worth something.
+interrupted() {
+	[ -z "$REPEAT" ] || [ ${#TEST_LOGS[@]} -eq 0 ] || scripts/tally-tests "${TEST_LOGS[@]}" || true
+	exit 130
+}
+
+# Run what parse_tests has selected.
 run_tests() {
 	local round
 
 	# meson ends its suite on ^C, and ends well; the rest shall not follow
-	trap 'exit 130' INT
+	trap 'interrupted' INT
 	TEST_LOGS=() ROUND='' UNDER_LOAD=()
 	[ "$LOAD" = 0 ] || UNDER_LOAD=(scripts/under-load --busy "$LOAD")
 	! is_wanted fuzz || reconfigure_for_fuzzing build

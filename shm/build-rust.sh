@@ -3,11 +3,12 @@
 # build-rust.sh CARGO MANIFEST TARGET_DIRECTORY OUTPUT: build the crate, hand
 # over the archive. Sanitizer and other C flags of the build are not for Rust.
 set -eu
-export CARGO_NET_RETRY="${CARGO_NET_RETRY:-10}"	# a mirror that stutters ends no build
+export CARGO_NET_RETRY="${CARGO_NET_RETRY:-10}"	# one failed download must not fail the build
 unset RUSTFLAGS CARGO_BUILD_TARGET CARGO_TARGET_DIR
 mkdir -p "$3"
-# builds of other checkouts may share the folder: the archive is ours until it is copied
+# builds of other checkouts may share the folder, so keep them out until the archive is copied
 exec 9>"$3/lock"
-flock 9
-"$1" build --release --locked --manifest-path "$2" --target-dir "$3"
+flock -n 9 || { echo "build-rust: waiting for another build in $3" >&2; flock 9; }
+# a server that a compiler's wrapper starts must not keep the lock
+"$1" build --release --locked --manifest-path "$2" --target-dir "$3" 9>&-
 cp "$3/release/libpokeys_iox.a" "$4"

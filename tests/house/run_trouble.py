@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""./run in trouble: a word that it does not know is refused before anything is installed,
-built or removed, half a build folder is configured anew, one that was copied here
-is refused, results of an earlier run are not counted, nor half a run as a whole one, only what may be late is
-run again, ^C ends the run and not one suite, and where there is no apt whoever has all installed may go on.
+"""./run when something is wrong. It rejects unknown words before it installs, builds or removes anything.
+It configures an incomplete build folder again and rejects one that was copied from elsewhere. It does not
+count results of an earlier run, nor an incomplete run as a complete one. It runs a failed test again only if
+that test depends on real time. ^C ends the whole run, not one suite. Without apt it goes on with what is installed.
 
-meson and ninja are stand-ins that do what the real ones were seen to do.
+meson and ninja are stand-ins that behave as the real ones do.
 """
 import json
 import os
@@ -25,6 +25,7 @@ setup)	[ -f "$2/meson-private/coredata.dat" ] || touch "$2/build.ninja" ;;
 test)	[ -z "${SLOW-}" ] || { trap 'exit 0' INT; touch "$SLOW"; sleep 5 >/dev/null 2>&1 & wait; } ;;
 esac
 """
+OK = "OK"
 PASSED = '{"name": "pokeysd:unit / x", "result": "OK"}\n'
 NINJA = '#!/bin/bash\n[ -f "$2/build.ninja" ]\n'
 
@@ -67,7 +68,7 @@ def a_wrong_word(fake):
         assert ran.stdout if right else ran.stderr and not ran.stdout, f"{words}: {ran}"
         assert not fake.calls.exists(), f"{words}: {fake.calls.read_text()}"
         assert (fake.folder / "build").is_dir(), words
-    # and what is known does what it says
+    # and known words do what the help says
     for words, left in (("clean", {"cache"}), ("clean --all", set())):
         for name in ("build", "cache/pokeysd"):
             (fake.folder / name).mkdir(parents=True, exist_ok=True)
@@ -79,8 +80,8 @@ def a_wrong_word(fake):
 
 
 def where_crates_are_built(fake):
-    """One folder for all build folders while crates and compiler are the same; in the build folder if there is
-    no place in the user's cache."""
+    """All build folders share one folder as long as the crates and the compiler are the same. If the user's
+    cache cannot be written, cargo builds in the build folder."""
     lock = fake.folder / "shm/rust/Cargo.lock"
     lock.parent.mkdir(parents=True)
     found = []
@@ -141,17 +142,21 @@ def counted(fake, *arguments):
 def half_a_log(fake):
     log = fake.folder / "build/meson-logs/log-unit.json"
     log.parent.mkdir(parents=True)
+    late = entry("net", "sys / late", "FAIL", 1)
     for status, text, told in (("0", "", (0, ["1 passed, 0 failed, 0 skipped"])),
+                               # it was killed after one had failed: what came after was not run
+                               ("137", entry("unit", "y", "FAIL", 1), (1, ["1 passed, 2 failed, 0 skipped"])),
+                               ("3", late, (1, ["1 passed, 2 failed, 0 skipped"])),
                                ("137", "", (1, ["1 passed, 1 failed, 0 skipped"])),
                                ("0", '{"name": "y", "res', (1, ["1 passed, 1 failed, 0 skipped"]))):
         log.write_text(PASSED + text)
         found = counted(fake, f"{log}={status}=unit")
         assert found[:2] == told and not found[2].stderr, (status, text, found)
-    # what a test that passed could not try is seen
+    # a passed test that could not try a part is listed as skipped for that part
     log.write_text(entry("unit", "x", "OK", 0, "ok: this\nnot tried: that: there is none"))
     found = counted(fake, f"{log}=0=unit")
     assert found[:2] == (0, ["1 passed, 0 failed, 1 skipped"]) and "not tried: that" in found[2].stdout, found
-    # a suite of which no test was run is seen, alone or beside another
+    # a suite without a single test run is listed, in a log of its own or together with another suite
     log.write_text(PASSED)
     for words in ([f"{log}=0=unit", f"{fake.folder}/build/meson-logs/log-hal.json=0=hal"], [f"{log}=0=unit+hal"]):
         found = counted(fake, *words)
@@ -164,19 +169,22 @@ def entry(suites, name, result, returncode, stdout=""):
                        "stdout": stdout}) + "\n"
 
 
-def judged_again(fake, entries, statuses, build="build"):
-    """Status, last line and text of a verdict on one passed test and these, where running again ends with
-    these statuses in turn; and which tests were run again."""
+def judged_again(fake, entries, results, build="build"):
+    """Judge one passed test and these entries; runs again end with these results in turn. Returns the exit
+    status, the last line and all the output, and the names of the tests that were run again."""
     queue = fake.folder / "statuses"
-    queue.write_text("".join(f"{status}\n" for status in statuses))
-    (fake.folder / "bin/meson").write_text(
-        '#!/bin/bash\necho "${@: -1}" >>"$CALLS"\nstatus=$(head -n 1 "$STATUSES"); sed -i 1d "$STATUSES"\n'
-        'exit "${status:-99}"\n')
+    queue.write_text("".join(f"{result}\n" for result in results))
+    (fake.folder / "bin/meson").write_text("""#!/bin/bash
+        echo "${@: -1}" >>"$CALLS"
+        result=$(head -n 1 "$STATUSES"); sed -i 1d "$STATUSES"
+        while [ "$1" != --logbase ]; do [ "$1" != -C ] || folder=$2; shift; done
+        [ "$result" = none ] || echo '{"name": "pokeysd:net / x", "result": "'$result'"}' >"$folder/meson-logs/$2.json"
+        [ "$result" != FAIL ]""")
     fake.calls.unlink(missing_ok=True)
     log = fake.folder / build / "meson-logs/log-net.json"
     log.parent.mkdir(parents=True, exist_ok=True)
     log.write_text(PASSED + "".join(entries))
-    ran = subprocess.run([f"{fake.root}/scripts/judge-tests", f"{log}=1=unit"], text=True, capture_output=True,
+    ran = subprocess.run([f"{fake.root}/scripts/judge-tests", f"{log}={len(entries)}=unit"], text=True, capture_output=True,
                          env={**fake.environment, "STATUSES": str(queue)}, timeout=120, check=False)
     again = fake.calls.read_text().splitlines() if fake.calls.exists() else []
     return ran.returncode, ran.stdout.splitlines()[-1], ran.stdout, again
@@ -185,21 +193,21 @@ def judged_again(fake, entries, statuses, build="build"):
 def what_is_run_again(fake):
     late = entry("net", "sys / late", "FAIL", 1, "first line\nnot within 60 s")
     hung = entry("hal+linuxcnc", "cnc / hung", "TIMEOUT", -15)
-    # it passes twice in a row: passed, and listed with the end of its first log, which is kept
-    status, last, text, again = judged_again(fake, [late], [0, 0])
+    # if it passes twice in a row, it counts as passed, is listed with the end of its first log, and that is kept
+    status, last, text, again = judged_again(fake, [late], [OK, OK])
     assert (status, last, again) == (0, "2 passed, 0 failed, 0 skipped", ["sys / late"] * 2), text
     line = re.search(r"^flaky: pokeysd:net / sys / late .*: failed, then passed 2 of 2; first log: (\S+)$", text, re.M)
     assert line and "    not within 60 s" in text, text
     assert "first line\nnot within" in pathlib.Path(line[1]).read_text(), line
-    # two may be so, once is not enough, and each failure is one
-    assert judged_again(fake, [late, hung], [0, 0, 0, 0])[:2] == (0, "3 passed, 0 failed, 0 skipped")
-    for statuses in ([1], [0, 1]):
-        status, last, text, again = judged_again(fake, [late], statuses)
-        assert (status, last, len(again)) == (1, "1 passed, 1 failed, 0 skipped", len(statuses)), text
+    # two tests may be run again; one that passes only once counts as failed
+    assert judged_again(fake, [late, hung], [OK] * 4)[:2] == (0, "3 passed, 0 failed, 0 skipped")
+    for results in (["FAIL"], [OK, "FAIL"], ["SKIP"], ["none"]):
+        status, last, text, again = judged_again(fake, [late], results)
+        assert (status, last, len(again)) == (1, "1 passed, 1 failed, 0 skipped", len(results)), text
         assert "flaky:" not in text and "again when it was run alone" in text, text
-    # three are too many, and nothing is run
+    # three are too many, so none is run again
     three = [late, hung, entry("vm", "vm / card", "FAIL", 1)]
-    status, last, text, again = judged_again(fake, three, [0] * 6)
+    status, last, text, again = judged_again(fake, three, [OK] * 6)
     assert (status, last, again) == (1, "1 passed, 3 failed, 0 skipped", []), text
 
 
@@ -210,13 +218,15 @@ def what_is_never_run_again(fake):
                           ("build", "hal", "x / y", "FAIL", 3), ("build", "net", "x / y", "ERROR", 99),
                           ("build", "net", "x / y", "FAIL", 1, "==7==ERROR: AddressSanitizer: heap-use-after-free"),
                           ("build", "net", "x / y", "FAIL", 1, "a.c:7:2: runtime error: shift exponent"),
+                          ("build", "net", "x / y", "FAIL", 1, "pokeysd ended with -11: it said"),
+                          ("build", "net", "x / y", "TIMEOUT", -15, "UNSAFE: it moves\nnot within 60 s"),
                           ("build/asan", "net", "x / y", "FAIL", 1)):
-        status, last, text, again = judged_again(fake, [entry(*facts)], [0, 0], build)
+        status, last, text, again = judged_again(fake, [entry(*facts)], [OK, OK], build)
         assert (status, last, again) == (1, "1 passed, 1 failed, 0 skipped", []), (facts, text)
 
 
 def rounds(fake):
-    """--repeat runs everything so often, judges nothing again, and says what failed how often."""
+    """--repeat N runs everything N times, runs no failed test again, and prints how often each test failed."""
     (fake.folder / "build/meson-logs").mkdir(parents=True)
     (fake.folder / "build/build.ninja").touch()
     (fake.folder / "scripts").symlink_to(f"{fake.root}/scripts")
@@ -239,17 +249,37 @@ def rounds(fake):
 
 
 def under_load(fake):
-    """Its status is the command's, also when that was stopped meanwhile; nothing is left."""
+    """It ends with the command's status, also if it stopped the command in between, and leaves nothing behind."""
     def groups():
-        return set(pathlib.Path("/sys/fs/cgroup").glob(f"**/pokeysd-test-{child.pid}"))
+        return [at for at, folders, _ in os.walk("/sys/fs/cgroup") if f"pokeysd-test-{child.pid}" in folders]
 
-    for command, status in (("exit 7", 7), ("kill -TERM $$", 143), ("sleep 3; exit 5", 5)):
-        child = subprocess.Popen([f"{fake.root}/scripts/under-load", "--busy", "1", "sh", "-c", command],
-                                 stderr=subprocess.PIPE, text=True)
+    for command, status in (("exit 7", 7), ("kill -TERM $$", 143), ("sleep 2; exit 5", 5)):
+        child = subprocess.Popen([f"{fake.root}/scripts/under-load", "--busy", "1", "--between", "0.1",
+                                  "sh", "-c", command], stderr=subprocess.PIPE, text=True)
         said = child.communicate(timeout=300)[1]
         assert child.returncode == status, (command, child.returncode, said)
-        assert re.search(r"^under-load: (held \d+ times, .* s in all|it is not held now and then: .+)$", said, re.M), said
+        found = re.search(r"^under-load: (stopped the command (\d+) times, .* s in total|no stops: .+)$", said, re.M)
+        assert found, said
+        # two seconds without one stop in each tenth of them, then it was never stopped
+        assert "sleep" not in command or found[2] != "0", said
         assert not groups(), groups()
+
+
+def a_safety_assertion(fake):
+    """It ends a test with a status of its own, and says so at once, whatever else failed."""
+    for body, status in (("assert True", 0), ("assert False, 'it moves'", 3)):
+        ran = subprocess.run([sys.executable, "-B", "-c", f"""
+import sys
+sys.path.insert(0, {fake.root + "/tests"!r})
+from safety import safety, status
+faults = [ValueError()] if {status} else []
+try:
+    with safety():
+        {body}
+except AssertionError as fault:
+    faults.append(fault)
+sys.exit(status(faults))"""], capture_output=True, text=True, timeout=120, check=False)
+        assert (ran.returncode, ran.stderr) == (status, "UNSAFE: it moves\n" if status else ""), ran
 
 
 def what_is_left_out(fake):
@@ -262,7 +292,7 @@ def what_is_left_out(fake):
 
 
 def tiers(fake):
-    """Which suites a command runs, each test once, and what it says of the others."""
+    """A command runs its suites, each test once, and lists the suites that it leaves out."""
     for words, ran, left in (("", {"unit", "sim", "net", "hal"}, "linuxcnc vm fuzz asan tsan"),
                              ("all", {"unit", "sim", "net", "hal", "linuxcnc", "vm", "fuzz"}, ""),
                              ("hal linuxcnc", {"hal", "linuxcnc"}, "unit sim net vm fuzz asan tsan")):
@@ -277,7 +307,7 @@ def tiers(fake):
         assert set(suites) == ran and len(suites) == len(ran), (words, calls)
         assert ("build/tsan" in [call[2] for call in calls]) == (words == "all"), calls
         assert (f"not run here: {left};" if left else "0 passed") in said, said
-        # suites that share tests are one call, or those would run twice
+        # suites that share tests must be in one call of meson, or these tests would run twice
         for pair in ({"unit", "sim"}, {"hal", "linuxcnc"}):
             assert not pair <= ran or any(pair <= set(call) for call in calls), calls
 
@@ -309,7 +339,8 @@ def interrupt(fake):
 def main():
     for check in (a_wrong_word, where_crates_are_built, half_a_build_folder, a_copied_build_folder, no_apt, old_results, half_a_log,
                   what_is_left_out, what_is_run_again,
-                  what_is_never_run_again, tiers, rounds, under_load, a_meson_that_is_killed, interrupt):
+                  what_is_never_run_again, tiers, rounds, under_load,
+                  a_safety_assertion, a_meson_that_is_killed, interrupt):
         with tempfile.TemporaryDirectory() as folder:
             check(Fake(sys.argv[1], folder))
         print(f"ok: {check.__name__}")
