@@ -66,7 +66,7 @@ static int setup(void **state)
 	return 0;
 }
 
-/* With patience: a busy machine writes late, and what is asked here is whether it does. */
+/* With a long limit: a busy machine writes late, and the tests only ask whether it writes. */
 static void stop(void)
 {
 	keeper_stop(&keeper, 60000);

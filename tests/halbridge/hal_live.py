@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import traceback
 
@@ -55,7 +56,16 @@ class Hal:
                 skip(self.said())
             raise
 
-    def run(self, line):
+    def run(self, line, limit=120):
+        """Run a line in the inner shell; after `limit` s, kill the shell and everything in it."""
+        hangs = threading.Timer(limit, self.shell.kill)
+        hangs.start()
+        try:
+            return self._run(line)
+        finally:
+            hangs.cancel()
+
+    def _run(self, line):
         self.shell.stdin.write(f"{line}\nprintf '\\n%s %d\\n' '{MARK}' $?\n")
         out = []
         while True:

@@ -38,7 +38,7 @@ class Machine:
     names = "both"
     preset = "demo"
     options = ()        # of the simulator, besides
-    lost_ms = 10000     # a moment without a processor is no loss
+    lost_ms = 10000     # a short time without a processor must not count as a loss
 
     def __init__(self):
         # a tmpfs, as /run is; short, for sockets live below it

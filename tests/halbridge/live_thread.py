@@ -65,9 +65,9 @@ def press(m, pin):
 
 
 def stands(m):
-    before = position(m)
-    time.sleep(0.3)
-    return position(m) == before
+    """By the device, and for long enough that what had been sent has come."""
+    m.passes()
+    return float(m.sim("axis 0")["speed"]) == 0
 
 
 def begin(m):
@@ -142,16 +142,18 @@ def what_does_not_fit_says_why(m):
 
 
 def stays_where_it_is(m):
-    """The device is out of it and the axis stands, whatever the spindle does."""
-    wait("the device is out of it", lambda: m.sim("spindle")["threading"] == "off")
-    wait("it stands", lambda: stands(m))
+    """The device has left threading and the axis stands still, whatever the spindle does."""
+    with safety():
+        wait("the device has left threading", lambda: m.sim("spindle")["threading"] == "off")
+        wait("it stands", lambda: stands(m))
     there = position(m)
     assert there < 0, there
     m.sim(f"spindle {TARGET}")
     m.hal.set("joint.00.pos-cmd", 100 * WAY)
     m.passes()
+    now = position(m)
     with safety():
-        assert position(m) == there, "it moves though the device is out of it"
+        assert now == there, f"the axis moves though the device has left threading: {there} -> {now}"
     m.hal.becomes("joint.00.pos-fb", there / hal_machine.SCALE)
 
 

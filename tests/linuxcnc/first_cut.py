@@ -9,7 +9,7 @@ are used as they are but for what `changes` lists.
 usage: first_cut.py WORK POKEYS_SHM.so POKEYS_HOMECOMP.so POKEYSD POKEYS-SIM POKEYSCTL
        WORK is one of WORKS below.
 
-POKEYS_CUT_S: most seconds the machine may take (default 480).
+POKEYS_CUT_S: most seconds the machine may take (default 280).
 """
 import os
 import pathlib
@@ -25,7 +25,7 @@ sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "tests")]
 from rig import ADDRESS, Fault, Rig  # noqa: E402  pylint: disable=wrong-import-position
 from safety import UNSAFE  # noqa: E402  pylint: disable=wrong-import-position
 
-LIMIT_S = float(os.environ.get("POKEYS_CUT_S", "480"))
+LIMIT_S = float(os.environ.get("POKEYS_CUT_S", "280"))
 # What is recorded of each servo period: pairs of signals of the example.
 RECORDED = {
     "mill": [f"{axis}-{what}" for axis in "xyza" for what in ("cmd", "fb")],

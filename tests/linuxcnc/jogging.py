@@ -2,6 +2,7 @@
 """What the machinist does at the pendant: a hand wheel and a kbd48CNC at the device."""
 import hal
 import linuxcnc
+from safety import safety
 
 KEYBOARD = 0  # its place on PoNET
 CLICK = 4  # counts
@@ -22,7 +23,8 @@ def speed(m, joint):
 
 def stands(m, joint, why):
     m.until(f"LinuxCNC jogging no more, {why}", lambda _: not hal.get_value("motion.jog-is-active"))
-    m.until(f"axis {joint} standing, {why}", lambda _: speed(m, joint) == 0)
+    with safety():
+        m.until(f"axis {joint} standing, {why}", lambda _: speed(m, joint) == 0)
     m.settled()
     m.stays(why, *m.pulses())
 
@@ -38,7 +40,8 @@ def keys_jog_while_they_are_pressed(m):
         stands(m, joint, "key released")
         gone = m.pulses()[0]
         assert (gone[joint] - begun[joint]) * sign > 0
-        assert all(gone[j] == begun[j] for j in m.joints if j > joint), "another axis has moved"
+        with safety():
+            assert all(gone[j] == begun[j] for j in m.joints if j > joint), f"another axis has moved: {begun} -> {gone}"
         key(m, back, True)
         m.until(f"axis {joint} jogging back", lambda _, j=joint, s=sign: speed(m, j) * s < 0, 60)
         key(m, back, False)
@@ -88,7 +91,8 @@ def a_lost_connection_does_not_jog_on(m):
     m.until("X jogging", lambda _: speed(m, 0) > 0, 60)
     m.sim("silence 3600000")
     m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP)
-    m.until("the axis standing", lambda _: speed(m, 0) == 0)
+    with safety():
+        m.until("the axis standing", lambda _: speed(m, 0) == 0)
     pulses = m.pulses()
     m.cable_in()
     m.until("the fault gone", lambda _: not hal.get_value("estop.fault-in"))

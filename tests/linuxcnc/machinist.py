@@ -17,13 +17,14 @@ import traceback
 
 import hal
 import linuxcnc
-import gantry
-import jogging
-import lathe
-import track
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from safety import safety, status  # noqa: E402  pylint: disable=wrong-import-position
+# pylint: disable=wrong-import-position
+import gantry  # noqa: E402
+import jogging  # noqa: E402
+import lathe  # noqa: E402
+import track  # noqa: E402
+from safety import safety, status  # noqa: E402
 
 FOLDER = pathlib.Path(os.environ["MACHINIST_FOLDER"])
 SIM = os.environ["MACHINIST_SIM"].split()
@@ -219,9 +220,9 @@ class Machinist:
             looks += 1
             self.look()
             assert time.monotonic() < end, "the daemon's cycles stand still"
+            now = self.pulses()
             with safety():
-                assert self.pulses() == (pulses, machine), \
-                    f"{when} it moves: {pulses} {machine} -> {self.pulses()}"
+                assert now == (pulses, machine), f"{when} it moves: {pulses} {machine} -> {now}"
 
 
 def at_the_end(m):
@@ -265,7 +266,8 @@ def cable_out_stops_for_good(m):
     m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP)
     assert hal.get_value("estop.fault-out") and hal.get_value("pokeys.0.stale"), "no fault is shown"
     m.until("a message for the operator", lambda _: any("no connection" in text for text in m.said))
-    m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0)
+    with safety():
+        m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0)
     stood, machine = m.pulses()
     with safety():
         assert stood[0] < (target - 5) * m.scale[0], f"it ran on to {stood[0]}"
@@ -275,8 +277,9 @@ def cable_out_stops_for_good(m):
     m.stays("with the cable in again", stood, machine)
     m.command.state(linuxcnc.STATE_ON)          # without a reset: no
     m.stays("switched on without a reset", stood, machine)
+    state = m.look().task_state
     with safety():
-        assert m.look().task_state == linuxcnc.STATE_ESTOP, "it came on by itself"
+        assert state == linuxcnc.STATE_ESTOP, "it came on by itself"
     m.switch_on()
     m.stays("switched on", stood, machine)
     assert not any(m.look().homed[j] for j in m.joints), "positions are trusted after a lost connection"
@@ -320,7 +323,8 @@ def an_abort_stops_it(m):
     m.until("X searching", lambda _: m.sim("axis 0")["state"] == "12", 60)
     m.command.abort()
     m.until("homing ended", lambda s: not any(s.joint[j]["homing"] for j in m.joints), 60)
-    m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0)
+    with safety():
+        m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0)
     m.stays("after an abort", *m.pulses())
     assert not m.look().homed[0], "homed though it was aborted"
     m.tell(f"device homing: aborted, X stands at machine {m.pulses()[1][0]}")
@@ -353,7 +357,7 @@ def main():
         return 0
     except (AssertionError, OSError, RuntimeError, linuxcnc.error) as fault:
         machinist.tell(f"FAILED: {traceback.format_exc()}\nLinuxCNC said {machinist.said}")
-        # LinuxCNC passes no status on
+        # LinuxCNC does not pass our exit status on, so the report carries it
         machinist.tell(f"status {status([fault])}")
         return 1
 

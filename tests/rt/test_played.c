@@ -20,7 +20,7 @@
 
 enum { SLOTS = 1 << 18, REPLIES = 4000 };
 
-/* a machine that is held for a while has not lost its device; one loss is wanted below */
+/* a pause of the machine must not count as a loss; the test itself causes the only one */
 #define LOST_AFTER_MS 2000
 #define SILENCE_MS "3000"
 

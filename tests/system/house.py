@@ -2,9 +2,9 @@
 """A simulator, a daemon and pokeysctl with a folder, an address and a notify
 socket of their own, so that any number of tests run beside each other.
 
-The machine may be busy with anything: whatever runs may be held for a second at
-any moment, so what a test expects to come about is waited for, up to PATIENCE,
-which is when to give up and no promise. How fast things are is for the bench."""
+The machine may be busy, so any process may stop for a second at any moment. A test
+therefore waits for what it expects, for at most PATIENCE; this limit only decides
+when to give up. The bench measures how fast things are."""
 import json
 import os
 import pathlib
@@ -35,7 +35,7 @@ def free_address():
 
 
 def shared_memory():
-    """What iceoryx2 has put into /dev/shm; all else there is of other programs, which may run beside us."""
+    """What iceoryx2 has put into /dev/shm; other programs may add and remove everything else there."""
     return {entry.name for entry in os.scandir("/dev/shm") if "iox" in entry.name}
 
 
@@ -187,7 +187,7 @@ def equal(found, wanted, why=""):
 
 
 def end(child, number=signal.SIGTERM, limit=PATIENCE):
-    """Signal it; its status."""
+    """Send it the signal and wait; its exit status."""
     child.send_signal(number)
     return child.wait(limit)
 

@@ -8,6 +8,7 @@ import os
 import pathlib
 import pty
 import re
+import select
 import signal
 import struct
 import subprocess
@@ -281,7 +282,7 @@ def test_a_dead_device_does_not_disturb_the_others():
         house.start_sim()
         house.start_daemon()
         house.wait_fresh("mill")
-        # while the finder searches: if cycles waited for its searches, these would take minutes
+        # while the finder searches: if cycles waited for the searches, a thousand would take minutes
         first = house.state("mill")["cycle"]
         wait_for("a thousand cycles", lambda: house.state("mill")["cycle"] >= first + 1000)
         equal(house.ctl("devices").stdout.split(), ["mill", "dead", "nowhere"])
@@ -335,6 +336,7 @@ def test_pokeysctl_top_draws_80_by_24_and_gives_the_terminal_back():
         os.close(theirs)
         seen = b""
         while seen.count(b"\x1b[H") < 4:
+            assert select.select([ours], [], [], PATIENCE)[0], seen
             seen += os.read(ours, 65536)
         top.send_signal(signal.SIGINT)
         equal(top.wait(PATIENCE), 0)

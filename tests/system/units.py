@@ -58,7 +58,7 @@ def main():
         clear = f"ExecStopPost=-{daemon} --clear"
         assert f"{clear}\n{clear} --runtime-directory %t/pokeysd\n" in text, text
         assert "RuntimeDirectory=pokeysd\n" in text
-        # a daemon that hangs drives nothing for two seconds, and not for longer
+        # a daemon that hangs is killed after two seconds
         assert "WatchdogSec=2\n" in text, text
         # a mistake is found at all
         (folder / "pokeysd.service").write_text(text.replace("[Install]", "Nonsense=1\n[Install]"))

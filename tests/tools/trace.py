@@ -60,18 +60,19 @@ def traced(house):
     assert text.stdout.count("\ncycle ") == 1, text.stdout
 
 
-def waits_for_its_device(cycle):
-    """Seen whole, in time, and with the wait for the replies in it. On a busy machine the slowest cycles
-    are those whose window was over before they had asked."""
-    return (cycle["whole"] and cycle["length_us"] < WINDOW_US and
-            cycle["where_us"]["device"] + cycle["where_us"]["run"] > 0)
-
-
 def test_a_daemon_that_sleeps():
+    def most_wait_for_the_device():
+        out = trace(house, "--seconds", "1", "--slowest", "100", "--json")
+        assert out.returncode == 0, out
+        # recorded completely, and in time: on a busy machine the slowest cycles are those whose window ended
+        # before they had sent their requests
+        cycles = [cycle["where_us"] for cycle in json.loads(out.stdout)["slowest"]
+                  if cycle["whole"] and cycle["length_us"] < WINDOW_US]
+        return sum(where["device"] + where["run"] > 0 for where in cycles) > len(cycles) / 2
+
     with House(mode="sleep") as house:
         traced(house)
-        wait_for("a cycle that waits for its device", lambda: any(map(waits_for_its_device, json.loads(
-            trace(house, "--seconds", "1", "--slowest", "100", "--json").stdout)["slowest"])))
+        wait_for("cycles that wait for the device", most_wait_for_the_device)
 
 
 def test_a_daemon_that_spins():

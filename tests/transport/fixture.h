@@ -12,7 +12,7 @@
 
 enum { MS = 1000000 };
 
-/* When to give up waiting for what must come; says nothing of how fast it is. */
+/* When to give up waiting for an event; not a requirement on its speed. */
 #define FIXTURE_PATIENCE_NS UINT64_C(60000000000)
 
 struct peer {

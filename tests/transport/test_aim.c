@@ -159,7 +159,7 @@ static void absent_peer_is_not_an_error_for_good(void **state)
 		assert_int_equal(w->t->error[0], 0);
 		assert_int_equal(w->t->failed, 0);
 		peer_return(&w->peer);
-		/* a send may take an ICMP error that comes late instead of leaving */
+		/* a send may report a late ICMP error instead of sending */
 		give_up = fixture_now() + FIXTURE_PATIENCE_NS;
 		do {
 			assert_true(fixture_now() < give_up);

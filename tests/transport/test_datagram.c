@@ -118,7 +118,7 @@ static void stamp_is_arrival_not_reading(void **state)
 	struct transport_packet p;
 	uint64_t age;
 
-	/* a kernel that nobody asked before begins to stamp a little after it was asked */
+	/* the kernel starts to stamp packets a little after the first socket asks for it */
 	do {
 		assert_true(fixture_now() < give_up);
 		peer_send(&w->peer, "x", 1);

@@ -161,7 +161,7 @@ int __wrap_io_uring_queue_init_params(unsigned int n, struct io_uring *r,
 	return fails("io_uring_setup") ? -fail_with : __real_io_uring_queue_init_params(n, r, p);
 }
 
-/* How often to ask; an answer that has to come is waited for by the clock, too. */
+/* How often to ask at least; if an answer has to come, ask until the time limit as well. */
 enum { TRIES = 20 };
 static bool has_to_come;
 

@@ -138,7 +138,7 @@ static void waiting_packet_saves_the_call(void **state)
 	struct transport_packet p;
 	uint64_t calls, avoided;
 
-	/* a busy kernel may deliver the second one after the wait has returned */
+	/* a busy kernel may deliver the second packet after the wait has returned */
 	do {
 		assert_true(fixture_now() < give_up);
 		peer_send(&w->peer, "a", 1);

@@ -59,8 +59,8 @@ starts_may_take_long() {
 	systemctl daemon-reload
 }
 
-# The drop-in for the isolated core, as somebody would copy it.
-# And a watchdog that bears an emulated second that takes several; units.py checks the unit's own.
+# The drop-in for the isolated core, as a user would copy it, and a longer watchdog, because an
+# emulated second may take several real ones; units.py checks the limit of the unit itself.
 isolate_daemon() {
 	mkdir -p /etc/systemd/system/pokeysd.service.d &&
 		cp /usr/share/doc/pokeysd/isolated-core.conf /etc/systemd/system/pokeysd.service.d/ &&
