@@ -193,15 +193,24 @@ static long faults(void)
 	return usage.ru_minflt + usage.ru_majflt;
 }
 
+/*
+ * A fault of these functions comes each time. One that the kernel causes, because it moves
+ * a page or takes it back, does not: so it is enough that one of some tries has none.
+ */
+enum { TRIES = 10 };
+
 static void realtime_functions_do_not_fault_after_warm_up(void **state)
 {
 	struct both_sides both;
-	long before;
+	long before, faulted = -1;
 
 	begin_both(*state, &both);
-	before = faults();
-	assert_int_equal(run_realtime_functions(&both, TIMES), 0);
-	assert_int_equal(faults(), before);
+	for (int i = 0; i < TRIES && faulted; i++) {
+		before = faults();
+		assert_int_equal(run_realtime_functions(&both, TIMES), 0);
+		faulted = faults() - before;
+	}
+	assert_int_equal(faulted, 0);
 	end_both(&both);
 }
 
