@@ -5,6 +5,7 @@ socket of their own, so that any number of tests run beside each other.
 The machine may be busy, so any process may stop for a second at any moment. A test
 therefore waits for what it expects, for at most PATIENCE; this limit only decides
 when to give up. The bench measures how fast things are."""
+import atexit
 import json
 import os
 import pathlib
@@ -24,6 +25,7 @@ import safety  # noqa: E402  pylint: disable=wrong-import-position
 SEED = int(os.environ.get("POKEYS_SEED", "0")) or random.SystemRandom().randrange(1, 2**31)
 rng = random.Random(SEED)
 PATIENCE = 60  # seconds; whatever takes longer hangs
+copies = {}  # of programs, for_everybody()
 
 
 def free_address():
@@ -158,6 +160,17 @@ class House:
 
     def wait_fresh(self, name="mill", limit=PATIENCE):
         wait_for(f"{name} fresh", lambda: self.fresh(name), limit)
+
+
+def for_everybody(program):
+    """A copy of the program that every user may run: the checkout may be in a folder that only its owner can enter."""
+    if program not in copies:
+        folder = pathlib.Path(tempfile.mkdtemp(prefix="pokeysd-test-", dir="/tmp"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        folder.chmod(0o755)
+        copies[program] = pathlib.Path(shutil.copy(House.programs[program], folder))
+        copies[program].chmod(0o755)
+    return copies[program]
 
 
 def run(*command, **options):
