@@ -65,105 +65,117 @@
 
 const struct settings_key settings_keys[] = {
 	KEY("digital-inputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x02, TERMINALS,
-	    .help = "Terminals to use as digital inputs. Terminal 1 is the HAL's pin.00. Terminals "
-		    "in no list stay as the device has them."),
+	    .help = "Terminals to use as digital inputs. Terminal 1 is pin.00 in HAL. Terminals "
+		    "that are in no list keep the device's setting."),
 	KEY("digital-outputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x04, TERMINALS,
 	    .help = "Terminals to use as digital outputs."),
 	KEY("analog-inputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x08, RANGE(41, 47),
-	    .help = "Terminals to use as analog inputs. Terminal 41 is the HAL's adc.00."),
+	    .help = "Terminals to use as analog inputs. Terminal 41 is adc.00 in HAL."),
 	KEY("counter-inputs", SETTINGS_PIN_FUNCTION, AT(pin_function), .bits = 0x42, TERMINALS,
-	    .help = "Digital inputs whose edges the device counts; not every terminal can."),
+	    .help = "Digital inputs whose edges the device counts. Not every terminal supports "
+		    "this."),
 	KEY("inverted-pins", SETTINGS_PIN_FLAG, AT(pin_function), .bits = 0x80, TERMINALS,
-	    .help = "Those of the terminals in digital-inputs, digital-outputs and counter-inputs "
-		    "that are inverted in the device."),
+	    .help = "Terminals in digital-inputs, digital-outputs and counter-inputs that are "
+		    "inverted in the device."),
 
 	KEY("axes", SETTINGS_NUMBER, AT(axes), SET(AXES), RANGE(0, POKEYS_AXES),
 	    .help = "Number of axes that the pulse engine drives."),
 	KEY("generator", SETTINGS_NUMBER, AT(generator), SET(GENERATOR), .bits = 0x0f, WORDS_ONLY,
 	    WORDS({ "external", 0 }, { "internal", 1 }, { "smart", 2 }),
-	    .help = "Where the pulses are made: external, 8 axes of at most 125 kHz; internal, 3 "
-		    "axes of at most 25 kHz. The three generator keys are written together."),
+	    .help = "Where the pulses are generated: external, 8 axes of at most 125 kHz; "
+		    "internal, 3 axes of at most 25 kHz. The three generator keys are written "
+		    "together."),
 	KEY("generator-swap", SETTINGS_NUMBER, AT(generator), SET(GENERATOR), .bits = 0x40,
-	    FLAG(0x40), .help = "Step and direction outputs exchanged."),
+	    FLAG(0x40), .help = "Step and direction outputs are exchanged."),
 	KEY("generator-extended-io", SETTINGS_NUMBER, AT(generator), SET(GENERATOR), .bits = 0x80,
 	    FLAG(0x80), .help = "Extended inputs and outputs of the external pulse generator."),
 	KEY("charge-pump", SETTINGS_NUMBER, AT(charge_pump), SET(CHARGE_PUMP), TERMINALS,
 	    .bias = 10, WORDS({ "off", 0 }, { "default", 1 }),
-	    .help = "Terminal of the charge pump signal; default is the device's own."),
+	    .help = "Terminal of the charge pump signal; default is the device's default "
+		    "terminal."),
 	KEY("emergency-pin", SETTINGS_NUMBER, AT(emergency_pin), SET(EMERGENCY_PIN), TERMINALS,
 	    .bias = 10, WORDS({ "off", 0 }, { "default", 1 }),
-	    .help = "Terminal of the emergency stop switch; default is the device's own."),
+	    .help = "Terminal of the emergency stop switch; default is the device's default "
+		    "terminal."),
 	KEY("emergency-invert", SETTINGS_NUMBER, AT(emergency_invert), SET(EMERGENCY_INVERT),
-	    FLAG(1), .help = "Emergency stop switch inverted."),
+	    FLAG(1), .help = "Emergency stop switch is inverted."),
 	KEY("power-states", SETTINGS_NUMBER, AT(power_states), SET(POWER_STATES), RANGE(0, 119),
-	    .help = "States of the engine that keep the power on: 1 stopped, 2 stopped by a limit, "
-		    "4 by emergency; 16, 32, 64 the same for the charge pump. Their sum."),
+	    .help = "States of the pulse engine in which the power stays on, as a sum: 1 stopped, "
+		    "2 stopped by a limit, 4 stopped by emergency; 16, 32 and 64 are the same for "
+		    "the charge pump."),
 	KEY("backlash", SETTINGS_NUMBER, AT(backlash_enable), SET(BACKLASH), FLAG(1),
-	    .help = "The device takes up the play of its axes, see axis.N.backlash-width. From "
-		    "firmware 4.1.26 on."),
+	    .help = "The device compensates the backlash of its axes, see axis.N.backlash-width. "
+		    "From firmware 4.1.26 on."),
 	KEY("backlash-speed", SETTINGS_NUMBER, AT(backlash_speed), SET(BACKLASH_SPEED),
 	    RANGE(0, UINT8_MAX),
-	    .help = "Highest speed of that, as the device has it; its unit is not documented."),
+	    .help = "Highest speed of the backlash compensation, as stored in the device; its unit "
+		    "is not documented."),
 	KEY("postep", SETTINGS_NUMBER, AT(postep_enable), SET(POSTEP), FLAG(1),
-	    .help = "The device talks to PoStep motor drivers, and the daemon reads what they say. "
-		    "PoKeys57CNC only, from firmware 4.1.42 on."),
+	    .help = "The device communicates with PoStep motor drivers, and the daemon reads their "
+		    "status. PoKeys57CNC only, from firmware 4.1.42 on."),
 	KEY("synced-pwm", SETTINGS_NUMBER, AT(sync_pwm_enable), SET(SYNC_PWM), FLAG(1),
-	    .help = "A PWM output follows an axis in buffered mode: the pulses of a millisecond "
-		    "are its duty in percent. The three synced-pwm keys are written together."),
+	    .help = "A PWM output follows an axis in buffered mode: the number of pulses in a "
+		    "millisecond is the duty cycle in percent. The three synced-pwm keys are "
+		    "written together."),
 	KEY("synced-pwm-axis", SETTINGS_NUMBER, AT(sync_pwm_axis), SET(SYNC_PWM),
-	    RANGE(0, POKEYS_AXES - 1), .help = "The axis that it follows."),
+	    RANGE(0, POKEYS_AXES - 1), .help = "Axis that the PWM output follows."),
 	KEY("synced-pwm-channel", SETTINGS_NUMBER, AT(sync_pwm_channel), SET(SYNC_PWM),
-	    RANGE(0, POKEYS_PWM - 1), .help = "The PWM output, HAL's pwm.00 to pwm.05."),
+	    RANGE(0, POKEYS_PWM - 1), .help = "PWM output; 0 to 5 are pwm.00 to pwm.05 in HAL."),
 	KEY("synced-outputs", SETTINGS_NUMBER, AT(sync_out_enable), SET(SYNC_OUTPUTS), FLAG(1),
-	    .help = "Eight outputs follow an axis in buffered mode: its byte of each millisecond "
-		    "is their bits. The three synced-outputs keys are written together."),
+	    .help = "Eight outputs follow an axis in buffered mode: the byte of the axis for each "
+		    "millisecond contains their bits. The three synced-outputs keys are written "
+		    "together."),
 	KEY("synced-outputs-axis", SETTINGS_NUMBER, AT(sync_out_axis), SET(SYNC_OUTPUTS),
-	    RANGE(0, POKEYS_AXES - 1), .help = "The axis that they follow."),
+	    RANGE(0, POKEYS_AXES - 1), .help = "Axis that the outputs follow."),
 	KEY("synced-outputs-pins", SETTINGS_BYTES, AT(sync_out_pin), SET(SYNC_OUTPUTS),
 	    RANGE(0, 99),
-	    .help = "Their terminals, that of bit 0 first: 1 to 55, 92 to 99 an output of the "
-		    "pulse engine's connector, 0 none."),
+	    .help = "Terminals of the outputs, starting with bit 0: 1 to 55 is a terminal, 92 to "
+		    "99 an output of the pulse engine's connector, 0 none."),
 	KEY("threading-mode", SETTINGS_NUMBER, AT(threading_mode), SET(THREADING), WORDS_ONLY,
 	    WORDS({ "index", 0 }, { "encoder", 1 }, { "fast-index", 2 }, { "fast-encoder", 3 }),
 	    .help = "What the device's own threading follows (docs/motion.md): the spindle's index "
-		    "alone, or its encoder and index; the fast ones are the vendor's \"high "
-		    "speed\". The threading keys are written together and cannot be read back."),
+		    "alone, or its encoder and index. The fast modes are the vendor's \"high "
+		    "speed\" modes. The threading keys are written together and cannot be read "
+		    "back."),
 	KEY("threading-ticks", SETTINGS_NUMBER, AT(threading_ticks), SET(THREADING),
 	    RANGE(1, UINT16_MAX), .unit = "counts",
-	    .help = "Counts of the ultra-fast encoder in a turn of the spindle."),
+	    .help = "Counts of the ultra-fast encoder per turn of the spindle."),
 	KEY("threading-rpm", SETTINGS_NUMBER, AT(threading_rpm), SET(THREADING),
 	    RANGE(1, UINT16_MAX), .unit = "rpm",
-	    .help = "Speed of the spindle for which the way is commanded. The spindle must never "
-		    "turn faster."),
+	    .help = "Spindle speed for which the path is commanded. The spindle must never turn "
+		    "faster."),
 	KEY("threading-speed-gain", SETTINGS_NUMBER, AT(threading_speed_gain), SET(THREADING),
 	    RANGE(0, UINT16_MAX),
-	    .help = "How the device takes over the spindle's speed; no unit, range or usual value "
-		    "is documented."),
+	    .help = "Gain with which the device follows the spindle's speed; no unit, range or "
+		    "usual value is documented."),
 	KEY("threading-position-gain", SETTINGS_NUMBER, AT(threading_position_gain),
 	    SET(THREADING), RANGE(0, UINT16_MAX),
-	    .help = "How it makes good what it lags behind; as little is documented."),
+	    .help = "Gain with which the device corrects its position lag; no unit, range or usual "
+		    "value is documented."),
 	KEY("threading-ignore-axes", SETTINGS_NUMBER, AT(threading_ignore), SET(THREADING),
 	    RANGE(0, UINT8_MAX),
-	    .help = "Axes in buffered mode that stand meanwhile: 1 axis 0, 2 axis 1, 4 axis 2 ..., "
-		    "their sum; 0 where not given."),
+	    .help = "Axes in buffered mode that stand still during threading, as a sum: 1 axis 0, "
+		    "2 axis 1, 4 axis 2 ...; 0 if not set."),
 
 #define AXIS(name) "axis.#." name
 	KEY(AXIS("mode"), SETTINGS_NUMBER, AXIS_FLAG(options, 13), WORDS_ONLY,
 	    WORDS({ "off", 0 }, { "position", 13 }, { "velocity", 5 }, { "buffered", 1 }),
-	    .help = "What it follows: position, absolute positions, to which the device makes the "
-		    "ramps; velocity, speeds; buffered, the steps of each millisecond, streamed "
-		    "into its motion buffer. off: it is not driven."),
+	    .help = "What the axis follows: position, absolute positions, for which the device "
+		    "generates the ramps; velocity, speeds; buffered, the steps of each "
+		    "millisecond, streamed into the motion buffer of the device. off: the axis is "
+		    "not driven."),
 	KEY(AXIS("invert"), SETTINGS_NUMBER, AXIS_FLAG(options, 2), FLAG(2),
-	    .help = "Direction inverted."),
+	    .help = "Direction is inverted."),
 	KEY(AXIS("max-speed"), SETTINGS_REAL, AXIS_AT(max_speed), AXIS_SET(MAX_SPEED),
 	    RANGE(1, 125000), .unit = "pulses/s",
-	    .help = "Highest speed. An integrated pulse generator ends at 25000."),
+	    .help = "Highest speed. The limit of an integrated pulse generator is 25000."),
 	RATE(max_acceleration, MAX_ACCELERATION, AXIS("max-acceleration"), 1, 1e9, "pulses/s^2",
 	     "Highest acceleration."),
 	RATE(max_deceleration, MAX_DECELERATION, AXIS("max-deceleration"), 1, 1e9, "pulses/s^2",
-	     "Highest deceleration; leave takes max-acceleration if that is given."),
+	     "Highest deceleration; leave uses max-acceleration if that is set."),
 	KEY(AXIS("soft-limits"), SETTINGS_NUMBER, AXIS_FLAG(options, 32), FLAG(32),
-	    .help = "Limits of travel that the device itself keeps; on wants both of the next."),
+	    .help = "Limits of travel that the device itself enforces; on needs both soft-minimum "
+		    "and soft-maximum."),
 	PULSES(soft_minimum, SOFT_MINIMUM, AXIS("soft-minimum"), "Lowest position."),
 	PULSES(soft_maximum, SOFT_MAXIMUM, AXIS("soft-maximum"), "Highest position."),
 	KEY(AXIS("limit-minus"), SETTINGS_NUMBER, AXIS_FLAG(switches, 1), FLAG(1),
@@ -174,13 +186,13 @@ const struct settings_key settings_keys[] = {
 	    .help = "There is a home switch."),
 	KEY(AXIS("home-shared"), SETTINGS_NUMBER, AXIS_FLAG(switches, 24), WORDS_ONLY,
 	    WORDS({ "off", 0 }, { "limit-minus", 8 }, { "limit-plus", 16 }),
-	    .help = "The home switch is that limit switch."),
+	    .help = "The selected limit switch is also the home switch."),
 	KEY(AXIS("limit-minus-invert"), SETTINGS_NUMBER, AXIS_FLAG(switches, 32), FLAG(32),
-	    .help = "Lower limit switch inverted: on for one that closes when it is hit."),
+	    .help = "Lower limit switch is inverted: on for a switch that closes when it is hit."),
 	KEY(AXIS("limit-plus-invert"), SETTINGS_NUMBER, AXIS_FLAG(switches, 64), FLAG(64),
-	    .help = "Upper limit switch inverted."),
+	    .help = "Upper limit switch is inverted."),
 	KEY(AXIS("home-invert"), SETTINGS_NUMBER, AXIS_FLAG(switches, 128), FLAG(128),
-	    .help = "Home switch inverted."),
+	    .help = "Home switch is inverted."),
 	SWITCH_PIN(pin_limit_minus, PIN_LIMIT_MINUS, AXIS("limit-minus-pin"),
 		   "Terminal of the lower limit switch, or the device's dedicated input."),
 	SWITCH_PIN(pin_limit_plus, PIN_LIMIT_PLUS, AXIS("limit-plus-pin"),
@@ -188,32 +200,32 @@ const struct settings_key settings_keys[] = {
 	SWITCH_PIN(pin_home, PIN_HOME, AXIS("home-pin"),
 		   "Terminal of the home switch, or the device's dedicated input."),
 	SWITCH_FILTER(filter_limit_minus, FILTER_LIMIT_MINUS, AXIS("limit-minus-filter"),
-		      "Filter of the lower limit switch; 0 is none."),
+		      "Filter of the lower limit switch; 0 is off."),
 	SWITCH_FILTER(filter_limit_plus, FILTER_LIMIT_PLUS, AXIS("limit-plus-filter"),
-		      "Filter of the upper limit switch; 0 is none."),
+		      "Filter of the upper limit switch; 0 is off."),
 	SWITCH_FILTER(filter_home, FILTER_HOME, AXIS("home-filter"),
-		      "Filter of the home switch; 0 is none."),
+		      "Filter of the home switch; 0 is off."),
 	SWITCH_FILTER(filter_probe, FILTER_PROBE, AXIS("probe-filter"),
-		      "Filter of the probe; 0 is none."),
+		      "Filter of the probe; 0 is off."),
 	SWITCH_PIN(pin_enable, PIN_ENABLE, AXIS("enable-pin"),
 		   "Terminal that enables the motor driver, or the device's dedicated output."),
 	KEY(AXIS("enable-invert"), SETTINGS_NUMBER, AXIS_AT(invert_enable),
-	    AXIS_SET(INVERT_ENABLE), FLAG(1), .help = "Enable output inverted."),
+	    AXIS_SET(INVERT_ENABLE), FLAG(1), .help = "Enable output is inverted."),
 	KEY(AXIS("enable-masked"), SETTINGS_NUMBER, AXIS_FLAG(options, 128), FLAG(128),
 	    .help = "The enable output follows a mask of the host instead of the engine's state."),
 	KEY(AXIS("homing-invert"), SETTINGS_NUMBER, AXIS_FLAG(options, 16), FLAG(16),
-	    .help = "Homing begins in the other direction."),
+	    .help = "Homing starts in the opposite direction."),
 	KEY(AXIS("homing-algorithm"), SETTINGS_NUMBER, AXIS_AT(homing_algorithm),
 	    AXIS_SET(HOMING_ALGORITHM), RANGE(0, 255),
-	    .help = "What homing does when the switch closes (value modulo 16) and opens (value "
-		    "/ 16): 1 slows down, 2 reverses, 4 waits for the encoder's index, their sum; "
-		    "or 8, the position is reset there. 131 is usual."),
+	    .help = "What homing does when the switch closes (value modulo 16) and opens (value / "
+		    "16), as a sum: 1 slows down, 2 reverses, 4 waits for the encoder's index; or "
+		    "8 alone: the position is reset there. 131 is usual."),
 	PERCENT(homing_speed, HOMING_SPEED, AXIS("homing-speed"),
-		"Speed towards the home switch, of max-speed."),
+		"Speed towards the home switch, in percent of max-speed."),
 	PERCENT(homing_return, HOMING_RETURN, AXIS("homing-return-speed"),
-		"Speed off the home switch, of homing-speed."),
+		"Speed off the home switch, in percent of homing-speed."),
 	PULSES(back_off, BACK_OFF, AXIS("homing-back-off"),
-	       "How far homing moves off the switch at its end."),
+	       "How far the axis moves off the switch at the end of homing."),
 	KEY(AXIS("mpg-encoder"), SETTINGS_NUMBER, AXIS_AT(mpg_encoder), AXIS_SET(MPG_ENCODER),
 	    RANGE(0, POKEYS_ENCODERS - 1), .scale = 1, .bias = 1, WORDS({ "none", 0 }),
 	    .help = "Encoder of the hand wheel."),
@@ -223,25 +235,25 @@ const struct settings_key settings_keys[] = {
 	KEY(AXIS("mpg-divider"), SETTINGS_NUMBER, AXIS_AT(mpg_divider), AXIS_SET(MPG_DIVIDER),
 	    RANGE(0, UINT16_MAX), .help = "See mpg-multiplier."),
 	KEY(AXIS("step-invert"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS), .bits = 1,
-	    FLAG(1), .help = "Step signal inverted. The three signal keys (step-invert, "
+	    FLAG(1), .help = "Step signal is inverted. The three signal keys (step-invert, "
 			     "direction-invert, index-falling) are written together."),
 	KEY(AXIS("direction-invert"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS),
-	    .bits = 2, FLAG(2), .help = "Direction signal inverted, besides invert."),
+	    .bits = 2, FLAG(2), .help = "Direction signal is inverted, in addition to invert."),
 	KEY(AXIS("index-falling"), SETTINGS_NUMBER, AXIS_AT(signals), AXIS_SET(SIGNALS),
-	    .bits = 4, FLAG(4), .help = "Homing takes the falling edge of the index signal."),
+	    .bits = 4, FLAG(4), .help = "Homing uses the falling edge of the index signal."),
 	KEY(AXIS("backlash-width"), SETTINGS_NUMBER, AXIS_AT(backlash_half),
 	    AXIS_SET(BACKLASH_WIDTH), RANGE(0, 2 * UINT16_MAX), .scale = 2, .unit = "pulses",
-	    .help = "Play that the device takes up at each change of direction, in steps of 2 (the "
-		    "device has half of it). It needs backlash = on. Not in LinuxCNC's INI file as "
-		    "well: both would compensate."),
+	    .help = "Backlash that the device compensates at each change of direction, in steps of "
+		    "2 (the device stores half of it). It needs backlash = on. Do not set it in "
+		    "LinuxCNC's INI file as well: both would compensate."),
 	KEY(AXIS("backlash-acceleration"), SETTINGS_NUMBER, AXIS_AT(backlash_acceleration),
 	    AXIS_SET(BACKLASH_ACCELERATION), RANGE(0, 255000000), .scale = 1000000,
 	    .unit = "pulses/s^2",
-	    .help = "Acceleration with which the play is taken up, in steps of 1000000."),
+	    .help = "Acceleration of the backlash compensation, in steps of 1000000."),
 	KEY(AXIS("postep-type"), SETTINGS_NUMBER, AXIS_AT(postep_type), AXIS_SET(POSTEP_TYPE),
 	    RANGE(1, UINT8_MAX), WORDS({ "none", 0 }),
-	    .help = "Type of this axis' PoStep motor driver, as its own tool calls it. It needs "
-		    "postep = on, as do the next three."),
+	    .help = "Type of this axis' PoStep motor driver, as named by the driver's own tool. It "
+		    "needs postep = on, as do the next three keys."),
 	KEY(AXIS("postep-address"), SETTINGS_NUMBER, AXIS_AT(postep_address),
 	    AXIS_SET(POSTEP_ADDRESS), RANGE(0, UINT8_MAX),
 	    .help = "I2C address of the PoStep driver."),
@@ -249,63 +261,68 @@ const struct settings_key settings_keys[] = {
 	    AXIS_SET(POSTEP_STEP), WORDS_ONLY,
 	    WORDS({ "1", 0 }, { "2", 1 }, { "4", 2 }, { "8", 3 }, { "16", 4 }, { "32", 5 },
 		  { "64", 6 }, { "128", 7 }, { "256", 8 }),
-	    .help = "Microsteps that the PoStep driver makes of a step. The driver must have power "
-		    "when the daemon sets the device up; nothing is saved in it."),
+	    .help = "Microsteps per step of the PoStep driver. The driver must have power when the "
+		    "daemon configures the device; nothing is saved in the driver."),
 	KEY(AXIS("postep-temperature-limit"), SETTINGS_NUMBER, AXIS_AT(postep_temperature),
 	    AXIS_SET(POSTEP_TEMPERATURE), RANGE(0, UINT8_MAX), .unit = "degrees C",
 	    .help = "Temperature at which the PoStep driver counts as too hot."),
 
 #define ENCODER(name) "encoder.#." name
 	KEY(ENCODER("enable"), SETTINGS_NUMBER, ENCODER_FLAG(1), FLAG(1),
-	    .help = "Count this encoder: on if any other key of it is given. An encoder of which "
-		    "no key is given stays as the device has it."),
+	    .help = "Count this encoder; on if any other key of this encoder is set. If no key of "
+		    "an encoder is set, it keeps the device's setting."),
 	KEY(ENCODER("sampling"), SETTINGS_NUMBER, ENCODER_FLAG(6), WORDS_ONLY,
 	    WORDS({ "1", 0 }, { "2", 4 }, { "4", 2 }), .unit = "counts a line",
-	    .help = "Edges that are counted: 4 if another key of this encoder is given."),
+	    .help = "Edges that are counted; 4 if another key of this encoder is set."),
 	KEY(ENCODER("pins"), SETTINGS_PIN_PAIR, ENCODER_AT(pin_a), .size = 2,
 	    .set_offset = OF_ENCODER(pins_set), .set_size = 1, .set_bits = 1, TERMINALS,
-	    .help = "Terminals of channel A and channel B. Without it the device's own stay."),
+	    .help = "Terminals of channel A and channel B. If not set, the device keeps its "
+		    "terminals."),
 	KEY("fast-encoders", SETTINGS_NUMBER, AT(fast_configuration), SET(FAST_ENCODERS),
 	    .bits = 0x0f, WORDS_ONLY, WORDS({ "off", 0 }, { "on", 10 }, { "alternative", 1 }),
-	    .help = "Encoders 0 to 2 counted in hardware, at terminals 1 and 2, 5 and 6, 15 and "
-		    "16; alternative, on older devices, at 3 and 4 instead of 5 and 6. The "
-		    "fast-encoder keys are written together: what is not given is off "
+	    .help = "Encoders 0 to 2 are counted in hardware, at terminals 1 and 2, 5 and 6, 15 "
+		    "and 16; with alternative, on older devices, at 3 and 4 instead of 5 and 6. "
+		    "The fast-encoder keys are written together: keys that are not set are off "
 		    "(sampling: 4)."),
 	KEY("fast-encoder-sampling", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
 	    .bits = 0x10, WORDS_ONLY, WORDS({ "1", 0x10 }, { "4", 0 }), .unit = "counts a line",
 	    .help = "Edges that the fast encoders count."),
 	KEY("fast-encoder.0.invert", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
-	    .bits = 0x20, FLAG(0x20), .help = "First fast encoder counts the other way."),
+	    .bits = 0x20, FLAG(0x20), .help = "First fast encoder counts in the opposite "
+					      "direction."),
 	KEY("fast-encoder.1.invert", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
-	    .bits = 0x40, FLAG(0x40), .help = "Second fast encoder counts the other way."),
+	    .bits = 0x40, FLAG(0x40), .help = "Second fast encoder counts in the opposite "
+					      "direction."),
 	KEY("fast-encoder.2.invert", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
-	    .bits = 0x80, FLAG(0x80), .help = "Third fast encoder counts the other way."),
+	    .bits = 0x80, FLAG(0x80), .help = "Third fast encoder counts in the opposite "
+					      "direction."),
 	KEY("fast-encoder-index", SETTINGS_NUMBER, AT(fast_options), SET(FAST_ENCODERS),
-	    .bits = 1, FLAG(1), .help = "Terminals 9, 11 and 27 zero the fast encoders."),
+	    .bits = 1, FLAG(1), .help = "Terminals 9, 11 and 27 reset the fast encoders to zero."),
 	KEY("ultra-fast-encoder", SETTINGS_NUMBER, AT(ultra_enable), SET(ULTRA_FAST), FLAG(1),
 	    .help = "Encoder 25, at terminals 8 (A), 12 (B) and 13 (index). The ultra-fast-encoder "
-		    "keys are written together: what is not given is off (sampling: 4)."),
+		    "keys are written together: keys that are not set are off (sampling: 4)."),
 	KEY("ultra-fast-encoder-sampling", SETTINGS_NUMBER, AT(ultra_options), SET(ULTRA_FAST),
 	    .bits = 4, WORDS_ONLY, WORDS({ "1", 0 }, { "4", 4 }), .unit = "counts a line",
 	    .help = "Edges that are counted."),
 	KEY("ultra-fast-encoder-mode", SETTINGS_NUMBER, AT(ultra_options), SET(ULTRA_FAST),
 	    .bits = 2, WORDS_ONLY, WORDS({ "quadrature", 0 }, { "direction", 2 }),
-	    .help = "direction: A is the direction and B the clock."),
+	    .help = "With direction, A is the direction and B is the clock."),
 	KEY("ultra-fast-encoder-invert", SETTINGS_NUMBER, AT(ultra_options), SET(ULTRA_FAST),
-	    .bits = 1, FLAG(1), .help = "It counts the other way."),
+	    .bits = 1, FLAG(1), .help = "The encoder counts in the opposite direction."),
 	KEY("ultra-fast-encoder-filter", SETTINGS_NUMBER, AT(ultra_filter), SET(ULTRA_FAST),
-	    RANGE(0, UINT32_MAX), .help = "Delay of its input filter; 0 is none."),
+	    RANGE(0, UINT32_MAX), .help = "Delay of the encoder's input filter; 0 is off."),
 
 	KEY("pwm-period", SETTINGS_NUMBER, AT(pwm_period), SET(PWM_PERIOD), RANGE(1, UINT32_MAX),
 	    .unit = "ticks",
-	    .help = "Period of all PWM outputs in ticks of the device's 25 MHz: 2500 is 10 kHz."),
+	    .help = "Period of all PWM outputs in ticks of the device's 25 MHz clock: 2500 is 10 "
+		    "kHz."),
 	KEY("analog-filter", SETTINGS_NUMBER, AT(analog_filter), SET(ANALOG_FILTER),
 	    RANGE(0, UINT32_MAX),
-	    .help = "Smoothing of all analog inputs: n/(n+1) of the old value stays with each "
-		    "sample; 0 is none."),
+	    .help = "Smoothing of all analog inputs: each sample keeps n/(n+1) of the old value; 0 "
+		    "is off."),
 	KEY("poextbus-connector", SETTINGS_NUMBER, AT(poextbus_connector), SET(POEXTBUS),
 	    WORDS_ONLY, WORDS({ "dedicated", 0 }, { "terminals", 1 }),
-	    .help = "Where PoExtBus is: at its own connector, or at terminals 35 to 37."),
+	    .help = "Where PoExtBus is connected: at its own connector, or at terminals 35 to 37."),
 	KEY("poextbus-crc", SETTINGS_NUMBER, AT(poextbus_no_crc), SET(POEXTBUS), WORDS_ONLY,
 	    WORDS({ "on", 0 }, { "off", 1 }), .help = "PoExtBus sends a checksum."),
 	KEY("matrix-keyboard", SETTINGS_NUMBER, AT(matrix_enable), SET(MATRIX), FLAG(1),
@@ -313,29 +330,30 @@ const struct settings_key settings_keys[] = {
 		    "together."),
 	KEY("matrix-rows", SETTINGS_PIN_ROW, AT(matrix_row_pin), SET(MATRIX), TERMINALS,
 	    .counted = offsetof(struct pokeys_settings, matrix_rows),
-	    .help = "Terminals of its rows, the first one first."),
+	    .help = "Terminals of the keyboard's rows, starting with the first."),
 	KEY("matrix-columns", SETTINGS_PIN_ROW, AT(matrix_column_pin), SET(MATRIX), TERMINALS,
 	    .counted = offsetof(struct pokeys_settings, matrix_columns),
-	    .help = "Terminals of its columns."),
+	    .help = "Terminals of the keyboard's columns."),
 	KEY("failsafe-timeout-ms", SETTINGS_NUMBER, AT(failsafe_timeout), SET(FAILSAFE),
 	    RANGE(100, 25500), .scale = 100, WORDS({ "off", 0 }), .unit = "ms",
-	    .help = "How long the device waits for us before it brings its outputs into the "
-		    "failsafe state by itself, in steps of 100. 1000 if it is not given; off "
-		    "switches the device's failsafe off."),
+	    .help = "How long the device waits for the daemon before it brings its outputs into "
+		    "the failsafe state by itself, in steps of 100. 1000 if not set; off switches "
+		    "the device's failsafe off."),
 	KEY("failsafe-parts", SETTINGS_NUMBER, AT(failsafe_peripherals), SET(FAILSAFE),
 	    RANGE(0, 15),
-	    .help = "What its failsafe acts upon: 1 digital outputs, 2 PoExtBus, 4 PWM, 8 pulse "
-		    "engine. Their sum; 15 if it is not given."),
+	    .help = "What the device's failsafe acts on, as a sum: 1 digital outputs, 2 PoExtBus, "
+		    "4 PWM, 8 pulse engine; 15 if not set."),
 	KEY("failsafe-on", SETTINGS_PIN_BITS, AT(failsafe_outputs), SET(FAILSAFE), TERMINALS,
-	    .help = "Outputs that are on in its failsafe state; all others are off. Those of "
-		    "safe-on if it is not given."),
+	    .help = "Outputs that are on in the device's failsafe state; all others are off. If "
+		    "not set, the outputs in safe-on."),
 	KEY("failsafe-poextbus", SETTINGS_BYTES, AT(failsafe_poextbus), SET(FAILSAFE),
-	    RANGE(0, 255), .help = "Bytes of PoExtBus in its failsafe state; 0 where not given."),
+	    RANGE(0, 255), .help = "Bytes of PoExtBus in the device's failsafe state; 0 if not "
+				   "set."),
 	KEY("failsafe-pwm", SETTINGS_BYTES, AT(failsafe_pwm), SET(FAILSAFE), RANGE(0, 100),
 	    .unit = "%",
-	    .help = "Duties of the PWM outputs in its failsafe state; 0 where not given."),
+	    .help = "Duty cycles of the PWM outputs in the device's failsafe state; 0 if not set."),
 	KEY("device-name", SETTINGS_TEXT, AT(name), SET(NAME),
-	    .help = "Name that the device itself carries."),
+	    .help = "Name that is stored in the device."),
 };
 
 const size_t settings_key_count = sizeof(settings_keys) / sizeof(settings_keys[0]);

@@ -32,59 +32,59 @@
 static const struct config_key own[] = {
 	KEY(DAEMON(runtime_directory), "runtime-directory", CONFIG_FILE,
 	    .fallback = POKEYS_RUNTIME_DIRECTORY,
-	    .help = "Folder of the shared memory. One daemon per folder; the HAL component and "
-		    "the tools have to be given the same one."),
+	    .help = "Folder of the shared memory. One daemon per folder; the HAL component and the "
+		    "tools have to use the same folder."),
 	KEY(DAEMON(group), "group", CONFIG_TEXT,
-	    .help = "Group whose members may attach to the shared memory. Without it the folder's "
-		    "group stays as it is."),
+	    .help = "Group whose members may attach to the shared memory. If not set, the group of "
+		    "the folder is not changed."),
 	KEY(DAEMON(transport), "transport", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "auto", CONFIG_AUTO }, { "io_uring", CONFIG_IO_URING },
 			   { "socket", CONFIG_SOCKET }, { "xdp", CONFIG_XDP }),
 	    .fallback = "auto",
-	    .help = "How packets reach the network. auto takes io_uring, and plain sockets if the "
-		    "kernel refuses it; xdp goes past the kernel's network stack (AF_XDP), which "
-		    "needs interface and pokeys-guard(8), and is as auto where it is not to be "
-		    "had."),
+	    .help = "How packets reach the network. auto uses io_uring, or plain sockets if the "
+		    "kernel refuses io_uring. xdp bypasses the kernel's network stack (AF_XDP); it "
+		    "needs interface and pokeys-guard(8), and behaves like auto if AF_XDP is not "
+		    "available."),
 	KEY(DAEMON(interface), "interface", CONFIG_TEXT,
-	    .help = "Network interface that all devices are at. Without it the routing table "
-		    "decides."),
+	    .help = "Network interface that all devices are connected to. If not set, the routing "
+		    "table decides."),
 	KEY(DAEMON(guard), "guard", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "shared", 0 }, { "dedicated", 1 }), .fallback = "shared",
-	    .help = "What pokeys-guard(8), if it is started, lets in at the interface: shared all "
-		    "that is not aimed at the daemon, dedicated the devices, ARP and ICMP "
-		    "only."),
+	    .help = "What pokeys-guard(8), if it is started, lets in at the interface: with "
+		    "shared, everything that is not aimed at the daemon; with dedicated, only the "
+		    "devices, ARP and ICMP."),
 	KEY(DAEMON(mode), "mode", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "auto", CONFIG_WAIT_AUTO }, { "sleep", CONFIG_WAIT_SLEEP },
 			   { "napi", CONFIG_WAIT_NAPI }, { "spin", CONFIG_WAIT_SPIN }),
 	    .fallback = "auto",
-	    .help = "How the realtime thread waits. sleep gives the processor back until a packet "
-		    "comes; napi polls the network card for a while first, which needs io_uring "
-		    "and Linux 6.9; spin keeps the processor, reacts a few microseconds faster and "
-		    "wants a core of its own. auto takes spin on an isolated core that LinuxCNC "
-		    "does not take, else napi where interface names a card that can be polled, "
-		    "else sleep, and says why."),
+	    .help = "How the realtime thread waits. sleep releases the processor until a packet "
+		    "arrives. napi first polls the network card for a while; it needs io_uring and "
+		    "Linux 6.9. spin keeps the processor, reacts a few microseconds faster and "
+		    "needs a dedicated core. auto selects spin on an isolated core that LinuxCNC "
+		    "does not use, else napi if interface names a card that can be polled, else "
+		    "sleep; the log gives the reason."),
 	KEY(DAEMON(busy_poll_us), "busy-poll-us", CONFIG_INTEGER, RANGE(0, 10000),
 	    .fallback = "200", .unit = "us",
-	    .help = "With mode napi: how long a wait for a reply polls the network card before it "
-		    "sleeps; 0: auto never takes napi."),
+	    .help = "With mode napi: how long the thread polls the network card for a reply before "
+		    "it sleeps. With 0, auto never selects napi."),
 	KEY(DAEMON(period_us), "period-us", CONFIG_INTEGER, RANGE(250, 4000), .fallback = "1000",
 	    .unit = "us",
-	    .help = "Length of a cycle. Each device is asked and the shared memory is written once "
-		    "in each."),
+	    .help = "Length of a cycle. In each cycle the daemon reads each device once and writes "
+		    "the shared memory once."),
 	KEY(DAEMON(collect), "collect", CONFIG_REAL, RANGE(0.1, 0.9), .fallback = "0.5",
 	    .unit = "of a period",
 	    .help = "How long a cycle waits for its fast replies before it publishes what it has."),
 	KEY(DAEMON(phase_lock), "phase-lock", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "no", LOOP_PHASE_NO }, { "auto", LOOP_PHASE_AUTO },
 			   { "yes", LOOP_PHASE_YES }), .fallback = "auto",
-	    .help = "Lay the cycle so that fresh data is published just before each read of "
-		    "LinuxCNC's servo thread. auto does so where that thread's period is a "
-		    "multiple or a part of period-us, within 1 %; yes does the same and warns "
-		    "when it cannot; no runs freely."),
+	    .help = "Align the cycle so that fresh data is published just before each read of "
+		    "LinuxCNC's servo thread. auto does so if that thread's period is a multiple "
+		    "or a part of period-us, within 1 %. yes does the same and writes a warning if "
+		    "it is not possible. no does not align the cycle."),
 	KEY(DAEMON(duty), "duty", CONFIG_REAL, RANGE(0.1, 1), .fallback = "0.9",
 	    .unit = "of a period",
-	    .help = "Most that a spinning loop runs of each period: 0.1 to 0.9, or 1 if realtime "
-		    "throttling is off (kernel.sched_rt_runtime_us = -1)."),
+	    .help = "Largest part of each period for which a spinning loop runs: 0.1 to 0.9, or 1 "
+		    "if realtime throttling is off (kernel.sched_rt_runtime_us = -1)."),
 	KEY(DAEMON(cpu), "cpu", CONFIG_INTEGER, RANGE(0, 1023), .words = WORDS({ "any", -1 }),
 	    .fallback = "any",
 	    .help = "Core that the realtime thread is pinned to."),
@@ -92,35 +92,38 @@ static const struct config_key own[] = {
 	    .help = "SCHED_FIFO priority of the realtime thread. LinuxCNC's servo thread has 98."),
 	KEY(DAEMON(realtime), "realtime", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "required", 1 }, { "optional", 0 }), .fallback = "required",
-	    .help = "optional goes on with a warning where the system refuses the priority or "
-		    "locked memory; required ends the daemon. As --no-realtime."),
+	    .help = "If the system refuses the priority or locked memory, optional continues with "
+		    "a warning, and required ends the daemon. optional is the same as "
+		    "--no-realtime."),
 	KEY(DAEMON(discovery_interval_ms), "discovery-interval-ms", CONFIG_INTEGER,
 	    RANGE(100, 60000), .fallback = "1000", .unit = "ms",
 	    .help = "How often the network is searched while a device with a serial number is "
-		    "missing. Nothing is sent while none is."),
+		    "missing. Nothing is sent while no such device is missing."),
 	KEY(DAEMON(discovery_address), "discovery-address", CONFIG_ADDRESS_LIST,
-	    .help = "Where the search is sent besides the broadcast address of every interface (or "
-		    "of the one that interface names): devices behind a router."),
+	    .help = "Addresses to which the search is sent in addition to the broadcast address of "
+		    "every interface (or of the one that interface names), for devices behind a "
+		    "router."),
 	KEY(DAEMON(metrics_file), "metrics-file", CONFIG_FILE,
-	    .help = "File that is rewritten with counters in Prometheus' text format. Without it "
-		    "none is written."),
+	    .help = "File to which counters are written in Prometheus' text format. If not set, no "
+		    "file is written."),
 	KEY(DAEMON(metrics_interval_ms), "metrics-interval-ms", CONFIG_INTEGER,
 	    RANGE(100, 3600000), .fallback = "10000", .unit = "ms",
 	    .help = "How often the metrics file is rewritten."),
 	KEY(DAEMON(recorder_seconds), "recorder-seconds", CONFIG_INTEGER, RANGE(0, 60),
 	    .fallback = "5", .unit = "s",
-	    .help = "How much of the latest packets and events is kept in memory for pokeysctl "
-		    "record: at least so long, in at most 128 MiB (8 MiB for one device at "
-		    "1 kHz); 0 keeps none."),
+	    .help = "For how long the latest packets and events are kept in memory for pokeysctl "
+		    "record: at least this time, in at most 128 MiB (8 MiB for one device at 1 "
+		    "kHz). 0 keeps none."),
 	KEY(DAEMON(record_folder), "record-folder", CONFIG_FILE,
-	    .help = "Folder that they are written to at a fault, as a file for Wireshark. Without "
-		    "it the one that systemd gives, /var/log/pokeysd; by hand none is written."),
+	    .help = "Folder to which these packets and events are written at a fault, as a file "
+		    "for Wireshark. If not set, the folder that systemd provides is used, "
+		    "/var/log/pokeysd; a daemon that is started by hand then writes no files."),
 	KEY(DAEMON(record_files), "record-files", CONFIG_INTEGER, RANGE(0, 1000),
 	    .fallback = "20",
 	    .help = "How many such files are kept; the oldest are removed. 0 writes none."),
 	KEY(DAEMON(record_interval_s), "record-interval-s", CONFIG_INTEGER, RANGE(1, 86400),
 	    .fallback = "60", .unit = "s",
-	    .help = "At most one such file is written in so long a time."),
+	    .help = "At most one such file is written in this time."),
 	KEY(DAEMON(log_level), "log-level", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "error", EVENT_ERROR }, { "warning", EVENT_WARNING },
 			   { "notice", EVENT_NOTICE }, { "info", EVENT_INFO },
@@ -129,8 +132,9 @@ static const struct config_key own[] = {
 	    .help = "Least important message that is written."),
 
 	KEY(DEVICE(address), "address", CONFIG_ADDRESS,
-	    .help = "Where the device is. Without it the device is searched by its serial number. "
-		    "With both, a device of another serial number at this address is refused."),
+	    .help = "Address of the device. If not set, the daemon searches for the device by its "
+		    "serial number. If both are set, a device with another serial number at this "
+		    "address is refused."),
 	KEY(DEVICE(port), "port", CONFIG_INTEGER, RANGE(1, 65535), .fallback = "20055",
 	    .help = "UDP port of the device."),
 	KEY(DEVICE(serial), "serial", CONFIG_INTEGER, RANGE(1, 4294967295.0),
@@ -138,26 +142,28 @@ static const struct config_key own[] = {
 	    .help = "Serial number, as pokeysctl discover shows it."),
 	KEY(DEVICE(heartbeat_timeout_ms), "heartbeat-timeout-ms", CONFIG_REAL, RANGE(1, 60000),
 	    .fallback = "100", .unit = "ms",
-	    .help = "Commander (LinuxCNC) silent for longer: outputs and axes go to the safe "
-		    "state."),
+	    .help = "If the commander (LinuxCNC) is silent for longer, outputs and axes go to the "
+		    "safe state."),
 	KEY(DEVICE(stale_after_ms), "stale-after-ms", CONFIG_REAL, RANGE(0.5, 60000),
 	    .fallback = "8", .unit = "ms",
 	    .help = "Inputs and positions older than this are flagged stale."),
 	KEY(DEVICE(lost_after_ms), "lost-after-ms", CONFIG_REAL, RANGE(5, 60000),
 	    .fallback = "200", .unit = "ms",
-	    .help = "No valid reply for longer: the device is lost and is searched again."),
+	    .help = "If there is no valid reply for longer, the device is lost and the daemon "
+		    "searches for it again."),
 	KEY(DEVICE(fast_divider), "fast-divider", CONFIG_INTEGER, RANGE(1, 100), .fallback = "1",
 	    .unit = "cycles",
-	    .help = "The device is asked for inputs and positions every n-th cycle: for a device "
+	    .help = "Inputs and positions of the device are read in every n-th cycle. For a device "
 		    "that cannot answer as fast as the loop runs."),
 	KEY(DEVICE(slow_hz), "slow-hz", CONFIG_REAL, RANGE(0.1, 100), .fallback = "5",
 	    .unit = "Hz",
 	    .help = "How often slow data is read: load, clock, counters, PWM."),
 	KEY(DEVICE(slow_together), "slow", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "spread", 0 }, { "together", 1 }), .fallback = "spread",
-	    .help = "spread reads slow data one request a cycle, each kind at its rate; together "
-		    "reads all of it but PoNET's in one cycle, slow-hz times a second: for a "
-		    "device that takes so many requests at once. Wants window = 20 or more."),
+	    .help = "spread reads slow data with one request per cycle, each kind at its rate. "
+		    "together reads all slow data except PoNET's in one cycle, slow-hz times a "
+		    "second, for a device that accepts so many requests at once; it needs window = "
+		    "20 or more."),
 	KEY(DEVICE(encoder_hz), "encoder-hz", CONFIG_REAL, RANGE(1, 1000), .fallback = "50",
 	    .unit = "Hz",
 	    .help = "How often full 32-bit encoder counts are read to check the reconstruction "
@@ -167,29 +173,31 @@ static const struct config_key own[] = {
 	    .help = "How often those analog inputs are read that the fast reply does not carry."),
 	KEY(DEVICE(deadline_floor_us), "deadline-floor-us", CONFIG_REAL, RANGE(50, 1000000),
 	    .fallback = "300", .unit = "us",
-	    .help = "Shortest time after which a request without reply counts as lost. In between "
-		    "it follows the measured round trip."),
+	    .help = "Shortest time after which a request without a reply counts as lost. Between "
+		    "this and deadline-ceiling-ms, the time follows the measured round trip."),
 	KEY(DEVICE(deadline_ceiling_ms), "deadline-ceiling-ms", CONFIG_REAL, RANGE(0.05, 5000),
 	    .fallback = "50", .unit = "ms",
-	    .help = "Longest such time."),
+	    .help = "Longest time after which a request without a reply counts as lost."),
 	KEY(DEVICE(deadline_initial_ms), "deadline-initial-ms", CONFIG_REAL, RANGE(0.05, 5000),
 	    .fallback = "10", .unit = "ms",
-	    .help = "Such a time before the first round trip was measured."),
+	    .help = "Time after which a request without a reply counts as lost before the first "
+		    "round trip was measured."),
 	KEY(DEVICE(reply_lifetime_ms), "reply-lifetime-ms", CONFIG_REAL, RANGE(1, 5000),
 	    .fallback = "500", .unit = "ms",
-	    .help = "How late a reply may still arrive; its request number is not used again "
-		    "before."),
+	    .help = "How late a reply may still arrive. The request number is not used again "
+		    "before this time has passed."),
 	KEY(DEVICE(retries), "retries", CONFIG_INTEGER, RANGE(0, 20), .fallback = "3",
-	    .help = "How often a request that may be repeated is repeated; 0 is never."),
+	    .help = "How often a request that may be repeated is repeated; 0 means never."),
 	KEY(DEVICE(window), "window", CONFIG_INTEGER, RANGE(1, 64), .fallback = "8",
 	    .unit = "requests",
-	    .help = "Most requests on their way at once."),
+	    .help = "Largest number of requests in flight at once."),
 	KEY(DEVICE(retry_budget), "retry-budget", CONFIG_INTEGER, RANGE(1, 100000),
 	    .fallback = "200", .unit = "/s",
-	    .help = "Most repetitions a second, so that a bad line is not made worse."),
+	    .help = "Largest number of repetitions per second, so that a bad line is not made "
+		    "worse."),
 	KEY(DEVICE(send_budget), "send-budget", CONFIG_INTEGER, RANGE(10, 100000),
 	    .fallback = "8000", .unit = "/s",
-	    .help = "Most packets a second to this device."),
+	    .help = "Largest number of packets per second to this device."),
 	KEY(DEVICE(safe_on), "safe-on", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
 	    .help = "Outputs that are on in the safe state. All others are off, except those of "
 		    "safe-hold."),
@@ -197,13 +205,13 @@ static const struct config_key own[] = {
 	    .help = "Outputs that the safe state leaves as they are."),
 	KEY(DEVICE(failsafe), "failsafe", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "on",
-	    .help = "on: the device is told to bring its outputs into the state of the failsafe "
-		    "keys by itself when it hears nothing any more; off: its own failsafe stays as "
-		    "it is."),
+	    .help = "on: the daemon configures the device to bring its outputs into the state of "
+		    "the failsafe keys by itself when it no longer receives anything; off: the "
+		    "failsafe setting of the device is not changed."),
 	KEY(DEVICE(password_file), "password-file", CONFIG_FILE,
-	    .help = "File whose one line is the device's password: of the daemon's user, which "
-		    "is pokeys in the installed unit, readable by nobody else (mode 600). Read at "
-		    "the start."),
+	    .help = "File whose only line is the device's password. It has to be owned by the "
+		    "daemon's user, which is pokeys in the installed unit, and readable by nobody "
+		    "else (mode 600). The file is read at the start."),
 };
 
 enum { OWN = sizeof(own) / sizeof(own[0]) };
