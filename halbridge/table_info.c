@@ -53,8 +53,8 @@ static const struct table_row rows[] = {
 	INFO("protI2C", i2c, "I2C"),
 	INFO("prot1wire", one_wire, "1-wire"),
 	INFO("AdditionalOptions", additional_options, "options that can be activated"),
-	INFO("LoadStatus", load_status, "tells its processor load"),
-	INFO("CustomDeviceName", custom_name, "a name of its own"),
+	INFO("LoadStatus", load_status, "reports its processor load"),
+	INFO("CustomDeviceName", custom_name, "custom device name"),
 	INFO("PoTLog27support", potlog27, "PoTLog27"),
 	INFO("SensorList", sensor_list, "sensor list"),
 	INFO("WebInterface", web_interface, "web interface"),
@@ -69,7 +69,7 @@ static const struct table_row rows[] = {
 	MORE("FirmwareMinor", firmware_minor, "firmware version, e.g. 7 of 4.7.15"),
 	MORE("FirmwareRevision", firmware_revision, "firmware version, e.g. 15 of 4.7.15"),
 	MORE("UserID", user_id, "the device's user id"),
-	MORE("ActivatedOptions", options, "activated options, bits as the device tells them"),
+	MORE("ActivatedOptions", options, "activated options, bits as the device reports them"),
 
 	CLOCK("sec", second, "the device's clock: second"),
 	CLOCK("min", minute, "minute"),
@@ -80,16 +80,17 @@ static const struct table_row rows[] = {
 	CLOCK("year", year, "year, e.g. 2026"),
 	CLOCK("doy", day_of_year, "day of the year"),
 	ROW("rtc.set", PIN, IN, WRITE, rtc.set,
-	    "its rising edge sets the clock to what the pins rtc.set-* say then"),
+	    "its rising edge sets the clock to the values of the pins rtc.set-*"),
 	CLOCK_SET("sec", second, 0, 59, "second"),
 	CLOCK_SET("min", minute, 0, 59, "minute"),
 	CLOCK_SET("hour", hour, 0, 23, "hour"),
 	CLOCK_SET("dom", day, 1, 31, "day of the month"),
 	CLOCK_SET("month", month, 1, 12, "month"),
 	CLOCK_SET("year", year, 2000, 2099, 
-		  "year; the day of the week and of the year follow"),
+		  "year; the day of the week and the day of the year are computed"),
 	ROW("rtc.set-outcome", PIN, OUT, READ, rtc.set_outcome,
-	    "of the last setting: 0 none or under way, 1 done, 2 failed, 3 unknown, 4 refused"),
+	    "result of the last setting of the clock: 0 none or in progress, 1 done, 2 failed, 3 "
+	    "unknown, 4 refused"),
 };
 
 TABLE_GROUP(table_info, rows);

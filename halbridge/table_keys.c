@@ -30,15 +30,15 @@ static const struct table_row rows[] = {
 	     "key 4 * column + row is pressed"),
 	LIST("kbd48CNC.%02u.LED", PIN, IN, WRITE, kbd48.led, VALUES_KEYS,
 	     "its lamp; all are commanded once one has been true"),
-	ROW("kbd48CNC.present", PIN, OUT, READ, kbd48.present, "there is one"),
+	ROW("kbd48CNC.present", PIN, OUT, READ, kbd48.present, "a kbd48CNC is present"),
 	ROW("kbd48CNC.module", PIN, OUT, READ, kbd48.module, "which PoNET module it is; 255 none"),
 	ROW("kbd48CNC.light", PIN, OUT, READ, kbd48.light, "ambient light, 0..255"),
 	ROW("kbd48CNC.brightness", PARAM, RW, WRITE, kbd48.brightness,
-	    "of its lamps, -1 leaves it", PARAMETER(-1, -1, 255)),
+	    "brightness of its lamps; -1 leaves it unchanged", PARAMETER(-1, -1, 255)),
 	ROW("kbd48CNC.auto-brightness", PARAM, RW, WRITE, kbd48.auto_brightness,
 	    "brightness is 255 - light", PARAMETER(0, 0, 1)),
 	ROW("kbd48CNC.brightness-sent", PIN, OUT, WRITE, kbd48.brightness_sent,
-	    "the brightness asked for"),
+	    "the brightness that was requested"),
 };
 
 TABLE_GROUP(table_keys, rows);

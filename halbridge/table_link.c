@@ -24,15 +24,15 @@ static const struct table_row rows[] = {
 	STATUS("attach-state", attach_state,
 	       "0 no daemon, 1 attached to its shared memory, 2 refused (the log says why)"),
 	STATUS("link-state", link_state,
-	       "0 searching, 1 identifying, 2 configuring, 3 running, 4 lost; as the daemon "
-	       "last said"),
+	       "0 searching, 1 identifying, 2 configuring, 3 running, 4 lost; as last reported by "
+	       "the daemon"),
 	STATUS("fault", fault,
 	       "why the link does not run, or did not the last time: 0 none, 1 no address, "
 	       "2 no answer, 3 wrong serial number, 4 unsupported device, 5 setting refused, "
 	       "6 locked, 7 rebooted, 8 network, 9 driven by another daemon or section"),
 	STATUS("fault-count", fault_count, "link faults since the daemon's start"),
 	STATUS("reconnects", reconnects, "times the device was found again"),
-	STATUS("cycle", cycle, "the daemon's cycle the pins are of (low 32 bits)"),
+	STATUS("cycle", cycle, "the daemon's cycle that the pin values are from (low 32 bits)"),
 	STATUS("age-us", age_us, "age of the oldest fast data, microseconds; grows while stale"),
 	STATUS("rtt-us", rtt_us, "last round trip, microseconds"),
 	STATUS("rtt-avg-us", rtt_avg_us, "smoothed round trip, microseconds"),
@@ -41,10 +41,10 @@ static const struct table_row rows[] = {
 	STATUS("phase-locked", phase_locked,
 	       "the daemon publishes fresh data just before each read of the servo thread"),
 	STATUS("phase-error-us", phase_error_us,
-	       "how much later the last read came than the daemon's cycle was laid for, "
+	       "how much later the last read came than the daemon's cycle was scheduled for, "
 	       "microseconds"),
 	STATUS("packet-error", packet_error,
-	       "since the read before, a packet was lost, or there is no fresh data"),
+	       "a packet was lost since the previous read, or there is no fresh data"),
 	STATUS("packet-error-level", packet_error_level,
 	       "rises by packet-error-increment at each read with packet-error, falls by "
 	       "packet-error-decrement at each without; between 0 and packet-error-limit"),
@@ -57,7 +57,7 @@ static const struct table_row rows[] = {
 	COUNT("packet-error-decrement", 1, packet_error_decrement),
 
 	ROW("machine-is-on", PIN, IN, WRITE, machine_is_on,
-	    "the machine is on: motion is wanted; each rising edge asks for it anew",
+	    "the machine is on: motion is requested; each rising edge requests it again",
 	    BOTH_SCHEMES),
 	STATUS("machine-on-permitted", machine_on_permitted,
 	       "the daemon permits motion (machine-is-on rose while the link ran)"),
@@ -73,7 +73,7 @@ static const struct table_row rows[] = {
 	OUTCOME("input-refused-count", input_refused_count,
 		"times a pin or parameter came to hold such a value"),
 	OUTCOME("one-shot-full", one_shot_full,
-		"64 one-shot commands wait already, the newest was not taken"),
+		"64 one-shot commands are already waiting; the newest was not accepted"),
 	STATUS("one-shot-failed-count", one_shot_failed_count,
 	       "one-shot commands that the daemon or the device refused or lost"),
 };
