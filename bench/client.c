@@ -4,7 +4,7 @@
  * period, in one of several ways (client_socket.c, client_ring.c, client_xdp.c).
  *
  * All contenders stand alike: SCHED_FIFO 80 on one core where that is permitted,
- * memory locked, times from the tick that was due until the last answer is in
+ * memory locked, times from the start of the cycle that was due until the last answer is in
  * the program's hands. A way that spins is awake before the tick, as the
  * daemon's mode spin is; the others pay for their wake-up, as its mode sleep
  * does.

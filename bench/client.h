@@ -20,7 +20,7 @@ struct client {
 	uint64_t tick_ns, begin_ns;	/* when the cycle was due, and began */
 	uint64_t lost;
 	struct samples newest;		/* the cycle's last answer, since it was asked for */
-	struct samples all;		/* from the tick until all answers are in */
+	struct samples all;		/* from the start of the cycle until all answers are in */
 };
 
 struct client_way {

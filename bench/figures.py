@@ -19,7 +19,7 @@ class Figure:
     low: float | None = None  # over the rounds
     high: float | None = None
     most: float | None = None
-    readme: str = ""  # how README's table calls it, if it is to be there
+    readme: str = ""  # its name in docs/measurements.md; without one it is not shown there
 
     @property
     def met(self):

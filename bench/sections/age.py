@@ -145,7 +145,7 @@ def figures(found):
             value, low, high = spread([run["age"][f"p{part}_ns"] / 1000 for run in found[way]])
             most = base / 1000 + ALLOWED_US if way != "free" and part == "99" else None
             rows.append(Figure(f"age at LinuxCNC's read, {text}, p{part}", value, "µs", samples, low, high, most,
-                               f"age of the data at LinuxCNC's read, {text}, p99" if part == "99" else ""))
+                               f"age of the data at LinuxCNC's read, {text}, p{part}"))
     return rows
 
 

@@ -70,7 +70,7 @@ def figures(found):
     unfair = middle(found["16"], "unfair")
     samples = total(found["16"], "cycles")
     return [Figure("16 devices at 1 kHz in one thread: busy part of the period", *(100 * v for v in busy[:1]), "%", samples,
-                   100 * busy[1], 100 * busy[2], 60, "16 devices in one thread: busy part of the period"),
+                   100 * busy[1], 100 * busy[2], 60, "16 devices at 1 kHz in one thread: busy part of the period"),
             Figure("16 devices: slowest one's answers to the fastest one's, medians", unfair[0], "", samples, unfair[1],
                    unfair[2]),
             Figure("one dead device among 16: another one's answers, ratio to all alive", dead[0], "",
@@ -86,7 +86,7 @@ def report(found):
                      us(middle(runs, "all", "p99_ns")[0]), f"{statistics.median(r['unfair'] for r in runs):.2f}",
                      total(runs, "all", "samples"), total(runs, "missed"), total(runs, "late")))
     return ["One simulator for each device, all on the other core, mode sleep. The times are those of the first device,"
-            " from the tick until its image is published. Slowest to fastest is over all devices, from histograms whose"
+            " from the start of the cycle until its image is published. Slowest to fastest is over all devices, from histograms whose"
             " buckets are a fifth wide. The dead one dies when the measuring begins.", "",
             *table(("devices", "busy % of the period", "published p50 µs", "over the rounds", "p99 µs",
                     "slowest to fastest", "samples", "cycles missed", "late"), rows)]

@@ -16,7 +16,7 @@ CLIENTS = {"blocking": "sendto, select, recvfrom, one question after the other",
 DAEMONS = {"sleep": "pokeysd, mode sleep, slow = together", "spin": "pokeysd, mode spin, slow = together"}
 ORDER = ("sleep", "blocking", "spin", "batching", "ring")
 NAMES = {**CLIENTS, **DAEMONS}
-PLACES = {"direct": ("simulator at once", ()), "wire": (f"{WIRE_US} µs each way", ("--delay-us", WIRE_US))}
+PLACES = {"direct": ("simulator without delay", ()), "wire": (f"{WIRE_US} µs each way", ("--delay-us", WIRE_US))}
 TOGETHER = {"slow": "together", "slow-hz": 100, "window": 20}
 
 
@@ -53,8 +53,8 @@ def figures(found):
             value, low, high = ratios(runs[name], runs["blocking"], "all", "p50_ns")
             rows.append(Figure(f"{text}, {PLACES[place][0]}: ratio to a blocking client that asks the same", value, "",
                                total(runs[name], "all", "samples"), low, high, 0.3,
-                               f"everything of a device in one cycle, mode `{name}`, {PLACES[place][0]},"
-                               " to a blocking client"))
+                               f"all data of a device in one cycle, mode `{name}`, {PLACES[place][0]}:"
+                               " ratio to a blocking client"))
     return rows
 
 
@@ -68,7 +68,7 @@ def report(found):
                          us(middle(runs[name], "all", "p99_ns")[0]), total(runs[name], "all", "samples"),
                          total(runs[name], "lost")))
     return ["0xCC, pulse engine status, 32-bit encoders, analog inputs, PoExtBus, tick counter, PWM, load, clock,"
-            " external outputs, identity, dedicated inputs; from the tick to the last answer (pokeysd's: the kernel's"
+            " external outputs, identity, dedicated inputs; from the start of the cycle to the last answer (pokeysd's: the kernel's"
             " receive stamp). pokeysd does so in every tenth cycle, with the two fast ones only in between. What a"
             " packet costs the simulator bounds the first part: no client can be quicker than the one that batches"
             " and spins.", "",

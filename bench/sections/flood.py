@@ -122,7 +122,8 @@ def figures(found):
         value, low, high = ratios(found[name], found["idle"], "round_trip", "p50_ns")
         samples = total(found[name], "round_trip", "samples")
         rows.append(Figure(f"{WAYS[name][0]}, {RATE // 1000} k packets/s: round trip p50 to that without flood", value, "",
-                           samples, low, high, most))
+                           samples, low, high, most,
+                           f"{RATE:,} foreign packets/s, {WAYS[name][0]}: round trip, ratio to no flood"))
         rows.append(Figure(f"{WAYS[name][0]}: {LOST}", total(found[name], "lost"), "", samples,
                            most=0 if most else None))
     return rows

@@ -49,11 +49,12 @@ def figures(found):
         shown.append(Figure(f"position mode: from the commander's write to the device, {percent} (target: a cycle and half a "
                             "round trip)", value / 1000, "µs", total(runs, "arrived", "samples"), low / 1000,
                             high / 1000, bound,
-                            readme=f"commanded position to the device, position mode, {percent}"))
+                            readme=f"position mode: commander's write to the device, {percent}"))
     row = rows[TARGET]
     shown.append(Figure(f"buffered mode, {row['axes']} axes at {row['khz']} kHz, {row['seconds']} s of simulated time, "
                         f"{TARGET}: underruns", row["underruns"], "", 1000 * row["seconds"], most=0,
-                        readme="buffered mode, 8 axes at 125 kHz, 2 ms jitter, 0.1 % lost: underruns"))
+                        readme=f"buffered mode, {row['axes']} axes at {row['khz']} kHz, {TARGET}, "
+                               f"{row['seconds']} s of simulated time: underruns"))
     shown.append(Figure("buffered mode, all lines of the table: axes that end off the commanded pulse",
                         sum(row["axes_off"] for row in found["buffer"]), "",
                         sum(row["axes"] for row in found["buffer"]), most=0))

@@ -26,7 +26,7 @@ def figures(runs):
         some = [of(run, count) for run in runs]
         value, low, high = ratios(some, none, "alone")
         rows.append(Figure(f"publishing with {count} readers: ratio to none", value, "", total(runs, count, "samples"),
-                           low, high, 1.15, "publishing with 20 readers, to none" if count == "20" else ""))
+                           low, high, 1.15, "publishing with 20 readers: ratio to none" if count == "20" else ""))
         value, low, high = ratios(some, none, "both")
         rows.append(Figure(f"the same and taking the lines back, {count} readers: ratio to none", value, "",
                            total(runs, count, "samples"), low, high))

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The report of ./run bench: what is beyond its target is said and fails nothing,
-what could not be measured is named, README's table is of the same figures.
+what could not be measured is named, docs/measurements.md shows the same figures.
 
 Argument: the source folder."""
 import contextlib
@@ -85,11 +85,42 @@ class Report(unittest.TestCase):
         text, _ = self.written(a=section())
         self.assertIn("abacus, 2 cores, a virtual machine; Linux 6.1, not PREEMPT_RT, no core isolated", text)
 
-    def test_readme_has_the_named_figures_only(self):
-        _, report = self.written(a=section(rows=[Figure("long", 1, "µs", 1, readme="short"), Figure("other", 2, "", 1)]))
-        text = "\n".join(measure.readme(report))
-        self.assertIn("| short | 1.00 µs |", text)
+    def test_published_are_the_named_figures_only(self):
+        _, report = self.written(a=section(rows=[Figure("long", 1, "µs", 7, 0.5, 2, 3, readme="short"),
+                                                 Figure("other", 2, "", 1)]), b=section(Skip("no AF_XDP here")))
+        text = "\n".join(measure.published(report))
+        self.assertIn("| short | 1.00 µs | 0.50 to 2.00 | 7 | ≤ 3.00 |", text)
+        self.assertIn("abacus, 2 cores", text)
+        self.assertIn("no AF_XDP here", text)
         self.assertNotIn("other", text)
+
+    def test_publishing_replaces_the_generated_part_only(self):
+        _, report = self.written(a=section(rows=[Figure("long", 1, "µs", 7, readme="short")]))
+        page = pathlib.Path(self.folder.name) / "page.md"
+        page.write_text(f"before\n{measure.BEGIN}\nold\n{measure.END}\nafter\n", encoding="utf-8")
+        for _ in range(2):
+            measure.publish(report, page)
+            text = page.read_text(encoding="utf-8")
+            self.assertEqual(text.count("| short |"), 1)
+            self.assertNotIn("old", text)
+            self.assertTrue(text.startswith("before\n") and text.endswith("\nafter\n"))
+        page.write_text("no place\n", encoding="utf-8")
+        with self.assertRaises(ValueError):
+            measure.publish(report, page)
+        self.assertEqual(page.read_text(encoding="utf-8"), "no place\n")
+
+    def test_the_page_has_its_place(self):
+        text = measure.PAGE.read_text(encoding="utf-8")
+        self.assertLess(text.index(measure.BEGIN), text.index(measure.END))
+
+    def test_no_quick_run_is_published(self):
+        path = pathlib.Path(self.folder.name) / "report.json"
+        path.write_text(json.dumps({"quick": True}), encoding="utf-8")
+        before = measure.PAGE.read_text(encoding="utf-8")
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            self.assertEqual(measure.publish_last(path), 1)
+        self.assertIn("quick run", said.getvalue())
+        self.assertEqual(measure.PAGE.read_text(encoding="utf-8"), before)
 
     def test_round_without_answer_is_left_out(self):
         runs, bases = [{"p": 2}, {"p": 0}, {"p": 6}], [{"p": 1}, {"p": 1}, {"p": 2}]
