@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What is installed is enough: each header that is installed, and the monitor that
-README.md prints, compile with the installed headers alone; each page of docs that a man
+docs/programming.md prints, compile with the installed headers alone; each page of docs that a man
 page, an example or a header names is installed."""
 import json
 import pathlib
@@ -52,13 +52,13 @@ def pages_are_there():
 
 
 def main():
-    readme = re.findall(r"^```c\n(.*?)^```$", (ROOT / "README.md").read_text(), re.M | re.S)
-    assert readme, "README.md has no monitor in C any more"
+    printed = re.findall(r"^```c\n(.*?)^```$", (ROOT / "docs/programming.md").read_text(), re.M | re.S)
+    assert printed, "docs/programming.md has no monitor in C any more"
     with tempfile.TemporaryDirectory() as folder:
         names = stage(pathlib.Path(folder))
         assert "pokeys/shm.h" in names, names
         texts = {f"<{name}>": f"#include <{name}>\n" for name in names}
-        texts.update({f"README.md, program {i + 1}": text for i, text in enumerate(readme)})
+        texts.update({f"docs/programming.md, program {i + 1}": text for i, text in enumerate(printed)})
         good = [pages_are_there()] + [compile_alone(folder, what, text) for what, text in texts.items()]
     return 0 if all(good) else 1
 
