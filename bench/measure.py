@@ -124,7 +124,8 @@ def options():
     parser.add_argument("--quick", action="store_true", help="a short run, to see that everything works")
     parser.add_argument("--only", metavar="SECTION,...", help="measure only these sections")
     parser.add_argument("--list", action="store_true", help="list the sections")
-    parser.add_argument("--readme", action="store_true", help="write the last report's figures into docs/measurements.md")
+    parser.add_argument("--readme", action="store_true",
+                        help="write the last report's figures into docs/measurements.md")
     return parser.parse_args()
 
 
@@ -135,8 +136,12 @@ def publish_last(path):
     except (OSError, ValueError) as why:
         print(f"bench: no report to publish ({why}); ./run bench writes one", file=sys.stderr)
         return 1
-    if report["quick"]:
+    if report.get("quick", True):
         print(f"bench: {path} is of a quick run, whose figures mean nothing; ./run bench measures", file=sys.stderr)
+        return 1
+    if missing := [name for name in ORDER if name not in report["sections"]]:
+        print(f"bench: {path} has not all sections ({' '.join(missing)} missing); ./run bench without --only measures"
+              " them", file=sys.stderr)
         return 1
     try:
         publish(report, PAGE)

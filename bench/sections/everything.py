@@ -68,8 +68,8 @@ def report(found):
                          us(middle(runs[name], "all", "p99_ns")[0]), total(runs[name], "all", "samples"),
                          total(runs[name], "lost")))
     return ["0xCC, pulse engine status, 32-bit encoders, analog inputs, PoExtBus, tick counter, PWM, load, clock,"
-            " external outputs, identity, dedicated inputs; from the start of the cycle to the last answer (pokeysd's: the kernel's"
-            " receive stamp). pokeysd does so in every tenth cycle, with the two fast ones only in between. What a"
+            " external outputs, identity, dedicated inputs; from the start of the cycle to the last answer (pokeysd's:"
+            " the kernel's receive stamp). pokeysd does so in every tenth cycle, with the two fast ones only in between. What a"
             " packet costs the simulator bounds the first part: no client can be quicker than the one that batches"
             " and spins.", "",
             *table(("simulator", "contender", "questions", "p50 µs", "over the rounds", "ratio to blocking", "p99 µs",

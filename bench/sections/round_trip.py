@@ -72,8 +72,9 @@ def figures(found):
     asleep = middle(runs["sleep"], "all", "p50_ns")
     samples = total(runs["spin"], "all", "samples")
     return [
-        Figure("pokeysd, mode spin: from the start of the cycle to both fast answers published", spin and spin / 1000, "µs", samples,
-               low and low / 1000, high and high / 1000, readme="start of the cycle to both fast replies, mode `spin`"),
+        Figure("pokeysd, mode spin: from the start of the cycle to both fast answers published", spin and spin / 1000,
+               "µs", samples, low and low / 1000, high and high / 1000,
+               readme="start of the cycle to both fast replies, mode `spin`"),
         *against(runs, "spin", "spinning", "round_trip", "one round trip", 1.10,
                  "one round trip, mode `spin`: ratio to a bare socket in a tight loop"),
         *against(runs, "spin-socket", "spinning", "round_trip", "one round trip", 1.10,
@@ -83,8 +84,8 @@ def figures(found):
         *against(runs, "spin", "spinning", "all", "from the start of the cycle"),
         *against(runs, "spin", "ring-spin", "all", "from the start of the cycle"),
         *against(runs, "spin", "xdp", "all", "from the start of the cycle"),
-        Figure("pokeysd, mode sleep: from the start of the cycle to both fast answers published", asleep[0] and asleep[0] / 1000,
-               "µs", total(runs["sleep"], "all", "samples"), asleep[1] and asleep[1] / 1000,
+        Figure("pokeysd, mode sleep: from the start of the cycle to both fast answers published",
+               asleep[0] and asleep[0] / 1000, "µs", total(runs["sleep"], "all", "samples"), asleep[1] and asleep[1] / 1000,
                asleep[2] and asleep[2] / 1000, readme="start of the cycle to both fast replies, mode `sleep`"),
         *against(runs, "sleep", "sleeping", "round_trip", "one round trip", 1.10),
         *against(runs, "sleep", "blocking", "all", "from the start of the cycle", 1.10,
@@ -106,12 +107,12 @@ def report(found):
                      us(middle(contender, "all", "p99_ns")[0]), us(middle(contender, "cpu_ns")[0]),
                      total(contender, "all", "samples"), total(contender, "lost")))
     missing = [f"- without {NAMES[name]}: {why}" for name, why in found["missing"].items()]
-    return ["Same simulator (service time 0, spinning on the other core) behind a veth pair. From the start of the cycle: until a"
-            " client has all answers in its hands, until pokeysd has published them. Who sleeps pays for his"
+    return ["Same simulator (service time 0, spinning on the other core) behind a veth pair. From the start of the cycle:"
+            " until a client has all answers in its hands, until pokeysd has published them. Who sleeps pays for his"
             " wake-up in it; who spins is awake before the tick. A round trip is that of the cycle's last answer, since it"
             " was asked for: of two that are on their way together, or of one alone where a client asks one after the"
             " other; pokeysd's ends with the kernel's receive stamp, a client's when it has the answer. A cycle that pokeysd published without an answer counts"
             " as one of a whole period.", "",
             *table(("contender", "round trip p50 µs", "from the start of the cycle p50 µs", "over the rounds",
-                    "ratio to spinning socket", "from the start of the cycle p99 µs", "processor µs a cycle", "samples", "lost"),
-                   rows), *(["", *missing] if missing else [])]
+                    "ratio to spinning socket", "from the start of the cycle p99 µs", "processor µs a cycle",
+                    "samples", "lost"), rows), *(["", *missing] if missing else [])]

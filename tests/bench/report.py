@@ -113,14 +113,16 @@ class Report(unittest.TestCase):
         text = measure.PAGE.read_text(encoding="utf-8")
         self.assertLess(text.index(measure.BEGIN), text.index(measure.END))
 
-    def test_no_quick_run_is_published(self):
+    def test_no_quick_run_and_no_part_of_one_is_published(self):
         path = pathlib.Path(self.folder.name) / "report.json"
-        path.write_text(json.dumps({"quick": True}), encoding="utf-8")
         before = measure.PAGE.read_text(encoding="utf-8")
-        with contextlib.redirect_stderr(io.StringIO()) as said:
-            self.assertEqual(measure.publish_last(path), 1)
-        self.assertIn("quick run", said.getvalue())
-        self.assertEqual(measure.PAGE.read_text(encoding="utf-8"), before)
+        for report, why in (({"quick": True, "sections": dict.fromkeys(ORDER, {})}, "quick run"),
+                            ({"quick": False, "sections": dict.fromkeys(ORDER[1:], {})}, f"{ORDER[0]} missing")):
+            path.write_text(json.dumps(report), encoding="utf-8")
+            with contextlib.redirect_stderr(io.StringIO()) as said:
+                self.assertEqual(measure.publish_last(path), 1)
+            self.assertIn(why, said.getvalue())
+            self.assertEqual(measure.PAGE.read_text(encoding="utf-8"), before)
 
     def test_round_without_answer_is_left_out(self):
         runs, bases = [{"p": 2}, {"p": 0}, {"p": 6}], [{"p": 1}, {"p": 1}, {"p": 2}]
