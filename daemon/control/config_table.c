@@ -123,7 +123,8 @@ static const struct config_key own[] = {
 	    .help = "How many such files are kept; the oldest are removed. 0 writes none."),
 	KEY(DAEMON(record_interval_s), "record-interval-s", CONFIG_INTEGER, RANGE(1, 86400),
 	    .fallback = "60", .unit = "s",
-	    .help = "At most one such file is written in this time."),
+	    .help = "At most one such file is written in this time for each reason (lost, "
+		    "commander, emergency, limit, transport, late)."),
 	KEY(DAEMON(log_level), "log-level", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "error", EVENT_ERROR }, { "warning", EVENT_WARNING },
 			   { "notice", EVENT_NOTICE }, { "info", EVENT_INFO },

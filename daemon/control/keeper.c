@@ -4,8 +4,9 @@
  *
  * What led to a fault is in the ring already when the fault is seen; what it led to
  * comes after. So a record is written half a second later. A fault that comes again
- * and again, a cable that rattles, must not fill the disk: there is one record in a
- * while, and a number of them.
+ * and again, a cable that rattles, must not fill the disk: there is one record of each
+ * reason in a while, and a number of them. Of each reason, because a machine that was
+ * busy for a moment must not cost the record of the cable that came out a little later.
  *
  * The control thread only gives the order. A disk may be slow for seconds, and the
  * control thread feeds the watchdog. At the end as well: a daemon that waits for a
@@ -66,11 +67,13 @@ void keeper_event(struct keeper *keeper, const struct event *event, uint64_t now
 	if (event->code == EVENT_MACHINE)
 		keeper->machine_on = event->a ? keeper->machine_on | bit :
 						keeper->machine_on & ~bit;
-	if (!keeper->running || !reason || keeper->due || now_ns < keeper->not_before_ns)
+	if (!keeper->running || !reason || now_ns < keeper->not_before_ns[reason])
 		return;
+	keeper->not_before_ns[reason] = now_ns + keeper->config->record_interval_ns;
+	if (keeper->due && keeper->due <= reason)
+		return;		/* the record that is due will have this one in it */
 	keeper->due = reason;
 	keeper->due_ns = now_ns + AFTER_NS;
-	keeper->not_before_ns = now_ns + keeper->config->record_interval_ns;
 }
 
 static void tell(struct keeper *keeper)

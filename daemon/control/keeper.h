@@ -11,15 +11,15 @@
 #include "daemon/device/event.h"
 #include "daemon/rt/loop.h"
 
-/* Why a record is written; also the end of its file's name. */
+/* Why a record is written, the gravest first; also the end of its file's name. */
 enum record_reason {
 	RECORD_NOTHING,
 	RECORD_LOST,			/* a device that was running does not answer */
 	RECORD_COMMANDER,		/* silent while the machine was on */
 	RECORD_EMERGENCY,		/* the pulse engine was stopped by its emergency input */
 	RECORD_LIMIT,			/* ... by a limit switch */
-	RECORD_LATE,			/* a burst of missed cycles */
 	RECORD_TRANSPORT,		/* the transport has failed for good */
+	RECORD_LATE,			/* a burst of missed cycles */
 	RECORD_DIED,			/* what the daemon before this one left */
 	RECORD_REASONS
 };
@@ -36,7 +36,7 @@ struct keeper {
 	/* the control thread's */
 	uint32_t machine_on;		/* bit = device whose machine is on */
 	enum record_reason due;		/* to be written at due_ns */
-	uint64_t due_ns, not_before_ns;
+	uint64_t due_ns, not_before_ns[RECORD_REASONS];
 	/* between the two */
 	_Atomic bool stop;
 	_Atomic uint32_t order;		/* enum record_reason; the thread's until it is 0 again */

@@ -180,6 +180,33 @@ static void there_is_one_in_a_while(void **state)
 	assert_int_equal(keeper.due, RECORD_LOST);
 }
 
+/* A burst of missed cycles is a reason by itself, and often a forerunner. */
+static void a_mild_fault_does_not_cost_the_record_of_a_grave_one(void **state)
+{
+	(void)state;
+	begin(NULL);
+	happen(EVENT_CYCLE_SKIPPED, 20, 0, 1000 * MS);
+	keeper_run(&keeper, 1500 * MS);
+	lose(10000 * MS);
+	assert_int_equal(keeper.due, RECORD_LOST);
+}
+
+static void faults_of_half_a_second_are_one_record_named_after_the_gravest(void **state)
+{
+	(void)state;
+	begin(NULL);
+	happen(EVENT_CYCLE_SKIPPED, 20, 0, 1000 * MS);
+	lose(1200 * MS);
+	happen(EVENT_CYCLE_SKIPPED, 20, 0, 1300 * MS);
+	keeper_run(&keeper, 1699 * MS);
+	assert_int_equal(keeper.due, RECORD_LOST);
+	keeper_run(&keeper, 1700 * MS);
+	assert_int_equal(keeper.due, RECORD_NOTHING);
+	stop();
+	assert_int_equal(files("-lost.pcapng"), 1);
+	assert_int_equal(files(""), 1);
+}
+
 static void the_commander_counts_while_the_machine_is_on(void **state)
 {
 	(void)state;
@@ -264,7 +291,6 @@ static void a_disk_that_hangs_does_not_hold_the_end_up(void **state)
 	hangs = true;
 	keeper_run(&keeper, 1500 * MS);
 	await_disk();
-	keeper.not_before_ns = 0;
 	happen(EVENT_ENGINE, WIRE_ENGINE_STOP_LIMIT, 3, 2000 * MS);
 	keeper_stop(&keeper, KEEPER_STOP_MS);			/* comes back */
 	said = logged();
@@ -420,6 +446,8 @@ int main(void)
 		TEST(faults_are_reasons_and_other_events_are_not),
 		TEST(a_fault_is_written_half_a_second_later),
 		TEST(there_is_one_in_a_while),
+		TEST(a_mild_fault_does_not_cost_the_record_of_a_grave_one),
+		TEST(faults_of_half_a_second_are_one_record_named_after_the_gravest),
 		TEST(the_commander_counts_while_the_machine_is_on),
 		TEST(what_a_dead_daemon_left_is_written_at_the_next_start),
 		TEST(one_that_ends_in_its_start_writes_it_too),
