@@ -130,8 +130,7 @@ static void print(uint64_t cycles, uint64_t missed, const struct pokeys_link_sta
 	       "\"missing\": %lld, "
 	       "\"late\": %llu, \"incomplete\": %llu, \"burst_answers\": %.2f, ",
 	       (unsigned long long)cycles, (unsigned long long)missed,
-	       (unsigned long long)((after->lost - after->resent) -
-				    (before->lost - before->resent)),
+	       (unsigned long long)(after->timed_out - before->timed_out),
 	       (unsigned long long)(after->resent - before->resent),
 	       (long long)(after->sent - before->sent) -
 	       (long long)(after->received - before->received) -

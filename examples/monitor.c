@@ -109,9 +109,10 @@ static void print_text(const struct options *options, const struct pokeys_state 
 		       state->engine.axis[i].enabled ? "" : "(off)");
 	if (!state->engine.axes_enabled)
 		printf(" none set up in the device");
-	printf("\n  round trip us: last %.1f smoothed %.1f; lost %" PRIu64 " of %" PRIu64 "\n",
+	printf("\n  round trip us: last %.1f smoothed %.1f; of %" PRIu64 " requests %" PRIu64
+	       " late, %" PRIu64 " lost\n",
 	       state->statistics.rtt_last_ns / 1e3, state->statistics.rtt_smoothed_ns / 1e3,
-	       state->statistics.lost, state->statistics.sent);
+	       state->statistics.sent, state->statistics.late, state->statistics.lost);
 }
 
 static void json_pins(const char *name, const uint8_t *bytes)
@@ -145,8 +146,8 @@ static void print_json(const struct options *options, const struct pokeys_state 
 	printf("],\"positions\":[");
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		printf("%s%" PRId32, i ? "," : "", state->engine.axis[i].position);
-	printf("],\"lost\":%" PRIu64 ",\"sent\":%" PRIu64 "}\n", state->statistics.lost,
-	       state->statistics.sent);
+	printf("],\"late\":%" PRIu64 ",\"lost\":%" PRIu64 ",\"sent\":%" PRIu64 "}\n",
+	       state->statistics.late, state->statistics.lost, state->statistics.sent);
 }
 
 /* One look: 0 = shown, 1 = there is nothing to show (said on stderr). */

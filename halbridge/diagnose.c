@@ -17,11 +17,12 @@ static void read_packets(struct value_diagnostics *value, const struct pokeys_li
 	value->sent = (uint32_t)s->sent;
 	value->resent = (uint32_t)s->resent;
 	value->received = (uint32_t)s->received;
+	value->late = (uint32_t)s->late;
 	value->lost = (uint32_t)s->lost;
 	value->timed_out = (uint32_t)s->timed_out;
 	value->stray = (uint32_t)s->stray;
 	value->duplicate = (uint32_t)s->duplicate;
-	value->late_reply = (uint32_t)s->stale;
+	value->stale_reply = (uint32_t)s->stale;
 	value->corrupt = (uint32_t)s->corrupt;
 	value->wrong_source = (uint32_t)s->wrong_source;
 	value->send_failed = (uint32_t)s->send_failed;

@@ -106,15 +106,15 @@ static void count_errors(struct link *link, struct values *values, bool error,
 	values->packet_error_exceeded = values->packet_error_level >= limit;
 }
 
-static bool lost_packets(struct link *link, struct values *values,
+static bool missed_deadlines(struct link *link, struct values *values,
 			 const struct pokeys_state *state, bool new_daemon)
 {
-	uint64_t lost = state->statistics.lost;
-	bool more = !new_daemon && lost > link->lost;
+	uint64_t missed = state->statistics.missed;
+	bool more = !new_daemon && missed > link->missed;
 
 	if (more)
-		values->packet_error_total += (uint32_t)(lost - link->lost);
-	link->lost = lost;
+		values->packet_error_total += (uint32_t)(missed - link->missed);
+	link->missed = missed;
 	return more;
 }
 
@@ -142,7 +142,7 @@ struct link_news link_read(struct link *link, struct values *values,
 		news.new_daemon = state->epoch != link->epoch;
 		news.fresh = values->daemon_alive && is_fresh(state, age_ns);
 		news.rebooted = rebooted(link, state, news.new_daemon);
-		error = lost_packets(link, values, state, news.new_daemon);
+		error = missed_deadlines(link, values, state, news.new_daemon);
 		link->epoch = state->epoch;
 		fill_link(values, state);
 	}

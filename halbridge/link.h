@@ -13,7 +13,7 @@
 
 struct link {
 	uint64_t epoch;			/* of the daemon last seen, 0 = none yet */
-	uint64_t lost;			/* its counter of lost packets at the last read */
+	uint64_t missed;		/* its counter of missed deadlines at the last read */
 	uint32_t fault_count;		/* at the last read */
 	/* from when the newest data are; the first read before any */
 	uint64_t data_ns;

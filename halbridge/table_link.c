@@ -44,12 +44,12 @@ static const struct table_row rows[] = {
 	       "how much later the last read came than the daemon's cycle was scheduled for, "
 	       "microseconds"),
 	STATUS("packet-error", packet_error,
-	       "a packet was lost since the previous read, or there is no fresh data"),
+	       "a request missed its deadline since the previous read, or there is no fresh data"),
 	STATUS("packet-error-level", packet_error_level,
 	       "rises by packet-error-increment at each read with packet-error, falls by "
 	       "packet-error-decrement at each without; between 0 and packet-error-limit"),
 	STATUS("packet-error-total", packet_error_total,
-	       "packets lost since the module was loaded"),
+	       "requests without a reply by their deadline since the module was loaded"),
 	STATUS("packet-error-exceeded", packet_error_exceeded,
 	       "the level is at its limit; clears itself when the level falls"),
 	COUNT("packet-error-limit", 10, packet_error_limit),

@@ -193,7 +193,8 @@ struct value_diagnostics {
 	double rate_hz[POKEYS_SLOW_GROUPS];
 	double deadline_us, device_tick_s;
 	struct value_latency wakeup, round_trip, data, age;
-	uint32_t sent, resent, received, lost, timed_out, stray, duplicate, late_reply, corrupt;
+	uint32_t sent, resent, received, late, lost, timed_out, stray, duplicate, stale_reply,
+		 corrupt;
 	uint32_t wrong_source, send_failed, cycles_late, in_flight, encoder_resyncs;
 	uint32_t load, access, failsafe_state;
 	uint32_t config_state, config_refused, config_refused_index;

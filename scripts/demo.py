@@ -151,7 +151,8 @@ class Demo(Rig):
         status = self.status()
         state, latency = status["state"], status["diag"]["latency_us"]
         ages.sort()
-        return (f"demo: ok cycles={state['cycle']} lost={state['statistics']['lost']}"
+        return (f"demo: ok cycles={state['cycle']} late={state['statistics']['late']}"
+                f" lost={state['statistics']['lost']}"
                 f" age_us_p50={ages[len(ages) // 2]:.0f} age_us_p99={ages[len(ages) * 99 // 100]:.0f}"
                 f" rtt_us_p50={latency['fast_round_trip']['p50']:.0f}")
 

@@ -139,10 +139,10 @@ static void print_packets(const struct view_device *device, FILE *to)
 {
 	const struct pokeys_link_statistics *s = &device->state.statistics;
 
-	fprintf(to, "  packets     %llu sent, %llu lost, %llu repeated, %llu given up, "
-		"%llu late, %llu damaged or foreign\n", (unsigned long long)s->sent,
-		(unsigned long long)s->lost, (unsigned long long)s->resent,
-		(unsigned long long)s->timed_out,
+	fprintf(to, "  packets     %llu sent, %llu late, %llu lost, %llu repeated, %llu given up, "
+		"%llu unexpected, %llu damaged or foreign\n", (unsigned long long)s->sent,
+		(unsigned long long)s->late, (unsigned long long)s->lost,
+		(unsigned long long)s->resent, (unsigned long long)s->timed_out,
 		(unsigned long long)(s->stray + s->duplicate + s->stale),
 		(unsigned long long)(s->corrupt + s->wrong_source));
 }

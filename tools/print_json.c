@@ -21,7 +21,8 @@ struct row {
 			   sizeof(((struct pokeys_link_statistics *)0)->field) }
 static const struct row statistics[] = {
 	STATISTIC(sent), STATISTIC(resent), STATISTIC(received), STATISTIC(accepted),
-	STATISTIC(lost), STATISTIC(timed_out), STATISTIC(stray), STATISTIC(duplicate),
+	STATISTIC(missed), STATISTIC(late), STATISTIC(lost),
+	STATISTIC(timed_out), STATISTIC(stray), STATISTIC(duplicate),
 	STATISTIC(stale), STATISTIC(corrupt), STATISTIC(wrong_source), STATISTIC(send_failed),
 	STATISTIC(cycles_late), STATISTIC(reconnects), STATISTIC(rtt_last_ns),
 	STATISTIC(rtt_smoothed_ns), STATISTIC(rtt_min_ns), STATISTIC(rtt_max_ns),

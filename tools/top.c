@@ -22,11 +22,11 @@
 
 /* Counters as they were drawn last, for rates. */
 struct before {
-	uint64_t now_ns, cycle, received, lost;
+	uint64_t now_ns, cycle, received, missed;
 };
 
 struct rates {
-	double cycles, received, lost;	/* a second; NAN at first */
+	double cycles, received, missed;	/* a second; NAN at first */
 };
 
 static struct rates rates_of(struct before *before, const struct view_device *device)
@@ -38,10 +38,10 @@ static struct rates rates_of(struct before *before, const struct view_device *de
 	if (before->now_ns && state->cycle >= before->cycle) {
 		rates.cycles = (double)(state->cycle - before->cycle) / seconds;
 		rates.received = (double)(state->statistics.received - before->received) / seconds;
-		rates.lost = (double)(state->statistics.lost - before->lost) / seconds;
+		rates.missed = (double)(state->statistics.missed - before->missed) / seconds;
 	}
 	*before = (struct before){ device->now_ns, state->cycle, state->statistics.received,
-				   state->statistics.lost };
+				   state->statistics.missed };
 	return rates;
 }
 
@@ -80,13 +80,14 @@ static void draw_head(struct screen *screen, const struct view_device *device,
 		    state->flags & POKEYS_STATE_BAD_COMMAND ? "  COMMANDS REFUSED" : "",
 		    state->flags & POKEYS_STATE_REALTIME ? "" : "  NOT REALTIME");
 	if (!isnan(rates->cycles))
-		screen_line(screen, "cycle %llu, %.0f/s   packets %.0f/s, lost %.3g/s, lost in "
-			    "all %llu",
+		screen_line(screen, "cycle %llu, %.0f/s   packets %.0f/s   late %llu   lost %llu",
 			    (unsigned long long)state->cycle, rates->cycles, rates->received,
-			    rates->lost, (unsigned long long)state->statistics.lost);
+			    (unsigned long long)state->statistics.late,
+			    (unsigned long long)state->statistics.lost);
 	else
-		screen_line(screen, "cycle %llu   lost in all %llu",
+		screen_line(screen, "cycle %llu   late %llu   lost %llu",
 			    (unsigned long long)state->cycle,
+			    (unsigned long long)state->statistics.late,
 			    (unsigned long long)state->statistics.lost);
 	screen_line(screen, "phase %s", print_phase(&state->phase, phase));
 }
@@ -202,7 +203,7 @@ static void draw_row(struct screen *screen, const struct view_device *device,
 				   INFINITY, half),
 		    print_duration(answered ? (double)pokeys_histogram_percentile(h, 0.99) :
 				   INFINITY, most),
-		    isnan(rates.lost) ? 0 : rates.lost, device->why);
+		    isnan(rates.missed) ? 0 : rates.missed, device->why);
 }
 
 static void draw(struct screen *screen, const struct view *view, struct before *before)

@@ -174,15 +174,15 @@ static const struct config_key own[] = {
 	    .help = "How often those analog inputs are read that the fast reply does not carry."),
 	KEY(DEVICE(deadline_floor_us), "deadline-floor-us", CONFIG_REAL, RANGE(50, 1000000),
 	    .fallback = "300", .unit = "us",
-	    .help = "Shortest time after which a request without a reply counts as lost. Between "
-		    "this and deadline-ceiling-ms, the time follows the measured round trip."),
+	    .help = "Shortest deadline of a request; without a reply by then, it is sent again. "
+		    "Between this and deadline-ceiling-ms, the deadline follows the measured round "
+		    "trip."),
 	KEY(DEVICE(deadline_ceiling_ms), "deadline-ceiling-ms", CONFIG_REAL, RANGE(0.05, 5000),
 	    .fallback = "50", .unit = "ms",
-	    .help = "Longest time after which a request without a reply counts as lost."),
+	    .help = "Longest deadline of a request."),
 	KEY(DEVICE(deadline_initial_ms), "deadline-initial-ms", CONFIG_REAL, RANGE(0.05, 5000),
 	    .fallback = "10", .unit = "ms",
-	    .help = "Time after which a request without a reply counts as lost before the first "
-		    "round trip was measured."),
+	    .help = "Deadline of a request before the first round trip has been measured."),
 	KEY(DEVICE(reply_lifetime_ms), "reply-lifetime-ms", CONFIG_REAL, RANGE(1, 5000),
 	    .fallback = "500", .unit = "ms",
 	    .help = "How late a reply may still arrive. The request number is not used again "

@@ -102,7 +102,7 @@ static const char *const fault_texts[] = {
 };
 
 static const char *const packet_name[EVENT_PACKETS_KINDS] = {
-	[EVENT_PACKETS_LOST] = "request without an answer in time",
+	[EVENT_PACKETS_MISSED] = "request without a reply by its deadline",
 	[EVENT_PACKETS_STRAY] = "answer that came too late, or to nothing that was asked",
 	[EVENT_PACKETS_CORRUPT] = "damaged packet",
 	[EVENT_PACKETS_WRONG_SOURCE] = "packet from another source",
@@ -110,7 +110,7 @@ static const char *const packet_name[EVENT_PACKETS_KINDS] = {
 };
 
 static const char *const packet_names[EVENT_PACKETS_KINDS] = {
-	[EVENT_PACKETS_LOST] = "requests without an answer in time",
+	[EVENT_PACKETS_MISSED] = "requests without a reply by their deadline",
 	[EVENT_PACKETS_STRAY] = "answers that came too late, or to nothing that was asked",
 	[EVENT_PACKETS_CORRUPT] = "damaged packets",
 	[EVENT_PACKETS_WRONG_SOURCE] = "packets from another source",

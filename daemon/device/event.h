@@ -86,7 +86,7 @@ enum lock_reason {
 
 /* EVENT_PACKETS: what went wrong with packets. */
 enum event_packets {
-	EVENT_PACKETS_LOST,		/* tries without answer in time */
+	EVENT_PACKETS_MISSED,		/* requests without a reply by their deadline */
 	EVENT_PACKETS_STRAY,		/* answers to nothing that was asked */
 	EVENT_PACKETS_CORRUPT,
 	EVENT_PACKETS_WRONG_SOURCE,

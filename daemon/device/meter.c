@@ -7,7 +7,7 @@
  * time and then at most once in ten seconds, with how many there were; the
  * counters in the images have them all.
  *
- * The error level follows hm2_eth: two up for a loss, one down for an answer,
+ * The error level follows hm2_eth: two up for a missed deadline, one down for an answer,
  * so that it shows how things are now and a good minute clears a bad second.
  */
 
@@ -19,11 +19,6 @@ enum {
 	LEVEL_UP = 2,
 	LEVEL_MAX = 10000,
 };
-
-static uint64_t lost(const struct pokeys_statistics *s)
-{
-	return s->resent + s->timed_out + s->unknown;
-}
 
 static uint64_t stray(const struct pokeys_statistics *s)
 {
@@ -52,9 +47,9 @@ static void say_kind(struct device *device, enum event_packets kind, uint64_t co
 
 static void follow_level(struct meter *meter, const struct pokeys_statistics *now)
 {
-	const uint64_t losses = lost(now) - lost(&meter->before);
+	const uint64_t misses = now->missed - meter->before.missed;
 	const uint64_t answers = now->accepted - meter->before.accepted;
-	const uint64_t up = meter->level + losses * LEVEL_UP;
+	const uint64_t up = meter->level + misses * LEVEL_UP;
 	const uint64_t level = up > answers ? up - answers : 0;
 
 	meter->level = level < LEVEL_MAX ? (uint32_t)level : LEVEL_MAX;
@@ -68,7 +63,7 @@ void meter_cycle(struct device *device)
 	device->meter.before = *now;
 	/* While nobody is there, lost packets are no news, and the fault says who cannot send. */
 	if (running(device)) {
-		say_kind(device, EVENT_PACKETS_LOST, lost(now));
+		say_kind(device, EVENT_PACKETS_MISSED, now->missed);
 		say_kind(device, EVENT_PACKETS_NOT_SENT, now->send_failed);
 	}
 	say_kind(device, EVENT_PACKETS_STRAY, stray(now));
@@ -104,7 +99,8 @@ void meter_publish(const struct device *device, struct pokeys_link_statistics *o
 	pokeys_device_statistics(&device->mailbox, &s);
 	*out = (struct pokeys_link_statistics){
 		.sent = s.sent, .resent = s.resent, .received = s.received,
-		.accepted = s.accepted, .lost = lost(&s), .timed_out = s.timed_out,
+		.accepted = s.accepted, .missed = s.missed,
+		.late = s.late, .lost = s.lost, .timed_out = s.timed_out,
 		.stray = stray(&s), .duplicate = s.duplicate, .stale = s.stale,
 		.corrupt = corrupt(device, &s), .wrong_source = s.bad_source,
 		.send_failed = s.send_failed, .cycles_late = device->meter.cycles_late,

@@ -47,11 +47,16 @@ static int resend(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 static int expire(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 {
 	mailbox_deadline_missed(dev, entry, now_ns);
+	mailbox_try_missed(dev, entry);
 	if (entry->request_class == POKEYS_CLASS_ONESHOT) {
 		mailbox_end(dev, entry, POKEYS_REQUEST_UNKNOWN, now_ns);
 		return 1;
 	}
 	if (!entry->retries_left) {
+		if (!entry->tries) {	/* the transport took none of them */
+			dev->statistics.missed++;
+			dev->statistics.lost++;
+		}
 		mailbox_end(dev, entry, POKEYS_REQUEST_TIMED_OUT, now_ns);
 		return 1;
 	}

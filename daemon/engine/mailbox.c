@@ -24,6 +24,29 @@ uint64_t mailbox_time(pokeys_device_t *dev, uint64_t now_ns)
 	return dev->now;
 }
 
+void mailbox_try_missed(pokeys_device_t *dev, mailbox_entry_t *entry)
+{
+	/* A resend that was refused leaves the try that has been counted already. */
+	if (entry->missed >= entry->tries)
+		return;
+	entry->missed++;
+	dev->statistics.missed++;
+}
+
+void mailbox_try_late(pokeys_device_t *dev, mailbox_entry_t *entry)
+{
+	if (!entry->missed)
+		return;
+	entry->missed--;
+	dev->statistics.late++;
+}
+
+void mailbox_tries_lost(pokeys_device_t *dev, mailbox_entry_t *entry)
+{
+	dev->statistics.lost += entry->missed;
+	entry->missed = 0;
+}
+
 void mailbox_fly(pokeys_device_t *dev, mailbox_entry_t *entry)
 {
 	entry->state = POKEYS_REQUEST_IN_FLIGHT;

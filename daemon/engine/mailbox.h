@@ -36,6 +36,16 @@ void mailbox_land(pokeys_device_t *dev, mailbox_entry_t *entry);
 void mailbox_end(pokeys_device_t *dev, mailbox_entry_t *entry, enum pokeys_request_state state,
 		 uint64_t now_ns);
 
+/*
+ * What becomes of a try whose deadline passed: it is *late* if its answer comes after all
+ * (each good reply answers one try, whichever), and *lost* if the id is taken for another
+ * request before. Which of several tries an answer belongs to is not known, but how many
+ * were answered is.
+ */
+void mailbox_try_missed(pokeys_device_t *dev, mailbox_entry_t *entry);
+void mailbox_try_late(pokeys_device_t *dev, mailbox_entry_t *entry);
+void mailbox_tries_lost(pokeys_device_t *dev, mailbox_entry_t *entry);
+
 /* request.c */
 
 /*

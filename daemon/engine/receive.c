@@ -131,6 +131,12 @@ static enum pokeys_verdict judge_stray(pokeys_device_t *dev, const mailbox_entry
 	return POKEYS_VERDICT_DUPLICATE;
 }
 
+/* A good packet for a request that has ended: perhaps the late answer to one of its tries. */
+static bool answers_ended(enum pokeys_verdict verdict)
+{
+	return verdict == POKEYS_VERDICT_NOT_IN_FLIGHT || verdict == POKEYS_VERDICT_DUPLICATE;
+}
+
 static void count(struct pokeys_statistics *s, enum pokeys_verdict verdict)
 {
 	uint64_t *const counter[POKEYS_VERDICTS] = {
@@ -159,6 +165,8 @@ static void accept(pokeys_device_t *dev, mailbox_entry_t *entry, const uint8_t *
 		memcpy(entry->target_ptr, reply + POKEYS_PAYLOAD_OFFSET, entry->target_size);
 	if (entry->tries > 1)
 		dev->statistics.accepted_earlier_try++;
+	if (entry->missed >= entry->tries)
+		mailbox_try_late(dev, entry);
 	mailbox_deadline_learn(dev, entry);
 	mailbox_end(dev, entry, POKEYS_REQUEST_DONE, now_ns);
 }
@@ -195,8 +203,11 @@ int pokeys_device_deliver(pokeys_device_t *dev, const uint8_t *packet, size_t le
 	}
 	dev->verdict = (uint8_t)verdict;
 	count(&dev->statistics, verdict);
-	if (verdict != POKEYS_VERDICT_ACCEPTED)
+	if (verdict != POKEYS_VERDICT_ACCEPTED) {
+		if (answers_ended(verdict) && judge_match(entry, packet) == POKEYS_VERDICT_ACCEPTED)
+			mailbox_try_late(dev, entry);
 		return 0;
+	}
 	accept(dev, entry, packet, came, now);
 	return 1;
 }

@@ -70,6 +70,7 @@ static mailbox_entry_t *take_entry(pokeys_device_t *dev, const uint8_t *packet, 
 		return NULL;
 	}
 	entry = &dev->mailbox[id];
+	mailbox_tries_lost(dev, entry);
 	memset(entry, 0, sizeof(*entry));
 	entry->request_id = (uint8_t)id;
 	entry->command_sent = packet[WIRE_AT_OP];

@@ -33,6 +33,7 @@ def facts(device, state):
         "analog": list(state.analog)[:pokeys.ANALOG],
         "encoders": list(state.encoder),
         "positions": [axis.position for axis in state.engine.axis],
+        "late": state.statistics.late,
         "lost": state.statistics.lost,
         "sent": state.statistics.sent,
     }

@@ -96,7 +96,7 @@ class PonetModule(Structure):
 
 class LinkStatistics(Structure):
     _fields_ = [(name, c_uint64) for name in (
-        "sent resent received accepted lost timed_out stray duplicate stale corrupt "
+        "sent resent received accepted missed late lost timed_out stray duplicate stale corrupt "
         "wrong_source send_failed cycles_late reconnects"
     ).split()] + [(name, c_uint32) for name in (
         "rtt_last_ns rtt_smoothed_ns rtt_variation_ns rtt_min_ns rtt_max_ns deadline_ns "
@@ -116,7 +116,7 @@ class Phase(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 5, 0xa561829edd4d07db
+    VERSION, HASH = 6, 0x3a1eb5eb753c0915
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

@@ -150,6 +150,7 @@ struct mailbox_entry {
 	uint8_t state;			/* enum pokeys_request_state */
 	uint8_t retries_left;
 	uint8_t tries;			/* transmissions so far that the transport took */
+	uint8_t missed;			/* of them past their deadline and not answered yet */
 	bool response_ready;
 	bool auto_free;			/* freed by itself after the parser ran */
 	uint64_t timestamp_created;	/* ns */
@@ -184,6 +185,9 @@ struct pokeys_statistics {
 	uint64_t not_in_flight;		/* stray: no request of that id is open */
 	uint64_t duplicate;		/* a request that was just answered, again */
 	uint64_t stale;			/* older than any answer can be */
+	uint64_t missed;		/* tries without a reply by their deadline */
+	uint64_t late;			/* ... of them, answered afterwards */
+	uint64_t lost;			/* ... never answered, known when the id is used again */
 	uint64_t done, timed_out, unknown, cancelled;
 	uint64_t refused_window;	/* create: window full */
 	uint64_t refused_budget;	/* send, or a resend that was due: budget used up */

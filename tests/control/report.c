@@ -30,6 +30,8 @@ static int setup(void **state)
 	device->state.link = POKEYS_LINK_RUNNING;
 	device->state.cycle = UINT64_C(12345678901234);
 	device->state.t_digital_ns = report.now_ns - 1500000;
+	device->state.statistics.missed = 21;
+	device->state.statistics.late = 4;
 	device->state.statistics.lost = 17;
 	device->state.statistics.rtt_smoothed_ns = 212999;
 	device->diag.round_trip.count = 2;
@@ -116,6 +118,8 @@ static void metrics_are_in_prometheus_format(void **state)
 	read_file();
 	assert_non_null(strstr(content, "pokeysd_cycles_total{device=\"mill\"} 12345678901234\n"));
 	assert_non_null(strstr(content, "pokeysd_device_link{device=\"lathe\"} 4\n"));
+	assert_non_null(strstr(content, "pokeysd_packets_missed_total{device=\"mill\"} 21\n"));
+	assert_non_null(strstr(content, "pokeysd_packets_late_total{device=\"mill\"} 4\n"));
 	assert_non_null(strstr(content, "pokeysd_packets_lost_total{device=\"mill\"} 17\n"));
 	assert_non_null(strstr(content, "pokeysd_data_age_seconds{device=\"mill\"} 0.001500000\n"));
 	assert_non_null(strstr(content, "pokeysd_round_trip_seconds_sum{device=\"mill\"} 0.003"));

@@ -82,6 +82,36 @@ static void perfect_link_needs_no_resend(void **state)
 	assert_int_equal(w.dev.statistics.refused_budget, 0);
 }
 
+/* A network that is slow at times loses nothing, and one that loses is not slow. */
+static void slow_network_counts_late_and_lossy_one_counts_lost(void **state)
+{
+	struct world_options options = polling();
+	const struct pokeys_statistics *counted = &w.dev.statistics;
+
+	(void)state;
+	options.oneshot_every = 0;
+	options.cancel_every = 0;
+	options.way[SIM_LINK_REPLY].delay =
+		(struct sim_delay){ SIM_DELAY_HEAVY_TAIL, 50 * US, 30 * MS, 1.1 };
+	world_open(&w, &options, world_seed(7));
+	world_run(&w, 10 * S);
+	assert_true(counted->missed > 100);
+	assert_true(counted->late <= counted->missed);
+	assert_true(counted->late > counted->missed - 256);
+	assert_true(counted->lost == 0);
+
+	options = polling();
+	options.oneshot_every = 0;
+	options.cancel_every = 0;
+	options.way[SIM_LINK_REPLY].loss = 0.05;
+	world_open(&w, &options, world_seed(8));
+	world_run(&w, 10 * S);
+	assert_true(counted->missed > 100);
+	assert_true(counted->late == 0);
+	assert_true(counted->lost <= counted->missed);
+	assert_true(counted->lost > counted->missed - 256);
+}
+
 /* The packets of one tick are lost, the rest of the world goes on. */
 static uint64_t cost_of_one_loss(enum sim_link_dir dir, unsigned int at)
 {
@@ -183,6 +213,7 @@ int main(void)
 		cmocka_unit_test(every_request_ends_once_at_every_rate_of_loss),
 		cmocka_unit_test(loss_of_requests_only_or_replies_only_breaks_nothing),
 		cmocka_unit_test(perfect_link_needs_no_resend),
+		cmocka_unit_test(slow_network_counts_late_and_lossy_one_counts_lost),
 		cmocka_unit_test(lost_packet_costs_its_deadline_and_one_round_trip),
 		cmocka_unit_test(answers_flow_again_within_100_ms_of_any_outage),
 		cmocka_unit_test(bursts_of_loss_break_nothing),

@@ -46,6 +46,98 @@ static void request_without_answer_ends_after_its_retries(void **state)
 	assert_false(pokeys_request_get(&s.dev, 0)->response_ready);
 }
 
+static void check_missed(uint64_t missed, uint64_t late, uint64_t lost)
+{
+	assert_true(s.dev.statistics.missed == missed);
+	assert_true(s.dev.statistics.late == late);
+	assert_true(s.dev.statistics.lost == lost);
+}
+
+/* An id whose request missed its deadline is passed over for so many requests. */
+enum { PASSED_OVER = 512, ALL_IDS = 256 };
+
+static void answered_requests(unsigned int count)
+{
+	for (unsigned int i = 0; i < count; i++) {
+		const uint8_t id = script_request(&s, OP_READ, 0, NULL, 0);
+
+		assert_int_equal(script_answer(&s, id), 1);
+		assert_int_equal(pokeys_request_free(&s.dev, id), 0);
+		script_after(&s, 5 * MS);
+	}
+}
+
+static void answer_after_its_deadline_is_late_and_not_lost(void **state)
+{
+	uint8_t id;
+
+	(void)state;
+	script_init(&s, NULL);
+	id = script_request(&s, OP_READ, 0, NULL, 0);
+	script_after(&s, 10 * MS);
+	check_missed(1, 0, 0);
+	/* Two tries, one answer: the other may still come. */
+	assert_int_equal(script_answer(&s, id), 1);
+	check_missed(1, 0, 0);
+	assert_int_equal(script_answer(&s, id), 0);
+	check_missed(1, 1, 0);
+	/* A third answer to two tries is a copy that the network made. */
+	assert_int_equal(script_answer(&s, id), 0);
+	check_missed(1, 1, 0);
+	assert_true(s.dev.statistics.duplicate == 2);
+	assert_int_equal(pokeys_request_free(&s.dev, id), 0);
+	answered_requests(PASSED_OVER + ALL_IDS);
+	check_missed(1, 1, 0);
+}
+
+static void request_never_answered_is_lost_once_its_id_is_used_again(void **state)
+{
+	uint8_t id;
+
+	(void)state;
+	script_init(&s, NULL);
+	id = script_request(&s, OP_READ, 0, NULL, 0);
+	script_after(&s, 10 * MS);
+	assert_int_equal(script_answer(&s, id), 1);
+	assert_int_equal(pokeys_request_free(&s.dev, id), 0);
+	answered_requests(PASSED_OVER - 1);
+	check_missed(1, 0, 0);
+	answered_requests(ALL_IDS);
+	check_missed(1, 0, 1);
+}
+
+static void every_try_of_a_request_that_timed_out_is_late_or_lost(void **state)
+{
+	(void)state;
+	script_init(&s, NULL);
+	script_request(&s, OP_READ, 0, NULL, 0);
+	for (unsigned int i = 0; i < 4; i++)
+		script_after(&s, 50 * MS);
+	assert_int_equal(pokeys_request_state(&s.dev, 0), POKEYS_REQUEST_TIMED_OUT);
+	check_missed(4, 0, 0);
+	assert_int_equal(pokeys_request_free(&s.dev, 0), 0);
+	script_answer(&s, 0);
+	check_missed(4, 1, 0);
+	answered_requests(PASSED_OVER + ALL_IDS);
+	check_missed(4, 1, 3);
+}
+
+static void answer_to_the_only_try_is_late_though_no_resend_was_taken(void **state)
+{
+	uint8_t id;
+
+	(void)state;
+	script_init(&s, NULL);
+	id = script_request(&s, OP_READ, 0, NULL, 0);
+	/* The transport takes no resend: the only try has missed its deadline once. */
+	s.send_error = -ENOBUFS;
+	script_after(&s, 10 * MS);
+	script_after(&s, 10 * MS);
+	check_missed(1, 0, 0);
+	assert_int_equal(script_answer(&s, id), 1);
+	check_missed(1, 1, 0);
+}
+
 static void oneshot_is_sent_once_and_its_end_is_unknown(void **state)
 {
 	(void)state;
@@ -360,6 +452,10 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(lost_request_is_sent_again_unchanged_and_answered),
 		cmocka_unit_test(request_without_answer_ends_after_its_retries),
+		cmocka_unit_test(answer_after_its_deadline_is_late_and_not_lost),
+		cmocka_unit_test(request_never_answered_is_lost_once_its_id_is_used_again),
+		cmocka_unit_test(every_try_of_a_request_that_timed_out_is_late_or_lost),
+		cmocka_unit_test(answer_to_the_only_try_is_late_though_no_resend_was_taken),
 		cmocka_unit_test(oneshot_is_sent_once_and_its_end_is_unknown),
 		cmocka_unit_test(oneshot_that_the_transport_refused_may_be_sent_later),
 		cmocka_unit_test(write_is_sent_again_with_the_newest_value),

@@ -6,7 +6,7 @@ ELSEWHERE = {
     # packets from a connected socket, and sends what it is given on a loopback; an answer
     # is late only if the daemon looks for it late; 64 one-shots are taken too quickly,
     # and a buffer is emptied too quickly
-    "every_out_pin.c": (r"daemon\.guard", r"packets\.(?:late|wrong-source|send-failed)",
+    "every_out_pin.c": (r"daemon\.guard", r"packets\.(?:stale|wrong-source|send-failed)",
                         r"one-shot-full", r"threading\.preparing"),
     # the lock needs another period of the daemon and of the thread than they have here
     "live_phase.py": (r"phase-locked", r"phase-error-us"),

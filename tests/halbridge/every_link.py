@@ -150,7 +150,7 @@ def everything_is_read(m):
 
 
 TROUBLE = Act("packets are lost, doubled, damaged and late", phases=1, before=everything_is_read)
-COUNTED = (r"packets\.(?:sent|received|resent|lost|duplicate|corrupt|stray)",
+COUNTED = (r"packets\.(?:sent|received|resent|late|lost|duplicate|corrupt|stray)",
            r"packet-error-total", r"cycles-late", r"cycles-skipped", r"device\.tick")
 MEASURED = (r"age-us", r"rtt-(?:us|avg-us|jitter-us)", r"deadline-us",
             r"rate\.(?!backlash|postep).*", r"(?:encoder|digin|PoExtBus|PEv2)\.deb\.out",

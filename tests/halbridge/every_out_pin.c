@@ -50,7 +50,7 @@ static void nothing(struct rig *rig)
 
 static void lose_packets(struct rig *rig)
 {
-	rig->daemon.statistics.lost += 3;
+	rig->daemon.statistics.missed += 3;
 }
 
 static void lose_many(struct rig *rig)
@@ -324,9 +324,10 @@ static const struct out_driver drivers[] = {
 	RATE("external", EXTERNAL), RATE("identity", IDENTITY), RATE("PoNET", PONET),
 	RATE("dedicated", DEDICATED), RATE("matrix", MATRIX),
 	COUNT("packets.sent", sent), COUNT("packets.resent", resent),
-	COUNT("packets.received", received), COUNT("packets.lost", lost),
-	COUNT("packets.timed-out", timed_out), COUNT("packets.stray", stray),
-	COUNT("packets.duplicate", duplicate), COUNT("packets.late", stale),
+	COUNT("packets.received", received), COUNT("packets.late", late),
+	COUNT("packets.lost", lost), COUNT("packets.timed-out", timed_out),
+	COUNT("packets.stray", stray),
+	COUNT("packets.duplicate", duplicate), COUNT("packets.stale", stale),
 	COUNT("packets.corrupt", corrupt), COUNT("packets.wrong-source", wrong_source),
 	COUNT("packets.send-failed", send_failed), COUNT("packets.in-flight", in_flight),
 	SCALED("deadline-us", statistics.deadline_ns, 1e-3), COUNT("cycles-late", cycles_late),

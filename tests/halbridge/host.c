@@ -51,7 +51,7 @@ static const struct field fields[] = {
 	BITS("in", digital_in), BITS("own", digital_out_owned), BITS("index", encoder_index),
 	EACH("analog", analog), EACH("encoder", encoder),
 	PLAIN("link", link), PLAIN("fault", fault), PLAIN("fault-count", fault_count),
-	PLAIN("flags", flags), PLAIN("lost", statistics.lost), PLAIN("serial", identity.serial),
+	PLAIN("flags", flags), PLAIN("missed", statistics.missed), PLAIN("serial", identity.serial),
 	PLAIN("hardware", identity.hardware), PLAIN("pins", capability.pins),
 	PLAIN("engine", engine.state), PLAIN("rtt", statistics.rtt_last_ns),
 };

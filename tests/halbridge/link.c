@@ -229,7 +229,7 @@ static void packet_errors_rise_and_fall_and_do_not_latch(void **state)
 	(void)state;
 	rig_periods(&rig, 20);
 	assert_int_equal(values->packet_error_level, 0);
-	rig.daemon.statistics.lost += 3;
+	rig.daemon.statistics.missed += 3;
 	rig_period(&rig);
 	assert_true(values->packet_error);
 	assert_int_equal(values->packet_error_level, 2);
@@ -256,10 +256,10 @@ static void packet_error_settings_are_used_if_they_make_sense(void **state)
 	values->packet_error_increment = 7;
 	values->packet_error_limit = 9;
 	values->packet_error_decrement = 4;
-	rig.daemon.statistics.lost++;
+	rig.daemon.statistics.missed++;
 	rig_period(&rig);
 	assert_int_equal(values->packet_error_level, 7);
-	rig.daemon.statistics.lost++;
+	rig.daemon.statistics.missed++;
 	rig_period(&rig);
 	assert_int_equal(values->packet_error_level, 9);
 	rig_period(&rig);
@@ -274,11 +274,11 @@ static void packet_error_settings_are_used_if_they_make_sense(void **state)
 static void a_new_daemons_counters_are_not_losses(void **state)
 {
 	(void)state;
-	rig.daemon.statistics.lost = 10;
+	rig.daemon.statistics.missed = 10;
 	rig_period(&rig);
 	assert_int_equal(values->packet_error_total, 10);
 	rig.daemon.epoch++;
-	rig.daemon.statistics.lost = 5000;
+	rig.daemon.statistics.missed = 5000;
 	rig_period(&rig);
 	assert_int_equal(values->packet_error_total, 10);
 }

@@ -179,7 +179,7 @@ def identity_is_shown(rig):
 def packet_errors_do_not_latch(rig):
     hal, host = connected(rig)
     hal.becomes("packet-error-level", 0)
-    host.say("set lost 5")
+    host.say("set missed 5")
     hal.becomes("packet-error-total", 5)
     host.say("silent 1")
     hal.becomes("packet-error-exceeded", True)

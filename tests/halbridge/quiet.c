@@ -220,7 +220,7 @@ static void live_a_day(const char *program, const char *runtime)
 	*scale = 0;
 	*index = true;
 	check(pin_becomes("pokeys.0.input-refused", true), "bad values are refused");
-	tell(&daemon, "set lost 7\nset encoder 3 4000\nset fault 7\nset fault-count 1\n");
+	tell(&daemon, "set missed 7\nset encoder 3 4000\nset fault 7\nset fault-count 1\n");
 	let_run(1000);
 	tell(&daemon, "silent 1\n");
 	check(pin_becomes("pokeys.0.stale", true), "stale when the device is silent");

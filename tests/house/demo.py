@@ -14,7 +14,7 @@ import sys
 
 SOURCE, BUILD, MODULE = map(pathlib.Path, sys.argv[1:])
 PATIENCE = 180
-OK = re.compile(r"demo: ok cycles=\d+ lost=\d+ age_us_p50=\d+ age_us_p99=\d+ rtt_us_p50=\d+")
+OK = re.compile(r"demo: ok cycles=\d+ late=\d+ lost=\d+ age_us_p50=\d+ age_us_p99=\d+ rtt_us_p50=\d+")
 
 
 def start(seconds, out=subprocess.PIPE):

@@ -159,7 +159,7 @@ def the_spindle_slows_down(m):
 
 def delays():
     """What tells that daemon or simulator had no processor when they needed it."""
-    return hal.get_value("pokeys.0.cycles-skipped") + hal.get_value("pokeys.0.packets.lost")
+    return hal.get_value("pokeys.0.cycles-skipped") + hal.get_value("pokeys.0.packet-error-total")
 
 
 def comes_again(m, name, before):

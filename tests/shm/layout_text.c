@@ -104,8 +104,9 @@ static const struct member ponet_module_members[] = {
 
 #define OF struct pokeys_link_statistics
 static const struct member link_statistics_members[] = {
-	M(sent), M(resent), M(received), M(accepted), M(lost), M(timed_out), M(stray),
-	M(duplicate), M(stale), M(corrupt), M(wrong_source), M(send_failed), M(cycles_late),
+	M(sent), M(resent), M(received), M(accepted), M(missed), M(late), M(lost),
+	M(timed_out), M(stray), M(duplicate), M(stale), M(corrupt), M(wrong_source),
+	M(send_failed), M(cycles_late),
 	M(reconnects), M(rtt_last_ns), M(rtt_smoothed_ns), M(rtt_variation_ns), M(rtt_min_ns),
 	M(rtt_max_ns), M(deadline_ns), M(in_flight), M(packet_error_level), M(refused_command),
 	M(one_shot_refused),

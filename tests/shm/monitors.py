@@ -70,7 +70,7 @@ class Monitors(unittest.TestCase):
             self.assertEqual(seen["analog"], [0, 0, 4095, 0, 0, 0, 0])
             self.assertEqual(seen["encoders"], [-7] + [0] * 24 + [1000000])
             self.assertEqual(seen["positions"], [0, -250, 0, 0, 0, 0, 0, 0])
-            self.assertEqual((seen["sent"], seen["lost"]), (10, 1))
+            self.assertEqual((seen["sent"], seen["late"], seen["lost"]), (10, 2, 1))
             self.assertGreater(seen["cycle"], 0)
             self.assertGreaterEqual(seen["age_ms"]["digital"], 0)
             self.assertIn(seen["age_ms"]["motion"], (None, -1))

@@ -58,6 +58,8 @@ static void fill_known(struct pokeys_state *state, uint64_t cycle)
 	state->engine.axis[1].position = -250;
 	state->engine.axis[1].enabled = 1;
 	state->statistics.sent = 10;
+	state->statistics.missed = 3;
+	state->statistics.late = 2;
 	state->statistics.lost = 1;
 }
 

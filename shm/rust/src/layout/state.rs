@@ -214,6 +214,8 @@ layout! {
         resent: u64,
         received: u64,
         accepted: u64,
+        missed: u64,
+        late: u64,
         lost: u64,
         timed_out: u64,
         stray: u64,
@@ -382,8 +384,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 5, size 2688,
-    hash 0xa561829edd4d07db, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 6, size 2704,
+    hash 0x3a1eb5eb753c0915, hash_function iox_state_hash
 }
 
 published! {
