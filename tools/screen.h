@@ -8,11 +8,14 @@
 
 #include <stdbool.h>
 #include <stdio.h>
+#include <termios.h>
 
 struct screen {
 	bool terminal;
 	unsigned int rows, columns, row;
 	bool first;
+	bool keys;		/* the keyboard is ours: keys come at once, and are not shown */
+	struct termios before;	/* its settings, to be given back */
 };
 
 void screen_open(struct screen *screen);
@@ -23,6 +26,13 @@ void screen_line(struct screen *screen, const char *format, ...)
 	__attribute__((format(printf, 2, 3)));
 
 void screen_end(struct screen *screen);
+
+/*
+ * Wait for `seconds`, or until the user presses q, or `signal_fd` (a signalfd, -1 = none) has
+ * a signal. True: the user wants to leave. Without a keyboard only the signal counts.
+ */
+bool screen_wait(struct screen *screen, double seconds, int signal_fd);
+
 void screen_close(struct screen *screen);
 
 #endif

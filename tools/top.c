@@ -8,7 +8,6 @@
  */
 #include <errno.h>
 #include <math.h>
-#include <poll.h>
 #include <signal.h>
 #include <string.h>
 #include <sys/signalfd.h>
@@ -213,25 +212,19 @@ static void draw(struct screen *screen, const struct view *view, struct before *
 		draw_one(screen, &view->device[0], &before[0]);
 	} else {
 		screen_line(screen, "%-16s %-12s %9s %9s %9s %8s", "DEVICE", "LINK", "AGE",
-			    "TRIP P50", "TRIP P99", "LOST/S");
+			    "TRIP P50", "TRIP P99", "MISSED/S");
 		for (size_t i = 0; i < view->count; i++)
 			draw_row(screen, &view->device[i], &before[i]);
 	}
+	if (screen->keys)
+		screen_line(screen, "q: quit");
 	screen_end(screen);
-}
-
-/* Sleep, unless somebody presses ^C; true = they did. */
-static bool interrupted(int signal_fd, double seconds)
-{
-	struct pollfd poll_fd = { .fd = signal_fd, .events = POLLIN };
-
-	return poll(&poll_fd, 1, (int)(seconds * 1000)) > 0;
 }
 
 static void show(const struct options *options, struct view *view, int signal_fd)
 {
 	static struct before before[VIEW_DEVICES];
-	struct screen screen;
+	struct screen screen = { .terminal = false };
 
 	if (!options->json)
 		screen_open(&screen);
@@ -242,7 +235,7 @@ static void show(const struct options *options, struct view *view, int signal_fd
 		else
 			draw(&screen, view, before);
 		if (ferror(stdout) || done == options->count ||
-		    interrupted(signal_fd, options->interval_s))
+		    screen_wait(&screen, options->interval_s, signal_fd))
 			break;
 	}
 	if (!options->json)

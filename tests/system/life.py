@@ -353,6 +353,32 @@ def test_pokeysctl_top_draws_80_by_24_and_gives_the_terminal_back():
         assert b"\x1b[?25h" in seen, "the cursor stays hidden"
 
 
+def test_q_ends_pokeysctl_top_and_gives_the_keyboard_back():
+    with House() as house:
+        house.start_sim("--preset", "demo")
+        house.start_daemon()
+        house.wait_fresh()
+        ours, theirs = pty.openpty()
+        before = termios.tcgetattr(theirs)
+        # the terminal's foreground job, as below a shell
+        top = house.spawn("pokeysctl", "-r", house.runtime, "top", "--interval", 3600, stdin=theirs, stdout=theirs,
+                          stderr=theirs, start_new_session=True,
+                          preexec_fn=lambda: fcntl.ioctl(theirs, termios.TIOCSCTTY, 0))
+        seen = b""
+        while b"q: quit" not in seen:
+            assert select.select([ours], [], [], PATIENCE)[0], seen
+            seen += os.read(ours, 65536)
+        os.write(ours, b"x")
+        wait_for("the key to be taken", lambda: not struct.unpack(
+            "i", fcntl.ioctl(theirs, termios.FIONREAD, b"\0" * 4))[0])
+        equal(top.poll(), None, seen)
+        os.write(ours, b"q")
+        equal(top.wait(PATIENCE), 0)
+        equal(termios.tcgetattr(theirs), before)
+        os.close(theirs)
+        os.close(ours)
+
+
 def test_pokeysctl_discover_shows_the_simulator():
     with House() as house:
         serial = rng.randrange(100000, 2**31)
