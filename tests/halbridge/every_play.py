@@ -123,6 +123,10 @@ def do(machine, step):
         machine.beat(step.beats)
 
 
+class PermissionGone(Exception):
+    """The machine was off for a moment since an earlier phase switched it on."""
+
+
 class Presses:
     """What was pressed in a moment without fresh data is refused, and such moments are many
     where the daemon waits for a processor. That is told: by the count of what was not done,
@@ -148,6 +152,8 @@ class Presses:
     def again(self):
         if not self.pressed or time.monotonic() - self.at < PATIENCE or not self.refused():
             return
+        if "machine-is-on" not in self.pressed and self.machine.hal.get("needs-edge"):
+            raise PermissionGone(f"machine-is-on needs a new edge, so {self.pressed} can do nothing")
         self.begin()
         set_all(self.machine, {name: type(value)(0) for name, value in self.presses.items()})
         set_all(self.machine, self.presses)

@@ -53,7 +53,7 @@ SESSIONS = [every_settings.ACTS + every_old_settings.ACTS + every_old_encoders.A
             every_homing.MASKS, every_homing.PINS, every_homing.JOG, every_homing.GROUPED,
             every_config.ACTS, every_modes.ACTS, every_probe.ACTS, every_probe.OLD]
 ACTS = sum(SESSIONS, [])
-AT_ONCE = 3
+AT_ONCE, ATTEMPTS = 3, 3
 # HAL makes them for each funct, whoever's it is
 OF_HAL = re.compile(r"(?:read|write)\.(?:time|tmax|tmax-increased)")
 
@@ -123,7 +123,18 @@ def lost_ms_of(session):
 
 
 def perform(session, names, found, record):
-    """One session; what went wrong, or nothing."""
+    """One session; what went wrong, or nothing. Where a stall of the daemon or of HAL took the
+    permission to move away in the middle of an act, as it must, the session begins anew."""
+    for _ in range(ATTEMPTS):
+        try:
+            return attempt(session, names, found, record)
+        except every_play.PermissionGone as reason:
+            print(f"{', '.join(act.title for act in session)}: once more: {reason}", flush=True)
+            fault = str(reason)
+    return f"FAILED: {ATTEMPTS} times: {fault}"
+
+
+def attempt(session, names, found, record):
     from_nothing = every_start.START in session     # HAL is there before the others are
     machine = Machine(every_start.CONFIG if from_nothing else "", lost_ms_of(session))
     try:

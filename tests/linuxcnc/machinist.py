@@ -119,7 +119,8 @@ class Machinist:
         self.command.home(-1)
 
     def home(self):
-        """A busy machine may be late meanwhile, and trip: it is reset and homed from the beginning."""
+        """A busy machine may be late meanwhile, and trip: it is reset and homed from the beginning.
+        The later it stops, the farther it runs beyond the home switch, perhaps onto a limit switch."""
         end = time.monotonic() + 180
         while True:
             self.begin_homing()
@@ -127,7 +128,14 @@ class Machinist:
             if self.all_homed():
                 return
             assert time.monotonic() < end, f"switched off again and again: {self.said}"
+            if self.on_a_limit_switch():
+                self.override_limits()
             self.switch_on()
+
+    def on_a_limit_switch(self):
+        self.look()
+        return any(self.stat.joint[j][end] for j in self.joints
+                   for end in ("min_hard_limit", "max_hard_limit"))
 
     def all_homed(self):
         return all(self.stat.homed[j] for j in self.joints)
