@@ -1,8 +1,7 @@
-// SPDX-License-Identifier: GPL-2.0-or-later
+/* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * pokeysctl(1): one table of subcommands, one of options. Which option goes
- * with which subcommand stands in the table, so that help, parser and
- * complaints agree.
+ * pokeysctl(1): the command line. What may be written there is in the tables of
+ * table.c; help, parser, complaints and completion all go by them.
  */
 #include <errno.h>
 #include <limits.h>
@@ -13,88 +12,53 @@
 #include <pokeys/shm.h>
 #include "tools/argument.h"
 #include "tools/pokeysctl.h"
+#include "tools/table.h"
 #include "usage/option.h"
 #include "usage/written.h"
 
-/* Which options a subcommand takes besides --json. */
-enum {
-	TAKES_RUNTIME = 1, TAKES_TIMEOUT = 2, TAKES_ADDRESS = 4, TAKES_INTERFACE = 8,
-	TAKES_COUNT = 16, TAKES_INTERVAL = 32, TAKES_NAMES = 64, TAKES_CPU = 128,
-	TAKES_CONFIG = 256, TAKES_ROOT = 512, TAKES_MEASURE = 1024, TAKES_SECONDS = 2048,
-	TAKES_TRACE = 4096,
-};
+static void help_options(unsigned int takes)
+{
+	for (const struct option_row *row = table_options; row->name; row++) {
+		char left[64];
 
-static const struct command {
-	const char *name, *arguments, *help;
-	unsigned int takes;
-	int (*run)(const struct options *options);
-} commands[] = {
-	{ "discover", "[--timeout MS] [--address A,B] [--interface NIC]",
-	  "search the network for devices", TAKES_TIMEOUT | TAKES_ADDRESS | TAKES_INTERFACE,
-	  command_discover },
-	{ "devices", "", "devices of the running daemon", TAKES_RUNTIME, command_devices },
-	{ "status", "[DEVICE ...]", "how they are, once", TAKES_RUNTIME | TAKES_NAMES,
-	  command_status },
-	{ "config", "show | diff | apply | save DEVICE",
-	  "what the device is set up for; what is wanted otherwise; write that; keep it",
-	  TAKES_RUNTIME | TAKES_NAMES, command_config },
-	{ "doctor", "[--cpu N] [--config FILE] [--root DIR]",
-	  "what makes this machine late, and how to mend it",
-	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_ROOT, command_doctor },
-	{ "latency", "[--cpu N] [--seconds S] [--priority P | --no-realtime] [--svg FILE] "
-	  "[--config FILE]", "how late threads wake up, and the daemon's",
-	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_MEASURE | TAKES_SECONDS,
-	  command_latency },
-	{ "trace", "[--seconds S] [--slowest N] [--threshold US]",
-	  "where the time of the slowest cycles went (root)",
-	  TAKES_RUNTIME | TAKES_SECONDS | TAKES_TRACE, command_trace },
-	{ "record", "[DEVICE] FILE", "the last seconds' packets and events into a file for "
-	  "Wireshark", TAKES_RUNTIME | TAKES_NAMES, command_record },
-	{ "replay", "FILE", "what such a file holds, a line for each packet and event",
-	  TAKES_NAMES, command_replay },
-	{ "top", "[DEVICE ...] [--count N] [--interval S]", "how they are, again and again",
-	  TAKES_RUNTIME | TAKES_NAMES | TAKES_COUNT | TAKES_INTERVAL, command_top },
-};
-
-enum { COMMANDS = sizeof(commands) / sizeof(commands[0]) };
-
-static const struct option long_options[] = {
-	{ "runtime-directory", required_argument, NULL, 'r' },
-	{ "json", no_argument, NULL, 'j' },
-	{ "timeout", required_argument, NULL, 't' },
-	{ "address", required_argument, NULL, 'a' },
-	{ "interface", required_argument, NULL, 'i' },
-	{ "count", required_argument, NULL, 'n' },
-	{ "interval", required_argument, NULL, 'd' },
-	{ "cpu", required_argument, NULL, 'c' },
-	{ "config", required_argument, NULL, 'f' },
-	{ "root", required_argument, NULL, 'R' },
-	{ "seconds", required_argument, NULL, 's' },
-	{ "priority", required_argument, NULL, 'p' },
-	{ "no-realtime", no_argument, NULL, 'N' },
-	{ "slowest", required_argument, NULL, 'l' },
-	{ "threshold", required_argument, NULL, 'T' },
-	{ "svg", required_argument, NULL, 'v' },
-	{ "help", no_argument, NULL, 'h' },
-	{ "version", no_argument, NULL, 'V' },
-	{ NULL, 0, NULL, 0 },
-};
+		if (row->takes && !(row->takes & takes))
+			continue;
+		snprintf(left, sizeof(left), "%c%c%c --%s%s%s", table_short(row) ? '-' : ' ',
+			 table_short(row) ? row->letter : ' ', table_short(row) ? ',' : ' ',
+			 row->name, row->value ? " " : "", row->value ? row->value : "");
+		printf("  %-28s  %s\n", left, row->help);
+	}
+}
 
 /* Of one command, or NULL: of all. */
 static void help(const struct command *only)
 {
+	if (only) {
+		printf("usage: pokeysctl %s%s%s [OPTION ...]\n\n  %s: %s\n\n", only->name,
+		       *only->arguments ? " " : "", only->arguments, only->name, only->help);
+		help_options(only->takes);
+		return;
+	}
 	puts("usage: pokeysctl COMMAND [OPTION ...]\n");
-	for (size_t i = 0; i < COMMANDS; i++)
-		if (!only || only == &commands[i])
-			printf("  %s%s%s\n\t%s\n", commands[i].name,
-			       *commands[i].arguments ? " " : "", commands[i].arguments,
-			       commands[i].help);
-	puts("\n  -j, --json                   for scripts; pokeysctl(1) lists the keys");
-	if (!only || only->takes & TAKES_RUNTIME)
-		puts("  -r, --runtime-directory DIR  of the daemon (default "
-		     POKEYS_RUNTIME_DIRECTORY ")");
-	puts("  -h, --help                   of all commands, or of the one named\n"
-	     "      --version");
+	for (const struct command *command = table_commands; command->name; command++)
+		printf("  %s%s%s\n\t%s\n", command->name, *command->arguments ? " " : "",
+		       command->arguments, command->help);
+	puts("");
+	help_options(0);
+	puts("\npokeysctl COMMAND --help lists the options of a command.");
+}
+
+/* A line for each command: its name, arguments and options; read by pokeysctl.bash. */
+static void print_completion(void)
+{
+	for (const struct command *command = table_commands; command->name; command++) {
+		printf("%s:%s:", command->name, command->arguments);
+		for (const struct option_row *row = table_options; row->name; row++)
+			if (!row->takes || row->takes & command->takes)
+				printf(" --%s%s%s", row->name, row->value ? "=" : "",
+				       row->value ? row->value : "");
+		puts("");
+	}
 }
 
 /* What latency alone takes. */
@@ -113,69 +77,55 @@ static bool take_measure(struct options *options, int option)
 	return good;
 }
 
-/* One option; the bit that a command needs to take it goes into *needs. */
-static bool take_option(struct options *options, int option, unsigned int *needs)
+static bool take_option(struct options *options, int option)
 {
 	double number = 0;
 	bool good = true;
 
 	switch (option) {
 	case 'r':
-		*needs = TAKES_RUNTIME;
 		options->runtime_directory = optarg;
 		break;
 	case 't':
-		*needs = TAKES_TIMEOUT;
 		good = argument_whole("timeout", optarg, 1, 60000, &number);
 		options->timeout_ms = (uint32_t)number;
 		break;
 	case 'a':
-		*needs = TAKES_ADDRESS;
 		good = argument_addresses(options, optarg);
 		break;
 	case 'i':
-		*needs = TAKES_INTERFACE;
 		options->interface = optarg;
 		break;
 	case 'n':
-		*needs = TAKES_COUNT;
 		good = argument_whole("count", optarg, 1, 1e9, &number);
 		options->count = (uint32_t)number;
 		break;
 	case 'd':
-		*needs = TAKES_INTERVAL;
 		good = argument_number("interval", optarg, 0.01, 3600, &options->interval_s);
 		break;
 	case 'c':
-		*needs = TAKES_CPU;
 		good = argument_whole("cpu", optarg, 0, 1023, &number);
 		options->cpu = (int)number;
 		break;
 	case 'f':
-		*needs = TAKES_CONFIG;
 		options->config = optarg;
 		break;
 	case 'R':
-		*needs = TAKES_ROOT;
 		options->root = optarg;
 		break;
 	case 's':
-		*needs = TAKES_SECONDS;
 		good = argument_number("seconds", optarg, 0.1, 86400, &options->seconds);
 		break;
 	case 'l':
-		*needs = TAKES_TRACE;
 		good = argument_whole("slowest", optarg, 0, 100, &number);
 		options->slowest = (uint32_t)number;
 		break;
 	case 'T':
-		*needs = TAKES_TRACE;
 		good = argument_number("threshold", optarg, 0, 1e9, &options->threshold_us);
 		break;
 	case 'p':
 	case 'N':
 	case 'v':
-		*needs = TAKES_MEASURE;
 		good = take_measure(options, option);
 		break;
 	case 'j':
@@ -189,9 +139,9 @@ static bool take_option(struct options *options, int option, unsigned int *needs
 
 static const struct command *find_command(const char *name)
 {
-	for (size_t i = 0; i < COMMANDS; i++)
-		if (!strcmp(commands[i].name, name))
-			return &commands[i];
+	for (const struct command *command = table_commands; command->name; command++)
+		if (!strcmp(command->name, name))
+			return command;
 	return NULL;
 }
 
@@ -199,24 +149,27 @@ static const struct command *find_command(const char *name)
 static bool take_line(struct options *options, int argc, char **argv,
 		      const struct command **command, int *status)
 {
+	struct option long_options[TABLE_OPTIONS_MAX];
 	unsigned int wanted = 0;
 	bool helps = false;
 	int option;
 
+	table_long_options(long_options);
 	*status = STATUS_USAGE;
-	while ((option = usage_option("pokeysctl", argc, argv, ":r:jh", long_options)) != -1) {
-		unsigned int needs = 0;
-
-		if (option == 'V') {
-			puts("pokeysctl " POKEYSD_VERSION);
+	while ((option = usage_option("pokeysctl", argc, argv, TABLE_LETTERS, long_options)) >= 0) {
+		if (option == 'V' || option == 'C') {
+			if (option == 'C')
+				print_completion();
+			else
+				puts("pokeysctl " POKEYSD_VERSION);
 			*status = STATUS_OK;
 			return false;
 		}
 		if (option == 'h')
 			helps = true;
-		else if (!take_option(options, option, &needs))
+		else if (!take_option(options, option))
 			return false;
-		wanted |= needs;
+		wanted |= table_takes(option);
 	}
 	*command = optind < argc ? find_command(argv[optind]) : NULL;
 	if (helps && (*command || optind == argc)) {
@@ -237,8 +190,8 @@ static bool take_line(struct options *options, int argc, char **argv,
 	if (!(wanted & ~(*command)->takes))
 		return true;
 	wanted &= ~(*command)->takes;
-	complain("%s takes no %s%s; pokeysctl %s --help tells what it takes", (*command)->name,
-		 wanted & TAKES_NAMES ? "word behind it: " : "such option",
+	complain("%s takes no %s%s; see pokeysctl %s --help", (*command)->name,
+		 wanted & TAKES_NAMES ? "argument: " : "such option",
 		 wanted & TAKES_NAMES ? options->names[0] : "", (*command)->name);
 	return false;
 }

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * pokeysctl(1): one table of subcommands, one of options. Which option goes with which
+ * subcommand is in the tables, so that help, parser, complaints and completion agree.
+ */
+#include "tools/table.h"
+#include <string.h>
+#include <pokeys/shm.h>
+
+const struct command table_commands[] = {
+	{ "discover", "", "search the network for devices",
+	  TAKES_TIMEOUT | TAKES_ADDRESS | TAKES_INTERFACE, command_discover },
+	{ "devices", "", "list the devices of the running daemon", TAKES_RUNTIME,
+	  command_devices },
+	{ "status", "[DEVICE ...]", "show the state of the devices once",
+	  TAKES_RUNTIME | TAKES_NAMES, command_status },
+	{ "config", "show | diff | apply | save DEVICE",
+	  "show a device's settings, compare them with the requested ones, apply or "
+	  "save these",
+	  TAKES_RUNTIME | TAKES_NAMES, command_config },
+	{ "doctor", "", "find what makes this machine late, and say how to fix it",
+	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_ROOT, command_doctor },
+	{ "latency", "", "measure how late threads wake up, and the daemon's own latency",
+	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_MEASURE | TAKES_SECONDS,
+	  command_latency },
+	{ "trace", "", "show what took the time in the slowest cycles (root)",
+	  TAKES_RUNTIME | TAKES_SECONDS | TAKES_TRACE, command_trace },
+	{ "record", "[DEVICE] FILE",
+	  "write the packets and events of the last seconds to a file for Wireshark",
+	  TAKES_RUNTIME | TAKES_NAMES, command_record },
+	{ "replay", "FILE", "print such a file, one line for each packet and event",
+	  TAKES_NAMES, command_replay },
+	{ "top", "[DEVICE ...]", "show the state of the devices continuously",
+	  TAKES_RUNTIME | TAKES_NAMES | TAKES_COUNT | TAKES_INTERVAL, command_top },
+	{ .name = NULL },
+};
+
+const struct option_row table_options[] = {
+	{ "json", 'j', NULL, 0, "output for scripts; pokeysctl(1) lists the keys" },
+	{ "runtime-directory", 'r', "DIR", TAKES_RUNTIME,
+	  "directory of the daemon (" POKEYS_RUNTIME_DIRECTORY ")" },
+	{ "timeout", 't', "MS", TAKES_TIMEOUT, "how long to wait for answers (500)" },
+	{ "address", 'a', "A,B", TAKES_ADDRESS, "also search these addresses, behind a router" },
+	{ "interface", 'i', "NIC", TAKES_INTERFACE, "search only on this interface" },
+	{ "count", 'n', "N", TAKES_COUNT, "end after N redraws (never)" },
+	{ "interval", 'd', "S", TAKES_INTERVAL, "seconds between redraws (0.5)" },
+	{ "cpu", 'c', "N", TAKES_CPU, "the core to check or measure (the daemon's)" },
+	{ "config", 'f', "FILE", TAKES_CONFIG, "the daemon's configuration file" },
+	{ "root", 'R', "DIR", TAKES_ROOT, "examine another machine, whose files are in DIR" },
+	{ "seconds", 's', "S", TAKES_SECONDS, "how long to measure (10)" },
+	{ "slowest", 'l', "N", TAKES_TRACE, "how many of the slowest cycles to show (5)" },
+	{ "threshold", 'T', "US", TAKES_TRACE, "only cycles of at least US microseconds (0)" },
+	{ "priority", 'p', "P", TAKES_MEASURE, "SCHED_FIFO priority of the threads (80)" },
+	{ "no-realtime", 'N', NULL, TAKES_MEASURE, "measure without realtime priority" },
+	{ "svg", 'v', "FILE", TAKES_MEASURE, "also draw the histograms" },
+	{ "help", 'h', NULL, 0, "this text, or that of the command named" },
+	{ "version", 'V', NULL, 0, "the version" },
+	{ "completion", 'C', NULL, 0, "list commands and options for a shell's completion" },
+	{ .name = NULL },
+};
+
+_Static_assert(sizeof(table_options) / sizeof(table_options[0]) <= TABLE_OPTIONS_MAX,
+	       "more options than getopt's table has places");
+
+void table_long_options(struct option options[TABLE_OPTIONS_MAX])
+{
+	const struct option_row *row = table_options;
+
+	memset(options, 0, TABLE_OPTIONS_MAX * sizeof(*options));
+	for (; row->name; row++)
+		*options++ = (struct option){ row->name, row->value ? required_argument :
+					      no_argument, NULL, row->letter };
+}
+
+unsigned int table_takes(int letter)
+{
+	for (const struct option_row *row = table_options; row->name; row++)
+		if (row->letter == letter)
+			return row->takes;
+	return 0;
+}
+
+bool table_short(const struct option_row *row)
+{
+	return strchr(TABLE_LETTERS + 1, row->letter);
+}
