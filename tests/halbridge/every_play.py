@@ -36,13 +36,18 @@ def format_of(value):
 
 
 def set_all(machine, values):
+    """One after another; those of one signal at once, as a program in the same thread sets them:
+    the thread stands meanwhile, for it may be interrupted between two pins that it reads."""
     if not values:
         return
     path = machine.folder / "set.hal"
-    path.write_text("".join(
-        f"sets {machine.signals[name]} {format_of(value)}\n" if name in machine.signals else
-        f"setp pokeys.0.{name} {format_of(value)}\n"
-        for name, value in values.items()), encoding="utf-8")
+    lines = [f"setp pokeys.0.{name} {format_of(value)}\n"
+             for name, value in values.items() if name not in machine.signals]
+    linked = {machine.signals[name]: value for name, value in values.items() if name in machine.signals}
+    if linked:
+        lines += ["stop\n", *(f"sets {signal} {format_of(value)}\n" for signal, value in linked.items()),
+                  "start\n"]
+    path.write_text("".join(lines), encoding="utf-8")
     machine.hal.ok(f"halcmd -f {path}")
     machine.hal.periods()
 
