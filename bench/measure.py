@@ -31,7 +31,7 @@ def section(name):
 
 
 def measure_section(bench, name):
-    """What stands in report.json of one section."""
+    """What report.json has of one section."""
     module, began = section(name), time.monotonic()
     entry = {}
     bench.section_end = began + module.SECONDS

@@ -97,8 +97,8 @@ int guard_load(bool dedicated, bool sockets)
 		unlink(GUARD_PINS "/sockets");
 	result = try_to_load(dedicated, sockets);
 	if (result == -EINVAL && !access(GUARD_PINS "/devices", F_OK)) {
-		log_line(EVENT_NOTICE, "what another version has pinned in " GUARD_PINS " is made "
-			 "anew; counters begin at 0");
+		log_line(EVENT_NOTICE, "what another version has pinned in " GUARD_PINS " is "
+			 "created again; counters begin at 0");
 		guard_remove_pins();
 		result = make_pin_folder();
 		result = result ? result : try_to_load(dedicated, sockets);

@@ -180,7 +180,7 @@ def main():
 
 
 def end(last, status):
-    """The last line and the status; who left has seen enough, anybody else is told why there is none."""
+    """The last line and the status; a reader that has left needs no reason, any other gets one."""
     try:
         say(last)
         return status

@@ -267,7 +267,7 @@ static bool do_field(struct sim_order *order)
 }
 
 const struct sim_command sim_commands_field[] = {
-	{ "field", "[NAME [INDEX VALUE]]", "what stands in the device; change one value of it",
+	{ "field", "[NAME [INDEX VALUE]]", "show the values inside the device; change one of them",
 	  do_field },
 	{ 0 },
 };

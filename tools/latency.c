@@ -126,7 +126,7 @@ static void take_daemon(struct latency_run *run, struct view *view, int cpu,
 	if (device->diag.epoch != before->epoch) {
 		before = &nothing;
 		snprintf(run->note, sizeof(run->note),
-			 "the daemon was started anew in between; its numbers are since then");
+			 "the daemon was restarted in between; its figures count from then");
 	}
 	if (cpu >= 0)
 		snprintf(core, sizeof(core), ", core %d", cpu);

@@ -32,7 +32,7 @@ static int refused(const char *what, int error, char *why, size_t size)
 		return TRACE_NO_RIGHT;
 	}
 	snprintf(why, size, "%s: %s; this kernel cannot be traced (BPF with CONFIG_DEBUG_INFO_BTF, "
-		 "5.18 or newer, is needed); pokeysctl latency tells how late cycles are, but "
+		 "5.18 or newer, is needed); pokeysctl latency shows how late cycles are, but "
 		 "not why", what, strerror(error));
 	return TRACE_UNAVAILABLE;
 }

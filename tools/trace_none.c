@@ -11,7 +11,7 @@ int trace_kernel_begin(int thread, trace_take take, void *context, char *why, si
 	(void)take;
 	(void)context;
 	snprintf(why, size, "this pokeysctl was built without the tracer (clang, bpftool and "
-		 "libbpf-dev were missing); pokeysctl latency tells how late cycles are, but "
+		 "libbpf-dev were missing); pokeysctl latency shows how late cycles are, but "
 		 "not why");
 	return TRACE_UNAVAILABLE;
 }

@@ -287,7 +287,7 @@ void desk_reload(struct desk *desk)
 	}
 	restart |= config.devices != desk->config->devices;
 	explicit_bzero(&config, sizeof(config));	/* passwords */
-	log_line(EVENT_NOTICE, "SIGHUP: %s was read again; %u of %u devices get what it wants of "
-		 "their settings%s", desk->config_path, given, desk->config->devices,
-		 restart ? "; it has other changes, which want a restart" : "");
+	log_line(EVENT_NOTICE, "SIGHUP: %s was read again; its settings go to %u of %u "
+		 "devices%s", desk->config_path, given, desk->config->devices,
+		 restart ? "; it has other changes, which need a restart" : "");
 }

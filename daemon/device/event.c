@@ -187,7 +187,7 @@ static void put_link(struct line *line, const struct event *e)
 {
 	if (e->a == e->b)
 		put(line, "still %s%s", PICK(link_names, e->a), e->c == POKEYS_FAULT_NONE ?
-		    ": what was told before is over" : PICK(fault_texts, e->c));
+		    ": the fault reported before has gone" : PICK(fault_texts, e->c));
 	else
 		put(line, "%s (was %s)%s", PICK(link_names, e->a), PICK(link_names, e->b),
 		    PICK(fault_texts, e->c));
@@ -277,7 +277,7 @@ static void put_config_changed(struct line *line, const struct event *e)
 		put(line, ": ");
 		put_function(line, e->c);
 	} else {
-		put(line, " set up anew");
+		put(line, " configured");
 	}
 	put(line, " (not saved in the device)");
 }
@@ -379,8 +379,8 @@ static void put_commander(struct line *line, const struct event *e)
 	if (e->a)
 		put(line, "a commander drives it");
 	else if (e->b < 0)
-		put(line, "another commander has begun, or the same one anew; "
-		    "no heartbeat of it yet");
+		put(line, "another commander has begun, or the same one again; "
+		    "no heartbeat from it yet");
 	else
 		put(line, "the commander's heartbeat is %lld us late", (long long)e->b);
 }

@@ -140,7 +140,7 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "mill: still configuring: it is locked" },
 		{ { .code = EVENT_LINK, .a = POKEYS_LINK_SEARCHING,
 		    .b = POKEYS_LINK_SEARCHING, .c = POKEYS_FAULT_NONE },
-		  "mill: still searching: what was told before is over" },
+		  "mill: still searching: the fault reported before has gone" },
 		{ { .code = EVENT_TASK, .a = POKEYS_TASK_HOMING, .b = POKEYS_TASK_TRIPPED,
 		    .c = 3 },
 		  "mill: homing of axes 0x03: stopped by a limit switch or the emergency input" },
@@ -151,8 +151,8 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		{ { .code = EVENT_COMMANDER, .b = 101000 },
 		  "mill: the commander's heartbeat is 101000 us late" },
 		{ { .code = EVENT_COMMANDER, .b = -1 },
-		  "mill: another commander has begun, or the same one anew; "
-		  "no heartbeat of it yet" },
+		  "mill: another commander has begun, or the same one again; "
+		  "no heartbeat from it yet" },
 		{ { .code = EVENT_LOCKED, .a = LOCK_CONFIGURATION },
 		  "mill: settings differ, but its configuration is locked; unlock it or remove "
 		  "those settings" },
@@ -247,9 +247,9 @@ static void texts_are_for_people(void **state)
 		{ { .code = EVENT_CONFIG_CHANGED, .a = WIRE_OP_PIN_ALL, .b = 8, .c = 0x82 },
 		  "mill: terminal 8: digital input, inverted (not saved in the device)" },
 		{ { .code = EVENT_CONFIG_CHANGED, .a = WIRE_OP_PULSE_AXIS_SET, .b = 0, .c = 13 },
-		  "mill: axis 0 set up anew (not saved in the device)" },
+		  "mill: axis 0 configured (not saved in the device)" },
 		{ { .code = EVENT_CONFIG_CHANGED, .a = WIRE_OP_FAILSAFE, .b = -1, .c = 5 },
-		  "mill: failsafe set up anew (not saved in the device)" },
+		  "mill: failsafe configured (not saved in the device)" },
 		{ { .code = EVENT_PACKETS, .a = EVENT_PACKETS_MISSED, .b = 1 },
 		  "mill: 1 request without a reply by its deadline" },
 		{ { .code = EVENT_PACKETS, .a = EVENT_PACKETS_MISSED, .b = 2 },

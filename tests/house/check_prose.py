@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Pages are in present-day English, and their links lead somewhere.
+"""Pages and messages are in present-day English, and links lead somewhere.
 
 The patterns are constructions that early versions of the project's texts were full of and
 that a reader stumbles over. Each has the words to use instead. Every pattern is first
@@ -45,7 +45,7 @@ PATTERNS = (
 COMPILED = [(re.compile(pattern), sentence, instead)
             for pattern, sentence, instead in PATTERNS]
 LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)\s#]*)(?:#[^)]*)?\)|!\[[^\]]*\]\(([^)\s]+)\)")
-PAGES = (".md", ".scd")
+PAGES, CODE = (".md", ".scd"), (".c", ".h")
 # the protocol's notes quote what others have written
 QUOTING = {"docs/protocol.md"}
 
@@ -55,7 +55,7 @@ def pages(root):
                          capture_output=True, text=True, check=False)
     names = out.stdout.split("\n") if out.returncode == 0 and out.stdout else [
         path.relative_to(root).as_posix() for path in root.rglob("*") if "build" not in path.relative_to(root).parts]
-    return sorted(name for name in names if name.endswith(PAGES) and (root / name).is_file())
+    return sorted(name for name in names if name.endswith(PAGES + CODE) and (root / name).is_file())
 
 
 def prose(text):
@@ -72,6 +72,21 @@ def dialect(name, text):
         for match in pattern.finditer(flat):
             line = text.count("\n", 0, match.start()) + 1
             yield f"{name}:{line}: '{match.group(0).strip()}': write '{instead}'"
+
+
+def messages(name, text):
+    """The strings of a C file: what a program prints."""
+    def blank(match):
+        return re.sub(r"[^\n]", " ", match.group(0))
+    code = re.sub(r"/\*.*?\*/", blank, text, flags=re.S)
+    # a string may go over the end of a line
+    code = re.sub(r'"[ \t]*\n[ \t]*"', lambda match: " " * len(match.group(0)), code)
+    for literal in re.finditer(r'"((?:[^"\\\n]|\\.)*)"', code):
+        said = re.sub(r" {3,}", "", literal.group(1))
+        for pattern, _, instead in COMPILED:
+            for match in pattern.finditer(said):
+                line = text.count("\n", 0, literal.start()) + 1
+                yield f"{name}:{line}: '{match.group(0).strip()}': write '{instead}'"
 
 
 def links(root, name, text):
@@ -100,9 +115,11 @@ def main():
         text = (root / name).read_text(encoding="utf-8")
         if name.endswith(".md"):
             found += links(root, name, text)
-        if name not in QUOTING:
+        if name.endswith(CODE):
+            found += messages(name, text)
+        elif name not in QUOTING:
             found += dialect(name, text)
-    print("\n".join(found) or f"{len(names)} pages in order")
+    print("\n".join(found) or f"{len(names)} files in order")
     return 1 if found or not names else 0
 
 

@@ -88,7 +88,7 @@ static void opens(struct folder *folder, const char *group)
 	assert_int_equal(waitpid(pid, &status, 0), pid);
 	assert_true(WIFEXITED(status));
 	if (WEXITSTATUS(status) == NO_FILTER) {
-		fprintf(stderr, "seccomp filters are not to be had here\n");
+		fprintf(stderr, "seccomp filters are not available here\n");
 		skip();
 	}
 	assert_int_equal(WEXITSTATUS(status), 0);

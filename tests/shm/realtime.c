@@ -174,7 +174,7 @@ static void realtime_functions_make_no_system_call(void **state)
 	int status = run_forbidden(folder, false);
 
 	if (WIFEXITED(status) && WEXITSTATUS(status) == 99) {
-		fprintf(stderr, "seccomp filters are not to be had here\n");
+		fprintf(stderr, "seccomp filters are not available here\n");
 		skip();
 	}
 	assert_true(WIFEXITED(status));

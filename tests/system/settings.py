@@ -75,7 +75,7 @@ def test_apply_reads_the_file_again_and_diff_tells_when_it_is_done():
         house.write_conf()
         daemon.send_signal(signal.SIGHUP)
         wait_value(house, "axis.0.max-speed", "8000")
-        wait_for("the answer", lambda: "1 of 1 devices get what it wants" in house.log())
+        wait_for("the answer", lambda: "its settings go to 1 of 1 devices" in house.log())
 
 
 def test_a_broken_file_changes_nothing_and_its_faults_come_back():
@@ -197,7 +197,7 @@ def test_every_key_reaches_the_device():
         missing = {key: (wanted, have.get(key)) for key, wanted in keys.items() if have.get(key) != wanted}
         assert not missing, missing
         # each is told
-        for what in ("terminal 19: counter input", "axis 0 set up anew", "backlash of axis 0 set up anew", "PoStep driver of axis 0 set up anew", "device name set up", "failsafe set up"):
+        for what in ("terminal 19: counter input", "axis 0 configured", "backlash of axis 0 configured", "PoStep driver of axis 0 configured", "device name configured", "failsafe configured"):
             wait_for(what, lambda: what in house.log())  # pylint: disable=cell-var-from-loop
 
 

@@ -196,7 +196,7 @@ def test_a_daemon_that_is_started_anew_within_a_measurement_counts_from_then_on(
         child.send_signal(signal.SIGINT)
         document = json.loads(child.communicate(timeout=120)[0])
         judge(document)
-        assert "started anew" in document["note"], document["note"]
+        assert "restarted" in document["note"], document["note"]
         counted = document["series"][-1]["samples"]
         assert 3 * first + 2000 < counted <= samples(), (counted, first)
 

@@ -171,7 +171,7 @@ def test_without_the_kernels_types_it_says_what_is_lost():
         out = trace(house, before=("unshare", "--mount", "sh", "-c",
                                    'mount -t tmpfs none /sys/kernel/btf && exec "$@"', "sh"))
         assert out.returncode == UNAVAILABLE and not out.stdout, out
-        assert re.fullmatch("pokeysctl: .*BTF.*latency tells how late.*\n", out.stderr), out
+        assert re.fullmatch("pokeysctl: .*BTF.*latency shows how late.*\n", out.stderr), out
 
 
 def test_without_a_daemon_or_a_recorder_it_says_so():
