@@ -16,13 +16,15 @@ OPENING = re.compile(r"(//|/\*) SPDX[^\n]*\n\s*/\*[^\n]*\n(?:(?!\*/).)*\n", re.D
 PRIVATE = re.compile(r"(?<![\w.])(/(?:home|work)/\w|/root/)")
 
 
-def tracked(root):
-    out = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=False)
-    if out.returncode == 0 and out.stdout:
-        return out.stdout.split("\n")
+def files_of(root):
+    """The names of the files of the project, also of those that are not committed yet."""
+    out = subprocess.run(["git", "-C", root, "ls-files", "--cached", "--others", "--exclude-standard"],
+                         capture_output=True, text=True, check=False)
     # a release archive has no git: every file below counts
-    return [p.relative_to(root).as_posix() for p in pathlib.Path(root).rglob("*")
-            if p.is_file() and "build" not in p.relative_to(root).parts]
+    names = out.stdout.splitlines() if out.returncode == 0 and out.stdout else [
+        path.relative_to(root).as_posix() for path in pathlib.Path(root).rglob("*")
+        if "build" not in path.relative_to(root).parts]
+    return sorted(name for name in names if (pathlib.Path(root) / name).is_file())
 
 
 def faults(name, text):
@@ -45,12 +47,11 @@ def faults(name, text):
 
 def main():
     root, found, seen = sys.argv[1], [], 0
-    for name in tracked(root):
-        path = pathlib.Path(root) / name
-        if not name.endswith(SOURCE) or not path.is_file():
+    for name in files_of(root):
+        if not name.endswith(SOURCE):
             continue
         seen += 1
-        found += faults(name, path.read_text(encoding="utf-8"))
+        found += faults(name, (pathlib.Path(root) / name).read_text(encoding="utf-8"))
     print("\n".join(found) or f"{seen} files in order")
     return 1 if found or not seen else 0
 

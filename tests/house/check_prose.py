@@ -8,8 +8,8 @@ tried on a sentence that it has to find.
 """
 import pathlib
 import re
-import subprocess
 import sys
+import check_files
 
 # (pattern, a sentence that it finds, what to write instead)
 PATTERNS = (
@@ -51,11 +51,7 @@ QUOTING = {"docs/protocol.md"}
 
 
 def pages(root):
-    out = subprocess.run(["git", "-C", root, "ls-files", "--cached", "--others", "--exclude-standard"],
-                         capture_output=True, text=True, check=False)
-    names = out.stdout.split("\n") if out.returncode == 0 and out.stdout else [
-        path.relative_to(root).as_posix() for path in root.rglob("*") if "build" not in path.relative_to(root).parts]
-    return sorted(name for name in names if name.endswith(PAGES + CODE) and (root / name).is_file())
+    return [name for name in check_files.files_of(root) if name.endswith(PAGES + CODE)]
 
 
 def prose(text):
