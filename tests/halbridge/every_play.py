@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How the acts of the test of every name are carried out on a machine."""
 import math
+import re
 import time
 from every_device import GOES_ON, LIMIT, load, place_of
 from every_name import Step
@@ -8,6 +9,9 @@ from every_name import Step
 # cycles of the daemon: settings have been looked at; all has been done
 TAKEN_IN, DONE = 20, 300
 PATIENCE = 5    # seconds until what was refused is pressed anew
+# the daemon's log of a moment in which it, HAL or the device had no processor
+STALL = re.compile(r"cycles? (?:was|were) missed|heartbeat is \d+ us late|data is stale: \d+ us|"
+                   r"lost: it does not answer")
 
 
 def is_like(have, want):

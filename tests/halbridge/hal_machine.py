@@ -176,9 +176,10 @@ class Machine:
         time.sleep(seconds)
         self.children[name].send_signal(signal.SIGCONT)
 
-    def log(self, name):
+    def log(self, name, last=2000):
+        """So many of the last characters that it printed."""
         path = self.folder / f"{name}.log"
-        return path.read_text(errors="replace")[-2000:] if path.exists() else ""
+        return path.read_text(errors="replace")[-last:] if path.exists() else ""
 
     def close(self):
         self.hal.close()

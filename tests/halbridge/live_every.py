@@ -54,6 +54,7 @@ SESSIONS = [every_settings.ACTS + every_old_settings.ACTS + every_old_encoders.A
             every_config.ACTS, every_modes.ACTS, every_probe.ACTS, every_probe.OLD]
 ACTS = sum(SESSIONS, [])
 AT_ONCE, ATTEMPTS = 3, 3
+WHOLE = 10_000_000     # characters of a log, which has far fewer
 # HAL makes them for each funct, whoever's it is
 OF_HAL = re.compile(r"(?:read|write)\.(?:time|tmax|tmax-increased)")
 
@@ -124,7 +125,7 @@ def lost_ms_of(session):
 
 def perform(session, names, found, record):
     """One session; what went wrong, or nothing. Where a stall of the daemon or of HAL took the
-    permission to move away in the middle of an act, as it must, the session begins anew."""
+    permission to move away in the middle of an act, as it must, the session begins again."""
     for _ in range(ATTEMPTS):
         try:
             return attempt(session, names, found, record)
@@ -147,6 +148,10 @@ def attempt(session, names, found, record):
         for act in session:
             every_play.play(machine, act, found, record)
         return ""
+    except every_play.PermissionGone as reason:
+        if every_play.STALL.search(machine.log("pokeysd", last=WHOLE)):
+            raise
+        return f"FAILED: {reason}, and nothing was late:\n{machine.log('pokeysd')}\n"
     except (AssertionError, EOFError) as fault:
         return (f"FAILED: {fault}\n{machine.hal.said()[-1000:]}\n{machine.log('pokeysd')}\n"
                 f"{machine.log('sim')}\n")
