@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Whether one thread runs a device's read and write, as it has to be. */
+/* Whether a device's read and write both run, in one thread, as it has to be. */
 #ifndef HALBRIDGE_CALLERS_H
 #define HALBRIDGE_CALLERS_H
 
@@ -12,16 +12,24 @@ struct callers_seen {
 	uint32_t reads, writes;		/* change whenever it runs */
 };
 
+enum callers_news {
+	CALLERS_AS_BEFORE,
+	CALLERS_TWO_THREADS,
+	CALLERS_NO_READ,
+};
+
 struct callers {
-	uint32_t reads, writes;		/* at the last look */
-	uint32_t different;		/* looks running */
-	bool told;
+	uint32_t reads, writes;		/* at the last look at which both had run */
+	uint32_t last_writes;		/* at the last look */
+	uint32_t different, unread;	/* looks running */
+	bool told, told_unread;
 };
 
 /*
- * One look. Returns true if it is to be told that two threads run them: once, until
- * one thread has run both again. Pure; one thread at a time.
+ * One look. Returns what is to be reported: that two threads run them, or that write runs
+ * and read does not. Each once, until one thread has run both again. Pure; one thread at a
+ * time.
  */
-bool callers_look(struct callers *callers, const struct callers_seen *seen);
+enum callers_news callers_look(struct callers *callers, const struct callers_seen *seen);
 
 #endif

@@ -12,6 +12,12 @@
  * time. No value that is not a number gets into it.
  *
  * Another daemon than before: a new one-shot session begins, see one_shot.c.
+ *
+ * A write that no read goes before commands from positions that are not those of the
+ * axes: pos-fb stands still, or is 0, and LinuxCNC's command follows it. So after a few
+ * of them machine-on and the axes' enables are not passed on, nothing is pressed, and
+ * machine-is-on has to fall and rise again afterwards. Whether what was read was
+ * fresh, the daemon asks at the edge.
  */
 #include "halbridge/exchange.h"
 #include <stddef.h>
@@ -116,7 +122,7 @@ static void read_flags(struct exchange *exchange, struct values *values, bool fr
 	uint32_t flags = fresh ? state->flags : 0;
 
 	values->machine_on_permitted = flags & POKEYS_STATE_MACHINE_ON;
-	values->needs_edge = flags & POKEYS_STATE_NEEDS_EDGE;
+	values->needs_edge = flags & POKEYS_STATE_NEEDS_EDGE || exchange->machine_off;
 	values->commander = values->daemon_alive && exchange->written &&
 			    state->flags & POKEYS_STATE_COMMANDER;
 	values_changed(values, BLOCK_MACHINE);
@@ -198,7 +204,9 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 	struct link_news news;
 
 	exchange->have_state = got == EXCHANGE_STATE;
-	exchange->t_read_ns = now_ns;
+	if (exchange->have_state)
+		exchange->t_read_ns = now_ns;
+	exchange->unread_writes = 0;
 	news = link_read(&exchange->link, values, exchange->have_state ? state : NULL,
 			 got == EXCHANGE_REFUSED, now_ns, &exchange->refusals);
 	values_changed(values, BLOCK_LINK);
@@ -239,10 +247,29 @@ static bool write_index(struct exchange *exchange, struct values *values, uint64
 	return full;
 }
 
-static uint32_t flags_of(const struct values *values)
+static uint32_t flags_of(const struct exchange *exchange, const struct values *values)
 {
-	return (values->machine_is_on ? POKEYS_COMMAND_MACHINE_ON : 0u) |
+	return (values->machine_is_on && !exchange->machine_off ? POKEYS_COMMAND_MACHINE_ON : 0u) |
 	       (values->engine.limit_override ? POKEYS_COMMAND_LIMIT_OVERRIDE : 0u);
+}
+
+/* Returns false if nobody reads. */
+static bool judge_reading(struct exchange *exchange, struct values *values)
+{
+	const bool read = exchange->unread_writes < EXCHANGE_UNREAD_MOST;
+
+	values->read_missing = !read;
+	exchange->machine_off = values->machine_is_on && (exchange->machine_off || !read);
+	if (read) {
+		exchange->unread_writes++;
+		return true;
+	}
+	exchange->fresh = false;
+	values->connected = false;
+	values->stale = true;
+	values_changed(values, BLOCK_LINK);
+	read_flags(exchange, values, false);
+	return false;
 }
 
 void exchange_write(struct exchange *exchange, struct values *values, uint64_t now_ns,
@@ -250,6 +277,7 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 {
 	struct pokeys_command *command = &exchange->command;
 	struct refusals *refusals = &exchange->refusals;
+	const bool read = judge_reading(exchange, values);
 	bool full;
 
 	command->heartbeat++;
@@ -258,7 +286,7 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 	command->period_ns = period_ns;
 	command->read_age_ns[command->heartbeat % POKEYS_READ_AGES] = exchange->read_age_ns;
 	exchange->read_age_ns = 0;
-	command->flags = flags_of(values);
+	command->flags = flags_of(exchange, values);
 	digital_write(&exchange->digital, values, exchange->state.digital_out_owned, command);
 	keys_write(&exchange->keys, values, command, refusals);
 	pwm_write(&exchange->pwm, values, exchange->state.pwm_period, command, refusals);
@@ -268,6 +296,8 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 			    &(struct joint_device){ &exchange->state.engine.axis[i],
 						    exchange->fresh && exchange->engine_begun },
 			    &command->axis[i], refusals);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		command->axis[i].enable &= read;
 	full = write_index(exchange, values, now_ns);
 	full |= joint_home_write(&exchange->home, values, exchange->joint, &exchange->queue,
 				 command, &exchange->state.engine, exchange->fresh, refusals);

@@ -29,12 +29,16 @@
 #include "halbridge/threading.h"
 #include "halbridge/values.h"
 
+enum { EXCHANGE_UNREAD_MOST = 4 };
+
 struct exchange {
 	struct pokeys_state state;	/* the newest whole image; the shell copies into it */
 	struct pokeys_command command;	/* for the shell to hand over after exchange_write */
 	bool have_state, fresh;		/* of the last exchange_read */
+	uint32_t unread_writes;		/* since then */
+	bool machine_off;		/* until machine-is-on falls */
 	bool written;			/* the last command image was taken by shared memory */
-	uint64_t t_read_ns;
+	uint64_t t_read_ns;		/* of the last one that found an image, 0 = none did */
 	uint32_t read_age_ns;		/* of the last read, until written; 0 = was not fresh */
 	struct link link;
 	struct one_shot_queue queue;
@@ -80,7 +84,9 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 
 /*
  * From the values to exchange->command, with a new heartbeat. `period_ns` is
- * the servo thread's. Realtime.
+ * the servo thread's. Who writes more than EXCHANGE_UNREAD_MOST times without
+ * a read drives no axis, and finds values->read_missing and not connected: values
+ * that a read shows. Realtime.
  */
 void exchange_write(struct exchange *exchange, struct values *values, uint64_t now_ns,
 		    uint64_t period_ns);

@@ -71,6 +71,8 @@ void instance_write(struct instance *instance, uint64_t period_ns)
 	exchange_written(&instance->exchange,
 			 client && !pokeys_client_write(client, &instance->exchange.command));
 	binding_scatter(&instance->binding, TABLE_AT_WRITE);
+	if (instance->binding.values->read_missing)
+		binding_scatter(&instance->binding, TABLE_AT_READ);
 	handover_give_back(&instance->writer);
 }
 

@@ -198,13 +198,26 @@ static void say_callers(struct monitor *monitor, struct instance *instance)
 		.writes = atomic_load_explicit(&instance->writer.use, memory_order_relaxed),
 	};
 
-	if (callers_look(&monitor->memory[instance->number].callers, &seen))
+	const char *device = instance->device[0] ? instance->device : "not found yet";
+	const char *prefix = instance->prefix;
+
+	switch (callers_look(&monitor->memory[instance->number].callers, &seen)) {
+	case CALLERS_AS_BEFORE:
+		break;
+	case CALLERS_TWO_THREADS:
 		rtapi_print_msg(RTAPI_MSG_ERR, "%s (device '%s'): %s.read and %s.write are in "
 				"different threads, and one that interrupts the other makes wrong "
 				"commands; delf one of them and addf it to the other's thread\n",
-				instance->prefix,
-				instance->device[0] ? instance->device : "not found yet",
-				instance->prefix, instance->prefix);
+				prefix, device, prefix, prefix);
+		break;
+	case CALLERS_NO_READ:
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s (device '%s'): %s.write runs without %s.read, "
+				"so the positions are not known and no axis is driven; addf "
+				"%s.read to the same thread, before %s.write, and switch the "
+				"machine on again\n",
+				prefix, device, prefix, prefix, prefix, prefix);
+		break;
+	}
 }
 
 static void say_setting(void *argument, const struct wish_item *item, double value)

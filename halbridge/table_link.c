@@ -68,6 +68,9 @@ static const struct table_row rows[] = {
 	STATUS("command-refused", command_refused,
 	       "the daemon refused values of the last command"),
 	STATUS("command-refused-count", command_refused_count, "values the daemon refused"),
+	OUTCOME("read-missing", read_missing,
+		"pokeys.N.write runs without pokeys.N.read: machine-is-on and the joints' enable "
+		"are not passed on until it is read and machine-is-on has risen again"),
 	OUTCOME("input-refused", input_refused,
 		"a pin or parameter holds a value that is not used (see the log)"),
 	OUTCOME("input-refused-count", input_refused_count,

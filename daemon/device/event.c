@@ -166,6 +166,9 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_AXIS_SPEED] = "velocity is above the highest speed set up for it; it "
 				     "stands, axis",
 	[COMMAND_FAULT_AXIS_SOFT_LIMIT] = "position is beyond the soft limits, axis",
+	[COMMAND_FAULT_AXIS_UNREAD] = "enabled by a commander that does not read the positions "
+				      "(is pokeys.N.read in the thread?), axis",
+	[COMMAND_FAULT_UNREAD] = NULL,
 	[COMMAND_FAULT_NOT_OFFERED] = NULL,	/* has a text of its own */
 	[COMMAND_FAULT_ONE_SHOT_RING] = "the one-shot ring holds at most 64, it claims",
 	[COMMAND_FAULT_PWM_CHANNEL] = "only PWM channels 0 to 5 can be enabled, the bits are",
@@ -420,11 +423,24 @@ static void put_threading(struct line *line, const struct event *e)
 	    pokeys_threading_refusal_name((uint8_t)e->b));
 }
 
+static void put_unread(struct line *line, int64_t age_ms)
+{
+	put(line, "machine-on, because the commander does not know the positions: ");
+	if (age_ms < 0)
+		put(line, "it has not read them");
+	else
+		put(line, "what it read is %lld ms old", (long long)age_ms);
+	put(line, "; run pokeys.N.read before pokeys.N.write in one thread, "
+	    "then switch off and on");
+}
+
 static void put_bad_command(struct line *line, const struct event *e)
 {
 	put(line, "command refused: ");
 	if (e->a == COMMAND_FAULT_NOT_OFFERED)
 		put(line, "this device has no %s", PICK(part_names, e->b));
+	else if (e->a == COMMAND_FAULT_UNREAD)
+		put_unread(line, e->b);
 	else
 		put(line, "%s %lld", PICK(fault_names, e->a), (long long)e->b);
 }

@@ -108,6 +108,8 @@ enum command_fault {
 	COMMAND_FAULT_AXIS_SETUP,	/* enabled, but not set up in the device for this mode */
 	COMMAND_FAULT_AXIS_SPEED,	/* above the axis' highest, in velocity mode */
 	COMMAND_FAULT_AXIS_SOFT_LIMIT,	/* beyond the device's soft limits, and going further out */
+	COMMAND_FAULT_AXIS_UNREAD,	/* enabled by one that does not know where it stands */
+	COMMAND_FAULT_UNREAD,		/* machine-on, likewise; index = age of what it read, ms */
 	COMMAND_FAULT_NOT_OFFERED,	/* index = enum command_part */
 	COMMAND_FAULT_ONE_SHOT_RING,	/* index = how many the ring claims to hold */
 	COMMAND_FAULT_ONE_SHOT_ID,	/* index = id that was expected */

@@ -118,8 +118,12 @@ static enum command_fault axis_fault(const struct device *device, unsigned int i
 		return COMMAND_FAULT_AXIS_POSITION;
 	if (!isfinite(axis->velocity) || fabsf(axis->velocity) > VELOCITY_MAX)
 		return COMMAND_FAULT_AXIS_VELOCITY;
-	return axis->enable && running(device) ? setup_fault(device, i, axis) :
-						 COMMAND_FAULT_NONE;
+	if (!axis->enable || !running(device))
+		return COMMAND_FAULT_NONE;
+	if (device->safe.permitted && !device->intake.axis[i].enable &&
+	    !device->intake.read_recently)
+		return COMMAND_FAULT_AXIS_UNREAD;
+	return setup_fault(device, i, axis);
 }
 
 static void take_axis(struct device *device, unsigned int i,
@@ -224,6 +228,16 @@ static void take_ages(struct device *device, const struct pokeys_command *comman
 	}
 }
 
+/* Both times are of the commander's clock, whichever that is. */
+static void take_read(struct intake *intake, const struct pokeys_command *command)
+{
+	const uint64_t period = command->period_ns < SECOND ? command->period_ns : SECOND;
+	const bool read = command->t_thread_ns && command->t_thread_ns <= command->t_ns;
+
+	intake->read_age_ns = read ? command->t_ns - command->t_thread_ns : POKEYS_NEVER;
+	intake->read_recently = intake->read_age_ns <= POKEYS_READ_OLD_NS + 4 * period;
+}
+
 static void take(struct device *device, const struct pokeys_command *command)
 {
 	struct intake *intake = &device->intake;
@@ -236,6 +250,7 @@ static void take(struct device *device, const struct pokeys_command *command)
 		take_ages(device, command);
 		intake->heartbeat = command->heartbeat;
 		intake->t_ns = command->t_ns;
+		take_read(intake, command);
 		intake->seen_ns = device->now_ns;
 		take_values(device, command);
 	}

@@ -135,6 +135,8 @@ struct intake {
 	uint64_t heartbeat;
 	uint64_t seen_ns;		/* when it last changed; 0 = never */
 	uint64_t t_ns;			/* of the image */
+	uint64_t read_age_ns;		/* of the commander's reading then; POKEYS_NEVER = none */
+	bool read_recently;		/* young enough to begin a motion by */
 	bool fresh;
 	bool machine_on, limit_override;
 	uint64_t outputs, outputs_mask;

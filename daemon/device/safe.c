@@ -18,7 +18,9 @@
  * Back again, the outputs follow the commander at once. Motion does not.
  *
  * Permission (invariant I7): motion needs a rising edge of machine-on, seen
- * low and then high while the link runs and the heartbeat is fresh. Every
+ * low and then high while the link runs and the heartbeat is fresh. The
+ * commander must know then where the axes stand: it has read that lately, and what there
+ * was to read was fresh. Every
  * loss of link, heartbeat or session, a trip of the engine and the daemon's
  * end take the permission away and forget the low; what was commanded before
  * is not taken up again by itself. So does a motor driver with another step mode than
@@ -48,6 +50,20 @@ void safe_permit_drop(struct device *device)
 	device->safe.edge_armed = false;
 }
 
+/* Where the axes stand, of which the references are from now on those of the commander. */
+static bool positions_known(struct device *device)
+{
+	const struct intake *intake = &device->intake;
+	const uint64_t data_ns = pokeys_state_age_ns(&device->image, device->now_ns);
+	const uint64_t age_ns = intake->read_age_ns > data_ns ? intake->read_age_ns : data_ns;
+
+	if (intake->read_recently && data_ns <= POKEYS_READ_OLD_NS)
+		return true;
+	intake_refuse(device, COMMAND_FAULT_UNREAD,
+		      age_ns == POKEYS_NEVER ? -1 : (int64_t)(age_ns / MS));
+	return false;
+}
+
 static void judge_permission(struct device *device)
 {
 	struct safe *safe = &device->safe;
@@ -69,7 +85,8 @@ static void judge_permission(struct device *device)
 	if (!safe->edge_armed)
 		return;
 	safe->edge_armed = false;
-	permit(device, !engine_tripped(device->image.engine.state) && postep_permits(device));
+	permit(device, positions_known(device) &&
+		       !engine_tripped(device->image.engine.state) && postep_permits(device));
 }
 
 static void judge_safe(struct device *device)

@@ -24,7 +24,9 @@
  * Motion: the rising edge of POKEYS_COMMAND_MACHINE_ON must be seen while the
  * link is running and the heartbeat fresh. From then on the axes' references
  * are those of the newest image, so at the edge they have to be what
- * state.engine.axis[].position says.
+ * state.engine.axis[].position says. A commander that has not read that cannot
+ * know it: where t_thread_ns is 0 or old (POKEYS_READ_OLD_NS), or the device's
+ * data are, the edge is refused, and so is that of an axis' enable.
  */
 #ifndef POKEYS_COMMAND_H
 #define POKEYS_COMMAND_H
@@ -44,6 +46,9 @@ enum {
 	POKEYS_ONE_SHOTS = 64,
 	POKEYS_READ_AGES = 16,
 };
+
+/* Older at the write, beyond four periods of the commander, is too old to begin a motion by. */
+#define POKEYS_READ_OLD_NS	UINT64_C(100000000)
 
 /* command.flags */
 enum {
@@ -143,8 +148,8 @@ struct pokeys_command {
 	uint64_t hash;
 	uint64_t heartbeat;		/* changes at each write */
 	uint64_t t_ns;			/* CLOCK_MONOTONIC of the write */
-	uint64_t t_thread_ns;		/* when the servo thread's read began, for phase lock;
-					 * 0 = unknown */
+	uint64_t t_thread_ns;		/* when the servo thread's last read of the state began;
+					 * 0 = it has not read any. Also for phase lock */
 	uint64_t period_ns;		/* of the commander */
 	uint32_t session;		/* differs for each start of the commander, never 0 */
 	uint32_t flags;			/* POKEYS_COMMAND_* */

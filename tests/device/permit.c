@@ -278,6 +278,89 @@ static void first_reference_is_that_of_the_edge(void **state)
 	assert_int_equal(world.rig.device.bench.machine.axis[0].steps, 0);
 }
 
+static void refused_as_unread(int64_t age_ms)
+{
+	memset(&world.last_event[EVENT_BAD_COMMAND], 0, sizeof(struct event));
+	world_run(&world, 50 * MS);	/* low is seen, and acknowledged */
+	world_go(&world, 0, 5000, 0);
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 500 * MS);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_UNREAD);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, age_ms);
+	assert_int_equal(world_pulses(&world, 0), 0);
+}
+
+/* pokeys.N.write without pokeys.N.read: the command is not from where the axes stand. */
+static void who_has_not_read_gets_no_permission(void **state)
+{
+	(void)state;
+	world.unread = true;
+	world.command.t_thread_ns = 0;
+	refused_as_unread(-1);
+	/* reading alone is no edge */
+	world.unread = false;
+	world_run(&world, 500 * MS);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	assert_int_equal(world_pulses(&world, 0), 0);
+	world_machine_on(&world);
+	world_run(&world, 500 * MS);
+	assert_int_equal(world_pulses(&world, 0), 5000);
+}
+
+static void who_read_long_ago_gets_no_permission(void **state)
+{
+	(void)state;
+	world.command.period_ns = MS;
+	world.unread = true;
+	world_run(&world, 54 * MS);
+	assert_int_equal(world.command.t_ns - world.command.t_thread_ns, 54 * MS);
+	refused_as_unread(105);
+}
+
+static void who_reads_slowly_is_one_that_reads(void **state)
+{
+	(void)state;
+	world_run(&world, 50 * MS);
+	world.command.period_ns = 50 * MS;
+	world.unread = true;
+	world_run(&world, 200 * MS);
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 50 * MS);
+	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
+}
+
+static void a_time_of_reading_ahead_of_the_writing_counts_as_none(void **state)
+{
+	(void)state;
+	world.unread = true;
+	world.command.t_thread_ns = UINT64_MAX;
+	refused_as_unread(-1);
+}
+
+static void an_axis_is_enabled_only_by_one_who_reads(void **state)
+{
+	(void)state;
+	world_go(&world, 0, 0, 0);
+	world_machine_on(&world);
+	world_run(&world, 100 * MS);
+	world.unread = true;
+	world_run(&world, 200 * MS);
+	world_go(&world, 1, 5000, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_AXIS_UNREAD);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, 1);
+	assert_int_equal(world_pulses(&world, 1), 0);
+	/* one that was enabled before goes on: its reader may be late */
+	world_go(&world, 0, 500, 0);
+	world_run(&world, 500 * MS);
+	assert_int_equal(world_pulses(&world, 0), 500);
+	world.unread = false;
+	world_run(&world, 500 * MS);
+	assert_int_equal(world_pulses(&world, 1), 5000);
+}
+
 static void run_is_never_sent_without_permission(struct world *w, const uint8_t *p)
 {
 	if (p[1] == 0x85 && p[2] == 0x02 && p[3] == WIRE_ENGINE_RUNNING)
@@ -348,6 +431,12 @@ int main(void)
 		cmocka_unit_test_setup(dead_commander_does_not_clear_a_trip, begin_moving),
 		cmocka_unit_test_setup(bad_value_at_the_edge_moves_nothing, begin),
 		cmocka_unit_test_setup(first_reference_is_that_of_the_edge, begin),
+		cmocka_unit_test_setup(who_has_not_read_gets_no_permission, begin),
+		cmocka_unit_test_setup(who_read_long_ago_gets_no_permission, begin),
+		cmocka_unit_test_setup(who_reads_slowly_is_one_that_reads, begin),
+		cmocka_unit_test_setup(a_time_of_reading_ahead_of_the_writing_counts_as_none,
+				       begin),
+		cmocka_unit_test_setup(an_axis_is_enabled_only_by_one_who_reads, begin),
 		cmocka_unit_test_setup(permission_survives_no_chaos, begin_moving),
 	};
 

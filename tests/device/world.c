@@ -274,6 +274,8 @@ static void command(struct world *world)
 		return;
 	world->command.heartbeat++;
 	world->command.t_ns = world->now;
+	if (!world->unread)
+		world->command.t_thread_ns = world->now;
 	world->flags_written = world->command.flags;
 }
 

@@ -61,6 +61,7 @@ struct world {
 	uint64_t event_count[EVENT_CODES];
 	struct event last_event[EVENT_CODES];
 	/* invariant I7, by an account of its own */
+	bool unread;			/* the commander leaves its time of reading as it was */
 	uint32_t flags_written;		/* with the last heartbeat */
 	bool low_seen;
 	bool machine_was_on;

@@ -32,13 +32,17 @@ static inline void drive_period(struct drive *drive)
 
 	rig->now_ns += RIG_MS;
 	rig_daemon(rig);
-	binding_gather(&drive->binding, TABLE_AT_READ);
-	rig_read(rig);
 	drive->binding.out_slice = 0;
-	binding_scatter(&drive->binding, TABLE_AT_READ);
+	if (!rig->unread) {
+		binding_gather(&drive->binding, TABLE_AT_READ);
+		rig_read(rig);
+		binding_scatter(&drive->binding, TABLE_AT_READ);
+	}
 	binding_gather(&drive->binding, TABLE_AT_WRITE);
 	rig_write(rig);
 	binding_scatter(&drive->binding, TABLE_AT_WRITE);
+	if (rig->values.read_missing)
+		binding_scatter(&drive->binding, TABLE_AT_READ);
 }
 
 static inline void drive_periods(struct drive *drive, unsigned int count)

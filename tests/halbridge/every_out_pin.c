@@ -76,6 +76,11 @@ static void fill_the_queue(struct rig *rig)
 	rig->exchange.buttons.fault.state = PRESS_WAITING;
 }
 
+static void do_not_read(struct rig *rig)
+{
+	rig->unread = true;
+}
+
 static void fail_a_one_shot(struct rig *rig)
 {
 	rig->values.one_shot_failed_count += press_forget(
@@ -215,6 +220,7 @@ static const struct out_driver drivers[] = {
 	BITS("safe-state", flags, 2), BITS("commander", flags, 1),
 	BITS("command-refused", flags, 7), COUNT("command-refused-count", refused_command),
 	BY("input-refused", set_bad_scale), BY("input-refused-count", set_bad_scale),
+	BY("read-missing", do_not_read),
 	BY("one-shot-full", fill_the_queue), BY("one-shot-failed-count", fail_a_one_shot),
 
 	FIELD("engine-state", engine.state), FIELD("emergency", engine.emergency),

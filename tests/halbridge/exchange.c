@@ -136,6 +136,94 @@ static void the_age_at_each_read_is_told_once(void **state)
 	assert_int_equal(age[(command->heartbeat - 7) % POKEYS_READ_AGES], 200000 + 4 * RIG_MS);
 }
 
+static void writes_only(unsigned int count)
+{
+	rig.unread = true;
+	rig_periods(&rig, count);
+	rig.unread = false;
+}
+
+static void switch_on(void)
+{
+	values->machine_is_on = true;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		values->joint[i].enable = true;
+}
+
+static bool drives(void)
+{
+	bool any = command->flags & POKEYS_COMMAND_MACHINE_ON;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		any |= command->axis[i].enable;
+	return any;
+}
+
+/* What LinuxCNC commands then it does not know from the axes. */
+static void writing_without_reading_drives_nothing(void **state)
+{
+	const uint64_t read_ns = rig.now_ns;
+
+	(void)state;
+	rig.daemon.flags |= POKEYS_STATE_MACHINE_ON;
+	switch_on();
+	rig_period(&rig);
+	assert_true(drives() && values->connected && values->machine_on_permitted);
+	writes_only(EXCHANGE_UNREAD_MOST - 1);
+	assert_true(drives());
+	assert_false(values->read_missing);
+	writes_only(1);
+	assert_false(drives());
+	assert_true(values->read_missing && values->stale && values->needs_edge);
+	assert_false(values->connected || values->machine_on_permitted);
+	assert_true(command->t_thread_ns == read_ns + RIG_MS);
+	/* reading again is no edge of machine-is-on */
+	rig_periods(&rig, 10);
+	assert_false(values->read_missing);
+	assert_true(values->connected && values->needs_edge);
+	assert_false(command->flags & POKEYS_COMMAND_MACHINE_ON);
+	values->machine_is_on = false;
+	rig_period(&rig);
+	values->machine_is_on = true;
+	rig_period(&rig);
+	assert_true(command->flags & POKEYS_COMMAND_MACHINE_ON);
+	rig_period(&rig);
+	assert_false(values->needs_edge);
+}
+
+static void nothing_is_pressed_by_one_who_does_not_read(void **state)
+{
+	(void)state;
+	rig_period(&rig);
+	writes_only(EXCHANGE_UNREAD_MOST);
+	values->engine.clear_fault = true;
+	values->joint[0].home = true;
+	writes_only(10);
+	assert_int_equal(command->one_shot_head, 0);
+}
+
+static void who_never_read_drives_nothing(void **state)
+{
+	(void)state;
+	rig_init(&rig);
+	rig.exchange.unread_writes = EXCHANGE_UNREAD_MOST;
+	switch_on();
+	writes_only(10);
+	assert_false(drives());
+	assert_int_equal(command->t_thread_ns, 0);
+}
+
+/* A device that is silent is read all the same, and is the daemon's business. */
+static void reading_what_is_stale_is_reading(void **state)
+{
+	(void)state;
+	switch_on();
+	rig.device_silent = true;
+	rig_periods(&rig, 50);
+	assert_true(values->stale && drives());
+	assert_false(values->read_missing);
+}
+
 static void a_session_is_never_zero(void **state)
 {
 	(void)state;
@@ -311,6 +399,10 @@ int main(void)
 		cmocka_unit_test_setup(identity_and_capabilities_are_shown, setup),
 		cmocka_unit_test_setup(the_heartbeat_beats_and_the_times_are_told, setup),
 		cmocka_unit_test_setup(the_age_at_each_read_is_told_once, setup),
+		cmocka_unit_test_setup(writing_without_reading_drives_nothing, setup),
+		cmocka_unit_test_setup(nothing_is_pressed_by_one_who_does_not_read, setup),
+		cmocka_unit_test_setup(who_never_read_drives_nothing, setup),
+		cmocka_unit_test_setup(reading_what_is_stale_is_reading, setup),
 		cmocka_unit_test_setup(a_session_is_never_zero, setup),
 		cmocka_unit_test_setup(nothing_is_queued_before_the_daemon_knows_us, setup),
 		cmocka_unit_test_setup(a_full_ring_refuses_at_once_and_takes_again, setup),

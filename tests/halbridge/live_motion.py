@@ -112,6 +112,33 @@ def a_refused_probing_says_so(m):
     hal.says("pokeys.0.probe.speed = 2: must be 0 to 1")
 
 
+def without_a_read_no_axis_is_driven(m):
+    hal = m.all()
+    m.machine_on()
+    m.move(40)
+    hal.ok("halcmd stop && halcmd delf pokeys.0.read servo-thread && halcmd start")
+    hal.becomes("read-missing", True)
+    hal.becomes("connected", False)
+    hal.becomes("machine-on-permitted", False)
+    # LinuxCNC's command follows a pos-fb that says nothing
+    hal.set("joint.00.pos-cmd", 0)
+    for on in (0, 1):
+        hal.set("machine-is-on", on)
+        wait("it stands", lambda: stands(m))
+    with safety():
+        assert position(m) == 4000, f"it runs to {position(m)} without being read"
+    hal.says("pokeys.0.write runs without pokeys.0.read")
+    hal.ok("halcmd stop && halcmd addf pokeys.0.read servo-thread 1 && halcmd start")
+    hal.becomes("read-missing", False)
+    hal.becomes("connected", True)
+    hal.becomes("needs-edge", True)
+    m.cycles(100)
+    with safety():
+        assert position(m) == 4000, f"it runs to {position(m)} without an edge"
+    m.machine_on()
+    m.move(20)
+
+
 def limits_can_be_overridden(m):
     hal = m.all()
     m.machine_on()
@@ -167,6 +194,7 @@ TESTS = [
     homing_is_cancelled,
     the_device_probes,
     a_refused_probing_says_so,
+    without_a_read_no_axis_is_driven,
     limits_can_be_overridden,
     each_mode_by_its_parameter,
     what_cannot_be_is_refused_with_its_name,

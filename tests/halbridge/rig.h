@@ -28,6 +28,7 @@ struct rig {
 	struct pokeys_state daemon;	/* what the daemon would publish */
 	uint64_t now_ns;
 	bool daemon_dead, device_silent;
+	bool unread;			/* the thread runs write alone */
 };
 
 static inline void rig_init(struct rig *rig)
@@ -79,7 +80,8 @@ static inline void rig_period(struct rig *rig)
 {
 	rig->now_ns += RIG_MS;
 	rig_daemon(rig);
-	rig_read(rig);
+	if (!rig->unread)
+		rig_read(rig);
 	rig_write(rig);
 }
 

@@ -247,7 +247,8 @@ def beat():
         time.sleep(0.005)
         with lock:
             command.heartbeat += 1
-            command.t_ns = time.monotonic_ns()
+            client.read()
+            command.t_ns = command.t_thread_ns = time.monotonic_ns()
             client.write(command)
 
 while client.poll() != pokeys.ATTACHED:
