@@ -140,13 +140,29 @@ static bool ramping(struct device *device, struct setting *setting)
 	}
 }
 
+/*
+ * An axis that is set up as before is homed as before: settings are read again while the
+ * machine is on, and that must not touch it.
+ */
+static void judge_homed(struct device *device, const struct setting *setting,
+			const union setting_value *before)
+{
+	const unsigned int number = setting_number(device, setting);
+
+	if (number >= SETTING_AXIS &&
+	    (!setting->known || memcmp(before, &setting->value, sizeof(*before)) != 0))
+		device->image.engine.axis[number - SETTING_AXIS].homed = 0;
+}
+
 static void learn(struct device *device, struct setting *setting, const mailbox_entry_t *entry)
 {
+	const union setting_value before = setting->value;
 	unsigned int index;
 	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
 
 	memset(&setting->value, 0, sizeof(setting->value));
 	wire_decode_rep(kind->read, entry->response_buffer, &setting->value);
+	judge_homed(device, setting, &before);
 	setting->known = true;
 	setting->failures = 0;
 	kind->learn(device, index, &setting->value);
@@ -221,6 +237,8 @@ static void reboot_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 		device->configure.setting[i].after_ns = setting->after_ns;
 	}
 	memset(&device->configure.synced, 0, sizeof(device->configure.synced));
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		device->image.engine.axis[i].homed = 0;
 	device->life.patient_until_ns = setting->after_ns;
 	threading_forget(device);
 	motion_displaced(device);

@@ -128,7 +128,6 @@ void decode_axis_setup(struct device *device, unsigned int i,
 		axis->mode = POKEYS_AXIS_OFF;
 	axis->max_speed = isfinite(config->max_speed) ? config->max_speed * 1e3f : 0;
 	axis->max_acceleration = isfinite(config->max_accel) ? config->max_accel * 1e6f : 0;
-	axis->homed = 0;
 }
 
 static bool axis_stands(uint8_t state)

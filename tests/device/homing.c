@@ -113,6 +113,42 @@ static void axis_is_homed_and_the_others_stay(void **state)
 	assert_int_equal(world.event_count[EVENT_TASK], 1);
 }
 
+/* "config apply" while the machine is on, and nothing is different. */
+static void settings_that_are_read_again_leave_it_homed(void **state)
+{
+	const struct pokeys_one_shot shot = home(1, POKEYS_HOME_FINISH_ITSELF);
+	struct sim_device *sim = &world.rig.device;
+
+	(void)state;
+	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
+	world_until(&world, is_idle, 500 * MS);
+	world_go(&world, 0, 500, 0);
+	world_machine_on(&world);
+	world_run(&world, 500 * MS);
+	assert_int_equal(device_order(world.device, DEVICE_ORDER_APPLY), 0);
+	for (unsigned int i = 0; i < 1000; i++) {
+		world_cycle(&world);
+		assert_int_equal(world.state.engine.axis[0].homed, 1);
+	}
+	/* somebody else has turned its direction */
+	sim->config.engine.axis[0][0] ^= WIRE_AXIS_INVERTED;
+	assert_int_equal(device_order(world.device, DEVICE_ORDER_APPLY), 0);
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(world.state.engine.axis[0].homed, 0);
+}
+
+static void a_restart_of_the_device_ends_it(void **state)
+{
+	const struct pokeys_one_shot shot = home(1, POKEYS_HOME_FINISH_ITSELF);
+
+	(void)state;
+	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
+	sim_rig_reboot(&world.rig, world.now, false);
+	world_run(&world, 2 * SECOND);
+	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+	assert_int_equal(world.state.engine.axis[0].homed, 0);
+}
+
 /* Its place among the results is another's for a while, and a phase says that it goes on. */
 static void how_it_ended_is_told_though_many_others_ended_before(void **state)
 {
@@ -386,6 +422,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(axis_is_homed_and_the_others_stay, begin),
 		cmocka_unit_test_setup(how_it_ended_is_told_though_many_others_ended_before, begin),
+		cmocka_unit_test_setup(settings_that_are_read_again_leave_it_homed, begin),
+		cmocka_unit_test_setup(a_restart_of_the_device_ends_it, begin),
 		cmocka_unit_test_setup(homed_axis_does_not_jump_back, begin),
 		cmocka_unit_test_setup(homed_axis_follows_after_its_enable_was_low, begin),
 		cmocka_unit_test_setup(group_is_homed_when_all_of_it_is, begin),
