@@ -123,6 +123,7 @@ static void read_flags(struct exchange *exchange, struct values *values, bool fr
 
 	values->machine_on_permitted = flags & POKEYS_STATE_MACHINE_ON;
 	values->needs_edge = flags & POKEYS_STATE_NEEDS_EDGE || exchange->machine_off;
+	values->outputs_held = flags & POKEYS_STATE_OUTPUTS_HELD;
 	values->commander = values->daemon_alive && exchange->written &&
 			    state->flags & POKEYS_STATE_COMMANDER;
 	values_changed(values, BLOCK_MACHINE);

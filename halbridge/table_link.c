@@ -29,7 +29,8 @@ static const struct table_row rows[] = {
 	STATUS("fault", fault,
 	       "why the link does not run, or did not the last time: 0 none, 1 no address, "
 	       "2 no answer, 3 wrong serial number, 4 unsupported device, 5 setting refused, "
-	       "6 locked, 7 rebooted, 8 network, 9 driven by another daemon or section"),
+	       "6 locked, 7 rebooted, 8 network, 9 driven by another daemon or section, "
+	       "10 the daemon's machine was suspended"),
 	STATUS("fault-count", fault_count, "link faults since the daemon's start"),
 	STATUS("reconnects", reconnects, "times the device was found again"),
 	STATUS("cycle", cycle, "the daemon's cycle that the pin values are from (low 32 bits)"),
@@ -63,6 +64,9 @@ static const struct table_row rows[] = {
 	       "the daemon permits motion (machine-is-on rose while the link ran)"),
 	STATUS("needs-edge", needs_edge,
 	       "machine-is-on is high, but must fall and rise again before anything moves"),
+	STATUS("outputs-held", outputs_held,
+	       "outputs stay in the safe state since a loss, until machine-is-on rises "
+	       "(resume-outputs in pokeysd.conf)"),
 	STATUS("safe-state", safe_state, "the daemon holds outputs and axes in the safe state"),
 	STATUS("commander", commander, "the daemon follows this component's commands"),
 	STATUS("command-refused", command_refused,

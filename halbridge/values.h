@@ -228,7 +228,7 @@ struct values {
 	/* commands */
 	uint32_t command_refused_count, input_refused_count, one_shot_failed_count;
 	bool commander, command_refused, input_refused, one_shot_full, read_missing;
-	bool machine_is_on, machine_on_permitted, needs_edge, safe_state;
+	bool machine_is_on, machine_on_permitted, needs_edge, outputs_held, safe_state;
 
 	struct value_engine engine;
 	struct value_homing homing;

@@ -93,11 +93,13 @@ static void print_identity(const struct pokeys_state *state, FILE *to)
 
 static void print_control(const struct pokeys_state *state, FILE *to)
 {
-	fprintf(to, "  control     %s, %s%s%s%s\n",
+	fprintf(to, "  control     %s, %s%s%s%s%s\n",
 		state->flags & POKEYS_STATE_COMMANDER ? "commanded" : "no commander",
 		state->flags & POKEYS_STATE_MACHINE_ON ? "motion permitted" : "no motion",
 		state->flags & POKEYS_STATE_NEEDS_EDGE ? " (switch machine-on off and on)" : "",
 		state->flags & POKEYS_STATE_SAFE ? ", outputs in the safe state" : "",
+		state->flags & POKEYS_STATE_OUTPUTS_HELD ?
+			", outputs held since a loss until machine-on rises" : "",
 		state->flags & POKEYS_STATE_BAD_COMMAND ? ", COMMANDS REFUSED" : "");
 }
 

@@ -47,6 +47,7 @@ static const struct {
 	{ "safe", POKEYS_STATE_SAFE },
 	{ "machine_on", POKEYS_STATE_MACHINE_ON },
 	{ "needs_edge", POKEYS_STATE_NEEDS_EDGE },
+	{ "outputs_held", POKEYS_STATE_OUTPUTS_HELD },
 	{ "realtime", POKEYS_STATE_REALTIME },
 	{ "fallback", POKEYS_STATE_FALLBACK },
 	{ "bad_command", POKEYS_STATE_BAD_COMMAND },

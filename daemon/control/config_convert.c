@@ -30,6 +30,19 @@ static void convert_safe(const struct config_raw_device *raw, struct device_conf
 	}
 }
 
+static void convert_resume(const struct config_raw_device *raw, struct device_config *out)
+{
+	const uint64_t word = (uint64_t)CONFIG_RESUME_AUTO;
+
+	out->resume_auto = (raw->resume & word) == word;
+	if (out->resume_auto)
+		return;
+	out->resume_parts = (uint8_t)(raw->resume >> 56);
+	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++)
+		if (raw->resume >> pin & 1)
+			out->resume_outputs[pin / 8] |= (uint8_t)(1u << pin % 8);
+}
+
 void config_convert_device(const struct config_raw_device *raw, uint64_t period_ns,
 			   struct device_config *out)
 {
@@ -58,6 +71,7 @@ void config_convert_device(const struct config_raw_device *raw, uint64_t period_
 	memset(out->safe_mask, 0, sizeof(out->safe_mask));
 	memset(out->safe_outputs, 0, sizeof(out->safe_outputs));
 	convert_safe(raw, out);
+	convert_resume(raw, out);
 	out->settings = raw->settings;
 	out->have_password = *raw->password_file;
 	memcpy(out->password, raw->password, sizeof(out->password));

@@ -35,6 +35,15 @@ static int shared_pin(uint64_t a, uint64_t b)
 	return a & b ? __builtin_ctzll(a & b) + 1 : 0;
 }
 
+/* Pins, if it is not all of them. */
+static uint64_t resumed_by_name(const struct judged *j)
+{
+	const uint64_t all = (UINT64_C(1) << POKEYS_PINS) - 1;
+	const uint64_t pins = j->raw->resume & all;
+
+	return pins == all ? 0 : pins;
+}
+
 /* No terminal may be told two things. */
 static void judge_pins(const struct judged *j)
 {
@@ -42,6 +51,7 @@ static void judge_pins(const struct judged *j)
 	const uint64_t inputs = pins_with(j, PIN_INPUT) & ~counters;
 	const uint64_t outputs = pins_with(j, PIN_OUTPUT), analog = pins_with(j, PIN_ANALOG);
 	const uint64_t on = j->raw->safe_on, hold = j->raw->safe_hold;
+	const uint64_t resumed = resumed_by_name(j);
 	const struct {
 		uint64_t a, b;
 		const char *key_a, *key_b;
@@ -58,6 +68,9 @@ static void judge_pins(const struct judged *j)
 		{ hold, inputs, "safe-hold", "digital-inputs" },
 		{ hold, analog, "safe-hold", "analog-inputs" },
 		{ hold, counters, "safe-hold", "counter-inputs" },
+		{ resumed, inputs, "resume-outputs", "digital-inputs" },
+		{ resumed, analog, "resume-outputs", "analog-inputs" },
+		{ resumed, counters, "resume-outputs", "counter-inputs" },
 	};
 
 	for (size_t i = 0; i < sizeof(never) / sizeof(never[0]); i++) {
@@ -75,12 +88,12 @@ static void judge_pins(const struct judged *j)
  */
 static void judge_safe(const struct judged *j)
 {
-	static const char *const keys[] = { "safe-on", "safe-hold" };
+	static const char *const keys[] = { "safe-on", "safe-hold", "resume-outputs" };
 	const uint64_t listed = pins_with(j, PIN_OUTPUT);
 	const uint64_t other = pins_with(j, PIN_INPUT | PIN_ANALOG);
-	const uint64_t pins[] = { j->raw->safe_on, j->raw->safe_hold };
+	const uint64_t pins[] = { j->raw->safe_on, j->raw->safe_hold, resumed_by_name(j) };
 
-	for (int i = 0; listed && i < 2; i++) {
+	for (int i = 0; listed && i < 3; i++) {
 		int pin = shared_pin(pins[i], ~(listed | other));
 
 		if (pin)

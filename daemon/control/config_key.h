@@ -22,7 +22,8 @@ enum config_type {
 	CONFIG_FILE,		/* char[size], an absolute path */
 	CONFIG_ADDRESS,		/* uint32_t, IPv4, host byte order */
 	CONFIG_ADDRESS_LIST,	/* struct config_list */
-	CONFIG_PIN_LIST,	/* uint64_t, bit = pin - 1; minimum..maximum */
+	CONFIG_PIN_LIST,	/* uint64_t, bit = pin - 1; minimum..maximum, or words: those of
+				 * one bit in a list, others alone */
 	CONFIG_SETTING,		/* struct pokeys_settings, as `setting` says */
 };
 
@@ -39,6 +40,11 @@ struct config_key {
 	const char *help;
 	const struct settings_key *setting;
 };
+
+/* resume-outputs, beside the pins. */
+#define CONFIG_RESUME_PART(part)	((int64_t)(part) << 56)		/* DEVICE_RESUME_* */
+#define CONFIG_RESUME_PARTS		CONFIG_RESUME_PART(0xf)
+#define CONFIG_RESUME_AUTO		((int64_t)3 << 60)
 
 enum {
 	CONFIG_KEYS_MAX = 256,
@@ -78,7 +84,7 @@ struct config_raw_device {
 	int64_t slow_together;
 	double deadline_floor_us, deadline_ceiling_ms, deadline_initial_ms, reply_lifetime_ms;
 	int64_t retries, window, retry_budget, send_budget;
-	uint64_t safe_on, safe_hold;
+	uint64_t safe_on, safe_hold, resume;
 	int64_t failsafe;
 	char password_file[256];
 	char password[33];		/* its content, once it was judged */

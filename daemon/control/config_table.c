@@ -204,6 +204,20 @@ static const struct config_key own[] = {
 		    "safe-hold."),
 	KEY(DEVICE(safe_hold), "safe-hold", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
 	    .help = "Outputs that the safe state leaves as they are."),
+	KEY(DEVICE(resume), "resume-outputs", CONFIG_PIN_LIST, RANGE(1, POKEYS_PINS),
+	    .words = WORDS({ "auto", CONFIG_RESUME_AUTO }, { "none", 0 },
+			   { "all", CONFIG_RESUME_PARTS | ((INT64_C(1) << POKEYS_PINS) - 1) },
+			   { "pwm", CONFIG_RESUME_PART(DEVICE_RESUME_PWM) },
+			   { "PoExtBus", CONFIG_RESUME_PART(DEVICE_RESUME_POEXTBUS) },
+			   { "external", CONFIG_RESUME_PART(DEVICE_RESUME_EXTERNAL) },
+			   { "PoNET", CONFIG_RESUME_PART(DEVICE_RESUME_PONET) }),
+	    .fallback = "auto",
+	    .help = "Outputs that follow the commander again at once after a loss of the device "
+		    "or of the heartbeat, or after this machine was suspended. All others stay "
+		    "in the safe state until machine-on rises. auto: none of a PoKeys57CNC, of "
+		    "a device with axes, or of one whose machine-on is used; all of another one, "
+		    "such as a panel. Pins, pwm, PoExtBus, external (outputs and relays) and "
+		    "PoNET may be combined, with commas between."),
 	KEY(DEVICE(failsafe), "failsafe", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "on",
 	    .help = "on: the daemon configures the device to bring its outputs into the state of "

@@ -101,23 +101,41 @@ static const char *store_address_list(const char *text, struct config_list *fiel
 	return NULL;
 }
 
+/* One part of a list: a word of one bit, a pin or a range of pins. */
+static const char *add_pins(const struct config_key *key, const char *part, uint64_t *pins)
+{
+	const struct settings_word *word = settings_find_word(key->words, part);
+	const uint64_t bit = word ? (uint64_t)word->value : 0;
+	int first, last;
+	const char *wrong;
+
+	if (word && (!bit || bit & (bit - 1)))
+		return "has a word in it that has to stand alone";
+	if (*pins & bit)
+		return "names something twice";
+	*pins |= bit;
+	if (word)
+		return NULL;
+	wrong = list_range(part, (int)key->minimum, (int)key->maximum, &first, &last);
+	for (int pin = first; !wrong && pin <= last; pin++) {
+		if (*pins & UINT64_C(1) << (pin - 1))
+			wrong = "names a pin twice";
+		*pins |= UINT64_C(1) << (pin - 1);
+	}
+	return wrong;
+}
+
 static const char *store_pin_list(const struct config_key *key, const char *text, void *field)
 {
-	uint64_t pins = 0;
+	const struct settings_word *word = settings_find_word(key->words, text);
+	uint64_t pins = word ? (uint64_t)word->value : 0;
 	char part[16];
 
-	while (list_part(&text, part, sizeof(part))) {
-		int first, last;
-		const char *wrong = list_range(part, (int)key->minimum, (int)key->maximum,
-					       &first, &last);
+	while (!word && list_part(&text, part, sizeof(part))) {
+		const char *wrong = add_pins(key, part, &pins);
 
 		if (wrong)
 			return wrong;
-		for (int pin = first; pin <= last; pin++) {
-			if (pins & UINT64_C(1) << (pin - 1))
-				return "names a pin twice";
-			pins |= UINT64_C(1) << (pin - 1);
-		}
 	}
 	memcpy(field, &pins, sizeof(pins));
 	return NULL;
@@ -172,8 +190,8 @@ size_t config_allowed(const struct config_key *key, char *text, size_t size)
 		return settings_append(text, size, at, "at most %d IPv4 addresses with commas "
 				       "between", CONFIG_ADDRESSES);
 	case CONFIG_PIN_LIST:
-		return settings_append(text, size, at, "pins %g..%g as a list such as %g-%g,%g",
-				       key->minimum, key->maximum, key->minimum,
+		return settings_append(text, size, at, "%spins %g..%g as a list such as %g-%g,%g",
+				       at ? " | " : "", key->minimum, key->maximum, key->minimum,
 				       key->minimum + 2, key->minimum + 4);
 	case CONFIG_SETTING:
 		return settings_allowed(key->setting, text, size);

@@ -26,4 +26,5 @@ void device_config_defaults(struct device_config *config)
 	config->slow_hz = 5;
 	config->encoder_hz = 50;
 	config->analog_hz = 50;
+	config->resume_auto = true;
 }

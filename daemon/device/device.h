@@ -18,6 +18,14 @@
 #include <pokeys/state.h>
 #include "daemon/device/event.h"
 
+/* Outputs beside the terminals, in resume_parts. */
+enum {
+	DEVICE_RESUME_PWM = 1u << 0,
+	DEVICE_RESUME_POEXTBUS = 1u << 1,
+	DEVICE_RESUME_EXTERNAL = 1u << 2,	/* external outputs and relays */
+	DEVICE_RESUME_PONET = 1u << 3,
+};
+
 /* From pokeysd.conf (or a test); copied at init, never changed afterwards. */
 struct device_config {
 	char name[32];
@@ -40,6 +48,14 @@ struct device_config {
 					 * a commander ever drove */
 	uint8_t safe_outputs[8];	/* their values */
 	uint8_t safe_hold[8];		/* outputs it leaves as they are, whoever drove them */
+	/*
+	 * What follows a commander at once after a loss, instead of staying safe until
+	 * machine-on rises. Auto: none of a device that is there to move something, all of
+	 * another one; the other two count otherwise.
+	 */
+	bool resume_auto;
+	uint8_t resume_outputs[8];
+	uint8_t resume_parts;		/* DEVICE_RESUME_* */
 	struct pokeys_settings settings;	/* what it wants of the device's own settings */
 	char password[33];		/* of the device, NUL terminated; protocol section 1.11 */
 	bool have_password;
@@ -139,6 +155,12 @@ int device_order(struct device *device, enum device_order order);
 
 /* Histograms and counters of the link, into the parts of diag that are the device's. */
 void device_diag(const struct device *device, struct pokeys_diag *out);
+
+/*
+ * This machine was suspended: nobody asked the device, and no clock of ours went on. It is
+ * taken for lost, and its commander for gone until the next heartbeat. Realtime.
+ */
+void device_suspended(struct device *device, uint64_t now_ns);
 
 /*
  * The daemon ends: bring outputs and axes into the safe state.

@@ -99,6 +99,7 @@ static const char *const fault_texts[] = {
 	[POKEYS_FAULT_REBOOTED] = ": the device was restarted",
 	[POKEYS_FAULT_NETWORK] = ": the kernel cannot send; check the interface and the route",
 	[POKEYS_FAULT_IN_USE] = ": another pokeysd or another section drives it",
+	[POKEYS_FAULT_SUSPENDED] = ": this machine was suspended",
 };
 
 static const char *const packet_name[EVENT_PACKETS_KINDS] = {
@@ -397,6 +398,21 @@ static void put_safe(struct line *line, const struct event *e)
 		    "the safe state is not known any more, for the device is away");
 }
 
+static void put_outputs_held(struct line *line, const struct event *e)
+{
+	if (e->a)
+		put(line, "after the loss, outputs stay in the safe state until machine-on "
+		    "rises (resume-outputs in pokeysd.conf)");
+	else
+		put(line, "outputs follow the commander again");
+}
+
+static void put_suspended(struct line *line, const struct event *e)
+{
+	put(line, "this machine was suspended for %lld.%lld s; every device is treated as lost",
+	    (long long)e->a / 1000, (long long)e->a / 100 % 10);
+}
+
 static void put_machine(struct line *line, const struct event *e)
 {
 	put(line, e->a ? "motion is permitted" : "motion is no longer permitted");
@@ -572,6 +588,8 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_PACKETS] = put_packets,
 	[EVENT_CYCLE_SKIPPED] = put_cycle_skipped,
 	[EVENT_TRANSPORT] = put_transport,
+	[EVENT_SUSPENDED] = put_suspended,
+	[EVENT_OUTPUTS_HELD] = put_outputs_held,
 	[EVENT_ENGINE] = put_engine,
 	[EVENT_WISH_REFUSED] = put_wish_refused,
 	[EVENT_LOCKED] = put_locked,

@@ -70,6 +70,9 @@ enum event_code {
 	EVENT_NOT_SAFE,		/* the daemon ends, and a device that it drove has not
 				 * acknowledged the safe state: a = ms until its own failsafe acts,
 				 * 0 = off, -1 = not known; b = on what (WIRE_FAILSAFE_*) */
+	EVENT_SUSPENDED,	/* this machine was; a = for how long, ms */
+	EVENT_OUTPUTS_HELD,	/* after a loss, until machine-on rises: a = 1 they are, 0 no
+				 * longer */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

@@ -179,6 +179,7 @@ static void begin_session(struct device *device, const struct pokeys_command *co
 	memset(intake->axis, 0, sizeof(intake->axis));
 	memset(&intake->output, 0, sizeof(intake->output));
 	device->safe.commanded |= pins_load(command->digital_out_mask) & OUTPUT_PINS;
+	safe_session(device, command->flags & POKEYS_COMMAND_MACHINE_ON);
 	one_shot_session(device, command->one_shot_head);
 	wish_session(device, command->session);
 }
@@ -269,6 +270,12 @@ static void judge_freshness(struct device *device)
 		device_say(device, EVENT_COMMANDER, fresh ? EVENT_NOTICE : EVENT_WARNING, fresh,
 			   age_us, 0);
 	intake->fresh = fresh;
+}
+
+void intake_forget(struct device *device)
+{
+	device->intake.seen_ns = 0;
+	device->intake.fresh = false;
 }
 
 void intake_cycle(struct device *device, const struct pokeys_command *command, int refused)

@@ -159,6 +159,9 @@ struct safe {
 	bool edge_armed;		/* machine-on was seen low while all was well */
 	bool permitted;			/* motion */
 	bool reached;
+	bool lost;			/* something was, since motion was permitted last */
+	bool switched;			/* this session has commanded machine-on */
+	bool held_said;
 };
 
 /* motion.c, reference.c */
@@ -473,6 +476,8 @@ void decode_axis_setup(struct device *device, unsigned int axis,
 
 /* intake.c */
 void intake_cycle(struct device *device, const struct pokeys_command *command, int refused);
+/* No commander until the next heartbeat. */
+void intake_forget(struct device *device);
 /* intake_output.c */
 void intake_outputs(struct device *device, const struct pokeys_command *command);
 void intake_refuse(struct device *device, enum command_fault fault, int64_t index);
@@ -483,6 +488,14 @@ bool intake_beyond_soft_limits(const struct device *device, unsigned int axis, i
 void safe_begin(struct device *device);
 void safe_cycle(struct device *device);
 void safe_permit_drop(struct device *device);
+/* The device, its commander, or this machine's time: outputs are held until an edge. */
+void safe_lost(struct device *device);
+/* A commander of which the first image is here. */
+void safe_session(struct device *device, bool machine_on);
+/* Whether the commander's outputs are kept from the device after a loss. */
+bool safe_holds(const struct device *device);
+/* Whether these (DEVICE_RESUME_*) are to be in the safe state. */
+bool safe_part(const struct device *device, unsigned int part);
 /* Outputs that are to be written now, and their values; mask 0 = none. */
 void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask);
 void safe_outputs_acked(struct device *device, uint64_t outputs, uint64_t mask);

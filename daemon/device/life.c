@@ -23,7 +23,8 @@
  * Silence is counted from the last answer, or from the first question after
  * it, so that nobody is lost who was not asked. A loop that itself stood
  * still for as long has lost the device too: what happened meanwhile nobody
- * knows, and motion has to be permitted anew (invariant I7).
+ * knows, and motion has to be permitted anew (invariant I7). So has a machine that was
+ * suspended, for however short a time.
  *
  * Coming from lost or restarted everything is read and compared again: the
  * device may have been switched off, replaced, or set up by somebody else.
@@ -95,6 +96,7 @@ static void leave_running(struct device *device)
 {
 	note_failsafe(device);
 	safe_permit_drop(device);
+	safe_lost(device);
 	one_shot_abort(device);
 	task_lost(device);
 	memset(device->image.slow_millihertz, 0, sizeof(device->image.slow_millihertz));
@@ -174,6 +176,21 @@ static void lose(struct device *device)
 
 	start_over(device);
 	life_enter(device, device->life.ran ? POKEYS_LINK_LOST : POKEYS_LINK_SEARCHING, why);
+}
+
+void device_suspended(struct device *device, uint64_t now_ns)
+{
+	const uint8_t link = device->image.link;
+
+	device->now_ns = now_ns;
+	intake_forget(device);
+	safe_permit_drop(device);
+	safe_lost(device);
+	if (link == POKEYS_LINK_SEARCHING || link == POKEYS_LINK_LOST)
+		return;
+	start_over(device);
+	life_enter(device, device->life.ran ? POKEYS_LINK_LOST : POKEYS_LINK_SEARCHING,
+		   POKEYS_FAULT_SUSPENDED);
 }
 
 static void restarted(struct device *device)

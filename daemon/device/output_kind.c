@@ -5,7 +5,8 @@
  *
  * Safe is off: PWM channels are disabled at duty 0, PoExtBus, external outputs
  * and relays are all zero, and so are the data of PoNET modules with outputs;
- * the brightness of a module is nobody's danger and stays.
+ * the brightness of a module is nobody's danger and stays. After a loss they are held
+ * off likewise (safe.c).
  * What the device has switched on is switched off even if no commander of this
  * daemon's did it: the daemon before may have been killed. What is off already
  * is not touched, so a bus that nobody uses stays as it is; only of a PoNET
@@ -17,9 +18,10 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
-static bool commanded(const struct device *device)
+/* By the commander that there is. Parts: DEVICE_RESUME_*. */
+static bool commanded(const struct device *device, unsigned int part)
 {
-	return device->intake.fresh && !device->safe.wanted;
+	return device->intake.fresh && !safe_part(device, part);
 }
 
 static bool any(const uint8_t *bytes, size_t count)
@@ -60,9 +62,9 @@ static bool pwm_want(const struct device *device, unsigned int index, union outp
 		return false;
 	want->pwm.write = 1;
 	want->pwm.period = image->pwm_period;
-	if (device->safe.wanted)
+	if (safe_part(device, DEVICE_RESUME_PWM))
 		return image->pwm_enabled || device->outputs.output[OUTPUT_PWM].driven;
-	if (!commanded(device) || !wish->pwm)
+	if (!commanded(device, DEVICE_RESUME_PWM) || !wish->pwm)
 		return false;
 	if (wish->pwm_period)
 		want->pwm.period = wish->pwm_period;
@@ -98,12 +100,13 @@ static bool bus_want(const struct device *device, unsigned int index, union outp
 	want->poextbus.option = WIRE_POEXTBUS_WRITE;
 	want->poextbus.connector = setup->value.poextbus.connector;
 	want->poextbus.no_crc = setup->value.poextbus.no_crc;
-	if (device->safe.wanted)
+	if (safe_part(device, DEVICE_RESUME_POEXTBUS))
 		return any(have, POKEYS_POEXTBUS) || device->outputs.output[OUTPUT_POEXTBUS].driven;
 	for (unsigned int i = 0; i < POKEYS_POEXTBUS; i++)
 		want->poextbus.data[i] = by_mask(have[i], wish->poextbus[i],
 						 wish->poextbus_mask[i]);
-	return commanded(device) && any(wish->poextbus_mask, POKEYS_POEXTBUS);
+	return commanded(device, DEVICE_RESUME_POEXTBUS) &&
+	       any(wish->poextbus_mask, POKEYS_POEXTBUS);
 }
 
 static void bus_learn(struct device *device, const union output_value *value)
@@ -122,13 +125,14 @@ static bool external_want(const struct device *device, unsigned int index,
 	(void)index;
 	if (device->image.capability.pulse_engine < 2)
 		return false;
-	if (device->safe.wanted)
+	if (safe_part(device, DEVICE_RESUME_EXTERNAL))
 		return engine->relays || engine->outputs ||
 		       device->outputs.output[OUTPUT_EXTERNAL].driven;
 	want->external.relays = by_mask(engine->relays, wish->relays, wish->relays_mask);
 	want->external.oc = by_mask(engine->outputs, wish->external, wish->external_mask);
 	/* the bits beside the commanded ones must be known first */
-	return commanded(device) && (wish->relays_mask || wish->external_mask) &&
+	return commanded(device, DEVICE_RESUME_EXTERNAL) &&
+	       (wish->relays_mask || wish->external_mask) &&
 	       (device->plan.slow[SLOW_EXTERNAL].answered ||
 		(wish->relays_mask & wish->external_mask) == UINT8_MAX);
 }
@@ -160,7 +164,7 @@ static bool ponet_want(const struct device *device, unsigned int index, union ou
 	if (!writable(device, index))
 		return false;
 	want->ponet.module = (uint8_t)index;
-	if (device->safe.wanted)
+	if (safe_part(device, DEVICE_RESUME_PONET))
 		return true;
 	if (is_keyboard(device, index, POKEYS_KBD48_LEDS))
 		wire_kbd48_data(wish->kbd48_leds, want->ponet.data);
@@ -168,7 +172,7 @@ static bool ponet_want(const struct device *device, unsigned int index, union ou
 		memcpy(want->ponet.data, wish->ponet_data[index], sizeof(want->ponet.data));
 	else
 		return false;
-	return commanded(device);
+	return commanded(device, DEVICE_RESUME_PONET);
 }
 
 static bool brightness_want(const struct device *device, unsigned int index,
@@ -176,7 +180,7 @@ static bool brightness_want(const struct device *device, unsigned int index,
 {
 	const struct output_wish *wish = &device->intake.output;
 
-	if (!commanded(device) || !device->image.ponet[index].type)
+	if (!device->intake.fresh || device->safe.wanted || !device->image.ponet[index].type)
 		return false;
 	want->brightness.module = (uint8_t)index;
 	want->brightness.brightness = wish->ponet_brightness[index];

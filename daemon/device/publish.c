@@ -57,6 +57,8 @@ static uint32_t flags(const struct device *device)
 		set |= POKEYS_STATE_MACHINE_ON;
 	if (intake->fresh && intake->machine_on && !safe->permitted)
 		set |= POKEYS_STATE_NEEDS_EDGE;
+	if (intake->fresh && running(device) && safe_holds(device))
+		set |= POKEYS_STATE_OUTPUTS_HELD;
 	if (intake->bad)
 		set |= POKEYS_STATE_BAD_COMMAND;
 	if (safe->stopping)

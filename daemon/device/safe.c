@@ -15,7 +15,12 @@
  * A device that is found again but may not run, because a setting is refused or
  * it is locked, is brought into the safe state as well, whoever commands.
  *
- * Back again, the outputs follow the commander at once. Motion does not.
+ * Back again after a loss (of the device, of the heartbeat, of time while this machine was
+ * suspended), neither motion nor the outputs go on by themselves: a spindle's relay is as
+ * dangerous as an axis. Outputs stay in the safe state until the edge that permits
+ * motion, but for those of resume-outputs; by default that is all of a panel, which
+ * nobody switches on. A commander that is started after the loss
+ * does not command what was before it, unless its machine is on from the first.
  *
  * Permission (invariant I7): motion needs a rising edge of machine-on, seen
  * low and then high while the link runs and the heartbeat is fresh. The
@@ -42,6 +47,7 @@ static void permit(struct device *device, bool on)
 	if (device->safe.permitted != on)
 		device_say(device, EVENT_MACHINE, EVENT_NOTICE, on, 0, 0);
 	device->safe.permitted = on;
+	device->safe.lost &= !on;
 }
 
 void safe_permit_drop(struct device *device)
@@ -62,6 +68,64 @@ static bool positions_known(struct device *device)
 	intake_refuse(device, COMMAND_FAULT_UNREAD,
 		      age_ns == POKEYS_NEVER ? -1 : (int64_t)(age_ns / MS));
 	return false;
+}
+
+void safe_lost(struct device *device)
+{
+	device->safe.lost = true;
+}
+
+void safe_session(struct device *device, bool machine_on)
+{
+	device->safe.lost = machine_on;
+	device->safe.switched = machine_on;
+}
+
+static bool is_motion_board(uint8_t hardware)
+{
+	return hardware == WIRE_HW_57CNC || hardware == WIRE_HW_57CNCPRO4X25 ||
+	       hardware == WIRE_HW_57CNCDB25;
+}
+
+/* Whether it is there to move something, or its commander switches it on and off. */
+static bool is_machine(const struct device *device)
+{
+	bool axes = false;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		axes |= motion_drivable(device, i);
+	return axes || device->safe.switched || is_motion_board(device->image.identity.hardware);
+}
+
+bool safe_holds(const struct device *device)
+{
+	return device->safe.lost && (!device->config.resume_auto || is_machine(device));
+}
+
+bool safe_part(const struct device *device, unsigned int part)
+{
+	const bool resumes = !device->config.resume_auto &&
+			     device->config.resume_parts & part;
+
+	return device->safe.wanted || (safe_holds(device) && !resumes);
+}
+
+static uint64_t resumed_pins(const struct device *device)
+{
+	return device->config.resume_auto ? 0 : pins_load(device->config.resume_outputs);
+}
+
+/* Said of one that could be driven if it were not for that. */
+static void judge_held(struct device *device)
+{
+	struct safe *safe = &device->safe;
+	const bool held = safe_holds(device) && running(device) && device->intake.fresh &&
+			  !safe->wanted;
+
+	if (held != safe->held_said && (held || !safe_holds(device)))
+		device_say(device, EVENT_OUTPUTS_HELD, EVENT_NOTICE, held, 0, 0);
+	if (held || !safe_holds(device))
+		safe->held_said = held;
 }
 
 static void judge_permission(struct device *device)
@@ -95,10 +159,12 @@ static void judge_safe(struct device *device)
 	const struct intake *intake = &device->intake;
 	const uint64_t since = intake->seen_ns > safe->started_ns ? intake->seen_ns :
 								    safe->started_ns;
+	const bool silent = !intake->fresh &&
+			    device->now_ns - since >= device->config.heartbeat_timeout_ns;
 
-	safe->wanted = safe->stopping || device->life.blocked ||
-		       (!intake->fresh &&
-			device->now_ns - since >= device->config.heartbeat_timeout_ns);
+	if (silent && intake->seen_ns)
+		safe_lost(device);
+	safe->wanted = safe->stopping || device->life.blocked || silent;
 }
 
 static bool outputs_safe(const struct device *device)
@@ -138,10 +204,12 @@ void safe_cycle(struct device *device)
 
 	if (!safe->started_ns)
 		safe->started_ns = device->now_ns;
+	safe->switched |= device->intake.machine_on;
 	judge_safe(device);
 	if (!safe->wanted)
 		safe->commanded |= device->intake.outputs_mask;
 	judge_permission(device);
+	judge_held(device);
 	judge_reached(device);
 }
 
@@ -151,14 +219,16 @@ void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask
 	const struct intake *intake = &device->intake;
 	const uint64_t owned = pins_load(device->image.digital_out_owned) & OUTPUT_PINS;
 
-	if (safe->wanted) {
-		*mask = (pins_load(device->config.safe_mask) | safe->commanded) & owned &
-			~pins_load(device->config.safe_hold);
-		*outputs = pins_load(device->config.safe_outputs) & *mask;
-	} else {
-		*mask = intake->fresh ? intake->outputs_mask & owned : 0;
-		*outputs = intake->outputs & *mask;
-	}
+	const uint64_t safe_mask = (pins_load(device->config.safe_mask) | safe->commanded) & owned &
+				   ~pins_load(device->config.safe_hold);
+	const uint64_t safe_values = pins_load(device->config.safe_outputs);
+	const uint64_t follow = safe->wanted ? 0 :
+				safe_holds(device) ? resumed_pins(device) : UINT64_MAX;
+	const uint64_t commanded = intake->fresh ? intake->outputs_mask & owned & follow : 0;
+	const uint64_t kept = safe_mask & ~follow;
+
+	*mask = kept | commanded;
+	*outputs = (safe_values & kept) | (intake->outputs & commanded);
 }
 
 void safe_outputs_acked(struct device *device, uint64_t outputs, uint64_t mask)

@@ -123,6 +123,7 @@ void cycle_run(struct loop *loop)
 
 	own->cycle++;
 	point_woke(loop, tick, now, own->skipped - skipped);
+	suspend_look(loop, loop_now(loop));
 	exchange_aim(loop, now);
 	orders_run(loop);
 	waiting = ask(loop);

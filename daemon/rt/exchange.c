@@ -99,15 +99,6 @@ bool exchange_take(struct loop *loop, uint64_t limit_ns)
 	return true;
 }
 
-/* Deadlines that have passed, by more than `grace_ns`. */
-static void check(struct loop *loop, uint64_t now_ns, uint64_t grace_ns)
-{
-	loop->own->checked_ns = now_ns;
-	for (uint32_t i = 0; i < loop->count; i++)
-		if (device_next_deadline(loop->devices[i].device) <= now_ns - grace_ns)
-			device_check(loop->devices[i].device, now_ns);
-}
-
 uint64_t exchange_deadline(const struct loop *loop)
 {
 	uint64_t first = UINT64_MAX;
@@ -119,6 +110,18 @@ uint64_t exchange_deadline(const struct loop *loop)
 			first = due;
 	}
 	return first;
+}
+
+/* Deadlines that have passed, by more than `grace_ns`. */
+static void check(struct loop *loop, uint64_t now_ns, uint64_t grace_ns)
+{
+	loop->own->checked_ns = now_ns;
+	if (exchange_deadline(loop) > now_ns - grace_ns)
+		return;
+	suspend_look(loop, now_ns);
+	for (uint32_t i = 0; i < loop->count; i++)
+		if (device_next_deadline(loop->devices[i].device) <= now_ns - grace_ns)
+			device_check(loop->devices[i].device, now_ns);
 }
 
 void exchange_once(struct loop *loop, uint64_t until_ns)

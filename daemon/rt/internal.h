@@ -9,8 +9,15 @@
 /* The clock as the loop uses it; tests put another one in its place. */
 struct loop_clock {
 	uint64_t (*now)(void *context);
+	uint64_t (*boot)(void *context);	/* goes on while the machine is suspended */
 	void (*sleep_until)(void *context, uint64_t until_ns);
 	void *context;
+};
+
+/* See suspend.c. */
+struct loop_suspend {
+	bool begun;
+	int64_t gained_ns;		/* CLOCK_BOOTTIME over CLOCK_MONOTONIC, or a little more */
 };
 
 /* When a device's commander has read, as it says. */
@@ -69,6 +76,7 @@ struct loop_private {
 	uint64_t fresh_ns;		/* when the last commanded device was published whole */
 	bool incomplete;		/* ... one of them was not */
 	struct loop_follow follow;
+	struct loop_suspend suspend;
 	struct recorder_cycle points;	/* of the running cycle */
 	struct loop_member member[TRANSPORT_CHANNELS];
 };
@@ -107,6 +115,10 @@ bool exchange_take(struct loop *loop, uint64_t limit_ns);
 uint64_t exchange_deadline(const struct loop *loop);
 /* Wait, deliver and check once; at most until then. */
 void exchange_once(struct loop *loop, uint64_t until_ns);
+
+/* suspend.c */
+/* Tell all devices if the machine was suspended since the last look. now_ns: read just now. */
+void suspend_look(struct loop *loop, uint64_t now_ns);
 
 /* publish.c: images out. */
 

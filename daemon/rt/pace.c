@@ -30,13 +30,24 @@
 #define TELL_NS		UINT64_C(10000000000)
 #define DIAG_NS		UINT64_C(100000000)
 
-static uint64_t clock_now(void *context)
+static uint64_t read_clock(clockid_t clock)
 {
 	struct timespec t;
 
-	(void)context;
-	clock_gettime(CLOCK_MONOTONIC, &t);
+	clock_gettime(clock, &t);
 	return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+static uint64_t clock_now(void *context)
+{
+	(void)context;
+	return read_clock(CLOCK_MONOTONIC);
+}
+
+static uint64_t clock_boot(void *context)
+{
+	(void)context;
+	return read_clock(CLOCK_BOOTTIME);
 }
 
 static void clock_sleep_until(void *context, uint64_t until_ns)
@@ -56,7 +67,7 @@ void pace_init(struct loop *loop)
 	struct loop_private *own = loop->own;
 	double running = o->duty * (double)o->period_ns;
 
-	own->clock = (struct loop_clock){ clock_now, clock_sleep_until, NULL };
+	own->clock = (struct loop_clock){ clock_now, clock_boot, clock_sleep_until, NULL };
 	own->window_ns = (uint64_t)(o->collect * (double)o->period_ns);
 	own->diag_cycles = DIAG_NS / o->period_ns;
 	follow_init(loop);

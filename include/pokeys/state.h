@@ -70,6 +70,7 @@ enum pokeys_fault {
 	POKEYS_FAULT_REBOOTED = 7,	/* its tick counter went back */
 	POKEYS_FAULT_NETWORK = 8,	/* the kernel cannot send (no route, link down) */
 	POKEYS_FAULT_IN_USE = 9,	/* another daemon, or another section, drives it */
+	POKEYS_FAULT_SUSPENDED = 10,	/* the daemon's machine was suspended */
 };
 
 /* state.flags */
@@ -84,6 +85,7 @@ enum {
 	POKEYS_STATE_BAD_COMMAND = 1u << 7,	/* values of the command image were refused */
 	POKEYS_STATE_STOPPING = 1u << 8,	/* the daemon is ending */
 	POKEYS_STATE_GUARD = 1u << 9,		/* the XDP guard is attached */
+	POKEYS_STATE_OUTPUTS_HELD = 1u << 10,	/* safe since a loss, until machine-on rises */
 };
 
 /* state.failsafe: the device's own, for when nobody talks to it (protocol section 3.21) */

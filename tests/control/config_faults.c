@@ -368,8 +368,55 @@ static void a_safe_value_of_what_is_no_output_is_a_fault(void **state)
 		     "f:4: [device a]: safe-hold: pin 38 is not in digital-outputs");
 	assert_fault(GOOD "counter-inputs = 9\nsafe-hold = 9\n",
 		     "f:3: [device a]: pin 9 is in safe-hold and in counter-inputs");
+	assert_fault(GOOD "digital-outputs = 31-37\nresume-outputs = 38, pwm\n",
+		     "f:4: [device a]: resume-outputs: pin 38 is not in digital-outputs");
+	assert_fault(GOOD "analog-inputs = 41\nresume-outputs = 41\n",
+		     "f:3: [device a]: pin 41 is in resume-outputs and in analog-inputs");
 	/* the device's own outputs, which this file does not list */
 	assert_int_equal(parse(GOOD "safe-on = 38\n"), 0);
+}
+
+#define REFUSED(value)	"f:3: [device a]: resume-outputs: \"" value "\" "
+#define ALLOWED								\
+	"; allowed: auto | none | all | pwm | PoExtBus | external | PoNET | pins 1..55 as "	\
+	"a list such as 1-3,5"
+
+static uint64_t resumes(const char *value)
+{
+	const struct device_config *d = &config.device[0];
+	char text[256];
+	uint64_t pins;
+
+	snprintf(text, sizeof(text), GOOD "resume-outputs = %s\n", value);
+	assert_int_equal(parse(text), 0);
+	memcpy(&pins, d->resume_outputs, sizeof(pins));
+	return pins | (uint64_t)d->resume_parts << 56 | (uint64_t)d->resume_auto << 63;
+}
+
+static void outputs_that_resume_are_words_and_pins(void **state)
+{
+	const uint64_t pwm = UINT64_C(1) << 56, bus = pwm << 1, external = pwm << 2;
+	const uint64_t pins = (UINT64_C(1) << 55) - 1, by_engine = UINT64_C(1) << 63;
+
+	(void)state;
+	assert_int_equal(parse(GOOD), 0);
+	assert_true(config.device[0].resume_auto);
+	assert_true(resumes("auto") == by_engine);
+	assert_true(resumes("none") == 0);
+	assert_true(resumes("all") == (pins | UINT64_C(0xf) << 56));
+	assert_true(resumes("pwm") == pwm);
+	assert_true(resumes("31") == UINT64_C(1) << 30);
+	assert_true(resumes("PoExtBus, 1-2, external") == (bus | external | 3));
+	assert_fault(GOOD "resume-outputs = auto, 31\n", REFUSED("auto, 31")
+		     "has a word in it that has to stand alone" ALLOWED);
+	assert_fault(GOOD "resume-outputs = 31, all\n", REFUSED("31, all")
+		     "has a word in it that has to stand alone" ALLOWED);
+	assert_fault(GOOD "resume-outputs = pwm, pwm\n", REFUSED("pwm, pwm")
+		     "names something twice" ALLOWED);
+	assert_fault(GOOD "resume-outputs = relays\n", REFUSED("relays")
+		     "is not a list of pins" ALLOWED);
+	/* all needs no list of outputs */
+	assert_int_equal(parse(GOOD "digital-inputs = 1-8\nresume-outputs = all\n"), 0);
 }
 
 static void one_mistake_is_told_once(void **state)
@@ -547,6 +594,7 @@ int main(void)
 		cmocka_unit_test(what_is_written_arrives_in_the_units_of_its_users),
 		cmocka_unit_test(an_axis_that_is_not_driven_is_a_fault),
 		cmocka_unit_test(a_safe_value_of_what_is_no_output_is_a_fault),
+		cmocka_unit_test(outputs_that_resume_are_words_and_pins),
 		cmocka_unit_test(one_mistake_is_told_once),
 		cmocka_unit_test(no_retries_are_none),
 		cmocka_unit_test(failsafe_is_the_safe_state_unless_told_otherwise),

@@ -265,9 +265,12 @@ static void device_that_is_locked_when_it_is_found_again_is_made_safe(void **sta
 	sim->config.identity.locked = 0;
 	world_until(&world, world_is_running, 2 * SECOND);
 	world_run(&world, 50 * MS);
+	assert_false(world_latch(&world, RELAY));
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	world_machine_on(&world);
+	world_run(&world, 50 * MS);
 	assert_true(world_latch(&world, RELAY));
 	assert_int_equal(sim->config.pwm.enabled, 2);
-	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
 }
 
 static void refuse_axes(struct world *w, const uint8_t *p)

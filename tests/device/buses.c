@@ -62,8 +62,13 @@ static void they_are_off_in_the_safe_state(void **state)
 	assert_int_equal(sim->bus.modules.out[PLAIN][2], 0);
 	for (unsigned int i = 0; i < 48; i++)
 		assert_false(sim_module_led(sim, KEYBOARD, i / 4, i % 4));
-	/* and back with the commander */
+	/* and back with the commander when it has switched the machine on */
 	world.commanding = true;
+	world_run(&world, 100 * MS);
+	sim_rig_run(&world.rig, world.now);
+	assert_int_equal(sim->bus.modules.out[PLAIN][2], 0);
+	assert_int_equal(sim->engine.relays, 0);
+	world_machine_on(&world);
 	world_run(&world, 100 * MS);
 	all_are(7);
 }
@@ -147,6 +152,7 @@ static void what_was_changed_from_elsewhere_is_written_again(void **state)
 	sim_rig_reboot(&world.rig, world.now, false);
 	world_run(&world, 2 * SECOND);
 	world_until(&world, world_is_running, 2 * SECOND);
+	world_machine_on(&world);
 	world_run(&world, 1 * SECOND);
 	sim_rig_run(&world.rig, world.now);
 	assert_int_equal(sim->bus.modules.out[PLAIN][2], 9);

@@ -74,7 +74,8 @@ static void outputs_and_axes_are_safe_when_the_daemon_is_killed(void **state)
 	world_start(&world);
 	world_until(&world, world_is_running, 500 * MS);
 	world_run(&world, 50 * MS);
-	assert_true(world_latch(&world, RELAY));
+	assert_true(world.state.flags & POKEYS_STATE_COMMANDER);
+	assert_false(world_latch(&world, RELAY));
 	assert_int_equal(world.state.failsafe, POKEYS_FAILSAFE_ARMED);
 }
 
@@ -116,7 +117,7 @@ static void it_acts_as_well_when_only_its_answers_are_lost(void **state)
 	world_run(&world, 8 * SECOND);
 	assert_true(world_until(&world, world_is_running, 500 * MS) <= 300 * MS);
 	world_run(&world, 100 * MS);
-	assert_true(world_latch(&world, RELAY));
+	assert_false(world_latch(&world, RELAY));
 	assert_int_equal(world_pulses(&world, 0), stands);
 }
 
@@ -168,7 +169,8 @@ static void it_acts_as_well_before_a_new_daemon_has_heard_it(void **state)
 	assert_int_equal(world.rig.device.stats.failsafes, 1);
 	world_until(&world, world_is_running, 1 * SECOND);
 	world_run(&world, 100 * MS);
-	assert_true(world_latch(&world, RELAY));
+	assert_true(world.state.flags & POKEYS_STATE_COMMANDER);
+	assert_false(world_latch(&world, RELAY));
 }
 
 /* Nobody knows how long it waits, or whether it does. */

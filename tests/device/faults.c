@@ -101,6 +101,7 @@ static void all_is_well_again(uint64_t within_ns)
 	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
 	assert_false(world.state.flags & POKEYS_STATE_STALE);
 	world_output(&world, RELAY, true);
+	world_machine_on(&world);
 	world_run(&world, 60 * MS);
 	assert_true(world_latch(&world, RELAY));
 }

@@ -24,6 +24,8 @@ static int begin(void **state)
 {
 	(void)state;
 	world_init(&world, NULL);
+	world.config.resume_auto = false;	/* held.c */
+	memset(world.config.resume_outputs, 0xff, sizeof(world.config.resume_outputs));
 	pin(RELAY, 4);
 	pin(LAMP, 4);
 	pin(BRAKE, 4);

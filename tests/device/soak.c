@@ -216,6 +216,9 @@ static void calm_down(void)
 	world.command.flags = 0;
 	world_output(&world, RELAY, true);
 	world_run(&world, 3 * SECOND);
+	world_machine_on(&world);
+	world.command.flags = 0;
+	world_run(&world, 1 * SECOND);
 }
 
 static void a_million_cycles_leave_everything_exact(void **state)

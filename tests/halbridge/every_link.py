@@ -132,7 +132,7 @@ def _(step, phase):
     step.shows(phase == 1)
 
 
-@NO_HEARTBEAT.rule(r"needs-edge")
+@NO_HEARTBEAT.rule(r"needs-edge", r"outputs-held")
 def _(step, phase):
     if phase != 1:
         step.shows(phase == 2)

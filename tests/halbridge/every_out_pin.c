@@ -217,7 +217,7 @@ static const struct out_driver drivers[] = {
 	BY("packet-error", lose_packets), BY("packet-error-level", lose_packets),
 	BY("packet-error-total", lose_packets), BY("packet-error-exceeded", lose_many),
 	BITS("machine-on-permitted", flags, 3), BITS("needs-edge", flags, 4),
-	BITS("safe-state", flags, 2), BITS("commander", flags, 1),
+	BITS("outputs-held", flags, 10), BITS("safe-state", flags, 2), BITS("commander", flags, 1),
 	BITS("command-refused", flags, 7), COUNT("command-refused-count", refused_command),
 	BY("input-refused", set_bad_scale), BY("input-refused-count", set_bad_scale),
 	BY("read-missing", do_not_read),

@@ -166,14 +166,17 @@ def a_killed_daemon_is_survived(m):
     hal.becomes("commander", True)
     assert hal.pid() == pid
     assert hal.get("joint.00.pos-fb") == 7
-    m.sim_shows("pin 32", "latch", "1")         # outputs follow at once
-    hal.becomes("needs-edge", True)             # motion does not
+    hal.becomes("needs-edge", True)
+    hal.becomes("outputs-held", True)
     hal.set("joint.00.pos-cmd", 9)
     m.passes()
-    found = m.sim("axis 0")["position"]
+    found, on = m.sim("axis 0")["position"], m.sim("pin 32")["latch"]
     with safety():
         assert found == "700", found
+        assert on == "0", "an output came back without an edge of machine-on"
     m.machine_on()
+    m.sim_shows("pin 32", "latch", "1")
+    hal.becomes("outputs-held", False)
     m.move(9)
     print(f"daemon killed: seen stale after {stale * 1000:.0f} ms, fresh {fresh:.2f} s after its start")
 
@@ -212,7 +215,9 @@ def every_order_of_starting_works(m):
 
 def a_silent_device_is_stale_and_comes_back(m):
     hal = m.all()
+    hal.set("pin.31.out", 1)
     m.machine_on()
+    m.sim_shows("pin 32", "latch", "1")
     m.sim("silence 3600000")
     hal.becomes("stale", True)
     hal.becomes("daemon-alive", True)
@@ -223,7 +228,11 @@ def a_silent_device_is_stale_and_comes_back(m):
     hal.becomes("packet-error-exceeded", False)
     hal.becomes("needs-edge", True)
     hal.becomes("machine-on-permitted", False)
+    hal.becomes("outputs-held", True)
+    with safety():
+        m.sim_shows("pin 32", "latch", "0")
     m.machine_on()
+    m.sim_shows("pin 32", "latch", "1")
     m.move(1)
 
 

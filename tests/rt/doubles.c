@@ -181,6 +181,13 @@ bool device_wants_address(const struct device *d)
 	return d->wants_address;
 }
 
+void device_suspended(struct device *d, uint64_t now_ns)
+{
+	assert_int_equal(now_ns, world.now);
+	d->suspended++;
+	d->suspended_cycles = d->cycles;
+}
+
 void device_stop(struct device *d, uint64_t now_ns)
 {
 	d->stopping = true;
@@ -293,6 +300,15 @@ static uint64_t clock_now(void *context)
 	return w->now;
 }
 
+static uint64_t clock_boot(void *context)
+{
+	struct world *w = context;
+
+	if (++w->boot_reads % 10 == 0)
+		w->now += w->clock_takes_ns;
+	return w->now + w->asleep_ns;
+}
+
 static void clock_sleep_until(void *context, uint64_t until_ns)
 {
 	struct world *w = context;
@@ -354,7 +370,8 @@ int world_run(uint64_t for_ns)
 
 	if (rc < 0)
 		return rc;
-	world.loop.own->clock = (struct loop_clock){ clock_now, clock_sleep_until, &world };
+	world.loop.own->clock = (struct loop_clock){ clock_now, clock_boot, clock_sleep_until,
+							  &world };
 	world.end_ns = world.now + for_ns;
 	return loop_run(&world.loop);
 }

@@ -48,6 +48,7 @@ struct device {
 	uint32_t address;
 	uint16_t port;
 	bool stopping;
+	uint64_t suspended, suspended_cycles;	/* how often told, and its cycles until then */
 	uint64_t ends, ended_cycles;	/* how often it was told, and its cycles until then */
 	int refused;
 	uint64_t commands, heartbeat;
@@ -84,6 +85,8 @@ struct world {
 	/* set by the test */
 	uint64_t round_trip_ns[4];	/* 0 = does not answer */
 	uint64_t lose;			/* the n-th datagram of channel 0, from 1; 0 = none */
+	uint64_t asleep_ns;		/* suspended so far */
+	uint64_t clock_takes_ns;	/* to read the clock that counts that, each tenth time */
 	uint64_t oversleep_ns;		/* added to the next sleep, once */
 	uint64_t wait_late_ns;		/* added to the next wait for packets, once */
 	uint64_t publish_takes_ns;
@@ -94,7 +97,7 @@ struct world {
 
 	/* seen by the test */
 	uint64_t sent[4], sent_log[4][LOG];
-	uint64_t sleeps, slept_ns, waits, spun_ns, waited_ns;
+	uint64_t boot_reads, sleeps, slept_ns, waits, spun_ns, waited_ns;
 	uint64_t aims, aim_log[LOG];
 	struct transport_address aimed_at[4];
 };

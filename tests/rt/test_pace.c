@@ -220,6 +220,79 @@ static void duty_leaves_room_below_the_throttling(void **state)
 
 #define ONE(f) cmocka_unit_test_setup_teardown(f, begin_one, end)
 
+static void fall_asleep(struct world *w, uint32_t channel, const uint8_t *data, size_t length)
+{
+	(void)channel;
+	(void)data;
+	(void)length;
+	if (w->sent[0] == 20)
+		w->asleep_ns = 60 * SECOND;
+}
+
+/* Told before the next cycle of the device begins, once. */
+static void a_suspend_is_told_before_anything_is_sent(void **state)
+{
+	const struct event *e;
+
+	(void)state;
+	world.on_sent = fall_asleep;
+	assert_int_equal(world_run(100 * MS), 0);
+	assert_int_equal(world.device[0].suspended, 1);
+	assert_int_equal(world.device[0].suspended_cycles, 10);
+	e = world_event(EVENT_SUSPENDED);
+	assert_non_null(e);
+	assert_int_equal(e->a, 60000);
+	assert_null(world_event(EVENT_SUSPENDED));
+}
+
+static void lose_and_fall_asleep(struct world *w, uint32_t channel, const uint8_t *data,
+				 size_t length)
+{
+	fall_asleep(w, channel, data, length);
+	if (w->device[0].resent)
+		assert_int_equal(w->device[0].suspended, 1);
+}
+
+/* A request that was under way, and is due again before the next cycle. */
+static void a_suspend_is_told_before_a_request_is_sent_again(void **state)
+{
+	(void)state;
+	world.lose = 20;
+	world.device[0].deadline_ns = 300 * US;
+	world.on_sent = lose_and_fall_asleep;
+	assert_int_equal(world_run(100 * MS), 0);
+	assert_int_equal(world.device[0].suspended, 1);
+	assert_true(world.device[0].resent > 0);
+}
+
+/* The clock that goes on is read long after the other one. */
+static void a_thread_that_is_late_was_not_suspended(void **state)
+{
+	(void)state;
+	world.clock_takes_ns = 3 * SECOND;
+	assert_int_equal(world_run(60 * SECOND), 0);
+	assert_int_equal(world.device[0].suspended, 0);
+	assert_null(world_event(EVENT_SUSPENDED));
+}
+
+static void fall_asleep_for_a_moment(struct world *w, uint32_t channel, const uint8_t *data,
+				     size_t length)
+{
+	(void)channel;
+	(void)data;
+	(void)length;
+	if (w->sent[0] % 20 == 0 && w->sent[0] <= 60)
+		w->asleep_ns += 2 * MS;
+}
+
+static void each_suspend_is_told(void **state)
+{
+	(void)state;
+	world.on_sent = fall_asleep_for_a_moment;
+	assert_int_equal(world_run(100 * MS), 0);
+	assert_int_equal(world.device[0].suspended, 3);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -233,6 +306,10 @@ int main(void)
 		ONE(late_wake_up_is_hidden_by_the_lead),
 		ONE(spinning_never_exceeds_its_duty),
 		ONE(without_throttling_it_may_poll_all_the_time),
+		ONE(a_suspend_is_told_before_anything_is_sent),
+		ONE(a_suspend_is_told_before_a_request_is_sent_again),
+		ONE(a_thread_that_is_late_was_not_suspended),
+		ONE(each_suspend_is_told),
 		cmocka_unit_test(duty_leaves_room_below_the_throttling),
 	};
 
