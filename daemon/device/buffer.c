@@ -71,7 +71,7 @@ void buffer_lose_sync(struct device *device)
 
 uint32_t buffer_level(const struct device *device)
 {
-	return device->buffer.end - device->buffer.seen;
+	return (uint32_t)(device->buffer.end - device->buffer.seen);
 }
 
 /* An answer that has not come by then is not awaited. */

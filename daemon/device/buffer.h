@@ -56,7 +56,8 @@ struct buffer {
 	int32_t wish_before[POKEYS_AXES];
 	int32_t step[POKEYS_AXES];	/* of the last slot */
 	uint32_t first, pending;	/* pending slots */
-	uint32_t seen, end;		/* path: the slot executed last, the last one accepted */
+	/* path: the slot executed last, the last one accepted; 32 bits are 49.7 days of motion */
+	uint64_t seen, end;
 	struct buffer_slot slot[BUFFER_PENDING];
 	struct buffer_slot path[BUFFER_PATH];
 };
@@ -119,17 +120,17 @@ void buffer_resolve(struct device *device, bool executed);
 /* buffer_path.c */
 void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES]);
 /* The next slot of the path, towards these positions; no longer than an axis may step. */
-void buffer_path_step(struct device *device, uint32_t after, const struct buffer_slot *to);
+void buffer_path_step(struct device *device, uint64_t after, const struct buffer_slot *to);
 /* The axes that a task has may be there n slots after all that were sent, as fast as they can. */
 bool buffer_path_reaches(const struct device *device, const struct buffer_slot *to, uint32_t n);
 /* The k slots behind the end have been accepted. */
 void buffer_path_accept(struct device *device, uint32_t k);
 /* Into *at, the slot after which the axes stand there; false if there is none. */
 bool buffer_path_find(const struct device *device, const int32_t position[POKEYS_AXES],
-		      uint32_t first, uint32_t last, uint32_t *at);
-bool buffer_path_is(const struct device *device, const int32_t position[POKEYS_AXES], uint32_t at);
+		      uint64_t first, uint64_t last, uint64_t *at);
+bool buffer_path_is(const struct device *device, const int32_t position[POKEYS_AXES], uint64_t at);
 /* They are at its end or between it and the one before. */
 bool buffer_path_within(const struct device *device, const int32_t position[POKEYS_AXES],
-			uint32_t at);
+			uint64_t at);
 
 #endif

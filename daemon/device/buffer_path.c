@@ -18,7 +18,7 @@
 
 #define STEP_MAX 32767		/* 15 bits, protocol section 3.24.5 */
 
-static struct buffer_slot *slot_at(struct device *device, uint32_t at)
+static struct buffer_slot *slot_at(struct device *device, uint64_t at)
 {
 	return &device->buffer.path[at % BUFFER_PATH];
 }
@@ -78,7 +78,7 @@ static int32_t step_of(const struct device *device, unsigned int i, int64_t dist
 	return limited(distance, most);
 }
 
-void buffer_path_step(struct device *device, uint32_t after, const struct buffer_slot *to)
+void buffer_path_step(struct device *device, uint64_t after, const struct buffer_slot *to)
 {
 	const struct buffer_slot *from = slot_at(device, after);
 	struct buffer_slot *next = slot_at(device, after + 1);
@@ -95,7 +95,7 @@ void buffer_path_step(struct device *device, uint32_t after, const struct buffer
 bool buffer_path_reaches(const struct device *device, const struct buffer_slot *to, uint32_t n)
 {
 	const struct buffer *buffer = &device->buffer;
-	const uint32_t last = buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
+	const uint64_t last = buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
 	const struct buffer_slot *from = &buffer->path[last % BUFFER_PATH];
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
@@ -115,7 +115,7 @@ void buffer_path_accept(struct device *device, uint32_t k)
 	device->buffer.end += k;
 }
 
-bool buffer_path_is(const struct device *device, const int32_t position[POKEYS_AXES], uint32_t at)
+bool buffer_path_is(const struct device *device, const int32_t position[POKEYS_AXES], uint64_t at)
 {
 	const struct buffer_slot *slot = &device->buffer.path[at % BUFFER_PATH];
 	const uint8_t axes = buffer_axes(device);
@@ -128,7 +128,7 @@ bool buffer_path_is(const struct device *device, const int32_t position[POKEYS_A
 }
 
 bool buffer_path_within(const struct device *device, const int32_t position[POKEYS_AXES],
-			uint32_t at)
+			uint64_t at)
 {
 	const struct buffer_slot *to = &device->buffer.path[at % BUFFER_PATH];
 	const struct buffer_slot *from = &device->buffer.path[(at ? at - 1 : 0) % BUFFER_PATH];
@@ -145,11 +145,11 @@ bool buffer_path_within(const struct device *device, const int32_t position[POKE
 }
 
 bool buffer_path_find(const struct device *device, const int32_t position[POKEYS_AXES],
-		      uint32_t first, uint32_t last, uint32_t *at)
+		      uint64_t first, uint64_t last, uint64_t *at)
 {
 	const bool stretched = threading_stretched(device);
 
-	for (uint32_t n = first; n <= last; n++) {
+	for (uint64_t n = first; n <= last; n++) {
 		*at = n;
 		if (stretched ? buffer_path_within(device, position, n) :
 				buffer_path_is(device, position, n))

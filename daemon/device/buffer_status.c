@@ -71,7 +71,7 @@ void buffer_resolve(struct device *device, bool executed)
 }
 
 static bool on_path(const struct device *device, const int32_t position[POKEYS_AXES],
-		    uint32_t end, uint32_t left)
+		    uint64_t end, uint32_t left)
 {
 	if (left > end || end - left + OLDER < device->buffer.seen)
 		return false;
@@ -98,7 +98,7 @@ static void judge_by_level(struct device *device, const struct wire_pulse_status
 static void judge_by_position(struct device *device, const struct wire_pulse_status_rep *status)
 {
 	struct buffer *buffer = &device->buffer;
-	uint32_t at;
+	uint64_t at;
 
 	if (buffer_path_find(device, status->position, buffer->seen, buffer->end, &at)) {
 		if (device->now_ns >= buffer->empty_ns)
@@ -124,9 +124,9 @@ static void ran_dry(struct device *device)
 static bool follow(struct device *device, const struct wire_pulse_status_rep *status, bool newest)
 {
 	struct buffer *buffer = &device->buffer;
-	const uint32_t last = buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
-	const uint32_t before = buffer->seen;
-	uint32_t at;
+	const uint64_t last = buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
+	const uint64_t before = buffer->seen;
+	uint64_t at;
 
 	if (newest && buffer->tells_free) {
 		if (!on_path(device, status->position, buffer->end, used(buffer, status)))

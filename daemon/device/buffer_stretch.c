@@ -86,9 +86,9 @@ bool buffer_fill_worth_it(const struct device *device)
 
 /* So many slots before `end`; the slot under way is out of the buffer, or still in it. */
 static bool is_about(const struct device *device, const int32_t position[POKEYS_AXES],
-		     uint32_t end, uint32_t left)
+		     uint64_t end, uint32_t left)
 {
-	uint32_t at;
+	uint64_t at;
 
 	return left <= end && buffer_path_find(device, position, end - left, end - left + 1, &at);
 }
@@ -98,7 +98,7 @@ static void judge_by_level(struct device *device, const int32_t position[POKEYS_
 			   uint32_t left)
 {
 	struct buffer *buffer = &device->buffer;
-	const uint32_t with = buffer->end + buffer->sent;
+	const uint64_t with = buffer->end + buffer->sent;
 	bool in, out;
 
 	if (!threading_active(device)) {
@@ -121,7 +121,7 @@ static void judge_by_level(struct device *device, const int32_t position[POKEYS_
 static void judge_by_position(struct device *device, const int32_t position[POKEYS_AXES])
 {
 	struct buffer *buffer = &device->buffer;
-	uint32_t at;
+	uint64_t at;
 
 	if (!buffer_path_find(device, position, buffer->seen, buffer->end, &at)) {
 		if (buffer_path_find(device, position, buffer->end + 1,
