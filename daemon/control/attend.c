@@ -2,9 +2,8 @@
 /*
  * What the control thread does while the loop runs, fifty times a second:
  * write events down, take orders, wake listeners, clean up after dead clients, tell the
- * service manager, write metrics. Each of it may be late without harm. Only
- * the watchdog has a limit, and it is fed from the same round, so a control
- * thread that hangs is noticed as well.
+ * service manager how things are, write metrics. Each of it may be late without harm:
+ * a disk that hangs holds up all of it, and nothing else (watchdog.c).
  */
 #include <errno.h>
 #include <poll.h>
@@ -179,8 +178,6 @@ static void do_round(struct daemon *daemon, uint64_t now_ns)
 		loop_sample_faults(&daemon->loop);
 	}
 	tell(daemon, now_ns);
-	if (watchdog_due(&daemon->watchdog, atomic_load(&daemon->loop.shared.cycles), now_ns))
-		notify_alive();
 }
 
 static int begin(struct daemon *daemon)
@@ -188,6 +185,7 @@ static int begin(struct daemon *daemon)
 	const struct config *config = daemon->config;
 	uint64_t now_ns = clock_now();
 	char text[256];
+	int result;
 
 	daemon->report.devices = config->devices;
 	for (uint32_t i = 0; i < config->devices; i++) {
@@ -199,10 +197,16 @@ static int begin(struct daemon *daemon)
 		}
 	}
 	metrics_init(&daemon->metrics, config->metrics_file, config->metrics_interval_ns, now_ns);
-	watchdog_init(&daemon->watchdog, notify_watchdog_limit(), 0, now_ns);
 	read_back(daemon);
 	report_status(&daemon->report, text, sizeof(text));
 	notify_status(text);
+	result = watchdog_start(&daemon->watchdog, notify_watchdog_limit(),
+				&daemon->loop.shared.cycles);
+	if (result) {
+		log_line(EVENT_ERROR, "no thread for the service manager's watchdog: %s",
+			 strerror(-result));
+		return STATUS_FAILED;
+	}
 	log_line(EVENT_INFO, "ready: %u device%s every %u us over %s in %s", config->devices,
 		 config->devices == 1 ? "" : "s", (unsigned int)(config->loop.period_ns / 1000),
 		 daemon->loop.transport->ops->name, config->runtime_directory);

@@ -429,6 +429,7 @@ int daemon_stop(struct daemon *daemon)
 			status = STATUS_FAILED;
 		}
 	}
+	watchdog_stop(&daemon->watchdog);
 	finder_stop(&daemon->finder);
 	drain_run(&daemon->drain, clock_now());
 	keeper_stop(&daemon->keeper, KEEPER_STOP_MS);

@@ -360,6 +360,25 @@ def test_metrics_that_cannot_be_written_are_counted_and_nothing_else():
         equal(end(daemon), 0)
 
 
+def test_a_disk_that_hangs_stops_no_sign_of_life():
+    with House() as house:
+        house.daemon_keys |= {"metrics-file": house.folder / "metrics.prom", "metrics-interval-ms": 100}
+        house.start_sim()
+        daemon = house.start_daemon(env={**house.open_notify(), "WATCHDOG_USEC": "200000",
+                                         "LD_PRELOAD": str(house.programs["hung_disk.so"]),
+                                         "HUNG_NAME": "metrics.prom", "HUNG_FOLDER": str(house.folder),
+                                         "ASAN_OPTIONS": "verify_asan_link_order=0"})
+        wait_for("a disk that hangs", (house.folder / "hung").exists)
+        drain(house)
+        told = []
+        wait_for("five signs of life", lambda: told.extend(drain(house)) or told.count("WATCHDOG=1") >= 5)
+        assert not (house.folder / "metrics.prom").exists(), "it did not hang"
+        house.wait_fresh()                      # nor does the device wait
+        (house.folder / "go").touch()
+        wait_for("metrics", (house.folder / "metrics.prom").exists)
+        equal(end(daemon), 0)
+
+
 def test_metrics_on_a_full_disk_stop_nothing():
     with House() as house:
         small = house.folder / "small"
