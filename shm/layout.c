@@ -24,10 +24,10 @@ SAME(pokeys_state, phase, 2200);
 SAME(pokeys_state, postep, 2272);
 SAME(pokeys_state, statistics, 2528);
 
-WHOLE(pokeys_diag, 5088);
+WHOLE(pokeys_diag, 9664);
 SAME(pokeys_diag, wakeup, 160);
-SAME(pokeys_diag, cycle_work, 4192);
-SAME(pokeys_diag, age_at_read, 4640);
+SAME(pokeys_diag, cycle_work, 7936);
+SAME(pokeys_diag, age_at_read, 8800);
 
 WHOLE(pokeys_command, 4728);
 SAME(pokeys_command, digital_out, 120);

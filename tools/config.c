@@ -71,29 +71,29 @@ static int read_report(const struct options *options, bool of_now, struct view *
 static int show(const struct options *options)
 {
 	static struct pokeys_report report;
-	static struct view view;
-	int result = read_report(options, false, &view, &report);
+	struct view *view = view_only();
+	int result = read_report(options, false, view, &report);
 
 	if (!result && options->json)
 		config_print_show_json(options->names[1], &report, stdout);
 	else if (!result)
 		config_print_show(options->names[1], &report, stdout);
-	view_close(&view);
+	view_close(view);
 	return result ? STATUS_FAILED : STATUS_OK;
 }
 
 static int diff(const struct options *options)
 {
 	static struct pokeys_report report;
-	static struct view view;
-	int result = read_report(options, true, &view, &report);
+	struct view *view = view_only();
+	int result = read_report(options, true, view, &report);
 	unsigned int count = 0;
 
 	if (!result && options->json)
 		count = config_print_diff_json(options->names[1], &report, stdout);
 	else if (!result)
 		count = config_print_diff(&report, stdout);
-	view_close(&view);
+	view_close(view);
 	if (result)
 		return STATUS_STALE;
 	return count ? STATUS_FAILED : STATUS_OK;

@@ -183,7 +183,7 @@ static int plot(const struct latency_run *run, FILE *to, const char *path)
 int command_latency(const struct options *options)
 {
 	static struct latency_run run;
-	static struct view view;
+	struct view *view = view_only();
 	static struct pokeys_diag before;
 	const struct view_device *daemon;
 	FILE *picture = NULL;
@@ -192,7 +192,7 @@ int command_latency(const struct options *options)
 
 	if (options->svg && !(picture = open_picture(options->svg, &made)))
 		return STATUS_FAILED;
-	daemon = latency_daemon(&view, options->runtime_directory, why, sizeof(why));
+	daemon = latency_daemon(view, options->runtime_directory, why, sizeof(why));
 	if (!daemon)
 		snprintf(run.note, sizeof(run.note), "%s: the sleepers alone", why);
 	prepare(&run, options, daemon);
@@ -200,14 +200,14 @@ int command_latency(const struct options *options)
 		before = daemon->diag;
 	if (latency_measure(&run, run.count, why, sizeof(why))) {
 		complain("%s", why);
-		view_close(&view);
+		view_close(view);
 		if (picture)
 			leave_picture(picture, options->svg, made);
 		return STATUS_FAILED;
 	}
 	if (daemon)
-		take_daemon(&run, &view, daemon_core(options), &before);
-	view_close(&view);
+		take_daemon(&run, view, daemon_core(options), &before);
+	view_close(view);
 	if (options->json)
 		latency_print_json(&run, stdout);
 	else

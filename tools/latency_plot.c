@@ -42,7 +42,7 @@ static struct scale scale_of(const struct latency_run *run)
 
 	for (size_t i = 0; i < run->count; i++)
 		for (unsigned int at = 0; at < POKEYS_HISTOGRAM_BUCKETS; at++) {
-			uint32_t count = run->series[i].histogram.bucket[at];
+			uint64_t count = run->series[i].histogram.bucket[at];
 
 			if (count && at + 4 > scale.buckets)
 				scale.buckets = at + 4;

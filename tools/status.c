@@ -25,20 +25,20 @@ static int judge(const struct view *view)
 
 int command_status(const struct options *options)
 {
-	static struct view view;
-	int status = view_open(&view, options->runtime_directory, options->names,
+	struct view *view = view_only();
+	int status = view_open(view, options->runtime_directory, options->names,
 			       options->name_count);
 
 	if (!status) {
-		view_read(&view);
+		view_read(view);
 		if (options->json)
-			print_json_all(&view, stdout);
+			print_json_all(view, stdout);
 		else
-			for (size_t i = 0; i < view.count; i++)
-				print_status(&view.device[i], stdout);
-		status = judge(&view);
+			for (size_t i = 0; i < view->count; i++)
+				print_status(&view->device[i], stdout);
+		status = judge(view);
 	}
-	view_close(&view);
+	view_close(view);
 	return status;
 }
 
@@ -58,13 +58,13 @@ static void put_names(const struct view *view)
 
 int command_devices(const struct options *options)
 {
-	static struct view view;
-	int status = view_open(&view, options->runtime_directory, NULL, 0);
+	struct view *view = view_only();
+	int status = view_open(view, options->runtime_directory, NULL, 0);
 
 	if (!status && options->json)
-		put_names(&view);
-	for (size_t i = 0; !status && !options->json && i < view.count; i++)
-		puts(view.device[i].name);
-	view_close(&view);
+		put_names(view);
+	for (size_t i = 0; !status && !options->json && i < view->count; i++)
+		puts(view->device[i].name);
+	view_close(view);
 	return status;
 }

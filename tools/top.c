@@ -244,10 +244,10 @@ static void show(const struct options *options, struct view *view, int signal_fd
 
 int command_top(const struct options *options)
 {
-	static struct view view;
+	struct view *view = view_only();
 	sigset_t set;
 	int signal_fd;
-	int status = view_open(&view, options->runtime_directory, options->names,
+	int status = view_open(view, options->runtime_directory, options->names,
 			       options->name_count);
 
 	if (!status) {
@@ -257,10 +257,10 @@ int command_top(const struct options *options)
 		sigprocmask(SIG_BLOCK, &set, NULL);
 		signal(SIGPIPE, SIG_IGN);
 		signal_fd = signalfd(-1, &set, SFD_CLOEXEC);
-		show(options, &view, signal_fd);
+		show(options, view, signal_fd);
 		if (signal_fd >= 0)
 			close(signal_fd);
 	}
-	view_close(&view);
+	view_close(view);
 	return status;
 }

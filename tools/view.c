@@ -36,6 +36,13 @@ double view_age_ns(uint64_t now_ns, uint64_t then_ns)
 	return as_number(pokeys_age_ns(then_ns, now_ns));
 }
 
+struct view *view_only(void)
+{
+	static struct view view;
+
+	return &view;
+}
+
 /* With what to do, where the name alone does not say it. */
 static const char *fault_text(uint8_t fault)
 {

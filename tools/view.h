@@ -36,6 +36,9 @@ struct view {
 	struct view_device device[VIEW_DEVICES];
 };
 
+/* The view of this program. A command needs one, and it is large. */
+struct view *view_only(void);
+
 uint64_t view_now(void);
 
 /*

@@ -146,11 +146,11 @@ class State(Structure):
 
 class Histogram(Structure):
     _fields_ = [("count", c_uint64), ("sum_ns", c_uint64), ("min_ns", c_uint64),
-                ("max_ns", c_uint64), ("bucket", c_uint32 * 104)]
+                ("max_ns", c_uint64), ("bucket", c_uint64 * 104)]
 
 
 class Diag(Structure):
-    VERSION, HASH = 3, 0xe8d2e0e4037c0ddc
+    VERSION, HASH = 4, 0x043bbadfaaa1ea0e
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle t_publish_ns cycles_skipped events_dropped event_high_water "

@@ -33,9 +33,9 @@ extern "C" {
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
 #define POKEYS_STATE_VERSION	6
-#define POKEYS_DIAG_VERSION	3
+#define POKEYS_DIAG_VERSION	4
 #define POKEYS_STATE_HASH	UINT64_C(0x3a1eb5eb753c0915)
-#define POKEYS_DIAG_HASH	UINT64_C(0xe8d2e0e4037c0ddc)
+#define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
 
 enum {
 	POKEYS_PINS = 55,
@@ -479,7 +479,7 @@ enum { POKEYS_HISTOGRAM_BUCKETS = 104 };
 
 struct pokeys_histogram {
 	uint64_t count, sum_ns, min_ns, max_ns;
-	uint32_t bucket[POKEYS_HISTOGRAM_BUCKETS];
+	uint64_t bucket[POKEYS_HISTOGRAM_BUCKETS];
 };
 
 /* The bucket a duration belongs to; the reverse is pokeys_histogram_lower() of shm.h. */

@@ -46,11 +46,28 @@ static void extremes_and_sum_are_kept(void **state)
 	assert_int_equal(h.bucket[pokeys_duration_bucket(500)], 1);
 }
 
+/* Six days of a cycle at 4 kHz are more than 32 bits hold. */
+static void no_bucket_begins_again(void **state)
+{
+	const uint64_t most = UINT32_MAX;
+	const unsigned int here = pokeys_duration_bucket(500);
+	struct pokeys_histogram h;
+
+	(void)state;
+	memset(&h, 0, sizeof(h));
+	histogram_add(&h, 500);
+	h.count = h.bucket[here] = most;
+	histogram_add(&h, 500);
+	assert_true(h.bucket[here] == most + 1);
+	assert_true(h.count == most + 1);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(buckets_are_quarter_octaves_from_64_ns),
 		cmocka_unit_test(extremes_and_sum_are_kept),
+		cmocka_unit_test(no_bucket_begins_again),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -341,7 +341,7 @@ layout! {
         sum_ns: u64,
         min_ns: u64,
         max_ns: u64,
-        bucket: [u32; HISTOGRAM_BUCKETS],
+        bucket: [u64; HISTOGRAM_BUCKETS],
     }
 }
 
@@ -389,6 +389,6 @@ published! {
 }
 
 published! {
-    PokeysDiag, "diag", magic 0x4744_4b50, version 3, size 5088,
-    hash 0xe8d2e0e4037c0ddc, hash_function iox_diag_hash
+    PokeysDiag, "diag", magic 0x4744_4b50, version 4, size 9664,
+    hash 0x043bbadfaaa1ea0e, hash_function iox_diag_hash
 }
