@@ -50,6 +50,7 @@ static void note_caller(_Atomic uintptr_t *who)
 
 void instance_read(struct instance *instance)
 {
+	const uint64_t began_ns = instance_now();
 	pokeys_client *client = handover_take(&instance->reader);
 	enum exchange_got got = get(instance, client);
 
@@ -58,11 +59,13 @@ void instance_read(struct instance *instance)
 	binding_gather(&instance->binding, TABLE_AT_READ);
 	exchange_read(&instance->exchange, instance->binding.values, got, instance_now());
 	binding_scatter(&instance->binding, TABLE_AT_READ);
+	timing_read(&instance->timing, instance->binding.values, instance_now() - began_ns);
 	handover_give_back(&instance->reader);
 }
 
 void instance_write(struct instance *instance, uint64_t period_ns)
 {
+	const uint64_t began_ns = instance_now();
 	pokeys_client *client = handover_take(&instance->writer);
 
 	note_caller(&instance->write_by);
@@ -73,6 +76,7 @@ void instance_write(struct instance *instance, uint64_t period_ns)
 	binding_scatter(&instance->binding, TABLE_AT_WRITE);
 	if (instance->binding.values->read_missing)
 		binding_scatter(&instance->binding, TABLE_AT_READ);
+	timing_write(&instance->timing, instance->binding.values, instance_now() - began_ns);
 	handover_give_back(&instance->writer);
 }
 

@@ -14,6 +14,7 @@
 #include "halbridge/legacy_link.h"
 #include "halbridge/legacy_range.h"
 #include "halbridge/legacy_settings.h"
+#include "halbridge/timing.h"
 #include "halbridge/wisher.h"
 #include "shm/handover.h"
 
@@ -40,6 +41,7 @@ struct instance {
 	struct exchange exchange;
 	struct binding binding;
 	struct legacy_link link;
+	struct timing timing;
 	struct wisher wisher;			/* the monitor's */
 	struct pokeys_diag diag;		/* the monitor's */
 	struct legacy_settings settings;	/* the monitor's, as the two below */

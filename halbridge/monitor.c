@@ -220,6 +220,25 @@ static void say_callers(struct monitor *monitor, struct instance *instance)
 	}
 }
 
+static void say_timing(struct monitor *monitor, const struct instance *instance)
+{
+	struct monitor_memory *memory = &monitor->memory[instance->number];
+	const struct values *values = instance->binding.values;
+	const uint32_t count = *(const volatile uint32_t *)&values->time_exceeded_count;
+
+	memory->slow_quiet -= memory->slow_quiet > 0;
+	if (count == memory->exceeded || memory->slow_quiet)
+		return;
+	rtapi_print_msg(memory->exceeded ? RTAPI_MSG_WARN : RTAPI_MSG_ERR,
+			"%s: read and write took %u us in one period, more than time-threshold "
+			"(%g us); %u such period%s so far; pokeysctl doctor names what makes this "
+			"computer late\n", instance->prefix,
+			atomic_load_explicit(&instance->timing.last_us, memory_order_relaxed),
+			values->time_threshold, count, count == 1 ? "" : "s");
+	memory->exceeded = count;
+	memory->slow_quiet = QUIET_ROUNDS;
+}
+
 static void say_setting(void *argument, const struct wish_item *item, double value)
 {
 	const struct instance *instance = argument;
@@ -276,6 +295,7 @@ static void look_around(struct monitor *monitor, unsigned int number)
 		say_connection(monitor, instance);
 		say_refusals(monitor, instance);
 		say_callers(monitor, instance);
+		say_timing(monitor, instance);
 		see_to_settings(instance);
 		if (instance->client && number % (1000 / ROUND_MS) == 0)
 			latency_round(instance->values, instance->client, &instance->diag);

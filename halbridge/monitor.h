@@ -23,6 +23,8 @@ struct monitor_memory {
 	unsigned int quiet;		/* rounds in which a lost connection is not said again */
 	unsigned int credit;		/* refusals that may still be printed */
 	struct callers callers;
+	uint32_t exceeded;		/* periods that took too long, when that was said last */
+	unsigned int slow_quiet;	/* rounds in which that is not said again */
 };
 
 struct monitor {

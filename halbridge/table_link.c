@@ -10,6 +10,8 @@
 
 #define STATUS(name, member, ...)	ROW(name, PIN, OUT, READ, member, __VA_ARGS__)
 #define OUTCOME(name, member, ...)	ROW(name, PIN, OUT, WRITE, member, __VA_ARGS__)
+#define TIME(name, initial, member, help)	\
+	ROW(name, PARAM, RW, READ, member, help, PARAMETER(initial, 0, 0))
 #define COUNT(name, initial, member) \
 	ROW(name, PARAM, RW, READ, member, "1 or more", PARAMETER(initial, 1, INT32_MAX))
 
@@ -56,6 +58,14 @@ static const struct table_row rows[] = {
 	COUNT("packet-error-limit", 10, packet_error_limit),
 	COUNT("packet-error-increment", 2, packet_error_increment),
 	COUNT("packet-error-decrement", 1, packet_error_decrement),
+
+	TIME("read-time-max", 0, read_time_max,
+	     "longest time that pokeys.N.read took, microseconds; set it to 0 to begin again"),
+	TIME("write-time-max", 0, write_time_max, "likewise of pokeys.N.write"),
+	TIME("time-threshold", 200, time_threshold,
+	     "microseconds that read and write together may take in a period; 0: any time"),
+	STATUS("time-exceeded-count", time_exceeded_count,
+	       "periods in which they took longer than time-threshold"),
 
 	ROW("machine-is-on", PIN, IN, WRITE, machine_is_on,
 	    "the machine is on: motion is requested; each rising edge requests it again",

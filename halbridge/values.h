@@ -224,6 +224,8 @@ struct values {
 	bool connected, stale, daemon_alive, phase_locked;
 	bool packet_error, packet_error_exceeded;
 	param_s32 packet_error_limit, packet_error_increment, packet_error_decrement;
+	param_float read_time_max, write_time_max, time_threshold;	/* us */
+	uint32_t time_exceeded_count;
 
 	/* commands */
 	uint32_t command_refused_count, input_refused_count, one_shot_failed_count;

@@ -176,6 +176,28 @@ def _(step, phase):
     step.changes()
 
 
-ACTS = [TROUBLE]
+# whatever a period takes, it is more than these thresholds
+TIMES = Act("how long a period takes")
+FOREVER = 1e9
+
+
+@TIMES.rule(r"(?:read|write)-time-max")
+def _(step, phase):
+    step.set((FOREVER, 0)[phase])
+    step.shows((FOREVER, lambda have: 0 < have < FOREVER)[phase], step.name, state="measured")
+
+
+@TIMES.rule(r"time-threshold")
+def _(step, phase):
+    step.set((0.001, 0.002)[phase])
+    step.changes(more, "time-exceeded-count")
+
+
+@TIMES.rule(r"time-exceeded-count")
+def _(step, _phase):
+    step.changes(more)
+
+
+ACTS = [TROUBLE, TIMES]
 LINK = [LOST, LEVEL, FALLING, NO_DAEMON]
 HEART = [NO_HEARTBEAT]
