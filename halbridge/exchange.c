@@ -229,6 +229,7 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 		read_analog(exchange, values, i, news.fresh);
 	read_encoders(exchange, values, news.fresh, now_ns);
 	read_flags(exchange, values, news.fresh);
+	trouble_read(&exchange->trouble, values, state, news.fresh);
 	read_engine(exchange, values, news.fresh);
 	legacy_read(exchange, values, now_ns);
 }
@@ -251,7 +252,8 @@ static bool write_index(struct exchange *exchange, struct values *values, uint64
 static uint32_t flags_of(const struct exchange *exchange, const struct values *values)
 {
 	return (values->machine_is_on && !exchange->machine_off ? POKEYS_COMMAND_MACHINE_ON : 0u) |
-	       (values->engine.limit_override ? POKEYS_COMMAND_LIMIT_OVERRIDE : 0u);
+	       (values->engine.limit_override ? POKEYS_COMMAND_LIMIT_OVERRIDE : 0u) |
+	       (values->emergency_stop ? POKEYS_COMMAND_EMERGENCY : 0u);
 }
 
 /* Returns false if nobody reads. */
@@ -270,6 +272,7 @@ static bool judge_reading(struct exchange *exchange, struct values *values)
 	values->stale = true;
 	values_changed(values, BLOCK_LINK);
 	read_flags(exchange, values, false);
+	trouble_read(&exchange->trouble, values, &exchange->state, false);
 	return false;
 }
 

@@ -27,6 +27,7 @@
 #include "halbridge/pwm.h"
 #include "halbridge/refusal.h"
 #include "halbridge/threading.h"
+#include "halbridge/trouble.h"
 #include "halbridge/values.h"
 
 enum { EXCHANGE_UNREAD_MOST = 4 };
@@ -55,6 +56,7 @@ struct exchange {
 	struct probe probe;
 	struct motor_drive drive;
 	struct threading threading;
+	struct trouble trouble;
 	/* what the pins were last filled from */
 	struct pokeys_engine engine;
 	struct pokeys_rtc rtc;

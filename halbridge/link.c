@@ -11,7 +11,8 @@
  *
  * packet-error and its level follow hm2_eth, with one difference: at the limit
  * nothing latches. The device may have been unplugged and be back, and then
- * data are good again; whoever wants a latch on it builds one in HAL.
+ * data are good again; whoever wants a latch on it builds one in HAL. Before anything was
+ * there to attach to, nothing is an error of packets.
  */
 #include "halbridge/link.h"
 #include <stddef.h>
@@ -139,6 +140,7 @@ struct link_news link_read(struct link *link, struct values *values,
 	values->daemon_alive = state && is_alive(state, now_ns);
 	values->phase_locked = values->daemon_alive && state->phase.state == POKEYS_PHASE_LOCKED;
 	if (state) {
+		link->attached = true;
 		news.new_daemon = state->epoch != link->epoch;
 		news.fresh = values->daemon_alive && is_fresh(state, age_ns);
 		news.rebooted = rebooted(link, state, news.new_daemon);
@@ -149,6 +151,6 @@ struct link_news link_read(struct link *link, struct values *values,
 	show_age(link, values, age_ns, now_ns);
 	values->connected = news.fresh;
 	values->stale = !news.fresh;
-	count_errors(link, values, error || !news.fresh, refusals);
+	count_errors(link, values, link->attached && (error || !news.fresh), refusals);
 	return news;
 }

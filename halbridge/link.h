@@ -17,6 +17,7 @@ struct link {
 	uint32_t fault_count;		/* at the last read */
 	/* from when the newest data are; the first read before any */
 	uint64_t data_ns;
+	bool attached;			/* once */
 	int32_t limit, increment, decrement;	/* in use */
 	bool limit_bad, increment_bad, decrement_bad;
 };

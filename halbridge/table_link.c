@@ -70,6 +70,9 @@ static const struct table_row rows[] = {
 	ROW("machine-is-on", PIN, IN, WRITE, machine_is_on,
 	    "the machine is on: motion is requested; each rising edge requests it again",
 	    BOTH_SCHEMES),
+	ROW("emergency-stop", PIN, IN, WRITE, emergency_stop,
+	    "emergency stop: axes stop and outputs are safe at once (on-emergency in "
+	    "pokeysd.conf), until it is false and machine-is-on rises"),
 	STATUS("machine-on-permitted", machine_on_permitted,
 	       "the daemon permits motion (machine-is-on rose while the link ran)"),
 	STATUS("needs-edge", needs_edge,
@@ -91,6 +94,13 @@ static const struct table_row rows[] = {
 		"times a pin or parameter came to hold such a value"),
 	OUTCOME("one-shot-full", one_shot_full,
 		"64 one-shot commands are already waiting; the newest was not accepted"),
+	STATUS("error-active", error_active, "error-code is not 0"),
+	STATUS("error-code", error_code,
+	       "0 none, 1 communication, 2 device fault (a motor driver reports an error), "
+	       "3 limit switch, 4 emergency stop, 5 configuration; of several, the first in the "
+	       "order 1, 4, 3, 2, 5"),
+	STATUS("error-count", error_count,
+	       "times an error began, since the device was connected first"),
 	STATUS("one-shot-failed-count", one_shot_failed_count,
 	       "one-shot commands that the daemon or the device refused or lost"),
 };

@@ -230,6 +230,8 @@ struct values {
 	/* commands */
 	uint32_t command_refused_count, input_refused_count, one_shot_failed_count;
 	bool commander, command_refused, input_refused, one_shot_full, read_missing;
+	uint32_t error_code, error_count;
+	bool error_active, emergency_stop;
 	bool machine_is_on, machine_on_permitted, needs_edge, outputs_held, safe_state;
 
 	struct value_engine engine;

@@ -72,6 +72,7 @@ void config_convert_device(const struct config_raw_device *raw, uint64_t period_
 	memset(out->safe_outputs, 0, sizeof(out->safe_outputs));
 	convert_safe(raw, out);
 	convert_resume(raw, out);
+	out->emergency_holds = raw->on_emergency;
 	out->settings = raw->settings;
 	out->have_password = *raw->password_file;
 	memcpy(out->password, raw->password, sizeof(out->password));

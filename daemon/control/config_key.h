@@ -85,7 +85,7 @@ struct config_raw_device {
 	double deadline_floor_us, deadline_ceiling_ms, deadline_initial_ms, reply_lifetime_ms;
 	int64_t retries, window, retry_budget, send_budget;
 	uint64_t safe_on, safe_hold, resume;
-	int64_t failsafe;
+	int64_t failsafe, on_emergency;
 	char password_file[256];
 	char password[33];		/* its content, once it was judged */
 	struct pokeys_settings settings;

@@ -218,6 +218,11 @@ static const struct config_key own[] = {
 		    "a device with axes, or of one whose machine-on is used; all of another one, "
 		    "such as a panel. Pins, pwm, PoExtBus, external (outputs and relays) and "
 		    "PoNET may be combined, with commas between."),
+	KEY(DEVICE(on_emergency), "on-emergency", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "safe", 0 }, { "hold", 1 }), .fallback = "safe",
+	    .help = "Outputs at an emergency stop of the commander, which always stops the axes. "
+		    "safe: they are in the safe state until it is released and machine-on rises; "
+		    "hold: they follow the commander."),
 	KEY(DEVICE(failsafe), "failsafe", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "on",
 	    .help = "on: the daemon configures the device to bring its outputs into the state of "

@@ -48,6 +48,7 @@ struct device_config {
 					 * a commander ever drove */
 	uint8_t safe_outputs[8];	/* their values */
 	uint8_t safe_hold[8];		/* outputs it leaves as they are, whoever drove them */
+	bool emergency_holds;		/* the commander's emergency stop stops axes only */
 	/*
 	 * What follows a commander at once after a loss, instead of staying safe until
 	 * machine-on rises. Auto: none of a device that is there to move something, all of

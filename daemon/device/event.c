@@ -401,10 +401,20 @@ static void put_safe(struct line *line, const struct event *e)
 static void put_outputs_held(struct line *line, const struct event *e)
 {
 	if (e->a)
-		put(line, "after the loss, outputs stay in the safe state until machine-on "
-		    "rises (resume-outputs in pokeysd.conf)");
+		put(line, "outputs stay in the safe state until machine-on rises "
+		    "(resume-outputs in pokeysd.conf)");
 	else
 		put(line, "outputs follow the commander again");
+}
+
+static void put_emergency(struct line *line, const struct event *e)
+{
+	if (e->a)
+		put(line, "the commander's emergency stop: axes stop, outputs %s",
+		    e->b ? "stay (on-emergency)" : "are in the safe state");
+	else
+		put(line, "the commander's emergency stop is released; switch machine-on off and "
+		    "on to go on");
 }
 
 static void put_suspended(struct line *line, const struct event *e)
@@ -590,6 +600,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_TRANSPORT] = put_transport,
 	[EVENT_SUSPENDED] = put_suspended,
 	[EVENT_OUTPUTS_HELD] = put_outputs_held,
+	[EVENT_EMERGENCY] = put_emergency,
 	[EVENT_ENGINE] = put_engine,
 	[EVENT_WISH_REFUSED] = put_wish_refused,
 	[EVENT_LOCKED] = put_locked,

@@ -73,6 +73,7 @@ enum event_code {
 	EVENT_SUSPENDED,	/* this machine was; a = for how long, ms */
 	EVENT_OUTPUTS_HELD,	/* after a loss, until machine-on rises: a = 1 they are, 0 no
 				 * longer */
+	EVENT_EMERGENCY,	/* the commander's: a = 1 stop, 0 released; b = outputs stay */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

@@ -5,7 +5,7 @@
  * Each field is judged by itself. A bad value is refused, counted and
  * flagged, and the last good value of that field stays; so a commander with
  * one broken axis still has its outputs. Off is never refused: machine-on and
- * an axis' enable that fall are heard whatever stands beside them. The last
+ * an axis' enable that fall, and an emergency stop, are heard whatever stands beside them. The last
  * good position is a place to stand at, the last good speed is none: an axis in
  * velocity mode stands while its command is bad. An image that is refused as a
  * whole is as good as none: the heartbeat grows old by itself.
@@ -24,7 +24,8 @@
 #define BUFFERED_MAX INT32_C(2100000000)	/* protocol section 3.24.1 */
 #define VELOCITY_MAX 1e7f
 #define SPEED_MARGIN 1.001f		/* above the highest speed is still rounding */
-#define KNOWN_FLAGS (POKEYS_COMMAND_MACHINE_ON | POKEYS_COMMAND_LIMIT_OVERRIDE)
+#define KNOWN_FLAGS (POKEYS_COMMAND_MACHINE_ON | POKEYS_COMMAND_LIMIT_OVERRIDE | \
+		     POKEYS_COMMAND_EMERGENCY)
 
 /* Count it; true when it is time to say it (again). */
 static bool count(struct device *device, enum command_fault fault)
@@ -52,10 +53,12 @@ static void take_flags(struct device *device, uint32_t flags)
 		intake_refuse(device, COMMAND_FAULT_FLAGS, flags);
 		device->intake.machine_on &= (flags & POKEYS_COMMAND_MACHINE_ON) != 0;
 		device->intake.limit_override &= (flags & POKEYS_COMMAND_LIMIT_OVERRIDE) != 0;
+		device->intake.emergency |= (flags & POKEYS_COMMAND_EMERGENCY) != 0;
 		return;
 	}
 	device->intake.machine_on = flags & POKEYS_COMMAND_MACHINE_ON;
 	device->intake.limit_override = flags & POKEYS_COMMAND_LIMIT_OVERRIDE;
+	device->intake.emergency = flags & POKEYS_COMMAND_EMERGENCY;
 }
 
 static void take_outputs(struct device *device, const struct pokeys_command *command)
@@ -174,6 +177,7 @@ static void begin_session(struct device *device, const struct pokeys_command *co
 	intake->seen_ns = 0;
 	intake->machine_on = false;
 	intake->limit_override = false;
+	intake->emergency = command->flags & POKEYS_COMMAND_EMERGENCY;
 	intake->outputs = 0;
 	intake->outputs_mask = 0;
 	memset(intake->axis, 0, sizeof(intake->axis));

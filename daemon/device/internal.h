@@ -138,7 +138,7 @@ struct intake {
 	uint64_t read_age_ns;		/* of the commander's reading then; POKEYS_NEVER = none */
 	bool read_recently;		/* young enough to begin a motion by */
 	bool fresh;
-	bool machine_on, limit_override;
+	bool machine_on, limit_override, emergency;
 	uint64_t outputs, outputs_mask;
 	struct axis_wish axis[POKEYS_AXES];
 	struct output_wish output;
@@ -161,7 +161,7 @@ struct safe {
 	bool reached;
 	bool lost;			/* something was, since motion was permitted last */
 	bool switched;			/* this session has commanded machine-on */
-	bool held_said;
+	bool held_said, emergency_said;
 };
 
 /* motion.c, reference.c */

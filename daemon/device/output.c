@@ -111,7 +111,7 @@ static bool send(struct device *device, unsigned int place, const union output_v
 		return false;
 	output->open = true;
 	output->mixed = false;
-	output->driven = output->driven || !(device->safe.wanted || safe_holds(device));
+	output->driven = output->driven || !safe_part(device, 0);
 	output->sent = *want;
 	return true;
 }

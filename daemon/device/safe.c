@@ -22,6 +22,9 @@
  * nobody switches on. A commander that is started after the loss
  * does not command what was before it, unless its machine is on from the first.
  *
+ * The commander's own emergency stop is obeyed at once: axes stop, outputs are safe for as
+ * long as it lasts, whatever resumes, and afterwards it is as after a loss.
+ *
  * Permission (invariant I7): motion needs a rising edge of machine-on, seen
  * low and then high while the link runs and the heartbeat is fresh. The
  * commander must know then where the axes stand: it has read that lately, and what there
@@ -102,12 +105,19 @@ bool safe_holds(const struct device *device)
 	return device->safe.lost && (!device->config.resume_auto || is_machine(device));
 }
 
+/* All outputs, whatever resumes. */
+static bool all_safe(const struct device *device)
+{
+	return device->safe.wanted ||
+	       (device->intake.emergency && !device->config.emergency_holds);
+}
+
 bool safe_part(const struct device *device, unsigned int part)
 {
 	const bool resumes = !device->config.resume_auto &&
 			     device->config.resume_parts & part;
 
-	return device->safe.wanted || (safe_holds(device) && !resumes);
+	return all_safe(device) || (safe_holds(device) && !resumes);
 }
 
 static uint64_t resumed_pins(const struct device *device)
@@ -128,12 +138,24 @@ static void judge_held(struct device *device)
 		safe->held_said = held;
 }
 
+static void judge_emergency(struct device *device)
+{
+	const bool stop = device->intake.emergency;
+
+	if (stop && !device->config.emergency_holds)
+		safe_lost(device);
+	if (stop != device->safe.emergency_said)
+		device_say(device, EVENT_EMERGENCY, stop ? EVENT_WARNING : EVENT_NOTICE, stop,
+			   device->config.emergency_holds, 0);
+	device->safe.emergency_said = stop;
+}
+
 static void judge_permission(struct device *device)
 {
 	struct safe *safe = &device->safe;
 
 	if (!running(device) || !device->intake.fresh || safe->stopping ||
-	    device->now_ns < device->life.patient_until_ns) {
+	    device->intake.emergency || device->now_ns < device->life.patient_until_ns) {
 		safe_permit_drop(device);
 		return;
 	}
@@ -208,6 +230,7 @@ void safe_cycle(struct device *device)
 	judge_safe(device);
 	if (!safe->wanted)
 		safe->commanded |= device->intake.outputs_mask;
+	judge_emergency(device);
 	judge_permission(device);
 	judge_held(device);
 	judge_reached(device);
@@ -222,7 +245,7 @@ void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask
 	const uint64_t safe_mask = (pins_load(device->config.safe_mask) | safe->commanded) & owned &
 				   ~pins_load(device->config.safe_hold);
 	const uint64_t safe_values = pins_load(device->config.safe_outputs);
-	const uint64_t follow = safe->wanted ? 0 :
+	const uint64_t follow = all_safe(device) ? 0 :
 				safe_holds(device) ? resumed_pins(device) : UINT64_MAX;
 	const uint64_t commanded = intake->fresh ? intake->outputs_mask & owned & follow : 0;
 	const uint64_t kept = safe_mask & ~follow;

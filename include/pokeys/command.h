@@ -54,6 +54,8 @@ enum {
 enum {
 	POKEYS_COMMAND_MACHINE_ON = 1u << 0,	/* motion is wanted; its rising edge enables */
 	POKEYS_COMMAND_LIMIT_OVERRIDE = 1u << 1,
+	POKEYS_COMMAND_EMERGENCY = 1u << 2,	/* emergency stop: axes stop and outputs are safe
+						 * at once, until it is 0 and machine-on rises */
 };
 
 /* command.kbd48_flags */

@@ -274,7 +274,8 @@ static void no_image_reaches_the_wire_unjudged(void **state)
 			random_one_shot(&prng);
 			break;
 		default:
-			if (sim_prng_below(&prng, 20) == 0)
+			/* only these release an emergency stop */
+			if (sim_prng_below(&prng, 8) == 0)
 				good_image(&prng);
 		}
 		for (uint64_t n = sim_prng_below(&prng, 4); n > 0; n--)

@@ -213,6 +213,82 @@ static void one_whose_machine_is_on_from_the_first_is_not(void **state)
 	edge_brings_them_back();
 }
 
+static void emergency_stop(bool holds)
+{
+	start(NULL);
+	world.config.emergency_holds = holds;
+	world.config.resume_auto = false;
+	world.config.resume_outputs[0] = 1u << LAMP;
+	world_axes(&world);
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	command_all();
+	world_go(&world, 0, 1000000, 0);
+	world_machine_on(&world);
+	world_run(&world, 300 * MS);
+	shows(all_on);
+	world.command.flags |= POKEYS_COMMAND_EMERGENCY;
+	world_run(&world, 3 * MS);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	assert_true(world.last_event[EVENT_EMERGENCY].a);
+	assert_int_equal(world_latch(&world, SPINDLE), holds);
+	world_run(&world, 300 * MS);
+	assert_int_equal(world_engine_state(&world), SIM_PE_STOPPED);
+}
+
+static void the_commanders_emergency_stop_makes_all_safe(void **state)
+{
+	int64_t stood;
+
+	(void)state;
+	emergency_stop(false);
+	stood = world_pulses(&world, 0);
+	assert_true(stood < 1000000);
+	shows(all_off);
+	assert_true(world_latch(&world, BRAKE));
+	/* released, and nothing goes on by itself but what was named */
+	world.command.flags &= ~(uint32_t)POKEYS_COMMAND_EMERGENCY;
+	world_run(&world, 300 * MS);
+	assert_false(world.last_event[EVENT_EMERGENCY].a);
+	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
+	shows((struct on){ .lamp = true });
+	assert_int_equal(world_pulses(&world, 0), stood);
+	world_go(&world, 0, (int32_t)stood, 0);
+	edge_brings_them_back();
+}
+
+static void or_stops_the_axes_alone(void **state)
+{
+	(void)state;
+	emergency_stop(true);
+	shows(all_on);
+	world.command.flags = 0;
+	world_run(&world, 100 * MS);
+	shows(all_on);
+	assert_false(world.state.flags & POKEYS_STATE_OUTPUTS_HELD);
+}
+
+/* An edge that comes with it, or beside flags that do not exist. */
+static void it_is_heard_whatever_stands_beside_it(void **state)
+{
+	(void)state;
+	world.command.flags = POKEYS_COMMAND_EMERGENCY;
+	world_run(&world, 50 * MS);
+	shows(all_off);
+	world.command.flags = POKEYS_COMMAND_EMERGENCY | POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 50 * MS);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 50 * MS);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	edge_brings_them_back();
+	world.command.flags = 1u << 20 | POKEYS_COMMAND_EMERGENCY | POKEYS_COMMAND_MACHINE_ON;
+	world_run(&world, 50 * MS);
+	shows(all_off);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+}
+
 static void those_that_are_named_come_back_at_once(void **state)
 {
 	(void)state;
@@ -316,6 +392,9 @@ int main(void)
 		cmocka_unit_test_setup(suspend_of_a_lost_device_is_none_more, begin),
 		cmocka_unit_test_setup(a_commander_that_begins_afterwards_is_another, begin),
 		cmocka_unit_test_setup(one_whose_machine_is_on_from_the_first_is_not, begin),
+		cmocka_unit_test(the_commanders_emergency_stop_makes_all_safe),
+		cmocka_unit_test(or_stops_the_axes_alone),
+		cmocka_unit_test_setup(it_is_heard_whatever_stands_beside_it, begin),
 		cmocka_unit_test(those_that_are_named_come_back_at_once),
 		cmocka_unit_test(all_can_be_named),
 		cmocka_unit_test(a_panel_goes_on),

@@ -144,6 +144,12 @@ static bool machine_is_on(const struct table_cursor *at, bool pressed)
 	return command->flags == (pressed ? POKEYS_COMMAND_MACHINE_ON : 0u);
 }
 
+static bool emergency_stops(const struct table_cursor *at, bool pressed)
+{
+	(void)at;
+	return command->flags == (pressed ? POKEYS_COMMAND_EMERGENCY : 0u);
+}
+
 static bool limits_are_overridden(const struct table_cursor *at, bool pressed)
 {
 	(void)at;
@@ -151,6 +157,7 @@ static bool limits_are_overridden(const struct table_cursor *at, bool pressed)
 }
 
 static const struct in_driver drivers[] = {
+	BY("emergency-stop", emergency_stops),
 	BY("machine-is-on", machine_is_on), BY("engine.limit-override", limits_are_overridden),
 	BY("engine.clear-fault", fault_is_cleared), BY("counter.reset", counters_are_reset),
 	BY("joint.%02u.home", joint_is_homed), BY("homing.cancel", homing_is_cancelled),

@@ -198,6 +198,31 @@ def _(step, _phase):
     step.changes(more)
 
 
+STOP = Act("an emergency stop", phases=3)
+
+
+@STOP.rule(r"emergency-stop")
+def _(step, phase):
+    step.set(phase == 1)
+    step.shows(4 if phase == 1 else 0, "error-code")
+
+
+@STOP.rule(r"error-code")
+def _(step, phase):
+    step.shows(4 if phase == 1 else 0)
+
+
+@STOP.rule(r"error-active")
+def _(step, phase):
+    step.shows(phase == 1)
+
+
+@STOP.rule(r"error-count")
+def _(step, phase):
+    if phase == 1:
+        step.changes(more)
+
+
 ACTS = [TROUBLE, TIMES]
 LINK = [LOST, LEVEL, FALLING, NO_DAEMON]
-HEART = [NO_HEARTBEAT]
+HEART = [NO_HEARTBEAT, STOP]

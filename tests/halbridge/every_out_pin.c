@@ -76,6 +76,11 @@ static void fill_the_queue(struct rig *rig)
 	rig->exchange.buttons.fault.state = PRESS_WAITING;
 }
 
+static void be_in_emergency(struct rig *rig)
+{
+	rig->daemon.engine.emergency = 1;
+}
+
 static void be_slow(struct rig *rig)
 {
 	rig->values.time_exceeded_count = 5;
@@ -225,6 +230,8 @@ static const struct out_driver drivers[] = {
 	BITS("outputs-held", flags, 10), BITS("safe-state", flags, 2), BITS("commander", flags, 1),
 	BITS("command-refused", flags, 7), COUNT("command-refused-count", refused_command),
 	BY("input-refused", set_bad_scale), BY("input-refused-count", set_bad_scale),
+	BY("error-active", be_in_emergency), BY("error-code", be_in_emergency),
+	BY("error-count", be_in_emergency),
 	BY("read-missing", do_not_read), BY("time-exceeded-count", be_slow),
 	BY("one-shot-full", fill_the_queue), BY("one-shot-failed-count", fail_a_one_shot),
 

@@ -139,6 +139,32 @@ def without_a_read_no_axis_is_driven(m):
     m.move(20)
 
 
+def an_emergency_stop_ends_motion_and_outputs(m):
+    hal = m.all()
+    hal.set("pin.31.out", 1)
+    m.machine_on()
+    m.sim_shows("pin 32", "latch", "1")
+    hal.set("joint.00.pos-cmd", 100000)
+    wait("it moves", lambda: float(m.sim("axis 0")["speed"]) != 0)
+    hal.set("emergency-stop", 1)
+    with safety():
+        m.sim_shows("pin 32", "latch", "0")
+        wait("it stands", lambda: stands(m))
+    hal.becomes("error-code", 4)
+    hal.becomes("machine-on-permitted", False)
+    stood = position(m)
+    hal.set("emergency-stop", 0)
+    hal.becomes("error-active", False)
+    hal.becomes("needs-edge", True)
+    m.passes()
+    with safety():
+        assert position(m) == stood, "it goes on by itself"
+        assert m.sim("pin 32")["latch"] == "0", "an output came back by itself"
+    m.machine_on()
+    m.sim_shows("pin 32", "latch", "1")
+    m.move(1)
+
+
 def limits_can_be_overridden(m):
     hal = m.all()
     m.machine_on()
@@ -195,6 +221,7 @@ TESTS = [
     the_device_probes,
     a_refused_probing_says_so,
     without_a_read_no_axis_is_driven,
+    an_emergency_stop_ends_motion_and_outputs,
     limits_can_be_overridden,
     each_mode_by_its_parameter,
     what_cannot_be_is_refused_with_its_name,
