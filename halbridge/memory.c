@@ -61,18 +61,32 @@ static bool claim(struct block *block)
 					   __ATOMIC_RELAXED);
 }
 
-/* A block that has been given back and has this size; ours from now on. */
-static struct block *find(size_t size)
+/* The smallest that has been given back and is large enough: names= may differ this time. */
+static struct block *look(size_t size, size_t room)
 {
-	size_t room = mapped();
+	struct block *best = NULL;
 
 	for (size_t at = 0; at + sizeof(struct block) + size <= room; at += sizeof(uint64_t)) {
 		struct block *block = (void *)(hal_shmem_base + at);
 
-		if (is_block(hal_shmem_base + at) && block->size == size && claim(block))
-			return block;
+		if (is_block(hal_shmem_base + at) && block->size >= size &&
+		    !__atomic_load_n(&block->taken, __ATOMIC_RELAXED) &&
+		    (!best || block->size < best->size))
+			best = block;
 	}
-	return NULL;
+	return best;
+}
+
+/* Ours from now on. */
+static struct block *find(size_t size)
+{
+	const size_t room = mapped();
+	struct block *block;
+
+	do
+		block = look(size, room);
+	while (block && !claim(block));
+	return block;
 }
 
 /* The marks last: whoever finds them finds it taken. */
