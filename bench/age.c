@@ -48,7 +48,7 @@ static void sleep_ns(uint64_t ns)
 static uint64_t write_command(void)
 {
 	command.heartbeat++;
-	command.t_ns = now_ns();
+	command.t_ns = command.t_thread_ns = now_ns();	/* the state is read beside it */
 	pokeys_client_write(client, &command);
 	return command.t_ns;
 }

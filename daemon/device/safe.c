@@ -227,6 +227,9 @@ void safe_cycle(struct device *device)
 	if (!safe->started_ns)
 		safe->started_ns = device->now_ns;
 	safe->switched |= device->intake.machine_on;
+	/* on before there is a device: what connects then is not to be energised by that */
+	if (!running(device) && device->intake.machine_on)
+		safe_lost(device);
 	judge_safe(device);
 	if (!safe->wanted)
 		safe->commanded |= device->intake.outputs_mask;
@@ -247,7 +250,11 @@ void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask
 	const uint64_t safe_values = pins_load(device->config.safe_outputs);
 	const uint64_t follow = all_safe(device) ? 0 :
 				safe_holds(device) ? resumed_pins(device) : UINT64_MAX;
-	const uint64_t commanded = intake->fresh ? intake->outputs_mask & owned & follow : 0;
+	/* what the safe state leaves as it is may still be switched off */
+	const uint64_t off = safe->wanted ? 0 :
+			     pins_load(device->config.safe_hold) & ~intake->outputs;
+	const uint64_t commanded = intake->fresh ?
+				   intake->outputs_mask & owned & (follow | off) : 0;
 	const uint64_t kept = safe_mask & ~follow;
 
 	*mask = kept | commanded;

@@ -213,6 +213,47 @@ static void one_whose_machine_is_on_from_the_first_is_not(void **state)
 	edge_brings_them_back();
 }
 
+static void one_that_is_left_as_it_is_can_be_switched_off(void **state)
+{
+	(void)state;
+	start(NULL);
+	world.config.safe_hold[0] = 1u << LAMP;
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	command_all();
+	world_machine_on(&world);
+	world_run(&world, 100 * MS);
+	sim_rig_silence(&world.rig, world.now, 300 * MS);
+	world_until(&world, world_is_lost, 1 * SECOND);
+	world_until(&world, world_is_running, 1 * SECOND);
+	world_run(&world, 100 * MS);
+	assert_false(world_latch(&world, SPINDLE));
+	assert_true(world_latch(&world, LAMP));
+	world_output(&world, LAMP, false);
+	world_run(&world, 20 * MS);
+	assert_false(world_latch(&world, LAMP));
+	world_output(&world, LAMP, true);
+	world_run(&world, 20 * MS);
+	assert_false(world_latch(&world, LAMP));
+}
+
+/* LinuxCNC was switched on before the device had power. */
+static void what_was_on_before_the_device_came_waits(void **state)
+{
+	(void)state;
+	start(NULL);
+	sim_rig_silence(&world.rig, world.now, 2 * SECOND);
+	world_start(&world);
+	world_commander(&world, 5);
+	world_run(&world, 500 * MS);
+	command_all();
+	world.command.flags = POKEYS_COMMAND_MACHINE_ON;
+	world_until(&world, world_is_running, 5 * SECOND);
+	is_held();
+	edge_brings_them_back();
+}
+
 static void emergency_stop(bool holds)
 {
 	start(NULL);
@@ -392,6 +433,8 @@ int main(void)
 		cmocka_unit_test_setup(suspend_of_a_lost_device_is_none_more, begin),
 		cmocka_unit_test_setup(a_commander_that_begins_afterwards_is_another, begin),
 		cmocka_unit_test_setup(one_whose_machine_is_on_from_the_first_is_not, begin),
+		cmocka_unit_test(one_that_is_left_as_it_is_can_be_switched_off),
+		cmocka_unit_test(what_was_on_before_the_device_came_waits),
 		cmocka_unit_test(the_commanders_emergency_stop_makes_all_safe),
 		cmocka_unit_test(or_stops_the_axes_alone),
 		cmocka_unit_test_setup(it_is_heard_whatever_stands_beside_it, begin),
