@@ -159,12 +159,18 @@ def asked(lan, twin, times):
                                           entry() == MACS["mill"]) and now)
 
 
+def refused(lan):
+    """Who answers is another one. The last fault is kept while the device itself runs again."""
+    state = lan.state()
+    return state.get("link") == "searching" and state.get("fault") == "wrong serial number"
+
+
 def gets_only_questions(lan, twin, mill):
     """Who it is (op.00) and nothing else; what was on its way before has been executed then."""
     for _ in range(20):
         announce("twin")
         # on a busy machine the kernel asks everybody when its own questions come late: anew then
-        wait_for("the twin", lambda: lan.state().get("fault") == "wrong serial number" or entry() == MACS["mill"])
+        wait_for("the twin", lambda: refused(lan) or entry() == MACS["mill"])
         if entry() == MACS["mill"]:
             continue
         its = operations(lan, mill)
