@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* What the numbers in an event are called in its line. */
+
+#include <pokeys/command.h>
+#include <pokeys/state.h>
+#include "daemon/device/event_name.h"
+
+static const char *pick(const char *const *names, size_t count, int64_t which)
+{
+	return which >= 0 && (uint64_t)which < count && names[which] ? names[which] : "unknown";
+}
+
+#define PICK(names, which) pick(names, sizeof(names) / sizeof((names)[0]), which)
+
+static const char *const link_names[] = {
+	[POKEYS_LINK_SEARCHING] = "searching",
+	[POKEYS_LINK_IDENTIFYING] = "identifying",
+	[POKEYS_LINK_CONFIGURING] = "configuring",
+	[POKEYS_LINK_RUNNING] = "running",
+	[POKEYS_LINK_LOST] = "lost",
+};
+
+const char *event_link_name(int64_t link)
+{
+	return PICK(link_names, link);
+}
+
+static const char *const fault_texts[] = {
+	[POKEYS_FAULT_NONE] = "",
+	[POKEYS_FAULT_NO_ADDRESS] = ": its address is not known yet",
+	[POKEYS_FAULT_NO_ANSWER] = ": it does not answer; check power, cable and address",
+	[POKEYS_FAULT_WRONG_SERIAL] = ": another device answers at its address",
+	[POKEYS_FAULT_UNSUPPORTED] = ": a device type that this driver does not know",
+	[POKEYS_FAULT_CONFIG_REFUSED] = ": the device did not take a setting",
+	[POKEYS_FAULT_LOCKED] = ": it is locked",
+	[POKEYS_FAULT_REBOOTED] = ": the device was restarted",
+	[POKEYS_FAULT_NETWORK] = ": the kernel cannot send; check the interface and the route",
+	[POKEYS_FAULT_IN_USE] = ": another pokeysd or another section drives it",
+	[POKEYS_FAULT_SUSPENDED] = ": this machine was suspended",
+};
+
+const char *event_fault_text(int64_t fault)
+{
+	return PICK(fault_texts, fault);
+}
+
+static const char *const packet_name[EVENT_PACKETS_KINDS] = {
+	[EVENT_PACKETS_MISSED] = "request without a reply by its deadline",
+	[EVENT_PACKETS_STRAY] = "answer that came too late, or to nothing that was asked",
+	[EVENT_PACKETS_CORRUPT] = "damaged packet",
+	[EVENT_PACKETS_WRONG_SOURCE] = "packet from another source",
+	[EVENT_PACKETS_NOT_SENT] = "packet that the kernel refused to send",
+};
+
+static const char *const packet_names[EVENT_PACKETS_KINDS] = {
+	[EVENT_PACKETS_MISSED] = "requests without a reply by their deadline",
+	[EVENT_PACKETS_STRAY] = "answers that came too late, or to nothing that was asked",
+	[EVENT_PACKETS_CORRUPT] = "damaged packets",
+	[EVENT_PACKETS_WRONG_SOURCE] = "packets from another source",
+	[EVENT_PACKETS_NOT_SENT] = "packets that the kernel refused to send",
+};
+
+const char *event_packets_name(int64_t kind, int64_t count)
+{
+	return count == 1 ? PICK(packet_name, kind) : PICK(packet_names, kind);
+}
+
+static const char *const one_shot_names[] = {
+	[POKEYS_ONE_SHOT_NOP] = "nop",
+	[POKEYS_ONE_SHOT_SET_ENCODER] = "set encoder",
+	[POKEYS_ONE_SHOT_ARM_INDEX] = "arm index",
+	[POKEYS_ONE_SHOT_SET_POSITION] = "set position",
+	[POKEYS_ONE_SHOT_CLEAR_FAULT] = "clear fault",
+	[POKEYS_ONE_SHOT_HOME] = "home",
+	[POKEYS_ONE_SHOT_HOME_CANCEL] = "cancel homing",
+	[POKEYS_ONE_SHOT_HOME_FINISH] = "finish homing",
+	[POKEYS_ONE_SHOT_PROBE] = "probe",
+	[POKEYS_ONE_SHOT_PROBE_FINISH] = "finish probing",
+	[POKEYS_ONE_SHOT_RESET_COUNTERS] = "reset counters",
+	[POKEYS_ONE_SHOT_SAVE_CONFIG] = "save configuration",
+	[POKEYS_ONE_SHOT_SET_RTC] = "set clock",
+	[POKEYS_ONE_SHOT_REBOOT] = "reboot",
+	[POKEYS_ONE_SHOT_JOG] = "jog",
+	[POKEYS_ONE_SHOT_JOG_END] = "end jogging",
+	[POKEYS_ONE_SHOT_THREAD_PREPARE] = "prepare threading",
+	[POKEYS_ONE_SHOT_THREAD_FORCE] = "force threading",
+	[POKEYS_ONE_SHOT_THREAD_ARM] = "arm threading",
+	[POKEYS_ONE_SHOT_THREAD_RELEASE] = "release threading",
+	[POKEYS_ONE_SHOT_THREAD_CANCEL] = "cancel threading",
+};
+
+const char *event_one_shot_name(int64_t operation)
+{
+	return PICK(one_shot_names, operation);
+}
+
+static const char *const outcome_names[] = {
+	[POKEYS_OUTCOME_NONE] = "still open",
+	[POKEYS_OUTCOME_DONE] = "done",
+	[POKEYS_OUTCOME_FAILED] = "failed",
+	[POKEYS_OUTCOME_UNKNOWN] = "not known: no answer, and it could not be read back",
+	[POKEYS_OUTCOME_REFUSED] = "refused: not valid, or not permitted now",
+};
+
+const char *event_outcome_name(int64_t outcome)
+{
+	return PICK(outcome_names, outcome);
+}
+
+static const char *const fault_names[COMMAND_FAULTS] = {
+	[COMMAND_FAULT_NONE] = "nothing",
+	[COMMAND_FAULT_IMAGE] = "the whole image cannot be read, error",
+	[COMMAND_FAULT_SESSION] = "session must not be 0, it is",
+	[COMMAND_FAULT_FLAGS] = "flags that do not exist:",
+	[COMMAND_FAULT_OUTPUT] = "outputs above pin 55, in byte",
+	[COMMAND_FAULT_AXIS_MODE] =
+		"mode must be 0 off, 1 position, 2 velocity or 3 buffered, axis",
+	[COMMAND_FAULT_AXIS_ENABLE] = "enable must be 0 or 1, axis",
+	[COMMAND_FAULT_AXIS_POSITION] = "position must be within +-16777216 pulses (buffered: "
+					"+-2100000000), axis",
+	[COMMAND_FAULT_AXIS_VELOCITY] = "velocity must be a number within +-1e7 pulses/s, axis",
+	[COMMAND_FAULT_AXIS_SETUP] = "enabled, but the device has it not set up for this mode "
+				     "(see [device] axis keys), axis",
+	[COMMAND_FAULT_AXIS_SPEED] = "velocity is above the highest speed set up for it; it "
+				     "stands, axis",
+	[COMMAND_FAULT_AXIS_SOFT_LIMIT] = "position is beyond the soft limits, axis",
+	[COMMAND_FAULT_AXIS_UNREAD] = "enabled by a commander that does not read the positions "
+				      "(is pokeys.N.read in the thread?), axis",
+	[COMMAND_FAULT_UNREAD] = NULL,
+	[COMMAND_FAULT_NOT_OFFERED] = NULL,	/* has a text of its own */
+	[COMMAND_FAULT_ONE_SHOT_RING] = "the one-shot ring holds at most 64, it claims",
+	[COMMAND_FAULT_PWM_CHANNEL] = "only PWM channels 0 to 5 can be enabled, the bits are",
+	[COMMAND_FAULT_PWM_DUTY] = "duty is above the period, PWM channel",
+	[COMMAND_FAULT_POEXTBUS] = "PoExtBus has ten bytes, commanded is byte",
+	[COMMAND_FAULT_PONET] = "there is no such PoNET module:",
+	[COMMAND_FAULT_KBD48] = "kbd48: lights above 47 or flags that do not exist:",
+	[COMMAND_FAULT_ONE_SHOT_ID] = "the slot of a one-shot holds another id, expected was",
+};
+
+const char *event_command_fault_name(int64_t fault)
+{
+	return PICK(fault_names, fault);
+}
+
+static const char *const part_names[COMMAND_PARTS] = {
+	[COMMAND_PART_PWM] = "PWM",
+	[COMMAND_PART_POEXTBUS] = "PoExtBus",
+	[COMMAND_PART_EXTERNAL_OUTPUTS] = "external outputs and relays",
+	[COMMAND_PART_PONET] = "PoNET",
+};
+
+const char *event_part_name(int64_t part)
+{
+	return PICK(part_names, part);
+}
+
+static const char *const task_names[] = {
+	[POKEYS_TASK_NONE] = "nothing",
+	[POKEYS_TASK_HOMING] = "homing",
+	[POKEYS_TASK_PROBING] = "probing",
+	[POKEYS_TASK_HYBRID_PROBING] = "hybrid probing",
+	[POKEYS_TASK_JOGGING] = "jogging",
+	[POKEYS_TASK_THREADING] = "threading",
+};
+
+const char *event_task_name(int64_t task)
+{
+	return PICK(task_names, task);
+}

@@ -1,0 +1,470 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The one line that each event becomes. A text here may only use what is in the event; the
+ * names of states and reasons are in event_name.c.
+ */
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <pokeys/command.h>
+#include <pokeys/names.h>
+#include <pokeys/settings.h>
+#include <pokeys/state.h>
+#include "daemon/device/event_name.h"
+#include "daemon/device/wish.h"
+#include "wire/op.h"
+#include "wire/system.h"
+
+/* A line under construction; what does not fit is cut. */
+struct line {
+	char *text;
+	size_t size, length;
+};
+
+__attribute__((format(printf, 2, 3)))
+static void put(struct line *line, const char *format, ...)
+{
+	const size_t room = line->size - line->length;
+	va_list args;
+	int n;
+
+	va_start(args, format);
+	n = vsnprintf(line->text + line->length, room, format, args);
+	va_end(args);
+	if (n > 0)
+		line->length += (size_t)n < room ? (size_t)n : room - 1;
+}
+
+static void put_link(struct line *line, const struct event *e)
+{
+	if (e->a == e->b)
+		put(line, "still %s%s", event_link_name(e->a), e->c == POKEYS_FAULT_NONE ?
+		    ": the fault reported before has gone" : event_fault_text(e->c));
+	else
+		put(line, "%s (was %s)%s", event_link_name(e->a), event_link_name(e->b),
+		    event_fault_text(e->c));
+}
+
+static void put_identified(struct line *line, const struct event *e)
+{
+	put(line, "is serial number %lld, hardware %lld, firmware %lld.%lld.%lld",
+	    (long long)e->a, (long long)e->b, (long long)(e->c >> 16 & 0xff),
+	    (long long)(e->c >> 8 & 0xff), (long long)(e->c & 0xff));
+}
+
+static void put_wrong_serial(struct line *line, const struct event *e)
+{
+	put(line, "serial number %lld answers, %lld is configured; it is left alone",
+	    (long long)e->a, (long long)e->b);
+}
+
+/* What a setting is to a person; a number may follow. */
+static const struct {
+	enum wire_op op;
+	const char *name;
+} op_settings[] = {
+	{ WIRE_OP_PIN_ALL, "terminal" },
+	{ WIRE_OP_ENCODER_OPTIONS, "encoder" },
+	{ WIRE_OP_ENCODER_PINS, "terminals of encoder" },
+	{ WIRE_OP_FAST_ENCODERS, "fast encoders" },
+	{ WIRE_OP_ULTRA_ENCODER, "ultra-fast encoder" },
+	{ WIRE_OP_PULSE_SETUP, "pulse engine" },
+	{ WIRE_OP_PULSE_EMERGENCY, "emergency pin" },
+	{ WIRE_OP_PULSE_AXIS_SET, "axis" },
+	{ WIRE_OP_PWM, "PWM period" },
+	{ WIRE_OP_FILTER_SET, "analog filter" },
+	{ WIRE_OP_POEXTBUS, "PoExtBus" },
+	{ WIRE_OP_KB_CONFIG_SET, "matrix keyboard" },
+	{ WIRE_OP_DEVICE_NAME, "device name" },
+	{ WIRE_OP_FAILSAFE, "failsafe" },
+	{ WIRE_OP_PULSE_BACKLASH_SET, "backlash" },
+	{ WIRE_OP_PULSE_SYNC_PWM, "synced PWM" },
+	{ WIRE_OP_PULSE_SYNC_OUTPUTS, "synced outputs" },
+	{ WIRE_OP_POSTEP_COMM, "PoStep" },
+	{ WIRE_OP_POSTEP_MODES, "PoStep driver" },
+	{ WIRE_OP_THREAD_PARAMS, "threading" },
+};
+
+/* One request for all axes; the number is that of one of them. */
+static bool is_of_axis(int64_t op)
+{
+	return op == WIRE_OP_PULSE_BACKLASH_SET || op == WIRE_OP_POSTEP_COMM ||
+	       op == WIRE_OP_POSTEP_MODES;
+}
+
+static void put_setting(struct line *line, const struct event *e)
+{
+	const struct wire_op_row *row = wire_op((enum wire_op)e->a);
+	const char *name = row ? row->name : "unknown setting";
+
+	for (size_t i = 0; i < sizeof(op_settings) / sizeof(op_settings[0]); i++)
+		if ((int64_t)op_settings[i].op == e->a)
+			name = op_settings[i].name;
+	put(line, "%s", name);
+	if (e->b >= 0)
+		put(line, "%s %lld", is_of_axis(e->a) ? " of axis" : "", (long long)e->b);
+}
+
+/* Protocol section 3.2. */
+static void put_function(struct line *line, int64_t function)
+{
+	static const char *const names[0x80] = {
+		[0x00] = "inactive", [0x02] = "digital input", [0x04] = "digital output",
+		[0x08] = "analog input", [0x10] = "analog output", [0x40] = "counter input",
+		[0x42] = "counter input",
+	};
+	const char *name = names[function & 0x7f];
+
+	if (name)
+		put(line, "%s", name);
+	else
+		put(line, "function 0x%llx", (unsigned long long)function & 0x7f);
+	put(line, function & 0x80 ? ", inverted" : "");
+}
+
+static void put_config_changed(struct line *line, const struct event *e)
+{
+	put_setting(line, e);
+	if (e->a == WIRE_OP_PIN_ALL) {
+		put(line, ": ");
+		put_function(line, e->c);
+	} else {
+		put(line, " configured");
+	}
+	put(line, " (not saved in the device)");
+}
+
+static void put_config_refused(struct line *line, const struct event *e)
+{
+	put_setting(line, e);
+	if (e->c)
+		put(line, " was not taken by the device: its configuration is locked; unlock it or "
+		    "remove that setting");
+	else if (e->a == WIRE_OP_POSTEP_MODES)
+		put(line, " did not take its step mode or temperature limit; check that it has "
+		    "power, and its type and I2C address");
+	else
+		put(line, " was not taken by the device; check the value, or whether it is locked");
+}
+
+static void put_config_missing(struct line *line, const struct event *e)
+{
+	struct event which = *e;
+
+	which.b = -1;
+	put_setting(line, &which);
+	if (e->c)
+		put(line, " is wanted, but only a PoKeys57CNC has it; remove those settings");
+	else
+		put(line, " is wanted, but this firmware does not have it (%lld.%lld.%lld does); "
+		    "update the device or remove those settings", (long long)(e->b >> 16 & 0xff),
+		    (long long)(e->b >> 8 & 0xff), (long long)(e->b & 0xff));
+}
+
+static void put_postep(struct line *line, const struct event *e)
+{
+	const char *between = ": ";
+
+	put(line, "PoStep driver of axis %lld", (long long)e->a);
+	for (unsigned int i = 0; i < 8; i++) {
+		if (!(e->b >> i & 1))
+			continue;
+		put(line, "%s%s", between, pokeys_postep_fault_name(i));
+		between = ", ";
+	}
+}
+
+static void put_step_mode(struct line *line, const struct event *e)
+{
+	put(line, "motion is not permitted: the PoStep driver of axis %lld ", (long long)e->a);
+	if (e->c < 0) {
+		put(line, "is getting a step mode that is no longer wanted; wait until that has "
+		    "ended");
+	} else {
+		if (e->b < 0)
+			put(line, "does not tell its step mode");
+		else
+			put(line, "has step mode 1/%lld", 1LL << (e->b & 31));
+		put(line, ", wanted is 1/%lld; wait until it is set up (check its power and that "
+		    "setting)", 1LL << (e->c & 31));
+	}
+	put(line, ", then switch the machine on again");
+}
+
+static void put_wish_refused(struct line *line, const struct event *e)
+{
+	const char *part = wish_axis_part(e->c);
+
+	put(line, "wished setting %s of number %lld%s", pokeys_setting_name((uint8_t)e->a),
+	    (long long)e->b, *part ? ", " : "");
+	for (; *part; part++)
+		put(line, "%c", *part == '_' ? '-' : *part | 0x20);
+	put(line, ", is out of range for this device; its value of before stays");
+}
+
+static void put_locked(struct line *line, const struct event *e)
+{
+	switch (e->a) {
+	case LOCK_NO_PASSWORD:
+		put(line, "wants a password (level %lld); give one with password-file",
+		    (long long)e->b);
+		break;
+	case LOCK_WRONG_PASSWORD:
+		put(line, "does not take the password of password-file (level %lld)",
+		    (long long)e->b);
+		break;
+	default:
+		put(line, "settings differ, but its configuration is locked; unlock it or remove "
+		    "those settings");
+		break;
+	}
+}
+
+static void put_rebooted(struct line *line, const struct event *e)
+{
+	put(line, "was restarted: its clock went from %lld to %lld ms", (long long)e->a,
+	    (long long)e->b);
+}
+
+static void put_commander(struct line *line, const struct event *e)
+{
+	if (e->a)
+		put(line, "a commander drives it");
+	else if (e->b < 0)
+		put(line, "another commander has begun, or the same one again; "
+		    "no heartbeat from it yet");
+	else
+		put(line, "the commander's heartbeat is %lld us late", (long long)e->b);
+}
+
+static void put_safe(struct line *line, const struct event *e)
+{
+	if (e->a)
+		put(line, "outputs and axes are in the safe state");
+	else
+		put(line, e->b ? "left the safe state" :
+		    "the safe state is not known any more, for the device is away");
+}
+
+static void put_outputs_held(struct line *line, const struct event *e)
+{
+	if (e->a)
+		put(line, "outputs stay in the safe state until machine-on rises "
+		    "(resume-outputs in pokeysd.conf)");
+	else
+		put(line, "outputs follow the commander again");
+}
+
+static void put_emergency(struct line *line, const struct event *e)
+{
+	if (e->a)
+		put(line, "the commander's emergency stop: axes stop, outputs %s",
+		    e->b ? "stay (on-emergency)" : "are in the safe state");
+	else
+		put(line, "the commander's emergency stop is released; switch machine-on off and "
+		    "on to go on");
+}
+
+static void put_suspended(struct line *line, const struct event *e)
+{
+	put(line, "this machine was suspended for %lld.%lld s; every device is treated as lost",
+	    (long long)e->a / 1000, (long long)e->a / 100 % 10);
+}
+
+static void put_machine(struct line *line, const struct event *e)
+{
+	put(line, e->a ? "motion is permitted" : "motion is no longer permitted");
+}
+
+static void put_task(struct line *line, const struct event *e)
+{
+	put(line, "%s of axes 0x%02llx: %s", event_task_name(e->a),
+	    (unsigned long long)e->c, pokeys_task_result_name((uint8_t)e->b));
+}
+
+static void put_threading(struct line *line, const struct event *e)
+{
+	put(line, "%s refused: %s", event_one_shot_name(e->a),
+	    pokeys_threading_refusal_name((uint8_t)e->b));
+}
+
+static void put_unread(struct line *line, int64_t age_ms)
+{
+	put(line, "machine-on, because the commander does not know the positions: ");
+	if (age_ms < 0)
+		put(line, "it has not read them");
+	else
+		put(line, "what it read is %lld ms old", (long long)age_ms);
+	put(line, "; run pokeys.N.read before pokeys.N.write in one thread, "
+	    "then switch off and on");
+}
+
+static void put_bad_command(struct line *line, const struct event *e)
+{
+	put(line, "command refused: ");
+	if (e->a == COMMAND_FAULT_NOT_OFFERED)
+		put(line, "this device has no %s", event_part_name(e->b));
+	else if (e->a == COMMAND_FAULT_UNREAD)
+		put_unread(line, e->b);
+	else
+		put(line, "%s %lld", event_command_fault_name(e->a), (long long)e->b);
+}
+
+static void put_foreign_image(struct line *line, const struct event *e)
+{
+	put(line, "command image of another layout (magic 0x%llx, version %lld); "
+	    "daemon and commander must be of one release",
+	    (unsigned long long)e->a, (long long)e->b);
+}
+
+static void put_foreign_wish(struct line *line, const struct event *e)
+{
+	(void)e;
+	put(line, "the commander's wish for settings is refused: it has another layout, or no "
+	    "session or generation; daemon and commander must be of one release");
+}
+
+static void put_one_shot(struct line *line, const struct event *e)
+{
+	if (e->b == EVENT_ORDERED)
+		put(line, "order of a terminal");
+	else
+		put(line, "one-shot %lld", (long long)e->b);
+	put(line, " (%s): %s", event_one_shot_name(e->a), event_outcome_name(e->c));
+}
+
+static void put_stale(struct line *line, const struct event *e)
+{
+	if (!e->a)
+		put(line, "data is fresh again");
+	else if (e->b < 0)
+		put(line, "data is stale: not all of it has come yet");
+	else
+		put(line, "data is stale: %lld us old", (long long)e->b);
+}
+
+static void put_packets(struct line *line, const struct event *e)
+{
+	put(line, "%lld %s", (long long)e->b, event_packets_name(e->a, e->b));
+}
+
+static void put_cycle_skipped(struct line *line, const struct event *e)
+{
+	put(line, "%lld cycle%s missed; is something else on this core?", (long long)e->a,
+	    e->a == 1 ? " was" : "s were");
+}
+
+static void put_transport(struct line *line, const struct event *e)
+{
+	int error = (int)(0 - (uint64_t)e->a);
+
+	put(line, "network transport failed: %s", strerror(error));
+	if (error == EADDRNOTAVAIL)
+		put(line, "; the interface has no address of its own (ip address); trying on");
+	else if (error == ENODEV)
+		put(line, "; the interface is not there (ip link); trying on");
+}
+
+static void put_engine(struct line *line, const struct event *e)
+{
+	switch (e->a) {
+	case 100:
+		put(line, "pulse engine stopped by a limit switch; clear the fault to go on");
+		break;
+	case 101:
+		put(line, "pulse engine stopped by the emergency input; clear the fault to go on");
+		break;
+	default:
+		put(line, "pulse engine went from state %lld to %lld", (long long)e->b,
+		    (long long)e->a);
+	}
+}
+
+static void put_phase(struct line *line, const struct event *e)
+{
+	const double period = (double)e->b / 1e3, jitter = (double)e->c / 1e3;
+
+	switch (e->a) {
+	case POKEYS_PHASE_LOCKED:
+		put(line, "the cycle follows the commander's thread (every %g us, jitter %.0f us)",
+		    period, jitter);
+		break;
+	case POKEYS_PHASE_SEEKING:
+		put(line, "the cycle cannot follow the commander's thread: its reads come too "
+		    "irregularly (every %g us, jitter %.0f us)", period, jitter);
+		break;
+	case POKEYS_PHASE_UNFIT:
+		put(line, "the cycle cannot follow the commander's thread: its period of %g us is "
+		    "no multiple or part of period-us", period);
+		break;
+	default:
+		put(line, "the cycle follows no commander's thread");
+	}
+}
+
+static void put_not_safe(struct line *line, const struct event *e)
+{
+	put(line, "the safe state was not acknowledged: outputs may still be on, axes may still "
+	    "move; its own failsafe ");
+	if (e->a < 0)
+		put(line, "is not known");
+	else if (!e->a)
+		put(line, "is off, and nothing else stops them");
+	else if (e->b == WIRE_FAILSAFE_ALL)
+		put(line, "acts %lld ms after the last packet", (long long)e->a);
+	else
+		put(line, "acts %lld ms after the last packet (failsafe-parts %lld)",
+		    (long long)e->a, (long long)e->b);
+	put(line, "; look at the machine, then whether it answers (pokeysctl discover)");
+}
+
+static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
+	[EVENT_LINK] = put_link,
+	[EVENT_IDENTIFIED] = put_identified,
+	[EVENT_WRONG_SERIAL] = put_wrong_serial,
+	[EVENT_CONFIG_CHANGED] = put_config_changed,
+	[EVENT_CONFIG_REFUSED] = put_config_refused,
+	[EVENT_REBOOTED] = put_rebooted,
+	[EVENT_COMMANDER] = put_commander,
+	[EVENT_SAFE] = put_safe,
+	[EVENT_MACHINE] = put_machine,
+	[EVENT_BAD_COMMAND] = put_bad_command,
+	[EVENT_FOREIGN_IMAGE] = put_foreign_image,
+	[EVENT_FOREIGN_WISH] = put_foreign_wish,
+	[EVENT_ONE_SHOT] = put_one_shot,
+	[EVENT_STALE] = put_stale,
+	[EVENT_PACKETS] = put_packets,
+	[EVENT_CYCLE_SKIPPED] = put_cycle_skipped,
+	[EVENT_TRANSPORT] = put_transport,
+	[EVENT_SUSPENDED] = put_suspended,
+	[EVENT_OUTPUTS_HELD] = put_outputs_held,
+	[EVENT_EMERGENCY] = put_emergency,
+	[EVENT_ENGINE] = put_engine,
+	[EVENT_WISH_REFUSED] = put_wish_refused,
+	[EVENT_LOCKED] = put_locked,
+	[EVENT_TASK] = put_task,
+	[EVENT_PHASE] = put_phase,
+	[EVENT_THREADING] = put_threading,
+	[EVENT_CONFIG_MISSING] = put_config_missing,
+	[EVENT_POSTEP] = put_postep,
+	[EVENT_STEP_MODE] = put_step_mode,
+	[EVENT_NOT_SAFE] = put_not_safe,
+};
+
+size_t event_format(const struct event *event, const char *device, char *text, size_t size)
+{
+	struct line line = { .text = text, .size = size };
+
+	if (!size)
+		return 0;
+	text[0] = '\0';
+	if (device)
+		put(&line, "%s: ", device);
+	if (event->code < EVENT_CODES && texts[event->code])
+		texts[event->code](&line, event);
+	else
+		put(&line, "event %u", (unsigned int)event->code);
+	return line.length;
+}
