@@ -115,13 +115,18 @@ uint64_t exchange_deadline(const struct loop *loop)
 /* Deadlines that have passed, by more than `grace_ns`. */
 static void check(struct loop *loop, uint64_t now_ns, uint64_t grace_ns)
 {
+	bool looked = false;
+
 	loop->own->checked_ns = now_ns;
-	if (exchange_deadline(loop) > now_ns - grace_ns)
-		return;
-	suspend_look(loop, now_ns);
-	for (uint32_t i = 0; i < loop->count; i++)
-		if (device_next_deadline(loop->devices[i].device) <= now_ns - grace_ns)
-			device_check(loop->devices[i].device, now_ns);
+	for (uint32_t i = 0; i < loop->count; i++) {
+		if (device_next_deadline(loop->devices[i].device) > now_ns - grace_ns)
+			continue;
+		if (!looked)
+			suspend_look(loop, now_ns);
+		looked = true;
+		/* a suspend has lost it meanwhile */
+		device_check(loop->devices[i].device, now_ns);
+	}
 }
 
 void exchange_once(struct loop *loop, uint64_t until_ns)

@@ -14,8 +14,9 @@
  * a later lower one is compared with; a machine that is merely late is not taken for one
  * that slept.
  *
- * It is looked at when a cycle begins, and before a request is sent again: one that was
- * under way at the time would otherwise carry outputs before the next cycle begins.
+ * The look comes at the start of each cycle and before any request is resent, because a
+ * request that was in flight when the machine was suspended would carry outputs before the
+ * next cycle starts.
  */
 #include "daemon/rt/internal.h"
 
