@@ -161,6 +161,7 @@ static void take_news(struct exchange *exchange, struct values *values,
 		      const struct link_news *news)
 {
 	if (news->new_daemon) {
+		exchange->resumed |= news->restarted;
 		one_shot_begin(&exchange->queue, &exchange->command, exchange->queue.session + 1);
 		buttons_forget(&exchange->buttons, values);
 		joint_home_forget(&exchange->home, values);
@@ -253,7 +254,8 @@ static uint32_t flags_of(const struct exchange *exchange, const struct values *v
 {
 	return (values->machine_is_on && !exchange->machine_off ? POKEYS_COMMAND_MACHINE_ON : 0u) |
 	       (values->engine.limit_override ? POKEYS_COMMAND_LIMIT_OVERRIDE : 0u) |
-	       (values->emergency_stop ? POKEYS_COMMAND_EMERGENCY : 0u);
+	       (values->emergency_stop ? POKEYS_COMMAND_EMERGENCY : 0u) |
+	       (exchange->resumed ? POKEYS_COMMAND_RESUMED : 0u);
 }
 
 /* Returns false if nobody reads. */

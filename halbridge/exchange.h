@@ -38,6 +38,7 @@ struct exchange {
 	bool have_state, fresh;		/* of the last exchange_read */
 	uint32_t unread_writes;		/* since then */
 	bool machine_off;		/* until machine-is-on falls */
+	bool resumed;			/* the daemon was started again meanwhile */
 	bool written;			/* the last command image was taken by shared memory */
 	uint64_t t_read_ns;		/* of the last one that found an image, 0 = none did */
 	uint32_t read_age_ns;		/* of the last read, until written; 0 = was not fresh */

@@ -142,6 +142,7 @@ struct link_news link_read(struct link *link, struct values *values,
 	if (state) {
 		link->attached = true;
 		news.new_daemon = state->epoch != link->epoch;
+		news.restarted = news.new_daemon && link->epoch;
 		news.fresh = values->daemon_alive && is_fresh(state, age_ns);
 		news.rebooted = rebooted(link, state, news.new_daemon);
 		error = missed_deadlines(link, values, state, news.new_daemon);

@@ -26,6 +26,7 @@ struct link {
 struct link_news {
 	bool fresh;		/* the image's data may be used */
 	bool new_daemon;	/* another daemon than at the read before */
+	bool restarted;		/* ... and there was one */
 	bool rebooted;		/* the device began anew */
 };
 

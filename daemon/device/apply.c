@@ -271,6 +271,18 @@ bool setting_may_write(const struct device *device)
 	return device->image.capability.pulse_engine < 2 || device->configure.standing;
 }
 
+/* Sent again: an output that it carries may have to be off by now. */
+static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *context)
+{
+	struct device *device = device_of(mailbox);
+	struct setting *setting = context;
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+
+	if (kind->take_along && kind->take_along(device, &setting->write))
+		wire_encode_req(kind->write, entry->request_buffer, &setting->write);
+}
+
 bool setting_write(struct device *device, struct setting *setting)
 {
 	unsigned int index;
@@ -278,7 +290,7 @@ bool setting_write(struct device *device, struct setting *setting)
 
 	if (!setting_may_write(device) ||
 	    (kind->take_along && !kind->take_along(device, &setting->write)) ||
-	    !request_send(device, kind->write, &setting->write, write_ended, NULL, setting))
+	    !request_send(device, kind->write, &setting->write, write_ended, refresh, setting))
 		return false;
 	setting->state = SETTING_WRITING;
 	return true;

@@ -25,7 +25,7 @@
 #define VELOCITY_MAX 1e7f
 #define SPEED_MARGIN 1.001f		/* above the highest speed is still rounding */
 #define KNOWN_FLAGS (POKEYS_COMMAND_MACHINE_ON | POKEYS_COMMAND_LIMIT_OVERRIDE | \
-		     POKEYS_COMMAND_EMERGENCY)
+		     POKEYS_COMMAND_EMERGENCY | POKEYS_COMMAND_RESUMED)
 
 /* Count it; true when it is time to say it (again). */
 static bool count(struct device *device, enum command_fault fault)
@@ -183,7 +183,8 @@ static void begin_session(struct device *device, const struct pokeys_command *co
 	memset(intake->axis, 0, sizeof(intake->axis));
 	memset(&intake->output, 0, sizeof(intake->output));
 	device->safe.commanded |= pins_load(command->digital_out_mask) & OUTPUT_PINS;
-	safe_session(device, command->flags & POKEYS_COMMAND_MACHINE_ON);
+	safe_session(device, command->flags & POKEYS_COMMAND_MACHINE_ON,
+		     command->flags & POKEYS_COMMAND_RESUMED);
 	one_shot_session(device, command->one_shot_head);
 	wish_session(device, command->session);
 }

@@ -160,6 +160,7 @@ struct safe {
 	bool permitted;			/* motion */
 	bool reached;
 	bool lost;			/* something was, since motion was permitted last */
+	bool stopped;			/* the commander's emergency stop was, likewise */
 	bool switched;			/* this session has commanded machine-on */
 	bool held_said, emergency_said;
 };
@@ -491,7 +492,7 @@ void safe_permit_drop(struct device *device);
 /* The device, its commander, or this machine's time: outputs are held until an edge. */
 void safe_lost(struct device *device);
 /* A commander of which the first image is here. */
-void safe_session(struct device *device, bool machine_on);
+void safe_session(struct device *device, bool machine_on, bool resumed);
 /* Whether the commander's outputs are kept from the device after a loss. */
 bool safe_holds(const struct device *device);
 /* Whether these (DEVICE_RESUME_*) are to be in the safe state. */

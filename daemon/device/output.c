@@ -31,6 +31,15 @@ static bool wanted(const struct device *device, unsigned int place, union output
 	return kind->want(device, index, want);
 }
 
+/* The setting that carries it is under way, with what is wanted of it. */
+static bool is_carried(const struct device *device, unsigned int place)
+{
+	unsigned int index;
+	const uint8_t carrier = output_kind(place, &index)->carrier;
+
+	return carrier < SETTINGS && device->configure.setting[carrier].state == SETTING_WRITING;
+}
+
 static bool same(const union output_value *a, const union output_value *b)
 {
 	return !memcmp(a, b, sizeof(*a));
@@ -41,7 +50,8 @@ static bool is_due(const struct device *device, unsigned int place, union output
 	const struct output *output = &device->outputs.output[place];
 
 	return !output->open && device->now_ns >= output->after_ns &&
-	       wanted(device, place, want) && !(output->known && same(want, &output->have));
+	       !is_carried(device, place) && wanted(device, place, want) &&
+	       !(output->known && same(want, &output->have));
 }
 
 /* PWM: duties alone do not begin the period anew. */
@@ -104,14 +114,14 @@ static bool send(struct device *device, unsigned int place, const union output_v
 	struct output *output = &device->outputs.output[place];
 	union output_value request;
 	unsigned int index;
+	const struct output_kind *kind = output_kind(place, &index);
 
 	encode(output, place, want, &request);
-	if (!request_send(device, output_kind(place, &index)->op, &request, ended, refresh,
-			  (void *)(uintptr_t)place))
+	if (!request_send(device, kind->op, &request, ended, refresh, (void *)(uintptr_t)place))
 		return false;
 	output->open = true;
 	output->mixed = false;
-	output->driven = output->driven || !safe_part(device, 0);
+	output->driven = output->driven || !safe_part(device, kind->part);
 	output->sent = *want;
 	return true;
 }
@@ -154,13 +164,15 @@ bool output_take_along(struct device *device, unsigned int place, union output_v
 	return true;
 }
 
-/* A setting that carries outputs is under way. */
-static bool taken_along(const struct device *device)
+static bool is_settled(const struct device *device, unsigned int place)
 {
-	const struct setting *setting = device->configure.setting;
+	const struct output *output = &device->outputs.output[place];
+	union output_value want;
 
-	return setting[SETTING_PWM].state == SETTING_WRITING ||
-	       setting[SETTING_POEXTBUS].state == SETTING_WRITING;
+	if (is_carried(device, place))
+		return false;
+	return !wanted(device, place, &want) ||
+	       (!output->open && output->known && same(&want, &output->have));
 }
 
 /*
@@ -174,17 +186,9 @@ static bool awaited(const struct device *device, unsigned int place)
 
 bool output_settled(const struct device *device)
 {
-	union output_value want;
-
-	if (taken_along(device))
-		return false;
-	for (unsigned int i = 0; i < places(device); i++) {
-		const struct output *output = &device->outputs.output[i];
-
-		if (awaited(device, i) && wanted(device, i, &want) &&
-		    (output->open || !output->known || !same(&want, &output->have)))
+	for (unsigned int i = 0; i < places(device); i++)
+		if (awaited(device, i) && !is_settled(device, i))
 			return false;
-	}
 	return true;
 }
 

@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <pokeys/command.h>
+#include "daemon/device/setting.h"
 #include "daemon/engine/mailbox.h"
 #include "wire/bus.h"
 #include "wire/io.h"
@@ -59,6 +60,8 @@ struct output {
 
 struct output_kind {
 	enum wire_op op;
+	uint8_t part;			/* DEVICE_RESUME_*, 0 = comes back with all others */
+	uint8_t carrier;		/* the setting that writes it as well; SETTINGS = none */
 	/* What it shall be now, all other bytes 0; false = nobody wants anything of it. */
 	bool (*want)(const struct device *device, unsigned int index, union output_value *want);
 	/* Into the image. NULL = nothing of it is there. */

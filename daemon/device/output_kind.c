@@ -57,8 +57,7 @@ static bool pwm_want(const struct device *device, unsigned int index, union outp
 	const struct pokeys_state *image = &device->image;
 
 	(void)index;
-	if (!image->capability.pwm ||
-	    device->configure.setting[SETTING_PWM].state == SETTING_WRITING)
+	if (!image->capability.pwm)
 		return false;
 	want->pwm.write = 1;
 	want->pwm.period = image->pwm_period;
@@ -95,7 +94,7 @@ static bool bus_want(const struct device *device, unsigned int index, union outp
 	const uint8_t *have = device->image.poextbus;
 
 	(void)index;
-	if (!device->image.capability.poextbus || setup->state == SETTING_WRITING)
+	if (!device->image.capability.poextbus)
 		return false;
 	want->poextbus.option = WIRE_POEXTBUS_WRITE;
 	want->poextbus.connector = setup->value.poextbus.connector;
@@ -202,15 +201,26 @@ static bool ponet_done(const mailbox_entry_t *entry)
 const struct output_kind *output_kind(unsigned int place, unsigned int *index)
 {
 	static const struct output_kind single[OUTPUT_PONET] = {
-		[OUTPUT_PWM] = { WIRE_OP_PWM, pwm_want, pwm_learn, NULL },
-		[OUTPUT_POEXTBUS] = { WIRE_OP_POEXTBUS, bus_want, bus_learn, NULL },
-		[OUTPUT_EXTERNAL] = { WIRE_OP_PULSE_OUTPUTS, external_want, external_learn, NULL },
+		[OUTPUT_PWM] = {
+			.op = WIRE_OP_PWM, .part = DEVICE_RESUME_PWM, .carrier = SETTING_PWM,
+			.want = pwm_want, .learn = pwm_learn,
+		},
+		[OUTPUT_POEXTBUS] = {
+			.op = WIRE_OP_POEXTBUS, .part = DEVICE_RESUME_POEXTBUS,
+			.carrier = SETTING_POEXTBUS, .want = bus_want, .learn = bus_learn,
+		},
+		[OUTPUT_EXTERNAL] = {
+			.op = WIRE_OP_PULSE_OUTPUTS, .part = DEVICE_RESUME_EXTERNAL,
+			.carrier = SETTINGS, .want = external_want, .learn = external_learn,
+		},
 	};
 	static const struct output_kind ponet = {
-		WIRE_OP_PONET_SET_DATA, ponet_want, NULL, ponet_done
+		.op = WIRE_OP_PONET_SET_DATA, .part = DEVICE_RESUME_PONET, .carrier = SETTINGS,
+		.want = ponet_want, .done = ponet_done,
 	};
 	static const struct output_kind brightness = {
-		WIRE_OP_PONET_PWM, brightness_want, NULL, ponet_done
+		.op = WIRE_OP_PONET_PWM, .part = DEVICE_RESUME_PONET, .carrier = SETTINGS,
+		.want = brightness_want, .done = ponet_done,
 	};
 
 	*index = place < OUTPUT_PONET ? 0 : (place - OUTPUT_PONET) % POKEYS_PONET;

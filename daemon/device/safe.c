@@ -20,10 +20,12 @@
  * dangerous as an axis. Outputs stay in the safe state until the edge that permits
  * motion, but for those of resume-outputs; by default that is all of a panel, which
  * nobody switches on. A commander that is started after the loss
- * does not command what was before it, unless its machine is on from the first.
+ * does not command what was before it, unless its machine is on from the first, or it says
+ * that it drove the device under an earlier daemon.
  *
- * The commander's own emergency stop is obeyed at once: axes stop, outputs are safe for as
- * long as it lasts, whatever resumes, and afterwards it is as after a loss.
+ * The commander's own emergency stop is obeyed at once: axes stop, and all outputs are safe,
+ * whatever resumes, until it is released and the edge that permits motion follows. So a
+ * panel that has an emergency stop needs machine-on as well.
  *
  * Permission (invariant I7): motion needs a rising edge of machine-on, seen
  * low and then high while the link runs and the heartbeat is fresh. The
@@ -51,6 +53,7 @@ static void permit(struct device *device, bool on)
 		device_say(device, EVENT_MACHINE, EVENT_NOTICE, on, 0, 0);
 	device->safe.permitted = on;
 	device->safe.lost &= !on;
+	device->safe.stopped &= !on;
 }
 
 void safe_permit_drop(struct device *device)
@@ -59,14 +62,25 @@ void safe_permit_drop(struct device *device)
 	device->safe.edge_armed = false;
 }
 
-/* Where the axes stand, of which the references are from now on those of the commander. */
+static bool has_axes(const struct device *device)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (motion_drivable(device, i))
+			return true;
+	return false;
+}
+
+/*
+ * Where the axes stand, of which the references are from now on those of the commander.
+ * One that drives outputs only does not have to read.
+ */
 static bool positions_known(struct device *device)
 {
 	const struct intake *intake = &device->intake;
 	const uint64_t data_ns = pokeys_state_age_ns(&device->image, device->now_ns);
 	const uint64_t age_ns = intake->read_age_ns > data_ns ? intake->read_age_ns : data_ns;
 
-	if (intake->read_recently && data_ns <= POKEYS_READ_OLD_NS)
+	if (!has_axes(device) || (intake->read_recently && data_ns <= POKEYS_READ_OLD_NS))
 		return true;
 	intake_refuse(device, COMMAND_FAULT_UNREAD,
 		      age_ns == POKEYS_NEVER ? -1 : (int64_t)(age_ns / MS));
@@ -78,9 +92,10 @@ void safe_lost(struct device *device)
 	device->safe.lost = true;
 }
 
-void safe_session(struct device *device, bool machine_on)
+void safe_session(struct device *device, bool machine_on, bool resumed)
 {
-	device->safe.lost = machine_on;
+	device->safe.lost = machine_on || resumed;
+	device->safe.stopped = false;
 	device->safe.switched = machine_on;
 }
 
@@ -93,23 +108,20 @@ static bool is_motion_board(uint8_t hardware)
 /* Whether it is there to move something, or its commander switches it on and off. */
 static bool is_machine(const struct device *device)
 {
-	bool axes = false;
-
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		axes |= motion_drivable(device, i);
-	return axes || device->safe.switched || is_motion_board(device->image.identity.hardware);
+	return has_axes(device) || device->safe.switched ||
+	       is_motion_board(device->image.identity.hardware);
 }
 
 bool safe_holds(const struct device *device)
 {
-	return device->safe.lost && (!device->config.resume_auto || is_machine(device));
+	return device->safe.stopped ||
+	       (device->safe.lost && (!device->config.resume_auto || is_machine(device)));
 }
 
 /* All outputs, whatever resumes. */
 static bool all_safe(const struct device *device)
 {
-	return device->safe.wanted ||
-	       (device->intake.emergency && !device->config.emergency_holds);
+	return device->safe.wanted || device->safe.stopped;
 }
 
 bool safe_part(const struct device *device, unsigned int part)
@@ -142,8 +154,7 @@ static void judge_emergency(struct device *device)
 {
 	const bool stop = device->intake.emergency;
 
-	if (stop && !device->config.emergency_holds)
-		safe_lost(device);
+	device->safe.stopped |= stop && !device->config.emergency_holds;
 	if (stop != device->safe.emergency_said)
 		device_say(device, EVENT_EMERGENCY, stop ? EVENT_WARNING : EVENT_NOTICE, stop,
 			   device->config.emergency_holds, 0);
@@ -244,7 +255,6 @@ void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask
 	const struct safe *safe = &device->safe;
 	const struct intake *intake = &device->intake;
 	const uint64_t owned = pins_load(device->image.digital_out_owned) & OUTPUT_PINS;
-
 	const uint64_t safe_mask = (pins_load(device->config.safe_mask) | safe->commanded) & owned &
 				   ~pins_load(device->config.safe_hold);
 	const uint64_t safe_values = pins_load(device->config.safe_outputs);

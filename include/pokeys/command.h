@@ -56,6 +56,9 @@ enum {
 	POKEYS_COMMAND_LIMIT_OVERRIDE = 1u << 1,
 	POKEYS_COMMAND_EMERGENCY = 1u << 2,	/* emergency stop: axes stop and outputs are safe
 						 * at once, until it is 0 and machine-on rises */
+	POKEYS_COMMAND_RESUMED = 1u << 3,	/* this commander drove the device before, under an
+						 * earlier daemon: outputs wait for machine-on as
+						 * after a loss; looked at as a session begins */
 };
 
 /* command.kbd48_flags */

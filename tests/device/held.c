@@ -10,6 +10,7 @@
 #include <string.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
+#include "wire/io.h"
 
 enum { SPINDLE = 0, LAMP = 1, BRAKE = 12 };
 
@@ -42,16 +43,27 @@ static void command_all(void)
 	world.command.external_outputs = 0x80;
 }
 
-static int begin(void **state)
+/* A commander, the link runs, and all is commanded. */
+static void begin_commanding(void)
 {
-	(void)state;
-	start(NULL);
 	world_start(&world);
 	world_commander(&world, 5);
 	world_until(&world, world_is_running, 500 * MS);
 	command_all();
+}
+
+static void begin_machine(void)
+{
+	begin_commanding();
 	world_machine_on(&world);
 	world_run(&world, 100 * MS);
+}
+
+static int begin(void **state)
+{
+	(void)state;
+	start(NULL);
+	begin_machine();
 	assert_true(world_latch(&world, SPINDLE));
 	return 0;
 }
@@ -152,6 +164,9 @@ static void they_wait_though_the_machine_was_off(void **state)
 static void an_edge_that_is_refused_brings_nothing_back(void **state)
 {
 	(void)state;
+	start(NULL);
+	world_axes(&world);
+	begin_machine();
 	cable();
 	world.command.flags = 0;
 	world_run(&world, 50 * MS);
@@ -213,17 +228,102 @@ static void one_whose_machine_is_on_from_the_first_is_not(void **state)
 	edge_brings_them_back();
 }
 
+/* ... and LinuxCNC has switched its machine off, because the daemon was gone. */
+static void one_that_says_it_goes_on_is_not(void **state)
+{
+	(void)state;
+	world_start(&world);
+	memset(&world.command, 0, sizeof(world.command));
+	world_commander(&world, 6);
+	world.command.flags = POKEYS_COMMAND_RESUMED;
+	command_all();
+	world_until(&world, world_is_running, 500 * MS);
+	is_held();
+	edge_brings_them_back();
+}
+
+static bool is_pwm(struct world *w, const uint8_t *reply)
+{
+	(void)w;
+	return reply[1] == 0xcb;
+}
+
+/* A commander goes on with what comes back by itself, and its answer is lost. */
+static void what_came_back_by_itself_is_switched_off_as_well(void **state)
+{
+	(void)state;
+	start(NULL);
+	world.config.resume_auto = false;
+	world.config.resume_parts = DEVICE_RESUME_PWM;
+	world_start(&world);
+	world_commander(&world, 5);
+	world.command.flags = POKEYS_COMMAND_RESUMED;
+	world_until(&world, world_is_running, 500 * MS);
+	world.lose_reply = is_pwm;
+	command_all();
+	world_run(&world, 100 * MS);
+	shows((struct on){ .pwm = true });
+	world.commanding = false;
+	world_run(&world, 3 * SECOND);
+	shows(all_off);
+}
+
+static bool has_new_period(struct world *w)
+{
+	sim_rig_run(&w->rig, w->now);
+	return sim->config.pwm.period == 5000;
+}
+
+static bool is_new_period(struct world *w, const uint8_t *reply)
+{
+	return is_pwm(w, reply) && has_new_period(w);
+}
+
+static unsigned int tries;
+
+static void switches_no_pwm_on(struct world *w, const uint8_t *packet)
+{
+	struct wire_pwm_req pwm;
+
+	if (!is_pwm(w, packet))
+		return;
+	wire_pwm_decode_req(packet, &pwm);
+	tries += pwm.write;
+	assert_int_equal(pwm.enabled, 0);
+}
+
+/* The setting of the period carries what is on. */
+static void a_setting_that_is_sent_again_switches_nothing_on(void **state)
+{
+	struct pokeys_settings wanted;
+
+	(void)state;
+	start(NULL);
+	begin_commanding();
+	world_run(&world, 100 * MS);
+	shows(all_on);
+	wanted = world.config.settings;
+	wanted.set |= POKEYS_SET_PWM_PERIOD;
+	wanted.pwm_period = 5000;
+	device_wanted(world.device, &wanted);
+	world.lose_reply = is_new_period;
+	world_until(&world, has_new_period, 1 * SECOND);
+	assert_int_equal(sim->config.pwm.enabled, 2);
+	world.command.flags = POKEYS_COMMAND_EMERGENCY;
+	world_cycle(&world);
+	tries = 0;
+	world.watch = switches_no_pwm_on;
+	world_run(&world, 1 * SECOND);
+	assert_true(tries > 0);
+	assert_int_equal(sim->config.pwm.enabled, 0);
+}
+
 static void one_that_is_left_as_it_is_can_be_switched_off(void **state)
 {
 	(void)state;
 	start(NULL);
 	world.config.safe_hold[0] = 1u << LAMP;
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
-	command_all();
-	world_machine_on(&world);
-	world_run(&world, 100 * MS);
+	begin_machine();
 	sim_rig_silence(&world.rig, world.now, 300 * MS);
 	world_until(&world, world_is_lost, 1 * SECOND);
 	world_until(&world, world_is_running, 1 * SECOND);
@@ -261,10 +361,7 @@ static void emergency_stop(bool holds)
 	world.config.resume_auto = false;
 	world.config.resume_outputs[0] = 1u << LAMP;
 	world_axes(&world);
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
-	command_all();
+	begin_commanding();
 	world_go(&world, 0, 1000000, 0);
 	world_machine_on(&world);
 	world_run(&world, 300 * MS);
@@ -288,12 +385,12 @@ static void the_commanders_emergency_stop_makes_all_safe(void **state)
 	assert_true(stood < 1000000);
 	shows(all_off);
 	assert_true(world_latch(&world, BRAKE));
-	/* released, and nothing goes on by itself but what was named */
+	/* released, and nothing goes on by itself, not even what comes back after a loss */
 	world.command.flags &= ~(uint32_t)POKEYS_COMMAND_EMERGENCY;
 	world_run(&world, 300 * MS);
 	assert_false(world.last_event[EVENT_EMERGENCY].a);
 	assert_true(world.state.flags & POKEYS_STATE_NEEDS_EDGE);
-	shows((struct on){ .lamp = true });
+	shows(all_off);
 	assert_int_equal(world_pulses(&world, 0), stood);
 	world_go(&world, 0, (int32_t)stood, 0);
 	edge_brings_them_back();
@@ -337,12 +434,7 @@ static void those_that_are_named_come_back_at_once(void **state)
 	world.config.resume_auto = false;
 	world.config.resume_outputs[0] = 1u << LAMP;
 	world.config.resume_parts = DEVICE_RESUME_POEXTBUS;
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
-	command_all();
-	world_machine_on(&world);
-	world_run(&world, 100 * MS);
+	begin_machine();
 	shows(all_on);
 	cable();
 	world_run(&world, 1 * SECOND);
@@ -362,10 +454,7 @@ static void all_can_be_named(void **state)
 	world.config.resume_auto = false;
 	memset(world.config.resume_outputs, 0xff, sizeof(world.config.resume_outputs));
 	world.config.resume_parts = 0xff;
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
-	command_all();
+	begin_commanding();
 	world_run(&world, 100 * MS);
 	cable();
 	world_run(&world, 1 * SECOND);
@@ -413,6 +502,38 @@ static void a_panel_that_was_switched_on_is_none(void **state)
 	assert_true(world_latch(&world, SPINDLE));
 }
 
+/* It moves nothing, so there is nothing that it has to read. */
+static void a_panel_is_switched_on_by_one_that_does_not_read(void **state)
+{
+	(void)state;
+	start_panel(false);
+	world.unread = true;
+	world.command.t_thread_ns = 0;
+	world_machine_on(&world);
+	world.command.flags = 0;
+	world_run(&world, 50 * MS);
+	cable();
+	world_run(&world, 50 * MS);
+	assert_false(world_latch(&world, SPINDLE));
+	world_machine_on(&world);
+	world_run(&world, 50 * MS);
+	assert_true(world_latch(&world, SPINDLE));
+}
+
+static void a_panel_waits_after_its_emergency_stop(void **state)
+{
+	(void)state;
+	start_panel(false);
+	world.command.flags = POKEYS_COMMAND_EMERGENCY;
+	world_run(&world, 50 * MS);
+	assert_false(world_latch(&world, SPINDLE));
+	world.command.flags = 0;
+	is_held();
+	world_machine_on(&world);
+	world_run(&world, 50 * MS);
+	assert_true(world_latch(&world, SPINDLE));
+}
+
 static void a_panel_with_axes_is_none(void **state)
 {
 	(void)state;
@@ -428,11 +549,14 @@ int main(void)
 		cmocka_unit_test(they_wait_after_a_restart_of_the_device),
 		cmocka_unit_test_setup(they_wait_after_a_late_heartbeat, begin),
 		cmocka_unit_test_setup(they_wait_though_the_machine_was_off, begin),
-		cmocka_unit_test_setup(an_edge_that_is_refused_brings_nothing_back, begin),
+		cmocka_unit_test(an_edge_that_is_refused_brings_nothing_back),
 		cmocka_unit_test_setup(they_wait_after_a_suspend, begin),
 		cmocka_unit_test_setup(suspend_of_a_lost_device_is_none_more, begin),
 		cmocka_unit_test_setup(a_commander_that_begins_afterwards_is_another, begin),
 		cmocka_unit_test_setup(one_whose_machine_is_on_from_the_first_is_not, begin),
+		cmocka_unit_test_setup(one_that_says_it_goes_on_is_not, begin),
+		cmocka_unit_test(what_came_back_by_itself_is_switched_off_as_well),
+		cmocka_unit_test(a_setting_that_is_sent_again_switches_nothing_on),
 		cmocka_unit_test(one_that_is_left_as_it_is_can_be_switched_off),
 		cmocka_unit_test(what_was_on_before_the_device_came_waits),
 		cmocka_unit_test(the_commanders_emergency_stop_makes_all_safe),
@@ -442,6 +566,8 @@ int main(void)
 		cmocka_unit_test(all_can_be_named),
 		cmocka_unit_test(a_panel_goes_on),
 		cmocka_unit_test(a_panel_that_was_switched_on_is_none),
+		cmocka_unit_test(a_panel_is_switched_on_by_one_that_does_not_read),
+		cmocka_unit_test(a_panel_waits_after_its_emergency_stop),
 		cmocka_unit_test(a_panel_with_axes_is_none),
 	};
 

@@ -352,7 +352,7 @@ static void an_axis_is_enabled_only_by_one_who_reads(void **state)
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_AXIS_UNREAD);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, 1);
 	assert_int_equal(world_pulses(&world, 1), 0);
-	/* one that was enabled before goes on: its reader may be late */
+	/* an axis that was already enabled continues: its reader may only be late */
 	world_go(&world, 0, 500, 0);
 	world_run(&world, 500 * MS);
 	assert_int_equal(world_pulses(&world, 0), 500);

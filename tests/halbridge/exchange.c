@@ -235,6 +235,17 @@ static void a_session_is_never_zero(void **state)
 	assert_int_not_equal(command->session, 0);
 }
 
+/* So that it holds the outputs, which are commanded on. */
+static void another_daemon_is_told_that_we_go_on(void **state)
+{
+	(void)state;
+	rig_periods(&rig, 3);
+	assert_false(command->flags & POKEYS_COMMAND_RESUMED);
+	rig.daemon.epoch++;
+	rig_periods(&rig, 3);
+	assert_true(command->flags & POKEYS_COMMAND_RESUMED);
+}
+
 static const struct pokeys_one_shot nop = { .operation = POKEYS_ONE_SHOT_NOP };
 
 static void nothing_is_queued_before_the_daemon_knows_us(void **state)
@@ -403,6 +414,7 @@ int main(void)
 		cmocka_unit_test_setup(nothing_is_pressed_by_one_who_does_not_read, setup),
 		cmocka_unit_test_setup(who_never_read_drives_nothing, setup),
 		cmocka_unit_test_setup(reading_what_is_stale_is_reading, setup),
+		cmocka_unit_test_setup(another_daemon_is_told_that_we_go_on, setup),
 		cmocka_unit_test_setup(a_session_is_never_zero, setup),
 		cmocka_unit_test_setup(nothing_is_queued_before_the_daemon_knows_us, setup),
 		cmocka_unit_test_setup(a_full_ring_refuses_at_once_and_takes_again, setup),
