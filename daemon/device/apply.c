@@ -237,8 +237,7 @@ static void reboot_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 		device->configure.setting[i].after_ns = setting->after_ns;
 	}
 	memset(&device->configure.synced, 0, sizeof(device->configure.synced));
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		device->image.engine.axis[i].homed = 0;
+	place_lost(device, UINT8_MAX, PLACE_ENGINE);
 	device->life.patient_until_ns = setting->after_ns;
 	threading_forget(device);
 	motion_displaced(device);

@@ -148,8 +148,9 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	wire_pulse_fill8_decode_rep(entry->response_buffer, &reply);
 	buffer_judge_dry(device, reply.status.position);
 	take_answer(device, reply.accepted);
-	decode_engine(device, &reply.status, entry->timestamp_received);
-	buffer_status(device, &reply.status, now_ns);
+	if (decode_engine(device, &reply.status, entry->timestamp_first_sent,
+			  entry->timestamp_received))
+		buffer_status(device, &reply.status, now_ns);
 	meter_reply(device, entry, true);
 }
 

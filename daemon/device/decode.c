@@ -138,11 +138,12 @@ static bool axis_stands(uint8_t state)
 }
 
 static void take_axis(struct device *device, unsigned int i,
-		      const struct wire_pulse_status_rep *status)
+		      const struct wire_pulse_status_rep *status, bool placed)
 {
 	struct pokeys_axis *axis = &device->image.engine.axis[i];
 
-	axis->position = status->position[i];
+	if (placed)
+		axis->position = status->position[i];
 	axis->state = status->axis_state[i];
 	axis->limit_minus = status->limit_neg >> i & 1;
 	axis->limit_plus = status->limit_pos >> i & 1;
@@ -195,19 +196,24 @@ static bool emergency_input(const struct device *device)
 	       (level != !!(function & WIRE_PIN_INVERT)) != !!engine->emergency_invert;
 }
 
-void decode_status(struct device *device, const mailbox_entry_t *entry)
+bool decode_status(struct device *device, const mailbox_entry_t *entry)
 {
 	struct wire_pulse_status_rep status;
 
 	wire_pulse_status_decode_rep(entry->response_buffer, &status);
-	decode_engine(device, &status, entry->timestamp_received);
+	if (!decode_engine(device, &status, entry->timestamp_first_sent,
+			   entry->timestamp_received))
+		return false;
 	buffer_status(device, &status, entry->timestamp_first_sent);
+	return true;
 }
 
-void decode_engine(struct device *device, const struct wire_pulse_status_rep *from, uint64_t t_ns)
+bool decode_engine(struct device *device, const struct wire_pulse_status_rep *from,
+		   uint64_t asked_ns, uint64_t came_ns)
 {
 	struct pokeys_engine *engine = &device->image.engine;
 	const struct wire_pulse_status_rep status = *from;
+	const bool placed = place_take(device, from, asked_ns, came_ns);
 
 	take_engine_state(device, status.engine_state);
 	engine->axes_enabled = status.axes_enabled;
@@ -226,6 +232,8 @@ void decode_engine(struct device *device, const struct wire_pulse_status_rep *fr
 	engine->limit_plus = status.limit_pos;
 	engine->home = status.home;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		take_axis(device, i, &status);
-	device->image.t_motion_ns = t_ns;
+		take_axis(device, i, &status, placed);
+	if (placed)
+		device->image.t_motion_ns = came_ns;
+	return placed;
 }

@@ -73,6 +73,7 @@ enum event_code {
 	EVENT_SUSPENDED,	/* this machine was; a = for how long, ms */
 	EVENT_OUTPUTS_HELD,	/* after a loss, until machine-on rises: a = 1 they are, 0 no
 				 * longer */
+	EVENT_POSITION_LOST,	/* a = axes, bits; b = enum place_loss */
 	EVENT_EMERGENCY,	/* the commander's: a = 1 stop, 0 released; b = outputs stay */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
@@ -123,6 +124,15 @@ enum command_fault {
 	COMMAND_FAULT_PONET,		/* no such module; index = module */
 	COMMAND_FAULT_KBD48,		/* flags or lights that do not exist; index = the flags */
 	COMMAND_FAULTS
+};
+
+/* Why positions are not valid any more. */
+enum place_loss {
+	PLACE_RESTART,			/* the device, or this is another one */
+	PLACE_ENGINE,			/* its pulse engine was set up anew */
+	PLACE_SET_ELSEWHERE,		/* not by the commander */
+	PLACE_NO_CLOCK,			/* nobody knows: it did not tell its clock */
+	PLACE_LOSSES
 };
 
 /* Parts of the command image that not every device has. */

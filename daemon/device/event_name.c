@@ -167,3 +167,15 @@ const char *event_task_name(int64_t task)
 {
 	return PICK(task_names, task);
 }
+
+static const char *const place_loss_names[PLACE_LOSSES] = {
+	[PLACE_RESTART] = "restart or exchange of the device",
+	[PLACE_ENGINE] = "its pulse engine was set up again",
+	[PLACE_SET_ELSEWHERE] = "set by somebody else than the commander",
+	[PLACE_NO_CLOCK] = "it does not say whether it was restarted",
+};
+
+const char *event_place_loss_name(int64_t why)
+{
+	return PICK(place_loss_names, why);
+}

@@ -18,6 +18,7 @@ const char *event_one_shot_name(int64_t operation);	/* enum pokeys_one_shot_oper
 const char *event_outcome_name(int64_t outcome);	/* enum pokeys_outcome */
 const char *event_command_fault_name(int64_t fault);	/* enum command_fault, a number follows */
 const char *event_part_name(int64_t part);		/* enum command_part */
+const char *event_place_loss_name(int64_t why);		/* enum place_loss */
 const char *event_task_name(int64_t task);		/* enum pokeys_task */
 
 #endif

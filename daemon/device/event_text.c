@@ -273,6 +273,12 @@ static void put_suspended(struct line *line, const struct event *e)
 	    (long long)e->a / 1000, (long long)e->a / 100 % 10);
 }
 
+static void put_position_lost(struct line *line, const struct event *e)
+{
+	put(line, "the positions of axes 0x%02llx are no longer valid (%s); home them",
+	    (unsigned long long)e->a, event_place_loss_name(e->b));
+}
+
 static void put_machine(struct line *line, const struct event *e)
 {
 	put(line, e->a ? "motion is permitted" : "motion is no longer permitted");
@@ -441,6 +447,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_SUSPENDED] = put_suspended,
 	[EVENT_OUTPUTS_HELD] = put_outputs_held,
 	[EVENT_EMERGENCY] = put_emergency,
+	[EVENT_POSITION_LOST] = put_position_lost,
 	[EVENT_ENGINE] = put_engine,
 	[EVENT_WISH_REFUSED] = put_wish_refused,
 	[EVENT_LOCKED] = put_locked,

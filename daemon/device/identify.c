@@ -132,8 +132,11 @@ enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_
 
 	wire_device_data_decode_rep(reply, &data);
 	wire_identify(&data, &who);
-	if (who.serial != identify->identity.serial)
+	if (who.serial != identify->identity.serial) {
 		restart_forget(device);
+		if (identify->identity.serial)
+			place_lost(device, UINT8_MAX, PLACE_RESTART);
+	}
 	identify->identity = who;
 	if (device->config.serial && who.serial != device->config.serial)
 		return POKEYS_FAULT_WRONG_SERIAL;
@@ -236,6 +239,7 @@ void identify_begin(struct device *device)
 	memset(identify->step, 0, sizeof(identify->step));
 	identify->alive_ns = device->now_ns + ALIVE_NS;
 	identify->alive_tick = false;
+	device->restart.clock_known = false;
 }
 
 static void send_step(struct device *device, enum identify_step step)

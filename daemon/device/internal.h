@@ -93,6 +93,7 @@ struct reading {
 struct restart {
 	struct reading last;		/* that was believed */
 	struct reading odd;		/* the newest that did not fit it */
+	bool clock_known;		/* since it was last identified */
 	uint8_t odd_ticks;		/* in a row */
 	uint8_t odd_alike;		/* ... of which so many fit one another */
 	uint8_t odd_identity;		/* so often the same other serial number or lock was said */
@@ -200,6 +201,25 @@ struct motion {
 	struct references sent, acked;
 };
 
+/* place.c: where the axes are, as one status said */
+struct place_reading {
+	bool known;
+	bool stood;			/* the engine did, for long enough */
+	int32_t position[POKEYS_AXES];
+	uint64_t asked_ns, came_ns;
+};
+
+struct place {
+	struct place_reading last;	/* that was believed */
+	struct place_reading odd;	/* the newest that did not fit it */
+	uint8_t alike;			/* so many of them in a row fitted one another */
+	uint8_t told;			/* axes that were told where they are, or homed */
+	uint64_t told_ns;		/* ... and until when */
+	uint8_t lost, known;		/* axes of which the epoch has to change */
+	uint64_t moved_ns;		/* the engine was last seen not to stand */
+	bool ran;			/* the link, at least once */
+};
+
 /* one_shot.c, operation.c */
 enum one_shot_phase {
 	ONE_SHOT_IDLE,
@@ -266,6 +286,7 @@ struct device {
 	struct outputs outputs;
 	struct ponet ponet;
 	struct motion motion;
+	struct place place;
 	struct task task;
 	struct threading threading;
 	struct buffer buffer;
@@ -346,6 +367,22 @@ enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_
 /* Now and then: does it live, is it the same one, the same start, is it locked? */
 void identify_alive(struct device *device);
 
+/* place.c */
+/*
+ * A status' positions: may they be taken? Asked once for each status, with the time of its
+ * question and of its answer.
+ */
+bool place_take(struct device *device, const struct wire_pulse_status_rep *status,
+		uint64_t asked_ns, uint64_t came_ns);
+/* These axes were told where they are, or may have been: what was asked before says nothing. */
+void place_told(struct device *device, uint8_t axes);
+/* ... and it is certain. */
+void place_known(struct device *device, uint8_t axes);
+/* Their count begins anew, and nobody has said from where. */
+void place_lost(struct device *device, uint8_t axes, enum place_loss why);
+/* The link runs (again). */
+void place_begin(struct device *device);
+
 /* restart.c */
 /* The device data once more: another one in its place is as good as a restart. */
 void restart_identity(struct device *device, const mailbox_entry_t *entry);
@@ -353,6 +390,8 @@ void restart_identity(struct device *device, const mailbox_entry_t *entry);
 void restart_tick(struct device *device, const mailbox_entry_t *entry);
 /* An answer did not fit; until it was asked again only questions may be sent. */
 bool restart_doubted(const struct device *device);
+/* Since identify_begin() it has told its clock, and so what became of it. */
+bool restart_clock_known(const struct device *device);
 /* How many answers in a row had just this device data, this one among them. */
 uint8_t restart_data_alike(struct device *device, const uint8_t reply[WIRE_PK]);
 /* Another device: nothing is known of its clock. */
@@ -436,6 +475,9 @@ void plan_spare(struct device *device);
 /* The link cannot run: bring outputs and axes into the safe state all the same. */
 void plan_blocked(struct device *device);
 /* After a silence: it is the same start of the same device. */
+/* Is it still the same start of the same device? Asks at once; only questions until then. */
+void plan_doubt(struct device *device);
+bool plan_doubts(const struct device *device);
 void plan_tick_right(struct device *device);
 void plan_identity_right(struct device *device);
 /* Requests of it are awaited. */
@@ -466,9 +508,10 @@ void ponet_unanswered(struct device *device);
 
 /* decode.c */
 void decode_io(struct device *device, const mailbox_entry_t *entry);
-void decode_status(struct device *device, const mailbox_entry_t *entry);
-void decode_engine(struct device *device, const struct wire_pulse_status_rep *status,
-		   uint64_t t_ns);
+/* These two: false = its positions cannot be, and are not taken. */
+bool decode_status(struct device *device, const mailbox_entry_t *entry);
+bool decode_engine(struct device *device, const struct wire_pulse_status_rep *status,
+		   uint64_t asked_ns, uint64_t came_ns);
 void decode_encoders(struct device *device, unsigned int bank, const mailbox_entry_t *entry);
 void decode_encoders_forget(struct device *device);
 void decode_pwm(struct device *device, const struct wire_pwm_rep *pwm);

@@ -109,6 +109,7 @@ static void begin_running(struct device *device)
 	plan_begin(device);
 	safe_begin(device);
 	motion_begin(device);
+	place_begin(device);
 	threading_begin(device);
 }
 

@@ -178,6 +178,9 @@ static void update_on(struct device *device)
 	    (motion->phase != MOTION_ON && state == WIRE_ENGINE_STOPPED) ||
 	    task_explains(device, state))
 		return;
+	/* by itself: a restart, of which nothing else may tell yet */
+	if (!engine_tripped(state))
+		plan_doubt(device);
 	safe_permit_drop(device);
 	enter_off(device);
 }

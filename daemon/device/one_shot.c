@@ -63,8 +63,15 @@ uint8_t one_shot_axes(const struct device *device)
 
 void one_shot_end(struct device *device, enum pokeys_outcome outcome)
 {
-	if (one_shot_axes(device))
+	const uint8_t axes = one_shot_axes(device);
+
+	if (axes) {
 		motion_displaced(device);
+		if (outcome == POKEYS_OUTCOME_DONE)
+			place_known(device, axes);
+		else if (device->one_shots.acted)
+			place_told(device, axes);
+	}
 	device->one_shots.phase = ONE_SHOT_IDLE;
 	record(device, device->one_shots.now.id, device->one_shots.now.operation, outcome);
 	device->one_shots.ordered = false;

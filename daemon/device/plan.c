@@ -37,7 +37,7 @@ static uint64_t gap_ns(const struct device *device)
 	return (usual + device->mailbox.statistics.rtt_smoothed_ns) * GAP_CYCLES;
 }
 
-static bool in_doubt(const struct device *device)
+bool plan_doubts(const struct device *device)
 {
 	return device->plan.doubt_tick || device->plan.doubt_identity || restart_doubted(device);
 }
@@ -48,7 +48,7 @@ static void io_request(const struct device *device, struct wire_io_req *io)
 
 	memset(io, 0, sizeof(*io));
 	safe_outputs(device, &outputs, &mask);
-	if (in_doubt(device))
+	if (plan_doubts(device))
 		outputs = mask = 0;
 	io->write = mask != 0;
 	io->outputs = outputs;
@@ -85,21 +85,36 @@ static void measure(struct device *device)
 	histogram_add(&device->meter.fresh, device->now_ns - device->plan.measured_tick_ns);
 }
 
-/* Silence: from now on only questions, until it has said who it is. */
-static void look_for_gap(struct device *device)
+/* From now on only questions, until it has said who it is. */
+static void begin_doubt(struct device *device)
 {
 	struct plan *plan = &device->plan;
 
-	if (!running(device) || !plan->last_io_ns ||
-	    device->now_ns - plan->last_io_ns <= gap_ns(device) || in_doubt(device))
-		return;
 	plan->doubt_tick = plan->slow[SLOW_TICK].answered;
 	plan->doubt_identity = true;
 }
 
+void plan_doubt(struct device *device)
+{
+	if (!running(device) || plan_doubts(device))
+		return;
+	begin_doubt(device);
+	slow_identity_now(device);
+}
+
+static void look_for_gap(struct device *device)
+{
+	const struct plan *plan = &device->plan;
+
+	if (!running(device) || !plan->last_io_ns ||
+	    device->now_ns - plan->last_io_ns <= gap_ns(device) || plan_doubts(device))
+		return;
+	begin_doubt(device);
+}
+
 static void answered_after_gap(struct device *device)
 {
-	if (in_doubt(device))
+	if (plan_doubts(device))
 		slow_identity_now(device);
 }
 
@@ -170,8 +185,8 @@ static void status_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 	device->plan.status_open = false;
 	if (!believable(device, entry))
 		return;
-	decode_status(device, entry);
-	motion_status(device, entry->timestamp_first_sent);
+	if (decode_status(device, entry))
+		motion_status(device, entry->timestamp_first_sent);
 	meter_reply(device, entry, true);
 	measure(device);
 }
@@ -280,7 +295,7 @@ void plan_cycle(struct device *device)
 	look_for_gap(device);
 	if (device->cycle >= device->plan.next_cycle)
 		send_fast(device);
-	if (in_doubt(device))
+	if (plan_doubts(device))
 		return;
 	moved = motion_send_state(device);
 	if (threading_send(device))
@@ -297,7 +312,7 @@ void plan_spare(struct device *device)
 	if (device->plan.cycle != device->cycle)
 		return;
 	slow_rates(device);
-	if (in_doubt(device)) {
+	if (plan_doubts(device)) {
 		slow_send(device);
 		return;
 	}

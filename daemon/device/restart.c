@@ -86,15 +86,23 @@ void restart_tick(struct device *device, const mailbox_entry_t *entry)
 	if (!restart->last.known || fits(&restart->last, &now)) {
 		reassure(device);
 		keep(restart, &now, entry->tries);
+		restart->clock_known = true;
 	} else if (is_confirmed(restart, &now)) {
 		device_say(device, EVENT_REBOOTED, EVENT_WARNING, restart->last.ms, now.ms, 0);
 		device->life.rebooted = true;
 		restart_forget(device);
 		restart->last = now;
+		restart->clock_known = true;
+		place_lost(device, UINT8_MAX, PLACE_RESTART);
 	} else {
 		return;
 	}
 	device->image.device_tick_ms = now.ms;
+}
+
+bool restart_clock_known(const struct device *device)
+{
+	return device->restart.clock_known;
 }
 
 uint8_t restart_data_alike(struct device *device, const uint8_t reply[WIRE_PK])

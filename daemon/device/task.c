@@ -84,16 +84,28 @@ void task_tell(struct device *device, enum pokeys_outcome outcome)
 		one_shot_outcome(device, task->shot.id, task->shot.operation, outcome);
 }
 
+static void end_homing(struct device *device, bool done)
+{
+	struct pokeys_engine *engine = &device->image.engine;
+
+	if (done) {
+		place_known(device, engine->task_axes);
+		return;
+	}
+	place_told(device, engine->task_axes);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (engine->task_axes >> i & 1)
+			engine->axis[i].homed = 0;
+}
+
 static void end(struct device *device)
 {
 	struct pokeys_engine *engine = &device->image.engine;
 	const bool done = engine->task_result == POKEYS_TASK_DONE;
 
 	task_tell(device, done ? POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_FAILED);
-	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		if (!done && engine->task == POKEYS_TASK_HOMING && engine->task_axes >> i & 1)
-			engine->axis[i].homed = 0;
-	}
+	if (engine->task == POKEYS_TASK_HOMING)
+		end_homing(device, done);
 	enter(device, POKEYS_TASK_IDLE);
 	if (kind_of(device)->ended)
 		kind_of(device)->ended(device);

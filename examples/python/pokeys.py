@@ -49,7 +49,7 @@ class Capability(Structure):
 
 class Axis(Structure):
     _fields_ = [("position", c_int32), ("reference", c_int32), ("state", c_uint8),
-                ("enabled", c_uint8), ("mode", c_uint8), ("reserved", c_uint8),
+                ("enabled", c_uint8), ("mode", c_uint8), ("position_epoch", c_uint8),
                 ("limit_minus", c_uint8), ("limit_plus", c_uint8), ("home", c_uint8),
                 ("error", c_uint8), ("soft_limit", c_uint8), ("in_position", c_uint8),
                 ("homed", c_uint8), ("parked", c_uint8), ("following_error", c_int32),
@@ -116,7 +116,7 @@ class Phase(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 6, 0x3a1eb5eb753c0915
+    VERSION, HASH = 7, 0xd573278110ebd55c
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

@@ -32,9 +32,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	6
+#define POKEYS_STATE_VERSION	7
 #define POKEYS_DIAG_VERSION	4
-#define POKEYS_STATE_HASH	UINT64_C(0x3a1eb5eb753c0915)
+#define POKEYS_STATE_HASH	UINT64_C(0xd573278110ebd55c)
 #define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
 
 enum {
@@ -200,7 +200,10 @@ struct pokeys_axis {
 	uint8_t state;			/* protocol section 3.24.1 */
 	uint8_t enabled;		/* configured and driven by us */
 	uint8_t mode;			/* enum pokeys_axis_mode in effect */
-	uint8_t reserved;
+	uint8_t position_epoch;		/* changes when the device begins another count: even if
+					 * nobody has told where it begins (restart, another
+					 * device, set by somebody else); odd if the commander's
+					 * one-shot has, or the device was homed */
 	uint8_t limit_minus, limit_plus, home, error;	/* switches, evaluated, 1 = tripped */
 	uint8_t soft_limit;
 	uint8_t in_position;		/* stands, and position == reference */

@@ -47,9 +47,9 @@ static const struct member capability_members[] = {
 
 #define OF struct pokeys_axis
 static const struct member axis_members[] = {
-	M(position), M(reference), M(state), M(enabled), M(mode), M(reserved), M(limit_minus),
-	M(limit_plus), M(home), M(error), M(soft_limit), M(in_position), M(homed), M(parked),
-	M(following_error),
+	M(position), M(reference), M(state), M(enabled), M(mode), M(position_epoch),
+	M(limit_minus), M(limit_plus), M(home), M(error), M(soft_limit), M(in_position), M(homed),
+	M(parked), M(following_error),
 	M(t_reference_ns), M(probe), M(max_speed), M(max_acceleration),
 	END
 };

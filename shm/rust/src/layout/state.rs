@@ -85,7 +85,7 @@ layout! {
         state: u8,
         enabled: u8,
         mode: u8,
-        reserved: u8,
+        position_epoch: u8,
         limit_minus: u8,
         limit_plus: u8,
         home: u8,
@@ -384,8 +384,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 6, size 2704,
-    hash 0x3a1eb5eb753c0915, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 7, size 2704,
+    hash 0xd573278110ebd55c, hash_function iox_state_hash
 }
 
 published! {

@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Where the axes are, and whether the device still counts from the same zero.
+ *
+ * A device that was restarted counts from 0, and may answer again within a
+ * millisecond. Another one in its place, another client that sets a counter, a
+ * pulse engine that was set up anew: each leaves positions that look like any other
+ * and are wrong by the length of the machine. So whether a position is valid does not
+ * depend on how long a silence was. Each status is compared with the one before: no
+ * axis moves faster than it can, and none moves at all while the engine stands. A
+ * position that cannot be is not taken, and the device is asked at once whether it is
+ * still the same start (restart.c); meanwhile it gets only questions. If it is, and goes on
+ * saying so, somebody else has set that position.
+ *
+ * axis[].position_epoch changes each time, in the image with the first position of the
+ * new count, and tells whether the commander knows of it:
+ * it is even when the count began anew by itself, odd when the commander has set the
+ * position or the device has homed the axis. A commander that homes in another way, as
+ * LinuxCNC's motion does, has to remember by itself.
+ *
+ * One status may be damaged (its payload has no checksum), so three in a row must say
+ * the same. The slack is for the device's clock, which is not ours.
+ */
+
+#include <math.h>
+#include <string.h>
+#include "daemon/device/internal.h"
+
+enum {
+	ALIKE = 3,		/* readings in a row that say the same odd thing */
+	SLACK = 8,		/* pulses */
+	KHZ_DEFAULT = 125,	/* of the generator, until it has said it */
+};
+
+#define STOOD_NS (100 * MS)	/* so long still, no pulse can be on its way any more */
+#define HURRY 1.25		/* clocks, and rounding of the highest speed */
+
+static bool stands(uint8_t state)
+{
+	return state == WIRE_ENGINE_STOPPED || engine_tripped(state);
+}
+
+/* Pulses that this axis makes at most in a millisecond. */
+static double fastest(const struct device *device, unsigned int i)
+{
+	const struct pokeys_axis *axis = &device->image.engine.axis[i];
+	const double khz = device->image.capability.axis_khz ? device->image.capability.axis_khz :
+							       KHZ_DEFAULT;
+	const double own = (double)axis->max_speed / 1e3;
+
+	return axis->mode == POKEYS_AXIS_BUFFERED || !(own > 0) || own > khz ? khz : own;
+}
+
+/* The axes of which the two readings cannot be of one count. */
+static uint8_t apart(const struct device *device, const struct place_reading *before,
+		     const struct place_reading *now)
+{
+	const uint64_t first = before->asked_ns < now->asked_ns ? before->asked_ns : now->asked_ns;
+	const uint64_t last = before->came_ns > now->came_ns ? before->came_ns : now->came_ns;
+	const double ms = (double)(last - first) / 1e6;
+	uint8_t axes = 0;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const double way = fabs((double)now->position[i] - (double)before->position[i]);
+		const double most = before->stood && now->stood ? 0 :
+				    fastest(device, i) * HURRY * ms + SLACK;
+
+		axes |= (uint8_t)((way > most) << i);
+	}
+	return axes;
+}
+
+/* Axes that have been told where they are since the last reading, or are just being told. */
+static uint8_t told(const struct device *device)
+{
+	const struct pokeys_engine *engine = &device->image.engine;
+	uint8_t axes = one_shot_axes(device);
+
+	if (!task_idle(device) && engine->task == POKEYS_TASK_HOMING)
+		axes |= engine->task_axes;
+	if (device->place.last.asked_ns <= device->place.told_ns)
+		axes |= device->place.told;
+	return axes;
+}
+
+/* With the first position of the new count, not before: who reads both reads them together. */
+static void change_epoch(struct device *device)
+{
+	struct place *place = &device->place;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		uint8_t *epoch = &device->image.engine.axis[i].position_epoch;
+
+		if (place->known >> i & 1)
+			*epoch = (uint8_t)((*epoch + 1) | 1);
+		else if (place->lost >> i & 1)
+			*epoch = (uint8_t)((*epoch | 1) + 1);
+	}
+	place->known = place->lost = 0;
+}
+
+static void believe(struct device *device, const struct place_reading *now)
+{
+	device->place.last = *now;
+	device->place.alike = 0;
+	change_epoch(device);
+}
+
+static void read(struct device *device, const struct wire_pulse_status_rep *status,
+		 uint64_t asked_ns, uint64_t came_ns, struct place_reading *now)
+{
+	struct place *place = &device->place;
+
+	if (!stands(status->engine_state))
+		place->moved_ns = came_ns;
+	*now = (struct place_reading){
+		.known = true, .asked_ns = asked_ns, .came_ns = came_ns,
+		.stood = asked_ns > place->moved_ns && asked_ns - place->moved_ns >= STOOD_NS,
+	};
+	memcpy(now->position, status->position, sizeof(now->position));
+}
+
+bool place_take(struct device *device, const struct wire_pulse_status_rep *status,
+		uint64_t asked_ns, uint64_t came_ns)
+{
+	struct place *place = &device->place;
+	struct place_reading now;
+	uint8_t axes;
+
+	read(device, status, asked_ns, came_ns, &now);
+	axes = place->last.known ? apart(device, &place->last, &now) : 0;
+	axes &= (uint8_t)~told(device);
+	if (!axes || !running(device)) {
+		believe(device, &now);
+		return true;
+	}
+	if (!place->alike || apart(device, &place->odd, &now))
+		place->alike = 0;
+	if (!place->alike++)
+		plan_doubt(device);
+	place->odd = now;
+	if (place->alike < ALIKE || plan_doubts(device))
+		return false;
+	place_lost(device, axes, PLACE_SET_ELSEWHERE);
+	believe(device, &now);
+	return true;
+}
+
+void place_told(struct device *device, uint8_t axes)
+{
+	device->place.told = axes;
+	device->place.told_ns = device->now_ns;
+}
+
+void place_known(struct device *device, uint8_t axes)
+{
+	place_told(device, axes);
+	device->place.known |= axes;
+	device->place.lost &= (uint8_t)~axes;
+}
+
+/* As it was set up before: an engine that was just restarted has no axes yet. */
+static bool any_set_up(const struct device *device, uint8_t axes)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (axes >> i & 1 && device->image.engine.axis[i].mode != POKEYS_AXIS_OFF)
+			return true;
+	return false;
+}
+
+void place_lost(struct device *device, uint8_t axes, enum place_loss why)
+{
+	device->place.lost |= axes;
+	device->place.known &= (uint8_t)~axes;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (axes >> i & 1)
+			device->image.engine.axis[i].homed = 0;
+	if (why != PLACE_SET_ELSEWHERE)
+		device->place.last.known = false;
+	if (!any_set_up(device, axes))
+		return;
+	device_say(device, EVENT_POSITION_LOST, EVENT_WARNING, axes, why, 0);
+	safe_permit_drop(device);
+}
+
+/* Back again: is it known that it counts from the same zero? */
+void place_begin(struct device *device)
+{
+	if (device->place.ran && !restart_clock_known(device))
+		place_lost(device, UINT8_MAX, PLACE_NO_CLOCK);
+	device->place.ran = true;
+}

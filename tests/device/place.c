@@ -1,0 +1,238 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * A count that begins anew is never shown as if the axis had moved there: not after a
+ * restart, however fast the device is back, and not when somebody else sets it.
+ */
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <cmocka.h>
+#include "tests/device/world.h"
+#include "wire/packet.h"
+#include "wire/pulse.h"
+
+#define FAR 60000
+#define FASTEST 50	/* pulses in a millisecond that an axis here can have made */
+
+static struct world world;
+static struct sim_device *const sim = &world.rig.device;
+
+static struct pokeys_state shown;	/* the last image that a reader believes */
+
+/* No position jumps but together with its epoch. */
+static void look(void)
+{
+	for (unsigned int i = 0; i < 3; i++) {
+		const struct pokeys_axis *before = &shown.engine.axis[i];
+		const struct pokeys_axis *now = &world.state.engine.axis[i];
+		const uint64_t ms = (world.state.t_motion_ns - shown.t_motion_ns) / MS + 1;
+
+		if (before->position_epoch == now->position_epoch)
+			assert_in_range(abs(now->position - before->position), 0, FASTEST * ms);
+	}
+	shown = world.state;
+}
+
+static void run(uint64_t for_ns)
+{
+	const uint64_t end = world.now + for_ns;
+
+	while (world.now < end) {
+		world_cycle(&world);
+		if (world.state.link == POKEYS_LINK_RUNNING)
+			look();
+	}
+}
+
+static uint8_t epoch(void)
+{
+	return world.state.engine.axis[0].position_epoch;
+}
+
+static void drive_to(int32_t position)
+{
+	world_go(&world, 0, position, 0);
+	while (world_pulses(&world, 0) != position)
+		run(50 * MS);
+	run(50 * MS);
+}
+
+static int begin(void **state)
+{
+	(void)state;
+	world_moving(&world, NULL);
+	shown = world.state;
+	drive_to(FAR);
+	return 0;
+}
+
+static void stands_anew(uint8_t before)
+{
+	run(3 * SECOND);
+	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+	assert_int_not_equal(epoch(), before);
+	assert_int_equal(epoch() & 1, 0);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 1);
+	assert_int_equal(world.state.engine.axis[0].position, world_pulses(&world, 0));
+}
+
+static void restart(bool moving)
+{
+	static const unsigned int boot_ms[] = { 0, 1, 15, 100, 1000 };
+
+	for (size_t i = 0; i < sizeof(boot_ms) / sizeof(boot_ms[0]); i++) {
+		uint8_t before;
+
+		begin(NULL);
+		before = epoch();
+		if (moving) {
+			world_go(&world, 0, 2 * FAR, 0);
+			run(300 * MS);
+		}
+		sim->options.boot_ms = boot_ms[i];
+		sim_rig_reboot(&world.rig, world.now, false);
+		stands_anew(before);
+		assert_int_equal(world.last_event[EVENT_POSITION_LOST].b, PLACE_RESTART);
+		assert_int_equal(world_pulses(&world, 0), 0);
+	}
+}
+
+static void after_a_restart_while_it_stands(void **state)
+{
+	(void)state;
+	restart(false);
+}
+
+static void after_a_restart_while_it_moves(void **state)
+{
+	(void)state;
+	restart(true);
+}
+
+/* A cable that was out says nothing about the count. */
+static void a_silence_is_none(void **state)
+{
+	const uint8_t before = epoch();
+
+	(void)state;
+	for (uint64_t ms = 1; ms < 3000; ms *= 3) {
+		sim_rig_silence(&world.rig, world.now, ms * MS);
+		run(4 * SECOND);
+	}
+	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+	assert_int_equal(epoch(), before);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+	assert_int_equal(world.state.engine.axis[0].position, FAR);
+}
+
+static void set_elsewhere(int32_t position)
+{
+	const struct wire_pulse_positions_req set = { .mask = 1, .position = { position } };
+	uint8_t request[WIRE_PK], reply[WIRE_PK];
+
+	wire_encode_req(WIRE_OP_PULSE_POSITIONS, request, &set);
+	wire_finish(request, 1);
+	sim_rig_run(&world.rig, world.now);
+	assert_int_equal(sim_device_request(sim, world.now, request, sizeof(request), reply),
+			 sizeof(reply));
+}
+
+static void another_client_that_sets_it_is_noticed(void **state)
+{
+	static const int32_t positions[] = { 0, FAR + 1, FAR - 1000, 2 * FAR };
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(positions) / sizeof(positions[0]); i++) {
+		uint8_t before;
+
+		begin(NULL);
+		world_machine_off(&world);
+		run(500 * MS);
+		before = epoch();
+		set_elsewhere(positions[i]);
+		stands_anew(before);
+		assert_int_equal(world.last_event[EVENT_POSITION_LOST].b, PLACE_SET_ELSEWHERE);
+		assert_int_equal(world.state.engine.axis[0].position, positions[i]);
+	}
+}
+
+/* The machine is switched off before the axis is driven back by what it has not moved. */
+static void and_while_it_is_driven(void **state)
+{
+	const uint8_t before = epoch();
+
+	(void)state;
+	set_elsewhere(0);
+	run(20 * MS);
+	assert_int_not_equal(epoch(), before);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	run(1 * SECOND);
+	assert_in_range(world_pulses(&world, 0), 0, 2000);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 1);
+}
+
+/* Its own commander says so by a one-shot, and is told by its outcome. */
+static void the_commander_that_sets_it_knows(void **state)
+{
+	const struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+	};
+	uint8_t before;
+
+	(void)state;
+	world_machine_off(&world);
+	run(500 * MS);
+	before = epoch();
+	assert_int_equal(world_do(&world, &set, 1 * SECOND), POKEYS_OUTCOME_DONE);
+	world_run(&world, 5 * MS);
+	assert_int_not_equal(epoch(), before);
+	assert_int_equal(epoch() & 1, 1);
+	assert_int_equal(world.state.engine.axis[0].position, -500);
+	run(1 * SECOND);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+}
+
+static void a_damaged_status_is_no_position(void **state)
+{
+	const struct sim_link_faults faults = { .corrupt = 0.2 };
+	const uint8_t before = epoch();
+
+	(void)state;
+	sim_link_set_faults(&world.rig.link, SIM_LINK_REPLY, &faults);
+	for (unsigned int i = 0; i < 20; i++) {
+		world_go(&world, 0, i % 2 ? FAR : FAR - 2000, 0);
+		run(1 * SECOND);
+	}
+	assert_true(world.state.statistics.corrupt > 1000);
+	assert_int_equal(epoch(), before);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+}
+
+static void another_device_counts_otherwise(void **state)
+{
+	const uint8_t before = epoch();
+
+	(void)state;
+	sim_rig_silence(&world.rig, world.now, 500 * MS);
+	world_until(&world, world_is_lost, 1 * SECOND);
+	sim->options.serial = 777;
+	stands_anew(before);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(after_a_restart_while_it_stands),
+		cmocka_unit_test(after_a_restart_while_it_moves),
+		cmocka_unit_test_setup(a_silence_is_none, begin),
+		cmocka_unit_test(another_client_that_sets_it_is_noticed),
+		cmocka_unit_test_setup(and_while_it_is_driven, begin),
+		cmocka_unit_test_setup(the_commander_that_sets_it_knows, begin),
+		cmocka_unit_test_setup(a_damaged_status_is_no_position, begin),
+		cmocka_unit_test_setup(another_device_counts_otherwise, begin),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
