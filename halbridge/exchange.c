@@ -135,7 +135,8 @@ static void read_flags(struct exchange *exchange, struct values *values, bool fr
 }
 
 /* A joint's pins depend on the command and on the scale as well as on the engine. */
-static void read_engine(struct exchange *exchange, struct values *values, bool fresh)
+static void read_engine(struct exchange *exchange, struct values *values, bool fresh,
+			bool restarted)
 {
 	const struct pokeys_engine *engine = &exchange->state.engine;
 	bool changed = fresh && news(&exchange->engine, engine, sizeof(*engine),
@@ -143,6 +144,8 @@ static void read_engine(struct exchange *exchange, struct values *values, bool f
 
 	if (changed)
 		engine_read(values, engine);
+	changed |= positions_read(&exchange->positions, exchange->joint, values, engine, fresh,
+				  restarted);
 	legacy_enable(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		changed |= joint_settings(&exchange->joint[i], &values->joint[i], i,
@@ -231,7 +234,7 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 	read_encoders(exchange, values, news.fresh, now_ns);
 	read_flags(exchange, values, news.fresh);
 	trouble_read(&exchange->trouble, values, state, news.fresh);
-	read_engine(exchange, values, news.fresh);
+	read_engine(exchange, values, news.fresh, news.restarted);
 	legacy_read(exchange, values, now_ns);
 }
 

@@ -23,6 +23,7 @@
 #include "halbridge/link.h"
 #include "halbridge/motor_drive.h"
 #include "halbridge/one_shot.h"
+#include "halbridge/position.h"
 #include "halbridge/probe.h"
 #include "halbridge/pwm.h"
 #include "halbridge/refusal.h"
@@ -58,6 +59,7 @@ struct exchange {
 	struct motor_drive drive;
 	struct threading threading;
 	struct trouble trouble;
+	struct positions positions;
 	/* what the pins were last filled from */
 	struct pokeys_engine engine;
 	struct pokeys_rtc rtc;

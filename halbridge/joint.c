@@ -13,6 +13,9 @@
  * to say the same. A mode that is set here and not yet there is refused by the
  * daemon until it is: nothing moves in another way than the parameter says.
  *
+ * The device's count may begin anew (position.c). The carry makes up for it on the way in
+ * and out, so that positions go on as they were.
+ *
  * Scale is taken over only while the joint is not enabled: the same position
  * command with another scale is another place, and the axis would jump there.
  */
@@ -68,13 +71,25 @@ bool joint_settings(struct joint *joint, const struct value_joint *value, unsign
 	return true;
 }
 
+void joint_carry(struct joint *joint, int64_t carry, int32_t position)
+{
+	joint->carry = carry;
+	joint->position = position;
+}
+
+/* Pulses as the device counts to units. */
+static double units_of(const struct joint *joint, int64_t pulses)
+{
+	return (double)(pulses + joint->carry) / joint->scale - joint->offset;
+}
+
 void joint_read(const struct joint *joint, struct value_joint *value, unsigned int number,
 		const struct pokeys_engine *engine)
 {
 	const struct pokeys_axis *axis = &engine->axis[number];
 
-	value->pos_fb = (threading_leads(engine, number) ? joint->position : axis->position) /
-			joint->scale - joint->offset;
+	value->pos_fb = units_of(joint, threading_leads(engine, number) ? joint->position :
+									  axis->position);
 	value->following_error = axis->following_error / joint->scale;
 	value->state = axis->state;
 	value->in_position = axis->in_position && axis->reference == joint->position;
@@ -89,7 +104,7 @@ void joint_read(const struct joint *joint, struct value_joint *value, unsigned i
 	value->limit_pos_dedicated = engine->dedicated_limit_plus >> number & 1;
 	value->home_dedicated = engine->dedicated_home >> number & 1;
 	value->probed = engine->probe_status >> number & 1;
-	value->probe_pos = axis->probe ? (double)axis->probe / joint->scale - joint->offset : 0;
+	value->probe_pos = axis->probe ? units_of(joint, axis->probe) : 0;
 }
 
 static enum pokeys_axis_mode mode_of(int32_t wanted, const struct pokeys_axis *axis)
@@ -104,7 +119,7 @@ static enum pokeys_axis_mode mode_of(int32_t wanted, const struct pokeys_axis *a
 static void take_place(const struct joint *joint, double units, double most, int32_t *pulses,
 		       bool *bad, size_t at, struct refusals *refusals)
 {
-	const double place = (units + joint->offset) * joint->scale;
+	const double place = (units + joint->offset) * joint->scale - (double)joint->carry;
 	/* Written so that NaN is bad as well. */
 	const bool beyond = !(fabs(place) <= most);
 
@@ -140,7 +155,9 @@ static bool beyond(const struct joint *joint, const struct value_joint *value,
 		   const struct value_axis_settings *set)
 {
 	const double slack = 0.5 / fabs(joint->scale);
-	const double to = value->pos_cmd, here = value->pos_fb;
+	/* the limits are those of the device's own count */
+	const double carry = (double)joint->carry / joint->scale;
+	const double to = value->pos_cmd - carry, here = value->pos_fb - carry;
 
 	return set->soft_limits == 1 && ((to > set->soft_max + slack && to > here) ||
 					 (to < set->soft_min - slack && to < here));

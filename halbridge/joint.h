@@ -30,6 +30,7 @@ struct joint {
 
 	struct factor wanted;	/* scale as the parameter has it */
 	double scale;		/* in use, pulses per unit */
+	int64_t carry;		/* pulses that the device has lost: its count began anew */
 	int32_t position;	/* last good command, pulses */
 	int32_t target;		/* last good one for probing, pulses */
 	bool scale_late, position_bad, velocity_bad, target_bad, absent, beyond;
@@ -52,6 +53,9 @@ void joint_init(struct joint *joint);
  */
 bool joint_settings(struct joint *joint, const struct value_joint *value, unsigned int number,
 		    struct refusals *refusals);
+
+/* From now on the device's count is `position` and lacks `carry` pulses. Realtime. */
+void joint_carry(struct joint *joint, int64_t carry, int32_t position);
 
 /* State image to pins. Realtime. */
 void joint_read(const struct joint *joint, struct value_joint *value, unsigned int number,

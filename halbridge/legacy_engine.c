@@ -3,10 +3,10 @@
  * The pulse engine under its older names: emergency, masks, presets.
  *
  * Emergency.in is what machines wire to LinuxCNC's emergency chain, so it says
- * "emergency" when in doubt: without fresh data, and without any pin set up,
- * both of which a choice can turn off. Until March 2025 it said the contrary, that
- * the engine is in no emergency, and machines wire that to iocontrol.0.emc-enable-in;
- * a choice again, and then what is in doubt is false.
+ * "emergency" when in doubt: without fresh data, after the loss of positions until the
+ * machine is off, and without any pin set up, which choices can turn off. Until March
+ * 2025 it said the contrary, that the engine is in no emergency, and machines wire that to
+ * iocontrol.0.emc-enable-in; a choice again, and then what is in doubt is false.
  *
  * The old component asked the engine for "stopped" as long as the machine was
  * off, and that is how a machine gets out of a limit or emergency stop: off
@@ -91,7 +91,7 @@ void legacy_read_engine(struct exchange *exchange, struct values *values, bool f
 	const struct pokeys_engine *from = &exchange->state.engine;
 	struct legacy_engine *engine = &values->legacy.engine;
 
-	read_emergency(&exchange->state, values, fresh);
+	read_emergency(&exchange->state, values, fresh && !exchange->positions.alarm);
 	engine->wanted_state = values->machine_is_on ? 3 : 0;
 	if (!fresh)
 		return;

@@ -80,6 +80,11 @@ static const struct table_row rows[] = {
 	STATUS("outputs-held", outputs_held,
 	       "outputs stay in the safe state since a loss, until machine-is-on rises "
 	       "(resume-outputs in pokeysd.conf)"),
+	STATUS("position-lost", position_lost,
+	       "position-lost of at least one joint", BOTH_SCHEMES),
+	STATUS("unhome", unhome,
+	       "position-lost of a joint whose motion-homed is true: switch the machine off and "
+	       "unhome its joints"),
 	STATUS("safe-state", safe_state, "the daemon holds outputs and axes in the safe state"),
 	STATUS("commander", commander, "the daemon follows this component's commands"),
 	STATUS("command-refused", command_refused,

@@ -93,7 +93,7 @@ struct value_joint {
 	bool enable, enabled, in_position, homed, error;
 	bool limit_neg, limit_pos, soft_limit, home_switch, refused;
 	bool limit_neg_dedicated, limit_pos_dedicated, home_dedicated, probed;
-	bool home, homing;
+	bool home, homing, motion_homed, position_lost;
 	param_u32 home_group;
 	param_float scale, home_offset;
 };
@@ -104,6 +104,7 @@ struct value_engine {
 	uint32_t buffer_slots, buffer_level, buffer_underruns, buffer_resyncs, slot_us;
 	bool emergency, emergency_not, activated, limit_override_active;
 	bool limit_override, clear_fault, mpg_jog;
+	param_bit dry_loses;
 	bool misc_in[8], misc_in_not[8];
 };
 
@@ -233,6 +234,7 @@ struct values {
 	uint32_t error_code, error_count;
 	bool error_active, emergency_stop;
 	bool machine_is_on, machine_on_permitted, needs_edge, outputs_held, safe_state;
+	bool position_lost, unhome;
 
 	struct value_engine engine;
 	struct value_homing homing;

@@ -32,16 +32,19 @@ def prepare(m):
     m.hal.becomes("config.state", 3, limit=60)
 
 
+def place_axes(m, places):
+    """Where each axis is, in pulses: told by the commander, so that it is the device's own count."""
+    set_all(m, {f"PEv2.{i}.PositionSetup": place for i, place in places.items()})
+    for i, place in places.items():
+        m.hal.becomes(f"PEv2.{i}.CurrentPosition", place)
+
+
 STANDING = Act("an engine that stands", phases=4, before=prepare)
 
 
 def state(i, phase):
     """Of an axis: each is homing once, and has probed once."""
     return (8, 14, 1, 20, 12, 14, 30, 16)[(i + phase) % 8]
-
-
-def pulses(i, phase):
-    return (1000 * (i + 1) + phase) * (-1 if phase % 2 else 1)
 
 
 @STANDING.rule(r"joint\.(\d\d)\.state", r"PEv2\.(\d)\.AxesState")
@@ -63,17 +66,6 @@ def _(step, phase, i):
 @STANDING.rule(r"PEv2\.(\d)\.digin\.Probe\.in-not")
 def _(step, phase, i):
     step.shows(state(i, phase) != 14)
-
-
-@STANDING.rule(r"joint\.(\d\d)\.pos-fb", r"PEv2\.(\d)\.joint-pos-fb")
-def _(step, phase, i):
-    step.sim(f"field axis.pulses {i} {pulses(i, phase)}")
-    step.shows(pulses(i, phase) / SCALE)
-
-
-@STANDING.rule(r"PEv2\.(\d)\.CurrentPosition")
-def _(step, phase, i):
-    step.shows(pulses(i, phase))
 
 
 RAW = {"limit-neg": "minus", "limit-pos": "plus", "home-sw": "home", "LimitN": "minus",

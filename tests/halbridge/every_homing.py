@@ -97,10 +97,24 @@ def _(step, phase, i):
         step.shows(False)
 
 
+def preset(i, phase):
+    return (1000 * (i + 1) + phase) * (-1 if phase else 1)
+
+
 @PRESET.rule(r"PEv2\.(\d)\.PositionSetup")
 def _(step, phase, i):
-    step.press(1000 * (i + 1) + phase)
-    step.device("axis.pulses", i, 1000 * (i + 1) + phase)
+    step.press(preset(i, phase))
+    step.device("axis.pulses", i, preset(i, phase))
+
+
+@PRESET.rule(r"PEv2\.(\d)\.CurrentPosition")
+def _(step, phase, i):
+    step.shows(preset(i, phase))
+
+
+@PRESET.rule(r"joint\.(\d\d)\.pos-fb", r"PEv2\.(\d)\.joint-pos-fb")
+def _(step, phase, i):
+    step.shows(preset(i, phase) / SCALE)
 
 
 def bench_of_one_group(m):

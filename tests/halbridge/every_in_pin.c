@@ -150,6 +150,14 @@ static bool emergency_stops(const struct table_cursor *at, bool pressed)
 	return command->flags == (pressed ? POKEYS_COMMAND_EMERGENCY : 0u);
 }
 
+/* A loss of position is a loss only to one that was homed. */
+static bool it_was_homed(const struct table_cursor *at, bool pressed)
+{
+	drive.rig.daemon.engine.axis[at->index].position_epoch += 2;
+	drive_periods(&drive, 2);
+	return drive.rig.values.unhome == pressed;
+}
+
 static bool limits_are_overridden(const struct table_cursor *at, bool pressed)
 {
 	(void)at;
@@ -157,7 +165,7 @@ static bool limits_are_overridden(const struct table_cursor *at, bool pressed)
 }
 
 static const struct in_driver drivers[] = {
-	BY("emergency-stop", emergency_stops),
+	BY("emergency-stop", emergency_stops), BY("joint.%02u.motion-homed", it_was_homed),
 	BY("machine-is-on", machine_is_on), BY("engine.limit-override", limits_are_overridden),
 	BY("engine.clear-fault", fault_is_cleared), BY("counter.reset", counters_are_reset),
 	BY("joint.%02u.home", joint_is_homed), BY("homing.cancel", homing_is_cancelled),

@@ -146,6 +146,27 @@ static void refuse_a_thread(struct rig *rig)
 	rig->daemon.threading.index_count++;
 }
 
+static struct drive drive;
+
+static void begin_another_count(struct rig *rig)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		rig->daemon.engine.axis[i].position_epoch += 2;
+}
+
+static void begin_one_while_homed(struct rig *rig)
+{
+	size_t pin = 0;
+
+	for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
+		if (!strcmp(at.row->name, "joint.%02u.motion-homed"))
+			drive_set(&drive, at.row, pin, 1);
+		pin += at.row->kind == TABLE_PIN;
+	}
+	drive_period(&drive);
+	begin_another_count(rig);
+}
+
 static void attach_a_keyboard(struct rig *rig)
 {
 	rig->daemon.kbd48_module = 3;
@@ -227,6 +248,8 @@ static const struct out_driver drivers[] = {
 	BY("packet-error", lose_packets), BY("packet-error-level", lose_packets),
 	BY("packet-error-total", lose_packets), BY("packet-error-exceeded", lose_many),
 	BITS("machine-on-permitted", flags, 3), BITS("needs-edge", flags, 4),
+	BY("position-lost", begin_another_count), BY("unhome", begin_one_while_homed),
+	BY("joint.%02u.position-lost", begin_another_count),
 	BITS("outputs-held", flags, 10), BITS("safe-state", flags, 2), BITS("commander", flags, 1),
 	BITS("command-refused", flags, 7), COUNT("command-refused-count", refused_command),
 	BY("input-refused", set_bad_scale), BY("input-refused-count", set_bad_scale),
@@ -369,7 +392,6 @@ static const struct out_driver drivers[] = {
 	BITS("daemon.guard", flags, 9), BY("joint.%02u.refused", set_bad_scale),
 };
 
-static struct drive drive;
 
 static const struct out_driver *driver_of(const struct table_row *row)
 {

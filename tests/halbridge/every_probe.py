@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Rules for probing, by both names. Terminals 13 and 14 are the probe's, and so are the
 engine's inputs 1 and 2; axes stand in different places, so that none could be another's."""
-from every_axis import AXES, SCALE, prepare
+from every_axis import AXES, SCALE, place_axes, prepare
 from every_motion import near
 from every_name import Act
 from every_play import set_all
@@ -16,8 +16,8 @@ def place(i):
 def bench(m):
     set_all(m, {"pin.12.function": 2, "pin.13.function": 2})
     prepare(m)
-    m.inside.ask("pin 13 0", "pin 14 0",
-                 *(f"field axis.pulses {i} {place(i)}" for i in range(AXES)))
+    m.inside.ask("pin 13 0", "pin 14 0")
+    place_axes(m, {i: place(i) for i in range(AXES)})
     m.hal.becomes("joint.07.pos-fb", place(7) / SCALE)
     set_all(m, {f"joint.{i:02d}.{name}": value for i in range(AXES)
                 for name, value in (("pos-cmd", place(i) / SCALE), ("enable", True))})

@@ -2,7 +2,7 @@
 """Rules for the device's failsafe, what it is, outputs by the older names, and names
 that are nobody's to move here."""
 from hal_live import wait
-from every_axis import AXES, prepare
+from every_axis import AXES, place_axes, prepare
 from every_io import TICKS, coded
 from every_motion import near
 from every_name import Act
@@ -121,16 +121,20 @@ def switch_on(m):
     set_all(m, {"machine-is-on": True})
 
 
-WHOLE = Act("the whole part of a scale", phases=3, before=link)
+def link_and_place(m):
+    link(m)
+    place_axes(m, {2: 2100})
+
+
+WHOLE = Act("the whole part of a scale", phases=3, before=link_and_place)
 MOVE = Act("axes by their older names", phases=3, before=switch_on)
 
 
 @WHOLE.rule(r"legacy\.whole-scale")
 def _(step, phase):
-    step.sim(f"field axis.pulses 2 {(2100, 2100, 0)[phase]}")
     step.set((10.5, 10.5, 100.0)[phase], "joint.02.scale")
     step.set(phase == 1)
-    step.shows((200.0, 210.0, 0)[phase], "PEv2.2.joint-pos-fb")
+    step.shows((200.0, 210.0, 21.0)[phase], "PEv2.2.joint-pos-fb")
 
 
 @MOVE.rule(r"PEv2\.(\d)\.joint-pos-cmd")

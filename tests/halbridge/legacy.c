@@ -116,6 +116,30 @@ static void an_enabled_axis_keeps_its_offset(void **state)
 	assert_false(rig.values.input_refused);
 }
 
+/* Only LinuxCNC can say that it has seen it. */
+static void a_lost_position_is_an_emergency_until_it_is_off(void **state)
+{
+	(void)state;
+	rig.daemon.engine.emergency_pin = 1;
+	rig.values.machine_is_on = true;
+	rig_period(&rig);
+	assert_false(legacy->engine.emergency);
+	rig.daemon.engine.axis[0].position_epoch += 2;
+	rig_periods(&rig, 1000);
+	assert_true(legacy->engine.emergency);
+	rig.values.machine_is_on = false;
+	rig_period(&rig);
+	assert_false(legacy->engine.emergency);
+	/* to home it */
+	rig.values.machine_is_on = true;
+	rig_periods(&rig, 10);
+	assert_false(legacy->engine.emergency);
+	assert_true(rig.values.position_lost);
+	rig.daemon.engine.axis[0].position_epoch += 2;
+	rig_periods(&rig, 10);
+	assert_true(legacy->engine.emergency);
+}
+
 static void no_fresh_data_is_an_emergency(void **state)
 {
 	(void)state;
@@ -424,6 +448,7 @@ int main(void)
 		cmocka_unit_test_setup(the_whole_part_of_the_scale_is_a_choice, setup),
 		cmocka_unit_test_setup(an_enabled_axis_keeps_its_offset, setup),
 		cmocka_unit_test_setup(no_fresh_data_is_an_emergency, setup),
+		cmocka_unit_test_setup(a_lost_position_is_an_emergency_until_it_is_off, setup),
 		cmocka_unit_test_setup(emergency_without_a_pin_is_a_choice, setup),
 		cmocka_unit_test_setup(emergency_follows_its_pin_and_the_engine, setup),
 		cmocka_unit_test_setup(emergency_is_turned_around_as_it_was_if_chosen, setup),

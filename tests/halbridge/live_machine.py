@@ -168,6 +168,7 @@ def a_killed_daemon_is_survived(m):
     assert hal.get("joint.00.pos-fb") == 7
     hal.becomes("needs-edge", True)
     hal.becomes("outputs-held", True)
+    hal.becomes("joint.00.position-lost", True)
     hal.set("joint.00.pos-cmd", 9)
     m.passes()
     found, on = m.sim("axis 0")["position"], m.sim("pin 32")["latch"]
@@ -183,13 +184,18 @@ def a_killed_daemon_is_survived(m):
 
 def a_rebooted_device_comes_back(m):
     hal = m.all()
+    hal.set("joint.00.motion-homed", 1)
     m.machine_on()
     m.move(5)
     m.sim("reboot keep-config")
     hal.becomes("machine-on-permitted", False)
     hal.becomes("connected", True)
     hal.becomes("needs-edge", True)
-    hal.becomes("joint.00.pos-fb", 0)
+    with safety():
+        hal.becomes("joint.00.position-lost", True)
+        hal.becomes("unhome", True)
+        assert hal.get("position-lost") is True
+        assert hal.get("joint.00.pos-fb") == 5, "the position jumped"
     m.passes()
     found = m.sim("axis 0")["position"]
     with safety():
@@ -199,6 +205,16 @@ def a_rebooted_device_comes_back(m):
     hal.becomes("connected", True)
     m.machine_on()
     m.move(3)
+    found = m.sim("axis 0")["position"]
+    with safety():
+        assert found == "-200", "it went to another place than two units back"
+        assert hal.get("position-lost") is True
+    hal.set("joint.00.motion-homed", 0)
+    hal.becomes("unhome", False)
+    assert hal.get("position-lost") is True
+    hal.set("joint.00.motion-homed", 1)
+    hal.becomes("joint.00.position-lost", False)
+    hal.becomes("unhome", False)
 
 
 def every_order_of_starting_works(m):

@@ -58,7 +58,8 @@ static bool is_told_about(const char *name)
 	static const char *const parts[] = {
 		"failsafe.", "engine.backlash", "engine.postep", "joint.%02u.backlash-",
 		"joint.%02u.postep.", "synced-pwm.", "synced-out.", "rate.backlash", "rate.postep",
-		"threading.", "matrix.row-pin.", "matrix.column-pin.",
+		"threading.", "matrix.row-pin.", "matrix.column-pin.", "joint.%02u.limit-neg-d",
+		"joint.%02u.limit-pos-d", "joint.%02u.home-d",
 	};
 
 	for (size_t i = 0; i < sizeof(parts) / sizeof(parts[0]); i++) {

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * A device that was restarted counts from 0, and LinuxCNC goes by the position that it is
+ * shown: it would believe the machine to be at 0, or, homed as before, send it to a
+ * wrong place. What counts anew is told by the daemon (axis.position_epoch), never
+ * by how long data were stale: a device can be back within one period.
+ *
+ * So pos-fb does not jump: from then on it is what the device counts, plus what was lost,
+ * and commands are taken back by the same. Where the axis really stands nobody knows,
+ * its motor may have had no power. That is what position-lost says, until the joint is
+ * homed: by the device (then its own count is valid again), by LinuxCNC (motion-homed
+ * rises), or its position is set.
+ *
+ * A motion buffer that ran dry stopped axes without a ramp. Their counts are right, but
+ * the motors may have lost steps, so that is a loss as well. And so is another daemon than
+ * before: it cannot know what was while nobody looked.
+ */
+#include "halbridge/position.h"
+
+/* Homed in LinuxCNC's own way. */
+static void acknowledge(struct position *position, bool homed)
+{
+	if (homed && !position->homed)
+		position->lost = false;
+	position->homed = homed;
+}
+
+/* The commander's own, or the device has homed it. */
+static bool is_told(uint8_t epoch)
+{
+	return epoch & 1;
+}
+
+/* Returns true if the count is another than before. */
+static bool judge(struct position *position, struct joint *joint, const struct pokeys_axis *axis,
+		  bool restarted)
+{
+	const bool anew = position->known && (restarted || axis->position_epoch != position->epoch);
+	const bool told = is_told(axis->position_epoch) && !restarted;
+
+	if (anew)
+		joint_carry(joint, told ? 0 : joint->carry + position->shown - axis->position,
+			    axis->position);
+	if (anew)
+		position->lost = !told;
+	position->known = true;
+	position->epoch = axis->position_epoch;
+	position->shown = axis->position;
+	return anew;
+}
+
+static void show(const struct positions *positions, struct values *values)
+{
+	const bool lost_before = values->position_lost, unhome_before = values->unhome;
+
+	values->position_lost = values->unhome = false;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct position *position = &positions->joint[i];
+
+		if (values->joint[i].position_lost != position->lost)
+			values_changed(values, BLOCK_JOINT);
+		values->joint[i].position_lost = position->lost;
+		values->position_lost |= position->lost;
+		values->unhome |= position->lost && position->homed;
+	}
+	if (values->position_lost != lost_before || values->unhome != unhome_before)
+		values_changed(values, BLOCK_MACHINE);
+}
+
+bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES],
+		    struct values *values, const struct pokeys_engine *engine, bool fresh,
+		    bool restarted)
+{
+	const bool dry = engine->buffer_underruns != positions->underruns &&
+			 values->engine.dry_loses;
+	bool anew = false, lost = false;
+
+	positions->restarted |= restarted;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		struct position *position = &positions->joint[i];
+		const struct pokeys_axis *axis = &engine->axis[i];
+
+		acknowledge(position, values->joint[i].motion_homed);
+		if (!fresh || axis->mode == POKEYS_AXIS_OFF)
+			continue;
+		if (judge(position, &joint[i], axis, positions->restarted)) {
+			anew = true;
+			lost |= position->lost;
+		} else if (dry && axis->mode == POKEYS_AXIS_BUFFERED) {
+			lost = position->lost = true;
+		}
+	}
+	positions->alarm = (positions->alarm || lost) && values->machine_is_on;
+	if (fresh) {
+		positions->underruns = engine->buffer_underruns;
+		positions->restarted = false;
+	}
+	show(positions, values);
+	return anew;
+}

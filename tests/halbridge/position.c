@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * A device whose count begins anew: positions go on, and whoever moves by them is told until
+ * the joint was homed.
+ */
+#include "tests/halbridge/rig.h"
+
+static struct rig rig;
+static struct values *const values = &rig.values;
+static struct value_joint *const joint = &rig.values.joint[2];
+static struct pokeys_axis *const axis = &rig.daemon.engine.axis[2];
+static const struct pokeys_axis_command *const command = &rig.exchange.command.axis[2];
+
+static int setup(void **state)
+{
+	(void)state;
+	rig_init(&rig);
+	joint->scale = 400;
+	axis->position = 60000;
+	rig_periods(&rig, 3);
+	joint->motion_homed = true;
+	joint->pos_cmd = joint->pos_fb;
+	rig_periods(&rig, 3);
+	assert_true(joint->pos_fb == 150);
+	assert_false(values->position_lost);
+	return 0;
+}
+
+/* As the daemon tells it. */
+static void begin_anew(int32_t position)
+{
+	axis->position_epoch = (uint8_t)((axis->position_epoch | 1) + 1);
+	axis->position = position;
+	axis->homed = 0;
+}
+
+static void set(int32_t position)
+{
+	axis->position_epoch = (uint8_t)((axis->position_epoch + 1) | 1);
+	axis->position = position;
+}
+
+static void is_lost(bool unhome)
+{
+	assert_true(joint->position_lost && values->position_lost);
+	assert_int_equal(values->unhome, unhome);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		assert_int_equal(values->joint[i].position_lost, i == 2);
+}
+
+static void is_known(void)
+{
+	assert_false(joint->position_lost);
+	assert_false(values->position_lost);
+	assert_false(values->unhome);
+}
+
+static void pos_fb_does_not_jump_and_neither_does_the_axis(void **state)
+{
+	(void)state;
+	begin_anew(0);
+	rig_period(&rig);
+	is_lost(true);
+	assert_true(joint->pos_fb == 150);
+	/* a command of before, and one that follows the feedback, are where the axis stands */
+	assert_int_equal(command->position, 0);
+	joint->pos_cmd = 151;
+	rig_period(&rig);
+	assert_int_equal(command->position, 400);
+	axis->position = 400;
+	rig_period(&rig);
+	assert_true(joint->pos_fb == 151);
+	/* and once more */
+	begin_anew(-7);
+	rig_period(&rig);
+	assert_true(joint->pos_fb == 151);
+	assert_int_equal(command->position, -7);
+	is_lost(true);
+}
+
+static void nothing_ends_it_but_homing(void **state)
+{
+	(void)state;
+	begin_anew(0);
+	rig_periods(&rig, 1000);
+	is_lost(true);
+	rig.device_silent = true;
+	rig_periods(&rig, 1000);
+	rig.device_silent = false;
+	rig_periods(&rig, 1000);
+	is_lost(true);
+	/* LinuxCNC has unhomed it: the machine may be switched on again, to home it */
+	joint->motion_homed = false;
+	rig_periods(&rig, 1000);
+	is_lost(false);
+	joint->motion_homed = true;
+	rig_period(&rig);
+	is_known();
+	assert_true(joint->pos_fb == 150);
+}
+
+static void one_that_was_never_homed_is_lost_and_not_unhomed(void **state)
+{
+	(void)state;
+	joint->motion_homed = false;
+	rig_period(&rig);
+	begin_anew(0);
+	rig_period(&rig);
+	is_lost(false);
+}
+
+static void homing_by_the_device_ends_it_with_its_own_count(void **state)
+{
+	(void)state;
+	begin_anew(0);
+	rig_periods(&rig, 3);
+	is_lost(true);
+	set(-800);
+	rig_period(&rig);
+	is_known();
+	assert_true(joint->pos_fb == -2);
+	joint->pos_cmd = -1;
+	rig_period(&rig);
+	assert_int_equal(command->position, -400);
+}
+
+static void it_is_noticed_when_data_are_fresh_again(void **state)
+{
+	(void)state;
+	rig.daemon.link = POKEYS_LINK_IDENTIFYING;
+	begin_anew(0);
+	rig_periods(&rig, 100);
+	assert_true(joint->pos_fb == 150);
+	rig.daemon.link = POKEYS_LINK_RUNNING;
+	rig_period(&rig);
+	is_lost(true);
+	assert_true(joint->pos_fb == 150);
+}
+
+/* It cannot know what was before it. */
+static void another_daemon_is_a_loss(void **state)
+{
+	(void)state;
+	rig.daemon.epoch++;
+	axis->position = 60100;
+	axis->position_epoch = 0;
+	rig.daemon.link = POKEYS_LINK_IDENTIFYING;
+	rig_periods(&rig, 10);
+	assert_false(joint->position_lost);
+	rig.daemon.link = POKEYS_LINK_RUNNING;
+	rig_period(&rig);
+	assert_true(joint->position_lost && values->unhome);
+	assert_true(joint->pos_fb == 150);
+	assert_int_equal(command->position, 60100);
+}
+
+static void a_buffer_that_ran_dry_is_a_loss_of_steps(void **state)
+{
+	(void)state;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		rig.daemon.engine.axis[i].mode = i == 2 ? POKEYS_AXIS_BUFFERED :
+							  POKEYS_AXIS_POSITION;
+	rig_period(&rig);
+	is_known();
+	values->engine.dry_loses = false;
+	rig.daemon.engine.buffer_underruns++;
+	rig_period(&rig);
+	is_known();
+	values->engine.dry_loses = true;
+	rig_period(&rig);
+	is_known();
+	rig.daemon.engine.buffer_underruns++;
+	axis->position += 40;
+	rig_period(&rig);
+	is_lost(true);
+	/* the count is right */
+	assert_true(joint->pos_fb == 150.1);
+}
+
+static void an_axis_that_is_not_there_loses_nothing(void **state)
+{
+	(void)state;
+	axis->mode = POKEYS_AXIS_OFF;
+	begin_anew(0);
+	rig_periods(&rig, 3);
+	is_known();
+}
+
+/* What the device's planner cannot reach is measured in the device's own count. */
+static void a_place_beyond_the_planner_is_refused_by_its_count(void **state)
+{
+	(void)state;
+	begin_anew(JOINT_POSITION_MOST - 400);
+	rig_period(&rig);
+	joint->pos_cmd = 151;
+	rig_period(&rig);
+	assert_int_equal(command->position, JOINT_POSITION_MOST);
+	joint->pos_cmd = 151.1;
+	rig_period(&rig);
+	assert_true(joint->refused);
+	assert_int_equal(command->position, JOINT_POSITION_MOST);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(pos_fb_does_not_jump_and_neither_does_the_axis, setup),
+		cmocka_unit_test_setup(nothing_ends_it_but_homing, setup),
+		cmocka_unit_test_setup(one_that_was_never_homed_is_lost_and_not_unhomed, setup),
+		cmocka_unit_test_setup(homing_by_the_device_ends_it_with_its_own_count, setup),
+		cmocka_unit_test_setup(it_is_noticed_when_data_are_fresh_again, setup),
+		cmocka_unit_test_setup(another_daemon_is_a_loss, setup),
+		cmocka_unit_test_setup(a_buffer_that_ran_dry_is_a_loss_of_steps, setup),
+		cmocka_unit_test_setup(an_axis_that_is_not_there_loses_nothing, setup),
+		cmocka_unit_test_setup(a_place_beyond_the_planner_is_refused_by_its_count, setup),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
