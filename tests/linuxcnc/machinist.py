@@ -296,6 +296,32 @@ def cable_out_stops_for_good(m):
     m.tell(f"cable in: homed again, ends at {at_the_end(m)} pulses")
 
 
+def a_restart_is_never_a_position(m):
+    """The device is back at once, much sooner than PATIENCE, and counts from 0."""
+    m.move("G53 G0 X80 Y20 Z-5 A10")
+    m.settled()
+    stood = m.look().joint_actual_position[:len(m.joints)]
+    machine = m.pulses()[1]
+    m.said.clear()
+    m.sim("reboot keep-config")
+    with safety():
+        m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP)
+        m.until("no joint homed", lambda s: not any(s.homed[j] for j in m.joints))
+        m.until("a message for the operator", lambda _: any("positions are lost" in text for text in m.said))
+        now = m.look().joint_actual_position[:len(m.joints)]
+        assert all(abs(a - b) < 0.01 for a, b in zip(now, stood)), f"positions jumped from {stood} to {now}"
+    m.until("the device is back", lambda _: hal.get_value("pokeys.0.connected"))
+    m.switch_on()
+    after = m.pulses()[1]
+    with safety():
+        assert after == machine, f"it moved from {machine} to {after} as it was switched on"
+        assert hal.get_value("pokeys.0.position-lost"), "nobody has homed it"
+    m.home()
+    assert not hal.get_value("pokeys.0.position-lost")
+    m.move("G53 G0 X30.125 Y41.7 Z-5 A45")
+    m.tell(f"restarted: the operator sees {[text.strip() for text in m.said]}, homed again")
+
+
 def first_cut(m):
     homing_finds_the_switches(m)
     before = [p - k for p, k in zip(*m.pulses())]
@@ -306,6 +332,7 @@ def first_cut(m):
     m.tell(f"lossy: same end to the pulse, though {m.lost()}")
     assert [p - k for p, k in zip(*m.pulses())] == before, "counts and machine have parted"
     cable_out_stops_for_good(m)
+    a_restart_is_never_a_position(m)
 
 
 # ---- homing by the device: device-homing.hal
