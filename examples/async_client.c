@@ -126,8 +126,8 @@ static int wait_and_dispatch(int fd, uint64_t until_ns)
 	if (ppoll(&wanted, 1, &sleep, NULL) < 0 && errno != EINTR)
 		return -errno;
 	now = now_ns();
-	r = PK_ReceiveAndDispatch(&device, now);
-	PK_TimeoutAndRetryCheck(&device, now);
+	r = pokeys_device_receive(&device, now);
+	pokeys_device_check(&device, now);
 	return r < 0 ? r : 0;
 }
 
@@ -137,7 +137,7 @@ static int create_and_send(pokeys_command_t op, void *target, uint64_t now)
 
 	/* over the budget of transmissions: it goes out in a later tick */
 	if (id >= 0)
-		SendRequestAsync(&device, (uint8_t)id, now);
+		pokeys_request_send(&device, (uint8_t)id, now);
 	return id;
 }
 
@@ -188,7 +188,7 @@ static void update(struct reading *reading, uint64_t now)
 	if (reading->id >= 0) {
 		switch (pokeys_request_state(&device, id)) {
 		case POKEYS_REQUEST_CREATED:
-			SendRequestAsync(&device, id, now);
+			pokeys_request_send(&device, id, now);
 			return;
 		case POKEYS_REQUEST_IN_FLIGHT:
 			return;

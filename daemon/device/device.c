@@ -76,7 +76,7 @@ void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint6
 	device->tick_ns = tick_ns;
 	device->budget = BUDGET;
 	if (!device->mailbox.in_flight_count)
-		PK_TimeoutAndRetryCheck(&device->mailbox, now_ns);
+		pokeys_device_check(&device->mailbox, now_ns);
 	intake_cycle(device, command, refused);
 	one_shot_cycle(device);
 	safe_cycle(device);
@@ -106,7 +106,7 @@ const pokeys_device_t *device_mailbox(const struct device *device)
 void device_check(struct device *device, uint64_t now_ns)
 {
 	device->now_ns = now_ns;
-	PK_TimeoutAndRetryCheck(&device->mailbox, now_ns);
+	pokeys_device_check(&device->mailbox, now_ns);
 }
 
 uint64_t device_next_deadline(const struct device *device)

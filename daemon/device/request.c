@@ -50,7 +50,7 @@ static bool send(struct device *device, enum wire_op op, const void *value,
 		return false;
 	if (ends->deadline_ns)
 		pokeys_request_set_deadline(&device->mailbox, (uint8_t)id, ends->deadline_ns);
-	if (SendRequestAsync(&device->mailbox, (uint8_t)id, device->now_ns) < 0) {
+	if (pokeys_request_send(&device->mailbox, (uint8_t)id, device->now_ns) < 0) {
 		pokeys_request_cancel(&device->mailbox, (uint8_t)id, device->now_ns);
 		return false;
 	}

@@ -63,7 +63,7 @@ static int expire(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 	return resend(dev, entry, now_ns);
 }
 
-int PK_TimeoutAndRetryCheck(pokeys_device_t *dev, uint64_t now_ns)
+int pokeys_device_check(pokeys_device_t *dev, uint64_t now_ns)
 {
 	const uint64_t now = mailbox_time(dev, now_ns);
 	const uint32_t count = dev->in_flight_count;

@@ -212,7 +212,7 @@ int pokeys_device_deliver(pokeys_device_t *dev, const uint8_t *packet, size_t le
 	return 1;
 }
 
-int PK_ReceiveAndDispatch(pokeys_device_t *dev, uint64_t now_ns)
+int pokeys_device_receive(pokeys_device_t *dev, uint64_t now_ns)
 {
 	const uint64_t now = mailbox_time(dev, now_ns);
 	uint8_t packet[RECEIVE_SIZE];

@@ -185,7 +185,7 @@ int mailbox_transmit(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_
 	return r;
 }
 
-int SendRequestAsync(pokeys_device_t *dev, uint8_t request_id, uint64_t now_ns)
+int pokeys_request_send(pokeys_device_t *dev, uint8_t request_id, uint64_t now_ns)
 {
 	const uint64_t now = mailbox_time(dev, now_ns);
 	mailbox_entry_t *entry = &dev->mailbox[request_id];

@@ -10,10 +10,10 @@
  *
  *	pokeys_device_init(&dev, &io, NULL);
  *	id = CreateRequestAsync(&dev, op, NULL, 0, target, sizeof target);
- *	SendRequestAsync(&dev, id, now);
+ *	pokeys_request_send(&dev, id, now);
  *	...
- *	PK_ReceiveAndDispatch(&dev, now);
- *	PK_TimeoutAndRetryCheck(&dev, now);
+ *	pokeys_device_receive(&dev, now);
+ *	pokeys_device_check(&dev, now);
  *	if (pokeys_request_state(&dev, id) == POKEYS_REQUEST_DONE) ...
  *
  * Each cycle receive first and check afterwards, so that an answer which is
@@ -127,8 +127,8 @@ typedef struct pokeys_device pokeys_device_t;
 typedef struct mailbox_entry mailbox_entry_t;
 
 /*
- * Called once when a request ends, from inside PK_ReceiveAndDispatch,
- * PK_TimeoutAndRetryCheck, pokeys_request_cancel or pokeys_device_reset.
+ * Called once when a request ends, from inside pokeys_device_receive,
+ * pokeys_device_check, pokeys_request_cancel or pokeys_device_reset.
  * entry->state says how, entry->response_buffer holds the reply if it is
  * POKEYS_REQUEST_DONE. The entry is valid during the call. The callback may
  * create, send and cancel requests; it must not receive, check or reset.
@@ -306,14 +306,14 @@ int pokeys_request_set_deadline(pokeys_device_t *dev, uint8_t request_id, uint64
  * deadline passes; a one-shot that the transport refused was not sent and
  * gives the transport's -errno with the request back in CREATED.
  */
-int SendRequestAsync(pokeys_device_t *dev, uint8_t request_id, uint64_t now_ns);
+int pokeys_request_send(pokeys_device_t *dev, uint8_t request_id, uint64_t now_ns);
 
 /*
  * Take every packet that has arrived, match, copy, complete. Never blocks; at
  * most POKEYS_MAILBOX_SIZE packets a call. Returns the number of requests
  * completed, or the transport's -errno if it fails for good.
  */
-int PK_ReceiveAndDispatch(pokeys_device_t *dev, uint64_t now_ns);
+int pokeys_device_receive(pokeys_device_t *dev, uint64_t now_ns);
 
 /*
  * For a transport that delivers packets itself (a ring shared by several
@@ -327,7 +327,7 @@ int pokeys_device_deliver(pokeys_device_t *dev, const uint8_t *packet, size_t le
  * budget refuses uses up a retry and waits for another deadline, so nothing
  * piles up. Returns the number of requests that were resent or ended.
  */
-int PK_TimeoutAndRetryCheck(pokeys_device_t *dev, uint64_t now_ns);
+int pokeys_device_check(pokeys_device_t *dev, uint64_t now_ns);
 
 /* Earliest deadline of a request in flight, UINT64_MAX if there is none. */
 uint64_t pokeys_device_next_deadline(const pokeys_device_t *dev);

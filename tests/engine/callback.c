@@ -36,7 +36,7 @@ static void create_and_send(uint64_t now_ns)
 	if (id < 0)
 		seen.refused++;
 	else
-		assert_int_equal(SendRequestAsync(&s.dev, (uint8_t)id, now_ns), 0);
+		assert_int_equal(pokeys_request_send(&s.dev, (uint8_t)id, now_ns), 0);
 }
 
 static void parser(pokeys_device_t *dev, const mailbox_entry_t *entry, void *context,
@@ -151,7 +151,7 @@ static void parser_may_cancel_and_create_while_packets_are_received(void **state
 	}
 	seen.cancel_all = true;
 	seen.create = 1;
-	assert_int_equal(PK_ReceiveAndDispatch(&s.dev, s.now), 1);
+	assert_int_equal(pokeys_device_receive(&s.dev, s.now), 1);
 	assert_int_equal(seen.calls[POKEYS_REQUEST_DONE], 1);
 	/* the parsers of the cancelled ones created requests which were cancelled in turn */
 	assert_true(seen.calls[POKEYS_REQUEST_CANCELLED] >= 7);

@@ -22,7 +22,7 @@ static void packet_is_built_as_the_protocol_says(void **state)
 	script_init(&s, &options);
 	id = CreateRequestAsyncWithPayload(&s.dev, 0x40, params, 4, payload, 3, NULL, 0);
 	assert_int_equal(id, 5);
-	assert_int_equal(SendRequestAsync(&s.dev, 5, s.now), 0);
+	assert_int_equal(pokeys_request_send(&s.dev, 5, s.now), 0);
 	assert_memory_equal(script_last(&s), expected, POKEYS_PACKET_SIZE);
 }
 
@@ -35,7 +35,7 @@ static void general_form_fills_in_header_id_and_checksum(void **state)
 	script_init(&s, &options);
 	assert_int_equal(pokeys_request_create(&s.dev, packet, POKEYS_CLASS_READ, NULL, NULL, NULL),
 			 3);
-	assert_int_equal(SendRequestAsync(&s.dev, 3, s.now), 0);
+	assert_int_equal(pokeys_request_send(&s.dev, 3, s.now), 0);
 	packet[0] = 0xBB;
 	packet[6] = 3;
 	packet[7] = 0xBB + 0x31 + 3;
@@ -149,11 +149,11 @@ static void send_refuses_what_is_not_created(void **state)
 {
 	(void)state;
 	script_init(&s, NULL);
-	assert_int_equal(SendRequestAsync(&s.dev, 9, s.now), -ENOENT);
+	assert_int_equal(pokeys_request_send(&s.dev, 9, s.now), -ENOENT);
 	script_request(&s, OP_READ, 0, NULL, 0);
-	assert_int_equal(SendRequestAsync(&s.dev, 0, s.now), -EALREADY);
+	assert_int_equal(pokeys_request_send(&s.dev, 0, s.now), -EALREADY);
 	assert_int_equal(script_answer(&s, 0), 1);
-	assert_int_equal(SendRequestAsync(&s.dev, 0, s.now), -EALREADY);
+	assert_int_equal(pokeys_request_send(&s.dev, 0, s.now), -EALREADY);
 	assert_int_equal(s.sent, 1);
 }
 

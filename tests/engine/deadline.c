@@ -223,7 +223,7 @@ static void deadline_of_a_requests_own_is_kept_and_teaches_nothing(void **state)
 	assert_int_equal(pokeys_request_set_deadline(&s.dev, (uint8_t)id, 0), -EINVAL);
 	assert_int_equal(pokeys_request_set_deadline(&s.dev, (uint8_t)id, 61 * S), -EINVAL);
 	assert_int_equal(pokeys_request_set_deadline(&s.dev, (uint8_t)id, 2 * S), 0);
-	assert_int_equal(SendRequestAsync(&s.dev, (uint8_t)id, s.now), 0);
+	assert_int_equal(pokeys_request_send(&s.dev, (uint8_t)id, s.now), 0);
 	assert_int_equal(pokeys_request_set_deadline(&s.dev, (uint8_t)id, 1 * S), -EALREADY);
 	assert_int_equal(pokeys_request_set_deadline(&s.dev, 99, 1 * S), -ENOENT);
 	assert_int_equal(script_after(&s, 2 * S - 1), 0);
@@ -252,7 +252,7 @@ static void clock_that_steps_back_stands_still(void **state)
 	(void)state;
 	script_init(&s, NULL);
 	script_request(&s, OP_READ, 0, NULL, 0);
-	assert_int_equal(PK_TimeoutAndRetryCheck(&s.dev, 5), 0);
+	assert_int_equal(pokeys_device_check(&s.dev, 5), 0);
 	assert_int_equal(script_request(&s, OP_READ, 0, NULL, 0), 1);
 	s.now = 7;
 	assert_int_equal(script_answer(&s, 1), 1);
@@ -282,7 +282,7 @@ static void options_out_of_range_are_refused(void **state)
 		assert_int_equal(pokeys_device_init(&dev, &io, &bad[i]), -EINVAL);
 	io.receive = NULL;
 	assert_int_equal(pokeys_device_init(&dev, &io, NULL), 0);
-	assert_int_equal(PK_ReceiveAndDispatch(&dev, 1), 0);
+	assert_int_equal(pokeys_device_receive(&dev, 1), 0);
 }
 
 static void options_left_at_zero_have_their_defaults(void **state)

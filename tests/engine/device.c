@@ -42,8 +42,8 @@ static void run(uint64_t for_ns)
 	const uint64_t end = now + for_ns;
 
 	for (; now < end; now += 50 * US) {
-		PK_ReceiveAndDispatch(&dev, now);
-		PK_TimeoutAndRetryCheck(&dev, now);
+		pokeys_device_receive(&dev, now);
+		pokeys_device_check(&dev, now);
 	}
 }
 
@@ -52,7 +52,7 @@ static int request(uint8_t op, uint8_t p1, void *target, size_t size)
 	const int id = CreateRequestAsync(&dev, op, &p1, 1, target, size);
 
 	if (id >= 0)
-		assert_int_equal(SendRequestAsync(&dev, (uint8_t)id, now), 0);
+		assert_int_equal(pokeys_request_send(&dev, (uint8_t)id, now), 0);
 	return id;
 }
 

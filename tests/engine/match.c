@@ -154,7 +154,7 @@ static void oversize_and_empty_datagrams_from_the_transport_are_counted(void **s
 	script_post(&s, big, 0);
 	script_post(&s, big, 65);
 	script_post(&s, big, 64);
-	assert_int_equal(PK_ReceiveAndDispatch(&s.dev, s.now), 1);
+	assert_int_equal(pokeys_device_receive(&s.dev, s.now), 1);
 	assert_int_equal(s.dev.statistics.bad_length, 3);
 	assert_int_equal(s.dev.statistics.received, 4);
 }
@@ -262,7 +262,7 @@ static void request_that_has_not_left_cannot_be_answered(void **state)
 	id = CreateRequestAsync(&s.dev, OP_READ, NULL, 0, NULL, 0);
 	assert_int_equal(script_answer(&s, (uint8_t)id), 0);
 	s.send_error = -EAGAIN;
-	assert_int_equal(SendRequestAsync(&s.dev, (uint8_t)id, s.now), 0);
+	assert_int_equal(pokeys_request_send(&s.dev, (uint8_t)id, s.now), 0);
 	assert_int_equal(script_answer(&s, (uint8_t)id), 0);
 	assert_int_equal(s.dev.statistics.not_in_flight, 2);
 }
@@ -350,9 +350,9 @@ static void receiving_stops_after_a_bounded_number_of_packets(void **state)
 	in_flight(OP_READ, 0);
 	for (unsigned int i = 0; i < 300; i++)
 		script_post(&s, junk, sizeof(junk));
-	assert_int_equal(PK_ReceiveAndDispatch(&s.dev, s.now), 0);
+	assert_int_equal(pokeys_device_receive(&s.dev, s.now), 0);
 	assert_int_equal(s.dev.statistics.received, 256);
-	assert_int_equal(PK_ReceiveAndDispatch(&s.dev, s.now), 0);
+	assert_int_equal(pokeys_device_receive(&s.dev, s.now), 0);
 	assert_int_equal(s.dev.statistics.received, 300);
 }
 

@@ -160,12 +160,12 @@ static void oneshot_that_the_transport_refused_may_be_sent_later(void **state)
 	script_init(&s, NULL);
 	id = CreateRequestAsync(&s.dev, OP_PULSE, &sub, 1, NULL, 0);
 	s.send_error = -ENOBUFS;
-	assert_int_equal(SendRequestAsync(&s.dev, (uint8_t)id, s.now), -ENOBUFS);
+	assert_int_equal(pokeys_request_send(&s.dev, (uint8_t)id, s.now), -ENOBUFS);
 	assert_int_equal(pokeys_request_state(&s.dev, (uint8_t)id), POKEYS_REQUEST_CREATED);
 	assert_int_equal(s.dev.in_flight_count, 0);
 	assert_int_equal(script_after(&s, 1 * S), 0);
 	s.send_error = 0;
-	assert_int_equal(SendRequestAsync(&s.dev, (uint8_t)id, s.now), 0);
+	assert_int_equal(pokeys_request_send(&s.dev, (uint8_t)id, s.now), 0);
 	assert_int_equal(s.sent, 1);
 	assert_int_equal(script_answer(&s, (uint8_t)id), 1);
 	assert_int_equal(s.dev.statistics.send_failed, 1);
@@ -194,7 +194,7 @@ static void write_is_sent_again_with_the_newest_value(void **state)
 	script_init(&s, NULL);
 	packet[8] = 1;
 	id = pokeys_request_create(&s.dev, packet, POKEYS_CLASS_WRITE, NULL, put_newest, &newest);
-	assert_int_equal(SendRequestAsync(&s.dev, (uint8_t)id, s.now), 0);
+	assert_int_equal(pokeys_request_send(&s.dev, (uint8_t)id, s.now), 0);
 	assert_int_equal(script_last(&s)[8], 1);
 	newest = 42;
 	assert_int_equal(script_after(&s, 10 * MS), 1);
@@ -217,7 +217,7 @@ static void write_cancelled_while_refreshed_is_not_sent(void **state)
 	(void)state;
 	script_init(&s, NULL);
 	pokeys_request_create(&s.dev, packet, POKEYS_CLASS_WRITE, NULL, cancel_in_refresh, NULL);
-	assert_int_equal(SendRequestAsync(&s.dev, 0, s.now), 0);
+	assert_int_equal(pokeys_request_send(&s.dev, 0, s.now), 0);
 	assert_int_equal(script_after(&s, 10 * MS), 1);
 	assert_int_equal(s.sent, 1);
 	assert_int_equal(pokeys_request_state(&s.dev, 0), POKEYS_REQUEST_CANCELLED);
@@ -325,7 +325,7 @@ static void no_second_sees_more_resends_than_their_budget(void **state)
 			int id;
 
 			while ((id = CreateRequestAsync(&s.dev, OP_READ, NULL, 0, NULL, 0)) >= 0)
-				SendRequestAsync(&s.dev, (uint8_t)id, s.now);
+				pokeys_request_send(&s.dev, (uint8_t)id, s.now);
 			before = s.dev.statistics.resent;
 			script_after(&s, 1 * MS);
 			for (; before < s.dev.statistics.resent; before++)
@@ -353,7 +353,7 @@ static void no_second_sees_more_transmissions_than_their_budget(void **state)
 	for (unsigned int step = 0; step < 20000; step++) {
 		int id = CreateRequestAsync(&s.dev, OP_READ, NULL, 0, NULL, 0);
 
-		if (id >= 0 && SendRequestAsync(&s.dev, (uint8_t)id, s.now) == -EAGAIN)
+		if (id >= 0 && pokeys_request_send(&s.dev, (uint8_t)id, s.now) == -EAGAIN)
 			assert_int_equal(pokeys_request_state(&s.dev, (uint8_t)id),
 					 POKEYS_REQUEST_CREATED);
 		script_after(&s, 200 * US);
@@ -422,7 +422,7 @@ static void answers_from_during_a_stall_come_before_any_resend(void **state)
 		s.inbox[i].rx.t_ns = s.now + 300 * US;
 	}
 	s.now += 5 * S;
-	assert_int_equal(PK_ReceiveAndDispatch(&s.dev, s.now), 8);
+	assert_int_equal(pokeys_device_receive(&s.dev, s.now), 8);
 	assert_int_equal(script_after(&s, 0), 0);
 	assert_int_equal(s.sent, 8);
 	assert_int_equal(s.dev.statistics.rtt_max_ns, 300 * US);

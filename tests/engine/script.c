@@ -41,7 +41,7 @@ void script_init(struct script *s, const struct pokeys_options *options)
 	memset(s, 0, sizeof(*s));
 	s->now = S;
 	assert_int_equal(pokeys_device_init(&s->dev, &io, options), 0);
-	PK_TimeoutAndRetryCheck(&s->dev, s->now);
+	pokeys_device_check(&s->dev, s->now);
 }
 
 uint8_t script_request(struct script *s, uint8_t op, uint8_t p1, void *target, size_t size)
@@ -49,7 +49,7 @@ uint8_t script_request(struct script *s, uint8_t op, uint8_t p1, void *target, s
 	const int id = CreateRequestAsync(&s->dev, op, &p1, 1, target, size);
 
 	assert_in_range(id, 0, 255);
-	assert_int_equal(SendRequestAsync(&s->dev, (uint8_t)id, s->now), 0);
+	assert_int_equal(pokeys_request_send(&s->dev, (uint8_t)id, s->now), 0);
 	return (uint8_t)id;
 }
 
@@ -104,5 +104,5 @@ void script_post(struct script *s, const uint8_t *bytes, size_t length)
 int script_after(struct script *s, uint64_t ns)
 {
 	s->now += ns;
-	return PK_TimeoutAndRetryCheck(&s->dev, s->now);
+	return pokeys_device_check(&s->dev, s->now);
 }

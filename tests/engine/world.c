@@ -157,7 +157,7 @@ static void create(struct world *w, uint8_t op, uint8_t p1, enum pokeys_class re
 		return;
 	}
 	w->requests++;
-	if (SendRequestAsync(&w->dev, (uint8_t)id, w->now) < 0)
+	if (pokeys_request_send(&w->dev, (uint8_t)id, w->now) < 0)
 		pokeys_request_cancel(&w->dev, (uint8_t)id, w->now);
 	else if (w->options.cancel_every && w->requests % w->options.cancel_every == 0)
 		pokeys_request_cancel(&w->dev, (uint8_t)id, w->now);
@@ -267,8 +267,8 @@ void world_tick(struct world *w)
 {
 	w->now += w->options.tick_ns;
 	serve(w);
-	PK_ReceiveAndDispatch(&w->dev, w->now);
-	PK_TimeoutAndRetryCheck(&w->dev, w->now);
+	pokeys_device_receive(&w->dev, w->now);
+	pokeys_device_check(&w->dev, w->now);
 	if (!w->idle && w->now >= w->next_cycle_ns) {
 		w->next_cycle_ns += w->options.period_ns;
 		cycle(w);

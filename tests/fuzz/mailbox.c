@@ -56,7 +56,7 @@ static void parser(pokeys_device_t *d, const mailbox_entry_t *entry, void *conte
 		const int id = CreateRequestAsync(d, 0x31, NULL, 0, NULL, 0);
 
 		if (id >= 0)
-			SendRequestAsync(d, (uint8_t)id, now_ns);
+			pokeys_request_send(d, (uint8_t)id, now_ns);
 	}
 }
 
@@ -84,7 +84,7 @@ static void create(struct input *in)
 	if (id >= 0 && how & 16)
 		pokeys_request_set_deadline(&dev, (uint8_t)id, how * 100000u);
 	if (id >= 0 && how & 32)
-		SendRequestAsync(&dev, (uint8_t)id, now);
+		pokeys_request_send(&dev, (uint8_t)id, now);
 }
 
 static uint8_t sum_of(const uint8_t *packet)
@@ -145,7 +145,7 @@ static void control(struct input *in)
 		pokeys_request_free(&dev, id);
 		break;
 	case 2:
-		SendRequestAsync(&dev, id, now);
+		pokeys_request_send(&dev, id, now);
 		break;
 	case 3:
 		pokeys_device_set_peer(&dev, id ? 0x7F000001 : 0, id & 1);
@@ -215,7 +215,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t len)
 			control(&in);
 			break;
 		default:
-			PK_TimeoutAndRetryCheck(&dev, now);
+			pokeys_device_check(&dev, now);
 		}
 		hold_in_order();
 	}

@@ -157,7 +157,7 @@ static void steer(struct player *p, int closed)
 			entry->deadline = entry->retries_left = 0;
 	}
 	if (closed != NOBODY)
-		PK_TimeoutAndRetryCheck(&p->mailbox, p->now);
+		pokeys_device_check(&p->mailbox, p->now);
 }
 
 /* Deadlines that pass before this step. */
@@ -169,7 +169,7 @@ static void pass(struct player *p, uint64_t t_ns)
 		steer(p, NOBODY);
 	while ((due = pokeys_device_next_deadline(&p->mailbox)) < t_ns) {
 		p->now = due;
-		PK_TimeoutAndRetryCheck(&p->mailbox, due);
+		pokeys_device_check(&p->mailbox, due);
 		if (!p->options->exact)
 			steer(p, NOBODY);
 	}
@@ -210,7 +210,7 @@ static void ask(struct player *p, size_t number)
 	int id;
 
 	if (!p->mailbox.in_flight_count)
-		PK_TimeoutAndRetryCheck(&p->mailbox, p->now);	/* as a cycle begins */
+		pokeys_device_check(&p->mailbox, p->now);	/* as a cycle begins */
 	id = create(p, line, number);
 	if (id != line->data[WIRE_AT_ID])
 		differ(p, "got another id, or none", number);
@@ -219,14 +219,14 @@ static void ask(struct player *p, size_t number)
 	p->open[id] = true;
 	p->last_try[id] = number;
 	p->out->requests++;
-	if (SendRequestAsync(&p->mailbox, (uint8_t)id, p->now) < 0)
+	if (pokeys_request_send(&p->mailbox, (uint8_t)id, p->now) < 0)
 		differ(p, "was not sent", number);
 }
 
 static void ask_again(struct player *p, size_t number, size_t step)
 {
 	if (p->to_send <= step)
-		PK_TimeoutAndRetryCheck(&p->mailbox, p->now);
+		pokeys_device_check(&p->mailbox, p->now);
 	if (p->to_send <= step)
 		differ(p, "was not sent again", number);
 	p->out->retries++;
