@@ -52,7 +52,7 @@ static int expire(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 		mailbox_end(dev, entry, POKEYS_REQUEST_UNKNOWN, now_ns);
 		return 1;
 	}
-	if (!entry->retries_left) {
+	if (entry->retries_left <= 0) {
 		if (!entry->tries) {	/* the transport took none of them */
 			dev->statistics.missed++;
 			dev->statistics.lost++;

@@ -84,7 +84,7 @@ static mailbox_entry_t *take_entry(pokeys_device_t *dev, const uint8_t *packet, 
 static void open_entry(pokeys_device_t *dev, mailbox_entry_t *entry, enum pokeys_class class)
 {
 	entry->request_class = (uint8_t)class;
-	entry->retries_left = class == POKEYS_CLASS_ONESHOT ? 0 : (uint8_t)dev->options.retries;
+	entry->retries_left = class == POKEYS_CLASS_ONESHOT ? 0 : (int)dev->options.retries;
 	entry->state = POKEYS_REQUEST_CREATED;
 	dev->open_count++;
 	dev->statistics.created++;

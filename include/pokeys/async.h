@@ -148,11 +148,11 @@ struct mailbox_entry {
 	pokeys_command_t command_sent;
 	uint8_t request_class;		/* enum pokeys_class */
 	uint8_t state;			/* enum pokeys_request_state */
-	uint8_t retries_left;
 	uint8_t tries;			/* transmissions so far that the transport took */
 	uint8_t missed;			/* of them past their deadline and not answered yet */
 	bool response_ready;
 	bool auto_free;			/* freed by itself after the parser ran */
+	int retries_left;
 	uint64_t timestamp_created;	/* ns */
 	uint64_t timestamp_sent;	/* ns, last transmission */
 	uint64_t timestamp_first_sent;	/* ns */

@@ -152,9 +152,11 @@ static void steer(struct player *p, int closed)
 		entry->deadline = UINT64_MAX;
 		if (line->again != REPLAY_NONE && closed == NOBODY)
 			entry->deadline = p->record->line[line->again].t_ns;
-		else if (line->again == REPLAY_NONE && entry->request_id == closed &&
-			 !replay_answer(p->record, line))
-			entry->deadline = entry->retries_left = 0;
+		if (line->again == REPLAY_NONE && entry->request_id == closed &&
+		    !replay_answer(p->record, line)) {
+			entry->deadline = 0;
+			entry->retries_left = 0;
+		}
 	}
 	if (closed != NOBODY)
 		pokeys_device_check(&p->mailbox, p->now);
