@@ -21,6 +21,11 @@
  * which try was answered (Karn); the doubled deadline stays until a request
  * answered at its first try shows what the link is like now. This is what
  * lets the deadline grow past a round trip that has become longer than it.
+ *
+ * A caller may say how long a try waits instead. Its timeout is taken as it
+ * is: what it misses says nothing about the adaptive deadline, so it doubles
+ * nothing. A one-shot still gets the ceiling if that is longer, for a timeout
+ * chosen for resends would end it as unknown while its answer is on its way.
  */
 
 #include "daemon/engine/mailbox.h"
@@ -51,13 +56,41 @@ static uint64_t adaptive(const pokeys_device_t *dev)
 	return deadline < ceiling ? deadline : ceiling;
 }
 
+static uint64_t of_oneshot(const pokeys_device_t *dev)
+{
+	const uint64_t ceiling = dev->options.deadline_ceiling_ns;
+
+	return dev->timeout_ns > ceiling ? dev->timeout_ns : ceiling;
+}
+
 uint64_t mailbox_deadline(const pokeys_device_t *dev, const mailbox_entry_t *entry)
 {
 	if (entry && entry->fixed_deadline_ns)
 		return entry->fixed_deadline_ns;
 	if (entry && entry->request_class == POKEYS_CLASS_ONESHOT)
-		return dev->options.deadline_ceiling_ns;
-	return adaptive(dev);
+		return of_oneshot(dev);
+	return dev->timeout_ns ? dev->timeout_ns : adaptive(dev);
+}
+
+void mailbox_wait(const pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t since_ns)
+{
+	const uint64_t wait = mailbox_deadline(dev, entry);
+
+	entry->waiting_since = since_ns;
+	entry->deadline = wait < UINT64_MAX - since_ns ? since_ns + wait : UINT64_MAX;
+}
+
+void pokeys_device_set_timeout(pokeys_device_t *dev, uint64_t timeout_ns)
+{
+	/* an adaptive deadline in force stays what it was when its try was sent */
+	if (timeout_ns == dev->timeout_ns)
+		return;
+	dev->timeout_ns = timeout_ns;
+	for (uint32_t i = 0; i < dev->in_flight_count; i++) {
+		mailbox_entry_t *entry = &dev->mailbox[dev->in_flight[i]];
+
+		mailbox_wait(dev, entry, entry->waiting_since);
+	}
 }
 
 static bool teaches(const mailbox_entry_t *entry)
@@ -104,7 +137,7 @@ void mailbox_deadline_learn(pokeys_device_t *dev, const mailbox_entry_t *entry)
 void mailbox_deadline_missed(pokeys_device_t *dev, const mailbox_entry_t *entry, uint64_t now_ns)
 {
 	if (!entry->tries || entry->request_class == POKEYS_CLASS_ONESHOT ||
-	    entry->fixed_deadline_ns)
+	    entry->fixed_deadline_ns || dev->timeout_ns)
 		return;
 	if (entry->timestamp_sent < dev->backoff_time || dev->backoff >= BACKOFF_MAX)
 		return;

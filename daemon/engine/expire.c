@@ -35,7 +35,7 @@ static int resend(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 	entry->retries_left--;
 	if (!mailbox_budget_resend(dev)) {
 		dev->statistics.refused_budget++;
-		entry->deadline = now_ns + mailbox_deadline(dev, entry);
+		mailbox_wait(dev, entry, now_ns);
 		return 0;
 	}
 	if (!refreshed(dev, entry))

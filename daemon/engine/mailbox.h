@@ -79,6 +79,9 @@ bool mailbox_budget_resend(pokeys_device_t *dev);
 /* What a try of this request sent now gets; of any read or write if NULL. */
 uint64_t mailbox_deadline(const pokeys_device_t *dev, const mailbox_entry_t *entry);
 
+/* This request waits for its answer from this moment on. */
+void mailbox_wait(const pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t since_ns);
+
 /* An answered request: learn from it, if it can teach anything. */
 void mailbox_deadline_learn(pokeys_device_t *dev, const mailbox_entry_t *entry);
 

@@ -166,7 +166,7 @@ int mailbox_transmit(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_
 	const bool again = entry->tries > 0;
 	int r;
 
-	entry->deadline = now_ns + mailbox_deadline(dev, entry);
+	mailbox_wait(dev, entry, now_ns);
 	entry->timestamp_sent = now_ns;
 	if (!entry->tries)
 		entry->timestamp_first_sent = now_ns;

@@ -157,6 +157,7 @@ struct mailbox_entry {
 	uint64_t timestamp_sent;	/* ns, last transmission */
 	uint64_t timestamp_first_sent;	/* ns */
 	uint64_t timestamp_received;	/* ns, from the transport where it knows */
+	uint64_t waiting_since;		/* ns, last transmission, also one that was refused */
 	uint64_t deadline;		/* ns, of the current try */
 	void *target_ptr;		/* payload from byte 8 is copied here */
 	size_t target_size;		/* never more than this is copied; at most 56 */
@@ -237,6 +238,7 @@ struct pokeys_device {
 	uint16_t id_key[POKEYS_MAILBOX_SIZE];		/* what the last reply looked like */
 	uint8_t id_turn;				/* of the ids; varies the check byte */
 	uint8_t verdict;				/* enum pokeys_verdict, last datagram's */
+	uint64_t timeout_ns;				/* of a try, 0 = adaptive */
 };
 
 /*
@@ -250,12 +252,24 @@ int pokeys_device_init(pokeys_device_t *dev, const struct pokeys_io *io,
 /*
  * Forget everything in flight (each request ends POKEYS_REQUEST_CANCELLED,
  * its id stays blocked for as long as it could still be answered) and the
- * measured round trip. For a device found again. Counters are kept.
+ * measured round trip. For a device found again. Counters and the timeout are
+ * kept.
  */
 void pokeys_device_reset(pokeys_device_t *dev, uint64_t now_ns);
 
 /* From now on accept only packets from here (host byte order; 0 = any). */
 void pokeys_device_set_peer(pokeys_device_t *dev, uint32_t address, uint16_t port);
+
+/*
+ * How long each try of a read or write waits for its answer, counted from its
+ * transmission, before pokeys_device_check() sends it again or ends it. It is
+ * exact (it neither adapts nor doubles), and it holds for requests in flight
+ * as well. 0 = the adaptive deadline, as after pokeys_device_init(); there is
+ * no upper limit, UINT64_MAX = wait for ever. A one-shot, whose second try does
+ * not exist, waits for this time or for deadline_ceiling_ns, whichever is
+ * longer. A request with pokeys_request_set_deadline() keeps its own.
+ */
+void pokeys_device_set_timeout(pokeys_device_t *dev, uint64_t timeout_ns);
 
 /*
  * Build a request, take a mailbox entry, touch no network. `params` are the
@@ -293,8 +307,8 @@ int pokeys_request_create(pokeys_device_t *dev, const uint8_t packet[POKEYS_PACK
  * Give a created request a deadline of its own for each of its tries (1 ns ..
  * 60 s), for an operation that takes the device long (save to flash, reboot of
  * the engine). It then says nothing about the round trip. Without this a
- * read or write has the adaptive deadline; a one-shot, whose second try does
- * not exist, has deadline_ceiling_ns. 0, -ENOENT, -EALREADY (sent), -EINVAL.
+ * request has what pokeys_device_set_timeout() says. 0, -ENOENT, -EALREADY
+ * (sent), -EINVAL.
  */
 int pokeys_request_set_deadline(pokeys_device_t *dev, uint8_t request_id, uint64_t deadline_ns);
 

@@ -137,7 +137,7 @@ static void control(struct input *in)
 {
 	const uint8_t what = take(in), id = take(in);
 
-	switch (what % 6) {
+	switch (what % 7) {
 	case 0:
 		pokeys_request_cancel(&dev, id, now);
 		break;
@@ -152,6 +152,9 @@ static void control(struct input *in)
 		break;
 	case 4:
 		send_result = id & 1 ? -EAGAIN : 0;
+		break;
+	case 5:
+		pokeys_device_set_timeout(&dev, id == UINT8_MAX ? UINT64_MAX : id * 50000u);
 		break;
 	default:
 		pokeys_device_reset(&dev, now);
