@@ -21,6 +21,11 @@
  *   operations take turns, this alone doubles the distance. Replies with a
  *   check byte never look alike.
  *
+ * An ended request keeps its entry, and so its id, until its caller gives it
+ * back. One that never does must not run out of ids after 256 requests: where
+ * no other id is free, the entry is taken from a request that has ended and
+ * that is POKEYS_KEPT_REQUESTS old.
+ *
  * Going round in order keeps the distance between two uses as long as it can
  * be, 256 requests, and makes the search short.
  */
@@ -33,13 +38,22 @@ enum {
 	SHUN_REQUESTS = 512,	/* two turns of all ids */
 };
 
-static bool id_is_free(const pokeys_device_t *dev, uint8_t id)
+static bool entry_is_free(const pokeys_device_t *dev, const mailbox_entry_t *entry)
 {
-	return dev->mailbox[id].state == POKEYS_REQUEST_FREE && dev->now >= dev->id_free_after[id];
+	(void)dev;
+	return entry->state == POKEYS_REQUEST_FREE;
 }
 
-/* The best id of one turn from next_id on, -1 if none is free. */
-static int best_id(const pokeys_device_t *dev, uint16_t key)
+/* One with a parser is not left: its parser runs now, and may be who wants an id. */
+static bool entry_is_left(const pokeys_device_t *dev, const mailbox_entry_t *entry)
+{
+	return !mailbox_is_open(entry) && !entry->auto_free &&
+	       dev->serial - entry->serial >= POKEYS_KEPT_REQUESTS;
+}
+
+/* The best id of one turn from next_id on whose entry may be taken, -1 if there is none. */
+static int best_id(const pokeys_device_t *dev, uint16_t key,
+		   bool (*may_take)(const pokeys_device_t *dev, const mailbox_entry_t *entry))
 {
 	int alike = -1, shunned = -1;
 	unsigned int looked = 0;
@@ -47,7 +61,7 @@ static int best_id(const pokeys_device_t *dev, uint16_t key)
 	for (unsigned int i = 0; i < POKEYS_MAILBOX_SIZE && looked < LOOK_AHEAD; i++) {
 		const uint8_t id = (uint8_t)(dev->next_id + i);
 
-		if (!id_is_free(dev, id))
+		if (!may_take(dev, &dev->mailbox[id]) || dev->now < dev->id_free_after[id])
 			continue;
 		if (dev->serial < dev->id_shun_until[id]) {
 			shunned = shunned < 0 ? id : shunned;
@@ -63,8 +77,10 @@ static int best_id(const pokeys_device_t *dev, uint16_t key)
 
 int mailbox_id_take(pokeys_device_t *dev, uint16_t key)
 {
-	const int id = best_id(dev, key);
+	int id = best_id(dev, key, entry_is_free);
 
+	if (id < 0)
+		id = best_id(dev, key, entry_is_left);
 	if (id < 0) {
 		dev->statistics.refused_id++;
 		return -EAGAIN;

@@ -56,6 +56,7 @@ enum {
 	POKEYS_PAYLOAD_SIZE = 56,
 	POKEYS_MAILBOX_SIZE = 256,	/* one entry for each request id */
 	POKEYS_WINDOW_MAX = 64,		/* most requests in flight at once */
+	POKEYS_KEPT_REQUESTS = 128,	/* an ended one is there for so many more, at least */
 };
 
 /* For options.retries: none at all (0 is the default number). */
@@ -360,7 +361,10 @@ int pokeys_request_cancel(pokeys_device_t *dev, uint8_t request_id, uint64_t now
 
 /*
  * Give the entry of an ended request back. 0, -ENOENT, or -EBUSY while it is
- * created or in flight (cancel it first). Needed for requests without a parser.
+ * created or in flight (cancel it first). A request with a parser does it by
+ * itself. Of the others that nobody gives back, the mailbox takes the entry
+ * when no id is free, but not before POKEYS_KEPT_REQUESTS more were created:
+ * until then its state, its reply and its target's content can be read.
  */
 int pokeys_request_free(pokeys_device_t *dev, uint8_t request_id);
 

@@ -126,6 +126,24 @@ static void parser_may_fill_the_window(void **state)
 	assert_int_equal(seen.calls[POKEYS_REQUEST_TIMED_OUT], 40);
 }
 
+/* Its request never left and is old: the only one whose id need not rest. */
+static void parser_that_creates_does_not_get_the_entry_it_was_called_with(void **state)
+{
+	(void)state;
+	start(NULL, 0);
+	assert_int_equal(create(), 0);
+	for (unsigned int i = 1; i < 256; i++) {
+		const uint8_t id = script_request(&s, OP_READ, 0, NULL, 0);
+
+		assert_int_equal(pokeys_request_cancel(&s.dev, id, s.now), 0);
+	}
+	seen.create = 1;
+	assert_int_equal(pokeys_request_cancel(&s.dev, 0, s.now), 0);
+	assert_int_equal(seen.calls[POKEYS_REQUEST_CANCELLED], 1);
+	assert_int_equal(seen.refused, 1);
+	assert_int_equal(create(), 0);
+}
+
 static void parser_may_cancel_the_others_while_deadlines_are_checked(void **state)
 {
 	const struct pokeys_options options = { .retries = POKEYS_NO_RETRIES };
@@ -249,6 +267,7 @@ int main(void)
 		cmocka_unit_test(parser_is_told_of_every_other_end),
 		cmocka_unit_test(parser_may_create_and_send_while_deadlines_are_checked),
 		cmocka_unit_test(parser_may_fill_the_window),
+		cmocka_unit_test(parser_that_creates_does_not_get_the_entry_it_was_called_with),
 		cmocka_unit_test(parser_may_cancel_the_others_while_deadlines_are_checked),
 		cmocka_unit_test(parser_may_cancel_and_create_while_packets_are_received),
 		cmocka_unit_test(parser_that_gives_the_entry_back_itself_does_no_harm),

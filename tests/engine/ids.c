@@ -187,6 +187,59 @@ static void entry_that_is_not_given_back_is_not_taken(void **state)
 	assert_int_equal(pokeys_request_state(&s.dev, 0), POKEYS_REQUEST_DONE);
 }
 
+/* A caller that knows only create, send, receive and check gives nothing back. */
+static void mailbox_whose_entries_are_never_given_back_goes_on(void **state)
+{
+	(void)state;
+	script_init(&s, NULL);
+	for (unsigned int i = 0; i < 4 * 256; i++) {
+		const uint8_t id = script_request(&s, OP_READ, 0, NULL, 0);
+
+		assert_int_equal(id, i % 256);
+		assert_int_equal(script_answer(&s, id), 1);
+		script_after(&s, 1 * MS);
+	}
+	assert_int_equal(s.dev.statistics.refused_id, 0);
+}
+
+static void ended_entry_is_kept_for_128_requests_though_no_id_is_free(void **state)
+{
+	(void)state;
+	script_init(&s, NULL);
+	for (unsigned int i = 0; i < 129; i++)
+		cancel(script_request(&s, OP_READ, 0, NULL, 0));
+	for (unsigned int i = 0; i < 127; i++) {
+		script_request(&s, OP_READ, 0, NULL, 0);
+		assert_int_equal(script_answer(&s, (uint8_t)(129 + i)), 1);
+		script_after(&s, 1 * MS);
+	}
+	script_after(&s, 20 * MS);
+	assert_int_equal(CreateRequestAsync(&s.dev, OP_READ, NULL, 0, NULL, 0), -EAGAIN);
+	assert_int_equal(pokeys_request_state(&s.dev, 129), POKEYS_REQUEST_DONE);
+	script_after(&s, 353 * MS);
+	/* the lifetime of an answer is over: the first 129 are free, and one more is made */
+	assert_int_equal(script_request(&s, OP_READ, 0, NULL, 0), 0);
+	assert_int_equal(pokeys_request_state(&s.dev, 129), POKEYS_REQUEST_DONE);
+}
+
+static void left_entry_rests_like_one_that_was_given_back(void **state)
+{
+	const struct pokeys_options options = { .retries = POKEYS_NO_RETRIES };
+
+	(void)state;
+	script_init(&s, &options);
+	for (unsigned int i = 0; i < 256; i++) {
+		script_request(&s, OP_READ, 0, NULL, 0);
+		assert_int_equal(pokeys_request_cancel(&s.dev, (uint8_t)i, s.now), 0);
+		script_after(&s, 1 * MS);
+	}
+	script_after(&s, 244 * MS - 1);
+	assert_int_equal(CreateRequestAsync(&s.dev, OP_READ, NULL, 0, NULL, 0), -EAGAIN);
+	script_after(&s, 1);
+	assert_int_equal(CreateRequestAsync(&s.dev, OP_READ, NULL, 0, NULL, 0), 0);
+	assert_int_equal(CreateRequestAsync(&s.dev, OP_READ, NULL, 0, NULL, 0), -EAGAIN);
+}
+
 /* Two or more operations taking turns: the same one comes back to an id after two turns. */
 static void id_comes_back_to_the_same_operation_after_two_turns(void **state)
 {
@@ -253,6 +306,9 @@ int main(void)
 		cmocka_unit_test(id_that_never_left_is_free_at_once),
 		cmocka_unit_test(no_free_id_refuses_and_nothing_is_reused),
 		cmocka_unit_test(entry_that_is_not_given_back_is_not_taken),
+		cmocka_unit_test(mailbox_whose_entries_are_never_given_back_goes_on),
+		cmocka_unit_test(ended_entry_is_kept_for_128_requests_though_no_id_is_free),
+		cmocka_unit_test(left_entry_rests_like_one_that_was_given_back),
 		cmocka_unit_test(id_comes_back_to_the_same_operation_after_two_turns),
 		cmocka_unit_test(status_and_its_check_byte_repeat_only_after_255_turns),
 		cmocka_unit_test(three_thousand_requests_a_second_find_ids),
