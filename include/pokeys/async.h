@@ -4,17 +4,30 @@
  * none of them ever waiting.
  *
  * This is the engine of the daemon itself, offered to programs without a
- * daemon as well. It is pure: it allocates nothing, reads no clock and knows
- * no socket. Time is a parameter (nanoseconds of any monotonic clock), bytes
- * leave and arrive through two function pointers (struct pokeys_io).
+ * daemon as well. It allocates nothing and knows no socket: bytes leave and
+ * arrive through two function pointers (struct pokeys_io).
  *
  *	pokeys_device_init(&dev, &io, NULL);
  *	id = CreateRequestAsync(&dev, op, NULL, 0, target, sizeof target);
- *	pokeys_request_send(&dev, id, now);
+ *	SendRequestAsync(&dev, id);
  *	...
- *	pokeys_device_receive(&dev, now);
- *	pokeys_device_check(&dev, now);
+ *	PK_ReceiveAndDispatch(&dev);
+ *	PK_TimeoutAndRetryCheck(&dev, 5000);
  *	if (pokeys_request_state(&dev, id) == POKEYS_REQUEST_DONE) ...
+ *
+ * These four are all that most programs need. They take the time of now from
+ * CLOCK_MONOTONIC. Below them is the mailbox itself, which reads no clock: its
+ * functions take the time as now_ns. Use them if your cycle has a time of its
+ * own, or if it shall run in virtual time:
+ *
+ *	SendRequestAsync()		pokeys_request_send()
+ *	PK_ReceiveAndDispatch()		pokeys_device_receive()
+ *	PK_TimeoutAndRetryCheck()	pokeys_device_set_timeout(), pokeys_device_check()
+ *
+ * now_ns is in ns of any clock that does not step back, the same one in every
+ * call for a device (a time before the latest one counts as the latest). Where
+ * both forms are used for one device, or the four with a function that takes
+ * now_ns (pokeys_request_cancel()), that clock must be CLOCK_MONOTONIC.
  *
  * Each cycle receive first and check afterwards, so that an answer which is
  * already here is not taken for lost. Check in each cycle, also with nothing in
@@ -37,7 +50,8 @@
  *
  * Threads: one pokeys_device_t belongs to one thread. Realtime: every
  * function here is bounded in time, allocates nothing and makes no system
- * call of its own (send and receive may, that is theirs).
+ * call of its own (send and receive may, that is theirs; and the three that
+ * read the clock do where the kernel has no vDSO clock).
  */
 #ifndef POKEYS_ASYNC_H
 #define POKEYS_ASYNC_H
@@ -103,7 +117,7 @@ enum pokeys_verdict {
 
 /* Where a received packet came from, as far as the transport knows. */
 struct pokeys_rx {
-	uint64_t t_ns;		/* when the kernel took it in, 0 = unknown (then: now) */
+	uint64_t t_ns;		/* when the kernel took it in, by now_ns' clock, 0 = unknown */
 	uint32_t address;	/* IPv4 source, host byte order, 0 = unknown (not checked) */
 	uint16_t port;		/* source port, host byte order */
 	uint16_t reserved;
@@ -129,7 +143,8 @@ typedef struct mailbox_entry mailbox_entry_t;
 
 /*
  * Called once when a request ends, from inside pokeys_device_receive,
- * pokeys_device_check, pokeys_request_cancel or pokeys_device_reset.
+ * pokeys_device_deliver, pokeys_device_check (or the forms without now_ns),
+ * pokeys_request_cancel or pokeys_device_reset.
  * entry->state says how, entry->response_buffer holds the reply if it is
  * POKEYS_REQUEST_DONE. The entry is valid during the call. The callback may
  * create, send and cancel requests; it must not receive, check or reset.
@@ -346,6 +361,32 @@ int pokeys_device_check(pokeys_device_t *dev, uint64_t now_ns);
 
 /* Earliest deadline of a request in flight, UINT64_MAX if there is none. */
 uint64_t pokeys_device_next_deadline(const pokeys_device_t *dev);
+
+/*
+ * Send, receive and check with CLOCK_MONOTONIC's time of now. Each is what it
+ * calls: its errors, its bounds and the thread it belongs to are the same. All
+ * are safe in a realtime thread as far as the io functions are.
+ */
+
+/* pokeys_request_send(). 0, -ENOENT, -EALREADY, -EAGAIN, or the transport's -errno. */
+int SendRequestAsync(pokeys_device_t *dev, uint8_t request_id);
+
+/* pokeys_device_receive(). The number of requests completed, or the transport's -errno. */
+int PK_ReceiveAndDispatch(pokeys_device_t *dev);
+
+/*
+ * pokeys_device_set_timeout() and pokeys_device_check(): send again, or end
+ * when its retries are used up, each read and write whose last transmission is
+ * timeout_us old or older.
+ *
+ * The timeout may differ from call to call, and holds until the next one. It is
+ * in microseconds and exact: 0 = the adaptive deadline; more than UINT64_MAX /
+ * 1000 = never. However short it is, retries and the two budgets bound what is
+ * sent. A one-shot is never sent again: it ends when it is as old as the
+ * timeout and deadline_ceiling_ns, both. A request with
+ * pokeys_request_set_deadline() keeps its own.
+ */
+void PK_TimeoutAndRetryCheck(pokeys_device_t *dev, uint64_t timeout_us);
 
 /* How a request stands; POKEYS_REQUEST_FREE for an id without request. */
 enum pokeys_request_state pokeys_request_state(const pokeys_device_t *dev, uint8_t request_id);
