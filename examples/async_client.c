@@ -9,8 +9,16 @@
  * and what has been answered by then is used. A lost packet costs a resend and
  * delays nothing else.
  *
+ * Create, send, receive and check are all that it needs of the mailbox; the
+ * rest are questions (how does a request stand, when is the next deadline, what
+ * was counted), which change nothing. Answered requests are not given back: the
+ * mailbox takes their entries when it needs them, many requests later.
+ *
  *	cc async_client.c $(pkg-config --cflags --libs pokeys_async)
  *	./a.out --address 192.168.1.20 --rate 500 --seconds 10
+ *	./a.out --address 192.168.1.20 --timeout-us 5000
+ *
+ * Without --timeout-us a resend waits as long as the measured round trip says.
  */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE	/* ppoll */
@@ -37,7 +45,7 @@ enum { OP_DEVICE_DATA = 0x00, OP_IO = 0xCC, OP_PULSE_ENGINE = 0x85 };
 
 struct settings {
 	const char *address;
-	unsigned long port, seconds, rate;
+	unsigned long port, seconds, rate, timeout_us;
 };
 
 /* A value that is read again and again. */
@@ -109,12 +117,12 @@ static int udp_open(const struct settings *settings)
 }
 
 /* Sleep until a packet or this moment, then let the mailbox work. 0 or -errno. */
-static int wait_and_dispatch(int fd, uint64_t until_ns)
+static int wait_and_dispatch(int fd, const struct settings *settings, uint64_t until_ns)
 {
 	const uint64_t deadline = pokeys_device_next_deadline(&device);
+	const uint64_t now = now_ns();
 	struct pollfd wanted = { .fd = fd, .events = POLLIN };
 	struct timespec sleep = { 0, 0 };
-	uint64_t now = now_ns();
 	int r;
 
 	if (deadline < until_ns)
@@ -125,19 +133,18 @@ static int wait_and_dispatch(int fd, uint64_t until_ns)
 	}
 	if (ppoll(&wanted, 1, &sleep, NULL) < 0 && errno != EINTR)
 		return -errno;
-	now = now_ns();
-	r = pokeys_device_receive(&device, now);
-	pokeys_device_check(&device, now);
+	r = PK_ReceiveAndDispatch(&device);
+	PK_TimeoutAndRetryCheck(&device, settings->timeout_us);
 	return r < 0 ? r : 0;
 }
 
-static int create_and_send(pokeys_command_t op, void *target, uint64_t now)
+static int create_and_send(pokeys_command_t op, void *target)
 {
 	const int id = CreateRequestAsync(&device, op, NULL, 0, target, POKEYS_PAYLOAD_SIZE);
 
 	/* over the budget of transmissions: it goes out in a later tick */
 	if (id >= 0)
-		pokeys_request_send(&device, (uint8_t)id, now);
+		SendRequestAsync(&device, (uint8_t)id);
 	return id;
 }
 
@@ -153,14 +160,14 @@ static void print_identity(const uint8_t *payload)
 static int identify(int fd, const struct settings *settings)
 {
 	const uint64_t until = now_ns() + PATIENCE_NS;
-	uint8_t payload[POKEYS_PAYLOAD_SIZE];
+	static uint8_t payload[POKEYS_PAYLOAD_SIZE];	/* outlives what is in flight */
 
 	while (now_ns() < until && !interrupted) {
-		const int id = create_and_send(OP_DEVICE_DATA, payload, now_ns());
+		const int id = create_and_send(OP_DEVICE_DATA, payload);
 
-		while (id >= 0 && pokeys_request_state(&device, (uint8_t)id) ==
-				  POKEYS_REQUEST_IN_FLIGHT) {
-			const int r = wait_and_dispatch(fd, until);
+		while (id >= 0 && now_ns() < until && !interrupted &&
+		       pokeys_request_state(&device, (uint8_t)id) == POKEYS_REQUEST_IN_FLIGHT) {
+			const int r = wait_and_dispatch(fd, settings, until);
 
 			if (r < 0) {
 				fprintf(stderr, "async_client: %s\n", strerror(-r));
@@ -168,12 +175,9 @@ static int identify(int fd, const struct settings *settings)
 			}
 		}
 		if (id >= 0 && pokeys_request_state(&device, (uint8_t)id) == POKEYS_REQUEST_DONE) {
-			pokeys_request_free(&device, (uint8_t)id);
 			print_identity(payload);
 			return 0;
 		}
-		if (id >= 0)
-			pokeys_request_free(&device, (uint8_t)id);
 	}
 	fprintf(stderr, "async_client: %s port %lu: no answer; is the device on, is the address "
 		"right?\n", settings->address, settings->port);
@@ -181,14 +185,14 @@ static int identify(int fd, const struct settings *settings)
 }
 
 /* Use what was answered since the last tick, ask again. */
-static void update(struct reading *reading, uint64_t now)
+static void update(struct reading *reading)
 {
 	const uint8_t id = (uint8_t)reading->id;
 
 	if (reading->id >= 0) {
 		switch (pokeys_request_state(&device, id)) {
 		case POKEYS_REQUEST_CREATED:
-			pokeys_request_send(&device, id, now);
+			SendRequestAsync(&device, id);
 			return;
 		case POKEYS_REQUEST_IN_FLIGHT:
 			return;
@@ -203,9 +207,8 @@ static void update(struct reading *reading, uint64_t now)
 			reading->missed++;
 			break;
 		}
-		pokeys_request_free(&device, id);
 	}
-	reading->id = create_and_send(reading->op, reading->next, now);
+	reading->id = create_and_send(reading->op, reading->next);
 }
 
 static void print_readings(const struct reading *io, const struct reading *engine)
@@ -246,15 +249,15 @@ static int poll_device(int fd, const struct settings *settings)
 	int r = 0;
 
 	while (r == 0 && !interrupted && tick < start + settings->seconds * SECOND_NS) {
-		update(&io, tick);
-		update(&engine, tick);
+		update(&io);
+		update(&engine);
 		if (tick - shown >= SECOND_NS) {
 			print_readings(&io, &engine);
 			shown += SECOND_NS;
 		}
 		tick += period;
 		while (r == 0 && !interrupted && now_ns() < tick)
-			r = wait_and_dispatch(fd, tick);
+			r = wait_and_dispatch(fd, settings, tick);
 		/* ticks that were slept through are skipped, not caught up */
 		while (now_ns() > tick + period)
 			tick += period;
@@ -287,12 +290,13 @@ static int parse(int argc, char **argv, struct settings *settings)
 		{ "port", required_argument, NULL, 'p' },
 		{ "seconds", required_argument, NULL, 's' },
 		{ "rate", required_argument, NULL, 'r' },
+		{ "timeout-us", required_argument, NULL, 't' },
 		{ "help", no_argument, NULL, 'h' },
 		{ 0 },
 	};
 	int c, bad = 0;
 
-	while (!bad && (c = getopt_long(argc, argv, "a:p:s:r:h", options, NULL)) != -1) {
+	while (!bad && (c = getopt_long(argc, argv, "a:p:s:r:t:h", options, NULL)) != -1) {
 		if (c == 'a')
 			settings->address = optarg;
 		else if (c == 'p')
@@ -301,6 +305,9 @@ static int parse(int argc, char **argv, struct settings *settings)
 			bad = parse_number("seconds", optarg, 1, 86400, &settings->seconds);
 		else if (c == 'r')
 			bad = parse_number("rate", optarg, 1, 2000, &settings->rate);
+		else if (c == 't')
+			bad = parse_number("timeout-us", optarg, 0, 10000000,
+					   &settings->timeout_us);
 		else
 			bad = c == 'h' ? 1 : -1;
 	}
@@ -310,13 +317,13 @@ static int parse(int argc, char **argv, struct settings *settings)
 	}
 	if (bad)
 		fprintf(bad > 0 ? stdout : stderr, "usage: async_client [--address IPV4] "
-			"[--port N] [--seconds N] [--rate HZ]\n");
+			"[--port N] [--seconds N] [--rate HZ] [--timeout-us N]\n");
 	return bad;
 }
 
 int main(int argc, char **argv)
 {
-	struct settings settings = { "127.0.0.1", 20055, 5, 200 };
+	struct settings settings = { "127.0.0.1", 20055, 5, 200, 0 };
 	struct sigaction action = { .sa_handler = on_signal };
 	struct pokeys_io io = { udp_send, udp_receive, NULL };
 	int fd, status;

@@ -37,10 +37,10 @@ def counters(text):
     return {name: int(value) for name, value in re.findall(r"(\w+) (\d+)", text)}
 
 
-def run_until(good):
+def run_until(good, *options):
     """What the client says, once it is good: a machine that is held answers late, or less often."""
     for _ in range(10):
-        status, out, err = client("--seconds", "2", "--rate", "250")
+        status, out, err = client("--seconds", "2", "--rate", "250", *options)
         assert status == 0 and err == "", (status, out, err)
         if good(counters(out)):
             return out
@@ -71,6 +71,23 @@ def makes_losses_good():
         end(sim)
 
 
+def resends_after_the_timeout_that_it_is_given():
+    sim = simulator("--loss", "0.05", "--seed", "9")
+    try:
+        run_until(lambda found: found["resent"] > 0 and found["answered"] >= 200, "--timeout-us", "5000")
+    finally:
+        end(sim)
+
+
+def goes_on_after_256_requests():
+    """It gives no entry of the mailbox back."""
+    sim = simulator()
+    try:
+        run_until(lambda found: found["answered"] >= 600)
+    finally:
+        end(sim)
+
+
 def says_what_is_wrong():
     def refused(word, *options):
         status, out, err = client(*options)
@@ -80,15 +97,18 @@ def says_what_is_wrong():
     refused("not an IPv4 address", "--address", "machine")
     refused("wanted a number from 1 to 2000", "--rate", "0")
     refused("wanted a number from 1 to 86400", "--seconds", "5x")
+    refused("wanted a number from 0 to 10000000", "--timeout-us", "-1")
     refused("not an option", "now")
     refused("no answer", "--seconds", "1")          # nobody listens there
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as deaf:
         deaf.bind((ADDRESS, 0))
         refused("no answer", "--port", str(deaf.getsockname()[1]))
+        refused("no answer", "--port", str(deaf.getsockname()[1]), "--timeout-us", "10000000")
 
 
 def main():
-    for case in (polls_and_reports, makes_losses_good, says_what_is_wrong):
+    for case in (polls_and_reports, makes_losses_good, resends_after_the_timeout_that_it_is_given,
+                 goes_on_after_256_requests, says_what_is_wrong):
         case()
         print(f"{case.__name__}: ok")
     return 0
