@@ -297,7 +297,7 @@ void pokeys_device_set_timeout(pokeys_device_t *dev, uint64_t timeout_ns);
  * (params[1]) is 0 gets one of the engine's: leave it 0.
  *
  * Returns the request id 0..255, or -EINVAL (params_len > 4), -EBUSY (window
- * full), -EAGAIN (no id is free of a possible late answer).
+ * full), -EAGAIN (no id is free: of a possible late answer, or of its request).
  */
 int CreateRequestAsync(pokeys_device_t *dev, pokeys_command_t command, const uint8_t *params,
 		       size_t params_len, void *target, size_t target_size);
