@@ -207,8 +207,11 @@ static void begin(void)
 	world_until(&world, world_is_running, 1 * SECOND);
 }
 
+/* A trip of the emergency input outlasts it; nothing is permitted before it is cleared. */
 static void calm_down(void)
 {
+	const struct pokeys_one_shot clear = { .operation = POKEYS_ONE_SHOT_CLEAR_FAULT };
+
 	world_loss(&world, 0);
 	sim_bench_emergency(&world.rig.device, false);
 	world.rig.device.bench.shaft[ENCODER].rate = 0;
@@ -216,6 +219,7 @@ static void calm_down(void)
 	world.command.flags = 0;
 	world_output(&world, RELAY, true);
 	world_run(&world, 3 * SECOND);
+	assert_int_equal(world_do(&world, &clear, 1 * SECOND), POKEYS_OUTCOME_DONE);
 	world_machine_on(&world);
 	world.command.flags = 0;
 	world_run(&world, 1 * SECOND);
