@@ -2,8 +2,8 @@
 /*
  * A device that was restarted counts from 0, and LinuxCNC goes by the position that it is
  * shown: it would believe the machine to be at 0, or, homed as before, send it to a
- * wrong place. What counts anew is told by the daemon (axis.position_epoch), never
- * by how long data were stale: a device can be back within one period.
+ * wrong place. The daemon reports each new count (axis.position_epoch); how long data were
+ * stale says nothing, because a device can be back within one period.
  *
  * So pos-fb does not jump: from then on it is what the device counts, plus what was lost,
  * and commands are taken back by the same. Where the axis really stands nobody knows,
@@ -32,11 +32,11 @@ static bool is_told(uint8_t epoch)
 }
 
 /* Returns true if the count is another than before. */
-static bool judge(struct position *position, struct joint *joint, const struct pokeys_axis *axis,
-		  bool restarted)
+static bool judge(struct position *position, struct joint *joint, const struct pokeys_axis *axis)
 {
-	const bool anew = position->known && (restarted || axis->position_epoch != position->epoch);
-	const bool told = is_told(axis->position_epoch) && !restarted;
+	const bool anew = position->known &&
+			  (position->restarted || axis->position_epoch != position->epoch);
+	const bool told = is_told(axis->position_epoch) && !position->restarted;
 
 	if (anew)
 		joint_carry(joint, told ? 0 : joint->carry + position->shown - axis->position,
@@ -44,6 +44,7 @@ static bool judge(struct position *position, struct joint *joint, const struct p
 	if (anew)
 		position->lost = !told;
 	position->known = true;
+	position->restarted = false;
 	position->epoch = axis->position_epoch;
 	position->shown = axis->position;
 	return anew;
@@ -73,28 +74,27 @@ bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES]
 {
 	const bool dry = engine->buffer_underruns != positions->underruns &&
 			 values->engine.dry_loses;
-	bool anew = false, lost = false;
+	bool anew = false, lost = false, knew;
 
-	positions->restarted |= restarted;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		struct position *position = &positions->joint[i];
 		const struct pokeys_axis *axis = &engine->axis[i];
 
+		position->restarted |= restarted;
 		acknowledge(position, values->joint[i].motion_homed);
 		if (!fresh || axis->mode == POKEYS_AXIS_OFF)
 			continue;
-		if (judge(position, &joint[i], axis, positions->restarted)) {
+		knew = position->known;
+		if (judge(position, &joint[i], axis)) {
 			anew = true;
 			lost |= position->lost;
-		} else if (dry && axis->mode == POKEYS_AXIS_BUFFERED) {
+		} else if (dry && knew && axis->mode == POKEYS_AXIS_BUFFERED) {
 			lost = position->lost = true;
 		}
 	}
 	positions->alarm = (positions->alarm || lost) && values->machine_is_on;
-	if (fresh) {
+	if (fresh)
 		positions->underruns = engine->buffer_underruns;
-		positions->restarted = false;
-	}
 	show(positions, values);
 	return anew;
 }

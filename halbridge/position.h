@@ -18,12 +18,12 @@ struct position {
 	int32_t shown;		/* pulses, as the device counts */
 	bool lost;
 	bool homed;		/* motion-homed, at the last read */
+	bool restarted;		/* the daemon was, since the joint was judged last */
 };
 
 struct positions {
 	struct position joint[POKEYS_AXES];
 	uint32_t underruns;
-	bool restarted;		/* the daemon was, since data were fresh last */
 	bool alarm;		/* one was lost, until machine-is-on falls */
 };
 

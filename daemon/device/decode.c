@@ -144,6 +144,9 @@ static void take_axis(struct device *device, unsigned int i,
 
 	if (placed)
 		axis->position = status->position[i];
+	/* once, not for as long as it stays there: the position may be lost meanwhile */
+	if (status->axis_state[i] == WIRE_AXIS_HOME && axis->state != WIRE_AXIS_HOME)
+		axis->homed = 1;
 	axis->state = status->axis_state[i];
 	axis->limit_minus = status->limit_neg >> i & 1;
 	axis->limit_plus = status->limit_pos >> i & 1;
@@ -162,8 +165,6 @@ static void take_axis(struct device *device, unsigned int i,
 		axis->in_position = axis->mode != POKEYS_AXIS_VELOCITY &&
 				    axis_stands(axis->state) && device->motion.known &&
 				    axis->position == axis->reference;
-	if (axis->state == WIRE_AXIS_HOME)
-		axis->homed = 1;
 }
 
 static void take_engine_state(struct device *device, uint8_t state)

@@ -131,6 +131,7 @@ enum place_loss {
 	PLACE_RESTART,			/* the device, or this is another one */
 	PLACE_ENGINE,			/* its pulse engine was set up anew */
 	PLACE_SET_ELSEWHERE,		/* not by the commander */
+	PLACE_NOT_HOMED,		/* homing or setting a position has ended halfway */
 	PLACE_NO_CLOCK,			/* nobody knows: it did not tell its clock */
 	PLACE_LOSSES
 };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* What the numbers in an event are called in its line. */
+/* The names of numbers in an event, as its line shows them. */
 
 #include <pokeys/command.h>
 #include <pokeys/state.h>
@@ -172,6 +172,7 @@ static const char *const place_loss_names[PLACE_LOSSES] = {
 	[PLACE_RESTART] = "restart or exchange of the device",
 	[PLACE_ENGINE] = "its pulse engine was set up again",
 	[PLACE_SET_ELSEWHERE] = "set by somebody else than the commander",
+	[PLACE_NOT_HOMED] = "homing or setting a position did not succeed",
 	[PLACE_NO_CLOCK] = "it does not say whether it was restarted",
 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What the numbers in an event are called in its line; "unknown" for one that is no such
- * number. Static texts; any thread.
+ * The names of numbers in an event, as its line shows them; "unknown" for a number that is
+ * not in the list. Static texts; any thread.
  */
 #ifndef DEVICE_EVENT_NAME_H
 #define DEVICE_EVENT_NAME_H

@@ -16,6 +16,7 @@
 #include "daemon/device/encoder.h"
 #include "daemon/device/histogram.h"
 #include "daemon/device/output.h"
+#include "daemon/device/place.h"
 #include "daemon/device/plan.h"
 #include "daemon/device/setting.h"
 #include "daemon/device/task.h"
@@ -201,25 +202,6 @@ struct motion {
 	struct references sent, acked;
 };
 
-/* place.c: where the axes are, as one status said */
-struct place_reading {
-	bool known;
-	bool stood;			/* the engine did, for long enough */
-	int32_t position[POKEYS_AXES];
-	uint64_t asked_ns, came_ns;
-};
-
-struct place {
-	struct place_reading last;	/* that was believed */
-	struct place_reading odd;	/* the newest that did not fit it */
-	uint8_t alike;			/* so many of them in a row fitted one another */
-	uint8_t told;			/* axes that were told where they are, or homed */
-	uint64_t told_ns;		/* ... and until when */
-	uint8_t lost, known;		/* axes of which the epoch has to change */
-	uint64_t moved_ns;		/* the engine was last seen not to stand */
-	bool ran;			/* the link, at least once */
-};
-
 /* one_shot.c, operation.c */
 enum one_shot_phase {
 	ONE_SHOT_IDLE,
@@ -367,22 +349,6 @@ enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_
 /* Now and then: does it live, is it the same one, the same start, is it locked? */
 void identify_alive(struct device *device);
 
-/* place.c */
-/*
- * A status' positions: may they be taken? Asked once for each status, with the time of its
- * question and of its answer.
- */
-bool place_take(struct device *device, const struct wire_pulse_status_rep *status,
-		uint64_t asked_ns, uint64_t came_ns);
-/* These axes were told where they are, or may have been: what was asked before says nothing. */
-void place_told(struct device *device, uint8_t axes);
-/* ... and it is certain. */
-void place_known(struct device *device, uint8_t axes);
-/* Their count begins anew, and nobody has said from where. */
-void place_lost(struct device *device, uint8_t axes, enum place_loss why);
-/* The link runs (again). */
-void place_begin(struct device *device);
-
 /* restart.c */
 /* The device data once more: another one in its place is as good as a restart. */
 void restart_identity(struct device *device, const mailbox_entry_t *entry);
@@ -390,7 +356,7 @@ void restart_identity(struct device *device, const mailbox_entry_t *entry);
 void restart_tick(struct device *device, const mailbox_entry_t *entry);
 /* An answer did not fit; until it was asked again only questions may be sent. */
 bool restart_doubted(const struct device *device);
-/* Since identify_begin() it has told its clock, and so what became of it. */
+/* The device has reported its clock since identify_begin(), so a restart would be known. */
 bool restart_clock_known(const struct device *device);
 /* How many answers in a row had just this device data, this one among them. */
 uint8_t restart_data_alike(struct device *device, const uint8_t reply[WIRE_PK]);

@@ -69,6 +69,8 @@ void one_shot_end(struct device *device, enum pokeys_outcome outcome)
 		motion_displaced(device);
 		if (outcome == POKEYS_OUTCOME_DONE)
 			place_known(device, axes);
+		else if (outcome == POKEYS_OUTCOME_UNKNOWN)
+			place_lost(device, axes, PLACE_NOT_HOMED);
 		else if (device->one_shots.acted)
 			place_told(device, axes);
 	}

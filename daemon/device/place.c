@@ -51,6 +51,14 @@ static double fastest(const struct device *device, unsigned int i)
 	return axis->mode == POKEYS_AXIS_BUFFERED || !(own > 0) || own > khz ? khz : own;
 }
 
+/* An axis that runs by speed may run for ever, and wrap; nobody goes by where it is. */
+static bool by_position(const struct device *device, unsigned int i)
+{
+	const uint8_t mode = device->image.engine.axis[i].mode;
+
+	return mode == POKEYS_AXIS_POSITION || mode == POKEYS_AXIS_BUFFERED;
+}
+
 /* The axes of which the two readings cannot be of one count. */
 static uint8_t apart(const struct device *device, const struct place_reading *before,
 		     const struct place_reading *now)
@@ -61,11 +69,13 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 	uint8_t axes = 0;
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		const double way = fabs((double)now->position[i] - (double)before->position[i]);
+		const int32_t way = (int32_t)((uint32_t)now->position[i] -
+					      (uint32_t)before->position[i]);
 		const double most = before->stood && now->stood ? 0 :
 				    fastest(device, i) * HURRY * ms + SLACK;
 
-		axes |= (uint8_t)((way > most) << i);
+		if (by_position(device, i) && fabs((double)way) > most)
+			axes |= (uint8_t)(1u << i);
 	}
 	return axes;
 }
@@ -125,12 +135,14 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 {
 	struct place *place = &device->place;
 	struct place_reading now;
-	uint8_t axes;
+	uint8_t axes, excused;
 
 	read(device, status, asked_ns, came_ns, &now);
 	axes = place->last.known ? apart(device, &place->last, &now) : 0;
-	axes &= (uint8_t)~told(device);
-	if (!axes || !running(device)) {
+	excused = axes & told(device);
+	axes &= (uint8_t)~excused;
+	if (!axes) {
+		place->jumped |= excused;
 		believe(device, &now);
 		return true;
 	}
@@ -148,15 +160,32 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 
 void place_told(struct device *device, uint8_t axes)
 {
-	device->place.told = axes;
-	device->place.told_ns = device->now_ns;
+	struct place *place = &device->place;
+
+	/* what was told before is not seen yet, either */
+	if (place->last.asked_ns > place->told_ns)
+		place->told = 0;
+	place->told |= axes;
+	place->told_ns = device->now_ns;
 }
 
 void place_known(struct device *device, uint8_t axes)
 {
 	place_told(device, axes);
-	device->place.known |= axes;
-	device->place.lost &= (uint8_t)~axes;
+	device->place.jumped &= (uint8_t)~axes;
+	/* a restart since then has taken it away again */
+	device->place.known |= axes & (uint8_t)~device->place.lost;
+}
+
+void place_not_homed(struct device *device, uint8_t axes)
+{
+	struct place *place = &device->place;
+	const uint8_t lost = running(device) ? axes & place->jumped : axes;
+
+	place_told(device, axes);
+	place->jumped &= (uint8_t)~axes;
+	if (lost)
+		place_lost(device, lost, PLACE_NOT_HOMED);
 }
 
 /* As it was set up before: an engine that was just restarted has no axes yet. */
@@ -189,4 +218,5 @@ void place_begin(struct device *device)
 	if (device->place.ran && !restart_clock_known(device))
 		place_lost(device, UINT8_MAX, PLACE_NO_CLOCK);
 	device->place.ran = true;
+	device->place.told = device->place.jumped = 0;
 }

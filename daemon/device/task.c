@@ -92,7 +92,7 @@ static void end_homing(struct device *device, bool done)
 		place_known(device, engine->task_axes);
 		return;
 	}
-	place_told(device, engine->task_axes);
+	place_not_homed(device, engine->task_axes);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		if (engine->task_axes >> i & 1)
 			engine->axis[i].homed = 0;
@@ -196,10 +196,18 @@ static void update_working(struct device *device)
 		kind_of(device)->work(device);
 }
 
+/* Nobody has asked it to: it may have been restarted, and then it is not homed. */
+static void fall_from_complete(struct device *device)
+{
+	plan_doubt(device);
+	set_result(device, POKEYS_TASK_RESULT_NONE);
+	task_stop(device, POKEYS_TASK_FAILED);
+}
+
 static void update_complete(struct device *device)
 {
 	if (!kind_of(device)->is_complete(device->image.engine.state))
-		task_stop(device, POKEYS_TASK_DONE);
+		fall_from_complete(device);
 	else if (device->task.finish || device->task.shot.flags & POKEYS_HOME_FINISH_ITSELF)
 		begin_finishing(device);
 }

@@ -173,7 +173,7 @@ struct mailbox_entry {
 	uint64_t timestamp_sent;	/* ns, last transmission */
 	uint64_t timestamp_first_sent;	/* ns */
 	uint64_t timestamp_received;	/* ns, from the transport where it knows */
-	uint64_t waiting_since;		/* ns, last transmission, also one that was refused */
+	uint64_t waiting_since;		/* ns, the last attempt to transmit, refused or not */
 	uint64_t deadline;		/* ns, of the current try */
 	void *target_ptr;		/* payload from byte 8 is copied here */
 	size_t target_size;		/* never more than this is copied; at most 56 */

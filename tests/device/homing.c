@@ -113,6 +113,74 @@ static void axis_is_homed_and_the_others_stay(void **state)
 	assert_int_equal(world.event_count[EVENT_TASK], 1);
 }
 
+static bool is_complete(struct world *w)
+{
+	return w->state.engine.task_phase == POKEYS_TASK_COMPLETE;
+}
+
+static bool is_even(unsigned int axis)
+{
+	return !(world.state.engine.axis[axis].position_epoch & 1);
+}
+
+static void the_count_is_told_by_homing(void **state)
+{
+	const struct pokeys_one_shot shot = home(1, POKEYS_HOME_FINISH_ITSELF);
+
+	(void)state;
+	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
+	world_until(&world, is_idle, 500 * MS);
+	world_run(&world, 10 * MS);
+	assert_false(is_even(0));
+	assert_true(is_even(1));
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+}
+
+/* Whatever of it was done by then: the count is that of the restart. */
+static void a_restart_after_homing_is_no_homing(void **state)
+{
+	static const unsigned int boot_ms[] = { 0, 15, 100 };
+
+	for (size_t i = 0; i < sizeof(boot_ms) / sizeof(boot_ms[0]); i++) {
+		const struct pokeys_one_shot shot = home(1, 0);
+		uint8_t before;
+
+		begin(state);
+		before = world.state.engine.axis[0].position_epoch;
+		world_one_shot(&world, &shot);
+		world_until(&world, is_complete, 2 * SECOND);
+		world.rig.device.options.boot_ms = boot_ms[i];
+		sim_rig_reboot(&world.rig, world.now, false);
+		for (unsigned int ms = 0; ms < 3000; ms++) {
+			world_cycle(&world);
+			assert_true(is_even(0));
+		}
+		assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+		assert_int_not_equal(world.state.engine.axis[0].position_epoch, before);
+		assert_int_equal(world.state.engine.axis[0].homed, 0);
+	}
+}
+
+/* The device takes over its new count at the switch's edge, before the task has ended. */
+static void a_homing_that_ends_after_the_edge_has_lost_the_count(void **state)
+{
+	const struct pokeys_one_shot shot = home(1, 0);
+	const uint8_t before = world.state.engine.axis[0].position_epoch;
+
+	(void)state;
+	world_one_shot(&world, &shot);
+	world_until(&world, is_working, 200 * MS);
+	assert_int_equal(world.state.engine.task_phase, POKEYS_TASK_WORKING);
+	sim_rig_silence(&world.rig, world.now, 2 * SECOND);
+	world_until(&world, world_is_lost, 1 * SECOND);
+	world_until(&world, world_is_running, 5 * SECOND);
+	world_run(&world, 100 * MS);
+	assert_true(is_even(0));
+	assert_int_not_equal(world.state.engine.axis[0].position_epoch, before);
+	assert_true(is_even(1));
+	assert_int_equal(world.state.engine.axis[1].position_epoch, 0);
+}
+
 /* "config apply" while the machine is on, and nothing is different. */
 static void settings_that_are_read_again_leave_it_homed(void **state)
 {
@@ -421,6 +489,9 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(axis_is_homed_and_the_others_stay, begin),
+		cmocka_unit_test_setup(the_count_is_told_by_homing, begin),
+		cmocka_unit_test(a_restart_after_homing_is_no_homing),
+		cmocka_unit_test_setup(a_homing_that_ends_after_the_edge_has_lost_the_count, begin),
 		cmocka_unit_test_setup(how_it_ended_is_told_though_many_others_ended_before, begin),
 		cmocka_unit_test_setup(settings_that_are_read_again_leave_it_homed, begin),
 		cmocka_unit_test_setup(a_restart_of_the_device_ends_it, begin),

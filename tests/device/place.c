@@ -173,7 +173,7 @@ static void and_while_it_is_driven(void **state)
 	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 1);
 }
 
-/* Its own commander says so by a one-shot, and is told by its outcome. */
+/* The commander sets the position by a one-shot and knows it from the outcome. */
 static void the_commander_that_sets_it_knows(void **state)
 {
 	const struct pokeys_one_shot set = {
@@ -192,6 +192,32 @@ static void the_commander_that_sets_it_knows(void **state)
 	assert_int_equal(world.state.engine.axis[0].position, -500);
 	run(1 * SECOND);
 	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+}
+
+/* Statuses are so seldom that none comes between the two. */
+static void two_that_it_sets_are_known_both(void **state)
+{
+	struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500, 700 },
+	};
+
+	(void)state;
+	world_init(&world, NULL);
+	world.config.fast_divider = 20;
+	world_axes(&world);
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 1 * SECOND);
+	world_run(&world, 500 * MS);
+	assert_int_equal(world_do(&world, &set, 1 * SECOND), POKEYS_OUTCOME_DONE);
+	set.mask = 2;
+	assert_int_equal(world_do(&world, &set, 1 * SECOND), POKEYS_OUTCOME_DONE);
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+	assert_int_equal(world.state.engine.axis[0].position, -500);
+	assert_int_equal(world.state.engine.axis[1].position, 700);
+	assert_int_equal(world.state.engine.axis[0].position_epoch & 1, 1);
+	assert_int_equal(world.state.engine.axis[1].position_epoch & 1, 1);
 }
 
 static void a_damaged_status_is_no_position(void **state)
@@ -230,6 +256,7 @@ int main(void)
 		cmocka_unit_test(another_client_that_sets_it_is_noticed),
 		cmocka_unit_test_setup(and_while_it_is_driven, begin),
 		cmocka_unit_test_setup(the_commander_that_sets_it_knows, begin),
+		cmocka_unit_test(two_that_it_sets_are_known_both),
 		cmocka_unit_test_setup(a_damaged_status_is_no_position, begin),
 		cmocka_unit_test_setup(another_device_counts_otherwise, begin),
 	};

@@ -54,6 +54,20 @@ static int begin(void **state)
 	return 0;
 }
 
+/* A conveyor that has run for hours: its count wraps, and nobody goes by it. */
+static void a_count_that_wraps_is_no_loss(void **state)
+{
+	struct sim_axis *axis = &world.rig.device.engine.axis[0];
+
+	(void)state;
+	run_at(0, 10000);
+	axis->planner.position = INT32_MAX - 3000.0;
+	world_run(&world, 1 * SECOND);
+	assert_true(world.state.engine.axis[0].position < 0);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
+}
+
 static void refused(enum command_fault fault, unsigned int axis)
 {
 	world_run(&world, 3 * MS);
@@ -226,6 +240,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(axis_runs_at_the_commanded_speed, begin),
+		cmocka_unit_test_setup(a_count_that_wraps_is_no_loss, begin),
 		cmocka_unit_test_setup(axes_in_position_mode_are_driven_beside_it, begin),
 		cmocka_unit_test_setup(axis_stands_when_its_enable_falls, begin),
 		cmocka_unit_test_setup(axis_stands_when_the_machine_goes_off_or_the_commander_dies,

@@ -150,7 +150,7 @@ static bool emergency_stops(const struct table_cursor *at, bool pressed)
 	return command->flags == (pressed ? POKEYS_COMMAND_EMERGENCY : 0u);
 }
 
-/* A loss of position is a loss only to one that was homed. */
+/* unhome is true only if LinuxCNC takes the joint for homed. */
 static bool it_was_homed(const struct table_cursor *at, bool pressed)
 {
 	drive.rig.daemon.engine.axis[at->index].position_epoch += 2;

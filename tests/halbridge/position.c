@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * A device whose count begins anew: positions go on, and whoever moves by them is told until
- * the joint was homed.
+ * A device that begins another count: positions continue, and position-lost stays true until
+ * the joint has been homed.
  */
 #include "tests/halbridge/rig.h"
 
@@ -177,6 +177,32 @@ static void a_buffer_that_ran_dry_is_a_loss_of_steps(void **state)
 	assert_true(joint->pos_fb == 150.1);
 }
 
+/* What was before is no concern of a component that has just been loaded. */
+static void a_daemon_that_has_counted_before_is_no_loss(void **state)
+{
+	(void)state;
+	rig_init(&rig);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		rig.daemon.engine.axis[i].mode = POKEYS_AXIS_BUFFERED;
+	rig.daemon.engine.buffer_underruns = 5;
+	rig_periods(&rig, 3);
+	is_known();
+}
+
+/* Its mode comes by a setting of HAL's, some time after data are fresh. */
+static void another_daemon_is_a_loss_for_one_set_up_late(void **state)
+{
+	(void)state;
+	rig.daemon.epoch++;
+	axis->mode = POKEYS_AXIS_OFF;
+	axis->position = 0;
+	rig_periods(&rig, 10);
+	axis->mode = POKEYS_AXIS_POSITION;
+	rig_period(&rig);
+	assert_true(joint->position_lost && values->unhome);
+	assert_true(joint->pos_fb == 150);
+}
+
 static void an_axis_that_is_not_there_loses_nothing(void **state)
 {
 	(void)state;
@@ -211,6 +237,8 @@ int main(void)
 		cmocka_unit_test_setup(it_is_noticed_when_data_are_fresh_again, setup),
 		cmocka_unit_test_setup(another_daemon_is_a_loss, setup),
 		cmocka_unit_test_setup(a_buffer_that_ran_dry_is_a_loss_of_steps, setup),
+		cmocka_unit_test(a_daemon_that_has_counted_before_is_no_loss),
+		cmocka_unit_test_setup(another_daemon_is_a_loss_for_one_set_up_late, setup),
 		cmocka_unit_test_setup(an_axis_that_is_not_there_loses_nothing, setup),
 		cmocka_unit_test_setup(a_place_beyond_the_planner_is_refused_by_its_count, setup),
 	};

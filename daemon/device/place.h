@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Where the axes are, and whether their positions are still valid. Realtime thread only.
+ */
+#ifndef DEVICE_PLACE_H
+#define DEVICE_PLACE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/state.h>
+#include "daemon/device/event.h"
+#include "wire/pulse.h"
+
+struct device;
+
+/* The positions of one status. */
+struct place_reading {
+	bool known;
+	bool stood;			/* the engine did, for long enough */
+	int32_t position[POKEYS_AXES];
+	uint64_t asked_ns, came_ns;
+};
+
+struct place {
+	struct place_reading last;	/* that was believed */
+	struct place_reading odd;	/* the newest that did not fit it */
+	uint8_t alike;			/* so many of them in a row fitted one another */
+	uint8_t told;			/* axes whose count we have changed, by setting or homing */
+	uint64_t told_ns;		/* ... for the last time */
+	uint8_t jumped;			/* of these, axes that were seen to jump */
+	uint8_t lost, known;		/* axes of which the epoch has to change */
+	uint64_t moved_ns;		/* the engine was last seen not to stand */
+	bool ran;			/* the link, at least once */
+};
+
+/*
+ * May the positions of a status be taken? Call it once for each status, with the times of the
+ * query and of the reply (ns).
+ */
+bool place_take(struct device *device, const struct wire_pulse_status_rep *status,
+		uint64_t asked_ns, uint64_t came_ns);
+/* The counts of these axes may have been changed by us; older readings do not show it. */
+void place_told(struct device *device, uint8_t axes);
+/* The positions of these axes were set, or the device has homed them. */
+void place_known(struct device *device, uint8_t axes);
+/* Homing of these axes has ended without success. */
+void place_not_homed(struct device *device, uint8_t axes);
+/* These axes have begun another count, and nobody knows from where. */
+void place_lost(struct device *device, uint8_t axes, enum place_loss why);
+/* The link runs (again). */
+void place_begin(struct device *device);
+
+#endif
