@@ -142,12 +142,13 @@ static void take_axis(struct device *device, unsigned int i,
 {
 	struct pokeys_axis *axis = &device->image.engine.axis[i];
 
-	if (placed)
+	if (placed) {
 		axis->position = status->position[i];
-	/* once, not for as long as it stays there: the position may be lost meanwhile */
-	if (status->axis_state[i] == WIRE_AXIS_HOME && axis->state != WIRE_AXIS_HOME)
-		axis->homed = 1;
-	axis->state = status->axis_state[i];
+		/* once, not for as long as it stays there: the position may be lost meanwhile */
+		if (status->axis_state[i] == WIRE_AXIS_HOME && axis->state != WIRE_AXIS_HOME)
+			axis->homed = 1;
+		axis->state = status->axis_state[i];
+	}
 	axis->limit_minus = status->limit_neg >> i & 1;
 	axis->limit_plus = status->limit_pos >> i & 1;
 	axis->home = status->home >> i & 1;

@@ -259,6 +259,7 @@ static void run_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, vo
 	(void)entry;
 	(void)context;
 	state_ended(device, now_ns);
+	place_moves(device);
 	device->motion.run_open = false;
 	device->motion.run_after_ns = now_ns + RUN_AGAIN_NS;
 	device->motion.known = false;

@@ -80,14 +80,19 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 	return axes;
 }
 
+/* Axes that the device is homing. */
+static uint8_t homing(const struct device *device)
+{
+	const struct pokeys_engine *engine = &device->image.engine;
+
+	return !task_idle(device) && engine->task == POKEYS_TASK_HOMING ? engine->task_axes : 0;
+}
+
 /* Axes that have been told where they are since the last reading, or are just being told. */
 static uint8_t told(const struct device *device)
 {
-	const struct pokeys_engine *engine = &device->image.engine;
-	uint8_t axes = one_shot_axes(device);
+	uint8_t axes = one_shot_axes(device) | homing(device);
 
-	if (!task_idle(device) && engine->task == POKEYS_TASK_HOMING)
-		axes |= engine->task_axes;
 	if (device->place.last.asked_ns <= device->place.told_ns)
 		axes |= device->place.told;
 	return axes;
@@ -109,11 +114,43 @@ static void change_epoch(struct device *device)
 	place->known = place->lost = 0;
 }
 
-static void believe(struct device *device, const struct place_reading *now)
+/* Axes that the device has just homed: this status is the first that counts from there. */
+static uint8_t arrived(const struct device *device, const struct wire_pulse_status_rep *status)
 {
-	device->place.last = *now;
-	device->place.alike = 0;
+	uint8_t axes = 0;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (status->axis_state[i] == WIRE_AXIS_HOME &&
+		    device->image.engine.axis[i].state != WIRE_AXIS_HOME)
+			axes |= (uint8_t)(1u << i);
+	return axes & homing(device);
+}
+
+static void believe(struct device *device, const struct place_reading *now, uint8_t homed)
+{
+	struct place *place = &device->place;
+
+	place->last = *now;
+	place->alike = 0;
+	place->arrived |= homed;
+	place->known |= homed & (uint8_t)~place->lost;
 	change_epoch(device);
+}
+
+/* These axes have jumped, and we know that they were being told where they are. */
+static bool take_jump(struct device *device, uint8_t axes)
+{
+	struct place *place = &device->place;
+	uint8_t lost;
+
+	if (axes & one_shot_axes(device))
+		return false;	/* its outcome says as what to take it */
+	place->jumped |= axes;
+	/* ... or it was said to have failed */
+	lost = axes & (uint8_t)~(homing(device) | place->known | place->lost);
+	if (lost)
+		place_lost(device, lost, PLACE_NOT_HOMED);
+	return true;
 }
 
 static void read(struct device *device, const struct wire_pulse_status_rep *status,
@@ -138,12 +175,16 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 	uint8_t axes, excused;
 
 	read(device, status, asked_ns, came_ns, &now);
+	/* of before the count changed: with which it would be shown as one of the new count */
+	if ((place->known | place->lost) && asked_ns <= place->changed_ns)
+		return false;
 	axes = place->last.known ? apart(device, &place->last, &now) : 0;
 	excused = axes & told(device);
 	axes &= (uint8_t)~excused;
+	if (!axes && !take_jump(device, excused))
+		return false;
 	if (!axes) {
-		place->jumped |= excused;
-		believe(device, &now);
+		believe(device, &now, arrived(device, status));
 		return true;
 	}
 	if (!place->alike || apart(device, &place->odd, &now))
@@ -154,8 +195,13 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 	if (place->alike < ALIKE || plan_doubts(device))
 		return false;
 	place_lost(device, axes, PLACE_SET_ELSEWHERE);
-	believe(device, &now);
+	believe(device, &now, 0);
 	return true;
+}
+
+void place_moves(struct device *device)
+{
+	device->place.moved_ns = device->now_ns;
 }
 
 void place_told(struct device *device, uint8_t axes)
@@ -175,15 +221,33 @@ void place_known(struct device *device, uint8_t axes)
 	device->place.jumped &= (uint8_t)~axes;
 	/* a restart since then has taken it away again */
 	device->place.known |= axes & (uint8_t)~device->place.lost;
+	device->place.changed_ns = device->now_ns;
+}
+
+void place_homing(struct device *device, uint8_t axes)
+{
+	device->place.arrived &= (uint8_t)~axes;
+}
+
+void place_homed(struct device *device, uint8_t axes)
+{
+	struct place *place = &device->place;
+	const uint8_t missed = axes & (uint8_t)~place->arrived;
+
+	place->jumped &= (uint8_t)~axes;
+	place->arrived &= (uint8_t)~axes;
+	if (missed)
+		place_known(device, missed);
 }
 
 void place_not_homed(struct device *device, uint8_t axes)
 {
 	struct place *place = &device->place;
-	const uint8_t lost = running(device) ? axes & place->jumped : axes;
+	const uint8_t lost = running(device) ? axes & (place->jumped | place->arrived) : axes;
 
 	place_told(device, axes);
 	place->jumped &= (uint8_t)~axes;
+	place->arrived &= (uint8_t)~axes;
 	if (lost)
 		place_lost(device, lost, PLACE_NOT_HOMED);
 }
@@ -204,8 +268,10 @@ void place_lost(struct device *device, uint8_t axes, enum place_loss why)
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		if (axes >> i & 1)
 			device->image.engine.axis[i].homed = 0;
-	if (why != PLACE_SET_ELSEWHERE)
+	if (why != PLACE_SET_ELSEWHERE) {
 		device->place.last.known = false;
+		device->place.changed_ns = device->now_ns;
+	}
 	if (!any_set_up(device, axes))
 		return;
 	device_say(device, EVENT_POSITION_LOST, EVENT_WARNING, axes, why, 0);

@@ -28,8 +28,10 @@ struct place {
 	uint8_t told;			/* axes whose count we have changed, by setting or homing */
 	uint64_t told_ns;		/* ... for the last time */
 	uint8_t jumped;			/* of these, axes that were seen to jump */
+	uint8_t arrived;		/* of those that are being homed: they are */
 	uint8_t lost, known;		/* axes of which the epoch has to change */
-	uint64_t moved_ns;		/* the engine was last seen not to stand */
+	uint64_t changed_ns;		/* ... with the first reading after that */
+	uint64_t moved_ns;		/* the engine may have moved an axis until then */
 	bool ran;			/* the link, at least once */
 };
 
@@ -41,9 +43,13 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 		uint64_t asked_ns, uint64_t came_ns);
 /* The counts of these axes may have been changed by us; older readings do not show it. */
 void place_told(struct device *device, uint8_t axes);
-/* The positions of these axes were set, or the device has homed them. */
+/* The positions of these axes were set. */
 void place_known(struct device *device, uint8_t axes);
-/* Homing of these axes has ended without success. */
+/* The device was asked to move axes; a reading of later does not show that they stood. */
+void place_moves(struct device *device);
+/* Homing of these axes begins; it has ended well; it has ended without success. */
+void place_homing(struct device *device, uint8_t axes);
+void place_homed(struct device *device, uint8_t axes);
 void place_not_homed(struct device *device, uint8_t axes);
 /* These axes have begun another count, and nobody knows from where. */
 void place_lost(struct device *device, uint8_t axes, enum place_loss why);

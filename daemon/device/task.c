@@ -89,7 +89,7 @@ static void end_homing(struct device *device, bool done)
 	struct pokeys_engine *engine = &device->image.engine;
 
 	if (done) {
-		place_known(device, engine->task_axes);
+		place_homed(device, engine->task_axes);
 		return;
 	}
 	place_not_homed(device, engine->task_axes);
@@ -140,6 +140,8 @@ void task_begin(struct device *device, uint8_t kind, const struct pokeys_one_sho
 		if (kind == POKEYS_TASK_HOMING && shot->mask >> i & 1)
 			engine->axis[i].homed = 0;
 	}
+	if (kind == POKEYS_TASK_HOMING)
+		place_homing(device, shot->mask);
 	enter(device, kind_of(device)->beside ? POKEYS_TASK_STARTING : POKEYS_TASK_PREPARING);
 }
 
@@ -400,6 +402,7 @@ static struct device *ended(pokeys_device_t *mailbox, const mailbox_entry_t *ent
 	device->task.open = false;
 	device->task.answered = answered(entry);
 	motion_displaced(device);
+	place_moves(device);
 	return device;
 }
 

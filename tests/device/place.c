@@ -186,11 +186,38 @@ static void the_commander_that_sets_it_knows(void **state)
 	run(500 * MS);
 	before = epoch();
 	assert_int_equal(world_do(&world, &set, 1 * SECOND), POKEYS_OUTCOME_DONE);
-	world_run(&world, 5 * MS);
+	run(5 * MS);
 	assert_int_not_equal(epoch(), before);
 	assert_int_equal(epoch() & 1, 1);
 	assert_int_equal(world.state.engine.axis[0].position, -500);
 	run(1 * SECOND);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+}
+
+static bool is_set_position(struct world *w, const uint8_t *reply)
+{
+	if (reply[1] != 0x85 || reply[2] != 0x03)
+		return false;
+	w->lose_reply = NULL;
+	return true;
+}
+
+/* Statuses show the new count before it is known whether that is the wanted one. */
+static void and_when_its_answer_is_lost(void **state)
+{
+	const struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+	};
+
+	(void)state;
+	world_machine_off(&world);
+	run(500 * MS);
+	world.lose_reply = is_set_position;
+	world_one_shot(&world, &set);
+	run(1 * SECOND);
+	assert_null(world.lose_reply);
+	assert_int_equal(epoch(), 1);
+	assert_int_equal(world.state.engine.axis[0].position, -500);
 	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
 }
 
@@ -256,6 +283,7 @@ int main(void)
 		cmocka_unit_test(another_client_that_sets_it_is_noticed),
 		cmocka_unit_test_setup(and_while_it_is_driven, begin),
 		cmocka_unit_test_setup(the_commander_that_sets_it_knows, begin),
+		cmocka_unit_test_setup(and_when_its_answer_is_lost, begin),
 		cmocka_unit_test(two_that_it_sets_are_known_both),
 		cmocka_unit_test_setup(a_damaged_status_is_no_position, begin),
 		cmocka_unit_test_setup(another_device_counts_otherwise, begin),
