@@ -16,7 +16,7 @@ enum {
 	BINDING_NO_TWIN = UINT16_MAX,
 	BINDING_TURNS = 32,	/* periods in which all IN pins get their turn */
 	BINDING_OUT_TURNS = 128,	/* and all OUT pins */
-	BINDING_ACTIVE = 1024,	/* IN pins of a funct, at most */
+	BINDING_ACTIVE = 1280,	/* IN pins of a funct, at most */
 	BINDING_WORD = 8,	/* bytes of struct values whose pins lie together */
 	BINDING_CHUNK = VALUES_CHUNK,	/* and that are compared at once */
 	BINDING_CHUNKS = (sizeof(struct values) + BINDING_CHUNK - 1) / BINDING_CHUNK,

@@ -10,6 +10,8 @@
  * zeroes one 32-bit counter: it would rewrite thirteen of them with values
  * read before, and counts that arrive in between would be lost (protocol
  * section 3.8). So reset is exact, immediate, and leaves the neighbours alone.
+ * set does rewrite them, for whoever needs the device's own count. Until its outcome is
+ * known a sample may be of before or after it, so none is taken.
  *
  * index-enable is the device's: it is armed by a one-shot and zeroes the count
  * itself at the pulse, at full resolution. We wait for the arming to be
@@ -40,10 +42,39 @@ static void restart_at(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	velocity_rebase(&encoder->velocity, raw, t_ns);
 }
 
+/* Zeroed or set by what nobody waited for: go on from where motion has led since. */
+static void carry_over(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+{
+	int64_t total = encoder->total +
+			llrint(encoder->velocity.rate * (double)(t_ns - encoder->t_ns) / 1e9);
+
+	restart_at(encoder, raw, t_ns);
+	encoder->total = total;
+	velocity_rebase(&encoder->velocity, total, t_ns);
+}
+
+/* The first sample after the counter was set, or may have been. */
+static void take_set(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+{
+	if (encoder->set == ENCODER_SET_WAITS || t_ns <= encoder->set_t_ns)
+		return;
+	if (encoder->set == ENCODER_SET_DONE) {
+		encoder->zero = 0;
+		restart_at(encoder, raw, t_ns);
+	} else {
+		carry_over(encoder, raw, t_ns);
+	}
+	encoder->set = ENCODER_SET_NONE;
+}
+
 static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 {
 	if (!t_ns || t_ns == encoder->t_ns)
 		return;
+	if (encoder->set != ENCODER_SET_NONE) {
+		take_set(encoder, raw, t_ns);
+		return;
+	}
 	if (!encoder->t_ns) {
 		restart_at(encoder, raw, t_ns);
 		return;
@@ -84,7 +115,7 @@ bool encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned
 	if (value->reset)
 		encoder->zero = encoder->total;
 	changed = show(encoder, value, scale);
-	encoder->rests = !changed && value->velocity == 0 &&
+	encoder->rests = !changed && encoder->set == ENCODER_SET_NONE && value->velocity == 0 &&
 			 velocity_rests(&encoder->velocity, encoder->total, encoder->t_ns);
 	return changed;
 }
@@ -98,17 +129,6 @@ static void read_outcome(struct encoder *encoder, enum pokeys_outcome outcome, u
 		encoder->index = ENCODER_INDEX_OFF;
 		encoder->retry_ns = now_ns + RETRY_NS;
 	}
-}
-
-/* Zeroed by a pulse that nobody wants: go on from where motion has led since. */
-static void carry_over(struct encoder *encoder, int32_t raw, uint64_t t_ns)
-{
-	int64_t total = encoder->total +
-			llrint(encoder->velocity.rate * (double)(t_ns - encoder->t_ns) / 1e9);
-
-	restart_at(encoder, raw, t_ns);
-	encoder->total = total;
-	velocity_rebase(&encoder->velocity, total, t_ns);
 }
 
 static void take_pulse(struct encoder *encoder, struct value_encoder *value, int32_t raw,
@@ -168,15 +188,67 @@ bool encoder_index_write(struct encoder *encoder, const struct value_encoder *va
 	return pushed != ONE_SHOT_FULL;
 }
 
+bool encoder_set_read(struct encoder *encoder, unsigned int number,
+		      const struct pokeys_state *state, const struct one_shot_queue *queue)
+{
+	const bool failed = press_read(&encoder->press, queue, state);
+
+	if (encoder->set != ENCODER_SET_WAITS || encoder->press.state != PRESS_IDLE)
+		return failed;
+	encoder->set_t_ns = state->encoder_t_ns[number];
+	switch (encoder->press.outcome) {
+	case POKEYS_OUTCOME_DONE:
+		encoder->set = ENCODER_SET_DONE;
+		break;
+	case POKEYS_OUTCOME_UNKNOWN:
+		encoder->set = ENCODER_SET_UNKNOWN;
+		break;
+	default:	/* it still counts from where it did */
+		encoder->set = ENCODER_SET_NONE;
+		break;
+	}
+	return failed;
+}
+
+struct press_news encoder_set_write(struct encoder *encoder, const struct value_encoder *value,
+				    unsigned int number, struct one_shot_queue *queue,
+				    struct pokeys_command *command, bool fresh)
+{
+	const struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_ENCODER, .index = (uint8_t)number,
+		.value = { value->set_value },
+	};
+	const struct press_news news = press_write(&encoder->press, value->set,
+						   fresh ? &set : NULL, queue, command);
+
+	if (encoder->press.state != PRESS_IDLE) {
+		encoder->set = ENCODER_SET_WAITS;
+		encoder->rests = false;
+	}
+	return news;
+}
+
 void encoder_index_forget(struct encoder *encoder)
 {
 	encoder->index = ENCODER_INDEX_OFF;
 	encoder->retry_ns = 0;
 }
 
+bool encoder_set_forget(struct encoder *encoder, uint64_t t_ns)
+{
+	const bool under_way = press_forget(&encoder->press);
+
+	if (under_way) {
+		encoder->set = ENCODER_SET_UNKNOWN;
+		encoder->set_t_ns = t_ns;
+	}
+	return under_way;
+}
+
 void encoder_rebooted(struct encoder *encoder)
 {
 	encoder_index_forget(encoder);
+	encoder->set = ENCODER_SET_NONE;
 	encoder->stray = false;
 	encoder->t_ns = 0;
 	encoder->zero = 0;

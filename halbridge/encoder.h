@@ -10,9 +10,18 @@
 #include <stddef.h>
 #include <stdint.h>
 #include "halbridge/one_shot.h"
+#include "halbridge/press.h"
 #include "halbridge/refusal.h"
 #include "halbridge/values.h"
 #include "halbridge/velocity.h"
+
+/* Setting the device's counter. */
+enum encoder_set {
+	ENCODER_SET_NONE,
+	ENCODER_SET_WAITS,	/* for its outcome: samples may be of before or after it */
+	ENCODER_SET_DONE,	/* the next sample is of the new count */
+	ENCODER_SET_UNKNOWN,	/* ... or of the old one */
+};
 
 enum encoder_index { ENCODER_INDEX_OFF, ENCODER_INDEX_QUEUED, ENCODER_INDEX_ARMED };
 
@@ -26,6 +35,9 @@ struct encoder {		/* what each period needs stands first */
 	uint8_t index;		/* enum encoder_index */
 	bool index_flag;	/* of the state image, at the last look */
 	bool stray;		/* armed, but nobody wants it any more */
+	uint8_t set;		/* enum encoder_set */
+	uint64_t set_t_ns;	/* of the sample that was there when its outcome came */
+	struct press press;
 	bool rests;		/* it stood at the last sample, and the pins say so */
 	int64_t shown;		/* counts that position was made of */
 	double shown_scale;	/* and the scale; 0 = not yet */
@@ -98,8 +110,33 @@ static inline bool encoder_index_idle(const struct encoder *encoder,
 	       !encoder->index_flag && !(state->encoder_index >> number & 1);
 }
 
+/*
+ * See how setting the counter stands. Returns true if it ended badly. Realtime.
+ */
+bool encoder_set_read(struct encoder *encoder, unsigned int number,
+		      const struct pokeys_state *state, const struct one_shot_queue *queue);
+
+/* Ask for it when the pin `set` rises; refused while data are not fresh. Realtime. */
+struct press_news encoder_set_write(struct encoder *encoder, const struct value_encoder *value,
+				    unsigned int number, struct one_shot_queue *queue,
+				    struct pokeys_command *command, bool fresh);
+
+/* Nobody sets this counter: the two above have nothing to do. Realtime. */
+static inline bool encoder_set_idle(const struct encoder *encoder,
+				    const struct value_encoder *value)
+{
+	return !value->set && encoder->press.up && encoder->press.state == PRESS_IDLE &&
+	       encoder->set == ENCODER_SET_NONE;
+}
+
 /* The daemon that was asked is gone: ask again. Realtime. */
 void encoder_index_forget(struct encoder *encoder);
+
+/*
+ * The daemon that was asked to set the counter is gone, t_ns is the time of the sample that is
+ * there. Returns true if it had been asked. Realtime.
+ */
+bool encoder_set_forget(struct encoder *encoder, uint64_t t_ns);
 
 /* The device has been rebooted: its counters begin anew, and so do the pins. Realtime. */
 void encoder_rebooted(struct encoder *encoder);

@@ -99,6 +99,9 @@ static void read_encoders(struct exchange *exchange, struct values *values, bool
 
 		if (fresh && !encoder_index_idle(encoder, value, i, state))
 			changed = read_index(exchange, values, i, now_ns);
+		if (!encoder_set_idle(encoder, value) &&
+		    encoder_set_read(encoder, i, state, &exchange->queue))
+			values->one_shot_failed_count++;
 		if (fresh && encoder_stands(encoder, value, state->encoder[i],
 					    state->encoder_t_ns[i]) && !changed)
 			continue;
@@ -136,7 +139,7 @@ static void read_flags(struct exchange *exchange, struct values *values, bool fr
 
 /* A joint's pins depend on the command and on the scale as well as on the engine. */
 static void read_engine(struct exchange *exchange, struct values *values, bool fresh,
-			bool restarted)
+			bool restarted, uint64_t now_ns)
 {
 	const struct pokeys_engine *engine = &exchange->state.engine;
 	bool changed = fresh && news(&exchange->engine, engine, sizeof(*engine),
@@ -145,7 +148,7 @@ static void read_engine(struct exchange *exchange, struct values *values, bool f
 	if (changed)
 		engine_read(values, engine);
 	changed |= positions_read(&exchange->positions, exchange->joint, values, engine, fresh,
-				  restarted);
+				  restarted, now_ns);
 	legacy_enable(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		changed |= joint_settings(&exchange->joint[i], &values->joint[i], i,
@@ -172,6 +175,9 @@ static void take_news(struct exchange *exchange, struct values *values,
 		threading_forget(&exchange->threading, values);
 	}
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
+		if (news->new_daemon && encoder_set_forget(&exchange->encoder[i],
+							   exchange->state.encoder_t_ns[i]))
+			values->one_shot_failed_count++;
 		if (news->rebooted)
 			encoder_rebooted(&exchange->encoder[i]);
 		else if (news->new_daemon)
@@ -234,7 +240,7 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 	read_encoders(exchange, values, news.fresh, now_ns);
 	read_flags(exchange, values, news.fresh);
 	trouble_read(&exchange->trouble, values, state, news.fresh);
-	read_engine(exchange, values, news.fresh, news.restarted);
+	read_engine(exchange, values, news.fresh, news.restarted, now_ns);
 	legacy_read(exchange, values, now_ns);
 }
 
@@ -249,6 +255,24 @@ static bool write_index(struct exchange *exchange, struct values *values, uint64
 		if (!encoder_index_idle(encoder, value, i, &exchange->state))
 			full |= !encoder_index_write(encoder, value, i, &exchange->queue,
 						     &exchange->command, now_ns);
+	}
+	return full;
+}
+
+static bool write_set(struct exchange *exchange, struct values *values)
+{
+	bool full = false;
+
+	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
+		struct encoder *encoder = &exchange->encoder[i];
+		struct press_news news;
+
+		if (encoder_set_idle(encoder, &values->encoder[i]))
+			continue;
+		news = encoder_set_write(encoder, &values->encoder[i], i, &exchange->queue,
+					 &exchange->command, exchange->fresh);
+		values->one_shot_failed_count += news.failed;
+		full |= news.full;
 	}
 	return full;
 }
@@ -308,6 +332,7 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		command->axis[i].enable &= read;
 	full = write_index(exchange, values, now_ns);
+	full |= write_set(exchange, values);
 	full |= joint_home_write(&exchange->home, values, exchange->joint, &exchange->queue,
 				 command, &exchange->state.engine, exchange->fresh, refusals);
 	full |= probe_write(&exchange->probe, values, exchange->joint, &exchange->queue, command,

@@ -14,8 +14,14 @@
  * A motion buffer that ran dry stopped axes without a ramp. Their counts are right, but
  * the motors may have lost steps, so that is a loss as well. And so is another daemon than
  * before: it cannot know what was while nobody looked.
+ *
+ * LinuxCNC takes an order to unhome a joint by an edge, and refuses it while the machine
+ * does not stand. So unhome comes again and again until no such joint counts as homed.
  */
 #include "halbridge/position.h"
+
+#define UNHOME_NS	UINT64_C(250000000)	/* so long it is true, and then false */
+#define ALARM_NS	UINT64_C(1000000000)
 
 /* Homed in LinuxCNC's own way. */
 static void acknowledge(struct position *position, bool homed)
@@ -50,11 +56,22 @@ static bool judge(struct position *position, struct joint *joint, const struct p
 	return anew;
 }
 
-static void show(const struct positions *positions, struct values *values)
+/* True for a while, false for a while, as long as it is wanted. */
+static bool pulse(uint64_t *since_ns, bool wanted, uint64_t now_ns)
+{
+	if (!wanted)
+		*since_ns = 0;
+	else if (!*since_ns)
+		*since_ns = now_ns;
+	return wanted && (now_ns - *since_ns) / UNHOME_NS % 2 == 0;
+}
+
+static void show(struct positions *positions, struct values *values, uint64_t now_ns)
 {
 	const bool lost_before = values->position_lost, unhome_before = values->unhome;
+	bool unhome = false;
 
-	values->position_lost = values->unhome = false;
+	values->position_lost = false;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const struct position *position = &positions->joint[i];
 
@@ -62,15 +79,24 @@ static void show(const struct positions *positions, struct values *values)
 			values_changed(values, BLOCK_JOINT);
 		values->joint[i].position_lost = position->lost;
 		values->position_lost |= position->lost;
-		values->unhome |= position->lost && position->homed;
+		unhome |= position->lost && position->homed;
 	}
+	values->unhome = pulse(&positions->unhome_ns, unhome, now_ns);
 	if (values->position_lost != lost_before || values->unhome != unhome_before)
 		values_changed(values, BLOCK_MACHINE);
 }
 
+static void alarm(struct positions *positions, bool lost, bool machine_is_on, uint64_t now_ns)
+{
+	if (lost)
+		positions->alarm_ns = now_ns;
+	positions->alarm = lost || (positions->alarm &&
+				    (machine_is_on || now_ns - positions->alarm_ns < ALARM_NS));
+}
+
 bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES],
 		    struct values *values, const struct pokeys_engine *engine, bool fresh,
-		    bool restarted)
+		    bool restarted, uint64_t now_ns)
 {
 	const bool dry = engine->buffer_underruns != positions->underruns &&
 			 values->engine.dry_loses;
@@ -92,9 +118,9 @@ bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES]
 			lost = position->lost = true;
 		}
 	}
-	positions->alarm = (positions->alarm || lost) && values->machine_is_on;
+	alarm(positions, lost, values->machine_is_on, now_ns);
 	if (fresh)
 		positions->underruns = engine->buffer_underruns;
-	show(positions, values);
+	show(positions, values, now_ns);
 	return anew;
 }

@@ -24,7 +24,9 @@ struct position {
 struct positions {
 	struct position joint[POKEYS_AXES];
 	uint32_t underruns;
-	bool alarm;		/* one was lost, until machine-is-on falls */
+	uint64_t unhome_ns;	/* since then joints have to be unhomed; 0 = none has to */
+	uint64_t alarm_ns;	/* one was lost then */
+	bool alarm;		/* ... and for a second, and until machine-is-on falls */
 };
 
 /*
@@ -34,6 +36,6 @@ struct positions {
  */
 bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES],
 		    struct values *values, const struct pokeys_engine *engine, bool fresh,
-		    bool restarted);
+		    bool restarted, uint64_t now_ns);
 
 #endif

@@ -83,8 +83,8 @@ static const struct table_row rows[] = {
 	STATUS("position-lost", position_lost,
 	       "position-lost of at least one joint", BOTH_SCHEMES),
 	STATUS("unhome", unhome,
-	       "position-lost of a joint whose motion-homed is true: switch the machine off and "
-	       "unhome its joints"),
+	       "a joint whose position is lost has motion-homed true: switch the machine off and "
+	       "unhome the joints; true for 250 ms in 500 ms"),
 	STATUS("safe-state", safe_state, "the daemon holds outputs and axes in the safe state"),
 	STATUS("commander", commander, "the daemon follows this component's commands"),
 	STATUS("command-refused", command_refused,

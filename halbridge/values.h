@@ -82,8 +82,8 @@ struct value_pwm {
 
 struct value_encoder {
 	double position, velocity;
-	int32_t count;
-	bool reset, index_enable, enabled;
+	int32_t count, set_value;
+	bool reset, index_enable, enabled, set;
 	param_float scale;
 };
 

@@ -287,6 +287,109 @@ static void a_rebooted_device_starts_at_its_count(void **state)
 	assert_int_equal(rig.values.encoder[1].count, 12);
 }
 
+static uint32_t press_set(unsigned int i, int32_t to)
+{
+	rig.values.encoder[i].set_value = to;
+	rig.values.encoder[i].set = true;
+	rig_period(&rig);
+	rig.values.encoder[i].set = false;
+	return rig.exchange.command.one_shot_head - 1;
+}
+
+static void outcome(uint32_t id, enum pokeys_outcome outcome)
+{
+	rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] = (struct pokeys_one_shot_result){
+		.id = id, .operation = POKEYS_ONE_SHOT_SET_ENCODER, .outcome = (uint8_t)outcome,
+	};
+	rig.daemon.one_shot_ack = id + 1;
+}
+
+/* The device's new count may be seen before its outcome is, or after it. */
+static void setting_the_counter_is_no_motion(void **state)
+{
+	const struct value_encoder *value = &rig.values.encoder[3];
+
+	(void)state;
+	for (unsigned int early = 0; early < 2; early++) {
+		uint32_t id;
+
+		setup(state);
+		rig.values.encoder[3].scale = 10;
+		rig.daemon.encoder[3] = 500;
+		rig_periods(&rig, 3);
+		id = press_set(3, -7000);
+		assert_int_equal(rig.exchange.command.one_shot[id].index, 3);
+		assert_int_equal(rig.exchange.command.one_shot[id].value[0], -7000);
+		if (early)
+			rig.daemon.encoder[3] = -7000;
+		rig_periods(&rig, 5);
+		assert_int_equal(value->count, 500);
+		rig.device_silent = true;	/* nothing newer has come yet */
+		outcome(id, POKEYS_OUTCOME_DONE);
+		rig_periods(&rig, 2);
+		assert_int_equal(value->count, 500);
+		rig.device_silent = false;
+		rig.daemon.encoder[3] = -6990;
+		rig_period(&rig);
+		assert_int_equal(value->count, -6990);
+		assert_true(value->position == -699 && value->velocity == 0);
+		rig.daemon.encoder[3] = -6980;
+		rig_periods(&rig, 3);
+		assert_int_equal(value->count, -6980);
+		assert_int_equal(rig.values.one_shot_failed_count, 0);
+	}
+}
+
+static void a_counter_that_was_not_set_goes_on(void **state)
+{
+	static const enum pokeys_outcome outcomes[] = {
+		POKEYS_OUTCOME_FAILED, POKEYS_OUTCOME_UNKNOWN, POKEYS_OUTCOME_REFUSED,
+	};
+
+	for (size_t i = 0; i < sizeof(outcomes) / sizeof(outcomes[0]); i++) {
+		uint32_t id;
+
+		setup(state);
+		rig.daemon.encoder[3] = 500;
+		rig_periods(&rig, 3);
+		id = press_set(3, -7000);
+		outcome(id, outcomes[i]);
+		rig_periods(&rig, 2);
+		assert_int_equal(rig.values.encoder[3].count, 500);
+		rig.daemon.encoder[3] = 510;
+		rig_periods(&rig, 2);
+		assert_int_equal(rig.values.encoder[3].count, 510);
+		assert_int_equal(rig.values.one_shot_failed_count, 1);
+	}
+}
+
+static void a_counter_is_not_set_while_data_are_old(void **state)
+{
+	(void)state;
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	press_set(3, 100);
+	assert_int_equal(rig.exchange.command.one_shot_head, 0);
+	assert_int_equal(rig.values.one_shot_failed_count, 1);
+}
+
+/* Nobody knows whether it did it. */
+static void a_daemon_that_goes_while_setting_moves_nothing(void **state)
+{
+	(void)state;
+	rig.daemon.encoder[3] = 500;
+	rig_periods(&rig, 3);
+	press_set(3, -7000);
+	rig.daemon.epoch++;
+	rig.daemon.encoder[3] = -7000;
+	rig_periods(&rig, 5);
+	assert_int_equal(rig.values.encoder[3].count, 500);
+	rig.daemon.encoder[3] = -6990;
+	rig_periods(&rig, 5);
+	assert_int_equal(rig.values.encoder[3].count, 510);
+	assert_int_equal(rig.values.one_shot_failed_count, 1);
+}
+
 static void a_restarted_daemon_does_not_move_the_position(void **state)
 {
 	(void)state;
@@ -375,6 +478,10 @@ int main(void)
 		cmocka_unit_test_setup(a_withdrawn_index_does_not_move_the_position, setup),
 		cmocka_unit_test_setup(a_new_daemon_is_asked_for_the_index_again, setup),
 		cmocka_unit_test_setup(a_rebooted_device_starts_at_its_count, setup),
+		cmocka_unit_test(setting_the_counter_is_no_motion),
+		cmocka_unit_test(a_counter_that_was_not_set_goes_on),
+		cmocka_unit_test_setup(a_counter_is_not_set_while_data_are_old, setup),
+		cmocka_unit_test_setup(a_daemon_that_goes_while_setting_moves_nothing, setup),
 		cmocka_unit_test_setup(a_restarted_daemon_does_not_move_the_position, setup),
 		cmocka_unit_test(the_short_way_of_a_standing_one_shows_the_same),
 	};

@@ -11,6 +11,7 @@ def enable(m):
 
 
 COUNT = Act("encoders count", phases=2, before=enable)
+SET = Act("counters of encoders are set", phases=2, before=enable)
 TURN = Act("encoders turn", phases=2)
 HOLD = Act("encoders held at zero", phases=2)
 HOLD_OLD = Act("encoders held at zero, older names", phases=2)
@@ -49,6 +50,24 @@ def _(step, phase, i):
 def _(step, phase, i):
     step.set(3.0 + i + phase)
     step.shows(count(i, phase) * (3 + i + phase), f"encoder.{i}.position")
+
+
+def value(i, phase):
+    return -100 * (i + 1) - phase
+
+
+@SET.rule(r"encoder\.(\d\d)\.set-value")
+def _(step, phase, i):
+    step.set(value(i, phase))
+    step.press(bool(phase), f"encoder.{i:02d}.set")
+    step.shows(value(i, 1) if phase else lambda have: have != value(i, 1), f"encoder.{i:02d}.count")
+
+
+@SET.rule(r"encoder\.(\d\d)\.set")
+def _(step, phase, i):
+    step.press(bool(phase))
+    step.set(value(i, phase), f"encoder.{i:02d}.set-value")
+    step.shows(value(i, 1) if phase else lambda have: have != value(i, 1), f"encoder.{i:02d}.count")
 
 
 # a jump that eight bits do not show
@@ -134,4 +153,4 @@ def _(step, phase, i):
     step.shows(False)
 
 
-ACTS = [COUNT, FACTOR, TURN, HOLD, HOLD_OLD, INDEX, OFF]
+ACTS = [COUNT, FACTOR, SET, TURN, HOLD, HOLD_OLD, INDEX, OFF]

@@ -112,6 +112,18 @@ static bool index_is_armed(const struct table_cursor *at, bool pressed)
 	       (!pressed || command->one_shot[0].index == at->index);
 }
 
+static bool counter_is_set(const struct table_cursor *at, bool pressed)
+{
+	return pressed_once(POKEYS_ONE_SHOT_SET_ENCODER, pressed) &&
+	       (!pressed || command->one_shot[0].index == at->index);
+}
+
+/* Looked at when `set` rises: tests/halbridge/encoder.c. */
+static bool value_is_known(const struct table_cursor *at, bool pressed)
+{
+	return drive.rig.values.encoder[at->index].set_value == pressed;
+}
+
 static bool encoder_is_held(const struct table_cursor *at, bool pressed)
 {
 	drive.rig.daemon.encoder[at->index] += 50;
@@ -175,7 +187,8 @@ static const struct in_driver drivers[] = {
 	BY("threading.arm", threading_is_asked), BY("threading.release", threading_is_asked),
 	BY("threading.cancel", threading_is_asked),
 	BY("engine.mpg-jog", wheels_are_let_go), BY("config.save", settings_are_saved),
-	BY("encoder.%02u.reset", encoder_is_held),
+	BY("encoder.%02u.reset", encoder_is_held), BY("encoder.%02u.set", counter_is_set),
+	BY("encoder.%02u.set-value", value_is_known),
 	BY("encoder.%02u.index-enable", index_is_armed), BY("rtc.set", date_is_judged),
 	BY("rtc.set-sec", is_a_part_of_the_date), BY("rtc.set-min", is_a_part_of_the_date),
 	BY("rtc.set-hour", is_a_part_of_the_date), BY("rtc.set-dom", is_a_part_of_the_date),

@@ -140,6 +140,20 @@ static void a_lost_position_is_an_emergency_until_it_is_off(void **state)
 	assert_true(legacy->engine.emergency);
 }
 
+/* It would be homed as before when it is switched on. */
+static void and_while_the_machine_is_off_for_a_second(void **state)
+{
+	(void)state;
+	rig.daemon.engine.emergency_pin = 1;
+	rig_period(&rig);
+	rig.daemon.engine.axis[0].position_epoch += 2;
+	rig_periods(&rig, 900);
+	assert_true(legacy->engine.emergency);
+	rig_periods(&rig, 200);
+	assert_false(legacy->engine.emergency);
+	assert_true(rig.values.position_lost);
+}
+
 static void no_fresh_data_is_an_emergency(void **state)
 {
 	(void)state;
@@ -449,6 +463,7 @@ int main(void)
 		cmocka_unit_test_setup(an_enabled_axis_keeps_its_offset, setup),
 		cmocka_unit_test_setup(no_fresh_data_is_an_emergency, setup),
 		cmocka_unit_test_setup(a_lost_position_is_an_emergency_until_it_is_off, setup),
+		cmocka_unit_test_setup(and_while_the_machine_is_off_for_a_second, setup),
 		cmocka_unit_test_setup(emergency_without_a_pin_is_a_choice, setup),
 		cmocka_unit_test_setup(emergency_follows_its_pin_and_the_engine, setup),
 		cmocka_unit_test_setup(emergency_is_turned_around_as_it_was_if_chosen, setup),

@@ -43,7 +43,7 @@ static void set(int32_t position)
 static void is_lost(bool unhome)
 {
 	assert_true(joint->position_lost && values->position_lost);
-	assert_int_equal(values->unhome, unhome);
+	assert_int_equal(rig.exchange.positions.unhome_ns != 0, unhome);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		assert_int_equal(values->joint[i].position_lost, i == 2);
 }
@@ -97,6 +97,28 @@ static void nothing_ends_it_but_homing(void **state)
 	rig_period(&rig);
 	is_known();
 	assert_true(joint->pos_fb == 150);
+}
+
+/* halui takes edges, and LinuxCNC refuses the order while an axis moves. */
+static void it_asks_until_it_is_unhomed(void **state)
+{
+	unsigned int edges = 0;
+
+	(void)state;
+	begin_anew(0);
+	for (unsigned int i = 0; i < 2000; i++) {
+		const bool before = values->unhome;
+
+		rig_period(&rig);
+		edges += values->unhome && !before;
+		if (i == 0)
+			assert_true(values->unhome);
+	}
+	assert_int_equal(edges, 4);
+	joint->motion_homed = false;
+	rig_period(&rig);
+	is_lost(false);
+	assert_false(values->unhome);
 }
 
 static void one_that_was_never_homed_is_lost_and_not_unhomed(void **state)
@@ -232,6 +254,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(pos_fb_does_not_jump_and_neither_does_the_axis, setup),
 		cmocka_unit_test_setup(nothing_ends_it_but_homing, setup),
+		cmocka_unit_test_setup(it_asks_until_it_is_unhomed, setup),
 		cmocka_unit_test_setup(one_that_was_never_homed_is_lost_and_not_unhomed, setup),
 		cmocka_unit_test_setup(homing_by_the_device_ends_it_with_its_own_count, setup),
 		cmocka_unit_test_setup(it_is_noticed_when_data_are_fresh_again, setup),
