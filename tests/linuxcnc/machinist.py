@@ -273,6 +273,7 @@ def cable_out_stops_for_good(m):
     m.sim("silence 3600000")
     m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP)
     assert hal.get_value("estop.fault-out") and hal.get_value("pokeys.0.stale"), "no fault is shown"
+    assert hal.get_value("pokeys.0.emergency-stop"), "the device is not in emergency stop"
     m.until("a message for the operator", lambda _: any("no connection" in text for text in m.said))
     with safety():
         m.until("the axis standing", lambda _: float(m.sim("axis 0")["speed"]) == 0)
