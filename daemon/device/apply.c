@@ -164,6 +164,7 @@ static void learn(struct device *device, struct setting *setting, const mailbox_
 	wire_decode_rep(kind->read, entry->response_buffer, &setting->value);
 	judge_homed(device, setting, &before);
 	setting->known = true;
+	setting->asked_ns = entry->timestamp_first_sent;
 	setting->failures = 0;
 	kind->learn(device, index, &setting->value);
 	kind->report(wish_known(device), index, &setting->value);

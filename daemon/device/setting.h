@@ -119,6 +119,7 @@ struct setting {
 	bool known;			/* value is what the device said last */
 	uint64_t changed;		/* bit = pin or encoder written; bit 0 = all else */
 	uint64_t after_ns;		/* read not before */
+	uint64_t asked_ns;		/* when value was asked for */
 	union setting_value value;	/* as the device has it */
 	union setting_request write;	/* as we want it */
 };

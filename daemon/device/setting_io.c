@@ -53,10 +53,24 @@ static bool pwm_take_along(struct device *device, union setting_request *request
 	return true;
 }
 
+/* What it says about outputs is not older than their last write. */
+static bool shows_outputs(const struct device *device, enum output_place place,
+			  enum setting_index number)
+{
+	return output_readable(device, place, device->configure.setting[number].asked_ns);
+}
+
 static void pwm_learn(struct device *device, unsigned int index, const union setting_value *value)
 {
 	(void)index;
+	if (!shows_outputs(device, OUTPUT_PWM, SETTING_PWM)) {
+		/* outputs are written with the period that there is, if no other is commanded */
+		if (!device->intake.output.pwm_period)
+			device->image.pwm_period = value->pwm.period;
+		return;
+	}
 	decode_pwm(device, &value->pwm);
+	output_seen(device, OUTPUT_PWM);
 }
 
 static void pwm_report(struct pokeys_settings *known, unsigned int index,
@@ -172,7 +186,10 @@ static bool bus_take_along(struct device *device, union setting_request *request
 static void bus_learn(struct device *device, unsigned int index, const union setting_value *value)
 {
 	(void)index;
+	if (!shows_outputs(device, OUTPUT_POEXTBUS, SETTING_POEXTBUS))
+		return;
 	memcpy(device->image.poextbus, value->poextbus.data, sizeof(value->poextbus.data));
+	output_seen(device, OUTPUT_POEXTBUS);
 }
 
 static void bus_report(struct pokeys_settings *known, unsigned int index,
