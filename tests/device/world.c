@@ -23,7 +23,6 @@
 #include "wire/pulse.h"
 
 #define ADDRESS UINT32_C(0x7f000001)
-#define BEGIN (1000 * SECOND)
 #define PORT 20055
 
 uint64_t world_seed(void)
@@ -41,7 +40,7 @@ uint64_t world_seed(void)
 
 uint64_t world_device_time(const struct world *world)
 {
-	const int64_t since = (int64_t)(world->now - BEGIN);
+	const int64_t since = (int64_t)(world->now - world->begin_ns);
 
 	return world->now + (uint64_t)(since * world->device_ppm / 1000000);
 }
@@ -49,11 +48,11 @@ uint64_t world_device_time(const struct world *world)
 /* ... and when by ours; never too early. */
 static uint64_t host_time(const struct world *world, uint64_t device_ns)
 {
-	const double since = (double)(int64_t)(device_ns - BEGIN);
+	const double since = (double)(int64_t)(device_ns - world->begin_ns);
 
 	if (device_ns == SIM_RIG_NEVER || !world->device_ppm)
 		return device_ns;
-	return BEGIN + (uint64_t)(since * 1e6 / (1e6 + world->device_ppm)) + 2;
+	return world->begin_ns + (uint64_t)(since * 1e6 / (1e6 + world->device_ppm)) + 2;
 }
 
 static void account(struct world *world, const uint8_t *packet)
@@ -103,6 +102,11 @@ void world_start(struct world *world)
 
 void world_init(struct world *world, const struct sim_rig_options *options)
 {
+	world_init_at(world, options, 1000 * SECOND);
+}
+
+void world_init_at(struct world *world, const struct sim_rig_options *options, uint64_t begin_ns)
+{
 	static const struct sim_rig_options plain = {
 		.service_ns = 100 * US,
 		.link.faults = {
@@ -122,8 +126,7 @@ void world_init(struct world *world, const struct sim_rig_options *options)
 	world->config.settings.set = POKEYS_SET_FAILSAFE;
 	world->config.settings.failsafe_timeout = 10;
 	world->config.settings.failsafe_peripherals = 15;
-	world->now = BEGIN;
-	world->tick = world->now;
+	world->begin_ns = world->now = world->tick = begin_ns;
 	world->attached = true;
 	world_start(world);
 }

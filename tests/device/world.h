@@ -15,7 +15,7 @@
 
 #define US UINT64_C(1000)
 #define MS UINT64_C(1000000)
-#define SECOND UINT64_C(1000000000)
+#define SECOND (1000 * MS)
 
 /*
  * Where each of many is tried, seed or lost packet: ThreadSanitizer is twenty times
@@ -41,6 +41,7 @@ struct world {
 	struct pokeys_state state;	/* as published last */
 	struct pokeys_state before;	/* ... and in the cycle before */
 	uint64_t now, tick, cycle;
+	uint64_t begin_ns;
 	uint64_t length_ns;		/* of the next cycles; 0 = config.period_ns */
 	uint64_t seed;
 	bool commanding;		/* a commander writes in each cycle */
@@ -69,6 +70,8 @@ struct world {
 
 /* A device of default setting at a perfect link of 150 us; NULL = those options. */
 void world_init(struct world *world, const struct sim_rig_options *options);
+/* ... at this time. */
+void world_init_at(struct world *world, const struct sim_rig_options *options, uint64_t begin_ns);
 
 /* Puts the device layer (back) into its first moment, with world->config. */
 void world_start(struct world *world);
