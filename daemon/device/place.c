@@ -32,6 +32,7 @@ enum {
 	KHZ_DEFAULT = 125,	/* of the generator, until it has said it */
 };
 
+#define GAP_NS (20 * MS)	/* without a status for so long, plan.c doubts the device */
 #define STOOD_NS (100 * MS)	/* so long still, no pulse can be on its way any more */
 #define HURRY 1.25		/* clocks, and rounding of the highest speed */
 
@@ -78,6 +79,22 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 			axes |= (uint8_t)(1u << i);
 	}
 	return axes;
+}
+
+/*
+ * After a silence an axis may be anywhere that it could have gone to, so nothing but the
+ * device's clock tells whether it is still the same count.
+ */
+static bool is_uncertain(const struct device *device, const struct place_reading *now)
+{
+	const struct place_reading *last = &device->place.last;
+
+	if (!last->known || !plan_doubts(device) || now->asked_ns < last->came_ns + GAP_NS)
+		return false;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (by_position(device, i) && now->position[i] != last->position[i])
+			return true;
+	return false;
 }
 
 /* Axes that the device is homing. */
@@ -177,6 +194,8 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 	read(device, status, asked_ns, came_ns, &now);
 	/* of before the count changed: with which it would be shown as one of the new count */
 	if ((place->known | place->lost) && asked_ns <= place->changed_ns)
+		return false;
+	if (is_uncertain(device, &now))
 		return false;
 	axes = place->last.known ? apart(device, &place->last, &now) : 0;
 	excused = axes & told(device);

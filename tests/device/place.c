@@ -111,6 +111,37 @@ static void after_a_restart_while_it_moves(void **state)
 	restart(true);
 }
 
+/* In so long a time an axis could have gone all the way, and only the clock tells. */
+static void after_a_restart_in_a_silence_that_is_no_loss(void **state)
+{
+	static const unsigned int boot_ms[] = { 100, 1400, 2500 };
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(boot_ms) / sizeof(boot_ms[0]); i++) {
+		uint8_t before;
+
+		begin(NULL);
+		world.config.lost_after_ns = 4 * SECOND;
+		world_start(&world);
+		world_commander(&world, 6);
+		world_until(&world, world_is_running, 1 * SECOND);
+		world_run(&world, 100 * MS);
+		world_go(&world, 0, FAR, 0);
+		world_machine_on(&world);
+		world_run(&world, 300 * MS);
+		before = epoch();
+		sim->options.boot_ms = boot_ms[i];
+		sim_rig_reboot(&world.rig, world.now, false);
+		while (epoch() == before) {
+			assert_int_equal(world.state.engine.axis[0].position, FAR);
+			assert_false(world_is_lost(&world));
+			world_cycle(&world);
+		}
+		assert_int_equal(epoch() & 1, 0);
+		assert_int_equal(world.event_count[EVENT_POSITION_LOST], 1);
+	}
+}
+
 /* A cable that was out says nothing about the count. */
 static void a_silence_is_none(void **state)
 {
@@ -279,6 +310,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(after_a_restart_while_it_stands),
 		cmocka_unit_test(after_a_restart_while_it_moves),
+		cmocka_unit_test(after_a_restart_in_a_silence_that_is_no_loss),
 		cmocka_unit_test_setup(a_silence_is_none, begin),
 		cmocka_unit_test(another_client_that_sets_it_is_noticed),
 		cmocka_unit_test_setup(and_while_it_is_driven, begin),
