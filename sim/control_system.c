@@ -77,13 +77,18 @@ static bool do_silence(struct sim_order *order)
 
 static bool do_reboot(struct sim_order *order)
 {
+	const unsigned int usual_ms = order->dev->options.boot_ms;
+	int64_t ms = usual_ms;
 	unsigned int what = 0;
 
-	if (order->word[0] && (!sim_order_choice(order, 0, "what", "keep-config|lose-config",
-						 &what) ||
-			       !sim_order_no_more(order, 1)))
+	if (order->word[0] && !sim_order_choice(order, 0, "what", "keep-config|lose-config", &what))
 		return false;
+	if (order->word[0] && order->word[1] &&
+	    (!sim_order_integer(order, 1, "ms", 0, 600000, &ms) || !sim_order_no_more(order, 2)))
+		return false;
+	order->dev->options.boot_ms = (unsigned int)ms;
 	sim_rig_reboot(order->rig, order->control->now_ns, what == 1);
+	order->dev->options.boot_ms = usual_ms;
 	return true;
 }
 
@@ -167,7 +172,8 @@ const struct sim_command sim_commands_system[] = {
 	{ "service", "US [JITTER_US]", "time the device takes for a request", do_service },
 	{ "silence", "MS [request|reply|both]", "nothing passes for so long", do_silence },
 	{ "stray", "COUNT", "send the last reply again, so many times", do_stray },
-	{ "reboot", "[keep-config|lose-config]", "power the device off and on", do_reboot },
+	{ "reboot", "[keep-config|lose-config [MS]]", "power off and on; silent for MS",
+	  do_reboot },
 	{ "save", "", "save the configuration to flash, as command 0x50", do_save },
 	{ "preset", SIM_PRESETS, "put a ready-made machine on the bench", do_preset },
 	{ "serial", "N", "become another device", do_serial },

@@ -200,7 +200,8 @@ static void bad_commands_change_nothing(void **state)
 		"fault both loss nan", "fault both loss", "fault both luck 1",
 		"fault both delay-us 5-3", "fault both delay-us heavy:0:5", "fault both copies -1",
 		"fault both delay-us 1e300", "fault off now", "service", "service -1",
-		"silence -1", "silence 5 sideways", "reboot gently", "preset", "preset lathe",
+		"silence -1", "silence 5 sideways", "reboot gently", "reboot keep-config -1",
+		"reboot keep-config 1 2", "preset", "preset lathe",
 		"serial 0", "load 101", "stray 0", "stray 5", "nonsense", "help me and me",
 		"sensor 100 1", "temperature 500", "kbd 0 12 0 1", "kbd 0 0 4 1", "module 16 on",
 		"input 9 1", "raw 0 up 1", "a b c d e f g h i j k l m n o p", "exit now",
@@ -272,6 +273,18 @@ static void presets_come_back_after_a_reboot(void **state)
 	assert_int_equal(rig.device.config.engine.axes, 0);
 }
 
+static void a_reboot_lasts_as_long_as_it_is_told(void **state)
+{
+	const struct sim_device *device = &rig.device;
+
+	(void)state;
+	begin();
+	must("reboot keep-config 250");
+	assert_int_equal(device->run.dead_until_ns - device->run.boot_ns, 250000000);
+	must("reboot keep-config");
+	assert_int_equal(device->run.dead_until_ns, device->run.boot_ns);
+}
+
 static void the_demo_machine_homes(void **state)
 {
 	uint8_t rq[WIRE_PK] = { WIRE_REQUEST, 0x85, 0x21, 0x07 };
@@ -320,6 +333,7 @@ int main(void)
 		cmocka_unit_test(help_names_every_command_of_the_manual),
 		cmocka_unit_test(statistics_are_keys_and_values),
 		cmocka_unit_test(presets_come_back_after_a_reboot),
+		cmocka_unit_test(a_reboot_lasts_as_long_as_it_is_told),
 		cmocka_unit_test(the_demo_machine_homes),
 		cmocka_unit_test(strays_repeat_the_last_reply),
 	};
