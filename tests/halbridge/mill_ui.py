@@ -5,7 +5,12 @@
 LinuxCNC starts it as [DISPLAY]DISPLAY. Its last line is "moved" if all went well.
 A busy machine may be late for a moment, and then its emergency chain opens: it is
 switched on again, as an operator does, and goes on.
+
+With MILL_UI_SIM (the words before a command to the simulator) the device is then
+switched off and on, and "restarted" is the last line.
 """
+import os
+import subprocess
 import sys
 import time
 import hal
@@ -13,6 +18,7 @@ import linuxcnc
 
 LIMIT, SOON = 60, 10    # s
 TRIES = 5
+BOOT_MS = (0, 100)
 WAYS, HALF_A_PULSE = (10, 5, -2), 0.5 / 200     # STEP_SCALE of mill.ini
 
 
@@ -98,6 +104,41 @@ class Operator:
             abs(hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") - self.began[i] - way) < HALF_A_PULSE
             for i, way in enumerate(WAYS)))
 
+    def is_restarted(self, sim, boot_ms):
+        """The device counts from 0, and LinuxCNC does not go on with positions of before."""
+        def places():
+            return [hal.get_value(f"pokeys.0.joint.{i:02}.pos-fb") for i in range(len(WAYS))]
+
+        def nothing_is_homed():
+            self.status.poll()
+            return not any(self.status.homed[i] for i in range(len(WAYS)))
+
+        def is_there():
+            return all(abs(a - b) < HALF_A_PULSE for a, b in zip(places(), stood))
+
+        stood = places()
+        subprocess.run([*sim.split(), "reboot", "keep-config", str(boot_ms)], check=True, capture_output=True)
+        until("emergency stop", lambda: self.looks(task_state=linuxcnc.STATE_ESTOP))
+        until("no joint homed", nothing_is_homed)
+        until("connected", lambda: hal.get_value("pokeys.0.connected"))
+        until("the loss is known", lambda: hal.get_value("pokeys.0.position-lost"))
+        until("the axes where they stood", is_there)
+        self.switch_on()
+        until("the axes where they stood, switched on", is_there)
+
+
+def do(operator, work):
+    """As often as the machine is switched off meanwhile; whether it came to its end."""
+    for _ in range(TRIES):
+        try:
+            operator.switch_on()
+            operator.home()
+            work()
+            return True
+        except Off:
+            print(f"switched off meanwhile: {operator.told()}", file=sys.stderr)
+    return False
+
 
 def main():
     component = hal.component("mill-ui")
@@ -105,16 +146,17 @@ def main():
     operator = Operator()
     until("connected", lambda: hal.get_value("pokeys.0.connected"))
     until("settings taken", settings_are_taken)
-    for _ in range(TRIES):
-        try:
-            operator.switch_on()
-            operator.home()
-            operator.move()
-            print("moved", file=sys.stderr)
-            return 0
-        except Off:
-            print(f"switched off meanwhile: {operator.told()}", file=sys.stderr)
-    return 1
+    if not do(operator, operator.move):
+        return 1
+    print("moved", file=sys.stderr)
+    sim = os.environ.get("MILL_UI_SIM")
+    for boot_ms in BOOT_MS if sim else ():
+        if not do(operator, lambda boot_ms=boot_ms: operator.is_restarted(sim, boot_ms)):
+            return 1
+    if sim:
+        print("restarted", file=sys.stderr)
+    return 0
+
 
 
 sys.exit(main())

@@ -105,6 +105,22 @@ THREAD = {
                     [("axes = 2 ", "threading-mode = encoder\nthreading-ticks = 4096\nthreading-rpm = 320\n"
                                    "threading-speed-gain = 200\nthreading-position-gain = 100\naxes = 2 ")],
 }
+
+
+def first_cut_settings(name, patience):
+    """What docs/first-cut.md says for a computer without a realtime kernel, and a patience."""
+    return {
+        f"{name}.ini": [("PATIENCE = 1.0\n", f"PATIENCE = {patience}\n")],
+        "pokeysd.conf": [("heartbeat-timeout-ms = 3000\nstale-after-ms = 1500\nlost-after-ms = 2500\n",
+                          "heartbeat-timeout-ms = 1000\nstale-after-ms = 100\nlost-after-ms = 2000\n")],
+    }
+
+
+def both(first, then):
+    """Changes, and more of them."""
+    return {name: first.get(name, []) + then.get(name, []) for name in first | then}
+
+
 # Where Z really is, beside the rest: LinuxCNC is told its own command then.
 ERROR = "net z-apart pokeys.0.joint.01.following-error => sampler.0.pin.6\n"
 # On which machine, what is changed besides, what is asked of the simulator, and what the
@@ -119,6 +135,11 @@ WORKS = {
     "gantry": ("gantry", {}, (), "gantry"),
     "lathe": ("lathe", {}, (), "lathe"),
     "device_thread": ("lathe", THREAD, ("--count-free",), "device_thread"),
+    "restarts": ("mill", first_cut_settings("mill", 0.2), (), "restarts"),
+    "restarts_soon": ("mill", first_cut_settings("mill", 0.02), (), "restarts"),
+    "restarts_device_homing": ("mill", both(DEVICE_HOMING, first_cut_settings("mill", 0.2)), (), "restarts"),
+    "restarts_gantry": ("gantry", first_cut_settings("gantry", 0.2), (), "restarts"),
+    "restarts_lathe": ("lathe", first_cut_settings("lathe", 0.2), (), "restarts"),
 }
 
 

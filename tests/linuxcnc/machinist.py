@@ -23,6 +23,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import gantry  # noqa: E402
 import jogging  # noqa: E402
 import lathe  # noqa: E402
+import restarts  # noqa: E402
 import track  # noqa: E402
 from safety import safety, status  # noqa: E402
 
@@ -45,6 +46,7 @@ class Machinist:
         self.said = []
         self.report = open(FOLDER.parent / "report", "w", encoding="utf-8", buffering=1)
         ini = linuxcnc.ini(sys.argv[sys.argv.index("-ini") + 1])
+        self.name = FOLDER.name
         self.joints = range(int(ini.find("KINS", "JOINTS")))
         self.scale = [float(ini.find(f"JOINT_{j}", "SCALE")) for j in self.joints]
 
@@ -380,7 +382,7 @@ def device_homing(m):
 
 WORK = {"first_cut": first_cut, "device_homing": device_homing, "jogging": jogging.jogging,
         "gantry": gantry.gantry, "lathe": lathe.lathe,
-        "device_thread": lathe.device_thread}
+        "device_thread": lathe.device_thread, "restarts": restarts.restarts}
 
 
 def main():
