@@ -41,4 +41,13 @@ static inline int parse(const char *text)
 	return config_parse("f", text, strlen(text), &config, hear, &heard);
 }
 
+/* One fault, and it reads so. */
+static inline void assert_fault(const char *text, const char *expected)
+{
+	int faults = parse(text);
+
+	if (faults != 1 || strcmp(heard.line[0], expected))
+		fail_msg("%d faults, the first: %s", faults, faults ? heard.line[0] : "none");
+}
+
 #endif
