@@ -77,6 +77,12 @@ void joint_carry(struct joint *joint, int64_t carry, int32_t position)
 	joint->position = position;
 }
 
+void joint_hold(struct joint *joint, bool held, int32_t at)
+{
+	joint->held = held;
+	joint->held_at = at;
+}
+
 /* Pulses as the device counts to units. */
 static double units_of(const struct joint *joint, int64_t pulses)
 {
@@ -88,7 +94,8 @@ void joint_read(const struct joint *joint, struct value_joint *value, unsigned i
 {
 	const struct pokeys_axis *axis = &engine->axis[number];
 
-	value->pos_fb = units_of(joint, threading_leads(engine, number) ? joint->position :
+	value->pos_fb = units_of(joint, joint->held ? joint->held_at :
+					threading_leads(engine, number) ? joint->position :
 									  axis->position);
 	value->following_error = axis->following_error / joint->scale;
 	value->state = axis->state;

@@ -31,6 +31,8 @@ struct joint {
 	struct factor wanted;	/* scale as the parameter has it */
 	double scale;		/* in use, pulses per unit */
 	int64_t carry;		/* pulses that the device has lost: its count began anew */
+	bool held;		/* the axis is off: its count may be any, and is not shown */
+	int32_t held_at;	/* ... but the last one that was, pulses */
 	int32_t position;	/* last good command, pulses */
 	int32_t target;		/* last good one for probing, pulses */
 	bool scale_late, position_bad, velocity_bad, target_bad, absent, beyond;
@@ -56,6 +58,9 @@ bool joint_settings(struct joint *joint, const struct value_joint *value, unsign
 
 /* From now on the device's count is `position` and lacks `carry` pulses. Realtime. */
 void joint_carry(struct joint *joint, int64_t carry, int32_t position);
+
+/* The axis is off: pos-fb stays at the count `at`. Or it is not. Realtime. */
+void joint_hold(struct joint *joint, bool held, int32_t at);
 
 /* State image to pins. Realtime. */
 void joint_read(const struct joint *joint, struct value_joint *value, unsigned int number,

@@ -108,7 +108,12 @@ bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES]
 
 		position->restarted |= restarted;
 		acknowledge(position, values->joint[i].motion_homed);
-		if (!fresh || axis->mode == POKEYS_AXIS_OFF)
+		if (!fresh)
+			continue;
+		/* as it is until its settings come, after the daemon or the device has begun */
+		joint_hold(&joint[i], position->known && axis->mode == POKEYS_AXIS_OFF,
+			   position->shown);
+		if (axis->mode == POKEYS_AXIS_OFF)
 			continue;
 		knew = position->known;
 		if (judge(position, &joint[i], axis)) {
