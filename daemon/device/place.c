@@ -108,7 +108,8 @@ static uint8_t homing(const struct device *device)
 /* Axes that have been told where they are since the last reading, or are just being told. */
 static uint8_t told(const struct device *device)
 {
-	uint8_t axes = one_shot_axes(device) | homing(device);
+	uint8_t axes = one_shot_axes(device) |
+		       (homing(device) & (uint8_t)~device->place.arrived);
 
 	if (device->place.last.asked_ns <= device->place.told_ns)
 		axes |= device->place.told;
@@ -213,7 +214,7 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 	place->odd = now;
 	if (place->alike < ALIKE || plan_doubts(device))
 		return false;
-	place_lost(device, axes, PLACE_SET_ELSEWHERE);
+	place_lost(device, axes | excused, PLACE_SET_ELSEWHERE);
 	believe(device, &now, 0);
 	return true;
 }

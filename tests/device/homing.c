@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
+#include "wire/packet.h"
 #include "wire/pulse.h"
 
 #define HOME_AT (-500)
@@ -165,6 +166,49 @@ static void homed_comes_with_its_count(void **state)
 		assert_int_equal(world.state.engine.axis[i].homed, i != 1);
 		assert_int_equal(world.state.engine.axis[i].position_epoch,
 				 before.axis[i].position_epoch);
+	}
+}
+
+static void set_elsewhere(uint8_t mask, int32_t position)
+{
+	struct wire_pulse_positions_req set = { .mask = mask };
+	uint8_t request[WIRE_PK], reply[WIRE_PK];
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		set.position[i] = position;
+	wire_encode_req(WIRE_OP_PULSE_POSITIONS, request, &set);
+	wire_finish(request, 1);
+	sim_rig_run(&world.rig, world.now);
+	assert_int_equal(sim_device_request(&world.rig.device, world.now, request, sizeof(request),
+					    reply), sizeof(reply));
+}
+
+/* It is homed, and waits for whoever asked for it. */
+static void a_count_set_elsewhere_after_it_is_a_loss(void **state)
+{
+	const struct pokeys_one_shot shot = home(1, 0);
+
+	(void)state;
+	world_one_shot(&world, &shot);
+	world_until(&world, is_complete, 2 * SECOND);
+	assert_false(is_even(0));
+	set_elsewhere(1, 70000);
+	world_run(&world, 500 * MS);
+	assert_true(is_even(0));
+	assert_int_equal(world.state.engine.axis[0].homed, 0);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 1);
+}
+
+/* All counts at once, while one of the axes is being homed: none is as it was. */
+static void counts_set_elsewhere_while_one_is_homed_are_lost_all(void **state)
+{
+	(void)state;
+	start(1);
+	set_elsewhere(7, 70000);
+	world_run(&world, 500 * MS);
+	for (unsigned int i = 0; i < 3; i++) {
+		assert_int_equal(world.state.engine.axis[i].position_epoch, 2);
+		assert_int_equal(world.state.engine.axis[i].homed, 0);
 	}
 }
 
@@ -529,6 +573,8 @@ int main(void)
 		cmocka_unit_test_setup(axis_is_homed_and_the_others_stay, begin),
 		cmocka_unit_test_setup(the_count_is_told_by_homing, begin),
 		cmocka_unit_test_setup(homed_comes_with_its_count, begin),
+		cmocka_unit_test_setup(a_count_set_elsewhere_after_it_is_a_loss, begin),
+		cmocka_unit_test_setup(counts_set_elsewhere_while_one_is_homed_are_lost_all, begin),
 		cmocka_unit_test(a_restart_after_homing_is_no_homing),
 		cmocka_unit_test_setup(a_homing_that_ends_after_the_edge_has_lost_the_count, begin),
 		cmocka_unit_test_setup(how_it_ended_is_told_though_many_others_ended_before, begin),
