@@ -31,8 +31,8 @@ struct joint {
 	struct factor wanted;	/* scale as the parameter has it */
 	double scale;		/* in use, pulses per unit */
 	int64_t carry;		/* pulses that the device has lost: its count began anew */
-	bool held;		/* the axis is off: its count may be any, and is not shown */
-	int32_t held_at;	/* ... but the last one that was, pulses */
+	bool held;		/* the axis is off: pos-fb shows held_at, not its count */
+	int32_t held_at;	/* the count that was shown last, pulses */
 	int32_t position;	/* last good command, pulses */
 	int32_t target;		/* last good one for probing, pulses */
 	bool scale_late, position_bad, velocity_bad, target_bad, absent, beyond;

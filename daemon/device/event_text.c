@@ -180,8 +180,8 @@ static void put_step_mode(struct line *line, const struct event *e)
 {
 	put(line, "motion is not permitted: the PoStep driver of axis %lld ", (long long)e->a);
 	if (e->c < 0) {
-		put(line, "is being set to a step mode that is no longer requested; wait until "
-		    "this is done");
+		put(line, "is still changing to a step mode that is no longer requested; wait "
+		    "until it has changed");
 	} else {
 		if (e->b < 0)
 			put(line, "does not tell its step mode");

@@ -228,7 +228,7 @@ void place_told(struct device *device, uint8_t axes)
 {
 	struct place *place = &device->place;
 
-	/* what was told before is not seen yet, either */
+	/* no reading since: axes told before that are not seen yet, either */
 	if (place->last.asked_ns > place->told_ns)
 		place->told = 0;
 	place->told |= axes;
