@@ -218,10 +218,12 @@ struct press_news encoder_set_write(struct encoder *encoder, const struct value_
 		.operation = POKEYS_ONE_SHOT_SET_ENCODER, .index = (uint8_t)number,
 		.value = { value->set_value },
 	};
+	/* of two under way, the end of the last one would not tell which count it is */
+	const bool may = fresh && encoder->press.state != PRESS_QUEUED;
 	const struct press_news news = press_write(&encoder->press, value->set,
-						   fresh ? &set : NULL, queue, command);
+						   may ? &set : NULL, queue, command);
 
-	if (encoder->press.state != PRESS_IDLE) {
+	if (encoder->press.state == PRESS_QUEUED) {
 		encoder->set = ENCODER_SET_WAITS;
 		encoder->rests = false;
 	}

@@ -30,7 +30,8 @@ bool press_read(struct press *press, const struct one_shot_queue *queue,
 
 /*
  * Look at the pin; at a rising edge, `shot` is what is asked for, or NULL if
- * it cannot be now (then the outcome is POKEYS_OUTCOME_REFUSED). Realtime.
+ * it cannot be now (then the outcome is POKEYS_OUTCOME_REFUSED, unless an earlier press is
+ * under way, whose outcome is still to come). Realtime.
  */
 struct press_news press_write(struct press *press, bool pin, const struct pokeys_one_shot *shot,
 			      struct one_shot_queue *queue, struct pokeys_command *command);

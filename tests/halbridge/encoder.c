@@ -363,6 +363,41 @@ static void a_counter_that_was_not_set_goes_on(void **state)
 	}
 }
 
+/* The queue is full: it goes on until the press goes out. */
+static void a_counter_counts_while_its_setting_waits(void **state)
+{
+	(void)state;
+	while (rig.exchange.command.one_shot_head < POKEYS_ONE_SHOTS) {
+		rig.values.counter.reset = !rig.values.counter.reset;
+		rig_period(&rig);
+	}
+	press_set(3, -7000);
+	assert_int_equal(rig.exchange.command.one_shot_head, POKEYS_ONE_SHOTS);
+	rig.daemon.encoder[3] = 30;
+	rig_periods(&rig, 3);
+	assert_int_equal(rig.values.encoder[3].count, 30);
+}
+
+/* How the second one ended would not tell what the first one did. */
+static void a_counter_is_set_once_at_a_time(void **state)
+{
+	uint32_t id;
+
+	(void)state;
+	rig.daemon.encoder[3] = 500;
+	rig_periods(&rig, 3);
+	id = press_set(3, -7000);
+	rig_period(&rig);
+	assert_int_equal(press_set(3, 100), id);
+	assert_int_equal(rig.values.one_shot_failed_count, 1);
+	rig_period(&rig);
+	rig.daemon.encoder[3] = -7000;
+	outcome(id, POKEYS_OUTCOME_DONE);
+	rig_periods(&rig, 3);
+	assert_int_equal(rig.values.encoder[3].count, -7000);
+	assert_int_equal(rig.exchange.command.one_shot[press_set(3, 100)].value[0], 100);
+}
+
 static void a_counter_is_not_set_while_data_are_old(void **state)
 {
 	(void)state;
@@ -480,6 +515,8 @@ int main(void)
 		cmocka_unit_test_setup(a_rebooted_device_starts_at_its_count, setup),
 		cmocka_unit_test(setting_the_counter_is_no_motion),
 		cmocka_unit_test(a_counter_that_was_not_set_goes_on),
+		cmocka_unit_test_setup(a_counter_counts_while_its_setting_waits, setup),
+		cmocka_unit_test_setup(a_counter_is_set_once_at_a_time, setup),
 		cmocka_unit_test_setup(a_counter_is_not_set_while_data_are_old, setup),
 		cmocka_unit_test_setup(a_daemon_that_goes_while_setting_moves_nothing, setup),
 		cmocka_unit_test_setup(a_restarted_daemon_does_not_move_the_position, setup),
