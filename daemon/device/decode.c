@@ -144,9 +144,6 @@ static void take_axis(struct device *device, unsigned int i,
 
 	if (placed) {
 		axis->position = status->position[i];
-		/* once, not for as long as it stays there: the position may be lost meanwhile */
-		if (status->axis_state[i] == WIRE_AXIS_HOME && axis->state != WIRE_AXIS_HOME)
-			axis->homed = 1;
 		axis->state = status->axis_state[i];
 	}
 	axis->limit_minus = status->limit_neg >> i & 1;

@@ -158,10 +158,10 @@ int device_order(struct device *device, enum device_order order);
 void device_diag(const struct device *device, struct pokeys_diag *out);
 
 /*
- * This machine was suspended: nobody asked the device, and no clock of ours went on. It is
- * taken for lost, and its commander for gone until the next heartbeat. Realtime.
+ * This machine was suspended for slept_ns: nobody asked the device, and no clock of ours went
+ * on. It is taken for lost, and its commander for gone until the next heartbeat. Realtime.
  */
-void device_suspended(struct device *device, uint64_t now_ns);
+void device_suspended(struct device *device, uint64_t now_ns, uint64_t slept_ns);
 
 /*
  * The daemon ends: bring outputs and axes into the safe state.

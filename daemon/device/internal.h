@@ -88,6 +88,7 @@ struct identify {
 struct reading {
 	bool known;
 	uint32_t ms;
+	uint32_t blur_ms;		/* ... or so much less or more */
 	uint64_t asked_ns, came_ns;
 };
 
@@ -95,6 +96,7 @@ struct restart {
 	struct reading last;		/* that was believed */
 	struct reading odd;		/* the newest that did not fit it */
 	bool clock_known;		/* since it was last identified */
+	uint64_t fit_ns;		/* the newest reading that fitted was asked for then */
 	uint8_t odd_ticks;		/* in a row */
 	uint8_t odd_alike;		/* ... of which so many fit one another */
 	uint8_t odd_identity;		/* so often the same other serial number or lock was said */
@@ -358,8 +360,12 @@ void restart_tick(struct device *device, const mailbox_entry_t *entry);
 bool restart_doubted(const struct device *device);
 /* The device has reported its clock since identify_begin(), so a restart would be known. */
 bool restart_clock_known(const struct device *device);
+/* A clock reading asked for after that moment showed no restart; or it has no clock. */
+bool restart_judged(const struct device *device, uint64_t since_ns);
 /* How many answers in a row had just this device data, this one among them. */
 uint8_t restart_data_alike(struct device *device, const uint8_t reply[WIRE_PK]);
+/* The device's clock has gone on by so much while ours stood still. */
+void restart_slept(struct device *device, uint64_t slept_ns);
 /* Another device: nothing is known of its clock. */
 void restart_forget(struct device *device);
 
@@ -440,10 +446,12 @@ void plan_cycle(struct device *device);
 void plan_spare(struct device *device);
 /* The link cannot run: bring outputs and axes into the safe state all the same. */
 void plan_blocked(struct device *device);
-/* After a silence: it is the same start of the same device. */
+/* Without a fast answer for so long, ns, it is asked whether it is still the same device. */
+uint64_t plan_gap_ns(const struct device *device);
 /* Is it still the same start of the same device? Asks at once; only questions until then. */
 void plan_doubt(struct device *device);
 bool plan_doubts(const struct device *device);
+/* It is: so its clock says, and its identity. */
 void plan_tick_right(struct device *device);
 void plan_identity_right(struct device *device);
 /* Requests of it are awaited. */

@@ -179,11 +179,13 @@ static void lose(struct device *device)
 	life_enter(device, device->life.ran ? POKEYS_LINK_LOST : POKEYS_LINK_SEARCHING, why);
 }
 
-void device_suspended(struct device *device, uint64_t now_ns)
+void device_suspended(struct device *device, uint64_t now_ns, uint64_t slept_ns)
 {
 	const uint8_t link = device->image.link;
 
 	device->now_ns = now_ns;
+	restart_slept(device, slept_ns);
+	place_slept(device, slept_ns);
 	intake_forget(device);
 	safe_permit_drop(device);
 	safe_lost(device);

@@ -67,11 +67,9 @@ void one_shot_end(struct device *device, enum pokeys_outcome outcome)
 
 	if (axes) {
 		motion_displaced(device);
-		if (outcome == POKEYS_OUTCOME_DONE)
-			place_known(device, axes);
-		else if (outcome == POKEYS_OUTCOME_UNKNOWN)
+		if (outcome == POKEYS_OUTCOME_UNKNOWN)
 			place_lost(device, axes, PLACE_NOT_HOMED);
-		else if (device->one_shots.acted)
+		else if (outcome != POKEYS_OUTCOME_DONE && device->one_shots.acted)
 			place_told(device, axes);
 	}
 	device->one_shots.phase = ONE_SHOT_IDLE;

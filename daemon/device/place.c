@@ -32,7 +32,6 @@ enum {
 	KHZ_DEFAULT = 125,	/* of the generator, until it has said it */
 };
 
-#define GAP_NS (20 * MS)	/* without a status for so long, plan.c doubts the device */
 #define STOOD_NS (100 * MS)	/* so long still, no pulse can be on its way any more */
 #define HURRY 1.25		/* clocks, and rounding of the highest speed */
 
@@ -49,15 +48,19 @@ static double fastest(const struct device *device, unsigned int i)
 							       KHZ_DEFAULT;
 	const double own = (double)axis->max_speed / 1e3;
 
-	return axis->mode == POKEYS_AXIS_BUFFERED || !(own > 0) || own > khz ? khz : own;
+	return axis->mode != POKEYS_AXIS_POSITION || !(own > 0) || own > khz ? khz : own;
 }
 
-/* An axis that runs by speed may run for ever, and wrap; nobody goes by where it is. */
-static bool by_position(const struct device *device, unsigned int i)
+/* Axes that are set up, and that both readings show. */
+static uint8_t comparable(const struct device *device, const struct place_reading *before,
+			  const struct place_reading *now)
 {
-	const uint8_t mode = device->image.engine.axis[i].mode;
+	uint8_t axes = before->axes & now->axes;
 
-	return mode == POKEYS_AXIS_POSITION || mode == POKEYS_AXIS_BUFFERED;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (device->image.engine.axis[i].mode == POKEYS_AXIS_OFF)
+			axes &= (uint8_t)~(1u << i);
+	return axes;
 }
 
 /* The axes of which the two readings cannot be of one count. */
@@ -67,6 +70,7 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 	const uint64_t first = before->asked_ns < now->asked_ns ? before->asked_ns : now->asked_ns;
 	const uint64_t last = before->came_ns > now->came_ns ? before->came_ns : now->came_ns;
 	const double ms = (double)(last - first) / 1e6;
+	const uint8_t both = comparable(device, before, now);
 	uint8_t axes = 0;
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
@@ -75,7 +79,7 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 		const double most = before->stood && now->stood ? 0 :
 				    fastest(device, i) * HURRY * ms + SLACK;
 
-		if (by_position(device, i) && fabs((double)way) > most)
+		if (both >> i & 1 && fabs((double)way) > most)
 			axes |= (uint8_t)(1u << i);
 	}
 	return axes;
@@ -88,11 +92,13 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 static bool is_uncertain(const struct device *device, const struct place_reading *now)
 {
 	const struct place_reading *last = &device->place.last;
+	const uint8_t both = comparable(device, last, now);
 
-	if (!last->known || !plan_doubts(device) || now->asked_ns < last->came_ns + GAP_NS)
+	if (!running(device) || now->asked_ns < last->came_ns + plan_gap_ns(device) ||
+	    (restart_judged(device, last->came_ns) && !plan_doubts(device)))
 		return false;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		if (by_position(device, i) && now->position[i] != last->position[i])
+		if (both >> i & 1 && now->position[i] != last->position[i])
 			return true;
 	return false;
 }
@@ -105,10 +111,16 @@ static uint8_t homing(const struct device *device)
 	return !task_idle(device) && engine->task == POKEYS_TASK_HOMING ? engine->task_axes : 0;
 }
 
+/* Axes whose position is being set: it was sent, and no status has shown it. */
+static uint8_t being_set(const struct device *device)
+{
+	return device->one_shots.acted ? one_shot_axes(device) & (uint8_t)~device->place.known : 0;
+}
+
 /* Axes that have been told where they are since the last reading, or are just being told. */
 static uint8_t told(const struct device *device)
 {
-	uint8_t axes = one_shot_axes(device) |
+	uint8_t axes = being_set(device) |
 		       (homing(device) & (uint8_t)~device->place.arrived);
 
 	if (device->place.last.asked_ns <= device->place.told_ns)
@@ -122,14 +134,17 @@ static void change_epoch(struct device *device)
 	struct place *place = &device->place;
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
-		uint8_t *epoch = &device->image.engine.axis[i].position_epoch;
+		struct pokeys_axis *axis = &device->image.engine.axis[i];
+		const uint8_t epoch = axis->position_epoch;
 
 		if (place->known >> i & 1)
-			*epoch = (uint8_t)((*epoch + 1) | 1);
+			axis->position_epoch = (uint8_t)((epoch + 1) | 1);
 		else if (place->lost >> i & 1)
-			*epoch = (uint8_t)((*epoch | 1) + 1);
+			axis->position_epoch = (uint8_t)((epoch | 1) + 1);
+		if (place->known & place->homed & (1u << i))
+			axis->homed = 1;
 	}
-	place->known = place->lost = 0;
+	place->known = place->lost = place->homed = 0;
 }
 
 /* Axes that the device has just homed: this status is the first that counts from there. */
@@ -144,14 +159,37 @@ static uint8_t arrived(const struct device *device, const struct wire_pulse_stat
 	return axes & homing(device);
 }
 
-static void believe(struct device *device, const struct place_reading *now, uint8_t homed)
+/* Axes that are being homed and count from the edge of their switch already. */
+static uint8_t counts_from_edge(const struct device *device,
+				const struct wire_pulse_status_rep *status)
+{
+	uint8_t axes = 0;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (status->axis_state[i] == WIRE_AXIS_HOMING_RESETTING ||
+		    status->axis_state[i] == WIRE_AXIS_HOMING_BACKING_OFF)
+			axes |= (uint8_t)(1u << i);
+	return axes & homing(device);
+}
+
+/* How far the homing of axes is, as this status tells. */
+static void follow_homing(struct device *device, const struct wire_pulse_status_rep *status)
 {
 	struct place *place = &device->place;
+	const uint8_t homed = arrived(device, status);
 
-	place->last = *now;
-	place->alike = 0;
+	place->jumped |= counts_from_edge(device, status);
 	place->arrived |= homed;
+	place->homed |= homed & (uint8_t)~place->lost;
 	place->known |= homed & (uint8_t)~place->lost;
+}
+
+static void believe(struct device *device, const struct place_reading *now,
+		    const struct wire_pulse_status_rep *status)
+{
+	device->place.last = *now;
+	device->place.alike = 0;
+	follow_homing(device, status);
 	change_epoch(device);
 }
 
@@ -161,7 +199,7 @@ static bool take_jump(struct device *device, uint8_t axes)
 	struct place *place = &device->place;
 	uint8_t lost;
 
-	if (axes & one_shot_axes(device))
+	if (axes & being_set(device))
 		return false;	/* its outcome says as what to take it */
 	place->jumped |= axes;
 	/* ... or it was said to have failed */
@@ -179,7 +217,7 @@ static void read(struct device *device, const struct wire_pulse_status_rep *stat
 	if (!stands(status->engine_state))
 		place->moved_ns = came_ns;
 	*now = (struct place_reading){
-		.known = true, .asked_ns = asked_ns, .came_ns = came_ns,
+		.axes = UINT8_MAX, .asked_ns = asked_ns, .came_ns = came_ns,
 		.stood = asked_ns > place->moved_ns && asked_ns - place->moved_ns >= STOOD_NS,
 	};
 	memcpy(now->position, status->position, sizeof(now->position));
@@ -196,15 +234,17 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 	/* of before the count changed: with which it would be shown as one of the new count */
 	if ((place->known | place->lost) && asked_ns <= place->changed_ns)
 		return false;
-	if (is_uncertain(device, &now))
+	if (is_uncertain(device, &now)) {
+		plan_doubt(device);
 		return false;
-	axes = place->last.known ? apart(device, &place->last, &now) : 0;
+	}
+	axes = apart(device, &place->last, &now);
 	excused = axes & told(device);
 	axes &= (uint8_t)~excused;
 	if (!axes && !take_jump(device, excused))
 		return false;
 	if (!axes) {
-		believe(device, &now, arrived(device, status));
+		believe(device, &now, status);
 		return true;
 	}
 	if (!place->alike || apart(device, &place->odd, &now))
@@ -214,8 +254,8 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 	place->odd = now;
 	if (place->alike < ALIKE || plan_doubts(device))
 		return false;
-	place_lost(device, axes | excused, PLACE_SET_ELSEWHERE);
-	believe(device, &now, 0);
+	place_lost(device, axes | (excused & (uint8_t)~place->known), PLACE_SET_ELSEWHERE);
+	believe(device, &now, status);
 	return true;
 }
 
@@ -235,18 +275,28 @@ void place_told(struct device *device, uint8_t axes)
 	place->told_ns = device->now_ns;
 }
 
-void place_known(struct device *device, uint8_t axes)
+bool place_set(struct device *device, uint8_t axes, const mailbox_entry_t *entry)
 {
+	struct place *place = &device->place;
+	const uint8_t lost = place->lost;
+
 	place_told(device, axes);
-	device->place.jumped &= (uint8_t)~axes;
-	/* a restart since then has taken it away again */
-	device->place.known |= axes & (uint8_t)~device->place.lost;
-	device->place.changed_ns = device->now_ns;
+	/* whatever has come between: an axis that stands is where it was said to be */
+	place->known |= axes;
+	place->lost &= (uint8_t)~axes;
+	if (place->changed_ns < entry->timestamp_first_sent)
+		place->changed_ns = entry->timestamp_first_sent - 1;
+	if (decode_status(device, entry))
+		return true;
+	place->known &= (uint8_t)~axes;
+	place->lost |= lost;
+	return false;
 }
 
 void place_homing(struct device *device, uint8_t axes)
 {
 	device->place.arrived &= (uint8_t)~axes;
+	device->place.jumped &= (uint8_t)~axes;
 }
 
 void place_homed(struct device *device, uint8_t axes)
@@ -256,8 +306,13 @@ void place_homed(struct device *device, uint8_t axes)
 
 	place->jumped &= (uint8_t)~axes;
 	place->arrived &= (uint8_t)~axes;
-	if (missed)
-		place_known(device, missed);
+	if (!missed)
+		return;
+	place_told(device, missed);
+	/* a restart since then has taken it away again */
+	place->known |= missed & (uint8_t)~place->lost;
+	place->homed |= missed & (uint8_t)~place->lost;
+	place->changed_ns = device->now_ns;
 }
 
 void place_not_homed(struct device *device, uint8_t axes)
@@ -270,6 +325,15 @@ void place_not_homed(struct device *device, uint8_t axes)
 	place->arrived &= (uint8_t)~axes;
 	if (lost)
 		place_lost(device, lost, PLACE_NOT_HOMED);
+}
+
+void place_slept(struct device *device, uint64_t slept_ns)
+{
+	struct place_reading *last = &device->place.last;
+
+	/* an axis may have gone on as in any silence of that length */
+	last->asked_ns = last->asked_ns > slept_ns ? last->asked_ns - slept_ns : 0;
+	last->came_ns = last->came_ns > slept_ns ? last->came_ns - slept_ns : 0;
 }
 
 /* As it was set up before: an engine that was just restarted has no axes yet. */
@@ -285,11 +349,12 @@ void place_lost(struct device *device, uint8_t axes, enum place_loss why)
 {
 	device->place.lost |= axes;
 	device->place.known &= (uint8_t)~axes;
+	device->place.homed &= (uint8_t)~axes;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		if (axes >> i & 1)
 			device->image.engine.axis[i].homed = 0;
 	if (why != PLACE_SET_ELSEWHERE) {
-		device->place.last.known = false;
+		device->place.last.axes &= (uint8_t)~axes;
 		device->place.changed_ns = device->now_ns;
 	}
 	if (!any_set_up(device, axes))

@@ -28,13 +28,22 @@
 
 enum { KEPT = 4 };	/* places in the window that only the four urgent kinds may use */
 
-#define GAP_CYCLES 8	/* without a fast answer for so long: is it still the same one? */
+/*
+ * With so many answers missing in a row, is it still the same device? In 20 ms an axis goes
+ * far, so it is asked after that time already, unless fewer than three answers are missing.
+ */
+#define GAP_ANSWERS 8
+#define GAP_ANSWERS_LEAST 3
+#define GAP_NS (20 * MS)
 
-static uint64_t gap_ns(const struct device *device)
+uint64_t plan_gap_ns(const struct device *device)
 {
-	const uint64_t usual = device->config.period_ns * device->config.fast_divider;
+	const uint64_t usual = device->config.period_ns * device->config.fast_divider +
+			       device->mailbox.statistics.rtt_smoothed_ns;
+	const uint64_t least = usual * GAP_ANSWERS_LEAST > GAP_NS ? usual * GAP_ANSWERS_LEAST :
+								    GAP_NS;
 
-	return (usual + device->mailbox.statistics.rtt_smoothed_ns) * GAP_CYCLES;
+	return usual * GAP_ANSWERS < least ? usual * GAP_ANSWERS : least;
 }
 
 bool plan_doubts(const struct device *device)
@@ -107,7 +116,7 @@ static void look_for_gap(struct device *device)
 	const struct plan *plan = &device->plan;
 
 	if (!running(device) || !plan->last_io_ns ||
-	    device->now_ns - plan->last_io_ns <= gap_ns(device) || plan_doubts(device))
+	    device->now_ns - plan->last_io_ns <= plan_gap_ns(device) || plan_doubts(device))
 		return;
 	begin_doubt(device);
 }

@@ -26,6 +26,7 @@
 enum {
 	SLACK_MS = 5,
 	DRIFT = 64,		/* one part in so many */
+	DRIFT_ASLEEP = 1024,	/* for hours: what any crystal keeps */
 	ODD_MAX = 3,		/* in a row, of which no three fit: no clock at all */
 	ALIKE = 3,		/* answers in a row that tell the same other device */
 };
@@ -35,7 +36,7 @@ static bool fits(const struct reading *before, const struct reading *now)
 {
 	const int64_t least = ((int64_t)now->asked_ns - (int64_t)before->came_ns) / (int64_t)MS;
 	const int64_t most = ((int64_t)now->came_ns - (int64_t)before->asked_ns) / (int64_t)MS;
-	const int64_t slack = SLACK_MS + (most > 0 ? most : -most) / DRIFT;
+	const int64_t slack = SLACK_MS + before->blur_ms + (most > 0 ? most : -most) / DRIFT;
 	const int64_t more = (int32_t)(now->ms - before->ms - (uint32_t)least);
 
 	return more >= -slack && more <= most - least + slack;
@@ -87,6 +88,7 @@ void restart_tick(struct device *device, const mailbox_entry_t *entry)
 		reassure(device);
 		keep(restart, &now, entry->tries);
 		restart->clock_known = true;
+		restart->fit_ns = now.asked_ns;
 	} else if (is_confirmed(restart, &now)) {
 		device_say(device, EVENT_REBOOTED, EVENT_WARNING, restart->last.ms, now.ms, 0);
 		device->life.rebooted = true;
@@ -103,6 +105,11 @@ void restart_tick(struct device *device, const mailbox_entry_t *entry)
 bool restart_clock_known(const struct device *device)
 {
 	return device->restart.clock_known;
+}
+
+bool restart_judged(const struct device *device, uint64_t since_ns)
+{
+	return !device->restart.clock_known || device->restart.fit_ns > since_ns;
 }
 
 uint8_t restart_data_alike(struct device *device, const uint8_t reply[WIRE_PK])
@@ -140,6 +147,18 @@ void restart_identity(struct device *device, const mailbox_entry_t *entry)
 bool restart_doubted(const struct device *device)
 {
 	return device->restart.odd.known || device->restart.odd_identity;
+}
+
+static void put_forward(struct reading *reading, uint64_t slept_ms)
+{
+	reading->ms += (uint32_t)slept_ms;
+	reading->blur_ms += (uint32_t)(slept_ms / DRIFT_ASLEEP + 1);
+}
+
+void restart_slept(struct device *device, uint64_t slept_ns)
+{
+	put_forward(&device->restart.last, slept_ns / MS);
+	put_forward(&device->restart.odd, slept_ns / MS);
 }
 
 void restart_forget(struct device *device)

@@ -52,5 +52,5 @@ void suspend_look(struct loop *loop, uint64_t now_ns)
 		return;
 	tell(loop, after_ns, slept);
 	for (uint32_t i = 0; i < loop->count; i++)
-		device_suspended(loop->devices[i].device, after_ns);
+		device_suspended(loop->devices[i].device, after_ns, (uint64_t)slept);
 }

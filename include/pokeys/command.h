@@ -94,7 +94,11 @@ enum pokeys_one_shot_operation {
 	POKEYS_ONE_SHOT_NOP = 0,		/* answered DONE at once: a test of the way */
 	POKEYS_ONE_SHOT_SET_ENCODER = 1,	/* index, value = counts */
 	POKEYS_ONE_SHOT_ARM_INDEX = 2,		/* index; the index pulse then zeroes the count */
-	POKEYS_ONE_SHOT_SET_POSITION = 3,	/* mask of axes not driven, value[] = pulses */
+	/*
+	 * Set position: mask of axes that are not driven, value[] = pulses. Its outcome comes
+	 * in the image with the new position and its odd position_epoch.
+	 */
+	POKEYS_ONE_SHOT_SET_POSITION = 3,
 	POKEYS_ONE_SHOT_CLEAR_FAULT = 4,	/* engine out of limit or emergency state */
 	/*
 	 * Homing: mask of axes that are homed together, value[] = home offsets,

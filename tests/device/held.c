@@ -183,7 +183,7 @@ static void they_wait_after_a_suspend(void **state)
 {
 	(void)state;
 	sim_pins_write(sim, 1u << SPINDLE | 1u << LAMP, 0);	/* its failsafe has acted */
-	device_suspended(world.device, world.now);
+	device_suspended(world.device, world.now, 60 * SECOND);
 	world_cycle(&world);
 	assert_int_equal(world.state.link, POKEYS_LINK_LOST);
 	assert_int_equal(world.state.fault, POKEYS_FAULT_SUSPENDED);
@@ -199,7 +199,7 @@ static void suspend_of_a_lost_device_is_none_more(void **state)
 	(void)state;
 	sim_rig_silence(&world.rig, world.now, 1 * SECOND);
 	world_until(&world, world_is_lost, 1 * SECOND);
-	device_suspended(world.device, world.now);
+	device_suspended(world.device, world.now, 60 * SECOND);
 	world_until(&world, world_is_running, 5 * SECOND);
 	is_held();
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * Homing by the device: alone and in groups, finished by the commander or by
- * itself, cancelled, tripped, out of time. Afterwards no axis jumps. What
- * happens at any lost packet is in abort.c.
+ * itself, cancelled, tripped, out of time. Afterwards no axis jumps. What becomes of
+ * the count is in homing_count.c, what happens at any lost packet in abort.c.
  */
 
 #include <math.h>
@@ -10,91 +10,9 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <cmocka.h>
-#include "tests/device/world.h"
+#include "tests/device/home_rig.h"
 #include "wire/packet.h"
 #include "wire/pulse.h"
-
-#define HOME_AT (-500)
-
-static struct world world;
-
-static void wire_limit(unsigned int axis, int32_t from, int32_t to)
-{
-	const struct sim_switch limit = {
-		.wired = true, .pin = SIM_DEDICATED, .from = from, .to = to,
-	};
-
-	sim_bench_switch(&world.rig.device, &world.rig.device.bench.machine.axis[axis].minus,
-			 &limit);
-}
-
-static void set_up(uint8_t options, uint8_t switches)
-{
-	const struct sim_switch home = {
-		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = HOME_AT,
-	};
-
-	world_init(&world, NULL);
-	world_axes(&world);
-	for (unsigned int i = 0; i < 3; i++) {
-		struct pokeys_axis_settings *axis = &world.config.settings.axis[i];
-
-		axis->options |= options;
-		axis->options_mask |= options;
-		axis->switches = axis->switches_mask = WIRE_SWITCH_HOME | switches;
-		axis->set |= POKEYS_AXIS_SET_HOMING_SPEED | POKEYS_AXIS_SET_HOMING_RETURN;
-		axis->homing_speed = axis->homing_return = 50;
-		sim_bench_switch(&world.rig.device, &world.rig.device.bench.machine.axis[i].home,
-				 &home);
-		wire_limit(i, INT32_MIN, HOME_AT - 2000);
-	}
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
-	for (unsigned int i = 0; i < 3; i++)
-		world_go(&world, i, 0, 0);
-	world_machine_on(&world);
-}
-
-static int begin(void **state)
-{
-	(void)state;
-	set_up(0, 0);
-	return 0;
-}
-
-static struct pokeys_one_shot home(uint8_t mask, uint8_t flags)
-{
-	return (struct pokeys_one_shot){
-		.operation = POKEYS_ONE_SHOT_HOME, .mask = mask, .flags = flags,
-		.value = { 100, 200, 300 },
-	};
-}
-
-static enum pokeys_outcome act(uint8_t operation)
-{
-	const struct pokeys_one_shot shot = { .operation = operation };
-
-	return world_do(&world, &shot, 20 * SECOND);
-}
-
-static bool is_idle(struct world *w)
-{
-	return w->state.engine.task_phase == POKEYS_TASK_IDLE;
-}
-
-static bool is_working(struct world *w)
-{
-	return w->state.engine.task_phase == POKEYS_TASK_WORKING;
-}
-
-static void start(uint8_t mask)
-{
-	const struct pokeys_one_shot shot = home(mask, POKEYS_HOME_FINISH_ITSELF);
-
-	world_one_shot(&world, &shot);
-	world_until(&world, is_working, 200 * MS);
-}
 
 static void axis_is_homed_and_the_others_stay(void **state)
 {
@@ -112,188 +30,6 @@ static void axis_is_homed_and_the_others_stay(void **state)
 	assert_in_range(world_pulses(&world, 0), 100, 160);
 	assert_int_equal(world_pulses(&world, 1), 0);
 	assert_int_equal(world.event_count[EVENT_TASK], 1);
-}
-
-static bool is_complete(struct world *w)
-{
-	return w->state.engine.task_phase == POKEYS_TASK_COMPLETE;
-}
-
-static bool is_even(unsigned int axis)
-{
-	return !(world.state.engine.axis[axis].position_epoch & 1);
-}
-
-static void the_count_is_told_by_homing(void **state)
-{
-	const struct pokeys_one_shot shot = home(1, POKEYS_HOME_FINISH_ITSELF);
-
-	(void)state;
-	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
-	world_until(&world, is_idle, 500 * MS);
-	world_run(&world, 10 * MS);
-	assert_false(is_even(0));
-	assert_true(is_even(1));
-	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
-}
-
-/* Who reads `homed` reads the new count and that it is one, in the same image. */
-static void homed_comes_with_its_count(void **state)
-{
-	const struct pokeys_one_shot shot = home(5, POKEYS_HOME_FINISH_ITSELF);
-	struct pokeys_engine before = world.state.engine;
-
-	(void)state;
-	world_one_shot(&world, &shot);
-	do {
-		world_cycle(&world);
-		for (unsigned int i = 0; i < 3; i++) {
-			const struct pokeys_axis *was = &before.axis[i];
-			const struct pokeys_axis *is = &world.state.engine.axis[i];
-
-			/* the device counts from the switch's edge already, before it is homed */
-			if (was->homed || i == 1)
-				assert_in_range(abs(is->position - was->position), 0, 150);
-			if (is->homed)
-				assert_false(is_even(i));
-			if (is->homed && !was->homed)
-				assert_int_not_equal(was->position_epoch, is->position_epoch);
-		}
-		before = world.state.engine;
-	} while (!before.task_count);
-	world_run(&world, 100 * MS);
-	for (unsigned int i = 0; i < 3; i++) {
-		assert_int_equal(world.state.engine.axis[i].homed, i != 1);
-		assert_int_equal(world.state.engine.axis[i].position_epoch,
-				 before.axis[i].position_epoch);
-	}
-}
-
-static void set_elsewhere(uint8_t mask, int32_t position)
-{
-	struct wire_pulse_positions_req set = { .mask = mask };
-	uint8_t request[WIRE_PK], reply[WIRE_PK];
-
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		set.position[i] = position;
-	wire_encode_req(WIRE_OP_PULSE_POSITIONS, request, &set);
-	wire_finish(request, 1);
-	sim_rig_run(&world.rig, world.now);
-	assert_int_equal(sim_device_request(&world.rig.device, world.now, request, sizeof(request),
-					    reply), sizeof(reply));
-}
-
-/* It is homed, and waits for whoever asked for it. */
-static void a_count_set_elsewhere_after_it_is_a_loss(void **state)
-{
-	const struct pokeys_one_shot shot = home(1, 0);
-
-	(void)state;
-	world_one_shot(&world, &shot);
-	world_until(&world, is_complete, 2 * SECOND);
-	assert_false(is_even(0));
-	set_elsewhere(1, 70000);
-	world_run(&world, 500 * MS);
-	assert_true(is_even(0));
-	assert_int_equal(world.state.engine.axis[0].homed, 0);
-	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 1);
-}
-
-/* All counts at once, while one of the axes is being homed: none is as it was. */
-static void counts_set_elsewhere_while_one_is_homed_are_lost_all(void **state)
-{
-	(void)state;
-	start(1);
-	set_elsewhere(7, 70000);
-	world_run(&world, 500 * MS);
-	for (unsigned int i = 0; i < 3; i++) {
-		assert_int_equal(world.state.engine.axis[i].position_epoch, 2);
-		assert_int_equal(world.state.engine.axis[i].homed, 0);
-	}
-}
-
-/* Whatever of it was done by then: the count is that of the restart. */
-static void a_restart_after_homing_is_no_homing(void **state)
-{
-	static const unsigned int boot_ms[] = { 0, 15, 100 };
-
-	for (size_t i = 0; i < sizeof(boot_ms) / sizeof(boot_ms[0]); i++) {
-		const struct pokeys_one_shot shot = home(1, 0);
-		uint8_t before;
-
-		begin(state);
-		before = world.state.engine.axis[0].position_epoch;
-		world_one_shot(&world, &shot);
-		world_until(&world, is_complete, 2 * SECOND);
-		world.rig.device.options.boot_ms = boot_ms[i];
-		sim_rig_reboot(&world.rig, world.now, false);
-		for (unsigned int ms = 0; ms < 3000; ms++) {
-			const bool even = is_even(0);
-
-			world_cycle(&world);
-			assert_true(is_even(0) || !even);
-		}
-		assert_true(is_even(0));
-		assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
-		assert_int_not_equal(world.state.engine.axis[0].position_epoch, before);
-		assert_int_equal(world.state.engine.axis[0].homed, 0);
-	}
-}
-
-/* The device takes over its new count at the switch's edge, before the task has ended. */
-static void a_homing_that_ends_after_the_edge_has_lost_the_count(void **state)
-{
-	const struct pokeys_one_shot shot = home(1, 0);
-	const uint8_t before = world.state.engine.axis[0].position_epoch;
-
-	(void)state;
-	world_one_shot(&world, &shot);
-	world_until(&world, is_working, 200 * MS);
-	assert_int_equal(world.state.engine.task_phase, POKEYS_TASK_WORKING);
-	sim_rig_silence(&world.rig, world.now, 2 * SECOND);
-	world_until(&world, world_is_lost, 1 * SECOND);
-	world_until(&world, world_is_running, 5 * SECOND);
-	world_run(&world, 100 * MS);
-	assert_true(is_even(0));
-	assert_int_not_equal(world.state.engine.axis[0].position_epoch, before);
-	assert_true(is_even(1));
-	assert_int_equal(world.state.engine.axis[1].position_epoch, 0);
-}
-
-/* "config apply" while the machine is on, and nothing is different. */
-static void settings_that_are_read_again_leave_it_homed(void **state)
-{
-	const struct pokeys_one_shot shot = home(1, POKEYS_HOME_FINISH_ITSELF);
-	struct sim_device *sim = &world.rig.device;
-
-	(void)state;
-	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
-	world_until(&world, is_idle, 500 * MS);
-	world_go(&world, 0, 500, 0);
-	world_machine_on(&world);
-	world_run(&world, 500 * MS);
-	assert_int_equal(device_order(world.device, DEVICE_ORDER_APPLY), 0);
-	for (unsigned int i = 0; i < 1000; i++) {
-		world_cycle(&world);
-		assert_int_equal(world.state.engine.axis[0].homed, 1);
-	}
-	/* somebody else has turned its direction */
-	sim->config.engine.axis[0][0] ^= WIRE_AXIS_INVERTED;
-	assert_int_equal(device_order(world.device, DEVICE_ORDER_APPLY), 0);
-	world_run(&world, 1 * SECOND);
-	assert_int_equal(world.state.engine.axis[0].homed, 0);
-}
-
-static void a_restart_of_the_device_ends_it(void **state)
-{
-	const struct pokeys_one_shot shot = home(1, POKEYS_HOME_FINISH_ITSELF);
-
-	(void)state;
-	assert_int_equal(world_do(&world, &shot, 2 * SECOND), POKEYS_OUTCOME_DONE);
-	sim_rig_reboot(&world.rig, world.now, false);
-	world_run(&world, 2 * SECOND);
-	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
-	assert_int_equal(world.state.engine.axis[0].homed, 0);
 }
 
 /* Its place among the results is another's for a while, and a phase says that it goes on. */
@@ -571,15 +307,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(axis_is_homed_and_the_others_stay, begin),
-		cmocka_unit_test_setup(the_count_is_told_by_homing, begin),
-		cmocka_unit_test_setup(homed_comes_with_its_count, begin),
-		cmocka_unit_test_setup(a_count_set_elsewhere_after_it_is_a_loss, begin),
-		cmocka_unit_test_setup(counts_set_elsewhere_while_one_is_homed_are_lost_all, begin),
-		cmocka_unit_test(a_restart_after_homing_is_no_homing),
-		cmocka_unit_test_setup(a_homing_that_ends_after_the_edge_has_lost_the_count, begin),
 		cmocka_unit_test_setup(how_it_ended_is_told_though_many_others_ended_before, begin),
-		cmocka_unit_test_setup(settings_that_are_read_again_leave_it_homed, begin),
-		cmocka_unit_test_setup(a_restart_of_the_device_ends_it, begin),
 		cmocka_unit_test_setup(homed_axis_does_not_jump_back, begin),
 		cmocka_unit_test_setup(homed_axis_follows_after_its_enable_was_low, begin),
 		cmocka_unit_test_setup(group_is_homed_when_all_of_it_is, begin),

@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
-#include "wire/packet.h"
-#include "wire/pulse.h"
 
 #define FAR 60000
 #define FASTEST 50	/* pulses in a millisecond that an axis here can have made */
@@ -142,6 +140,46 @@ static void after_a_restart_in_a_silence_that_is_no_loss(void **state)
 	}
 }
 
+static bool is_done(struct world *w)
+{
+	return world_outcome(w, w->command.one_shot_head - 1) != POKEYS_OUTCOME_NONE;
+}
+
+static void begin_slowly(void)
+{
+	world_init(&world, NULL);
+	world.config.fast_divider = 10;
+	world_axes(&world);
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 1 * SECOND);
+	world_run(&world, 500 * MS);
+}
+
+/* Not even where samples are seldom, and the axis near 0. */
+static void after_a_restart_in_a_silence_of_a_few_samples(void **state)
+{
+	static const unsigned int boot_ms[] = { 25, 35, 45, 55 };
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(boot_ms) / sizeof(boot_ms[0]); i++) {
+		uint8_t before;
+
+		begin_slowly();
+		world_go(&world, 0, 1000, 0);
+		world_machine_on(&world);
+		world_run(&world, 1 * SECOND);
+		before = epoch();
+		sim->options.boot_ms = boot_ms[i];
+		sim_rig_reboot(&world.rig, world.now, false);
+		while (epoch() == before) {
+			assert_int_equal(world.state.engine.axis[0].position, 1000);
+			world_cycle(&world);
+		}
+		assert_int_equal(world.event_count[EVENT_POSITION_LOST], 1);
+	}
+}
+
 /* A cable that was out says nothing about the count. */
 static void a_silence_is_none(void **state)
 {
@@ -158,16 +196,47 @@ static void a_silence_is_none(void **state)
 	assert_int_equal(world.state.engine.axis[0].position, FAR);
 }
 
-static void set_elsewhere(int32_t position)
+/* This machine slept; the device did not, and its axis went on to where it was sent. */
+static void a_suspend_is_none(void **state)
 {
-	const struct wire_pulse_positions_req set = { .mask = 1, .position = { position } };
-	uint8_t request[WIRE_PK], reply[WIRE_PK];
+	static const uint64_t asleep_s[] = { 1, 60, 36000 };
 
-	wire_encode_req(WIRE_OP_PULSE_POSITIONS, request, &set);
-	wire_finish(request, 1);
-	sim_rig_run(&world.rig, world.now);
-	assert_int_equal(sim_device_request(sim, world.now, request, sizeof(request), reply),
-			 sizeof(reply));
+	(void)state;
+	for (size_t i = 0; i < sizeof(asleep_s) / sizeof(asleep_s[0]); i++) {
+		uint8_t before;
+
+		begin(NULL);
+		before = epoch();
+		world_go(&world, 0, 2 * FAR, 0);
+		run(300 * MS);
+		world_sleep(&world, asleep_s[i] * SECOND);
+		world_run(&world, 3 * SECOND);
+		assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+		assert_int_equal(epoch(), before);
+		assert_int_equal(world.event_count[EVENT_REBOOTED], 0);
+		assert_int_equal(world.state.engine.axis[0].position, world_pulses(&world, 0));
+		assert_true(world_pulses(&world, 0) > FAR);
+	}
+}
+
+static void a_restart_in_a_suspend_is_one(void **state)
+{
+	static const uint64_t asleep_s[] = { 1, 60, 36000 };
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(asleep_s) / sizeof(asleep_s[0]); i++) {
+		uint8_t before;
+
+		begin(NULL);
+		run(60 * SECOND);
+		before = epoch();
+		sim_rig_reboot(&world.rig, world.now, false);
+		world_sleep(&world, asleep_s[i] * SECOND);
+		world_run(&world, 3 * SECOND);
+		assert_int_not_equal(epoch(), before);
+		assert_int_equal(epoch() & 1, 0);
+		assert_int_equal(world.last_event[EVENT_POSITION_LOST].b, PLACE_RESTART);
+	}
 }
 
 static void another_client_that_sets_it_is_noticed(void **state)
@@ -182,7 +251,7 @@ static void another_client_that_sets_it_is_noticed(void **state)
 		world_machine_off(&world);
 		run(500 * MS);
 		before = epoch();
-		set_elsewhere(positions[i]);
+		world_set_elsewhere(&world, 1, positions[i]);
 		stands_anew(before);
 		assert_int_equal(world.last_event[EVENT_POSITION_LOST].b, PLACE_SET_ELSEWHERE);
 		assert_int_equal(world.state.engine.axis[0].position, positions[i]);
@@ -195,7 +264,7 @@ static void and_while_it_is_driven(void **state)
 	const uint8_t before = epoch();
 
 	(void)state;
-	set_elsewhere(0);
+	world_set_elsewhere(&world, 1, 0);
 	run(20 * MS);
 	assert_int_not_equal(epoch(), before);
 	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
@@ -250,6 +319,89 @@ static void and_when_its_answer_is_lost(void **state)
 	assert_int_equal(epoch(), 1);
 	assert_int_equal(world.state.engine.axis[0].position, -500);
 	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+}
+
+/* Who reads the outcome reads the position in the same image, however seldom statuses come. */
+static void the_outcome_comes_with_the_position(void **state)
+{
+	const struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+	};
+
+	(void)state;
+	begin_slowly();
+	world_one_shot(&world, &set);
+	world_until(&world, is_done, 1 * SECOND);
+	assert_int_equal(world_outcome(&world, 0), POKEYS_OUTCOME_DONE);
+	assert_int_equal(world.state.engine.axis[0].position, -500);
+	assert_int_equal(epoch(), 1);
+	world_run(&world, 1 * SECOND);
+	assert_int_equal(epoch(), 1);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
+}
+
+static bool set_was_answered;
+
+static bool sees_set_position(struct world *w, const uint8_t *reply)
+{
+	(void)w;
+	set_was_answered = set_was_answered || (reply[1] == 0x85 && reply[2] == 0x03);
+	return false;
+}
+
+/* Its 0 is not what was set. */
+static void a_restart_after_it_is_a_loss(void **state)
+{
+	static const unsigned int boot_ms[] = { 0, 15, 100 };
+	const struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(boot_ms) / sizeof(boot_ms[0]); i++) {
+		begin_slowly();
+		set_was_answered = false;
+		world.lose_reply = sees_set_position;
+		world_one_shot(&world, &set);
+		while (!set_was_answered)
+			world_cycle(&world);
+		sim->options.boot_ms = boot_ms[i];
+		sim_rig_reboot(&world.rig, world.now, false);
+		for (unsigned int ms = 0; ms < 3000; ms++) {
+			world_cycle(&world);
+			assert_int_equal(epoch() & 1, 0);
+			assert_in_range(world.state.engine.axis[0].position, 0, 0);
+		}
+		assert_int_not_equal(epoch(), 0);
+		assert_int_not_equal(world_outcome(&world, 0), POKEYS_OUTCOME_DONE);
+	}
+}
+
+/* The machine has just been switched on, so the setting waits until that is done. */
+static void another_client_that_sets_it_meanwhile_is_noticed(void **state)
+{
+	const struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 2, .value = { 0, 700 },
+	};
+
+	(void)state;
+	for (unsigned int cycles = 0; cycles < 12; cycles++) {
+		begin(NULL);
+		world_machine_off(&world);
+		world.command.axis[1].enable = 0;
+		run(500 * MS);
+		world.command.flags |= POKEYS_COMMAND_MACHINE_ON;
+		for (unsigned int i = 0; i < cycles; i++)
+			world_cycle(&world);
+		world_one_shot(&world, &set);
+		world_cycle(&world);
+		world_set_elsewhere(&world, 2, 70000);
+		world_run(&world, 2 * SECOND);
+		assert_int_equal(world.state.engine.axis[1].position, world_pulses(&world, 1));
+		assert_true(is_done(&world));
+		assert_true(pokeys_state_age_ns(&world.state, world.now) < 10 * MS);
+		assert_int_not_equal(world.state.engine.axis[1].position_epoch, 0);
+	}
 }
 
 /* Statuses are so seldom that none comes between the two. */
@@ -311,11 +463,17 @@ int main(void)
 		cmocka_unit_test(after_a_restart_while_it_stands),
 		cmocka_unit_test(after_a_restart_while_it_moves),
 		cmocka_unit_test(after_a_restart_in_a_silence_that_is_no_loss),
+		cmocka_unit_test(after_a_restart_in_a_silence_of_a_few_samples),
 		cmocka_unit_test_setup(a_silence_is_none, begin),
+		cmocka_unit_test(a_suspend_is_none),
+		cmocka_unit_test(a_restart_in_a_suspend_is_one),
 		cmocka_unit_test(another_client_that_sets_it_is_noticed),
 		cmocka_unit_test_setup(and_while_it_is_driven, begin),
 		cmocka_unit_test_setup(the_commander_that_sets_it_knows, begin),
 		cmocka_unit_test_setup(and_when_its_answer_is_lost, begin),
+		cmocka_unit_test(the_outcome_comes_with_the_position),
+		cmocka_unit_test(a_restart_after_it_is_a_loss),
+		cmocka_unit_test(another_client_that_sets_it_meanwhile_is_noticed),
 		cmocka_unit_test(two_that_it_sets_are_known_both),
 		cmocka_unit_test_setup(a_damaged_status_is_no_position, begin),
 		cmocka_unit_test_setup(another_device_counts_otherwise, begin),

@@ -30,13 +30,13 @@ static double speed(unsigned int axis)
 	return world.rig.device.engine.axis[axis].planner.speed * 1e3;
 }
 
-/* Axis 0 by speed, 1 and 2 by position, 1 with soft limits. */
-static int begin(void **state)
+/* Axis 0 by speed, from this count on; 1 and 2 by position, 1 with soft limits. */
+static void begin_at(int32_t count)
 {
 	struct pokeys_axis_settings *axis;
 
-	(void)state;
 	world_init(&world, NULL);
+	world.rig.device.engine.axis[0].pulses = count;
 	world_axes(&world);
 	world.config.settings.axis[0].options &= (uint8_t)~WIRE_AXIS_POSITION_MODE;
 	axis = &world.config.settings.axis[1];
@@ -51,21 +51,38 @@ static int begin(void **state)
 	run_at(0, 0);
 	world_go(&world, 1, 0, 0);
 	world_machine_on(&world);
+}
+
+static int begin(void **state)
+{
+	(void)state;
+	begin_at(0);
 	return 0;
 }
 
-/* A conveyor that has run for hours: its count wraps, and nobody goes by it. */
+/* A conveyor that has run for hours. */
 static void a_count_that_wraps_is_no_loss(void **state)
 {
-	struct sim_axis *axis = &world.rig.device.engine.axis[0];
-
 	(void)state;
+	begin_at(INT32_MAX - 3000);
 	run_at(0, 10000);
-	axis->planner.position = INT32_MAX - 3000.0;
 	world_run(&world, 1 * SECOND);
 	assert_true(world.state.engine.axis[0].position < 0);
 	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
 	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
+}
+
+/* Whoever goes by the count of a spindle has to be told as well. */
+static void a_count_set_elsewhere_is_a_loss(void **state)
+{
+	(void)state;
+	run_at(0, 10000);
+	world_run(&world, 100 * MS);
+	world_set_elsewhere(&world, 1, 100000);
+	world_run(&world, 100 * MS);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 1);
+	assert_int_equal(world.state.engine.axis[0].position_epoch, 2);
+	assert_false(world.state.flags & POKEYS_STATE_MACHINE_ON);
 }
 
 static void refused(enum command_fault fault, unsigned int axis)
@@ -240,7 +257,8 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(axis_runs_at_the_commanded_speed, begin),
-		cmocka_unit_test_setup(a_count_that_wraps_is_no_loss, begin),
+		cmocka_unit_test(a_count_that_wraps_is_no_loss),
+		cmocka_unit_test_setup(a_count_set_elsewhere_is_a_loss, begin),
 		cmocka_unit_test_setup(axes_in_position_mode_are_driven_beside_it, begin),
 		cmocka_unit_test_setup(axis_stands_when_its_enable_falls, begin),
 		cmocka_unit_test_setup(axis_stands_when_the_machine_goes_off_or_the_commander_dies,

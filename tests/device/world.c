@@ -42,16 +42,18 @@ uint64_t world_device_time(const struct world *world)
 {
 	const int64_t since = (int64_t)(world->now - world->begin_ns);
 
-	return world->now + (uint64_t)(since * world->device_ppm / 1000000);
+	return world->now + world->asleep_ns + (uint64_t)(since * world->device_ppm / 1000000);
 }
 
 /* ... and when by ours; never too early. */
 static uint64_t host_time(const struct world *world, uint64_t device_ns)
 {
-	const double since = (double)(int64_t)(device_ns - world->begin_ns);
+	const double since = (double)(int64_t)(device_ns - world->asleep_ns - world->begin_ns);
 
-	if (device_ns == SIM_RIG_NEVER || !world->device_ppm)
+	if (device_ns == SIM_RIG_NEVER)
 		return device_ns;
+	if (!world->device_ppm)
+		return device_ns - world->asleep_ns;
 	return world->begin_ns + (uint64_t)(since * 1e6 / (1e6 + world->device_ppm)) + 2;
 }
 

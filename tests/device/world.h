@@ -48,6 +48,7 @@ struct world {
 	bool attached;			/* the device layer may look at the image */
 	int refused;			/* the image cannot be read: this -errno */
 	bool flags_are_noise;		/* command.flags may be refused: I7 is not checked */
+	uint64_t asleep_ns;		/* the device's clock has gone on by so much alone */
 	int device_ppm;			/* how much faster the device's clock goes than ours */
 	bool unplugged;			/* the kernel refuses to send */
 	uint64_t motion_sent;		/* requests for motion, at the last look */
@@ -87,6 +88,9 @@ bool world_is_lost(struct world *world);
 bool world_is_safe(struct world *world);
 bool world_is_machine_on(struct world *world);
 bool world_is_stopped(struct world *world);
+
+/* This machine is suspended, while the device goes on. */
+void world_sleep(struct world *world, uint64_t for_ns);
 
 /* The daemon itself stands still. */
 void world_stall(struct world *world, uint64_t for_ns);
@@ -136,6 +140,9 @@ void world_commander_dies(struct world *world);
 void world_emergency(struct world *world);
 void world_link_breaks(struct world *world);
 void world_daemon_ends(struct world *world);
+
+/* Another client sets these axes' counts to a position, pulses. */
+void world_set_elsewhere(struct world *world, uint8_t mask, int32_t position);
 
 /* Faults on both ways. */
 void world_faults(struct world *world, const struct sim_link_faults *faults);

@@ -3,10 +3,14 @@
  * What a test does with a world, and asks of it: wishes, commands, faults.
  */
 
+#include <setjmp.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <cmocka.h>
 #include "tests/device/world.h"
 #include "wire/encoder.h"
+#include "wire/packet.h"
 #include "wire/pulse.h"
 
 bool world_is_running(struct world *world)
@@ -69,7 +73,7 @@ void world_output(struct world *world, unsigned int pin, bool value)
 
 bool world_latch(struct world *world, unsigned int pin)
 {
-	sim_rig_run(&world->rig, world->now);
+	sim_rig_run(&world->rig, world_device_time(world));
 	return world->rig.device.pins.latch >> pin & 1;
 }
 
@@ -85,13 +89,13 @@ uint32_t world_one_shot(struct world *world, const struct pokeys_one_shot *shot)
 
 int64_t world_pulses(struct world *world, unsigned int axis)
 {
-	sim_rig_run(&world->rig, world->now);
+	sim_rig_run(&world->rig, world_device_time(world));
 	return world->rig.device.engine.axis[axis].pulses;
 }
 
 uint8_t world_engine_state(struct world *world)
 {
-	sim_rig_run(&world->rig, world->now);
+	sim_rig_run(&world->rig, world_device_time(world));
 	return world->rig.device.engine.state;
 }
 
@@ -192,7 +196,7 @@ void world_emergency(struct world *world)
 
 void world_link_breaks(struct world *world)
 {
-	sim_rig_silence(&world->rig, world->now, 300 * MS);
+	sim_rig_silence(&world->rig, world_device_time(world), 300 * MS);
 }
 
 void world_daemon_ends(struct world *world)
@@ -227,4 +231,24 @@ void world_moving(struct world *world, const struct sim_rig_options *options)
 	world_up(world, options);
 	world_go(world, 0, 0, 0);
 	world_machine_on(world);
+}
+
+void world_set_elsewhere(struct world *world, uint8_t mask, int32_t position)
+{
+	struct wire_pulse_positions_req set = { .mask = mask };
+	uint8_t request[WIRE_PK], reply[WIRE_PK];
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		set.position[i] = position;
+	wire_encode_req(WIRE_OP_PULSE_POSITIONS, request, &set);
+	wire_finish(request, 1);
+	sim_rig_run(&world->rig, world_device_time(world));
+	assert_int_equal(sim_device_request(&world->rig.device, world_device_time(world),
+					    request, sizeof(request), reply), sizeof(reply));
+}
+
+void world_sleep(struct world *world, uint64_t for_ns)
+{
+	world->asleep_ns += for_ns;
+	device_suspended(world->device, world->now, for_ns);
 }

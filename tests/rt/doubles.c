@@ -181,9 +181,10 @@ bool device_wants_address(const struct device *d)
 	return d->wants_address;
 }
 
-void device_suspended(struct device *d, uint64_t now_ns)
+void device_suspended(struct device *d, uint64_t now_ns, uint64_t slept_ns)
 {
 	assert_int_equal(now_ns, world.now);
+	d->slept_ns += slept_ns;
 	d->suspended++;
 	d->suspended_cycles = d->cycles;
 }

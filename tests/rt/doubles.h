@@ -49,6 +49,7 @@ struct device {
 	uint16_t port;
 	bool stopping;
 	uint64_t suspended, suspended_cycles;	/* how often told, and its cycles until then */
+	uint64_t slept_ns;		/* in all of these */
 	uint64_t ends, ended_cycles;	/* how often it was told, and its cycles until then */
 	int refused;
 	uint64_t commands, heartbeat;

@@ -239,6 +239,7 @@ static void a_suspend_is_told_before_anything_is_sent(void **state)
 	assert_int_equal(world_run(100 * MS), 0);
 	assert_int_equal(world.device[0].suspended, 1);
 	assert_int_equal(world.device[0].suspended_cycles, 10);
+	assert_in_range(world.device[0].slept_ns, 60 * SECOND - MS, 60 * SECOND);
 	e = world_event(EVENT_SUSPENDED);
 	assert_non_null(e);
 	assert_int_equal(e->a, 60000);
