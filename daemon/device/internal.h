@@ -216,6 +216,7 @@ struct one_shots {
 	uint8_t phase;			/* enum one_shot_phase */
 	uint8_t step;			/* of the operation */
 	bool acted;			/* a request that changes something was sent */
+	uint8_t unread;			/* so many times reading back was not answered */
 	uint64_t serial;		/* the mailbox's, of the request that is awaited */
 	struct pokeys_one_shot now;	/* the one at work */
 	int32_t before[WIRE_ENCODER_BANK];
@@ -360,10 +361,12 @@ void restart_tick(struct device *device, const mailbox_entry_t *entry);
 bool restart_doubted(const struct device *device);
 /* The device has reported its clock since identify_begin(), so a restart would be known. */
 bool restart_clock_known(const struct device *device);
-/* A clock reading asked for after that moment showed no restart; or it has no clock. */
+/* A clock reading asked for after that moment showed no restart. */
 bool restart_judged(const struct device *device, uint64_t since_ns);
 /* How many answers in a row had just this device data, this one among them. */
 uint8_t restart_data_alike(struct device *device, const uint8_t reply[WIRE_PK]);
+/* For how long this computer slept is known from a clock of whole seconds. */
+#define SLEPT_BLUR_NS (2 * SECOND)
 /* The device's clock has gone on by so much while ours stood still. */
 void restart_slept(struct device *device, uint64_t slept_ns);
 /* Another device: nothing is known of its clock. */
@@ -446,8 +449,8 @@ void plan_cycle(struct device *device);
 void plan_spare(struct device *device);
 /* The link cannot run: bring outputs and axes into the safe state all the same. */
 void plan_blocked(struct device *device);
-/* Without a fast answer for so long, ns, it is asked whether it is still the same device. */
-uint64_t plan_gap_ns(const struct device *device);
+/* From one fast answer to the next one, as a rule. */
+uint64_t plan_usual_ns(const struct device *device);
 /* Is it still the same start of the same device? Asks at once; only questions until then. */
 void plan_doubt(struct device *device);
 bool plan_doubts(const struct device *device);

@@ -20,6 +20,8 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
+#define READ_BACKS 3	/* more, if one is not answered */
+
 static void record(struct device *device, uint32_t id, uint8_t operation,
 		   enum pokeys_outcome outcome)
 {
@@ -101,6 +103,7 @@ static void begin(struct device *device, const struct pokeys_one_shot *shot)
 	shots->now = *shot;
 	shots->step = 0;
 	shots->acted = false;
+	shots->unread = 0;
 	if (!operation || (operation->send && !running(device)) ||
 	    (operation->allowed && !operation->allowed(device, shot))) {
 		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
@@ -201,7 +204,8 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 		operation->answered(device, entry);
 	else if (!shots->acted)
 		one_shot_end(device, POKEYS_OUTCOME_FAILED);
-	else if (operation->unknown && entry->request_class != POKEYS_CLASS_READ)
+	else if (operation->unknown && (entry->request_class != POKEYS_CLASS_READ ||
+					shots->unread++ < READ_BACKS))
 		operation->unknown(device);
 	else
 		one_shot_end(device, POKEYS_OUTCOME_UNKNOWN);

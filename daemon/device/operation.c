@@ -16,7 +16,7 @@
 
 #define SAVE_NS (3 * SECOND)	/* flash; protocol section 5.4 has no figure, others wait 1 s */
 #define SAVE_AGAIN_NS (2 * SECOND)	/* each save wears the flash */
-#define READ_BACKS 5		/* of a position, until it is not the one that was to be set */
+#define LOOKS 8		/* at a position, until a status that shows it is believed */
 
 static void simply_done(struct device *device, const mailbox_entry_t *entry)
 {
@@ -106,14 +106,6 @@ static bool positions_are(const struct pokeys_one_shot *shot, const mailbox_entr
 	return true;
 }
 
-/* Is it shown as what was set? Not while it is uncertain what another axis shows. */
-static bool position_shown(struct device *device, const mailbox_entry_t *entry)
-{
-	const struct pokeys_one_shot *shot = &device->one_shots.now;
-
-	return positions_are(shot, entry) && place_set(device, shot->mask, entry);
-}
-
 static void position_answered(struct device *device, const mailbox_entry_t *entry)
 {
 	const struct pokeys_one_shot *shot = &device->one_shots.now;
@@ -122,11 +114,16 @@ static void position_answered(struct device *device, const mailbox_entry_t *entr
 		next_step(device);
 		return;
 	}
-	if (!position_shown(device, entry)) {
-		if (device->one_shots.step < READ_BACKS)
+	if (!positions_are(shot, entry)) {
+		one_shot_end(device, POKEYS_OUTCOME_FAILED);
+		return;
+	}
+	/* not while it is uncertain what another axis shows */
+	if (!place_set(device, shot->mask, entry)) {
+		if (device->one_shots.step < LOOKS)
 			next_step(device);
 		else
-			one_shot_end(device, POKEYS_OUTCOME_FAILED);
+			one_shot_end(device, POKEYS_OUTCOME_UNKNOWN);
 		return;
 	}
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {

@@ -28,10 +28,12 @@
 
 enum {
 	ALIKE = 3,		/* readings in a row that say the same odd thing */
+	UNLIKE = 50,		/* ... or each another: they are taken, or none ever would be */
 	SLACK = 8,		/* pulses */
 	KHZ_DEFAULT = 125,	/* of the generator, until it has said it */
 };
 
+#define GAP_NS (20 * MS)	/* without a status for so long, an axis may be anywhere */
 #define STOOD_NS (100 * MS)	/* so long still, no pulse can be on its way any more */
 #define HURRY 1.25		/* clocks, and rounding of the highest speed */
 
@@ -51,15 +53,13 @@ static double fastest(const struct device *device, unsigned int i)
 	return axis->mode != POKEYS_AXIS_POSITION || !(own > 0) || own > khz ? khz : own;
 }
 
-/* Axes that are set up, and that both readings show. */
-static uint8_t comparable(const struct device *device, const struct place_reading *before,
-			  const struct place_reading *now)
+/* As they were set up before: an engine that was just restarted has no axes yet. */
+static uint8_t set_up(const struct device *device)
 {
-	uint8_t axes = before->axes & now->axes;
+	uint8_t axes = 0;
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		if (device->image.engine.axis[i].mode == POKEYS_AXIS_OFF)
-			axes &= (uint8_t)~(1u << i);
+		axes |= (uint8_t)((device->image.engine.axis[i].mode != POKEYS_AXIS_OFF) << i);
 	return axes;
 }
 
@@ -69,8 +69,8 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 {
 	const uint64_t first = before->asked_ns < now->asked_ns ? before->asked_ns : now->asked_ns;
 	const uint64_t last = before->came_ns > now->came_ns ? before->came_ns : now->came_ns;
-	const double ms = (double)(last - first) / 1e6;
-	const uint8_t both = comparable(device, before, now);
+	const double ms = (double)(last - first + before->slept_ns) / 1e6;
+	const uint8_t both = before->axes & now->axes & set_up(device);
 	uint8_t axes = 0;
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
@@ -85,17 +85,29 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 	return axes;
 }
 
+/* ... or for as long as eight answers take, but not less than three. */
+static uint64_t gap_ns(const struct device *device)
+{
+	const uint64_t usual = plan_usual_ns(device);
+	const uint64_t eight = usual * 8, three = usual * 3;
+
+	return eight < GAP_NS ? eight : three > GAP_NS ? three : GAP_NS;
+}
+
 /*
  * After a silence an axis may be anywhere that it could have gone to, so nothing but the
- * device's clock tells whether it is still the same count.
+ * device's clock tells whether it is still the same count. The silence ends with the answer:
+ * its question may have been resent for as long.
  */
 static bool is_uncertain(const struct device *device, const struct place_reading *now)
 {
 	const struct place_reading *last = &device->place.last;
-	const uint8_t both = comparable(device, last, now);
+	const uint8_t both = last->axes & now->axes & set_up(device);
+	const uint64_t gap = gap_ns(device), since = last->came_ns + gap;
+	const uint64_t judged = now->came_ns > since ? now->came_ns - gap : last->came_ns;
 
-	if (!running(device) || now->asked_ns < last->came_ns + plan_gap_ns(device) ||
-	    (restart_judged(device, last->came_ns) && !plan_doubts(device)))
+	if (!running(device) || now->came_ns + last->slept_ns < since ||
+	    (restart_judged(device, judged) && !plan_doubts(device)))
 		return false;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		if (both >> i & 1 && now->position[i] != last->position[i])
@@ -188,7 +200,7 @@ static void believe(struct device *device, const struct place_reading *now,
 		    const struct wire_pulse_status_rep *status)
 {
 	device->place.last = *now;
-	device->place.alike = 0;
+	device->place.alike = device->place.unlike = 0;
 	follow_homing(device, status);
 	change_epoch(device);
 }
@@ -232,11 +244,14 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 
 	read(device, status, asked_ns, came_ns, &now);
 	/* of before the count changed: with which it would be shown as one of the new count */
-	if ((place->known | place->lost) && asked_ns <= place->changed_ns)
+	if (asked_ns <= place->changed_ns)
 		return false;
 	if (is_uncertain(device, &now)) {
-		plan_doubt(device);
-		return false;
+		if (restart_clock_known(device)) {
+			plan_doubt(device);
+			return false;
+		}
+		place_lost(device, UINT8_MAX, PLACE_NO_CLOCK);
 	}
 	axes = apart(device, &place->last, &now);
 	excused = axes & told(device);
@@ -249,10 +264,12 @@ bool place_take(struct device *device, const struct wire_pulse_status_rep *statu
 	}
 	if (!place->alike || apart(device, &place->odd, &now))
 		place->alike = 0;
-	if (!place->alike++)
+	if (!place->alike++ && place->unlike < UNLIKE)
 		plan_doubt(device);
 	place->odd = now;
-	if (place->alike < ALIKE || plan_doubts(device))
+	if (place->unlike < UNLIKE)
+		place->unlike++;
+	if ((place->alike < ALIKE && place->unlike < UNLIKE) || plan_doubts(device))
 		return false;
 	place_lost(device, axes | (excused & (uint8_t)~place->known), PLACE_SET_ELSEWHERE);
 	believe(device, &now, status);
@@ -327,22 +344,10 @@ void place_not_homed(struct device *device, uint8_t axes)
 		place_lost(device, lost, PLACE_NOT_HOMED);
 }
 
+/* An axis may have gone on, as in any silence. */
 void place_slept(struct device *device, uint64_t slept_ns)
 {
-	struct place_reading *last = &device->place.last;
-
-	/* an axis may have gone on as in any silence of that length */
-	last->asked_ns = last->asked_ns > slept_ns ? last->asked_ns - slept_ns : 0;
-	last->came_ns = last->came_ns > slept_ns ? last->came_ns - slept_ns : 0;
-}
-
-/* As it was set up before: an engine that was just restarted has no axes yet. */
-static bool any_set_up(const struct device *device, uint8_t axes)
-{
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		if (axes >> i & 1 && device->image.engine.axis[i].mode != POKEYS_AXIS_OFF)
-			return true;
-	return false;
+	device->place.last.slept_ns += slept_ns + SLEPT_BLUR_NS;
 }
 
 void place_lost(struct device *device, uint8_t axes, enum place_loss why)
@@ -357,9 +362,9 @@ void place_lost(struct device *device, uint8_t axes, enum place_loss why)
 		device->place.last.axes &= (uint8_t)~axes;
 		device->place.changed_ns = device->now_ns;
 	}
-	if (!any_set_up(device, axes))
+	if (!(axes & set_up(device)))
 		return;
-	device_say(device, EVENT_POSITION_LOST, EVENT_WARNING, axes, why, 0);
+	device_say(device, EVENT_POSITION_LOST, EVENT_WARNING, axes & set_up(device), why, 0);
 	safe_permit_drop(device);
 }
 

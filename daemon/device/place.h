@@ -20,12 +20,14 @@ struct place_reading {
 	bool stood;			/* the engine did, for long enough */
 	int32_t position[POKEYS_AXES];
 	uint64_t asked_ns, came_ns;
+	uint64_t slept_ns;		/* since then this computer was suspended for so long */
 };
 
 struct place {
 	struct place_reading last;	/* that was believed */
 	struct place_reading odd;	/* the newest that did not fit it */
 	uint8_t alike;			/* so many of them in a row fitted one another */
+	uint8_t unlike;			/* so many have come since the last that was believed */
 	uint8_t told;			/* axes whose count we have changed, by setting or homing */
 	uint64_t told_ns;		/* ... for the last time */
 	uint8_t jumped;			/* of these, axes that were seen to jump */

@@ -28,22 +28,12 @@
 
 enum { KEPT = 4 };	/* places in the window that only the four urgent kinds may use */
 
-/*
- * With so many answers missing in a row, is it still the same device? In 20 ms an axis goes
- * far, so it is asked after that time already, unless fewer than three answers are missing.
- */
-#define GAP_ANSWERS 8
-#define GAP_ANSWERS_LEAST 3
-#define GAP_NS (20 * MS)
+#define GAP_ANSWERS 8	/* so many missing in a row: is it still the same device? */
 
-uint64_t plan_gap_ns(const struct device *device)
+uint64_t plan_usual_ns(const struct device *device)
 {
-	const uint64_t usual = device->config.period_ns * device->config.fast_divider +
-			       device->mailbox.statistics.rtt_smoothed_ns;
-	const uint64_t least = usual * GAP_ANSWERS_LEAST > GAP_NS ? usual * GAP_ANSWERS_LEAST :
-								    GAP_NS;
-
-	return usual * GAP_ANSWERS < least ? usual * GAP_ANSWERS : least;
+	return device->config.period_ns * device->config.fast_divider +
+	       device->mailbox.statistics.rtt_smoothed_ns;
 }
 
 bool plan_doubts(const struct device *device)
@@ -105,9 +95,10 @@ static void begin_doubt(struct device *device)
 
 void plan_doubt(struct device *device)
 {
-	if (!running(device) || plan_doubts(device))
+	if (!running(device))
 		return;
-	begin_doubt(device);
+	if (!plan_doubts(device))
+		begin_doubt(device);
 	slow_identity_now(device);
 }
 
@@ -116,7 +107,8 @@ static void look_for_gap(struct device *device)
 	const struct plan *plan = &device->plan;
 
 	if (!running(device) || !plan->last_io_ns ||
-	    device->now_ns - plan->last_io_ns <= plan_gap_ns(device) || plan_doubts(device))
+	    device->now_ns - plan->last_io_ns <= GAP_ANSWERS * plan_usual_ns(device) ||
+	    plan_doubts(device))
 		return;
 	begin_doubt(device);
 }

@@ -109,7 +109,7 @@ bool restart_clock_known(const struct device *device)
 
 bool restart_judged(const struct device *device, uint64_t since_ns)
 {
-	return !device->restart.clock_known || device->restart.fit_ns > since_ns;
+	return device->restart.fit_ns > since_ns;
 }
 
 uint8_t restart_data_alike(struct device *device, const uint8_t reply[WIRE_PK])
@@ -152,13 +152,19 @@ bool restart_doubted(const struct device *device)
 static void put_forward(struct reading *reading, uint64_t slept_ms)
 {
 	reading->ms += (uint32_t)slept_ms;
-	reading->blur_ms += (uint32_t)(slept_ms / DRIFT_ASLEEP + 1);
+	reading->blur_ms += (uint32_t)(slept_ms / DRIFT_ASLEEP + SLEPT_BLUR_NS / MS);
 }
 
 void restart_slept(struct device *device, uint64_t slept_ns)
 {
-	put_forward(&device->restart.last, slept_ns / MS);
-	put_forward(&device->restart.odd, slept_ns / MS);
+	struct restart *restart = &device->restart;
+	const uint32_t before_ms = restart->last.ms;
+
+	put_forward(&restart->last, slept_ns / MS);
+	put_forward(&restart->odd, slept_ns / MS);
+	/* begun so shortly before that a restart would make no difference */
+	if (restart->last.known && before_ms <= restart->last.blur_ms)
+		place_lost(device, UINT8_MAX, PLACE_NO_CLOCK);
 }
 
 void restart_forget(struct device *device)

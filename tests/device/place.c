@@ -7,6 +7,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
+#include <string.h>
 #include <cmocka.h>
 #include "tests/device/world.h"
 
@@ -145,10 +146,10 @@ static bool is_done(struct world *w)
 	return world_outcome(w, w->command.one_shot_head - 1) != POKEYS_OUTCOME_NONE;
 }
 
-static void begin_slowly(void)
+static void begin_slowly(uint32_t divider)
 {
 	world_init(&world, NULL);
-	world.config.fast_divider = 10;
+	world.config.fast_divider = divider;
 	world_axes(&world);
 	world_start(&world);
 	world_commander(&world, 5);
@@ -156,28 +157,54 @@ static void begin_slowly(void)
 	world_run(&world, 500 * MS);
 }
 
-/* Not even where samples are seldom, and the axis near 0. */
-static void after_a_restart_in_a_silence_of_a_few_samples(void **state)
+/* Wherever the axis could have gone in it, and whichever try of a status is answered. */
+static void after_a_restart_in_any_short_silence(void **state)
 {
-	static const unsigned int boot_ms[] = { 25, 35, 45, 55 };
+	static const unsigned int divider[] = { 1, 3, 10 };
+	static const int32_t places[] = { 100, 400, 1000 };
 
 	(void)state;
-	for (size_t i = 0; i < sizeof(boot_ms) / sizeof(boot_ms[0]); i++) {
-		uint8_t before;
+	for (unsigned int i = 0; i < 9; i++) {
+		const int32_t place = places[i % 3];
 
-		begin_slowly();
-		world_go(&world, 0, 1000, 0);
-		world_machine_on(&world);
-		world_run(&world, 1 * SECOND);
-		before = epoch();
-		sim->options.boot_ms = boot_ms[i];
-		sim_rig_reboot(&world.rig, world.now, false);
-		while (epoch() == before) {
-			assert_int_equal(world.state.engine.axis[0].position, 1000);
-			world_cycle(&world);
+		for (unsigned int boot_ms = 1; boot_ms < 80; boot_ms += WORLD_STRIDE) {
+			uint8_t before;
+
+			begin_slowly(divider[i / 3]);
+			world_go(&world, 0, place, 0);
+			world_machine_on(&world);
+			world_run(&world, (300 + boot_ms) * MS);
+			before = epoch();
+			sim->options.boot_ms = boot_ms;
+			sim_rig_reboot(&world.rig, world.now, false);
+			while (epoch() == before) {
+				/* between two answers it may have gone so far */
+				if (boot_ms > 9 * divider[i / 3])
+					assert_int_equal(world.state.engine.axis[0].position,
+							 place);
+				world_cycle(&world);
+			}
+			assert_true(world.event_count[EVENT_POSITION_LOST] >= 1);
 		}
-		assert_int_equal(world.event_count[EVENT_POSITION_LOST], 1);
 	}
+}
+
+/* Each cycle another one: none fits any. */
+static void a_client_that_sets_it_all_the_time_is_noticed(void **state)
+{
+	const uint8_t before = epoch();
+
+	(void)state;
+	world_machine_off(&world);
+	for (int32_t i = 1; i < 300; i++) {
+		world_set_elsewhere(&world, 1, FAR + 5000 * i);
+		world_cycle(&world);
+	}
+	assert_int_not_equal(epoch(), before);
+	world_run(&world, 100 * MS);
+	assert_int_equal(epoch() & 1, 0);
+	assert_int_equal(world.state.engine.axis[0].position, world_pulses(&world, 0));
+	assert_true(pokeys_state_age_ns(&world.state, world.now) < 10 * MS);
 }
 
 /* A cable that was out says nothing about the count. */
@@ -196,20 +223,25 @@ static void a_silence_is_none(void **state)
 	assert_int_equal(world.state.engine.axis[0].position, FAR);
 }
 
-/* This machine slept; the device did not, and its axis went on to where it was sent. */
+static const uint64_t asleep_s[] = { 1, 60, 36000 };
+
+/*
+ * This computer slept; the device did not, and its axis went on to where it was sent. For how
+ * long is known from a clock of whole seconds.
+ */
 static void a_suspend_is_none(void **state)
 {
-	static const uint64_t asleep_s[] = { 1, 60, 36000 };
-
 	(void)state;
-	for (size_t i = 0; i < sizeof(asleep_s) / sizeof(asleep_s[0]); i++) {
+	for (unsigned int i = 0; i < 9; i++) {
+		const uint64_t slept = asleep_s[i / 3] * SECOND;
 		uint8_t before;
 
 		begin(NULL);
+		run(60 * SECOND);
 		before = epoch();
 		world_go(&world, 0, 2 * FAR, 0);
 		run(300 * MS);
-		world_sleep(&world, asleep_s[i] * SECOND);
+		world_sleep(&world, slept, slept - SECOND / 2 + i % 3 * SECOND / 2);
 		world_run(&world, 3 * SECOND);
 		assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
 		assert_int_equal(epoch(), before);
@@ -219,23 +251,23 @@ static void a_suspend_is_none(void **state)
 	}
 }
 
+/* Also of a device whose clock had only just begun: it could not tell. */
 static void a_restart_in_a_suspend_is_one(void **state)
 {
-	static const uint64_t asleep_s[] = { 1, 60, 36000 };
-
 	(void)state;
-	for (size_t i = 0; i < sizeof(asleep_s) / sizeof(asleep_s[0]); i++) {
+	for (unsigned int i = 0; i < 6; i++) {
 		uint8_t before;
 
 		begin(NULL);
-		run(60 * SECOND);
+		if (i % 2)
+			run(60 * SECOND);
 		before = epoch();
 		sim_rig_reboot(&world.rig, world.now, false);
-		world_sleep(&world, asleep_s[i] * SECOND);
+		world_sleep(&world, asleep_s[i / 2] * SECOND, asleep_s[i / 2] * SECOND);
 		world_run(&world, 3 * SECOND);
 		assert_int_not_equal(epoch(), before);
 		assert_int_equal(epoch() & 1, 0);
-		assert_int_equal(world.last_event[EVENT_POSITION_LOST].b, PLACE_RESTART);
+		assert_int_equal(world.state.engine.axis[0].position, world_pulses(&world, 0));
 	}
 }
 
@@ -329,7 +361,7 @@ static void the_outcome_comes_with_the_position(void **state)
 	};
 
 	(void)state;
-	begin_slowly();
+	begin_slowly(10);
 	world_one_shot(&world, &set);
 	world_until(&world, is_done, 1 * SECOND);
 	assert_int_equal(world_outcome(&world, 0), POKEYS_OUTCOME_DONE);
@@ -359,7 +391,7 @@ static void a_restart_after_it_is_a_loss(void **state)
 
 	(void)state;
 	for (size_t i = 0; i < sizeof(boot_ms) / sizeof(boot_ms[0]); i++) {
-		begin_slowly();
+		begin_slowly(10);
 		set_was_answered = false;
 		world.lose_reply = sees_set_position;
 		world_one_shot(&world, &set);
@@ -395,13 +427,50 @@ static void another_client_that_sets_it_meanwhile_is_noticed(void **state)
 			world_cycle(&world);
 		world_one_shot(&world, &set);
 		world_cycle(&world);
+		shown = world.state;
 		world_set_elsewhere(&world, 2, 70000);
-		world_run(&world, 2 * SECOND);
+		run(2 * SECOND);
 		assert_int_equal(world.state.engine.axis[1].position, world_pulses(&world, 1));
 		assert_true(is_done(&world));
 		assert_true(pokeys_state_age_ns(&world.state, world.now) < 10 * MS);
 		assert_int_not_equal(world.state.engine.axis[1].position_epoch, 0);
 	}
+}
+
+static uint8_t kept[64];
+
+static bool keep_status(struct world *w, const uint8_t *reply)
+{
+	(void)w;
+	if (reply[1] != 0x85 || reply[2] != 0x00)
+		return false;
+	if (!kept[0])
+		memcpy(kept, reply, sizeof(kept));
+	return reply[6] == kept[6];
+}
+
+/* The network keeps it for longer than the setting takes. */
+static void a_status_of_before_it_is_none_of_after_it(void **state)
+{
+	const struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { -500 },
+	};
+
+	(void)state;
+	begin_slowly(1);
+	memset(kept, 0, sizeof(kept));
+	world.lose_reply = keep_status;
+	world_one_shot(&world, &set);
+	world_until(&world, is_done, 1 * SECOND);
+	assert_int_equal(epoch(), 1);
+	world.lose_reply = NULL;
+	world_deliver(&world, kept, sizeof(kept));
+	for (unsigned int i = 0; i < 100; i++) {
+		world_cycle(&world);
+		assert_int_equal(world.state.engine.axis[0].position, -500);
+	}
+	assert_int_equal(epoch(), 1);
+	assert_int_equal(world.event_count[EVENT_POSITION_LOST], 0);
 }
 
 /* Statuses are so seldom that none comes between the two. */
@@ -463,7 +532,8 @@ int main(void)
 		cmocka_unit_test(after_a_restart_while_it_stands),
 		cmocka_unit_test(after_a_restart_while_it_moves),
 		cmocka_unit_test(after_a_restart_in_a_silence_that_is_no_loss),
-		cmocka_unit_test(after_a_restart_in_a_silence_of_a_few_samples),
+		cmocka_unit_test(after_a_restart_in_any_short_silence),
+		cmocka_unit_test_setup(a_client_that_sets_it_all_the_time_is_noticed, begin),
 		cmocka_unit_test_setup(a_silence_is_none, begin),
 		cmocka_unit_test(a_suspend_is_none),
 		cmocka_unit_test(a_restart_in_a_suspend_is_one),
@@ -474,6 +544,7 @@ int main(void)
 		cmocka_unit_test(the_outcome_comes_with_the_position),
 		cmocka_unit_test(a_restart_after_it_is_a_loss),
 		cmocka_unit_test(another_client_that_sets_it_meanwhile_is_noticed),
+		cmocka_unit_test(a_status_of_before_it_is_none_of_after_it),
 		cmocka_unit_test(two_that_it_sets_are_known_both),
 		cmocka_unit_test_setup(a_damaged_status_is_no_position, begin),
 		cmocka_unit_test_setup(another_device_counts_otherwise, begin),

@@ -234,6 +234,13 @@ static void publish(struct world *world)
 	drain_events(world);
 }
 
+void world_deliver(struct world *world, const uint8_t *packet, size_t length)
+{
+	const struct pokeys_rx rx = { .t_ns = world->now, .address = ADDRESS, .port = PORT };
+
+	device_deliver(world->device, packet, length, &rx, world->now);
+}
+
 static void deliver(struct world *world)
 {
 	uint8_t packet[600];
@@ -241,13 +248,9 @@ static void deliver(struct world *world)
 
 	while ((length = sim_rig_receive(&world->rig, world_device_time(world), packet,
 					 sizeof(packet))) > 0) {
-		const struct pokeys_rx rx = {
-			.t_ns = world->now, .address = ADDRESS, .port = PORT,
-		};
-
 		if (world->lose_reply && world->lose_reply(world, packet))
 			continue;
-		device_deliver(world->device, packet, length, &rx, world->now);
+		world_deliver(world, packet, length);
 		if (world->heard)
 			world->heard(world, packet, length);
 	}

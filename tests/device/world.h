@@ -89,8 +89,8 @@ bool world_is_safe(struct world *world);
 bool world_is_machine_on(struct world *world);
 bool world_is_stopped(struct world *world);
 
-/* This machine is suspended, while the device goes on. */
-void world_sleep(struct world *world, uint64_t for_ns);
+/* This computer is suspended while the device goes on, and believes that it slept told_ns. */
+void world_sleep(struct world *world, uint64_t for_ns, uint64_t told_ns);
 
 /* The daemon itself stands still. */
 void world_stall(struct world *world, uint64_t for_ns);
@@ -106,6 +106,9 @@ bool world_latch(struct world *world, unsigned int pin);
 /* Where the simulated device has an axis, in pulses, and its pulse engine's state, now. */
 int64_t world_pulses(struct world *world, unsigned int axis);
 uint8_t world_engine_state(struct world *world);
+
+/* A reply that the network has kept until now. */
+void world_deliver(struct world *world, const uint8_t *packet, size_t length);
 
 /* Queues a one-shot; returns its id. */
 uint32_t world_one_shot(struct world *world, const struct pokeys_one_shot *shot);

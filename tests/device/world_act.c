@@ -247,8 +247,8 @@ void world_set_elsewhere(struct world *world, uint8_t mask, int32_t position)
 					    request, sizeof(request), reply), sizeof(reply));
 }
 
-void world_sleep(struct world *world, uint64_t for_ns)
+void world_sleep(struct world *world, uint64_t for_ns, uint64_t told_ns)
 {
 	world->asleep_ns += for_ns;
-	device_suspended(world->device, world->now, for_ns);
+	device_suspended(world->device, world->now, told_ns);
 }
