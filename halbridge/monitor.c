@@ -211,10 +211,10 @@ static void say_callers(struct monitor *monitor, struct instance *instance)
 				prefix, device, prefix, prefix);
 		break;
 	case CALLERS_NO_READ:
-		rtapi_print_msg(RTAPI_MSG_ERR, "%s (device '%s'): %s.write runs without %s.read, "
-				"so the positions are not known and no axis is driven; addf "
-				"%s.read to the same thread, before %s.write, and switch the "
-				"machine on again\n",
+		rtapi_print_msg(RTAPI_MSG_ERR, "%s (device '%s'): %s.write runs without "
+				"%s.read: positions are unknown, and no axis is driven; use addf "
+				"to add %s.read to the same thread before %s.write, then switch "
+				"the machine off and on\n",
 				prefix, device, prefix, prefix, prefix, prefix);
 		break;
 	}
@@ -231,8 +231,8 @@ static void say_timing(struct monitor *monitor, const struct instance *instance)
 		return;
 	rtapi_print_msg(memory->exceeded ? RTAPI_MSG_WARN : RTAPI_MSG_ERR,
 			"%s: read and write took %u us in one period, more than time-threshold "
-			"(%g us); %u such period%s so far; pokeysctl doctor names what makes this "
-			"computer late\n", instance->prefix,
+			"(%g us); %u such period%s so far; run \"pokeysctl doctor\" to find "
+			"the cause\n", instance->prefix,
 			atomic_load_explicit(&instance->timing.last_us, memory_order_relaxed),
 			values->time_threshold, count, count == 1 ? "" : "s");
 	memory->exceeded = count;

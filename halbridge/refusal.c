@@ -97,7 +97,7 @@ static const char *refusal_text(unsigned int reason)
 	case REFUSAL_ENABLED:
 		return "may not change while the joint is enabled; taken over when it is not";
 	case REFUSAL_SPEED:
-		return "above the highest speed the axis is set up for; it stands";
+		return "above the maximum speed configured for this axis; the axis stops";
 	case REFUSAL_SOFT_LIMIT:
 		return "beyond the soft limits; the last good value stays in use";
 	case REFUSAL_NO_AXIS:

@@ -26,9 +26,10 @@ static const struct table_row rows[] = {
 	ROWS("encoder.%02u.index-enable", PIN, IO, READ, encoder, index_enable,
 	     "set it: at the next index pulse the device zeroes the count and the pin is cleared"),
 	ROWS("encoder.%02u.set", PIN, IN, WRITE, encoder, set,
-	     "its rising edge sets the device's counter to set-value; the others of its 13 (0 to "
-	     "12, 13 to 25) are rewritten, too: do it while they stand", APART),
-	ROWS("encoder.%02u.set-value", PIN, IN, WRITE, encoder, set_value, "counts", APART),
+	     "a rising edge sets the device's counter to set-value; this also rewrites the other "
+	     "counters of its group (0 to 12 or 13 to 25): use it while none of them turns", APART),
+	ROWS("encoder.%02u.set-value", PIN, IN, WRITE, encoder, set_value,
+	     "value for encoder.NN.set, counts", APART),
 	ROWS("encoder.%02u.scale", PARAM, RW, READ, encoder, scale,
 	     "counts per unit, not 0", PARAMETER(1, 0, 0)),
 	ROWS("encoder.%02u.enabled", PIN, OUT, READ, encoder, enabled,

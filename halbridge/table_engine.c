@@ -36,7 +36,7 @@ static const struct table_row rows[] = {
 	       "how often positions were read back to find out what had been executed"),
 	ROW("engine.dry-loses-position", PARAM, RW, READ, engine.dry_loses,
 	    "a buffer that runs dry and stops moving axes without a ramp is a loss of position; "
-	    "0: the motors do not lose steps by that", PARAMETER(1, 0, 1)),
+	    "0: this machine's motors lose no steps in such a stop", PARAMETER(1, 0, 1)),
 	STATUS("engine.slot-us", engine.slot_us, "time of a slot, microseconds"),
 	ROW("engine.limit-override", PIN, IN, WRITE, engine.limit_override,
 	    "axes may leave their limit switches"),

@@ -15,10 +15,10 @@ static const struct table_row rows[] = {
 	ROWS("joint.%02u.pos-fb", PIN, OUT, READ, joint, pos_fb,
 	     "position as the device reports, units"),
 	ROWS("joint.%02u.position-lost", PIN, OUT, READ, joint, position_lost,
-	     "the device has begun another count, or steps may be lost: pos-fb goes on from where "
-	     "it was, and the joint has to be homed"),
+	     "the position is not valid: the device has started a new count, or steps may be "
+	     "lost; pos-fb continues without a jump, and the joint has to be homed"),
 	ROWS("joint.%02u.motion-homed", PIN, IN, READ, joint, motion_homed,
-	     "LinuxCNC's joint.N.homed: when it rises, position-lost ends"),
+	     "connect it to LinuxCNC's joint.N.homed; its rising edge clears position-lost"),
 	ROWS("joint.%02u.following-error", PIN, OUT, READ, joint, following_error,
 	     "command less position, units; 0 unless it is driven by positions"),
 	ROWS("joint.%02u.in-position", PIN, OUT, READ, joint, in_position,

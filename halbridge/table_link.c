@@ -32,7 +32,7 @@ static const struct table_row rows[] = {
 	       "why the link does not run, or did not the last time: 0 none, 1 no address, "
 	       "2 no answer, 3 wrong serial number, 4 unsupported device, 5 setting refused, "
 	       "6 locked, 7 rebooted, 8 network, 9 driven by another daemon or section, "
-	       "10 the daemon's machine was suspended"),
+	       "10 the daemon's computer was suspended"),
 	STATUS("fault-count", fault_count, "link faults since the daemon's start"),
 	STATUS("reconnects", reconnects, "times the device was found again"),
 	STATUS("cycle", cycle, "the daemon's cycle that the pin values are from (low 32 bits)"),
@@ -60,31 +60,35 @@ static const struct table_row rows[] = {
 	COUNT("packet-error-decrement", 1, packet_error_decrement),
 
 	TIME("read-time-max", 0, read_time_max,
-	     "longest time that pokeys.N.read took, microseconds; set it to 0 to begin again"),
-	TIME("write-time-max", 0, write_time_max, "likewise of pokeys.N.write"),
+	     "longest time that pokeys.N.read took, microseconds; set it to 0 to start a new "
+	     "measurement"),
+	TIME("write-time-max", 0, write_time_max,
+	     "longest time that pokeys.N.write took, microseconds; set it to 0 to start a new "
+	     "measurement"),
 	TIME("time-threshold", 200, time_threshold,
-	     "microseconds that read and write together may take in a period; 0: any time"),
+	     "longest permitted time of read and write together in one period, microseconds; "
+	     "0: no check"),
 	STATUS("time-exceeded-count", time_exceeded_count,
-	       "periods in which they took longer than time-threshold"),
+	       "periods in which read and write together took longer than time-threshold"),
 
 	ROW("machine-is-on", PIN, IN, WRITE, machine_is_on,
 	    "the machine is on: motion is requested; each rising edge requests it again",
 	    BOTH_SCHEMES),
 	ROW("emergency-stop", PIN, IN, WRITE, emergency_stop,
-	    "emergency stop: axes stop and outputs are safe at once (on-emergency in "
-	    "pokeysd.conf), until it is false and machine-is-on rises"),
+	    "emergency stop: axes stop and outputs go to the safe state at once (see "
+	    "on-emergency in pokeysd.conf), until this pin is false and machine-is-on rises"),
 	STATUS("machine-on-permitted", machine_on_permitted,
 	       "the daemon permits motion (machine-is-on rose while the link ran)"),
 	STATUS("needs-edge", needs_edge,
 	       "machine-is-on is high, but must fall and rise again before anything moves"),
 	STATUS("outputs-held", outputs_held,
-	       "outputs stay in the safe state since a loss, until machine-is-on rises "
-	       "(resume-outputs in pokeysd.conf)"),
+	       "outputs are held in the safe state after a loss or an emergency stop, until "
+	       "machine-is-on rises (exceptions after a loss: resume-outputs in pokeysd.conf)"),
 	STATUS("position-lost", position_lost,
 	       "position-lost of at least one joint", BOTH_SCHEMES),
 	STATUS("unhome", unhome,
-	       "a joint whose position is lost has motion-homed true: switch the machine off and "
-	       "unhome the joints; true for 250 ms in 500 ms"),
+	       "a joint with a lost position is still homed in LinuxCNC: use this pin to switch "
+	       "the machine off and to unhome the joints; true for 250 ms in every 500 ms"),
 	STATUS("safe-state", safe_state, "the daemon holds outputs and axes in the safe state"),
 	STATUS("commander", commander, "the daemon follows this component's commands"),
 	STATUS("command-refused", command_refused,
@@ -92,7 +96,7 @@ static const struct table_row rows[] = {
 	STATUS("command-refused-count", command_refused_count, "values the daemon refused"),
 	OUTCOME("read-missing", read_missing,
 		"pokeys.N.write runs without pokeys.N.read: machine-is-on and the joints' enable "
-		"are not passed on until it is read and machine-is-on has risen again"),
+		"are not passed on until pokeys.N.read runs again and machine-is-on has risen"),
 	OUTCOME("input-refused", input_refused,
 		"a pin or parameter holds a value that is not used (see the log)"),
 	OUTCOME("input-refused-count", input_refused_count,
@@ -102,10 +106,10 @@ static const struct table_row rows[] = {
 	STATUS("error-active", error_active, "error-code is not 0"),
 	STATUS("error-code", error_code,
 	       "0 none, 1 communication, 2 device fault (a motor driver reports an error), "
-	       "3 limit switch, 4 emergency stop, 5 configuration; of several, the first in the "
-	       "order 1, 4, 3, 2, 5"),
+	       "3 limit switch, 4 emergency stop, 5 configuration; if there are several, the "
+	       "order of priority is 1, 4, 3, 2, 5"),
 	STATUS("error-count", error_count,
-	       "times an error began, since the device was connected first"),
+	       "number of errors since the first connection to the device"),
 	STATUS("one-shot-failed-count", one_shot_failed_count,
 	       "one-shot commands that the daemon or the device refused or lost"),
 };

@@ -213,7 +213,7 @@ static const struct config_key own[] = {
 			   { "PoNET", CONFIG_RESUME_PART(DEVICE_RESUME_PONET) }),
 	    .fallback = "auto",
 	    .help = "Outputs that follow the commander again at once after a loss of the device "
-		    "or of the heartbeat, or after this machine was suspended. All others stay "
+		    "or of the heartbeat, or after the computer was suspended. All others stay "
 		    "in the safe state until machine-on rises. auto: none of a PoKeys57CNC, of "
 		    "a device with axes, or of one whose machine-on is used; all of another one, "
 		    "such as a panel. Pins, pwm, PoExtBus, external (outputs and relays) and "

@@ -70,7 +70,7 @@ enum event_code {
 	EVENT_NOT_SAFE,		/* the daemon ends, and a device that it drove has not
 				 * acknowledged the safe state: a = ms until its own failsafe acts,
 				 * 0 = off, -1 = not known; b = on what (WIRE_FAILSAFE_*) */
-	EVENT_SUSPENDED,	/* this machine was; a = for how long, ms */
+	EVENT_SUSPENDED,	/* this computer was; a = for how long, ms */
 	EVENT_OUTPUTS_HELD,	/* after a loss, until machine-on rises: a = 1 they are, 0 no
 				 * longer */
 	EVENT_POSITION_LOST,	/* a = axes, bits; b = enum place_loss */

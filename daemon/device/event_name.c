@@ -31,12 +31,12 @@ static const char *const fault_texts[] = {
 	[POKEYS_FAULT_NO_ANSWER] = ": it does not answer; check power, cable and address",
 	[POKEYS_FAULT_WRONG_SERIAL] = ": another device answers at its address",
 	[POKEYS_FAULT_UNSUPPORTED] = ": a device type that this driver does not know",
-	[POKEYS_FAULT_CONFIG_REFUSED] = ": the device did not take a setting",
+	[POKEYS_FAULT_CONFIG_REFUSED] = ": the device refused a setting",
 	[POKEYS_FAULT_LOCKED] = ": it is locked",
 	[POKEYS_FAULT_REBOOTED] = ": the device was restarted",
 	[POKEYS_FAULT_NETWORK] = ": the kernel cannot send; check the interface and the route",
 	[POKEYS_FAULT_IN_USE] = ": another pokeysd or another section drives it",
-	[POKEYS_FAULT_SUSPENDED] = ": this machine was suspended",
+	[POKEYS_FAULT_SUSPENDED] = ": this computer was suspended",
 };
 
 const char *event_fault_text(int64_t fault)
@@ -119,13 +119,14 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_AXIS_POSITION] = "position must be within +-16777216 pulses (buffered: "
 					"+-2100000000), axis",
 	[COMMAND_FAULT_AXIS_VELOCITY] = "velocity must be a number within +-1e7 pulses/s, axis",
-	[COMMAND_FAULT_AXIS_SETUP] = "enabled, but the device has it not set up for this mode "
-				     "(see [device] axis keys), axis",
-	[COMMAND_FAULT_AXIS_SPEED] = "velocity is above the highest speed set up for it; it "
-				     "stands, axis",
+	[COMMAND_FAULT_AXIS_SETUP] = "enabled, but not configured in the device for this mode "
+				     "(see the axis keys in pokeysd.conf): axis",
+	[COMMAND_FAULT_AXIS_SPEED] = "velocity is above the configured maximum speed; the axis "
+				     "stops: axis",
 	[COMMAND_FAULT_AXIS_SOFT_LIMIT] = "position is beyond the soft limits, axis",
-	[COMMAND_FAULT_AXIS_UNREAD] = "enabled by a commander that does not read the positions "
-				      "(is pokeys.N.read in the thread?), axis",
+	[COMMAND_FAULT_AXIS_UNREAD] = "enable refused: the commander does not read the positions; "
+				      "add pokeys.N.read before pokeys.N.write in the same "
+				      "thread: axis",
 	[COMMAND_FAULT_UNREAD] = NULL,
 	[COMMAND_FAULT_NOT_OFFERED] = NULL,	/* has a text of its own */
 	[COMMAND_FAULT_ONE_SHOT_RING] = "the one-shot ring holds at most 64, it claims",
@@ -170,10 +171,10 @@ const char *event_task_name(int64_t task)
 
 static const char *const place_loss_names[PLACE_LOSSES] = {
 	[PLACE_RESTART] = "restart or exchange of the device",
-	[PLACE_ENGINE] = "its pulse engine was set up again",
-	[PLACE_SET_ELSEWHERE] = "set by somebody else than the commander",
-	[PLACE_NOT_HOMED] = "homing or setting a position did not succeed",
-	[PLACE_NO_CLOCK] = "it does not say whether it was restarted",
+	[PLACE_ENGINE] = "the pulse engine was set up again",
+	[PLACE_SET_ELSEWHERE] = "its counter was set by another client",
+	[PLACE_NOT_HOMED] = "homing, or setting the position, failed",
+	[PLACE_NO_CLOCK] = "the device did not report whether it was restarted",
 };
 
 const char *event_place_loss_name(int64_t why)

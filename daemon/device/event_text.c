@@ -56,7 +56,8 @@ static void put_identified(struct line *line, const struct event *e)
 
 static void put_wrong_serial(struct line *line, const struct event *e)
 {
-	put(line, "serial number %lld answers, %lld is configured; it is left alone",
+	put(line, "serial number %lld answers, but %lld is configured; the device is not used: "
+	    "check address and serial",
 	    (long long)e->a, (long long)e->b);
 }
 
@@ -140,13 +141,13 @@ static void put_config_refused(struct line *line, const struct event *e)
 {
 	put_setting(line, e);
 	if (e->c)
-		put(line, " was not taken by the device: its configuration is locked; unlock it or "
+		put(line, " was refused by the device: its configuration is locked; unlock it or "
 		    "remove that setting");
 	else if (e->a == WIRE_OP_POSTEP_MODES)
 		put(line, " did not take its step mode or temperature limit; check that it has "
 		    "power, and its type and I2C address");
 	else
-		put(line, " was not taken by the device; check the value, or whether it is locked");
+		put(line, " was refused by the device; check the value, or whether it is locked");
 }
 
 static void put_config_missing(struct line *line, const struct event *e)
@@ -156,11 +157,12 @@ static void put_config_missing(struct line *line, const struct event *e)
 	which.b = -1;
 	put_setting(line, &which);
 	if (e->c)
-		put(line, " is wanted, but only a PoKeys57CNC has it; remove those settings");
+		put(line, " is configured, but only a PoKeys57CNC has it; remove those settings");
 	else
-		put(line, " is wanted, but this firmware does not have it (%lld.%lld.%lld does); "
-		    "update the device or remove those settings", (long long)(e->b >> 16 & 0xff),
-		    (long long)(e->b >> 8 & 0xff), (long long)(e->b & 0xff));
+		put(line, " is configured, but this firmware does not have it (%lld.%lld.%lld "
+		    "does); update the device or remove those settings",
+		    (long long)(e->b >> 16 & 0xff), (long long)(e->b >> 8 & 0xff),
+		    (long long)(e->b & 0xff));
 }
 
 static void put_postep(struct line *line, const struct event *e)
@@ -184,11 +186,11 @@ static void put_step_mode(struct line *line, const struct event *e)
 		    "until it has changed");
 	} else {
 		if (e->b < 0)
-			put(line, "does not tell its step mode");
+			put(line, "does not report its step mode");
 		else
 			put(line, "has step mode 1/%lld", 1LL << (e->b & 31));
-		put(line, ", wanted is 1/%lld; wait until it is set up (check its power and that "
-		    "setting)", 1LL << (e->c & 31));
+		put(line, ", but 1/%lld is configured; wait until it is set up (check its power "
+		    "and that setting)", 1LL << (e->c & 31));
 	}
 	put(line, ", then switch the machine on again");
 }
@@ -197,22 +199,23 @@ static void put_wish_refused(struct line *line, const struct event *e)
 {
 	const char *part = wish_axis_part(e->c);
 
-	put(line, "wished setting %s of number %lld%s", pokeys_setting_name((uint8_t)e->a),
+	put(line, "requested setting %s of number %lld%s", pokeys_setting_name((uint8_t)e->a),
 	    (long long)e->b, *part ? ", " : "");
 	for (; *part; part++)
 		put(line, "%c", *part == '_' ? '-' : *part | 0x20);
-	put(line, ", is out of range for this device; its value of before stays");
+	put(line, ", is out of range for this device; the previous value stays "
+	    "in use");
 }
 
 static void put_locked(struct line *line, const struct event *e)
 {
 	switch (e->a) {
 	case LOCK_NO_PASSWORD:
-		put(line, "wants a password (level %lld); give one with password-file",
+		put(line, "requires a password (level %lld); set password-file",
 		    (long long)e->b);
 		break;
 	case LOCK_WRONG_PASSWORD:
-		put(line, "does not take the password of password-file (level %lld)",
+		put(line, "rejects the password in password-file (level %lld)",
 		    (long long)e->b);
 		break;
 	default:
@@ -245,14 +248,14 @@ static void put_safe(struct line *line, const struct event *e)
 		put(line, "outputs and axes are in the safe state");
 	else
 		put(line, e->b ? "left the safe state" :
-		    "the safe state is not known any more, for the device is away");
+		    "safe state unknown: the device does not answer");
 }
 
 static void put_outputs_held(struct line *line, const struct event *e)
 {
 	if (e->a)
-		put(line, "outputs stay in the safe state until machine-on rises "
-		    "(resume-outputs in pokeysd.conf)");
+		put(line, "outputs are held in the safe state; switch the machine off and on "
+		    "(exceptions after a loss: resume-outputs in pokeysd.conf)");
 	else
 		put(line, "outputs follow the commander again");
 }
@@ -260,23 +263,47 @@ static void put_outputs_held(struct line *line, const struct event *e)
 static void put_emergency(struct line *line, const struct event *e)
 {
 	if (e->a)
-		put(line, "the commander's emergency stop: axes stop, outputs %s",
-		    e->b ? "stay (on-emergency)" : "are in the safe state");
+		put(line, "emergency stop from the commander: axes stop, outputs %s",
+		    e->b ? "follow the commander (on-emergency = hold)" :
+		    "go to the safe state");
 	else
-		put(line, "the commander's emergency stop is released; switch machine-on off and "
-		    "on to go on");
+		put(line, "emergency stop from the commander released; switch the machine off "
+		    "and on to continue");
 }
 
 static void put_suspended(struct line *line, const struct event *e)
 {
-	put(line, "this machine was suspended for %lld.%lld s; every device is treated as lost",
+	put(line, "the computer was suspended for %lld.%lld s; all devices count as lost: switch "
+	    "the machine off and on",
 	    (long long)e->a / 1000, (long long)e->a / 100 % 10);
+}
+
+static bool is_one(unsigned int axes)
+{
+	return axes && !(axes & (axes - 1));
+}
+
+/* "axis 2", "axes 0 and 1", "axes 0, 1 and 3" */
+static void put_axes(struct line *line, uint8_t axes)
+{
+	const char *before = is_one(axes) ? "axis " : "axes ";
+
+	for (unsigned int i = 0; axes >> i; i++) {
+		if (!(axes >> i & 1))
+			continue;
+		put(line, "%s%u", before, i);
+		before = is_one(axes >> (i + 1)) ? " and " : ", ";
+	}
 }
 
 static void put_position_lost(struct line *line, const struct event *e)
 {
-	put(line, "the positions of axes 0x%02llx are no longer valid (%s); home them",
-	    (unsigned long long)e->a, event_place_loss_name(e->b));
+	const bool one = is_one((uint8_t)e->a);
+
+	put(line, one ? "the position of " : "the positions of ");
+	put_axes(line, (uint8_t)e->a);
+	put(line, " %s no longer valid (%s); home %s", one ? "is" : "are",
+	    event_place_loss_name(e->b), one ? "it" : "them");
 }
 
 static void put_machine(struct line *line, const struct event *e)
@@ -286,8 +313,12 @@ static void put_machine(struct line *line, const struct event *e)
 
 static void put_task(struct line *line, const struct event *e)
 {
-	put(line, "%s of axes 0x%02llx: %s", event_task_name(e->a),
-	    (unsigned long long)e->c, pokeys_task_result_name((uint8_t)e->b));
+	put(line, "%s", event_task_name(e->a));
+	if (e->c) {
+		put(line, " of ");
+		put_axes(line, (uint8_t)e->c);
+	}
+	put(line, ": %s", pokeys_task_result_name((uint8_t)e->b));
 }
 
 static void put_threading(struct line *line, const struct event *e)
@@ -298,13 +329,13 @@ static void put_threading(struct line *line, const struct event *e)
 
 static void put_unread(struct line *line, int64_t age_ms)
 {
-	put(line, "machine-on, because the commander does not know the positions: ");
 	if (age_ms < 0)
-		put(line, "it has not read them");
+		put(line, "machine-on: the commander has not read the positions");
 	else
-		put(line, "what it read is %lld ms old", (long long)age_ms);
-	put(line, "; run pokeys.N.read before pokeys.N.write in one thread, "
-	    "then switch off and on");
+		put(line, "machine-on: the positions known to the commander are %lld ms old",
+		    (long long)age_ms);
+	put(line, "; add pokeys.N.read before pokeys.N.write in the same thread (addf), then "
+	    "switch the machine off and on");
 }
 
 static void put_bad_command(struct line *line, const struct event *e)
@@ -328,7 +359,7 @@ static void put_foreign_image(struct line *line, const struct event *e)
 static void put_foreign_wish(struct line *line, const struct event *e)
 {
 	(void)e;
-	put(line, "the commander's wish for settings is refused: it has another layout, or no "
+	put(line, "the commander's settings request is refused: it has a different layout, or no "
 	    "session or generation; daemon and commander must be of one release");
 }
 
@@ -346,7 +377,7 @@ static void put_stale(struct line *line, const struct event *e)
 	if (!e->a)
 		put(line, "data is fresh again");
 	else if (e->b < 0)
-		put(line, "data is stale: not all of it has come yet");
+		put(line, "data is stale: some of it has not been received yet");
 	else
 		put(line, "data is stale: %lld us old", (long long)e->b);
 }
@@ -368,9 +399,9 @@ static void put_transport(struct line *line, const struct event *e)
 
 	put(line, "network transport failed: %s", strerror(error));
 	if (error == EADDRNOTAVAIL)
-		put(line, "; the interface has no address of its own (ip address); trying on");
+		put(line, "; the interface has no address of its own (ip address); retrying");
 	else if (error == ENODEV)
-		put(line, "; the interface is not there (ip link); trying on");
+		put(line, "; the interface is not there (ip link); retrying");
 }
 
 static void put_engine(struct line *line, const struct event *e)

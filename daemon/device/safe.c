@@ -15,7 +15,7 @@
  * A device that is found again but may not run, because a setting is refused or
  * it is locked, is brought into the safe state as well, whoever commands.
  *
- * Back again after a loss (of the device, of the heartbeat, of time while this machine was
+ * Back again after a loss (of the device, of the heartbeat, of time while this computer was
  * suspended), neither motion nor the outputs go on by themselves: a spindle's relay is as
  * dangerous as an axis. Outputs stay in the safe state until the edge that permits
  * motion, but for those of resume-outputs; by default that is all of a panel, which

@@ -15,19 +15,20 @@
  *	PK_TimeoutAndRetryCheck(&dev, 5000);
  *	if (pokeys_request_state(&dev, id) == POKEYS_REQUEST_DONE) ...
  *
- * These four are all that most programs need. They take the time of now from
- * CLOCK_MONOTONIC. Below them is the mailbox itself, which reads no clock: its
- * functions take the time as now_ns. Use them if your cycle has a time of its
- * own, or if it shall run in virtual time:
+ * Most programs need only these four. They use the current time of
+ * CLOCK_MONOTONIC. The functions below them read no clock and take the time as
+ * now_ns. Use those if your cycle already has a time stamp, or for tests in
+ * virtual time:
  *
  *	SendRequestAsync()		pokeys_request_send()
  *	PK_ReceiveAndDispatch()		pokeys_device_receive()
  *	PK_TimeoutAndRetryCheck()	pokeys_device_set_timeout(), pokeys_device_check()
  *
- * now_ns is in ns of any clock that does not step back, the same one in every
- * call for a device (a time before the latest one counts as the latest). Where
- * both forms are used for one device, or the four with a function that takes
- * now_ns (pokeys_request_cancel()), that clock must be CLOCK_MONOTONIC.
+ * now_ns is in ns of any monotonic clock, the same one in every call for a
+ * device. A time before the latest one counts as the latest. If a program uses
+ * both forms for one device, or the four together with another function that
+ * takes now_ns (such as pokeys_request_cancel()), now_ns must be the time of
+ * CLOCK_MONOTONIC.
  *
  * Each cycle receive first and check afterwards, so that an answer which is
  * already here is not taken for lost. Check in each cycle, also with nothing in
@@ -70,7 +71,7 @@ enum {
 	POKEYS_PAYLOAD_SIZE = 56,
 	POKEYS_MAILBOX_SIZE = 256,	/* one entry for each request id */
 	POKEYS_WINDOW_MAX = 64,		/* most requests in flight at once */
-	POKEYS_KEPT_REQUESTS = 128,	/* an ended one is there for so many more, at least */
+	POKEYS_KEPT_REQUESTS = 128,	/* an ended one stays readable for so many more */
 };
 
 /* For options.retries: none at all (0 is the default number). */
@@ -281,8 +282,8 @@ void pokeys_device_set_peer(pokeys_device_t *dev, uint32_t address, uint16_t por
  * transmission, before pokeys_device_check() sends it again or ends it. It is
  * exact (it neither adapts nor doubles), and it holds for requests in flight
  * as well. 0 = the adaptive deadline, as after pokeys_device_init(); there is
- * no upper limit, UINT64_MAX = wait for ever. A one-shot, whose second try does
- * not exist, waits for this time or for deadline_ceiling_ns, whichever is
+ * no upper limit, UINT64_MAX = wait for ever. A one-shot, which is never sent
+ * again, waits for this time or for deadline_ceiling_ns, whichever is
  * longer. A request with pokeys_request_set_deadline() keeps its own.
  */
 void pokeys_device_set_timeout(pokeys_device_t *dev, uint64_t timeout_ns);
@@ -297,7 +298,8 @@ void pokeys_device_set_timeout(pokeys_device_t *dev, uint64_t timeout_ns);
  * (params[1]) is 0 gets one of the engine's: leave it 0.
  *
  * Returns the request id 0..255, or -EINVAL (params_len > 4), -EBUSY (window
- * full), -EAGAIN (no id is free: of a possible late answer, or of its request).
+ * full), -EAGAIN (no id is free: each may still get a late answer, or holds a
+ * recent request).
  */
 int CreateRequestAsync(pokeys_device_t *dev, pokeys_command_t command, const uint8_t *params,
 		       size_t params_len, void *target, size_t target_size);
@@ -363,9 +365,9 @@ int pokeys_device_check(pokeys_device_t *dev, uint64_t now_ns);
 uint64_t pokeys_device_next_deadline(const pokeys_device_t *dev);
 
 /*
- * Send, receive and check with CLOCK_MONOTONIC's time of now. Each is what it
- * calls: its errors, its bounds and the thread it belongs to are the same. All
- * are safe in a realtime thread as far as the io functions are.
+ * Send, receive and check at the current time of CLOCK_MONOTONIC. Errors, time
+ * bounds and thread rules are those of the functions called. All are safe in a
+ * realtime thread as far as the io functions are.
  */
 
 /* pokeys_request_send(). 0, -ENOENT, -EALREADY, -EAGAIN, or the transport's -errno. */
@@ -382,8 +384,8 @@ int PK_ReceiveAndDispatch(pokeys_device_t *dev);
  * The timeout may differ from call to call, and holds until the next one. It is
  * in microseconds and exact: 0 = the adaptive deadline; more than UINT64_MAX /
  * 1000 = never. However short it is, retries and the two budgets bound what is
- * sent. A one-shot is never sent again: it ends when it is as old as the
- * timeout and deadline_ceiling_ns, both. A request with
+ * sent. A one-shot is never sent again: it ends when both the timeout and
+ * deadline_ceiling_ns have passed. A request with
  * pokeys_request_set_deadline() keeps its own.
  */
 void PK_TimeoutAndRetryCheck(pokeys_device_t *dev, uint64_t timeout_us);
@@ -402,10 +404,10 @@ int pokeys_request_cancel(pokeys_device_t *dev, uint8_t request_id, uint64_t now
 
 /*
  * Give the entry of an ended request back. 0, -ENOENT, or -EBUSY while it is
- * created or in flight (cancel it first). A request with a parser does it by
- * itself. Of the others that nobody gives back, the mailbox takes the entry
- * when no id is free, but not before POKEYS_KEPT_REQUESTS more were created:
- * until then its state, its reply and its target's content can be read.
+ * created or in flight (cancel it first). A request with a parser is freed
+ * automatically. Freeing the others is optional: when no id is free, the mailbox
+ * reuses the entry of an ended request, but not before POKEYS_KEPT_REQUESTS more
+ * were created. Until then its state, reply and target can be read.
  */
 int pokeys_request_free(pokeys_device_t *dev, uint8_t request_id);
 

@@ -24,9 +24,10 @@
  * Motion: the rising edge of POKEYS_COMMAND_MACHINE_ON must be seen while the
  * link is running and the heartbeat fresh. From then on the axes' references
  * are those of the newest image, so at the edge they have to be what
- * state.engine.axis[].position says. A commander that has not read that cannot
- * know it: where t_thread_ns is 0 or old (POKEYS_READ_OLD_NS), or the device's
- * data are, the edge is refused, and so is that of an axis' enable.
+ * state.engine.axis[].position says. A commander must therefore read the state
+ * first. If t_thread_ns is 0 or too old (POKEYS_READ_OLD_NS), or if the device's
+ * data are too old, the rising edges of machine-on and of an axis' enable are
+ * refused.
  */
 #ifndef POKEYS_COMMAND_H
 #define POKEYS_COMMAND_H
@@ -47,18 +48,22 @@ enum {
 	POKEYS_READ_AGES = 16,
 };
 
-/* Older at the write, beyond four periods of the commander, is too old to begin a motion by. */
+/*
+ * Motion may begin only if the commander's last read was at most this old at its write, plus
+ * four of the commander's periods.
+ */
 #define POKEYS_READ_OLD_NS	UINT64_C(100000000)
 
 /* command.flags */
 enum {
 	POKEYS_COMMAND_MACHINE_ON = 1u << 0,	/* motion is wanted; its rising edge enables */
 	POKEYS_COMMAND_LIMIT_OVERRIDE = 1u << 1,
-	POKEYS_COMMAND_EMERGENCY = 1u << 2,	/* emergency stop: axes stop and outputs are safe
-						 * at once, until it is 0 and machine-on rises */
-	POKEYS_COMMAND_RESUMED = 1u << 3,	/* this commander drove the device before, under an
+	POKEYS_COMMAND_EMERGENCY = 1u << 2,	/* emergency stop: axes stop and outputs go to the
+						 * safe state at once, until this is 0 and
+						 * machine-on rises */
+	POKEYS_COMMAND_RESUMED = 1u << 3,	/* this commander already drove the device under an
 						 * earlier daemon: outputs wait for machine-on as
-						 * after a loss; looked at as a session begins */
+						 * after a loss. Read only when a session begins */
 };
 
 /* command.kbd48_flags */

@@ -40,7 +40,7 @@ static inline const char *pokeys_fault_name(uint8_t fault)
 	case POKEYS_FAULT_REBOOTED:		return "rebooted";
 	case POKEYS_FAULT_NETWORK:		return "network unreachable";
 	case POKEYS_FAULT_IN_USE:		return "in use";
-	case POKEYS_FAULT_SUSPENDED:		return "machine was suspended";
+	case POKEYS_FAULT_SUSPENDED:		return "computer was suspended";
 	default:				return "unknown";
 	}
 }

@@ -70,7 +70,7 @@ enum pokeys_fault {
 	POKEYS_FAULT_REBOOTED = 7,	/* its tick counter went back */
 	POKEYS_FAULT_NETWORK = 8,	/* the kernel cannot send (no route, link down) */
 	POKEYS_FAULT_IN_USE = 9,	/* another daemon, or another section, drives it */
-	POKEYS_FAULT_SUSPENDED = 10,	/* the daemon's machine was suspended */
+	POKEYS_FAULT_SUSPENDED = 10,	/* the daemon's computer was suspended */
 };
 
 /* state.flags */
@@ -85,7 +85,8 @@ enum {
 	POKEYS_STATE_BAD_COMMAND = 1u << 7,	/* values of the command image were refused */
 	POKEYS_STATE_STOPPING = 1u << 8,	/* the daemon is ending */
 	POKEYS_STATE_GUARD = 1u << 9,		/* the XDP guard is attached */
-	POKEYS_STATE_OUTPUTS_HELD = 1u << 10,	/* safe since a loss, until machine-on rises */
+	POKEYS_STATE_OUTPUTS_HELD = 1u << 10,	/* safe after a loss or emergency
+						 * stop, until machine-on rises */
 };
 
 /* state.failsafe: the device's own, for when nobody talks to it (protocol section 3.21) */
@@ -200,10 +201,10 @@ struct pokeys_axis {
 	uint8_t state;			/* protocol section 3.24.1 */
 	uint8_t enabled;		/* configured and driven by us */
 	uint8_t mode;			/* enum pokeys_axis_mode in effect */
-	uint8_t position_epoch;		/* changes when the device begins another count: even if
-					 * nobody has told where it begins (restart, another
-					 * device, set by somebody else); odd if the commander's
-					 * one-shot has, or the device was homed */
+	uint8_t position_epoch;		/* changes when the device starts a new count. Even: the
+					 * position is lost (restart, another device, set by
+					 * another client). Odd: it is known (set by the
+					 * commander's one-shot, or homed by the device) */
 	uint8_t limit_minus, limit_plus, home, error;	/* switches, evaluated, 1 = tripped */
 	uint8_t soft_limit;
 	uint8_t in_position;		/* stands, and position == reference */

@@ -147,8 +147,8 @@ static void old_firmware_is_told_of_in_one_line(void **state)
 	world_run(&world, SECOND);
 	assert_int_equal(world.event_count[EVENT_CONFIG_MISSING], 1);
 	event_format(said, "mill", line, sizeof(line));
-	assert_string_equal(line, "mill: backlash is wanted, but this firmware does not have it "
-			    "(4.1.26 does); update the device or remove those settings");
+	assert_string_equal(line, "mill: backlash is configured, but this firmware does not have "
+			    "it (4.1.26 does); update the device or remove those settings");
 	assert_int_equal(world.sent.pulse[0x40] + world.sent.pulse[0x41], 0);
 	assert_int_equal(world.state.config_state, POKEYS_CONFIG_REFUSED);
 	device_report(world.device, &report);

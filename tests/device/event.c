@@ -143,11 +143,20 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "mill: still searching: the fault reported before has gone" },
 		{ { .code = EVENT_TASK, .a = POKEYS_TASK_HOMING, .b = POKEYS_TASK_TRIPPED,
 		    .c = 3 },
-		  "mill: homing of axes 0x03: stopped by a limit switch or the emergency input" },
+		  "mill: homing of axes 0 and 1: stopped by a limit switch or the emergency "
+		  "input" },
+		{ { .code = EVENT_TASK, .a = POKEYS_TASK_HYBRID_PROBING, .b = POKEYS_TASK_DONE },
+		  "mill: hybrid probing: done" },
+		{ { .code = EVENT_POSITION_LOST, .a = 4, .b = PLACE_NOT_HOMED },
+		  "mill: the position of axis 2 is no longer valid (homing, or setting the "
+		  "position, failed); home it" },
+		{ { .code = EVENT_POSITION_LOST, .a = 0x8b, .b = PLACE_RESTART },
+		  "mill: the positions of axes 0, 1, 3 and 7 are no longer valid (restart or "
+		  "exchange of the device); home them" },
 		{ { .code = EVENT_STALE, .a = 1, .b = 12000 },
 		  "mill: data is stale: 12000 us old" },
 		{ { .code = EVENT_STALE, .a = 1, .b = -1 },
-		  "mill: data is stale: not all of it has come yet" },
+		  "mill: data is stale: some of it has not been received yet" },
 		{ { .code = EVENT_COMMANDER, .b = 101000 },
 		  "mill: the commander's heartbeat is 101000 us late" },
 		{ { .code = EVENT_COMMANDER, .b = -1 },
@@ -157,11 +166,12 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "mill: settings differ, but its configuration is locked; unlock it or remove "
 		  "those settings" },
 		{ { .code = EVENT_LOCKED, .a = LOCK_NO_PASSWORD, .b = 255 },
-		  "mill: wants a password (level 255); give one with password-file" },
+		  "mill: requires a password (level 255); set password-file" },
 		{ { .code = EVENT_LOCKED, .a = LOCK_WRONG_PASSWORD, .b = 255 },
-		  "mill: does not take the password of password-file (level 255)" },
+		  "mill: rejects the password in password-file (level 255)" },
 		{ { .code = EVENT_WRONG_SERIAL, .a = 777, .b = 65432 },
-		  "mill: serial number 777 answers, 65432 is configured; it is left alone" },
+		  "mill: serial number 777 answers, but 65432 is configured; the device is not "
+		  "used: check address and serial" },
 		{ { .code = EVENT_IDENTIFIED, .a = 65432, .b = 32, .c = 0x04070f },
 		  "mill: is serial number 65432, hardware 32, firmware 4.7.15" },
 		{ { .code = EVENT_BAD_COMMAND, .a = COMMAND_FAULT_NOT_OFFERED,
@@ -182,10 +192,10 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		  "mill: network transport failed: Network is unreachable" },
 		{ { .code = EVENT_TRANSPORT, .a = -99 },
 		  "mill: network transport failed: Cannot assign requested address; the interface "
-		  "has no address of its own (ip address); trying on" },
+		  "has no address of its own (ip address); retrying" },
 		{ { .code = EVENT_TRANSPORT, .a = -19 },
 		  "mill: network transport failed: No such device; the interface is not there "
-		  "(ip link); trying on" },
+		  "(ip link); retrying" },
 		{ { .code = EVENT_NOT_SAFE, .a = 1000, .b = WIRE_FAILSAFE_ALL },
 		  "mill: the safe state was not acknowledged: outputs may still be on, axes may "
 		  "still move; its own failsafe acts 1000 ms after the last packet; look at the "

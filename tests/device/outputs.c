@@ -122,8 +122,7 @@ static void device_that_went_away_is_not_said_to_have_left_the_safe_state(void *
 	world_run(&world, 2 * MS);
 	assert_int_equal(said->a, 0);
 	event_format(said, "mill", line, sizeof(line));
-	assert_string_equal(line, "mill: the safe state is not known any more, for the device is "
-				  "away");
+	assert_string_equal(line, "mill: safe state unknown: the device does not answer");
 	world_run(&world, 4 * SECOND);
 	assert_int_equal(said->a, 1);
 	world.commanding = true;

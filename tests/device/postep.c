@@ -301,10 +301,10 @@ static void devices_without_it_are_told_of_in_one_line(void **state)
 	};
 
 	(void)state;
-	expect_missing(&panel, "mill: PoStep driver is wanted, but only a PoKeys57CNC has it; "
+	expect_missing(&panel, "mill: PoStep driver is configured, but only a PoKeys57CNC has it; "
 		       "remove those settings");
-	expect_missing(&old, "mill: PoStep driver is wanted, but this firmware does not have it "
-		       "(4.1.42 does); update the device or remove those settings");
+	expect_missing(&old, "mill: PoStep driver is configured, but this firmware does not have "
+		       "it (4.1.42 does); update the device or remove those settings");
 }
 
 int main(void)

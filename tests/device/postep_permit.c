@@ -158,9 +158,9 @@ static void motion_is_refused_in_each_step_of_a_step_mode(void **state)
 		assert_int_equal(world.event_count[EVENT_STEP_MODE], 1);
 		event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
 		assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of "
-				    "axis 1 has step mode 1/16, wanted is 1/256; wait until it is "
-				    "set up (check its power and that setting), then switch the "
-				    "machine on again");
+				    "axis 1 has step mode 1/16, but 1/256 is configured; wait "
+				    "until it is set up (check its power and that setting), then "
+				    "switch the machine on again");
 		world_until(&world, is_applied, 10 * SECOND);
 		assert_int_equal(world_pulses(&world, 0), 0);
 		world_machine_on(&world);
@@ -216,8 +216,8 @@ static void a_driver_that_forgot_its_step_mode_takes_the_permission_away(void **
 	assert_int_equal(world.event_count[EVENT_STEP_MODE], 1);
 	event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
 	assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of axis 0 has "
-			    "step mode 1/1, wanted is 1/32; wait until it is set up (check its "
-			    "power and that setting), then switch the machine on again");
+			    "step mode 1/1, but 1/32 is configured; wait until it is set up (check "
+			    "its power and that setting), then switch the machine on again");
 	world_until(&world, has_step_again, 5 * SECOND);
 	world_until(&world, is_applied_again, 5 * SECOND);
 	assert_int_equal(world.event_count[EVENT_CONFIG_REFUSED], 0);
@@ -269,8 +269,8 @@ static void a_driver_that_is_silent_is_tried_again_when_it_talks(void **state)
 	assert_false(is_permitted(&world));
 	event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
 	assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of axis 0 does "
-			    "not tell its step mode, wanted is 1/32; wait until it is set up "
-			    "(check its power and that setting), then switch the machine on "
+			    "not report its step mode, but 1/32 is configured; wait until it is "
+			    "set up (check its power and that setting), then switch the machine on "
 			    "again");
 	driver->step = 0;
 	driver->powered = 1;
@@ -357,7 +357,7 @@ static void a_locked_device_is_called_locked(void **state)
 	device_wish(world.device, &wish);
 	world_run(&world, 5 * SECOND);
 	event_format(&world.last_event[EVENT_CONFIG_REFUSED], "mill", line, sizeof(line));
-	assert_string_equal(line, "mill: PoStep driver of axis 1 was not taken by the device: its "
+	assert_string_equal(line, "mill: PoStep driver of axis 1 was refused by the device: its "
 			    "configuration is locked; unlock it or remove that setting");
 	assert_int_equal(world.event_count[EVENT_CONFIG_REFUSED], 1);
 }

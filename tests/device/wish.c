@@ -235,8 +235,8 @@ static void soft_limits_are_refused_together(void **state)
 	settle(300 * MS);
 	assert_int_equal(world.event_count[EVENT_WISH_REFUSED], 1);
 	event_format(&world.last_event[EVENT_WISH_REFUSED], "mill", text, sizeof(text));
-	assert_string_equal(text, "mill: wished setting axis of number 2, soft-maximum, is out of "
-				  "range for this device; its value of before stays");
+	assert_string_equal(text, "mill: requested setting axis of number 2, soft-maximum, is out "
+				  "of range for this device; the previous value stays in use");
 	assert_true(device_report(world.device, &report));
 	assert_int_equal(report.wanted.axis[2].soft_minimum, 10);
 	assert_int_equal(report.wanted.axis[2].soft_maximum, 100);

@@ -318,8 +318,8 @@ static void a_speed_beyond_the_axis_is_refused_and_it_stands(void **state)
 	joint->vel_cmd = -10.1;
 	rig_period(&rig);
 	assert_true(axis->velocity == 0);
-	expect_line(TABLE_CANONICAL, "pokeys.0.joint.02.vel-cmd = -10.1: above the highest speed "
-		    "the axis is set up for; it stands");
+	expect_line(TABLE_CANONICAL, "pokeys.0.joint.02.vel-cmd = -10.1: above the maximum speed "
+		    "configured for this axis; the axis stops");
 }
 
 static void a_position_beyond_the_soft_limits_is_told(void **state)

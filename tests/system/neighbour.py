@@ -195,7 +195,7 @@ def test_another_device_at_the_address_is_left_alone():
         assert len(before) > 8, before
         for round_ in range(3):
             gets_only_questions(lan, twin, mill)
-            wait_for("the reason", lambda: f"serial number {OTHER} answers, {SERIAL} is configured" in lan.log(),
+            wait_for("the reason", lambda: f"serial number {OTHER} answers, but {SERIAL} is configured" in lan.log(),
                      say=lan.log)
             if round_ == 1:  # the device shouts louder
                 announce("mill")
