@@ -81,7 +81,7 @@ const char *client_interface(const struct client *c, struct sockaddr_in *own, ch
 			continue;
 		memcpy(&address, a->ifa_addr, sizeof(address));
 		if (address.sin_addr.s_addr == own->sin_addr.s_addr)
-			snprintf(name, 16, "%s", a->ifa_name);
+			snprintf(name, 16, "%.*s", (int)strcspn(a->ifa_name, ":"), a->ifa_name);
 	}
 	freeifaddrs(all);
 	return *name ? NULL : "the interface cannot be found";

@@ -55,7 +55,7 @@ static void search(const struct config *config, struct guard_table *table)
 	struct transport_address also[CONFIG_ADDRESSES] = { 0 };
 	const struct discovery_options options = {
 		.timeout_ms = SEARCH_MS,
-		.interface = config->interface,
+		.interface = *config->interface ? config->interface : NULL,
 		.also = also,
 		.also_count = config->discovery_addresses,
 	};

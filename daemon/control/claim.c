@@ -40,6 +40,12 @@ static const char *put(char text[TEXT_MAX], uint64_t where)
 	return text;
 }
 
+/* The device at this address, whichever interface leads to it. */
+static uint64_t device_at(uint64_t where)
+{
+	return where & ((UINT64_C(1) << 48) - 1);
+}
+
 /* A name without a file begins with a NUL and ends with its length. */
 static socklen_t name_of(struct sockaddr_un *name, uint64_t where)
 {
@@ -124,7 +130,7 @@ static void aim(struct claims *claims, uint32_t i, uint64_t where, int fd)
 static const char *ours(const struct claims *claims, uint64_t where)
 {
 	for (uint32_t i = 0; i < claims->config->devices; i++)
-		if (claims->device[i].held == where)
+		if (device_at(claims->device[i].held) == device_at(where))
 			return claims->config->device[i].name;
 	return NULL;
 }
@@ -157,6 +163,11 @@ static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t no
 
 	if (where == claim->refused && now_ns < claim->next_ns)
 		return;
+	if (claim->held && device_at(where) == device_at(claim->held)) {
+		claim->held = where;
+		atomic_store_explicit(&claims->shared->address[i], where, memory_order_relaxed);
+		return;
+	}
 	fd = take(where);
 	if (fd == -EADDRINUSE) {
 		if (claim->refused != where)

@@ -100,9 +100,9 @@ static const struct config_key own[] = {
 	    .help = "How often the network is searched while a device with a serial number is "
 		    "missing. Nothing is sent while no such device is missing."),
 	KEY(DAEMON(discovery_address), "discovery-address", CONFIG_ADDRESS_LIST,
-	    .help = "Addresses to which the search is sent in addition to the broadcast address of "
-		    "every interface (or of the one that interface names), for devices behind a "
-		    "router."),
+	    .help = "Addresses to which the search is sent in addition to the broadcasts in every "
+		    "network of every interface (or of the one that interface names), for devices "
+		    "behind a router."),
 	KEY(DAEMON(metrics_file), "metrics-file", CONFIG_FILE,
 	    .help = "File to which counters are written in Prometheus' text format. If not set, no "
 		    "file is written."),

@@ -50,7 +50,8 @@ void finder_take(const struct config *config, const struct loop_shared *shared,
 
 		if (device->serial != answer.serial || !wanted(config, shared, i))
 			continue;
-		atomic_store_explicit(&found[i], (uint64_t)from->address << 16 | device->port,
+		atomic_store_explicit(&found[i], (uint64_t)from->interface << 48 |
+				      (uint64_t)from->address << 16 | device->port,
 				      memory_order_relaxed);
 	}
 }

@@ -11,7 +11,8 @@
 struct finder {
 	const struct config *config;
 	const struct loop_shared *shared;
-	_Atomic uint64_t found[TRANSPORT_CHANNELS];	/* ip << 16 | port, 0 = not yet */
+	/* interface << 48 | ip << 16 | port (struct transport_address), 0 = not yet */
+	_Atomic uint64_t found[TRANSPORT_CHANNELS];
 	_Atomic bool stop;
 	_Atomic int result;		/* of the last search: answers, or -errno */
 	bool running;

@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 #include "daemon/recorder/station.h"
+#include "daemon/transport/addresses.h"
 
 static void add(struct stations *stations, uint32_t address, const uint8_t *mac)
 {
@@ -23,13 +24,13 @@ static void add(struct stations *stations, uint32_t address, const uint8_t *mac)
 }
 
 /* The hardware address of an interface, NULL if it has none. */
-static const uint8_t *link_of(const struct ifaddrs *all, const char *name)
+static const uint8_t *link_of(const struct ifaddrs *all, unsigned int index)
 {
 	for (const struct ifaddrs *i = all; i; i = i->ifa_next) {
 		const struct sockaddr_ll *link = (const void *)i->ifa_addr;
 
 		if (link && link->sll_family == AF_PACKET && link->sll_halen == 6 &&
-		    !strcmp(i->ifa_name, name))
+		    (unsigned int)link->sll_ifindex == index)
 			return link->sll_addr;
 	}
 	return NULL;
@@ -37,16 +38,17 @@ static const uint8_t *link_of(const struct ifaddrs *all, const char *name)
 
 static void read_own(struct stations *stations)
 {
+	struct own_address own[ADDRESSES_OWN_MAX];
+	const int count = addresses_own(own, ADDRESSES_OWN_MAX);
 	struct ifaddrs *all;
 
 	if (getifaddrs(&all))
 		return;
-	for (const struct ifaddrs *i = all; i; i = i->ifa_next) {
-		const struct sockaddr_in *own = (const void *)i->ifa_addr;
-		const uint8_t *mac = link_of(all, i->ifa_name);
+	for (int i = 0; i < count; i++) {
+		const uint8_t *mac = link_of(all, own[i].interface);
 
-		if (own && own->sin_family == AF_INET && mac)
-			add(stations, ntohl(own->sin_addr.s_addr), mac);
+		if (mac)
+			add(stations, own[i].address, mac);
 	}
 	freeifaddrs(all);
 }

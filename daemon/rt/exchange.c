@@ -39,7 +39,10 @@ static void tell_aim(struct loop *loop, uint32_t i, int rc, uint64_t now_ns)
 static void aim(struct loop *loop, uint32_t i, uint64_t now_ns)
 {
 	struct loop_member *m = &loop->own->member[i];
-	const struct transport_address to = { (uint32_t)(m->address >> 16), (uint16_t)m->address };
+	const struct transport_address to = {
+		.address = (uint32_t)(m->address >> 16), .port = (uint16_t)m->address,
+		.interface = (uint16_t)(m->address >> 48),
+	};
 	int rc = loop->transport->ops->aim(loop->transport, i, &to);
 
 	m->aimed = rc == 0;

@@ -42,7 +42,7 @@ struct loop_shared {
 	_Atomic bool ended;		/* loop: it has */
 	_Atomic uint64_t cycles;	/* loop: cycles done */
 	_Atomic uint64_t skipped;
-	_Atomic uint64_t address[TRANSPORT_CHANNELS];	/* control: (ip << 16 | port), 0 = none */
+	_Atomic uint64_t address[TRANSPORT_CHANNELS];	/* control: as in finder.h, 0 = none */
 	_Atomic uint32_t in_use;	/* control: bit = somebody else drives this device */
 	_Atomic uint32_t wanted;	/* loop: bit = this device wants an address */
 	_Atomic uint32_t link[TRANSPORT_CHANNELS];	/* loop: enum pokeys_link */

@@ -1,19 +1,21 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Discovery: an empty datagram to the broadcast address of each interface.
+ * Discovery: an empty datagram to whoever hears a broadcast, at each address of each
+ * interface (protocol section 1.9).
  *
- * Protocol section 1.9. Not to 255.255.255.255: that leaves through one
- * interface only, the one of the default route, where the machine's devices
- * rarely are. The loopback interface has no broadcast flag; 127.0.0.1 reaches
- * a simulator bound to it or to all addresses, 127.255.255.255 one that
- * listens for broadcasts, so both are asked. A device which hears the question
- * twice answers twice, and the caller has to live with that anyway, for a
- * machine may have two interfaces in one network.
+ * The kernel's route would choose one interface for 255.255.255.255, and one of two that
+ * are in the same network. So each question names its interface and the address it comes
+ * from (IP_PKTINFO). It goes to the broadcast address of that network, and to
+ * 255.255.255.255, because a device with another mask has another broadcast address.
+ *
+ * The loopback interface has no broadcast flag; 127.0.0.1 reaches a simulator bound to it
+ * or to all addresses, 127.255.255.255 one that listens for broadcasts, so both are asked.
+ * A device which hears the question twice answers twice, and the caller has to live with
+ * that anyway, for a machine may have two interfaces in one network.
  *
  * Answers are handed out raw: they are judged by those who know the format.
  */
 #include <errno.h>
-#include <ifaddrs.h>
 #include <net/if.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -21,10 +23,17 @@
 #include <sys/socket.h>
 #include <unistd.h>
 #include <arpa/inet.h>
+#include "daemon/transport/addresses.h"
 #include "daemon/transport/discovery.h"
 #include "daemon/transport/stamp.h"
 
 enum { DEFAULT_PORT = 20055, DEFAULT_TIMEOUT_MS = 500 };
+
+struct search {
+	int fd;
+	int count;
+	struct own_address own[ADDRESSES_OWN_MAX];
+};
 
 static int open_socket(const char *interface)
 {
@@ -34,6 +43,8 @@ static int open_socket(const char *interface)
 	if (fd < 0)
 		return -errno;
 	rc = setsockopt(fd, SOL_SOCKET, SO_BROADCAST, &on, sizeof on);
+	if (rc == 0)
+		rc = setsockopt(fd, IPPROTO_IP, IP_PKTINFO, &on, sizeof on);
 	if (rc == 0 && interface)
 		rc = setsockopt(fd, SOL_SOCKET, SO_BINDTODEVICE, interface,
 				(socklen_t)strlen(interface) + 1);
@@ -45,84 +56,149 @@ static int open_socket(const char *interface)
 	return fd;
 }
 
-/* True if the question left. */
-static bool ask(int fd, uint32_t address, uint16_t port)
+/* True if the question left. `from` is NULL where the route decides. */
+static bool ask(int fd, uint32_t address, uint16_t port, const struct own_address *from)
 {
 	struct sockaddr_in to = {
 		.sin_family = AF_INET,
 		.sin_port = htons(port),
 		.sin_addr.s_addr = htonl(address),
 	};
+	struct in_pktinfo info = { 0 };
+	_Alignas(struct cmsghdr) char control[CMSG_SPACE(sizeof(info))] = { 0 };
+	struct msghdr message = { .msg_name = &to, .msg_namelen = sizeof(to) };
+	struct cmsghdr *head = (void *)control;
 
-	return sendto(fd, NULL, 0, 0, (struct sockaddr *)&to, sizeof to) == 0;
+	if (from) {
+		info.ipi_ifindex = (int)from->interface;
+		info.ipi_spec_dst.s_addr = htonl(from->address);
+		head->cmsg_level = IPPROTO_IP;
+		head->cmsg_type = IP_PKTINFO;
+		head->cmsg_len = CMSG_LEN(sizeof(info));
+		memcpy(CMSG_DATA(head), &info, sizeof(info));
+		message.msg_control = control;
+		message.msg_controllen = sizeof(control);
+	}
+	return sendmsg(fd, &message, 0) == 0;
 }
 
-/* Ask on one address of one interface; returns how many questions left. */
-static int ask_interface(int fd, const struct ifaddrs *i, uint16_t port)
+/* Ask at one address; returns how many questions left. */
+static int ask_at(int fd, const struct own_address *own, uint16_t port)
 {
-	const struct sockaddr_in *broadcast = (const struct sockaddr_in *)(void *)i->ifa_broadaddr;
+	int asked;
 
-	if (i->ifa_flags & IFF_LOOPBACK)
-		return ask(fd, INADDR_LOOPBACK, port) + ask(fd, 0x7fffffff, port);
-	if (!(i->ifa_flags & IFF_BROADCAST) || !broadcast)
+	if (own->loopback)
+		return ask(fd, INADDR_LOOPBACK, port, NULL) + ask(fd, 0x7fffffff, port, NULL);
+	if (!own->broadcast)
 		return 0;
-	return ask(fd, ntohl(broadcast->sin_addr.s_addr), port);
+	asked = ask(fd, own->broadcast, port, own);
+	return asked + ask(fd, INADDR_BROADCAST, port, own);
 }
 
-static int ask_interfaces(int fd, const struct discovery_options *options, uint16_t port)
+static int ask_interfaces(const struct search *search, const struct discovery_options *options,
+			  uint16_t port)
 {
-	struct ifaddrs *all;
+	const unsigned int only = options->interface ? if_nametoindex(options->interface) : 0;
 	int asked = 0;
 
-	if (getifaddrs(&all) < 0)
-		return -errno;
-	for (struct ifaddrs *i = all; i; i = i->ifa_next) {
-		if (!i->ifa_addr || i->ifa_addr->sa_family != AF_INET || !(i->ifa_flags & IFF_UP))
-			continue;
-		if (options->interface && strcmp(options->interface, i->ifa_name))
-			continue;
-		asked += ask_interface(fd, i, port);
-	}
-	freeifaddrs(all);
+	for (int i = 0; i < search->count; i++)
+		if (!options->interface || search->own[i].interface == only)
+			asked += ask_at(search->fd, &search->own[i], port);
 	return asked;
 }
 
-static int ask_all(int fd, const struct discovery_options *options)
+static int ask_all(const struct search *search, const struct discovery_options *options)
 {
 	uint16_t port = options->port ? options->port : DEFAULT_PORT;
-	int asked = ask_interfaces(fd, options, port);
+	int asked = ask_interfaces(search, options, port);
 
-	for (size_t i = 0; asked >= 0 && i < options->also_count; i++) {
+	for (size_t i = 0; i < options->also_count; i++) {
 		const struct transport_address *a = &options->also[i];
 
-		asked += ask(fd, a->address, a->port ? a->port : port);
+		asked += ask(search->fd, a->address, a->port ? a->port : port, NULL);
 	}
 	return asked == 0 ? -ENETUNREACH : asked;
 }
 
-/* One datagram, if there is one: 1, 0 (none), 2 (the caller has enough). */
-static int take(int fd, discovery_found_t found, void *context)
+/* The interface that this answer came in at; 0 = none that could be asked. */
+static unsigned int came_in_at(struct msghdr *message)
 {
-	struct transport_address from;
-	struct sockaddr_in source;
-	socklen_t length = sizeof source;
-	uint8_t data[TRANSPORT_PACKET_MAX];
-	ssize_t n = recvfrom(fd, data, sizeof data, 0, (struct sockaddr *)&source, &length);
+	for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
+		struct in_pktinfo info;
 
-	if (n < 0 || length < sizeof source || source.sin_family != AF_INET)
+		if (c->cmsg_level != IPPROTO_IP || c->cmsg_type != IP_PKTINFO)
+			continue;
+		memcpy(&info, CMSG_DATA(c), sizeof(info));
+		return (unsigned int)info.ipi_ifindex;
+	}
+	return 0;
+}
+
+/* Our address on the way to a device, as its route has it; 0 = there is none. */
+static uint32_t routed_from(const struct sockaddr_in *device)
+{
+	int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, IPPROTO_UDP);
+	struct sockaddr_in own = { 0 };
+	socklen_t length = sizeof(own);
+
+	if (fd < 0)
 		return 0;
-	from.address = ntohl(source.sin_addr.s_addr);
-	from.port = ntohs(source.sin_port);
+	if (connect(fd, (const struct sockaddr *)device, sizeof(*device)) < 0 ||
+	    getsockname(fd, (struct sockaddr *)&own, &length) < 0)
+		own.sin_addr.s_addr = 0;
+	close(fd);
+	return ntohl(own.sin_addr.s_addr);
+}
+
+/* The interface that has to be named to reach this device: not if the route leads there. */
+static uint16_t interface_to(const struct search *search, const struct sockaddr_in *device,
+			     unsigned int came_in)
+{
+	const uint32_t from = routed_from(device);
+	bool known = false;
+
+	for (int i = 0; i < search->count; i++) {
+		const struct own_address *own = &search->own[i];
+
+		if (own->interface != came_in)
+			continue;
+		if (own->address == from || own->loopback)
+			return 0;
+		known = true;
+	}
+	return known && came_in <= UINT16_MAX ? (uint16_t)came_in : 0;
+}
+
+/* One datagram, if there is one: 1, 0 (none), 2 (the caller has enough). */
+static int take(struct search *search, discovery_found_t found, void *context)
+{
+	_Alignas(struct cmsghdr) char control[CMSG_SPACE(sizeof(struct in_pktinfo))];
+	uint8_t data[TRANSPORT_PACKET_MAX];
+	struct sockaddr_in source = { 0 };
+	struct iovec part = { .iov_base = data, .iov_len = sizeof(data) };
+	struct msghdr message = {
+		.msg_name = &source, .msg_namelen = sizeof(source), .msg_iov = &part,
+		.msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof(control),
+	};
+	const ssize_t n = recvmsg(search->fd, &message, 0);
+	struct transport_address from;
+
+	if (n < 0 || message.msg_namelen < sizeof(source) || source.sin_family != AF_INET)
+		return 0;
+	from = (struct transport_address){
+		.address = ntohl(source.sin_addr.s_addr), .port = ntohs(source.sin_port),
+		.interface = interface_to(search, &source, came_in_at(&message)),
+	};
 	return found(context, data, (size_t)n, &from) ? 2 : 1;
 }
 
-static int collect(int fd, uint64_t end_ns, discovery_found_t found, void *context)
+static int collect(struct search *search, uint64_t end_ns, discovery_found_t found, void *context)
 {
 	int answers = 0;
 
 	for (;;) {
 		uint64_t now = stamp_now();
-		struct pollfd p = { .fd = fd, .events = POLLIN };
+		struct pollfd p = { .fd = search->fd, .events = POLLIN };
 		int rc;
 
 		if (now >= end_ns)
@@ -132,7 +208,7 @@ static int collect(int fd, uint64_t end_ns, discovery_found_t found, void *conte
 			return -errno;
 		if (rc <= 0)
 			continue;
-		rc = take(fd, found, context);
+		rc = take(search, found, context);
 		answers += rc > 0;
 		if (rc == 2)
 			return answers;
@@ -143,14 +219,15 @@ int discovery_search(const struct discovery_options *options, discovery_found_t 
 		     void *context)
 {
 	uint32_t timeout_ms = options->timeout_ms ? options->timeout_ms : DEFAULT_TIMEOUT_MS;
-	int fd = open_socket(options->interface);
+	struct search search = { .fd = open_socket(options->interface) };
 	int rc;
 
-	if (fd < 0)
-		return fd;
-	rc = ask_all(fd, options);
+	if (search.fd < 0)
+		return search.fd;
+	search.count = addresses_own(search.own, ADDRESSES_OWN_MAX);
+	rc = search.count < 0 ? search.count : ask_all(&search, options);
 	if (rc > 0)
-		rc = collect(fd, stamp_now() + timeout_ms * UINT64_C(1000000), found, context);
-	close(fd);
+		rc = collect(&search, stamp_now() + timeout_ms * UINT64_C(1000000), found, context);
+	close(search.fd);
 	return rc;
 }

@@ -35,6 +35,7 @@ enum transport_wait {
 struct transport_address {
 	uint32_t address;		/* IPv4, host byte order; 0 = none yet */
 	uint16_t port;			/* host byte order */
+	uint16_t interface;		/* index, of the way to it; 0 = as its route says */
 };
 
 /* A received datagram; `data` is valid until the next receive or wait. */
@@ -90,7 +91,7 @@ struct transport_ops {
 	 * with their true source. 0 or -errno (then the channel is aimed at
 	 * nobody; -EADDRNOTAVAIL: we have no address there). Sets error[channel] and
 	 * local[channel]. Realtime: two system calls, three if it was aimed before,
-	 * four on an interface.
+	 * four on an interface, one more if `to` names one.
 	 */
 	int (*aim)(struct transport *t, uint32_t channel, const struct transport_address *to);
 	/*

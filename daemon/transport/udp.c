@@ -79,7 +79,7 @@ int udp_open(struct udp *udp, const struct transport_options *options)
 {
 	int rc;
 
-	udp->connected = false;
+	udp->connected = udp->aside = false;
 	udp->interface[0] = '\0';
 	udp->fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_UDP);
 	if (udp->fd < 0) {
@@ -99,7 +99,7 @@ void udp_close(struct udp *udp)
 	if (udp->fd >= 0)
 		close(udp->fd);
 	udp->fd = -1;
-	udp->connected = false;
+	udp->connected = udp->aside = false;
 }
 
 static int dissolve(struct udp *udp, uint64_t *calls)
@@ -109,10 +109,24 @@ static int dissolve(struct udp *udp, uint64_t *calls)
 	(*calls)++;
 	if (connect(udp->fd, &nobody, sizeof nobody) < 0)
 		return -errno;
-	udp->connected = false;
+	udp->connected = udp->aside = false;
 	if (udp->interface[0])
 		(*calls)++;
 	return bind_interface(udp);
+}
+
+/* The route to the device leads elsewhere: two interfaces are in its network. */
+static int bind_aside(struct udp *udp, uint16_t interface, uint64_t *calls)
+{
+	const int index = interface;
+
+	if (!interface || udp->interface[0])
+		return 0;
+	(*calls)++;
+	if (setsockopt(udp->fd, SOL_SOCKET, SO_BINDTOIFINDEX, &index, sizeof(index)) < 0)
+		return -errno;
+	udp->aside = true;
+	return 0;
 }
 
 /* What connect() made our address, for whoever records packets. */
@@ -140,13 +154,16 @@ int udp_aim(struct udp *udp, const struct transport_address *to, struct transpor
 	int rc;
 
 	*local = (struct transport_address){ 0 };
-	if (udp->connected || udp->interface[0]) {
+	if (udp->connected || udp->aside || udp->interface[0]) {
 		rc = dissolve(udp, calls);
 		if (rc < 0)
 			return rc;
 	}
 	if (!to->address)
 		return 0;
+	rc = bind_aside(udp, to->interface, calls);
+	if (rc < 0)
+		return rc;
 	(*calls)++;
 	if (connect(udp->fd, (struct sockaddr *)&peer, sizeof peer) < 0)
 		return -errno;

@@ -19,6 +19,7 @@ enum {
 struct udp {
 	int fd;				/* -1 = not attached */
 	bool connected;
+	bool aside;			/* bound to the interface of the device, not to ours */
 	char interface[IFNAMSIZ];	/* bound to it, "" = any */
 };
 

@@ -103,6 +103,24 @@ static void what_is_free_is_aimed_at(void **state)
 	assert_string_equal(log_text(), "");
 }
 
+/* It is found again through another one: the same device. */
+static void another_interface_to_it_keeps_the_claim(void **state)
+{
+	const uint64_t aside = where(config.device[0].address) | UINT64_C(7) << 48;
+
+	(void)state;
+	run(&one);
+	atomic_store(&found[0], aside);
+	run(&one);
+	assert_true(shared[0].address[0] == aside);
+	run(&other);
+	assert_true(shared[1].address[0] == 0);
+	atomic_store(&found[0], 0);
+	run(&one);
+	assert_true(shared[0].address[0] == where(config.device[0].address));
+	assert_int_equal(count("the device is free"), 0);
+}
+
 static void second_daemon_is_told_who_was_first_and_takes_over(void **state)
 {
 	char expected[64];
@@ -183,6 +201,7 @@ int main(void)
 #define BOTH(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 	const struct CMUnitTest tests[] = {
 		BOTH(what_is_free_is_aimed_at),
+		BOTH(another_interface_to_it_keeps_the_claim),
 		BOTH(second_daemon_is_told_who_was_first_and_takes_over),
 		BOTH(many_who_ask_find_out_or_go_on),
 		BOTH(two_sections_are_not_one_device),

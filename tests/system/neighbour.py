@@ -6,25 +6,18 @@ address. In name spaces of our own: here the
 machine with br0, behind one port of it the device, behind the other its twin, which
 has the same address and another serial number."""
 import json
-import os
-import subprocess
 import sys
 import time
 
-from house import House, end, equal, main, rng, run, wait_equal, wait_for
+from house import House, end, equal, rng, run, wait_equal, wait_for
 from safety import safety
+from spaces import begin, ip, start_far
 
 HERE, DEVICE = "10.78.0.1", "10.78.0.2"
 SERIAL, OTHER = 54321, 777
 MACS = {"mill": "02:00:00:00:00:0a", "twin": "02:00:00:00:00:0b", "nobody": "02:00:00:00:00:99"}
 # a machine that is held for a moment has not lost its device
 PATIENT = {"lost-after-ms": 20000}
-
-
-def ip(*words):
-    out = run("ip", *words)
-    assert out.returncode == 0, (words, out)
-    return out.stdout
 
 
 def make_network():
@@ -71,15 +64,7 @@ class Lan(House):
         self.device_keys["mill"] = {"address": DEVICE, "serial": SERIAL, **keys}
 
     def start_far(self, name, serial):
-        control = self.folder / f"{name}.sock"
-        with open(self.folder / "sim.log", "ab") as log:
-            child = subprocess.Popen(["ip", "netns", "exec", name, self.programs["pokeys-sim"], "--address", DEVICE,
-                                      "--serial", str(serial), "--control", control, "--quiet"],
-                                     stdout=log, stderr=log, stdin=subprocess.DEVNULL)
-        self.children.append(child)
-        wait_for("the simulator", control.exists)
-        child.control = control
-        return child
+        return start_far(self, name, DEVICE, serial)
 
     def start(self):
         sim = self.start_far("mill", SERIAL)
@@ -210,37 +195,5 @@ def test_another_device_at_the_address_is_left_alone():
         end(twin)
 
 
-def why_not():
-    """What is missing to run this, or None. Makes the mounts and the network."""
-    if os.geteuid() != 0:
-        return "needs root, for name spaces"
-    for command in (("mount", "-t", "tmpfs", "run", "/run"), ("ip", "link", "add", "try", "type", "bridge"),
-                    ("ip", "link", "del", "try")):
-        try:
-            out = run(*command)
-        except FileNotFoundError as missing:
-            return str(missing)
-        if out.returncode:
-            return f"{' '.join(command)}: {out.stderr.strip()}"
-    return None
-
-
-def begin():
-    os.environ["PATH"] += ":/usr/sbin:/sbin"
-    if os.environ.pop("POKEYS_INSIDE", None) is None:
-        out = run("unshare", "--mount", "--net", "true")
-        if out.returncode:
-            print(f"skipped: no name spaces here: {out.stderr.strip()}", file=sys.stderr)
-            return 77
-        os.environ["POKEYS_INSIDE"] = "1"
-        os.execvp("unshare", ["unshare", "--mount", "--net", sys.executable, __file__, *sys.argv[1:]])
-    reason = why_not()
-    if reason:
-        print(f"skipped: {reason}", file=sys.stderr)
-        return 77
-    make_network()
-    return main(sys.modules[__name__])
-
-
 if __name__ == "__main__":
-    sys.exit(begin())
+    sys.exit(begin(make_network, sys.modules[__name__]))

@@ -114,7 +114,7 @@ static void impossible_address_is_an_error_of_aim(void **state)
 {
 	struct world *w = *state;
 	/* a broadcast, which these sockets may not send to */
-	const struct transport_address impossible = { 0xffffffffu, 20055 };
+	const struct transport_address impossible = { .address = 0xffffffffu, .port = 20055 };
 
 	assert_true(w->t->ops->aim(w->t, 0, &impossible) < 0);
 	assert_true(send_one(w->t, 0) < 0);

@@ -57,7 +57,7 @@ static void add(struct devices *d, uint32_t address)
 	assert_int_equal(bind(peer->fd, (struct sockaddr *)&at, sizeof at), 0);
 	assert_int_equal(getsockname(peer->fd, (struct sockaddr *)&at, &length), 0);
 	d->port = ntohs(at.sin_port);
-	peer->at = (struct transport_address){ address, d->port };
+	peer->at = (struct transport_address){ .address = address, .port = d->port };
 }
 
 static void begin(struct devices *d)

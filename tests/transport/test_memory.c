@@ -17,7 +17,7 @@ struct world {
 	uint8_t last[TRANSPORT_SEND_MAX];
 };
 
-static const struct transport_address device = { 0x0a000001, 20055 };
+static const struct transport_address device = { .address = 0x0a000001, .port = 20055 };
 
 static void leaves(void *context, uint32_t channel, const uint8_t *data, size_t length,
 		   uint64_t now_ns)

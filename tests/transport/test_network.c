@@ -69,7 +69,7 @@ static void lost_network_is_told_and_aiming_anew_mends_it(void **state)
 static void aim_from_an_interface_without_address_is_refused(void **state)
 {
 	const struct transport_options options = { .interface = "lo" };
-	const struct transport_address device = { 0x0a090801, 20055 };
+	const struct transport_address device = { .address = 0x0a090801, .port = 20055 };
 	struct transport_address local;
 	uint64_t calls = 0;
 	struct udp udp;
@@ -102,7 +102,7 @@ static void aim_at_another_network_uses_an_address_of_that_one(void **state)
 	other.fd = socket(AF_INET, SOCK_DGRAM, 0);
 	assert_int_equal(bind(other.fd, (struct sockaddr *)&at, sizeof at), 0);
 	assert_int_equal(getsockname(other.fd, (struct sockaddr *)&at, &length), 0);
-	other.at = (struct transport_address){ 0x0a090807, ntohs(at.sin_port) };
+	other.at = (struct transport_address){ .address = 0x0a090807, .port = ntohs(at.sin_port) };
 	assert_int_equal(w->peer.from.address >> 24, 127);
 	assert_int_equal(w->t->ops->aim(w->t, 0, &other.at), 0);
 	w->t->ops->send(w->t, 0, (const uint8_t *)"x", 1);

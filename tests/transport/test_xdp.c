@@ -205,7 +205,9 @@ static void device_behind_a_router_is_reached(void **state)
 	beyond.peer.fd = peer_socket();
 	assert_int_equal(bind(beyond.peer.fd, (struct sockaddr *)&at, sizeof at), 0);
 	assert_int_equal(getsockname(beyond.peer.fd, (struct sockaddr *)&at, &length), 0);
-	beyond.peer.at = (struct transport_address){ 0x0a630001, ntohs(at.sin_port) };
+	beyond.peer.at = (struct transport_address){
+		.address = 0x0a630001, .port = ntohs(at.sin_port),
+	};
 	assert_int_equal(w->t->ops->aim(w->t, 0, &beyond.peer.at), 0);
 	assert_true(passes(&beyond));
 	peer_close(&beyond.peer);
