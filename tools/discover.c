@@ -7,6 +7,7 @@
  * the one the answer came from: that is the one that can be reached.
  */
 #include <errno.h>
+#include <net/if.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -115,8 +116,54 @@ static void print_json(const struct search *search)
 	json_end(&json);
 }
 
+static void say_asked(const struct discovery_report *report)
+{
+	for (int i = 0; i < report->asked; i++) {
+		const struct own_address *own = &report->at[i];
+		char name[IF_NAMESIZE] = "", address[16], broadcast[16];
+
+		if (own->loopback)
+			continue;
+		if_indextoname(own->interface, name);
+		address_text(own->address, address);
+		address_text(own->broadcast, broadcast);
+		fprintf(stderr, "  asked at %s (%s/%u), from UDP port %u to port 20055 of %s and "
+			"255.255.255.255\n", name, address, own->prefix, report->port, broadcast);
+	}
+}
+
+/* Why nobody was found, as far as it can be known here, and what to do. */
+static void say_why(const struct discovery_report *report, uint32_t timeout_ms)
+{
+	int networks = 0;
+
+	complain("no device answered within %u ms", timeout_ms);
+	say_asked(report);
+	for (int i = 0; i < report->asked; i++)
+		networks += !report->at[i].loopback;
+	for (int i = 0; i < report->unheard; i++) {
+		char address[16];
+
+		address_text(report->unheard_from[i], address);
+		fprintf(stderr, "  %s has answered, but this computer dropped the answer: let its "
+			"firewall accept UDP from port 20055 (or see rp_filter), or set "
+			"address = %s in pokeysd.conf\n", address, address);
+	}
+	if (!networks)
+		fputs("  no other interface than loopback is up and has an IPv4 address: "
+		      "check \"ip address\"\n", stderr);
+	else if (!report->unheard && report->overheard)
+		fputs("  no answer has reached this computer: check the device's power and cable, "
+		      "and whether it is in one of these networks\n", stderr);
+	else if (!report->unheard)
+		fputs("  check the device's power and cable, and whether it is in one of these "
+		      "networks; or a firewall on this computer drops the answers: run this "
+		      "command as root to find out\n", stderr);
+}
+
 int command_discover(const struct options *options)
 {
+	static struct discovery_report report;
 	static struct search search;
 	struct transport_address also[ADDRESSES_MAX] = { 0 };
 	struct discovery_options ask = {
@@ -124,6 +171,7 @@ int command_discover(const struct options *options)
 		.interface = options->interface,
 		.also = also,
 		.also_count = options->addresses,
+		.report = &report,
 	};
 	int result;
 
@@ -145,7 +193,6 @@ int command_discover(const struct options *options)
 		print_table(&search);
 	if (search.count)
 		return STATUS_OK;
-	complain("no device answered within %u ms; is it on, and in a network of this machine?",
-		 options->timeout_ms);
+	say_why(&report, options->timeout_ms);
 	return STATUS_FAILED;
 }

@@ -32,6 +32,7 @@ static void judge_route(const struct doctor *doctor, struct doctor_finding *find
 	if (!device->address) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "its address is not known (neither configured "
 			   "nor found yet)");
+		doctor_mend(finding, "sudo pokeysctl discover");
 	} else if (!*device->nic && !doctor->routes_read) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "/proc/net/route cannot be read");
 	} else if (!*device->nic) {

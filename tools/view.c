@@ -48,7 +48,7 @@ static const char *fault_text(uint8_t fault)
 {
 	switch (fault) {
 	case POKEYS_FAULT_NO_ADDRESS:
-		return "not found; check power and cable";
+		return "not found in the network; run \"pokeysctl discover\" to see why";
 	case POKEYS_FAULT_NO_ANSWER:
 		return "no answer; check power, cable and address";
 	case POKEYS_FAULT_WRONG_SERIAL:

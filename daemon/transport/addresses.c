@@ -60,6 +60,7 @@ static void add(struct list *list, const struct ifaddrmsg *from, uint32_t addres
 	own->address = address;
 	own->broadcast = flags & IFF_BROADCAST && hosts > 1 ? address | hosts : 0;
 	own->interface = from->ifa_index;
+	own->prefix = from->ifa_prefixlen;
 	own->loopback = flags & IFF_LOOPBACK;
 	list->count++;
 }

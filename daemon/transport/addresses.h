@@ -16,6 +16,7 @@ struct own_address {
 	uint32_t address;		/* host byte order */
 	uint32_t broadcast;		/* of its network; 0 = none (/31, /32, no broadcasts) */
 	unsigned int interface;		/* index */
+	uint8_t prefix;			/* length of its network's, bits */
 	bool loopback;
 };
 

@@ -25,18 +25,43 @@
 #include <arpa/inet.h>
 #include "daemon/transport/addresses.h"
 #include "daemon/transport/discovery.h"
+#include "daemon/transport/overhear.h"
 #include "daemon/transport/stamp.h"
 
-enum { DEFAULT_PORT = 20055, DEFAULT_TIMEOUT_MS = 500 };
+enum { DEFAULT_PORT = 20055, DEFAULT_TIMEOUT_MS = 500, SEEN_MAX = 64 };
+
+/* Addresses, each once. */
+struct seen {
+	int count;
+	uint32_t address[SEEN_MAX];
+};
 
 struct search {
 	int fd;
+	int wire;			/* what comes in before the firewall; -errno */
 	int count;
 	struct own_address own[ADDRESSES_OWN_MAX];
+	struct seen heard, on_the_wire;
+	struct discovery_report *report;
 };
+
+static bool has_seen(const struct seen *seen, uint32_t address)
+{
+	for (int i = 0; i < seen->count; i++)
+		if (seen->address[i] == address)
+			return true;
+	return false;
+}
+
+static void see(struct seen *seen, uint32_t address)
+{
+	if (seen->count < SEEN_MAX && !has_seen(seen, address))
+		seen->address[seen->count++] = address;
+}
 
 static int open_socket(const char *interface)
 {
+	const struct sockaddr_in any = { .sin_family = AF_INET };	/* at a port from now on */
 	int on = 1, rc;
 	int fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_UDP);
 
@@ -48,6 +73,8 @@ static int open_socket(const char *interface)
 	if (rc == 0 && interface)
 		rc = setsockopt(fd, SOL_SOCKET, SO_BINDTODEVICE, interface,
 				(socklen_t)strlen(interface) + 1);
+	if (rc == 0)
+		rc = bind(fd, (const struct sockaddr *)&any, sizeof(any));
 	if (rc < 0) {
 		rc = -errno;
 		close(fd);
@@ -99,12 +126,19 @@ static int ask_interfaces(const struct search *search, const struct discovery_op
 			  uint16_t port)
 {
 	const unsigned int only = options->interface ? if_nametoindex(options->interface) : 0;
-	int asked = 0;
+	int all = 0;
 
-	for (int i = 0; i < search->count; i++)
-		if (!options->interface || search->own[i].interface == only)
-			asked += ask_at(search->fd, &search->own[i], port);
-	return asked;
+	for (int i = 0; i < search->count; i++) {
+		int asked;
+
+		if (options->interface && search->own[i].interface != only)
+			continue;
+		asked = ask_at(search->fd, &search->own[i], port);
+		if (asked && search->report)
+			search->report->at[search->report->asked++] = search->own[i];
+		all += asked;
+	}
+	return all;
 }
 
 static int ask_all(const struct search *search, const struct discovery_options *options)
@@ -189,6 +223,7 @@ static int take(struct search *search, discovery_found_t found, void *context)
 		.address = ntohl(source.sin_addr.s_addr), .port = ntohs(source.sin_port),
 		.interface = interface_to(search, &source, came_in_at(&message)),
 	};
+	see(&search->heard, from.address);
 	return found(context, data, (size_t)n, &from) ? 2 : 1;
 }
 
@@ -198,15 +233,21 @@ static int collect(struct search *search, uint64_t end_ns, discovery_found_t fou
 
 	for (;;) {
 		uint64_t now = stamp_now();
-		struct pollfd p = { .fd = search->fd, .events = POLLIN };
+		struct pollfd p[] = {
+			{ .fd = search->fd, .events = POLLIN },
+			{ .fd = search->wire, .events = POLLIN },	/* negative: passed over */
+		};
+		uint32_t from;
 		int rc;
 
 		if (now >= end_ns)
 			return answers;
-		rc = poll(&p, 1, (int)((end_ns - now + 999999u) / 1000000u));
+		rc = poll(p, 2, (int)((end_ns - now + 999999u) / 1000000u));
 		if (rc < 0 && errno != EINTR)
 			return -errno;
-		if (rc <= 0)
+		if (p[1].revents && overhear_take(search->wire, &from))
+			see(&search->on_the_wire, from);
+		if (rc <= 0 || !p[0].revents)
 			continue;
 		rc = take(search, found, context);
 		answers += rc > 0;
@@ -215,19 +256,51 @@ static int collect(struct search *search, uint64_t end_ns, discovery_found_t fou
 	}
 }
 
+static void begin_report(struct search *search, const struct discovery_options *options)
+{
+	struct discovery_report *report = options->report;
+	struct sockaddr_in own = { 0 };
+	socklen_t length = sizeof(own);
+
+	memset(report, 0, sizeof(*report));
+	search->report = report;
+	if (!getsockname(search->fd, (struct sockaddr *)&own, &length))
+		report->port = ntohs(own.sin_port);
+	search->wire = overhear_open(options->port ? options->port : DEFAULT_PORT, report->port);
+	report->overheard = search->wire >= 0;
+}
+
+static void end_report(struct search *search)
+{
+	struct discovery_report *report = search->report;
+
+	for (int i = 0; i < search->on_the_wire.count; i++) {
+		const uint32_t from = search->on_the_wire.address[i];
+
+		if (!has_seen(&search->heard, from) && report->unheard < DISCOVERY_UNHEARD)
+			report->unheard_from[report->unheard++] = from;
+	}
+	if (search->wire >= 0)
+		close(search->wire);
+}
+
 int discovery_search(const struct discovery_options *options, discovery_found_t found,
 		     void *context)
 {
 	uint32_t timeout_ms = options->timeout_ms ? options->timeout_ms : DEFAULT_TIMEOUT_MS;
-	struct search search = { .fd = open_socket(options->interface) };
+	struct search search = { .fd = open_socket(options->interface), .wire = -1 };
 	int rc;
 
 	if (search.fd < 0)
 		return search.fd;
+	if (options->report)
+		begin_report(&search, options);
 	search.count = addresses_own(search.own, ADDRESSES_OWN_MAX);
 	rc = search.count < 0 ? search.count : ask_all(&search, options);
 	if (rc > 0)
 		rc = collect(&search, stamp_now() + timeout_ms * UINT64_C(1000000), found, context);
+	if (options->report)
+		end_report(&search);
 	close(search.fd);
 	return rc;
 }

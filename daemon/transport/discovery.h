@@ -9,7 +9,21 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include "daemon/transport/addresses.h"
 #include "daemon/transport/transport.h"
+
+enum { DISCOVERY_UNHEARD = 8 };
+
+/* What a search has done, for whoever has to say why nobody was found. */
+struct discovery_report {
+	uint16_t port;			/* it was asked from there, UDP */
+	int asked;			/* at so many of our addresses: */
+	struct own_address at[ADDRESSES_OWN_MAX];
+	bool overheard;			/* whether replies were dropped here could be seen */
+	/* Who replied, and a firewall of this computer dropped it; the first of them. */
+	int unheard;
+	uint32_t unheard_from[DISCOVERY_UNHEARD];
+};
 
 struct discovery_options {
 	uint32_t timeout_ms;		/* how long answers are taken; 0 = 500 */
@@ -18,6 +32,7 @@ struct discovery_options {
 	/* Asked besides the interfaces (an address across a router); port 0 = as above. */
 	const struct transport_address *also;
 	size_t also_count;
+	struct discovery_report *report;	/* filled in; NULL = not wanted */
 };
 
 /*

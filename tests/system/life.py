@@ -288,7 +288,7 @@ def test_a_dead_device_does_not_disturb_the_others():
         equal(house.ctl("devices").stdout.split(), ["mill", "dead", "nowhere"])
         house.says("status", "mill", returncode=0)
         house.says("status", returncode=2)
-        house.tells("not found; check power and cable", "status", "nowhere")
+        house.tells('not found in the network; run "pokeysctl discover" to see why', "status", "nowhere")
         page = house.ctl("top", "nowhere", "--count", 1).stdout
         assert "(not identified yet)" in page and "0.0.0" not in page, page
         rows = house.ctl("top", "--count", 1).stdout

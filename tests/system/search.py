@@ -35,7 +35,8 @@ def cable(name, *ours, device=None):
 def found(house, *options):
     """Serial number and address of each device that pokeysctl discover prints."""
     out = run(house.programs["pokeysctl"], "discover", "--json", "--timeout", "2000", *options)
-    return {(d["serial"], d["address"]) for d in json.loads(out.stdout)["devices"]} if out.stdout else out.stderr
+    devices = json.loads(out.stdout)["devices"] if out.stdout else []
+    return {(d["serial"], d["address"]) for d in devices} if devices else out.stderr
 
 
 def is_found(name, address, *options):
@@ -77,6 +78,40 @@ def test_two_interfaces_in_one_network():
 def test_a_device_with_another_mask():
     with cable("v0", "10.9.9.1/24", device="10.9.9.2/16"):
         is_found("v0", "10.9.9.2", "--interface", "v0")
+
+
+def test_who_was_asked_is_told_if_nobody_answers():
+    with cable("v0", "10.9.9.1/24", "10.8.0.1/30"), House() as house:
+        said = found(house)
+        for words in ("no device answered", "v0 (10.9.9.1/24)", "10.9.9.255", "v0 (10.8.0.1/30)", "10.8.0.3",
+                      "255.255.255.255", "from UDP port", "power and cable"):
+            assert words in said, (words, said)
+    with House() as house:
+        assert "no other interface than loopback is up" in found(house)
+
+
+@contextlib.contextmanager
+def firewall(name):
+    """Answers that come in at this interface are dropped. By routing rules, which every kernel has."""
+    ip("rule", "add", "pref", "10", "lookup", "local")
+    ip("rule", "delete", "pref", "0")
+    ip("rule", "add", "pref", "5", "iif", name, "ipproto", "udp", "sport", "20055", "blackhole")
+    try:
+        yield
+    finally:
+        ip("rule", "delete", "pref", "5")
+        ip("rule", "add", "pref", "0", "lookup", "local")
+        ip("rule", "delete", "pref", "10")
+
+
+def test_an_answer_that_this_computer_drops_is_told():
+    with cable("v0", "10.9.9.1/24", device="10.9.9.3/24"), House() as house:
+        start_far(house, "v0", "10.9.9.3", SERIAL)
+        with firewall("v0"):
+            said = found(house)
+        assert "10.9.9.3 has answered, but this computer dropped the answer" in said, said
+        assert "firewall" in said and "address = 10.9.9.3" in said and "power" not in said, said
+        equal(found(house), {(SERIAL, "10.9.9.3")})
 
 
 def test_an_interface_that_does_not_exist_is_named():
