@@ -182,8 +182,8 @@ static void put_step_mode(struct line *line, const struct event *e)
 {
 	put(line, "motion is not permitted: the PoStep driver of axis %lld ", (long long)e->a);
 	if (e->c < 0) {
-		put(line, "is still changing to a step mode that is no longer requested; wait "
-		    "until it has changed");
+		put(line, "is still switching to a step mode that is no longer configured; "
+		    "wait until it has switched");
 	} else {
 		if (e->b < 0)
 			put(line, "does not report its step mode");
@@ -284,7 +284,7 @@ static bool is_one(unsigned int axes)
 }
 
 /* "axis 2", "axes 0 and 1", "axes 0, 1 and 3" */
-static void put_axes(struct line *line, uint8_t axes)
+static void put_axes(struct line *line, unsigned int axes)
 {
 	const char *before = is_one(axes) ? "axis " : "axes ";
 

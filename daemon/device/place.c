@@ -85,13 +85,13 @@ static uint8_t apart(const struct device *device, const struct place_reading *be
 	return axes;
 }
 
-/* ... or for as long as eight answers take, but not less than three. */
+/* ... or for as long as plan.c would, but for not less than three answers. */
 static uint64_t gap_ns(const struct device *device)
 {
-	const uint64_t usual = plan_usual_ns(device);
-	const uint64_t eight = usual * 8, three = usual * 3;
+	const uint64_t usual = plan_answers_ns(device, PLAN_GAP);
+	const uint64_t least = plan_answers_ns(device, 3);
 
-	return eight < GAP_NS ? eight : three > GAP_NS ? three : GAP_NS;
+	return usual < GAP_NS ? usual : least > GAP_NS ? least : GAP_NS;
 }
 
 /*

@@ -28,12 +28,10 @@
 
 enum { KEPT = 4 };	/* places in the window that only the four urgent kinds may use */
 
-#define GAP_ANSWERS 8	/* so many missing in a row: is it still the same device? */
-
-uint64_t plan_usual_ns(const struct device *device)
+uint64_t plan_answers_ns(const struct device *device, unsigned int count)
 {
-	return device->config.period_ns * device->config.fast_divider +
-	       device->mailbox.statistics.rtt_smoothed_ns;
+	return (device->config.period_ns * device->config.fast_divider +
+		device->mailbox.statistics.rtt_smoothed_ns) * count;
 }
 
 bool plan_doubts(const struct device *device)
@@ -107,7 +105,7 @@ static void look_for_gap(struct device *device)
 	const struct plan *plan = &device->plan;
 
 	if (!running(device) || !plan->last_io_ns ||
-	    device->now_ns - plan->last_io_ns <= GAP_ANSWERS * plan_usual_ns(device) ||
+	    device->now_ns - plan->last_io_ns <= plan_answers_ns(device, PLAN_GAP) ||
 	    plan_doubts(device))
 		return;
 	begin_doubt(device);

@@ -96,6 +96,8 @@ struct slow {
 	uint64_t due_ns;
 };
 
+enum { PLAN_GAP = 8 };	/* so many fast answers missing in a row: is it still the same device? */
+
 struct plan {
 	uint64_t cycle;				/* the last one that was planned */
 	uint64_t next_cycle;			/* in which to ask for everything fast */

@@ -42,12 +42,7 @@ void set_up(uint8_t options, uint8_t switches)
 				 &home);
 		wire_limit(i, INT32_MIN, HOME_AT - 2000);
 	}
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
-	for (unsigned int i = 0; i < 3; i++)
-		world_go(&world, i, 0, 0);
-	world_machine_on(&world);
+	world_all_moving(&world);
 }
 
 int begin(void **state)

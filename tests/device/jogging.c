@@ -43,12 +43,7 @@ static int begin(void **state)
 		axis->mpg_multiplier = i ? -PULSES : PULSES;
 		axis->mpg_divider = 1;
 	}
-	world_start(&world);
-	world_commander(&world, 5);
-	world_until(&world, world_is_running, 500 * MS);
-	for (unsigned int i = 0; i < 3; i++)
-		world_go(&world, i, 0, 0);
-	world_machine_on(&world);
+	world_all_moving(&world);
 	return 0;
 }
 

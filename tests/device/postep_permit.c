@@ -187,8 +187,8 @@ static void a_step_mode_whose_wish_was_withdrawn_is_not_called_wanted(void **sta
 	assert_int_equal(world.event_count[EVENT_STEP_MODE], 1);
 	event_format(&world.last_event[EVENT_STEP_MODE], "mill", line, sizeof(line));
 	assert_string_equal(line, "mill: motion is not permitted: the PoStep driver of axis 1 is "
-			    "still changing to a step mode that is no longer requested; wait "
-			    "until it has changed, then switch the machine on again");
+			    "still switching to a step mode that is no longer configured; wait "
+			    "until it has switched, then switch the machine on again");
 	world_run(&world, 5 * SECOND);
 	assert_int_equal(world.state.config_state, POKEYS_CONFIG_APPLIED);
 	world_machine_on(&world);

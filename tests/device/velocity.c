@@ -72,7 +72,7 @@ static void a_count_that_wraps_is_no_loss(void **state)
 	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
 }
 
-/* Whoever goes by the count of a spindle has to be told as well. */
+/* A program may use the count of an axis in velocity mode, too. */
 static void a_count_set_elsewhere_is_a_loss(void **state)
 {
 	(void)state;

@@ -137,6 +137,9 @@ void world_up(struct world *world, const struct sim_rig_options *options);
 /* ... and machine-on, with axis 0 driven, at 0. */
 void world_moving(struct world *world, const struct sim_rig_options *options);
 
+/* The device layer begins with world->config; machine-on, with axes 0 to 2 driven, at 0. */
+void world_all_moving(struct world *world);
+
 /* Ways in which it ends for whoever moves axes. */
 void world_machine_off(struct world *world);
 void world_commander_dies(struct world *world);

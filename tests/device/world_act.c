@@ -233,6 +233,16 @@ void world_moving(struct world *world, const struct sim_rig_options *options)
 	world_machine_on(world);
 }
 
+void world_all_moving(struct world *world)
+{
+	world_start(world);
+	world_commander(world, 5);
+	world_until(world, world_is_running, 500 * MS);
+	for (unsigned int i = 0; i < 3; i++)
+		world_go(world, i, 0, 0);
+	world_machine_on(world);
+}
+
 void world_set_elsewhere(struct world *world, uint8_t mask, int32_t position)
 {
 	struct wire_pulse_positions_req set = { .mask = mask };
