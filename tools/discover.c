@@ -25,6 +25,7 @@ struct found {
 
 struct search {
 	size_t count;
+	unsigned int strange;		/* datagrams that are no answer of a device */
 	struct found found[FOUND_MAX];
 };
 
@@ -34,8 +35,10 @@ static bool take(void *context, const uint8_t *data, size_t length,
 	struct search *search = context;
 	struct wire_discovery answer;
 
-	if (wire_discovery_decode(data, length, &answer) != WIRE_OK)
+	if (wire_discovery_decode(data, length, &answer) != WIRE_OK) {
+		search->strange++;
 		return false;
+	}
 	for (size_t i = 0; i < search->count; i++)
 		if (search->found[i].address == from->address &&
 		    search->found[i].answer.serial == answer.serial)
@@ -116,31 +119,35 @@ static void print_json(const struct search *search)
 	json_end(&json);
 }
 
-static void say_asked(const struct discovery_report *report)
+static void say_network(const struct discovery_network *network, uint16_t port)
 {
-	for (int i = 0; i < report->asked; i++) {
-		const struct own_address *own = &report->at[i];
-		char name[IF_NAMESIZE] = "", address[16], broadcast[16];
+	const struct own_address *own = &network->own;
+	char name[IF_NAMESIZE] = "", address[16], broadcast[16];
 
-		if (own->loopback)
-			continue;
-		if_indextoname(own->interface, name);
-		address_text(own->address, address);
-		address_text(own->broadcast, broadcast);
-		fprintf(stderr, "  asked at %s (%s/%u), from UDP port %u to port 20055 of %s and "
-			"255.255.255.255\n", name, address, own->prefix, report->port, broadcast);
-	}
+	if_indextoname(own->interface, name);
+	address_text(own->address, address);
+	address_text(own->broadcast, broadcast);
+	if (network->error)
+		fprintf(stderr, "  not asked at %s (%s/%u): %s\n", name, address, own->prefix,
+			network->error == -EOPNOTSUPP ?
+			"it cannot send broadcasts; use --address with the device's address" :
+			strerror(-network->error));
+	else
+		fprintf(stderr, "  asked at %s (%s/%u), from UDP port %u to port 20055 of %s%s"
+			"255.255.255.255\n", name, address, own->prefix, port,
+			own->broadcast ? broadcast : "", own->broadcast ? " and " : "");
 }
 
 /* Why nobody was found, as far as it can be known here, and what to do. */
-static void say_why(const struct discovery_report *report, uint32_t timeout_ms)
+static void say_why(const struct discovery_report *report, unsigned int strange,
+		    const struct options *options)
 {
-	int networks = 0;
-
-	complain("no device answered within %u ms", timeout_ms);
-	say_asked(report);
-	for (int i = 0; i < report->asked; i++)
-		networks += !report->at[i].loopback;
+	complain("no device answered within %u ms", options->timeout_ms);
+	for (int i = 0; i < report->networks; i++)
+		say_network(&report->network[i], report->port);
+	if (strange)
+		fprintf(stderr, "  %u datagrams came that are no answer of a PoKeys device\n",
+			strange);
 	for (int i = 0; i < report->unheard; i++) {
 		char address[16];
 
@@ -149,13 +156,13 @@ static void say_why(const struct discovery_report *report, uint32_t timeout_ms)
 			"firewall accept UDP from port 20055 (or see rp_filter), or set "
 			"address = %s in pokeysd.conf\n", address, address);
 	}
-	if (!networks)
-		fputs("  no other interface than loopback is up and has an IPv4 address: "
-		      "check \"ip address\"\n", stderr);
-	else if (!report->unheard && report->overheard)
+	if (!report->networks && !options->interface)
+		fputs("  no interface but loopback is up and has an IPv4 address: check \"ip "
+		      "address\"\n", stderr);
+	else if (!report->unheard && report->overheard && !strange)
 		fputs("  no answer has reached this computer: check the device's power and cable, "
 		      "and whether it is in one of these networks\n", stderr);
-	else if (!report->unheard)
+	else if (!report->unheard && !report->overheard)
 		fputs("  check the device's power and cable, and whether it is in one of these "
 		      "networks; or a firewall on this computer drops the answers: run this "
 		      "command as root to find out\n", stderr);
@@ -193,6 +200,6 @@ int command_discover(const struct options *options)
 		print_table(&search);
 	if (search.count)
 		return STATUS_OK;
-	say_why(&report, options->timeout_ms);
+	say_why(&report, search.strange, options);
 	return STATUS_FAILED;
 }

@@ -117,7 +117,7 @@ static void aim(struct claims *claims, uint32_t i, uint64_t where, int fd)
 {
 	struct claim *claim = &claims->device[i];
 
-	if (claim->refused == where)
+	if (claim->refused && device_at(claim->refused) == device_at(where))
 		log_line(EVENT_NOTICE, "%s: the device is free; driving it",
 			 claims->config->device[i].name);
 	if (claim->fd >= 0)
@@ -159,9 +159,10 @@ static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t no
 {
 	struct claim *claim = &claims->device[i];
 	const char *name = claims->config->device[i].name;
+	const bool again = claim->refused && device_at(claim->refused) == device_at(where);
 	int fd;
 
-	if (where == claim->refused && now_ns < claim->next_ns)
+	if (again && now_ns < claim->next_ns)
 		return;
 	if (claim->held && device_at(where) == device_at(claim->held)) {
 		claim->held = where;
@@ -170,7 +171,7 @@ static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t no
 	}
 	fd = take(where);
 	if (fd == -EADDRINUSE) {
-		if (claim->refused != where)
+		if (!again)
 			tell_refused(claims, i, where);
 		claim->refused = where;
 		claim->next_ns = now_ns + AGAIN_NS;

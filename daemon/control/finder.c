@@ -38,8 +38,8 @@ static bool any_wanted(const struct config *config, const struct loop_shared *sh
 }
 
 void finder_take(const struct config *config, const struct loop_shared *shared,
-		 _Atomic uint64_t found[TRANSPORT_CHANNELS], const uint8_t *data, size_t length,
-		 const struct transport_address *from)
+		 _Atomic uint64_t found[TRANSPORT_CHANNELS], uint32_t *routed,
+		 const uint8_t *data, size_t length, const struct transport_address *from)
 {
 	struct wire_discovery answer;
 
@@ -48,8 +48,10 @@ void finder_take(const struct config *config, const struct loop_shared *shared,
 	for (uint32_t i = 0; i < config->devices; i++) {
 		const struct device_config *device = &config->device[i];
 
-		if (device->serial != answer.serial || !wanted(config, shared, i))
+		if (device->serial != answer.serial || !wanted(config, shared, i) ||
+		    (from->interface && *routed >> i & 1))
 			continue;
+		*routed |= (uint32_t)!from->interface << i;
 		atomic_store_explicit(&found[i], (uint64_t)from->interface << 48 |
 				      (uint64_t)from->address << 16 | device->port,
 				      memory_order_relaxed);
@@ -61,7 +63,8 @@ static bool found(void *context, const uint8_t *data, size_t length,
 {
 	struct finder *finder = context;
 
-	finder_take(finder->config, finder->shared, finder->found, data, length, from);
+	finder_take(finder->config, finder->shared, finder->found, &finder->routed, data, length,
+		    from);
 	return atomic_load_explicit(&finder->stop, memory_order_relaxed);
 }
 
@@ -76,6 +79,7 @@ static int search(struct finder *finder)
 		.also_count = config->discovery_addresses,
 	};
 
+	finder->routed = 0;
 	for (uint32_t i = 0; i < config->discovery_addresses; i++)
 		also[i].address = config->discovery_address[i];
 	return discovery_search(&options, found, finder);

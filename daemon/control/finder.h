@@ -16,6 +16,7 @@ struct finder {
 	_Atomic bool stop;
 	_Atomic int result;		/* of the last search: answers, or -errno */
 	bool running;
+	uint32_t routed;		/* finder thread's: see finder_take() */
 	int told;			/* control thread's: what it has logged */
 	pthread_t thread;
 };
@@ -30,9 +31,13 @@ void finder_report(struct finder *finder);
 /* End the thread; takes at most as long as one search. Idempotent. */
 void finder_stop(struct finder *finder);
 
-/* One answer to a search: where every device is that has its serial number and is looked for. */
+/*
+ * One answer to a search: where every device is that has its serial number and is looked for.
+ * `routed` are those that have answered the way that their route has, in this search: no
+ * interface has to be named for them, though they answer at others, too.
+ */
 void finder_take(const struct config *config, const struct loop_shared *shared,
-		 _Atomic uint64_t found[TRANSPORT_CHANNELS], const uint8_t *data, size_t length,
-		 const struct transport_address *from);
+		 _Atomic uint64_t found[TRANSPORT_CHANNELS], uint32_t *routed,
+		 const uint8_t *data, size_t length, const struct transport_address *from);
 
 #endif

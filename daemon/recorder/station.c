@@ -39,7 +39,7 @@ static const uint8_t *link_of(const struct ifaddrs *all, unsigned int index)
 static void read_own(struct stations *stations)
 {
 	struct own_address own[ADDRESSES_OWN_MAX];
-	const int count = addresses_own(own, ADDRESSES_OWN_MAX);
+	const int count = addresses_own(own, ADDRESSES_OWN_MAX, 0);
 	struct ifaddrs *all;
 
 	if (getifaddrs(&all))
@@ -79,8 +79,8 @@ static void read_neighbours(struct stations *stations, const char *arp)
 void stations_read(struct stations *stations, const char *arp)
 {
 	stations->count = 0;
-	read_own(stations);
 	read_neighbours(stations, arp);
+	read_own(stations);
 }
 
 const uint8_t *stations_mac(const struct stations *stations, uint32_t address)

@@ -20,6 +20,7 @@ enum { ANSWER = 32768, TRIES = 5 };
 struct list {
 	struct own_address *out;
 	size_t room, count;
+	unsigned int only;
 	int flags_fd;			/* any socket: asks for an interface's flags */
 };
 
@@ -49,16 +50,20 @@ static unsigned int flags_of(const struct list *list, unsigned int index)
 	return (unsigned short)request.ifr_flags;
 }
 
-static void add(struct list *list, const struct ifaddrmsg *from, uint32_t address)
+/* `network` is any address of it: for a point-to-point interface, the other end's. */
+static void add(struct list *list, const struct ifaddrmsg *from, uint32_t address,
+		uint32_t network)
 {
 	const unsigned int flags = flags_of(list, from->ifa_index);
 	const uint32_t hosts = from->ifa_prefixlen < 32 ? UINT32_MAX >> from->ifa_prefixlen : 0;
 	struct own_address *own = &list->out[list->count];
 
-	if (!address || !(flags & IFF_UP) || list->count == list->room)
+	if (!address || !(flags & IFF_UP) || list->count == list->room ||
+	    (list->only && from->ifa_index != list->only))
 		return;
 	own->address = address;
-	own->broadcast = flags & IFF_BROADCAST && hosts > 1 ? address | hosts : 0;
+	own->broadcasts = flags & IFF_BROADCAST;
+	own->broadcast = hosts > 1 ? network | hosts : 0;
 	own->interface = from->ifa_index;
 	own->prefix = from->ifa_prefixlen;
 	own->loopback = flags & IFF_LOOPBACK;
@@ -80,7 +85,7 @@ static void take(struct list *list, struct nlmsghdr *head)
 		else if (a->rta_type == IFA_ADDRESS)
 			memcpy(&address, RTA_DATA(a), sizeof(address));
 	}
-	add(list, from, ntohl(local ? local : address));
+	add(list, from, ntohl(local ? local : address), ntohl(address ? address : local));
 }
 
 /* One datagram of the answer: 0 = more will come, 1 = that was all, -errno. */
@@ -122,9 +127,9 @@ static int read_once(struct list *list)
 	return rc;
 }
 
-int addresses_own(struct own_address *out, size_t room)
+int addresses_own(struct own_address *out, size_t room, unsigned int only)
 {
-	struct list list = { .out = out, .room = room };
+	struct list list = { .out = out, .room = room, .only = only };
 	int rc = -EINTR;
 
 	list.flags_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);

@@ -14,17 +14,19 @@ enum { ADDRESSES_OWN_MAX = 256 };
 
 struct own_address {
 	uint32_t address;		/* host byte order */
-	uint32_t broadcast;		/* of its network; 0 = none (/31, /32, no broadcasts) */
+	uint32_t broadcast;		/* of its network; 0 = it has none (/31, /32) */
 	unsigned int interface;		/* index */
 	uint8_t prefix;			/* length of its network's, bits */
 	bool loopback;
+	bool broadcasts;		/* the interface can send them */
 };
 
 /*
  * Addresses of interfaces that are up. A label (v0:pk) is no name of an interface, and a
  * broadcast address that nobody has set is none for the kernel: so both come from the
- * interface's index and the length of the prefix. Returns how many, at most `room`, or -errno.
+ * interface's index and the length of the prefix. Only those of the interface `only`, or of
+ * all if it is 0. Returns how many, at most `room`, or -errno.
  */
-int addresses_own(struct own_address *out, size_t room);
+int addresses_own(struct own_address *out, size_t room, unsigned int only);
 
 #endif

@@ -83,8 +83,8 @@ static int open_socket(const char *interface)
 	return fd;
 }
 
-/* True if the question left. `from` is NULL where the route decides. */
-static bool ask(int fd, uint32_t address, uint16_t port, const struct own_address *from)
+/* 0 if the question left, or -errno. `from` is NULL where the route decides. */
+static int ask(int fd, uint32_t address, uint16_t port, const struct own_address *from)
 {
 	struct sockaddr_in to = {
 		.sin_family = AF_INET,
@@ -106,66 +106,63 @@ static bool ask(int fd, uint32_t address, uint16_t port, const struct own_addres
 		message.msg_control = control;
 		message.msg_controllen = sizeof(control);
 	}
-	return sendmsg(fd, &message, 0) == 0;
+	return sendmsg(fd, &message, 0) < 0 ? -errno : 0;
 }
 
-/* Ask at one address; returns how many questions left. */
+/* Ask at one address; 0 if a question left, or -errno. */
 static int ask_at(int fd, const struct own_address *own, uint16_t port)
 {
-	int asked;
+	int directed, limited;
 
-	if (own->loopback)
-		return ask(fd, INADDR_LOOPBACK, port, NULL) + ask(fd, 0x7fffffff, port, NULL);
-	if (!own->broadcast)
-		return 0;
-	asked = ask(fd, own->broadcast, port, own);
-	return asked + ask(fd, INADDR_BROADCAST, port, own);
-}
-
-static int ask_interfaces(const struct search *search, const struct discovery_options *options,
-			  uint16_t port)
-{
-	const unsigned int only = options->interface ? if_nametoindex(options->interface) : 0;
-	int all = 0;
-
-	for (int i = 0; i < search->count; i++) {
-		int asked;
-
-		if (options->interface && search->own[i].interface != only)
-			continue;
-		asked = ask_at(search->fd, &search->own[i], port);
-		if (asked && search->report)
-			search->report->at[search->report->asked++] = search->own[i];
-		all += asked;
+	if (own->loopback) {
+		directed = ask(fd, INADDR_LOOPBACK, port, NULL);
+		limited = ask(fd, 0x7fffffff, port, NULL);
+	} else if (!own->broadcasts) {
+		return -EOPNOTSUPP;
+	} else {
+		limited = ask(fd, INADDR_BROADCAST, port, own);
+		directed = own->broadcast ? ask(fd, own->broadcast, port, own) : limited;
 	}
-	return all;
+	return directed && limited ? limited : 0;
 }
 
+static void note(struct discovery_report *report, const struct own_address *own, int error)
+{
+	if (report && !own->loopback)
+		report->network[report->networks++] = (struct discovery_network){
+			.own = *own, .error = error,
+		};
+}
+
+/* Returns at how many addresses it was asked. */
 static int ask_all(const struct search *search, const struct discovery_options *options)
 {
 	uint16_t port = options->port ? options->port : DEFAULT_PORT;
-	int asked = ask_interfaces(search, options, port);
+	int asked = 0;
 
+	for (int i = 0; i < search->count; i++) {
+		const int error = ask_at(search->fd, &search->own[i], port);
+
+		note(search->report, &search->own[i], error);
+		asked += !error;
+	}
 	for (size_t i = 0; i < options->also_count; i++) {
 		const struct transport_address *a = &options->also[i];
 
-		asked += ask(search->fd, a->address, a->port ? a->port : port, NULL);
+		asked += !ask(search->fd, a->address, a->port ? a->port : port, NULL);
 	}
 	return asked == 0 ? -ENETUNREACH : asked;
 }
 
-/* The interface that this answer came in at; 0 = none that could be asked. */
-static unsigned int came_in_at(struct msghdr *message)
+/* Where this answer was sent to, and came in. */
+static struct in_pktinfo arrival(struct msghdr *message)
 {
-	for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
-		struct in_pktinfo info;
+	struct in_pktinfo info = { 0 };
 
-		if (c->cmsg_level != IPPROTO_IP || c->cmsg_type != IP_PKTINFO)
-			continue;
-		memcpy(&info, CMSG_DATA(c), sizeof(info));
-		return (unsigned int)info.ipi_ifindex;
-	}
-	return 0;
+	for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c))
+		if (c->cmsg_level == IPPROTO_IP && c->cmsg_type == IP_PKTINFO)
+			memcpy(&info, CMSG_DATA(c), sizeof(info));
+	return info;
 }
 
 /* Our address on the way to a device, as its route has it; 0 = there is none. */
@@ -184,23 +181,33 @@ static uint32_t routed_from(const struct sockaddr_in *device)
 	return ntohl(own.sin_addr.s_addr);
 }
 
-/* The interface that has to be named to reach this device: not if the route leads there. */
-static uint16_t interface_to(const struct search *search, const struct sockaddr_in *device,
-			     unsigned int came_in)
+static bool is_near(const struct own_address *own, uint32_t device)
 {
-	const uint32_t from = routed_from(device);
-	bool known = false;
+	const uint32_t mask = own->prefix ? UINT32_MAX << (32 - own->prefix) : 0;
 
+	return !own->loopback && ((own->address ^ device) & mask) == 0;
+}
+
+/*
+ * The interface that has to be named to reach this device. None, if it has answered the address
+ * that its route has for ours: that way works, at whichever of two interfaces in one network
+ * the answer came in. Nor for a device beyond a router, to which only the route leads.
+ */
+static uint16_t interface_to(const struct search *search, const struct sockaddr_in *device,
+			     const struct in_pktinfo *arrival)
+{
+	const uint32_t to = ntohl(arrival->ipi_addr.s_addr);
+
+	if (to == routed_from(device))
+		return 0;
 	for (int i = 0; i < search->count; i++) {
 		const struct own_address *own = &search->own[i];
 
-		if (own->interface != came_in)
-			continue;
-		if (own->address == from || own->loopback)
-			return 0;
-		known = true;
+		if (own->address == to && own->interface <= UINT16_MAX &&
+		    is_near(own, ntohl(device->sin_addr.s_addr)))
+			return (uint16_t)own->interface;
 	}
-	return known && came_in <= UINT16_MAX ? (uint16_t)came_in : 0;
+	return 0;
 }
 
 /* One datagram, if there is one: 1, 0 (none), 2 (the caller has enough). */
@@ -216,12 +223,14 @@ static int take(struct search *search, discovery_found_t found, void *context)
 	};
 	const ssize_t n = recvmsg(search->fd, &message, 0);
 	struct transport_address from;
+	struct in_pktinfo info;
 
 	if (n < 0 || message.msg_namelen < sizeof(source) || source.sin_family != AF_INET)
 		return 0;
+	info = arrival(&message);
 	from = (struct transport_address){
 		.address = ntohl(source.sin_addr.s_addr), .port = ntohs(source.sin_port),
-		.interface = interface_to(search, &source, came_in_at(&message)),
+		.interface = interface_to(search, &source, &info),
 	};
 	see(&search->heard, from.address);
 	return found(context, data, (size_t)n, &from) ? 2 : 1;
@@ -241,7 +250,7 @@ static int collect(struct search *search, uint64_t end_ns, discovery_found_t fou
 		int rc;
 
 		if (now >= end_ns)
-			return answers;
+			break;
 		rc = poll(p, 2, (int)((end_ns - now + 999999u) / 1000000u));
 		if (rc < 0 && errno != EINTR)
 			return -errno;
@@ -254,6 +263,10 @@ static int collect(struct search *search, uint64_t end_ns, discovery_found_t fou
 		if (rc == 2)
 			return answers;
 	}
+	/* what came just before the end was seen on the wire already */
+	for (int i = 0; i < SEEN_MAX && take(search, found, context) == 1; i++)
+		answers++;
+	return answers;
 }
 
 static void begin_report(struct search *search, const struct discovery_options *options)
@@ -295,7 +308,8 @@ int discovery_search(const struct discovery_options *options, discovery_found_t 
 		return search.fd;
 	if (options->report)
 		begin_report(&search, options);
-	search.count = addresses_own(search.own, ADDRESSES_OWN_MAX);
+	search.count = addresses_own(search.own, ADDRESSES_OWN_MAX,
+				     options->interface ? if_nametoindex(options->interface) : 0);
 	rc = search.count < 0 ? search.count : ask_all(&search, options);
 	if (rc > 0)
 		rc = collect(&search, stamp_now() + timeout_ms * UINT64_C(1000000), found, context);

@@ -14,11 +14,17 @@
 
 enum { DISCOVERY_UNHEARD = 8 };
 
+/* An address of ours, and whether it was asked there. */
+struct discovery_network {
+	struct own_address own;
+	int error;			/* 0 = it was; -EOPNOTSUPP = no broadcasts; -errno */
+};
+
 /* What a search has done, for whoever has to say why nobody was found. */
 struct discovery_report {
 	uint16_t port;			/* it was asked from there, UDP */
-	int asked;			/* at so many of our addresses: */
-	struct own_address at[ADDRESSES_OWN_MAX];
+	int networks;			/* loopback is not among them */
+	struct discovery_network network[ADDRESSES_OWN_MAX];
 	bool overheard;			/* whether replies were dropped here could be seen */
 	/* Who replied, and a firewall of this computer dropped it; the first of them. */
 	int unheard;

@@ -11,7 +11,9 @@
 static struct config config;
 static struct loop_shared shared;
 static _Atomic uint64_t found[TRANSPORT_CHANNELS];
-static const struct transport_address from = { .address = 0x0a000005, .port = 20055 };
+static struct transport_address from = { .address = 0x0a000005, .port = 20055 };
+
+static uint32_t routed;
 
 static int setup(void **state)
 {
@@ -19,6 +21,8 @@ static int setup(void **state)
 	memset(&config, 0, sizeof(config));
 	memset(&shared, 0, sizeof(shared));
 	memset((void *)found, 0, sizeof(found));
+	routed = 0;
+	from.interface = 0;
 	config.devices = 3;
 	config.device[0].serial = 31234;
 	config.device[0].port = 20055;
@@ -38,7 +42,7 @@ static void answer(uint32_t serial, bool old_format)
 	};
 	size_t length = wire_discovery_encode(data, &reply);
 
-	finder_take(&config, &shared, found, data, length, &from);
+	finder_take(&config, &shared, found, &routed, data, length, &from);
 }
 
 static uint64_t aimed(int device)
@@ -54,6 +58,26 @@ static void the_device_is_where_its_answer_came_from(void **state)
 	assert_true(aimed(1) == 0);
 	answer(70000, false);
 	assert_true(aimed(1) == (UINT64_C(0x0a000005) << 16 | 5000));
+}
+
+/* It hears the question from two interfaces, and answers both, in any order. */
+static void the_way_of_its_route_needs_no_interface(void **state)
+{
+	const uint64_t where = UINT64_C(0x0a000005) << 16 | 20055;
+
+	(void)state;
+	from.interface = 7;
+	answer(31234, false);
+	assert_true(aimed(0) == (UINT64_C(7) << 48 | where));
+	from.interface = 0;
+	answer(31234, false);
+	assert_true(aimed(0) == where);
+	from.interface = 7;
+	answer(31234, false);
+	assert_true(aimed(0) == where);
+	routed = 0;	/* the next search */
+	answer(31234, false);
+	assert_true(aimed(0) == (UINT64_C(7) << 48 | where));
 }
 
 static void an_old_device_answers_with_sixteen_bits(void **state)
@@ -87,7 +111,7 @@ static void what_is_no_answer_is_ignored(void **state)
 	(void)state;
 	memset(data, 0xff, sizeof(data));
 	for (size_t length = 0; length <= sizeof(data); length++)
-		finder_take(&config, &shared, found, data, length, &from);
+		finder_take(&config, &shared, found, &routed, data, length, &from);
 	for (int i = 0; i < 3; i++)
 		assert_true(aimed(i) == 0);
 }
@@ -110,6 +134,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		TEST(the_device_is_where_its_answer_came_from),
+		TEST(the_way_of_its_route_needs_no_interface),
 		TEST(an_old_device_answers_with_sixteen_bits),
 		TEST(nobody_else_is_aimed_at),
 		TEST(a_device_that_answers_is_left_where_it_is),

@@ -4,9 +4,10 @@
 address, labelled ones, two interfaces in one network, a device with another mask."""
 import contextlib
 import json
+import pathlib
 import sys
 
-from house import House, equal, run
+from house import House, equal, run, wait_for
 from spaces import begin, ip, start_far
 
 SERIAL = 54321
@@ -75,6 +76,32 @@ def test_two_interfaces_in_one_network():
         is_driven("v1", "10.9.9.3", interface="v1")
 
 
+def test_two_interfaces_at_one_switch():
+    """The device sends its replies to either, as its ARP table happens to have them."""
+    with cable("v0", "10.9.9.1/24"), cable("v1", "10.9.9.7/24"):
+        ip("-n", "v1", "link", "set", "eth0", "name", "eth1")
+        ip("-n", "v1", "link", "set", "eth1", "netns", "v0")
+        ip("-n", "v0", "link", "add", "br0", "type", "bridge")
+        for port in ("eth0", "eth1"):
+            ip("-n", "v0", "link", "set", port, "master", "br0", "up")
+        ip("-n", "v0", "address", "add", "10.9.9.3/24", "dev", "br0")
+        ip("-n", "v0", "link", "set", "br0", "up")
+        macs = [json.loads(ip("-j", "link", "show", name))[0]["address"] for name in ("v0", "v1")]
+        with House(**{"discovery-interval-ms": 100}) as house:
+            house.device_keys["mill"] = {"serial": SERIAL}
+            start_far(house, "v0", "10.9.9.3", SERIAL)
+            house.start_daemon()
+            house.wait_fresh("mill")
+            before = house.state("mill")["statistics"]["reconnects"]
+            for mac in macs * 2:
+                for ours in ("10.9.9.1", "10.9.9.7"):
+                    ip("-n", "v0", "neighbour", "replace", ours, "lladdr", mac, "dev", "br0", "nud", "permanent")
+                accepted = house.state("mill")["statistics"]["accepted"]
+                wait_for("replies", lambda: house.state("mill")["statistics"]["accepted"] >  # pylint: disable=cell-var-from-loop
+                         accepted + 500)  # pylint: disable=cell-var-from-loop
+            equal(house.state("mill")["statistics"]["reconnects"], before, house.log())
+
+
 def test_a_device_with_another_mask():
     with cable("v0", "10.9.9.1/24", device="10.9.9.2/16"):
         is_found("v0", "10.9.9.2", "--interface", "v0")
@@ -87,7 +114,28 @@ def test_who_was_asked_is_told_if_nobody_answers():
                       "255.255.255.255", "from UDP port", "power and cable"):
             assert words in said, (words, said)
     with House() as house:
-        assert "no other interface than loopback is up" in found(house)
+        assert "no interface but loopback is up" in found(house)
+
+
+def test_an_address_without_a_network():
+    with cable("v0", "10.9.9.1/32", device="10.9.9.2/24"):
+        ip("route", "add", "10.9.9.2/32", "dev", "v0")
+        is_found("v0", "10.9.9.2", "--interface", "v0")
+
+
+def test_an_interface_without_broadcasts_is_told():
+    made = run("ip", "tuntap", "add", "t0", "mode", "tun")
+    if made.returncode:
+        print(f"  not tried: no such interface here: {made.stderr.strip()}")
+        return
+    try:
+        ip("address", "add", "10.7.0.1/30", "dev", "t0")
+        ip("link", "set", "t0", "up")
+        with House() as house:
+            said = found(house)
+        assert "not asked at t0 (10.7.0.1/30): it cannot send broadcasts; use --address" in said, said
+    finally:
+        ip("link", "delete", "t0")
 
 
 @contextlib.contextmanager
@@ -121,6 +169,8 @@ def test_an_interface_that_does_not_exist_is_named():
 
 def make_network():
     ip("link", "set", "lo", "up")
+    for which in ("all", "default"):  # a name space may begin with those of this computer
+        pathlib.Path(f"/proc/sys/net/ipv4/conf/{which}/rp_filter").write_text("0\n", encoding="ascii")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@
 #include "tests/transport/fixture.h"
 #include <arpa/inet.h>
 #include <errno.h>
+#include <linux/capability.h>
 #include <net/if.h>
 #include <netinet/in.h>
 #include <sched.h>
@@ -16,6 +17,7 @@
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 #include "daemon/transport/discovery.h"
 #include "daemon/transport/udp.h"
@@ -133,6 +135,49 @@ static void socket_stays_bound_to_its_interface(void **state)
 	udp_close(&udp);
 }
 
+static void drop_rights(void)
+{
+	struct __user_cap_header_struct head = { .version = _LINUX_CAPABILITY_VERSION_3 };
+	struct __user_cap_data_struct none[2] = { 0 };
+
+	assert_int_equal(syscall(SYS_capset, &head, none), 0);
+}
+
+static unsigned int bound_to(const struct udp *udp)
+{
+	unsigned int index = 0;
+	socklen_t length = sizeof index;
+
+	assert_int_equal(getsockopt(udp->fd, SOL_SOCKET, SO_BINDTOIFINDEX, &index, &length), 0);
+	return index;
+}
+
+/* Who has no CAP_NET_RAW may bind a socket only while it is bound to nothing. The last test. */
+static void a_channel_is_bound_aside_without_rights(void **state)
+{
+	struct world *w = *state;
+	const struct transport_options options = { 0 };
+	struct transport_address aside = w->peer.at, nowhere = w->peer.at, local;
+	const unsigned int lo = if_nametoindex("lo");
+	uint64_t calls = 0;
+	struct udp udp;
+
+	aside.interface = (uint16_t)lo;
+	nowhere.interface = 999;
+	drop_rights();
+	assert_int_equal(udp_open(&udp, &options), 0);
+	for (int round = 0; round < 3; round++) {
+		assert_int_equal(udp_aim(&udp, &aside, &local, &calls), 0);
+		assert_int_equal(bound_to(&udp), lo);
+		assert_int_equal(udp_aim(&udp, &aside, &local, &calls), 0);
+		assert_int_equal(udp_aim(&udp, &nowhere, &local, &calls), -ENODEV);
+		assert_int_equal(udp_aim(&udp, &aside, &local, &calls), 0);
+		assert_int_equal(udp_aim(&udp, &w->peer.at, &local, &calls), 0);
+		assert_int_equal(bound_to(&udp), 0);
+	}
+	udp_close(&udp);
+}
+
 static bool never(void *context, const uint8_t *data, size_t length,
 		  const struct transport_address *from)
 {
@@ -164,6 +209,7 @@ int main(int argc, char **argv)
 		TEST(aim_at_another_network_uses_an_address_of_that_one),
 		TEST(socket_stays_bound_to_its_interface),
 		cmocka_unit_test(search_without_a_network_says_so),
+		TEST(a_channel_is_bound_aside_without_rights),
 	};
 
 	if (unshare(CLONE_NEWNET) < 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) < 0) {
