@@ -26,7 +26,15 @@ static const struct wire_pinmap pins_57e = {
 	.pwm = R(17, 22),
 	.pwm_pin = { 22, 21, 20, 19, 18, 17 },
 	.fast = { { 1, 2, 9 }, { 5, 6, 11 }, { 15, 16, 27 } },
+	.fast_old = { { 1, 2, 9 }, { 3, 4, 11 }, { 15, 16, 27 } },
 	.ultra = { 8, 12, 13 },
+	.generator = P(9) | P(11) | P(51),
+	.generator_io = R(35, 38),
+	.poextbus = R(35, 37),
+	.direction = { 38, 39, 40 },
+	.step = { 46, 48, 49 },
+	.emergency = 52,
+	.charge_pump = 53,
 };
 
 /* Pin 20 counts although its own list of capabilities lacks that. */
@@ -39,7 +47,10 @@ static const struct wire_pinmap pins_57cnc = {
 	.pwm = R(17, 18) | R(20, 22),
 	.pwm_pin = { 22, 21, 20, 0, 18, 17 },
 	.fast = { { 1, 2, 0 }, { 3, 4, 0 }, { 5, 6, 0 } },
+	.fast_old = { { 1, 2, 0 }, { 3, 4, 0 }, { 5, 6, 0 } },
 	.ultra = { 8, 12, 13 },
+	.poextbus = R(35, 37),
+	.emergency = 52,
 };
 
 static const struct wire_pinmap pins_pro4x25 = {
@@ -50,6 +61,8 @@ static const struct wire_pinmap pins_pro4x25 = {
 	.pwm = P(17) | P(20),
 	.pwm_pin = { 0, 0, 20, 0, 0, 17 },
 	.ultra = { 8, 12, 13 },
+	.poextbus = R(35, 37),
+	.emergency = 52,
 };
 
 static const struct wire_pinmap pins_db25 = {
@@ -155,6 +168,11 @@ const struct wire_model *wire_model(uint8_t hardware)
 			return &models[i];
 	}
 	return &unknown;
+}
+
+const struct wire_model *wire_model_at(size_t number)
+{
+	return number < sizeof(models) / sizeof(models[0]) ? &models[number] : NULL;
 }
 
 bool wire_pin_can(const struct wire_model *model, unsigned int pin, enum wire_pin_use use)

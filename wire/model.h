@@ -13,6 +13,7 @@
  * All functions are pure and realtime safe; the tables are constant.
  */
 
+#include <stddef.h>
 #include "wire/system.h"
 
 /* Hardware ids, device data @18. */
@@ -77,6 +78,7 @@ enum wire_hardware {
 
 #define WIRE_MODEL_PWMS 6
 #define WIRE_MODEL_FASTS 3
+#define WIRE_MODEL_INTERNAL_AXES 3
 
 /* One quadrature input; 0: no pin. */
 struct wire_encoder_pins {
@@ -92,7 +94,15 @@ struct wire_pinmap {
 	uint64_t pwm;
 	uint8_t pwm_pin[WIRE_MODEL_PWMS];	/* of channel 1..6; 0: not brought out */
 	struct wire_encoder_pins fast[WIRE_MODEL_FASTS];
+	struct wire_encoder_pins fast_old[WIRE_MODEL_FASTS];	/* WIRE_FAST_OLD */
 	struct wire_encoder_pins ultra;
+	/* While they are in use; none where the signals have connectors of their own. */
+	uint64_t generator;		/* the external pulse generator's bus */
+	uint64_t generator_io;		/* its extended inputs and outputs */
+	uint64_t poextbus;		/* the second connector */
+	uint8_t direction[WIRE_MODEL_INTERNAL_AXES];	/* the integrated generator's, by axis */
+	uint8_t step[WIRE_MODEL_INTERNAL_AXES];
+	uint8_t emergency, charge_pump;	/* "default" */
 };
 
 struct wire_model {
@@ -117,6 +127,9 @@ struct wire_model {
 
 /* The model of a hardware id; never NULL, "unknown" with known == false. */
 const struct wire_model *wire_model(uint8_t hardware);
+
+/* All of them, one after the other; NULL behind the last one. */
+const struct wire_model *wire_model_at(size_t number);
 
 /* What one pin can do. */
 enum wire_pin_use {

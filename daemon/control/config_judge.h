@@ -15,7 +15,10 @@ struct judged {
 void judge_fault(const struct judged *j, const char *key, uint32_t index, const char *format, ...)
 	__attribute__((format(printf, 4, 5)));
 
-/* Rules between the settings of one device. */
+/* Rules about terminals. */
+void judge_terminals(const struct judged *j);
+
+/* Rules between the settings of one device, terminals among them. */
 void judge_settings(const struct judged *j);
 
 #endif

@@ -2,132 +2,19 @@
 /*
  * What one device's settings may not say together, and what some of them say
  * without words: an encoder of which anything is given is counted, and braking
- * is as hard as speeding up.
- *
- * Terminals are judged by the function that the lists have put together: two
- * lists that name one terminal leave a function that no terminal can have.
+ * is as hard as speeding up. Terminals are judged in config_judge_terminals.c.
  */
 #include <string.h>
 #include "daemon/control/config_judge.h"
 
-enum {
-	PIN_INPUT = 0x02, PIN_OUTPUT = 0x04, PIN_ANALOG = 0x08, PIN_COUNTER = 0x40,
-	PIN_INVERT = 0x80,
-};
 enum { ENCODER_COUNT = 1, ENCODER_4X = 2, ENCODER_SAMPLING = 6 };
-enum { AXIS_BUFFERED = 0x01, AXIS_MODE = 0x0D, AXIS_SOFT_LIMITS = 0x20, PIN_BASE = 10 };
+enum { AXIS_BUFFERED = 0x01, AXIS_MODE = 0x0D, AXIS_SOFT_LIMITS = 0x20 };
 enum { EXTERNAL_FIRST = 92, THREADING_ENCODER = 1 };
-
-/* Terminals that have any of these bits, bit = pin - 1. */
-static uint64_t pins_with(const struct judged *j, uint8_t bits)
-{
-	uint64_t pins = 0;
-
-	for (int pin = 0; pin < POKEYS_PINS; pin++)
-		if (j->raw->settings.pin_function[pin] & bits)
-			pins |= UINT64_C(1) << pin;
-	return pins;
-}
-
-/* The first pin that is in both, 1-based; 0 = none. */
-static int shared_pin(uint64_t a, uint64_t b)
-{
-	return a & b ? __builtin_ctzll(a & b) + 1 : 0;
-}
-
-/* Pins, if it is not all of them. */
-static uint64_t resumed_by_name(const struct judged *j)
-{
-	const uint64_t all = (UINT64_C(1) << POKEYS_PINS) - 1;
-	const uint64_t pins = j->raw->resume & all;
-
-	return pins == all ? 0 : pins;
-}
-
-/* No terminal may be told two things. */
-static void judge_pins(const struct judged *j)
-{
-	const uint64_t counters = pins_with(j, PIN_COUNTER);
-	const uint64_t inputs = pins_with(j, PIN_INPUT) & ~counters;
-	const uint64_t outputs = pins_with(j, PIN_OUTPUT), analog = pins_with(j, PIN_ANALOG);
-	const uint64_t on = j->raw->safe_on, hold = j->raw->safe_hold;
-	const uint64_t resumed = resumed_by_name(j);
-	const struct {
-		uint64_t a, b;
-		const char *key_a, *key_b;
-	} never[] = {
-		{ inputs, outputs, "digital-inputs", "digital-outputs" },
-		{ inputs, analog, "digital-inputs", "analog-inputs" },
-		{ outputs, analog, "digital-outputs", "analog-inputs" },
-		{ outputs, counters, "digital-outputs", "counter-inputs" },
-		{ analog, counters, "analog-inputs", "counter-inputs" },
-		{ on, hold, "safe-on", "safe-hold" },
-		{ on, inputs, "safe-on", "digital-inputs" },
-		{ on, analog, "safe-on", "analog-inputs" },
-		{ on, counters, "safe-on", "counter-inputs" },
-		{ hold, inputs, "safe-hold", "digital-inputs" },
-		{ hold, analog, "safe-hold", "analog-inputs" },
-		{ hold, counters, "safe-hold", "counter-inputs" },
-		{ resumed, inputs, "resume-outputs", "digital-inputs" },
-		{ resumed, analog, "resume-outputs", "analog-inputs" },
-		{ resumed, counters, "resume-outputs", "counter-inputs" },
-	};
-
-	for (size_t i = 0; i < sizeof(never) / sizeof(never[0]); i++) {
-		int pin = shared_pin(never[i].a, never[i].b);
-
-		if (pin)
-			judge_fault(j, never[i].key_b, 0, "pin %d is in %s and in %s", pin,
-				    never[i].key_a, never[i].key_b);
-	}
-}
-
-/*
- * A safe value for a terminal that is no output does nothing, and somebody
- * relies on it. Where the file lists the outputs, it lists all of them.
- */
-static void judge_safe(const struct judged *j)
-{
-	static const char *const keys[] = { "safe-on", "safe-hold", "resume-outputs" };
-	const uint64_t listed = pins_with(j, PIN_OUTPUT);
-	const uint64_t other = pins_with(j, PIN_INPUT | PIN_ANALOG);
-	const uint64_t pins[] = { j->raw->safe_on, j->raw->safe_hold, resumed_by_name(j) };
-
-	for (int i = 0; listed && i < 3; i++) {
-		int pin = shared_pin(pins[i], ~(listed | other));
-
-		if (pin)
-			judge_fault(j, keys[i], 0, "%s: pin %d is not in digital-outputs", keys[i],
-				    pin);
-	}
-}
-
-static void judge_special_pins(const struct judged *j)
-{
-	const struct pokeys_settings *settings = &j->raw->settings;
-	const uint64_t digital = pins_with(j, PIN_INPUT | PIN_OUTPUT);
-	const uint64_t busy = pins_with(j, PIN_OUTPUT | PIN_ANALOG);
-	int pin = shared_pin(pins_with(j, PIN_INVERT), ~digital);
-
-	if (pin)
-		judge_fault(j, "inverted-pins", 0, "inverted-pins: pin %d is neither in "
-			    "digital-inputs nor in digital-outputs", pin);
-	pin = settings->emergency_pin - PIN_BASE;
-	if (settings->set & POKEYS_SET_EMERGENCY_PIN && pin > 0 && busy >> (pin - 1) & 1)
-		judge_fault(j, "emergency-pin", 0, "emergency-pin: pin %d is an output or analog",
-			    pin);
-}
 
 static void judge_encoder(const struct judged *j, uint32_t index)
 {
 	struct pokeys_encoder_settings *encoder = &j->raw->settings.encoder[index];
-	const uint64_t busy = pins_with(j, PIN_OUTPUT | PIN_ANALOG);
-	const uint8_t pins[] = { encoder->pin_a, encoder->pin_b };
 
-	for (int i = 0; encoder->pins_set && i < 2; i++)
-		if (busy >> pins[i] & 1)
-			judge_fault(j, "encoder.#.pins", index, "encoder.%u.pins: pin %d is an "
-				    "output or analog", index, pins[i] + 1);
 	if (!encoder->options_mask && !encoder->pins_set)
 		return;
 	if (!(encoder->options_mask & ENCODER_COUNT))
@@ -289,9 +176,7 @@ static void judge_matrix(const struct judged *j)
 
 void judge_settings(const struct judged *j)
 {
-	judge_pins(j);
-	judge_safe(j);
-	judge_special_pins(j);
+	judge_terminals(j);
 	for (uint32_t i = 0; i < CONFIG_INDICES; i++)
 		judge_encoder(j, i);
 	for (uint32_t i = 0; i < POKEYS_AXES; i++) {

@@ -75,6 +75,8 @@ enum event_code {
 				 * longer */
 	EVENT_POSITION_LOST,	/* a = axes, bits; b = enum place_loss */
 	EVENT_EMERGENCY,	/* the commander's: a = 1 stop, 0 released; b = outputs stay */
+	EVENT_TERMINALS_SHARED,	/* a = terminals, bit = terminal - 1, b and c = numbers of their
+				 * owners (settings/terminal.h) */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

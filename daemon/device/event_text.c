@@ -14,6 +14,7 @@
 #include <pokeys/state.h>
 #include "daemon/device/event_name.h"
 #include "daemon/device/wish.h"
+#include "settings/terminal.h"
 #include "wire/op.h"
 #include "wire/system.h"
 
@@ -457,6 +458,16 @@ static void put_not_safe(struct line *line, const struct event *e)
 	put(line, "; look at the machine, then whether it answers (pokeysctl discover)");
 }
 
+static void put_shared(struct line *line, const struct event *e)
+{
+	char a[SETTINGS_NAME_MAX], b[SETTINGS_NAME_MAX], list[TERMINAL_LIST_MAX];
+	const uint64_t terminals = (uint64_t)e->a & ((UINT64_C(1) << POKEYS_PINS) - 1);
+
+	put(line, "%s %s used by %s and by %s on this board, and can only be used by one of them",
+	    terminal_list(terminals, list), terminals & (terminals - 1) ? "are" : "is",
+	    terminal_owner_name((unsigned int)e->b, a), terminal_owner_name((unsigned int)e->c, b));
+}
+
 static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_LINK] = put_link,
 	[EVENT_IDENTIFIED] = put_identified,
@@ -489,6 +500,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_POSTEP] = put_postep,
 	[EVENT_STEP_MODE] = put_step_mode,
 	[EVENT_NOT_SAFE] = put_not_safe,
+	[EVENT_TERMINALS_SHARED] = put_shared,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -25,6 +25,7 @@
 #include "wire/bus.h"
 #include "wire/encoder.h"
 #include "wire/io.h"
+#include "settings/terminal.h"
 #include "wire/model.h"
 #include "wire/panel.h"
 #include "wire/pulse.h"
@@ -73,6 +74,19 @@ enum identify_step {
 	IDENTIFY_USER,
 	IDENTIFY_OPTIONS,
 	IDENTIFY_STEPS
+};
+
+/* shared.c: what was told */
+struct shared_pair {
+	uint64_t terminals;
+	uint8_t a, b;			/* numbers of owners, settings/terminal.h */
+};
+
+enum { SHARED_MAX = 16 };		/* more than that are not told */
+
+struct shared {
+	struct shared_pair pair[SHARED_MAX];
+	size_t count;
 };
 
 struct identify {
@@ -246,6 +260,7 @@ struct device {
 	struct access access;
 	struct configure configure;
 	struct wishes wishes;
+	struct shared shared;
 	struct plan plan;
 	struct intake intake;
 	struct safe safe;
@@ -332,6 +347,9 @@ bool identify_believed(struct device *device, const uint8_t reply[WIRE_PK]);
 enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_PK]);
 /* Now and then: does it live, is it the same one, the same start, is it locked? */
 void identify_alive(struct device *device);
+
+/* shared.c: settings are settled, which terminals do two of them use? */
+void shared_tell(struct device *device, const struct pokeys_report *report);
 
 /* access.c: true when the device lets us in */
 bool access_cycle(struct device *device);

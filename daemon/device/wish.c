@@ -160,6 +160,7 @@ bool device_report(struct device *device, struct pokeys_report *out)
 	out->refused_index = wishes->refused_index;
 	out->device = wishes->known;
 	out->wanted = wishes->wanted;
+	shared_tell(device, out);
 	return true;
 }
 

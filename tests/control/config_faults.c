@@ -169,26 +169,6 @@ static void a_file_of_faults_is_cut_short(void **state)
 	assert_non_null(strstr(heard.line[CONFIG_FAULTS_MAX], "too many faults"));
 }
 
-static void a_terminal_told_twice_is_a_fault(void **state)
-{
-	(void)state;
-	assert_fault(GOOD "digital-inputs = 1-8\ndigital-outputs = 8\n",
-		     "f:4: [device a]: pin 8 is in digital-inputs and in digital-outputs");
-	assert_fault(GOOD "digital-inputs = 41\nanalog-inputs = 41\n",
-		     "f:4: [device a]: pin 41 is in digital-inputs and in analog-inputs");
-	assert_fault(GOOD "safe-on = 3\nsafe-hold = 3\n",
-		     "f:4: [device a]: pin 3 is in safe-on and in safe-hold");
-	assert_fault(GOOD "digital-inputs = 3\nsafe-on = 3\n",
-		     "f:3: [device a]: pin 3 is in safe-on and in digital-inputs");
-	assert_fault(GOOD "inverted-pins = 3\n",
-		     "f:3: [device a]: inverted-pins: pin 3 is neither in digital-inputs nor in "
-		     "digital-outputs");
-	assert_fault(GOOD "digital-outputs = 9\nencoder.2.pins = 8, 9\n",
-		     "f:4: [device a]: encoder.2.pins: pin 9 is an output or analog");
-	assert_fault(GOOD "digital-outputs = 52\nemergency-pin = 52\n",
-		     "f:4: [device a]: emergency-pin: pin 52 is an output or analog");
-}
-
 static void values_that_are_wrong_together_are_a_fault(void **state)
 {
 	(void)state;
@@ -297,12 +277,8 @@ static void a_safe_value_of_what_is_no_output_is_a_fault(void **state)
 		     "f:4: [device a]: safe-on: pin 38 is not in digital-outputs");
 	assert_fault(GOOD "digital-outputs = 31-37\nsafe-hold = 31,38\n",
 		     "f:4: [device a]: safe-hold: pin 38 is not in digital-outputs");
-	assert_fault(GOOD "counter-inputs = 9\nsafe-hold = 9\n",
-		     "f:3: [device a]: pin 9 is in safe-hold and in counter-inputs");
 	assert_fault(GOOD "digital-outputs = 31-37\nresume-outputs = 38, pwm\n",
 		     "f:4: [device a]: resume-outputs: pin 38 is not in digital-outputs");
-	assert_fault(GOOD "analog-inputs = 41\nresume-outputs = 41\n",
-		     "f:3: [device a]: pin 41 is in resume-outputs and in analog-inputs");
 	/* the device's own outputs, which this file does not list */
 	assert_int_equal(parse(GOOD "safe-on = 38\n"), 0);
 }
@@ -421,7 +397,6 @@ int main(void)
 		cmocka_unit_test(comments_blanks_and_editors_marks_do_no_harm),
 		cmocka_unit_test(all_faults_are_told_at_once),
 		cmocka_unit_test(a_file_of_faults_is_cut_short),
-		cmocka_unit_test(a_terminal_told_twice_is_a_fault),
 		cmocka_unit_test(values_that_are_wrong_together_are_a_fault),
 		cmocka_unit_test(two_sections_for_one_device_are_a_fault),
 		cmocka_unit_test(sixteen_devices_are_allowed_and_no_more),

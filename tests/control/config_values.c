@@ -15,8 +15,8 @@ static void what_is_written_arrives_in_the_units_of_its_users(void **state)
 			       "discovery-address = 10.0.0.255, 127.1.2.3\ntransport = socket\n"
 			       "metrics-file = /run/m\n[device mill]\nserial = 4294967295\n"
 			       "stale-after-ms = 2.5\ndigital-inputs = 1,8-9\ndigital-outputs = "
-			       "2,55\n"
-			       "analog-inputs=41-47\ninverted-pins = 8,55\nsafe-on = 2\nsafe-hold "
+			       "7,55\n"
+			       "analog-inputs=41-47\ninverted-pins = 8,55\nsafe-on = 7\nsafe-hold "
 			       "= 55\n"
 			       "axes = 3\naxis.2.mode = position\naxis.2.max-speed = 12000.5\n"
 			       "axis.2.soft-minimum = -5\nencoder.24.pins = "
@@ -33,14 +33,14 @@ static void what_is_written_arrives_in_the_units_of_its_users(void **state)
 	assert_true(d->serial == 4294967295u);
 	assert_int_equal(d->stale_after_ns, 2500000);
 	assert_int_equal(d->period_ns, 500000);
-	assert_int_equal(d->settings.pin_set[0], 0x83);
+	assert_int_equal(d->settings.pin_set[0], 0xc1);
 	assert_int_equal(d->settings.pin_set[1], 0x01);
 	assert_int_equal(d->settings.pin_function[0], 0x02);
-	assert_int_equal(d->settings.pin_function[1], 0x04);
+	assert_int_equal(d->settings.pin_function[6], 0x04);
 	assert_int_equal(d->settings.pin_function[7], 0x82);
 	assert_int_equal(d->settings.pin_function[54], 0x84);
 	assert_int_equal(d->settings.pin_function[40], 0x08);
-	assert_int_equal(d->safe_outputs[0], 0x02);
+	assert_int_equal(d->safe_outputs[0], 0x40);
 	assert_int_equal(d->safe_mask[0], 0xff);
 	assert_int_equal(d->safe_mask[6], 0x3f);
 	assert_int_equal(d->safe_hold[6], 0x40);

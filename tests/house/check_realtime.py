@@ -16,7 +16,8 @@ PURE = {
     "rint", "nearbyint", "trunc", "fmod", "lroundf", "fabsf", "fmin", "fmax", "_GLOBAL_OFFSET_TABLE_",
 }
 # cold functions that share a room with realtime ones: texts for people
-COLD = {"event_text.c": {"snprintf", "vsnprintf", "__vsnprintf_chk", "strerror"}}
+COLD = {"event_text.c": {"snprintf", "vsnprintf", "__vsnprintf_chk", "strerror", "terminal_list",
+                         "terminal_owner_name"}}
 
 
 def symbols(nm, library):

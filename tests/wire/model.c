@@ -223,6 +223,33 @@ static void models_are_consistent(void **state)
 	}
 }
 
+/* Signals that have terminals only while they are in use are at terminals of the board. */
+static void signals_are_at_terminals_that_there_are(void **state)
+{
+	const struct wire_model *m;
+	size_t count = 0;
+
+	(void)state;
+	for (; (m = wire_model_at(count)); count++) {
+		const struct wire_pinmap *map = m->pinmap;
+		const uint64_t all = map->digital_in | map->digital_out;
+
+		assert_ptr_equal(wire_model(m->hardware), m);
+		assert_int_equal((map->generator | map->generator_io | map->poextbus) & ~all, 0);
+		if (map->emergency)
+			assert_true(wire_pin_can(m, map->emergency, WIRE_USE_INPUT));
+		if (map->charge_pump)
+			assert_true(wire_pin_can(m, map->charge_pump, WIRE_USE_OUTPUT));
+		for (int i = 0; i < WIRE_MODEL_INTERNAL_AXES; i++) {
+			assert_int_equal(!map->step[i], !map->direction[i]);
+			if (map->step[i])
+				assert_true(wire_pin_can(m, map->step[i], WIRE_USE_OUTPUT) &&
+					    wire_pin_can(m, map->direction[i], WIRE_USE_OUTPUT));
+		}
+	}
+	assert_true(count > 30);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -235,6 +262,7 @@ int main(void)
 		cmocka_unit_test(pins_of_the_small_boards_are_those_of_section_2_5),
 		cmocka_unit_test(counter_pins_are_those_the_library_asks_for),
 		cmocka_unit_test(models_are_consistent),
+		cmocka_unit_test(signals_are_at_terminals_that_there_are),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

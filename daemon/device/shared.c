@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Terminals that this board uses twice.
+ *
+ * pokeysd.conf was judged before the device was known, and by itself: what only some
+ * boards cannot do, what a commander wishes besides, and what the device still has from
+ * somebody else (a generator, an encoder) could not be seen. Nothing is refused here: what
+ * the device makes of it is not documented, and it may have been wired so for years.
+ */
+#include <string.h>
+#include "daemon/device/internal.h"
+#include "daemon/device/wish.h"
+
+static uint64_t by_name(const struct device_config *config)
+{
+	const uint64_t pins = pins_load(config->resume_outputs) & OUTPUT_PINS;
+
+	return config->resume_auto || pins == OUTPUT_PINS ? 0 : pins;
+}
+
+static bool is_same(const struct shared_pair *pair, const struct terminal_conflict *conflict)
+{
+	return pair->a == conflict->a.number && pair->b == conflict->b.number &&
+	       pair->terminals == conflict->terminals;
+}
+
+static bool is_told(const struct shared *before, const struct terminal_conflict *conflict)
+{
+	for (size_t i = 0; i < before->count; i++)
+		if (is_same(&before->pair[i], conflict))
+			return true;
+	return false;
+}
+
+void shared_tell(struct device *device, const struct pokeys_report *report)
+{
+	const struct device_config *config = &device->config;
+	const struct terminal_daemon daemon = {
+		.safe_on = pins_load(config->safe_mask) & pins_load(config->safe_outputs),
+		.safe_hold = pins_load(config->safe_hold),
+		.resume = by_name(config),
+	};
+	const struct shared before = device->shared;
+	struct terminal_conflict conflict[TERMINAL_CONFLICTS_MAX];
+	struct pokeys_settings settings = report->device;
+	size_t count;
+
+	if (!running(device) || (report->state != POKEYS_CONFIG_APPLIED &&
+				 report->state != POKEYS_CONFIG_REFUSED))
+		return;
+	wish_lay(&settings, &report->wanted);
+	count = terminal_conflicts(&settings, &daemon,
+				   wire_model(device->image.identity.hardware)->pinmap, conflict);
+	device->shared.count = 0;
+	for (size_t i = 0; i < count && i < SHARED_MAX; i++) {
+		const struct terminal_conflict *c = &conflict[i];
+
+		device->shared.pair[device->shared.count++] = (struct shared_pair){
+			c->terminals, c->a.number, c->b.number,
+		};
+		if (!is_told(&before, c))
+			device_say(device, EVENT_TERMINALS_SHARED, EVENT_WARNING,
+				   (int64_t)c->terminals, c->a.number, c->b.number);
+	}
+}
