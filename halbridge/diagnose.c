@@ -45,6 +45,7 @@ static void read_device(struct value_diagnostics *value, const struct pokeys_sta
 	value->failsafe_state = state->failsafe;
 	value->config_state = state->config_state;
 	value->config_generation_applied = state->config_generation;
+	value->config_foreign = state->config_foreign;
 	value->realtime = state->flags & POKEYS_STATE_REALTIME;
 	value->fallback = state->flags & POKEYS_STATE_FALLBACK;
 	value->guard = state->flags & POKEYS_STATE_GUARD;

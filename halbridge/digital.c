@@ -4,7 +4,7 @@
  *
  * Pins: exactly those that the device has configured as outputs are commanded,
  * with the value of their .out pin, connected or not; a pin that is an input
- * there stays untouched whatever its .out pin says.
+ * there stays untouched whatever its .out pin says, and that is told.
  *
  * External outputs and PoExtBus have no such configuration: whatever is
  * commanded is switched. Loading the component must not switch off what was
@@ -15,7 +15,9 @@
  * cannot be read (protocol section 3.12).
  */
 #include "halbridge/digital.h"
+#include <stddef.h>
 #include <string.h>
+#include <pokeys/settings.h>
 #include "halbridge/bits.h"
 #include "halbridge/news.h"
 
@@ -78,15 +80,51 @@ void digital_read(struct digital *digital, struct values *values, const struct p
 	digital->begun = true;
 }
 
-static void write_pins(struct digital *digital, const struct values *values,
-		       struct pokeys_command *command)
+/* The terminals of these bytes, bit = pin. */
+static uint64_t pins_of(const uint8_t bytes[POKEYS_PIN_BYTES])
 {
-	uint8_t out[VALUES_PINS / 8];
+	uint64_t pins;
 
-	bools_to_bits(out, values->pin.out, sizeof(out));
-	bools_to_bits(digital->invert, values->pin.out_invert, sizeof(out));
-	for (unsigned int i = 0; i < sizeof(out); i++)
+	memcpy(&pins, bytes, sizeof(pins));
+	return pins & ((UINT64_C(1) << POKEYS_PINS) - 1);
+}
+
+static void mark_idle(struct digital *digital, uint64_t idle, struct refusals *refusals)
+{
+	for (uint64_t left = idle ^ digital->idle; left; left &= left - 1) {
+		const unsigned int pin = (unsigned int)__builtin_ctzll(left);
+		bool was;
+
+		refusal_changed(refusals, &was, idle >> pin & 1, offsetof(struct values, pin.out) +
+				pin * sizeof(bool), REFUSAL_NO_OUTPUT, 1);
+	}
+	digital->idle = idle;
+}
+
+/* Set, and nothing is driven. While settings are on their way it may yet become an output. */
+static void judge_idle(struct digital *digital, const uint8_t set[POKEYS_PIN_BYTES],
+		       const struct pokeys_state *state, bool fresh, struct refusals *refusals)
+{
+	const bool settled = fresh && (state->config_state == POKEYS_CONFIG_APPLIED ||
+				       state->config_state == POKEYS_CONFIG_REFUSED);
+	const uint64_t without = settled ? ~pins_of(state->digital_out_owned) : digital->idle;
+	const uint64_t idle = pins_of(set) & without;
+
+	if (idle != digital->idle)
+		mark_idle(digital, idle, refusals);
+}
+
+static void write_pins(struct digital *digital, const struct values *values,
+		       const struct pokeys_state *state, bool fresh,
+		       struct pokeys_command *command, struct refusals *refusals)
+{
+	uint8_t out[POKEYS_PIN_BYTES] = { 0 };
+
+	bools_to_bits(out, values->pin.out, VALUES_PINS / 8);
+	bools_to_bits(digital->invert, values->pin.out_invert, VALUES_PINS / 8);
+	for (unsigned int i = 0; i < VALUES_PINS / 8; i++)
 		command->digital_out[i] = out[i] ^ digital->invert[i];
+	judge_idle(digital, out, state, fresh, refusals);
 }
 
 static void write_bus(struct digital *digital, const struct values *values,
@@ -115,10 +153,11 @@ static void write_external(struct digital *digital, const struct values *values,
 }
 
 void digital_write(struct digital *digital, const struct values *values,
-		   const uint8_t owned[POKEYS_PIN_BYTES], struct pokeys_command *command)
+		   const struct pokeys_state *state, bool fresh, struct pokeys_command *command,
+		   struct refusals *refusals)
 {
-	write_pins(digital, values, command);
-	memcpy(command->digital_out_mask, owned, POKEYS_PIN_BYTES);
+	write_pins(digital, values, state, fresh, command, refusals);
+	memcpy(command->digital_out_mask, state->digital_out_owned, POKEYS_PIN_BYTES);
 	write_bus(digital, values, command);
 	write_external(digital, values, command);
 }

@@ -320,9 +320,10 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 	command->read_age_ns[command->heartbeat % POKEYS_READ_AGES] = exchange->read_age_ns;
 	exchange->read_age_ns = 0;
 	command->flags = flags_of(exchange, values);
-	digital_write(&exchange->digital, values, exchange->state.digital_out_owned, command);
+	digital_write(&exchange->digital, values, &exchange->state, exchange->fresh, command,
+		      refusals);
 	keys_write(&exchange->keys, values, command, refusals);
-	pwm_write(&exchange->pwm, values, exchange->state.pwm_period, command, refusals);
+	pwm_write(&exchange->pwm, values, &exchange->state, command, refusals);
 	legacy_enable(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		joint_write(&exchange->joint[i], &values->joint[i], i, &values->set.axis[i],

@@ -81,14 +81,30 @@ static double duty_of(struct pwm_channel *channel, const struct value_pwm *value
 	return fmin(fmax(duty, least), most);
 }
 
-void pwm_write(struct pwm *pwm, const struct values *values, uint32_t period,
+/* Channels 0 to 5 are at terminals 22 to 17 (protocol section 2.5). */
+static void learn_absent(struct pwm *pwm, uint64_t pins)
+{
+	pwm->pins = pins;
+	pwm->absent = 0;
+	for (unsigned int i = 0; pins && i < POKEYS_PWM; i++)
+		pwm->absent |= (uint32_t)(~pins >> (21 - i) & 1) << i;
+}
+
+void pwm_write(struct pwm *pwm, const struct values *values, const struct pokeys_state *state,
 	       struct pokeys_command *command, struct refusals *refusals)
 {
+	const uint32_t period = state->pwm_period;
+
+	if (pwm->pins != state->capability.pwm_pins)
+		learn_absent(pwm, state->capability.pwm_pins);
 	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
 		const struct value_pwm *value = &values->pwm[i];
 		double duty = duty_of(&pwm->channel[i], value, i, refusals);
 
 		command->pwm_duty[i] = duty > 0 ? (uint32_t)llrint(duty * period) : 0;
 		command->pwm_enable |= (uint32_t)value->enable << i;
+		refusal_mark(refusals, &pwm->channel[i].absent,
+			     value->enable && pwm->absent >> i & 1, OFFSET(i, enable),
+			     REFUSAL_NO_PWM, 1);
 	}
 }

@@ -15,13 +15,15 @@
 struct pwm_channel {
 	struct factor scale, offset;
 	double min_dc, max_dc;		/* in use */
-	bool min_bad, max_bad, value_bad;
+	bool min_bad, max_bad, value_bad, absent;
 };
 
 struct pwm {
 	bool begun;
 	uint32_t shown[2 + POKEYS_PWM];	/* period, enabled, duties the pins were filled from */
 	struct pwm_channel channel[POKEYS_PWM];
+	uint64_t pins;			/* the board's terminals that `absent` is of */
+	uint32_t absent;		/* bit = a channel that this board does not bring out */
 };
 
 void pwm_init(struct pwm *pwm);
@@ -29,8 +31,11 @@ void pwm_init(struct pwm *pwm);
 /* From a fresh state image to the pins. Realtime. */
 void pwm_read(struct pwm *pwm, struct values *values, const struct pokeys_state *state);
 
-/* From the pins to the command; `period` = the device's, ticks, 0 not known. Realtime. */
-void pwm_write(struct pwm *pwm, const struct values *values, uint32_t period,
+/*
+ * From the pins to the command. A channel that is enabled and that the board does not bring
+ * out is refused. Realtime.
+ */
+void pwm_write(struct pwm *pwm, const struct values *values, const struct pokeys_state *state,
 	       struct pokeys_command *command, struct refusals *refusals);
 
 #endif

@@ -102,6 +102,10 @@ static const char *refusal_text(unsigned int reason)
 		return "beyond the soft limits; the last good value stays in use";
 	case REFUSAL_NO_AXIS:
 		return "the device has no such axis, or it is not set up (axes, axis.N.mode)";
+	case REFUSAL_NO_PWM:
+		return "drives nothing: this device has no such PWM output";
+	case REFUSAL_NO_OUTPUT:		/* with its terminal, refusal_line() */
+		break;
 	case REFUSAL_NO_INDEX:
 		return "the device did not arm an index for this encoder; tried again";
 	}
@@ -132,6 +136,9 @@ void refusal_line(const struct refusal_note *note, const char *prefix, unsigned 
 	if (note->reason == REFUSAL_RANGE && row && row->low < row->high)
 		snprintf(line, size, "%s = %g: must be %g to %g; the old value stays in use", name,
 			 note->value, row->low, row->high);
+	else if (note->reason == REFUSAL_NO_OUTPUT && row)
+		snprintf(line, size, "%s = 1: drives nothing: terminal %u is not a digital output "
+			 "(digital-outputs in pokeysd.conf)", name, at.index + 1);
 	else
 		snprintf(line, size, "%s = %g: %s", name, note->value, refusal_text(note->reason));
 }

@@ -21,6 +21,8 @@ enum refusal_reason {
 	REFUSAL_SOFT_LIMIT,
 	REFUSAL_NO_AXIS,	/* the device has none of this number */
 	REFUSAL_NO_INDEX,	/* the device did not arm this encoder's index */
+	REFUSAL_NO_OUTPUT,	/* the terminal is no digital output of the device */
+	REFUSAL_NO_PWM,		/* the device has no such channel */
 };
 
 struct refusal_note {

@@ -37,6 +37,8 @@ static const struct table_row rows[] = {
 		   "the one the daemon has in effect"),
 	DIAGNOSTIC("config.input-refused", config_input_refused,
 		   "device settings that hold a value which is not used (see the log)"),
+	DIAGNOSTIC("config.foreign-count", config_foreign,
+		   "settings of the device that another program has changed (see the log)"),
 	ROW("config.save", PIN, IN, WRITE, diagnostics.config_save,
 	    "its rising edge saves the settings to the device's flash: machine off, 2 s apart"),
 

@@ -200,6 +200,7 @@ struct value_diagnostics {
 	uint32_t load, access, failsafe_state;
 	uint32_t config_state, config_refused, config_refused_index;
 	uint32_t config_generation, config_generation_applied, config_input_refused;
+	uint32_t config_foreign;
 	uint32_t cycles_skipped;
 	bool locked, realtime, fallback, guard, config_save;
 };

@@ -118,11 +118,14 @@ const char *print_phase(const struct pokeys_phase *phase, char text[80])
 
 static void print_io(const struct pokeys_state *state, FILE *to)
 {
+	uint8_t outputs[POKEYS_PIN_BYTES];
 	char text[256];
 
 	print_pins(state->digital_in, text, sizeof(text));
 	fprintf(to, "  inputs on   %s\n", text);
-	print_pins(state->digital_out, text, sizeof(text));
+	for (unsigned int i = 0; i < POKEYS_PIN_BYTES; i++)
+		outputs[i] = state->digital_out[i] & state->digital_out_owned[i];
+	print_pins(outputs, text, sizeof(text));
 	fprintf(to, "  outputs on  %s\n", text);
 	fprintf(to, "  analog     ");
 	for (unsigned int i = 0; i < POKEYS_ANALOG; i++)
@@ -185,6 +188,10 @@ void print_status(const struct view_device *device, FILE *to)
 					   "?",
 			state->flags & POKEYS_STATE_REALTIME ? "" : ", NOT REALTIME");
 		print_control(state, to);
+		if (state->config_foreign)
+			fprintf(to, "  settings    changed %u time%s by another program; see the "
+				"log\n", state->config_foreign,
+				state->config_foreign == 1 ? "" : "s");
 		fprintf(to, "  phase       %s\n", print_phase(&state->phase, phase));
 		print_io(state, to);
 		print_engine(device, to);

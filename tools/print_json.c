@@ -226,6 +226,7 @@ static void put_state(struct json *json, const struct view_device *device)
 	for (size_t i = 0; i < COUNT(flags); i++)
 		json_bool(json, flags[i].key, state->flags & flags[i].bit);
 	json_end(json);
+	json_unsigned(json, "config_foreign", state->config_foreign);
 	put_phase(json, &state->phase);
 	put_identity(json, &state->identity);
 	put_io(json, state);

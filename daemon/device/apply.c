@@ -59,6 +59,25 @@ static void say_changes(struct device *device, const struct setting *setting)
 	}
 }
 
+uint32_t setting_say_foreign(struct device *device, const struct setting *setting,
+			     uint64_t foreign)
+{
+	const unsigned int number = setting_number(device, setting);
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(number, &index);
+
+	uint32_t count = 0;
+
+	for (unsigned int i = 0; i < 64; i++) {
+		if (!(foreign >> i & 1))
+			continue;
+		count++;
+		device_say(device, EVENT_CONFIG_FOREIGN, EVENT_WARNING, kind->write,
+			   event_index(number, i), kind->written(&setting->value, i));
+	}
+	return count;
+}
+
 bool setting_blocks(const struct device *device, const struct setting *setting)
 {
 	const struct pokeys_settings *want = &device->config.settings;
@@ -99,6 +118,8 @@ static void compare(struct device *device, struct setting *setting)
 	const uint64_t differs = kind->merge(&device->wishes.wanted, index, &setting->value,
 					     &setting->write);
 
+	if (setting->watched && watch_settled(device, setting, differs))
+		return;
 	if (!differs) {
 		setting->state = SETTING_DONE;
 		wish_settled(device, kind->name);
@@ -154,6 +175,23 @@ static void judge_homed(struct device *device, const struct setting *setting,
 		device->image.engine.axis[number - SETTING_AXIS].homed = 0;
 }
 
+/* One that is read in its turn is reported if it says something else than before. */
+static void report(struct device *device, const struct setting *setting,
+		   const union setting_value *before)
+{
+	unsigned int index;
+	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
+	struct pokeys_settings was = { 0 }, is = { 0 };
+
+	if (setting->watched) {
+		kind->report(&was, index, before);
+		kind->report(&is, index, &setting->value);
+		if (!memcmp(&was, &is, sizeof(is)))
+			return;
+	}
+	kind->report(wish_known(device), index, &setting->value);
+}
+
 static void learn(struct device *device, struct setting *setting, const mailbox_entry_t *entry)
 {
 	const union setting_value before = setting->value;
@@ -167,7 +205,7 @@ static void learn(struct device *device, struct setting *setting, const mailbox_
 	setting->asked_ns = entry->timestamp_first_sent;
 	setting->failures = 0;
 	kind->learn(device, index, &setting->value);
-	kind->report(wish_known(device), index, &setting->value);
+	report(device, setting, &before);
 }
 
 static void read_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -190,6 +228,10 @@ static void read_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, v
 	}
 	if (++setting->failures < ROUNDS)
 		return;
+	if (setting->watched) {
+		watch_unanswered(setting);
+		return;
+	}
 	if (kind->vital || kind->wanted(&device->wishes.wanted, index))
 		setting_refuse(device, setting, 0);
 	else

@@ -103,6 +103,7 @@ void configure_again(struct device *device, bool all)
 		struct setting *setting = &configure->setting[i];
 		unsigned int index;
 
+		setting->watched = false;
 		if (setting->state != SETTING_DONE && setting->state != SETTING_REFUSED &&
 		    setting->state != SETTING_WRITE)
 			continue;
@@ -246,6 +247,7 @@ bool configure_send(struct device *device)
 
 	if (!idle(configure))
 		return false;
+	watch_turn(device);
 	for (unsigned int i = 0; i < SETTINGS; i++) {
 		if (send_one(device, &configure->setting[i]))
 			return true;
@@ -277,8 +279,13 @@ enum pokeys_config_state configure_state(const struct device *device)
 	if (device->image.link != POKEYS_LINK_CONFIGURING && !running(device))
 		return POKEYS_CONFIG_UNKNOWN;
 	for (unsigned int i = 0; i < SETTINGS; i++) {
-		const uint8_t state = configure->setting[i].state;
+		const struct setting *setting = &configure->setting[i];
+		const uint8_t state = setting->state;
 
+		if (setting->watched) {
+			refused += setting->differed != 0;
+			continue;
+		}
 		busy += state != SETTING_DONE && state != SETTING_REFUSED;
 		refused += state == SETTING_REFUSED;
 		waits = waits || state == SETTING_WRITE || state == SETTING_EFFECT;

@@ -77,6 +77,7 @@ enum event_code {
 	EVENT_EMERGENCY,	/* the commander's: a = 1 stop, 0 released; b = outputs stay */
 	EVENT_TERMINALS_SHARED,	/* a = terminals, bit = terminal - 1, b and c = numbers of their
 				 * owners (settings/terminal.h) */
+	EVENT_CONFIG_FOREIGN,	/* somebody else has written a setting: as EVENT_CONFIG_CHANGED */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

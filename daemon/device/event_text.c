@@ -138,6 +138,18 @@ static void put_config_changed(struct line *line, const struct event *e)
 	put(line, " (not saved in the device)");
 }
 
+static void put_config_foreign(struct line *line, const struct event *e)
+{
+	put(line, "somebody else has changed ");
+	put_setting(line, e);
+	if (e->a == WIRE_OP_PIN_ALL) {
+		put(line, " to ");
+		put_function(line, e->c);
+	}
+	put(line, "; it is set again while the machine is off. Look for another program that uses "
+	    "this device");
+}
+
 static void put_config_refused(struct line *line, const struct event *e)
 {
 	put_setting(line, e);
@@ -501,6 +513,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_STEP_MODE] = put_step_mode,
 	[EVENT_NOT_SAFE] = put_not_safe,
 	[EVENT_TERMINALS_SHARED] = put_shared,
+	[EVENT_CONFIG_FOREIGN] = put_config_foreign,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

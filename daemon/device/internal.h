@@ -348,6 +348,12 @@ enum pokeys_fault identify_take(struct device *device, const uint8_t reply[WIRE_
 /* Now and then: does it live, is it the same one, the same start, is it locked? */
 void identify_alive(struct device *device);
 
+/* watch.c: once the link runs and nothing else is to be done to settings */
+void watch_turn(struct device *device);
+/* It was read in its turn and differs so from what is wanted: true if all is as before. */
+bool watch_settled(struct device *device, struct setting *setting, uint64_t differs);
+void watch_unanswered(struct setting *setting);
+
 /* shared.c: settings are settled, which terminals do two of them use? */
 void shared_tell(struct device *device, const struct pokeys_report *report);
 
@@ -379,6 +385,9 @@ bool setting_effect(struct device *device, struct setting *setting);
 void setting_missing(struct device *device, struct setting *setting);
 /* `differs`: which of it, 0 = the device did not answer. */
 void setting_refuse(struct device *device, struct setting *setting, uint64_t differs);
+/* Somebody else has written these bits of it. Returns how many. */
+uint32_t setting_say_foreign(struct device *device, const struct setting *setting,
+			     uint64_t foreign);
 /* pokeysd.conf wants something else than the device has, or does not say. */
 bool setting_blocks(const struct device *device, const struct setting *setting);
 

@@ -116,6 +116,8 @@ struct setting {
 	uint8_t writes;			/* answered, and not taken all the same */
 	uint8_t unanswered;		/* writes without answer */
 	bool said;			/* that it is refused */
+	bool watched;			/* it is read in its turn (watch.c), and at rest */
+	uint64_t differed;		/* ... from what is wanted, before */
 	bool known;			/* value is what the device said last */
 	uint64_t changed;		/* bit = pin or encoder written; bit 0 = all else */
 	uint64_t after_ns;		/* read not before */
@@ -151,6 +153,9 @@ struct configure {
 	bool standing;			/* the pulse engine stands: settings may be written */
 	bool found_running;		/* the engine, since we look at it */
 	bool stop_open;
+	uint64_t watch_ns;		/* when the next one is read in its turn */
+	uint8_t watch_last;		/* the last one that is no function of pins */
+	bool watch_pins;		/* those were the last */
 	uint64_t again_ns;		/* blocked until then; 0 = not */
 };
 

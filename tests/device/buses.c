@@ -242,7 +242,8 @@ static void fast_requests_keep_their_rate_with_everything_enabled(void **state)
 	assert_int_equal(world.sent.operation[0xCC], 2000);
 	assert_int_equal(world.state.statistics.cycles_late, io);
 	assert_true(world.sent.pulse[0x25] >= 1900);
-	assert_int_equal(world.sent.pulse[0x00], 2000);
+	/* it is how the engine's settings are read, too, now and then */
+	assert_in_range(world.sent.pulse[0x00], 2000, 2002);
 	assert_in_range(world.fresh_high, 4, 4);
 	/* those that change all the time do not starve those that poll, nor the other way */
 	assert_true(world.sent.operation[0xCB] > 30);

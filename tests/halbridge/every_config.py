@@ -6,6 +6,7 @@ from every_play import set_all
 
 TAKEN = Act("settings that are taken, and some that are not", phases=3,
             before=lambda m: set_all(m, {"joint.01.axis-enable": 1}))
+FOREIGN = Act("a setting that another program writes", phases=2)
 SAVED = Act("settings are saved", phases=2)
 
 
@@ -33,6 +34,13 @@ def _(step, phase):
 def _(step, phase):
     step.set(256 if phase == 2 else 2, "pin.20.function")
     step.shows(int(phase == 2))
+
+
+@FOREIGN.rule(r"config\.foreign-count")
+def _(step, phase):
+    if phase:
+        step.sim("field pin.function 30 0")
+    step.shows(phase)
 
 
 @SAVED.rule(r"config\.save")
@@ -96,4 +104,4 @@ def _(step, phase):
     step.device("pwm.period", 0, (2000, 4000)[phase])
 
 
-ACTS = [TAKEN, SAVED, EMERGENCY, FOLLOWED, APPLY, PERIOD]
+ACTS = [TAKEN, FOREIGN, SAVED, EMERGENCY, FOLLOWED, APPLY, PERIOD]

@@ -359,6 +359,7 @@ static const struct out_driver drivers[] = {
 	BY("config.refused", refuse_a_setting), BY("config.refused-index", refuse_a_setting),
 	BY("config.generation", refuse_a_setting), BY("config.input-refused", refuse_a_setting),
 	FIELD("config.generation-applied", config_generation),
+	FIELD("config.foreign-count", config_foreign),
 	RATE("encoders-low", ENCODERS_LOW), RATE("encoders-high", ENCODERS_HIGH),
 	RATE("analog", ANALOG), RATE("counters", COUNTERS), RATE("PoExtBus", POEXTBUS),
 	RATE("tick", TICK), RATE("pwm", PWM), RATE("load", LOAD), RATE("rtc", CLOCK),

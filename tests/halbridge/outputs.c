@@ -2,6 +2,7 @@
 /*
  * Outputs: inversion, who may be commanded at all, PWM's limits, lamps.
  */
+#include <pokeys/settings.h>
 #include "tests/halbridge/rig.h"
 
 static struct rig rig;
@@ -157,6 +158,98 @@ static void a_refusal_names_the_parameter_and_its_range(void **state)
 			    "stays in use");
 }
 
+static void assert_note(const char *expected)
+{
+	struct refusal_note note;
+	char line[160];
+
+	assert_true(refusal_take(&rig.exchange.refusals, &note));
+	refusal_line(&note, "pokeys.0", TABLE_CANONICAL, line, sizeof(line));
+	assert_string_equal(line, expected);
+	assert_false(refusal_take(&rig.exchange.refusals, &note));
+}
+
+/* HAL's pin 32 is terminal 33, and pokeysd.conf has only 32 of them. */
+static void an_output_that_drives_nothing_is_told_with_its_terminal(void **state)
+{
+	struct refusal_note note;
+
+	(void)state;
+	rig.daemon.config_state = POKEYS_CONFIG_APPLIED;
+	rig.daemon.digital_out_owned[3] = 0x80;
+	values->pin.out[31] = true;
+	rig_periods(&rig, 3);
+	assert_false(values->input_refused);
+	values->pin.out[32] = true;
+	rig_periods(&rig, 50);
+	assert_true(values->input_refused);
+	assert_int_equal(values->input_refused_count, 1);
+	assert_note("pokeys.0.pin.32.out = 1: drives nothing: terminal 33 is not a digital output "
+		    "(digital-outputs in pokeysd.conf)");
+	rig.daemon.digital_out_owned[4] = 0x01;
+	rig_periods(&rig, 2);
+	assert_false(values->input_refused);
+	/* another program has made an input of it */
+	rig.daemon.digital_out_owned[4] = 0;
+	rig_periods(&rig, 2);
+	assert_true(values->input_refused);
+	assert_int_equal(values->input_refused_count, 2);
+	values->pin.out[32] = false;
+	rig_period(&rig);
+	assert_false(values->input_refused);
+	while (refusal_take(&rig.exchange.refusals, &note))
+		assert_int_equal(note.reason, REFUSAL_NO_OUTPUT);
+}
+
+/* ... and what is not known is not judged. */
+static void an_output_is_judged_once_the_settings_are_there(void **state)
+{
+	static const uint8_t on_their_way[] = {
+		POKEYS_CONFIG_UNKNOWN, POKEYS_CONFIG_WAITING, POKEYS_CONFIG_APPLYING,
+	};
+
+	(void)state;
+	values->pin.out[32] = true;
+	for (size_t i = 0; i < sizeof(on_their_way); i++) {
+		rig.daemon.config_state = on_their_way[i];
+		rig_periods(&rig, 20);
+		assert_false(values->input_refused);
+	}
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	rig.daemon.config_state = POKEYS_CONFIG_REFUSED;
+	rig_periods(&rig, 20);
+	assert_false(values->input_refused);
+	rig.device_silent = false;
+	rig_periods(&rig, 2);
+	assert_true(values->input_refused);
+	/* a loss does not tell it again */
+	rig.device_silent = true;
+	rig_periods(&rig, 20);
+	assert_true(values->input_refused);
+	rig.device_silent = false;
+	rig_periods(&rig, 20);
+	assert_int_equal(values->input_refused_count, 1);
+}
+
+/* The fourth channel's terminal is the probe's on a PoKeys57CNC. */
+static void a_pwm_output_that_the_board_has_not_is_told(void **state)
+{
+	(void)state;
+	values->pwm[0].enable = values->pwm[3].enable = true;
+	rig_periods(&rig, 2);
+	assert_false(values->input_refused);
+	rig.daemon.capability.pwm_pins = UINT64_C(0x3f) << 16 & ~(UINT64_C(1) << 18);
+	rig_periods(&rig, 2);
+	assert_true(values->input_refused);
+	assert_int_equal(values->input_refused_count, 1);
+	assert_note("pokeys.0.pwm.03.enable = 1: drives nothing: this device has no such PWM "
+		    "output");
+	values->pwm[3].enable = false;
+	rig_period(&rig);
+	assert_false(values->input_refused);
+}
+
 static void brightness_is_sent_when_it_is_asked_for(void **state)
 {
 	(void)state;
@@ -219,6 +312,10 @@ int main(void)
 		cmocka_unit_test_setup(pwm_that_is_not_enabled_has_duty_0_and_stays_driven, setup),
 		cmocka_unit_test_setup(a_pwm_parameter_out_of_range_keeps_the_last_good_one, setup),
 		cmocka_unit_test_setup(a_refusal_names_the_parameter_and_its_range, setup),
+		cmocka_unit_test_setup(an_output_that_drives_nothing_is_told_with_its_terminal,
+				       setup),
+		cmocka_unit_test_setup(an_output_is_judged_once_the_settings_are_there, setup),
+		cmocka_unit_test_setup(a_pwm_output_that_the_board_has_not_is_told, setup),
 		cmocka_unit_test_setup(brightness_is_sent_when_it_is_asked_for, setup),
 		cmocka_unit_test_setup(a_modules_outputs_and_brightness_go_together, setup),
 		cmocka_unit_test_setup(automatic_brightness_is_the_opposite_of_the_light, setup),

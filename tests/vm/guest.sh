@@ -114,7 +114,7 @@ switch_on() {
 		as_cnc halcmd setp pokeys.0.machine-is-on 1 && sleep 1 && pin_is outputs-held FALSE
 }
 linuxcnc_dies() {
-	pin_is outputs-held TRUE && output_is 0 || { echo "outputs are not held"; return 1; }
+	within 120 pin_is outputs-held TRUE && output_is 0 || { echo "outputs are not held"; return 1; }
 	as_cnc halcmd setp pokeys.0.pin.30.out 1 && within 120 switch_on && within 120 output_is 1 || return 1
 	kill -KILL "$(servo_pid)"
 	within 120 output_is 0

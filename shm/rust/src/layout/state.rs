@@ -325,7 +325,7 @@ layout! {
         config_state: u8,
         reserved3: [u8; 3],
         report_count: u32,
-        reserved4: u32,
+        config_foreign: u32,
         phase: PokeysPhase,
         t_postep_ns: u64,
         backlash: [i16; AXES],
@@ -384,8 +384,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 7, size 2704,
-    hash 0xd573278110ebd55c, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 8, size 2704,
+    hash 0x01e019e044cc8f19, hash_function iox_state_hash
 }
 
 published! {
