@@ -19,6 +19,10 @@
  * the time before. Then our zero is the device's zero, and the pin is cleared.
  * A device cannot be disarmed: if the wish is withdrawn, the pulse still zeroes
  * its count, and then the position is carried over the jump.
+ *
+ * A device that is restarted counts from 0. LinuxCNC jogs by the count of a hand wheel and
+ * would take that for turns of it, so the count goes on from where it was, and count-lost
+ * says that nobody knows what was turned meanwhile.
  */
 #include "halbridge/encoder.h"
 #include <math.h>
@@ -38,7 +42,7 @@ static void restart_at(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	encoder->raw = raw;
 	encoder->total = raw;
 	encoder->t_ns = t_ns;
-	encoder->rests = false;
+	encoder->rests = encoder->anew = false;
 	velocity_rebase(&encoder->velocity, raw, t_ns);
 }
 
@@ -60,11 +64,26 @@ static void take_set(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 		return;
 	if (encoder->set == ENCODER_SET_DONE) {
 		encoder->zero = 0;
+		encoder->lost = false;
 		restart_at(encoder, raw, t_ns);
 	} else {
 		carry_over(encoder, raw, t_ns);
 	}
 	encoder->set = ENCODER_SET_NONE;
+}
+
+/* Wherever it has turned to meanwhile, that is no motion of which anybody knows. */
+static void take_anew(struct encoder *encoder, int32_t raw, uint64_t t_ns)
+{
+	const int64_t total = encoder->total;
+
+	restart_at(encoder, raw, t_ns);
+	if (!encoder->keep) {
+		encoder->zero = 0;
+		return;
+	}
+	encoder->total = total;
+	velocity_rebase(&encoder->velocity, total, t_ns);
 }
 
 static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
@@ -77,6 +96,10 @@ static void take_sample(struct encoder *encoder, int32_t raw, uint64_t t_ns)
 	}
 	if (!encoder->t_ns) {
 		restart_at(encoder, raw, t_ns);
+		return;
+	}
+	if (encoder->anew) {
+		take_anew(encoder, raw, t_ns);
 		return;
 	}
 	encoder->total += (int32_t)((uint32_t)raw - (uint32_t)encoder->raw);
@@ -112,10 +135,15 @@ bool encoder_read(struct encoder *encoder, struct value_encoder *value, unsigned
 
 	if (fresh)
 		take_sample(encoder, state->encoder[number], state->encoder_t_ns[number]);
-	if (value->reset)
+	if (value->reset) {
 		encoder->zero = encoder->total;
+		encoder->lost = false;
+	}
 	changed = show(encoder, value, scale);
-	encoder->rests = !changed && encoder->set == ENCODER_SET_NONE && value->velocity == 0 &&
+	changed |= value->count_lost != encoder->lost;
+	value->count_lost = encoder->lost;
+	encoder->rests = !changed && encoder->set == ENCODER_SET_NONE && !encoder->anew &&
+			 value->velocity == 0 &&
 			 velocity_rests(&encoder->velocity, encoder->total, encoder->t_ns);
 	return changed;
 }
@@ -137,6 +165,7 @@ static void take_pulse(struct encoder *encoder, struct value_encoder *value, int
 	if (encoder->index == ENCODER_INDEX_ARMED) {
 		encoder->index = ENCODER_INDEX_OFF;
 		encoder->zero = 0;
+		encoder->lost = false;
 		restart_at(encoder, raw, t_ns);
 		value->index_enable = false;
 	} else if (encoder->stray && t_ns > encoder->t_ns) {
@@ -247,12 +276,14 @@ bool encoder_set_forget(struct encoder *encoder, uint64_t t_ns)
 	return under_way;
 }
 
-void encoder_rebooted(struct encoder *encoder)
+void encoder_restarted(struct encoder *encoder, bool keep)
 {
 	encoder_index_forget(encoder);
 	encoder->set = ENCODER_SET_NONE;
 	encoder->stray = false;
-	encoder->t_ns = 0;
-	encoder->zero = 0;
 	encoder->rests = false;
+	if (!encoder->t_ns)
+		return;		/* there was no count that could be lost */
+	encoder->lost = encoder->anew = true;
+	encoder->keep = keep;
 }

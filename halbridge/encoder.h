@@ -35,10 +35,14 @@ struct encoder {		/* what each period needs stands first */
 	uint8_t index;		/* enum encoder_index */
 	bool index_flag;	/* of the state image, at the last look */
 	bool stray;		/* armed, but nobody wants it any more */
+	bool anew;		/* the next sample is of a counter that has begun again */
+	bool keep;		/* ... and count and position stay where they are */
+	bool lost;		/* ... since it was set, reset or zeroed by its index */
 	uint8_t set;		/* enum encoder_set */
 	uint64_t set_t_ns;	/* of the sample that was there when its outcome came */
 	struct press press;
 	bool rests;		/* it stood at the last sample, and the pins say so */
+	bool quiet;		/* no index and no setting of it is under way */
 	int64_t shown;		/* counts that position was made of */
 	double shown_scale;	/* and the scale; 0 = not yet */
 	struct factor scale;
@@ -129,6 +133,26 @@ static inline bool encoder_set_idle(const struct encoder *encoder,
 	       encoder->set == ENCODER_SET_NONE;
 }
 
+/*
+ * Nobody wants an index or sets the counter, and `encoder_index` of the state image has no
+ * pulse: the four above have nothing to do. As the two, but at a glance; encoder_settle()
+ * has to follow whenever one of the four was called. Realtime.
+ */
+static inline bool encoder_is_quiet(const struct encoder *encoder,
+				    const struct value_encoder *value, unsigned int number,
+				    uint32_t encoder_index)
+{
+	return encoder->quiet && !(value->index_enable | value->set) &&
+	       !(encoder_index >> number & 1);
+}
+
+static inline void encoder_settle(struct encoder *encoder)
+{
+	encoder->quiet = encoder->index == ENCODER_INDEX_OFF && !encoder->index_flag &&
+			 encoder->press.up && encoder->press.state == PRESS_IDLE &&
+			 encoder->set == ENCODER_SET_NONE;
+}
+
 /* The daemon that was asked is gone: ask again. Realtime. */
 void encoder_index_forget(struct encoder *encoder);
 
@@ -138,7 +162,11 @@ void encoder_index_forget(struct encoder *encoder);
  */
 bool encoder_set_forget(struct encoder *encoder, uint64_t t_ns);
 
-/* The device has been rebooted: its counters begin anew, and so do the pins. Realtime. */
-void encoder_rebooted(struct encoder *encoder);
+/*
+ * The device was restarted, or it is another one: its counters begin again. The next sample
+ * leaves count and position where they are; they follow its changes from there. Without
+ * `keep` they are the device's again. Realtime.
+ */
+void encoder_restarted(struct encoder *encoder, bool keep);
 
 #endif

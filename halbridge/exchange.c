@@ -86,6 +86,22 @@ static bool read_index(struct exchange *exchange, struct values *values, unsigne
 	return value->index_enable != wanted;
 }
 
+/* Returns true if that has changed a pin. */
+static bool read_orders(struct exchange *exchange, struct values *values, unsigned int i,
+			bool fresh, uint64_t now_ns)
+{
+	struct encoder *encoder = &exchange->encoder[i];
+	const struct value_encoder *value = &values->encoder[i];
+	const bool changed = fresh && !encoder_index_idle(encoder, value, i, &exchange->state) &&
+			     read_index(exchange, values, i, now_ns);
+
+	if (!encoder_set_idle(encoder, value) &&
+	    encoder_set_read(encoder, i, &exchange->state, &exchange->queue))
+		values->one_shot_failed_count++;
+	encoder_settle(encoder);
+	return changed;
+}
+
 static void read_encoders(struct exchange *exchange, struct values *values, bool fresh,
 			  uint64_t now_ns)
 {
@@ -97,20 +113,20 @@ static void read_encoders(struct exchange *exchange, struct values *values, bool
 		struct value_encoder *value = &values->encoder[i];
 		bool changed = false;
 
-		if (fresh && !encoder_index_idle(encoder, value, i, state))
-			changed = read_index(exchange, values, i, now_ns);
-		if (!encoder_set_idle(encoder, value) &&
-		    encoder_set_read(encoder, i, state, &exchange->queue))
-			values->one_shot_failed_count++;
+		if (!encoder_is_quiet(encoder, value, i, state->encoder_index))
+			changed = read_orders(exchange, values, i, fresh, now_ns);
 		if (fresh && encoder_stands(encoder, value, state->encoder[i],
 					    state->encoder_t_ns[i]) && !changed)
 			continue;
 		changed |= encoder_read(encoder, value, i, state, fresh, &exchange->refusals);
+		exchange->encoders_lost = (exchange->encoders_lost & ~(UINT32_C(1) << i)) |
+					  (uint32_t)encoder->lost << i;
 		if (!changed)
 			continue;
 		exchange->encoders_moved |= UINT32_C(1) << i;
 		values_touched(values, encoder_member(i, 0), sizeof(*value));
 	}
+	values->encoder_count_lost = exchange->encoders_lost & state->encoder_enabled;
 	if (fresh && news(&exchange->encoder_enabled, &state->encoder_enabled,
 			  sizeof(exchange->encoder_enabled), false)) {
 		for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
@@ -178,8 +194,8 @@ static void take_news(struct exchange *exchange, struct values *values,
 		if (news->new_daemon && encoder_set_forget(&exchange->encoder[i],
 							   exchange->state.encoder_t_ns[i]))
 			values->one_shot_failed_count++;
-		if (news->rebooted)
-			encoder_rebooted(&exchange->encoder[i]);
+		if (news->counts_anew)
+			encoder_restarted(&exchange->encoder[i], values->encoder_keep_count);
 		else if (news->new_daemon)
 			encoder_index_forget(&exchange->encoder[i]);
 	}
@@ -244,36 +260,34 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 	legacy_read(exchange, values, now_ns);
 }
 
-static bool write_index(struct exchange *exchange, struct values *values, uint64_t now_ns)
+/* Index and setting of a counter; returns true if the queue was full. */
+static bool write_orders(struct exchange *exchange, struct values *values, unsigned int i,
+			 uint64_t now_ns)
 {
+	struct encoder *encoder = &exchange->encoder[i];
+	const struct value_encoder *value = &values->encoder[i];
+	struct press_news news = { 0 };
 	bool full = false;
 
-	for (unsigned int i = 0; exchange->fresh && i < POKEYS_ENCODERS; i++) {
-		struct encoder *encoder = &exchange->encoder[i];
-		const struct value_encoder *value = &values->encoder[i];
-
-		if (!encoder_index_idle(encoder, value, i, &exchange->state))
-			full |= !encoder_index_write(encoder, value, i, &exchange->queue,
-						     &exchange->command, now_ns);
-	}
-	return full;
+	if (exchange->fresh && !encoder_index_idle(encoder, value, i, &exchange->state))
+		full = !encoder_index_write(encoder, value, i, &exchange->queue,
+					    &exchange->command, now_ns);
+	if (!encoder_set_idle(encoder, value))
+		news = encoder_set_write(encoder, value, i, &exchange->queue, &exchange->command,
+					 exchange->fresh);
+	values->one_shot_failed_count += news.failed;
+	encoder_settle(encoder);
+	return full || news.full;
 }
 
-static bool write_set(struct exchange *exchange, struct values *values)
+static bool write_encoders(struct exchange *exchange, struct values *values, uint64_t now_ns)
 {
+	const uint32_t index = exchange->state.encoder_index;
 	bool full = false;
 
-	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
-		struct encoder *encoder = &exchange->encoder[i];
-		struct press_news news;
-
-		if (encoder_set_idle(encoder, &values->encoder[i]))
-			continue;
-		news = encoder_set_write(encoder, &values->encoder[i], i, &exchange->queue,
-					 &exchange->command, exchange->fresh);
-		values->one_shot_failed_count += news.failed;
-		full |= news.full;
-	}
+	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
+		if (!encoder_is_quiet(&exchange->encoder[i], &values->encoder[i], i, index))
+			full |= write_orders(exchange, values, i, now_ns);
 	return full;
 }
 
@@ -332,8 +346,7 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 			    &command->axis[i], refusals);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		command->axis[i].enable &= read;
-	full = write_index(exchange, values, now_ns);
-	full |= write_set(exchange, values);
+	full = write_encoders(exchange, values, now_ns);
 	full |= joint_home_write(&exchange->home, values, exchange->joint, &exchange->queue,
 				 command, &exchange->state.engine, exchange->fresh, refusals);
 	full |= probe_write(&exchange->probe, values, exchange->joint, &exchange->queue, command,

@@ -65,6 +65,7 @@ struct exchange {
 	struct pokeys_rtc rtc;
 	uint32_t encoder_enabled;
 	uint32_t encoders_moved;	/* bit = encoder whose pins have changed at this read */
+	uint32_t encoders_lost;		/* bit = an encoder whose count is lost */
 	bool engine_begun, joints_due, rtc_begun;
 	uint32_t reads;
 	struct legacy legacy;

@@ -50,33 +50,33 @@ static void note_caller(_Atomic uintptr_t *who)
 
 void instance_read(struct instance *instance)
 {
-	const uint64_t began_ns = instance_now();
+	const uint64_t now_ns = instance_now();
 	pokeys_client *client = handover_take(&instance->reader);
 	enum exchange_got got = get(instance, client);
 
 	note_caller(&instance->read_by);
 	legacy_link_look(&instance->link, instance->exchange.legacy.linked);
 	binding_gather(&instance->binding, TABLE_AT_READ);
-	exchange_read(&instance->exchange, instance->binding.values, got, instance_now());
+	exchange_read(&instance->exchange, instance->binding.values, got, now_ns);
 	binding_scatter(&instance->binding, TABLE_AT_READ);
-	timing_read(&instance->timing, instance->binding.values, instance_now() - began_ns);
+	timing_read(&instance->timing, instance->binding.values, instance_now() - now_ns);
 	handover_give_back(&instance->reader);
 }
 
 void instance_write(struct instance *instance, uint64_t period_ns)
 {
-	const uint64_t began_ns = instance_now();
+	const uint64_t now_ns = instance_now();
 	pokeys_client *client = handover_take(&instance->writer);
 
 	note_caller(&instance->write_by);
 	binding_gather(&instance->binding, TABLE_AT_WRITE);
-	exchange_write(&instance->exchange, instance->binding.values, instance_now(), period_ns);
+	exchange_write(&instance->exchange, instance->binding.values, now_ns, period_ns);
 	exchange_written(&instance->exchange,
 			 client && !pokeys_client_write(client, &instance->exchange.command));
 	binding_scatter(&instance->binding, TABLE_AT_WRITE);
 	if (instance->binding.values->read_missing)
 		binding_scatter(&instance->binding, TABLE_AT_READ);
-	timing_write(&instance->timing, instance->binding.values, instance_now() - began_ns);
+	timing_write(&instance->timing, instance->binding.values, instance_now() - now_ns);
 	handover_give_back(&instance->writer);
 }
 

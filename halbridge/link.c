@@ -22,6 +22,7 @@
 #define STALE_MOST	UINT64_C(60000000000)	/* whatever the image says */
 #define ALIVE_LEAST	UINT64_C(5000000)
 #define ALIVE_CYCLES	5
+#define START_BLUR_MS	2000u		/* the device's clock is read now and then */
 
 void link_init(struct link *link)
 {
@@ -119,13 +120,23 @@ static bool missed_deadlines(struct link *link, struct values *values,
 	return more;
 }
 
-static bool rebooted(struct link *link, const struct pokeys_state *state, bool new_daemon)
+/*
+ * A daemon says whether the device was restarted. Another daemon than before cannot know,
+ * but for the device's clock.
+ */
+static bool counts_anew(struct link *link, const struct pokeys_state *state)
 {
-	bool another = state->fault == POKEYS_FAULT_REBOOTED &&
-		       state->fault_count != link->fault_count;
+	const uint32_t start_ms = (uint32_t)(state->t_publish_ns / 1000000) - state->device_tick_ms;
+	const uint32_t apart = start_ms - link->start_ms;
+	const bool same = state->epoch == link->counts_of;
+	const bool anew = same ? state->encoder_epoch != link->encoder_epoch :
+			  !state->device_tick_ms || apart + START_BLUR_MS > 2 * START_BLUR_MS;
+	const bool first = !link->counts_of;
 
-	link->fault_count = state->fault_count;
-	return another && !new_daemon;
+	link->counts_of = state->epoch;
+	link->encoder_epoch = state->encoder_epoch;
+	link->start_ms = start_ms;
+	return anew && !first;
 }
 
 struct link_news link_read(struct link *link, struct values *values,
@@ -144,7 +155,7 @@ struct link_news link_read(struct link *link, struct values *values,
 		news.new_daemon = state->epoch != link->epoch;
 		news.restarted = news.new_daemon && link->epoch;
 		news.fresh = values->daemon_alive && is_fresh(state, age_ns);
-		news.rebooted = rebooted(link, state, news.new_daemon);
+		news.counts_anew = news.fresh && counts_anew(link, state);
 		error = missed_deadlines(link, values, state, news.new_daemon);
 		link->epoch = state->epoch;
 		fill_link(values, state);

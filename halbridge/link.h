@@ -14,7 +14,9 @@
 struct link {
 	uint64_t epoch;			/* of the daemon last seen, 0 = none yet */
 	uint64_t missed;		/* its counter of missed deadlines at the last read */
-	uint32_t fault_count;		/* at the last read */
+	uint64_t counts_of;		/* the daemon whose counts were read last, 0 = none yet */
+	uint32_t start_ms;		/* the device's start, on our clock modulo 2^32 */
+	uint8_t encoder_epoch;
 	/* from when the newest data are; the first read before any */
 	uint64_t data_ns;
 	bool attached;			/* once */
@@ -27,7 +29,8 @@ struct link_news {
 	bool fresh;		/* the image's data may be used */
 	bool new_daemon;	/* another daemon than at the read before */
 	bool restarted;		/* ... and there was one */
-	bool rebooted;		/* the device began anew */
+	bool counts_anew;	/* the device's counters may have begun again since the last one
+				 * that was fresh */
 };
 
 void link_init(struct link *link);

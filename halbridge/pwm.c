@@ -82,29 +82,52 @@ static double duty_of(struct pwm_channel *channel, const struct value_pwm *value
 }
 
 /* Channels 0 to 5 are at terminals 22 to 17 (protocol section 2.5). */
-static void learn_absent(struct pwm *pwm, uint64_t pins)
+static void learn(struct pwm *pwm, const struct pokeys_state *state)
 {
+	const uint64_t pins = state->capability.pwm_pins;
+
+	pwm->period = state->pwm_period;
 	pwm->pins = pins;
 	pwm->absent = 0;
-	for (unsigned int i = 0; pins && i < POKEYS_PWM; i++)
-		pwm->absent |= (uint32_t)(~pins >> (21 - i) & 1) << i;
+	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
+		pwm->absent |= (uint32_t)(pins && !(pins >> (21 - i) & 1)) << i;
+		pwm->channel[i].taken = false;
+	}
+}
+
+/* Most channels are as they were, most of the time. A copy, for parameters change as they like. */
+static bool is_taken(struct pwm_channel *channel, const struct value_pwm *value)
+{
+	struct value_pwm now;
+
+	memcpy(&now, value, sizeof(now));
+	if (channel->taken && !memcmp(&now, &channel->seen, sizeof(now)))
+		return true;
+	memcpy(&channel->seen, &now, sizeof(now));
+	return false;
+}
+
+static void take(struct pwm *pwm, unsigned int i, struct refusals *refusals)
+{
+	struct pwm_channel *channel = &pwm->channel[i];
+	const struct value_pwm *value = &channel->seen;
+	const double duty = duty_of(channel, value, i, refusals);
+
+	channel->taken = true;
+	channel->ticks = duty > 0 ? (uint32_t)llrint(duty * pwm->period) : 0;
+	refusal_mark(refusals, &channel->absent, value->enable && pwm->absent >> i & 1,
+		     OFFSET(i, enable), REFUSAL_NO_PWM, 1);
 }
 
 void pwm_write(struct pwm *pwm, const struct values *values, const struct pokeys_state *state,
 	       struct pokeys_command *command, struct refusals *refusals)
 {
-	const uint32_t period = state->pwm_period;
-
-	if (pwm->pins != state->capability.pwm_pins)
-		learn_absent(pwm, state->capability.pwm_pins);
+	if (pwm->period != state->pwm_period || pwm->pins != state->capability.pwm_pins)
+		learn(pwm, state);
 	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
-		const struct value_pwm *value = &values->pwm[i];
-		double duty = duty_of(&pwm->channel[i], value, i, refusals);
-
-		command->pwm_duty[i] = duty > 0 ? (uint32_t)llrint(duty * period) : 0;
-		command->pwm_enable |= (uint32_t)value->enable << i;
-		refusal_mark(refusals, &pwm->channel[i].absent,
-			     value->enable && pwm->absent >> i & 1, OFFSET(i, enable),
-			     REFUSAL_NO_PWM, 1);
+		if (!is_taken(&pwm->channel[i], &values->pwm[i]))
+			take(pwm, i, refusals);
+		command->pwm_duty[i] = pwm->channel[i].ticks;
+		command->pwm_enable |= (uint32_t)pwm->channel[i].seen.enable << i;
 	}
 }

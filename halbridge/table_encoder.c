@@ -35,6 +35,15 @@ static const struct table_row rows[] = {
 	ROWS("encoder.%02u.enabled", PIN, OUT, READ, encoder, enabled,
 	     "the device counts it, as basic, fast or ultra-fast encoder"),
 
+	ROWS("encoder.%02u.count-lost", PIN, OUT, READ, encoder, count_lost,
+	     "the device was restarted or replaced: what was turned meanwhile is not known; until "
+	     "reset, set or the index", APART),
+	ROW("encoder-count-lost", PIN, OUT, READ, encoder_count_lost,
+	    "count-lost of at least one encoder that is enabled"),
+	ROW("encoder-keep-count", PARAM, RW, READ, encoder_keep_count,
+	    "after a restart of the device, count and position go on from where they were; 0: "
+	    "they jump to the device's new count", PARAMETER(1, 0, 1)),
+
 	ENCODER("sampling", sampling, 0, 4, "0 off, 1, 2 or 4 counts per line"),
 	ENCODER("pin-a", pin_a, 0, POKEYS_PINS - 1, "pin of channel A, 0 is pin 1"),
 	ENCODER("pin-b", pin_b, 0, POKEYS_PINS - 1, "pin of channel B"),

@@ -83,7 +83,7 @@ struct value_pwm {
 struct value_encoder {
 	double position, velocity;
 	int32_t count, set_value;
-	bool reset, index_enable, enabled, set;
+	bool reset, index_enable, enabled, set, count_lost;
 	param_float scale;
 };
 
@@ -235,7 +235,8 @@ struct values {
 	uint32_t error_code, error_count;
 	bool error_active, emergency_stop;
 	bool machine_is_on, machine_on_permitted, needs_edge, outputs_held, safe_state;
-	bool position_lost, unhome;
+	bool position_lost, unhome, encoder_count_lost;
+	param_bit encoder_keep_count;
 
 	struct value_engine engine;
 	struct value_homing homing;

@@ -23,6 +23,15 @@ static bool is_enabled(const struct device *device, unsigned int encoder)
 	return device->image.encoder_enabled >> encoder & 1;
 }
 
+/*
+ * Is it still the same start of the same device? Until that is known no count is taken: one
+ * of a new start is no motion, and is to be told in the image that has it.
+ */
+static bool doubted(const struct device *device)
+{
+	return plan_doubts(device) || restart_doubted(device);
+}
+
 static void show(struct device *device, unsigned int i)
 {
 	device->image.encoder[i] = device->encoder[i].count;
@@ -58,6 +67,18 @@ static void take_ultra(struct device *device, int32_t count, uint64_t t_ns)
 	show(device, WIRE_ENCODER_ULTRA);
 }
 
+/* Over a silence the low bytes say nothing: as soon as there is no doubt any more. */
+static void ask_all_bits(struct device *device)
+{
+	const uint32_t basic = device->image.encoder_enabled &
+			       ((UINT32_C(1) << WIRE_BASIC_ENCODERS) - 1);
+
+	if (basic & ((UINT32_C(1) << WIRE_ENCODER_BANK) - 1))
+		slow_encoders_now(device, 0);
+	if (basic >> WIRE_ENCODER_BANK)
+		slow_encoders_now(device, 1);
+}
+
 void decode_io(struct device *device, const mailbox_entry_t *entry)
 {
 	struct pokeys_state *image = &device->image;
@@ -71,6 +92,10 @@ void decode_io(struct device *device, const mailbox_entry_t *entry)
 		image->analog[i + POKEYS_ANALOG - WIRE_IO_ANALOGS] = io.analog[i];
 	image->t_analog_ns = t;
 	memcpy(image->matrix, io.matrix, sizeof(io.matrix));
+	if (doubted(device)) {
+		ask_all_bits(device);
+		return;
+	}
 	take_low_bytes(device, &io, t);
 	take_ultra(device, (int32_t)io.ultra, t);
 	image->t_encoder_ns = t;
@@ -82,6 +107,8 @@ void decode_encoders(struct device *device, unsigned int bank, const mailbox_ent
 	const uint64_t t = entry->timestamp_received;
 	struct wire_encoders_rep reply;
 
+	if (doubted(device))
+		return;
 	wire_encoders_decode_rep(entry->response_buffer, &reply);
 	for (unsigned int i = 0; i < WIRE_ENCODER_BANK; i++) {
 		const unsigned int n = first + i;

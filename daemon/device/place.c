@@ -358,6 +358,8 @@ void place_lost(struct device *device, uint8_t axes, enum place_loss why)
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		if (axes >> i & 1)
 			device->image.engine.axis[i].homed = 0;
+	if (why == PLACE_RESTART || why == PLACE_NO_CLOCK)
+		device->image.encoder_epoch++;
 	if (why != PLACE_SET_ELSEWHERE) {
 		device->place.last.axes &= (uint8_t)~axes;
 		device->place.changed_ns = device->now_ns;

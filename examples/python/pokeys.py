@@ -116,7 +116,7 @@ class Phase(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 8, 0x01e019e044cc8f19
+    VERSION, HASH = 9, 0xae289310359cd5e6
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "
@@ -138,7 +138,8 @@ class State(Structure):
         ("one_shot_ack", c_uint32), ("one_shot", OneShotResult * 16),
         ("command_heartbeat", c_uint64), ("command_t_ns", c_uint64),
         ("config_generation", c_uint32), ("config_state", c_uint8),
-        ("reserved3", c_uint8 * 3), ("report_count", c_uint32), ("config_foreign", c_uint32), ("phase", Phase),
+        ("encoder_epoch", c_uint8), ("reserved3", c_uint8 * 2), ("report_count", c_uint32),
+        ("config_foreign", c_uint32), ("phase", Phase),
         ("t_postep_ns", c_uint64), ("backlash", c_int16 * AXES), ("threading", Threading),
         ("postep", Postep * AXES),
         ("statistics", LinkStatistics)]

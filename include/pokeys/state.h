@@ -32,9 +32,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	8
+#define POKEYS_STATE_VERSION	9
 #define POKEYS_DIAG_VERSION	4
-#define POKEYS_STATE_HASH	UINT64_C(0x01e019e044cc8f19)
+#define POKEYS_STATE_HASH	UINT64_C(0xae289310359cd5e6)
 #define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
 
 enum {
@@ -426,7 +426,9 @@ struct pokeys_state {
 	uint64_t command_t_ns;
 	uint32_t config_generation;	/* of the wish (settings.h) in effect */
 	uint8_t config_state;		/* enum pokeys_config_state */
-	uint8_t reserved3[3];
+	uint8_t encoder_epoch;		/* changes when the device's counters may have begun
+					 * again: it was restarted, or it is another one */
+	uint8_t reserved3[2];
 	uint32_t report_count;		/* settings.h: the report has changed when this has */
 	uint32_t config_foreign;	/* settings that somebody else has changed, so often */
 	struct pokeys_phase phase;

@@ -305,12 +305,63 @@ static void fast_motion_towards_zero_is_no_index(void **state)
 	}
 }
 
+/*
+ * A count that began again is in no image in which the epoch is the one of before: whoever
+ * jogs by it would take it for turns. No device begins to answer within 15 ms.
+ */
+static void a_new_count_is_told_in_the_image_that_has_it(void **state)
+{
+	static const unsigned int boot_ms[] = { 15, 100, 1000 };
+
+	for (size_t i = 0; i < 3 * sizeof(boot_ms) / sizeof(boot_ms[0]); i++) {
+		int32_t before[POKEYS_ENCODERS];
+		uint8_t epoch;
+
+		begin(state);
+		sim_bench_encoder(&world.rig.device, BASIC, 5000);
+		sim_bench_encoder(&world.rig.device, HIGH, 77);
+		sim_bench_encoder(&world.rig.device, ULTRA, 90000);
+		world_run(&world, 500 * MS + i * 37 * MS);
+		assert_int_equal(world.state.encoder[BASIC], 5000);
+		epoch = world.state.encoder_epoch;
+		memcpy(before, world.state.encoder, sizeof(before));
+		world.rig.device.options.boot_ms = boot_ms[i / 3];
+		sim_rig_reboot(&world.rig, world.now, false);
+		for (int n = 0; n < 4000; n++) {
+			world_cycle(&world);
+			if (world.state.encoder_epoch == epoch)
+				assert_memory_equal(world.state.encoder, before, sizeof(before));
+		}
+		assert_int_not_equal(world.state.encoder_epoch, epoch);
+		assert_int_equal(world.state.encoder[BASIC], 0);
+		assert_int_equal(world.state.encoder[ULTRA], 0);
+	}
+}
+
+/* ... and a cable that was out tells nothing. */
+static void a_silence_is_no_new_count(void **state)
+{
+	const uint8_t epoch = (begin(state), world.state.encoder_epoch);
+
+	turn(BASIC, 20000);
+	for (int n = 0; n < 20; n++) {
+		sim_rig_silence(&world.rig, world.now, (uint64_t)(1 + n * 40) * MS);
+		world_run(&world, (uint64_t)(1 + n * 40) * MS);
+		world_until(&world, world_is_running, 3 * SECOND);
+		world_run(&world, 200 * MS);
+		assert_int_equal(world.state.encoder_epoch, epoch);
+		assert_in_range(truth(BASIC) - world.state.encoder[BASIC], 0, 100);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(counts_are_followed_each_cycle, begin),
 		cmocka_unit_test_setup(encoder_that_is_off_stays_at_zero, begin),
 		cmocka_unit_test_setup(count_from_before_the_start_is_taken_over, begin),
+		cmocka_unit_test_setup(a_new_count_is_told_in_the_image_that_has_it, begin),
+		cmocka_unit_test_setup(a_silence_is_no_new_count, begin),
 		cmocka_unit_test_setup(counts_wrap_without_a_jump, begin),
 		cmocka_unit_test(losses_cost_age_but_no_count),
 		cmocka_unit_test_setup(all_bits_are_read_at_once_after_a_gap, begin),

@@ -9,7 +9,8 @@ ELSEWHERE = {
     "every_out_pin.c": (r"daemon\.guard", r"packets\.(?:stale|wrong-source|send-failed)",
                         r"one-shot-full", r"threading\.preparing"),
     # a device that is restarted ends every session here
-    "live_machine.py": (r"position-lost", r"unhome",
+    "encoder.c": (r"encoder-keep-count", r"encoder\.\d\d\.count-lost"),
+    "live_machine.py": (r"position-lost", r"unhome", r"encoder-count-lost",
                         r"joint\.\d\d\.(?:position-lost|motion-homed)"),
     # a buffer that runs dry as it likes
     "position.c": (r"engine\.dry-loses-position",),

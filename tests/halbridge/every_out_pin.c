@@ -154,6 +154,12 @@ static void begin_another_count(struct rig *rig)
 		rig->daemon.engine.axis[i].position_epoch += 2;
 }
 
+static void restart_the_counters(struct rig *rig)
+{
+	rig->daemon.encoder_enabled = UINT32_MAX;
+	rig->daemon.encoder_epoch++;
+}
+
 static void begin_one_while_homed(struct rig *rig)
 {
 	size_t pin = 0;
@@ -250,6 +256,8 @@ static const struct out_driver drivers[] = {
 	BITS("machine-on-permitted", flags, 3), BITS("needs-edge", flags, 4),
 	BY("position-lost", begin_another_count), BY("unhome", begin_one_while_homed),
 	BY("joint.%02u.position-lost", begin_another_count),
+	BY("encoder-count-lost", restart_the_counters),
+	BY("encoder.%02u.count-lost", restart_the_counters),
 	BITS("outputs-held", flags, 10), BITS("safe-state", flags, 2), BITS("commander", flags, 1),
 	BITS("command-refused", flags, 7), COUNT("command-refused-count", refused_command),
 	BY("input-refused", set_bad_scale), BY("input-refused-count", set_bad_scale),

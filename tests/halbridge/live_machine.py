@@ -185,6 +185,10 @@ def a_killed_daemon_is_survived(m):
 def a_rebooted_device_comes_back(m):
     hal = m.all()
     hal.set("joint.00.motion-homed", 1)
+    hal.set("encoder.05.sampling", 4)
+    hal.becomes("encoder.05.enabled", True)
+    m.sim("encoder 5 count 5000")
+    hal.becomes("encoder.05.count", 5000)
     m.machine_on()
     m.move(5)
     m.sim("reboot keep-config")
@@ -196,6 +200,8 @@ def a_rebooted_device_comes_back(m):
         hal.becomes("unhome", True)
         assert hal.get("position-lost") is True
         assert hal.get("joint.00.pos-fb") == 5, "the position jumped"
+        hal.becomes("encoder-count-lost", True)
+        assert hal.get("encoder.05.count") == 5000, "the hand wheel jumped"
     m.passes()
     found = m.sim("axis 0")["position"]
     with safety():
@@ -209,6 +215,11 @@ def a_rebooted_device_comes_back(m):
     with safety():
         assert found == "-200", "it went to another place than two units back"
         assert hal.get("position-lost") is True
+    m.sim("encoder 5 count 7")
+    hal.becomes("encoder.05.count", 5007)
+    for i in range(26):
+        hal.set(f"encoder.{i:02d}.reset", 1)
+    hal.becomes("encoder-count-lost", False)
     hal.set("joint.00.motion-homed", 0)
     hal.becomes("unhome", False)
     assert hal.get("position-lost") is True

@@ -245,12 +245,12 @@ def a_daemon_of_another_version_is_refused_in_words(rig):
     manifests = list(rig.runtime.glob("e.*/manifest*"))
     assert len(manifests) == 1, [path.name for path in rig.runtime.glob("e.*/*")]
     text = manifests[0].read_text()
-    other = re.sub(r"(?m)^state \d+ ", "state 9 ", text)
+    other = re.sub(r"(?m)^state \d+ ", "state 99 ", text)
     assert other != text
     manifests[0].write_text(other)
     rig.hal.start(f"runtime={rig.runtime}", "devices=mill")
     rig.hal.becomes("attach-state", 2)
-    rig.hal.says("state layout 9")
+    rig.hal.says("state layout 99")
     assert rig.hal.get("connected") is False
     said = [line for line in rig.hal.said().splitlines()
             if line.startswith("pokeys.0: ") and "read and write took" not in line]

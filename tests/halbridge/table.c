@@ -59,7 +59,7 @@ static bool is_told_about(const char *name)
 		"failsafe.", "engine.backlash", "engine.postep", "joint.%02u.backlash-",
 		"joint.%02u.postep.", "synced-pwm.", "synced-out.", "rate.backlash", "rate.postep",
 		"threading.", "matrix.row-pin.", "matrix.column-pin.", "joint.%02u.limit-neg-d",
-		"encoder.%02u.set",
+		"encoder.%02u.set", "encoder.%02u.count-lost",
 		"joint.%02u.limit-pos-d", "joint.%02u.home-d",
 	};
 

@@ -143,10 +143,10 @@ static const struct member state_members[] = {
 	M(matrix_enabled), M(reserved2), M(kbd48_keys), NESTED(ponet, ponet_module_members),
 	M(slow_millihertz), NESTED(rtc, rtc_members), M(one_shot_session),
 	M(one_shot_ack), NESTED(one_shot, one_shot_result_members), M(command_heartbeat),
-	M(command_t_ns), M(config_generation), M(config_state), M(reserved3),
-	M(report_count), M(config_foreign), NESTED(phase, phase_members), M(t_postep_ns),
-	M(backlash), NESTED(threading, threading_members), NESTED(postep, postep_members),
-	NESTED(statistics, link_statistics_members),
+	M(command_t_ns), M(config_generation), M(config_state), M(encoder_epoch),
+	M(reserved3), M(report_count), M(config_foreign), NESTED(phase, phase_members),
+	M(t_postep_ns), M(backlash), NESTED(threading, threading_members),
+	NESTED(postep, postep_members), NESTED(statistics, link_statistics_members),
 	END
 };
 #undef OF

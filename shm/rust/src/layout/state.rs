@@ -323,7 +323,8 @@ layout! {
         command_t_ns: u64,
         config_generation: u32,
         config_state: u8,
-        reserved3: [u8; 3],
+        encoder_epoch: u8,
+        reserved3: [u8; 2],
         report_count: u32,
         config_foreign: u32,
         phase: PokeysPhase,
@@ -384,8 +385,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 8, size 2704,
-    hash 0x01e019e044cc8f19, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 9, size 2704,
+    hash 0xae289310359cd5e6, hash_function iox_state_hash
 }
 
 published! {
