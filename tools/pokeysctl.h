@@ -51,6 +51,7 @@ int command_latency(const struct options *options);
 int command_record(const struct options *options);
 int command_replay(const struct options *options);
 int command_trace(const struct options *options);
+int command_terminals(const struct options *options);
 int command_top(const struct options *options);
 
 #endif

@@ -59,6 +59,8 @@ def main():
     documented -= {"latency", "kernel", "virtual_machine", "priority", "seconds", "note", "series", "cpu",
                    "samples", "mean_us", "min_us", "p50_us", "p99_us", "p999_us", "max_us", "buckets",
                    "daemon"}
+    # and those of terminals, which tools / terminals reads
+    documented -= {"terminals", "model", "terminal", "hal", "can_be", "label", "also"}
     # and those of record and replay, which system / recorder compares
     documented -= {"record", "file", "packets", "events", "replay", "t_ns", "kind", "request", "reply",
                    "event", "level", "text", "operation", "id", "length", "round_trip_us", "data", "try",
