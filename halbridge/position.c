@@ -11,9 +11,10 @@
  * homed: by the device (then its own count is valid again), by LinuxCNC (motion-homed
  * rises), or its position is set.
  *
- * A motion buffer that ran dry stopped axes without a ramp. Their counts are right, but
- * the motors may have lost steps, so that is a loss as well. And so is another daemon than
- * before: it cannot know what was while nobody looked.
+ * A motion buffer that ran dry, a limit switch and the emergency input stop axes without a
+ * ramp. The counts of those that moved are right, but their motors may have lost steps, so
+ * that is a loss as well. So is an error of a motor's driver, which leaves the motor without
+ * current, and another daemon than before: it cannot know what was while nobody looked.
  *
  * LinuxCNC takes an order to unhome a joint by an edge, and refuses it while the machine
  * does not stand. So unhome comes again and again until no such joint counts as homed.
@@ -22,6 +23,9 @@
 
 #define UNHOME_NS	UINT64_C(250000000)	/* so long it is true, and then false */
 #define ALARM_NS	UINT64_C(1000000000)
+#define MOVED_NS	UINT64_C(100000000)	/* a stop so long afterwards is one with a ramp */
+
+enum { STOP_LIMIT = 100, STOP_EMERGENCY = 101 };	/* protocol section 3.24.1 */
 
 /* Homed in LinuxCNC's own way. */
 static void acknowledge(struct position *position, bool homed)
@@ -66,6 +70,24 @@ static bool pulse(uint64_t *since_ns, bool wanted, uint64_t now_ns)
 	return wanted && (now_ns - *since_ns) / UNHOME_NS % 2 == 0;
 }
 
+/* The axis has lost steps, or may have: it was stopped without a ramp, or has no current. */
+static bool judge_motor(struct position *position, const struct pokeys_axis *axis, bool moved,
+			bool stopped, uint64_t now_ns)
+{
+	const bool error = axis->error && !position->error;
+
+	if (moved)
+		position->moved_ns = now_ns;
+	position->error = axis->error;
+	return error || (stopped && position->moved_ns &&
+			 now_ns - position->moved_ns < MOVED_NS);
+}
+
+static bool is_tripped(const struct pokeys_engine *engine)
+{
+	return engine->state == STOP_LIMIT || engine->state == STOP_EMERGENCY;
+}
+
 static void show(struct positions *positions, struct values *values, uint64_t now_ns)
 {
 	const bool lost_before = values->position_lost, unhome_before = values->unhome;
@@ -100,7 +122,8 @@ bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES]
 {
 	const bool dry = engine->buffer_underruns != positions->underruns &&
 			 values->engine.dry_loses;
-	bool anew = false, lost = false, knew;
+	const bool stopped = is_tripped(engine) && !positions->tripped && values->engine.dry_loses;
+	bool anew = false, lost = false, knew, moved;
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		struct position *position = &positions->joint[i];
@@ -116,16 +139,21 @@ bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES]
 		if (axis->mode == POKEYS_AXIS_OFF)
 			continue;
 		knew = position->known;
+		moved = knew && axis->position != position->shown;
 		if (judge(position, &joint[i], axis)) {
 			anew = true;
 			lost |= position->lost;
 		} else if (dry && knew && axis->mode == POKEYS_AXIS_BUFFERED) {
 			lost = position->lost = true;
 		}
+		if (judge_motor(position, axis, moved, stopped, now_ns))
+			lost = position->lost = true;
 	}
 	alarm(positions, lost, values->machine_is_on, now_ns);
-	if (fresh)
+	if (fresh) {
 		positions->underruns = engine->buffer_underruns;
+		positions->tripped = is_tripped(engine);
+	}
 	show(positions, values, now_ns);
 	return anew;
 }

@@ -19,11 +19,14 @@ struct position {
 	bool lost;
 	bool homed;		/* motion-homed, at the last read */
 	bool restarted;		/* the daemon was, since the joint was judged last */
+	bool error;		/* its driver's, at the last read */
+	uint64_t moved_ns;	/* its count has changed last; 0 = not yet */
 };
 
 struct positions {
 	struct position joint[POKEYS_AXES];
 	uint32_t underruns;
+	bool tripped;		/* the engine was stopped by a switch, at the last read */
 	uint64_t unhome_ns;	/* since then joints have to be unhomed; 0 = none has to */
 	uint64_t alarm_ns;	/* one was lost then */
 	bool alarm;		/* ... and for a second, and until machine-is-on falls */

@@ -35,8 +35,9 @@ static const struct table_row rows[] = {
 	STATUS("engine.buffer-resyncs", engine.buffer_resyncs,
 	       "how often positions were read back to find out what had been executed"),
 	ROW("engine.dry-loses-position", PARAM, RW, READ, engine.dry_loses,
-	    "a buffer that runs dry and stops moving axes without a ramp is a loss of position; "
-	    "0: this machine's motors lose no steps in such a stop", PARAMETER(1, 0, 1)),
+	    "a buffer that runs dry, a limit switch and the emergency input stop axes without a "
+	    "ramp, and that is a loss of position for those that moved; 0: this machine's motors "
+	    "lose no steps in such a stop", PARAMETER(1, 0, 1)),
 	STATUS("engine.slot-us", engine.slot_us, "time of a slot, microseconds"),
 	ROW("engine.limit-override", PIN, IN, WRITE, engine.limit_override,
 	    "axes may leave their limit switches"),

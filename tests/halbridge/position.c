@@ -199,6 +199,80 @@ static void a_buffer_that_ran_dry_is_a_loss_of_steps(void **state)
 	assert_true(joint->pos_fb == 150.1);
 }
 
+enum { RUNNING = 3, STOP_LIMIT = 100, STOP_EMERGENCY = 101 };
+
+/* The device stops all axes at once; those that moved may have lost steps. */
+static void a_stop_by_a_switch_is_a_loss_for_axes_that_moved(void **state)
+{
+	static const uint8_t stops[] = { STOP_LIMIT, STOP_EMERGENCY };
+
+	for (unsigned int i = 0; i < 2; i++) {
+		setup(state);
+		rig.daemon.engine.state = RUNNING;
+		axis->position += 40;
+		rig_periods(&rig, 3);
+		is_known();
+		rig.daemon.engine.state = stops[i];
+		rig_period(&rig);
+		is_lost(true);
+		assert_true(joint->pos_fb == 150.1);
+		/* it is homed again, from the switch */
+		joint->motion_homed = false;
+		rig_periods(&rig, 2);
+		joint->motion_homed = true;
+		rig_periods(&rig, 5);
+		is_known();
+	}
+}
+
+static void the_last_step_may_come_with_the_stop(void **state)
+{
+	(void)state;
+	rig_periods(&rig, 200);
+	rig.daemon.engine.state = STOP_LIMIT;
+	axis->position -= 3;
+	rig_period(&rig);
+	is_lost(true);
+}
+
+/* Somebody presses a switch by hand, or the motors can take it. */
+static void a_stop_of_axes_that_stand_is_no_loss(void **state)
+{
+	(void)state;
+	rig.daemon.engine.state = RUNNING;
+	axis->position += 40;
+	rig_periods(&rig, 200);
+	rig.daemon.engine.state = STOP_LIMIT;
+	rig_periods(&rig, 3);
+	is_known();
+	values->engine.dry_loses = false;
+	rig.daemon.engine.state = RUNNING;
+	axis->position += 40;
+	rig_periods(&rig, 3);
+	rig.daemon.engine.state = STOP_LIMIT;
+	rig_periods(&rig, 3);
+	is_known();
+}
+
+/* The motor has no current any more, whether it moved or not. */
+static void an_error_of_a_driver_is_a_loss_for_its_axis(void **state)
+{
+	(void)state;
+	values->engine.dry_loses = false;
+	rig_periods(&rig, 200);
+	axis->error = true;
+	rig_period(&rig);
+	is_lost(true);
+	joint->motion_homed = false;
+	rig_periods(&rig, 2);
+	joint->motion_homed = true;
+	rig_periods(&rig, 5);
+	is_known();
+	axis->error = false;
+	rig_periods(&rig, 5);
+	is_known();
+}
+
 /* What was before is no concern of a component that has just been loaded. */
 static void a_daemon_that_has_counted_before_is_no_loss(void **state)
 {
@@ -263,6 +337,10 @@ int main(void)
 		cmocka_unit_test_setup(it_is_noticed_when_data_are_fresh_again, setup),
 		cmocka_unit_test_setup(another_daemon_is_a_loss, setup),
 		cmocka_unit_test_setup(a_buffer_that_ran_dry_is_a_loss_of_steps, setup),
+		cmocka_unit_test_setup(a_stop_by_a_switch_is_a_loss_for_axes_that_moved, setup),
+		cmocka_unit_test_setup(the_last_step_may_come_with_the_stop, setup),
+		cmocka_unit_test_setup(a_stop_of_axes_that_stand_is_no_loss, setup),
+		cmocka_unit_test_setup(an_error_of_a_driver_is_a_loss_for_its_axis, setup),
 		cmocka_unit_test(a_daemon_that_has_counted_before_is_no_loss),
 		cmocka_unit_test_setup(another_daemon_is_a_loss_for_one_set_up_late, setup),
 		cmocka_unit_test_setup(an_axis_that_is_not_there_loses_nothing, setup),

@@ -325,8 +325,35 @@ def a_restart_is_never_a_position(m):
     m.tell(f"restarted: the operator sees {[text.strip() for text in m.said]}, homed again")
 
 
+def a_driver_error_unhomes(m):
+    """Its motor has no current, whatever LinuxCNC's version does about that."""
+    m.sim("driver-error 0 1")
+    with safety():
+        m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP)
+        m.until("no joint homed", lambda s: not any(s.homed[j] for j in m.joints))
+    m.sim("driver-error 0 0")
+    m.until("the error gone", lambda _: not hal.get_value("pokeys.0.joint.00.error"))
+    m.switch_on()
+    assert not any(m.look().homed[j] for j in m.joints), "positions are trusted after a driver's error"
+    m.home()
+    m.tell("a driver's error: stopped and unhomed, homed again")
+
+
+def a_bouncing_probe_touches_once(m):
+    """Its contact closes again as it is lifted off."""
+    closed, apart = "-2000000 2000000", "-2000000 -8000"
+    hal.set_p("touch.off-delay", "3600")
+    for way, bounces in ((closed, True), (apart, False), (closed, True), (apart, False)):
+        m.sim(f"probe 2 {way} no pin 4")
+        m.until("the contact", lambda _, want=bounces: hal.get_value("touch.in") == want)
+        m.until("the touch", lambda _: hal.get_value("motion.probe-input"))
+    hal.set_p("touch.off-delay", "0.02")
+    m.until("lifted off", lambda _: not hal.get_value("motion.probe-input"))
+
+
 def first_cut(m):
     homing_finds_the_switches(m)
+    a_bouncing_probe_touches_once(m)
     before = [p - k for p, k in zip(*m.pulses())]
     clean = the_programme_runs(m, "clean")
     m.lossy()
@@ -336,6 +363,7 @@ def first_cut(m):
     assert [p - k for p, k in zip(*m.pulses())] == before, "counts and machine have parted"
     cable_out_stops_for_good(m)
     a_restart_is_never_a_position(m)
+    a_driver_error_unhomes(m)
 
 
 # ---- homing by the device: device-homing.hal
