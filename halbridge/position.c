@@ -70,15 +70,31 @@ static bool pulse(uint64_t *since_ns, bool wanted, uint64_t now_ns)
 	return wanted && (now_ns - *since_ns) / UNHOME_NS % 2 == 0;
 }
 
-/* The axis has lost steps, or may have: it was stopped without a ramp, or has no current. */
-static bool judge_motor(struct position *position, const struct pokeys_axis *axis, bool moved,
-			bool stopped, uint64_t now_ns)
+/*
+ * The driver of an axis that is enabled has an error, and not for one reading only. Many say
+ * so when they are switched off, or have none when they are there before us.
+ */
+static bool judge_error(struct position *position, const struct pokeys_axis *axis, bool knew)
 {
-	const bool error = axis->error && !position->error;
+	if (!axis->error)
+		position->errors = 0;
+	else if (!knew || (!axis->enabled && !position->errors))
+		position->errors = POSITION_ERRORS;
+	else if (position->errors < POSITION_ERRORS)
+		return ++position->errors == POSITION_ERRORS;
+	return false;
+}
+
+/* The axis has lost steps, or may have: it was stopped without a ramp, or has no current. */
+static bool judge_motor(struct position *position, const struct pokeys_axis *axis, bool knew,
+			bool moved, bool stopped, uint64_t now_ns)
+{
+	const bool error = judge_error(position, axis, knew);
 
 	if (moved)
 		position->moved_ns = now_ns;
-	position->error = axis->error;
+	if (axis->mode == POKEYS_AXIS_VELOCITY)
+		return false;
 	return error || (stopped && position->moved_ns &&
 			 now_ns - position->moved_ns < MOVED_NS);
 }
@@ -146,7 +162,7 @@ bool positions_read(struct positions *positions, struct joint joint[POKEYS_AXES]
 		} else if (dry && knew && axis->mode == POKEYS_AXIS_BUFFERED) {
 			lost = position->lost = true;
 		}
-		if (judge_motor(position, axis, moved, stopped, now_ns))
+		if (judge_motor(position, axis, knew, moved, stopped, now_ns))
 			lost = position->lost = true;
 	}
 	alarm(positions, lost, values->machine_is_on, now_ns);

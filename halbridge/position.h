@@ -11,6 +11,8 @@
 #include "halbridge/joint.h"
 #include "halbridge/values.h"
 
+enum { POSITION_ERRORS = 3 };
+
 /* Of one joint. */
 struct position {
 	bool known;		/* it was shown; the two below say how */
@@ -19,7 +21,7 @@ struct position {
 	bool lost;
 	bool homed;		/* motion-homed, at the last read */
 	bool restarted;		/* the daemon was, since the joint was judged last */
-	bool error;		/* its driver's, at the last read */
+	uint8_t errors;		/* its driver's, reads in a row up to POSITION_ERRORS */
 	uint64_t moved_ns;	/* its count has changed last; 0 = not yet */
 };
 

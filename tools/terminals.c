@@ -31,6 +31,8 @@ static void add(struct words *words, const char *format, ...)
 	va_list arguments;
 	int n;
 
+	if (words->length >= WORDS - 3)
+		return;
 	if (words->length)
 		words->length += (size_t)snprintf(words->text + words->length,
 						  WORDS - words->length, ", ");

@@ -192,20 +192,26 @@ static void report(struct device *device, const struct setting *setting,
 	kind->report(wish_known(device), index, &setting->value);
 }
 
-static void learn(struct device *device, struct setting *setting, const mailbox_entry_t *entry)
+/* False: it is not believed yet. */
+static bool learn(struct device *device, struct setting *setting, const mailbox_entry_t *entry)
 {
 	const union setting_value before = setting->value;
+	union setting_value now;
 	unsigned int index;
 	const struct setting_kind *kind = setting_kind(setting_number(device, setting), &index);
 
-	memset(&setting->value, 0, sizeof(setting->value));
-	wire_decode_rep(kind->read, entry->response_buffer, &setting->value);
+	memset(&now, 0, sizeof(now));
+	wire_decode_rep(kind->read, entry->response_buffer, &now);
+	setting->failures = 0;
+	if (setting->watched && !watch_believes(device, setting, &now))
+		return false;
+	setting->value = now;
 	judge_homed(device, setting, &before);
 	setting->known = true;
 	setting->asked_ns = entry->timestamp_first_sent;
-	setting->failures = 0;
 	kind->learn(device, index, &setting->value);
 	report(device, setting, &before);
+	return true;
 }
 
 static void read_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -221,8 +227,7 @@ static void read_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, v
 	if (entry->state == POKEYS_REQUEST_CANCELLED)
 		return;
 	if (answered(entry)) {
-		learn(device, setting, entry);
-		if (!ramping(device, setting))
+		if (learn(device, setting, entry) && !ramping(device, setting))
 			compare(device, setting);
 		return;
 	}

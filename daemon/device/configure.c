@@ -103,7 +103,11 @@ void configure_again(struct device *device, bool all)
 		struct setting *setting = &configure->setting[i];
 		unsigned int index;
 
-		setting->watched = false;
+		if (setting->watched) {
+			setting->watched = setting->said = false;
+			setting->writes = setting->unanswered = 0;
+			setting->changed = 0;
+		}
 		if (setting->state != SETTING_DONE && setting->state != SETTING_REFUSED &&
 		    setting->state != SETTING_WRITE)
 			continue;

@@ -130,6 +130,14 @@ void decode_encoders_forget(struct device *device)
 		encoder_forget(&device->encoder[i]);
 }
 
+void decode_encoders_anew(struct device *device)
+{
+	device->image.encoder_epoch++;
+	decode_encoders_forget(device);
+	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
+		device->image.encoder_t_ns[i] = device->encoder[i].t_ns = 0;
+}
+
 void decode_pwm(struct device *device, const struct wire_pwm_rep *pwm)
 {
 	device->image.pwm_period = pwm->period;

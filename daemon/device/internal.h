@@ -350,6 +350,12 @@ void identify_alive(struct device *device);
 
 /* watch.c: once the link runs and nothing else is to be done to settings */
 void watch_turn(struct device *device);
+/*
+ * It was read in its turn, and says this: false = not to be believed yet, and nothing has
+ * changed.
+ */
+bool watch_believes(struct device *device, struct setting *setting,
+		    const union setting_value *now);
 /* It was read in its turn and differs so from what is wanted: true if all is as before. */
 bool watch_settled(struct device *device, struct setting *setting, uint64_t differs);
 void watch_unanswered(struct setting *setting);
@@ -479,6 +485,8 @@ bool decode_engine(struct device *device, const struct wire_pulse_status_rep *st
 		   uint64_t asked_ns, uint64_t came_ns);
 void decode_encoders(struct device *device, unsigned int bank, const mailbox_entry_t *entry);
 void decode_encoders_forget(struct device *device);
+/* Its counters may have begun again: the next counts are of another epoch. */
+void decode_encoders_anew(struct device *device);
 void decode_pwm(struct device *device, const struct wire_pwm_rep *pwm);
 void decode_axis_setup(struct device *device, unsigned int axis,
 		       const struct wire_axis_config *config);

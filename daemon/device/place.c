@@ -359,7 +359,7 @@ void place_lost(struct device *device, uint8_t axes, enum place_loss why)
 		if (axes >> i & 1)
 			device->image.engine.axis[i].homed = 0;
 	if (why == PLACE_RESTART || why == PLACE_NO_CLOCK)
-		device->image.encoder_epoch++;
+		decode_encoders_anew(device);
 	if (why != PLACE_SET_ELSEWHERE) {
 		device->place.last.axes &= (uint8_t)~axes;
 		device->place.changed_ns = device->now_ns;

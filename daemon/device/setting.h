@@ -118,6 +118,8 @@ struct setting {
 	bool said;			/* that it is refused */
 	bool watched;			/* it is read in its turn (watch.c), and at rest */
 	uint64_t differed;		/* ... from what is wanted, before */
+	uint64_t odd;			/* ... and at the last reading, believed or not */
+	bool waited;			/* ... to be written, before */
 	bool known;			/* value is what the device said last */
 	uint64_t changed;		/* bit = pin or encoder written; bit 0 = all else */
 	uint64_t after_ns;		/* read not before */

@@ -32,6 +32,14 @@ static bool is_told(const struct shared *before, const struct terminal_conflict 
 	return false;
 }
 
+/* What a terminal listens to that nobody asks for excludes nothing. */
+static void forget_inputs(struct pokeys_settings *device)
+{
+	for (unsigned int i = 0; i < POKEYS_PINS; i++)
+		if (!(device->pin_function[i] & WIRE_PIN_OUTPUT))
+			device->pin_set[i / 8] &= (uint8_t)~(1u << i % 8);
+}
+
 void shared_tell(struct device *device, const struct pokeys_report *report)
 {
 	const struct device_config *config = &device->config;
@@ -48,6 +56,7 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 	if (!running(device) || (report->state != POKEYS_CONFIG_APPLIED &&
 				 report->state != POKEYS_CONFIG_REFUSED))
 		return;
+	forget_inputs(&settings);
 	wish_lay(&settings, &report->wanted);
 	count = terminal_conflicts(&settings, &daemon,
 				   wire_model(device->image.identity.hardware)->pinmap, conflict);

@@ -4,14 +4,28 @@
  * a client that reads an input makes an input of a terminal that was our output. Nothing
  * else would show it, and the terminal would float.
  *
- * What is not as wanted any more is told, counted, and written again as every setting is:
- * while motion is not permitted. Of what nobody wants only the functions of pins are read,
- * which say what there is to be seen and driven.
+ * What is not as wanted any more, twice in a row and in the same way, is told, counted, and
+ * written again as every setting is: while motion is not permitted. Until then it is read
+ * on, for the other program may put it back; a damaged packet is no other program. Of what
+ * nobody wants only the functions of pins are read, which say what there is to be seen and
+ * driven.
  */
 
 #include "daemon/device/internal.h"
 
 #define TURN_NS (500 * MS)	/* every other one is for the functions of pins */
+
+/* To be written, and that has to wait for motion to end. */
+static bool waits(const struct device *device, const struct setting *setting)
+{
+	return setting->state == SETTING_WRITE && !setting_may_write(device);
+}
+
+static bool rests(const struct device *device, const struct setting *setting)
+{
+	return setting->state == SETTING_DONE || setting->state == SETTING_REFUSED ||
+	       waits(device, setting);
+}
 
 static bool watchable(const struct device *device, unsigned int number)
 {
@@ -22,17 +36,21 @@ static bool watchable(const struct device *device, unsigned int number)
 	/* those cannot be read back, or need others to be talked to first (postep_talk.c) */
 	if (kind->taken || kind->ready || number == SETTING_POSTEP)
 		return false;
+	/* the commander's own period goes over the setting's */
+	if (number == SETTING_PWM && device->intake.output.pwm_period)
+		return false;
+	if (number == SETTING_FAST_ENCODERS && operation_index_awaited(device))
+		return false;
 	if (number != SETTING_PINS && !kind->wanted(&device->wishes.wanted, index))
 		return false;
 	return setting->known && !setting->failures && kind->has(device, index) &&
-	       (setting->state == SETTING_DONE || setting->state == SETTING_REFUSED);
+	       rests(device, setting);
 }
 
-static bool at_rest(const struct configure *configure)
+static bool at_rest(const struct device *device)
 {
 	for (unsigned int i = 0; i < SETTINGS; i++)
-		if (configure->setting[i].state != SETTING_DONE &&
-		    configure->setting[i].state != SETTING_REFUSED)
+		if (!rests(device, &device->configure.setting[i]))
 			return false;
 	return true;
 }
@@ -45,6 +63,7 @@ static void begin(struct device *device, unsigned int number)
 	const struct setting_kind *kind = setting_kind(number, &index);
 
 	setting->differed = kind->merge(&device->wishes.wanted, index, &setting->value, &request);
+	setting->waited = setting->state == SETTING_WRITE;
 	setting->watched = true;
 	setting->state = SETTING_READ;
 }
@@ -68,7 +87,7 @@ void watch_turn(struct device *device)
 	struct configure *configure = &device->configure;
 	unsigned int number;
 
-	if (device->now_ns < configure->watch_ns || !at_rest(configure))
+	if (device->now_ns < configure->watch_ns || !at_rest(device))
 		return;
 	configure->watch_ns = device->now_ns + TURN_NS;
 	configure->watch_pins = !configure->watch_pins;
@@ -80,15 +99,41 @@ void watch_turn(struct device *device)
 	begin(device, number);
 }
 
+static void as_before(struct setting *setting)
+{
+	setting->watched = false;
+	setting->state = setting->waited ? SETTING_WRITE :
+			 setting->differed ? SETTING_REFUSED : SETTING_DONE;
+}
+
+bool watch_believes(struct device *device, struct setting *setting,
+		    const union setting_value *now)
+{
+	union setting_request request;
+	unsigned int index;
+	const unsigned int number = setting_number(device, setting);
+	const struct setting_kind *kind = setting_kind(number, &index);
+	const uint64_t differs = kind->merge(&device->wishes.wanted, index, now, &request);
+	/* an index that is awaited shows in the answer, too */
+	const bool armed = number == SETTING_FAST_ENCODERS && operation_index_awaited(device);
+	const bool believed = !armed && (differs == setting->differed || differs == setting->odd);
+
+	setting->odd = differs;
+	if (!believed)
+		as_before(setting);
+	return believed;
+}
+
 bool watch_settled(struct device *device, struct setting *setting, uint64_t differs)
 {
 	const uint64_t foreign = differs & ~setting->differed;
 
-	setting->watched = false;
 	if (differs == setting->differed) {
-		setting->state = differs ? SETTING_REFUSED : SETTING_DONE;
+		as_before(setting);
 		return true;
 	}
+	setting->watched = false;
+	setting->changed &= differs;
 	if (foreign) {
 		device->image.config_foreign += setting_say_foreign(device, setting, foreign);
 		setting->writes = setting->unanswered = 0;
@@ -98,7 +143,6 @@ bool watch_settled(struct device *device, struct setting *setting, uint64_t diff
 
 void watch_unanswered(struct setting *setting)
 {
-	setting->watched = false;
 	setting->failures = 0;
-	setting->state = setting->differed ? SETTING_REFUSED : SETTING_DONE;
+	as_before(setting);
 }

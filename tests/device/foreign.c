@@ -109,6 +109,54 @@ static void nothing_is_written_while_the_machine_is_on(void **state)
 	assert_int_equal(world.event_count[EVENT_CONFIG_FOREIGN], 2);
 }
 
+/* ... and it may be put back meanwhile, or there was nothing but one odd answer. */
+static void what_is_put_back_is_ours_again(void **state)
+{
+	(void)state;
+	world_machine_on(&world);
+	world_output(&world, PIN, true);
+	*function(PIN) = WIRE_PIN_INPUT;
+	world_until(&world, is_seen, 10 * SECOND);
+	assert_false(world.state.digital_out_owned[PIN / 8] >> PIN % 8 & 1);
+	*function(PIN) = WIRE_PIN_OUTPUT;
+	world_run(&world, 10 * SECOND);
+	assert_true(world.state.digital_out_owned[PIN / 8] >> PIN % 8 & 1);
+	assert_int_equal(world.state.config_state, POKEYS_CONFIG_APPLIED);
+	assert_int_equal(pin_writes, 0);
+	assert_int_equal(world.event_count[EVENT_CONFIG_CHANGED], changed);
+	world_output(&world, PIN, false);
+	world_run(&world, 100 * MS);
+	assert_false(world_latch(&world, PIN));
+	/* another one later is seen as well */
+	*function(PIN + 1) = WIRE_PIN_INPUT;
+	world_run(&world, 10 * SECOND);
+	assert_int_equal(world.state.config_foreign, 2);
+}
+
+static unsigned int readings;
+
+static void damage(struct world *w, const uint8_t *packet)
+{
+	count(w, packet);
+	if (packet[1] != 0xC0 || packet[2] == 1)
+		return;
+	*function(PIN) = readings++ % 2 ? WIRE_PIN_OUTPUT : WIRE_PIN_INPUT;
+}
+
+static void one_odd_answer_is_not_believed(void **state)
+{
+	(void)state;
+	readings = 0;
+	world.watch = damage;
+	world_machine_on(&world);
+	for (int i = 0; i < 20000; i++) {
+		world_cycle(&world);
+		assert_true(world.state.digital_out_owned[PIN / 8] >> PIN % 8 & 1);
+	}
+	assert_true(readings > 10);
+	assert_int_equal(world.state.config_foreign, 0);
+}
+
 static void again_and_again_is_counted_and_told_each_time(void **state)
 {
 	(void)state;
@@ -177,6 +225,8 @@ int main(void)
 		cmocka_unit_test_setup(an_output_that_was_made_an_input_is_told_and_set_again,
 				       begin),
 		cmocka_unit_test_setup(nothing_is_written_while_the_machine_is_on, begin),
+		cmocka_unit_test_setup(what_is_put_back_is_ours_again, begin),
+		cmocka_unit_test_setup(one_odd_answer_is_not_believed, begin),
 		cmocka_unit_test_setup(again_and_again_is_counted_and_told_each_time, begin),
 		cmocka_unit_test_setup(what_nobody_wants_is_only_shown, begin),
 		cmocka_unit_test_setup(any_setting_is_seen, begin),

@@ -260,8 +260,22 @@ static void an_error_of_a_driver_is_a_loss_for_its_axis(void **state)
 	(void)state;
 	values->engine.dry_loses = false;
 	rig_periods(&rig, 200);
+	/* a driver that is switched off says so, too, and one reading is none */
+	axis->error = true;
+	rig_periods(&rig, 10);
+	axis->enabled = true;
+	rig_periods(&rig, 10);
+	axis->error = false;
+	rig_periods(&rig, 10);
+	axis->error = true;
+	rig_periods(&rig, 2);
+	axis->error = false;
+	rig_periods(&rig, 10);
+	is_known();
 	axis->error = true;
 	rig_period(&rig);
+	axis->enabled = false;
+	rig_periods(&rig, 2);
 	is_lost(true);
 	joint->motion_homed = false;
 	rig_periods(&rig, 2);
@@ -270,6 +284,24 @@ static void an_error_of_a_driver_is_a_loss_for_its_axis(void **state)
 	is_known();
 	axis->error = false;
 	rig_periods(&rig, 5);
+	is_known();
+}
+
+/* A spindle, which nobody homes; and an error that was there before. */
+static void who_has_no_position_loses_none(void **state)
+{
+	(void)state;
+	axis->mode = POKEYS_AXIS_VELOCITY;
+	rig.daemon.engine.state = RUNNING;
+	axis->position += 4000;
+	rig_periods(&rig, 3);
+	rig.daemon.engine.state = STOP_EMERGENCY;
+	rig_periods(&rig, 3);
+	is_known();
+	rig_init(&rig);
+	axis->mode = POKEYS_AXIS_POSITION;
+	axis->error = axis->enabled = true;
+	rig_periods(&rig, 10);
 	is_known();
 }
 
@@ -340,6 +372,7 @@ int main(void)
 		cmocka_unit_test_setup(a_stop_by_a_switch_is_a_loss_for_axes_that_moved, setup),
 		cmocka_unit_test_setup(the_last_step_may_come_with_the_stop, setup),
 		cmocka_unit_test_setup(a_stop_of_axes_that_stand_is_no_loss, setup),
+		cmocka_unit_test_setup(who_has_no_position_loses_none, setup),
 		cmocka_unit_test_setup(an_error_of_a_driver_is_a_loss_for_its_axis, setup),
 		cmocka_unit_test(a_daemon_that_has_counted_before_is_no_loss),
 		cmocka_unit_test_setup(another_daemon_is_a_loss_for_one_set_up_late, setup),
