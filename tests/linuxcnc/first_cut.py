@@ -96,6 +96,19 @@ PENDANT = {
                                     "encoder.0.pins = 1, 2\naxis.0.mpg-encoder = 0\n"
                                     "axis.0.mpg-multiplier = 4\naxis.0.mpg-divider = 1\n")],
 }
+# What one-switch.hal says is to be changed.
+ONE_SWITCH = {
+    "mill.ini": [("HALFILE = mill.hal\n", "HALFILE = mill.hal\nHALFILE = one-switch.hal\n"),
+                 (re.compile(r"^\[JOINT_[012]\]$", re.MULTILINE), r"\g<0>\nHOME_IGNORE_LIMITS = YES")],
+    "pokeysd.conf": [(f"axis.{axis}.limit-{end} = on\n", f"axis.{axis}.limit-{end} = off\n")
+                     for axis, end in ((0, "minus"), (1, "minus"), (2, "plus"))],
+}
+# The same for homing by the device.
+SHARED = {
+    "pokeysd.conf": [(f"axis.{axis}.limit-{end} = on\n",
+                      f"axis.{axis}.limit-{end} = on\naxis.{axis}.home-shared = limit-{end}\n")
+                     for axis, end in ((0, "minus"), (1, "minus"), (2, "plus"))],
+}
 # What device-thread.hal says is to be changed.
 THREAD = {
     "lathe.hal": [("setp patience.on-delay", NO_STEP_LOST + "setp patience.on-delay")],
@@ -133,6 +146,8 @@ WORKS = {
     # its status does not tell how full the buffer is: positions have to
     "buffered_untold": ("mill", BUFFERED, (), "first_cut"),
     "device_homing": ("mill", DEVICE_HOMING, (), "device_homing"),
+    "one_switch": ("mill", ONE_SWITCH, (), "one_switch"),
+    "one_switch_device_homing": ("mill", both(DEVICE_HOMING, SHARED), (), "one_switch_device_homing"),
     "jogging": ("mill", PENDANT, (), "jogging"),
     "gantry": ("gantry", {}, (), "gantry"),
     "lathe": ("lathe", {}, (), "lathe"),

@@ -23,6 +23,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import gantry  # noqa: E402
 import jogging  # noqa: E402
 import lathe  # noqa: E402
+import one_switch  # noqa: E402
 import restarts  # noqa: E402
 import track  # noqa: E402
 from safety import safety, status  # noqa: E402
@@ -30,6 +31,7 @@ from safety import safety, status  # noqa: E402
 FOLDER = pathlib.Path(os.environ["MACHINIST_FOLDER"])
 SIM = os.environ["MACHINIST_SIM"].split()
 HOME = ((-4000, 0), (-4000, 0), (4000, 0), (-2000, -2))  # bench.sim's edge, mill.ini's HOME_OFFSET
+SHARED_HOME = ((-6000, 0), (-6000, 0), (6000, 0), (-2000, -2))  # where limit switches are home switches
 DEVICE_HOME = [400, 400, -400, 0]  # device-homing.hal's HomePosition
 SURFACE = -8000  # pulses: bench.sim's probe
 END = {0: 30.125, 1: 41.7, 3: 45}  # first-cut.ngc's last position, in machine units; Z apart
@@ -130,14 +132,22 @@ class Machinist:
             if self.all_homed():
                 return
             assert time.monotonic() < end, f"switched off again and again: {self.said}"
-            if self.on_a_limit_switch():
-                self.override_limits()
+            self.off_the_limit_switches()
             self.switch_on()
 
-    def on_a_limit_switch(self):
-        self.look()
-        return any(self.stat.joint[j][end] for j in self.joints
-                   for end in ("min_hard_limit", "max_hard_limit"))
+    def off_the_limit_switches(self):
+        """As docs/first-cut.md says. An override ends with the jog, so one joint after the other;
+        the ends of a gantry cannot be jogged before they are homed, and home from their switches."""
+        for joint in self.joints:
+            for end, speed in (("min_hard_limit", 15), ("max_hard_limit", -15)):
+                if self.look().joint[joint][end]:
+                    self.override_limits()
+                    self.switch_on()
+                    self.command.teleop_enable(0)
+                    self.command.wait_complete()
+                    self.command.jog(linuxcnc.JOG_INCREMENT, True, joint, speed, 10)
+                    self.within(10, lambda s, j=joint, e=end: not s.joint[j][e])
+                    self.within(10, lambda s, j=joint: s.joint[j]["inpos"])
 
     def all_homed(self):
         return all(self.stat.homed[j] for j in self.joints)
@@ -366,15 +376,23 @@ def first_cut(m):
     a_driver_error_unhomes(m)
 
 
+def one_switch_is_home_and_limit(m):
+    homing_finds_the_switches(m)
+    one_switch.jogs_onto_the_switch(m, HOME[0][0])
+    one_switch.homes_from_the_switch(m)
+    m.move("G53 G0 X30.125 Y41.7 Z-5 A45")
+    m.tell(f"one switch: homed from it, ends at {at_the_end(m)} pulses")
+
+
 # ---- homing by the device: device-homing.hal
 
 
-def the_device_homes(m):
+def the_device_homes(m, switches=HOME):
     m.home()
     m.settled()
     pulses, machine = m.pulses()
     assert pulses == DEVICE_HOME, f"homed at {pulses} pulses, HomePosition is {DEVICE_HOME}"
-    for joint, (edge, _) in enumerate(HOME):
+    for joint, (edge, _) in enumerate(switches):
         zero = machine[joint] - pulses[joint]
         # on the free side of its edge, as far as it runs on at the return speed
         assert abs(zero - edge) < 100, f"joint {joint}: zero is at {zero}, its switch at {edge}"
@@ -408,7 +426,17 @@ def device_homing(m):
     m.tell("device homing: the same with 1 % loss and 2 ms jitter")
 
 
-WORK = {"first_cut": first_cut, "device_homing": device_homing, "jogging": jogging.jogging,
+def one_switch_for_the_device(m):
+    m.switch_on()
+    the_device_homes(m, SHARED_HOME)
+    one_switch.jogs_onto_the_switch(m, SHARED_HOME[0][0])
+    one_switch.homes_from_the_switch(m)
+    the_device_homes(m, SHARED_HOME)
+
+
+WORK = {"first_cut": first_cut, "device_homing": device_homing,
+        "one_switch": one_switch_is_home_and_limit, "one_switch_device_homing": one_switch_for_the_device,
+        "jogging": jogging.jogging,
         "gantry": gantry.gantry, "lathe": lathe.lathe,
         "device_thread": lathe.device_thread, "restarts": restarts.restarts}
 
