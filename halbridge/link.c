@@ -22,7 +22,13 @@
 #define STALE_MOST	UINT64_C(60000000000)	/* whatever the image says */
 #define ALIVE_LEAST	UINT64_C(5000000)
 #define ALIVE_CYCLES	5
-#define START_BLUR_MS	2000u		/* the device's clock is read now and then */
+/*
+ * The device's clock is read at least every 10 s (slow-hz), and the image may have been looked
+ * at as late as that behind its reading: its start seems too late then, never too early.
+ */
+#define START_EARLIER_MS 12000u
+#define START_LATER_MS	2000u
+#define START_DRIFT	1024		/* one part in so many: more than two crystals differ */
 
 void link_init(struct link *link)
 {
@@ -120,22 +126,40 @@ static bool missed_deadlines(struct link *link, struct values *values,
 	return more;
 }
 
+static uint32_t start_ms(const struct pokeys_state *state)
+{
+	return (uint32_t)(state->t_publish_ns / 1000000) - state->device_tick_ms;
+}
+
+/* By the clock of the device, which an image of another daemon tells as just read. */
+static bool same_start(const struct link *link, const struct pokeys_state *state)
+{
+	const uint32_t drift = (uint32_t)((state->t_publish_ns - link->tick_ns) / 1000000 /
+					  START_DRIFT);
+	const uint32_t earliest = link->start_ms - START_EARLIER_MS - drift;
+
+	return state->device_tick_ms &&
+	       start_ms(state) - earliest <= START_EARLIER_MS + START_LATER_MS + 2 * drift;
+}
+
 /*
  * A daemon says whether the device was restarted. Another daemon than before cannot know,
  * but for the device's clock.
  */
 static bool counts_anew(struct link *link, const struct pokeys_state *state)
 {
-	const uint32_t start_ms = (uint32_t)(state->t_publish_ns / 1000000) - state->device_tick_ms;
-	const uint32_t apart = start_ms - link->start_ms;
 	const bool same = state->epoch == link->counts_of;
 	const bool anew = same ? state->encoder_epoch != link->encoder_epoch :
-			  !state->device_tick_ms || apart + START_BLUR_MS > 2 * START_BLUR_MS;
+				 !same_start(link, state);
 	const bool first = !link->counts_of;
 
+	if (!same || state->device_tick_ms != link->tick_ms) {
+		link->tick_ns = state->t_publish_ns;
+		link->tick_ms = state->device_tick_ms;
+		link->start_ms = start_ms(state);
+	}
 	link->counts_of = state->epoch;
 	link->encoder_epoch = state->encoder_epoch;
-	link->start_ms = start_ms;
 	return anew && !first;
 }
 

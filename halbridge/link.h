@@ -15,7 +15,9 @@ struct link {
 	uint64_t epoch;			/* of the daemon last seen, 0 = none yet */
 	uint64_t missed;		/* its counter of missed deadlines at the last read */
 	uint64_t counts_of;		/* the daemon whose counts were read last, 0 = none yet */
-	uint32_t start_ms;		/* the device's start, on our clock modulo 2^32 */
+	/* the device's clock as last read, when that was, and its start on our clock modulo 2^32 */
+	uint64_t tick_ns;
+	uint32_t tick_ms, start_ms;
 	uint8_t encoder_epoch;
 	/* from when the newest data are; the first read before any */
 	uint64_t data_ns;

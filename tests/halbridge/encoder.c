@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * Encoders through the whole exchange: continuity beyond 32 bits, reset,
- * index, scale, reboot of the device.
+ * index, scale.
  */
 #include "tests/halbridge/rig.h"
 
@@ -269,142 +269,6 @@ static void a_new_daemon_is_asked_for_the_index_again(void **state)
 	assert_true(rig.values.encoder[25].index_enable);
 }
 
-static void restart_the_device(int32_t count)
-{
-	for (int i = 0; i < POKEYS_ENCODERS; i++)
-		rig.daemon.encoder[i] = count;
-	rig.daemon.encoder_epoch++;
-}
-
-/* LinuxCNC jogs by it. */
-static void a_restart_of_the_device_turns_no_hand_wheel(void **state)
-{
-	(void)state;
-	rig.daemon.encoder_enabled = UINT32_C(1) << 1;
-	rig.values.encoder[1].scale = 100;
-	rig.daemon.encoder[1] = 70000;
-	rig_period(&rig);
-	assert_false(rig.values.encoder[1].count_lost || rig.values.encoder_count_lost);
-	for (int i = 1; i <= 3; i++) {
-		const int32_t before = rig.values.encoder[1].count;
-
-		rig.device_silent = true;
-		rig_periods(&rig, 20);
-		assert_int_equal(rig.values.encoder[1].count, before);
-		rig.device_silent = false;
-		restart_the_device(2);
-		rig_period(&rig);
-		assert_int_equal(rig.values.encoder[1].count, before);
-		assert_true(rig.values.encoder[1].velocity == 0);
-		assert_true(rig.values.encoder[1].count_lost && rig.values.encoder_count_lost);
-		rig.daemon.encoder[1] = 12;
-		rig_period(&rig);
-		assert_int_equal(rig.values.encoder[1].count, before + 10);
-		assert_true(rig.values.encoder[1].position == (before + 10) / 100.0);
-	}
-	rig.values.encoder[1].reset = true;
-	rig_period(&rig);
-	assert_int_equal(rig.values.encoder[1].count, 0);
-	assert_false(rig.values.encoder[1].count_lost || rig.values.encoder_count_lost);
-}
-
-static void the_count_of_a_restarted_device_can_be_taken(void **state)
-{
-	(void)state;
-	rig.values.encoder_keep_count = false;
-	rig.daemon.encoder[1] = 70000;
-	rig_period(&rig);
-	rig.values.encoder[1].reset = true;
-	rig_period(&rig);
-	rig.values.encoder[1].reset = false;
-	restart_the_device(2);
-	rig_period(&rig);
-	assert_int_equal(rig.values.encoder[1].count, 2);
-	assert_true(rig.values.encoder[1].count_lost);
-	rig.daemon.encoder[1] = 12;
-	rig_period(&rig);
-	assert_int_equal(rig.values.encoder[1].count, 12);
-}
-
-/* The sample in the first images of a restarted device may still be the old one. */
-static void an_old_sample_is_not_taken_for_the_new_count(void **state)
-{
-	uint64_t old_ns;
-
-	(void)state;
-	for (int keep = 0; keep < 2; keep++) {
-		setup(state);
-		rig.values.encoder_keep_count = keep;
-		rig.daemon.encoder[1] = 500;
-		rig_period(&rig);
-		old_ns = rig.daemon.encoder_t_ns[1];
-		rig.daemon.encoder_epoch++;
-		for (int i = 0; i < 3; i++) {
-			rig.now_ns += RIG_MS;
-			rig_daemon(&rig);
-			rig.daemon.encoder_t_ns[1] = old_ns;
-			rig_read(&rig);
-			assert_int_equal(rig.values.encoder[1].count, 500);
-		}
-		rig.daemon.encoder[1] = 7;
-		rig_period(&rig);
-		assert_int_equal(rig.values.encoder[1].count, keep ? 500 : 7);
-		rig.daemon.encoder[1] = 8;
-		rig_period(&rig);
-		assert_int_equal(rig.values.encoder[1].count, keep ? 501 : 8);
-	}
-}
-
-/* It knows nothing of the time before, but the device's clock does. */
-static void another_daemon_is_no_restart_of_the_device(void **state)
-{
-	(void)state;
-	rig.daemon.device_tick_ms = 5000000;
-	rig.daemon.encoder[1] = 1000;
-	rig_period(&rig);
-	rig.daemon.epoch++;
-	rig.daemon.encoder_epoch = 17;
-	rig.now_ns += 3000 * RIG_MS;
-	rig.daemon.device_tick_ms += 3100;
-	rig.daemon.encoder[1] = 1500;
-	rig_period(&rig);
-	assert_int_equal(rig.values.encoder[1].count, 1500);
-	assert_false(rig.values.encoder[1].count_lost);
-	/* ... and here it was restarted while there was no daemon, or does not tell its clock */
-	for (uint32_t tick = 0; tick < 2; tick++) {
-		rig.daemon.epoch++;
-		rig.now_ns += 3000 * RIG_MS;
-		rig.daemon.device_tick_ms = 2000 * tick;
-		rig.daemon.encoder[1] = 3;
-		rig_period(&rig);
-		assert_int_equal(rig.values.encoder[1].count, 1500);
-		assert_true(rig.values.encoder[1].count_lost);
-	}
-}
-
-static void a_lost_count_is_known_again_by_its_index(void **state)
-{
-	(void)state;
-	rig.daemon.encoder[25] = 1000;
-	rig_period(&rig);
-	restart_the_device(2);
-	rig_period(&rig);
-	assert_true(rig.values.encoder[25].count_lost);
-	rig.values.encoder[25].index_enable = true;
-	rig_period(&rig);
-	rig.daemon.one_shot_ack = rig.exchange.command.one_shot_head;
-	rig.daemon.one_shot[0] = (struct pokeys_one_shot_result){
-		.id = rig.exchange.command.one_shot_head - 1, .outcome = POKEYS_OUTCOME_DONE,
-	};
-	rig_period(&rig);
-	rig.daemon.encoder_index = UINT32_C(1) << 25;
-	rig.daemon.encoder[25] = 4;
-	rig_period(&rig);
-	assert_false(rig.values.encoder[25].index_enable);
-	assert_int_equal(rig.values.encoder[25].count, 4);
-	assert_false(rig.values.encoder[25].count_lost);
-}
-
 static uint32_t press_set(unsigned int i, int32_t to)
 {
 	rig.values.encoder[i].set_value = to;
@@ -543,21 +407,6 @@ static void a_daemon_that_goes_while_setting_moves_nothing(void **state)
 	assert_int_equal(rig.values.one_shot_failed_count, 1);
 }
 
-static void a_restarted_daemon_does_not_move_the_position(void **state)
-{
-	(void)state;
-	rig.daemon.device_tick_ms = 60000;
-	rig.daemon.encoder[1] = 70000;
-	rig_period(&rig);
-	rig.values.encoder[1].reset = true;
-	rig_period(&rig);
-	rig.values.encoder[1].reset = false;
-	rig.daemon.epoch++;
-	rig.daemon.encoder[1] = 70005;
-	rig_periods(&rig, 2);
-	assert_int_equal(rig.values.encoder[1].count, 5);
-}
-
 /* What may happen to one of them between two reads. */
 static void disturb(struct value_encoder *value, int32_t *raw, uint64_t *t_ns)
 {
@@ -633,18 +482,12 @@ int main(void)
 		cmocka_unit_test_setup(a_refused_arming_is_said_and_tried_again, setup),
 		cmocka_unit_test_setup(a_withdrawn_index_does_not_move_the_position, setup),
 		cmocka_unit_test_setup(a_new_daemon_is_asked_for_the_index_again, setup),
-		cmocka_unit_test_setup(a_restart_of_the_device_turns_no_hand_wheel, setup),
-		cmocka_unit_test_setup(the_count_of_a_restarted_device_can_be_taken, setup),
-		cmocka_unit_test_setup(an_old_sample_is_not_taken_for_the_new_count, setup),
-		cmocka_unit_test_setup(another_daemon_is_no_restart_of_the_device, setup),
-		cmocka_unit_test_setup(a_lost_count_is_known_again_by_its_index, setup),
 		cmocka_unit_test(setting_the_counter_is_no_motion),
 		cmocka_unit_test(a_counter_that_was_not_set_goes_on),
 		cmocka_unit_test_setup(a_counter_counts_while_its_setting_waits, setup),
 		cmocka_unit_test_setup(a_counter_is_set_once_at_a_time, setup),
 		cmocka_unit_test_setup(a_counter_is_not_set_while_data_are_old, setup),
 		cmocka_unit_test_setup(a_daemon_that_goes_while_setting_moves_nothing, setup),
-		cmocka_unit_test_setup(a_restarted_daemon_does_not_move_the_position, setup),
 		cmocka_unit_test(the_short_way_of_a_standing_one_shows_the_same),
 	};
 

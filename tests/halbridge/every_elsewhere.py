@@ -9,7 +9,7 @@ ELSEWHERE = {
     "every_out_pin.c": (r"daemon\.guard", r"packets\.(?:stale|wrong-source|send-failed)",
                         r"one-shot-full", r"threading\.preparing"),
     # a device that is restarted ends every session here
-    "encoder.c": (r"encoder-keep-count", r"encoder\.\d\d\.count-lost"),
+    "encoder_restart.c": (r"encoder-keep-count", r"encoder\.\d\d\.count-lost"),
     "live_machine.py": (r"position-lost", r"unhome", r"encoder-count-lost",
                         r"joint\.\d\d\.(?:position-lost|motion-homed)"),
     # a buffer that runs dry as it likes
