@@ -47,7 +47,8 @@ static const struct config_key own[] = {
 		    "available."),
 	KEY(DAEMON(interface), "interface", CONFIG_TEXT,
 	    .help = "Network interface that all devices are connected to. If not set, the routing "
-		    "table decides."),
+		    "table decides. Set it if two interfaces of the computer are in the network "
+		    "of the devices."),
 	KEY(DAEMON(guard), "guard", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "shared", 0 }, { "dedicated", 1 }), .fallback = "shared",
 	    .help = "What pokeys-guard(8), if it is started, lets in at the interface: with "

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * A search waits for answers, so it has a thread of its own: the control
- * thread, which feeds the watchdog, never waits for the network. The only
- * thing that crosses is one atomic word for each device.
+ * thread, which feeds the watchdog, never waits for the network. What crosses is one
+ * atomic word for each device, and a line for the log.
  *
  * Nothing is sent while nothing is missing: a device that answers is not
  * disturbed, and several daemons in one network do not shout all day.
@@ -29,29 +29,55 @@ static bool wanted(const struct config *config, const struct loop_shared *shared
 	       atomic_load_explicit(&shared->wanted, memory_order_relaxed) >> i & 1;
 }
 
-static bool any_wanted(const struct config *config, const struct loop_shared *shared)
+static uint32_t all_wanted(const struct config *config, const struct loop_shared *shared)
+{
+	uint32_t all = 0;
+
+	for (uint32_t i = 0; i < config->devices; i++)
+		all |= (uint32_t)wanted(config, shared, i) << i;
+	return all;
+}
+
+static void take_other(struct finder_answers *answers, uint32_t serial)
+{
+	const unsigned int known = answers->others < FINDER_OTHERS ? answers->others :
+								     FINDER_OTHERS;
+
+	for (unsigned int i = 0; i < known; i++)
+		if (answers->other[i] == serial)
+			return;
+	if (known < FINDER_OTHERS)
+		answers->other[known] = serial;
+	answers->others++;
+}
+
+static bool is_ours(const struct config *config, uint32_t serial)
 {
 	for (uint32_t i = 0; i < config->devices; i++)
-		if (wanted(config, shared, i))
+		if (config->device[i].serial == serial)
 			return true;
 	return false;
 }
 
 void finder_take(const struct config *config, const struct loop_shared *shared,
-		 _Atomic uint64_t found[TRANSPORT_CHANNELS], uint32_t *routed,
+		 _Atomic uint64_t found[TRANSPORT_CHANNELS], struct finder_answers *answers,
 		 const uint8_t *data, size_t length, const struct transport_address *from)
 {
 	struct wire_discovery answer;
 
 	if (wire_discovery_decode(data, length, &answer) != WIRE_OK || !answer.serial)
 		return;
+	if (!is_ours(config, answer.serial))
+		take_other(answers, answer.serial);
 	for (uint32_t i = 0; i < config->devices; i++) {
 		const struct device_config *device = &config->device[i];
 
-		if (device->serial != answer.serial || !wanted(config, shared, i) ||
-		    (from->interface && *routed >> i & 1))
+		if (device->serial != answer.serial)
 			continue;
-		*routed |= (uint32_t)!from->interface << i;
+		answers->ours |= UINT32_C(1) << i;
+		if (!wanted(config, shared, i) || (from->interface && answers->routed >> i & 1))
+			continue;
+		answers->routed |= (uint32_t)!from->interface << i;
 		atomic_store_explicit(&found[i], (uint64_t)from->interface << 48 |
 				      (uint64_t)from->address << 16 | device->port,
 				      memory_order_relaxed);
@@ -63,9 +89,25 @@ static bool found(void *context, const uint8_t *data, size_t length,
 {
 	struct finder *finder = context;
 
-	finder_take(finder->config, finder->shared, finder->found, &finder->routed, data, length,
+	finder_take(finder->config, finder->shared, finder->found, &finder->answers, data, length,
 		    from);
 	return atomic_load_explicit(&finder->stop, memory_order_relaxed);
+}
+
+/* A device that starts just now may miss one question. */
+static void judge(struct finder *finder, uint32_t missing)
+{
+	char why[FINDER_WHY] = "";
+
+	missing &= ~finder->answers.ours;
+	finder->misses = missing ? finder->misses + 1 : 0;
+	if (finder->misses == 1)
+		return;
+	if (missing)
+		finder_why(finder->config, missing, &finder->answers, &finder->report, why);
+	pthread_mutex_lock(&finder->lock);
+	strcpy(finder->why, why);
+	pthread_mutex_unlock(&finder->lock);
 }
 
 static int search(struct finder *finder)
@@ -77,12 +119,18 @@ static int search(struct finder *finder)
 		.interface = *config->interface ? config->interface : NULL,
 		.also = also,
 		.also_count = config->discovery_addresses,
+		.report = &finder->report,
 	};
+	const uint32_t missing = all_wanted(config, finder->shared);
+	int result;
 
-	finder->routed = 0;
+	memset(&finder->answers, 0, sizeof(finder->answers));
 	for (uint32_t i = 0; i < config->discovery_addresses; i++)
 		also[i].address = config->discovery_address[i];
-	return discovery_search(&options, found, finder);
+	result = discovery_search(&options, found, finder);
+	if (result >= 0)
+		judge(finder, missing);
+	return result;
 }
 
 static void *run(void *argument)
@@ -93,7 +141,7 @@ static void *run(void *argument)
 
 	while (!atomic_load_explicit(&finder->stop, memory_order_relaxed)) {
 		if (waited >= finder->config->discovery_interval_ns &&
-		    any_wanted(finder->config, finder->shared)) {
+		    all_wanted(finder->config, finder->shared)) {
 			atomic_store_explicit(&finder->result, search(finder),
 					      memory_order_relaxed);
 			waited = SEARCH_MS * UINT64_C(1000000);
@@ -112,6 +160,7 @@ int finder_start(struct finder *finder, const struct config *config,
 	int result;
 
 	memset(finder, 0, sizeof(*finder));
+	pthread_mutex_init(&finder->lock, NULL);
 	finder->config = config;
 	finder->shared = shared;
 	for (uint32_t i = 0; i < config->devices; i++)
@@ -123,7 +172,7 @@ int finder_start(struct finder *finder, const struct config *config,
 	return result;
 }
 
-void finder_report(struct finder *finder)
+static void report_result(struct finder *finder)
 {
 	int result = atomic_load_explicit(&finder->result, memory_order_relaxed);
 
@@ -137,6 +186,27 @@ void finder_report(struct finder *finder)
 	else
 		log_line(EVENT_NOTICE, "the network can be searched again");
 	finder->told = result;
+}
+
+/* Once for each cause, and again after it was found meanwhile. */
+static void report_missing(struct finder *finder)
+{
+	char why[FINDER_WHY];
+
+	pthread_mutex_lock(&finder->lock);
+	strcpy(why, finder->why);
+	pthread_mutex_unlock(&finder->lock);
+	if (*why && strcmp(why, finder->told_why) != 0)
+		log_line(EVENT_WARNING, "%s", why);
+	strcpy(finder->told_why, why);
+}
+
+void finder_report(struct finder *finder)
+{
+	if (!finder->running)
+		return;
+	report_result(finder);
+	report_missing(finder);
 }
 
 void finder_stop(struct finder *finder)

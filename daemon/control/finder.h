@@ -7,6 +7,17 @@
 #include <stdatomic.h>
 #include "daemon/control/config.h"
 #include "daemon/rt/loop.h"
+#include "daemon/transport/discovery.h"
+
+enum { FINDER_OTHERS = 4, FINDER_WHY = 600 };
+
+/* Who has answered one search. */
+struct finder_answers {
+	uint32_t routed;		/* bit = device; the way that its route has */
+	uint32_t ours;			/* bit = device */
+	unsigned int others;
+	uint32_t other[FINDER_OTHERS];	/* serial numbers of the first of them */
+};
 
 struct finder {
 	const struct config *config;
@@ -16,8 +27,13 @@ struct finder {
 	_Atomic bool stop;
 	_Atomic int result;		/* of the last search: answers, or -errno */
 	bool running;
-	uint32_t routed;		/* finder thread's: see finder_take() */
+	struct finder_answers answers;	/* finder thread's */
+	struct discovery_report report;
+	unsigned int misses;		/* searches in a row that have not found all */
+	pthread_mutex_t lock;		/* of why */
+	char why[FINDER_WHY];		/* they have not, "" = they have */
 	int told;			/* control thread's: what it has logged */
+	char told_why[FINDER_WHY];
 	pthread_t thread;
 };
 
@@ -33,11 +49,18 @@ void finder_stop(struct finder *finder);
 
 /*
  * One answer to a search: where every device is that has its serial number and is looked for.
- * `routed` are those that have answered the way that their route has, in this search: no
- * interface has to be named for them, though they answer at others, too.
+ * For those in `answers->routed` no interface has to be named, though they answer at others, too.
  */
 void finder_take(const struct config *config, const struct loop_shared *shared,
-		 _Atomic uint64_t found[TRANSPORT_CHANNELS], uint32_t *routed,
+		 _Atomic uint64_t found[TRANSPORT_CHANNELS], struct finder_answers *answers,
 		 const uint8_t *data, size_t length, const struct transport_address *from);
+
+/*
+ * One line on a search that has not found the devices `missing` (bits): where it asked, who has
+ * answered instead, and what to do.
+ */
+void finder_why(const struct config *config, uint32_t missing,
+		const struct finder_answers *answers, const struct discovery_report *report,
+		char text[FINDER_WHY]);
 
 #endif

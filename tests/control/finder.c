@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /* Which answers to a search move a device, and which do not. */
+#include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -13,7 +14,7 @@ static struct loop_shared shared;
 static _Atomic uint64_t found[TRANSPORT_CHANNELS];
 static struct transport_address from = { .address = 0x0a000005, .port = 20055 };
 
-static uint32_t routed;
+static struct finder_answers answers;
 
 static int setup(void **state)
 {
@@ -21,7 +22,7 @@ static int setup(void **state)
 	memset(&config, 0, sizeof(config));
 	memset(&shared, 0, sizeof(shared));
 	memset((void *)found, 0, sizeof(found));
-	routed = 0;
+	memset(&answers, 0, sizeof(answers));
 	from.interface = 0;
 	config.devices = 3;
 	config.device[0].serial = 31234;
@@ -42,7 +43,7 @@ static void answer(uint32_t serial, bool old_format)
 	};
 	size_t length = wire_discovery_encode(data, &reply);
 
-	finder_take(&config, &shared, found, &routed, data, length, &from);
+	finder_take(&config, &shared, found, &answers, data, length, &from);
 }
 
 static uint64_t aimed(int device)
@@ -75,7 +76,7 @@ static void the_way_of_its_route_needs_no_interface(void **state)
 	from.interface = 7;
 	answer(31234, false);
 	assert_true(aimed(0) == where);
-	routed = 0;	/* the next search */
+	answers.routed = 0;	/* the next search */
 	answer(31234, false);
 	assert_true(aimed(0) == (UINT64_C(7) << 48 | where));
 }
@@ -111,9 +112,67 @@ static void what_is_no_answer_is_ignored(void **state)
 	(void)state;
 	memset(data, 0xff, sizeof(data));
 	for (size_t length = 0; length <= sizeof(data); length++)
-		finder_take(&config, &shared, found, &routed, data, length, &from);
+		finder_take(&config, &shared, found, &answers, data, length, &from);
 	for (int i = 0; i < 3; i++)
 		assert_true(aimed(i) == 0);
+}
+
+static struct discovery_report report;
+
+static const char *why(uint32_t missing)
+{
+	static char text[FINDER_WHY];
+
+	finder_why(&config, missing, &answers, &report, text);
+	return text;
+}
+
+/* Whoever reads it sees where to look: at a number, an address, or a firewall. */
+static void the_log_says_where_it_asked_and_who_answered(void **state)
+{
+	(void)state;
+	memset(&report, 0, sizeof(report));
+	strcpy(config.device[0].name, "mill");
+	strcpy(config.device[1].name, "panel");
+	assert_string_equal(why(1), "mill (serial 31234): no answer to a search: no interface but "
+			    "loopback is up and has an IPv4 address");
+	report.networks = 2;
+	report.network[0] = (struct discovery_network){
+		.own = { .address = 0x0a090901, .prefix = 24, .interface = 1 },
+	};
+	report.network[1] = (struct discovery_network){
+		.own = { .address = 0x0a070001, .prefix = 30, .interface = 1 },
+		.error = -EOPNOTSUPP,
+	};
+	for (int i = 0; i < 2; i++)
+		for (uint32_t serial = 20005; serial < 20011; serial++)
+			answer(serial, false);
+	answer(31234, false);
+	assert_int_equal(answers.ours, 1);
+	assert_string_equal(why(3), "mill (serial 31234), panel (serial 70000): no answer to a "
+			    "search at lo (10.9.9.1/24), lo (10.7.0.1/30, not asked: it cannot "
+			    "send broadcasts); answers came from serial 20005, 20006, 20007, 20008 "
+			    "and others; sudo pokeysctl discover tells whether this computer "
+			    "drops the answer");
+	report.unheard = 1;
+	report.unheard_from[0] = 0x0a090903;
+	assert_non_null(strstr(why(2), "; 10.9.9.3 has answered, but this computer dropped the "
+			       "answer: let its firewall accept UDP from port 20055, or set "
+			       "address = 10.9.9.3"));
+}
+
+static void a_line_of_any_length_fits(void **state)
+{
+	(void)state;
+	report.networks = ADDRESSES_OWN_MAX;
+	config.devices = TRANSPORT_CHANNELS;
+	for (int i = 0; i < ADDRESSES_OWN_MAX; i++)
+		report.network[i].own.address = UINT32_MAX;
+	for (uint32_t i = 0; i < config.devices; i++) {
+		memset(config.device[i].name, 'm', sizeof(config.device[i].name) - 1);
+		config.device[i].serial = UINT32_MAX;
+	}
+	assert_in_range(strlen(why(UINT32_MAX)), 100, FINDER_WHY - 1);
 }
 
 static void no_thread_is_made_without_serial_numbers(void **state)
@@ -139,6 +198,8 @@ int main(void)
 		TEST(nobody_else_is_aimed_at),
 		TEST(a_device_that_answers_is_left_where_it_is),
 		TEST(what_is_no_answer_is_ignored),
+		TEST(the_log_says_where_it_asked_and_who_answered),
+		TEST(a_line_of_any_length_fits),
 		TEST(no_thread_is_made_without_serial_numbers),
 	};
 
