@@ -32,12 +32,14 @@ struct doctor_device {
 	uint32_t address;		/* host byte order, 0 = not known */
 	char nic[16];			/* empty = no route */
 	bool through_router;
+	char aside[16];			/* answers at nic, though its route leads here */
 };
 
 /* The daemon's configuration, as far as it matters here. */
 struct doctor_plan {
 	bool read;
 	char path[256];
+	char interface[16];		/* empty = as the routes say */
 	int cpu;			/* -1 = any */
 	bool spin, chosen;		/* chosen: by mode, not left to auto */
 	double duty;
@@ -111,7 +113,10 @@ void doctor_read_plan(struct doctor *doctor, const char *path);
 /* The core to judge: the one asked for, or where that is -1 the plan's; what auto does there. */
 void doctor_choose_core(struct doctor *doctor, int asked);
 
-/* Fill nic and through_router of every device from the routing table. */
+/*
+ * Fill nic, through_router and aside of every device: the interface of the plan, else that of
+ * the routing table, unless only another one has an ARP entry for it.
+ */
 void doctor_find_routes(struct doctor *doctor);
 
 /* Every check of the tables in order. */

@@ -40,6 +40,17 @@ static void judge_route(const struct doctor *doctor, struct doctor_finding *find
 		doctor_mend(finding, "ip address add ADDRESS/24 dev NIC, an address in the "
 			    "device's network");
 		doctor_keep(finding, DOCTOR_UP, "NIC");
+	} else if (*doctor->plan.interface &&
+		   !probe_exists(doctor->root, "/sys/class/net/%s", device->nic)) {
+		doctor_say(finding, DOCTOR_PROBLEM, "there is no interface %s, which %s names",
+			   device->nic, doctor->plan.path);
+		doctor_mend(finding, "interface = NIC in section [daemon] of %s",
+			    doctor->plan.path);
+	} else if (*device->aside) {
+		doctor_say(finding, DOCTOR_ADVICE, "it answers at %s, but its route leads to %s: "
+			   "two interfaces are in one network", device->nic, device->aside);
+		doctor_mend(finding, "interface = %s in section [daemon] of %s, or another "
+			    "network for %s", device->nic, doctor->plan.path, device->aside);
 	} else if (device->through_router) {
 		doctor_say(finding, DOCTOR_ADVICE, "through a router at %s: its delays and losses "
 			   "are added", device->nic);

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "tools/doctor.h"
+#include "tools/neighbour.h"
 
 enum { CORE_MAX = 1023 };
 
@@ -60,6 +61,8 @@ static void take_daemon(struct doctor_plan *plan, const char *name, const char *
 		plan->priority = atoi(value);
 	} else if (!strcmp(name, "duty")) {
 		plan->duty = atof(value);
+	} else if (!strcmp(name, "interface")) {
+		snprintf(plan->interface, sizeof(plan->interface), "%.15s", value);
 	}
 }
 
@@ -105,9 +108,9 @@ void doctor_choose_core(struct doctor *doctor, int asked)
 
 /*
  * The most exact of the routes that fit, of several the one of the least metric;
- * /proc/net/route has addresses as the network does.
+ * /proc/net/route has addresses as the network does. With `only`, routes of this interface.
  */
-static void find_route(const char *table, struct doctor_device *device)
+static void find_route(const char *table, const char *only, struct doctor_device *device)
 {
 	uint32_t best = 0;
 	char nic[16];
@@ -116,7 +119,8 @@ static void find_route(const char *table, struct doctor_device *device)
 	for (; table; table = strchr(table, '\n')) {
 		table += *table == '\n';
 		if (sscanf(table, "%15s %x %x %x %*s %*s %u %x", nic, &destination, &gateway,
-			   &flags, &metric, &mask) != 6 || !(flags & 1))
+			   &flags, &metric, &mask) != 6 || !(flags & 1) ||
+		    (*only && strcmp(nic, only) != 0))
 			continue;
 		mask = ntohl(mask);
 		if ((device->address & mask) != ntohl(destination) ||
@@ -129,9 +133,24 @@ static void find_route(const char *table, struct doctor_device *device)
 	}
 }
 
+/* Of two interfaces in one network, the daemon uses the one at which the device has answered. */
+static void look_aside(const char *root, struct doctor_device *device)
+{
+	char found[16];
+
+	if (!*device->nic || device->through_router ||
+	    !neighbour_interface(root, device->address, device->nic, found) ||
+	    !strcmp(found, device->nic))
+		return;
+	strcpy(device->aside, device->nic);
+	strcpy(device->nic, found);
+}
+
 void doctor_find_routes(struct doctor *doctor)
 {
 	char table[1 << 14];
+
+	const char *only = doctor->plan.interface;
 
 	doctor->routes_read = probe_text(doctor->root, table, sizeof(table), "/proc/net/route");
 	for (size_t i = 0; i < doctor->devices; i++) {
@@ -140,6 +159,10 @@ void doctor_find_routes(struct doctor *doctor)
 		if (device->address >> 24 == 127)
 			strcpy(device->nic, "lo");
 		else if (device->address && doctor->routes_read)
-			find_route(table, device);
+			find_route(table, only, device);
+		if (*only && device->address)
+			strcpy(device->nic, only);	/* without a route: straight out of it */
+		else
+			look_aside(doctor->root, device);
 	}
 }

@@ -126,22 +126,60 @@ static enum neighbour take_answers(int fd, int interface, uint32_t address,
 	return found;
 }
 
-static enum neighbour read_table(const char *root, uint32_t address, char mac[NEIGHBOUR_MAC])
+struct entry {
+	unsigned int flags;
+	char mac[NEIGHBOUR_MAC], nic[16];
+};
+
+/* The next complete entry of this address in a table of which *at is the rest. */
+static bool next_entry(const char **at, uint32_t address, struct entry *entry)
 {
-	char table[1 << 14], text[20], line[128];
-	unsigned int flags = 0;
+	char text[16], wanted[16];
+
+	snprintf(wanted, sizeof(wanted), "%u.%u.%u.%u", address >> 24, address >> 16 & 255,
+		 address >> 8 & 255, address & 255);
+	while (*at && (*at = strchr(*at, '\n'))) {
+		++*at;		/* the first line is the heading */
+		if (sscanf(*at, "%15s %*s %x %17s %*s %15s", text, &entry->flags, entry->mac,
+			   entry->nic) == 4 && !strcmp(text, wanted) &&
+		    entry->flags & (ARP_COMPLETE | ARP_PERMANENT))
+			return true;
+	}
+	return false;
+}
+
+static enum neighbour read_table(const char *root, const char *nic, uint32_t address,
+				 char mac[NEIGHBOUR_MAC])
+{
+	char table[1 << 14];
+	const char *at = table;
+	struct entry entry;
 
 	if (!probe_text(root, table, sizeof(table), "/proc/net/arp"))
 		return NEIGHBOUR_UNSEEN;
-	snprintf(text, sizeof(text), "%u.%u.%u.%u ", address >> 24, address >> 16 & 255,
-		 address >> 8 & 255, address & 255);
-	if (probe_line(table, text, line, sizeof(line)))
-		sscanf(line, "%*s %x %17s", &flags, mac);
-	if (!(flags & (ARP_COMPLETE | ARP_PERMANENT)))
-		*mac = '\0';
-	if (flags & ARP_PERMANENT)
-		return NEIGHBOUR_PERMANENT;
-	return flags & ARP_COMPLETE ? NEIGHBOUR_REACHABLE : NEIGHBOUR_NONE;
+	while (next_entry(&at, address, &entry)) {
+		if (strcmp(entry.nic, nic) != 0)
+			continue;
+		strcpy(mac, entry.mac);
+		return entry.flags & ARP_PERMANENT ? NEIGHBOUR_PERMANENT : NEIGHBOUR_REACHABLE;
+	}
+	return NEIGHBOUR_NONE;
+}
+
+bool neighbour_interface(const char *root, uint32_t address, const char *nic, char found[16])
+{
+	char table[1 << 14];
+	const char *at = table;
+	struct entry entry;
+
+	*found = '\0';
+	if (!probe_text(root, table, sizeof(table), "/proc/net/arp"))
+		return false;
+	while (next_entry(&at, address, &entry)) {
+		if (!*found || !strcmp(entry.nic, nic))
+			strcpy(found, entry.nic);
+	}
+	return *found;
 }
 
 enum neighbour neighbour_look(const char *root, const char *nic, uint32_t address,
@@ -152,7 +190,7 @@ enum neighbour neighbour_look(const char *root, const char *nic, uint32_t addres
 
 	*mac = '\0';
 	if (*root)
-		return read_table(root, address, mac);
+		return read_table(root, nic, address, mac);
 	fd = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
 	if (fd < 0)
 		return NEIGHBOUR_UNSEEN;

@@ -3,6 +3,7 @@
 #ifndef TOOLS_NEIGHBOUR_H
 #define TOOLS_NEIGHBOUR_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 enum { NEIGHBOUR_MAC = 18 };
@@ -24,5 +25,11 @@ enum neighbour {
  */
 enum neighbour neighbour_look(const char *root, const char *nic, uint32_t address,
 			      char mac[NEIGHBOUR_MAC]);
+
+/*
+ * The interface at which ROOT/proc/net/arp has a complete entry for this address: `nic` if it
+ * is one of them, else the first. Not of a `nic` of its own: "" goes. False if there is none.
+ */
+bool neighbour_interface(const char *root, uint32_t address, const char *nic, char found[16]);
 
 #endif

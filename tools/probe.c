@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include "tools/probe.h"
 
 static bool read_whole(const char *path, char *text, size_t size)
@@ -44,6 +45,18 @@ bool probe_text(const char *root, char *text, size_t size, const char *format, .
 	vsnprintf(path + length, sizeof(path) - (size_t)length, format, arguments);
 	va_end(arguments);
 	return read_whole(path, text, size);
+}
+
+bool probe_exists(const char *root, const char *format, ...)
+{
+	char path[256], whole[512];
+	va_list arguments;
+
+	va_start(arguments, format);
+	vsnprintf(path, sizeof(path), format, arguments);
+	va_end(arguments);
+	return snprintf(whole, sizeof(whole), "%s%s", root, path) < (int)sizeof(whole) &&
+	       access(whole, F_OK) == 0;
 }
 
 bool probe_number(const char *root, long *value, const char *format, ...)

@@ -17,6 +17,10 @@ enum { PROBE_TEXT = 4096 };
 __attribute__((format(printf, 4, 5)))
 bool probe_text(const char *root, char *text, size_t size, const char *format, ...);
 
+/* A file or folder, whatever may be in it. */
+__attribute__((format(printf, 2, 3)))
+bool probe_exists(const char *root, const char *format, ...);
+
 /* A file that begins with a number. */
 __attribute__((format(printf, 3, 4)))
 bool probe_number(const char *root, long *value, const char *format, ...);

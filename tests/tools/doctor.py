@@ -159,6 +159,20 @@ VARIANTS = [
     ({"proc/net/route": ROUTE}, {"route": "problem", "nic-link": "unknown"}),
     ({"proc/net/route": ROUTE + "enp1\t00000000\t0100A8C0\t0003\t0\t0\t0\t00000000\t0\t0\t0\n"},
      {"route": "advice", "neighbour": "unknown"}),
+    # two interfaces in one network: the one at which it answers
+    ({"proc/net/arp": "IP address HW type Flags\n10.0.0.2 0x1 0x0 00:00:00:00:00:00 * enp1\n"
+                      "10.0.0.2 0x1 0x6 02:00:00:00:00:01 * wlan0\n",
+      "sys/class/net/wlan0/phy80211/name": "phy0"},
+     {"route": "advice", "neighbour": "ok", "nic-link": "problem"}),
+    ({"proc/net/arp": GOOD["proc/net/arp"] + "10.0.0.2 0x1 0x2 02:00:00:00:00:01 * wlan0\n"},
+     {"route": "ok", "neighbour": "ok", "nic-link": "ok"}),
+    # what the file names goes before the routes
+    ({"etc/pokeysd/pokeysd.conf": GOOD["etc/pokeysd/pokeysd.conf"].replace("cpu = 3", "cpu = 3\ninterface = wlan0"),
+      "sys/class/net/wlan0/phy80211/name": "phy0"}, {"route": "advice", "nic-link": "problem"}),
+    ({"etc/pokeysd/pokeysd.conf": GOOD["etc/pokeysd/pokeysd.conf"].replace("cpu = 3", "cpu = 3\ninterface = wlan0"),
+      "proc/net/route": ROUTE, "sys/class/net/wlan0/phy80211/name": "phy0"}, {"route": "ok", "nic-link": "problem"}),
+    ({"etc/pokeysd/pokeysd.conf": GOOD["etc/pokeysd/pokeysd.conf"].replace("cpu = 3", "cpu = 3\ninterface = enp9")},
+     {"route": "problem", "nic-link": "unknown"}),
     ({"etc/pokeysd/pokeysd.conf": "[daemon]\ncpu = 3\n[device mill]\nserial = 5\n"}, {"route": "unknown"}),
     ({"sys/class/net/enp1/duplex": "half"}, {"nic-link": "problem"}),
     ({"sys/class/net/enp1/phy80211/name": "phy0"}, {"nic-link": "problem"}),
