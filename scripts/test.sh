@@ -45,9 +45,12 @@ suite_run() {
 	TEST_LOGS+=("$build/meson-logs/log-$label.json=$status=$(IFS=+; echo "$*")")
 }
 
+# sanitized_run LABEL SANITIZER [meson option ...]
 sanitized_run() {
 	local label=$1 sanitizer=$2
-	configure_and_build "build/$label" -Dwerror=true -Db_sanitize="$sanitizer" -Db_lundef=false || die "the $label build failed"
+	shift 2
+	configure_and_build "build/$label" -Dwerror=true -Db_sanitize="$sanitizer" -Db_lundef=false "$@" ||
+		die "the $label build failed"
 	suite_run "build/$label" "$label" 2 unit sim
 }
 
@@ -96,7 +99,8 @@ run_round() {
 	[ ${#alone[@]} -eq 0 ] || suite_run build net-hal 1 "${alone[@]}"
 	! is_wanted vm || suite_run build vm 1 vm
 	! is_wanted fuzz || suite_run build fuzz 2 fuzz
-	! is_wanted asan || sanitized_run asan address,undefined
+	# char is unsigned on arm64
+	! is_wanted asan || sanitized_run asan address,undefined -Dc_args=-funsigned-char
 	! is_wanted tsan || TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp" sanitized_run tsan thread
 }
 
