@@ -46,36 +46,34 @@ static int64_t event_index(unsigned int number, unsigned int which)
 	return number <= SETTING_ENCODER_PINS ? (int64_t)which : -1;
 }
 
-static void say_changes(struct device *device, const struct setting *setting)
+/* One event for each of these parts of a setting. Returns how many. */
+static uint32_t say_each(struct device *device, const struct setting *setting, uint64_t parts,
+			 enum event_code code, enum event_level level)
 {
 	const unsigned int number = setting_number(device, setting);
 	unsigned int index;
 	const struct setting_kind *kind = setting_kind(number, &index);
+	uint32_t count = 0;
 
-	for (unsigned int i = 0; setting->changed && i < 64; i++) {
-		if (setting->changed >> i & 1)
-			device_say(device, EVENT_CONFIG_CHANGED, EVENT_NOTICE, kind->write,
-				   event_index(number, i), kind->written(&setting->value, i));
+	for (unsigned int i = 0; i < 64; i++) {
+		if (!(parts >> i & 1))
+			continue;
+		device_say(device, code, level, kind->write, event_index(number, i),
+			   kind->written(&setting->value, i));
+		count++;
 	}
+	return count;
+}
+
+static void say_changes(struct device *device, const struct setting *setting)
+{
+	say_each(device, setting, setting->changed, EVENT_CONFIG_CHANGED, EVENT_NOTICE);
 }
 
 uint32_t setting_say_foreign(struct device *device, const struct setting *setting,
 			     uint64_t foreign)
 {
-	const unsigned int number = setting_number(device, setting);
-	unsigned int index;
-	const struct setting_kind *kind = setting_kind(number, &index);
-
-	uint32_t count = 0;
-
-	for (unsigned int i = 0; i < 64; i++) {
-		if (!(foreign >> i & 1))
-			continue;
-		count++;
-		device_say(device, EVENT_CONFIG_FOREIGN, EVENT_WARNING, kind->write,
-			   event_index(number, i), kind->written(&setting->value, i));
-	}
-	return count;
+	return say_each(device, setting, foreign, EVENT_CONFIG_FOREIGN, EVENT_WARNING);
 }
 
 bool setting_blocks(const struct device *device, const struct setting *setting)

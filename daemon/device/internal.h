@@ -20,12 +20,12 @@
 #include "daemon/device/plan.h"
 #include "daemon/device/restart.h"
 #include "daemon/device/setting.h"
+#include "daemon/device/shared.h"
 #include "daemon/device/task.h"
 #include "daemon/device/threading.h"
 #include "wire/bus.h"
 #include "wire/encoder.h"
 #include "wire/io.h"
-#include "settings/terminal.h"
 #include "wire/model.h"
 #include "wire/panel.h"
 #include "wire/pulse.h"
@@ -74,19 +74,6 @@ enum identify_step {
 	IDENTIFY_USER,
 	IDENTIFY_OPTIONS,
 	IDENTIFY_STEPS
-};
-
-/* shared.c: what was told */
-struct shared_pair {
-	uint64_t terminals;
-	uint8_t a, b;			/* numbers of owners, settings/terminal.h */
-};
-
-enum { SHARED_MAX = 16 };		/* more than that are not told */
-
-struct shared {
-	struct shared_pair pair[SHARED_MAX];
-	size_t count;
 };
 
 struct identify {
@@ -359,9 +346,6 @@ bool watch_believes(struct device *device, struct setting *setting,
 /* It was read in its turn and differs so from what is wanted: true if all is as before. */
 bool watch_settled(struct device *device, struct setting *setting, uint64_t differs);
 void watch_unanswered(struct setting *setting);
-
-/* shared.c: settings are settled, which terminals do two of them use? */
-void shared_tell(struct device *device, const struct pokeys_report *report);
 
 /* access.c: true when the device lets us in */
 bool access_cycle(struct device *device);

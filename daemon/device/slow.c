@@ -193,11 +193,13 @@ void slow_counters(struct device *device)
 	struct plan *plan = &device->plan;
 
 	plan->counters = 0;
-	plan->counter_next = 0;
 	for (unsigned int i = 0; i < POKEYS_PINS; i++) {
 		if (device->image.pin_function[i] & WIRE_PIN_COUNTER)
 			plan->counter_pin[plan->counters++] = (uint8_t)i;
 	}
+	/* functions are read often: the turn goes on, or the last ones would never have it */
+	if (plan->counter_next >= plan->counters)
+		plan->counter_next = 0;
 }
 
 /* All are due at the beginning, so that the image is soon complete. */

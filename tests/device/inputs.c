@@ -38,6 +38,28 @@ static void dedicated_inputs_upper_rows_and_new_counters_are_read(void **state)
 	assert_int_equal(world.state.counter[5], 4711);
 }
 
+/* Asked for less often than the pins' functions are read again. */
+static void every_counter_has_its_turn(void **state)
+{
+	enum { COUNTERS = 30 };
+
+	(void)state;
+	world_init(&world, NULL);
+	sim = &world.rig.device;
+	world.config.slow_hz = 0.2;
+	for (unsigned int i = 0; i < COUNTERS; i++)
+		sim->config.pins.function[i] = WIRE_PIN_COUNTER;
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	world_run(&world, 5 * SECOND);
+	for (unsigned int i = 0; i < COUNTERS; i++)
+		sim->pins.counter[i] = 100 + i;
+	world_run(&world, 10 * SECOND);
+	for (unsigned int i = 0; i < COUNTERS; i++)
+		assert_int_equal(world.state.counter[i], 100 + i);
+}
+
 static void emergency_input_is_shown_while_the_engine_stands(void **state)
 {
 	(void)state;
@@ -81,6 +103,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(dedicated_inputs_upper_rows_and_new_counters_are_read,
 				       begin),
+		cmocka_unit_test(every_counter_has_its_turn),
 		cmocka_unit_test_setup(emergency_input_is_shown_while_the_engine_stands, begin),
 		cmocka_unit_test_setup(rates_are_measured, begin),
 	};
