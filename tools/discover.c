@@ -179,6 +179,7 @@ int command_discover(const struct options *options)
 		.also = also,
 		.also_count = options->addresses,
 		.report = &report,
+		.overhear = true,
 	};
 	int result;
 

@@ -3,6 +3,7 @@
  * A device is missing, and whoever reads the log has to know where to look: at the device, at
  * the serial number in pokeysd.conf, at an address of this computer or at its firewall. The line
  * says what was done, so that "check power and cable" is not said where the network is to blame.
+ * An answer that a firewall drops can be seen by root only, who is sent to pokeysctl discover.
  */
 #include <errno.h>
 #include <net/if.h>
@@ -92,19 +93,6 @@ static void put_others(struct line *line, const struct finder_answers *answers)
 		put(line, " and others");
 }
 
-static void put_what_to_do(struct line *line, const struct discovery_report *report)
-{
-	char address[ADDRESS_TEXT];
-
-	if (report->unheard) {
-		address_text(report->unheard_from[0], address);
-		put(line, "; %s has answered, but this computer dropped the answer: let its "
-		    "firewall accept UDP from port 20055, or set address = %s", address, address);
-	} else {
-		put(line, "; sudo pokeysctl discover tells whether this computer drops the answer");
-	}
-}
-
 void finder_why(const struct config *config, uint32_t missing,
 		const struct finder_answers *answers, const struct discovery_report *report,
 		char text[FINDER_WHY])
@@ -116,5 +104,6 @@ void finder_why(const struct config *config, uint32_t missing,
 	put_networks(&line, config, report);
 	put_others(&line, answers);
 	if (report->networks || config->discovery_addresses)
-		put_what_to_do(&line, report);
+		put(&line, "; sudo pokeysctl discover tells whether this computer drops the "
+		    "answer");
 }

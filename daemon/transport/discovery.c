@@ -279,7 +279,9 @@ static void begin_report(struct search *search, const struct discovery_options *
 	search->report = report;
 	if (!getsockname(search->fd, (struct sockaddr *)&own, &length))
 		report->port = ntohs(own.sin_port);
-	search->wire = overhear_open(options->port ? options->port : DEFAULT_PORT, report->port);
+	if (options->overhear)
+		search->wire = overhear_open(options->port ? options->port : DEFAULT_PORT,
+					     report->port);
 	report->overheard = search->wire >= 0;
 }
 

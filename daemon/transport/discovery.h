@@ -39,6 +39,7 @@ struct discovery_options {
 	const struct transport_address *also;
 	size_t also_count;
 	struct discovery_report *report;	/* filled in; NULL = not wanted */
+	bool overhear;			/* watch for dropped answers as well (CAP_NET_RAW) */
 };
 
 /*
