@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * What publishing costs while 0, 1, 5 and 20 others read, as it is in a daemon:
- * one image a millisecond, by a realtime thread that has slept meanwhile, and once
- * more for ANSWER_NS after it took the image's place back, as it does while a device
+ * What publishing costs while 0, 1, 5 and 20 others read the mirror, as it is in a
+ * daemon: one image a millisecond, by a realtime thread that has slept meanwhile, and
+ * once more for ANSWER_NS after it took the image's place back, as it does while a device
  * answers; so nothing is in its caches that would not be there. Each reader is a
- * process of its own, on the other cores, that reads a thousand times a second, too.
+ * process of its own, on the other cores, that reads a thousand times a second, too. The
+ * mirror is written behind the commander's image.
  *
  * All readers are there from the beginning and take turns in being active, so
  * that a drift of the machine's speed touches all counts alike. Their reads are
@@ -119,8 +120,8 @@ static void become_realtime(int cpu)
 		perror("bench-readers: not realtime");
 }
 
-/* Taking the image's lines back, and publishing it. */
-static struct samples taking[COUNTS], publishing[COUNTS];
+/* Taking the image's lines back, publishing it, and writing the mirror that they read. */
+static struct samples taking[COUNTS], publishing[COUNTS], mirroring[COUNTS];
 
 /* A slice of publishing with so many readers; the first is for the change to settle. */
 static void publish(struct shm_device *device, int which)
@@ -130,7 +131,7 @@ static void publish(struct shm_device *device, int which)
 	atomic_store(&shared->which, which);
 	atomic_store(&shared->active, counts[which]);
 	for (int i = 0; i < SLICE; i++) {
-		uint64_t t, taken;
+		uint64_t t, taken, published, mirrored;
 
 		sleep_until(next += PERIOD_NS);
 		t = now_ns();
@@ -139,11 +140,15 @@ static void publish(struct shm_device *device, int which)
 		sleep_until(next + ANSWER_NS);
 		image.cycle++;
 		t = now_ns();
-		shm_device_write(device, &image);
-		t = now_ns() - t;
+		memcpy(shm_device_loan(device), &image, sizeof(image));
+		shm_device_commit(device);
+		published = now_ns();
+		shm_device_mirror(device);
+		mirrored = now_ns();
 		if (i < SLICE / 10)
 			continue;
-		samples_add(&publishing[which], t);
+		samples_add(&publishing[which], published - t);
+		samples_add(&mirroring[which], mirrored - published);
 		samples_add(&taking[which], taken);
 	}
 }
@@ -163,7 +168,8 @@ int main(int argc, char **argv)
 	}
 	shared = mmap(NULL, sizeof(*shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1,
 		      0);
-	if (shared == MAP_FAILED || shm_host_open(&host, argv[1], NULL, why, sizeof(why)) < 0 ||
+	if (shared == MAP_FAILED ||
+	    shm_host_open(&host, argv[1], NULL, NULL, why, sizeof(why)) < 0 ||
 	    shm_host_add(host, "bench", &device, why, sizeof(why)) < 0 ||
 	    shm_host_publish(host, why, sizeof(why)) < 0) {
 		fprintf(stderr, "bench-readers: %s: %s\n", argv[1], why);
@@ -172,6 +178,7 @@ int main(int argc, char **argv)
 	shm_device_write(device, &image);
 	for (int i = 0; i < COUNTS; i++)
 		if (samples_init(&publishing[i], (size_t)slices * SLICE) < 0 ||
+		    samples_init(&mirroring[i], (size_t)slices * SLICE) < 0 ||
 		    samples_init(&taking[i], (size_t)slices * SLICE) < 0)
 			return 1;
 	good = start_readers(argv[1], atoi(argv[3]), readers);
@@ -184,10 +191,13 @@ int main(int argc, char **argv)
 			kill(readers[i], SIGKILL);
 	printf("{");
 	for (int i = 0; i < COUNTS; i++) {
-		char name[16];
+		char name[24];
 
 		snprintf(name, sizeof(name), "%d", counts[i]);
 		samples_print(&publishing[i], name);
+		printf(", ");
+		snprintf(name, sizeof(name), "mirroring %d", counts[i]);
+		samples_print(&mirroring[i], name);
 		printf(", ");
 		snprintf(name, sizeof(name), "taking %d", counts[i]);
 		samples_print(&taking[i], name);

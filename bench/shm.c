@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * What publishing and reading cost, beside the least they could cost: memcpy
- * of the same bytes, and a bare seqlock over them. One process, one thread,
+ * of the same bytes, and a bare seqlock over them. shm_write and shm_loan write the
+ * mirror as well; mirror_write is what that adds. shm_read is a commander's, mirror_read
+ * that of all others. One process, one thread,
  * each figure the median of many batches, the contenders taking turns so that
  * a drift of the machine touches all of them alike.
  *
@@ -9,6 +11,7 @@
  * stopped in mid-update spins in it without bound, which is why the images do
  * not use one.
  */
+#include <fcntl.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,8 +21,9 @@
 #include <time.h>
 #include "bench/samples.h"
 #include "shm/host.h"
+#include "shm/mirror.h"
 
-enum { BATCH = 64, BATCHES = 4000, CONTENDERS = 6 };
+enum { BATCH = 64, BATCHES = 4000, CONTENDERS = 8 };
 
 static struct {
 	_Atomic uint64_t sequence;
@@ -28,7 +32,8 @@ static struct {
 
 static struct pokeys_state source, copy;
 static struct shm_device *device;
-static pokeys_client *client;
+static pokeys_client *commander, *monitor;
+static struct mirror mirror;
 
 static void barrier(void)
 {
@@ -77,11 +82,26 @@ static void do_loan(void)
 	shm_device_commit(device);
 }
 
-static void do_read(void)
+static void do_mirror_write(void)
+{
+	mirror_write(&mirror, MIRROR_STATE, &source);
+}
+
+static void read_as(pokeys_client *client)
 {
 	if (pokeys_client_read(client, &copy) < 0)
 		abort();
 	barrier();
+}
+
+static void do_read(void)
+{
+	read_as(commander);
+}
+
+static void do_mirror_read(void)
+{
+	read_as(monitor);
 }
 
 static const struct {
@@ -92,8 +112,10 @@ static const struct {
 	{ "seqlock_write", do_seqlock_write },
 	{ "shm_write", do_write },
 	{ "shm_loan", do_loan },
+	{ "mirror_write", do_mirror_write },
 	{ "seqlock_read", do_seqlock_read },
 	{ "shm_read", do_read },
+	{ "mirror_read", do_mirror_read },
 };
 
 static uint64_t now_ns(void)
@@ -104,16 +126,30 @@ static uint64_t now_ns(void)
 	return (uint64_t)t.tv_sec * UINT64_C(1000000000) + (uint64_t)t.tv_nsec;
 }
 
+static bool attach_as(pokeys_client **client, const char *runtime, unsigned int flags)
+{
+	return !pokeys_client_open(client, runtime, "bench", "bench-shm", flags) &&
+	       pokeys_client_poll(*client) == POKEYS_CLIENT_ATTACHED;
+}
+
+/* One that nobody reads, beside the device's own. */
+static bool make_mirror(const char *runtime)
+{
+	const int fd = open(runtime, O_RDONLY | O_DIRECTORY);
+
+	return fd >= 0 && !mirror_make(&mirror, fd, (gid_t)-1, "other", 1, 1);
+}
+
 static bool attach(const char *runtime)
 {
 	char why[256] = "";
 	struct shm_host *host;
 
-	if (shm_host_open(&host, runtime, NULL, why, sizeof(why)) < 0 ||
+	if (shm_host_open(&host, runtime, NULL, NULL, why, sizeof(why)) < 0 ||
 	    shm_host_add(host, "bench", &device, why, sizeof(why)) < 0 ||
 	    shm_host_publish(host, why, sizeof(why)) < 0 ||
-	    pokeys_client_open(&client, runtime, "bench", "bench-shm", 0) < 0 ||
-	    pokeys_client_poll(client) != POKEYS_CLIENT_ATTACHED) {
+	    !attach_as(&commander, runtime, POKEYS_CLIENT_COMMANDER) ||
+	    !attach_as(&monitor, runtime, 0) || !make_mirror(runtime)) {
 		fprintf(stderr, "bench-shm: cannot attach in %s: %s\n", runtime, why);
 		return false;
 	}

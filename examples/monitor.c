@@ -238,7 +238,7 @@ static const char *first_device(const char *runtime)
 		return names[0];
 	if (r < 0)
 		fprintf(stderr, "the runtime folder: %s%s\n", strerror(-r), r == -EACCES ?
-			"; this user must be in its group, which is pokeys as a rule" : "");
+			"; this user must be in its group, which is pokeys-monitor as a rule" : "");
 	else
 		fprintf(stderr, "no daemon runs; name a DEVICE to wait for it\n");
 	return NULL;

@@ -23,7 +23,7 @@
 #include <rtapi.h>
 #include "halbridge/find_serial.h"
 #include "halbridge/latency.h"
-#include "shm/runtime.h"
+#include "shm/mirror.h"
 
 enum {
 	ROUND_MS = 100,
@@ -100,10 +100,8 @@ static enum pokeys_client_state look_for_device(const struct monitor *monitor,
 		snprintf(why, MONITOR_LINE, "device '%s': %s", instance->device, strerror(-r));
 		return r ? POKEYS_CLIENT_REFUSED : POKEYS_CLIENT_DETACHED;
 	}
-	if (count == -EACCES)
-		runtime_denied(folder, why, MONITOR_LINE);
-	else if (count < 0)
-		snprintf(why, MONITOR_LINE, "%s: %s", folder, strerror(-count));
+	if (count < 0)
+		mirror_explain(folder, count, why, MONITOR_LINE);
 	else
 		snprintf(why, MONITOR_LINE,
 			 "the daemon has %d devices (%s): name one with devices= (or, for "

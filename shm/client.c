@@ -3,17 +3,17 @@
  * A client's life: find the daemon, attach, notice that another one has taken
  * over, attach anew.
  *
- * The only thing looked at while all is well is the link `current`: it names
- * the root of the daemon that started last. It still names the root of one
- * that was killed, and that is no reason to detach: its last image stays
- * readable, and the reader decides by its own clock how much it is worth.
+ * A commander looks at the link `current` while all is well: it names the root of
+ * the daemon that started last. All others look at their device's file in the mirror.
+ * Both are still there when the daemon was killed, and that is no reason to detach:
+ * its last image stays readable, and the reader decides by its own clock how much it
+ * is worth.
  */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include "shm/client_private.h"
-#include "shm/manifest.h"
 #include "shm/say.h"
 
 static enum pokeys_client_state set_status(struct pokeys_client *client,
@@ -64,6 +64,7 @@ void pokeys_client_close(pokeys_client *client)
 	if (!client)
 		return;
 	client_follow_end(client);
+	client_unwatch(client);
 	if (client->root_name[0])
 		client_detach(client);
 	pthread_mutex_destroy(&client->cold);
@@ -91,7 +92,22 @@ static enum pokeys_client_state explain_current(struct pokeys_client *client, in
 	return set_status(client, POKEYS_CLIENT_REFUSED, why);
 }
 
-static enum pokeys_client_state look(struct pokeys_client *client)
+static enum pokeys_client_state look_mirror(struct pokeys_client *client)
+{
+	char why[CLIENT_WHY_MAX];
+	int r;
+
+	if (client->view && mirror_is_current(client->view, client->directory, client->device))
+		return POKEYS_CLIENT_ATTACHED;
+	client_unwatch(client);
+	r = client_watch(client, why, sizeof(why));
+	if (!r)
+		return set_status(client, POKEYS_CLIENT_ATTACHED, why);
+	return set_status(client, r == -ENOENT ? POKEYS_CLIENT_DETACHED : POKEYS_CLIENT_REFUSED,
+			  why);
+}
+
+static enum pokeys_client_state look_root(struct pokeys_client *client)
 {
 	char name[SHM_ROOT_NAME_MAX];
 	char why[CLIENT_WHY_MAX];
@@ -115,7 +131,7 @@ enum pokeys_client_state pokeys_client_poll(pokeys_client *client)
 	enum pokeys_client_state state;
 
 	pthread_mutex_lock(&client->cold);
-	state = look(client);
+	state = client_commands(client) ? look_root(client) : look_mirror(client);
 	pthread_mutex_unlock(&client->cold);
 	return state;
 }
@@ -147,6 +163,8 @@ int pokeys_client_wait(pokeys_client *client, unsigned int timeout_ms)
 		return -EPERM;
 	if (client->follower.running)
 		return -EBUSY;
+	if (!client_commands(client))
+		return client_wait_notice(client, timeout_ms);
 	if (!client->listener)
 		return -ENOTCONN;
 	r = iox_listener_wait(client->listener, timeout_ms, NULL);
@@ -160,30 +178,20 @@ int pokeys_client_commanders(pokeys_client *client)
 
 	snprintf(name, sizeof(name), "pokeys/%s/command", client->device);
 	pthread_mutex_lock(&client->cold);
-	r = client->node ? iox_writers(client->node, name, NULL, NULL) : -ENOTCONN;
+	if (!client_commands(client))
+		r = client->view ? !!client->view->shared->commanders : -ENOTCONN;
+	else
+		r = client->node ? iox_writers(client->node, name, NULL, NULL) : -ENOTCONN;
 	pthread_mutex_unlock(&client->cold);
 	return r;
 }
 
 int pokeys_shm_devices(const char *runtime_directory, char names[][POKEYS_SHM_NAME_MAX], size_t max)
 {
-	char name[SHM_ROOT_NAME_MAX];
-	char root[SHM_PATH_MAX];
-	struct manifest manifest;
 	int r;
 
 	if (!runtime_directory)
 		runtime_directory = POKEYS_RUNTIME_DIRECTORY;
 	r = runtime_check_directory(runtime_directory, NULL, 0);
-	if (!r)
-		r = runtime_current(runtime_directory, name);
-	if (r)
-		return r == -ENOENT ? 0 : r;
-	snprintf(root, sizeof(root), "%s/%s", runtime_directory, name);
-	r = manifest_read(root, &manifest);
-	if (r)
-		return r == -ENOENT ? 0 : r;
-	for (size_t i = 0; i < manifest.devices && i < max; i++)
-		memcpy(names[i], manifest.device[i], POKEYS_SHM_NAME_MAX);
-	return (int)manifest.devices;
+	return r ? r : mirror_devices(runtime_directory, names, max);
 }

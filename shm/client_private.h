@@ -8,6 +8,7 @@
 #include <pokeys/shm.h>
 #include "shm/handover.h"
 #include "shm/iox.h"
+#include "shm/mirror.h"
 #include "shm/runtime.h"
 
 enum { CLIENT_WHY_MAX = 256 };
@@ -33,7 +34,9 @@ struct pokeys_client {
 	char program[POKEYS_SHM_NAME_MAX];
 	unsigned int flags;
 
-	/* for the realtime thread; NULL while not attached */
+	/* for the realtime thread; NULL while not attached. One that does not command: */
+	struct handover mirror;		/* struct mirror_view */
+	/* a commander: */
 	struct handover state;		/* struct iox_state_reader */
 	struct handover diag;		/* struct iox_diag_reader */
 	struct handover command;	/* struct iox_command_writer */
@@ -42,6 +45,8 @@ struct pokeys_client {
 
 	/* of the thread that polls, under `cold` */
 	pthread_mutex_t cold;
+	struct mirror_view *view;	/* what `mirror` has */
+	uint32_t notices;		/* of the view, seen last */
 	struct iox_node *node;
 	struct iox_listener *listener;
 	char root_name[SHM_ROOT_NAME_MAX];	/* attached to; "" = to none */
@@ -50,7 +55,18 @@ struct pokeys_client {
 	struct client_follower follower;
 };
 
-/* Attach to the root of this name: 0, or -errno with the reason in `why`. */
+static inline bool client_commands(const struct pokeys_client *client)
+{
+	return client->flags & POKEYS_CLIENT_COMMANDER;
+}
+
+/* monitor.c, who does not command: attach, or let go. 0, or -errno with the reason in `why`. */
+int client_watch(struct pokeys_client *client, char *why, size_t size);
+void client_unwatch(struct pokeys_client *client);
+/* As pokeys_client_wait(). */
+int client_wait_notice(struct pokeys_client *client, unsigned int timeout_ms);
+
+/* attach.c, a commander: attach to the root of this name. 0, or -errno with the reason in `why`. */
 int client_attach(struct pokeys_client *client, const char *root_name, char *why, size_t size);
 /* Give everything back. Waits for a realtime visit that is under way. */
 void client_detach(struct pokeys_client *client);

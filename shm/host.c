@@ -17,7 +17,7 @@
 #include "shm/room.h"
 #include "shm/say.h"
 
-/* Each device takes some 150 kB and 30 files, and a reader of our own 20 more. */
+/* Each device takes some 200 kB and 30 files. */
 enum { DEVICE_BYTES = 256 * 1024, DEVICE_FILES = 40 };
 
 static int check_room(const struct shm_host *host, char *why, size_t size)
@@ -53,6 +53,7 @@ static int make_host(struct shm_host **out, const char *directory, char *why, si
 		return say(why, size, -ENOMEM, "out of memory");
 	host->directory_fd = -1;
 	host->lock_fd = -1;
+	host->mirror_fd = -1;
 	manifest_init(&host->manifest);
 	snprintf(host->directory, sizeof(host->directory), "%s", directory);
 	*out = host;
@@ -60,7 +61,7 @@ static int make_host(struct shm_host **out, const char *directory, char *why, si
 }
 
 int shm_host_open(struct shm_host **out, const char *runtime_directory, const char *group,
-		  char *why, size_t size)
+		  const char *monitor_group, char *why, size_t size)
 {
 	struct shm_host *host = NULL;
 	int r = make_host(&host, runtime_directory ? runtime_directory : POKEYS_RUNTIME_DIRECTORY,
@@ -68,7 +69,7 @@ int shm_host_open(struct shm_host **out, const char *runtime_directory, const ch
 
 	if (r)
 		return r;
-	r = shm_folder_take(host, group, why, size);
+	r = shm_folder_take(host, group, monitor_group, why, size);
 	if (!r)
 		r = make_node(host, why, size);
 	if (r) {
@@ -123,6 +124,8 @@ int shm_host_publish(struct shm_host *host, char *why, size_t size)
 {
 	int r = manifest_write(host->root, &host->manifest);
 
+	for (size_t i = 0; !r && i < host->count; i++)
+		r = mirror_publish(&host->devices[i].mirror, host->count);
 	if (!r)
 		r = runtime_set_current(host->directory, host->root_name);
 	if (r)
@@ -162,6 +165,9 @@ static int keep_current(const struct shm_host *host)
 
 	if (manifest_gone(host->root))
 		return -ESTALE;
+	for (size_t i = 0; i < host->count; i++)
+		if (!mirror_is_there(&host->devices[i].mirror))
+			return -ESTALE;
 	if (runtime_current(host->directory, name) || strcmp(name, host->root_name))
 		runtime_set_current(host->directory, host->root_name);
 	return 0;
@@ -175,6 +181,9 @@ int shm_host_maintain(struct shm_host *host)
 		host->devices[i].recycle = true;
 	if (recycle_devices(host) && host->published)
 		manifest_write(host->root, &host->manifest);
+	for (size_t i = 0; i < host->count; i++)
+		mirror_show_commanders(&host->devices[i].mirror,
+				       shm_device_commanders(&host->devices[i]));
 	/* a client that attached just when its daemon's root was removed */
 	runtime_remove_stale(host->directory_fd, host->root_name);
 	return host->published && keep_current(host) ? -ESTALE : dead;

@@ -4,13 +4,14 @@
  * the services of each device, publishes state and takes commands.
  *
  * <runtime>/lock          held (flock) by the one daemon of this folder, says its pid
+ * <runtime>/monitor/      the mirror: a file for each device, to be read only (mirror.h)
  * <runtime>/e.<epoch>/    everything of this start, root path of iceoryx2
  * <runtime>/e.<epoch>/manifest   its layouts, devices and segments, as text
  * <runtime>/current       link to it, renamed into place when all is ready
  *
- * Who may reach the folder may write everything in it (readers map for
- * writing). So the group is trusted not to break things, and nothing it writes
- * is believed: images are judged whenever they are read.
+ * Who may reach a root may write everything in it (readers map for writing). So the
+ * group is trusted not to break things, and nothing it writes is believed: images are
+ * judged whenever they are read. All others see the mirror, if they are of its group.
  *
  * Threads: host_* and device_open..close belong to the control thread (cold);
  * the functions marked realtime to the realtime thread.
@@ -27,15 +28,16 @@ struct shm_host;
 struct shm_device;
 
 /*
- * Take the runtime folder (made with mode 2770 if missing) and make a fresh
+ * Take the runtime folder (made with mode 2771 if missing) and make a fresh
  * root in it; roots of dead daemons are removed. `group` (NULL = leave) gets
- * access: a name or a number; the folder then belongs to it and is 2770 (one
- * that exists, is otherwise and holds other things is refused instead). 0, or
+ * access: a name or a number; the folder then belongs to it and is 2771 (one
+ * that exists, is otherwise and holds other things is refused instead).
+ * `monitor_group` may read the mirror (NULL: pokeys-monitor, where there is one). 0, or
  * -errno with one line in `why`: -EBUSY another daemon holds it. With 0 `why`
  * is empty or holds a warning.
  */
 int shm_host_open(struct shm_host **out, const char *runtime_directory, const char *group,
-		  char *why, size_t size);
+		  const char *monitor_group, char *why, size_t size);
 
 /*
  * Remove what a daemon that was killed has left in the folder, and what looks like one that
@@ -78,11 +80,14 @@ void shm_host_close(struct shm_host *host);
 /*
  * Realtime. Publish one whole image (magic, version, hash and epoch are filled
  * in). Wait-free, no system call. Loan gives the cell to fill in place: its
- * content is that of two updates ago, all of it must be rewritten.
+ * content is that of two updates ago, all of it must be rewritten. Commit is for the
+ * commander, for whom it is urgent; mirror shows the image that was committed last to
+ * all others, before the next loan. Write does all of it.
  */
 void shm_device_write(struct shm_device *device, const struct pokeys_state *state);
 struct pokeys_state *shm_device_loan(struct shm_device *device);
 void shm_device_commit(struct shm_device *device);
+void shm_device_mirror(struct shm_device *device);
 
 /*
  * Realtime, and for speed only: the cell of the next loan is taken back from the caches

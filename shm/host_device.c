@@ -7,7 +7,8 @@
  * instead of something it must refuse.
  *
  * A new image fills both of its cells, so that their pages are there before
- * the realtime thread comes. What the commander writes is in host_intake.c.
+ * the realtime thread comes. The commander's image goes first, the mirror's after it: the
+ * cell stays as it is until the next but one. What the commander writes is in host_intake.c.
  */
 #include <errno.h>
 #include <stdio.h>
@@ -125,6 +126,11 @@ int shm_device_open(struct shm_device *device, struct shm_host *host, const char
 	memset(device, 0, sizeof(*device));
 	device->host = host;
 	snprintf(device->name, sizeof(device->name), "%s", name);
+	r = mirror_make(&device->mirror, host->mirror_fd, host->mirror_gid, name,
+			(unsigned int)host->count, host->manifest.epoch);
+	if (r)
+		return say(why, size, r, "device %s: %s/" MIRROR_FOLDER "/%s cannot be made: %s",
+			   name, host->directory, name, strerror(-r));
 	r = open_state(device, &error);
 	if (!r)
 		r = open_diag(device, &error);
@@ -144,6 +150,7 @@ int shm_device_open(struct shm_device *device, struct shm_host *host, const char
 
 void shm_device_close(struct shm_device *device)
 {
+	mirror_remove(&device->mirror);
 	shm_intakes_close(device);
 	if (device->notifier)
 		iox_notifier_close(device->notifier);
@@ -163,6 +170,7 @@ int shm_device_notify(struct shm_device *device)
 {
 	int r = iox_notify(device->notifier, NULL);
 
+	mirror_notify(&device->mirror);
 	return r < 0 ? r : 0;
 }
 
@@ -182,6 +190,7 @@ void shm_device_write(struct shm_device *device, const struct pokeys_state *stat
 		return;
 	memcpy(cell, state, sizeof(*cell));
 	shm_device_commit(device);
+	shm_device_mirror(device);
 }
 
 struct pokeys_state *shm_device_loan(struct shm_device *device)
@@ -205,6 +214,13 @@ void shm_device_commit(struct shm_device *device)
 		return;
 	stamp_state(cell, device);
 	iox_state_commit(device->state);
+	device->newest = cell;
+}
+
+void shm_device_mirror(struct shm_device *device)
+{
+	if (device->newest)
+		mirror_write(&device->mirror, MIRROR_STATE, device->newest);
 }
 
 void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *diag)
@@ -216,6 +232,7 @@ void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *
 	memcpy(cell, diag, sizeof(*cell));
 	stamp_diag(cell, device);
 	iox_diag_commit(device->diag);
+	mirror_write(&device->mirror, MIRROR_DIAG, cell);
 }
 
 void shm_device_write_report(struct shm_device *device, const struct pokeys_report *report)
@@ -227,4 +244,5 @@ void shm_device_write_report(struct shm_device *device, const struct pokeys_repo
 	memcpy(cell, report, sizeof(*cell));
 	stamp_report(cell, device);
 	iox_report_commit(device->report);
+	mirror_write(&device->mirror, MIRROR_REPORT, cell);
 }

@@ -3,10 +3,11 @@
  * The runtime folder from the daemon's side: take it, lock it, clear it, make
  * a root in it; or clear it only, after one that was killed.
  *
- * Access is by group: the folder is 2770 (set-group-id, so that everything
- * below belongs to the group), and iceoryx2's files are writable for all who
- * can reach them. A folder that everybody may write to is refused, and the
- * mode of one that somebody else made is left alone unless a group is wanted.
+ * Access is by group: the folder is 2771 (set-group-id, so that everything
+ * below belongs to the group; others may pass, to the mirror), each root in it is
+ * 2770, and iceoryx2's files are writable for all who can reach them. A folder that
+ * everybody may write to is refused, and the mode of one that somebody else made is
+ * left alone unless a group is wanted.
  * A hardened unit forbids to ask for the set-group-id bit, even for what has
  * it (RestrictSUIDSGID=); so it is asked for only where it is missing.
  */
@@ -62,7 +63,7 @@ static bool is_ours(const char *name)
 {
 	static const char *const names[] = {
 		".", "..", "lock", "current", ".current", "control", "recorder", "recorder.died",
-		NULL
+		MIRROR_FOLDER, NULL
 	};
 
 	for (size_t i = 0; names[i]; i++) {
@@ -85,7 +86,7 @@ static int check_own(const struct shm_host *host, gid_t gid, char *why, size_t s
 		if (!is_ours(entry->d_name))
 			r = say(why, size, -ENOTEMPTY,
 				"%s: holds '%.40s', which is not pokeysd's; give the daemon a "
-				"folder of its own, group %u, mode 2770",
+				"folder of its own, group %u, mode 2771",
 				host->directory, entry->d_name, (unsigned int)gid);
 	}
 	closedir(folder);
@@ -112,8 +113,8 @@ static int give_to_group(struct shm_host *host, gid_t gid, char *why, size_t siz
 			   "%s: cannot be given to group %u: %s; do it as root (chgrp)",
 			   host->directory, (unsigned int)gid, strerror(errno));
 	if (fstat(host->directory_fd, &status) ||
-	    ((status.st_mode & 07777) != 02770 && fchmod(host->directory_fd, 02770)))
-		return say(why, size, -errno, "%s: mode cannot be set to 2770: %s",
+	    ((status.st_mode & 07777) != 02771 && fchmod(host->directory_fd, 02771)))
+		return say(why, size, -errno, "%s: mode cannot be set to 2771: %s",
 			   host->directory, strerror(errno));
 	return 0;
 }
@@ -126,7 +127,7 @@ static int enter(struct shm_host *host, struct stat *status, char *why, size_t s
 	if (status->st_mode & S_IWOTH)
 		return say(why, size, -EPERM,
 			   "%s: everybody may write there; give the daemon a folder of its own, "
-			   "mode 2770", host->directory);
+			   "mode 2771", host->directory);
 	return 0;
 }
 
@@ -145,7 +146,7 @@ static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t si
 	if (made)
 		return give_to_group(host, gid, why, size);
 	if (gid == GROUP_NONE ||
-	    (status.st_gid == gid && (status.st_mode & 07777) == 02770))
+	    (status.st_gid == gid && (status.st_mode & 07776) == 02770))
 		return 0;
 	r = made_for_us(host) ? 0 : check_own(host, gid, why, size);
 	return r ? r : give_to_group(host, gid, why, size);
@@ -184,8 +185,12 @@ static int remove_names(const struct shm_host *host, char *why, size_t size)
  */
 static int remove_stale(const struct shm_host *host, int *left, char *why, size_t size)
 {
-	const int r = remove_names(host, why, size);
+	int r = remove_names(host, why, size);
+	const int mirror = mirror_clear(host->directory_fd);
 
+	if (!r && mirror)
+		r = say(why, size, mirror, "%s/" MIRROR_FOLDER ": cannot be removed: %s; remove it "
+			"as root", host->directory, strerror(-mirror));
 	*left = runtime_remove_stale(host->directory_fd, NULL);
 	if (!r && *left && *left != -ENOTEMPTY)
 		say(why, size, 0, "%s: what is left there cannot be removed: %s; remove what is "
@@ -235,14 +240,35 @@ static void warn_of_disk(const struct shm_host *host, char *why, size_t size)
 {
 	struct statfs status;
 
-	if (!fstatfs(host->directory_fd, &status) && status.f_type != TMPFS_MAGIC &&
+	if (!*why && !fstatfs(host->directory_fd, &status) && status.f_type != TMPFS_MAGIC &&
 	    status.f_type != RAMFS_MAGIC)
 		say(why, size, 0,
 		    "%s is not on a tmpfs: publishing may wait for the disk",
 		    host->directory);
 }
 
-int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t size)
+/* Without a group that was named, the one that the packages make, where there is one. */
+static int make_mirror(struct shm_host *host, const char *group, char *why, size_t size)
+{
+	const bool usual = !group && getgrnam(MIRROR_GROUP);
+	struct stat status;
+	const int r = group_id(usual ? MIRROR_GROUP : group, &host->mirror_gid, why, size);
+
+	if (r)
+		return r;
+	host->mirror_fd = mirror_folder(host->directory_fd, host->directory, group != NULL,
+					&host->mirror_gid, why, size);
+	if (host->mirror_fd < 0)
+		return host->mirror_fd;
+	if (host->mirror_gid != GROUP_NONE && !fstat(host->directory_fd, &status) &&
+	    !(status.st_mode & S_IXOTH))
+		say(why, size, 0, "%s: those who may only read cannot pass it; chmod 2771 %s",
+		    host->directory, host->directory);
+	return 0;
+}
+
+int shm_folder_take(struct shm_host *host, const char *group, const char *monitor_group, char *why,
+		    size_t size)
 {
 	gid_t gid;
 	int r = group_id(group, &gid, why, size);
@@ -256,6 +282,8 @@ int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t 
 		r = remove_stale(host, &left, why, size);
 	if (!r)
 		r = make_root(host, gid, why, size);
+	if (!r)
+		r = make_mirror(host, monitor_group, why, size);
 	if (!r)
 		warn_of_disk(host, why, size);
 	return r;
@@ -287,6 +315,10 @@ void shm_folder_give_back(struct shm_host *host)
 {
 	if (host->root[0])
 		runtime_remove_tree(host->directory_fd, host->root_name);
+	if (host->mirror_fd >= 0) {
+		close(host->mirror_fd);
+		host->unclear = host->unclear || mirror_clear(host->directory_fd);
+	}
 	if (host->lock_fd >= 0) {
 		if (!host->unclear)
 			unlinkat(host->directory_fd, "lock", 0);

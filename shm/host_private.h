@@ -7,6 +7,7 @@
 #include "shm/host.h"
 #include "shm/iox.h"
 #include "shm/manifest.h"
+#include "shm/mirror.h"
 #include "shm/runtime.h"
 
 enum { SHM_SERVICE_NAME_MAX = POKEYS_SHM_NAME_MAX + 24 };
@@ -18,9 +19,11 @@ struct shm_device {
 	struct shm_host *host;
 	char name[POKEYS_SHM_NAME_MAX];
 	struct iox_state_writer *state;
+	const struct pokeys_state *newest;	/* the cell that was committed last */
 	struct iox_diag_writer *diag;
 	struct iox_report_writer *report;
 	struct iox_notifier *notifier;
+	struct mirror mirror;
 	struct handover intake[SHM_INTAKES];	/* their readers, or NULL for a moment */
 	bool recycle;			/* the last commander died: its place is to be made anew */
 };
@@ -31,6 +34,8 @@ struct shm_host {
 	char root[SHM_PATH_MAX];
 	int directory_fd;
 	int lock_fd;
+	int mirror_fd;			/* the mirror's folder */
+	gid_t mirror_gid;
 	struct iox_node *node;
 	struct manifest manifest;
 	bool published;
@@ -40,7 +45,8 @@ struct shm_host {
 };
 
 /* Folder, lock and root: 0, or -errno; then give back what was taken all the same. */
-int shm_folder_take(struct shm_host *host, const char *group, char *why, size_t size);
+int shm_folder_take(struct shm_host *host, const char *group, const char *monitor_group, char *why,
+		    size_t size);
 /* Lock it and remove what a dead daemon left; the same. Nothing there is 0. */
 int shm_folder_clear(struct shm_host *host, char *why, size_t size);
 void shm_folder_give_back(struct shm_host *host);

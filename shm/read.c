@@ -17,29 +17,50 @@ static int judged(int r)
 	return r == 1 ? 0 : -EPROTO;
 }
 
+static int read_mirror(pokeys_client *client, enum mirror_image image, void *out)
+{
+	const struct mirror_view *view = handover_take(&client->mirror);
+	int r = view ? mirror_read(view, image, out) : -ENOTCONN;
+
+	handover_give_back(&client->mirror);
+	return r;
+}
+
 int pokeys_client_read(pokeys_client *client, struct pokeys_state *out)
 {
-	const struct iox_state_reader *reader = handover_take(&client->state);
-	int r = reader ? judged(iox_state_read(reader, out)) : -ENOTCONN;
+	const struct iox_state_reader *reader;
+	int r;
 
+	if (!client_commands(client))
+		return read_mirror(client, MIRROR_STATE, out);
+	reader = handover_take(&client->state);
+	r = reader ? judged(iox_state_read(reader, out)) : -ENOTCONN;
 	handover_give_back(&client->state);
 	return r;
 }
 
 int pokeys_client_read_diag(pokeys_client *client, struct pokeys_diag *out)
 {
-	const struct iox_diag_reader *reader = handover_take(&client->diag);
-	int r = reader ? judged(iox_diag_read(reader, out)) : -ENOTCONN;
+	const struct iox_diag_reader *reader;
+	int r;
 
+	if (!client_commands(client))
+		return read_mirror(client, MIRROR_DIAG, out);
+	reader = handover_take(&client->diag);
+	r = reader ? judged(iox_diag_read(reader, out)) : -ENOTCONN;
 	handover_give_back(&client->diag);
 	return r;
 }
 
 int pokeys_client_read_report(pokeys_client *client, struct pokeys_report *out)
 {
-	const struct iox_report_reader *reader = handover_take(&client->report);
-	int r = reader ? judged(iox_report_read(reader, out)) : -ENOTCONN;
+	const struct iox_report_reader *reader;
+	int r;
 
+	if (!client_commands(client))
+		return read_mirror(client, MIRROR_REPORT, out);
+	reader = handover_take(&client->report);
+	r = reader ? judged(iox_report_read(reader, out)) : -ENOTCONN;
 	handover_give_back(&client->report);
 	return r;
 }

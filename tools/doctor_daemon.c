@@ -34,8 +34,8 @@ static void judge_publishing(const struct doctor *doctor, struct doctor_finding 
 	if (!finding->seen && doctor->hidden) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "its runtime folder is not for this user: it "
 			   "is not judged how it does");
-		doctor_mend(finding, "sudo pokeysctl doctor, or adduser YOU pokeys and log in "
-			    "again");
+		doctor_mend(finding, "sudo pokeysctl doctor, or adduser YOU pokeys-monitor and log "
+			    "in again");
 	} else if (!finding->seen) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "no daemon was seen: it is not judged how it "
 			   "does");

@@ -11,7 +11,7 @@
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
-#include "shm/runtime.h"
+#include "shm/mirror.h"
 #include "tools/latency.h"
 #include "tools/pokeysctl.h"
 
@@ -49,10 +49,8 @@ static void explain(const struct view *view, const char *directory, int known, c
 {
 	const struct view_device *device = &view->device[0];
 
-	if (known == -EACCES)
-		runtime_denied(directory, why, size);
-	else if (known < 0)
-		snprintf(why, size, "%s: %s", directory, strerror(-known));
+	if (known < 0)
+		mirror_explain(directory, known, why, size);
 	else if (!known)
 		snprintf(why, size, "no daemon runs in %s%s", directory, has_begun(directory) ?
 			 " any more, or it is only just starting" : "");

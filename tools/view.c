@@ -10,7 +10,7 @@
 #include <string.h>
 #include <time.h>
 #include <pokeys/names.h>
-#include "shm/runtime.h"
+#include "shm/mirror.h"
 #include "tools/pokeysctl.h"
 #include "tools/view.h"
 
@@ -162,10 +162,8 @@ static int no_daemon(const struct view *view, int result)
 	if (result == -EINVAL)
 		complain("--runtime-directory: \"%s\" is not allowed; a path from / is",
 			 view->runtime_directory);
-	else if (result == -EACCES && runtime_denied(view->runtime_directory, why, sizeof(why)))
+	else if (result < 0 && mirror_explain(view->runtime_directory, result, why, sizeof(why)))
 		complain("%s", why);
-	else if (result < 0)
-		complain("%s: %s", view->runtime_directory, strerror(-result));
 	else
 		complain("no daemon runs in %s; start it (systemctl start pokeysd), or name "
 			 "another folder with --runtime-directory", view->runtime_directory);

@@ -28,6 +28,7 @@ enum config_wait { CONFIG_WAIT_AUTO, CONFIG_WAIT_SLEEP, CONFIG_WAIT_NAPI, CONFIG
 struct config {
 	char runtime_directory[CONFIG_PATH_MAX];
 	char group[33];				/* empty = leave */
+	char monitor_group[33];			/* empty = pokeys-monitor, if there is one */
 	char interface[16];			/* empty = any */
 	char metrics_file[256];			/* empty = none */
 	uint32_t recorder_seconds;		/* 0 = nothing is recorded */

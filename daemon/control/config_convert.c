@@ -82,6 +82,7 @@ void config_convert_daemon(const struct config_raw_daemon *raw, struct config *o
 {
 	memcpy(out->runtime_directory, raw->runtime_directory, sizeof(out->runtime_directory));
 	memcpy(out->group, raw->group, sizeof(out->group));
+	memcpy(out->monitor_group, raw->monitor_group, sizeof(out->monitor_group));
 	memcpy(out->interface, raw->interface, sizeof(out->interface));
 	memcpy(out->metrics_file, raw->metrics_file, sizeof(out->metrics_file));
 	out->interface_dedicated = raw->guard;

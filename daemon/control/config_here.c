@@ -19,16 +19,22 @@ static bool group_is_there(const char *group)
 				   strtoull(group, NULL, 10) < UINT32_MAX);
 }
 
+static void judge_group(struct config_file *file, const char *key, const char *group)
+{
+	if (*group && !group_is_there(group))
+		config_fault(file, config_line_of(&file->daemon_lines, key, 0), "[daemon]: %s: "
+			     "there is no group \"%s\" on this machine; create it (groupadd -r "
+			     "%s)", key, group, group);
+}
+
 void config_judge_here(struct config_file *file)
 {
 	const struct config_raw_daemon *raw = &file->daemon;
 	const struct config_lines *lines = &file->daemon_lines;
 	long cores = sysconf(_SC_NPROCESSORS_CONF);
 
-	if (*raw->group && !group_is_there(raw->group))
-		config_fault(file, config_line_of(lines, "group", 0), "[daemon]: group: there is "
-			     "no group \"%s\" on this machine; create it (groupadd -r %s)",
-			     raw->group, raw->group);
+	judge_group(file, "group", raw->group);
+	judge_group(file, "monitor-group", raw->monitor_group);
 	if (*raw->interface && !if_nametoindex(raw->interface))
 		config_fault(file, config_line_of(lines, "interface", 0), "[daemon]: interface: "
 			     "there is no network interface \"%s\" on this machine (ip link lists "

@@ -62,7 +62,7 @@ struct config_list {
 
 struct config_raw_daemon {
 	char runtime_directory[CONFIG_PATH_MAX];
-	char group[33];
+	char group[33], monitor_group[33];
 	char interface[16];
 	char metrics_file[256];
 	char record_folder[256];

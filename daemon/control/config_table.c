@@ -35,8 +35,13 @@ static const struct config_key own[] = {
 	    .help = "Folder of the shared memory. One daemon per folder; the HAL component and the "
 		    "tools have to use the same folder."),
 	KEY(DAEMON(group), "group", CONFIG_TEXT,
-	    .help = "Group whose members may attach to the shared memory. If not set, the group of "
-		    "the folder is not changed."),
+	    .help = "Group whose members may command: LinuxCNC's user has to be a member. If not "
+		    "set, the group of the folder is not changed."),
+	KEY(DAEMON(monitor_group), "monitor-group", CONFIG_TEXT,
+	    .help = "Group whose members may read all data of the devices, with pokeysctl for "
+		    "example, and change nothing. If not set, it is pokeys-monitor if this group "
+		    "exists, otherwise the group of the folder. The daemon's user has to be a "
+		    "member."),
 	KEY(DAEMON(transport), "transport", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "auto", CONFIG_AUTO }, { "io_uring", CONFIG_IO_URING },
 			   { "socket", CONFIG_SOCKET }, { "xdp", CONFIG_XDP }),

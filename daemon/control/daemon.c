@@ -119,7 +119,9 @@ static int open_memory(struct daemon *daemon)
 	const struct config *config = daemon->config;
 	char why[256] = "";
 	int result = shm_host_open(&daemon->host, config->runtime_directory,
-				   *config->group ? config->group : NULL, why, sizeof(why));
+				   *config->group ? config->group : NULL,
+				   *config->monitor_group ? config->monitor_group : NULL, why,
+				   sizeof(why));
 
 	if (result == 0 && *why)
 		log_line(EVENT_WARNING, "%s", why);

@@ -2,7 +2,7 @@
 /*
  * The socket and those who stand at it.
  *
- * Whoever may reach the runtime folder may order: it is the group that may
+ * Whoever may write to the socket may order: it is the group that may
  * command the device as well. Nobody can hold the daemon up: a request is one
  * packet of bounded size, answers are sent without waiting, whoever says
  * nothing for two seconds is sent away, and a ninth at a time is told to come

@@ -72,6 +72,7 @@ void publish_state(struct loop *loop, uint32_t i)
 	histogram_add(&own->publish, done - now);
 	follow_published(loop, i, done);
 	point_published(loop, i, now, done);
+	shm_device_mirror(shm);		/* the commander has its image already */
 }
 
 void publish_states(struct loop *loop, uint32_t mask)

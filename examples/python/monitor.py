@@ -129,7 +129,7 @@ if __name__ == "__main__":
         sys.exit(str(missing))
     except PermissionError as why:
         print(f"the runtime folder: {why.strerror}; this user must be in its group, "
-              "which is pokeys as a rule", file=sys.stderr)
+              "which is pokeys-monitor as a rule", file=sys.stderr)
         sys.exit(1)
     except OSError:
         print("not a device name, or the runtime folder is no path from /", file=sys.stderr)

@@ -6,7 +6,11 @@
  * A client may be opened before any daemon exists, survives the daemon's
  * death, and finds the next one by itself: pokeys_client_poll() does that and
  * is called from time to time (or by a thread of the library,
- * pokeys_client_follow()). Reading is wait-free and makes no system call.
+ * pokeys_client_follow()). Reading is lock-free and makes no system call.
+ *
+ * Who does not command reads a copy that only the daemon may write, and maps it
+ * read-only: it can disturb nobody, and there may be any number of such clients. Its
+ * user has to be in the monitor group, a commander's in the group of the folder.
  *
  * Cold functions allocate, make system calls, may block for milliseconds and
  * need some 200 kB of stack; they never run in a realtime thread. Realtime
@@ -32,7 +36,7 @@ extern "C" {
 
 enum {
 	POKEYS_SHM_NAME_MAX = 32,	/* device names: 1..31 of [A-Za-z0-9_-] */
-	POKEYS_SHM_READERS = 32,	/* readers of one image at once */
+	POKEYS_SHM_READERS = 32,	/* of one of iceoryx2's images at once: commanders */
 };
 
 typedef struct pokeys_client pokeys_client;
@@ -80,7 +84,7 @@ int pokeys_client_follow(pokeys_client *client, unsigned int interval_ms);
 enum pokeys_client_state pokeys_client_status(const pokeys_client *client, char *why, size_t size);
 
 /*
- * The newest whole state (or diagnostic) image. Realtime, wait-free: one
+ * The newest whole state (or diagnostic) image. Realtime, lock-free: one
  * thread at a time per client. 0; -ENOTCONN if not attached; -EPROTO if what
  * was read is not such an image (a foreign writer), and then *out is untouched.
  */
@@ -98,7 +102,7 @@ int pokeys_client_write(pokeys_client *client, const struct pokeys_command *comm
 
 /*
  * What the device's settings are and shall be (settings.h); it has changed when
- * state.report_count has. Errors as pokeys_client_read(). Wait-free, so that a
+ * state.report_count has. Errors as pokeys_client_read(). Lock-free, so that a
  * realtime thread may, but 1.7 kB: meant for now and then. One thread at a time.
  */
 int pokeys_client_read_report(pokeys_client *client, struct pokeys_report *out);
@@ -114,14 +118,18 @@ int pokeys_client_write_wish(pokeys_client *client, const struct pokeys_wish *wi
 
 /*
  * Wait for a notification (the daemon sends one when the link state or a
- * fault changes, and about ten times a second), at most timeout_ms. 1 = one
- * came, 0 = time passed or a signal came, -ENOTCONN, -EPERM without
- * POKEYS_CLIENT_EVENTS, -EBUSY while a follower thread runs. Cold; not from a
- * thread other than the one that polls.
+ * fault changes, and about ten times a second), at most timeout_ms; without
+ * POKEYS_CLIENT_COMMANDER it is seen up to 5 ms later. 1 = one came, 0 = time
+ * passed or a signal came, -ENOTCONN, -EPERM without POKEYS_CLIENT_EVENTS, -EBUSY
+ * while a follower thread runs. Cold; not from a thread other than the one that
+ * polls.
  */
 int pokeys_client_wait(pokeys_client *client, unsigned int timeout_ms);
 
-/* How many commanders the device has (0 or 1). -ENOTCONN. Any thread, cold. */
+/*
+ * How many commanders the device has (0 or 1); without POKEYS_CLIENT_COMMANDER as the daemon
+ * has counted them last, a few times a second. -ENOTCONN. Any thread, cold.
+ */
 int pokeys_client_commanders(pokeys_client *client);
 
 /*

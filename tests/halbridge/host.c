@@ -245,7 +245,7 @@ static size_t open_devices(struct shm_host **host, const char *runtime, char *na
 	char why[256] = "", *rest = NULL;
 	size_t count = 0;
 
-	if (shm_host_open(host, runtime, NULL, why, sizeof(why))) {
+	if (shm_host_open(host, runtime, NULL, NULL, why, sizeof(why))) {
 		fprintf(stderr, "%s\n", why);
 		return 0;
 	}

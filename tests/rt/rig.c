@@ -112,7 +112,7 @@ int rig_simulator(struct rig *rig, const char *command, ...)
 static int start_memory(struct rig *rig)
 {
 	char why[256] = "";
-	int rc = shm_host_open(&rig->host, rig->runtime, NULL, why, sizeof why);
+	int rc = shm_host_open(&rig->host, rig->runtime, NULL, NULL, why, sizeof why);
 
 	if (rc == 0)
 		rc = shm_host_add(rig->host, "dut", &rig->loop.devices[0].shm, why, sizeof why);

@@ -68,9 +68,9 @@ static int member(struct folder *folder, unsigned int flags)
 	return client_as(folder, MEMBER, MEMBER, more, 1, flags);
 }
 
-static int stranger(struct folder *folder)
+static int stranger(struct folder *folder, unsigned int flags)
 {
-	return client_as(folder, STRANGER, STRANGER, NULL, 0, 0);
+	return client_as(folder, STRANGER, STRANGER, NULL, 0, flags);
 }
 
 /* The daemon: a user that is not root, in a folder that root gave it. */
@@ -136,9 +136,11 @@ static void stranger_is_refused_in_words(void **state)
 	struct folder *folder = *state;
 	pid_t daemon = start_daemon(folder);
 
-	assert_int_equal(stranger(folder), POKEYS_CLIENT_REFUSED);
-	assert_non_null(strstr(folder->why,
-			       "permission denied; this user must be in group 4002"));
+	for (unsigned int flags = 0; flags <= POKEYS_CLIENT_COMMANDER; flags++) {
+		assert_int_equal(stranger(folder, flags), POKEYS_CLIENT_REFUSED);
+		assert_non_null(strstr(folder->why,
+				       "permission denied; this user must be in group 4002"));
+	}
 	end_daemon(folder, daemon);
 }
 
@@ -204,7 +206,7 @@ static void second_daemon_of_another_user_is_refused(void **state)
 
 	if (!pid) {
 		become(MEMBER, MEMBER, more, 1);
-		status = shm_host_open(&host, folder->path, NULL, folder->why,
+		status = shm_host_open(&host, folder->path, NULL, NULL, folder->why,
 				       sizeof(folder->why));
 		_exit(status == -EACCES &&
 		      strstr(folder->why, "it belongs to another user's daemon") ? 0 : 1);
@@ -249,11 +251,12 @@ static void without_the_mode_a_stranger_attaches(void **state)
 
 	snprintf(root, sizeof(root), "%s/current/.", folder->path);
 	assert_int_equal(chmod(root, 02777), 0);
-	assert_int_equal(stranger(folder), POKEYS_CLIENT_REFUSED);
+	assert_int_equal(stranger(folder, POKEYS_CLIENT_COMMANDER), POKEYS_CLIENT_REFUSED);
 	assert_int_equal(chmod(folder->path, 02777), 0);
 	snprintf(root, sizeof(root), "%s/current/manifest", folder->path);
 	assert_int_equal(chmod(root, 0644), 0);
-	assert_int_equal(stranger(folder), POKEYS_CLIENT_ATTACHED);
+	assert_int_equal(stranger(folder, POKEYS_CLIENT_COMMANDER), POKEYS_CLIENT_ATTACHED);
+	assert_int_equal(stranger(folder, 0), POKEYS_CLIENT_REFUSED);	/* the mirror has its own */
 	chmod(folder->path, 02770);
 	end_daemon(folder, daemon);
 }

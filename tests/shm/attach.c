@@ -29,15 +29,17 @@ static void state_goes_from_host_to_client(void **state)
 	shm_host_close(host);
 }
 
-static void loan_is_published_by_commit(void **state)
+static void loan_is_published_by_commit_and_then_mirrored(void **state)
 {
 	struct folder *folder = *state;
 	struct shm_device *mill;
 	struct shm_host *host = folder_host_mill(folder, &mill);
-	pokeys_client *client = folder_client(folder, 0);
+	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER);
+	pokeys_client *reader = folder_client(folder, 0);
 	struct pokeys_state out;
 
 	pokeys_client_poll(client);
+	pokeys_client_poll(reader);
 	for (uint64_t cycle = 1; cycle < 4; cycle++) {
 		shm_device_prepare(mill);
 		folder_pattern(shm_device_loan(mill), cycle);
@@ -47,8 +49,15 @@ static void loan_is_published_by_commit(void **state)
 		assert_int_equal(pokeys_client_read(client, &out), 0);
 		assert_int_equal(out.cycle, cycle);
 		assert_true(folder_pattern_whole(&out));
+		assert_int_equal(pokeys_client_read(reader, &out), 0);
+		assert_int_equal(out.cycle, cycle - 1);
+		shm_device_mirror(mill);
+		assert_int_equal(pokeys_client_read(reader, &out), 0);
+		assert_int_equal(out.cycle, cycle);
+		assert_true(folder_pattern_whole(&out));
 	}
 	pokeys_client_close(client);
+	pokeys_client_close(reader);
 	shm_host_close(host);
 }
 
@@ -157,6 +166,7 @@ static void second_commander_is_refused_until_the_first_ends(void **state)
 
 	pokeys_client_poll(first);
 	pokeys_client_poll(reader);
+	shm_host_maintain(host);
 	assert_int_equal(shm_device_commanders(mill), 1);
 	assert_int_equal(pokeys_client_commanders(reader), 1);
 	assert_int_equal(pokeys_client_poll(second), POKEYS_CLIENT_REFUSED);
@@ -164,6 +174,7 @@ static void second_commander_is_refused_until_the_first_ends(void **state)
 			       "another commander holds device 'mill'"));
 	assert_int_equal(pokeys_client_commanders(second), -ENOTCONN);
 	pokeys_client_close(first);
+	shm_host_maintain(host);
 	assert_int_equal(pokeys_client_commanders(reader), 0);
 	assert_int_equal(pokeys_client_poll(second), POKEYS_CLIENT_ATTACHED);
 	pokeys_client_close(second);
@@ -179,7 +190,7 @@ static void second_daemon_is_refused_by_name(void **state)
 	struct shm_host *other;
 	char who[48];
 
-	assert_int_equal(shm_host_open(&other, folder->path, NULL, folder->why,
+	assert_int_equal(shm_host_open(&other, folder->path, NULL, NULL, folder->why,
 				       sizeof(folder->why)), -EBUSY);
 	snprintf(who, sizeof(who), "another pokeysd (pid %ld)", (long)getpid());
 	assert_non_null(strstr(folder->why, who));
@@ -288,7 +299,7 @@ int main(void)
 #define BOTH(name) cmocka_unit_test_setup_teardown(name, folder_begin, folder_end)
 	const struct CMUnitTest tests[] = {
 		BOTH(state_goes_from_host_to_client),
-		BOTH(loan_is_published_by_commit),
+		BOTH(loan_is_published_by_commit_and_then_mirrored),
 		BOTH(before_the_first_cycle_the_device_is_searched),
 		BOTH(diag_goes_from_host_to_client),
 		BOTH(command_goes_from_commander_to_host),

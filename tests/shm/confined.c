@@ -62,7 +62,7 @@ static int open_confined(struct folder *folder, const char *group)
 	umask(0007);
 	if (forbid_set_id())
 		return NO_FILTER;
-	if (shm_host_open(&host, folder->path, group, folder->why, sizeof(folder->why)) ||
+	if (shm_host_open(&host, folder->path, group, NULL, folder->why, sizeof(folder->why)) ||
 	    shm_host_add(host, "mill", &mill, folder->why, sizeof(folder->why)) ||
 	    shm_host_publish(host, folder->why, sizeof(folder->why))) {
 		fprintf(stderr, "%s\n", folder->why);
@@ -81,7 +81,7 @@ static void opens(struct folder *folder, const char *group)
 	pid_t pid;
 
 	assert_int_equal(mkdir(folder->path, 0770), 0);
-	assert_int_equal(chmod(folder->path, 02770), 0);
+	assert_int_equal(chmod(folder->path, 02771), 0);
 	pid = fork();
 	if (!pid)
 		_exit(open_confined(folder, group));
@@ -112,7 +112,7 @@ static void folder_goes_to_another_group_without_asking_for_the_bit(void **state
 	opens(folder, "12345");
 	assert_int_equal(stat(folder->path, &status), 0);
 	assert_int_equal(status.st_gid, 12345);
-	assert_int_equal(status.st_mode & 07777, 02770);
+	assert_int_equal(status.st_mode & 07777, 02771);
 }
 
 int main(void)

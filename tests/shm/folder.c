@@ -59,7 +59,7 @@ struct shm_host *folder_host(struct folder *folder, struct shm_device **devices,
 {
 	struct shm_host *host;
 
-	if (shm_host_open(&host, folder->path, NULL, folder->why, sizeof(folder->why)))
+	if (shm_host_open(&host, folder->path, NULL, NULL, folder->why, sizeof(folder->why)))
 		fail_msg("open: %s", folder->why);
 	for (size_t i = 0; names[i]; i++) {
 		if (shm_host_add(host, names[i], &devices[i], folder->why, sizeof(folder->why)))

@@ -162,7 +162,8 @@ static size_t file_count;
 static int note_segment(const char *path, const struct stat *status, int type, struct FTW *at)
 {
 	if (type == FTW_F && S_ISREG(status->st_mode) && at->level > 1 &&
-	    !strstr(path, "/nodes/") && !strstr(path, "/manifest") && file_count < FILES_MAX)
+	    !strstr(path, "/nodes/") && !strstr(path, "/manifest") &&
+	    !strstr(path, "/monitor/") && file_count < FILES_MAX)
 		snprintf(files[file_count++], sizeof(files[0]), "%s", path);
 	return 0;
 }

@@ -46,7 +46,7 @@ static void client_without_proc_attaches(void **state)
 	struct folder *folder = *state;
 	struct shm_device *mill;
 	struct shm_host *host = folder_host_mill(folder, &mill);
-	int result = poll_without(folder, "/proc", 0, "attached");
+	int result = poll_without(folder, "/proc", POKEYS_CLIENT_COMMANDER, "attached");
 
 	shm_host_close(host);
 	if (result == NOT_PERMITTED)

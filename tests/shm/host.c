@@ -19,7 +19,7 @@
 static int try_open(struct folder *folder, const char *path, const char *group)
 {
 	struct shm_host *host;
-	int r = shm_host_open(&host, path, group, folder->why, sizeof(folder->why));
+	int r = shm_host_open(&host, path, group, NULL, folder->why, sizeof(folder->why));
 
 	if (!r)
 		shm_host_close(host);
@@ -40,7 +40,7 @@ static mode_t mode_of(const char *path)
 	return status.st_mode & 07777;
 }
 
-static void folder_is_made_with_mode_2770_whatever_the_umask(void **state)
+static void folder_is_made_with_mode_2771_whatever_the_umask(void **state)
 {
 	struct folder *folder = *state;
 	mode_t before = umask(0077);
@@ -49,7 +49,7 @@ static void folder_is_made_with_mode_2770_whatever_the_umask(void **state)
 	char path[64];
 
 	umask(before);
-	assert_int_equal(mode_of(folder->path), 02770);
+	assert_int_equal(mode_of(folder->path), 02771);
 	snprintf(path, sizeof(path), "%s/current/.", folder->path);
 	assert_int_equal(mode_of(path), 02770);
 	snprintf(path, sizeof(path), "%s/current/manifest", folder->path);
@@ -119,7 +119,8 @@ static void longest_path_works(void **state)
 	memcpy(path, folder->base, strlen(folder->base));
 	path[strlen(folder->base)] = '/';
 	path[49] = '\0';
-	assert_int_equal(shm_host_open(&host, path, NULL, folder->why, sizeof(folder->why)), 0);
+	assert_int_equal(shm_host_open(&host, path, NULL, NULL, folder->why, sizeof(folder->why)),
+			 0);
 	assert_int_equal(shm_host_add(host, "mill", &mill, folder->why, sizeof(folder->why)), 0);
 	assert_int_equal(shm_host_publish(host, folder->why, sizeof(folder->why)), 0);
 	assert_int_equal(pokeys_client_open(&client, path, "mill", "test", POKEYS_CLIENT_EVENTS),
@@ -166,7 +167,7 @@ static void group_is_given_the_folder(void **state)
 	assert_int_equal(try_open(folder, folder->path, gid), 0);
 	assert_int_equal(stat(folder->path, &status), 0);
 	assert_int_equal(status.st_gid, getegid());
-	assert_int_equal(mode_of(folder->path), 02770);
+	assert_int_equal(mode_of(folder->path), 02771);
 }
 
 /* Of a folder that the service manager made for it, it knows that. */
@@ -184,7 +185,7 @@ static void metrics_in_the_services_folder_are_no_obstacle(void **state)
 	setenv("RUNTIME_DIRECTORY", folder->path, 1);
 	assert_int_equal(try_open(folder, folder->path, gid), 0);
 	unsetenv("RUNTIME_DIRECTORY");
-	assert_int_equal(mode_of(folder->path), 02770);
+	assert_int_equal(mode_of(folder->path), 02771);
 	assert_int_equal(access(path, F_OK), 0);
 	unlink(path);
 }
@@ -203,7 +204,7 @@ static void folder_with_other_things_is_not_changed(void **state)
 	assert_int_equal(mode_of(folder->path), 0755);
 	unlink(path);
 	assert_int_equal(try_open(folder, folder->path, gid), 0);
-	assert_int_equal(mode_of(folder->path), 02770);
+	assert_int_equal(mode_of(folder->path), 02771);
 }
 
 /* It is found out at the start, not when the daemon drives its devices already. */
@@ -357,7 +358,7 @@ static void as_many_devices_as_promised(void **state)
 	struct shm_host *host;
 	char names[33][POKEYS_SHM_NAME_MAX];
 
-	assert_int_equal(shm_host_open(&host, folder->path, NULL, folder->why,
+	assert_int_equal(shm_host_open(&host, folder->path, NULL, NULL, folder->why,
 				       sizeof(folder->why)), 0);
 	for (int i = 0; i < 32; i++) {
 		snprintf(names[i], sizeof(names[i]), "device-with-a-really-long-name%d", i % 10);
@@ -458,7 +459,7 @@ int main(void)
 		BOTH(full_folder_is_refused_in_words),
 		BOTH(tmpfs_is_no_warning),
 		BOTH(disk_is_a_warning),
-		BOTH(folder_is_made_with_mode_2770_whatever_the_umask),
+		BOTH(folder_is_made_with_mode_2771_whatever_the_umask),
 		BOTH(folder_that_exists_keeps_its_mode),
 		BOTH(folder_open_to_everybody_is_refused),
 		BOTH(folder_below_nothing_is_refused),

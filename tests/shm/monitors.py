@@ -161,7 +161,7 @@ class Monitors(unittest.TestCase):
                                          env=dict(os.environ, LD_LIBRARY_PATH=folder, POKEYS_SHM_LIBRARY=library))
                     self.assertEqual((ran.returncode, ran.stderr),
                                      (1, "the runtime folder: Permission denied; this user must be in "
-                                      "its group, which is pokeys as a rule\n"))
+                                      "its group, which is pokeys-monitor as a rule\n"))
 
     def test_unknown_device_is_said_in_one_line(self):
         self.start()

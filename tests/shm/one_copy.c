@@ -68,7 +68,8 @@ static void two_copies_declare_each_other_dead(void **state)
 	pokeys_client *client;
 
 	load(&library);
-	assert_int_equal(library.open(&client, folder->path, "mill", "test", 0), 0);
+	assert_int_equal(library.open(&client, folder->path, "mill", "test",
+				      POKEYS_CLIENT_COMMANDER), 0);
 	assert_int_equal(library.poll(client), POKEYS_CLIENT_ATTACHED);
 	assert_int_equal(shm_host_maintain(host), 1);	/* it lives, and was buried */
 	library.close(client);

@@ -87,7 +87,7 @@ static int run_host(const char *directory, void (*fill)(struct pokeys_state *, u
 	struct pokeys_state image;
 	char why[256];
 
-	if (shm_host_open(&host, directory, NULL, why, sizeof(why)) ||
+	if (shm_host_open(&host, directory, NULL, NULL, why, sizeof(why)) ||
 	    shm_host_add(host, "mill", &mill, why, sizeof(why))) {
 		say_ready(why);
 		return 1;

@@ -116,7 +116,8 @@ static void killed_daemon_is_followed_by_the_next(void **state)
 		assert_int_equal(now.descriptors, first.descriptors);
 		assert_int_equal(now.mappings, first.mappings);
 		assert_int_equal(now.threads, first.threads);
-		assert_int_equal(count_entries(folder->path), 2 + 3);	/* lock, current, e.* */
+		/* lock, current, monitor, e.* */
+		assert_int_equal(count_entries(folder->path), 2 + 4);
 		folder_sleep_ms((unsigned int)rand() % 20);
 		folder_end_peer(daemon, SIGKILL);
 	}

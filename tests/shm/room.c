@@ -96,7 +96,7 @@ static void daemon_without_descriptors_is_told_and_leaves_nothing(void **state)
 
 		if (!pid) {
 			limit_files(more);
-			status = shm_host_open(&host, folder->path, NULL, folder->why,
+			status = shm_host_open(&host, folder->path, NULL, NULL, folder->why,
 					       sizeof(folder->why));
 			_exit(status && strstr(folder->why, "Too many open files") ? 0 : 1);
 		}
@@ -133,7 +133,7 @@ static int attach_on_full_tmpfs(struct folder *folder)
 	host = folder_host_mill(folder, &mill);
 	snprintf(path, sizeof(path), "%s/full", folder->path);
 	for (unsigned int pages = 0; !r && pages < 12; pages++) {
-		pokeys_client *client = folder_client(folder, POKEYS_CLIENT_EVENTS);
+		pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER);
 
 		if (!fill(path, pages) || pokeys_client_poll(client) != POKEYS_CLIENT_REFUSED ||
 		    !strstr(folder_status(folder, client), "kB free"))

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * Two versions meet, and a foreign writer: refused in words, and nothing of
- * what was found reaches the caller.
+ * what was found reaches the caller. Here a commander's; a reader's in mirror.c.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -49,7 +49,7 @@ static void assert_refused(struct folder *folder, const char *from, const char *
 {
 	struct shm_device *mill;
 	struct shm_host *host = folder_host_mill(folder, &mill);
-	pokeys_client *client = folder_client(folder, 0);
+	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER);
 	struct pokeys_state image;
 
 	rewrite_manifest(folder, from, to);
@@ -115,7 +115,7 @@ static void daemon_of_an_earlier_boot_is_gone(void **state)
 	struct folder *folder = *state;
 	struct shm_device *mill;
 	struct shm_host *host = folder_host_mill(folder, &mill);
-	pokeys_client *client = folder_client(folder, 0);
+	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER);
 
 	rewrite_manifest(folder, "\nboot ", "\nboot 0");
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_DETACHED);
@@ -129,7 +129,7 @@ static void manifest_of_a_later_daemon_may_say_more(void **state)
 	struct folder *folder = *state;
 	struct shm_device *mill;
 	struct shm_host *host = folder_host_mill(folder, &mill);
-	pokeys_client *client = folder_client(folder, 0);
+	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER);
 
 	rewrite_manifest(folder, "device mill\n", "device mill\ncolour blue 7\n");
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
@@ -209,7 +209,7 @@ static void foreign_state_is_refused_and_out_untouched(void **state)
 	struct folder *folder = *state;
 	struct shm_device *mill;
 	struct shm_host *host = folder_host_mill(folder, &mill);
-	pokeys_client *client = folder_client(folder, 0);
+	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_COMMANDER);
 	struct pokeys_state good, out, before;
 
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);

@@ -16,6 +16,7 @@ import time
 from house import PATIENCE, House, Skip, end, equal, for_everybody, main, run, wait_for
 
 NOBODY = 65534
+MONITORS = 4004  # a group that nobody has
 
 def unprivileged():
     """Arguments of Popen for a process without rights to realtime and locked memory."""
@@ -61,15 +62,15 @@ def test_no_realtime_goes_on_with_a_warning():
         equal(end(daemon), 0)
 
 
-def test_too_few_descriptors_for_the_daemons_own_readers_are_told_once():
-    # one line says why the metrics are of no device
+def test_a_mirror_that_somebody_removes_is_told_once():
+    # and one line says why the metrics are of no device
     with House(**{"metrics-interval-ms": 100}) as house:
         house.daemon_keys["metrics-file"] = house.folder / "m"
-        # 55 is enough to start, with 85 there are enough for all
-        daemon = house.start_daemon(
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (70, 70)))
+        daemon = house.start_daemon()
+        shutil.rmtree(house.runtime / "monitor")
         wait_for("the complaint", lambda: "cannot be read back" in house.log(), say=house.log)
-        assert "LimitNOFILE" in house.log(), house.log()
+        wait_for("the other", lambda: "was removed by somebody" in house.log(), say=house.log)
+        assert "somebody has removed its folder monitor" in house.ctl("status", "mill").stderr, house.ctl("status", "mill")
         wait_for("metrics", (house.folder / "m").exists)
         written = (house.folder / "m").stat().st_mtime_ns
         wait_for("the next", lambda: (house.folder / "m").stat().st_mtime_ns > written + 10**9)
@@ -93,6 +94,29 @@ def test_a_group_that_does_not_exist_is_named():
         daemon = house.start_daemon(wait=False)
         equal(daemon.wait(PATIENCE), 1, house.log())
         assert "nosuchgroup" in house.complaint(), house.log()
+
+
+def test_who_may_read_may_not_order():
+    if os.geteuid() != 0:
+        raise Skip("needs root, to become another user")
+    with House(**{"monitor-group": MONITORS}) as house:
+        house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+
+        def ctl(*words, groups=(MONITORS,)):
+            return run(for_everybody("pokeysctl"), "-r", house.runtime, *words, user=NOBODY, group=NOBODY,
+                       extra_groups=groups)
+        status = ctl("status")
+        assert status.returncode == 0 and "mill" in status.stdout, status
+        for order in (("config", "apply", "mill"), ("config", "save", "mill"), ("record", "mill", "/dev/null")):
+            refused = ctl(*order)
+            assert refused.returncode != 0 and "ermission denied" in refused.stderr, refused
+        stranger = ctl("status", groups=())
+        assert f"this user must be in group {MONITORS}" in stranger.stderr, stranger
+        # others may pass the folder, so nothing else in it may be for them
+        equal([path for path in house.runtime.iterdir() if not path.is_symlink() and path.stat().st_mode & 0o7], [])
+        equal(house.runtime.stat().st_mode & 0o7777, 0o2771)
 
 
 def test_an_interface_that_does_not_come_is_named():

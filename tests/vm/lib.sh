@@ -45,7 +45,7 @@ install_it() {
 	tar -C /in/install -c . | tar -C / -x --keep-directory-symlink --no-same-owner &&
 		systemd-sysusers && systemd-tmpfiles --create && ldconfig &&
 		udevadm control --reload && udevadm trigger -s misc && systemctl daemon-reload &&
-		usermod -a -G pokeys cnc && starts_may_take_long
+		usermod -a -G pokeys,pokeys-monitor cnc && starts_may_take_long
 }
 
 # As long as a host that does other things likes: 15 s were too short for the guard's.
