@@ -64,6 +64,7 @@ void pokeys_client_close(pokeys_client *client)
 	if (!client)
 		return;
 	client_follow_end(client);
+	client_hold_end(client);
 	client_unwatch(client);
 	if (client->root_name[0])
 		client_detach(client);
@@ -126,7 +127,7 @@ static enum pokeys_client_state look_root(struct pokeys_client *client)
 			  why);
 }
 
-enum pokeys_client_state pokeys_client_poll(pokeys_client *client)
+enum pokeys_client_state client_look(struct pokeys_client *client)
 {
 	enum pokeys_client_state state;
 
@@ -134,6 +135,12 @@ enum pokeys_client_state pokeys_client_poll(pokeys_client *client)
 	state = client_commands(client) ? look_root(client) : look_mirror(client);
 	pthread_mutex_unlock(&client->cold);
 	return state;
+}
+
+/* What the holder attaches to, and when, is its own. */
+enum pokeys_client_state pokeys_client_poll(pokeys_client *client)
+{
+	return client->holder.running ? pokeys_client_status(client, NULL, 0) : client_look(client);
 }
 
 enum pokeys_client_state pokeys_client_status(const pokeys_client *client, char *why, size_t size)
@@ -152,6 +159,8 @@ int pokeys_client_follow(pokeys_client *client, unsigned int interval_ms)
 {
 	if (interval_ms < 1 || interval_ms > 10000)
 		return -EINVAL;
+	if (client->holder.running)
+		return -EBUSY;
 	return client_follow_start(client, interval_ms);
 }
 
@@ -161,7 +170,7 @@ int pokeys_client_wait(pokeys_client *client, unsigned int timeout_ms)
 
 	if (!(client->flags & POKEYS_CLIENT_EVENTS))
 		return -EPERM;
-	if (client->follower.running)
+	if (client->follower.running || client->holder.running)
 		return -EBUSY;
 	if (!client_commands(client))
 		return client_wait_notice(client, timeout_ms);

@@ -28,6 +28,23 @@ struct client_follower {
 	bool stop;
 };
 
+struct client_holder {
+	pthread_t thread;
+	pthread_mutex_t lock;		/* of what follows */
+	pthread_cond_t wake;
+	uint64_t renewed_ns;
+	struct pokeys_command command;
+	bool given, lapsed, stop;
+	/* the thread's */
+	uint64_t look_ns, heartbeat;
+	bool resumed;
+	char root[SHM_ROOT_NAME_MAX];	/* of the daemon that it commanded last */
+	/* from the start on */
+	uint64_t period_ns, lease_ns;
+	uint32_t session;
+	bool running;
+};
+
 struct pokeys_client {
 	char directory[SHM_DIRECTORY_MAX];
 	char device[POKEYS_SHM_NAME_MAX];
@@ -53,12 +70,16 @@ struct pokeys_client {
 
 	struct client_status status;
 	struct client_follower follower;
+	struct client_holder holder;
 };
 
 static inline bool client_commands(const struct pokeys_client *client)
 {
 	return client->flags & POKEYS_CLIENT_COMMANDER;
 }
+
+/* client.c: as pokeys_client_poll(), for threads of the library. */
+enum pokeys_client_state client_look(struct pokeys_client *client);
 
 /* monitor.c, who does not command: attach, or let go. 0, or -errno with the reason in `why`. */
 int client_watch(struct pokeys_client *client, char *why, size_t size);
@@ -70,6 +91,17 @@ int client_wait_notice(struct pokeys_client *client, unsigned int timeout_ms);
 int client_attach(struct pokeys_client *client, const char *root_name, char *why, size_t size);
 /* Give everything back. Waits for a realtime visit that is under way. */
 void client_detach(struct pokeys_client *client);
+
+/* read.c: as pokeys_client_write(), for the holder as well. */
+int client_write(struct pokeys_client *client, const struct pokeys_command *command);
+
+/*
+ * follow.c: a thread that inherits nothing from its caller, neither scheduling class nor
+ * signals nor the core. 0 or -errno.
+ */
+int client_thread(pthread_t *out, void *(*run)(void *), void *argument);
+
+void client_hold_end(struct pokeys_client *client);
 
 int client_follow_start(struct pokeys_client *client, unsigned int interval_ms);
 void client_follow_end(struct pokeys_client *client);

@@ -107,7 +107,8 @@ static void choose_cpus(cpu_set_t *cpus)
 	remove_isolated(cpus);
 }
 
-static int start_thread(struct pokeys_client *client, const cpu_set_t *cpus)
+static int start_thread(pthread_t *out, void *(*run)(void *), void *argument,
+			const cpu_set_t *cpus)
 {
 	const struct sched_param parameter = { .sched_priority = 0 };
 	pthread_attr_t attributes;
@@ -125,17 +126,28 @@ static int start_thread(struct pokeys_client *client, const cpu_set_t *cpus)
 		pthread_attr_setaffinity_np(&attributes, sizeof(*cpus), cpus);
 	sigfillset(&all);
 	pthread_sigmask(SIG_SETMASK, &all, &before);
-	r = pthread_create(&client->follower.thread, &attributes, follow, client);
+	r = pthread_create(out, &attributes, run, argument);
 	pthread_sigmask(SIG_SETMASK, &before, NULL);
 	pthread_attr_destroy(&attributes);
 	return -r;
+}
+
+int client_thread(pthread_t *out, void *(*run)(void *), void *argument)
+{
+	cpu_set_t cpus;
+	int r;
+
+	choose_cpus(&cpus);
+	r = start_thread(out, run, argument, &cpus);
+	if (r == -EINVAL)	/* none of these CPUs is there for us */
+		r = start_thread(out, run, argument, NULL);
+	return r;
 }
 
 int client_follow_start(struct pokeys_client *client, unsigned int interval_ms)
 {
 	struct client_follower *follower = &client->follower;
 	pthread_condattr_t attributes;
-	cpu_set_t cpus;
 	int r;
 
 	if (follower->running)
@@ -147,10 +159,7 @@ int client_follow_start(struct pokeys_client *client, unsigned int interval_ms)
 	pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
 	pthread_cond_init(&follower->wake, &attributes);
 	pthread_condattr_destroy(&attributes);
-	choose_cpus(&cpus);
-	r = start_thread(client, &cpus);
-	if (r == -EINVAL)	/* none of these CPUs is there for us */
-		r = start_thread(client, NULL);
+	r = client_thread(&follower->thread, follow, client);
 	follower->running = !r;
 	return r;
 }

@@ -77,11 +77,15 @@ static void write_cell(struct iox_command_writer *writer, const struct pokeys_co
 
 int pokeys_client_write(pokeys_client *client, const struct pokeys_command *command)
 {
-	struct iox_command_writer *writer;
-
-	if (!(client->flags & POKEYS_CLIENT_COMMANDER))
+	if (!client_commands(client))
 		return -EPERM;
-	writer = handover_take(&client->command);
+	return client->holder.running ? -EBUSY : client_write(client, command);
+}
+
+int client_write(struct pokeys_client *client, const struct pokeys_command *command)
+{
+	struct iox_command_writer *writer = handover_take(&client->command);
+
 	if (writer)
 		write_cell(writer, command);
 	handover_give_back(&client->command);

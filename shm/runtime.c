@@ -89,7 +89,8 @@ int runtime_denied(const char *folder, char *why, size_t size)
 		return say(why, size, -EACCES, "%s: permission denied; this user must be in "
 			   "group %u", folder, (unsigned int)st.st_gid);
 	return say(why, size, -EACCES, "%s: permission denied; this user must be in group %s "
-		   "(adduser USER %s, then log in again)", folder, group.gr_name, group.gr_name);
+		   "(sudo adduser USER %s, then log in again)", folder, group.gr_name,
+		   group.gr_name);
 }
 
 int runtime_current(const char *directory, char name[SHM_ROOT_NAME_MAX])

@@ -116,6 +116,9 @@ static bool take_option(struct options *options, int option)
 	case 's':
 		good = argument_number("seconds", optarg, 0.1, 86400, &options->seconds);
 		break;
+	case 'F':
+		good = argument_number("for", optarg, 0.1, 3600, &options->duration_s);
+		break;
 	case 'l':
 		good = argument_whole("slowest", optarg, 0, 100, &number);
 		options->slowest = (uint32_t)number;
@@ -244,6 +247,7 @@ int main(int argc, char **argv)
 		.interval_s = 0.5,
 		.cpu = -1,
 		.seconds = 10,
+		.duration_s = 5,
 		.priority = 80,
 		.slowest = 5,
 	};

@@ -29,7 +29,7 @@ struct options {
 	size_t addresses;
 	int cpu;			/* -1 = not said */
 	const char *config, *root, *svg;	/* NULL = not said */
-	double seconds;
+	double seconds, duration_s;
 	double threshold_us;
 	uint32_t slowest;
 	int priority;
@@ -48,6 +48,7 @@ int command_status(const struct options *options);
 int command_config(const struct options *options);
 int command_doctor(const struct options *options);
 int command_latency(const struct options *options);
+int command_output(const struct options *options);
 int command_record(const struct options *options);
 int command_replay(const struct options *options);
 int command_trace(const struct options *options);

@@ -96,9 +96,36 @@ int pokeys_client_read_diag(pokeys_client *client, struct pokeys_diag *out);
  * heartbeat, times and session are the caller's; of the one-shots those are
  * taken over that were queued since the last writes of this session, so one
  * that was queued must not be changed). Realtime, wait-free, one thread at a
- * time. 0; -ENOTCONN; -EPERM without POKEYS_CLIENT_COMMANDER.
+ * time. 0; -ENOTCONN; -EPERM without POKEYS_CLIENT_COMMANDER; -EBUSY while a holder runs.
  */
 int pokeys_client_write(pokeys_client *client, const struct pokeys_command *command);
+
+/*
+ * Command without a loop of one's own (POKEYS_CLIENT_COMMANDER): a thread of the library (not
+ * realtime, ended and joined by close) looks for the daemon and writes the command that
+ * pokeys_client_command() gave it, every `period_ms` (1..1000) with a new heartbeat, until the
+ * program has not renewed its lease for `lease_ms` (10..60000): because it waits, hangs or is
+ * in a debugger. From then on nothing is written, nor after the daemon was away, so the device
+ * is in its safe state heartbeat-timeout-ms later at the latest; as it is if the process is
+ * killed. If it is stopped for less than its lease, that is a late heartbeat as any other:
+ * resume-outputs in pokeysd.conf decides what follows. `period_ms` has to be well below
+ * heartbeat-timeout-ms. Meanwhile pokeys_client_write() and pokeys_client_wait() are -EBUSY,
+ * and pokeys_client_poll() returns the status only. Cold. 0, -EPERM, -EINVAL, -EALREADY, -EBUSY
+ * while a follower thread runs, -errno.
+ */
+int pokeys_client_hold(pokeys_client *client, unsigned int period_ms, unsigned int lease_ms);
+
+/*
+ * The command to be held from now on; renews the lease. heartbeat, t_ns and period_ns are the
+ * holder's, and so is session if it is 0; t_thread_ns is the caller's (command.h). 1 = the
+ * lease had run out or the daemon was away, so the device was in its safe state meanwhile, and
+ * outputs may wait for machine-on; 0; -ENOTCONN without
+ * pokeys_client_hold(). Any thread, cold.
+ */
+int pokeys_client_command(pokeys_client *client, const struct pokeys_command *command);
+
+/* Renew the lease of the command that is held: as above; 1 renews nothing. Any thread, cold. */
+int pokeys_client_renew(pokeys_client *client);
 
 /*
  * What the device's settings are and shall be (settings.h); it has changed when
@@ -121,7 +148,7 @@ int pokeys_client_write_wish(pokeys_client *client, const struct pokeys_wish *wi
  * fault changes, and about ten times a second), at most timeout_ms; without
  * POKEYS_CLIENT_COMMANDER it is seen up to 5 ms later. 1 = one came, 0 = time
  * passed or a signal came, -ENOTCONN, -EPERM without POKEYS_CLIENT_EVENTS, -EBUSY
- * while a follower thread runs. Cold; not from a thread other than the one that
+ * while a follower or a holder runs. Cold; not from a thread other than the one that
  * polls.
  */
 int pokeys_client_wait(pokeys_client *client, unsigned int timeout_ms);

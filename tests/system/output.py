@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""pokeysctl output: a relay is tried without LinuxCNC, and is off again whatever becomes of the program."""
+import contextlib
+import re
+import signal
+import sys
+
+from house import House, end, equal, main, wait_for
+
+OUTPUTS = "31-34"
+
+
+@contextlib.contextmanager
+def house_with_outputs(**keys):
+    with House() as house:
+        # a busy computer is late at times, and that would be a loss
+        house.device_keys["mill"] |= {"digital-outputs": OUTPUTS, "safe-on": 34, "heartbeat-timeout-ms": 1000,
+                                      "lost-after-ms": 5000, "failsafe-timeout-ms": 9000, **keys}
+        sim = house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        yield house, sim
+
+
+def hold(house, *words, seconds=600):
+    """pokeysctl output, in the background."""
+    return house.spawn("pokeysctl", "-r", house.runtime, "output", "mill", *words, "--for", seconds, log="ctl.log")
+
+
+def latched(house, sim, *terminals):
+    return [int("latch=1" in house.ask_sim(sim, "pin", terminal)) for terminal in terminals]
+
+
+def become(house, sim, wanted):
+    wait_for(f"outputs {wanted}", lambda: latched(house, sim, 31, 32, 33, 34) == wanted,
+             say=lambda: (latched(house, sim, 31, 32, 33, 34), house.log("ctl.log"), house.log()))
+
+
+def test_outputs_are_held_as_long_as_was_asked_for():
+    with house_with_outputs() as (house, sim):
+        become(house, sim, [0, 0, 0, 1])
+        ran = hold(house, "31,33", "on", seconds=1)
+        become(house, sim, [1, 0, 1, 1])
+        equal(ran.wait(60), 0, house.log("ctl.log"))
+        become(house, sim, [0, 0, 0, 1])
+        equal(house.log("ctl.log"), "mill: terminal 31, 33 on for 1 s; Ctrl-C ends it sooner\n")
+
+
+def test_one_that_is_on_in_the_safe_state_can_be_switched_off():
+    with house_with_outputs() as (house, sim):
+        become(house, sim, [0, 0, 0, 1])
+        ran = hold(house, "34", "off")
+        become(house, sim, [0, 0, 0, 0])
+        equal(end(ran, signal.SIGINT), 0, house.log("ctl.log"))
+        become(house, sim, [0, 0, 0, 1])
+
+
+def test_killed_or_stopped_they_go_to_the_safe_state():
+    for number in (signal.SIGKILL, signal.SIGSTOP):
+        with house_with_outputs() as (house, sim):
+            become(house, sim, [0, 0, 0, 1])
+            ran = hold(house, "31-33", "on")
+            become(house, sim, [1, 1, 1, 1])
+            wait_for("it to know", lambda: "on for 600 s" in house.log("ctl.log"), say=lambda: house.log("ctl.log"))
+            ran.send_signal(number)
+            become(house, sim, [0, 0, 0, 1])
+            if number == signal.SIGSTOP:
+                house.tells("no commander", "status")
+                ran.send_signal(signal.SIGCONT)
+                equal(ran.wait(60), 1)
+                last = house.log("ctl.log").splitlines()[-1]
+                assert "went to the safe state" in last or "do not follow any more" in last, last
+                equal(latched(house, sim, 31, 32, 33, 34), [0, 0, 0, 1])
+
+
+def test_one_that_the_safe_state_holds_is_put_back():
+    with house_with_outputs(**{"safe-hold": 31}) as (house, sim):
+        become(house, sim, [0, 0, 0, 1])
+        ran = hold(house, "31", "on", seconds=1)
+        become(house, sim, [1, 0, 0, 1])
+        equal(ran.wait(60), 0, house.log("ctl.log"))
+        become(house, sim, [0, 0, 0, 1])
+        # ... and one that somebody has left on stays on while another is tried
+        house.spawn("commander", house.runtime, "mill", 31, log="commander.log")
+        become(house, sim, [1, 0, 0, 1])
+        end(house.children[-1], signal.SIGKILL)
+        equal(hold(house, "32", "on", seconds=0.5).wait(60), 0, house.log("ctl.log"))
+        become(house, sim, [1, 0, 0, 1])
+
+
+def test_a_daemon_that_dies_is_no_success():
+    with house_with_outputs() as (house, sim):
+        become(house, sim, [0, 0, 0, 1])
+        ran = hold(house, "31", "on")
+        wait_for("it to know", lambda: "on for 600 s" in house.log("ctl.log"), say=lambda: house.log("ctl.log"))
+        end(next(child for child in house.children if "pokeysd" in str(child.args[0])), signal.SIGKILL)
+        equal(ran.wait(60), 1)
+        last = house.log("ctl.log").splitlines()[-1]
+        assert "do not follow any more" in last or "pokeysd was away" in last, last
+
+
+def test_the_next_one_may_command_again():
+    with house_with_outputs() as (house, sim):
+        for terminal in (31, 32):
+            ran = hold(house, terminal, "on")
+            wait_for("it", lambda t=terminal: latched(house, sim, t) == [1], say=lambda: house.log("ctl.log"))
+            end(ran, signal.SIGTERM)
+            become(house, sim, [0, 0, 0, 1])
+
+
+def test_what_cannot_be_is_told_in_one_line():
+    with house_with_outputs() as (house, sim):
+        def refused(*words, status=1):
+            ran = house.ctl("output", *words)
+            equal((ran.returncode, ran.stdout), (status, ""), ran.stderr)
+            equal(ran.stderr.count("\n"), 1, ran.stderr)
+            return ran.stderr
+        assert "terminal 7 is not a digital output of this device; digital-outputs in" in refused("mill", "7,31", "on")
+        assert "the daemon has no device 'lathe'; it has: mill" in refused("lathe", "31", "on")
+        for words in (("mill", "0", "on"), ("mill", "31-", "on"), ("mill", "56", "on"), ("mill", "33-31", "on"),
+                      ("mill", "x", "on"), ("mill", "31,", "on")):
+            assert "terminals are numbers from 1 to 55" in refused(*words, status=64)
+        for words in (("mill",), ("mill", "31"), ("mill", "31", "up")):
+            assert "output wants a device, terminals, and on or off" in refused(*words, status=64)
+        house.spawn("commander", house.runtime, "mill", 32, log="commander.log")
+        wait_for("the commander", lambda: "commanding" in house.log("commander.log"))
+        assert re.search(r"another commander holds device 'mill': process \d+ \(commander\); end it first",
+                         refused("mill", "31", "on"))
+        become(house, sim, [0, 1, 0, 1])
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__]))
