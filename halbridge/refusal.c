@@ -103,7 +103,8 @@ static const char *refusal_text(unsigned int reason)
 	case REFUSAL_NO_AXIS:
 		return "the device has no such axis, or it is not set up (axes, axis.N.mode)";
 	case REFUSAL_NO_PWM:
-		return "drives nothing: this device has no such PWM output";
+		return "drives nothing: this device has no such PWM output (pokeysctl terminals "
+		       "lists them)";
 	case REFUSAL_NO_OUTPUT:		/* with its terminal, refusal_line() */
 		break;
 	case REFUSAL_NO_INDEX:
@@ -138,7 +139,8 @@ void refusal_line(const struct refusal_note *note, const char *prefix, unsigned 
 			 note->value, row->low, row->high);
 	else if (note->reason == REFUSAL_NO_OUTPUT && row)
 		snprintf(line, size, "%s = 1: drives nothing: terminal %u is not a digital output "
-			 "(digital-outputs in pokeysd.conf)", name, at.index + 1);
+			 "(add it to digital-outputs in pokeysd.conf, then pokeysctl config "
+			 "apply)", name, at.index + 1);
 	else
 		snprintf(line, size, "%s = %g: %s", name, note->value, refusal_text(note->reason));
 }

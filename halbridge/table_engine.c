@@ -64,11 +64,13 @@ static const struct table_row rows[] = {
 	       "the charge pump: 16, 32, 64"),
 
 	LIST("external.%02u.out", PIN, IN, WRITE, external.output, VALUES_EXTERNAL,
-	     "output of the engine's connector; all eight are commanded once one has been true"),
+	     "output or relay of the board, see pokeys_terminals(7); all eight are commanded once "
+	     "one has been true"),
 	LIST("external.%02u.out-fb", PIN, OUT, READ, external.output_fb, VALUES_EXTERNAL,
 	     "as the device has it"),
 	LIST("external-relay.%02u.out", PIN, IN, WRITE, external.relay, VALUES_EXTERNAL,
-	     "relay of the engine's connector; all are commanded once one has been true"),
+	     "relay of the engine's connector, not of the board; all are commanded once one has "
+	     "been true"),
 	LIST("external-relay.%02u.out-fb", PIN, OUT, READ, external.relay_fb, VALUES_EXTERNAL,
 	     "as the device has it"),
 };

@@ -186,7 +186,7 @@ const struct settings_key settings_keys[] = {
 	    .help = "There is a home switch."),
 	KEY(AXIS("home-shared"), SETTINGS_NUMBER, AXIS_FLAG(switches, 24), WORDS_ONLY,
 	    WORDS({ "off", 0 }, { "limit-minus", 8 }, { "limit-plus", 16 }),
-	    .help = "The selected limit switch is also the home switch."),
+	    .help = "The selected limit switch is also the home switch, for homing by the device."),
 	KEY(AXIS("limit-minus-invert"), SETTINGS_NUMBER, AXIS_FLAG(switches, 32), FLAG(32),
 	    .help = "Lower limit switch is inverted: on for a switch that closes when it is hit."),
 	KEY(AXIS("limit-plus-invert"), SETTINGS_NUMBER, AXIS_FLAG(switches, 64), FLAG(64),

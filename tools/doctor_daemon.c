@@ -32,10 +32,10 @@ static bool unseen(struct doctor_finding *finding, bool wants_diag)
 static void judge_publishing(const struct doctor *doctor, struct doctor_finding *finding)
 {
 	if (!finding->seen && doctor->hidden) {
-		doctor_say(finding, DOCTOR_UNKNOWN, "its runtime folder is not for this user: it "
-			   "is not judged how it does");
-		doctor_mend(finding, "sudo pokeysctl doctor, or adduser YOU pokeys-monitor and log "
-			    "in again");
+		doctor_say(finding, DOCTOR_UNKNOWN, "this user may not read its data: it is not "
+			   "judged how it does");
+		doctor_mend(finding, "sudo pokeysctl doctor, or sudo adduser YOU pokeys-monitor "
+			    "and log in again");
 	} else if (!finding->seen) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "no daemon was seen: it is not judged how it "
 			   "does");

@@ -85,7 +85,8 @@ static void judge_shared(const struct judged *j, const struct terminal_conflict 
 	terminal_owner_name(later->number, name);
 	terminal_list(conflict->terminals, list);
 	judge_fault(j, later->key, later->index,
-		    "%s: %s %s used by %s (line %u) as well, and can only be used by one of them",
+		    "%s: %s %s used by %s (line %u) as well, and can only be used by one of them; "
+		    "remove the other",
 		    name, list, is_one(conflict->terminals) ? "is" : "are", other, line);
 }
 

@@ -51,9 +51,10 @@ static const struct config_key own[] = {
 		    "needs interface and pokeys-guard(8), and behaves like auto if AF_XDP is not "
 		    "available."),
 	KEY(DAEMON(interface), "interface", CONFIG_TEXT,
-	    .help = "Network interface that all devices are connected to. If not set, the routing "
-		    "table decides. Set it if two interfaces of the computer are in the network "
-		    "of the devices."),
+	    .help = "Network interface that all devices are connected to. If not set, a device "
+		    "with serial alone is driven through the interface at which it has answered, "
+		    "and with address, the routing table decides. Set it if two interfaces are in "
+		    "the network of the devices."),
 	KEY(DAEMON(guard), "guard", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "shared", 0 }, { "dedicated", 1 }), .fallback = "shared",
 	    .help = "What pokeys-guard(8), if it is started, lets in at the interface: with "

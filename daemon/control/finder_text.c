@@ -103,7 +103,10 @@ void finder_why(const struct config *config, uint32_t missing,
 	put_missing(&line, config, missing);
 	put_networks(&line, config, report);
 	put_others(&line, answers);
-	if (report->networks || config->discovery_addresses)
+	if (answers->others)
+		put(&line, "; if one of them is meant, correct serial in pokeysd.conf and restart "
+		    "pokeysd");
+	else if (report->networks || config->discovery_addresses)
 		put(&line, "; sudo pokeysctl discover tells whether this computer drops the "
 		    "answer");
 }

@@ -27,7 +27,8 @@ const char *event_link_name(int64_t link)
 
 static const char *const fault_texts[] = {
 	[POKEYS_FAULT_NONE] = "",
-	[POKEYS_FAULT_NO_ADDRESS] = ": not found in the network; run pokeysctl discover to see why",
+	[POKEYS_FAULT_NO_ADDRESS] = ": not found in the network; compare its serial number with "
+				    "pokeysctl discover",
 	[POKEYS_FAULT_NO_ANSWER] = ": it does not answer; check power, cable and address",
 	[POKEYS_FAULT_WRONG_SERIAL] = ": another device answers at its address",
 	[POKEYS_FAULT_UNSUPPORTED] = ": a device type that this driver does not know",

@@ -146,8 +146,8 @@ static void put_config_foreign(struct line *line, const struct event *e)
 		put(line, " to ");
 		put_function(line, e->c);
 	}
-	put(line, "; it is set again while the machine is off. Look for another program that uses "
-	    "this device");
+	put(line, "; until the machine is off, this applies, then it is set again. Look for "
+	    "another program that uses this device");
 }
 
 static void put_config_refused(struct line *line, const struct event *e)
@@ -421,10 +421,12 @@ static void put_engine(struct line *line, const struct event *e)
 {
 	switch (e->a) {
 	case 100:
-		put(line, "pulse engine stopped by a limit switch; clear the fault to go on");
+		put(line, "pulse engine stopped by a limit switch; clear the fault (in LinuxCNC: "
+		    "reset the emergency stop) to go on");
 		break;
 	case 101:
-		put(line, "pulse engine stopped by the emergency input; clear the fault to go on");
+		put(line, "pulse engine stopped by the emergency input; clear the fault (in "
+		    "LinuxCNC: reset the emergency stop) to go on");
 		break;
 	default:
 		put(line, "pulse engine went from state %lld to %lld", (long long)e->b,
@@ -475,7 +477,8 @@ static void put_shared(struct line *line, const struct event *e)
 	char a[SETTINGS_NAME_MAX], b[SETTINGS_NAME_MAX], list[TERMINAL_LIST_MAX];
 	const uint64_t terminals = (uint64_t)e->a & ((UINT64_C(1) << POKEYS_PINS) - 1);
 
-	put(line, "%s %s used by %s and by %s on this board, and can only be used by one of them",
+	put(line, "%s %s used by %s and by %s on this board, and can only be used by one of them; "
+	    "remove the other in pokeysd.conf or in HAL",
 	    terminal_list(terminals, list), terminals & (terminals - 1) ? "are" : "is",
 	    terminal_owner_name((unsigned int)e->b, a), terminal_owner_name((unsigned int)e->c, b));
 }

@@ -10,19 +10,23 @@ static void a_terminal_told_twice_is_a_fault(void **state)
 	(void)state;
 	assert_fault(GOOD "digital-inputs = 1-8\ndigital-outputs = 8\n",
 		     "f:4: [device a]: digital-outputs: terminal 8 is used by digital-inputs "
-		     "(line 3) as well, and can only be used by one of them");
+		     "(line 3) as well, and can only be used by one of them; "
+		     "remove the other");
 	assert_fault(GOOD "analog-inputs = 41-44\n\ndigital-inputs = 40-42, 44\n",
 		     "f:5: [device a]: digital-inputs: terminals 41, 42 and 44 are used by "
-		     "analog-inputs (line 3) as well, and can only be used by one of them");
+		     "analog-inputs (line 3) as well, and can only be used by one of them; "
+		     "remove the other");
 	assert_fault(GOOD "safe-on = 3\nsafe-hold = 3\n",
 		     "f:4: [device a]: safe-hold: terminal 3 is used by safe-on (line 3) as well, "
-		     "and can only be used by one of them");
+		     "and can only be used by one of them; "
+		     "remove the other");
 	assert_fault(GOOD "inverted-pins = 3\n",
 		     "f:3: [device a]: inverted-pins: pin 3 is neither in digital-inputs nor in "
 		     "digital-outputs");
 	assert_fault(GOOD "digital-outputs = 20\nsafe-on = 20\naxis.2.home-pin = 20\n",
 		     "f:5: [device a]: axis.2.home-pin: terminal 20 is used by digital-outputs "
-		     "(line 3) as well, and can only be used by one of them");
+		     "(line 3) as well, and can only be used by one of them; "
+		     "remove the other");
 }
 
 /* Two keys that want one terminal, on whatever board; one fault, which names both. */
@@ -77,11 +81,13 @@ static void a_row_of_the_keyboard_that_is_a_column_is_a_fault(void **state)
 	(void)state;
 	assert_fault(GOOD "matrix-keyboard = on\nmatrix-rows = 23,24\nmatrix-columns = 24,25\n",
 		     "f:5: [device a]: matrix-columns: terminal 24 is used by matrix-rows (line 4) "
-		     "as well, and can only be used by one of them");
+		     "as well, and can only be used by one of them; "
+		     "remove the other");
 	assert_fault(GOOD "matrix-keyboard = on\nmatrix-rows = 23,24\nmatrix-columns = 25\n"
 		     "digital-outputs = 23,26\n",
 		     "f:6: [device a]: digital-outputs: terminal 23 is used by matrix-rows (line "
-		     "4) as well, and can only be used by one of them");
+		     "4) as well, and can only be used by one of them; "
+		     "remove the other");
 	/* it is off */
 	assert_int_equal(parse(GOOD "matrix-keyboard = off\nmatrix-rows = 23\n"
 			       "matrix-columns = 24\ndigital-outputs = 23\n"), 0);

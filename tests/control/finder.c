@@ -152,8 +152,8 @@ static void the_log_says_where_it_asked_and_who_answered(void **state)
 	assert_string_equal(why(3), "mill (serial 31234), panel (serial 70000): no answer to a "
 			    "search at lo (10.9.9.1/24), lo (10.7.0.1/30, not asked: it cannot "
 			    "send broadcasts); answers came from serial 20005, 20006, 20007, 20008 "
-			    "and others; sudo pokeysctl discover tells whether this computer "
-			    "drops the answer");
+			    "and others; if one of them is meant, correct serial in pokeysd.conf "
+			    "and restart pokeysd");
 }
 
 static void a_line_of_any_length_fits(void **state)

@@ -187,7 +187,8 @@ static void lines_say_what_where_and_what_to_do(void **state)
 		    .c = POKEYS_OUTCOME_DONE },
 		  "mill: order of a terminal (save configuration): done" },
 		{ { .code = EVENT_ENGINE, .a = 101, .b = 3 },
-		  "mill: pulse engine stopped by the emergency input; clear the fault to go on" },
+		  "mill: pulse engine stopped by the emergency input; clear the fault "
+		  "(in LinuxCNC: reset the emergency stop) to go on" },
 		{ { .code = EVENT_TRANSPORT, .a = -101 },
 		  "mill: network transport failed: Network is unreachable" },
 		{ { .code = EVENT_TRANSPORT, .a = -99 },

@@ -74,8 +74,8 @@ static void an_output_that_was_made_an_input_is_told_and_set_again(void **state)
 	assert_int_equal(world.event_count[EVENT_CONFIG_FOREIGN], 1);
 	event_format(&world.last_event[EVENT_CONFIG_FOREIGN], "mill", line, sizeof(line));
 	assert_string_equal(line, "mill: somebody else has changed terminal 31 to digital input; "
-				  "it is set again while the machine is off. Look for another "
-				  "program that uses this device");
+				  "until the machine is off, this applies, then it is set "
+				  "again. Look for another program that uses this device");
 	assert_int_equal(world.state.config_foreign, 1);
 	assert_int_equal(*function(PIN), WIRE_PIN_OUTPUT);
 	assert_int_equal(pin_writes, 1);

@@ -65,7 +65,8 @@ static void what_the_device_has_from_somebody_else_is_told(void **state)
 	world_commander(&world, 5);
 	settle(&world);
 	assert_told(1, "mill: terminal 12 is used by digital-outputs and by ultra-fast-encoder on "
-		       "this board, and can only be used by one of them");
+		       "this board, and can only be used by one of them; remove "
+		       "the other in pokeysd.conf or in HAL");
 	/* what else is configured does not tell it again */
 	wish.settings.set = POKEYS_SET_ANALOG_FILTER;
 	wish.settings.analog_filter = 3;
@@ -89,7 +90,7 @@ static void a_commanders_wish_is_told_when_it_begins(void **state)
 		send_wish();
 		assert_told(i, "mill: terminals 8 and 13 are used by digital-outputs and by "
 			       "ultra-fast-encoder on this board, and can only be used by one of "
-			       "them");
+			       "them; remove the other in pokeysd.conf or in HAL");
 		wish.settings.ultra_enable = 0;
 		send_wish();
 		assert_int_equal(world.event_count[EVENT_TERMINALS_SHARED], i);
@@ -114,7 +115,8 @@ static void it_is_judged_by_the_board_that_is_there(void **state)
 		assert_int_equal(world.event_count[EVENT_TERMINALS_SHARED], i);
 	}
 	assert_told(1, "mill: terminal 36 is used by digital-outputs and by generator-extended-io "
-		       "on this board, and can only be used by one of them");
+		       "on this board, and can only be used by one of them; remove "
+		       "the other in pokeysd.conf or in HAL");
 }
 
 int main(void)

@@ -185,7 +185,7 @@ static void an_output_that_drives_nothing_is_told_with_its_terminal(void **state
 	assert_true(values->input_refused);
 	assert_int_equal(values->input_refused_count, 1);
 	assert_note("pokeys.0.pin.32.out = 1: drives nothing: terminal 33 is not a digital output "
-		    "(digital-outputs in pokeysd.conf)");
+		    "(add it to digital-outputs in pokeysd.conf, then pokeysctl config apply)");
 	rig.daemon.digital_out_owned[4] = 0x01;
 	rig_periods(&rig, 2);
 	assert_false(values->input_refused);
@@ -244,7 +244,7 @@ static void a_pwm_output_that_the_board_has_not_is_told(void **state)
 	assert_true(values->input_refused);
 	assert_int_equal(values->input_refused_count, 1);
 	assert_note("pokeys.0.pwm.03.enable = 1: drives nothing: this device has no such PWM "
-		    "output");
+		    "output (pokeysctl terminals lists them)");
 	values->pwm[3].enable = false;
 	rig_period(&rig);
 	assert_false(values->input_refused);

@@ -289,7 +289,7 @@ def test_doctor_does_not_start_a_daemon_that_it_may_not_see():
     with House() as house:
         house.runtime.mkdir(0o700)
         daemon = findings(without_rights("doctor", "--json", "--runtime-directory", house.runtime))["daemon"]
-        assert "not for this user" in daemon["why"] and "start" not in daemon["mend"], daemon
+        assert "this user may not read" in daemon["why"] and "start" not in daemon["mend"], daemon
 
 
 if __name__ == "__main__":
