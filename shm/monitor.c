@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <time.h>
 #include "shm/client_private.h"
+#include "shm/clock.h"
 #include "shm/say.h"
 
 enum { LOOK_NS = 5000000 };
@@ -43,18 +44,10 @@ void client_unwatch(struct pokeys_client *client)
 	free(view);
 }
 
-static uint64_t now_ns(void)
-{
-	struct timespec now;
-
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
-}
-
 /* For a moment; false if it is time already, or a signal came. */
 static bool nap_until(uint64_t end_ns)
 {
-	const uint64_t now = now_ns();
+	const uint64_t now = clock_ns(CLOCK_MONOTONIC);
 	const uint64_t rest = end_ns > now ? end_ns - now : 0;
 	const struct timespec nap = { .tv_nsec = (long)(rest < LOOK_NS ? rest : LOOK_NS) };
 
@@ -63,7 +56,7 @@ static bool nap_until(uint64_t end_ns)
 
 int client_wait_notice(struct pokeys_client *client, unsigned int timeout_ms)
 {
-	const uint64_t end_ns = now_ns() + timeout_ms * UINT64_C(1000000);
+	const uint64_t end_ns = clock_ns(CLOCK_MONOTONIC) + timeout_ms * UINT64_C(1000000);
 	uint32_t notices;
 
 	if (!client->view)

@@ -23,7 +23,9 @@
 #include <time.h>
 #include <unistd.h>
 #include <pokeys/shm.h>
+#include "settings/terminal.h"
 #include "tools/pokeysctl.h"
+#include "tools/view.h"
 
 enum {
 	PERIOD_MS = 1, LEASE_MS = 1000, TURN_MS = 20,
@@ -45,10 +47,7 @@ static void end(int number)
 
 static uint64_t now_ms(void)
 {
-	struct timespec now;
-
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (uint64_t)now.tv_sec * 1000 + (uint64_t)now.tv_nsec / 1000000;
+	return view_now() / 1000000;
 }
 
 static void nap(void)
@@ -171,27 +170,15 @@ static void store(uint8_t bytes[POKEYS_PIN_BYTES], uint64_t pins)
 		bytes[i] = (uint8_t)(pins >> 8 * i);
 }
 
-/* "31, 33": the terminals of these bits. */
-static const char *terminals_text(uint64_t pins, char text[256])
-{
-	size_t at = 0;
-
-	text[0] = '\0';
-	for (unsigned int i = 0; i < POKEYS_PINS; i++)
-		if (pins >> i & 1)
-			at += (size_t)snprintf(text + at, 256 - at, "%s%u", at ? ", " : "", i + 1);
-	return text;
-}
-
 static bool can_be(const struct outputs *outputs, const struct pokeys_state *state)
 {
 	const uint64_t missing = outputs->mask & ~load(state->digital_out_owned);
-	char text[256];
+	char text[TERMINAL_LIST_MAX];
 
 	if (missing)
-		complain("%s: terminal %s is not a digital output of this device; digital-outputs "
-			 "in pokeysd.conf makes it one", outputs->device,
-			 terminals_text(missing, text));
+		complain("%s: %s: no digital output of this device; add it to digital-outputs in "
+			 "pokeysd.conf and restart pokeysd", outputs->device,
+			 terminal_list(missing, text));
 	return !missing;
 }
 
@@ -202,15 +189,15 @@ static bool is_so(pokeys_client *client, const struct outputs *outputs, uint64_t
 
 	return !pokeys_client_read(client, &state) && state.link == POKEYS_LINK_RUNNING &&
 	       state.flags & POKEYS_STATE_COMMANDER &&
-	       pokeys_age_ns(state.t_publish_ns, now_ms() * 1000000) < SILENT_MS * 1000000ull &&
+	       pokeys_age_ns(state.t_publish_ns, view_now()) < SILENT_MS * UINT64_C(1000000) &&
 	       (load(state.digital_out) & outputs->mask) == wanted;
 }
 
 static void say_so(const struct outputs *outputs, double seconds)
 {
-	char text[256];
+	char text[TERMINAL_LIST_MAX];
 
-	printf("%s: terminal %s %s", outputs->device, terminals_text(outputs->mask, text),
+	printf("%s: %s %s", outputs->device, terminal_list(outputs->mask, text),
 	       outputs->wanted ? "on" : "off");
 	printf(" for %g s; Ctrl-C ends it sooner\n", seconds);
 	fflush(stdout);
@@ -232,11 +219,8 @@ static bool follow(pokeys_client *client, const struct outputs *outputs, uint64_
 
 	command(client, outputs, wanted);
 	while (!is_so(client, outputs, wanted)) {
-		if (now_ms() > end_ms || pokeys_client_renew(client)) {
-			complain("%s: the outputs do not follow; pokeysctl status %s says why",
-				 outputs->device, outputs->device);
+		if (now_ms() > end_ms || pokeys_client_renew(client))
 			return false;
-		}
 		nap();
 	}
 	return true;
@@ -267,6 +251,27 @@ static bool hold(pokeys_client *client, const struct outputs *outputs, double se
 	return true;
 }
 
+/* What is said first is why; more lines would hide it. */
+static bool switch_them(pokeys_client *client, const struct outputs *outputs, double seconds)
+{
+	if (follow(client, outputs, outputs->wanted))
+		return hold(client, outputs, seconds);
+	complain("%s: the outputs do not follow; pokeysctl status %s says why", outputs->device,
+		 outputs->device);
+	return false;
+}
+
+/* Also after a failure: an output that the safe state holds may be on. */
+static bool put_back(pokeys_client *client, const struct outputs *outputs, bool well)
+{
+	if (follow(client, outputs, outputs->before))
+		return well;
+	if (well)
+		complain("%s: the outputs cannot be put back; pokeysctl status %s says why",
+			 outputs->device, outputs->device);
+	return false;
+}
+
 static int command_them(pokeys_client *client, struct outputs *outputs, double seconds)
 {
 	struct pokeys_state state;
@@ -279,9 +284,8 @@ static int command_them(pokeys_client *client, struct outputs *outputs, double s
 	if (!attach(client, &state) || !can_be(outputs, &state))
 		return STATUS_FAILED;
 	outputs->before = load(state.digital_out) & outputs->mask;
-	if (!follow(client, outputs, outputs->wanted) || !hold(client, outputs, seconds))
-		return STATUS_FAILED;
-	return follow(client, outputs, outputs->before) ? STATUS_OK : STATUS_FAILED;
+	return put_back(client, outputs, switch_them(client, outputs, seconds)) ? STATUS_OK :
+										  STATUS_FAILED;
 }
 
 int command_output(const struct options *options)

@@ -168,7 +168,7 @@ static void do_round(struct daemon *daemon, uint64_t now_ns)
 	drain_run(&daemon->drain, now_ns);
 	desk_run(&daemon->desk, now_ns);
 	keeper_run(&daemon->keeper, now_ns);
-	finder_report(&daemon->finder);
+	finder_report(&daemon->finder, now_ns);
 	claims_run(&daemon->claims, daemon->finder.found, now_ns);
 	wake_listeners(daemon, now_ns);
 	if (due(&daemon->next_maintain_ns, MAINTAIN_NS, now_ns)) {

@@ -23,6 +23,10 @@
 
 enum { SEARCH_MS = 200, NAP_MS = 50 };
 
+/* So many lines on what is missing in a minute. */
+enum { MINUTE_LINES = 3 };
+#define MINUTE_NS UINT64_C(60000000000)
+
 static bool wanted(const struct config *config, const struct loop_shared *shared, uint32_t i)
 {
 	return config->device[i].serial &&
@@ -38,16 +42,26 @@ static uint32_t all_wanted(const struct config *config, const struct loop_shared
 	return all;
 }
 
+/* The lowest of them, in order: the next search has the same ones, whoever answers first. */
 static void take_other(struct finder_answers *answers, uint32_t serial)
 {
-	const unsigned int known = answers->others < FINDER_OTHERS ? answers->others :
-								     FINDER_OTHERS;
+	unsigned int at = 0;
 
-	for (unsigned int i = 0; i < known; i++)
-		if (answers->other[i] == serial)
-			return;
-	if (known < FINDER_OTHERS)
-		answers->other[known] = serial;
+	while (at < answers->others && answers->other[at] < serial)
+		at++;
+	if (at == FINDER_OTHERS) {
+		answers->more_others = true;
+		return;
+	}
+	if (at < answers->others && answers->other[at] == serial)
+		return;
+	if (answers->others == FINDER_OTHERS) {
+		answers->more_others = true;
+		answers->others--;
+	}
+	memmove(&answers->other[at + 1], &answers->other[at],
+		(answers->others - at) * sizeof(answers->other[0]));
+	answers->other[at] = serial;
 	answers->others++;
 }
 
@@ -188,25 +202,41 @@ static void report_result(struct finder *finder)
 	finder->told = result;
 }
 
+/* A cause that changes with each search does not fill the log. */
+static bool may_tell(struct finder *finder, uint64_t now_ns)
+{
+	if (!finder->minute_ns || now_ns - finder->minute_ns >= MINUTE_NS) {
+		finder->minute_ns = now_ns;
+		finder->minute_lines = 0;
+	}
+	if (finder->minute_lines == MINUTE_LINES)
+		return false;
+	finder->minute_lines++;
+	return true;
+}
+
 /* Once for each cause, and again after it was found meanwhile. */
-static void report_missing(struct finder *finder)
+static void report_missing(struct finder *finder, uint64_t now_ns)
 {
 	char why[FINDER_WHY];
 
 	pthread_mutex_lock(&finder->lock);
 	strcpy(why, finder->why);
 	pthread_mutex_unlock(&finder->lock);
-	if (*why && strcmp(why, finder->told_why) != 0)
+	if (*why && strcmp(why, finder->told_why) != 0) {
+		if (!may_tell(finder, now_ns))
+			return;
 		log_line(EVENT_WARNING, "%s", why);
+	}
 	strcpy(finder->told_why, why);
 }
 
-void finder_report(struct finder *finder)
+void finder_report(struct finder *finder, uint64_t now_ns)
 {
 	if (!finder->running)
 		return;
 	report_result(finder);
-	report_missing(finder);
+	report_missing(finder, now_ns);
 }
 
 void finder_stop(struct finder *finder)

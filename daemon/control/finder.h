@@ -16,7 +16,8 @@ struct finder_answers {
 	uint32_t routed;		/* bit = device; the way that its route has */
 	uint32_t ours;			/* bit = device */
 	unsigned int others;
-	uint32_t other[FINDER_OTHERS];	/* serial numbers of the first of them */
+	uint32_t other[FINDER_OTHERS];	/* the lowest serial numbers, in order */
+	bool more_others;		/* than these */
 };
 
 struct finder {
@@ -34,6 +35,8 @@ struct finder {
 	char why[FINDER_WHY];		/* they have not, "" = they have */
 	int told;			/* control thread's: what it has logged */
 	char told_why[FINDER_WHY];
+	uint64_t minute_ns;		/* the first line of this minute, 0 = never */
+	unsigned int minute_lines;
 	pthread_t thread;
 };
 
@@ -41,8 +44,8 @@ struct finder {
 int finder_start(struct finder *finder, const struct config *config,
 		 const struct loop_shared *shared);
 
-/* Log what the searches came to, when it changes. Control thread. */
-void finder_report(struct finder *finder);
+/* Log what the searches came to, when it changes. now_ns: CLOCK_MONOTONIC. Control thread. */
+void finder_report(struct finder *finder, uint64_t now_ns);
 
 /* End the thread; takes at most as long as one search. Idempotent. */
 void finder_stop(struct finder *finder);

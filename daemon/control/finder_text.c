@@ -84,12 +84,9 @@ static void put_networks(struct line *line, const struct config *config,
 /* The commonest mistake: a number that was mistyped, or of the device before. */
 static void put_others(struct line *line, const struct finder_answers *answers)
 {
-	const unsigned int shown = answers->others < FINDER_OTHERS ? answers->others :
-								     FINDER_OTHERS;
-
-	for (unsigned int i = 0; i < shown; i++)
+	for (unsigned int i = 0; i < answers->others; i++)
 		put(line, "%s%u", i ? ", " : "; answers came from serial ", answers->other[i]);
-	if (answers->others > shown)
+	if (answers->more_others)
 		put(line, " and others");
 }
 

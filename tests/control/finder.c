@@ -4,9 +4,13 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
 #include <cmocka.h>
 #include "daemon/control/finder.h"
+#include "daemon/control/log.h"
 #include "wire/model.h"
 
 static struct config config;
@@ -144,16 +148,46 @@ static void the_log_says_where_it_asked_and_who_answered(void **state)
 		.own = { .address = 0x0a070001, .prefix = 30, .interface = 1 },
 		.error = -EOPNOTSUPP,
 	};
-	for (int i = 0; i < 2; i++)
-		for (uint32_t serial = 20005; serial < 20011; serial++)
-			answer(serial, false);
+	answer(20007, false);
+	answer(20005, false);
+	answer(20007, false);
 	answer(31234, false);
+	assert_string_equal(why(1), "mill (serial 31234): no answer to a search at lo (10.9.9.1/24)"
+			    ", lo (10.7.0.1/30, not asked: it cannot send broadcasts); answers "
+			    "came from serial 20005, 20007; if one of them is meant, correct serial"
+			    " in pokeysd.conf and restart pokeysd");
+	for (int i = 0; i < 2; i++)
+		for (uint32_t serial = 20010; serial >= 20005; serial--)
+			answer(serial, false);
 	assert_int_equal(answers.ours, 1);
 	assert_string_equal(why(3), "mill (serial 31234), panel (serial 70000): no answer to a "
 			    "search at lo (10.9.9.1/24), lo (10.7.0.1/30, not asked: it cannot "
 			    "send broadcasts); answers came from serial 20005, 20006, 20007, 20008 "
 			    "and others; if one of them is meant, correct serial in pokeysd.conf "
 			    "and restart pokeysd");
+}
+
+/* By a clock of the test's; each line is one datagram. */
+static void a_cause_that_changes_does_not_fill_the_log(void **state)
+{
+	const uint64_t second = UINT64_C(1000000000);
+	static struct finder finder = { .running = true, .lock = PTHREAD_MUTEX_INITIALIZER };
+	unsigned int lines = 0;
+	char line[256];
+	int ends[2];
+
+	(void)state;
+	assert_int_equal(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, ends), 0);
+	log_open(ends[1], EVENT_DEBUG);
+	for (unsigned int i = 0; i < 130; i++) {
+		snprintf(finder.why, sizeof(finder.why), "%s", i % 2 ? "answers" : "none");
+		finder_report(&finder, 1000 * second + i * second);
+		lines += read(ends[0], line, sizeof(line)) > 0;
+	}
+	log_open(STDERR_FILENO, EVENT_DEBUG);
+	assert_int_equal(lines, 3 * 3);
+	close(ends[0]);
+	close(ends[1]);
 }
 
 static void a_line_of_any_length_fits(void **state)
@@ -194,6 +228,7 @@ int main(void)
 		TEST(a_device_that_answers_is_left_where_it_is),
 		TEST(what_is_no_answer_is_ignored),
 		TEST(the_log_says_where_it_asked_and_who_answered),
+		TEST(a_cause_that_changes_does_not_fill_the_log),
 		TEST(a_line_of_any_length_fits),
 		TEST(no_thread_is_made_without_serial_numbers),
 	};

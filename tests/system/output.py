@@ -44,7 +44,7 @@ def test_outputs_are_held_as_long_as_was_asked_for():
         become(house, sim, [1, 0, 1, 1])
         equal(ran.wait(60), 0, house.log("ctl.log"))
         become(house, sim, [0, 0, 0, 1])
-        equal(house.log("ctl.log"), "mill: terminal 31, 33 on for 1 s; Ctrl-C ends it sooner\n")
+        equal(house.log("ctl.log"), "mill: terminals 31 and 33 on for 1 s; Ctrl-C ends it sooner\n")
 
 
 def test_one_that_is_on_in_the_safe_state_can_be_switched_off():
@@ -116,7 +116,7 @@ def test_what_cannot_be_is_told_in_one_line():
             equal((ran.returncode, ran.stdout), (status, ""), ran.stderr)
             equal(ran.stderr.count("\n"), 1, ran.stderr)
             return ran.stderr
-        assert "terminal 7 is not a digital output of this device; digital-outputs in" in refused("mill", "7,31", "on")
+        assert "terminal 7: no digital output of this device; add it to digital-outputs in" in refused("mill", "7,31", "on")
         assert "the daemon has no device 'lathe'; it has: mill" in refused("lathe", "31", "on")
         for words in (("mill", "0", "on"), ("mill", "31-", "on"), ("mill", "56", "on"), ("mill", "33-31", "on"),
                       ("mill", "x", "on"), ("mill", "31,", "on")):
