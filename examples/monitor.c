@@ -5,7 +5,7 @@
  *	monitor [DEVICE] [--runtime-directory DIR] [--interval S] [--once] [--json]
  *
  * It shows how a program attaches: open a client, poll it (it may be started
- * before the daemon and survives it), wait for notifications, read the newest
+ * before the daemon and survives it), wait for news, read the newest
  * image. Reading costs the daemon nothing, and there may be many
  * monitors. How old the data are is decided here, by this program's clock:
  * a daemon that died cannot raise a flag any more.

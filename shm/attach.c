@@ -23,8 +23,7 @@
 
 enum {
 	SERVICE_NAME_MAX = POKEYS_SHM_NAME_MAX + 24,
-	/* a commander that listens takes 34 files, and 12 kB */
-	ATTACH_FILES = 40,
+	ATTACH_FILES = 24,	/* 15 stay open */
 	ATTACH_BYTES = 64 * 1024,
 };
 
@@ -35,7 +34,6 @@ struct attachment {
 	struct iox_command_writer *command;
 	struct iox_report_reader *report;
 	struct iox_wish_writer *wish;
-	struct iox_listener *listener;
 };
 
 /* The wish before the command: whoever finds the place of commander free has both. */
@@ -45,8 +43,6 @@ static void release(struct attachment *attachment)
 		iox_wish_writer_close(attachment->wish);
 	if (attachment->command)
 		iox_command_writer_close(attachment->command);
-	if (attachment->listener)
-		iox_listener_close(attachment->listener);
 	if (attachment->report)
 		iox_report_reader_close(attachment->report);
 	if (attachment->diag)
@@ -86,9 +82,15 @@ static int check_manifest(const struct pokeys_client *client, const char *root,
 			   manifest.devices ? manifest.device[0] : "none",
 			   manifest.devices > 1 ? ", ..." : "");
 	r = manifest_check_segments(root, why, size);
+	if (!r)
+		r = runtime_check_root(client->directory, root, why, size);
 	return r == -ENOENT ? say(why, size, r, "the daemon that was in %s is gone", root) : r;
 }
 
+/*
+ * The commander's place first: whoever does not get it takes no seat of a reader, so the one
+ * who has it finds its seats free.
+ */
 static int open_ports(const struct pokeys_client *client, struct attachment *attachment,
 		      struct iox_error *error)
 {
@@ -96,23 +98,20 @@ static int open_ports(const struct pokeys_client *client, struct attachment *att
 	char name[SERVICE_NAME_MAX];
 	int r;
 
-	r = iox_state_reader_open(node, service_name(name, client, "state"), &attachment->state,
-				  error);
+	r = iox_command_writer_open(node, service_name(name, client, "command"),
+				    &attachment->command, error);
+	if (!r)
+		r = iox_wish_writer_open(node, service_name(name, client, "wish"),
+					 &attachment->wish, error);
+	if (!r)
+		r = iox_state_reader_open(node, service_name(name, client, "state"),
+					  &attachment->state, error);
 	if (!r)
 		r = iox_diag_reader_open(node, service_name(name, client, "diag"),
 					 &attachment->diag, error);
 	if (!r)
 		r = iox_report_reader_open(node, service_name(name, client, "settings"),
 					   &attachment->report, error);
-	if (!r && (client->flags & POKEYS_CLIENT_EVENTS))
-		r = iox_listener_open(node, service_name(name, client, "event"),
-				      &attachment->listener, error);
-	if (!r && (client->flags & POKEYS_CLIENT_COMMANDER))
-		r = iox_command_writer_open(node, service_name(name, client, "command"),
-					    &attachment->command, error);
-	if (!r && (client->flags & POKEYS_CLIENT_COMMANDER))
-		r = iox_wish_writer_open(node, service_name(name, client, "wish"),
-					 &attachment->wish, error);
 	return r;
 }
 
@@ -217,12 +216,9 @@ static void clear_wish(struct iox_wish_writer *writer)
 
 static void hand_over(struct pokeys_client *client, const struct attachment *attachment)
 {
-	if (attachment->command)
-		clear_command(attachment->command);
-	if (attachment->wish)
-		clear_wish(attachment->wish);
+	clear_command(attachment->command);
+	clear_wish(attachment->wish);
 	client->node = attachment->node;
-	client->listener = attachment->listener;
 	handover_swap(&client->state, attachment->state);
 	handover_swap(&client->diag, attachment->diag);
 	handover_swap(&client->report, attachment->report);
@@ -259,6 +255,7 @@ int client_attach(struct pokeys_client *client, const char *root_name, char *why
 	}
 	hand_over(client, &attachment);
 	snprintf(client->root_name, sizeof(client->root_name), "%s", root_name);
+	client->news = client_news(client);
 	return say(why, size, 0, "attached to device '%s' in %s", client->device, root);
 }
 
@@ -266,7 +263,6 @@ void client_detach(struct pokeys_client *client)
 {
 	struct attachment attachment = {
 		.node = client->node,
-		.listener = client->listener,
 		.state = handover_swap(&client->state, NULL),
 		.diag = handover_swap(&client->diag, NULL),
 		.report = handover_swap(&client->report, NULL),
@@ -275,7 +271,6 @@ void client_detach(struct pokeys_client *client)
 	};
 
 	client->node = NULL;
-	client->listener = NULL;
 	client->root_name[0] = '\0';
 	release(&attachment);
 }

@@ -164,22 +164,6 @@ int pokeys_client_follow(pokeys_client *client, unsigned int interval_ms)
 	return client_follow_start(client, interval_ms);
 }
 
-int pokeys_client_wait(pokeys_client *client, unsigned int timeout_ms)
-{
-	int r;
-
-	if (!(client->flags & POKEYS_CLIENT_EVENTS))
-		return -EPERM;
-	if (client->follower.running || client->holder.running)
-		return -EBUSY;
-	if (!client_commands(client))
-		return client_wait_notice(client, timeout_ms);
-	if (!client->listener)
-		return -ENOTCONN;
-	r = iox_listener_wait(client->listener, timeout_ms, NULL);
-	return r == -EINTR ? 0 : r;
-}
-
 int pokeys_client_commanders(pokeys_client *client)
 {
 	char name[POKEYS_SHM_NAME_MAX + 24];

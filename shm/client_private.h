@@ -63,9 +63,8 @@ struct pokeys_client {
 	/* of the thread that polls, under `cold` */
 	pthread_mutex_t cold;
 	struct mirror_view *view;	/* what `mirror` has */
-	uint32_t notices;		/* of the view, seen last */
 	struct iox_node *node;
-	struct iox_listener *listener;
+	uint64_t news;			/* seen last */
 	char root_name[SHM_ROOT_NAME_MAX];	/* attached to; "" = to none */
 
 	struct client_status status;
@@ -84,8 +83,9 @@ enum pokeys_client_state client_look(struct pokeys_client *client);
 /* monitor.c, who does not command: attach, or let go. 0, or -errno with the reason in `why`. */
 int client_watch(struct pokeys_client *client, char *why, size_t size);
 void client_unwatch(struct pokeys_client *client);
-/* As pokeys_client_wait(). */
-int client_wait_notice(struct pokeys_client *client, unsigned int timeout_ms);
+
+/* wait.c: a number that changes when there is news. Of the thread that polls, attached. */
+uint64_t client_news(const struct pokeys_client *client);
 
 /* attach.c, a commander: attach to the root of this name. 0, or -errno with the reason in `why`. */
 int client_attach(struct pokeys_client *client, const char *root_name, char *why, size_t size);

@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include "shm/host_private.h"
 #include "shm/room.h"
@@ -120,10 +121,21 @@ int shm_host_add(struct shm_host *host, const char *name, struct shm_device **ou
 	return 0;
 }
 
+/* iceoryx2 lets everybody write there; nobody but the daemon makes services. */
+static int close_services(const struct shm_host *host)
+{
+	char path[SHM_PATH_MAX + 16];
+
+	snprintf(path, sizeof(path), "%s/services", host->root);
+	return chmod(path, 0750) && errno != ENOENT ? -errno : 0;
+}
+
 int shm_host_publish(struct shm_host *host, char *why, size_t size)
 {
-	int r = manifest_write(host->root, &host->manifest);
+	int r = close_services(host);
 
+	if (!r)
+		r = manifest_write(host->root, &host->manifest);
 	for (size_t i = 0; !r && i < host->count; i++)
 		r = mirror_publish(&host->devices[i].mirror, host->count);
 	if (!r)

@@ -28,9 +28,9 @@ struct shm_host;
 struct shm_device;
 
 /*
- * Take the runtime folder (made with mode 2771 if missing) and make a fresh
+ * Take the runtime folder (made with mode 2751 if missing) and make a fresh
  * root in it; roots of dead daemons are removed. `group` (NULL = leave) gets
- * access: a name or a number; the folder then belongs to it and is 2771 (one
+ * access: a name or a number; the folder then belongs to it and is 2751 (one
  * that exists, is otherwise and holds other things is refused instead).
  * `monitor_group` may read the mirror (NULL: pokeys-monitor, where there is one). 0, or
  * -errno with one line in `why`: -EBUSY another daemon holds it. With 0 `why`
@@ -68,8 +68,8 @@ uint64_t shm_host_epoch(const struct shm_host *host);
  */
 int shm_host_maintain(struct shm_host *host);
 
-/* Wake everyone who waits for this device. Cold (never from the realtime thread). */
-int shm_device_notify(struct shm_device *device);
+/* Tell everyone who waits for this device. Never waits. */
+void shm_device_notify(struct shm_device *device);
 
 /* Commanders attached (0 or 1). Cold. */
 int shm_device_commanders(struct shm_device *device);

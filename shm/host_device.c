@@ -120,7 +120,6 @@ int shm_device_open(struct shm_device *device, struct shm_host *host, const char
 		    char *why, size_t size)
 {
 	struct iox_error error = { "" };
-	char event[SHM_SERVICE_NAME_MAX];
 	int r;
 
 	memset(device, 0, sizeof(*device));
@@ -139,9 +138,6 @@ int shm_device_open(struct shm_device *device, struct shm_host *host, const char
 	if (!r)
 		r = shm_intakes_open(device, &error);
 	if (!r)
-		r = iox_notifier_open(host->node, shm_service_name(event, device->name, "event"),
-				      &device->notifier, &error);
-	if (!r)
 		return 0;
 	shm_device_close(device);
 	return say(why, size, r, "device %s: cannot make its shared memory in %s: %s (%s)",
@@ -152,26 +148,20 @@ void shm_device_close(struct shm_device *device)
 {
 	mirror_remove(&device->mirror);
 	shm_intakes_close(device);
-	if (device->notifier)
-		iox_notifier_close(device->notifier);
 	if (device->report)
 		iox_report_writer_close(device->report);
 	if (device->diag)
 		iox_diag_writer_close(device->diag);
 	if (device->state)
 		iox_state_writer_close(device->state);
-	device->notifier = NULL;
 	device->report = NULL;
 	device->diag = NULL;
 	device->state = NULL;
 }
 
-int shm_device_notify(struct shm_device *device)
+void shm_device_notify(struct shm_device *device)
 {
-	int r = iox_notify(device->notifier, NULL);
-
 	mirror_notify(&device->mirror);
-	return r < 0 ? r : 0;
 }
 
 int shm_device_commanders(struct shm_device *device)

@@ -3,11 +3,12 @@
  * The runtime folder from the daemon's side: take it, lock it, clear it, make
  * a root in it; or clear it only, after one that was killed.
  *
- * Access is by group: the folder is 2771 (set-group-id, so that everything
- * below belongs to the group; others may pass, to the mirror), each root in it is
- * 2770, and iceoryx2's files are writable for all who can reach them. A folder that
- * everybody may write to is refused, and the mode of one that somebody else made is
- * left alone unless a group is wanted.
+ * Access is by group: the folder is 2751 (set-group-id, so that everything
+ * below belongs to the group; others may pass, to the mirror), and each root in it is
+ * 2750: what lies there was made by the daemon, and the group may write into some of its
+ * files (rust/src/segment.rs). Only in nodes/ may it make any. A folder that everybody may
+ * write to is refused, and the mode of one that somebody else made is left alone unless a
+ * group is wanted.
  * A hardened unit forbids to ask for the set-group-id bit, even for what has
  * it (RestrictSUIDSGID=); so it is asked for only where it is missing.
  */
@@ -86,7 +87,7 @@ static int check_own(const struct shm_host *host, gid_t gid, char *why, size_t s
 		if (!is_ours(entry->d_name))
 			r = say(why, size, -ENOTEMPTY,
 				"%s: holds '%.40s', which is not pokeysd's; give the daemon a "
-				"folder of its own, group %u, mode 2771",
+				"folder of its own, group %u, mode 2751",
 				host->directory, entry->d_name, (unsigned int)gid);
 	}
 	closedir(folder);
@@ -113,8 +114,8 @@ static int give_to_group(struct shm_host *host, gid_t gid, char *why, size_t siz
 			   "%s: cannot be given to group %u: %s; do it as root (chgrp)",
 			   host->directory, (unsigned int)gid, strerror(errno));
 	if (fstat(host->directory_fd, &status) ||
-	    ((status.st_mode & 07777) != 02771 && fchmod(host->directory_fd, 02771)))
-		return say(why, size, -errno, "%s: mode cannot be set to 2771: %s",
+	    ((status.st_mode & 07777) != 02751 && fchmod(host->directory_fd, 02751)))
+		return say(why, size, -errno, "%s: mode cannot be set to 2751: %s",
 			   host->directory, strerror(errno));
 	return 0;
 }
@@ -127,13 +128,13 @@ static int enter(struct shm_host *host, struct stat *status, char *why, size_t s
 	if (status->st_mode & S_IWOTH)
 		return say(why, size, -EPERM,
 			   "%s: everybody may write there; give the daemon a folder of its own, "
-			   "mode 2771", host->directory);
+			   "mode 2751", host->directory);
 	return 0;
 }
 
 static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t size)
 {
-	bool made = !mkdir(host->directory, 0770);
+	bool made = !mkdir(host->directory, 0750);
 	struct stat status;
 	int r;
 
@@ -146,7 +147,7 @@ static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t si
 	if (made)
 		return give_to_group(host, gid, why, size);
 	if (gid == GROUP_NONE ||
-	    (status.st_gid == gid && (status.st_mode & 07776) == 02770))
+	    (status.st_gid == gid && (status.st_mode & 07776) == 02750))
 		return 0;
 	r = made_for_us(host) ? 0 : check_own(host, gid, why, size);
 	return r ? r : give_to_group(host, gid, why, size);
@@ -205,13 +206,13 @@ static int make_folder(int parent_fd, const char *name, gid_t gid)
 	int fd;
 	int r = 0;
 
-	if (mkdirat(parent_fd, name, 0770))
+	if (mkdirat(parent_fd, name, 0750))
 		return -errno;
 	fd = openat(parent_fd, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
 	if (fd < 0)
 		return -errno;
 	if ((gid != GROUP_NONE && fchown(fd, (uid_t)-1, gid)) || fstat(fd, &status) ||
-	    ((status.st_mode & 07777) != 02770 && fchmod(fd, 02770)))
+	    ((status.st_mode & 07777) != 02750 && fchmod(fd, 02750)))
 		r = -errno;
 	close(fd);
 	return r;
@@ -262,7 +263,7 @@ static int make_mirror(struct shm_host *host, const char *group, char *why, size
 		return host->mirror_fd;
 	if (host->mirror_gid != GROUP_NONE && !fstat(host->directory_fd, &status) &&
 	    !(status.st_mode & S_IXOTH))
-		say(why, size, 0, "%s: those who may only read cannot pass it; chmod 2771 %s",
+		say(why, size, 0, "%s: those who may only read cannot pass it; chmod 2751 %s",
 		    host->directory, host->directory);
 	return 0;
 }

@@ -22,7 +22,6 @@ struct shm_device {
 	const struct pokeys_state *newest;	/* the cell that was committed last */
 	struct iox_diag_writer *diag;
 	struct iox_report_writer *report;
-	struct iox_notifier *notifier;
 	struct mirror mirror;
 	struct handover intake[SHM_INTAKES];	/* their readers, or NULL for a moment */
 	bool recycle;			/* the last commander died: its place is to be made anew */

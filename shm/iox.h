@@ -35,7 +35,8 @@ int iox_writers(const struct iox_node *node, const char *name, int32_t *pid,
 
 /*
  * One image each: create (with a first value), and its two ports. read: 1 =
- * *out is a whole image, 0 = never written, -EPROTO = not an image of ours.
+ * *out is a whole image, 0 = never written, -EPROTO = not an image of ours,
+ * -EAGAIN = it is written without a pause.
  * writer_open: -EBUSY another writer, -EDEADLK the last one died.
  */
 #define IOX_IMAGE(name, type)									\
@@ -66,18 +67,9 @@ IOX_IMAGE(wish, struct pokeys_wish);
 /* Like read, but only what was written since the last call (0 = nothing new). */
 int iox_wish_news(struct iox_wish_reader *reader, struct pokeys_wish *out);
 
-struct iox_notifier;
-int iox_notifier_open(const struct iox_node *node, const char *service, struct iox_notifier **out,
-		      struct iox_error *error);
-int iox_notify(const struct iox_notifier *notifier, struct iox_error *error);
-void iox_notifier_close(struct iox_notifier *notifier);
-
-struct iox_listener;
-int iox_listener_open(const struct iox_node *node, const char *service, struct iox_listener **out,
-		      struct iox_error *error);
-int iox_listener_wait(const struct iox_listener *listener, uint64_t milliseconds,
-		      struct iox_error *error);
-void iox_listener_close(struct iox_listener *listener);
+/* How often they were written. Realtime. */
+uint64_t iox_diag_count(const struct iox_diag_reader *reader);
+uint64_t iox_report_count(const struct iox_report_reader *reader);
 
 /* For a test of the border: a panic inside becomes -ENOTRECOVERABLE. */
 int iox_test_panic(struct iox_error *error);

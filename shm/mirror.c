@@ -2,9 +2,9 @@
 /*
  * The mirror from the daemon's side: its folder, its files, and writing them.
  *
- * The folder lies in the runtime folder, whose mode lets everybody pass (2771) and nobody but
+ * The folder lies in the runtime folder, whose mode lets everybody pass (2751) and nobody but
  * its group look or write. So what keeps a monitor out of all else is the mode of each thing
- * there, not its secret name: roots are 2770, lock, control socket and recorder's rings at
+ * there, not its secret name: roots are 2750, lock, control socket and recorder's rings at
  * most 0660.
  *
  * A member of the runtime folder's group may move the folder away, or put another in its place

@@ -34,8 +34,7 @@
 enum {
 	TREE_DEPTH_MAX = 8,
 	REMOVE_TRIES = 16,
-	/* below the folder: /e.<up to 12 digits>/p<up to 39 digits>.e and a NUL */
-	SOCKET_TAIL = 1 + 14 + 1 + 1 + 39 + 2 + 1,
+	SOCKET_TAIL = sizeof("/control"),
 };
 _Static_assert(SHM_DIRECTORY_MAX - 1 + SOCKET_TAIL <=
 	       sizeof(((struct sockaddr_un *)0)->sun_path), "sockets would not fit");
@@ -108,6 +107,35 @@ int runtime_current(const char *directory, char name[SHM_ROOT_NAME_MAX])
 		return -EPROTO;
 	snprintf(name, SHM_ROOT_NAME_MAX, "%.*s", SHM_ROOT_NAME_MAX - 1, target);
 	return 0;
+}
+
+/* Made by whoever made `parent`, who alone may put anything there. */
+static bool is_the_daemons(const char *path, const struct stat *parent)
+{
+	struct stat status;
+
+	if (lstat(path, &status) || !S_ISDIR(status.st_mode) ||
+	    status.st_mode & (S_IWGRP | S_IWOTH))
+		return false;
+	/* where the group may write, an owner proves nothing */
+	return !status.st_uid || status.st_uid == parent->st_uid || parent->st_mode & S_IWGRP;
+}
+
+int runtime_check_root(const char *directory, const char *root, char *why, size_t size)
+{
+	char services[SHM_PATH_MAX + 16];
+	struct stat status;
+
+	if (stat(directory, &status))
+		return -errno;
+	snprintf(services, sizeof(services), "%s/services", root);
+	if (is_the_daemons(root, &status) && !lstat(root, &status) &&
+	    is_the_daemons(services, &status))
+		return 0;
+	if (access(services, F_OK) && errno == ENOENT)
+		return -ENOENT;
+	return say(why, size, -EPERM, "%s: others than pokeysd may put files there; restart "
+		   "pokeysd", root);
 }
 
 int runtime_set_current(const char *directory, const char *name)

@@ -37,6 +37,12 @@ int runtime_denied(const char *folder, char *why, size_t size);
 /* Name of the current root. 0, -ENOENT no daemon, -EPROTO a foreign thing, -errno. */
 int runtime_current(const char *directory, char name[SHM_ROOT_NAME_MAX]);
 
+/*
+ * Could anybody but the daemon have put files into this root? 0, -ENOENT it is gone, or -EPERM
+ * with the reason in `why`. Whoever attaches as root must not map what somebody else put there.
+ */
+int runtime_check_root(const char *directory, const char *root, char *why, size_t size);
+
 /* Make or replace the link. */
 int runtime_set_current(const char *directory, const char *name);
 

@@ -44,7 +44,7 @@ typedef struct pokeys_client pokeys_client;
 /* pokeys_client_open flags */
 enum {
 	POKEYS_CLIENT_COMMANDER = 1u << 0,	/* also take the device's one command image */
-	POKEYS_CLIENT_EVENTS = 1u << 1,		/* also listen for notifications */
+	POKEYS_CLIENT_EVENTS = 1u << 1,		/* for pokeys_client_wait() */
 };
 
 /* pokeys_client_status() */
@@ -144,9 +144,8 @@ int pokeys_client_read_report(pokeys_client *client, struct pokeys_report *out);
 int pokeys_client_write_wish(pokeys_client *client, const struct pokeys_wish *wish);
 
 /*
- * Wait for a notification (the daemon sends one when the link state or a
- * fault changes, and about ten times a second), at most timeout_ms; without
- * POKEYS_CLIENT_COMMANDER it is seen up to 5 ms later. 1 = one came, 0 = time
+ * Wait for news (the link state, a fault or the settings have changed; and about ten
+ * times a second), at most timeout_ms. It is seen up to 5 ms later. 1 = there is, 0 = time
  * passed or a signal came, -ENOTCONN, -EPERM without POKEYS_CLIENT_EVENTS, -EBUSY
  * while a follower or a holder runs. Cold; not from a thread other than the one that
  * polls.

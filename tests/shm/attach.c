@@ -229,10 +229,10 @@ static void notification_wakes_who_waits(void **state)
 	assert_int_equal(pokeys_client_wait(client, 0), -ENOTCONN);
 	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
 	assert_int_equal(pokeys_client_wait(client, 1), 0);
-	assert_int_equal(shm_device_notify(mill), 0);
+	shm_device_notify(mill);
 	assert_int_equal(pokeys_client_wait(client, 10000), 1);
 	pokeys_client_close(client);
-	assert_int_equal(shm_device_notify(mill), 0);
+	shm_device_notify(mill);
 	shm_host_close(host);
 }
 

@@ -69,7 +69,7 @@ static int open_confined(struct folder *folder, const char *group)
 		return REFUSED;
 	}
 	snprintf(path, sizeof(path), "%s/current/.", folder->path);
-	if (stat(path, &status) || (status.st_mode & 07777) != 02770)
+	if (stat(path, &status) || (status.st_mode & 07777) != 02750)
 		r = WRONG_MODE;
 	shm_host_close(host);
 	return r;
@@ -81,7 +81,7 @@ static void opens(struct folder *folder, const char *group)
 	pid_t pid;
 
 	assert_int_equal(mkdir(folder->path, 0770), 0);
-	assert_int_equal(chmod(folder->path, 02771), 0);
+	assert_int_equal(chmod(folder->path, 02751), 0);
 	pid = fork();
 	if (!pid)
 		_exit(open_confined(folder, group));
@@ -112,7 +112,7 @@ static void folder_goes_to_another_group_without_asking_for_the_bit(void **state
 	opens(folder, "12345");
 	assert_int_equal(stat(folder->path, &status), 0);
 	assert_int_equal(status.st_gid, 12345);
-	assert_int_equal(status.st_mode & 07777, 02771);
+	assert_int_equal(status.st_mode & 07777, 02751);
 }
 
 int main(void)

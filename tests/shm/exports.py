@@ -15,7 +15,7 @@ NEEDED = {"libc.so.6", "libm.so.6", "libgcc_s.so.1", "ld-linux-x86-64.so.2",
           "ld-linux-aarch64.so.1", "libpthread.so.0", "libdl.so.2"}
 HOT = [f"iox_{image}_{what}" for image in ("state", "diag", "command", "report")
        for what in ("loan", "commit", "read")] + [
-       "iox_wish_loan", "iox_wish_commit", "iox_wish_news"]
+       "iox_wish_loan", "iox_wish_commit", "iox_wish_news", "iox_diag_count", "iox_report_count"]
 
 
 def run(*command):

@@ -367,7 +367,7 @@ static pid_t start_daemon(struct folder *folder)
 
 	assert_int_equal(mkdir(folder->path, 0700), 0);
 	assert_int_equal(chown(folder->path, OWNER, GROUP), 0);
-	assert_int_equal(chmod(folder->path, 02771), 0);
+	assert_int_equal(chmod(folder->path, 02751), 0);
 	assert_int_equal(pipe(pipe_fds), 0);
 	pid = fork();
 	if (!pid) {

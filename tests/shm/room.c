@@ -77,9 +77,9 @@ static void client_without_descriptors_is_told_and_leaves_nothing(void **state)
 	const unsigned int flags = POKEYS_CLIENT_COMMANDER | POKEYS_CLIENT_EVENTS;
 	unsigned int before = things_in(folder);
 
-	for (rlim_t more = 2; more < 40; more++)
+	for (rlim_t more = 2; more < 24; more++)
 		assert_int_equal(attach_with(folder, more, flags), POKEYS_CLIENT_REFUSED);
-	assert_int_equal(attach_with(folder, 60, flags), POKEYS_CLIENT_ATTACHED);
+	assert_int_equal(attach_with(folder, 30, flags), POKEYS_CLIENT_ATTACHED);
 	shm_host_maintain(host);
 	assert_int_equal(things_in(folder), before);
 	shm_host_close(host);

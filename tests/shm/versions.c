@@ -186,7 +186,7 @@ static void service_of_another_type_cannot_be_opened(void **state)
 	/* a diag reader on the state's service: other type, other size */
 	assert_int_equal(iox_diag_reader_open(host->node, "pokeys/mill/state", &reader, &error),
 			 -EPROTO);
-	assert_string_equal(error.text, "EntryDoesNotExist");
+	assert_string_equal(error.text, "a value of another size");
 	shm_host_close(host);
 }
 

@@ -116,7 +116,7 @@ def test_who_may_read_may_not_order():
         assert f"this user must be in group {MONITORS}" in stranger.stderr, stranger
         # others may pass the folder, so nothing else in it may be for them
         equal([path for path in house.runtime.iterdir() if not path.is_symlink() and path.stat().st_mode & 0o7], [])
-        equal(house.runtime.stat().st_mode & 0o7777, 0o2771)
+        equal(house.runtime.stat().st_mode & 0o7777, 0o2751)
 
 
 def test_an_interface_that_does_not_come_is_named():

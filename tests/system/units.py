@@ -86,7 +86,7 @@ def main():
             out = run("systemd-tmpfiles", "--create", f"--root={folder}", str(tmpfiles))
             assert out.returncode == 0 and not out.stderr, out.stderr
             mode = (folder / "run/pokeysd").stat().st_mode & 0o7777
-            assert mode == 0o2771, oct(mode)
+            assert mode == 0o2751, oct(mode)
     return 0
 
 

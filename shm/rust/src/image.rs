@@ -4,15 +4,17 @@
 //! The generic part is written once; the macro at the end gives each image its
 //! set of C functions.
 
+use crate::cells::{Cells, Right};
 use crate::layout::{
     Judge, PokeysCommand, PokeysDiag, PokeysReport, PokeysState, PokeysWish, Verdict,
 };
-use crate::libc_errno::EPROTO;
+use crate::libc_errno::{EAGAIN, EDEADLK, EPROTO};
 use crate::node::NodeHandle;
+use crate::segment::{self, Payload};
 use crate::service::Files;
 use crate::{guard, string, Error, Failure};
-use iceoryx2::port::reader::{BlackboardValue, EntryHandle, Reader};
-use iceoryx2::port::writer::{EntryHandleMut, EntryValueUninit, Writer};
+use iceoryx2::port::reader::Reader;
+use iceoryx2::port::writer::Writer;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 use iceoryx2::service::port_factory::PortFactory as _;
@@ -26,35 +28,30 @@ const MAX_READERS: usize = 32;
 const MAX_NODES: usize = 2 * MAX_READERS + 8;
 const KEY: u64 = 1;
 
-pub trait Value: ZeroCopySend + Copy + Debug + 'static {}
-impl<T: ZeroCopySend + Copy + Debug + 'static> Value for T {}
+pub trait Value: ZeroCopySend + Copy + Debug + Judge + 'static {
+    /// Its service is written by a commander, not by the daemon.
+    const COMMANDERS: bool;
+}
 
 /// Holds the service that this process created.
 pub struct Image {
     _service: PortFactory<Files, u64>,
 }
 
-/// The right to write, or the cell that is being filled.
-enum Cell<T: Value> {
-    Idle(EntryHandleMut<Files, u64, T>),
-    Loaned(EntryValueUninit<Files, u64, T>),
-    /// Only while one is made of the other.
-    Taken,
-}
-
-/// The writer port must live as long as the entry: when a process dies, the
+/// The writer port must live as long as the right: when a process dies, the
 /// port is what the one who cleans up finds, and frees the writer's place by.
-/// Fields are dropped in order, so the entry goes first.
+/// Fields are dropped in order, so the right goes first.
 pub struct ImageWriter<T: Value> {
-    cell: Cell<T>,
+    right: Right<T>,
+    loaned: bool,
     _port: Writer<Files, u64>,
     _service: PortFactory<Files, u64>,
 }
 
 pub struct ImageReader<T: Value> {
-    entry: EntryHandle<Files, u64, T>,
+    cells: &'static Cells<T>,
     /// What news() found last.
-    last: Option<BlackboardValue<T>>,
+    last: u64,
     _port: Reader<Files, u64>,
     _service: PortFactory<Files, u64>,
 }
@@ -66,13 +63,23 @@ unsafe fn service_name(name: *const c_char) -> Result<ServiceName, Failure> {
 unsafe fn open_service(
     node: *const NodeHandle,
     name: *const c_char,
-) -> Result<PortFactory<Files, u64>, Failure> {
-    unsafe { &*node }
-        .0
-        .service_builder(&unsafe { service_name(name) }?)
-        .blackboard_opener::<u64>()
-        .open()
+    writes: bool,
+) -> Result<(PortFactory<Files, u64>, Option<Payload>), Failure> {
+    let name = unsafe { service_name(name) }?;
+    let builder = unsafe { &*node }.0.service_builder(&name);
+    segment::with_payload(writes, || builder.blackboard_opener::<u64>().open())
         .map_err(Failure::from_debug)
+}
+
+/// The value of a service, which is where iceoryx2 puts the first and only one.
+fn cells<T>(payload: Option<Payload>) -> Result<&'static Cells<T>, Failure> {
+    // iceoryx2 leaves room to align it, which it does not need.
+    let size = mem::size_of::<Cells<T>>() + mem::align_of::<Cells<T>>() - 1;
+    match payload.filter(|payload| payload.room == size) {
+        // It stays mapped as long as the service, which the caller keeps beside it.
+        Some(payload) => Ok(unsafe { &*payload.address.cast::<Cells<T>>() }),
+        None => Err(Failure(-EPROTO, "a value of another size".to_string())),
+    }
 }
 
 impl Image {
@@ -81,14 +88,15 @@ impl Image {
         name: *const c_char,
         first: T,
     ) -> Result<Self, Failure> {
-        let service = unsafe { &*node }
+        let name = unsafe { service_name(name) }?;
+        let builder = unsafe { &*node }
             .0
-            .service_builder(&unsafe { service_name(name) }?)
+            .service_builder(&name)
             .blackboard_creator::<u64>()
             .max_readers(MAX_READERS)
             .max_nodes(MAX_NODES)
-            .add::<T>(KEY, first)
-            .create()
+            .add::<T>(KEY, first);
+        let service = segment::for_commanders(T::COMMANDERS, || builder.create())
             .map_err(Failure::from_debug)?;
         Ok(Image { _service: service })
     }
@@ -96,87 +104,79 @@ impl Image {
 
 impl<T: Value> ImageWriter<T> {
     unsafe fn open(node: *const NodeHandle, name: *const c_char) -> Result<Self, Failure> {
-        let service = unsafe { open_service(node, name) }?;
+        let (service, payload) = unsafe { open_service(node, name, true) }?;
+        let cells = cells(payload)?;
         let port = service
             .writer_builder()
             .create()
             .map_err(Failure::from_debug)?;
-        let entry = port.entry::<T>(&KEY).map_err(Failure::from_debug)?;
+        let had = || Failure(-EDEADLK, "the right to write is had".to_string());
         Ok(ImageWriter {
-            cell: Cell::Idle(entry),
+            right: Right::take(cells).ok_or_else(had)?,
+            loaned: false,
             _port: port,
             _service: service,
         })
     }
 
-    /// Assign without dropping what was there, for that is `Taken`: a drop here
-    /// would bring code that can panic into the realtime path.
-    fn put(&mut self, cell: Cell<T>) {
-        unsafe { ptr::write(&mut self.cell, cell) }
-    }
-
     fn loan(&mut self) -> *mut T {
-        let mut loan = match mem::replace(&mut self.cell, Cell::Taken) {
-            Cell::Idle(entry) => entry.loan_uninit(),
-            Cell::Loaned(loan) => loan,
-            Cell::Taken => return ptr::null_mut(),
-        };
-        let value = loan.value_mut().as_mut_ptr();
-        self.put(Cell::Loaned(loan));
-        value
+        self.loaned = true;
+        self.right.cell()
     }
 
     fn commit(&mut self) {
-        let cell = match mem::replace(&mut self.cell, Cell::Taken) {
-            Cell::Loaned(loan) => Cell::Idle(unsafe { loan.assume_init_and_update() }),
-            other => other,
-        };
-        self.put(cell);
+        if mem::take(&mut self.loaned) {
+            self.right.commit();
+        }
     }
 }
 
 impl<T: Value> ImageReader<T> {
     unsafe fn open(node: *const NodeHandle, name: *const c_char) -> Result<Self, Failure> {
-        let service = unsafe { open_service(node, name) }?;
+        let (service, payload) = unsafe { open_service(node, name, false) }?;
+        let cells = cells(payload)?;
         let port = service
             .reader_builder()
             .create()
             .map_err(Failure::from_debug)?;
-        let entry = port.entry::<T>(&KEY).map_err(Failure::from_debug)?;
         Ok(ImageReader {
-            entry,
-            last: None,
+            cells,
+            last: 0,
             _port: port,
             _service: service,
         })
     }
-}
 
-/// 1 = whole and written out, 0 = nobody has written yet, -EPROTO = not ours.
-unsafe fn judge_into<T: Value + Judge>(value: &T, out: *mut T) -> c_int {
-    match value.judge() {
-        Verdict::Whole => {
-            unsafe { out.write(*value) };
-            1
+    /// 1 = whole and written out, 0 = nobody has written yet, -EPROTO = not ours, -EAGAIN =
+    /// somebody writes without a pause.
+    #[inline(always)]
+    unsafe fn read(&self, out: *mut T) -> c_int {
+        let Some(copy) = self.cells.read() else {
+            return -EAGAIN;
+        };
+        let value = unsafe { copy.assume_init_ref() };
+        match value.judge() {
+            Verdict::Whole => {
+                unsafe { out.write(*value) };
+                1
+            }
+            Verdict::Empty => 0,
+            Verdict::Foreign => -EPROTO,
         }
-        Verdict::Empty => 0,
-        Verdict::Foreign => -EPROTO,
     }
-}
 
-impl<T: Value + Judge> ImageReader<T> {
     /// The image if it was written since the last call. One load of a counter
     /// if it was not. The counter may be older than the value it stands with;
     /// then the same image is news twice, never none.
     unsafe fn news(&mut self, out: *mut T) -> c_int {
-        if let Some(last) = &self.last {
-            if self.entry.is_up_to_date(last) {
-                return 0;
-            }
+        let count = self.cells.count();
+        if count == self.last {
+            return 0;
         }
-        let value = self.entry.get();
-        let found = unsafe { judge_into(&*value, out) };
-        self.last = Some(value);
+        let found = unsafe { self.read(out) };
+        if found != -EAGAIN {
+            self.last = count;
+        }
         found
     }
 }
@@ -213,7 +213,7 @@ pub unsafe extern "C" fn iox_writers(
     error: *mut Error,
 ) -> c_int {
     guard(error, || {
-        let service = unsafe { open_service(node, name) }?;
+        let (service, _) = unsafe { open_service(node, name, false) }?;
         let mut count = 0;
         service.dynamic_config().list_writers(|writer| {
             count += 1;
@@ -227,8 +227,11 @@ pub unsafe extern "C" fn iox_writers(
 }
 
 macro_rules! image {
-    ($value:ty, $create:ident, $writer_open:ident, $loan:ident, $commit:ident, $writer_close:ident,
+    ($value:ty, $commanders:literal, $create:ident, $writer_open:ident, $loan:ident, $commit:ident, $writer_close:ident,
      $reader_open:ident, $read:ident, $reader_close:ident) => {
+        impl Value for $value {
+            const COMMANDERS: bool = $commanders;
+        }
         /// # Safety
         /// Valid handles and strings; `first` is a whole image. Cold.
         #[no_mangle]
@@ -290,7 +293,8 @@ macro_rules! image {
             })
         }
         /// The newest image, whole: 1. 0 = nobody has written yet. -EPROTO =
-        /// this is not such an image. *out is touched only with 1.
+        /// this is not such an image, -EAGAIN = somebody writes without a pause.
+        /// *out is touched only with 1.
         ///
         /// # Safety
         /// Valid handle, room for an image. Hot.
@@ -299,8 +303,7 @@ macro_rules! image {
             reader: *const ImageReader<$value>,
             out: *mut $value,
         ) -> c_int {
-            let value = unsafe { &*reader }.entry.get();
-            unsafe { judge_into(&*value, out) }
+            unsafe { (*reader).read(out) }
         }
         /// # Safety
         /// A handle that is not used again. Cold.
@@ -313,6 +316,7 @@ macro_rules! image {
 
 image!(
     PokeysState,
+    false,
     iox_state_create,
     iox_state_writer_open,
     iox_state_loan,
@@ -324,6 +328,7 @@ image!(
 );
 image!(
     PokeysDiag,
+    false,
     iox_diag_create,
     iox_diag_writer_open,
     iox_diag_loan,
@@ -335,6 +340,7 @@ image!(
 );
 image!(
     PokeysCommand,
+    true,
     iox_command_create,
     iox_command_writer_open,
     iox_command_loan,
@@ -346,6 +352,7 @@ image!(
 );
 image!(
     PokeysReport,
+    false,
     iox_report_create,
     iox_report_writer_open,
     iox_report_loan,
@@ -357,6 +364,7 @@ image!(
 );
 image!(
     PokeysWish,
+    true,
     iox_wish_create,
     iox_wish_writer_open,
     iox_wish_loan,
@@ -366,6 +374,24 @@ image!(
     iox_wish_read,
     iox_wish_reader_close
 );
+
+/// How often it was written.
+///
+/// # Safety
+/// Valid handle. Hot.
+#[no_mangle]
+pub unsafe extern "C" fn iox_diag_count(reader: *const ImageReader<PokeysDiag>) -> u64 {
+    unsafe { (*reader).cells.count() }
+}
+
+/// The same.
+///
+/// # Safety
+/// Valid handle. Hot.
+#[no_mangle]
+pub unsafe extern "C" fn iox_report_count(reader: *const ImageReader<PokeysReport>) -> u64 {
+    unsafe { (*reader).cells.count() }
+}
 
 /// Like read, but only what was written since the last call: 0 = nothing new.
 ///

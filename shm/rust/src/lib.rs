@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-//! A small C interface over iceoryx2 blackboards: nodes, three images, events.
+//! A small C interface over iceoryx2 blackboards: nodes and images.
 //!
 //! This is the only place that knows iceoryx2. Two kinds of function:
 //!
-//! * cold (`..._open`, `..._close`, reap, notify, wait): allocate, make system
+//! * cold (`..._open`, `..._close`, reap): allocate, make system
 //!   calls and may panic somewhere upstream. Each runs inside `guard`, so that
 //!   a panic becomes -ENOTRECOVERABLE instead of the end of the host process
 //!   (which may be LinuxCNC's rtapi_app).
@@ -15,10 +15,12 @@
 //! same node; iceoryx2's handles are made for that (they are `Send`, and hold
 //! plain pointers into the mapping).
 
-mod event;
+mod cells;
 mod image;
 mod layout;
+mod members;
 mod node;
+mod segment;
 mod service;
 
 use std::any::Any;
@@ -82,11 +84,7 @@ fn errno_of(name: &str) -> c_int {
         "InsufficientPermissions" => EACCES,
         "AlreadyExists" => EEXIST,
         "ExceedsMaxSupportedWriters" => EBUSY,
-        "HandleAlreadyExists" => EDEADLK,
-        "ExceedsMaxSupportedReaders"
-        | "ExceedsMaxNumberOfNodes"
-        | "ExceedsMaxSupportedListeners"
-        | "ExceedsMaxSupportedNotifiers" => EUSERS,
+        "ExceedsMaxSupportedReaders" | "ExceedsMaxNumberOfNodes" => EUSERS,
         "EntryDoesNotExist" | "IncompatibleKeys" | "IncompatibleMessagingPattern" => EPROTO,
         "VersionMismatch" => EPROTONOSUPPORT,
         "HangsInCreation" | "IsMarkedForDestruction" | "IsBeingCreatedByAnotherInstance" => EAGAIN,
@@ -109,10 +107,15 @@ fn panic_text(payload: &(dyn Any + Send)) -> String {
 
 /// Run a cold function; nothing may unwind into C.
 fn guard<F: FnOnce() -> Outcome>(error: *mut Error, cold: F) -> c_int {
+    segment::take_damage();
     let (code, text) = match catch_unwind(AssertUnwindSafe(cold)) {
         Ok(Ok(value)) => return value,
         Ok(Err(Failure(code, text))) => (code, text),
         Err(payload) => (-libc_errno::ENOTRECOVERABLE, panic_text(&*payload)),
+    };
+    let (code, text) = match segment::take_damage() {
+        Some(damage) => (-libc_errno::EBADMSG, damage.to_string()),
+        None => (code, text),
     };
     if let Some(error) = unsafe { error.as_mut() } {
         error.say(&text);
