@@ -49,6 +49,7 @@ int command_config(const struct options *options);
 int command_doctor(const struct options *options);
 int command_latency(const struct options *options);
 int command_output(const struct options *options);
+int command_pwm(const struct options *options);
 int command_record(const struct options *options);
 int command_replay(const struct options *options);
 int command_trace(const struct options *options);

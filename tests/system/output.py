@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""pokeysctl output: a relay is tried without LinuxCNC, and is off again whatever becomes of the program."""
+"""pokeysctl output and pwm: a relay or a fan is tried without LinuxCNC, and is off again whatever becomes of the
+program."""
 import contextlib
 import re
 import signal
@@ -107,6 +108,52 @@ def test_the_next_one_may_command_again():
             wait_for("it", lambda t=terminal: latched(house, sim, t) == [1], say=lambda: house.log("ctl.log"))
             end(ran, signal.SIGTERM)
             become(house, sim, [0, 0, 0, 1])
+
+
+def pwm(house, sim):
+    """Channels that are on, their period, and the duty of each in the device."""
+    fields = dict(line.split("=") for line in house.ask_sim(sim, "pwm").splitlines() if "=" in line)
+    on = int(fields["enabled"], 16)
+    return on, int(fields["period"]), [int(fields[f"duty.{i}"]) for i in range(6) if on >> i & 1]
+
+
+def become_pwm(house, sim, wanted):
+    wait_for(f"PWM {wanted}", lambda: (pwm(house, sim)[0], pwm(house, sim)[2]) == wanted,
+             say=lambda: (pwm(house, sim), house.log("ctl.log"), house.log()))
+
+
+def hold_pwm(house, *words, seconds=600):
+    return house.spawn("pokeysctl", "-r", house.runtime, "pwm", "mill", *words, "--for", seconds, log="ctl.log")
+
+
+def test_a_pwm_output_is_held_at_its_duty():
+    with house_with_outputs() as (house, sim):
+        ran = hold_pwm(house, "17,20", "12.5 %", seconds=1)
+        become_pwm(house, sim, (0b100100, [3125, 3125]))
+        equal(ran.wait(60), 0, house.log("ctl.log"))
+        become_pwm(house, sim, (0, []))
+        equal(house.log("ctl.log"), "mill: terminals 17 and 20 at 12.5 % of 1000 Hz for 1 s; Ctrl-C ends it sooner\n")
+        # the period that is set stays
+        ran = hold_pwm(house, "20", "100")
+        become_pwm(house, sim, (0b000100, [25000]))
+        ran.send_signal(signal.SIGKILL)
+        become_pwm(house, sim, (0, []))
+        equal(pwm(house, sim)[1], 25000)
+
+
+def test_what_cannot_be_pwm_is_told_in_one_line():
+    with house_with_outputs() as (house, _):
+        def refused(*words, status=1):
+            ran = house.ctl("pwm", *words)
+            equal((ran.returncode, ran.stdout, ran.stderr.count("\n")), (status, "", 1), ran.stderr)
+            return ran.stderr
+        told = refused("mill", "7,20,30", "50%")
+        assert re.search(r"mill: terminals 7 and 30: no PWM output of a (\w+); pokeysctl terminals \1 lists them",
+                         told), told
+        for duty in ("101", "x", "50 % %", "nan", ""):
+            assert "the duty is a percentage from 0 to 100" in refused("mill", "17", duty, status=64)
+        assert "pwm wants a device, terminals, and a duty" in refused("mill", "17", status=64)
+        assert "terminals are numbers from 1 to 55" in refused("mill", "pwm0", "5", status=64)
 
 
 def test_what_cannot_be_is_told_in_one_line():

@@ -23,6 +23,8 @@ CASES = (
     (["replay", "--cpu", "1", "x"], 64, "replay takes no such option; see pokeysctl replay --help"),
     (["output", "mill", "31", "up"], 64, "output wants a device, terminals, and on or off: .*"),
     (["output", "mill", "31,", "on"], 64, '"31,": terminals are numbers from 1 to 55, such as .*'),
+    (["pwm", "mill", "17"], 64, "pwm wants a device, terminals, and a duty: .*"),
+    (["pwm", "mill", "17", "120%"], 64, '"120%": the duty is a percentage from 0 to 100, such as 30%'),
     (["output", "mill", "31", "on", "--for", "5s"], 64, '--for: "5s" is not allowed; allowed: 0.1..3600'),
     (["config", "frob", "mill"], 64, "config wants a verb and one device: pokeysctl config show .*"),
     (["record", "-r", "/nowhere", "x"], 1, "no recorder in /nowhere: no daemon runs there .* is on a disk, or .*"),
