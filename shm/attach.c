@@ -68,6 +68,8 @@ static int check_manifest(const struct pokeys_client *client, const char *root,
 
 	if (r == -ENOENT)
 		return say(why, size, r, "the daemon that was in %s is gone", root);
+	if (r == -EACCES && runtime_is_closed(root))
+		return say(why, size, -ENOENT, "the daemon in %s is making its files", root);
 	if (r == -EACCES)
 		return runtime_denied(root, why, size);
 	if (r)

@@ -12,9 +12,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include "shm/host_private.h"
+#include "shm/reap.h"
 #include "shm/room.h"
 #include "shm/say.h"
 
@@ -121,21 +121,14 @@ int shm_host_add(struct shm_host *host, const char *name, struct shm_device **ou
 	return 0;
 }
 
-/* iceoryx2 lets everybody write there; nobody but the daemon makes services. */
-static int close_services(const struct shm_host *host)
-{
-	char path[SHM_PATH_MAX + 16];
-
-	snprintf(path, sizeof(path), "%s/services", host->root);
-	return chmod(path, 0750) && errno != ENOENT ? -errno : 0;
-}
-
 int shm_host_publish(struct shm_host *host, char *why, size_t size)
 {
-	int r = close_services(host);
+	int r = shm_root_guard(host);
 
 	if (!r)
 		r = manifest_write(host->root, &host->manifest);
+	if (!r)
+		r = shm_root_open(host);
 	for (size_t i = 0; !r && i < host->count; i++)
 		r = mirror_publish(&host->devices[i].mirror, host->count);
 	if (!r)
@@ -151,6 +144,19 @@ uint64_t shm_host_epoch(const struct shm_host *host)
 	return host->manifest.epoch;
 }
 
+/* As long as files are made, nobody enters; who wants to attaches with its next look. */
+static int recycle_closed(struct shm_device *device)
+{
+	const struct shm_host *host = device->host;
+	int r = shm_root_close(host);
+
+	if (!r)
+		r = shm_intakes_recycle(device);
+	if (host->published)
+		shm_root_open(host);
+	return r;
+}
+
 /* A dead client may have been a commander: look at each device until it is clear. */
 static int recycle_devices(struct shm_host *host)
 {
@@ -158,7 +164,7 @@ static int recycle_devices(struct shm_host *host)
 
 	for (size_t i = 0; i < host->count; i++) {
 		struct shm_device *device = &host->devices[i];
-		int r = device->recycle ? shm_intakes_recycle(device) : 0;
+		int r = device->recycle ? recycle_closed(device) : 0;
 
 		device->recycle = r < 0;
 		made += r > 0;
@@ -187,7 +193,7 @@ static int keep_current(const struct shm_host *host)
 
 int shm_host_maintain(struct shm_host *host)
 {
-	int dead = iox_node_reap(host->node, NULL);
+	int dead = reap(host->node, host->root);
 
 	for (size_t i = 0; dead > 0 && i < host->count; i++)
 		host->devices[i].recycle = true;

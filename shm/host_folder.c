@@ -5,10 +5,10 @@
  *
  * Access is by group: the folder is 2751 (set-group-id, so that everything
  * below belongs to the group; others may pass, to the mirror), and each root in it is
- * 2750: what lies there was made by the daemon, and the group may write into some of its
- * files (rust/src/segment.rs). Only in nodes/ may it make any. A folder that everybody may
- * write to is refused, and the mode of one that somebody else made is left alone unless a
- * group is wanted.
+ * 2750 as soon as all is made: what lies there was made by the daemon, and the group may
+ * write into some of its files (rust/src/segment.rs). Only in nodes/ may it make any. A
+ * folder that everybody may write to is refused; of one that somebody else made, nothing is
+ * changed but that the group may not write there, unless a group is wanted.
  * A hardened unit forbids to ask for the set-group-id bit, even for what has
  * it (RestrictSUIDSGID=); so it is asked for only where it is missing.
  */
@@ -132,6 +132,17 @@ static int enter(struct shm_host *host, struct stat *status, char *why, size_t s
 	return 0;
 }
 
+/* Who may write there may replace what commanders are to attach to. */
+static int keep_group_out(const struct shm_host *host, const struct stat *status, char *why,
+			  size_t size)
+{
+	if (!(status->st_mode & S_IWGRP) ||
+	    !fchmod(host->directory_fd, status->st_mode & 07777 & ~(mode_t)S_IWGRP))
+		return 0;
+	return say(why, size, -errno, "%s: the group may write there; chmod g-w %s",
+		   host->directory, host->directory);
+}
+
 static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t size)
 {
 	bool made = !mkdir(host->directory, 0750);
@@ -146,8 +157,9 @@ static int open_directory(struct shm_host *host, gid_t gid, char *why, size_t si
 		return r;
 	if (made)
 		return give_to_group(host, gid, why, size);
-	if (gid == GROUP_NONE ||
-	    (status.st_gid == gid && (status.st_mode & 07776) == 02750))
+	if (gid == GROUP_NONE)
+		return keep_group_out(host, &status, why, size);
+	if (status.st_gid == gid && (status.st_mode & 07776) == 02750)
 		return 0;
 	r = made_for_us(host) ? 0 : check_own(host, gid, why, size);
 	return r ? r : give_to_group(host, gid, why, size);
@@ -199,23 +211,53 @@ static int remove_stale(const struct shm_host *host, int *left, char *why, size_
 	return r;
 }
 
-/* Below a set-group-id folder with a fitting umask it is right as it comes. */
+/*
+ * Nobody else may enter until all is there: while iceoryx2 makes a file, everybody who can
+ * reach it may write into it. Below a set-group-id folder it has the bit.
+ */
 static int make_folder(int parent_fd, const char *name, gid_t gid)
 {
-	struct stat status;
 	int fd;
 	int r = 0;
 
-	if (mkdirat(parent_fd, name, 0750))
+	if (mkdirat(parent_fd, name, 0700))
 		return -errno;
 	fd = openat(parent_fd, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
 	if (fd < 0)
 		return -errno;
-	if ((gid != GROUP_NONE && fchown(fd, (uid_t)-1, gid)) || fstat(fd, &status) ||
-	    ((status.st_mode & 07777) != 02750 && fchmod(fd, 02750)))
+	if (gid != GROUP_NONE && fchown(fd, (uid_t)-1, gid))
 		r = -errno;
 	close(fd);
 	return r;
+}
+
+int shm_root_close(const struct shm_host *host)
+{
+	return chmod(host->root, 0700) ? -errno : 0;
+}
+
+/*
+ * With the bit where it may be asked for, so that what is made later belongs to the group
+ * as well; else segment.rs sees to that.
+ */
+int shm_root_open(const struct shm_host *host)
+{
+	return chmod(host->root, 02750) && chmod(host->root, 0750) ? -errno : 0;
+}
+
+/*
+ * iceoryx2 lets everybody write there. Nobody but the daemon makes services; and nobody
+ * replaces a node of somebody else.
+ */
+int shm_root_guard(const struct shm_host *host)
+{
+	char services[SHM_PATH_MAX + 16], nodes[SHM_PATH_MAX + 16];
+
+	snprintf(services, sizeof(services), "%s/services", host->root);
+	snprintf(nodes, sizeof(nodes), "%s/nodes", host->root);
+	if (chmod(services, 0750) && errno != ENOENT)
+		return -errno;
+	return chmod(nodes, 01770) ? -errno : 0;
 }
 
 static int make_root(struct shm_host *host, gid_t gid, char *why, size_t size)

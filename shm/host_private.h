@@ -50,6 +50,11 @@ int shm_folder_take(struct shm_host *host, const char *group, const char *monito
 int shm_folder_clear(struct shm_host *host, char *why, size_t size);
 void shm_folder_give_back(struct shm_host *host);
 
+/* Who may enter the root: the daemon alone, or its group as well; and write in it. 0 or -errno. */
+int shm_root_close(const struct shm_host *host);
+int shm_root_open(const struct shm_host *host);
+int shm_root_guard(const struct shm_host *host);
+
 /* `create`: O_CREAT, or 0 = -ENOENT if there is none. 0, -EBUSY a daemon that lives has it. */
 int shm_lock_take(struct shm_host *host, int create, char *why, size_t size);
 

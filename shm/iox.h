@@ -18,11 +18,15 @@ struct iox_error {
 	char text[64];
 };
 
-/* A seat in one root folder. reap: clean up after dead ones; how many there were. */
+/*
+ * A seat in one root folder. forget: free what a dead one has had in the services that this one
+ * has made; `id` is its number, as in the names of its files. is_ours: 1 = it is of this process.
+ */
 struct iox_node;
 int iox_node_open(const char *root, const char *name, struct iox_node **out,
 		  struct iox_error *error);
-int iox_node_reap(const struct iox_node *node, struct iox_error *error);
+int iox_node_is_ours(const char *id);
+int iox_node_forget(const struct iox_node *node, const char *id, struct iox_error *error);
 void iox_node_close(struct iox_node *node);
 
 /* A service just created; it lives on as long as a port of it does. */

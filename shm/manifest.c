@@ -83,6 +83,7 @@ int manifest_write(const char *root, const struct manifest *manifest)
 {
 	char temporary[MANIFEST_PATH_MAX];
 	char path[MANIFEST_PATH_MAX];
+	struct stat status;
 	FILE *file;
 	int fd;
 	int r;
@@ -97,7 +98,11 @@ int manifest_write(const char *root, const struct manifest *manifest)
 		close(fd);
 		return -ENOMEM;
 	}
-	fchmod(fd, 0640);	/* whatever the umask says, the group reads it */
+	fchmod(fd, 0640);	/* whatever the umask says, the root's group reads it */
+	if (!stat(root, &status) && fchown(fd, (uid_t)-1, status.st_gid) && errno != EPERM) {
+		close(fd);
+		return -errno;
+	}
 	r = print_manifest(file, root, manifest);
 	if (fclose(file) && !r)
 		r = -errno;

@@ -109,28 +109,35 @@ int runtime_current(const char *directory, char name[SHM_ROOT_NAME_MAX])
 	return 0;
 }
 
-/* Made by whoever made `parent`, who alone may put anything there. */
-static bool is_the_daemons(const char *path, const struct stat *parent)
+bool runtime_is_closed(const char *root)
 {
 	struct stat status;
 
-	if (lstat(path, &status) || !S_ISDIR(status.st_mode) ||
-	    status.st_mode & (S_IWGRP | S_IWOTH))
-		return false;
-	/* where the group may write, an owner proves nothing */
-	return !status.st_uid || status.st_uid == parent->st_uid || parent->st_mode & S_IWGRP;
+	return !lstat(root, &status) && !(status.st_mode & (S_IRWXG | S_IRWXO));
+}
+
+/* Made by one of these two users, and nobody else may put or replace anything there. */
+static bool is_closed(const char *path, mode_t closing, uid_t owner, uid_t other)
+{
+	struct stat status;
+
+	return !lstat(path, &status) && S_ISDIR(status.st_mode) &&
+	       (status.st_uid == owner || status.st_uid == other) &&
+	       (!(status.st_mode & (S_IWGRP | S_IWOTH)) || status.st_mode & closing);
 }
 
 int runtime_check_root(const char *directory, const char *root, char *why, size_t size)
 {
-	char services[SHM_PATH_MAX + 16];
-	struct stat status;
+	char services[SHM_PATH_MAX + 16], nodes[SHM_PATH_MAX + 16];
+	struct stat status, parent;
 
-	if (stat(directory, &status))
+	if (stat(directory, &parent) || lstat(root, &status))
 		return -errno;
 	snprintf(services, sizeof(services), "%s/services", root);
-	if (is_the_daemons(root, &status) && !lstat(root, &status) &&
-	    is_the_daemons(services, &status))
+	snprintf(nodes, sizeof(nodes), "%s/nodes", root);
+	if (!(parent.st_mode & (S_IWGRP | S_IWOTH)) && is_closed(root, 0, parent.st_uid, 0) &&
+	    is_closed(services, 0, status.st_uid, status.st_uid) &&
+	    is_closed(nodes, S_ISVTX, status.st_uid, status.st_uid))
 		return 0;
 	if (access(services, F_OK) && errno == ENOENT)
 		return -ENOENT;

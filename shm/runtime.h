@@ -37,6 +37,9 @@ int runtime_denied(const char *folder, char *why, size_t size);
 /* Name of the current root. 0, -ENOENT no daemon, -EPROTO a foreign thing, -errno. */
 int runtime_current(const char *directory, char name[SHM_ROOT_NAME_MAX]);
 
+/* Nobody but the daemon may enter it now: it makes files there. */
+bool runtime_is_closed(const char *root);
+
 /*
  * Could anybody but the daemon have put files into this root? 0, -ENOENT it is gone, or -EPERM
  * with the reason in `why`. Whoever attaches as root must not map what somebody else put there.

@@ -5,6 +5,7 @@
  *
  * Needs root, to become other users.
  */
+#include <dirent.h>
 #include <errno.h>
 #include <grp.h>
 #include <signal.h>
@@ -242,6 +243,105 @@ static void nothing_is_mapped_from_anywhere_else(void **state)
 	shm_host_close(host);
 }
 
+static void made_as(const struct folder *folder, const char *name, mode_t mode)
+{
+	struct stat status;
+	char path[96];
+
+	snprintf(path, sizeof(path), "%s/current/%s", folder->path, name);
+	assert_int_equal(stat(path, &status), 0);
+	assert_int_equal(status.st_mode & 01777, mode);
+	assert_int_equal(status.st_uid, OWNER);
+}
+
+/* Nobody replaces what others are to attach to; at a node, its owner does. */
+static void only_the_daemon_puts_files_there(void **state)
+{
+	struct folder *folder = *state;
+	pid_t daemon = start_daemon(folder);
+
+	made_as(folder, ".", 0750);
+	made_as(folder, "services", 0750);
+	made_as(folder, "nodes", 01770);
+	end_daemon(folder, daemon);
+}
+
+/* How many files of this kind a member of the group may write to. */
+static int writable(const char *root, const char *suffix)
+{
+	DIR *folder = opendir(root);
+	struct dirent *entry;
+	int found = 0;
+
+	while (folder && (entry = readdir(folder))) {
+		const size_t length = strlen(entry->d_name), end = strlen(suffix);
+
+		found += length > end && !strcmp(entry->d_name + length - end, suffix) &&
+			 !faccessat(dirfd(folder), entry->d_name, W_OK, 0);
+	}
+	if (folder)
+		closedir(folder);
+	return found;
+}
+
+static bool may_make(const char *folder)
+{
+	char path[128];
+
+	snprintf(path, sizeof(path), "%s/new", folder);
+	return !mkdir(path, 0700) && !rmdir(path);
+}
+
+/* The exit status of a member is the first thing that is not so. */
+static int look_as_member(const struct folder *folder)
+{
+	static const gid_t more[] = { GROUP };
+	char root[64], services[80], nodes[80];
+
+	become(MEMBER, MEMBER, more, 1);
+	snprintf(root, sizeof(root), "%s/current", folder->path);
+	snprintf(services, sizeof(services), "%s/services", root);
+	snprintf(nodes, sizeof(nodes), "%s/nodes", root);
+	if (writable(root, ".blackboard_data") != 2)	/* command and wish */
+		return 1;
+	if (writable(root, ".dynamic") != 5)
+		return 2;
+	if (writable(root, ".blackboard_mgmt") || writable(root, "manifest") ||
+	    writable(services, ".service"))
+		return 3;
+	if (may_make(folder->path) || may_make(root) || may_make(services))
+		return 4;
+	return may_make(nodes) ? 0 : 5;
+}
+
+static void a_member_may_write_what_a_commander_has_to(void **state)
+{
+	struct folder *folder = *state;
+	pid_t daemon = start_daemon(folder);
+	int status;
+	pid_t pid;
+
+	pid = fork();
+	if (!pid)
+		_exit(look_as_member(folder));
+	assert_int_equal(waitpid(pid, &status, 0), pid);
+	assert_int_equal(status, 0);
+	end_daemon(folder, daemon);
+}
+
+/* As it comes from an earlier version: the daemon closes it, and a commander looks. */
+static void a_folder_that_the_group_may_write_to_is_refused(void **state)
+{
+	struct folder *folder = *state;
+	pid_t daemon = start_daemon(folder);
+
+	assert_int_equal(member(folder, POKEYS_CLIENT_COMMANDER), POKEYS_CLIENT_ATTACHED);
+	assert_int_equal(chmod(folder->path, 02770), 0);
+	assert_int_equal(member(folder, POKEYS_CLIENT_COMMANDER), POKEYS_CLIENT_REFUSED);
+	assert_non_null(strstr(folder->why, "others than pokeysd may put files there"));
+	end_daemon(folder, daemon);
+}
+
 /* The files have a mode of their own. */
 static void without_the_mode_a_stranger_still_stays_out(void **state)
 {
@@ -289,6 +389,9 @@ int main(void)
 		BOTH(member_that_is_killed_is_cleaned_up_by_the_daemon),
 		BOTH(second_daemon_of_another_user_is_refused),
 		BOTH(what_cannot_be_removed_keeps_no_daemon_from_starting),
+		BOTH(only_the_daemon_puts_files_there),
+		BOTH(a_member_may_write_what_a_commander_has_to),
+		BOTH(a_folder_that_the_group_may_write_to_is_refused),
 		BOTH(without_the_mode_a_stranger_still_stays_out),
 		/* last: it uses iceoryx2 in this process, the others fork */
 		BOTH(nothing_is_mapped_from_anywhere_else),

@@ -55,6 +55,7 @@ static int open_confined(struct folder *folder, const char *group)
 {
 	struct shm_device *mill;
 	struct shm_host *host;
+	const gid_t gid = group ? (gid_t)atoi(group) : getegid();
 	struct stat status;
 	char path[64];
 	int r = 0;
@@ -69,7 +70,8 @@ static int open_confined(struct folder *folder, const char *group)
 		return REFUSED;
 	}
 	snprintf(path, sizeof(path), "%s/current/.", folder->path);
-	if (stat(path, &status) || (status.st_mode & 07777) != 02750)
+	if (stat(path, &status) || (status.st_mode & 05777) != 0750 ||
+	    status.st_gid != gid)
 		r = WRONG_MODE;
 	shm_host_close(host);
 	return r;

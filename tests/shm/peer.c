@@ -150,8 +150,6 @@ static int run_fixed(const char *directory)
 
 	r = iox_node_open(directory, "fixed", &node, &error);
 	if (!r)
-		iox_node_reap(node, NULL);
-	if (!r)
 		r = iox_state_create(node, "pokeys/mill/state", &first, &image, &error);
 	if (!r || r == -EEXIST)
 		r = iox_state_writer_open(node, "pokeys/mill/state", &writer, &error);

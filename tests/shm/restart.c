@@ -315,7 +315,7 @@ static void without_a_fresh_root_the_next_daemon_may_not_write(void **state)
 	assert_int_equal(iox_state_reader_open(node, "pokeys/mill/state", &reader, NULL), 0);
 	folder_end_peer(daemon, SIGKILL);
 	daemon = folder_peer_at(folder->base, "fixed", said);
-	assert_string_equal(said, "the right to write is had");
+	assert_string_equal(said, "ExceedsMaxSupportedWriters");
 	folder_end_peer(daemon, SIGKILL);
 	iox_state_reader_close(reader);
 	iox_node_close(node);

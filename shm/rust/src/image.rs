@@ -98,6 +98,7 @@ impl Image {
             .add::<T>(KEY, first);
         let service = segment::for_commanders(T::COMMANDERS, || builder.create())
             .map_err(Failure::from_debug)?;
+        unsafe { &*node }.has_made(&name);
         Ok(Image { _service: service })
     }
 }

@@ -107,14 +107,14 @@ fn panic_text(payload: &(dyn Any + Send)) -> String {
 
 /// Run a cold function; nothing may unwind into C.
 fn guard<F: FnOnce() -> Outcome>(error: *mut Error, cold: F) -> c_int {
-    segment::take_damage();
+    segment::take_found();
     let (code, text) = match catch_unwind(AssertUnwindSafe(cold)) {
         Ok(Ok(value)) => return value,
         Ok(Err(Failure(code, text))) => (code, text),
         Err(payload) => (-libc_errno::ENOTRECOVERABLE, panic_text(&*payload)),
     };
-    let (code, text) = match segment::take_damage() {
-        Some(damage) => (-libc_errno::EBADMSG, damage.to_string()),
+    let (code, text) = match segment::take_found() {
+        Some((errno, found)) => (-errno, found.to_string()),
         None => (code, text),
     };
     if let Some(error) = unsafe { error.as_mut() } {

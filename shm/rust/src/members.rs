@@ -7,6 +7,9 @@
 //! shared memory are owners, counters and values: whatever they are, nobody follows them
 //! anywhere, and every loop over them ends.
 //!
+//! The last one closes a service, and its files go. Only the daemon does, when it leaves, for
+//! it has made them: what anybody sees in the list is no reason to remove anything.
+//!
 //! A process may die at any point. An entry belongs to its owner from the first exchange on,
 //! so whoever cleans up after a dead owner finds it, with a value or still without.
 
@@ -209,8 +212,10 @@ impl<T: BagType> Area<'_, T> {
     }
 
     fn copy(&self, state: &mut MembersState<T>) {
+        let had = |entry: &Entry<T>| entry.owner.load(Ordering::Acquire) != NOBODY;
+        let copy = |entry| had(entry).then(|| Entry::copy(entry)).flatten();
         state.changes = self.changes.load(Ordering::Acquire);
-        state.values = self.entries.iter().map(Entry::copy).collect();
+        state.values = self.entries.iter().map(copy).collect();
     }
 }
 
@@ -336,17 +341,13 @@ impl<T: BagType> Bag<T> for Members<T> {
         let none = BagRemoveError::HandleNotOwnedByInstance;
         let area = self.area().ok_or(none)?;
         let entry = area.entries.get(handle.index).ok_or(none)?;
-        if entry.owner.load(Ordering::Acquire) != handle.owner {
-            return Err(none);
-        }
-        entry.clear();
         if !entry.leave(handle.owner) {
             return Err(none);
         }
         area.changed();
         match mode {
-            ReleaseMode::LockIfLastIndex => Ok(area.close_if_empty()),
-            ReleaseMode::Default => Ok(ReleaseState::Unlocked),
+            ReleaseMode::LockIfLastIndex if segment::is_maker() => Ok(area.close_if_empty()),
+            _ => Ok(ReleaseState::Unlocked),
         }
     }
 
@@ -365,7 +366,7 @@ impl<T: BagType> Bag<T> for Members<T> {
         &self,
         dead_owner_id: OwnerId,
         mut predicate: F,
-        mode: ReleaseMode,
+        _mode: ReleaseMode,
     ) -> ReleaseState {
         let owner = number(dead_owner_id);
         let Some(area) = self.area() else {
@@ -375,18 +376,12 @@ impl<T: BagType> Bag<T> for Members<T> {
             if entry.owner.load(Ordering::Acquire) != owner {
                 continue;
             }
-            // It died before it had written anything, or its port can be cleaned up.
-            if entry.copy().is_none_or(&mut predicate) {
-                entry.clear();
-                entry.leave(owner);
-                area.changed();
-            }
+            // What its value says is not believed: it frees the entry in any case.
+            entry.copy().map(&mut predicate);
+            entry.leave(owner);
+            area.changed();
         }
-        match mode {
-            ReleaseMode::LockIfLastIndex => area.close_if_empty(),
-            ReleaseMode::Default if area.is_closed() => ReleaseState::Locked,
-            ReleaseMode::Default => ReleaseState::Unlocked,
-        }
+        ReleaseState::Unlocked
     }
 
     unsafe fn update_state(&self, previous_state: &mut MembersState<T>) -> bool {

@@ -3,12 +3,54 @@
 
 use crate::service::Files;
 use crate::{guard, string, Error, Failure};
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::prelude::*;
+use iceoryx2::service::internal::ServiceInternal;
+use iceoryx2::service::service_hash::ServiceHash;
+use iceoryx2::service::Service;
+use iceoryx2::unique_id_generator::UniqueId;
 use std::ffi::{c_char, c_int};
-use std::sync::Once;
+use std::mem::transmute;
+use std::sync::{Mutex, MutexGuard, Once};
 use std::time::Duration;
 
-pub struct NodeHandle(pub Node<Files>);
+/// A node, and the services that were made by it.
+pub struct NodeHandle(pub Node<Files>, Mutex<Vec<ServiceHash>>);
+
+impl NodeHandle {
+    /// It is cleaned up when a process dies that has it open.
+    pub fn has_made(&self, name: &ServiceName) {
+        let hash = ServiceHash::new::<Hasher>(name, MessagingPattern::Blackboard);
+        let mut services = made(&self.1);
+        if !services.contains(&hash) {
+            services.push(hash);
+        }
+    }
+}
+
+type Hasher = <Files as Service>::ServiceNameHasher;
+
+fn made(services: &Mutex<Vec<ServiceHash>>) -> MutexGuard<'_, Vec<ServiceHash>> {
+    services.lock().unwrap_or_else(|broken| broken.into_inner())
+}
+
+/// Of this process: whether they live cannot be asked, and they do.
+static OURS: Mutex<Vec<u128>> = Mutex::new(Vec::new());
+
+fn ours() -> MutexGuard<'static, Vec<u128>> {
+    OURS.lock().unwrap_or_else(|broken| broken.into_inner())
+}
+
+fn number(id: &str) -> Result<u128, Failure> {
+    id.parse().map_err(|_| Failure::invalid("node"))
+}
+
+const _: () = assert!(size_of::<UniqueId>() == size_of::<UniqueNodeId>());
+
+/// Both are one structure in another (repr(C)).
+fn node_id(number: u128) -> UniqueNodeId {
+    unsafe { transmute::<UniqueId, UniqueNodeId>(UniqueId::from_raw_id(number)) }
+}
 
 /// Once per process: quiet unless something is really wrong, and no panic
 /// message of our own making (guard hands the text to the caller).
@@ -35,7 +77,7 @@ fn config(root: &str) -> Result<Config, Failure> {
     config.global.service.event_connection_suffix = file_name(b".e")?;
     // All is made before it is published; what hangs is broken, not slow.
     config.global.creation_timeout = Duration::from_millis(200);
-    // Only iox_node_reap cleans up: the daemon must hear of each dead one.
+    // Only the daemon cleans up (reap.c), which does not believe what a dead node has written.
     config.global.node.cleanup_dead_nodes_on_creation = false;
     config.global.node.cleanup_dead_nodes_on_destruction = false;
     config.global.service.cleanup_dead_nodes_on_open = false;
@@ -61,19 +103,44 @@ pub unsafe extern "C" fn iox_node_open(
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Files>()
             .map_err(Failure::from_debug)?;
-        unsafe { *out = Box::into_raw(Box::new(NodeHandle(node))) };
+        ours().push(node.id().value());
+        let handle = NodeHandle(node, Mutex::new(Vec::new()));
+        unsafe { *out = Box::into_raw(Box::new(handle)) };
         Ok(0)
     })
 }
 
-/// Clean up after dead processes of this root. How many there were. Cold.
+/// A node of this process?
 ///
 /// # Safety
-/// `node` comes from iox_node_open.
+/// `id` is NUL terminated: its number, as in the names of its files. Cold.
 #[no_mangle]
-pub unsafe extern "C" fn iox_node_reap(node: *const NodeHandle, error: *mut Error) -> c_int {
+pub unsafe extern "C" fn iox_node_is_ours(id: *const c_char) -> c_int {
+    guard(std::ptr::null_mut(), || {
+        let id = number(unsafe { string(id) }?)?;
+        Ok(ours().contains(&id) as c_int)
+    })
+}
+
+/// Free what a dead node has had in the services that were made by this one. Only its number is
+/// used, and our own configuration.
+///
+/// # Safety
+/// `node` comes from iox_node_open, `id` as for iox_node_is_ours. Cold.
+#[no_mangle]
+pub unsafe extern "C" fn iox_node_forget(
+    node: *const NodeHandle,
+    id: *const c_char,
+    error: *mut Error,
+) -> c_int {
     guard(error, || {
-        Ok(unsafe { &*node }.0.try_cleanup_dead_nodes().cleanups as c_int)
+        let node = unsafe { &*node };
+        let id = node_id(number(unsafe { string(id) }?)?);
+        for service in made(&node.1).iter() {
+            // One that is damaged keeps nobody from the others.
+            let _ = Files::__internal_remove_node_from_service(&id, service, node.0.config());
+        }
+        Ok(0)
     })
 }
 
@@ -82,7 +149,10 @@ pub unsafe extern "C" fn iox_node_reap(node: *const NodeHandle, error: *mut Erro
 #[no_mangle]
 pub unsafe extern "C" fn iox_node_close(node: *mut NodeHandle) {
     guard(std::ptr::null_mut(), || {
-        drop(unsafe { Box::from_raw(node) });
+        let node = unsafe { Box::from_raw(node) };
+        let id = node.0.id().value();
+        drop(node);
+        ours().retain(|other| *other != id);
         Ok(0)
     });
 }

@@ -31,6 +31,7 @@ use iceoryx2_cal::named_concept::{
     NamedConceptRemoveError,
 };
 use std::cell::Cell;
+use std::ffi::c_int;
 use std::fmt::{self, Debug, Formatter};
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io;
@@ -47,8 +48,8 @@ use std::time::Duration;
 const BYTES_MAX: u64 = 64 << 20;
 
 thread_local! {
-    /// What a call into iceoryx2 has found; it has no error of its own for it.
-    static DAMAGE: Cell<Option<&'static str>> = const { Cell::new(None) };
+    /// What a call into iceoryx2 has found (errno); it has no error of its own for it.
+    static FOUND: Cell<Option<(c_int, &'static str)>> = const { Cell::new(None) };
     /// Whether the value that is made or opened now is written by a commander or this process.
     static WRITES: Cell<bool> = const { Cell::new(false) };
     /// The one that was opened last.
@@ -56,12 +57,19 @@ thread_local! {
 }
 
 pub fn is_damaged(what: &'static str) {
-    DAMAGE.set(Some(what));
+    FOUND.set(Some((libc::EBADMSG, what)));
 }
 
 /// What was found since the last call.
-pub fn take_damage() -> Option<&'static str> {
-    DAMAGE.take()
+pub fn take_found() -> Option<(c_int, &'static str)> {
+    FOUND.take()
+}
+
+/// This process has made services.
+static MAKER: AtomicBool = AtomicBool::new(false);
+
+pub fn is_maker() -> bool {
+    MAKER.load(Ordering::Relaxed)
 }
 
 /// Where the value of a service is; mapped as long as the service is open.
@@ -73,6 +81,7 @@ pub struct Payload {
 
 /// Run `make`, which makes a service, for a value that commanders write or not.
 pub fn for_commanders<R>(commanders_write: bool, make: impl FnOnce() -> R) -> R {
+    MAKER.store(true, Ordering::Relaxed);
     WRITES.set(commanders_write);
     make()
 }
@@ -169,7 +178,7 @@ pub fn original(copy: *const u8) -> Original {
 /// As iceoryx2's storage lays a file out.
 #[repr(C)]
 struct Front<T> {
-    version: u64,
+    version: AtomicU64,
     head: MaybeUninit<T>,
 }
 
@@ -314,10 +323,8 @@ impl<T: Content, P: Purpose> Segment<T, P> {
             return Ok(Self::new(name, config, State::Closed));
         }
         let writable = P::writes();
-        let (file, length) = open_file(&config.path_for(name).to_string(), writable)?;
-        if length < size_of::<Front<T>>() {
-            return Err(DynamicStorageOpenError::InitializationNotYetFinalized);
-        }
+        let least = size_of::<Front<T>>();
+        let (file, length) = open_file(&config.path_for(name).to_string(), least, writable)?;
         let mapping = Mapping::of(&file, length, writable)
             .map_err(|_| DynamicStorageOpenError::InternalError)?;
         let head = copy_head::<T>(&mapping)?;
@@ -334,7 +341,11 @@ impl<T: Content, P: Purpose> Segment<T, P> {
 }
 
 /// A file that was made by whoever made the folder, and how long it is.
-fn open_file(path: &str, writable: bool) -> Result<(File, usize), DynamicStorageOpenError> {
+fn open_file(
+    path: &str,
+    least: usize,
+    writable: bool,
+) -> Result<(File, usize), DynamicStorageOpenError> {
     let folder = std::path::Path::new(path).parent();
     let opened = OpenOptions::new()
         .read(true)
@@ -350,22 +361,49 @@ fn open_file(path: &str, writable: bool) -> Result<(File, usize), DynamicStorage
         });
     let (status, folder, file) = match opened {
         Ok(opened) => opened,
-        Err(error) => return Err(open_error(&error)),
+        Err(error) => return Err(open_error(path, &error)),
     };
     if !status.is_file() || status.uid() != folder.uid() || status.len() > BYTES_MAX {
         is_damaged("a file is not the one that pokeysd made");
         return Err(DynamicStorageOpenError::InternalError);
     }
+    if status.len() < least as u64 {
+        if status.mode() & 0o777 == MAKING {
+            return Err(DynamicStorageOpenError::InitializationNotYetFinalized);
+        }
+        is_damaged("a file is too short");
+        return Err(DynamicStorageOpenError::InternalError);
+    }
     Ok((file, status.len() as usize))
 }
 
-/// While a file is made, nobody may read it.
-fn open_error(error: &io::Error) -> DynamicStorageOpenError {
-    match error.kind() {
-        io::ErrorKind::NotFound => DynamicStorageOpenError::DoesNotExist,
-        io::ErrorKind::PermissionDenied => DynamicStorageOpenError::InitializationNotYetFinalized,
-        _ => {
-            is_damaged("a file cannot be opened");
+/// Where the folder does not do that by itself; a group that this process is not in cannot be
+/// given, and needs not be.
+fn give_to_the_folders_group(path: &str) {
+    if let Some(Ok(folder)) = std::path::Path::new(path).parent().map(fs::metadata) {
+        let _ = std::os::unix::fs::chown(path, None, Some(folder.gid()));
+    }
+}
+
+/// The mode that iceoryx2 gives a file as long as it makes it.
+const MAKING: u32 = 0o200;
+
+fn open_error(path: &str, error: &io::Error) -> DynamicStorageOpenError {
+    let mode = || fs::symlink_metadata(path).map_or(0, |status| status.mode() & 0o777);
+    match error.raw_os_error() {
+        Some(libc::ENOENT) => DynamicStorageOpenError::DoesNotExist,
+        Some(libc::EACCES) if mode() == MAKING => {
+            DynamicStorageOpenError::InitializationNotYetFinalized
+        }
+        Some(libc::ELOOP) => {
+            is_damaged("a file is a link");
+            DynamicStorageOpenError::InternalError
+        }
+        errno => {
+            FOUND.set(Some((
+                errno.unwrap_or(libc::EIO),
+                "a file cannot be opened",
+            )));
             DynamicStorageOpenError::InternalError
         }
     }
@@ -373,7 +411,7 @@ fn open_error(error: &io::Error) -> DynamicStorageOpenError {
 
 fn copy_head<T>(mapping: &Mapping) -> Result<Box<MaybeUninit<T>>, DynamicStorageOpenError> {
     let front = mapping.address.cast::<Front<T>>();
-    let version = unsafe { AtomicU64::from_ptr(&raw mut (*front).version) };
+    let version = unsafe { &(*front).version };
     match version.load(Ordering::Acquire) {
         0 => return Err(DynamicStorageOpenError::InitializationNotYetFinalized),
         other if other != PackageVersion::get().to_u64() => {
@@ -546,8 +584,9 @@ impl<'builder, T: Content, P: Purpose> DynamicStorageBuilder<'builder, T, Segmen
     fn create(self) -> Result<Segment<T, P>, DynamicStorageCreateError> {
         let path = self.config.path_for(&self.name).to_string();
         let made = self.maker.create()?;
-        fs::set_permissions(path, Permissions::from_mode(P::mode()))
+        fs::set_permissions(&path, Permissions::from_mode(P::mode()))
             .map_err(|_| DynamicStorageCreateError::InternalError)?;
+        give_to_the_folders_group(&path);
         if P::MAKER_KEEPS {
             return Ok(Segment::new(
                 &self.name,

@@ -16,7 +16,7 @@ use iceoryx2_cal::arc_sync_policy::single_threaded::SingleThreaded;
 use iceoryx2_cal::dynamic_storage::file::Storage;
 use iceoryx2_cal::resizable_shared_memory::dynamic::DynamicMemory;
 use iceoryx2_cal::shared_memory::common::details;
-use iceoryx2_cal::shared_memory::file::Memory;
+use iceoryx2_cal::shared_memory::process_local::Memory;
 use iceoryx2_cal::shm_allocator::bump_allocator::BumpAllocator;
 use iceoryx2_cal::shm_allocator::pool_allocator::PoolAllocator;
 use std::fmt::Debug;
@@ -35,10 +35,12 @@ impl iceoryx2::service::Service for Files {
     type Bag = MembersFamily;
     type DynamicStorage<T: Debug + Send + Sync + ZeroCopySend + 'static> = Segment<T, Attendance>;
     type ServiceNameHasher = iceoryx2_cal::hash::recommended::Recommended;
+    // Not used by blackboards. Who cleans up after a dead process would open what that process
+    // names, and follow distances in it; there is nothing in this process.
     type SharedMemory = Memory<PoolAllocator>;
     type ResizableSharedMemory = DynamicMemory<PoolAllocator, Memory<PoolAllocator>>;
-    type Connection = iceoryx2_cal::zero_copy_connection::file::Connection;
-    /// Not used: who waits looks at counters.
+    type Connection = iceoryx2_cal::zero_copy_connection::process_local::Connection;
+    // Not used: who waits looks at counters.
     type Event = iceoryx2_cal::event::recommended::Ipc;
     type Monitoring = iceoryx2_cal::monitoring::recommended::Ipc;
     type Reactor = iceoryx2_cal::reactor::recommended::Ipc;
