@@ -60,6 +60,12 @@ static const char *service_name(char name[SERVICE_NAME_MAX], const struct pokeys
 	return name;
 }
 
+/* For a moment: it is no reason to give up. */
+static int is_being_made(const char *root, char *why, size_t size)
+{
+	return say(why, size, -ENOENT, "the daemon in %s is making its files", root);
+}
+
 static int check_manifest(const struct pokeys_client *client, const char *root,
 			  char *why, size_t size)
 {
@@ -68,8 +74,6 @@ static int check_manifest(const struct pokeys_client *client, const char *root,
 
 	if (r == -ENOENT)
 		return say(why, size, r, "the daemon that was in %s is gone", root);
-	if (r == -EACCES && runtime_is_closed(root))
-		return say(why, size, -ENOENT, "the daemon in %s is making its files", root);
 	if (r == -EACCES)
 		return runtime_denied(root, why, size);
 	if (r)
@@ -237,6 +241,8 @@ int client_attach(struct pokeys_client *client, const char *root_name, char *why
 
 	snprintf(root, sizeof(root), "%s/%s", client->directory, root_name);
 	r = check_manifest(client, root, why, size);
+	if ((r == -EACCES || r == -EPERM) && runtime_is_closed(root))
+		return is_being_made(root, why, size);
 	if (!r)
 		r = room_check(root, ATTACH_BYTES, ATTACH_FILES, why, size);
 	if (r)

@@ -76,7 +76,7 @@ void pokeys_client_close(pokeys_client *client)
 /* No link: nobody there. Anything else: somebody who should not be. */
 static enum pokeys_client_state explain_current(struct pokeys_client *client, int r)
 {
-	char why[CLIENT_WHY_MAX];
+	char why[CLIENT_WHY_MAX] = "";
 
 	if (r == -ENOENT || r == -ENOTDIR) {
 		say(why, sizeof(why), 0, "no daemon in %s; is pokeysd running?",
@@ -95,7 +95,7 @@ static enum pokeys_client_state explain_current(struct pokeys_client *client, in
 
 static enum pokeys_client_state look_mirror(struct pokeys_client *client)
 {
-	char why[CLIENT_WHY_MAX];
+	char why[CLIENT_WHY_MAX] = "";
 	int r;
 
 	if (client->view && mirror_is_current(client->view, client->directory, client->device))
@@ -111,7 +111,7 @@ static enum pokeys_client_state look_mirror(struct pokeys_client *client)
 static enum pokeys_client_state look_root(struct pokeys_client *client)
 {
 	char name[SHM_ROOT_NAME_MAX];
-	char why[CLIENT_WHY_MAX];
+	char why[CLIENT_WHY_MAX] = "";
 	int r = runtime_current(client->directory, name);
 
 	if (!r && !strcmp(name, client->root_name))

@@ -4,7 +4,7 @@
  *
  * All is made in a root that nobody knows; the link that names it comes last,
  * so that a client finds everything or nothing. Housekeeping looks for dead
- * clients by asking iceoryx2, which tells them by record locks: nothing that a
+ * clients by the record locks of their nodes (reap.c): nothing that a
  * client says or fails to say is needed, and one that is merely slow or
  * stopped stays.
  */
@@ -144,19 +144,6 @@ uint64_t shm_host_epoch(const struct shm_host *host)
 	return host->manifest.epoch;
 }
 
-/* As long as files are made, nobody enters; who wants to attaches with its next look. */
-static int recycle_closed(struct shm_device *device)
-{
-	const struct shm_host *host = device->host;
-	int r = shm_root_close(host);
-
-	if (!r)
-		r = shm_intakes_recycle(device);
-	if (host->published)
-		shm_root_open(host);
-	return r;
-}
-
 /* A dead client may have been a commander: look at each device until it is clear. */
 static int recycle_devices(struct shm_host *host)
 {
@@ -164,7 +151,7 @@ static int recycle_devices(struct shm_host *host)
 
 	for (size_t i = 0; i < host->count; i++) {
 		struct shm_device *device = &host->devices[i];
-		int r = device->recycle ? recycle_closed(device) : 0;
+		int r = device->recycle ? shm_intakes_recycle(device) : 0;
 
 		device->recycle = r < 0;
 		made += r > 0;
@@ -197,6 +184,8 @@ int shm_host_maintain(struct shm_host *host)
 
 	for (size_t i = 0; dead > 0 && i < host->count; i++)
 		host->devices[i].recycle = true;
+	if (host->published && runtime_is_closed(host->root))
+		shm_root_open(host);
 	if (recycle_devices(host) && host->published)
 		manifest_write(host->root, &host->manifest);
 	for (size_t i = 0; i < host->count; i++)

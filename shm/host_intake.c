@@ -120,6 +120,17 @@ void shm_intakes_close(struct shm_device *device)
 		close_intake(device, which);
 }
 
+/* As long as files are made, nobody enters; who wants to attaches with its next look. */
+static int make_again(struct shm_device *device, enum shm_intake which)
+{
+	int r = shm_root_close(device->host);
+
+	if (!r)
+		r = open_intake(device, which, NULL);
+	shm_root_open(device->host);
+	return r;
+}
+
 /* 1 made anew, 0 its place is free or had, -EAGAIN try again. */
 static int recycle(struct shm_device *device, enum shm_intake which)
 {
@@ -134,7 +145,7 @@ static int recycle(struct shm_device *device, enum shm_intake which)
 			return !r || r == -EBUSY ? 0 : -EAGAIN;
 		close_intake(device, which);
 	}
-	if (open_intake(device, which, NULL))
+	if (make_again(device, which))
 		return -EAGAIN;
 	/* it is still the old one if somebody else had it open at that moment */
 	return kinds[which]->probe(node, name) == -EDEADLK ? -EAGAIN : 1;

@@ -100,8 +100,9 @@ int manifest_write(const char *root, const struct manifest *manifest)
 	}
 	fchmod(fd, 0640);	/* whatever the umask says, the root's group reads it */
 	if (!stat(root, &status) && fchown(fd, (uid_t)-1, status.st_gid) && errno != EPERM) {
-		close(fd);
-		return -errno;
+		r = -errno;
+		fclose(file);
+		return r;
 	}
 	r = print_manifest(file, root, manifest);
 	if (fclose(file) && !r)

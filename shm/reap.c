@@ -44,22 +44,26 @@ static bool take_id(const char *name, char id[static ID_MAX])
 {
 	const size_t digits = *name == *PREFIX ? strspn(name + 1, "0123456789") : 0;
 
-	if (!digits || digits >= ID_MAX || strcmp(name + 1 + digits, LIVES))
+	/* another spelling would have a lock of its own */
+	if (!digits || digits >= ID_MAX || name[1] == '0' || strcmp(name + 1 + digits, LIVES))
 		return false;
 	memcpy(id, name + 1, digits);
 	id[digits] = '\0';
 	return true;
 }
 
-static bool is_locked(int nodes_fd, const char *name)
+/* False only if it is certain that nobody holds it: a look that fails, fails for the living too. */
+static bool may_be_locked(int nodes_fd, const char *name)
 {
 	struct flock lock = { .l_type = F_WRLCK, .l_whence = SEEK_SET };
 	const int fd = openat(nodes_fd, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+	struct stat status;
 	bool locked;
 
 	if (fd < 0)
-		return false;
-	locked = !fcntl(fd, F_GETLK, &lock) && lock.l_type != F_UNLCK;
+		return errno != ENOENT && errno != ELOOP && errno != ENXIO;
+	locked = fstat(fd, &status) || (S_ISREG(status.st_mode) &&
+					(fcntl(fd, F_GETLK, &lock) || lock.l_type != F_UNLCK));
 	close(fd);
 	return locked;
 }
@@ -76,22 +80,26 @@ static bool is_dead(int nodes_fd, const char *id)
 		return false;
 	for (size_t i = 0; i < 2; i++) {
 		name_of(name, id, parts[i]);
-		if (is_locked(nodes_fd, name))
+		if (may_be_locked(nodes_fd, name))
 			return false;
 	}
 	return true;
 }
 
-static void bury(const struct iox_node *node, int nodes_fd, const char *id)
+/* Its number is in the names of its files alone: they stay until nothing of it is left. */
+static bool bury(const struct iox_node *node, int nodes_fd, const char *id)
 {
 	char name[NAME_MAX_HERE];
 
-	iox_node_forget(node, id, NULL);
+	/* before iceoryx2 looks for its tags there, and would follow a link */
 	runtime_remove_tree(nodes_fd, id);
+	if (iox_node_forget(node, id, NULL))
+		return false;
 	for (size_t i = 0; i < sizeof(parts) / sizeof(*parts); i++) {
 		name_of(name, id, parts[i]);
 		runtime_remove_tree(nodes_fd, name);
 	}
+	return true;
 }
 
 static int reap_in(const struct iox_node *node, DIR *nodes)
@@ -104,8 +112,7 @@ static int reap_in(const struct iox_node *node, DIR *nodes)
 		if (!take_id(entry->d_name, id) || iox_node_is_ours(id) ||
 		    !is_dead(dirfd(nodes), id))
 			continue;
-		bury(node, dirfd(nodes), id);
-		dead++;
+		dead += bury(node, dirfd(nodes), id);
 	}
 	return dead;
 }

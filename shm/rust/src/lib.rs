@@ -3,7 +3,7 @@
 //!
 //! This is the only place that knows iceoryx2. Two kinds of function:
 //!
-//! * cold (`..._open`, `..._close`, reap): allocate, make system
+//! * cold (`..._open`, `..._close`, forget): allocate, make system
 //!   calls and may panic somewhere upstream. Each runs inside `guard`, so that
 //!   a panic becomes -ENOTRECOVERABLE instead of the end of the host process
 //!   (which may be LinuxCNC's rtapi_app).

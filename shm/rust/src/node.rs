@@ -118,7 +118,8 @@ pub unsafe extern "C" fn iox_node_open(
 pub unsafe extern "C" fn iox_node_is_ours(id: *const c_char) -> c_int {
     guard(std::ptr::null_mut(), || {
         let id = number(unsafe { string(id) }?)?;
-        Ok(ours().contains(&id) as c_int)
+        // iceoryx2 knows the owner of an entry by this half.
+        Ok(ours().iter().any(|other| other >> 64 == id >> 64) as c_int)
     })
 }
 
@@ -136,11 +137,13 @@ pub unsafe extern "C" fn iox_node_forget(
     guard(error, || {
         let node = unsafe { &*node };
         let id = node_id(number(unsafe { string(id) }?)?);
+        let mut left = Ok(0);
         for service in made(&node.1).iter() {
             // One that is damaged keeps nobody from the others.
-            let _ = Files::__internal_remove_node_from_service(&id, service, node.0.config());
+            let removed = Files::__internal_remove_node_from_service(&id, service, node.0.config());
+            left = left.and(removed.map(|_| 0).map_err(Failure::from_debug));
         }
-        Ok(0)
+        left
     })
 }
 

@@ -60,6 +60,10 @@ pub fn is_damaged(what: &'static str) {
     FOUND.set(Some((libc::EBADMSG, what)));
 }
 
+fn is_known() -> bool {
+    FOUND.get().is_some()
+}
+
 /// What was found since the last call.
 pub fn take_found() -> Option<(c_int, &'static str)> {
     FOUND.take()
@@ -327,7 +331,18 @@ impl<T: Content, P: Purpose> Segment<T, P> {
         let (file, length) = open_file(&config.path_for(name).to_string(), least, writable)?;
         let mapping = Mapping::of(&file, length, writable)
             .map_err(|_| DynamicStorageOpenError::InternalError)?;
-        let head = copy_head::<T>(&mapping)?;
+        let head = copy_head::<T>(&mapping).inspect_err(|error| {
+            let making = file
+                .metadata()
+                .is_ok_and(|status| status.mode() & 0o777 == MAKING);
+            if *error == DynamicStorageOpenError::InitializationNotYetFinalized && !making {
+                is_damaged("a file has no version");
+            }
+        });
+        let head = match head {
+            Err(_) if is_known() => return Err(DynamicStorageOpenError::InternalError),
+            head => head?,
+        };
         let bytes = unsafe { std::slice::from_raw_parts(head.as_ptr().cast(), size_of::<T>()) };
         if !P::is_good(bytes) {
             is_damaged("the head of a file is not one");
