@@ -6,8 +6,8 @@
  * It is a commander like any other: there is one at a time, the daemon judges what it wants, and
  * the outputs go to the safe state when it is killed or hangs. So it cannot interfere with a
  * machine that is at work: then somebody else commands. It names nothing else, so the daemon
- * leaves that as it is. At the end it puts back what it found, for an output that the safe
- * state holds would stay on.
+ * leaves that as it is. At the end digital outputs are what they were, for one that the safe
+ * state holds would stay on; PWM outputs are off.
  *
  * As root it becomes the daemon's user before it attaches: nothing here needs a right of root's.
  */
@@ -241,6 +241,7 @@ int hold_for(struct hold *hold, const struct options *options)
 	}
 	sigaction(SIGINT, &action, NULL);
 	sigaction(SIGTERM, &action, NULL);
+	sigaction(SIGHUP, &action, NULL);
 	status = command_it(client, hold, options->duration_s);
 	pokeys_client_close(client);
 	return status;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Whatever stands in iceoryx2's files, or is written there meanwhile, who attaches is not
- * led astray: it reads and writes inside of its mappings, ends, and says one line.
+ * Files of iceoryx2 may hold anything, and may change while they are mapped. A process that
+ * attaches reads and writes only inside its mappings, comes to an end, and says one line.
  *
  * The daemon is stopped while its files are damaged. POKEYS_DAMAGED sets how many damaged
  * files are tried (default 5,000).

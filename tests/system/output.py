@@ -103,10 +103,11 @@ def test_a_daemon_that_dies_is_no_success():
 
 def test_the_next_one_may_command_again():
     with house_with_outputs() as (house, sim):
-        for terminal in (31, 32):
+        for terminal, number in ((31, signal.SIGTERM), (32, signal.SIGHUP)):
             ran = hold(house, terminal, "on")
             wait_for("it", lambda t=terminal: latched(house, sim, t) == [1], say=lambda: house.log("ctl.log"))
-            end(ran, signal.SIGTERM)
+            wait_for("it to know", lambda: "on for 600 s" in house.log("ctl.log"), say=lambda: house.log("ctl.log"))
+            equal(end(ran, number), 0, house.log("ctl.log"))
             become(house, sim, [0, 0, 0, 1])
 
 

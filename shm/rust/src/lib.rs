@@ -18,6 +18,7 @@
 mod cells;
 mod image;
 mod layout;
+mod mapping;
 mod members;
 mod node;
 mod segment;

@@ -13,7 +13,7 @@
 //! A process may die at any point. An entry belongs to its owner from the first exchange on,
 //! so whoever cleans up after a dead owner finds it, with a value or still without.
 
-use crate::segment;
+use crate::{mapping, segment};
 use iceoryx2::prelude::{CallbackProgression, ZeroCopySend};
 use iceoryx2_bb_elementary_traits::allocator::{Allocate, AllocationError};
 use iceoryx2_bb_elementary_traits::relocatable_container::RelocatableContainer;
@@ -128,7 +128,7 @@ fn area_bytes<T>(capacity: usize) -> usize {
 impl<T: BagType> Members<T> {
     /// None if it would not be inside of the mapping.
     fn area(&self) -> Option<Area<'_, T>> {
-        let head = segment::original(ptr::from_ref(self).cast());
+        let head = mapping::original(ptr::from_ref(self).cast());
         let (capacity, distance) = (self.capacity as usize, self.distance as usize);
         if capacity > CAPACITY_MAX
             || distance > head.room

@@ -9,12 +9,13 @@
 //! * What is opened has to be a regular file of the user whose folder it is in, not a link,
 //!   and as large as its head at least.
 //! * The head is copied once, and iceoryx2 works on the copy. Nothing that is shared is in a
-//!   head: members.rs keeps what changes behind it, and finds it through `original`.
+//!   head: members.rs keeps what changes behind it, and finds it through mapping.rs.
 //! * The head of a service says of which kind the service is, by a number that Rust's `match`
 //!   believes. It is checked.
 //! * The values are read and written by cells.rs, at the one place where they can be. So the
 //!   table that says where they are (the blackboard's management segment) is never opened.
 
+use crate::mapping::{self, Mapping};
 use iceoryx2::prelude::{FileName, Path, ZeroCopySend};
 use iceoryx2_bb_elementary::package_version::PackageVersion;
 use iceoryx2_bb_elementary_traits::testing::abandonable::Abandonable;
@@ -37,11 +38,9 @@ use std::fs::{self, File, OpenOptions, Permissions};
 use std::io;
 use std::marker::PhantomData;
 use std::mem::{offset_of, size_of, MaybeUninit};
-use std::os::fd::AsRawFd;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::ptr::{self, NonNull};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
 /// No file of ours is larger, and a length that somebody made up is not mapped.
@@ -52,7 +51,7 @@ thread_local! {
     static FOUND: Cell<Option<(c_int, &'static str)>> = const { Cell::new(None) };
     /// Whether the value that is made or opened now is written by a commander or this process.
     static WRITES: Cell<bool> = const { Cell::new(false) };
-    /// The one that was opened last.
+    /// The value that was opened last.
     static PAYLOAD: Cell<Option<Payload>> = const { Cell::new(None) };
 }
 
@@ -100,83 +99,6 @@ pub fn with_payload<R, E>(
     let result = open();
     let payload = PAYLOAD.take();
     result.map(|service| (service, payload))
-}
-
-struct Mapping {
-    address: *mut u8,
-    length: usize,
-}
-
-unsafe impl Send for Mapping {}
-unsafe impl Sync for Mapping {}
-
-impl Mapping {
-    fn of(file: &File, length: usize, writable: bool) -> io::Result<Self> {
-        let write = if writable { libc::PROT_WRITE } else { 0 };
-        let address = unsafe {
-            libc::mmap(
-                ptr::null_mut(),
-                length,
-                libc::PROT_READ | write,
-                libc::MAP_SHARED,
-                file.as_raw_fd(),
-                0,
-            )
-        };
-        if address == libc::MAP_FAILED {
-            return Err(io::Error::last_os_error());
-        }
-        Ok(Mapping {
-            address: address.cast(),
-            length,
-        })
-    }
-}
-
-impl Drop for Mapping {
-    fn drop(&mut self) {
-        unsafe { libc::munmap(self.address.cast(), self.length) };
-    }
-}
-
-/// The head of an opened segment: where the copy is, and where its original.
-struct Head {
-    copy: usize,
-    size: usize,
-    original: usize,
-    end: usize,
-}
-
-static HEADS: Mutex<Vec<Head>> = Mutex::new(Vec::new());
-
-fn heads() -> MutexGuard<'static, Vec<Head>> {
-    HEADS.lock().unwrap_or_else(|broken| broken.into_inner())
-}
-
-/// A place in a mapping, and how much of the mapping is left from there on.
-pub struct Original {
-    pub address: *const u8,
-    pub room: usize,
-}
-
-/// Where something that lies in the copy of a head is in shared memory. What lies in none is
-/// in a segment that is just being made: it is where it is, and nobody else has it yet.
-pub fn original(copy: *const u8) -> Original {
-    let at = copy as usize;
-    let is_in = |head: &&Head| at >= head.copy && at - head.copy < head.size;
-    match heads().iter().find(is_in) {
-        Some(head) => {
-            let address = head.original + (at - head.copy);
-            Original {
-                address: address as *const u8,
-                room: head.end - address,
-            }
-        }
-        None => Original {
-            address: copy,
-            room: isize::MAX as usize,
-        },
-    }
 }
 
 /// As iceoryx2's storage lays a file out.
@@ -270,13 +192,11 @@ struct Opened<T> {
 
 impl<T> Opened<T> {
     fn register(mapping: Mapping, head: Box<MaybeUninit<T>>) -> Self {
-        let original = mapping.address as usize + offset_of!(Front<T>, head);
-        heads().push(Head {
-            copy: head.as_ptr() as usize,
-            size: size_of::<T>(),
-            original,
-            end: mapping.address as usize + mapping.length,
-        });
+        mapping.has_copy(
+            head.as_ptr().cast(),
+            size_of::<T>(),
+            offset_of!(Front<T>, head),
+        );
         Opened {
             _mapping: mapping,
             head,
@@ -286,8 +206,7 @@ impl<T> Opened<T> {
 
 impl<T> Drop for Opened<T> {
     fn drop(&mut self) {
-        let copy = self.head.as_ptr() as usize;
-        heads().retain(|head| head.copy != copy);
+        mapping::forget_copy(self.head.as_ptr().cast());
     }
 }
 
