@@ -14,6 +14,10 @@ const struct command table_commands[] = {
 	  command_devices },
 	{ "status", "[DEVICE ...]", "show the state of the devices once",
 	  TAKES_RUNTIME | TAKES_NAMES, command_status },
+	{ "get", "DEVICE [NAME ...]", "print values by their names, * and ? for several",
+	  TAKES_RUNTIME | TAKES_NAMES, command_get },
+	{ "names", "[NAME ...]", "list the names of values, and what they mean",
+	  TAKES_NAMES, command_names },
 	{ "config", "show | diff | apply | save DEVICE",
 	  "show a device's settings, compare them with the requested ones, apply or "
 	  "save these",

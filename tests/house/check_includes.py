@@ -28,8 +28,10 @@ MAY_USE = {
     # where the devices are is in pokeysd.conf, and one reader reads that
     "guard": ["daemon/control", "daemon/device", "daemon/transport", "usage", "wire", "include"],
     "halbridge": ["include", "shm", "usage"],
+    # its names and help texts are HAL's
+    "model": ["halbridge", "shm", "wire", "include"],
     # discovery is a socket's work, and the tools' search is the daemon's search
-    "tools": ["include", "settings", "shm", "usage", "wire", "daemon/transport", "daemon/recorder"],
+    "tools": ["include", "model", "settings", "shm", "usage", "wire", "daemon/transport", "daemon/recorder"],
     "examples": ["include"],
 }
 GENERATED = {"version.h", "guard.skel.h", "trace.skel.h"}  # made by the build, belongs to no room

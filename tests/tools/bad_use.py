@@ -26,6 +26,12 @@ CASES = (
     (["pwm", "mill", "17"], 64, "pwm wants a device, terminals, and a duty: .*"),
     (["pwm", "mill", "17", "120%"], 64, '"120%": the duty is a percentage from 0 to 100, such as 30%'),
     (["output", "mill", "31", "on", "--for", "5s"], 64, '--for: "5s" is not allowed; allowed: 0.1..3600'),
+    (["get"], 64, "get: name a device, and the values if not all are wanted: .*"),
+    (["get", "mill", "pin.99.in"], 64, 'get: nothing is called "pin.99.in"; "pokeysctl names" lists the names'),
+    (["get", "mill", "pokeys.0.cycle"], 64, 'get: write "pokeys.0.cycle" without "pokeys.0."'),
+    (["get", "mill", "joint.00.pos-fb"], 64, 'get: only LinuxCNC knows "joint.00.pos-fb" '
+     r"\(halcmd getp pokeys.N.joint.00.pos-fb\); the device has joint.NN.counts"),
+    (["names", "no-*"], 64, 'names: nothing is called "no-\\*"; "pokeysctl names" lists the names'),
     (["config", "frob", "mill"], 64, "config wants a verb and one device: pokeysctl config show .*"),
     (["record", "-r", "/nowhere", "x"], 1, "no recorder in /nowhere: no daemon runs there .* is on a disk, or .*"),
     (["record", "-r", "run", "/nowhere/x"], 64, '--runtime-directory: "run" is not allowed; .*'),

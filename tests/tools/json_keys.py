@@ -59,6 +59,11 @@ def main():
     documented -= {"latency", "kernel", "virtual_machine", "priority", "seconds", "note", "series", "cpu",
                    "samples", "mean_us", "min_us", "p50_us", "p99_us", "p999_us", "max_us", "buckets",
                    "daemon"}
+    # and those of get and names, which model / get reads
+    documented -= {"get", "names", "values", "words", "images", "version", "hash", "size", "unit", "help", "hal",
+                   "inner", "image", "storage", "offset", "stride", "inner_stride", "bit", "factor",
+                   "divisor_offset", "quantile", "judgement", "boards", "labels", "pwm", "output", "pin", "terminal",
+                   "terminals", "model", "pokeys_histogram_percentile"}
     # and those of terminals, which tools / terminals reads
     documented -= {"terminals", "model", "terminal", "hal", "can_be", "label", "also"}
     # and those of record and replay, which system / recorder compares

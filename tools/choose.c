@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * A name that fits nothing is a mistake and not an empty answer. Most such names are taken
+ * from LinuxCNC, so it is said where they are to be had.
+ */
+#include "tools/choose.h"
+#include <ctype.h>
+#include <fnmatch.h>
+#include <string.h>
+#include "model/model.h"
+#include "tools/pokeysctl.h"
+
+bool choose(const struct choice *choice, const char *name)
+{
+	for (size_t i = 0; i < choice->count; i++)
+		if (!fnmatch(choice->patterns[i], name, 0))
+			return true;
+	return !choice->count;
+}
+
+const char *choose_only(const struct choice *choice)
+{
+	return choice->count == 1 && !strpbrk(choice->patterns[0], "*?[\\") ?
+	       choice->patterns[0] : NULL;
+}
+
+static bool fits(const char *pattern)
+{
+	const struct choice one = { (char *const *)&pattern, 1 };
+	const struct model_row *row;
+	char name[MODEL_NAME_MAX + 1];
+
+	for (size_t number = 0; (row = model_row(number)); number++) {
+		for (unsigned int i = 0; i < model_names(row); i++) {
+			model_name(row, i, name);
+			if (choose(&one, name))
+				return true;
+		}
+	}
+	return false;
+}
+
+/* Copied from HAL as a whole, with "pokeys.0." */
+static bool has_prefix(const char *name)
+{
+	return !strncmp(name, "pokeys.", 7) && isdigit((unsigned char)name[7]) && name[8] == '.';
+}
+
+int choose_check(const struct choice *choice, const char *command)
+{
+	for (size_t i = 0; i < choice->count; i++) {
+		const char *name = choice->patterns[i], *instead;
+
+		if (fits(name))
+			continue;
+		if (has_prefix(name))
+			complain("%s: write \"%s\" without \"%.9s\"", command, name, name);
+		else if (model_is_hal_name(name, &instead))
+			complain("%s: only LinuxCNC knows \"%s\" (halcmd getp pokeys.N.%s)%s%s",
+				 command, name, name, instead ? "; the device has " : "",
+				 instead ? instead : "");
+		else
+			complain("%s: nothing is called \"%s\"; \"pokeysctl names\" lists the "
+				 "names", command, name);
+		return STATUS_USAGE;
+	}
+	return STATUS_OK;
+}

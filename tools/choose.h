@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The values that a command line names, by name or with wildcards. Cold, main thread. */
+#ifndef TOOLS_CHOOSE_H
+#define TOOLS_CHOOSE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* No pattern chooses everything. */
+struct choice {
+	char *const *patterns;	/* as fnmatch(3) has them */
+	size_t count;
+};
+
+bool choose(const struct choice *choice, const char *name);
+
+/* The only name that can be meant, or NULL. */
+const char *choose_only(const struct choice *choice);
+
+/* 0; or a status to exit with if a pattern fits no name, and then that has been said. */
+int choose_check(const struct choice *choice, const char *command);
+
+#endif
