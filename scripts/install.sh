@@ -23,6 +23,7 @@ PACKAGES_BUILD=(
 PACKAGES_TEST=(
 	strace			# system calls of the realtime thread
 	systemd			# systemd-analyze
+	python3-venv mypy	# the Python package
 )
 PACKAGES_FUZZ=(libclang-rt-14-dev)	# libFuzzer
 PACKAGES_VM=(qemu-system-x86 mmdebstrap e2fsprogs)	# a PREEMPT_RT machine

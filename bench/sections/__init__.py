@@ -27,6 +27,7 @@ ORDER = (
     "motion",
     "shared_memory",
     "readers",
+    "python",
     "exchange",
     "hal",
     "age",

@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 
-MIT_ROOMS = ("include/", "wire/", "shm/", "daemon/engine/", "examples/")
+MIT_ROOMS = ("include/", "wire/", "shm/", "daemon/engine/", "examples/", "python/")
 SOURCE = (".c", ".h", ".rs", ".py", ".sh", ".build")
 NOTE = {".c"}
 NARROW, COLUMNS, TAB = {".c", ".h"}, 100, 8

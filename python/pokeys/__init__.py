@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: MIT
+"""Read PoKeys devices through a running pokeysd.
+
+    import pokeys
+
+    with pokeys.attach("mill") as mill:
+        state = mill.read()
+        print(state.pin[3].in_, state.joint[0].counts, state["engine-state"])
+
+Values have the names of LinuxCNC's HAL (``pokeysctl names`` lists them). Only the standard
+library and libpokeys_shm.so.0 are needed; the user has to be in group pokeys-monitor.
+"""
+from .client import Device, attach, devices
+from .errors import Error, LibraryMissing, NoDaemon, NoSuchDevice, Refused, Stale, ToolFailed
+from .pokeysctl import Found, discover
+from .snapshot import Diagnostics, Histogram, State, describe, names
+
+__all__ = ["Device", "Diagnostics", "Error", "Found", "Histogram", "LibraryMissing", "NoDaemon", "NoSuchDevice",
+           "Refused", "Stale", "State", "ToolFailed", "attach", "describe", "devices", "discover", "names"]

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""libpokeys_shm, loaded once.
+
+What reads an image takes less than a microsecond, so it is called with the interpreter's
+lock held (PyDLL): it is faster, and two threads cannot read at once by one client, which
+the library forbids. What may block is called without it (CDLL).
+"""
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+from ctypes import CDLL, PyDLL, c_char_p, c_double, c_int, c_size_t, c_uint, c_uint64, c_void_p
+
+from .errors import LibraryMissing
+
+NAME_SIZE = 32
+DEVICES_MOST = 32
+DETACHED, ATTACHED, REFUSED = 0, 1, 2
+
+_COLD = {
+    "pokeys_client_open": [c_void_p, c_char_p, c_char_p, c_char_p, c_uint],
+    "pokeys_client_close": [c_void_p],
+    "pokeys_client_poll": [c_void_p],
+    "pokeys_client_follow": [c_void_p, c_uint],
+    "pokeys_client_status": [c_void_p, c_char_p, c_size_t],
+    "pokeys_shm_devices": [c_char_p, c_void_p, c_size_t],
+}
+_FAST = {
+    "pokeys_client_read": [c_void_p, c_void_p],
+    "pokeys_client_read_diag": [c_void_p, c_void_p],
+}
+_NUMBERS = {
+    "pokeys_histogram_percentile": [c_char_p, c_double],
+    "pokeys_histogram_lower": [c_uint],
+    "pokeys_shm_layout": [c_uint],
+}
+
+
+class Library:
+    """The functions of libpokeys_shm, with their types."""
+
+    def __init__(self, name: str) -> None:
+        try:
+            self.cold, self.fast = CDLL(name), PyDLL(name)
+        except OSError as error:
+            raise LibraryMissing(
+                f"{error}; install pokeysd, or let POKEYS_SHM_LIBRARY name the file "
+                "(build/shm/libpokeys_shm.so.0 of a build)") from None
+        self.name = name
+        for library, prototypes, result in ((self.cold, _COLD, c_int), (self.fast, _FAST, c_int),
+                                            (self.fast, _NUMBERS, c_uint64)):
+            for function, arguments in prototypes.items():
+                getattr(library, function).argtypes = arguments
+                getattr(library, function).restype = result
+        self.cold.pokeys_client_close.restype = None
+
+
+@functools.cache
+def library() -> Library:
+    """The library; POKEYS_SHM_LIBRARY names another file than libpokeys_shm.so.0."""
+    return Library(os.environ.get("POKEYS_SHM_LIBRARY", "libpokeys_shm.so.0"))
+
+
+def check_layouts(known: dict[int, int]) -> None:
+    """Refuse a library whose images have other layouts (hashes by number of the image)."""
+    for number, layout in known.items():
+        if library().fast.pokeys_shm_layout(number) != layout:
+            raise LibraryMissing(f"{library().name} has other layouts than this package; install "
+                                 "pokeysd and the package of the same version")
+
+
+def percentile(histogram: bytes, part: float) -> int:
+    """Nanoseconds below which this part (0..1) of a histogram's durations lies; 0 if it is empty."""
+    return int(library().fast.pokeys_histogram_percentile(histogram, part))
+
+
+def bucket_lower(bucket: int) -> int:
+    """The shortest duration of a bucket, ns."""
+    return int(library().fast.pokeys_histogram_lower(bucket))
+
+
+def devices(runtime: str | None) -> list[str]:
+    """Names of the devices of the running daemon; empty if there is none. OSError if refused."""
+    names = (ctypes.c_char * NAME_SIZE * DEVICES_MOST)()
+    count = library().cold.pokeys_shm_devices(runtime.encode() if runtime else None, names, DEVICES_MOST)
+    if count < 0:
+        raise OSError(-count, os.strerror(-count))
+    return [names[i].value.decode() for i in range(min(count, DEVICES_MOST))]

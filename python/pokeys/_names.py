@@ -1,0 +1,1921 @@
+# SPDX-License-Identifier: MIT
+"""The names of all values, as classes. Made by generate.py: do not edit."""
+from __future__ import annotations
+
+from typing import Any
+
+from ._values import Address, Age, Bit, Bits, Flag, Integer, Part, Parts, Quantile, Ratio, Real, Text, Value, Word
+
+
+class StateAge(Part):
+    """age"""
+
+    __slots__ = ()
+    publish_us = Age(
+        "age.publish-us", 1, (48, 0),
+        "time since the daemon published the state, microseconds",
+        "us",
+        factor=0.001)
+    cycle_us = Age(
+        "age.cycle-us", 1, (40, 0),
+        "time since the tick of that cycle, microseconds",
+        "us",
+        factor=0.001)
+    digital_us = Age(
+        "age.digital-us", 1, (56, 0),
+        "age of the digital inputs, microseconds",
+        "us",
+        factor=0.001)
+    analog_us = Age(
+        "age.analog-us", 1, (64, 0),
+        "age of the analog inputs but 00 and 01, microseconds",
+        "us",
+        factor=0.001)
+    analog_slow_us = Age(
+        "age.analog-slow-us", 1, (96, 0),
+        "age of the analog inputs 00 and 01, microseconds",
+        "us",
+        factor=0.001)
+    encoder_us = Age(
+        "age.encoder-us", 1, (72, 0),
+        "age of the encoders' fast counts, microseconds",
+        "us",
+        factor=0.001)
+    motion_us = Age(
+        "age.motion-us", 1, (80, 0),
+        "age of the axes' positions, microseconds",
+        "us",
+        factor=0.001)
+    slow_us = Age(
+        "age.slow-us", 1, (88, 0),
+        "age of what was asked for beside the fast data, microseconds",
+        "us",
+        factor=0.001)
+    postep_us = Age(
+        "age.postep-us", 1, (2224, 0),
+        "age of the PoStep drivers' status, microseconds",
+        "us",
+        factor=0.001)
+    link_us = Age(
+        "age.link-us", 1, (120, 0),
+        "time since link-state changed, microseconds",
+        "us",
+        factor=0.001)
+    command_us = Age(
+        "age.command-us", 1, (2176, 0),
+        "age of the commander's last command, microseconds",
+        "us",
+        factor=0.001)
+
+
+class StateDaemon(Part):
+    """daemon"""
+
+    __slots__ = ()
+    realtime = Bit("daemon.realtime", 1, (901, 0), "the daemon runs at realtime priority")
+    fallback = Bit(
+        "daemon.fallback", 1, (902, 0),
+        "the daemon's transport is slower than asked for")
+    guard = Bit("daemon.guard", 1, (905, 0), "the daemon's packet guard is attached")
+    stopping = Bit("daemon.stopping", 1, (904, 0), "the daemon is about to end")
+    stale = Bit(
+        "daemon.stale", 1, (896, 0),
+        "the daemon itself calls the fast data too old")
+    epoch = Integer(
+        "daemon.epoch", 1, (16, 0),
+        "differs for each start of the daemon",
+        code="Q")
+    period_us = Real(
+        "daemon.period-us", 1, (32, 0),
+        "period of the daemon's cycle",
+        "us",
+        code="Q",
+        factor=0.001)
+    stale_after_us = Real(
+        "daemon.stale-after-us", 1, (104, 0),
+        "data older than this are stale",
+        "us",
+        code="Q",
+        factor=0.001)
+
+
+class StateCommand(Part):
+    """command"""
+
+    __slots__ = ()
+    heartbeat = Integer(
+        "command.heartbeat", 1, (2168, 0),
+        "of the command in effect",
+        code="Q")
+
+
+class StatePackets(Part):
+    """packets"""
+
+    __slots__ = ()
+    sent = Integer("packets.sent", 1, (2528, 0), "packets sent", code="Q")
+    resent = Integer("packets.resent", 1, (2536, 0), "of these, repeated", code="Q")
+    received = Integer("packets.received", 1, (2544, 0), "packets received", code="Q")
+    accepted = Integer("packets.accepted", 1, (2552, 0), "answers that were taken", code="Q")
+    missed = Integer(
+        "packets.missed", 1, (2560, 0),
+        "requests without an answer by their deadline",
+        code="Q")
+    late = Integer(
+        "packets.late", 1, (2568, 0),
+        "requests answered after their deadline",
+        code="Q")
+    lost = Integer("packets.lost", 1, (2576, 0), "requests never answered", code="Q")
+    timed_out = Integer("packets.timed-out", 1, (2584, 0), "requests abandoned", code="Q")
+    stray = Integer(
+        "packets.stray", 1, (2592, 0),
+        "answers that match no request",
+        code="Q")
+    duplicate = Integer(
+        "packets.duplicate", 1, (2600, 0),
+        "answers that arrived twice",
+        code="Q")
+    stale = Integer(
+        "packets.stale", 1, (2608, 0),
+        "answers too old to be accepted",
+        code="Q")
+    corrupt = Integer("packets.corrupt", 1, (2616, 0), "damaged packets", code="Q")
+    wrong_source = Integer(
+        "packets.wrong-source", 1, (2624, 0),
+        "packets from another sender",
+        code="Q")
+    send_failed = Integer(
+        "packets.send-failed", 1, (2632, 0),
+        "packets that the kernel did not send",
+        code="Q")
+    in_flight = Integer(
+        "packets.in-flight", 1, (2680, 0),
+        "requests currently waiting for an answer",
+        code="I")
+    error_level = Integer(
+        "packets.error-level", 1, (2684, 0),
+        "rises with lost answers, falls with good ones; 0 is well",
+        code="I")
+
+
+class StatePhase(Part):
+    """phase"""
+
+    __slots__ = ()
+    state = Word(
+        "phase.state", 1, (2200, 0),
+        "whether the daemon's cycle follows the commander: 0 off, 1 nobody to follow, 2 no period "
+        "fits, 3 on the way, 4 locked",
+        code="B",
+        words={
+            0: "off",
+            1: "free",
+            2: "unfit",
+            3: "seeking",
+            4: "locked",
+        })
+    master = Integer(
+        "phase.master", 1, (2201, 0),
+        "the daemon's index of the device whose commander it follows; 255 none",
+        code="B")
+    losses = Integer("phase.losses", 1, (2204, 0), "times the lock was lost", code="I")
+    lead_us = Real(
+        "phase.lead-us", 1, (2212, 0),
+        "from the daemon's tick to the read that it is scheduled for",
+        "us",
+        code="I",
+        factor=0.001)
+    jitter_us = Real(
+        "phase.jitter-us", 1, (2216, 0),
+        "mean deviation of the reads",
+        "us",
+        code="I",
+        factor=0.001)
+    period_us = Real(
+        "phase.period-us", 1, (2220, 0),
+        "from the last tick to the next one",
+        "us",
+        code="I",
+        factor=0.001)
+
+
+class StatePinItem(Part):
+    """pin.NN"""
+
+    __slots__ = ()
+    in_ = Bit("pin.%02u.in", 55, (2432, 1), "digital input; pin.00 is pin 1")
+    out_fb = Bit(
+        "pin.%02u.out-fb", 55, (2496, 1),
+        "the output as the device has acknowledged it")
+    is_output = Bit(
+        "pin.%02u.is-output", 55, (2560, 1),
+        "the device has the pin configured as an output")
+    function_in_effect = Integer(
+        "pin.%02u.function-in-effect", 55, (328, 1),
+        "as the device has it: sum of 2 digital input, 4 digital output, 8 analog input, 16 analog "
+        "output, 32 triggered input, 64 counter, 128 inverted",
+        code="B")
+    can_input = Bit("pin.%02u.can-input", 55, (2112, 1), "the pin can be a digital input")
+    can_output = Bit("pin.%02u.can-output", 55, (2176, 1), "the pin can be a digital output")
+    can_analog = Bit("pin.%02u.can-analog", 55, (2240, 1), "the pin can be an analog input")
+    can_count = Bit("pin.%02u.can-count", 55, (2304, 1), "the pin can be a digital counter")
+    can_pwm = Bit("pin.%02u.can-pwm", 55, (2368, 1), "the pin can be a PWM output")
+
+
+class StatePin(Parts[StatePinItem]):
+    """pin"""
+
+    __slots__ = ()
+    _kind = StatePinItem
+    _count = 55
+
+
+class StateCounterItem(Part):
+    """counter.NN"""
+
+    __slots__ = ()
+    value = Integer(
+        "counter.%02u.value", 55, (824, 4),
+        "digital counter of the pin, wraps at 2^32",
+        code="I")
+
+
+class StateCounter(Parts[StateCounterItem]):
+    """counter"""
+
+    __slots__ = ()
+    _kind = StateCounterItem
+    _count = 55
+
+
+class StateAdcItem(Part):
+    """adc.NN"""
+
+    __slots__ = ()
+    raw = Integer("adc.%02u.raw", 7, (384, 2), "0..4095 = 0..3.3 V at the pin", code="H")
+    volts = Real(
+        "adc.%02u.volts", 7, (384, 2),
+        "voltage at the pin; adc.00 is pin 41",
+        "V",
+        code="H",
+        factor=0.000805860806)
+
+
+class StateAdc(Parts[StateAdcItem]):
+    """adc"""
+
+    __slots__ = ()
+    _kind = StateAdcItem
+    _count = 7
+
+
+class StateEncoderItem(Part):
+    """encoder.NN"""
+
+    __slots__ = ()
+    rawcounts = Integer(
+        "encoder.%02u.rawcounts", 26, (400, 4),
+        "the device's own count, wraps at 2^32; 25 is the ultra-fast encoder",
+        "counts",
+        code="i")
+    enabled = Bit(
+        "encoder.%02u.enabled", 26, (4032, 1),
+        "the device counts it, as basic, fast or ultra-fast encoder")
+    index_seen = Bit(
+        "encoder.%02u.index-seen", 26, (4064, 1),
+        "the index pulse has come since it was last waited for")
+    age_us = Age(
+        "encoder.%02u.age-us", 26, (512, 8),
+        "time since the count was sampled",
+        "us",
+        factor=0.001)
+    resyncs = Integer(
+        "encoder.%02u.resyncs", 26, (720, 4),
+        "jumps of the count that were corrected",
+        code="I")
+
+
+class StateEncoder(Parts[StateEncoderItem]):
+    """encoder"""
+
+    __slots__ = ()
+    _kind = StateEncoderItem
+    _count = 26
+
+
+class StatePwmItem(Part):
+    """pwm.NN"""
+
+    __slots__ = ()
+    duty = Ratio(
+        "pwm.%02u.duty", 6, (1056, 4),
+        "as the device has it, 0..1",
+        code="I",
+        whole=1048)
+    enabled = Bit("pwm.%02u.enabled", 6, (8416, 1), "the device has the channel on")
+
+
+class StatePwm(Parts[StatePwmItem]):
+    """pwm"""
+
+    __slots__ = ()
+    _kind = StatePwmItem
+    _count = 6
+    period_ticks = Integer(
+        "pwm.period-ticks", 1, (1048, 0),
+        "period of all PWM channels; see info.PWMinternalFrequency",
+        "ticks",
+        code="I")
+
+
+class StateExternalItem(Part):
+    """external.NN"""
+
+    __slots__ = ()
+    out_fb = Bit("external.%02u.out-fb", 8, (8712, 1), "as the device has it")
+
+
+class StateExternal(Parts[StateExternalItem]):
+    """external"""
+
+    __slots__ = ()
+    _kind = StateExternalItem
+    _count = 8
+
+
+class StateExternalRelayItem(Part):
+    """external-relay.NN"""
+
+    __slots__ = ()
+    out_fb = Bit("external-relay.%02u.out-fb", 8, (8704, 1), "as the device has it")
+
+
+class StateExternalRelay(Parts[StateExternalRelayItem]):
+    """external-relay"""
+
+    __slots__ = ()
+    _kind = StateExternalRelayItem
+    _count = 8
+
+
+class StateEngineMiscItem(Part):
+    """engine.misc.NN"""
+
+    __slots__ = ()
+    in_ = Bit(
+        "engine.misc.%02u.in", 8, (8696, 1),
+        "further inputs of the engine's connector: 04..06 inputs 5 to 7, 07 spindle error")
+
+
+class StateEngineMisc(Parts[StateEngineMiscItem]):
+    """engine.misc"""
+
+    __slots__ = ()
+    _kind = StateEngineMiscItem
+    _count = 8
+
+
+class StateEngine(Part):
+    """engine"""
+
+    __slots__ = ()
+    axes_enabled = Integer(
+        "engine.axes-enabled", 1, (1081, 0),
+        "axes the engine has enabled",
+        code="B")
+    activated = Flag("engine.activated", 1, (1082, 0), "the engine is initialised")
+    charge_pump_state = Integer(
+        "engine.charge-pump-state", 1, (1085, 0),
+        "the charge pump's setting in effect",
+        code="B")
+    generator_state = Integer(
+        "engine.generator-state", 1, (1086, 0),
+        "the generator's setting in effect",
+        code="B")
+    power_states_in_effect = Integer(
+        "engine.power-states-in-effect", 1, (1092, 0),
+        "in which states the power is enabled, see engine.power-states",
+        code="B")
+    probe_status = Integer(
+        "engine.probe-status", 1, (1093, 0),
+        "bits of the axes that have probed",
+        code="B")
+    buffer_slots = Integer(
+        "engine.buffer-slots", 1, (1090, 0),
+        "size of the motion buffer, slots",
+        code="B")
+    buffer_level = Integer(
+        "engine.buffer-level", 1, (1091, 0),
+        "slots in use, as far as known",
+        code="B")
+    buffer_underruns = Integer(
+        "engine.buffer-underruns", 1, (1112, 0),
+        "how often the buffer ran dry while axes were moving, since the daemon's start",
+        code="I")
+    buffer_resyncs = Integer(
+        "engine.buffer-resyncs", 1, (1116, 0),
+        "how often positions were read back to find out what had been executed",
+        code="I")
+    slot_us = Real(
+        "engine.slot-us", 1, (1094, 0),
+        "time of a slot, microseconds",
+        "us",
+        code="B",
+        factor=100)
+    limit_override_active = Flag(
+        "engine.limit-override-active", 1, (1083, 0),
+        "the override is active in the device")
+    emergency_invert_in_effect = Flag(
+        "engine.emergency-invert-in-effect", 1, (1095, 0),
+        "the emergency input is inverted: normally open")
+    emergency_pin_in_effect = Integer(
+        "engine.emergency-pin-in-effect", 1, (1096, 0),
+        "the emergency input: 0 off, 1 default pin, else terminal + 10",
+        code="B")
+
+    @property
+    def misc(self) -> StateEngineMisc:
+        """engine.misc"""
+        return StateEngineMisc(self._image, self._index)
+
+
+class StateTask(Part):
+    """task"""
+
+    __slots__ = ()
+    kind = Integer(
+        "task.kind", 1, (1104, 0),
+        "what the device does, or did last, by itself: 0 nothing, 1 homing, 2 probing, 3 hybrid "
+        "probing, 4 jogging, 5 threading",
+        code="B")
+    phase = Integer(
+        "task.phase", 1, (1105, 0),
+        "0 idle, 1 engine is being stopped, 2 start requested, 3 working, 4 complete, 5 finishing, "
+        "6 stopping",
+        code="B")
+    result = Word(
+        "task.result", 1, (1106, 0),
+        "how the last one ended: 1 done, else why not",
+        code="B",
+        words={
+            0: "ended",
+            1: "done",
+            2: "cancelled",
+            3: "not done within its time limit",
+            4: "failed: the device did not begin, or stopped by itself",
+            5: "stopped by a limit switch or the emergency input",
+            6: "at its end without a contact",
+            7: "lost with the link",
+            10: "stopped: the motion buffer ran dry in the middle of a thread",
+            11: "stopped: the spindle is too far behind its target speed",
+        })
+    axes = Integer("task.axes", 1, (1107, 0), "bits of its axes", code="B")
+    count = Integer(
+        "task.count", 1, (1108, 0),
+        "how many have ended since the daemon's start",
+        code="I")
+
+
+class StateJointItemPostep(Part):
+    """joint.NN.postep"""
+
+    __slots__ = ()
+    supply = Real(
+        "joint.%02u.postep.supply", 8, (2284, 32),
+        "PoStep driver: supply, V",
+        "V",
+        code="B",
+        factor=0.25)
+    temperature = Integer(
+        "joint.%02u.postep.temperature", 8, (2285, 32),
+        "PoStep driver: degrees C",
+        "deg C",
+        code="B")
+    state = Word(
+        "joint.%02u.postep.state", 8, (2287, 32),
+        "PoStep driver: 1 sleep, 2 active, 3 idle, 4 overheated, 5 DC motor",
+        code="B",
+        words={
+            1: "asleep",
+            2: "active",
+            3: "idle",
+            4: "overheated",
+            5: "DC motor",
+        })
+    fault = Flag("joint.%02u.postep.fault", 8, (2288, 32), "PoStep driver: any fault")
+    faults = Integer(
+        "joint.%02u.postep.faults", 8, (2288, 32),
+        "PoStep driver: 1 too hot, 2 and 4 overcurrent A and B, 8 and 16 predriver A and B, 32 "
+        "undervoltage, 64 stall, 128 stall latched",
+        code="B")
+    inputs = Integer(
+        "joint.%02u.postep.inputs", 8, (2286, 32),
+        "PoStep driver: 1 bootloader, 2 sleep, 4 step, 8 direction, 16 BIN1, 32 BIN2, 64 end switch",
+        code="B")
+    updates = Integer(
+        "joint.%02u.postep.updates", 8, (2280, 32),
+        "PoStep driver: number of its answers to the device, as far as observed",
+        code="I")
+    age_ms = Age(
+        "joint.%02u.postep.age-ms", 8, (2272, 32),
+        "PoStep driver: time since its last observed answer",
+        "ms",
+        factor=1e-06)
+    mode = Integer(
+        "joint.%02u.postep.mode", 8, (2290, 32),
+        "PoStep driver: 1 external, 2 step, 3 DC motor, 4 position, 5 BINx",
+        code="B")
+    step_mode_in_effect = Integer(
+        "joint.%02u.postep.step-mode-in-effect", 8, (2291, 32),
+        "PoStep driver: microsteps, 0 full steps, 1 1/2, 2 1/4 .. 8 1/256",
+        code="B")
+    temperature_limit_in_effect = Integer(
+        "joint.%02u.postep.temperature-limit-in-effect", 8, (2292, 32),
+        "PoStep driver: it switches off above this",
+        "deg C",
+        code="B")
+    current_raw = Integer(
+        "joint.%02u.postep.current-raw", 8, (2298, 32),
+        "PoStep driver: full scale current; unit not documented, never written",
+        code="H")
+    current_idle_raw = Integer(
+        "joint.%02u.postep.current-idle-raw", 8, (2300, 32),
+        "PoStep driver: idle current; unit not documented, never written",
+        code="H")
+    current_overheat_raw = Integer(
+        "joint.%02u.postep.current-overheat-raw", 8, (2302, 32),
+        "PoStep driver: current when overheated; unit not documented, never written",
+        code="H")
+    hardware_major = Integer(
+        "joint.%02u.postep.hardware-major", 8, (2293, 32),
+        "PoStep driver: version of its hardware",
+        code="B")
+    hardware_minor = Integer(
+        "joint.%02u.postep.hardware-minor", 8, (2294, 32),
+        "PoStep driver: version of its hardware",
+        code="B")
+    firmware_major = Integer(
+        "joint.%02u.postep.firmware-major", 8, (2295, 32),
+        "PoStep driver: version of its firmware",
+        code="B")
+    firmware_minor = Integer(
+        "joint.%02u.postep.firmware-minor", 8, (2296, 32),
+        "PoStep driver: version of its firmware",
+        code="B")
+
+
+class StateJointItem(Part):
+    """joint.NN"""
+
+    __slots__ = ()
+    counts = Integer(
+        "joint.%02u.counts", 8, (1120, 48),
+        "position as the device reports",
+        "pulses",
+        code="i")
+    counts_cmd = Integer(
+        "joint.%02u.counts-cmd", 8, (1124, 48),
+        "the position last sent to the device; if it is driven by speed, pulses per second",
+        "pulses",
+        code="i")
+    counts_error = Integer(
+        "joint.%02u.counts-error", 8, (1140, 48),
+        "command less position; 0 unless it is driven by positions",
+        "pulses",
+        code="i")
+    counts_probed = Integer(
+        "joint.%02u.counts-probed", 8, (1152, 48),
+        "where the probe tripped",
+        "pulses",
+        code="q")
+    age_cmd_us = Age(
+        "joint.%02u.age-cmd-us", 8, (1144, 48),
+        "time since counts-cmd was sent",
+        "us",
+        factor=0.001)
+    max_rate = Real(
+        "joint.%02u.max-rate", 8, (1160, 48),
+        "highest speed, as the device has it",
+        "pulses/s",
+        code="f",
+        factor=1)
+    max_rate_change = Real(
+        "joint.%02u.max-rate-change", 8, (1164, 48),
+        "acceleration, as the device has it",
+        "pulses/s^2",
+        code="f",
+        factor=1)
+    mode_in_effect = Integer(
+        "joint.%02u.mode-in-effect", 8, (1130, 48),
+        "what drives it: 0 nothing, 1 positions, 2 speed, 3 the motion buffer",
+        code="B")
+    position_epoch = Integer(
+        "joint.%02u.position-epoch", 8, (1131, 48),
+        "changes when the device starts a new count; even: the position is lost, odd: it is known",
+        code="B")
+    state = Word(
+        "joint.%02u.state", 8, (1128, 48),
+        "0 stopped, 1 ready, 2 running, 8 resetting, 9 backing off, 10 home, 11 homing starts, 12 "
+        "homing search, 13 homing back, 14 probed, 15 probe starts, 16 probe search, 20 error, 30 "
+        "limit",
+        code="B",
+        words={
+            0: "stopped",
+            1: "ready",
+            2: "running",
+            5: "buffer",
+            8: "homing resetting",
+            9: "homing backing off",
+            10: "home",
+            11: "homing start",
+            12: "homing search",
+            13: "homing back",
+            14: "probed",
+            15: "probe start",
+            16: "probe search",
+            20: "error",
+            30: "limit",
+        })
+    enabled = Flag("joint.%02u.enabled", 8, (1129, 48), "the daemon drives this axis")
+    homed = Flag("joint.%02u.homed", 8, (1138, 48), "homed by the device")
+    at_counts_cmd = Flag(
+        "joint.%02u.at-counts-cmd", 8, (1137, 48),
+        "stands, and counts is counts-cmd")
+    parked = Flag(
+        "joint.%02u.parked", 8, (1139, 48),
+        "homed or probed: follows its command again once that meets counts, or its enable has been "
+        "false")
+    error = Flag("joint.%02u.error", 8, (1135, 48), "motor driver's error input")
+    limit_neg = Flag("joint.%02u.limit-neg", 8, (1132, 48), "negative limit switch")
+    limit_pos = Flag("joint.%02u.limit-pos", 8, (1133, 48), "positive limit switch")
+    home_sw = Flag("joint.%02u.home-sw", 8, (1134, 48), "home switch")
+    soft_limit = Flag("joint.%02u.soft-limit", 8, (1136, 48), "soft limit reached")
+    limit_neg_raw = Bit("joint.%02u.limit-neg-raw", 8, (8800, 1), "the switch's bit of the status")
+    limit_pos_raw = Bit("joint.%02u.limit-pos-raw", 8, (8808, 1), "the switch's bit of the status")
+    home_raw = Bit("joint.%02u.home-raw", 8, (8816, 1), "the switch's bit of the status")
+    limit_neg_dedicated = Bit(
+        "joint.%02u.limit-neg-dedicated", 8, (8776, 1),
+        "the axis' own limit input, before inversion")
+    limit_pos_dedicated = Bit(
+        "joint.%02u.limit-pos-dedicated", 8, (8784, 1),
+        "the axis' own limit input, before inversion")
+    home_dedicated = Bit(
+        "joint.%02u.home-dedicated", 8, (8792, 1),
+        "the axis' own home input, before inversion")
+    probed = Bit(
+        "joint.%02u.probed", 8, (8744, 1),
+        "the axis' bit of the probe status: counts-probed is from the last probing")
+    backlash_taken = Integer(
+        "joint.%02u.backlash-taken", 8, (2232, 2),
+        "pulses that the device has added",
+        "pulses",
+        code="h")
+
+    @property
+    def postep(self) -> StateJointItemPostep:
+        """joint.NN.postep"""
+        return StateJointItemPostep(self._image, self._index)
+
+
+class StateJoint(Parts[StateJointItem]):
+    """joint"""
+
+    __slots__ = ()
+    _kind = StateJointItem
+    _count = 8
+
+
+class StateThreading(Part):
+    """threading"""
+
+    __slots__ = ()
+    preparing = Flag("threading.preparing", 1, (2248, 0), "the device empties its buffer")
+    prepared = Flag(
+        "threading.prepared", 1, (2249, 0),
+        "the device plays nothing: the motion may begin, and threading may be armed")
+    waiting = Flag("threading.waiting", 1, (2250, 0), "the device waits for the index")
+    active = Flag("threading.active", 1, (2251, 0), "motion follows the spindle")
+    velocity = Integer(
+        "threading.velocity", 1, (2256, 0),
+        "speed of the spindle as the device estimates it; its unit is not documented",
+        code="i")
+    position_error = Integer(
+        "threading.position-error", 1, (2260, 0),
+        "lag that the device reports; its unit is not documented",
+        code="i")
+    spindle_rpm = Integer(
+        "threading.spindle-rpm", 1, (2264, 0),
+        "speed of the spindle",
+        "rpm",
+        code="I")
+    index_count = Integer("threading.index-count", 1, (2268, 0), "index pulses", code="I")
+    behind = Integer(
+        "threading.behind", 1, (2254, 0),
+        "milliseconds of commanded motion that have not been played yet",
+        code="H")
+    refusal = Word(
+        "threading.refusal", 1, (2253, 0),
+        "why the last request was refused, 0 it was not",
+        code="B",
+        words={
+            0: "not refused",
+            1: "the machine is off",
+            2: "its settings are not given, or the device has not taken them yet",
+            3: "no enabled axis in buffered mode takes part",
+            4: "an axis has not come to rest",
+            5: "the device is at work already",
+            6: "it is not prepared",
+            7: "it has not begun",
+            8: "the time limit is out of range",
+        })
+    ignored_axes = Integer(
+        "threading.ignored-axes", 1, (2252, 0),
+        "bits of the axes that do not take part",
+        code="B")
+
+
+class StateInfo(Part):
+    """info"""
+
+    __slots__ = ()
+    SerialNumber = Integer("info.SerialNumber", 1, (136, 0), "serial number", code="I")
+    type = Text("info.type", 1, (176, 0), "model, e.g. PoKeys57CNC", size=24)
+    name = Text("info.name", 1, (152, 0), "the device's own name", size=24)
+    build = Text("info.build", 1, (200, 0), "build date of the firmware", size=16)
+    address = Address("info.address", 1, (140, 0), "IP address")
+    DeviceTypeID = Integer("info.DeviceTypeID", 1, (144, 0), "hardware id", code="B")
+    FirmwareMajor = Integer(
+        "info.FirmwareMajor", 1, (145, 0),
+        "firmware version, e.g. 4 of 4.7.15",
+        code="B")
+    FirmwareMinor = Integer(
+        "info.FirmwareMinor", 1, (146, 0),
+        "firmware version, e.g. 7 of 4.7.15",
+        code="B")
+    FirmwareRevision = Integer(
+        "info.FirmwareRevision", 1, (147, 0),
+        "firmware version, e.g. 15 of 4.7.15",
+        code="B")
+    UserID = Integer("info.UserID", 1, (148, 0), "the device's user id", code="B")
+    ActivatedOptions = Integer(
+        "info.ActivatedOptions", 1, (151, 0),
+        "activated options, bits as the device reports them",
+        code="B")
+    PinCount = Integer("info.PinCount", 1, (216, 0), "digital pins", code="B")
+    PWMCount = Integer("info.PWMCount", 1, (217, 0), "PWM channels", code="B")
+    BasicEncoderCount = Integer("info.BasicEncoderCount", 1, (218, 0), "basic encoders", code="B")
+    EncodersCount = Integer("info.EncodersCount", 1, (219, 0), "encoders of all kinds", code="B")
+    FastEncoders = Integer("info.FastEncoders", 1, (220, 0), "fast encoders", code="B")
+    UltraFastEncoders = Integer("info.UltraFastEncoders", 1, (221, 0), "ultra-fast encoders", code="B")
+    PWMinternalFrequency = Integer(
+        "info.PWMinternalFrequency", 1, (256, 0),
+        "clock of the PWM counter, Hz",
+        "Hz",
+        code="I")
+    AnalogInputs = Integer("info.AnalogInputs", 1, (222, 0), "analog inputs", code="B")
+    KeyMapping = Integer("info.KeyMapping", 1, (236, 0), "key mapping", code="B")
+    TriggeredKeyMapping = Integer(
+        "info.TriggeredKeyMapping", 1, (237, 0),
+        "triggered key mapping",
+        code="B")
+    KeyRepeatDelay = Integer("info.KeyRepeatDelay", 1, (238, 0), "key repeat delay", code="B")
+    DigitalCounters = Integer("info.DigitalCounters", 1, (223, 0), "digital counters", code="B")
+    JoystickButtonAxisMapping = Integer(
+        "info.JoystickButtonAxisMapping", 1, (239, 0),
+        "joystick button and axis mapping",
+        code="B")
+    JoystickAnalogToDigitalMapping = Integer(
+        "info.JoystickAnalogToDigitalMapping", 1, (239, 0),
+        "joystick analog to digital mapping",
+        code="B")
+    JoystickHATswitch = Integer("info.JoystickHATswitch", 1, (239, 0), "joystick hat switch", code="B")
+    Macros = Integer("info.Macros", 1, (240, 0), "macros", code="B")
+    MatrixKeyboard = Integer("info.MatrixKeyboard", 1, (224, 0), "matrix keyboard", code="B")
+    MatrixKeyboardTriggeredMapping = Integer(
+        "info.MatrixKeyboardTriggeredMapping", 1, (237, 0),
+        "matrix keyboard with triggered mapping",
+        code="B")
+    LCD = Integer("info.LCD", 1, (225, 0), "LCD", code="B")
+    MatrixLED = Integer("info.MatrixLED", 1, (226, 0), "matrix LED displays", code="B")
+    ConnectionSignal = Integer("info.ConnectionSignal", 1, (243, 0), "connection signal", code="B")
+    PoExtBus = Integer("info.PoExtBus", 1, (227, 0), "PoExtBus, bytes", code="B")
+    PoNET = Integer("info.PoNET", 1, (228, 0), "PoNET", code="B")
+    AnalogFiltering = Integer(
+        "info.AnalogFiltering", 1, (241, 0),
+        "filter of the analog inputs",
+        code="B")
+    InitOutputsStart = Integer(
+        "info.InitOutputsStart", 1, (242, 0),
+        "start values of outputs",
+        code="B")
+    protI2C = Integer("info.protI2C", 1, (229, 0), "I2C", code="B")
+    prot1wire = Integer("info.prot1wire", 1, (230, 0), "1-wire", code="B")
+    AdditionalOptions = Integer(
+        "info.AdditionalOptions", 1, (245, 0),
+        "options that can be activated",
+        code="B")
+    LoadStatus = Integer("info.LoadStatus", 1, (246, 0), "reports its processor load", code="B")
+    CustomDeviceName = Integer("info.CustomDeviceName", 1, (247, 0), "custom device name", code="B")
+    PoTLog27support = Integer("info.PoTLog27support", 1, (249, 0), "PoTLog27", code="B")
+    SensorList = Integer("info.SensorList", 1, (248, 0), "sensor list", code="B")
+    WebInterface = Integer("info.WebInterface", 1, (244, 0), "web interface", code="B")
+    FailSafeSettings = Integer("info.FailSafeSettings", 1, (233, 0), "failsafe settings", code="B")
+    pulse_engine_version = Integer(
+        "info.pulse-engine-version", 1, (232, 0),
+        "version of the pulse engine: 0 none, 1, 2",
+        code="B")
+    EasySensors = Integer("info.EasySensors", 1, (231, 0), "EasySensor slots", code="B")
+    Axes = Integer(
+        "info.Axes", 1, (234, 0),
+        "axes of the pulse engine, as it reports",
+        code="B")
+    MaxPulseFrequency = Integer(
+        "info.MaxPulseFrequency", 1, (235, 0),
+        "highest pulse frequency of an axis, kHz",
+        "kHz",
+        code="B")
+
+
+class StateDevice(Part):
+    """device"""
+
+    __slots__ = ()
+    locked = Flag("device.locked", 1, (149, 0), "the device's configuration is locked")
+    load = Integer(
+        "device.load", 1, (150, 0),
+        "the device's processor load, percent",
+        "%",
+        code="B")
+    tick = Real(
+        "device.tick", 1, (128, 0),
+        "the device's own time, seconds since its start",
+        "s",
+        code="I",
+        factor=0.001)
+    access = Integer(
+        "device.access", 1, (118, 0),
+        "level of the device's password: 0 all, 255 locked",
+        code="B")
+
+
+class StateRtc(Part):
+    """rtc"""
+
+    __slots__ = ()
+    sec = Integer("rtc.sec", 1, (2022, 0), "the device's clock: second", code="B")
+    min = Integer("rtc.min", 1, (2021, 0), "minute", code="B")
+    hour = Integer("rtc.hour", 1, (2020, 0), "hour", code="B")
+    dow = Integer("rtc.dow", 1, (2023, 0), "day of the week, 0..6", code="B")
+    dom = Integer("rtc.dom", 1, (2019, 0), "day of the month, 1..31", code="B")
+    month = Integer("rtc.month", 1, (2018, 0), "month, 1..12", code="B")
+    year = Integer("rtc.year", 1, (2016, 0), "year, e.g. 2026", code="H")
+    doy = Integer("rtc.doy", 1, (2024, 0), "day of the year", code="H")
+
+
+class StateConfig(Part):
+    """config"""
+
+    __slots__ = ()
+    state = Integer(
+        "config.state", 1, (2188, 0),
+        "state of the device's settings: 0 not known, 1 differences wait for the machine to be off,"
+        " 2 being written, 3 as requested, 4 some are refused",
+        code="B")
+    generation_applied = Integer(
+        "config.generation-applied", 1, (2184, 0),
+        "the one the daemon has in effect",
+        code="I")
+    foreign_count = Integer(
+        "config.foreign-count", 1, (2196, 0),
+        "settings of the device that another program has changed (see the log)",
+        code="I")
+    report_count = Integer(
+        "config.report-count", 1, (2192, 0),
+        "rises when what is known of the device's settings changes",
+        code="I")
+
+
+class StateFailsafe(Part):
+    """failsafe"""
+
+    __slots__ = ()
+    state = Integer(
+        "failsafe.state", 1, (119, 0),
+        "0 not known or none, 1 off, 2 on as configured, 3 on, but not as configured",
+        code="B")
+
+
+class StatePoExtBusItem(Part):
+    """PoExtBus.NN"""
+
+    __slots__ = ()
+    in_ = Bit("PoExtBus.%02u.in", 80, (12160, 1), "as the device has it")
+
+
+class StatePoExtBus(Parts[StatePoExtBusItem]):
+    """PoExtBus"""
+
+    __slots__ = ()
+    _kind = StatePoExtBusItem
+    _count = 80
+
+
+class StatePoNETItem(Part):
+    """PoNET.NN"""
+
+    __slots__ = ()
+    type = Integer("PoNET.%02u.type", 16, (1552, 24), "0 none, 16 kbd48CNC", code="B")
+    address = Integer("PoNET.%02u.address", 16, (1553, 24), "address on the bus", code="B")
+    size = Integer("PoNET.%02u.size", 16, (1554, 24), "bytes of data", code="B")
+    options = Integer(
+        "PoNET.%02u.options", 16, (1555, 24),
+        "sum of 1 inputs, 2 outputs, 4 rotated, 8 light sensor, 16 mapped, 32 read, 64 configured, "
+        "128 present",
+        code="B")
+    status = Integer("PoNET.%02u.status", 16, (1556, 24), "0 data are good", code="B")
+    light = Integer("PoNET.%02u.light", 16, (1557, 24), "ambient light, 0..255", code="B")
+    version = Integer(
+        "PoNET.%02u.version", 16, (1558, 24),
+        "version of the module's firmware",
+        code="B")
+    failures = Integer(
+        "PoNET.%02u.failures", 16, (1559, 24),
+        "consecutive exchanges without data",
+        code="B")
+    in_0 = Integer(
+        "PoNET.%02u.in-0", 16, (1560, 24),
+        "inputs: bytes 4 * n to 4 * n + 3, least first",
+        code="I")
+    in_1 = Integer(
+        "PoNET.%02u.in-1", 16, (1564, 24),
+        "inputs: bytes 4 * n to 4 * n + 3, least first",
+        code="I")
+    in_2 = Integer(
+        "PoNET.%02u.in-2", 16, (1568, 24),
+        "inputs: bytes 4 * n to 4 * n + 3, least first",
+        code="I")
+    in_3 = Integer(
+        "PoNET.%02u.in-3", 16, (1572, 24),
+        "inputs: bytes 4 * n to 4 * n + 3, least first",
+        code="I")
+
+
+class StatePoNET(Parts[StatePoNETItem]):
+    """PoNET"""
+
+    __slots__ = ()
+    _kind = StatePoNETItem
+    _count = 16
+    state = Integer(
+        "PoNET.state", 1, (1536, 0),
+        "state of the bus: 10 ready, 0 inactive",
+        code="B")
+    count = Integer("PoNET.count", 1, (1537, 0), "modules found", code="B")
+
+
+class StateMatrixItem(Bits):
+    """matrix.NN"""
+
+    __slots__ = ()
+    _count = 8
+    _bit = Bit(
+        "matrix.%02u.%02u", 128, (12032, 1),
+        "key of the matrix keyboard: row, column")
+
+
+class StateMatrix(Parts[StateMatrixItem]):
+    """matrix"""
+
+    __slots__ = ()
+    _kind = StateMatrixItem
+    _count = 16
+    enabled = Flag("matrix.enabled", 1, (1539, 0), "the device scans it")
+
+
+class StateKbd48CNCItem(Part):
+    """kbd48CNC.NN"""
+
+    __slots__ = ()
+    Button = Bit("kbd48CNC.%02u.Button", 48, (12352, 1), "key 4 * column + row is pressed")
+
+
+class StateKbd48CNC(Parts[StateKbd48CNCItem]):
+    """kbd48CNC"""
+
+    __slots__ = ()
+    _kind = StateKbd48CNCItem
+    _count = 48
+    module = Integer(
+        "kbd48CNC.module", 1, (1538, 0),
+        "which PoNET module it is; 255 none",
+        code="B")
+
+
+class StateRate(Part):
+    """rate"""
+
+    __slots__ = ()
+    encoders_low = Real(
+        "rate.encoders-low", 1, (1936, 0),
+        "encoders 0..12, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    encoders_high = Real(
+        "rate.encoders-high", 1, (1940, 0),
+        "encoders 13..25, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    analog = Real(
+        "rate.analog", 1, (1944, 0),
+        "analog inputs, all, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    counters = Real(
+        "rate.counters", 1, (1948, 0),
+        "digital counters, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    PoExtBus = Real(
+        "rate.PoExtBus", 1, (1952, 0),
+        "PoExtBus, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    tick = Real(
+        "rate.tick", 1, (1956, 0),
+        "the device's time, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    pwm = Real(
+        "rate.pwm", 1, (1960, 0),
+        "PWM, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    load = Real(
+        "rate.load", 1, (1964, 0),
+        "the device's load, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    rtc = Real(
+        "rate.rtc", 1, (1968, 0),
+        "the device's clock, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    external = Real(
+        "rate.external", 1, (1972, 0),
+        "external outputs, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    identity = Real(
+        "rate.identity", 1, (1976, 0),
+        "identity, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    PoNET = Real(
+        "rate.PoNET", 1, (1980, 0),
+        "PoNET modules, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    dedicated = Real(
+        "rate.dedicated", 1, (1984, 0),
+        "dedicated inputs of the pulse engine, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    matrix = Real(
+        "rate.matrix", 1, (1988, 0),
+        "keys beyond the first 8 x 8, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    backlash = Real(
+        "rate.backlash", 1, (1992, 0),
+        "backlash added by the device, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    postep = Real(
+        "rate.postep", 1, (1996, 0),
+        "status of PoStep drivers, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+    postep_rare = Real(
+        "rate.postep-rare", 1, (2000, 0),
+        "their currents, modes and versions, in turns, measured, Hz",
+        "Hz",
+        code="I",
+        factor=0.001)
+
+
+class StateValues(Part):
+    """All values of the image."""
+
+    __slots__ = ()
+    link_state = Word(
+        "link-state", 1, (116, 0),
+        "0 searching, 1 identifying, 2 configuring, 3 running, 4 lost; as last reported by the "
+        "daemon",
+        code="B",
+        words={
+            0: "searching",
+            1: "identifying",
+            2: "configuring",
+            3: "running",
+            4: "lost",
+        })
+    fault = Word(
+        "fault", 1, (117, 0),
+        "why the link does not run, or did not the last time: 0 none, 1 no address, 2 no answer, 3 "
+        "wrong serial number, 4 unsupported device, 5 setting refused, 6 locked, 7 rebooted, 8 "
+        "network, 9 driven by another daemon or section, 10 the daemon's computer was suspended",
+        code="B",
+        words={
+            0: "none",
+            1: "no address",
+            2: "no answer",
+            3: "wrong serial number",
+            4: "unsupported device",
+            5: "setting refused",
+            6: "configuration locked",
+            7: "rebooted",
+            8: "network unreachable",
+            9: "in use",
+            10: "computer was suspended",
+        })
+    fault_count = Integer(
+        "fault-count", 1, (132, 0),
+        "link faults since the daemon's start",
+        code="I")
+    reconnects = Integer(
+        "reconnects", 1, (2648, 0),
+        "times the device was found again",
+        code="Q")
+    cycle = Integer(
+        "cycle", 1, (24, 0),
+        "the daemon's cycle that the values are from",
+        code="Q")
+    machine_on_permitted = Bit(
+        "machine-on-permitted", 1, (899, 0),
+        "the daemon permits motion (machine-is-on rose while the link ran)")
+    needs_edge = Bit(
+        "needs-edge", 1, (900, 0),
+        "machine-is-on is high, but must fall and rise again before anything moves")
+    outputs_held = Bit(
+        "outputs-held", 1, (906, 0),
+        "outputs are held in the safe state after a loss or an emergency stop, until machine-is-on "
+        "rises (exceptions after a loss: resume-outputs in pokeysd.conf)")
+    safe_state = Bit(
+        "safe-state", 1, (898, 0),
+        "the daemon holds outputs and axes in the safe state")
+    command_refused = Bit(
+        "command-refused", 1, (903, 0),
+        "the daemon refused values of the last command")
+    commander_alive = Bit("commander-alive", 1, (897, 0), "the heartbeat of a commander is fresh")
+    command_refused_count = Integer(
+        "command-refused-count", 1, (2688, 0),
+        "values the daemon refused",
+        code="Q")
+    one_shot_refused_count = Integer(
+        "one-shot-refused-count", 1, (2696, 0),
+        "one-shot commands that the daemon refused",
+        code="Q")
+    rtt_us = Real(
+        "rtt-us", 1, (2656, 0),
+        "last round trip, microseconds",
+        "us",
+        code="I",
+        factor=0.001)
+    rtt_avg_us = Real(
+        "rtt-avg-us", 1, (2660, 0),
+        "smoothed round trip, microseconds",
+        "us",
+        code="I",
+        factor=0.001)
+    rtt_min_us = Real(
+        "rtt-min-us", 1, (2668, 0),
+        "shortest round trip, microseconds",
+        "us",
+        code="I",
+        factor=0.001)
+    rtt_max_us = Real(
+        "rtt-max-us", 1, (2672, 0),
+        "longest round trip, microseconds",
+        "us",
+        code="I",
+        factor=0.001)
+    rtt_jitter_us = Real(
+        "rtt-jitter-us", 1, (2664, 0),
+        "mean deviation of the round trip, microseconds",
+        "us",
+        code="I",
+        factor=0.001)
+    deadline_us = Real(
+        "deadline-us", 1, (2676, 0),
+        "time after which a request is sent again, microseconds",
+        "us",
+        code="I",
+        factor=0.001)
+    cycles_late = Integer(
+        "cycles-late", 1, (2640, 0),
+        "cycles whose fast data did not arrive in time",
+        code="Q")
+    phase_error_us = Real(
+        "phase-error-us", 1, (2208, 0),
+        "how much later the last read came than the daemon's cycle was scheduled for, microseconds",
+        "us",
+        code="i",
+        factor=0.001)
+    encoder_epoch = Integer(
+        "encoder-epoch", 1, (2189, 0),
+        "changes when the device's counts may have begun again",
+        code="B")
+    engine_state = Word(
+        "engine-state", 1, (1080, 0),
+        "pulse engine: 0 stopped, 3 running, 10 jogging, 11 stopping, 20 home, 21 homing, 30 "
+        "probed, 31 probing, 32 probe error, 100 limit, 101 emergency",
+        code="B",
+        words={
+            0: "stopped",
+            1: "internal",
+            2: "buffer",
+            3: "running",
+            10: "jogging",
+            11: "stopping",
+            20: "home",
+            21: "homing",
+            30: "probe complete",
+            31: "probing",
+            32: "probe error",
+            40: "hybrid probe stopping",
+            41: "hybrid probe complete",
+            100: "stopped by limit",
+            101: "stopped by emergency",
+        })
+    emergency = Flag(
+        "emergency", 1, (1084, 0),
+        "the pulse engine is in emergency, or its input is active")
+
+    @property
+    def age(self) -> StateAge:
+        """age"""
+        return StateAge(self._image, self._index)
+
+    @property
+    def daemon(self) -> StateDaemon:
+        """daemon"""
+        return StateDaemon(self._image, self._index)
+
+    @property
+    def command(self) -> StateCommand:
+        """command"""
+        return StateCommand(self._image, self._index)
+
+    @property
+    def packets(self) -> StatePackets:
+        """packets"""
+        return StatePackets(self._image, self._index)
+
+    @property
+    def phase(self) -> StatePhase:
+        """phase"""
+        return StatePhase(self._image, self._index)
+
+    @property
+    def pin(self) -> StatePin:
+        """pin"""
+        return StatePin(self._image, self._index)
+
+    @property
+    def counter(self) -> StateCounter:
+        """counter"""
+        return StateCounter(self._image, self._index)
+
+    @property
+    def adc(self) -> StateAdc:
+        """adc"""
+        return StateAdc(self._image, self._index)
+
+    @property
+    def encoder(self) -> StateEncoder:
+        """encoder"""
+        return StateEncoder(self._image, self._index)
+
+    @property
+    def pwm(self) -> StatePwm:
+        """pwm"""
+        return StatePwm(self._image, self._index)
+
+    @property
+    def external(self) -> StateExternal:
+        """external"""
+        return StateExternal(self._image, self._index)
+
+    @property
+    def external_relay(self) -> StateExternalRelay:
+        """external-relay"""
+        return StateExternalRelay(self._image, self._index)
+
+    @property
+    def engine(self) -> StateEngine:
+        """engine"""
+        return StateEngine(self._image, self._index)
+
+    @property
+    def task(self) -> StateTask:
+        """task"""
+        return StateTask(self._image, self._index)
+
+    @property
+    def joint(self) -> StateJoint:
+        """joint"""
+        return StateJoint(self._image, self._index)
+
+    @property
+    def threading(self) -> StateThreading:
+        """threading"""
+        return StateThreading(self._image, self._index)
+
+    @property
+    def info(self) -> StateInfo:
+        """info"""
+        return StateInfo(self._image, self._index)
+
+    @property
+    def device(self) -> StateDevice:
+        """device"""
+        return StateDevice(self._image, self._index)
+
+    @property
+    def rtc(self) -> StateRtc:
+        """rtc"""
+        return StateRtc(self._image, self._index)
+
+    @property
+    def config(self) -> StateConfig:
+        """config"""
+        return StateConfig(self._image, self._index)
+
+    @property
+    def failsafe(self) -> StateFailsafe:
+        """failsafe"""
+        return StateFailsafe(self._image, self._index)
+
+    @property
+    def PoExtBus(self) -> StatePoExtBus:
+        """PoExtBus"""
+        return StatePoExtBus(self._image, self._index)
+
+    @property
+    def PoNET(self) -> StatePoNET:
+        """PoNET"""
+        return StatePoNET(self._image, self._index)
+
+    @property
+    def matrix(self) -> StateMatrix:
+        """matrix"""
+        return StateMatrix(self._image, self._index)
+
+    @property
+    def kbd48CNC(self) -> StateKbd48CNC:
+        """kbd48CNC"""
+        return StateKbd48CNC(self._image, self._index)
+
+    @property
+    def rate(self) -> StateRate:
+        """rate"""
+        return StateRate(self._image, self._index)
+
+
+STATE_HASH, STATE_SIZE = 0xae289310359cd5e6, 2704
+STATE_VALUES: tuple[Value[Any], ...] = (
+    StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
+    StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
+    StateAge.analog_slow_us, StateAge.encoder_us, StateAge.motion_us, StateAge.slow_us, StateAge.postep_us,
+    StateAge.link_us, StateAge.command_us, StateValues.machine_on_permitted, StateValues.needs_edge,
+    StateValues.outputs_held, StateValues.safe_state, StateValues.command_refused,
+    StateValues.commander_alive, StateDaemon.realtime, StateDaemon.fallback, StateDaemon.guard,
+    StateDaemon.stopping, StateDaemon.stale, StateDaemon.epoch, StateDaemon.period_us,
+    StateDaemon.stale_after_us, StateCommand.heartbeat, StateValues.command_refused_count,
+    StateValues.one_shot_refused_count, StateValues.rtt_us, StateValues.rtt_avg_us, StateValues.rtt_min_us,
+    StateValues.rtt_max_us, StateValues.rtt_jitter_us, StateValues.deadline_us, StateValues.cycles_late,
+    StatePackets.sent, StatePackets.resent, StatePackets.received, StatePackets.accepted, StatePackets.missed,
+    StatePackets.late, StatePackets.lost, StatePackets.timed_out, StatePackets.stray, StatePackets.duplicate,
+    StatePackets.stale, StatePackets.corrupt, StatePackets.wrong_source, StatePackets.send_failed,
+    StatePackets.in_flight, StatePackets.error_level, StatePhase.state, StatePhase.master, StatePhase.losses,
+    StateValues.phase_error_us, StatePhase.lead_us, StatePhase.jitter_us, StatePhase.period_us,
+    StatePinItem.in_, StatePinItem.out_fb, StatePinItem.is_output, StatePinItem.function_in_effect,
+    StatePinItem.can_input, StatePinItem.can_output, StatePinItem.can_analog, StatePinItem.can_count,
+    StatePinItem.can_pwm, StateCounterItem.value, StateAdcItem.raw, StateAdcItem.volts,
+    StateEncoderItem.rawcounts, StateEncoderItem.enabled, StateEncoderItem.index_seen,
+    StateEncoderItem.age_us, StateEncoderItem.resyncs, StateValues.encoder_epoch, StatePwmItem.duty,
+    StatePwmItem.enabled, StatePwm.period_ticks, StateExternalItem.out_fb, StateExternalRelayItem.out_fb,
+    StateValues.engine_state, StateValues.emergency, StateEngine.axes_enabled, StateEngine.activated,
+    StateEngine.charge_pump_state, StateEngine.generator_state, StateEngine.power_states_in_effect,
+    StateEngine.probe_status, StateEngine.buffer_slots, StateEngine.buffer_level,
+    StateEngine.buffer_underruns, StateEngine.buffer_resyncs, StateEngine.slot_us,
+    StateEngine.limit_override_active, StateEngine.emergency_invert_in_effect,
+    StateEngine.emergency_pin_in_effect, StateEngineMiscItem.in_, StateTask.kind, StateTask.phase,
+    StateTask.result, StateTask.axes, StateTask.count, StateJointItem.counts, StateJointItem.counts_cmd,
+    StateJointItem.counts_error, StateJointItem.counts_probed, StateJointItem.age_cmd_us,
+    StateJointItem.max_rate, StateJointItem.max_rate_change, StateJointItem.mode_in_effect,
+    StateJointItem.position_epoch, StateJointItem.state, StateJointItem.enabled, StateJointItem.homed,
+    StateJointItem.at_counts_cmd, StateJointItem.parked, StateJointItem.error, StateJointItem.limit_neg,
+    StateJointItem.limit_pos, StateJointItem.home_sw, StateJointItem.soft_limit, StateJointItem.limit_neg_raw,
+    StateJointItem.limit_pos_raw, StateJointItem.home_raw, StateJointItem.limit_neg_dedicated,
+    StateJointItem.limit_pos_dedicated, StateJointItem.home_dedicated, StateJointItem.probed,
+    StateThreading.preparing, StateThreading.prepared, StateThreading.waiting, StateThreading.active,
+    StateThreading.velocity, StateThreading.position_error, StateThreading.spindle_rpm,
+    StateThreading.index_count, StateThreading.behind, StateThreading.refusal, StateThreading.ignored_axes,
+    StateJointItem.backlash_taken, StateJointItemPostep.supply, StateJointItemPostep.temperature,
+    StateJointItemPostep.state, StateJointItemPostep.fault, StateJointItemPostep.faults,
+    StateJointItemPostep.inputs, StateJointItemPostep.updates, StateJointItemPostep.age_ms,
+    StateJointItemPostep.mode, StateJointItemPostep.step_mode_in_effect,
+    StateJointItemPostep.temperature_limit_in_effect, StateJointItemPostep.current_raw,
+    StateJointItemPostep.current_idle_raw, StateJointItemPostep.current_overheat_raw,
+    StateJointItemPostep.hardware_major, StateJointItemPostep.hardware_minor,
+    StateJointItemPostep.firmware_major, StateJointItemPostep.firmware_minor, StateInfo.SerialNumber,
+    StateInfo.type, StateInfo.name, StateInfo.build, StateInfo.address, StateInfo.DeviceTypeID,
+    StateInfo.FirmwareMajor, StateInfo.FirmwareMinor, StateInfo.FirmwareRevision, StateInfo.UserID,
+    StateInfo.ActivatedOptions, StateDevice.locked, StateDevice.load, StateDevice.tick, StateDevice.access,
+    StateInfo.PinCount, StateInfo.PWMCount, StateInfo.BasicEncoderCount, StateInfo.EncodersCount,
+    StateInfo.FastEncoders, StateInfo.UltraFastEncoders, StateInfo.PWMinternalFrequency,
+    StateInfo.AnalogInputs, StateInfo.KeyMapping, StateInfo.TriggeredKeyMapping, StateInfo.KeyRepeatDelay,
+    StateInfo.DigitalCounters, StateInfo.JoystickButtonAxisMapping, StateInfo.JoystickAnalogToDigitalMapping,
+    StateInfo.JoystickHATswitch, StateInfo.Macros, StateInfo.MatrixKeyboard,
+    StateInfo.MatrixKeyboardTriggeredMapping, StateInfo.LCD, StateInfo.MatrixLED, StateInfo.ConnectionSignal,
+    StateInfo.PoExtBus, StateInfo.PoNET, StateInfo.AnalogFiltering, StateInfo.InitOutputsStart,
+    StateInfo.protI2C, StateInfo.prot1wire, StateInfo.AdditionalOptions, StateInfo.LoadStatus,
+    StateInfo.CustomDeviceName, StateInfo.PoTLog27support, StateInfo.SensorList, StateInfo.WebInterface,
+    StateInfo.FailSafeSettings, StateInfo.pulse_engine_version, StateInfo.EasySensors, StateInfo.Axes,
+    StateInfo.MaxPulseFrequency, StateRtc.sec, StateRtc.min, StateRtc.hour, StateRtc.dow, StateRtc.dom,
+    StateRtc.month, StateRtc.year, StateRtc.doy, StateConfig.state, StateConfig.generation_applied,
+    StateConfig.foreign_count, StateConfig.report_count, StateFailsafe.state, StatePoExtBusItem.in_,
+    StatePoNET.state, StatePoNET.count, StatePoNETItem.type, StatePoNETItem.address, StatePoNETItem.size,
+    StatePoNETItem.options, StatePoNETItem.status, StatePoNETItem.light, StatePoNETItem.version,
+    StatePoNETItem.failures, StatePoNETItem.in_0, StatePoNETItem.in_1, StatePoNETItem.in_2,
+    StatePoNETItem.in_3, StateMatrixItem._bit, StateMatrix.enabled, StateKbd48CNCItem.Button,
+    StateKbd48CNC.module, StateRate.encoders_low, StateRate.encoders_high, StateRate.analog,
+    StateRate.counters, StateRate.PoExtBus, StateRate.tick, StateRate.pwm, StateRate.load, StateRate.rtc,
+    StateRate.external, StateRate.identity, StateRate.PoNET, StateRate.dedicated, StateRate.matrix,
+    StateRate.backlash, StateRate.postep, StateRate.postep_rare)
+
+
+class DiagnosticLatency(Part):
+    """latency"""
+
+    __slots__ = ()
+    wakeup_p50_us = Quantile(
+        "latency.wakeup-p50-us", 1, (160, 0),
+        "from the start of the cycle until the daemon runs: half of them are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    wakeup_p99_us = Quantile(
+        "latency.wakeup-p99-us", 1, (160, 0),
+        "from the start of the cycle until the daemon runs: 99 of 100 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    wakeup_p999_us = Quantile(
+        "latency.wakeup-p999-us", 1, (160, 0),
+        "from the start of the cycle until the daemon runs: 999 of 1000 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    wakeup_max_us = Real(
+        "latency.wakeup-max-us", 1, (184, 0),
+        "from the start of the cycle until the daemon runs: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    wakeup_count = Integer(
+        "latency.wakeup-count", 1, (160, 0),
+        "from the start of the cycle until the daemon runs: how many were measured",
+        code="Q")
+    round_trip_p50_us = Quantile(
+        "latency.round-trip-p50-us", 1, (1024, 0),
+        "from a request to its answer: half of them are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    round_trip_p99_us = Quantile(
+        "latency.round-trip-p99-us", 1, (1024, 0),
+        "from a request to its answer: 99 of 100 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    round_trip_p999_us = Quantile(
+        "latency.round-trip-p999-us", 1, (1024, 0),
+        "from a request to its answer: 999 of 1000 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    round_trip_max_us = Real(
+        "latency.round-trip-max-us", 1, (1048, 0),
+        "from a request to its answer: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    round_trip_count = Integer(
+        "latency.round-trip-count", 1, (1024, 0),
+        "from a request to its answer: how many were measured",
+        code="Q")
+    fast_round_trip_p50_us = Quantile(
+        "latency.fast-round-trip-p50-us", 1, (1888, 0),
+        "the same for the two fast requests: half of them are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    fast_round_trip_p99_us = Quantile(
+        "latency.fast-round-trip-p99-us", 1, (1888, 0),
+        "the same for the two fast requests: 99 of 100 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    fast_round_trip_p999_us = Quantile(
+        "latency.fast-round-trip-p999-us", 1, (1888, 0),
+        "the same for the two fast requests: 999 of 1000 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    fast_round_trip_max_us = Real(
+        "latency.fast-round-trip-max-us", 1, (1912, 0),
+        "the same for the two fast requests: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    fast_round_trip_count = Integer(
+        "latency.fast-round-trip-count", 1, (1888, 0),
+        "the same for the two fast requests: how many were measured",
+        code="Q")
+    read_round_trip_p50_us = Quantile(
+        "latency.read-round-trip-p50-us", 1, (2752, 0),
+        "the same for requests that only read: half of them are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    read_round_trip_p99_us = Quantile(
+        "latency.read-round-trip-p99-us", 1, (2752, 0),
+        "the same for requests that only read: 99 of 100 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    read_round_trip_p999_us = Quantile(
+        "latency.read-round-trip-p999-us", 1, (2752, 0),
+        "the same for requests that only read: 999 of 1000 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    read_round_trip_max_us = Real(
+        "latency.read-round-trip-max-us", 1, (2776, 0),
+        "the same for requests that only read: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    read_round_trip_count = Integer(
+        "latency.read-round-trip-count", 1, (2752, 0),
+        "the same for requests that only read: how many were measured",
+        code="Q")
+    write_round_trip_p50_us = Quantile(
+        "latency.write-round-trip-p50-us", 1, (3616, 0),
+        "the same for those that write: half of them are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    write_round_trip_p99_us = Quantile(
+        "latency.write-round-trip-p99-us", 1, (3616, 0),
+        "the same for those that write: 99 of 100 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    write_round_trip_p999_us = Quantile(
+        "latency.write-round-trip-p999-us", 1, (3616, 0),
+        "the same for those that write: 999 of 1000 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    write_round_trip_max_us = Real(
+        "latency.write-round-trip-max-us", 1, (3640, 0),
+        "the same for those that write: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    write_round_trip_count = Integer(
+        "latency.write-round-trip-count", 1, (3616, 0),
+        "the same for those that write: how many were measured",
+        code="Q")
+    one_shot_round_trip_p50_us = Quantile(
+        "latency.one-shot-round-trip-p50-us", 1, (4480, 0),
+        "the same for one-shots: half of them are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    one_shot_round_trip_p99_us = Quantile(
+        "latency.one-shot-round-trip-p99-us", 1, (4480, 0),
+        "the same for one-shots: 99 of 100 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    one_shot_round_trip_p999_us = Quantile(
+        "latency.one-shot-round-trip-p999-us", 1, (4480, 0),
+        "the same for one-shots: 999 of 1000 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    one_shot_round_trip_max_us = Real(
+        "latency.one-shot-round-trip-max-us", 1, (4504, 0),
+        "the same for one-shots: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    one_shot_round_trip_count = Integer(
+        "latency.one-shot-round-trip-count", 1, (4480, 0),
+        "the same for one-shots: how many were measured",
+        code="Q")
+    receive_p50_us = Quantile(
+        "latency.receive-p50-us", 1, (5344, 0),
+        "from the packet's arrival at the NIC's driver to the daemon: half of them are shorter, "
+        "microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    receive_p99_us = Quantile(
+        "latency.receive-p99-us", 1, (5344, 0),
+        "from the packet's arrival at the NIC's driver to the daemon: 99 of 100 are shorter, "
+        "microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    receive_p999_us = Quantile(
+        "latency.receive-p999-us", 1, (5344, 0),
+        "from the packet's arrival at the NIC's driver to the daemon: 999 of 1000 are shorter, "
+        "microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    receive_max_us = Real(
+        "latency.receive-max-us", 1, (5368, 0),
+        "from the packet's arrival at the NIC's driver to the daemon: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    receive_count = Integer(
+        "latency.receive-count", 1, (5344, 0),
+        "from the packet's arrival at the NIC's driver to the daemon: how many were measured",
+        code="Q")
+    data_p50_us = Quantile(
+        "latency.data-p50-us", 1, (6208, 0),
+        "from the start of the cycle until the fast data are complete: half of them are shorter, "
+        "microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    data_p99_us = Quantile(
+        "latency.data-p99-us", 1, (6208, 0),
+        "from the start of the cycle until the fast data are complete: 99 of 100 are shorter, "
+        "microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    data_p999_us = Quantile(
+        "latency.data-p999-us", 1, (6208, 0),
+        "from the start of the cycle until the fast data are complete: 999 of 1000 are shorter, "
+        "microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    data_max_us = Real(
+        "latency.data-max-us", 1, (6232, 0),
+        "from the start of the cycle until the fast data are complete: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    data_count = Integer(
+        "latency.data-count", 1, (6208, 0),
+        "from the start of the cycle until the fast data are complete: how many were measured",
+        code="Q")
+    publish_p50_us = Quantile(
+        "latency.publish-p50-us", 1, (7072, 0),
+        "time that publishing the state takes: half of them are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    publish_p99_us = Quantile(
+        "latency.publish-p99-us", 1, (7072, 0),
+        "time that publishing the state takes: 99 of 100 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    publish_p999_us = Quantile(
+        "latency.publish-p999-us", 1, (7072, 0),
+        "time that publishing the state takes: 999 of 1000 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    publish_max_us = Real(
+        "latency.publish-max-us", 1, (7096, 0),
+        "time that publishing the state takes: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    publish_count = Integer(
+        "latency.publish-count", 1, (7072, 0),
+        "time that publishing the state takes: how many were measured",
+        code="Q")
+    cycle_work_p50_us = Quantile(
+        "latency.cycle-work-p50-us", 1, (7936, 0),
+        "from the start of the cycle to the end of its work: half of them are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    cycle_work_p99_us = Quantile(
+        "latency.cycle-work-p99-us", 1, (7936, 0),
+        "from the start of the cycle to the end of its work: 99 of 100 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    cycle_work_p999_us = Quantile(
+        "latency.cycle-work-p999-us", 1, (7936, 0),
+        "from the start of the cycle to the end of its work: 999 of 1000 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    cycle_work_max_us = Real(
+        "latency.cycle-work-max-us", 1, (7960, 0),
+        "from the start of the cycle to the end of its work: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    cycle_work_count = Integer(
+        "latency.cycle-work-count", 1, (7936, 0),
+        "from the start of the cycle to the end of its work: how many were measured",
+        code="Q")
+    age_p50_us = Quantile(
+        "latency.age-p50-us", 1, (8800, 0),
+        "age of the fast data when the commander reads them: half of them are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.5)
+    age_p99_us = Quantile(
+        "latency.age-p99-us", 1, (8800, 0),
+        "age of the fast data when the commander reads them: 99 of 100 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.99)
+    age_p999_us = Quantile(
+        "latency.age-p999-us", 1, (8800, 0),
+        "age of the fast data when the commander reads them: 999 of 1000 are shorter, microseconds",
+        "us",
+        factor=0.001,
+        quantile=0.999)
+    age_max_us = Real(
+        "latency.age-max-us", 1, (8824, 0),
+        "age of the fast data when the commander reads them: the longest",
+        "us",
+        code="Q",
+        factor=0.001)
+    age_count = Integer(
+        "latency.age-count", 1, (8800, 0),
+        "age of the fast data when the commander reads them: how many were measured",
+        code="Q")
+
+
+class DiagnosticDaemon(Part):
+    """daemon"""
+
+    __slots__ = ()
+    minor_faults = Integer(
+        "daemon.minor-faults", 1, (112, 0),
+        "page faults of the realtime thread since it began its loop",
+        code="Q")
+    major_faults = Integer(
+        "daemon.major-faults", 1, (120, 0),
+        "of these, with a read from a disk",
+        code="Q")
+    events_dropped = Integer(
+        "daemon.events-dropped", 1, (48, 0),
+        "log events for which there was no room",
+        code="Q")
+    events_high_water = Integer(
+        "daemon.events-high-water", 1, (56, 0),
+        "most log events that ever waited",
+        code="Q")
+
+
+class DiagnosticTransport(Part):
+    """transport"""
+
+    __slots__ = ()
+    kind = Text(
+        "transport.kind", 1, (144, 0),
+        "how packets travel: io_uring, socket, xdp",
+        size=16)
+    system_calls = Integer(
+        "transport.system-calls", 1, (64, 0),
+        "system calls of the transport",
+        code="Q")
+    waits_avoided = Integer(
+        "transport.waits-avoided", 1, (72, 0),
+        "times an answer was there already when it was to be waited for",
+        code="Q")
+    rearmed = Integer(
+        "transport.rearmed", 1, (80, 0),
+        "times the reception was set up again",
+        code="Q")
+    no_buffers = Integer(
+        "transport.no-buffers", 1, (88, 0),
+        "times all reception buffers were full",
+        code="Q")
+    overflow = Integer(
+        "transport.overflow", 1, (96, 0),
+        "times the ring of results was full",
+        code="Q")
+    truncated = Integer(
+        "transport.truncated", 1, (104, 0),
+        "packets that were too long",
+        code="Q")
+
+
+class DiagnosticGuard(Part):
+    """guard"""
+
+    __slots__ = ()
+    passed = Integer(
+        "guard.passed", 1, (128, 0),
+        "packets that the guard let in, of everybody",
+        code="Q")
+    dropped = Integer(
+        "guard.dropped", 1, (136, 0),
+        "packets that the guard dropped, of everybody",
+        code="Q")
+
+
+class DiagnosticValues(Part):
+    """All values of the image."""
+
+    __slots__ = ()
+    cycles_skipped = Integer("cycles-skipped", 1, (40, 0), "ticks that the daemon missed", code="Q")
+
+    @property
+    def latency(self) -> DiagnosticLatency:
+        """latency"""
+        return DiagnosticLatency(self._image, self._index)
+
+    @property
+    def daemon(self) -> DiagnosticDaemon:
+        """daemon"""
+        return DiagnosticDaemon(self._image, self._index)
+
+    @property
+    def transport(self) -> DiagnosticTransport:
+        """transport"""
+        return DiagnosticTransport(self._image, self._index)
+
+    @property
+    def guard(self) -> DiagnosticGuard:
+        """guard"""
+        return DiagnosticGuard(self._image, self._index)
+
+
+DIAG_HASH, DIAG_SIZE = 0x043bbadfaaa1ea0e, 9664
+DIAG_VALUES: tuple[Value[Any], ...] = (
+    DiagnosticLatency.wakeup_p50_us, DiagnosticLatency.wakeup_p99_us, DiagnosticLatency.wakeup_p999_us,
+    DiagnosticLatency.wakeup_max_us, DiagnosticLatency.wakeup_count, DiagnosticLatency.round_trip_p50_us,
+    DiagnosticLatency.round_trip_p99_us, DiagnosticLatency.round_trip_p999_us,
+    DiagnosticLatency.round_trip_max_us, DiagnosticLatency.round_trip_count,
+    DiagnosticLatency.fast_round_trip_p50_us, DiagnosticLatency.fast_round_trip_p99_us,
+    DiagnosticLatency.fast_round_trip_p999_us, DiagnosticLatency.fast_round_trip_max_us,
+    DiagnosticLatency.fast_round_trip_count, DiagnosticLatency.read_round_trip_p50_us,
+    DiagnosticLatency.read_round_trip_p99_us, DiagnosticLatency.read_round_trip_p999_us,
+    DiagnosticLatency.read_round_trip_max_us, DiagnosticLatency.read_round_trip_count,
+    DiagnosticLatency.write_round_trip_p50_us, DiagnosticLatency.write_round_trip_p99_us,
+    DiagnosticLatency.write_round_trip_p999_us, DiagnosticLatency.write_round_trip_max_us,
+    DiagnosticLatency.write_round_trip_count, DiagnosticLatency.one_shot_round_trip_p50_us,
+    DiagnosticLatency.one_shot_round_trip_p99_us, DiagnosticLatency.one_shot_round_trip_p999_us,
+    DiagnosticLatency.one_shot_round_trip_max_us, DiagnosticLatency.one_shot_round_trip_count,
+    DiagnosticLatency.receive_p50_us, DiagnosticLatency.receive_p99_us, DiagnosticLatency.receive_p999_us,
+    DiagnosticLatency.receive_max_us, DiagnosticLatency.receive_count, DiagnosticLatency.data_p50_us,
+    DiagnosticLatency.data_p99_us, DiagnosticLatency.data_p999_us, DiagnosticLatency.data_max_us,
+    DiagnosticLatency.data_count, DiagnosticLatency.publish_p50_us, DiagnosticLatency.publish_p99_us,
+    DiagnosticLatency.publish_p999_us, DiagnosticLatency.publish_max_us, DiagnosticLatency.publish_count,
+    DiagnosticLatency.cycle_work_p50_us, DiagnosticLatency.cycle_work_p99_us,
+    DiagnosticLatency.cycle_work_p999_us, DiagnosticLatency.cycle_work_max_us,
+    DiagnosticLatency.cycle_work_count, DiagnosticLatency.age_p50_us, DiagnosticLatency.age_p99_us,
+    DiagnosticLatency.age_p999_us, DiagnosticLatency.age_max_us, DiagnosticLatency.age_count,
+    DiagnosticValues.cycles_skipped, DiagnosticDaemon.minor_faults, DiagnosticDaemon.major_faults,
+    DiagnosticDaemon.events_dropped, DiagnosticDaemon.events_high_water, DiagnosticTransport.kind,
+    DiagnosticTransport.system_calls, DiagnosticTransport.waits_avoided, DiagnosticTransport.rearmed,
+    DiagnosticTransport.no_buffers, DiagnosticTransport.overflow, DiagnosticTransport.truncated,
+    DiagnosticGuard.passed, DiagnosticGuard.dropped)

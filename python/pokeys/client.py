@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: MIT
+"""A device of a running pokeysd."""
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ctypes
+import errno
+import os
+import time
+from collections.abc import AsyncIterator, Callable
+from fnmatch import fnmatchcase
+from types import TracebackType
+from typing import Any, NoReturn
+
+from . import _library, _names, pokeysctl
+from .errors import NoDaemon, NoSuchDevice, Refused, Stale
+from .snapshot import Diagnostics, Shot, State, is_diagnostic, is_fresh, names, place, published_ns
+
+FOLLOW_MS = 100         # how often the library looks for another daemon
+ATTACH_S = 0.05
+RUNTIME = "/run/pokeysd"
+# these change without the device: names that begin so are no change
+_RESTLESS = ("age.", "packets.", "phase", "rtt-", "cycle", "deadline-us", "daemon.", "command.heartbeat",
+             "device.load", "device.tick", "rate.", "rtc.sec")
+
+
+class Device:
+    """A device, attached. Made by :func:`attach`; use it in a ``with``.
+
+    Any number of programs may attach; none can disturb the machine. When the daemon is
+    started again, the device is found again. One object may be used by several threads.
+    """
+
+    def __init__(self, name: str, runtime: str | None) -> None:
+        self.name = name
+        self._runtime = runtime
+        self._client = ctypes.c_void_p()
+        self._state = ctypes.create_string_buffer(_names.STATE_SIZE)
+        self._diag = ctypes.create_string_buffer(_names.DIAG_SIZE)
+        self._lib = _library.library()
+        result = self._lib.cold.pokeys_client_open(
+            ctypes.byref(self._client), runtime.encode() if runtime else None, name.encode(), b"python", 0)
+        if result == -errno.EINVAL:
+            raise ValueError(f"{name!r} in {runtime or RUNTIME!r}: a device's name is 1 to 31 of A-Z a-z 0-9 _ -, "
+                             "and the folder is an absolute path")
+        if result:
+            raise OSError(-result, os.strerror(-result))
+
+    def close(self) -> None:
+        """Detach. May be called twice, and not while another thread reads."""
+        client, self._client = self._client, ctypes.c_void_p()
+        self._lib.cold.pokeys_client_close(client)
+
+    def __enter__(self) -> Device:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        with contextlib.suppress(AttributeError):
+            self.close()
+
+    def __repr__(self) -> str:
+        return f"<Device {self.name}>"
+
+    def _why(self) -> str:
+        text = ctypes.create_string_buffer(256)
+        self._lib.cold.pokeys_client_status(self._client, text, len(text))
+        return text.value.decode(errors="replace")
+
+    def _attach(self) -> bool:
+        """Look for the daemon once, then let the library do it."""
+        if not self._client:
+            raise ValueError(f"{self.name} is closed")
+        found = self._lib.cold.pokeys_client_poll(self._client)
+        if found == _library.REFUSED:
+            with contextlib.suppress(OSError):
+                there = _library.devices(self._runtime)
+                if self.name not in there:
+                    raise NoSuchDevice(self._why(), there)
+            raise Refused(self._why())
+        if found == _library.ATTACHED:
+            result = self._lib.cold.pokeys_client_follow(self._client, FOLLOW_MS)
+            if result:
+                raise OSError(-result, os.strerror(-result))
+        return bool(found == _library.ATTACHED)
+
+    def _read(self, read: Callable[[Any, Any], int], into: ctypes.Array[ctypes.c_char]) -> Shot:
+        if not self._client:
+            raise ValueError(f"{self.name} is closed")
+        before = time.monotonic_ns()
+        result = read(self._client, into)
+        if result == 0:
+            return Shot(into.raw, before)
+        if result == -errno.ENOTCONN:
+            raise NoDaemon(self._why())
+        raise Refused(f"{self.name}: the shared memory cannot be read: {os.strerror(-result)}")
+
+    def read(self, *, stale_ok: bool = False) -> State:
+        """All values of this moment.
+
+        Raises :class:`Stale` if they are old, unless that is permitted; :class:`NoDaemon`;
+        :class:`Refused`. Takes a few microseconds and never waits.
+        """
+        shot = self._read(self._lib.fast.pokeys_client_read, self._state)
+        if not is_fresh(shot):
+            # it may be of the time between our looking at the clock and at the image
+            shot.now_ns = max(shot.now_ns, min(published_ns(shot), time.monotonic_ns()))
+            if not stale_ok and not is_fresh(shot):
+                self._complain(State(shot))
+        return State(shot)
+
+    def _complain(self, state: State) -> NoReturn:
+        age = state.age_us
+        raise Stale(f"{self.name}: {state.reason}", None if age is None else age / 1e6)
+
+    def diagnostics(self) -> Diagnostics:
+        """Latencies and counters of the daemon, at most a tenth of a second old. As :meth:`read`."""
+        return Diagnostics(self._read(self._lib.fast.pokeys_client_read_diag, self._diag))
+
+    def __getitem__(self, name: str) -> Any:
+        """One value by HAL's name, now. KeyError, and what :meth:`read` raises."""
+        found = place(name)
+        if not found:
+            return self.diagnostics()[name] if is_diagnostic(name) else self.read()[name]
+        shot = self._read(self._lib.fast.pokeys_client_read, self._state)
+        return found[0].take(shot, found[1]) if is_fresh(shot) else self.read()[name]
+
+    async def changes(self, *patterns: str, rate: float = 20) -> AsyncIterator[State]:
+        """The state now, and again whenever one of the values changes, at most ``rate`` times a second.
+
+        ``patterns`` are names, with the wildcards of fnmatch; without any, it is every value of
+        the device but ages, counters of packets and the like. Old values are no error here: a
+        state is also given when they become old or fresh again (``state.connected``). While no
+        daemon runs, nothing is given after that, and it goes on when there is one.
+        KeyError if a pattern fits no name.
+        """
+        if not rate > 0:
+            raise ValueError(f"rate={rate}: must be more than 0")
+        look = _chosen(patterns)
+        seen: Any = None
+        while True:
+            state = self._newest()
+            if state:
+                now = (state.connected, look(state))
+                if now != seen:
+                    seen = now
+                    yield state
+            await asyncio.sleep(1 / rate)
+
+    def _newest(self) -> State | None:
+        try:
+            return self.read(stale_ok=True)
+        except NoDaemon:
+            return None
+
+    def settings(self) -> dict[str, str]:
+        """The device's own settings, by the keys of pokeysd.conf(5). Runs pokeysctl: some milliseconds."""
+        return pokeysctl.settings(self.name, self._runtime)
+
+
+def _chosen(patterns: tuple[str, ...]) -> Callable[[State], Any]:
+    """A function that takes what is to be compared."""
+    known = [name for name in names() if not is_diagnostic(name)]
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in known):
+            raise KeyError(f"nothing is called {pattern!r}")
+    chosen = [name for name in known
+              if (any(fnmatchcase(name, pattern) for pattern in patterns) if patterns else
+                  not name.startswith(_RESTLESS) and "age-" not in name)]
+
+    def look(state: State) -> list[Any]:
+        values = state.as_dict()
+        return [values[name] for name in chosen]
+    return look
+
+
+def devices(runtime: str | None = None) -> list[str]:
+    """Names of the devices of the running daemon; empty if there is none. :class:`Refused`."""
+    try:
+        return _library.devices(runtime)
+    except OSError as error:
+        raise Refused(f"{runtime or RUNTIME}: {error.strerror}; to read, a user has to be in group "
+                      "pokeys-monitor") from None
+
+
+def attach(device: str, *, runtime: str | None = None, timeout: float = 0) -> Device:
+    """Attach to a device by its name in pokeysd.conf.
+
+    ``runtime`` is the daemon's folder, if not /run/pokeysd; ``timeout`` is how many seconds
+    to wait for a daemon that has this device. Raises :class:`NoDaemon`,
+    :class:`NoSuchDevice`, :class:`Refused`, :class:`LibraryMissing`, and ValueError for a
+    name that cannot be. Blocks for some milliseconds (or the timeout).
+    """
+    _library.check_layouts({0: _names.STATE_HASH, 1: _names.DIAG_HASH})
+    end = time.monotonic() + timeout
+    found = Device(device, runtime)
+    try:
+        while not found._attach():  # pylint: disable=protected-access
+            if time.monotonic() >= end:
+                raise NoDaemon(f"no daemon runs in {runtime or RUNTIME}; start it "
+                               "(systemctl start pokeysd), or name another folder")
+            time.sleep(ATTACH_S)
+    except BaseException:
+        found.close()
+        raise
+    return found

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: MIT
+"""What pokeysctl(1) does better than another program could: search the network, show settings."""
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import ToolFailed
+
+PATIENCE_S = 60
+
+
+@dataclass(frozen=True)
+class Found:
+    """A device that has answered."""
+
+    serial: int
+    type: str
+    hardware: int
+    firmware: str
+    address: str
+    dhcp: bool
+    user_id: int
+
+
+def _ask(*words: str) -> Any:
+    command = [os.environ.get("POKEYSCTL", "pokeysctl"), *words, "--json"]
+    try:
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    except OSError as error:
+        raise ToolFailed(f"{command[0]}: {error.strerror}; install pokeysd, or let POKEYSCTL name the program") \
+            from None
+    except subprocess.TimeoutExpired:
+        raise ToolFailed(f"{command[0]} {words[0]}: no answer within {PATIENCE_S} s") from None
+    try:
+        return json.loads(ran.stdout)
+    except ValueError:
+        raise ToolFailed(ran.stderr.strip() or f"{command[0]} {words[0]}: status {ran.returncode}") from None
+
+
+def discover(*, timeout: float = 0.5, interface: str | None = None) -> list[Found]:
+    """Search the network for devices, for so many seconds; needs no daemon. :class:`ToolFailed`.
+
+    Blocks; in a coroutine use ``await asyncio.to_thread(pokeys.discover)``.
+    """
+    words = ["discover", "--timeout", str(max(1, round(timeout * 1000)))]
+    if interface:
+        words += ["--interface", interface]
+    return [Found(**{key: row[key] for key in Found.__dataclass_fields__}) for row in _ask(*words)["devices"]]
+
+
+def settings(device: str, runtime: str | None) -> dict[str, str]:
+    """The settings of a device, by the keys of pokeysd.conf(5)."""
+    words = ["config", "show", device]
+    if runtime:
+        words += ["--runtime-directory", runtime]
+    found: dict[str, str] = _ask(*words)["settings"]
+    return found

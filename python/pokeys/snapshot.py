@@ -1,0 +1,253 @@
+# SPDX-License-Identifier: MIT
+"""The values of one moment.
+
+Whether they are fresh is decided here, by this program's clock and the time stamps: a
+daemon that is dead cannot say that its values are old.
+"""
+from __future__ import annotations
+
+import functools
+import math
+import struct
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from . import _library, _names
+from ._values import AHEAD_MOST_NS, HISTOGRAM_SIZE, Stored, Value, Word, age_ns
+from ._whole import Whole
+
+RUNNING = 3
+PULSE_ENGINE_2 = 2
+DEAD_PERIODS, DEAD_NS = 20, 100_000_000
+JUDGED = {
+    "connected": "the device runs and its data are fresh",
+    "stale": "the values are old",
+    "daemon-alive": "the daemon has published within the last 100 ms or 20 of its cycles",
+    "age-us": "age of the fast data",
+}
+
+# what to do, where the word alone does not say it
+_ADVICE = {
+    1: 'not found in the network; run "pokeysctl discover" to see why',
+    2: "no answer; check power, cable and address",
+    3: "wrong serial number; the log says which one answers",
+    6: "configuration locked; see password-file in pokeysd.conf(5)",
+    9: "driven by another pokeysd or section; the log says which",
+}
+
+
+class Shot:
+    """An image as bytes, and when it was read (CLOCK_MONOTONIC, ns)."""
+
+    __slots__ = ("image", "now_ns")
+
+    def __init__(self, image: bytes, now_ns: int) -> None:
+        self.image = image
+        self.now_ns = now_ns
+
+
+@functools.cache
+def _whole_state() -> Whole:
+    return Whole(_names.STATE_VALUES, _names.STATE_SIZE, JUDGED)
+
+
+@functools.cache
+def _whole_diagnostics() -> Whole:
+    return Whole(_names.DIAG_VALUES, _names.DIAG_SIZE)
+
+
+@functools.cache
+def _places(state: bool) -> dict[str, tuple[Value[Any], int]]:
+    """Where each name of an image is: its value, and the number of it."""
+    values = _names.STATE_VALUES if state else _names.DIAG_VALUES
+    return {name: (value, i) for value in values for i, name in enumerate(value.names())}
+
+
+def names() -> list[str]:
+    """All names that a device's values have."""
+    return [*JUDGED, *_places(True), *_places(False)]
+
+
+def place(name: str) -> tuple[Value[Any], int] | None:
+    """Where a name of the state image is; None if it is not in there."""
+    return _places(True).get(name)
+
+
+def is_diagnostic(name: str) -> bool:
+    """Is it a value of :class:`Diagnostics`?"""
+    return name in _places(False)
+
+
+def describe(name: str) -> str:
+    """What a value is: one line, with its unit. KeyError if there is no such name."""
+    if name in JUDGED:
+        return JUDGED[name]
+    value = (_places(False) if is_diagnostic(name) else _places(True))[name][0]
+    return f"{value.help} [{value.unit}]" if value.unit else value.help
+
+
+class State(_names.StateValues):
+    """The state of a device at one moment.
+
+    Values are attributes with HAL's names, with _ for what Python does not take in a name
+    (``state.pin[3].in_``), or are asked for by HAL's name itself (``state["pin.03.in"]``).
+    """
+
+    __slots__ = ()
+    _image: Shot
+
+    def __getitem__(self, name: str) -> Any:
+        """The value of a name. KeyError if it has none."""
+        found = place(name)
+        if found:
+            return found[0].take(self._image, found[1])
+        if name in JUDGED:
+            return getattr(self, name.replace("-", "_"))
+        raise KeyError(name)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All values by HAL's names; None = not known. For JSON, for example."""
+        taken = _whole_state().take(self._image)
+        for name in JUDGED:
+            taken[name] = self[name]
+        return taken
+
+    def word(self, name: str) -> str:
+        """What the number of this name stands for, such as "running" for link-state. KeyError."""
+        value, i = _places(True)[name]
+        if not isinstance(value, Word):
+            raise KeyError(f"{name}: its numbers have no words")
+        return value.word(value.take(self._image, i))
+
+    @property
+    def age_us(self) -> float | None:
+        """Age of the data that every cycle brings, microseconds; None = there are none."""
+        age = data_age_ns(self._image)
+        return None if math.isinf(age) else age / 1e3
+
+    @property
+    def daemon_alive(self) -> bool:
+        """The daemon published a moment ago."""
+        return is_alive(self._image)
+
+    @property
+    def connected(self) -> bool:
+        """The device runs, and these values were fresh when they were read."""
+        return is_fresh(self._image)
+
+    @property
+    def stale(self) -> bool:
+        """The values were old when they were read."""
+        return not is_fresh(self._image)
+
+    @property
+    def reason(self) -> str:
+        """Why the values are old, in one line; empty if they are fresh."""
+        if self.connected:
+            return ""
+        if not self.daemon_alive:
+            silence = silence_ns(self._image)
+            if math.isinf(silence):
+                return "the time stamps are ahead of this computer's clock"
+            return f"daemon not publishing for {silence / 1e9:.1f} s"
+        if self.link_state != RUNNING and self.fault:
+            return _ADVICE.get(self.fault, self.word("fault"))
+        age = self.age_us
+        return "no data yet" if age is None else f"data is {age / 1e3:.4g} ms old"
+
+
+def _judged_by() -> Callable[[bytes], tuple[int, ...]]:
+    """What decides whether values are fresh, at once, in the order of the image."""
+    text, end = "<", 0
+    wanted = {"daemon.period-us", "age.publish-us", "age.digital-us", "age.motion-us", "daemon.stale-after-us",
+              "link-state", "info.pulse-engine-version"}
+    for value in sorted(_names.STATE_VALUES, key=lambda value: value.offset):
+        if value.name in wanted and isinstance(value, Stored):
+            text += f"{value.offset - end}x{value.code}"
+            end = value.offset + struct.calcsize("<" + value.code)
+    return struct.Struct(f"{text}{_names.STATE_SIZE - end}x").unpack
+
+
+_take_judged = _judged_by()
+
+
+def is_fresh(shot: Shot) -> bool:
+    """The device runs, and the values were fresh when they were read."""
+    period, published, digital, motion, limit, link, engine = _take_judged(shot.image)
+    now = shot.now_ns
+    ahead, oldest = now + AHEAD_MOST_NS, now - limit
+    return (link == RUNNING and oldest <= digital <= ahead and digital != 0
+            and (engine < PULSE_ENGINE_2 or (oldest <= motion <= ahead and motion != 0))
+            and now - max(DEAD_NS, DEAD_PERIODS * period) <= published <= ahead)
+
+
+def data_age_ns(shot: Shot) -> float:
+    """Age of the data that every cycle brings; infinite if there are none."""
+    _, _, digital, motion, _, _, engine = _take_judged(shot.image)
+    age = age_ns(digital, shot.now_ns)
+    return max(age, age_ns(motion, shot.now_ns)) if engine >= PULSE_ENGINE_2 else age
+
+
+def published_ns(shot: Shot) -> int:
+    """When the daemon published it (CLOCK_MONOTONIC, ns)."""
+    return _take_judged(shot.image)[1]
+
+
+def silence_ns(shot: Shot) -> float:
+    """Time since the daemon published; infinite if that is in the future."""
+    return age_ns(published_ns(shot), shot.now_ns)
+
+
+def is_alive(shot: Shot) -> bool:
+    """The daemon published a moment ago."""
+    return silence_ns(shot) <= max(DEAD_NS, DEAD_PERIODS * _take_judged(shot.image)[0])
+
+
+class Histogram:
+    """Durations that were measured since the daemon's start."""
+
+    def __init__(self, name: str, image: bytes) -> None:
+        words = memoryview(image).cast("Q")
+        self.name = name
+        self.count, total, least, most = words[:4]
+        self.mean_us = total / self.count / 1e3 if self.count else None
+        self.min_us = least / 1e3 if self.count else None
+        self.max_us = most / 1e3 if self.count else None
+        self._image = image
+
+    def percentile_us(self, part: float) -> float | None:
+        """The duration below which this part (0..1) of them lies, microseconds."""
+        return _library.percentile(self._image, part) / 1e3 if self.count else None
+
+    def buckets(self) -> Iterator[tuple[float, int]]:
+        """Lower bound (microseconds) and number of durations of each bucket."""
+        for i, number in enumerate(memoryview(self._image).cast("Q")[4:]):
+            yield _library.bucket_lower(i) / 1e3, number
+
+    def __repr__(self) -> str:
+        return f"<Histogram {self.name}: {self.count}>"
+
+
+class Diagnostics(_names.DiagnosticValues):
+    """How the daemon does: latencies, and what its transport met. About ten times a second."""
+
+    __slots__ = ()
+    _image: Shot
+
+    def __getitem__(self, name: str) -> Any:
+        """The value of a name. KeyError if it has none."""
+        value, i = _places(False)[name]
+        return value.take(self._image, i)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All values by their names; None = not known."""
+        return _whole_diagnostics().take(self._image)
+
+    def histograms(self) -> dict[str, Histogram]:
+        """The histograms by name: those of ``latency.NAME-p99-us``."""
+        found = {}
+        for value in _names.DIAG_VALUES:
+            if value.name.endswith("-p50-us"):
+                name = value.name.removeprefix("latency.").removesuffix("-p50-us")
+                found[name] = Histogram(name, self._image.image[value.offset:value.offset + HISTOGRAM_SIZE])
+        return found

@@ -1,0 +1,295 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The Python package against a running daemon and the simulated device.
+
+All its values are compared with those of pokeysctl, which reads the images by a table in C;
+what it raises is compared with what is wrong."""
+import asyncio
+import contextlib
+import json
+import math
+import os
+import pathlib
+import signal
+import sys
+import time
+from datetime import datetime, timezone
+
+sys.path.insert(0, str(pathlib.Path(sys.argv[1]).parent))
+from house import PATIENCE, House, end, equal, main, wait_equal, wait_for  # noqa: E402
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "python"))
+library = next(str(pathlib.Path(path).resolve()) for path in sys.argv if ".so" in path)
+os.environ["POKEYS_SHM_LIBRARY"] = library
+os.environ["POKEYSCTL"] = next(str(pathlib.Path(path).resolve()) for path in sys.argv if path.endswith("pokeysctl"))
+import pokeys  # noqa: E402
+
+
+def attach(house, name="mill", **options):
+    return pokeys.attach(name, runtime=str(house.runtime), timeout=PATIENCE, **options)
+
+
+@contextlib.contextmanager
+def machine(**keys):
+    """A daemon with a device that runs; busy computers are late, and that is no loss here."""
+    with House() as house:
+        house.device_keys["mill"] |= {"digital-inputs": "4,9", "digital-outputs": "31-34", "analog-inputs": "43",
+                                      "lost-after-ms": 5000, "stale-after-ms": 4000, **keys}
+        sim = house.start_sim()
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        yield house, sim, daemon
+
+
+@contextlib.contextmanager
+def raises(kind, text=""):
+    try:
+        yield
+    except kind as error:
+        assert text in str(error), error
+    else:
+        raise AssertionError(f"no {kind.__name__}")
+
+
+def same(found, wanted):
+    if isinstance(wanted, float) and isinstance(found, (int, float)) and not isinstance(found, bool):
+        return math.isclose(found, wanted, rel_tol=1e-6)
+    return found == wanted and isinstance(found, bool) == isinstance(wanted, bool)
+
+
+def test_all_values_are_those_of_pokeysctl():
+    with machine() as (house, sim, daemon):
+        house.ask_sim(sim, "analog", 43, 2000)
+        house.says("get", "mill", "adc.02.raw", stdout="2000\n")
+        wait_for("the diagnostic image", lambda: house.ctl("get", "mill", "latency.wakeup-count").stdout != "-\n")
+        with attach(house) as mill:
+            daemon.send_signal(signal.SIGSTOP)
+            try:
+                house.says("get", "mill", "stale", stdout="true\n")
+                wanted = json.loads(house.ctl("get", "mill", "--json").stdout)
+                state, diagnostics = mill.read(stale_ok=True), mill.diagnostics()
+            finally:
+                daemon.send_signal(signal.SIGCONT)
+        whole = state.as_dict() | diagnostics.as_dict()
+        equal(set(whole) ^ set(wanted["values"]), set())
+        equal(set(pokeys.names()) ^ set(wanted["values"]), set())
+        for name, value in wanted["values"].items():
+            single = diagnostics[name] if name not in state.as_dict() else state[name]
+            if name.startswith("age") or "age-" in name:
+                assert (whole[name] is None) == (value is None) == (single is None), name
+                continue
+            assert same(whole[name], value) and same(single, value), (name, value, whole[name], single)
+        for name, word in wanted["words"].items():
+            equal(state.word(name), word)
+
+
+def test_values_are_attributes():
+    with machine() as (house, sim, _daemon), attach(house) as mill:
+        for level in (1, 0):
+            house.ask_sim(sim, "pin", 4, level)
+            wait_equal("the input", lambda: mill.read().pin[3].in_, bool(level))
+            equal(mill["pin.03.in"], bool(level))
+        house.ask_sim(sim, "analog", 43, 4095)
+        wait_equal("the analog input", lambda: round(mill.read().adc[2].volts, 3), 3.3)
+        state = mill.read()
+        equal((state.link_state, state.info.type, state.info.SerialNumber), (3, "PoKeys57CNC", 65432))
+        equal([pin.is_output for pin in state.pin], [30 <= i <= 33 for i in range(55)])
+        equal((len(state.joint), len(state.matrix), len(state.matrix[0]), list(state.matrix[15])),
+              (8, 16, 8, [False] * 8))
+        equal((state.connected, state.stale, state.reason), (True, False, ""))
+        assert state.age_us is not None and state.age_us < 4e6
+        for wrong in (-1, 55):
+            with raises(IndexError, "there are 0 to 54"):
+                state.pin[wrong]
+        with raises(AttributeError):
+            state.pin[3].in_ = True
+        for wrong in ("pin.55.in", "joint.00.pos-fb"):
+            with raises(KeyError, wrong):
+                mill[wrong]
+        # the names of a later moment are of that moment, and this one stays what it was
+        cycle = state.cycle
+        wait_for("another cycle", lambda: mill.read().cycle > cycle)
+        equal(state.cycle, cycle)
+
+
+def test_what_is_wrong_is_said():
+    with House() as house:
+        with raises(pokeys.NoDaemon, "no daemon runs in"):
+            pokeys.attach("mill", runtime=str(house.runtime))
+        equal(pokeys.devices(str(house.runtime)), [])
+    with machine() as (house, sim, daemon):
+        equal(pokeys.devices(str(house.runtime)), ["mill"])
+        with raises(pokeys.NoSuchDevice, "no device 'lathe'; it has: mill"):
+            pokeys.attach("lathe", runtime=str(house.runtime))
+        for wrong in ("", "a b", "x" * 32):
+            with raises(ValueError, "1 to 31"):
+                pokeys.attach(wrong, runtime=str(house.runtime))
+        with attach(house) as mill:
+            mill.read()
+            before = datetime.now(timezone.utc)
+            sim.kill()
+            wait_for("the loss", lambda: mill.read(stale_ok=True).stale)
+            last = mill.read(stale_ok=True)
+            try:
+                mill.read()
+                raise AssertionError("old values were given")
+            except pokeys.Stale as stale:
+                assert stale.age > 3.9 and abs((stale.since - before).total_seconds()) < PATIENCE, stale
+                equal(str(stale), f"mill: {mill.read(stale_ok=True).reason}")
+            equal(last.info.type, "PoKeys57CNC")
+            wait_for("the reason", lambda: "no answer; check power" in mill.read(stale_ok=True).reason)
+            end(daemon)
+            wait_for("the end", lambda: not_there(mill))
+            # the next daemon is found by itself
+            house.start_sim()
+            house.start_daemon(wait=False)
+            wait_for("the next daemon", lambda: fresh(mill))
+        with raises(ValueError, "closed"):
+            mill.read()
+        mill.close()
+
+
+def not_there(mill):
+    try:
+        mill.read(stale_ok=True)
+    except pokeys.NoDaemon:
+        return True
+    return False
+
+
+def fresh(mill):
+    try:
+        return mill.read().connected
+    except (pokeys.NoDaemon, pokeys.Stale):
+        return False
+
+
+def test_who_may_not_read_is_told_so():
+    if os.geteuid():
+        return
+    with machine(), House() as house:
+        house.daemon_keys["runtime-directory"] = house.runtime
+        house.start_sim()
+        house.start_daemon()
+        reader, writer = os.pipe()
+        child = os.fork()
+        if not child:
+            os.setresgid(65534, 65534, 65534)
+            os.setgroups([])
+            os.setresuid(65534, 65534, 65534)
+            try:
+                pokeys.attach("mill", runtime=str(house.runtime))
+            except pokeys.Refused as error:
+                os.write(writer, str(error).encode())
+            os._exit(0)
+        os.close(writer)
+        said = os.read(reader, 1000).decode()
+        os.close(reader)
+        os.waitpid(child, 0)
+        assert "permission denied" in said, said
+
+
+def test_changes_are_given_once_and_in_order():
+    async def watch(house, sim, mill):
+        seen = []
+
+        async def look():
+            async for state in mill.changes("pin.03.in", rate=200):
+                seen.append(state.pin[3].in_)
+                if len(seen) == 7:
+                    return
+        task = asyncio.create_task(look())
+        level = 1
+        for count in range(1, 8):
+            end_at = time.monotonic() + PATIENCE
+            while len(seen) < count:
+                assert time.monotonic() < end_at and not task.done(), seen
+                await asyncio.sleep(0.005)
+            level = not level
+            await asyncio.to_thread(house.ask_sim, sim, "pin", 4, int(level))
+        await task
+        equal(seen, [True, False] * 3 + [True])
+        with raises(KeyError, "nothing is called 'no.such'"):
+            async for _state in mill.changes("no.such"):
+                pass
+        with raises(ValueError, "rate"):
+            async for _state in mill.changes(rate=0):
+                pass
+
+    with machine() as (house, sim, _daemon), attach(house) as mill:
+        house.ask_sim(sim, "pin", 4, 1)
+        wait_equal("the input", lambda: mill.read().pin[3].in_, True)
+        asyncio.run(watch(house, sim, mill))
+
+
+def test_changes_survive_the_device_and_the_daemon():
+    async def watch(house, sim, daemon, mill):
+        seen = asyncio.Queue()
+
+        async def look():
+            async for state in mill.changes("link-state", rate=100):
+                await seen.put((state.connected, state.daemon.epoch))
+        task = asyncio.create_task(look())
+        try:
+            first = await asyncio.wait_for(seen.get(), PATIENCE)
+            equal(first[0], True)
+            sim.kill()
+            while (await asyncio.wait_for(seen.get(), PATIENCE))[0]:
+                pass
+            await asyncio.to_thread(end, daemon)
+            house.start_sim()
+            await asyncio.to_thread(house.start_daemon, wait=False)
+            while not (now := await asyncio.wait_for(seen.get(), PATIENCE))[0]:
+                pass
+            assert now[1] != first[1], "the same daemon"
+        finally:
+            task.cancel()
+
+    with machine(**{"stale-after-ms": 500, "lost-after-ms": 600}) as (house, sim, daemon), attach(house) as mill:
+        asyncio.run(watch(house, sim, daemon, mill))
+
+
+def test_histograms_are_those_of_pokeysctl():
+    with machine() as (house, _sim, daemon), attach(house) as mill:
+        wait_for("some durations", lambda: mill.diagnostics().histograms()["wakeup"].count > 100)
+        daemon.send_signal(signal.SIGSTOP)
+        try:
+            wait_for("its silence", lambda: not mill.read(stale_ok=True).daemon_alive)
+            found = mill.diagnostics().histograms()
+            wanted = house.device()["diag"]["latency_us"]
+        finally:
+            daemon.send_signal(signal.SIGCONT)
+        equal(len(found), len(wanted))
+        names = {"data": "fresh", "age": "age_at_read"}
+        for name, histogram in found.items():
+            other = wanted[names.get(name, name.replace("-", "_"))]
+            equal(histogram.count, other["count"], name)
+            for mine, theirs in ((histogram.mean_us, "mean"), (histogram.min_us, "min"), (histogram.max_us, "max"),
+                                 (histogram.percentile_us(0.99), "p99")):
+                assert mine == other[theirs] or math.isclose(mine, other[theirs], rel_tol=1e-6), (name, theirs)
+            equal(sum(number for _lower, number in histogram.buckets()), histogram.count)
+
+
+def test_pokeysctl_is_asked_for_the_rest():
+    with machine() as (house, _sim, _daemon), attach(house) as mill:
+        equal(mill.settings()["digital-outputs"], "31-34")
+        found = pokeys.discover(timeout=0.1)
+        assert all(isinstance(one, pokeys.Found) for one in found), found
+        with raises(pokeys.ToolFailed, "no such interface"):
+            pokeys.discover(interface="nowhere0")
+        os.environ["POKEYSCTL"], before = "/nowhere/pokeysctl", os.environ["POKEYSCTL"]
+        with raises(pokeys.ToolFailed, "install pokeysd"):
+            pokeys.discover()
+        os.environ["POKEYSCTL"] = before
+
+
+def test_another_version_of_the_library_is_refused():
+    from pokeys import _library, _names  # pylint: disable=import-outside-toplevel
+    with raises(pokeys.LibraryMissing, "of the same version"):
+        _library.check_layouts({0: _names.STATE_HASH ^ 1})
+    with raises(pokeys.LibraryMissing, "install pokeysd, or let POKEYS_SHM_LIBRARY"):
+        _library.Library("/nowhere/libpokeys_shm.so.0")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__]))
