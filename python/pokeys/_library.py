@@ -11,6 +11,7 @@ import ctypes
 import functools
 import os
 from ctypes import CDLL, PyDLL, c_char_p, c_double, c_int, c_size_t, c_uint, c_uint64, c_void_p
+from typing import Any
 
 from .errors import LibraryMissing
 
@@ -18,7 +19,7 @@ NAME_SIZE = 32
 DEVICES_MOST = 32
 DETACHED, ATTACHED, REFUSED = 0, 1, 2
 
-_COLD = {
+_COLD: dict[str, list[Any]] = {
     "pokeys_client_open": [c_void_p, c_char_p, c_char_p, c_char_p, c_uint],
     "pokeys_client_close": [c_void_p],
     "pokeys_client_poll": [c_void_p],
@@ -26,11 +27,11 @@ _COLD = {
     "pokeys_client_status": [c_void_p, c_char_p, c_size_t],
     "pokeys_shm_devices": [c_char_p, c_void_p, c_size_t],
 }
-_FAST = {
+_FAST: dict[str, list[Any]] = {
     "pokeys_client_read": [c_void_p, c_void_p],
     "pokeys_client_read_diag": [c_void_p, c_void_p],
 }
-_NUMBERS = {
+_NUMBERS: dict[str, list[Any]] = {
     "pokeys_histogram_percentile": [c_char_p, c_double],
     "pokeys_histogram_lower": [c_uint],
     "pokeys_shm_layout": [c_uint],

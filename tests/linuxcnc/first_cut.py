@@ -11,6 +11,7 @@ usage: first_cut.py WORK POKEYS_SHM.so POKEYS_HOMECOMP.so POKEYSD POKEYS-SIM POK
 
 POKEYS_CUT_S: most seconds the machine may take (default 280).
 """
+import json
 import os
 import pathlib
 import re
@@ -161,6 +162,21 @@ WORKS = {
 }
 
 
+# A monitor in Python, beside it all the time: whatever changes, and whether the machine was on then.
+WATCH = """
+import asyncio, json, sys
+sys.path.insert(0, sys.argv[1])
+import pokeys
+
+async def watch():
+    with pokeys.attach(sys.argv[3], runtime=sys.argv[2]) as device:
+        async for state in device.changes("joint.*.counts", "machine-on-permitted", rate=50):
+            print(json.dumps([state.machine_on_permitted, [joint.counts for joint in state.joint]]), flush=True)
+
+asyncio.run(watch())
+"""
+
+
 class Machine(Rig):
     """Rig's folder with the example in it."""
 
@@ -199,6 +215,28 @@ class Machine(Rig):
         self.spawn("pokeysd", self.pokeysd, "--config", self.folder / "pokeysd.conf")
         self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, 60, "pokeysd")
         self.wait_for("the device running", self.is_fresh, 60, "pokeysd")
+        os.environ["POKEYS_SHM_LIBRARY"] = str(self.build / "shm/libpokeys_shm.so.0")
+        self.spawn("monitor", "/usr/bin/python3", "-B", "-c", WATCH, ROOT / "python", self.run / "pokeysd", self.name)
+
+    def judge_monitor(self):
+        """What the monitor in Python has seen is what happened."""
+        if self.started["monitor"].poll() is not None:
+            raise Fault(f"the monitor in Python has ended: {self.log_tail('monitor')}")
+        counts = json.loads(self.get("joint.*.counts"))["values"]
+        self.wait_for("what the device has, in the monitor in Python",
+                      lambda: self.seen()[-1][1] == list(counts.values()), 60, "monitor")
+        moved = [len({positions[i] for on, positions in self.seen() if on}) for i in range(3)]
+        if min(moved) < 3:
+            raise Fault(f"the monitor in Python has seen {moved} positions of X, Y and Z")
+        print(f"the monitor in Python has seen {len(self.seen())} changes")
+
+    def seen(self):
+        """A line that is being written is not one yet."""
+        return [json.loads(line) for line in self.text("monitor.log").splitlines(True) if line.endswith("\n")]
+
+    def get(self, *names):
+        return subprocess.run((self.build / "tools/pokeysctl", "-r", self.run / "pokeysd", "get", self.name, *names,
+                               "--json"), capture_output=True, text=True, check=False).stdout
 
     def cut(self):
         """LinuxCNC with the machinist; their status."""
@@ -224,6 +262,7 @@ def inside(work, programs):
         status = machine.cut()
         print(machine.text("report"), end="")
         if status == 0 and "the end\n" in machine.text("report"):
+            machine.judge_monitor()
             return 0
         print(f"FAILED: {status}\n{machine.text('linuxcnc.log')[-6000:]}\n"
               f"{machine.text('pokeysd.log')[-2000:]}")
