@@ -19,7 +19,7 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "bit i of a member is 
 
 static const struct model_group *const groups[] = {
 	&model_link, &model_io, &model_motion, &model_drive, &model_device, &model_bus,
-	&model_latency,
+	&model_latency, &model_command,
 };
 
 const struct model_row *model_row(size_t number)

@@ -21,7 +21,11 @@
 enum { MODEL_NAME_MAX = 47, MODEL_TEXT_MAX = 32 };
 
 /* Where a row's value stands. */
-enum model_image { MODEL_STATE, MODEL_DIAG, MODEL_JUDGEMENT, MODEL_IMAGES };
+enum model_image {
+	MODEL_STATE, MODEL_DIAG, MODEL_JUDGEMENT,
+	MODEL_COMMAND,		/* written and not read: by one commander */
+	MODEL_IMAGES,
+};
 
 enum model_type {
 	MODEL_BIT,		/* one bit, little-endian from offset on */
@@ -58,6 +62,10 @@ struct model_row {
 	uint8_t size;
 	uint16_t whole;		/* shown = number / the uint32_t at this offset; 0 = not */
 	uint8_t image, type, terminal;
+	/* of what is commanded */
+	double low, high;	/* as shown; low == high: whatever its type takes */
+	uint16_t mask;		/* a bit here says that it is, bytes from the image's start; 0 = none */
+	uint8_t mask_bit, mask_stride;	/* the first one; bits from one first index to the next */
 };
 
 /* Decided by who reads, from the time stamps and its own clock: an image of its own. */

@@ -78,6 +78,7 @@ struct model_group {
 	}
 
 extern const struct model_group model_link, model_io, model_motion, model_drive, model_device,
-	model_bus, model_latency;
+	model_bus, model_latency,
+	model_command;
 
 #endif

@@ -24,9 +24,28 @@ from __future__ import annotations
 
 from typing import Any
 
-from ._values import Address, Age, Bit, Bits, Flag, Integer, Part, Parts, Quantile, Ratio, Real, Text, Value, Word
+from ._values import (
+    Address,
+    Age,
+    Bit,
+    Bits,
+    Duty,
+    Flag,
+    Integer,
+    Level,
+    Part,
+    Parts,
+    Quantile,
+    Ratio,
+    Real,
+    Switch,
+    Text,
+    Value,
+    Word,
+)
 '''
 SHORT, BITS_EACH = 80, 8
+WRITABLE = {"Bit": "Switch", "Integer": "Level", "Ratio": "Duty"}
 CODES = {("unsigned", 1): "B", ("unsigned", 2): "H", ("unsigned", 4): "I", ("unsigned", 8): "Q",
          ("signed", 2): "h", ("signed", 4): "i", ("signed", 8): "q", ("float", 4): "f"}
 
@@ -71,6 +90,11 @@ def quoted(text: str) -> str:
     return json.dumps(text)
 
 
+def mask_of(row: dict[str, Any]) -> tuple[int, int] | None:
+    """The bit that says that it is commanded, and from one number to the next."""
+    return (8 * row["mask_offset"] + row["mask_bit"], row["mask_stride"]) if "mask_offset" in row else None
+
+
 def value_of(row: dict[str, Any], name: str, offset: int, count: int | None = None) -> str:
     """The expression that makes the descriptor, on as many lines as it needs."""
     storage = row["storage"]
@@ -94,7 +118,12 @@ def value_of(row: dict[str, Any], name: str, offset: int, count: int | None = No
     elif kind in ("Age", "Quantile"):
         more.append(f"factor={row['factor']!r}")
         more += [f"quantile={row['quantile']!r}"] if kind == "Quantile" else []
-    place = 8 * offset + row["bit"] if kind == "Bit" else offset
+    if row["writable"]:
+        kind = WRITABLE[kind]
+        more.append(f"mask={mask_of(row)}")
+        if kind != "Switch":
+            more.append(f"low={row['low']}, high={row['high']}")
+    place = 8 * offset + row["bit"] if storage == "bit" else offset
     stride = row.get("inner_stride", row.get("stride", 0)) if count else row.get("stride", 0)
     text = textwrap.wrap(row["help"], 90, drop_whitespace=False)
     parts = [f"{quoted(name)}, {count or row['count']}, ({place}, {stride})",
@@ -154,7 +183,7 @@ def class_of(node: Node) -> list[str]:
 def main() -> None:
     model = json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="ascii"))
     lines = HEADER.splitlines()
-    for image, title in (("state", "State"), ("diag", "Diagnostic")):
+    for image, title in (("state", "State"), ("diag", "Diagnostic"), ("command", "Command")):
         known = model["images"][image]
         root, places = Node(title, ""), []
         for row in model["names"]:
@@ -164,6 +193,8 @@ def main() -> None:
         lines += class_of(root)
         places = [place if place.split(".")[0] != title else root.title + "." + place.split(".")[1]
                   for place in places]
+        if "read_time_offset" in known:
+            lines += ["", "", f"{image.upper()}_READ_TIME = {known['read_time_offset']}"]
         lines += ["", "", f"{image.upper()}_HASH, {image.upper()}_SIZE = {known['hash']}, {known['size']}",
                   f"{image.upper()}_VALUES: tuple[Value[Any], ...] = ("]
         lines += textwrap.wrap(", ".join(places) + ")", 110, initial_indent=" " * 4, subsequent_indent=" " * 4)

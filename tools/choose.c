@@ -24,20 +24,38 @@ const char *choose_only(const struct choice *choice)
 	       choice->patterns[0] : NULL;
 }
 
-static bool fits(const char *pattern)
+void choose_each(const struct choice *choice, choose_function *each, void *argument)
 {
-	const struct choice one = { (char *const *)&pattern, 1 };
 	const struct model_row *row;
 	char name[MODEL_NAME_MAX + 1];
 
 	for (size_t number = 0; (row = model_row(number)); number++) {
+		if (choice->readable && row->image == MODEL_COMMAND)
+			continue;
 		for (unsigned int i = 0; i < model_names(row); i++) {
 			model_name(row, i, name);
-			if (choose(&one, name))
-				return true;
+			if (choose(choice, name))
+				each(argument, row, i, name);
 		}
 	}
-	return false;
+}
+
+static void count(void *argument, const struct model_row *row, unsigned int index,
+		  const char *name)
+{
+	(void)row;
+	(void)index;
+	(void)name;
+	++*(size_t *)argument;
+}
+
+static bool fits(const char *pattern, bool readable)
+{
+	const struct choice one = { (char *const *)&pattern, 1, readable };
+	size_t found = 0;
+
+	choose_each(&one, count, &found);
+	return found;
 }
 
 /* Copied from HAL as a whole, with "pokeys.0." */
@@ -51,10 +69,12 @@ int choose_check(const struct choice *choice, const char *command)
 	for (size_t i = 0; i < choice->count; i++) {
 		const char *name = choice->patterns[i], *instead;
 
-		if (fits(name))
+		if (fits(name, choice->readable))
 			continue;
 		if (has_prefix(name))
 			complain("%s: write \"%s\" without \"%.9s\"", command, name, name);
+		else if (fits(name, false))
+			complain("%s: \"%s\" is commanded, and not read", command, name);
 		else if (model_is_hal_name(name, &instead))
 			complain("%s: only LinuxCNC knows \"%s\" (halcmd getp pokeys.N.%s)%s%s",
 				 command, name, name, instead ? "; the device has " : "",

@@ -5,14 +5,21 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include "model/model.h"
 
 /* No pattern chooses everything. */
 struct choice {
 	char *const *patterns;	/* as fnmatch(3) has them */
 	size_t count;
+	bool readable;		/* not what is only commanded */
 };
 
 bool choose(const struct choice *choice, const char *name);
+
+/* Every name that is chosen, in the table's order. */
+typedef void choose_function(void *argument, const struct model_row *row, unsigned int index,
+			     const char *name);
+void choose_each(const struct choice *choice, choose_function *each, void *argument);
 
 /* The only name that can be meant, or NULL. */
 const char *choose_only(const struct choice *choice);

@@ -139,24 +139,6 @@ static void put_value(struct json *json, const char *name, const struct model_va
 	}
 }
 
-/* Every name that was chosen, with its row and its index. */
-typedef void each_function(void *argument, const struct model_row *row, unsigned int index,
-			   const char *name);
-
-static void for_each(const struct choice *choice, each_function *each, void *argument)
-{
-	const struct model_row *row;
-	char name[MODEL_NAME_MAX + 1];
-
-	for (size_t number = 0; (row = model_row(number)); number++) {
-		for (unsigned int i = 0; i < model_names(row); i++) {
-			model_name(row, i, name);
-			if (choose(choice, name))
-				each(argument, row, i, name);
-		}
-	}
-}
-
 static void each_width(void *argument, const struct model_row *row, unsigned int index,
 		       const char *name)
 {
@@ -178,8 +160,8 @@ static void each_line(void *argument, const struct model_row *row, unsigned int 
 static void print_lines(struct answer *answer)
 {
 	answer->width = 0;
-	for_each(&answer->choice, each_width, answer);
-	for_each(&answer->choice, each_line, answer);
+	choose_each(&answer->choice, each_width, answer);
+	choose_each(&answer->choice, each_line, answer);
 }
 
 /* Values, or the words that stand for them. */
@@ -214,11 +196,11 @@ static void put_all(const struct answer *answer)
 	json_bool(&json, "fresh", answer->device->freshness == VIEW_FRESH);
 	json_text(&json, "reason", answer->device->why);
 	json_object(&json, "values");
-	for_each(&answer->choice, each_json, &to);
+	choose_each(&answer->choice, each_json, &to);
 	json_end(&json);
 	to.words = true;
 	json_object(&json, "words");
-	for_each(&answer->choice, each_json, &to);
+	choose_each(&answer->choice, each_json, &to);
 	json_end(&json);
 	json_end(&json);
 }
@@ -254,7 +236,7 @@ int command_get(const struct options *options)
 			 "pokeysctl get DEVICE [NAME ...]");
 		return STATUS_USAGE;
 	}
-	answer.choice = (struct choice){ options->names + 1, options->name_count - 1 };
+	answer.choice = (struct choice){ options->names + 1, options->name_count - 1, true };
 	status = choose_check(&answer.choice, "get");
 	if (!status)
 		status = view_open(view, options->runtime_directory, options->names, 1);

@@ -8,6 +8,7 @@
  */
 #include <stdio.h>
 #include <string.h>
+#include <pokeys/command.h>
 #include "model/model.h"
 #include "tools/choose.h"
 #include "tools/json.h"
@@ -57,8 +58,12 @@ static void print_row(const struct model_row *row)
 
 	model_pattern(row, name);
 	printf("%s (%s", name, model_type_name(row));
+	if (row->image == MODEL_COMMAND)
+		printf(", commanded");
 	if (*row->unit)
 		printf(", %s", row->unit);
+	if (row->low < row->high)
+		printf(", %.10g to %.10g", row->low, row->high);
 	if (row->count > 1)
 		printf(", 00..%02u", row->count - 1u);
 	if (row->inner)
@@ -83,10 +88,24 @@ static void put_words(struct json *json, const struct model_row *row)
 	json_end(json);
 }
 
+/* Its range, and the bit that says that it is commanded. */
+static void put_command(struct json *json, const struct model_row *row)
+{
+	if (row->low < row->high) {
+		json_real(json, "low", row->low);
+		json_real(json, "high", row->high);
+	}
+	if (!row->mask)
+		return;
+	json_unsigned(json, "mask_offset", row->mask);
+	json_unsigned(json, "mask_bit", row->mask_bit);
+	json_unsigned(json, "mask_stride", row->mask_stride);
+}
+
 /* Where it stands in its image, and how it is stored there. */
 static void put_place(struct json *json, const struct model_row *row)
 {
-	static const char *const images[MODEL_IMAGES] = { "state", "diag", "judgement" };
+	static const char *const images[MODEL_IMAGES] = { "state", "diag", "judgement", "command" };
 	static const char *const storages[MODEL_TYPES] = {
 		[MODEL_BIT] = "bit", [MODEL_FLAG] = "flag", [MODEL_UNSIGNED] = "unsigned",
 		[MODEL_SIGNED] = "signed", [MODEL_FLOAT] = "float", [MODEL_TEXT] = "text",
@@ -113,6 +132,8 @@ static void put_place(struct json *json, const struct model_row *row)
 		json_unsigned(json, "divisor_offset", row->whole);
 	if (row->type == MODEL_QUANTILE)
 		json_real(json, "quantile", row->quantile);
+	if (row->image == MODEL_COMMAND)
+		put_command(json, row);
 }
 
 static void put_row(struct json *json, const struct model_row *row)
@@ -125,6 +146,7 @@ static void put_row(struct json *json, const struct model_row *row)
 	json_object(json, NULL);
 	json_text(json, "name", row->name);
 	json_text(json, "type", model_type_name(row));
+	json_bool(json, "writable", row->image == MODEL_COMMAND);
 	json_text(json, "unit", row->unit);
 	json_text(json, "help", model_help(row));
 	json_bool(json, "hal", model_hal_row(row));
@@ -139,6 +161,7 @@ static void put_row(struct json *json, const struct model_row *row)
 	json_end(json);
 }
 
+/* It is left open, for more keys. */
 static void put_image(struct json *json, const char *name, unsigned int version, uint64_t hash,
 		      size_t size)
 {
@@ -149,7 +172,6 @@ static void put_image(struct json *json, const char *name, unsigned int version,
 	json_unsigned(json, "version", version);
 	json_text(json, "hash", text);
 	json_unsigned(json, "size", size);
-	json_end(json);
 }
 
 static void put_labels(struct json *json, const struct wire_model *model)
@@ -205,8 +227,14 @@ static void put_all(const struct choice *choice)
 	json_object(&json, "images");
 	put_image(&json, "state", POKEYS_STATE_VERSION, POKEYS_STATE_HASH,
 		  sizeof(struct pokeys_state));
+	json_end(&json);
 	put_image(&json, "diag", POKEYS_DIAG_VERSION, POKEYS_DIAG_HASH,
 		  sizeof(struct pokeys_diag));
+	json_end(&json);
+	put_image(&json, "command", POKEYS_COMMAND_VERSION, POKEYS_COMMAND_HASH,
+		  sizeof(struct pokeys_command));
+	json_unsigned(&json, "read_time_offset", offsetof(struct pokeys_command, t_thread_ns));
+	json_end(&json);
 	json_end(&json);
 	json_array(&json, "names");
 	for (size_t number = 0; (row = model_row(number)); number++)
@@ -221,7 +249,7 @@ static void put_all(const struct choice *choice)
 static int check(const struct choice *choice)
 {
 	for (size_t i = 0; i < choice->count; i++) {
-		const struct choice one = { choice->patterns + i, 1 };
+		const struct choice one = { choice->patterns + i, 1, false };
 		const struct model_row *row;
 		size_t number = 0;
 
@@ -235,7 +263,7 @@ static int check(const struct choice *choice)
 
 int command_names(const struct options *options)
 {
-	const struct choice choice = { options->names, options->name_count };
+	const struct choice choice = { options->names, options->name_count, false };
 	const struct model_row *row;
 	int status = check(&choice);
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Read PoKeys devices through a running pokeysd.
+"""Read and command PoKeys devices through a running pokeysd.
 
     import pokeys
 
@@ -11,9 +11,11 @@ Values have the names of LinuxCNC's HAL (``pokeysctl names`` lists them). Only t
 library and libpokeys_shm.so.0 are needed; the user has to be in group pokeys-monitor.
 """
 from .client import Device, attach, devices
-from .errors import Error, LibraryMissing, NoDaemon, NoSuchDevice, Refused, Stale, ToolFailed
+from .commander import Command, Commander
+from .errors import Error, Lapsed, LibraryMissing, NoDaemon, NoSuchDevice, Refused, Stale, ToolFailed
 from .pokeysctl import Found, discover
 from .snapshot import Diagnostics, Histogram, State, describe, names
 
-__all__ = ["Device", "Diagnostics", "Error", "Found", "Histogram", "LibraryMissing", "NoDaemon", "NoSuchDevice",
-           "Refused", "Stale", "State", "ToolFailed", "attach", "describe", "devices", "discover", "names"]
+__all__ = ["Command", "Commander", "Device", "Diagnostics", "Error", "Found", "Histogram", "Lapsed", "LibraryMissing",
+           "NoDaemon", "NoSuchDevice", "Refused", "Stale", "State", "ToolFailed", "attach", "describe", "devices",
+           "discover", "names"]

@@ -18,12 +18,16 @@ from .errors import LibraryMissing
 NAME_SIZE = 32
 DEVICES_MOST = 32
 DETACHED, ATTACHED, REFUSED = 0, 1, 2
+COMMANDER = 1
 
 _COLD: dict[str, list[Any]] = {
     "pokeys_client_open": [c_void_p, c_char_p, c_char_p, c_char_p, c_uint],
     "pokeys_client_close": [c_void_p],
     "pokeys_client_poll": [c_void_p],
     "pokeys_client_follow": [c_void_p, c_uint],
+    "pokeys_client_hold": [c_void_p, c_uint, c_uint],
+    "pokeys_client_command": [c_void_p, c_void_p],
+    "pokeys_client_renew": [c_void_p],
     "pokeys_client_status": [c_void_p, c_char_p, c_size_t],
     "pokeys_shm_devices": [c_char_p, c_void_p, c_size_t],
 }

@@ -4,7 +4,25 @@ from __future__ import annotations
 
 from typing import Any
 
-from ._values import Address, Age, Bit, Bits, Flag, Integer, Part, Parts, Quantile, Ratio, Real, Text, Value, Word
+from ._values import (
+    Address,
+    Age,
+    Bit,
+    Bits,
+    Duty,
+    Flag,
+    Integer,
+    Level,
+    Part,
+    Parts,
+    Quantile,
+    Ratio,
+    Real,
+    Switch,
+    Text,
+    Value,
+    Word,
+)
 
 
 class StateAge(Part):
@@ -1919,3 +1937,237 @@ DIAG_VALUES: tuple[Value[Any], ...] = (
     DiagnosticTransport.system_calls, DiagnosticTransport.waits_avoided, DiagnosticTransport.rearmed,
     DiagnosticTransport.no_buffers, DiagnosticTransport.overflow, DiagnosticTransport.truncated,
     DiagnosticGuard.passed, DiagnosticGuard.dropped)
+
+
+class CommandPinItem(Part):
+    """pin.NN"""
+
+    __slots__ = ()
+    out = Switch(
+        "pin.%02u.out", 55, (960, 1),
+        "digital output; followed if the device has the pin configured as an output",
+        mask=(1024, 1))
+
+
+class CommandPin(Parts[CommandPinItem]):
+    """pin"""
+
+    __slots__ = ()
+    _kind = CommandPinItem
+    _count = 55
+
+
+class CommandPwmItem(Part):
+    """pwm.NN"""
+
+    __slots__ = ()
+    value = Duty(
+        "pwm.%02u.value", 6, (136, 4),
+        "duty as a part of the period; LinuxCNC has a scale and an offset besides",
+        code="I",
+        whole=160,
+        mask=(1312, 1),
+        low=0, high=1)
+
+
+class CommandPwm(Parts[CommandPwmItem]):
+    """pwm"""
+
+    __slots__ = ()
+    _kind = CommandPwmItem
+    _count = 6
+
+
+class CommandExternalItem(Part):
+    """external.NN"""
+
+    __slots__ = ()
+    out = Switch(
+        "external.%02u.out", 8, (1600, 1),
+        "output or relay of the board, see pokeys_terminals(7)",
+        mask=(1608, 1))
+
+
+class CommandExternal(Parts[CommandExternalItem]):
+    """external"""
+
+    __slots__ = ()
+    _kind = CommandExternalItem
+    _count = 8
+
+
+class CommandExternalRelayItem(Part):
+    """external-relay.NN"""
+
+    __slots__ = ()
+    out = Switch(
+        "external-relay.%02u.out", 8, (1616, 1),
+        "relay of the engine's connector, not of the board",
+        mask=(1624, 1))
+
+
+class CommandExternalRelay(Parts[CommandExternalRelayItem]):
+    """external-relay"""
+
+    __slots__ = ()
+    _kind = CommandExternalRelayItem
+    _count = 8
+
+
+class CommandPoExtBusItem(Part):
+    """PoExtBus.NN"""
+
+    __slots__ = ()
+    out = Switch("PoExtBus.%02u.out", 80, (1344, 1), "output of the bus", mask=(1472, 1))
+
+
+class CommandPoExtBus(Parts[CommandPoExtBusItem]):
+    """PoExtBus"""
+
+    __slots__ = ()
+    _kind = CommandPoExtBusItem
+    _count = 80
+
+
+class CommandPoNETItem(Part):
+    """PoNET.NN"""
+
+    __slots__ = ()
+    out_0 = Level(
+        "PoNET.%02u.out-0", 16, (208, 16),
+        "outputs: bytes 4 * n to 4 * n + 3, least first",
+        code="I",
+        mask=(3840, 1),
+        low=0, high=4294967300.0)
+    out_1 = Level(
+        "PoNET.%02u.out-1", 16, (212, 16),
+        "outputs: bytes 4 * n to 4 * n + 3, least first",
+        code="I",
+        mask=(3840, 1),
+        low=0, high=4294967300.0)
+    out_2 = Level(
+        "PoNET.%02u.out-2", 16, (216, 16),
+        "outputs: bytes 4 * n to 4 * n + 3, least first",
+        code="I",
+        mask=(3840, 1),
+        low=0, high=4294967300.0)
+    out_3 = Level(
+        "PoNET.%02u.out-3", 16, (220, 16),
+        "outputs: bytes 4 * n to 4 * n + 3, least first",
+        code="I",
+        mask=(3840, 1),
+        low=0, high=4294967300.0)
+    brightness = Level(
+        "PoNET.%02u.brightness", 16, (464, 1),
+        "of the module's lamps, 255 is full",
+        code="B",
+        mask=(3840, 1),
+        low=0, high=255)
+
+
+class CommandPoNET(Parts[CommandPoNETItem]):
+    """PoNET"""
+
+    __slots__ = ()
+    _kind = CommandPoNETItem
+    _count = 16
+
+
+class CommandKbd48CNCItem(Part):
+    """kbd48CNC.NN"""
+
+    __slots__ = ()
+    LED = Switch(
+        "kbd48CNC.%02u.LED", 48, (3904, 1),
+        "lamp of the key; all are commanded together",
+        mask=(3872, 0))
+
+
+class CommandKbd48CNC(Parts[CommandKbd48CNCItem]):
+    """kbd48CNC"""
+
+    __slots__ = ()
+    _kind = CommandKbd48CNCItem
+    _count = 48
+    brightness = Level(
+        "kbd48CNC.brightness", 1, (485, 0),
+        "brightness of its lamps, 255 is full",
+        code="B",
+        mask=(3873, 0),
+        low=0, high=255)
+
+
+class CommandEngine(Part):
+    """engine"""
+
+    __slots__ = ()
+    limit_override = Switch(
+        "engine.limit-override", 1, (417, 0),
+        "axes may leave their limit switches",
+        mask=None)
+
+
+class CommandValues(Part):
+    """All values of the image."""
+
+    __slots__ = ()
+    machine_is_on = Switch(
+        "machine-is-on", 1, (416, 0),
+        "the machine is on: motion is requested; each rising edge requests it again",
+        mask=None)
+    emergency_stop = Switch(
+        "emergency-stop", 1, (418, 0),
+        "emergency stop: axes stop and outputs go to the safe state at once (see on-emergency in "
+        "pokeysd.conf), until this pin is false and machine-is-on rises",
+        mask=None)
+
+    @property
+    def pin(self) -> CommandPin:
+        """pin"""
+        return CommandPin(self._image, self._index)
+
+    @property
+    def pwm(self) -> CommandPwm:
+        """pwm"""
+        return CommandPwm(self._image, self._index)
+
+    @property
+    def external(self) -> CommandExternal:
+        """external"""
+        return CommandExternal(self._image, self._index)
+
+    @property
+    def external_relay(self) -> CommandExternalRelay:
+        """external-relay"""
+        return CommandExternalRelay(self._image, self._index)
+
+    @property
+    def PoExtBus(self) -> CommandPoExtBus:
+        """PoExtBus"""
+        return CommandPoExtBus(self._image, self._index)
+
+    @property
+    def PoNET(self) -> CommandPoNET:
+        """PoNET"""
+        return CommandPoNET(self._image, self._index)
+
+    @property
+    def kbd48CNC(self) -> CommandKbd48CNC:
+        """kbd48CNC"""
+        return CommandKbd48CNC(self._image, self._index)
+
+    @property
+    def engine(self) -> CommandEngine:
+        """engine"""
+        return CommandEngine(self._image, self._index)
+
+
+COMMAND_READ_TIME = 32
+
+
+COMMAND_HASH, COMMAND_SIZE = 0x540698abcd6f5c4a, 4728
+COMMAND_VALUES: tuple[Value[Any], ...] = (
+    CommandPinItem.out, CommandPwmItem.value, CommandExternalItem.out, CommandExternalRelayItem.out,
+    CommandPoExtBusItem.out, CommandPoNETItem.out_0, CommandPoNETItem.out_1, CommandPoNETItem.out_2,
+    CommandPoNETItem.out_3, CommandPoNETItem.brightness, CommandKbd48CNCItem.LED, CommandKbd48CNC.brightness,
+    CommandValues.machine_is_on, CommandValues.emergency_stop, CommandEngine.limit_override)

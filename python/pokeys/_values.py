@@ -21,10 +21,29 @@ BITS_EACH = 8       # of a part that has numbered bits
 
 
 class Image(Protocol):
-    """What a value is taken from: the bytes, and the time at which they were read."""
+    """What a value is taken from."""
 
-    image: bytes
-    now_ns: int
+    @property
+    def image(self) -> bytes | bytearray:
+        """The bytes of the image."""
+
+    @property
+    def now_ns(self) -> int:
+        """When they were read (CLOCK_MONOTONIC)."""
+
+
+class Draft:
+    """A command image that is being made."""
+
+    now_ns = 0
+
+    def __init__(self, size: int, whole: int) -> None:
+        self.image = bytearray(size)
+        self.whole = whole      # of which duties are a part
+
+    def commit(self) -> None:
+        """It is to be commanded from now on."""
+        raise NotImplementedError
 
 
 def age_ns(t_ns: int, now_ns: int) -> float:
@@ -257,7 +276,84 @@ class Quantile(Value[float | None]):
     quantile: float
 
     def take(self, image: Image, index: int) -> float | None:
-        histogram = image.image[self.offset:self.offset + HISTOGRAM_SIZE]
+        histogram = bytes(image.image[self.offset:self.offset + HISTOGRAM_SIZE])
         if not any(histogram[:8]):
             return None
         return percentile(histogram, self.quantile) * self.factor
+
+
+class Writable(Value[T]):
+    """A value of a command image. Setting it commands it at once."""
+
+    __slots__ = ()
+    mask: tuple[int, int] | None        # the bit that says that it is commanded, and from one number to the next
+
+    def put(self, image: bytearray, index: int, value: Any) -> None:
+        """Write it; TypeError or ValueError if it cannot be."""
+        raise NotImplementedError
+
+    def enter(self, draft: Draft, index: int, value: Any) -> None:
+        """Write it, and that it is commanded."""
+        self.put(draft.image, index, value)
+        if self.mask:
+            bit = self.mask[0] + self.mask[1] * index
+            draft.image[bit >> 3] |= 1 << (bit & 7)
+
+    def __set__(self, part: Part, value: T) -> None:
+        draft = part._image  # pylint: disable=protected-access
+        assert isinstance(draft, Draft)
+        before = bytes(draft.image)
+        try:
+            self.enter(draft, part._index, value)  # pylint: disable=protected-access
+        except (TypeError, ValueError):
+            draft.image[:] = before
+            raise
+        draft.commit()
+
+
+class Switch(Writable[bool], Bit):
+    """A bit to be commanded."""
+
+    __slots__ = ("mask",)
+
+    def put(self, image: bytearray, index: int, value: Any) -> None:
+        if not isinstance(value, bool):
+            raise TypeError(f"{self.name}: {value!r} is not True or False")
+        bit = self.offset + self.stride * index
+        image[bit >> 3] = image[bit >> 3] & ~(1 << (bit & 7)) | value << (bit & 7)
+
+
+def _ranged(value: Any, kinds: tuple[type, ...], name: str, low: float, high: float) -> None:
+    if type(value) not in kinds:
+        raise TypeError(f"{name}: {value!r} is no number of this kind")
+    if not low <= value <= high:
+        raise ValueError(f"{name}: {value!r} is out of range; allowed: {low:g} to {high:g}")
+
+
+class Level(Writable[int], Integer):
+    """An integer to be commanded."""
+
+    __slots__ = ("high", "low", "mask")
+    low: float
+    high: float
+
+    def put(self, image: bytearray, index: int, value: Any) -> None:
+        _ranged(value, (int,), self.name, self.low, self.high)
+        struct.pack_into("<" + self.code, image, self.offset + self.stride * index, value)
+
+
+class Duty(Writable[float], Ratio):
+    """A part of another number of the image, to be commanded."""
+
+    __slots__ = ("high", "low", "mask")
+    low: float
+    high: float
+
+    def enter(self, draft: Draft, index: int, value: Any) -> None:
+        struct.pack_into("<I", draft.image, self.whole, draft.whole)
+        super().enter(draft, index, value)
+
+    def put(self, image: bytearray, index: int, value: Any) -> None:
+        _ranged(value, (int, float), self.name, self.low, self.high)
+        whole: int = struct.unpack_from("<I", image, self.whole)[0]
+        struct.pack_into("<" + self.code, image, self.offset + self.stride * index, round(value * whole))

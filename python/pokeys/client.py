@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Any, NoReturn
 
 from . import _library, _names, pokeysctl
+from .commander import Commander
 from .errors import NoDaemon, NoSuchDevice, Refused, Stale
 from .snapshot import Diagnostics, Shot, State, is_diagnostic, is_fresh, names, place, published_ns
 
@@ -156,6 +157,10 @@ class Device:
             return self.read(stale_ok=True)
         except NoDaemon:
             return None
+
+    def command(self, *, lease: float = 0.5) -> Commander:
+        """Command the device, in a ``with``; see :class:`Commander`. ``lease`` is in seconds, 0.01 to 60."""
+        return Commander(self.name, self._runtime, lease)
 
     def settings(self) -> dict[str, str]:
         """The device's own settings, by the keys of pokeysd.conf(5). Runs pokeysctl: some milliseconds."""

@@ -38,5 +38,12 @@ class Stale(Error):
         self.since = None if age is None else datetime.now(UTC) - timedelta(seconds=age)
 
 
+class Lapsed(Error):
+    """A lease had run out, or the daemon was away: the device was in its safe state meanwhile.
+
+    Nothing is commanded until a value is set again.
+    """
+
+
 class ToolFailed(Error):
     """pokeysctl could not do what it was asked for; the text is what it said."""

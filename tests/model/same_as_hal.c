@@ -115,10 +115,81 @@ static void test_a_name_of_hal_shows_what_hal_shows(void **context)
 	assert_in_range(compared / ROUNDS, 900, 5000);
 }
 
+/* The member of each pin that is commanded, by chance. */
+static void press(struct rig *rig)
+{
+	const struct model_row *row;
+
+	for (size_t i = 0; (row = model_row(i)); i++) {
+		const struct table_row *hal = model_hal_row(row);
+
+		if (row->image != MODEL_COMMAND || !hal || hal->kind != TABLE_PIN)
+			continue;
+		for (unsigned int index = 0; index < model_names(row); index++)
+			table_put(hal, (char *)&rig->values + table_offset(hal, index),
+				  hal->type == TABLE_BIT ? (double)(chance() >> 40 & 1) :
+				  hal->type == TABLE_FLOAT ? (double)(chance() >> 40) / (1 << 24) :
+							     (double)(uint32_t)chance());
+	}
+	for (unsigned int i = 0; i < POKEYS_PWM; i++)
+		rig->values.pwm[i].enable = true;
+}
+
+/* The bit that says that it is commanded. */
+static bool is_commanded(const struct model_row *row, unsigned int index, const void *image)
+{
+	const unsigned int bit = row->mask_bit + index / (row->inner ? row->inner : 1) *
+							 row->mask_stride;
+
+	return !row->mask || ((const uint8_t *)image)[row->mask + bit / 8] >> bit % 8 & 1;
+}
+
+static void test_what_hal_commands_stands_where_the_model_has_it(void **context)
+{
+	static struct rig rig;
+	const struct model_row *row;
+	unsigned int compared = 0;
+
+	(void)context;
+	rig_init(&rig);
+	rig.daemon.pwm_period = 1u << 24;
+	memset(rig.daemon.digital_out_owned, 0xff, sizeof(rig.daemon.digital_out_owned));
+	for (unsigned int round = 0; round < ROUNDS; round++) {
+		const struct model_images images = {
+			.image = { [MODEL_COMMAND] = &rig.exchange.command },
+		};
+
+		press(&rig);
+		rig_periods(&rig, 2);
+		/* HAL leaves the period as it is, and duties are a part of that */
+		rig.exchange.command.pwm_period = rig.daemon.pwm_period;
+		for (size_t i = 0; (row = model_row(i)); i++) {
+			const struct table_row *hal = model_hal_row(row);
+
+			if (row->image != MODEL_COMMAND || !hal || hal->kind != TABLE_PIN)
+				continue;
+			for (unsigned int k = 0; k < model_names(row); k++) {
+				const char *at = (const char *)&rig.values + table_offset(hal, k);
+				struct model_value value;
+
+				model_read(row, k, &images, &value);
+				if (fabs(number(&value) - table_get(hal, at)) > 1e-6)
+					fail_msg("%s %u: HAL says %g, the image has %g", row->name,
+						 k, table_get(hal, at), number(&value));
+				if (!is_commanded(row, k, &rig.exchange.command))
+					fail_msg("%s %u is not commanded", row->name, k);
+				compared++;
+			}
+		}
+	}
+	assert_in_range(compared / ROUNDS, 250, 1000);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_a_name_of_hal_shows_what_hal_shows),
+		cmocka_unit_test(test_what_hal_commands_stands_where_the_model_has_it),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -43,7 +43,7 @@ def installed(folder):
 
 def test_it_installs_and_the_examples_run():
     with House() as house:
-        house.device_keys["mill"] |= {"digital-inputs": "4", "stale-after-ms": 50000, "lost-after-ms": 60000}
+        house.device_keys["mill"] |= {"digital-inputs": "4", "digital-outputs": "31", "stale-after-ms": 50000, "lost-after-ms": 60000}
         python = installed(house.folder)
         sim = house.start_sim()
         house.start_daemon()

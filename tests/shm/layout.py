@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The layouts that examples/python/pokeys.py writes down by hand, against those
+"""The layouts that binding.py writes down by hand, against those
 that the C compiler makes of the headers (shm_layout_print)."""
 import ctypes
 import pathlib
 import subprocess
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "examples" / "python"))
-import pokeys  # noqa: E402
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import binding  # noqa: E402
 
 
 def first_difference(ours, theirs):
@@ -19,22 +19,22 @@ def first_difference(ours, theirs):
 
 def faults(program):
     lines = subprocess.run([program], capture_output=True, text=True, check=True).stdout
-    images = {"state": pokeys.State, "diag": pokeys.Diag, "command": pokeys.Command,
-              "report": pokeys.Report, "wish": pokeys.Wish}
+    images = {"state": binding.State, "diag": binding.Diag, "command": binding.Command,
+              "report": binding.Report, "wish": binding.Wish}
     for line in lines.splitlines():
         name, size, published, text = line.split(" ", 3)
         image = images.pop(name)
         if ctypes.sizeof(image) != int(size):
             yield f"{name}: {ctypes.sizeof(image)} bytes, C has {size}"
-        if pokeys.text(image) != text:
-            yield f"{name}: {first_difference(pokeys.text(image), text)}"
-        if pokeys.fnv1a(pokeys.text(image)) != int(published, 16):
-            yield f"{name}: the members hash to {pokeys.fnv1a(pokeys.text(image)):#018x}"
+        if binding.text(image) != text:
+            yield f"{name}: {first_difference(binding.text(image), text)}"
+        if binding.fnv1a(binding.text(image)) != int(published, 16):
+            yield f"{name}: the members hash to {binding.fnv1a(binding.text(image)):#018x}"
         if image.HASH != int(published, 16):
             yield f"{name}: HASH is {image.HASH:#018x}, the header says 0x{published}"
     for name in images:
         yield f"{name}: C did not print it"
-    if pokeys.fnv1a("foobar") != 0x85944171f73967e8:
+    if binding.fnv1a("foobar") != 0x85944171f73967e8:
         yield "fnv1a is not FNV-1a"
 
 

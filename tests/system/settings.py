@@ -220,9 +220,9 @@ def test_status_and_top_show_the_drivers():
 
 
 def commander(house):
-    """A commander in Python, as the examples have it. It is never closed: that is done by its end."""
+    """A commander in Python. It is never closed: that is done by its end."""
     library = next(path for name, path in house.programs.items() if name.startswith("libpokeys_shm.so"))
-    binding = house.programs["pokeys.py"].parent
+    binding = house.programs["binding.py"].parent
     child = subprocess.Popen([sys.executable, "-c", COMMANDER, binding, house.runtime], stdin=subprocess.PIPE,
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                              env=dict(os.environ, POKEYS_SHM_LIBRARY=str(library)))
@@ -237,9 +237,9 @@ import sys
 import threading
 import time
 sys.path.insert(0, sys.argv[1])
-import pokeys
-client = pokeys.Client("mill", sys.argv[2], "wisher", pokeys.COMMANDER)
-command = pokeys.Command(session=77)
+import binding
+client = binding.Client("mill", sys.argv[2], "wisher", binding.COMMANDER)
+command = binding.Command(session=77)
 lock = threading.Lock()
 
 def beat():
@@ -251,7 +251,7 @@ def beat():
             command.t_ns = command.t_thread_ns = time.monotonic_ns()
             client.write(command)
 
-while client.poll() != pokeys.ATTACHED:
+while client.poll() != binding.ATTACHED:
     time.sleep(0.01)
 print("ready", flush=True)
 for line in sys.stdin:
@@ -267,7 +267,7 @@ for line in sys.stdin:
         command.flags = int(words[1])
         print("yes", flush=True)
     elif words[0] == "wish":
-        wish = pokeys.Wish(session=77, generation=int(words[1]))
+        wish = binding.Wish(session=77, generation=int(words[1]))
         wish.settings.axis[0].set = 1 << 16
         wish.settings.axis[0].max_speed = float(words[2])
         print(client.write_wish(wish), flush=True)

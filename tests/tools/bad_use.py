@@ -31,6 +31,7 @@ CASES = (
     (["get", "mill", "pokeys.0.cycle"], 64, 'get: write "pokeys.0.cycle" without "pokeys.0."'),
     (["get", "mill", "joint.00.pos-fb"], 64, 'get: only LinuxCNC knows "joint.00.pos-fb" '
      r"\(halcmd getp pokeys.N.joint.00.pos-fb\); the device has joint.NN.counts"),
+    (["get", "mill", "pin.03.out"], 64, 'get: "pin.03.out" is commanded, and not read'),
     (["names", "no-*"], 64, 'names: nothing is called "no-\\*"; "pokeysctl names" lists the names'),
     (["config", "frob", "mill"], 64, "config wants a verb and one device: pokeysctl config show .*"),
     (["record", "-r", "/nowhere", "x"], 1, "no recorder in /nowhere: no daemon runs there .* is on a disk, or .*"),

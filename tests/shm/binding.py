@@ -1,15 +1,8 @@
-# SPDX-License-Identifier: MIT
-"""Read and command PoKeys devices through the shared memory of pokeysd.
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The images as Python sees them, written down by hand, and the library over ctypes: for tests.
 
-A ctypes binding of libpokeys_shm.so; only the standard library is needed. The
-layouts below are those of <pokeys/state.h>, <pokeys/command.h> and
-<pokeys/settings.h>, member for member; nothing works with a library that has
-other layouts, and text(), fnv1a() let a test compare them with the C headers.
-
-    client = pokeys.Client("mill")
-    client.poll()
-    state = client.read()           # None while no daemon is there
-    print(state.cycle, state.encoder[0])
+It is independent of the tables that python/pokeys is generated from. shm / layout in Python
+compares it with the C headers, member for member; system / settings commands through it.
 """
 import ctypes
 from ctypes import (POINTER, Structure, byref, c_char, c_char_p, c_float, c_int, c_int32,
@@ -19,9 +12,6 @@ import os
 import time
 
 PINS, ANALOG, ENCODERS, PWM, AXES, PONET = 55, 7, 26, 6, 8, 16
-LINK = ("searching", "identifying", "configuring", "running", "lost")
-LINK_RUNNING = 3
-AHEAD_MOST_NS = 1_000_000
 COMMANDER, EVENTS = 1, 2
 DETACHED, ATTACHED, REFUSED = 0, 1, 2
 NAME_MAX = 32
@@ -307,7 +297,7 @@ def _load():
     for number, image in enumerate((State, Diag, Command, Report, Wish)):
         if library.pokeys_shm_layout(number) != image.HASH:
             raise RuntimeError(f"libpokeys_shm.so has another layout of {image.__name__}; "
-                               "take pokeys.py and library from one version")
+                               "mend this file")
     return library
 
 
@@ -325,18 +315,6 @@ def _check(result):
     if result < 0:
         raise OSError(-result, os.strerror(-result))
     return result
-
-
-def devices(runtime=None):
-    """Names of the devices of the running daemon; empty if there is none."""
-    names = ((c_char * NAME_MAX) * 32)()
-    count = _check(library().pokeys_shm_devices(runtime and runtime.encode(), names, 32))
-    return [names[i].value.decode() for i in range(count)]
-
-
-def bits(array, count=PINS):
-    """Bits of a byte array as a list of bool: [0] is the pin the device calls 1."""
-    return [bool(array[i // 8] >> i % 8 & 1) for i in range(count)]
 
 
 class Client:
@@ -408,32 +386,3 @@ class Client:
 
     def commanders(self):
         return _check(library().pokeys_client_commanders(self._client))
-
-
-def age_ns(t_ns, now_ns=None):
-    """Nanoseconds since a time stamp of an image; None = never, or a time stamp in the future.
-
-    The rule is that of pokeys_age_ns() in <pokeys/state.h>: clock readings of two processors
-    may differ a little, but a time stamp further ahead must not count as fresh.
-    """
-    now_ns = time.monotonic_ns() if now_ns is None else now_ns
-    if t_ns == 0 or t_ns > now_ns + AHEAD_MOST_NS:
-        return None
-    return max(0, now_ns - t_ns)
-
-
-def age_ms(t_ns, now_ns=None):
-    """As age_ns(), in milliseconds."""
-    age = age_ns(t_ns, now_ns)
-    return None if age is None else age / 1e6
-
-
-def fresh(state, now_ns=None):
-    """The link runs, and by our own clock inputs (and positions of axes) are young enough."""
-    now_ns = time.monotonic_ns() if now_ns is None else now_ns
-    fast = [state.t_digital_ns]
-    if state.capability.pulse_engine >= 2:
-        fast.append(state.t_motion_ns)
-    ages = [age_ns(t_ns, now_ns) for t_ns in fast]
-    return state.link == LINK_RUNNING and all(
-        age is not None and age <= state.stale_after_ns for age in ages)

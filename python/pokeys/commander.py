@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: MIT
+"""Command a device from Python.
+
+A device follows its one commander as long as that one's heartbeat comes, many times a second.
+A thread of the library makes it, and not the interpreter, which may be busy for longer. But the
+thread goes on only as long as the program has renewed its lease: if the program hangs, is
+stopped or killed, the device goes to its safe state. This is not for motion.
+"""
+from __future__ import annotations
+
+import ctypes
+import errno
+import functools
+import os
+import struct
+import time
+from collections.abc import Mapping
+from types import TracebackType
+from typing import Any
+
+from . import _library, _names
+from ._values import Draft, Writable
+from .errors import Lapsed, Refused
+from .snapshot import Shot, State
+
+PERIOD_MS = 2
+ATTACH_S, REFUSED_S, TURN_S = 3.0, 1.0, 0.01
+USUAL_HZ = 1000
+SHORTEST_S, LONGEST_S = 0.01, 60.0
+
+
+@functools.cache
+def _places() -> dict[str, tuple[Writable[Any], int]]:
+    return {name: (value, i) for value in _names.COMMAND_VALUES if isinstance(value, Writable)
+            for i, name in enumerate(value.names())}
+
+
+class _Held(Draft):
+    """The command image that the library's thread repeats."""
+
+    def __init__(self, library: _library.Library, client: ctypes.c_void_p, name: str, period: int) -> None:
+        super().__init__(_names.COMMAND_SIZE, period)
+        self.name = name
+        self._library = library
+        self._client = client
+        self._given = False
+        self._state = ctypes.create_string_buffer(_names.STATE_SIZE)
+
+    def renew(self) -> None:
+        """Renew the lease. :class:`Lapsed`, :class:`ValueError` when it is closed."""
+        if not self._client:
+            raise ValueError(f"{self.name} is not commanded any more")
+        if self._given and self._library.cold.pokeys_client_renew(self._client):
+            self._given = False
+            raise Lapsed(f"{self.name}: the lease had run out, or pokeysd was away; the device was in its safe state")
+
+    def commit(self) -> None:
+        self.renew()
+        # the daemon permits nothing to somebody who has not looked
+        self._library.fast.pokeys_client_read(self._client, self._state)
+        struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, time.monotonic_ns())
+        whole = (ctypes.c_char * len(self.image)).from_buffer(self.image)
+        self._library.cold.pokeys_client_command(self._client, whole)
+        self._given = True
+
+
+class Command(_names.CommandValues):
+    """What is commanded, by HAL's names. Setting a value commands it at once, and renews the lease.
+
+    Nothing is commanded that was not set: the daemon leaves it in its safe state.
+    """
+
+    __slots__ = ()
+    _image: _Held
+
+    def renew(self) -> None:
+        """Renew the lease without a change. :class:`Lapsed` if it had run out."""
+        self._image.renew()
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        """Command one value by HAL's name. KeyError, TypeError, ValueError, :class:`Lapsed`."""
+        self.update({name: value})
+
+    def update(self, values: Mapping[str, Any]) -> None:
+        """Command several values at once. Nothing is commanded if one of them cannot be."""
+        before = bytes(self._image.image)
+        try:
+            for name, value in values.items():
+                found = _places().get(name)
+                if not found:
+                    raise KeyError(name)
+                found[0].enter(self._image, found[1], value)
+        except BaseException:
+            self._image.image[:] = before
+            raise
+        self._image.commit()
+
+
+class Commander:
+    """The place of a device's one commander, in a ``with``; made by ``device.command()``.
+
+        with mill.command(lease=0.5) as command:
+            command.pin[30].out = True
+            command.renew()         # at least twice a second
+
+    Entering raises :class:`Refused` while somebody else commands (the text says who), and
+    what reading raises. At the end, and when the lease runs out, the device goes to its safe
+    state. The user has to be in group pokeys.
+    """
+
+    def __init__(self, name: str, runtime: str | None, lease: float) -> None:
+        if not SHORTEST_S <= lease <= LONGEST_S:
+            raise ValueError(f"lease={lease}: allowed: {SHORTEST_S} to {LONGEST_S} seconds")
+        self._name, self._runtime, self._lease = name, runtime, lease
+        self._client = ctypes.c_void_p()
+        self._lib = _library.library()
+
+    def __enter__(self) -> Command:
+        _library.check_layouts({0: _names.STATE_HASH, 2: _names.COMMAND_HASH})
+        if self._client:
+            raise ValueError(f"{self._name} is commanded by this object already")
+        result = self._lib.cold.pokeys_client_open(
+            ctypes.byref(self._client), self._runtime.encode() if self._runtime else None, self._name.encode(),
+            b"python", _library.COMMANDER)
+        if not result:
+            result = self._lib.cold.pokeys_client_hold(self._client, PERIOD_MS, round(self._lease * 1000))
+        if result:
+            self._close()
+            raise OSError(-result, os.strerror(-result))
+        try:
+            return self._begin(self._attach())
+        except BaseException:
+            self._close()
+            raise
+
+    def _begin(self, state: State) -> Command:
+        """With nothing, so that machine-is-on rises when it is set. Waits until the daemon has seen it."""
+        # all PWM channels have one period; where none is set it is 1 kHz, and stays so
+        period = state.pwm.period_ticks or state.info.PWMinternalFrequency // USUAL_HZ
+        held = _Held(self._lib, self._client, self._name, period)
+        end = time.monotonic() + ATTACH_S
+        held.commit()
+        while not ((now := self._read()) and now.commander_alive):
+            held.renew()
+            if time.monotonic() >= end:
+                raise Refused(f"{self._name}: the daemon does not take the command")
+            time.sleep(TURN_S)
+        return Command(held)
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self._close()
+
+    def _close(self) -> None:
+        client, self._client = ctypes.c_void_p(self._client.value), self._client
+        self._client.value = None       # that of the command as well
+        self._lib.cold.pokeys_client_close(client)
+        self._client = ctypes.c_void_p()
+
+    def _attach(self) -> State:
+        """Until the device runs and nobody else commands it."""
+        end, refused = time.monotonic() + ATTACH_S, time.monotonic() + REFUSED_S
+        text = ctypes.create_string_buffer(256)
+        while True:
+            found = self._lib.cold.pokeys_client_status(self._client, text, len(text))
+            state = self._read() if found == _library.ATTACHED else None
+            if state and state.connected and not state.commander_alive:
+                return state
+            # the daemon takes a moment to clear the place of a commander that died
+            over = refused if found == _library.REFUSED else end
+            if time.monotonic() >= over:
+                why = text.value.decode(errors="replace")
+                if state and found == _library.ATTACHED:
+                    why = f"{self._name}: {state.reason or 'the last commander has not gone'}"
+                raise Refused(why)
+            time.sleep(TURN_S)
+
+    def _read(self) -> State | None:
+        image = ctypes.create_string_buffer(_names.STATE_SIZE)
+        result = self._lib.fast.pokeys_client_read(self._client, image)
+        if result not in (0, -errno.ENOTCONN):
+            raise Refused(f"{self._name}: the shared memory cannot be read: {os.strerror(-result)}")
+        return None if result else State(Shot(image.raw, time.monotonic_ns()))

@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Commanding from Python: what is set happens in the device, and is over whatever becomes of the
+program."""
+import contextlib
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(sys.argv[1]).parent))
+from house import PATIENCE, House, end, equal, main, wait_equal, wait_for  # noqa: E402
+
+PACKAGE = str(pathlib.Path(__file__).resolve().parents[2] / "python")
+sys.path.insert(0, PACKAGE)
+library = next(str(pathlib.Path(path).resolve()) for path in sys.argv if ".so" in path)
+os.environ["POKEYS_SHM_LIBRARY"] = library
+import pokeys  # noqa: E402
+
+
+@contextlib.contextmanager
+def machine(**keys):
+    with House() as house:
+        house.device_keys["mill"] |= {"digital-outputs": "31-34", "safe-on": 34, "heartbeat-timeout-ms": 1000,
+                                      "stale-after-ms": 4000, "lost-after-ms": 5000, "failsafe-timeout-ms": 9000, **keys}
+        sim = house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        become(house, sim, [0, 0, 0, 1])
+        with pokeys.attach("mill", runtime=str(house.runtime), timeout=PATIENCE) as mill:
+            yield house, sim, mill
+
+
+@contextlib.contextmanager
+def raises(kind, text=""):
+    try:
+        yield
+    except kind as error:
+        assert text in str(error), error
+    else:
+        raise AssertionError(f"no {kind.__name__}")
+
+
+def latched(house, sim):
+    return [int("latch=1" in house.ask_sim(sim, "pin", terminal)) for terminal in (31, 32, 33, 34)]
+
+
+def become(house, sim, wanted):
+    wait_equal(f"outputs {wanted}", lambda: latched(house, sim), wanted)
+
+
+def renewed(command, what, test):
+    """Until test() is true, with a lease that is renewed meanwhile."""
+    def tried():
+        command.renew()
+        return test()
+    wait_for(what, tried)
+
+
+def test_outputs_are_what_is_set_and_safe_at_the_end():
+    with machine() as (house, sim, mill):
+        with mill.command(lease=30) as command:
+            command.pin[30].out = True
+            become(house, sim, [1, 0, 0, 1])
+            equal((command.pin[30].out, command.pin[31].out), (True, False))
+            command.update({"pin.31.out": True, "pin.33.out": False})
+            become(house, sim, [1, 1, 0, 0])
+            command["pin.30.out"] = False
+            become(house, sim, [0, 1, 0, 0])
+            wait_for("it to be seen", lambda: mill.read().commander_alive and mill["pin.31.out-fb"])
+            # what cannot be changes nothing, of several nothing
+            for wrong, kind, text in (({"pin.30.out": True, "pin.31.out": 1}, TypeError, "pin.%02u.out"),
+                                      ({"pin.30.out": True, "pwm.00.value": 1.5}, ValueError, "0 to 1"),
+                                      ({"pin.30.out": True, "PoNET.00.brightness": 256}, ValueError, "0 to 255"),
+                                      ({"pin.30.out": True, "pin.30.in": True}, KeyError, "pin.30.in")):
+                with raises(kind, text):
+                    command.update(wrong)
+                equal(command.pin[30].out, False)
+            with raises(TypeError):
+                command.pin[30].out = "on"
+            command.renew()
+            become(house, sim, [0, 1, 0, 0])
+        become(house, sim, [0, 0, 0, 1])
+        with raises(ValueError, "not commanded any more"):
+            command.pin[30].out = True
+        # and again
+        with mill.command(lease=30) as command:
+            command.pin[32].out = True
+            become(house, sim, [0, 0, 1, 1])
+
+
+def pwm(house, sim):
+    fields = dict(line.split("=") for line in house.ask_sim(sim, "pwm").splitlines() if "=" in line)
+    return int(fields["enabled"], 16), int(fields["period"]), int(fields["duty.0"])
+
+
+def test_the_pwm_period_is_touched_only_by_who_wants_pwm():
+    with machine() as (house, sim, mill):
+        before = pwm(house, sim)
+        with mill.command(lease=30) as command:
+            command.pin[30].out = True
+            become(house, sim, [1, 0, 0, 1])
+            equal(pwm(house, sim), before)
+            command.pwm[0].value = 0.25
+            wait_equal("a quarter of 1 kHz", lambda: pwm(house, sim), (1, 25000, 6250))
+            renewed(command, "it to be seen", lambda: abs(mill.read().pwm[0].duty - 0.25) < 1e-6)
+        wait_equal("the end", lambda: pwm(house, sim)[0], 0)
+
+
+def test_other_outputs_and_the_machine():
+    with machine() as (house, sim, mill):
+        with mill.command(lease=30) as command:
+            command.external[0].out = True
+            command.PoExtBus[79].out = True
+            command.kbd48CNC[5].LED = True
+            command.machine_is_on = True
+            renewed(command, "they", lambda: mill.read().external[0].out_fb and mill.read().PoExtBus[79].in_ and
+                    mill.read().machine_on_permitted)
+            command.emergency_stop = True
+            renewed(command, "the stop", lambda: not mill.read().machine_on_permitted)
+
+
+def test_a_lease_that_runs_out_is_told():
+    with machine() as (house, sim, mill):
+        with mill.command(lease=0.5) as command:
+            command.pin[33].out = False
+            command.pin[30].out = True
+            # it hangs for longer than that: the daemon lets go
+            wait_for("the end of the lease", lambda: not mill.read().commander_alive and mill["safe-state"])
+            become(house, sim, [0, 0, 0, 1])
+            with raises(pokeys.Lapsed, "safe state"):
+                command.pin[32].out = True
+            become(house, sim, [0, 0, 0, 1])
+            # it may go on, if it wants to
+            command.pin[31].out = True
+            renewed(command, "the daemon to hold them", lambda: mill["outputs-held"])
+            command.machine_is_on = True
+            renewed(command, "the output", lambda: latched(house, sim) == [1, 1, 1, 0])
+
+
+def test_another_commander_is_named():
+    with machine() as (house, sim, mill):
+        other = house.spawn("pokeysctl", "-r", house.runtime, "output", "mill", "32", "on", "--for", 600, log="ctl.log")
+        become(house, sim, [0, 1, 0, 1])
+        with raises(pokeys.Refused, "(pokeysctl)"), mill.command():
+            pass
+        become(house, sim, [0, 1, 0, 1])
+        end(other, signal.SIGINT)
+        with mill.command(lease=30) as command:
+            command.pin[30].out = True
+            become(house, sim, [1, 0, 0, 1])
+            with raises(pokeys.Refused, "another commander holds device 'mill'"), mill.command():
+                pass
+        for wrong in (0, 0.001, 61):
+            with raises(ValueError, "lease"):
+                mill.command(lease=wrong)
+
+
+HOLDER = """
+import sys, time
+sys.path.insert(0, sys.argv[1])
+import pokeys
+with pokeys.attach("mill", runtime=sys.argv[2], timeout=30) as mill, mill.command(lease=1) as command:
+    command.pin[30].out = True
+    try:
+        while True:
+            command.renew()
+            time.sleep(0.05)
+    except pokeys.Lapsed as error:
+        print("lapsed:", error, flush=True)
+"""
+
+
+def test_killed_stopped_or_hanging_it_is_safe():
+    for number in (signal.SIGKILL, signal.SIGSTOP):
+        with machine() as (house, sim, _mill):
+            child = subprocess.Popen([sys.executable, "-B", "-c", HOLDER, PACKAGE, house.runtime],
+                                     stdout=subprocess.PIPE, text=True)
+            house.children.append(child)
+            become(house, sim, [1, 0, 0, 1])
+            child.send_signal(number)
+            become(house, sim, [0, 0, 0, 1])
+            if number == signal.SIGSTOP:
+                child.send_signal(signal.SIGCONT)
+                assert child.stdout.readline().startswith("lapsed: mill: the lease had run out"), "not told"
+                equal(child.wait(PATIENCE), 0)
+                become(house, sim, [0, 0, 0, 1])
+            child.stdout.close()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__]))
