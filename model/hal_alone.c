@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * Pins of HAL that show the device in LinuxCNC's own way, and what the device has instead:
- * for who asks for one by its name, and so that a new pin is not forgotten here.
+ * HAL pins that have no row in the model, and the name of the device's own value, if there is
+ * one. An error message names it to a user who asks for the pin. A test fails if a new pin of
+ * HAL is neither in the model nor here.
  */
 #include <string.h>
 #include "model/model.h"
@@ -13,7 +14,7 @@ static const struct model_alone alone[] = {
 	{ "PoExtBus.%02u.in-not", "PoExtBus.NN.in" },
 	{ "engine.misc.%02u.in-not", "engine.misc.NN.in" },
 	{ "emergency-not", "emergency" },
-	/* by a scale, an offset or a start that only LinuxCNC has */
+	/* depend on a scale, an offset or a reset that only LinuxCNC knows */
 	{ "adc.%02u.value", "adc.NN.volts" },
 	{ "encoder.%02u.count", "encoder.NN.rawcounts" },
 	{ "encoder.%02u.position", "encoder.NN.rawcounts" },
@@ -27,7 +28,7 @@ static const struct model_alone alone[] = {
 	{ "joint.%02u.position-lost", "joint.NN.position-epoch" },
 	{ "position-lost", "joint.NN.position-epoch" },
 	{ "unhome", "joint.NN.position-epoch" },
-	/* made of others */
+	/* computed from other values */
 	{ "encoder-resyncs", "encoder.NN.resyncs" },
 	{ "joint.%02u.postep.hardware", "joint.NN.postep.hardware-major" },
 	{ "joint.%02u.postep.firmware", "joint.NN.postep.firmware-major" },
@@ -55,7 +56,7 @@ static const struct model_alone alone[] = {
 	{ "error-active", "fault" },
 	{ "error-code", "fault" },
 	{ "error-count", "fault-count" },
-	/* of LinuxCNC's functions, commands and wishes */
+	/* state of the HAL component itself: its functions, commands and requests */
 	{ "probe.contact", NULL },
 	{ "joint.%02u.refused", NULL },
 	{ "kbd48CNC.brightness-sent", NULL },

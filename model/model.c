@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * Rows, names, and values by them. Names are made and compared as text, some three thousand
- * of them: a program asks for a name once, not in each cycle.
+ * Rows, their names, and the values behind the names. A look-up formats and compares
+ * thousands of names as text, so a program should look up a name once and not in each cycle.
  */
 #include "model/model.h"
 #include <math.h>
@@ -160,7 +160,7 @@ static double real(const uint8_t *at, size_t size)
 	return (double)single;
 }
 
-/* Texts of an image need not end. */
+/* A text in an image need not be NUL terminated. */
 static void take_text(struct model_value *value, const uint8_t *at, size_t size)
 {
 	const size_t most = size < MODEL_TEXT_MAX ? size : MODEL_TEXT_MAX - 1;

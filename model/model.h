@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * One model of names: every value that a device has, with its name, its type and unit, the
- * place where it stands in an image, what it means and the terminal it belongs to.
+ * One table of names: every value of a device, with its name, type, unit and meaning, its
+ * position in an image, and the terminal it belongs to.
  *
- * A value that HAL shows as well has HAL's canonical name, and its help text is that of HAL's
- * table. What only LinuxCNC knows (a scale, a reset) is not in the images: such a pin is not
- * here, and the device's own number stands under another name (joint.00.counts beside HAL's
- * joint.00.pos-fb). The rows stand in one array per group (row_*.c, made with rows.h).
+ * A value that HAL also shows has HAL's canonical name, and its help text comes from HAL's
+ * table. A pin that depends on something only LinuxCNC knows (a scale, a reset) cannot be read
+ * from the images, so it has no row; the device's own number has a row under another name
+ * (joint.00.counts, compared with HAL's joint.00.pos-fb). Each group of rows is an array in
+ * its own file (row_*.c, made with the macros of rows.h).
  *
- * Everything here is pure and cold, but for what it reads constant.
+ * Everything here is pure and cold. The tables are constant.
  */
 #ifndef MODEL_MODEL_H
 #define MODEL_MODEL_H
@@ -20,7 +21,7 @@
 
 enum { MODEL_NAME_MAX = 47, MODEL_TEXT_MAX = 32 };
 
-/* Where a row's value stands. */
+/* The image that a row's value is in. */
 enum model_image {
 	MODEL_STATE, MODEL_DIAG, MODEL_JUDGEMENT,
 	MODEL_COMMAND,		/* written and not read: by one commander */
@@ -38,17 +39,17 @@ enum model_type {
 	MODEL_TYPES,
 };
 
-/* What the number in a name is on the board. */
+/* How the number in a name relates to a terminal of the board. */
 enum model_terminal {
 	MODEL_NO_TERMINAL,
 	MODEL_PIN,		/* terminal = index + 1 */
 	MODEL_ANALOG,		/* terminal = index + 41 */
 	MODEL_PWM,		/* depends on the board */
-	MODEL_OUTPUT,		/* an output of the board that is no terminal, but has a label */
+	MODEL_OUTPUT,		/* an output without a terminal number, but with a label */
 };
 
 struct model_row {
-	const char *name;	/* after "pokeys.N."; "%02u", "%u" where an index stands */
+	const char *name;	/* after "pokeys.N."; "%02u", "%u" for an index */
 	const char *help;	/* NULL: HAL's */
 	const char *unit;	/* "" = none */
 	const char *(*word)(uint8_t value);	/* NULL = its numbers have no words */
@@ -68,7 +69,7 @@ struct model_row {
 	uint8_t mask_bit, mask_stride;	/* the first one; bits from one first index to the next */
 };
 
-/* Decided by who reads, from the time stamps and its own clock: an image of its own. */
+/* Computed by the reader from the time stamps and its own clock; treated as an image. */
 struct model_judgement {
 	double age_us;		/* of the fast data; infinite if there are none */
 	uint8_t connected, stale, daemon_alive;
@@ -96,7 +97,7 @@ struct model_value {
 	const char *word;	/* what the number stands for; NULL = no word */
 };
 
-/* The rows one after the other; NULL behind the last one. */
+/* Row `number`, from 0; NULL after the last one. */
 const struct model_row *model_row(size_t number);
 
 /* Names that a row makes. */
@@ -112,10 +113,10 @@ void model_pattern(const struct model_row *row, char name[MODEL_NAME_MAX + 1]);
 struct table_row;
 const struct table_row *model_hal_row(const struct model_row *row);
 
-/* One line on what it means; never NULL. */
+/* The meaning in one line; never NULL. */
 const char *model_help(const struct model_row *row);
 
-/* "bit", "unsigned" … of what is shown: one with a factor is a "float". */
+/* The type of the shown value ("bit", "unsigned" …): with a factor, it is "float". */
 const char *model_type_name(const struct model_row *row);
 
 /* Find a name. False if there is none. */
@@ -127,7 +128,7 @@ struct model_alone {
 	const char *instead;	/* the pattern of what the device has; NULL = nothing like it */
 };
 
-/* They one after the other; NULL behind the last one. */
+/* Pin `number`, from 0; NULL after the last one. */
 const struct model_alone *model_alone(size_t number);
 
 /*
@@ -136,7 +137,7 @@ const struct model_alone *model_alone(size_t number);
  */
 bool model_is_hal_name(const char *name, const char **instead);
 
-/* Of the images, which may be incomplete. */
+/* Read a value. It is MODEL_UNKNOWN if its image is missing. */
 void model_read(const struct model_row *row, unsigned int index,
 		const struct model_images *images, struct model_value *value);
 

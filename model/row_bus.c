@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* PoExtBus, PoNET, keyboards; and how often everything is asked for. */
+/* PoExtBus, PoNET, keyboards, and the measured polling rates. */
 #include "model/rows.h"
 
 #define MODULE(name_, member_, ...)	\

@@ -2,7 +2,7 @@
 /*
  * What the device is and can do, its clock, and the state of its settings.
  *
- * Some names of HAL are one capability of the type (halbridge/info.c).
+ * Several HAL pins may show the same capability (halbridge/info.c).
  */
 #include "model/rows.h"
 
@@ -82,7 +82,7 @@ static const struct model_row rows[] = {
 	NUMBER("config.generation-applied", config_generation, ""),
 	NUMBER("config.foreign-count", config_foreign, ""),
 	NUMBER("config.report-count", report_count, "",
-	       HELP("rises when what is known of the device's settings changes")),
+	       HELP("incremented when the reported settings of the device change")),
 	NUMBER("failsafe.state", failsafe, ""),
 };
 

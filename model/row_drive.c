@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* What hangs on the pulse engine besides: backlash, and PoStep drivers. */
+/* Other parts of the pulse engine: backlash compensation and PoStep drivers. */
 #include "model/rows.h"
 
 #define DRIVER(name_, member_, ...)	\
@@ -19,9 +19,9 @@ static const struct model_row rows[] = {
 	DRIVER("mode", mode, "",
 	       HELP("PoStep driver: 1 external, 2 step, 3 DC motor, 4 position, 5 BINx")),
 	DRIVER("step-mode-in-effect", step_mode, "",
-	       HELP("PoStep driver: microsteps, 0 full steps, 1 1/2, 2 1/4 .. 8 1/256")),
+	       HELP("PoStep driver: 0 full steps, 1 half steps, 2 quarter steps .. 8 1/256 steps")),
 	DRIVER("temperature-limit-in-effect", temperature_limit, "deg C",
-	       HELP("PoStep driver: it switches off above this")),
+	       HELP("PoStep driver: switches off above this temperature")),
 	DRIVER("current-raw", full_scale, ""),
 	DRIVER("current-idle-raw", idle, ""),
 	DRIVER("current-overheat-raw", overheat, ""),

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Connection, ages, what the machine may do, and how packets fare.
+ * Connection, ages, permission to move, and packet statistics.
  *
- * Whether data are fresh is nothing that an image can say of itself: the first rows are
- * decided by who reads it.
+ * An image cannot say whether it is still fresh, because its writer may be dead. The reader
+ * computes the first rows.
  */
 #include "model/rows.h"
 
@@ -28,15 +28,15 @@ static const struct model_row rows[] = {
 	NUMBER("fault", fault, "", WORDS(pokeys_fault_name)),
 	NUMBER("fault-count", fault_count, ""),
 	NUMBER("reconnects", statistics.reconnects, ""),
-	NUMBER("cycle", cycle, "", HELP("the daemon's cycle that the values are from")),
+	NUMBER("cycle", cycle, "", HELP("number of the daemon's cycle that published the values")),
 	SINCE("publish", t_publish_ns, "time since the daemon published the state, microseconds"),
-	SINCE("cycle", t_cycle_ns, "time since the tick of that cycle, microseconds"),
+	SINCE("cycle", t_cycle_ns, "time since the start of the daemon's last cycle, microseconds"),
 	SINCE("digital", t_digital_ns, "age of the digital inputs, microseconds"),
-	SINCE("analog", t_analog_ns, "age of the analog inputs but 00 and 01, microseconds"),
+	SINCE("analog", t_analog_ns, "age of the analog inputs from 02 on, microseconds"),
 	SINCE("analog-slow", t_analog_slow_ns, "age of the analog inputs 00 and 01, microseconds"),
 	SINCE("encoder", t_encoder_ns, "age of the encoders' fast counts, microseconds"),
 	SINCE("motion", t_motion_ns, "age of the axes' positions, microseconds"),
-	SINCE("slow", t_slow_ns, "age of what was asked for beside the fast data, microseconds"),
+	SINCE("slow", t_slow_ns, "age of the data that are read less often, microseconds"),
 	SINCE("postep", t_postep_ns, "age of the PoStep drivers' status, microseconds"),
 	SINCE("link", t_link_ns, "time since link-state changed, microseconds"),
 	SINCE("command", command_t_ns, "age of the commander's last command, microseconds"),
@@ -50,12 +50,13 @@ static const struct model_row rows[] = {
 	STATUS("daemon.realtime", REALTIME, ""),
 	STATUS("daemon.fallback", FALLBACK, ""),
 	STATUS("daemon.guard", GUARD, ""),
-	STATUS("daemon.stopping", STOPPING, "", HELP("the daemon is about to end")),
-	STATUS("daemon.stale", STALE, "", HELP("the daemon itself calls the fast data too old")),
+	STATUS("daemon.stopping", STOPPING, "", HELP("the daemon is shutting down")),
+	STATUS("daemon.stale", STALE, "", HELP("the daemon has flagged the fast data as old")),
 	NUMBER("daemon.epoch", epoch, "", HELP("differs for each start of the daemon")),
 	NUMBER("daemon.period-us", period_ns, US, HELP("period of the daemon's cycle")),
 	NUMBER("daemon.stale-after-us", stale_after_ns, US, HELP("data older than this are stale")),
-	NUMBER("command.heartbeat", command_heartbeat, "", HELP("of the command in effect")),
+	NUMBER("command.heartbeat", command_heartbeat, "",
+	       HELP("heartbeat of the command in effect")),
 	NUMBER("command-refused-count", statistics.refused_command, ""),
 	NUMBER("one-shot-refused-count", statistics.one_shot_refused, "",
 	       HELP("one-shot commands that the daemon refused")),
@@ -71,7 +72,7 @@ static const struct model_row rows[] = {
 	PACKETS("sent", sent, ""),
 	PACKETS("resent", resent, ""),
 	PACKETS("received", received, ""),
-	PACKETS("accepted", accepted, "", HELP("answers that were taken")),
+	PACKETS("accepted", accepted, "", HELP("answers accepted")),
 	PACKETS("missed", missed, "", HELP("requests without an answer by their deadline")),
 	PACKETS("late", late, ""),
 	PACKETS("lost", lost, ""),
@@ -84,20 +85,20 @@ static const struct model_row rows[] = {
 	PACKETS("send-failed", send_failed, ""),
 	PACKETS("in-flight", in_flight, ""),
 	PACKETS("error-level", packet_error_level, "",
-		HELP("rises with lost answers, falls with good ones; 0 is well")),
+		HELP("rises with lost answers, falls with good ones; 0 is normal")),
 
 	NUMBER("phase.state", phase.state, "", WORDS(pokeys_phase_name),
-	       HELP("whether the daemon's cycle follows the commander: 0 off, 1 nobody to follow, "
-		    "2 no period fits, 3 on the way, 4 locked")),
+	       HELP("whether the daemon's cycle follows the commander: 0 off, 1 no commander, "
+		    "2 the periods do not match, 3 locking, 4 locked")),
 	NUMBER("phase.master", phase.master, "",
 	       HELP("the daemon's index of the device whose commander it follows; 255 none")),
 	NUMBER("phase.losses", phase.losses, "", HELP("times the lock was lost")),
 	NUMBER("phase-error-us", phase.error_ns, US),
 	NUMBER("phase.lead-us", phase.lead_ns, US,
-	       HELP("from the daemon's tick to the read that it is scheduled for")),
+	       HELP("from the start of the daemon's cycle to the expected read")),
 	NUMBER("phase.jitter-us", phase.jitter_ns, US, HELP("mean deviation of the reads")),
 	NUMBER("phase.period-us", phase.period_ns, US,
-	       HELP("from the last tick to the next one")),
+	       HELP("from the start of the last cycle to that of the next")),
 };
 
 MODEL_GROUP(model_link, rows);

@@ -2,8 +2,8 @@
 /*
  * The pulse engine, its axes, and what the device does by itself.
  *
- * HAL's joints are in machine units, by a scale that only LinuxCNC has. Here are the
- * device's pulses, called counts as in LinuxCNC's step generators.
+ * HAL's joints are in machine units, with a scale that only LinuxCNC knows. The rows here are
+ * in the device's pulses, called counts as in LinuxCNC's step generators.
  */
 #include "model/rows.h"
 
@@ -37,52 +37,52 @@ static const struct model_row rows[] = {
 	ENGINE_FLAG("emergency-invert-in-effect", emergency_invert, "",
 		    HELP("the emergency input is inverted: normally open")),
 	ENGINE("emergency-pin-in-effect", emergency_pin, "",
-	       HELP("the emergency input: 0 off, 1 default pin, else terminal + 10")),
+	       HELP("the emergency input: 0 off, 1 default pin, otherwise terminal + 10")),
 	BITS("engine.misc.%02u.in", engine.misc_inputs, 8, ""),
 
 	TASK("kind", task, "",
-	     HELP("what the device does, or did last, by itself: 0 nothing, 1 homing, 2 probing, "
+	     HELP("current or last task of the device: 0 none, 1 homing, 2 probing, "
 		  "3 hybrid probing, 4 jogging, 5 threading")),
 	TASK("phase", task_phase, "",
-	     HELP("0 idle, 1 engine is being stopped, 2 start requested, 3 working, 4 complete, "
-		  "5 finishing, 6 stopping")),
+	     HELP("phase of the task: 0 idle, 1 stopping the engine first, 2 start requested, "
+		  "3 working, 4 complete, 5 finishing, 6 stopping")),
 	TASK("result", task_result, "", WORDS(pokeys_task_result_name),
-	     HELP("how the last one ended: 1 done, else why not")),
-	TASK("axes", task_axes, "", HELP("bits of its axes")),
-	TASK("count", task_count, "", HELP("how many have ended since the daemon's start")),
+	     HELP("result of the last task: 1 done, otherwise the reason")),
+	TASK("axes", task_axes, "", HELP("axes of the task, one bit each")),
+	TASK("count", task_count, "", HELP("tasks ended since the daemon's start")),
 
-	AXIS("counts", position, "pulses", HELP("position as the device reports")),
+	AXIS("counts", position, "pulses", HELP("position reported by the device")),
 	AXIS("counts-cmd", reference, "pulses",
-	     HELP("the position last sent to the device; if it is driven by speed, pulses per "
-		  "second")),
+	     HELP("position last sent to the device; in speed mode (mode-in-effect 2) a speed in "
+		  "pulses/s")),
 	AXIS("counts-error", following_error, "pulses",
-	     HELP("command less position; 0 unless it is driven by positions")),
-	AXIS("counts-probed", probe, "pulses", HELP("where the probe tripped")),
+	     HELP("commanded position minus counts; 0 in speed mode or if not driven")),
+	AXIS("counts-probed", probe, "pulses", HELP("position at which the probe tripped")),
 	EACH_AGE("joint.%02u.age-cmd-us", engine.axis, t_reference_ns, US,
 		 HELP("time since counts-cmd was sent")),
-	AXIS("max-rate", max_speed, "pulses/s", HELP("highest speed, as the device has it")),
+	AXIS("max-rate", max_speed, "pulses/s", HELP("highest speed configured in the device")),
 	AXIS("max-rate-change", max_acceleration, "pulses/s^2",
-	     HELP("acceleration, as the device has it")),
+	     HELP("acceleration configured in the device")),
 	AXIS("mode-in-effect", mode, "",
-	     HELP("what drives it: 0 nothing, 1 positions, 2 speed, 3 the motion buffer")),
+	     HELP("how the axis is driven: 0 not, 1 positions, 2 speed, 3 motion buffer")),
 	AXIS("position-epoch", position_epoch, "",
-	     HELP("changes when the device starts a new count; even: the position is lost, odd: "
-		  "it is known")),
+	     HELP("changes when the device restarts its count; even: position lost, odd: "
+		  "position known")),
 	AXIS("state", state, "", WORDS(pokeys_axis_state_name)),
 	AXIS_FLAG("enabled", enabled, ""),
 	AXIS_FLAG("homed", homed, ""),
-	AXIS_FLAG("at-counts-cmd", in_position, "", HELP("stands, and counts is counts-cmd")),
+	AXIS_FLAG("at-counts-cmd", in_position, "", HELP("at rest, and counts equals counts-cmd")),
 	AXIS_FLAG("parked", parked, "",
-		  HELP("homed or probed: follows its command again once that meets counts, or "
-		       "its enable has been false")),
+		  HELP("homed or probed: ignores its command until the command equals counts "
+		       "or its enable has been false")),
 	AXIS_FLAG("error", error, ""),
 	AXIS_FLAG("limit-neg", limit_minus, ""),
 	AXIS_FLAG("limit-pos", limit_plus, ""),
 	AXIS_FLAG("home-sw", home, ""),
 	AXIS_FLAG("soft-limit", soft_limit, ""),
-	AXIS_BIT("limit-neg-raw", limit_minus, "", HELP("the switch's bit of the status")),
-	AXIS_BIT("limit-pos-raw", limit_plus, "", HELP("the switch's bit of the status")),
-	AXIS_BIT("home-raw", home, "", HELP("the switch's bit of the status")),
+	AXIS_BIT("limit-neg-raw", limit_minus, "", HELP("bit of the switch in the raw status")),
+	AXIS_BIT("limit-pos-raw", limit_plus, "", HELP("bit of the switch in the raw status")),
+	AXIS_BIT("home-raw", home, "", HELP("bit of the switch in the raw status")),
 	AXIS_BIT("limit-neg-dedicated", dedicated_limit_minus, ""),
 	AXIS_BIT("limit-pos-dedicated", dedicated_limit_plus, ""),
 	AXIS_BIT("home-dedicated", dedicated_home, ""),
@@ -100,8 +100,8 @@ static const struct model_row rows[] = {
 	THREAD("index-count", index_count, ""),
 	THREAD("behind", behind, ""),
 	THREAD("refusal", refused, "", WORDS(pokeys_threading_refusal_name),
-	       HELP("why the last request was refused, 0 it was not")),
-	THREAD("ignored-axes", ignore_axes, "", HELP("bits of the axes that do not take part")),
+	       HELP("why the last threading request was refused; 0 = it was accepted")),
+	THREAD("ignored-axes", ignore_axes, "", HELP("axes that do not take part, one bit each")),
 };
 
 MODEL_GROUP(model_motion, rows);

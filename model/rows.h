@@ -2,8 +2,9 @@
 /*
  * Macros that make rows, for the files row_*.c alone.
  *
- * Type and size of a row are taken from its member in the image by the compiler, so they
- * cannot differ. Each macro ends in the unit ("" = none) and what else is to be said.
+ * The compiler takes type and size of a row from its member in the image, so they cannot
+ * differ. The last arguments of each macro are the unit ("" = none) and, optionally, HELP(),
+ * FACTOR(), WORDS() and TERMINAL().
  */
 #ifndef MODEL_ROWS_H
 #define MODEL_ROWS_H
@@ -68,7 +69,7 @@ struct model_group {
 #define WORDS(name_)	.word = (name_)
 #define TERMINAL(kind_)	.terminal = MODEL_##kind_
 
-/* In units of a time stamp's nanoseconds. */
+/* For a member in nanoseconds: shown in microseconds or milliseconds. */
 #define US	"us", FACTOR(1e-3)
 #define MS	"ms", FACTOR(1e-6)
 

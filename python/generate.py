@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Write pokeys/_names.py, from names.json (pokeysctl names --json).
 
-A class for each part of a name, with a typed value for each name: so an editor completes
-names and mypy checks them. The names are HAL's; what Python does not take in a name is
-written with _ (state.pin[3].in_ is pin.03.in).
+The output has a class for each part of a name, with a typed attribute for each value, so that
+editors complete the names and mypy checks them. The names are HAL's: a dash becomes _, and a
+Python keyword gets a trailing _ (state.pin[3].in_ is pin.03.in).
 
 usage: generate.py names.json > pokeys/_names.py
 """

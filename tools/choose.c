@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * A name that fits nothing is a mistake and not an empty answer. Most such names are taken
- * from LinuxCNC, so it is said where they are to be had.
+ * A name that matches no value is an error and not an empty result. Most such names are pins
+ * of LinuxCNC's HAL, so the message says where to read them instead.
  */
 #include "tools/choose.h"
 #include <ctype.h>
@@ -58,7 +58,7 @@ static bool fits(const char *pattern, bool readable)
 	return found;
 }
 
-/* Copied from HAL as a whole, with "pokeys.0." */
+/* A full name of a HAL pin, with "pokeys.0." */
 static bool has_prefix(const char *name)
 {
 	return !strncmp(name, "pokeys.", 7) && isdigit((unsigned char)name[7]) && name[8] == '.';
@@ -74,13 +74,14 @@ int choose_check(const struct choice *choice, const char *command)
 		if (has_prefix(name))
 			complain("%s: write \"%s\" without \"%.9s\"", command, name, name);
 		else if (fits(name, false))
-			complain("%s: \"%s\" is commanded, and not read", command, name);
+			complain("%s: \"%s\" can be commanded, but not read", command, name);
 		else if (model_is_hal_name(name, &instead))
-			complain("%s: only LinuxCNC knows \"%s\" (halcmd getp pokeys.N.%s)%s%s",
-				 command, name, name, instead ? "; the device has " : "",
+			complain("%s: \"%s\" exists only in LinuxCNC (halcmd getp pokeys.N.%s)%s%s",
+				 command, name, name,
+				 instead ? "; the device's own value is " : "",
 				 instead ? instead : "");
 		else
-			complain("%s: nothing is called \"%s\"; \"pokeysctl names\" lists the "
+			complain("%s: no value is named \"%s\"; \"pokeysctl names\" lists the "
 				 "names", command, name);
 		return STATUS_USAGE;
 	}

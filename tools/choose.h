@@ -24,7 +24,7 @@ void choose_each(const struct choice *choice, choose_function *each, void *argum
 /* The only name that can be meant, or NULL. */
 const char *choose_only(const struct choice *choice);
 
-/* 0; or a status to exit with if a pattern fits no name, and then that has been said. */
+/* STATUS_OK, or STATUS_USAGE after an error message if a pattern matches no name. */
 int choose_check(const struct choice *choice, const char *command);
 
 #endif

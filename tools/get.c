@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * pokeysctl get: values by their names, as halcmd getp and show give them, without LinuxCNC.
+ * pokeysctl get: print values by name, like halcmd getp and halcmd show, but without LinuxCNC.
  *
- * One name without wildcards prints the value and nothing else, so that a script can use
- * it. Old values are printed as well, for they are what is known; the exit status says so.
+ * For a single name without wildcards only the value is printed, so that a script can use it.
+ * Old values are printed too, because they are the last known ones; the exit status is then 2.
  */
 #include <stdio.h>
 #include <string.h>
@@ -68,7 +68,7 @@ static const char *value_text(const struct model_value *value, char text[VALUE_T
 	return "-";
 }
 
-/* What stands on the board, with its number. */
+/* The terminal's number and label, as printed on the board. */
 static void print_place(const struct answer *answer, const struct model_row *row,
 			unsigned int index)
 {
@@ -220,7 +220,7 @@ static int print_answer(struct answer *answer, bool json)
 	if (answer->device->freshness == VIEW_FRESH)
 		return STATUS_OK;
 	if (!json)
-		complain("%s: %s; the values are the last ones", answer->device->name,
+		complain("%s: %s; these are the last known values", answer->device->name,
 			 answer->device->why);
 	return STATUS_STALE;
 }
@@ -232,8 +232,8 @@ int command_get(const struct options *options)
 	int status;
 
 	if (!options->name_count) {
-		complain("get: name a device, and the values if not all are wanted: "
-			 "pokeysctl get DEVICE [NAME ...]");
+		complain("get: no device given; usage: pokeysctl get DEVICE [NAME ...]; "
+			 "without NAME, all values are printed");
 		return STATUS_USAGE;
 	}
 	answer.choice = (struct choice){ options->names + 1, options->name_count - 1, true };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * pokeysctl names: what values there are and what they mean, without a daemon.
+ * pokeysctl names: list all values and their meanings; it needs no daemon.
  *
- * As JSON it is the whole model, with the place of each value in its image and what is
- * printed on the boards: what a program in any language needs to read the images. The build
- * installs that as names.json.
+ * The JSON output is the whole model, with the position of each value in its image and the
+ * labels on the boards: all that a program in any language needs to read the images. The build
+ * installs it as names.json.
  */
 #include <stdio.h>
 #include <string.h>
@@ -59,7 +59,7 @@ static void print_row(const struct model_row *row)
 	model_pattern(row, name);
 	printf("%s (%s", name, model_type_name(row));
 	if (row->image == MODEL_COMMAND)
-		printf(", commanded");
+		printf(", can be commanded");
 	if (*row->unit)
 		printf(", %s", row->unit);
 	if (row->low < row->high)
@@ -102,7 +102,7 @@ static void put_command(struct json *json, const struct model_row *row)
 	json_unsigned(json, "mask_stride", row->mask_stride);
 }
 
-/* Where it stands in its image, and how it is stored there. */
+/* Where the value is in its image, and how it is stored. */
 static void put_place(struct json *json, const struct model_row *row)
 {
 	static const char *const images[MODEL_IMAGES] = { "state", "diag", "judgement", "command" };
@@ -245,7 +245,7 @@ static void put_all(const struct choice *choice)
 	json_end(&json);
 }
 
-/* A row's pattern is a name here as well. */
+/* Here, the pattern of a row (pin.NN.in) is accepted as a name too. */
 static int check(const struct choice *choice)
 {
 	for (size_t i = 0; i < choice->count; i++) {

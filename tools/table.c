@@ -14,9 +14,9 @@ const struct command table_commands[] = {
 	  command_devices },
 	{ "status", "[DEVICE ...]", "show the state of the devices once",
 	  TAKES_RUNTIME | TAKES_NAMES, command_status },
-	{ "get", "DEVICE [NAME ...]", "print values by their names, * and ? for several",
+	{ "get", "DEVICE [NAME ...]", "print values by name; a name may contain * and ?",
 	  TAKES_RUNTIME | TAKES_NAMES, command_get },
-	{ "names", "[NAME ...]", "list the names of values, and what they mean",
+	{ "names", "[NAME ...]", "list the names of all values and their meanings",
 	  TAKES_NAMES, command_names },
 	{ "config", "show | diff | apply | save DEVICE",
 	  "show a device's settings, compare them with the requested ones, apply or "

@@ -7,8 +7,8 @@
         state = mill.read()
         print(state.pin[3].in_, state.joint[0].counts, state["engine-state"])
 
-Values have the names of LinuxCNC's HAL (``pokeysctl names`` lists them). Only the standard
-library and libpokeys_shm.so.0 are needed; the user has to be in group pokeys-monitor.
+Values have the names of LinuxCNC's HAL (``pokeysctl names`` lists them). The package needs
+libpokeys_shm.so.0 and no other Python package; the user must be in group pokeys-monitor.
 """
 from .client import Device, attach, devices
 from .commander import Command, Commander

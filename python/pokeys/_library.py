@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """libpokeys_shm, loaded once.
 
-What reads an image takes less than a microsecond, so it is called with the interpreter's
-lock held (PyDLL): it is faster, and two threads cannot read at once by one client, which
-the library forbids. What may block is called without it (CDLL).
+Reading an image takes less than a microsecond, so these functions are called with the
+interpreter's lock held (PyDLL). That is faster, and it prevents two threads from reading
+through one client at the same time, which the library forbids. Functions that may block are
+called with the lock released (CDLL).
 """
 from __future__ import annotations
 
@@ -50,8 +51,8 @@ class Library:
             self.cold, self.fast = CDLL(name), PyDLL(name)
         except OSError as error:
             raise LibraryMissing(
-                f"{error}; install pokeysd, or let POKEYS_SHM_LIBRARY name the file "
-                "(build/shm/libpokeys_shm.so.0 of a build)") from None
+                f"{error}; install pokeysd, or set POKEYS_SHM_LIBRARY to the path of the library "
+                "(build/shm/libpokeys_shm.so.0 in a build tree)") from None
         self.name = name
         for library, prototypes, result in ((self.cold, _COLD, c_int), (self.fast, _FAST, c_int),
                                             (self.fast, _NUMBERS, c_uint64)):
@@ -63,7 +64,7 @@ class Library:
 
 @functools.cache
 def library() -> Library:
-    """The library; POKEYS_SHM_LIBRARY names another file than libpokeys_shm.so.0."""
+    """The library: libpokeys_shm.so.0, or the file named by POKEYS_SHM_LIBRARY."""
     return Library(os.environ.get("POKEYS_SHM_LIBRARY", "libpokeys_shm.so.0"))
 
 
@@ -71,8 +72,8 @@ def check_layouts(known: dict[int, int]) -> None:
     """Refuse a library whose images have other layouts (hashes by number of the image)."""
     for number, layout in known.items():
         if library().fast.pokeys_shm_layout(number) != layout:
-            raise LibraryMissing(f"{library().name} has other layouts than this package; install "
-                                 "pokeysd and the package of the same version")
+            raise LibraryMissing(f"{library().name} is of another version than this package (its images have "
+                                 "another layout); install pokeysd and the package of the same version")
 
 
 def percentile(histogram: bytes, part: float) -> int:

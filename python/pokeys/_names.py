@@ -36,7 +36,7 @@ class StateAge(Part):
         factor=0.001)
     cycle_us = Age(
         "age.cycle-us", 1, (40, 0),
-        "time since the tick of that cycle, microseconds",
+        "time since the start of the daemon's last cycle, microseconds",
         "us",
         factor=0.001)
     digital_us = Age(
@@ -46,7 +46,7 @@ class StateAge(Part):
         factor=0.001)
     analog_us = Age(
         "age.analog-us", 1, (64, 0),
-        "age of the analog inputs but 00 and 01, microseconds",
+        "age of the analog inputs from 02 on, microseconds",
         "us",
         factor=0.001)
     analog_slow_us = Age(
@@ -66,7 +66,7 @@ class StateAge(Part):
         factor=0.001)
     slow_us = Age(
         "age.slow-us", 1, (88, 0),
-        "age of what was asked for beside the fast data, microseconds",
+        "age of the data that are read less often, microseconds",
         "us",
         factor=0.001)
     postep_us = Age(
@@ -95,10 +95,8 @@ class StateDaemon(Part):
         "daemon.fallback", 1, (902, 0),
         "the daemon's transport is slower than asked for")
     guard = Bit("daemon.guard", 1, (905, 0), "the daemon's packet guard is attached")
-    stopping = Bit("daemon.stopping", 1, (904, 0), "the daemon is about to end")
-    stale = Bit(
-        "daemon.stale", 1, (896, 0),
-        "the daemon itself calls the fast data too old")
+    stopping = Bit("daemon.stopping", 1, (904, 0), "the daemon is shutting down")
+    stale = Bit("daemon.stale", 1, (896, 0), "the daemon has flagged the fast data as old")
     epoch = Integer(
         "daemon.epoch", 1, (16, 0),
         "differs for each start of the daemon",
@@ -123,7 +121,7 @@ class StateCommand(Part):
     __slots__ = ()
     heartbeat = Integer(
         "command.heartbeat", 1, (2168, 0),
-        "of the command in effect",
+        "heartbeat of the command in effect",
         code="Q")
 
 
@@ -134,7 +132,7 @@ class StatePackets(Part):
     sent = Integer("packets.sent", 1, (2528, 0), "packets sent", code="Q")
     resent = Integer("packets.resent", 1, (2536, 0), "of these, repeated", code="Q")
     received = Integer("packets.received", 1, (2544, 0), "packets received", code="Q")
-    accepted = Integer("packets.accepted", 1, (2552, 0), "answers that were taken", code="Q")
+    accepted = Integer("packets.accepted", 1, (2552, 0), "answers accepted", code="Q")
     missed = Integer(
         "packets.missed", 1, (2560, 0),
         "requests without an answer by their deadline",
@@ -172,7 +170,7 @@ class StatePackets(Part):
         code="I")
     error_level = Integer(
         "packets.error-level", 1, (2684, 0),
-        "rises with lost answers, falls with good ones; 0 is well",
+        "rises with lost answers, falls with good ones; 0 is normal",
         code="I")
 
 
@@ -182,8 +180,8 @@ class StatePhase(Part):
     __slots__ = ()
     state = Word(
         "phase.state", 1, (2200, 0),
-        "whether the daemon's cycle follows the commander: 0 off, 1 nobody to follow, 2 no period "
-        "fits, 3 on the way, 4 locked",
+        "whether the daemon's cycle follows the commander: 0 off, 1 no commander, 2 the periods do "
+        "not match, 3 locking, 4 locked",
         code="B",
         words={
             0: "off",
@@ -199,7 +197,7 @@ class StatePhase(Part):
     losses = Integer("phase.losses", 1, (2204, 0), "times the lock was lost", code="I")
     lead_us = Real(
         "phase.lead-us", 1, (2212, 0),
-        "from the daemon's tick to the read that it is scheduled for",
+        "from the start of the daemon's cycle to the expected read",
         "us",
         code="I",
         factor=0.001)
@@ -211,7 +209,7 @@ class StatePhase(Part):
         factor=0.001)
     period_us = Real(
         "phase.period-us", 1, (2220, 0),
-        "from the last tick to the next one",
+        "from the start of the last cycle to that of the next",
         "us",
         code="I",
         factor=0.001)
@@ -224,14 +222,14 @@ class StatePinItem(Part):
     in_ = Bit("pin.%02u.in", 55, (2432, 1), "digital input; pin.00 is pin 1")
     out_fb = Bit(
         "pin.%02u.out-fb", 55, (2496, 1),
-        "the output as the device has acknowledged it")
+        "state of the output, as acknowledged by the device")
     is_output = Bit(
         "pin.%02u.is-output", 55, (2560, 1),
         "the device has the pin configured as an output")
     function_in_effect = Integer(
         "pin.%02u.function-in-effect", 55, (328, 1),
-        "as the device has it: sum of 2 digital input, 4 digital output, 8 analog input, 16 analog "
-        "output, 32 triggered input, 64 counter, 128 inverted",
+        "function in the device: sum of 2 digital input, 4 digital output, 8 analog input, 16 "
+        "analog output, 32 triggered input, 64 counter, 128 inverted",
         code="B")
     can_input = Bit("pin.%02u.can-input", 55, (2112, 1), "the pin can be a digital input")
     can_output = Bit("pin.%02u.can-output", 55, (2176, 1), "the pin can be a digital output")
@@ -273,7 +271,7 @@ class StateAdcItem(Part):
     raw = Integer("adc.%02u.raw", 7, (384, 2), "0..4095 = 0..3.3 V at the pin", code="H")
     volts = Real(
         "adc.%02u.volts", 7, (384, 2),
-        "voltage at the pin; adc.00 is pin 41",
+        "voltage at the pin; adc.00 is terminal 41",
         "V",
         code="H",
         factor=0.000805860806)
@@ -301,7 +299,7 @@ class StateEncoderItem(Part):
         "the device counts it, as basic, fast or ultra-fast encoder")
     index_seen = Bit(
         "encoder.%02u.index-seen", 26, (4064, 1),
-        "the index pulse has come since it was last waited for")
+        "an index pulse has arrived since the index was last armed")
     age_us = Age(
         "encoder.%02u.age-us", 26, (512, 8),
         "time since the count was sampled",
@@ -448,7 +446,7 @@ class StateEngine(Part):
         "the emergency input is inverted: normally open")
     emergency_pin_in_effect = Integer(
         "engine.emergency-pin-in-effect", 1, (1096, 0),
-        "the emergency input: 0 off, 1 default pin, else terminal + 10",
+        "the emergency input: 0 off, 1 default pin, otherwise terminal + 10",
         code="B")
 
     @property
@@ -463,17 +461,17 @@ class StateTask(Part):
     __slots__ = ()
     kind = Integer(
         "task.kind", 1, (1104, 0),
-        "what the device does, or did last, by itself: 0 nothing, 1 homing, 2 probing, 3 hybrid "
-        "probing, 4 jogging, 5 threading",
+        "current or last task of the device: 0 none, 1 homing, 2 probing, 3 hybrid probing, 4 "
+        "jogging, 5 threading",
         code="B")
     phase = Integer(
         "task.phase", 1, (1105, 0),
-        "0 idle, 1 engine is being stopped, 2 start requested, 3 working, 4 complete, 5 finishing, "
-        "6 stopping",
+        "phase of the task: 0 idle, 1 stopping the engine first, 2 start requested, 3 working, 4 "
+        "complete, 5 finishing, 6 stopping",
         code="B")
     result = Word(
         "task.result", 1, (1106, 0),
-        "how the last one ended: 1 done, else why not",
+        "result of the last task: 1 done, otherwise the reason",
         code="B",
         words={
             0: "ended",
@@ -487,10 +485,10 @@ class StateTask(Part):
             10: "stopped: the motion buffer ran dry in the middle of a thread",
             11: "stopped: the spindle is too far behind its target speed",
         })
-    axes = Integer("task.axes", 1, (1107, 0), "bits of its axes", code="B")
+    axes = Integer("task.axes", 1, (1107, 0), "axes of the task, one bit each", code="B")
     count = Integer(
         "task.count", 1, (1108, 0),
-        "how many have ended since the daemon's start",
+        "tasks ended since the daemon's start",
         code="I")
 
 
@@ -545,11 +543,11 @@ class StateJointItemPostep(Part):
         code="B")
     step_mode_in_effect = Integer(
         "joint.%02u.postep.step-mode-in-effect", 8, (2291, 32),
-        "PoStep driver: microsteps, 0 full steps, 1 1/2, 2 1/4 .. 8 1/256",
+        "PoStep driver: 0 full steps, 1 half steps, 2 quarter steps .. 8 1/256 steps",
         code="B")
     temperature_limit_in_effect = Integer(
         "joint.%02u.postep.temperature-limit-in-effect", 8, (2292, 32),
-        "PoStep driver: it switches off above this",
+        "PoStep driver: switches off above this temperature",
         "deg C",
         code="B")
     current_raw = Integer(
@@ -588,22 +586,22 @@ class StateJointItem(Part):
     __slots__ = ()
     counts = Integer(
         "joint.%02u.counts", 8, (1120, 48),
-        "position as the device reports",
+        "position reported by the device",
         "pulses",
         code="i")
     counts_cmd = Integer(
         "joint.%02u.counts-cmd", 8, (1124, 48),
-        "the position last sent to the device; if it is driven by speed, pulses per second",
+        "position last sent to the device; in speed mode (mode-in-effect 2) a speed in pulses/s",
         "pulses",
         code="i")
     counts_error = Integer(
         "joint.%02u.counts-error", 8, (1140, 48),
-        "command less position; 0 unless it is driven by positions",
+        "commanded position minus counts; 0 in speed mode or if not driven",
         "pulses",
         code="i")
     counts_probed = Integer(
         "joint.%02u.counts-probed", 8, (1152, 48),
-        "where the probe tripped",
+        "position at which the probe tripped",
         "pulses",
         code="q")
     age_cmd_us = Age(
@@ -613,23 +611,23 @@ class StateJointItem(Part):
         factor=0.001)
     max_rate = Real(
         "joint.%02u.max-rate", 8, (1160, 48),
-        "highest speed, as the device has it",
+        "highest speed configured in the device",
         "pulses/s",
         code="f",
         factor=1)
     max_rate_change = Real(
         "joint.%02u.max-rate-change", 8, (1164, 48),
-        "acceleration, as the device has it",
+        "acceleration configured in the device",
         "pulses/s^2",
         code="f",
         factor=1)
     mode_in_effect = Integer(
         "joint.%02u.mode-in-effect", 8, (1130, 48),
-        "what drives it: 0 nothing, 1 positions, 2 speed, 3 the motion buffer",
+        "how the axis is driven: 0 not, 1 positions, 2 speed, 3 motion buffer",
         code="B")
     position_epoch = Integer(
         "joint.%02u.position-epoch", 8, (1131, 48),
-        "changes when the device starts a new count; even: the position is lost, odd: it is known",
+        "changes when the device restarts its count; even: position lost, odd: position known",
         code="B")
     state = Word(
         "joint.%02u.state", 8, (1128, 48),
@@ -658,19 +656,23 @@ class StateJointItem(Part):
     homed = Flag("joint.%02u.homed", 8, (1138, 48), "homed by the device")
     at_counts_cmd = Flag(
         "joint.%02u.at-counts-cmd", 8, (1137, 48),
-        "stands, and counts is counts-cmd")
+        "at rest, and counts equals counts-cmd")
     parked = Flag(
         "joint.%02u.parked", 8, (1139, 48),
-        "homed or probed: follows its command again once that meets counts, or its enable has been "
-        "false")
+        "homed or probed: ignores its command until the command equals counts or its enable has "
+        "been false")
     error = Flag("joint.%02u.error", 8, (1135, 48), "motor driver's error input")
     limit_neg = Flag("joint.%02u.limit-neg", 8, (1132, 48), "negative limit switch")
     limit_pos = Flag("joint.%02u.limit-pos", 8, (1133, 48), "positive limit switch")
     home_sw = Flag("joint.%02u.home-sw", 8, (1134, 48), "home switch")
     soft_limit = Flag("joint.%02u.soft-limit", 8, (1136, 48), "soft limit reached")
-    limit_neg_raw = Bit("joint.%02u.limit-neg-raw", 8, (8800, 1), "the switch's bit of the status")
-    limit_pos_raw = Bit("joint.%02u.limit-pos-raw", 8, (8808, 1), "the switch's bit of the status")
-    home_raw = Bit("joint.%02u.home-raw", 8, (8816, 1), "the switch's bit of the status")
+    limit_neg_raw = Bit(
+        "joint.%02u.limit-neg-raw", 8, (8800, 1),
+        "bit of the switch in the raw status")
+    limit_pos_raw = Bit(
+        "joint.%02u.limit-pos-raw", 8, (8808, 1),
+        "bit of the switch in the raw status")
+    home_raw = Bit("joint.%02u.home-raw", 8, (8816, 1), "bit of the switch in the raw status")
     limit_neg_dedicated = Bit(
         "joint.%02u.limit-neg-dedicated", 8, (8776, 1),
         "the axis' own limit input, before inversion")
@@ -733,7 +735,7 @@ class StateThreading(Part):
         code="H")
     refusal = Word(
         "threading.refusal", 1, (2253, 0),
-        "why the last request was refused, 0 it was not",
+        "why the last threading request was refused; 0 = it was accepted",
         code="B",
         words={
             0: "not refused",
@@ -748,7 +750,7 @@ class StateThreading(Part):
         })
     ignored_axes = Integer(
         "threading.ignored-axes", 1, (2252, 0),
-        "bits of the axes that do not take part",
+        "axes that do not take part, one bit each",
         code="B")
 
 
@@ -909,7 +911,7 @@ class StateConfig(Part):
         code="I")
     report_count = Integer(
         "config.report-count", 1, (2192, 0),
-        "rises when what is known of the device's settings changes",
+        "incremented when the reported settings of the device change",
         code="I")
 
 
@@ -1182,7 +1184,7 @@ class StateValues(Part):
         code="Q")
     cycle = Integer(
         "cycle", 1, (24, 0),
-        "the daemon's cycle that the values are from",
+        "number of the daemon's cycle that published the values",
         code="Q")
     machine_on_permitted = Bit(
         "machine-on-permitted", 1, (899, 0),
@@ -1257,7 +1259,7 @@ class StateValues(Part):
         factor=0.001)
     encoder_epoch = Integer(
         "encoder-epoch", 1, (2189, 0),
-        "changes when the device's counts may have begun again",
+        "changes when the device may have restarted its counts",
         code="B")
     engine_state = Word(
         "engine-state", 1, (1080, 0),
@@ -1496,317 +1498,311 @@ class DiagnosticLatency(Part):
     __slots__ = ()
     wakeup_p50_us = Quantile(
         "latency.wakeup-p50-us", 1, (160, 0),
-        "from the start of the cycle until the daemon runs: half of them are shorter, microseconds",
+        "from the start of the cycle until the daemon runs: median",
         "us",
         factor=0.001,
         quantile=0.5)
     wakeup_p99_us = Quantile(
         "latency.wakeup-p99-us", 1, (160, 0),
-        "from the start of the cycle until the daemon runs: 99 of 100 are shorter, microseconds",
+        "from the start of the cycle until the daemon runs: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     wakeup_p999_us = Quantile(
         "latency.wakeup-p999-us", 1, (160, 0),
-        "from the start of the cycle until the daemon runs: 999 of 1000 are shorter, microseconds",
+        "from the start of the cycle until the daemon runs: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     wakeup_max_us = Real(
         "latency.wakeup-max-us", 1, (184, 0),
-        "from the start of the cycle until the daemon runs: the longest",
+        "from the start of the cycle until the daemon runs: maximum",
         "us",
         code="Q",
         factor=0.001)
     wakeup_count = Integer(
         "latency.wakeup-count", 1, (160, 0),
-        "from the start of the cycle until the daemon runs: how many were measured",
+        "from the start of the cycle until the daemon runs: number of samples",
         code="Q")
     round_trip_p50_us = Quantile(
         "latency.round-trip-p50-us", 1, (1024, 0),
-        "from a request to its answer: half of them are shorter, microseconds",
+        "from a request to its answer: median",
         "us",
         factor=0.001,
         quantile=0.5)
     round_trip_p99_us = Quantile(
         "latency.round-trip-p99-us", 1, (1024, 0),
-        "from a request to its answer: 99 of 100 are shorter, microseconds",
+        "from a request to its answer: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     round_trip_p999_us = Quantile(
         "latency.round-trip-p999-us", 1, (1024, 0),
-        "from a request to its answer: 999 of 1000 are shorter, microseconds",
+        "from a request to its answer: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     round_trip_max_us = Real(
         "latency.round-trip-max-us", 1, (1048, 0),
-        "from a request to its answer: the longest",
+        "from a request to its answer: maximum",
         "us",
         code="Q",
         factor=0.001)
     round_trip_count = Integer(
         "latency.round-trip-count", 1, (1024, 0),
-        "from a request to its answer: how many were measured",
+        "from a request to its answer: number of samples",
         code="Q")
     fast_round_trip_p50_us = Quantile(
         "latency.fast-round-trip-p50-us", 1, (1888, 0),
-        "the same for the two fast requests: half of them are shorter, microseconds",
+        "round trip of the two fast requests: median",
         "us",
         factor=0.001,
         quantile=0.5)
     fast_round_trip_p99_us = Quantile(
         "latency.fast-round-trip-p99-us", 1, (1888, 0),
-        "the same for the two fast requests: 99 of 100 are shorter, microseconds",
+        "round trip of the two fast requests: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     fast_round_trip_p999_us = Quantile(
         "latency.fast-round-trip-p999-us", 1, (1888, 0),
-        "the same for the two fast requests: 999 of 1000 are shorter, microseconds",
+        "round trip of the two fast requests: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     fast_round_trip_max_us = Real(
         "latency.fast-round-trip-max-us", 1, (1912, 0),
-        "the same for the two fast requests: the longest",
+        "round trip of the two fast requests: maximum",
         "us",
         code="Q",
         factor=0.001)
     fast_round_trip_count = Integer(
         "latency.fast-round-trip-count", 1, (1888, 0),
-        "the same for the two fast requests: how many were measured",
+        "round trip of the two fast requests: number of samples",
         code="Q")
     read_round_trip_p50_us = Quantile(
         "latency.read-round-trip-p50-us", 1, (2752, 0),
-        "the same for requests that only read: half of them are shorter, microseconds",
+        "round trip of requests that only read: median",
         "us",
         factor=0.001,
         quantile=0.5)
     read_round_trip_p99_us = Quantile(
         "latency.read-round-trip-p99-us", 1, (2752, 0),
-        "the same for requests that only read: 99 of 100 are shorter, microseconds",
+        "round trip of requests that only read: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     read_round_trip_p999_us = Quantile(
         "latency.read-round-trip-p999-us", 1, (2752, 0),
-        "the same for requests that only read: 999 of 1000 are shorter, microseconds",
+        "round trip of requests that only read: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     read_round_trip_max_us = Real(
         "latency.read-round-trip-max-us", 1, (2776, 0),
-        "the same for requests that only read: the longest",
+        "round trip of requests that only read: maximum",
         "us",
         code="Q",
         factor=0.001)
     read_round_trip_count = Integer(
         "latency.read-round-trip-count", 1, (2752, 0),
-        "the same for requests that only read: how many were measured",
+        "round trip of requests that only read: number of samples",
         code="Q")
     write_round_trip_p50_us = Quantile(
         "latency.write-round-trip-p50-us", 1, (3616, 0),
-        "the same for those that write: half of them are shorter, microseconds",
+        "round trip of requests that write: median",
         "us",
         factor=0.001,
         quantile=0.5)
     write_round_trip_p99_us = Quantile(
         "latency.write-round-trip-p99-us", 1, (3616, 0),
-        "the same for those that write: 99 of 100 are shorter, microseconds",
+        "round trip of requests that write: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     write_round_trip_p999_us = Quantile(
         "latency.write-round-trip-p999-us", 1, (3616, 0),
-        "the same for those that write: 999 of 1000 are shorter, microseconds",
+        "round trip of requests that write: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     write_round_trip_max_us = Real(
         "latency.write-round-trip-max-us", 1, (3640, 0),
-        "the same for those that write: the longest",
+        "round trip of requests that write: maximum",
         "us",
         code="Q",
         factor=0.001)
     write_round_trip_count = Integer(
         "latency.write-round-trip-count", 1, (3616, 0),
-        "the same for those that write: how many were measured",
+        "round trip of requests that write: number of samples",
         code="Q")
     one_shot_round_trip_p50_us = Quantile(
         "latency.one-shot-round-trip-p50-us", 1, (4480, 0),
-        "the same for one-shots: half of them are shorter, microseconds",
+        "round trip of one-shot commands: median",
         "us",
         factor=0.001,
         quantile=0.5)
     one_shot_round_trip_p99_us = Quantile(
         "latency.one-shot-round-trip-p99-us", 1, (4480, 0),
-        "the same for one-shots: 99 of 100 are shorter, microseconds",
+        "round trip of one-shot commands: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     one_shot_round_trip_p999_us = Quantile(
         "latency.one-shot-round-trip-p999-us", 1, (4480, 0),
-        "the same for one-shots: 999 of 1000 are shorter, microseconds",
+        "round trip of one-shot commands: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     one_shot_round_trip_max_us = Real(
         "latency.one-shot-round-trip-max-us", 1, (4504, 0),
-        "the same for one-shots: the longest",
+        "round trip of one-shot commands: maximum",
         "us",
         code="Q",
         factor=0.001)
     one_shot_round_trip_count = Integer(
         "latency.one-shot-round-trip-count", 1, (4480, 0),
-        "the same for one-shots: how many were measured",
+        "round trip of one-shot commands: number of samples",
         code="Q")
     receive_p50_us = Quantile(
         "latency.receive-p50-us", 1, (5344, 0),
-        "from the packet's arrival at the NIC's driver to the daemon: half of them are shorter, "
-        "microseconds",
+        "from a packet's arrival in the NIC's driver to the daemon: median",
         "us",
         factor=0.001,
         quantile=0.5)
     receive_p99_us = Quantile(
         "latency.receive-p99-us", 1, (5344, 0),
-        "from the packet's arrival at the NIC's driver to the daemon: 99 of 100 are shorter, "
-        "microseconds",
+        "from a packet's arrival in the NIC's driver to the daemon: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     receive_p999_us = Quantile(
         "latency.receive-p999-us", 1, (5344, 0),
-        "from the packet's arrival at the NIC's driver to the daemon: 999 of 1000 are shorter, "
-        "microseconds",
+        "from a packet's arrival in the NIC's driver to the daemon: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     receive_max_us = Real(
         "latency.receive-max-us", 1, (5368, 0),
-        "from the packet's arrival at the NIC's driver to the daemon: the longest",
+        "from a packet's arrival in the NIC's driver to the daemon: maximum",
         "us",
         code="Q",
         factor=0.001)
     receive_count = Integer(
         "latency.receive-count", 1, (5344, 0),
-        "from the packet's arrival at the NIC's driver to the daemon: how many were measured",
+        "from a packet's arrival in the NIC's driver to the daemon: number of samples",
         code="Q")
     data_p50_us = Quantile(
         "latency.data-p50-us", 1, (6208, 0),
-        "from the start of the cycle until the fast data are complete: half of them are shorter, "
-        "microseconds",
+        "from the start of the cycle until the fast data are complete: median",
         "us",
         factor=0.001,
         quantile=0.5)
     data_p99_us = Quantile(
         "latency.data-p99-us", 1, (6208, 0),
-        "from the start of the cycle until the fast data are complete: 99 of 100 are shorter, "
-        "microseconds",
+        "from the start of the cycle until the fast data are complete: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     data_p999_us = Quantile(
         "latency.data-p999-us", 1, (6208, 0),
-        "from the start of the cycle until the fast data are complete: 999 of 1000 are shorter, "
-        "microseconds",
+        "from the start of the cycle until the fast data are complete: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     data_max_us = Real(
         "latency.data-max-us", 1, (6232, 0),
-        "from the start of the cycle until the fast data are complete: the longest",
+        "from the start of the cycle until the fast data are complete: maximum",
         "us",
         code="Q",
         factor=0.001)
     data_count = Integer(
         "latency.data-count", 1, (6208, 0),
-        "from the start of the cycle until the fast data are complete: how many were measured",
+        "from the start of the cycle until the fast data are complete: number of samples",
         code="Q")
     publish_p50_us = Quantile(
         "latency.publish-p50-us", 1, (7072, 0),
-        "time that publishing the state takes: half of them are shorter, microseconds",
+        "time that publishing the state takes: median",
         "us",
         factor=0.001,
         quantile=0.5)
     publish_p99_us = Quantile(
         "latency.publish-p99-us", 1, (7072, 0),
-        "time that publishing the state takes: 99 of 100 are shorter, microseconds",
+        "time that publishing the state takes: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     publish_p999_us = Quantile(
         "latency.publish-p999-us", 1, (7072, 0),
-        "time that publishing the state takes: 999 of 1000 are shorter, microseconds",
+        "time that publishing the state takes: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     publish_max_us = Real(
         "latency.publish-max-us", 1, (7096, 0),
-        "time that publishing the state takes: the longest",
+        "time that publishing the state takes: maximum",
         "us",
         code="Q",
         factor=0.001)
     publish_count = Integer(
         "latency.publish-count", 1, (7072, 0),
-        "time that publishing the state takes: how many were measured",
+        "time that publishing the state takes: number of samples",
         code="Q")
     cycle_work_p50_us = Quantile(
         "latency.cycle-work-p50-us", 1, (7936, 0),
-        "from the start of the cycle to the end of its work: half of them are shorter, microseconds",
+        "from the start of the cycle to the end of its work: median",
         "us",
         factor=0.001,
         quantile=0.5)
     cycle_work_p99_us = Quantile(
         "latency.cycle-work-p99-us", 1, (7936, 0),
-        "from the start of the cycle to the end of its work: 99 of 100 are shorter, microseconds",
+        "from the start of the cycle to the end of its work: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     cycle_work_p999_us = Quantile(
         "latency.cycle-work-p999-us", 1, (7936, 0),
-        "from the start of the cycle to the end of its work: 999 of 1000 are shorter, microseconds",
+        "from the start of the cycle to the end of its work: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     cycle_work_max_us = Real(
         "latency.cycle-work-max-us", 1, (7960, 0),
-        "from the start of the cycle to the end of its work: the longest",
+        "from the start of the cycle to the end of its work: maximum",
         "us",
         code="Q",
         factor=0.001)
     cycle_work_count = Integer(
         "latency.cycle-work-count", 1, (7936, 0),
-        "from the start of the cycle to the end of its work: how many were measured",
+        "from the start of the cycle to the end of its work: number of samples",
         code="Q")
     age_p50_us = Quantile(
         "latency.age-p50-us", 1, (8800, 0),
-        "age of the fast data when the commander reads them: half of them are shorter, microseconds",
+        "age of the fast data when the commander reads them: median",
         "us",
         factor=0.001,
         quantile=0.5)
     age_p99_us = Quantile(
         "latency.age-p99-us", 1, (8800, 0),
-        "age of the fast data when the commander reads them: 99 of 100 are shorter, microseconds",
+        "age of the fast data when the commander reads them: 99th percentile",
         "us",
         factor=0.001,
         quantile=0.99)
     age_p999_us = Quantile(
         "latency.age-p999-us", 1, (8800, 0),
-        "age of the fast data when the commander reads them: 999 of 1000 are shorter, microseconds",
+        "age of the fast data when the commander reads them: 99.9th percentile",
         "us",
         factor=0.001,
         quantile=0.999)
     age_max_us = Real(
         "latency.age-max-us", 1, (8824, 0),
-        "age of the fast data when the commander reads them: the longest",
+        "age of the fast data when the commander reads them: maximum",
         "us",
         code="Q",
         factor=0.001)
     age_count = Integer(
         "latency.age-count", 1, (8800, 0),
-        "age of the fast data when the commander reads them: how many were measured",
+        "age of the fast data when the commander reads them: number of samples",
         code="Q")
 
 
@@ -1816,19 +1812,19 @@ class DiagnosticDaemon(Part):
     __slots__ = ()
     minor_faults = Integer(
         "daemon.minor-faults", 1, (112, 0),
-        "page faults of the realtime thread since it began its loop",
+        "page faults of the realtime thread in its loop, without disk access",
         code="Q")
     major_faults = Integer(
         "daemon.major-faults", 1, (120, 0),
-        "of these, with a read from a disk",
+        "page faults of the realtime thread in its loop, with disk access",
         code="Q")
     events_dropped = Integer(
         "daemon.events-dropped", 1, (48, 0),
-        "log events for which there was no room",
+        "log events dropped, queue full",
         code="Q")
     events_high_water = Integer(
         "daemon.events-high-water", 1, (56, 0),
-        "most log events that ever waited",
+        "most log events waiting at once",
         code="Q")
 
 
@@ -1846,11 +1842,11 @@ class DiagnosticTransport(Part):
         code="Q")
     waits_avoided = Integer(
         "transport.waits-avoided", 1, (72, 0),
-        "times an answer was there already when it was to be waited for",
+        "waits avoided because the answer had already arrived",
         code="Q")
     rearmed = Integer(
         "transport.rearmed", 1, (80, 0),
-        "times the reception was set up again",
+        "times reception was re-armed",
         code="Q")
     no_buffers = Integer(
         "transport.no-buffers", 1, (88, 0),
@@ -1858,7 +1854,7 @@ class DiagnosticTransport(Part):
         code="Q")
     overflow = Integer(
         "transport.overflow", 1, (96, 0),
-        "times the ring of results was full",
+        "times the completion queue was full",
         code="Q")
     truncated = Integer(
         "transport.truncated", 1, (104, 0),
@@ -1872,11 +1868,11 @@ class DiagnosticGuard(Part):
     __slots__ = ()
     passed = Integer(
         "guard.passed", 1, (128, 0),
-        "packets that the guard let in, of everybody",
+        "packets from any sender that the guard passed",
         code="Q")
     dropped = Integer(
         "guard.dropped", 1, (136, 0),
-        "packets that the guard dropped, of everybody",
+        "packets from any sender that the guard dropped",
         code="Q")
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""How a value is taken out of an image.
+"""How a value is read from an image.
 
-A value is a descriptor of a class whose objects stand for a part of an image and know the
-number that stands in the name: ``state.encoder[3].rawcounts`` is the value ``rawcounts`` of
-the object for encoder 3. The classes are in ``_names.py``, which is generated.
+Each value is a descriptor in a class that represents a part of an image. An object of the
+class knows the number in the name: ``state.encoder[3].rawcounts`` is the value ``rawcounts``
+of the object for encoder 3. The classes are in ``_names.py``, which is generated.
 """
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ P = TypeVar("P", bound=Part)
 
 
 class Parts(Part, Generic[P]):
-    """Numbered parts, from 0 as in HAL. No Sequence: its methods would be in the way of names."""
+    """Numbered parts, from 0 as in HAL. Not a Sequence, because a value may be named like a method of it."""
 
     __slots__ = ()
     _kind: type[P]
@@ -90,7 +90,7 @@ class Parts(Part, Generic[P]):
 
 
 class Value(Generic[T]):
-    """One value of a part; of the class itself it is the description."""
+    """One value of a part. Accessed through the class, it is the description of the value."""
 
     __slots__ = ("count", "help", "name", "offset", "stride", "unit")
 
@@ -176,11 +176,11 @@ class Stored(Value[T]):
         self.unpack = struct.Struct("<" + code).unpack_from
 
     def stored(self, image: Image, index: int) -> Any:
-        """The number that stands there."""
+        """The number as stored in the image."""
         return self.unpack(image.image, self.offset + self.stride * index)[0]
 
     def shown(self, stored: Any, image: Image) -> T:
-        """What it means."""
+        """The value that this number represents."""
         raise NotImplementedError
 
     def take(self, image: Image, index: int) -> T:
@@ -188,7 +188,7 @@ class Stored(Value[T]):
 
 
 class Integer(Stored[int]):
-    """As it stands there."""
+    """A number that is shown as stored."""
 
     __slots__ = ()
 
@@ -213,7 +213,7 @@ class Word(Integer):
 
 
 class Real(Stored[float]):
-    """A number of another unit."""
+    """A number that is shown in another unit."""
 
     __slots__ = ("factor",)
     factor: float
@@ -224,7 +224,7 @@ class Real(Stored[float]):
 
 
 class Ratio(Stored[float]):
-    """A part of another number of the image."""
+    """A number that is shown as a fraction of another number of the image."""
 
     __slots__ = ("whole",)
     whole: int

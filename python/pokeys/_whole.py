@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """All values of an image at once.
 
-Taken one by one, the 1,700 values of a state are a millisecond. So all numbers and flags
-come from one unpacking of the image, in the order in which they stand there, all bits from
-a table by their bytes, and only what is computed is taken by itself.
+Reading the 1,700 values of a state one by one takes about a millisecond. Therefore all
+numbers and flags are unpacked in one call, in the order of the image, and all bits are looked
+up in a table by their byte. Only computed values are read one by one.
 """
 from __future__ import annotations
 

@@ -21,16 +21,16 @@ from .snapshot import Diagnostics, Shot, State, is_diagnostic, is_fresh, names, 
 FOLLOW_MS = 100         # how often the library looks for another daemon
 ATTACH_S = 0.05
 RUNTIME = "/run/pokeysd"
-# these change without the device: names that begin so are no change
+# these change all the time: names with these prefixes do not count as a change
 _RESTLESS = ("age.", "packets.", "phase", "rtt-", "cycle", "deadline-us", "daemon.", "command.heartbeat",
              "device.load", "device.tick", "rate.", "rtc.sec")
 
 
 class Device:
-    """A device, attached. Made by :func:`attach`; use it in a ``with``.
+    """An attached device. Create it with :func:`attach`, in a ``with`` statement.
 
-    Any number of programs may attach; none can disturb the machine. When the daemon is
-    started again, the device is found again. One object may be used by several threads.
+    Any number of programs may attach; none can disturb the machine. After a restart of the
+    daemon, the object attaches to it by itself. Several threads may use the same object.
     """
 
     def __init__(self, name: str, runtime: str | None) -> None:
@@ -43,13 +43,13 @@ class Device:
         result = self._lib.cold.pokeys_client_open(
             ctypes.byref(self._client), runtime.encode() if runtime else None, name.encode(), b"python", 0)
         if result == -errno.EINVAL:
-            raise ValueError(f"{name!r} in {runtime or RUNTIME!r}: a device's name is 1 to 31 of A-Z a-z 0-9 _ -, "
-                             "and the folder is an absolute path")
+            raise ValueError(f"device {name!r}, runtime {runtime or RUNTIME!r}: a device's name has 1 to 31 "
+                             "characters of A-Z a-z 0-9 _ -, and runtime must be an absolute path")
         if result:
             raise OSError(-result, os.strerror(-result))
 
     def close(self) -> None:
-        """Detach. May be called twice, and not while another thread reads."""
+        """Detach. May be called more than once, but not while another thread reads."""
         client, self._client = self._client, ctypes.c_void_p()
         self._lib.cold.pokeys_client_close(client)
 
@@ -101,14 +101,15 @@ class Device:
         raise Refused(f"{self.name}: the shared memory cannot be read: {os.strerror(-result)}")
 
     def read(self, *, stale_ok: bool = False) -> State:
-        """All values of this moment.
+        """Return the values of this moment.
 
-        Raises :class:`Stale` if they are old, unless that is permitted; :class:`NoDaemon`;
-        :class:`Refused`. Takes a few microseconds and never waits.
+        Raises :class:`Stale` if they are old, unless ``stale_ok`` is true; :class:`NoDaemon`
+        if no daemon is running; :class:`Refused` if the memory cannot be read. Takes a few
+        microseconds and never waits.
         """
         shot = self._read(self._lib.fast.pokeys_client_read, self._state)
         if not is_fresh(shot):
-            # it may be of the time between our looking at the clock and at the image
+            # the image may have been written between the two: the clock was read before it
             shot.now_ns = max(shot.now_ns, min(published_ns(shot), time.monotonic_ns()))
             if not stale_ok and not is_fresh(shot):
                 self._complain(State(shot))
@@ -119,11 +120,15 @@ class Device:
         raise Stale(f"{self.name}: {state.reason}", None if age is None else age / 1e6)
 
     def diagnostics(self) -> Diagnostics:
-        """Latencies and counters of the daemon, at most a tenth of a second old. As :meth:`read`."""
+        """Return latencies and counters of the daemon, which it updates about ten times a second.
+
+        Raises :class:`NoDaemon` and :class:`Refused`, but not :class:`Stale`: if the daemon
+        hangs, these are its last ones.
+        """
         return Diagnostics(self._read(self._lib.fast.pokeys_client_read_diag, self._diag))
 
     def __getitem__(self, name: str) -> Any:
-        """One value by HAL's name, now. KeyError, and what :meth:`read` raises."""
+        """Read one value by its name. Raises KeyError, and the exceptions of :meth:`read`."""
         found = place(name)
         if not found:
             return self.diagnostics()[name] if is_diagnostic(name) else self.read()[name]
@@ -131,13 +136,14 @@ class Device:
         return found[0].take(shot, found[1]) if is_fresh(shot) else self.read()[name]
 
     async def changes(self, *patterns: str, rate: float = 20) -> AsyncIterator[State]:
-        """The state now, and again whenever one of the values changes, at most ``rate`` times a second.
+        """Yield the state now, and again whenever one of the values has changed.
 
-        ``patterns`` are names, with the wildcards of fnmatch; without any, it is every value of
-        the device but ages, counters of packets and the like. Old values are no error here: a
-        state is also given when they become old or fresh again (``state.connected``). While no
-        daemon runs, nothing is given after that, and it goes on when there is one.
-        KeyError if a pattern fits no name.
+        Values are compared ``rate`` times a second. ``patterns`` are names, with the wildcards
+        of fnmatch; without patterns, all values are compared except those that change all the
+        time, such as ages and packet counters. Does not raise :class:`Stale`: it also yields a
+        state when the values become old or fresh again (``state.connected``). While no daemon
+        is running, it yields nothing, and continues when there is one. Raises KeyError if a
+        pattern matches no name of :class:`State`, and :class:`Refused`.
         """
         if not rate > 0:
             raise ValueError(f"rate={rate}: must be more than 0")
@@ -163,7 +169,10 @@ class Device:
         return Commander(self.name, self._runtime, lease)
 
     def settings(self) -> dict[str, str]:
-        """The device's own settings, by the keys of pokeysd.conf(5). Runs pokeysctl: some milliseconds."""
+        """Return the device's own settings, by the keys of pokeysd.conf(5).
+
+        Runs pokeysctl and blocks for some milliseconds. Raises :class:`ToolFailed`.
+        """
         return pokeysctl.settings(self.name, self._runtime)
 
 
@@ -172,7 +181,7 @@ def _chosen(patterns: tuple[str, ...]) -> Callable[[State], Any]:
     known = [name for name in names() if not is_diagnostic(name)]
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in known):
-            raise KeyError(f"nothing is called {pattern!r}")
+            raise KeyError(f"no value of the state is named {pattern!r}; pokeysctl names lists the names")
     chosen = [name for name in known
               if (any(fnmatchcase(name, pattern) for pattern in patterns) if patterns else
                   not name.startswith(_RESTLESS) and "age-" not in name)]
@@ -184,21 +193,24 @@ def _chosen(patterns: tuple[str, ...]) -> Callable[[State], Any]:
 
 
 def devices(runtime: str | None = None) -> list[str]:
-    """Names of the devices of the running daemon; empty if there is none. :class:`Refused`."""
+    """Return the names of the running daemon's devices; empty if no daemon is running.
+
+    Raises :class:`Refused` if the user may not read.
+    """
     try:
         return _library.devices(runtime)
     except OSError as error:
-        raise Refused(f"{runtime or RUNTIME}: {error.strerror}; to read, a user has to be in group "
-                      "pokeys-monitor") from None
+        raise Refused(f"{runtime or RUNTIME}: {error.strerror}; add the user to group pokeys-monitor "
+                      "and log in again") from None
 
 
 def attach(device: str, *, runtime: str | None = None, timeout: float = 0) -> Device:
     """Attach to a device by its name in pokeysd.conf.
 
-    ``runtime`` is the daemon's folder, if not /run/pokeysd; ``timeout`` is how many seconds
-    to wait for a daemon that has this device. Raises :class:`NoDaemon`,
-    :class:`NoSuchDevice`, :class:`Refused`, :class:`LibraryMissing`, and ValueError for a
-    name that cannot be. Blocks for some milliseconds (or the timeout).
+    ``runtime`` is the daemon's runtime folder (default /run/pokeysd); ``timeout`` is the
+    number of seconds to wait for a daemon (default: do not wait). Raises :class:`NoDaemon`,
+    :class:`NoSuchDevice`, :class:`Refused`, :class:`LibraryMissing`, and ValueError if the
+    name or the folder is not valid. Blocks for some milliseconds, or up to the timeout.
     """
     _library.check_layouts({0: _names.STATE_HASH, 1: _names.DIAG_HASH})
     end = time.monotonic() + timeout
@@ -207,7 +219,7 @@ def attach(device: str, *, runtime: str | None = None, timeout: float = 0) -> De
         while not found._attach():  # pylint: disable=protected-access
             if time.monotonic() >= end:
                 raise NoDaemon(f"no daemon runs in {runtime or RUNTIME}; start it "
-                               "(systemctl start pokeysd), or name another folder")
+                               "(systemctl start pokeysd), or pass its folder as runtime")
             time.sleep(ATTACH_S)
     except BaseException:
         found.close()

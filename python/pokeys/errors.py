@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What can go wrong, each in one line for a person."""
+"""The exceptions of this package; each message is one line for a person."""
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
@@ -10,15 +10,15 @@ class Error(Exception):
 
 
 class LibraryMissing(Error):
-    """libpokeys_shm.so.0 cannot be loaded, or is one of another version than this package."""
+    """libpokeys_shm.so.0 cannot be loaded, or its version differs from that of this package."""
 
 
 class NoDaemon(Error):
-    """No pokeysd runs, or it has ended."""
+    """No pokeysd is running, or it has ended."""
 
 
 class NoSuchDevice(Error):
-    """The daemon has no device of this name; ``devices`` has those that it has."""
+    """The daemon has no device with this name; ``devices`` has the names of its devices."""
 
     def __init__(self, message: str, devices: list[str]) -> None:
         super().__init__(message)
@@ -26,11 +26,11 @@ class NoSuchDevice(Error):
 
 
 class Refused(Error):
-    """A daemon is there, but this program may not or cannot read it."""
+    """A daemon is running, but this program is not allowed, or not able, to read its data."""
 
 
 class Stale(Error):
-    """The values are old. ``age`` is in seconds, ``since`` when they were true; None: never."""
+    """The values are old. ``age`` is in seconds, ``since`` a datetime (UTC); both are None if no data has come yet."""
 
     def __init__(self, message: str, age: float | None) -> None:
         super().__init__(message)
@@ -46,4 +46,4 @@ class Lapsed(Error):
 
 
 class ToolFailed(Error):
-    """pokeysctl could not do what it was asked for; the text is what it said."""
+    """pokeysctl failed; the message is its error output."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What pokeysctl(1) does better than another program could: search the network, show settings."""
+"""Functions that run pokeysctl(1): search the network, show settings."""
 from __future__ import annotations
 
 import json
@@ -15,7 +15,7 @@ PATIENCE_S = 60
 
 @dataclass(frozen=True)
 class Found:
-    """A device that has answered."""
+    """A device that answered the search."""
 
     serial: int
     type: str
@@ -31,7 +31,7 @@ def _ask(*words: str) -> Any:
     try:
         ran = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     except OSError as error:
-        raise ToolFailed(f"{command[0]}: {error.strerror}; install pokeysd, or let POKEYSCTL name the program") \
+        raise ToolFailed(f"{command[0]}: {error.strerror}; install pokeysd, or set POKEYSCTL to its path") \
             from None
     except subprocess.TimeoutExpired:
         raise ToolFailed(f"{command[0]} {words[0]}: no answer within {PATIENCE_S} s") from None
@@ -42,9 +42,10 @@ def _ask(*words: str) -> Any:
 
 
 def discover(*, timeout: float = 0.5, interface: str | None = None) -> list[Found]:
-    """Search the network for devices, for so many seconds; needs no daemon. :class:`ToolFailed`.
+    """Search the network for devices for ``timeout`` seconds; needs no daemon.
 
-    Blocks; in a coroutine use ``await asyncio.to_thread(pokeys.discover)``.
+    Raises :class:`ToolFailed`. Blocks; in a coroutine, use
+    ``await asyncio.to_thread(pokeys.discover)``.
     """
     words = ["discover", "--timeout", str(max(1, round(timeout * 1000)))]
     if interface:

@@ -64,7 +64,7 @@ def _places(state: bool) -> dict[str, tuple[Value[Any], int]]:
 
 
 def names() -> list[str]:
-    """All names that a device's values have."""
+    """Return the names of all values of a device."""
     return [*JUDGED, *_places(True), *_places(False)]
 
 
@@ -79,7 +79,7 @@ def is_diagnostic(name: str) -> bool:
 
 
 def describe(name: str) -> str:
-    """What a value is: one line, with its unit. KeyError if there is no such name."""
+    """Return the description of a value: one line, with its unit. Raises KeyError if there is none."""
     if name in JUDGED:
         return JUDGED[name]
     value = (_places(False) if is_diagnostic(name) else _places(True))[name][0]
@@ -89,8 +89,8 @@ def describe(name: str) -> str:
 class State(_names.StateValues):
     """The state of a device at one moment.
 
-    Values are attributes with HAL's names, with _ for what Python does not take in a name
-    (``state.pin[3].in_``), or are asked for by HAL's name itself (``state["pin.03.in"]``).
+    A value is available as an attribute (``state.pin[3].in_``: a dash becomes _, and a Python
+    keyword gets a trailing _) and by its name in HAL (``state["pin.03.in"]``).
     """
 
     __slots__ = ()
@@ -106,22 +106,25 @@ class State(_names.StateValues):
         raise KeyError(name)
 
     def as_dict(self) -> dict[str, Any]:
-        """All values by HAL's names; None = not known. For JSON, for example."""
+        """Return all values by name, for JSON for example; None = not known."""
         taken = _whole_state().take(self._image)
         for name in JUDGED:
             taken[name] = self[name]
         return taken
 
     def word(self, name: str) -> str:
-        """What the number of this name stands for, such as "running" for link-state. KeyError."""
+        """Return the meaning of a code, such as "running" for link-state.
+
+        Raises KeyError if there is no such name, or if its value is not a code.
+        """
         value, i = _places(True)[name]
         if not isinstance(value, Word):
-            raise KeyError(f"{name}: its numbers have no words")
+            raise KeyError(f"{name}: the value is not a code")
         return value.word(value.take(self._image, i))
 
     @property
     def age_us(self) -> float | None:
-        """Age of the data that every cycle brings, microseconds; None = there are none."""
+        """Age of the inputs and positions in microseconds; None = no data yet."""
         age = data_age_ns(self._image)
         return None if math.isinf(age) else age / 1e3
 
@@ -157,7 +160,7 @@ class State(_names.StateValues):
 
 
 def _judged_by() -> Callable[[bytes], tuple[int, ...]]:
-    """What decides whether values are fresh, at once, in the order of the image."""
+    """A function that unpacks, in one call, the values that decide whether an image is fresh."""
     text, end = "<", 0
     wanted = {"daemon.period-us", "age.publish-us", "age.digital-us", "age.motion-us", "daemon.stale-after-us",
               "link-state", "info.pulse-engine-version"}
@@ -182,7 +185,7 @@ def is_fresh(shot: Shot) -> bool:
 
 
 def data_age_ns(shot: Shot) -> float:
-    """Age of the data that every cycle brings; infinite if there are none."""
+    """Age of the inputs and positions, ns; infinite if there is no data yet."""
     _, _, digital, motion, _, _, engine = _take_judged(shot.image)
     age = age_ns(digital, shot.now_ns)
     return max(age, age_ns(motion, shot.now_ns)) if engine >= PULSE_ENGINE_2 else age
@@ -204,7 +207,7 @@ def is_alive(shot: Shot) -> bool:
 
 
 class Histogram:
-    """Durations that were measured since the daemon's start."""
+    """Distribution of durations measured since the daemon's start."""
 
     def __init__(self, name: str, image: bytes) -> None:
         words = memoryview(image).cast("Q")
@@ -216,11 +219,11 @@ class Histogram:
         self._image = image
 
     def percentile_us(self, part: float) -> float | None:
-        """The duration below which this part (0..1) of them lies, microseconds."""
+        """The duration in microseconds that this fraction (0..1) of the samples does not exceed."""
         return _library.percentile(self._image, part) / 1e3 if self.count else None
 
     def buckets(self) -> Iterator[tuple[float, int]]:
-        """Lower bound (microseconds) and number of durations of each bucket."""
+        """Yield the lower bound in microseconds and the number of samples of each bucket."""
         for i, number in enumerate(memoryview(self._image).cast("Q")[4:]):
             yield _library.bucket_lower(i) / 1e3, number
 
@@ -229,7 +232,7 @@ class Histogram:
 
 
 class Diagnostics(_names.DiagnosticValues):
-    """How the daemon does: latencies, and what its transport met. About ten times a second."""
+    """Latencies of the daemon and counters of its transport, updated about ten times a second."""
 
     __slots__ = ()
     _image: Shot
@@ -244,7 +247,7 @@ class Diagnostics(_names.DiagnosticValues):
         return _whole_diagnostics().take(self._image)
 
     def histograms(self) -> dict[str, Histogram]:
-        """The histograms by name: those of ``latency.NAME-p99-us``."""
+        """Return the histograms by name, which is NAME of the value ``latency.NAME-p99-us``."""
         found = {}
         for value in _names.DIAG_VALUES:
             if value.name.endswith("-p50-us"):

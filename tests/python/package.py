@@ -209,7 +209,7 @@ def test_changes_are_given_once_and_in_order():
             await asyncio.to_thread(house.ask_sim, sim, "pin", 4, int(level))
         await task
         equal(seen, [True, False] * 3 + [True])
-        with raises(KeyError, "nothing is called 'no.such'"):
+        with raises(KeyError, "no value of the state is named 'no.such'"):
             async for _state in mill.changes("no.such"):
                 pass
         with raises(ValueError, "rate"):
@@ -287,7 +287,7 @@ def test_another_version_of_the_library_is_refused():
     from pokeys import _library, _names  # pylint: disable=import-outside-toplevel
     with raises(pokeys.LibraryMissing, "of the same version"):
         _library.check_layouts({0: _names.STATE_HASH ^ 1})
-    with raises(pokeys.LibraryMissing, "install pokeysd, or let POKEYS_SHM_LIBRARY"):
+    with raises(pokeys.LibraryMissing, "install pokeysd, or set POKEYS_SHM_LIBRARY"):
         _library.Library("/nowhere/libpokeys_shm.so.0")
 
 
