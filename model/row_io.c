@@ -7,7 +7,7 @@
  */
 #include "model/rows.h"
 
-#define VOLTS_PER_COUNT	(3.3 / 4095)
+#define VOLTS_PER_COUNT	(3.3 / 4096)	/* as adc.NN.value in HAL, with a scale of 1 */
 #define CAN(name_, member_, help_)	\
 	BITS("pin.%02u.can-" name_, capability.member_, POKEYS_PINS, "", TERMINAL(PIN), HELP(help_))
 

@@ -9,10 +9,6 @@
 	.name = name_, .image = MODEL_DIAG, .type = MODEL_UNSIGNED, .count = 1,		\
 	.offset = offsetof(struct pokeys_diag, member_),				\
 	.size = sizeof(((struct pokeys_diag *)0)->member_), .unit = "", .help = help_ }
-#define DIAG_US(name_, member_, help_) {						\
-	.name = name_, .image = MODEL_DIAG, .type = MODEL_UNSIGNED, .count = 1,		\
-	.offset = offsetof(struct pokeys_diag, member_),				\
-	.size = sizeof(((struct pokeys_diag *)0)->member_), .unit = US, .help = help_ }
 #define QUANTILE(name_, member_, quantile_, help_) {					\
 	.name = name_, .image = MODEL_DIAG, .type = MODEL_QUANTILE, .count = 1,		\
 	.offset = offsetof(struct pokeys_diag, member_), .quantile = quantile_,		\
@@ -23,7 +19,7 @@
 		 help_ ": 99th percentile"),						\
 	QUANTILE("latency." name_ "-p999-us", member_, 0.999,				\
 		 help_ ": 99.9th percentile"),						\
-	DIAG_US("latency." name_ "-max-us", member_.max_ns, help_ ": maximum"),		\
+	QUANTILE("latency." name_ "-max-us", member_, 1, help_ ": maximum"),		\
 	DIAG("latency." name_ "-count", member_.count, help_ ": number of samples")
 
 static const struct model_row rows[] = {
@@ -39,6 +35,12 @@ static const struct model_row rows[] = {
 	LATENCY("cycle-work", cycle_work, "from the start of the cycle to the end of its work"),
 	LATENCY("age", age_at_read, "age of the fast data when the commander reads them"),
 
+	{ .name = "age.diagnostics-us", .image = MODEL_DIAG, .type = MODEL_AGE, .count = 1,
+	  .offset = offsetof(struct pokeys_diag, t_publish_ns),
+	  .size = sizeof(((struct pokeys_diag *)0)->t_publish_ns), .unit = US,
+	  .help = "time since these diagnostics were published, microseconds" },
+	DIAG("diagnostics.cycle", cycle, "number of the cycle that published them"),
+	DIAG("diagnostics.epoch", epoch, "differs for each start of the daemon"),
 	DIAG("cycles-skipped", cycles_skipped, NULL),
 	DIAG("daemon.minor-faults", minor_faults,
 	     "page faults of the realtime thread in its loop, without disk access"),

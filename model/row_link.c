@@ -17,13 +17,15 @@
 #define SINCE(name_, member_, help_)	AGE("age." name_ "-us", member_, US, HELP(help_))
 
 static const struct model_row rows[] = {
-	JUDGED("connected", MODEL_FLAG, connected, ""),
+	JUDGED("connected", MODEL_FLAG, connected, "",
+	       HELP("the device runs and its data are fresh")),
 	JUDGED("stale", MODEL_FLAG, stale, "",
 	       HELP("the values are old: no data younger than the daemon's stale-after-ms, or "
 		    "daemon-alive is false")),
 	JUDGED("daemon-alive", MODEL_FLAG, daemon_alive, "",
 	       HELP("the daemon has published within the last 100 ms or 20 of its cycles")),
-	JUDGED("age-us", MODEL_FLOAT, age_us, "us"),
+	JUDGED("age-us", MODEL_FLOAT, age_us, "us",
+	       HELP("age of the inputs and positions, microseconds")),
 	NUMBER("link-state", link, "", WORDS(pokeys_link_name)),
 	NUMBER("fault", fault, "", WORDS(pokeys_fault_name)),
 	NUMBER("fault-count", fault_count, ""),
@@ -41,9 +43,15 @@ static const struct model_row rows[] = {
 	SINCE("link", t_link_ns, "time since link-state changed, microseconds"),
 	SINCE("command", command_t_ns, "age of the commander's last command, microseconds"),
 
-	STATUS("machine-on-permitted", MACHINE_ON, ""),
-	STATUS("needs-edge", NEEDS_EDGE, ""),
-	STATUS("outputs-held", OUTPUTS_HELD, ""),
+	/* false in HAL when the data are old */
+	STATUS("machine-on-permitted", MACHINE_ON, "",
+	       HELP("the daemon permits motion, as last published")),
+	STATUS("needs-edge", NEEDS_EDGE, "",
+	       HELP("machine-is-on is high, but must fall and rise again before anything moves; as "
+		    "last published")),
+	STATUS("outputs-held", OUTPUTS_HELD, "",
+	       HELP("outputs are held in the safe state after a loss or an emergency stop, until "
+		    "machine-is-on rises; as last published")),
 	STATUS("safe-state", SAFE, ""),
 	STATUS("command-refused", BAD_COMMAND, ""),
 	STATUS("commander-alive", COMMANDER, "", HELP("the heartbeat of a commander is fresh")),

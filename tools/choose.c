@@ -6,6 +6,8 @@
 #include "tools/choose.h"
 #include <ctype.h>
 #include <fnmatch.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include "model/model.h"
 #include "tools/pokeysctl.h"
@@ -64,10 +66,24 @@ static bool has_prefix(const char *name)
 	return !strncmp(name, "pokeys.", 7) && isdigit((unsigned char)name[7]) && name[8] == '.';
 }
 
+/* With the number of the name that was asked for, where it has one. */
+static const char *numbered(const char *pattern, const char *name, char text[MODEL_NAME_MAX + 1])
+{
+	const char *place = pattern ? strstr(pattern, "NN") : NULL;
+	const char *digits = name + strcspn(name, "0123456789");
+
+	if (!place || !*digits)
+		return pattern;
+	snprintf(text, MODEL_NAME_MAX + 1, "%.*s%02lu%s", (int)(place - pattern), pattern,
+		 strtoul(digits, NULL, 10), place + 2);
+	return text;
+}
+
 int choose_check(const struct choice *choice, const char *command)
 {
 	for (size_t i = 0; i < choice->count; i++) {
 		const char *name = choice->patterns[i], *instead;
+		char text[MODEL_NAME_MAX + 1];
 
 		if (fits(name, choice->readable))
 			continue;
@@ -79,7 +95,7 @@ int choose_check(const struct choice *choice, const char *command)
 			complain("%s: \"%s\" exists only in LinuxCNC (halcmd getp pokeys.N.%s)%s%s",
 				 command, name, name,
 				 instead ? "; the device's own value is " : "",
-				 instead ? instead : "");
+				 instead ? numbered(instead, name, text) : "");
 		else
 			complain("%s: no value is named \"%s\"; \"pokeysctl names\" lists the "
 				 "names", command, name);

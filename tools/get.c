@@ -5,6 +5,7 @@
  * For a single name without wildcards only the value is printed, so that a script can use it.
  * Old values are printed too, because they are the last known ones; the exit status is then 2.
  */
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include "model/model.h"
@@ -32,7 +33,8 @@ static void prepare(struct answer *answer, const struct view_device *device)
 		.age_us = view_data_age_ns(device) / 1e3,
 		.connected = device->freshness == VIEW_FRESH,
 		.stale = device->freshness != VIEW_FRESH,
-		.daemon_alive = device->freshness > VIEW_DEAD,
+		.daemon_alive = device->freshness > VIEW_DEAD &&
+				isfinite(view_age_ns(device->now_ns, device->state.t_publish_ns)),
 	};
 	answer->images = (struct model_images){
 		.image = { [MODEL_STATE] = &device->state,

@@ -149,7 +149,7 @@ static void put_row(struct json *json, const struct model_row *row)
 	json_bool(json, "writable", row->image == MODEL_COMMAND);
 	json_text(json, "unit", row->unit);
 	json_text(json, "help", model_help(row));
-	json_bool(json, "hal", model_hal_row(row));
+	json_bool(json, "hal", row->image != MODEL_JUDGEMENT && model_hal_row(row));
 	json_unsigned(json, "count", row->count);
 	if (row->inner)
 		json_unsigned(json, "inner", row->inner);

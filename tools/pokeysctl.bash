@@ -67,6 +67,8 @@ _pokeysctl()
 		kinds=${!takes[*]}
 	elif [[ $arguments == [a-z]* ]] && ((behind == 0)); then
 		kinds=${arguments//[^a-z ]/}
+	elif [[ $arguments == "DEVICE [NAME ...]" ]]; then
+		((behind > 0)) || kinds=DEVICE
 	elif [[ $arguments == *...* ]] || ((behind < 2)); then
 		kinds=${arguments//[^A-Z ]/}
 	fi

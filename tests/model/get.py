@@ -134,7 +134,7 @@ def test_values_follow_the_device():
         house.says("get", "mill", "link-state", stdout="3\n")
         house.says("get", "mill", "link-*", stdout="link-state  3 (running)\n")
         house.ask_sim(sim, "analog", 43, 4095)
-        house.tells("adc.02.volts  3.3 V           terminal 43", "get", "mill", "adc.0?.volts")
+        house.tells("adc.02.volts  3.29919434 V    terminal 43", "get", "mill", "adc.0?.volts")
         house.says("get", "mill", "info.type", "connected", returncode=0,
                    stdout="connected  true\ninfo.type  PoKeys57CNC\n")
         lines = house.ctl("get", "mill").stdout.splitlines()

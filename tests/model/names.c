@@ -97,23 +97,43 @@ static size_t place_of(const struct model_row *row, unsigned int index)
 	return row->offset + (row->type == MODEL_BIT ? (row->first_bit + place) / 8 : place);
 }
 
-static void test_every_byte_of_the_state_has_a_name(void **context)
+/* Mark the bytes of an image that have a name. */
+static void see(enum model_image image, uint8_t *seen, size_t whole)
 {
-	static uint8_t seen[sizeof(struct pokeys_state)];
 	const struct model_row *row;
 
-	(void)context;
 	for (size_t number = 0; (row = model_row(number)); number++) {
-		if (row->image != MODEL_STATE)
+		if (row->image != image)
 			continue;
 		for (unsigned int i = 0; i < model_names(row); i++) {
 			const size_t at = place_of(row, i);
-			const size_t size = row->type == MODEL_BIT ? 1 : row->size;
+			const size_t size = row->type == MODEL_BIT ? 1 :
+					    row->type == MODEL_QUANTILE ?
+					    sizeof(struct pokeys_histogram) : row->size;
 
-			assert_in_range(at + size, 1, sizeof(seen));
+			assert_in_range(at + size, 1, whole);
 			memset(seen + at, 1, size);
 		}
 	}
+}
+
+static void test_every_byte_of_the_diagnostics_has_a_name(void **context)
+{
+	static uint8_t seen[sizeof(struct pokeys_diag)];
+
+	(void)context;
+	see(MODEL_DIAG, seen, sizeof(seen));
+	for (size_t at = offsetof(struct pokeys_diag, epoch); at < sizeof(seen); at++)
+		if (!seen[at])
+			fail_msg("byte %zu of the diagnostics has no name", at);
+}
+
+static void test_every_byte_of_the_state_has_a_name(void **context)
+{
+	static uint8_t seen[sizeof(struct pokeys_state)];
+
+	(void)context;
+	see(MODEL_STATE, seen, sizeof(seen));
 	for (size_t at = 0; at < sizeof(seen); at++) {
 		if (!seen[at] && !is_left_out(at))
 			fail_msg("byte %zu of the state has no name", at);
@@ -298,6 +318,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_every_byte_of_the_state_has_a_name),
+		cmocka_unit_test(test_every_byte_of_the_diagnostics_has_a_name),
 		cmocka_unit_test(test_names_are_there_once_and_are_found),
 		cmocka_unit_test(test_a_name_of_hal_has_its_type_and_its_indices),
 		cmocka_unit_test(test_every_pin_that_shows_something_has_a_row),

@@ -30,7 +30,7 @@ CASES = (
     (["get", "mill", "pin.99.in"], 64, 'get: no value is named "pin.99.in"; "pokeysctl names" lists the names'),
     (["get", "mill", "pokeys.0.cycle"], 64, 'get: write "pokeys.0.cycle" without "pokeys.0."'),
     (["get", "mill", "joint.00.pos-fb"], 64, 'get: "joint.00.pos-fb" exists only in LinuxCNC '
-     r"\(halcmd getp pokeys.N.joint.00.pos-fb\); the device's own value is joint.NN.counts"),
+     r"\(halcmd getp pokeys.N.joint.00.pos-fb\); the device's own value is joint.00.counts"),
     (["get", "mill", "pin.03.out"], 64, 'get: "pin.03.out" can be commanded, but not read'),
     (["names", "no-*"], 64, 'names: no value is named "no-\\*"; "pokeysctl names" lists the names'),
     (["config", "frob", "mill"], 64, "config wants a verb and one device: pokeysctl config show .*"),
