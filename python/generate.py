@@ -33,6 +33,7 @@ from ._values import (
     Flag,
     Integer,
     Level,
+    Measured,
     Part,
     Parts,
     Quantile,
@@ -107,7 +108,7 @@ def value_of(row: dict[str, Any], name: str, offset: int, count: int | None = No
             kind = "Ratio"
             more.append(f"whole={row['divisor_offset']}")
         elif "factor" in row or storage == "float":
-            kind = "Real"
+            kind = "Measured" if storage == "float" else "Real"
             more.append(f"factor={row.get('factor', 1)!r}")
         elif "words" in row:
             kind = "Word"

@@ -13,6 +13,7 @@ from ._values import (
     Flag,
     Integer,
     Level,
+    Measured,
     Part,
     Parts,
     Quantile,
@@ -274,7 +275,7 @@ class StateAdcItem(Part):
         "voltage at the pin; adc.00 is terminal 41",
         "V",
         code="H",
-        factor=0.000805860806)
+        factor=0.000805664062)
 
 
 class StateAdc(Parts[StateAdcItem]):
@@ -609,13 +610,13 @@ class StateJointItem(Part):
         "time since counts-cmd was sent",
         "us",
         factor=0.001)
-    max_rate = Real(
+    max_rate = Measured(
         "joint.%02u.max-rate", 8, (1160, 48),
         "highest speed configured in the device",
         "pulses/s",
         code="f",
         factor=1)
-    max_rate_change = Real(
+    max_rate_change = Measured(
         "joint.%02u.max-rate-change", 8, (1164, 48),
         "acceleration configured in the device",
         "pulses/s^2",
@@ -1188,14 +1189,15 @@ class StateValues(Part):
         code="Q")
     machine_on_permitted = Bit(
         "machine-on-permitted", 1, (899, 0),
-        "the daemon permits motion (machine-is-on rose while the link ran)")
+        "the daemon permits motion, as last published")
     needs_edge = Bit(
         "needs-edge", 1, (900, 0),
-        "machine-is-on is high, but must fall and rise again before anything moves")
+        "machine-is-on is high, but must fall and rise again before anything moves; as last "
+        "published")
     outputs_held = Bit(
         "outputs-held", 1, (906, 0),
         "outputs are held in the safe state after a loss or an emergency stop, until machine-is-on "
-        "rises (exceptions after a loss: resume-outputs in pokeysd.conf)")
+        "rises; as last published")
     safe_state = Bit(
         "safe-state", 1, (898, 0),
         "the daemon holds outputs and axes in the safe state")
@@ -1514,12 +1516,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    wakeup_max_us = Real(
-        "latency.wakeup-max-us", 1, (184, 0),
+    wakeup_max_us = Quantile(
+        "latency.wakeup-max-us", 1, (160, 0),
         "from the start of the cycle until the daemon runs: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     wakeup_count = Integer(
         "latency.wakeup-count", 1, (160, 0),
         "from the start of the cycle until the daemon runs: number of samples",
@@ -1542,12 +1544,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    round_trip_max_us = Real(
-        "latency.round-trip-max-us", 1, (1048, 0),
+    round_trip_max_us = Quantile(
+        "latency.round-trip-max-us", 1, (1024, 0),
         "from a request to its answer: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     round_trip_count = Integer(
         "latency.round-trip-count", 1, (1024, 0),
         "from a request to its answer: number of samples",
@@ -1570,12 +1572,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    fast_round_trip_max_us = Real(
-        "latency.fast-round-trip-max-us", 1, (1912, 0),
+    fast_round_trip_max_us = Quantile(
+        "latency.fast-round-trip-max-us", 1, (1888, 0),
         "round trip of the two fast requests: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     fast_round_trip_count = Integer(
         "latency.fast-round-trip-count", 1, (1888, 0),
         "round trip of the two fast requests: number of samples",
@@ -1598,12 +1600,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    read_round_trip_max_us = Real(
-        "latency.read-round-trip-max-us", 1, (2776, 0),
+    read_round_trip_max_us = Quantile(
+        "latency.read-round-trip-max-us", 1, (2752, 0),
         "round trip of requests that only read: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     read_round_trip_count = Integer(
         "latency.read-round-trip-count", 1, (2752, 0),
         "round trip of requests that only read: number of samples",
@@ -1626,12 +1628,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    write_round_trip_max_us = Real(
-        "latency.write-round-trip-max-us", 1, (3640, 0),
+    write_round_trip_max_us = Quantile(
+        "latency.write-round-trip-max-us", 1, (3616, 0),
         "round trip of requests that write: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     write_round_trip_count = Integer(
         "latency.write-round-trip-count", 1, (3616, 0),
         "round trip of requests that write: number of samples",
@@ -1654,12 +1656,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    one_shot_round_trip_max_us = Real(
-        "latency.one-shot-round-trip-max-us", 1, (4504, 0),
+    one_shot_round_trip_max_us = Quantile(
+        "latency.one-shot-round-trip-max-us", 1, (4480, 0),
         "round trip of one-shot commands: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     one_shot_round_trip_count = Integer(
         "latency.one-shot-round-trip-count", 1, (4480, 0),
         "round trip of one-shot commands: number of samples",
@@ -1682,12 +1684,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    receive_max_us = Real(
-        "latency.receive-max-us", 1, (5368, 0),
+    receive_max_us = Quantile(
+        "latency.receive-max-us", 1, (5344, 0),
         "from a packet's arrival in the NIC's driver to the daemon: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     receive_count = Integer(
         "latency.receive-count", 1, (5344, 0),
         "from a packet's arrival in the NIC's driver to the daemon: number of samples",
@@ -1710,12 +1712,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    data_max_us = Real(
-        "latency.data-max-us", 1, (6232, 0),
+    data_max_us = Quantile(
+        "latency.data-max-us", 1, (6208, 0),
         "from the start of the cycle until the fast data are complete: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     data_count = Integer(
         "latency.data-count", 1, (6208, 0),
         "from the start of the cycle until the fast data are complete: number of samples",
@@ -1738,12 +1740,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    publish_max_us = Real(
-        "latency.publish-max-us", 1, (7096, 0),
+    publish_max_us = Quantile(
+        "latency.publish-max-us", 1, (7072, 0),
         "time that publishing the state takes: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     publish_count = Integer(
         "latency.publish-count", 1, (7072, 0),
         "time that publishing the state takes: number of samples",
@@ -1766,12 +1768,12 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    cycle_work_max_us = Real(
-        "latency.cycle-work-max-us", 1, (7960, 0),
+    cycle_work_max_us = Quantile(
+        "latency.cycle-work-max-us", 1, (7936, 0),
         "from the start of the cycle to the end of its work: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     cycle_work_count = Integer(
         "latency.cycle-work-count", 1, (7936, 0),
         "from the start of the cycle to the end of its work: number of samples",
@@ -1794,15 +1796,40 @@ class DiagnosticLatency(Part):
         "us",
         factor=0.001,
         quantile=0.999)
-    age_max_us = Real(
-        "latency.age-max-us", 1, (8824, 0),
+    age_max_us = Quantile(
+        "latency.age-max-us", 1, (8800, 0),
         "age of the fast data when the commander reads them: maximum",
         "us",
-        code="Q",
-        factor=0.001)
+        factor=0.001,
+        quantile=1)
     age_count = Integer(
         "latency.age-count", 1, (8800, 0),
         "age of the fast data when the commander reads them: number of samples",
+        code="Q")
+
+
+class DiagnosticAge(Part):
+    """age"""
+
+    __slots__ = ()
+    diagnostics_us = Age(
+        "age.diagnostics-us", 1, (32, 0),
+        "time since these diagnostics were published, microseconds",
+        "us",
+        factor=0.001)
+
+
+class DiagnosticDiagnostics(Part):
+    """diagnostics"""
+
+    __slots__ = ()
+    cycle = Integer(
+        "diagnostics.cycle", 1, (24, 0),
+        "number of the cycle that published them",
+        code="Q")
+    epoch = Integer(
+        "diagnostics.epoch", 1, (16, 0),
+        "differs for each start of the daemon",
         code="Q")
 
 
@@ -1888,6 +1915,16 @@ class DiagnosticValues(Part):
         return DiagnosticLatency(self._image, self._index)
 
     @property
+    def age(self) -> DiagnosticAge:
+        """age"""
+        return DiagnosticAge(self._image, self._index)
+
+    @property
+    def diagnostics(self) -> DiagnosticDiagnostics:
+        """diagnostics"""
+        return DiagnosticDiagnostics(self._image, self._index)
+
+    @property
     def daemon(self) -> DiagnosticDaemon:
         """daemon"""
         return DiagnosticDaemon(self._image, self._index)
@@ -1928,6 +1965,7 @@ DIAG_VALUES: tuple[Value[Any], ...] = (
     DiagnosticLatency.cycle_work_p999_us, DiagnosticLatency.cycle_work_max_us,
     DiagnosticLatency.cycle_work_count, DiagnosticLatency.age_p50_us, DiagnosticLatency.age_p99_us,
     DiagnosticLatency.age_p999_us, DiagnosticLatency.age_max_us, DiagnosticLatency.age_count,
+    DiagnosticAge.diagnostics_us, DiagnosticDiagnostics.cycle, DiagnosticDiagnostics.epoch,
     DiagnosticValues.cycles_skipped, DiagnosticDaemon.minor_faults, DiagnosticDaemon.major_faults,
     DiagnosticDaemon.events_dropped, DiagnosticDaemon.events_high_water, DiagnosticTransport.kind,
     DiagnosticTransport.system_calls, DiagnosticTransport.waits_avoided, DiagnosticTransport.rearmed,

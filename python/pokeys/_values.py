@@ -223,6 +223,17 @@ class Real(Stored[float]):
         return number
 
 
+class Measured(Stored[float | None]):
+    """A floating-point number of the image; None = it is not finite."""
+
+    __slots__ = ("factor",)
+    factor: float
+
+    def shown(self, stored: Any, image: Image) -> float | None:
+        number: float = stored * self.factor
+        return number if math.isfinite(number) else None
+
+
 class Ratio(Stored[float]):
     """A number that is shown as a fraction of another number of the image."""
 

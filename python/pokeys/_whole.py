@@ -7,7 +7,6 @@ up in a table by their byte. Only computed values are read one by one.
 """
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Iterable
 from itertools import chain
@@ -57,7 +56,7 @@ class Whole:
         """What is to be done with the number of this name."""
         if isinstance(value, Age):
             self._ages.append((name, value.factor))
-        elif isinstance(value, Real) and value.code != "f":
+        elif isinstance(value, Real):
             self._scaled.append((name, value.factor))
         elif isinstance(value, Stored) and not isinstance(value, Integer):
             self._computed.append((name, value))
@@ -88,8 +87,7 @@ class Whole:
             then = taken[name]
             taken[name] = max(0, now - then) * factor if 0 < then <= soonest else None
         for name, value in self._computed:
-            shown = value.shown(taken[name], image)
-            taken[name] = shown if shown is None or math.isfinite(shown) else None
+            taken[name] = value.shown(taken[name], image)
         for name, single, i in self._single:
             taken[name] = single.take(image, i)
         return taken

@@ -7,23 +7,38 @@ import contextlib
 import ctypes
 import errno
 import os
+import threading
 import time
-from collections.abc import AsyncIterator, Callable
+import weakref
+from collections.abc import AsyncGenerator, Callable
 from fnmatch import fnmatchcase
 from types import TracebackType
 from typing import Any, NoReturn
 
 from . import _library, _names, pokeysctl
 from .commander import Commander
-from .errors import NoDaemon, NoSuchDevice, Refused, Stale
-from .snapshot import Diagnostics, Shot, State, is_diagnostic, is_fresh, names, place, published_ns
+from .errors import Error, NoDaemon, NoSuchDevice, Refused, Stale
+from .snapshot import JUDGED, Diagnostics, Shot, State, is_diagnostic, is_fresh, names, place, published_ns
 
 FOLLOW_MS = 100         # how often the library looks for another daemon
-ATTACH_S = 0.05
+ATTACH_S, REFUSED_S = 0.05, 5.0
+DIAGNOSTICS_OLD_US = 2e6
+FEW = 100               # so many values are taken one by one
 RUNTIME = "/run/pokeysd"
 # these change all the time: names with these prefixes do not count as a change
 _RESTLESS = ("age.", "packets.", "phase", "rtt-", "cycle", "deadline-us", "daemon.", "command.heartbeat",
              "device.load", "device.tick", "rate.", "rtc.sec")
+
+
+_OPEN: weakref.WeakSet[Device] = weakref.WeakSet()
+
+
+def _forget_all() -> None:
+    for device in _OPEN:
+        device._forget()  # pylint: disable=protected-access
+
+
+os.register_at_fork(after_in_child=_forget_all)
 
 
 class Device:
@@ -37,6 +52,7 @@ class Device:
         self.name = name
         self._runtime = runtime
         self._client = ctypes.c_void_p()
+        self._lock = threading.RLock()      # a signal's handler may read as well
         self._state = ctypes.create_string_buffer(_names.STATE_SIZE)
         self._diag = ctypes.create_string_buffer(_names.DIAG_SIZE)
         self._lib = _library.library()
@@ -47,11 +63,17 @@ class Device:
                              "characters of A-Z a-z 0-9 _ -, and runtime must be an absolute path")
         if result:
             raise OSError(-result, os.strerror(-result))
+        _OPEN.add(self)
 
     def close(self) -> None:
-        """Detach. May be called more than once, but not while another thread reads."""
-        client, self._client = self._client, ctypes.c_void_p()
-        self._lib.cold.pokeys_client_close(client)
+        """Detach. May be called more than once, and in any thread."""
+        with self._lock:
+            client, self._client = self._client, ctypes.c_void_p()
+            self._lib.cold.pokeys_client_close(client)
+
+    def _forget(self) -> None:
+        """In the child of a fork: the library's thread is not there, so nothing can be closed."""
+        self._client, self._lock = ctypes.c_void_p(), threading.RLock()
 
     def __enter__(self) -> Device:
         return self
@@ -67,37 +89,38 @@ class Device:
     def __repr__(self) -> str:
         return f"<Device {self.name}>"
 
-    def _why(self) -> str:
+    def _missing(self) -> Error:
+        """Why it is not attached."""
         text = ctypes.create_string_buffer(256)
-        self._lib.cold.pokeys_client_status(self._client, text, len(text))
-        return text.value.decode(errors="replace")
+        found = self._lib.cold.pokeys_client_status(self._client, text, len(text))
+        why = text.value.decode(errors="replace")
+        if found != _library.REFUSED:
+            return NoDaemon(why)
+        with contextlib.suppress(OSError):
+            there = _library.devices(self._runtime)
+            if self.name not in there:
+                return NoSuchDevice(why, there)
+        return Refused(why)
 
-    def _attach(self) -> bool:
-        """Look for the daemon once, then let the library do it."""
-        if not self._client:
-            raise ValueError(f"{self.name} is closed")
-        found = self._lib.cold.pokeys_client_poll(self._client)
-        if found == _library.REFUSED:
-            with contextlib.suppress(OSError):
-                there = _library.devices(self._runtime)
-                if self.name not in there:
-                    raise NoSuchDevice(self._why(), there)
-            raise Refused(self._why())
-        if found == _library.ATTACHED:
-            result = self._lib.cold.pokeys_client_follow(self._client, FOLLOW_MS)
-            if result:
-                raise OSError(-result, os.strerror(-result))
-        return bool(found == _library.ATTACHED)
+    def _attach(self) -> Error | None:
+        """Look for the daemon once, then let the library do it. Why there is none, or None."""
+        if self._lib.cold.pokeys_client_poll(self._client) != _library.ATTACHED:
+            return self._missing()
+        result = self._lib.cold.pokeys_client_follow(self._client, FOLLOW_MS)
+        if result:
+            raise OSError(-result, os.strerror(-result))
+        return None
 
     def _read(self, read: Callable[[Any, Any], int], into: ctypes.Array[ctypes.c_char]) -> Shot:
-        if not self._client:
-            raise ValueError(f"{self.name} is closed")
-        before = time.monotonic_ns()
-        result = read(self._client, into)
-        if result == 0:
-            return Shot(into.raw, before)
-        if result == -errno.ENOTCONN:
-            raise NoDaemon(self._why())
+        with self._lock:
+            if not self._client:
+                raise ValueError(f"{self.name} is closed; after a fork, the child has to attach again")
+            before = time.monotonic_ns()
+            result = read(self._client, into)
+            if result == 0:
+                return Shot(into.raw, before)
+            if result == -errno.ENOTCONN:
+                raise self._missing()
         raise Refused(f"{self.name}: the shared memory cannot be read: {os.strerror(-result)}")
 
     def read(self, *, stale_ok: bool = False) -> State:
@@ -119,56 +142,68 @@ class Device:
         age = state.age_us
         raise Stale(f"{self.name}: {state.reason}", None if age is None else age / 1e6)
 
-    def diagnostics(self) -> Diagnostics:
+    def diagnostics(self, *, stale_ok: bool = False) -> Diagnostics:
         """Return latencies and counters of the daemon, which it updates about ten times a second.
 
-        Raises :class:`NoDaemon` and :class:`Refused`, but not :class:`Stale`: if the daemon
-        hangs, these are its last ones.
+        Raises what :meth:`read` raises; they are stale if they are older than two seconds.
         """
-        return Diagnostics(self._read(self._lib.fast.pokeys_client_read_diag, self._diag))
+        found = Diagnostics(self._read(self._lib.fast.pokeys_client_read_diag, self._diag))
+        age = found.age.diagnostics_us
+        if not stale_ok and (age is None or age > DIAGNOSTICS_OLD_US):
+            why = "no diagnostics yet" if age is None else f"diagnostics are {age / 1e6:.1f} s old"
+            raise Stale(f"{self.name}: {why}", None if age is None else age / 1e6)
+        return found
 
     def __getitem__(self, name: str) -> Any:
         """Read one value by its name. Raises KeyError, and the exceptions of :meth:`read`."""
         found = place(name)
         if not found:
-            return self.diagnostics()[name] if is_diagnostic(name) else self.read()[name]
+            return self.diagnostics()[name] if is_diagnostic(name) else self.read(stale_ok=name in JUDGED)[name]
         shot = self._read(self._lib.fast.pokeys_client_read, self._state)
         return found[0].take(shot, found[1]) if is_fresh(shot) else self.read()[name]
 
-    async def changes(self, *patterns: str, rate: float = 20) -> AsyncIterator[State]:
+    def changes(self, *patterns: str, rate: float = 20) -> AsyncGenerator[State, None]:
         """Yield the state now, and again whenever one of the values has changed.
 
         Values are compared ``rate`` times a second. ``patterns`` are names, with the wildcards
         of fnmatch; without patterns, all values are compared except those that change all the
         time, such as ages and packet counters. Does not raise :class:`Stale`: it also yields a
-        state when the values become old or fresh again (``state.connected``). While no daemon
-        is running, it yields nothing, and continues when there is one. Raises KeyError if a
-        pattern matches no name of :class:`State`, and :class:`Refused`.
+        state when the values become old or fresh again (``state.connected``), and the last one
+        when the daemon ends. It continues when there is a daemon again. Raises KeyError if a
+        pattern matches no name of :class:`State`, and :class:`Refused` or
+        :class:`NoSuchDevice` if that is so for some seconds.
         """
         if not rate > 0:
             raise ValueError(f"rate={rate}: must be more than 0")
-        look = _chosen(patterns)
+        return self._changes(_chosen(patterns), 1 / rate)
+
+    async def _changes(self, look: Callable[[State], Any], interval: float) -> AsyncGenerator[State, None]:
+        last: State | None = None
         seen: Any = None
+        refused_at: float | None = None
         while True:
-            state = self._newest()
-            if state:
-                now = (state.connected, look(state))
+            try:
+                last, refused_at = self.read(stale_ok=True), None
+            except NoDaemon:
+                last = last and State(last.of_the_past())
+            except (NoSuchDevice, Refused):
+                # the daemon may be about to start
+                refused_at = refused_at or time.monotonic()
+                if time.monotonic() - refused_at > REFUSED_S:
+                    raise
+                last = last and State(last.of_the_past())
+            if last:
+                now = (last.connected, look(last))
                 if now != seen:
                     seen = now
-                    yield state
-            await asyncio.sleep(1 / rate)
-
-    def _newest(self) -> State | None:
-        try:
-            return self.read(stale_ok=True)
-        except NoDaemon:
-            return None
+                    yield last
+            await asyncio.sleep(interval)
 
     def command(self, *, lease: float = 0.5) -> Commander:
         """Command the device, in a ``with``; see :class:`Commander`. ``lease`` is in seconds, 0.01 to 60."""
         return Commander(self.name, self._runtime, lease)
 
-    def settings(self) -> dict[str, str]:
+    def settings(self) -> dict[str, str | float | None]:
         """Return the device's own settings, by the keys of pokeysd.conf(5).
 
         Runs pokeysctl and blocks for some milliseconds. Raises :class:`ToolFailed`.
@@ -181,10 +216,15 @@ def _chosen(patterns: tuple[str, ...]) -> Callable[[State], Any]:
     known = [name for name in names() if not is_diagnostic(name)]
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in known):
-            raise KeyError(f"no value of the state is named {pattern!r}; pokeysctl names lists the names")
+            there = any(fnmatchcase(name, pattern) for name in names())
+            raise KeyError(f"{pattern!r} is in diagnostics(), which has no changes" if there else
+                           f"no value of the state is named {pattern!r}; pokeysctl names lists the names")
     chosen = [name for name in known
               if (any(fnmatchcase(name, pattern) for pattern in patterns) if patterns else
                   not name.startswith(_RESTLESS) and "age-" not in name)]
+
+    if len(chosen) < FEW:
+        return lambda state: [state[name] for name in chosen]
 
     def look(state: State) -> list[Any]:
         values = state.as_dict()
@@ -199,9 +239,13 @@ def devices(runtime: str | None = None) -> list[str]:
     """
     try:
         return _library.devices(runtime)
-    except OSError as error:
+    except PermissionError as error:
         raise Refused(f"{runtime or RUNTIME}: {error.strerror}; add the user to group pokeys-monitor "
-                      "and log in again") from None
+                      "and log in again") from error
+    except OSError as error:
+        if error.errno == errno.EINVAL:
+            raise ValueError(f"runtime {runtime!r}: must be an absolute path") from error
+        raise Refused(f"{runtime or RUNTIME}: {error.strerror}") from error
 
 
 def attach(device: str, *, runtime: str | None = None, timeout: float = 0) -> Device:
@@ -216,10 +260,9 @@ def attach(device: str, *, runtime: str | None = None, timeout: float = 0) -> De
     end = time.monotonic() + timeout
     found = Device(device, runtime)
     try:
-        while not found._attach():  # pylint: disable=protected-access
+        while why := found._attach():  # pylint: disable=protected-access
             if time.monotonic() >= end:
-                raise NoDaemon(f"no daemon runs in {runtime or RUNTIME}; start it "
-                               "(systemctl start pokeysd), or pass its folder as runtime")
+                raise why
             time.sleep(ATTACH_S)
     except BaseException:
         found.close()

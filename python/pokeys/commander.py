@@ -8,12 +8,15 @@ stopped or killed, the device goes to its safe state. This is not for motion.
 """
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import errno
 import functools
 import os
 import struct
+import threading
 import time
+import weakref
 from collections.abc import Mapping
 from types import TracebackType
 from typing import Any
@@ -35,33 +38,44 @@ def _places() -> dict[str, tuple[Writable[Any], int]]:
             for i, name in enumerate(value.names())}
 
 
+class Lock:
+    """A lock that the child of a fork can replace, for nobody there would release it."""
+
+    def __init__(self) -> None:
+        self.held = threading.RLock()
+
+
 class _Held(Draft):
     """The command image that the library's thread repeats."""
 
-    def __init__(self, library: _library.Library, client: ctypes.c_void_p, name: str, period: int) -> None:
+    def __init__(self, library: _library.Library, client: ctypes.c_void_p, lock: Lock, name: str, period: int) -> None:
         super().__init__(_names.COMMAND_SIZE, period)
         self.name = name
         self._library = library
         self._client = client
         self._given = False
+        self._lock = lock
         self._state = ctypes.create_string_buffer(_names.STATE_SIZE)
 
     def renew(self) -> None:
         """Renew the lease. :class:`Lapsed`, :class:`ValueError` when it is closed."""
-        if not self._client:
-            raise ValueError(f"{self.name} is not commanded any more")
-        if self._given and self._library.cold.pokeys_client_renew(self._client):
+        with self._lock.held:
+            if not self._client:
+                raise ValueError(f"{self.name} is not commanded any more")
+            if not self._given or not self._library.cold.pokeys_client_renew(self._client):
+                return
             self._given = False
-            raise Lapsed(f"{self.name}: the lease had run out, or pokeysd was away; the device was in its safe state")
+        raise Lapsed(f"{self.name}: the lease had run out, or pokeysd was away; the device was in its safe state")
 
     def commit(self) -> None:
-        self.renew()
-        # the daemon permits nothing to somebody who has not looked
-        self._library.fast.pokeys_client_read(self._client, self._state)
-        struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, time.monotonic_ns())
-        whole = (ctypes.c_char * len(self.image)).from_buffer(self.image)
-        self._library.cold.pokeys_client_command(self._client, whole)
-        self._given = True
+        with self._lock.held:
+            self.renew()
+            # the daemon permits nothing to somebody who has not looked
+            self._library.fast.pokeys_client_read(self._client, self._state)
+            struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, time.monotonic_ns())
+            whole = (ctypes.c_char * len(self.image)).from_buffer(self.image)
+            self._library.cold.pokeys_client_command(self._client, whole)
+            self._given = True
 
 
 class Command(_names.CommandValues):
@@ -96,6 +110,19 @@ class Command(_names.CommandValues):
         self._image.commit()
 
 
+_ALL: weakref.WeakSet[Commander] = weakref.WeakSet()
+
+
+def _forget_all() -> None:
+    """In the child of a fork: the library's threads are not there."""
+    for commander in _ALL:
+        commander._forget()  # pylint: disable=protected-access
+        commander._lock.held = threading.RLock()  # pylint: disable=protected-access
+
+
+os.register_at_fork(after_in_child=_forget_all)
+
+
 class Commander:
     """The place of a device's one commander, in a ``with``; made by ``device.command()``.
 
@@ -113,7 +140,9 @@ class Commander:
             raise ValueError(f"lease={lease}: allowed: {SHORTEST_S} to {LONGEST_S} seconds")
         self._name, self._runtime, self._lease = name, runtime, lease
         self._client = ctypes.c_void_p()
+        self._lock = Lock()
         self._lib = _library.library()
+        _ALL.add(self)
 
     def __enter__(self) -> Command:
         _library.check_layouts({0: _names.STATE_HASH, 2: _names.COMMAND_HASH})
@@ -137,7 +166,7 @@ class Commander:
         """With nothing, so that machine-is-on rises when it is set. Waits until the daemon has seen it."""
         # all PWM channels have one period; where none is set it is 1 kHz, and stays so
         period = state.pwm.period_ticks or state.info.PWMinternalFrequency // USUAL_HZ
-        held = _Held(self._lib, self._client, self._name, period)
+        held = _Held(self._lib, self._client, self._lock, self._name, period)
         end = time.monotonic() + ATTACH_S
         held.commit()
         while not ((now := self._read()) and now.commander_alive):
@@ -152,10 +181,19 @@ class Commander:
         self._close()
 
     def _close(self) -> None:
-        client, self._client = ctypes.c_void_p(self._client.value), self._client
-        self._client.value = None       # that of the command as well
-        self._lib.cold.pokeys_client_close(client)
+        with self._lock.held:
+            client = ctypes.c_void_p(self._client.value)
+            self._forget()
+            self._lib.cold.pokeys_client_close(client)
+
+    def _forget(self) -> None:
+        """Nothing is commanded by this object any more, nor by the command that it has given."""
+        self._client.value = None
         self._client = ctypes.c_void_p()
+
+    def __del__(self) -> None:
+        with contextlib.suppress(AttributeError):
+            self._close()
 
     def _attach(self) -> State:
         """Until the device runs and nobody else commands it."""

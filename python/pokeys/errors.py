@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta
+from typing import Any
 
 
 class Error(Exception):
@@ -24,6 +25,9 @@ class NoSuchDevice(Error):
         super().__init__(message)
         self.devices = devices
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.devices)
+
 
 class Refused(Error):
     """A daemon is running, but this program is not allowed, or not able, to read its data."""
@@ -36,6 +40,9 @@ class Stale(Error):
         super().__init__(message)
         self.age = age
         self.since = None if age is None else datetime.now(UTC) - timedelta(seconds=age)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.age), {"since": self.since}
 
 
 class Lapsed(Error):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import subprocess
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from typing import Any
 from .errors import ToolFailed
 
 PATIENCE_S = 60
+_LOG = logging.getLogger("pokeys")
 
 
 @dataclass(frozen=True)
@@ -26,19 +28,23 @@ class Found:
     user_id: int
 
 
-def _ask(*words: str) -> Any:
+def _ask(*words: str, patience: float = PATIENCE_S) -> Any:
     command = [os.environ.get("POKEYSCTL", "pokeysctl"), *words, "--json"]
     try:
-        ran = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=patience, check=False)
     except OSError as error:
-        raise ToolFailed(f"{command[0]}: {error.strerror}; install pokeysd, or set POKEYSCTL to its path") \
-            from None
+        why = f"{command[0]}: {error.strerror}; install pokeysd, or set POKEYSCTL to its path"
+        raise ToolFailed(why) from error
     except subprocess.TimeoutExpired:
-        raise ToolFailed(f"{command[0]} {words[0]}: no answer within {PATIENCE_S} s") from None
+        raise ToolFailed(f"{command[0]} {words[0]}: no answer within {patience:g} s") from None
     try:
-        return json.loads(ran.stdout)
+        answer = json.loads(ran.stdout)
     except ValueError:
         raise ToolFailed(ran.stderr.strip() or f"{command[0]} {words[0]}: status {ran.returncode}") from None
+    # why nothing was found, or of when the answer is
+    for line in ran.stderr.splitlines():
+        _LOG.warning("%s", line)
+    return answer
 
 
 def discover(*, timeout: float = 0.5, interface: str | None = None) -> list[Found]:
@@ -50,13 +56,14 @@ def discover(*, timeout: float = 0.5, interface: str | None = None) -> list[Foun
     words = ["discover", "--timeout", str(max(1, round(timeout * 1000)))]
     if interface:
         words += ["--interface", interface]
-    return [Found(**{key: row[key] for key in Found.__dataclass_fields__}) for row in _ask(*words)["devices"]]
+    rows = _ask(*words, patience=timeout + PATIENCE_S)["devices"]
+    return [Found(**{key: row[key] for key in Found.__dataclass_fields__}) for row in rows]
 
 
-def settings(device: str, runtime: str | None) -> dict[str, str]:
+def settings(device: str, runtime: str | None) -> dict[str, str | float | None]:
     """The settings of a device, by the keys of pokeysd.conf(5)."""
     words = ["config", "show", device]
     if runtime:
         words += ["--runtime-directory", runtime]
-    found: dict[str, str] = _ask(*words)["settings"]
+    found: dict[str, str | float | None] = _ask(*words)["settings"]
     return found

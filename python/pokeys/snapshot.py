@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import math
 import struct
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -39,11 +40,12 @@ _ADVICE = {
 class Shot:
     """An image as bytes, and when it was read (CLOCK_MONOTONIC, ns)."""
 
-    __slots__ = ("image", "now_ns")
+    __slots__ = ("gone", "image", "now_ns")
 
-    def __init__(self, image: bytes, now_ns: int) -> None:
+    def __init__(self, image: bytes, now_ns: int, *, gone: bool = False) -> None:
         self.image = image
         self.now_ns = now_ns
+        self.gone = gone        # the last one of a daemon that is no more
 
 
 @functools.cache
@@ -112,6 +114,10 @@ class State(_names.StateValues):
             taken[name] = self[name]
         return taken
 
+    def of_the_past(self) -> Shot:
+        """The same, as the last one of a daemon that is no more."""
+        return Shot(self._image.image, time.monotonic_ns(), gone=True)
+
     def word(self, name: str) -> str:
         """Return the meaning of a code, such as "running" for link-state.
 
@@ -148,11 +154,12 @@ class State(_names.StateValues):
         """Why the values are old, in one line; empty if they are fresh."""
         if self.connected:
             return ""
+        if self._image.gone:
+            return "no daemon is running"
+        if is_ahead(self._image):
+            return "the time stamps are ahead of this computer's clock"
         if not self.daemon_alive:
-            silence = silence_ns(self._image)
-            if math.isinf(silence):
-                return "the time stamps are ahead of this computer's clock"
-            return f"daemon not publishing for {silence / 1e9:.1f} s"
+            return f"daemon not publishing for {silence_ns(self._image) / 1e9:.1f} s"
         if self.link_state != RUNNING and self.fault:
             return _ADVICE.get(self.fault, self.word("fault"))
         age = self.age_us
@@ -179,7 +186,7 @@ def is_fresh(shot: Shot) -> bool:
     period, published, digital, motion, limit, link, engine = _take_judged(shot.image)
     now = shot.now_ns
     ahead, oldest = now + AHEAD_MOST_NS, now - limit
-    return (link == RUNNING and oldest <= digital <= ahead and digital != 0
+    return (link == RUNNING and not shot.gone and oldest <= digital <= ahead and digital != 0
             and (engine < PULSE_ENGINE_2 or (oldest <= motion <= ahead and motion != 0))
             and now - max(DEAD_NS, DEAD_PERIODS * period) <= published <= ahead)
 
@@ -203,7 +210,14 @@ def silence_ns(shot: Shot) -> float:
 
 def is_alive(shot: Shot) -> bool:
     """The daemon published a moment ago."""
-    return silence_ns(shot) <= max(DEAD_NS, DEAD_PERIODS * _take_judged(shot.image)[0])
+    return not shot.gone and silence_ns(shot) <= max(DEAD_NS, DEAD_PERIODS * _take_judged(shot.image)[0])
+
+
+def is_ahead(shot: Shot) -> bool:
+    """A time stamp is in the future: no daemon of this boot wrote it."""
+    _, published, digital, motion, _, _, engine = _take_judged(shot.image)
+    last = shot.now_ns + AHEAD_MOST_NS
+    return published > last or digital > last or (engine >= PULSE_ENGINE_2 and motion > last)
 
 
 class Histogram:

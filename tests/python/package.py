@@ -10,13 +10,15 @@ import json
 import math
 import os
 import pathlib
+import pickle
 import signal
 import sys
+import threading
 import time
 from datetime import datetime, timezone
 
 sys.path.insert(0, str(pathlib.Path(sys.argv[1]).parent))
-from house import PATIENCE, House, end, equal, main, wait_equal, wait_for  # noqa: E402
+from house import PATIENCE, House, Skip, end, equal, main, wait_equal, wait_for  # noqa: E402
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "python"))
 library = next(str(pathlib.Path(path).resolve()) for path in sys.argv if ".so" in path)
@@ -33,7 +35,7 @@ def attach(house, name="mill", **options):
 def machine(**keys):
     """A daemon with a device that runs; busy computers are late, and that is no loss here."""
     with House() as house:
-        house.device_keys["mill"] |= {"digital-inputs": "4,9", "digital-outputs": "31-34", "analog-inputs": "43",
+        house.device_keys["mill"] |= {"digital-inputs": "4,9", "digital-outputs": "31-34", "analog-inputs": "43", "pwm-period": 25000,
                                       "lost-after-ms": 5000, "stale-after-ms": 4000, **keys}
         sim = house.start_sim()
         daemon = house.start_daemon()
@@ -49,6 +51,18 @@ def raises(kind, text=""):
         assert text in str(error), error
     else:
         raise AssertionError(f"no {kind.__name__}")
+
+
+def now(mill):
+    """The values there are; a busy computer may be late at any moment."""
+    return mill.read(stale_ok=True)
+
+
+def soon(mill, name):
+    """One value, as soon as it is fresh."""
+    while True:
+        with contextlib.suppress(pokeys.Stale):
+            return mill[name]
 
 
 def same(found, wanted):
@@ -67,7 +81,7 @@ def test_all_values_are_those_of_pokeysctl():
             try:
                 house.says("get", "mill", "stale", stdout="true\n")
                 wanted = json.loads(house.ctl("get", "mill", "--json").stdout)
-                state, diagnostics = mill.read(stale_ok=True), mill.diagnostics()
+                state, diagnostics = now(mill), mill.diagnostics(stale_ok=True)
             finally:
                 daemon.send_signal(signal.SIGCONT)
         whole = state.as_dict() | diagnostics.as_dict()
@@ -87,15 +101,16 @@ def test_values_are_attributes():
     with machine() as (house, sim, _daemon), attach(house) as mill:
         for level in (1, 0):
             house.ask_sim(sim, "pin", 4, level)
-            wait_equal("the input", lambda: mill.read().pin[3].in_, bool(level))
-            equal(mill["pin.03.in"], bool(level))
+            wait_equal("the input", lambda: now(mill).pin[3].in_, bool(level))
+            equal(soon(mill, "pin.03.in"), bool(level))
         house.ask_sim(sim, "analog", 43, 4095)
-        wait_equal("the analog input", lambda: round(mill.read().adc[2].volts, 3), 3.3)
-        state = mill.read()
+        wait_equal("the analog input", lambda: round(now(mill).adc[2].volts, 4), 3.2992)
+        state = fresh_one(mill)
         equal((state.link_state, state.info.type, state.info.SerialNumber), (3, "PoKeys57CNC", 65432))
         equal([pin.is_output for pin in state.pin], [30 <= i <= 33 for i in range(55)])
         equal((len(state.joint), len(state.matrix), len(state.matrix[0]), list(state.matrix[15])),
               (8, 16, 8, [False] * 8))
+        state = fresh_one(mill)
         equal((state.connected, state.stale, state.reason), (True, False, ""))
         assert state.age_us is not None and state.age_us < 4e6
         for wrong in (-1, 55):
@@ -105,16 +120,25 @@ def test_values_are_attributes():
             state.pin[3].in_ = True
         for wrong in ("pin.55.in", "joint.00.pos-fb"):
             with raises(KeyError, wrong):
-                mill[wrong]
+                now(mill)[wrong]
+        equal(type(soon(mill, "latency.wakeup-count")), int)
         # the names of a later moment are of that moment, and this one stays what it was
         cycle = state.cycle
-        wait_for("another cycle", lambda: mill.read().cycle > cycle)
+        wait_for("another cycle", lambda: now(mill).cycle > cycle)
         equal(state.cycle, cycle)
+
+
+def fresh_one(mill):
+    """Values that are fresh."""
+    found = now(mill)
+    while not found.connected:
+        found = now(mill)
+    return found
 
 
 def test_what_is_wrong_is_said():
     with House() as house:
-        with raises(pokeys.NoDaemon, "no daemon runs in"):
+        with raises(pokeys.NoDaemon, "no daemon in"):
             pokeys.attach("mill", runtime=str(house.runtime))
         equal(pokeys.devices(str(house.runtime)), [])
     with machine() as (house, sim, daemon):
@@ -125,19 +149,22 @@ def test_what_is_wrong_is_said():
             with raises(ValueError, "1 to 31"):
                 pokeys.attach(wrong, runtime=str(house.runtime))
         with attach(house) as mill:
-            mill.read()
+            fresh_one(mill)
             before = datetime.now(timezone.utc)
             sim.kill()
-            wait_for("the loss", lambda: mill.read(stale_ok=True).stale)
-            last = mill.read(stale_ok=True)
+            wait_for("the loss", lambda: now(mill).stale and now(mill).age_us > 4e6)
+            last = now(mill)
+            equal((mill["stale"], mill["connected"]), (True, False))
             try:
                 mill.read()
                 raise AssertionError("old values were given")
             except pokeys.Stale as stale:
                 assert stale.age > 3.9 and abs((stale.since - before).total_seconds()) < PATIENCE, stale
-                assert str(stale).startswith("mill: ") and mill.read(stale_ok=True).reason, stale
+                again = pickle.loads(pickle.dumps(stale))
+                equal((str(again), again.age, again.since), (str(stale), stale.age, stale.since))
+                assert str(stale).startswith("mill: ") and now(mill).reason, stale
             equal(last.info.type, "PoKeys57CNC")
-            wait_for("the reason", lambda: "no answer; check power" in mill.read(stale_ok=True).reason)
+            wait_for("the reason", lambda: "no answer; check power" in now(mill).reason)
             end(daemon)
             wait_for("the end", lambda: not_there(mill))
             # the next daemon is found by itself
@@ -166,27 +193,68 @@ def fresh(mill):
 
 def test_who_may_not_read_is_told_so():
     if os.geteuid():
-        return
-    with machine(), House() as house:
-        house.daemon_keys["runtime-directory"] = house.runtime
-        house.start_sim()
-        house.start_daemon()
+        raise Skip("only root can be somebody else")
+    with machine() as (house, _sim, _daemon):
         reader, writer = os.pipe()
         child = os.fork()
         if not child:
-            os.setresgid(65534, 65534, 65534)
-            os.setgroups([])
-            os.setresuid(65534, 65534, 65534)
             try:
+                os.setgroups([])
+                os.setresgid(65534, 65534, 65534)
+                os.setresuid(65534, 65534, 65534)
                 pokeys.attach("mill", runtime=str(house.runtime))
             except pokeys.Refused as error:
                 os.write(writer, str(error).encode())
-            os._exit(0)
+            finally:
+                os._exit(0)
         os.close(writer)
         said = os.read(reader, 1000).decode()
         os.close(reader)
         os.waitpid(child, 0)
         assert "permission denied" in said, said
+
+
+def test_a_child_of_a_fork_attaches_for_itself():
+    with machine() as (house, _sim, _daemon), attach(house) as mill:
+        reader, writer = os.pipe()
+        child = os.fork()
+        if not child:
+            try:
+                try:
+                    mill.read()
+                except ValueError as error:
+                    os.write(writer, f"{error}; ".encode())
+                mill.close()
+                with attach(house) as again:
+                    os.write(writer, now(again).info.type.encode())
+            finally:
+                os._exit(0)
+        os.close(writer)
+        os.waitpid(child, 0)
+        said = os.read(reader, 1000).decode()
+        os.close(reader)
+        assert "has to attach again; PoKeys57CNC" in said, said
+        equal(now(mill).info.type, "PoKeys57CNC")
+
+
+def test_it_may_be_closed_beside_readers():
+    with machine() as (house, _sim, _daemon):
+        for _ in range(20):
+            mill, ended = attach(house), []
+
+            def read(mill=mill, ended=ended):
+                try:
+                    while True:
+                        now(mill)
+                except ValueError as error:
+                    ended.append(str(error))
+            readers = [threading.Thread(target=read) for _ in range(3)]
+            for one in readers:
+                one.start()
+            mill.close()
+            for one in readers:
+                one.join(PATIENCE)
+            equal(len(ended), 3)
 
 
 def test_changes_are_given_once_and_in_order():
@@ -195,30 +263,30 @@ def test_changes_are_given_once_and_in_order():
 
         async def look():
             async for state in mill.changes("pin.03.in", rate=200):
-                seen.append(state.pin[3].in_)
-                if len(seen) == 7:
-                    return
+                seen.append((state.connected, state.pin[3].in_))
+
+        def levels():
+            return [level for i, (_, level) in enumerate(seen) if not i or level != seen[i - 1][1]]
         task = asyncio.create_task(look())
-        level = 1
         for count in range(1, 8):
             end_at = time.monotonic() + PATIENCE
-            while len(seen) < count:
+            while len(levels()) < count:
                 assert time.monotonic() < end_at and not task.done(), seen
                 await asyncio.sleep(0.005)
-            level = not level
-            await asyncio.to_thread(house.ask_sim, sim, "pin", 4, int(level))
-        await task
-        equal(seen, [True, False] * 3 + [True])
+            await asyncio.to_thread(house.ask_sim, sim, "pin", 4, count % 2 ^ 1)
+        task.cancel()
+        equal(levels()[:7], [True, False] * 3 + [True])
+        assert all(one != other for one, other in zip(seen, seen[1:], strict=False)), seen
         with raises(KeyError, "no value of the state is named 'no.such'"):
-            async for _state in mill.changes("no.such"):
-                pass
+            mill.changes("no.such")
+        with raises(KeyError, "is in diagnostics()"):
+            mill.changes("latency.wakeup-*")
         with raises(ValueError, "rate"):
-            async for _state in mill.changes(rate=0):
-                pass
+            mill.changes(rate=0)
 
     with machine() as (house, sim, _daemon), attach(house) as mill:
         house.ask_sim(sim, "pin", 4, 1)
-        wait_equal("the input", lambda: mill.read().pin[3].in_, True)
+        wait_equal("the input", lambda: now(mill).pin[3].in_, True)
         asyncio.run(watch(house, sim, mill))
 
 
@@ -249,13 +317,36 @@ def test_changes_survive_the_device_and_the_daemon():
         asyncio.run(watch(house, sim, daemon, mill))
 
 
+def test_the_end_of_a_daemon_is_a_change():
+    async def watch(daemon, mill):
+        seen = asyncio.Queue()
+
+        async def look():
+            async for state in mill.changes("pin.03.in", rate=1.5):
+                await seen.put((state.connected, state.reason))
+        task = asyncio.create_task(look())
+        while not (await asyncio.wait_for(seen.get(), PATIENCE))[0]:
+            pass
+        await asyncio.to_thread(end, daemon)
+        while (now := await asyncio.wait_for(seen.get(), PATIENCE))[0]:
+            pass
+        task.cancel()
+        assert now[1], now
+
+    with machine() as (house, _sim, daemon), attach(house) as mill:
+        asyncio.run(watch(daemon, mill))
+
+
 def test_histograms_are_those_of_pokeysctl():
     with machine() as (house, _sim, daemon), attach(house) as mill:
-        wait_for("some durations", lambda: mill.diagnostics().histograms()["wakeup"].count > 100)
+        wait_for("some durations", lambda: mill.diagnostics(stale_ok=True).histograms()["wakeup"].count > 100)
         daemon.send_signal(signal.SIGSTOP)
         try:
-            wait_for("its silence", lambda: not mill.read(stale_ok=True).daemon_alive)
-            found = mill.diagnostics().histograms()
+            wait_for("its silence", lambda: not now(mill).daemon_alive)
+            found = mill.diagnostics(stale_ok=True).histograms()
+            with raises(pokeys.Stale, "diagnostics are"):
+                while True:
+                    mill.diagnostics()
             wanted = house.device()["diag"]["latency_us"]
         finally:
             daemon.send_signal(signal.SIGCONT)
@@ -273,6 +364,7 @@ def test_histograms_are_those_of_pokeysctl():
 def test_pokeysctl_is_asked_for_the_rest():
     with machine() as (house, _sim, _daemon), attach(house) as mill:
         equal(mill.settings()["digital-outputs"], "31-34")
+        assert isinstance(mill.settings()["pwm-period"], int), mill.settings()["pwm-period"]
         found = pokeys.discover(timeout=0.1)
         assert all(isinstance(one, pokeys.Found) for one in found), found
         with raises(pokeys.ToolFailed, "no such interface"):
