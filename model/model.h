@@ -65,8 +65,8 @@ struct model_row {
 	uint8_t image, type, terminal;
 	/* of what is commanded */
 	double low, high;	/* as shown; low == high: whatever its type takes */
-	uint16_t mask;		/* a bit here says that it is, bytes from the image's start; 0 = none */
-	uint8_t mask_bit, mask_stride;	/* the first one; bits from one first index to the next */
+	uint16_t mask;		/* byte of the bit that says that it is commanded; 0 = none */
+	uint8_t mask_bit, mask_stride;	/* the first such bit; from one first index to the next */
 };
 
 /* Computed by the reader from the time stamps and its own clock; treated as an image. */

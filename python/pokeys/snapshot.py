@@ -58,33 +58,30 @@ def _whole_diagnostics() -> Whole:
     return Whole(_names.DIAG_VALUES, _names.DIAG_SIZE)
 
 
-@functools.cache
-def _places(state: bool) -> dict[str, tuple[Value[Any], int]]:
-    """Where each name of an image is: its value, and the number of it."""
-    values = _names.STATE_VALUES if state else _names.DIAG_VALUES
+def _index(values: tuple[Value[Any], ...]) -> dict[str, tuple[Value[Any], int]]:
+    """Where each name is: its value, and the number of it."""
     return {name: (value, i) for value in values for i, name in enumerate(value.names())}
+
+
+_STATE, _DIAGNOSTICS = _index(_names.STATE_VALUES), _index(_names.DIAG_VALUES)
+place = _STATE.get      # of a name of the state image; None if it is not in there
 
 
 def names() -> list[str]:
     """Return the names of all values of a device."""
-    return [*JUDGED, *_places(True), *_places(False)]
-
-
-def place(name: str) -> tuple[Value[Any], int] | None:
-    """Where a name of the state image is; None if it is not in there."""
-    return _places(True).get(name)
+    return [*JUDGED, *_STATE, *_DIAGNOSTICS]
 
 
 def is_diagnostic(name: str) -> bool:
     """Is it a value of :class:`Diagnostics`?"""
-    return name in _places(False)
+    return name in _DIAGNOSTICS
 
 
 def describe(name: str) -> str:
     """Return the description of a value: one line, with its unit. Raises KeyError if there is none."""
     if name in JUDGED:
         return JUDGED[name]
-    value = (_places(False) if is_diagnostic(name) else _places(True))[name][0]
+    value = (_DIAGNOSTICS if is_diagnostic(name) else _STATE)[name][0]
     return f"{value.help} [{value.unit}]" if value.unit else value.help
 
 
@@ -123,7 +120,7 @@ class State(_names.StateValues):
 
         Raises KeyError if there is no such name, or if its value is not a code.
         """
-        value, i = _places(True)[name]
+        value, i = _STATE[name]
         if not isinstance(value, Word):
             raise KeyError(f"{name}: the value is not a code")
         return value.word(value.take(self._image, i))
@@ -253,7 +250,7 @@ class Diagnostics(_names.DiagnosticValues):
 
     def __getitem__(self, name: str) -> Any:
         """The value of a name. KeyError if it has none."""
-        value, i = _places(False)[name]
+        value, i = _DIAGNOSTICS[name]
         return value.take(self._image, i)
 
     def as_dict(self) -> dict[str, Any]:
