@@ -119,6 +119,9 @@ static bool take_option(struct options *options, int option)
 	case 'F':
 		good = argument_number("for", optarg, 0.1, 3600, &options->duration_s);
 		break;
+	case 'S':
+		good = argument_number("speed", optarg, 1, 1e6, &options->speed);
+		break;
 	case 'l':
 		good = argument_whole("slowest", optarg, 0, 100, &number);
 		options->slowest = (uint32_t)number;
@@ -148,6 +151,18 @@ static const struct command *find_command(const char *name)
 	return NULL;
 }
 
+/* "-1000" is a number and no option: with a space before it, getopt(3) takes it for none. */
+static void keep_numbers(int argc, char **argv)
+{
+	for (int i = 1; i < argc; i++) {
+		char *spaced;
+
+		if (argv[i][0] == '-' && argv[i][1] >= '0' && argv[i][1] <= '9' &&
+		    asprintf(&spaced, " %s", argv[i]) >= 0)
+			argv[i] = spaced;
+	}
+}
+
 /* Any order of command, options and names. 0 and *command, or how to exit. */
 static bool take_line(struct options *options, int argc, char **argv,
 		      const struct command **command, int *status)
@@ -158,6 +173,7 @@ static bool take_line(struct options *options, int argc, char **argv,
 	int option;
 
 	table_long_options(long_options);
+	keep_numbers(argc, argv);
 	*status = STATUS_USAGE;
 	while ((option = usage_option("pokeysctl", argc, argv, TABLE_LETTERS, long_options)) >= 0) {
 		if (option == 'V' || option == 'C') {

@@ -30,6 +30,7 @@ struct options {
 	int cpu;			/* -1 = not said */
 	const char *config, *root, *svg;	/* NULL = not said */
 	double seconds, duration_s;
+	double speed;			/* pulses/s, 0 = not said */
 	double threshold_us;
 	uint32_t slowest;
 	int priority;
@@ -45,6 +46,7 @@ void complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
 int command_discover(const struct options *options);
 int command_devices(const struct options *options);
 int command_status(const struct options *options);
+int command_axis(const struct options *options);
 int command_config(const struct options *options);
 int command_doctor(const struct options *options);
 int command_get(const struct options *options);

@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""pokeysctl axis: one axis is moved or homed without LinuxCNC, and stands whatever becomes of the program."""
+import contextlib
+import re
+import signal
+import sys
+
+from house import House, end, equal, main, wait_for
+
+AXIS = {"mode": "position", "invert": "off", "max-speed": 20000, "max-acceleration": 200000, "soft-limits": "off",
+        "limit-minus": "on", "limit-plus": "on", "home": "on", "limit-minus-invert": "off",
+        "limit-plus-invert": "off", "home-invert": "off", "limit-minus-pin": "dedicated",
+        "limit-plus-pin": "dedicated", "home-pin": "dedicated", "homing-invert": "off", "homing-speed": 24,
+        "homing-return-speed": 15, "homing-algorithm": 131, "homing-back-off": 0}
+
+
+@contextlib.contextmanager
+def machine(**keys):
+    with House() as house:
+        # a busy computer is late at times, and that would be a loss
+        house.device_keys["mill"] |= {"heartbeat-timeout-ms": 1000, "lost-after-ms": 5000, "stale-after-ms": 4000,
+                                      "failsafe-timeout-ms": 9000, "axes": 2, "generator": "external",
+                                      **{f"axis.{i}.{key}": value for i in range(2) for key, value in AXIS.items()},
+                                      "axis.1.mode": "buffered", **keys}
+        sim = house.start_sim()
+        for i in range(2):
+            house.ask_sim(sim, "switch", i, "home", -2000000, -4000)
+            house.ask_sim(sim, "switch", i, "minus", -2000000, -6000)
+            house.ask_sim(sim, "switch", i, "plus", 50000, 2000000)
+        house.start_daemon()
+        house.wait_fresh()
+        yield house, sim
+
+
+def counts(house, axis=0):
+    return int(house.ctl("get", "mill", f"joint.{axis:02}.counts").stdout)
+
+
+def off(house):
+    """The machine is off, and nothing moves."""
+    wait_for("machine off", lambda: house.ctl("get", "mill", "machine-on-permitted").stdout == "false\n",
+             say=house.log)
+    last = None
+    while last != (last := counts(house)):
+        pass
+
+
+def axis(house, *words):
+    return house.ctl("axis", "mill", *words)
+
+
+def test_an_axis_is_moved_there_and_back():
+    with machine() as (house, _sim):
+        ran = axis(house, 0, "move", 1000)
+        equal((ran.returncode, ran.stderr), (0, ""))
+        equal(ran.stdout, "mill: axis 0 from 0 to 1000 pulses, 2000 pulses/s; Ctrl-C stops it\n"
+                          "mill: axis 0 stands at 1000 pulses\n")
+        equal(counts(house), 1000)
+        off(house)
+        equal(axis(house, 0, "move", "-1500", "--speed", 5000).returncode, 0)
+        equal(counts(house), -500)
+        ran = axis(house, 0, "move-to", 250)
+        equal((ran.returncode, counts(house)), (0, 250), ran.stderr)
+        equal(axis(house, 0, "stop").stdout, "mill: axis 0 stands at 250 pulses\n")
+        off(house)
+        equal(counts(house, 1), 0)
+
+
+def test_the_device_homes_it():
+    for number in (0, 1):
+        with machine() as (house, _sim):
+            ran = axis(house, number, "home")
+            equal((ran.returncode, ran.stderr), (0, ""), house.log())
+            assert re.search(rf"^mill: axis {number} is homed and stands at -?\d+ pulses$", ran.stdout, re.M), ran.stdout
+            off(house)
+            equal(house.ctl("get", "mill", f"joint.{number:02}.homed").stdout, "true\n")
+
+
+def test_a_signal_lets_it_brake():
+    with machine() as (house, _sim):
+        child = house.spawn("pokeysctl", "-r", house.runtime, "axis", "mill", 0, "move", 40000, log="ctl.log")
+        wait_for("motion", lambda: counts(house) > 200, say=lambda: house.log("ctl.log"))
+        equal(end(child, signal.SIGINT), 1)
+        said = re.search(r"axis 0: ended by a signal; it stands at (\d+) pulses\n$", house.log("ctl.log"))
+        off(house)
+        assert said and int(said[1]) == counts(house) < 39000, (house.log("ctl.log"), counts(house))
+
+
+def test_killed_or_stopped_it_stands():
+    for number in (signal.SIGKILL, signal.SIGSTOP):
+        with machine() as (house, _sim):
+            child = house.spawn("pokeysctl", "-r", house.runtime, "axis", "mill", 0, "move", 45000, "--speed", 3000,
+                                log="ctl.log")
+            wait_for("motion", lambda: counts(house) > 200, say=lambda: house.log("ctl.log"))
+            child.send_signal(number)
+            off(house)
+            assert counts(house) < 40000, counts(house)
+            if number == signal.SIGSTOP:
+                child.send_signal(signal.SIGCONT)
+                equal(child.wait(60), 1)
+                assert re.search(r"axis 0: (this program was stopped|stopped at)", house.log("ctl.log")), house.log("ctl.log")
+                off(house)
+
+
+def test_a_limit_switch_ends_it():
+    with machine() as (house, _sim):
+        ran = axis(house, 0, "move", 60000, "--speed", 20000)
+        equal(ran.returncode, 1)
+        assert re.search(r"^pokeysctl: mill: axis 0: stopped at 5\d\d\d\d pulses: stopped by limit", ran.stderr), ran
+        equal(ran.stderr.count("\n"), 1, ran.stderr)
+        ran = axis(house, 0, "move", "-100")
+        equal((ran.returncode, ran.stdout), (1, ""))
+        assert "the pulse engine is stopped by limit; LinuxCNC can take it out of that" in ran.stderr, ran
+
+
+def test_what_cannot_be_is_told_in_one_line():
+    with machine(**{"axis.0.soft-limits": "on", "axis.0.soft-minimum": -100, "axis.0.soft-maximum": 1000}) as (house, _sim):
+        def refused(*words):
+            ran = axis(house, *words)
+            equal((ran.returncode, ran.stderr.count("\n")), (1, 1), ran.stderr)
+            off(house)
+            return ran.stderr
+        assert "axis 1: it is in buffered mode, and only one in position mode can be moved" in refused(1, "move", 10)
+        assert "axis 5: it is not set up; see axes and axis.5.mode" in refused(5, "move", 10)
+        assert "--speed 30000 is above its highest speed, 20000 pulses/s" in refused(0, "move", 10, "--speed", 30000)
+        assert "are too far" in refused(0, "move-to", 20000000)
+        assert "the daemon refuses this position" in refused(0, "move", 2000)
+        equal(counts(house), 0)
+        child = house.spawn("commander", house.runtime, "mill", 32, log="commander.log")
+        wait_for("the commander", lambda: "commanding" in house.log("commander.log"))
+        assert re.search(r"another commander holds device 'mill': process \d+ \(commander\)", refused(0, "stop"))
+        end(child, signal.SIGKILL)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__]))

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* pokeysctl as the one commander of a device, for a while. Cold, main thread. */
+#ifndef TOOLS_COMMANDER_H
+#define TOOLS_COMMANDER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/shm.h>
+#include "tools/pokeysctl.h"
+
+/*
+ * Become the commander of a device that runs and that nobody else commands; the library's
+ * holder beats for a second at a time (pokeys_client_hold()). *state is what the device is then.
+ * NULL with a *status to exit with, and it has been said why. Signals that end a program are
+ * counted from then on (commander_ended()).
+ */
+pokeys_client *commander_open(const struct options *options, const char *device,
+			      struct pokeys_state *state, int *status);
+
+/* Has a signal asked for the end? */
+bool commander_ended(void);
+
+/* CLOCK_MONOTONIC. */
+uint64_t commander_ms(void);
+
+/* For some milliseconds. */
+void commander_nap(void);
+
+/* The state, by a daemon that lives, of a device that runs, with our heartbeat. */
+bool commander_read(pokeys_client *client, struct pokeys_state *state);
+
+#endif
