@@ -21,6 +21,7 @@
 #include "tools/view.h"
 
 enum { FOLLOW_MS = 3000, LOST_MS = 1000, STOP_MS = 10000 };
+#define LOST_NS (LOST_MS * UINT64_C(1000000))
 
 #define USUAL_PART	0.1		/* of the axis' highest speed */
 #define FURTHEST	(1 << 24)	/* of the device's own planner */
@@ -33,6 +34,8 @@ struct axis {
 	pokeys_client *client;
 	struct pokeys_state state;
 	struct pokeys_command command;
+	uint32_t override;		/* the flag, while it is moved off a limit switch */
+	bool on;			/* the machine is, or was until something stopped it */
 	bool told;			/* it has been said what is wrong */
 };
 
@@ -75,87 +78,9 @@ static bool look(struct axis *axis)
 	return true;
 }
 
-/* Until a bit of the state is there. */
-static bool await(struct axis *axis, const char *what, bool (*is_so)(const struct axis *axis))
-{
-	const uint64_t end_ms = commander_ms() + FOLLOW_MS;
-
-	while (!is_so(axis)) {
-		if (commander_ms() > end_ms)
-			return fails(axis, "%s; the log says why (journalctl -u pokeysd)", what);
-		if (!look(axis))
-			return false;
-	}
-	return true;
-}
-
-static bool is_commanded(const struct axis *axis)
-{
-	return axis->state.flags & POKEYS_STATE_COMMANDER;
-}
-
 static bool is_on(const struct axis *axis)
 {
 	return axis->state.flags & POKEYS_STATE_MACHINE_ON;
-}
-
-static bool is_off(const struct axis *axis)
-{
-	return !is_on(axis);
-}
-
-static bool is_enabled(const struct axis *axis)
-{
-	return axis_of(axis)->enabled;
-}
-
-/* Everything off, every axis where it is. */
-static void clear(struct axis *axis)
-{
-	axis->command.flags = 0;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		axis->command.axis[i] = (struct pokeys_axis_command){
-			.position = axis->state.engine.axis[i].position,
-			.mode = axis->state.engine.axis[i].mode,
-		};
-}
-
-/* The machine on, seen to have been off before. */
-static bool switch_on(struct axis *axis)
-{
-	clear(axis);
-	give(axis);
-	if (!await(axis, "the daemon does not take the command", is_commanded))
-		return false;
-	clear(axis);
-	axis->command.flags = POKEYS_COMMAND_MACHINE_ON;
-	give(axis);
-	return await(axis, "the daemon does not permit motion", is_on);
-}
-
-static bool switch_off(struct axis *axis)
-{
-	clear(axis);
-	give(axis);
-	return await(axis, "the machine does not go off", is_off);
-}
-
-/* What stands in the way of any motion. */
-static bool may_move(struct axis *axis)
-{
-	const struct pokeys_engine *engine = &axis->state.engine;
-
-	if (axis->state.capability.pulse_engine < 2)
-		return fails(axis, "the device has no pulse engine");
-	if (axis->number >= engine->axes_enabled || !axis_of(axis)->mode)
-		return fails(axis, "it is not set up; see axes and axis.%u.mode in pokeysd.conf(5)",
-			     axis->number);
-	if (engine->emergency)
-		return fails(axis, "the emergency input is active");
-	if (engine->state == 100 || engine->state == 101)
-		return fails(axis, "the pulse engine is %s; LinuxCNC can take it out of that "
-			     "(engine.clear-fault)", pokeys_engine_state_name(engine->state));
-	return true;
 }
 
 /* It has lost the permission, or the daemon. */
@@ -172,12 +97,159 @@ static bool has_stopped(struct axis *axis)
 	return true;
 }
 
+/* Until a bit of the state is there. */
+static bool await(struct axis *axis, const char *what, bool (*is_so)(const struct axis *axis))
+{
+	const uint64_t end_ms = commander_ms() + FOLLOW_MS;
+
+	while (!is_so(axis)) {
+		if (commander_ms() > end_ms)
+			return fails(axis, "%s; the log says why (journalctl -u pokeysd)", what);
+		if (!look(axis) || (axis->on && has_stopped(axis)))
+			return false;
+	}
+	return true;
+}
+
+static bool is_commanded(const struct axis *axis)
+{
+	return axis->state.flags & POKEYS_STATE_COMMANDER;
+}
+
+static bool is_off(const struct axis *axis)
+{
+	return !is_on(axis);
+}
+
+static bool is_enabled(const struct axis *axis)
+{
+	return axis_of(axis)->enabled;
+}
+
+/* Everything off, every axis where it is. */
+static void clear(struct axis *axis)
+{
+	axis->command.flags = axis->override;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		axis->command.axis[i] = (struct pokeys_axis_command){
+			.position = axis->state.engine.axis[i].position,
+			.mode = axis->state.engine.axis[i].mode,
+		};
+}
+
+static bool is_tripped(const struct axis *axis)
+{
+	return axis->state.engine.state == 100 || axis->state.engine.state == 101;
+}
+
+static bool is_my_session(const struct axis *axis)
+{
+	return axis->state.one_shot_session == axis->command.session;
+}
+
+/* The outcome of the one-shot that was given last; NONE = not yet. */
+static enum pokeys_outcome outcome_of(const struct axis *axis)
+{
+	const uint32_t id = axis->command.one_shot_head - 1;
+	const struct pokeys_one_shot_result *result =
+		&axis->state.one_shot[id % POKEYS_ONE_SHOT_RESULTS];
+
+	if (!is_my_session(axis) || axis->state.one_shot_ack <= id || result->id != id)
+		return POKEYS_OUTCOME_NONE;
+	return (enum pokeys_outcome)result->outcome;
+}
+
+static bool is_answered(const struct axis *axis)
+{
+	return outcome_of(axis) != POKEYS_OUTCOME_NONE;
+}
+
+static bool order(struct axis *axis, struct pokeys_one_shot shot)
+{
+	if (!await(axis, "the daemon does not take orders of this program", is_my_session))
+		return false;
+	shot.id = axis->command.one_shot_head;
+	axis->command.one_shot[shot.id % POKEYS_ONE_SHOTS] = shot;
+	axis->command.one_shot_head++;
+	give(axis);
+	return true;
+}
+
+static bool clear_fault(struct axis *axis)
+{
+	return order(axis, (struct pokeys_one_shot){ .operation = POKEYS_ONE_SHOT_CLEAR_FAULT }) &&
+	       await(axis, "the pulse engine cannot be taken out of its stop", is_answered) &&
+	       (outcome_of(axis) == POKEYS_OUTCOME_DONE ||
+		fails(axis, "the pulse engine stays %s",
+		      pokeys_engine_state_name(axis->state.engine.state)));
+}
+
+/* The machine on, seen to have been off before. */
+static bool switch_on(struct axis *axis)
+{
+	clear(axis);
+	give(axis);
+	if (!await(axis, "the daemon does not take the command", is_commanded))
+		return false;
+	if (is_tripped(axis) && !clear_fault(axis))
+		return false;
+	clear(axis);
+	axis->command.flags |= POKEYS_COMMAND_MACHINE_ON;
+	give(axis);
+	axis->on = await(axis, "the daemon does not permit motion", is_on);
+	return axis->on;
+}
+
+static bool switch_off(struct axis *axis)
+{
+	axis->override = 0;
+	axis->on = false;
+	clear(axis);
+	give(axis);
+	return await(axis, "the machine does not go off", is_off);
+}
+
+/* What stands in the way of any motion. */
+static bool may_move(struct axis *axis)
+{
+	const struct pokeys_engine *engine = &axis->state.engine;
+
+	if (axis->state.capability.pulse_engine < 2)
+		return fails(axis, "the device has no pulse engine");
+	if (axis->number >= engine->axes_enabled || !axis_of(axis)->mode)
+		return fails(axis, "it is not set up; see axes and axis.%u.mode in pokeysd.conf(5)",
+			     axis->number);
+	if (engine->emergency && !is_tripped(axis))
+		return fails(axis, "the emergency input is active");
+	return true;
+}
+
+/* Off a limit switch an axis may only go back, and before that nothing else goes anywhere. */
+static bool leads_away(struct axis *axis, bool forward)
+{
+	if (forward && axis_of(axis)->limit_plus)
+		return fails(axis, "it stands on its positive limit switch, and can only be moved "
+			     "back from it: a negative number");
+	if (!forward && axis_of(axis)->limit_minus)
+		return fails(axis, "it stands on its negative limit switch, and can only be moved "
+			     "back from it: a positive number");
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct pokeys_axis *other = &axis->state.engine.axis[i];
+
+		if (i != axis->number && other->mode && (other->limit_minus || other->limit_plus))
+			return fails(axis, "axis %u stands on a limit switch; move that one off it "
+				     "first", i);
+	}
+	return true;
+}
+
 /* Where it can stand at the earliest: it has to brake. */
 static int32_t brake(const struct axis *axis)
 {
 	const double rate = (double)axis_of(axis)->max_acceleration;
 	const double way = rate > 0 ? axis->speed * axis->speed / (2 * rate) + axis->speed / 10 : 0;
-	const int32_t here = axis_of(axis)->position, there = axis->command.axis[axis->number].position;
+	const int32_t here = axis_of(axis)->position;
+	const int32_t there = axis->command.axis[axis->number].position;
 	const double stop = here + (there > here ? way : -way);
 
 	return fabs(stop - here) < abs(there - here) ? (int32_t)stop : there;
@@ -201,12 +273,12 @@ static bool travel(struct axis *axis)
 		if (axis_of(axis)->position != last)
 			moved_ms = commander_ms();
 		last = axis_of(axis)->position;
-		if (pokeys_age_ns(axis->state.t_publish_ns, view_now()) < LOST_MS * UINT64_C(1000000))
+		if (pokeys_age_ns(axis->state.t_publish_ns, view_now()) < LOST_NS)
 			seen_ms = commander_ms();
 		if (commander_ms() - seen_ms > LOST_MS)
 			return fails(axis, "the device or pokeysd is away");
 		if (commander_ms() - moved_ms > STOP_MS)
-			return fails(axis, "it stands at %d pulses and does not move; the log says "
+			return fails(axis, "it is at %d pulses and does not move; the log says "
 				     "why (journalctl -u pokeysd)", last);
 		if (commander_ended() && !braking) {
 			command->position = brake(axis);
@@ -216,7 +288,7 @@ static bool travel(struct axis *axis)
 	}
 	if (!braking)
 		return true;
-	return fails(axis, "ended by a signal; it stands at %d pulses", axis_of(axis)->position);
+	return fails(axis, "ended by a signal; it is at %d pulses", axis_of(axis)->position);
 }
 
 /* pulses from where it is, or to where it shall be. */
@@ -237,6 +309,10 @@ static bool move(struct axis *axis, bool absolute, int32_t pulses)
 	if (axis->speed > most)
 		return fails(axis, "--speed %g is above its highest speed, %g pulses/s",
 			     axis->speed, most);
+	if (to != from && !leads_away(axis, to > from))
+		return false;
+	if (axis_of(axis)->limit_minus || axis_of(axis)->limit_plus)
+		axis->override = POKEYS_COMMAND_LIMIT_OVERRIDE;
 	if (axis->speed <= 0)
 		axis->speed = most * USUAL_PART;
 	if (!switch_on(axis))
@@ -255,33 +331,16 @@ static bool move(struct axis *axis, bool absolute, int32_t pulses)
 	return travel(axis);
 }
 
-static bool is_answered(const struct axis *axis)
-{
-	return axis->state.one_shot_session == axis->command.session &&
-	       axis->state.one_shot[0].id == 0 &&
-	       axis->state.one_shot[0].operation == POKEYS_ONE_SHOT_HOME &&
-	       axis->state.one_shot[0].outcome != POKEYS_OUTCOME_NONE;
-}
-
-static bool is_my_session(const struct axis *axis)
-{
-	return axis->state.one_shot_session == axis->command.session;
-}
-
 /* The device does it; the daemon ends it when the machine goes off. */
 static bool home(struct axis *axis)
 {
 	const uint64_t end_ms = commander_ms() + HOME_LIMIT_MS;
 
 	if (!switch_on(axis) ||
-	    !await(axis, "the daemon does not take orders of this program", is_my_session))
+	    !order(axis, (struct pokeys_one_shot){ .operation = POKEYS_ONE_SHOT_HOME,
+						   .mask = (uint8_t)(1u << axis->number),
+						   .flags = POKEYS_HOME_FINISH_ITSELF }))
 		return false;
-	axis->command.one_shot[0] = (struct pokeys_one_shot){
-		.operation = POKEYS_ONE_SHOT_HOME, .mask = (uint8_t)(1u << axis->number),
-		.flags = POKEYS_HOME_FINISH_ITSELF,
-	};
-	axis->command.one_shot_head = 1;
-	give(axis);
 	printf("%s: axis %u is homed by the device; Ctrl-C stops it\n", axis->device, axis->number);
 	fflush(stdout);
 	while (!is_answered(axis)) {
@@ -294,10 +353,10 @@ static bool home(struct axis *axis)
 		if (commander_ms() > end_ms)
 			return fails(axis, "no answer from the daemon");
 	}
-	if (axis->state.one_shot[0].outcome == POKEYS_OUTCOME_REFUSED)
+	if (outcome_of(axis) == POKEYS_OUTCOME_REFUSED)
 		return fails(axis, "the daemon refuses to home it; the log says why (journalctl -u "
 			     "pokeysd)");
-	if (axis->state.one_shot[0].outcome != POKEYS_OUTCOME_DONE)
+	if (outcome_of(axis) != POKEYS_OUTCOME_DONE)
 		return fails(axis, "homing was %s",
 			     pokeys_task_result_name(axis->state.engine.task_result));
 	return true;
@@ -360,7 +419,7 @@ static bool run(struct axis *axis, enum verb verb, int32_t pulses)
 		well = false;
 	if (well)
 		printf("%s: axis %u %s %d pulses\n", axis->device, axis->number,
-		       verb == HOME ? "is homed and stands at" : "stands at",
+		       verb == HOME ? "is homed, at" : "is at",
 		       axis_of(axis)->position);
 	return well;
 }
@@ -375,8 +434,8 @@ int command_axis(const struct options *options)
 	int status;
 
 	if (verb == NO_VERB) {
-		complain("axis wants a device, the number of an axis, and what to do: pokeysctl axis "
-			 "mill 0 move 1000 (or move-to 1000, home, stop)");
+		complain("axis wants a device, the number of an axis, and what to do: pokeysctl "
+			 "axis mill 0 move 1000 (or move-to 1000, home, stop)");
 		return STATUS_USAGE;
 	}
 	if (!take_number(names[1], 0, POKEYS_AXES - 1, &number)) {

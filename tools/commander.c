@@ -80,7 +80,8 @@ static bool drop_root(const char *runtime)
  */
 static bool attach(pokeys_client *client, struct pokeys_state *state)
 {
-	const uint64_t end_ms = commander_ms() + ATTACH_MS, refused_ms = commander_ms() + REFUSED_MS;
+	const uint64_t end_ms = commander_ms() + ATTACH_MS;
+	const uint64_t refused_ms = commander_ms() + REFUSED_MS;
 	enum pokeys_client_state attached;
 	char why[256];
 	bool read = false;

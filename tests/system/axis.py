@@ -20,11 +20,11 @@ def machine(**keys):
     with House() as house:
         # a busy computer is late at times, and that would be a loss
         house.device_keys["mill"] |= {"heartbeat-timeout-ms": 1000, "lost-after-ms": 5000, "stale-after-ms": 4000,
-                                      "failsafe-timeout-ms": 9000, "axes": 2, "generator": "external",
-                                      **{f"axis.{i}.{key}": value for i in range(2) for key, value in AXIS.items()},
+                                      "failsafe-timeout-ms": 9000, "axes": 3, "generator": "external",
+                                      **{f"axis.{i}.{key}": value for i in range(3) for key, value in AXIS.items()},
                                       "axis.1.mode": "buffered", **keys}
         sim = house.start_sim()
-        for i in range(2):
+        for i in range(3):
             house.ask_sim(sim, "switch", i, "home", -2000000, -4000)
             house.ask_sim(sim, "switch", i, "minus", -2000000, -6000)
             house.ask_sim(sim, "switch", i, "plus", 50000, 2000000)
@@ -55,14 +55,14 @@ def test_an_axis_is_moved_there_and_back():
         ran = axis(house, 0, "move", 1000)
         equal((ran.returncode, ran.stderr), (0, ""))
         equal(ran.stdout, "mill: axis 0 from 0 to 1000 pulses, 2000 pulses/s; Ctrl-C stops it\n"
-                          "mill: axis 0 stands at 1000 pulses\n")
+                          "mill: axis 0 is at 1000 pulses\n")
         equal(counts(house), 1000)
         off(house)
         equal(axis(house, 0, "move", "-1500", "--speed", 5000).returncode, 0)
         equal(counts(house), -500)
         ran = axis(house, 0, "move-to", 250)
         equal((ran.returncode, counts(house)), (0, 250), ran.stderr)
-        equal(axis(house, 0, "stop").stdout, "mill: axis 0 stands at 250 pulses\n")
+        equal(axis(house, 0, "stop").stdout, "mill: axis 0 is at 250 pulses\n")
         off(house)
         equal(counts(house, 1), 0)
 
@@ -72,7 +72,7 @@ def test_the_device_homes_it():
         with machine() as (house, _sim):
             ran = axis(house, number, "home")
             equal((ran.returncode, ran.stderr), (0, ""), house.log())
-            assert re.search(rf"^mill: axis {number} is homed and stands at -?\d+ pulses$", ran.stdout, re.M), ran.stdout
+            assert re.search(rf"^mill: axis {number} is homed, at -?\d+ pulses$", ran.stdout, re.M), ran.stdout
             off(house)
             equal(house.ctl("get", "mill", f"joint.{number:02}.homed").stdout, "true\n")
 
@@ -82,7 +82,7 @@ def test_a_signal_lets_it_brake():
         child = house.spawn("pokeysctl", "-r", house.runtime, "axis", "mill", 0, "move", 40000, log="ctl.log")
         wait_for("motion", lambda: counts(house) > 200, say=lambda: house.log("ctl.log"))
         equal(end(child, signal.SIGINT), 1)
-        said = re.search(r"axis 0: ended by a signal; it stands at (\d+) pulses\n$", house.log("ctl.log"))
+        said = re.search(r"axis 0: ended by a signal; it is at (\d+) pulses\n$", house.log("ctl.log"))
         off(house)
         assert said and int(said[1]) == counts(house) < 39000, (house.log("ctl.log"), counts(house))
 
@@ -109,9 +109,34 @@ def test_a_limit_switch_ends_it():
         equal(ran.returncode, 1)
         assert re.search(r"^pokeysctl: mill: axis 0: stopped at 5\d\d\d\d pulses: stopped by limit", ran.stderr), ran
         equal(ran.stderr.count("\n"), 1, ran.stderr)
-        ran = axis(house, 0, "move", "-100")
-        equal((ran.returncode, ran.stdout), (1, ""))
-        assert "the pulse engine is stopped by limit; LinuxCNC can take it out of that" in ran.stderr, ran
+        off(house)
+        # it is moved off again, in the one direction, and before anything else
+        for words, text in (((0, "move", 10), "it stands on its positive limit switch, and can only be moved back"),
+                            ((2, "move", 10), "axis 0 stands on a limit switch; move that one off it first")):
+            ran = axis(house, *words)
+            equal((ran.returncode, ran.stdout), (1, ""))
+            assert text in ran.stderr, ran
+        ran = axis(house, 0, "move-to", 45000, "--speed", 20000)
+        equal((ran.returncode, ran.stderr, counts(house)), (0, "", 45000), house.log())
+        equal(axis(house, 2, "move", 10).returncode, 0)
+
+
+def test_an_emergency_stop_ends_it_until_it_is_released():
+    with machine(**{"emergency-pin": "default", "emergency-invert": "off"}) as (house, sim):
+        child = house.spawn("pokeysctl", "-r", house.runtime, "axis", "mill", 0, "move", 45000, "--speed", 3000,
+                            log="ctl.log")
+        wait_for("motion", lambda: counts(house) > 200, say=lambda: house.log("ctl.log"))
+        house.ask_sim(sim, "emergency", "pressed")
+        equal(child.wait(60), 1)
+        assert "stopped by emergency" in house.log("ctl.log"), house.log("ctl.log")
+        off(house)
+        stands = counts(house)
+        ran = axis(house, 0, "move", 100)
+        equal((ran.returncode, counts(house)), (1, stands))
+        assert re.search("axis 0: (stopped at .*|the pulse engine stays )stopped by emergency", ran.stderr), ran
+        house.ask_sim(sim, "emergency", "released")
+        wait_for("the release", lambda: axis(house, 0, "move-to", stands + 100).returncode == 0, say=house.log)
+        equal(counts(house), stands + 100)
 
 
 def test_what_cannot_be_is_told_in_one_line():
