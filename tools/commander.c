@@ -21,8 +21,9 @@
 
 enum {
 	PERIOD_MS = 1, LEASE_MS = 1000, TURN_MS = 20,
-	ATTACH_MS = 3000, REFUSED_MS = 1000, SILENT_MS = 500,
+	ATTACH_MS = 3000, REFUSED_MS = 1000,
 };
+#define SILENT_NS UINT64_C(500000000)
 
 static volatile sig_atomic_t ended;
 
@@ -53,7 +54,7 @@ bool commander_read(pokeys_client *client, struct pokeys_state *state)
 {
 	return !pokeys_client_read(client, state) && state->link == POKEYS_LINK_RUNNING &&
 	       state->flags & POKEYS_STATE_COMMANDER &&
-	       pokeys_age_ns(state->t_publish_ns, view_now()) < SILENT_MS * UINT64_C(1000000);
+	       pokeys_age_ns(state->t_publish_ns, view_now()) < SILENT_NS;
 }
 
 /* To the user and group of the folder: the daemon's, which may be root in a folder of its own. */
@@ -94,6 +95,7 @@ static bool attach(pokeys_client *client, struct pokeys_state *state)
 			return false;
 		}
 		read = attached == POKEYS_CLIENT_ATTACHED && !pokeys_client_read(client, state);
+		read = read && pokeys_age_ns(state->t_publish_ns, view_now()) < SILENT_NS;
 		if (read && state->link == POKEYS_LINK_RUNNING &&
 		    state->flags & POKEYS_STATE_SAFE)
 			return true;
@@ -102,7 +104,7 @@ static bool attach(pokeys_client *client, struct pokeys_state *state)
 	if (ended)
 		complain("ended before anything was commanded");
 	else if (!read)
-		complain("%s", attached == POKEYS_CLIENT_ATTACHED ? "the state cannot be read" :
+		complain("%s", attached == POKEYS_CLIENT_ATTACHED ? "pokeysd does not publish" :
 			 why);
 	else
 		complain("%s; pokeysctl status says why", state->link != POKEYS_LINK_RUNNING ?

@@ -92,8 +92,8 @@ static void put_words(struct json *json, const struct model_row *row)
 static void put_command(struct json *json, const struct model_row *row)
 {
 	if (row->low < row->high) {
-		json_real(json, "low", row->low);
-		json_real(json, "high", row->high);
+		json_integer(json, "low", (int64_t)row->low);
+		json_integer(json, "high", (int64_t)row->high);
 	}
 	if (!row->mask)
 		return;

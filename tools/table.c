@@ -35,7 +35,7 @@ const struct command table_commands[] = {
 	{ "pwm", "DEVICE TERMINALS PERCENT",
 	  "hold PWM outputs at a duty for a while, without LinuxCNC",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_DURATION, command_pwm },
-	{ "axis", "DEVICE AXIS move PULSES | move-to PULSES | home | stop",
+	{ "axis", "DEVICE AXIS move PULSES | move-to PULSES | home | stop | clear",
 	  "move or home one axis, without LinuxCNC",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_SPEED, command_axis },
 	{ "record", "[DEVICE] FILE",

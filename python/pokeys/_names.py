@@ -2072,25 +2072,25 @@ class CommandPoNETItem(Part):
         "outputs: bytes 4 * n to 4 * n + 3, least first",
         code="I",
         mask=(3840, 1),
-        low=0, high=4294967300.0)
+        low=0, high=4294967295)
     out_1 = Level(
         "PoNET.%02u.out-1", 16, (212, 16),
         "outputs: bytes 4 * n to 4 * n + 3, least first",
         code="I",
         mask=(3840, 1),
-        low=0, high=4294967300.0)
+        low=0, high=4294967295)
     out_2 = Level(
         "PoNET.%02u.out-2", 16, (216, 16),
         "outputs: bytes 4 * n to 4 * n + 3, least first",
         code="I",
         mask=(3840, 1),
-        low=0, high=4294967300.0)
+        low=0, high=4294967295)
     out_3 = Level(
         "PoNET.%02u.out-3", 16, (220, 16),
         "outputs: bytes 4 * n to 4 * n + 3, least first",
         code="I",
         mask=(3840, 1),
-        low=0, high=4294967300.0)
+        low=0, high=4294967295)
     brightness = Level(
         "PoNET.%02u.brightness", 16, (464, 1),
         "of the module's lamps, 255 is full",

@@ -316,7 +316,7 @@ class Writable(Value[T]):
         before = bytes(draft.image)
         try:
             self.enter(draft, part._index, value)  # pylint: disable=protected-access
-        except (TypeError, ValueError):
+        except BaseException:
             draft.image[:] = before
             raise
         draft.commit()

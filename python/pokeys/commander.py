@@ -19,7 +19,7 @@ import time
 import weakref
 from collections.abc import Mapping
 from types import TracebackType
-from typing import Any
+from typing import Any, NoReturn
 
 from . import _library, _names
 from ._values import Draft, Writable
@@ -53,29 +53,76 @@ class _Held(Draft):
         self.name = name
         self._library = library
         self._client = client
-        self._given = False
+        self._lapsed = False
+        self._low = 0           # heartbeat that the daemon had seen when the machine was last off
+        self._on = False
         self._lock = lock
         self._state = ctypes.create_string_buffer(_names.STATE_SIZE)
+
+    def begin(self) -> None:
+        """Command nothing, for the first time or again, and wait until the daemon has seen it.
+
+        So a machine-is-on that follows is a rising edge. :class:`Refused`.
+        """
+        self.image[:] = bytes(len(self.image))
+        self._give()
+        self._lapsed = self._on = False
+        self._wait()
 
     def renew(self) -> None:
         """Renew the lease. :class:`Lapsed`, :class:`ValueError` when it is closed."""
         with self._lock.held:
             if not self._client:
                 raise ValueError(f"{self.name} is not commanded any more")
-            if not self._given or not self._library.cold.pokeys_client_renew(self._client):
+            if not self._lapsed and not self._library.cold.pokeys_client_renew(self._client):
                 return
-            self._given = False
-        raise Lapsed(f"{self.name}: the lease had run out, or pokeysd was away; the device was in its safe state")
+            self._lapse()
 
     def commit(self) -> None:
         with self._lock.held:
-            self.renew()
-            # the daemon permits nothing to somebody who has not looked
-            self._library.fast.pokeys_client_read(self._client, self._state)
-            struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, time.monotonic_ns())
-            whole = (ctypes.c_char * len(self.image)).from_buffer(self.image)
-            self._library.cold.pokeys_client_command(self._client, whole)
-            self._given = True
+            wanted = bytes(self.image)
+            if self._lapsed:
+                self.begin()
+                self.image[:] = wanted
+            else:
+                self.renew()
+            on = bool(_names.CommandValues.machine_is_on.take(self, 0))
+            if on and not self._on:
+                self._wait()
+            if self._give():
+                self._lapse()
+            self._on = on
+
+    def _lapse(self) -> NoReturn:
+        """Nothing of what was commanded is commanded again by itself."""
+        self.image[:] = bytes(len(self.image))
+        self._lapsed = True
+        raise Lapsed(f"{self.name}: the lease had run out, or pokeysd was away; the device was in its safe state")
+
+    def _give(self) -> bool:
+        """Command the image. True if there was a lapse."""
+        # the daemon permits nothing to somebody who has not looked
+        looked = time.monotonic_ns()
+        self._low = self.heartbeat() or 0
+        struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, looked)
+        whole = (ctypes.c_char * len(self.image)).from_buffer(self.image)
+        return bool(self._library.cold.pokeys_client_command(self._client, whole))
+
+    def heartbeat(self) -> int | None:
+        """Of our command that the daemon has seen last; None = it has seen none."""
+        if self._library.fast.pokeys_client_read(self._client, self._state):
+            return None
+        state = State(Shot(self._state.raw, time.monotonic_ns()))
+        return state.command.heartbeat if state.commander_alive else None
+
+    def _wait(self) -> None:
+        """Until the daemon has seen what was given last; :class:`Refused` if it does not."""
+        end = time.monotonic() + ATTACH_S
+        while (now := self.heartbeat()) is None or now < self._low + 2:
+            if time.monotonic() >= end:
+                raise Refused(f"{self.name}: the daemon does not take the command")
+            self._library.cold.pokeys_client_renew(self._client)
+            time.sleep(TURN_S / 4)
 
 
 class Command(_names.CommandValues):
@@ -167,13 +214,7 @@ class Commander:
         # all PWM channels have one period; where none is set it is 1 kHz, and stays so
         period = state.pwm.period_ticks or state.info.PWMinternalFrequency // USUAL_HZ
         held = _Held(self._lib, self._client, self._lock, self._name, period)
-        end = time.monotonic() + ATTACH_S
-        held.commit()
-        while not ((now := self._read()) and now.commander_alive):
-            held.renew()
-            if time.monotonic() >= end:
-                raise Refused(f"{self._name}: the daemon does not take the command")
-            time.sleep(TURN_S)
+        held.begin()
         return Command(held)
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,

@@ -48,7 +48,7 @@ class Stale(Error):
 class Lapsed(Error):
     """A lease had run out, or the daemon was away: the device was in its safe state meanwhile.
 
-    Nothing is commanded until a value is set again.
+    Nothing is commanded until a value is set again, and then that one alone.
     """
 
 

@@ -8,6 +8,7 @@ import pathlib
 import signal
 import subprocess
 import sys
+import time
 
 sys.path.insert(0, str(pathlib.Path(sys.argv[1]).parent))
 from house import PATIENCE, House, end, equal, main, wait_equal, wait_for  # noqa: E402
@@ -73,6 +74,7 @@ def test_outputs_are_what_is_set_and_safe_at_the_end():
             for wrong, kind, text in (({"pin.30.out": True, "pin.31.out": 1}, TypeError, "pin.%02u.out"),
                                       ({"pin.30.out": True, "pwm.00.value": 1.5}, ValueError, "0 to 1"),
                                       ({"pin.30.out": True, "PoNET.00.brightness": 256}, ValueError, "0 to 255"),
+                                      ({"pin.30.out": True, "PoNET.00.out-0": 1 << 32}, ValueError, "4.29497e+09"),
                                       ({"pin.30.out": True, "pin.30.in": True}, KeyError, "pin.30.in")):
                 with raises(kind, text):
                     command.update(wrong)
@@ -123,20 +125,31 @@ def test_other_outputs_and_the_machine():
 
 def test_a_lease_that_runs_out_is_told():
     with machine() as (house, sim, mill):
-        with mill.command(lease=0.5) as command:
+        with mill.command(lease=2) as command:
+            command.machine_is_on = True
             command.pin[33].out = False
             command.pin[30].out = True
+            renewed(command, "they", lambda: latched(house, sim) == [1, 0, 0, 0])
             # it hangs for longer than that: the daemon lets go
-            wait_for("the end of the lease", lambda: not mill.read(stale_ok=True).commander_alive and mill.read(stale_ok=True).safe_state)
+            wait_for("the end of the lease", lambda: not mill.read(stale_ok=True).commander_alive and
+                     mill.read(stale_ok=True).safe_state)
             become(house, sim, [0, 0, 0, 1])
-            with raises(pokeys.Lapsed, "safe state"):
-                command.pin[32].out = True
-            become(house, sim, [0, 0, 0, 1])
-            # it may go on, if it wants to
+            for _ in range(2):
+                with raises(pokeys.Lapsed, "safe state"):
+                    command.renew()
+            equal(command.pin[30].out, False)
+            # it may go on, if it wants to, and begins with nothing
             command.pin[31].out = True
             renewed(command, "the daemon to hold them", lambda: mill.read(stale_ok=True).outputs_held)
             command.machine_is_on = True
-            renewed(command, "the output", lambda: latched(house, sim) == [1, 1, 1, 0])
+            renewed(command, "the output", lambda: latched(house, sim) == [0, 1, 0, 1])
+            # off and on again at once is an edge as well
+            command.emergency_stop = True
+            renewed(command, "the stop", lambda: not mill.read(stale_ok=True).machine_on_permitted)
+            command.emergency_stop = False
+            command.machine_is_on = False
+            command.machine_is_on = True
+            renewed(command, "the permission", lambda: mill.read(stale_ok=True).machine_on_permitted)
 
 
 def test_another_commander_is_named():
@@ -161,7 +174,7 @@ HOLDER = """
 import sys, time
 sys.path.insert(0, sys.argv[1])
 import pokeys
-with pokeys.attach("mill", runtime=sys.argv[2], timeout=30) as mill, mill.command(lease=1) as command:
+with pokeys.attach("mill", runtime=sys.argv[2], timeout=30) as mill, mill.command(lease=2) as command:
     command.pin[30].out = True
     try:
         while True:
@@ -182,6 +195,7 @@ def test_killed_stopped_or_hanging_it_is_safe():
             child.send_signal(number)
             become(house, sim, [0, 0, 0, 1])
             if number == signal.SIGSTOP:
+                time.sleep(2)   # its lease: it is told only of a longer stop
                 child.send_signal(signal.SIGCONT)
                 assert child.stdout.readline().startswith("lapsed: mill: the lease had run out"), "not told"
                 equal(child.wait(PATIENCE), 0)

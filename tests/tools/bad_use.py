@@ -29,6 +29,7 @@ CASES = (
     (["axis", "mill", "0", "home", "1"], 64, "axis wants a device, .*"),
     (["axis", "mill", "8", "home"], 64, '"8": axes are numbered from 0 to 7'),
     (["axis", "mill", "-1", "home"], 64, '"-1": axes are numbered from 0 to 7'),
+    (["axis", "mill", "0", "home", "--speed", "5"], 64, "--speed is for move and move-to"),
     (["axis", "mill", "0", "move", "1.5"], 64, '"1.5": pulses are a whole number, such as 1000 or -1000'),
     (["axis", "mill", "0", "move", "1", "--speed", "0"], 64, '--speed: "0" is not allowed; allowed: 1..1000000'),
     (["output", "mill", "31", "on", "--for", "5s"], 64, '--for: "5s" is not allowed; allowed: 0.1..3600'),
