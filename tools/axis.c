@@ -103,8 +103,8 @@ static bool has_stopped(struct axis *axis)
 /* Renew the lease and look. False if something is wrong, and it has been said. */
 static bool look(struct axis *axis)
 {
-	static const char lapsed[] = "this program was stopped, or pokeysd was away; the axis was "
-				     "stopped";
+	static const char lapsed[] = "this program was stopped, or pokeysd was away; the axis "
+				     "was stopped";
 	struct pokeys_state state;
 	uint64_t now_ns;
 
@@ -122,8 +122,8 @@ static bool look(struct axis *axis)
 		/* as well if it is us who were away */
 		if (pokeys_client_renew(axis->client))
 			return fails(axis, "%s", lapsed);
-		return fails(axis, "the device or pokeysd is away; the axis may still move: use the "
-			     "emergency stop");
+		return fails(axis, "the device or pokeysd is away; the axis may still move: use "
+			     "the emergency stop");
 	}
 	if (axis->fresh && !axis->homing && is_another(axis))
 		return fails(axis, "the device or pokeysd was restarted, or its position was set; "
@@ -524,8 +524,8 @@ static bool take_verb(const struct options *options, struct axis_order *wanted)
 			wanted->verb = verbs[i].verb;
 			return true;
 		}
-	complain("axis wants a device, the number of an axis, and what to do: pokeysctl axis mill 0 "
-		 "move 1000 (or move-to 1000, home, stop, clear)");
+	complain("axis wants a device, the number of an axis, and what to do: pokeysctl axis mill "
+		 "0 move 1000 (or move-to 1000, home, stop, clear)");
 	return false;
 }
 
