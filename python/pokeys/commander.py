@@ -173,9 +173,9 @@ os.register_at_fork(after_in_child=_forget_all)
 class Commander:
     """The place of a device's one commander, in a ``with``; made by ``device.command()``.
 
-        with mill.command(lease=0.5) as command:
+        with mill.command(lease=2) as command:
             command.pin[30].out = True
-            command.renew()         # at least twice a second
+            command.renew()         # at least every two seconds
 
     Entering raises :class:`Refused` while somebody else commands (the text says who), and
     what reading raises. At the end, and when the lease runs out, the device goes to its safe
