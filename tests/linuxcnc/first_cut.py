@@ -225,9 +225,10 @@ class Machine(Rig):
         counts = json.loads(self.get("joint.*.counts"))["values"]
         self.wait_for("what the device has, in the monitor in Python",
                       lambda: self.seen()[-1][1] == list(counts.values()), 60, "monitor")
-        moved = [len({positions[i] for on, positions in self.seen() if on}) for i in range(3)]
+        # a lathe has two axes
+        moved = [len({positions[i] for on, positions in self.seen() if on}) for i in range(2)]
         if min(moved) < 3:
-            raise Fault(f"the monitor in Python has seen {moved} positions of X, Y and Z")
+            raise Fault(f"the monitor in Python has seen {moved} positions of the first two axes")
         print(f"the monitor in Python has seen {len(self.seen())} changes")
 
     def seen(self):
