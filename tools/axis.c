@@ -6,8 +6,8 @@
  * The device makes the ramps: it gets a position and a speed, so nothing here has to be in time.
  * An axis in buffered mode needs a position each millisecond, and is refused. All steps of the
  * daemon's rules for motion are taken one by one, and each is seen to have happened: the machine
- * is on, the axis is enabled where it is, and only then it gets a position. It gets one that is a
- * second away at most, so that it does not go far if this program, the daemon or the link is
+ * is on, and the axis is enabled at its present position. Only then it gets a new position, at
+ * most a second away, so that it does not go far if this program, the daemon or the link is
  * lost. What was known of the device when the command began has to hold until its end. At the
  * end, and when something goes wrong, the machine is off.
  */
@@ -63,7 +63,7 @@ static bool fails(struct axis *axis, const char *format, ...)
 	return false;
 }
 
-/* Command what is in axis->command. The daemon is told when we have looked last. */
+/* Send axis->command. It says when this program last read the state. */
 static void give(struct axis *axis)
 {
 	axis->command.t_thread_ns = axis->read_ns;
@@ -262,7 +262,7 @@ static bool switch_off(struct axis *axis)
 	       await(axis, "the pulse engine does not stop", is_still);
 }
 
-/* What stands in the way of any motion. */
+/* Report what prevents any motion. */
 static bool may_move(struct axis *axis)
 {
 	const struct pokeys_engine *engine = &axis->state.engine;

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Generic, Protocol, TypeVar, overload
 
 from ._library import percentile
@@ -41,8 +41,8 @@ class Draft:
         self.image = bytearray(size)
         self.whole = whole      # of which duties are a part
 
-    def commit(self) -> None:
-        """It is to be commanded from now on."""
+    def change(self, values: Sequence[tuple[Writable[Any], int, Any]]) -> None:
+        """Command these values, each with its number, from now on; all of them or none."""
         raise NotImplementedError
 
 
@@ -313,13 +313,7 @@ class Writable(Value[T]):
     def __set__(self, part: Part, value: T) -> None:
         draft = part._image  # pylint: disable=protected-access
         assert isinstance(draft, Draft)
-        before = bytes(draft.image)
-        try:
-            self.enter(draft, part._index, value)  # pylint: disable=protected-access
-        except BaseException:
-            draft.image[:] = before
-            raise
-        draft.commit()
+        draft.change([(self, part._index, value)])  # pylint: disable=protected-access
 
 
 class Switch(Writable[bool], Bit):

@@ -17,7 +17,7 @@ import struct
 import threading
 import time
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any, NoReturn
 
@@ -38,6 +38,13 @@ def _places() -> dict[str, tuple[Writable[Any], int]]:
             for i, name in enumerate(value.names())}
 
 
+def _place(name: str) -> tuple[Writable[Any], int]:
+    found = _places().get(name)
+    if not found:
+        raise KeyError(name)
+    return found
+
+
 class Lock:
     """A lock that the child of a fork can replace, for nobody there would release it."""
 
@@ -54,7 +61,7 @@ class _Held(Draft):
         self._library = library
         self._client = client
         self._lapsed = False
-        self._low = 0           # heartbeat that the daemon had seen when the machine was last off
+        self._seen = 0          # the heartbeat that the daemon had seen at our last command
         self._on = False
         self._lock = lock
         self._state = ctypes.create_string_buffer(_names.STATE_SIZE)
@@ -72,26 +79,42 @@ class _Held(Draft):
     def renew(self) -> None:
         """Renew the lease. :class:`Lapsed`, :class:`ValueError` when it is closed."""
         with self._lock.held:
-            if not self._client:
-                raise ValueError(f"{self.name} is not commanded any more")
-            if not self._lapsed and not self._library.cold.pokeys_client_renew(self._client):
-                return
-            self._lapse()
-
-    def commit(self) -> None:
-        with self._lock.held:
-            wanted = bytes(self.image)
-            if self._lapsed:
-                self.begin()
-                self.image[:] = wanted
-            else:
-                self.renew()
-            on = bool(_names.CommandValues.machine_is_on.take(self, 0))
-            if on and not self._on:
-                self._wait()
-            if self._give():
+            self._check_open()
+            if self._lapsed or self._library.cold.pokeys_client_renew(self._client):
                 self._lapse()
-            self._on = on
+
+    def change(self, values: Sequence[tuple[Writable[Any], int, Any]]) -> None:
+        with self._lock.held:
+            self._check_open()
+            before = bytes(self.image)
+            try:
+                for value, index, wanted in values:
+                    value.enter(self, index, wanted)
+            except BaseException:
+                self.image[:] = before
+                raise
+            self._commit()
+
+    def _check_open(self) -> None:
+        if not self._client:
+            raise ValueError(f"{self.name} is not commanded any more")
+
+    def _commit(self) -> None:
+        wanted = bytes(self.image)
+        if self._lapsed:
+            self.begin()
+            self.image[:] = wanted
+        else:
+            self.renew()
+        on = bool(_names.CommandValues.machine_is_on.take(self, 0))
+        if on and not self._on:
+            self._wait()
+        self._on = on
+        if self._give():
+            # it ran out just now, and the library has taken the command
+            self.image[:] = bytes(len(self.image))
+            self._give()
+            self._lapse()
 
     def _lapse(self) -> NoReturn:
         """Nothing of what was commanded is commanded again by itself."""
@@ -103,7 +126,7 @@ class _Held(Draft):
         """Command the image. True if there was a lapse."""
         # the daemon permits nothing to somebody who has not looked
         looked = time.monotonic_ns()
-        self._low = self.heartbeat() or 0
+        self._seen = self.heartbeat() or 0
         struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, looked)
         whole = (ctypes.c_char * len(self.image)).from_buffer(self.image)
         return bool(self._library.cold.pokeys_client_command(self._client, whole))
@@ -118,7 +141,7 @@ class _Held(Draft):
     def _wait(self) -> None:
         """Until the daemon has seen what was given last; :class:`Refused` if it does not."""
         end = time.monotonic() + ATTACH_S
-        while (now := self.heartbeat()) is None or now < self._low + 2:
+        while (now := self.heartbeat()) is None or now < self._seen + 2:
             if time.monotonic() >= end:
                 raise Refused(f"{self.name}: the daemon does not take the command")
             self._library.cold.pokeys_client_renew(self._client)
@@ -144,17 +167,7 @@ class Command(_names.CommandValues):
 
     def update(self, values: Mapping[str, Any]) -> None:
         """Command several values at once. Nothing is commanded if one of them cannot be."""
-        before = bytes(self._image.image)
-        try:
-            for name, value in values.items():
-                found = _places().get(name)
-                if not found:
-                    raise KeyError(name)
-                found[0].enter(self._image, found[1], value)
-        except BaseException:
-            self._image.image[:] = before
-            raise
-        self._image.commit()
+        self._image.change([(*_place(name), value) for name, value in values.items()])
 
 
 _ALL: weakref.WeakSet[Commander] = weakref.WeakSet()

@@ -45,7 +45,7 @@ class Shot:
     def __init__(self, image: bytes, now_ns: int, *, gone: bool = False) -> None:
         self.image = image
         self.now_ns = now_ns
-        self.gone = gone        # the last one of a daemon that is no more
+        self.gone = gone        # the daemon has ended, and this was its last image
 
 
 @functools.cache
@@ -112,7 +112,7 @@ class State(_names.StateValues):
         return taken
 
     def of_the_past(self) -> Shot:
-        """The same, as the last one of a daemon that is no more."""
+        """The same image, marked as the last one of a daemon that has ended."""
         return Shot(self._image.image, time.monotonic_ns(), gone=True)
 
     def word(self, name: str) -> str:

@@ -29,10 +29,10 @@ static const struct {
 	size_t offset, size;
 	const char *why;
 } not_shown[] = {
-	PART(magic, "how the image is told"),
-	PART(version, "how the image is told"),
-	PART(size_units, "how the image is told"),
-	PART(hash, "how the image is told"),
+	PART(magic, "identifies the image"),
+	PART(version, "identifies the image"),
+	PART(size_units, "identifies the image"),
+	PART(hash, "identifies the image"),
 	{ offsetof(struct pokeys_state, flags) + 2, 2, "no flag" },
 	PART(capability.reserved, "nothing"),
 	PART(capability.reserved2, "nothing"),

@@ -21,7 +21,7 @@ static uint64_t chance(void)
 	return chance_state;
 }
 
-/* Whatever may stand in an image, of a device that is well. */
+/* Random values in all members, of a device that runs and is fresh. */
 static void fill(struct rig *rig)
 {
 	struct pokeys_state *state = &rig->daemon;

@@ -20,9 +20,8 @@ from datetime import datetime, timezone
 sys.path.insert(0, str(pathlib.Path(sys.argv[1]).parent))
 from house import PATIENCE, House, Skip, end, equal, main, wait_equal, wait_for  # noqa: E402
 
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "python"))
-library = next(str(pathlib.Path(path).resolve()) for path in sys.argv if ".so" in path)
-os.environ["POKEYS_SHM_LIBRARY"] = library
+from rig import raises  # noqa: E402
+
 os.environ["POKEYSCTL"] = next(str(pathlib.Path(path).resolve()) for path in sys.argv if path.endswith("pokeysctl"))
 import pokeys  # noqa: E402
 
@@ -33,24 +32,14 @@ def attach(house, name="mill", **options):
 
 @contextlib.contextmanager
 def machine(**keys):
-    """A daemon with a device that runs; busy computers are late, and that is no loss here."""
+    """A daemon with a device that runs; a late answer of a busy computer is not a loss here."""
     with House() as house:
-        house.device_keys["mill"] |= {"digital-inputs": "4,9", "digital-outputs": "31-34", "analog-inputs": "43", "pwm-period": 25000,
-                                      "lost-after-ms": 5000, "stale-after-ms": 4000, **keys}
+        house.device_keys["mill"] |= {"digital-inputs": "4,9", "digital-outputs": "31-34", "analog-inputs": "43",
+                                      "pwm-period": 25000, "lost-after-ms": 5000, "stale-after-ms": 4000, **keys}
         sim = house.start_sim()
         daemon = house.start_daemon()
         house.wait_fresh()
         yield house, sim, daemon
-
-
-@contextlib.contextmanager
-def raises(kind, text=""):
-    try:
-        yield
-    except kind as error:
-        assert text in str(error), error
-    else:
-        raise AssertionError(f"no {kind.__name__}")
 
 
 def now(mill):
