@@ -100,6 +100,12 @@ void shm_device_mirror(struct shm_device *device);
 void shm_device_prepare(struct shm_device *device);
 
 void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *diag);
+/*
+ * One event, for those who see the mirror; its number is given here, and they are woken.
+ * The control thread. Never waits.
+ */
+void shm_device_write_event(struct shm_device *device, const struct pokeys_event *event);
+
 void shm_device_write_report(struct shm_device *device, const struct pokeys_report *report);
 
 /*

@@ -236,3 +236,9 @@ void shm_device_write_report(struct shm_device *device, const struct pokeys_repo
 	iox_report_commit(device->report);
 	mirror_write(&device->mirror, MIRROR_REPORT, cell);
 }
+
+void shm_device_write_event(struct shm_device *device, const struct pokeys_event *event)
+{
+	mirror_write_event(&device->mirror, event);
+	mirror_notify(&device->mirror);
+}

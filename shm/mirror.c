@@ -87,15 +87,15 @@ static size_t aligned(size_t size)
 	return (size + MIRROR_ALIGN - 1) / MIRROR_ALIGN * MIRROR_ALIGN;
 }
 
-/* Where everything is. Returns the size of the file. */
-static size_t lay_out(struct mirror_part part[MIRROR_IMAGES], const struct manifest *ours)
+/* Where everything is, and the size of the file. */
+static void lay_out(struct mirror_head *head, const struct manifest *ours)
 {
 	size_t at = aligned(sizeof(struct mirror_head));
 
 	for (int i = 0; i < MIRROR_IMAGES; i++) {
 		const struct manifest_layout *layout = &ours->layout[images[i]];
 
-		part[i] = (struct mirror_part){
+		head->part[i] = (struct mirror_part){
 			.hash = layout->hash, .version = layout->version,
 			.size = (uint32_t)layout->size, .counter = (uint32_t)at,
 			.cell = { (uint32_t)(at + MIRROR_ALIGN),
@@ -103,7 +103,11 @@ static size_t lay_out(struct mirror_part part[MIRROR_IMAGES], const struct manif
 		};
 		at += MIRROR_ALIGN + 2 * aligned(layout->size);
 	}
-	return at;
+	head->events = (struct mirror_ring){
+		.counter = (uint32_t)at, .slot = (uint32_t)(at + MIRROR_ALIGN),
+		.slots = POKEYS_EVENTS_KEPT, .slot_size = sizeof(struct pokeys_event),
+	};
+	head->file_size = head->events.slot + POKEYS_EVENTS_KEPT * sizeof(struct pokeys_event);
 }
 
 static const char *temporary(char name[TEMPORARY_NAME_MAX], const char *device)
@@ -167,7 +171,7 @@ int mirror_make(struct mirror *mirror, int folder_fd, gid_t gid, const char *dev
 	manifest_init(&ours);
 	memcpy(head.boot, ours.boot, sizeof(head.boot));
 	snprintf(head.device, sizeof(head.device), "%s", device);
-	head.file_size = lay_out(head.part, &ours);
+	lay_out(&head, &ours);
 	fd = make_file(folder_fd, gid, temporary(name, device), head.file_size,
 		       &mirror->inode);
 	if (fd < 0)
@@ -225,6 +229,27 @@ void mirror_write(struct mirror *mirror, enum mirror_image image, const void *fr
 	atomic_thread_fence(memory_order_release);
 	mirror_copy_in(cells->cell[count & 1], from, cells->size);
 	atomic_store_explicit(cells->counter, count, memory_order_release);
+}
+
+void mirror_write_event(struct mirror *mirror, const struct pokeys_event *event)
+{
+	unsigned char *base = (unsigned char *)mirror->head;
+	const struct mirror_ring *ring;
+	_Atomic uint64_t *counter, *number;
+	uint64_t count;
+
+	if (!base)
+		return;
+	ring = &mirror->head->events;
+	counter = (void *)(base + ring->counter);
+	count = atomic_load_explicit(counter, memory_order_relaxed) + 1;
+	number = (void *)(base + ring->slot + (count - 1) % ring->slots * ring->slot_size);
+	/* no reader may take the old number for that of the new text */
+	atomic_store_explicit(number, 0, memory_order_relaxed);
+	atomic_thread_fence(memory_order_release);
+	mirror_copy_in(number + 1, &event->t_ns, sizeof(*event) - sizeof(event->number));
+	atomic_store_explicit(number, count, memory_order_release);
+	atomic_store_explicit(counter, count, memory_order_release);
 }
 
 bool mirror_is_there(const struct mirror *mirror)

@@ -8,6 +8,8 @@
  * daemon may write and that is mapped read-only: a reader leaves no trace in it, there may be
  * any number of them, and one that stops in the middle or lies dead holds nobody up.
  *
+ * Behind the images is a ring with what the daemon has logged of the device (pokeys/events.h).
+ *
  * Each image has two cells and a counter. The writer fills the cell that is not the newest and
  * then counts; it never waits. A reader copies the newest cell and looks whether it was
  * overtaken meanwhile: only by a second update does the writer come back to the same cell. A
@@ -37,7 +39,7 @@
 #define MIRROR_MAGIC	UINT64_C(0x524F5252494D4B50)	/* "PKMIRROR", little endian */
 
 enum {
-	MIRROR_VERSION = 1,
+	MIRROR_VERSION = 2,
 	MIRROR_ALIGN = 64,
 	MIRROR_TEXT = 40,
 };
@@ -54,6 +56,17 @@ struct mirror_part {
 	uint32_t reserved;
 };
 
+/*
+ * A ring of struct pokeys_event: number n is in slot (n - 1) % slots, and has its number while it
+ * is whole.
+ */
+struct mirror_ring {
+	uint32_t counter;		/* where the number of the newest is, bytes from the
+					 * beginning */
+	uint32_t slot;			/* where the slots are */
+	uint32_t slots, slot_size;
+};
+
 struct mirror_head {
 	uint64_t magic;
 	uint32_t version;
@@ -64,6 +77,7 @@ struct mirror_head {
 	char device[POKEYS_SHM_NAME_MAX];
 	uint32_t number, devices;	/* which of how many the daemon has, from 0 */
 	struct mirror_part part[MIRROR_IMAGES];
+	struct mirror_ring events;
 	/* by the control thread, now and then */
 	_Atomic uint32_t notices;	/* counts what iceoryx2's listeners are woken for */
 	_Atomic int32_t commanders;	/* 0 or 1 */
@@ -110,6 +124,9 @@ int mirror_clear(int runtime_fd);
 /* One whole image. Realtime, wait-free; one thread for each image. Nothing if there is none. */
 void mirror_write(struct mirror *mirror, enum mirror_image image, const void *from);
 
+/* One event; its number is given here. Wait-free; the control thread alone. */
+void mirror_write_event(struct mirror *mirror, const struct pokeys_event *event);
+
 /* Whether its name still belongs to it. Cold. */
 bool mirror_is_there(const struct mirror *mirror);
 
@@ -147,6 +164,13 @@ bool mirror_is_current(const struct mirror_view *view, const char *runtime, cons
  * in a row: *out is untouched then. Realtime, 10 kB of stack.
  */
 int mirror_read(const struct mirror_view *view, enum mirror_image image, void *out);
+
+/*
+ * Copy the events from number *next on, at most `max`, and move *next behind them; what has been
+ * overwritten is left out. Returns how many. Lock-free.
+ */
+size_t mirror_read_events(const struct mirror_view *view, uint64_t *next, struct pokeys_event *out,
+			  size_t max);
 
 /*
  * Names of the daemon's devices, in its order. How many; 0 also while it makes or removes

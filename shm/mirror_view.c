@@ -23,6 +23,7 @@
 enum {
 	TRIES = 1000,			/* a writer that floods is overtaken within a few */
 	SIZE_MOST = 1 << 20,
+	SLOTS_MOST = 4096,
 	PATH_MOST = SHM_PATH_MAX + POKEYS_SHM_NAME_MAX,
 };
 
@@ -57,6 +58,8 @@ static bool fits(const struct mirror_head *head, uint32_t at, uint64_t bytes)
 
 static bool is_sound(const struct mirror_head *head, uint64_t file_size)
 {
+	const struct mirror_ring *ring = &head->events;
+
 	if (head->file_size != file_size || !memchr(head->boot, 0, sizeof(head->boot)) ||
 	    !memchr(head->device, 0, sizeof(head->device)))
 		return false;
@@ -68,7 +71,9 @@ static bool is_sound(const struct mirror_head *head, uint64_t file_size)
 		    !fits(head, part->cell[1], part->size))
 			return false;
 	}
-	return true;
+	return fits(head, ring->counter, sizeof(uint64_t)) && ring->slots &&
+	       ring->slots <= SLOTS_MOST && ring->slot_size == sizeof(struct pokeys_event) &&
+	       fits(head, ring->slot, (uint64_t)ring->slots * ring->slot_size);
 }
 
 static struct manifest_layout layout_of(const struct mirror_part *part)
@@ -244,6 +249,41 @@ int mirror_read(const struct mirror_view *view, enum mirror_image image, void *o
 		return -EPROTO;
 	memcpy(out, &copy, part->size);
 	return 0;
+}
+
+/* One of them, if it is still there and whole. */
+static bool copy_event(const struct mirror_view *view, uint64_t number, struct pokeys_event *to)
+{
+	const struct mirror_ring *ring = &view->head.events;
+	const unsigned char *slot = (const unsigned char *)view->shared + ring->slot +
+				    (number - 1) % ring->slots * ring->slot_size;
+	const _Atomic uint64_t *whole = (const void *)slot;
+
+	if (atomic_load_explicit(whole, memory_order_acquire) != number)
+		return false;
+	to->number = number;
+	mirror_copy_out(&to->t_ns, slot + sizeof(to->number), sizeof(*to) - sizeof(to->number));
+	atomic_thread_fence(memory_order_acquire);
+	to->kind[sizeof(to->kind) - 1] = '\0';
+	to->text[sizeof(to->text) - 1] = '\0';
+	return atomic_load_explicit(whole, memory_order_relaxed) == number;
+}
+
+size_t mirror_read_events(const struct mirror_view *view, uint64_t *next, struct pokeys_event *out,
+			  size_t max)
+{
+	const struct mirror_ring *ring = &view->head.events;
+	const _Atomic uint64_t *counter = (const void *)((const unsigned char *)view->shared +
+							 ring->counter);
+	const uint64_t newest = atomic_load_explicit(counter, memory_order_acquire);
+	const uint64_t oldest = newest > ring->slots ? newest - ring->slots + 1 : 1;
+	size_t count = 0;
+
+	if (*next < oldest)
+		*next = oldest;
+	for (; count < max && *next <= newest && *next; ++*next)
+		count += copy_event(view, *next, &out[count]);
+	return count;
 }
 
 struct named {

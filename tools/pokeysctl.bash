@@ -10,6 +10,8 @@ _pokeysctl_values()
 	NIC) compgen -W "$(ls /sys/class/net 2>/dev/null)" -- "$2" ;;
 	DEVICE) compgen -W "$("${COMP_WORDS[0]}" devices ${directory:+-r "$directory"} \
 		2>/dev/null)" -- "$2" ;;
+	NAME) compgen -W "$("${COMP_WORDS[0]}" ${device:+get ${directory:+-r "$directory"}} \
+		"${device:-names}" 2>/dev/null | grep -o "^[^ ]\+")" -- "$2" ;;
 	*) [[ $1 == [a-z]* ]] && compgen -W "$1" -- "$2" ;;
 	esac
 }
@@ -17,7 +19,7 @@ _pokeysctl_values()
 _pokeysctl()
 {
 	local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}
-	local command= directory= last= word name arguments options kinds=
+	local command= device= directory= last= word name arguments options kinds=
 	local -i behind=0
 	local -A takes=()
 
@@ -38,6 +40,7 @@ _pokeysctl()
 			directory=$word
 		elif [[ $word != -* && " ${takes[*]}" != *" $last="* ]]; then
 			if [[ $command ]]; then
+				((behind)) || device=$word
 				behind+=1
 			else
 				command=$word
@@ -55,6 +58,7 @@ _pokeysctl()
 	fi
 	arguments=${takes[${command:-none}]%%:*}
 	options=${takes[${command:-none}]#*:}
+	[[ $arguments == DEVICE* ]] || device=
 	if [[ $current == -* ]]; then
 		[[ $command ]] || options="--help --version"
 		mapfile -t COMPREPLY < <(
@@ -68,7 +72,8 @@ _pokeysctl()
 	elif [[ $arguments == [a-z]* ]] && ((behind == 0)); then
 		kinds=${arguments//[^a-z ]/}
 	elif [[ $arguments == "DEVICE [NAME ...]" ]]; then
-		((behind > 0)) || kinds=DEVICE
+		kinds=DEVICE
+		((behind == 0)) || kinds=NAME
 	elif [[ $arguments == *...* ]] || ((behind < 2)); then
 		kinds=${arguments//[^A-Z ]/}
 	fi

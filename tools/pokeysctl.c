@@ -107,7 +107,7 @@ static bool take_option(struct options *options, int option)
 		good = argument_whole("cpu", optarg, 0, 1023, &number);
 		options->cpu = (int)number;
 		break;
-	case 'f':
+	case 'o':
 		options->config = optarg;
 		break;
 	case 'R':
@@ -133,6 +133,9 @@ static bool take_option(struct options *options, int option)
 	case 'N':
 	case 'v':
 		good = take_measure(options, option);
+		break;
+	case 'f':
+		options->follow = true;
 		break;
 	case 'j':
 		options->json = true;

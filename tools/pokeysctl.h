@@ -35,6 +35,7 @@ struct options {
 	uint32_t slowest;
 	int priority;
 	bool no_realtime;
+	bool follow;
 	char *const *names;		/* devices */
 	size_t name_count;
 };
@@ -49,6 +50,7 @@ int command_status(const struct options *options);
 int command_axis(const struct options *options);
 int command_config(const struct options *options);
 int command_doctor(const struct options *options);
+int command_events(const struct options *options);
 int command_get(const struct options *options);
 int command_latency(const struct options *options);
 int command_names(const struct options *options);

@@ -9,9 +9,11 @@
  * while we are in the foreground: a background job that touches it would be stopped.
  */
 #include <poll.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <string.h>
 #include <sys/ioctl.h>
+#include <sys/signalfd.h>
 #include <time.h>
 #include <unistd.h>
 #include "tools/screen.h"
@@ -136,4 +138,16 @@ void screen_close(struct screen *screen)
 	if (screen->terminal)
 		fputs("\r\n\x1b[?25h", stdout);
 	fflush(stdout);
+}
+
+int screen_signals(void)
+{
+	sigset_t set;
+
+	sigemptyset(&set);
+	sigaddset(&set, SIGINT);
+	sigaddset(&set, SIGTERM);
+	sigprocmask(SIG_BLOCK, &set, NULL);
+	signal(SIGPIPE, SIG_IGN);
+	return signalfd(-1, &set, SFD_CLOEXEC);
 }

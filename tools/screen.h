@@ -35,4 +35,10 @@ bool screen_wait(struct screen *screen, double seconds, int signal_fd);
 
 void screen_close(struct screen *screen);
 
+/*
+ * From now on SIGINT and SIGTERM only come in at this signalfd (-1 = there is none), and SIGPIPE
+ * is ignored.
+ */
+int screen_signals(void);
+
 #endif

@@ -13,6 +13,7 @@ enum {
 	TAKES_COUNT = 16, TAKES_INTERVAL = 32, TAKES_NAMES = 64, TAKES_CPU = 128,
 	TAKES_CONFIG = 256, TAKES_ROOT = 512, TAKES_MEASURE = 1024, TAKES_SECONDS = 2048,
 	TAKES_TRACE = 4096, TAKES_DURATION = 8192, TAKES_SPEED = 16384,
+	TAKES_FOLLOW = 32768,
 };
 
 struct command {
@@ -30,7 +31,7 @@ struct option_row {
 };
 
 /* The letters that may be written with one dash, for usage_option(). */
-#define TABLE_LETTERS ":r:jh"
+#define TABLE_LETTERS ":r:jfh"
 
 enum { TABLE_OPTIONS_MAX = 32 };
 

@@ -8,9 +8,7 @@
  */
 #include <errno.h>
 #include <math.h>
-#include <signal.h>
 #include <string.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 #include <pokeys/names.h>
 #include "tools/pokeysctl.h"
@@ -245,18 +243,12 @@ static void show(const struct options *options, struct view *view, int signal_fd
 int command_top(const struct options *options)
 {
 	struct view *view = view_only();
-	sigset_t set;
 	int signal_fd;
 	int status = view_open(view, options->runtime_directory, options->names,
 			       options->name_count);
 
 	if (!status) {
-		sigemptyset(&set);
-		sigaddset(&set, SIGINT);
-		sigaddset(&set, SIGTERM);
-		sigprocmask(SIG_BLOCK, &set, NULL);
-		signal(SIGPIPE, SIG_IGN);
-		signal_fd = signalfd(-1, &set, SFD_CLOEXEC);
+		signal_fd = screen_signals();
 		show(options, view, signal_fd);
 		if (signal_fd >= 0)
 			close(signal_fd);

@@ -47,7 +47,7 @@ static void tell(const char *program, const char *word, int result, const struct
 	if (result == ':')
 		fprintf(stderr, "%s: %s wants a value; %s --help lists the options\n", program,
 			word, program);
-	else if (is_letter(table, optopt))
+	else if (!strncmp(word, "--", 2) && strchr(word, '=') && is_letter(table, optopt))
 		fprintf(stderr, "%s: %.*s takes no value; %s --help lists the options\n", program,
 			(int)strcspn(word, "="), word, program);
 	else

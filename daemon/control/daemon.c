@@ -472,6 +472,14 @@ static bool ends_early(void)
 	return true;
 }
 
+/* To those who read the shared memory; a device has a place there from the beginning. */
+static void show_event(void *context, uint32_t device, const struct pokeys_event *event)
+{
+	struct daemon *daemon = context;
+
+	shm_device_write_event(daemon->loop.devices[device].shm, event);
+}
+
 int daemon_run(struct daemon *daemon, const struct config *config, const char *config_path)
 {
 	int status, stopped;
@@ -482,6 +490,8 @@ int daemon_run(struct daemon *daemon, const struct config *config, const char *c
 	daemon->latency_fd = -1;
 	desk_init(&daemon->desk, config, config_path, &daemon->loop, read_report, daemon);
 	drain_init(&daemon->drain, config, &daemon->loop.events, &daemon->desk, &daemon->keeper);
+	daemon->drain.tell = show_event;
+	daemon->drain.tell_context = daemon;
 	claims_init(&daemon->claims, config, &daemon->loop.shared);
 	status = daemon_open(daemon);
 	if (!status && !ends_early()) {

@@ -12,6 +12,47 @@ static const char *pick(const char *const *names, size_t count, int64_t which)
 
 #define PICK(names, which) pick(names, sizeof(names) / sizeof((names)[0]), which)
 
+static const char *const kind_names[EVENT_CODES] = {
+	[EVENT_LINK] = "link",
+	[EVENT_IDENTIFIED] = "identified",
+	[EVENT_WRONG_SERIAL] = "wrong-serial",
+	[EVENT_CONFIG_CHANGED] = "setting-written",
+	[EVENT_CONFIG_REFUSED] = "setting-refused",
+	[EVENT_REBOOTED] = "restarted",
+	[EVENT_COMMANDER] = "commander",
+	[EVENT_SAFE] = "safe-state",
+	[EVENT_MACHINE] = "machine",
+	[EVENT_BAD_COMMAND] = "command-refused",
+	[EVENT_FOREIGN_IMAGE] = "command-foreign",
+	[EVENT_ONE_SHOT] = "one-shot",
+	[EVENT_STALE] = "stale",
+	[EVENT_PACKETS] = "packets",
+	[EVENT_CYCLE_SKIPPED] = "cycles-skipped",
+	[EVENT_TRANSPORT] = "transport",
+	[EVENT_ENGINE] = "engine",
+	[EVENT_WISH_REFUSED] = "wish-refused",
+	[EVENT_FOREIGN_WISH] = "wish-foreign",
+	[EVENT_LOCKED] = "locked",
+	[EVENT_TASK] = "task",
+	[EVENT_PHASE] = "phase-lock",
+	[EVENT_THREADING] = "threading-refused",
+	[EVENT_CONFIG_MISSING] = "setting-missing",
+	[EVENT_POSTEP] = "postep",
+	[EVENT_STEP_MODE] = "step-mode",
+	[EVENT_NOT_SAFE] = "not-safe",
+	[EVENT_SUSPENDED] = "suspended",
+	[EVENT_OUTPUTS_HELD] = "outputs-held",
+	[EVENT_POSITION_LOST] = "position-lost",
+	[EVENT_EMERGENCY] = "emergency",
+	[EVENT_TERMINALS_SHARED] = "terminals-shared",
+	[EVENT_CONFIG_FOREIGN] = "setting-foreign",
+};
+
+const char *event_kind_name(uint32_t code)
+{
+	return PICK(kind_names, code);
+}
+
 static const char *const link_names[] = {
 	[POKEYS_LINK_SEARCHING] = "searching",
 	[POKEYS_LINK_IDENTIFYING] = "identifying",

@@ -9,6 +9,8 @@
 #include <stdint.h>
 #include "daemon/device/event.h"
 
+/* a word for programs, which stays the same; at most 31 characters */
+const char *event_kind_name(uint32_t code);		/* enum event_code */
 const char *event_link_name(int64_t link);		/* enum pokeys_link */
 /* enum pokeys_fault, as the end of a line: with its colon, empty for none */
 const char *event_fault_text(int64_t fault);

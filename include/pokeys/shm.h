@@ -25,6 +25,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <pokeys/command.h>
+#include <pokeys/events.h>
 #include <pokeys/settings.h>
 #include <pokeys/state.h>
 
@@ -133,6 +134,19 @@ int pokeys_client_renew(pokeys_client *client);
  * realtime thread may, but 1.7 kB: meant for now and then. One thread at a time.
  */
 int pokeys_client_read_report(pokeys_client *client, struct pokeys_report *out);
+
+/*
+ * Copy what has happened to the device since *cursor, oldest first, at most `max` events of
+ * `event_size` bytes (sizeof(struct pokeys_event)), and move *cursor behind them. Returns how
+ * many; fewer than `max` = there are no more for now. Events that were overwritten meanwhile
+ * are left out, which their numbers show. After a restart of the daemon (another
+ * cursor->epoch), it begins with the first of the new one. -ENOTCONN; -EPERM with
+ * POKEYS_CLIENT_COMMANDER: open another client; -EINVAL another event_size, of another version
+ * of this library. Lock-free, no system call, but up to 40 kB: meant for now and then. One
+ * thread at a time.
+ */
+int pokeys_client_read_events(pokeys_client *client, struct pokeys_events_cursor *cursor,
+			      struct pokeys_event *out, size_t event_size, size_t max);
 
 /*
  * Overwrite the commander's wish for the device's settings (magic, version and

@@ -13,9 +13,10 @@ libpokeys_shm.so.0 and no other Python package; the user must be in group pokeys
 from .client import Device, attach, devices
 from .commander import Command, Commander
 from .errors import Error, Lapsed, LibraryMissing, NoDaemon, NoSuchDevice, Refused, Stale, ToolFailed
+from .events import Event
 from .pokeysctl import Found, discover
 from .snapshot import Diagnostics, Histogram, State, describe, names
 
-__all__ = ["Command", "Commander", "Device", "Diagnostics", "Error", "Found", "Histogram", "Lapsed", "LibraryMissing",
-           "NoDaemon", "NoSuchDevice", "Refused", "Stale", "State", "ToolFailed", "attach", "describe", "devices",
-           "discover", "names"]
+__all__ = ["Command", "Commander", "Device", "Diagnostics", "Error", "Event", "Found", "Histogram", "Lapsed",
+           "LibraryMissing", "NoDaemon", "NoSuchDevice", "Refused", "Stale", "State", "ToolFailed", "attach",
+           "describe", "devices", "discover", "names"]

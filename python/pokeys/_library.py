@@ -35,6 +35,7 @@ _COLD: dict[str, list[Any]] = {
 _FAST: dict[str, list[Any]] = {
     "pokeys_client_read": [c_void_p, c_void_p],
     "pokeys_client_read_diag": [c_void_p, c_void_p],
+    "pokeys_client_read_events": [c_void_p, c_void_p, c_void_p, c_size_t, c_size_t],
 }
 _NUMBERS: dict[str, list[Any]] = {
     "pokeys_histogram_percentile": [c_char_p, c_double],

@@ -18,11 +18,13 @@ from typing import Any, NoReturn
 from . import _library, _names, pokeysctl
 from .commander import Commander
 from .errors import Error, NoDaemon, NoSuchDevice, Refused, Stale
+from .events import Cursor, Event, take
 from .snapshot import JUDGED, Diagnostics, Shot, State, is_diagnostic, is_fresh, names, place, published_ns
 
 FOLLOW_MS = 100         # how often the library looks for another daemon
 ATTACH_S, REFUSED_S = 0.05, 5.0
 DIAGNOSTICS_OLD_US = 2e6
+EVENTS_S = 0.1
 FEW = 100               # so many values are taken one by one
 RUNTIME = "/run/pokeysd"
 # these change all the time: names with these prefixes do not count as a change
@@ -198,6 +200,49 @@ class Device:
                     seen = now
                     yield last
             await asyncio.sleep(interval)
+
+    def recent_events(self) -> list[Event]:
+        """Return what has happened since the daemon's start, oldest first; the last 128 events are kept.
+
+        Raises :class:`NoDaemon` and :class:`Refused`. Never waits.
+        """
+        with self._lock:
+            self.read(stale_ok=True)
+            return take(self._client, Cursor()) or []
+
+    def events(self, *, past: bool = False) -> AsyncGenerator[Event, None]:
+        """Yield what happens to the device from now on, within about a tenth of a second.
+
+        With ``past``, the events that the daemon has kept come first. Continues over restarts
+        of the daemon, and waits while there is none. Raises :class:`Refused` or
+        :class:`NoSuchDevice` if that is so for some seconds.
+        """
+        return self._events(past)
+
+    async def _events(self, past: bool) -> AsyncGenerator[Event, None]:
+        cursor, refused_at = Cursor(), None
+        # a client that looks for the next daemon only after it has read the last words of this one
+        with Device(self.name, self._runtime) as own:
+            skip = not past and own._lib.cold.pokeys_client_poll(own._client) == _library.ATTACHED
+            while True:
+                for event in take(own._client, cursor) or []:
+                    if not skip:
+                        yield event
+                skip = False
+                refused_at = own._refused_since(refused_at)
+                await asyncio.sleep(EVENTS_S)
+
+    def _refused_since(self, before: float | None) -> float | None:
+        """Look for the daemon. Since when it is refused (by time.monotonic()); raises why after some seconds."""
+        if self._lib.cold.pokeys_client_poll(self._client) == _library.ATTACHED:
+            return None
+        why = self._missing()
+        if isinstance(why, NoDaemon):
+            return None
+        since = before or time.monotonic()
+        if time.monotonic() - since > REFUSED_S:
+            raise why
+        return since
 
     def command(self, *, lease: float = 0.5) -> Commander:
         """Command the device, in a ``with``; see :class:`Commander`. ``lease`` is in seconds, 0.01 to 60."""

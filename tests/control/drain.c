@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 #include <cmocka.h>
 #include "daemon/control/drain.h"
@@ -120,6 +121,77 @@ static void an_event_of_nobody_and_of_no_kind_does_no_harm(void **state)
 	assert_int_equal(written("\n"), 4);
 }
 
+/* ---- what readers get */
+
+static struct {
+	uint32_t device;
+	struct pokeys_event event;
+} told[8];
+static uint32_t told_count;
+
+static void take(void *context, uint32_t device, const struct pokeys_event *event)
+{
+	assert_ptr_equal(context, &drain);
+	told[told_count % 8].device = device;
+	told[told_count++ % 8].event = *event;
+}
+
+static uint64_t wall_ns(void)
+{
+	struct timespec now;
+
+	clock_gettime(CLOCK_REALTIME, &now);
+	return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
+}
+
+static void what_is_written_down_is_told(void **state)
+{
+	const struct event event = { .t_ns = 5000000000, .code = EVENT_SAFE, .device = 1, .a = 1,
+				     .b = 1, .level = EVENT_NOTICE };
+	const uint64_t before = wall_ns();
+
+	(void)state;
+	drain.tell = take;
+	drain.tell_context = &drain;
+	told_count = 0;
+	event_push(&ring, &event);
+	drain_run(&drain, 7000000000);
+	assert_int_equal(told_count, 1);
+	assert_int_equal(told[0].device, 1);
+	assert_string_equal(told[0].event.kind, "safe-state");
+	assert_int_equal(told[0].event.level, EVENT_NOTICE);
+	assert_int_equal(told[0].event.t_ns, 5000000000);
+	assert_in_range(told[0].event.wall_ns, before - 2000000000, wall_ns() - 2000000000);
+	assert_int_equal(written(told[0].event.text), 1);
+	assert_null(strstr(told[0].event.text, "lathe"));
+	for (int i = 0; i < 50; i++)
+		push(0, EVENT_STALE, 1);
+	drain_run(&drain, 7000000001);
+	assert_int_equal(told_count, 1 + LOG_BURST);
+	push(0, EVENT_STALE, 1);
+	drain_run(&drain, 7000000001 + LOG_WHILE_NS);
+	assert_int_equal(told[(told_count - 1) % 8].event.held, 40);
+}
+
+/* Of the daemon, or of the network: each device's reader may want to know. */
+static void what_concerns_no_device_concerns_all(void **state)
+{
+	(void)state;
+	drain.tell = take;
+	drain.tell_context = &drain;
+	told_count = 0;
+	push(255, EVENT_TRANSPORT, -5);
+	drain_run(&drain, 1);
+	assert_int_equal(told_count, 2);
+	assert_int_equal(told[1].device, 1);
+	assert_string_equal(told[1].event.kind, "transport");
+	for (int i = 0; i < EVENT_RING + 44; i++)
+		push(0, EVENT_SAFE, 1);
+	drain_run(&drain, 2);
+	assert_string_equal(told[(told_count - 1) % 8].event.kind, "events-lost");
+	assert_int_equal(told[(told_count - 1) % 8].device, 1);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -130,6 +202,9 @@ int main(void)
 		cmocka_unit_test_setup_teardown(every_setting_that_was_changed_is_told, setup,
 						teardown),
 		cmocka_unit_test_setup_teardown(lost_events_are_told_once, setup, teardown),
+		cmocka_unit_test_setup_teardown(what_is_written_down_is_told, setup, teardown),
+		cmocka_unit_test_setup_teardown(what_concerns_no_device_concerns_all, setup,
+						teardown),
 		cmocka_unit_test_setup_teardown(an_event_of_nobody_and_of_no_kind_does_no_harm,
 						setup, teardown),
 	};

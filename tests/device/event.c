@@ -13,6 +13,7 @@
 #include <pokeys/command.h>
 #include <pokeys/state.h>
 #include "daemon/device/event.h"
+#include "daemon/device/event_name.h"
 #include "wire/op.h"
 #include "wire/system.h"
 
@@ -122,6 +123,20 @@ static void every_code_has_a_line_of_its_own(void **state)
 		assert_true(n > 15 && !strchr(text[code], '\n') && !strstr(text[code], "unknown"));
 		for (uint16_t other = 1; other < code; other++)
 			assert_string_not_equal(text[code], text[other]);
+	}
+}
+
+static void every_code_has_a_word_of_its_own(void **state)
+{
+	(void)state;
+	for (uint32_t code = 1; code < EVENT_CODES; code++) {
+		const char *word = event_kind_name(code);
+
+		assert_in_range(strlen(word), 3, 31);
+		assert_int_equal(strspn(word, "abcdefghijklmnopqrstuvwxyz-"), strlen(word));
+		assert_string_not_equal(word, event_kind_name(EVENT_CODES));
+		for (uint32_t other = 1; other < code; other++)
+			assert_string_not_equal(word, event_kind_name(other));
 	}
 }
 
@@ -287,6 +302,7 @@ int main(void)
 		cmocka_unit_test_setup(indices_may_wrap, clear),
 		cmocka_unit_test_setup(reader_beside_the_writer_sees_whole_events_in_order, clear),
 		cmocka_unit_test(every_code_has_a_line_of_its_own),
+		cmocka_unit_test(every_code_has_a_word_of_its_own),
 		cmocka_unit_test(lines_say_what_where_and_what_to_do),
 		cmocka_unit_test(numbers_out_of_every_table_do_no_harm),
 		cmocka_unit_test(texts_are_for_people),

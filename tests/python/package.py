@@ -326,6 +326,59 @@ def test_the_end_of_a_daemon_is_a_change():
         asyncio.run(watch(daemon, mill))
 
 
+def test_events_are_those_of_pokeysctl():
+    with machine() as (house, _sim, daemon), attach(house) as mill:
+        wait_for("running", lambda: any(event.text.startswith("running") for event in mill.recent_events()))
+        daemon.send_signal(signal.SIGSTOP)
+        try:
+            found = mill.recent_events()
+            wanted = [json.loads(line) for line in house.ctl("events", "--json").stdout.splitlines()]
+        finally:
+            daemon.send_signal(signal.SIGCONT)
+        equal([(event.epoch, event.number, event.kind, event.text, event.held) for event in found],
+              [tuple(row[key] for key in ("epoch", "number", "kind", "text", "held")) for row in wanted])
+        words = {3: "error", 4: "warning", 5: "notice", 6: "info", 7: "debug"}
+        equal([event.level for event in found], [words[row["level"]] for row in wanted])
+        equal([round(event.time.timestamp() * 1e6) for event in found], [row["time_ns"] // 1000 for row in wanted])
+    with raises(ValueError, "is closed"):
+        mill.recent_events()
+
+
+def test_events_come_as_they_happen_and_over_a_restart():
+    async def watch(house, sim, daemon, mill):
+        seen, all_of_them = asyncio.Queue(), []
+
+        async def look():
+            async for event in mill.events():
+                all_of_them.append(event)
+                await seen.put(event)
+
+        async def until(beginning):
+            while True:
+                event = await asyncio.wait_for(seen.get(), PATIENCE)
+                if event.kind == "link" and event.text.startswith(beginning):
+                    return event
+        before = mill.recent_events()
+        task = asyncio.create_task(look())
+        await asyncio.sleep(0)      # its first look
+        sim.kill()
+        lost = await until("lost")
+        assert before[-1].number < all_of_them[0].number <= lost.number, (before[-1], all_of_them[0])
+        await asyncio.to_thread(end, daemon)
+        house.start_sim()
+        await asyncio.to_thread(house.start_daemon, wait=False)
+        running = await until("running")
+        assert running.epoch != lost.epoch and task.done() is False
+        task.cancel()
+        async for event in mill.events(past=True):
+            equal((event.number, event.epoch), (1, running.epoch))
+            break
+
+    with machine(**{"stale-after-ms": 500, "lost-after-ms": 600}) as (house, sim, daemon), attach(house) as mill:
+        fresh_one(mill)
+        asyncio.run(watch(house, sim, daemon, mill))
+
+
 def test_histograms_are_those_of_pokeysctl():
     with machine() as (house, _sim, daemon), attach(house) as mill:
         wait_for("some durations", lambda: mill.diagnostics(stale_ok=True).histograms()["wakeup"].count > 100)

@@ -9,6 +9,7 @@
 #include <fcntl.h>
 #include <ftw.h>
 #include <grp.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -191,6 +192,128 @@ static void a_folder_that_somebody_removes_is_told(void **state)
 	shm_host_close(host);
 }
 
+/* ---- events */
+
+static void say_events(struct shm_device *device, uint64_t first, uint64_t last)
+{
+	for (uint64_t i = first; i <= last; i++) {
+		struct pokeys_event event = { .t_ns = i, .wall_ns = ~i, .level = 4,
+					      .held = (uint32_t)i, .kind = "link" };
+
+		snprintf(event.text, sizeof(event.text), "%llu", (unsigned long long)i);
+		shm_device_write_event(device, &event);
+	}
+}
+
+static void assert_event(const struct pokeys_event *event, uint64_t number)
+{
+	assert_int_equal(event->number, number);
+	assert_int_equal(event->t_ns, number);
+	assert_int_equal(event->wall_ns, ~number);
+	assert_int_equal(event->held, (uint32_t)number);
+	assert_int_equal(strtoull(event->text, NULL, 10), number);
+	assert_string_equal(event->kind, "link");
+}
+
+static int read_events(pokeys_client *client, struct pokeys_events_cursor *cursor,
+		       struct pokeys_event *out, size_t max)
+{
+	return pokeys_client_read_events(client, cursor, out, sizeof(*out), max);
+}
+
+static void events_come_once_and_the_last_are_kept(void **state)
+{
+	static struct pokeys_event events[200];
+	struct pokeys_events_cursor cursor = { 0 };
+	struct folder *folder = *state;
+	struct shm_device *mill;
+	struct shm_host *host = folder_host_mill(folder, &mill);
+	pokeys_client *client = folder_client(folder, POKEYS_CLIENT_EVENTS);
+
+	assert_int_equal(read_events(client, &cursor, events, 200), -ENOTCONN);
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
+	assert_int_equal(read_events(client, &cursor, events, 200), 0);
+	while (pokeys_client_wait(client, 0))
+		;
+	say_events(mill, 1, 5);
+	assert_int_equal(pokeys_client_wait(client, 0), 1);
+	assert_int_equal(read_events(client, &cursor, events, 2), 2);
+	assert_event(&events[1], 2);
+	assert_int_equal(read_events(client, &cursor, events, 200), 3);
+	assert_event(&events[0], 3);
+	assert_int_equal(read_events(client, &cursor, events, 200), 0);
+	assert_int_equal(cursor.epoch, shm_host_epoch(host));
+	say_events(mill, 6, 1000);
+	assert_int_equal(read_events(client, &cursor, events, 200), POKEYS_EVENTS_KEPT);
+	for (uint64_t i = 0; i < POKEYS_EVENTS_KEPT; i++)
+		assert_event(&events[i], 1001 - POKEYS_EVENTS_KEPT + i);
+	assert_int_equal(pokeys_client_read_events(client, &cursor, events, sizeof(events[0]) - 8,
+						   200), -EINVAL);
+	pokeys_client_close(client);
+	shm_host_close(host);
+}
+
+static void the_next_daemons_events_begin_anew(void **state)
+{
+	static struct pokeys_event events[8];
+	struct pokeys_events_cursor cursor = { 0 };
+	struct folder *folder = *state;
+	pokeys_client *client = folder_client(folder, 0);
+	pokeys_client *commander = folder_client(folder, POKEYS_CLIENT_COMMANDER);
+	struct shm_device *mill;
+	struct shm_host *host = folder_host_mill(folder, &mill);
+
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
+	say_events(mill, 1, 3);
+	assert_int_equal(read_events(client, &cursor, events, 8), 3);
+	say_events(mill, 4, 4);
+	shm_host_close(host);
+	assert_int_equal(read_events(client, &cursor, events, 8), 1);	/* its last words */
+	host = folder_host_mill(folder, &mill);
+	say_events(mill, 1, 2);
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
+	assert_int_equal(read_events(client, &cursor, events, 8), 2);
+	assert_event(&events[0], 1);
+	assert_int_equal(read_events(commander, &cursor, events, 8), -EPERM);
+	pokeys_client_close(commander);
+	pokeys_client_close(client);
+	shm_host_close(host);
+}
+
+static void *say_many(void *mill)
+{
+	say_events(mill, 1, 300000);
+	return NULL;
+}
+
+/* It is overtaken again and again, and what it has is whole all the same. */
+static void no_event_is_torn(void **state)
+{
+	static struct pokeys_event events[64];
+	struct pokeys_events_cursor cursor = { 0 };
+	struct folder *folder = *state;
+	struct shm_device *mill;
+	struct shm_host *host = folder_host_mill(folder, &mill);
+	pokeys_client *client = folder_client(folder, 0);
+	uint64_t last = 0;
+	pthread_t writer;
+	int count;
+
+	assert_int_equal(pokeys_client_poll(client), POKEYS_CLIENT_ATTACHED);
+	assert_int_equal(pthread_create(&writer, NULL, say_many, mill), 0);
+	do {
+		count = read_events(client, &cursor, events, 64);
+		for (int i = 0; i < count; i++) {
+			assert_event(&events[i], events[i].number);
+			assert_true(events[i].number > last);
+			last = events[i].number;
+		}
+	} while (last < 300000);
+	pthread_join(writer, NULL);
+	pokeys_client_close(client);
+	shm_host_close(host);
+}
+
 /* ---- what is refused */
 
 static void assert_said(struct folder *folder, const struct mirror_head *head, size_t length,
@@ -223,8 +346,8 @@ static void other_versions_are_refused_in_words(void **state)
 	close(fd);
 	head = good;
 	head.version++;
-	assert_said(folder, &head, sizeof(head), "the daemon speaks mirror version 2, this program "
-		    "1; install daemon and program of one version");
+	assert_said(folder, &head, sizeof(head), "the daemon speaks mirror version 3, this program "
+		    "2; install daemon and program of one version");
 	head = good;
 	head.part[MIRROR_REPORT].version = 77;
 	snprintf(words, sizeof(words), "the daemon speaks report layout 77, this program %d",
@@ -299,6 +422,8 @@ static void try_damaged(struct folder *folder, unsigned char *good, size_t size)
 		struct pokeys_diag diag;
 		struct pokeys_report report;
 	} image;
+	static struct pokeys_event events[8];
+	struct pokeys_events_cursor cursor = { 0 };
 	int fd;
 
 	memcpy(bytes, good, size);
@@ -312,6 +437,8 @@ static void try_damaged(struct folder *folder, unsigned char *good, size_t size)
 		pokeys_client_read(client, &image.state);
 		pokeys_client_read_diag(client, &image.diag);
 		pokeys_client_read_report(client, &image.report);
+		cursor.next = (uint64_t)rand() % 3 ? 0 : UINT64_MAX - (uint64_t)(rand() % 3);
+		pokeys_client_read_events(client, &cursor, events, sizeof(events[0]), 8);
 		pokeys_client_wait(client, 0);
 	}
 	pokeys_client_close(client);
@@ -322,7 +449,7 @@ static void damaged_files_do_not_crash_a_reader(void **state)
 {
 	const unsigned int count = folder_count("POKEYS_DAMAGED", 30000);
 	struct folder *folder = *state;
-	unsigned char good[65536];
+	static unsigned char good[1 << 17];
 	struct shm_device *mill;
 	ssize_t size;
 	int status;
@@ -537,6 +664,9 @@ int main(void)
 		BOTH(all_images_are_mirrored),
 		BOTH(a_write_that_never_ends_harms_nobody),
 		BOTH(the_next_daemons_file_is_noticed),
+		BOTH(events_come_once_and_the_last_are_kept),
+		BOTH(the_next_daemons_events_begin_anew),
+		BOTH(no_event_is_torn),
 		BOTH(devices_are_listed_together_or_not_at_all),
 		BOTH(a_folder_that_somebody_removes_is_told),
 		BOTH(a_group_that_cannot_be_had_is_told),

@@ -35,7 +35,7 @@ WRONG = {
                   (["status", "-r", ""], "-r wants a value, not an empty one"),
                   (["discover", "--address", ""], "--address wants a value, not an empty one"),
                   (["discover", "--interface="], "--interface wants a value, not an empty one"),
-                  (["status", "--json=1"], "--json takes no value"), ([], "a command is missing"),
+                  (["status", "--json=1"], "--json takes no value"), (["status", "-c"], "there is no option -c"), ([], "a command is missing"),
                   (["bogus"], 'there is no command "bogus"')),
     "pokeys": ((["-x"], "there is no option -x"), (["--bogus"], "there is no option --bogus"),
                (["bogus"], "there is no option bogus")),

@@ -13,6 +13,7 @@ PROGRAM, SCRIPT = sys.argv[1:]
 
 # asked for devices, it knows two, of the daemon in the directory "other" a third one
 STAND_IN = f"""#!/bin/sh
+[ "$1" != get ] || {{ echo "pin.00.in  0"; echo "cycle      7"; [ "$2" != mill ] || echo "mill.only 1"; exit 2; }}
 [ "$1" = devices ] || exec {shlex.quote(os.path.abspath(PROGRAM))} "$@"
 echo mill; echo lathe
 [ "$3" != other ] || echo gantry
@@ -64,6 +65,10 @@ def main():
                 (["config", ""], ["apply", "diff", "save", "show"]),
                 (["config", "show", ""], devices),
                 (["config", "show", "mill", ""], []),
+                (["get", ""], devices),
+                (["get", "mill", ""], ["cycle", "mill.only", "pin.00.in"]),
+                (["get", "-r", "other", "mill", "cycle", "p"], ["pin.00.in"]),
+                (["names", "rtt-"], ["rtt-avg-us", "rtt-jitter-us", "rtt-max-us", "rtt-min-us", "rtt-us"]),
                 (["record", ""], sorted(devices + files)),
                 (["record", "mill", "se"], ["seen.pcapng"]),
                 (["replay", "se"], ["seen.pcapng"]),

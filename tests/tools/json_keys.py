@@ -71,6 +71,8 @@ def main():
     documented -= {"record", "file", "packets", "events", "replay", "t_ns", "kind", "request", "reply",
                    "event", "level", "text", "operation", "id", "length", "round_trip_us", "data", "try",
                    "taken_us", "again_us", "answered_us"}
+    # and those of events, which system / events reads
+    documented -= {"events", "number", "time_ns", "monotonic_ns", "held"}
     # and those of trace, which tools / trace compares
     documented -= {"trace", "cycles", "dropped", "median_us", "longest_us", "slowest", "tick_ns", "length_us", "awake_us",
                    "skipped", "whole", "where_us", "parts", "where", "who", "us"}
