@@ -100,13 +100,13 @@ void shm_device_mirror(struct shm_device *device);
 void shm_device_prepare(struct shm_device *device);
 
 void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *diag);
+void shm_device_write_report(struct shm_device *device, const struct pokeys_report *report);
+
 /*
- * One event, for those who see the mirror; its number is given here, and they are woken.
- * The control thread. Never waits.
+ * One event, for those who see the mirror; its number is given here, and who waits is told. The
+ * control thread. Never waits.
  */
 void shm_device_write_event(struct shm_device *device, const struct pokeys_event *event);
-
-void shm_device_write_report(struct shm_device *device, const struct pokeys_report *report);
 
 /*
  * Realtime. The newest command image: 1 = *out is a whole image of our

@@ -263,7 +263,8 @@ bool mirror_is_there(const struct mirror *mirror)
 void mirror_notify(struct mirror *mirror)
 {
 	if (mirror->head)
-		atomic_fetch_add_explicit(&mirror->head->notices, 1, memory_order_relaxed);
+		/* who sees it sees what it is about */
+		atomic_fetch_add_explicit(&mirror->head->notices, 1, memory_order_release);
 }
 
 void mirror_show_commanders(struct mirror *mirror, int commanders)

@@ -79,7 +79,7 @@ struct mirror_head {
 	struct mirror_part part[MIRROR_IMAGES];
 	struct mirror_ring events;
 	/* by the control thread, now and then */
-	_Atomic uint32_t notices;	/* counts what iceoryx2's listeners are woken for */
+	_Atomic uint32_t notices;	/* counts what pokeys_client_wait() ends for */
 	_Atomic int32_t commanders;	/* 0 or 1 */
 };
 _Static_assert(sizeof(struct mirror_head) % 8 == 0, "the layout is the same everywhere");

@@ -7,7 +7,6 @@
  * border (rust/src/layout.rs), before a byte of them reaches the caller.
  */
 #include <errno.h>
-#include <limits.h>
 #include <string.h>
 #include "shm/client_private.h"
 #include "shm/command_cell.h"
@@ -63,30 +62,6 @@ int pokeys_client_read_report(pokeys_client *client, struct pokeys_report *out)
 	reader = handover_take(&client->report);
 	r = reader ? judged(iox_report_read(reader, out)) : -ENOTCONN;
 	handover_give_back(&client->report);
-	return r;
-}
-
-static int read_events(const struct mirror_view *view, struct pokeys_events_cursor *cursor,
-		       struct pokeys_event *out, size_t max)
-{
-	if (cursor->epoch != view->head.epoch)
-		*cursor = (struct pokeys_events_cursor){ .epoch = view->head.epoch };
-	return (int)mirror_read_events(view, &cursor->next, out, max < INT_MAX ? max : INT_MAX);
-}
-
-int pokeys_client_read_events(pokeys_client *client, struct pokeys_events_cursor *cursor,
-			      struct pokeys_event *out, size_t event_size, size_t max)
-{
-	const struct mirror_view *view;
-	int r;
-
-	if (event_size != sizeof(*out))
-		return -EINVAL;
-	if (client_commands(client))
-		return -EPERM;
-	view = handover_take(&client->mirror);
-	r = view ? read_events(view, cursor, out, max) : -ENOTCONN;
-	handover_give_back(&client->mirror);
 	return r;
 }
 

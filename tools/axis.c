@@ -140,7 +140,7 @@ static bool await(struct axis *axis, const char *what, bool (*is_so)(const struc
 
 	do {
 		if (commander_ms() > end_ms)
-			return fails(axis, "%s; the log says why (journalctl -u pokeysd)", what);
+			return fails(axis, "%s; \"pokeysctl events\" may say why", what);
 		if (!look(axis))
 			return false;
 	} while (!axis->fresh || !is_so(axis));
@@ -382,14 +382,14 @@ static bool travel(struct axis *axis, double speed, int32_t to,
 		if (!look(axis))
 			return false;
 		if (axis->state.flags & POKEYS_STATE_BAD_COMMAND)
-			return fails(axis, "the daemon refuses this position; the log says why "
-				     "(journalctl -u pokeysd)");
+			return fails(axis, "the daemon refuses this position; \"pokeysctl "
+				     "events\" says why");
 		if (axis_of(axis)->position != last)
 			moved_ms = now_ms;
 		last = axis_of(axis)->position;
 		if (now_ms - moved_ms > STILL_MS)
-			return fails(axis, "it is at %d pulses and does not move; the log says why "
-				     "(journalctl -u pokeysd)", last);
+			return fails(axis, "it is at %d pulses and does not move; \"pokeysctl "
+				     "events\" may say why", last);
 	}
 	return true;
 }
@@ -474,8 +474,7 @@ static bool home(struct axis *axis)
 			return fails(axis, "no answer from the daemon");
 	} while (!axis->fresh || !is_answered(axis));
 	if (outcome_of(axis) == POKEYS_OUTCOME_REFUSED)
-		return fails(axis, "the daemon refuses to home it; the log says why (journalctl -u "
-			     "pokeysd)");
+		return fails(axis, "the daemon refuses to home it; \"pokeysctl events\" says why");
 	if (outcome_of(axis) != POKEYS_OUTCOME_DONE)
 		return fails(axis, "homing was %s",
 			     pokeys_task_result_name(axis->state.engine.task_result));

@@ -121,11 +121,12 @@ bool screen_wait(struct screen *screen, double seconds, int signal_fd)
 		struct pollfd fds[] = {
 			{ .fd = signal_fd, .events = POLLIN },
 			{ .fd = ours ? STDIN_FILENO : -1, .events = POLLIN },
+			{ .fd = STDOUT_FILENO },	/* a pipe that nobody reads any more */
 		};
 
-		if (poll(fds, 2, (int)(left * 1000) + 1) <= 0)
+		if (poll(fds, 3, (int)(left * 1000) + 1) <= 0)
 			continue;
-		if (fds[0].revents || (fds[1].revents && leaves(screen)))
+		if (fds[0].revents || (fds[1].revents && leaves(screen)) || fds[2].revents)
 			return true;
 	}
 	return false;

@@ -28,8 +28,9 @@ void screen_line(struct screen *screen, const char *format, ...)
 void screen_end(struct screen *screen);
 
 /*
- * Wait for `seconds`, or until the user presses q, or `signal_fd` (a signalfd, -1 = none) has
- * a signal. True: the user wants to leave. Without a keyboard only the signal counts.
+ * Wait for `seconds`, or until the user presses q, `signal_fd` (a signalfd, -1 = none) has a
+ * signal, or nobody reads the output any more. True: the user wants to leave. Without a keyboard
+ * no key counts.
  */
 bool screen_wait(struct screen *screen, double seconds, int signal_fd);
 

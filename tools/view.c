@@ -52,11 +52,11 @@ static const char *fault_text(uint8_t fault)
 	case POKEYS_FAULT_NO_ANSWER:
 		return "no answer; check power, cable and address";
 	case POKEYS_FAULT_WRONG_SERIAL:
-		return "wrong serial number; the log says which one answers";
+		return "wrong serial number; \"pokeysctl events\" says which one answers";
 	case POKEYS_FAULT_LOCKED:
 		return "configuration locked; see password-file in pokeysd.conf(5)";
 	case POKEYS_FAULT_IN_USE:
-		return "driven by another pokeysd or section; the log says which";
+		return "driven by another pokeysd or section; \"pokeysctl events\" says which";
 	default:
 		return pokeys_fault_name(fault);
 	}

@@ -25,7 +25,6 @@
 #include <sys/un.h>
 #include <unistd.h>
 #include "daemon/control/claim.h"
-#include "daemon/control/log.h"
 
 #define AGAIN_NS UINT64_C(100000000)
 
@@ -118,8 +117,8 @@ static void aim(struct claims *claims, uint32_t i, uint64_t where, int fd)
 	struct claim *claim = &claims->device[i];
 
 	if (claim->refused && device_at(claim->refused) == device_at(where))
-		log_line(EVENT_NOTICE, "%s: the device is free; driving it",
-			 claims->config->device[i].name);
+		tell_line(claims->teller, i, EVENT_NOTICE, "in-use",
+			  "the device is free; driving it");
 	if (claim->fd >= 0)
 		close(claim->fd);
 	*claim = (struct claim){ .fd = fd, .held = where };
@@ -129,36 +128,33 @@ static void aim(struct claims *claims, uint32_t i, uint64_t where, int fd)
 /* Another section of ours that has it, or NULL. */
 static const char *ours(const struct claims *claims, uint64_t where)
 {
-	for (uint32_t i = 0; i < claims->config->devices; i++)
+	for (uint32_t i = 0; i < claims->teller->config->devices; i++)
 		if (device_at(claims->device[i].held) == device_at(where))
-			return claims->config->device[i].name;
+			return claims->teller->config->device[i].name;
 	return NULL;
 }
 
 static void tell_refused(const struct claims *claims, uint32_t i, uint64_t where)
 {
-	const char *name = claims->config->device[i].name;
 	const char *other = ours(claims, where);
 	char text[TEXT_MAX];
 	struct ucred who;
 
 	if (other) {
-		log_line(EVENT_ERROR,
-			 "%s: the device at %s is that of [device %s]; it is driven as "
-			 "%s only, remove one of the sections", name,
-			 put(text, where), other, other);
+		tell_line(claims->teller, i, EVENT_ERROR, "in-use",
+			  "the device at %s is that of [device %s]; it is driven as %s only, "
+			  "remove one of the sections", put(text, where), other, other);
 		return;
 	}
 	who = holder(where);
-	log_line(EVENT_ERROR, "%s: the device at %s is driven by another pokeysd (process %d of "
-		 "user %u); waiting until that one ends", name, put(text, where), who.pid,
-		 who.uid);
+	tell_line(claims->teller, i, EVENT_ERROR, "in-use",
+		  "the device at %s is driven by another pokeysd (process %d of user %u); waiting "
+		  "until that one ends", put(text, where), who.pid, who.uid);
 }
 
 static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t now_ns)
 {
 	struct claim *claim = &claims->device[i];
-	const char *name = claims->config->device[i].name;
 	const bool again = claim->refused && device_at(claim->refused) == device_at(where);
 	int fd;
 
@@ -178,8 +174,9 @@ static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t no
 		return;
 	}
 	if (fd < 0)
-		log_line(EVENT_WARNING, "%s: whether another pokeysd drives the device cannot be "
-			 "told: %s; going on", name, strerror(-fd));
+		tell_line(claims->teller, i, EVENT_WARNING, "in-use",
+			  "whether another pokeysd drives the device cannot be told: %s; going on",
+			  strerror(-fd));
 	aim(claims, i, where, fd < 0 ? -1 : fd);
 }
 
@@ -192,10 +189,10 @@ static void mark(struct claims *claims, uint32_t i, bool in_use)
 		atomic_fetch_and(&claims->shared->in_use, ~(UINT32_C(1) << i));
 }
 
-void claims_init(struct claims *claims, const struct config *config, struct loop_shared *shared)
+void claims_init(struct claims *claims, const struct teller *teller, struct loop_shared *shared)
 {
 	memset(claims, 0, sizeof(*claims));
-	claims->config = config;
+	claims->teller = teller;
 	claims->shared = shared;
 	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++)
 		claims->device[i].fd = -1;
@@ -204,8 +201,8 @@ void claims_init(struct claims *claims, const struct config *config, struct loop
 void claims_run(struct claims *claims, const _Atomic uint64_t found[TRANSPORT_CHANNELS],
 		uint64_t now_ns)
 {
-	for (uint32_t i = 0; i < claims->config->devices; i++) {
-		const struct device_config *device = &claims->config->device[i];
+	for (uint32_t i = 0; i < claims->teller->config->devices; i++) {
+		const struct device_config *device = &claims->teller->config->device[i];
 		uint64_t where = atomic_load_explicit(&found[i], memory_order_relaxed);
 
 		if (!where && device->address)

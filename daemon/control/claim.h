@@ -8,7 +8,7 @@
 #ifndef CONTROL_CLAIM_H
 #define CONTROL_CLAIM_H
 
-#include "daemon/control/config.h"
+#include "daemon/control/tell.h"
 #include "daemon/rt/loop.h"
 
 struct claim {
@@ -19,12 +19,12 @@ struct claim {
 };
 
 struct claims {
-	const struct config *config;
+	const struct teller *teller;
 	struct loop_shared *shared;
 	struct claim device[TRANSPORT_CHANNELS];
 };
 
-void claims_init(struct claims *claims, const struct config *config, struct loop_shared *shared);
+void claims_init(struct claims *claims, const struct teller *teller, struct loop_shared *shared);
 
 /*
  * Claim the addresses that are wanted, those of the configuration or those that were

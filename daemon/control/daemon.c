@@ -387,7 +387,7 @@ int daemon_start(struct daemon *daemon)
 	if (daemon->latency_fd < 0)
 		log_line(EVENT_INFO, "/dev/cpu_dma_latency: %s; sleeping cores may wake up late",
 			 strerror(-daemon->latency_fd));
-	result = finder_start(&daemon->finder, daemon->config, &daemon->loop.shared);
+	result = finder_start(&daemon->finder, &daemon->teller, &daemon->loop.shared);
 	if (!result)
 		return 0;
 	log_line(EVENT_ERROR, "the search thread cannot be made: %s", strerror(-result));
@@ -472,7 +472,7 @@ static bool ends_early(void)
 	return true;
 }
 
-/* To those who read the shared memory; a device has a place there from the beginning. */
+/* To those who read the shared memory, where a device has a place before anything is said of it. */
 static void show_event(void *context, uint32_t device, const struct pokeys_event *event)
 {
 	struct daemon *daemon = context;
@@ -489,10 +489,10 @@ int daemon_run(struct daemon *daemon, const struct config *config, const char *c
 	daemon->signal_fd = -1;
 	daemon->latency_fd = -1;
 	desk_init(&daemon->desk, config, config_path, &daemon->loop, read_report, daemon);
-	drain_init(&daemon->drain, config, &daemon->loop.events, &daemon->desk, &daemon->keeper);
-	daemon->drain.tell = show_event;
-	daemon->drain.tell_context = daemon;
-	claims_init(&daemon->claims, config, &daemon->loop.shared);
+	daemon->teller = (struct teller){ config, show_event, daemon };
+	drain_init(&daemon->drain, &daemon->teller, &daemon->loop.events, &daemon->desk,
+		   &daemon->keeper);
+	claims_init(&daemon->claims, &daemon->teller, &daemon->loop.shared);
 	status = daemon_open(daemon);
 	if (!status && !ends_early()) {
 		status = daemon_start(daemon);

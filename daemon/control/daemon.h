@@ -14,6 +14,7 @@
 #include "daemon/control/keeper.h"
 #include "daemon/control/metrics.h"
 #include "daemon/control/report.h"
+#include "daemon/control/tell.h"
 #include "daemon/control/waiting.h"
 #include "daemon/control/watchdog.h"
 
@@ -24,6 +25,7 @@ struct daemon {
 	struct shm_host *host;
 	struct finder finder;
 	struct claims claims;
+	struct teller teller;
 	struct drain drain;
 	struct keeper keeper;
 	struct desk desk;

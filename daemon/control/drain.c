@@ -4,89 +4,57 @@
  * each device may speak ten times in ten seconds, then it is only counted, so
  * that one device's noise hides neither another device nor another kind of
  * fault, and the journal does not fill. Only what was changed in a device is
- * always told: there are as many lines as there are settings, and the one that
- * is not there would be looked for.
+ * always logged: there are as many lines as there are settings, and the one that
+ * is not there would be looked for. Readers get no more than ten of these either,
+ * because the setting up of a device would push everything else out of what is
+ * kept for them.
  */
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 #include "daemon/control/drain.h"
 #include "daemon/device/event_name.h"
 
-void drain_init(struct drain *drain, const struct config *config, struct event_ring *ring,
+void drain_init(struct drain *drain, const struct teller *teller, struct event_ring *ring,
 		struct desk *desk, struct keeper *keeper)
 {
 	memset(drain, 0, sizeof(*drain));
-	drain->config = config;
+	drain->teller = teller;
 	drain->ring = ring;
 	drain->desk = desk;
 	drain->keeper = keeper;
 }
 
-/* What concerns no device concerns each of them. */
-static void tell(const struct drain *drain, uint32_t device, const struct pokeys_event *said)
-{
-	if (!drain->tell)
-		return;
-	for (uint32_t i = 0; i < drain->config->devices; i++)
-		if (i == device || device >= drain->config->devices)
-			drain->tell(drain->tell_context, i, said);
-}
-
-static void set_times(struct pokeys_event *said, uint64_t t_ns, uint64_t now_ns)
-{
-	struct timespec wall;
-
-	clock_gettime(CLOCK_REALTIME, &wall);
-	said->t_ns = t_ns;
-	said->wall_ns = (uint64_t)wall.tv_sec * UINT64_C(1000000000) + (uint64_t)wall.tv_nsec -
-			(now_ns > t_ns ? now_ns - t_ns : 0);
-}
-
-static void log_event(const struct pokeys_event *said, const char *name)
-{
-	char held[64] = "";
-
-	if (said->held)
-		snprintf(held, sizeof(held), " (%u more of this kind were not written)",
-			 said->held);
-	log_line((int)said->level, "%s%s%s%s", name ? name : "", name ? ": " : "", said->text,
-		 held);
-}
-
 static void write_down(struct drain *drain, const struct event *event, uint64_t now_ns)
 {
-	bool known = event->device < drain->config->devices;
-	const char *name = known ? drain->config->device[event->device].name : NULL;
-	uint32_t row = known ? event->device : TRANSPORT_CHANNELS;
-	uint32_t code = event->code < EVENT_CODES ? event->code : EVENT_NONE;
+	const bool known = event->device < drain->teller->config->devices;
+	const uint32_t device = known ? event->device : TELL_ALL;
+	const uint32_t row = known ? event->device : TRANSPORT_CHANNELS;
+	const uint32_t code = event->code < EVENT_CODES ? event->code : EVENT_NONE;
+	const bool settings = code == EVENT_CONFIG_CHANGED;
 	struct pokeys_event said = { .level = event->level };
+	const bool permitted = log_permit(&drain->limit[row][code], now_ns, &said.held);
 
-	if (code != EVENT_CONFIG_CHANGED &&
-	    !log_permit(&drain->limit[row][code], now_ns, &said.held))
+	if (!permitted && !settings)
 		return;
-	event_format(event, NULL, said.text, sizeof(said.text));
 	snprintf(said.kind, sizeof(said.kind), "%s", event_kind_name(code));
-	set_times(&said, event->t_ns, now_ns);
-	log_event(&said, name);
-	tell(drain, event->device, &said);
+	event_format(event, NULL, said.text, sizeof(said.text));
+	if (permitted)
+		tell_show(drain->teller, device, &said, event->t_ns, now_ns);
+	if (settings)
+		said.held = 0;
+	tell_log(drain->teller, device, &said);
 }
 
 static void tell_dropped(struct drain *drain, uint64_t now_ns)
 {
 	uint64_t dropped = atomic_load_explicit(&drain->ring->dropped, memory_order_relaxed);
-	struct pokeys_event said = { .level = EVENT_WARNING, .kind = "events-lost" };
+	uint32_t held;
 
-	if (dropped == drain->dropped_told ||
-	    !log_permit(&drain->dropped_limit, now_ns, &said.held))
+	if (dropped == drain->dropped_told || !log_permit(&drain->dropped_limit, now_ns, &held))
 		return;
-	snprintf(said.text, sizeof(said.text),
-		 "%llu events came faster than they could be written and are lost",
-		 (unsigned long long)(dropped - drain->dropped_told));
-	set_times(&said, now_ns, now_ns);
-	said.held = 0;			/* they are in the number */
-	log_event(&said, NULL);
-	tell(drain, UINT32_MAX, &said);
+	tell_line(drain->teller, TELL_ALL, EVENT_WARNING, "events-lost",
+		  "%llu events came faster than they could be written and are lost",
+		  (unsigned long long)(dropped - drain->dropped_told));
 	drain->dropped_told = dropped;
 }
 

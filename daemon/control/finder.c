@@ -16,7 +16,6 @@
 #include <string.h>
 #include <time.h>
 #include "daemon/control/finder.h"
-#include "daemon/control/log.h"
 #include "daemon/control/thread.h"
 #include "daemon/transport/discovery.h"
 #include "wire/model.h"
@@ -103,8 +102,8 @@ static bool found(void *context, const uint8_t *data, size_t length,
 {
 	struct finder *finder = context;
 
-	finder_take(finder->config, finder->shared, finder->found, &finder->answers, data, length,
-		    from);
+	finder_take(finder->teller->config, finder->shared, finder->found, &finder->answers, data,
+		    length, from);
 	return atomic_load_explicit(&finder->stop, memory_order_relaxed);
 }
 
@@ -118,7 +117,7 @@ static void judge(struct finder *finder, uint32_t missing)
 	if (finder->misses == 1)
 		return;
 	if (missing)
-		finder_why(finder->config, missing, &finder->answers, &finder->report, why);
+		finder_why(finder->teller->config, missing, &finder->answers, &finder->report, why);
 	pthread_mutex_lock(&finder->lock);
 	strcpy(finder->why, why);
 	pthread_mutex_unlock(&finder->lock);
@@ -126,7 +125,7 @@ static void judge(struct finder *finder, uint32_t missing)
 
 static int search(struct finder *finder)
 {
-	const struct config *config = finder->config;
+	const struct config *config = finder->teller->config;
 	struct transport_address also[CONFIG_ADDRESSES] = { 0 };
 	struct discovery_options options = {
 		.timeout_ms = SEARCH_MS,
@@ -154,8 +153,8 @@ static void *run(void *argument)
 	uint64_t waited = UINT64_MAX;
 
 	while (!atomic_load_explicit(&finder->stop, memory_order_relaxed)) {
-		if (waited >= finder->config->discovery_interval_ns &&
-		    all_wanted(finder->config, finder->shared)) {
+		if (waited >= finder->teller->config->discovery_interval_ns &&
+		    all_wanted(finder->teller->config, finder->shared)) {
 			atomic_store_explicit(&finder->result, search(finder),
 					      memory_order_relaxed);
 			waited = SEARCH_MS * UINT64_C(1000000);
@@ -167,15 +166,16 @@ static void *run(void *argument)
 	return NULL;
 }
 
-int finder_start(struct finder *finder, const struct config *config,
+int finder_start(struct finder *finder, const struct teller *teller,
 		 const struct loop_shared *shared)
 {
+	const struct config *config = teller->config;
 	bool needed = false;
 	int result;
 
 	memset(finder, 0, sizeof(*finder));
 	pthread_mutex_init(&finder->lock, NULL);
-	finder->config = config;
+	finder->teller = teller;
 	finder->shared = shared;
 	for (uint32_t i = 0; i < config->devices; i++)
 		needed |= config->device[i].serial != 0;
@@ -195,10 +195,11 @@ static void report_result(struct finder *finder)
 	if (result == finder->told)
 		return;
 	if (result)
-		log_line(EVENT_WARNING, "the network cannot be searched for devices: %s",
-			 strerror(-result));
+		tell_line(finder->teller, TELL_ALL, EVENT_WARNING, "search",
+			  "the network cannot be searched for devices: %s", strerror(-result));
 	else
-		log_line(EVENT_NOTICE, "the network can be searched again");
+		tell_line(finder->teller, TELL_ALL, EVENT_NOTICE, "search",
+			  "the network can be searched again");
 	finder->told = result;
 }
 
@@ -226,7 +227,7 @@ static void report_missing(struct finder *finder, uint64_t now_ns)
 	if (*why && strcmp(why, finder->told_why) != 0) {
 		if (!may_tell(finder, now_ns))
 			return;
-		log_line(EVENT_WARNING, "%s", why);
+		tell_line(finder->teller, TELL_ALL, EVENT_WARNING, "search", "%s", why);
 	}
 	strcpy(finder->told_why, why);
 }

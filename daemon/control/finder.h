@@ -5,11 +5,11 @@
 
 #include <pthread.h>
 #include <stdatomic.h>
-#include "daemon/control/config.h"
+#include "daemon/control/tell.h"
 #include "daemon/rt/loop.h"
 #include "daemon/transport/discovery.h"
 
-enum { FINDER_OTHERS = 4, FINDER_WHY = 600 };
+enum { FINDER_OTHERS = 4, FINDER_WHY = POKEYS_EVENT_TEXT_MAX };
 
 /* Who has answered one search. */
 struct finder_answers {
@@ -21,7 +21,7 @@ struct finder_answers {
 };
 
 struct finder {
-	const struct config *config;
+	const struct teller *teller;
 	const struct loop_shared *shared;
 	/* interface << 48 | ip << 16 | port (struct transport_address), 0 = not yet */
 	_Atomic uint64_t found[TRANSPORT_CHANNELS];
@@ -41,10 +41,10 @@ struct finder {
 };
 
 /* Start the thread if any device is to be found by its serial number. 0 or -errno. */
-int finder_start(struct finder *finder, const struct config *config,
+int finder_start(struct finder *finder, const struct teller *teller,
 		 const struct loop_shared *shared);
 
-/* Log what the searches came to, when it changes. now_ns: CLOCK_MONOTONIC. Control thread. */
+/* Tell what the searches came to, when it changes. now_ns: CLOCK_MONOTONIC. Control thread. */
 void finder_report(struct finder *finder, uint64_t now_ns);
 
 /* End the thread; takes at most as long as one search. Idempotent. */

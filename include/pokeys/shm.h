@@ -139,11 +139,11 @@ int pokeys_client_read_report(pokeys_client *client, struct pokeys_report *out);
  * Copy what has happened to the device since *cursor, oldest first, at most `max` events of
  * `event_size` bytes (sizeof(struct pokeys_event)), and move *cursor behind them. Returns how
  * many; fewer than `max` = there are no more for now. Events that were overwritten meanwhile
- * are left out, which their numbers show. After a restart of the daemon (another
- * cursor->epoch), it begins with the first of the new one. -ENOTCONN; -EPERM with
- * POKEYS_CLIENT_COMMANDER: open another client; -EINVAL another event_size, of another version
- * of this library. Lock-free, no system call, but up to 40 kB: meant for now and then. One
- * thread at a time.
+ * are left out, which their numbers show. When the client has attached to another daemon
+ * (another cursor->epoch), it begins with that one's first. The last events of a daemon can be
+ * read until the client is polled again; a follower thread polls at any time. -ENOTCONN;
+ * -EPERM with POKEYS_CLIENT_COMMANDER: open another client; -EINVAL another event_size, of
+ * another version of this library. Any thread, cold.
  */
 int pokeys_client_read_events(pokeys_client *client, struct pokeys_events_cursor *cursor,
 			      struct pokeys_event *out, size_t event_size, size_t max);
@@ -158,11 +158,11 @@ int pokeys_client_read_events(pokeys_client *client, struct pokeys_events_cursor
 int pokeys_client_write_wish(pokeys_client *client, const struct pokeys_wish *wish);
 
 /*
- * Wait for news (the link state, a fault or the settings have changed; and about ten
- * times a second), at most timeout_ms. It is seen up to 5 ms later. 1 = there is, 0 = time
- * passed or a signal came, -ENOTCONN, -EPERM without POKEYS_CLIENT_EVENTS, -EBUSY
- * while a follower or a holder runs. Cold; not from a thread other than the one that
- * polls.
+ * Wait for news (the link state, a fault or the settings have changed, or there is an event for
+ * pokeys_client_read_events(); and about ten times a second), at most timeout_ms. It is seen up
+ * to 5 ms later. 1 = there is, 0 = time passed or a signal came, -ENOTCONN, -EPERM without
+ * POKEYS_CLIENT_EVENTS, -EBUSY while a follower or a holder runs. Cold; not from a thread other
+ * than the one that polls.
  */
 int pokeys_client_wait(pokeys_client *client, unsigned int timeout_ms);
 

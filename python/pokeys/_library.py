@@ -20,6 +20,7 @@ NAME_SIZE = 32
 DEVICES_MOST = 32
 DETACHED, ATTACHED, REFUSED = 0, 1, 2
 COMMANDER = 1
+OTHER_VERSION = "{} is of another version than this package; install pokeysd and the package of the same version"
 
 _COLD: dict[str, list[Any]] = {
     "pokeys_client_open": [c_void_p, c_char_p, c_char_p, c_char_p, c_uint],
@@ -29,13 +30,13 @@ _COLD: dict[str, list[Any]] = {
     "pokeys_client_hold": [c_void_p, c_uint, c_uint],
     "pokeys_client_command": [c_void_p, c_void_p],
     "pokeys_client_renew": [c_void_p],
+    "pokeys_client_read_events": [c_void_p, c_void_p, c_void_p, c_size_t, c_size_t],
     "pokeys_client_status": [c_void_p, c_char_p, c_size_t],
     "pokeys_shm_devices": [c_char_p, c_void_p, c_size_t],
 }
 _FAST: dict[str, list[Any]] = {
     "pokeys_client_read": [c_void_p, c_void_p],
     "pokeys_client_read_diag": [c_void_p, c_void_p],
-    "pokeys_client_read_events": [c_void_p, c_void_p, c_void_p, c_size_t, c_size_t],
 }
 _NUMBERS: dict[str, list[Any]] = {
     "pokeys_histogram_percentile": [c_char_p, c_double],
@@ -58,8 +59,12 @@ class Library:
         for library, prototypes, result in ((self.cold, _COLD, c_int), (self.fast, _FAST, c_int),
                                             (self.fast, _NUMBERS, c_uint64)):
             for function, arguments in prototypes.items():
-                getattr(library, function).argtypes = arguments
-                getattr(library, function).restype = result
+                try:
+                    found = getattr(library, function)
+                except AttributeError:
+                    raise LibraryMissing(OTHER_VERSION.format(name)) from None
+                found.argtypes = arguments
+                found.restype = result
         self.cold.pokeys_client_close.restype = None
 
 
@@ -73,8 +78,7 @@ def check_layouts(known: dict[int, int]) -> None:
     """Refuse a library whose images have other layouts (hashes by number of the image)."""
     for number, layout in known.items():
         if library().fast.pokeys_shm_layout(number) != layout:
-            raise LibraryMissing(f"{library().name} is of another version than this package (its images have "
-                                 "another layout); install pokeysd and the package of the same version")
+            raise LibraryMissing(OTHER_VERSION.format(library().name))
 
 
 def percentile(histogram: bytes, part: float) -> int:

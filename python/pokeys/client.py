@@ -18,7 +18,7 @@ from typing import Any, NoReturn
 from . import _library, _names, pokeysctl
 from .commander import Commander
 from .errors import Error, NoDaemon, NoSuchDevice, Refused, Stale
-from .events import Cursor, Event, take
+from .events import Event, Reader
 from .snapshot import JUDGED, Diagnostics, Shot, State, is_diagnostic, is_fresh, names, place, published_ns
 
 FOLLOW_MS = 100         # how often the library looks for another daemon
@@ -115,10 +115,8 @@ class Device:
 
     def _read(self, read: Callable[[Any, Any], int], into: ctypes.Array[ctypes.c_char]) -> Shot:
         with self._lock:
-            if not self._client:
-                raise ValueError(f"{self.name} is closed; after a fork, the child has to attach again")
-            before = time.monotonic_ns()
-            result = read(self._client, into)
+            client, before = self._open_client(), time.monotonic_ns()
+            result = read(client, into)
             if result == 0:
                 return Shot(into.raw, before)
             if result == -errno.ENOTCONN:
@@ -188,11 +186,8 @@ class Device:
                 last, refused_at = self.read(stale_ok=True), None
             except NoDaemon:
                 last = last and State(last.of_the_past())
-            except (NoSuchDevice, Refused):
-                # the daemon may be about to start
-                refused_at = refused_at or time.monotonic()
-                if time.monotonic() - refused_at > REFUSED_S:
-                    raise
+            except (NoSuchDevice, Refused) as why:
+                refused_at = _since(refused_at, why)
                 last = last and State(last.of_the_past())
             if last:
                 now = (last.connected, look(last))
@@ -201,48 +196,55 @@ class Device:
                     yield last
             await asyncio.sleep(interval)
 
-    def recent_events(self) -> list[Event]:
-        """Return what has happened since the daemon's start, oldest first; the last 128 events are kept.
+    def _open_client(self) -> Any:
+        if not self._client:
+            raise ValueError(f"{self.name} is closed; after a fork, the child has to attach again")
+        return self._client
 
-        Raises :class:`NoDaemon` and :class:`Refused`. Never waits.
+    def recent_events(self) -> list[Event]:
+        """Return what has happened since the start of the daemon, oldest first; it keeps the last 128 events.
+
+        Raises :class:`NoDaemon` and :class:`Refused`.
         """
         with self._lock:
-            self.read(stale_ok=True)
-            return take(self._client, Cursor()) or []
+            found = Reader(self.name).take(self._open_client())
+            if found is None:
+                raise self._missing()
+        return found
 
     def events(self, *, past: bool = False) -> AsyncGenerator[Event, None]:
-        """Yield what happens to the device from now on, within about a tenth of a second.
+        """Yield what happens to the device from this call on, within about a tenth of a second.
 
-        With ``past``, the events that the daemon has kept come first. Continues over restarts
-        of the daemon, and waits while there is none. Raises :class:`Refused` or
+        With ``past``, it begins with the events that the daemon has kept. It continues after a
+        restart of the daemon, and waits while there is none. Raises :class:`Refused` or
         :class:`NoSuchDevice` if that is so for some seconds.
         """
-        return self._events(past)
+        self._open_client()
+        # a client that attaches to the next daemon only when the events of this one have been read
+        own, reader = Device(self.name, self._runtime), Reader(self.name)
+        if self._lib.cold.pokeys_client_poll(own._client) == _library.ATTACHED and not past:
+            reader.take(own._client)
+        return self._events(own, reader)
 
-    async def _events(self, past: bool) -> AsyncGenerator[Event, None]:
-        cursor, refused_at = Cursor(), None
-        # a client that looks for the next daemon only after it has read the last words of this one
-        with Device(self.name, self._runtime) as own:
-            skip = not past and own._lib.cold.pokeys_client_poll(own._client) == _library.ATTACHED
+    async def _events(self, own: Device, reader: Reader) -> AsyncGenerator[Event, None]:
+        refused_at: float | None = None
+        with own:
             while True:
-                for event in take(own._client, cursor) or []:
-                    if not skip:
+                while found := reader.take(own._open_client()):
+                    for event in found:
                         yield event
-                skip = False
-                refused_at = own._refused_since(refused_at)
+                refused_at = own._look(refused_at)
+                self._open_client()
                 await asyncio.sleep(EVENTS_S)
 
-    def _refused_since(self, before: float | None) -> float | None:
+    def _look(self, refused_at: float | None) -> float | None:
         """Look for the daemon. Since when it is refused (by time.monotonic()); raises why after some seconds."""
         if self._lib.cold.pokeys_client_poll(self._client) == _library.ATTACHED:
             return None
         why = self._missing()
         if isinstance(why, NoDaemon):
             return None
-        since = before or time.monotonic()
-        if time.monotonic() - since > REFUSED_S:
-            raise why
-        return since
+        return _since(refused_at, why)
 
     def command(self, *, lease: float = 0.5) -> Commander:
         """Command the device, in a ``with``; see :class:`Commander`. ``lease`` is in seconds, 0.01 to 60."""
@@ -254,6 +256,14 @@ class Device:
         Runs pokeysctl and blocks for some milliseconds. Raises :class:`ToolFailed`.
         """
         return pokeysctl.settings(self.name, self._runtime)
+
+
+def _since(before: float | None, why: Error) -> float:
+    """Since when there is an obstacle (by time.monotonic()). Raises it after some seconds: a daemon may be starting."""
+    now = time.monotonic()
+    if before and now - before > REFUSED_S:
+        raise why
+    return before or now
 
 
 def _chosen(patterns: tuple[str, ...]) -> Callable[[State], Any]:

@@ -31,9 +31,9 @@ JUDGED = {
 _ADVICE = {
     1: 'not found in the network; run "pokeysctl discover" to see why',
     2: "no answer; check power, cable and address",
-    3: "wrong serial number; the log says which one answers",
+    3: 'wrong serial number; "pokeysctl events" says which one answers',
     6: "configuration locked; see password-file in pokeysd.conf(5)",
-    9: "driven by another pokeysd or section; the log says which",
+    9: 'driven by another pokeysd or section; "pokeysctl events" says which',
 }
 
 

@@ -19,6 +19,7 @@
 #define MS UINT64_C(1000000)
 
 static struct config config;
+static const struct teller teller = { .config = &config };
 static struct loop_shared shared[2];
 static struct claims one, other;
 static _Atomic uint64_t found[TRANSPORT_CHANNELS];
@@ -49,8 +50,8 @@ static int setup(void **state)
 	config.device[0].address = any_address();
 	config.device[0].port = config.device[1].port = 20055;
 	config.device[1].serial = 7;
-	claims_init(&one, &config, &shared[0]);
-	claims_init(&other, &config, &shared[1]);
+	claims_init(&one, &teller, &shared[0]);
+	claims_init(&other, &teller, &shared[1]);
 	now = 1000 * MS;
 	said = mkstemp(name);
 	unlink(name);
@@ -162,7 +163,7 @@ static void many_who_ask_find_out_or_go_on(void **state)
 	(void)state;
 	run(&one);
 	for (int i = 0; i < 20; i++) {
-		claims_init(&many[i], &config, &shared[1]);
+		claims_init(&many[i], &teller, &shared[1]);
 		run(&many[i]);
 	}
 	assert_int_equal(count("is driven by another pokeysd"), 20);

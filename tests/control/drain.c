@@ -11,6 +11,7 @@
 #include "daemon/control/drain.h"
 
 static struct config config;
+static struct teller teller = { .config = &config };
 static struct event_ring ring;
 static struct drain drain;
 static int pipe_fd[2];
@@ -23,7 +24,8 @@ static int setup(void **state)
 	config.devices = 2;
 	strcpy(config.device[0].name, "mill");
 	strcpy(config.device[1].name, "lathe");
-	drain_init(&drain, &config, &ring, NULL, NULL);
+	teller.show = NULL;
+	drain_init(&drain, &teller, &ring, NULL, NULL);
 	if (pipe(pipe_fd))
 		return -1;
 	log_open(pipe_fd[1], EVENT_DEBUG);
@@ -151,13 +153,14 @@ static void what_is_written_down_is_told(void **state)
 	const uint64_t before = wall_ns();
 
 	(void)state;
-	drain.tell = take;
-	drain.tell_context = &drain;
+	teller.show = take;
+	teller.context = &drain;
 	told_count = 0;
 	event_push(&ring, &event);
 	drain_run(&drain, 7000000000);
 	assert_int_equal(told_count, 1);
 	assert_int_equal(told[0].device, 1);
+	assert_int_equal(told[0].event.flags, 0);
 	assert_string_equal(told[0].event.kind, "safe-state");
 	assert_int_equal(told[0].event.level, EVENT_NOTICE);
 	assert_int_equal(told[0].event.t_ns, 5000000000);
@@ -173,18 +176,51 @@ static void what_is_written_down_is_told(void **state)
 	assert_int_equal(told[(told_count - 1) % 8].event.held, 40);
 }
 
+/* They are logged, but would push everything else out of what is kept for readers. */
+static void settings_do_not_flood_readers(void **state)
+{
+	(void)state;
+	teller.show = take;
+	teller.context = &drain;
+	told_count = 0;
+	for (int i = 0; i < 100; i++)
+		push(0, EVENT_CONFIG_CHANGED, 1);
+	drain_run(&drain, 1);
+	assert_int_equal(written("mill: "), 100);
+	assert_int_equal(told_count, LOG_BURST);
+	push(0, EVENT_CONFIG_CHANGED, 1);
+	drain_run(&drain, 1 + LOG_WHILE_NS);
+	assert_int_equal(written("more of this kind"), 0);
+	assert_int_equal(told[LOG_BURST % 8].event.held, 90);
+}
+
+static void what_is_for_who_debugs_is_not_told(void **state)
+{
+	const struct event event = { .code = EVENT_LINK, .level = EVENT_DEBUG };
+
+	(void)state;
+	teller.show = take;
+	teller.context = &drain;
+	told_count = 0;
+	event_push(&ring, &event);
+	drain_run(&drain, 1);
+	assert_int_equal(written("mill: "), 1);
+	assert_int_equal(told_count, 0);
+}
+
 /* Of the daemon, or of the network: each device's reader may want to know. */
 static void what_concerns_no_device_concerns_all(void **state)
 {
 	(void)state;
-	drain.tell = take;
-	drain.tell_context = &drain;
+	teller.show = take;
+	teller.context = &drain;
 	told_count = 0;
 	push(255, EVENT_TRANSPORT, -5);
 	drain_run(&drain, 1);
 	assert_int_equal(told_count, 2);
 	assert_int_equal(told[1].device, 1);
 	assert_string_equal(told[1].event.kind, "transport");
+	assert_int_equal(told[1].event.flags, POKEYS_EVENT_ALL_DEVICES);
 	for (int i = 0; i < EVENT_RING + 44; i++)
 		push(0, EVENT_SAFE, 1);
 	drain_run(&drain, 2);
@@ -203,6 +239,9 @@ int main(void)
 						teardown),
 		cmocka_unit_test_setup_teardown(lost_events_are_told_once, setup, teardown),
 		cmocka_unit_test_setup_teardown(what_is_written_down_is_told, setup, teardown),
+		cmocka_unit_test_setup_teardown(settings_do_not_flood_readers, setup, teardown),
+		cmocka_unit_test_setup_teardown(what_is_for_who_debugs_is_not_told, setup,
+						teardown),
 		cmocka_unit_test_setup_teardown(what_concerns_no_device_concerns_all, setup,
 						teardown),
 		cmocka_unit_test_setup_teardown(an_event_of_nobody_and_of_no_kind_does_no_harm,

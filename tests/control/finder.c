@@ -14,6 +14,7 @@
 #include "wire/model.h"
 
 static struct config config;
+static const struct teller teller = { .config = &config };
 static struct loop_shared shared;
 static _Atomic uint64_t found[TRANSPORT_CHANNELS];
 static struct transport_address from = { .address = 0x0a000005, .port = 20055 };
@@ -171,7 +172,9 @@ static void the_log_says_where_it_asked_and_who_answered(void **state)
 static void a_cause_that_changes_does_not_fill_the_log(void **state)
 {
 	const uint64_t second = UINT64_C(1000000000);
-	static struct finder finder = { .running = true, .lock = PTHREAD_MUTEX_INITIALIZER };
+	static struct finder finder = {
+		.teller = &teller, .running = true, .lock = PTHREAD_MUTEX_INITIALIZER,
+	};
 	unsigned int lines = 0;
 	char line[256];
 	int ends[2];
@@ -211,7 +214,7 @@ static void no_thread_is_made_without_serial_numbers(void **state)
 	(void)state;
 	config.device[0].serial = 0;
 	config.device[1].serial = 0;
-	assert_int_equal(finder_start(&finder, &config, &shared), 0);
+	assert_int_equal(finder_start(&finder, &teller, &shared), 0);
 	assert_false(finder.running);
 	finder_stop(&finder);
 }

@@ -56,9 +56,9 @@ def test_it_installs_and_the_examples_run():
         for text in examples():
             text = text.replace('attach("mill"', f'attach("mill", runtime="{house.runtime}"')
             # those that go on for ever end when they have shown something
-            text = text.replace("async for state in mill.changes(", "async for state in once(mill, ")
-            text = "async def once(mill, *words, **options):\n    async for state in mill.changes(*words, **options):\n" \
-                   "        yield state\n        return\n" + text if "once(mill" in text else text
+            text = re.sub(r"async for (\w+) in mill\.(\w+)\(", r"async for \1 in once(mill.\2, ", text)
+            text = "async def once(of, *words, **options):\n    async for one in of(*words, **options):\n" \
+                   "        yield one\n        return\n" + text
             done = subprocess.run([python, "-c", text], capture_output=True, text=True, check=False, cwd=house.folder,
                                   env=environment, timeout=PATIENCE)
             equal((done.returncode, done.stderr), (0, ""), text)

@@ -4,54 +4,76 @@
 died, and on over its restart."""
 import datetime
 import json
+import os
 import re
 import signal
 import sys
 import time
 
-from house import House, end, equal, main, wait_for
+from house import House, end, equal, main, rng, wait_for
 
 
-LEVELS = {3: "error", 4: "warning", 5: "notice", 6: "info", 7: "debug"}
+LEVELS = {3: "error", 4: "warning", 5: "notice", 6: "info"}
 
 
 def rows(text):
     return [json.loads(line) for line in text.splitlines()]
 
 
-def of_kind(house, kind, *words):
-    return [row["text"] for row in rows(house.ctl("events", "--json", *words).stdout) if row["kind"] == kind]
+def links(house):
+    """What was said of mill's link."""
+    return [row["text"] for row in rows(house.ctl("events", "mill", "--json").stdout) if row["kind"] == "link"]
 
 
 def wait_link(house, link):
     """Until this is the last that was said of the link."""
-    wait_for(link, lambda: of_kind(house, "link", "mill")[-1:] and of_kind(house, "link", "mill")[-1].startswith(link),
+    wait_for(link, lambda: links(house)[-1:] and links(house)[-1].startswith(link),
              say=lambda: house.ctl("events").stdout)
+
+
+def printed(row):
+    """The line for a person, without the date."""
+    name = f"{row['device']}: " if row["device"] else ""
+    held = f" ({row['held']} more of this kind were not written)" if row["held"] else ""
+    return name + row["text"] + held
+
+
+def stop(process):
+    """SIGSTOP, and when it is back the process does nothing any more."""
+    process.send_signal(signal.SIGSTOP)
+    os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOWAIT)
 
 
 def test_events_are_those_of_the_log():
     with House() as house:
         sim = house.start_sim()
         before = time.time_ns()
-        house.start_daemon()
+        daemon = house.start_daemon()
         wait_link(house, "running")
+        # what concerns no device: cycles that were missed
+        stop(daemon)
+        time.sleep(0.3)
+        daemon.send_signal(signal.SIGCONT)
+        wait_for("missed cycles", lambda: "cycles-skipped" in house.ctl("events", "--json").stdout)
         sim.kill()
         wait_link(house, "lost")
-        found = rows(house.ctl("events", "--json").stdout)
-        equal([row["number"] for row in found], list(range(1, len(found) + 1)))
-        equal({row["device"] for row in found}, {"mill"})
-        equal({row["format"] for row in found}, {1})
+        stop(daemon)
+        found, text = rows(house.ctl("events", "--json").stdout), house.ctl("events", "mill")
         log = house.log()
+        daemon.send_signal(signal.SIGCONT)
+        equal([row["number"] for row in found], list(range(1, len(found) + 1)))
+        equal({row["device"] for row in found}, {"mill", None})
+        equal({row["format"] for row in found}, {1})
         for row in found:
-            assert row["level"] == 7 or f"mill: {row['text']}" in log or f"\n{row['text']}" in log, (row, log)
+            assert f"pokeysd: {printed(row)}\n" in log, (row, log)
             assert before <= row["time_ns"] <= time.time_ns(), row
             assert re.fullmatch("[a-z]+(-[a-z]+)*", row["kind"]), row
         lost = next(row for row in found if row["text"].startswith("lost"))
         equal((lost["kind"], "check power, cable and address" in lost["text"]), ("link", True))
-        stamp = datetime.datetime.fromtimestamp(lost["time_ns"] // 1_000_000 / 1000).strftime("%Y-%m-%d %H:%M:%S.%f")
-        printed = house.ctl("events", "mill")
-        assert f"{stamp[:-3]}  {LEVELS[lost['level']]:7}  mill: {lost['text']}\n" in printed.stdout, (stamp, printed.stdout)
-        equal((printed.returncode, printed.stderr), (0, ""))
+        dates = [datetime.datetime.fromtimestamp(row["time_ns"] // 1_000_000 / 1000) for row in found]
+        equal(text.stdout.splitlines(),
+              [f"{date:%Y-%m-%d %H:%M:%S}.{date.microsecond // 1000:03}  {LEVELS[row['level']]:7}  {printed(row)}"
+               for date, row in zip(dates, found, strict=True)])
 
 
 def test_they_stay_when_the_daemon_has_died_and_go_on_with_the_next():
@@ -59,43 +81,83 @@ def test_they_stay_when_the_daemon_has_died_and_go_on_with_the_next():
         house.start_sim()
         daemon = house.start_daemon()
         wait_link(house, "running")
-        watcher = house.spawn("pokeysctl", "-r", house.runtime, "events", "--follow", "--json", log="watch.log")
+        watchers = [house.spawn("pokeysctl", "-r", house.runtime, "events", "--follow", *words, log=name)
+                    for words, name in ((["--json"], "watch.log"), ([], "text.log"))]
 
         def watched():
-            return [row for row in rows(house.log("watch.log")[:house.log("watch.log").rfind("\n") + 1])]
+            text = house.log("watch.log")
+            return rows(text[:text.rfind("\n") + 1])
         wait_for("what has been", lambda: any(row["text"].startswith("running") for row in watched()))
+        wait_for("what has been", lambda: "mill: running" in house.log("text.log"))
         daemon.send_signal(signal.SIGKILL)
         daemon.wait()
-        wait_link(house, "running")
-        house.start_daemon(wait=False)
+        died = house.tells("not publishing", "events")
+        equal((died.returncode, "mill: running" in died.stdout), (0, True), died)
         epochs = {row["epoch"] for row in watched()}
         equal(len(epochs), 1)
+        house.start_daemon(wait=False)
         wait_for("the next daemon's", lambda: any(row["epoch"] not in epochs and row["text"].startswith("running")
                                                   for row in watched()))
-        equal(len({(row["epoch"], row["number"]) for row in watched()}), len(watched()))
-        equal(end(watcher, signal.SIGINT), 0)
+        found = watched()
+        equal(len({(row["epoch"], row["number"]) for row in found}), len(found))
+        wait_for("the restart", lambda: "(mill: pokeysd was started again)\n" in house.log("text.log"))
+        for watcher in watchers:
+            equal(end(watcher, signal.SIGINT), 0)
 
 
 def test_several_devices_are_told_apart_and_in_order():
     with House() as house:
         house.device_keys["lathe"] = {"address": "127.9.9.9"}
         house.start_sim()
-        house.start_daemon()
+        daemon = house.start_daemon()
         wait_link(house, "running")
         wait_for("the other's", lambda: house.ctl("events", "lathe").stdout)
-        found = rows(house.ctl("events", "--json").stdout)
-        equal({row["device"] for row in found}, {"mill", "lathe"})
+        stop(daemon)
+        time.sleep(0.3)
+        daemon.send_signal(signal.SIGCONT)
+        wait_for("missed cycles", lambda: "cycles-skipped" in house.ctl("events", "--json").stdout)
+        stop(daemon)
+        found, alone = (rows(house.ctl("events", *words, "--json").stdout) for words in ([], ["lathe"]))
+        daemon.send_signal(signal.SIGCONT)
+        equal({row["device"] for row in found}, {"mill", "lathe", None})
         times = [row["monotonic_ns"] for row in found]
         equal(times, sorted(times))
-        equal({row["device"] for row in rows(house.ctl("events", "lathe", "--json").stdout)}, {"lathe"})
+        equal({row["device"] for row in alone}, {"lathe", None})
+        # once, and not once for each device
+        equal([row["text"] for row in found if not row["device"]], [row["text"] for row in alone if not row["device"]])
         gone = house.ctl("events", "gantry")
         equal((gone.returncode, 'no device "gantry"; it has: mill, lathe' in gone.stderr), (1, True), gone.stderr)
 
 
-def test_without_a_daemon_it_says_so():
+def test_who_has_it_is_told_to_readers_as_well():
+    with House() as house:
+        # by address and by serial number it is the same one
+        serial = rng.randrange(100000, 2**31)
+        house.daemon_keys |= {"discovery-address": house.address, "discovery-interval-ms": 100}
+        house.device_keys["lathe"] = {"serial": serial}
+        house.start_sim("--serial", serial)
+        house.start_daemon()
+        house.tells("is that of [device mill]; it is driven as mill only", "events", "lathe")
+
+
+def test_what_ends_a_watcher():
     with House() as house:
         ran = house.ctl("events")
         equal((ran.returncode, ran.stdout, "no daemon runs in" in ran.stderr), (1, "", True), ran.stderr)
+        house.start_sim()
+        daemon = house.start_daemon()
+        wait_link(house, "running")
+        # who reads leaves
+        watcher = house.spawn("pokeysctl", "-r", house.runtime, "events", "-f", stderr=None)
+        watcher.stdout.readline()
+        watcher.stdout.close()
+        watcher.wait(60)
+        # the daemon leaves: said, and no end
+        watcher = house.spawn("pokeysctl", "-r", house.runtime, "events", "-f", log="watch.log")
+        wait_for("what has been", lambda: "mill: running" in house.log("watch.log"))
+        equal(end(daemon), 0)
+        wait_for("its end", lambda: "pokeysctl: mill: no daemon in" in house.log("watch.log"))
+        equal((watcher.poll(), end(watcher, signal.SIGTERM)), (None, 0))
 
 
 if __name__ == "__main__":

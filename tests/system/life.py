@@ -265,7 +265,7 @@ def test_another_device_at_the_address_is_left_alone():
         house.start_daemon()
         wait_equal("the refusal", lambda: house.state().get("fault"), "wrong serial number")
         # status sends people to the log, which names both
-        house.tells("the log says which one answers", "status")
+        house.tells('"pokeysctl events" says which one answers', "status")
         wait_for("both numbers", lambda: "mill: serial number 12 answers, but 11 is configured" in house.log(), say=house.log)
         house.says("status", returncode=2)
         pin = house.ask_sim(sim, "pin", 31)
