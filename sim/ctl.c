@@ -79,7 +79,7 @@ int sim_ctl(int argc, char **argv)
 	int fd;
 
 	if (argc < 2 || !*argv[0] || !*argv[1]) {
-		fputs("pokeys-sim: --ctl wants a socket and a command; pokeys-sim --help lists "
+		fputs("pokeys-sim: --ctl needs a socket and a command; pokeys-sim --help lists "
 		      "them\n", stderr);
 		return EX_USAGE;
 	}

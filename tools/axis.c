@@ -523,7 +523,7 @@ static bool take_verb(const struct options *options, struct axis_order *wanted)
 			wanted->verb = verbs[i].verb;
 			return true;
 		}
-	complain("axis wants a device, the number of an axis, and what to do: pokeysctl axis mill "
+	complain("axis needs a device, the number of an axis, and what to do: pokeysctl axis mill "
 		 "0 move 1000 (or move-to 1000, home, stop, clear)");
 	return false;
 }

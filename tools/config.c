@@ -25,10 +25,10 @@ static bool is_read(const struct pokeys_report *report)
 static void tell_age(const struct view_device *device)
 {
 	if (device->freshness == VIEW_DEAD)
-		complain("%s: %s; this is of when its settings were read last", device->name,
+		complain("%s: %s; these settings were read before that", device->name,
 			 device->why);
 	else if (device->state.link != POKEYS_LINK_RUNNING)
-		complain("%s is %s%s%s; this is of when its settings were read last", device->name,
+		complain("%s is %s%s%s; these settings were read before that", device->name,
 			 pokeys_link_name(device->state.link), *device->why ? ": " : "",
 			 device->why);
 }
@@ -129,7 +129,7 @@ int command_config(const struct options *options)
 	for (size_t i = 0; options->name_count == 2 && i < sizeof(verbs) / sizeof(verbs[0]); i++)
 		if (!strcmp(options->names[0], verbs[i].name))
 			return verbs[i].run(options);
-	complain("config wants a verb and one device: pokeysctl config show | diff | apply | save "
+	complain("config needs a verb and one device: pokeysctl config show | diff | apply | save "
 		 "DEVICE");
 	return STATUS_USAGE;
 }

@@ -25,13 +25,14 @@ struct row {
 	uint64_t epoch;
 	bool restarted;			/* the first of another daemon */
 	uint64_t lost;			/* overwritten before they were read */
+	uint64_t order_ns;		/* its time, or that of one before it, of the same device */
 	struct pokeys_event event;
 };
 
 /* How far a device was read. */
 struct place {
 	struct pokeys_events_cursor cursor;
-	uint64_t epoch, number;		/* of the last event; 0 = none yet */
+	uint64_t epoch, number, order_ns;	/* of the last event; 0 = none yet */
 	bool restarted;			/* not printed yet */
 	uint64_t lost;
 	enum pokeys_client_state attached;
@@ -65,6 +66,8 @@ static void count(struct place *place, const struct pokeys_event *event)
 	}
 	place->epoch = place->cursor.epoch;
 	place->number = event->number;
+	if (event->t_ns > place->order_ns)
+		place->order_ns = event->t_ns;
 }
 
 static void add(struct events *events, const char *device, struct place *place,
@@ -74,7 +77,7 @@ static void add(struct events *events, const char *device, struct place *place,
 
 	*row = (struct row){
 		.device = device, .epoch = place->epoch, .restarted = place->restarted,
-		.lost = place->lost, .event = *event,
+		.lost = place->lost, .order_ns = place->order_ns, .event = *event,
 	};
 	usage_printable(row->event.kind);
 	usage_printable(row->event.text);
@@ -104,11 +107,11 @@ static int compare(uint64_t one, uint64_t other)
 	return one < other ? -1 : one > other;
 }
 
-/* By time; those of one moment by device, and as they were logged. */
+/* By time; those of one device as they were logged. */
 static int by_time(const void *a, const void *b)
 {
 	const struct row *one = a, *other = b;
-	int r = compare(one->event.t_ns, other->event.t_ns);
+	int r = compare(one->order_ns, other->order_ns);
 
 	if (!r)
 		r = strcmp(one->device, other->device);
@@ -193,8 +196,8 @@ static void look(const struct view_device *device, struct place *place)
 	place->attached = attached;
 }
 
-/* Until the user ends it; over restarts of the daemon. */
-static void follow(struct events *events)
+/* Until the user ends it; over restarts of the daemon. False: nobody reads it any more. */
+static bool follow(struct events *events)
 {
 	const int signal_fd = screen_signals();
 	struct screen screen = { .terminal = false };
@@ -208,6 +211,7 @@ static void follow(struct events *events)
 	} while (!ferror(stdout) && !screen_wait(&screen, LOOK_S, signal_fd));
 	if (signal_fd >= 0)
 		close(signal_fd);
+	return !screen.left;
 }
 
 /* What is printed may be old, or may not be all. */
@@ -226,14 +230,15 @@ static int judge(const struct view *view)
 	return status;
 }
 
-static void print(struct events *events)
+/* False: not all of it was read. */
+static bool print(struct events *events)
 {
 	for (size_t i = 0; i < events->view->count; i++)
 		events->place[i].attached = POKEYS_CLIENT_ATTACHED;
 	if (events->options->follow)
-		follow(events);
-	else
-		print_round(events);
+		return follow(events);
+	print_round(events);
+	return true;
 }
 
 int command_events(const struct options *options)
@@ -253,7 +258,8 @@ int command_events(const struct options *options)
 		} else {
 			events->options = options;
 			events->view = view;
-			print(events);
+			if (!print(events))
+				status = STATUS_FAILED;
 			free(events);
 		}
 	}

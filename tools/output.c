@@ -52,7 +52,7 @@ int command_output(const struct options *options)
 	struct hold hold = { .kind = &kind };
 
 	if (options->name_count != 3 || (strcmp(names[2], "on") && strcmp(names[2], "off"))) {
-		complain("output wants a device, terminals, and on or off: pokeysctl output mill "
+		complain("output needs a device, terminals, and on or off: pokeysctl output mill "
 			 "31 on --for 5");
 		return STATUS_USAGE;
 	}

@@ -94,7 +94,7 @@ int command_pwm(const struct options *options)
 	struct hold hold = { .kind = &kind };
 
 	if (options->name_count != 3) {
-		complain("pwm wants a device, terminals, and a duty: pokeysctl pwm mill 17 30%% "
+		complain("pwm needs a device, terminals, and a duty: pokeysctl pwm mill 17 30%% "
 			 "--for 5");
 		return STATUS_USAGE;
 	}

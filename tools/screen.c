@@ -126,7 +126,8 @@ bool screen_wait(struct screen *screen, double seconds, int signal_fd)
 
 		if (poll(fds, 3, (int)(left * 1000) + 1) <= 0)
 			continue;
-		if (fds[0].revents || (fds[1].revents && leaves(screen)) || fds[2].revents)
+		screen->left = fds[2].revents;
+		if (screen->left || fds[0].revents || (fds[1].revents && leaves(screen)))
 			return true;
 	}
 	return false;

@@ -219,7 +219,8 @@ static void draw(struct screen *screen, const struct view *view, struct before *
 	screen_end(screen);
 }
 
-static void show(const struct options *options, struct view *view, int signal_fd)
+/* False: nobody reads it any more. */
+static bool show(const struct options *options, struct view *view, int signal_fd)
 {
 	static struct before before[VIEW_DEVICES];
 	struct screen screen = { .terminal = false };
@@ -238,6 +239,7 @@ static void show(const struct options *options, struct view *view, int signal_fd
 	}
 	if (!options->json)
 		screen_close(&screen);
+	return !screen.left;
 }
 
 int command_top(const struct options *options)
@@ -249,7 +251,8 @@ int command_top(const struct options *options)
 
 	if (!status) {
 		signal_fd = screen_signals();
-		show(options, view, signal_fd);
+		if (!show(options, view, signal_fd))
+			status = STATUS_FAILED;
 		if (signal_fd >= 0)
 			close(signal_fd);
 	}

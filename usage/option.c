@@ -45,7 +45,7 @@ static bool is_letter(const struct option *table, int letter)
 static void tell(const char *program, const char *word, int result, const struct option *table)
 {
 	if (result == ':')
-		fprintf(stderr, "%s: %s wants a value; %s --help lists the options\n", program,
+		fprintf(stderr, "%s: %s needs a value; %s --help lists the options\n", program,
 			word, program);
 	else if (!strncmp(word, "--", 2) && strchr(word, '=') && is_letter(table, optopt))
 		fprintf(stderr, "%s: %.*s takes no value; %s --help lists the options\n", program,
@@ -60,7 +60,7 @@ static void tell_empty(const char *program, int letter, const char *name)
 {
 	const char word[] = { '-', (char)letter, '\0' };
 
-	fprintf(stderr, "%s: %s%s wants a value, not an empty one; %s --help lists the options\n",
+	fprintf(stderr, "%s: %s%s needs a value, not an empty one; %s --help lists the options\n",
 		program, name ? "--" : word, name ? name : "", program);
 }
 

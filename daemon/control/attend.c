@@ -42,8 +42,8 @@ static bool take_signal(struct daemon *daemon)
 			desk_reload(&daemon->desk);
 			continue;
 		}
-		log_line(EVENT_INFO, "ending (%s)",
-			 info.ssi_signo == SIGINT ? "SIGINT" : "SIGTERM");
+		tell_line(&daemon->teller, TELL_ALL, EVENT_INFO, "daemon", "ending (%s)",
+			  info.ssi_signo == SIGINT ? "SIGINT" : "SIGTERM");
 		end = true;
 	}
 	return end;
@@ -196,6 +196,7 @@ static int begin(struct daemon *daemon)
 			return STATUS_FAILED;
 		}
 	}
+	drain_run(&daemon->drain, now_ns);
 	metrics_init(&daemon->metrics, config->metrics_file, config->metrics_interval_ns, now_ns);
 	read_back(daemon);
 	report_status(&daemon->report, text, sizeof(text));
@@ -207,9 +208,10 @@ static int begin(struct daemon *daemon)
 			 strerror(-result));
 		return STATUS_FAILED;
 	}
-	log_line(EVENT_INFO, "ready: %u device%s every %u us over %s in %s", config->devices,
-		 config->devices == 1 ? "" : "s", (unsigned int)(config->loop.period_ns / 1000),
-		 daemon->loop.transport->ops->name, config->runtime_directory);
+	tell_line(&daemon->teller, TELL_ALL, EVENT_INFO, "daemon",
+		  "ready: %u device%s every %u us over %s in %s", config->devices,
+		  config->devices == 1 ? "" : "s", (unsigned int)(config->loop.period_ns / 1000),
+		  daemon->loop.transport->ops->name, config->runtime_directory);
 	return 0;
 }
 
@@ -228,7 +230,7 @@ int daemon_attend(struct daemon *daemon)
 		do_round(daemon, clock_now());
 	}
 	drain_run(&daemon->drain, clock_now());
-	log_line(EVENT_ERROR, "the realtime loop has ended by itself: %s",
-		 strerror(-daemon->loop_result));
+	tell_line(&daemon->teller, TELL_ALL, EVENT_ERROR, "daemon",
+		  "the realtime loop has ended by itself: %s", strerror(-daemon->loop_result));
 	return STATUS_FAILED;
 }

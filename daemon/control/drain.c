@@ -5,14 +5,18 @@
  * that one device's noise hides neither another device nor another kind of
  * fault, and the journal does not fill. Only what was changed in a device is
  * always logged: there are as many lines as there are settings, and the one that
- * is not there would be looked for. Readers get no more than ten of these either,
- * because the setting up of a device would push everything else out of what is
- * kept for them.
+ * is not there would be looked for.
+ *
+ * For readers only the last events are kept, and a busy network or the setting up
+ * of a device would push everything else out. So they get no more than ten
+ * settings, and of lost packets and missed cycles one line a minute.
  */
 #include <stdio.h>
 #include <string.h>
 #include "daemon/control/drain.h"
 #include "daemon/device/event_name.h"
+
+#define MINUTE_NS UINT64_C(60000000000)
 
 void drain_init(struct drain *drain, const struct teller *teller, struct event_ring *ring,
 		struct desk *desk, struct keeper *keeper)
@@ -22,6 +26,36 @@ void drain_init(struct drain *drain, const struct teller *teller, struct event_r
 	drain->ring = ring;
 	drain->desk = desk;
 	drain->keeper = keeper;
+}
+
+static bool is_noise(uint32_t code)
+{
+	return code == EVENT_PACKETS || code == EVENT_CYCLE_SKIPPED;
+}
+
+/* True: show it, as one that stands for so many more. */
+static bool stands_out(struct drain_noise *noise, uint64_t now_ns, uint32_t *held)
+{
+	noise->held += *held;
+	if (noise->shown_ns && now_ns - noise->shown_ns < MINUTE_NS) {
+		noise->held++;
+		return false;
+	}
+	*held = noise->held;
+	*noise = (struct drain_noise){ .shown_ns = now_ns };
+	return true;
+}
+
+static void show(struct drain *drain, const struct event *event, struct pokeys_event said,
+		 uint64_t now_ns)
+{
+	const bool known = event->device < drain->teller->config->devices;
+	const uint32_t row = known ? event->device : TRANSPORT_CHANNELS;
+
+	if (!is_noise(event->code) ||
+	    stands_out(&drain->noise[row][event->code], now_ns, &said.held))
+		tell_show(drain->teller, known ? event->device : TELL_ALL, &said, event->t_ns,
+			  now_ns);
 }
 
 static void write_down(struct drain *drain, const struct event *event, uint64_t now_ns)
@@ -39,7 +73,7 @@ static void write_down(struct drain *drain, const struct event *event, uint64_t 
 	snprintf(said.kind, sizeof(said.kind), "%s", event_kind_name(code));
 	event_format(event, NULL, said.text, sizeof(said.text));
 	if (permitted)
-		tell_show(drain->teller, device, &said, event->t_ns, now_ns);
+		show(drain, event, said, now_ns);
 	if (settings)
 		said.held = 0;
 	tell_log(drain->teller, device, &said);

@@ -9,6 +9,12 @@
 #include "daemon/control/tell.h"
 #include "daemon/device/event.h"
 
+/* What comes again and again is shown to readers once in a minute. */
+struct drain_noise {
+	uint64_t shown_ns;			/* 0 = never */
+	uint32_t held;
+};
+
 struct drain {
 	const struct teller *teller;
 	struct event_ring *ring;
@@ -17,6 +23,7 @@ struct drain {
 	uint64_t dropped_told;
 	struct log_limit dropped_limit;
 	struct log_limit limit[TRANSPORT_CHANNELS + 1][EVENT_CODES];
+	struct drain_noise noise[TRANSPORT_CHANNELS + 1][EVENT_CODES];
 };
 
 void drain_init(struct drain *drain, const struct teller *teller, struct event_ring *ring,

@@ -34,7 +34,7 @@ struct pokeys_event {
 	uint64_t wall_ns;		/* the same, by CLOCK_REALTIME */
 	uint16_t level;			/* syslog's: 3 error, 4 warning, 5 notice, 6 info */
 	uint16_t flags;			/* POKEYS_EVENT_ */
-	uint32_t held;			/* of this kind, that came before it and were only counted */
+	uint32_t held;			/* earlier ones of this kind that were only counted */
 	char kind[POKEYS_EVENT_KIND_MAX];	/* a word, such as "link" or "safe-state" */
 	char text[POKEYS_EVENT_TEXT_MAX];	/* one line, without the device's name */
 };

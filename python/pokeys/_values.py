@@ -106,9 +106,12 @@ class Value(Generic[T]):
 
     def names(self) -> Iterator[str]:
         """The name for each number."""
+        return (self.named(i) for i in range(self.count))
+
+    def named(self, index: int) -> str:
+        """The name for one number."""
         numbers = self.name.count("%")
-        for i in range(self.count):
-            yield self.name % ((i,) if numbers == 1 else divmod(i, BITS_EACH) if numbers else ())
+        return self.name % ((index,) if numbers == 1 else divmod(index, BITS_EACH) if numbers else ())
 
     def take(self, image: Image, index: int) -> T:
         """The value of this number."""
@@ -323,16 +326,16 @@ class Switch(Writable[bool], Bit):
 
     def put(self, image: bytearray, index: int, value: Any) -> None:
         if not isinstance(value, bool):
-            raise TypeError(f"{self.name}: {value!r} is not True or False")
+            raise TypeError(f"{self.named(index)}: {value!r} is not True or False")
         bit = self.offset + self.stride * index
         image[bit >> 3] = image[bit >> 3] & ~(1 << (bit & 7)) | value << (bit & 7)
 
 
 def _ranged(value: Any, kinds: tuple[type, ...], name: str, low: float, high: float) -> None:
     if type(value) not in kinds:
-        raise TypeError(f"{name}: {value!r} is no number of this kind")
+        raise TypeError(f"{name}: {value!r} is not a number of this kind")
     if not low <= value <= high:
-        raise ValueError(f"{name}: {value!r} is out of range; allowed: {low:g} to {high:g}")
+        raise ValueError(f"{name}: {value!r} is out of range; allowed: {low:.15g} to {high:.15g}")
 
 
 class Level(Writable[int], Integer):
@@ -343,7 +346,7 @@ class Level(Writable[int], Integer):
     high: float
 
     def put(self, image: bytearray, index: int, value: Any) -> None:
-        _ranged(value, (int,), self.name, self.low, self.high)
+        _ranged(value, (int,), self.named(index), self.low, self.high)
         struct.pack_into("<" + self.code, image, self.offset + self.stride * index, value)
 
 
@@ -359,6 +362,6 @@ class Duty(Writable[float], Ratio):
         super().enter(draft, index, value)
 
     def put(self, image: bytearray, index: int, value: Any) -> None:
-        _ranged(value, (int, float), self.name, self.low, self.high)
+        _ranged(value, (int, float), self.named(index), self.low, self.high)
         whole: int = struct.unpack_from("<I", image, self.whole)[0]
         struct.pack_into("<" + self.code, image, self.offset + self.stride * index, round(value * whole))

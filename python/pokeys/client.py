@@ -19,7 +19,7 @@ from . import _library, _names, pokeysctl
 from .commander import Commander
 from .errors import Error, NoDaemon, NoSuchDevice, Refused, Stale
 from .events import Event, Reader
-from .snapshot import JUDGED, Diagnostics, Shot, State, is_diagnostic, is_fresh, names, place, published_ns
+from .snapshot import JUDGED, Diagnostics, Shot, State, is_diagnostic, is_fresh, names, place, published_ns, unknown
 
 FOLLOW_MS = 100         # how often the library looks for another daemon
 ATTACH_S, REFUSED_S = 0.05, 5.0
@@ -158,7 +158,9 @@ class Device:
         """Read one value by its name. Raises KeyError, and the exceptions of :meth:`read`."""
         found = place(name)
         if not found:
-            return self.diagnostics()[name] if is_diagnostic(name) else self.read(stale_ok=name in JUDGED)[name]
+            if not is_diagnostic(name) and name not in JUDGED:
+                raise unknown(name)
+            return self.diagnostics()[name] if is_diagnostic(name) else self.read(stale_ok=True)[name]
         shot = self._read(self._lib.fast.pokeys_client_read, self._state)
         return found[0].take(shot, found[1]) if is_fresh(shot) else self.read()[name]
 
@@ -173,6 +175,7 @@ class Device:
         pattern matches no name of :class:`State`, and :class:`Refused` or
         :class:`NoSuchDevice` if that is so for some seconds.
         """
+        self._open_client()
         if not rate > 0:
             raise ValueError(f"rate={rate}: must be more than 0")
         return self._changes(_chosen(patterns), 1 / rate)
@@ -198,7 +201,7 @@ class Device:
 
     def _open_client(self) -> Any:
         if not self._client:
-            raise ValueError(f"{self.name} is closed; after a fork, the child has to attach again")
+            raise ValueError(f"{self.name} is closed; call attach() again (a child process as well)")
         return self._client
 
     def recent_events(self) -> list[Event]:
@@ -248,6 +251,7 @@ class Device:
 
     def command(self, *, lease: float = 0.5) -> Commander:
         """Command the device, in a ``with``; see :class:`Commander`. ``lease`` is in seconds, 0.01 to 60."""
+        self._open_client()
         return Commander(self.name, self._runtime, lease)
 
     def settings(self) -> dict[str, str | float | None]:
@@ -255,6 +259,7 @@ class Device:
 
         Runs pokeysctl and blocks for some milliseconds. Raises :class:`ToolFailed`.
         """
+        self._open_client()
         return pokeysctl.settings(self.name, self._runtime)
 
 
@@ -270,6 +275,8 @@ def _chosen(patterns: tuple[str, ...]) -> Callable[[State], Any]:
     """A function that takes what is to be compared."""
     known = [name for name in names() if not is_diagnostic(name)]
     for pattern in patterns:
+        if not isinstance(pattern, str):
+            raise TypeError(f"{pattern!r} is not a name; give several names one after the other")
         if not any(fnmatchcase(name, pattern) for name in known):
             there = any(fnmatchcase(name, pattern) for name in names())
             raise KeyError(f"{pattern!r} is in diagnostics(), which has no changes" if there else
@@ -287,23 +294,23 @@ def _chosen(patterns: tuple[str, ...]) -> Callable[[State], Any]:
     return look
 
 
-def devices(runtime: str | None = None) -> list[str]:
+def devices(runtime: str | os.PathLike[str] | None = None) -> list[str]:
     """Return the names of the running daemon's devices; empty if no daemon is running.
 
     Raises :class:`Refused` if the user may not read.
     """
     try:
-        return _library.devices(runtime)
+        return _library.devices(None if runtime is None else os.fspath(runtime))
     except PermissionError as error:
-        raise Refused(f"{runtime or RUNTIME}: {error.strerror}; add the user to group pokeys-monitor "
-                      "and log in again") from error
+        raise Refused(f"{runtime or RUNTIME}: permission denied; the user must be in the group that monitor-group in "
+                      "pokeysd.conf(5) names (pokeys-monitor)") from error
     except OSError as error:
         if error.errno == errno.EINVAL:
             raise ValueError(f"runtime {runtime!r}: must be an absolute path") from error
         raise Refused(f"{runtime or RUNTIME}: {error.strerror}") from error
 
 
-def attach(device: str, *, runtime: str | None = None, timeout: float = 0) -> Device:
+def attach(device: str, *, runtime: str | os.PathLike[str] | None = None, timeout: float = 0) -> Device:
     """Attach to a device by its name in pokeysd.conf.
 
     ``runtime`` is the daemon's runtime folder (default /run/pokeysd); ``timeout`` is the
@@ -313,7 +320,7 @@ def attach(device: str, *, runtime: str | None = None, timeout: float = 0) -> De
     """
     _library.check_layouts({0: _names.STATE_HASH, 1: _names.DIAG_HASH})
     end = time.monotonic() + timeout
-    found = Device(device, runtime)
+    found = Device(device, None if runtime is None else os.fspath(runtime))
     try:
         while why := found._attach():  # pylint: disable=protected-access
             if time.monotonic() >= end:

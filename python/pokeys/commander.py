@@ -24,12 +24,13 @@ from typing import Any, NoReturn
 from . import _library, _names
 from ._values import Draft, Writable
 from .errors import Lapsed, Refused
-from .snapshot import Shot, State
+from .snapshot import RUNNING, Shot, State
 
 PERIOD_MS = 2
 ATTACH_S, REFUSED_S, TURN_S = 3.0, 1.0, 0.01
 USUAL_HZ = 1000
 SHORTEST_S, LONGEST_S = 0.01, 60.0
+OUTPUT = "pin.%02u.out"
 
 
 @functools.cache
@@ -41,7 +42,7 @@ def _places() -> dict[str, tuple[Writable[Any], int]]:
 def _place(name: str) -> tuple[Writable[Any], int]:
     found = _places().get(name)
     if not found:
-        raise KeyError(name)
+        raise KeyError(f"no value named {name!r} can be commanded; pokeysctl names marks those that can be")
     return found
 
 
@@ -90,6 +91,7 @@ class _Held(Draft):
             try:
                 for value, index, wanted in values:
                     value.enter(self, index, wanted)
+                    self._check_output(value, index)
             except BaseException:
                 self.image[:] = before
                 raise
@@ -97,7 +99,16 @@ class _Held(Draft):
 
     def _check_open(self) -> None:
         if not self._client:
-            raise ValueError(f"{self.name} is not commanded any more")
+            raise ValueError(f"{self.name} is not commanded any more; the with statement has ended")
+
+    def _check_output(self, value: Writable[Any], index: int) -> None:
+        """The daemon would ignore a terminal that is set up as something else."""
+        if value.name != OUTPUT or self._library.fast.pokeys_client_read(self._client, self._state):
+            return
+        state = State(Shot(self._state.raw, time.monotonic_ns()))
+        if state.link_state == RUNNING and not state.pin[index].is_output:
+            raise ValueError(f"{value.named(index)}: terminal {index + 1} is not a digital output of this device; add "
+                             "it to digital-outputs in pokeysd.conf and restart pokeysd")
 
     def _commit(self) -> None:
         wanted = bytes(self.image)
@@ -120,7 +131,8 @@ class _Held(Draft):
         """Nothing of what was commanded is commanded again by itself."""
         self.image[:] = bytes(len(self.image))
         self._lapsed = True
-        raise Lapsed(f"{self.name}: the lease had run out, or pokeysd was away; the device was in its safe state")
+        raise Lapsed(f"{self.name}: the lease had run out, or pokeysd was away; the device was in its safe state, and "
+                     "nothing is commanded until a value is set again")
 
     def _give(self) -> bool:
         """Command the image. True if there was a lapse."""

@@ -20,7 +20,7 @@ _BEGIN = datetime(1970, 1, 1, tzinfo=UTC)
 
 @dataclass(frozen=True)
 class Event:
-    """Something that has happened to a device."""
+    """Something that has happened to a device. ``str(event)`` is the line of ``pokeysctl events``."""
 
     device: str | None
     """Name of the device; None if it concerns all devices of the daemon."""
@@ -38,6 +38,13 @@ class Event:
     """One line for people. A later version may word it differently."""
     held: int
     """How many events of this kind came before this one and were only counted."""
+
+
+    def __str__(self) -> str:
+        time = self.time.astimezone().strftime("%Y-%m-%d %H:%M:%S.%f")[:-3]
+        device = f"{self.device}: " if self.device else ""
+        held = f" ({self.held} more of this kind were not written)" if self.held else ""
+        return f"{time}  {self.level:7}  {device}{self.text}{held}"
 
 
 class _Stored(ctypes.Structure):

@@ -77,11 +77,21 @@ def is_diagnostic(name: str) -> bool:
     return name in _DIAGNOSTICS
 
 
+def unknown(name: str) -> KeyError:
+    """Why there is no value of this name to be read."""
+    if any(name in value.names() for value in _names.COMMAND_VALUES):
+        return KeyError(f"{name!r} can be commanded, but not read")
+    return KeyError(f"no value is named {name!r}; pokeysctl names lists the names")
+
+
 def describe(name: str) -> str:
     """Return the description of a value: one line, with its unit. Raises KeyError if there is none."""
     if name in JUDGED:
         return JUDGED[name]
-    value = (_DIAGNOSTICS if is_diagnostic(name) else _STATE)[name][0]
+    found = _STATE.get(name) or _DIAGNOSTICS.get(name)
+    if not found:
+        raise unknown(name)
+    value = found[0]
     return f"{value.help} [{value.unit}]" if value.unit else value.help
 
 
@@ -102,7 +112,10 @@ class State(_names.StateValues):
             return found[0].take(self._image, found[1])
         if name in JUDGED:
             return getattr(self, name.replace("-", "_"))
-        raise KeyError(name)
+        raise unknown(name)
+
+    def __repr__(self) -> str:
+        return f"<State: {self.reason or 'running'}>"
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values by name, for JSON for example; None = not known."""
@@ -250,8 +263,10 @@ class Diagnostics(_names.DiagnosticValues):
 
     def __getitem__(self, name: str) -> Any:
         """The value of a name. KeyError if it has none."""
-        value, i = _DIAGNOSTICS[name]
-        return value.take(self._image, i)
+        found = _DIAGNOSTICS.get(name)
+        if not found:
+            raise unknown(name)
+        return found[0].take(self._image, found[1])
 
     def as_dict(self) -> dict[str, Any]:
         """All values by their names; None = not known."""

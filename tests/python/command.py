@@ -59,11 +59,14 @@ def test_outputs_are_what_is_set_and_safe_at_the_end():
             become(house, sim, [0, 1, 0, 0])
             wait_for("it to be seen", lambda: mill.read(stale_ok=True).commander_alive and mill.read(stale_ok=True).pin[31].out_fb)
             # what cannot be changes nothing, of several nothing
-            for wrong, kind, text in (({"pin.30.out": True, "pin.31.out": 1}, TypeError, "pin.%02u.out"),
-                                      ({"pin.30.out": True, "pwm.00.value": 1.5}, ValueError, "0 to 1"),
+            for wrong, kind, text in (({"pin.30.out": True, "pin.31.out": 1}, TypeError, "pin.31.out: 1 is not True or False"),
+                                      ({"pin.30.out": True, "pwm.00.value": 1.5}, ValueError, "pwm.00.value: 1.5 is out of range; allowed: 0 to 1"),
                                       ({"pin.30.out": True, "PoNET.00.brightness": 256}, ValueError, "0 to 255"),
-                                      ({"pin.30.out": True, "PoNET.00.out-0": 1 << 32}, ValueError, "4.29497e+09"),
-                                      ({"pin.30.out": True, "pin.30.in": True}, KeyError, "pin.30.in")):
+                                      ({"pin.30.out": True, "PoNET.00.out-0": 1 << 32}, ValueError, "0 to 4294967295"),
+                                      ({"pin.30.out": True, "pin.03.out": True}, ValueError,
+                                       "pin.03.out: terminal 4 is not a digital output of this device; add it to digital-outputs"),
+                                      ({"pin.30.out": True, "pin.30.in": True}, KeyError,
+                                       "no value named 'pin.30.in' can be commanded")):
                 with raises(kind, text):
                     command.update(wrong)
                 equal(command.pin[30].out, False)

@@ -108,8 +108,13 @@ def test_values_are_attributes():
         with raises(AttributeError):
             state.pin[3].in_ = True
         for wrong in ("pin.55.in", "joint.00.pos-fb"):
-            with raises(KeyError, wrong):
-                now(mill)[wrong]
+            for ask in (lambda name: mill[name], lambda name: now(mill)[name], pokeys.describe):
+                with raises(KeyError, f"no value is named '{wrong}'; pokeysctl names lists the names"):
+                    ask(wrong)
+        with raises(KeyError, "'pin.30.out' can be commanded, but not read"):
+            mill["pin.30.out"]
+        with raises(TypeError, "give several names one after the other"):
+            mill.changes(["pin.03.in"])
         equal(type(soon(mill, "latency.wakeup-count")), int)
         # the names of a later moment are of that moment, and this one stays what it was
         cycle = state.cycle
@@ -133,7 +138,7 @@ def test_what_is_wrong_is_said():
     with machine() as (house, sim, daemon):
         equal(pokeys.devices(str(house.runtime)), ["mill"])
         with raises(pokeys.NoSuchDevice, "no device 'lathe'; it has: mill"):
-            pokeys.attach("lathe", runtime=str(house.runtime))
+            pokeys.attach("lathe", runtime=house.runtime)
         for wrong in ("", "a b", "x" * 32):
             with raises(ValueError, "1 to 31"):
                 pokeys.attach(wrong, runtime=str(house.runtime))
@@ -224,7 +229,7 @@ def test_a_child_of_a_fork_attaches_for_itself():
         os.waitpid(child, 0)
         said = os.read(reader, 1000).decode()
         os.close(reader)
-        assert said.count("has to attach again; ") == 4 and said.endswith("PoKeys57CNC"), said
+        assert said.count("is closed; call attach() again (a child process as well); ") == 4 and said.endswith("PoKeys57CNC"), said
         equal(now(mill).info.type, "PoKeys57CNC")
 
 
@@ -336,15 +341,17 @@ def test_events_are_those_of_pokeysctl():
         try:
             found = mill.recent_events()
             wanted = [json.loads(line) for line in house.ctl("events", "--json").stdout.splitlines()]
+            lines = house.ctl("events").stdout.splitlines()
         finally:
             daemon.send_signal(signal.SIGCONT)
         keys = ("device", "epoch", "number", "kind", "text", "held")
         equal([tuple(getattr(event, key) for key in keys) for event in found],
               [tuple(row[key] for key in keys) for row in wanted])
         words = {3: "error", 4: "warning", 5: "notice", 6: "info"}
+        equal([str(event) for event in found], lines)
         equal([event.level for event in found], [words[row["level"]] for row in wanted])
         equal([round(event.time.timestamp() * 1e6) for event in found], [row["time_ns"] // 1000 for row in wanted])
-    for call in (mill.recent_events, mill.events):
+    for call in (mill.recent_events, mill.events, mill.changes, mill.command, mill.settings):
         with raises(ValueError, "is closed"):
             call()
 

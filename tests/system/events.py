@@ -111,7 +111,7 @@ def test_several_devices_are_told_apart_and_in_order():
         house.start_sim()
         daemon = house.start_daemon()
         wait_link(house, "running")
-        wait_for("the other's", lambda: house.ctl("events", "lathe").stdout)
+        wait_for("the other's", lambda: "lathe: " in house.ctl("events", "lathe").stdout)
         stop(daemon)
         time.sleep(0.3)
         daemon.send_signal(signal.SIGCONT)
@@ -120,8 +120,11 @@ def test_several_devices_are_told_apart_and_in_order():
         found, alone = (rows(house.ctl("events", *words, "--json").stdout) for words in ([], ["lathe"]))
         daemon.send_signal(signal.SIGCONT)
         equal({row["device"] for row in found}, {"mill", "lathe", None})
-        times = [row["monotonic_ns"] for row in found]
-        equal(times, sorted(times))
+        for name in ("mill", "lathe"):
+            numbers = [row["number"] for row in found if row["device"] == name]
+            equal(numbers, sorted(numbers))
+        first = {name: next(i for i, row in enumerate(found) if row["device"] == name) for name in ("mill", "lathe")}
+        equal(first["mill"] < first["lathe"], found[first["mill"]]["monotonic_ns"] < found[first["lathe"]]["monotonic_ns"])
         equal({row["device"] for row in alone}, {"lathe", None})
         # once, and not once for each device
         equal([row["text"] for row in found if not row["device"]], [row["text"] for row in alone if not row["device"]])

@@ -153,7 +153,7 @@ def test_what_cannot_be_pwm_is_told_in_one_line():
                          told), told
         for duty in ("101", "x", "50 % %", "nan", ""):
             assert "the duty is a percentage from 0 to 100" in refused("mill", "17", duty, status=64)
-        assert "pwm wants a device, terminals, and a duty" in refused("mill", "17", status=64)
+        assert "pwm needs a device, terminals, and a duty" in refused("mill", "17", status=64)
         assert "terminals are numbers from 1 to 55" in refused("mill", "pwm0", "5", status=64)
 
 
@@ -170,7 +170,7 @@ def test_what_cannot_be_is_told_in_one_line():
                       ("mill", "x", "on"), ("mill", "31,", "on")):
             assert "terminals are numbers from 1 to 55" in refused(*words, status=64)
         for words in (("mill",), ("mill", "31"), ("mill", "31", "up")):
-            assert "output wants a device, terminals, and on or off" in refused(*words, status=64)
+            assert "output needs a device, terminals, and on or off" in refused(*words, status=64)
         house.spawn("commander", house.runtime, "mill", 32, log="commander.log")
         wait_for("the commander", lambda: "commanding" in house.log("commander.log"))
         assert re.search(r"another commander holds device 'mill': process \d+ \(commander\); end it first",
