@@ -213,4 +213,4 @@ def test_what_cannot_be_is_told_in_one_line():
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.modules[__name__]))
+    sys.exit(main(sys.modules[__name__], beside=3))

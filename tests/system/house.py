@@ -6,6 +6,7 @@ The machine may be busy, so any process may stop for a second at any moment. A t
 therefore waits for what it expects, for at most PATIENCE; this limit only decides
 when to give up. The bench measures how fast things are."""
 import atexit
+import concurrent.futures
 import json
 import os
 import pathlib
@@ -209,23 +210,36 @@ class Skip(Exception):
     """Why a test cannot run here."""
 
 
-def main(module):
-    """Run the functions of a module that begin with test_; argv has the programs."""
+def attempt(test):
+    """What it raised, or None."""
+    try:
+        test()
+    except Exception as fault:  # pylint: disable=broad-except
+        return fault
+    return None
+
+
+def main(module, beside=1):
+    """Run the functions of a module that begin with test_; argv has the programs.
+
+    Several run beside each other in threads, where a module asks for it: because they mostly wait,
+    and have nothing in common but their House."""
     for argument in sys.argv[1:]:
         path = pathlib.Path(argument).resolve()
         House.programs[path.name] = path
     print(f"POKEYS_SEED={SEED}")
-    faults, skipped, count = [], 0, 0
-    for name in [n for n in dir(module) if n.startswith("test_")]:
-        count += 1
-        try:
-            getattr(module, name)()
-            print(f"ok      {name[5:]}", flush=True)
-        except Skip as why:
-            skipped += 1
-            print(f"not tried: {name[5:]}: {why}", file=sys.stderr, flush=True)
-        except Exception as fault:  # pylint: disable=broad-except
-            faults.append(fault)
-            print(f"FAILED  {name[5:]}: {type(fault).__name__}: {fault}")
-            print(traceback.format_exc(), flush=True)
-    return 77 if skipped == count else safety.status(faults)
+    names = [name for name in dir(module) if name.startswith("test_")]
+    tests = [getattr(module, name) for name in names]
+    faults, skipped = [], 0
+    with concurrent.futures.ThreadPoolExecutor(beside) as pool:
+        for name, fault in zip(names, pool.map(attempt, tests) if beside > 1 else map(attempt, tests), strict=True):
+            if fault is None:
+                print(f"ok      {name[5:]}", flush=True)
+            elif isinstance(fault, Skip):
+                skipped += 1
+                print(f"not tried: {name[5:]}: {fault}", file=sys.stderr, flush=True)
+            else:
+                faults.append(fault)
+                print(f"FAILED  {name[5:]}: {type(fault).__name__}: {fault}")
+                print("".join(traceback.format_exception(fault)), flush=True)
+    return 77 if skipped == len(names) else safety.status(faults)
