@@ -25,10 +25,10 @@ static bool is_read(const struct pokeys_report *report)
 static void tell_age(const struct view_device *device)
 {
 	if (device->freshness == VIEW_DEAD)
-		complain("%s: %s; these settings were read before that", device->name,
+		complain("%s: %s; these are the settings that were read last", device->name,
 			 device->why);
 	else if (device->state.link != POKEYS_LINK_RUNNING)
-		complain("%s is %s%s%s; these settings were read before that", device->name,
+		complain("%s is %s%s%s; these are the settings that were read last", device->name,
 			 pokeys_link_name(device->state.link), *device->why ? ": " : "",
 			 device->why);
 }
