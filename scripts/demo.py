@@ -12,6 +12,7 @@ import argparse
 import errno
 import math
 import os
+import pathlib
 import signal
 import sys
 import time
@@ -27,6 +28,7 @@ BEHIND = 5.0  # mm; the median distance of the axis to its command must not exce
 # HAL numbers: the preset wires terminal 31 to terminal 9. An output that is on
 # pulls its terminal low (protocol section 3.3), so the input is its inverse.
 OUT_PIN, IN_PIN = 30, f"pin.{8:02}.in-not"
+SOCKET = 3  # of scripts/listen
 # what the daemon's log says where it withdraws the permission to move
 WITHDREW = "lost (was", "safe state", "heartbeat is", "stopped by"
 
@@ -103,26 +105,49 @@ class Demo(Rig):
         elif time.monotonic() - self.followed > PATIENCE_S:
             raise Fault(f"{IN_PIN} did not follow pin.{OUT_PIN}.out, which is wired to it, within {PATIENCE_S} s")
 
-    def play(self):
-        """Drive the axis and the output; ages are sampled as often as this loop runs."""
-        ages, behind = [], []
-        begin, shown = time.monotonic(), -1.0
-        self.followed = begin
-        terminal = sys.stdout is not None and sys.stdout.isatty()
-        while (elapsed := time.monotonic() - begin) < self.seconds:
+    def start_gateway(self):
+        """On the socket that scripts/listen has made. Returns the address of the page."""
+        gateway = pathlib.Path(__file__).resolve().parents[1] / "gateway"
+        self.spawn("gateway", "env", f"PYTHONPATH={gateway}:{gateway.parent / 'python'}", "PYTHONDONTWRITEBYTECODE=1",
+                   f"POKEYS_SHM_LIBRARY={self.build / 'shm/libpokeys_shm.so.0'}",
+                   f"POKEYSCTL={self.build / 'tools/pokeysctl'}", "LISTEN_FDS=1",
+                   "sh", "-c", 'LISTEN_PID=$$ exec "$0" "$@"', gateway / "pokeys-gateway",
+                   "--runtime-directory", self.run / "pokeysd", inherited=(SOCKET,))
+        self.wait_for("the gateway", lambda: "the page is at" in (self.run / "gateway.log").read_text(), PATIENCE_S,
+                      "gateway")
+        return f"http://127.0.0.1:{os.environ['DEMO_WEB_PORT']}/"
+
+    def drive(self, seconds):
+        """Drive the axis, which begins at 0, and the output. Yields the time since the start again and again."""
+        self.followed = begin = time.monotonic()
+        while (elapsed := time.monotonic() - begin) < seconds:
             self.permitted()
             self.pins["pos"] = STROKE / 2 * (1 - math.cos(2 * math.pi * elapsed / MOVE_S))
             self.toggle(elapsed)
+            yield elapsed
+            time.sleep(0.002)
+
+    def play(self):
+        """Show what comes back; ages are sampled as often as this loop runs."""
+        ages, behind = [], []
+        shown = -1.0
+        terminal = sys.stdout is not None and sys.stdout.isatty()
+        for elapsed in self.drive(self.seconds):
             if not self.get("stale"):
                 behind.append(abs(self.get("joint.00.pos-fb") - self.pins["pos"]))
             ages.append(self.get("age-us"))
             if elapsed - shown >= (0.1 if terminal else 1.0):
                 shown = elapsed
                 say(self.line(elapsed, self.pins["out"]), end="\r" if terminal else "\n")
-            time.sleep(0.002)
         if terminal:
             say("")
         return ages, behind
+
+    def go_on(self):
+        """Until Ctrl-C, for the page."""
+        self.go_to(0.0)
+        for _ in self.drive(math.inf):
+            pass
 
     def go_to(self, target):
         """Move the axis to the target, exact to the pulse; how long it takes is not judged."""
@@ -161,19 +186,28 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", required=True)
     parser.add_argument("--seconds", type=float, default=20)
+    parser.add_argument("--web", action="store_true")
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    demo = Demo(options.build, options.seconds)
+    demo, last = Demo(options.build, options.seconds), "demo"
     try:
         demo.start()
         demo.enable()
+        page = demo.start_gateway() if options.web else None
+        if page:
+            say(f"the page is at {page}")
         say(f"PoKeys57CNC (simulated) -> pokeysd -> shared memory -> pokeys_shm, for {options.seconds:g} s")
         last = demo.judge(*demo.play())
         status = 0
+        if page:
+            say(last)
+            last = None
+            say(f"demo: {page} shows it moving; Ctrl-C ends it")
+            demo.go_on()
     except Fault as fault:
         last, status = f"demo: failed: {fault}", 1
     except KeyboardInterrupt:
-        last, status = "demo: interrupted", 130
+        last, status = last and "demo: interrupted", 130
     finally:
         demo.close()
     return end(last, status)
@@ -182,7 +216,8 @@ def main():
 def end(last, status):
     """The last line and the status; a reader that has left needs no reason, any other gets one."""
     try:
-        say(last)
+        if last:
+            say(last)
         return status
     except Unwritten as why:
         # or the interpreter tries once more, and complains in lines of its own

@@ -25,6 +25,7 @@ PACKAGES_TEST=(
 	systemd			# systemd-analyze
 	python3-venv mypy	# the Python package
 )
+PACKAGES_GATEWAY=(python3-aiohttp python3-prometheus-client)	# the gateway, for Debian's Python
 PACKAGES_FUZZ=(libclang-rt-14-dev)	# libFuzzer
 PACKAGES_VM=(qemu-system-x86 mmdebstrap e2fsprogs)	# a PREEMPT_RT machine
 PACKAGES_RUST=(rustc-web cargo-web)
@@ -89,10 +90,16 @@ install_for_build() {
 	rust_is_new_enough || die "rustc $RUST_MINIMUM or newer is needed, found: $(rustc --version 2>&1 || true)"
 }
 
+install_for_gateway() {
+	install_for_build
+	install_packages "${PACKAGES_GATEWAY[@]}"
+}
+
 # install_for_test [SUITE ...]
 install_for_test() {
 	local packages=("${PACKAGES_TEST[@]}")
 
+	[[ " $* " != *" gateway "* ]] || packages+=("${PACKAGES_GATEWAY[@]}")
 	[[ " $* " != *" fuzz "* ]] || packages+=("${PACKAGES_FUZZ[@]}")
 	[[ " $* " != *" vm "* ]] || packages+=("${PACKAGES_VM[@]}")
 	install_for_build

@@ -32,13 +32,15 @@ class Rig:
         self.address = ADDRESS
         self.there = ()  # before a command that is to run where the device is
 
-    def spawn(self, name, *words):
-        """In a session of its own: ^C is for us, and who ends first is for us to say."""
+    def spawn(self, name, *words, inherited=()):
+        """In a session of its own: ^C is for us, and who ends first is for us to say.
+
+        `inherited`: descriptors that the program gets as well."""
         command = [str(word) for word in words]
         with open(self.run / f"{name}.log", "wb") as log:
             try:
                 child = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL,
-                                         start_new_session=True)
+                                         start_new_session=True, pass_fds=inherited)
             except OSError as error:
                 raise Fault(f"{name} cannot be started: {error}") from None
         self.started[name] = child

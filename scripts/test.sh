@@ -3,11 +3,11 @@
 # Run the suites and count the results. Sourced by ./run.
 #
 # There are two tiers. The first must pass before a change lands and is short enough
-# to be run for every change: unit, sim, net, and hal with one whole LinuxCNC machine.
+# to be run for every change: unit, sim, net, gateway, and hal with one whole LinuxCNC machine.
 # `all` adds the other LinuxCNC machines, PREEMPT_RT machines, fuzzing, and unit and
 # sim again in sanitized builds. The end of the output lists the suites left out.
 #
-# unit, sim and fuzz tests run two at a time, also in sanitized builds. net, hal,
+# unit, sim and fuzz tests run two at a time, also in sanitized builds. net, gateway, hal,
 # linuxcnc and vm tests use real sockets, LinuxCNC or virtual machines, so they run one
 # at a time. A test that is in two suites runs once. The last line is
 # "N passed, N failed, N skipped".
@@ -20,7 +20,7 @@
 
 export POKEYS_SEED=${POKEYS_SEED:-20055}
 
-SUITES_LANDING=(unit sim net hal)
+SUITES_LANDING=(unit sim net gateway hal)
 SUITES_ALL=("${SUITES_LANDING[@]}" linuxcnc vm fuzz asan tsan)
 
 # Time limits are for tests that hang, so that a hang costs minutes and not the whole run.
@@ -94,7 +94,7 @@ run_round() {
 	local suite side_by_side=() alone=()
 
 	for suite in unit sim; do ! is_wanted $suite || side_by_side+=($suite); done
-	for suite in net hal linuxcnc; do ! is_wanted $suite || alone+=($suite); done
+	for suite in net gateway hal linuxcnc; do ! is_wanted $suite || alone+=($suite); done
 	[ ${#side_by_side[@]} -eq 0 ] || suite_run build unit-sim 2 "${side_by_side[@]}"
 	[ ${#alone[@]} -eq 0 ] || suite_run build net-hal 1 "${alone[@]}"
 	! is_wanted vm || suite_run build vm 1 vm

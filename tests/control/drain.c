@@ -194,6 +194,30 @@ static void settings_do_not_flood_readers(void **state)
 	assert_int_equal(told[LOG_BURST % 8].event.held, 90);
 }
 
+/* A line a minute, with how many it stands for; the log has its own limit. */
+static void what_comes_again_and_again_is_shown_once_a_minute(void **state)
+{
+	const uint64_t second = 1000000000;
+
+	(void)state;
+	teller.show = take;
+	teller.context = &drain;
+	told_count = 0;
+	for (uint64_t i = 0; i < 60; i++) {
+		push(0, EVENT_PACKETS, EVENT_PACKETS_MISSED);
+		drain_run(&drain, (100 + i) * second);
+	}
+	assert_int_equal(told_count, 1);
+	assert_int_equal(written("mill: "), 60);
+	push(1, EVENT_PACKETS, EVENT_PACKETS_MISSED);
+	drain_run(&drain, 159 * second);
+	assert_int_equal(told_count, 2);		/* another device has its own */
+	push(0, EVENT_PACKETS, EVENT_PACKETS_MISSED);
+	drain_run(&drain, 160 * second);
+	assert_int_equal(told_count, 3);
+	assert_int_equal(told[2].event.held, 59);
+}
+
 static void what_is_for_who_debugs_is_not_told(void **state)
 {
 	const struct event event = { .code = EVENT_LINK, .level = EVENT_DEBUG };
@@ -240,6 +264,8 @@ int main(void)
 		cmocka_unit_test_setup_teardown(lost_events_are_told_once, setup, teardown),
 		cmocka_unit_test_setup_teardown(what_is_written_down_is_told, setup, teardown),
 		cmocka_unit_test_setup_teardown(settings_do_not_flood_readers, setup, teardown),
+		cmocka_unit_test_setup_teardown(what_comes_again_and_again_is_shown_once_a_minute,
+						setup, teardown),
 		cmocka_unit_test_setup_teardown(what_is_for_who_debugs_is_not_told, setup,
 						teardown),
 		cmocka_unit_test_setup_teardown(what_concerns_no_device_concerns_all, setup,

@@ -1,18 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The Python package under mypy --strict and ruff, as far as they are installed."""
+"""A Python package under mypy --strict and ruff, as far as they are installed.
+
+usage: lint.py FOLDER PATH ...; the folder of another package that it uses is in MYPYPATH."""
 import shutil
 import subprocess
 import sys
 import tempfile
 
-PACKAGE = sys.argv[1]
+PACKAGE, PATHS = sys.argv[1], sys.argv[2:]
 
 
 def main():
     missing, status = [], 0
     with tempfile.TemporaryDirectory() as cache:
-        for program, words in (("mypy", ["--strict", "--cache-dir", cache, "pokeys", "generate.py"]),
+        for program, words in (("mypy", ["--strict", "--cache-dir", cache, *PATHS]),
                                ("ruff", ["check", "--no-cache", "."])):
             if not shutil.which(program):
                 missing.append(program)

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""HTTP: the page, the same data for scripts, and Prometheus' metrics.
+
+Reading only. A page of another site must not be able to read through a browser on this computer
+(DNS rebinding), so requests are answered only under the names that this gateway is known by.
+"""
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import json
+import logging
+import os
+from collections.abc import Awaitable, Callable
+from http import HTTPStatus
+from importlib.resources import files
+from typing import Any
+
+from aiohttp import web
+
+from ..config import Config, Endpoint
+from ..hub import Hub
+from ..source import Reading
+from .metrics import Metrics
+
+BODY_MOST = 64 * 1024
+KEEP_ALIVE_S, SHUTDOWN_S = 30, 2
+FORMAT = 1
+PAGE = {"": ("index.html", "text/html"), "page.js": ("page.js", "text/javascript"),
+        "page.css": ("page.css", "text/css")}
+SECURITY = {
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
+                               "form-action 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
+_LOG = logging.getLogger("pokeys-gateway")
+Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+def host_is_ours(host: str, config: Config) -> bool:
+    """Is this the Host of a request to this gateway? Any port: it may be forwarded."""
+    name = host[1:host.find("]")] if host.startswith("[") else host.partition(":")[0]
+    name = name.lower().rstrip(".")
+    try:
+        return ipaddress.ip_address(name).is_loopback
+    except ValueError:
+        return name == "localhost" or name in config.host_names
+
+
+def _complaint(status: HTTPStatus, text: str) -> web.Response:
+    return web.json_response({"error": {"code": int(status), "message": text}}, status=int(status))
+
+
+def guard(config: Config) -> Any:
+    """Judge requests before they are looked at, and put the security headers on every answer."""
+    @web.middleware
+    async def judge(request: web.Request, handler: Handler) -> web.StreamResponse:
+        if not host_is_ours(request.host, config):
+            answer: web.StreamResponse = _complaint(
+                HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
+        else:
+            try:
+                answer = await handler(request)
+            except web.HTTPException as error:
+                answer = _complaint(HTTPStatus(error.status), error.reason)
+                for name in ("Allow", "Location"):
+                    if name in error.headers:
+                        answer.headers[name] = error.headers[name]
+            except Exception:
+                _LOG.exception("%s %s", request.method, request.path)
+                answer = _complaint(HTTPStatus.INTERNAL_SERVER_ERROR, "an error of the gateway; its log says more")
+        answer.headers.update(SECURITY)
+        return answer
+    return judge
+
+
+def _summary(hub: Hub, reading: Reading) -> dict[str, Any]:
+    state = reading.state
+    rows = hub.model.rows
+    return {
+        "name": reading.name,
+        "connected": reading.connected,
+        "reason": reading.reason,
+        "type": state.info.type or None if state else None,
+        "serial": state.info.SerialNumber or None if state else None,
+        "address": state.info.address if state else None,
+        "link": rows["link-state"].words.get(state.link_state) if state else None,
+        "age_us": state.age_us if state else None,
+    }
+
+
+class Http:
+    """The door. Belongs to the event loop's thread."""
+
+    def __init__(self, hub: Hub) -> None:
+        self._hub = hub
+        self._metrics = Metrics(hub)
+        folder = files("pokeys_gateway") / "web"
+        self._page = {path: ((folder / name).read_bytes(), kind) for path, (name, kind) in PAGE.items()}
+        self._runner: web.AppRunner | None = None
+
+    async def open(self, sockets: list[Any]) -> list[str]:
+        """Listen: on sockets that were inherited, or on those of the configuration. Where, as addresses of pages.
+
+        Raises OSError.
+        """
+        self._runner = web.AppRunner(self.application(), access_log=None, keepalive_timeout=KEEP_ALIVE_S)
+        await self._runner.setup()
+        sites: list[web.BaseSite] = [web.SockSite(self._runner, one, shutdown_timeout=SHUTDOWN_S) for one in sockets]
+        endpoints = [Endpoint(*one.getsockname()[:2]) for one in sockets]
+        if not sockets:
+            endpoints = list(self._hub.config.listen)
+            sites = [web.TCPSite(self._runner, one.host, one.port, shutdown_timeout=SHUTDOWN_S) for one in endpoints]
+        for site, where in zip(sites, endpoints, strict=True):
+            try:
+                await site.start()
+            except OSError as error:
+                raise OSError(error.errno, f"{where}: {os.strerror(error.errno or 0)}") from error
+        return [f"http://{one}/" for one in endpoints]
+
+    async def close(self) -> None:
+        """Let requests that are being answered end, for two seconds at most."""
+        if self._runner:
+            await self._runner.cleanup()
+
+    def application(self) -> web.Application:
+        """What is served."""
+        app = web.Application(middlewares=[guard(self._hub.config)], client_max_size=BODY_MOST)
+        for path in PAGE:
+            app.router.add_get(f"/{path}", self._static)
+        app.router.add_get("/metrics", self._scrape)
+        app.router.add_get("/healthz", self._health)
+        app.router.add_get("/api/devices", self._devices)
+        app.router.add_get("/api/devices/{device}", self._device)
+        app.router.add_get("/api/devices/{device}/events", self._events)
+        app.router.add_get("/api/names", self._names)
+        return app
+
+    async def _static(self, request: web.Request) -> web.Response:
+        body, kind = self._page[request.path[1:]]
+        return web.Response(body=body, content_type=kind, charset="utf-8")
+
+    async def _scrape(self, request: web.Request) -> web.Response:
+        body, kind = await asyncio.to_thread(self._metrics.page, request.headers.get("Accept", ""))
+        return web.Response(body=body, headers={"Content-Type": kind})
+
+    async def _health(self, _request: web.Request) -> web.Response:
+        """Of the gateway itself; a machine that is off is no fault of it."""
+        return web.json_response({"format": FORMAT, "status": "ok", "trouble": self._hub.source.trouble})
+
+    async def _devices(self, _request: web.Request) -> web.Response:
+        source = self._hub.source
+        readings = [reading for name in source.names() if (reading := source.read(name))]
+        return web.json_response({"format": FORMAT, "trouble": source.trouble,
+                                  "devices": [_summary(self._hub, reading) for reading in readings]})
+
+    def _known(self, request: web.Request) -> str:
+        name = str(request.match_info["device"])
+        names = self._hub.source.names()
+        if name not in names:
+            has = ", ".join(names) or "none"
+            raise web.HTTPNotFound(reason=f"there is no such device; there are: {has}")
+        return name
+
+    async def _device(self, request: web.Request) -> web.Response:
+        reading = self._hub.source.read(self._known(request))
+        assert reading
+        values: dict[str, Any] = {}
+        words = {}
+        if reading.state:
+            values = reading.state.as_dict()
+            words = {name: row.words.get(values[name], "unknown") for name, row in self._hub.model.rows.items()
+                     if row.words and values.get(name) is not None}
+        body = json.dumps({"format": FORMAT, **_summary(self._hub, reading), "values": values, "words": words},
+                          separators=(",", ":"), allow_nan=False)
+        return web.Response(text=body, content_type="application/json")
+
+    async def _events(self, request: web.Request) -> web.Response:
+        found = self._hub.source.events(self._known(request))
+        return web.json_response({"format": FORMAT, "events": [
+            {"device": one.device, "epoch": one.epoch, "number": one.number, "time": one.time.isoformat(),
+             "level": one.level, "kind": one.kind, "text": one.text, "held": one.held} for one in found]})
+
+    async def _names(self, _request: web.Request) -> web.Response:
+        rows = self._hub.model.rows.values()
+        return web.json_response({"format": FORMAT, "names": [
+            {"name": row.name, "type": row.type, "unit": row.unit, "help": row.help, "writable": row.writable,
+             "words": {str(number): word for number, word in row.words.items()}} for row in rows]})

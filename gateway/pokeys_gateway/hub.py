@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What all doors share: the source, the names, and the tasks that go on beside the clients."""
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+from .config import Config
+from .model import Model
+from .source import Source
+
+LOOK_S = 1.0
+LAG_S, LAG_WARN_S, LAG_QUIET_S = 0.1, 0.010, 10.0
+_LOG = logging.getLogger("pokeys-gateway")
+
+
+class Lag:
+    """How late the event loop is: whatever blocks it keeps all clients waiting."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self.last = 0.0
+        self.most = 0.0
+        self.late = 0               # how often it was later than LAG_WARN_S
+        self._warned: float | None = None
+
+    def take(self, late: float) -> None:
+        """Note one measurement, in seconds; more than 10 ms are logged, at most once in 10 s."""
+        self.last, self.most = late, max(self.most, late)
+        if late <= LAG_WARN_S:
+            return
+        self.late += 1
+        now = self._clock()
+        if self._warned is None or now - self._warned >= LAG_QUIET_S:
+            self._warned = now
+            _LOG.warning("the event loop was %.0f ms late; all clients waited (more than %.0f ms, since the start: %d)",
+                         late * 1e3, LAG_WARN_S * 1e3, self.late)
+
+    async def watch(self) -> None:
+        """Measure for ever."""
+        while True:
+            before = self._clock()
+            await asyncio.sleep(LAG_S)
+            self.take(max(0.0, self._clock() - before - LAG_S))
+
+
+class Hub:
+    """The heart of the gateway. Belongs to the event loop's thread."""
+
+    def __init__(self, config: Config, model: Model) -> None:
+        self.config = config
+        self.model = model
+        self.source = Source(config.runtime_directory)
+        self.lag = Lag()
+        self._tasks: list[asyncio.Task[None]] = []
+        self._told = ""
+
+    async def start(self) -> None:
+        """Find the devices that are there, and go on looking."""
+        await self._look()
+        self._begin(self._follow())
+        self._begin(self.lag.watch())
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        self._tasks.append(asyncio.get_running_loop().create_task(work))
+
+    async def _look(self) -> None:
+        before = self.source.names()
+        await asyncio.to_thread(self.source.look)
+        if self.source.trouble != self._told:
+            self._told = self.source.trouble
+            if self._told:
+                _LOG.warning("%s", self._told)
+        for name in sorted(set(self.source.names()) - set(before)):
+            _LOG.info("%s: showing it", name)
+
+    async def _follow(self) -> None:
+        while True:
+            await asyncio.sleep(LOOK_S)
+            await self._look()
+
+    async def close(self) -> None:
+        """End the tasks and detach."""
+        for task in self._tasks:
+            task.cancel()
+        for task in self._tasks:
+            with contextlib.suppress(asyncio.CancelledError):
+                await task
+        await asyncio.to_thread(self.source.close)

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The daemon's devices, as the gateway sees them.
+
+Reading one takes microseconds and never waits, so the event loop does it. Finding devices opens
+files and starts threads, so another thread does that, once a second.
+"""
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+import pokeys
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A device at one moment."""
+
+    name: str
+    state: pokeys.State | None              # None: nothing can be read
+    diagnostics: pokeys.Diagnostics | None
+    reason: str                             # why the values are old or missing; "" = they are fresh
+
+    @property
+    def connected(self) -> bool:
+        """The device runs, and the values are fresh."""
+        return not self.reason
+
+
+class Source:
+    """All devices of the daemon of one runtime directory."""
+
+    def __init__(self, runtime: str) -> None:
+        self.runtime = runtime
+        self.trouble = "not looked for a daemon yet"
+        self._devices: dict[str, pokeys.Device] = {}
+        self._lock = threading.Lock()
+
+    def look(self) -> None:
+        """Find devices that are new, and forget those that the daemon no longer has. May block."""
+        try:
+            names = pokeys.devices(self.runtime)
+        except pokeys.Error as error:
+            self.trouble = str(error)
+            return
+        self.trouble = "" if names else f"no daemon in {self.runtime}; is pokeysd running?"
+        for name in names:
+            if name not in self._devices:
+                self._attach(name)
+        if names:
+            self._forget(set(self._devices) - set(names))
+
+    def _attach(self, name: str) -> None:
+        try:
+            device = pokeys.attach(name, runtime=self.runtime)
+        except pokeys.Error as error:
+            self.trouble = str(error)
+            return
+        with self._lock:
+            self._devices[name] = device
+
+    def _forget(self, names: set[str]) -> None:
+        with self._lock:
+            gone = [self._devices.pop(name) for name in names]
+        for device in gone:
+            device.close()
+
+    def names(self) -> list[str]:
+        """Names of the devices."""
+        with self._lock:
+            return list(self._devices)
+
+    def read(self, name: str, *, diagnostics: bool = False) -> Reading | None:
+        """One device, or None if there is none of this name. Never waits."""
+        with self._lock:
+            device = self._devices.get(name)
+        return _read(device, diagnostics) if device else None
+
+    def events(self, name: str) -> list[pokeys.Event]:
+        """What has happened to a device, as far as the daemon has kept it."""
+        with self._lock:
+            device = self._devices.get(name)
+        try:
+            return device.recent_events() if device else []
+        except (pokeys.Error, ValueError):
+            return []
+
+    def close(self) -> None:
+        """Detach from all."""
+        self._forget(set(self._devices))
+
+
+def _read(device: pokeys.Device, diagnostics: bool) -> Reading:
+    try:
+        state = device.read(stale_ok=True)
+        more = device.diagnostics(stale_ok=True) if diagnostics else None
+    except pokeys.Error as error:
+        return Reading(device.name, None, None, str(error))
+    except ValueError:      # it was closed this moment
+        return Reading(device.name, None, None, f"{device.name} is no longer a device of the daemon")
+    return Reading(device.name, state, more, state.reason)

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A gateway beside a House (tests/system/house.py): a daemon and a simulated device."""
+import http.client
+import json
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/system"))
+from house import PATIENCE, House, Skip, wait_for  # noqa: E402  pylint: disable=wrong-import-position
+
+PYTHON = "/usr/bin/python3"
+House.programs["sh"] = pathlib.Path("/bin/sh")
+NEEDED = "aiohttp", "prometheus_client"
+
+
+def need_libraries():
+    """Debian's Python has what the gateway needs, or the test cannot be run."""
+    ran = subprocess.run([PYTHON, "-c", f"import {', '.join(NEEDED)}"], capture_output=True, text=True, check=False)
+    if ran.returncode:
+        raise Skip(f"{ran.stderr.strip().splitlines()[-1]} (Debian: python3-aiohttp, python3-prometheus-client)")
+
+
+class Gateway:
+    """A gateway that listens on a socket of ours, so that no port is taken twice."""
+
+    def __init__(self, house, *words, runtime=None):
+        need_libraries()
+        self.house = house
+        self.socket = socket.socket()
+        self.socket.bind(("127.0.0.1", 0))
+        self.socket.listen(64)
+        self.port = self.socket.getsockname()[1]
+        # as sd_listen_fds(3) wants it
+        self.child = house.spawn(
+            "sh", "-c", 'LISTEN_PID=$$ exec "$0" "$@"', House.programs["pokeys-gateway"], "--runtime-directory",
+            runtime or house.runtime, *words, log="gateway.log", close_fds=False,
+            preexec_fn=lambda: (os.dup2(self.socket.fileno(), 3), os.set_inheritable(3, True)),
+            env={**os.environ, **environment(), "LISTEN_FDS": "1"})
+        self.socket.close()
+
+    def ask(self, path, method="GET", **headers):
+        """Status, headers and body of an answer."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
+        try:
+            connection.request(method, path, headers=headers)
+            answer = connection.getresponse()
+            return answer.status, dict(answer.getheaders()), answer.read()
+        finally:
+            connection.close()
+
+    def json(self, path):
+        """The document of an answer that is good."""
+        status, headers, body = self.ask(path)
+        assert (status, headers["Content-Type"].split(";")[0]) == (200, "application/json"), (path, status, body)
+        return json.loads(body)
+
+    def wait(self, what, test):
+        """Until test() holds; the gateway must not end meanwhile."""
+        def holds():
+            try:
+                return test()
+            except ConnectionError:
+                self.child.wait(PATIENCE)
+                raise AssertionError(f"the gateway ended: {self.house.log('gateway.log')}") from None
+        return wait_for(what, holds, say=lambda: self.house.log("gateway.log"))
+
+    def wait_running(self, name="mill"):
+        """Until the device is shown as running."""
+        self.wait(f"{name} running", lambda: {"name": name, "connected": True}.items() <= next(
+            (one for one in self.json("/api/devices")["devices"] if one["name"] == name), {}).items())
+
+
+def environment():
+    """Where the programs and libraries of the build are."""
+    library = next(path for name, path in House.programs.items() if name.startswith("libpokeys_shm.so"))
+    return {"PYTHONPATH": f"{ROOT / 'gateway'}:{ROOT / 'python'}", "PYTHONDONTWRITEBYTECODE": "1",
+            "POKEYS_SHM_LIBRARY": str(library),
+            "POKEYSCTL": str(House.programs["pokeysctl"])}
