@@ -147,7 +147,8 @@ class Demo(Rig):
         """Until Ctrl-C, for the page."""
         self.go_to(0.0)
         for _ in self.drive(math.inf):
-            pass
+            if self.started["gateway"].poll() is not None:
+                raise Fault(f"the gateway ended: {self.log_tail('gateway')}")
 
     def go_to(self, target):
         """Move the axis to the target, exact to the pulse; how long it takes is not judged."""

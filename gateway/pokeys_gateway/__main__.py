@@ -12,7 +12,7 @@ import socket
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import pokeys
 
@@ -89,7 +89,7 @@ def _notify(state: str) -> None:
         to.sendto(state.encode(), "\0" + path[1:] if path.startswith("@") else path)
 
 
-async def _serve(settings: config.Config, names: model.Model, sockets: list[Any]) -> None:
+async def _serve(settings: config.Config, names: model.Model, sockets: list[socket.socket]) -> None:
     end = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -124,11 +124,12 @@ def main(words: list[str] | None = None) -> int:
             print(f"{PROGRAM}: {line}", file=sys.stderr)
         return STATUS_USAGE if faults.lines[0].startswith("--") else STATUS_CONFIG
     if options.check_config:
-        print(f"{PROGRAM}: {options.config or config.PATH} is valid")
+        path = options.config or config.PATH
+        print(f"{PROGRAM}: {path} {'is valid' if path.exists() else 'does not exist; defaults apply'}")
         return 0
     try:
         asyncio.run(_serve(settings, model.load(), _inherited()))
-    except (OSError, model.NoNames, pokeys.LibraryMissing) as error:
+    except (OSError, ValueError, model.NoNames, pokeys.LibraryMissing) as error:
         _LOG.error("%s", error.strerror if isinstance(error, OSError) and error.strerror else error)
         return STATUS_FAILED
     return 0

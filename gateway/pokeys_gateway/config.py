@@ -6,7 +6,6 @@ does it. configparser knows no lines once it has parsed, so they are looked up b
 """
 from __future__ import annotations
 
-import configparser
 import ipaddress
 import re
 from collections.abc import Callable
@@ -50,8 +49,12 @@ class Config:
 
 def directory(text: str) -> str:
     """An absolute path that is short enough. ValueError says what is allowed."""
-    if not text.startswith("/") or len(text) > DIRECTORY_MOST or "\0" in text:
-        raise ValueError(f"a path from / of at most {DIRECTORY_MOST} characters")
+    try:
+        size = len(text.encode())
+    except UnicodeEncodeError:
+        size = DIRECTORY_MOST + 1
+    if not text.startswith("/") or size > DIRECTORY_MOST or not text.isprintable():
+        raise ValueError(f"a path from / of at most {DIRECTORY_MOST} characters (bytes of UTF-8)")
     return text
 
 
@@ -64,10 +67,14 @@ def endpoint(text: str) -> Endpoint:
         address = ipaddress.ip_address(found[1] or found[2])
     except ValueError:
         raise ValueError(f"ADDRESS:PORT, such as 127.0.0.1:{PORT} or [::1]:{PORT}") from None
-    # whoever may open the page sees the machine: without users and encryption that is this computer's users
-    if not address.is_loopback:
+    return loopback(str(address), int(found[3]))
+
+
+def loopback(host: str, port: int) -> Endpoint:
+    """An endpoint that only this computer reaches: whoever opens the page sees the machine. ValueError."""
+    if not ipaddress.ip_address(host).is_loopback:
         raise ValueError("addresses of this computer alone (127.0.0.1, ::1): there is no access control yet")
-    return Endpoint(str(address), int(found[3]))
+    return Endpoint(host, port)
 
 
 def endpoints(text: str) -> tuple[Endpoint, ...]:
@@ -107,60 +114,57 @@ KEYS = (
 )
 
 
-class _Lines:
-    """Where sections and keys are in a file."""
+class _Reader:
+    """A file, line by line."""
 
-    def __init__(self, text: str) -> None:
-        self.sections: dict[str, int] = {}
-        self.keys: dict[tuple[str, str], int] = {}
-        section = ""
-        for number, line in enumerate(text.splitlines(), 1):
-            if found := re.match(r"\[([^]]*)\]", line):
-                section = found[1]
-                self.sections.setdefault(section, number)
-            elif found := re.match(r"([^#;\s=][^=]*?)\s*=", line):
-                self.keys.setdefault((section, found[1]), number)
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.values: dict[str, Any] = {}
+        self.faults: list[str] = []
+        self._section: str | None = None
+        self._seen: set[tuple[str, str]] = set()
+        self._line = 0
 
+    def read(self, text: str) -> None:
+        """All of it."""
+        for self._line, line in enumerate(text.split("\n"), 1):
+            # a comment begins the line, or follows a space
+            bare = re.sub(r"(?:^|(?<=\s))[#;].*", "", line).strip()
+            if found := re.fullmatch(r"\[([^][]*)\]", bare):
+                self._begin(found[1].strip())
+            elif found := re.fullmatch(r"([^=]*?)\s*=\s*(.*)", bare):
+                self._take(found[1], found[2])
+            elif bare:
+                self._complain("neither a section in brackets nor KEY = VALUE")
 
-def _parse(path: Path, text: str) -> configparser.ConfigParser:
-    parser = configparser.ConfigParser(interpolation=None, delimiters=("=",), comment_prefixes=("#", ";"),
-                                       inline_comment_prefixes=(" #", " ;"), empty_lines_in_values=False,
-                                       default_section="\0")
-    parser.optionxform = str    # type: ignore[assignment]
-    try:
-        parser.read_string(text)
-    except configparser.DuplicateOptionError as error:
-        raise Faults([f"{path}:{error.lineno}: [{error.section}] {error.option}: is there already"]) from None
-    except configparser.DuplicateSectionError as error:
-        raise Faults([f"{path}:{error.lineno}: [{error.section}] is there already"]) from None
-    except configparser.MissingSectionHeaderError as error:
-        raise Faults([f"{path}:{error.lineno}: a section such as [http] has to come first"]) from None
-    except configparser.ParsingError as error:
-        raise Faults([f"{path}:{line}: neither a section nor KEY = VALUE" for line, _ in error.errors]) from None
-    return parser
+    def _complain(self, text: str) -> None:
+        self.faults.append(f"{self.path}:{self._line}: {text}")
 
+    def _begin(self, section: str) -> None:
+        names = list(dict.fromkeys(key.section for key in KEYS))
+        self._section = section
+        if section not in names:
+            self._complain(f"there is no section [{section}]; there are {', '.join(f'[{name}]' for name in names)}")
 
-def _judge(path: Path, parser: configparser.ConfigParser, lines: _Lines) -> tuple[dict[str, Any], list[str]]:
-    known = {(key.section, key.name): key for key in KEYS}
-    values: dict[str, Any] = {}
-    faults = []
-    for section in parser.sections():
-        if not any(key.section == section for key in KEYS):
-            names = ", ".join(f"[{name}]" for name in dict.fromkeys(key.section for key in KEYS))
-            faults.append(f"{path}:{lines.sections[section]}: there is no section [{section}]; there are {names}")
-            continue
-        for name, text in parser[section].items():
-            where = f"{path}:{lines.keys.get((section, name), lines.sections[section])}: [{section}] {name}"
-            key = known.get((section, name))
-            if not key:
-                names = ", ".join(key.name for key in KEYS if key.section == section)
-                faults.append(f"{where}: there is no such key; there are {names}")
-                continue
+    def _take(self, name: str, text: str) -> None:
+        if self._section is None:
+            self._complain("a section such as [http] has to come first")
+            return
+        of_section = {key.name: key for key in KEYS if key.section == self._section}
+        if not of_section:
+            return      # the section itself is a fault
+        where = f"[{self._section}] {name}"
+        if name not in of_section:
+            self._complain(f"{where}: there is no such key; there are {', '.join(of_section)}")
+        elif (self._section, name) in self._seen:
+            self._complain(f"{where}: is there already")
+        else:
+            self._seen.add((self._section, name))
+            key = of_section[name]
             try:
-                values[key.attribute] = key.convert(text)
+                self.values[key.attribute] = key.convert(text)
             except ValueError as error:
-                faults.append(f'{where}: "{text}" is not allowed; allowed: {error}')
-    return values, faults
+                self._complain(f'{where}: "{text}" is not allowed; allowed: {error}')
 
 
 def read(path: Path | None) -> Config:
@@ -176,7 +180,8 @@ def read(path: Path | None) -> Config:
         raise Faults([f"{wanted}: {error.strerror}"]) from None
     except UnicodeDecodeError:
         raise Faults([f"{wanted}: not a text file (UTF-8)"]) from None
-    values, faults = _judge(wanted, _parse(wanted, text), _Lines(text))
-    if faults:
-        raise Faults(faults)
-    return replace(Config(), **values)
+    reader = _Reader(wanted)
+    reader.read(text)
+    if reader.faults:
+        raise Faults(reader.faults)
+    return replace(Config(), **reader.values)

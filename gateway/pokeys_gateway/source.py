@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The daemon's devices, as the gateway sees them.
 
-Reading one takes microseconds and never waits, so the event loop does it. Finding devices opens
-files and starts threads, so another thread does that, once a second.
+Reading one takes microseconds, so the event loop does it. Finding devices opens files and starts
+threads, so another thread does that, once a second.
 """
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class Reading:
     name: str
     state: pokeys.State | None              # None: nothing can be read
     diagnostics: pokeys.Diagnostics | None
-    reason: str                             # why the values are old or missing; "" = they are fresh
+    reason: str                             # why the values are old or missing
 
     @property
     def connected(self) -> bool:
         """The device runs, and the values are fresh."""
-        return not self.reason
+        return self.state is not None and self.state.connected
 
 
 class Source:
@@ -37,25 +37,28 @@ class Source:
         self._lock = threading.Lock()
 
     def look(self) -> None:
-        """Find devices that are new, and forget those that the daemon no longer has. May block."""
+        """Find devices that are new, and forget those that the daemon no longer has. May block.
+
+        Raises pokeys.LibraryMissing.
+        """
+        trouble = ""
         try:
             names = pokeys.devices(self.runtime)
-        except pokeys.Error as error:
-            self.trouble = str(error)
-            return
-        self.trouble = "" if names else f"no daemon in {self.runtime}; is pokeysd running?"
-        for name in names:
-            if name not in self._devices:
-                self._attach(name)
-        if names:
-            self._forget(set(self._devices) - set(names))
+            if not names:
+                trouble = f"no daemon in {self.runtime}; is pokeysd running?"
+            for name in names:
+                if name not in self._devices:
+                    self._attach(name)
+            if names:
+                self._forget(set(self._devices) - set(names))
+        except pokeys.LibraryMissing:
+            raise
+        except (pokeys.Error, OSError) as error:
+            trouble = str(error)
+        self.trouble = trouble
 
     def _attach(self, name: str) -> None:
-        try:
-            device = pokeys.attach(name, runtime=self.runtime)
-        except pokeys.Error as error:
-            self.trouble = str(error)
-            return
+        device = pokeys.attach(name, runtime=self.runtime)
         with self._lock:
             self._devices[name] = device
 
@@ -71,7 +74,7 @@ class Source:
             return list(self._devices)
 
     def read(self, name: str, *, diagnostics: bool = False) -> Reading | None:
-        """One device, or None if there is none of this name. Never waits."""
+        """One device, or None if there is none of this name. Takes microseconds; milliseconds if it is missing."""
         with self._lock:
             device = self._devices.get(name)
         return _read(device, diagnostics) if device else None
@@ -95,7 +98,7 @@ def _read(device: pokeys.Device, diagnostics: bool) -> Reading:
         state = device.read(stale_ok=True)
         more = device.diagnostics(stale_ok=True) if diagnostics else None
     except pokeys.Error as error:
-        return Reading(device.name, None, None, str(error))
+        return Reading(device.name, None, None, str(error) or "no daemon")
     except ValueError:      # it was closed this moment
         return Reading(device.name, None, None, f"{device.name} is no longer a device of the daemon")
     return Reading(device.name, state, more, state.reason)

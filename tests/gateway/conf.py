@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """gateway.conf: every fault in one line with its place, and nothing happens before all is judged."""
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -9,20 +10,25 @@ import tempfile
 PROGRAM = pathlib.Path(sys.argv[1])
 
 GOOD = """# a comment
-[gateway]
-runtime-directory = /run/mill   # where pokeysd is
+  ; and one more
+[gateway] # one space is enough
+runtime-directory = /run/mill # where pokeysd is
 
+  [http]
+listen=127.0.0.1:8580, [::1]:8581	; and a tab
+  host-names = mill.local, Mill
 [http]
-listen = 127.0.0.1:8580, [::1]:8581
-host-names = mill.local, Mill
 """
 
 # what is written, and what is said: line, then text
 BAD = (
     ("listen = 127.0.0.1:1\n", 1, "a section such as [http] has to come first"),
-    ("[http]\nlisten\n", 2, "neither a section nor KEY = VALUE"),
-    ("[http]\n\nlisten = 127.0.0.1:1\nlisten = 127.0.0.1:2\n", 4, "[http] listen: is there already"),
-    ("[http]\n[gateway]\n[http]\n", 3, "[http] is there already"),
+    ("[http]\nlisten\n", 2, "neither a section in brackets nor KEY = VALUE"),
+    ("[http]x]\n", 1, "neither a section in brackets nor KEY = VALUE"),
+    ("[http]\n\nlisten = 127.0.0.1:1\n[gateway]\n[http]\nlisten = 127.0.0.1:2\n", 6, "[http] listen: is there already"),
+    ("  [web]\n", 1, "there is no section [web]"),
+    ("[gateway]\nruntime-directory = /run/mill\n  listen = 1.1.1.1:1\n", 3, "[gateway] listen: there is no such key"),
+    ("[gateway]\nruntime-directory = /run/a\x0cb\n", 2, "allowed: a path from /"),
     ("[web]\nlisten = 127.0.0.1:1\n", 1, "there is no section [web]; there are [gateway], [http]"),
     ("[http]\nport = 80\n", 2, "[http] port: there is no such key; there are listen, host-names"),
     ("[DEFAULT]\nlisten = 127.0.0.1:1\n", 1, "there is no section [DEFAULT]; there are [gateway], [http]"),
@@ -39,6 +45,7 @@ BAD = (
     ("[gateway]\nruntime-directory = run\n", 2, '[gateway] runtime-directory: "run" is not allowed; allowed: a path '
                                                 "from /"),
     ("[gateway]\nruntime-directory = /" + 49 * "x" + "\n", 2, "at most 49 characters"),
+    ("[gateway]\nruntime-directory = /" + 30 * "é" + "\n", 2, "at most 49 characters"),
 )
 
 
@@ -63,8 +70,8 @@ def main():
             assert (ran.returncode, ran.stdout) == (78, ""), (text, ran)
             assert ran.stderr.startswith(first) and said in ran.stderr and ran.stderr.count("\n") == 1, (text, ran)
         # all of them in one reading
-        conf.write_text("[http]\nlisten = x\nport = 1\n[gateway]\nruntime-directory = y\n", encoding="utf-8")
-        assert [int(line.split(":")[2]) for line in check().stderr.splitlines()] == [2, 3, 5], check()
+        conf.write_text("[http]\nlisten = x\nport = 1\n?\n\n[gateway]\nruntime-directory = y\n[z]\n", encoding="utf-8")
+        assert [int(line.split(":")[2]) for line in check().stderr.splitlines()] == [2, 3, 4, 7, 8], check()
         conf.write_bytes(b"[http]\n\xff\n")
         assert f"{conf}: not a text file (UTF-8)" in check().stderr, check()
         conf.unlink()
@@ -72,10 +79,17 @@ def main():
         assert (ran.returncode, ran.stderr) == (78, f"pokeys-gateway: {conf}: No such file or directory\n"), ran
         for words, said in ((["--bogus"], "unrecognized arguments: --bogus; pokeys-gateway --help lists the options"),
                             (["--listen", "0.0.0.0:1"], '--listen: "0.0.0.0:1" is not allowed; allowed: addresses of'),
-                            (["--runtime-directory", "run"], '--runtime-directory: "run" is not allowed; allowed: a')):
+                            (["--runtime-directory", "run"], '--runtime-directory: "run" is not allowed; allowed: a'),
+                            (["--runtime-directory", b"/run/\xff"], "--runtime-directory: ")):
             ran = run(*words)
             assert ran.returncode == 64 and ran.stderr.startswith(f"pokeys-gateway: {said}"), (words, ran)
             assert ran.stderr.count("\n") == 1, ran
+        # each key is in the manual page, and no other
+        page = (pathlib.Path(__file__).parents[2] / "man/pokeys-gateway.conf.5.scd").read_text(encoding="utf-8")
+        keys = re.findall(r"^\*([a-z-]+)\* = ", page, re.M)
+        sys.path.insert(0, str(PROGRAM.parent))
+        from pokeys_gateway import config  # pylint: disable=import-outside-toplevel
+        assert keys == [key.name for key in config.KEYS], keys
         assert run("--version").stdout.startswith("pokeys-gateway 0."), run("--version")
     print(f"{len(BAD)} mistakes")
 

@@ -4,6 +4,7 @@
 import contextlib
 import json
 import math
+import os
 import re
 import signal
 import socket
@@ -47,6 +48,13 @@ def scrape(gateway, **headers):
     status, kind, body = gateway.ask("/metrics", **headers)
     equal(status, 200)
     return kind["Content-Type"], samples(body.decode())
+
+
+def is_process_value(name):
+    """Of the machine, and not of the transport or of the gateway."""
+    return name.startswith("pokeys_") and not name.startswith("pokeys_gateway_") and not name.endswith(
+        ("_total", "_bucket", "_count", "_sum")) and name not in (
+        "pokeys_up", "pokeys_daemon_up", "pokeys_fault", "pokeys_link", "pokeys_device_info", "pokeys_data_age_seconds")
 
 
 def one(found, metric, /, **labels):
@@ -103,8 +111,13 @@ def test_metrics_are_the_values_of_the_moment():
                   firmware="4.7.15"), 1)
         outputs = {dict(labels)["terminal"] for name, labels in found if name == "pokeys_output"}
         equal(outputs, {"31", "32", "33", "34"})
-        inputs = {dict(labels)["terminal"] for name, labels in found if name == "pokeys_input"}
-        assert len(inputs) == 51 and not inputs & outputs, sorted(inputs)
+        # what is set up as an input, and nothing else
+        values = gateway.json("/api/devices/mill")["values"]
+        for metric, bit, first in (("pokeys_input", 2, 0), ("pokeys_output", 4, 0), ("pokeys_analog_volts", 8, 40)):
+            there = {dict(labels)["terminal"] for name, labels in found if name == metric}
+            wanted = {str(i + 1) for i in range(first, 55) if values[f"pin.{i:02}.function-in-effect"] & bit}
+            equal(there, wanted, metric)
+        assert not outputs & {dict(labels)["terminal"] for name, labels in found if name == "pokeys_input"}
         equal({dict(labels)["axis"] for name, labels in found if name == "pokeys_axis_position_pulses"},
               set("01234567"))
         assert all("pokeys_" in name or name.startswith(("process_", "python_")) for name, _ in found), found
@@ -148,16 +161,28 @@ def test_alerts_are_about_metrics_that_there_are():
 
 
 def test_what_cannot_be_read_has_no_values():
-    with machine(**{"stale-after-ms": 300, "lost-after-ms": 500}) as (_house, sim, daemon, gateway):
+    with machine(**{"stale-after-ms": 300, "lost-after-ms": 500}) as (house, sim, daemon, gateway):
         sim.kill()
         wait_equal("the loss", lambda: one(scrape(gateway)[1], "pokeys_up"), 0)
         wait_equal("why", lambda: one(scrape(gateway)[1], "pokeys_fault", fault="no answer"), 1)
+        equal({name for name, _ in scrape(gateway)[1] if is_process_value(name)}, set())
+        assert one(scrape(gateway)[1], "pokeys_data_age_seconds") > 0.3
+        house.start_sim()
+        wait_equal("the return", lambda: one(scrape(gateway)[1], "pokeys_up"), 1)
         found = scrape(gateway)[1]
-        assert not any(name in ("pokeys_input", "pokeys_axis_position_pulses") for name, _ in found), found
-        assert one(found, "pokeys_data_age_seconds") > 0.3
+        equal([name for name, _ in found if name == "pokeys_fault"], [])
+        assert {"pokeys_input", "pokeys_emergency"} <= {name for name, _ in found if is_process_value(name)}
+        # a daemon that does nothing any more
+        daemon.send_signal(signal.SIGSTOP)
+        wait_equal("its silence", lambda: one(scrape(gateway)[1], "pokeys_up"), 0)
+        found = scrape(gateway)[1]
+        equal(({name for name, _ in found if is_process_value(name)}, one(found, "pokeys_link", pokeys_link="running")),
+              (set(), None))
+        daemon.send_signal(signal.SIGCONT)
         equal(end(daemon), 0)
         wait_for("no daemon", lambda: "no daemon" in gateway.json("/healthz")["trouble"])
-        wait_equal("no daemon", lambda: one(scrape(gateway)[1], "pokeys_up"), 0)
+        wait_equal("no daemon", lambda: scrape(gateway)[1]["pokeys_daemon_up", frozenset()], 0)
+        equal(one(scrape(gateway)[1], "pokeys_up"), 0)
         mill = gateway.json("/api/devices/mill")
         equal((mill["connected"], mill["values"], "no daemon" in mill["reason"]), (False, {}, True), mill["reason"])
 
@@ -220,11 +245,17 @@ def test_what_is_refused():
                      b"GET /" + b"a" * 20000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n",
                      b"GET / HTTP/1.1\r\nHost: localhost\r\nX: " + b"y" * (1 << 20) + b"\r\n\r\n"):
             with socket.create_connection(("127.0.0.1", gateway.port), timeout=PATIENCE) as raw, \
-                    contextlib.suppress(ConnectionError):
+                    contextlib.suppress(OSError):
                 raw.sendall(sent)
                 raw.shutdown(socket.SHUT_WR)
                 answer = raw.recv(65536)
                 assert not answer or re.match(rb"HTTP/1\.[01] (4|5)\d\d ", answer), (sent[:50], answer)
+        # without a Host, or with two
+        for hosts in (b"", b"Host: localhost\r\nHost: evil.example\r\n"):
+            with socket.create_connection(("127.0.0.1", gateway.port), timeout=PATIENCE) as raw:
+                raw.sendall(b"GET /api/devices HTTP/1.0\r\n" + hosts + b"\r\n")
+                answer = raw.recv(65536)
+                assert re.match(rb"HTTP/1\.[01] 40[03] ", answer) and b"mill" not in answer, (hosts, answer)
         gateway.wait_running()
         assert "Traceback" not in house.log("gateway.log"), house.log("gateway.log")
 
@@ -251,7 +282,19 @@ def test_it_says_where_it_is_and_why_it_cannot_begin():
         ran = subprocess.run([*program, "--listen", f"127.0.0.1:{port}"], **options)
         equal((ran.returncode, "Traceback" in ran.stderr), (1, False), ran.stderr)
         assert f"127.0.0.1:{port}: address already in use" in ran.stderr.lower(), ran.stderr
-        options["env"] |= {"POKEYSCTL": "/nowhere/pokeysctl"}
+        good = options["env"]
+        options["env"] = good | {"POKEYS_SHM_LIBRARY": "/nowhere/libpokeys_shm.so"}
+        ran = subprocess.run(program, **options)
+        equal((ran.returncode, "install pokeysd" in ran.stderr, "Traceback" in ran.stderr), (1, True, False),
+              ran.stderr)
+        with socket.socket() as everywhere:
+            everywhere.bind(("0.0.0.0", 0))
+            everywhere.listen()
+            ran = subprocess.run(["sh", "-c", 'LISTEN_FDS=1 LISTEN_PID=$$ exec "$0" "$@"', *program], close_fds=False,
+                                 preexec_fn=lambda: (os.dup2(everywhere.fileno(), 3), os.set_inheritable(3, True)),
+                                 **{**options, "env": good})
+        equal((ran.returncode, "an inherited socket listens on 0.0.0.0" in ran.stderr), (1, True), ran.stderr)
+        options["env"] = good | {"POKEYSCTL": "/nowhere/pokeysctl"}
         ran = subprocess.run(program, **options)
         equal((ran.returncode, ran.stderr.splitlines()[-1]), (1, "pokeys-gateway: /nowhere/pokeysctl: No such file or "
               "directory; install pokeysd, or set POKEYSCTL to its path"))

@@ -11,6 +11,7 @@ import ipaddress
 import json
 import logging
 import os
+import socket
 from collections.abc import Awaitable, Callable
 from http import HTTPStatus
 from importlib.resources import files
@@ -18,7 +19,7 @@ from typing import Any
 
 from aiohttp import web
 
-from ..config import Config, Endpoint
+from ..config import Config, Endpoint, loopback
 from ..hub import Hub
 from ..source import Reading
 from .metrics import Metrics
@@ -39,14 +40,27 @@ _LOG = logging.getLogger("pokeys-gateway")
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
-def host_is_ours(host: str, config: Config) -> bool:
-    """Is this the Host of a request to this gateway? Any port: it may be forwarded."""
+def host_is_ours(hosts: list[str], config: Config) -> bool:
+    """Are these the Host headers of a request to this gateway? One, and any port: it may be forwarded."""
+    if len(hosts) != 1:
+        return False
+    host = hosts[0].strip()
     name = host[1:host.find("]")] if host.startswith("[") else host.partition(":")[0]
     name = name.lower().rstrip(".")
     try:
         return ipaddress.ip_address(name).is_loopback
     except ValueError:
         return name == "localhost" or name in config.host_names
+
+
+def _endpoint_of(inherited: socket.socket) -> Endpoint:
+    if inherited.family not in (socket.AF_INET, socket.AF_INET6):
+        raise ValueError("an inherited socket is not one of TCP")
+    host, port = inherited.getsockname()[:2]
+    try:
+        return loopback(host, port)
+    except ValueError as error:
+        raise ValueError(f"an inherited socket listens on {host}; allowed: {error}") from None
 
 
 def _complaint(status: HTTPStatus, text: str) -> web.Response:
@@ -57,7 +71,8 @@ def guard(config: Config) -> Any:
     """Judge requests before they are looked at, and put the security headers on every answer."""
     @web.middleware
     async def judge(request: web.Request, handler: Handler) -> web.StreamResponse:
-        if not host_is_ours(request.host, config):
+        # not request.host, which asks the name server if there is none
+        if not host_is_ours(request.headers.getall("Host", []), config):
             answer: web.StreamResponse = _complaint(
                 HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
         else:
@@ -101,15 +116,15 @@ class Http:
         self._page = {path: ((folder / name).read_bytes(), kind) for path, (name, kind) in PAGE.items()}
         self._runner: web.AppRunner | None = None
 
-    async def open(self, sockets: list[Any]) -> list[str]:
+    async def open(self, sockets: list[socket.socket]) -> list[str]:
         """Listen: on sockets that were inherited, or on those of the configuration. Where, as addresses of pages.
 
-        Raises OSError.
+        Raises OSError, and ValueError for a socket that others than this computer reach.
         """
+        endpoints = [_endpoint_of(one) for one in sockets]
         self._runner = web.AppRunner(self.application(), access_log=None, keepalive_timeout=KEEP_ALIVE_S)
         await self._runner.setup()
         sites: list[web.BaseSite] = [web.SockSite(self._runner, one, shutdown_timeout=SHUTDOWN_S) for one in sockets]
-        endpoints = [Endpoint(*one.getsockname()[:2]) for one in sockets]
         if not sockets:
             endpoints = list(self._hub.config.listen)
             sites = [web.TCPSite(self._runner, one.host, one.port, shutdown_timeout=SHUTDOWN_S) for one in endpoints]
@@ -156,17 +171,14 @@ class Http:
         return web.json_response({"format": FORMAT, "trouble": source.trouble,
                                   "devices": [_summary(self._hub, reading) for reading in readings]})
 
-    def _known(self, request: web.Request) -> str:
-        name = str(request.match_info["device"])
-        names = self._hub.source.names()
-        if name not in names:
-            has = ", ".join(names) or "none"
-            raise web.HTTPNotFound(reason=f"there is no such device; there are: {has}")
-        return name
+    def _no_such_device(self) -> web.HTTPNotFound:
+        has = ", ".join(self._hub.source.names()) or "none"
+        return web.HTTPNotFound(reason=f"there is no such device; there are: {has}")
 
     async def _device(self, request: web.Request) -> web.Response:
-        reading = self._hub.source.read(self._known(request))
-        assert reading
+        reading = self._hub.source.read(request.match_info["device"])
+        if not reading:
+            raise self._no_such_device()
         values: dict[str, Any] = {}
         words = {}
         if reading.state:
@@ -178,7 +190,10 @@ class Http:
         return web.Response(text=body, content_type="application/json")
 
     async def _events(self, request: web.Request) -> web.Response:
-        found = self._hub.source.events(self._known(request))
+        name = request.match_info["device"]
+        if name not in self._hub.source.names():
+            raise self._no_such_device()
+        found = self._hub.source.events(name)
         return web.json_response({"format": FORMAT, "events": [
             {"device": one.device, "epoch": one.epoch, "number": one.number, "time": one.time.isoformat(),
              "level": one.level, "kind": one.kind, "text": one.text, "held": one.held} for one in found]})

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Prometheus' text format, of the moment of the scrape.
 
-Process values have units in their names; codes are given as words. A device that cannot be read has
-pokeys_up 0 and no values, so that a graph has a gap instead of a line that stands still.
+Process values have units in their names; codes are given as words. A device whose data is old has
+pokeys_up 0 and no process values, so that a graph has a gap instead of a line that stands still.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from prometheus_client.registry import Collector
 
 from .. import __version__
 from ..hub import Hub
-from ..model import Row
+from ..model import FIRST_ANALOG, Row
 from ..source import Reading
 
 BUCKETS_AN_OCTAVE = 4       # of the daemon's histograms; every octave is one bucket here
@@ -88,10 +88,13 @@ SINGLE = (
     Family("pokeys_commands_refused_total", "command-refused-count", "Values that the daemon refused", counts=True),
     Family("pokeys_cycles_skipped_total", "cycles-skipped", "Ticks that the daemon missed", counts=True),
 )
-COUNTS_PULSES = 0x40        # in a pin's function (protocol section 3.2)
+# in a pin's function (docs/protocol.md)
+DIGITAL_INPUT, DIGITAL_OUTPUT, ANALOG_INPUT, COUNTER = 0x02, 0x04, 0x08, 0x40
 HISTOGRAMS = {"data": "data_complete", "age": "age_at_read"}       # where the name alone says too little
+RUNNING = 3
 PACKETS = ("sent", "resent", "received", "accepted", "missed", "late", "lost", "timed-out", "stray", "duplicate",
            "stale", "corrupt", "wrong-source", "send-failed")
+ENGINE = "engine.", "engine-state", "emergency"
 STATES = {"pokeys_link": ("link-state", "Whether the device runs"),
           "pokeys_engine": ("engine-state", "State of the pulse engine")}
 
@@ -120,22 +123,24 @@ class _Sheet:
 
 
 def _is_there(row: Row, state: pokeys.State) -> bool:
-    """What the device does not have would be a column of zeros."""
-    if row.kind == "pin" and row.number >= state.info.PinCount:
-        return False
-    name = row.name
-    if name.endswith(".out-fb") and row.kind == "pin":
-        return bool(state[f"pin.{row.number:02}.is-output"])
-    if name.startswith("pin.") and name.endswith(".in"):
-        return not state[f"pin.{row.number:02}.is-output"]
+    """What the device does not have, or has not set up, would be a column of zeros that means nothing."""
+    name, number = row.name, f"{row.number:02}"
+    if row.kind in ("pin", "analog") or name.startswith("counter."):
+        terminal = row.number + FIRST_ANALOG - 1 if row.kind == "analog" else row.number
+        function = state[f"pin.{terminal:02}.function-in-effect"] if terminal < state.info.PinCount else 0
+        wanted = {"in": DIGITAL_INPUT, "out-fb": DIGITAL_OUTPUT, "volts": ANALOG_INPUT,
+                  "value": COUNTER}[name.rpartition(".")[2]]
+        return bool(function & wanted)
+    if row.kind == "pwm":
+        return bool(state[f"pwm.{number}.enabled"])
     if name.startswith("encoder."):
-        return bool(state[f"encoder.{row.number:02}.enabled"])
+        return bool(state[f"encoder.{number}.enabled"])
     if name.startswith("joint.") and ".postep." in name:
-        return bool(state[f"joint.{row.number:02}.postep.updates"])
+        return bool(state[f"joint.{number}.postep.updates"])
     if name.startswith("joint."):
         return row.number < state.info.Axes
-    if name.startswith("counter."):
-        return bool(state[f"pin.{row.number:02}.function-in-effect"] & COUNTS_PULSES)
+    if row.kind == "output":
+        return state.info.pulse_engine_version > 0
     return True
 
 
@@ -171,6 +176,7 @@ class Values(Collector):
             if reading.state:
                 self._device(sheet, reading, reading.state)
         yield from sheet.all()
+        yield GaugeMetricFamily("pokeys_daemon_up", "1 = a daemon is running", float(not self._hub.source.trouble))
         yield InfoMetricFamily("pokeys_gateway_build", "Version of the gateway", {"version": __version__})
         lag = self._hub.lag
         yield GaugeMetricFamily("pokeys_gateway_loop_lag_seconds", "How late the event loop was last", lag.last)
@@ -186,12 +192,14 @@ class Values(Collector):
             sheet.put(InfoMetricFamily("pokeys_device", "The device", labels=["device"])).add_metric(
                 [name], {"serial": str(info.SerialNumber), "type": info.type, "address": info.address or "",
                          "firmware": f"{info.FirmwareMajor}.{info.FirmwareMinor}.{info.FirmwareRevision}"})
-        self._words(sheet, reading, state)
+        if state.daemon_alive:
+            self._words(sheet, reading, state)
         if reading.connected:
             self._values(sheet, name, state)
         for family, row in self._single:
-            value = self._take(reading, row.name)
-            if value is not None:
+            # counters go on while the daemon lives; all else would stand still at what it was
+            value = self._take(reading, row.name) if reading.connected or family.counts else None
+            if value is not None and (not row.name.startswith(ENGINE) or info.pulse_engine_version):
                 sheet.add(family, {"device": name}, float(value) * family.factor)
         self._counters(sheet, reading, state)
 
@@ -223,13 +231,13 @@ class Values(Collector):
     def _words(self, sheet: _Sheet, reading: Reading, state: pokeys.State) -> None:
         name = reading.name
         for metric, (value, text) in STATES.items():
-            if value != "link-state" and not reading.connected:
+            if value.startswith(ENGINE) and not (reading.connected and state.info.pulse_engine_version):
                 continue
             words, now = self._hub.model.rows[value].words, state[value]
             sheet.put(StateSetMetricFamily(metric, text, labels=["device"])).add_metric(
                 [name], {word: number == now for number, word in words.items()})
         fault = Family("pokeys_fault", "", "Why the device does not run; the word is in the label")
-        if state.fault:
+        if state.fault and state.link_state != RUNNING:
             sheet.add(fault, {"device": name, "fault": state.word("fault")}, 1.0)
 
     @staticmethod

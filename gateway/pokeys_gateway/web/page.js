@@ -38,7 +38,7 @@ function pins(title, list) {
 	if (!list.length)
 		return [];
 	const items = list.map(({terminal, on}) => make("li", {
-		text: terminal, className: on ? "on" : "",
+		text: on ? `${terminal} ●` : terminal, className: on ? "on" : "",
 		"aria-label": `terminal ${terminal} ${on ? "on" : "off"}`,
 	}));
 	return [make("h3", {text: title}), make("ul", {className: "pins"}, ...items)];
@@ -50,8 +50,8 @@ function table(title, heads, rows) {
 	const kind = column => typeof rows[0][column] === "number" ? "number" : "";
 	const head = make("tr", {}, ...heads.map((text, i) => make("th", {text, scope: "col", className: kind(i)})));
 	const body = rows.map(row => make("tr", {}, ...row.map((text, i) => make("td", {text, className: kind(i)}))));
-	return [make("h3", {text: title}), make("div", {className: "scroll"},
-		make("table", {}, make("thead", {}, head), make("tbody", {}, ...body)))];
+	return [make("div", {className: "scroll", tabindex: "0", role: "group", "aria-label": title},
+		make("table", {}, make("caption", {text: title}), make("thead", {}, head), make("tbody", {}, ...body)))];
 }
 
 function axes({values, words}) {
@@ -65,17 +65,20 @@ function axes({values, words}) {
 
 function parts(device) {
 	const {values} = device;
+	// bits of a terminal's function: 2 digital input, 4 digital output, 8 analog input
 	const terminals = numbers(values, "pin.NN.in").filter(i => i < values["info.PinCount"]);
 	const of = (i, name) => values[`pin.${two(i)}.${name}`];
-	const inputs = terminals.filter(i => !of(i, "is-output"));
-	const outputs = terminals.filter(i => of(i, "is-output"));
+	const has = (i, function_) => of(i, "function-in-effect") & function_;
+	const inputs = terminals.filter(i => has(i, 2));
+	const outputs = terminals.filter(i => has(i, 4));
+	const analog = numbers(values, "adc.NN.volts").filter(i => has(i + 40, 8));
 	const encoders = numbers(values, "encoder.NN.rawcounts").filter(i => values[`encoder.${two(i)}.enabled`]);
 	return [
-		...table("Axes", ["axis", "position (pulses)", "state", ""], axes(device)),
+		...table("Axes", ["axis", "position (pulses)", "state", "signals"], axes(device)),
 		...table("Encoders", ["encoder", "count"], encoders.map(i => [String(i), values[`encoder.${two(i)}.rawcounts`]])),
 		...pins("Outputs", outputs.map(i => ({terminal: i + 1, on: of(i, "out-fb")}))),
 		...pins("Inputs", inputs.map(i => ({terminal: i + 1, on: of(i, "in")}))),
-		...table("Analog inputs", ["terminal", "volts"], numbers(values, "adc.NN.volts").map(i =>
+		...table("Analog inputs", ["terminal", "volts"], analog.map(i =>
 			[String(i + 41), values[`adc.${two(i)}.volts`].toFixed(3)])),
 	];
 }
@@ -91,20 +94,32 @@ class Card {
 			make("h2", {text: name}), this.reason, this.values, make("h3", {text: "Events"}), this.events);
 	}
 
+	/** What goes wrong here concerns this device alone. */
 	async update() {
-		const device = await ask(`api/devices/${this.name}`);
-		this.show(device);
-		if (this.count++ % EVENTS_EVERY === 0)
-			this.list((await ask(`api/devices/${this.name}/events`)).events);
+		try {
+			this.show(await ask(`api/devices/${this.name}`));
+			if (this.count++ % EVENTS_EVERY === 0)
+				this.list((await ask(`api/devices/${this.name}/events`)).events);
+		} catch (error) {
+			console.error(error);
+			this.age(`${error.message}; what is shown is old`);
+		}
+	}
+
+	/** Mark what is shown as old, and say why; an empty reason: it is fresh. */
+	age(reason) {
+		this.element.classList.toggle("old", reason !== "");
+		this.reason.className = reason ? "reason bad" : "reason";
+		if (reason)
+			this.reason.textContent = reason;
 	}
 
 	show(device) {
 		const known = device.type !== null;     // or nothing was ever read
-		this.element.classList.toggle("old", !device.connected);
-		this.reason.className = device.connected ? "reason" : "reason bad";
-		this.reason.textContent = device.connected
-			? `${device.type} ${device.serial} at ${device.address} is running; data is ${(device.age_us / 1000).toFixed(1)} ms old`
-			: `${device.reason}${known ? " – old values are shown" : ""}`;
+		this.age(device.connected ? "" : `${device.reason}${known ? "; what is shown is old" : ""}`);
+		if (device.connected)
+			this.reason.textContent = `${device.type} ${device.serial} at ${device.address} is running; ` +
+				`data is ${(device.age_us / 1000).toFixed(1)} ms old`;
 		this.values.replaceChildren(...(known ? parts(device) : []));
 	}
 
@@ -136,18 +151,23 @@ function arrange(names) {
 
 let since = null;
 
+/** A screen reader reads it out, so it is written only when it changes. */
+function say(text, bad) {
+	if (link.textContent !== text)
+		link.textContent = text;
+	link.className = bad ? "bad" : "";
+}
+
 async function round() {
 	try {
 		const {devices, trouble} = await ask("api/devices");
 		arrange(devices.map(device => device.name));
 		await Promise.all([...cards.values()].map(card => card.update()));
 		since = null;
-		link.textContent = trouble || "live";
-		link.className = trouble ? "bad" : "";
+		say(trouble || "live", trouble);
 	} catch {
 		since ??= new Date();
-		link.textContent = `no connection to the gateway since ${since.toLocaleTimeString()}; what is shown is old`;
-		link.className = "bad";
+		say(`no connection to the gateway since ${since.toLocaleTimeString()}; what is shown is old`, true);
 		for (const card of cards.values())
 			card.element.classList.add("old");
 	}
