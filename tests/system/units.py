@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 
-EXPOSURE, GUARD_EXPOSURE = 25, 50  # tenths
+EXPOSURE, GUARD_EXPOSURE, GATEWAY_EXPOSURE = 25, 50, 20  # tenths
 
 
 def run(*command):
@@ -41,8 +41,23 @@ def check_guard(folder, unit, program):
     assert "SuccessExitStatus=69\n" in text and "RestartPreventExitStatus=64 69 75 77 78\n" in text, text
 
 
+def check_gateway(folder, unit, program):
+    """It may read, and not command."""
+    copy = folder / "pokeys-gateway.service"
+    text = re.sub(r"^ExecStart=\S+", f"ExecStart={program}", unit.read_text(), flags=re.M)
+    copy.write_text(text)
+    faults = verify(folder, "pokeys-gateway")
+    assert not faults, faults
+    out = run("systemd-analyze", "security", "--offline=yes", f"--threshold={GATEWAY_EXPOSURE}", str(copy))
+    assert out.returncode == 0, out.stdout + out.stderr
+    print(out.stdout.splitlines()[-1])
+    groups = re.findall(r"^(?:Group|SupplementaryGroups)=(.*)$", text, re.M)
+    assert groups == ["pokeys-gateway", "pokeys-monitor"], groups
+    assert "\nIPAddressDeny=any\nIPAddressAllow=localhost\n" in text, text
+
+
 def main():
-    unit, dropin, guard, daemon, sysusers, tmpfiles = (pathlib.Path(a).resolve() for a in sys.argv[1:7])
+    unit, dropin, guard, gateway, daemon, sysusers, tmpfiles = (pathlib.Path(a).resolve() for a in sys.argv[1:8])
     if not shutil.which("systemd-analyze"):
         print("systemd-analyze is not installed", file=sys.stderr)
         return 77
@@ -76,6 +91,7 @@ def main():
         faults = verify(folder)
         assert not faults, faults
         check_guard(folder, guard, daemon)
+        check_gateway(folder, gateway, daemon)
         if shutil.which("systemd-sysusers"):
             out = run("systemd-sysusers", "--dry-run", f"--root={folder}", str(sysusers))
             assert out.returncode == 0 and "invalid" not in out.stderr.lower(), out.stderr

@@ -97,6 +97,24 @@ guard_goes() {
 	within 240 fresh
 }
 
+# As it is installed: the confinement of its unit suffices, and the daemon's end is none of its own.
+page_of() { python3 -c "import sys, urllib.request; print(urllib.request.urlopen(sys.argv[1]).read().decode())" \
+	"http://127.0.0.1:8580/$1"; }
+gateway_shows() { page_of metrics | grep -qx "pokeys_up{device=\"$name\"} 1.0"; }
+gateway_shows_the_device() {
+	systemctl start pokeys-gateway || { journalctl -o cat -u pokeys-gateway | tail -n 20 >/out/gateway; return 1; }
+	within 240 gateway_shows && page_of "api/devices/$name" | grep -q '"joint.00.counts"'
+}
+gateway_may_do_nothing() {
+	local pid
+	pid=$(systemctl show -P MainPID pokeys-gateway)
+	[ "$(ps -o user= -p "$pid")" = pokeys-gateway ] || ps -o user= -p "$pid" | grep -qx 'pokeys-+' || return 1
+	grep -qx 'CapEff:	0000000000000000' "/proc/$pid/status" || return 1
+	systemctl is-enabled pokeys-gateway && { echo "it is enabled by itself"; return 1; }
+	! nsenter -t "$pid" -m -S "$(id -u pokeys-gateway)" -G "$(id -g pokeys-gateway)" touch /run/pokeysd/x 2>/dev/null
+}
+gateway_goes() { within 240 gateway_shows && systemctl stop pokeys-gateway && ! page_of metrics 2>/dev/null; }
+
 watchdog_was_it() { journalctl -u pokeysd --no-pager | grep -i watchdog; }
 
 # Histograms are brought out for whoever runs this on real hardware; here they say nothing.
@@ -171,14 +189,17 @@ check input_reaches_its_pin input_follows
 check guard_is_on_and_seen guard_is_seen
 check killed_guard_comes_again guard_comes_again
 check stopped_guard_leaves_nothing guard_goes
+check gateway_shows_the_device gateway_shows_the_device
+check gateway_may_do_nothing_else gateway_may_do_nothing
 check reload_configures_the_device reload_configures
 check killed_daemon_comes_again again KILL
 check hung_daemon_is_found_by_the_watchdog again STOP
 check watchdog_is_in_the_journal watchdog_was_it
+check gateway_goes_on_and_stops gateway_goes
 check cyclictest_beside_it latency
 check outputs_are_safe_when_linuxcnc_dies linuxcnc_dies
 check killed_for_good_leaves_no_daemon_to_be_seen killed_for_good
 check service_stops service_stops
 check nothing_is_left nothing_is_left
-journalctl --no-pager -u pokeysd -u pokeys-guard >/out/journal
+journalctl --no-pager -u pokeysd -u pokeys-guard -u pokeys-gateway >/out/journal
 echo end
