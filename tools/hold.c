@@ -58,7 +58,7 @@ static void say_so(const struct hold *hold, double seconds)
 	fflush(stdout);
 }
 
-/* Until they are as wanted. False if that takes too long. */
+/* Until they are as wanted, or a signal asks for the end. False if that takes too long. */
 static bool follow(pokeys_client *client, const struct hold *hold, bool wanted)
 {
 	const uint64_t end_ms = commander_ms() + FOLLOW_MS;
@@ -66,7 +66,7 @@ static bool follow(pokeys_client *client, const struct hold *hold, bool wanted)
 
 	hold->kind->fill(hold, wanted, &image);
 	pokeys_client_command(client, &image);
-	while (!is_so(client, hold, wanted)) {
+	while (!is_so(client, hold, wanted) && !(wanted && commander_ended())) {
 		if (commander_ms() > end_ms || pokeys_client_renew(client))
 			return false;
 		commander_nap();
@@ -80,7 +80,8 @@ static bool keep(pokeys_client *client, const struct hold *hold, double seconds)
 	const uint64_t over_ms = commander_ms() + (uint64_t)(seconds * 1000);
 	uint64_t so_ms = commander_ms();
 
-	say_so(hold, seconds);
+	if (!commander_ended())
+		say_so(hold, seconds);
 	while (!commander_ended() && commander_ms() < over_ms) {
 		if (pokeys_client_renew(client)) {
 			complain("%s: this program was stopped, or pokeysd was away; the outputs "
@@ -122,6 +123,7 @@ static bool put_back(pokeys_client *client, const struct hold *hold, bool well)
 
 int hold_for(struct hold *hold, const struct options *options)
 {
+	struct pokeys_report report = { 0 };
 	struct pokeys_state state;
 	int status;
 	pokeys_client *client = commander_open(options, hold->device, &state, &status);
@@ -129,7 +131,8 @@ int hold_for(struct hold *hold, const struct options *options)
 	if (!client)
 		return status;
 	status = STATUS_FAILED;
-	if (hold->kind->begin(hold, &state) &&
+	pokeys_client_read_report(client, &report);	/* without one, no settings are known */
+	if (hold->kind->begin(hold, &state, &report) &&
 	    put_back(client, hold, switch_it(client, hold, options->duration_s)))
 		status = STATUS_OK;
 	pokeys_client_close(client);

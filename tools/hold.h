@@ -12,7 +12,8 @@ struct hold;
 
 struct hold_kind {
 	/* Can it be? If not, false, and it has been said why. Keeps what is there now. */
-	bool (*begin)(struct hold *hold, const struct pokeys_state *state);
+	bool (*begin)(struct hold *hold, const struct pokeys_state *state,
+		      const struct pokeys_report *report);
 	/* The command for what is wanted, or for what was there; `image` is empty. */
 	void (*fill)(const struct hold *hold, bool wanted, struct pokeys_command *image);
 	bool (*is_so)(const struct hold *hold, bool wanted, const struct pokeys_state *state);

@@ -20,11 +20,13 @@ static void store(uint8_t bytes[POKEYS_PIN_BYTES], uint64_t pins)
 		bytes[i] = (uint8_t)(pins >> 8 * i);
 }
 
-static bool begin(struct hold *hold, const struct pokeys_state *state)
+static bool begin(struct hold *hold, const struct pokeys_state *state,
+		  const struct pokeys_report *report)
 {
 	const uint64_t missing = hold->terminals & ~load(state->digital_out_owned);
 	char text[TERMINAL_LIST_MAX];
 
+	(void)report;
 	if (missing)
 		complain("%s: %s: no digital output of this device; add it to digital-outputs in "
 			 "pokeysd.conf and restart pokeysd", hold->device,

@@ -38,7 +38,23 @@ static uint32_t ticks(const struct hold *hold)
 	return (uint32_t)lround(hold->duty * hold->period);
 }
 
-static bool begin(struct hold *hold, const struct pokeys_state *state)
+/* One that follows an axis is the device's: it would overwrite what is commanded. */
+static bool is_free(const struct hold *hold, const struct wire_model *model,
+		    const struct pokeys_settings *settings)
+{
+	const unsigned int channel = settings->sync_pwm_channel;
+
+	if (!settings->sync_pwm_enable || channel >= POKEYS_PWM ||
+	    !(hold->channels >> channel & 1))
+		return true;
+	complain("%s: terminal %u: this PWM output follows axis %u; switch synced-pwm off in "
+		 "pokeysd.conf first", hold->device, model->pinmap->pwm_pin[channel],
+		 settings->sync_pwm_axis);
+	return false;
+}
+
+static bool begin(struct hold *hold, const struct pokeys_state *state,
+		  const struct pokeys_report *report)
 {
 	const struct wire_model *model = wire_model(state->identity.hardware);
 	char text[TERMINAL_LIST_MAX];
@@ -50,6 +66,8 @@ static bool begin(struct hold *hold, const struct pokeys_state *state)
 			 hold->device, terminal_list(missing, text), model->name, model->name);
 		return false;
 	}
+	if (!is_free(hold, model, &report->device))
+		return false;
 	hold->period = state->pwm_period ? state->pwm_period : model->pwm_hz / USUAL_HZ;
 	snprintf(hold->how, sizeof(hold->how), "at %g %% of %.4g Hz", hold->duty * 100,
 		 (double)model->pwm_hz / hold->period);

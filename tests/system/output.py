@@ -157,6 +157,20 @@ def test_what_cannot_be_pwm_is_told_in_one_line():
         assert "terminals are numbers from 1 to 55" in refused("mill", "pwm0", "5", status=64)
 
 
+def test_a_pwm_output_that_follows_an_axis_is_refused():
+    with house_with_outputs(**{"axes": 3, "axis.1.mode": "buffered", "synced-pwm": "on", "synced-pwm-axis": 1,
+                               "synced-pwm-channel": 5}) as (house, sim):
+        ran = house.says("pwm", "mill", "17", "50%", returncode=1, stdout="")
+        equal(ran.stderr, "pokeysctl: mill: terminal 17: this PWM output follows axis 1; switch synced-pwm off in "
+              "pokeysd.conf first\n")
+        # another one is free
+        ran = house.spawn("pokeysctl", "-r", house.runtime, "pwm", "mill", "20,17", "50%", log="ctl.log")
+        equal((ran.wait(60), "follows axis 1" in house.log("ctl.log")), (1, True))
+        ran = house.spawn("pokeysctl", "-r", house.runtime, "pwm", "mill", "20", "50%", "--for", 600, log="ctl2.log")
+        wait_for("the other", lambda: "terminal 20 at 50 %" in house.log("ctl2.log"), say=lambda: house.log("ctl2.log"))
+        equal(end(ran, signal.SIGINT), 0)
+
+
 def test_what_cannot_be_is_told_in_one_line():
     with house_with_outputs() as (house, sim):
         def refused(*words, status=1):
