@@ -103,7 +103,8 @@ page_of() { python3 -c "import sys, urllib.request; print(urllib.request.urlopen
 gateway_shows() { page_of metrics | grep -qx "pokeys_up{device=\"$name\"} 1.0"; }
 gateway_shows_the_device() {
 	systemctl start pokeys-gateway || { journalctl -o cat -u pokeys-gateway | tail -n 20 >/out/gateway; return 1; }
-	within 240 gateway_shows && page_of "api/devices/$name" | grep -q '"joint.00.counts"'
+	within 240 gateway_shows || { page_of healthz >/out/gateway; return 1; }
+	page_of "api/devices/$name" | grep -q '"joint.00.counts"'
 }
 gateway_may_do_nothing() {
 	local pid
