@@ -103,7 +103,7 @@ void shm_device_write_diag(struct shm_device *device, const struct pokeys_diag *
 void shm_device_write_report(struct shm_device *device, const struct pokeys_report *report);
 
 /*
- * One event, for those who see the mirror; its number is given here, and who waits is told. The
+ * Write one event to the mirror. Its number is assigned here, and waiting clients wake up. The
  * control thread. Never waits.
  */
 void shm_device_write_event(struct shm_device *device, const struct pokeys_event *event);

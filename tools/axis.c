@@ -297,7 +297,7 @@ static bool leads_away(struct axis *axis, bool forward)
 	return true;
 }
 
-/* The device is told speeds only if no axis runs by speed; and older firmware never. */
+/* Speeds are sent to the device only while no axis is in speed mode; never to older firmware. */
 static bool has_speeds(const struct pokeys_state *state)
 {
 	const struct pokeys_identity *id = &state->identity;

@@ -183,7 +183,7 @@ static size_t print_round(struct events *events)
 	return events->rows;
 }
 
-/* Look for another daemon; what keeps us from it is told once. */
+/* Look for another daemon. If there is none, or it refuses us, say so once. */
 static void look(const struct view_device *device, struct place *place)
 {
 	const enum pokeys_client_state attached = pokeys_client_poll(device->client);

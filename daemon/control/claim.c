@@ -175,7 +175,8 @@ static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t no
 	}
 	if (fd < 0)
 		tell_line(claims->teller, i, EVENT_WARNING, "in-use",
-			  "whether another pokeysd drives the device cannot be told: %s; going on",
+			  "cannot find out whether another pokeysd drives the device: %s; "
+			  "driving it",
 			  strerror(-fd));
 	aim(claims, i, where, fd < 0 ? -1 : fd);
 }

@@ -46,18 +46,6 @@ static bool stands_out(struct drain_noise *noise, uint64_t now_ns, uint32_t *hel
 	return true;
 }
 
-static void show(struct drain *drain, const struct event *event, struct pokeys_event said,
-		 uint64_t now_ns)
-{
-	const bool known = event->device < drain->teller->config->devices;
-	const uint32_t row = known ? event->device : TRANSPORT_CHANNELS;
-
-	if (!is_noise(event->code) ||
-	    stands_out(&drain->noise[row][event->code], now_ns, &said.held))
-		tell_show(drain->teller, known ? event->device : TELL_ALL, &said, event->t_ns,
-			  now_ns);
-}
-
 static void write_down(struct drain *drain, const struct event *event, uint64_t now_ns)
 {
 	const bool known = event->device < drain->teller->config->devices;
@@ -65,15 +53,17 @@ static void write_down(struct drain *drain, const struct event *event, uint64_t 
 	const uint32_t row = known ? event->device : TRANSPORT_CHANNELS;
 	const uint32_t code = event->code < EVENT_CODES ? event->code : EVENT_NONE;
 	const bool settings = code == EVENT_CONFIG_CHANGED;
-	struct pokeys_event said = { .level = event->level };
+	struct pokeys_event said = { .level = event->level }, shown;
 	const bool permitted = log_permit(&drain->limit[row][code], now_ns, &said.held);
 
 	if (!permitted && !settings)
 		return;
 	snprintf(said.kind, sizeof(said.kind), "%s", event_kind_name(code));
 	event_format(event, NULL, said.text, sizeof(said.text));
-	if (permitted)
-		show(drain, event, said, now_ns);
+	shown = said;
+	if (permitted && (!is_noise(code) ||
+			  stands_out(&drain->noise[row][code], now_ns, &shown.held)))
+		tell_show(drain->teller, device, &shown, event->t_ns, now_ns);
 	if (settings)
 		said.held = 0;
 	tell_log(drain->teller, device, &said);

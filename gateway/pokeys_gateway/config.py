@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """pokeys-gateway.conf(5): one table of keys.
 
-Every fault is found in one reading and told in one line with file and line number, as pokeysd
-does it. configparser knows no lines once it has parsed, so they are looked up by section and key.
+Every fault is found in one reading and reported in one line with file and line number, as pokeysd
+does it. configparser stops at the first fault of syntax, and knows no line numbers afterwards.
 """
 from __future__ import annotations
 

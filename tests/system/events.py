@@ -10,7 +10,7 @@ import signal
 import sys
 import time
 
-from house import House, end, equal, main, rng, wait_for
+from house import House, end, equal, main, wait_for
 
 
 LEVELS = {3: "error", 4: "warning", 5: "notice", 6: "info"}
@@ -130,17 +130,6 @@ def test_several_devices_are_told_apart_and_in_order():
         equal([row["text"] for row in found if not row["device"]], [row["text"] for row in alone if not row["device"]])
         gone = house.ctl("events", "gantry")
         equal((gone.returncode, 'no device "gantry"; it has: mill, lathe' in gone.stderr), (1, True), gone.stderr)
-
-
-def test_who_has_it_is_told_to_readers_as_well():
-    with House() as house:
-        # by address and by serial number it is the same one
-        serial = rng.randrange(100000, 2**31)
-        house.daemon_keys |= {"discovery-address": house.address, "discovery-interval-ms": 100}
-        house.device_keys["lathe"] = {"serial": serial}
-        house.start_sim("--serial", serial)
-        house.start_daemon()
-        house.tells("is that of [device mill]; it is driven as mill only", "events", "lathe")
 
 
 def test_what_ends_a_watcher():

@@ -202,6 +202,8 @@ def test_one_device_is_not_driven_by_two_sections():
         house.start_daemon()
         wait_for("the complaint", lambda: "lathe: the device at " in house.log(), say=house.log)
         assert "is that of [device mill]" in house.log(), house.log()
+        # for whoever may not read the log as well
+        house.tells("is that of [device mill]; it is driven as mill only", "events", "lathe")
         wait_equal("the fault", lambda: house.state("lathe")["fault"], "in use")
         house.wait_fresh("mill")
         equal(house.state("lathe")["statistics"]["sent"], 0)

@@ -23,16 +23,21 @@ def verify(folder, name="pokeysd"):
     return said or (f"status {out.returncode}: {out.stderr}" if out.returncode else "")
 
 
-def check_guard(folder, unit, program):
-    """Any program stands for the guard, which may not have been built."""
-    copy = folder / "pokeys-guard.service"
+def check_unit(folder, name, unit, program, exposure):
+    """Without faults, and no more exposed than that. Any program stands for one that may not have been built."""
+    copy = folder / f"{name}.service"
     text = re.sub(r"^ExecStart=\S+", f"ExecStart={program}", unit.read_text(), flags=re.M)
     copy.write_text(text)
-    faults = verify(folder, "pokeys-guard")
+    faults = verify(folder, name)
     assert not faults, faults
-    out = run("systemd-analyze", "security", "--offline=yes", f"--threshold={GUARD_EXPOSURE}", str(copy))
+    out = run("systemd-analyze", "security", "--offline=yes", f"--threshold={exposure}", str(copy))
     assert out.returncode == 0, out.stdout + out.stderr
     print(out.stdout.splitlines()[-1])
+    return text
+
+
+def check_guard(folder, unit, program):
+    text = check_unit(folder, "pokeys-guard", unit, program, GUARD_EXPOSURE)
     # it would make the pins' folder read-only
     assert "\nProtectKernelTunables" not in text, text
     # a kernel without BPF has no such folder, which the guard says better than systemd
@@ -43,14 +48,7 @@ def check_guard(folder, unit, program):
 
 def check_gateway(folder, unit, program):
     """It may read, and not command."""
-    copy = folder / "pokeys-gateway.service"
-    text = re.sub(r"^ExecStart=\S+", f"ExecStart={program}", unit.read_text(), flags=re.M)
-    copy.write_text(text)
-    faults = verify(folder, "pokeys-gateway")
-    assert not faults, faults
-    out = run("systemd-analyze", "security", "--offline=yes", f"--threshold={GATEWAY_EXPOSURE}", str(copy))
-    assert out.returncode == 0, out.stdout + out.stderr
-    print(out.stdout.splitlines()[-1])
+    text = check_unit(folder, "pokeys-gateway", unit, program, GATEWAY_EXPOSURE)
     groups = re.findall(r"^(?:Group|SupplementaryGroups)=(.*)$", text, re.M)
     assert groups == ["pokeys-gateway", "pokeys-monitor"], groups
     assert "\nIPAddressDeny=any\nIPAddressAllow=localhost\n" in text, text

@@ -242,7 +242,7 @@ class Values(Collector):
 
     @staticmethod
     def _counters(sheet: _Sheet, reading: Reading, state: pokeys.State) -> None:
-        packets = Family("pokeys_packets_total", "", "Packets by what became of them", counts=True)
+        packets = Family("pokeys_packets_total", "", "Packets, by kind", counts=True)
         for kind in PACKETS:
             sheet.add(packets, {"device": reading.name, "kind": kind}, float(state[f"packets.{kind}"]))
         if reading.diagnostics:
