@@ -7,10 +7,9 @@
 # `all` adds the other LinuxCNC machines, PREEMPT_RT machines, fuzzing, and unit and
 # sim again in sanitized builds. The end of the output lists the suites left out.
 #
-# unit, sim and fuzz tests run two at a time, also in sanitized builds. net, gateway, hal,
-# linuxcnc and vm tests use real sockets, LinuxCNC or virtual machines, so they run one
-# at a time. A test that is in two suites runs once. The last line is
-# "N passed, N failed, N skipped".
+# Tests run two at a time, also in sanitized builds; those of hal, linuxcnc and vm, which use
+# LinuxCNC or virtual machines, run one at a time. A test that is in two suites runs once. The last
+# line is "N passed, N failed, N skipped".
 #
 # --repeat N runs the suites N times and prints how often each test failed. --load N
 # runs them beside N busy processes and stops them at random moments (under-load).
@@ -89,16 +88,21 @@ is_wanted() {
 	[[ " ${SUITES[*]} " == *" $1 "* ]]
 }
 
+# run_group LABEL JOBS SUITE...: those of the suites that are selected
+run_group() {
+	local label=$1 jobs=$2 suite wanted=()
+	shift 2
+	for suite; do ! is_wanted "$suite" || wanted+=("$suite"); done
+	[ ${#wanted[@]} -eq 0 ] || suite_run build "$label" "$jobs" "${wanted[@]}"
+}
+
 # Run the selected suites once, in this order, whatever their order on the command line.
 run_round() {
-	local suite side_by_side=() alone=()
-
-	for suite in unit sim; do ! is_wanted $suite || side_by_side+=($suite); done
-	for suite in net gateway hal linuxcnc; do ! is_wanted $suite || alone+=($suite); done
-	[ ${#side_by_side[@]} -eq 0 ] || suite_run build unit-sim 2 "${side_by_side[@]}"
-	[ ${#alone[@]} -eq 0 ] || suite_run build net-hal 1 "${alone[@]}"
-	! is_wanted vm || suite_run build vm 1 vm
-	! is_wanted fuzz || suite_run build fuzz 2 fuzz
+	run_group unit-sim 2 unit sim
+	run_group net-gateway 2 net gateway
+	run_group hal-linuxcnc 1 hal linuxcnc
+	run_group vm 1 vm
+	run_group fuzz 2 fuzz
 	# char is unsigned on arm64
 	! is_wanted asan || sanitized_run asan address,undefined -Dc_args=-funsigned-char
 	! is_wanted tsan || TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp" sanitized_run tsan thread

@@ -238,14 +238,14 @@ def rounds(fake):
         while [ "$1" != --logbase ]; do shift; done
         log=build/meson-logs/$2.json
         cp passes "$log"
-        [ "$2" != log-net-hal-2 ] || { cat fails >>"$log"; exit 1; }""")
+        [ "$2" != log-net-gateway-2 ] || { cat fails >>"$log"; exit 1; }""")
     child = fake.start("parse_tests unit net --repeat=3; run_tests")
     said = child.communicate(timeout=120)[0].splitlines()
     assert child.returncode == 1 and said[-1] == "6 passed, 1 failed, 0 skipped", said
     assert len(fake.calls.read_text().splitlines()) == 6, said
     rows = [line.split() for line in said[-5:-1]]
     assert rows[0] == ["test", "runs", "failures"] and rows[1][-2:] == ["1", "1"], said
-    assert rows[2][-2:] == ["6", "0"] and "log-net-hal-2.txt" in rows[3][-1], said
+    assert rows[2][-2:] == ["6", "0"] and "log-net-gateway-2.txt" in rows[3][-1], said
 
 
 def under_load(fake):
