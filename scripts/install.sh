@@ -24,6 +24,7 @@ PACKAGES_TEST=(
 	strace			# system calls of the realtime thread
 	systemd			# systemd-analyze
 	python3-venv mypy	# the Python package
+	python3-jsonschema python3-websockets	# the gateway's clients
 )
 PACKAGES_GATEWAY=(python3-aiohttp python3-prometheus-client)	# the gateway, for Debian's Python
 PACKAGES_FUZZ=(libclang-rt-14-dev)	# libFuzzer

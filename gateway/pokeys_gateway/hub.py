@@ -85,6 +85,16 @@ class Hub:
             except Exception:
                 _LOG.exception("looking for devices")
 
+    def no_such_device(self, name: object) -> str:
+        """For a client that asks for one that is not there."""
+        return f"there is no device {name!r}; there are: {', '.join(self.source.names()) or 'none'}"
+
+    def events(self, name: str) -> list[dict[str, Any]]:
+        """What has happened to a device, for JSON."""
+        return [{"device": one.device, "epoch": one.epoch, "number": one.number, "time": one.time.isoformat(),
+                 "level": one.level, "kind": one.kind, "text": one.text, "held": one.held}
+                for one in self.source.events(name)]
+
     async def close(self) -> None:
         """End the tasks and detach."""
         for task in self._tasks:

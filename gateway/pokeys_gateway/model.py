@@ -31,6 +31,7 @@ class Row:
     unit: str
     help: str
     writable: bool
+    diagnostic: bool        # of the counters and latencies, not of the device's state
     kind: str       # of its terminal: "pin", "analog", "pwm", "output", or ""
     number: int     # the first number in it, -1 = none
     words: dict[int, str]       # what its numbers mean; empty = it is not a code
@@ -43,21 +44,27 @@ def _expand(row: dict[str, Any]) -> Iterator[Row]:
     for i in range(row["count"]):
         for j in range(inner):
             name = pattern % ((i, j) if pattern.count("%") == 2 else (i,) if "%" in pattern else ())
-            yield Row(name, row["type"], row["unit"], row["help"], row["writable"], row.get("terminal") or "",
-                      i if "%" in pattern else -1, words)
+            yield Row(name, row["type"], row["unit"], row["help"], row["writable"],
+                      row["image"] == "diag", row.get("terminal") or "", i if "%" in pattern else -1, words)
 
 
 class Model:
     """All names, by name, and the boards."""
 
     def __init__(self, document: dict[str, Any]) -> None:
-        self.rows = {row.name: row for part in document["names"] for row in _expand(part)}
+        self._parts = document["names"]
+        self.rows = {row.name: row for part in self._parts for row in _expand(part)}
         self._boards = {board["hardware"]: board for board in document["boards"]}
 
     def family(self, pattern: str) -> list[Row]:
         """The rows whose names fit, in the order of their numbers; NN stands for a number."""
         fits = re.compile(re.escape(pattern).replace("NN", r"\d\d")).fullmatch
         return [row for row in self.rows.values() if fits(row.name)]
+
+    def patterns(self) -> Iterator[tuple[str, Row]]:
+        """The names with %02u for numbers, and the first row of each."""
+        for part in self._parts:
+            yield part["name"], next(_expand(part))
 
     def terminal(self, row: Row, hardware: int) -> str:
         """The number of a value's terminal as the board has it printed; "" if it has none."""

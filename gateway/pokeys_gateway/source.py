@@ -6,10 +6,14 @@ threads, so another thread does that, once a second.
 """
 from __future__ import annotations
 
+import contextlib
 import threading
+import time
 from dataclasses import dataclass
 
 import pokeys
+
+RETRY_S = 0.1               # a device that cannot be read costs milliseconds a try
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,7 @@ class Source:
         self.runtime = runtime
         self.trouble = "not looked for a daemon yet"
         self._devices: dict[str, pokeys.Device] = {}
+        self._missing: dict[str, tuple[float, Reading]] = {}       # until when, and what is said of it
         self._lock = threading.Lock()
 
     def look(self) -> None:
@@ -65,6 +70,8 @@ class Source:
     def _forget(self, names: set[str]) -> None:
         with self._lock:
             gone = [self._devices.pop(name) for name in names]
+            for name in names:
+                self._missing.pop(name, None)
         for device in gone:
             device.close()
 
@@ -74,17 +81,31 @@ class Source:
             return list(self._devices)
 
     def read(self, name: str, *, diagnostics: bool = False) -> Reading | None:
-        """One device, or None if there is none of this name. Takes microseconds; milliseconds if it is missing."""
+        """One device, or None if there is none of this name. Takes microseconds.
+
+        One that cannot be read is tried again after :data:`RETRY_S`.
+        """
         with self._lock:
             device = self._devices.get(name)
-        return _read(device, diagnostics) if device else None
+            until, missing = self._missing.get(name, (0.0, None))
+        if not device:
+            return None
+        if missing and time.monotonic() < until:
+            return missing
+        reading = _read(device, diagnostics)
+        with self._lock:
+            self._missing.pop(name, None)
+            if not reading.state:
+                self._missing[name] = time.monotonic() + RETRY_S, reading
+        return reading
 
     def events(self, name: str) -> list[pokeys.Event]:
         """What has happened to a device, as far as the daemon has kept it."""
         with self._lock:
             device = self._devices.get(name)
+            until, _missing = self._missing.get(name, (0.0, None))
         try:
-            return device.recent_events() if device else []
+            return device.recent_events() if device and time.monotonic() >= until else []
         except (pokeys.Error, ValueError):
             return []
 
@@ -94,9 +115,12 @@ class Source:
 
 
 def _read(device: pokeys.Device, diagnostics: bool) -> Reading:
+    more = None
     try:
         state = device.read(stale_ok=True)
-        more = device.diagnostics(stale_ok=True) if diagnostics else None
+        if diagnostics:
+            with contextlib.suppress(pokeys.Error):
+                more = device.diagnostics(stale_ok=True)
     except pokeys.Error as error:
         return Reading(device.name, None, None, str(error) or "no daemon")
     except ValueError:      # it was closed this moment

@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT / "tests/system"))
 from house import PATIENCE, House, Skip, wait_for  # noqa: E402  pylint: disable=wrong-import-position
 
 PYTHON = "/usr/bin/python3"
-House.programs["sh"] = pathlib.Path("/bin/sh")
+House.programs |= {"sh": pathlib.Path("/bin/sh"), "python": pathlib.Path(PYTHON)}
 NEEDED = "aiohttp", "prometheus_client"
 
 

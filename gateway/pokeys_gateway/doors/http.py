@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
-import json
 import logging
 import os
 import socket
@@ -16,13 +15,17 @@ from collections.abc import Awaitable, Callable
 from http import HTTPStatus
 from importlib.resources import files
 from typing import Any
+from urllib.parse import urlsplit
 
 from aiohttp import web
 
+from .. import describe
 from ..config import Config, Endpoint, loopback
+from ..feeds import encode
 from ..hub import Hub
 from ..source import Reading
 from .metrics import Metrics
+from .rpc import Rpc
 
 BODY_MOST = 64 * 1024
 KEEP_ALIVE_S, SHUTDOWN_S = 30, 2
@@ -53,6 +56,15 @@ def host_is_ours(hosts: list[str], config: Config) -> bool:
         return name == "localhost" or name in config.host_names
 
 
+def origin_is_ours(origins: list[str], config: Config) -> bool:
+    """A browser says whose page asks. WebSockets are open to pages of all sites, if the server does not look."""
+    try:
+        names = [urlsplit(origin).hostname or "" for origin in origins]
+    except ValueError:
+        return False
+    return not names or host_is_ours([f"[{name}]" if ":" in name else name for name in names], config)
+
+
 def _endpoint_of(inherited: socket.socket) -> Endpoint:
     if inherited.family not in (socket.AF_INET, socket.AF_INET6):
         raise ValueError("an inherited socket is not one of TCP")
@@ -75,6 +87,8 @@ def guard(config: Config) -> Any:
         if not host_is_ours(request.headers.getall("Host", []), config):
             answer: web.StreamResponse = _complaint(
                 HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
+        elif not origin_is_ours(request.headers.getall("Origin", []), config):
+            answer = _complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
         else:
             try:
                 answer = await handler(request)
@@ -86,7 +100,8 @@ def guard(config: Config) -> Any:
             except Exception:
                 _LOG.exception("%s %s", request.method, request.path)
                 answer = _complaint(HTTPStatus.INTERNAL_SERVER_ERROR, "an error of the gateway; its log says more")
-        answer.headers.update(SECURITY)
+        if not answer.prepared:
+            answer.headers.update(SECURITY)
         return answer
     return judge
 
@@ -111,7 +126,8 @@ class Http:
 
     def __init__(self, hub: Hub) -> None:
         self._hub = hub
-        self._metrics = Metrics(hub)
+        self._rpc = Rpc(hub)
+        self._metrics = Metrics(hub, self._rpc)
         folder = files("pokeys_gateway") / "web"
         self._page = {path: ((folder / name).read_bytes(), kind) for path, (name, kind) in PAGE.items()}
         self._runner: web.AppRunner | None = None
@@ -137,6 +153,7 @@ class Http:
 
     async def close(self) -> None:
         """Let requests that are being answered end, for two seconds at most."""
+        await self._rpc.close()
         if self._runner:
             await self._runner.cleanup()
 
@@ -145,13 +162,25 @@ class Http:
         app = web.Application(middlewares=[guard(self._hub.config)], client_max_size=BODY_MOST)
         for path in PAGE:
             app.router.add_get(f"/{path}", self._static)
+        app.router.add_get("/websocket", self._rpc.handle)
         app.router.add_get("/metrics", self._scrape)
         app.router.add_get("/healthz", self._health)
         app.router.add_get("/api/devices", self._devices)
         app.router.add_get("/api/devices/{device}", self._device)
+        app.router.add_get("/api/devices/{device}/diagnostics", self._diagnostics)
         app.router.add_get("/api/devices/{device}/events", self._events)
         app.router.add_get("/api/names", self._names)
+        for path, document in (("openapi", describe.openapi), ("schema", describe.messages)):
+            app.router.add_get(f"/api/{path}.json", self._document(document(self._hub.model)))
         return app
+
+    @staticmethod
+    def _document(document: dict[str, Any]) -> Handler:
+        text = encode(document)
+
+        async def give(_request: web.Request) -> web.Response:
+            return web.Response(text=text, content_type="application/json")
+        return give
 
     async def _static(self, request: web.Request) -> web.Response:
         body, kind = self._page[request.path[1:]]
@@ -171,32 +200,33 @@ class Http:
         return web.json_response({"format": FORMAT, "trouble": source.trouble,
                                   "devices": [_summary(self._hub, reading) for reading in readings]})
 
-    def _no_such_device(self) -> web.HTTPNotFound:
-        has = ", ".join(self._hub.source.names()) or "none"
-        return web.HTTPNotFound(reason=f"there is no such device; there are: {has}")
-
     async def _device(self, request: web.Request) -> web.Response:
-        reading = self._hub.source.read(request.match_info["device"])
+        name = request.match_info["device"]
+        reading = self._hub.source.read(name)
         if not reading:
-            raise self._no_such_device()
+            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
         values: dict[str, Any] = {}
         words = {}
         if reading.state:
             values = reading.state.as_dict()
             words = {name: row.words.get(values[name], "unknown") for name, row in self._hub.model.rows.items()
                      if row.words and values.get(name) is not None}
-        body = json.dumps({"format": FORMAT, **_summary(self._hub, reading), "values": values, "words": words},
-                          separators=(",", ":"), allow_nan=False)
+        body = encode({"format": FORMAT, **_summary(self._hub, reading), "values": values, "words": words})
         return web.Response(text=body, content_type="application/json")
+
+    async def _diagnostics(self, request: web.Request) -> web.Response:
+        name = request.match_info["device"]
+        reading = self._hub.source.read(name, diagnostics=True)
+        if not reading:
+            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+        values = reading.diagnostics.as_dict() if reading.diagnostics else {}
+        return web.Response(text=encode({"format": FORMAT, "values": values}), content_type="application/json")
 
     async def _events(self, request: web.Request) -> web.Response:
         name = request.match_info["device"]
         if name not in self._hub.source.names():
-            raise self._no_such_device()
-        found = self._hub.source.events(name)
-        return web.json_response({"format": FORMAT, "events": [
-            {"device": one.device, "epoch": one.epoch, "number": one.number, "time": one.time.isoformat(),
-             "level": one.level, "kind": one.kind, "text": one.text, "held": one.held} for one in found]})
+            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+        return web.json_response({"format": FORMAT, "events": self._hub.events(name)})
 
     async def _names(self, _request: web.Request) -> web.Response:
         rows = self._hub.model.rows.values()

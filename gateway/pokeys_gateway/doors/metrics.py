@@ -27,6 +27,7 @@ from .. import __version__
 from ..hub import Hub
 from ..model import FIRST_ANALOG, Row
 from ..source import Reading
+from .rpc import Rpc
 
 BUCKETS_AN_OCTAVE = 4       # of the daemon's histograms; every octave is one bucket here
 
@@ -158,8 +159,8 @@ def _histogram(histogram: pokeys.Histogram) -> tuple[list[tuple[str, float]], fl
 class Values(Collector):
     """What prometheus_client asks for the values of all devices."""
 
-    def __init__(self, hub: Hub) -> None:
-        self._hub = hub
+    def __init__(self, hub: Hub, rpc: Rpc) -> None:
+        self._hub, self._rpc = hub, rpc
         model = hub.model
         self._rows = [(family, row) for family in FAMILIES for row in model.family(family.pattern)]
         self._single = [(family, model.rows[family.pattern]) for family in SINGLE]
@@ -178,6 +179,11 @@ class Values(Collector):
         yield from sheet.all()
         yield GaugeMetricFamily("pokeys_daemon_up", "1 = a daemon is running", float(not self._hub.source.trouble))
         yield InfoMetricFamily("pokeys_gateway_build", "Version of the gateway", {"version": __version__})
+        rpc = self._rpc
+        yield GaugeMetricFamily("pokeys_gateway_clients", "WebSocket clients", len(rpc.connections))
+        yield GaugeMetricFamily("pokeys_gateway_feeds", "Different subscriptions; equal ones are one", len(rpc.feeds))
+        yield CounterMetricFamily("pokeys_gateway_skipped", "States that slow clients did not get", rpc.skipped)
+        yield CounterMetricFamily("pokeys_gateway_closed", "Clients that took nothing and were closed", rpc.closed_slow)
         lag = self._hub.lag
         yield GaugeMetricFamily("pokeys_gateway_loop_lag_seconds", "How late the event loop was last", lag.last)
         yield GaugeMetricFamily("pokeys_gateway_loop_lag_most_seconds", "The same, the most since the start", lag.most)
@@ -257,9 +263,9 @@ class Values(Collector):
 class Metrics:
     """The page for Prometheus."""
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, rpc: Rpc) -> None:
         self._registry = CollectorRegistry(auto_describe=False)
-        self._registry.register(Values(hub))
+        self._registry.register(Values(hub, rpc))
         ProcessCollector(registry=self._registry)
         PlatformCollector(registry=self._registry)
         GCCollector(registry=self._registry)

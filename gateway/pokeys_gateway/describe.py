@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What the doors send, for programs that generate or check code: OpenAPI 3.1 for HTTP, JSON Schema
+2020-12 for the messages of the WebSocket.
+
+Written by hand, beside the doors; the tests hold every answer against it. Objects may get more keys.
+"""
+from __future__ import annotations
+
+from http import HTTPStatus
+from typing import Any
+
+from . import __version__
+from .feeds import RATE_LEAST, RATE_MOST
+from .model import Model
+
+Schema = dict[str, Any]
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+TYPES = {"bit": "boolean", "unsigned": "integer", "signed": "integer", "float": "number", "text": "string"}
+TEXT: Schema = {"type": "string"}
+FLAG: Schema = {"type": "boolean"}
+COUNT: Schema = {"type": "integer", "minimum": 0}
+TROUBLE: Schema = {"type": "string", "description": 'Why there are no devices; "" if a daemon is there'}
+EVENTTIME: Schema = {"type": "number", "description": "When it was read, in seconds since 1970"}
+SERIAL: Schema = {"type": "integer", "minimum": 0, "description": "Of the state; the next one has the next number"}
+FORMAT: Schema = {"const": 1}
+
+
+def _object(required: Schema, **optional: Schema) -> Schema:
+    return {"type": "object", "properties": required | optional, "required": list(required)}
+
+
+def _only(required: Schema, **optional: Schema) -> Schema:
+    return {**_object(required, **optional), "additionalProperties": False}
+
+
+def _list(of: Schema) -> Schema:
+    return {"type": "array", "items": of}
+
+
+def _map(of: Schema, what: str) -> Schema:
+    return {"type": "object", "additionalProperties": of, "description": what}
+
+
+def _null_or(schema: Schema) -> Schema:
+    return {"anyOf": [schema, {"type": "null"}]}
+
+
+def _shapes(model: Model, prefix: str) -> dict[str, Schema]:
+    """The objects that both documents have."""
+    def ref(name: str) -> Schema:
+        return {"$ref": prefix + name}
+    summary = {
+        "name": TEXT, "connected": {"type": "boolean", "description": "The device runs, and the values are fresh"},
+        "reason": {"type": "string", "description": "Why the values are old or missing"},
+        "type": {"type": ["string", "null"]}, "serial": {"type": ["integer", "null"]},
+        "address": {"type": ["string", "null"]}, "link": {"type": ["string", "null"]},
+        "age_us": {"type": ["number", "null"], "description": "Age of the inputs and positions, microseconds"},
+    }
+    return {
+        "Values": _values(model),
+        "Summary": _object(summary),
+        "Device": _object({"format": FORMAT, **summary, "values": ref("Values"),
+                           "words": _map(TEXT, "The meanings of those values that are codes")}),
+        "Event": _object({"device": {"type": ["string", "null"], "description": "null = of all of them"},
+                          "epoch": COUNT, "number": COUNT, "time": {**TEXT, "format": "date-time"},
+                          "level": {"type": "string"}, "kind": TEXT, "text": TEXT, "held": COUNT}),
+        "Name": _object({"name": TEXT, "type": {"enum": sorted(TYPES)}, "unit": TEXT, "help": TEXT,
+                         "writable": FLAG, "words": _map(TEXT, "By number, what it means")}),
+        "State": _object({"connected": FLAG, "reason": TEXT, "values": ref("Values")}),
+    }
+
+
+def _values(model: Model) -> Schema:
+    named: Schema = {}
+    patterns: Schema = {}
+    for pattern, row in model.patterns():
+        if not row.writable:
+            schema = {"type": [TYPES[row.type], "null"], "description": row.help}
+            if "%" in pattern:
+                numbered = pattern.replace(".", "[.]").replace("%02u", "[0-9]{2}").replace("%u", "[0-9]+")
+                patterns[f"^{numbered}$"] = schema
+            else:
+                named[pattern] = schema
+    return {"type": "object", "properties": named, "patternProperties": patterns,
+            "description": "By name; null = not known"}
+
+
+def _answer(schema: Schema, kind: str = "application/json", text: str = "") -> Schema:
+    return {"description": text or "The data", "content": {kind: {"schema": schema}}}
+
+
+def openapi(model: Model) -> Schema:
+    """The paths of the HTTP door."""
+    def ref(name: str) -> Schema:
+        return {"$ref": "#/components/schemas/" + name}
+    refused = {"403": _answer(ref("Error"), text="The Host or the Origin of the request is not one of this gateway's")}
+    missing = {"404": _answer(ref("Error"), text="There is no device of this name")}
+    device = [{"name": "device", "in": "path", "required": True, "schema": TEXT}]
+
+    def get(summary: str, answer: Schema, more: Schema | None = None, **rest: Any) -> Schema:
+        return {"get": {"summary": summary, "responses": {"200": answer, **refused, **(more or {})}, **rest}}
+
+    switched: Schema = {"description": "The connection is a WebSocket now; its messages are in /api/schema.json"}
+    return {
+        "openapi": "3.1.0",
+        "info": {"title": "pokeys-gateway", "version": __version__, "license": {
+            "name": "GPL-2.0-or-later", "identifier": "GPL-2.0-or-later"},
+            "description": "PoKeys devices of a running pokeysd, read only. See pokeys-gateway(8)."},
+        "servers": [{"url": "/"}],
+        "paths": {
+            "/": get("The page", _answer(TEXT, "text/html")),
+            "/page.js": get("Its program", _answer(TEXT, "text/javascript")),
+            "/page.css": get("Its style", _answer(TEXT, "text/css")),
+            "/api/devices": get("All devices, without their values", _answer(_object(
+                {"format": FORMAT, "trouble": TROUBLE, "devices": _list(ref("Summary"))}))),
+            "/api/devices/{device}": get("A device with its values", _answer(ref("Device")), missing,
+                                         parameters=device),
+            "/api/devices/{device}/diagnostics": get(
+                "Counters and latencies of a device", _answer(_object({"format": FORMAT, "values": ref("Values")})),
+                missing, parameters=device),
+            "/api/devices/{device}/events": get("What has happened to a device", _answer(_object(
+                {"format": FORMAT, "events": _list(ref("Event"))})), missing, parameters=device),
+            "/api/names": get("All names of values", _answer(_object({"format": FORMAT, "names": _list(ref("Name"))}))),
+            "/api/openapi.json": get("This document", _answer({"type": "object"})),
+            "/api/schema.json": get("JSON Schema of the messages of /websocket", _answer({"type": "object"})),
+            "/healthz": get("Whether the gateway serves requests", _answer(_object(
+                {"format": FORMAT, "status": {"const": "ok"}, "trouble": TROUBLE}))),
+            "/metrics": get("For Prometheus", {"description": "The metrics", "content": {
+                "text/plain": {"schema": TEXT}, "application/openmetrics-text": {"schema": TEXT}}}),
+            "/websocket": {"get": {"summary": "JSON-RPC 2.0 over a WebSocket", "responses": {
+                "101": switched, **refused, "400": _answer(ref("Error"), text="This is no WebSocket handshake"),
+                "503": _answer(ref("Error"), text="There are too many clients, or the gateway ends")}}},
+        },
+        "components": {"schemas": _shapes(model, "#/components/schemas/") | {
+            "Error": _object({"error": _object({"code": {"enum": [int(one) for one in HTTPStatus if one >= 400]},
+                                                "message": TEXT})})}},
+    }
+
+
+def _methods() -> dict[str, tuple[str, Schema, Schema]]:
+    """Methods of the WebSocket: what each does, its parameters, its result."""
+    def ref(name: str) -> Schema:
+        return {"$ref": "#/$defs/" + name}
+    none = _object({})
+    nothing = _only({})
+    objects = {"objects": {**_map(_null_or(_list(TEXT)), "Names of values by device, with the wildcards *, ? and [ ]; "
+                                                         "null = all of the state"), "minProperties": 1}}
+    status = _map(_null_or(ref("State")), "By device; null = there is none of this name any more")
+    return {
+        "server.info": ("About the gateway and this connection", nothing, _object({
+            "format": FORMAT, "version": TEXT, "trouble": TROUBLE, "devices": _list(TEXT), "clients": COUNT,
+            "skipped": {**COUNT, "description": "States that this client did not get, because it was slow"}})),
+        "objects.list": ("Names of the devices", nothing, _object({"objects": _list(TEXT)})),
+        "objects.query": ("Values of this moment", _only(objects), _object(
+            {"eventtime": EVENTTIME, "status": status})),
+        "objects.subscribe": (
+            "Send values when they change, until the next subscription of this client; the answer is the first state",
+            _only(objects, rate={"type": "number", "minimum": RATE_LEAST, "maximum": RATE_MOST, "default": 2,
+                                   "description": "At most so often, a second"}),
+            _object({"eventtime": EVENTTIME, "status": status, "serial": SERIAL,
+                     "rate": {"type": "number", "description": "How often, a second"}})),
+        "objects.unsubscribe": ("Send no more values", nothing, none),
+        "events.list": ("What has happened to a device", _only({"device": TEXT}),
+                        _object({"events": _list(ref("Event"))})),
+    }
+
+
+def messages(model: Model) -> Schema:
+    """The messages of the WebSocket; the document itself describes what the gateway sends."""
+    def ref(name: str) -> Schema:
+        return {"$ref": "#/$defs/" + name}
+    number: Schema = {"type": ["string", "number", "null"]}
+    methods = _methods()
+    requests = []
+    for name, (what, params, _result) in methods.items():
+        request = _object({"jsonrpc": {"const": "2.0"}, "method": {"const": name}}, id=number,
+                          params=ref(f"{name}.params"))
+        # without an id there is no answer, and the answer is the first state
+        request["required"] += ["params"] * bool(params["required"]) + ["id"] * (name == "objects.subscribe")
+        requests.append({**request, "description": what})
+    change = _object({}, connected=FLAG, reason=TEXT, values=ref("Values"), whole={
+        "const": True, "description": "It has all values of the device, and those before are to be forgotten"})
+    update = _object({"jsonrpc": {"const": "2.0"}, "method": {"const": "notify_status_update"}, "params": {
+        "type": "array", "minItems": 3, "maxItems": 3, "items": False, "prefixItems": [
+            _map(_null_or(change), "By device, what has changed; all of it, if full"), EVENTTIME,
+            _object({"serial": SERIAL, "full": FLAG})]}})
+    error = _object({"jsonrpc": {"const": "2.0"}, "id": number,
+                     "error": _object({"code": {"type": "integer"}, "message": TEXT})})
+    result = _object({"jsonrpc": {"const": "2.0"}, "id": number, "result": {
+        "type": "object", "description": "METHOD.result of the method of the request with this id"}})
+    return {
+        "$schema": DIALECT, "title": "Messages of pokeys-gateway's WebSocket",
+        "anyOf": [ref("notify_status_update"), ref("answer"), _list(ref("answer"))],
+        "$defs": {
+            **_shapes(model, "#/$defs/"),
+            **{f"{name}.params": params for name, (_what, params, _result) in methods.items()},
+            **{f"{name}.result": result for name, (_what, _params, result) in methods.items()},
+            "request": {"oneOf": requests},
+            "answer": {"oneOf": [result, error]},
+            "notify_status_update": update,
+        },
+    }

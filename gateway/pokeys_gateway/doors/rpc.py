@@ -1,0 +1,320 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""JSON-RPC 2.0 over a WebSocket, in the shape that Moonraker made familiar.
+
+Requests are answered in the order in which they come; states come between. No client waits for
+another: what one does not take is in its subscriber (feeds.py), its requests are read only as far as
+there is room for answers, and one that takes nothing for ten seconds is closed.
+"""
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+import socket
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from aiohttp import WSCloseCode, WSMsgType, web
+
+from .. import __version__
+from ..feeds import (
+    ANSWER_BYTES_MOST,
+    RATE_LEAST,
+    RATE_MOST,
+    Feed,
+    Feeds,
+    Objects,
+    Part,
+    Subscriber,
+    Wish,
+    encode,
+    expand,
+    look,
+    whole,
+)
+from ..hub import Hub
+
+MESSAGE_MOST = 64 * 1024
+BATCH_MOST = 16
+CLIENTS_MOST = 256
+SEND_BUFFER, WRITE_LIMIT = 32 * 1024, 16 * 1024
+BLOCKED_S = 10.0
+# a client that has vanished, and to which nothing is sent, is noticed after 40 s; a ping would have to wait
+# behind what a slow client has not taken yet
+KEEP_ALIVE = {socket.TCP_KEEPIDLE: 20, socket.TCP_KEEPINTVL: 5, socket.TCP_KEEPCNT: 4}
+USUAL_RATE = 2.0
+PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
+SHOWN = 80                  # characters of a client's text in an error
+NO_DEVICE, TOO_MUCH = -32001, -32002
+_LOG = logging.getLogger("pokeys-gateway")
+
+
+class RpcError(Exception):
+    """The error of an answer."""
+
+    def __init__(self, code: int, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class _Connection:
+    """One client."""
+
+    def __init__(self, door: Rpc) -> None:
+        self._door = door
+        self._hub = door.hub
+        self.subscriber = Subscriber(door.count_skipped)
+        self.sent = 0               # bytes, into the transport
+        self._feed: Feed | None = None
+        self._methods: dict[str, Callable[[dict[str, Any]], Any]] = {
+            "server.info": self._info,
+            "objects.list": self._list,
+            "objects.query": self._query,
+            "objects.subscribe": self._subscribe,
+            "objects.unsubscribe": self._unsubscribe,
+            "events.list": self._events,
+        }
+
+    def leave(self) -> None:
+        """End the subscription, if there is one."""
+        if self._feed:
+            self._door.feeds.leave(self._feed, self.subscriber)
+            self._feed = None
+
+    # ---- requests
+
+    async def take(self, text: str) -> str | None:
+        """The answer to a message; None if it needs none."""
+        try:
+            message = json.loads(text, parse_constant=_refuse)
+        except (ValueError, RecursionError):
+            return encode(_error(None, PARSE_ERROR, "not JSON"))
+        if not isinstance(message, list):
+            answer = self._one(message)
+            return encode(answer) if answer else None
+        if not 0 < len(message) <= BATCH_MOST:
+            return encode(_error(None, INVALID_REQUEST, f"a batch has 1 to {BATCH_MOST} requests"))
+        answers: list[str] = []
+        for one in message:
+            if answer := self._one(one, sum(map(len, answers)) < ANSWER_BYTES_MOST):
+                answers.append(encode(answer))
+            # others' turn
+            await asyncio.sleep(0)
+        return f"[{','.join(answers)}]" if answers else None
+
+    def _one(self, request: Any, room: bool = True) -> dict[str, Any] | None:
+        if not isinstance(request, dict) or request.get("jsonrpc") != "2.0" or not isinstance(
+                request.get("method"), str) or not _is_id(request.get("id")):
+            return _error(None, INVALID_REQUEST, 'a request of JSON-RPC 2.0 has "jsonrpc", "method" and "id"')
+        number = request.get("id")
+        try:
+            method = self._methods.get(request["method"])
+            if not room:
+                raise RpcError(TOO_MUCH, "not done: the answers before it are too long")
+            if not method:
+                raise RpcError(NO_METHOD, f"there is no method {request['method'][:SHOWN]}; there are: "
+                                          f"{', '.join(self._methods)}")
+            params = request.get("params", {})
+            if not isinstance(params, dict):
+                raise RpcError(INVALID_PARAMS, "params has to be an object")
+            if method == self._subscribe and "id" not in request:
+                raise RpcError(INVALID_REQUEST, "its answer is the first state")
+            result = method(params)
+        except RpcError as error:
+            return _error(number, error.code, str(error)) if "id" in request else None
+        except Exception:
+            _LOG.exception("%s", request["method"][:SHOWN])
+            return _error(number, INTERNAL, "an error of the gateway; its log says more") if "id" in request else None
+        return {"jsonrpc": "2.0", "id": number, "result": result} if "id" in request else None
+
+    # ---- methods
+
+    def _info(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params)
+        return {"format": 1, "version": __version__, "trouble": self._hub.source.trouble,
+                "devices": self._hub.source.names(), "clients": len(self._door.connections),
+                "skipped": self.subscriber.skipped}
+
+    def _list(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params)
+        return {"objects": self._hub.source.names()}
+
+    def _objects(self, params: dict[str, Any]) -> Objects:
+        objects = params.get("objects")
+        if not isinstance(objects, dict) or not objects:
+            raise RpcError(INVALID_PARAMS, 'objects has to be an object, such as {"mill": ["pin.03.in"]} or '
+                                           '{"mill": null}')
+        found = []
+        for device, names in objects.items():
+            if device not in self._hub.source.names():
+                raise RpcError(NO_DEVICE, self._hub.no_such_device(device[:SHOWN]))
+            if names is not None and not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
+                raise RpcError(INVALID_PARAMS, f"objects.{device} has to be a list of names, or null")
+            try:
+                wanted = expand(names, self._door.names)
+            except ValueError as error:
+                raise RpcError(INVALID_PARAMS, str(error)) from None
+            rows = self._hub.model.rows
+            found.append(Part(device, wanted, any(rows[name].diagnostic for name in wanted or ())))
+        return tuple(sorted(found, key=lambda part: part.device))
+
+    def _query(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params, "objects")
+        objects = self._objects(params)
+        return {"eventtime": time.time(), "status": look(partial(whole, self._hub.source), objects)}
+
+    def _subscribe(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params, "objects", "rate")
+        rate = params.get("rate", USUAL_RATE)
+        if isinstance(rate, bool) or not isinstance(rate, (int, float)) or not RATE_LEAST <= rate <= RATE_MOST:
+            raise RpcError(INVALID_PARAMS, f"rate has to be {RATE_LEAST} to {RATE_MOST:g} a second")
+        wish = Wish.at(rate, self._objects(params))
+        self.leave()
+        self._feed, status = self._door.feeds.join(wish, self.subscriber)
+        return {"status": status, "eventtime": time.time(), "serial": self._feed.serial, "rate": wish.rate}
+
+    def _unsubscribe(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params)
+        self.leave()
+        return {}
+
+    def _events(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params, "device")
+        device = params.get("device")
+        if device not in self._hub.source.names():
+            raise RpcError(NO_DEVICE, self._hub.no_such_device(str(device)[:SHOWN]))
+        return {"events": self._hub.events(str(device))}
+
+
+def _error(number: Any, code: int, message: str) -> dict[str, Any]:
+    return {"jsonrpc": "2.0", "id": number, "error": {"code": code, "message": message}}
+
+
+def _refuse(word: str) -> None:
+    raise ValueError(f"{word} is not JSON")
+
+
+def _is_id(number: Any) -> bool:
+    return number is None or (isinstance(number, (str, int, float)) and not isinstance(number, bool) and
+                              number not in (float("inf"), float("-inf")))
+
+
+def _only(params: dict[str, Any], *known: str) -> None:
+    unknown = [name for name in params if name not in known]
+    if unknown:
+        has = f"there are: {', '.join(known)}" if known else "there are none"
+        raise RpcError(INVALID_PARAMS, f"there is no parameter {unknown[0][:SHOWN]}; {has}")
+
+
+class Rpc:
+    """The door. Belongs to the event loop's thread."""
+
+    def __init__(self, hub: Hub) -> None:
+        self.hub = hub
+        self.feeds = Feeds(hub.source)
+        self.names = {name: i for i, (name, row) in enumerate(hub.model.rows.items()) if not row.writable}
+        self.connections: dict[web.WebSocketResponse, _Connection] = {}
+        self.closed_slow = 0
+        self._ending = False
+        self._watches: set[asyncio.Task[None]] = set()
+        self.skipped = 0            # states that clients did not get, because they were slower
+
+    def count_skipped(self) -> None:
+        """One more."""
+        self.skipped += 1
+
+    async def handle(self, request: web.Request) -> web.StreamResponse:
+        """A client, until it leaves."""
+        if self._ending or len(self.connections) >= CLIENTS_MOST:
+            raise web.HTTPServiceUnavailable(reason="the gateway ends" if self._ending else
+                                             f"there are {CLIENTS_MOST} clients, and no more are taken")
+        # compressed for each client, an encoded state would not be one for all
+        ws = web.WebSocketResponse(max_msg_size=MESSAGE_MOST, compress=False)
+        await ws.prepare(request)
+        transport = request.transport
+        if not transport:
+            return ws
+        transport.set_write_buffer_limits(high=WRITE_LIMIT)
+        with contextlib.suppress(OSError):
+            peer = transport.get_extra_info("socket")
+            peer.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER)
+            peer.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+            for option, value in KEEP_ALIVE.items():
+                peer.setsockopt(socket.IPPROTO_TCP, option, value)
+        connection = _Connection(self)
+        self.connections[ws] = connection
+        writer = asyncio.get_running_loop().create_task(self._write(ws, connection, transport))
+        watch = asyncio.get_running_loop().create_task(self._watch(connection, transport))
+        self._watches.add(watch)
+        watch.add_done_callback(self._watches.discard)
+        try:
+            await self._read(ws, connection)
+        except ConnectionError:
+            pass
+        except Exception:
+            _LOG.exception("a WebSocket client")
+        finally:
+            writer.cancel()
+            connection.leave()
+            try:
+                await ws.close(code=WSCloseCode.GOING_AWAY if self._ending else WSCloseCode.OK)
+            finally:
+                # the watch goes on until what waits has been taken
+                del self.connections[ws]
+        return ws
+
+    async def _read(self, ws: web.WebSocketResponse, connection: _Connection) -> None:
+        async for message in ws:
+            if message.type is not WSMsgType.TEXT:
+                await ws.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"text is expected")
+                return
+            if answer := await connection.take(message.data):
+                connection.subscriber.answer(answer)
+            # messages that have come already are given without a pause
+            await asyncio.sleep(0)
+            await connection.subscriber.room()
+
+    @staticmethod
+    async def _write(ws: web.WebSocketResponse, connection: _Connection, transport: Any) -> None:
+        try:
+            while not ws.closed:
+                text = await connection.subscriber.next()
+                connection.sent += len(text)
+                await ws.send_str(text)
+        except ConnectionError:
+            pass
+        except Exception:
+            _LOG.exception("sending to a WebSocket client")
+            transport.abort()
+        finally:
+            connection.subscriber.end()
+
+    async def _watch(self, connection: _Connection, transport: Any) -> None:
+        """Abort a connection whose client takes nothing, whatever of ours waits for it."""
+        taken, since = 0, time.monotonic()
+        while not transport.is_closing() or transport.get_write_buffer_size():
+            await asyncio.sleep(BLOCKED_S / 10)
+            waiting = transport.get_write_buffer_size()
+            now = connection.sent - waiting
+            if waiting == 0 or now > taken:
+                since = time.monotonic()
+            taken = now
+            if time.monotonic() - since > BLOCKED_S:
+                self.closed_slow += 1
+                _LOG.info("a client that took nothing for %.0f s was closed", BLOCKED_S)
+                transport.abort()
+                return
+
+    async def close(self) -> None:
+        """Say good-bye, for a second at most."""
+        self._ending = True
+        goodbyes = [ws.close(code=WSCloseCode.GOING_AWAY, message=b"the gateway ends") for ws in self.connections]
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(asyncio.gather(*goodbyes, return_exceptions=True), 1)
+        self.feeds.close()
+        for watch in self._watches:
+            watch.cancel()
+        await asyncio.gather(*self._watches, return_exceptions=True)

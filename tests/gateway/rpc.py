@@ -1,0 +1,325 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""JSON-RPC over a WebSocket, with aiohttp's client: what is subscribed comes, what is wrong is answered, and a
+client that reads nothing harms nobody and is closed."""
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import socket
+import sys
+
+from rig import PATIENCE, Gateway, House, Skip
+from house import end, equal, main, wait_equal  # noqa: E402  (rig.py finds it)
+
+try:
+    import aiohttp
+except ImportError:
+    aiohttp = None
+
+
+@contextlib.contextmanager
+def machine(**keys):
+    if not aiohttp:
+        raise Skip("python3-aiohttp is not installed")
+    with House() as house:
+        house.device_keys["mill"] |= {"digital-inputs": "4,9", "digital-outputs": "31-34", "lost-after-ms": 5000,
+                                      "stale-after-ms": 4000, **keys}
+        sim = house.start_sim()
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        gateway = Gateway(house)
+        gateway.wait_running()
+        yield house, sim, daemon, gateway
+
+
+class Client:
+    """A client that keeps what it is told."""
+
+    def __init__(self, ws):
+        self.ws, self.number = ws, 0
+        self.status, self.serial, self.wholes = {}, None, 0
+
+    async def read(self):
+        return json.loads((await asyncio.wait_for(self.ws.receive(), PATIENCE)).data)
+
+    async def ask(self, method, **params):
+        """The result or the error of a request; states that come meanwhile are taken."""
+        self.number += 1
+        await self.ws.send_json({"jsonrpc": "2.0", "id": self.number, "method": method, "params": params})
+        while (message := await self.read()).get("id") != self.number:
+            self.take(message)
+        return message.get("result", message.get("error"))
+
+    def take(self, message):
+        equal((message["jsonrpc"], message["method"]), ("2.0", "notify_status_update"))
+        status, _time, how = message["params"]
+        assert how["full"] or how["serial"] == self.serial + 1, (how, self.serial)
+        self.serial, self.wholes = how["serial"], self.wholes + how["full"]
+        for device, one in status.items():
+            if how["full"] or one is None or one.pop("whole", False):
+                self.status[device] = one
+                continue
+            self.status[device].update({key: one[key] for key in ("connected", "reason") if key in one})
+            self.status[device]["values"].update(one.get("values", {}))
+
+    async def subscribe(self, names, rate=20):
+        found = await self.ask("objects.subscribe", objects=names, rate=rate)
+        self.status, self.serial = found["status"], found["serial"]
+        return found
+
+    async def until(self, test):
+        while not test(self.status):
+            self.take(await self.read())
+
+
+@contextlib.asynccontextmanager
+async def connected(gateway, **options):
+    async with aiohttp.ClientSession() as session, session.ws_connect(
+            f"http://127.0.0.1:{gateway.port}/websocket", **options) as ws:
+        yield Client(ws)
+
+
+def run(work):
+    return asyncio.run(asyncio.wait_for(work, 2 * PATIENCE))
+
+
+def test_what_is_subscribed_comes():
+    async def watch(house, sim, gateway):
+        async with connected(gateway) as one, connected(gateway) as other:
+            info = await one.ask("server.info")
+            equal((info["devices"], info["clients"], info["trouble"]), (["mill"], 2, ""))
+            equal(await one.ask("objects.list"), {"objects": ["mill"]})
+            first = await one.subscribe({"mill": ["pin.03.in", "info.type"]})
+            equal(set(first["status"]["mill"]["values"]), {"pin.03.in", "info.type"})
+            await other.subscribe({"mill": None})
+            for level in (0, 1, 0, 1):
+                await asyncio.to_thread(house.ask_sim, sim, "pin", 4, level)
+                for client in one, other:
+                    await client.until(lambda status: status["mill"]["values"]["pin.03.in"] == bool(level))
+            assert len(other.status["mill"]["values"]) > 1500
+            query = await one.ask("objects.query", objects={"mill": ["pin.*.in"]})
+            equal(len(query["status"]["mill"]["values"]), 55)
+            equal(query["status"]["mill"]["values"]["pin.03.in"], True)
+            events = (await one.ask("events.list", device="mill"))["events"]
+            equal(events, (await asyncio.to_thread(gateway.json, "/api/devices/mill/events"))["events"])
+            equal(await one.ask("objects.unsubscribe"), {})
+            await asyncio.to_thread(house.ask_sim, sim, "pin", 4, 0)
+            await other.until(lambda status: not status["mill"]["values"]["pin.03.in"])
+            serial = one.serial
+            await one.ask("server.info")
+            equal((one.status["mill"]["values"]["pin.03.in"], one.serial), (True, serial))
+    with machine() as (house, sim, _daemon, gateway):
+        run(watch(house, sim, gateway))
+
+
+def test_a_whole_state_comes_now_and_then():
+    async def watch(gateway):
+        async with connected(gateway) as one:
+            await one.subscribe({"mill": ["info.type"]})
+            await one.until(lambda _: one.wholes == 2)
+    with machine() as (_house, _sim, _daemon, gateway):
+        run(watch(gateway))
+
+
+def test_loss_and_return_are_told():
+    async def watch(house, sim, daemon, gateway):
+        async with connected(gateway) as one:
+            await one.subscribe({"mill": ["link-state", "daemon.epoch"]})
+            epoch = one.status["mill"]["values"]["daemon.epoch"]
+            sim.kill()
+            await one.until(lambda status: not status["mill"]["connected"])
+            assert "no answer" in one.status["mill"]["reason"] or "old" in one.status["mill"]["reason"], one.status
+            await asyncio.to_thread(end, daemon)
+            house.start_sim()
+            await asyncio.to_thread(house.start_daemon, wait=False)
+            await one.until(lambda status: status["mill"] and status["mill"]["connected"])
+            assert one.status["mill"]["values"]["daemon.epoch"] != epoch
+    with machine(**{"stale-after-ms": 300, "lost-after-ms": 500}) as (house, sim, daemon, gateway):
+        run(watch(house, sim, daemon, gateway))
+
+
+def test_what_is_wrong_is_answered():
+    async def watch(gateway):
+        async with connected(gateway) as one:
+            for method, params, code, text in (
+                    ("frob", {}, -32601, "there is no method frob; there are: server.info, objects.list"),
+                    ("server.info", {"x": 1}, -32602, "there is no parameter x; there are none"),
+                    ("objects.query", {}, -32602, "objects has to be an object, such as"),
+                    ("objects.query", {"objects": {"lathe": None}}, -32001,
+                     "there is no device 'lathe'; there are: mill"),
+                    ("objects.query", {"objects": {"mill": ["no.such"]}}, -32602, "no value is named 'no.such'"),
+                    ("objects.query", {"objects": {"mill": "cycle"}}, -32602, "objects.mill has to be a list of names"),
+                    ("objects.subscribe", {"objects": {"mill": None}, "rate": 51}, -32602, "rate has to be 0.1 to 50"),
+                    ("objects.subscribe", {"objects": {"mill": None}, "rate": True}, -32602, "rate has to be"),
+                    ("objects.subscribe", {"objects": {"mill": ["pin.30.out"]}}, -32602,
+                     "no value is named 'pin.30.out'"),
+                    ("events.list", {"device": ["mill"]}, -32001, "there is no device")):
+                found = await one.ask(method, **params)
+                equal((found.get("code"), text in found.get("message", "")), (code, True), (method, params, found))
+            for sent, code in (("{", -32700), ("[]", -32600), ("3", -32600), ("[" * 5000, -32700),
+                               ('{"jsonrpc": "1.0", "method": "x", "id": 1}', -32600),
+                               ('{"jsonrpc": "2.0", "id": 1}', -32600),
+                               ('{"jsonrpc": "2.0", "id": NaN, "method": "server.info"}', -32700),
+                               ('{"jsonrpc": "2.0", "id": 1e999, "method": "server.info"}', -32600),
+                               ('{"jsonrpc": "2.0", "id": true, "method": "server.info"}', -32600)):
+                await one.ws.send_str(sent)
+                equal((await one.read())["error"]["code"], code, sent[:40])
+            # a batch, of which notifications are not answered
+            await one.ws.send_json([{"jsonrpc": "2.0", "id": i, "method": "objects.list"} for i in (1, "two")] +
+                                   [{"jsonrpc": "2.0", "method": "frob"}])
+            equal([answer["id"] for answer in await one.read()], [1, "two"])
+            # many at once are answered, each
+            for i in range(300):
+                await one.ws.send_json({"jsonrpc": "2.0", "id": i, "method": "objects.list"})
+            equal([(await one.read())["id"] for _ in range(300)], list(range(300)))
+            # one that nobody would see the answer of is no subscription
+            await one.ws.send_json({"jsonrpc": "2.0", "method": "objects.subscribe",
+                                    "params": {"objects": {"mill": None}}})
+            equal((await one.ask("server.info"))["clients"], 1)
+            # what is no text ends the connection, and no other
+            async with connected(gateway) as other:
+                await other.ws.send_bytes(b"\0")
+                equal((await other.ws.receive()).data, 1003)
+            async with connected(gateway) as other:
+                await other.ws.send_str(" " * 70000)
+                equal((await other.ws.receive()).data, 1009)
+            equal((await one.ask("server.info"))["clients"], 1)
+    with machine() as (house, _sim, _daemon, gateway):
+        run(watch(gateway))
+        assert "Traceback" not in house.log("gateway.log"), house.log("gateway.log")
+
+
+def test_a_page_of_another_site_gets_nothing():
+    async def watch(gateway):
+        for origin, good in (("http://evil.example", False), ("null", False), ("http://[x", False),
+                             ("http://localhost:x@evil.example", False), ("http://localhost:8580", True),
+                             ("http://[::1]:8580", True),
+                             (f"http://127.0.0.1:{gateway.port}", True)):
+            try:
+                async with connected(gateway, headers={"Origin": origin}) as one:
+                    equal((await one.ask("objects.list"), good), ({"objects": ["mill"]}, True), origin)
+            except aiohttp.WSServerHandshakeError as error:
+                equal((error.status, good), (403, False), origin)
+    with machine() as (_house, _sim, _daemon, gateway):
+        run(watch(gateway))
+
+
+def metric(gateway, name):
+    """A value of the gateway itself, from /metrics."""
+    return next(float(line.split()[1]) for line in gateway.ask("/metrics")[2].decode().splitlines()
+                if line.startswith(f"pokeys_gateway_{name} "))
+
+
+def frame(kind, data):
+    """A masked frame of a client."""
+    mask = os.urandom(4)
+    size = bytes([0x80 | len(data)]) if len(data) < 126 else bytes([0xFE]) + len(data).to_bytes(2, "big")
+    return bytes([0x80 | kind]) + size + mask + bytes(byte ^ mask[i % 4] for i, byte in enumerate(data))
+
+
+def frozen(gateway):
+    """A client that wants everything and reads nothing."""
+    client = socket.create_connection(("127.0.0.1", gateway.port))
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    client.sendall(b"GET /websocket HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                   b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n")
+    client.sendall(frame(1, json.dumps({"jsonrpc": "2.0", "id": 1, "method": "objects.subscribe",
+                                        "params": {"objects": {"mill": None}, "rate": 50}}).encode()))
+    return client
+
+
+def test_who_reads_nothing_is_closed_and_harms_nobody():
+    async def watch(gateway):
+        # one of them asks for more than there is room for; the last says good-bye, and does not read the answer
+        clients = [frozen(gateway) for _ in range(4)]
+        for _ in range(300):
+            clients[0].sendall(frame(1, b'{"jsonrpc":"2.0","id":1,"method":"events.list","params":{"device":"mill"}}'))
+        async with connected(gateway) as one:
+            while (await one.ask("server.info"))["clients"] < 5:
+                pass
+            await one.subscribe({"mill": None}, rate=50)
+            # until all of them have taken what they can
+            while await asyncio.to_thread(metric, gateway, "skipped_total") < 400:
+                one.take(await one.read())
+            clients[-1].sendall(frame(8, b"\x03\xe8"))
+            # it lives on, while the other ones' states are skipped, until those are closed
+            while (await one.ask("server.info"))["clients"] > 1:
+                one.take(await one.read())
+            equal(one.wholes > 0, True)
+        await asyncio.to_thread(wait_equal, "those that were closed", lambda: metric(gateway, "closed_total"), 4)
+        for client in clients:
+            client.close()
+        async with connected(gateway, compress=15) as one:
+            await one.subscribe({"mill": ["cycle"]})
+            equal((one.ws.compress, await one.until(lambda _: one.serial > 1)), (0, None))
+    with machine() as (house, _sim, _daemon, gateway):
+        run(watch(gateway))
+        assert "a client that took nothing for 10 s was closed" in house.log("gateway.log"), house.log("gateway.log")
+        equal((metric(gateway, "clients"), metric(gateway, "feeds")), (0, 0))
+
+
+def test_a_long_batch_is_cut():
+    async def watch(gateway):
+        async with connected(gateway, max_msg_size=0) as one:
+            await one.ws.send_json([{"jsonrpc": "2.0", "id": i, "method": "objects.query",
+                                     "params": {"objects": {"mill": None}}} for i in range(16)])
+            text = (await asyncio.wait_for(one.ws.receive(), PATIENCE)).data
+            answers = json.loads(text)
+            equal([answer["id"] for answer in answers], list(range(16)))
+            good = [answer for answer in answers if "result" in answer]
+            size = len(json.dumps(good[0], separators=(",", ":")))
+            # as many as are needed to be above the limit
+            assert 0 <= len(good) - (256 << 10) // size <= 2 and len(good) < 16, (len(good), size)
+            assert all(answer["error"]["code"] == -32002 for answer in answers[len(good):]), answers[len(good):]
+            await one.ws.send_json([{"jsonrpc": "2.0", "id": 1, "method": "objects.query",
+                                     "params": {"objects": {"mill": None}}}] * 15 +
+                                   [{"jsonrpc": "2.0", "method": "objects.list"}])
+            equal(len(json.loads((await asyncio.wait_for(one.ws.receive(), PATIENCE)).data)), 15, "a notification")
+    with machine() as (_house, _sim, _daemon, gateway):
+        run(watch(gateway))
+
+
+def test_diagnostics_are_given_to_who_names_them():
+    async def watch(gateway):
+        async with connected(gateway) as one:
+            query = (await one.ask("objects.query", objects={"mill": ["latency.wakeup-*", "cycle"]}))["status"]
+            values = query["mill"]["values"]
+            assert {"latency.wakeup-p50-us", "latency.wakeup-p99-us", "cycle"} <= set(values), values
+            theirs = await asyncio.to_thread(gateway.json, "/api/devices/mill/diagnostics")
+            assert set(values) - {"cycle"} <= set(theirs["values"]), theirs
+            await one.subscribe({"mill": ["latency.wakeup-count"]})
+            count = one.status["mill"]["values"]["latency.wakeup-count"]
+            await one.until(lambda status: status["mill"]["values"]["latency.wakeup-count"] > count)
+    with machine() as (_house, _sim, _daemon, gateway):
+        run(watch(gateway))
+
+
+def test_the_end_is_said_to_clients():
+    async def watch(house, gateway):
+        async with connected(gateway) as one:
+            await one.subscribe({"mill": None}, rate=50)
+            gateway.child.send_signal(signal.SIGTERM)
+            while (message := await asyncio.wait_for(one.ws.receive(), PATIENCE)).type is aiohttp.WSMsgType.TEXT:
+                pass
+            equal((message.type, message.data), (aiohttp.WSMsgType.CLOSE, 1001))
+        equal(await asyncio.to_thread(gateway.child.wait, PATIENCE), 0)
+        assert "Traceback" not in house.log("gateway.log"), house.log("gateway.log")
+    with machine() as (house, _sim, _daemon, gateway):
+        run(watch(house, gateway))
+
+
+def test_clients_come_and_go():
+    async def watch(gateway):
+        for _ in range(30):
+            async with connected(gateway) as one:
+                await one.subscribe({"mill": ["cycle"]}, rate=50)
+                await one.until(lambda _: one.serial > 1)
+    with machine() as (_house, _sim, _daemon, gateway):
+        run(watch(gateway))
+        wait_equal("the number of clients", lambda: metric(gateway, "clients"), 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__]))
