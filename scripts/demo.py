@@ -110,7 +110,8 @@ class Demo(Rig):
         gateway = pathlib.Path(__file__).resolve().parents[1] / "gateway"
         self.spawn("gateway", "env", f"PYTHONPATH={gateway}:{gateway.parent / 'python'}", "PYTHONDONTWRITEBYTECODE=1",
                    f"POKEYS_SHM_LIBRARY={self.build / 'shm/libpokeys_shm.so.0'}",
-                   f"POKEYSCTL={self.build / 'tools/pokeysctl'}", "LISTEN_FDS=1",
+                   f"POKEYSCTL={self.build / 'tools/pokeysctl'}",
+                   f"POKEYS_GATEWAY_WEB={self.build / 'gateway/web'}", "LISTEN_FDS=1",
                    "sh", "-c", 'LISTEN_PID=$$ exec "$0" "$@"', gateway / "pokeys-gateway",
                    "--runtime-directory", self.run / "pokeysd", inherited=(SOCKET,))
         self.wait_for("the gateway", lambda: "the page is at" in (self.run / "gateway.log").read_text(), PATIENCE_S,

@@ -27,6 +27,8 @@ PACKAGES_TEST=(
 	python3-jsonschema python3-websockets	# the gateway's clients
 )
 PACKAGES_GATEWAY=(python3-aiohttp python3-prometheus-client)	# the gateway, for Debian's Python
+PACKAGES_WEB=(nodejs npm)	# the gateway's page; npm fetches what package-lock.json names
+PACKAGES_BROWSER=(chromium)	# the page in a browser
 PACKAGES_FUZZ=(libclang-rt-14-dev)	# libFuzzer
 PACKAGES_VM=(qemu-system-x86 mmdebstrap e2fsprogs)	# a PREEMPT_RT machine
 PACKAGES_RUST=(rustc-web cargo-web)
@@ -87,6 +89,7 @@ rust_is_new_enough() {
 
 install_for_build() {
 	install_packages "${PACKAGES_BUILD[@]}"
+	command -v npm >/dev/null || install_packages "${PACKAGES_WEB[@]}"
 	rust_is_new_enough || install_packages "${PACKAGES_RUST[@]}"
 	rust_is_new_enough || die "rustc $RUST_MINIMUM or newer is needed, found: $(rustc --version 2>&1 || true)"
 }
@@ -100,7 +103,8 @@ install_for_gateway() {
 install_for_test() {
 	local packages=("${PACKAGES_TEST[@]}")
 
-	[[ " $* " != *" gateway "* ]] || packages+=("${PACKAGES_GATEWAY[@]}")
+	[[ " $* " != *" gateway "* && " $* " != *" web "* ]] || packages+=("${PACKAGES_GATEWAY[@]}")
+	[[ " $* " != *" web "* ]] || packages+=("${PACKAGES_BROWSER[@]}")
 	[[ " $* " != *" fuzz "* ]] || packages+=("${PACKAGES_FUZZ[@]}")
 	[[ " $* " != *" vm "* ]] || packages+=("${PACKAGES_VM[@]}")
 	install_for_build

@@ -4,12 +4,12 @@
 #
 # There are two tiers. The first must pass before a change lands and is short enough
 # to be run for every change: unit, sim, net, gateway, and hal with one whole LinuxCNC machine.
-# `all` adds the other LinuxCNC machines, PREEMPT_RT machines, fuzzing, and unit and
-# sim again in sanitized builds. The end of the output lists the suites left out.
+# `all` adds the other LinuxCNC machines, the page in a browser, PREEMPT_RT machines, fuzzing, and
+# unit and sim again in sanitized builds. The end of the output lists the suites left out.
 #
-# Tests run two at a time, also in sanitized builds; those of hal, linuxcnc and vm, which use
-# LinuxCNC or virtual machines, run one at a time. A test that is in two suites runs once. The last
-# line is "N passed, N failed, N skipped".
+# Tests run two at a time, also in sanitized builds; those of hal, linuxcnc, web and vm, which use
+# LinuxCNC, a browser or virtual machines, run one at a time. A test that is in two suites runs
+# once. The last line is "N passed, N failed, N skipped".
 #
 # --repeat N runs the suites N times and prints how often each test failed. --load N
 # runs them beside N busy processes and stops them at random moments (under-load).
@@ -20,7 +20,7 @@
 export POKEYS_SEED=${POKEYS_SEED:-20055}
 
 SUITES_LANDING=(unit sim net gateway hal)
-SUITES_ALL=("${SUITES_LANDING[@]}" linuxcnc vm fuzz asan tsan)
+SUITES_ALL=("${SUITES_LANDING[@]}" linuxcnc web vm fuzz asan tsan)
 
 # Time limits are for tests that hang, so that a hang costs minutes and not the whole run.
 # In tests/*/meson.build a limit is three to four times the duration of the test on two
@@ -48,7 +48,8 @@ suite_run() {
 sanitized_run() {
 	local label=$1 sanitizer=$2
 	shift 2
-	configure_and_build "build/$label" -Dwerror=true -Db_sanitize="$sanitizer" -Db_lundef=false "$@" ||
+	configure_and_build "build/$label" -Dwerror=true -Db_sanitize="$sanitizer" -Db_lundef=false \
+		-Dpage=disabled "$@" ||
 		die "the $label build failed"
 	suite_run "build/$label" "$label" 2 unit sim
 }
@@ -101,6 +102,7 @@ run_round() {
 	run_group unit-sim 2 unit sim
 	run_group net-gateway 2 net gateway
 	run_group hal-linuxcnc 1 hal linuxcnc
+	run_group web 1 web
 	run_group vm 1 vm
 	run_group fuzz 2 fuzz
 	# char is unsigned on arm64

@@ -10,6 +10,7 @@ from http import HTTPStatus
 from typing import Any
 
 from . import __version__
+from .board import KINDS
 from .feeds import RATE_LEAST, RATE_MOST
 from .model import Model
 
@@ -111,6 +112,7 @@ def openapi(model: Model) -> Schema:
             "/": get("The page", _answer(TEXT, "text/html")),
             "/page.js": get("Its program", _answer(TEXT, "text/javascript")),
             "/page.css": get("Its style", _answer(TEXT, "text/css")),
+            "/licenses.txt": get("Licences of the libraries in it", _answer(TEXT, "text/plain")),
             "/api/devices": get("All devices, without their values", _answer(_object(
                 {"format": FORMAT, "trouble": TROUBLE, "devices": _list(ref("Summary"))}))),
             "/api/devices/{device}": get("A device with its values", _answer(ref("Device")), missing,
@@ -120,6 +122,13 @@ def openapi(model: Model) -> Schema:
                 missing, parameters=device),
             "/api/devices/{device}/events": get("What has happened to a device", _answer(_object(
                 {"format": FORMAT, "events": _list(ref("Event"))})), missing, parameters=device),
+            "/api/devices/{device}/histograms": get("Latencies of a device", _answer(_object(
+                {"format": FORMAT, "histograms": _list(ref("Histogram"))})), missing, parameters=device),
+            "/api/devices/{device}/terminals": get(
+                "The terminals of the board that are set up, and the names of their values", _answer(_object(
+                    {"format": FORMAT, "terminals": _list(ref("Terminal"))})), missing, parameters=device),
+            "/api/words": get("The meanings of codes, by names in which %02u stands for a number", _answer(_object(
+                {"format": FORMAT, "words": _map(_map(TEXT, "By number"), "By name")}))),
             "/api/names": get("All names of values", _answer(_object({"format": FORMAT, "names": _list(ref("Name"))}))),
             "/api/openapi.json": get("This document", _answer({"type": "object"})),
             "/api/schema.json": get("JSON Schema of the messages of /websocket", _answer({"type": "object"})),
@@ -132,6 +141,15 @@ def openapi(model: Model) -> Schema:
                 "503": _answer(ref("Error"), text="There are too many clients, or the gateway ends")}}},
         },
         "components": {"schemas": _shapes(model, "#/components/schemas/") | {
+            "Histogram": _object({
+                "name": TEXT, "help": TEXT, "count": COUNT, **{f"{what}_us": {"type": ["number", "null"]} for what in (
+                    "min", "mean", "max", "p50", "p99")},
+                "buckets": {**_list({"type": "array", "prefixItems": [
+                    {"type": "number", "description": "Lower bound in microseconds"}, COUNT], "items": False,
+                    "minItems": 2}), "description": "Those that are not empty"}}),
+            "Terminal": _object({
+                "name": TEXT, "terminal": {"type": "string", "description": 'As printed on the board; "" = none'},
+                "label": {"type": "string", "description": "Such as OC1"}, "kind": {"enum": list(KINDS.values())}}),
             "Error": _object({"error": _object({"code": {"enum": [int(one) for one in HTTPStatus if one >= 400]},
                                                 "message": TEXT})})}},
     }

@@ -138,6 +138,13 @@ def test_metrics_are_the_values_of_the_moment():
         equal(one(other, "pokeys_up"), 1)
 
 
+def dashboard():
+    """The queries of Grafana's dashboard, as Grafana sends them for all devices."""
+    document = json.loads((EXAMPLES / "grafana.json").read_text())
+    return [target["expr"].replace("$device", ".*").replace("$__rate_interval", "1m")
+            for panel in document["panels"] for target in panel.get("targets", ())]
+
+
 def test_promtool_has_no_complaint():
     def promtool(*words, **options):
         try:
@@ -146,18 +153,26 @@ def test_promtool_has_no_complaint():
             raise Skip("promtool is not installed (Debian: prometheus)") from None
         equal(ran.returncode, 0, ran.stdout + ran.stderr)
         return ran.stdout + ran.stderr
-    with machine() as (_house, _sim, _daemon, gateway):
+    with machine() as (house, _sim, _daemon, gateway):
         equal(promtool("metrics", input=gateway.ask("/metrics")[2]), b"")
-    promtool("config", EXAMPLES / "prometheus.yml")
+        promtool("config", EXAMPLES / "prometheus.yml")
+        # it checks queries in rules only; JSON is YAML
+        (rules := house.folder / "dashboard.yml").write_text(json.dumps({"groups": [{"name": "dashboard", "rules": [
+            {"record": f"panel:{i}", "expr": query} for i, query in enumerate(dashboard())]}]}))
+        promtool("rules", rules)
 
 
-def test_alerts_are_about_metrics_that_there_are():
-    named = set(re.findall(r"\bpokeys_\w+", re.sub(r"summary:.*", "", (EXAMPLES / "alerts.yml").read_text())))
+def test_alerts_and_dashboard_are_about_metrics_that_there_are():
+    alerts = re.sub(r"summary:.*", "", (EXAMPLES / "alerts.yml").read_text())
     with machine() as (house, _sim, _daemon, gateway):
         equal(gateway.port > 0 and house.state()["link"], "running")
-        there = {name for name, _ in scrape(gateway)[1]}
-        # of drivers that have answered
-        equal(named - there, {"pokeys_postep_temperature_celsius"})
+        found = scrape(gateway)[1]
+        there = {name for name, _ in found} | {label for _, labels in found for label, _ in labels}
+        for text in alerts, *dashboard():
+            named = set(re.findall(r"\bpokeys_\w+", text))
+            assert named, text
+            # of drivers that have answered
+            equal(named - there - {"pokeys_postep_temperature_celsius"}, set(), text)
 
 
 def test_what_cannot_be_read_has_no_values():

@@ -27,11 +27,12 @@ def need_libraries():
 class Gateway:
     """A gateway that listens on a socket of ours, so that no port is taken twice."""
 
-    def __init__(self, house, *words, runtime=None):
+    def __init__(self, house, *words, runtime=None, port=0):
         need_libraries()
         self.house = house
         self.socket = socket.socket()
-        self.socket.bind(("127.0.0.1", 0))
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.socket.bind(("127.0.0.1", port))
         self.socket.listen(64)
         self.port = self.socket.getsockname()[1]
         # as sd_listen_fds(3) wants it
@@ -79,4 +80,5 @@ def environment():
     library = next(path for name, path in House.programs.items() if name.startswith("libpokeys_shm.so"))
     return {"PYTHONPATH": f"{ROOT / 'gateway'}:{ROOT / 'python'}", "PYTHONDONTWRITEBYTECODE": "1",
             "POKEYS_SHM_LIBRARY": str(library),
+            **({"POKEYS_GATEWAY_WEB": str(House.programs["page.js"].parent)} if "page.js" in House.programs else {}),
             "POKEYSCTL": str(House.programs["pokeysctl"])}

@@ -12,14 +12,17 @@ import logging
 import os
 import socket
 from collections.abc import Awaitable, Callable
+from dataclasses import asdict
 from http import HTTPStatus
-from importlib.resources import files
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+import pokeys
 from aiohttp import web
 
 from .. import describe
+from ..board import terminals
 from ..config import Config, Endpoint, loopback
 from ..feeds import encode
 from ..hub import Hub
@@ -31,7 +34,7 @@ BODY_MOST = 64 * 1024
 KEEP_ALIVE_S, SHUTDOWN_S = 30, 2
 FORMAT = 1
 PAGE = {"": ("index.html", "text/html"), "page.js": ("page.js", "text/javascript"),
-        "page.css": ("page.css", "text/css")}
+        "page.css": ("page.css", "text/css"), "licenses.txt": ("licenses.txt", "text/plain")}
 SECURITY = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
                                "form-action 'none'",
@@ -73,6 +76,10 @@ def _endpoint_of(inherited: socket.socket) -> Endpoint:
         return loopback(host, port)
     except ValueError as error:
         raise ValueError(f"an inherited socket listens on {host}; allowed: {error}") from None
+
+
+def _good(document: dict[str, Any]) -> web.Response:
+    return web.Response(text=encode({"format": FORMAT, **document}), content_type="application/json")
 
 
 def _complaint(status: HTTPStatus, text: str) -> web.Response:
@@ -128,8 +135,10 @@ class Http:
         self._hub = hub
         self._rpc = Rpc(hub)
         self._metrics = Metrics(hub, self._rpc)
-        folder = files("pokeys_gateway") / "web"
-        self._page = {path: ((folder / name).read_bytes(), kind) for path, (name, kind) in PAGE.items()}
+        folder = Path(os.environ.get("POKEYS_GATEWAY_WEB") or Path(__file__).parents[1] / "web")
+        # a build without npm has no page
+        self._page = {path: ((folder / name).read_bytes(), kind) for path, (name, kind) in PAGE.items()
+                      if (folder / name).exists()}
         self._runner: web.AppRunner | None = None
 
     async def open(self, sockets: list[socket.socket]) -> list[str]:
@@ -169,7 +178,10 @@ class Http:
         app.router.add_get("/api/devices/{device}", self._device)
         app.router.add_get("/api/devices/{device}/diagnostics", self._diagnostics)
         app.router.add_get("/api/devices/{device}/events", self._events)
+        app.router.add_get("/api/devices/{device}/histograms", self._histograms)
+        app.router.add_get("/api/devices/{device}/terminals", self._terminals)
         app.router.add_get("/api/names", self._names)
+        app.router.add_get("/api/words", self._words)
         for path, document in (("openapi", describe.openapi), ("schema", describe.messages)):
             app.router.add_get(f"/api/{path}.json", self._document(document(self._hub.model)))
         return app
@@ -183,8 +195,13 @@ class Http:
         return give
 
     async def _static(self, request: web.Request) -> web.Response:
+        if request.path[1:] not in self._page:
+            return _complaint(HTTPStatus.NOT_FOUND, "pokeysd was built without the page, as npm was missing; "
+                                                    "the data is at /api/devices and /metrics")
         body, kind = self._page[request.path[1:]]
-        return web.Response(body=body, content_type=kind, charset="utf-8")
+        answer = web.Response(body=body, content_type=kind, charset="utf-8")
+        answer.enable_compression()
+        return answer
 
     async def _scrape(self, request: web.Request) -> web.Response:
         body, kind = await asyncio.to_thread(self._metrics.page, request.headers.get("Accept", ""))
@@ -192,13 +209,12 @@ class Http:
 
     async def _health(self, _request: web.Request) -> web.Response:
         """Of the gateway itself; a machine that is off is no fault of it."""
-        return web.json_response({"format": FORMAT, "status": "ok", "trouble": self._hub.source.trouble})
+        return _good({"status": "ok", "trouble": self._hub.source.trouble})
 
     async def _devices(self, _request: web.Request) -> web.Response:
         source = self._hub.source
         readings = [reading for name in source.names() if (reading := source.read(name))]
-        return web.json_response({"format": FORMAT, "trouble": source.trouble,
-                                  "devices": [_summary(self._hub, reading) for reading in readings]})
+        return _good({"trouble": source.trouble, "devices": [_summary(self._hub, reading) for reading in readings]})
 
     async def _device(self, request: web.Request) -> web.Response:
         name = request.match_info["device"]
@@ -211,8 +227,7 @@ class Http:
             values = reading.state.as_dict()
             words = {name: row.words.get(values[name], "unknown") for name, row in self._hub.model.rows.items()
                      if row.words and values.get(name) is not None}
-        body = encode({"format": FORMAT, **_summary(self._hub, reading), "values": values, "words": words})
-        return web.Response(text=body, content_type="application/json")
+        return _good({**_summary(self._hub, reading), "values": values, "words": words})
 
     async def _diagnostics(self, request: web.Request) -> web.Response:
         name = request.match_info["device"]
@@ -220,16 +235,40 @@ class Http:
         if not reading:
             return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
         values = reading.diagnostics.as_dict() if reading.diagnostics else {}
-        return web.Response(text=encode({"format": FORMAT, "values": values}), content_type="application/json")
+        return _good({"values": values})
 
     async def _events(self, request: web.Request) -> web.Response:
         name = request.match_info["device"]
         if name not in self._hub.source.names():
             return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
-        return web.json_response({"format": FORMAT, "events": self._hub.events(name)})
+        return _good({"events": self._hub.events(name)})
+
+    async def _histograms(self, request: web.Request) -> web.Response:
+        name = request.match_info["device"]
+        reading = self._hub.source.read(name, diagnostics=True)
+        if not reading:
+            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+        found = reading.diagnostics.histograms() if reading.diagnostics else {}
+        return _good({"histograms": [
+            {"name": name, "help": pokeys.describe(f"latency.{name}-p50-us").partition(":")[0], "count": one.count,
+             "min_us": one.min_us, "mean_us": one.mean_us, "max_us": one.max_us, "p50_us": one.percentile_us(0.5),
+             "p99_us": one.percentile_us(0.99), "buckets": [bucket for bucket in one.buckets() if bucket[1]]}
+            for name, one in found.items()]})
+
+    async def _terminals(self, request: web.Request) -> web.Response:
+        name = request.match_info["device"]
+        reading = self._hub.source.read(name)
+        if not reading:
+            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+        found = terminals(self._hub.model, reading.state) if reading.state else []
+        return _good({"terminals": [asdict(one) for one in found]})
+
+    async def _words(self, _request: web.Request) -> web.Response:
+        return _good({"words": {pattern: {str(number): word for number, word in row.words.items()}
+                                for pattern, row in self._hub.model.patterns() if row.words}})
 
     async def _names(self, _request: web.Request) -> web.Response:
         rows = self._hub.model.rows.values()
-        return web.json_response({"format": FORMAT, "names": [
+        return _good({"names": [
             {"name": row.name, "type": row.type, "unit": row.unit, "help": row.help, "writable": row.writable,
              "words": {str(number): word for number, word in row.words.items()}} for row in rows]})

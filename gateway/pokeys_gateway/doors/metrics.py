@@ -24,8 +24,9 @@ from prometheus_client.exposition import choose_encoder
 from prometheus_client.registry import Collector
 
 from .. import __version__
+from ..board import is_set_up
 from ..hub import Hub
-from ..model import FIRST_ANALOG, Row
+from ..model import Row
 from ..source import Reading
 from .rpc import Rpc
 
@@ -89,8 +90,6 @@ SINGLE = (
     Family("pokeys_commands_refused_total", "command-refused-count", "Values that the daemon refused", counts=True),
     Family("pokeys_cycles_skipped_total", "cycles-skipped", "Ticks that the daemon missed", counts=True),
 )
-# in a pin's function (docs/protocol.md)
-DIGITAL_INPUT, DIGITAL_OUTPUT, ANALOG_INPUT, COUNTER = 0x02, 0x04, 0x08, 0x40
 HISTOGRAMS = {"data": "data_complete", "age": "age_at_read"}       # where the name alone says too little
 RUNNING = 3
 PACKETS = ("sent", "resent", "received", "accepted", "missed", "late", "lost", "timed-out", "stray", "duplicate",
@@ -121,28 +120,6 @@ class _Sheet:
     def all(self) -> list[Metric]:
         """All of them."""
         return list(self._families.values())
-
-
-def _is_there(row: Row, state: pokeys.State) -> bool:
-    """What the device does not have, or has not set up, would be a column of zeros that means nothing."""
-    name, number = row.name, f"{row.number:02}"
-    if row.kind in ("pin", "analog") or name.startswith("counter."):
-        terminal = row.number + FIRST_ANALOG - 1 if row.kind == "analog" else row.number
-        function = state[f"pin.{terminal:02}.function-in-effect"] if terminal < state.info.PinCount else 0
-        wanted = {"in": DIGITAL_INPUT, "out-fb": DIGITAL_OUTPUT, "volts": ANALOG_INPUT,
-                  "value": COUNTER}[name.rpartition(".")[2]]
-        return bool(function & wanted)
-    if row.kind == "pwm":
-        return bool(state[f"pwm.{number}.enabled"])
-    if name.startswith("encoder."):
-        return bool(state[f"encoder.{number}.enabled"])
-    if name.startswith("joint.") and ".postep." in name:
-        return bool(state[f"joint.{number}.postep.updates"])
-    if name.startswith("joint."):
-        return row.number < state.info.Axes
-    if row.kind == "output":
-        return state.info.pulse_engine_version > 0
-    return True
 
 
 def _histogram(histogram: pokeys.Histogram) -> tuple[list[tuple[str, float]], float]:
@@ -211,7 +188,7 @@ class Values(Collector):
 
     def _values(self, sheet: _Sheet, name: str, state: pokeys.State) -> None:
         for family, row in self._rows:
-            value = state[row.name] if _is_there(row, state) else None
+            value = state[row.name] if is_set_up(row, state) else None
             place = self._place(family, row, state.info.DeviceTypeID)
             # a PWM channel may be on no terminal
             if value is not None and place.get("terminal") != "":

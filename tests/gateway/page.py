@@ -1,0 +1,210 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The page in Debian's Chromium: it shows what is there, says when that is old, comes back by itself, can be read
+by a screen reader, fits on a phone and a wall, and does not grow.
+
+With POKEYS_SCREENSHOTS=FOLDER, pictures are left there to be looked at.
+"""
+import asyncio
+import contextlib
+import os
+import pathlib
+import signal
+import sys
+import time
+
+from browser import browser
+from rig import Gateway, House, Skip
+from house import end, equal, main  # noqa: E402  (rig.py finds it)
+
+PICTURES = os.environ.get("POKEYS_SCREENSHOTS")
+SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900), "wall": (3840, 2160)}
+STATUS = "(document.querySelector('[role=status]')?.textContent ?? '')"
+LIVE = f"{STATUS}.includes('live') && document.querySelector('.device:not(.old)') !== null"
+# names of elements that a hand or a screen reader gets to
+NAMED = "button", "link", "textbox", "heading", "img", "group", "region", "article", "table", "DisclosureTriangle"
+
+
+@contextlib.contextmanager
+def machine(devices=1):
+    if "page.js" not in House.programs:
+        raise Skip("the page was not built (npm was missing)")
+    with House() as house:
+        house.device_keys["mill"] |= {"digital-inputs": "4,9,12-16", "digital-outputs": "31-34",
+                                      "analog-inputs": "43,44", "axes": 3}
+        sim = house.start_sim("--preset", "demo")
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        gateway = Gateway(house)
+        gateway.wait_running()
+        yield house, sim, daemon, gateway
+
+
+def run(work):
+    asyncio.run(asyncio.wait_for(work, 600))
+
+
+def cell(name):
+    """The text of a terminal of the strip."""
+    return f"(document.querySelector('.strip li[title=\"{name}\"]')?.innerText ?? '')"
+
+
+def test_it_shows_what_is_there():
+    async def look(house, sim, gateway):
+        async with browser() as chromium:
+            page = await chromium.open(f"http://127.0.0.1:{gateway.port}/")
+            await page.until("live", LIVE)
+            for level, word in ((1, "on"), (0, "off"), (1, "on")):
+                await asyncio.to_thread(house.ask_sim, sim, "pin", 4, level)
+                await page.until("the input", f"{cell('pin.03.in')}.trim().endsWith('{word}')")
+            await asyncio.to_thread(house.ask_sim, sim, "analog", 43, 2000)
+            await page.until("the voltage", f"{cell('adc.02.volts')}.includes('1.61 V')")
+            shown = await page.text()
+            for text in ("mill", "data fresh", "PoKeys57CNC 65432", "Axes", "Terminals", "Analog inputs", "Events",
+                         "running (was configuring)", "terminal 43:"):
+                assert text in shown, (text, shown)
+            # what pokeysctl says of the axes
+            rows = await page.value("""document.querySelectorAll('.part[aria-label$=": Axes, in pulses"] tbody tr').length""")
+            axes = (await asyncio.to_thread(gateway.json, "/api/devices/mill"))["values"]["info.Axes"]
+            equal(rows, axes)
+            await page.value("document.querySelector('summary').click()")
+            await page.until("latencies", "document.querySelectorAll('details tbody tr').length > 3")
+            assert "round trip" in await page.text()
+            equal(page.complaints, [])
+    with machine() as (house, sim, _daemon, gateway):
+        run(look(house, sim, gateway))
+
+
+def test_what_is_old_is_said_and_it_comes_back():
+    async def look(house, sim, daemon, gateway):
+        async with browser() as chromium:
+            page = await chromium.open(f"http://127.0.0.1:{gateway.port}/")
+            await page.until("live", LIVE)
+            # nothing comes any more, and nothing says so
+            gateway.child.send_signal(signal.SIGSTOP)
+            began = time.monotonic()
+            await page.until("no connection", f"{STATUS}.includes('No connection to the gateway since')")
+            print(f"said after {time.monotonic() - began:.1f} s")
+            await page.until("marked as old", "document.querySelector('.device.old') !== null")
+            gateway.child.send_signal(signal.SIGCONT)
+            await page.until("live again", LIVE)
+            # it is killed, and started again
+            gateway.child.kill()
+            await asyncio.to_thread(gateway.child.wait)
+            await page.until("no connection", f"{STATUS}.includes('No connection to the gateway since')")
+            assert "mill" in await page.text(), "what was known is no longer shown"
+            again = await asyncio.to_thread(Gateway, house, port=gateway.port)
+            await page.until("live again", LIVE)
+            # the device is lost
+            sim.kill()
+            await page.until("the device is lost", f"{STATUS}.includes('No fresh data of mill')")
+            shown = await page.text()
+            for text in "what is shown is old", "state of the machine not known":
+                assert text in shown, shown
+            assert "motion permitted" not in shown and "motion not permitted" not in shown, shown
+            equal(await page.value(CONTRAST), [])
+            sim = house.start_sim("--preset", "demo")
+            await page.until("live again", LIVE)
+            # the daemon ends, and is started again
+            await asyncio.to_thread(end, daemon)
+            await page.until("no daemon", f"{STATUS}.includes('is pokeysd running?')")
+            await asyncio.to_thread(house.start_daemon, wait=False)
+            await page.until("live again", LIVE)
+            await asyncio.to_thread(house.ask_sim, sim, "pin", 4, 1)
+            await page.until("the input", f"{cell('pin.03.in')}.trim().endsWith('on')")
+            again.child.send_signal(signal.SIGTERM)
+            # a connection that fails is in the console, whoever wrote the page
+            equal([one for one in page.complaints if "websocket" not in str(one)], [])
+    with machine() as (house, sim, daemon, gateway):
+        run(look(house, sim, daemon, gateway))
+
+
+def test_a_frozen_tab_is_fresh_again():
+    async def look(house, sim, gateway):
+        async with browser() as chromium:
+            page = await chromium.open(f"http://127.0.0.1:{gateway.port}/")
+            await page.until("live", LIVE)
+            await page.value("window.turns = 0; setInterval(() => window.turns++, 100); 0")
+            await page.call("Page.setWebLifecycleState", state="frozen")
+            turns = await page.value("window.turns")
+            for level in 0, 1, 0, 1:
+                await asyncio.to_thread(house.ask_sim, sim, "pin", 4, level)
+                await asyncio.sleep(1)
+            assert await page.value("window.turns") - turns < 10, "it was not frozen"
+            await page.call("Page.setWebLifecycleState", state="active")
+            began = time.monotonic()
+            await page.until("the input", f"{LIVE} && {cell('pin.03.in')}.trim().endsWith('on')")
+            print(f"fresh after {time.monotonic() - began:.1f} s")
+    with machine() as (house, sim, _daemon, gateway):
+        run(look(house, sim, gateway))
+
+
+def test_it_fits_and_can_be_read():
+    async def look(gateway):
+        async with browser() as chromium:
+            page = await chromium.open(f"http://127.0.0.1:{gateway.port}/")
+            await page.until("live", LIVE)
+            await page.value("document.querySelector('summary').click()")
+            await page.until("latencies", "document.querySelectorAll('details tbody tr').length > 3")
+            for name, (width, height) in SIZES.items():
+                for dark in False, True:
+                    await page.size(width, height, dark, phone=name == "phone")
+                    await asyncio.sleep(0.7)
+                    over = await page.value("[document.scrollingElement.scrollWidth, document.scrollingElement.clientWidth]")
+                    assert over[0] <= over[1], (name, over)
+                    if PICTURES:
+                        await page.picture(pathlib.Path(PICTURES) / f"{name}-{'dark' if dark else 'light'}.png")
+            nameless = [role for role, text in await page.tree() if role in NAMED and not text]
+            equal(nameless, [])
+            # every value has enough contrast with what is behind it (WCAG 2: 4.5)
+            for dark in False, True:
+                await page.size(1440, 900, dark)
+                equal(await page.value(CONTRAST), [], f"dark: {dark}")
+            equal(page.complaints, [])
+    with machine() as (_house, _sim, _daemon, gateway):
+        run(look(gateway))
+
+
+CONTRAST = """(() => {
+    const numbers = colour => colour.match(/[\\d.]+/g).map(Number);
+    const light = ([r, g, b]) => { const [x, y, z] = [r, g, b].map(c => c / 255).map(
+        c => c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4); return 0.2126 * x + 0.7152 * y + 0.0722 * z; };
+    const behind = element => { for (let at = element; at; at = at.parentElement) {
+        const colour = numbers(getComputedStyle(at).backgroundColor); if ((colour[3] ?? 1) > 0) return colour; }
+        return [255, 255, 255]; };
+    const bad = [];
+    for (const element of document.querySelectorAll('body *')) {
+        if (![...element.childNodes].some(node => node.nodeType === 3 && node.data.trim())) continue;
+        if (element.closest('svg, script, style, noscript')) continue;
+        for (let at = element; at; at = at.parentElement)
+            if (getComputedStyle(at).opacity !== '1') bad.push(['opacity', at.className]);
+        const [a, b] = [light(numbers(getComputedStyle(element).color)), light(behind(element))].sort((x, y) => y - x);
+        if ((a + 0.05) / (b + 0.05) < 4.5) bad.push([element.className, element.textContent, (a + 0.05) / (b + 0.05)]);
+    }
+    return bad.slice(0, 5);
+})()"""
+
+
+def test_it_does_not_grow():
+    async def used(page):
+        await page.call("HeapProfiler.collectGarbage")
+        return (await page.call("Runtime.getHeapUsage"))["usedSize"], await page.value(
+            "document.getElementsByTagName('*').length")
+
+    async def look(gateway):
+        async with browser() as chromium:
+            page = await chromium.open(f"http://127.0.0.1:{gateway.port}/")
+            await page.until("live", LIVE)
+            await asyncio.sleep(20)
+            heap, elements = await used(page)
+            # its history has a test of its own (page_parts.mjs), in virtual time
+            await asyncio.sleep(40)
+            later, more = await used(page)
+            print(f"heap {heap >> 10} kB, later {later >> 10} kB; {elements} elements, later {more}")
+            assert later < heap * 1.2 + 500e3 and more < elements * 1.2, (heap, later, elements, more)
+    with machine() as (_house, _sim, _daemon, gateway):
+        run(look(gateway))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__]))
