@@ -28,6 +28,7 @@ ORDER = (
     "shared_memory",
     "readers",
     "python",
+    "gateway",
     "exchange",
     "hal",
     "age",
