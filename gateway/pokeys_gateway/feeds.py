@@ -5,7 +5,8 @@ Clients with the same wish share a feed. At its rate, a feed compares the values
 and encodes the difference once; all feeds that are due at one moment share one reading of each
 device. Each client has one slot for the newest state: a client that is slow finds a newer one there,
 the skipped ones are counted, and it gets a whole state instead of a difference that would not fit
-what it has. So the memory that a client may take does not depend on how slow it is.
+what it has. Only so many states are on their way to a client as it has answered for: what the kernel's
+buffers hold would be old when it is read. So the memory that a client may take does not depend on how slow it is.
 """
 from __future__ import annotations
 
@@ -26,6 +27,7 @@ from .source import Source
 
 FULL_S = 5.0                # after this time a whole state comes, though nothing was skipped
 ANSWERS_MOST, ANSWER_BYTES_MOST = 64, 256 << 10
+UNHEARD_MOST = 8            # states that a client has not answered for yet
 PATTERNS_MOST = 32
 WILDCARD = re.compile(r"[*?\[]")
 NO_NAME = "no value is named '{}'; pokeysctl names lists the names"
@@ -170,6 +172,8 @@ class Subscriber:
         self._slot: Tick | None = None
         self._last: int | None = None
         self._ended = False
+        self._sent = 0              # states
+        self.heard = 0              # of these, the client has read
         self._wake, self._room = asyncio.Event(), asyncio.Event()
 
     def begin(self, serial: int | None) -> None:
@@ -185,9 +189,9 @@ class Subscriber:
         self._wake.set()
 
     @property
-    def idle(self) -> bool:
-        """Nothing waits to be sent."""
-        return not self._answers and not self._slot
+    def waiting(self) -> int:
+        """How many messages wait to be sent."""
+        return len(self._answers) + bool(self._slot)
 
     @property
     def full(self) -> bool:
@@ -199,6 +203,17 @@ class Subscriber:
         self._answers.append(text)
         self._size += len(text)
         self._wake.set()
+
+    def hear(self, number: int) -> None:
+        """The client has read the state of this number, see :meth:`next`."""
+        if self.heard < number <= self._sent:
+            self.heard = number
+            self._wake.set()
+
+    @property
+    def unheard(self) -> int:
+        """States that are on their way."""
+        return self._sent - self.heard
 
     def end(self) -> None:
         """Nothing is sent any more."""
@@ -213,21 +228,22 @@ class Subscriber:
         if self._ended:
             raise ConnectionResetError
 
-    async def next(self) -> str:
-        """The next text to be sent: answers come first."""
-        while self.idle:
+    async def next(self) -> tuple[str, int | None]:
+        """The next text to be sent, and if it is a state, its number. Answers come first."""
+        while not self._answers and not (self._slot and self.unheard < UNHEARD_MOST):
             self._wake.clear()
             await self._wake.wait()
         if self._answers:
             text = self._answers.popleft()
             self._size -= len(text)
             self._room.set()
-            return text
+            return text, None
         tick, self._slot = self._slot, None
         assert tick
         whole = tick.full or self._last is None or tick.serial != self._last + 1
         self._last = tick.serial
-        return tick.text(whole)
+        self._sent += 1
+        return tick.text(whole), self._sent
 
 
 class Feed:

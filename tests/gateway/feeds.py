@@ -50,9 +50,16 @@ def apply(status, change, full):
     return status
 
 
+async def read(subscriber):
+    """What is sent next, by a client that reads it at once."""
+    text, number = await subscriber.next()
+    subscriber.hear(number or 0)
+    return text
+
+
 async def taken(subscriber):
     """What is to be sent now, or None."""
-    return None if subscriber.idle else json.loads(await subscriber.next())
+    return json.loads(await read(subscriber)) if subscriber.waiting else None
 
 
 async def differences_and_whole_states_give_what_is_there():
@@ -123,7 +130,7 @@ async def answers_come_first_and_are_bounded():
     await asyncio.sleep(0)
     assert one.full and not room.done()
     assert [await taken(one) for _ in range(feeds.ANSWERS_MOST)] == list(range(feeds.ANSWERS_MOST))
-    assert (await taken(one))["method"] == "notify_status_update" and one.idle and not one.full
+    assert (await taken(one))["method"] == "notify_status_update" and not one.waiting and not one.full
     await room
     for _ in range(feeds.ANSWERS_MOST):
         one.answer("")
@@ -141,6 +148,32 @@ async def answers_come_first_and_are_bounded():
     assert one.full, "one that is large"
 
 
+async def who_does_not_read_is_sent_no_more():
+    one = feeds.Subscriber()
+    one.begin(0)
+    sent = []
+    for serial in range(1, 100):
+        one.offer(feeds.Tick(serial, {}, {}, False, 0.0))
+        if len(sent) < feeds.UNHEARD_MOST:
+            sent.append(await one.next())
+    coming = asyncio.create_task(one.next())
+    await asyncio.sleep(0)
+    assert not coming.done() and one.unheard == feeds.UNHEARD_MOST and one.skipped > 80, one.skipped
+    # answers come all the same, and numbers of nothing are not heard
+    one.answer("x")
+    assert await coming == ("x", None)
+    coming = asyncio.create_task(one.next())
+    for number in 0, -1, 99, 10 ** 17:
+        one.hear(number)
+        await asyncio.sleep(0)
+        assert not coming.done(), number
+    # the newest of all, and whole
+    one.hear(sent[2][1])
+    text, number = await coming
+    assert json.loads(text)["params"][2] == {"serial": 99, "full": True} and number == len(sent) + 1, text
+    assert one.unheard == feeds.UNHEARD_MOST - 2, one.unheard
+
+
 async def clients_with_the_same_wish_share_a_feed():
     source = Source()
     all_of_them = feeds.Feeds(source)
@@ -151,7 +184,7 @@ async def clients_with_the_same_wish_share_a_feed():
     before = source.reads
     for i in range(5):
         source.devices["mill"][0]["a"] = 100 + i
-        texts = await asyncio.gather(*(one.next() for one in clients))
+        texts = await asyncio.gather(*(read(one) for one in clients))
         assert len({id(text) for text in texts}) == 1, "encoded for each"
     assert source.reads - before <= 30, source.reads
     feed = joined.pop()
@@ -174,7 +207,7 @@ async def feeds_share_a_reading():
     before = source.reads
     for i in range(5):
         source.devices["mill"][0]["a"] = 100 + i
-        await asyncio.gather(*(one.next() for one in clients))
+        await asyncio.gather(*(read(one) for one in clients))
     # all are due at the same beats, after their first
     assert source.reads - before <= 40, source.reads
     all_of_them.close()
@@ -213,7 +246,7 @@ async def a_feed_that_fails_goes_on():
         await asyncio.sleep(0.01)
     source.read = good
     source.devices["mill"][0]["a"] = 42
-    while json.loads(await one.next())["params"][0].get("mill", {}).get("values", {}).get("a") != 42:
+    while json.loads(await read(one))["params"][0].get("mill", {}).get("values", {}).get("a") != 42:
         pass
     feeds.FULL_S = before
     all_of_them.close()
@@ -226,7 +259,7 @@ async def who_comes_and_goes_keeps_nobody_waiting():
     mine = None
     for i in range(20):
         source.devices["mill"][0]["a"] = 100 + i
-        coming = asyncio.create_task(one.next())
+        coming = asyncio.create_task(read(one))
         while not coming.done():
             if mine:
                 all_of_them.leave(mine, other)
@@ -249,7 +282,7 @@ async def who_joins_gets_the_state_of_this_moment():
     tick = feed.tick(source.look(wish))
     for subscriber, whole in (one, False), (other, True):
         subscriber.offer(tick)
-        found = json.loads(await subscriber.next())["params"]
+        found = json.loads(await read(subscriber))["params"]
         assert (found[2]["full"], found[0]["mill"]["values"].get("a")) == (whole, 1 if whole else None), found
     all_of_them.close()
 
@@ -260,7 +293,7 @@ async def what_was_left_is_not_sent():
     feed, _status = all_of_them.join(feeds.Wish.at(50, (feeds.Part("mill", None),)), one)
     one.offer(feeds.Tick(1, {}, {}, False, 0.0))
     all_of_them.leave(feed, one)
-    assert one.idle and len(all_of_them) == 0
+    assert not one.waiting and len(all_of_them) == 0
     all_of_them.close()
 
 
@@ -272,7 +305,8 @@ if __name__ == "__main__":
         print(f"not tried: {error} (Debian: python3-aiohttp, python3-prometheus-client)", file=sys.stderr)
         sys.exit(77)
     for test in (differences_and_whole_states_give_what_is_there, nothing_new_is_not_sent,
-                 answers_come_first_and_are_bounded, clients_with_the_same_wish_share_a_feed, feeds_share_a_reading,
+                 answers_come_first_and_are_bounded, who_does_not_read_is_sent_no_more,
+                 clients_with_the_same_wish_share_a_feed, feeds_share_a_reading,
                  rates_are_those_of_the_beats, names_are_expanded,
                  a_feed_that_fails_goes_on, who_comes_and_goes_keeps_nobody_waiting, who_joins_gets_the_state_of_this_moment,
                  what_was_left_is_not_sent):

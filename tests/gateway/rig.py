@@ -53,6 +53,11 @@ class Gateway:
         finally:
             connection.close()
 
+    def own(self, name):
+        """A value of the gateway itself, from /metrics."""
+        return next(float(line.split()[1]) for line in self.ask("/metrics")[2].decode().splitlines()
+                    if line.startswith(f"pokeys_gateway_{name} "))
+
     def json(self, path):
         """The document of an answer that is good."""
         status, headers, body = self.ask(path)

@@ -25,13 +25,14 @@ from .. import describe
 from ..board import terminals
 from ..config import Config, Endpoint, loopback
 from ..feeds import encode
+from ..gate import IDLE_S, Gate
 from ..hub import Hub
 from ..source import Reading
 from .metrics import Metrics
 from .rpc import Rpc
 
 BODY_MOST = 64 * 1024
-KEEP_ALIVE_S, SHUTDOWN_S = 30, 2
+SHUTDOWN_S = 2
 FORMAT = 1
 PAGE = {"": ("index.html", "text/html"), "page.js": ("page.js", "text/javascript"),
         "page.css": ("page.css", "text/css"), "licenses.txt": ("licenses.txt", "text/plain")}
@@ -86,27 +87,33 @@ def _complaint(status: HTTPStatus, text: str) -> web.Response:
     return web.json_response({"error": {"code": int(status), "message": text}}, status=int(status))
 
 
-def guard(config: Config) -> Any:
+def guard(config: Config, gate: Gate) -> Any:
     """Judge requests before they are looked at, and put the security headers on every answer."""
-    @web.middleware
-    async def judge(request: web.Request, handler: Handler) -> web.StreamResponse:
+    async def judged(request: web.Request, handler: Handler) -> web.StreamResponse:
         # not request.host, which asks the name server if there is none
         if not host_is_ours(request.headers.getall("Host", []), config):
-            answer: web.StreamResponse = _complaint(
+            return _complaint(
                 HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
-        elif not origin_is_ours(request.headers.getall("Origin", []), config):
-            answer = _complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
-        else:
-            try:
-                answer = await handler(request)
-            except web.HTTPException as error:
-                answer = _complaint(HTTPStatus(error.status), error.reason)
-                for name in ("Allow", "Location"):
-                    if name in error.headers:
-                        answer.headers[name] = error.headers[name]
-            except Exception:
-                _LOG.exception("%s %s", request.method, request.path)
-                answer = _complaint(HTTPStatus.INTERNAL_SERVER_ERROR, "an error of the gateway; its log says more")
+        if not origin_is_ours(request.headers.getall("Origin", []), config):
+            return _complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
+        try:
+            return await handler(request)
+        except web.HTTPException as error:
+            answer = _complaint(HTTPStatus(error.status), error.reason)
+            for name in ("Allow", "Location"):
+                if name in error.headers:
+                    answer.headers[name] = error.headers[name]
+            return answer
+        except ConnectionError:
+            return _complaint(HTTPStatus.SERVICE_UNAVAILABLE, "the client is gone")
+        except Exception:
+            _LOG.exception("%s %s", request.method, request.path)
+            return _complaint(HTTPStatus.INTERNAL_SERVER_ERROR, "an error of the gateway; its log says more")
+
+    @web.middleware
+    async def judge(request: web.Request, handler: Handler) -> web.StreamResponse:
+        with gate.request(request.transport):
+            answer = await judged(request, handler)
         if not answer.prepared:
             answer.headers.update(SECURITY)
         return answer
@@ -133,8 +140,11 @@ class Http:
 
     def __init__(self, hub: Hub) -> None:
         self._hub = hub
-        self._rpc = Rpc(hub)
-        self._metrics = Metrics(hub, self._rpc)
+        self._gate = Gate()
+        self._rpc = Rpc(hub, self._gate)
+        self._metrics = Metrics(hub, self._gate, self._rpc)
+        self._servers: list[asyncio.Server] = []
+        self._watch: asyncio.Task[None] | None = None
         folder = Path(os.environ.get("POKEYS_GATEWAY_WEB") or Path(__file__).parents[1] / "web")
         # a build without npm has no page
         self._page = {path: ((folder / name).read_bytes(), kind) for path, (name, kind) in PAGE.items()
@@ -146,29 +156,35 @@ class Http:
 
         Raises OSError, and ValueError for a socket that others than this computer reach.
         """
-        endpoints = [_endpoint_of(one) for one in sockets]
-        self._runner = web.AppRunner(self.application(), access_log=None, keepalive_timeout=KEEP_ALIVE_S)
+        endpoints = [_endpoint_of(one) for one in sockets] or list(self._hub.config.listen)
+        self._runner = web.AppRunner(self.application(), access_log=None, keepalive_timeout=IDLE_S)
         await self._runner.setup()
-        sites: list[web.BaseSite] = [web.SockSite(self._runner, one, shutdown_timeout=SHUTDOWN_S) for one in sockets]
-        if not sockets:
-            endpoints = list(self._hub.config.listen)
-            sites = [web.TCPSite(self._runner, one.host, one.port, shutdown_timeout=SHUTDOWN_S) for one in endpoints]
-        for site, where in zip(sites, endpoints, strict=True):
+        assert self._runner.server
+        self._gate.make = self._runner.server
+        loop = asyncio.get_running_loop()
+        self._watch = loop.create_task(self._gate.watch())
+        for i, where in enumerate(endpoints):
             try:
-                await site.start()
+                self._servers.append(await (loop.create_server(self._gate, sock=sockets[i]) if sockets else
+                                            loop.create_server(self._gate, where.host, where.port)))
             except OSError as error:
                 raise OSError(error.errno, f"{where}: {os.strerror(error.errno or 0)}") from error
         return [f"http://{one}/" for one in endpoints]
 
     async def close(self) -> None:
         """Let requests that are being answered end, for two seconds at most."""
+        for server in self._servers:
+            server.close()
         await self._rpc.close()
-        if self._runner:
+        if self._runner and self._runner.server:
+            await self._runner.server.shutdown(SHUTDOWN_S)
             await self._runner.cleanup()
+        if self._watch:
+            self._watch.cancel()
 
     def application(self) -> web.Application:
         """What is served."""
-        app = web.Application(middlewares=[guard(self._hub.config)], client_max_size=BODY_MOST)
+        app = web.Application(middlewares=[guard(self._hub.config, self._gate)], client_max_size=BODY_MOST)
         for path in PAGE:
             app.router.add_get(f"/{path}", self._static)
         app.router.add_get("/websocket", self._rpc.handle)

@@ -25,6 +25,7 @@ from prometheus_client.registry import Collector
 
 from .. import __version__
 from ..board import is_set_up
+from ..gate import Gate
 from ..hub import Hub
 from ..model import Row
 from ..source import Reading
@@ -136,8 +137,8 @@ def _histogram(histogram: pokeys.Histogram) -> tuple[list[tuple[str, float]], fl
 class Values(Collector):
     """What prometheus_client asks for the values of all devices."""
 
-    def __init__(self, hub: Hub, rpc: Rpc) -> None:
-        self._hub, self._rpc = hub, rpc
+    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc) -> None:
+        self._hub, self._gate, self._rpc = hub, gate, rpc
         model = hub.model
         self._rows = [(family, row) for family in FAMILIES for row in model.family(family.pattern)]
         self._single = [(family, model.rows[family.pattern]) for family in SINGLE]
@@ -156,11 +157,17 @@ class Values(Collector):
         yield from sheet.all()
         yield GaugeMetricFamily("pokeys_daemon_up", "1 = a daemon is running", float(not self._hub.source.trouble))
         yield InfoMetricFamily("pokeys_gateway_build", "Version of the gateway", {"version": __version__})
-        rpc = self._rpc
+        gate, rpc = self._gate, self._rpc
+        yield GaugeMetricFamily("pokeys_gateway_connections", "Connections of all kinds", len(gate))
+        yield CounterMetricFamily("pokeys_gateway_refused", "Connections refused because there were too many",
+                                  gate.refused)
+        yield CounterMetricFamily("pokeys_gateway_late", "Connections closed because nothing came, or was taken",
+                                  gate.late)
+        yield GaugeMetricFamily("pokeys_gateway_waiting", "Messages to WebSocket clients that wait", rpc.waiting)
         yield GaugeMetricFamily("pokeys_gateway_clients", "WebSocket clients", len(rpc.connections))
         yield GaugeMetricFamily("pokeys_gateway_feeds", "Different subscriptions; equal ones are one", len(rpc.feeds))
         yield CounterMetricFamily("pokeys_gateway_skipped", "States that slow clients did not get", rpc.skipped)
-        yield CounterMetricFamily("pokeys_gateway_closed", "Clients that took nothing and were closed", rpc.closed_slow)
+        yield CounterMetricFamily("pokeys_gateway_closed", "Clients that read nothing and were closed", rpc.closed_slow)
         lag = self._hub.lag
         yield GaugeMetricFamily("pokeys_gateway_loop_lag_seconds", "How late the event loop was last", lag.last)
         yield GaugeMetricFamily("pokeys_gateway_loop_lag_most_seconds", "The same, the most since the start", lag.most)
@@ -240,9 +247,9 @@ class Values(Collector):
 class Metrics:
     """The page for Prometheus."""
 
-    def __init__(self, hub: Hub, rpc: Rpc) -> None:
+    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc) -> None:
         self._registry = CollectorRegistry(auto_describe=False)
-        self._registry.register(Values(hub, rpc))
+        self._registry.register(Values(hub, gate, rpc))
         ProcessCollector(registry=self._registry)
         PlatformCollector(registry=self._registry)
         GCCollector(registry=self._registry)

@@ -3,7 +3,7 @@
 
 Requests are answered in the order in which they come; states come between. No client waits for
 another: what one does not take is in its subscriber (feeds.py), its requests are read only as far as
-there is room for answers, and one that takes nothing for ten seconds is closed.
+there is room for answers, and one that reads nothing for ten seconds is closed.
 """
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ from ..feeds import (
     look,
     whole,
 )
+from ..gate import Gate, cut
 from ..hub import Hub
 
 MESSAGE_MOST = 64 * 1024
@@ -49,6 +50,7 @@ USUAL_RATE = 2.0
 PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
 SHOWN = 80                  # characters of a client's text in an error
 NO_DEVICE, TOO_MUCH = -32001, -32002
+DIGITS_MOST = 18
 _LOG = logging.getLogger("pokeys-gateway")
 
 
@@ -212,8 +214,9 @@ def _only(params: dict[str, Any], *known: str) -> None:
 class Rpc:
     """The door. Belongs to the event loop's thread."""
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, gate: Gate) -> None:
         self.hub = hub
+        self._gate = gate
         self.feeds = Feeds(hub.source)
         self.names = {name: i for i, (name, row) in enumerate(hub.model.rows.items()) if not row.writable}
         self.connections: dict[web.WebSocketResponse, _Connection] = {}
@@ -221,6 +224,11 @@ class Rpc:
         self._ending = False
         self._watches: set[asyncio.Task[None]] = set()
         self.skipped = 0            # states that clients did not get, because they were slower
+
+    @property
+    def waiting(self) -> int:
+        """Messages that are still to be sent. Any thread may ask."""
+        return sum(one.subscriber.waiting for one in list(self.connections.values()))
 
     def count_skipped(self) -> None:
         """One more."""
@@ -232,11 +240,12 @@ class Rpc:
             raise web.HTTPServiceUnavailable(reason="the gateway ends" if self._ending else
                                              f"there are {CLIENTS_MOST} clients, and no more are taken")
         # compressed for each client, an encoded state would not be one for all
-        ws = web.WebSocketResponse(max_msg_size=MESSAGE_MOST, compress=False)
+        ws = web.WebSocketResponse(max_msg_size=MESSAGE_MOST, compress=False, autoping=False)
         await ws.prepare(request)
         transport = request.transport
         if not transport:
             return ws
+        self._gate.stream(transport)
         transport.set_write_buffer_limits(high=WRITE_LIMIT)
         with contextlib.suppress(OSError):
             peer = transport.get_extra_info("socket")
@@ -268,6 +277,14 @@ class Rpc:
 
     async def _read(self, ws: web.WebSocketResponse, connection: _Connection) -> None:
         async for message in ws:
+            if message.type is WSMsgType.PONG:
+                # of ours, if it is a number
+                if len(message.data) <= DIGITS_MOST and message.data.isdigit():
+                    connection.subscriber.hear(int(message.data))
+                continue
+            if message.type is WSMsgType.PING:
+                await ws.pong(message.data)
+                continue
             if message.type is not WSMsgType.TEXT:
                 await ws.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"text is expected")
                 return
@@ -281,31 +298,35 @@ class Rpc:
     async def _write(ws: web.WebSocketResponse, connection: _Connection, transport: Any) -> None:
         try:
             while not ws.closed:
-                text = await connection.subscriber.next()
+                text, number = await connection.subscriber.next()
                 connection.sent += len(text)
                 await ws.send_str(text)
+                if number:
+                    # answered when it is read, by every library
+                    await ws.ping(str(number).encode())
         except ConnectionError:
             pass
         except Exception:
             _LOG.exception("sending to a WebSocket client")
-            transport.abort()
+            cut(transport)
         finally:
             connection.subscriber.end()
 
     async def _watch(self, connection: _Connection, transport: Any) -> None:
-        """Abort a connection whose client takes nothing, whatever of ours waits for it."""
-        taken, since = 0, time.monotonic()
+        """Abort a connection whose client takes nothing, whatever of ours waits for it, or reads nothing of it."""
+        subscriber = connection.subscriber
+        before, since = (0, 0), time.monotonic()
         while not transport.is_closing() or transport.get_write_buffer_size():
             await asyncio.sleep(BLOCKED_S / 10)
             waiting = transport.get_write_buffer_size()
-            now = connection.sent - waiting
-            if waiting == 0 or now > taken:
+            now = connection.sent - waiting, subscriber.heard
+            if now != before or (waiting == 0 and subscriber.unheard == 0):
                 since = time.monotonic()
-            taken = now
+            before = now
             if time.monotonic() - since > BLOCKED_S:
                 self.closed_slow += 1
-                _LOG.info("a client that took nothing for %.0f s was closed", BLOCKED_S)
-                transport.abort()
+                _LOG.info("a client that read nothing for %.0f s was closed", BLOCKED_S)
+                cut(transport)
                 return
 
     async def close(self) -> None:
