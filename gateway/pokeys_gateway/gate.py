@@ -86,7 +86,7 @@ class _Connection(asyncio.Protocol):
             return
         if self._rest:
             self._parse()
-        else:
+        if not self._pause and not self.transport.is_closing():
             self.transport.resume_reading()
 
     def eof_received(self) -> bool | None:

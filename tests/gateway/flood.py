@@ -153,6 +153,15 @@ def test_what_comes_too_fast_waits():
         equal((inner[0].data == sent, inner[0].most <= gate.BITE), (True, True))
         equal(transport.reading, False, "it has no credit")
         one.connection_lost(None)
+        # more than is parsed at once, but not too much: it is read on
+        one, transport = enter(made)
+        for size in 3 * gate.BITE, 10, 5 * gate.BITE + 1:
+            before = inner[-1].data
+            one.data_received(b"y" * size)
+            while not transport.reading:
+                await asyncio.sleep(0)
+            equal(len(inner[-1].data) - len(before), size)
+        one.connection_lost(None)
         # one that sends little is never stopped
         one, transport = enter(made)
         for _ in range(1000):
