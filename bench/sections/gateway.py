@@ -77,7 +77,7 @@ def measure(bench):
             port = free_port()
             serve(bench, way, port)
             before = skipped(bench)
-            run[way] = bench.output(sys.executable, "-B", HERE / "watchers.py", port, bench.device, LIVE, FROZEN, RATE,
+            run[way] = bench.output("taskset", "-c", bench.cpu_sim, sys.executable, "-B", HERE / "watchers.py", port, bench.device, LIVE, FROZEN, RATE,
                                     seconds)
             run[way] |= {"skipped": skipped(bench) - before, "memory_kb": memory_kb(bench.started[way].pid)}
             bench.stop(way)
@@ -109,7 +109,8 @@ def report(runs):
                      f"{total(runs, way, 'ended')} of {total(runs, way, 'frozen')}",
                      f"{middle(runs, way, 'memory_kb')[0] / 1024:.0f}", total(runs, way, "skipped")))
     return [f"Each of {LIVE + FROZEN} clients wants all values of the device {RATE} times a second; {FROZEN} of them never"
-            " read. A plain broadcast waits for each client in turn.",
+            " read. The gateway sends differences; a plain broadcast sends all values and waits for each client in turn."
+            " Clients, server and simulator share one core, the daemon has another.",
             f" Cycles that the daemon missed in the same time without clients: {total(runs, 'idle', 'skipped')}.", "",
             *table(("server", "gap p50 ms", "p99 ms", "longest ms", "messages", "ended", "memory MB", "cycles missed"),
                    rows)]
