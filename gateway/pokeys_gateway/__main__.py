@@ -5,19 +5,24 @@ from __future__ import annotations
 import argparse
 import asyncio
 import contextlib
+import fcntl
+import getpass
+import grp
 import logging
 import os
 import signal
 import socket
+import ssl
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
 import pokeys
 
-from . import __version__, config, model
-from .doors.http import Http
+from . import __version__, access, config, model
+from .doors.http import Http, endpoint_of
 from .hub import Hub
 
 PROGRAM = "pokeys-gateway"
@@ -54,22 +59,107 @@ def _options(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--runtime-directory", metavar="DIR", help=f"folder of the daemon ({config.RUNTIME})")
     parser.add_argument("--listen", metavar="ADDRESS:PORT", action="append",
                         help=f"where to listen (127.0.0.1:{config.PORT}); may be given several times")
+    users = parser.add_mutually_exclusive_group()
+    users.add_argument("--set-user", metavar="NAME",
+                       help="make a user, or change its password, which is asked for, and end")
+    users.add_argument("--remove-user", metavar="NAME", help="remove a user and end")
+    parser.add_argument("--level", choices=access.LEVELS, help="what the user may do (guest)")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
-    return parser.parse_args(words)
+    found = parser.parse_args(words)
+    if found.level and found.set_user is None:
+        parser.error("--level is for --set-user")
+    return found
 
 
-def _configuration(options: argparse.Namespace) -> config.Config:
-    """The file's, and what the command line has instead. :class:`config.Faults`."""
-    found = config.read(options.config)
+def _configuration(options: argparse.Namespace) -> tuple[config.Config, dict[str, str]]:
+    """The file's, what the command line has instead, and where each is from. :class:`config.Faults`."""
+    found, places = config.read(options.config)
     for name, convert, text in (("runtime_directory", config.directory, options.runtime_directory),
                                 ("listen", config.endpoints, ",".join(options.listen or []) or None)):
         if text is None:
             continue
+        places[name] = f"--{name.replace('_', '-')}"
         try:
             found = replace(found, **{name: convert(text)})
         except ValueError as error:
-            raise config.Faults([f'--{name.replace("_", "-")}: "{text}" is not allowed; allowed: {error}']) from None
-    return found
+            raise config.Faults([f'{places[name]}: "{text}" is not allowed; allowed: {error}']) from None
+    return found, places
+
+
+def _judged(settings: config.Config, places: dict[str, str]) -> dict[str, access.User] | None:
+    """The users, if all goes together. :class:`config.Faults`, with all of them."""
+    users, faults = None, []
+    try:
+        users = config.read_users(settings)
+        faults = [f"{places.get(name, 'a socket that was given')}: {text}" for name, text in
+                  config.judge(settings, users)]
+    except config.Faults as found:
+        faults = found.lines
+    try:
+        config.tls(settings)
+    except config.Faults as found:
+        faults += [f"{places['certificate']}: {line}" for line in found.lines]
+    if faults:
+        raise config.Faults(faults)
+    return users
+
+
+def _password() -> str:
+    """Asked for twice at a terminal; otherwise a line of standard input. ValueError."""
+    if not sys.stdin.isatty():
+        return sys.stdin.readline().rstrip("\r\n")
+    try:
+        password = getpass.getpass("password: ")
+        if getpass.getpass("the same again: ") != password:
+            raise ValueError("these were two passwords")
+    except (EOFError, KeyboardInterrupt):
+        raise ValueError("nothing was changed") from None
+    return password
+
+
+@contextlib.contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """While nobody else of us changes a file. OSError."""
+    folder = os.open(path.resolve().parent, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(folder)
+
+
+def _change_users(settings: config.Config, options: argparse.Namespace) -> int:
+    """--set-user and --remove-user."""
+    removed, path = options.set_user is None, settings.users
+    name = options.remove_user if removed else options.set_user
+    try:
+        if not removed and not access.NAME.fullmatch(name):
+            raise ValueError(f'"{name}" is not allowed; allowed: a to z, 0 to 9, _ and -, at most 32')
+        secret = "" if removed else access.make_secret(_password())
+        with _alone(path):
+            users = config.read_users(settings) or {}
+            if not removed:
+                level = options.level or (users[name].level if name in users else access.LEVELS[0])
+                users[name] = access.User(name, level, secret)
+            elif not users.pop(name, None):
+                raise ValueError(f"there is no user {name} in {path}")
+            owner = None
+            if os.geteuid() == 0:
+                # the service reads it, and cannot write it
+                with contextlib.suppress(KeyError):
+                    owner = 0, grp.getgrnam(PROGRAM).gr_gid
+            access.write_users(path, users, owner)
+    except config.Faults as faults:
+        print(f"{PROGRAM}: {faults.lines[0]}", file=sys.stderr)
+        return STATUS_CONFIG
+    except (OSError, ValueError) as error:
+        print(f"{PROGRAM}: {f'{path}: {error.strerror}' if isinstance(error, OSError) else error}", file=sys.stderr)
+        return STATUS_FAILED
+    print(f"{PROGRAM}: {name} is {'removed' if removed else users[name].level}; a gateway that runs needs "
+          f"systemctl reload {PROGRAM}, and its log says whether it has read this")
+    if not users:
+        print(f"{PROGRAM}: that was the last user: nobody can log in. Without {path}, everybody here may read.")
+    return 0
 
 
 def _inherited() -> list[socket.socket]:
@@ -89,17 +179,41 @@ def _notify(state: str) -> None:
         to.sendto(state.encode(), "\0" + path[1:] if path.startswith("@") else path)
 
 
-async def _serve(settings: config.Config, names: model.Model, sockets: list[socket.socket]) -> None:
+def _reload(settings: config.Config, users: access.Access, tls: ssl.SSLContext | None) -> None:
+    """SIGHUP: the users, and a certificate that was renewed. What is wrong is logged, and stays as it was."""
+    try:
+        found = config.read_users(settings)
+        users.reload(found)
+        _LOG.info("users read again: %d", len(users.users))
+        for _, text in config.judge(settings, found):
+            _LOG.error("%s", text)
+    except config.Faults as faults:
+        for line in faults.lines:
+            _LOG.error("%s; the users stay as they were", line)
+    try:
+        if tls:
+            config.load_certificate(tls, settings)
+            _LOG.info("certificate read again")
+    except config.Faults as faults:
+        _LOG.error("%s; the certificate stays as it was", faults.lines[0])
+
+
+async def _serve(settings: config.Config, names: model.Model, users: dict[str, access.User] | None,
+                 sockets: list[socket.socket]) -> None:
     end = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, end.set)
     hub = Hub(settings, names)
-    door = Http(hub)
+    who, tls = access.Access(users, settings.guests), config.tls(settings)
+    door = Http(hub, who, tls)
+    loop.add_signal_handler(signal.SIGHUP, _reload, settings, who, tls)
     try:
         await hub.start()
         for address in await door.open(sockets):
             _LOG.info("the page is at %s", address)
+        if settings.plaintext and not settings.certificate and not all(one.loopback for one in settings.listen):
+            _LOG.warning("plaintext = yes: passwords and values can be read on the network")
         _notify("READY=1")
         await end.wait()
         _notify("STOPPING=1")
@@ -118,7 +232,17 @@ def main(words: list[str] | None = None) -> int:
     # what is no HTTP would fill the log; errors of ours are logged by the door
     logging.getLogger("aiohttp.server").setLevel(logging.CRITICAL)
     try:
-        settings = _configuration(options)
+        settings, places = _configuration(options)
+        if options.set_user is not None or options.remove_user is not None:
+            return _change_users(settings, options)
+        sockets = [] if options.check_config else _inherited()
+        if sockets:
+            settings = replace(settings, listen=tuple(map(endpoint_of, sockets)))
+            places.pop("listen", None)
+        users = _judged(settings, places)
+    except ValueError as error:
+        _LOG.error("%s", error)
+        return STATUS_FAILED
     except config.Faults as faults:
         for line in faults.lines:
             print(f"{PROGRAM}: {line}", file=sys.stderr)
@@ -128,7 +252,7 @@ def main(words: list[str] | None = None) -> int:
         print(f"{PROGRAM}: {path} {'is valid' if path.exists() else 'does not exist; defaults apply'}")
         return 0
     try:
-        asyncio.run(_serve(settings, model.load(), _inherited()))
+        asyncio.run(_serve(settings, model.load(), users, sockets))
     except (OSError, ValueError, model.NoNames, pokeys.LibraryMissing) as error:
         _LOG.error("%s", error.strerror if isinstance(error, OSError) and error.strerror else error)
         return STATUS_FAILED

@@ -7,13 +7,20 @@ does it. configparser stops at the first fault of syntax, and knows no line numb
 from __future__ import annotations
 
 import ipaddress
+import os
 import re
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+import ssl
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from .access import User, parse_users
+from .gate import is_loopback, plain
+
 PATH = Path("/etc/pokeysd/gateway.conf")
+USERS = Path("/etc/pokeysd/gateway.users")
 RUNTIME, PORT = "/run/pokeysd", 8580
 DIRECTORY_MOST = 49         # pokeysd's sockets lie below it
 _NAME = re.compile(r"[a-z0-9]([a-z0-9.-]{0,252}[a-z0-9])?")
@@ -34,6 +41,11 @@ class Endpoint:
     host: str
     port: int
 
+    @property
+    def loopback(self) -> bool:
+        """Only this computer reaches it."""
+        return is_loopback(self.host)
+
     def __str__(self) -> str:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
@@ -44,7 +56,13 @@ class Config:
 
     runtime_directory: str = RUNTIME
     listen: tuple[Endpoint, ...] = (Endpoint("127.0.0.1", PORT),)
-    host_names: tuple[str, ...] = field(default=())
+    host_names: tuple[str, ...] = ()
+    certificate: Path | None = None
+    key: Path | None = None
+    behind_proxy: tuple[str, ...] = ()
+    plaintext: bool = False
+    users: Path = USERS
+    guests: bool = False
 
 
 def directory(text: str) -> str:
@@ -59,7 +77,7 @@ def directory(text: str) -> str:
 
 
 def endpoint(text: str) -> Endpoint:
-    """ADDRESS:PORT of this computer's loopback interface. ValueError says what is allowed."""
+    """ADDRESS:PORT. ValueError says what is allowed."""
     found = re.fullmatch(r"(?:\[([^]]+)\]|([^:]+)):(\d{1,5})", text)
     try:
         if not found or not 1 <= int(found[3]) <= 65535:
@@ -67,14 +85,7 @@ def endpoint(text: str) -> Endpoint:
         address = ipaddress.ip_address(found[1] or found[2])
     except ValueError:
         raise ValueError(f"ADDRESS:PORT, such as 127.0.0.1:{PORT} or [::1]:{PORT}") from None
-    return loopback(str(address), int(found[3]))
-
-
-def loopback(host: str, port: int) -> Endpoint:
-    """An endpoint that only this computer reaches: whoever opens the page sees the machine. ValueError."""
-    if not ipaddress.ip_address(host).is_loopback:
-        raise ValueError("addresses of this computer alone (127.0.0.1, ::1): there is no access control yet")
-    return Endpoint(host, port)
+    return Endpoint(str(address), int(found[3]))
 
 
 def endpoints(text: str) -> tuple[Endpoint, ...]:
@@ -91,6 +102,30 @@ def host_names(text: str) -> tuple[str, ...]:
     if not all(_NAME.fullmatch(name) for name in names):
         raise ValueError("names of this computer, such as mill.local")
     return names
+
+
+def path(text: str) -> Path:
+    """An absolute path."""
+    if not text.startswith("/") or not text.isprintable():
+        raise ValueError("a path from /")
+    return Path(text)
+
+
+def addresses(text: str) -> tuple[str, ...]:
+    """One or several addresses, separated by commas."""
+    try:
+        if "%" in text:
+            raise ValueError
+        return tuple(plain(word.strip()) for word in text.split(","))
+    except ValueError:
+        raise ValueError("addresses, such as 192.168.1.2") from None
+
+
+def yes_or_no(text: str) -> bool:
+    """A switch."""
+    if text not in ("yes", "no"):
+        raise ValueError("yes, no")
+    return text == "yes"
 
 
 @dataclass(frozen=True)
@@ -111,15 +146,22 @@ KEYS = (
     Key("gateway", "runtime-directory", directory),
     Key("http", "listen", endpoints),
     Key("http", "host-names", host_names),
+    Key("http", "certificate", path),
+    Key("http", "key", path),
+    Key("http", "behind-proxy", addresses),
+    Key("http", "plaintext", yes_or_no),
+    Key("access", "users", path),
+    Key("access", "guests", yes_or_no),
 )
 
 
 class _Reader:
     """A file, line by line."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, file: Path) -> None:
+        self.path = file
         self.values: dict[str, Any] = {}
+        self.places: dict[str, str] = {}
         self.faults: list[str] = []
         self._section: str | None = None
         self._seen: set[tuple[str, str]] = set()
@@ -161,20 +203,21 @@ class _Reader:
         else:
             self._seen.add((self._section, name))
             key = of_section[name]
+            self.places[key.attribute] = f"{self.path}:{self._line}: {where}"
             try:
                 self.values[key.attribute] = key.convert(text)
             except ValueError as error:
                 self._complain(f'{where}: "{text}" is not allowed; allowed: {error}')
 
 
-def read(path: Path | None) -> Config:
-    """The configuration of a file; without one, PATH if it is there. :class:`Faults`."""
-    wanted = path or PATH
+def read(file: Path | None) -> tuple[Config, dict[str, str]]:
+    """The configuration of a file, and the places of its keys; without one, PATH if it is there. :class:`Faults`."""
+    wanted = file or PATH
     try:
         text = wanted.read_text(encoding="utf-8")
     except FileNotFoundError as error:
-        if not path:
-            return Config()
+        if not file:
+            return Config(), {}
         raise Faults([f"{wanted}: {error.strerror}"]) from None
     except OSError as error:
         raise Faults([f"{wanted}: {error.strerror}"]) from None
@@ -184,4 +227,69 @@ def read(path: Path | None) -> Config:
     reader.read(text)
     if reader.faults:
         raise Faults(reader.faults)
-    return replace(Config(), **reader.values)
+    return replace(Config(), **reader.values), reader.places
+
+
+def read_users(config: Config) -> dict[str, User] | None:
+    """The users that there are; None if there is no file of them. :class:`Faults`."""
+    try:
+        status = config.users.stat()
+        text = config.users.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise Faults([f"{config.users}: {error.strerror}"]) from None
+    except UnicodeDecodeError:
+        raise Faults([f"{config.users}: not a text file (UTF-8)"]) from None
+    if status.st_mode & 0o027 or status.st_uid not in (0, os.geteuid()):
+        raise Faults([f"{config.users}: others may read or change it; chown root and chmod 640 {config.users}"])
+    users, faults = parse_users(text)
+    if faults:
+        raise Faults([f"{config.users}:{line}: {text}" for line, text in faults])
+    return users
+
+
+def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, str]]:
+    """What does not go together: the key's attribute, and why."""
+    if (config.certificate is None) != (config.key is None):
+        yield ("certificate", "key is missing") if config.certificate else ("key", "certificate is missing")
+    if users is None and config.users != USERS:
+        yield "users", f"there is no file {config.users}; pokeys-gateway --set-user NAME makes it"
+    if config.behind_proxy and not users:
+        yield "behind_proxy", "a proxy lets others in, and there are no users; pokeys-gateway --set-user NAME makes one"
+    far = [str(one) for one in config.listen if not one.loopback]
+    if far and not users:
+        yield "listen", (f"{far[0]} is reached from other computers, and there are no users; "
+                         "pokeys-gateway --set-user NAME makes one")
+    if far and not (config.certificate or config.behind_proxy or config.plaintext):
+        yield "listen", (f"{far[0]} is reached from other computers, and passwords would be sent as plain text; "
+                         "set certificate and key, behind-proxy, or plaintext = yes")
+
+
+def tls(config: Config) -> ssl.SSLContext | None:
+    """For connections from other computers. :class:`Faults`."""
+    if not config.certificate or not config.key:
+        return None
+    context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    load_certificate(context, config)
+    return context
+
+
+def load_certificate(context: ssl.SSLContext, config: Config) -> None:
+    """Also again, when it has been renewed: new connections get it. :class:`Faults`, and nothing has changed."""
+    assert config.certificate and config.key
+    with tempfile.TemporaryDirectory(prefix="pokeys-gateway-") as folder:
+        # the same files for the trial and for what is used, whoever renews them meanwhile
+        copies = Path(folder, "certificate"), Path(folder, "key")
+        for file, copy in zip((config.certificate, config.key), copies, strict=True):
+            try:
+                copy.write_bytes(file.read_bytes())
+            except OSError as error:
+                raise Faults([f"{file}: {error.strerror}"]) from None
+        try:
+            for one in ssl.create_default_context(ssl.Purpose.CLIENT_AUTH), context:
+                # a key with a password would be asked for at the terminal
+                one.load_cert_chain(*copies, password=lambda: "")
+        except (OSError, ValueError) as error:
+            what = getattr(error, "reason", "") or str(error)
+            raise Faults([f"{config.certificate}: no certificate with the key {config.key}: {what}"]) from None

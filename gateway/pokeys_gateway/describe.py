@@ -10,6 +10,7 @@ from http import HTTPStatus
 from typing import Any
 
 from . import __version__
+from .access import LEVELS
 from .board import KINDS
 from .feeds import RATE_LEAST, RATE_MOST
 from .model import Model
@@ -24,6 +25,8 @@ TROUBLE: Schema = {"type": "string", "description": 'Why there are no devices; "
 EVENTTIME: Schema = {"type": "number", "description": "When it was read, in seconds since 1970"}
 SERIAL: Schema = {"type": "integer", "minimum": 0, "description": "Of the state; the next one has the next number"}
 FORMAT: Schema = {"const": 1}
+USER: Schema = {"type": ["string", "null"], "description": "null = a guest, who has not logged in"}
+OBJECT = "application/json"
 
 
 def _object(required: Schema, **optional: Schema) -> Schema:
@@ -86,7 +89,7 @@ def _values(model: Model) -> Schema:
             "description": "By name; null = not known"}
 
 
-def _answer(schema: Schema, kind: str = "application/json", text: str = "") -> Schema:
+def _answer(schema: Schema, kind: str = OBJECT, text: str = "") -> Schema:
     return {"description": text or "The data", "content": {kind: {"schema": schema}}}
 
 
@@ -94,12 +97,19 @@ def openapi(model: Model) -> Schema:
     """The paths of the HTTP door."""
     def ref(name: str) -> Schema:
         return {"$ref": "#/components/schemas/" + name}
-    refused = {"403": _answer(ref("Error"), text="The Host or the Origin of the request is not one of this gateway's")}
+    refused = {"401": _answer(ref("Error"), text="A log-in is needed, or was wrong"),
+               "403": _answer(ref("Error"), text="The Host or the Origin of the request is not one of this gateway's"),
+               "429": _answer(ref("Error"), text="Too many log-ins; Retry-After says when to try again")}
     missing = {"404": _answer(ref("Error"), text="There is no device of this name")}
     device = [{"name": "device", "in": "path", "required": True, "schema": TEXT}]
 
     def get(summary: str, answer: Schema, more: Schema | None = None, **rest: Any) -> Schema:
         return {"get": {"summary": summary, "responses": {"200": answer, **refused, **(more or {})}, **rest}}
+
+    def post(summary: str, answer: Schema, body: Schema | None = None) -> Schema:
+        return {"post": {"summary": summary, "responses": {"200": answer, **refused, **({} if body is None else {
+            "400": _answer(ref("Error"), text="The body is not what is expected")})},
+            **({} if body is None else {"requestBody": {"required": True, "content": {OBJECT: {"schema": body}}}})}}
 
     switched: Schema = {"description": "The connection is a WebSocket now; its messages are in /api/schema.json"}
     return {
@@ -130,6 +140,12 @@ def openapi(model: Model) -> Schema:
             "/api/words": get("The meanings of codes, by names in which %02u stands for a number", _answer(_object(
                 {"format": FORMAT, "words": _map(_map(TEXT, "By number"), "By name")}))),
             "/api/names": get("All names of values", _answer(_object({"format": FORMAT, "names": _list(ref("Name"))}))),
+            "/api/session": get("Who the client is, and whether a log-in is needed", _answer(ref("Session"))),
+            "/api/log-in": post("Log in; the answer sets a cookie", _answer(ref("Session")),
+                                _object({"name": TEXT, "password": TEXT})),
+            "/api/log-out": post("End the session", _answer(ref("Session"))),
+            "/api/ticket": post("What opens one WebSocket within 30 seconds, as /websocket?ticket=TICKET",
+                                _answer(_object({"format": FORMAT, "ticket": TEXT}))),
             "/api/openapi.json": get("This document", _answer({"type": "object"})),
             "/api/schema.json": get("JSON Schema of the messages of /websocket", _answer({"type": "object"})),
             "/healthz": get("Whether the gateway serves requests", _answer(_object(
@@ -150,6 +166,11 @@ def openapi(model: Model) -> Schema:
             "Terminal": _object({
                 "name": TEXT, "terminal": {"type": "string", "description": 'As printed on the board; "" = none'},
                 "label": {"type": "string", "description": "Such as OC1"}, "kind": {"enum": list(KINDS.values())}}),
+            "Session": _object({
+                "format": FORMAT, "user": USER, "level": {"enum": [*LEVELS, None]},
+                "required": {"type": "boolean", "description": "Nothing is to be read without a log-in"},
+                "users": {"type": "boolean", "description": "There are users that may log in"},
+                "plaintext": {"type": "boolean", "description": "Whoever is on the network can read passwords"}}),
             "Error": _object({"error": _object({"code": {"enum": [int(one) for one in HTTPStatus if one >= 400]},
                                                 "message": TEXT})})}},
     }
@@ -166,7 +187,8 @@ def _methods() -> dict[str, tuple[str, Schema, Schema]]:
     status = _map(_null_or(ref("State")), "By device; null = there is none of this name any more")
     return {
         "server.info": ("About the gateway and this connection", nothing, _object({
-            "format": FORMAT, "version": TEXT, "trouble": TROUBLE, "devices": _list(TEXT), "clients": COUNT,
+            "format": FORMAT, "version": TEXT, "user": USER, "level": {"enum": list(LEVELS)},
+            "trouble": TROUBLE, "devices": _list(TEXT), "clients": COUNT,
             "skipped": {**COUNT, "description": "States that this client did not get, because it was slow"}})),
         "objects.list": ("Names of the devices", nothing, _object({"objects": _list(TEXT)})),
         "objects.query": ("Values of this moment", _only(objects), _object(

@@ -5,8 +5,9 @@ Clients with the same wish share a feed. At its rate, a feed compares the values
 and encodes the difference once; all feeds that are due at one moment share one reading of each
 device. Each client has one slot for the newest state: a client that is slow finds a newer one there,
 the skipped ones are counted, and it gets a whole state instead of a difference that would not fit
-what it has. Only so many states are on their way to a client as it has answered for: what the kernel's
-buffers hold would be old when it is read. So the memory that a client may take does not depend on how slow it is.
+what it has. Only half a second's states, that the client has not answered for, are on their way: what the
+kernel's buffers hold would be old when it is read. So the memory that a client may take does not
+depend on how slow it is.
 """
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ from .source import Source
 
 FULL_S = 5.0                # after this time a whole state comes, though nothing was skipped
 ANSWERS_MOST, ANSWER_BYTES_MOST = 64, 256 << 10
-UNHEARD_MOST = 8            # states that a client has not answered for yet
+UNHEARD_MOST, UNHEARD_S = 8, 0.5        # states that a client has not answered for yet, or those of this time
 PATTERNS_MOST = 32
 WILDCARD = re.compile(r"[*?\[]")
 NO_NAME = "no value is named '{}'; pokeysctl names lists the names"
@@ -174,6 +175,7 @@ class Subscriber:
         self._ended = False
         self._sent = 0              # states
         self.heard = 0              # of these, the client has read
+        self.window = UNHEARD_MOST  # so many may be on their way
         self._wake, self._room = asyncio.Event(), asyncio.Event()
 
     def begin(self, serial: int | None) -> None:
@@ -230,7 +232,7 @@ class Subscriber:
 
     async def next(self) -> tuple[str, int | None]:
         """The next text to be sent, and if it is a state, its number. Answers come first."""
-        while not self._answers and not (self._slot and self.unheard < UNHEARD_MOST):
+        while not self._answers and not (self._slot and self.unheard < self.window):
             self._wake.clear()
             await self._wake.wait()
         if self._answers:
@@ -298,6 +300,7 @@ class Feeds:
             if not self._timer or feed.due * BEAT_S < self._timer.when():
                 self._plan()
         feed.subscribers.add(subscriber)
+        subscriber.window = max(UNHEARD_MOST, math.ceil(wish.rate * UNHEARD_S))
         return feed, status
 
     def leave(self, feed: Feed, subscriber: Subscriber) -> None:

@@ -12,6 +12,7 @@ import contextlib
 import ipaddress
 import logging
 import socket
+import ssl
 import struct
 import time
 from collections import Counter
@@ -22,16 +23,41 @@ CONNECTIONS_MOST = 512
 OF_AN_ADDRESS = 32          # but not of this computer, on which a proxy may be
 REQUEST_S, ANSWER_S, IDLE_S = 10.0, 60.0, 30.0
 RATE, BURST = 64 * 1024, 512 * 1024     # bytes a second that are read, after so many at once
-BITE = 8 * 1024             # of them are parsed before others have their turn
+BITE = 4 * 1024             # of them are parsed before others have their turn
+CLOSE_S = 1.0
+PIPELINED_MOST, BUSY_S = 8, 0.02        # requests that wait; when to look again
 LOG_S = 10.0
 REFUSAL = (b"HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 10\r\nContent-Type: text/plain\r\n"
            b"Content-Length: 21\r\n\r\ntoo many connections\n")
 _LOG = logging.getLogger("pokeys-gateway")
 
 
+def plain(address: str) -> str:
+    """An address without an interface, and as IPv4 if it is one. ValueError."""
+    found = ipaddress.ip_address(address.partition("%")[0])
+    return str(getattr(found, "ipv4_mapped", None) or found)
+
+
+def is_loopback(address: str) -> bool:
+    """Is it of this computer?"""
+    try:
+        return ipaddress.ip_address(plain(address)).is_loopback
+    except ValueError:
+        return False
+
+
+def host_of(address: str) -> str:
+    """What counts as one client: with IPv6, a host has a whole network of addresses."""
+    try:
+        found = ipaddress.ip_address(plain(address))
+    except ValueError:
+        return address
+    return str(found) if found.version == 4 else str(ipaddress.ip_network((found, 64), strict=False))
+
+
 def cut(transport: Any) -> None:
     """End a connection at once: the kernel, too, forgets what the other side has not taken."""
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(OSError, AttributeError):
         transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     transport.abort()
 
@@ -39,50 +65,98 @@ def cut(transport: Any) -> None:
 class _Connection(asyncio.Protocol):
     """One connection; hands everything on to aiohttp's protocol."""
 
-    def __init__(self, gate: Gate) -> None:
+    def __init__(self, gate: Gate, loopback: bool, tls: ssl.SSLContext | None) -> None:
         self._gate = gate
+        self.loopback = loopback
+        self._tls = tls
+        self._shaking: asyncio.Task[None] | None = None        # hands
         self._inner: Any = None
         self._credit, self._at = float(BURST), 0.0
-        self._rest = b""            # what was read and is not parsed yet
+        self._rest = bytearray()    # what was read and is not parsed yet
         self._pause: asyncio.Handle | None = None      # ends it
         self.transport: Any = None
         self.address = ""
         self.until: float | None = None         # when what comes next has to be there; None: whenever
+        self.unready: Callable[[], bool] = lambda: False       # who reads a stream has enough to do
 
     def connection_made(self, transport: Any) -> None:
         self.transport = transport
         self.address = str((transport.get_extra_info("peername") or ("",))[0])
         if not self._gate.admit(self):
-            transport.write(REFUSAL)
+            if not self._tls:
+                transport.write(REFUSAL)
             transport.close()
             return
         self._at = self._gate.clock()
         self.until = self._at + REQUEST_S
+        if self._tls:
+            # only now, as each takes memory
+            transport.pause_reading()
+            self._shaking = asyncio.get_running_loop().create_task(self._shake(transport, self._tls))
+        else:
+            self._begin()
+
+    async def _shake(self, plain_transport: Any, tls: ssl.SSLContext) -> None:
+        try:
+            transport = await asyncio.get_running_loop().start_tls(
+                plain_transport, self, tls, server_side=True, ssl_handshake_timeout=REQUEST_S,
+                ssl_shutdown_timeout=CLOSE_S)
+        except (OSError, asyncio.CancelledError):
+            transport = None
+        if not transport or plain_transport.is_closing():
+            self._gate.leave(self)
+            cut(plain_transport)
+            return
+        self._gate.moved(self, transport)
+        self._begin()
+
+    def _begin(self) -> None:
         self._inner = self._gate.make()
-        self._inner.connection_made(transport)
+        self._inner.connection_made(self.transport)
+        if self._rest:
+            self._parse()
 
     def data_received(self, data: bytes) -> None:
-        if not self._inner:
+        if not self._inner and not self._shaking:
             return
         now = self._gate.clock()
         self._credit = min(BURST, self._credit + (now - self._at) * RATE) - len(data)
         self._at = now
-        # aiohttp may have ended a pause of ours, too early
         self._rest += data
-        if not self._pause:
+        if not self._inner:
+            return          # it has come with the last of the handshake
+        if self._pause:
+            self.transport.pause_reading()      # aiohttp has ended a pause of ours
+        else:
             self._parse()
 
     def _parse(self) -> None:
-        data, self._rest = self._rest[:BITE], self._rest[BITE:]
-        if self._rest or self._credit < 0:
+        bite = bytes(self._rest[:BITE])
+        del self._rest[:BITE]
+        try:
+            self._inner.data_received(bite)
+        except Exception:
+            # called by a timer, nobody else would end it
+            _LOG.exception("parsing what a client has sent")
+            self._rest.clear()
+            cut(self.transport)
+            return
+        wait = 0 if self._rest else BUSY_S if self._busy() else max(0.0, -self._credit / RATE)
+        if self._rest or wait:
             self.transport.pause_reading()
-            self._pause = asyncio.get_running_loop().call_later(
-                0 if self._rest else -self._credit / RATE, self._read_on)
-        self._inner.data_received(data)
+            self._pause = asyncio.get_running_loop().call_later(wait, self._read_on)
+
+    def _busy(self) -> bool:
+        """What has been parsed waits. aiohttp limits the bytes of it, but neither requests nor empty frames."""
+        return getattr(self._inner, "_reading_paused", False) or self.unready() or \
+            len(getattr(self._inner, "_messages", ())) >= PIPELINED_MOST
 
     def _read_on(self) -> None:
         self._pause = None
         if self.transport.is_closing():
+            return
+        if self._busy():
+            self._pause = asyncio.get_running_loop().call_later(BUSY_S, self._read_on)
             return
         if self._rest:
             self._parse()
@@ -103,16 +177,19 @@ class _Connection(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         if self._pause:
             self._pause.cancel()
+        if self._shaking and not self._inner:
+            self._shaking.cancel()
+        self._gate.leave(self)
         if self._inner:
-            self._gate.leave(self)
             self._inner.connection_lost(exc)
 
 
 class Gate:
     """All connections of the HTTP door. Belongs to the event loop's thread."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, proxies: tuple[str, ...] = (), clock: Callable[[], float] = time.monotonic) -> None:
         self.clock = clock
+        self._proxies = frozenset(map(host_of, proxies))
         self.make: Callable[[], Any] = asyncio.Protocol     # aiohttp's protocol, when the door is open
         self.refused = 0
         self.late = 0               # connections that were closed because nothing came or was taken
@@ -120,29 +197,39 @@ class Gate:
         self._connections: dict[Any, _Connection] = {}
         self._addresses: Counter[str] = Counter()
 
-    def __call__(self) -> asyncio.Protocol:
-        """A protocol for a new connection."""
-        return _Connection(self)
+    def __call__(self, loopback: bool = True, tls: ssl.SSLContext | None = None) -> asyncio.Protocol:
+        """A protocol for a new connection, to an address of the loopback interface or another."""
+        return _Connection(self, loopback, tls)
 
     def __len__(self) -> int:
         return len(self._connections)
 
     def admit(self, one: _Connection) -> bool:
         """Is there room for it?"""
-        if len(self) >= CONNECTIONS_MOST or (
-                self._addresses[one.address] >= OF_AN_ADDRESS and not _is_here(one.address)):
+        near = one.loopback or host_of(one.address) in self._proxies
+        # behind a proxy, nobody comes past it
+        if (self._proxies and not near) or len(self) >= CONNECTIONS_MOST or (
+                self._addresses[host_of(one.address)] >= OF_AN_ADDRESS and not near):
             self.refused += 1
             return False
         self._connections[one.transport] = one
-        self._addresses[one.address] += 1
+        self._addresses[host_of(one.address)] += 1
         return True
 
-    def leave(self, one: _Connection) -> None:
-        """It is gone."""
+    def moved(self, one: _Connection, transport: Any) -> None:
+        """It has another transport now."""
         del self._connections[one.transport]
-        self._addresses[one.address] -= 1
-        if not self._addresses[one.address]:
-            del self._addresses[one.address]
+        one.transport = transport
+        self._connections[transport] = one
+
+    def leave(self, one: _Connection) -> None:
+        """It is gone, if it was ever there."""
+        if not self._connections.pop(one.transport, None):
+            return
+        host = host_of(one.address)
+        self._addresses[host] -= 1
+        if not self._addresses[host]:
+            del self._addresses[host]
 
     @contextlib.contextmanager
     def request(self, transport: Any) -> Iterator[None]:
@@ -154,13 +241,13 @@ class Gate:
             yield
         finally:
             if one:
-                # aiohttp ends connections that are idle; it does not if the answer is not taken
-                one.until = self.clock() + IDLE_S + REQUEST_S
+                # the answer is still to be taken; aiohttp ends connections that are idle
+                one.until, one.unready = self.clock() + ANSWER_S, lambda: False
 
-    def stream(self, transport: Any) -> None:
-        """The answer goes on for ever; who sends it watches it."""
+    def stream(self, transport: Any, unready: Callable[[], bool]) -> None:
+        """The answer goes on for ever; who sends it watches it, and says when no more is to be read."""
         if one := self._connections.get(transport):
-            one.until = None
+            one.until, one.unready = None, unready
 
     def sweep(self) -> None:
         """End what is late, and tell what was refused."""
@@ -170,18 +257,14 @@ class Gate:
             one.until = None
             cut(one.transport)
         if self.refused > self._told and now - self._told_at >= LOG_S:
-            _LOG.warning("%d connections refused: there are %d", self.refused - self._told, len(self))
+            _LOG.warning("%d connections refused; %d are open", self.refused - self._told, len(self))
             self._told, self._told_at = self.refused, now
 
     async def watch(self) -> None:
         """Sweep for ever."""
         while True:
             await asyncio.sleep(1)
-            self.sweep()
-
-
-def _is_here(address: str) -> bool:
-    try:
-        return ipaddress.ip_address(address.partition("%")[0]).is_loopback
-    except ValueError:
-        return False
+            try:
+                self.sweep()
+            except Exception:
+                _LOG.exception("ending connections")

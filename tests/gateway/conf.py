@@ -29,16 +29,16 @@ BAD = (
     ("  [web]\n", 1, "there is no section [web]"),
     ("[gateway]\nruntime-directory = /run/mill\n  listen = 1.1.1.1:1\n", 3, "[gateway] listen: there is no such key"),
     ("[gateway]\nruntime-directory = /run/a\x0cb\n", 2, "allowed: a path from /"),
-    ("[web]\nlisten = 127.0.0.1:1\n", 1, "there is no section [web]; there are [gateway], [http]"),
-    ("[http]\nport = 80\n", 2, "[http] port: there is no such key; there are listen, host-names"),
-    ("[DEFAULT]\nlisten = 127.0.0.1:1\n", 1, "there is no section [DEFAULT]; there are [gateway], [http]"),
+    ("[web]\nlisten = 127.0.0.1:1\n", 1, "there is no section [web]; there are [gateway], [http], [access]"),
+    ("[http]\nport = 80\n", 2, "[http] port: there is no such key; there are listen, host-names, certificate"),
+    ("[DEFAULT]\nlisten = 127.0.0.1:1\n", 1, "there is no section [DEFAULT]; there are [gateway], [http], [access]"),
     ("[http]\nlisten = 8580\n", 2, '[http] listen: "8580" is not allowed; allowed: ADDRESS:PORT, such as '
                                    "127.0.0.1:8580 or [::1]:8580"),
     ("[http]\nlisten = 127.0.0.1:70000\n", 2, '[http] listen: "127.0.0.1:70000" is not allowed; allowed: ADDRESS:PORT'),
     ("[http]\nlisten = localhost:80\n", 2, '[http] listen: "localhost:80" is not allowed; allowed: ADDRESS:PORT'),
-    ("[http]\nlisten = 0.0.0.0:8580\n", 2, '[http] listen: "0.0.0.0:8580" is not allowed; allowed: addresses of this '
-                                           "computer alone"),
-    ("[http]\nlisten = 192.168.1.2:8580\n", 2, "there is no access control yet"),
+    ("[http]\nkey = key.pem\n", 2, '[http] key: "key.pem" is not allowed; allowed: a path from /'),
+    ("[http]\nbehind-proxy = 10.0.0\n", 2, "allowed: addresses, such as 192.168.1.2"),
+    ("[access]\nguests = true\n", 2, '[access] guests: "true" is not allowed; allowed: yes, no'),
     ("[http]\nlisten = 127.0.0.1:1,127.0.0.1:1\n", 2, "allowed: each address once"),
     ("[http]\nlisten =\n", 2, '[http] listen: "" is not allowed'),
     ("[http]\nhost-names = a b\n", 2, '[http] host-names: "a b" is not allowed; allowed: names of this computer'),
@@ -78,7 +78,8 @@ def main():
         ran = check()
         assert (ran.returncode, ran.stderr) == (78, f"pokeys-gateway: {conf}: No such file or directory\n"), ran
         for words, said in ((["--bogus"], "unrecognized arguments: --bogus; pokeys-gateway --help lists the options"),
-                            (["--listen", "0.0.0.0:1"], '--listen: "0.0.0.0:1" is not allowed; allowed: addresses of'),
+                            (["--listen", "0.0.0.0"], '--listen: "0.0.0.0" is not allowed; allowed: ADDRESS:PORT'),
+                            (["--level", "root"], "argument --level: invalid choice: 'root'"),
                             (["--runtime-directory", "run"], '--runtime-directory: "run" is not allowed; allowed: a'),
                             (["--runtime-directory", b"/run/\xff"], "--runtime-directory: ")):
             ran = run(*words)

@@ -72,13 +72,17 @@ def test_http_is_as_openapi_says():
         for reference in references(document):
             jsonschema.RefResolver("", document).resolve(reference)
         # what aiohttp itself says that there is
+        from pokeys_gateway.access import Access
         from pokeys_gateway.config import Config
         from pokeys_gateway.doors.http import Http
         from pokeys_gateway.hub import Hub
         from pokeys_gateway.model import load
-        served = {route.resource.canonical for route in Http(Hub(Config(), load())).application().router.routes()}
-        equal(served, set(document["paths"]))
+        routes = Http(Hub(Config(), load()), Access({}, False)).application().router.routes()
+        served = {(route.resource.canonical, route.method.lower()) for route in routes if route.method != "HEAD"}
+        equal(served, {(path, method) for path, item in document["paths"].items() for method in item})
         for path, item in document["paths"].items():
+            if "get" not in item:
+                continue        # access.py tries them
             responses = item["get"]["responses"]
             for device in ("mill", "lathe") if "{device}" in path else ("",):
                 status, headers, body = gateway.ask(path.replace("{device}", device))

@@ -10,11 +10,12 @@ import contextlib
 import os
 import pathlib
 import signal
+import subprocess
 import sys
 import time
 
 from browser import browser
-from rig import Gateway, House, Skip
+from rig import PYTHON, Gateway, House, Skip, environment
 from house import end, equal, main  # noqa: E402  (rig.py finds it)
 
 PICTURES = os.environ.get("POKEYS_SCREENSHOTS")
@@ -183,6 +184,47 @@ CONTRAST = """(() => {
     }
     return bad.slice(0, 5);
 })()"""
+
+
+def test_it_asks_who_you_are():
+    async def fill(page, name, password):
+        await page.value(f"""(() => {{ const form = document.querySelector('form');
+            form.elements.name.value = '{name}'; form.elements.password.value = '{password}'; form.requestSubmit(); }})()""")
+
+    async def look(gateway):
+        async with browser() as chromium:
+            page = await chromium.open(f"http://127.0.0.1:{gateway.port}/")
+            await page.until("the form", "document.querySelector('form.login') !== null")
+            await page.size(*SIZES["phone"], phone=True)
+            if PICTURES:
+                await page.picture(pathlib.Path(PICTURES) / "login.png")
+            equal(await page.value(CONTRAST), [])
+            await fill(page, "anna", "wrong one")
+            await page.until("why not", "document.querySelector('[role=alert]').textContent.includes('the password is another')")
+            assert "mill" not in await page.text()
+            await fill(page, "anna", "correct horse")
+            await page.until("live", LIVE)
+            assert "anna (user)" in await page.text()
+            await page.call("Page.reload")
+            await page.until("live again", LIVE)
+            await page.value("document.querySelector('.user button').click()")
+            await page.until("the form", "document.querySelector('form.login') !== null")
+            assert "mill" not in await page.text()
+            equal([one for one in page.complaints if "401" not in str(one)], [])
+    with House() as house:
+        if "page.js" not in House.programs:
+            raise Skip("the page was not built (npm was missing)")
+        (conf := house.folder / "gateway.conf").write_text(f"[access]\nusers = {house.folder / 'users'}\n")
+        house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000}
+        house.start_sim("--preset", "demo")
+        house.start_daemon()
+        house.wait_fresh()
+        subprocess.run([PYTHON, "-B", House.programs["pokeys-gateway"], "--config", conf, "--set-user", "anna", "--level",
+                        "user"], input="correct horse\n", text=True, check=True, env={**os.environ, **environment()},
+                       stdout=subprocess.DEVNULL)
+        gateway = Gateway(house, "--config", conf)
+        gateway.wait("the gateway", lambda: gateway.ask("/healthz")[0] == 200)
+        run(look(gateway))
 
 
 def test_it_does_not_grow():

@@ -196,6 +196,17 @@ async function what_fails_is_said_and_tried_again() {
 	assert.equal(link.states.size, 0);
 }
 
+async function who_may_not_is_not_tried() {
+	const link = await connected();
+	link.held = true;
+	link.restart();
+	await pass(5000);
+	assert.deepEqual([Socket.all.length, Socket.all[0].closed], [1, true]);
+	link.held = false;
+	link.restart();
+	assert.equal(Socket.all.length, 2);
+}
+
 async function a_history_is_bounded_and_has_gaps() {
 	now = 1e9;
 	const history = new History();
@@ -255,7 +266,7 @@ async function a_device_is_fresh_only_while_states_come() {
 }
 
 for (const test of [a_link_notices_silence_within_two_seconds, one_that_speaks_is_not_asked,
-	a_tab_that_slept_asks_before_it_gives_up, changes_are_put_together, what_fails_is_said_and_tried_again,
+	a_tab_that_slept_asks_before_it_gives_up, changes_are_put_together, what_fails_is_said_and_tried_again, who_may_not_is_not_tried,
 	a_history_is_bounded_and_has_gaps, a_device_is_fresh_only_while_states_come]) {
 	await test();
 	console.log(test.name);

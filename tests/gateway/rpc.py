@@ -195,8 +195,9 @@ def test_what_is_wrong_is_answered():
 def test_a_page_of_another_site_gets_nothing():
     async def watch(gateway):
         for origin, good in (("http://evil.example", False), ("null", False), ("http://[x", False),
-                             ("http://localhost:x@evil.example", False), ("http://localhost:8580", True),
-                             ("http://[::1]:8580", True),
+                             ("http://localhost:x@evil.example", False), ("http://localhost:8580", False),
+                             (f"http://localhost:{gateway.port}", False), (f"https://127.0.0.1:{gateway.port}", True),
+                             ("http://127.0.0.1", False), ("file://", False),
                              (f"http://127.0.0.1:{gateway.port}", True)):
             try:
                 async with connected(gateway, headers={"Origin": origin}) as one:

@@ -7,10 +7,12 @@ Reading only. A page of another site must not be able to read through a browser 
 from __future__ import annotations
 
 import asyncio
+import functools
 import ipaddress
 import logging
 import os
 import socket
+import ssl
 from collections.abc import Awaitable, Callable
 from dataclasses import asdict
 from http import HTTPStatus
@@ -22,18 +24,20 @@ import pokeys
 from aiohttp import web
 
 from .. import describe
+from ..access import Access
 from ..board import terminals
-from ..config import Config, Endpoint, loopback
+from ..config import Config, Endpoint
 from ..feeds import encode
-from ..gate import IDLE_S, Gate
+from ..gate import IDLE_S, Gate, plain
 from ..hub import Hub
 from ..source import Reading
+from .answer import complaint, good
 from .metrics import Metrics
 from .rpc import Rpc
+from .session import WHO, Session
 
 BODY_MOST = 64 * 1024
 SHUTDOWN_S = 2
-FORMAT = 1
 PAGE = {"": ("index.html", "text/html"), "page.js": ("page.js", "text/javascript"),
         "page.css": ("page.css", "text/css"), "licenses.txt": ("licenses.txt", "text/plain")}
 SECURITY = {
@@ -47,68 +51,87 @@ _LOG = logging.getLogger("pokeys-gateway")
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
-def host_is_ours(hosts: list[str], config: Config) -> bool:
-    """Are these the Host headers of a request to this gateway? One, and any port: it may be forwarded."""
+def host_is_ours(hosts: list[str], config: Config, here: str = "") -> bool:
+    """Are these the Host headers of a request to this gateway? One, and any port: it may be forwarded.
+
+    `here` is the address at which the request has arrived.
+    """
     if len(hosts) != 1:
         return False
     host = hosts[0].strip()
     name = host[1:host.find("]")] if host.startswith("[") else host.partition(":")[0]
     name = name.lower().rstrip(".")
     try:
-        return ipaddress.ip_address(name).is_loopback
+        address = ipaddress.ip_address(name)
+        return address.is_loopback or str(address) == here
     except ValueError:
         return name == "localhost" or name in config.host_names
 
 
-def origin_is_ours(origins: list[str], config: Config) -> bool:
-    """A browser says whose page asks. WebSockets are open to pages of all sites, if the server does not look."""
+def origin_is_ours(origins: list[str], host: str, config: Config, secure: bool) -> bool:
+    """A browser says whose page asks. WebSockets are open to pages of all sites, if the server does not look.
+
+    Ours is the page of the same host and port; behind a proxy, which may ask for us under another
+    name, that of one of our names.
+    """
     try:
-        names = [urlsplit(origin).hostname or "" for origin in origins]
+        for origin in origins:
+            parts = urlsplit(origin)
+            port = parts.port or {"http": 80, "https": 443}.get(parts.scheme)
+            asked = urlsplit(f"//{host}")
+            if secure and parts.scheme != "https":
+                return False
+            if not parts.hostname or parts.scheme not in ("http", "https"):
+                return False
+            if (parts.hostname, port) != (asked.hostname, asked.port or port) and not (
+                    config.behind_proxy and parts.hostname in config.host_names):
+                return False
     except ValueError:
         return False
-    return not names or host_is_ours([f"[{name}]" if ":" in name else name for name in names], config)
+    return True
 
 
-def _endpoint_of(inherited: socket.socket) -> Endpoint:
+def endpoint_of(inherited: socket.socket) -> Endpoint:
+    """Where a socket listens. ValueError."""
     if inherited.family not in (socket.AF_INET, socket.AF_INET6):
         raise ValueError("an inherited socket is not one of TCP")
     host, port = inherited.getsockname()[:2]
-    try:
-        return loopback(host, port)
-    except ValueError as error:
-        raise ValueError(f"an inherited socket listens on {host}; allowed: {error}") from None
+    return Endpoint(host, port)
 
 
-def _good(document: dict[str, Any]) -> web.Response:
-    return web.Response(text=encode({"format": FORMAT, **document}), content_type="application/json")
+def _here(request: web.Request) -> str:
+    """The address of this computer at which a request has arrived, without an interface."""
+    name = request.transport.get_extra_info("sockname") if request.transport else None
+    return plain(str(name[0])) if name else ""
 
 
-def _complaint(status: HTTPStatus, text: str) -> web.Response:
-    return web.json_response({"error": {"code": int(status), "message": text}}, status=int(status))
-
-
-def guard(config: Config, gate: Gate) -> Any:
+def guard(config: Config, gate: Gate, session: Session) -> Any:
     """Judge requests before they are looked at, and put the security headers on every answer."""
     async def judged(request: web.Request, handler: Handler) -> web.StreamResponse:
         # not request.host, which asks the name server if there is none
-        if not host_is_ours(request.headers.getall("Host", []), config):
-            return _complaint(
+        here = _here(request)
+        if not host_is_ours(request.headers.getall("Host", []), config, here):
+            return complaint(
                 HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
-        if not origin_is_ours(request.headers.getall("Origin", []), config):
-            return _complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
+        if not origin_is_ours(request.headers.getall("Origin", []), request.headers["Host"], config, request.secure):
+            return complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
         try:
-            return await handler(request)
+            refusal = await session.judge(request)
+            # an answer is a mapping, and an empty one is false
+            return await handler(request) if refusal is None else refusal
         except web.HTTPException as error:
-            answer = _complaint(HTTPStatus(error.status), error.reason)
+            answer = complaint(HTTPStatus(error.status), error.reason)
             for name in ("Allow", "Location"):
                 if name in error.headers:
                     answer.headers[name] = error.headers[name]
             return answer
         except ConnectionError:
-            return _complaint(HTTPStatus.SERVICE_UNAVAILABLE, "the client is gone")
+            if request.transport and not request.transport.is_closing():
+                raise
+            return complaint(HTTPStatus.SERVICE_UNAVAILABLE, "the client is gone")
         except Exception:
             _LOG.exception("%s %s", request.method, request.path)
-            return _complaint(HTTPStatus.INTERNAL_SERVER_ERROR, "an error of the gateway; its log says more")
+            return complaint(HTTPStatus.INTERNAL_SERVER_ERROR, "an error of the gateway; its log says more")
 
     @web.middleware
     async def judge(request: web.Request, handler: Handler) -> web.StreamResponse:
@@ -138,11 +161,13 @@ def _summary(hub: Hub, reading: Reading) -> dict[str, Any]:
 class Http:
     """The door. Belongs to the event loop's thread."""
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, access: Access, tls: ssl.SSLContext | None = None) -> None:
         self._hub = hub
-        self._gate = Gate()
-        self._rpc = Rpc(hub, self._gate)
-        self._metrics = Metrics(hub, self._gate, self._rpc)
+        self._tls = tls
+        self._session = Session(hub.config, access)
+        self._gate = Gate(hub.config.behind_proxy)
+        self._rpc = Rpc(hub, self._gate, access)
+        self._metrics = Metrics(hub, self._gate, self._rpc, access)
         self._servers: list[asyncio.Server] = []
         self._watch: asyncio.Task[None] | None = None
         folder = Path(os.environ.get("POKEYS_GATEWAY_WEB") or Path(__file__).parents[1] / "web")
@@ -154,9 +179,9 @@ class Http:
     async def open(self, sockets: list[socket.socket]) -> list[str]:
         """Listen: on sockets that were inherited, or on those of the configuration. Where, as addresses of pages.
 
-        Raises OSError, and ValueError for a socket that others than this computer reach.
+        Raises OSError, and ValueError for a socket that is none of TCP.
         """
-        endpoints = [_endpoint_of(one) for one in sockets] or list(self._hub.config.listen)
+        endpoints = [endpoint_of(one) for one in sockets] or list(self._hub.config.listen)
         self._runner = web.AppRunner(self.application(), access_log=None, keepalive_timeout=IDLE_S)
         await self._runner.setup()
         assert self._runner.server
@@ -164,15 +189,17 @@ class Http:
         loop = asyncio.get_running_loop()
         self._watch = loop.create_task(self._gate.watch())
         for i, where in enumerate(endpoints):
+            # this computer's programs, and a proxy, are spared certificates
+            make = functools.partial(self._gate, where.loopback, None if where.loopback else self._tls)
             try:
-                self._servers.append(await (loop.create_server(self._gate, sock=sockets[i]) if sockets else
-                                            loop.create_server(self._gate, where.host, where.port)))
+                self._servers.append(await (loop.create_server(make, sock=sockets[i]) if sockets else
+                                            loop.create_server(make, where.host, where.port)))
             except OSError as error:
                 raise OSError(error.errno, f"{where}: {os.strerror(error.errno or 0)}") from error
-        return [f"http://{one}/" for one in endpoints]
+        return [f"http{'s' if self._tls and not one.loopback else ''}://{one}/" for one in endpoints]
 
     async def close(self) -> None:
-        """Let requests that are being answered end, for two seconds at most."""
+        """Let requests that are being answered end, for some seconds at most."""
         for server in self._servers:
             server.close()
         await self._rpc.close()
@@ -184,7 +211,8 @@ class Http:
 
     def application(self) -> web.Application:
         """What is served."""
-        app = web.Application(middlewares=[guard(self._hub.config, self._gate)], client_max_size=BODY_MOST)
+        app = web.Application(middlewares=[guard(self._hub.config, self._gate, self._session)],
+                              client_max_size=BODY_MOST)
         for path in PAGE:
             app.router.add_get(f"/{path}", self._static)
         app.router.add_get("/websocket", self._rpc.handle)
@@ -198,6 +226,10 @@ class Http:
         app.router.add_get("/api/devices/{device}/terminals", self._terminals)
         app.router.add_get("/api/names", self._names)
         app.router.add_get("/api/words", self._words)
+        app.router.add_get("/api/session", self._session.session)
+        app.router.add_post("/api/log-in", self._session.log_in)
+        app.router.add_post("/api/log-out", self._session.log_out)
+        app.router.add_post("/api/ticket", self._session.ticket)
         for path, document in (("openapi", describe.openapi), ("schema", describe.messages)):
             app.router.add_get(f"/api/{path}.json", self._document(document(self._hub.model)))
         return app
@@ -212,7 +244,7 @@ class Http:
 
     async def _static(self, request: web.Request) -> web.Response:
         if request.path[1:] not in self._page:
-            return _complaint(HTTPStatus.NOT_FOUND, "pokeysd was built without the page, as npm was missing; "
+            return complaint(HTTPStatus.NOT_FOUND, "pokeysd was built without the page, as npm was missing; "
                                                     "the data is at /api/devices and /metrics")
         body, kind = self._page[request.path[1:]]
         answer = web.Response(body=body, content_type=kind, charset="utf-8")
@@ -223,49 +255,49 @@ class Http:
         body, kind = await asyncio.to_thread(self._metrics.page, request.headers.get("Accept", ""))
         return web.Response(body=body, headers={"Content-Type": kind})
 
-    async def _health(self, _request: web.Request) -> web.Response:
+    async def _health(self, request: web.Request) -> web.Response:
         """Of the gateway itself; a machine that is off is no fault of it."""
-        return _good({"status": "ok", "trouble": self._hub.source.trouble})
+        return good({"status": "ok", "trouble": self._hub.source.trouble if request[WHO] else ""})
 
     async def _devices(self, _request: web.Request) -> web.Response:
         source = self._hub.source
         readings = [reading for name in source.names() if (reading := source.read(name))]
-        return _good({"trouble": source.trouble, "devices": [_summary(self._hub, reading) for reading in readings]})
+        return good({"trouble": source.trouble, "devices": [_summary(self._hub, reading) for reading in readings]})
 
     async def _device(self, request: web.Request) -> web.Response:
         name = request.match_info["device"]
         reading = self._hub.source.read(name)
         if not reading:
-            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
         values: dict[str, Any] = {}
         words = {}
         if reading.state:
             values = reading.state.as_dict()
             words = {name: row.words.get(values[name], "unknown") for name, row in self._hub.model.rows.items()
                      if row.words and values.get(name) is not None}
-        return _good({**_summary(self._hub, reading), "values": values, "words": words})
+        return good({**_summary(self._hub, reading), "values": values, "words": words})
 
     async def _diagnostics(self, request: web.Request) -> web.Response:
         name = request.match_info["device"]
         reading = self._hub.source.read(name, diagnostics=True)
         if not reading:
-            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
         values = reading.diagnostics.as_dict() if reading.diagnostics else {}
-        return _good({"values": values})
+        return good({"values": values})
 
     async def _events(self, request: web.Request) -> web.Response:
         name = request.match_info["device"]
         if name not in self._hub.source.names():
-            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
-        return _good({"events": self._hub.events(name)})
+            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+        return good({"events": self._hub.events(name)})
 
     async def _histograms(self, request: web.Request) -> web.Response:
         name = request.match_info["device"]
         reading = self._hub.source.read(name, diagnostics=True)
         if not reading:
-            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
         found = reading.diagnostics.histograms() if reading.diagnostics else {}
-        return _good({"histograms": [
+        return good({"histograms": [
             {"name": name, "help": pokeys.describe(f"latency.{name}-p50-us").partition(":")[0], "count": one.count,
              "min_us": one.min_us, "mean_us": one.mean_us, "max_us": one.max_us, "p50_us": one.percentile_us(0.5),
              "p99_us": one.percentile_us(0.99), "buckets": [bucket for bucket in one.buckets() if bucket[1]]}
@@ -275,16 +307,16 @@ class Http:
         name = request.match_info["device"]
         reading = self._hub.source.read(name)
         if not reading:
-            return _complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
         found = terminals(self._hub.model, reading.state) if reading.state else []
-        return _good({"terminals": [asdict(one) for one in found]})
+        return good({"terminals": [asdict(one) for one in found]})
 
     async def _words(self, _request: web.Request) -> web.Response:
-        return _good({"words": {pattern: {str(number): word for number, word in row.words.items()}
+        return good({"words": {pattern: {str(number): word for number, word in row.words.items()}
                                 for pattern, row in self._hub.model.patterns() if row.words}})
 
     async def _names(self, _request: web.Request) -> web.Response:
         rows = self._hub.model.rows.values()
-        return _good({"names": [
+        return good({"names": [
             {"name": row.name, "type": row.type, "unit": row.unit, "help": row.help, "writable": row.writable,
              "words": {str(number): word for number, word in row.words.items()}} for row in rows]})

@@ -24,6 +24,7 @@ from prometheus_client.exposition import choose_encoder
 from prometheus_client.registry import Collector
 
 from .. import __version__
+from ..access import Access
 from ..board import is_set_up
 from ..gate import Gate
 from ..hub import Hub
@@ -137,8 +138,8 @@ def _histogram(histogram: pokeys.Histogram) -> tuple[list[tuple[str, float]], fl
 class Values(Collector):
     """What prometheus_client asks for the values of all devices."""
 
-    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc) -> None:
-        self._hub, self._gate, self._rpc = hub, gate, rpc
+    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc, access: Access) -> None:
+        self._hub, self._gate, self._rpc, self._access = hub, gate, rpc, access
         model = hub.model
         self._rows = [(family, row) for family in FAMILIES for row in model.family(family.pattern)]
         self._single = [(family, model.rows[family.pattern]) for family in SINGLE]
@@ -163,6 +164,7 @@ class Values(Collector):
                                   gate.refused)
         yield CounterMetricFamily("pokeys_gateway_late", "Connections closed because nothing came, or was taken",
                                   gate.late)
+        yield CounterMetricFamily("pokeys_gateway_denied", "Log-ins that were denied", self._access.denied)
         yield GaugeMetricFamily("pokeys_gateway_waiting", "Messages to WebSocket clients that wait", rpc.waiting)
         yield GaugeMetricFamily("pokeys_gateway_clients", "WebSocket clients", len(rpc.connections))
         yield GaugeMetricFamily("pokeys_gateway_feeds", "Different subscriptions; equal ones are one", len(rpc.feeds))
@@ -247,9 +249,9 @@ class Values(Collector):
 class Metrics:
     """The page for Prometheus."""
 
-    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc) -> None:
+    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc, access: Access) -> None:
         self._registry = CollectorRegistry(auto_describe=False)
-        self._registry.register(Values(hub, gate, rpc))
+        self._registry.register(Values(hub, gate, rpc, access))
         ProcessCollector(registry=self._registry)
         PlatformCollector(registry=self._registry)
         GCCollector(registry=self._registry)

@@ -7,19 +7,23 @@ there is room for answers, and one that reads nothing for ten seconds is closed.
 """
 from __future__ import annotations
 
+import array
 import asyncio
 import contextlib
+import fcntl
+import functools
 import json
 import logging
 import socket
+import termios
 import time
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from .. import __version__
+from ..access import Access, Who
 from ..feeds import (
     ANSWER_BYTES_MOST,
     RATE_LEAST,
@@ -37,6 +41,7 @@ from ..feeds import (
 )
 from ..gate import Gate, cut
 from ..hub import Hub
+from .session import WHO
 
 MESSAGE_MOST = 64 * 1024
 BATCH_MOST = 16
@@ -50,7 +55,8 @@ USUAL_RATE = 2.0
 PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
 SHOWN = 80                  # characters of a client's text in an error
 NO_DEVICE, TOO_MUCH = -32001, -32002
-DIGITS_MOST = 18
+DIGITS_MOST, FRAMES_MOST = 18, 64
+CLOSE_S = 1.0
 _LOG = logging.getLogger("pokeys-gateway")
 
 
@@ -65,7 +71,8 @@ class RpcError(Exception):
 class _Connection:
     """One client."""
 
-    def __init__(self, door: Rpc) -> None:
+    def __init__(self, door: Rpc, who: Who) -> None:
+        self.who = who
         self._door = door
         self._hub = door.hub
         self.subscriber = Subscriber(door.count_skipped)
@@ -136,9 +143,9 @@ class _Connection:
 
     def _info(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params)
-        return {"format": 1, "version": __version__, "trouble": self._hub.source.trouble,
-                "devices": self._hub.source.names(), "clients": len(self._door.connections),
-                "skipped": self.subscriber.skipped}
+        return {"format": 1, "version": __version__, "user": self.who.name or None, "level": self.who.level,
+                "trouble": self._hub.source.trouble, "devices": self._hub.source.names(),
+                "clients": len(self._door.connections), "skipped": self.subscriber.skipped}
 
     def _list(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params)
@@ -166,7 +173,7 @@ class _Connection:
     def _query(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params, "objects")
         objects = self._objects(params)
-        return {"eventtime": time.time(), "status": look(partial(whole, self._hub.source), objects)}
+        return {"eventtime": time.time(), "status": look(functools.partial(whole, self._hub.source), objects)}
 
     def _subscribe(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params, "objects", "rate")
@@ -211,11 +218,25 @@ def _only(params: dict[str, Any], *known: str) -> None:
         raise RpcError(INVALID_PARAMS, f"there is no parameter {unknown[0][:SHOWN]}; {has}")
 
 
+def _frames(ws: web.WebSocketResponse) -> int:
+    """Messages that were parsed and not read: aiohttp does not say how many, and limits their bytes only."""
+    return len(getattr(getattr(ws, "_reader", None), "_buffer", ()))
+
+
+def _of_the_kernel(transport: Any) -> int:
+    """Bytes that the kernel has, and the other side has not acknowledged (tcp(7))."""
+    found = array.array("i", [0])
+    with contextlib.suppress(OSError, AttributeError, ValueError):
+        fcntl.ioctl(transport.get_extra_info("socket").fileno(), termios.TIOCOUTQ, found)
+    return found[0]
+
+
 class Rpc:
     """The door. Belongs to the event loop's thread."""
 
-    def __init__(self, hub: Hub, gate: Gate) -> None:
+    def __init__(self, hub: Hub, gate: Gate, access: Access) -> None:
         self.hub = hub
+        self._access = access
         self._gate = gate
         self.feeds = Feeds(hub.source)
         self.names = {name: i for i, (name, row) in enumerate(hub.model.rows.items()) if not row.writable}
@@ -240,12 +261,16 @@ class Rpc:
             raise web.HTTPServiceUnavailable(reason="the gateway ends" if self._ending else
                                              f"there are {CLIENTS_MOST} clients, and no more are taken")
         # compressed for each client, an encoded state would not be one for all
-        ws = web.WebSocketResponse(max_msg_size=MESSAGE_MOST, compress=False, autoping=False)
+        ws = web.WebSocketResponse(max_msg_size=MESSAGE_MOST, compress=False, autoping=False, timeout=CLOSE_S)
         await ws.prepare(request)
-        transport = request.transport
+        transport: Any = request.transport
         if not transport:
             return ws
-        self._gate.stream(transport)
+        if self._ending:
+            return ws
+        connection = _Connection(self, request[WHO])
+        self._gate.stream(transport, lambda: connection.subscriber.full or _frames(ws) >= FRAMES_MOST or
+                          transport.get_write_buffer_size() > WRITE_LIMIT)
         transport.set_write_buffer_limits(high=WRITE_LIMIT)
         with contextlib.suppress(OSError):
             peer = transport.get_extra_info("socket")
@@ -253,7 +278,6 @@ class Rpc:
             peer.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
             for option, value in KEEP_ALIVE.items():
                 peer.setsockopt(socket.IPPROTO_TCP, option, value)
-        connection = _Connection(self)
         self.connections[ws] = connection
         writer = asyncio.get_running_loop().create_task(self._write(ws, connection, transport))
         watch = asyncio.get_running_loop().create_task(self._watch(connection, transport))
@@ -277,6 +301,8 @@ class Rpc:
 
     async def _read(self, ws: web.WebSocketResponse, connection: _Connection) -> None:
         async for message in ws:
+            # messages that have come already are given without a pause
+            await asyncio.sleep(0)
             if message.type is WSMsgType.PONG:
                 # of ours, if it is a number
                 if len(message.data) <= DIGITS_MOST and message.data.isdigit():
@@ -290,8 +316,6 @@ class Rpc:
                 return
             if answer := await connection.take(message.data):
                 connection.subscriber.answer(answer)
-            # messages that have come already are given without a pause
-            await asyncio.sleep(0)
             await connection.subscriber.room()
 
     @staticmethod
@@ -313,16 +337,19 @@ class Rpc:
             connection.subscriber.end()
 
     async def _watch(self, connection: _Connection, transport: Any) -> None:
-        """Abort a connection whose client takes nothing, whatever of ours waits for it, or reads nothing of it."""
+        """Abort a connection whose client takes no bytes, and answers no ping, for BLOCKED_S, or may no longer read."""
         subscriber = connection.subscriber
         before, since = (0, 0), time.monotonic()
         while not transport.is_closing() or transport.get_write_buffer_size():
             await asyncio.sleep(BLOCKED_S / 10)
             waiting = transport.get_write_buffer_size()
-            now = connection.sent - waiting, subscriber.heard
-            if now != before or (waiting == 0 and subscriber.unheard == 0):
+            now = connection.sent - waiting - _of_the_kernel(transport), subscriber.heard
+            if now[0] > before[0] or now[1] > before[1] or (waiting == 0 and subscriber.unheard == 0):
                 since = time.monotonic()
             before = now
+            if not self._access.holds(connection.who):
+                cut(transport)
+                return
             if time.monotonic() - since > BLOCKED_S:
                 self.closed_slow += 1
                 _LOG.info("a client that read nothing for %.0f s was closed", BLOCKED_S)

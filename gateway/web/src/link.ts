@@ -55,13 +55,23 @@ export class Link {
 	 * @param address of the WebSocket
 	 * @param opened called at each new connection; the signal says that it is lost. What it throws ends it.
 	 * @param changed called after each message that may have changed what is shown
+	 * @param held do not connect yet: it would be refused
 	 */
 	constructor(private address: string, private opened: (signal: AbortSignal) => Promise<void>,
-			private changed: () => void) {
+			private changed: () => void, public held = false) {
 		setInterval(() => this.watch(), WATCH_MS);
 		// a tab that was hidden or frozen must not wait for the next turn of its timer
 		for (const event of ["visibilitychange", "resume"])
 			document.addEventListener(event, () => this.watch());
+		this.watch();
+	}
+
+	/** Begin again, as somebody else. */
+	restart(): void {
+		if (this.socket)
+			this.drop();
+		this.startedAt = -Infinity;
+		this.states.clear();
 		this.watch();
 	}
 
@@ -96,7 +106,7 @@ export class Link {
 				this.ask("server.info").catch(() => undefined);
 		} else if (this.socket && now - this.startedAt > CONNECT_MS)
 			this.drop();
-		if (!this.socket && now - this.startedAt > RETRY_MS)
+		if (!this.socket && !this.held && now - this.startedAt > RETRY_MS)
 			this.start(now);
 	}
 

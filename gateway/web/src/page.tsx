@@ -6,6 +6,7 @@ import "./page.css";
 import { render } from "preact";
 import { Latency } from "./latency.js";
 import { Link } from "./link.js";
+import { Login, User, type Session } from "./login.js";
 import { Device, type Event, type Terminal, type Words } from "./model.js";
 import { Analog, Axes, Encoders, Events, Machine, moment, Quality, Strip } from "./parts.js";
 
@@ -17,6 +18,7 @@ let version = "";
 let wished = "";
 let looking = false;
 let tried = false;
+let session: Session | null = null;
 
 async function get<Answer>(path: string): Promise<Answer> {
 	const answer = await fetch(path, { signal: AbortSignal.timeout(LOOK_MS) });
@@ -62,6 +64,18 @@ async function look(signal: AbortSignal | null): Promise<void> {
 	if (wish !== wished && devices.size)
 		await link.subscribe(objects, RATE);
 	wished = wish;
+}
+
+/** Whose page this is now. Another one's devices are not shown to the next. */
+function belong(found: Session): void {
+	const other = session !== null && session.user !== found.user, held = link.held;
+	session = found;
+	link.held = found.required && !found.user;
+	if (other)
+		devices.clear();
+	if (other || held !== link.held)
+		link.restart();
+	draw();
 }
 
 async function opened(signal: AbortSignal): Promise<void> {
@@ -113,8 +127,14 @@ function status(): { text: string; bad: boolean } {
 
 function Page() {
 	const { text, bad } = status();
+	const top = (line: string, wrong: boolean) => <header class="top"><h1>PoKeys</h1>
+		<p role="status" class={wrong ? "bad" : ""}>{wrong ? "⚠ " : "● "}{line}</p>
+		{session?.plaintext && <p class="bad">⚠ not encrypted: whoever is on the network can read passwords</p>}
+		{session && <User session={session} done={belong} />}</header>;
+	if (session?.required && !session.user)
+		return <>{top("not logged in", true)}<main><Login done={belong} /></main></>;
 	return <>
-		<header class="top"><h1>PoKeys</h1><p role="status" class={bad ? "bad" : ""}>{bad ? "⚠ " : "● "}{text}</p></header>
+		{top(text, bad)}
 		<main>{[...devices.values()].map(device => <One key={device.name} device={device} />)}</main>
 		<footer><a href="api/devices">data</a> <a href="api/openapi.json">interface</a> <a href="metrics">metrics</a> <a
 			href="licenses.txt">licences</a></footer>
@@ -139,10 +159,13 @@ function draw(): void {
 	});
 }
 
-const link = new Link(new URL("websocket", location.href.replace(/^http/, "ws")).href, opened, draw);
+const link = new Link(new URL("websocket", location.href.replace(/^http/, "ws")).href, opened, draw, true);
 setInterval(draw, OLD_MS / 3);
+get<Session>("api/session").then(belong, () => undefined);
 setInterval(() => {
 	tried = true;
+	if (link.lostSince !== null)
+		get<Session>("api/session").then(belong, () => undefined);
 	if (looking || link.lostSince !== null)
 		return;
 	looking = true;
