@@ -50,10 +50,18 @@ class User:
 class Who:
     """Whose request it is."""
 
-    name: str               # "" = a guest
-    level: str
-    user: User | None = None
-    session: bytes = b""    # its digest; b"" = the client shows name and password each time
+    user: User | None = None    # None: a guest
+    session: bytes = b""    # its digest; b"": the client shows name and password each time
+
+    @property
+    def name(self) -> str:
+        """The user's; "" is a guest."""
+        return self.user.name if self.user else ""
+
+    @property
+    def level(self) -> str:
+        """One of LEVELS."""
+        return self.user.level if self.user else LEVELS[0]
 
 
 class Denied(Exception):
@@ -215,7 +223,7 @@ class Access:
     @property
     def anybody(self) -> Who | None:
         """Who somebody is that has not logged in; None: nobody."""
-        return None if self.required else Who("", "guest")
+        return None if self.required else Who()
 
     def reload(self, users: dict[str, User] | None) -> None:
         """Take other users. Those that are gone, or have changed, have to log in again."""
@@ -299,7 +307,7 @@ class Access:
             self.denied += 1
             raise Denied
         give_back()
-        return Who(user.name, user.level, user)
+        return Who(user)
 
     def _digest(self, token: str) -> bytes:
         return hmac.digest(self._pepper, token.encode("utf-8", "surrogatepass"), "sha256")

@@ -6,7 +6,7 @@ import asyncio
 import json
 import sys
 
-from rig import PATIENCE, ROOT, Gateway, House, Skip
+from rig import PATIENCE, ROOT, Skip, machine
 from house import equal, main, wait_for  # noqa: E402  (rig.py finds it)
 
 try:
@@ -47,26 +47,15 @@ def references(document):
     return set().union(*map(references, document)) if isinstance(document, list) else set()
 
 
-def machine():
+def workshop():
+    """A device that moves."""
     if LACKING:
         raise Skip(LACKING)
-    house = House()
-    house.device_keys["mill"] |= {"digital-inputs": "4,9", "axes": 2, "lost-after-ms": 5000, "stale-after-ms": 4000}
-    return house
-
-
-def begin(house):
-    sim = house.start_sim("--preset", "demo")
-    house.start_daemon()
-    house.wait_fresh()
-    gateway = Gateway(house)
-    gateway.wait_running()
-    return sim, gateway
+    return machine("--preset", "demo", **{"digital-inputs": "4,9", "axes": 2})
 
 
 def test_http_is_as_openapi_says():
-    with machine() as house:
-        _sim, gateway = begin(house)
+    with workshop() as (_house, _sim, _daemon, gateway):
         document = gateway.json("/api/openapi.json")
         equal(document["openapi"], "3.1.0")
         for reference in references(document):
@@ -180,14 +169,12 @@ def test_messages_are_as_the_schema_says():
             while not any((update["params"][0].get("mill") or {}).get("connected") is False
                           for update in client.updates):
                 client.updates.append(await client.read())
-    with machine() as house:
-        sim, gateway = begin(house)
+    with workshop() as (house, sim, _daemon, gateway):
         asyncio.run(asyncio.wait_for(watch(house, sim, gateway), 2 * PATIENCE))
 
 
 def test_the_example_of_the_documentation_runs():
-    with machine() as house:
-        sim, gateway = begin(house)
+    with workshop() as (house, sim, _daemon, gateway):
         text = (ROOT / "docs/gateway.md").read_text(encoding="utf-8")
         example = next(part.partition("```")[0] for part in text.split("```python\n")[1:] if "websockets" in part)
         (path := house.folder / "example.py").write_text(example.replace(":8580", f":{gateway.port}"), encoding="utf-8")

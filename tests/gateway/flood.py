@@ -11,7 +11,7 @@ import random
 import socket
 import sys
 
-from rig import PATIENCE, Gateway, House, Skip
+from rig import PATIENCE, Skip, machine
 from house import equal, main, wait_equal, wait_for  # noqa: E402  (rig.py finds it)
 
 try:
@@ -230,18 +230,10 @@ def test_what_cannot_be_parsed_ends_the_connection():
 # ---- the gateway
 
 @contextlib.contextmanager
-def machine():
-    if not aiohttp:
-        raise Skip("python3-aiohttp is not installed")
-    with House() as house:
-        house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000}
-        house.start_sim()
-        house.start_daemon()
-        house.wait_fresh()
-        gateway = Gateway(house)
-        gateway.wait_running()
+def flooded():
+    """A House and its gateway, of which nothing must be left that a client has done."""
+    with machine() as (house, _sim, _daemon, gateway):
         yield house, gateway
-        # whatever was done, nothing is left of it
         for name, count in ("clients", 0), ("feeds", 0), ("waiting", 0), ("connections", 1):
             wait_equal(name, lambda name=name: gateway.own(name), count)
         equal(gateway.json("/api/devices")["devices"][0]["connected"], True)
@@ -263,7 +255,7 @@ def rest(connection):
 
 
 def test_slow_and_endless_requests_end():
-    with machine() as (_house, gateway):
+    with flooded() as (_house, gateway):
         silent, half, body = connect(gateway), connect(gateway), connect(gateway)
         half.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Slow: ")
         body.sendall(b"POST /healthz HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000\r\n\r\nx")
@@ -283,7 +275,7 @@ def test_slow_and_endless_requests_end():
 
 
 def test_too_many_connections_are_refused():
-    with machine() as (house, gateway):
+    with flooded() as (house, gateway):
         with contextlib.ExitStack() as stack:
             held = []
             # each is asked for something, so that it is there for sure
@@ -306,7 +298,7 @@ def test_many_requests_are_answered():
                     equal((answer.status, (await answer.json())["status"]), (200, "ok"))
         async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=50)) as session:
             await asyncio.gather(*(one(session) for _ in range(30)))
-    with machine() as (_house, gateway):
+    with flooded() as (_house, gateway):
         asyncio.run(asyncio.wait_for(ask(gateway), 2 * PATIENCE))
 
 
@@ -328,7 +320,7 @@ def noise(rng):
 
 
 def test_noise_harms_nobody():
-    with machine() as (_house, gateway):
+    with flooded() as (_house, gateway):
         rng = random.Random(SEED)
         for i in range(300):
             with connect(gateway) as one:
@@ -372,7 +364,7 @@ def test_a_flood_keeps_nobody_waiting():
             (b"", b"GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n" * 500)
         flooding = [asyncio.to_thread(flood, gateway, *how) for how in floods * 2]
         await asyncio.gather(live(gateway, 60), *flooding)
-    with machine() as (_house, gateway):
+    with flooded() as (_house, gateway):
         before = memory_kb(gateway)
         asyncio.run(asyncio.wait_for(all_of_them(gateway), 2 * PATIENCE))
         print(f"{(memory_kb(gateway) - before) >> 10} MB more, at most {1e3 * gateway.own('loop_lag_most_seconds'):.0f} ms late")

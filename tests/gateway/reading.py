@@ -12,24 +12,17 @@ import subprocess
 import sys
 import urllib.parse
 
-from rig import PATIENCE, PYTHON, ROOT, Gateway, House, Skip, environment, need_libraries
+from rig import PATIENCE, PYTHON, ROOT, Gateway, House, Skip, environment, machine, need_libraries
 from house import end, equal, main, wait_equal, wait_for  # noqa: E402  (rig.py finds it)
 
 
 EXAMPLES = ROOT / "examples/prometheus"
 
 
-@contextlib.contextmanager
-def machine(**keys):
-    with House() as house:
-        house.device_keys["mill"] |= {"digital-inputs": "4,9", "digital-outputs": "31-34", "analog-inputs": "43",
-                                      "axes": 3, "lost-after-ms": 5000, "stale-after-ms": 4000, **keys}
-        sim = house.start_sim("--preset", "demo")
-        daemon = house.start_daemon()
-        house.wait_fresh()
-        gateway = Gateway(house)
-        gateway.wait_running()
-        yield house, sim, daemon, gateway
+def workshop(**keys):
+    """A device with some of everything."""
+    return machine("--preset", "demo", **{"digital-inputs": "4,9", "digital-outputs": "31-34", "analog-inputs": "43",
+                                          "axes": 3, **keys})
 
 
 def samples(page):
@@ -63,7 +56,7 @@ def one(found, metric, /, **labels):
 
 
 def test_the_data_are_those_of_pokeysctl():
-    with machine() as (house, sim, daemon, gateway):
+    with workshop() as (house, sim, daemon, gateway):
         house.ask_sim(sim, "analog", 43, 2000)
         house.says("get", "mill", "adc.02.raw", stdout="2000\n")
         daemon.send_signal(signal.SIGSTOP)
@@ -94,7 +87,7 @@ def test_the_data_are_those_of_pokeysctl():
 
 
 def test_metrics_are_the_values_of_the_moment():
-    with machine() as (house, sim, _daemon, gateway):
+    with workshop() as (house, sim, _daemon, gateway):
         for level in (0, 1):
             house.ask_sim(sim, "pin", 4, level)
             wait_equal("the input", lambda: one(scrape(gateway)[1], "pokeys_input", terminal="4", name="pin.03.in"),
@@ -153,7 +146,7 @@ def test_promtool_has_no_complaint():
             raise Skip("promtool is not installed (Debian: prometheus)") from None
         equal(ran.returncode, 0, ran.stdout + ran.stderr)
         return ran.stdout + ran.stderr
-    with machine() as (house, _sim, _daemon, gateway):
+    with workshop() as (house, _sim, _daemon, gateway):
         equal(promtool("metrics", input=gateway.ask("/metrics")[2]), b"")
         promtool("config", EXAMPLES / "prometheus.yml")
         # it checks queries in rules only; JSON is YAML
@@ -164,7 +157,7 @@ def test_promtool_has_no_complaint():
 
 def test_alerts_and_dashboard_are_about_metrics_that_there_are():
     alerts = re.sub(r"summary:.*", "", (EXAMPLES / "alerts.yml").read_text())
-    with machine() as (house, _sim, _daemon, gateway):
+    with workshop() as (house, _sim, _daemon, gateway):
         equal(gateway.port > 0 and house.state()["link"], "running")
         found = scrape(gateway)[1]
         there = {name for name, _ in found} | {label for _, labels in found for label, _ in labels}
@@ -176,7 +169,7 @@ def test_alerts_and_dashboard_are_about_metrics_that_there_are():
 
 
 def test_what_cannot_be_read_has_no_values():
-    with machine(**{"stale-after-ms": 300, "lost-after-ms": 500}) as (house, sim, daemon, gateway):
+    with workshop(**{"stale-after-ms": 300, "lost-after-ms": 500}) as (house, sim, daemon, gateway):
         sim.kill()
         wait_equal("the loss", lambda: one(scrape(gateway)[1], "pokeys_up"), 0)
         wait_equal("why", lambda: one(scrape(gateway)[1], "pokeys_fault", fault="no answer"), 1)
@@ -203,7 +196,7 @@ def test_what_cannot_be_read_has_no_values():
 
 
 def test_it_goes_on_with_the_next_daemon():
-    with machine() as (house, _sim, daemon, gateway):
+    with workshop() as (house, _sim, daemon, gateway):
         daemon.send_signal(signal.SIGKILL)
         daemon.wait()
         wait_for("the loss", lambda: not gateway.json("/api/devices/mill")["connected"])
@@ -227,7 +220,7 @@ def test_it_may_be_there_before_the_daemon():
 
 
 def test_the_page_is_there_and_safe():
-    with machine() as (_house, _sim, _daemon, gateway):
+    with workshop() as (_house, _sim, _daemon, gateway):
         for path, kind in (("/", "text/html"), ("/page.js", "text/javascript"), ("/page.css", "text/css")):
             status, headers, body = gateway.ask(path)
             equal((status, headers["Content-Type"], len(body) > 500), (200, f"{kind}; charset=utf-8", True))
@@ -239,7 +232,7 @@ def test_the_page_is_there_and_safe():
 
 
 def test_what_is_refused():
-    with machine() as (house, _sim, _daemon, gateway):
+    with workshop() as (house, _sim, _daemon, gateway):
         for host in ("evil.example", "evil.example:80", "127.0.0.1.evil.example", "192.168.1.1", "[2001:db8::1]", "",
                      "["):
             status, headers, body = gateway.ask("/api/devices", Host=host)
@@ -276,7 +269,7 @@ def test_what_is_refused():
 
 
 def test_its_end_is_graceful():
-    with machine() as (house, _sim, _daemon, gateway):
+    with workshop() as (house, _sim, _daemon, gateway):
         for number in (signal.SIGTERM, signal.SIGINT):
             equal(end(gateway.child, number), 0, house.log("gateway.log"))
             log = house.log("gateway.log")

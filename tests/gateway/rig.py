@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A gateway beside a House (tests/system/house.py): a daemon and a simulated device."""
+import contextlib
 import http.client
 import json
 import os
@@ -78,6 +79,23 @@ class Gateway:
         """Until the device is shown as running."""
         self.wait(f"{name} running", lambda: {"name": name, "connected": True}.items() <= next(
             (one for one in self.json("/api/devices")["devices"] if one["name"] == name), {}).items())
+
+
+@contextlib.contextmanager
+def machine(*sim_words, **keys):
+    """A House with a device that runs, and a gateway that shows it: house, simulator, daemon, gateway.
+
+    `keys` go into the device's section. The deadlines are those of a busy computer, unless they are given.
+    """
+    need_libraries()
+    with House() as house:
+        house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000, **keys}
+        sim = house.start_sim(*sim_words)
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        gateway = Gateway(house)
+        gateway.wait_running()
+        yield house, sim, daemon, gateway
 
 
 def environment():

@@ -11,28 +11,18 @@ import signal
 import socket
 import sys
 
-from rig import PATIENCE, Gateway, House, Skip
+from rig import PATIENCE, machine
 from house import end, equal, main, wait_equal  # noqa: E402  (rig.py finds it)
 
 try:
     import aiohttp
 except ImportError:
-    aiohttp = None
+    aiohttp = None      # rig.py skips
 
 
-@contextlib.contextmanager
-def machine(**keys):
-    if not aiohttp:
-        raise Skip("python3-aiohttp is not installed")
-    with House() as house:
-        house.device_keys["mill"] |= {"digital-inputs": "4,9", "digital-outputs": "31-34", "lost-after-ms": 5000,
-                                      "stale-after-ms": 4000, **keys}
-        sim = house.start_sim()
-        daemon = house.start_daemon()
-        house.wait_fresh()
-        gateway = Gateway(house)
-        gateway.wait_running()
-        yield house, sim, daemon, gateway
+def workshop(**keys):
+    """A device with inputs and outputs."""
+    return machine(**{"digital-inputs": "4,9", "digital-outputs": "31-34", **keys})
 
 
 class Client:
@@ -111,7 +101,7 @@ def test_what_is_subscribed_comes():
             serial = one.serial
             await one.ask("server.info")
             equal((one.status["mill"]["values"]["pin.03.in"], one.serial), (True, serial))
-    with machine() as (house, sim, _daemon, gateway):
+    with workshop() as (house, sim, _daemon, gateway):
         run(watch(house, sim, gateway))
 
 
@@ -120,7 +110,7 @@ def test_a_whole_state_comes_now_and_then():
         async with connected(gateway) as one:
             await one.subscribe({"mill": ["info.type"]})
             await one.until(lambda _: one.wholes == 2)
-    with machine() as (_house, _sim, _daemon, gateway):
+    with workshop() as (_house, _sim, _daemon, gateway):
         run(watch(gateway))
 
 
@@ -137,7 +127,7 @@ def test_loss_and_return_are_told():
             await asyncio.to_thread(house.start_daemon, wait=False)
             await one.until(lambda status: status["mill"] and status["mill"]["connected"])
             assert one.status["mill"]["values"]["daemon.epoch"] != epoch
-    with machine(**{"stale-after-ms": 300, "lost-after-ms": 500}) as (house, sim, daemon, gateway):
+    with workshop(**{"stale-after-ms": 300, "lost-after-ms": 500}) as (house, sim, daemon, gateway):
         run(watch(house, sim, daemon, gateway))
 
 
@@ -187,7 +177,7 @@ def test_what_is_wrong_is_answered():
                 await other.ws.send_str(" " * 70000)
                 equal((await other.ws.receive()).data, 1009)
             equal((await one.ask("server.info"))["clients"], 1)
-    with machine() as (house, _sim, _daemon, gateway):
+    with workshop() as (house, _sim, _daemon, gateway):
         run(watch(gateway))
         assert "Traceback" not in house.log("gateway.log"), house.log("gateway.log")
 
@@ -204,8 +194,16 @@ def test_a_page_of_another_site_gets_nothing():
                     equal((await one.ask("objects.list"), good), ({"objects": ["mill"]}, True), origin)
             except aiohttp.WSServerHandshakeError as error:
                 equal((error.status, good), (403, False), origin)
-    with machine() as (_house, _sim, _daemon, gateway):
+    with workshop() as (_house, _sim, _daemon, gateway):
         run(watch(gateway))
+        # a usual port is left out of both headers, and another one is another site
+        for host, origin, status in (
+                ("localhost", "http://localhost", 200), ("localhost", "https://localhost", 200),
+                ("localhost", "http://localhost:8580", 403), ("localhost", "https://localhost:80", 403),
+                ("localhost:80", "http://localhost", 200), ("localhost:81", "http://localhost", 403),
+                ("localhost:8580", "http://LOCALHOST:8580", 200),
+                ("[::1]", "http://[::1]", 200), ("[::1]", "http://[::1]:81", 403)):
+            equal(gateway.ask("/api/devices", Host=host, Origin=origin)[0], status, (host, origin))
 
 
 def frame(kind, data):
@@ -255,7 +253,7 @@ def test_who_reads_nothing_is_closed_and_harms_nobody():
         async with connected(gateway, compress=15) as one:
             await one.subscribe({"mill": ["cycle"]})
             equal((one.ws.compress, await one.until(lambda _: one.serial > 1)), (0, None))
-    with machine() as (house, _sim, _daemon, gateway):
+    with workshop() as (house, _sim, _daemon, gateway):
         run(watch(gateway))
         assert "a client that read nothing for 10 s was closed" in house.log("gateway.log"), house.log("gateway.log")
         equal((gateway.own("clients"), gateway.own("feeds")), (0, 0))
@@ -278,7 +276,7 @@ def test_a_long_batch_is_cut():
                                      "params": {"objects": {"mill": None}}}] * 15 +
                                    [{"jsonrpc": "2.0", "method": "objects.list"}])
             equal(len(json.loads((await asyncio.wait_for(one.ws.receive(), PATIENCE)).data)), 15, "a notification")
-    with machine() as (_house, _sim, _daemon, gateway):
+    with workshop() as (_house, _sim, _daemon, gateway):
         run(watch(gateway))
 
 
@@ -293,7 +291,7 @@ def test_diagnostics_are_given_to_who_names_them():
             await one.subscribe({"mill": ["latency.wakeup-count"]})
             count = one.status["mill"]["values"]["latency.wakeup-count"]
             await one.until(lambda status: status["mill"]["values"]["latency.wakeup-count"] > count)
-    with machine() as (_house, _sim, _daemon, gateway):
+    with workshop() as (_house, _sim, _daemon, gateway):
         run(watch(gateway))
 
 
@@ -307,7 +305,7 @@ def test_the_end_is_said_to_clients():
             equal((message.type, message.data), (aiohttp.WSMsgType.CLOSE, 1001))
         equal(await asyncio.to_thread(gateway.child.wait, PATIENCE), 0)
         assert "Traceback" not in house.log("gateway.log"), house.log("gateway.log")
-    with machine() as (house, _sim, _daemon, gateway):
+    with workshop() as (house, _sim, _daemon, gateway):
         run(watch(house, gateway))
 
 
@@ -317,7 +315,7 @@ def test_clients_come_and_go():
             async with connected(gateway) as one:
                 await one.subscribe({"mill": ["cycle"]}, rate=50)
                 await one.until(lambda _: one.serial > 1)
-    with machine() as (_house, _sim, _daemon, gateway):
+    with workshop() as (_house, _sim, _daemon, gateway):
         run(watch(gateway))
         wait_equal("the number of clients", lambda: gateway.own("clients"), 0)
 

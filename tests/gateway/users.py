@@ -444,11 +444,11 @@ def test_sessions_and_tickets_end():
         equal(one.session(token).name, "anna", "it is used")
     now += access.SESSION_S + 1
     equal(one.session(token), None)
-    ticket = one.ticket(access.Who("anna", "user"))
+    ticket = one.ticket(access.Who(users["anna"]))
     now += access.TICKET_S + 1
     equal(one.redeem(ticket), None)
     # there are so many, and the oldest goes
-    tickets = [one.ticket(access.Who("anna", "user")) for _ in range(access.SESSIONS_MOST + 1)]
+    tickets = [one.ticket(access.Who(users["anna"])) for _ in range(access.SESSIONS_MOST + 1)]
     equal([one.redeem(tickets[i]) is not None for i in (0, 1, -1, -1)], [False, True, True, False])
 
     async def attempts():

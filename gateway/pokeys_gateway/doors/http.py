@@ -47,6 +47,7 @@ SECURITY = {
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
 }
+DEFAULT_PORTS = {"http": 80, "https": 443}
 _LOG = logging.getLogger("pokeys-gateway")
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
@@ -68,27 +69,27 @@ def host_is_ours(hosts: list[str], config: Config, here: str = "") -> bool:
         return name == "localhost" or name in config.host_names
 
 
-def origin_is_ours(origins: list[str], host: str, config: Config, secure: bool) -> bool:
-    """A browser says whose page asks. WebSockets are open to pages of all sites, if the server does not look.
+def _is_ours(origin: str, host: str, config: Config, secure: bool) -> bool:
+    """One origin; ValueError if it is not a URL."""
+    parts, asked = urlsplit(origin), urlsplit(f"//{host}")
+    usual = DEFAULT_PORTS.get(parts.scheme)
+    if not parts.hostname or not usual or (secure and parts.scheme != "https"):
+        return False
+    # a browser leaves out the usual port in both headers
+    same = (parts.hostname, parts.port or usual) == (asked.hostname, asked.port or usual)
+    return same or (bool(config.behind_proxy) and parts.hostname in config.host_names)
 
-    Ours is the page of the same host and port; behind a proxy, which may ask for us under another
-    name, that of one of our names.
+
+def origin_is_ours(origins: list[str], host: str, config: Config, secure: bool) -> bool:
+    """Did a page of ours send this request? A browser names the page's origin.
+
+    WebSockets are open to the pages of all sites unless the server looks. Ours is the page of the same
+    host and port; behind a proxy, which may ask under another name, that of one of our names.
     """
     try:
-        for origin in origins:
-            parts = urlsplit(origin)
-            port = parts.port or {"http": 80, "https": 443}.get(parts.scheme)
-            asked = urlsplit(f"//{host}")
-            if secure and parts.scheme != "https":
-                return False
-            if not parts.hostname or parts.scheme not in ("http", "https"):
-                return False
-            if (parts.hostname, port) != (asked.hostname, asked.port or port) and not (
-                    config.behind_proxy and parts.hostname in config.host_names):
-                return False
+        return all(_is_ours(origin, host, config, secure) for origin in origins)
     except ValueError:
         return False
-    return True
 
 
 def endpoint_of(inherited: socket.socket) -> Endpoint:
@@ -264,11 +265,23 @@ class Http:
         readings = [reading for name in source.names() if (reading := source.read(name))]
         return good({"trouble": source.trouble, "devices": [_summary(self._hub, reading) for reading in readings]})
 
-    async def _device(self, request: web.Request) -> web.Response:
+    def _name(self, request: web.Request) -> str:
+        """The device of a path. HTTPNotFound."""
         name = request.match_info["device"]
-        reading = self._hub.source.read(name)
+        if name not in self._hub.source.names():
+            raise web.HTTPNotFound(reason=self._hub.no_such_device(name))
+        return name
+
+    def _reading(self, request: web.Request, *, diagnostics: bool = False) -> Reading:
+        """The device of a path, at this moment. HTTPNotFound."""
+        name = self._name(request)
+        reading = self._hub.source.read(name, diagnostics=diagnostics)
         if not reading:
-            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+            raise web.HTTPNotFound(reason=self._hub.no_such_device(name))
+        return reading
+
+    async def _device(self, request: web.Request) -> web.Response:
+        reading = self._reading(request)
         values: dict[str, Any] = {}
         words = {}
         if reading.state:
@@ -278,24 +291,14 @@ class Http:
         return good({**_summary(self._hub, reading), "values": values, "words": words})
 
     async def _diagnostics(self, request: web.Request) -> web.Response:
-        name = request.match_info["device"]
-        reading = self._hub.source.read(name, diagnostics=True)
-        if not reading:
-            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
-        values = reading.diagnostics.as_dict() if reading.diagnostics else {}
-        return good({"values": values})
+        reading = self._reading(request, diagnostics=True)
+        return good({"values": reading.diagnostics.as_dict() if reading.diagnostics else {}})
 
     async def _events(self, request: web.Request) -> web.Response:
-        name = request.match_info["device"]
-        if name not in self._hub.source.names():
-            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
-        return good({"events": self._hub.events(name)})
+        return good({"events": self._hub.events(self._name(request))})
 
     async def _histograms(self, request: web.Request) -> web.Response:
-        name = request.match_info["device"]
-        reading = self._hub.source.read(name, diagnostics=True)
-        if not reading:
-            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+        reading = self._reading(request, diagnostics=True)
         found = reading.diagnostics.histograms() if reading.diagnostics else {}
         return good({"histograms": [
             {"name": name, "help": pokeys.describe(f"latency.{name}-p50-us").partition(":")[0], "count": one.count,
@@ -304,10 +307,7 @@ class Http:
             for name, one in found.items()]})
 
     async def _terminals(self, request: web.Request) -> web.Response:
-        name = request.match_info["device"]
-        reading = self._hub.source.read(name)
-        if not reading:
-            return complaint(HTTPStatus.NOT_FOUND, self._hub.no_such_device(name))
+        reading = self._reading(request)
         found = terminals(self._hub.model, reading.state) if reading.state else []
         return good({"terminals": [asdict(one) for one in found]})
 
