@@ -23,6 +23,7 @@ static struct world world;
 /* Nothing that no sane commander could have asked for. */
 static void sane(struct world *w, const uint8_t *p)
 {
+	struct wire_pulse_probe_start_req probe;
 	struct wire_pulse_move_pv_req pv;
 	struct wire_pulse_state_req run;
 	struct wire_io_req io;
@@ -43,7 +44,8 @@ static void sane(struct world *w, const uint8_t *p)
 	}
 	if (p[1] == 0xDD)
 		assert_true(p[p[2] == 0x50 || p[2] == 0x60 ? 4 : 3] < WIRE_PONET_MODULES);
-	if (p[1] != 0x85)
+	/* only reads: all settings are, again, when a commander restarts the device */
+	if (p[1] != 0x85 || wire_request_class(wire_op_find(p[1], p[2]), p) == WIRE_READ)
 		return;
 	switch (p[2]) {
 	case 0x02:
@@ -57,18 +59,28 @@ static void sane(struct world *w, const uint8_t *p)
 		for (unsigned int i = 0; i < WIRE_AXES; i++)
 			assert_true(pv.position[i] >= low && pv.position[i] <= PLANNER);
 		break;
+	case 0x21:
+		assert_int_equal(p[3] & 0xF8, 0);
+		break;
+	case 0x23:
+		wire_pulse_probe_start_decode_req(p, &probe);
+		assert_int_equal(probe.mask & 0xF8, 0);
+		for (unsigned int i = 0; i < WIRE_AXES && !probe.hybrid; i++)
+			assert_true(!(probe.mask >> i & 1) ||
+				    (probe.limit[i] >= low && probe.limit[i] <= PLANNER));
+		assert_true(probe.hybrid || (probe.speed > 0 && probe.speed <= 1));
+		break;
 	case 0x03:
 		for (unsigned int i = 0; i < WIRE_AXES; i++)
 			assert_true(!(p[3] >> i & 1) || (wire_get_i32(p + 8 + 4 * i) >= low &&
 							 wire_get_i32(p + 8 + 4 * i) <= PLANNER));
 		break;
-	case 0x04:
-	case 0x08:
-	case 0x00:
-	case 0x06:
-	case 0x10:
-	case 0x11:
 	case 0x01:
+	case 0x04:
+	case 0x06:
+	case 0x11:
+	case 0x22:
+	case 0x24:
 		break;
 	default:
 		fail_msg("pulse engine sub-command 0x%02x was sent", p[2]);
