@@ -49,11 +49,13 @@ class Demo(Rig):
     def __init__(self, build, seconds):
         super().__init__(build, "demo")
         self.seconds, self.pins, self.followed = seconds, None, 0.0
+        self.records = self.run / "records"
 
     def start(self):
         cpus = sorted(os.sched_getaffinity(0))
+        self.records.mkdir()
         self.start_simulator("--service-us", "100")
-        self.start_daemon({"cpu": cpus[-1]} if len(cpus) > 1 else {},
+        self.start_daemon({"record-folder": self.records, **({"cpu": cpus[-1]} if len(cpus) > 1 else {})},
                           {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position",
                            # long, so that a machine that stops for a second or two does not fail the demo
                            "heartbeat-timeout-ms": 20000, "lost-after-ms": 20000})
@@ -108,12 +110,13 @@ class Demo(Rig):
     def start_gateway(self):
         """On the socket that scripts/listen has made. Returns the address of the page."""
         gateway = pathlib.Path(__file__).resolve().parents[1] / "gateway"
+        (conf := self.run / "gateway.conf").write_text(f"[gateway]\nrecord-folder = {self.records}\n")
         self.spawn("gateway", "env", f"PYTHONPATH={gateway}:{gateway.parent / 'python'}", "PYTHONDONTWRITEBYTECODE=1",
                    f"POKEYS_SHM_LIBRARY={self.build / 'shm/libpokeys_shm.so.0'}",
                    f"POKEYSCTL={self.build / 'tools/pokeysctl'}",
                    f"POKEYS_GATEWAY_WEB={self.build / 'gateway/web'}", "LISTEN_FDS=1",
                    "sh", "-c", 'LISTEN_PID=$$ exec "$0" "$@"', gateway / "pokeys-gateway",
-                   "--runtime-directory", self.run / "pokeysd", inherited=(SOCKET,))
+                   "--config", conf, "--runtime-directory", self.run / "pokeysd", inherited=(SOCKET,))
         self.wait_for("the gateway", lambda: "the page is at" in (self.run / "gateway.log").read_text(), PATIENCE_S,
                       "gateway")
         return f"http://127.0.0.1:{os.environ['DEMO_WEB_PORT']}/"

@@ -144,6 +144,11 @@ uint64_t shm_host_epoch(const struct shm_host *host)
 	return host->manifest.epoch;
 }
 
+gid_t shm_host_monitors(const struct shm_host *host)
+{
+	return host->mirror_gid;
+}
+
 /* A dead client may have been a commander: look at each device until it is clear. */
 static int recycle_devices(struct shm_host *host)
 {

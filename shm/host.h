@@ -22,6 +22,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/types.h>
 #include <pokeys/shm.h>
 
 struct shm_host;
@@ -49,6 +50,9 @@ int shm_host_open(struct shm_host **out, const char *runtime_directory, const ch
  * the same. `why` as above. Cold.
  */
 int shm_host_clear(const char *runtime_directory, char *why, size_t size);
+
+/* The group that may read the mirror; (gid_t)-1 = there is none. */
+gid_t shm_host_monitors(const struct shm_host *host);
 
 /* Add a device before publish. -EEXIST, -EINVAL (name), -errno. */
 int shm_host_add(struct shm_host *host, const char *name, struct shm_device **out,

@@ -73,22 +73,23 @@ int runtime_check_directory(const char *directory, char *why, size_t size)
 	return 0;
 }
 
-int runtime_denied(const char *folder, char *why, size_t size)
+int runtime_denied(const char *path, char *why, size_t size)
 {
 	char names[1024];
 	struct group group, *known = NULL;
 	struct stat st;
 
-	if (stat(folder, &st))
-		return say(why, size, -EACCES, "%s: permission denied", folder);
-	if (!st.st_gid || !(st.st_mode & S_IXGRP))
-		return say(why, size, -EACCES, "%s: permission denied; only its owner may enter, "
-			   "until pokeysd.conf names a group (group = ...)", folder);
+	if (stat(path, &st))
+		return say(why, size, -EACCES, "%s: permission denied", path);
+	if (!st.st_gid || !(st.st_mode & (S_ISDIR(st.st_mode) ? S_IXGRP : S_IRGRP)))
+		return say(why, size, -EACCES, "%s: permission denied; only its owner may %s, "
+			   "until pokeysd.conf names a group (group = ...)", path,
+			   S_ISDIR(st.st_mode) ? "enter" : "read it");
 	if (getgrgid_r(st.st_gid, &group, names, sizeof(names), &known) || !known)
 		return say(why, size, -EACCES, "%s: permission denied; this user must be in "
-			   "group %u", folder, (unsigned int)st.st_gid);
+			   "group %u", path, (unsigned int)st.st_gid);
 	return say(why, size, -EACCES, "%s: permission denied; this user must be in group %s "
-		   "(sudo adduser USER %s, then log in again)", folder, group.gr_name,
+		   "(sudo adduser USER %s, then log in again)", path, group.gr_name,
 		   group.gr_name);
 }
 

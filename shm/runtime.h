@@ -28,11 +28,11 @@ bool runtime_root_name_ok(const char *name);
 int runtime_check_directory(const char *directory, char *why, size_t size);
 
 /*
- * Why this user may not enter `folder`, or a folder in it, and what to do: one line in
+ * Why this user may not enter `path`, or read it if it is a file, and what to do: one line in
  * `why`, with the group that may. It asks the system for that group's name, which may
  * take its time: cold, not for a realtime thread. Returns -EACCES.
  */
-int runtime_denied(const char *folder, char *why, size_t size);
+int runtime_denied(const char *path, char *why, size_t size);
 
 /* Name of the current root. 0, -ENOENT no daemon, -EPROTO a foreign thing, -errno. */
 int runtime_current(const char *directory, char name[SHM_ROOT_NAME_MAX]);

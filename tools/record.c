@@ -2,11 +2,12 @@
 /*
  * pokeysctl record: the ring that the daemon fills, as a file. Nothing is asked of
  * the daemon: its memory is read, so it works while the daemon is busy and when it
- * has died.
+ * has died. If the record goes to standard output ("-"), nothing else is printed there.
  */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 #include "daemon/recorder/export.h"
 #include "tools/json.h"
 #include "tools/pokeysctl.h"
@@ -53,6 +54,21 @@ static void tell(const struct options *options, const char *path,
 	json_end(&json);
 }
 
+static bool is_output(const char *path)
+{
+	return !strcmp(path, "-");
+}
+
+static FILE *open_file(const char *path)
+{
+	int fd;
+
+	if (!is_output(path))
+		return fopen(path, "we");
+	fd = dup(STDOUT_FILENO);
+	return fd < 0 ? NULL : fdopen(fd, "w");
+}
+
 static int write_file(const struct recorder_file *ring, int device, const char *path,
 		      struct export_summary *summary)
 {
@@ -61,14 +77,20 @@ static int write_file(const struct recorder_file *ring, int device, const char *
 		.device = device, .application = "pokeysctl " POKEYSD_VERSION,
 		.comment = "by command", .wall_ns = export_wall(), .stations = &stations,
 	};
-	FILE *to = fopen(path, "we");
+	FILE *to;
 	int rc;
 
+	if (is_output(path) && isatty(STDOUT_FILENO)) {
+		complain("standard output is a terminal, and a record is not text; name a file, "
+			 "or use a pipe");
+		return STATUS_USAGE;
+	}
+	to = open_file(path);
 	if (!to) {
 		complain("%s: %s", path, strerror(errno));
 		return STATUS_FAILED;
 	}
-	stations_read(&stations, "/proc/net/arp");
+	stations_read(&stations, "/proc/self/net/arp");
 	rc = export_record(ring, &export, to, summary);
 	if (fclose(to) && !rc)
 		rc = -errno;
@@ -100,7 +122,7 @@ int command_record(const struct options *options)
 		no_device(&ring, options->names[0]);
 	else
 		status = write_file(&ring, device, path, &summary);
-	if (status == STATUS_OK)
+	if (status == STATUS_OK && !is_output(path))
 		tell(options, path, &summary);
 	recorder_release(&ring);
 	return status;

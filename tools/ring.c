@@ -5,6 +5,7 @@
  */
 #include <errno.h>
 #include <stdio.h>
+#include <unistd.h>
 #include "shm/runtime.h"
 #include "tools/ring.h"
 
@@ -20,7 +21,8 @@ int ring_open(const struct options *options, struct recorder_file *ring)
 			 "another folder: --runtime-directory), its folder is on a disk, or it has "
 			 "recorder-seconds = 0",
 			 options->runtime_directory);
-	else if (rc == -EACCES && runtime_denied(options->runtime_directory, why, sizeof(why)))
+	else if (rc == -EACCES && runtime_denied(access(path, F_OK) ? options->runtime_directory :
+						 path, why, sizeof(why)))
 		complain("%s", why);
 	else if (rc)
 		complain("%s", why);

@@ -124,7 +124,8 @@ static const struct config_key own[] = {
 	KEY(DAEMON(record_folder), "record-folder", CONFIG_FILE,
 	    .help = "Folder to which these packets and events are written at a fault, as a file "
 		    "for Wireshark. If not set, the folder that systemd provides is used, "
-		    "/var/log/pokeysd; a daemon that is started by hand then writes no files."),
+		    "/var/log/pokeysd; a daemon that is started by hand then writes no files. "
+		    "Members of monitor-group may read the files if the folder lets them."),
 	KEY(DAEMON(record_files), "record-files", CONFIG_INTEGER, RANGE(0, 1000),
 	    .fallback = "20",
 	    .help = "How many such files are kept; the oldest are removed. 0 writes none."),

@@ -156,7 +156,8 @@ static int take_folder(struct daemon *daemon)
 	if (status)
 		return status;
 	open_desk(daemon);
-	keeper_open(&daemon->keeper, daemon->config, &daemon->loop, getenv("LOGS_DIRECTORY"));
+	keeper_open(&daemon->keeper, daemon->config, &daemon->loop, getenv("LOGS_DIRECTORY"),
+		    shm_host_monitors(daemon->host));
 	return 0;
 }
 

@@ -32,6 +32,7 @@
 #include "wire/pulse.h"
 
 #define AFTER_NS UINT64_C(500000000)
+#define NOBODY ((gid_t)-1)
 enum {
 	NAP_MS = 20, BURST = 10, SLOTS_A_CYCLE = 8,
 	STOP_NAP_MS = 5,
@@ -114,13 +115,17 @@ void keeper_run(struct keeper *keeper, uint64_t now_ns)
 /* The thread: one order at a time. */
 static void execute(struct keeper *keeper)
 {
-	enum record_reason reason = atomic_load_explicit(&keeper->order, memory_order_acquire);
-	const char *ring = reason == RECORD_DIED ? keeper->died : keeper->ring;
+	const enum record_reason reason = atomic_load_explicit(&keeper->order,
+							       memory_order_acquire);
+	const struct keeper_order order = {
+		.ring = reason == RECORD_DIED ? keeper->died : keeper->ring,
+		.folder = keeper->folder, .reason = reason,
+		.files = keeper->config->record_files, .readers = keeper->readers,
+	};
 
 	if (!reason)
 		return;
-	keeper->result = keeper_write(ring, keeper->folder, keeper->config->record_files, reason,
-				      keeper->path, &keeper->begun, &keeper->packets);
+	keeper->result = keeper_write(&order, keeper->path, &keeper->begun, &keeper->packets);
 	if (reason == RECORD_DIED)
 		unlink(keeper->died);
 	atomic_store_explicit(&keeper->done, 1, memory_order_release);
@@ -217,12 +222,18 @@ static void open_ring(struct keeper *keeper)
 	if (result)
 		log_line(EVENT_WARNING, "%s: cannot be made: %s; nothing is recorded", keeper->ring,
 			 strerror(-result));
+	else if (keeper->readers != NOBODY && (lchown(keeper->ring, (uid_t)-1, keeper->readers) ||
+						chmod(keeper->ring, 0640)))
+		log_line(EVENT_WARNING, "%s: cannot be given to monitor-group, whose members "
+			 "cannot read it now: %s", keeper->ring, strerror(errno));
 }
 
 void keeper_open(struct keeper *keeper, const struct config *config, struct loop *loop,
-		 const char *logs)
+		 const char *logs, gid_t readers)
 {
-	*keeper = (struct keeper){ .config = config, .loop = loop, .folder = "" };
+	*keeper = (struct keeper){
+		.config = config, .loop = loop, .folder = "", .readers = readers,
+	};
 	if (*config->record_folder)
 		keeper->folder = config->record_folder;
 	else if (logs)

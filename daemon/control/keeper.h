@@ -30,6 +30,7 @@ struct keeper {
 	const struct config *config;
 	struct loop *loop;
 	const char *folder;		/* of the records; empty = none are written */
+	gid_t readers;			/* group that may read ring and records; -1 = none */
 	char ring[KEEPER_PATH], died[KEEPER_PATH];	/* files of the runtime folder */
 	bool open, running;
 	pthread_t thread;
@@ -55,9 +56,11 @@ enum record_reason keeper_reason(const struct event *event, bool machine_on);
  * Take from the runtime folder, which has to be locked, what a daemon that died has left
  * there, and have it written. What goes wrong is logged, and the daemon goes on without.
  * `logs` is the folder that the service manager gives ($LOGS_DIRECTORY), NULL = none.
+ * Members of `readers` may read the ring and the records; with (gid_t)-1, group and mode
+ * are those that new files have.
  */
 void keeper_open(struct keeper *keeper, const struct config *config, struct loop *loop,
-		 const char *logs);
+		 const char *logs, gid_t readers);
 
 /*
  * Make the ring, and the thread that writes it. Once, after keeper_open(), when it is known
@@ -89,13 +92,22 @@ void keeper_close(struct keeper *keeper);
 /* The word for it, as in the file's name. */
 const char *keeper_word(enum record_reason reason);
 
+/* A record that is to be written. */
+struct keeper_order {
+	const char *ring, *folder;
+	enum record_reason reason;
+	uint32_t files;			/* are kept in the folder, the newest */
+	gid_t readers;			/* as in struct keeper */
+};
+
 /*
- * Write a ring's file into the folder, and remove the oldest of more than `files` records.
+ * Write a ring's file into its folder, and remove the oldest records there if there are more
+ * than `files`.
  * 0 or -errno; path of the new file into `path`. *begun is true while `path` stands and
  * the file beside it is being written. One thread at a time; waits for the disk.
  */
-int keeper_write(const char *ring, const char *folder, uint32_t files, enum record_reason reason,
-		 char path[KEEPER_PATH], _Atomic bool *begun, uint64_t *packets);
+int keeper_write(const struct keeper_order *order, char path[KEEPER_PATH], _Atomic bool *begun,
+		 uint64_t *packets);
 
 /* Where the record `path` is while it is being written. */
 void keeper_beside(const char *path, char beside[KEEPER_PATH]);

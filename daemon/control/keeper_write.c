@@ -197,6 +197,16 @@ static int begin(const char *folder, enum record_reason reason, char path[KEEPER
 	return fd;
 }
 
+/*
+ * Members of the monitor group may read the record, and nobody but the daemon may change it.
+ * If that cannot be, the record is written all the same.
+ */
+static void share(int fd, gid_t readers)
+{
+	if (readers != (gid_t)-1 && !fchown(fd, (uid_t)-1, readers))
+		fchmod(fd, 0640);
+}
+
 static int put_record(const struct recorder_file *ring, int fd, enum record_reason reason,
 		      uint64_t *packets)
 {
@@ -213,7 +223,7 @@ static int put_record(const struct recorder_file *ring, int fd, enum record_reas
 		close(fd);
 		return -ENOMEM;
 	}
-	stations_read(&stations, "/proc/net/arp");
+	stations_read(&stations, "/proc/self/net/arp");
 	result = export_record(ring, &options, to, &summary);
 	if (fclose(to) && !result)
 		result = -errno;
@@ -222,13 +232,15 @@ static int put_record(const struct recorder_file *ring, int fd, enum record_reas
 }
 
 /* It stays locked until it has its name. */
-static int finish(const struct recorder_file *ring, int fd, enum record_reason reason,
+static int finish(const struct recorder_file *ring, int fd, const struct keeper_order *order,
 		  const char *path, uint64_t *packets)
 {
 	const int lock = fcntl(fd, F_DUPFD_CLOEXEC, 0);
-	int result = put_record(ring, fd, reason, packets);
 	char beside[KEEPER_PATH];
+	int result;
 
+	share(fd, order->readers);
+	result = put_record(ring, fd, order->reason, packets);
 	keeper_beside(path, beside);
 	if (!result && rename(beside, path))
 		result = -errno;
@@ -239,26 +251,26 @@ static int finish(const struct recorder_file *ring, int fd, enum record_reason r
 	return result;
 }
 
-int keeper_write(const char *ring, const char *folder, uint32_t files, enum record_reason reason,
-		 char path[KEEPER_PATH], _Atomic bool *begun, uint64_t *packets)
+int keeper_write(const struct keeper_order *order, char path[KEEPER_PATH], _Atomic bool *begun,
+		 uint64_t *packets)
 {
 	struct recorder_file file;
 	char why[KEEPER_PATH];
-	int result = recorder_open(&file, ring, why, sizeof(why));
+	int result = recorder_open(&file, order->ring, why, sizeof(why));
 	int fd;
 
 	if (result)
 		return result;
-	fd = begin(folder, reason, path);
+	fd = begin(order->folder, order->reason, path);
 	if (fd < 0) {
 		recorder_release(&file);
 		return fd;
 	}
 	atomic_store_explicit(begun, true, memory_order_release);
-	result = finish(&file, fd, reason, path, packets);
+	result = finish(&file, fd, order, path, packets);
 	atomic_store_explicit(begun, false, memory_order_release);
 	recorder_release(&file);
 	if (!result)
-		remove_oldest(folder, files);
+		remove_oldest(order->folder, order->files);
 	return result;
 }

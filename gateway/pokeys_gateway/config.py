@@ -21,7 +21,7 @@ from .gate import is_loopback, plain
 
 PATH = Path("/etc/pokeysd/gateway.conf")
 USERS = Path("/etc/pokeysd/gateway.users")
-RUNTIME, PORT = "/run/pokeysd", 8580
+RUNTIME, RECORDS, PORT = "/run/pokeysd", Path("/var/log/pokeysd"), 8580
 DIRECTORY_MOST = 49         # pokeysd's sockets lie below it
 _NAME = re.compile(r"[a-z0-9]([a-z0-9.-]{0,252}[a-z0-9])?")
 
@@ -55,6 +55,7 @@ class Config:
     """All settings."""
 
     runtime_directory: str = RUNTIME
+    record_folder: Path = RECORDS
     listen: tuple[Endpoint, ...] = (Endpoint("127.0.0.1", PORT),)
     host_names: tuple[str, ...] = ()
     certificate: Path | None = None
@@ -144,6 +145,7 @@ class Key:
 
 KEYS = (
     Key("gateway", "runtime-directory", directory),
+    Key("gateway", "record-folder", path),
     Key("http", "listen", endpoints),
     Key("http", "host-names", host_names),
     Key("http", "certificate", path),

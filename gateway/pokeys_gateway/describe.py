@@ -14,6 +14,7 @@ from .access import LEVELS
 from .board import KINDS
 from .feeds import RATE_LEAST, RATE_MOST
 from .model import Model
+from .recorder import KIND
 
 Schema = dict[str, Any]
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -101,6 +102,8 @@ def openapi(model: Model) -> Schema:
                "403": _answer(ref("Error"), text="The Host or the Origin of the request is not one of this gateway's"),
                "429": _answer(ref("Error"), text="Too many log-ins; Retry-After says when to try again")}
     missing = {"404": _answer(ref("Error"), text="There is no device of this name")}
+    many = {"503": _answer(ref("Error"), text="There is no record, or too many records are being sent")}
+    binary: Schema = {"description": "pcapng"}
     device = [{"name": "device", "in": "path", "required": True, "schema": TEXT}]
 
     def get(summary: str, answer: Schema, more: Schema | None = None, **rest: Any) -> Schema:
@@ -140,6 +143,16 @@ def openapi(model: Model) -> Schema:
             "/api/words": get("The meanings of codes, by names in which %02u stands for a number", _answer(_object(
                 {"format": FORMAT, "words": _map(_map(TEXT, "By number"), "By name")}))),
             "/api/names": get("All names of values", _answer(_object({"format": FORMAT, "names": _list(ref("Name"))}))),
+            "/api/devices/{device}/record": get(
+                "Packets and events of the last seconds, for Wireshark", _answer(binary, KIND),
+                {**missing, **many}, parameters=device),
+            "/api/records": get("The files that the flight recorder has written at faults", _answer(_object(
+                {"format": FORMAT, "folder": TEXT,
+                 "trouble": {"type": "string", "description": 'Why the folder cannot be read; "" if it can'},
+                 "records": _list(ref("Record"))}))),
+            "/api/records/{name}": get("A file that the flight recorder has written", _answer(binary, KIND), {
+                "404": _answer(ref("Error"), text="There is no record of this name"), **many},
+                parameters=[{"name": "name", "in": "path", "required": True, "schema": TEXT}]),
             "/api/session": get("Who the client is, and whether a log-in is needed", _answer(ref("Session"))),
             "/api/log-in": post("Log in; the answer sets a cookie", _answer(ref("Session")),
                                 _object({"name": TEXT, "password": TEXT})),
@@ -163,6 +176,9 @@ def openapi(model: Model) -> Schema:
                 "buckets": {**_list({"type": "array", "prefixItems": [
                     {"type": "number", "description": "Lower bound in microseconds"}, COUNT], "items": False,
                     "minItems": 2}), "description": "Those that are not empty"}}),
+            "Record": _object({
+                "name": TEXT, "time": {**TEXT, "format": "date-time"}, "reason": TEXT,
+                "text": {"type": "string", "description": "The reason in words"}, "bytes": COUNT}),
             "Terminal": _object({
                 "name": TEXT, "terminal": {"type": "string", "description": 'As printed on the board; "" = none'},
                 "label": {"type": "string", "description": "Such as OC1"}, "kind": {"enum": list(KINDS.values())}}),

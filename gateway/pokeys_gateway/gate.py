@@ -244,6 +244,11 @@ class Gate:
                 # the answer is still to be taken; aiohttp ends connections that are idle
                 one.until, one.unready = self.clock() + ANSWER_S, lambda: False
 
+    def took(self, transport: Any) -> None:
+        """The client has taken a part of a long answer: the deadline begins again."""
+        if (one := self._connections.get(transport)) and one.until is not None:
+            one.until = self.clock() + ANSWER_S
+
     def stream(self, transport: Any, unready: Callable[[], bool]) -> None:
         """The answer goes on for ever; who sends it watches it, and says when no more is to be read."""
         if one := self._connections.get(transport):

@@ -90,14 +90,18 @@ class Model:
         return found
 
 
+def program() -> str:
+    """The pokeysctl to run: $POKEYSCTL, or the one of $PATH."""
+    return os.environ.get("POKEYSCTL", "pokeysctl")
+
+
 def load() -> Model:
     """The names that this version of pokeysd has. Blocks for some milliseconds. :class:`NoNames`."""
-    program = os.environ.get("POKEYSCTL", "pokeysctl")
     try:
-        ran = subprocess.run([program, "names", "--json"], capture_output=True, text=True, timeout=PATIENCE_S,
+        ran = subprocess.run([program(), "names", "--json"], capture_output=True, text=True, timeout=PATIENCE_S,
                              check=True)
         return Model(json.loads(ran.stdout))
     except OSError as error:
-        raise NoNames(f"{program}: {error.strerror}; install pokeysd, or set POKEYSCTL to its path") from error
+        raise NoNames(f"{program()}: {error.strerror}; install pokeysd, or set POKEYSCTL to its path") from error
     except (subprocess.SubprocessError, ValueError, LookupError) as error:
-        raise NoNames(f"{program} names --json: {error}; install pokeysd and the gateway of one version") from error
+        raise NoNames(f"{program()} names --json: {error}; install pokeysd and the gateway of one version") from error

@@ -31,6 +31,7 @@ static struct config config;
 static struct loop loop;
 static struct keeper keeper;
 static int pipe_fd[2];
+static gid_t readers = (gid_t)-1;
 
 static _Atomic bool hangs, waiting;
 
@@ -88,7 +89,7 @@ static int teardown(void **state)
 /* As a daemon does that goes on to drive. */
 static void begin(const char *logs)
 {
-	keeper_open(&keeper, &config, &loop, logs);
+	keeper_open(&keeper, &config, &loop, logs, readers);
 	keeper_record(&keeper);
 }
 
@@ -222,6 +223,24 @@ static void the_commander_counts_while_the_machine_is_on(void **state)
 	assert_int_equal(keeper.due, RECORD_COMMANDER);
 }
 
+static void the_ring_is_for_those_who_may_read_the_devices(void **state)
+{
+	const gid_t group = 65534;
+	struct stat file;
+
+	(void)state;
+	if (geteuid())
+		skip();		/* only root may give it to any group */
+	readers = group;
+	umask(077);
+	begin(NULL);
+	umask(022);
+	readers = (gid_t)-1;
+	assert_int_equal(stat(keeper.ring, &file), 0);
+	assert_int_equal(file.st_gid, group);
+	assert_int_equal(file.st_mode & 07777, 0640);
+}
+
 static void what_a_dead_daemon_left_is_written_at_the_next_start(void **state)
 {
 	(void)state;
@@ -245,7 +264,7 @@ static void one_that_ends_in_its_start_writes_it_too(void **state)
 	begin(NULL);
 	stop();
 	recorder_close(&loop.recorder);		/* dies: the file stays */
-	keeper_open(&keeper, &config, &loop, NULL);
+	keeper_open(&keeper, &config, &loop, NULL, readers);
 	stop();
 	keeper_close(&keeper);
 	assert_int_equal(files("-died.pcapng"), 1);
@@ -449,6 +468,7 @@ int main(void)
 		TEST(a_mild_fault_does_not_cost_the_record_of_a_grave_one),
 		TEST(faults_of_half_a_second_are_one_record_named_after_the_gravest),
 		TEST(the_commander_counts_while_the_machine_is_on),
+		TEST(the_ring_is_for_those_who_may_read_the_devices),
 		TEST(what_a_dead_daemon_left_is_written_at_the_next_start),
 		TEST(one_that_ends_in_its_start_writes_it_too),
 		TEST(one_that_is_due_is_written_at_the_end_after_another),

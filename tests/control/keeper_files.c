@@ -20,12 +20,14 @@
 #include "tests/control/folder.h"
 
 static char records[64], ring[96];
+static gid_t readers;
 
 static int setup(void **state)
 {
 	struct recorder recorder;
 
 	(void)state;
+	readers = (gid_t)-1;
 	strcpy(records, "/tmp/pokeysd-test-keeper.XXXXXX");
 	assert_non_null(mkdtemp(records));
 	snprintf(ring, sizeof(ring), "%s.ring", records);
@@ -63,7 +65,11 @@ static int write_record(uint32_t most, enum record_reason why, char path[KEEPER_
 	_Atomic bool begun = false;
 	uint64_t packets;
 
-	return keeper_write(ring, records, most, why, path, &begun, &packets);
+	const struct keeper_order order = {
+		.ring = ring, .folder = records, .reason = why, .files = most, .readers = readers,
+	};
+
+	return keeper_write(&order, path, &begun, &packets);
 }
 
 static void the_oldest_are_removed_and_nothing_else(void **state)
@@ -84,6 +90,28 @@ static void the_oldest_are_removed_and_nothing_else(void **state)
 	assert_int_equal(files("notes.txt") + files("mine.pcapng"), 2);
 	assert_int_equal(access(path, R_OK), 0);
 	assert_int_equal(files(".new"), 0);
+}
+
+static void those_who_may_read_the_devices_may_read_it(void **state)
+{
+	const gid_t group = 65534;
+	char path[KEEPER_PATH];
+	struct stat file;
+
+	(void)state;
+	if (geteuid())
+		skip();		/* only root may give it to any group */
+	assert_int_equal(write_record(3, RECORD_LATE, path), 0);
+	assert_int_equal(stat(path, &file), 0);
+	assert_int_equal(file.st_gid, getegid());
+	unlink(path);
+	readers = group;
+	umask(0);
+	assert_int_equal(write_record(3, RECORD_LATE, path), 0);
+	umask(022);
+	assert_int_equal(stat(path, &file), 0);
+	assert_int_equal(file.st_gid, group);
+	assert_int_equal(file.st_mode & 07777, 0640);
 }
 
 static void what_is_being_written_and_what_is_not_ours_stays(void **state)
@@ -166,6 +194,7 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 	const struct CMUnitTest tests[] = {
 		TEST(the_oldest_are_removed_and_nothing_else),
+		TEST(those_who_may_read_the_devices_may_read_it),
 		TEST(what_is_being_written_and_what_is_not_ours_stays),
 		TEST(files_of_anybody_else_are_not_removed),
 		TEST(a_name_that_is_taken_is_left_to_who_has_it),

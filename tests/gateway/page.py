@@ -64,6 +64,11 @@ def test_it_shows_what_is_there():
             await page.value("document.querySelector('summary').click()")
             await page.until("latencies", "document.querySelectorAll('details tbody tr').length > 3")
             assert "round trip" in await page.text()
+            # the link saves a record
+            assert "Flight recorder" in await page.text()
+            size = await page.value("""(async () => { const link = document.querySelector('.save a');
+                return (await (await fetch(link.href)).blob()).size; })()""")
+            assert size > 10000, size
             equal(page.complaints, [])
     with workshop() as (house, sim, _daemon, gateway):
         run(look(house, sim, gateway))
@@ -87,7 +92,7 @@ def test_what_is_old_is_said_and_it_comes_back():
             await asyncio.to_thread(gateway.child.wait)
             await page.until("no connection", f"{STATUS}.includes('No connection to the gateway since')")
             assert "mill" in await page.text(), "what was known is no longer shown"
-            again = await asyncio.to_thread(Gateway, house, port=gateway.port)
+            again = await asyncio.to_thread(Gateway, house, "--config", house.folder / "gateway.conf", port=gateway.port)
             await page.until("live again", LIVE)
             # the device is lost
             sim.kill()
@@ -97,6 +102,9 @@ def test_what_is_old_is_said_and_it_comes_back():
                 assert text in shown, shown
             assert "motion permitted" not in shown and "motion not permitted" not in shown, shown
             equal(await page.value(CONTRAST), [])
+            # and the daemon has written a record of that
+            await page.until("the record", """[...document.querySelectorAll('[aria-label="Flight recorder"] li a')]
+                .some(link => link.textContent === 'a device was lost' && link.href.endsWith('-lost.pcapng'))""")
             sim = house.start_sim("--preset", "demo")
             await page.until("live again", LIVE)
             # the daemon ends, and is started again

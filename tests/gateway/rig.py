@@ -90,10 +90,14 @@ def machine(*sim_words, **keys):
     need_libraries()
     with House() as house:
         house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000, **keys}
+        (records := house.folder / "records").mkdir()
+        house.daemon_keys["record-folder"] = records
         sim = house.start_sim(*sim_words)
         daemon = house.start_daemon()
         house.wait_fresh()
-        gateway = Gateway(house)
+        (conf := house.folder / "gateway.conf").write_text(
+            f"[gateway]\nrecord-folder = {records}\n", encoding="utf-8")
+        gateway = Gateway(house, "--config", conf)
         gateway.wait_running()
         yield house, sim, daemon, gateway
 

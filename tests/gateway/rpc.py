@@ -204,6 +204,11 @@ def test_a_page_of_another_site_gets_nothing():
                 ("localhost:8580", "http://LOCALHOST:8580", 200),
                 ("[::1]", "http://[::1]", 200), ("[::1]", "http://[::1]:81", 403)):
             equal(gateway.ask("/api/devices", Host=host, Origin=origin)[0], status, (host, origin))
+        # an image or a script of another site has no origin
+        for site, mode, status in (("cross-site", "no-cors", 403), ("cross-site", "navigate", 200),
+                                   ("same-origin", "cors", 200), ("none", "navigate", 200)):
+            headers = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": mode}
+            equal(gateway.ask("/api/devices", **headers)[0], status, headers)
 
 
 def frame(kind, data):

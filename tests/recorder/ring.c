@@ -253,6 +253,34 @@ static void a_signal_does_not_keep_the_file_from_being_made(void **state)
 	assert_int_equal(interrupted, -1);
 }
 
+/* In requests that set or prove one; the first 8 bytes, with the level, stay. */
+static void passwords_are_not_recorded(void **state)
+{
+	static const struct { uint8_t operation, kind, kept; } tried[] = {
+		{ 0xE2, RECORDER_SENT, 8 }, { 0xE3, RECORDER_SENT, 8 },
+		/* whatever a device repeats of the request */
+		{ 0xE2, RECORDER_RECEIVED, 9 }, { 0xE3, RECORDER_RECEIVED, 9 },
+		{ 0xE1, RECORDER_SENT, 64 }, { 0xE1, RECORDER_RECEIVED, 64 },
+	};
+	struct recorder_slot out;
+	uint64_t next = 0;
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(tried) / sizeof(*tried); i++) {
+		const struct recorder_slot slot = { .kind = tried[i].kind, .length = 64 };
+		uint8_t packet[64];
+
+		memset(packet, 0x5A, sizeof(packet));
+		packet[0] = 0xBB;
+		packet[1] = tried[i].operation;
+		recorder_write(&recorder, &slot, packet, sizeof(packet));
+		assert_int_equal(recorder_read(&file, &next, &out, 1), 1);
+		assert_memory_equal(out.data, packet, tried[i].kept);
+		for (size_t at = tried[i].kept; at < sizeof(packet); at++)
+			assert_int_equal(out.data[at], 0);
+	}
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
@@ -262,6 +290,7 @@ int main(void)
 		TEST(reading_while_it_is_written_finds_whole_slots_only),
 		TEST(a_recorder_that_is_off_takes_everything),
 		TEST(a_long_datagram_is_cut_and_its_length_kept),
+		TEST(passwords_are_not_recorded),
 		TEST(an_event_is_kept_as_it_is),
 		TEST(what_is_no_record_is_refused),
 		TEST(a_slot_of_another_number_is_left_out),

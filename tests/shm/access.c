@@ -7,6 +7,7 @@
  */
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <grp.h>
 #include <signal.h>
 #include <stdio.h>
@@ -148,7 +149,7 @@ static void stranger_is_refused_in_words(void **state)
 static void who_may_enter_is_told(void **state)
 {
 	struct folder *folder = *state;
-	char why[256];
+	char why[256], file[128];
 
 	assert_int_equal(mkdir(folder->path, 0700), 0);
 	assert_int_equal(chown(folder->path, 0, 5), 0);
@@ -161,6 +162,16 @@ static void who_may_enter_is_told(void **state)
 	assert_int_equal(chmod(folder->path, 02770), 0);
 	runtime_denied(folder->path, why, sizeof(why));
 	assert_non_null(strstr(why, "only its owner may enter"));
+	/* a file in it has a group of its own */
+	snprintf(file, sizeof(file), "%s/file", folder->path);
+	close(open(file, O_CREAT | O_RDONLY | O_CLOEXEC, 0600));
+	assert_int_equal(chown(file, OWNER, 5), 0);
+	runtime_denied(file, why, sizeof(why));
+	assert_non_null(strstr(why, "only its owner may read it"));
+	assert_int_equal(chmod(file, 0640), 0);
+	runtime_denied(file, why, sizeof(why));
+	assert_non_null(strstr(why, "adduser USER tty"));
+	unlink(file);
 }
 
 static void member_that_is_killed_is_cleaned_up_by_the_daemon(void **state)

@@ -3,14 +3,17 @@
 """systemd has nothing to say about our units, with and without the drop-in, and
 its exposure stays low. `verify` ends with 0 on keys that it does not know, so
 what it prints counts, not its status."""
+import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 
 EXPOSURE, GUARD_EXPOSURE, GATEWAY_EXPOSURE = 25, 50, 20  # tenths
+ACL_GROUP = 8               # a named group (linux/posix_acl.h)
 
 
 def run(*command):
@@ -52,6 +55,11 @@ def check_gateway(folder, unit, program):
     groups = re.findall(r"^(?:Group|SupplementaryGroups)=(.*)$", text, re.M)
     assert groups == ["pokeys-gateway", "pokeys-monitor"], groups
     assert "\nIPAddressDeny=any\nIPAddressAllow=localhost\n" in text, text
+
+
+def equal_mode(path, wanted):
+    mode = path.stat().st_mode & 0o7777
+    assert mode == wanted, (path, oct(mode))
 
 
 def main():
@@ -97,10 +105,17 @@ def main():
             (folder / "etc").mkdir()
             (folder / "etc/passwd").write_text("pokeys:x:999:999::/:/bin/false\n")
             (folder / "etc/group").write_text("pokeys:x:999:\n")
-            out = run("systemd-tmpfiles", "--create", f"--root={folder}", str(tmpfiles))
+            assert "group:pokeys-monitor:r-x" in tmpfiles.read_text() and "g pokeys-monitor " in sysusers.read_text()
+            # systemd-tmpfiles looks up the names in access control lists on this computer, not under --root
+            (copy := folder / "tmpfiles.conf").write_text(tmpfiles.read_text().replace(":pokeys-monitor:", ":998:"))
+            out = run("systemd-tmpfiles", "--create", f"--root={folder}", str(copy))
             assert out.returncode == 0 and not out.stderr, out.stderr
-            mode = (folder / "run/pokeysd").stat().st_mode & 0o7777
-            assert mode == 0o2751, oct(mode)
+            for name, mode in ("run/pokeysd", 0o2751), ("var/log/pokeysd", 0o750):
+                equal_mode(folder / name, mode)
+            # systemd's chmod at each start leaves the entry of the readers' group
+            (folder / "var/log/pokeysd").chmod(0o750)
+            entries = os.getxattr(folder / "var/log/pokeysd", "system.posix_acl_access")[4:]
+            assert struct.pack("<HHI", ACL_GROUP, 5, 998) in [entries[i:i + 8] for i in range(0, len(entries), 8)]
     return 0
 
 

@@ -114,6 +114,15 @@ gateway_may_do_nothing() {
 	systemctl is-enabled pokeys-gateway && { echo "it is enabled by itself"; return 1; }
 	! nsenter -t "$pid" -m -S "$(id -u pokeys-gateway)" -G "$(id -g pokeys-gateway)" touch /run/pokeysd/x 2>/dev/null
 }
+# The gateway sends the record of the killed daemon, from the daemon's folder, and one of the last seconds.
+fetch() { python3 -c "import sys, urllib.request; urllib.request.urlretrieve(*sys.argv[1:])" "http://127.0.0.1:8580/$1" "$2"; }
+gateway_gives_records() {
+	local died
+	within 240 eval 'page_of api/records | grep -q "the daemon died"' || { page_of api/records; return 1; }
+	died=$(page_of api/records | grep -o 'pokeysd-[0-9TZ]*-died.pcapng' | head -n 1)
+	fetch "api/records/$died" /tmp/died.pcapng && cmp /tmp/died.pcapng "/var/log/pokeysd/$died" || return 1
+	fetch "api/devices/$name/record" /tmp/now.pcapng && pokeysctl replay /tmp/now.pcapng | grep -q "^[0-9]"
+}
 gateway_goes() { within 240 gateway_shows && systemctl stop pokeys-gateway && ! page_of metrics 2>/dev/null; }
 
 watchdog_was_it() { journalctl -u pokeysd --no-pager | grep -i watchdog; }
@@ -196,6 +205,7 @@ check reload_configures_the_device reload_configures
 check killed_daemon_comes_again again KILL
 check hung_daemon_is_found_by_the_watchdog again STOP
 check watchdog_is_in_the_journal watchdog_was_it
+check gateway_gives_records gateway_gives_records
 check gateway_goes_on_and_stops gateway_goes
 check cyclictest_beside_it latency
 check outputs_are_safe_when_linuxcnc_dies linuxcnc_dies

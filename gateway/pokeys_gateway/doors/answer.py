@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The two shapes of an answer in JSON."""
+"""The two shapes of an answer in JSON, and the headers that every answer has."""
 from __future__ import annotations
 
 from http import HTTPStatus
@@ -10,6 +10,13 @@ from aiohttp import web
 from ..feeds import encode
 
 FORMAT = 1
+SECURITY = {
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
+                               "form-action 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
 
 
 def good(document: dict[str, Any]) -> web.Response:

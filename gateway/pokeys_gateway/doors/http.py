@@ -31,8 +31,9 @@ from ..feeds import encode
 from ..gate import IDLE_S, Gate, plain
 from ..hub import Hub
 from ..source import Reading
-from .answer import complaint, good
+from .answer import SECURITY, complaint, good
 from .metrics import Metrics
+from .records import Records
 from .rpc import Rpc
 from .session import WHO, Session
 
@@ -40,13 +41,6 @@ BODY_MOST = 64 * 1024
 SHUTDOWN_S = 2
 PAGE = {"": ("index.html", "text/html"), "page.js": ("page.js", "text/javascript"),
         "page.css": ("page.css", "text/css"), "licenses.txt": ("licenses.txt", "text/plain")}
-SECURITY = {
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
-                               "form-action 'none'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cache-Control": "no-store",
-}
 DEFAULT_PORTS = {"http": 80, "https": 443}
 _LOG = logging.getLogger("pokeys-gateway")
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
@@ -116,6 +110,10 @@ def guard(config: Config, gate: Gate, session: Session) -> Any:
                 HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
         if not origin_is_ours(request.headers.getall("Origin", []), request.headers["Host"], config, request.secure):
             return complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
+        # browsers say so where they can; links to the page are good
+        if request.headers.get("Sec-Fetch-Site") == "cross-site" and request.headers.get(
+                "Sec-Fetch-Mode") != "navigate":
+            return complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
         try:
             refusal = await session.judge(request)
             # an answer is a mapping, and an empty one is false
@@ -168,6 +166,7 @@ class Http:
         self._session = Session(hub.config, access)
         self._gate = Gate(hub.config.behind_proxy)
         self._rpc = Rpc(hub, self._gate, access)
+        self._records = Records(hub, self._gate)
         self._metrics = Metrics(hub, self._gate, self._rpc, access)
         self._servers: list[asyncio.Server] = []
         self._watch: asyncio.Task[None] | None = None
@@ -224,9 +223,13 @@ class Http:
         app.router.add_get("/api/devices/{device}/diagnostics", self._diagnostics)
         app.router.add_get("/api/devices/{device}/events", self._events)
         app.router.add_get("/api/devices/{device}/histograms", self._histograms)
+        # no HEAD: it would run pokeysctl, as GET does
+        app.router.add_get("/api/devices/{device}/record", self._records.now, allow_head=False)
         app.router.add_get("/api/devices/{device}/terminals", self._terminals)
         app.router.add_get("/api/names", self._names)
         app.router.add_get("/api/words", self._words)
+        app.router.add_get("/api/records", self._records.listed)
+        app.router.add_get("/api/records/{name}", self._records.file)
         app.router.add_get("/api/session", self._session.session)
         app.router.add_post("/api/log-in", self._session.log_in)
         app.router.add_post("/api/log-out", self._session.log_out)

@@ -9,8 +9,9 @@ import { Link } from "./link.js";
 import { Login, User, type Session } from "./login.js";
 import { Device, type Event, type Terminal, type Words } from "./model.js";
 import { Analog, Axes, Encoders, Events, Machine, moment, Quality, Strip } from "./parts.js";
+import { Recorder, SaveNow, type Records } from "./records.js";
 
-const RATE = 10, LOOK_MS = 2000, OLD_MS = 1500;
+const RATE = 10, LOOK_MS = 2000, OLD_MS = 1500, RECORDS_MS = 5000;
 const devices = new Map<string, Device>();
 let words: Words = {};
 let trouble = "";
@@ -19,6 +20,7 @@ let wished = "";
 let looking = false;
 let tried = false;
 let session: Session | null = null;
+let records: Records | null = null;
 
 async function get<Answer>(path: string): Promise<Answer> {
 	const answer = await fetch(path, { signal: AbortSignal.timeout(LOOK_MS) });
@@ -42,6 +44,16 @@ async function lookAt(device: Device): Promise<void> {
 			device.events = found.events;
 	};
 	await Promise.allSettled([terminals(), events()]);
+}
+
+/** Ask for the flight recorder's files. A disk may be slow, so nothing else waits for this. */
+async function lookAtRecords(): Promise<void> {
+	const whose = session?.user ?? null;
+	const found = await get<Records>("api/records");
+	if (whose !== (session?.user ?? null) || JSON.stringify(found) === JSON.stringify(records))
+		return;
+	records = found;
+	draw();
 }
 
 /** Find devices that are new, and subscribe to what there is. */
@@ -71,8 +83,10 @@ function belong(found: Session): void {
 	const other = session !== null && session.user !== found.user, held = link.held;
 	session = found;
 	link.held = found.required && !found.user;
-	if (other)
+	if (other) {
 		devices.clear();
+		records = null;
+	}
 	if (other || held !== link.held)
 		link.restart();
 	draw();
@@ -83,6 +97,7 @@ async function opened(signal: AbortSignal): Promise<void> {
 	({ words } = await get<{ words: Words }>("api/words"));
 	signal.throwIfAborted();
 	await look(signal);
+	lookAtRecords().catch(() => undefined);
 }
 
 function One({ device }: { device: Device }) {
@@ -108,6 +123,7 @@ function One({ device }: { device: Device }) {
 			<Latency name={device.name} get={get} />
 		</div>}
 		<Events events={device.events} name={device.name} />
+		<SaveNow name={device.name} />
 	</article>;
 }
 
@@ -135,7 +151,8 @@ function Page() {
 		return <>{top("not logged in", true)}<main><Login done={belong} /></main></>;
 	return <>
 		{top(text, bad)}
-		<main>{[...devices.values()].map(device => <One key={device.name} device={device} />)}</main>
+		<main>{[...devices.values()].map(device => <One key={device.name} device={device} />)}
+			<Recorder found={records} /></main>
 		<footer><a href="api/devices">data</a> <a href="api/openapi.json">interface</a> <a href="metrics">metrics</a> <a
 			href="licenses.txt">licences</a></footer>
 	</>;
@@ -171,4 +188,8 @@ setInterval(() => {
 	looking = true;
 	look(null).catch(() => undefined).finally(() => looking = false);
 }, LOOK_MS);
+setInterval(() => {
+	if (link.lostSince === null && !document.hidden)
+		lookAtRecords().catch(() => undefined);
+}, RECORDS_MS);
 draw();
