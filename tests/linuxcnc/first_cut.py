@@ -11,6 +11,7 @@ usage: first_cut.py WORK POKEYS_SHM.so POKEYS_HOMECOMP.so POKEYSD POKEYS-SIM POK
 
 POKEYS_CUT_S: most seconds the machine may take (default 280).
 """
+import collections
 import json
 import os
 import pathlib
@@ -26,6 +27,7 @@ sys.path[:0] = [str(ROOT / "scripts"), str(ROOT / "tests")]
 from rig import ADDRESS, Fault, Rig  # noqa: E402  pylint: disable=wrong-import-position
 from safety import UNSAFE  # noqa: E402  pylint: disable=wrong-import-position
 
+DEEDS = 6                   # of harass.py
 LIMIT_S = float(os.environ.get("POKEYS_CUT_S", "280"))
 # What is recorded of each servo period: pairs of signals of the example.
 RECORDED = {
@@ -153,6 +155,8 @@ WORKS = {
     "gantry": ("gantry", {}, (), "gantry"),
     "lathe": ("lathe", {}, (), "lathe"),
     "device_thread": ("lathe", THREAD, ("--count-free",), "device_thread"),
+    # the same, and a gateway is stopped, killed and flooded beside it
+    "gateway": ("mill", {}, (), "first_cut"),
     "restarts": ("mill", first_cut_settings("mill", 0.2), (), "restarts"),
     "restarts_soon": ("mill", first_cut_settings("mill", 0.02), (), "restarts"),
     "restarts_by_pin": ("mill", both(BY_PIN, first_cut_settings("mill", 0.2)), (), "restarts"),
@@ -182,6 +186,7 @@ class Machine(Rig):
 
     def __init__(self, work, pokeysd, sim, pokeysctl):
         self.name, more, self.sim_options, self.work = WORKS[work]
+        self.harassed = work == "gateway"
         super().__init__(pokeysctl.parents[1], self.name)
         self.pokeysd, self.sim = pokeysd, sim
         self.folder = self.run / self.name
@@ -217,6 +222,18 @@ class Machine(Rig):
         self.wait_for("the device running", self.is_fresh, 60, "pokeysd")
         os.environ["POKEYS_SHM_LIBRARY"] = str(self.build / "shm/libpokeys_shm.so.0")
         self.spawn("monitor", "/usr/bin/python3", "-B", "-c", WATCH, ROOT / "python", self.run / "pokeysd", self.name)
+        if self.harassed:
+            self.spawn("harass", "/usr/bin/python3", "-B", HERE / "harass.py", self.build, self.run / "pokeysd", 8580)
+
+    def judge_gateway(self):
+        """All of it was done to the gateway, several times, while the machine moved."""
+        if self.started["harass"].poll() is not None:
+            raise Fault(f"the gateway was not as it should be: {self.text('harass.log')[-3000:]}")
+        deeds = collections.Counter(line.split()[1] for line in self.text("harass.log").splitlines()
+                                    if line.startswith("deed "))
+        if len(deeds) < DEEDS or min(deeds.values()) < 3:
+            raise Fault(f"too little was done to the gateway: {dict(deeds)}")
+        print(f"done to the gateway: {dict(deeds)}")
 
     def judge_monitor(self):
         """What the monitor in Python has seen is what happened."""
@@ -264,6 +281,8 @@ def inside(work, programs):
         print(machine.text("report"), end="")
         if status == 0 and "the end\n" in machine.text("report"):
             machine.judge_monitor()
+            if machine.harassed:
+                machine.judge_gateway()
             return 0
         print(f"FAILED: {status}\n{machine.text('linuxcnc.log')[-6000:]}\n"
               f"{machine.text('pokeysd.log')[-2000:]}")
@@ -279,6 +298,10 @@ def inside(work, programs):
 def main():
     if sys.argv[1] == "--inside":
         return inside(sys.argv[2], [pathlib.Path(word) for word in sys.argv[3:]])
+    if sys.argv[1] == "gateway" and subprocess.run(["/usr/bin/python3", "-c", "import aiohttp, prometheus_client"],
+                                                   capture_output=True, check=False).returncode:
+        print("not tried: python3-aiohttp or python3-prometheus-client is not installed", file=sys.stderr)
+        return 77
     work, (module, homecomp, *programs) = sys.argv[1], (pathlib.Path(w).resolve() for w in sys.argv[2:])
     os.execv(ROOT / "scripts/hal-isolated",
              ["hal-isolated", "--module", str(module), "--module", str(homecomp), "--network",
