@@ -13,7 +13,7 @@ enum { ORDER_TEXT_MAX = 4096 };
 int order_give(const char *runtime_directory, const char *verb, const char *device,
 	       char text[ORDER_TEXT_MAX]);
 
-/* The process that takes orders in this folder, 0 if none does or we may not ask. Cold. */
+/* The daemon of this folder, 0 if there is none or it cannot be seen. Cold. */
 int order_daemon(const char *runtime_directory);
 
 #endif

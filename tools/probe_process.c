@@ -59,6 +59,9 @@ int probe_process(const char *root, const char *name)
 		    !strcmp(text, name) && !is_dead(root, process))
 			break;
 	closedir(folder);
+	/* where only our own processes are to be seen, that one is missing means nothing */
+	if (!process && !*root && access("/proc/1", F_OK))
+		return -1;
 	return process;
 }
 
