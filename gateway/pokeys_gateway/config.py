@@ -21,7 +21,10 @@ from .gate import is_loopback, plain
 
 PATH = Path("/etc/pokeysd/gateway.conf")
 USERS = Path("/etc/pokeysd/gateway.users")
-RUNTIME, RECORDS, PORT = "/run/pokeysd", Path("/var/log/pokeysd"), 8580
+RUNTIME, PORT = "/run/pokeysd", 8580
+RECORDS = Path("/var/log/pokeysd")
+DOCTOR = Path("/run/pokeys-doctor")     # for the daemon of RUNTIME
+SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
 DIRECTORY_MOST = 49         # pokeysd's sockets lie below it
 _NAME = re.compile(r"[a-z0-9]([a-z0-9.-]{0,252}[a-z0-9])?")
 
@@ -56,6 +59,7 @@ class Config:
 
     runtime_directory: str = RUNTIME
     record_folder: Path = RECORDS
+    doctor_socket: Path | None = None
     listen: tuple[Endpoint, ...] = (Endpoint("127.0.0.1", PORT),)
     host_names: tuple[str, ...] = ()
     certificate: Path | None = None
@@ -112,6 +116,13 @@ def path(text: str) -> Path:
     return Path(text)
 
 
+def socket_path(text: str) -> Path:
+    """An absolute path that a socket can have."""
+    if len(os.fsencode(path(text))) > SOCKET_MOST:
+        raise ValueError(f"a path from / of at most {SOCKET_MOST} bytes")
+    return Path(text)
+
+
 def addresses(text: str) -> tuple[str, ...]:
     """One or several addresses, separated by commas."""
     try:
@@ -146,6 +157,7 @@ class Key:
 KEYS = (
     Key("gateway", "runtime-directory", directory),
     Key("gateway", "record-folder", path),
+    Key("gateway", "doctor-socket", socket_path),
     Key("http", "listen", endpoints),
     Key("http", "host-names", host_names),
     Key("http", "certificate", path),
@@ -155,6 +167,11 @@ KEYS = (
     Key("access", "users", path),
     Key("access", "guests", yes_or_no),
 )
+
+
+def doctor_socket(config: Config) -> Path | None:
+    """The doctor's, if one is named, or if the usual one is for our daemon."""
+    return config.doctor_socket or (DOCTOR if config.runtime_directory == RUNTIME else None)
 
 
 class _Reader:

@@ -12,6 +12,7 @@ from typing import Any
 from . import __version__
 from .access import LEVELS
 from .board import KINDS
+from .doctor import VERDICTS
 from .feeds import RATE_LEAST, RATE_MOST
 from .model import Model
 from .recorder import KIND
@@ -109,10 +110,11 @@ def openapi(model: Model) -> Schema:
     def get(summary: str, answer: Schema, more: Schema | None = None, **rest: Any) -> Schema:
         return {"get": {"summary": summary, "responses": {"200": answer, **refused, **(more or {})}, **rest}}
 
-    def post(summary: str, answer: Schema, body: Schema | None = None) -> Schema:
-        return {"post": {"summary": summary, "responses": {"200": answer, **refused, **({} if body is None else {
-            "400": _answer(ref("Error"), text="The body is not what is expected")})},
-            **({} if body is None else {"requestBody": {"required": True, "content": {OBJECT: {"schema": body}}}})}}
+    def post(summary: str, answer: Schema, body: Schema | None = None, more: Schema | None = None) -> Schema:
+        wrong = {"400": _answer(ref("Error"), text="The body is not what is expected")}
+        expected = {"requestBody": {"required": True, "content": {OBJECT: {"schema": body}}}}
+        return {"post": {"summary": summary, **(expected if body else {}), "responses": {
+            "200": answer, **refused, **(more or {}), **(wrong if body else {})}}}
 
     switched: Schema = {"description": "The connection is a WebSocket now; its messages are in /api/schema.json"}
     return {
@@ -142,6 +144,11 @@ def openapi(model: Model) -> Schema:
                     {"format": FORMAT, "terminals": _list(ref("Terminal"))})), missing, parameters=device),
             "/api/words": get("The meanings of codes, by names in which %02u stands for a number", _answer(_object(
                 {"format": FORMAT, "words": _map(_map(TEXT, "By number"), "By name")}))),
+            "/api/doctor": post("Run pokeysctl doctor: its findings about the computer", _answer(_object({
+                "format": FORMAT, "time": {**TEXT, "format": "date-time"},
+                "limited": {"type": "boolean", "description": "It had the rights of the gateway only"},
+                "findings": {**_list(ref("Finding")), "description": "The worst first"}})),
+                more={"503": _answer(ref("Error"), text="There are no findings, and why")}),
             "/api/names": get("All names of values", _answer(_object({"format": FORMAT, "names": _list(ref("Name"))}))),
             "/api/devices/{device}/record": get(
                 "Packets and events of the last seconds, for Wireshark", _answer(binary, KIND),
@@ -176,6 +183,12 @@ def openapi(model: Model) -> Schema:
                 "buckets": {**_list({"type": "array", "prefixItems": [
                     {"type": "number", "description": "Lower bound in microseconds"}, COUNT], "items": False,
                     "minItems": 2}), "description": "Those that are not empty"}}),
+            "Finding": _object({
+                "check": TEXT,
+                "subject": {"type": "string", "description": 'A core, network interface or device; "" = the computer'},
+                "verdict": {"enum": list(VERDICTS)}, "why": TEXT,
+                "mend": {"type": "string", "description": 'What to do; "" = nothing'},
+                "keep": {"type": "string", "description": 'How to keep it after the next boot; "" = it is kept'}}),
             "Record": _object({
                 "name": TEXT, "time": {**TEXT, "format": "date-time"}, "reason": TEXT,
                 "text": {"type": "string", "description": "The reason in words"}, "bytes": COUNT}),
@@ -216,7 +229,8 @@ def _methods() -> dict[str, tuple[str, Schema, Schema]]:
             _object({"eventtime": EVENTTIME, "status": status, "serial": SERIAL,
                      "rate": {"type": "number", "description": "How often, a second"}})),
         "objects.unsubscribe": ("Send no more values", nothing, none),
-        "events.list": ("What has happened to a device", _only({"device": TEXT}),
+        "events.list": ("What has happened to a device", _only({"device": TEXT}, since=_object(
+            {"epoch": COUNT, "number": COUNT})),
                         _object({"events": _list(ref("Event"))})),
     }
 

@@ -89,11 +89,14 @@ class Hub:
         """For a client that asks for one that is not there."""
         return f"there is no device {name!r}; there are: {', '.join(self.source.names()) or 'none'}"
 
-    def events(self, name: str) -> list[dict[str, Any]]:
-        """What has happened to a device, for JSON."""
+    def events(self, name: str, since: tuple[int, int] | None = None) -> list[dict[str, Any]]:
+        """What has happened to a device, for JSON; from the event of this epoch and number on, if it is still there."""
+        found = self.source.events(name)
+        # the newest are asked for again and again
+        at = next((i for i in reversed(range(len(found))) if (found[i].epoch, found[i].number) == since), 0)
         return [{"device": one.device, "epoch": one.epoch, "number": one.number, "time": one.time.isoformat(),
                  "level": one.level, "kind": one.kind, "text": one.text, "held": one.held}
-                for one in self.source.events(name)]
+                for one in found[at:]]
 
     async def close(self) -> None:
         """End the tasks and detach."""

@@ -14,6 +14,7 @@ GOOD = """# a comment
 [gateway] # one space is enough
 runtime-directory = /run/mill # where pokeysd is
 record-folder = /srv/records
+doctor-socket = /run/doctor
 
   [http]
 listen=127.0.0.1:8580, [::1]:8581	; and a tab
@@ -30,6 +31,7 @@ BAD = (
     ("  [web]\n", 1, "there is no section [web]"),
     ("[gateway]\nruntime-directory = /run/mill\n  listen = 1.1.1.1:1\n", 3, "[gateway] listen: there is no such key"),
     ("[gateway]\nrecord-folder = records\n", 2, '[gateway] record-folder: "records" is not allowed; allowed: a path from /'),
+    ("[gateway]\ndoctor-socket = /" + 107 * "x" + "\n", 2, "allowed: a path from / of at most 107 bytes"),
     ("[gateway]\nruntime-directory = /run/a\x0cb\n", 2, "allowed: a path from /"),
     ("[web]\nlisten = 127.0.0.1:1\n", 1, "there is no section [web]; there are [gateway], [http], [access]"),
     ("[http]\nport = 80\n", 2, "[http] port: there is no such key; there are listen, host-names, certificate"),

@@ -6,6 +6,7 @@ by a screen reader, fits on a phone and a wall, and does not grow.
 With POKEYS_SCREENSHOTS=FOLDER, pictures are left there to be looked at.
 """
 import asyncio
+import json
 import os
 import pathlib
 import signal
@@ -20,7 +21,7 @@ from house import end, equal, main  # noqa: E402  (rig.py finds it)
 PICTURES = os.environ.get("POKEYS_SCREENSHOTS")
 SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900), "wall": (3840, 2160)}
 STATUS = "(document.querySelector('[role=status]')?.textContent ?? '')"
-LIVE = f"{STATUS}.includes('live') && document.querySelector('.device:not(.old)') !== null"
+LIVE = f"{STATUS}.includes('live') && document.querySelector('article.device:not(.old)') !== null"
 # names of elements that a hand or a screen reader gets to
 NAMED = "button", "link", "textbox", "heading", "img", "group", "region", "article", "table", "DisclosureTriangle"
 
@@ -64,6 +65,12 @@ def test_it_shows_what_is_there():
             await page.value("document.querySelector('summary').click()")
             await page.until("latencies", "document.querySelectorAll('details tbody tr').length > 3")
             assert "round trip" in await page.text()
+            # what pokeysctl doctor says, when it is asked
+            await page.value("document.querySelector('[aria-label=\"Computer\"] button').click()")
+            await page.until("findings", "document.querySelectorAll('.findings li').length > 10")
+            checks = {one["check"] for one in json.loads((await asyncio.to_thread(gateway.ask, "/api/doctor", "POST"))[2])[
+                "findings"]}
+            equal(set(await page.value("[...document.querySelectorAll('.findings b')].map(one => one.textContent)")), checks)
             # the link saves a record
             assert "Flight recorder" in await page.text()
             size = await page.value("""(async () => { const link = document.querySelector('.save a');
@@ -149,6 +156,9 @@ def test_it_fits_and_can_be_read():
             await page.until("live", LIVE)
             await page.value("document.querySelector('summary').click()")
             await page.until("latencies", "document.querySelectorAll('details tbody tr').length > 3")
+            await page.value("document.querySelector('[aria-label=\"Computer\"] button').click()")
+            await page.until("findings", "document.querySelectorAll('.findings li').length > 10")
+            await page.value("document.querySelectorAll('[aria-label=\"Computer\"] details').forEach(one => one.open = true)")
             for name, (width, height) in SIZES.items():
                 for dark in False, True:
                     await page.size(width, height, dark, phone=name == "phone")
@@ -229,6 +239,24 @@ def test_it_asks_who_you_are():
                        env={**os.environ, **environment()}, stdout=subprocess.DEVNULL)
         gateway = Gateway(house, "--config", conf)
         gateway.wait("the gateway", lambda: gateway.ask("/healthz")[0] == 200)
+        run(look(gateway))
+
+
+def test_a_slow_computer_shows_it():
+    async def look(gateway):
+        async with browser() as chromium:
+            page = await chromium.open("about:blank")
+            # a tablet of some years ago, on the workshop's network
+            await page.call("Emulation.setCPUThrottlingRate", rate=4)
+            await page.call("Network.enable")
+            await page.call("Network.emulateNetworkConditions", offline=False, latency=20, downloadThroughput=1.25e6,
+                            uploadThroughput=1.25e6)
+            began = time.monotonic()
+            await page.call("Page.navigate", url=f"http://127.0.0.1:{gateway.port}/")
+            await page.until("live", LIVE)
+            print(f"live after {time.monotonic() - began:.2f} s")
+            equal(page.complaints, [])
+    with workshop() as (_house, _sim, _daemon, gateway):
         run(look(gateway))
 
 

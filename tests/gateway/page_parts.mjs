@@ -14,7 +14,7 @@ const folder = await mkdtemp(join(tmpdir(), "pokeysd-test-"));
 await build({ entryPoints: ["link", "model"].map(name => join(sources, `${name}.ts`)), outdir: folder,
 	format: "esm", outExtension: { ".js": ".mjs" }, bundle: true });
 const { Link } = await import(join(folder, "link.mjs"));
-const { Device, History, KEPT_MS } = await import(join(folder, "model.mjs"));
+const { Device, EVENTS_MOST, History, KEPT_MS } = await import(join(folder, "model.mjs"));
 await rm(folder, { recursive: true });
 
 let now = 0;
@@ -265,9 +265,33 @@ async function a_device_is_fresh_only_while_states_come() {
 	assert.equal(device.fresh, false);
 }
 
+async function events_go_on_from_the_last_one() {
+	const device = new Device("mill");
+	const event = (number, held = 0, epoch = 7) => ({ epoch, number, held, time: "", level: "info", text: `${number}` });
+	const numbers = () => device.events.map(({ number, held }) => [number, held]);
+	device.hear([event(1), event(2)]);
+	device.hear([event(2), event(3)]);
+	assert.deepEqual(numbers(), [[1, 0], [2, 0], [3, 0]]);
+	// nothing is new, and nothing is drawn again
+	const had = device.events;
+	device.hear([event(3)]);
+	device.hear([]);
+	assert.equal(device.events, had);
+	// the last one has happened again
+	device.hear([event(3, 4)]);
+	assert.deepEqual(numbers(), [[1, 0], [2, 0], [3, 4]]);
+	// the daemon has forgotten it, or is another one
+	device.hear([event(3, 0, 8), event(4, 0, 8)]);
+	assert.deepEqual(numbers(), [[3, 0], [4, 0]]);
+	for (let i = 4; i < 1000; i++)
+		device.hear([event(i, 0, 8), event(i + 1, 0, 8)]);
+	assert.deepEqual([device.events.length, device.events.at(-1).number], [EVENTS_MOST, 1000]);
+}
+
 for (const test of [a_link_notices_silence_within_two_seconds, one_that_speaks_is_not_asked,
 	a_tab_that_slept_asks_before_it_gives_up, changes_are_put_together, what_fails_is_said_and_tried_again, who_may_not_is_not_tried,
-	a_history_is_bounded_and_has_gaps, a_device_is_fresh_only_while_states_come]) {
+	a_history_is_bounded_and_has_gaps, a_device_is_fresh_only_while_states_come,
+	events_go_on_from_the_last_one]) {
 	await test();
 	console.log(test.name);
 }

@@ -229,6 +229,14 @@ def test_the_page_is_there_and_safe():
         # nothing of it comes from elsewhere
         page = b"".join(gateway.ask(path)[2] for path in ("/", "/page.js", "/page.css"))
         assert not re.search(rb"(?:src|href|url\(|import|fetch\()[^\n]{0,20}(?:https?:)?//", page), page
+        # and it is small
+        size = 0
+        for path in "/", "/page.js", "/page.css":
+            _status, headers, body = gateway.ask(path, **{"Accept-Encoding": "gzip"})
+            size += len(body)
+            equal(headers["Content-Encoding"], "gzip")
+        print(f"the page has {size} bytes")
+        assert size <= 60000, size
 
 
 def test_what_is_refused():

@@ -96,7 +96,7 @@ def machine(*sim_words, **keys):
         daemon = house.start_daemon()
         house.wait_fresh()
         (conf := house.folder / "gateway.conf").write_text(
-            f"[gateway]\nrecord-folder = {records}\n", encoding="utf-8")
+            f"[gateway]\nrecord-folder = {records}\ndoctor-socket = {house.folder / 'doctor'}\n", encoding="utf-8")
         gateway = Gateway(house, "--config", conf)
         gateway.wait_running()
         yield house, sim, daemon, gateway

@@ -72,6 +72,11 @@ async def connected(gateway, **options):
         yield Client(ws)
 
 
+def numbers(answer):
+    """Which events it has."""
+    return [(one["epoch"], one["number"]) for one in answer["events"]]
+
+
 def run(work):
     return asyncio.run(asyncio.wait_for(work, 2 * PATIENCE))
 
@@ -93,8 +98,15 @@ def test_what_is_subscribed_comes():
             query = await one.ask("objects.query", objects={"mill": ["pin.*.in"]})
             equal(len(query["status"]["mill"]["values"]), 55)
             equal(query["status"]["mill"]["values"]["pin.03.in"], True)
-            events = (await one.ask("events.list", device="mill"))["events"]
-            equal(events, (await asyncio.to_thread(gateway.json, "/api/devices/mill/events"))["events"])
+            # meanwhile there may be more of them
+            events = numbers(await one.ask("events.list", device="mill"))
+            equal(numbers(await asyncio.to_thread(gateway.json, "/api/devices/mill/events"))[:len(events)], events)
+            # from one on, with it; all, if it is not there
+            for i in 0, len(events) // 2, len(events) - 1:
+                epoch, number = events[i]
+                for since, first in ({"epoch": epoch, "number": number}, i), ({"epoch": epoch + 1, "number": number}, 0):
+                    found = numbers(await one.ask("events.list", device="mill", since=since))
+                    equal(found[:len(events) - first], events[first:], since)
             equal(await one.ask("objects.unsubscribe"), {})
             await asyncio.to_thread(house.ask_sim, sim, "pin", 4, 0)
             await other.until(lambda status: not status["mill"]["values"]["pin.03.in"])
@@ -146,7 +158,10 @@ def test_what_is_wrong_is_answered():
                     ("objects.subscribe", {"objects": {"mill": None}, "rate": True}, -32602, "rate has to be"),
                     ("objects.subscribe", {"objects": {"mill": ["pin.30.out"]}}, -32602,
                      "no value is named 'pin.30.out'"),
-                    ("events.list", {"device": ["mill"]}, -32001, "there is no device")):
+                    ("events.list", {"device": ["mill"]}, -32001, "there is no device"),
+                    ("events.list", {"device": "mill", "since": 3}, -32602, "since has to be an event, with epoch"),
+                    ("events.list", {"device": "mill", "since": {"epoch": 1, "number": True}}, -32602, "since has to"),
+                    ("events.list", {"device": "mill", "since": {"epoch": 1}}, -32602, "since has to be an event")):
                 found = await one.ask(method, **params)
                 equal((found.get("code"), text in found.get("message", "")), (code, True), (method, params, found))
             for sent, code in (("{", -32700), ("[]", -32600), ("3", -32600), ("[" * 5000, -32700),

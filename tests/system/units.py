@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 
-EXPOSURE, GUARD_EXPOSURE, GATEWAY_EXPOSURE = 25, 50, 20  # tenths
+EXPOSURE, GUARD_EXPOSURE, GATEWAY_EXPOSURE, DOCTOR_EXPOSURE = 25, 50, 20, 25  # tenths
 ACL_GROUP = 8               # a named group (linux/posix_acl.h)
 
 
@@ -20,8 +20,8 @@ def run(*command):
     return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
 
 
-def verify(folder, name="pokeysd"):
-    out = run("systemd-analyze", "verify", "--man=no", str(folder / f"{name}.service"))
+def verify(folder, name="pokeysd", kind="service"):
+    out = run("systemd-analyze", "verify", "--man=no", str(folder / f"{name}.{kind}"))
     said = "\n".join(line for line in (out.stdout + out.stderr).splitlines() if name in line)
     return said or (f"status {out.returncode}: {out.stderr}" if out.returncode else "")
 
@@ -57,13 +57,25 @@ def check_gateway(folder, unit, program):
     assert "\nIPAddressDeny=any\nIPAddressAllow=localhost\n" in text, text
 
 
+def check_doctor(folder, unit, socket, program):
+    """The socket starts it; it sees all, and may change nothing."""
+    text = check_unit(folder, "pokeys-doctor@", unit, program, DOCTOR_EXPOSURE)
+    assert "\nProtectSystem=strict\n" in text and "\nIPAddressDeny=any\n" in text, text
+    assert "\nCapabilityBoundingSet=CAP_SYS_PTRACE CAP_DAC_READ_SEARCH\n" in text, text
+    shutil.copy(socket, folder / socket.name)
+    faults = verify(folder, "pokeys-doctor", "socket")
+    assert not faults, faults
+    assert "\nSocketGroup=pokeys-gateway\nSocketMode=0660\n" in socket.read_text(), socket
+
+
 def equal_mode(path, wanted):
     mode = path.stat().st_mode & 0o7777
     assert mode == wanted, (path, oct(mode))
 
 
 def main():
-    unit, dropin, guard, gateway, daemon, sysusers, tmpfiles = (pathlib.Path(a).resolve() for a in sys.argv[1:8])
+    unit, dropin, guard, gateway, doctor, socket, daemon, sysusers, tmpfiles = (
+        pathlib.Path(a).resolve() for a in sys.argv[1:10])
     if not shutil.which("systemd-analyze"):
         print("systemd-analyze is not installed", file=sys.stderr)
         return 77
@@ -98,6 +110,7 @@ def main():
         assert not faults, faults
         check_guard(folder, guard, daemon)
         check_gateway(folder, gateway, daemon)
+        check_doctor(folder, doctor, socket, daemon)
         if shutil.which("systemd-sysusers"):
             out = run("systemd-sysusers", "--dry-run", f"--root={folder}", str(sysusers))
             assert out.returncode == 0 and "invalid" not in out.stderr.lower(), out.stderr

@@ -102,6 +102,9 @@ page_of() { python3 -c "import sys, urllib.request; print(urllib.request.urlopen
 	"http://127.0.0.1:8580/$1"; }
 gateway_shows() { page_of metrics | grep -qx "pokeys_up{device=\"$name\"} 1.0"; }
 gateway_shows_the_device() {
+	mkdir /tmp/decoy && cp /bin/sleep /tmp/decoy/pokeysd && { /tmp/decoy/pokeysd 100000 >/dev/null 2>&1 & echo $! >/tmp/decoy.pid; }
+	printf '[Service]\nRuntimeMaxSec=180\n' >/tmp/slow.conf &&
+		install -D -m 644 /tmp/slow.conf /etc/systemd/system/pokeys-doctor@.service.d/slow.conf && systemctl daemon-reload
 	systemctl start pokeys-gateway || { journalctl -o cat -u pokeys-gateway | tail -n 20 >/out/gateway; return 1; }
 	within 240 gateway_shows || { page_of healthz >/out/gateway; return 1; }
 	page_of "api/devices/$name" | grep -q '"joint.00.counts"'
@@ -122,6 +125,28 @@ gateway_gives_records() {
 	died=$(page_of api/records | grep -o 'pokeysd-[0-9TZ]*-died.pcapng' | head -n 1)
 	fetch "api/records/$died" /tmp/died.pcapng && cmp /tmp/died.pcapng "/var/log/pokeysd/$died" || return 1
 	fetch "api/devices/$name/record" /tmp/now.pcapng && pokeysctl replay /tmp/now.pcapng | grep -q "^[0-9]"
+}
+# It sees hardly anything itself; the doctor's unit sees the other processes, and who holds the device.
+# The pokeysd that is no daemon has been there since before the daemon was started again.
+gateway_asks_the_doctor() {
+	within 240 doctor_sees_all
+	local seen=$?
+	kill "$(cat /tmp/decoy.pid)"
+	[ $seen = 0 ] || cat /tmp/doctor.log
+	return $seen
+}
+doctor_sees_all() {
+	python3 - >/tmp/doctor.log 2>&1 <<-PYTHON
+		import json, urllib.request
+		ask = urllib.request.Request("http://127.0.0.1:8580/api/doctor", method="POST")
+		found = json.load(urllib.request.urlopen(ask))
+		verdicts = {one["check"]: one["verdict"] for one in found["findings"]}
+		print(found)
+		assert not found["limited"] and verdicts["isolcpus"] == "ok" and verdicts["kernel"] == "ok", verdicts
+		wrong = [name for name in ("dma-latency", "daemon", "daemon-thread", "memory-lock", "priority", "route",
+		                           "linuxcnc-core") if verdicts[name] in ("unknown", "problem")]
+		assert not wrong, wrong
+	PYTHON
 }
 gateway_goes() { within 240 gateway_shows && systemctl stop pokeys-gateway && ! page_of metrics 2>/dev/null; }
 
@@ -206,11 +231,12 @@ check killed_daemon_comes_again again KILL
 check hung_daemon_is_found_by_the_watchdog again STOP
 check watchdog_is_in_the_journal watchdog_was_it
 check gateway_gives_records gateway_gives_records
+check gateway_asks_the_doctor gateway_asks_the_doctor
 check gateway_goes_on_and_stops gateway_goes
 check cyclictest_beside_it latency
 check outputs_are_safe_when_linuxcnc_dies linuxcnc_dies
 check killed_for_good_leaves_no_daemon_to_be_seen killed_for_good
 check service_stops service_stops
 check nothing_is_left nothing_is_left
-journalctl --no-pager -u pokeysd -u pokeys-guard -u pokeys-gateway >/out/journal
+journalctl --no-pager -u pokeysd -u pokeys-guard -u pokeys-gateway -u 'pokeys-doctor@*' >/out/journal
 echo end

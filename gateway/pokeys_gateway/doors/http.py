@@ -15,6 +15,7 @@ import socket
 import ssl
 from collections.abc import Awaitable, Callable
 from dataclasses import asdict
+from datetime import UTC, datetime
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,8 @@ from aiohttp import web
 from .. import describe
 from ..access import Access
 from ..board import terminals
-from ..config import Config, Endpoint
+from ..config import Config, Endpoint, doctor_socket
+from ..doctor import Doctor, NoDoctor
 from ..feeds import encode
 from ..gate import IDLE_S, Gate, plain
 from ..hub import Hub
@@ -162,11 +164,13 @@ class Http:
 
     def __init__(self, hub: Hub, access: Access, tls: ssl.SSLContext | None = None) -> None:
         self._hub = hub
+        self._access = access
         self._tls = tls
         self._session = Session(hub.config, access)
         self._gate = Gate(hub.config.behind_proxy)
         self._rpc = Rpc(hub, self._gate, access)
         self._records = Records(hub, self._gate)
+        self._doctor = Doctor(doctor_socket(hub.config), hub.config.runtime_directory)
         self._metrics = Metrics(hub, self._gate, self._rpc, access)
         self._servers: list[asyncio.Server] = []
         self._watch: asyncio.Task[None] | None = None
@@ -226,6 +230,7 @@ class Http:
         # no HEAD: it would run pokeysctl, as GET does
         app.router.add_get("/api/devices/{device}/record", self._records.now, allow_head=False)
         app.router.add_get("/api/devices/{device}/terminals", self._terminals)
+        app.router.add_post("/api/doctor", self._diagnosis)
         app.router.add_get("/api/names", self._names)
         app.router.add_get("/api/words", self._words)
         app.router.add_get("/api/records", self._records.listed)
@@ -313,6 +318,16 @@ class Http:
         reading = self._reading(request)
         found = terminals(self._hub.model, reading.state) if reading.state else []
         return good({"terminals": [asdict(one) for one in found]})
+
+    async def _diagnosis(self, request: web.Request) -> web.Response:
+        if self._access.users and not request[WHO].name:
+            return complaint(HTTPStatus.UNAUTHORIZED, "guests may not run the doctor; log in first")
+        try:
+            found = await self._doctor.ask()
+        except NoDoctor as error:
+            return complaint(HTTPStatus.SERVICE_UNAVAILABLE, str(error))
+        return good({"time": datetime.fromtimestamp(found.time, UTC).isoformat(), "limited": found.limited,
+                     "findings": found.findings})
 
     async def _words(self, _request: web.Request) -> web.Response:
         return good({"words": {pattern: {str(number): word for number, word in row.words.items()}

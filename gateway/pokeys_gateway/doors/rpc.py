@@ -191,11 +191,15 @@ class _Connection:
         return {}
 
     def _events(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params, "device")
-        device = params.get("device")
+        _only(params, "device", "since")
+        device, since = params.get("device"), params.get("since")
         if device not in self._hub.source.names():
             raise RpcError(NO_DEVICE, self._hub.no_such_device(str(device)[:SHOWN]))
-        return {"events": self._hub.events(str(device))}
+        if since is None:
+            return {"events": self._hub.events(str(device))}
+        if not isinstance(since, dict) or not all(type(since.get(key)) is int for key in ("epoch", "number")):
+            raise RpcError(INVALID_PARAMS, "since has to be an event, with epoch and number")
+        return {"events": self._hub.events(str(device), (since["epoch"], since["number"]))}
 
 
 def _error(number: Any, code: int, message: str) -> dict[str, Any]:

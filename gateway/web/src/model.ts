@@ -25,6 +25,7 @@ export interface Event {
 export type Words = Record<string, Record<string, string>>;
 
 export const KEPT_MS = 5 * 60 * 1000;
+export const EVENTS_MOST = 128;         // as many as the daemon keeps
 const EVERY_MS = 250, GAP_MS = 1000, OLD_ANALOG_US = 1e6;
 /** Some of them change always (age-us): that nothing comes says that something is wrong. */
 const FIXED = [
@@ -106,6 +107,18 @@ export class Device {
 	fresh = false;
 
 	constructor(readonly name: string) {
+	}
+
+	/** Take events: those from the last one on, or all of them if that one is no longer there. */
+	hear(found: Event[]): void {
+		const [first, had] = [found[0], this.events.at(-1)];
+		if (!first)
+			return;
+		const goesOn = first.epoch === had?.epoch && first.number === had.number;
+		if (!goesOn)
+			this.events = found;
+		else if (found.length > 1 || first.held !== had.held)
+			this.events = [...this.events.slice(0, -1), ...found].slice(-EVENTS_MOST);
 	}
 
 	/** The patterns of names that are wanted of it. */

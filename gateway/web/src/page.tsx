@@ -4,6 +4,7 @@
 import "uplot/dist/uPlot.min.css";
 import "./page.css";
 import { render } from "preact";
+import { Doctor } from "./doctor.js";
 import { Latency } from "./latency.js";
 import { Link } from "./link.js";
 import { Login, User, type Session } from "./login.js";
@@ -38,10 +39,10 @@ async function lookAt(device: Device): Promise<void> {
 			device.terminals = found.terminals;
 	};
 	const events = async () => {
-		const found = await link.ask<{ events: Event[] }>("events.list", { device: device.name });
-		const [last, had] = [found.events.at(-1), device.events.at(-1)];
-		if (found.events.length && (last?.number !== had?.number || last?.epoch !== had?.epoch || last?.held !== had?.held))
-			device.events = found.events;
+		const had = device.events.at(-1);
+		const { events } = await link.ask<{ events: Event[] }>("events.list", {
+			device: device.name, ...(had && { since: { epoch: had.epoch, number: had.number } }) });
+		device.hear(events);
 	};
 	await Promise.allSettled([terminals(), events()]);
 }
@@ -152,7 +153,7 @@ function Page() {
 	return <>
 		{top(text, bad)}
 		<main>{[...devices.values()].map(device => <One key={device.name} device={device} />)}
-			<Recorder found={records} /></main>
+			<Recorder found={records} /><Doctor /></main>
 		<footer><a href="api/devices">data</a> <a href="api/openapi.json">interface</a> <a href="metrics">metrics</a> <a
 			href="licenses.txt">licences</a></footer>
 	</>;
