@@ -77,8 +77,8 @@ def measure(bench):
             port = free_port()
             serve(bench, way, port)
             before = skipped(bench)
-            run[way] = bench.output("taskset", "-c", bench.cpu_sim, sys.executable, "-B", HERE / "watchers.py", port, bench.device, LIVE, FROZEN, RATE,
-                                    seconds)
+            run[way] = bench.output("taskset", "-c", bench.cpu_sim, sys.executable, "-B", HERE / "watchers.py", port,
+                                    bench.device, LIVE, FROZEN, RATE, seconds)
             run[way] |= {"skipped": skipped(bench) - before, "memory_kb": memory_kb(bench.started[way].pid)}
             bench.stop(way)
         found.append(run)

@@ -208,6 +208,8 @@ class Access:
         self._few = _Few(clock)
         self._checking = asyncio.Semaphore(1)
         self._waiting = 0
+        # attempts that are being checked; the same one again is no other
+        self._together: dict[bytes, asyncio.Future[Who]] = {}
         self._pepper = secrets.token_bytes(32)
         self._nobody = make_secret(secrets.token_urlsafe())
         # by what a client shows: who it is, and until when. Only digests are kept.
@@ -291,6 +293,20 @@ class Access:
         return who
 
     async def _check(self, name: str, password: str, address: str) -> Who:
+        """An attempt, or the same one that another request makes at this moment. :class:`Denied`, :class:`TooMany`."""
+        key = self._digest(repr((name, password, address)))
+
+        def end(done: asyncio.Future[Who]) -> None:
+            del self._together[key]
+            if not done.cancelled():
+                done.exception()        # seen, also if nobody waits any more
+        if key not in self._together:
+            self._together[key] = asyncio.ensure_future(self._attempt(name, password, address))
+            self._together[key].add_done_callback(end)
+        # a request that is given up does not end it for the others
+        return await asyncio.shield(self._together[key])
+
+    async def _attempt(self, name: str, password: str, address: str) -> Who:
         if self._waiting >= WAITING_MOST:
             raise TooMany(1)
         give_back = self._few.take(address, name)

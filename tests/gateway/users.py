@@ -466,6 +466,18 @@ def test_sessions_and_tickets_end():
         assert await log_in()
         equal(one.denied, access.ATTEMPTS)
     asyncio.run(attempts())
+
+    # a program that asks for much at once, with the same password, makes one attempt
+    async def together(password, wanted):
+        nonlocal now
+        now += access.WINDOW_S + 1
+        before = one.denied
+        found = await asyncio.gather(*(log_in(password=password) for _ in range(50)), return_exceptions=True)
+        equal({type(each) for each in found}, {wanted})
+        equal(one.denied - before, int(wanted is access.Denied))
+        equal(len(one._together), 0)  # pylint: disable=protected-access
+    asyncio.run(together(PASSWORD, str))
+    asyncio.run(together("wrong", access.Denied))
     # no name that is tried is kept for ever
     async def names():
         for i in range(access.ADDRESSES_MOST + 10):

@@ -95,9 +95,9 @@ function belong(found: Session): void {
 
 async function opened(signal: AbortSignal): Promise<void> {
 	wished = "";
-	({ words } = await get<{ words: Words }>("api/words"));
+	const [found] = await Promise.all([get<{ words: Words }>("api/words"), look(signal)]);
 	signal.throwIfAborted();
-	await look(signal);
+	({ words } = found);
 	lookAtRecords().catch(() => undefined);
 }
 
