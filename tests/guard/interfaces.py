@@ -74,7 +74,23 @@ def rename(before, after):
     sh("ip", "link", "set", after, "up")
 
 
-def renamed(_w):
+def renamed(w):
+    """The device is lost while the interface is down, and not looked for at one of another name."""
+    def times_said():
+        return w.children[-1].log.read_text().count("the interface is not there")
+
+    sh("ip", "link", "set", "pk0", "down")
+    yield
+    before = times_said()
+    sh("ip", "link", "set", "pk0", "name", "pkx")
+    sh("ip", "link", "set", "pkx", "up")
+    wait_for("the daemon to say so", lambda: times_said() > before)
+    assert w.lost() and not bound_to(), (w.state(), bound_to())
+    rename("pkx", "pk0")
+
+
+def renamed_at_once(_w):
+    """So fast that the daemon may not have noticed it, and goes on."""
     rename("pk0", "pkx")
     yield
     rename("pkx", "pk0")
@@ -111,7 +127,7 @@ def other_device_mac(_w):
 
 LOSSES = (down, carrier_lost, without_address, renamed, deleted)
 # deleted twice: a socket's binding has to be renewed each time
-EVENTS = (*LOSSES, deleted, other_mtu, other_mac, other_device_mac)
+EVENTS = (*LOSSES, deleted, renamed_at_once, other_mtu, other_mac, other_device_mac)
 
 
 def happens(w, event, daemon, sim):
