@@ -66,7 +66,7 @@ async def kept(clients, end_at):
             except OSError:
                 waiting.discard(client)
                 found.append(time.monotonic() - began)
-    # one that was never ended was kept all the time
+    # a client that the server never ended counts as kept for the whole time
     return found, [time.monotonic() - began] * len(waiting)
 
 

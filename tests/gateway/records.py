@@ -144,7 +144,7 @@ def test_nothing_else_is_given_away():
         (folder / "pokeysd-20300102T000000Z-late.pcapng").touch()
         equal(gateway.ask("/api/records/pokeysd-20300102T000000Z-late.pcapng")[::2], (200, b""))
         equal(gateway.ask(f"/api/records/{name}")[2], good)
-        # one that cannot be read is not the same as one that is not there
+        # a folder is no record, whatever its name
         (folder / "pokeysd-20300103T000000Z-late.pcapng").mkdir()
         equal(gateway.ask("/api/records/pokeysd-20300103T000000Z-late.pcapng")[0], 404)
         # why the folder cannot be read

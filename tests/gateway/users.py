@@ -347,7 +347,7 @@ def test_others_come_over_tls():
         server.hang_up()
         assert ssl.get_server_certificate((FAR, PORT)) != before
         equal(server.ask("/api/devices", cookie=cookie, where=far)[0], 200)
-        # one that is broken, or of another key, is said, and the old one stays
+        # the gateway logs that a certificate is broken or has another key, and keeps the old one
         good, key, before = place.certificate.read_text(), place.key.read_text(), ssl.get_server_certificate((FAR, PORT))
         place.certify()
         for certificate in "nothing", place.certificate.read_text():
@@ -415,7 +415,7 @@ def test_behind_a_proxy_nobody_comes_past_it():
         equal(server.ask("/healthz", **through(PROXY))[0], 200)
         _, flags, _ = server.log_in("anna", **through(PROXY, X_Forwarded_Proto="https"))
         assert "Secure" in flags, flags
-        # those behind it are told apart, and only the proxy is believed
+        # the limit is for each client behind the proxy, and only the proxy's word for the address counts
         wrong = {"name": "anna", "password": "wrong one"}
         for i in range(5):
             server.ask("/api/log-in", "POST", wrong, **through(PROXY, X_Forwarded_For="1.1.1.1, 192.0.2.7"))
