@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import pokeys
+from pokeys._ini import Faults
 
 from . import __version__, access, config, model
 from .doors.http import Http, endpoint_of
@@ -72,7 +73,7 @@ def _options(words: list[str]) -> argparse.Namespace:
 
 
 def _configuration(options: argparse.Namespace) -> tuple[config.Config, dict[str, str]]:
-    """The file's, what the command line has instead, and where each is from. :class:`config.Faults`."""
+    """The file's, what the command line has instead, and where each is from. :class:`Faults`."""
     found, places = config.read(options.config)
     for name, convert, text in (("runtime_directory", config.directory, options.runtime_directory),
                                 ("listen", config.endpoints, ",".join(options.listen or []) or None)):
@@ -82,25 +83,25 @@ def _configuration(options: argparse.Namespace) -> tuple[config.Config, dict[str
         try:
             found = replace(found, **{name: convert(text)})
         except ValueError as error:
-            raise config.Faults([f'{places[name]}: "{text}" is not allowed; allowed: {error}']) from None
+            raise Faults([f'{places[name]}: "{text}" is not allowed; allowed: {error}']) from None
     return found, places
 
 
 def _judged(settings: config.Config, places: dict[str, str]) -> dict[str, access.User] | None:
-    """The users, if all goes together. :class:`config.Faults`, with all of them."""
+    """The users, if all goes together. :class:`Faults`, with all of them."""
     users, faults = None, []
     try:
         users = config.read_users(settings)
         faults = [f"{places.get(name, 'a socket that was given')}: {text}" for name, text in
                   config.judge(settings, users)]
-    except config.Faults as found:
+    except Faults as found:
         faults = found.lines
     try:
         config.tls(settings)
-    except config.Faults as found:
+    except Faults as found:
         faults += [f"{places['certificate']}: {line}" for line in found.lines]
     if faults:
-        raise config.Faults(faults)
+        raise Faults(faults)
     return users
 
 
@@ -149,7 +150,7 @@ def _change_users(settings: config.Config, options: argparse.Namespace) -> int:
                 with contextlib.suppress(KeyError):
                     owner = 0, grp.getgrnam(PROGRAM).gr_gid
             access.write_users(path, users, owner)
-    except config.Faults as faults:
+    except Faults as faults:
         print(f"{PROGRAM}: {faults.lines[0]}", file=sys.stderr)
         return STATUS_CONFIG
     except (OSError, ValueError) as error:
@@ -187,14 +188,14 @@ def _reload(settings: config.Config, users: access.Access, tls: ssl.SSLContext |
         _LOG.info("users read again: %d", len(users.users))
         for _, text in config.judge(settings, found):
             _LOG.error("%s", text)
-    except config.Faults as faults:
+    except Faults as faults:
         for line in faults.lines:
             _LOG.error("%s; the users stay as they were", line)
     try:
         if tls:
             config.load_certificate(tls, settings)
             _LOG.info("certificate read again")
-    except config.Faults as faults:
+    except Faults as faults:
         _LOG.error("%s; the certificate stays as it was", faults.lines[0])
 
 
@@ -243,7 +244,7 @@ def main(words: list[str] | None = None) -> int:
     except ValueError as error:
         _LOG.error("%s", error)
         return STATUS_FAILED
-    except config.Faults as faults:
+    except Faults as faults:
         for line in faults.lines:
             print(f"{PROGRAM}: {line}", file=sys.stderr)
         return STATUS_USAGE if faults.lines[0].startswith("--") else STATUS_CONFIG

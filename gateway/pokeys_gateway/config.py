@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""pokeys-gateway.conf(5): one table of keys.
-
-Every fault is found in one reading and reported in one line with file and line number, as pokeysd
-does it. configparser stops at the first fault of syntax, and knows no line numbers afterwards.
-"""
+"""pokeys-gateway.conf(5): one table of keys."""
 from __future__ import annotations
 
 import ipaddress
@@ -11,10 +7,11 @@ import os
 import re
 import ssl
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+
+from pokeys._ini import Faults, File, Key
 
 from .access import User, parse_users
 from .gate import is_loopback, plain
@@ -27,14 +24,6 @@ DOCTOR = Path("/run/pokeys-doctor")     # for the daemon of RUNTIME
 SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
 DIRECTORY_MOST = 49         # pokeysd's sockets lie below it
 _NAME = re.compile(r"[a-z0-9]([a-z0-9.-]{0,252}[a-z0-9])?")
-
-
-class Faults(Exception):
-    """What is wrong with the configuration, a line each."""
-
-    def __init__(self, lines: list[str]) -> None:
-        super().__init__("\n".join(lines))
-        self.lines = lines
 
 
 @dataclass(frozen=True)
@@ -140,20 +129,6 @@ def yes_or_no(text: str) -> bool:
     return text == "yes"
 
 
-@dataclass(frozen=True)
-class Key:
-    """A key of the file."""
-
-    section: str
-    name: str
-    convert: Callable[[str], Any]
-
-    @property
-    def attribute(self) -> str:
-        """Its name in :class:`Config`."""
-        return self.name.replace("-", "_")
-
-
 KEYS = (
     Key("gateway", "runtime-directory", directory),
     Key("gateway", "record-folder", path),
@@ -174,79 +149,17 @@ def doctor_socket(config: Config) -> Path | None:
     return config.doctor_socket or (DOCTOR if config.runtime_directory == RUNTIME else None)
 
 
-class _Reader:
-    """A file, line by line."""
-
-    def __init__(self, file: Path) -> None:
-        self.path = file
-        self.values: dict[str, Any] = {}
-        self.places: dict[str, str] = {}
-        self.faults: list[str] = []
-        self._section: str | None = None
-        self._seen: set[tuple[str, str]] = set()
-        self._line = 0
-
-    def read(self, text: str) -> None:
-        """All of it."""
-        for self._line, line in enumerate(text.split("\n"), 1):
-            # a comment begins the line, or follows a space
-            bare = re.sub(r"(?:^|(?<=\s))[#;].*", "", line).strip()
-            if found := re.fullmatch(r"\[([^][]*)\]", bare):
-                self._begin(found[1].strip())
-            elif found := re.fullmatch(r"([^=]*?)\s*=\s*(.*)", bare):
-                self._take(found[1], found[2])
-            elif bare:
-                self._complain("neither a section in brackets nor KEY = VALUE")
-
-    def _complain(self, text: str) -> None:
-        self.faults.append(f"{self.path}:{self._line}: {text}")
-
-    def _begin(self, section: str) -> None:
-        names = list(dict.fromkeys(key.section for key in KEYS))
-        self._section = section
-        if section not in names:
-            self._complain(f"there is no section [{section}]; there are {', '.join(f'[{name}]' for name in names)}")
-
-    def _take(self, name: str, text: str) -> None:
-        if self._section is None:
-            self._complain("a section such as [http] has to come first")
-            return
-        of_section = {key.name: key for key in KEYS if key.section == self._section}
-        if not of_section:
-            return      # the section itself is a fault
-        where = f"[{self._section}] {name}"
-        if name not in of_section:
-            self._complain(f"{where}: there is no such key; there are {', '.join(of_section)}")
-        elif (self._section, name) in self._seen:
-            self._complain(f"{where}: is there already")
-        else:
-            self._seen.add((self._section, name))
-            key = of_section[name]
-            self.places[key.attribute] = f"{self.path}:{self._line}: {where}"
-            try:
-                self.values[key.attribute] = key.convert(text)
-            except ValueError as error:
-                self._complain(f'{where}: "{text}" is not allowed; allowed: {error}')
-
-
 def read(file: Path | None) -> tuple[Config, dict[str, str]]:
     """The configuration of a file, and the places of its keys; without one, PATH if it is there. :class:`Faults`."""
     wanted = file or PATH
     try:
-        text = wanted.read_text(encoding="utf-8")
+        found = File(wanted, KEYS).read()
     except FileNotFoundError as error:
         if not file:
             return Config(), {}
         raise Faults([f"{wanted}: {error.strerror}"]) from None
-    except OSError as error:
-        raise Faults([f"{wanted}: {error.strerror}"]) from None
-    except UnicodeDecodeError:
-        raise Faults([f"{wanted}: not a text file (UTF-8)"]) from None
-    reader = _Reader(wanted)
-    reader.read(text)
-    if reader.faults:
-        raise Faults(reader.faults)
-    return replace(Config(), **reader.values), reader.places
+    values = {name: value for section in found.values.values() for name, value in section.items()}
+    return replace(Config(), **values), {key: place for (_, _, key), place in found.places.items()}
 
 
 def read_users(config: Config) -> dict[str, User] | None:

@@ -24,7 +24,7 @@ listen=127.0.0.1:8580, [::1]:8581	; and a tab
 
 # what is written, and what is said: line, then text
 BAD = (
-    ("listen = 127.0.0.1:1\n", 1, "a section such as [http] has to come first"),
+    ("listen = 127.0.0.1:1\n", 1, "a section such as [gateway] has to come first"),
     ("[http]\nlisten\n", 2, "neither a section in brackets nor KEY = VALUE"),
     ("[http]x]\n", 1, "neither a section in brackets nor KEY = VALUE"),
     ("[http]\n\nlisten = 127.0.0.1:1\n[gateway]\n[http]\nlisten = 127.0.0.1:2\n", 6, "[http] listen: is there already"),
