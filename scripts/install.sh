@@ -17,6 +17,7 @@ PACKAGES_BUILD=(
 	systemtap-sdt-dev	# probes for tracers
 	libxdp-dev		# the AF_XDP transport
 	scdoc			# man pages
+	protobuf-compiler	# pokeys-remote's messages
 	linuxcnc-uspace linuxcnc-uspace-dev	# HAL: to build against and to run
 	python3 iproute2 procps util-linux
 )
@@ -26,6 +27,7 @@ PACKAGES_TEST=(
 	python3-venv mypy	# the Python package
 	python3-jsonschema python3-websockets	# the gateway's clients
 )
+PACKAGES_REMOTE=(python3-zmq python3-protobuf)	# pokeys-remote
 PACKAGES_GATEWAY=(python3-aiohttp python3-prometheus-client)	# the gateway, for Debian's Python
 PACKAGES_WEB=(nodejs npm)	# the gateway's page; npm fetches what package-lock.json names
 PACKAGES_BROWSER=(chromium)	# the page in a browser
@@ -101,7 +103,7 @@ install_for_gateway() {
 
 # install_for_test [SUITE ...]
 install_for_test() {
-	local packages=("${PACKAGES_TEST[@]}")
+	local packages=("${PACKAGES_TEST[@]}" "${PACKAGES_REMOTE[@]}")
 
 	[[ " $* " != *" gateway "* && " $* " != *" web "* ]] || packages+=("${PACKAGES_GATEWAY[@]}")
 	[[ " $* " != *" web "* ]] || packages+=("${PACKAGES_BROWSER[@]}")

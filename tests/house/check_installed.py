@@ -54,7 +54,7 @@ def pages_are_there():
 
 def packages_are_whole():
     """Each file of the Python packages is installed; what is imported is then there."""
-    here = {path for room in ("python/pokeys", "gateway/pokeys_gateway") for path in (ROOT / room).rglob("*")
+    here = {path for room in ("python/pokeys", "gateway/pokeys_gateway", "remote/pokeys_remote") for path in (ROOT / room).rglob("*")
             if path.is_file() and "__pycache__" not in path.parts}
     assert len(here) > 20, here
     missing = {str(path) for path in here} - set(PLAN["data"]) - set(PLAN.get("python", {}))

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""pokeys-remote.conf(5): one table of keys."""
+from __future__ import annotations
+
+import ipaddress
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pokeys._ini import Faults, File, Key, Named
+
+from .definition import (
+    INTERVAL_LEAST,
+    INTERVAL_MOST,
+    LEASE_LEAST,
+    LEASE_MOST,
+    Care,
+    Kind,
+    Rules,
+    component_name,
+    pin_name,
+    value_of,
+)
+
+SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
+PORTS = {"command": 6202, "update": 6201}
+_WORD = re.compile(r"[A-Za-z0-9_-]{1,32}")
+_PATTERN = re.compile(r"[A-Za-z0-9_.*?\[\]-]+")
+
+
+def endpoints(text: str) -> tuple[str, ...]:
+    """Where a socket listens, for ZeroMQ."""
+    found = tuple(_endpoint(word.strip()) for word in text.split(","))
+    if len(set(found)) < len(found):
+        raise ValueError("each address once")
+    return found
+
+
+def _endpoint(text: str) -> str:
+    allowed = "127.0.0.1:PORT, [::1]:PORT or a path from / of a unix socket"
+    if text.startswith("/"):
+        if len(text.encode()) > SOCKET_MOST or not text.isprintable():
+            raise ValueError(f"{allowed} (at most {SOCKET_MOST} bytes)")
+        return f"ipc://{text}"
+    found = re.fullmatch(r"(?:\[([^]]+)\]|([^:]+)):(\d{1,5})", text)
+    try:
+        if not found or not 1 <= int(found[3]) <= 65535 or not ipaddress.ip_address(found[1] or found[2]).is_loopback:
+            raise ValueError
+    except ValueError:
+        raise ValueError(allowed) from None
+    return f"tcp://{text}"
+
+
+def milliseconds(least: float, most: float) -> Callable[[str], float]:
+    """A time in whole ms, as s."""
+    def convert(text: str) -> float:
+        if not re.fullmatch(r"\d{1,9}", text) or not least <= int(text) / 1000 <= most:
+            raise ValueError(f"a whole number from {least * 1000:.0f} to {most * 1000:.0f}")
+        return int(text) / 1000
+    return convert
+
+
+def epsilon(text: str) -> float:
+    """A difference that is not worth a message."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0 <= number < math.inf:
+        raise ValueError("a number from 0")
+    return number
+
+
+def failsafe(text: str) -> str:
+    """A value; of which type is known when the pin is."""
+    for kind in (Kind.BIT, Kind.FLOAT):
+        try:
+            value_of(kind, text)
+            return text
+        except ValueError:
+            continue
+    raise ValueError("a number, true, false")
+
+
+def word(text: str) -> str:
+    """The name of a lease."""
+    if not _WORD.fullmatch(text):
+        raise ValueError("at most 32 letters, digits, - and _")
+    return text
+
+
+def patterns(text: str) -> tuple[str, ...]:
+    """Names of HAL with * and ?."""
+    found = tuple(one.strip() for one in text.split(",") if one.strip())
+    if not all(_PATTERN.fullmatch(one) for one in found):
+        raise ValueError("names of HAL, in which * stands for any characters, separated by commas")
+    return found
+
+
+def yes_or_no(text: str) -> bool:
+    """A switch."""
+    if text not in ("yes", "no"):
+        raise ValueError("yes, no")
+    return text == "yes"
+
+
+KEYS = (
+    Key("remote", "command", endpoints),
+    Key("remote", "update", endpoints),
+    Key("remote", "create", yes_or_no),
+    Key("component", "interval-ms", milliseconds(INTERVAL_LEAST, INTERVAL_MOST)),
+    Key("component", "lease-ms", milliseconds(LEASE_LEAST, LEASE_MOST)),
+    Key("pin", "failsafe", failsafe),
+    Key("pin", "lease", word),
+    Key("pin", "epsilon", epsilon),
+    Key("lease", "timeout-ms", milliseconds(LEASE_LEAST, LEASE_MOST)),
+    Key("offer", "read", patterns),
+    Key("offer", "write", patterns),
+)
+NAMED = (
+    Named("component", component_name, "[component NAME]"),
+    Named("pin", pin_name, "[pin COMPONENT.PIN]"),
+    Named("lease", word, "[lease NAME]"),
+)
+
+
+@dataclass(frozen=True)
+class Config:
+    """All settings."""
+
+    command: tuple[str, ...] = (f"tcp://127.0.0.1:{PORTS['command']}",)
+    update: tuple[str, ...] = (f"tcp://127.0.0.1:{PORTS['update']}",)
+    create: bool = True
+    read: tuple[str, ...] = ()
+    write: tuple[str, ...] = ()
+    components: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    pins: Mapping[str, Care] = field(default_factory=dict)
+    leases: Mapping[str, float] = field(default_factory=dict)
+
+    def rules(self, component: str) -> Rules:
+        """What is set for a component."""
+        pins = {name: care for name, care in self.pins.items() if name.startswith(f"{component}.")}
+        return Rules(pins=pins, leases={care.lease: self.leases[care.lease] for care in pins.values() if care.lease},
+                     **self.components.get(component, {}))
+
+
+def read(path: Path | None) -> Config:
+    """The configuration of a file. :class:`Faults`."""
+    if not path:
+        return Config()
+    try:
+        found = File(path, KEYS, NAMED).read()
+    except FileNotFoundError as error:
+        raise Faults([f"{path}: {error.strerror}"]) from None
+    by_kind: dict[str, dict[str, dict[str, Any]]] = {}
+    for (kind, name), values in found.values.items():
+        by_kind.setdefault(kind, {})[name] = values
+    leases = {name: values.get("timeout_ms") for name, values in by_kind.get("lease", {}).items()}
+    faults = [f"{found.places['lease', name, '']}: timeout-ms is missing" for name, time in leases.items() if not time]
+    faults += [f"{found.places['pin', name, 'lease']}: there is no section [lease {values['lease']}]"
+               for name, values in by_kind.get("pin", {}).items() if values.get("lease", "") not in {"", *leases}]
+    if faults:
+        raise Faults(faults)
+    names = {"interval_ms": "interval", "lease_ms": "lease"}
+    return Config(
+        components={name: {names[key]: value for key, value in values.items()}
+                    for name, values in by_kind.get("component", {}).items()},
+        pins={name: Care(**values) for name, values in by_kind.get("pin", {}).items()},
+        leases={name: time for name, time in leases.items() if time is not None},
+        **by_kind.get("remote", {}).get("", {}), **by_kind.get("offer", {}).get("", {}))
