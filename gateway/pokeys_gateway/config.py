@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pokeys._ini import Faults, File, Key
+from pokeys._ini import Faults, File, Key, yes_or_no
 
 from .access import User, parse_users
 from .gate import is_loopback, plain
@@ -120,13 +120,6 @@ def addresses(text: str) -> tuple[str, ...]:
         return tuple(plain(word.strip()) for word in text.split(","))
     except ValueError:
         raise ValueError("addresses, such as 192.168.1.2") from None
-
-
-def yes_or_no(text: str) -> bool:
-    """A switch."""
-    if text not in ("yes", "no"):
-        raise ValueError("yes, no")
-    return text == "yes"
 
 
 KEYS = (

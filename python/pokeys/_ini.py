@@ -21,6 +21,13 @@ class Faults(Exception):
         self.lines = lines
 
 
+def yes_or_no(text: str) -> bool:
+    """A switch, for a :class:`Key`."""
+    if text not in ("yes", "no"):
+        raise ValueError("yes, no")
+    return text == "yes"
+
+
 @dataclass(frozen=True)
 class Key:
     """A key of the file. ``convert`` raises ValueError, with what is allowed as its text."""

@@ -50,8 +50,8 @@ def _options(words: list[str]) -> argparse.Namespace:
     return found
 
 
-def _serve(name: str, settings: config.Config) -> int:
-    """One life of the proxy; its exit status."""
+def _serve(name: str, settings: config.Config, brief: bool) -> int:
+    """One life of the proxy; its exit status. A ``brief`` one gives outputs their failsafe values and ends."""
     # here, so that the process that watches this one has nothing of HAL
     from . import halsession, proxy
     ending: list[int] = []
@@ -71,7 +71,7 @@ def _serve(name: str, settings: config.Config) -> int:
         served = proxy.Proxy(settings, session)
         served.begin()
         session.ready()
-        served.run(lambda: bool(ending))
+        served.run(lambda: brief or bool(ending))
     except halsession.NoHal as error:
         _LOG.info("%s", error)
     except OSError as error:
@@ -87,7 +87,7 @@ def _serve(name: str, settings: config.Config) -> int:
 class _Watch:
     """Begins the proxy, and begins it again if it is killed or crashes."""
 
-    def __init__(self, serve: Callable[[], int]) -> None:
+    def __init__(self, serve: Callable[[bool], int]) -> None:
         self._serve = serve
         self._child = 0
         self._ending = False
@@ -103,31 +103,35 @@ class _Watch:
         for number in ENDING:
             signal.signal(number, self._end)
         begun: list[float] = []
-        while not self._ending:
+        while True:
             begun = [one for one in begun if time.monotonic() - one < RESTARTS_TIME] + [time.monotonic()]
-            # a signal waits until whom it is for is known, and in the child until there is a handler
-            signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
-            self._child = os.fork()
-            if not self._child:
-                os._exit(self._live())
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
-            _, status = os.waitpid(self._child, 0)
-            self._child = 0
+            gives_up = len(begun) > RESTARTS_MOST
+            # after a proxy that failed, outputs have the values that it set: another one has to end well
+            status = self._life(brief=gives_up or self._ending)
+            if gives_up:
+                _LOG.error("the proxy is not begun again after %d times in %.0f s", RESTARTS_MOST, RESTARTS_TIME)
+                return STATUS_FAILED
             if os.WIFEXITED(status) and os.WEXITSTATUS(status) != STATUS_CRASHED:
                 return os.WEXITSTATUS(status)
-            reason = f"was killed by signal {os.WTERMSIG(status)}" if os.WIFSIGNALED(status) else "failed"
-            if len(begun) >= RESTARTS_MOST:
-                _LOG.error("the proxy %s, and is not begun again after %d times in %.0f s", reason, len(begun),
-                           RESTARTS_TIME)
-                return STATUS_FAILED
-            if not self._ending:
-                _LOG.error("the proxy %s, and begins again", reason)
-                time.sleep(RESTART_PAUSE)
-        return 0
+            killed = f"was killed by signal {os.WTERMSIG(status)}"
+            _LOG.error("the proxy %s", killed if os.WIFSIGNALED(status) else "failed")
+            time.sleep(RESTART_PAUSE)
 
-    def _live(self) -> int:
+    def _life(self, brief: bool) -> int:
+        """A proxy in a process of its own; what waitpid() says of it."""
+        # a signal waits until whom it is for is known, and in the child until there is a handler
+        signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
+        self._child = os.fork()
+        if not self._child:
+            os._exit(self._guarded(brief))
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
+        _, status = os.waitpid(self._child, 0)
+        self._child = 0
+        return status
+
+    def _guarded(self, brief: bool) -> int:
         try:
-            status = self._serve()
+            status = self._serve(brief)
         except Exception:  # pylint: disable=broad-exception-caught
             _LOG.exception("this should not happen; please report it")
             status = STATUS_CRASHED
@@ -148,7 +152,7 @@ def main(words: list[str] | None = None) -> int:
     if options.check_config:
         print(f"{PROGRAM}: {options.config} is valid" if options.config else f"{PROGRAM}: no --config; defaults apply")
         return 0
-    return _Watch(lambda: _serve(options.name, settings)).run()
+    return _Watch(lambda brief: _serve(options.name, settings, brief)).run()
 
 
 if __name__ == "__main__":

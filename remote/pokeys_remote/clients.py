@@ -18,6 +18,7 @@ import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from .component import Client
+from .sparing import CLIENTS
 
 HEARTBEAT, HEARTBEAT_LIMIT = 500, 1500      # ms
 SETTLE = 0.5                # s after a connection's first message
@@ -35,15 +36,10 @@ class Clients:
     """The clients of a ROUTER socket."""
 
     def __init__(self, router: zmq.Socket[bytes]) -> None:
-        watch(router)
         self.monitor = router.get_monitor_socket(_EVENTS)
         self._open: set[int] = set()
         self._clients: dict[bytes, Client] = {}
         self._files: dict[bytes, int] = {}
-        self.refused = 0
-
-    def __len__(self) -> int:
-        return len(self._clients)
 
     def gone(self) -> list[Client]:
         """Clients whose connections have ended since the last call."""
@@ -74,8 +70,10 @@ class Clients:
             return None                 # it had ended when it began
         client = self._clients.get(identity)
         if not client:
-            if number not in self._open or len(self._clients) >= CLIENTS_MOST:
-                self.refused += 1
+            if number not in self._open:
+                return None
+            if len(self._clients) >= CLIENTS_MOST:
+                CLIENTS.warning("a client at %s gets no answers: there are %d already", _place(number), CLIENTS_MOST)
                 return None
             client = self._clients[identity] = Client(identity, now, now, _place(number))
         self._files[identity] = number

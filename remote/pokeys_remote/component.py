@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from .definition import EPSILON, OWN, RANGES, Care, Definition, Direction, Kind, Pin, Rules, Value, value_of
+from .definition import OWN, RANGES, Care, Definition, Direction, Kind, Pin, Rules, Value, value_of
 
 
 class Storage(Protocol):
@@ -101,7 +101,6 @@ class Component:
             raise Refused([f"the configuration has a section [pin {name}], and component {self.name} has no such pin"
                            for name in unknown])
         self.pins = [self._live(pin, next(handles)) for pin in definition.pins]
-        self.by_handle = {pin.handle: pin for pin in self.pins}
         self._leases = {"": Lease(rules.lease), **{name: Lease(time) for name, time in rules.leases.items()}}
         self._lease_of: dict[int, Lease] = {}
         for pin in self.pins:
@@ -121,7 +120,7 @@ class Component:
             self._fail(lease)
 
     def _live(self, pin: Pin, handle: int) -> LivePin:
-        care = self.rules.pins.get(pin.name, Care(EPSILON))
+        care = self.rules.pins.get(pin.name, Care())
         faults = []
         failsafe: Value | None = None
         if care.failsafe is not None:
@@ -223,9 +222,8 @@ class Component:
         return [name for lease in self._leases.values()
                 if any(now - holder.seen > lease.time for holder in lease.holders) for name in self._lapse(lease)]
 
-    def look(self, now: float) -> list[str]:
-        """End leases as :meth:`expire` does, and update the status pins."""
-        failed = self.expire(now)
+    def look(self, now: float) -> None:
+        """Update the status pins. After :meth:`expire`."""
         holders = [holder for lease in self._leases.values() for holder in lease.holders]
         seen = [client.seen for client in holders or self.clients]
         ok = bool(self.clients) and not any(lease.lapsed for lease in self._leases.values())
@@ -233,7 +231,6 @@ class Component:
                   not self._storage["heartbeat"])
         for name, value in zip(OWN, status, strict=True):
             self._storage[name] = value
-        return failed
 
     def _lapse(self, lease: Lease) -> list[str]:
         lease.lapsed = True

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pokeys._ini import Faults, File, Key, Named
+from pokeys._ini import Faults, File, Key, Named, yes_or_no
 
 from .definition import (
     INTERVAL_LEAST,
@@ -98,13 +98,6 @@ def patterns(text: str) -> tuple[str, ...]:
     if not all(_PATTERN.fullmatch(one) for one in found):
         raise ValueError("names of HAL, in which * stands for any characters, separated by commas")
     return found
-
-
-def yes_or_no(text: str) -> bool:
-    """A switch."""
-    if text not in ("yes", "no"):
-        raise ValueError("yes, no")
-    return text == "yes"
 
 
 KEYS = (

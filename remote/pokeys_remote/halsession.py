@@ -9,6 +9,7 @@ pins to the same signals. What else is linked to these signals keeps their value
 from __future__ import annotations
 
 import ctypes
+import itertools
 import subprocess
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -106,7 +107,6 @@ class Hal:
         self.name = name
         self.links: dict[str, str] = {}         # of pins of components that were taken over
         self._components: dict[str, Any] = {}
-        self._spares = 0
         self._items: dict[tuple[str, bool], Item] = {}
         self._listed = -SEARCH_PAUSE
         self._take_over(name)
@@ -123,24 +123,21 @@ class Hal:
                 raise HalError(f"HAL has a component {name} already, which belongs to {owner}") from None
             raise HalError(f"HAL has no place for component {name}: {error}") from None
 
-    def _take_over(self, *names: str) -> None:
-        """Remove components of these names whose process is gone, and keep what their pins are linked to."""
-        gone = [one for one in components() if one.name in names and one.orphan and (
-            one.name == self.name or _pins(one).keys() >= _own(one.name))]
-        if not gone:
+    def _take_over(self, name: str) -> None:
+        """Remove a component whose process is gone, and keep what its pins are linked to."""
+        listed = {one.name: one for one in components()}
+        gone = listed.get(name)
+        if not gone or not gone.orphan:
             return
+        pins = _pins(gone)
+        if name != self.name and not _own(name) <= pins.keys():
+            return                      # of another program than a proxy
+        self.links.update((pin, words[-1]) for pin, words in pins.items() if words[-2] in ("==>", "<==", "<=>"))
+        # hal_exit() also counts down what this process has begun, and the last one unmaps HAL
+        spare = next(one for number in itertools.count() if (one := f"{self.name}.former-{number}") not in listed)
         library = ctypes.CDLL("liblinuxcnchal.so.0")
-        for one in gone:
-            for name, words in _pins(one).items():
-                if words[-2] in ("==>", "<==", "<=>"):
-                    self.links[name] = words[-1]
-            # hal_exit() also counts down what this process has begun, and the last one unmaps HAL
-            taken = {other.name for other in components()}
-            while (spare := f"{self.name}.former-{self._spares}") in taken:
-                self._spares += 1
-            if library.hal_init(spare.encode()) < 0:
-                raise HalError(f"component {one.name} of a process that is gone cannot be removed")
-            library.hal_exit(one.number)
+        if library.hal_init(spare.encode()) < 0 or library.hal_exit(gone.number) < 0:
+            raise HalError(f"component {name}, whose process is gone, cannot be removed")
 
     def ready(self) -> None:
         """``loadusr -W`` goes on now."""
@@ -151,11 +148,13 @@ class Hal:
         """Has LinuxCNC ended, or begun again with another HAL?"""
         return session() != self.session
 
-    def create(self, definition: Definition, values: Mapping[str, Value]) -> Any:
+    def create(self, definition: Definition, values: Mapping[str, Value] | None) -> Any:
         """A component with its pins, ready; the pins by name. :class:`HalError`, and nothing has changed.
 
-        ``values`` are of pins, by full name.
+        ``values`` of pins, by full name, are given if the component is to be taken over.
         """
+        if values is not None:
+            self._take_over(definition.name)
         try:
             made = self._new(definition.name)
         except HalError:
@@ -168,7 +167,7 @@ class Hal:
             for name, kind in own_pins().items():
                 made.newpin(name, int(kind), int(Direction.OUT))
             # a signal without other pins takes the value of the pin that is linked to it
-            for name, value in values.items():
+            for name, value in (values or {}).items():
                 made[name.partition(".")[2]] = value
             made.ready()
         except (hal.error, MemoryError) as error:

@@ -37,7 +37,7 @@ class Registry:
         # what is refused leaves nothing in HAL
         made = Component(definition, self.config.rules(definition.name), self._handles)
         try:
-            made.attach(self.hal.create(definition, values or {}))
+            made.attach(self.hal.create(definition, values))
         except HalError as error:
             raise Refused([str(error)]) from None
         for text in self.hal.relink(made.name):

@@ -38,12 +38,11 @@ class Requests:
         self._registry, self._updates = registry, updates
         self._offered: dict[int, _Offered] = {}
         self._handles: dict[tuple[str, bool], int] = {}
-        self.ignored = 0                # settings that may have been old
         self._kinds: dict[int, Callable[[Client, Container, float], Iterator[Container]]] = {
             Type.PING: self._ping, Type.BIND: self._bind, Type.SET: self._set, Type.COMMAND_GET: self._get,
             Type.COMMAND_SET: self._command_set, Type.COMMAND_DESCRIBE: self._describe}
 
-    def answer(self, client: Client, data: bytes, now: float, old: bool = False) -> Iterator[Container]:
+    def answer(self, client: Client, data: bytes, now: float, old: bool) -> Iterator[Container]:
         """Answers to a message. What an ``old`` one asks to set is not set."""
         request = message.decode(data)
         if request is None:
@@ -57,7 +56,6 @@ class Requests:
 
     def _too_old(self, request: Container, now: float) -> Iterator[Container]:
         """Clients see what is the case. Machinekit's client would end at a rejection that it did not ask for."""
-        self.ignored += 1
         for component in {found[0] for pin in request.pin if (found := self._registry.pins.get(pin.handle))}:
             self._updates.full(component, now)
         if request.reply_required:
@@ -77,7 +75,7 @@ class Requests:
                 component = self._bound(client, description, now)
             except Refused as refused:
                 CLIENTS.warning("the client at %s cannot bind component %s: %s", client.place,
-                             message.text(description.name), refused)
+                                message.text(description.name), refused)
                 yield message.answer(Type.BIND_REJECT, refused.notes)
                 continue
             confirmed = message.answer(Type.BIND_CONFIRM)
@@ -182,8 +180,9 @@ class Requests:
 
     def _describe(self, client: Client, request: Container, now: float) -> Iterator[Container]:
         answer = message.answer(Type.COMMAND_DESCRIPTION)
-        names = [message.text(one.name) for one in request.comp] or ([] if request.pin or request.signal
-                                                       else list(self._registry.components))
+        names = [message.text(one.name) for one in request.comp]
+        if not (names or request.pin or request.signal):
+            names = list(self._registry.components)
         for name in names:
             component = self._registry.components.get(name)
             if component:

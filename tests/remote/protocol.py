@@ -271,7 +271,10 @@ def nonsense_disturbs_nobody(machine):
     long = machine.client("long")
     long.dealer.send(b"x" * 70000)
     one.set(start=False)
-    bad.dealer.send(one.message(210, note=["after all"]).SerializeToString())
+    # all of it has been read when this is answered
+    bad.send(276, comp=[bad.pb.Component(name="after-all")])
+    while list(bad.answer().note) != ["there is no remote component after-all"]:
+        pass
     machine.becomes("panel.start", False)
     assert proxy.pid == pid and "Traceback" not in proxy.said(), f"seed {seed}: {proxy.said()[-2000:]}"
     one.quiet()
