@@ -84,6 +84,17 @@ def pin_name(text: str) -> str:
     return text
 
 
+def pin_fault(component: str, name: str) -> str | None:
+    """Why a component cannot have a pin with this name; None if it can."""
+    if not name.startswith(f"{component}."):
+        return f'pin "{name}" is not of component {component}; its name has to begin with "{component}."'
+    try:
+        pin_name(name)
+    except ValueError as error:
+        return f'the name of pin "{name}" is not allowed; allowed: {error}'
+    return None
+
+
 @dataclass(frozen=True)
 class Pin:
     """A pin, as a client or a HAL file describes it."""

@@ -12,7 +12,7 @@ from pokeys_machinetalk_pb2 import Component as Description
 from pokeys_machinetalk_pb2 import Container, Pin, Signal
 
 from .component import Component, LivePin
-from .definition import PINS_MOST, Definition, Direction, Kind, Value, component_name, pin_name
+from .definition import PINS_MOST, Definition, Direction, Kind, Value, component_name, pin_fault
 from .definition import Pin as PinDefinition
 
 MOST = 65536                    # bytes of a message
@@ -127,12 +127,8 @@ def definition(request: Description) -> tuple[Definition | None, list[str]]:
 def _fault(component: str, name: str, item: Pin) -> str | None:
     if not item.HasField("name"):
         return f"a pin of component {component} has no name"
-    if not name.startswith(f"{component}."):
-        return f'pin "{name}" is not of component {component}; its name has to begin with "{component}."'
-    try:
-        pin_name(name)
-    except ValueError as error:
-        return f'the name of pin "{name}" is not allowed; allowed: {error}'
+    if fault := pin_fault(component, name):
+        return fault
     if item.type not in list(Kind):
         return f"pin {name} has the type {item.type}; there are {_choice(Kind)}"
     if item.dir not in list(Direction):

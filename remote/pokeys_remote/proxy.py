@@ -10,13 +10,17 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
+import socket
 import time
 from collections.abc import Callable
 
 import zmq
+from pokeys_machinetalk_pb2 import Container
 
 from .clients import SETTLE, Clients, watch
 from .config import Config
+from .control import Control
+from .halfile import HalFile
 from .halsession import Hal, NoHal
 from .message import MOST
 from .registry import Registry, tell_failed
@@ -32,7 +36,8 @@ _LOG = logging.getLogger("pokeys-remote")
 class Proxy:
     """All remote components of a HAL."""
 
-    def __init__(self, config: Config, session: Hal, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, config: Config, session: Hal, listener: socket.socket,
+                 now: Callable[[], float] = time.monotonic) -> None:
         self._hal, self._now = session, now
         self._context = zmq.Context()
         self._router = self._socket(zmq.ROUTER)
@@ -40,7 +45,9 @@ class Proxy:
         self.clients = Clients(self._router)
         self.registry = Registry(config, session)
         self.updates = Updates(self.registry, self._publisher)
-        self.requests = Requests(self.registry, self.updates)
+        self.hal_file = HalFile(self.registry, self.updates)
+        self.control = Control(listener, self.hal_file.methods)
+        self.requests = Requests(self.registry, self.updates, self.hal_file.drafts)
         self._due = math.inf
         self._old_until = -math.inf
         self._places = (self._router, config.command), (self._publisher, config.update)
@@ -68,7 +75,7 @@ class Proxy:
     def run(self, ends: Callable[[], bool]) -> None:
         """Until ``ends`` says so. :class:`NoHal` if LinuxCNC has ended."""
         poller = zmq.Poller()
-        for one in (self._router, self._publisher, self.clients.monitor):
+        for one in (self._router, self._publisher, self.clients.monitor, self.control):
             poller.register(one, zmq.POLLIN)
         self._due = looked = self._now()
         while not ends():
@@ -88,12 +95,17 @@ class Proxy:
         self._read(now, BATCH, old=now < self._old_until)
         self._leave()
         self.updates.listen(now)
+        self.control.serve(now)
+        self.hal_file.look(now)
+        for client, answer in self.requests.late(now):
+            self._send(client.identity, answer)
         if (pause := self._now() - now) > STALL:
             self._recover(pause)
         self._due = self.updates.look(self._now())
 
     def _leave(self) -> None:
         for client in self.clients.gone():
+            self.requests.forget(client)
             for component in self.registry.lose(client):
                 self.updates.soon(component)
 
@@ -111,9 +123,12 @@ class Proxy:
             if not client:
                 continue
             for answer in self.requests.answer(client, frames[-1].bytes, now, old):
-                # a client that does not read loses answers, and nobody waits for it
-                with contextlib.suppress(zmq.Again, zmq.ZMQError):
-                    self._router.send_multipart([frames[0].bytes, answer.SerializeToString()], zmq.NOBLOCK)
+                self._send(client.identity, answer)
+
+    def _send(self, identity: bytes, answer: Container) -> None:
+        # a client that does not read loses answers, and nobody waits for it
+        with contextlib.suppress(zmq.Again, zmq.ZMQError):
+            self._router.send_multipart([identity, answer.SerializeToString()], zmq.NOBLOCK)
 
     def _recover(self, pause: float) -> None:
         _LOG.warning("could not run for %.1f s; what clients sent meanwhile is not obeyed", pause)
@@ -126,6 +141,7 @@ class Proxy:
         """Listen no more. The components stay in HAL, unbound, until another proxy takes them over."""
         for component in self.registry.components.values():
             component.leave()
+        self.control.close()
         self.clients.monitor.close()
         self._router.close()
         self._publisher.close()

@@ -33,7 +33,7 @@ class Registry:
 
     def create(self, definition: Definition, values: Mapping[str, Value] | None = None) -> Component:
         """A component in HAL, with values of its pins by full name. :class:`Refused`."""
-        self._judge(definition)
+        self.judge(definition.name)
         # what is refused leaves nothing in HAL
         made = Component(definition, self.config.rules(definition.name), self._handles)
         try:
@@ -48,12 +48,13 @@ class Registry:
         self.pins.update((pin.handle, (made, pin)) for pin in made.pins)
         return made
 
-    def _judge(self, definition: Definition) -> None:
-        if len(self.components) >= COMPONENTS_MOST:
+    def judge(self, name: str) -> None:
+        """May there be a component with this name, besides the others? :class:`Refused`."""
+        if name not in self.components and len(self.components) >= COMPONENTS_MOST:
             raise Refused([f"there are {COMPONENTS_MOST} remote components already, which is the most"])
         for other in self.components:
-            short, long = sorted((other, definition.name), key=len)
-            if long.startswith(short):
+            short, long = sorted((other, name), key=len)
+            if short != long and long.startswith(short):
                 # ZeroMQ compares the beginning of a topic
                 raise Refused([f"clients of component {short} would also get the messages of {long}; "
                                f"choose a name that does not begin with {short}"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from pokeys_machinetalk_pb2 import Component as Description
@@ -20,6 +20,8 @@ from .registry import Registry
 from .sparing import CLIENTS
 from .updates import Updates
 
+BIND_WAIT = 30.0            # s for a component that a HAL file is expected to make
+WAITING_MOST = 256
 SETTING = {Type.SET: Type.SET_REJECT, Type.COMMAND_SET: Type.COMMAND_SET_REJECT}
 
 
@@ -31,11 +33,27 @@ class _Offered:
     item: Item
 
 
+@dataclass(frozen=True)
+class _Waiting:
+    """A client that has asked for a component before it is there."""
+
+    client: Client
+    name: str
+    description: Description
+    until: float
+
+
+class _NotYet(Exception):
+    """A HAL file is expected to make the component."""
+
+
 class Requests:
     """Answers requests; knows no sockets."""
 
-    def __init__(self, registry: Registry, updates: Updates) -> None:
-        self._registry, self._updates = registry, updates
+    def __init__(self, registry: Registry, updates: Updates, drafts: Collection[str]) -> None:
+        """``drafts`` are the names of components that HAL files have begun."""
+        self._registry, self._updates, self._drafts = registry, updates, drafts
+        self._waiting: list[_Waiting] = []
         self._offered: dict[int, _Offered] = {}
         self._handles: dict[tuple[str, bool], int] = {}
         self._kinds: dict[int, Callable[[Client, Container, float], Iterator[Container]]] = {
@@ -71,18 +89,45 @@ class Requests:
         if not request.comp:
             yield message.answer(Type.BIND_REJECT, ["the request names no component"])
         for description in request.comp:
+            name = message.text(description.name)
             try:
-                component = self._bound(client, description, now)
-            except Refused as refused:
-                CLIENTS.warning("the client at %s cannot bind component %s: %s", client.place,
-                                message.text(description.name), refused)
-                yield message.answer(Type.BIND_REJECT, refused.notes)
-                continue
-            confirmed = message.answer(Type.BIND_CONFIRM)
-            message.describe(confirmed, component, [(pin, component.value(pin)) for pin in component.pins])
-            yield confirmed
+                yield self._bind_answer(client, description, now, len(self._waiting) < WAITING_MOST)
+            except _NotYet:
+                CLIENTS.info("component %s: the client at %s waits for a HAL file to create it", name, client.place)
+                # a client that asks again needs one answer
+                self._waiting = [one for one in self._waiting if (one.client, one.name) != (client, name)]
+                self._waiting.append(_Waiting(client, name, description, now + BIND_WAIT))
 
-    def _bound(self, client: Client, description: Description, now: float) -> Component:
+    def late(self, now: float) -> Iterator[tuple[Client, Container]]:
+        """Answers for those who wait. Call it in each turn."""
+        waiting, self._waiting = self._waiting, []
+        for one in waiting:
+            if now < one.until and self._awaited(one.name):
+                self._waiting.append(one)
+            else:
+                yield one.client, self._bind_answer(one.client, one.description, now, False)
+
+    def forget(self, client: Client) -> None:
+        """It is gone, and waits no more."""
+        self._waiting = [one for one in self._waiting if one.client is not client]
+
+    def _awaited(self, name: str) -> bool:
+        """Is a component not there, and expected from a HAL file?"""
+        return name not in self._registry.components and (name in self._drafts or not self._registry.config.create)
+
+    def _bind_answer(self, client: Client, description: Description, now: float, waits: bool) -> Container:
+        """:class:`_NotYet` if it ``waits`` for a HAL file."""
+        try:
+            component = self._bound(client, description, now, waits)
+        except Refused as refused:
+            CLIENTS.warning("the client at %s cannot bind component %s: %s", client.place,
+                            message.text(description.name), refused)
+            return message.answer(Type.BIND_REJECT, refused.notes)
+        confirmed = message.answer(Type.BIND_CONFIRM)
+        message.describe(confirmed, component, [(pin, component.value(pin)) for pin in component.pins])
+        return confirmed
+
+    def _bound(self, client: Client, description: Description, now: float, waits: bool) -> Component:
         wanted, faults = message.definition(description)
         if not wanted:
             raise Refused(faults)
@@ -90,10 +135,14 @@ class Requests:
         if component:
             if faults := component.definition.differences(wanted):
                 raise Refused(faults)
-        elif description.no_create or not self._registry.config.create:
-            raise Refused([f"there is no component {wanted.name}, and "
-                           + ("the request says that it is not to be created" if description.no_create
-                              else "clients may not create any (create = no)")])
+        elif waits and self._awaited(wanted.name):
+            raise _NotYet
+        elif wanted.name in self._drafts:
+            raise Refused([f"component {wanted.name} is not ready; a HAL file has begun it by newcomp"])
+        elif not self._registry.config.create:
+            raise Refused([f"there is no component {wanted.name}, and only HAL files create components (create = no)"])
+        elif description.no_create:
+            raise Refused([f"there is no component {wanted.name}, and the request says that it is not to be created"])
         else:
             component = self._registry.create(wanted)
             self._updates.begin(component, now)

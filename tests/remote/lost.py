@@ -235,10 +235,13 @@ def a_second_proxy(machine):
     one = machine.client().connect()
     second = machine.proxy(CONFIG, ready=False)
     assert second.child.wait(rig.PATIENCE) == 1
-    assert "HAL has a component pokeys-remote already, which belongs to process" in second.said()
+    assert re.search(r"a proxy with the name pokeys-remote runs already \(process \d+ of user \d+\)", second.said())
     third = machine.proxy(CONFIG, "--name", "other", ready=False)
     assert third.child.wait(rig.PATIENCE) == 1
     assert "cannot listen at 127.0.0.1:6202: Address already in use" in third.said()
+    fourth = machine.proxy(CONFIG, "--name", "panel", ready=False)
+    assert fourth.child.wait(rig.PATIENCE) == 1
+    assert "HAL has a component panel already, which belongs to process" in fourth.said()
     one.set(start=True)
     assert rig.listed().keys() & {"other", "panel"} == {"panel"}
 

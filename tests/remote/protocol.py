@@ -242,13 +242,6 @@ def it_listens_at_unix_sockets_too(machine):
     machine.becomes("panel.clients", 0)
 
 
-def clients_may_be_kept_from_creating(machine):
-    machine.proxy("[remote]\ncreate = no\n")
-    answer = machine.client().bind()
-    assert answer.type == 258 and "clients may not create any" in answer.note[0], answer
-    assert "panel" not in rig.listed()
-
-
 def nonsense_disturbs_nobody(machine):
     proxy = machine.proxy(CONFIG)
     one = machine.client().connect()
@@ -284,5 +277,4 @@ if __name__ == "__main__":
     rig.main([a_component_is_created_bound_and_described, values_go_both_ways,
               what_is_wrong_is_said_and_changes_nothing, a_subscription_may_come_first,
               several_components_and_instances, single_pins_are_offered_by_the_configuration,
-              it_listens_at_unix_sockets_too, clients_may_be_kept_from_creating,
-              nonsense_disturbs_nobody])
+              it_listens_at_unix_sockets_too, nonsense_disturbs_nobody])

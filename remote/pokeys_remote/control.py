@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The control socket's server: what users of this computer ask of the proxy itself.
+
+It runs in the proxy's loop and never waits. A peer that sends too long a line, or does not take its answers, is
+disconnected. Root and the user of the proxy may use it, because they could do the same in HAL directly.
+"""
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import selectors
+import socket
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from . import lines
+from .component import Refused
+from .sparing import CLIENTS
+
+PEERS_MOST = 16
+PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS = -32700, -32600, -32601, -32602
+
+
+@dataclass(eq=False)
+class Peer:
+    """A connection."""
+
+    connection: socket.socket
+    read: bytes = b""
+    open: bool = True
+
+    def send(self, message: dict[str, Any]) -> None:
+        """At once, or never: a peer that does not read is one that is not there."""
+        if not self.open:
+            return
+        data = lines.line(message)
+        with contextlib.suppress(OSError):
+            if self.connection.send(data) == len(data):
+                return
+        self.open = False
+
+    def fail(self, identity: Any, code: int, text: str) -> None:
+        """Answer with an error."""
+        self.send({"id": identity, "error": {"code": code, "message": text}})
+
+
+@dataclass(eq=False)
+class Call:
+    """A request whose form is right. It is answered once, now or later."""
+
+    peer: Peer
+    identity: Any
+    params: dict[str, Any]
+
+    @property
+    def open(self) -> bool:
+        """Does anybody wait for the answer?"""
+        return self.peer.open
+
+    def answer(self) -> None:
+        """It is done."""
+        self.peer.send({"id": self.identity, "result": True})
+
+    def refuse(self, text: str, code: int = lines.REFUSED) -> None:
+        """It is not done, and why."""
+        self.peer.fail(self.identity, code, text)
+
+
+@dataclass(frozen=True)
+class Method:
+    """What can be asked for. ``run`` answers the call, or keeps it; or it raises :class:`Refused`."""
+
+    run: Callable[[Call, float], None]
+    params: Mapping[str, type]
+
+
+@dataclass(eq=False)
+class Control:
+    """Serves the peers of a listening socket."""
+
+    listener: socket.socket
+    methods: Mapping[str, Method]
+    peers: set[Peer] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self._selector = selectors.EpollSelector()
+        self._selector.register(self.listener, selectors.EVENT_READ)
+
+    def fileno(self) -> int:
+        """Readable when :meth:`serve` has something to do."""
+        return self._selector.fileno()
+
+    def serve(self, now: float) -> None:
+        """Take new peers and answer requests."""
+        for key, _ in self._selector.select(0):
+            if key.data is None:
+                self._accept()
+            else:
+                self._hear(key.data, now)
+        for peer in [peer for peer in self.peers if not peer.open]:
+            self._drop(peer)
+
+    def close(self) -> None:
+        """All peers see the end of their connections."""
+        for peer in list(self.peers):
+            self._drop(peer)
+        self._selector.close()
+
+    def _accept(self) -> None:
+        try:
+            made, _ = self.listener.accept()
+        except OSError:
+            return                      # it is gone already
+        made.setblocking(False)
+        peer = Peer(made)
+        process, user = lines.peer(made)
+        if user not in (0, os.geteuid()):
+            CLIENTS.warning("process %d of user %d may not use the control socket", process, user)
+            peer.fail(None, lines.REFUSED, f"user {user} may not command the proxy of user {os.geteuid()}")
+        elif len(self.peers) >= PEERS_MOST:
+            peer.fail(None, lines.REFUSED, f"{PEERS_MOST} connections are open already, which is the most")
+        else:
+            self.peers.add(peer)
+            self._selector.register(made, selectors.EVENT_READ, peer)
+            return
+        made.close()
+
+    def _drop(self, peer: Peer) -> None:
+        peer.open = False
+        self.peers.discard(peer)
+        self._selector.unregister(peer.connection)
+        peer.connection.close()
+
+    def _hear(self, peer: Peer, now: float) -> None:
+        try:
+            data = peer.connection.recv(lines.LINE_MOST)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            peer.open = False
+            return
+        *whole, peer.read = (peer.read + data).split(b"\n")
+        for one in whole:
+            if peer.open:
+                self._answer(peer, one, now)
+        if len(peer.read) >= lines.LINE_MOST:
+            peer.fail(None, INVALID_REQUEST, f"a line has at most {lines.LINE_MOST} bytes")
+            peer.open = False
+
+    def _answer(self, peer: Peer, data: bytes, now: float) -> None:
+        try:
+            request = json.loads(data)
+        except (ValueError, RecursionError):
+            peer.fail(None, PARSE_ERROR, "this is not JSON")
+            peer.open = False           # a flood of short lines would be work for a long time
+            return
+        identity = request.get("id") if isinstance(request, dict) else None
+        if not isinstance(request, dict) or request.get("jsonrpc") != "2.0" or not isinstance(identity, int | str):
+            peer.fail(None, INVALID_REQUEST, "this is not a request of JSON-RPC 2.0 with an id")
+            return
+        name, params = request.get("method"), request.get("params", {})
+        method = self.methods.get(name) if isinstance(name, str) else None
+        if not method:
+            peer.fail(identity, NO_METHOD, f"there is no such method; there are {', '.join(self.methods)}")
+        elif not isinstance(params, dict) or not _fit(params, method.params):
+            wanted = ", ".join(f"{key} ({kind.__name__})" for key, kind in method.params.items())
+            peer.fail(identity, INVALID_PARAMS, f"{name} needs exactly these parameters: {wanted}")
+        else:
+            call = Call(peer, identity, params)
+            try:
+                method.run(call, now)
+            except Refused as refused:
+                call.refuse(str(refused))
+
+
+def _fit(params: Mapping[str, Any], wanted: Mapping[str, type]) -> bool:
+    # JSON has one type of number
+    return params.keys() == wanted.keys() and all(
+        type(params[key]) is kind or (kind is float and type(params[key]) is int) for key, kind in wanted.items())
