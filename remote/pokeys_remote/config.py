@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import math
+import pwd
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -100,6 +101,17 @@ def patterns(text: str) -> tuple[str, ...]:
     return found
 
 
+def users(text: str) -> frozenset[int]:
+    """Numbers of users by name."""
+    found = set()
+    for name in text.split(","):
+        try:
+            found.add(pwd.getpwnam(name.strip()).pw_uid)
+        except KeyError:
+            raise ValueError("names of users of this computer, separated by commas") from None
+    return frozenset(found)
+
+
 KEYS = (
     Key("remote", "command", endpoints),
     Key("remote", "update", endpoints),
@@ -110,6 +122,8 @@ KEYS = (
     Key("pin", "lease", word),
     Key("pin", "epsilon", epsilon),
     Key("lease", "timeout-ms", milliseconds(LEASE_LEAST, LEASE_MOST)),
+    Key("operate", "users", users),
+    Key("operate", "messages", yes_or_no),
     Key("offer", "read", patterns),
     Key("offer", "write", patterns),
 )
@@ -129,6 +143,8 @@ class Config:
     create: bool = True
     read: tuple[str, ...] = ()
     write: tuple[str, ...] = ()
+    operators: frozenset[int] = frozenset()
+    messages: bool = False
     components: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     pins: Mapping[str, Care] = field(default_factory=dict)
     leases: Mapping[str, float] = field(default_factory=dict)
@@ -157,10 +173,12 @@ def read(path: Path | None) -> Config:
                for name, values in by_kind.get("pin", {}).items() if values.get("lease", "") not in {"", *leases}]
     if faults:
         raise Faults(faults)
+    operate = by_kind.get("operate", {}).get("", {})
     names = {"interval_ms": "interval", "lease_ms": "lease"}
     return Config(
         components={name: {names[key]: value for key, value in values.items()}
                     for name, values in by_kind.get("component", {}).items()},
         pins={name: Care(**values) for name, values in by_kind.get("pin", {}).items()},
         leases={name: time for name, time in leases.items() if time is not None},
+        operators=operate.get("users", frozenset()), messages=operate.get("messages", False),
         **by_kind.get("remote", {}).get("", {}), **by_kind.get("offer", {}).get("", {}))

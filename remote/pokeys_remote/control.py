@@ -2,11 +2,13 @@
 """The control socket's server: what users of this computer ask of the proxy itself.
 
 It runs in the proxy's loop and never waits. A peer that sends too long a line, or does not take its answers, is
-disconnected. Root and the user of the proxy may use it, because they could do the same in HAL directly.
+disconnected. Root and the user of the proxy may do everything, because they could do the same without it; the
+configuration lists who else may operate LinuxCNC.
 """
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import selectors
@@ -28,6 +30,7 @@ class Peer:
     """A connection."""
 
     connection: socket.socket
+    user: int
     read: bytes = b""
     open: bool = True
 
@@ -51,6 +54,7 @@ class Call:
     """A request whose form is right. It is answered once, now or later."""
 
     peer: Peer
+    name: str
     identity: Any
     params: dict[str, Any]
 
@@ -74,19 +78,21 @@ class Method:
 
     run: Callable[[Call, float], None]
     params: Mapping[str, type]
+    operates: bool = False              # is it for those who may only operate as well?
 
 
 @dataclass(eq=False)
 class Control:
-    """Serves the peers of a listening socket."""
+    """Serves the peers of a listening socket. ``operators`` are the numbers of users who may only operate."""
 
     listener: socket.socket
-    methods: Mapping[str, Method]
+    operators: frozenset[int] = frozenset()
+    methods: dict[str, Method] = field(default_factory=dict)
     peers: set[Peer] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self._selector = selectors.EpollSelector()
-        self._selector.register(self.listener, selectors.EVENT_READ)
+        self.watch(self.listener, self._accept)
 
     def fileno(self) -> int:
         """Readable when :meth:`serve` has something to do."""
@@ -95,12 +101,17 @@ class Control:
     def serve(self, now: float) -> None:
         """Take new peers and answer requests."""
         for key, _ in self._selector.select(0):
-            if key.data is None:
-                self._accept()
-            else:
-                self._hear(key.data, now)
+            key.data(now)
         for peer in [peer for peer in self.peers if not peer.open]:
             self._drop(peer)
+
+    def watch(self, readable: socket.socket, call: Callable[[float], None]) -> None:
+        """Call it in :meth:`serve` when there is something to read."""
+        self._selector.register(readable, selectors.EVENT_READ, call)
+
+    def unwatch(self, readable: socket.socket) -> None:
+        """Before it is closed."""
+        self._selector.unregister(readable)
 
     def close(self) -> None:
         """All peers see the end of their connections."""
@@ -108,29 +119,29 @@ class Control:
             self._drop(peer)
         self._selector.close()
 
-    def _accept(self) -> None:
+    def _accept(self, _now: float) -> None:
         try:
             made, _ = self.listener.accept()
         except OSError:
             return                      # it is gone already
         made.setblocking(False)
-        peer = Peer(made)
         process, user = lines.peer(made)
-        if user not in (0, os.geteuid()):
+        peer = Peer(made, user)
+        if not _owns(user) and user not in self.operators:
             CLIENTS.warning("process %d of user %d may not use the control socket", process, user)
             peer.fail(None, lines.REFUSED, f"user {user} may not command the proxy of user {os.geteuid()}")
         elif len(self.peers) >= PEERS_MOST:
             peer.fail(None, lines.REFUSED, f"{PEERS_MOST} connections are open already, which is the most")
         else:
             self.peers.add(peer)
-            self._selector.register(made, selectors.EVENT_READ, peer)
+            self.watch(made, functools.partial(self._hear, peer))
             return
         made.close()
 
     def _drop(self, peer: Peer) -> None:
         peer.open = False
         self.peers.discard(peer)
-        self._selector.unregister(peer.connection)
+        self.unwatch(peer.connection)
         peer.connection.close()
 
     def _hear(self, peer: Peer, now: float) -> None:
@@ -169,12 +180,18 @@ class Control:
         elif not isinstance(params, dict) or not _fit(params, method.params):
             wanted = ", ".join(f"{key} ({kind.__name__})" for key, kind in method.params.items())
             peer.fail(identity, INVALID_PARAMS, f"{name} needs exactly these parameters: {wanted}")
+        elif not method.operates and not _owns(peer.user):
+            peer.fail(identity, lines.REFUSED, f"user {peer.user} may operate LinuxCNC, and nothing else")
         else:
-            call = Call(peer, identity, params)
+            call = Call(peer, str(name), identity, params)
             try:
                 method.run(call, now)
             except Refused as refused:
                 call.refuse(str(refused))
+
+
+def _owns(user: int) -> bool:
+    return user in (0, os.geteuid())
 
 
 def _fit(params: Mapping[str, Any], wanted: Mapping[str, type]) -> bool:

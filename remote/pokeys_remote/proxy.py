@@ -23,6 +23,7 @@ from .control import Control
 from .halfile import HalFile
 from .halsession import Hal, NoHal
 from .message import MOST
+from .operating import Operating
 from .registry import Registry, tell_failed
 from .requests import Requests
 from .updates import Updates
@@ -46,7 +47,9 @@ class Proxy:
         self.registry = Registry(config, session)
         self.updates = Updates(self.registry, self._publisher)
         self.hal_file = HalFile(self.registry, self.updates)
-        self.control = Control(listener, self.hal_file.methods)
+        self.control = Control(listener, config.operators)
+        self.operating = Operating(self.control, config.messages)
+        self.control.methods.update({**self.hal_file.methods, **self.operating.methods})
         self.requests = Requests(self.registry, self.updates, self.hal_file.drafts)
         self._due = math.inf
         self._old_until = -math.inf
@@ -97,6 +100,7 @@ class Proxy:
         self.updates.listen(now)
         self.control.serve(now)
         self.hal_file.look(now)
+        self.operating.look(now)
         for client, answer in self.requests.late(now):
             self._send(client.identity, answer)
         if (pause := self._now() - now) > STALL:
@@ -135,12 +139,13 @@ class Proxy:
         for component in self.registry.components.values():
             tell_failed(component, component.lapse_all())
         # what waited in the kernel comes a moment later
-        self._old_until = self._now() + SETTLE
+        self._old_until = self.operating.old_until = self._now() + SETTLE
 
     def close(self) -> None:
         """Listen no more. The components stay in HAL, unbound, until another proxy takes them over."""
         for component in self.registry.components.values():
             component.leave()
+        self.operating.close()
         self.control.close()
         self.clients.monitor.close()
         self._router.close()

@@ -13,9 +13,9 @@ import sys
 import time
 
 import rig
+from linuxcncrig import ADDRESS, Control
 from rig import halcmd, wait
 
-ADDRESS = "\0pokeys-remote/pokeys-remote"
 HAL_FILE = """\
 loadusr -w pokeys-remote newcomp panel
 loadusr -w pokeys-remote newpin panel panel.start bit out
@@ -231,6 +231,18 @@ def a_proxy_that_does_not_answer(machine):
     fine("ready", "panel")
 
 
+def linuxcnc_that_does_not_run(machine):
+    """A HAL session without LinuxCNC's task."""
+    machine.proxy()
+    one = Control()
+    assert one.asked("subscribe") is None
+    why = one.until(lambda seen: "connected" in seen)["why"]
+    assert why.startswith("LinuxCNC's task does not answer ("), why
+    assert one.do("mdi", line="G0 X1").startswith("LinuxCNC's task does not answer (")
+    assert one.asked("stop") is None
+    one.close()
+
+
 def connect():
     made = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     made.setblocking(False)
@@ -325,4 +337,4 @@ def another_user(machine):
 if __name__ == "__main__":
     rig.main([the_files_of_the_chapter, pins_before_the_client, clients_that_bind_before,
               a_draft_keeps_clients_from_creating, a_client_was_first, what_is_refused, a_proxy_that_fails_meanwhile,
-              a_proxy_that_does_not_answer, bytes_of_all_kinds, another_user])
+              a_proxy_that_does_not_answer, linuxcnc_that_does_not_run, bytes_of_all_kinds, another_user])

@@ -250,7 +250,7 @@ class Machine:
         self.folder.cleanup()
 
 
-def main(tests):
+def main(tests, kind=Machine):
     if INSIDE not in os.environ:
         sys.path.insert(0, str(ROOT / "tests"))
         os.environ[INSIDE] = "yes"
@@ -266,7 +266,7 @@ def main(tests):
     for test in tests:
         if not re.search(sys.argv[3] if len(sys.argv) > 3 else "", test.__name__):
             continue
-        machine = Machine()
+        machine = kind()
         try:
             test(machine)
             print(f"ok: {test.__name__}")
