@@ -21,7 +21,7 @@ from . import lines
 from .component import Refused
 from .sparing import CLIENTS
 
-PEERS_MOST = 16
+PEERS_MOST = 16             # of owners, and of those who only operate
 PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS = -32700, -32600, -32601, -32602
 
 
@@ -130,7 +130,7 @@ class Control:
         if not _owns(user) and user not in self.operators:
             CLIENTS.warning("process %d of user %d may not use the control socket", process, user)
             peer.fail(None, lines.REFUSED, f"user {user} may not command the proxy of user {os.geteuid()}")
-        elif len(self.peers) >= PEERS_MOST:
+        elif sum(_owns(one.user) == _owns(user) for one in self.peers) >= PEERS_MOST:
             peer.fail(None, lines.REFUSED, f"{PEERS_MOST} connections are open already, which is the most")
         else:
             self.peers.add(peer)
@@ -156,23 +156,25 @@ class Control:
             return
         *whole, peer.read = (peer.read + data).split(b"\n")
         for one in whole:
-            if peer.open:
-                self._answer(peer, one, now)
+            # also if it takes no answers any more: it may be a stop
+            if not self._answer(peer, one, now):
+                return
         if len(peer.read) >= lines.LINE_MOST:
             peer.fail(None, INVALID_REQUEST, f"a line has at most {lines.LINE_MOST} bytes")
             peer.open = False
 
-    def _answer(self, peer: Peer, data: bytes, now: float) -> None:
+    def _answer(self, peer: Peer, data: bytes, now: float) -> bool:
+        """False if no more is to be read from it."""
         try:
             request = json.loads(data)
         except (ValueError, RecursionError):
             peer.fail(None, PARSE_ERROR, "this is not JSON")
             peer.open = False           # a flood of short lines would be work for a long time
-            return
+            return False
         identity = request.get("id") if isinstance(request, dict) else None
         if not isinstance(request, dict) or request.get("jsonrpc") != "2.0" or not isinstance(identity, int | str):
             peer.fail(None, INVALID_REQUEST, "this is not a request of JSON-RPC 2.0 with an id")
-            return
+            return True
         name, params = request.get("method"), request.get("params", {})
         method = self.methods.get(name) if isinstance(name, str) else None
         if not method:
@@ -188,6 +190,7 @@ class Control:
                 method.run(call, now)
             except Refused as refused:
                 call.refuse(str(refused))
+        return True
 
 
 def _owns(user: int) -> bool:

@@ -5,19 +5,21 @@ LinuxCNC's module waits for task to take a command, for as long as five seconds 
 process that gives commands, and one that stops the machine and reports its state, which never waits behind the
 first. Each reads packets of JSON from its standard input, a socket, and ends with it.
 
-A jog is given as short increments while somebody holds it. If all processes die, the axis has gone the rest of an
-increment and stands: nothing needs to be told to stop it.
+A jog is given as short increments while somebody holds it, never more than 0.3 s of way ahead of where the axis is.
+If all processes die, the axis goes that way at most and stands: nobody has to stop it.
 """
 from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import select
 import signal
 import socket
 import sys
 import time
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -26,13 +28,12 @@ import linuxcnc
 
 PACKET_MOST = 64 * 1024
 AGE_MOST = 2.0              # s that a command may be on its way here
-ANSWER_TIME = 0.2           # s in which LinuxCNC finds most faults of a command
+ANSWER_TIME = 0.5           # s in which LinuxCNC finds most faults of a command
 STATE_PERIOD = 0.1          # s
 JOG_PERIOD = 0.05           # s between increments
 JOG_AHEAD = 0.3             # s of way that an axis is ahead of who holds it
 JOG_HOLD = 0.5              # s after which a jog ends unless it is asked for again
 AXES = "xyzabcuvw"
-_STOP = "release", {"owner": None}
 MODES = {"manual": linuxcnc.MODE_MANUAL, "mdi": linuxcnc.MODE_MDI, "auto": linuxcnc.MODE_AUTO}
 TASK = {linuxcnc.STATE_ESTOP: "estop", linuxcnc.STATE_ESTOP_RESET: "off", linuxcnc.STATE_OFF: "off",
         linuxcnc.STATE_ON: "on"}
@@ -50,9 +51,12 @@ class _Jog:
     """An axis or joint that somebody holds."""
 
     owner: int
+    axis: str                   # as its owner calls it
+    press: int                  # of its key
     speed: float                # units/s
     until: float                # s, monotonic
-    ahead: float                # s, monotonic: the way up to then is commanded
+    begin: float                # where it was
+    given: float = 0.0          # way that LinuxCNC was given, units
 
 
 class Commands:
@@ -61,10 +65,14 @@ class Commands:
     def __init__(self) -> None:
         self._command, self._stat = linuxcnc.command(), linuxcnc.stat()
         self._jogs: dict[tuple[bool, int], _Jog] = {}
+        self._ended: dict[tuple[int, tuple[bool, int]], int] = {}      # the newest press that ended, by owner and place
         self._most = _most_overrides()
         self._do: Mapping[str, Callable[..., None]] = {
             "mode": self._mode, "mdi": self._mdi, "run": self._run, "pause": self._pause, "resume": self._resume,
-            "home": self._home, "override": self._override, "jog": self._jog, "release": self._release}
+            "home": self._home, "override": self._override, "jog": self._jog}
+        # what takes something back is never too old
+        self._take_back: Mapping[str, Callable[..., None]] = {
+            "up": self._up, "release": self._release, "stop": self._abort}
 
     def serve(self, link: socket.socket) -> None:
         """Until the proxy is gone."""
@@ -80,8 +88,10 @@ class Commands:
                     waits = select.select([link], [], [], 0)[0]
                 while asked:
                     one = asked.pop(0)
-                    link.send(self._obey(one, _STOP in ((later["do"], later["params"]) for later in asked)))
-                self._go_on(time.monotonic())
+                    link.send(self._obey(one, any(later["do"] == "stop" for later in asked)))
+                # what came meanwhile may take back a jog
+                if not select.select([link], [], [], 0)[0]:
+                    self._go_on()
         finally:
             with contextlib.suppress(linuxcnc.error, SystemError):
                 self._release(None)
@@ -89,20 +99,29 @@ class Commands:
     def _obey(self, asked: dict[str, Any], stopped: bool) -> bytes:
         fault = None
         try:
-            if asked["do"] != "release":
-                if stopped:
-                    raise Wrong("it was stopped")
-                if time.monotonic() - asked["sent"] > AGE_MOST:
-                    raise Wrong("LinuxCNC did not take commands for so long that this one is too old")
             self._stat.poll()
-            self._do[asked["do"]](**asked["params"])
+            if asked["do"] in self._take_back:
+                self._take_back[asked["do"]](**asked["params"])
+            elif stopped:
+                raise Wrong("it was stopped")
+            elif time.monotonic() - asked["sent"] > AGE_MOST:
+                raise Wrong("LinuxCNC did not take commands for so long that this one is too old")
+            elif asked["do"] == "jog":
+                self._jog(until=asked["sent"] + JOG_HOLD, **asked["params"])
+            else:
+                self._do[asked["do"]](**asked["params"])
         except Wrong as wrong:
             fault = str(wrong)
         except (linuxcnc.error, SystemError) as error:
             fault = _why(error)
+        except Exception:  # pylint: disable=broad-exception-caught
+            # the others' commands and jogs go on
+            traceback.print_exc()
+            fault = "this should not happen; please report what pokeys-remote printed"
         return json.dumps({"number": asked["number"], "error": fault}).encode()
 
     def _complete(self) -> None:
+        _taken(self._command, self._stat)
         if self._command.wait_complete(ANSWER_TIME) == linuxcnc.RCS_ERROR:
             raise Wrong("LinuxCNC refuses it; its message says why")
 
@@ -114,8 +133,13 @@ class Commands:
         if self._stat.interp_state != linuxcnc.INTERP_IDLE:
             raise Wrong("a programme or an MDI line runs")
 
+    def _none_held(self) -> None:
+        if self._jogs:
+            raise Wrong("an axis is jogged")
+
     def _mode(self, mode: str) -> None:
         self._idle()
+        self._none_held()
         self._command.mode(MODES[mode])
         self._complete()
 
@@ -148,6 +172,7 @@ class Commands:
     def _home(self, joint: int) -> None:
         self._on()
         self._manual()
+        self._none_held()
         if not -1 <= joint < self._stat.joints:
             raise Wrong(f"there is no joint {joint}")
         if self._stat.motion_mode != linuxcnc.TRAJ_MODE_FREE:
@@ -174,21 +199,25 @@ class Commands:
         if self._stat.task_mode != linuxcnc.MODE_MANUAL:
             raise Wrong("the mode is not manual")
 
-    def _jog(self, owner: int, axis: str, speed: float) -> None:
+    def _jog(self, owner: int, axis: str, speed: float, press: int, until: float) -> None:
         place = self._place(axis)
         held = self._jogs.get(place)
         if held and held.owner != owner:
             raise Wrong(f"somebody else jogs {axis}")
-        if not speed:
-            self._stop(place)
-            return
+        if self._ended.get((owner, place)) == press:
+            # a network that was slow brings requests for a key that is up since
+            raise Wrong("this press has ended")
+        if time.monotonic() >= until:
+            raise Wrong("this came too late")
         self._on()
         self._manual()
-        now = time.monotonic()
-        if not held or held.speed != speed:
+        # LinuxCNC goes no faster, and would go the way of the higher speed after the end of its owner
+        speed = math.copysign(min(abs(speed), self._limit(place)), speed)
+        if not held or (held.press, held.speed) != (press, speed):
             self._stop(place)
-            held = self._jogs[place] = _Jog(owner, speed, now, now)
-        held.until = now + JOG_HOLD
+            self._ended.pop((owner, place), None)
+            held = self._jogs[place] = _Jog(owner, axis, press, speed, until, self._where(place))
+        held.until = until
 
     def _place(self, axis: str) -> tuple[bool, int]:
         """Joint or axis, and its number."""
@@ -204,29 +233,61 @@ class Commands:
             raise Wrong(f"there is no axis {axis}")
         return False, number
 
-    def _go_on(self, now: float) -> None:
+    @staticmethod
+    def _limit(place: tuple[bool, int]) -> float:
+        """Of its speed, in units/s."""
+        section = f"JOINT_{place[1]}" if place[0] else f"AXIS_{AXES[place[1]].upper()}"
+        try:
+            return float(_ini(section, "MAX_VELOCITY") or "")
+        except ValueError:
+            raise Wrong(f"it cannot be jogged, because LinuxCNC's INI file has no [{section}]MAX_VELOCITY") from None
+
+    def _where(self, place: tuple[bool, int]) -> float:
+        positions = self._stat.joint_actual_position if place[0] else self._stat.actual_position
+        return float(positions[place[1]])
+
+    def _go_on(self) -> None:
         """Move what is held on, and stop what is not."""
         for place, held in list(self._jogs.items()):
             try:
                 self._stat.poll()
-                if now >= held.until or self._stat.task_state != linuxcnc.STATE_ON \
-                        or self._stat.task_mode != linuxcnc.MODE_MANUAL:
+                if time.monotonic() >= held.until or not self._may_go_on(place):
                     self._stop(place)
                     continue
-                way = abs(held.speed) * (now + JOG_AHEAD - max(held.ahead, now))
-                held.ahead = now + JOG_AHEAD
-                self._command.jog(linuxcnc.JOG_INCREMENT, place[0], place[1], held.speed, way)
-            except (linuxcnc.error, SystemError):
-                self._jogs.pop(place, None)         # it stands at the end of its increment
+                gone = (self._where(place) - held.begin) * math.copysign(1.0, held.speed)
+                way = abs(held.speed) * JOG_AHEAD - (held.given - gone)
+                if way > 0:
+                    held.given += way
+                    self._command.jog(linuxcnc.JOG_INCREMENT, place[0], place[1], held.speed, way)
+                    _taken(self._command, self._stat)
+            except (Wrong, linuxcnc.error, SystemError):
+                self._jogs.pop(place, None)         # it stands at the end of what it was given
+                self._ended[held.owner, place] = held.press
+
+    def _may_go_on(self, place: tuple[bool, int]) -> bool:
+        return bool(self._stat.task_state == linuxcnc.STATE_ON and self._stat.task_mode == linuxcnc.MODE_MANUAL
+                    and place[0] == (self._stat.motion_mode == linuxcnc.TRAJ_MODE_FREE))
 
     def _stop(self, place: tuple[bool, int]) -> None:
-        if self._jogs.pop(place, None):
+        if held := self._jogs.pop(place, None):
+            self._ended[held.owner, place] = held.press
             self._command.jog(linuxcnc.JOG_STOP, *place)
 
+    def _up(self, owner: int, axis: str) -> None:
+        """The key is up."""
+        for place in [place for place, held in self._jogs.items() if (held.owner, held.axis) == (owner, axis)]:
+            self._stop(place)
+
     def _release(self, owner: int | None) -> None:
-        """All that an owner holds; None: all."""
+        """All that an owner holds, who is gone; None: all."""
         for place in [place for place, held in self._jogs.items() if owner in (None, held.owner)]:
             self._stop(place)
+        for one in [one for one in self._ended if one[0] == owner]:
+            del self._ended[one]
+
+    def _abort(self) -> None:
+        self._release(None)
+        self._command.abort()
 
 
 class Watch:
@@ -236,6 +297,7 @@ class Watch:
         self._command, self._stat = linuxcnc.command(), linuxcnc.stat()
         self._errors = linuxcnc.error_channel() if errors else None
         self._reported: dict[str, Any] = {}
+        self._said: bytes | None = None     # a message that the proxy has not got
 
     def serve(self, link: socket.socket) -> None:
         """Until the proxy is gone."""
@@ -244,15 +306,22 @@ class Watch:
                 packet = link.recv(PACKET_MOST)
                 if not packet:
                     return
-                self._obey(json.loads(packet)["do"])
+                self._obey(link, json.loads(packet))
             self._report(link)
 
-    def _obey(self, what: str) -> None:
-        with contextlib.suppress(linuxcnc.error, SystemError):
-            if what == "emergency_stop":
+    def _obey(self, link: socket.socket, asked: dict[str, Any]) -> None:
+        fault = None
+        try:
+            if asked["do"] == "emergency_stop":
                 self._command.state(linuxcnc.STATE_ESTOP)
-            elif what == "stop":
+            elif asked["do"] == "stop":
                 self._command.abort()
+            _taken(self._command, self._stat)
+        except Wrong as wrong:
+            fault = str(wrong)
+        except (linuxcnc.error, SystemError) as error:
+            fault = _why(error)
+        link.send(json.dumps({"stopped": asked["number"], "error": fault}).encode())
 
     def _report(self, link: socket.socket) -> None:
         self._stat.poll()
@@ -263,9 +332,24 @@ class Watch:
             if changed:
                 link.send(json.dumps({"state": changed}).encode(), socket.MSG_DONTWAIT)
                 self._reported = state
-            while self._errors and (said := self._errors.poll()):
-                kind = "error" if said[0] in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR) else "text"
-                link.send(json.dumps({"said": {"kind": kind, "text": said[1]}}).encode(), socket.MSG_DONTWAIT)
+            while message := self._said or self._message():
+                self._said = message
+                link.send(message, socket.MSG_DONTWAIT)
+                self._said = None
+
+    def _message(self) -> bytes | None:
+        said = self._errors.poll() if self._errors else None
+        if not said:
+            return None
+        kind = "error" if said[0] in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR) else "text"
+        return json.dumps({"said": {"kind": kind, "text": said[1]}}).encode()
+
+
+def _taken(command: Any, stat: Any) -> None:
+    """LinuxCNC's module waits for task, and does not say if it waited in vain."""
+    stat.poll()
+    if stat.echo_serial_number < command.serial:
+        raise Wrong("LinuxCNC has not taken it within 5 s; it may do so later")
 
 
 def state_of(stat: Any) -> dict[str, Any]:
@@ -285,7 +369,8 @@ def state_of(stat: Any) -> dict[str, Any]:
 
 
 def _why(error: Exception) -> str:
-    return f"LinuxCNC's task does not answer ({error})"
+    # the module does not always say what is wrong, which Python calls a SystemError
+    return f"LinuxCNC's task does not answer{f' ({error})' if isinstance(error, linuxcnc.error) else ''}"
 
 
 def _ini(section: str, key: str) -> str | None:
@@ -317,7 +402,7 @@ def main() -> int:
         served: Commands | Watch = (Commands() if sys.argv[1] == "commands" else
                                     Watch(errors=sys.argv[1] == "watch-errors"))
         served.serve(link)
-    except linuxcnc.error as error:
+    except (linuxcnc.error, SystemError) as error:
         with contextlib.suppress(OSError):
             link.send(json.dumps({"fatal": _why(error)}).encode())
         return 1

@@ -25,6 +25,8 @@ from .component import Refused
 from .control import Call, Control, Method, Peer
 
 QUEUE_MOST = 32
+STOP_LIMIT = 6.0            # s; LinuxCNC's module waits for 5
+GIVEN_LIMIT = 8.0           # s; besides, it may do two things for a command
 LINE_MOST = 255             # bytes of an MDI line, as in LinuxCNC
 SPEED_MOST = 1e6            # units/s; LinuxCNC has a limit for each axis
 RESTART_PAUSE = 5.0         # s
@@ -45,6 +47,7 @@ class _Session:
     lost: Callable[[str], None]
     link: socket.socket | None = None
     process: subprocess.Popen[bytes] | None = None
+    ending: list[subprocess.Popen[bytes]] = field(default_factory=list)
     why: str = ""
 
     def send(self, message: Mapping[str, Any]) -> None:
@@ -104,6 +107,13 @@ class _Session:
             self.control.unwatch(self.link)
             self.link.close()
             self.link = None
+        if self.process:
+            self.ending.append(self.process)
+            self.process = None
+
+    def reap(self) -> None:
+        """Forget processes that have ended."""
+        self.ending = [one for one in self.ending if one.poll() is None]
 
 
 @dataclass(eq=False)
@@ -115,11 +125,22 @@ class _Command:
     do: str
     params: dict[str, Any]
     number: int
-    sent: float
+    sent: float                 # when it was queued
+    given: float = math.inf     # when LinuxCNC's process got it
 
     def done(self, fault: str | None) -> None:
         """Tell its peer."""
-        self.peer.send({"method": "linuxcnc.done", "params": {"id": self.identity, "error": fault}})
+        _tell_done(self.peer, self.identity, fault)
+
+
+@dataclass(eq=False)
+class _Stop:
+    """A stop that LinuxCNC's process has not confirmed."""
+
+    call: Call
+    do: str
+    until: float
+    again: bool = False         # it was sent to a second process
 
 
 @dataclass(eq=False)
@@ -135,6 +156,7 @@ class Operating:
     _owners: dict[Peer, int] = field(default_factory=dict)
     _state: dict[str, Any] = field(default_factory=dict)
     _number: int = 0
+    _stops: dict[int, _Stop] = field(default_factory=dict)
     _stopping: str = ""                 # how to stop again after the command that LinuxCNC has
     _retry: float = math.inf
 
@@ -150,7 +172,7 @@ class Operating:
             "mode": (self._mode, {"mode": str}), "mdi": (self._mdi, {"line": str}), "run": (self._plain, {}),
             "pause": (self._plain, {}), "resume": (self._plain, {}), "home": (self._plain, {"joint": int}),
             "override": (self._override, {"what": str, "value": float}),
-            "jog": (self._jog, {"axis": str, "speed": float}),
+            "jog": (self._jog, {"axis": str, "speed": float, "press": int}),
         }
         return {f"linuxcnc.{name}": Method(run, params, operates=True) for name, (run, params) in named.items()}
 
@@ -159,9 +181,16 @@ class Operating:
         for peer in [peer for peer in self._owners if not peer.open]:
             self._forget(peer)
         self._subscribers = [peer for peer in self._subscribers if peer.open]
+        for number, stop in list(self._stops.items()):
+            if now >= stop.until:
+                self._stopped(number, "LinuxCNC does not answer")
+        if self._given and now - self._given.given > GIVEN_LIMIT and self._commands.process:
+            self._commands.process.kill()       # its end is noticed
+        self._commands.reap()
+        self._watch.reap()
         if now >= self._retry and self._subscribers:
             self._retry = math.inf
-            self._ask_watch({"do": "state"})
+            self._ask_watch("state")
 
     def close(self) -> None:
         """The processes end."""
@@ -192,13 +221,25 @@ class Operating:
             raise Refused(["axis: the letter of an axis, such as x, or the number of a joint"])
         if not -SPEED_MOST <= speed <= SPEED_MOST:
             raise Refused([f"speed: units/s, at most {SPEED_MOST:.0f}"])
-        # one that waits is not newer than this one
+        if not speed:
+            self._up(call)
+            return
         waits = next((one for one in self._queue if one.peer is call.peer and one.do == "jog"
                       and one.params["axis"] == call.params["axis"]), None)
-        if waits:
+        self._plain(call, now)
+        if waits and waits in self._queue:
+            # this one is newer
             self._queue.remove(waits)
             waits.done(None)
-        self._plain(call, now)
+
+    def _up(self, call: Call) -> None:
+        """A key is up: before all that waits."""
+        axis = call.params["axis"]
+        self._drop(lambda one: one.peer is call.peer and one.do == "jog" and one.params["axis"] == axis, None)
+        if self._commands.link:
+            self._take_back("up", owner=self._owner(call.peer), axis=axis)
+        call.answer()
+        _tell_done(call.peer, call.identity, None)
 
     def _plain(self, call: Call, now: float) -> None:
         if now < self.old_until:
@@ -218,19 +259,20 @@ class Operating:
         self._number += 1
         return self._owners.setdefault(peer, self._number)
 
-    def _stop(self, call: Call, _now: float) -> None:
+    def _stop(self, call: Call, now: float) -> None:
         """Before all that waits, and instead of it."""
+        do = call.name.partition(".")[2]
         self._drop(lambda _: True, "it was stopped")
         if self._commands.link:
-            self._release(None)
-        self._stopping = call.name.partition(".")[2]
-        self._watch.send({"do": self._stopping})
-        if not self._given:
-            self._stopping = ""
-        call.answer()
+            self._take_back("stop")
+        if self._given:
+            self._stopping = do
+        self._number += 1
+        self._stops[self._number] = _Stop(call, do, now + STOP_LIMIT)
+        self._ask_watch(do, self._number)
 
     def _subscribe(self, call: Call, _now: float) -> None:
-        self._watch.send({"do": "state"})
+        self._watch.send({"do": "state", "number": 0})
         call.answer()
         if call.peer not in self._subscribers:
             self._subscribers.append(call.peer)
@@ -243,34 +285,49 @@ class Operating:
     def _next(self) -> None:
         while not self._given and self._queue:
             command = self._queue.popleft()
+            command.given = time.monotonic()
+            # a key that is held is held since it was said
+            sent = command.sent if command.do == "jog" else command.given
             try:
                 self._commands.send({"number": command.number, "do": command.do, "params": command.params,
-                                     "sent": command.sent})
+                                     "sent": sent})
             except Refused as refused:
-                command.done(str(refused))
+                self._done(command, str(refused))
                 continue
             self._given = command
+
+    def _done(self, command: _Command, fault: str | None) -> None:
+        command.done(fault)
+        if fault and command.do != "jog":
+            # what follows counted on it
+            self._drop(lambda one: one.peer is command.peer and one.do != "jog",
+                       "the command before it was not carried out")
 
     def _answered(self, said: dict[str, Any]) -> None:
         if self._given and said.get("number") == self._given.number:
             given, self._given = self._given, None
-            given.done(said["error"])
-            if self._stopping:
-                # LinuxCNC may have got the command after the stop
-                stopping, self._stopping = self._stopping, ""
-                self._ask_watch({"do": stopping})
+            self._done(given, said["error"])
+            self._stop_again()
             self._next()
+
+    def _stop_again(self) -> None:
+        """LinuxCNC may have got a command after the stop."""
+        if self._stopping:
+            stopping, self._stopping = self._stopping, ""
+            self._ask_watch(stopping)
 
     def _no_commands(self, why: str) -> None:
         self._drop(lambda _: True, why)
-        self._stopping = ""
         if self._given:
             given, self._given = self._given, None
             given.done(why)
+        self._stop_again()
 
     def _reported(self, said: dict[str, Any]) -> None:
         if "said" in said:
             self._tell({"method": "linuxcnc.said", "params": said["said"]})
+        elif "stopped" in said:
+            self._stopped(said["stopped"], said["error"])
         elif "state" in said:
             changed = said["state"] if self._state else {"connected": True, **said["state"]}
             self._state.update(changed)
@@ -280,10 +337,23 @@ class Operating:
         self._state = {}
         self._tell({"method": "linuxcnc.state", "params": {"connected": False, "why": why}})
         self._retry = time.monotonic() + RESTART_PAUSE
+        for number, stop in list(self._stops.items()):
+            if stop.again:
+                self._stopped(number, why)
+            else:
+                stop.again = True
+                self._ask_watch(stop.do, number)
 
-    def _ask_watch(self, message: Mapping[str, Any]) -> None:
+    def _stopped(self, number: int, fault: str | None) -> None:
+        stop = self._stops.pop(number, None)
+        if stop and fault:
+            stop.call.refuse(fault)
+        elif stop:
+            stop.call.answer()
+
+    def _ask_watch(self, do: str, number: int = 0) -> None:
         try:
-            self._watch.send(message)
+            self._watch.send({"do": do, "number": number})
         except Refused as refused:
             self._no_watch(str(refused))
 
@@ -296,19 +366,23 @@ class Operating:
         self._drop(lambda command: command.peer is peer, "")
         owner = self._owners.pop(peer)
         if self._commands.link:
-            self._release(owner)
+            self._take_back("release", owner=owner)
 
-    def _release(self, owner: int | None) -> None:
+    def _take_back(self, do: str, **params: Any) -> None:
         # not in the queue; its answer has no number
         try:
-            self._commands.send({"number": 0, "do": "release", "params": {"owner": owner}, "sent": time.monotonic()})
+            self._commands.send({"number": 0, "do": do, "params": params})
         except Refused as refused:
             _LOG.warning("%s", refused)
 
-    def _drop(self, which: Callable[[_Command], bool], why: str) -> None:
+    def _drop(self, which: Callable[[_Command], bool], why: str | None) -> None:
         for command in [command for command in self._queue if which(command)]:
             self._queue.remove(command)
             command.done(why)
+
+
+def _tell_done(peer: Peer, identity: Any, fault: str | None) -> None:
+    peer.send({"method": "linuxcnc.done", "params": {"id": identity, "error": fault}})
 
 
 def _one_of(what: str, text: str, words: tuple[str, ...]) -> None:

@@ -1,83 +1,24 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A whole LinuxCNC without a device, for tests: three axes whose feedback is the command, and a proxy.
+"""A whole LinuxCNC without a device, for tests: that of examples/linuxcnc/remote-panel.
 
 For main() of rig.py. The screen of this LinuxCNC is a process that does nothing.
 """
 import json
 import os
 import pathlib
+import shutil
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
+import time
 
 import rig
 from rig import halcmd, wait
 
+EXAMPLE = rig.ROOT / "examples/linuxcnc/remote-panel"
 ADDRESS = "\0pokeys-remote/pokeys-remote"
-INI = """\
-[EMC]
-VERSION = 1.1
-MACHINE = remote
-[DISPLAY]
-DISPLAY = {folder}/screen
-MAX_FEED_OVERRIDE = 1.5
-[TASK]
-TASK = milltask
-CYCLE_TIME = 0.010
-[RS274NGC]
-PARAMETER_FILE = parameters
-[EMCMOT]
-EMCMOT = motmod
-COMM_TIMEOUT = 4.0
-SERVO_PERIOD = 1000000
-[EMCIO]
-EMCIO = io
-CYCLE_TIME = 0.100
-[HAL]
-HALFILE = machine.hal
-[KINS]
-KINEMATICS = trivkins coordinates=xyz
-JOINTS = 3
-[TRAJ]
-COORDINATES = X Y Z
-LINEAR_UNITS = mm
-ANGULAR_UNITS = degree
-MAX_LINEAR_VELOCITY = 50
-DEFAULT_LINEAR_VELOCITY = 20
-"""
-AXIS = """\
-[AXIS_{letter}]
-MIN_LIMIT = -100
-MAX_LIMIT = 100
-MAX_VELOCITY = 50
-MAX_ACCELERATION = 500
-[JOINT_{number}]
-TYPE = LINEAR
-MIN_LIMIT = -100
-MAX_LIMIT = 100
-MAX_VELOCITY = 50
-MAX_ACCELERATION = 500
-FERROR = 90
-MIN_FERROR = 90
-HOME = 0
-HOME_OFFSET = 0
-HOME_SEQUENCE = 0
-"""
-HAL = """\
-loadrt [KINS]KINEMATICS
-loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS
-addf motion-command-handler servo-thread
-addf motion-controller      servo-thread
-net x joint.0.motor-pos-cmd => joint.0.motor-pos-fb
-net y joint.1.motor-pos-cmd => joint.1.motor-pos-fb
-net z joint.2.motor-pos-cmd => joint.2.motor-pos-fb
-net enable iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in
-net tool-change iocontrol.0.tool-change => iocontrol.0.tool-changed
-net tool-prepare iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
-loadusr -W pokeys-remote --config remote.conf
-"""
 
 
 class Control:
@@ -150,23 +91,28 @@ class LinuxCNC:
         self.temporary = tempfile.TemporaryDirectory(prefix="pokeys-remote-")
         self.folder = pathlib.Path(self.temporary.name)
         self.controls = []
-        files = {"machine.ini": INI.format(folder=self.folder) + "".join(
-            AXIS.format(letter=letter, number=number) for number, letter in enumerate("XYZ")),
-            "machine.hal": HAL, "remote.conf": "[operate]\nusers = nobody\nmessages = yes\n",
-            "screen": f"#!/bin/sh\necho $$ >{self.folder}/screen.pid\nexec sleep 600\n"}
-        for name, text in files.items():
-            (self.folder / name).write_text(text, encoding="utf-8")
+        shutil.copytree(EXAMPLE, self.folder, dirs_exist_ok=True)
+        self._change("remote-panel.ini", "DISPLAY = axis", f"DISPLAY = {self.folder}/screen")
+        self._change("remote-panel.conf", "[remote]\ncreate = no", "[operate]\nusers = nobody\nmessages = yes")
+        (self.folder / "screen").write_text(f"#!/bin/sh\necho $$ >{self.folder}/screen.pid\nexec sleep 600\n",
+                                            encoding="ascii")
         # LinuxCNC may be another user here
-        self.folder.chmod(0o777)
-        (self.folder / "screen").chmod(0o755)
+        for path in (self.folder, *self.folder.iterdir()):
+            path.chmod(0o777)
         path = f"{pathlib.Path(sys.argv[1]).parent}:{os.environ['PATH']}"
         with open(self.folder / "linuxcnc.log", "wb") as log:
-            self.child = subprocess.Popen(["linuxcnc", "-r", self.folder / "machine.ini"], stdout=log, stderr=log,
+            self.child = subprocess.Popen(["linuxcnc", "-r", self.folder / "remote-panel.ini"], stdout=log, stderr=log,
                                           stdin=subprocess.DEVNULL, cwd=self.folder, env={**os.environ, "PATH": path})
         try:
             self.screen = int(wait("LinuxCNC is there", self._screen))
         except AssertionError as fault:
             raise AssertionError(f"{fault}: {self.said()}") from None
+
+    def _change(self, name, old, new):
+        path = self.folder / name
+        text = path.read_text(encoding="utf-8")
+        assert text.count(old) == 1, f"{path.name} of the example has no {old!r}: mend this test"
+        path.write_text(text.replace(old, new), encoding="utf-8")
 
     def _screen(self):
         assert self.child.poll() is None, "LinuxCNC has ended"
@@ -191,3 +137,29 @@ class LinuxCNC:
 
 def position(axis):
     return float(halcmd("getp", f"joint.{axis}.motor-pos-cmd"))
+
+
+def the_screen():
+    import linuxcnc
+    return linuxcnc.command()
+
+
+def switch_on(one):
+    """As the machinist does it, at the screen."""
+    import linuxcnc
+    for state, name in ((linuxcnc.STATE_ESTOP_RESET, "off"), (linuxcnc.STATE_ON, "on")):
+        the_screen().state(state)
+        one.until(lambda seen, name=name: seen.get("task") == name)
+
+
+def stands(number):
+    """It comes to a stop, and does not go on."""
+    def still():
+        before = position(number)
+        time.sleep(0.3)
+        return position(number) == before
+    wait(f"joint {number} stands", still)
+    before = position(number)
+    time.sleep(0.7)
+    assert position(number) == before
+    return before
