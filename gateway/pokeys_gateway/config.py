@@ -23,6 +23,7 @@ RECORDS = Path("/var/log/pokeysd")
 DOCTOR = Path("/run/pokeys-doctor")     # for the daemon of RUNTIME
 SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
 DIRECTORY_MOST = 49         # pokeysd's sockets lie below it
+_PROXY = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,46}")
 _NAME = re.compile(r"[a-z0-9]([a-z0-9.-]{0,252}[a-z0-9])?")
 
 
@@ -57,6 +58,8 @@ class Config:
     plaintext: bool = False
     users: Path = USERS
     guests: bool = False
+    operate: bool = False
+    proxy: str = "pokeys-remote"
 
 
 def directory(text: str) -> str:
@@ -122,6 +125,13 @@ def addresses(text: str) -> tuple[str, ...]:
         raise ValueError("addresses, such as 192.168.1.2") from None
 
 
+def proxy_name(text: str) -> str:
+    """The name of a HAL component, which a proxy has."""
+    if not _PROXY.fullmatch(text):
+        raise ValueError("the name of a pokeys-remote, as its --name says")
+    return text
+
+
 KEYS = (
     Key("gateway", "runtime-directory", directory),
     Key("gateway", "record-folder", path),
@@ -134,6 +144,8 @@ KEYS = (
     Key("http", "plaintext", yes_or_no),
     Key("access", "users", path),
     Key("access", "guests", yes_or_no),
+    Key("linuxcnc", "operate", yes_or_no),
+    Key("linuxcnc", "proxy", proxy_name),
 )
 
 

@@ -121,7 +121,7 @@ def openapi(model: Model) -> Schema:
         "openapi": "3.1.0",
         "info": {"title": "pokeys-gateway", "version": __version__, "license": {
             "name": "GPL-2.0-or-later", "identifier": "GPL-2.0-or-later"},
-            "description": "PoKeys devices of a running pokeysd, read only. See pokeys-gateway(8)."},
+            "description": "PoKeys devices of a running pokeysd, which can only be read. See pokeys-gateway(8)."},
         "servers": [{"url": "/"}],
         "paths": {
             "/": get("The page", _answer(TEXT, "text/html")),
@@ -217,6 +217,7 @@ def _methods() -> dict[str, tuple[str, Schema, Schema]]:
     return {
         "server.info": ("About the gateway and this connection", nothing, _object({
             "format": FORMAT, "version": TEXT, "user": USER, "level": {"enum": list(LEVELS)},
+            "operate": {**FLAG, "description": "This client may operate LinuxCNC, if it runs"},
             "trouble": TROUBLE, "devices": _list(TEXT), "clients": COUNT,
             "skipped": {**COUNT, "description": "States that this client did not get, because it was slow"}})),
         "objects.list": ("Names of the devices", nothing, _object({"objects": _list(TEXT)})),
@@ -232,6 +233,52 @@ def _methods() -> dict[str, tuple[str, Schema, Schema]]:
         "events.list": ("What has happened to a device", _only({"device": TEXT}, since=_object(
             {"epoch": COUNT, "number": COUNT})),
                         _object({"events": _list(ref("Event"))})),
+        **_operating(none),
+    }
+
+
+def _operating(none: Schema) -> dict[str, tuple[str, Schema, Schema]]:
+    """Methods that pokeys-remote carries out; the answer says that it has taken the command."""
+    nothing = _only({})
+    later = "; linuxcnc.done says what LinuxCNC has made of it"
+    number: Schema = {"type": "number"}
+    return {
+        "emergency_stop": ("LinuxCNC's emergency stop, before all commands that wait", nothing, none),
+        "linuxcnc.stop": ("Stop all movement, before all commands that wait", nothing, none),
+        "linuxcnc.subscribe": ("Send LinuxCNC's state, and what changes", nothing, none),
+        "linuxcnc.mode": ("Change the mode" + later, _only({"mode": {"enum": ["manual", "mdi", "auto"]}}), none),
+        "linuxcnc.mdi": ("Carry out a line of G-code" + later, _only({"line": {**TEXT, "maxLength": 255}}), none),
+        "linuxcnc.run": ("Run the loaded programme" + later, nothing, none),
+        "linuxcnc.pause": ("Pause the programme" + later, nothing, none),
+        "linuxcnc.resume": ("Go on with it" + later, nothing, none),
+        "linuxcnc.home": ("Home a joint, or all with -1" + later, _only({"joint": {"type": "integer", "minimum": -1}}),
+                          none),
+        "linuxcnc.override": ("Set an override" + later, _only({
+            "what": {"enum": ["feed", "rapid", "spindle"]}, "value": {**number, "minimum": 0}}), none),
+        "linuxcnc.jog": (
+            "Jog for half a second, to be repeated as long as a key is held; speed 0 ends it" + later, _only({
+                "axis": {**TEXT, "description": "The letter of an axis, or the number of a joint"},
+                "speed": {**number, "description": "Machine units per second"},
+                "press": {"type": "integer", "description": "Another number each time the key is pressed"}}), none),
+    }
+
+
+def _notifications() -> dict[str, Schema]:
+    """What comes from LinuxCNC between the answers."""
+    def notification(name: str, params: Schema) -> Schema:
+        return _object({"jsonrpc": {"const": "2.0"}, "method": {"const": name}, "params": params})
+    number: Schema = {"type": "number"}
+    words = dict.fromkeys(("task", "mode", "interpreter", "motion", "file"), TEXT)
+    return {
+        "linuxcnc.done": notification("linuxcnc.done", _object({
+            "id": {"type": ["string", "number", "null"], "description": "Of the request"},
+            "error": {"type": ["string", "null"], "description": "Why LinuxCNC has not taken the command"}})),
+        "linuxcnc.said": notification("linuxcnc.said", _object({"kind": {"enum": ["error", "text"]}, "text": TEXT})),
+        "linuxcnc.state": notification("linuxcnc.state", _object(
+            {}, connected={**FLAG, "description": "What was sent before it is to be forgotten"}, why=TEXT, **words,
+            paused=FLAG, moving=FLAG, line={"type": "integer"}, joints=COUNT, axes=_list(TEXT),
+            position=_map(number, "By axis, in machine units"), homed={**_list(FLAG), "description": "By joint"},
+            feed_override=number, rapid_override=number, spindle_override=number, spindle_speed=number)),
     }
 
 
@@ -260,7 +307,7 @@ def messages(model: Model) -> Schema:
         "type": "object", "description": "METHOD.result of the method of the request with this id"}})
     return {
         "$schema": DIALECT, "title": "Messages of pokeys-gateway's WebSocket",
-        "anyOf": [ref("notify_status_update"), ref("answer"), _list(ref("answer"))],
+        "anyOf": [ref("notify_status_update"), *map(ref, _notifications()), ref("answer"), _list(ref("answer"))],
         "$defs": {
             **_shapes(model, "#/$defs/"),
             **{f"{name}.params": params for name, (_what, params, _result) in methods.items()},
@@ -268,5 +315,6 @@ def messages(model: Model) -> Schema:
             "request": {"oneOf": requests},
             "answer": {"oneOf": [result, error]},
             "notify_status_update": update,
+            **_notifications(),
         },
     }

@@ -23,7 +23,7 @@ from typing import Any
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from .. import __version__
-from ..access import Access, Who
+from ..access import LEVELS, Access, Who
 from ..feeds import (
     ANSWER_BYTES_MOST,
     RATE_LEAST,
@@ -41,6 +41,7 @@ from ..feeds import (
 )
 from ..gate import Gate, cut
 from ..hub import Hub
+from ..operate import METHODS, STOPS, NotDone, Operator
 from .session import WHO
 
 MESSAGE_MOST = 64 * 1024
@@ -53,8 +54,10 @@ BLOCKED_S = 10.0
 KEEP_ALIVE = {socket.TCP_KEEPIDLE: 20, socket.TCP_KEEPINTVL: 5, socket.TCP_KEEPCNT: 4}
 USUAL_RATE = 2.0
 PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
+OPERATES = {"emergency_stop": "emergency_stop", **{
+    f"linuxcnc.{name}": name for name in (*METHODS, *STOPS) if name != "emergency_stop"}}
 SHOWN = 80                  # characters of a client's text in an error
-NO_DEVICE, TOO_MUCH = -32001, -32002
+NO_DEVICE, TOO_MUCH, NOT_ALLOWED, NOT_DONE = -32001, -32002, -32003, -32004
 DIGITS_MOST, FRAMES_MOST = 18, 64
 CLOSE_S = 1.0
 _LOG = logging.getLogger("pokeys-gateway")
@@ -86,6 +89,7 @@ class _Connection:
             "objects.unsubscribe": self._unsubscribe,
             "events.list": self._events,
         }
+        self._operator = Operator(door.hub.config.proxy, self._tell)
 
     def leave(self) -> None:
         """End the subscription, if there is one."""
@@ -102,36 +106,38 @@ class _Connection:
         except (ValueError, RecursionError):
             return encode(_error(None, PARSE_ERROR, "not JSON"))
         if not isinstance(message, list):
-            answer = self._one(message)
+            answer = await self._one(message)
             return encode(answer) if answer else None
         if not 0 < len(message) <= BATCH_MOST:
             return encode(_error(None, INVALID_REQUEST, f"a batch has 1 to {BATCH_MOST} requests"))
         answers: list[str] = []
         for one in message:
-            if answer := self._one(one, sum(map(len, answers)) < ANSWER_BYTES_MOST):
+            if answer := await self._one(one, sum(map(len, answers)) < ANSWER_BYTES_MOST):
                 answers.append(encode(answer))
             # others' turn
             await asyncio.sleep(0)
         return f"[{','.join(answers)}]" if answers else None
 
-    def _one(self, request: Any, room: bool = True) -> dict[str, Any] | None:
+    async def _one(self, request: Any, room: bool = True) -> dict[str, Any] | None:
         if not isinstance(request, dict) or request.get("jsonrpc") != "2.0" or not isinstance(
                 request.get("method"), str) or not _is_id(request.get("id")):
             return _error(None, INVALID_REQUEST, 'a request of JSON-RPC 2.0 has "jsonrpc", "method" and "id"')
         number = request.get("id")
         try:
-            method = self._methods.get(request["method"])
+            name = request["method"]
+            method = self._methods.get(name)
+            operates = OPERATES.get(name)
             if not room:
                 raise RpcError(TOO_MUCH, "not done: the answers before it are too long")
-            if not method:
-                raise RpcError(NO_METHOD, f"there is no method {request['method'][:SHOWN]}; there are: "
-                                          f"{', '.join(self._methods)}")
+            if not method and not operates:
+                raise RpcError(NO_METHOD, f"there is no method {name[:SHOWN]}; there are: "
+                                          f"{', '.join((*self._methods, *OPERATES))}")
             params = request.get("params", {})
             if not isinstance(params, dict):
                 raise RpcError(INVALID_PARAMS, "params has to be an object")
             if method == self._subscribe and "id" not in request:
                 raise RpcError(INVALID_REQUEST, "its answer is the first state")
-            result = method(params)
+            result = method(params) if method else await self._operate(operates or "", params, number)
         except RpcError as error:
             return _error(number, error.code, str(error)) if "id" in request else None
         except Exception:
@@ -139,11 +145,33 @@ class _Connection:
             return _error(number, INTERNAL, "an error of the gateway; its log says more") if "id" in request else None
         return {"jsonrpc": "2.0", "id": number, "result": result} if "id" in request else None
 
+    async def _operate(self, method: str, params: dict[str, Any], number: Any) -> dict[str, Any]:
+        if not self._hub.config.operate:
+            raise RpcError(NOT_ALLOWED, "nobody may operate LinuxCNC through this gateway ([linuxcnc] operate = no)")
+        if self.who.level == LEVELS[0]:
+            raise RpcError(NOT_ALLOWED, "operating needs a log-in of a user whose level is user or admin")
+        try:
+            await self._operator.ask(method, params, number)
+        except NotDone as error:
+            raise RpcError(NOT_DONE, str(error)) from None
+        return {}
+
+    async def _tell(self, notification: dict[str, Any]) -> None:
+        # pokeys-remote waits meanwhile, and ends the connection of one that reads nothing
+        await self.subscriber.room()
+        self.subscriber.answer(encode(notification))
+
+    def end(self) -> None:
+        """The client is gone."""
+        self.leave()
+        self._operator.close()
+
     # ---- methods
 
     def _info(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params)
         return {"format": 1, "version": __version__, "user": self.who.name or None, "level": self.who.level,
+                "operate": self._hub.config.operate and self.who.level != LEVELS[0],
                 "trouble": self._hub.source.trouble, "devices": self._hub.source.names(),
                 "clients": len(self._door.connections), "skipped": self.subscriber.skipped}
 
@@ -295,7 +323,7 @@ class Rpc:
             _LOG.exception("a WebSocket client")
         finally:
             writer.cancel()
-            connection.leave()
+            connection.end()
             try:
                 await ws.close(code=WSCloseCode.GOING_AWAY if self._ending else WSCloseCode.OK)
             finally:
@@ -352,6 +380,7 @@ class Rpc:
                 since = time.monotonic()
             before = now
             if not self._access.holds(connection.who):
+                connection.end()
                 cut(transport)
                 return
             if time.monotonic() - since > BLOCKED_S:

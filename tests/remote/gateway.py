@@ -1,0 +1,206 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""LinuxCNC operated through pokeys-gateway and pokeys-remote, by a client in the network (python3-websockets)."""
+import asyncio
+import base64
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+
+import rig
+from linuxcncrig import LinuxCNC, position, stands, switch_on
+from rig import wait
+
+PORT = 8580
+BUILD = pathlib.Path(sys.argv[2]).resolve().parents[1]
+PROGRAM = rig.ROOT / "gateway/pokeys-gateway"
+ENVIRONMENT = {**os.environ, "PYTHONPATH": f"{rig.ROOT}/gateway:{rig.ROOT}/python",
+               "POKEYSCTL": str(BUILD / "tools/pokeysctl"), "POKEYS_SHM_LIBRARY": str(BUILD / "shm/libpokeys_shm.so.0")}
+NOT_ALLOWED, NOT_DONE = -32003, -32004
+
+
+class Gateway:
+    """A gateway with a guest and a user."""
+
+    def __init__(self, machine, operate="yes"):
+        folder = machine.folder
+        self.log = folder / "gateway.log"
+        conf = folder / "gateway.conf"
+        conf.write_text(f"[http]\nlisten = 127.0.0.1:{PORT}\n[access]\nusers = {folder}/users\n[linuxcnc]\n"
+                        f"operate = {operate}\n[gateway]\nruntime-directory = {folder}/run\n", encoding="utf-8")
+        words = ["/usr/bin/python3", "-B", PROGRAM, "--config", conf]
+        for name, level in (("gus", "guest"), ("ulla", "user")):
+            # the file has to be there if the configuration names it
+            (folder / "users").touch(mode=0o600)
+            subprocess.run([*words, "--set-user", name, "--level", level], input="secret, and long\n", text=True,
+                           capture_output=True, check=True, env=ENVIRONMENT)
+        with open(self.log, "wb") as log:
+            self.child = subprocess.Popen(words, stdout=log, stderr=log, stdin=subprocess.DEVNULL, env=ENVIRONMENT)
+        wait("the gateway", lambda: "the page is at" in self.said() or self.child.poll() is not None)
+
+    def said(self):
+        return self.log.read_text(encoding="utf-8")
+
+    def close(self):
+        self.child.terminate()
+        self.child.wait(rig.PATIENCE)
+        assert "Traceback" not in self.said(), self.said()
+
+
+class Client:
+    """A client over the WebSocket, which judges what comes by the gateway's own schema."""
+
+    def __init__(self, ws, judge):
+        self.ws, self.judge, self.number, self.state, self.done = ws, judge, 0, {}, {}
+
+    async def hear(self):
+        message = json.loads(await asyncio.wait_for(self.ws.recv(), rig.PATIENCE))
+        faults = [error.message for error in self.judge.iter_errors(message)]
+        assert not faults, (message, faults)
+        if message.get("method") == "linuxcnc.done":
+            self.done[message["params"]["id"]] = message["params"]["error"]
+        elif message.get("method") == "linuxcnc.state":
+            if "connected" in message["params"]:
+                self.state = {}
+            self.state.update(message["params"])
+        return message
+
+    async def ask(self, method, **params):
+        """The result, or the error's code and text."""
+        self.number += 1
+        await self.ws.send(json.dumps({"jsonrpc": "2.0", "id": self.number, "method": method, "params": params}))
+        while (message := await self.hear()).get("id") != self.number:
+            pass
+        return message["result"] if "result" in message else (message["error"]["code"], message["error"]["message"])
+
+    async def do(self, method, **params):
+        """Until LinuxCNC has said what it made of it."""
+        taken = await self.ask(f"linuxcnc.{method}", **params)
+        assert taken == {}, taken
+        number = self.number
+        while number not in self.done:
+            await self.hear()
+        return self.done[number]
+
+    async def until(self, test):
+        while not test(self.state):
+            await self.hear()
+
+    async def hold(self, axis, speed, press, until):
+        while not until():
+            fault = await self.do("jog", axis=axis, speed=speed, press=press)
+            if fault:
+                assert fault == "this press has ended", fault
+                press += 1000
+
+
+def connect(name):
+    import websockets
+    secret = base64.b64encode(f"{name}:secret, and long".encode()).decode()
+    return websockets.connect(f"ws://127.0.0.1:{PORT}/websocket", extra_headers={"Authorization": f"Basic {secret}"})
+
+
+def schema():
+    import urllib.request
+
+    import jsonschema
+    asked = urllib.request.Request(f"http://127.0.0.1:{PORT}/api/schema.json", headers={
+        "Authorization": "Basic " + base64.b64encode(b"gus:secret, and long").decode()})
+    with urllib.request.urlopen(asked, timeout=rig.PATIENCE) as answer:
+        document = json.load(answer)
+    return jsonschema.Draft202012Validator(document)
+
+
+async def operates(machine):
+    judge = await asyncio.to_thread(schema)
+    async with connect("gus") as ws:
+        guest = Client(ws, judge)
+        assert (await guest.ask("server.info"))["operate"] is False
+        for method in ("emergency_stop", "linuxcnc.stop", "linuxcnc.subscribe"):
+            code, text = await guest.ask(method)
+            assert code == NOT_ALLOWED and "level is user or admin" in text, text
+    async with connect("ulla") as ws:
+        one = Client(ws, judge)
+        assert (await one.ask("server.info"))["operate"] is True
+        assert await one.ask("linuxcnc.subscribe") == {}
+        await one.until(lambda seen: seen.get("task") == "estop" and seen["connected"])
+        assert await one.do("mdi", line="G0 X1") == "the machine is not on"
+        code, text = await one.ask("linuxcnc.mdi", line="G0\nX1")
+        assert code == NOT_DONE and "one line of G-code" in text
+        assert (await one.ask("linuxcnc.mdi", line="x" * 5000))[1] == "the request is too long"
+        assert "needs exactly these parameters" in (await one.ask("linuxcnc.mdi"))[1]
+        screen = machine.control()
+        screen.asked("subscribe")
+        await asyncio.to_thread(switch_on, screen)
+        await one.until(lambda seen: seen["task"] == "on")
+        assert await one.do("home", joint=-1) is None
+        await one.until(lambda seen: all(seen["homed"]) and seen["motion"] == "axes")
+        await one.hold("x", 20, 1, lambda: position(0) > 2)
+        there = position(0)
+    # its WebSocket has ended
+    assert await asyncio.to_thread(stands, 0) < there + 20
+    async with connect("ulla") as ws:
+        one = Client(ws, judge)
+        assert await one.ask("linuxcnc.subscribe") == {}
+        assert await one.do("mode", mode="mdi") is None
+        assert await one.do("mdi", line="G1 X90 F300") is None
+        begun = position(0)
+        await asyncio.to_thread(wait, "it moves", lambda: position(0) > begun + 0.5)
+        assert await one.ask("linuxcnc.stop") == {}
+        assert await asyncio.to_thread(stands, 0) < 80
+        # pokeys-remote hangs, ends, and comes again
+        proxy = rig.listed()["pokeys-remote"]
+        os.kill(proxy, signal.SIGSTOP)
+        there = position(0)
+        code, text = await one.ask("linuxcnc.mdi", line="G1 X0 F3000")
+        assert (code, text) == (NOT_DONE, "pokeys-remote does not answer"), text
+        assert one.state == {"connected": False, "why": "pokeys-remote does not answer"}
+        os.kill(proxy, signal.SIGCONT)
+        assert await asyncio.to_thread(stands, 0) == there
+        while await one.ask("linuxcnc.subscribe") != {}:
+            await asyncio.sleep(0.1)
+        one.state = {}
+        os.kill(rig.listed()["pokeys-remote"], signal.SIGKILL)
+        await one.until(lambda seen: seen.get("connected") is False)
+        assert one.state["why"] == "pokeys-remote has ended"
+        assert await one.ask("linuxcnc.subscribe") == {}
+        await one.until(lambda seen: seen.get("task") == "on")
+        assert await one.ask("emergency_stop") == {}
+        await one.until(lambda seen: seen["task"] == "estop")
+
+
+async def refuses():
+    async with connect("ulla") as ws:
+        one = Client(ws, await asyncio.to_thread(schema))
+        assert (await one.ask("server.info"))["operate"] is False
+        code, text = await one.ask("linuxcnc.stop")
+        assert code == NOT_ALLOWED and "[linuxcnc] operate = no" in text
+
+
+def users_operate(machine):
+    gateway = Gateway(machine)
+    try:
+        asyncio.run(operates(machine))
+    finally:
+        gateway.close()
+
+
+def nobody_operates_unless_it_is_configured(machine):
+    gateway = Gateway(machine, "no")
+    try:
+        asyncio.run(refuses())
+    finally:
+        gateway.close()
+
+
+if __name__ == "__main__":
+    ran = subprocess.run(["/usr/bin/python3", "-c", "import aiohttp, prometheus_client, websockets, jsonschema"],
+                         capture_output=True, text=True, check=False)
+    if ran.returncode:
+        print(f"skipped: {ran.stderr.strip().splitlines()[-1]} (Debian: python3-aiohttp, python3-prometheus-client, "
+              "python3-websockets, python3-jsonschema)")
+        sys.exit(77)
+    rig.main([users_operate, nobody_operates_unless_it_is_configured], LinuxCNC)
