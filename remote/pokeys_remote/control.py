@@ -21,7 +21,7 @@ from . import lines
 from .component import Refused
 from .sparing import CLIENTS
 
-PEERS_MOST = 16             # of owners, and of those who only operate
+PEERS_MOST = 64             # of owners, and of those who only operate
 PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS = -32700, -32600, -32601, -32602
 
 

@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import tempfile
 
-from rig import PATIENCE, Skip
+from house import PATIENCE, Skip
 
 try:
     import websockets
@@ -17,6 +17,28 @@ except ImportError:
     websockets = None
 
 PROGRAM = "chromium"
+SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900), "wall": (3840, 2160)}
+# names of elements that a hand or a screen reader gets to
+NAMED = "button", "link", "textbox", "heading", "img", "group", "region", "article", "table", "DisclosureTriangle"
+# texts that differ too little from what is behind them (WCAG 2: 4.5), in the page
+CONTRAST = """(() => {
+    const numbers = colour => colour.match(/[\\d.]+/g).map(Number);
+    const light = ([r, g, b]) => { const [x, y, z] = [r, g, b].map(c => c / 255).map(
+        c => c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4); return 0.2126 * x + 0.7152 * y + 0.0722 * z; };
+    const behind = element => { for (let at = element; at; at = at.parentElement) {
+        const colour = numbers(getComputedStyle(at).backgroundColor); if ((colour[3] ?? 1) > 0) return colour; }
+        return [255, 255, 255]; };
+    const bad = [];
+    for (const element of document.querySelectorAll('body *')) {
+        if (![...element.childNodes].some(node => node.nodeType === 3 && node.data.trim())) continue;
+        if (element.closest('svg, script, style, noscript')) continue;
+        for (let at = element; at; at = at.parentElement)
+            if (getComputedStyle(at).opacity !== '1') bad.push(['opacity', at.className]);
+        const [a, b] = [light(numbers(getComputedStyle(element).color)), light(behind(element))].sort((x, y) => y - x);
+        if ((a + 0.05) / (b + 0.05) < 4.5) bad.push([element.className, element.textContent, (a + 0.05) / (b + 0.05)]);
+    }
+    return bad.slice(0, 5);
+})()"""
 
 
 class Page:

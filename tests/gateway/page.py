@@ -14,16 +14,13 @@ import subprocess
 import sys
 import time
 
-from browser import browser
 from rig import PYTHON, Gateway, House, Skip, environment, machine
-from house import end, equal, main  # noqa: E402  (rig.py finds it)
+from browser import CONTRAST, NAMED, SIZES, browser  # noqa: E402  (it needs house, which rig.py finds)
+from house import end, equal, main  # noqa: E402
 
 PICTURES = os.environ.get("POKEYS_SCREENSHOTS")
-SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900), "wall": (3840, 2160)}
 STATUS = "(document.querySelector('[role=status]')?.textContent ?? '')"
 LIVE = f"{STATUS}.includes('live') && document.querySelector('article.device:not(.old)') !== null"
-# names of elements that a hand or a screen reader gets to
-NAMED = "button", "link", "textbox", "heading", "img", "group", "region", "article", "table", "DisclosureTriangle"
 
 
 def workshop():
@@ -177,26 +174,6 @@ def test_it_fits_and_can_be_read():
             equal(page.complaints, [])
     with workshop() as (_house, _sim, _daemon, gateway):
         run(look(gateway))
-
-
-CONTRAST = """(() => {
-    const numbers = colour => colour.match(/[\\d.]+/g).map(Number);
-    const light = ([r, g, b]) => { const [x, y, z] = [r, g, b].map(c => c / 255).map(
-        c => c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4); return 0.2126 * x + 0.7152 * y + 0.0722 * z; };
-    const behind = element => { for (let at = element; at; at = at.parentElement) {
-        const colour = numbers(getComputedStyle(at).backgroundColor); if ((colour[3] ?? 1) > 0) return colour; }
-        return [255, 255, 255]; };
-    const bad = [];
-    for (const element of document.querySelectorAll('body *')) {
-        if (![...element.childNodes].some(node => node.nodeType === 3 && node.data.trim())) continue;
-        if (element.closest('svg, script, style, noscript')) continue;
-        for (let at = element; at; at = at.parentElement)
-            if (getComputedStyle(at).opacity !== '1') bad.push(['opacity', at.className]);
-        const [a, b] = [light(numbers(getComputedStyle(element).color)), light(behind(element))].sort((x, y) => y - x);
-        if ((a + 0.05) / (b + 0.05) < 4.5) bad.push([element.className, element.textContent, (a + 0.05) / (b + 0.05)]);
-    }
-    return bad.slice(0, 5);
-})()"""
 
 
 def test_it_asks_who_you_are():

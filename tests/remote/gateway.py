@@ -18,7 +18,7 @@ PORT = 8580
 BUILD = pathlib.Path(sys.argv[2]).resolve().parents[1]
 PROGRAM = rig.ROOT / "gateway/pokeys-gateway"
 ENVIRONMENT = {**os.environ, "PYTHONPATH": f"{rig.ROOT}/gateway:{rig.ROOT}/python",
-               "POKEYSCTL": str(BUILD / "tools/pokeysctl"), "POKEYS_SHM_LIBRARY": str(BUILD / "shm/libpokeys_shm.so.0")}
+               "POKEYS_GATEWAY_WEB": str(BUILD / "gateway/web"), "POKEYSCTL": str(BUILD / "tools/pokeysctl"), "POKEYS_SHM_LIBRARY": str(BUILD / "shm/libpokeys_shm.so.0")}
 NOT_ALLOWED, NOT_DONE = -32003, -32004
 
 
@@ -155,8 +155,12 @@ async def operates(machine):
         proxy = rig.listed()["pokeys-remote"]
         os.kill(proxy, signal.SIGSTOP)
         there = position(0)
-        code, text = await one.ask("linuxcnc.mdi", line="G1 X0 F3000")
-        assert (code, text) == (NOT_DONE, "pokeys-remote does not answer"), text
+        # nothing else waits for it
+        await one.ws.send(json.dumps({"jsonrpc": "2.0", "id": "mdi", "method": "linuxcnc.mdi", "params": {"line": "G1 X0"}}))
+        assert (await one.ask("server.info"))["operate"] is True
+        while (answer := await one.hear()).get("id") != "mdi":
+            pass
+        assert answer["error"] == {"code": NOT_DONE, "message": "pokeys-remote does not answer"}, answer
         assert one.state == {"connected": False, "why": "pokeys-remote does not answer"}
         os.kill(proxy, signal.SIGCONT)
         assert await asyncio.to_thread(stands, 0) == there

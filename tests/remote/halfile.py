@@ -266,7 +266,7 @@ def said(connection, data=b""):
 
 def all_connections():
     """As many as are allowed; None if those before are not closed yet."""
-    made = [connect() for _ in range(16)]
+    made = [connect() for _ in range(64)]
     if all(said(each, b"{}\n")["error"]["code"] == -32600 for each in made):
         return made
     for each in made:
@@ -313,7 +313,7 @@ def bytes_of_all_kinds(machine):
                 each.sendall(b"\n" * 100)
         each.close()
     many = wait("there is room for as many as are allowed", all_connections)
-    assert "16 connections are open already" in said(connect())["error"]["message"]
+    assert "64 connections are open already" in said(connect())["error"]["message"]
     for each in many:
         each.close()
     fine("waitacquired", "a")

@@ -156,10 +156,10 @@ def stands(number):
     """It comes to a stop, and does not go on."""
     def still():
         before = position(number)
-        time.sleep(0.3)
+        time.sleep(0.2)
         return position(number) == before
     wait(f"joint {number} stands", still)
     before = position(number)
-    time.sleep(0.7)
+    time.sleep(0.5)
     assert position(number) == before
     return before

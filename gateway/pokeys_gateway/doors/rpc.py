@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """JSON-RPC 2.0 over a WebSocket, in the shape that Moonraker made familiar.
 
-Requests are answered in the order in which they come; states come between. No client waits for
-another: what one does not take is in its subscriber (feeds.py), its requests are read only as far as
-there is room for answers, and one that reads nothing for ten seconds is closed.
+Requests are answered in the order in which they come, but for those that operate LinuxCNC; states come
+between. No client waits for another: what one does not take is in its subscriber (feeds.py), its requests are
+read only as far as there is room for answers, and one that reads nothing for ten seconds is closed.
 """
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from ..feeds import (
 )
 from ..gate import Gate, cut
 from ..hub import Hub
-from ..operate import METHODS, STOPS, NotDone, Operator
+from ..operate import METHODS, STOPS, UNDER_WAY_MOST, NotDone, Operator
 from .session import WHO
 
 MESSAGE_MOST = 64 * 1024
@@ -90,6 +90,7 @@ class _Connection:
             "events.list": self._events,
         }
         self._operator = Operator(door.hub.config.proxy, self._tell)
+        self._under_way: set[asyncio.Task[None]] = set()
 
     def leave(self) -> None:
         """End the subscription, if there is one."""
@@ -105,6 +106,10 @@ class _Connection:
             message = json.loads(text, parse_constant=_refuse)
         except (ValueError, RecursionError):
             return encode(_error(None, PARSE_ERROR, "not JSON"))
+        if isinstance(message, dict) and str(message.get("method")) in OPERATES:
+            # LinuxCNC may hang, and nothing else is to wait for it
+            self._later(message)
+            return None
         if not isinstance(message, list):
             answer = await self._one(message)
             return encode(answer) if answer else None
@@ -117,6 +122,18 @@ class _Connection:
             # others' turn
             await asyncio.sleep(0)
         return f"[{','.join(answers)}]" if answers else None
+
+    def _later(self, message: dict[str, Any]) -> None:
+        if len(self._under_way) >= UNDER_WAY_MOST:
+            self.subscriber.answer(encode(_error(message.get("id"), TOO_MUCH, "too many requests are under way")))
+            return
+
+        async def answer() -> None:
+            if found := await self._one(message):
+                self.subscriber.answer(encode(found))
+        task = asyncio.get_running_loop().create_task(answer())
+        self._under_way.add(task)
+        task.add_done_callback(self._under_way.discard)
 
     async def _one(self, request: Any, room: bool = True) -> dict[str, Any] | None:
         if not isinstance(request, dict) or request.get("jsonrpc") != "2.0" or not isinstance(
@@ -165,6 +182,9 @@ class _Connection:
         """The client is gone."""
         self.leave()
         self._operator.close()
+        # the task of who asks this is not one of them
+        for task in self._under_way:
+            task.cancel()
 
     # ---- methods
 

@@ -16,10 +16,12 @@ interface Change extends Partial<State> {
 	whole?: boolean;
 }
 
+type Update = [Record<string, Change | null>, number, { serial: number; full: boolean }];
+
 interface Message {
 	id?: number | null;
 	method?: string;
-	params?: [Record<string, Change | null>, number, { serial: number; full: boolean }];
+	params?: Update | object;
 	result?: unknown;
 	error?: { code: number; message: string };
 }
@@ -55,10 +57,11 @@ export class Link {
 	 * @param address of the WebSocket
 	 * @param opened called at each new connection; the signal says that it is lost. What it throws ends it.
 	 * @param changed called after each message that may have changed what is shown
+	 * @param notified called at each message that is no answer and no state of a device
 	 * @param held do not connect yet: it would be refused
 	 */
 	constructor(private address: string, private opened: (signal: AbortSignal) => Promise<void>,
-			private changed: () => void, public held = false) {
+			private changed: () => void, private notified: (method: string, params: object) => void, public held = false) {
 		setInterval(() => this.watch(), WATCH_MS);
 		// a tab that was hidden or frozen must not wait for the next turn of its timer
 		for (const event of ["visibilitychange", "resume"])
@@ -84,7 +87,9 @@ export class Link {
 				return;
 			}
 			this.waiting.set(id, { resolve, reject });
-			this.askedAt ??= performance.now();
+			// LinuxCNC may hang while the gateway is well
+			if (!method.startsWith("linuxcnc.") && method !== "emergency_stop")
+				this.askedAt ??= performance.now();
 			this.socket.send(JSON.stringify({ jsonrpc: "2.0", id, method, params }));
 		});
 	}
@@ -152,11 +157,15 @@ export class Link {
 	private take(message: Message): void {
 		this.heard();
 		if (message.method === "notify_status_update" && message.params) {
-			const [status, , { full }] = message.params;
+			const [status, , { full }] = message.params as Update;
 			for (const [device, change] of Object.entries(status))
 				this.apply(device, change, full);
 			this.statesAt = this.heardAt;
 			this.changed();
+			return;
+		}
+		if (message.method && message.params) {
+			this.notified(message.method, message.params);
 			return;
 		}
 		const waiting = typeof message.id === "number" ? this.waiting.get(message.id) : undefined;

@@ -7,8 +7,10 @@ import { render } from "preact";
 import { Doctor } from "./doctor.js";
 import { Latency } from "./latency.js";
 import { Link } from "./link.js";
+import { LinuxCnc } from "./linuxcnc.js";
 import { Login, User, type Session } from "./login.js";
 import { Device, type Event, type Terminal, type Words } from "./model.js";
+import { Operate, Stop } from "./operate.js";
 import { Analog, Axes, Encoders, Events, Machine, moment, Quality, Strip } from "./parts.js";
 import { Recorder, SaveNow, type Records } from "./records.js";
 
@@ -59,12 +61,14 @@ async function lookAtRecords(): Promise<void> {
 
 /** Find devices that are new, and subscribe to what there is. */
 async function look(signal: AbortSignal | null): Promise<void> {
-	const info = await link.ask<{ devices: string[]; trouble: string; version: string }>("server.info");
+	const info = await link.ask<{ devices: string[]; trouble: string; version: string; operate: boolean }>("server.info");
 	signal?.throwIfAborted();
 	// of another version are the names, and the page
 	if (version && info.version !== version)
 		location.reload();
 	({ trouble, version } = info);
+	cnc.allowed = info.operate;
+	cnc.look();
 	for (const name of devices.keys())
 		if (!info.devices.includes(name))
 			devices.delete(name);
@@ -95,6 +99,7 @@ function belong(found: Session): void {
 
 async function opened(signal: AbortSignal): Promise<void> {
 	wished = "";
+	cnc.forget();
 	const [found] = await Promise.all([get<{ words: Words }>("api/words"), look(signal)]);
 	signal.throwIfAborted();
 	({ words } = found);
@@ -147,12 +152,13 @@ function Page() {
 	const top = (line: string, wrong: boolean) => <header class="top"><h1>PoKeys</h1>
 		<p role="status" class={wrong ? "bad" : ""}>{wrong ? "⚠ " : "● "}{line}</p>
 		{session?.plaintext && <p class="bad">⚠ not encrypted: whoever is on the network can read passwords</p>}
+		{cnc.allowed && <Stop cnc={cnc} />}
 		{session && <User session={session} done={belong} />}</header>;
 	if (session?.required && !session.user)
 		return <>{top("not logged in", true)}<main><Login done={belong} /></main></>;
 	return <>
 		{top(text, bad)}
-		<main>{[...devices.values()].map(device => <One key={device.name} device={device} />)}
+		<main>{cnc.allowed && <Operate cnc={cnc} />}{[...devices.values()].map(device => <One key={device.name} device={device} />)}
 			<Recorder found={records} /><Doctor /></main>
 		<footer><a href="api/devices">data</a> <a href="api/openapi.json">interface</a> <a href="metrics">metrics</a> <a
 			href="licenses.txt">licences</a></footer>
@@ -177,7 +183,9 @@ function draw(): void {
 	});
 }
 
-const link = new Link(new URL("websocket", location.href.replace(/^http/, "ws")).href, opened, draw, true);
+const link = new Link(new URL("websocket", location.href.replace(/^http/, "ws")).href, opened, draw,
+	(method, params) => cnc.hear(method, params), true);
+const cnc = new LinuxCnc(link, draw);
 setInterval(draw, OLD_MS / 3);
 get<Session>("api/session").then(belong, () => undefined);
 setInterval(() => {
