@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import NoReturn
 
 from . import __version__, commands
+from .commands import PROGRAM
 from .definition import Direction, Kind, component_name
 
-PROGRAM = "pokeys-remote"
 STATUS_FAILED, STATUS_USAGE, STATUS_NO_PROXY, STATUS_LATE, STATUS_CONFIG = 1, 64, 69, 75, 78     # sysexits.h
 SECONDS_MOST = 86400
 OPTIONS = "--config", "--check-config", "--name", "--timeout", "--version", "--help"

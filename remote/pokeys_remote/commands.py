@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import socket
 import time
 from typing import Any
@@ -14,7 +15,9 @@ from typing import Any
 from . import lines
 
 ANSWER_LIMIT = 5.0          # s that the proxy may take besides what it was asked to wait for
+ANSWER_MOST = 1 << 16       # bytes
 RETRY_PAUSE = 0.05          # s
+PROGRAM = "pokeys-remote"   # and the proxy's name unless it has another one
 WAITS = "waitacquired", "waitbound", "waitunbound"
 
 
@@ -41,45 +44,65 @@ def ask(proxy: str, method: str, params: dict[str, Any], limit: float) -> None:
         left = max(0.0, end - time.monotonic())
         try:
             answer = _asked(proxy, method, {**params, "seconds": left} if waits else params,
-                            left + (ANSWER_LIMIT if waits else 0.0))
-            break
+                            left + ANSWER_LIMIT if waits else max(left, RETRY_PAUSE))
+            if not (fault := answer.get("error")):
+                return
+            code, text = fault["code"], fault["message"]
         except TimeoutError:
             raise Failed(f"{proxy} does not answer", late=True) from None
         except ConnectionRefusedError:
-            raise NoProxy(f"there is no proxy with the name {proxy}; loadusr -W pokeys-remote starts it") from None
+            starts = "loadusr -W pokeys-remote" if proxy == PROGRAM else f"loadusr -Wn {proxy} pokeys-remote --name {proxy}"
+            raise NoProxy(f"there is no proxy with the name {proxy}; {starts} starts it") from None
         except (EOFError, OSError) as error:
             if not waits:
                 raise Failed(f"{proxy} failed meanwhile ({error}); see what it printed") from None
             if not left:
                 raise Failed(f"{proxy} failed, and does not answer", late=True) from None
-            time.sleep(min(left, RETRY_PAUSE))
-    if "error" in answer:
-        raise Failed(answer["error"]["message"], answer["error"]["code"] == lines.TOO_LATE)
+        except (ValueError, KeyError, TypeError, AttributeError):
+            raise Failed(f"what {proxy} answers is no answer of a proxy of this version") from None
+        else:
+            if code != lines.BUSY or not left:
+                raise Failed(text, code in (lines.TOO_LATE, lines.BUSY))
+        time.sleep(min(left, RETRY_PAUSE))
 
 
 def _asked(proxy: str, method: str, params: dict[str, Any], limit: float) -> dict[str, Any]:
-    """The answer of a connection of its own."""
+    """The answer of a connection of its own. :class:`TimeoutError` after ``limit`` s."""
     end = time.monotonic() + limit
+
+    def left() -> float:
+        if (time_left := end - time.monotonic()) <= 0:
+            raise TimeoutError
+        return time_left
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
-        asking.settimeout(max(limit, RETRY_PAUSE))
         while True:
             try:
+                asking.settimeout(left())
                 asking.connect(lines.address(proxy))
                 break
             except BlockingIOError:
                 # so many others wait that the kernel takes no more
-                if time.monotonic() >= end:
-                    raise TimeoutError from None
-                time.sleep(RETRY_PAUSE)
+                time.sleep(min(left(), RETRY_PAUSE))
+        _trust(proxy, asking)
         # a proxy that refuses a connection does not read from it
         with contextlib.suppress(BrokenPipeError):
             asking.sendall(lines.line({"id": 1, "method": method, "params": params}))
         read = b""
         while not read.endswith(b"\n"):
-            asking.settimeout(max(end - time.monotonic(), RETRY_PAUSE))
-            data = asking.recv(lines.LINE_MOST)
+            if len(read) >= ANSWER_MOST:
+                raise ValueError
+            asking.settimeout(left())
+            data = asking.recv(ANSWER_MOST)
             if not data:
                 raise EOFError("it closed the connection")
             read += data
     answer: dict[str, Any] = json.loads(read)
     return answer
+
+
+def _trust(proxy: str, asking: socket.socket) -> None:
+    """Any user can take a name. :class:`Failed` if it was not root or our own user."""
+    process, user = lines.peer(asking)
+    if os.geteuid() not in (0, user) and user != 0:
+        raise Failed(f"process {process} of user {user} answers with the name {proxy}, and is not trusted; the proxy has to "
+                     f"be of user {os.geteuid()} or root")

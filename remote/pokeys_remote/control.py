@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import json
+import math
 import os
 import selectors
 import socket
@@ -22,6 +23,8 @@ from .component import Refused
 from .sparing import CLIENTS
 
 PEERS_MOST = 64             # of owners, and of those who only operate
+LINES_TURN = 8              # requests of a peer in a turn of the loop
+DEAF = 1.0                  # s without new peers, when the system gives none
 PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS = -32700, -32600, -32601, -32602
 
 
@@ -92,7 +95,9 @@ class Control:
 
     def __post_init__(self) -> None:
         self._selector = selectors.EpollSelector()
-        self.watch(self.listener, self._accept)
+        self._deaf_until = -math.inf
+        self._listens = False
+        self._listen(-math.inf)
 
     def fileno(self) -> int:
         """Readable when :meth:`serve` has something to do."""
@@ -100,7 +105,9 @@ class Control:
 
     def serve(self, now: float) -> None:
         """Take new peers and answer requests."""
-        for key, _ in self._selector.select(0):
+        self._listen(now)
+        # new peers last: those that are gone make room for them
+        for key, _ in sorted(self._selector.select(0), key=lambda ready: ready[0].fileobj is self.listener):
             key.data(now)
         for peer in [peer for peer in self.peers if not peer.open]:
             self._drop(peer)
@@ -119,19 +126,32 @@ class Control:
             self._drop(peer)
         self._selector.close()
 
-    def _accept(self, _now: float) -> None:
+    def _listen(self, now: float) -> None:
+        """Take new peers, unless the system gave none just now."""
+        if not self._listens and now >= self._deaf_until:
+            self.watch(self.listener, self._accept)
+            self._listens = True
+
+    def _accept(self, now: float) -> None:
         try:
             made, _ = self.listener.accept()
-        except OSError:
+        except (BlockingIOError, ConnectionAbortedError):
             return                      # it is gone already
+        except OSError as error:
+            # without files or memory, the same would happen in each turn
+            CLIENTS.error("the control socket takes no connections for %.0f s: %s", DEAF, error.strerror)
+            self._deaf_until = now + DEAF
+            self._listens = False
+            self.unwatch(self.listener)
+            return
         made.setblocking(False)
         process, user = lines.peer(made)
         peer = Peer(made, user)
         if not _owns(user) and user not in self.operators:
             CLIENTS.warning("process %d of user %d may not use the control socket", process, user)
             peer.fail(None, lines.REFUSED, f"user {user} may not command the proxy of user {os.geteuid()}")
-        elif sum(_owns(one.user) == _owns(user) for one in self.peers) >= PEERS_MOST:
-            peer.fail(None, lines.REFUSED, f"{PEERS_MOST} connections are open already, which is the most")
+        elif sum(one.open and _owns(one.user) == _owns(user) for one in self.peers) >= PEERS_MOST:
+            peer.fail(None, lines.BUSY, f"{PEERS_MOST} connections are open already, which is the most")
         else:
             self.peers.add(peer)
             self.watch(made, functools.partial(self._hear, peer))
@@ -146,7 +166,7 @@ class Control:
 
     def _hear(self, peer: Peer, now: float) -> None:
         try:
-            data = peer.connection.recv(lines.LINE_MOST)
+            data = self._some(peer)
         except BlockingIOError:
             return
         except OSError:
@@ -155,13 +175,23 @@ class Control:
             peer.open = False
             return
         *whole, peer.read = (peer.read + data).split(b"\n")
+        for one in (*whole, peer.read):
+            if len(one) >= lines.LINE_MOST:
+                peer.fail(None, INVALID_REQUEST, f"a line has at most {lines.LINE_MOST} bytes")
+                peer.open = False
+                return
         for one in whole:
             # also if it takes no answers any more: it may be a stop
             if not self._answer(peer, one, now):
                 return
-        if len(peer.read) >= lines.LINE_MOST:
-            peer.fail(None, INVALID_REQUEST, f"a line has at most {lines.LINE_MOST} bytes")
-            peer.open = False
+
+    @staticmethod
+    def _some(peer: Peer) -> bytes:
+        """What it sent, up to so many lines; the rest has to wait in the kernel for the next turn."""
+        seen = peer.connection.recv(lines.LINE_MOST, socket.MSG_PEEK)
+        *whole, _ = seen.split(b"\n", LINES_TURN)
+        some = sum(len(one) + 1 for one in whole) if len(whole) == LINES_TURN else len(seen)
+        return peer.connection.recv(some) if some else b""
 
     def _answer(self, peer: Peer, data: bytes, now: float) -> bool:
         """False if no more is to be read from it."""

@@ -133,12 +133,12 @@ class Definition:
     name: str
     pins: tuple[Pin, ...]
 
-    def differences(self, other: Definition) -> list[str]:
-        """Why another description is not of this component; empty if it is."""
+    def differences(self, other: Definition, there: str) -> list[str]:
+        """Why another description, such as that ``there`` "in the request", is not of this component; empty if it is."""
         mine, others = ({pin.name: pin for pin in one.pins} for one in (self, other))
         found = [f"pin {name} is {mine[name].kind.name.lower()} and {mine[name].direction.name} here, and "
-                 f"{pin.kind.name.lower()} and {pin.direction.name} in the request"
+                 f"{pin.kind.name.lower()} and {pin.direction.name} {there}"
                  for name, pin in others.items() if name in mine and mine[name] != pin]
         found += [f"component {self.name} has no pin {name}" for name in others if name not in mine]
-        found += [f"pin {name} is missing in the request" for name in mine if name not in others]
+        found += [f"pin {name} is missing {there}" for name in mine if name not in others]
         return found

@@ -7,18 +7,20 @@ A component of a HAL file is in HAL before its clients are, so that the file can
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from .component import Refused
 from .control import Call, Method
 from .definition import PINS_MOST, Definition, Direction, Kind, Pin, component_name, pin_fault
 from .lines import TOO_LATE
-from .registry import COMPONENTS_MOST, Registry
+from .registry import Registry
 from .updates import Updates
 
 WAIT_MOST = 86400.0                     # s
 WAITS_MOST = 64
+RETURN = 3.0                            # s that the clients of a proxy that is gone may take to subscribe again
 _KINDS = {kind.name.lower(): kind for kind in Kind}
 _DIRECTIONS = {direction.name.lower(): direction for direction in Direction}
 _LOG = logging.getLogger("pokeys-remote")
@@ -30,18 +32,18 @@ class _Wait:
 
     call: Call
     component: str
-    missing: Callable[[str], str | None]
+    missing: Callable[[str, float], str | None]
     until: float
 
 
 @dataclass(eq=False)
 class HalFile:
-    """The drafts of HAL files, and those who wait."""
+    """The components that HAL files describe, and those who wait."""
 
     registry: Registry
     updates: Updates
-    drafts: dict[str, dict[str, Pin]] = field(default_factory=dict)
     _waits: list[_Wait] = field(default_factory=list)
+    _return: dict[str, float] = field(default_factory=dict)     # until when, by the component's name
 
     @property
     def methods(self) -> Mapping[str, Method]:
@@ -55,11 +57,15 @@ class HalFile:
                 "waitbound": Method(self._waiting(self._unbound), wait),
                 "waitunbound": Method(self._waiting(self._bound), wait)}
 
+    def adopted(self, components: Iterable[str], now: float) -> None:
+        """These were taken over, and do not know their clients yet."""
+        self._return.update((name, now + RETURN) for name in components)
+
     def look(self, now: float) -> None:
         """Answer those for whom something has happened, or whose time is over."""
         waiting = []
         for wait in self._waits:
-            missing = wait.missing(wait.component)
+            missing = wait.missing(wait.component, now)
             if not missing:
                 wait.call.answer()
             elif now >= wait.until:
@@ -76,12 +82,12 @@ class HalFile:
             component_name(name)
         except ValueError as error:
             raise Refused([f'the component\'s name "{name}" is not allowed; allowed: {error}']) from None
-        if name in self.drafts:
-            raise Refused([f"newcomp {name} was there already; ready {name} ends it"])
-        if len(self.drafts) >= COMPONENTS_MOST:
-            raise Refused([f"{COMPONENTS_MOST} components wait for ready already, which is the most"])
         self.registry.judge(name)
-        self.drafts[name] = {}
+        # the one of a file that has failed, which is corrected and loaded again
+        if (former := self.registry.drafts.get(name)) is not None:
+            _LOG.warning("component %s: newcomp came again before ready; %d pins of the first one are dropped", name,
+                         len(former))
+        self.registry.drafts[name] = {}
         call.answer()
 
     def _newpin(self, call: Call, _now: float) -> None:
@@ -104,25 +110,26 @@ class HalFile:
     def _ready(self, call: Call, now: float) -> None:
         name = call.params["component"]
         definition = Definition(name, tuple(self._draft(name).values()))
-        del self.drafts[name]
+        del self.registry.drafts[name]
         there = self.registry.components.get(name)
         if not there:
             self.updates.begin(self.registry.create(definition), now)
             _LOG.info("component %s: created for a HAL file", name)
-        elif faults := there.definition.differences(definition):
+        elif faults := there.definition.differences(definition, "in the HAL file"):
             raise Refused([f"there is another component {name} already: {'; '.join(faults)}"])
         call.answer()
 
     def _draft(self, component: str) -> dict[str, Pin]:
-        if component not in self.drafts:
+        if component not in self.registry.drafts:
             raise Refused([f"component {component} is ready already; its pins come between newcomp and ready"
                            if component in self.registry.components else
-                           f"there is no component {component}; newcomp {component} begins it"])
-        return self.drafts[component]
+                           f"there is no component {component}; newcomp {component} begins it, and again if the proxy has "
+                           "failed since"])
+        return self.registry.drafts[component]
 
     # waiting
 
-    def _waiting(self, missing: Callable[[str], str | None]) -> Callable[[Call, float], None]:
+    def _waiting(self, missing: Callable[[str, float], str | None]) -> Callable[[Call, float], None]:
         def run(call: Call, now: float) -> None:
             seconds = call.params["seconds"]
             if not 0 <= seconds <= WAIT_MOST:
@@ -132,19 +139,21 @@ class HalFile:
             self._waits.append(_Wait(call, call.params["component"], missing, now + seconds))
         return run
 
-    def _unacquired(self, name: str) -> str | None:
+    def _unacquired(self, name: str, _now: float) -> str | None:
         if name in self.registry.components:
             return None
-        return f"component {name} is not ready" if name in self.drafts else f"there is no component {name}"
+        return f"component {name} is not ready" if name in self.registry.drafts else f"there is no component {name}"
 
-    def _unbound(self, name: str) -> str | None:
+    def _unbound(self, name: str, now: float) -> str | None:
         component = self.registry.components.get(name)
         if component and not component.bound:
             return f"no client receives the values of component {name}"
-        return self._unacquired(name)
+        return self._unacquired(name, now)
 
-    def _bound(self, name: str) -> str | None:
+    def _bound(self, name: str, now: float) -> str | None:
         component = self.registry.components.get(name)
         if component and component.bound:
             return f"a client receives the values of component {name}"
-        return self._unacquired(name)
+        if now < self._return.get(name, -math.inf):
+            return f"component {name} was taken over just now, and its clients may come back"
+        return self._unacquired(name, now)

@@ -39,6 +39,8 @@ def _serve(name: str, settings: Config, listener: socket.socket, brief: bool) ->
     """One life of the proxy; its exit status. A ``brief`` one gives outputs their failsafe values and ends."""
     # here, so that the process that watches this one has nothing of HAL
     from . import halsession, proxy
+    # whoever connects from now on learns of this process: the one that watches may be killed, and this one goes on
+    listener.listen(lines.BACKLOG)
     ending: list[int] = []
 
     def end(number: int, _frame: FrameType | None) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 LINE_MOST = 4096                        # bytes, with the newline
 REFUSED = -32000                        # by the proxy; the other codes are those of JSON-RPC
 TOO_LATE = -32001                       # what was waited for did not happen in time
+BUSY = -32002                           # so many connections are open that this one is not taken; try again
 _CREDENTIALS = struct.Struct("3i")      # struct ucred
 BACKLOG = 16
 

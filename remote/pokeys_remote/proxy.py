@@ -30,7 +30,7 @@ from .updates import Updates
 
 STALL = 0.5                 # s that a look at the pins is late, after which requests count as old
 SESSION = 1.0               # s between looks at HAL itself
-BATCH = 64                  # requests in a turn
+BATCH, BATCH_TIME = 64, 0.05            # requests in a turn, and s after which no more are begun
 _LOG = logging.getLogger("pokeys-remote")
 
 
@@ -50,7 +50,7 @@ class Proxy:
         self.control = Control(listener, config.operators)
         self.operating = Operating(self.control, config.messages)
         self.control.methods.update({**self.hal_file.methods, **self.operating.methods})
-        self.requests = Requests(self.registry, self.updates, self.hal_file.drafts)
+        self.requests = Requests(self.registry, self.updates)
         self._due = math.inf
         self._old_until = -math.inf
         self._places = (self._router, config.command), (self._publisher, config.update)
@@ -65,7 +65,7 @@ class Proxy:
 
     def begin(self) -> None:
         """Take over what a proxy left that is gone, then listen. :class:`OSError` if an address is taken."""
-        self.registry.adopt()
+        self.hal_file.adopted(self.registry.adopt(), self._now())
         for component in self.registry.components.values():
             self.updates.begin(component, self._now())
         for made, places in self._places:
@@ -116,6 +116,8 @@ class Proxy:
     def _read(self, now: float, most: int, old: bool) -> None:
         """Answer requests. What an ``old`` one asks to set is not set."""
         for _ in range(most):
+            if self._now() - now > BATCH_TIME:
+                return
             try:
                 frames = self._router.recv_multipart(zmq.NOBLOCK, copy=False)
             except zmq.Again:

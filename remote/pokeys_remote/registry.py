@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 
 from .component import Client, Component, LivePin, Refused
 from .config import Config
-from .definition import Definition, Value
+from .definition import Definition, Pin, Value
 from .halsession import Hal, HalError
 from .sparing import CLIENTS
 
@@ -23,6 +23,7 @@ class Registry:
     def __init__(self, config: Config, session: Hal) -> None:
         self.config, self.hal = config, session
         self.components: dict[str, Component] = {}
+        self.drafts: dict[str, dict[str, Pin]] = {}     # components that HAL files have begun, and their pins by name
         self.pins: dict[int, tuple[Component, LivePin]] = {}
         # other numbers than those of the proxy before, so that a setting by an old one is refused
         self._handles: Iterator[int] = itertools.count(int.from_bytes(os.urandom(3), "big") << 7 | 1)
@@ -50,17 +51,19 @@ class Registry:
 
     def judge(self, name: str) -> None:
         """May there be a component with this name, besides the others? :class:`Refused`."""
-        if name not in self.components and len(self.components) >= COMPONENTS_MOST:
+        others = {*self.components, *self.drafts} - {name}
+        if len(others) >= COMPONENTS_MOST:
             raise Refused([f"there are {COMPONENTS_MOST} remote components already, which is the most"])
-        for other in self.components:
+        for other in others:
             short, long = sorted((other, name), key=len)
-            if short != long and long.startswith(short):
+            if long.startswith(short):
                 # ZeroMQ compares the beginning of a topic
                 raise Refused([f"clients of component {short} would also get the messages of {long}; "
                                f"choose a name that does not begin with {short}"])
 
-    def adopt(self) -> None:
-        """Take over components of a proxy that is gone, with their links."""
+    def adopt(self) -> list[str]:
+        """Take over components of a proxy that is gone, with their links; their names."""
+        taken = []
         for definition, values in self.hal.remains():
             try:
                 made = self.create(definition, values)
@@ -68,6 +71,8 @@ class Registry:
                 _LOG.error("component %s of a proxy that is gone is not taken over: %s", definition.name, refused)
                 continue
             _LOG.warning("component %s is taken over from a proxy that is gone", made.name)
+            taken.append(made.name)
+        return taken
 
     def lose(self, client: Client) -> list[Component]:
         """A client's connection ended; the components that it had."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from pokeys_machinetalk_pb2 import Component as Description
@@ -16,12 +16,10 @@ from .component import Client, Component, LivePin, Refused
 from .definition import Direction, Value
 from .halsession import HalError, Item
 from .message import Type
-from .registry import Registry
+from .registry import COMPONENTS_MOST, Registry
 from .sparing import CLIENTS
 from .updates import Updates
 
-BIND_WAIT = 30.0            # s for a component that a HAL file is expected to make
-WAITING_MOST = 256
 SETTING = {Type.SET: Type.SET_REJECT, Type.COMMAND_SET: Type.COMMAND_SET_REJECT}
 
 
@@ -33,16 +31,6 @@ class _Offered:
     item: Item
 
 
-@dataclass(frozen=True)
-class _Waiting:
-    """A client that has asked for a component before it is there."""
-
-    client: Client
-    name: str
-    description: Description
-    until: float
-
-
 class _NotYet(Exception):
     """A HAL file is expected to make the component."""
 
@@ -50,10 +38,10 @@ class _NotYet(Exception):
 class Requests:
     """Answers requests; knows no sockets."""
 
-    def __init__(self, registry: Registry, updates: Updates, drafts: Collection[str]) -> None:
-        """``drafts`` are the names of components that HAL files have begun."""
-        self._registry, self._updates, self._drafts = registry, updates, drafts
-        self._waiting: list[_Waiting] = []
+    def __init__(self, registry: Registry, updates: Updates) -> None:
+        self._registry, self._updates = registry, updates
+        # what clients expect of components that are not there yet, by component
+        self._waiting: dict[Client, dict[str, Description]] = {}
         self._offered: dict[int, _Offered] = {}
         self._handles: dict[tuple[str, bool], int] = {}
         self._kinds: dict[int, Callable[[Client, Container, float], Iterator[Container]]] = {
@@ -88,32 +76,35 @@ class Requests:
     def _bind(self, client: Client, request: Container, now: float) -> Iterator[Container]:
         if not request.comp:
             yield message.answer(Type.BIND_REJECT, ["the request names no component"])
+        if len(request.comp) > COMPONENTS_MOST:
+            yield message.answer(Type.BIND_REJECT, [f"the request names more than {COMPONENTS_MOST} components"])
+            return
+        waiting = self._waiting.get(client, {})
         for description in request.comp:
             name = message.text(description.name)
+            # a client that asks again needs one answer
+            waiting.pop(name, None)
             try:
-                yield self._bind_answer(client, description, now, len(self._waiting) < WAITING_MOST)
+                yield self._bind_answer(client, description, now, len(waiting) < COMPONENTS_MOST)
             except _NotYet:
                 CLIENTS.info("component %s: the client at %s waits for a HAL file to create it", name, client.place)
-                # a client that asks again needs one answer
-                self._waiting = [one for one in self._waiting if (one.client, one.name) != (client, name)]
-                self._waiting.append(_Waiting(client, name, description, now + BIND_WAIT))
+                waiting[name] = description
+        self._waiting[client] = waiting
 
     def late(self, now: float) -> Iterator[tuple[Client, Container]]:
-        """Answers for those who wait. Call it in each turn."""
-        waiting, self._waiting = self._waiting, []
-        for one in waiting:
-            if now < one.until and self._awaited(one.name):
-                self._waiting.append(one)
-            else:
-                yield one.client, self._bind_answer(one.client, one.description, now, False)
+        """Answers for those who wait, as long as their connections last. Call it in each turn."""
+        for client, waiting in self._waiting.items():
+            for name in [name for name in waiting if not self._awaited(name)]:
+                yield client, self._bind_answer(client, waiting.pop(name), now, False)
 
     def forget(self, client: Client) -> None:
         """It is gone, and waits no more."""
-        self._waiting = [one for one in self._waiting if one.client is not client]
+        self._waiting.pop(client, None)
 
     def _awaited(self, name: str) -> bool:
         """Is a component not there, and expected from a HAL file?"""
-        return name not in self._registry.components and (name in self._drafts or not self._registry.config.create)
+        return name not in self._registry.components and (
+            name in self._registry.drafts or not self._registry.config.create)
 
     def _bind_answer(self, client: Client, description: Description, now: float, waits: bool) -> Container:
         """:class:`_NotYet` if it ``waits`` for a HAL file."""
@@ -133,14 +124,13 @@ class Requests:
             raise Refused(faults)
         component = self._registry.components.get(wanted.name)
         if component:
-            if faults := component.definition.differences(wanted):
+            if faults := component.definition.differences(wanted, "in the request"):
                 raise Refused(faults)
         elif waits and self._awaited(wanted.name):
             raise _NotYet
-        elif wanted.name in self._drafts:
-            raise Refused([f"component {wanted.name} is not ready; a HAL file has begun it by newcomp"])
-        elif not self._registry.config.create:
-            raise Refused([f"there is no component {wanted.name}, and only HAL files create components (create = no)"])
+        elif self._awaited(wanted.name):
+            raise Refused([f"component {wanted.name} is not there, and this client waits for {COMPONENTS_MOST} components "
+                           "already, which is the most"])
         elif description.no_create:
             raise Refused([f"there is no component {wanted.name}, and the request says that it is not to be created"])
         else:

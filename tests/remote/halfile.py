@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+import resource
 import signal
 import socket
 import subprocess
@@ -14,7 +15,9 @@ import time
 
 import rig
 from linuxcncrig import ADDRESS, Control
-from rig import halcmd, wait
+from rig import halcmd, listed, wait
+
+NOBODY = 65534
 
 HAL_FILE = """\
 loadusr -w pokeys-remote newcomp panel
@@ -159,7 +162,6 @@ def a_draft_keeps_clients_from_creating(machine):
     fine("newpin", "panel", "panel.start", "bit", "out")
     fine("ready", "panel")
     assert "component panel has no pin panel.jog" in one.answer().note
-    # a file that fails halfway leaves no draft behind when the proxy has begun again
     assert one.bind(rig.PANEL[:1]).type == 257
 
 
@@ -171,7 +173,7 @@ def a_client_was_first(machine):
     fine("newcomp", "panel")
     fine("newpin", "panel", "panel.start", "float", "out")
     refused(1, "ready: there is another component panel already: pin panel.start is bit and OUT here, and float and OUT "
-            "in the request; pin panel.jog is missing in the request", "ready", "panel")
+            "in the HAL file; pin panel.jog is missing in the HAL file", "ready", "panel")
     refused(1, "component panel is ready already; its pins come between newcomp and ready", "newpin", "panel",
             "panel.x", "bit", "in")
 
@@ -182,7 +184,6 @@ def what_is_refused(machine):
     refused(1, "newpin: there is no component panel; newcomp panel begins it", "newpin", "panel", "panel.a", "bit", "in")
     refused(1, "ready: there is no component panel; newcomp panel begins it", "ready", "panel")
     fine("newcomp", "panel")
-    refused(1, "newcomp panel was there already; ready panel ends it", "newcomp", "panel")
     refused(1, 'pin "a" is not of component panel; its name has to begin with "panel."', "newpin", "panel", "a", "bit",
             "in")
     refused(1, "which each remote component has besides", "newpin", "panel", "panel.age", "float", "in")
@@ -200,11 +201,60 @@ def what_is_refused(machine):
     refused(64, '"-1" is not a number of seconds from 0 to 86400', "waitbound", "panel", "--timeout=-1")
     refused(64, "unrecognized arguments: timer=100", "newcomp", "panel", "timer=100")
     refused(64, "newcomp reads no configuration; the proxy does", "--config", "x", "newcomp", "panel")
-    refused(69, "there is no proxy with the name other; loadusr -W pokeys-remote starts it", "--name", "other",
+    refused(69, "there is no proxy with the name other; loadusr -Wn other pokeys-remote --name other starts it", "--name", "other",
             "waitbound", "panel")
     # LinuxCNC does not start then
     status, said = run_hal(machine, "loadusr -w pokeys-remote newpin none none.a bit out\nsetp x.y 1\n")
     assert status != 0 and "newpin: there is no component none; newcomp none begins it" in said and "x.y" not in said, said
+
+
+def a_file_that_is_loaded_again(machine):
+    """What the first one began is dropped, and is not left as a part of the component."""
+    machine.proxy()
+    fine("newcomp", "panel")
+    fine("newpin", "panel", "panel.wrong", "bit", "in")
+    status, said = run_hal(machine, HAL_FILE)
+    assert status == 0, said
+    assert "panel.wrong" not in halcmd("show", "pin", "panel")
+    assert "component panel: newcomp came again before ready; 1 pins of the first one are dropped" in machine.said()
+
+
+def the_name_of_a_draft_is_taken(machine):
+    machine.proxy()
+    fine("newcomp", "panel")
+    refused(1, "clients of component pan would also get the messages of panel", "newcomp", "pan")
+    assert "would also get the messages" in machine.client("panel-2").bind().note[0]
+    for number in range(31):
+        fine("newcomp", f"c{number}x")
+    refused(1, "there are 32 remote components already, which is the most", "newcomp", "more")
+    fine("ready", "panel")
+
+
+def a_client_that_stays_while_the_proxy_begins_again(machine):
+    """A component that was taken over does not know for a moment that it has clients."""
+    proxy = machine.proxy()
+    one = machine.client().connect()
+    before, pid = dict(one.handles), proxy.pid
+    os.kill(pid, signal.SIGKILL)
+    wait("another proxy serves the component", lambda: listed().get("panel") not in (None, pid) and proxy.ready())
+    refused(75, "waitunbound: component panel was taken over just now", "waitunbound", "panel", "--timeout", 0)
+    # ZeroMQ subscribes again when the client looks at its socket
+    while one.handles == before:
+        one.update()
+    refused(75, "waitunbound: a client receives the values", "waitunbound", "panel",
+            "--timeout", 4)
+
+
+def a_killed_watcher(machine):
+    proxy = machine.proxy()
+    proxy.child.kill()
+    proxy.child.wait()
+    machine.client().connect()
+    fine("waitbound", "panel")
+    second = machine.proxy(ready=False)
+    assert second.child.wait(rig.PATIENCE) == 1
+    assert f"runs already (process {proxy.pid} of user {os.geteuid()});" in second.said(), second.said()
+    os.kill(proxy.pid, signal.SIGTERM)
 
 
 def a_proxy_that_fails_meanwhile(machine):
@@ -314,27 +364,93 @@ def bytes_of_all_kinds(machine):
         each.close()
     many = wait("there is room for as many as are allowed", all_connections)
     assert "64 connections are open already" in said(connect())["error"]["message"]
+    refused(75, "newcomp: 64 connections are open already, which is the most; waited for 0.2 s", "newcomp", "b",
+            "--timeout", 0.2)
+    waiting = started("waitacquired", "a")
+    time.sleep(0.2)
     for each in many:
         each.close()
-    fine("waitacquired", "a")
+    ended(waiting)
+    # many requests at once, all of which are answered
+    one = connect()
+    one.sendall(b'{"jsonrpc":"2.0","id":1,"method":"no"}\n' * 100)
+    assert [said(one)["error"]["code"] for _ in range(100)] == [-32601] * 100
+    one.close()
+    # a line that is too long, and ends
+    one = connect()
+    one.sendall(b'{"jsonrpc":"2.0","id":1,"method":"' + b"x" * 4000)
+    time.sleep(0.05)
+    assert said(one, b"x" * 60 + b'"}\n')["error"]["message"] == "a line has at most 4096 bytes"
     assert proxy.child.poll() is None and "Traceback" not in proxy.said(), proxy.said()
+
+
+def a_system_without_files(machine):
+    """The proxy gets no file for a connection: it says so, works on, and takes the connection later."""
+    proxy = machine.proxy()
+    pid = proxy.pid
+    before = resource.prlimit(pid, resource.RLIMIT_NOFILE)
+    resource.prlimit(pid, resource.RLIMIT_NOFILE, (len(os.listdir(f"/proc/{pid}/fd")), before[1]))
+    waiting = started("newcomp", "panel")
+    wait("it is said", lambda: "takes no connections for 1 s: Too many open files" in proxy.said())
+    time.sleep(0.5)
+    assert proxy.said().count("takes no connections") == 1, proxy.said()
+    resource.prlimit(pid, resource.RLIMIT_NOFILE, before)
+    ended(waiting)
+
+
+def of_other_users():
+    """Can a test have processes of other users?"""
+    def mapped(user):
+        rows = (map(int, row.split()) for row in pathlib.Path("/proc/self/uid_map").read_text("ascii").splitlines())
+        return any(first <= user < first + count for first, _, count in rows)
+    return os.geteuid() == 0 and mapped(NOBODY) and mapped(NOBODY - 1)
+
+
+def program_of(user, before, after):
+    """A program that is another user's between these two parts."""
+    return ["/usr/bin/python3", "-Bc", f"import os, socket, sys\nsys.path.insert(0, {str(rig.ROOT / 'remote')!r})\n{before}\n"
+            f"os.setgroups([]); os.setgid({user}); os.setuid({user})\n"
+            f"one = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)\n{after}"]
 
 
 def another_user(machine):
     proxy = machine.proxy()
-    program = ("import os, socket, sys\n"
-               "os.setgroups([]); os.setgid(65534); os.setuid(65534)\n"
-               "one = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)\n"
-               f"one.connect({ADDRESS!r})\n"
-               "print(one.recv(4096).decode())")
-    if os.geteuid() != 0 or " 65534 " in pathlib.Path("/proc/self/uid_map").read_text(encoding="ascii"):
+    if not of_other_users():
         return print("not tried: another user (this needs root)")
-    ran = subprocess.run(["/usr/bin/python3", "-c", program], capture_output=True, text=True, check=True)
-    assert "user 65534 may not command the proxy of user 0" in ran.stdout, ran.stdout
-    return wait("it is said", lambda: "of user 65534 may not use the control socket" in proxy.said())
+    ran = subprocess.run(program_of(NOBODY, "", f"one.connect({ADDRESS!r})\nprint(one.recv(4096).decode())"),
+                         capture_output=True, text=True, check=True)
+    assert f"user {NOBODY} may not command the proxy of user 0" in ran.stdout, ran.stdout
+    return wait("it is said", lambda: f"of user {NOBODY} may not use the control socket" in proxy.said())
+
+
+def an_impostor(_machine):
+    """Any user can take the name of a proxy."""
+    if not of_other_users():
+        return print("not tried: an impostor (this needs root)")
+    listens = f"one.bind({ADDRESS!r})\none.listen()\nprint('listens', flush=True)\n"
+    asks = ("try:\n    commands.ask('pokeys-remote', 'newcomp', {'component': 'panel'}, 10.0)\n"
+            "except commands.Failed as failed:\n    print(failed)")
+
+    def against(user, does, text):
+        with subprocess.Popen(program_of(NOBODY, "", listens + does), stdin=subprocess.PIPE, stdout=subprocess.PIPE) as taker:
+            assert taker.stdout.readline() == b"listens\n"
+            ran = subprocess.run(program_of(user, "from pokeys_remote import commands", asks), capture_output=True, text=True,
+                                 check=True)
+            taker.stdin.write(b"\n")
+            taker.stdin.close()
+        assert ran.stdout == text.format(taker=taker.pid) + "\n", ran.stdout
+    against(NOBODY - 1, "input()", "process {taker} of user 65534 answers with the name pokeys-remote, and is not trusted; the "
+            "proxy has to be of user 65533 or root")
+    # one that is trusted, and talks nonsense
+    for answer in (b"no\n", b"[1]\n", b'{{"error":1}}\n', b"x" * 70000):
+        against(NOBODY, f"two = one.accept()[0]\ntwo.sendall({answer!r})\ninput()",
+                "what pokeys-remote answers is no answer of a proxy of this version")
+    return None
 
 
 if __name__ == "__main__":
     rig.main([the_files_of_the_chapter, pins_before_the_client, clients_that_bind_before,
-              a_draft_keeps_clients_from_creating, a_client_was_first, what_is_refused, a_proxy_that_fails_meanwhile,
-              a_proxy_that_does_not_answer, linuxcnc_that_does_not_run, bytes_of_all_kinds, another_user])
+              a_draft_keeps_clients_from_creating, a_client_was_first, what_is_refused, a_file_that_is_loaded_again,
+              the_name_of_a_draft_is_taken, a_client_that_stays_while_the_proxy_begins_again, a_killed_watcher,
+              a_proxy_that_fails_meanwhile, a_proxy_that_does_not_answer, linuxcnc_that_does_not_run, bytes_of_all_kinds,
+              a_system_without_files, another_user, an_impostor])
