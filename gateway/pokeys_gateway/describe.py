@@ -268,6 +268,7 @@ def _notifications() -> dict[str, Schema]:
     def notification(name: str, params: Schema) -> Schema:
         return _object({"jsonrpc": {"const": "2.0"}, "method": {"const": name}, "params": params})
     number: Schema = {"type": "number"}
+    known: Schema = {"type": ["number", "null"]}
     words = dict.fromkeys(("task", "mode", "interpreter", "motion", "file"), TEXT)
     return {
         "linuxcnc.done": notification("linuxcnc.done", _object({
@@ -277,8 +278,9 @@ def _notifications() -> dict[str, Schema]:
         "linuxcnc.state": notification("linuxcnc.state", _object(
             {}, connected={**FLAG, "description": "What was sent before it is to be forgotten"}, why=TEXT, **words,
             paused=FLAG, moving=FLAG, line={"type": "integer"}, joints=COUNT, axes=_list(TEXT),
-            position=_map(number, "By axis, in machine units"), homed={**_list(FLAG), "description": "By joint"},
-            feed_override=number, rapid_override=number, spindle_override=number, spindle_speed=number)),
+            position=_map(known, "By axis, in machine units"), homed={**_list(FLAG), "description": "By joint"},
+            feed_override=known, rapid_override=known, spindle_override=known, spindle_speed=known,
+            max_feed_override=number, max_rapid_override=number, max_spindle_override=number)),
     }
 
 

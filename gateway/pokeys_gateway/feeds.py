@@ -171,6 +171,8 @@ class Subscriber:
         self._answers: deque[str] = deque()
         self._size = 0              # of the answers
         self._slot: Tick | None = None
+        self._other: Callable[[], str] | None = None
+        self._other_was_last = False
         self._last: int | None = None
         self._ended = False
         self._sent = 0              # states
@@ -190,10 +192,15 @@ class Subscriber:
         self._slot = tick
         self._wake.set()
 
+    def offer_other(self, fetch: Callable[[], str]) -> None:
+        """Another state, which is fetched when the client has room for it. Never waits."""
+        self._other = fetch
+        self._wake.set()
+
     @property
     def waiting(self) -> int:
         """How many messages wait to be sent."""
-        return len(self._answers) + bool(self._slot)
+        return len(self._answers) + bool(self._slot) + bool(self._other)
 
     @property
     def full(self) -> bool:
@@ -232,7 +239,7 @@ class Subscriber:
 
     async def next(self) -> tuple[str, int | None]:
         """The next text to be sent, and if it is a state, its number. Answers come first."""
-        while not self._answers and not (self._slot and self.unheard < self.window):
+        while not self._answers and not ((self._slot or self._other) and self.unheard < self.window):
             self._wake.clear()
             await self._wake.wait()
         if self._answers:
@@ -240,11 +247,17 @@ class Subscriber:
             self._size -= len(text)
             self._room.set()
             return text, None
+        # on a slow way, there is always one of each
+        self._other_was_last = not self._slot or (bool(self._other) and not self._other_was_last)
+        self._sent += 1
+        if self._other_was_last:
+            assert self._other
+            fetch, self._other = self._other, None
+            return fetch(), self._sent
         tick, self._slot = self._slot, None
         assert tick
         whole = tick.full or self._last is None or tick.serial != self._last + 1
         self._last = tick.serial
-        self._sent += 1
         return tick.text(whole), self._sent
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from .config import Config
 from .model import Model
+from .operate import Operators
 from .source import Source
 
 LOOK_S = 1.0
@@ -54,6 +55,7 @@ class Hub:
         self.config = config
         self.model = model
         self.source = Source(config.runtime_directory)
+        self.operators = Operators(config.proxy)
         self.lag = Lag()
         self._tasks: list[asyncio.Task[None]] = []
         self._told = ""
@@ -100,6 +102,7 @@ class Hub:
 
     async def close(self) -> None:
         """End the tasks and detach."""
+        self.operators.close()
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)

@@ -51,8 +51,8 @@ def ask(proxy: str, method: str, params: dict[str, Any], limit: float) -> None:
         except TimeoutError:
             raise Failed(f"{proxy} does not answer", late=True) from None
         except ConnectionRefusedError:
-            starts = "loadusr -W pokeys-remote" if proxy == PROGRAM else f"loadusr -Wn {proxy} pokeys-remote --name {proxy}"
-            raise NoProxy(f"there is no proxy with the name {proxy}; {starts} starts it") from None
+            how = f"-W {PROGRAM}" if proxy == PROGRAM else f"-Wn {proxy} {PROGRAM} --name {proxy}"
+            raise NoProxy(f"there is no proxy with the name {proxy}; loadusr {how} starts it") from None
         except (EOFError, OSError) as error:
             if not waits:
                 raise Failed(f"{proxy} failed meanwhile ({error}); see what it printed") from None
@@ -104,5 +104,5 @@ def _trust(proxy: str, asking: socket.socket) -> None:
     """Any user can take a name. :class:`Failed` if it was not root or our own user."""
     process, user = lines.peer(asking)
     if os.geteuid() not in (0, user) and user != 0:
-        raise Failed(f"process {process} of user {user} answers with the name {proxy}, and is not trusted; the proxy has to "
-                     f"be of user {os.geteuid()} or root")
+        raise Failed(f"process {process} of user {user} answers with the name {proxy}, and is not trusted; the proxy "
+                     f"has to be of user {os.geteuid()} or root")

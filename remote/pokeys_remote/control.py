@@ -7,13 +7,17 @@ configuration lists who else may operate LinuxCNC.
 """
 from __future__ import annotations
 
+import array
 import contextlib
+import fcntl
 import functools
 import json
 import math
 import os
+import select
 import selectors
 import socket
+import termios
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -22,7 +26,7 @@ from . import lines
 from .component import Refused
 from .sparing import CLIENTS
 
-PEERS_MOST = 64             # of owners, and of those who only operate
+PEERS_MOST = 64             # of a user
 LINES_TURN = 8              # requests of a peer in a turn of the loop
 DEAF = 1.0                  # s without new peers, when the system gives none
 PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS = -32700, -32600, -32601, -32602
@@ -35,7 +39,22 @@ class Peer:
     connection: socket.socket
     user: int
     read: bytes = b""
+    stale: int = 0                      # bytes of it and of what the kernel has that came before somebody's stop
     open: bool = True
+
+    @property
+    def gone(self) -> bool:
+        """Has the other end closed it, whatever it has sent before?"""
+        hang_up = select.poll()
+        hang_up.register(self.connection, 0)
+        return not self.open or bool(hang_up.poll(0))
+
+    def sent(self) -> int:
+        """Bytes that were not obeyed yet."""
+        waiting = array.array("i", [0])
+        with contextlib.suppress(OSError):
+            fcntl.ioctl(self.connection, termios.FIONREAD, waiting)
+        return len(self.read) + waiting[0]
 
     def send(self, message: dict[str, Any]) -> None:
         """At once, or never: a peer that does not read is one that is not there."""
@@ -60,6 +79,7 @@ class Call:
     name: str
     identity: Any
     params: dict[str, Any]
+    stale: bool = False                 # somebody's stop came after it was sent
 
     @property
     def open(self) -> bool:
@@ -96,7 +116,7 @@ class Control:
     def __post_init__(self) -> None:
         self._selector = selectors.EpollSelector()
         self._deaf_until = -math.inf
-        self._listens = False
+        self._listens = self._late = False
         self._listen(-math.inf)
 
     def fileno(self) -> int:
@@ -112,13 +132,21 @@ class Control:
         for peer in [peer for peer in self.peers if not peer.open]:
             self._drop(peer)
 
-    def watch(self, readable: socket.socket, call: Callable[[float], None]) -> None:
+    def watch(self, readable: socket.socket, call: Callable[[float], Any]) -> None:
         """Call it in :meth:`serve` when there is something to read."""
         self._selector.register(readable, selectors.EVENT_READ, call)
 
     def unwatch(self, readable: socket.socket) -> None:
         """Before it is closed."""
         self._selector.unregister(readable)
+
+    def pass_over(self, stopping: Peer, now: float) -> None:
+        """What all others have sent until now came before a stop, although it was not read yet."""
+        self._late = not self._listens
+        self._accept_all(now)
+        for peer in self.peers:
+            if peer is not stopping:
+                peer.stale = peer.sent()
 
     def close(self) -> None:
         """All peers see the end of their connections."""
@@ -131,32 +159,46 @@ class Control:
         if not self._listens and now >= self._deaf_until:
             self.watch(self.listener, self._accept)
             self._listens = True
+            if self._late:
+                # a stop came while nobody could connect
+                self._accept_all(now)
+                self._late = False
 
-    def _accept(self, now: float) -> None:
+    def _accept_all(self, now: float) -> None:
+        """All that the kernel has at this time; who connects on and on keeps nobody waiting."""
+        for _ in range(lines.BACKLOG + 1):
+            if not self._listens or not self._accept(now):
+                break
+
+    def _accept(self, now: float) -> bool:
+        """False if there is none."""
         try:
             made, _ = self.listener.accept()
         except (BlockingIOError, ConnectionAbortedError):
-            return                      # it is gone already
+            return False                # it is gone already
         except OSError as error:
             # without files or memory, the same would happen in each turn
             CLIENTS.error("the control socket takes no connections for %.0f s: %s", DEAF, error.strerror)
             self._deaf_until = now + DEAF
             self._listens = False
             self.unwatch(self.listener)
-            return
+            return False
         made.setblocking(False)
         process, user = lines.peer(made)
         peer = Peer(made, user)
         if not _owns(user) and user not in self.operators:
             CLIENTS.warning("process %d of user %d may not use the control socket", process, user)
             peer.fail(None, lines.REFUSED, f"user {user} may not command the proxy of user {os.geteuid()}")
-        elif sum(one.open and _owns(one.user) == _owns(user) for one in self.peers) >= PEERS_MOST:
+        elif sum(one.open and one.user == user for one in self.peers) >= PEERS_MOST:
             peer.fail(None, lines.BUSY, f"{PEERS_MOST} connections are open already, which is the most")
         else:
             self.peers.add(peer)
+            if self._late:
+                peer.stale = peer.sent()
             self.watch(made, functools.partial(self._hear, peer))
-            return
+            return True
         made.close()
+        return True
 
     def _drop(self, peer: Peer) -> None:
         peer.open = False
@@ -181,8 +223,10 @@ class Control:
                 peer.open = False
                 return
         for one in whole:
+            stale = peer.stale > 0
+            peer.stale = max(0, peer.stale - len(one) - 1)
             # also if it takes no answers any more: it may be a stop
-            if not self._answer(peer, one, now):
+            if not self._answer(peer, one, stale, now):
                 return
 
     @staticmethod
@@ -193,7 +237,7 @@ class Control:
         some = sum(len(one) + 1 for one in whole) if len(whole) == LINES_TURN else len(seen)
         return peer.connection.recv(some) if some else b""
 
-    def _answer(self, peer: Peer, data: bytes, now: float) -> bool:
+    def _answer(self, peer: Peer, data: bytes, stale: bool, now: float) -> bool:
         """False if no more is to be read from it."""
         try:
             request = json.loads(data)
@@ -215,7 +259,7 @@ class Control:
         elif not method.operates and not _owns(peer.user):
             peer.fail(identity, lines.REFUSED, f"user {peer.user} may operate LinuxCNC, and nothing else")
         else:
-            call = Call(peer, str(name), identity, params)
+            call = Call(peer, str(name), identity, params, stale)
             try:
                 method.run(call, now)
             except Refused as refused:

@@ -134,7 +134,7 @@ class Definition:
     pins: tuple[Pin, ...]
 
     def differences(self, other: Definition, there: str) -> list[str]:
-        """Why another description, such as that ``there`` "in the request", is not of this component; empty if it is."""
+        """Why another description, such as that "in the request", is not of this component; empty if it is."""
         mine, others = ({pin.name: pin for pin in one.pins} for one in (self, other))
         found = [f"pin {name} is {mine[name].kind.name.lower()} and {mine[name].direction.name} here, and "
                  f"{pin.kind.name.lower()} and {pin.direction.name} {there}"

@@ -123,8 +123,8 @@ class HalFile:
         if component not in self.registry.drafts:
             raise Refused([f"component {component} is ready already; its pins come between newcomp and ready"
                            if component in self.registry.components else
-                           f"there is no component {component}; newcomp {component} begins it, and again if the proxy has "
-                           "failed since"])
+                           f"there is no component {component}; newcomp {component} begins it, and again if the proxy "
+                           "has failed since"])
         return self.registry.drafts[component]
 
     # waiting

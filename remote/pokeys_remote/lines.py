@@ -17,7 +17,7 @@ REFUSED = -32000                        # by the proxy; the other codes are thos
 TOO_LATE = -32001                       # what was waited for did not happen in time
 BUSY = -32002                           # so many connections are open that this one is not taken; try again
 _CREDENTIALS = struct.Struct("3i")      # struct ucred
-BACKLOG = 16
+BACKLOG = 128                           # connections that wait; more are refused
 
 
 def address(name: str) -> str:

@@ -295,6 +295,7 @@ class Watch:
 
     def __init__(self, errors: bool) -> None:
         self._command, self._stat = linuxcnc.command(), linuxcnc.stat()
+        self._most = {f"max_{what}_override": most for what, most in _most_overrides().items()}
         self._errors = linuxcnc.error_channel() if errors else None
         self._reported: dict[str, Any] = {}
         self._said: bytes | None = None     # a message that the proxy has not got
@@ -325,7 +326,7 @@ class Watch:
 
     def _report(self, link: socket.socket) -> None:
         self._stat.poll()
-        state = state_of(self._stat)
+        state = {**state_of(self._stat), **self._most}
         changed = {key: value for key, value in state.items() if self._reported.get(key) != value}
         # a proxy that is stopped gets it later
         with contextlib.suppress(BlockingIOError):
@@ -361,11 +362,16 @@ def state_of(stat: Any) -> dict[str, Any]:
         "interpreter": INTERPRETER.get(stat.interp_state, "unknown"), "paused": bool(stat.paused),
         "file": stat.file, "line": stat.motion_line, "motion": MOTION.get(stat.motion_mode, "unknown"),
         "moving": not stat.inpos, "joints": stat.joints, "axes": axes,
-        "position": {letter: round(stat.actual_position[AXES.index(letter)], 6) for letter in axes},
+        "position": {letter: _finite(stat.actual_position[AXES.index(letter)]) for letter in axes},
         "homed": [bool(one) for one in stat.homed[:stat.joints]],
-        "feed_override": stat.feedrate, "rapid_override": stat.rapidrate,
-        "spindle_override": stat.spindle[0]["override"], "spindle_speed": stat.spindle[0]["speed"],
+        "feed_override": _finite(stat.feedrate), "rapid_override": _finite(stat.rapidrate),
+        "spindle_override": _finite(stat.spindle[0]["override"]), "spindle_speed": _finite(stat.spindle[0]["speed"]),
     }
+
+
+def _finite(number: float) -> float | None:
+    # JSON has no other ones
+    return round(number, 6) if math.isfinite(number) else None
 
 
 def _why(error: Exception) -> str:

@@ -27,6 +27,7 @@ from .control import Call, Control, Method, Peer
 QUEUE_MOST = 32
 STOP_LIMIT = 6.0            # s; LinuxCNC's module waits for 5
 GIVEN_LIMIT = 8.0           # s; besides, it may do two things for a command
+STOPPING_LIMIT = 20.0       # s; three stops may be behind each other
 LINE_MOST = 255             # bytes of an MDI line, as in LinuxCNC
 SPEED_MOST = 1e6            # units/s; LinuxCNC has a limit for each axis
 RESTART_PAUSE = 5.0         # s
@@ -137,10 +138,10 @@ class _Command:
 class _Stop:
     """A stop that LinuxCNC's process has not confirmed."""
 
-    call: Call
     do: str
-    until: float
-    again: bool = False         # it was sent to a second process
+    asked: list[tuple[Call, float]]     # and until when each is answered
+    given: float
+    again: bool = False                 # it was sent to a second process
 
 
 @dataclass(eq=False)
@@ -156,7 +157,9 @@ class Operating:
     _owners: dict[Peer, int] = field(default_factory=dict)
     _state: dict[str, Any] = field(default_factory=dict)
     _number: int = 0
-    _stops: dict[int, _Stop] = field(default_factory=dict)
+    _stops: dict[int, _Stop] = field(default_factory=dict)      # one of a kind
+    _more: dict[str, list[tuple[Call, float]]] = field(default_factory=dict)    # stops that came since
+    _over: dict[tuple[Peer, str], int] = field(default_factory=dict)    # presses that do not begin again, by axis
     _stopping: str = ""                 # how to stop again after the command that LinuxCNC has
     _retry: float = math.inf
 
@@ -181,11 +184,15 @@ class Operating:
         for peer in [peer for peer in self._owners if not peer.open]:
             self._forget(peer)
         self._subscribers = [peer for peer in self._subscribers if peer.open]
-        for number, stop in list(self._stops.items()):
-            if now >= stop.until:
-                self._stopped(number, "LinuxCNC does not answer")
+        for asked in (*(stop.asked for stop in self._stops.values()), *self._more.values()):
+            for call, _ in [one for one in asked if now >= one[1]]:
+                call.refuse("LinuxCNC does not answer")
+            asked[:] = [one for one in asked if now < one[1]]
+        # the ends of these are noticed
         if self._given and now - self._given.given > GIVEN_LIMIT and self._commands.process:
-            self._commands.process.kill()       # its end is noticed
+            self._commands.process.kill()
+        if self._watch.process and any(now - stop.given > STOPPING_LIMIT for stop in self._stops.values()):
+            self._watch.process.kill()
         self._commands.reap()
         self._watch.reap()
         if now >= self._retry and self._subscribers:
@@ -224,9 +231,17 @@ class Operating:
         if not speed:
             self._up(call)
             return
+        if self._over.get((call.peer, call.params["axis"])) == call.params["press"]:
+            call.answer()
+            _tell_done(call.peer, call.identity, "this press has ended")
+            return
         waits = next((one for one in self._queue if one.peer is call.peer and one.do == "jog"
                       and one.params["axis"] == call.params["axis"]), None)
-        self._plain(call, now)
+        try:
+            self._plain(call, now)
+        except Refused:
+            self._end_press(call.peer, call.params)
+            raise
         if waits and waits in self._queue:
             # this one is newer
             self._queue.remove(waits)
@@ -244,6 +259,10 @@ class Operating:
     def _plain(self, call: Call, now: float) -> None:
         if now < self.old_until:
             raise Refused(["this may be old; send it again"])
+        if call.stale:
+            raise Refused(["it was stopped"])
+        if call.peer.gone:
+            raise Refused(["its connection has ended"])
         if len(self._queue) >= QUEUE_MOST:
             raise Refused([f"{QUEUE_MOST} commands wait already, which is the most"])
         self._number += 1
@@ -267,8 +286,17 @@ class Operating:
             self._take_back("stop")
         if self._given:
             self._stopping = do
+        asked = call, now + STOP_LIMIT
+        if any(stop.do == do for stop in self._stops.values()):
+            # that one may have been before what LinuxCNC was given since; this one is not
+            self._more.setdefault(do, []).append(asked)
+        else:
+            self._give_stop(do, [asked])
+        self.control.pass_over(call.peer, now)
+
+    def _give_stop(self, do: str, asked: list[tuple[Call, float]]) -> None:
         self._number += 1
-        self._stops[self._number] = _Stop(call, do, now + STOP_LIMIT)
+        self._stops[self._number] = _Stop(do, asked, time.monotonic())
         self._ask_watch(do, self._number)
 
     def _subscribe(self, call: Call, _now: float) -> None:
@@ -298,6 +326,8 @@ class Operating:
 
     def _done(self, command: _Command, fault: str | None) -> None:
         command.done(fault)
+        if fault and command.do == "jog":
+            self._end_press(command.peer, command.params)
         if fault and command.do != "jog":
             # what follows counted on it
             self._drop(lambda one: one.peer is command.peer and one.do != "jog",
@@ -320,7 +350,7 @@ class Operating:
         self._drop(lambda _: True, why)
         if self._given:
             given, self._given = self._given, None
-            given.done(why)
+            self._done(given, why)
         self._stop_again()
 
     def _reported(self, said: dict[str, Any]) -> None:
@@ -341,15 +371,21 @@ class Operating:
             if stop.again:
                 self._stopped(number, why)
             else:
-                stop.again = True
+                stop.again, stop.given = True, time.monotonic()
                 self._ask_watch(stop.do, number)
 
     def _stopped(self, number: int, fault: str | None) -> None:
         stop = self._stops.pop(number, None)
-        if stop and fault:
-            stop.call.refuse(fault)
-        elif stop:
-            stop.call.answer()
+        if not stop:
+            return
+        for call, _ in stop.asked:
+            if fault:
+                call.refuse(fault)
+            else:
+                call.answer()
+        # also if nobody waits for it any more
+        if (more := self._more.pop(stop.do, None)) is not None:
+            self._give_stop(stop.do, more)
 
     def _ask_watch(self, do: str, number: int = 0) -> None:
         try:
@@ -365,6 +401,7 @@ class Operating:
         """It is gone: what it asked for and has not begun is dropped, and what it holds stops."""
         self._drop(lambda command: command.peer is peer, "")
         owner = self._owners.pop(peer)
+        self._over = {key: press for key, press in self._over.items() if key[0] is not peer}
         if self._commands.link:
             self._take_back("release", owner=owner)
 
@@ -379,6 +416,14 @@ class Operating:
         for command in [command for command in self._queue if which(command)]:
             self._queue.remove(command)
             command.done(why)
+            if why and command.do == "jog":
+                self._end_press(command.peer, command.params)
+
+    def _end_press(self, peer: Peer, params: Mapping[str, Any]) -> None:
+        """A key whose jog was refused or stopped moves nothing until it is pressed again."""
+        if peer.open:
+            self._owner(peer)
+            self._over[peer, params["axis"]] = params["press"]
 
 
 def _tell_done(peer: Peer, identity: Any, fault: str | None) -> None:

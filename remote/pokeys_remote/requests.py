@@ -129,8 +129,8 @@ class Requests:
         elif waits and self._awaited(wanted.name):
             raise _NotYet
         elif self._awaited(wanted.name):
-            raise Refused([f"component {wanted.name} is not there, and this client waits for {COMPONENTS_MOST} components "
-                           "already, which is the most"])
+            raise Refused([f"component {wanted.name} is not there, and this client waits for {COMPONENTS_MOST} "
+                           "components already, which is the most"])
         elif description.no_create:
             raise Refused([f"there is no component {wanted.name}, and the request says that it is not to be created"])
         else:

@@ -148,6 +148,29 @@ async def answers_come_first_and_are_bounded():
     assert one.full, "one that is large"
 
 
+async def neither_of_two_states_keeps_the_other_waiting():
+    subscriber = feeds.Subscriber()
+    subscriber.window = 1
+    sent = []
+    for _ in range(6):
+        # new ones of both are always there, as on a slow way
+        subscriber.offer_other(lambda: "other")
+        subscriber.offer(feeds.Tick(1, {}, {}, False, 0.0))
+        text, number = await asyncio.wait_for(subscriber.next(), 10)
+        assert number == len(sent) + 1
+        sent.append("other" if text == "other" else "state")
+        subscriber.hear(number)
+    assert sent == ["other", "state"] * 3 or sent == ["state", "other"] * 3, sent
+    await asyncio.wait_for(subscriber.next(), 10)
+    # and no more than may be on their way
+    subscriber.offer_other(lambda: "other")
+    try:
+        await asyncio.wait_for(subscriber.next(), 0.05)
+        raise AssertionError("more than may be on their way")
+    except TimeoutError:
+        pass
+
+
 async def who_does_not_read_is_sent_no_more():
     one = feeds.Subscriber()
     one.begin(0)
@@ -305,7 +328,7 @@ if __name__ == "__main__":
         print(f"not tried: {error} (Debian: python3-aiohttp, python3-prometheus-client)", file=sys.stderr)
         sys.exit(77)
     for test in (differences_and_whole_states_give_what_is_there, nothing_new_is_not_sent,
-                 answers_come_first_and_are_bounded, who_does_not_read_is_sent_no_more,
+                 answers_come_first_and_are_bounded, neither_of_two_states_keeps_the_other_waiting, who_does_not_read_is_sent_no_more,
                  clients_with_the_same_wish_share_a_feed, feeds_share_a_reading,
                  rates_are_those_of_the_beats, names_are_expanded,
                  a_feed_that_fails_goes_on, who_comes_and_goes_keeps_nobody_waiting, who_joins_gets_the_state_of_this_moment,

@@ -15,9 +15,8 @@ import time
 
 import rig
 from linuxcncrig import ADDRESS, Control
-from rig import halcmd, listed, wait
+from rig import NOBODY, halcmd, listed, of_other_users, wait
 
-NOBODY = 65534
 
 HAL_FILE = """\
 loadusr -w pokeys-remote newcomp panel
@@ -396,14 +395,6 @@ def a_system_without_files(machine):
     assert proxy.said().count("takes no connections") == 1, proxy.said()
     resource.prlimit(pid, resource.RLIMIT_NOFILE, before)
     ended(waiting)
-
-
-def of_other_users():
-    """Can a test have processes of other users?"""
-    def mapped(user):
-        rows = (map(int, row.split()) for row in pathlib.Path("/proc/self/uid_map").read_text("ascii").splitlines())
-        return any(first <= user < first + count for first, _, count in rows)
-    return os.geteuid() == 0 and mapped(NOBODY) and mapped(NOBODY - 1)
 
 
 def program_of(user, before, after):

@@ -110,6 +110,38 @@ async def operates(machine, gateway):
             await panel.move(lambda there=there: position(0) > there + 3)
             await act(end, jog)
             await asyncio.to_thread(stands, 0)
+        # the finger stays, and the buttons are locked, or somebody else stops
+        jog = "Jog X − while it is held"
+        for act in (panel.click("Lock the buttons"), asyncio.to_thread(screen.asked, "stop")):
+            there = position(0)
+            await panel.point("pointerdown", jog)
+            await panel.move(lambda there=there: position(0) < there - 2)
+            await act
+            there = await asyncio.to_thread(stands, 0)
+            await asyncio.sleep(0.5)
+            assert position(0) == there
+            await panel.point("pointerup", jog)
+            if await page.value(f"{button('Unlock the buttons')} !== undefined"):
+                await panel.click("Unlock the buttons")
+        # a finger elsewhere, of a hand that holds nothing, changes nothing; that of another button ends the jog
+        await panel.point("pointerdown", jog)
+        await page.value("document.body.dispatchEvent(new PointerEvent('pointerup', { bubbles: true, pointerId: 2 }))")
+        there = position(0)
+        await panel.move(lambda: position(0) < there - 2)
+        await page.value("document.body.dispatchEvent(new PointerEvent('pointerup', { bubbles: true, pointerId: 1 }))")
+        await asyncio.to_thread(stands, 0)
+        # an override is where the finger has it, until it is up
+        slider = f"{CNC}.querySelector('.overrides input')"
+        assert await page.value(f"{slider}.max") == "150"
+        await page.value(f"{slider}.value = 30; {slider}.dispatchEvent(new Event('input', {{ bubbles: true }}))")
+        await asyncio.sleep(0.5)
+        assert await page.value(f"{slider}.value") == "30"
+        assert screen.asked("jog", axis="x", speed=0, press=0) is None and screen.until(lambda seen: True)["feed_override"] == 1
+        await page.value(f"{slider}.dispatchEvent(new Event('change', {{ bubbles: true }}))")
+        await asyncio.to_thread(screen.until, lambda seen: seen["feed_override"] == 0.3)
+        await panel.says("30 %")
+        await page.value(f"{slider}.value = 100; {slider}.dispatchEvent(new Event('change', {{ bubbles: true }}))")
+        await asyncio.to_thread(screen.until, lambda seen: seen["feed_override"] == 1)
         # the finger stays, and the page goes
         await panel.point("pointerdown", "Jog Y − while it is held")
         await panel.move(lambda: position(1) < -2)
@@ -129,9 +161,14 @@ async def operates(machine, gateway):
         await panel.says("a programme runs")
         # to stop needs no unlocking
         await panel.click("Lock the buttons")
-        await panel.click("■ Stop", "document.querySelector('.top')")
+        stop = button("■ Stop", "document.querySelector('.top')")
+        # while another finger is down, there is no click
+        await page.value(f"{stop}.dispatchEvent(new PointerEvent('pointerdown', {{ bubbles: true, button: 0 }}))")
+        await page.value(f"{stop}.dispatchEvent(new MouseEvent('click', {{ bubbles: true, detail: 1 }}))")
         assert await asyncio.to_thread(stands, 0) < 80
         await panel.says("standing")
+        assert await page.value(f"[...{CNC}.querySelectorAll('.events li')].map(one => one.innerText).filter("
+                                "one => /^Stop at .*: done\\.$/.test(one)).length") == 1
         # what goes wrong is said
         await panel.click("Unlock the buttons")
         await page.value(f"""(() => {{ const input = {CNC}.querySelector('form input'); input.value = 'G987';

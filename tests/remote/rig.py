@@ -22,6 +22,7 @@ COMMAND, UPDATE = "tcp://127.0.0.1:6202", "tcp://127.0.0.1:6201"
 INSIDE = "POKEYS_REMOTE_INSIDE"
 BIT, FLOAT, S32, U32 = 1, 2, 3, 4
 IN, OUT, IO = 16, 32, 48
+NOBODY = 65534
 VALUES = {BIT: "halbit", FLOAT: "halfloat", S32: "hals32", U32: "halu32"}
 PANEL = (("start", BIT, OUT), ("jog", FLOAT, OUT), ("count", S32, IO), ("mask", U32, OUT), ("speed", FLOAT, IN))
 
@@ -33,6 +34,14 @@ def wait(what, condition, limit=PATIENCE):
         assert time.monotonic() < end, f"not within {limit} s: {what}"
         time.sleep(0.01)
     return found
+
+
+def of_other_users():
+    """Can a test have processes of other users?"""
+    def mapped(user):
+        rows = (map(int, row.split()) for row in pathlib.Path("/proc/self/uid_map").read_text("ascii").splitlines())
+        return any(first <= user < first + count for first, _, count in rows)
+    return os.geteuid() == 0 and mapped(NOBODY) and mapped(NOBODY - 1)
 
 
 def halcmd(*words):

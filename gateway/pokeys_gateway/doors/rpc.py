@@ -12,15 +12,18 @@ import asyncio
 import contextlib
 import fcntl
 import functools
+import itertools
 import json
 import logging
+import math
 import socket
 import termios
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
-from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from .. import __version__
 from ..access import LEVELS, Access, Who
@@ -41,7 +44,8 @@ from ..feeds import (
 )
 from ..gate import Gate, cut
 from ..hub import Hub
-from ..operate import METHODS, STOPS, UNDER_WAY_MOST, NotDone, Operator
+from ..operate import METHODS, STOPS, UNDER_WAY_MOST, Operator
+from ..wire import NotDone
 from .session import WHO
 
 MESSAGE_MOST = 64 * 1024
@@ -51,11 +55,17 @@ SEND_BUFFER, WRITE_LIMIT = 32 * 1024, 16 * 1024
 BLOCKED_S = 10.0
 # a client that has vanished, and to which nothing is sent, is noticed after 40 s; a ping would have to wait
 # behind what a slow client has not taken yet
-KEEP_ALIVE = {socket.TCP_KEEPIDLE: 20, socket.TCP_KEEPINTVL: 5, socket.TCP_KEEPCNT: 4}
+TCP_USER_TIMEOUT = 18       # tcp(7); the module has no name for it
+KEEP_ALIVE = {socket.TCP_KEEPIDLE: 20, socket.TCP_KEEPINTVL: 5, socket.TCP_KEEPCNT: 4,
+              # the same when something is sent, such as the pings below
+              TCP_USER_TIMEOUT: 40000}
+# who may operate is sent a ping so often, and its command is not obeyed if it may have been on its way for longer
+BEAT_S, AGE_MOST_S = 0.4, 1.5
 USUAL_RATE = 2.0
 PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
 OPERATES = {"emergency_stop": "emergency_stop", **{
     f"linuxcnc.{name}": name for name in (*METHODS, *STOPS) if name != "emergency_stop"}}
+NOT_JSON = object()
 SHOWN = 80                  # characters of a client's text in an error
 NO_DEVICE, TOO_MUCH, NOT_ALLOWED, NOT_DONE = -32001, -32002, -32003, -32004
 DIGITS_MOST, FRAMES_MOST = 18, 64
@@ -71,6 +81,15 @@ class RpcError(Exception):
         self.code = code
 
 
+@dataclass(frozen=True)
+class _Way:
+    """How a request that operates LinuxCNC came."""
+
+    until: float                # when it is too old
+    turn: int                   # how many stops came before it
+    stop: asyncio.Future[None] | None = None    # the last stop before it in a batch, or itself
+
+
 class _Connection:
     """One client."""
 
@@ -80,6 +99,8 @@ class _Connection:
         self._hub = door.hub
         self.subscriber = Subscriber(door.count_skipped)
         self.sent = 0               # bytes, into the transport
+        self.fresh = time.monotonic()   # what comes now was sent after this time
+        self.ended = False
         self._feed: Feed | None = None
         self._methods: dict[str, Callable[[dict[str, Any]], Any]] = {
             "server.info": self._info,
@@ -89,7 +110,7 @@ class _Connection:
             "objects.unsubscribe": self._unsubscribe,
             "events.list": self._events,
         }
-        self._operator = Operator(door.hub.config.proxy, self._tell)
+        self._operator = Operator(door.hub.operators, self._offer, self._say, self._tell)
         self._under_way: set[asyncio.Task[None]] = set()
 
     def leave(self) -> None:
@@ -100,42 +121,57 @@ class _Connection:
 
     # ---- requests
 
-    async def take(self, text: str) -> str | None:
-        """The answer to a message; None if it needs none."""
-        try:
-            message = json.loads(text, parse_constant=_refuse)
-        except (ValueError, RecursionError):
+    def way(self) -> _Way:
+        """How what comes now has come."""
+        return _Way(self.fresh + AGE_MOST_S, self._hub.operators.turn)
+
+    async def take(self, message: Any, way: _Way) -> str | None:
+        """The answer to a message of :func:`_parsed`; None if it needs none, or gets it later."""
+        if message is NOT_JSON:
             return encode(_error(None, PARSE_ERROR, "not JSON"))
-        if isinstance(message, dict) and str(message.get("method")) in OPERATES:
-            # LinuxCNC may hang, and nothing else is to wait for it
-            self._later(message)
-            return None
-        if not isinstance(message, list):
-            answer = await self._one(message)
-            return encode(answer) if answer else None
-        if not 0 < len(message) <= BATCH_MOST:
+        if isinstance(message, list) and not 0 < len(message) <= BATCH_MOST:
             return encode(_error(None, INVALID_REQUEST, f"a batch has 1 to {BATCH_MOST} requests"))
+        if any(map(_operates, _requests(message))):
+            # LinuxCNC may hang, and nothing else is to wait for it
+            self.later(message, way)
+            return None
+        return await self._answer(message, itertools.repeat(way))
+
+    async def _answer(self, message: Any, ways: Iterable[_Way]) -> str | None:
+        if not isinstance(message, list):
+            answer = await self._one(message, next(iter(ways)))
+            return encode(answer) if answer else None
         answers: list[str] = []
-        for one in message:
-            if answer := await self._one(one, sum(map(len, answers)) < ANSWER_BYTES_MOST):
+        for one, way in zip(message, ways, strict=False):
+            if answer := await self._one(one, way, sum(map(len, answers)) < ANSWER_BYTES_MOST):
                 answers.append(encode(answer))
             # others' turn
             await asyncio.sleep(0)
         return f"[{','.join(answers)}]" if answers else None
 
-    def _later(self, message: dict[str, Any]) -> None:
-        if len(self._under_way) >= UNDER_WAY_MOST:
-            self.subscriber.answer(encode(_error(message.get("id"), TOO_MUCH, "too many requests are under way")))
+    def later(self, message: Any, way: _Way) -> None:
+        """Answer it while others are answered. Stops in it are sent at once."""
+        requests = _requests(message)
+        # stops have as many places of their own
+        if len(self._under_way) >= UNDER_WAY_MOST * (2 if any(map(_stops, requests)) else 1):
+            number = message.get("id") if isinstance(message, dict) else None
+            self.subscriber.answer(encode(_error(number, TOO_MUCH, "too many requests are under way")))
             return
+        ways = []
+        for one in requests:
+            if _stops(one) and not self._refusal():
+                way = replace(way, stop=self._hub.operators.begin_stop(OPERATES[one["method"]]),
+                              turn=self._hub.operators.turn)
+            ways.append(way)
 
         async def answer() -> None:
-            if found := await self._one(message):
-                self.subscriber.answer(encode(found))
+            if found := await self._answer(message, ways):
+                self.subscriber.answer(found)
         task = asyncio.get_running_loop().create_task(answer())
         self._under_way.add(task)
         task.add_done_callback(self._under_way.discard)
 
-    async def _one(self, request: Any, room: bool = True) -> dict[str, Any] | None:
+    async def _one(self, request: Any, way: _Way, room: bool = True) -> dict[str, Any] | None:
         if not isinstance(request, dict) or request.get("jsonrpc") != "2.0" or not isinstance(
                 request.get("method"), str) or not _is_id(request.get("id")):
             return _error(None, INVALID_REQUEST, 'a request of JSON-RPC 2.0 has "jsonrpc", "method" and "id"')
@@ -154,7 +190,7 @@ class _Connection:
                 raise RpcError(INVALID_PARAMS, "params has to be an object")
             if method == self._subscribe and "id" not in request:
                 raise RpcError(INVALID_REQUEST, "its answer is the first state")
-            result = method(params) if method else await self._operate(operates or "", params, number)
+            result = method(params) if method else await self._operate(operates or "", params, number, way)
         except RpcError as error:
             return _error(number, error.code, str(error)) if "id" in request else None
         except Exception:
@@ -162,24 +198,58 @@ class _Connection:
             return _error(number, INTERNAL, "an error of the gateway; its log says more") if "id" in request else None
         return {"jsonrpc": "2.0", "id": number, "result": result} if "id" in request else None
 
-    async def _operate(self, method: str, params: dict[str, Any], number: Any) -> dict[str, Any]:
+    @property
+    def operates(self) -> bool:
+        """May it operate LinuxCNC?"""
+        return self._hub.config.operate and self.who.level != LEVELS[0]
+
+    def _refusal(self) -> str | None:
+        """Why it may not operate."""
         if not self._hub.config.operate:
-            raise RpcError(NOT_ALLOWED, "nobody may operate LinuxCNC through this gateway ([linuxcnc] operate = no)")
-        if self.who.level == LEVELS[0]:
-            raise RpcError(NOT_ALLOWED, "operating needs a log-in of a user whose level is user or admin")
+            return "nobody may operate LinuxCNC through this gateway ([linuxcnc] operate = no)"
+        if not self.operates:
+            return "operating needs a log-in of a user whose level is user or admin"
+        if self.ended or not self._door.access.holds(self.who):
+            return "this client is not logged in any more"
+        return None
+
+    async def _operate(self, method: str, params: dict[str, Any], number: Any, way: _Way) -> dict[str, Any]:
+        def judge(takes_back: bool) -> None:
+            if why := self._refusal():
+                raise RpcError(NOT_ALLOWED, why)
+            if takes_back:
+                return
+            if way.turn != self._hub.operators.turn:
+                raise NotDone("it was stopped")
+            if way.stop and (not way.stop.done() or way.stop.exception()):
+                raise NotDone("the stop before it is not confirmed")
+            if time.monotonic() > way.until:
+                raise NotDone(f"this may have been on its way for more than {AGE_MOST_S:g} s; send it again")
         try:
-            await self._operator.ask(method, params, number)
+            judge(True)
+            if way.stop and method in STOPS:
+                await asyncio.shield(way.stop)
+            else:
+                await self._operator.ask(method, params, number, judge)
         except NotDone as error:
             raise RpcError(NOT_DONE, str(error)) from None
         return {}
 
+    def _offer(self, fetch: Callable[[], dict[str, Any]]) -> None:
+        self.subscriber.offer_other(lambda: encode(fetch()))
+
+    def _say(self, notification: dict[str, Any]) -> bool:
+        if not (full := self.subscriber.full):
+            self.subscriber.answer(encode(notification))
+        return not full
+
     async def _tell(self, notification: dict[str, Any]) -> None:
-        # pokeys-remote waits meanwhile, and ends the connection of one that reads nothing
         await self.subscriber.room()
         self.subscriber.answer(encode(notification))
 
     def end(self) -> None:
         """The client is gone."""
+        self.ended = True
         self.leave()
         self._operator.close()
         # the task of who asks this is not one of them
@@ -191,7 +261,7 @@ class _Connection:
     def _info(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params)
         return {"format": 1, "version": __version__, "user": self.who.name or None, "level": self.who.level,
-                "operate": self._hub.config.operate and self.who.level != LEVELS[0],
+                "operate": self.operates,
                 "trouble": self._hub.source.trouble, "devices": self._hub.source.names(),
                 "clients": len(self._door.connections), "skipped": self.subscriber.skipped}
 
@@ -254,6 +324,25 @@ def _error(number: Any, code: int, message: str) -> dict[str, Any]:
     return {"jsonrpc": "2.0", "id": number, "error": {"code": code, "message": message}}
 
 
+def _parsed(text: str) -> Any:
+    try:
+        return json.loads(text, parse_constant=_refuse)
+    except (ValueError, RecursionError):
+        return NOT_JSON
+
+
+def _requests(message: Any) -> list[Any]:
+    return message if isinstance(message, list) else [message]
+
+
+def _operates(message: Any) -> bool:
+    return isinstance(message, dict) and str(message.get("method")) in OPERATES
+
+
+def _stops(message: Any) -> bool:
+    return _operates(message) and OPERATES[message["method"]] in STOPS
+
+
 def _refuse(word: str) -> None:
     raise ValueError(f"{word} is not JSON")
 
@@ -268,6 +357,17 @@ def _only(params: dict[str, Any], *known: str) -> None:
     if unknown:
         has = f"there are: {', '.join(known)}" if known else "there are none"
         raise RpcError(INVALID_PARAMS, f"there is no parameter {unknown[0][:SHOWN]}; {has}")
+
+
+async def _put(queue: asyncio.Queue[Any], item: Any, work: asyncio.Task[None]) -> bool:
+    """When there is room. False if those who take from the queue have ended."""
+    if queue.full():
+        room = asyncio.get_running_loop().create_task(queue.put(item))
+        await asyncio.wait({room, work}, return_when=asyncio.FIRST_COMPLETED)
+        room.cancel()
+    else:
+        queue.put_nowait(item)
+    return not work.done()
 
 
 def _frames(ws: web.WebSocketResponse) -> int:
@@ -288,7 +388,7 @@ class Rpc:
 
     def __init__(self, hub: Hub, gate: Gate, access: Access) -> None:
         self.hub = hub
-        self._access = access
+        self.access = access
         self._gate = gate
         self.feeds = Feeds(hub.source)
         self.names = {name: i for i, (name, row) in enumerate(hub.model.rows.items()) if not row.writable}
@@ -321,8 +421,9 @@ class Rpc:
         if self._ending:
             return ws
         connection = _Connection(self, request[WHO])
-        self._gate.stream(transport, lambda: connection.subscriber.full or _frames(ws) >= FRAMES_MOST or
-                          transport.get_write_buffer_size() > WRITE_LIMIT)
+        # who may stop a machine is heard also while it takes no answers
+        self._gate.stream(transport, lambda: _frames(ws) >= FRAMES_MOST or (not connection.operates and (
+            connection.subscriber.full or transport.get_write_buffer_size() > WRITE_LIMIT)))
         transport.set_write_buffer_limits(high=WRITE_LIMIT)
         with contextlib.suppress(OSError):
             peer = transport.get_extra_info("socket")
@@ -332,6 +433,7 @@ class Rpc:
                 peer.setsockopt(socket.IPPROTO_TCP, option, value)
         self.connections[ws] = connection
         writer = asyncio.get_running_loop().create_task(self._write(ws, connection, transport))
+        beat = asyncio.get_running_loop().create_task(self._beat(ws)) if connection.operates else None
         watch = asyncio.get_running_loop().create_task(self._watch(connection, transport))
         self._watches.add(watch)
         watch.add_done_callback(self._watches.discard)
@@ -343,6 +445,8 @@ class Rpc:
             _LOG.exception("a WebSocket client")
         finally:
             writer.cancel()
+            if beat:
+                beat.cancel()
             connection.end()
             try:
                 await ws.close(code=WSCloseCode.GOING_AWAY if self._ending else WSCloseCode.OK)
@@ -352,23 +456,70 @@ class Rpc:
         return ws
 
     async def _read(self, ws: web.WebSocketResponse, connection: _Connection) -> None:
-        async for message in ws:
-            # messages that have come already are given without a pause
-            await asyncio.sleep(0)
-            if message.type is WSMsgType.PONG:
-                # of ours, if it is a number
-                if len(message.data) <= DIGITS_MOST and message.data.isdigit():
-                    connection.subscriber.hear(int(message.data))
-                continue
-            if message.type is WSMsgType.PING:
-                await ws.pong(message.data)
-                continue
-            if message.type is not WSMsgType.TEXT:
-                await ws.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"text is expected")
-                return
-            if answer := await connection.take(message.data):
-                connection.subscriber.answer(answer)
-            await connection.subscriber.room()
+        waiting: asyncio.Queue[tuple[Any, _Way]] = asyncio.Queue(FRAMES_MOST)
+        work = asyncio.get_running_loop().create_task(self._work(ws, connection, waiting))
+        try:
+            async for message in ws:
+                # messages that have come already are given without a pause
+                await asyncio.sleep(0)
+                if connection.ended or work.done():
+                    break
+                if message.type is WSMsgType.PONG:
+                    self._take_pong(connection, message.data)
+                    continue
+                if message.type not in (WSMsgType.TEXT, WSMsgType.PING):
+                    await ws.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"text is expected")
+                    break
+                parsed = message if message.type is WSMsgType.PING else _parsed(message.data)
+                if any(map(_stops, _requests(parsed))) and 0 < len(_requests(parsed)) <= BATCH_MOST:
+                    connection.later(parsed, connection.way())
+                    continue
+                if not connection.operates:
+                    # one after the other, and nothing is read meanwhile
+                    await self._do(ws, connection, parsed, connection.way())
+                elif not await _put(waiting, (parsed, connection.way()), work):
+                    break
+        finally:
+            work.cancel()
+            with contextlib.suppress(asyncio.CancelledError, ConnectionError):
+                await work
+
+    async def _work(self, ws: web.WebSocketResponse, connection: _Connection,
+                    waiting: asyncio.Queue[tuple[Any, _Way]]) -> None:
+        """Do what was read of one who may operate, and so is read on."""
+        while True:
+            message, way = await waiting.get()
+            await self._do(ws, connection, message, way)
+
+    @staticmethod
+    async def _do(ws: web.WebSocketResponse, connection: _Connection, message: Any, way: _Way) -> None:
+        """Answer a message, and wait until there is room for more answers."""
+        if isinstance(message, WSMessage):
+            await ws.pong(message.data)
+            return
+        if answer := await connection.take(message, way):
+            connection.subscriber.answer(answer)
+        await connection.subscriber.room()
+
+    @staticmethod
+    def _take_pong(connection: _Connection, data: bytes) -> None:
+        """The answer to a ping of ours, if it is a number: of a state, or for those who operate, a time in ms."""
+        timed, digits = data[:1] == b"t", data.removeprefix(b"t")
+        if not digits.isdigit() or len(digits) > DIGITS_MOST:
+            return
+        if timed:
+            # what comes after it was sent after the ping was read
+            connection.fresh = min(time.monotonic(), max(connection.fresh, int(digits) / 1000))
+        else:
+            connection.subscriber.hear(int(digits))
+
+    @staticmethod
+    async def _beat(ws: web.WebSocketResponse) -> None:
+        """Know how old what a client sends can be."""
+        with contextlib.suppress(ConnectionError):
+            while not ws.closed:
+                await ws.ping(b"t%d" % math.floor(time.monotonic() * 1000))
+                await asyncio.sleep(BEAT_S)
 
     @staticmethod
     async def _write(ws: web.WebSocketResponse, connection: _Connection, transport: Any) -> None:
@@ -399,7 +550,7 @@ class Rpc:
             if now[0] > before[0] or now[1] > before[1] or (waiting == 0 and subscriber.unheard == 0):
                 since = time.monotonic()
             before = now
-            if not self._access.holds(connection.who):
+            if not self.access.holds(connection.who):
                 connection.end()
                 cut(transport)
                 return

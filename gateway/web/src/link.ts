@@ -80,8 +80,13 @@ export class Link {
 
 	/** The result of a method. Rejected if it fails, or if the connection is lost meanwhile. */
 	ask<Result>(method: string, params: object = {}): Promise<Result> {
+		return this.send<Result>(method, params).answer;
+	}
+
+	/** The same, and the number by which notifications name the request. */
+	send<Result>(method: string, params: object = {}): { id: number; answer: Promise<Result> } {
 		const id = ++this.number;
-		return new Promise((resolve, reject) => {
+		const answer = new Promise<Result>((resolve, reject) => {
 			if (this.socket?.readyState !== WebSocket.OPEN) {
 				reject(new Error("no connection to the gateway"));
 				return;
@@ -92,6 +97,7 @@ export class Link {
 				this.askedAt ??= performance.now();
 			this.socket.send(JSON.stringify({ jsonrpc: "2.0", id, method, params }));
 		});
+		return { id, answer };
 	}
 
 	/** Want these values of these devices, so many times a second. */

@@ -22,9 +22,25 @@ export interface Cnc {
 	feed_override?: number;
 	rapid_override?: number;
 	spindle_override?: number;
+	max_feed_override?: number;
+	max_rapid_override?: number;
+	max_spindle_override?: number;
+}
+
+/** What holds something: a pointer's number, or a key. */
+export const KEY = "key";
+type Hand = number | typeof KEY;
+
+interface Held {
+	hand: Hand;
+	timer: number;
+	press: number;
+	/** Its requests. */
+	ids: Set<number>;
 }
 
 const SAID_MOST = 5, JOG_MS = 100;
+const STOPS = { "linuxcnc.stop": "Stop", emergency_stop: "Emergency stop" };
 
 export class LinuxCnc {
 	state: Cnc = {};
@@ -34,10 +50,17 @@ export class LinuxCnc {
 	said: { text: string; bad: boolean; number: number }[] = [];
 	private numbers = 0;
 	private press = 0;
-	/** What is held: the timer of its repetition, by axis. */
-	private held = new Map<string, number>();
+	/** What is held, by axis. */
+	private held = new Map<string, Held>();
 
 	constructor(private link: Link, private changed: () => void) {
+		// whatever happens to the button: without somebody's hand nothing is held
+		for (const event of ["pointerup", "pointercancel"] as const)
+			document.addEventListener(event, ({ pointerId }) => this.release(pointerId), true);
+		document.addEventListener("keyup", () => this.release(KEY), true);
+		document.addEventListener("visibilitychange", () => document.hidden && this.release());
+		for (const event of ["blur", "pagehide"])
+			window.addEventListener(event, () => this.release());
 	}
 
 	/** Does the gateway get what is asked? */
@@ -67,12 +90,22 @@ export class LinuxCnc {
 	/** A notification. */
 	hear(method: string, params: object): void {
 		if (method === "linuxcnc.state") {
-			const state = params as Cnc;
+			const state = params as Cnc, { motion } = this.state;
 			// what came before it is to be forgotten
 			this.state = state.connected === undefined ? { ...this.state, ...state } : state;
-		} else if (method === "linuxcnc.done" && (params as { error: string | null }).error)
-			this.tell((params as { error: string }).error, true);
-		else if (method === "linuxcnc.said") {
+			// the buttons are those of other joints or axes
+			if (this.state.motion !== motion)
+				this.release();
+		} else if (method === "linuxcnc.done") {
+			const { id, error } = params as { id: number; error: string | null };
+			if (error) {
+				// what was refused or stopped does not begin while the key is still down
+				for (const [axis, { ids }] of [...this.held])
+					if (ids.has(id))
+						this.up(axis);
+				this.tell(error, true);
+			}
+		} else if (method === "linuxcnc.said") {
 			const { kind, text } = params as { kind: string; text: string };
 			this.tell(text, kind === "error");
 		}
@@ -86,19 +119,16 @@ export class LinuxCnc {
 		this.link.ask(method, params).catch((error: Error) => this.tell(error.message, true));
 	}
 
-	/** Stop, whatever it does. */
-	stop(): void {
+	/** Stop, whatever it does; what comes of it is said each time. */
+	stop(method: keyof typeof STOPS): void {
 		this.release();
-		this.ask("linuxcnc.stop");
-	}
-
-	emergencyStop(): void {
-		this.release();
-		this.ask("emergency_stop");
+		const what = `${STOPS[method]} at ${new Date().toLocaleTimeString()}`;
+		this.link.ask(method).then(() => this.tell(`${what}: done.`, false),
+			(error: Error) => this.tell(`${what} is not confirmed: ${error.message}`, true));
 	}
 
 	/** A key is pressed. It repeats its wish as long as the answers come back, until it is up. */
-	hold(axis: string, speed: number): void {
+	hold(axis: string, speed: number, hand: Hand): void {
 		if (this.held.has(axis))
 			return;
 		const press = ++this.press;
@@ -107,29 +137,33 @@ export class LinuxCnc {
 			if (waits)
 				return;
 			waits = true;
-			this.link.ask("linuxcnc.jog", { axis, speed, press }).catch((error: Error) => {
+			const { id, answer } = this.link.send("linuxcnc.jog", { axis, speed, press });
+			held.ids.add(id);
+			answer.catch((error: Error) => {
 				this.up(axis);
 				this.tell(error.message, true);
 			}).finally(() => waits = false);
 		};
-		this.held.set(axis, window.setInterval(jog, JOG_MS));
+		const held = { hand, timer: window.setInterval(jog, JOG_MS), press, ids: new Set<number>() };
+		this.held.set(axis, held);
 		jog();
 	}
 
 	/** It is up again. */
 	up(axis: string): void {
-		const timer = this.held.get(axis);
-		if (timer === undefined)
+		const held = this.held.get(axis);
+		if (!held)
 			return;
-		clearInterval(timer);
+		clearInterval(held.timer);
 		this.held.delete(axis);
-		this.link.ask("linuxcnc.jog", { axis, speed: 0, press: this.press }).catch(() => undefined);
+		this.link.ask("linuxcnc.jog", { axis, speed: 0, press: held.press }).catch(() => undefined);
 	}
 
-	/** Nobody holds anything any more. */
-	release(): void {
-		for (const axis of [...this.held.keys()])
-			this.up(axis);
+	/** Nobody holds anything any more; or not with this hand. */
+	release(hand?: Hand): void {
+		for (const [axis, held] of [...this.held])
+			if (hand === undefined || held.hand === hand)
+				this.up(axis);
 	}
 
 	private tell(text: string, bad: boolean): void {

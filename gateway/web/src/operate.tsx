@@ -1,35 +1,43 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The buttons for LinuxCNC. They are armed first, and not for long; to stop needs nothing.
 
-import { useEffect, useState } from "preact/hooks";
-import type { LinuxCnc } from "./linuxcnc.js";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { KEY, type LinuxCnc } from "./linuxcnc.js";
 
-const ARMED_MS = 120000;
+const ARMED_MS = 120000, SET_MS = 500;
 const MODES = { manual: "Manual", mdi: "MDI", auto: "Automatic" };
 const TASKS: Record<string, string> = { estop: "emergency stop", off: "off", on: "on" };
 const SPEEDS = [1, 2, 5, 10, 20, 50, 100];
 const OVERRIDES = { feed: "Feed", rapid: "Rapid", spindle: "Spindle" };
 
-/** Always to be seen, and one touch. */
+/** One touch, also while another finger holds something: then there is no click. A key makes a click without a pointer. */
+function StopButton({ look, text, stop }: { look: string; text: string; stop: () => void }) {
+	return <button type="button" class={look} onPointerDown={event => event.button === 0 && stop()}
+		onClick={event => event.detail === 0 && stop()}>{text}</button>;
+}
+
+/** Always to be seen. */
 export function Stop({ cnc }: { cnc: LinuxCnc }) {
-	return <button type="button" class="stop" onClick={() => cnc.stop()}>{cnc.reachable ? "■ Stop" : "■ Stop: no connection"}</button>;
+	return <StopButton look="stop" text={cnc.reachable ? "■ Stop" : "■ Stop: no connection"} stop={() => cnc.stop("linuxcnc.stop")} />;
 }
 
 /** A button that jogs as long as it is held, by hand or by the space bar. */
 function Jog({ cnc, axis, speed, disabled }: { cnc: LinuxCnc; axis: string; speed: number; disabled: boolean }) {
 	const name = `${axis.toUpperCase()} ${speed < 0 ? "−" : "+"}`;
-	const down = () => !disabled && cnc.hold(axis, speed);
+	const down = (hand: number | typeof KEY) => !disabled && cnc.hold(axis, speed, hand);
 	const up = () => cnc.up(axis);
+	// a button that is gone gets no event
+	useEffect(() => up, [cnc, axis]);
 	return <button type="button" class="jog" aria-disabled={disabled} aria-label={`Jog ${name} while it is held`}
 		onPointerDown={event => {
 			if (event.button === 0)
-				down();
+				down(event.pointerId);
 		}} onPointerUp={up} onPointerCancel={up} onPointerLeave={up} onBlur={up} onContextMenu={event => event.preventDefault()}
 		onKeyDown={event => {
 			if (event.key === " ") {
 				event.preventDefault();
 				if (!event.repeat)
-					down();
+					down(KEY);
 			}
 		}} onKeyUp={up}>{name}</button>;
 }
@@ -72,10 +80,31 @@ function Auto({ cnc, off }: { cnc: LinuxCnc; off: boolean }) {
 }
 
 function Override({ cnc, what, off }: { cnc: LinuxCnc; what: keyof typeof OVERRIDES; off: boolean }) {
-	const value = cnc.state[`${what}_override`] ?? 1;
-	return <label>{OVERRIDES[what]} <output>{(value * 100).toFixed(0)} %</output>
-		<input type="range" min="0" max={what === "feed" ? 150 : 100} step="5" value={value * 100} disabled={off}
-			onChange={event => cnc.ask("linuxcnc.override", { what, value: Number(event.currentTarget.value) / 100 })} /></label>;
+	// while it is pulled, it shows where it is, and not what LinuxCNC has
+	const [pulled, setPulled] = useState<number | null>(null);
+	const input = useRef<HTMLInputElement>(null);
+	useEffect(() => {
+		let timer = 0;
+		const pull = () => {
+			clearTimeout(timer);
+			setPulled(input.current!.valueAsNumber);
+		};
+		// the hand has let go; Preact's onChange would be each movement
+		const set = () => {
+			cnc.ask("linuxcnc.override", { what, value: input.current!.valueAsNumber / 100 });
+			timer = window.setTimeout(() => setPulled(null), SET_MS);
+		};
+		input.current!.addEventListener("input", pull);
+		input.current!.addEventListener("change", set);
+		for (const event of ["blur", "pointercancel"])
+			input.current!.addEventListener(event, () => setPulled(null));
+		return () => clearTimeout(timer);
+	}, []);
+	useEffect(() => setPulled(null), [off]);
+	const value = pulled ?? (cnc.state[`${what}_override`] ?? 1) * 100;
+	return <label>{OVERRIDES[what]} <output>{value.toFixed(0)} %</output>
+		<input ref={input} type="range" min="0" max={(cnc.state[`max_${what}_override`] ?? 1) * 100} step="5" value={value}
+			disabled={off} /></label>;
 }
 
 function State({ cnc }: { cnc: LinuxCnc }) {
@@ -100,21 +129,16 @@ export function Operate({ cnc }: { cnc: LinuxCnc }) {
 	useEffect(() => {
 		if (!armed)
 			return;
-		const disarm = () => {
-			cnc.release();
-			setArmed(false);
-		};
-		const hidden = () => document.hidden && disarm();
-		const timer = setTimeout(disarm, ARMED_MS);
-		const up = () => cnc.release();
+		const hidden = () => document.hidden && setArmed(false);
+		const timer = setTimeout(() => setArmed(false), ARMED_MS);
 		document.addEventListener("visibilitychange", hidden);
-		window.addEventListener("blur", up);
 		return () => {
 			clearTimeout(timer);
 			document.removeEventListener("visibilitychange", hidden);
-			window.removeEventListener("blur", up);
 		};
 	}, [armed, touched]);
+	// locked buttons hold nothing
+	useEffect(() => () => cnc.release(), [armed]);
 	const off = !armed || !connected;
 	const busy = state.interpreter !== "idle";
 	const mode = (state.mode ?? "") as keyof typeof MODES;
@@ -123,7 +147,7 @@ export function Operate({ cnc }: { cnc: LinuxCnc }) {
 		<header><h2>LinuxCNC</h2>
 			{connected && <button type="button" aria-pressed={armed} onClick={() => setArmed(!armed)}>
 				{armed ? "Lock the buttons" : "Unlock the buttons"}</button>}
-			{connected && <button type="button" class="bad" onClick={() => cnc.emergencyStop()}>Emergency stop</button>}
+			<StopButton look="bad" text="Emergency stop" stop={() => cnc.stop("emergency_stop")} />
 		</header>
 		{connected ? <State cnc={cnc} /> : <p class="bad">⚠ {state.why ?? "LinuxCNC's state is not known."}</p>}
 		{connected && <div class="parts">
