@@ -14,7 +14,7 @@ from .definition import Direction, Kind, component_name
 
 STATUS_FAILED, STATUS_USAGE, STATUS_NO_PROXY, STATUS_LATE, STATUS_CONFIG = 1, 64, 69, 75, 78     # sysexits.h
 SECONDS_MOST = 86400
-OPTIONS = "--config", "--check-config", "--name", "--timeout", "--version", "--help"
+OPTIONS = "--config", "--check-config", "--make-key", "--name", "--timeout", "--version", "--help"
 COMMANDS = {
     "newcomp": ("begin a component of a HAL file", 10.0),
     "newpin": ("add a pin to a component that was begun", 10.0),
@@ -48,6 +48,8 @@ def _options(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--config", type=Path, metavar="FILE", help="addresses, failsafe values and leases; without "
                         "it, clients of this computer may create components")
     parser.add_argument("--check-config", action="store_true", help="say what is wrong with the configuration, and end")
+    parser.add_argument("--make-key", type=Path, metavar="NAME", help="make NAME.key and NAME.key_secret, keys "
+                        "of a proxy or a client for encrypted connections, and end")
     parser.add_argument("--name", default=PROGRAM, help=f"of the proxy's own component in HAL ({PROGRAM})")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {__version__}")
     made = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands, with a running proxy",
@@ -69,7 +71,7 @@ def _options(words: list[str]) -> argparse.Namespace:
         component_name(found.name)
     except ValueError as error:
         parser.error(f'--name: "{found.name}" is not allowed; allowed: {error}')
-    if found.command and (found.config or found.check_config):
+    if found.command and (found.config or found.check_config or found.make_key):
         parser.error(f"{found.command} reads no configuration; the proxy does")
     return found
 
@@ -88,6 +90,17 @@ def _command(options: argparse.Namespace) -> int:
     return 0
 
 
+def _make_key(path: Path) -> int:
+    from . import keys
+    try:
+        public, secret = keys.make(path)
+    except OSError as error:
+        print(f"{PROGRAM}: {error}", file=sys.stderr)
+        return STATUS_FAILED
+    print(f"{PROGRAM}: {secret} is secret and stays where it is used; {public} is for the other side")
+    return 0
+
+
 def main(words: list[str] | None = None) -> int:
     """The program; its exit status."""
     options = _options(sys.argv[1:] if words is None else words)
@@ -97,6 +110,8 @@ def main(words: list[str] | None = None) -> int:
     from pokeys._ini import Faults
 
     from . import config, life
+    if options.make_key:
+        return _make_key(options.make_key)
     logging.basicConfig(level=logging.INFO, format=f"{PROGRAM}: %(message)s")
     try:
         settings = config.read(options.config)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+from typing import Any
 
 import zmq
 from zmq.utils.monitor import recv_monitor_message
@@ -35,7 +36,9 @@ def watch(connection: zmq.Socket[bytes]) -> None:
 class Clients:
     """The clients of a ROUTER socket."""
 
-    def __init__(self, router: zmq.Socket[bytes]) -> None:
+    def __init__(self, router: zmq.Socket[bytes], named: bool) -> None:
+        """They are ``named`` if each is known by its key."""
+        self._named = named
         self.monitor = router.get_monitor_socket(_EVENTS)
         self._open: set[int] = set()
         self._clients: dict[bytes, Client] = {}
@@ -57,6 +60,10 @@ class Clients:
                     found.append(self._clients.pop(identity))
         return found
 
+    def has(self, client: Client) -> bool:
+        """Is it one of these?"""
+        return self._clients.get(client.identity) is client
+
     def knows(self, frames: list[zmq.Frame]) -> bool:
         """Is a message from a client whose messages came before?"""
         return frames[0].bytes in self._clients
@@ -75,7 +82,8 @@ class Clients:
             if len(self._clients) >= CLIENTS_MOST:
                 CLIENTS.warning("a client at %s gets no answers: there are %d already", _place(number), CLIENTS_MOST)
                 return None
-            client = self._clients[identity] = Client(identity, now, now, _place(number))
+            place = _place(number) + (_name(frames[-1]) if self._named else "")
+            client = self._clients[identity] = Client(identity, now, now, place)
         self._files[identity] = number
         client.seen = now
         return client
@@ -84,6 +92,12 @@ class Clients:
 def settled(client: Client, now: float) -> bool:
     """Is what it sends new?"""
     return now - client.since >= SETTLE
+
+
+def _name(frame: zmq.Frame) -> str:
+    """Of a client that is known by its key."""
+    properties: Any = frame             # whose values are numbers or texts
+    return f" ({properties.get('User-Id')})"
 
 
 def _place(number: int) -> str:

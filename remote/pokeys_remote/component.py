@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from .definition import OWN, RANGES, Care, Definition, Direction, Kind, Pin, Rules, Value, value_of
+from .definition import OWN, RANGES, Care, Definition, Direction, Kind, Pin, Rules, Value, differs, value_of
 
 
 class Storage(Protocol):
@@ -63,12 +63,7 @@ class LivePin:
 
     def changed(self, value: Value) -> bool:
         """Is it something else than what clients have?"""
-        if self.reported is None or self.pin.kind is not Kind.FLOAT:
-            return value != self.reported
-        old, new = float(self.reported), float(value)
-        if math.isfinite(old) and math.isfinite(new):
-            return abs(new - old) > self.care.epsilon
-        return not (old == new or (math.isnan(old) and math.isnan(new)))
+        return differs(self.pin.kind, self.reported, value, self.care.epsilon)
 
 
 @dataclass(eq=False)

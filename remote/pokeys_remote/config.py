@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import itertools
 import math
 import pwd
 import re
@@ -21,13 +22,15 @@ from .definition import (
     Care,
     Kind,
     Rules,
+    Watched,
     component_name,
     pin_name,
     value_of,
 )
+from .keys import judge_folder, secret_of
 
 SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
-PORTS = {"command": 6202, "update": 6201}
+PORTS = {"command": 6202, "update": 6201, "group": 6200}
 _WORD = re.compile(r"[A-Za-z0-9_-]{1,32}")
 _PATTERN = re.compile(r"[A-Za-z0-9_.*?\[\]-]+")
 
@@ -87,7 +90,7 @@ def failsafe(text: str) -> str:
 
 
 def word(text: str) -> str:
-    """The name of a lease."""
+    """The name of a lease or a group."""
     if not _WORD.fullmatch(text):
         raise ValueError("at most 32 letters, digits, - and _")
     return text
@@ -112,16 +115,53 @@ def users(text: str) -> frozenset[int]:
     return frozenset(found)
 
 
+def network_endpoints(text: str) -> tuple[str, ...]:
+    """Where an encrypted socket listens, for ZeroMQ."""
+    found = tuple(_network_endpoint(word.strip()) for word in text.split(","))
+    if len(set(found)) < len(found):
+        raise ValueError("each address once")
+    return found
+
+
+def _network_endpoint(text: str) -> str:
+    found = re.fullmatch(r"(?:\[([^]]+)\]|([^:]+)):(\d{1,5})", text)
+    try:
+        address = ipaddress.ip_address((found[1] or found[2]) if found else "")
+        address = getattr(address, "ipv4_mapped", None) or address
+        if not found or not 1 <= int(found[3]) <= 65535 or address.is_unspecified or address.is_multicast:
+            raise ValueError
+    except ValueError:
+        raise ValueError("ADDRESS:PORT or [ADDRESS]:PORT, with an address of this computer in the network") from None
+    return f"tcp://{text}"
+
+
+def file(text: str) -> Path:
+    """A path."""
+    if not text:
+        raise ValueError("a path")
+    return Path(text)
+
+
 KEYS = (
     Key("remote", "command", endpoints),
     Key("remote", "update", endpoints),
+    Key("remote", "group", endpoints),
     Key("remote", "create", yes_or_no),
+    Key("secure", "command", network_endpoints),
+    Key("secure", "update", network_endpoints),
+    Key("secure", "group", network_endpoints),
+    Key("secure", "key", file),
+    Key("secure", "clients", file),
+    Key("secure", "announce", yes_or_no),
     Key("component", "interval-ms", milliseconds(INTERVAL_LEAST, INTERVAL_MOST)),
     Key("component", "lease-ms", milliseconds(LEASE_LEAST, LEASE_MOST)),
     Key("pin", "failsafe", failsafe),
     Key("pin", "lease", word),
     Key("pin", "epsilon", epsilon),
     Key("lease", "timeout-ms", milliseconds(LEASE_LEAST, LEASE_MOST)),
+    Key("group", "signals", patterns),
+    Key("group", "interval-ms", milliseconds(INTERVAL_LEAST, INTERVAL_MOST)),
+    Key("group", "epsilon", epsilon),
     Key("operate", "users", users),
     Key("operate", "messages", yes_or_no),
     Key("offer", "read", patterns),
@@ -131,7 +171,20 @@ NAMED = (
     Named("component", component_name, "[component NAME]"),
     Named("pin", pin_name, "[pin COMPONENT.PIN]"),
     Named("lease", word, "[lease NAME]"),
+    Named("group", word, "[group NAME]"),
 )
+
+
+@dataclass(frozen=True)
+class Secure:
+    """The sockets of the network."""
+
+    command: tuple[str, ...]
+    update: tuple[str, ...]
+    secret: bytes               # key of this proxy
+    clients: Path               # folder of the keys of clients
+    group: tuple[str, ...] = ()
+    announce: bool = False
 
 
 @dataclass(frozen=True)
@@ -140,6 +193,8 @@ class Config:
 
     command: tuple[str, ...] = (f"tcp://127.0.0.1:{PORTS['command']}",)
     update: tuple[str, ...] = (f"tcp://127.0.0.1:{PORTS['update']}",)
+    group: tuple[str, ...] = (f"tcp://127.0.0.1:{PORTS['group']}",)
+    secure: Secure | None = None
     create: bool = True
     read: tuple[str, ...] = ()
     write: tuple[str, ...] = ()
@@ -148,6 +203,7 @@ class Config:
     components: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     pins: Mapping[str, Care] = field(default_factory=dict)
     leases: Mapping[str, float] = field(default_factory=dict)
+    groups: Mapping[str, Watched] = field(default_factory=dict)
 
     def rules(self, component: str) -> Rules:
         """What is set for a component."""
@@ -171,7 +227,22 @@ def read(path: Path | None) -> Config:
     faults = [f"{found.places['lease', name, '']}: timeout-ms is missing" for name, time in leases.items() if not time]
     faults += [f"{found.places['pin', name, 'lease']}: there is no section [lease {values['lease']}]"
                for name, values in by_kind.get("pin", {}).items() if values.get("lease", "") not in {"", *leases}]
-    if faults:
+    groups = by_kind.get("group", {})
+    faults += [f"{found.places['group', name, '']}: signals is missing" for name, values in groups.items()
+               if not values.get("signals")]
+    # ZeroMQ compares the beginning of a topic
+    faults += [f"{found.places['group', long, '']}: clients of group {short} would also get its messages; choose a "
+               f"name that does not begin with {short}" for short in groups for long in groups
+               if short != long and long.startswith(short)]
+    used: dict[str, str] = {}
+    for section, key in itertools.product(("remote", "secure"), PORTS):
+        for place in by_kind.get(section, {}).get("", {}).get(key, ()):
+            if other := used.get(place):
+                faults.append(f"{found.places[section, '', key]}: {place.partition('://')[2]} is used by {other} "
+                              "already")
+            used[place] = f"[{section}] {key}"
+    secure, wrong = _secure(path, by_kind.get("secure", {}).get(""), found.places)
+    if faults := faults + wrong:
         raise Faults(faults)
     operate = by_kind.get("operate", {}).get("", {})
     names = {"interval_ms": "interval", "lease_ms": "lease"}
@@ -180,5 +251,34 @@ def read(path: Path | None) -> Config:
                     for name, values in by_kind.get("component", {}).items()},
         pins={name: Care(**values) for name, values in by_kind.get("pin", {}).items()},
         leases={name: time for name, time in leases.items() if time is not None},
+        groups={name: Watched(**{{"interval_ms": "interval"}.get(key, key): value for key, value in values.items()})
+                for name, values in groups.items()},
+        secure=secure,
         operators=operate.get("users", frozenset()), messages=operate.get("messages", False),
         **by_kind.get("remote", {}).get("", {}), **by_kind.get("offer", {}).get("", {}))
+
+
+def _secure(path: Path, values: dict[str, Any] | None,
+            places: Mapping[tuple[str, str, str], str]) -> tuple[Secure | None, list[str]]:
+    """What the section says, and what is wrong with it."""
+    if values is None:
+        return None, []
+    faults = [f"{places['secure', '', '']}: {key} is missing" for key in ("command", "update", "key", "clients")
+              if key not in values]
+    # files are found from where the configuration is
+    key, clients = (path.parent / values[name] if name in values else None for name in ("key", "clients"))
+    secret = b""
+    if key:
+        try:
+            secret = secret_of(key)
+        except ValueError as error:
+            faults.append(f"{places['secure', '', 'key']}: {error}")
+    if clients:
+        try:
+            judge_folder(clients)
+        except ValueError as error:
+            faults.append(f"{places['secure', '', 'clients']}: {error}")
+    if faults or not clients:
+        return None, faults
+    return Secure(values["command"], values["update"], secret, clients, values.get("group", ()),
+                  values.get("announce", False)), []

@@ -66,6 +66,15 @@ def value_of(kind: Kind, text: str) -> Value:
     return whole
 
 
+def differs(kind: Kind, old: Value | None, new: Value, epsilon: float) -> bool:
+    """Is a value something else than the one that clients have, if they have one?"""
+    if old is None or kind is not Kind.FLOAT:
+        return new != old
+    if math.isfinite(old) and math.isfinite(new):
+        return abs(new - old) > epsilon
+    return not (old == new or (math.isnan(old) and math.isnan(new)))
+
+
 def component_name(text: str) -> str:
     """The name of a component. ValueError says what is allowed."""
     # a name with a dot ends machinekit's client: it takes what follows the first dot as the pin's name
@@ -124,6 +133,15 @@ class Rules:
     lease: float = 6.0                  # s without a message of the setter, of pins without a lease
     pins: Mapping[str, Care] = field(default_factory=dict)      # by full name
     leases: Mapping[str, float] = field(default_factory=dict)   # s
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A group of signals, as the configuration has it."""
+
+    signals: tuple[str, ...]            # names, with * and ?
+    interval: float = 0.1               # s between looks at them
+    epsilon: float = EPSILON
 
 
 @dataclass(frozen=True)

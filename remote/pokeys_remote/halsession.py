@@ -14,7 +14,7 @@ import subprocess
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import hal
 
@@ -83,9 +83,10 @@ def components() -> list[Listed]:
     return found
 
 
-def session() -> tuple[int, ...] | None:
+def session(memories: TextIO) -> tuple[int, ...] | None:
     """What this HAL is and no other one: its memory's number, owner's number and time; None without one."""
-    for line in Path("/proc/sysvipc/shm").read_text(encoding="ascii").splitlines()[1:]:
+    memories.seek(0)
+    for line in memories.read().splitlines()[1:]:
         words = line.split()
         if int(words[0]) & 0xffffffff == _KEY:
             return int(words[1]), int(words[4]), int(words[13])
@@ -111,7 +112,9 @@ class Hal:
         self._listed = -SEARCH_PAUSE
         self._take_over(name)
         self._own = self._new(name)
-        self.session = session()
+        # open as long as this is: later, there may be no file for it
+        self._memories = Path("/proc/sysvipc/shm").open(encoding="ascii")       # noqa: SIM115
+        self.session = session(self._memories)
 
     def _new(self, name: str) -> Any:
         try:
@@ -146,7 +149,7 @@ class Hal:
     @property
     def gone(self) -> bool:
         """Has LinuxCNC ended, or begun again with another HAL?"""
-        return session() != self.session
+        return session(self._memories) != self.session
 
     def create(self, definition: Definition, values: Mapping[str, Value] | None) -> Any:
         """A component with its pins, ready; the pins by name. :class:`HalError`, and nothing has changed.
@@ -221,13 +224,19 @@ class Hal:
             self._listed = now
             self._items = {(one["NAME"], False): Item(Kind(one["TYPE"]), Direction(one["DIRECTION"]))
                            for one in hal.get_info_pins() if one["TYPE"] in list(Kind)}
-            self._items.update({(one["NAME"], True): Item(Kind(one["TYPE"]), None)
-                                for one in hal.get_info_signals() if one["TYPE"] in list(Kind)})
+            self._items.update({(name, True): Item(kind, None) for name, (kind, _) in self.signals().items()})
         return self._items.get((name, signal))
+
+    @staticmethod
+    def signals() -> dict[str, tuple[Kind, Value]]:
+        """All signals, with their types and values."""
+        return {one["NAME"]: (Kind(one["TYPE"]), one["VALUE"]) for one in hal.get_info_signals()
+                if one["TYPE"] in list(Kind)}
 
     def exit(self) -> None:
         """Leave HAL. The remote components stay, with their links, until another proxy takes them over."""
         self._own.exit()
+        self._memories.close()
 
 
 def _pins(component: Listed) -> dict[str, list[str]]:

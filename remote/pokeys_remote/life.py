@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+import resource
 import signal
 import socket
 import time
@@ -19,6 +20,7 @@ from .config import Config
 
 STATUS_FAILED, STATUS_CRASHED = 1, 70       # sysexits.h
 ENDING = signal.SIGTERM, signal.SIGINT
+FILES = 65536
 RESTART_PAUSE = 0.2         # s
 RESTARTS_MOST, RESTARTS_TIME = 5, 30.0      # so often within so many s
 _LOG = logging.getLogger("pokeys-remote")
@@ -48,6 +50,9 @@ def _serve(name: str, settings: Config, listener: socket.socket, brief: bool) ->
     for number in ENDING:
         signal.signal(number, end)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
+    # connections of strangers, who are known only later, take files too
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most if most != resource.RLIM_INFINITY else FILES, most))
     try:
         session = halsession.Hal(name)
     except halsession.HalError as error:
@@ -56,14 +61,15 @@ def _serve(name: str, settings: Config, listener: socket.socket, brief: bool) ->
     served = None
     try:
         served = proxy.Proxy(settings, session, listener)
-        served.begin()
+        try:
+            served.begin()
+        except OSError as error:
+            _LOG.error("%s", error)
+            return STATUS_FAILED
         session.ready()
         served.run(lambda: brief or bool(ending))
     except halsession.NoHal as error:
         _LOG.info("%s", error)
-    except OSError as error:
-        _LOG.error("%s", error)
-        return STATUS_FAILED
     finally:
         if served:
             served.close()

@@ -17,6 +17,7 @@ from .definition import Pin as PinDefinition
 
 MOST = 65536                    # bytes of a message
 REMOTE = 3                      # Component.type
+SIGNAL = 2                      # Member.mtype
 UNBOUND, BOUND = 2, 3           # Component.state
 PROCESS = os.urandom(16)        # tells clients that this is another proxy than before
 _FIELDS = {Kind.BIT: "halbit", Kind.FLOAT: "halfloat", Kind.S32: "hals32", Kind.U32: "halu32"}
@@ -25,6 +26,7 @@ _FIELDS = {Kind.BIT: "halbit", Kind.FLOAT: "halfloat", Kind.S32: "hals32", Kind.
 class Type(enum.IntEnum):
     """Container.type."""
 
+    NO_GROUP = 27
     PING = 210
     PING_ACK = 215
     BIND = 256
@@ -44,6 +46,8 @@ class Type(enum.IntEnum):
     FULL = 288
     INCREMENTAL = 289
     ERROR = 290
+    GROUP_FULL = 297
+    GROUP_INCREMENTAL = 298
 
 
 def decode(data: bytes) -> Container | None:
@@ -86,6 +90,12 @@ def value_of(item: Pin | Signal) -> tuple[Value | None, Kind | None]:
         return None, None
     value: Value = getattr(item, _FIELDS[kinds[0]])
     return value, kinds[0]
+
+
+def timers(container: Container, keepalive: float, interval: float) -> None:
+    """Say how often the sender looks, in s, and how long it is silent at most."""
+    container.pparams.keepalive_timer = int(keepalive * 1000)
+    container.pparams.group_timer = container.pparams.rcomp_timer = int(interval * 1000)
 
 
 def describe(container: Container, component: Component, values: Iterable[tuple[LivePin, Value]]) -> None:

@@ -11,6 +11,7 @@ GOOD = """# a panel
 [remote]
 command = 127.0.0.1:6202, /run/user/1000/command
 update = [::1]:6201
+group = 127.0.0.1:6200, /run/user/1000/group
 create = no
 
 [component panel]
@@ -27,13 +28,20 @@ failsafe = -0.5
 lease = jog     ; as long as somebody holds it
 epsilon = 0.001
 
+[group dro]
+signals = x-pos, axis-*, spindle-?
+interval-ms = 20
+epsilon = 0
+[group tools]
+signals = tool-number
+
 [offer]
 read = halui.*, axis.?.pos-fb
 write =
 """
 BAD = (
     ("command = 127.0.0.1:1\n", 1, "a section such as [remote] has to come first"),
-    ("[pin]\nfailsafe = 0\n", 1, "there is no section [pin]; there are [remote], [component NAME], [pin COMPONENT.PIN]"),
+    ("[pin]\nfailsafe = 0\n", 1, "there is no section [pin]; there are [remote], [secure], [component NAME], [pin COMPONENT.PIN], [lease NAME], [group NAME]"),
     ("[remote x]\n", 1, "there is no section [remote x]"),
     ("[pin start]\n", 1, '[pin start]: the name "start" is not allowed; allowed: COMPONENT.PIN'),
     ("[pin panel.age]\n", 1, "other pins than link-ok"),
@@ -44,7 +52,7 @@ BAD = (
     ("[remote]\nupdate = 127.0.0.1:1, 127.0.0.1:1\n", 2, "allowed: each address once"),
     ("[remote]\nupdate = /" + 107 * "x" + "\n", 2, "at most 107 bytes"),
     ("[remote]\ncreate = true\n", 2, "allowed: yes, no"),
-    ("[remote]\nport = 1\n", 2, "[remote] port: there is no such key; there are command, update, create"),
+    ("[remote]\nport = 1\n", 2, "[remote] port: there is no such key; there are command, update, group, create"),
     ("[component p]\ninterval-ms = 9\n", 2, "allowed: a whole number from 10 to 10000"),
     ("[component p]\nlease-ms = 0.5\n", 2, "allowed: a whole number from 50 to 3600000"),
     ("[component p]\nlease-ms = 50\n[component q]\n[component p]\nlease-ms = 60\n", 5,
@@ -54,6 +62,12 @@ BAD = (
     ("[pin p.a]\nfailsafe = off\n", 2, 'failsafe: "off" is not allowed; allowed: a number, true, false'),
     ("[pin p.a]\nfailsafe = nan\n", 2, "allowed: a number, true, false"),
     ("[pin p.a]\nepsilon = -1\n", 2, "allowed: a number from 0"),
+    ("[group dro]\ninterval-ms = 20\n", 1, "[group dro]: signals is missing"),
+    ("[group dro]\nsignals = \n", 1, "[group dro]: signals is missing"),
+    ("[group dro]\nsignals = a b\n", 2, "allowed: names of HAL"),
+    ("[group a.b]\nsignals = a\n", 1, "at most 32 letters, digits, - and _"),
+    ("[group dro]\nsignals = a\n[group dro-2]\nsignals = b\n", 3,
+     "[group dro-2]: clients of group dro would also get its messages; choose a name that does not begin with dro"),
     ("[offer]\nread = a b\n", 2, "allowed: names of HAL"),
 )
 

@@ -5,6 +5,7 @@ sends is the same, byte for byte."""
 import itertools
 import pathlib
 import sys
+import types
 
 try:
     import pokeys_machinetalk_pb2  # noqa: F401
@@ -13,7 +14,8 @@ except ImportError as missing:
     sys.exit(77)
 from pokeys_remote import message
 from pokeys_remote.component import Component
-from pokeys_remote.definition import Definition, Direction, Kind, Pin, Rules
+from pokeys_remote.definition import Definition, Direction, Kind, Pin, Rules, Watched
+from pokeys_remote.groups import Groups
 from pokeys_remote.message import Type
 
 HERE = pathlib.Path(__file__).parent
@@ -66,6 +68,23 @@ def main():
     same("reject", message.answer(Type.BIND_REJECT, ["no", "not so"]))
     same("set-reject", message.answer(Type.SET_REJECT, ["no"]))
     same("pong", message.answer(Type.PING_ACK))
+
+    sent = []
+    topics = types.SimpleNamespace(count=lambda name: name == "dro", listen=lambda: [("dro", True), ("x", True)],
+                                   send=lambda name, made: sent.append((name, made)))
+    values = {"x-pos": 2.5, "spindle-on": True, "count": -7, "mask": 2**32 - 1}
+    kinds = dict(zip(values, (Kind.FLOAT, Kind.BIT, Kind.S32, Kind.U32), strict=True))
+    groups = Groups({"dro": Watched(tuple(values), epsilon=0.001)}, types.SimpleNamespace(
+        signals=lambda: {name: (kinds[name], value) for name, value in values.items()}), topics, itertools.count(129).__next__)
+    groups.listen()
+    assert sent[0][1].note == [b"there is no group x; there are: dro"]
+    sent[0][1].note[0] = b"no"
+    groups.look(0.0)
+    values.update({"x-pos": 3.0, "count": 8, "mask": 2**32 - 1})
+    groups.look(1.0)
+    assert [name for name, _ in sent] == ["x", "dro", "dro"]
+    for name, (_, made) in zip(("no-group", "group-full", "group-incremental"), sent, strict=True):
+        same(name, made)
     print(f"{len(GOLDEN)} messages")
 
 

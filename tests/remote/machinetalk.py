@@ -38,6 +38,24 @@ one.stop()
 """
 
 
+DISCOVERER = """
+import time
+from pymachinetalk.dns_sd import Service, ServiceDiscovery
+found = [Service(kind) for kind in ("halrcmd", "halrcomp", "halgroup")]
+one = ServiceDiscovery(lookup_interval=500)
+for each in found:
+    one.register(each)
+one.start()
+before = None
+while True:
+    now = " ".join(each.uri or "-" for each in found)
+    if now != before:
+        print(now, len({each.uuid for each in found}), flush=True)
+    before = now
+    time.sleep(0.05)
+"""
+
+
 def environment():
     """Its Python. It is kept in the user's cache, because it takes a minute to make."""
     cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache")
@@ -157,6 +175,36 @@ def the_example_of_the_page(machine):
     machine.becomes("panel.start", False)
 
 
+def it_finds_what_is_announced(machine):
+    """Over mDNS, in a network that has nothing but this computer."""
+    try:
+        import zeroconf  # noqa: F401
+    except ImportError as error:
+        print(f"not tried: it_finds_what_is_announced: {error} (Debian: python3-zeroconf)")
+        return
+    folder = pathlib.Path(machine.folder.name)
+    (folder / "clients").mkdir()
+    subprocess.run(["/usr/bin/python3", "-B", sys.argv[1], "--make-key", folder / "proxy"], check=True, capture_output=True)
+    log = folder / "discovery.log"
+    with open(log, "wb") as out:
+        child = subprocess.Popen([os.environ["POKEYS_PANEL_PYTHON"], "-c", DISCOVERER], stdout=out, stderr=out)
+    try:
+        proxy = machine.proxy("[secure]\ncommand = 127.0.0.1:7202\nupdate = 127.0.0.1:7201\ngroup = 127.0.0.1:7200\n"
+                              "key = proxy.key_secret\nclients = clients\nannounce = yes\n[group dro]\nsignals = x\n")
+        there = "tcp://127.0.0.1:7202 tcp://127.0.0.1:7201 tcp://127.0.0.1:7200 1\n"
+        wait("it is found", lambda: there in log.read_text(encoding="utf-8"))
+        # and it is not announced any more when it has ended
+        proxy.end()
+        wait("it is gone", lambda: log.read_text(encoding="utf-8").endswith("- - - 1\n"))
+    finally:
+        child.kill()
+        child.wait()
+    # without the section, nothing is
+    machine.proxy()
+    machine.client().connect()
+    assert (folder / "remote.log").read_text(encoding="utf-8").count("announced") == 1
+
+
 def it_may_begin_before_linuxcnc(machine):
     panel = Panel(machine)
     time.sleep(0.5)
@@ -167,4 +215,4 @@ def it_may_begin_before_linuxcnc(machine):
 
 if rig.INSIDE not in os.environ:
     os.environ["POKEYS_PANEL_PYTHON"] = str(environment())
-rig.main([it_binds_sets_and_sees, it_survives_the_proxy, it_may_begin_before_linuxcnc, the_example_of_the_page])
+rig.main([it_binds_sets_and_sees, it_survives_the_proxy, it_may_begin_before_linuxcnc, it_finds_what_is_announced, the_example_of_the_page])

@@ -273,8 +273,57 @@ def nonsense_disturbs_nobody(machine):
     one.quiet()
 
 
+def groups_of_signals(machine):
+    import zmq
+    machine.proxy("[group dro]\nsignals = speed, dro-*\ninterval-ms = 20\nepsilon = 0.01\n")
+    halcmd("newsig", "speed", "float")
+    halcmd("sets", "speed", 2.5)
+    one = machine.client()
+    group = one.context.socket(zmq.SUB)
+    group.setsockopt(zmq.RCVTIMEO, rig.PATIENCE * 1000)
+    group.connect("tcp://127.0.0.1:6200")
+    group.subscribe(b"dro")
+    got = []
+
+    def update(kind):
+        """The next one of this type; its signals by name."""
+        while True:
+            topic, data = group.recv_multipart()
+            got.append(one.pb.Container.FromString(data))
+            assert topic == b"dro"
+            if got[-1].type == kind:
+                return {signal.name or signal.handle: signal for signal in (
+                    [member.signal for member in got[-1].group[0].member] if kind == 297 else got[-1].signal)}
+    seen = update(297)
+    assert seen.keys() == {"speed"} and (seen["speed"].type, seen["speed"].halfloat) == (FLOAT, 2.5)
+    assert got[-1].pparams.group_timer == 20 and len(got[-1].uuid) == 16 and got[-1].group[0].name == "dro"
+    handle = seen["speed"].handle
+    halcmd("sets", "speed", 2.505)
+    halcmd("sets", "speed", 3)
+    assert update(298)[handle].halfloat == 3
+    # one that a HAL file makes later
+    halcmd("newsig", "dro-on", "bit")
+    seen = update(297)
+    assert seen.keys() == {"speed", "dro-on"} and seen["speed"].handle == handle and seen["dro-on"].halbit is False
+    halcmd("sets", "dro-on", 1)
+    assert update(298)[seen["dro-on"].handle].halbit is True
+    halcmd("delsig", "speed")
+    assert update(297).keys() == {"dro-on"}
+    # nothing changes
+    while got[-1].type != 210:
+        got.append(one.pb.Container.FromString(group.recv_multipart()[1]))
+    serials = [each.serial for each in got if each.type != 210]
+    assert serials == list(range(serials[0], serials[0] + len(serials))), serials
+    group.unsubscribe(b"dro")
+    group.subscribe(b"none")
+    answer = one.pb.Container.FromString(group.recv_multipart()[1])
+    while answer.type != 27:
+        answer = one.pb.Container.FromString(group.recv_multipart()[1])
+    assert list(answer.note) == ["there is no group none; there are: dro"]
+
+
 if __name__ == "__main__":
     rig.main([a_component_is_created_bound_and_described, values_go_both_ways,
               what_is_wrong_is_said_and_changes_nothing, a_subscription_may_come_first,
               several_components_and_instances, single_pins_are_offered_by_the_configuration,
-              it_listens_at_unix_sockets_too, nonsense_disturbs_nobody])
+              it_listens_at_unix_sockets_too, groups_of_signals, nonsense_disturbs_nobody])

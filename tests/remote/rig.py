@@ -120,7 +120,8 @@ class Proxy:
 class Client:
     """A client with both sockets, as machinekit's are."""
 
-    def __init__(self, name="panel", pins=PANEL, places=(COMMAND, UPDATE)):
+    def __init__(self, name="panel", pins=PANEL, places=(COMMAND, UPDATE), curve=None):
+        """``curve`` is the public key of the proxy, and both keys of the client."""
         import zmq
         self.pb, self.zmq = messages(), zmq
         self.name, self.pins = name, pins
@@ -129,6 +130,8 @@ class Client:
         for one, place in zip((self.dealer, self.sub), places, strict=True):
             one.setsockopt(zmq.LINGER, 0)
             one.setsockopt(zmq.RCVTIMEO, PATIENCE * 1000)
+            if curve:
+                one.curve_serverkey, one.curve_publickey, one.curve_secretkey = curve
             one.connect(place)
         self.handles, self.values, self.serials = {}, {}, []
 
