@@ -31,6 +31,7 @@ ORDER = (
     "gateway",
     "exchange",
     "hal",
+    "remote",
     "age",
     "flood",
 )
