@@ -4,6 +4,7 @@
 import contextlib
 import os
 import pathlib
+import re
 import resource
 import signal
 import socket
@@ -130,6 +131,36 @@ def who_is_known_is_a_client_like_others(machine):
         one.update()
     one.set(mask=9)
     machine.becomes("panel.mask", 9)
+
+
+def the_panel_of_the_example(machine):
+    """As docs/remote.md starts it, with keys made as there."""
+    page = (rig.ROOT / "docs/remote.md").read_text(encoding="utf-8")
+    make = re.search(r"^(python3 -c 'import zmq.auth.*)$", page, re.M)[1]
+    assert "./panel.py 192.168.7.1 proxy.key tablet.key_secret\n" in page
+    keys = Keys(machine)
+    subprocess.run(["bash", "-c", make], cwd=keys.folder, check=True)
+    keys.know("tablet")
+    proxy = machine.proxy(CONFIG.partition("[pin")[0])
+    with subprocess.Popen([rig.ROOT / "examples/linuxcnc/remote-panel/panel.py", "127.0.0.2", "proxy.key", "tablet.key_secret"],
+                          cwd=keys.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True, bufsize=1) as panel:
+        def shows(line):
+            while (got := panel.stdout.readline()) != line:
+                assert got, panel.stderr.read()
+        shows("panel.x 0.0\n")
+        rig.halcmd("setp", "panel.x", 2.5)
+        shows("panel.x 2.5\n")
+        panel.stdin.write("x\n")
+        assert panel.stderr.readline() == "the buttons are run and stop\n"
+        panel.stdin.write("run\n")
+        machine.becomes("panel.run", True)
+        machine.becomes("panel.run", False)
+        # another proxy, which it binds
+        os.kill(proxy.pid, signal.SIGKILL)
+        wait("it has bound again", lambda: "taken over" in proxy.said() and machine.get("panel.link-ok"))
+        panel.stdin.close()
+        assert panel.wait(rig.PATIENCE) == 0
 
 
 def others_are_refused(machine):
@@ -281,5 +312,5 @@ def what_is_wrong_is_said(machine):
 
 
 if __name__ == "__main__":
-    rig.main([who_is_known_is_a_client_like_others, others_are_refused, a_crowd_of_strangers,
+    rig.main([who_is_known_is_a_client_like_others, the_panel_of_the_example, others_are_refused, a_crowd_of_strangers,
               names_that_are_no_keys, without_an_answer_nobody_gets_in, what_is_wrong_is_said])
