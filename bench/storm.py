@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A client of pokeys-remote that sets pins as fast as they are taken. Prints JSON: how many settings.
 
-usage: storm.py SECONDS
+usage: storm.py SECONDS [alone]
+
+"alone": the same work with messages, whose pins are those of a dictionary; nothing is sent, and HAL is not touched.
 """
 import json
 import sys
@@ -24,8 +26,29 @@ def answer(socket, kind):
     return got
 
 
-def main():
-    end_at = time.monotonic() + float(sys.argv[1])
+def settings(handles, value, reply):
+    setting = Container(type=SET, reply_required=reply)
+    for handle in handles:
+        setting.pin.add(handle=handle, type=FLOAT, halfloat=value)
+    return setting.SerializeToString()
+
+
+def alone(end_at):
+    pins, done = {}, 0
+    pair = [zmq.Context.instance().socket(zmq.PAIR) for _ in range(2)]
+    pair[0].bind("inproc://alone")
+    pair[1].connect("inproc://alone")
+    while time.monotonic() < end_at:
+        for number in range(AT_ONCE):
+            pair[0].send(settings(range(PINS), done + number, False))
+        for _ in range(AT_ONCE):
+            for pin in Container.FromString(pair[1].recv()).pin:
+                pins[pin.handle] = pin.halfloat
+        done += AT_ONCE
+    return done
+
+
+def against_pokeys_remote(end_at):
     socket = zmq.Context().socket(zmq.DEALER)
     socket.connect("tcp://127.0.0.1:6202")
     bind = Container(type=BIND)
@@ -37,13 +60,15 @@ def main():
     done = 0
     while time.monotonic() < end_at:
         for number in range(AT_ONCE):
-            setting = Container(type=SET, reply_required=number == AT_ONCE - 1)
-            for handle in handles:
-                setting.pin.add(handle=handle, type=FLOAT, halfloat=done + number)
-            socket.send(setting.SerializeToString())
+            socket.send(settings(handles, done + number, number == AT_ONCE - 1))
         answer(socket, ACK)
         done += AT_ONCE
-    print(json.dumps({"settings": done, "pins": PINS}))
+    return done
+
+
+def main():
+    work = alone if sys.argv[2:] == ["alone"] else against_pokeys_remote
+    print(json.dumps({"settings": work(time.monotonic() + float(sys.argv[1])), "pins": PINS}))
 
 
 main()

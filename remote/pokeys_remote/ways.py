@@ -17,7 +17,7 @@ from .keys import Known
 from .message import MOST
 from .sparing import CLIENTS
 
-HANDSHAKE = 5000            # ms that a connection may take until its client is known
+HANDSHAKE = 3000            # ms that a connection may take until its client is known
 DOMAIN = b"pokeys-remote"
 ZAP_ENFORCE_DOMAIN = 93     # zmq_setsockopt(3); the module has no name for it
 QUESTIONS = 64              # that are answered in a turn

@@ -208,11 +208,11 @@ def a_proxy_that_is_stopped(machine):
 def what_the_manual_says_of_the_watchdog(machine):
     page = (rig.ROOT / "man/pokeys-remote.1.scd").read_text(encoding="utf-8")
     lines = re.search(r"^```\n(loadrt watchdog.*?)^```$", page, re.M | re.S)[1]
-    assert "=> halui.program.run" in lines
+    assert "=> halui.mode.auto halui.program.run" in lines
     proxy = machine.proxy(CONFIG)
     one = machine.client().connect()
     path = pathlib.Path(machine.folder.name, "watchdog.hal")
-    path.write_text(lines.replace("=> halui.program.run", ""), encoding="utf-8")
+    path.write_text(lines.replace("=> halui.mode.auto halui.program.run", ""), encoding="utf-8")
     # by a shell, because what loadrt starts would hold a pipe open
     assert subprocess.run(["halcmd", "-f", path], stdout=subprocess.DEVNULL, check=False).returncode == 0
     machine.becomes("watchdog.ok-out", True)

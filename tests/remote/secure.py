@@ -79,7 +79,7 @@ def silent(client):
     """It gets no answer."""
     client.send(210)
     with contextlib.suppress(client.zmq.Again):
-        client.dealer.setsockopt(client.zmq.RCVTIMEO, 700)
+        client.dealer.setsockopt(client.zmq.RCVTIMEO, 400)
         raise AssertionError(client.answer())
     client.dealer.setsockopt(client.zmq.RCVTIMEO, rig.PATIENCE * 1000)
 
@@ -136,7 +136,7 @@ def who_is_known_is_a_client_like_others(machine):
 def the_panel_of_the_example(machine):
     """As docs/remote.md starts it, with keys made as there."""
     page = (rig.ROOT / "docs/remote.md").read_text(encoding="utf-8")
-    make = re.search(r"^(python3 -c 'import zmq.auth.*)$", page, re.M)[1]
+    make = re.search(r"^(/usr/bin/python3 -c 'import zmq.auth.*)$", page, re.M)[1]
     assert "./panel.py 192.168.7.1 proxy.key tablet.key_secret\n" in page
     keys = Keys(machine)
     subprocess.run(["bash", "-c", make], cwd=keys.folder, check=True)
