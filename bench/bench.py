@@ -83,6 +83,17 @@ class Bench(Rig):
         self.start_simulator("--spin", "--cpu", self.cpu_sim, *options)
         self.prefer("pokeys-sim")
 
+    def start_servo_thread(self):
+        """LinuxCNC's HAL with a device in a thread of 1 kHz that runs, and a component that may read it."""
+        self.start_fast_simulator()
+        self.start_daemon({"cpu": self.cpu_client}, {})
+        self.start_hal()
+        reader = self.hal.component("bench")  # HAL lets only components read
+        reader.ready()
+        self.halcmd("start")
+        self.wait_for("pokeys.0.connected", lambda: self.get("connected"), 10)
+        return reader
+
     def prefer(self, name):
         """The first of its core, where that is permitted."""
         with contextlib.suppress(OSError):

@@ -11,13 +11,7 @@ SECONDS = 12
 
 def measure(bench):
     seconds = 1 if bench.quick else 5
-    bench.start_fast_simulator()
-    bench.start_daemon({"cpu": bench.cpu_client}, {})
-    bench.start_hal()
-    reader = bench.hal.component("bench")  # HAL lets only components read
-    reader.ready()
-    bench.halcmd("start")
-    bench.wait_for("pokeys.0.connected", lambda: bench.get("connected"), 10)
+    reader = bench.start_servo_thread()
     ticks = {"read": [], "write": []}
     end = time.monotonic() + seconds
     while time.monotonic() < end:

@@ -46,13 +46,7 @@ def measure(bench):
         raise Skip(f"{error}: pokeys-remote is not measured") from None
     os.environ |= {"PYTHONDONTWRITEBYTECODE": "1",
                    "PYTHONPATH": f"{HERE.parent / 'remote'}:{HERE.parent / 'python'}:{bench.build / 'remote'}"}
-    bench.start_fast_simulator()
-    bench.start_daemon({"cpu": bench.cpu_client}, {})
-    bench.start_hal()
-    reader = bench.hal.component("bench")  # HAL lets only components read
-    reader.ready()
-    bench.halcmd("start")
-    bench.wait_for("pokeys.0.connected", lambda: bench.get("connected"), 10)
+    reader = bench.start_servo_thread()
     bench.spawn(PROGRAM, HERE.parent / "remote/pokeys-remote")
     bench.wait_for(PROGRAM, lambda: bench.hal.component_exists(PROGRAM) and bench.hal.component_is_ready(PROGRAM), 20,
                    PROGRAM)

@@ -24,12 +24,12 @@ METHODS = ("mode", "mdi", "run", "pause", "resume", "home", "override", "jog", "
 STOPS = ("stop", "emergency_stop")
 ANSWER_S = 2.0              # pokeys-remote answers commands at once
 STOP_S = 7.0                # and stops when LinuxCNC has taken them, or after 6 s
-AXES_MOST, SHOWN = 32, 80
 BEAT_S = 1.0                # between looks at pokeys-remote
-UNDER_WAY_MOST = 64
+UNDER_WAY_MOST = 64         # commands of a client
+OPERATORS_MOST = 32         # clients; pokeys-remote has twice as many places
+AXES_MOST, SHOWN = 32, 80   # whose presses are remembered, and characters of their names
 GONE = "its client is gone"
 _LOG = logging.getLogger("pokeys-gateway")
-OPERATORS_MOST = 32         # clients; pokeys-remote has twice as many places
 
 
 class Operators:
@@ -175,7 +175,7 @@ class Operator:
     """One client's. Its commands keep their order, however many callers wait for answers."""
 
     def __init__(self, shared: Operators, offer: Callable[[Callable[[], dict[str, Any]]], None],
-                 say: Callable[[dict[str, Any]], bool], tell: Callable[[dict[str, Any]], Awaitable[None]]) -> None:
+                 say: Callable[[dict[str, Any]], None], tell: Callable[[dict[str, Any]], Awaitable[None]]) -> None:
         """``offer`` fetches a state when the client has room for it, ``say`` takes a notification if there is room, and
         ``tell`` waits for room."""
         self._shared, self._offer, self.say, self._tell = shared, offer, say, tell

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 import re
 import signal
 import socket
 import subprocess
 import sys
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
+
+from . import beside
 
 TYPE = "_machinekit._tcp.local."
 LABEL_MOST = 63             # bytes of a name's part
@@ -32,12 +32,9 @@ class Announcer:
 
     def begin(self, name: str, uuid: str, places: dict[str, tuple[str, ...]]) -> None:
         """Announce places by the name of the service, such as "halrcmd". Never waits."""
-        packages = str(Path(__file__).resolve().parent.parent)
-        path = os.pathsep.join(filter(None, (packages, os.environ.get("PYTHONPATH"))))
         said = json.dumps({"name": name, "uuid": uuid, "places": places}).encode() + b"\n"
         try:
-            self._process = subprocess.Popen([sys.executable, "-B", "-P", "-m", __name__], stdin=subprocess.PIPE,
-                                             stdout=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": path})
+            self._process = beside.start("announce", stdin=subprocess.PIPE)
             assert self._process.stdin
             # less than what a pipe takes without a reader
             self._process.stdin.write(said)

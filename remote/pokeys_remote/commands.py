@@ -45,9 +45,9 @@ def ask(proxy: str, method: str, params: dict[str, Any], limit: float) -> None:
         try:
             answer = _asked(proxy, method, {**params, "seconds": left} if waits else params,
                             left + ANSWER_LIMIT if waits else max(left, RETRY_PAUSE))
-            if not (fault := answer.get("error")):
+            if answer.get("result") is True:
                 return
-            code, text = fault["code"], fault["message"]
+            code, text = answer["error"]["code"], answer["error"]["message"]
         except TimeoutError:
             raise Failed(f"{proxy} does not answer", late=True) from None
         except ConnectionRefusedError:

@@ -35,27 +35,47 @@ _WORD = re.compile(r"[A-Za-z0-9_-]{1,32}")
 _PATTERN = re.compile(r"[A-Za-z0-9_.*?\[\]-]+")
 
 
-def endpoints(text: str) -> tuple[str, ...]:
-    """Where a socket listens, for ZeroMQ."""
-    found = tuple(_endpoint(word.strip()) for word in text.split(","))
-    if len(set(found)) < len(found):
-        raise ValueError("each address once")
-    return found
+def endpoints(one: Callable[[str], str]) -> Callable[[str], tuple[str, ...]]:
+    """Where a socket listens, for ZeroMQ: a list of what ``one`` converts."""
+    def convert(text: str) -> tuple[str, ...]:
+        found = tuple(one(word.strip()) for word in text.split(","))
+        if len(set(found)) < len(found):
+            raise ValueError("each address once")
+        return found
+    return convert
 
 
-def _endpoint(text: str) -> str:
+def here(text: str) -> str:
+    """A place that only this computer reaches."""
     allowed = "127.0.0.1:PORT, [::1]:PORT or a path from / of a unix socket"
     if text.startswith("/"):
         if len(text.encode()) > SOCKET_MOST or not text.isprintable():
             raise ValueError(f"{allowed} (at most {SOCKET_MOST} bytes)")
         return f"ipc://{text}"
-    found = re.fullmatch(r"(?:\[([^]]+)\]|([^:]+)):(\d{1,5})", text)
-    try:
-        if not found or not 1 <= int(found[3]) <= 65535 or not ipaddress.ip_address(found[1] or found[2]).is_loopback:
-            raise ValueError
-    except ValueError:
-        raise ValueError(allowed) from None
+    address = _address(text)
+    if not address or not address.is_loopback:
+        raise ValueError(allowed)
     return f"tcp://{text}"
+
+
+def in_the_network(text: str) -> str:
+    """A place of an encrypted socket."""
+    address = _address(text)
+    address = getattr(address, "ipv4_mapped", None) or address
+    if not address or address.is_unspecified or address.is_multicast:
+        raise ValueError("ADDRESS:PORT or [ADDRESS]:PORT, with an address of this computer in the network")
+    return f"tcp://{text}"
+
+
+def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """That of ADDRESS:PORT, if it is one."""
+    found = re.fullmatch(r"(?:\[([^]]+)\]|([^:]+)):(\d{1,5})", text)
+    if not found or not 1 <= int(found[3]) <= 65535:
+        return None
+    try:
+        return ipaddress.ip_address(found[1] or found[2])
+    except ValueError:
+        return None
 
 
 def milliseconds(least: float, most: float) -> Callable[[str], float]:
@@ -115,26 +135,6 @@ def users(text: str) -> frozenset[int]:
     return frozenset(found)
 
 
-def network_endpoints(text: str) -> tuple[str, ...]:
-    """Where an encrypted socket listens, for ZeroMQ."""
-    found = tuple(_network_endpoint(word.strip()) for word in text.split(","))
-    if len(set(found)) < len(found):
-        raise ValueError("each address once")
-    return found
-
-
-def _network_endpoint(text: str) -> str:
-    found = re.fullmatch(r"(?:\[([^]]+)\]|([^:]+)):(\d{1,5})", text)
-    try:
-        address = ipaddress.ip_address((found[1] or found[2]) if found else "")
-        address = getattr(address, "ipv4_mapped", None) or address
-        if not found or not 1 <= int(found[3]) <= 65535 or address.is_unspecified or address.is_multicast:
-            raise ValueError
-    except ValueError:
-        raise ValueError("ADDRESS:PORT or [ADDRESS]:PORT, with an address of this computer in the network") from None
-    return f"tcp://{text}"
-
-
 def file(text: str) -> Path:
     """A path."""
     if not text:
@@ -143,13 +143,13 @@ def file(text: str) -> Path:
 
 
 KEYS = (
-    Key("remote", "command", endpoints),
-    Key("remote", "update", endpoints),
-    Key("remote", "group", endpoints),
+    Key("remote", "command", endpoints(here)),
+    Key("remote", "update", endpoints(here)),
+    Key("remote", "group", endpoints(here)),
     Key("remote", "create", yes_or_no),
-    Key("secure", "command", network_endpoints),
-    Key("secure", "update", network_endpoints),
-    Key("secure", "group", network_endpoints),
+    Key("secure", "command", endpoints(in_the_network)),
+    Key("secure", "update", endpoints(in_the_network)),
+    Key("secure", "group", endpoints(in_the_network)),
     Key("secure", "key", file),
     Key("secure", "clients", file),
     Key("secure", "announce", yes_or_no),

@@ -142,8 +142,9 @@ class Control:
 
     def pass_over(self, stopping: Peer, now: float) -> None:
         """What all others have sent until now came before a stop, although it was not read yet."""
-        self._late = not self._listens
         self._accept_all(now)
+        # the system may just have refused a file for one of them
+        self._late = not self._listens
         for peer in self.peers:
             if peer is not stopping:
                 peer.stale = peer.sent()
@@ -167,11 +168,13 @@ class Control:
     def _accept_all(self, now: float) -> None:
         """All that the kernel has at this time; who connects on and on keeps nobody waiting."""
         for _ in range(lines.BACKLOG + 1):
-            if not self._listens or not self._accept(now):
+            if not self._accept(now):
                 break
 
     def _accept(self, now: float) -> bool:
         """False if there is none."""
+        if not self._listens:
+            return False                # a stop in this turn has found that the system gives none
         try:
             made, _ = self.listener.accept()
         except (BlockingIOError, ConnectionAbortedError):
@@ -217,11 +220,11 @@ class Control:
             peer.open = False
             return
         *whole, peer.read = (peer.read + data).split(b"\n")
-        for one in (*whole, peer.read):
-            if len(one) >= lines.LINE_MOST:
-                peer.fail(None, INVALID_REQUEST, f"a line has at most {lines.LINE_MOST} bytes")
-                peer.open = False
-                return
+        # only the first one can be too long, because no more is read at once
+        if len((*whole, peer.read)[0]) >= lines.LINE_MOST:
+            peer.fail(None, INVALID_REQUEST, f"a line has at most {lines.LINE_MOST} bytes")
+            peer.open = False
+            return
         for one in whole:
             stale = peer.stale > 0
             peer.stale = max(0, peer.stale - len(one) - 1)

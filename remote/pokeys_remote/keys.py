@@ -76,7 +76,7 @@ class Known:
         self.folder = folder
         self._seen: object = None
         self._names: dict[bytes, str] = {}
-        self._told: set[str] = set()
+        self._faults: set[str] = set()
         self._look()
         threading.Thread(target=self._follow, daemon=True).start()
 
@@ -108,6 +108,7 @@ class Known:
 
     def _read(self, names: list[str]) -> dict[bytes, str]:
         found: dict[bytes, str] = {}
+        faults = set()
         for name in names:
             try:
                 if len(found) >= CLIENTS_MOST:
@@ -118,13 +119,11 @@ class Known:
             except FileNotFoundError:
                 continue
             except ValueError as error:
-                self._tell(f"{self.folder / name} is not used: {error}".encode(errors="replace").decode())
+                faults.add(f"{self.folder / name} is not used: {error}".encode(errors="replace").decode())
+        for fault in sorted(faults - self._faults):
+            _LOG.warning("%s", fault)
+        self._faults = faults
         return found
-
-    def _tell(self, text: str) -> None:
-        if text not in self._told:
-            self._told = {*list(self._told)[-CLIENTS_MOST:], text}
-            _LOG.warning("%s", text)
 
 
 def _public(path: Path) -> bytes:

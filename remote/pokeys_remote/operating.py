@@ -9,18 +9,16 @@ from __future__ import annotations
 import json
 import logging
 import math
-import os
 import re
 import socket
 import subprocess
-import sys
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
+from . import beside
 from .component import Refused
 from .control import Call, Control, Method, Peer
 
@@ -34,7 +32,6 @@ RESTART_PAUSE = 5.0         # s
 PACKET_MOST = 64 * 1024
 MODES, OVERRIDES = ("manual", "mdi", "auto"), ("feed", "rapid", "spindle")
 _AXIS = re.compile(r"[a-z]|[0-9]{1,2}")
-_PACKAGES = str(Path(__file__).resolve().parent.parent)
 _LOG = logging.getLogger("pokeys-remote")
 
 
@@ -68,13 +65,9 @@ class _Session:
     def _start(self) -> socket.socket:
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         ours.setblocking(False)
-        path = os.pathsep.join(filter(None, (_PACKAGES, os.environ.get("PYTHONPATH"))))
         with theirs:
             try:
-                # -P: the folder of the machine's configuration is no place for modules
-                self.process = subprocess.Popen(
-                    [sys.executable, "-B", "-P", "-m", "pokeys_remote.linuxcncsession", self.role],
-                    stdin=theirs.fileno(), stdout=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": path})
+                self.process = beside.start("linuxcncsession", self.role, stdin=theirs.fileno())
             except OSError:
                 ours.close()
                 raise

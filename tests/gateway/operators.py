@@ -69,7 +69,6 @@ class Client:
 
     def say(self, said):
         self.told.append(said)
-        return True
 
     async def tell(self, said):
         self.told.append(said)
@@ -119,7 +118,7 @@ async def one_connection_for_the_state(fake, shared):
         await until("the other sees it", lambda line=line: (two.fetch() or {}).get("line") == line)
     assert len(one.offers) == 1 and one.fetch() == {"connected": True, "task": "on", "line": 8}
     fake.send({"method": "linuxcnc.said", "params": {"kind": "text", "text": "x"}})
-    await until("all are told", lambda: one.told and two.told)
+    await until("both clients have the message", lambda: one.told and two.told)
     fake.state(position={"x": float("nan")})
     await until("it is offered", lambda: two.offers)
     assert two.fetch() == {"position": {"x": None}}
@@ -192,7 +191,7 @@ async def stops_are_never_one(fake, shared):
     stops = [shared.begin_stop("stop") for _ in range(3)]
     await until("all of them are sent", lambda: fake.methods() == ["stop"] * 4)
     assert len(fake.writers) == 1
-    # one that is lost with the connection is sent again
+    # a stop whose connection ends before the answer is sent again
     fake.silent = False
     fake.writers[0].close()
     for one in stops:

@@ -432,8 +432,8 @@ def an_impostor(_machine):
         assert ran.stdout == text.format(taker=taker.pid) + "\n", ran.stdout
     against(NOBODY - 1, "input()", "process {taker} of user 65534 answers with the name pokeys-remote, and is not trusted; the "
             "proxy has to be of user 65533 or root")
-    # one that is trusted, and talks nonsense
-    for answer in (b"no\n", b"[1]\n", b'{{"error":1}}\n', b"x" * 70000):
+    # a trusted process whose answers are not those of a proxy
+    for answer in (b"no\n", b"[1]\n", b'{{"error":1}}\n', b"{{}}\n", b"x" * 70000):
         against(NOBODY, f"two = one.accept()[0]\ntwo.sendall({answer!r})\ninput()",
                 "what pokeys-remote answers is no answer of a proxy of this version")
     return None

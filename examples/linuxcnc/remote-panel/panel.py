@@ -56,7 +56,7 @@ def press(button):
 if len(sys.argv) not in (1, 4):
     sys.exit(__doc__)
 command, update = connect(zmq.DEALER, 6202), connect(zmq.SUB, 6201)
-handles, proxy = {}, b""
+handles = {}
 said, heard = -SIGN_OF_LIFE, time.monotonic()
 bind()
 update.subscribe(b"panel")
@@ -69,11 +69,10 @@ while True:
     if command in ready and (answer := Container.FromString(command.recv())).type in (BIND_REJECT, SET_REJECT):
         sys.exit(b"; ".join(answer.note).decode())
     if update in ready:
-        message, heard, was_silent = Container.FromString(update.recv_multipart()[1]), now, heard == 0
-        if proxy and (was_silent or message.uuid != proxy):
-            bind()                      # another proxy, or a new connection: it knows nothing of this panel
-        proxy = message.uuid
+        message, heard = Container.FromString(update.recv_multipart()[1]), now
         if message.type == FULL:
+            if handles:
+                bind()                  # after a lost connection or a new proxy, which knows nothing of this panel
             handles = {pin.handle: pin.name.decode() for pin in message.comp[0].pin}
         for pin in (*message.pin, *(pin for component in message.comp for pin in component.pin)):
             if PINS[handles[pin.handle]][1] == IN:

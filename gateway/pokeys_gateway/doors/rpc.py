@@ -59,7 +59,7 @@ TCP_USER_TIMEOUT = 18       # tcp(7); the module has no name for it
 KEEP_ALIVE = {socket.TCP_KEEPIDLE: 20, socket.TCP_KEEPINTVL: 5, socket.TCP_KEEPCNT: 4,
               # the same when something is sent, such as the pings below
               TCP_USER_TIMEOUT: 40000}
-# who may operate is sent a ping so often, and its command is not obeyed if it may have been on its way for longer
+# between pings to clients that may operate, and the age that a command of theirs may have
 BEAT_S, AGE_MOST_S = 0.4, 1.5
 USUAL_RATE = 2.0
 PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
@@ -238,10 +238,9 @@ class _Connection:
     def _offer(self, fetch: Callable[[], dict[str, Any]]) -> None:
         self.subscriber.offer_other(lambda: encode(fetch()))
 
-    def _say(self, notification: dict[str, Any]) -> bool:
-        if not (full := self.subscriber.full):
+    def _say(self, notification: dict[str, Any]) -> None:
+        if not self.subscriber.full:
             self.subscriber.answer(encode(notification))
-        return not full
 
     async def _tell(self, notification: dict[str, Any]) -> None:
         await self.subscriber.room()

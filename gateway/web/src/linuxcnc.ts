@@ -54,7 +54,7 @@ export class LinuxCnc {
 	private held = new Map<string, Held>();
 
 	constructor(private link: Link, private changed: () => void) {
-		// whatever happens to the button: without somebody's hand nothing is held
+		// a button may be gone before the hand is: nothing is held without a hand
 		for (const event of ["pointerup", "pointercancel"] as const)
 			document.addEventListener(event, ({ pointerId }) => this.release(pointerId), true);
 		document.addEventListener("keyup", () => this.release(KEY), true);
@@ -119,7 +119,7 @@ export class LinuxCnc {
 		this.link.ask(method, params).catch((error: Error) => this.tell(error.message, true));
 	}
 
-	/** Stop, whatever it does; what comes of it is said each time. */
+	/** Stop. The result is shown each time. */
 	stop(method: keyof typeof STOPS): void {
 		this.release();
 		const what = `${STOPS[method]} at ${new Date().toLocaleTimeString()}`;

@@ -89,7 +89,7 @@ function Override({ cnc, what, off }: { cnc: LinuxCnc; what: keyof typeof OVERRI
 			clearTimeout(timer);
 			setPulled(input.current!.valueAsNumber);
 		};
-		// the hand has let go; Preact's onChange would be each movement
+		// when the slider is released; Preact's onChange is called for each movement
 		const set = () => {
 			cnc.ask("linuxcnc.override", { what, value: input.current!.valueAsNumber / 100 });
 			timer = window.setTimeout(() => setPulled(null), SET_MS);
