@@ -28,7 +28,7 @@ PACKAGES_TEST=(
 	python3-jsonschema python3-websockets	# the gateway's clients
 )
 PACKAGES_REMOTE=(python3-zmq python3-protobuf python3-zeroconf)	# pokeys-remote
-PACKAGES_GATEWAY=(python3-aiohttp python3-prometheus-client)	# the gateway, for Debian's Python
+PACKAGES_GATEWAY=(python3-aiohttp python3-prometheus-client python3-serial)	# the gateway, for Debian's Python
 PACKAGES_WEB=(nodejs npm)	# the gateway's page; npm fetches what package-lock.json names
 PACKAGES_BROWSER=(chromium)	# the page in a browser
 PACKAGES_FUZZ=(libclang-rt-14-dev)	# libFuzzer

@@ -23,7 +23,10 @@ import pokeys
 from pokeys._ini import Faults
 
 from . import __version__, access, config, model
+from .console.console import Console
 from .doors.http import Http, endpoint_of
+from .doors.serial import NoSerial, Port
+from .doors.telnet import Telnet
 from .hub import Hub
 
 PROGRAM = "pokeys-gateway"
@@ -207,20 +210,33 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
         loop.add_signal_handler(number, end.set)
     hub = Hub(settings, names)
     who, tls = access.Access(users, settings.guests), config.tls(settings)
-    door = Http(hub, who, tls)
+    console = Console(who, settings.console_level, settings.machine_firmware)
+    telnet = Telnet(console)
+    port = Port(console, settings.machine_port, settings) if settings.machine_port else None
+    door = Http(hub, who, console, tls)
     loop.add_signal_handler(signal.SIGHUP, _reload, settings, who, tls)
     try:
         await hub.start()
+        if port:
+            port.open()
+        for address in await telnet.open(settings.telnet_listen):
+            _LOG.info("the console is at %s", address)
         for address in await door.open(sockets):
             _LOG.info("the page is at %s", address)
         if settings.plaintext and not settings.certificate and not all(one.loopback for one in settings.listen):
             _LOG.warning("plaintext = yes: passwords and values can be read on the network")
+        if not all(one.loopback for one in settings.telnet_listen):
+            _LOG.warning("telnet has no encryption: passwords and commands can be read and changed on the network")
         _notify("READY=1")
         await end.wait()
         _notify("STOPPING=1")
         _LOG.info("ending")
     finally:
         await door.close()
+        await telnet.close()
+        if port:
+            await port.close()
+        console.close()
         await hub.close()
 
 
@@ -254,7 +270,7 @@ def main(words: list[str] | None = None) -> int:
         return 0
     try:
         asyncio.run(_serve(settings, model.load(), users, sockets))
-    except (OSError, ValueError, model.NoNames, pokeys.LibraryMissing) as error:
+    except (OSError, ValueError, NoSerial, model.NoNames, pokeys.LibraryMissing) as error:
         _LOG.error("%s", error.strerror if isinstance(error, OSError) and error.strerror else error)
         return STATUS_FAILED
     return 0

@@ -246,7 +246,7 @@ class Access:
 
     async def log_in(self, name: str, password: str, address: str) -> tuple[str, Who]:
         """A session's token. :class:`Denied`, :class:`TooMany`."""
-        who = await self._check(name, password, address)
+        who = await self.check(name, password, address)
         token = secrets.token_urlsafe(32)
         who = replace(who, session=self._digest(token))
         self._keep(self._sessions, token, who, SESSION_S)
@@ -265,7 +265,7 @@ class Access:
         # Prometheus asks every few seconds
         if who := self._find(self._known, shown):
             return who
-        who = await self._check(name, password, address)
+        who = await self.check(name, password, address)
         self._keep(self._known, shown, who, KNOWN_S)
         return who
 
@@ -292,7 +292,7 @@ class Access:
         self._tickets.pop(self._digest(ticket), None)
         return who
 
-    async def _check(self, name: str, password: str, address: str) -> Who:
+    async def check(self, name: str, password: str, address: str) -> Who:
         """An attempt, or the same one that another request makes at this moment. :class:`Denied`, :class:`TooMany`."""
         key = self._digest(repr((name, password, address)))
 

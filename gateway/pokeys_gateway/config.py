@@ -7,13 +7,14 @@ import os
 import re
 import ssl
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pokeys._ini import Faults, File, Key, yes_or_no
 
-from .access import User, parse_users
+from .access import LEVELS, User, parse_users
+from .console.urgent import FIRMWARES
 from .gate import is_loopback, plain
 
 PATH = Path("/etc/pokeysd/gateway.conf")
@@ -21,6 +22,7 @@ USERS = Path("/etc/pokeysd/gateway.users")
 RUNTIME, PORT = "/run/pokeysd", 8580
 RECORDS = Path("/var/log/pokeysd")
 DOCTOR = Path("/run/pokeys-doctor")     # for the daemon of RUNTIME
+BAUD_LEAST, BAUD_MOST = 50, 4_000_000
 SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
 DIRECTORY_MOST = 49         # pokeysd's sockets lie below it
 _PROXY = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,46}")
@@ -60,6 +62,13 @@ class Config:
     guests: bool = False
     operate: bool = False
     proxy: str = "pokeys-remote"
+    machine_port: Path | None = None
+    machine_baud: int = 115200
+    machine_flow_control: str = "none"
+    machine_firmware: str = "marlin"
+    telnet_listen: tuple[Endpoint, ...] = ()
+    telnet_plaintext: bool = False
+    console_level: str | None = None        # None: as for HTTP
 
 
 def directory(text: str) -> str:
@@ -132,6 +141,22 @@ def proxy_name(text: str) -> str:
     return text
 
 
+def baud(text: str) -> int:
+    """Bits a second. ValueError says what is allowed."""
+    if not re.fullmatch(r"[0-9]{2,8}", text) or not BAUD_LEAST <= int(text) <= BAUD_MOST:
+        raise ValueError(f"bits a second, {BAUD_LEAST} to {BAUD_MOST}")
+    return int(text)
+
+
+def one_of(*words: str) -> Callable[[str], str]:
+    """A word of these, for a :class:`Key`."""
+    def convert(text: str) -> str:
+        if text not in words:
+            raise ValueError(", ".join(words))
+        return text
+    return convert
+
+
 KEYS = (
     Key("gateway", "runtime-directory", directory),
     Key("gateway", "record-folder", path),
@@ -146,7 +171,20 @@ KEYS = (
     Key("access", "guests", yes_or_no),
     Key("linuxcnc", "operate", yes_or_no),
     Key("linuxcnc", "proxy", proxy_name),
+    Key("machine", "port", path),
+    Key("machine", "baud", baud),
+    Key("machine", "flow-control", one_of("none", "hardware", "software")),
+    Key("machine", "firmware", one_of(*FIRMWARES)),
+    Key("telnet", "listen", endpoints),
+    Key("telnet", "plaintext", yes_or_no),
+    Key("console", "level", one_of(*LEVELS)),
 )
+OWN = "machine", "telnet", "console"       # sections whose name begins the names of their attributes
+
+
+def _attribute(section: str, key: str) -> str:
+    """Of a :class:`Config`."""
+    return f"{section}_{key}" if section in OWN else key
 
 
 def doctor_socket(config: Config) -> Path | None:
@@ -163,8 +201,10 @@ def read(file: Path | None) -> tuple[Config, dict[str, str]]:
         if not file:
             return Config(), {}
         raise Faults([f"{wanted}: {error.strerror}"]) from None
-    values = {name: value for section in found.values.values() for name, value in section.items()}
-    return replace(Config(), **values), {key: place for (_, _, key), place in found.places.items()}
+    values = {_attribute(section, key): value
+              for (section, _), keys in found.values.items() for key, value in keys.items()}
+    places = {_attribute(section, key): place for (section, _, key), place in found.places.items()}
+    return replace(Config(), **values), places
 
 
 def read_users(config: Config) -> dict[str, User] | None:
@@ -201,6 +241,11 @@ def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, 
     if far and not (config.certificate or config.behind_proxy or config.plaintext):
         yield "listen", (f"{far[0]} is reached from other computers, and passwords would be sent as plain text; "
                          "set certificate and key, behind-proxy, or plaintext = yes")
+    far = [str(one) for one in config.telnet_listen if not one.loopback]
+    if far and not (users and config.telnet_plaintext):
+        yield "telnet_listen", (f"{far[0]} is reached from other computers, and telnet has no encryption; use a tunnel "
+                                "to a loopback address (ssh -L), or set plaintext = yes and make a user with "
+                                "pokeys-gateway --set-user NAME")
 
 
 def tls(config: Config) -> ssl.SSLContext | None:

@@ -20,6 +20,15 @@ doctor-socket = /run/doctor
 listen=127.0.0.1:8580, [::1]:8581	; and a tab
   host-names = mill.local, Mill
 [http]
+[machine]
+port = /dev/serial/by-id/usb-a
+baud = 250000
+flow-control = hardware
+firmware = grbl
+[telnet]
+listen = 127.0.0.1:2323
+[console]
+level = admin
 """
 
 # what is written, and what is said: line, then text
@@ -46,6 +55,12 @@ BAD = (
     ("[http]\nlisten = 127.0.0.1:1,127.0.0.1:1\n", 2, "allowed: each address once"),
     ("[linuxcnc]\nproxy = a.b\n", 2, '"a.b" is not allowed; allowed: the name of a pokeys-remote'),
     ("[linuxcnc]\noperate = on\n", 2, "allowed: yes, no"),
+    ("[machine]\nport = ttyUSB0\n", 2, '[machine] port: "ttyUSB0" is not allowed; allowed: a path from /'),
+    ("[machine]\nbaud = 0\n", 2, '[machine] baud: "0" is not allowed; allowed: bits a second, 50 to 4000000'),
+    ("[machine]\nfirmware = klipper\n", 2, '"klipper" is not allowed; allowed: marlin, grbl, grblhal, smoothieware'),
+    ("[machine]\nflow-control = yes\n", 2, "allowed: none, hardware, software"),
+    ("[telnet]\nport = 23\n", 2, "[telnet] port: there is no such key; there are listen, plaintext"),
+    ("[console]\nlevel = root\n", 2, '[console] level: "root" is not allowed; allowed: guest, user, admin'),
     ("[http]\nlisten =\n", 2, '[http] listen: "" is not allowed'),
     ("[http]\nhost-names = a b\n", 2, '[http] host-names: "a b" is not allowed; allowed: names of this computer'),
     ("[gateway]\nruntime-directory = run\n", 2, '[gateway] runtime-directory: "run" is not allowed; allowed: a path '

@@ -77,10 +77,11 @@ def test_http_is_as_openapi_says():
         # what aiohttp itself says that there is
         from pokeys_gateway.access import Access
         from pokeys_gateway.config import Config
+        from pokeys_gateway.console.console import Console
         from pokeys_gateway.doors.http import Http
         from pokeys_gateway.hub import Hub
         from pokeys_gateway.model import load
-        routes = Http(Hub(Config(), load()), Access({}, False)).application().router.routes()
+        routes = Http(Hub(Config(), load()), Access({}, False), Console(Access({}, False), None, "marlin")).application().router.routes()
         served = {(route.resource.canonical, route.method.lower()) for route in routes if route.method != "HEAD"}
         equal(served, {(path, method) for path, item in document["paths"].items() for method in item})
         for path, item in document["paths"].items():

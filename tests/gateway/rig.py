@@ -15,14 +15,15 @@ from house import PATIENCE, House, Skip, wait_for  # noqa: E402  pylint: disable
 
 PYTHON = "/usr/bin/python3"
 House.programs |= {"sh": pathlib.Path("/bin/sh"), "python": pathlib.Path(PYTHON)}
-NEEDED = "aiohttp", "prometheus_client"
+NEEDED = "aiohttp", "prometheus_client", "serial"
 
 
 def need_libraries():
     """Debian's Python has what the gateway needs, or the test cannot be run."""
     ran = subprocess.run([PYTHON, "-c", f"import {', '.join(NEEDED)}"], capture_output=True, text=True, check=False)
     if ran.returncode:
-        raise Skip(f"{ran.stderr.strip().splitlines()[-1]} (Debian: python3-aiohttp, python3-prometheus-client)")
+        raise Skip(f"{ran.stderr.strip().splitlines()[-1]} (Debian: python3-aiohttp, python3-prometheus-client, "
+                   "python3-serial)")
 
 
 class Gateway:

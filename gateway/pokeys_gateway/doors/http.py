@@ -28,6 +28,7 @@ from .. import describe
 from ..access import Access
 from ..board import terminals
 from ..config import Config, Endpoint, doctor_socket
+from ..console.console import Console
 from ..doctor import Doctor, NoDoctor
 from ..feeds import encode
 from ..gate import IDLE_S, Gate, plain
@@ -162,7 +163,7 @@ def _summary(hub: Hub, reading: Reading) -> dict[str, Any]:
 class Http:
     """The door. Belongs to the event loop's thread."""
 
-    def __init__(self, hub: Hub, access: Access, tls: ssl.SSLContext | None = None) -> None:
+    def __init__(self, hub: Hub, access: Access, console: Console, tls: ssl.SSLContext | None = None) -> None:
         self._hub = hub
         self._access = access
         self._tls = tls
@@ -171,7 +172,7 @@ class Http:
         self._rpc = Rpc(hub, self._gate, access)
         self._records = Records(hub, self._gate)
         self._doctor = Doctor(doctor_socket(hub.config), hub.config.runtime_directory)
-        self._metrics = Metrics(hub, self._gate, self._rpc, access)
+        self._metrics = Metrics(hub, self._gate, self._rpc, access, console)
         self._servers: list[asyncio.Server] = []
         self._watch: asyncio.Task[None] | None = None
         folder = Path(os.environ.get("POKEYS_GATEWAY_WEB") or Path(__file__).parents[1] / "web")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 import pokeys
@@ -26,6 +27,9 @@ from prometheus_client.registry import Collector
 from .. import __version__
 from ..access import Access
 from ..board import is_set_up
+from ..console.client import Client
+from ..console.console import Console
+from ..console.outbox import Outbox
 from ..gate import Gate
 from ..hub import Hub
 from ..model import Row
@@ -135,11 +139,19 @@ def _histogram(histogram: pokeys.Histogram) -> tuple[list[tuple[str, float]], fl
     return [*buckets, ("+Inf", float(histogram.count))], (histogram.mean_us or 0.0) * histogram.count / 1e6
 
 
+def _most(outbox: Outbox) -> int:
+    return outbox.most
+
+
+def _kind(client: Client) -> str:
+    return client.kind
+
+
 class Values(Collector):
     """What prometheus_client asks for the values of all devices."""
 
-    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc, access: Access) -> None:
-        self._hub, self._gate, self._rpc, self._access = hub, gate, rpc, access
+    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc, access: Access, console: Console) -> None:
+        self._hub, self._gate, self._rpc, self._access, self._console = hub, gate, rpc, access, console
         model = hub.model
         self._rows = [(family, row) for family in FAMILIES for row in model.family(family.pattern)]
         self._single = [(family, model.rows[family.pattern]) for family in SINGLE]
@@ -174,6 +186,33 @@ class Values(Collector):
         yield GaugeMetricFamily("pokeys_gateway_loop_lag_seconds", "How late the event loop was last", lag.last)
         yield GaugeMetricFamily("pokeys_gateway_loop_lag_most_seconds", "The same, the most since the start", lag.most)
         yield CounterMetricFamily("pokeys_gateway_loop_late", "How often it was more than 10 ms late", lag.late)
+        yield from self._of_console()
+
+    def _of_console(self) -> Iterator[Metric]:
+        console, router = self._console, self._console.router
+        clients = list(router.clients)
+        machine = [router.machine] if router.machine else []
+        for name, text, value in (
+                ("clients", "Clients of the console", len(clients)),
+                ("machine_up", "1 = the machine behind the console is connected", len(machine)),
+                ("messages", "Messages in memory", console.ledger.live)):
+            yield GaugeMetricFamily(f"pokeys_gateway_console_{name}", text, value)
+        for name, text, value in (
+                ("machine_connections", "How often the machine was found", console.connections),
+                ("routed", "Messages of clients and of the machine", router.routed),
+                ("ended", "Lines that were ended because their client did not", router.ended),
+                ("stops", "Stops that went past all other lines", router.stops),
+                ("dropped", "Lines that slow clients did not get", router.dropped),
+                ("refused", "Connections refused because there were too many", console.refused),
+                ("closed", "Clients that read nothing and were closed", console.closed_slow)):
+            yield CounterMetricFamily(f"pokeys_gateway_console_{name}", text, value)
+        for name, text, of in (("waiting", "Messages that wait for clients", len),
+                               ("waiting_most", "Messages that waited for one client at once, the most", _most)):
+            family = GaugeMetricFamily(f"pokeys_gateway_console_{name}", text, labels=["kind"])
+            for kind, found in groupby(sorted(clients + machine, key=_kind), _kind):
+                numbers = [of(one.outbox) for one in found]
+                family.add_metric([kind], max(numbers) if of is _most else sum(numbers))
+            yield family
 
     def _device(self, sheet: _Sheet, reading: Reading, state: pokeys.State) -> None:
         name, info = reading.name, state.info
@@ -249,9 +288,9 @@ class Values(Collector):
 class Metrics:
     """The page for Prometheus."""
 
-    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc, access: Access) -> None:
+    def __init__(self, hub: Hub, gate: Gate, rpc: Rpc, access: Access, console: Console) -> None:
         self._registry = CollectorRegistry(auto_describe=False)
-        self._registry.register(Values(hub, gate, rpc, access))
+        self._registry.register(Values(hub, gate, rpc, access, console))
         ProcessCollector(registry=self._registry)
         PlatformCollector(registry=self._registry)
         GCCollector(registry=self._registry)

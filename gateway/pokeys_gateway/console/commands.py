@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The commands of ESP3D 3.0 that clients of the console have: [ESPnnn]WORDS.
+
+Words are separated by spaces; a backslash takes the special meaning from the next character. ``json``
+or ``json=yes`` asks for the answer as {"cmd", "status", "data"}. ``pwd=`` logs in first, with any command,
+and holds for the connection (see [ESP500]).
+"""
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import re
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ..access import LEVELS, Access, Denied, TooMany
+from .client import Client
+from .router import Router
+
+USUAL_NAMES = "admin", "user"       # a password without a name is one of these users', as ESP3D has it
+_WORD = re.compile(r"(?:\\.|[^\s\\])+", re.S)
+_NAMED = re.compile(r"([A-Za-z][A-Za-z0-9_]*)=(.*)", re.S)
+_YES = "yes", "true", "1"
+_LOG = logging.getLogger("pokeys-gateway")
+
+
+class Refused(Exception):
+    """Why a command is not carried out."""
+
+
+@dataclass(frozen=True)
+class Words:
+    """What stands behind a command."""
+
+    plain: tuple[str, ...]
+    named: dict[str, str]
+    json: bool
+
+
+def parse(text: str) -> Words:
+    """The words of a command."""
+    plain, named, as_json = [], {}, False
+    for found in _WORD.findall(text):
+        word = re.sub(r"\\(.)", r"\1", found, flags=re.S)
+        pair = _NAMED.fullmatch(word)
+        if word == "json" or (pair and pair[1] == "json"):
+            as_json = not pair or pair[2].lower() in _YES
+        elif pair:
+            named[pair[1]] = pair[2]
+        else:
+            plain.append(word)
+    return Words(tuple(plain), named, as_json)
+
+
+def answer(number: int, as_json: bool, good: bool, data: Any) -> str:
+    """As ESP3D gives it. Text without JSON is `data`, or a line for each pair of a list."""
+    if as_json:
+        return json.dumps({"cmd": str(number), "status": "ok" if good else "error", "data": data},
+                          separators=(",", ":"), ensure_ascii=False)
+    if isinstance(data, list):
+        return "\n".join(f"{one['id']}: {one['value']}" for one in data)
+    return str(data) if good else f"error: {data}"
+
+
+Run = Callable[["Commands", Client, Words], "Any | Awaitable[Any]"]
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command: who may give it, what it takes, and what it does. `run` gives the data of the answer."""
+
+    level: str          # "": also who may not read
+    usage: str
+    help: str
+    run: Run
+
+
+class Commands:
+    """Carries them out. Belongs to the event loop's thread."""
+
+    def __init__(self, access: Access, table: dict[int, Command]) -> None:
+        """`table` has them by their number."""
+        self.router: Router | None = None
+        self.access = access
+        self.table = table
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def execute(self, client: Client, number: int, text: str, take: Callable[[str], None]) -> None:
+        """A command; `take` gets the answer, once, now or later. See :class:`Router`."""
+        words = parse(text)
+        command = self.table.get(number)
+        if not command:
+            take(answer(number, words.json, False, f"there is no command [ESP{number}]; [ESP0] lists them"))
+            return
+        if "pwd" not in words.named and not asyncio.iscoroutinefunction(command.run):
+            found = command
+            self._give(number, words, take, lambda: self._run(client, found, words))
+        elif self.router and client is self.router.machine:
+            # all clients would wait for what the machine says, and would be shown a password
+            take(answer(number, words.json, False, "not for the machine"))
+        else:
+            self._later(self._in_time(client, number, command, words, take))
+
+    @staticmethod
+    def _give(number: int, words: Words, take: Callable[[str], None], work: Callable[[], Any]) -> None:
+        """Answer with what `work` returns."""
+        try:
+            text = answer(number, words.json, True, work())
+        except Refused as why:
+            text = answer(number, words.json, False, str(why))
+        except Exception:
+            _LOG.exception("[ESP%d]", number)
+            text = answer(number, words.json, False, "an error of the gateway; its log says more")
+        take(text)
+
+    def _later(self, work: Awaitable[None]) -> None:
+        task = asyncio.ensure_future(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def _run(self, client: Client, command: Command, words: Words) -> Any:
+        level = client.level(self.access)
+        if command.level and (not level or LEVELS.index(level) < LEVELS.index(command.level)):
+            raise Refused(f"this needs level {command.level}; log in with [ESP500]user=NAME pwd=PASSWORD")
+        return command.run(self, client, words)
+
+    async def _in_time(self, client: Client, number: int, command: Command, words: Words,
+                       take: Callable[[str], None]) -> None:
+        found: Any = None
+        fault: Exception | None = None
+        try:
+            if "pwd" in words.named:
+                await self._log_in(client, words)
+            found = self._run(client, command, words)
+            if isinstance(found, Awaitable):
+                found = await found
+        except Exception as error:
+            fault = error
+
+        def result() -> Any:
+            if fault:
+                raise fault
+            return found
+        self._give(number, words, take, result)
+
+    async def _log_in(self, client: Client, words: Words) -> None:
+        """:class:`Refused`."""
+        named = words.named.get("user")
+        names = [named] if named is not None else [name for name in USUAL_NAMES if name in self.access.users] or \
+            [USUAL_NAMES[0]]
+        for name in names:
+            try:
+                client.who = await self.access.check(name, words.named["pwd"], client.address)
+                return
+            except Denied:
+                continue
+            except TooMany as error:
+                raise Refused(str(error)) from None
+        raise Refused("wrong user name or password")
+
+    def close(self) -> None:
+        """Nothing more is answered."""
+        for task in self._tasks:
+            task.cancel()

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The console in the event loop: calls the router when there is something to do, a few messages a turn."""
+from __future__ import annotations
+
+import asyncio
+import logging
+
+from ..access import LEVELS, Access
+from ..gate import host_of, is_loopback
+from . import urgent
+from .client import Client
+from .commands import Commands
+from .message import Ledger
+from .outbox import Outbox
+from .router import MACHINE_BYTES, MACHINE_LINES, Router
+from .table import TABLE
+
+_LOG = logging.getLogger("pokeys-gateway")
+
+
+class Console:
+    """What the doors of the console share. Belongs to the event loop's thread."""
+
+    def __init__(self, access: Access, level: str | None, firmware: str) -> None:
+        """`level`: what clients of this computer may do without a log-in; None: as for HTTP."""
+        self.ledger = Ledger()
+        self.refused = 0            # connections, because there were too many
+        self.closed_slow = 0        # connections that took nothing
+        self.connections = 0        # how often the machine was found
+        self._access = access
+        self._level = level
+        self._commands = Commands(access, TABLE)
+        self.router = Router(access, self._commands.execute, self.ledger, urgent.of(firmware))
+        self._commands.router = self.router
+        self.router.on_work = self._wake
+        self._next: asyncio.Handle | None = None
+        self._ended = False
+
+    def client(self, kind: str, name: str, most: int, address: str) -> Client:
+        """A new client, which hears the machine from now on; `address` is the other end's."""
+        near = is_loopback(address)
+        def level() -> str:
+            if self._level and near:
+                return self._level
+            return "" if self._access.required else LEVELS[0]
+        client = Client(self.ledger, kind, name, most=most, level=level,
+                        address=address if near else host_of(address))
+        self.router.join(client)
+        return client
+
+    def level(self, client: Client) -> str:
+        """What it may do; "": it may not even read."""
+        return client.level(self._access)
+
+    def machine(self, name: str, most: int) -> Client:
+        """The machine, which is there from now on."""
+        outbox = Outbox(self.ledger, MACHINE_LINES, MACHINE_BYTES, drops=False)
+        client = Client(self.ledger, "machine", name, most=most, level=lambda: LEVELS[0], outbox=outbox)
+        self.router.connect(client)
+        return client
+
+    def _wake(self) -> None:
+        """Something is to be routed."""
+        if self._ended or (self._next and not isinstance(self._next, asyncio.TimerHandle)):
+            return
+        if self._next:
+            self._next.cancel()
+        self._next = asyncio.get_running_loop().call_soon(self._turn)
+
+    def _turn(self) -> None:
+        self._next = None
+        loop = asyncio.get_running_loop()
+        at: float | None = None
+        try:
+            at = self.router.run(loop.time())
+        except Exception:
+            _LOG.exception("routing a message")
+            at = 0
+        # if it was woken meanwhile, it is called at once
+        if at is not None and not self._next and not self._ended:
+            self._next = loop.call_soon(self._turn) if not at else loop.call_at(at, self._turn)
+
+    def close(self) -> None:
+        """Route nothing more."""
+        self._ended = True
+        self._commands.close()
+        if self._next:
+            self._next.cancel()
