@@ -7,8 +7,8 @@
 # `all` adds the other LinuxCNC machines, the page in a browser, PREEMPT_RT machines, fuzzing, and
 # unit and sim again in sanitized builds. The end of the output lists the suites left out.
 #
-# Tests run two at a time, also in sanitized builds; those of hal, linuxcnc, web and vm, which use
-# LinuxCNC, a browser or virtual machines, run one at a time. A test that is in two suites runs
+# Tests run two at a time, also in sanitized builds; those of web and vm, which use a browser or virtual
+# machines, run one at a time. Each HAL has namespaces of its own. A test that is in two suites runs
 # once. The last line is "N passed, N failed, N skipped".
 #
 # --repeat N runs the suites N times and prints how often each test failed. --load N
@@ -101,7 +101,7 @@ run_group() {
 run_round() {
 	run_group unit-sim 2 unit sim
 	run_group net-gateway 2 net gateway
-	run_group hal-linuxcnc 1 hal linuxcnc
+	run_group hal-linuxcnc 2 hal linuxcnc
 	run_group web 1 web
 	run_group vm 1 vm
 	run_group fuzz 2 fuzz
