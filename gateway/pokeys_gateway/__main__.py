@@ -30,7 +30,8 @@ from .doors.telnet import Telnet
 from .hub import Hub
 
 PROGRAM = "pokeys-gateway"
-STATUS_FAILED, STATUS_USAGE, STATUS_CONFIG = 1, 64, 78      # sysexits.h
+STATUS_FAILED, STATUS_USAGE, STATUS_AGAIN, STATUS_CONFIG = 1, 64, 75, 78      # sysexits.h
+ANSWER_S = 0.2              # for the answer to who wants it to begin again
 FIRST_SOCKET = 3            # sd_listen_fds(3)
 _LEVELS = {logging.DEBUG: 7, logging.INFO: 6, logging.WARNING: 4, logging.ERROR: 3, logging.CRITICAL: 2}
 _LOG = logging.getLogger(PROGRAM)
@@ -203,14 +204,22 @@ def _reload(settings: config.Config, users: access.Access, tls: ssl.SSLContext |
 
 
 async def _serve(settings: config.Config, names: model.Model, users: dict[str, access.User] | None,
-                 sockets: list[socket.socket]) -> None:
+                 sockets: list[socket.socket]) -> bool:
+    """Until it is to end; True: to begin again."""
     end = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, end.set)
     hub = Hub(settings, names)
     who, tls = access.Access(users, settings.guests), config.tls(settings)
-    console = Console(who, settings.console_level, settings.machine_firmware)
+    console = Console(who, hub)
+    again = False
+
+    def restart() -> None:
+        nonlocal again
+        again = True
+        loop.call_later(ANSWER_S, end.set)
+    console.commands.on_restart = restart
     telnet = Telnet(console)
     port = Port(console, settings.machine_port, settings) if settings.machine_port else None
     door = Http(hub, who, console, tls)
@@ -238,6 +247,7 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
             await port.close()
         console.close()
         await hub.close()
+    return again
 
 
 def main(words: list[str] | None = None) -> int:
@@ -269,10 +279,14 @@ def main(words: list[str] | None = None) -> int:
         print(f"{PROGRAM}: {path} {'is valid' if path.exists() else 'does not exist; defaults apply'}")
         return 0
     try:
-        asyncio.run(_serve(settings, model.load(), users, sockets))
+        again = asyncio.run(_serve(settings, model.load(), users, sockets))
     except (OSError, ValueError, NoSerial, model.NoNames, pokeys.LibraryMissing) as error:
         _LOG.error("%s", error.strerror if isinstance(error, OSError) and error.strerror else error)
         return STATUS_FAILED
+    if again and sockets:
+        return STATUS_AGAIN         # whoever has opened them has to do it again
+    if again:
+        os.execv(sys.executable, sys.orig_argv)
     return 0
 
 

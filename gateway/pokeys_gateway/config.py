@@ -68,6 +68,7 @@ class Config:
     machine_firmware: str = "marlin"
     telnet_listen: tuple[Endpoint, ...] = ()
     telnet_plaintext: bool = False
+    esp3d_listen: tuple[Endpoint, ...] = ()
     console_level: str | None = None        # None: as for HTTP
 
 

@@ -154,6 +154,15 @@ def bridge(*, level="user", users=None):
             printer.end = True
 
 
+def is_free(fd):
+    try:
+        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    fcntl.flock(fd, fcntl.LOCK_UN)
+    return True
+
+
 def numbered(number):
     body = b"N%d G1 X%d.%d E%d" % (number, number % 200, number % 10, number)
     return body + b"*%d\n" % functools.reduce(lambda one, two: one ^ two, body)
@@ -308,6 +317,28 @@ def test_whoever_is_gone_is_not_obeyed():
         # what the port and the queue had
         assert len(printer.lines) < 5000, len(printer.lines)
         quiet(gateway)
+
+
+def test_the_port_is_left_to_others_and_the_gateway_begins_again():
+    with bridge(level="admin") as (house, gateway, printer):
+        one, two = Telnet(house), Telnet(house)
+        assert one.ask("[ESP900]") == f"ENABLED - {house.port}"
+        assert one.ask("[ESP131]") == str(PORT) and one.ask("[ESP111]") == house.console
+        one.send(b"[ESP900]DISABLE\n")
+        assert sorted((one.line(), one.line())) == [
+            "[machine disconnected: given free by [ESP900]DISABLE; lines not sent: 0]", "ok"]
+        gateway.wait("it is given free", lambda: is_free(printer.slave))
+        assert one.ask("M105") == f"error: {house.port}: given free by [ESP900]DISABLE"
+        assert one.ask("[ESP900]") == f"DISABLED - {house.port}"
+        assert one.ask("[ESP900]ENABLE") == "ok" and one.line() == "[machine connected]"
+        assert one.ask("M105") == "ok T:21.3 /0.0"
+        one.send(b"[ESP130]CLOSE\n")
+        while two.socket.recv(100):
+            pass
+        one = Telnet(house)
+        assert one.ask("[ESP444]RESTART") == "Now restarting..."
+        # its sockets are ours
+        assert gateway.child.wait(PATIENCE) == 75
 
 
 def test_a_stop():

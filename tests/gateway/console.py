@@ -3,18 +3,20 @@
 """The console without doors, in virtual time: lines, routes, bounded queues, and no message is lost or kept."""
 import asyncio
 import functools
+import json
 import os
 import pathlib
 import random
+import socket
 
-from pokeys_gateway import access
+from pokeys_gateway import access, config, hub, model
 from pokeys_gateway.console import commands, router, urgent
 from pokeys_gateway.console.console import Console
 from pokeys_gateway.console.client import INCOMING_MOST, Client
 from pokeys_gateway.console.framing import CR_S, IDLE_S, Framer
 from pokeys_gateway.console.message import Ledger, Part
 from pokeys_gateway.console.outbox import Outbox
-from pokeys_gateway.console.table import TABLE
+from pokeys_gateway.console.table import SETTINGS, TABLE
 from pokeys_gateway.doors.telnet import Terminal
 from pokeys_gateway.gate import host_of
 
@@ -28,6 +30,11 @@ def anybody():
     return access.Access(None, False)
 
 
+def hub_of(**settings):
+    """Without devices; nothing of it goes on."""
+    return hub.Hub(config.Config(runtime_directory="/nowhere", **settings), model.Model({"names": [], "boards": []}))
+
+
 class Table:
     """A router with clients; `now` goes on when it is said to."""
 
@@ -35,7 +42,7 @@ class Table:
         self.now = 100.0
         self.ledger = Ledger()
         self.access = access.Access(users, False) if users else anybody()
-        self.commands = commands.Commands(self.access, TABLE)
+        self.commands = commands.Commands(self.access, TABLE, hub_of())
         self.router = router.Router(self.access, self.commands.execute, self.ledger, urgent.of(firmware))
         self.commands.router = self.router
         self.lines, self.size = lines, size
@@ -148,7 +155,7 @@ def messages_go_three_ways():
         "user", '{"cmd":"500","status":"ok","data":"user"}',
         "[ESP500][user=NAME pwd=PASSWORD] - show what this client may do; log in",
         "error: there is no command [ESP999]; [ESP0] lists them",
-        '{"cmd":"0","status":"ok","data":"[ESP290]MILLISECONDS - wait before the next command of this client"}']
+        '{"cmd":"0","status":"ok","data":"[ESP290]MILLISECONDS - wait before the next line of this client"}']
     assert b.outbox.empty and table.machine.outbox.empty
     # whoever asks is answered: also the machine, and if the command is echoed
     table.send(table.machine, b"echo: [ESP500]\n")
@@ -300,6 +307,51 @@ def another_machine_gets_no_rest():
         table.connect()
         table.send(a, b"0\nM105\n")
         assert table.take(table.machine) == b"M105\n"
+    table.quiet()
+
+
+def commands_answer():
+    table = Table()
+    a = table.client("a", "admin")
+
+    def ask(text):
+        table.send(a, text.encode() + b"\n")
+        return table.take(a).decode()[:-1]
+    assert ask("[ESP111]") == "127.0.0.1" and ask("[ESP111]ALL") == "ip: 127.0.0.1"
+    assert ask("[ESP111] json=yes ALL") == '{"cmd":"111","status":"ok","data":{"ip":"127.0.0.1"}}'
+    assert ask("[ESP112]") == socket.gethostname() and "hostnamectl" in ask("[ESP112]mill")
+    assert (ask("[ESP130]"), ask("[ESP131]"), ask("[ESP120]")) == ("OFF", "none", "OFF")
+    assert ask("[ESP130]ON") == "error: this is set with listen in [telnet] in /etc/pokeysd/gateway.conf; " \
+        "restart the gateway then"
+    closed = []
+    a.on_close = lambda: closed.append(a)
+    assert ask("[ESP130]CLOSE") == "ok" and closed == [a]
+    assert ask("[ESP201]P=1") == ask("[ESP220]") == "error: not looked for a daemon yet"
+    assert ask("[ESP201]P=1 V=1") == "error: the gateway only reads devices" and "P=TERMINAL" in ask("[ESP201]")
+    assert ask("[ESP410]") == "Start Scan\nEnd Scan" and ask("[ESP410]json") == '{"cmd":"410","status":"ok","data":[]}'
+    rows = json.loads(ask("[ESP400]json"))["data"]
+    assert all({"F", "P", "T", "V", "H"} <= row.keys() and all(isinstance(value, (str, list)) for value in row.values())
+               for row in rows), rows
+    assert {row["P"] for row in rows} <= set(SETTINGS)
+    assert "system/system/baud: 115200" in ask("[ESP400]").splitlines()
+    assert ask("[ESP401]P=112 T=I V=9600 json") == (
+        '{"cmd":"401","status":"error","data":"this is set with baud in [machine] in /etc/pokeysd/gateway.conf; '
+        'restart the gateway then"}')
+    assert ask("[ESP401]T=I V=1") == "error: Invalid parameter P" and ask("[ESP401]P=9 T=I V=1").endswith("unknown")
+    restarts = []
+    table.commands.on_restart = lambda: restarts.append(1)
+    assert ask("[ESP444]RESTART") == "Now restarting..." and restarts and "RESTART" in ask("[ESP444]")
+    assert ask("[ESP510]") == "720" and ask("[ESP550]") == "********"
+    assert ask("[ESP555]new") == "error: the gateway may not change passwords; run: sudo pokeys-gateway --set-user user"
+    found = json.loads(ask("[ESP800]json=yes time=2026-11-28T12:00:00 tz=+01:00 version=3.0.0-a11"))["data"]
+    assert (found["FWTarget"], found["FWTargetID"], found["Authentication"]) == ("marlin", "20", "Disabled")
+    assert ask("[ESP800]").startswith("Capabilities:\nFWVersion: pokeys-gateway ")
+    assert ask("[ESP900]").startswith("error: no machine is configured") and ask("[ESP901]") == "115200"
+    assert ask("[ESP420]").startswith("Configuration:\nFW ver: ")
+    guest = table.client("guest", "guest")
+    for text in b"[ESP444]RESTART", b"[ESP130]CLOSE", b"[ESP550]x", b"[ESP401]P=112 T=I V=1":
+        table.send(guest, text + b"\n")
+        assert table.take(guest) == b"error: this needs level admin; log in with [ESP500]user=NAME pwd=PASSWORD\n", text
     table.quiet()
 
 
@@ -596,7 +648,7 @@ def any_bytes_do_no_harm():
 
 
 def addresses_of_this_computer():
-    one = Console(anybody(), "user", "marlin")
+    one = Console(anybody(), hub_of(console_level="user"))
     for address, level in (("127.0.0.1", "user"), ("::1", "user"), ("192.168.1.5", "guest"), ("fe80::1", "guest")):
         client = one.client("telnet", "x", CLIENT_LINE, address)
         assert one.level(client) == level and client.address == (address if level == "user" else host_of(address))
@@ -614,7 +666,7 @@ def main():
     for test in (commands_are_described, addresses_of_this_computer, lines_are_cut_where_they_end, what_comes_out_is_what_came_in, messages_go_three_ways,
                  who_may_not_command_reads, without_a_machine_it_is_said, a_line_without_an_end_is_passed_on_later,
                  lines_of_two_clients_are_not_joined, a_line_that_waits_for_the_machine_is_not_ended,
-                 another_machine_gets_no_rest, passwords_are_not_for_the_machine,
+                 another_machine_gets_no_rest, commands_answer, passwords_are_not_for_the_machine,
                  whoever_is_no_user_any_more_has_no_line_waiting, a_machine_without_room_holds_up_who_sends,
                  who_does_not_read_misses_lines_and_is_told, long_lines_are_dropped_whole,
                  a_stop_goes_past_all_that_came_before, bytes_that_grbl_obeys_at_once, a_turn_is_short_and_fair,

@@ -81,7 +81,8 @@ def test_http_is_as_openapi_says():
         from pokeys_gateway.doors.http import Http
         from pokeys_gateway.hub import Hub
         from pokeys_gateway.model import load
-        routes = Http(Hub(Config(), load()), Access({}, False), Console(Access({}, False), None, "marlin")).application().router.routes()
+        hub, access = Hub(Config(), load()), Access({}, False)
+        routes = Http(hub, access, Console(access, hub)).application().router.routes()
         served = {(route.resource.canonical, route.method.lower()) for route in routes if route.method != "HEAD"}
         equal(served, {(path, method) for path, item in document["paths"].items() for method in item})
         for path, item in document["paths"].items():

@@ -26,6 +26,7 @@ class Client:
                  address: str = "127.0.0.1", outbox: Outbox | None = None) -> None:
         """`most` is the longest part of a line; `level` gives what it may do without a log-in, "" is nothing."""
         self.kind, self.name, self.address = kind, name, address
+        self.here = "127.0.0.1"     # the address at which it reaches us
         self.who: Who | None = None     # has logged in
         self.outbox = Outbox(ledger) if outbox is None else outbox
         self.hears = True           # gets what the machine says
@@ -40,6 +41,7 @@ class Client:
         self.on_data: Callable[[Client], None] = lambda client: None
         self.take_urgent: Callable[[Client, bytes], bytes] = lambda client, data: data
         self.on_room: Callable[[], None] = lambda: None
+        self.on_close: Callable[[], None] = lambda: None        # end its connection
         self.framer = Framer(most)
         self._level = level
         self._ledger = ledger

@@ -12,10 +12,13 @@ import json
 import logging
 import re
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 from ..access import LEVELS, Access, Denied, TooMany
+from ..config import Endpoint
+from ..hub import Hub
+from ..model import Model
 from .client import Client
 from .router import Router
 
@@ -24,6 +27,21 @@ _WORD = re.compile(r"(?:\\.|[^\s\\])+", re.S)
 _NAMED = re.compile(r"([A-Za-z][A-Za-z0-9_]*)=(.*)", re.S)
 _YES = "yes", "true", "1"
 _LOG = logging.getLogger("pokeys-gateway")
+
+
+class MachinePort(Protocol):
+    """What commands need of the machine's port."""
+
+    @property
+    def path(self) -> Any:
+        """Of the port."""
+
+    @property
+    def enabled(self) -> bool:
+        """Is it used?"""
+
+    def enable(self, on: bool) -> None:
+        """Use it, or give it free."""
 
 
 class Refused(Exception):
@@ -54,13 +72,31 @@ def parse(text: str) -> Words:
     return Words(tuple(plain), named, as_json)
 
 
+def _pair(row: dict[str, Any]) -> str:
+    return f"{row['id']}: {row['value']}"
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Data of several rows, or of several values, for an answer."""
+
+    title: str                                  # of the text; "" = none
+    data: list[dict[str, Any]] | dict[str, str]
+    line: Callable[[dict[str, Any]], str] = _pair       # the text of a row
+    end: str = ""                               # of the text
+
+    def __str__(self) -> str:
+        rows = [f"{name}: {value}" for name, value in self.data.items()] if isinstance(self.data, dict) else \
+            map(self.line, self.data)
+        return "\n".join(filter(None, (self.title, *rows, self.end)))
+
+
 def answer(number: int, as_json: bool, good: bool, data: Any) -> str:
-    """As ESP3D gives it. Text without JSON is `data`, or a line for each pair of a list."""
+    """As ESP3D gives it, as text or JSON."""
     if as_json:
-        return json.dumps({"cmd": str(number), "status": "ok" if good else "error", "data": data},
+        return json.dumps({"cmd": str(number), "status": "ok" if good else "error",
+                           "data": data.data if isinstance(data, Listing) else data},
                           separators=(",", ":"), ensure_ascii=False)
-    if isinstance(data, list):
-        return "\n".join(f"{one['id']}: {one['value']}" for one in data)
     return str(data) if good else f"error: {data}"
 
 
@@ -80,11 +116,15 @@ class Command:
 class Commands:
     """Carries them out. Belongs to the event loop's thread."""
 
-    def __init__(self, access: Access, table: dict[int, Command]) -> None:
+    def __init__(self, access: Access, table: dict[int, Command], hub: Hub) -> None:
         """`table` has them by their number."""
         self.router: Router | None = None
+        self.port: MachinePort | None = None
+        self.on_restart: Callable[[], None] = lambda: None
         self.access = access
         self.table = table
+        self.config = hub.config
+        self._hub = hub
         self._tasks: set[asyncio.Task[None]] = set()
 
     def execute(self, client: Client, number: int, text: str, take: Callable[[str], None]) -> None:
@@ -120,11 +160,44 @@ class Commands:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
+    def need(self, level: str, client: Client) -> None:
+        """:class:`Refused` if it may not do so much."""
+        has = client.level(self.access)
+        if level and (not has or LEVELS.index(has) < LEVELS.index(level)):
+            raise Refused(f"this needs level {level}; log in with [ESP500]user=NAME pwd=PASSWORD")
+
     def _run(self, client: Client, command: Command, words: Words) -> Any:
-        level = client.level(self.access)
-        if command.level and (not level or LEVELS.index(level) < LEVELS.index(command.level)):
-            raise Refused(f"this needs level {command.level}; log in with [ESP500]user=NAME pwd=PASSWORD")
-        return command.run(self, client, words)
+        self.need(command.level, client)
+        return command.run(self, client, replace(words, named={
+            name: value for name, value in words.named.items() if name not in ("user", "pwd")}))
+
+    # ---- what commands ask for
+
+    def clients(self) -> list[Client]:
+        """Of the console."""
+        return list(self.router.clients) if self.router else []
+
+    def listens(self, section: str) -> tuple[Endpoint, ...]:
+        """Where the door of a section of the configuration is."""
+        return tuple(getattr(self.config, f"{section}_listen"))
+
+    def model(self) -> Model:
+        """The names."""
+        return self._hub.model
+
+    def device(self, name: str | None) -> tuple[str, Any]:
+        """A device's name and state; the only one, if none is named. :class:`Refused`."""
+        names = self._hub.source.names()
+        if name is None and len(names) == 1:
+            name = names[0]
+        if name is None:
+            raise Refused(f"D=DEVICE is missing; there are {', '.join(names)}" if names else self._hub.source.trouble)
+        reading = self._hub.source.read(name)
+        if not reading:
+            raise Refused(self._hub.no_such_device(name))
+        if not reading.state or not reading.connected:
+            raise Refused(f"{name}: {reading.reason}")
+        return name, reading.state
 
     async def _in_time(self, client: Client, number: int, command: Command, words: Words,
                        take: Callable[[str], None]) -> None:

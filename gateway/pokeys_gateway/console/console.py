@@ -7,6 +7,7 @@ import logging
 
 from ..access import LEVELS, Access
 from ..gate import host_of, is_loopback
+from ..hub import Hub
 from . import urgent
 from .client import Client
 from .commands import Commands
@@ -21,17 +22,16 @@ _LOG = logging.getLogger("pokeys-gateway")
 class Console:
     """What the doors of the console share. Belongs to the event loop's thread."""
 
-    def __init__(self, access: Access, level: str | None, firmware: str) -> None:
-        """`level`: what clients of this computer may do without a log-in; None: as for HTTP."""
+    def __init__(self, access: Access, hub: Hub) -> None:
         self.ledger = Ledger()
         self.refused = 0            # connections, because there were too many
         self.closed_slow = 0        # connections that took nothing
         self.connections = 0        # how often the machine was found
         self._access = access
-        self._level = level
-        self._commands = Commands(access, TABLE)
-        self.router = Router(access, self._commands.execute, self.ledger, urgent.of(firmware))
-        self._commands.router = self.router
+        self._level = hub.config.console_level      # of clients of this computer; None: as for HTTP
+        self.commands = Commands(access, TABLE, hub)
+        self.router = Router(access, self.commands.execute, self.ledger, urgent.of(hub.config.machine_firmware))
+        self.commands.router = self.router
         self.router.on_work = self._wake
         self._next: asyncio.Handle | None = None
         self._ended = False
@@ -83,6 +83,6 @@ class Console:
     def close(self) -> None:
         """Route nothing more."""
         self._ended = True
-        self._commands.close()
+        self.commands.close()
         if self._next:
             self._next.cancel()

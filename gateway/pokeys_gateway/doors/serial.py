@@ -26,6 +26,7 @@ from ..console.console import Console
 LINE_MOST = 1024
 READ = 4096
 SEND = 1024
+SWITCHED_OFF = "given free by [ESP900]DISABLE"
 RETRY_S, FINISH_S = 1.0, 0.3
 _ENDS = re.compile(rb"\r\n|\r|\n")
 _LOG = logging.getLogger("pokeys-gateway")
@@ -59,20 +60,37 @@ class Port:
 
     def __init__(self, console: Console, path: Path, config: Config) -> None:
         self._console = console
-        self._path, self._baud, self._flow_control = path, config.machine_baud, config.machine_flow_control
+        self.path, self._baud, self._flow_control = path, config.machine_baud, config.machine_flow_control
+        self._enabled = asyncio.Event()
+        self._enabled.set()
         self._serial = library()
         self._task: asyncio.Task[None] | None = None
         self._told = ""
         self._link: _Link | None = None
 
+    @property
+    def enabled(self) -> bool:
+        """Is it used?"""
+        return self._enabled.is_set()
+
+    def enable(self, on: bool) -> None:
+        """Use it, or give it free for another program."""
+        if on:
+            self._enabled.set()
+        else:
+            self._enabled.clear()
+            if self._link:
+                self._link.fail(SWITCHED_OFF)
+
     def open(self) -> None:
         """Begin to look for it."""
-        self._console.router.disconnect(f"{self._path} is not there yet")
+        self._console.commands.port = self
+        self._console.router.disconnect(f"{self.path} is not there yet")
         self._task = asyncio.ensure_future(self._run())
 
     def _try(self) -> Any:
         """Open it; in another thread, as a driver may take seconds. OSError, ValueError, termios.error."""
-        port = self._serial.Serial(str(self._path), self._baud, timeout=0, exclusive=True,
+        port = self._serial.Serial(str(self.path), self._baud, timeout=0, exclusive=True,
                                    rtscts=self._flow_control == "hardware", xonxoff=self._flow_control == "software")
         # pyserial has 0 there, and then reading gives nothing both if nothing has come and if the port has gone
         settings = termios.tcgetattr(port.fd)
@@ -82,13 +100,16 @@ class Port:
 
     async def _run(self) -> None:
         while True:
+            if not self.enabled:
+                self._console.router.why_no_machine = f"{self.path}: {SWITCHED_OFF}"
+                await self._enabled.wait()
             try:
                 await self._connect()
             except (OSError, ValueError, termios.error) as error:
-                self._say(f"{self._path}: {_reason(error)}")
+                self._say(f"{self.path}: {_reason(error)}")
                 self._console.router.why_no_machine = self._told
             except Exception:
-                _LOG.exception("%s", self._path)
+                _LOG.exception("%s", self.path)
             await asyncio.sleep(RETRY_S)
 
     async def _connect(self) -> None:
@@ -96,9 +117,9 @@ class Port:
         port = await aside(self._try)
         self._console.connections += 1
         self._told = ""
-        _LOG.info("%s: connected, %d baud", self._path, self._baud)
+        _LOG.info("%s: connected, %d baud", self.path, self._baud)
         self._console.router.tell_all("[machine connected]")
-        self._link = _Link(self._console, str(self._path), port.fd)
+        self._link = _Link(self._console, str(self.path), port.fd)
         why = ""
         try:
             why = await self._link.serve()
@@ -106,7 +127,7 @@ class Port:
             lost = self._link.forget()
             self._link = None
             if why:
-                self._say(f"{self._path}: {why}")
+                self._say(f"{self.path}: {why}")
             lost += self._console.router.disconnect(self._told)
             self._console.router.tell_all(f"[machine disconnected: {why}; lines not sent: {lost}]")
             # a driver may take its time
@@ -169,7 +190,8 @@ class _Link:
             termios.tcflush(self._fd, termios.TCOFLUSH)
         return lines
 
-    def _fail(self, why: str) -> None:
+    def fail(self, why: str) -> None:
+        """It ends."""
         loop = asyncio.get_running_loop()
         loop.remove_reader(self._fd)
         loop.remove_writer(self._fd)
@@ -188,10 +210,10 @@ class _Link:
         except BlockingIOError:
             return
         except OSError as error:
-            self._fail("unplugged" if error.errno == errno.EIO else os.strerror(error.errno or 0))
+            self.fail("unplugged" if error.errno == errno.EIO else os.strerror(error.errno or 0))
             return
         if not data:
-            self._fail("unplugged")
+            self.fail("unplugged")
             return
         loop = asyncio.get_running_loop()
         self._client.receive(data, loop.time())
@@ -217,7 +239,7 @@ class _Link:
                 asyncio.get_running_loop().add_writer(self._fd, self._go_on)
                 return
             except OSError as error:
-                self._fail(os.strerror(error.errno or 0))
+                self.fail(os.strerror(error.errno or 0))
                 return
 
     def _go_on(self) -> None:

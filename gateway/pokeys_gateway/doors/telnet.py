@@ -295,6 +295,10 @@ class Telnet:
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         writer.transport.set_write_buffer_limits(high=SEND)
         client = self._console.client("telnet", name, LINE_MOST, address)
+        client.here = str(peer.getsockname()[0])
+        task = asyncio.current_task()
+        assert task
+        client.on_close = task.cancel  # type: ignore[assignment]
         try:
             await _Connection(self._console, reader, writer, client).serve()
         finally:
