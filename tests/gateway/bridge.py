@@ -303,7 +303,7 @@ def test_whoever_is_gone_is_not_obeyed():
         # 64 whose lines wait, and who then are gone: there is room for others, and their lines are not sent
         many = [Telnet(house) for _ in range(64)]
         for one in many:
-            one.socket.settimeout(0.2)
+            one.socket.settimeout(0.02)
             with contextlib.suppress(TimeoutError):
                 while True:
                     one.send(1000 * b"G1 X1\n")
@@ -446,9 +446,7 @@ def test_who_has_to_log_in():
         assert one.ask("M105") == "ok T:21.3 /0.0"
         # what the machine says is not for those who may not read
         assert two.ask("[ESP500]pwd=printer!!") == "admin"
-        assert two.ask("[ESP420]") == "FW ver: " + subprocess.run(
-            [House.programs["python"], House.programs["pokeys-gateway"], "--version"], capture_output=True, text=True,
-            check=True, env={**os.environ, **rig.environment()}).stdout.strip().replace(" v", " ")
+        assert two.ask("[ESP420]") == "Configuration:"
         # a user who is removed is none any more, at once
         (house.folder / "users").write_text(users.splitlines()[1] + "\n", encoding="utf-8")
         gateway.child.send_signal(signal.SIGHUP)
@@ -483,4 +481,4 @@ def test_what_is_configured():
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.modules[__name__]))
+    sys.exit(main(sys.modules[__name__], beside=3))
