@@ -24,6 +24,7 @@ from pokeys._ini import Faults
 
 from . import __version__, access, config, model
 from .console.console import Console
+from .doors.esp3d import Esp3d
 from .doors.http import Http, endpoint_of
 from .doors.serial import NoSerial, Port
 from .doors.telnet import Telnet
@@ -220,7 +221,7 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
         again = True
         loop.call_later(ANSWER_S, end.set)
     console.commands.on_restart = restart
-    telnet = Telnet(console)
+    telnet, esp3d = Telnet(console), Esp3d(hub, who, console)
     port = Port(console, settings.machine_port, settings) if settings.machine_port else None
     door = Http(hub, who, console, tls)
     loop.add_signal_handler(signal.SIGHUP, _reload, settings, who, tls)
@@ -228,21 +229,21 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
         await hub.start()
         if port:
             port.open()
-        for address in await telnet.open(settings.telnet_listen):
+        for address in await telnet.open(settings.telnet_listen) + await esp3d.open(settings.esp3d_listen):
             _LOG.info("the console is at %s", address)
         for address in await door.open(sockets):
             _LOG.info("the page is at %s", address)
         if settings.plaintext and not settings.certificate and not all(one.loopback for one in settings.listen):
             _LOG.warning("plaintext = yes: passwords and values can be read on the network")
-        if not all(one.loopback for one in settings.telnet_listen):
-            _LOG.warning("telnet has no encryption: passwords and commands can be read and changed on the network")
+        if not all(one.loopback for one in settings.telnet_listen + settings.esp3d_listen):
+            _LOG.warning("the console has no encryption: passwords and commands can be read and changed on the network")
         _notify("READY=1")
         await end.wait()
         _notify("STOPPING=1")
         _LOG.info("ending")
     finally:
         await door.close()
-        await telnet.close()
+        await asyncio.gather(telnet.close(), esp3d.close())
         if port:
             await port.close()
         console.close()

@@ -244,6 +244,10 @@ class Access:
             return False
         return self.users.get(who.name) == who.user
 
+    def left(self, who: Who | None) -> float:
+        """How long a session goes on without requests, in seconds; whoever has none needs none."""
+        return self._sessions[who.session][1] - self._clock() if who and who.session in self._sessions else SESSION_S
+
     async def log_in(self, name: str, password: str, address: str) -> tuple[str, Who]:
         """A session's token. :class:`Denied`, :class:`TooMany`."""
         who = await self.check(name, password, address)

@@ -69,6 +69,8 @@ class Config:
     telnet_listen: tuple[Endpoint, ...] = ()
     telnet_plaintext: bool = False
     esp3d_listen: tuple[Endpoint, ...] = ()
+    esp3d_folder: Path | None = None
+    esp3d_plaintext: bool = False
     console_level: str | None = None        # None: as for HTTP
 
 
@@ -178,9 +180,12 @@ KEYS = (
     Key("machine", "firmware", one_of(*FIRMWARES)),
     Key("telnet", "listen", endpoints),
     Key("telnet", "plaintext", yes_or_no),
+    Key("esp3d", "listen", endpoints),
+    Key("esp3d", "folder", path),
+    Key("esp3d", "plaintext", yes_or_no),
     Key("console", "level", one_of(*LEVELS)),
 )
-OWN = "machine", "telnet", "console"       # sections whose name begins the names of their attributes
+OWN = "machine", "telnet", "esp3d", "console"       # sections whose name begins the names of their attributes
 
 
 def _attribute(section: str, key: str) -> str:
@@ -242,11 +247,15 @@ def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, 
     if far and not (config.certificate or config.behind_proxy or config.plaintext):
         yield "listen", (f"{far[0]} is reached from other computers, and passwords would be sent as plain text; "
                          "set certificate and key, behind-proxy, or plaintext = yes")
-    far = [str(one) for one in config.telnet_listen if not one.loopback]
-    if far and not (users and config.telnet_plaintext):
-        yield "telnet_listen", (f"{far[0]} is reached from other computers, and telnet has no encryption; use a tunnel "
-                                "to a loopback address (ssh -L), or set plaintext = yes and make a user with "
-                                "pokeys-gateway --set-user NAME")
+    for section in "telnet", "esp3d":
+        listen: tuple[Endpoint, ...] = getattr(config, f"{section}_listen")
+        far = [str(one) for one in listen if not one.loopback]
+        if far and not (users and getattr(config, f"{section}_plaintext")):
+            yield f"{section}_listen", (
+                f"{far[0]} is reached from other computers, and {section} has no encryption; use a tunnel to a "
+                "loopback address (ssh -L), or set plaintext = yes and make a user with pokeys-gateway --set-user NAME")
+        if section == "esp3d" and any(one.port == 65535 for one in listen):
+            yield f"{section}_listen", "the port behind it is needed for web sockets"
 
 
 def tls(config: Config) -> ssl.SSLContext | None:

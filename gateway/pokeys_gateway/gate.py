@@ -120,7 +120,7 @@ class _Connection(asyncio.Protocol):
         if not self._inner and not self._shaking:
             return
         now = self._gate.clock()
-        self._credit = min(BURST, self._credit + (now - self._at) * RATE) - len(data)
+        self._credit = min(BURST, self._credit + (now - self._at) * self._gate.rate) - len(data)
         self._at = now
         self._rest += data
         if not self._inner:
@@ -141,7 +141,7 @@ class _Connection(asyncio.Protocol):
             self._rest.clear()
             cut(self.transport)
             return
-        wait = 0 if self._rest else BUSY_S if self._busy() else max(0.0, -self._credit / RATE)
+        wait = 0 if self._rest else BUSY_S if self._busy() else max(0.0, -self._credit / self._gate.rate)
         if self._rest or wait:
             self.transport.pause_reading()
             self._pause = asyncio.get_running_loop().call_later(wait, self._read_on)
@@ -187,8 +187,11 @@ class _Connection(asyncio.Protocol):
 class Gate:
     """All connections of the HTTP door. Belongs to the event loop's thread."""
 
-    def __init__(self, proxies: tuple[str, ...] = (), clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, proxies: tuple[str, ...] = (), clock: Callable[[], float] = time.monotonic,
+                 rate: int = RATE) -> None:
+        """`rate`: bytes a second that are read of a connection."""
         self.clock = clock
+        self.rate = rate
         self._proxies = frozenset(map(host_of, proxies))
         self.make: Callable[[], Any] = asyncio.Protocol     # aiohttp's protocol, when the door is open
         self.refused = 0

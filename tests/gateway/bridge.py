@@ -23,7 +23,7 @@ with warnings.catch_warnings():
 import rig
 from house import PATIENCE, House, free_address, main, wait_for
 
-PORT = 2323
+PORT, PAGES = 2323, 8581
 NO_END = "error: not sent: the last line has no end"
 
 
@@ -134,7 +134,9 @@ def bridge(*, level="user", users=None):
     with House() as house:
         house.runtime.mkdir()
         house.console, house.port = free_address(), house.folder / "by-id-printer"
-        conf = f"[machine]\nport = {house.port}\n[telnet]\nlisten = {house.console}:{PORT}\n"
+        (folder := house.folder / "files").mkdir()
+        conf = f"[machine]\nport = {house.port}\n[telnet]\nlisten = {house.console}:{PORT}\n" \
+            f"[esp3d]\nlisten = {house.console}:{PAGES}\nfolder = {folder}\n"
         if level:
             conf += f"[console]\nlevel = {level}\n"
         if users:

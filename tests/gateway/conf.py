@@ -27,6 +27,9 @@ flow-control = hardware
 firmware = grbl
 [telnet]
 listen = 127.0.0.1:2323
+[esp3d]
+listen = 127.0.0.1:8081
+folder = /srv/pages
 [console]
 level = admin
 """
@@ -60,6 +63,9 @@ BAD = (
     ("[machine]\nfirmware = klipper\n", 2, '"klipper" is not allowed; allowed: marlin, grbl, grblhal, smoothieware'),
     ("[machine]\nflow-control = yes\n", 2, "allowed: none, hardware, software"),
     ("[telnet]\nport = 23\n", 2, "[telnet] port: there is no such key; there are listen, plaintext"),
+    ("[esp3d]\nfolder = pages\n", 2, '[esp3d] folder: "pages" is not allowed; allowed: a path from /'),
+    ("[esp3d]\nlisten = 127.0.0.1:65535\n", 2, "[esp3d] listen: the port behind it is needed for web sockets"),
+    ("[esp3d]\nlisten = 192.168.1.5:8081\n", 2, "esp3d has no encryption"),
     ("[console]\nlevel = root\n", 2, '[console] level: "root" is not allowed; allowed: guest, user, admin'),
     ("[http]\nlisten =\n", 2, '[http] listen: "" is not allowed'),
     ("[http]\nhost-names = a b\n", 2, '[http] host-names: "a b" is not allowed; allowed: names of this computer'),

@@ -17,6 +17,7 @@ from typing import Any, Protocol
 
 from ..access import LEVELS, Access, Denied, TooMany
 from ..config import Endpoint
+from ..folder import Folder
 from ..hub import Hub
 from ..model import Model
 from .client import Client
@@ -81,14 +82,14 @@ class Listing:
     """Data of several rows, or of several values, for an answer."""
 
     title: str                                  # of the text; "" = none
-    data: list[dict[str, Any]] | dict[str, str]
+    data: list[dict[str, Any]] | dict[str, Any]
     line: Callable[[dict[str, Any]], str] = _pair       # the text of a row
-    end: str = ""                               # of the text
+    text: str = ""                              # instead of all that
 
     def __str__(self) -> str:
-        rows = [f"{name}: {value}" for name, value in self.data.items()] if isinstance(self.data, dict) else \
-            map(self.line, self.data)
-        return "\n".join(filter(None, (self.title, *rows, self.end)))
+        rows = [f"{name}: {value}" for name, value in self.data.items()] \
+            if isinstance(self.data, dict) else map(self.line, self.data)
+        return self.text or "\n".join(filter(None, (self.title, *rows)))
 
 
 def answer(number: int, as_json: bool, good: bool, data: Any) -> str:
@@ -124,6 +125,7 @@ class Commands:
         self.access = access
         self.table = table
         self.config = hub.config
+        self._folder = Folder(hub.config.esp3d_folder) if hub.config.esp3d_folder else None
         self._hub = hub
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -184,6 +186,12 @@ class Commands:
     def model(self) -> Model:
         """The names."""
         return self._hub.model
+
+    def folder(self) -> Folder:
+        """Of files. :class:`Refused`."""
+        if not self._folder:
+            raise Refused("no folder is configured; see [esp3d] in pokeys-gateway.conf(5)")
+        return self._folder
 
     def device(self, name: str | None) -> tuple[str, Any]:
         """A device's name and state; the only one, if none is named. :class:`Refused`."""

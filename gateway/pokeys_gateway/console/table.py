@@ -14,7 +14,9 @@ from typing import Any
 
 from .. import __version__, config
 from ..access import SESSION_S
+from ..aside import aside
 from ..board import terminals
+from ..folder import NotPermitted
 from .client import Client
 from .commands import Command, Commands, Listing, Refused, Words
 from .urgent import FIRMWARES
@@ -148,7 +150,7 @@ def _set(_commands: Commands, _client: Client, words: Words) -> str:
 def _networks(_commands: Commands, _client: Client, words: Words) -> Listing:
     """This computer's networks are not the gateway's business."""
     _nothing(410, words)
-    return Listing("Start Scan", [], end="End Scan")
+    return Listing("", [], text="Start Scan\nEnd Scan")
 
 
 def _queue(client: Client) -> str:
@@ -202,6 +204,36 @@ def _password(user: str) -> Callable[[Commands, Client, Words], str]:
     return run
 
 
+async def _files(commands: Commands, _client: Client, words: Words) -> Listing:
+    path = words.plain[0] if words.plain else "/"
+    try:
+        found = await aside(commands.folder().listing, path)
+    except OSError as error:
+        raise Refused(f"{path[:64]}: {error.strerror}") from None
+
+    rows = (f"[DIR] \t{one['name']}" if one["size"] == "-1" else f"     \t{one['name']} \t{one['size']} \t{one['time']}"
+            for one in found["files"])
+    return Listing("", found, text="\n".join((
+        f"Directory on Flash : {found['path']}", *rows, f"Used {found['used']} of {found['total']}")))
+
+
+async def _file(commands: Commands, client: Client, words: Words) -> str:
+    """rmdir, remove, mkdir, create, exists."""
+    if len(words.named) != 1 or not words.named.keys() <= FILE_ACTIONS.keys():
+        raise Refused(f"[ESP730] takes one of {', '.join(f'{name}=PATH' for name in FILE_ACTIONS)}")
+    (name, path), = words.named.items()
+    folder = commands.folder()
+    if name == "exists":
+        return "yes" if await aside(folder.exists, path) else "no"
+    try:
+        await aside(folder.act, FILE_ACTIONS[name], "/", path, client.level(commands.access))
+    except NotPermitted as error:
+        raise Refused(str(error)) from None
+    except OSError as error:
+        raise Refused(f"{path[:64]}: {error.strerror}") from None
+    return "ok"
+
+
 def _abilities(commands: Commands, client: Client, _words: Words) -> Listing:
     """What a page can expect; time, tz, version and setup are taken and not needed."""
     settings = commands.config
@@ -212,7 +244,8 @@ def _abilities(commands: Commands, client: Client, _words: Words) -> Listing:
         "SerialProtocol": "Raw", "Authentication": "Enabled" if commands.access.users else "Disabled",
         "WebCommunication": "Synchronous", "WebSocketIP": client.here,
         "WebSocketPort": str(pages[0].port + 1) if pages else "0", "Hostname": socket.gethostname(),
-        "WiFiMode": "STA", "WebUpdate": "Disabled", "FlashFileSystem": "none", "HostPath": "/", "Time": "Auto"})
+        "WiFiMode": "STA", "WebUpdate": "Disabled", "FlashFileSystem": "LittleFS" if settings.esp3d_folder else "none",
+        "HostPath": "/", "Time": "Auto", "Screen": "none"})
 
 
 def _serial(commands: Commands, client: Client, words: Words) -> str:
@@ -239,6 +272,9 @@ SETTINGS = {"130": "with hostnamectl", "328": _in_file("listen in [esp3d]"), "12
             "648": _in_file("firmware in [machine]"), "112": _in_file("baud in [machine]"),
             "1040": "by the gateway, and cannot be changed"}
 
+# ESP3D's words for actions, and those of its /files
+FILE_ACTIONS = {"rmdir": "deletedir", "remove": "delete", "mkdir": "createdir", "create": "create", "exists": ""}
+
 TABLE = {
     0: Command("", "[NUMBER]", "list the commands, or explain one", _help),
     111: Command("guest", "[ALL]", "show the address at which this client reaches the gateway", _address),
@@ -261,6 +297,9 @@ TABLE = {
     510: Command("guest", "", "show after how many minutes without requests a page has to log in again", _session),
     550: Command("admin", "", "say how the password of user admin is changed", _password("admin")),
     555: Command("admin", "", "say how the password of user user is changed", _password("user")),
+    **{number: Command("guest", "[PATH]", "list the files of a folder", _files) for number in (720, 740, 780)},
+    **{number: Command("user", "ACTION=PATH", "rmdir, remove, mkdir or create a file or folder; exists?", _file)
+       for number in (730, 750, 790)},
     800: Command("guest", "", "show what a page can expect", _abilities),
     900: Command("guest", "[ENABLE|DISABLE]",
                  "show whether the machine's port is used; DISABLE leaves it to another program", _serial),

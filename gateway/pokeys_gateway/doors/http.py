@@ -66,25 +66,26 @@ def host_is_ours(hosts: list[str], config: Config, here: str = "") -> bool:
         return name == "localhost" or name in config.host_names
 
 
-def _is_ours(origin: str, host: str, config: Config, secure: bool) -> bool:
+def _is_ours(origin: str, host: str, config: Config, secure: bool, ports: tuple[int, ...]) -> bool:
     """One origin; ValueError if it is not a URL."""
     parts, asked = urlsplit(origin), urlsplit(f"//{host}")
     usual = DEFAULT_PORTS.get(parts.scheme)
     if not parts.hostname or not usual or (secure and parts.scheme != "https"):
         return False
     # a browser leaves out the usual port in both headers
-    same = (parts.hostname, parts.port or usual) == (asked.hostname, asked.port or usual)
+    same = parts.hostname == asked.hostname and (asked.port or usual) - (parts.port or usual) in ports
     return same or (bool(config.behind_proxy) and parts.hostname in config.host_names)
 
 
-def origin_is_ours(origins: list[str], host: str, config: Config, secure: bool) -> bool:
+def origin_is_ours(origins: list[str], host: str, config: Config, secure: bool, ports: tuple[int, ...] = (0,)) -> bool:
     """Did a page of ours send this request? A browser names the page's origin.
 
     WebSockets are open to the pages of all sites unless the server looks. Ours is the page of the same
-    host and port; behind a proxy, which may ask under another name, that of one of our names.
+    host and port (or of one that is as far from it as `ports` say); behind a proxy, which may ask under
+    another name, that of one of our names.
     """
     try:
-        return all(_is_ours(origin, host, config, secure) for origin in origins)
+        return all(_is_ours(origin, host, config, secure, ports) for origin in origins)
     except ValueError:
         return False
 
@@ -97,21 +98,22 @@ def endpoint_of(inherited: socket.socket) -> Endpoint:
     return Endpoint(host, port)
 
 
-def _here(request: web.Request) -> str:
+def arrived_at(request: web.Request) -> str:
     """The address of this computer at which a request has arrived, without an interface."""
     name = request.transport.get_extra_info("sockname") if request.transport else None
     return plain(str(name[0])) if name else ""
 
 
-def guard(config: Config, gate: Gate, session: Session) -> Any:
+def guard(config: Config, gate: Gate, session: Session, headers: dict[str, str], ports: tuple[int, ...] = (0,)) -> Any:
     """Judge requests before they are looked at, and put the security headers on every answer."""
     async def judged(request: web.Request, handler: Handler) -> web.StreamResponse:
         # not request.host, which asks the name server if there is none
-        here = _here(request)
+        here = arrived_at(request)
         if not host_is_ours(request.headers.getall("Host", []), config, here):
             return complaint(
                 HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
-        if not origin_is_ours(request.headers.getall("Origin", []), request.headers["Host"], config, request.secure):
+        if not origin_is_ours(request.headers.getall("Origin", []), request.headers["Host"], config, request.secure,
+                              ports):
             return complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
         # browsers say so where they can; links to the page are good
         if request.headers.get("Sec-Fetch-Site") == "cross-site" and request.headers.get(
@@ -140,7 +142,7 @@ def guard(config: Config, gate: Gate, session: Session) -> Any:
         with gate.request(request.transport):
             answer = await judged(request, handler)
         if not answer.prepared:
-            answer.headers.update(SECURITY)
+            answer.headers.update(headers)
         return answer
     return judge
 
@@ -216,7 +218,7 @@ class Http:
 
     def application(self) -> web.Application:
         """What is served."""
-        app = web.Application(middlewares=[guard(self._hub.config, self._gate, self._session)],
+        app = web.Application(middlewares=[guard(self._hub.config, self._gate, self._session, SECURITY)],
                               client_max_size=BODY_MOST)
         for path in PAGE:
             app.router.add_get(f"/{path}", self._static)

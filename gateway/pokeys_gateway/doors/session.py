@@ -25,9 +25,11 @@ OPEN = frozenset(("/", "/page.js", "/page.css", "/licenses.txt", "/healthz", "/a
 class Session:
     """Who a request is from, and the paths for that. Belongs to the event loop's thread."""
 
-    def __init__(self, config: Config, access: Access) -> None:
+    def __init__(self, config: Config, access: Access, *, judges: bool = True) -> None:
+        """Without `judges`, a request from nobody is the door's business."""
         self._config = config
         self._access = access
+        self._judges = judges
         self._proxies = frozenset(map(host_of, config.behind_proxy))
 
     def _behind(self, request: web.Request) -> bool:
@@ -60,7 +62,7 @@ class Session:
             return self._access.redeem(ticket)
         # a password costs time, and attempts: only where it is asked for
         if (header := request.headers.get("Authorization")) and self._access.users and (
-                request.path not in OPEN or request.path == "/api/session"):
+                not self._judges or request.path not in OPEN or request.path == "/api/session"):
             return await self._access.basic(header, self.address(request))
         return self._access.anybody
 
@@ -74,7 +76,7 @@ class Session:
         except Denied:
             found, why = None, WRONG
         request[WHO] = found
-        return None if found or request.path in OPEN else self._refuse(request, why)
+        return None if found or not self._judges or request.path in OPEN else self._refuse(request, why)
 
     @staticmethod
     def _wait(error: TooMany) -> web.Response:
@@ -119,14 +121,22 @@ class Session:
         except Denied:
             return complaint(HTTPStatus.UNAUTHORIZED, WRONG)
         answer = self._state(request, who)
-        answer.set_cookie(COOKIE, token, httponly=True, samesite="Strict", secure=self._secure(request))
+        self.remember(request, answer, token)
         return answer
+
+    def remember(self, request: web.Request, answer: web.Response, token: str) -> None:
+        """Whoever gets this answer is logged in."""
+        answer.set_cookie(COOKIE, token, httponly=True, samesite="Strict", secure=self._secure(request))
+
+    def forget(self, request: web.Request, answer: web.Response) -> None:
+        """Whoever gets this answer is not logged in any more."""
+        self._access.log_out(self._cookie(request))
+        answer.del_cookie(COOKIE)
 
     async def log_out(self, request: web.Request) -> web.Response:
         """POST /api/log-out"""
-        self._access.log_out(self._cookie(request))
         answer = self._state(request, self._access.anybody)
-        answer.del_cookie(COOKIE)
+        self.forget(request, answer)
         return answer
 
     async def ticket(self, request: web.Request) -> web.Response:

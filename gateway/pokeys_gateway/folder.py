@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A folder of files for clients: list, take, give, remove. No path leaves it, and it has its limits.
+
+All of this may wait for a disk: it is called in threads, see :mod:`.aside`.
+"""
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+from .access import LEVELS
+
+FILE_MOST = 512 << 20       # bytes
+FREE_LEAST = 64 << 20       # bytes of the file system that are left to others
+LISTED_MOST = 4096
+NAME_MOST = 255             # bytes
+# what a browser runs: others would run it with the rights of whoever opens the page
+PAGES = ("index.html", "index.html.gz", "favicon.ico")
+_UPLOAD = ".upload-"
+
+
+class NotPermitted(Exception):
+    """It may not do this."""
+
+
+class TooLarge(Exception):
+    """There is no room for it."""
+
+
+def _size(number: int) -> str:
+    """As ESP3D writes it: two digits behind the point."""
+    size, unit = float(number), "B"
+    for unit in "B", "KB", "MB", "GB":
+        if size < 1024 or unit == "GB":
+            break
+        size /= 1024
+    return f"{number} B" if unit == "B" else f"{size:.2f} {unit}"
+
+
+class Upload:
+    """A file that is being taken. It appears when it is complete."""
+
+    def __init__(self, path: Path, size: int | None) -> None:
+        self._path, self._wanted = path, size
+        self._size = 0
+        # a client may be gone while a thread writes
+        self._lock = threading.Lock()
+        self._temporary = path.with_name(f"{_UPLOAD}{secrets.token_hex(6)}")
+        self._file: int | None = os.open(self._temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_CLOEXEC, 0o640)
+
+    def write(self, data: bytes) -> None:
+        """More of it. OSError, :class:`TooLarge`."""
+        with self._lock:
+            if self._file is None:
+                return
+            self._size += len(data)
+            if self._size > FILE_MOST:
+                raise TooLarge(f"a file has at most {_size(FILE_MOST)}")
+            left = os.fstatvfs(self._file)
+            if left.f_bavail * left.f_frsize < FREE_LEAST + len(data):
+                raise TooLarge("the disk is full")
+            while data:
+                data = data[os.write(self._file, data):]
+
+    def finish(self) -> None:
+        """It is complete. OSError."""
+        with self._lock:
+            if self._file is None:
+                return
+            if self._wanted is not None and self._size != self._wanted:
+                raise OSError(errno.EIO, f"{self._size} of {self._wanted} bytes have come; nothing is kept")
+            os.fsync(self._file)
+            self._temporary.replace(self._path)
+
+    def close(self) -> None:
+        """Whether it is complete or not."""
+        with self._lock:
+            if self._file is not None:
+                os.close(self._file)
+                self._file = None
+            with contextlib.suppress(OSError):
+                self._temporary.unlink()
+
+
+class Folder:
+    """The folder. Names of paths begin with / or not, and mean the same."""
+
+    def __init__(self, top: Path) -> None:
+        self._top = top
+
+    def _path(self, *names: str) -> Path:
+        """Within the folder. OSError."""
+        top = self._top.resolve(strict=True)
+        if any("\0" in name or len(os.fsencode(name)) > os.pathconf(top, "PC_PATH_MAX") for name in names):
+            raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
+        path = top
+        for name in names:
+            path /= name.lstrip("/")
+        path = path.resolve()
+        if not path.is_relative_to(top) or path.name.startswith(_UPLOAD):
+            raise OSError(errno.ENOENT, os.strerror(errno.ENOENT))
+        return path
+
+    def open(self, name: str) -> tuple[int, int, bool]:
+        """A file descriptor of a file, or of one with .gz, its size, and whether it is the latter. OSError."""
+        path, packed = self._path(name), False
+        if not path.is_file():
+            path, packed = self._path(f"{name}.gz"), True
+        # a pipe would wait for ever
+        file = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOFOLLOW)
+        status = os.fstat(file)
+        if not path.is_file():
+            os.close(file)
+            raise OSError(errno.ENOENT, os.strerror(errno.ENOENT))
+        return file, status.st_size, packed
+
+    def listing(self, name: str) -> dict[str, Any]:
+        """What is in a folder, as ESP3D's /files says it. OSError."""
+        path = self._path(name)
+        files: list[dict[str, str]] = []
+        with os.scandir(path) as entries:
+            for entry in entries:
+                if entry.name.startswith(_UPLOAD) or len(files) >= LISTED_MOST:
+                    continue
+                with contextlib.suppress(OSError):
+                    status = entry.stat(follow_symlinks=False)
+                    at = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(status.st_mtime))
+                    files.append({"name": entry.name, "size": "-1" if entry.is_dir() else _size(status.st_size),
+                                  "time": "" if entry.is_dir() else at})
+        disk = os.statvfs(path)
+        total, free = disk.f_blocks * disk.f_frsize, disk.f_bavail * disk.f_frsize
+        inside = path.relative_to(self._top.resolve())
+        return {"files": sorted(files, key=lambda one: (one["size"] != "-1", one["name"])),
+                "path": "/" if inside == Path() else f"/{inside}",
+                "occupation": str(round(100 * (1 - free / max(1, total)))),
+                "total": _size(total), "used": _size(total - free)}
+
+    def act(self, action: str, folder: str, name: str, level: str) -> str:
+        """ESP3D's actions: delete, deletedir, createdir, create; what is said of it. OSError, :class:`NotPermitted`."""
+        if not name.strip("/"):
+            raise OSError(errno.EINVAL, "filename is missing")
+        path = self._path(folder, name)
+        self._permit(path, level)
+        if action == "delete":
+            if path.is_dir():
+                raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
+            path.unlink()
+            return f"{path.name} deleted"
+        if action == "deletedir":
+            path.rmdir()
+            return f"{path.name} deleted"
+        if action == "createdir":
+            path.mkdir()
+            return f"{path.name} created"
+        if action == "create":
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_CLOEXEC, 0o640))
+            return f"{path.name} created"
+        raise OSError(errno.EINVAL, "action is one of delete, deletedir, createdir, create")
+
+    def exists(self, name: str) -> bool:
+        """Is there a file or a folder of this name?"""
+        try:
+            return self._path(name).exists()
+        except OSError:
+            return False
+
+    def begin(self, folder: str, name: str, level: str, size: int | None, create: bool) -> Upload:
+        """A new file; `size` is what is announced. OSError, :class:`NotPermitted`, :class:`TooLarge`."""
+        if size is not None and size > FILE_MOST:
+            raise TooLarge(f"a file has at most {_size(FILE_MOST)}")
+        # a page sends the whole path as the name, curl only a name
+        path = self._path(name) if "/" in name else self._path(folder, name)
+        if path == self._top.resolve() or len(os.fsencode(path.name)) > NAME_MOST - len(_UPLOAD):
+            raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
+        self._permit(path, level)
+        if create:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
+        return Upload(path, size)
+
+    def _permit(self, path: Path, level: str) -> None:
+        """:class:`NotPermitted`."""
+        need = LEVELS[2] if path.name.lower() in PAGES else LEVELS[1]
+        if LEVELS.index(level) < LEVELS.index(need):
+            raise NotPermitted(f"this needs level {need}")
