@@ -26,6 +26,7 @@ from . import __version__, access, config, model
 from .console.console import Console
 from .doors.esp3d import Esp3d
 from .doors.http import Http, endpoint_of
+from .doors.pty import Pty
 from .doors.serial import NoSerial, Port
 from .doors.telnet import Telnet
 from .hub import Hub
@@ -221,7 +222,7 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
         again = True
         loop.call_later(ANSWER_S, end.set)
     console.commands.on_restart = restart
-    telnet, esp3d = Telnet(console), Esp3d(hub, who, console)
+    telnet, esp3d, pty = Telnet(console), Esp3d(hub, who, console), Pty(console)
     port = Port(console, settings.machine_port, settings) if settings.machine_port else None
     door = Http(hub, who, console, tls)
     loop.add_signal_handler(signal.SIGHUP, _reload, settings, who, tls)
@@ -229,6 +230,8 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
         await hub.start()
         if port:
             port.open()
+        if settings.pty_path:
+            _LOG.info("the console is at %s", pty.open(settings.pty_path, settings.pty_group))
         for address in await telnet.open(settings.telnet_listen) + await esp3d.open(settings.esp3d_listen):
             _LOG.info("the console is at %s", address)
         for address in await door.open(sockets):
@@ -243,7 +246,7 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
         _LOG.info("ending")
     finally:
         await door.close()
-        await asyncio.gather(telnet.close(), esp3d.close())
+        await asyncio.gather(telnet.close(), esp3d.close(), pty.close())
         if port:
             await port.close()
         console.close()

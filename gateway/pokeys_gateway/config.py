@@ -2,6 +2,7 @@
 """pokeys-gateway.conf(5): one table of keys."""
 from __future__ import annotations
 
+import grp
 import ipaddress
 import os
 import re
@@ -68,6 +69,8 @@ class Config:
     machine_firmware: str = "marlin"
     telnet_listen: tuple[Endpoint, ...] = ()
     telnet_plaintext: bool = False
+    pty_path: Path | None = None
+    pty_group: str | None = None
     esp3d_listen: tuple[Endpoint, ...] = ()
     esp3d_folder: Path | None = None
     esp3d_plaintext: bool = False
@@ -151,6 +154,14 @@ def baud(text: str) -> int:
     return int(text)
 
 
+def group(text: str) -> str:
+    """A group of this computer. ValueError says what is allowed."""
+    try:
+        return grp.getgrnam(text).gr_name
+    except KeyError:
+        raise ValueError("the name of a group that is there") from None
+
+
 def one_of(*words: str) -> Callable[[str], str]:
     """A word of these, for a :class:`Key`."""
     def convert(text: str) -> str:
@@ -180,12 +191,14 @@ KEYS = (
     Key("machine", "firmware", one_of(*FIRMWARES)),
     Key("telnet", "listen", endpoints),
     Key("telnet", "plaintext", yes_or_no),
+    Key("pty", "path", path),
+    Key("pty", "group", group),
     Key("esp3d", "listen", endpoints),
     Key("esp3d", "folder", path),
     Key("esp3d", "plaintext", yes_or_no),
     Key("console", "level", one_of(*LEVELS)),
 )
-OWN = "machine", "telnet", "esp3d", "console"       # sections whose name begins the names of their attributes
+OWN = "machine", "telnet", "pty", "esp3d", "console"       # sections whose name begins the names of their attributes
 
 
 def _attribute(section: str, key: str) -> str:

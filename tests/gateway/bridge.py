@@ -136,7 +136,7 @@ def bridge(*, level="user", users=None):
         house.console, house.port = free_address(), house.folder / "by-id-printer"
         (folder := house.folder / "files").mkdir()
         conf = f"[machine]\nport = {house.port}\n[telnet]\nlisten = {house.console}:{PORT}\n" \
-            f"[esp3d]\nlisten = {house.console}:{PAGES}\nfolder = {folder}\n"
+            f"[pty]\npath = {house.folder / 'pty'}\n[esp3d]\nlisten = {house.console}:{PAGES}\nfolder = {folder}\n"
         if level:
             conf += f"[console]\nlevel = {level}\n"
         if users:
@@ -341,6 +341,49 @@ def test_the_port_is_left_to_others_and_the_gateway_begins_again():
         assert one.ask("[ESP444]RESTART") == "Now restarting..."
         # its sockets are ours
         assert gateway.child.wait(PATIENCE) == 75
+
+
+def test_a_program_that_wants_a_serial_port():
+    import serial
+    with bridge(level=None) as (house, gateway, printer):
+        path, other = house.folder / "pty", Telnet(house)
+        assert other.ask("[ESP500]") == "guest" and console(gateway, "clients") == 1
+
+        class Port:
+            """What prints() needs, over pyserial."""
+            def __init__(self):
+                self.port = serial.Serial(str(path), 115200, timeout=PATIENCE)
+                self.send = self.port.write
+
+            def line(self):
+                line = self.port.readline()
+                assert line.endswith(b"\n"), line
+                return line[:-1].decode()
+        one = Port()
+        prints(one, 300)
+        assert printer.done == list(range(1, 301)) and not printer.faults
+        one.send(b"[ESP500]\n")
+        assert one.line() == "user" and [other.line() for _ in range(300)] == 300 * ["ok"]
+        one.send(b"M106\nM107\n")
+        one.port.close()
+        gateway.wait("it is gone", lambda: console(gateway, "clients") == 1)
+        assert [other.line(), other.line()] == ["ok", "ok"]
+        # who opens it next does not get what was for another one
+        printer.say(b"nobody is there\n")
+        assert other.line() == "nobody is there"
+        one = Port()
+        gateway.wait("it is there", lambda: console(gateway, "clients") == 2)
+        one.send(b"M105\n")
+        assert one.line() == "ok T:21.3 /0.0"
+        # and a program that does not read costs nobody anything
+        printer.say(b"".join(b"line %d of many\n" % number for number in range(20_000)))
+        while other.line() != "line 19999 of many":
+            pass
+        one.port.close()
+        gateway.wait("it is gone", lambda: console(gateway, "clients") == 1)
+        gateway.child.send_signal(signal.SIGTERM)
+        gateway.child.wait(PATIENCE)
+        assert not path.is_symlink()
 
 
 def test_a_stop():

@@ -27,6 +27,9 @@ flow-control = hardware
 firmware = grbl
 [telnet]
 listen = 127.0.0.1:2323
+[pty]
+path = /run/pokeys-gateway/printer
+group = root
 [esp3d]
 listen = 127.0.0.1:8081
 folder = /srv/pages
@@ -63,6 +66,7 @@ BAD = (
     ("[machine]\nfirmware = klipper\n", 2, '"klipper" is not allowed; allowed: marlin, grbl, grblhal, smoothieware'),
     ("[machine]\nflow-control = yes\n", 2, "allowed: none, hardware, software"),
     ("[telnet]\nport = 23\n", 2, "[telnet] port: there is no such key; there are listen, plaintext"),
+    ("[pty]\ngroup = nosuchgroup\n", 2, '"nosuchgroup" is not allowed; allowed: the name of a group that is there'),
     ("[esp3d]\nfolder = pages\n", 2, '[esp3d] folder: "pages" is not allowed; allowed: a path from /'),
     ("[esp3d]\nlisten = 127.0.0.1:65535\n", 2, "[esp3d] listen: the port behind it is needed for web sockets"),
     ("[esp3d]\nlisten = 192.168.1.5:8081\n", 2, "esp3d has no encryption"),

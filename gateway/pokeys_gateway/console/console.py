@@ -36,13 +36,15 @@ class Console:
         self._next: asyncio.Handle | None = None
         self._ended = False
 
-    def client(self, kind: str, name: str, most: int, address: str) -> Client:
-        """A new client, which hears the machine from now on; `address` is the other end's."""
+    def client(self, kind: str, name: str, most: int, address: str, at_least: str = "") -> Client:
+        """A new client, which hears the machine from now on.
+
+        `address` is the other end's, `at_least` a level that it has anyway.
+        """
         near = is_loopback(address)
         def level() -> str:
-            if self._level and near:
-                return self._level
-            return "" if self._access.required else LEVELS[0]
+            here = self._level if self._level and near else "" if self._access.required else LEVELS[0]
+            return max(here, at_least, key=("", *LEVELS).index)
         client = Client(self.ledger, kind, name, most=most, level=level,
                         address=address if near else host_of(address))
         self.router.join(client)

@@ -8,27 +8,20 @@ it when it comes back: it may have been switched on a moment ago.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import errno
-import fcntl
 import logging
 import os
-import re
 import termios
 from pathlib import Path
 from typing import Any
 
 from ..aside import aside
 from ..config import Config
-from ..console.client import Client
 from ..console.console import Console
+from .link import LINE_MOST, Link
 
-LINE_MOST = 1024
-READ = 4096
-SEND = 1024
 SWITCHED_OFF = "given free by [ESP900]DISABLE"
-RETRY_S, FINISH_S = 1.0, 0.3
-_ENDS = re.compile(rb"\r\n|\r|\n")
+RETRY_S = 1.0
 _LOG = logging.getLogger("pokeys-gateway")
 
 
@@ -66,7 +59,7 @@ class Port:
         self._serial = library()
         self._task: asyncio.Task[None] | None = None
         self._told = ""
-        self._link: _Link | None = None
+        self._link: Link | None = None
 
     @property
     def enabled(self) -> bool:
@@ -119,7 +112,9 @@ class Port:
         self._told = ""
         _LOG.info("%s: connected, %d baud", self.path, self._baud)
         self._console.router.tell_all("[machine connected]")
-        self._link = _Link(self._console, str(self.path), port.fd)
+        machine = self._console.machine(str(self.path), LINE_MOST)
+        self._link = Link(machine, port.fd)
+        machine.on_stop = self._link.forget
         why = ""
         try:
             why = await self._link.serve()
@@ -147,102 +142,3 @@ class Port:
         if self._task:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
-
-
-class _Link:
-    """A port that is open."""
-
-    def __init__(self, console: Console, name: str, fd: int) -> None:
-        self._fd = fd
-        self._rest = b""
-        self._over: asyncio.Future[str] = asyncio.get_running_loop().create_future()
-        self._reads = self._writes = False
-        self._client: Client = console.machine(name, LINE_MOST)
-        self._client.on_room = self._listen
-        self._client.outbox.on_put = self._send
-        self._client.on_stop = self.forget
-
-    async def serve(self) -> str:
-        """Until it ends; why it did."""
-        loop = asyncio.get_running_loop()
-        self._listen()
-        self._send()
-        try:
-            return await self._over
-        finally:
-            loop.remove_reader(self._fd)
-            loop.remove_writer(self._fd)
-
-    async def finish(self) -> None:
-        """Until what was taken to be sent is sent, for a moment."""
-        loop = asyncio.get_running_loop()
-        end = loop.time() + FINISH_S
-        with contextlib.suppress(OSError):
-            while loop.time() < end and (self._rest or any(fcntl.ioctl(self._fd, termios.TIOCOUTQ, bytes(4)))):
-                await asyncio.sleep(0.01)
-
-    def forget(self) -> int:
-        """Send nothing of what is under way; how many lines that were, without those that the driver has."""
-        lines = len(_ENDS.findall(self._rest))
-        self._rest = b""
-        # otherwise it would be sent, and closing the port would wait for it; the port may be gone
-        with contextlib.suppress(OSError, termios.error):
-            termios.tcflush(self._fd, termios.TCOFLUSH)
-        return lines
-
-    def fail(self, why: str) -> None:
-        """It ends."""
-        loop = asyncio.get_running_loop()
-        loop.remove_reader(self._fd)
-        loop.remove_writer(self._fd)
-        if not self._over.done():
-            self._over.set_result(why)
-
-    def _listen(self) -> None:
-        """Read again, as there is room."""
-        if not self._reads and not self._over.done():
-            self._reads = True
-            asyncio.get_running_loop().add_reader(self._fd, self._read)
-
-    def _read(self) -> None:
-        try:
-            data = os.read(self._fd, READ)
-        except BlockingIOError:
-            return
-        except OSError as error:
-            self.fail("unplugged" if error.errno == errno.EIO else os.strerror(error.errno or 0))
-            return
-        if not data:
-            self.fail("unplugged")
-            return
-        loop = asyncio.get_running_loop()
-        self._client.receive(data, loop.time())
-        if self._client.full:
-            self._reads = False
-            loop.remove_reader(self._fd)
-
-    def _send(self) -> None:
-        """Write what waits, as far as the port takes it."""
-        if self._writes or self._over.done():
-            return
-        outbox = self._client.outbox
-        while self._rest or not outbox.empty:
-            if not self._rest:
-                messages = outbox.take(SEND)
-                self._rest = b"".join(one.data for one in messages)
-                for one in messages:
-                    one.release()
-            try:
-                self._rest = self._rest[os.write(self._fd, self._rest):]
-            except BlockingIOError:
-                self._writes = True
-                asyncio.get_running_loop().add_writer(self._fd, self._go_on)
-                return
-            except OSError as error:
-                self.fail(os.strerror(error.errno or 0))
-                return
-
-    def _go_on(self) -> None:
-        self._writes = False
-        asyncio.get_running_loop().remove_writer(self._fd)
-        self._send()

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A pseudoterminal for a program that wants a serial port, such as OctoPrint: a client of the console.
+
+Whoever may open it may send. It is one client, whatever opens it; while nobody has it open, it is none.
+"""
+from __future__ import annotations
+
+import asyncio
+import grp
+import logging
+import os
+import select
+import tty
+from pathlib import Path
+
+from ..access import LEVELS
+from ..console.console import Console
+from .link import LINE_MOST, Link
+
+LOOK_S = 0.1
+_LOG = logging.getLogger("pokeys-gateway")
+
+
+class Pty:
+    """The door. Belongs to the event loop's thread."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._path: Path | None = None
+        self._fd = -1
+        self._task: asyncio.Task[None] | None = None
+
+    def open(self, path: Path, group: str | None) -> str:
+        """Make it, and a link to it; where. OSError, KeyError for a group that is not there."""
+        self._fd, other = os.openpty()
+        try:
+            tty.setraw(other)
+            os.fchmod(other, 0o660 if group else 0o600)
+            if group:
+                os.fchown(other, -1, grp.getgrnam(group).gr_gid)
+            os.set_blocking(self._fd, False)
+            # a link of a gateway that was killed is replaced, and nothing else
+            new = path.with_name(f".{path.name}.new")
+            if path.exists() and not path.is_symlink():
+                raise FileExistsError(17, f"{path} is there, and is no link")
+            new.unlink(missing_ok=True)
+            new.symlink_to(os.ttyname(other))
+            new.replace(path)
+        finally:
+            os.close(other)
+        self._path = path
+        self._task = asyncio.ensure_future(self._run())
+        return f"pseudoterminal {path}"
+
+    async def _run(self) -> None:
+        poll = select.poll()
+        poll.register(self._fd, 0)
+        while True:
+            # it hangs up as long as nobody has it open
+            while poll.poll(0):
+                await asyncio.sleep(LOOK_S)
+            client = self._console.client("pty", str(self._path), LINE_MOST, "127.0.0.1", at_least=LEVELS[1])
+            link = Link(client, self._fd)
+            client.on_close = lambda link=link: link.fail("closed")     # type: ignore[misc]
+            try:
+                await link.serve()
+                # the program has ended: what it has sent is carried out
+                while client.pending and poll.poll(0):
+                    await asyncio.sleep(LOOK_S)
+            except Exception:
+                _LOG.exception("%s", self._path)
+            finally:
+                link.forget()
+                self._console.router.leave(client)
+
+    async def close(self) -> None:
+        """Nobody can open it any more."""
+        if self._task:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+        if self._path and self._path.is_symlink():
+            self._path.unlink()
+        if self._fd >= 0:
+            os.close(self._fd)
