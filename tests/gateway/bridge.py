@@ -146,7 +146,7 @@ def bridge(*, level="user", users=None):
         (house.folder / "gateway.conf").write_text(conf, encoding="utf-8")
         printer = Printer(house.port)
         gateway = rig.Gateway(house, "--config", house.folder / "gateway.conf")
-        gateway.wait("it listens", lambda: gateway.child.poll() is not None or "console is at" in house.log("gateway.log"))
+        gateway.wait("it listens", lambda: gateway.child.poll() is not None or "page is at" in house.log("gateway.log"))
         assert gateway.child.poll() is None, house.log("gateway.log")
         wait_for("the printer is found", lambda: "115200 baud" in house.log("gateway.log"),
                  say=lambda: house.log("gateway.log"))
