@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import mimetypes
 import os
+import re
 import secrets
 import threading
 import time
@@ -20,8 +22,8 @@ FILE_MOST = 512 << 20       # bytes
 FREE_LEAST = 64 << 20       # bytes of the file system that are left to others
 LISTED_MOST = 4096
 NAME_MOST = 255             # bytes
-# what a browser runs: others would run it with the rights of whoever opens the page
-PAGES = ("index.html", "index.html.gz", "favicon.ico")
+# what a browser runs, with the rights of whoever opens it
+ACTIVE = re.compile(r"text/html|.*/(x-)?javascript|.*/ecmascript|.*/xml|.*\+xml|.*/wasm|multipart/.*|message/.*")
 _UPLOAD = ".upload-"
 
 
@@ -187,6 +189,7 @@ class Folder:
 
     def _permit(self, path: Path, level: str) -> None:
         """:class:`NotPermitted`."""
-        need = LEVELS[2] if path.name.lower() in PAGES else LEVELS[1]
+        kind = mimetypes.guess_type(path.name.lower().removesuffix(".gz"))[0] or ""
+        need = LEVELS[2] if ACTIVE.fullmatch(kind) else LEVELS[1]
         if LEVELS.index(level) < LEVELS.index(need):
             raise NotPermitted(f"this needs level {need}")

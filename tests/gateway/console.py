@@ -529,6 +529,11 @@ def bytes_that_grbl_obeys_at_once():
     assert table.take(table.machine) == b"\x18?$X\n"
     lines = int(table.take(a).split()[-1][:-1])
     assert table.take(b) == f"[stopped by telnet b; lines not sent: {lines}]\n".encode() and 100 < lines < 204
+    # nothing is left of a line that had only these
+    table.send(b, b"?\n?\r\n\n")
+    table.send(b, b"G4")
+    table.send(b, b"?\n")
+    assert table.take(table.machine) == b"???\nG4\n"
     # of a command of ours they are none, also if it comes in parts, and a guest has none
     guest = table.client("guest", "guest")
     table.send(b, b"[ESP5")

@@ -104,7 +104,7 @@ def test_pages_of_others():
                         {"Sec_Fetch_Site": "cross-site", "Sec_Fetch_Mode": "no-cors"},
                         {"Sec_Fetch_Site": "same-site", "Sec_Fetch_Mode": "no-cors"},
                         {"Origin": "http://example.org"}, {"Origin": here.replace("http:", "https:") + "0"},
-                        {"Origin": f"http://{house.console}"}, {"Host": f"example.org:{PAGES}"}):
+                        {"Origin": f"http://{house.console}"}, {"Origin": f"http://{house.console}:{PAGES - 1}"}, {"Host": f"example.org:{PAGES}"}):
             assert page.command("M104 S300", **headers)[0] == 403, headers
         for headers in ({"Origin": here}, {"Sec_Fetch_Site": "same-origin"}, {"Sec_Fetch_Site": "none"}):
             assert page.command("M105", **headers)[0] == 200, headers
@@ -146,7 +146,9 @@ def test_log_in():
         assert page.command("M105")[0] == 200 and json.loads(page.ask("/login")[1])["authentication_lvl"] == "user"
         assert log_in(NEWPASSWORD="another one") == (500, "user")
         # a user does not change what others' browsers run
-        assert page.upload("/", index_html=b"<script>")[0] == 401 and page.upload("/", part_gcode=b"G28\n")[0] == 200
+        for name in "index_html", "a_HTM", "a_svg", "a_js_gz", "a_xml":
+            assert page.upload("/", **{name: b"<script>"})[0] == 401, name
+        assert page.upload("/", part_gcode=b"G28\n")[0] == 200
         assert log_in(DISCONNECT="YES") == (401, "guest") and page.command("M105")[0] == 401
         assert log_in(SUBMIT="YES", USER="admin", PASSWORD="printer!!") == (200, "admin")
         assert page.upload("/", index_html=b"<p>")[0] == 200

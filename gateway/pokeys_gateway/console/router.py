@@ -214,7 +214,10 @@ class Router:
                         self._stop(client, lines, found[0])
                     else:
                         self._past_all(client, found[0])
-                rest += piece[at:]
+                # of "?" and an end nothing is left: grbl would say ok to an empty line
+                if not (at and not client.framer.begun.strip() and not rest.rpartition(b"\n")[2].strip() and
+                        not piece[at:].strip()):
+                    rest += piece[at:]
             line = b"" if piece[-1:] in (b"\r", b"\n") else line
         return bytes(rest)
 

@@ -8,7 +8,6 @@ next port, as it expects it.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import errno
 import functools
 import itertools
@@ -81,7 +80,7 @@ class Esp3d:
         self._folder = Folder(hub.config.esp3d_folder) if hub.config.esp3d_folder else None
         self._uploads = 0
         self._numbers = itertools.count(1)
-        self._sockets: set[web.WebSocketResponse] = set()
+        self._sockets: set[asyncio.Transport] = set()
 
     async def open(self, endpoints: tuple[Endpoint, ...]) -> list[str]:
         """Listen: at each endpoint for pages, and at the next port for their web sockets; where. OSError."""
@@ -105,9 +104,8 @@ class Esp3d:
         """Listen no more, and end all connections."""
         for server in self._servers:
             server.close()
-        for one in list(self._sockets):
-            with contextlib.suppress(ConnectionError):
-                await one.close()
+        for transport in list(self._sockets):
+            cut(transport)
         if self._runner and self._runner.server:
             await self._runner.server.shutdown(SHUTDOWN_S)
             await self._runner.cleanup()
@@ -116,7 +114,7 @@ class Esp3d:
 
     def application(self) -> web.Application:
         """What is served."""
-        app = web.Application(middlewares=[guard(self._config, self._gate, self._session, SECURITY, (0, 1))],
+        app = web.Application(middlewares=[guard(self._config, self._gate, self._session, SECURITY, self._ports)],
                               client_max_size=BODY_MOST)
         for method in ("GET", "POST"):
             app.router.add_route(method, "/command", _not_by_others(self._command))
@@ -125,6 +123,11 @@ class Esp3d:
         app.router.add_get("/config", _not_by_others(self._settings), allow_head=False)
         app.router.add_get("/{path:.*}", self._file)
         return app
+
+    def _ports(self, request: web.Request) -> tuple[int, ...]:
+        """A page's web socket is at the port behind its own."""
+        name = request.transport.get_extra_info("sockname") if request.transport else None
+        return (0, 1) if name and any(one.port + 1 == name[1] for one in self._config.esp3d_listen) else (0,)
 
     # ---- commands
 
@@ -334,7 +337,7 @@ class Esp3d:
         transport.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_SNDBUF, SNDBUF)
         client = self._client(request, "websocket" if socket.ws_protocol == DATA else "web", SOCKET_LINE_MOST)
         self._gate.stream(transport, lambda: client.full)
-        self._sockets.add(socket)
+        self._sockets.add(transport)
         client.on_close = functools.partial(cut, transport)
         sending = asyncio.ensure_future(self._send(socket, client, transport))
         try:
@@ -349,7 +352,7 @@ class Esp3d:
         finally:
             sending.cancel()
             await asyncio.gather(sending, return_exceptions=True)
-            self._sockets.discard(socket)
+            self._sockets.discard(transport)
             self._console.router.leave(client)
         return socket
 

@@ -104,8 +104,12 @@ def arrived_at(request: web.Request) -> str:
     return plain(str(name[0])) if name else ""
 
 
-def guard(config: Config, gate: Gate, session: Session, headers: dict[str, str], ports: tuple[int, ...] = (0,)) -> Any:
-    """Judge requests before they are looked at, and put the security headers on every answer."""
+def guard(config: Config, gate: Gate, session: Session, headers: dict[str, str],
+          ports: Callable[[web.Request], tuple[int, ...]] = lambda _request: (0,)) -> Any:
+    """Judge requests before they are looked at, and put the security headers on every answer.
+
+    `ports` says how far a request's port may be from that of the page that sends it.
+    """
     async def judged(request: web.Request, handler: Handler) -> web.StreamResponse:
         # not request.host, which asks the name server if there is none
         here = arrived_at(request)
@@ -113,7 +117,7 @@ def guard(config: Config, gate: Gate, session: Session, headers: dict[str, str],
             return complaint(
                 HTTPStatus.FORBIDDEN, "this host name is not allowed; see host-names in pokeys-gateway.conf(5)")
         if not origin_is_ours(request.headers.getall("Origin", []), request.headers["Host"], config, request.secure,
-                              ports):
+                              ports(request)):
             return complaint(HTTPStatus.FORBIDDEN, "a page of another site must not ask here")
         # browsers say so where they can; links to the page are good
         if request.headers.get("Sec-Fetch-Site") == "cross-site" and request.headers.get(
