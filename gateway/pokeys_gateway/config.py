@@ -50,6 +50,7 @@ class Endpoint:
 class Config:
     """All settings."""
 
+    file: Path = PATH
     runtime_directory: str = RUNTIME
     record_folder: Path = RECORDS
     doctor_socket: Path | None = None
@@ -223,7 +224,7 @@ def read(file: Path | None) -> tuple[Config, dict[str, str]]:
     values = {_attribute(section, key): value
               for (section, _), keys in found.values.items() for key, value in keys.items()}
     places = {_attribute(section, key): place for (section, _, key), place in found.places.items()}
-    return replace(Config(), **values), places
+    return replace(Config(), file=wanted, **values), places
 
 
 def read_users(config: Config) -> dict[str, User] | None:
@@ -263,12 +264,27 @@ def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, 
     for section in "telnet", "esp3d":
         listen: tuple[Endpoint, ...] = getattr(config, f"{section}_listen")
         far = [str(one) for one in listen if not one.loopback]
-        if far and not (users and getattr(config, f"{section}_plaintext")):
+        missing = ["plaintext = yes"] if not getattr(config, f"{section}_plaintext") else []
+        if far and not users:
+            missing.append("a user, which pokeys-gateway --set-user NAME makes")
+        if far and missing:
             yield f"{section}_listen", (
                 f"{far[0]} is reached from other computers, and {section} has no encryption; use a tunnel to a "
-                "loopback address (ssh -L), or set plaintext = yes and make a user with pokeys-gateway --set-user NAME")
+                f"loopback address (ssh -L); otherwise, this needs {' and '.join(missing)}")
         if section == "esp3d" and any(one.port == 65535 for one in listen):
             yield f"{section}_listen", "the port behind it is needed for web sockets"
+
+
+    taken: dict[tuple[str, int], str] = {}
+    for name, what, far_ports in (("listen", "[http]", (0,)), ("telnet_listen", "[telnet]", (0,)),
+                                  ("esp3d_listen", "[esp3d]", (0, 1))):
+        for one in getattr(config, name):
+            for further in far_ports:
+                place = one.host, one.port + further
+                if other := taken.get(place):
+                    yield name, f"{Endpoint(*place)} is used by {other} already" + (
+                        " (esp3d needs the port behind its own too)" if further else "")
+                taken[place] = what
 
 
 def tls(config: Config) -> ssl.SSLContext | None:

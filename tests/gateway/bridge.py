@@ -328,9 +328,9 @@ def test_the_port_is_left_to_others_and_the_gateway_begins_again():
         assert one.ask("[ESP131]") == str(PORT) and one.ask("[ESP111]") == house.console
         one.send(b"[ESP900]DISABLE\n")
         assert sorted((one.line(), one.line())) == [
-            "[machine disconnected: given free by [ESP900]DISABLE; lines not sent: 0]", "ok"]
+            "[machine disconnected: given free by [ESP900]DISABLE, until [ESP900]ENABLE; lines not sent: 0]", "ok"]
         gateway.wait("it is given free", lambda: is_free(printer.slave))
-        assert one.ask("M105") == f"error: {house.port}: given free by [ESP900]DISABLE"
+        assert one.ask("M105") == f"error: {house.port}: given free by [ESP900]DISABLE, until [ESP900]ENABLE"
         assert one.ask("[ESP900]") == f"DISABLED - {house.port}"
         assert one.ask("[ESP900]ENABLE") == "ok" and one.line() == "[machine connected]"
         assert one.ask("M105") == "ok T:21.3 /0.0"
@@ -516,7 +516,9 @@ def test_what_is_configured():
         assert judged(example).returncode == 0, judged(example)
         fails("[telnet]\nlisten = 192.168.1.5:23\n", "gateway.conf:2: [telnet] listen: 192.168.1.5:23 is reached from other "
               "computers, and telnet has no encryption")
-        fails("[telnet]\nlisten = 192.168.1.5:23\nplaintext = yes\n", "make a user")
+        fails("[telnet]\nlisten = 192.168.1.5:23\nplaintext = yes\n", "this needs a user, which pokeys-gateway")
+        fails("[telnet]\nlisten = 127.0.0.1:8582\n[esp3d]\nlisten = 127.0.0.1:8581\n",
+              "127.0.0.1:8582 is used by [telnet] already (esp3d needs the port behind its own too)")
         # an address that is taken: one line, and the program ends
         taken = socket.create_server((free_address(), PORT))
         (house.folder / "gateway.conf").write_text(f"[telnet]\nlisten = {taken.getsockname()[0]}:{PORT}\n", encoding="utf-8")

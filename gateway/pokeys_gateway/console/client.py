@@ -42,10 +42,11 @@ class Client:
         self.take_urgent: Callable[[Client, bytes], bytes] = lambda client, data: data
         self.on_room: Callable[[], None] = lambda: None
         self.on_close: Callable[[], None] = lambda: None        # end its connection
+        self.last_at = 0.0          # when something came
+        self.deaf_until = 0.0       # nothing of it is taken, as somebody has stopped the machine
         self.framer = Framer(most)
         self._level = level
         self._ledger = ledger
-        self._last_at = 0.0
         self._was_full = False
 
     def __str__(self) -> str:
@@ -57,8 +58,8 @@ class Client:
 
     def receive(self, data: bytes, now: float) -> None:
         """It has sent this. Never waits."""
+        self.last_at = now
         self.framer.feed(self.take_urgent(self, data))
-        self._last_at = now
         self._was_full = self.full
         self.on_data(self)
 
@@ -73,7 +74,7 @@ class Client:
         patience = self.framer.patience
         if patience is None or self.held or self.busy or _MAY_BE_COMMAND.fullmatch(self.framer.begun):
             return None
-        return self._last_at + patience
+        return self.last_at + patience
 
     @property
     def pending(self) -> bool:

@@ -228,6 +228,8 @@ class Commands:
 
     async def _log_in(self, client: Client, words: Words) -> None:
         """:class:`Refused`."""
+        if not self.access.users:
+            raise Refused("there are no users; pokeys-gateway --set-user NAME makes one")
         named = words.named.get("user")
         names = [named] if named is not None else [name for name in USUAL_NAMES if name in self.access.users] or \
             [USUAL_NAMES[0]]

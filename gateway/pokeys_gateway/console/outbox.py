@@ -122,6 +122,21 @@ class Outbox:
         self._origin, self._ended = message.origin, message.ended
         found.append(message)
 
+    def forget(self, origin: object) -> None:
+        """Nothing more of an origin is sent, but for the rest of a line that has begun."""
+        begun = not self._ended and self._origin is origin
+        kept = []
+        while self._waiting:
+            message = self._pop()
+            if message.origin is not origin or begun:
+                kept.append(message)
+                begun = begun and not (message.origin is origin and message.part.last)
+            else:
+                message.release()
+        self._waiting.extend(kept)
+        self._size = sum(message.size for message in kept)
+        self.on_room()
+
     def clear(self, *, urgent: bool = True) -> int:
         """Nothing of it is sent any more, but for what is urgent; how many lines of clients that were."""
         lines = sum(message.part.last and message.origin is not None for message in self._waiting)

@@ -14,7 +14,8 @@ must not be joined with a line of another client: "G1 X1" and "M105" would be "G
 belongs to that client until the line ends, OPEN_S at most; then its end is put there, and its rest is not sent.
 
 A stop (see :mod:`.urgent`) goes past all of it, and all lines that came before it are forgotten, whoever has
-sent them: a machine must not go on when it has stopped.
+sent them: a machine must not go on when it has stopped. A client whose lines were forgotten may be in the
+middle of a programme; what it sends is not taken until it has sent nothing for DEAF_S.
 """
 from __future__ import annotations
 
@@ -30,9 +31,11 @@ from .urgent import Urgent
 
 TICK_MOST = 10              # messages in one turn of the event loop
 OPEN_S = 10.0
+DEAF_S = 2.0
 MACHINE_LINES, MACHINE_BYTES = 64, 8 << 10      # on their way to the machine
 NOT_ALLOWED = "not sent: this needs level user; log in with [ESP500]user=NAME pwd=PASSWORD"
 ENDED = f"error: your line had no end for {OPEN_S:.0f} s, and was ended; its rest is not sent"
+DEAF = f"error: your lines are not taken until you have sent none for {DEAF_S:.0f} s"
 URGENT_MOST = 64            # messages that go past these
 ANSWERS_MOST = 16           # for a machine that takes nothing
 COMMAND_BEGINS = re.compile(rb"(?:echo: )?\[ESP")
@@ -76,8 +79,8 @@ class Router:
         client.on_data = self._came
         client.take_urgent = self._take_urgent
 
-    def leave(self, client: Client) -> None:
-        """It is gone."""
+    def leave(self, client: Client, *, at_once: bool = False) -> None:
+        """It is gone; `at_once`: its lines that wait for the machine are not sent."""
         if client not in self.clients:
             return
         del self.clients[client]
@@ -85,6 +88,8 @@ class Router:
         self._waiting.pop(client, None)
         self._ready.pop(client, None)
         client.end()
+        if at_once and self.machine:
+            self.machine.outbox.forget(client)
         if self._owner is client:
             self._end_line()
 
@@ -190,6 +195,9 @@ class Router:
             else:
                 client.framer.cut(start, end)
                 self._past_all(client, data)
+        if client.last_at < client.deaf_until:
+            client.deaf_until = client.last_at + DEAF_S
+            client.forget()
         self._wake(client)
 
     def _take_urgent(self, client: Client, data: bytes) -> bytes:
@@ -232,7 +240,12 @@ class Router:
         assert self.machine
         self.stops += 1
         lines += client.forget_held() + self.machine.on_stop() + self.machine.outbox.clear(urgent=False)
-        lines += sum(one.forget() for one in self.clients if one is not client)
+        for one in self.clients:
+            if one is not client and (forgotten := one.forget()):
+                lines += forgotten
+                one.deaf_until = client.last_at + DEAF_S
+                self.tell(one, DEAF)
+        client.deaf_until = 0.0
         if self._owner and self._owner is not client:
             self._owner.skips = True        # the rest of its line
         self._owner = None

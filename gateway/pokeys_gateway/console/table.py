@@ -22,6 +22,7 @@ from .commands import Command, Commands, Listing, Refused, Words
 from .urgent import FIRMWARES
 
 PAUSE_MOST_MS = 60_000
+NEVER_SET = "by the gateway, and cannot be changed"
 HIDDEN = "********"         # ESP3D's word for a password
 
 
@@ -36,8 +37,8 @@ def _set_elsewhere(words: Words, where: str) -> None:
         raise Refused(f"this is set {where}")
 
 
-def _in_file(key: str) -> str:
-    return f"with {key} in {config.PATH}; restart the gateway then"
+def _in_file(commands: Commands, key: str) -> str:
+    return f"with {key} in {commands.config.file}; restart the gateway then"
 
 
 def _help(commands: Commands, _client: Client, words: Words) -> str:
@@ -69,7 +70,7 @@ def _service(kind: str, section: str) -> Callable[[Commands, Client, Words], str
             for one in [one for one in commands.clients() if one.kind == kind]:
                 one.on_close()
             return "ok"
-        _set_elsewhere(words, _in_file(f"listen in [{section}]"))
+        _set_elsewhere(words, _in_file(commands, f"listen in [{section}]"))
         return "ON" if commands.listens(section) else "OFF"
     return run
 
@@ -77,7 +78,7 @@ def _service(kind: str, section: str) -> Callable[[Commands, Client, Words], str
 def _port(section: str) -> Callable[[Commands, Client, Words], str]:
     """Where a door listens."""
     def run(commands: Commands, _client: Client, words: Words) -> str:
-        _set_elsewhere(words, _in_file(f"listen in [{section}]"))
+        _set_elsewhere(words, _in_file(commands, f"listen in [{section}]"))
         return ", ".join(str(one.port) for one in commands.listens(section)) or "none"
     return run
 
@@ -139,12 +140,15 @@ def _settings(commands: Commands, _client: Client, words: Words) -> Listing:
     return Listing("Settings:", rows, lambda row: f"{row['F']}/{row['H']}: {row['V']}")
 
 
-def _set(_commands: Commands, _client: Client, words: Words) -> str:
+def _set(commands: Commands, _client: Client, words: Words) -> str:
     for name in "P", "T", "V":
         if name not in words.named:
             raise Refused(f"Invalid parameter {name}")
-    where = SETTINGS.get(words.named["P"])
-    raise Refused(f"this is set {where}" if where else "This setting is unknown")
+    if words.named["P"] not in SETTINGS:
+        raise Refused("This setting is unknown; [ESP400] lists them")
+    key = SETTINGS[words.named["P"]]
+    raise Refused("this is set " + (_in_file(commands, key) if key else
+                                    NEVER_SET if key is None else "with hostnamectl"))
 
 
 def _networks(_commands: Commands, _client: Client, words: Words) -> Listing:
@@ -180,7 +184,7 @@ def _state(commands: Commands, _client: Client, words: Words) -> str:
         commands.on_restart()
         return "Now restarting..."
     if words.plain == ("RESET",):
-        raise Refused(f"settings are in {config.PATH}; remove it for the defaults, and restart the gateway")
+        raise Refused(f"settings are in {commands.config.file}; remove it for the defaults, and restart the gateway")
     raise Refused("[ESP444] takes RESTART")
 
 
@@ -192,7 +196,7 @@ def _level(commands: Commands, client: Client, words: Words) -> str:
 
 def _session(_commands: Commands, _client: Client, words: Words) -> str:
     """In minutes; of log-ins to pages."""
-    _set_elsewhere(words, "by the gateway, and cannot be changed")
+    _set_elsewhere(words, NEVER_SET)
     return str(int(SESSION_S / 60))
 
 
@@ -251,7 +255,7 @@ def _abilities(commands: Commands, client: Client, _words: Words) -> Listing:
 def _serial(commands: Commands, client: Client, words: Words) -> str:
     port = commands.port
     if not port:
-        raise Refused(f"no machine is configured; it is set {_in_file('port in [machine]')}")
+        raise Refused(f"no machine is configured; it is set {_in_file(commands, 'port in [machine]')}")
     if words.plain in (("ENABLE",), ("DISABLE",)):
         commands.need("admin", client)
         port.enable(words.plain == ("ENABLE",))
@@ -262,16 +266,13 @@ def _serial(commands: Commands, client: Client, words: Words) -> str:
 
 
 def _baud(commands: Commands, _client: Client, words: Words) -> str:
-    _set_elsewhere(words, _in_file("baud in [machine]"))
+    _set_elsewhere(words, _in_file(commands, "baud in [machine]"))
     return str(commands.config.machine_baud)
 
 
 # where the settings of _settings are set, by their position
-SETTINGS = {"130": "with hostnamectl", "328": _in_file("listen in [esp3d]"), "121": _in_file("listen in [esp3d]"),
-            "329": _in_file("listen in [telnet]"), "125": _in_file("listen in [telnet]"),
-            "648": _in_file("firmware in [machine]"), "112": _in_file("baud in [machine]"),
-            "1040": "by the gateway, and cannot be changed"}
-
+SETTINGS = {"130": "", "328": "listen in [esp3d]", "121": "listen in [esp3d]", "329": "listen in [telnet]",
+            "125": "listen in [telnet]", "648": "firmware in [machine]", "112": "baud in [machine]", "1040": None}
 # ESP3D's words for actions, and those of its /files
 FILE_ACTIONS = {"rmdir": "deletedir", "remove": "delete", "mkdir": "createdir", "create": "create", "exists": ""}
 

@@ -34,7 +34,7 @@ from .http import SHUTDOWN_S, Handler, arrived_at, guard
 from .session import WHO, Session
 
 COMMAND_MOST, SOCKET_LINE_MOST = 4096, 256
-BODY_MOST = 64 << 10
+BODY_MOST, SOCKETS_MOST = 64 << 10, 64
 ANSWER_S = 30.0             # how long a request waits for its command
 CHUNK, RATE = 64 << 10, 4 << 20     # bytes, and bytes a second of an upload
 UPLOADS_MOST, FIELDS_MOST, FIELD_MOST = 4, 64, 4096
@@ -177,7 +177,7 @@ class Esp3d:
             for one in messages:
                 one.release()
         finally:
-            self._console.router.leave(client)
+            self._console.router.leave(client, at_once=client.pending)
         if late:
             return web.Response(status=HTTPStatus.SERVICE_UNAVAILABLE, text=LATE)
         if not text:
@@ -283,7 +283,10 @@ class Esp3d:
                 return web.json_response({"status": status})
             found = await aside(self._folder.listing, given.get("path", "/"))
         except NotPermitted as error:
-            return web.Response(status=HTTPStatus.UNAUTHORIZED, text=f"error: {error}\n")
+            return web.Response(status=HTTPStatus.UNAUTHORIZED, text=f"error: {error}; log in first\n")
+        except FileNotFoundError as error:
+            wanted = f"{given.get('path', '').rstrip('/')}/{given.get('filename', '')}"
+            return web.Response(status=HTTPStatus.NOT_FOUND, text=f"error: {wanted[:256]}: {error.strerror}\n")
         except TooLarge as error:
             return web.Response(status=HTTPStatus.REQUEST_ENTITY_TOO_LARGE, text=f"error: {error}\n")
         except OSError as error:
@@ -328,6 +331,9 @@ class Esp3d:
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         """webui-v3: what the machine says, as binary messages. arduino: lines, both ways."""
+        if len(self._sockets) >= SOCKETS_MOST:
+            self._console.refused += 1
+            return web.Response(status=HTTPStatus.SERVICE_UNAVAILABLE, text="error: too many pages are open\n")
         socket = web.WebSocketResponse(protocols=(PAGE, DATA), max_msg_size=BODY_MOST, heartbeat=90.0)
         await socket.prepare(request)
         transport = request.transport
@@ -353,7 +359,7 @@ class Esp3d:
             sending.cancel()
             await asyncio.gather(sending, return_exceptions=True)
             self._sockets.discard(transport)
-            self._console.router.leave(client)
+            self._console.router.leave(client, at_once=True)
         return socket
 
     async def _hear(self, socket: web.WebSocketResponse, client: Client) -> None:

@@ -20,7 +20,7 @@ from ..config import Config
 from ..console.console import Console
 from .link import LINE_MOST, Link
 
-SWITCHED_OFF = "given free by [ESP900]DISABLE"
+SWITCHED_OFF = "given free by [ESP900]DISABLE, until [ESP900]ENABLE"
 RETRY_S = 1.0
 _LOG = logging.getLogger("pokeys-gateway")
 
@@ -133,7 +133,7 @@ class Port:
         """Log it, once."""
         if text != self._told:
             self._told = text
-            _LOG.warning("%s; trying again every %.0f s", text, RETRY_S)
+            _LOG.warning("%s%s", text, f"; trying again every {RETRY_S:.0f} s" if self.enabled else "")
 
     async def close(self) -> None:
         """Let it go; what is on its way to it has a moment."""

@@ -131,6 +131,7 @@ class _Connection:
         self._first: bytes | None = b""     # what has come of the first line; None: it is known to be no request
         self._sending = False
         self._sent_at = 0.0
+        self.orderly = False        # it has sent all that it wanted, and nobody waits for it
         client.outbox.on_put = self._wake.set
         client.on_room = self._room.set
 
@@ -201,6 +202,7 @@ class _Connection:
         end = self._sent_at + ANSWERS_S
         while self._sending or not client.outbox.empty or loop.time() < min(end, self._sent_at + GOODBYE_S):
             await asyncio.sleep(POLL_S)
+        self.orderly = True
 
     async def _send(self) -> None:
         outbox, terminal, writer = self.client.outbox, self._terminal, self._writer
@@ -299,10 +301,11 @@ class Telnet:
         task = asyncio.current_task()
         assert task
         client.on_close = task.cancel  # type: ignore[assignment]
+        connection = _Connection(self._console, reader, writer, client)
         try:
-            await _Connection(self._console, reader, writer, client).serve()
+            await connection.serve()
         finally:
-            self._console.router.leave(client)
+            self._console.router.leave(client, at_once=not connection.orderly)
 
     async def close(self) -> None:
         """Listen no more, and end all connections."""
