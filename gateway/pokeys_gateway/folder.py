@@ -24,6 +24,7 @@ LISTED_MOST = 4096
 NAME_MOST = 255             # bytes
 # what a browser runs, with the rights of whoever opens it
 ACTIVE = re.compile(r"text/html|.*/(x-)?javascript|.*/ecmascript|.*/xml|.*\+xml|.*/wasm|multipart/.*|message/.*")
+ICON = "favicon.ico"
 _UPLOAD = ".upload-"
 
 
@@ -43,6 +44,15 @@ def _size(number: int) -> str:
             break
         size /= 1024
     return f"{number} B" if unit == "B" else f"{size:.2f} {unit}"
+
+
+def _is_text(name: str) -> bool:
+    """UTF-8 without control characters."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return not any(ord(one) < 32 or ord(one) == 127 for one in name)
 
 
 class Upload:
@@ -99,15 +109,24 @@ class Folder:
     def _path(self, *names: str) -> Path:
         """Within the folder. OSError."""
         top = self._top.resolve(strict=True)
-        if any("\0" in name or len(os.fsencode(name)) > os.pathconf(top, "PC_PATH_MAX") for name in names):
-            raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
         path = top
         for name in names:
+            # a name that is no text would be one in no answer
+            if not _is_text(name) or len(name.encode()) > os.pathconf(top, "PC_PATH_MAX"):
+                raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
             path /= name.lstrip("/")
-        path = path.resolve()
-        if not path.is_relative_to(top) or path.name.startswith(_UPLOAD):
+        try:
+            path = path.resolve()
+        except RuntimeError:        # links in a circle
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP)) from None
+        if not path.is_relative_to(top) or any(part.startswith(_UPLOAD) for part in path.relative_to(top).parts):
             raise OSError(errno.ENOENT, os.strerror(errno.ENOENT))
         return path
+
+    def sweep(self) -> None:
+        """Remove what a gateway that was killed had not taken completely. OSError."""
+        for path in self._top.rglob(f"{_UPLOAD}*"):
+            path.unlink()
 
     def open(self, name: str) -> tuple[int, int, bool]:
         """A file descriptor of a file, or of one with .gz, its size, and whether it is the latter. OSError."""
@@ -128,12 +147,15 @@ class Folder:
         files: list[dict[str, str]] = []
         with os.scandir(path) as entries:
             for entry in entries:
-                if entry.name.startswith(_UPLOAD) or len(files) >= LISTED_MOST:
+                if len(files) >= LISTED_MOST:
+                    break
+                if entry.name.startswith(_UPLOAD):
                     continue
                 with contextlib.suppress(OSError):
                     status = entry.stat(follow_symlinks=False)
                     at = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(status.st_mtime))
-                    files.append({"name": entry.name, "size": "-1" if entry.is_dir() else _size(status.st_size),
+                    name_shown = os.fsencode(entry.name).decode("utf-8", "replace")
+                    files.append({"name": name_shown, "size": "-1" if entry.is_dir() else _size(status.st_size),
                                   "time": "" if entry.is_dir() else at})
         disk = os.statvfs(path)
         total, free = disk.f_blocks * disk.f_frsize, disk.f_bavail * disk.f_frsize
@@ -148,6 +170,8 @@ class Folder:
         if not name.strip("/"):
             raise OSError(errno.EINVAL, "filename is missing")
         path = self._path(folder, name)
+        if path == self._top.resolve():
+            raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
         self._permit(path, level)
         if action == "delete":
             if path.is_dir():
@@ -189,7 +213,8 @@ class Folder:
 
     def _permit(self, path: Path, level: str) -> None:
         """:class:`NotPermitted`."""
-        kind = mimetypes.guess_type(path.name.lower().removesuffix(".gz"))[0] or ""
-        need = LEVELS[2] if ACTIVE.fullmatch(kind) else LEVELS[1]
+        names = [part.lower().removesuffix(".gz") for part in path.relative_to(self._top.resolve()).parts]
+        active = any(name == ICON or ACTIVE.fullmatch(mimetypes.guess_type(name)[0] or "") for name in names)
+        need = LEVELS[2] if active else LEVELS[1]
         if LEVELS.index(level) < LEVELS.index(need):
             raise NotPermitted(f"this needs level {need}")

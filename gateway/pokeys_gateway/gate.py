@@ -11,6 +11,7 @@ import asyncio
 import contextlib
 import ipaddress
 import logging
+import os
 import socket
 import ssl
 import struct
@@ -53,6 +54,15 @@ def host_of(address: str) -> str:
     except ValueError:
         return address
     return str(found) if found.version == 4 else str(ipaddress.ip_network((found, 64), strict=False))
+
+
+@contextlib.contextmanager
+def listening(where: object) -> Iterator[None]:
+    """While a socket is made for an address: an error names it. OSError."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, f"{where}: {os.strerror(error.errno or 0)}") from error
 
 
 def cut(transport: Any) -> None:

@@ -12,6 +12,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 import urllib.parse
 
 import rig
@@ -33,7 +34,8 @@ class Page:
         connection = http.client.HTTPConnection(self.host, PAGES, timeout=PATIENCE)
         try:
             headers = {name.replace("_", "-"): value for name, value in headers.items()}
-            connection.request(method, path, body, {**({"Cookie": self.cookie} if self.cookie else {}), **headers})
+            connection.request(method, path, body, {**(
+                {"Cookie": self.cookie, "Referer": f"http://{self.host}:{PAGES}/"} if self.cookie else {}), **headers})
             answer = connection.getresponse()
             if cookie := answer.getheader("Set-Cookie"):
                 self.cookie = cookie.partition(";")[0]
@@ -62,7 +64,8 @@ class Page:
         body = b""
         for name, file, data in parts:
             named = f'; filename="{file}"' if file else ""
-            body += f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="{name}"{named}\r\n\r\n'.encode() + data + b"\r\n"
+            body += f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="{name}"{named}\r\n\r\n'.encode(
+                "utf-8", "surrogateescape") + data + b"\r\n"
         return self.ask("/files", "POST", body + f"--{BOUNDARY}--\r\n".encode(),
                         Content_Type=f"multipart/form-data; boundary={BOUNDARY}")
 
@@ -109,7 +112,13 @@ def test_pages_of_others():
             assert page.command("M104 S300", **headers)[0] == 403, headers
         for headers in ({"Origin": here}, {"Sec_Fetch_Site": "same-origin"}, {"Sec_Fetch_Site": "none"}):
             assert page.command("M105", **headers)[0] == 200, headers
-        gateway.wait("it has them", lambda: printer.lines == 3 * [b"M105"])
+        # a browser that says nothing of itself: at another address than this computer's, all do so
+        old = {"User-Agent": "Mozilla/5.0 (Macintosh)"}
+        for headers in (old, {"Cookie": "a=b"}, {**old, "Referer": "http://example.org/"}):
+            assert page.command("M104 S300", **headers)[0] == 403, headers
+            assert page.ask("/files?action=delete&filename=x", **headers)[0] == 403
+        assert page.command("M106", **old, Referer=f"{here}/")[0] == 200
+        gateway.wait("it has them", lambda: printer.lines == 3 * [b"M105"] + [b"M106"])
         for origin, good in ((here, True), ("http://example.org", False), (f"http://{house.console}:{PAGES + 2}", False)):
             answer = upgrade(house, origin)
             assert answer.startswith(b"HTTP/1.1 101" if good else b"HTTP/1.1 403"), answer
@@ -133,8 +142,7 @@ def test_log_in():
     with bridge(level=None, users=f"anna:user:{secret}\nadmin:admin:{secret}\n") as (house, gateway, printer):
         page = Page(house)
         assert page.ask("/")[0] == 200 and page.ask("/preferences.json")[0] == 401 and page.files(path="/")[0] == 401
-        assert page.command("M105")[0] == 401 and page.command("[ESP420]") == (
-            200, "error: this needs level guest; log in with [ESP500]user=NAME pwd=PASSWORD\n")
+        assert page.command("M105")[0] == 401 and page.command("[ESP800]json=yes")[0] == 401
         status, body = page.ask("/login")
         assert (status, json.loads(body)) == (401, {"status": "Wrong authentication!", "authentication_lvl": "guest"})
 
@@ -145,6 +153,7 @@ def test_log_in():
         assert log_in(SUBMIT="YES", USER="anna", PASSWORD="wrong") == (401, "guest")
         assert log_in(SUBMIT="YES", USER="anna", PASSWORD="printer!!") == (200, "user") and page.cookie
         assert page.command("M105")[0] == 200 and json.loads(page.ask("/login")[1])["authentication_lvl"] == "user"
+        assert page.command("[ESP444]RESTART json")[0] == 401
         assert log_in(NEWPASSWORD="another one") == (500, "user")
         # a user does not change what others' browsers run
         for name in "index_html", "a_HTM", "a_svg", "a_js_gz", "a_xml":
@@ -233,6 +242,25 @@ def test_web_sockets():
         asyncio.run(sockets(house, gateway, printer))
 
 
+def test_whoever_is_gone_is_not_obeyed():
+    with bridge() as (house, gateway, printer):
+        printer.reading.clear()
+        for _ in range(6):
+            one = socket.create_connection((house.console, PAGES), timeout=PATIENCE)
+            body = "cmd=" + 8000 * "G1%0A"
+            one.sendall(f"POST /command HTTP/1.1\r\nHost: {house.console}:{PAGES}\r\nContent-Length: {len(body)}\r\n"
+                        f"Content-Type: application/x-www-form-urlencoded\r\n\r\n{body}".encode())
+            gateway.wait("it waits", lambda: console(gateway, "clients") == 1)
+            one.close()
+            gateway.wait("it is gone", lambda: console(gateway, "clients") == 0)
+        printer.reading.set()
+        other = Telnet(house)
+        other.send(b"M115\n")
+        gateway.wait("it reads again", lambda: b"M115" in printer.lines)
+        assert len(printer.lines) < 30_000, len(printer.lines)
+        quiet(gateway)
+
+
 def test_files():
     with bridge(level="admin") as (house, gateway, _printer):
         page, folder = Page(house), house.folder / "files"
@@ -270,6 +298,13 @@ def test_files():
             assert page.files(path=folder_asked)[0] in (404, 500), folder_asked
             assert page.files(path=folder_asked, action="delete", filename="secret")[0] in (404, 500)
             assert page.form([("path", None, folder_asked.encode()), ("myfiles", "x", b"x")])[0] in (404, 500)
+        assert page.files(path="/", action="createdir", filename="a\nb")[0] == 500
+        assert page.form([("myfiles", "/n\udcff", b"x")])[0] == 500 and not list(folder.glob("n*"))
+        assert page.files(path="/", action="deletedir", filename=".")[0] == 500 and folder.is_dir()
+        assert page.ask("/part.gcode", "HEAD")[0] == 405
+        (folder / "n\udcff").write_text("", encoding="ascii")
+        assert "n\ufffd" in Telnet(house).ask("[ESP720]json")
+        (folder / "n\udcff").unlink()
         for name in "/../x", "../x", "/up/x", "/", "", "/link", 300 * "n":
             assert page.form([("path", None, b"/"), ("myfiles", name or "/", b"x")])[0] in (404, 500), name
         assert (house.folder / "secret").read_text(encoding="ascii") == "secret" and not (house.folder / "x").exists()
@@ -284,6 +319,27 @@ def test_files():
         gateway.wait("it has begun", lambda: any(name.startswith(".upload-") for name in os.listdir(folder)))
         assert not any(one["name"].startswith(".upload-") for one in json.loads(page.files(path="/")[1])["files"])
         one.close()
+        # without the last boundary, and one that comes in small pieces
+        head = f'--{BOUNDARY}\r\nContent-Disposition: form-data; name="f"; filename="/%s"\r\n\r\n'
+        status, _ = page.ask("/files", "POST", (head % "open").encode() + b"G28\n" + f"\r\n--{BOUNDARY}".encode(),
+                             Content_Type=f"multipart/form-data; boundary={BOUNDARY}")
+        assert status == 400 and not (folder / "open").exists()
+        body = (head % "one").encode() + b"G28\r\n" + (head % "two").encode() + f"G29\r\n--{BOUNDARY}--\r\n".encode()
+        slow = socket.create_connection((house.console, PAGES), timeout=PATIENCE)
+        slow.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        slow.sendall(f"POST /files HTTP/1.1\r\nHost: {house.console}:{PAGES}\r\nContent-Length: {len(body)}\r\nContent-Type: "
+                     f"multipart/form-data; boundary={BOUNDARY}\r\n\r\n".encode())
+        for at in range(0, len(body), 7):
+            slow.sendall(body[at:at + 7])
+            time.sleep(0.005)
+        assert slow.recv(4096).startswith(b"HTTP/1.1 200")
+        slow.close()
+        assert [(folder / name).read_bytes() for name in ("one", "two")] == [b"G28", b"G29"]
+        for name in "one", "two":
+            page.files(path="/", action="delete", filename=name)
+        for body in b"garbage", b"--x\r\n\r\n":
+            for path in "/files", "/login":
+                assert page.ask(path, "POST", body, Content_Type="multipart/form-data; boundary=y")[0] == 400, (path, body)
         gateway.wait("nothing is left", lambda: sorted(os.listdir(folder)) == before)
         # several at once
         threads = [threading.Thread(target=Page(house).upload, args=("/",), kwargs={f"at_{number}": big}, daemon=True)

@@ -32,6 +32,7 @@ class Client:
         self.hears = True           # gets what the machine says
         self.connected = True
         self.held: Message | None = None        # the next one, which has to wait
+        self.refused = False        # something that it wanted needs another level
         self.busy = False           # a command of it is under way; what comes after it waits
         self.flushed = False        # its last message was passed on without the line's end, as nothing came
         self.skips = False          # the rest of a line that was refused is not looked at

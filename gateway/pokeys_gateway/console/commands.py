@@ -166,6 +166,7 @@ class Commands:
         """:class:`Refused` if it may not do so much."""
         has = client.level(self.access)
         if level and (not has or LEVELS.index(has) < LEVELS.index(level)):
+            client.refused = True
             raise Refused(f"this needs level {level}; log in with [ESP500]user=NAME pwd=PASSWORD")
 
     def _run(self, client: Client, command: Command, words: Words) -> Any:

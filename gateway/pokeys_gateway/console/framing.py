@@ -48,12 +48,12 @@ class Framer:
         """What there is of a line that nothing more came for. The next byte begins another one."""
         return self._take(len(self._data), True) if self._data else None
 
-    def find(self, line: re.Pattern[bytes]) -> re.Match[bytes] | None:
-        """The first whole line that fits, of those that are here from their beginning."""
+    def find(self, line: re.Pattern[bytes], at: int = 0) -> re.Match[bytes] | None:
+        """The first whole line that fits, from a place on, of those that are here from their beginning."""
         begun = _END.search(self._data) if self._inside else None
         if self._inside and not begun:
             return None
-        return line.search(self._data, begun.end() if begun else 0)
+        return line.search(self._data, max(at, begun.end() if begun else 0))
 
     def cut(self, start: int, end: int) -> int:
         """Forget these bytes, from the beginning of a line to an end; how many lines that were."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Part(enum.Enum):
-    """What a message is of its line: all of it, or a part of one that is longer than the client's limit."""
+    """The part of a line that a message is; a line longer than the client's limit comes in several."""
 
     HEAD = enum.auto()
     CORE = enum.auto()

@@ -116,7 +116,8 @@ class Router:
 
     def tell(self, client: Client, text: str, request: int = 0) -> None:
         """A line of ours."""
-        client.outbox.put(self.ledger.message(text.encode() + b"\n", target=client, request=request))
+        client.outbox.put(self.ledger.message(text.encode("utf-8", "replace") + b"\n", target=client,
+                                              request=request))
 
     def tell_all(self, text: str) -> None:
         """A line of ours, for all who hear the machine."""
@@ -184,10 +185,13 @@ class Router:
 
     def _came(self, client: Client) -> None:
         """A client has sent something, which is in its framer now."""
-        line = self._urgent.line
-        while line and self._may_send(client) and (found := client.framer.find(line)):
+        line, at, last = self._urgent.line, 0, b""
+        while line and self._may_send(client) and (found := client.framer.find(line, at)):
             data, (start, end) = found[0], found.span()
-            if self._is_stop(data):
+            if data == last and not start:
+                client.framer.cut(0, end)       # the same stop again
+            elif self._is_stop(data):
+                at, last = 0, data
                 # what came behind it is to be done
                 self._stop(client, client.framer.cut(0, end) - 1, b"\n" + data)
             elif self._owner:
@@ -195,6 +199,7 @@ class Router:
             else:
                 client.framer.cut(start, end)
                 self._past_all(client, data)
+                at = start
         if client.last_at < client.deaf_until:
             client.deaf_until = client.last_at + DEAF_S
             client.forget()
@@ -205,7 +210,7 @@ class Router:
         byte = self._urgent.byte
         if not byte or not byte.search(data) or not self._may_send(client):
             return data
-        rest = bytearray()
+        rest, last = bytearray(), b""
         line = client.framer.begun
         for piece in data.splitlines(keepends=True):
             line += piece
@@ -216,7 +221,10 @@ class Router:
                 for found in byte.finditer(piece):
                     rest += piece[at:found.start()]
                     at = found.end()
+                    if found[0] == last and not rest:
+                        continue        # the same stop again
                     if self._is_stop(found[0]):
+                        last = found[0]
                         lines = rest.count(b"\n") + client.forget()
                         rest.clear()
                         self._stop(client, lines, found[0])
@@ -322,6 +330,7 @@ class Router:
     def _to_machine(self, client: Client, message: Message, now: float) -> bool:
         # it may have changed while the message was held
         if client.level(self._access) not in LEVELS[1:]:
+            client.refused = True
             return self._refuse(client, message, NOT_ALLOWED)
         machine = self.machine
         if not machine:

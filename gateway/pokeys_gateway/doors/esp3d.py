@@ -8,26 +8,29 @@ next port, as it expects it.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import errno
 import functools
 import itertools
+import math
 import mimetypes
 import os
 import re
 from http import HTTPStatus
 from pathlib import Path
-from socket import SO_SNDBUF, SOL_SOCKET
+from socket import IPPROTO_TCP, SO_SNDBUF, SOL_SOCKET, TCP_INFO
+from typing import Any, cast
+from urllib.parse import urlsplit
 
-from aiohttp import BodyPartReader, WSMsgType, web
+from aiohttp import BodyPartReader, MultipartReader, StreamReader, WSMsgType, web
 
 from ..access import LEVELS, SESSION_S, Access, Denied, TooMany
 from ..aside import aside
 from ..config import Endpoint
 from ..console.client import Client
 from ..console.console import Console
-from ..console.router import NOT_ALLOWED
-from ..folder import Folder, NotPermitted, TooLarge
-from ..gate import IDLE_S, Gate, cut, is_loopback
+from ..folder import Folder, NotPermitted, TooLarge, Upload
+from ..gate import IDLE_S, Gate, cut, is_loopback, listening
 from ..hub import Hub
 from .answer import complaint
 from .http import SHUTDOWN_S, Handler, arrived_at, guard
@@ -38,6 +41,8 @@ BODY_MOST, SOCKETS_MOST = 64 << 10, 64
 ANSWER_S = 30.0             # how long a request waits for its command
 CHUNK, RATE = 64 << 10, 4 << 20     # bytes, and bytes a second of an upload
 UPLOADS_MOST, FIELDS_MOST, FIELD_MOST = 4, 64, 4096
+PIECE, FULL_S = 4 << 10, 0.05
+TCP_CLOSED = 7, 8           # in tcp_info: reset, and closed by the other end (linux/tcp.h)
 SEND, SNDBUF = 16 << 10, 32 << 10
 BLOCKED_S = 60.0            # a client that takes nothing for so long is closed
 PAGE, DATA = "webui-v3", "arduino"      # the subprotocols
@@ -48,7 +53,7 @@ SECURITY = {
     "Content-Security-Policy": "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
                                "connect-src 'self' ws: wss:; frame-ancestors 'self'; base-uri 'none'",
     "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
+    "Referrer-Policy": "same-origin",       # see _not_by_others
     "Cache-Control": "no-store",
 }
 PAGES = frozenset(("index.html", "favicon.ico"))      # a page has to be there before anybody can log in
@@ -59,10 +64,56 @@ NO_PAGE = ("This is the console of pokeys-gateway. For a page here, set folder i
 def _not_by_others(handler: Handler) -> Handler:
     """A request that does something must not come from another page, not even by a link."""
     async def judged(request: web.Request) -> web.StreamResponse:
-        if request.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
+        headers = request.headers
+        # browsers say it with https and on this computer, older ones never
+        judged_by_it = "Sec-Fetch-Site" in headers or "Origin" in headers
+        browser = {"Cookie", "Accept-Language"} & set(headers) or "Mozilla" in headers.get("User-Agent", "")
+        same = urlsplit(headers.get("Referer", "")).netloc == headers["Host"]
+        if headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin") or (
+                browser and not judged_by_it and not same):
             return complaint(HTTPStatus.FORBIDDEN, "another page must not ask here")
         return await handler(request)
     return judged
+
+
+class _Whole:
+    """A body whose reads are as long as they may be: aiohttp 3.8 misses a boundary that comes in small pieces."""
+
+    def __init__(self, content: StreamReader) -> None:
+        self._content = content
+
+    async def read(self, size: int) -> bytes:
+        """So many bytes; fewer at the end of the body."""
+        data = await self._content.read(size)
+        while len(data) < size and (more := await self._content.read(size - len(data))):
+            data += more
+        return data
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._content, name)
+
+
+def _gone(transport: asyncio.Transport | None) -> bool:
+    """Has the client closed the connection? Nobody notices who does not read."""
+    if not transport or transport.is_closing():
+        return True
+    try:
+        state: int = transport.get_extra_info("socket").getsockopt(IPPROTO_TCP, TCP_INFO, 1)[0]
+    except OSError:
+        return True
+    return state in TCP_CLOSED
+
+
+async def _feed(client: Client, data: bytes, transport: asyncio.Transport | None, end: float) -> None:
+    """Give what has come to the console, in pieces, between which others have their turn."""
+    loop = asyncio.get_running_loop()
+    for at in range(0, len(data), PIECE):
+        client.receive(data[at:at + PIECE], loop.time())
+        await asyncio.sleep(0)
+        while client.full and loop.time() < end and not _gone(transport):
+            await asyncio.sleep(FULL_S)
+        if client.full:
+            return
 
 
 class Esp3d:
@@ -86,6 +137,9 @@ class Esp3d:
         """Listen: at each endpoint for pages, and at the next port for their web sockets; where. OSError."""
         if not endpoints:
             return []
+        if self._folder:
+            with contextlib.suppress(OSError):
+                await aside(self._folder.sweep)
         loop = asyncio.get_running_loop()
         self._watch = loop.create_task(self._gate.watch())
         self._runner = web.AppRunner(self.application(), access_log=None, keepalive_timeout=IDLE_S)
@@ -94,10 +148,8 @@ class Esp3d:
         self._gate.make = self._runner.server
         for where in itertools.chain(*((one, Endpoint(one.host, one.port + 1)) for one in endpoints)):
             make = functools.partial(self._gate, where.loopback)
-            try:
+            with listening(where):
                 self._servers.append(await loop.create_server(make, where.host, where.port))
-            except OSError as error:
-                raise OSError(error.errno, f"{where}: {os.strerror(error.errno or 0)}") from error
         return [f"http://{where}/" for where in endpoints]
 
     async def close(self) -> None:
@@ -121,7 +173,7 @@ class Esp3d:
             app.router.add_route(method, "/login", _not_by_others(self._login))
             app.router.add_route(method, "/files", _not_by_others(self._files))
         app.router.add_get("/config", _not_by_others(self._settings), allow_head=False)
-        app.router.add_get("/{path:.*}", self._file)
+        app.router.add_get("/{path:.*}", self._file, allow_head=False)
         return app
 
     def _ports(self, request: web.Request) -> tuple[int, ...]:
@@ -133,18 +185,26 @@ class Esp3d:
 
     def _client(self, request: web.Request, kind: str, most: int) -> Client:
         name = request.transport.get_extra_info("peername") if request.transport else None
-        client = self._console.client(kind, f"{name[0]}:{name[1]}" if name else "gone", most, request.remote or "")
+        client = self._console.client(kind, f"{name[0]}:{name[1]}" if name else "gone", most, self._address(request))
         client.here = arrived_at(request)
         who = request[WHO]
         client.who = who if who and who.name else None
         return client
+
+    def _address(self, request: web.Request) -> str:
+        """Of the client: whoever comes through a proxy is not of this computer because the proxy is."""
+        return self._session.address(request) if self._config.behind_proxy else request.remote or ""
 
     @staticmethod
     async def _parameters(request: web.Request) -> dict[str, str]:
         """Of the address, and of a form."""
         found = dict(request.query)
         if request.method == "POST":
-            found |= {name: value for name, value in (await request.post()).items() if isinstance(value, str)}
+            try:
+                form = await request.post()
+            except (ValueError, LookupError, AssertionError):
+                raise web.HTTPBadRequest(reason="this is no form") from None
+            found |= {name: value for name, value in form.items() if isinstance(value, str)}
         return found
 
     async def _command(self, request: web.Request) -> web.Response:
@@ -165,10 +225,13 @@ class Esp3d:
         client = self._client(request, "http", COMMAND_MOST)
         client.hears = False
         loop = asyncio.get_running_loop()
+        if not self._console.level(client):
+            self._console.router.leave(client)
+            return web.Response(status=HTTPStatus.UNAUTHORIZED, text="error: log in first\n")
         try:
-            client.receive(line if line.endswith(b"\n") else line + b"\n", loop.time())
             end, pause = loop.time() + ANSWER_S, 0.0
-            while client.pending and loop.time() < end:
+            await _feed(client, line if line.endswith(b"\n") else line + b"\n", request.transport, end)
+            while client.pending and loop.time() < end and not _gone(request.transport):
                 await asyncio.sleep(pause)
                 pause = min(0.05, pause + 0.002)
             late = client.pending
@@ -182,10 +245,10 @@ class Esp3d:
             return web.Response(status=HTTPStatus.SERVICE_UNAVAILABLE, text=LATE)
         if not text:
             return web.Response(text=FORWARDED)
+        if client.refused:
+            return web.Response(status=HTTPStatus.UNAUTHORIZED, text=text)
         if text.startswith("{"):
             return web.Response(text=text, content_type="application/json")
-        if NOT_ALLOWED in text:
-            return web.Response(status=HTTPStatus.UNAUTHORIZED, text=text)
         # a command that cannot be carried out has an answer; a line for the machine has none
         refused = text.startswith("error: ") and not line.lstrip().startswith(b"[ESP")
         return web.Response(status=HTTPStatus.SERVICE_UNAVAILABLE if refused else HTTPStatus.OK, text=text)
@@ -223,7 +286,7 @@ class Esp3d:
         return self._console.level(client) or LEVELS[0]
 
     def _may_read(self, request: web.Request) -> bool:
-        near = self._config.console_level is not None and is_loopback(request.remote or "")
+        near = self._config.console_level is not None and is_loopback(self._address(request))
         return near or request[WHO] is not None
 
     @staticmethod
@@ -282,6 +345,8 @@ class Esp3d:
             if given.get("quiet") == "yes":
                 return web.json_response({"status": status})
             found = await aside(self._folder.listing, given.get("path", "/"))
+        except (ValueError, AssertionError):
+            return web.Response(status=HTTPStatus.BAD_REQUEST, text="error: this is no form with files\n")
         except NotPermitted as error:
             return web.Response(status=HTTPStatus.UNAUTHORIZED, text=f"error: {error}; log in first\n")
         except FileNotFoundError as error:
@@ -300,10 +365,12 @@ class Esp3d:
             raise OSError(errno.EINVAL, "a form with files is expected")
         if self._uploads >= UPLOADS_MOST:
             raise OSError(errno.EBUSY, f"{UPLOADS_MOST} uploads are under way, which is the most")
+        if level not in LEVELS[1:]:
+            raise NotPermitted(f"this needs level {LEVELS[1]}")
         self._uploads += 1
-        names = []
+        uploads: list[tuple[str, Upload]] = []
         try:
-            async for part in await request.multipart():
+            async for part in MultipartReader(request.headers, cast(StreamReader, _Whole(request.content))):
                 if not isinstance(part, BodyPartReader):
                     continue
                 if part.filename is None:
@@ -314,18 +381,19 @@ class Esp3d:
                 size = given.get(f"/{part.filename}S", given.get(f"{part.filename}S", ""))
                 upload = await aside(self._folder.begin, given.get("path", "/"), part.filename, level,
                                      int(size) if re.fullmatch(r"[0-9]{1,15}", size) else None,
-                                     given.get("createPath") == "yes")
-                try:
-                    while chunk := await part.read_chunk(CHUNK):
-                        await aside(upload.write, chunk)
-                        self._gate.took(request.transport)
-                    await aside(upload.finish)
-                finally:
-                    aside(upload.close)
-                names.append(Path(part.filename).name)
+                                     given.get("createPath") in ("yes", "true"))
+                uploads.append((Path(part.filename).name, upload))
+                while chunk := await part.read_chunk(CHUNK):
+                    await aside(upload.write, chunk)
+                    self._gate.took(request.transport)
+            # only now is it known that the last one is complete
+            for _, upload in uploads:
+                await aside(upload.finish)
         finally:
             self._uploads -= 1
-        return f"{', '.join(names)} uploaded" if names else "no file"
+            for _, upload in uploads:
+                aside(upload.close)
+        return f"{', '.join(name for name, _ in uploads)} uploaded" if uploads else "no file"
 
     # ---- web sockets
 
@@ -345,25 +413,26 @@ class Esp3d:
         self._gate.stream(transport, lambda: client.full)
         self._sockets.add(transport)
         client.on_close = functools.partial(cut, transport)
-        sending = asyncio.ensure_future(self._send(socket, client, transport))
+        tasks = [asyncio.ensure_future(self._send(socket, client, transport))]
         try:
             if socket.ws_protocol != DATA:
                 # ESP3D ends the page that was there before; here all may stay, so each is the active one
                 number = next(self._numbers)
                 await socket.send_str(f"currentID:{number}")
                 await socket.send_str(f"activeID:{number}")
-            await self._hear(socket, client)
+            tasks.append(asyncio.ensure_future(self._hear(socket, client, transport)))
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         except ConnectionError:
             pass
         finally:
-            sending.cancel()
-            await asyncio.gather(sending, return_exceptions=True)
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
             self._sockets.discard(transport)
             self._console.router.leave(client, at_once=True)
         return socket
 
-    async def _hear(self, socket: web.WebSocketResponse, client: Client) -> None:
-        loop = asyncio.get_running_loop()
+    async def _hear(self, socket: web.WebSocketResponse, client: Client, transport: asyncio.Transport) -> None:
         async for message in socket:
             if message.type not in (WSMsgType.TEXT, WSMsgType.BINARY):
                 continue
@@ -371,9 +440,9 @@ class Esp3d:
             if socket.ws_protocol != DATA and data.startswith(b"PING:"):
                 await socket.send_str(f"PING:{int(self._access.left(client.who) * 1000)}:{int(SESSION_S * 1000)}")
                 continue
-            client.receive(data, loop.time())
-            while client.full:
-                await asyncio.sleep(0.05)
+            await _feed(client, data, transport, math.inf)
+            if client.full:
+                return
 
     async def _send(self, socket: web.WebSocketResponse, client: Client, transport: asyncio.Transport) -> None:
         outbox = client.outbox

@@ -31,7 +31,7 @@ from ..config import Config, Endpoint, doctor_socket
 from ..console.console import Console
 from ..doctor import Doctor, NoDoctor
 from ..feeds import encode
-from ..gate import IDLE_S, Gate, plain
+from ..gate import IDLE_S, Gate, listening, plain
 from ..hub import Hub
 from ..source import Reading
 from .answer import SECURITY, complaint, good
@@ -81,8 +81,8 @@ def origin_is_ours(origins: list[str], host: str, config: Config, secure: bool, 
     """Did a page of ours send this request? A browser names the page's origin.
 
     WebSockets are open to the pages of all sites unless the server looks. Ours is the page of the same
-    host and port (or of one that is as far from it as `ports` say); behind a proxy, which may ask under
-    another name, that of one of our names.
+    host and port; its port may also be lower by one of `ports`. Behind a proxy, which may ask under another
+    name, it is that of one of our names.
     """
     try:
         return all(_is_ours(origin, host, config, secure, ports) for origin in origins)
@@ -202,11 +202,9 @@ class Http:
         for i, where in enumerate(endpoints):
             # this computer's programs, and a proxy, are spared certificates
             make = functools.partial(self._gate, where.loopback, None if where.loopback else self._tls)
-            try:
+            with listening(where):
                 self._servers.append(await (loop.create_server(make, sock=sockets[i]) if sockets else
                                             loop.create_server(make, where.host, where.port)))
-            except OSError as error:
-                raise OSError(error.errno, f"{where}: {os.strerror(error.errno or 0)}") from error
         return [f"http{'s' if self._tls and not one.loopback else ''}://{one}/" for one in endpoints]
 
     async def close(self) -> None:

@@ -11,7 +11,6 @@ import asyncio
 import contextlib
 import enum
 import logging
-import os
 import re
 import socket
 from collections import Counter
@@ -19,7 +18,7 @@ from collections import Counter
 from ..config import Endpoint
 from ..console.client import Client
 from ..console.console import Console
-from ..gate import cut, host_of, is_loopback
+from ..gate import cut, host_of, is_loopback, listening
 
 LINE_MOST = 1200
 READ, SEND = 4096, 16 << 10
@@ -253,10 +252,8 @@ class Telnet:
     async def open(self, endpoints: tuple[Endpoint, ...]) -> list[str]:
         """Listen; where. OSError."""
         for one in endpoints:
-            try:
+            with listening(one):
                 self._servers.append(await asyncio.start_server(self._accept, one.host, one.port, limit=READ))
-            except OSError as error:
-                raise OSError(error.errno, f"{one}: {os.strerror(error.errno or 0)}") from error
         return [f"telnet {host}:{port}" if ":" not in host else f"telnet [{host}]:{port}"
                 for server in self._servers for host, port, *_ in (sock.getsockname() for sock in server.sockets)]
 
