@@ -29,6 +29,7 @@ from .doors.http import Http, endpoint_of
 from .doors.pty import Pty
 from .doors.serial import NoSerial, Port
 from .doors.telnet import Telnet
+from .gcode.machine import Machine
 from .hub import Hub
 
 PROGRAM = "pokeys-gateway"
@@ -224,6 +225,7 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
     console.commands.on_restart = restart
     telnet, esp3d, pty = Telnet(console), Esp3d(hub, who, console), Pty(console)
     port = Port(console, settings.machine_port, settings) if settings.machine_port else None
+    machine = Machine(console, hub) if settings.machine_kind == config.POKEYS else None
     door = Http(hub, who, console, tls)
     loop.add_signal_handler(signal.SIGHUP, _reload, settings, who, tls)
     try:
@@ -249,6 +251,8 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
         await asyncio.gather(telnet.close(), esp3d.close(), pty.close())
         if port:
             await port.close()
+        if machine:
+            machine.close()
         console.close()
         await hub.close()
     return again

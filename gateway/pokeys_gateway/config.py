@@ -24,6 +24,7 @@ RUNTIME, PORT = "/run/pokeysd", 8580
 RECORDS = Path("/var/log/pokeysd")
 DOCTOR = Path("/run/pokeys-doctor")     # for the daemon of RUNTIME
 BAUD_LEAST, BAUD_MOST = 50, 4_000_000
+SERIAL, POKEYS = "serial", "pokeys"     # kinds of machines
 SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
 DIRECTORY_MOST = 49         # pokeysd's sockets lie below it
 _PROXY = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,46}")
@@ -64,6 +65,7 @@ class Config:
     guests: bool = False
     operate: bool = False
     proxy: str = "pokeys-remote"
+    machine_kind: str | None = None         # None: as there is a port or not
     machine_port: Path | None = None
     machine_baud: int = 115200
     machine_flow_control: str = "none"
@@ -186,6 +188,7 @@ KEYS = (
     Key("access", "guests", yes_or_no),
     Key("linuxcnc", "operate", yes_or_no),
     Key("linuxcnc", "proxy", proxy_name),
+    Key("machine", "kind", one_of(SERIAL, POKEYS)),
     Key("machine", "port", path),
     Key("machine", "baud", baud),
     Key("machine", "flow-control", one_of("none", "hardware", "software")),
@@ -261,6 +264,12 @@ def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, 
     if far and not (config.certificate or config.behind_proxy or config.plaintext):
         yield "listen", (f"{far[0]} is reached from other computers, and passwords would be sent as plain text; "
                          "set certificate and key, behind-proxy, or plaintext = yes")
+    if config.machine_kind == SERIAL and not config.machine_port:
+        yield "machine_kind", f"kind = {SERIAL} needs port"
+    if config.machine_kind == POKEYS and config.machine_port:
+        yield "machine_kind", f"kind = {POKEYS} has no port"
+    if config.machine_kind == POKEYS and config.machine_firmware != "marlin":
+        yield "machine_firmware", f"kind = {POKEYS} takes lines as marlin does"
     for section in "telnet", "esp3d":
         listen: tuple[Endpoint, ...] = getattr(config, f"{section}_listen")
         far = [str(one) for one in listen if not one.loopback]

@@ -21,6 +21,7 @@ listen=127.0.0.1:8580, [::1]:8581	; and a tab
   host-names = mill.local, Mill
 [http]
 [machine]
+kind = serial
 port = /dev/serial/by-id/usb-a
 baud = 250000
 flow-control = hardware
@@ -62,6 +63,10 @@ BAD = (
     ("[linuxcnc]\nproxy = a.b\n", 2, '"a.b" is not allowed; allowed: the name of a pokeys-remote'),
     ("[linuxcnc]\noperate = on\n", 2, "allowed: yes, no"),
     ("[machine]\nport = ttyUSB0\n", 2, '[machine] port: "ttyUSB0" is not allowed; allowed: a path from /'),
+    ("[machine]\nkind = usb\n", 2, '[machine] kind: "usb" is not allowed; allowed: serial, pokeys'),
+    ("[machine]\nkind = serial\n", 2, "[machine] kind: kind = serial needs port"),
+    ("[machine]\nport = /dev/ttyUSB0\nkind = pokeys\n", 3, "kind = pokeys has no port"),
+    ("[machine]\nkind = pokeys\nfirmware = grbl\n", 3, "[machine] firmware: kind = pokeys takes lines as marlin does"),
     ("[machine]\nbaud = 0\n", 2, '[machine] baud: "0" is not allowed; allowed: bits a second, 50 to 4000000'),
     ("[machine]\nfirmware = klipper\n", 2, '"klipper" is not allowed; allowed: marlin, grbl, grblhal, smoothieware'),
     ("[machine]\nflow-control = yes\n", 2, "allowed: none, hardware, software"),

@@ -91,7 +91,7 @@ def test_commands():
         assert page.ask("/config")[1].startswith(b"Configuration:\n") and b'"cmd":"420"' in page.ask("/config?json=yes")[1]
         # a stop too
         assert page.command("M112")[0] == 200
-        while not other.line().startswith("[stopped by http"):
+        while not other.line().startswith("[stop by http"):
             pass
         printer.unplug()
         gateway.wait("it is gone", lambda: console(gateway, "machine_up") == 0)

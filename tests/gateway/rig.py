@@ -83,10 +83,10 @@ class Gateway:
 
 
 @contextlib.contextmanager
-def machine(*sim_words, **keys):
+def machine(*sim_words, more="", **keys):
     """A House with a device that runs, and a gateway that shows it: house, simulator, daemon, gateway.
 
-    `keys` go into the device's section. The deadlines are those of a busy computer, unless they are given.
+    `keys` go into the device's section, `more` into the gateway's configuration. The deadlines are those of a busy computer, unless they are given.
     """
     need_libraries()
     with House() as house:
@@ -97,7 +97,7 @@ def machine(*sim_words, **keys):
         daemon = house.start_daemon()
         house.wait_fresh()
         (conf := house.folder / "gateway.conf").write_text(
-            f"[gateway]\nrecord-folder = {records}\ndoctor-socket = {house.folder / 'doctor'}\n", encoding="utf-8")
+            f"[gateway]\nrecord-folder = {records}\ndoctor-socket = {house.folder / 'doctor'}\n{more}", encoding="utf-8")
         gateway = Gateway(house, "--config", conf)
         gateway.wait_running()
         yield house, sim, daemon, gateway

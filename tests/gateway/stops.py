@@ -145,7 +145,7 @@ def a_stop_goes_past_all_that_came_before():
         table.machine.on_stop = lambda: 3
         table.send(c, b"G4 P1\n" + text + b"M105\n")
         assert table.take(table.machine) == b"\n" + text + b"M105\n"
-        said = f"[stopped by telnet c; lines not sent: {200 + 1 + 1 + 3 + 1}]\n".encode()
+        said = f"[stop by telnet c; lines not sent: {200 + 1 + 1 + 3 + 1}]\n".encode()
         deaf = router.DEAF.encode() + b"\n"
         assert [table.take(one) for one in (a, b, c)] == [deaf + said, deaf + said, said] and table.router.stops == 1
         # who is in the middle of a programme goes on sending it: until it pauses, not even a rest is taken
@@ -211,7 +211,7 @@ def bytes_that_grbl_obeys_at_once():
     table.send(b, b"G2\nG3 X\x18\x18$X\n?")
     assert table.take(table.machine) == b"\x18?$X\n"
     lines = int(table.take(a).split()[-1][:-1])
-    assert table.take(b) == f"[stopped by telnet b; lines not sent: {lines}]\n".encode() and 100 < lines < 204
+    assert table.take(b) == f"[stop by telnet b; lines not sent: {lines}]\n".encode() and 100 < lines < 204
     a.deaf_until = 0.0
     # nothing is left of a line that had only these
     table.send(b, b"?\n?\r\n\n")

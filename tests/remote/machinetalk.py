@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """machinekit's own client, pymachinetalk, with a proxy: in an environment of its own, made by pip."""
-import hashlib
 import os
 import pathlib
 import re
@@ -13,10 +12,12 @@ import time
 import rig
 from rig import halcmd, wait
 
+sys.path.insert(1, str(rig.ROOT / "tests"))
+import foreign  # noqa: E402  pylint: disable=wrong-import-position
+
 # pymachinetalk 0.13.3 asks for a library that no longer builds, and does not need it
 STEPS = (["setuptools==57.5.0", "wheel"], ["--no-build-isolation", "--no-deps", "pymachinetalk==0.13.3"],
          ["machinetalk-protobuf==1.2.1", "protobuf==3.20.3", "pyzmq", "fysom==2.1.6", "zeroconf", "six"])
-OFFLINE = ("No matching distribution found", "Failed to establish a new connection", "name resolution")
 CONFIG = "[pin panel.start]\nfailsafe = 0\n\n[component panel]\ninterval-ms = 20\n"
 PROGRAM = """
 import sys
@@ -54,31 +55,6 @@ while True:
     before = now
     time.sleep(0.05)
 """
-
-
-def environment():
-    """Its Python. It is kept in the user's cache, because it takes a minute to make."""
-    cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache")
-    folder = cache / "pokeysd" / f"pymachinetalk-{hashlib.sha256(repr((STEPS, sys.version)).encode()).hexdigest()[:12]}"
-    python = folder / "bin/python"
-    if not (folder / "whole").exists():
-        ran = subprocess.run(["/usr/bin/python3", "-m", "venv", "--clear", folder], capture_output=True, text=True,
-                             check=False)
-        if ran.returncode:
-            skip(f"no virtual environment can be made (python3-venv): {ran.stdout.strip()}")
-        for words in STEPS:
-            ran = subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", *words],
-                                 capture_output=True, text=True, check=False)
-            if ran.returncode and any(text in ran.stdout + ran.stderr for text in OFFLINE):
-                skip("pip reaches no package index, and needs pymachinetalk from there")
-            assert ran.returncode == 0, ran.stdout + ran.stderr
-        (folder / "whole").touch()
-    return python
-
-
-def skip(why):
-    print(f"skipped: {why}")
-    sys.exit(77)
 
 
 class Panel:
@@ -214,5 +190,5 @@ def it_may_begin_before_linuxcnc(machine):
 
 
 if rig.INSIDE not in os.environ:
-    os.environ["POKEYS_PANEL_PYTHON"] = str(environment())
+    os.environ["POKEYS_PANEL_PYTHON"] = str(foreign.environment("pymachinetalk", *STEPS))
 rig.main([it_binds_sets_and_sees, it_survives_the_proxy, it_may_begin_before_linuxcnc, it_finds_what_is_announced, the_example_of_the_page])

@@ -34,6 +34,7 @@ class Client:
         self.held: Message | None = None        # the next one, which has to wait
         self.refused = False        # something that it wanted needs another level
         self.busy = False           # a command of it is under way; what comes after it waits
+        self.due = 0                # replies to it that take time, and are still to come
         self.flushed = False        # its last message was passed on without the line's end, as nothing came
         self.skips = False          # the rest of a line that was refused is not looked at
         self.continues = False      # the rest of a line whose beginning was a command is none
@@ -79,8 +80,8 @@ class Client:
 
     @property
     def pending(self) -> bool:
-        """Something that it has sent is not routed yet."""
-        return bool(len(self.framer) or self.held or self.busy)
+        """Something that it has sent is not routed yet, or not answered."""
+        return bool(len(self.framer) or self.held or self.busy or self.due)
 
     def next(self, now: float, level: str) -> Message | None:
         """The next message, which belongs to the caller; None: nothing is there, or it has to wait."""

@@ -259,7 +259,7 @@ class Router:
         self._owner = None
         self._go_on()
         self._past_all(client, data)
-        self.tell_all(f"[stopped by {client}; lines not sent: {lines}]")
+        self.tell_all(f"[stop by {client}; lines not sent: {lines}]")
 
     def _past_all(self, client: Client, data: bytes) -> None:
         """Send something urgent."""

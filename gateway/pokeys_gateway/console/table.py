@@ -23,6 +23,7 @@ from .urgent import FIRMWARES
 
 PAUSE_MOST_MS = 60_000
 NEVER_SET = "by the gateway, and cannot be changed"
+NO_PORT = "the machine has no port: the gateway itself takes its lines"
 HIDDEN = "********"         # ESP3D's word for a password
 
 
@@ -170,7 +171,7 @@ def _status(commands: Commands, client: Client, _words: Words) -> Listing:
         "FW ver": f"pokeys-gateway {__version__}",
         "hostname": socket.gethostname(),
         "machine": f"{machine.name}, {_queue(machine)}" if machine else router.why_no_machine,
-        "baud": str(commands.config.machine_baud),
+        **({"baud": str(commands.config.machine_baud)} if commands.port else {}),
         "stops": str(router.stops),
         "messages": f"in memory: {router.ledger.live}, since the start: {router.ledger.made}"}
     found = [{"id": name, "value": value} for name, value in rows.items()]
@@ -254,6 +255,8 @@ def _abilities(commands: Commands, client: Client, _words: Words) -> Listing:
 
 def _serial(commands: Commands, client: Client, words: Words) -> str:
     port = commands.port
+    if commands.config.machine_kind == config.POKEYS:
+        raise Refused(NO_PORT)
     if not port:
         raise Refused(f"no machine is configured; it is set {_in_file(commands, 'port in [machine]')}")
     if words.plain in (("ENABLE",), ("DISABLE",)):
@@ -266,6 +269,8 @@ def _serial(commands: Commands, client: Client, words: Words) -> str:
 
 
 def _baud(commands: Commands, _client: Client, words: Words) -> str:
+    if commands.config.machine_kind == config.POKEYS:
+        raise Refused(NO_PORT)
     _set_elsewhere(words, _in_file(commands, "baud in [machine]"))
     return str(commands.config.machine_baud)
 

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A line of G-code, as hosts send it to Marlin: number, checksum, command, words, comment. Pure, without state.
+
+"N10 G1 X1*80 ; comment": N and the checksum, which is the exclusive or of all bytes before *, belong
+together. Letters may be small, and spaces are optional, but in texts (M117).
+"""
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+LINE_MOST = 256             # characters, without the end
+_NUMBER = re.compile(rb"[Nn][ \t]*([+-]?\d{1,10})(?!\d)")
+_SUM = re.compile(rb"\*[ \t]*(\d{1,3})\Z")
+_COMMAND = re.compile(r"([GMT])\s*(\d{1,5})(?:\.(\d{1,2}))?(?![\d.])", re.I | re.A)
+_WORD = re.compile(r"([A-Z])\s*([+-]?(?:\d+\.?\d*|\.\d+))?\s*", re.I | re.A)
+_PARENTHESES = re.compile(r"\([^()]*\)")
+
+
+class BadLine(Exception):
+    """What is wrong; a host that numbers its lines has to send it again."""
+
+
+class BadWords(Exception):
+    """What is wrong with what stands behind a command."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line that is as it was sent."""
+
+    number: int | None      # None: its sender does not number
+    name: str               # such as G1, M105, G38.2, or ?; "": no command
+    argument: str           # what stands behind it
+    text: str               # both, for messages
+
+    def words(self) -> dict[str, float | None]:
+        """The argument's letters and their numbers, None if a letter stands alone. :class:`BadWords`."""
+        found: dict[str, float | None] = {}
+        text, at = _PARENTHESES.sub(" ", self.argument).strip(), 0
+        while at < len(text):
+            word = _WORD.match(text, at)
+            if not word:
+                raise BadWords(f'"{text[at:at + 16]}" is no letter with a number')
+            letter = word[1].upper()
+            if letter in found:
+                raise BadWords(f"{letter} is there twice")
+            found[letter] = float(word[2]) if word[2] else None
+            at = word.end()
+        return found
+
+
+def parse(data: bytes) -> Line | None:
+    """A line, with or without its end; None if nothing is in it but a comment. :class:`BadLine`."""
+    body = data.partition(b";")[0].strip()
+    number = None
+    if found := _NUMBER.match(body):
+        number = int(found[1])
+        total = _SUM.search(body)
+        if not total:
+            raise BadLine("No Checksum with line number")
+        if int(total[1]) != checksum(body[:total.start()]):
+            raise BadLine("checksum mismatch")
+        body = body[found.end():total.start()].strip()
+    text = body.decode("utf-8", "replace")
+    if not _PARENTHESES.sub("", text).strip():
+        text = ""
+    if not text and number is None:
+        return None
+    if text == "?":
+        return Line(number, text, "", text)
+    command = _COMMAND.match(text)
+    if not command:
+        return Line(number, "", "", text)
+    name = f"{command[1].upper()}{int(command[2])}" + (f".{command[3]}" if command[3] else "")
+    return Line(number, name, text[command.end():].strip(), text)
+
+
+def checksum(data: bytes) -> int:
+    """The exclusive or of all bytes."""
+    total = 0
+    for byte in data:
+        total ^= byte
+    return total

@@ -1,0 +1,149 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""A host program of others, Printrun's printcore, prints over telnet and over a serial port, beside other clients,
+while the wire to the printer damages lines with numbers: each line is done once, in order.
+
+$POKEYS_HOST_LINES: how many. printcore sends again what the printer asks for.
+"""
+import contextlib
+import os
+import random
+import subprocess
+import sys
+
+import rig
+from bridge import PORT, Printer, Telnet, bridge, console, quiet
+from house import PATIENCE, main, wait_for
+
+sys.path.insert(1, str(rig.ROOT / "tests"))
+import foreign  # noqa: E402  pylint: disable=wrong-import-position
+
+LINES, SEED = int(os.environ.get("POKEYS_HOST_LINES", "400")), int(os.environ.get("POKEYS_SEED", "20062"))
+DAMAGED = 0.03              # of all lines
+STEPS = ["--no-deps", "printrun==2.2.0"], ["pyserial==3.5"]
+PROGRAM = """
+import sys, time
+from printrun import gcoder
+from printrun.printcore import printcore
+def wait(holds):
+    while not holds():
+        time.sleep(0.01)
+core = printcore()
+core.recvcb = lambda line: print(line, end="", flush=True)
+core.connect(sys.argv[1], 115200)
+wait(lambda: core.online)
+core.startprint(gcoder.LightGCode([f"G1 X{i % 200} E{i}" for i in range(int(sys.argv[2]))]))
+wait(lambda: not core.printing and not core.print_thread and core.clear)
+core.disconnect()
+"""
+
+
+class NoisyPrinter(Printer):
+    """A printer with a wire that damages lines, which it has sent again, as Marlin does."""
+
+    def __init__(self, name):
+        self.rng, self.last, self.damaged = random.Random(SEED), 0, 0
+        super().__init__(name)
+
+    def take(self, line):
+        if not line.startswith(b"N"):
+            if line.startswith(b"G"):
+                self.done.append(line)
+            super().take(line)
+            return
+        if self.rng.random() < DAMAGED:
+            self.damaged += 1
+            line = bytearray(line)
+            line[self.rng.randrange(1, len(line))] ^= 1 << self.rng.randrange(7)
+        body, _, total = bytes(line).rpartition(b"*")
+        words = body.split()
+        try:
+            number = int(words[0][1:])
+            if int(total) != checksum(body):
+                raise ValueError
+        except (ValueError, IndexError):
+            self.ask_again(b"checksum mismatch")
+            return
+        if words[1] != b"M110" and number != self.last + 1:
+            self.ask_again(b"Line Number is not Last Line Number+1")
+            return
+        self.last = number
+        if words[1] != b"M110":
+            self.done.append(b" ".join(words[1:]))
+        self.say(b"ok\n")
+
+    def ask_again(self, why):
+        self.say(b"Error:%s, Last Line: %d\nResend: %d\nok\n" % (why, self.last, self.last + 1))
+
+
+def checksum(data):
+    total = 0
+    for byte in data:
+        total ^= byte
+    return total
+
+
+def expected():
+    return [f"G1 X{i % 200} E{i}".encode() for i in range(LINES)]
+
+
+@contextlib.contextmanager
+def printing(house, port):
+    """printcore, which prints at a port; its exit status has to be good."""
+    child = subprocess.Popen([os.environ["POKEYS_HOST_PYTHON"], "-c", PROGRAM, str(port), str(LINES)],
+                             stdout=(house.folder / "host.log").open("wb"), stderr=subprocess.STDOUT,
+                             env={"HOME": str(house.folder), "PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8"})
+    try:
+        yield
+        assert child.wait(PATIENCE + LINES / 50) == 0, house.log("host.log")
+    finally:
+        child.kill()
+        child.wait()
+
+
+def prints_at(port, numbers):
+    with bridge(printer=NoisyPrinter) as (house, gateway, printer):
+        before = console(gateway, "clients")
+        watcher, frozen = Telnet(house), Telnet(house, buffer=2048)
+        with printing(house, port(house)):
+            pass
+        assert printer.done == expected(), (len(printer.done), house.log("host.log")[-500:])
+        assert printer.damaged > LINES * DAMAGED / 4 if numbers else not printer.damaged, printer.damaged
+        # who only looks on has seen it all
+        watcher.send(b"[ESP500]\n")
+        seen = []
+        while (line := watcher.line()) != "user":
+            seen.append(line)
+        assert seen.count("ok") >= LINES + printer.damaged, len(seen)
+        assert sum(line.startswith("Resend: ") for line in seen) >= printer.damaged
+        for one in watcher, frozen:
+            one.close()
+        wait_for("they are gone", lambda: console(gateway, "clients") == before)
+        quiet(gateway)
+
+
+def test_over_telnet():
+    """There printcore leaves it to TCP that nothing is damaged, and numbers no lines."""
+    prints_at(lambda house: f"{house.console}:{PORT}", False)
+
+
+def test_over_a_serial_port():
+    prints_at(lambda house: house.folder / "pty", True)
+
+
+def test_the_gateway_itself():
+    """It has nothing to print with, and says so for each line; the host gets every answer."""
+    with bridge(machine="kind = pokeys\n") as (house, _gateway, _printer):
+        watcher = Telnet(house)
+        with printing(house, f"{house.console}:{PORT}"):
+            pass
+        said = house.log("host.log").splitlines()
+        assert [line for line in said if line.startswith("echo:")] == \
+            [f'echo:Unknown command: "{line.decode()}"; M115 lists what there is' for line in expected()]
+        assert not [line for line in said if "Error" in line or "Resend" in line]
+        assert watcher.ask("[ESP500]") == "user", "others get no answer of it"
+
+
+if __name__ == "__main__":
+    os.environ["POKEYS_HOST_PYTHON"] = str(foreign.environment("printrun", *STEPS))
+    sys.exit(main(sys.modules[__name__], beside=3))
