@@ -105,7 +105,7 @@ install_for_gateway() {
 install_for_test() {
 	local packages=("${PACKAGES_TEST[@]}" "${PACKAGES_REMOTE[@]}")
 
-	[[ " $* " != *" gateway "* && " $* " != *" web "* ]] || packages+=("${PACKAGES_GATEWAY[@]}")
+	[[ ! " $* " =~ " "(gateway|web|soak)" " ]] || packages+=("${PACKAGES_GATEWAY[@]}")
 	[[ " $* " != *" web "* ]] || packages+=("${PACKAGES_BROWSER[@]}")
 	[[ " $* " != *" fuzz "* ]] || packages+=("${PACKAGES_FUZZ[@]}")
 	[[ " $* " != *" vm "* ]] || packages+=("${PACKAGES_VM[@]}")

@@ -4,11 +4,11 @@
 #
 # There are two tiers. The first must pass before a change lands and is short enough
 # to be run for every change: unit, sim, net, gateway, and hal with one whole LinuxCNC machine.
-# `all` adds the other LinuxCNC machines, the page in a browser, PREEMPT_RT machines, fuzzing, and
-# unit and sim again in sanitized builds. The end of the output lists the suites left out.
+# `all` adds the other LinuxCNC machines, the page in a browser, PREEMPT_RT machines, fuzzing, long
+# runs of the gateway, and unit and sim again in sanitized builds. The end of the output lists the suites left out.
 #
-# Tests run two at a time, also in sanitized builds; those of web and vm, which use a browser or virtual
-# machines, run one at a time. Each HAL has namespaces of its own. A test that is in two suites runs
+# Tests run two at a time, also in sanitized builds; those of web, vm and soak, which use a browser,
+# virtual machines or much traffic, run one at a time. Each HAL has namespaces of its own. A test that is in two suites runs
 # once. The last line is "N passed, N failed, N skipped".
 #
 # --repeat N runs the suites N times and prints how often each test failed. --load N
@@ -20,7 +20,7 @@
 export POKEYS_SEED=${POKEYS_SEED:-20055}
 
 SUITES_LANDING=(unit sim net gateway hal)
-SUITES_ALL=("${SUITES_LANDING[@]}" linuxcnc web vm fuzz asan tsan)
+SUITES_ALL=("${SUITES_LANDING[@]}" linuxcnc web vm fuzz soak asan tsan)
 
 # Time limits are for tests that hang, so that a hang costs minutes and not the whole run.
 # In tests/*/meson.build a limit is three to four times the duration of the test on two
@@ -105,6 +105,7 @@ run_round() {
 	run_group web 1 web
 	run_group vm 1 vm
 	run_group fuzz 2 fuzz
+	run_group soak 1 soak
 	# char is unsigned on arm64
 	! is_wanted asan || sanitized_run asan address,undefined -Dc_args=-funsigned-char
 	! is_wanted tsan || TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp" sanitized_run tsan thread
