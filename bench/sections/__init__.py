@@ -29,6 +29,7 @@ ORDER = (
     "readers",
     "python",
     "gateway",
+    "console",
     "exchange",
     "hal",
     "remote",

@@ -252,7 +252,7 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
         if port:
             await port.close()
         if machine:
-            machine.close()
+            await machine.close()
         console.close()
         await hub.close()
     return again

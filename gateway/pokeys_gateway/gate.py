@@ -18,7 +18,10 @@ import struct
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .config import Endpoint
 
 CONNECTIONS_MOST = 512
 OF_AN_ADDRESS = 32          # but not of this computer, on which a proxy may be
@@ -26,6 +29,7 @@ REQUEST_S, ANSWER_S, IDLE_S = 10.0, 60.0, 30.0
 RATE, BURST = 64 * 1024, 512 * 1024     # bytes a second that are read, after so many at once
 BITE = 4 * 1024             # of them are parsed before others have their turn
 CLOSE_S = 1.0
+ACCEPTS, BACKLOG = 2, 128       # connections taken in a turn, and those that wait in the kernel
 PIPELINED_MOST, BUSY_S = 8, 0.02        # requests that wait; when to look again
 LOG_S = 10.0
 REFUSAL = (b"HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 10\r\nContent-Type: text/plain\r\n"
@@ -56,13 +60,28 @@ def host_of(address: str) -> str:
     return str(found) if found.version == 4 else str(ipaddress.ip_network((found, 64), strict=False))
 
 
-@contextlib.contextmanager
-def listening(where: object) -> Iterator[None]:
-    """While a socket is made for an address: an error names it. OSError."""
+def listener(where: Endpoint) -> socket.socket:
+    """A socket for an address. OSError, which names it."""
+    family, kind, protocol, _, address = socket.getaddrinfo(
+        where.host, where.port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST | socket.AI_PASSIVE)[0]
+    one = socket.socket(family, kind | socket.SOCK_CLOEXEC | socket.SOCK_NONBLOCK, protocol)
     try:
-        yield
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if family == socket.AF_INET6:
+            one.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+        one.bind(address)
+        return one
     except OSError as error:
+        one.close()
         raise OSError(error.errno, f"{where}: {os.strerror(error.errno or 0)}") from error
+
+
+async def serve(make: Callable[[], asyncio.BaseProtocol], one: socket.socket) -> asyncio.Server:
+    """Take connections of a socket; of many that come at once, a few in a turn of the event loop. OSError."""
+    # asyncio takes as many at once as it lets wait
+    server = await asyncio.get_running_loop().create_server(make, sock=one, backlog=ACCEPTS)
+    one.listen(BACKLOG)
+    return server
 
 
 def cut(transport: Any) -> None:

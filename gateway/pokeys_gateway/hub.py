@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import bisect
 import logging
 import time
 from collections.abc import Callable, Coroutine
@@ -14,7 +15,8 @@ from .operate import Operators
 from .source import Source
 
 LOOK_S = 1.0
-LAG_S, LAG_WARN_S, LAG_QUIET_S = 0.1, 0.010, 10.0
+LAG_S, LAG_WARN_S, LAG_QUIET_S = 0.02, 0.010, 10.0
+LAGS_S = 0.001, 0.002, 0.005, LAG_WARN_S, 0.02, 0.05, 0.1, 0.5       # upper bounds of its histogram
 _LOG = logging.getLogger("pokeys-gateway")
 
 
@@ -23,14 +25,17 @@ class Lag:
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        self.last = 0.0
         self.most = 0.0
+        self.total = 0.0
+        self.counts = [0] * (len(LAGS_S) + 1)       # between the bounds, and above the last one
         self.late = 0               # how often it was later than LAG_WARN_S
         self._warned: float | None = None
 
     def take(self, late: float) -> None:
         """Note one measurement, in seconds; more than 10 ms are logged, at most once in 10 s."""
-        self.last, self.most = late, max(self.most, late)
+        self.most = max(self.most, late)
+        self.total += late
+        self.counts[bisect.bisect_left(LAGS_S, late)] += 1
         if late <= LAG_WARN_S:
             return
         self.late += 1

@@ -310,6 +310,20 @@ def a_turn_is_short_and_fair():
     table.quiet()
 
 
+def many_hearers_do_not_make_a_turn_long():
+    table = Table()
+    clients = [table.client(str(number)) for number in range(50)]
+    table.machine.receive(b"".join(b"line %d\n" % number for number in range(1000)), table.now)
+    table.router.run(table.now)
+    copies = sum(len(one.outbox) for one in clients)
+    assert router.COPIES_MOST <= copies < router.COPIES_MOST + len(clients), copies
+    # and those who read nothing do not have thousands of messages, which would all end at once
+    table.run()
+    assert table.ledger.live < 50 * 20, table.ledger.live
+    assert [table.take(one).count(b"\n") for one in clients] == 50 * [1000]
+    table.quiet()
+
+
 def terminals_negotiate():
     one = Terminal()
     assert one.decode(b"M105\r\n\0\xf0") == b"M105\r\n\0\xf0" and one.encode(b"a\n\xf0") == b"a\n\xf0"
@@ -369,7 +383,7 @@ def main():
                  lines_of_two_clients_are_not_joined, a_line_that_waits_for_the_machine_is_not_ended,
                  another_machine_gets_no_rest, a_machine_without_room_holds_up_who_sends,
                  who_does_not_read_misses_lines_and_is_told, long_lines_are_dropped_whole,
-                 a_turn_is_short_and_fair, terminals_negotiate, any_bytes_do_no_harm):
+                 a_turn_is_short_and_fair, many_hearers_do_not_make_a_turn_long, terminals_negotiate, any_bytes_do_no_harm):
         test()
         print(f"ok: {test.__name__}")
 

@@ -10,6 +10,7 @@ import os
 import random
 import subprocess
 import sys
+import threading
 
 import rig
 from bridge import PORT, Printer, Telnet, bridge, console, quiet
@@ -19,7 +20,7 @@ sys.path.insert(1, str(rig.ROOT / "tests"))
 import foreign  # noqa: E402  pylint: disable=wrong-import-position
 
 LINES, SEED = int(os.environ.get("POKEYS_HOST_LINES", "400")), int(os.environ.get("POKEYS_SEED", "20062"))
-DAMAGED = 0.03              # of all lines
+DAMAGED = 31                # each line with such a number
 STEPS = ["--no-deps", "printrun==2.2.0"], ["pyserial==3.5"]
 PROGRAM = """
 import sys, time
@@ -42,7 +43,7 @@ class NoisyPrinter(Printer):
     """A printer with a wire that damages lines, which it has sent again, as Marlin does."""
 
     def __init__(self, name):
-        self.rng, self.last, self.damaged = random.Random(SEED), 0, 0
+        self.rng, self.last, self.numbered, self.damaged = random.Random(SEED), 0, 0, 0
         super().__init__(name)
 
     def take(self, line):
@@ -51,10 +52,12 @@ class NoisyPrinter(Printer):
                 self.done.append(line)
             super().take(line)
             return
-        if self.rng.random() < DAMAGED:
+        self.numbered += 1
+        if self.numbered % DAMAGED == 0:
             self.damaged += 1
             line = bytearray(line)
-            line[self.rng.randrange(1, len(line))] ^= 1 << self.rng.randrange(7)
+            # of the text, so that the checksum says so
+            line[self.rng.randrange(3, line.rindex(b"*"))] ^= 1 << self.rng.randrange(7)
         body, _, total = bytes(line).rpartition(b"*")
         words = body.split()
         try:
@@ -101,23 +104,39 @@ def printing(house, port):
         child.wait()
 
 
+class Watcher(threading.Thread):
+    """Somebody who only looks on, and sees all."""
+
+    def __init__(self, house):
+        super().__init__(daemon=True)
+        self.telnet, self.seen = Telnet(house), []
+        assert self.telnet.ask("[ESP500]") == "user"
+        self.start()
+
+    def run(self):
+        while not self.seen or self.seen[-1] != "user":
+            self.seen.append(self.telnet.line())
+
+    def all(self):
+        self.telnet.send(b"[ESP500]\n")
+        self.join(PATIENCE)
+        self.telnet.close()
+        assert not self.is_alive(), len(self.seen)
+        return self.seen
+
+
 def prints_at(port, numbers):
     with bridge(printer=NoisyPrinter) as (house, gateway, printer):
         before = console(gateway, "clients")
-        watcher, frozen = Telnet(house), Telnet(house, buffer=2048)
+        watcher, frozen = Watcher(house), Telnet(house, buffer=2048)
         with printing(house, port(house)):
             pass
         assert printer.done == expected(), (len(printer.done), house.log("host.log")[-500:])
-        assert printer.damaged > LINES * DAMAGED / 4 if numbers else not printer.damaged, printer.damaged
-        # who only looks on has seen it all
-        watcher.send(b"[ESP500]\n")
-        seen = []
-        while (line := watcher.line()) != "user":
-            seen.append(line)
+        assert printer.damaged == printer.numbered // DAMAGED and (printer.damaged > 0) == numbers, printer.damaged
+        seen = watcher.all()
         assert seen.count("ok") >= LINES + printer.damaged, len(seen)
         assert sum(line.startswith("Resend: ") for line in seen) >= printer.damaged
-        for one in watcher, frozen:
-            one.close()
+        frozen.close()
         wait_for("they are gone", lambda: console(gateway, "clients") == before)
         quiet(gateway)
 
@@ -131,17 +150,25 @@ def test_over_a_serial_port():
     prints_at(lambda house: house.folder / "pty", True)
 
 
-def test_the_gateway_itself():
+def itself(port):
     """It has nothing to print with, and says so for each line; the host gets every answer."""
     with bridge(machine="kind = pokeys\n") as (house, _gateway, _printer):
-        watcher = Telnet(house)
-        with printing(house, f"{house.console}:{PORT}"):
+        watcher = Watcher(house)
+        with printing(house, port(house)):
             pass
         said = house.log("host.log").splitlines()
         assert [line for line in said if line.startswith("echo:")] == \
             [f'echo:Unknown command: "{line.decode()}"; M115 lists what there is' for line in expected()]
         assert not [line for line in said if "Error" in line or "Resend" in line]
-        assert watcher.ask("[ESP500]") == "user", "others get no answer of it"
+        assert watcher.all() == ["user"], "others get no answer of it"
+
+
+def test_the_gateway_itself_over_telnet():
+    itself(lambda house: f"{house.console}:{PORT}")
+
+
+def test_the_gateway_itself_over_a_serial_port():
+    itself(lambda house: house.folder / "pty")
 
 
 if __name__ == "__main__":

@@ -312,14 +312,19 @@ async def run(test):
                 await task
 
 
-failed = 0
-for each in (one_connection_for_the_state, a_proxy_that_ends_and_comes_again, a_proxy_that_is_silent,
-             a_stop_ends_what_came_before_it, stops_are_never_one, so_many_operate_and_no_more,
-             what_is_old_is_not_sent, one_who_is_gone_asks_for_nothing, a_proxy_that_takes_no_connections, what_is_wrong_is_said):
-    try:
-        asyncio.run(run(each))
-        print(f"ok: {each.__name__}")
-    except Exception as fault:  # pylint: disable=broad-exception-caught
-        failed += 1
-        print(f"FAILED: {each.__name__}: {fault}\n{traceback.format_exc()}")
-raise SystemExit(1 if failed else 0)
+def main():
+    failed = 0
+    for each in (one_connection_for_the_state, a_proxy_that_ends_and_comes_again, a_proxy_that_is_silent,
+                 a_stop_ends_what_came_before_it, stops_are_never_one, so_many_operate_and_no_more, what_is_old_is_not_sent,
+                 one_who_is_gone_asks_for_nothing, a_proxy_that_takes_no_connections, what_is_wrong_is_said):
+        try:
+            asyncio.run(run(each))
+            print(f"ok: {each.__name__}")
+        except Exception as fault:  # pylint: disable=broad-exception-caught
+            failed += 1
+            print(f"FAILED: {each.__name__}: {fault}\n{traceback.format_exc()}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

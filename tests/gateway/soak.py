@@ -164,6 +164,8 @@ async def web():
         found = []
         while not found or not found[-1].startswith("end "):
             data = await one.recv()
+            if isinstance(data, str) and kind == "webui-v3":
+                continue        # currentID and activeID
             *more, text = (text + (data if isinstance(data, str) else data.decode())).split("\\n")
             found += more
         return account(found)

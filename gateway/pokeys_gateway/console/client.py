@@ -35,6 +35,7 @@ class Client:
         self.refused = False        # something that it wanted needs another level
         self.busy = False           # a command of it is under way; what comes after it waits
         self.due = 0                # replies to it that take time, and are still to come
+        self.failed = False         # a stop of it was not confirmed
         self.flushed = False        # its last message was passed on without the line's end, as nothing came
         self.skips = False          # the rest of a line that was refused is not looked at
         self.continues = False      # the rest of a line whose beginning was a command is none

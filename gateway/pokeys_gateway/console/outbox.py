@@ -5,10 +5,17 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 
-from .message import Ledger, Message
+from .message import Ledger, Message, Part
 
 LINES_MOST, BYTES_MOST = 8192, 256 << 10
+JOINED_MOST = 1024          # bytes of short lines that become one message: thousands of them would be slow to end
 NOTICE = "[dropped {}]\n"
+
+
+def _joins(last: Message, message: Message) -> bool:
+    """Are both whole lines of one origin, and short?"""
+    return (message.origin is not None and last.origin is message.origin and last.size + message.size <= JOINED_MOST and
+            message.part is last.part is Part.UNIQUE and message.ended and last.ended)
 
 
 class Outbox:
@@ -23,19 +30,19 @@ class Outbox:
         self._lines_most, self._bytes_most, self._drops = lines, size, drops
         self._first: deque[Message] = deque()
         self._waiting: deque[Message] = deque()
-        self._size = 0
+        self._size = self._lines = 0
         self._untold = 0            # lines that were dropped since the last notice
         self._dropping: set[object] = set()     # origins of lines that were dropped before their last part came
         # of what was taken last: its origin, and whether its line has ended
         self._origin: object = None
         self._ended = True
         self.dropped = 0            # lines, of all time
-        self.most = 0               # messages that waited at once
+        self.most = 0               # lines that waited at once
         self.on_put: Callable[[], None] = lambda: None
         self.on_room: Callable[[], None] = lambda: None
 
     def __len__(self) -> int:
-        return len(self._waiting)
+        return self._lines
 
     @property
     def empty(self) -> bool:
@@ -50,7 +57,7 @@ class Outbox:
     @property
     def full(self) -> bool:
         """One more would drop another one."""
-        return len(self._waiting) >= self._lines_most or self._size >= self._bytes_most
+        return self._lines >= self._lines_most or self._size >= self._bytes_most
 
     def put(self, message: Message) -> None:
         """One more; it belongs to the outbox now."""
@@ -64,9 +71,14 @@ class Outbox:
             message.release()
             return
         self._dropping.discard(message.origin)
-        self._waiting.append(message)
         self._size += message.size
-        self.most = max(self.most, len(self._waiting))
+        self._lines += message.lines
+        self.most = max(self.most, self._lines)
+        if self._drops and self._waiting and _joins(self._waiting[-1], message):
+            self._waiting[-1].data += message.data
+            message.release()
+        else:
+            self._waiting.append(message)
         self.on_put()
 
     def put_first(self, message: Message) -> None:
@@ -90,13 +102,19 @@ class Outbox:
             last = message.part.last
             message.release()
         self._waiting.extendleft(reversed(kept))
-        self._size += sum(message.size for message in kept)
+        self._count(kept)
         if not last:
             self._dropping.add(origin)
+
+    def _count(self, messages: list[Message]) -> None:
+        """These wait again."""
+        self._size += sum(message.size for message in messages)
+        self._lines += sum(message.lines for message in messages)
 
     def _pop(self) -> Message:
         message = self._waiting.popleft()
         self._size -= message.size
+        self._lines -= message.lines
         return message
 
     def take(self, size: int) -> list[Message]:
@@ -134,7 +152,7 @@ class Outbox:
             else:
                 message.release()
         self._waiting.extend(kept)
-        self._size = sum(message.size for message in kept)
+        self._count(kept)
         self.on_room()
 
     def clear(self, *, urgent: bool = True) -> int:
@@ -145,7 +163,7 @@ class Outbox:
         self._waiting.clear()
         while urgent and self._first:
             self._first.popleft().release()
-        self._size = self._untold = 0
+        self._size = self._lines = self._untold = 0
         self._dropping.clear()
         self._ended = True
         self.on_room()

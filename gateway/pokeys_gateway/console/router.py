@@ -30,6 +30,7 @@ from .message import Ledger, Message
 from .urgent import Urgent
 
 TICK_MOST = 10              # messages in one turn of the event loop
+COPIES_MOST = 128           # for those who hear the machine; those of a message that has begun are all made
 OPEN_S = 10.0
 DEAF_S = 2.0
 MACHINE_LINES, MACHINE_BYTES = 64, 8 << 10      # on their way to the machine
@@ -57,6 +58,7 @@ class Router:
         self.ended = 0              # lines whose end was put by us
         self.routed = 0             # messages
         self.stops = 0
+        self._copies = 0            # in this turn
         self._dropped = 0           # lines, for clients that are gone
         self._access = access
         self._execute = execute
@@ -133,8 +135,8 @@ class Router:
         for client in self._all():
             if (at := client.flush_at) is not None and at <= now:
                 self._wake(client)
-        budget = TICK_MOST
-        while budget and self._ready:
+        budget, self._copies = TICK_MOST, 0
+        while budget and self._copies < COPIES_MOST and self._ready:
             client = next(iter(self._ready))
             del self._ready[client]
             if client in self._waiting:
@@ -245,6 +247,11 @@ class Router:
 
     def _stop(self, client: Client, lines: int, data: bytes) -> None:
         """Send a stop, and forget what came before it: `lines` of this client, and all of the others."""
+        self.halt(client, lines)
+        self._past_all(client, data)
+
+    def halt(self, client: Client, lines: int = 0) -> None:
+        """A stop has come: what came before it is forgotten, `lines` of this client already."""
         assert self.machine
         self.stops += 1
         lines += client.forget_held() + self.machine.on_stop() + self.machine.outbox.clear(urgent=False)
@@ -258,7 +265,6 @@ class Router:
             self._owner.skips = True        # the rest of its line
         self._owner = None
         self._go_on()
-        self._past_all(client, data)
         self.tell_all(f"[stop by {client}; lines not sent: {lines}]")
 
     def _past_all(self, client: Client, data: bytes) -> None:
@@ -292,6 +298,7 @@ class Router:
             return self._to_machine(client, message, now)
         for hearer in self._hearers():
             hearer.outbox.put(message.copy(hearer))
+            self._copies += 1
         message.release()
         return True
 

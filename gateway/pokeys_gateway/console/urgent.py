@@ -23,9 +23,10 @@ class Urgent:
     byte: re.Pattern[bytes] | None = None
 
 
-_LINES = Urgent(
-    re.compile(rb"(?:\A|(?<=[\r\n]))[ \t]*(?:[Nn]\d+[ \t]*)?[Mm](?:112|410|108)(?![\d.])[^\r\n]*(?:\r\n|\r|\n)"),
-    re.compile(rb"[^\r\n]*[Mm](?:112|410)"))
+# whatever its number and its checksum are: that they are wrong must not keep a machine from stopping
+_M = rb"[ \t]*(?:[Nn][ \t]*[+-]?\d+[ \t]*)?[Mm][ \t]*0*"
+STOP = re.compile(_M + rb"(112|410)(?![\d.])")
+_LINES = Urgent(re.compile(rb"(?:\A|(?<=[\r\n]))" + _M + rb"(?:112|410|108)(?![\d.])[^\r\n]*(?:\r\n|\r|\n)"), STOP)
 _BYTES = Urgent(stop=re.compile(rb"\x18"), byte=re.compile(rb"[?!~\x18\x80-\xff]"))
 OF_FIRMWARE = {"grbl": _BYTES, "grblhal": _BYTES}
 

@@ -30,7 +30,7 @@ from ..config import Endpoint
 from ..console.client import Client
 from ..console.console import Console
 from ..folder import Folder, NotPermitted, TooLarge, Upload
-from ..gate import IDLE_S, Gate, cut, is_loopback, listening
+from ..gate import IDLE_S, Gate, cut, is_loopback, listener, serve
 from ..hub import Hub
 from .answer import complaint
 from .http import SHUTDOWN_S, Handler, arrived_at, guard
@@ -148,8 +148,7 @@ class Esp3d:
         self._gate.make = self._runner.server
         for where in itertools.chain(*((one, Endpoint(one.host, one.port + 1)) for one in endpoints)):
             make = functools.partial(self._gate, where.loopback)
-            with listening(where):
-                self._servers.append(await loop.create_server(make, where.host, where.port))
+            self._servers.append(await serve(make, listener(where)))
         return [f"http://{where}/" for where in endpoints]
 
     async def close(self) -> None:
@@ -251,7 +250,8 @@ class Esp3d:
             return web.Response(text=text, content_type="application/json")
         # a command that cannot be carried out has an answer; a line for the machine has none
         refused = text.startswith("error: ") and not line.lstrip().startswith(b"[ESP")
-        return web.Response(status=HTTPStatus.SERVICE_UNAVAILABLE if refused else HTTPStatus.OK, text=text)
+        bad = refused or client.failed
+        return web.Response(status=HTTPStatus.SERVICE_UNAVAILABLE if bad else HTTPStatus.OK, text=text)
 
     # ---- log-in
 

@@ -31,7 +31,7 @@ from ..config import Config, Endpoint, doctor_socket
 from ..console.console import Console
 from ..doctor import Doctor, NoDoctor
 from ..feeds import encode
-from ..gate import IDLE_S, Gate, listening, plain
+from ..gate import IDLE_S, Gate, listener, plain, serve
 from ..hub import Hub
 from ..source import Reading
 from .answer import SECURITY, complaint, good
@@ -202,9 +202,7 @@ class Http:
         for i, where in enumerate(endpoints):
             # this computer's programs, and a proxy, are spared certificates
             make = functools.partial(self._gate, where.loopback, None if where.loopback else self._tls)
-            with listening(where):
-                self._servers.append(await (loop.create_server(make, sock=sockets[i]) if sockets else
-                                            loop.create_server(make, where.host, where.port)))
+            self._servers.append(await serve(make, sockets[i] if sockets else listener(where)))
         return [f"http{'s' if self._tls and not one.loopback else ''}://{one}/" for one in endpoints]
 
     async def close(self) -> None:

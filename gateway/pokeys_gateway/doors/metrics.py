@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import accumulate, groupby
 from typing import Any
 
 import pokeys
@@ -31,7 +31,7 @@ from ..console.client import Client
 from ..console.console import Console
 from ..console.outbox import Outbox
 from ..gate import Gate
-from ..hub import Hub
+from ..hub import LAGS_S, Hub
 from ..model import Row
 from ..source import Reading
 from .rpc import Rpc
@@ -183,7 +183,9 @@ class Values(Collector):
         yield CounterMetricFamily("pokeys_gateway_skipped", "States that slow clients did not get", rpc.skipped)
         yield CounterMetricFamily("pokeys_gateway_closed", "Clients that read nothing and were closed", rpc.closed_slow)
         lag = self._hub.lag
-        yield GaugeMetricFamily("pokeys_gateway_loop_lag_seconds", "How late the event loop was last", lag.last)
+        total = list(accumulate(lag.counts))
+        yield HistogramMetricFamily("pokeys_gateway_loop_lag_seconds", "How late the event loop was", [
+            (bound, float(count)) for bound, count in zip((*map(str, LAGS_S), "+Inf"), total, strict=True)], lag.total)
         yield GaugeMetricFamily("pokeys_gateway_loop_lag_most_seconds", "The same, the most since the start", lag.most)
         yield CounterMetricFamily("pokeys_gateway_loop_late", "How often it was more than 10 ms late", lag.late)
         yield from self._of_console()

@@ -18,7 +18,7 @@ from collections import Counter
 from ..config import Endpoint
 from ..console.client import Client
 from ..console.console import Console
-from ..gate import cut, host_of, is_loopback, listening
+from ..gate import cut, host_of, is_loopback, listener, serve
 
 LINE_MOST = 1200
 READ, SEND = 4096, 16 << 10
@@ -252,10 +252,12 @@ class Telnet:
     async def open(self, endpoints: tuple[Endpoint, ...]) -> list[str]:
         """Listen; where. OSError."""
         for one in endpoints:
-            with listening(one):
-                self._servers.append(await asyncio.start_server(self._accept, one.host, one.port, limit=READ))
+            self._servers.append(await serve(self._protocol, listener(one)))
         return [f"telnet {host}:{port}" if ":" not in host else f"telnet [{host}]:{port}"
                 for server in self._servers for host, port, *_ in (sock.getsockname() for sock in server.sockets)]
+
+    def _protocol(self) -> asyncio.StreamReaderProtocol:
+        return asyncio.StreamReaderProtocol(asyncio.StreamReader(limit=READ), self._accept)
 
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         task = asyncio.current_task()

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The G-code commands that there are, and what they do. Replies have the form of Marlin's.
 
-A command returns at once: the text of its reply, or something to wait for, whose reply comes later.
+Programs treat a line that begins with ``Error:`` as the end of their job, and one that begins with ``ok`` or
+``Resend:`` as an answer to their last line. So what is said has ``echo:`` before it, and only a stop that
+failed is an ``Error:``. Words that a command does not take are not looked at, as Marlin does it.
 """
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import pokeys
@@ -14,27 +15,19 @@ import pokeys
 from .. import __version__
 from ..hub import Hub
 from ..source import Reading
-from ..wire import NotDone
-from .parser import Line
-
-Reply = str | Awaitable[str]    # lines; "" is only an ok
 
 
-class NotPossible(Exception):
-    """Why a command is not carried out."""
-
-
-class NotStopped(NotPossible):
-    """Why a stop has no effect, as far as is known."""
+def _nothing(_hub: Hub) -> str:
+    return ""
 
 
 @dataclass(frozen=True)
 class Command:
-    """A command; `takes` are the letters of its words."""
+    """A command: what it says at once, or a method of :class:`~..operate.Operators` that stops the machine."""
 
-    takes: str
     help: str
-    run: Callable[[Hub, dict[str, float | None]], Reply]
+    run: Callable[[Hub], str] = _nothing
+    stop: str = ""
 
 
 def _axes(state: pokeys.State) -> str:
@@ -59,55 +52,28 @@ def _device(reading: Reading) -> Iterator[str]:
         yield f"{reading.name}: {_axes(state)}"
 
 
-def _state(hub: Hub, _words: dict[str, float | None]) -> str:
+def _state(hub: Hub) -> str:
     readings = [reading for name in sorted(hub.source.names()) if (reading := hub.source.read(name))]
-    return "\n".join(line for reading in readings for line in _device(reading)) or hub.source.trouble
+    lines = [line for reading in readings for line in _device(reading)]
+    if hub.source.trouble or not lines:
+        lines.append(hub.source.trouble or "no device")
+    return "\n".join(f"echo:{line}" for line in lines)
 
 
-def _nothing(_hub: Hub, _words: dict[str, float | None]) -> str:
-    return ""
-
-
-def _firmware(_hub: Hub, _words: dict[str, float | None]) -> str:
+def _firmware(_hub: Hub) -> str:
     return "\n".join((
         f"FIRMWARE_NAME:pokeys-gateway {__version__} PROTOCOL_VERSION:1.0 MACHINE_TYPE:PoKeys EXTRUDER_COUNT:0",
         "Cap:EMERGENCY_PARSER:1", "Cap:AUTOREPORT_TEMP:0",
-        *(f"echo:{' '.join((name, *one.takes))} - {one.help}" for name, one in COMMANDS.items())))
+        *(f"echo:{name} - {one.help}" for name, one in COMMANDS.items())))
 
 
-def _stop(method: str) -> Callable[[Hub, dict[str, float | None]], Reply]:
-    """LinuxCNC stops, the one that moves the machine; the reply comes when it has."""
-    def run(hub: Hub, _words: dict[str, float | None]) -> Awaitable[str]:
-        if not hub.config.operate:
-            raise NotStopped("the gateway may not operate LinuxCNC ([linuxcnc] operate = no); "
-                             "use the machine's own switch")
-        return _confirmed(hub.operators.begin_stop(method))
-    return run
-
-
-async def _confirmed(stop: asyncio.Future[None]) -> str:
-    try:
-        await stop
-    except NotDone as why:
-        raise NotStopped(f"the stop is not confirmed: {why}; use the machine's own switch") from None
-    return ""
-
-
+RENUMBER = "M110"
 COMMANDS = {
-    "?": Command("", "show the PoKeys devices", _state),
-    "M105": Command("T", "show temperatures, of which there are none yet: ok", _nothing),
-    "M108": Command("", "wait no more; nothing waits: ok", _nothing),
-    "M110": Command("N", "set the number of the last line", _nothing),
-    "M112": Command("", "emergency stop of LinuxCNC", _stop("emergency_stop")),
-    "M115": Command("", "show version, abilities and commands", _firmware),
-    "M410": Command("", "stop LinuxCNC's program and its axes", _stop("stop")),
+    "?": Command("show the PoKeys devices", _state),
+    "M105": Command("show temperatures, of which there are none: ok"),
+    "M108": Command("wait no more; nothing waits: ok"),
+    RENUMBER: Command("N and a number: set the number of the last line"),
+    "M112": Command("emergency stop of LinuxCNC", stop="emergency_stop"),
+    "M115": Command("show version, abilities and commands", _firmware),
+    "M410": Command("stop LinuxCNC's program and its axes", stop="stop"),
 }
-
-
-def run(hub: Hub, line: Line) -> Reply:
-    """Carry it out. :class:`NotPossible`, :class:`BadWords`; KeyError if there is no such command."""
-    command = COMMANDS[line.name]
-    words = line.words()
-    if unknown := [letter for letter in words if letter not in command.takes]:
-        raise NotPossible(f"{line.name} takes {' and '.join(command.takes) or 'no words'}, and not {unknown[0]}")
-    return command.run(hub, words)

@@ -1,32 +1,50 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The machine that the console has if it has no serial port: the gateway itself, which carries out G-code.
 
-A reply goes to who has asked, and to nobody else. Nothing waits: a command whose reply takes time gets its
-``ok`` later, and other lines are taken meanwhile, also of the same client.
+A reply goes to who has asked, and to nobody else. Nothing waits: a stop gets its ``ok`` when it is confirmed,
+and other lines are taken meanwhile, also of the same client.
+
+A stop is obeyed whatever is wrong with its line: its number, its checksum, what stands behind it.
 """
 from __future__ import annotations
 
 import asyncio
+import functools
 import logging
 import re
-from collections.abc import Awaitable
+from collections import deque
+from dataclasses import dataclass, field
 from weakref import WeakKeyDictionary
 
 from ..console.client import Client
 from ..console.console import Console
 from ..console.message import Message
+from ..console.urgent import STOP
 from ..hub import Hub
-from . import commands
+from ..wire import NotDone
+from .commands import COMMANDS, RENUMBER
 from .parser import LINE_MOST, BadLine, BadWords, Line, parse
 
 NAME = "PoKeys devices"
 TAKE = 1 << 20              # bytes at once: all that the router lets wait
 KEPT = 4 * LINE_MOST        # of a line that is too long
-UNDER_WAY_MOST = 64         # replies that take time
 SHOWN = 64                  # characters of a line in a message
-RENUMBER = "M110"
+JOIN_S = 0.1                # a stop so soon after the same one is the same
+DUE_MOST = 64               # replies to stops that a client can wait for
+LAST_S = 2.0                # for stops under way when the gateway ends
+TOO_LONG = f"echo:not carried out: a line has at most {LINE_MOST} characters"
+NO_STOP = "the gateway may not operate LinuxCNC ([linuxcnc] operate = no); use the machine's own switch"
 _END = re.compile(rb"\r\n|\r|\n")
 _LOG = logging.getLogger("pokeys-gateway")
+
+
+@dataclass
+class _Stop:
+    """One that is under way."""
+
+    at: float
+    done: asyncio.Future[None]
+    askers: list[tuple[Client, str, int]] = field(default_factory=list)      # who, the command, the request's number
 
 
 class Machine:
@@ -38,24 +56,32 @@ class Machine:
         self._client.on_stop = self._forget
         self._client.outbox.on_put = self._take
         self._hub = hub
+        self._taken: deque[Message] = deque()
         self._begun = bytearray()       # a line that has no end yet
+        self._long = False              # more of it came than is kept
         self._asker: Client | None = None       # whose it is
         self._last: WeakKeyDictionary[Client, int] = WeakKeyDictionary()        # number of a client's last line
-        self._under_way: set[asyncio.Task[None]] = set()
+        self._stops: dict[str, _Stop] = {}      # the last one of each kind
+        self._under_way: set[asyncio.Future[None]] = set()
 
-    def close(self) -> None:
-        """Nothing more is answered."""
-        for task in self._under_way:
-            task.cancel()
+    async def close(self) -> None:
+        """Stops that are under way have a moment to get through."""
+        if self._under_way:
+            await asyncio.wait(self._under_way, timeout=LAST_S)
 
     def _forget(self) -> int:
-        """A stop has come: the line that is begun is not carried out; how many lines that are."""
-        lines = int(bool(self._begun))
+        """A stop has come: lines that are here are not carried out; how many that are."""
+        lines = len(self._taken) + bool(self._begun)
+        while self._taken:
+            self._taken.popleft().release()
         self._begun.clear()
+        self._long = False
         return lines
 
     def _take(self) -> None:
-        for message in self._client.outbox.take(TAKE):
+        self._taken += self._client.outbox.take(TAKE)
+        while self._taken:
+            message = self._taken.popleft()
             try:
                 self._feed(message)
             finally:
@@ -66,85 +92,120 @@ class Machine:
         if not self._begun:
             self._asker = message.origin
         data = message.data
+        # the router has told of it, and has ended a line that was begun
+        told = STOP.match(data.removeprefix(b"\n")) is not None and data.startswith(b"\n")
         while end := _END.search(data):
-            line = bytes(self._begun) + data[:end.start()]
-            self._begun.clear()
+            self._keep(data[:end.start()])
             data = data[end.end():]
-            if self._asker:
-                self._line(self._asker, line, message.request)
-        self._begun += data[:max(0, KEPT - len(self._begun))]
+            line, too_long = bytes(self._begun), self._long
+            self._begun.clear()
+            self._long = False
+            if self._asker and line:
+                self._line(self._asker, line, too_long, told, message.request)
+        self._keep(data)
 
-    def _line(self, asker: Client, data: bytes, request: int) -> None:
-        """A whole line."""
-        last = self._last.get(asker, 0)
+    def _keep(self, data: bytes) -> None:
+        """More of the line that is begun."""
+        room = KEPT - len(self._begun)
+        self._begun += data[:room]
+        self._long = self._long or len(data) > room
+
+    # ---- a whole line
+
+    def _line(self, asker: Client, data: bytes, too_long: bool, told: bool, request: int) -> None:
         try:
-            line = parse(data)
-            if not line:
-                return
-            if line.name == RENUMBER:
-                self._renumber(asker, line)
-            elif line.number is not None:
-                if line.number != last + 1:
-                    raise BadLine("Line Number is not Last Line Number+1")
-                self._last[asker] = line.number
-            reply = self._carry_out(line)
+            if found := STOP.match(data):
+                self._stop(asker, f"M{found[1].decode()}", data, told, request)
+            elif too_long:
+                self._tell(asker, f"{TOO_LONG}\nok", request)
+            elif line := parse(data):
+                text = self._carry_out(asker, line)
+                self._tell(asker, f"{text}\nok" if text else "ok", request)
         except BadLine as why:
+            last = self._last.get(asker, 0)
             self._tell(asker, f"Error:{why}, Last Line: {last}\nResend: {last + 1}\nok", request)
-        except commands.NotStopped as why:
-            self._not_stopped(asker, line, why, request)
-        except (BadWords, commands.NotPossible) as why:
-            self._tell(asker, f"Error:{line.name if line else ''}: {why}\nok", request)
+        except BadWords as why:
+            self._tell(asker, f"echo:not carried out: {why}\nok", request)
         except Exception:
             _LOG.exception("a line of %s", asker)
             self._tell(asker, "Error:an error of the gateway; its log says more\nok", request)
-        else:
-            if isinstance(reply, str):
-                self._tell(asker, _replied(reply), request)
-            else:
-                self._later(asker, line, reply, request)
+
+    def _carry_out(self, asker: Client, line: Line) -> str:
+        """What is said of it."""
+        last = self._last.get(asker, 0)
+        if line.name != RENUMBER and line.number is not None:
+            if line.number != last + 1:
+                raise BadLine("Line Number is not Last Line Number+1")
+            self._last[asker] = line.number
+        if len(line.text) > LINE_MOST:
+            return TOO_LONG
+        if line.name == RENUMBER:
+            self._renumber(asker, line)
+        if line.text and line.name not in COMMANDS:
+            return f'echo:Unknown command: "{line.text[:SHOWN]}"; M115 lists what there is'
+        return COMMANDS[line.name].run(self._hub) if line.text else ""
 
     def _renumber(self, asker: Client, line: Line) -> None:
         number = line.words().get("N", line.number)
-        if number is not None:
-            self._last[asker] = int(number)
+        if number is None:
+            return
+        if abs(number) >= 1e9 or number != int(number):
+            raise BadWords(f"{RENUMBER} takes a whole number of at most 9 digits")
+        self._last[asker] = int(number)
 
-    def _carry_out(self, line: Line) -> commands.Reply:
-        if not line.text:
-            return ""
-        if len(line.text) > LINE_MOST:
-            raise commands.NotPossible(f"a line has at most {LINE_MOST} characters")
-        if len(self._under_way) >= UNDER_WAY_MOST:
-            raise commands.NotPossible(f"{UNDER_WAY_MOST} commands are under way, which is the most")
-        if line.name not in commands.COMMANDS:
-            return f'echo:Unknown command: "{line.text[:SHOWN]}"; M115 lists what there is'
-        return commands.run(self._hub, line)
+    # ---- stops
 
-    def _later(self, asker: Client, line: Line, reply: Awaitable[str], request: int) -> None:
-        asker.due += 1
-        task = asyncio.ensure_future(self._wait(asker, line, reply, request))
-        self._under_way.add(task)
-        task.add_done_callback(self._under_way.discard)
-
-    async def _wait(self, asker: Client, line: Line, reply: Awaitable[str], request: int) -> None:
+    def _stop(self, asker: Client, name: str, data: bytes, told: bool, request: int) -> None:
+        if not told:
+            self._router.halt(asker)
         try:
-            self._tell(asker, _replied(await reply), request)
-        except commands.NotStopped as why:
-            self._not_stopped(asker, line, why, request)
-        except Exception:
-            _LOG.exception("%s", line.name)
-            self._tell(asker, f"Error:{line.name}: an error of the gateway; its log says more\nok", request)
-        finally:
-            asker.due -= 1
+            line = parse(data)
+            self._last[asker] = line.number if line and line.number is not None else self._last.get(asker, 0)
+        except BadLine:
+            pass
+        if not self._hub.config.operate:
+            self._failed(asker, name, f"[not stopped: {NO_STOP}]", NO_STOP, request)
+            return
+        stop = self._begin(COMMANDS[name].stop)
+        if asker.due >= DUE_MOST:
+            self._tell(asker, "echo:busy: stopping\nok", request)
+            return
+        asker.due += 1
+        stop.askers.append((asker, name, request))
 
-    def _not_stopped(self, asker: Client, line: Line | None, why: Exception, request: int) -> None:
+    def _begin(self, method: str) -> _Stop:
+        """One that is under way from now on, or has just begun."""
+        loop = asyncio.get_running_loop()
+        last = self._stops.get(method)
+        if last and not last.done.done() and loop.time() < last.at + JOIN_S:
+            return last
+        stop = self._stops[method] = _Stop(loop.time(), self._hub.operators.begin_stop(method))
+        self._under_way.add(stop.done)
+        stop.done.add_done_callback(functools.partial(self._stopped, stop))
+        return stop
+
+    def _stopped(self, stop: _Stop, done: asyncio.Future[None]) -> None:
+        self._under_way.discard(done)
+        why = done.exception() if not done.cancelled() else NotDone("the gateway ends")
+        said = False
+        for asker, name, request in stop.askers:
+            asker.due -= 1
+            if why:
+                text = f"the stop is not confirmed: {why}; use the machine's own switch"
+                self._failed(asker, name, "" if said else f"[{text}]", text, request)
+                said = True
+            else:
+                self._tell(asker, "ok", request)
+        if why and not isinstance(why, NotDone):
+            _LOG.error("a stop", exc_info=why)
+
+    def _failed(self, asker: Client, name: str, to_all: str, why: str, request: int) -> None:
         """Everybody has been told that a stop came."""
-        self._router.tell_all(f"[not stopped: {why}]")
-        self._tell(asker, f"Error:{line.name if line else ''}: {why}\nok", request)
+        if to_all:
+            self._router.tell_all(to_all)
+        asker.failed = True
+        self._tell(asker, f"Error:{name}: {why}\nok", request)
 
     def _tell(self, asker: Client, text: str, request: int) -> None:
         if asker.connected:
             self._router.tell(asker, text, request)
-
-
-def _replied(text: str) -> str:
-    return f"{text}\nok" if text else "ok"

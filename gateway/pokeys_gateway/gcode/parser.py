@@ -10,10 +10,12 @@ import re
 from dataclasses import dataclass
 
 LINE_MOST = 256             # characters, without the end
-_NUMBER = re.compile(rb"[Nn][ \t]*([+-]?\d{1,10})(?!\d)")
+DIGITS_MOST = 10            # of a line number, with its sign
+_NUMBER = re.compile(rb"[Nn][ \t]*([+-]?\d+)")
 _SUM = re.compile(rb"\*[ \t]*(\d{1,3})\Z")
 _COMMAND = re.compile(r"([GMT])\s*(\d{1,5})(?:\.(\d{1,2}))?(?![\d.])", re.I | re.A)
 _WORD = re.compile(r"([A-Z])\s*([+-]?(?:\d+\.?\d*|\.\d+))?\s*", re.I | re.A)
+_TEXT = re.compile(rb"[Mm][ \t]*(?:117|118)(?!\d)")        # commands that take a text
 _PARENTHESES = re.compile(r"\([^()]*\)")
 
 
@@ -55,6 +57,8 @@ def parse(data: bytes) -> Line | None:
     body = data.partition(b";")[0].strip()
     number = None
     if found := _NUMBER.match(body):
+        if len(found[1]) > DIGITS_MOST:
+            raise BadLine(f"a line number has at most {DIGITS_MOST - 1} digits")
         number = int(found[1])
         total = _SUM.search(body)
         if not total:
@@ -62,6 +66,8 @@ def parse(data: bytes) -> Line | None:
         if int(total[1]) != checksum(body[:total.start()]):
             raise BadLine("checksum mismatch")
         body = body[found.end():total.start()].strip()
+    elif not _TEXT.match(body):
+        body = _SUM.sub(b"", body).strip()      # it says nothing without a number
     text = body.decode("utf-8", "replace")
     if not _PARENTHESES.sub("", text).strip():
         text = ""
