@@ -362,7 +362,8 @@ def test_files():
             "ok", "ok", "no"]
         assert other.ask("[ESP730]remove=/../secret") == "error: /../secret: No such file or directory"
         assert other.ask("[ESP730]").startswith("error: [ESP730] takes one of rmdir=PATH")
-        assert Telnet(house).ask("[ESP121]") == str(PAGES)
+        one = Telnet(house)
+        assert (one.ask("[ESP121]"), one.ask("[ESP160]"), one.ask("[ESP161]")) == (str(PAGES), "ON", str(PAGES + 1))
 
 
 if __name__ == "__main__":

@@ -76,11 +76,11 @@ def _service(kind: str, section: str) -> Callable[[Commands, Client, Words], str
     return run
 
 
-def _port(section: str) -> Callable[[Commands, Client, Words], str]:
+def _port(section: str, further: int = 0) -> Callable[[Commands, Client, Words], str]:
     """Where a door listens."""
     def run(commands: Commands, _client: Client, words: Words) -> str:
         _set_elsewhere(words, _in_file(commands, f"listen in [{section}]"))
-        return ", ".join(str(one.port) for one in commands.listens(section)) or "none"
+        return ", ".join(str(one.port + further) for one in commands.listens(section)) or "none"
     return run
 
 
@@ -291,6 +291,9 @@ TABLE = {
     130: Command("guest", "[CLOSE]", "show whether telnet is served; CLOSE ends its connections",
                  _service("telnet", "telnet")),
     131: Command("guest", "", "show the port for telnet", _port("telnet")),
+    160: Command("guest", "[CLOSE]", "show whether web sockets are served; CLOSE ends those for lines",
+                 _service("websocket", "esp3d")),
+    161: Command("guest", "", "show the port for web sockets", _port("esp3d", 1)),
     201: Command("guest", "P=TERMINAL [D=DEVICE]", "show the value at a terminal of a PoKeys device", _pin),
     220: Command("guest", "[D=DEVICE]", "show the terminals of a PoKeys device that are set up", _pins),
     290: Command("user", "MILLISECONDS", "wait before the next line of this client", _pause),
