@@ -10,11 +10,37 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 Result = TypeVar("Result")
+
+
+class Few:
+    """So many pieces of work at once; the next one is refused, as a disk that does not answer would have them all."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._under_way = 0
+        self._lock = threading.Lock()
+
+    def __call__(self, work: Callable[..., Result], *arguments: Any) -> asyncio.Future[Result]:
+        """As :func:`aside`. OSError if there are too many."""
+        with self._lock:
+            if self._under_way >= self._most:
+                raise OSError(errno.EBUSY, "the disk has too much to do; try again later")
+            self._under_way += 1
+
+        def whole() -> Result:
+            try:
+                return work(*arguments)
+            finally:
+                # also if nobody waits for it any more
+                with self._lock:
+                    self._under_way -= 1
+        return aside(whole)
 
 
 def aside(work: Callable[..., Result], *arguments: Any) -> asyncio.Future[Result]:

@@ -17,10 +17,12 @@ from pathlib import Path
 from typing import Any
 
 from .access import LEVELS
+from .aside import Few
 
 FILE_MOST = 512 << 20       # bytes
 FREE_LEAST = 64 << 20       # bytes of the file system that are left to others
 LISTED_MOST = 4096
+AT_ONCE = 16                # pieces of work
 NAME_MOST = 255             # bytes
 # what a browser runs, with the rights of whoever opens it
 ACTIVE = re.compile(r"text/html|.*/(x-)?javascript|.*/ecmascript|.*/xml|.*\+xml|.*/wasm|multipart/.*|message/.*")
@@ -105,6 +107,7 @@ class Folder:
 
     def __init__(self, top: Path) -> None:
         self._top = top
+        self.aside = Few(AT_ONCE)
 
     def _path(self, *names: str) -> Path:
         """Within the folder. OSError."""
@@ -166,7 +169,10 @@ class Folder:
                 "total": _size(total), "used": _size(total - free)}
 
     def act(self, action: str, folder: str, name: str, level: str) -> str:
-        """ESP3D's actions: delete, deletedir, createdir, create; what is said of it. OSError, :class:`NotPermitted`."""
+        """ESP3D's actions: delete, deletedir, createdir, create; what is said of it.
+
+        OSError, :class:`NotPermitted`, :class:`TooLarge`.
+        """
         if not name.strip("/"):
             raise OSError(errno.EINVAL, "filename is missing")
         path = self._path(folder, name)
@@ -181,6 +187,8 @@ class Folder:
         if action == "deletedir":
             path.rmdir()
             return f"{path.name} deleted"
+        if action in ("createdir", "create"):
+            self._need_room(path.parent)
         if action == "createdir":
             path.mkdir()
             return f"{path.name} created"
@@ -206,10 +214,18 @@ class Folder:
             raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
         self._permit(path, level)
         if create:
+            self._need_room(self._top)
             path.parent.mkdir(parents=True, exist_ok=True)
         if path.is_dir():
             raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
         return Upload(path, size)
+
+    @staticmethod
+    def _need_room(path: Path) -> None:
+        """For what has a name and no bytes yet. OSError, :class:`TooLarge`."""
+        disk = os.statvfs(path)
+        if disk.f_bavail * disk.f_frsize < FREE_LEAST:
+            raise TooLarge("the disk is full")
 
     def _permit(self, path: Path, level: str) -> None:
         """:class:`NotPermitted`."""

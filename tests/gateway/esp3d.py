@@ -100,6 +100,11 @@ def test_commands():
         quiet(gateway)
 
 
+def names(answer):
+    """Of a listing."""
+    return [one["name"] for one in json.loads(answer[1])["files"]]
+
+
 def test_pages_of_others():
     with bridge() as (house, gateway, printer):
         page = Page(house)
@@ -151,7 +156,9 @@ def test_log_in():
                                     Content_Type="application/x-www-form-urlencoded")
             return status, json.loads(body)["authentication_lvl"]
         assert log_in(SUBMIT="YES", USER="anna", PASSWORD="wrong") == (401, "guest")
-        assert log_in(SUBMIT="YES", USER="anna", PASSWORD="printer!!") == (200, "user") and page.cookie
+        assert log_in(SUBMIT="YES", USER="anna", PASSWORD="printer!!") == (200, "user")
+        # the gateway's other page has a cookie of its own
+        assert page.cookie.startswith("pokeys-console="), page.cookie
         assert page.command("M105")[0] == 200 and json.loads(page.ask("/login")[1])["authentication_lvl"] == "user"
         assert page.command("[ESP444]RESTART json")[0] == 401
         assert log_in(NEWPASSWORD="another one") == (500, "user")
@@ -280,6 +287,15 @@ def test_files():
         # folders
         found = json.loads(page.files(path="/", action="createdir", filename="parts")[1])
         assert found["status"] == "parts created" and found["files"][0] == {"name": "parts", "size": "-1", "time": ""}
+        # many at once are all there, and too many are none
+        many = {f"m{number}_gcode": b"G1" for number in range(65)}
+        assert b"at most 64 files" in page.upload("/", **many)[1]
+        assert not [one for one in names(page.files(path="/")) if one.startswith("m")]
+        many.popitem()
+        assert page.upload("/", **many)[0] == 200
+        assert len([one for one in names(page.files(path="/")) if one.startswith("m")]) == 64
+        for name in many:
+            assert page.files(path="/", action="delete", filename=name.replace("_", "."))[0] == 200
         status, body = page.upload("/parts/", a_gcode=b"G1\n")
         assert status == 200, body
         assert [one["name"] for one in json.loads(page.files(path="/parts")[1])["files"]] == ["a.gcode"]

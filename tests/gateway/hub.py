@@ -4,6 +4,7 @@
 import asyncio
 import logging
 import sys
+import threading
 
 
 class Lines(logging.Handler):
@@ -45,13 +46,38 @@ def lag_is_told_once_in_a_while():
     assert len(heard.lines) == 10 and "20 ms late" in heard.lines[0], heard.lines
 
 
+async def few_wait_for_a_disk():
+    """What a disk does not answer has its place until it does, whoever waits for it."""
+    few, go = aside.Few(2), threading.Event()
+    work = [few(go.wait, 60), few(go.wait, 60)]
+    for one in work[0], None:
+        try:
+            few(int)
+        except OSError as error:
+            assert "too much to do" in str(error), error
+        else:
+            raise AssertionError("a third one")
+        if one:
+            one.cancel()
+            await asyncio.sleep(0)
+    go.set()
+    assert await work[1] is True
+    while True:
+        try:
+            assert await few(int) == 0
+            break
+        except OSError:
+            await asyncio.sleep(0.01)
+
+
 if __name__ == "__main__":
     try:
-        from pokeys_gateway import config, hub, model
+        from pokeys_gateway import aside, config, hub, model
     except ImportError as error:
         print(f"not tried: {error} (Debian: python3-aiohttp, python3-prometheus-client)", file=sys.stderr)
         sys.exit(77)
     heard = Lines()
     logging.getLogger("pokeys-gateway").addHandler(heard)
     asyncio.run(asyncio.wait_for(looking_goes_on(), 60))
+    asyncio.run(asyncio.wait_for(few_wait_for_a_disk(), 60))
     lag_is_told_once_in_a_while()

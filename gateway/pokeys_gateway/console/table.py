@@ -14,9 +14,8 @@ from typing import Any
 
 from .. import __version__, config
 from ..access import SESSION_S
-from ..aside import aside
 from ..board import terminals
-from ..folder import NotPermitted
+from ..folder import NotPermitted, TooLarge
 from .client import Client
 from .commands import Command, Commands, Listing, Refused, Words
 from .urgent import FIRMWARES
@@ -212,7 +211,7 @@ def _password(user: str) -> Callable[[Commands, Client, Words], str]:
 async def _files(commands: Commands, _client: Client, words: Words) -> Listing:
     path = words.plain[0] if words.plain else "/"
     try:
-        found = await aside(commands.folder().listing, path)
+        found = await commands.folder().aside(commands.folder().listing, path)
     except OSError as error:
         raise Refused(f"{path[:64]}: {error.strerror}") from None
 
@@ -228,11 +227,11 @@ async def _file(commands: Commands, client: Client, words: Words) -> str:
         raise Refused(f"[ESP730] takes one of {', '.join(f'{name}=PATH' for name in FILE_ACTIONS)}")
     (name, path), = words.named.items()
     folder = commands.folder()
-    if name == "exists":
-        return "yes" if await aside(folder.exists, path) else "no"
     try:
-        await aside(folder.act, FILE_ACTIONS[name], "/", path, client.level(commands.access))
-    except NotPermitted as error:
+        if name == "exists":
+            return "yes" if await folder.aside(folder.exists, path) else "no"
+        await folder.aside(folder.act, FILE_ACTIONS[name], "/", path, client.level(commands.access))
+    except (NotPermitted, TooLarge) as error:
         raise Refused(str(error)) from None
     except OSError as error:
         raise Refused(f"{path[:64]}: {error.strerror}") from None

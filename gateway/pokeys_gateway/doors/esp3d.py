@@ -40,14 +40,15 @@ COMMAND_MOST, SOCKET_LINE_MOST = 4096, 256
 BODY_MOST, SOCKETS_MOST = 64 << 10, 64
 ANSWER_S = 30.0             # how long a request waits for its command
 CHUNK, RATE = 64 << 10, 4 << 20     # bytes, and bytes a second of an upload
-UPLOADS_MOST, FIELDS_MOST, FIELD_MOST = 4, 64, 4096
+UPLOADS_MOST, FILES_MOST, FIELDS_MOST, FIELD_MOST = 4, 64, 128, 4096
 PIECE, FULL_S = 4 << 10, 0.05
 TCP_CLOSED = 7, 8           # in tcp_info: reset, and closed by the other end (linux/tcp.h)
 SEND, SNDBUF = 16 << 10, 32 << 10
 BLOCKED_S = 60.0            # a client that takes nothing for so long is closed
 PAGE, DATA = "webui-v3", "arduino"      # the subprotocols
 FORWARDED = "ESP3D says: command forwarded"     # clients look for these words
-LATE = "error: not sent: the machine takes nothing\n"
+LATE = "error: the machine takes nothing; what waits of this request is not sent\n"
+COOKIE = "pokeys-console"
 # what ESP3D-WEBUI is made of; it is one file, with everything in it
 SECURITY = {
     "Content-Security-Policy": "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
@@ -123,7 +124,7 @@ class Esp3d:
         self._config = hub.config
         self._access = access
         self._console = console
-        self._session = Session(hub.config, access, judges=False)
+        self._session = Session(hub.config, access, cookie=COOKIE, judges=False)
         self._gate = Gate(rate=RATE)
         self._servers: list[asyncio.Server] = []
         self._runner: web.AppRunner | None = None
@@ -304,8 +305,10 @@ class Esp3d:
         try:
             if not self._folder:
                 raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
-            file, size, packed = await aside(self._folder.open, wanted)
+            file, size, packed = await self._folder.aside(self._folder.open, wanted)
         except OSError as error:
+            if error.errno == errno.EBUSY:
+                return complaint(HTTPStatus.SERVICE_UNAVAILABLE, f"{wanted}: {error.strerror}")
             if wanted == "index.html":
                 return web.Response(text=NO_PAGE)
             return complaint(HTTPStatus.NOT_FOUND, f"{wanted}: {error.strerror}")
@@ -341,10 +344,11 @@ class Esp3d:
             if request.method == "POST":
                 status = await self._upload(request, given, level)
             elif (action := given.get("action", "list")) != "list":
-                status = await aside(self._folder.act, action, given.get("path", "/"), given.get("filename", ""), level)
+                status = await self._folder.aside(self._folder.act, action, given.get("path", "/"),
+                                                  given.get("filename", ""), level)
             if given.get("quiet") == "yes":
                 return web.json_response({"status": status})
-            found = await aside(self._folder.listing, given.get("path", "/"))
+            found = await self._folder.aside(self._folder.listing, given.get("path", "/"))
         except (ValueError, AssertionError):
             return web.Response(status=HTTPStatus.BAD_REQUEST, text="error: this is no form with files\n")
         except NotPermitted as error:
@@ -379,6 +383,8 @@ class Esp3d:
                     continue
                 # aiohttp takes away the / at the beginning
                 size = given.get(f"/{part.filename}S", given.get(f"{part.filename}S", ""))
+                if len(uploads) >= FILES_MOST:
+                    raise OSError(errno.EINVAL, f"a form has at most {FILES_MOST} files")
                 upload = await aside(self._folder.begin, given.get("path", "/"), part.filename, level,
                                      int(size) if re.fullmatch(r"[0-9]{1,15}", size) else None,
                                      given.get("createPath") in ("yes", "true"))

@@ -25,10 +25,12 @@ OPEN = frozenset(("/", "/page.js", "/page.css", "/licenses.txt", "/healthz", "/a
 class Session:
     """Who a request is from, and the paths for that. Belongs to the event loop's thread."""
 
-    def __init__(self, config: Config, access: Access, *, judges: bool = True) -> None:
-        """Without `judges`, a request from nobody is the door's business."""
+    def __init__(self, config: Config, access: Access, *, cookie: str = COOKIE, judges: bool = True) -> None:
+        """Without `judges`, a request from nobody is the door's business. Doors of one computer share their cookies,
+        whatever their ports, and one without TLS cannot replace the cookie of one with it: so each has its `cookie`."""
         self._config = config
         self._access = access
+        self._cookie_name = cookie
         self._judges = judges
         self._proxies = frozenset(map(host_of, config.behind_proxy))
 
@@ -45,12 +47,11 @@ class Session:
                 peer = plain(last)
         return host_of(peer)
 
-    @staticmethod
-    def _cookie(request: web.Request) -> str:
+    def _cookie(self, request: web.Request) -> str:
         """Ours. All servers of a computer share their cookies, and not all are what aiohttp can parse."""
         for part in ";".join(request.headers.getall("Cookie", [])).split(";"):
             name, _, value = part.strip().partition("=")
-            if name == COOKIE:
+            if name == self._cookie_name:
                 return value
         return ""
 
@@ -126,12 +127,12 @@ class Session:
 
     def remember(self, request: web.Request, answer: web.Response, token: str) -> None:
         """Whoever gets this answer is logged in."""
-        answer.set_cookie(COOKIE, token, httponly=True, samesite="Strict", secure=self._secure(request))
+        answer.set_cookie(self._cookie_name, token, httponly=True, samesite="Strict", secure=self._secure(request))
 
     def forget(self, request: web.Request, answer: web.Response) -> None:
         """Whoever gets this answer is not logged in any more."""
         self._access.log_out(self._cookie(request))
-        answer.del_cookie(COOKIE)
+        answer.del_cookie(self._cookie_name)
 
     async def log_out(self, request: web.Request) -> web.Response:
         """POST /api/log-out"""
