@@ -25,7 +25,7 @@ PACKAGES_TEST=(
 	strace			# system calls of the realtime thread
 	systemd			# systemd-analyze
 	python3-venv mypy	# the Python package
-	python3-jsonschema python3-websockets	# the gateway's clients
+	python3-jsonschema python3-websockets inetutils-telnet netcat-openbsd curl	# the gateway's clients
 )
 PACKAGES_REMOTE=(python3-zmq python3-protobuf python3-zeroconf)	# pokeys-remote
 PACKAGES_GATEWAY=(python3-aiohttp python3-prometheus-client python3-serial)	# the gateway, for Debian's Python
