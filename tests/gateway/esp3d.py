@@ -271,7 +271,7 @@ def test_whoever_is_gone_is_not_obeyed():
 def test_files():
     with bridge(level="admin") as (house, gateway, _printer):
         page, folder = Page(house), house.folder / "files"
-        assert b"lay index.html.gz" in page.ask("/")[1]
+        assert b"copy index.html.gz" in page.ask("/")[1]
         status, body = page.upload("/", index_html_gz=gzip.compress(b"<p>a page"), part_gcode=b"G28\n")
         found = json.loads(body)
         assert status == 200 and found["status"] == "index.html.gz, part.gcode uploaded", found

@@ -59,7 +59,7 @@ SECURITY = {
 }
 PAGES = frozenset(("index.html", "favicon.ico"))      # a page has to be there before anybody can log in
 NO_PAGE = ("This is the console of pokeys-gateway. For a page here, set folder in section [esp3d] of the "
-           "configuration, and lay index.html.gz of ESP3D-WEBUI 3.0 into that folder.\n")
+           "configuration, and copy index.html.gz of ESP3D-WEBUI 3.0 into that folder.\n")
 
 
 def _not_by_others(handler: Handler) -> Handler:
