@@ -268,6 +268,8 @@ def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, 
         yield "machine_kind", f"kind = {SERIAL} needs port"
     if config.machine_kind == POKEYS and config.machine_port:
         yield "machine_kind", f"kind = {POKEYS} has no port"
+    if config.pty_path and config.pty_path == config.machine_port:
+        yield "pty_path", "this is the machine's port; the pseudoterminal needs a path of its own"
     if config.machine_kind == POKEYS and config.machine_firmware != "marlin":
         yield "machine_firmware", f"kind = {POKEYS} takes lines as marlin does"
     for section in "telnet", "esp3d":

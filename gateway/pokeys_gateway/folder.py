@@ -128,6 +128,7 @@ class Folder:
 
     def sweep(self) -> None:
         """Remove what a gateway that was killed had not taken completely. OSError."""
+        os.stat(self._top)
         for path in self._top.rglob(f"{_UPLOAD}*"):
             path.unlink()
 

@@ -15,8 +15,9 @@ from .operate import Operators
 from .source import Source
 
 LOOK_S = 1.0
-LAG_S, LAG_WARN_S, LAG_QUIET_S = 0.02, 0.010, 10.0
-LAGS_S = 0.001, 0.002, 0.005, LAG_WARN_S, 0.02, 0.05, 0.1, 0.5       # upper bounds of its histogram
+LAG_S, LAG_LATE_S, LAG_QUIET_S = 0.02, 0.010, 10.0
+LAG_WARN_S = 0.05           # an idle computer is more than LAG_LATE_S late a few times an hour
+LAGS_S = 0.001, 0.002, 0.005, LAG_LATE_S, 0.02, LAG_WARN_S, 0.1, 0.5       # upper bounds of its histogram
 _LOG = logging.getLogger("pokeys-gateway")
 
 
@@ -28,22 +29,22 @@ class Lag:
         self.most = 0.0
         self.total = 0.0
         self.counts = [0] * (len(LAGS_S) + 1)       # between the bounds, and above the last one
-        self.late = 0               # how often it was later than LAG_WARN_S
+        self.late = 0               # how often it was later than LAG_LATE_S
         self._warned: float | None = None
 
     def take(self, late: float) -> None:
-        """Note one measurement, in seconds; more than 10 ms are logged, at most once in 10 s."""
+        """Note one measurement, in seconds; more than 50 ms are logged, at most once in 10 s."""
         self.most = max(self.most, late)
         self.total += late
         self.counts[bisect.bisect_left(LAGS_S, late)] += 1
+        self.late += late > LAG_LATE_S
+        now = self._clock()
         if late <= LAG_WARN_S:
             return
-        self.late += 1
-        now = self._clock()
         if self._warned is None or now - self._warned >= LAG_QUIET_S:
             self._warned = now
             _LOG.warning("the event loop was %.0f ms late; all clients waited (more than %.0f ms, since the start: %d)",
-                         late * 1e3, LAG_WARN_S * 1e3, self.late)
+                         late * 1e3, LAG_LATE_S * 1e3, self.late)
 
     async def watch(self) -> None:
         """Measure for ever."""

@@ -5,6 +5,7 @@ import contextlib
 import fcntl
 import functools
 import os
+import pathlib
 import re
 import select
 import signal
@@ -383,6 +384,24 @@ def test_a_program_that_wants_a_serial_port():
             pass
         one.port.close()
         gateway.wait("it is gone", lambda: console(gateway, "clients") == 1)
+
+        def second(link=None):
+            """What another gateway says, which was started by mistake; with another link in the place of ours."""
+            name = "second.log"
+            (house.folder / name).unlink(missing_ok=True)
+            if link:
+                path.with_name("other").symlink_to(link)
+            conf = house.folder / "second.conf"
+            where = path.with_name("other") if link else path
+            conf.write_text(f"[http]\nlisten = {free_address()}:8580\n[pty]\npath = {where}\n", encoding="utf-8")
+            child = house.spawn("python", "-B", House.programs["pokeys-gateway"], "--config", conf, "--runtime-directory",
+                                house.runtime, log=name, env={**os.environ, **rig.environment()})
+            assert child.wait(PATIENCE) == 1
+            return house.log(name)
+        before = path.readlink()
+        assert f"[pty] path: another gateway has {path}" in second() and path.readlink() == before
+        assert "is a link to /dev/ttyS0, and is not replaced" in second("/dev/ttyS0")
+        assert path.with_name("other").readlink() == pathlib.Path("/dev/ttyS0")
         gateway.child.send_signal(signal.SIGTERM)
         gateway.child.wait(PATIENCE)
         assert not path.is_symlink()

@@ -67,6 +67,7 @@ BAD = (
     ("[machine]\nkind = serial\n", 2, "[machine] kind: kind = serial needs port"),
     ("[machine]\nport = /dev/ttyUSB0\nkind = pokeys\n", 3, "kind = pokeys has no port"),
     ("[machine]\nkind = pokeys\nfirmware = grbl\n", 3, "[machine] firmware: kind = pokeys takes lines as marlin does"),
+    ("[machine]\nport = /dev/a\n[pty]\npath = /dev/a\n", 4, "[pty] path: this is the machine's port"),
     ("[machine]\nbaud = 0\n", 2, '[machine] baud: "0" is not allowed; allowed: bits a second, 50 to 4000000'),
     ("[machine]\nfirmware = klipper\n", 2, '"klipper" is not allowed; allowed: marlin, grbl, grblhal, smoothieware'),
     ("[machine]\nflow-control = yes\n", 2, "allowed: none, hardware, software"),

@@ -336,6 +336,8 @@ def terminals_negotiate():
     # a plain socket's data, and the beginning of a negotiation that comes in parts
     two = Terminal()
     assert two.decode(b"M117 \xff\nM105\n\xff\xff") == b"M117 \xff\nM105\n\xff\xff" and not two.virtual
+    assert two.decode(b"M105\r\0M112\r") + two.decode(b"\0M114\r\0") == b"M105\rM112\rM114\r"
+    assert two.decode(b"a\0b\r") + two.decode(b"\n\0") == b"a\0b\r\n\0"
     assert two.decode(b"a\xff") + two.decode(b"\xfb") + two.decode(b"\x1fM105\r") + two.decode(b"\n") == b"aM105\n"
     assert two.virtual and two.replies == b"\xff\xfe\x1f"
     assert one.encode(b"ok\nT:1\r\n\xff\r") == b"ok\r\nT:1\r\n\xff\xff\r\0"

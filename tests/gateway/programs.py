@@ -57,10 +57,10 @@ def test_the_commands_of_the_page():
     need("nc", "netcat-openbsd")
     text = PAGE.read_text(encoding="utf-8")
     nc, = re.findall(r"`(printf [^`]*\\\| nc [^`]*)`", text)
-    curl, = re.findall(r"`(curl [^`]*)`", text)
+    curl, spaces, upload = re.findall(r"`(curl [^`]*)`", text)
     with bridge() as (house, gateway, printer):
         def run(command):
-            command = command.replace("\\|", "|").replace("127.0.0.1 2323", f"{house.console} {PORT}").replace(
+            command = command.replace("\\|", "|").replace("\n", " ").replace("127.0.0.1 2323", f"{house.console} {PORT}").replace(
                 "127.0.0.1:8581", f"{house.console}:{PAGES}")
             ran = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=PATIENCE, check=False)
             assert ran.returncode == 0, (command, ran)
@@ -68,7 +68,11 @@ def test_the_commands_of_the_page():
         assert run(nc) == "ok T:21.3 /0.0\n"
         assert re.search(rf"^machine: {house.port}, lines sent: ", run(curl), re.M), run(curl)
         assert run(curl.replace("[ESP420]", "M105")) == "ESP3D says: command forwarded"
-        gateway.wait("it has them", lambda: printer.lines == [b"M105", b"M105"])
+        assert run(spaces) == "ESP3D says: command forwarded"
+        (house.folder / "part.gcode").write_text("G28\n", encoding="utf-8")
+        assert '"status": "part.gcode uploaded"' in run(f"cd {house.folder}; {upload}")
+        assert (house.folder / "files/part.gcode").read_text(encoding="utf-8") == "G28\n"
+        gateway.wait("it has them", lambda: printer.lines == [b"M105", b"M105", b"G1 X1"])
         quiet(gateway)
 
 

@@ -8,10 +8,10 @@ next port, as it expects it.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import errno
 import functools
 import itertools
+import logging
 import math
 import mimetypes
 import os
@@ -49,6 +49,7 @@ PAGE, DATA = "webui-v3", "arduino"      # the subprotocols
 FORWARDED = "ESP3D says: command forwarded"     # clients look for these words
 LATE = "error: the machine takes nothing; what waits of this request is not sent\n"
 COOKIE = "pokeys-console"
+_LOG = logging.getLogger("pokeys-gateway")
 # what ESP3D-WEBUI is made of; it is one file, with everything in it
 SECURITY = {
     "Content-Security-Policy": "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
@@ -139,8 +140,10 @@ class Esp3d:
         if not endpoints:
             return []
         if self._folder:
-            with contextlib.suppress(OSError):
+            try:
                 await aside(self._folder.sweep)
+            except OSError as error:
+                _LOG.warning("[esp3d] folder: %s: %s", self._config.esp3d_folder, error.strerror)
         loop = asyncio.get_running_loop()
         self._watch = loop.create_task(self._gate.watch())
         self._runner = web.AppRunner(self.application(), access_log=None, keepalive_timeout=IDLE_S)

@@ -6,6 +6,9 @@ Whoever may open it may send. It is one client, whatever opens it; while nobody 
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import errno
+import fcntl
 import grp
 import logging
 import os
@@ -18,6 +21,7 @@ from ..console.console import Console
 from .link import LINE_MOST, Link
 
 LOOK_S = 0.1
+TERMINALS = "/dev/pts/"
 _LOG = logging.getLogger("pokeys-gateway")
 
 
@@ -27,7 +31,7 @@ class Pty:
     def __init__(self, console: Console) -> None:
         self._console = console
         self._path: Path | None = None
-        self._fd = -1
+        self._fd = self._lock = -1
         self._task: asyncio.Task[None] | None = None
 
     def open(self, path: Path, group: str | None) -> str:
@@ -39,18 +43,29 @@ class Pty:
             if group:
                 os.fchown(other, -1, grp.getgrnam(group).gr_gid)
             os.set_blocking(self._fd, False)
-            # a link of a gateway that was killed is replaced, and nothing else
-            new = path.with_name(f".{path.name}.new")
-            if path.exists() and not path.is_symlink():
-                raise FileExistsError(17, f"{path} is there, and is no link")
-            new.unlink(missing_ok=True)
-            new.symlink_to(os.ttyname(other))
-            new.replace(path)
+            self._link(path, os.ttyname(other))
         finally:
             os.close(other)
         self._path = path
         self._task = asyncio.ensure_future(self._run())
         return f"pseudoterminal {path}"
+
+    def _link(self, path: Path, name: str) -> None:
+        """Make a link. That of a gateway that was killed is replaced, and nothing else. OSError."""
+        self._lock = os.open(path.with_name(f".{path.name}.lock"), os.O_CREAT | os.O_WRONLY | os.O_CLOEXEC, 0o600)
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OSError(errno.EBUSY, f"[pty] path: another gateway has {path}") from None
+        if path.is_symlink():
+            if not (to := str(path.readlink())).startswith(TERMINALS):
+                raise FileExistsError(errno.EEXIST, f"[pty] path: {path} is a link to {to}, and is not replaced")
+        elif path.exists():
+            raise FileExistsError(errno.EEXIST, f"[pty] path: {path} is there, and is not replaced")
+        new = path.with_name(f".{path.name}.new")
+        new.unlink(missing_ok=True)
+        new.symlink_to(name)
+        new.replace(path)
 
     async def _run(self) -> None:
         poll = select.poll()
@@ -78,7 +93,10 @@ class Pty:
         if self._task:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
-        if self._path and self._path.is_symlink():
-            self._path.unlink()
+        if self._path:
+            with contextlib.suppress(OSError):
+                self._path.unlink()
+        if self._lock >= 0:
+            os.close(self._lock)
         if self._fd >= 0:
             os.close(self._fd)

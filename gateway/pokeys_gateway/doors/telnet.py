@@ -59,15 +59,25 @@ class Terminal:
         self.replies = bytearray()  # to be sent
         self._state = _State.DATA
         self._verb = 0
+        self._cr = False            # without a negotiation: the last byte was CR
 
     def decode(self, data: bytes) -> bytes:
         """The data in what has come."""
+        if not self.virtual:
+            data = self._without_padding(data)
         if not self.virtual and IAC not in data and self._state is _State.DATA:
             return data
         found = bytearray()
         for byte in data:
             self._take(byte, found)
         return bytes(found)
+
+    def _without_padding(self, data: bytes) -> bytes:
+        """telnet sends CR NUL for CR, also if it has not negotiated: M112 behind it would be no stop."""
+        if self._cr and data.startswith(b"\0"):
+            data = data[1:]
+        self._cr = data.endswith(b"\r")
+        return data.replace(b"\r\0", b"\r")
 
     def encode(self, data: bytes) -> bytes:
         """What is sent for data."""

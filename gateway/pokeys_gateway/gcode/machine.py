@@ -32,10 +32,14 @@ SHOWN = 64                  # characters of a line in a message
 JOIN_S = 0.1                # a stop so soon after the same one is the same
 DUE_MOST = 64               # replies to stops that a client can wait for
 LAST_S = 2.0                # for stops under way when the gateway ends
-TOO_LONG = f"echo:not carried out: a line has at most {LINE_MOST} characters"
+TOO_LONG = f"echo:not carried out: a line has at most {LINE_MOST} characters: "
 NO_STOP = "the gateway may not operate LinuxCNC ([linuxcnc] operate = no); use the machine's own switch"
 _END = re.compile(rb"\r\n|\r|\n")
 _LOG = logging.getLogger("pokeys-gateway")
+
+
+def _too_long(text: str) -> str:
+    return f'{TOO_LONG}"{text.strip()[:SHOWN]}"'
 
 
 @dataclass
@@ -117,7 +121,7 @@ class Machine:
             if found := STOP.match(data):
                 self._stop(asker, f"M{found[1].decode()}", data, told, request)
             elif too_long:
-                self._tell(asker, f"{TOO_LONG}\nok", request)
+                self._tell(asker, f"{_too_long(data.decode('utf-8', 'replace'))}\nok", request)
             elif line := parse(data):
                 text = self._carry_out(asker, line)
                 self._tell(asker, f"{text}\nok" if text else "ok", request)
@@ -138,7 +142,7 @@ class Machine:
                 raise BadLine("Line Number is not Last Line Number+1")
             self._last[asker] = line.number
         if len(line.text) > LINE_MOST:
-            return TOO_LONG
+            return _too_long(line.text)
         if line.name == RENUMBER:
             self._renumber(asker, line)
         if line.text and line.name not in COMMANDS:
