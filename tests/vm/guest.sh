@@ -148,6 +148,47 @@ doctor_sees_all() {
 		assert not wrong, wrong
 	PYTHON
 }
+# The console: a pseudoterminal in the unit's own folder, files in the folder of its state. With the drop-in of
+# docs/console.md, a serial port, and a group that may open the pseudoterminal.
+console_says() { timeout 20 python3 - "$@" <<-PYTHON
+	import os, socket, sys
+	where, line, wanted = sys.argv[1:]
+	if where.startswith("/"):
+	    fd = os.open(where, os.O_RDWR | os.O_NOCTTY)
+	    send, take = (lambda data: os.write(fd, data)), (lambda: os.read(fd, 4096))
+	else:
+	    one = socket.create_connection(("127.0.0.1", int(where)))
+	    send, take = one.sendall, (lambda: one.recv(4096))
+	send(line.encode() + b"\\n")
+	said = b""
+	while not said.endswith(b"\\n"):
+	    said += take()
+	print(where, line, said, flush=True)
+	sys.exit(wanted not in said.decode())
+	PYTHON
+}
+gateway_has_a_console() {
+	runuser -u pokeys-gateway -- mkdir /var/lib/pokeys-gateway/files || return 1
+	printf '%s\n' '[telnet]' 'listen = 127.0.0.1:2323' '[esp3d]' 'listen = 127.0.0.1:8581' \
+		'folder = /var/lib/pokeys-gateway/files' '[console]' 'level = user' '[pty]' \
+		'path = /run/pokeys-gateway/printer' >/etc/pokeysd/gateway.conf
+	cp /etc/pokeysd/gateway.conf /tmp/gateway.conf
+	printf '%s\n' '[machine]' 'kind = pokeys' >>/etc/pokeysd/gateway.conf
+	systemctl restart pokeys-gateway && within 240 console_says 2323 '?' "echo:$name: connected" >>/out/console &&
+		console_says 2323 '[ESP730]create=/part.gcode' ok && console_says /run/pokeys-gateway/printer M105 ok &&
+		[ -f /var/lib/pokeys-gateway/files/part.gcode ] || return 1
+	mkdir -p /etc/systemd/system/pokeys-gateway.service.d
+	printf '%s\n' '[Service]' PrivateDevices=no PrivateUsers=no 'DeviceAllow=char-ttyS rw' SupplementaryGroups=dialout \
+		>/etc/systemd/system/pokeys-gateway.service.d/port.conf
+	printf '%s\n' 'group = dialout' '[machine]' 'port = /dev/ttyS1' >>/tmp/gateway.conf
+	cp /tmp/gateway.conf /etc/pokeysd/gateway.conf
+	systemctl daemon-reload && systemctl restart pokeys-gateway &&
+		within 240 console_says 2323 '[ESP900]' 'ENABLED - /dev/ttyS1' >>/out/console || return 1
+	within 240 eval 'journalctl -o cat -u pokeys-gateway | grep -q "/dev/ttyS1: connected, 115200 baud"' || return 1
+	[ "$(stat -L -c %G /run/pokeys-gateway/printer)" = dialout ] || return 1
+	rm -r /etc/systemd/system/pokeys-gateway.service.d /etc/pokeysd/gateway.conf
+	systemctl daemon-reload && systemctl restart pokeys-gateway
+}
 gateway_goes() { within 240 gateway_shows && systemctl stop pokeys-gateway && ! page_of metrics 2>/dev/null; }
 
 watchdog_was_it() { journalctl -u pokeysd --no-pager | grep -i watchdog; }
@@ -226,6 +267,7 @@ check killed_guard_comes_again guard_comes_again
 check stopped_guard_leaves_nothing guard_goes
 check gateway_shows_the_device gateway_shows_the_device
 check gateway_may_do_nothing_else gateway_may_do_nothing
+check gateway_has_a_console gateway_has_a_console
 check reload_configures_the_device reload_configures
 check killed_daemon_comes_again again KILL
 check hung_daemon_is_found_by_the_watchdog again STOP

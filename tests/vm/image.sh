@@ -19,7 +19,7 @@ packages=(
 	procps psmisc iproute2 ethtool util-linux
 	libc6 libgcc-s1 libstdc++6 libinih1 liburing2 libedit2
 	rt-tests stress-ng
-	python3 python3-aiohttp python3-prometheus-client
+	python3 python3-aiohttp python3-prometheus-client python3-serial
 )
 
 work=$(mktemp -d)

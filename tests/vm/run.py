@@ -105,6 +105,8 @@ def command(disk, folder, accelerator):
     for name, read_only in (("in", ",readonly=on"), ("out", "")):
         share += ["-virtfs", f"local,path={folder / name},mount_tag={name},security_model=none{read_only}"]
     return ["qemu-system-x86_64", *ACCELERATORS[accelerator], "-m", "1536", "-nographic", "-no-reboot",
+            # the second port has a machine that says nothing
+            "-serial", "mon:stdio", "-serial", "null",
             "-nic", "none", "-kernel", str(disk / "vmlinuz"), "-initrd", str(disk / "initrd"),
             "-append", KERNEL + ("" if accelerator == "icount" else ISOLATED), *share,
             "-drive", f"file={disk / 'disk.ext4'},format=raw,if=none,id=disk,snapshot=on",
