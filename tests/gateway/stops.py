@@ -222,7 +222,12 @@ def bytes_that_grbl_obeys_at_once():
     guest = table.client("guest", "guest")
     table.send(b, b"[ESP5")
     table.send(b, b"00]?!x\n")
-    table.send(guest, b"!\n")
+    table.send(guest, b"!\x18?")
+    assert table.take(guest).startswith(b"error: not sent: this needs level user"), "at once"
+    table.send(guest, b"[ESP500]\n")
+    assert table.take(guest) == b"guest\n", "it is not in the next line"
+    table.send(guest, b"[ESP500]?!\n")
+    assert table.take(guest).startswith(b"error: [ESP500] takes")
     assert table.machine.outbox.empty and table.take(b).startswith(b"error: [ESP500] takes")
     # G-code of another firmware is no stop
     table.send(b, b"M112\n")

@@ -168,6 +168,11 @@ console_says() { timeout 20 python3 - "$@" <<-PYTHON
 	PYTHON
 }
 gateway_has_a_console() {
+	console_works && return
+	journalctl -o cat -u pokeys-gateway | tail -n 20 >>/out/console
+	return 1
+}
+console_works() {
 	runuser -u pokeys-gateway -- mkdir /var/lib/pokeys-gateway/files || return 1
 	printf '%s\n' '[telnet]' 'listen = 127.0.0.1:2323' '[esp3d]' 'listen = 127.0.0.1:8581' \
 		'folder = /var/lib/pokeys-gateway/files' '[console]' 'level = user' '[pty]' \

@@ -210,8 +210,10 @@ class Router:
     def _take_urgent(self, client: Client, data: bytes) -> bytes:
         """Send the bytes that the machine obeys at once; the others."""
         byte = self._urgent.byte
-        if not byte or not byte.search(data) or not self._may_send(client):
+        if not byte or not byte.search(data):
             return data
+        if not self._may_send(client):
+            return self._refuse_urgent(client, data, byte)
         rest, last = bytearray(), b""
         line = client.framer.begun
         for piece in data.splitlines(keepends=True):
@@ -238,6 +240,18 @@ class Router:
                     rest += piece[at:]
             line = b"" if piece[-1:] in (b"\r", b"\n") else line
         return bytes(rest)
+
+    def _refuse_urgent(self, client: Client, data: bytes, byte: re.Pattern[bytes]) -> bytes:
+        """Say so at once; what is left has none of these bytes."""
+        rest, line = b"", client.framer.begun
+        for piece in data.splitlines(keepends=True):
+            line += piece
+            rest += piece if COMMAND_BEGINS.match(line) else byte.sub(b"", piece)
+            line = b"" if piece[-1:] in (b"\r", b"\n") else line
+        if rest != data:
+            client.refused = True
+            self.tell(client, f"error: {NOT_ALLOWED if self.machine else self.why_no_machine}")
+        return rest
 
     def _is_stop(self, data: bytes) -> bool:
         return bool(self._urgent.stop and self._urgent.stop.match(data))
