@@ -25,6 +25,16 @@ TERMINALS = "/dev/pts/"
 _LOG = logging.getLogger("pokeys-gateway")
 
 
+def _give(terminal: int, group: str) -> None:
+    """To a group. OSError, KeyError."""
+    try:
+        os.fchown(terminal, -1, grp.getgrnam(group).gr_gid)
+    except OSError as error:
+        why = os.strerror(error.errno or 0)
+        raise OSError(error.errno, f"[pty] group: {group}: {why}; the gateway's user has to be in this group "
+                                   "(SupplementaryGroups= and PrivateUsers=no of the service)") from None
+
+
 class Pty:
     """The door. Belongs to the event loop's thread."""
 
@@ -41,7 +51,7 @@ class Pty:
             tty.setraw(other)
             os.fchmod(other, 0o660 if group else 0o600)
             if group:
-                os.fchown(other, -1, grp.getgrnam(group).gr_gid)
+                _give(other, group)
             os.set_blocking(self._fd, False)
             self._link(path, os.ttyname(other))
         finally:
