@@ -20,6 +20,7 @@ MAY_USE = {
     "sim": ["usage", "wire", "include"],
     "daemon/engine": ["wire", "include"],
     "daemon/transport": [],
+    "daemon/loops": [],
     "daemon/device": ["daemon/engine", "settings", "wire", "include"],
     "daemon/recorder": ["daemon/device", "daemon/transport", "wire", "include"],
     "daemon/rt": ["daemon/recorder", "daemon/device", "daemon/transport", "shm", "include"],

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The temperature of a period, and whether it can be one.
+ *
+ * The median of the good readings, so that a disturbed one does not matter. But what a sensor says
+ * that has a loose wire is not voted away: one reading that is no number, or two that are at an
+ * end of the range, are a fault, however many good ones there are.
+ *
+ * A temperature may not jump from one period to the next, nor within a second, or steps of a little
+ * less than is allowed would be a fall that no heater has.
+ */
+
+#include <math.h>
+
+#include "daemon/loops/heater_part.h"
+
+/* What noise and rounding may add to the fastest change, K. */
+#define NOISE 2
+#define BEFORE_NS UINT64_C(1000000000)
+#define ENDS_MOST 1	/* readings at an end of the range, of a period with others */
+
+/* One that was measured: the lower one of the two in the middle. */
+static double median(double *sample, unsigned int count)
+{
+	for (unsigned int i = 1; i < count; i++) {
+		const double value = sample[i];
+		unsigned int at = i;
+
+		for (; at && sample[at - 1] > value; at--)
+			sample[at] = sample[at - 1];
+		sample[at] = value;
+	}
+	return sample[(count - 1) / 2];
+}
+
+static enum heater_fault of_state(enum sensor_state state)
+{
+	switch (state) {
+	case SENSOR_GOOD:
+		return HEATER_FINE;
+	case SENSOR_OPEN:
+		return HEATER_OPEN;
+	case SENSOR_SHORTED:
+		return HEATER_SHORTED;
+	case SENSOR_ODD:
+		break;
+	}
+	return HEATER_ODD;
+}
+
+/* Are there readings of this period that no good ones make up for? */
+static enum heater_fault of_readings(const unsigned int *count)
+{
+	if (count[SENSOR_ODD])
+		return HEATER_ODD;
+	for (enum sensor_state state = SENSOR_OPEN; state <= SENSOR_SHORTED; state++)
+		if (count[state] > ENDS_MOST || (count[state] && !count[SENSOR_GOOD]))
+			return of_state(state);
+	return HEATER_FINE;
+}
+
+static bool jumps(const struct heater *heater, double celsius, double from, uint64_t from_ns)
+{
+	const double seconds = (double)since(from_ns, heater->sampled_ns) / SECOND;
+
+	return from_ns && fabs(celsius - from) > heater->config.rate_most * seconds + NOISE;
+}
+
+/* A good temperature of this period: is it possible? */
+static enum heater_fault judge(struct heater *heater, double celsius)
+{
+	const struct heater_config *config = &heater->config;
+	const bool jumped = jumps(heater, celsius, heater->temperature, heater->good_ns) ||
+			    jumps(heater, celsius, heater->before, heater->before_ns);
+
+	heater->temperature = celsius;
+	heater->good_ns = heater->sampled_ns;
+	if (!heater->before_ns || jumped ||
+	    since(heater->before_ns, heater->sampled_ns) >= BEFORE_NS) {
+		heater->before = celsius;
+		heater->before_ns = heater->sampled_ns;
+	}
+	if (celsius > config->most)
+		return HEATER_OVER;
+	if (celsius < config->least)
+		return HEATER_UNDER;
+	return jumped ? HEATER_JUMP : HEATER_FINE;
+}
+
+static enum heater_fault of_period(struct heater *heater, unsigned int good)
+{
+	enum sensor_state state;
+	double celsius;
+
+	if (!good)
+		return heater->condition;	/* nothing new */
+	state = sensor_read(&heater->sensor, median(heater->sample, good), &celsius);
+	return state == SENSOR_GOOD ? judge(heater, celsius) : of_state(state);
+}
+
+enum heater_fault measure(struct heater *heater, uint64_t now_ns)
+{
+	const bool lost = heater->lost || !heater->device;
+	const unsigned int good = heater->samples;
+	enum heater_fault found = of_readings(heater->count);
+
+	heater->samples = 0;
+	for (enum sensor_state state = SENSOR_GOOD; state <= SENSOR_ODD; state++)
+		heater->count[state] = 0;
+	heater->lost = !heater->device;
+	if (lost)
+		return HEATER_DEVICE;
+	/* One from the future would never be old. */
+	if (!heater->sampled_ns || heater->sampled_ns > now_ns + HEATER_PERIOD_NS ||
+	    since(heater->sampled_ns, now_ns) > heater->config.stale_ns)
+		return HEATER_STALE;
+	return found ? found : of_period(heater, good);
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What the files of a heater share.
+ */
+#ifndef LOOPS_HEATER_PART_H
+#define LOOPS_HEATER_PART_H
+
+#include "daemon/loops/heater.h"
+
+#define SECOND 1e9	/* ns */
+
+/* How long ago something was; 0 if that is still to come: it was measured a moment after `now`. */
+static inline uint64_t since(uint64_t then_ns, uint64_t now_ns)
+{
+	return now_ns > then_ns ? now_ns - then_ns : 0;
+}
+
+/* Take the samples of this period: the temperature, and what is wrong with it now. */
+enum heater_fault measure(struct heater *heater, uint64_t now_ns);
+
+/* Another target: it has to get warm from here on. */
+void watch_begin(struct heater *heater);
+
+/* Find the gains: begin, and the power of a step while it runs. */
+void tune_begin(struct heater *heater);
+double tune_step(struct heater *heater, uint64_t now_ns);
+
+/* Does it get warm, does it stay warm? */
+enum heater_fault watch(struct heater *heater, uint64_t now_ns);
+
+#endif

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * A heater that heats without an effect: a sensor that fell out of its block, a heater that is
+ * broken, or one that heats something else than what its sensor measures.
+ *
+ * While it is colder than its target by more than the slack, it has to rise by so much in each
+ * window, from the lowest that it has come to. Near its target it need not; but if it takes nearly
+ * all the power there is, it has to rise as well, however near the sensor says that it is: one
+ * that is stuck just below looks like this. A new target begins neither window: a commander
+ * that changes its mind every few seconds is watched like another one.
+ *
+ * A window is as long as is configured, but at full power not much longer than the last rises
+ * took: a hot end that rises by a kelvin in a third of a second needs no 40 s to be missed. All
+ * this is about a temperature without noise and a load over some seconds, for one disturbed
+ * period is neither a rise nor a pause.
+ */
+
+#include <math.h>
+
+#include "daemon/loops/heater_part.h"
+
+#define CALM_S 2.0			/* time constants */
+#define LOAD_S 3.0
+#define TIMES 8				/* as long as a rise usually took at full power */
+#define LEAST_NS UINT64_C(12000000000)	/* of a window that was learnt */
+#define FULL 0.92			/* of the highest power: it is nearly all there is */
+#define NOT_FULL 0.85			/* ... and not any more */
+
+void watch_begin(struct heater *heater)
+{
+	heater->watched = heater->warm = heater->cold = heater->full = false;
+	for (unsigned int i = 0; i < HEATER_RISES; i++)
+		heater->rise_ns[i] = 0;
+}
+
+static void follow(struct heater *heater, uint64_t now_ns)
+{
+	const double seconds = (double)since(heater->step_ns, now_ns) / SECOND;
+
+	if (!heater->watched) {
+		heater->watched = true;
+		heater->calm = heater->temperature;
+		heater->load = 0;
+		return;
+	}
+	heater->calm += (heater->temperature - heater->calm) * seconds / (CALM_S + seconds);
+	heater->load += (heater->power - heater->load) * seconds / (LOAD_S + seconds);
+}
+
+static uint64_t lesser(uint64_t a, uint64_t b)
+{
+	return a < b ? a : b;
+}
+
+static uint64_t greater(uint64_t a, uint64_t b)
+{
+	return a > b ? a : b;
+}
+
+/* The middle of the last three: one may have been a disturbance, or one that was dying. */
+static uint64_t usual_rise(const uint64_t rise_ns[HEATER_RISES])
+{
+	return greater(lesser(rise_ns[0], rise_ns[1]),
+		       lesser(greater(rise_ns[0], rise_ns[1]), rise_ns[2]));
+}
+
+static uint64_t window(const struct heater *heater)
+{
+	const uint64_t rise_ns = usual_rise(heater->rise_ns);
+
+	if (!heater->full || !rise_ns)
+		return heater->config.window_ns;
+	return lesser(greater(rise_ns * TIMES, LEAST_NS), heater->config.window_ns);
+}
+
+static enum heater_fault rises_while_cold(struct heater *heater, uint64_t now_ns)
+{
+	const bool cold = heater->calm < heater->target - heater->config.slack;
+
+	heater->warm = heater->warm || !cold;
+	if (!cold || !heater->cold || heater->calm >= heater->base + heater->config.rise) {
+		heater->base = heater->calm;
+		heater->base_ns = now_ns;
+	}
+	heater->cold = cold;
+	heater->base = fmin(heater->base, heater->calm);
+	if (since(heater->base_ns, now_ns) <= window(heater))
+		return HEATER_FINE;
+	return heater->warm ? HEATER_FELL : HEATER_NO_RISE;
+}
+
+static void learn(struct heater *heater, uint64_t took_ns)
+{
+	for (unsigned int i = HEATER_RISES - 1; i; i--)
+		heater->rise_ns[i] = heater->rise_ns[i - 1];
+	heater->rise_ns[0] = took_ns;
+}
+
+static enum heater_fault rises_at_full_power(struct heater *heater, uint64_t now_ns)
+{
+	const bool was = heater->full;
+
+	heater->full = heater->load >= (was ? NOT_FULL : FULL) * heater->config.power_most;
+	if (!heater->full)
+		return HEATER_FINE;
+	if (was && heater->calm >= heater->full_base + heater->config.rise)
+		learn(heater, since(heater->full_ns, now_ns));
+	if (!was || heater->calm >= heater->full_base + heater->config.rise) {
+		heater->full_base = heater->calm;
+		heater->full_ns = now_ns;
+	}
+	heater->full_base = fmin(heater->full_base, heater->calm);
+	return since(heater->full_ns, now_ns) > window(heater) ? HEATER_UNHEEDED : HEATER_FINE;
+}
+
+enum heater_fault watch(struct heater *heater, uint64_t now_ns)
+{
+	enum heater_fault full, cold;
+
+	follow(heater, now_ns);
+	full = rises_at_full_power(heater, now_ns);
+	cold = rises_while_cold(heater, now_ns);
+	if (cold || !full)
+		return cold;
+	return heater->cold && !heater->warm ? HEATER_NO_RISE : full;
+}

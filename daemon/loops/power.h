@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * What heaters have in common: a supply that does not suffice for all of them at full power, and
+ * fans that run when something is hot. Pure; realtime.
+ */
+#ifndef LOOPS_POWER_H
+#define LOOPS_POWER_H
+
+#include <stdbool.h>
+
+/*
+ * Reduce powers (0 to 1) so that all together need no more than `most` watts: each by the same
+ * part. watts[i] is what heater i needs at a power of 1.
+ */
+void power_share(double *power, const double *watts, unsigned int count, double most);
+
+/* A fan that is bound to a temperature. */
+struct fan_config {
+	double above;		/* degrees Celsius: it runs */
+	double hysteresis;	/* ... until it is colder by so much, K */
+};
+
+/* Does it run from now on? It does if the temperature is not known (NAN): it may be hot. */
+bool fan_step(const struct fan_config *config, bool runs, double temperature);
+
+#endif
