@@ -261,6 +261,19 @@ def who_does_not_read_misses_lines_and_is_told():
     table.quiet()
 
 
+def lines_that_end_in_cr_are_counted_too():
+    """All that waited is taken, so nothing waits any more: otherwise the outbox would be full for ever."""
+    table = Table(lines=100)
+    one = table.client()
+    for number in range(500):
+        for _ in range(50):
+            table.send(table.machine, b"ok\r" if number % 2 else b"ok\r\n")
+            table.run(0.05)
+        assert len(one.outbox) == 50, (number, len(one.outbox))
+        assert len(table.take(one).split()) == 50 and not len(one.outbox) and not one.outbox.dropped, number
+    table.quiet()
+
+
 def long_lines_are_dropped_whole():
     rng = random.Random(SEED)
     for _ in range(100):
@@ -384,7 +397,7 @@ def main():
                  without_a_machine_it_is_said, a_line_without_an_end_is_passed_on_later,
                  lines_of_two_clients_are_not_joined, a_line_that_waits_for_the_machine_is_not_ended,
                  another_machine_gets_no_rest, a_machine_without_room_holds_up_who_sends,
-                 who_does_not_read_misses_lines_and_is_told, long_lines_are_dropped_whole,
+                 who_does_not_read_misses_lines_and_is_told, lines_that_end_in_cr_are_counted_too, long_lines_are_dropped_whole,
                  a_turn_is_short_and_fair, many_hearers_do_not_make_a_turn_long, terminals_negotiate, any_bytes_do_no_harm):
         test()
         print(f"ok: {test.__name__}")

@@ -13,9 +13,9 @@ NOTICE = "[dropped {}]\n"
 
 
 def _joins(last: Message, message: Message) -> bool:
-    """Are both whole lines of one origin, and short?"""
+    """Are both whole lines of one origin, and short? Only LF is counted as a line's end (:attr:`Message.lines`)."""
     return (message.origin is not None and last.origin is message.origin and last.size + message.size <= JOINED_MOST and
-            message.part is last.part is Part.UNIQUE and message.ended and last.ended)
+            message.part is last.part is Part.UNIQUE and message.data.endswith(b"\n") and last.data.endswith(b"\n"))
 
 
 class Outbox:
