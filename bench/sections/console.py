@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How late the gateway's event loop is while its console has too much to do."""
-import os
 import pathlib
 import re
 import sys
 import urllib.request
 
-from figures import Figure, Skip, table, total
-from sections.gateway import free_port, listens
+from figures import Figure, table, total
+from sections.gateway import free_port, listens, need
 
 TITLE = "The gateway's console: how late its event loop is under floods"
 SECONDS = 480
@@ -27,15 +26,7 @@ def lags(port):
 
 
 def measure(bench):
-    try:
-        import aiohttp  # noqa: F401
-        import prometheus_client  # noqa: F401
-        import serial  # noqa: F401
-    except ImportError as error:
-        raise Skip(f"{error}: the console is not measured") from None
-    os.environ |= {"POKEYS_SHM_LIBRARY": str(bench.build / "shm/libpokeys_shm.so.0"), "PYTHONDONTWRITEBYTECODE": "1",
-                   "PYTHONPATH": f"{HERE.parent / 'gateway'}:{HERE.parent / 'python'}",
-                   "POKEYSCTL": str(bench.build / "tools/pokeysctl")}
+    need(bench, "the console", "aiohttp", "prometheus_client", "serial")
     port, telnet, pages = free_port(), free_port(), free_port()
     link, conf = bench.run / "printer", bench.run / "gateway.conf"
     conf.write_text(f"[http]\nlisten = {ADDRESS}:{port}\n[machine]\nport = {link}\n[telnet]\nlisten = {ADDRESS}:{telnet}\n"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the gateway's clients notice of one another, and what the daemon notices of them."""
 import contextlib
+import importlib
 import os
 import pathlib
 import socket
@@ -54,15 +55,20 @@ def serve(bench, way, port):
     time.sleep(2)
 
 
-def measure(bench):
-    try:
-        import aiohttp  # noqa: F401
-        import prometheus_client  # noqa: F401
-    except ImportError as error:
-        raise Skip(f"{error}: the gateway is not measured") from None
+def need(bench, what, *modules):
+    """A gateway can be started, or Skip: without these modules, `what` is not measured."""
+    for name in modules:
+        try:
+            importlib.import_module(name)
+        except ImportError as error:
+            raise Skip(f"{error}: {what} is not measured") from None
     os.environ |= {"POKEYS_SHM_LIBRARY": str(bench.build / "shm/libpokeys_shm.so.0"), "PYTHONDONTWRITEBYTECODE": "1",
                    "PYTHONPATH": f"{HERE.parent / 'gateway'}:{HERE.parent / 'python'}",
                    "POKEYSCTL": str(bench.build / "tools/pokeysctl")}
+
+
+def measure(bench):
+    need(bench, "the gateway", "aiohttp", "prometheus_client")
     seconds = 15 if bench.quick else 60
     bench.start_simulator()
     bench.start_daemon({"cpu": bench.cpu_client}, {})

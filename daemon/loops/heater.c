@@ -99,7 +99,7 @@ const char *heater_init(struct heater *heater, const struct heater_config *confi
 {
 	const char *why = judge(config);
 
-	*heater = (struct heater){ .config = *config, .temperature = NAN,
+	*heater = (struct heater){ .config = *config, .temperature = NAN, .wanted = NAN,
 				   .condition = HEATER_STALE };
 	why = why ? why : judge_gains(&config->gains, config->law);
 	why = why ? why : sensor_init(&heater->sensor, &config->sensor);
@@ -140,7 +140,7 @@ static void set_target(struct heater *heater, double target)
 
 	if (tuned)
 		heater->tune.state = TUNE_FAILED;
-	/* What it has learnt of the heater goes on; only one that was off begins. */
+	/* A new target while it heats restarts no window: the watch begins only from off. */
 	if (heater->target == 0 || target == 0)
 		watch_begin(heater);
 	if (target == 0 || tuned)
@@ -172,9 +172,8 @@ static enum heater_refusal judge_target(const struct heater *heater, double targ
 enum heater_refusal heater_command(struct heater *heater, double target)
 {
 	/* What was refused is not taken later by itself: nobody may be there any more. */
-	if (target == heater->wanted && heater->commanded)
+	if (target == heater->wanted)
 		return heater->refusal;
-	heater->commanded = true;
 	heater->wanted = target;
 	heater->refusal = judge_target(heater, target);
 	if (heater->refusal != HEATER_TAKEN)

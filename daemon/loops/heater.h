@@ -6,7 +6,8 @@
  * Whoever owns it calls heater_sample() for each reading, heater_device() whenever something is
  * to be said of the device, heater_commander() and heater_command() with what is so now, and
  * heater_step() ten times a second. The output has to be what heater_step() returned, and nothing
- * if it was not called. Where less was given than that, heater_delivered() has to be told.
+ * if it was not called. If the output gets less than that, the caller says so with
+ * heater_delivered().
  *
  * What it cannot see: a sensor that is stuck within a kelvin of the target, until the controller
  * has run up to full power. That is what a thermal fuse is for.
@@ -105,8 +106,7 @@ struct heater {
 	uint64_t before_ns;	/* ... 0: there was none */
 
 	double target;		/* 0: off */
-	bool commanded;		/* ever */
-	double wanted;		/* what was commanded last, taken or not */
+	double wanted;		/* what was commanded last, taken or not; NAN: nothing yet */
 	enum heater_refusal refusal;
 	bool device;		/* it can be used */
 	bool lost;		/* it could not be used at some time since the last step */

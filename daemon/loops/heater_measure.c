@@ -2,9 +2,9 @@
 /*
  * The temperature of a period, and whether it can be one.
  *
- * The median of the good readings, so that a disturbed one does not matter. But what a sensor says
- * that has a loose wire is not voted away: one reading that is no number, or two that are at an
- * end of the range, are a fault, however many good ones there are.
+ * The temperature is the median of the good readings, so a single disturbed one does not matter.
+ * But a median would hide a loose wire. Therefore one reading that is no number, or two readings
+ * at an end of the range, are a fault, however many good readings there are.
  *
  * A temperature may not jump from one period to the next, nor within a second, or steps of a little
  * less than is allowed would be a fall that no heater has.

@@ -57,7 +57,7 @@ static uint64_t greater(uint64_t a, uint64_t b)
 	return a > b ? a : b;
 }
 
-/* The middle of the last three: one may have been a disturbance, or one that was dying. */
+/* The median of the last three: one may be a disturbance, or a heater that just failed. */
 static uint64_t usual_rise(const uint64_t rise_ns[HEATER_RISES])
 {
 	return greater(lesser(rise_ns[0], rise_ns[1]),

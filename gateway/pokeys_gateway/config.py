@@ -284,8 +284,6 @@ def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, 
                 f"loopback address (ssh -L); otherwise, this needs {' and '.join(missing)}")
         if section == "esp3d" and any(one.port == 65535 for one in listen):
             yield f"{section}_listen", "the port behind it is needed for web sockets"
-
-
     taken: dict[tuple[str, int], str] = {}
     for name, what, far_ports in (("listen", "[http]", (0,)), ("telnet_listen", "[telnet]", (0,)),
                                   ("esp3d_listen", "[esp3d]", (0, 1))):

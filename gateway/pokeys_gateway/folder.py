@@ -114,7 +114,7 @@ class Folder:
         top = self._top.resolve(strict=True)
         path = top
         for name in names:
-            # a name that is no text would be one in no answer
+            # names in answers are UTF-8
             if not _is_text(name) or len(name.encode()) > os.pathconf(top, "PC_PATH_MAX"):
                 raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
             path /= name.lstrip("/")

@@ -271,7 +271,7 @@ static void a_heater_that_is_broken(void **state)
 	expect_within(&oven, 30, HEATER_FELL);
 	oven_run(&oven, 1);
 	is_latched(&oven);
-	/* when it is to cool down, that is no fault: only when it should be held */
+	/* While it cools down to a lower target, no power is needed. At the target, it is. */
 	in_phase(&oven, COOLING);
 	oven.heat.config.watts = 0;
 	oven_run(&oven, 20);
@@ -285,7 +285,7 @@ static void a_target_that_changes_hides_nothing(void **state)
 	struct oven oven;
 
 	(void)state;
-	/* stuck far below, and two targets in turns; every now and then one that is refused */
+	/* The sensor is stuck far below. Two targets alternate; every fifth one is refused. */
 	in_phase(&oven, HEATING);
 	sim_heat_break(&oven.heat, SIM_HEAT_STUCK);
 	for (int i = 0; i < 200 && !oven.heater.fault; i++) {

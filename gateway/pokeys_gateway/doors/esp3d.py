@@ -33,7 +33,7 @@ from ..folder import Folder, NotPermitted, TooLarge, Upload
 from ..gate import IDLE_S, Gate, cut, is_loopback, listener, serve
 from ..hub import Hub
 from .answer import complaint
-from .http import SHUTDOWN_S, Handler, arrived_at, guard
+from .http import Handler, arrived_at, finish, guard
 from .session import WHO, Session
 
 COMMAND_MOST, SOCKET_LINE_MOST = 4096, 256
@@ -161,11 +161,7 @@ class Esp3d:
             server.close()
         for transport in list(self._sockets):
             cut(transport)
-        if self._runner and self._runner.server:
-            await self._runner.server.shutdown(SHUTDOWN_S)
-            await self._runner.cleanup()
-        if self._watch:
-            self._watch.cancel()
+        await finish(self._runner, self._watch)
 
     def application(self) -> web.Application:
         """What is served."""

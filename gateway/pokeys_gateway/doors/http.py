@@ -166,6 +166,15 @@ def _summary(hub: Hub, reading: Reading) -> dict[str, Any]:
     }
 
 
+async def finish(runner: web.AppRunner | None, watch: asyncio.Task[None] | None) -> None:
+    """Let the requests that are being answered end, for some seconds at most, and the gate's watch."""
+    if runner and runner.server:
+        await runner.server.shutdown(SHUTDOWN_S)
+        await runner.cleanup()
+    if watch:
+        watch.cancel()
+
+
 class Http:
     """The door. Belongs to the event loop's thread."""
 
@@ -210,11 +219,7 @@ class Http:
         for server in self._servers:
             server.close()
         await self._rpc.close()
-        if self._runner and self._runner.server:
-            await self._runner.server.shutdown(SHUTDOWN_S)
-            await self._runner.cleanup()
-        if self._watch:
-            self._watch.cancel()
+        await finish(self._runner, self._watch)
 
     def application(self) -> web.Application:
         """What is served."""

@@ -92,7 +92,7 @@ class Machine:
                 message.release()
 
     def _feed(self, message: Message) -> None:
-        """The router lets no line of another client into one that is begun; the end may be its own."""
+        """Join the parts of a line. The router sends no other line between them, and may end the line itself."""
         if not self._begun:
             self._asker = message.origin
         data = message.data
