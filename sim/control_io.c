@@ -224,6 +224,91 @@ static bool do_analog(struct sim_order *order)
 	return true;
 }
 
+#define OVEN_STATES "good|open|short|stuck|drift|out"
+#define OVEN_KINDS "hotend|bed|none"
+
+static bool fit_oven(struct sim_order *order, unsigned int input, unsigned int kind)
+{
+	static const struct sim_heat_config *const kinds[] = { &sim_heat_hotend, &sim_heat_bed };
+	unsigned int by_pin;
+	int64_t output;
+
+	if (kind >= sizeof(kinds) / sizeof(kinds[0])) {
+		if (!sim_order_no_more(order, 2))
+			return false;
+		sim_oven_remove(order->dev, input);
+		return true;
+	}
+	if (!sim_order_choice(order, 2, "output", "pwm|pin", &by_pin) ||
+	    !sim_order_integer(order, 3, by_pin ? "pin" : "channel", by_pin ? 1 : 0,
+			       by_pin ? SIM_PINS : 5, &output) ||
+	    !sim_order_no_more(order, 4))
+		return false;
+	sim_oven_fit(order->dev, input, kinds[kind], !by_pin,
+		     (unsigned int)output - (by_pin ? 1 : 0));
+	return true;
+}
+
+/* The sensor becomes so; drift takes thousandths of a kelvin a second. */
+static bool break_oven(struct sim_order *order, struct sim_heat *heat, unsigned int state)
+{
+	const bool drifts = state == SIM_HEAT_DRIFT;
+	int64_t drift = 0;
+
+	if (drifts && !sim_order_integer(order, 2, "drift in mK/s", -100000, 100000, &drift))
+		return false;
+	if (!sim_order_no_more(order, drifts ? 3 : 2))
+		return false;
+	sim_heat_break(heat, (enum sim_heat_fault)state);
+	heat->drift = (double)drift / 1000;
+	return true;
+}
+
+static bool change_oven(struct sim_order *order, unsigned int input)
+{
+	struct sim_oven *oven = &order->dev->bench.oven[input];
+	unsigned int word;
+
+	if (!sim_order_choice(order, 1, "change", OVEN_KINDS "|" OVEN_STATES "|fan", &word))
+		return false;
+	if (word < 3)
+		return fit_oven(order, input, word);
+	if (!oven->fitted) {
+		sim_text_add(order->why, "nothing is fitted to this pin; fit a hotend or a bed "
+			     "first");
+		return false;
+	}
+	if (word < 9)
+		return break_oven(order, &oven->heat, word - 3);
+	if (!sim_order_choice(order, 2, "fan", "0|1", &word) || !sim_order_no_more(order, 3))
+		return false;
+	oven->fan = word;
+	return true;
+}
+
+static bool do_heat(struct sim_order *order)
+{
+	const struct sim_oven *oven;
+	int64_t pin;
+
+	if (!sim_order_integer(order, 0, "pin", SIM_FIRST_ANALOG_PIN + 1,
+			       SIM_FIRST_ANALOG_PIN + SIM_ANALOGS, &pin))
+		return false;
+	if (order->word[1] &&
+	    !change_oven(order, (unsigned int)pin - SIM_FIRST_ANALOG_PIN - 1))
+		return false;
+	oven = &order->dev->bench.oven[pin - SIM_FIRST_ANALOG_PIN - 1];
+	if (!oven->fitted) {
+		sim_text_add(order->out, "fitted=0\n");
+		return true;
+	}
+	sim_text_add(order->out, "fitted=1\nblock=%.1f\nsensor=%.1f\npower=%.3f\n",
+		     oven->heat.block, oven->heat.sensor,
+		     sim_oven_power(order->dev,
+				    (unsigned int)pin - SIM_FIRST_ANALOG_PIN - 1));
+	return true;
+}
+
 static bool do_pwm(struct sim_order *order)
 {
 	const struct sim_pwm_config *pwm = &order->dev->config.pwm;
@@ -290,6 +375,9 @@ const struct sim_command sim_commands_io[] = {
 	{ "spindle", "[RPM [STEPS]]",
 	  "turn the spindle, with an index every STEPS quadrature steps (4096)", do_spindle },
 	{ "analog", "PIN [VALUE | wave LOW HIGH PERIOD_MS]", "0..4095 at pin 41..47", do_analog },
+	{ "heat", "PIN [hotend|bed pwm|pin N | none | good|open|short|stuck|drift MK|out"
+	  " | fan 0|1]",
+	  "a heated block with its sensor at pin 41..47", do_heat },
 	{ "pwm", "", "PWM channels", do_pwm },
 	{ "key", "K 0|1", "key 0..127 of the matrix keyboard", do_key },
 	{ "lcd", "", "text on the display", do_lcd },

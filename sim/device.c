@@ -173,6 +173,7 @@ static void slot(struct sim_device *dev)
 	dev->stats.slots++;
 	blink(dev);
 	sim_encoders_slot(dev);
+	sim_oven_slot(dev);
 	sim_analog_slot(dev);
 	if (dev->dirty)
 		sim_pins_settle(dev);

@@ -25,6 +25,7 @@
 #include "sim/engine.h"
 #include "sim/identity.h"
 #include "sim/mechanics.h"
+#include "sim/oven.h"
 #include "sim/panel.h"
 #include "sim/pins.h"
 #include "sim/postep.h"
@@ -137,6 +138,7 @@ struct sim_bench {
 	struct sim_machine machine;
 	struct sim_shaft shaft[SIM_ENCODERS];
 	struct sim_source analog[SIM_ANALOGS];
+	struct sim_oven oven[SIM_ANALOGS];
 	uint64_t blinking;		/* pins which toggle by themselves, sim_bench_blink() */
 	uint32_t blink_ms[SIM_PINS];	/* and their half periods */
 	struct sim_bus_bench bus;

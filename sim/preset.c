@@ -16,6 +16,7 @@
 #define DEMO_HOME -5000
 #define DEMO_MINUS -8000
 #define DEMO_PLUS 200000
+#define PRINTER_PERIOD 2500000	/* 10 Hz */
 
 static void set_function(struct sim_device *dev, unsigned int pin, uint8_t function)
 {
@@ -118,6 +119,15 @@ static void demo(struct sim_device *dev)
 		demo_axis(dev, i);
 }
 
+static void printer(struct sim_device *dev)
+{
+	set_function(dev, 43, SIM_PIN_ANALOG_IN);
+	set_function(dev, 44, SIM_PIN_ANALOG_IN);
+	dev->config.pwm.period = PRINTER_PERIOD;
+	sim_oven_fit(dev, 43 - 41, &sim_heat_hotend, true, 0);
+	sim_oven_fit(dev, 44 - 41, &sim_heat_bed, true, 1);
+}
+
 bool sim_preset_apply(struct sim_device *dev, const char *name, struct sim_text *why)
 {
 	unsigned int which;
@@ -128,6 +138,8 @@ bool sim_preset_apply(struct sim_device *dev, const char *name, struct sim_text 
 		loopback(dev);
 	else if (which == 2)
 		demo(dev);
+	else if (which == 3)
+		printer(dev);
 	sim_machine_rewired(&dev->bench.machine);
 	dev->flash = dev->config;
 	for (unsigned int i = 0; i < SIM_AXES; i++)

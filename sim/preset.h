@@ -13,10 +13,11 @@
  *	factory		nothing configured, nothing wired (the default)
  *	loopback	eight outputs wired to eight inputs, analog inputs, two encoders
  *	demo		inputs, outputs, encoders, and three axes with switches
+ *	printer		a hot end and a bed with thermistors
  *
  * What exactly they set is in the manual page pokeys-sim(1).
  */
-#define SIM_PRESETS "factory|loopback|demo"
+#define SIM_PRESETS "factory|loopback|demo|printer"
 
 /* Puts one onto the device; false with a line in `why` when there is none of that name. */
 bool sim_preset_apply(struct sim_device *dev, const char *name, struct sim_text *why);

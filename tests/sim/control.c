@@ -137,6 +137,59 @@ static void machines_are_built_by_command(void **state)
 	must_say("engine", "state=0\n");
 }
 
+static void pass(uint64_t seconds)
+{
+	now_ns += seconds * 1000 * MS;
+	sim_rig_run(&rig, now_ns);
+}
+
+static uint16_t reading(unsigned int input)
+{
+	return sim_analog_value(&rig.device, input);
+}
+
+static void heat_goes_from_an_output_to_an_input(void **state)
+{
+	uint16_t cold;
+
+	(void)state;
+	begin();
+	must("preset printer");
+	pass(1);
+	cold = reading(2);
+	must_say("heat 43", "block=22.0\nsensor=22.0\npower=0.000\n");
+	must("field pwm.enabled 0 3");
+	must("field pwm.duty 0 1250000");
+	must("field pwm.duty 1 2500000");
+	pass(20);
+	must_say("heat 43", "power=0.500\n");
+	must_say("heat 44", "power=1.000\n");
+	assert_true(rig.device.bench.oven[2].heat.sensor > 40);
+	assert_true(rig.device.bench.oven[3].heat.sensor > 26);
+	assert_true(reading(2) < cold - 200);	/* the hotter, the less */
+	must("heat 43 open");
+	pass(1);
+	assert_int_equal(reading(2), SIM_ANALOG_MAX);
+	must("heat 43 short");
+	pass(1);
+	assert_in_range(reading(2), 0, 5);
+	must("heat 43 good");
+	must("heat 43 fan 1");
+	must("field pwm.enabled 0 0");
+	pass(600);
+	must_say("heat 43", "power=0.000\n");
+	assert_true(rig.device.bench.oven[2].heat.sensor < 23);
+	/* another one, by a digital output, and off again */
+	must("heat 44 none");
+	must("function 44 8");
+	must("function 12 4");
+	must("heat 41 bed pin 12");
+	sim_pins_write(&rig.device, 1u << 11, 1u << 11);
+	must_say("heat 41", "power=1.000\n");
+	must_say("heat 44", "fitted=0\n");
+	must("heat 41 drift -500");
+}
+
 static void the_link_is_spoilt_by_command(void **state)
 {
 	(void)state;
@@ -192,7 +245,9 @@ static void bad_commands_change_nothing(void **state)
 		"pin", "pin 0", "pin 56", "pin x", "pin 1 2", "pin 1 1 1", "pin 9999999999999999",
 		"wire 1", "wire 1 2 3", "blink 1 -1", "function 1 256", "encoder 26",
 		"encoder 1 count", "encoder 1 spin 4", "encoder 1 count 1.5", "analog 40 1",
-		"analog 41 4096", "analog 41 wave 1 2", "key 128 1", "axis 8", "axis 0 fly",
+		"analog 41 4096", "analog 41 wave 1 2", "heat 40", "heat 41 open",
+		"heat 41 hotend", "heat 41 hotend pwm 6", "heat 41 bed pin 0", "heat 41 oven",
+		"heat 41 bed pwm 1 2", "heat 41 none 1", "key 128 1", "axis 8", "axis 0 fly",
 		"axis 0 couple 26 1 1", "axis 0 couple 1 1 0", "axis 0 machine", "switch 0",
 		"switch 0 left 1 2", "switch 0 home 5 4", "switch 0 home 1 2 no 56",
 		"switch 0 home 1 2 3 4", "probe 0 1 2", "probe 0 1 2 pin 56", "probe off now",
@@ -326,6 +381,7 @@ int main(void)
 		cmocka_unit_test(fields_are_shown_and_changed),
 		cmocka_unit_test(commands_move_the_bench),
 		cmocka_unit_test(machines_are_built_by_command),
+		cmocka_unit_test(heat_goes_from_an_output_to_an_input),
 		cmocka_unit_test(the_link_is_spoilt_by_command),
 		cmocka_unit_test(what_was_printed_can_be_read_again),
 		cmocka_unit_test(bad_commands_change_nothing),

@@ -133,7 +133,7 @@ static void bad_options_are_refused_in_one_line(void **state)
 		{ "--loss 1.5", "--loss: '1.5' is not 0..1" },
 		{ "--copies-reply=-1", "--copies-reply: '-1' is not 0..1000" },
 		{ "--spin=1", "--spin: takes no value" },
-		{ "--preset mill", "--preset: 'mill' is not factory|loopback|demo" },
+		{ "--preset mill", "--preset: 'mill' is not factory|loopback|demo|printer" },
 		{ "--delay-us a",
 		  "--delay-us: 'a' is not US, LOW-HIGH or heavy:LOW:HIGH[:ALPHA]" },
 		{ "--hiccup -1", "--hiccup: '-1' is not 0..1" },
