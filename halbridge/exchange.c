@@ -42,6 +42,7 @@ void exchange_init(struct exchange *exchange, uint32_t session)
 	joint_home_init(&exchange->home);
 	probe_init(&exchange->probe);
 	threading_init(&exchange->threading);
+	heaters_init(&exchange->heaters);
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		encoder_init(&exchange->encoder[i]);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
@@ -189,6 +190,7 @@ static void take_news(struct exchange *exchange, struct values *values,
 		joint_home_forget(&exchange->home, values);
 		probe_forget(&exchange->probe, values);
 		threading_forget(&exchange->threading, values);
+		heaters_forget(&exchange->heaters, values);
 	}
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		if (news->new_daemon && encoder_set_forget(&exchange->encoder[i],
@@ -205,6 +207,8 @@ static void take_news(struct exchange *exchange, struct values *values,
 	probe_read(&exchange->probe, values, &exchange->queue, &exchange->state, news->fresh);
 	threading_read(&exchange->threading, values, &exchange->queue, &exchange->state,
 		       news->fresh);
+	heaters_read(&exchange->heaters, values, &exchange->queue, &exchange->state,
+		     values->daemon_alive);
 }
 
 /* For the daemon's histogram; more than four seconds are as good as four. */
@@ -353,6 +357,8 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 			    exchange->fresh, refusals);
 	full |= threading_write(&exchange->threading, values, &exchange->queue, command,
 				exchange->fresh, refusals);
+	full |= heaters_write(&exchange->heaters, values, &exchange->queue, command,
+			      exchange->fresh, refusals);
 	full |= buttons_write(&exchange->buttons, values, &exchange->queue, command,
 			      exchange->fresh, refusals);
 	legacy_write(exchange, values, now_ns);

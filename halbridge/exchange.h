@@ -15,6 +15,7 @@
 #include "halbridge/buttons.h"
 #include "halbridge/digital.h"
 #include "halbridge/encoder.h"
+#include "halbridge/heaters.h"
 #include "halbridge/info.h"
 #include "halbridge/joint.h"
 #include "halbridge/joint_home.h"
@@ -58,6 +59,7 @@ struct exchange {
 	struct probe probe;
 	struct motor_drive drive;
 	struct threading threading;
+	struct heaters heaters;
 	struct trouble trouble;
 	struct positions positions;
 	/* what the pins were last filled from */

@@ -106,7 +106,7 @@ static unsigned int schemes_of(const char *word)
 	static const char *const words[] = {
 		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
 		[TABLE_PONET] = "ponet", [TABLE_ALL] = "all", [TABLE_CORE] = "core",
-		[TABLE_FORMER] = "former",
+		[TABLE_FORMER] = "former", [TABLE_HEATERS] = "heaters",
 	};
 
 	for (unsigned int i = TABLE_CORE; i < sizeof(words) / sizeof(words[0]); i++) {
@@ -125,6 +125,7 @@ int main(int argc, char **argv)
 	if (schemes && !strcmp(argv[1], "man"))
 		return list_for_man(schemes);
 	fprintf(stderr,
-		"usage: list-names names|man canonical|core|legacy|both|ponet|former|all\n");
+		"usage: list-names names|man "
+		"canonical|core|legacy|both|heaters|ponet|former|all\n");
 	return 2;
 }

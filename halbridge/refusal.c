@@ -105,6 +105,10 @@ static const char *refusal_text(unsigned int reason)
 	case REFUSAL_NO_PWM:
 		return "drives nothing: this device has no such PWM output (pokeysctl terminals "
 		       "lists them)";
+	case REFUSAL_NO_HEATER:
+		return "has no effect: pokeysd.conf has no such heater of this device";
+	case REFUSAL_TARGET:
+		return "not a finite number; the heater is off";
 	case REFUSAL_NO_OUTPUT:		/* with its terminal, refusal_line() */
 		break;
 	case REFUSAL_NO_INDEX:

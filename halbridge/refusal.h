@@ -23,6 +23,8 @@ enum refusal_reason {
 	REFUSAL_NO_INDEX,	/* the device did not arm this encoder's index */
 	REFUSAL_NO_OUTPUT,	/* the terminal is no digital output of the device */
 	REFUSAL_NO_PWM,		/* the device has no such channel */
+	REFUSAL_NO_HEATER,	/* pokeysd.conf has none of this number */
+	REFUSAL_TARGET,		/* of a heater: NaN or infinite */
 };
 
 struct refusal_note {

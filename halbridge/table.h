@@ -23,8 +23,11 @@ enum table_scheme {
 	TABLE_LEGACY = 2, TABLE_BOTH = 3,
 	TABLE_PONET = 4,		/* of the legacy ones, those of each PoNET module */
 	TABLE_APART = 8,		/* canonical ones for which names=both has no room */
-	TABLE_CANONICAL = 9, TABLE_ALL = 15,
+	TABLE_CANONICAL = 9,
 	TABLE_FORMER = 16,		/* of earlier versions, for machines of that time alone */
+	TABLE_HEATER = 32,		/* of heaters; few machines have any */
+	TABLE_HEATERS = 41,		/* the canonical ones and these */
+	TABLE_ALL = 47,			/* all but those of earlier versions */
 };
 enum table_kind { TABLE_PIN, TABLE_PARAM };
 enum table_type { TABLE_BIT, TABLE_FLOAT, TABLE_S32, TABLE_U32, TABLE_TYPES };

@@ -185,6 +185,13 @@ struct value_drive {
 	int32_t backlash[POKEYS_AXES];
 };
 
+/* A heater that the daemon controls. */
+struct value_heater {
+	double temperature, target_in_effect, power, target;
+	uint32_t fault_code, condition, refused;
+	bool at_temperature, fault, reset;
+};
+
 struct value_latency {
 	double p99_us, max_us;
 };
@@ -209,8 +216,8 @@ struct value_diagnostics {
 enum values_block {
 	BLOCK_LINK, BLOCK_MACHINE, BLOCK_ENGINE, BLOCK_INFO, BLOCK_RTC, BLOCK_PIN, BLOCK_ANALOG,
 	BLOCK_COUNTER, BLOCK_PWM, BLOCK_ENCODER, BLOCK_JOINT, BLOCK_EXTERNAL, BLOCK_POEXTBUS,
-	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DRIVE, BLOCK_DIAGNOSTICS,
-	BLOCK_SETTINGS,
+	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DRIVE, BLOCK_HEATER,
+	BLOCK_DIAGNOSTICS, BLOCK_SETTINGS,
 	BLOCK_LEGACY_LINK, BLOCK_LEGACY_ENCODER, BLOCK_LEGACY_IO, BLOCK_LEGACY_PONET,
 	BLOCK_LEGACY_AXIS, BLOCK_LEGACY_ENGINE, VALUES_BLOCKS,
 };
@@ -257,6 +264,7 @@ struct values {
 	struct value_kbd48 kbd48;
 	struct value_ponet ponet;
 	struct value_drive drive;
+	struct value_heater heater[POKEYS_HEATERS];
 	struct value_diagnostics diagnostics;
 	struct value_settings set;
 	struct value_legacy legacy;

@@ -52,6 +52,8 @@ static const struct model_row rows[] = {
 	{ COMMAND("kbd48CNC.brightness", MODEL_UNSIGNED, kbd48_brightness), .count = 1,
 	  MASK(kbd48_flags, __builtin_ctz(POKEYS_KBD48_BRIGHTNESS), 0), .unit = "",
 	  RANGE(0, UINT8_MAX), HELP("brightness of its lamps, 255 is full") },
+	{ COMMAND("heater.%02u.target", MODEL_FLOAT, heater_target[0]), .stride = sizeof(float),
+	  .count = POKEYS_HEATERS, MASK(heater_mask, 0, 1), .unit = "deg C", RANGE(0, 2000) },
 	ASKED("machine-is-on", MACHINE_ON),
 	ASKED("emergency-stop", EMERGENCY),
 	ASKED("engine.limit-override", LIMIT_OVERRIDE),

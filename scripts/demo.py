@@ -3,8 +3,8 @@
 """The whole way of the data, live, without hardware.
 
 Starts the simulator, the daemon and LinuxCNC's HAL with pokeys_shm; drives an
-axis and an output through pins; shows what comes back; judges it; ends with
-one line and a status. Started by scripts/demo, inside its isolation.
+axis, an output and a heater through pins; shows what comes back; judges it; ends
+with one line and a status. Started by scripts/demo, inside its isolation.
 
 /usr/bin/python3 because LinuxCNC's Python module belongs to Debian's Python.
 """
@@ -28,6 +28,8 @@ BEHIND = 5.0  # mm; the median distance of the axis to its command must not exce
 # HAL numbers: the preset wires terminal 31 to terminal 9. An output that is on
 # pulls its terminal low (protocol section 3.3), so the input is its inverse.
 OUT_PIN, IN_PIN = 30, f"pin.{8:02}.in-not"
+HOT = 40.0  # degrees C; where the simulated hot end is within ten seconds
+HEATER_PIN, HEATER_PWM = 44, 1
 SOCKET = 3  # of scripts/listen
 # what the daemon's log says where it withdraws the permission to move
 WITHDREW = "lost (was", "safe state", "heartbeat is", "stopped by"
@@ -48,31 +50,36 @@ class Unwritten(Fault):
 class Demo(Rig):
     def __init__(self, build, seconds):
         super().__init__(build, "demo")
-        self.seconds, self.pins, self.followed = seconds, None, 0.0
+        self.seconds, self.pins, self.followed, self.cold_since = seconds, None, 0.0, 0.0
         self.records = self.run / "records"
 
     def start(self):
         cpus = sorted(os.sched_getaffinity(0))
         self.records.mkdir()
-        self.start_simulator("--service-us", "100")
+        (script := self.run / "bench").write_text(f"heat {HEATER_PIN} hotend pwm {HEATER_PWM}\n")
+        self.start_simulator("--service-us", "100", "--script", script)
         self.start_daemon({"record-folder": self.records, **({"cpu": cpus[-1]} if len(cpus) > 1 else {})},
-                          {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position",
+                          {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position", "pwm-period": 2500000,
                            # long, so that a machine that stops for a second or two does not fail the demo
-                           "heartbeat-timeout-ms": 20000, "lost-after-ms": 20000})
-        self.start_hal()
+                           "heartbeat-timeout-ms": 20000, "lost-after-ms": 20000},
+                          {"hotend": {"sensor-pin": HEATER_PIN, "sensor": "thermistor", "pwm": HEATER_PWM,
+                                      "max-temperature": 280, "max-age-ms": 2000}})
+        self.start_hal("names=heaters")
         self.make_pins()
 
     def make_pins(self):
         hal = self.hal
         self.pins = hal.component("demo")
         for name, kind in (("machine-on", hal.HAL_BIT), ("enable", hal.HAL_BIT),
-                           ("out", hal.HAL_BIT), ("pos", hal.HAL_FLOAT)):
+                           ("out", hal.HAL_BIT), ("pos", hal.HAL_FLOAT), ("target", hal.HAL_FLOAT),
+                           ("reset", hal.HAL_BIT)):
             self.pins.newpin(name, kind, hal.HAL_OUT)
         self.pins.ready()
         self.halcmd("setp", "pokeys.0.joint.00.scale", str(SCALE))
         self.halcmd("setp", "pokeys.0.encoder.00.scale", str(SCALE * COUNTS))
         for pin, target in (("machine-on", "machine-is-on"), ("enable", "joint.00.enable"),
-                            ("out", f"pin.{OUT_PIN:02}.out"), ("pos", "joint.00.pos-cmd")):
+                            ("out", f"pin.{OUT_PIN:02}.out"), ("pos", "joint.00.pos-cmd"),
+                            ("target", "heater.00.target"), ("reset", "heater.00.reset")):
             self.halcmd("net", f"demo-{pin}", f"demo.{pin}", f"pokeys.0.{target}")
         self.halcmd("start")
 
@@ -80,6 +87,7 @@ class Demo(Rig):
         self.wait_for("pokeys.0.connected", lambda: self.get("connected"), PATIENCE_S)
         # or it is no edge: machine-on has to be seen off by the daemon first
         self.wait_for("pokeys.0.commander", lambda: self.get("commander"), PATIENCE_S)
+        self.wait_for("the heater's temperature", lambda: self.get("heater.00.temperature") > 0, PATIENCE_S)
         self.pins["pos"] = self.get("joint.00.pos-fb")
         self.pins["enable"] = True
         self.pins["machine-on"] = True
@@ -97,7 +105,7 @@ class Demo(Rig):
         g = self.get
         return (f"{elapsed:5.1f} s  cmd {self.pins['pos']:7.3f} mm  pos {g('joint.00.pos-fb'):7.3f} mm"
                 f"  encoder {g('encoder.00.count'):7d}  out {out:d} in-not {g(IN_PIN):d}"
-                f"  adc {g('adc.02.value'):5.3f} V  age {g('age-us'):6.0f} us  rtt {g('rtt-us'):5.0f} us")
+                f"  heater {g('heater.00.temperature'):4.1f} C  age {g('age-us'):6.0f} us  rtt {g('rtt-us'):5.0f} us")
 
     def toggle(self, elapsed):
         """Toggle the output once a second, but not before the input that is wired to it has followed."""
@@ -106,6 +114,14 @@ class Demo(Rig):
             self.pins["out"], self.followed = bool(int(elapsed + 0.5) % 2), time.monotonic()
         elif time.monotonic() - self.followed > PATIENCE_S:
             raise Fault(f"{IN_PIN} did not follow pin.{OUT_PIN}.out, which is wired to it, within {PATIENCE_S} s")
+
+    def heat(self):
+        """Heat. A heater that a busy computer has switched off needs a reset, and a target of 0 first."""
+        now, fault = time.monotonic(), self.get("heater.00.fault")
+        if fault or self.get("heater.00.condition"):
+            self.cold_since = now
+        self.pins["reset"] = fault
+        self.pins["target"] = HOT if now - self.cold_since > 0.5 else 0.0
 
     def start_gateway(self):
         """On the socket that scripts/listen has made. Returns the address of the page."""
@@ -128,6 +144,7 @@ class Demo(Rig):
             self.permitted()
             self.pins["pos"] = STROKE / 2 * (1 - math.cos(2 * math.pi * elapsed / MOVE_S))
             self.toggle(elapsed)
+            self.heat()
             yield elapsed
             time.sleep(0.002)
 
@@ -167,10 +184,15 @@ class Demo(Rig):
         self.wait_for(f"the encoder's arrival at {counts} counts",
                       lambda: abs(self.get("encoder.00.count") - counts) <= COUNTS, PATIENCE_S)
 
+    def is_hot(self):
+        self.heat()
+        return self.get("heater.00.at-temperature")
+
     def judge(self, ages, behind):
         """Judge what happened, not when: a busy machine may be late and still correct."""
         for target in (STROKE, REST):
             self.go_to(target)
+        self.wait_for(f"the heater at {HOT} C", self.is_hot, PATIENCE_S)
         self.wait_for(f"{IN_PIN} following the output", lambda: self.get(IN_PIN) == self.pins["out"], PATIENCE_S)
         if not ages or not behind:
             raise Fault("no sample was taken while the data were fresh")

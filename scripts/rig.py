@@ -100,29 +100,31 @@ class Rig:
                    "--address", address, "--control", socket, "--preset", "demo", *options)
         self.wait_for("the simulator's control socket", socket.exists, PATIENCE_S, name)
 
-    def start_daemon(self, daemon, device):
-        """`daemon` and `device` are dicts of keys for the two sections."""
-        self.start_daemon_with(daemon, {self.device: {"address": self.address, **device}})
+    def start_daemon(self, daemon, device, heaters=None):
+        """`daemon` and `device` are dicts of keys for the two sections; `heaters` has one for each heater's name."""
+        self.start_daemon_with(daemon, {self.device: {"address": self.address, **device}}, heaters)
         self.wait_for("the device running", self.is_fresh, PATIENCE_S, "pokeysd")
 
-    def configure(self, daemon, devices):
-        """pokeysd.conf; `devices` has a dict of keys for each device's name."""
+    def configure(self, daemon, devices, heaters=None):
+        """pokeysd.conf; `devices` has a dict of keys for each device's name, `heaters` for each heater's."""
         conf = self.run / "pokeysd.conf"
         daemon = {"runtime-directory": self.run / "pokeysd", "realtime": "optional", **daemon}
-        sections = {"daemon": daemon, **{f"device {name}": keys for name, keys in devices.items()}}
+        sections = {"daemon": daemon, **{f"device {name}": keys for name, keys in devices.items()},
+                    **{f"heater {name}": keys for name, keys in (heaters or {}).items()}}
         conf.write_text("".join(f"[{section}]\n" + "".join(f"{k} = {v}\n" for k, v in keys.items())
                                 for section, keys in sections.items()))
         return conf
 
-    def start_daemon_with(self, daemon, devices):
+    def start_daemon_with(self, daemon, devices, heaters=None):
         """As configure(); none of the devices is waited for."""
-        conf = self.configure(daemon, devices)
+        conf = self.configure(daemon, devices, heaters)
         self.spawn("pokeysd", self.build / "daemon/control/pokeysd", "--config", conf)
         self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, PATIENCE_S, "pokeysd")
 
-    def start_hal(self):
+    def start_hal(self, *parameters):
         self.halcmd("loadrt", "threads", "name1=servo-thread", "period1=1000000")
-        self.halcmd("loadrt", "pokeys_shm", f"devices={self.device}", f"runtime={self.run}/pokeysd")
+        self.halcmd("loadrt", "pokeys_shm", f"devices={self.device}", f"runtime={self.run}/pokeysd",
+                    *parameters)
         self.halcmd("addf", "pokeys.0.read", "servo-thread")
         self.halcmd("addf", "pokeys.0.write", "servo-thread")
         import hal  # pylint: disable=import-outside-toplevel

@@ -83,6 +83,23 @@ static uint64_t resume(const struct look *look, unsigned int index)
 	return look->daemon->resume;
 }
 
+static uint64_t sensor(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->heaters ? look->daemon->heater[index].sensor : 0;
+}
+
+static uint64_t heater(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->heaters ? look->daemon->heater[index].output : 0;
+}
+
+static uint64_t heater_pwm(const struct look *look, unsigned int index)
+{
+	const uint8_t pwm = index < look->daemon->heaters ? look->daemon->heater[index].pwm : 0;
+
+	return pwm && pwm <= WIRE_MODEL_PWMS ? bit(look->board->pwm_pin[pwm - 1]) : 0;
+}
+
 static bool is_external(const struct pokeys_settings *s)
 {
 	return s->set & POKEYS_SET_GENERATOR && !(s->set & POKEYS_SET_AXES && !s->axes) &&
@@ -314,9 +331,13 @@ static const struct source {
 	{ "safe-on", TERMINAL_SAFE_ON, 1, safe_on },
 	{ "safe-hold", TERMINAL_SAFE_HOLD, 1, safe_hold },
 	{ "resume-outputs", TERMINAL_RESUME, 1, resume },
+	/* records have their numbers: new ones come last */
+	{ "heater.#.sensor-pin", TERMINAL_SENSOR, POKEYS_HEATERS, sensor },
+	{ "heater.#.output-pin", TERMINAL_HEATER, POKEYS_HEATERS, heater },
+	{ "heater.#.pwm", TERMINAL_DRIVEN, POKEYS_HEATERS, heater_pwm },
 };
 
-enum { OWNERS_MAX = 80, SOURCES = sizeof(sources) / sizeof(sources[0]) };
+enum { OWNERS_MAX = 104, SOURCES = sizeof(sources) / sizeof(sources[0]) };
 
 static size_t list_owners(const struct look *look, struct terminal_owner out[OWNERS_MAX])
 {
@@ -340,10 +361,14 @@ static size_t list_owners(const struct look *look, struct terminal_owner out[OWN
 static const unsigned int goes_with[TERMINAL_KINDS] = {
 	[TERMINAL_INPUT] = KIND(LISTENER) | KIND(SCANNED),
 	[TERMINAL_COUNTER] = KIND(LISTENER),
-	[TERMINAL_OUTPUT] = KIND(FOLLOWER) | KIND(SAFE_ON) | KIND(SAFE_HOLD) | KIND(RESUME),
+	[TERMINAL_ANALOG] = KIND(SENSOR),
+	[TERMINAL_OUTPUT] = KIND(FOLLOWER) | KIND(HEATER) | KIND(SAFE_ON) | KIND(SAFE_HOLD) |
+			    KIND(RESUME),
 	[TERMINAL_LISTENER] = KIND(LISTENER) | KIND(INPUT) | KIND(COUNTER),
 	[TERMINAL_SCANNED] = KIND(INPUT),
 	[TERMINAL_FOLLOWER] = KIND(OUTPUT) | KIND(SAFE_ON) | KIND(SAFE_HOLD) | KIND(RESUME),
+	[TERMINAL_SENSOR] = KIND(ANALOG),
+	[TERMINAL_HEATER] = KIND(OUTPUT),
 	[TERMINAL_SAFE_ON] = KIND(OUTPUT) | KIND(FOLLOWER) | KIND(RESUME),
 	[TERMINAL_SAFE_HOLD] = KIND(OUTPUT) | KIND(FOLLOWER) | KIND(RESUME),
 	[TERMINAL_RESUME] = KIND(OUTPUT) | KIND(FOLLOWER) | KIND(SAFE_ON) | KIND(SAFE_HOLD),
@@ -364,9 +389,11 @@ static uint64_t able(const struct wire_pinmap *board, const struct terminal_owne
 	case TERMINAL_COUNTER:
 		return board->counter;
 	case TERMINAL_ANALOG:
+	case TERMINAL_SENSOR:
 		return board->analog_in;
 	case TERMINAL_OUTPUT:
 	case TERMINAL_FOLLOWER:
+	case TERMINAL_HEATER:
 	case TERMINAL_SAFE_ON:
 	case TERMINAL_SAFE_HOLD:
 	case TERMINAL_RESUME:

@@ -23,6 +23,8 @@ enum terminal_kind {
 	TERMINAL_SCANNED,	/* of the matrix keyboard */
 	TERMINAL_DRIVEN,	/* an output of another part of the device */
 	TERMINAL_FOLLOWER,	/* a digital output that an axis switches */
+	TERMINAL_SENSOR,	/* an analog input of a heater */
+	TERMINAL_HEATER,	/* a digital output of a heater */
 	TERMINAL_SAFE_ON,	/* a digital output, after a loss */
 	TERMINAL_SAFE_HOLD,
 	TERMINAL_RESUME,
@@ -40,6 +42,11 @@ struct terminal_owner {
 /* Keys of pokeysd.conf that are no settings of the device; bit = terminal - 1. */
 struct terminal_daemon {
 	uint64_t safe_on, safe_hold, resume;
+	uint8_t heaters;
+	struct {
+		uint64_t sensor, output;
+		uint8_t pwm;		/* channel + 1; 0 = none */
+	} heater[POKEYS_HEATERS];
 };
 
 /* Terminals that both use, and only one of them can. */

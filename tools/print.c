@@ -195,6 +195,7 @@ void print_status(const struct view_device *device, FILE *to)
 		fprintf(to, "  phase       %s\n", print_phase(&state->phase, phase));
 		print_io(state, to);
 		print_engine(device, to);
+		print_heaters(state, to);
 	}
 	print_packets(device, to);
 	if (device->has_diag)

@@ -36,14 +36,23 @@ const char *print_postep_faults(const struct pokeys_postep *driver, char text[12
 /* How threading by the device stands, or ended; empty where it was never asked for. */
 const char *print_threading(const struct pokeys_state *state, char text[200]);
 
+/* A heater that pokeysd.conf has; what it does, and why it does not heat. */
+enum { PRINT_HEATER_MAX = 320 };
+bool print_has_heater(const struct pokeys_state *state, unsigned int heater);
+const char *print_heater(const struct pokeys_heater *heater, char text[PRINT_HEATER_MAX]);
+
+/* A line for each heater; nothing without one. */
+void print_heaters(const struct pokeys_state *state, FILE *to);
+
 /* Everything worth knowing of a device, in a dozen lines. */
 void print_status(const struct view_device *device, FILE *to);
 
 /* One JSON document of all devices on one line; its keys are those of pokeysctl(1). */
 void print_json_all(const struct view *view, FILE *to);
 
-/* Its part with the key "engine". */
+/* Its parts with the keys "engine" and "heaters". */
 void print_json_engine(struct json *json, const struct pokeys_state *state);
+void print_json_heaters(struct json *json, const struct pokeys_state *state);
 
 /* The histograms of the diagnostic image, in the order they are shown. */
 struct print_histogram {

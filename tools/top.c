@@ -139,6 +139,16 @@ static void draw_encoders(struct screen *screen, const struct pokeys_state *stat
 		screen_line(screen, "%s", line);
 }
 
+static void draw_heaters(struct screen *screen, const struct pokeys_state *state)
+{
+	char text[PRINT_HEATER_MAX];
+
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		if (print_has_heater(state, i))
+			screen_line(screen, "heater %u  %s", i,
+				    print_heater(&state->heater[i], text));
+}
+
 static void draw_latencies(struct screen *screen, const struct pokeys_diag *diag)
 {
 	static const double parts[] = { 0.5, 0.9, 0.99, 0.999 };
@@ -176,6 +186,7 @@ static void draw_one(struct screen *screen, const struct view_device *device,
 	draw_pins(screen, &device->state);
 	draw_encoders(screen, &device->state);
 	top_engine(screen, device);
+	draw_heaters(screen, &device->state);
 	if (device->has_diag)
 		draw_latencies(screen, &device->diag);
 }

@@ -8,12 +8,24 @@
  */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include "daemon/control/config_key.h"
+#include "wire/io.h"
 
 static uint64_t ms(double value)
 {
 	return (uint64_t)llround(value * 1e6);
+}
+
+/* Of max-target = auto, K. */
+#define TARGET_BELOW 15
+
+static int by_place(const void *a, const void *b)
+{
+	const struct sensor_point *first = a, *second = b;
+
+	return (first->at > second->at) - (first->at < second->at);
 }
 
 static void convert_safe(const struct config_raw_device *raw, struct device_config *out)
@@ -76,6 +88,76 @@ void config_convert_device(const struct config_raw_device *raw, uint64_t period_
 	out->settings = raw->settings;
 	out->have_password = *raw->password_file;
 	memcpy(out->password, raw->password, sizeof(out->password));
+}
+
+static void convert_sensor(const struct config_raw_heater *raw, struct sensor_config *out)
+{
+	static const enum sensor_kind kinds[CONFIG_SENSORS] = {
+		[CONFIG_THERMISTOR] = SENSOR_BETA, [CONFIG_STEINHART] = SENSOR_STEINHART,
+		[CONFIG_PT100] = SENSOR_PLATINUM, [CONFIG_PT1000] = SENSOR_PLATINUM,
+		[CONFIG_LINEAR] = SENSOR_LINEAR, [CONFIG_SENSOR_TABLE] = SENSOR_TABLE,
+	};
+
+	out->kind = kinds[raw->sensor];
+	out->pull_up = raw->pull_up;
+	out->reference = raw->reference;
+	out->ohm = raw->sensor == CONFIG_PT100 ? 100 : raw->sensor == CONFIG_PT1000 ? 1000 :
+							raw->ohm;
+	out->celsius = raw->ohm_at;
+	out->beta = raw->beta;
+	out->volts_at_0 = raw->volts_at_0;
+	out->volts_per_kelvin = raw->volts_per_kelvin;
+	out->count = raw->points.count;
+	memcpy(out->points, raw->points.point, sizeof(out->points));
+	qsort(out->points, out->count, sizeof(out->points[0]), by_place);
+}
+
+/* For ever, or at least a period of the heater. */
+static uint64_t lease(double seconds)
+{
+	const uint64_t ns = ms(fabs(seconds) * 1000);
+
+	if (seconds < 0)
+		return UINT64_MAX;
+	return ns < HEATER_PERIOD_NS ? HEATER_PERIOD_NS : ns;
+}
+
+static void convert_control(const struct config_raw_heater *raw, struct heater_config *out)
+{
+	out->least = raw->least;
+	out->most = raw->most;
+	out->target_most = raw->target_most == CONFIG_TARGET_AUTO ? raw->most - TARGET_BELOW :
+								    raw->target_most;
+	out->law = (enum heater_law)raw->law;
+	out->gains.p = raw->p / HEATING_GAIN_SCALE;
+	out->gains.i = raw->i / HEATING_GAIN_SCALE;
+	out->gains.d = raw->d / HEATING_GAIN_SCALE;
+	out->gains.smooth = raw->smooth_s;
+	out->hysteresis = raw->hysteresis;
+	out->power_most = raw->power_most;
+	out->rate_most = raw->rate_most;
+	out->slack = raw->slack;
+	out->rise = raw->rise;
+	out->window_ns = ms(raw->window_s * 1000);
+	out->stale_ns = ms(raw->stale_ms);
+	out->lease_ns = lease(raw->hold_s);
+}
+
+/* Member by member: what lies between them stays 0, for whoever compares bytes. */
+void config_convert_heater(const struct config_raw_heater *raw, struct heating_config *out)
+{
+	const bool pwm = raw->pwm >= 0;
+
+	memset(out, 0, sizeof(*out));
+	memcpy(out->name, raw->name, sizeof(out->name));
+	convert_sensor(raw, &out->heater.sensor);
+	convert_control(raw, &out->heater);
+	out->sensor = (uint8_t)(raw->sensor_pin ? raw->sensor_pin - WIRE_ANALOG_FIRST_PIN : 0);
+	out->kind = pwm ? HEATING_PWM : HEATING_PIN;
+	out->output = (uint8_t)(pwm ? raw->pwm : raw->output_pin ? raw->output_pin - 1 : 0);
+	out->least_ns = ms(raw->least_s * 1000);
+	out->within = raw->within;
+	out->without_failsafe = raw->without_failsafe;
 }
 
 void config_convert_daemon(const struct config_raw_daemon *raw, struct config *out)

@@ -150,6 +150,36 @@ static void enter_device(struct reading *r, const char *name)
 	snprintf(r->title, sizeof(r->title), "[device %s]", name);
 }
 
+static void enter_heater(struct reading *r, const char *name)
+{
+	struct config_file *file = r->file;
+
+	if (!name_is_good(name)) {
+		config_fault(file, r->line, "[heater %s]: a heater's name has 1 to %d of the "
+			     "characters A-Z a-z 0-9 _ -", name, POKEYS_SHM_NAME_MAX - 1);
+		return;
+	}
+	for (uint32_t i = 0; i < file->heaters; i++) {
+		if (!strcmp(file->heater[i].name, name)) {
+			config_fault(file, r->line, "[heater %s] was there before, at line %u",
+				     name, file->heater_lines[i].section);
+			return;
+		}
+	}
+	if (file->heaters == CONFIG_HEATERS) {
+		config_fault(file, r->line, "[heater %s]: too many heaters, at most %d are allowed",
+			     name, CONFIG_HEATERS);
+		return;
+	}
+	r->section = CONFIG_HEATER;
+	r->raw = &file->heater[file->heaters];
+	r->lines = &file->heater_lines[file->heaters++];
+	r->lines->section = r->line;
+	config_defaults(CONFIG_HEATER, r->raw);
+	snprintf(((struct config_raw_heater *)r->raw)->name, POKEYS_SHM_NAME_MAX, "%s", name);
+	snprintf(r->title, sizeof(r->title), "[heater %s]", name);
+}
+
 /* A line that begins with '['; it stays as it is for inih. */
 static void enter_section(struct reading *r, const char *line)
 {
@@ -159,8 +189,8 @@ static void enter_section(struct reading *r, const char *line)
 	r->raw = NULL;
 	snprintf(r->title, sizeof(r->title), "[?]");
 	if (line[length] != ']' || line[length + 1] || length >= sizeof(name)) {
-		config_fault(r->file, r->line, "\"%s\" is not a section; [daemon] and [device "
-			     "NAME] are", r->shown);
+		config_fault(r->file, r->line, "\"%s\" is not a section; [daemon], [device NAME] "
+			     "and [heater NAME] are", r->shown);
 		return;
 	}
 	memcpy(name, line + 1, length - 1);
@@ -169,9 +199,11 @@ static void enter_section(struct reading *r, const char *line)
 		enter_daemon(r);
 	else if (!strncmp(name, "device ", 7))
 		enter_device(r, name + 7 + strspn(name + 7, " "));
+	else if (!strncmp(name, "heater ", 7))
+		enter_heater(r, name + 7 + strspn(name + 7, " "));
 	else
-		config_fault(r->file, r->line, "there is no section [%s]; sections are [daemon] "
-			     "and [device NAME]", name);
+		config_fault(r->file, r->line, "there is no section [%s]; sections are [daemon], "
+			     "[device NAME] and [heater NAME]", name);
 }
 
 /* Cut comment and blanks off a line of the file; NULL and a complaint if it cannot be one. */

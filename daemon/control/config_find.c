@@ -80,6 +80,17 @@ static const char *nearest(enum config_section section, const char *name)
 	return found;
 }
 
+/* Where a key belongs, for a person. */
+static const char *section_name(enum config_section section)
+{
+	static const char *const names[CONFIG_SECTIONS] = {
+		[CONFIG_DAEMON] = "[daemon]", [CONFIG_DEVICE] = "a [device NAME] section",
+		[CONFIG_HEATER] = "a [heater NAME] section",
+	};
+
+	return names[section];
+}
+
 static void explain(enum config_section section, const char *name, char *why, size_t size)
 {
 	const char *meant = nearest(section, name);
@@ -88,8 +99,7 @@ static void explain(enum config_section section, const char *name, char *why, si
 
 	for (size_t i = 0; (key = config_key_at(i)); i++) {
 		if (key->section != section && fits(key->name, name, &index)) {
-			snprintf(why, size, "%s belongs in %s", name,
-				 section == CONFIG_DAEMON ? "a [device NAME] section" : "[daemon]");
+			snprintf(why, size, "%s belongs in %s", name, section_name(key->section));
 			return;
 		}
 	}

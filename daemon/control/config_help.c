@@ -9,7 +9,10 @@
 
 enum { WIDTH = 78 };
 
-static const char *const titles[CONFIG_SECTIONS] = { "[daemon]", "[device NAME]" };
+static const char *const titles[CONFIG_SECTIONS] = {
+	[CONFIG_DAEMON] = "[daemon]", [CONFIG_DEVICE] = "[device NAME]",
+	[CONFIG_HEATER] = "[heater NAME]",
+};
 
 /* Words of a text, each line begun with `margin`. */
 static void wrap(FILE *to, const char *text, const char *margin, size_t indent)

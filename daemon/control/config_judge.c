@@ -152,6 +152,7 @@ void config_judge(struct config_file *file, struct config *out)
 			     "[daemon]: mode = napi polls for busy-poll-us, which is 0");
 	if (!file->devices && !file->faults)
 		config_fault(file, 0, "there is no [device NAME] section");
+	judge_heaters(file);
 	for (uint32_t i = 0; i < file->devices; i++)
 		judge_device(file, i);
 	if (file->here)
@@ -164,5 +165,12 @@ void config_judge(struct config_file *file, struct config *out)
 	for (uint32_t i = 0; i < file->devices; i++) {
 		config_convert_device(&file->device[i], out->loop.period_ns, &out->device[i]);
 		out->device[i].index = (uint8_t)i;
+	}
+	for (uint32_t i = 0; i < file->heaters; i++) {
+		const struct config_raw_heater *raw = &file->heater[i];
+		struct device_config *device = &out->device[raw->of];
+
+		device->heater[raw->number] = raw->out;
+		device->heaters++;
 	}
 }

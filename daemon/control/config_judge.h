@@ -15,6 +15,19 @@ struct judged {
 void judge_fault(const struct judged *j, const char *key, uint32_t index, const char *format, ...)
 	__attribute__((format(printf, 4, 5)));
 
+/* The same of a heater. */
+void judge_heater_fault(struct config_file *file, uint32_t heater, const char *key,
+			const char *format, ...) __attribute__((format(printf, 4, 5)));
+
+/* Heaters: of which devices they are; before the devices are judged. */
+void judge_heaters(struct config_file *file);
+
+/* Apply what the heaters of this device need to its settings; after its terminals were judged. */
+void judge_heaters_of(const struct judged *j);
+
+/* A heater of this device: index < file->heaters. */
+bool judge_has_heater(const struct judged *j, uint32_t heater);
+
 /* Rules about terminals. */
 void judge_terminals(const struct judged *j);
 

@@ -4,6 +4,8 @@
  * what goes together; here it is told with the lines of the file. The device is not known
  * yet: what only some boards cannot do, the daemon tells once it has found it.
  */
+#include <stdio.h>
+#include <string.h>
 #include "daemon/control/config_judge.h"
 #include "settings/terminal.h"
 #include "wire/io.h"
@@ -59,47 +61,119 @@ static void judge_safe(const struct judged *j)
 	}
 }
 
-static void judge_inverted(const struct judged *j)
+static void judge_inverted(const struct judged *j, const struct terminal_daemon *daemon)
 {
-	const uint64_t digital = pins_with(j, WIRE_PIN_INPUT | WIRE_PIN_OUTPUT);
-	int pin = shared_pin(pins_with(j, WIRE_PIN_INVERT), ~digital);
+	uint64_t digital = pins_with(j, WIRE_PIN_INPUT | WIRE_PIN_OUTPUT);
+	int pin;
+
+	for (unsigned int i = 0; i < daemon->heaters; i++)
+		digital |= daemon->heater[i].output;
+	pin = shared_pin(pins_with(j, WIRE_PIN_INVERT), ~digital);
 
 	if (pin)
 		judge_fault(j, "inverted-pins", 0, "inverted-pins: pin %d is neither in "
 			    "digital-inputs nor in digital-outputs", pin);
 }
 
+/* Where an owner stands in the file, and how a person finds it there. */
+struct place {
+	uint32_t line;
+	char section[48], key[SETTINGS_NAME_MAX];
+};
+
+#define HEATER_KEY "heater.#."
+
+static uint32_t heater_of(const struct judged *j, uint32_t number)
+{
+	uint32_t i = 0;
+
+	while (i + 1 < j->file->heaters &&
+	       !(judge_has_heater(j, i) && j->file->heater[i].number == number))
+		i++;
+	return i;
+}
+
+static void find_place(const struct judged *j, const struct terminal_owner *owner,
+		       struct place *place)
+{
+	const size_t prefix = strlen(HEATER_KEY);
+
+	if (strncmp(owner->key, HEATER_KEY, prefix)) {
+		place->line = config_line_of(j->lines, owner->key, owner->index);
+		snprintf(place->section, sizeof(place->section), "[device %s]", j->raw->name);
+		terminal_owner_name(owner->number, place->key);
+	} else {
+		const uint32_t heater = heater_of(j, owner->index);
+		const char *key = owner->key + prefix;
+
+		place->line = config_line_of(&j->file->heater_lines[heater], key, 0);
+		snprintf(place->section, sizeof(place->section), "[heater %s]",
+			 j->file->heater[heater].name);
+		snprintf(place->key, sizeof(place->key), "%s", key);
+	}
+}
+
 /* Each two at the line of the later one. */
 static void judge_shared(const struct judged *j, const struct terminal_conflict *conflict)
 {
-	const struct terminal_owner *first = &conflict->a, *later = &conflict->b;
-	char name[SETTINGS_NAME_MAX], other[SETTINGS_NAME_MAX], list[TERMINAL_LIST_MAX];
-	uint32_t line = config_line_of(j->lines, first->key, first->index);
+	struct place place[2];
+	const struct place *first = &place[0], *later = &place[1];
+	char list[TERMINAL_LIST_MAX];
+	bool elsewhere;
 
-	if (line > config_line_of(j->lines, later->key, later->index)) {
-		first = &conflict->b;
-		later = &conflict->a;
-		line = config_line_of(j->lines, first->key, first->index);
+	find_place(j, &conflict->a, &place[0]);
+	find_place(j, &conflict->b, &place[1]);
+	if (first->line > later->line) {
+		first = &place[1];
+		later = &place[0];
 	}
-	terminal_owner_name(first->number, other);
-	terminal_owner_name(later->number, name);
-	terminal_list(conflict->terminals, list);
-	judge_fault(j, later->key, later->index,
-		    "%s: %s %s used by %s (line %u) as well, and can only be used by one of them; "
-		    "remove the other",
-		    name, list, is_one(conflict->terminals) ? "is" : "are", other, line);
+	elsewhere = strcmp(first->section, later->section) != 0;
+	config_fault(j->file, later->line,
+		     "%s: %s: %s %s used by %s%s%s (line %u) as well, and can only be used by one "
+		     "of them; remove the other", later->section, later->key,
+		     terminal_list(conflict->terminals, list),
+		     is_one(conflict->terminals) ? "is" : "are", elsewhere ? first->section : "",
+		     elsewhere ? " " : "", first->key, first->line);
+}
+
+/* What the heaters of this device use. */
+static void take_heaters(const struct judged *j, struct terminal_daemon *daemon)
+{
+	struct heating_config config[POKEYS_HEATERS];
+	unsigned int count = 0;
+
+	for (uint32_t i = 0; i < j->file->heaters; i++) {
+		if (judge_has_heater(j, i) && j->file->heater[i].number < POKEYS_HEATERS) {
+			config[j->file->heater[i].number] = j->file->heater[i].out;
+			count++;
+		}
+	}
+	heating_terminals(config, count, daemon);
+	for (uint32_t i = 0; i < j->file->heaters; i++) {
+		const struct config_raw_heater *raw = &j->file->heater[i];
+
+		if (!judge_has_heater(j, i) || raw->number >= POKEYS_HEATERS)
+			continue;
+		if (!raw->sensor_pin)
+			daemon->heater[raw->number].sensor = 0;
+		if (!raw->output_pin)
+			daemon->heater[raw->number].output = 0;
+	}
 }
 
 void judge_terminals(const struct judged *j)
 {
-	const struct terminal_daemon daemon = {
-		j->raw->safe_on, j->raw->safe_hold, resumed_by_name(j),
+	struct terminal_daemon daemon = {
+		.safe_on = j->raw->safe_on, .safe_hold = j->raw->safe_hold,
+		.resume = resumed_by_name(j),
 	};
 	struct terminal_conflict conflict[TERMINAL_CONFLICTS_MAX];
-	const size_t count = terminal_conflicts(&j->raw->settings, &daemon, NULL, conflict);
+	size_t count;
 
+	take_heaters(j, &daemon);
+	count = terminal_conflicts(&j->raw->settings, &daemon, NULL, conflict);
 	for (size_t i = 0; i < count; i++)
 		judge_shared(j, &conflict[i]);
 	judge_safe(j);
-	judge_inverted(j);
+	judge_inverted(j, &daemon);
 }

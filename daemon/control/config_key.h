@@ -12,7 +12,7 @@
 #include "daemon/control/config.h"
 #include "settings/key.h"
 
-enum config_section { CONFIG_DAEMON, CONFIG_DEVICE, CONFIG_SECTIONS };
+enum config_section { CONFIG_DAEMON, CONFIG_DEVICE, CONFIG_HEATER, CONFIG_SECTIONS };
 
 /* What a value is, and where it goes: the C type of the field follows from it. */
 enum config_type {
@@ -24,6 +24,7 @@ enum config_type {
 	CONFIG_ADDRESS_LIST,	/* struct config_list */
 	CONFIG_PIN_LIST,	/* uint64_t, bit = pin - 1; minimum..maximum, or words: those of
 				 * one bit in a list, others alone */
+	CONFIG_POINTS,		/* struct config_points */
 	CONFIG_SETTING,		/* struct pokeys_settings, as `setting` says */
 };
 
@@ -49,6 +50,7 @@ struct config_key {
 enum {
 	CONFIG_KEYS_MAX = 256,
 	CONFIG_INDICES = 25,		/* the largest count in the table */
+	CONFIG_HEATERS = 16,		/* of all devices */
 };
 
 /* Walk them: NULL behind the last one. The control thread. */
@@ -58,6 +60,18 @@ size_t config_key_number(const struct config_key *key);
 struct config_list {
 	uint32_t count;
 	uint32_t address[CONFIG_ADDRESSES];
+};
+
+/* As they are written: degrees Celsius, and ohm or volts. */
+struct config_points {
+	uint32_t count;
+	struct sensor_point point[SENSOR_POINTS];
+};
+
+/* [heater] sensor */
+enum config_sensor {
+	CONFIG_THERMISTOR, CONFIG_STEINHART, CONFIG_PT100, CONFIG_PT1000, CONFIG_LINEAR,
+	CONFIG_SENSOR_TABLE, CONFIG_SENSORS
 };
 
 struct config_raw_daemon {
@@ -91,6 +105,26 @@ struct config_raw_device {
 	struct pokeys_settings settings;
 };
 
+struct config_raw_heater {
+	char name[32], device[32];
+	int64_t sensor_pin, sensor;
+	double ohm, ohm_at, beta, pull_up, reference, volts_at_0, volts_per_kelvin;
+	struct config_points points;
+	int64_t pwm, output_pin;	/* -1, 0: not given */
+	double least_s;
+	int64_t law;
+	double p, i, d, smooth_s, hysteresis;
+	double least, most, target_most;	/* target_most: or CONFIG_TARGET_AUTO */
+	double power_most, rate_most, stale_ms, window_s, rise, slack, within;
+	double hold_s;				/* -1: for ever */
+	int64_t without_failsafe;
+	/* once they were judged */
+	uint32_t of, number;			/* device, and which one of its heaters */
+	struct heating_config out;
+};
+
+#define CONFIG_TARGET_AUTO	(-1000)
+
 /* Where each key of a section stands in the file; 0 = it does not. */
 struct config_lines {
 	uint32_t section;
@@ -111,6 +145,9 @@ struct config_file {
 	uint32_t devices;
 	struct config_lines daemon_lines;
 	struct config_lines device_lines[TRANSPORT_CHANNELS];
+	struct config_raw_heater heater[CONFIG_HEATERS];
+	uint32_t heaters;
+	struct config_lines heater_lines[CONFIG_HEATERS];
 };
 
 /* Put every default into a section. */
@@ -150,6 +187,7 @@ uint32_t config_line_of(const struct config_lines *lines, const char *name, uint
 void config_convert_daemon(const struct config_raw_daemon *raw, struct config *out);
 void config_convert_device(const struct config_raw_device *raw, uint64_t period_ns,
 			   struct device_config *out);
+void config_convert_heater(const struct config_raw_heater *raw, struct heating_config *out);
 bool config_is_set(const struct config_lines *lines, const char *name, uint32_t index);
 
 /*

@@ -22,6 +22,9 @@
 #define DEVICE(field) CONFIG_DEVICE, .offset = offsetof(struct config_raw_device, field), \
 	.size = sizeof(((struct config_raw_device *)0)->field)
 
+#define HEATER(field) CONFIG_HEATER, .offset = offsetof(struct config_raw_heater, field), \
+	.size = sizeof(((struct config_raw_heater *)0)->field)
+
 #define WORDS(...) ((const struct settings_word[]){ __VA_ARGS__, { NULL, 0 } })
 #define RANGE(low, high) .minimum = (low), .maximum = (high)
 #define WORDS_ONLY RANGE(1, 0)
@@ -240,6 +243,119 @@ static const struct config_key own[] = {
 	    .help = "File whose only line is the device's password. It has to be owned by the "
 		    "daemon's user, which is pokeys in the installed unit, and readable by nobody "
 		    "else (mode 600). The file is read at the start."),
+
+	KEY(HEATER(device), "device", CONFIG_TEXT,
+	    .help = "Name of the device that has the heater's sensor and output. It may be left "
+		    "out if there is only one device."),
+	KEY(HEATER(sensor_pin), "sensor-pin", CONFIG_INTEGER, RANGE(41, 47),
+	    .help = "Terminal of the sensor; the daemon makes it an analog input."),
+	KEY(HEATER(sensor), "sensor", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "thermistor", CONFIG_THERMISTOR },
+			   { "steinhart-hart", CONFIG_STEINHART }, { "pt100", CONFIG_PT100 },
+			   { "pt1000", CONFIG_PT1000 }, { "linear", CONFIG_LINEAR },
+			   { "table", CONFIG_SENSOR_TABLE }),
+	    .help = "Kind of the sensor. thermistor: by its resistance at one temperature and "
+		    "its beta; steinhart-hart: a thermistor by three points; pt100, pt1000: "
+		    "platinum, IEC 60751; linear: an amplifier whose voltage changes linearly "
+		    "with the temperature; table: points, with linear interpolation. A "
+		    "thermistor, pt100 or pt1000 is connected between the terminal and ground."),
+	KEY(HEATER(ohm), "thermistor-ohm", CONFIG_REAL, RANGE(1, 1e8), .fallback = "100000",
+	    .unit = "ohm", .help = "Resistance of the thermistor at thermistor-celsius."),
+	KEY(HEATER(ohm_at), "thermistor-celsius", CONFIG_REAL, RANGE(-50, 500), .fallback = "25",
+	    .unit = "C", .help = "Temperature at which it has that resistance."),
+	KEY(HEATER(beta), "thermistor-beta", CONFIG_REAL, RANGE(500, 10000), .fallback = "3950",
+	    .unit = "K", .help = "Beta of the thermistor, from its data sheet."),
+	KEY(HEATER(points), "sensor-points", CONFIG_POINTS,
+	    .help = "Points of steinhart-hart (three) or table (two or more): temperature in C, "
+		    "a colon, and the resistance in ohm. For a table with pull-up-ohm = 0, give "
+		    "the voltage instead of the resistance, measured where reference-v is."),
+	KEY(HEATER(pull_up), "pull-up-ohm", CONFIG_REAL, RANGE(0, 1e7), .fallback = "4700",
+	    .unit = "ohm",
+	    .help = "Resistor between the sensor's terminal and the reference of the device's "
+		    "analog inputs (3.3 V)."),
+	KEY(HEATER(reference), "reference-v", CONFIG_REAL, RANGE(0.1, 50), .fallback = "3.3",
+	    .unit = "V",
+	    .help = "For linear and for a table of voltages: voltage at which the analog input "
+		    "has its highest reading. With a voltage divider before the terminal, give "
+		    "the voltage before the divider."),
+	KEY(HEATER(volts_at_0), "volts-at-0", CONFIG_REAL, RANGE(-50, 50), .fallback = "0",
+	    .unit = "V", .help = "Voltage of a linear sensor at 0 C."),
+	KEY(HEATER(volts_per_kelvin), "volts-per-kelvin", CONFIG_REAL, RANGE(-10, 10),
+	    .fallback = "0.01", .unit = "V/K",
+	    .help = "By how much that voltage changes with each kelvin."),
+	KEY(HEATER(pwm), "pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
+	    .words = WORDS({ "none", -1 }), .fallback = "none",
+	    .help = "PWM output that drives the heater; 0 to 5 are pwm.00 to pwm.05 in HAL. The "
+		    "device needs pwm-period, which applies to all its PWM outputs."),
+	KEY(HEATER(output_pin), "output-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
+	    .words = WORDS({ "none", 0 }), .fallback = "none",
+	    .help = "Terminal that switches the heater, instead of a PWM output. The daemon "
+		    "makes it a digital output. Use it for a relay, for example."),
+	KEY(HEATER(least_s), "min-switch-s", CONFIG_REAL, RANGE(0.1, 3600), .fallback = "1",
+	    .unit = "s",
+	    .help = "With output-pin: minimum time for which the output stays on or off. When "
+		    "the heater is switched off by a fault, by command or otherwise, the output "
+		    "is off at once."),
+	KEY(HEATER(law), "control", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "pid", HEATER_PID }, { "bang-bang", HEATER_BANG_BANG }),
+	    .fallback = "pid",
+	    .help = "pid: the power is controlled continuously. bang-bang: max-power is on when "
+		    "the temperature is hysteresis below the target, and off when it is "
+		    "hysteresis above it."),
+	KEY(HEATER(p), "pid-p", CONFIG_REAL, RANGE(0, 100000), .fallback = "22.2",
+	    .help = "Proportional gain, in units of 1/255 of full power for each kelvin, as "
+		    "Marlin and Klipper have it."),
+	KEY(HEATER(i), "pid-i", CONFIG_REAL, RANGE(0, 100000), .fallback = "1.08",
+	    .help = "Integral gain, in the same units for each kelvin and second."),
+	KEY(HEATER(d), "pid-d", CONFIG_REAL, RANGE(0, 100000), .fallback = "114",
+	    .help = "Derivative gain, in the same units for each kelvin a second. It acts on the "
+		    "temperature and not on the target."),
+	KEY(HEATER(smooth_s), "pid-smooth-s", CONFIG_REAL, RANGE(0, 60), .fallback = "0.5",
+	    .unit = "s", .help = "Time constant of the derivative's filter."),
+	KEY(HEATER(hysteresis), "hysteresis", CONFIG_REAL, RANGE(0.05, 40), .fallback = "1",
+	    .unit = "K",
+	    .help = "For control = bang-bang: distance from the target at which the output "
+		    "switches. It has to be below watch-slack."),
+	KEY(HEATER(least), "min-temperature", CONFIG_REAL, RANGE(-250, 2000), .fallback = "5",
+	    .unit = "C",
+	    .help = "A lower temperature is a fault while the heater heats, and prevents it "
+		    "from being switched on."),
+	KEY(HEATER(most), "max-temperature", CONFIG_REAL, RANGE(-200, 2000), .unit = "C",
+	    .help = "A higher temperature is a fault, also while the heater is off."),
+	KEY(HEATER(target_most), "max-target", CONFIG_REAL, RANGE(1, 2000), .unit = "C",
+	    .words = WORDS({ "auto", CONFIG_TARGET_AUTO }), .fallback = "auto",
+	    .help = "A higher target is refused. auto: 15 K below max-temperature."),
+	KEY(HEATER(power_most), "max-power", CONFIG_REAL, RANGE(0.01, 1), .fallback = "1",
+	    .help = "Highest power; 1 is full power."),
+	KEY(HEATER(rate_most), "max-rate", CONFIG_REAL, RANGE(0.01, 200), .fallback = "20",
+	    .unit = "K/s",
+	    .help = "A temperature that changes faster is a fault: the sensor is assumed to be "
+		    "defective."),
+	KEY(HEATER(stale_ms), "max-age-ms", CONFIG_REAL, RANGE(100, 2000), .fallback = "300",
+	    .unit = "ms", .help = "A reading that is older is a fault while it heats."),
+	KEY(HEATER(window_s), "watch-window-s", CONFIG_REAL, RANGE(1, 600), .fallback = "40",
+	    .unit = "s",
+	    .help = "In this time the temperature has to rise by watch-rise while the heater is "
+		    "further below its target than watch-slack."),
+	KEY(HEATER(rise), "watch-rise", CONFIG_REAL, RANGE(0.5, 20), .fallback = "1", .unit = "K",
+	    .help = "See watch-window-s."),
+	KEY(HEATER(slack), "watch-slack", CONFIG_REAL, RANGE(1, 50), .fallback = "4", .unit = "K",
+	    .help = "A heater that was within this distance of its target, and is now further "
+		    "below it, has to rise by watch-rise in watch-window-s."),
+	KEY(HEATER(within), "at-temperature-k", CONFIG_REAL, RANGE(0.1, 100), .fallback = "2",
+	    .unit = "K",
+	    .help = "The heater is reported as at its temperature if it is within this distance "
+		    "of its target."),
+	KEY(HEATER(hold_s), "hold-s", CONFIG_REAL, RANGE(0, 86400), .words = WORDS({ "ever", -1 }),
+	    .fallback = "0", .unit = "s",
+	    .help = "Time for which the heater continues to heat after its commander is gone "
+		    "(see heartbeat-timeout-ms), for example for a kiln. ever: it heats until a "
+		    "target of 0 is commanded."),
+	KEY(HEATER(without_failsafe), "without-failsafe", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "no", 0 }, { "yes", 1 }), .fallback = "no",
+	    .help = "no: the heater is used only while the device's own failsafe is set up to "
+		    "switch its output off. yes: the heater is used without this failsafe, and "
+		    "its output may stay on if this computer fails."),
 };
 
 enum { OWN = sizeof(own) / sizeof(own[0]) };

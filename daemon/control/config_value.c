@@ -141,6 +141,37 @@ static const char *store_pin_list(const struct config_key *key, const char *text
 	return NULL;
 }
 
+/* "25:100000": degrees Celsius, and ohm or volts at them. */
+static const char *store_point(char *part, struct sensor_point *point)
+{
+	char *colon = strchr(part, ':');
+	const char *wrong;
+
+	if (!colon)
+		return "has a part without a colon in it";
+	*colon = '\0';
+	wrong = settings_real(part, -300, 3000, &point->celsius);
+	return wrong ? wrong : settings_real(colon + 1, 0, 1e9, &point->at);
+}
+
+static const char *store_points(const char *text, struct config_points *field)
+{
+	struct config_points points = { 0 };
+	char part[48];
+
+	while (list_part(&text, part, sizeof(part))) {
+		const char *wrong;
+
+		if (points.count == SENSOR_POINTS)
+			return "has too many points";
+		wrong = store_point(part, &points.point[points.count++]);
+		if (wrong)
+			return wrong;
+	}
+	*field = points;
+	return NULL;
+}
+
 const char *config_store(const struct config_key *key, uint32_t index, const char *text, void *raw)
 {
 	void *field = (char *)raw + key->offset + (size_t)index * key->stride;
@@ -159,6 +190,8 @@ const char *config_store(const struct config_key *key, uint32_t index, const cha
 		return store_address_list(text, field);
 	case CONFIG_PIN_LIST:
 		return store_pin_list(key, text, field);
+	case CONFIG_POINTS:
+		return store_points(text, field);
 	case CONFIG_SETTING:
 		return settings_store(key->setting, index, text, field);
 	}
@@ -193,6 +226,9 @@ size_t config_allowed(const struct config_key *key, char *text, size_t size)
 		return settings_append(text, size, at, "%spins %g..%g as a list such as %g-%g,%g",
 				       at ? " | " : "", key->minimum, key->maximum, key->minimum,
 				       key->minimum + 2, key->minimum + 4);
+	case CONFIG_POINTS:
+		return settings_append(text, size, at, "at most %d points with commas between, "
+				       "such as 25:100000, 150:1641", SENSOR_POINTS);
 	case CONFIG_SETTING:
 		return settings_allowed(key->setting, text, size);
 	}

@@ -164,8 +164,8 @@ void desk_begin(struct desk *desk, struct desk_client *client, char *request, ui
 
 static const char *restart_note(const struct desk_client *client)
 {
-	return client->restart ? "\nOther keys of its section have changed as well: those want a "
-				 "restart of the daemon." : "";
+	return client->restart ? "\nOther keys of its section or of its heaters have changed as "
+				 "well: those need a restart of the daemon." : "";
 }
 
 void desk_executed(struct desk *desk, struct desk_client *client, int result, uint64_t now_ns)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What a device's configuration says when nobody says anything.
+ * What a device's configuration says when nobody says anything, and which terminals its heaters
+ * have.
  *
  * A setting of the device itself has no default here: "leave it as the device
  * has it" is the only answer that cannot turn a motor the wrong way. The
@@ -11,6 +12,8 @@
 
 #include <string.h>
 #include "daemon/device/device.h"
+#include "settings/terminal.h"
+#include "wire/io.h"
 
 #define MS UINT64_C(1000000)
 
@@ -27,4 +30,18 @@ void device_config_defaults(struct device_config *config)
 	config->encoder_hz = 50;
 	config->analog_hz = 50;
 	config->resume_auto = true;
+}
+
+void heating_terminals(const struct heating_config *config, unsigned int count,
+		       struct terminal_daemon *out)
+{
+	out->heaters = (uint8_t)(count < POKEYS_HEATERS ? count : POKEYS_HEATERS);
+	for (unsigned int i = 0; i < out->heaters; i++) {
+		out->heater[i].sensor = UINT64_C(1) << (WIRE_ANALOG_FIRST_PIN - 1 +
+							config[i].sensor);
+		if (config[i].kind == HEATING_PIN)
+			out->heater[i].output = UINT64_C(1) << config[i].output;
+		else
+			out->heater[i].pwm = (uint8_t)(config[i].output + 1);
+	}
 }

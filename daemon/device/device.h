@@ -17,6 +17,7 @@
 #include <pokeys/settings.h>
 #include <pokeys/state.h>
 #include "daemon/device/event.h"
+#include "daemon/device/heating.h"
 
 /* Outputs beside the terminals, in resume_parts. */
 enum {
@@ -58,6 +59,8 @@ struct device_config {
 	uint8_t resume_outputs[8];
 	uint8_t resume_parts;		/* DEVICE_RESUME_* */
 	struct pokeys_settings settings;	/* what it wants of the device's own settings */
+	struct heating_config heater[POKEYS_HEATERS];
+	uint8_t heaters;
 	char password[33];		/* of the device, NUL terminated; protocol section 1.11 */
 	bool have_password;
 };

@@ -78,9 +78,21 @@ enum event_code {
 	EVENT_TERMINALS_SHARED,	/* a = terminals, bit = terminal - 1, b and c = numbers of their
 				 * owners (settings/terminal.h) */
 	EVENT_CONFIG_FOREIGN,	/* somebody else has written a setting: as EVENT_CONFIG_CHANGED */
+	EVENT_HEATER,		/* a = heater, b = enum heater_fault (0 = it was reset),
+				 * c = temperature, tenths of a degree C, or
+				 * EVENT_NO_TEMPERATURE */
+	EVENT_HEATER_REFUSED,	/* a target was: a = heater, b = enum heater_refusal, c = the
+				 * target as above, or (HEATER_NOT_READY) enum heater_fault */
+	EVENT_HEATER_TUNED,	/* a = heater, b = enum heater_tuning, c = target as above */
+	EVENT_HEATER_LEFT,	/* its commander has: it is off; a = heater, c = temperature */
+	EVENT_HEATER_UNHEARD,	/* a heater is off, and the device does not acknowledge it: nothing
+				 * is sent to it for its failsafe's time; a = ms */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };
+
+/* EVENT_HEATER: nobody knows it. */
+#define EVENT_NO_TEMPERATURE INT64_MIN
 
 /* EVENT_ONE_SHOT: no commander's, but a terminal's; ids of commanders begin anywhere. */
 enum { EVENT_ORDERED = -1 };
@@ -126,6 +138,9 @@ enum command_fault {
 	COMMAND_FAULT_POEXTBUS,		/* beyond its ten bytes; index = byte */
 	COMMAND_FAULT_PONET,		/* no such module; index = module */
 	COMMAND_FAULT_KBD48,		/* flags or lights that do not exist; index = the flags */
+	COMMAND_FAULT_PWM_HEATER,	/* enables a heater's channel; index = channel */
+	COMMAND_FAULT_HEATER,		/* there is no such heater; index = heater */
+	COMMAND_FAULT_HEATER_TARGET,	/* is no number; index = heater */
 	COMMAND_FAULTS
 };
 

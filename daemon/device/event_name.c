@@ -46,6 +46,11 @@ static const char *const kind_names[EVENT_CODES] = {
 	[EVENT_EMERGENCY] = "emergency",
 	[EVENT_TERMINALS_SHARED] = "terminals-shared",
 	[EVENT_CONFIG_FOREIGN] = "setting-foreign",
+	[EVENT_HEATER] = "heater",
+	[EVENT_HEATER_REFUSED] = "heater-refused",
+	[EVENT_HEATER_TUNED] = "heater-tuned",
+	[EVENT_HEATER_LEFT] = "heater-left",
+	[EVENT_HEATER_UNHEARD] = "heater-unheard",
 };
 
 const char *event_kind_name(uint32_t code)
@@ -129,6 +134,8 @@ static const char *const one_shot_names[] = {
 	[POKEYS_ONE_SHOT_THREAD_ARM] = "arm threading",
 	[POKEYS_ONE_SHOT_THREAD_RELEASE] = "release threading",
 	[POKEYS_ONE_SHOT_THREAD_CANCEL] = "cancel threading",
+	[POKEYS_ONE_SHOT_HEATER_RESET] = "reset heater",
+	[POKEYS_ONE_SHOT_HEATER_TUNE] = "tune heater",
 };
 
 const char *event_one_shot_name(int64_t operation)
@@ -177,6 +184,9 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_POEXTBUS] = "PoExtBus has ten bytes, commanded is byte",
 	[COMMAND_FAULT_PONET] = "there is no such PoNET module:",
 	[COMMAND_FAULT_KBD48] = "kbd48: lights above 47 or flags that do not exist:",
+	[COMMAND_FAULT_PWM_HEATER] = "a heater of pokeysd.conf has this PWM channel:",
+	[COMMAND_FAULT_HEATER] = "pokeysd.conf has no such heater:",
+	[COMMAND_FAULT_HEATER_TARGET] = "the target is no number, and the heater is off:",
 	[COMMAND_FAULT_ONE_SHOT_ID] = "the slot of a one-shot holds another id, expected was",
 };
 

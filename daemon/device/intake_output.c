@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What a commander wants of PWM, PoExtBus, external outputs and PoNET, judged
+ * What a commander wants of PWM, PoExtBus, external outputs, PoNET and heaters, judged
  * value by value like the rest of the image.
  *
  * A part that this device does not have is refused while something is commanded
  * in it: silence would look as if it were driven.
  */
 
+#include <math.h>
 #include <string.h>
 #include "daemon/device/internal.h"
 
@@ -45,6 +46,7 @@ static void take_pwm(struct device *device, const struct pokeys_command *command
 	struct output_wish *wish = &device->intake.output;
 	const uint32_t period = command->pwm_period ? command->pwm_period :
 						      device->image.pwm_period;
+	const uint32_t heaters = heating_channels(device);
 
 	if (!offered(device, pwm_commanded(command), device->image.capability.pwm,
 		     COMMAND_PART_PWM))
@@ -53,8 +55,11 @@ static void take_pwm(struct device *device, const struct pokeys_command *command
 		intake_refuse(device, COMMAND_FAULT_PWM_CHANNEL, command->pwm_enable);
 		wish->pwm_enable &= command->pwm_enable;
 	} else {
-		wish->pwm_enable = command->pwm_enable;
+		wish->pwm_enable = command->pwm_enable & ~heaters;
 	}
+	if (command->pwm_enable & heaters)
+		intake_refuse(device, COMMAND_FAULT_PWM_HEATER,
+			      __builtin_ctz(command->pwm_enable & heaters));
 	wish->pwm = wish->pwm || pwm_commanded(command);
 	wish->pwm_period = command->pwm_period;
 	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
@@ -129,10 +134,30 @@ static void take_ponet(struct device *device, const struct pokeys_command *comma
 	wish->kbd48_leds = command->kbd48_leds;
 }
 
+/* A target that is no number is 0: whoever computed it does not know what he wants. */
+static void take_heaters(struct device *device, const struct pokeys_command *command)
+{
+	const uint32_t beyond = command->heater_mask >> device->config.heaters;
+
+	if (beyond)
+		intake_refuse(device, COMMAND_FAULT_HEATER,
+			      device->config.heaters + __builtin_ctz(beyond));
+	for (unsigned int i = 0; i < device->config.heaters; i++) {
+		const bool commanded = command->heater_mask >> i & 1;
+		const double target = commanded ? (double)command->heater_target[i] : 0;
+
+		if (!isfinite(target))
+			intake_refuse(device, COMMAND_FAULT_HEATER_TARGET, i);
+		device->intake.heating.target[i] = isfinite(target) ? target : 0;
+	}
+	device->intake.heating.mask = command->heater_mask;
+}
+
 void intake_outputs(struct device *device, const struct pokeys_command *command)
 {
 	take_pwm(device, command);
 	take_bus(device, command);
 	take_external(device, command);
 	take_ponet(device, command);
+	take_heaters(device, command);
 }

@@ -90,6 +90,7 @@ static void note_failsafe(struct device *device)
 	life->failsafe_ns = failsafe ? failsafe_ns(failsafe->timeout, failsafe->peripherals) : 0;
 	life->left_ns = device->now_ns;
 	life->alone_until_ns = 0;
+	life->cooled = false;
 }
 
 static void leave_running(struct device *device)
@@ -238,6 +239,43 @@ static uint64_t failsafe_waits_ns(const struct device *device)
 	return failsafe_ns(wanted->failsafe_timeout, wanted->failsafe_peripherals);
 }
 
+static void leave_alone(struct device *device, uint64_t waits_ns)
+{
+	struct life *life = &device->life;
+
+	life->alone_until_ns = device->now_ns + waits_ns + FAILSAFE_LATE_NS;
+	life->probe_after_ns = life->alone_until_ns;
+	heating_left_alone(device);
+}
+
+/*
+ * It answers, and may heat, as a daemon before us or we ourselves have left it: questions would
+ * keep its failsafe quiet until all its settings are read. True: it is left alone first.
+ */
+static bool cools(struct device *device)
+{
+	struct life *life = &device->life;
+	const uint64_t waits_ns = failsafe_waits_ns(device);
+
+	if (life->cooled || !heating_covered(device) || !waits_ns)
+		return false;
+	life->cooled = true;
+	leave_alone(device, waits_ns);
+	return true;
+}
+
+/* An output of a heater is off, and the device does not say so, whatever else it answers. */
+static bool is_unheard(struct device *device)
+{
+	struct life *life = &device->life;
+	const uint64_t waits_ns = life->failsafe_ns;
+
+	if (!heating_unheard(device))
+		return false;
+	device_say(device, EVENT_HEATER_UNHEARD, EVENT_ERROR, (int64_t)(waits_ns / MS), 0, 0);
+	return true;
+}
+
 /*
  * Once from the first question or from running to running, whatever comes back in between:
  * long enough without a question for its own failsafe.
@@ -249,8 +287,8 @@ static void leave_to_failsafe(struct device *device)
 
 	if (life->alone_until_ns || !waits_ns || device->now_ns - life->left_ns < QUESTIONS_NS)
 		return;
-	life->alone_until_ns = device->now_ns + waits_ns + FAILSAFE_LATE_NS;
-	life->probe_after_ns = life->alone_until_ns;
+	leave_alone(device, waits_ns);
+	life->cooled = true;
 }
 
 static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -275,6 +313,8 @@ static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, 
 		device->life.probe_after_ns = now_ns;
 		return;
 	}
+	if (cools(device))
+		return;
 	identify_begin(device);
 	fault = identify_take(device, entry->response_buffer);
 	if (fault) {
@@ -326,6 +366,11 @@ static void found_cycle(struct device *device)
 		lose(device);
 		return;
 	}
+	if (is_unheard(device)) {
+		lose(device);
+		leave_alone(device, device->life.failsafe_ns);
+		return;
+	}
 	if (device->life.rebooted)
 		restarted(device);
 }
@@ -364,6 +409,7 @@ void device_set_address(struct device *device, uint32_t address, uint16_t port, 
 	life->ran = false;
 	life->left_ns = now_ns;
 	life->alone_until_ns = 0;
+	life->cooled = false;
 	start_over(device);
 	pokeys_device_set_peer(&device->mailbox, address, port);
 	life_enter(device, POKEYS_LINK_SEARCHING, POKEYS_FAULT_NONE);

@@ -295,6 +295,8 @@ const struct operation *operation_find(uint8_t operation)
 		[POKEYS_ONE_SHOT_THREAD_ARM] = &operation_thread_arm,
 		[POKEYS_ONE_SHOT_THREAD_RELEASE] = &operation_thread_release,
 		[POKEYS_ONE_SHOT_THREAD_CANCEL] = &operation_thread_cancel,
+		[POKEYS_ONE_SHOT_HEATER_RESET] = &operation_heater_reset,
+		[POKEYS_ONE_SHOT_HEATER_TUNE] = &operation_heater_tune,
 	};
 
 	return operation < sizeof(offered) / sizeof(offered[0]) ? offered[operation] : NULL;

@@ -54,13 +54,25 @@ static bool is_due(const struct device *device, unsigned int place, union output
 	       !(output->known && same(want, &output->have));
 }
 
-/* PWM: duties alone do not begin the period anew. */
-static void encode(const struct output *output, unsigned int place, const union output_value *want,
-		   union output_value *request)
+/* A period is as long as somebody wants, and a heater that is switched off is off at once. */
+static bool cuts_off(const struct device *device, const struct output *output,
+		     const union output_value *want)
+{
+	const unsigned int heaters = heating_channels(device);
+
+	for (unsigned int i = 0; i < POKEYS_PWM; i++)
+		if (heaters >> i & 1 && output->have.pwm.duty[i] && !want->pwm.duty[i])
+			return true;
+	return false;
+}
+
+/* PWM: duties alone do not begin the period again. */
+static void encode(const struct device *device, const struct output *output, unsigned int place,
+		   const union output_value *want, union output_value *request)
 {
 	*request = *want;
 	if (place == OUTPUT_PWM && output->known && want->pwm.enabled == output->have.pwm.enabled &&
-	    want->pwm.period == output->have.pwm.period)
+	    want->pwm.period == output->have.pwm.period && !cuts_off(device, output, want))
 		request->pwm.duties_only = 1;
 }
 
@@ -116,7 +128,7 @@ static bool send(struct device *device, unsigned int place, const union output_v
 	unsigned int index;
 	const struct output_kind *kind = output_kind(place, &index);
 
-	encode(output, place, want, &request);
+	encode(device, output, place, want, &request);
 	if (!request_send(device, kind->op, &request, ended, refresh, (void *)(uintptr_t)place))
 		return false;
 	output->open = true;

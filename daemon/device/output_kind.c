@@ -51,20 +51,10 @@ static void leave_synced(const struct device *device, union output_value *want)
 							  device->image.pwm_duty[channel];
 }
 
-static bool pwm_want(const struct device *device, unsigned int index, union output_value *want)
+static bool pwm_commanded(const struct device *device, union output_value *want)
 {
 	const struct output_wish *wish = &device->intake.output;
-	const struct pokeys_state *image = &device->image;
 
-	(void)index;
-	if (!image->capability.pwm)
-		return false;
-	want->pwm.write = 1;
-	want->pwm.period = image->pwm_period;
-	if (safe_part(device, DEVICE_RESUME_PWM))
-		return image->pwm_enabled || device->outputs.output[OUTPUT_PWM].driven;
-	if (!commanded(device, DEVICE_RESUME_PWM) || !wish->pwm)
-		return false;
 	if (wish->pwm_period)
 		want->pwm.period = wish->pwm_period;
 	want->pwm.enabled = (uint8_t)wish->pwm_enable;
@@ -75,6 +65,40 @@ static bool pwm_want(const struct device *device, unsigned int index, union outp
 	}
 	leave_synced(device, want);
 	return want->pwm.period > 0;
+}
+
+/* Nobody commands the channels beside those of heaters. */
+static void pwm_as_it_is(const struct device *device, union output_value *want)
+{
+	const struct output *output = &device->outputs.output[OUTPUT_PWM];
+
+	want->pwm.enabled = (uint8_t)device->image.pwm_enabled;
+	memcpy(want->pwm.duty, device->image.pwm_duty, sizeof(want->pwm.duty));
+	if (output->known) {
+		want->pwm.enabled = output->have.pwm.enabled;
+		memcpy(want->pwm.duty, output->have.pwm.duty, sizeof(want->pwm.duty));
+	}
+}
+
+static bool pwm_want(const struct device *device, unsigned int index, union output_value *want)
+{
+	const struct output_wish *wish = &device->intake.output;
+	const struct pokeys_state *image = &device->image;
+	bool wanted = false;
+
+	(void)index;
+	if (!image->capability.pwm)
+		return false;
+	want->pwm.write = 1;
+	want->pwm.period = image->pwm_period;
+	if (safe_part(device, DEVICE_RESUME_PWM))
+		wanted = image->pwm_enabled || device->outputs.output[OUTPUT_PWM].driven;
+	else if (commanded(device, DEVICE_RESUME_PWM) && wish->pwm)
+		wanted = pwm_commanded(device, want);
+	else if (heating_channels(device))
+		pwm_as_it_is(device, want);
+	heating_pwm(device, &want->pwm);
+	return wanted || (heating_channels(device) && want->pwm.period > 0);
 }
 
 static void pwm_learn(struct device *device, const union output_value *value)

@@ -215,8 +215,9 @@ static void judge_reached(struct device *device)
 	struct safe *safe = &device->safe;
 	const bool there = running(device) ||
 			   (device->life.blocked && device->access.phase == ACCESS_OPEN);
-	const bool reached = safe->wanted && there && outputs_safe(device) &&
-			     motion_standing(device) && !threading_dirty(device);
+	const bool reached = safe->wanted && there && heating_off(device) &&
+			     outputs_safe(device) && motion_standing(device) &&
+			     !threading_dirty(device);
 
 	if (reached != safe->reached)
 		device_say(device, EVENT_SAFE, EVENT_NOTICE, reached, there, 0);
@@ -266,9 +267,11 @@ void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask
 	const uint64_t commanded = intake->fresh ?
 				   intake->outputs_mask & owned & (follow | off) : 0;
 	const uint64_t kept = safe_mask & ~follow;
+	const uint64_t heaters = heating_pins(device);
 
-	*mask = kept | commanded;
-	*outputs = (safe_values & kept) | (intake->outputs & commanded);
+	*mask = kept | commanded | heaters;
+	*outputs = (safe_values & kept) | (intake->outputs & commanded) |
+		   heating_pins_on(device);
 }
 
 void safe_outputs_acked(struct device *device, uint64_t outputs, uint64_t mask)

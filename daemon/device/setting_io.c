@@ -50,6 +50,7 @@ static bool pwm_take_along(struct device *device, union setting_request *request
 	pwm->enabled = now.pwm.enabled;
 	for (unsigned int i = 0; i < WIRE_PWMS; i++)
 		pwm->duty[i] = now.pwm.duty[i] < pwm->period ? now.pwm.duty[i] : pwm->period;
+	heating_pwm(device, pwm);	/* for this period */
 	return true;
 }
 
@@ -73,6 +74,12 @@ static void pwm_learn(struct device *device, unsigned int index, const union set
 	output_seen(device, OUTPUT_PWM);
 }
 
+/* Outputs that are written from now on have this period, also before it is read back. */
+static void pwm_taken(struct device *device, const union setting_request *request)
+{
+	device->image.pwm_period = request->pwm.period;
+}
+
 static void pwm_report(struct pokeys_settings *known, unsigned int index,
 		       const union setting_value *value)
 {
@@ -90,8 +97,8 @@ static int64_t pwm_written(const union setting_value *value, unsigned int which)
 const struct setting_kind setting_pwm = {
 	.read = WIRE_OP_PWM, .write = WIRE_OP_PWM, .name = POKEYS_SETTING_PWM, .has = has_pwm,
 	.wanted = pwm_wanted, .ask = setting_ask_zeros, .merge = pwm_merge,
-	.take_along = pwm_take_along, .learn = pwm_learn, .report = pwm_report,
-	.written = pwm_written,
+	.take_along = pwm_take_along, .taken = pwm_taken, .learn = pwm_learn,
+	.report = pwm_report, .written = pwm_written,
 };
 
 /* 0x38 and 0x39 */

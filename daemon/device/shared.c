@@ -43,7 +43,7 @@ static void forget_inputs(struct pokeys_settings *device)
 void shared_tell(struct device *device, const struct pokeys_report *report)
 {
 	const struct device_config *config = &device->config;
-	const struct terminal_daemon daemon = {
+	struct terminal_daemon daemon = {
 		.safe_on = pins_load(config->safe_mask) & pins_load(config->safe_outputs),
 		.safe_hold = pins_load(config->safe_hold),
 		.resume = by_name(config),
@@ -56,10 +56,16 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 	if (!running(device) || (report->state != POKEYS_CONFIG_APPLIED &&
 				 report->state != POKEYS_CONFIG_REFUSED))
 		return;
+	heating_terminals(config->heater, config->heaters, &daemon);
 	forget_inputs(&settings);
 	wish_lay(&settings, &report->wanted);
 	count = terminal_conflicts(&settings, &daemon,
 				   wire_model(device->image.identity.hardware)->pinmap, conflict);
+	heating_unshare(device);
+	for (size_t i = 0; i < count; i++) {
+		heating_share(device, conflict[i].a.key, conflict[i].a.index);
+		heating_share(device, conflict[i].b.key, conflict[i].b.index);
+	}
 	device->shared.count = 0;
 	for (size_t i = 0; i < count && i < SHARED_MAX; i++) {
 		const struct terminal_conflict *c = &conflict[i];

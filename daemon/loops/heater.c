@@ -46,18 +46,18 @@ static const char *judge_gains(const struct pid_gains *gains, enum heater_law la
 	    !is_gain(gains->smooth))
 		return "gains have to be numbers from 0 to 1000";
 	if (law == HEATER_PID && gains->p == 0 && gains->i == 0)
-		return "without p and i there is never any power";
+		return "pid-p and pid-i are both 0: the heater would never have power";
 	return NULL;
 }
 
 static const char *judge_times(const struct heater_config *config)
 {
 	if (config->window_ns < HEATER_PERIOD_NS || config->window_ns > WINDOW_MOST_NS)
-		return "the watch's window has to be 0.1 to 600 s";
+		return "watch-window-s has to be 0.1 to 600";
 	if (config->stale_ns < HEATER_PERIOD_NS || config->stale_ns > STALE_MOST_NS)
 		return "readings are old after 0.1 to 2 s";
 	if (config->lease_ns < HEATER_PERIOD_NS)
-		return "the lease has to be at least 0.1 s";
+		return "hold-s has to be at least 0.1";
 	return NULL;
 }
 
@@ -65,20 +65,20 @@ static const char *judge(const struct heater_config *config)
 {
 	if (!isfinite(config->least) || !isfinite(config->most) ||
 	    !(config->least < config->most))
-		return "the least temperature has to be below the highest one";
+		return "min-temperature has to be below max-temperature";
 	if (!(config->slack >= 1 && config->slack <= 50) ||
 	    !(config->rise >= 0.5 && config->rise <= 20))
-		return "the watch's slack has to be 1 to 50 K, its rise 0.5 to 20 K";
+		return "watch-slack has to be 1 to 50 K, watch-rise 0.5 to 20 K";
 	if (!(config->target_most > 0) || !(config->target_most + config->slack <= config->most))
-		return "the highest target has to be above 0, and below the highest temperature "
-		       "by the watch's slack";
+		return "max-target has to be above 0, and at least watch-slack below "
+		       "max-temperature (auto: 15 K below)";
 	if (config->law == HEATER_BANG_BANG &&
 	    !(config->hysteresis > 0 && config->hysteresis < config->slack))
-		return "the hysteresis has to be above 0, and below the watch's slack";
+		return "hysteresis has to be above 0, and below watch-slack";
 	if (!(config->power_most > 0 && config->power_most <= 1))
-		return "the highest power has to be above 0, and at most 1";
+		return "max-power has to be above 0, and at most 1";
 	if (!(config->rate_most > 0 && config->rate_most <= RATE_MOST))
-		return "the fastest change has to be above 0, and at most 200 K/s";
+		return "max-rate has to be above 0, and at most 200 K/s";
 	return judge_times(config);
 }
 
@@ -89,9 +89,9 @@ static const char *judge_range(const struct heater *heater)
 
 	sensor_range(&heater->sensor, &coldest, &hottest);
 	if (!(hottest > heater->config.most))
-		return "the sensor cannot read more than the highest temperature";
+		return "the sensor cannot measure temperatures above max-temperature";
 	if (!(coldest < heater->config.least))
-		return "the sensor cannot read less than the least temperature";
+		return "the sensor cannot measure temperatures below min-temperature";
 	return NULL;
 }
 
@@ -132,6 +132,13 @@ void heater_commander(struct heater *heater, bool alive, uint64_t now_ns)
 {
 	if (alive)
 		heater->commander_ns = now_ns;
+}
+
+void heater_another(struct heater *heater)
+{
+	heater->armed = false;
+	heater->wanted = NAN;
+	heater->refusal = HEATER_TAKEN;
 }
 
 static void set_target(struct heater *heater, double target)
@@ -298,36 +305,4 @@ bool heater_regain(struct heater *heater, const struct pid_gains *gains)
 bool heater_is_at(const struct heater *heater, double within)
 {
 	return heater->target > 0 && fabs(heater->temperature - heater->target) <= within;
-}
-
-const char *heater_fault_name(enum heater_fault fault)
-{
-	static const char *const names[] = {
-		[HEATER_FINE] = "none",
-		[HEATER_DEVICE] = "device not ready",
-		[HEATER_STALE] = "no readings",
-		[HEATER_ODD] = "reading is no number",
-		[HEATER_OPEN] = "sensor open",
-		[HEATER_SHORTED] = "sensor shorted",
-		[HEATER_OVER] = "too hot",
-		[HEATER_UNDER] = "too cold",
-		[HEATER_JUMP] = "temperature jumps",
-		[HEATER_NO_RISE] = "does not get warm",
-		[HEATER_FELL] = "does not stay warm",
-		[HEATER_UNHEEDED] = "full power has no effect",
-	};
-
-	return fault < HEATER_FAULTS ? names[fault] : "unknown";
-}
-
-const char *heater_refusal_name(enum heater_refusal refusal)
-{
-	static const char *const names[] = {
-		[HEATER_TAKEN] = "none",
-		[HEATER_OUT_OF_RANGE] = "target out of range",
-		[HEATER_AFTER_FAULT] = "off has to be commanded first",
-		[HEATER_NOT_READY] = "sensor or device not ready",
-	};
-
-	return refusal <= HEATER_NOT_READY ? names[refusal] : "unknown";
 }

@@ -134,7 +134,10 @@ struct heater {
 	uint64_t rise_ns[HEATER_RISES];
 };
 
-/* Judge a configuration and begin, off. NULL, or what is wrong, in words. Not for realtime. */
+/*
+ * Judge a configuration and begin, off. NULL, or what is wrong, in the words of pokeysd.conf(5).
+ * Not for realtime.
+ */
 const char *heater_init(struct heater *heater, const struct heater_config *config);
 
 /* A reading of the sensor's input (0 to 1), and when it was read. */
@@ -145,6 +148,12 @@ void heater_device(struct heater *heater, bool usable);
 
 /* Whether who commands it is alive. */
 void heater_commander(struct heater *heater, bool alive, uint64_t now_ns);
+
+/*
+ * Another one commands from now on: what the one before had commanded arms nothing, and off has to
+ * be commanded before the heater takes a target. One that heats goes on until its lease is over.
+ */
+void heater_another(struct heater *heater);
 
 /* Off, whatever is commanded, and whether it finds its gains or heats. */
 void heater_off(struct heater *heater);
@@ -175,9 +184,5 @@ bool heater_regain(struct heater *heater, const struct pid_gains *gains);
 
 /* Is it at its target, within so many kelvin? False if it is off. */
 bool heater_is_at(const struct heater *heater, double within);
-
-/* A word for a fault, such as "sensor open"; and for a refusal. */
-const char *heater_fault_name(enum heater_fault fault);
-const char *heater_refusal_name(enum heater_refusal refusal);
 
 #endif

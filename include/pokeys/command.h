@@ -40,8 +40,8 @@ extern "C" {
 #endif
 
 #define POKEYS_COMMAND_MAGIC	UINT32_C(0x4d434b50)	/* "PKCM" */
-#define POKEYS_COMMAND_VERSION	3
-#define POKEYS_COMMAND_HASH	UINT64_C(0x540698abcd6f5c4a)
+#define POKEYS_COMMAND_VERSION	4
+#define POKEYS_COMMAND_HASH	UINT64_C(0xe9315c4e72e32806)
 
 enum {
 	POKEYS_ONE_SHOTS = 64,
@@ -143,6 +143,13 @@ enum pokeys_one_shot_operation {
 	POKEYS_ONE_SHOT_THREAD_ARM = 18,	/* done when it waits for the index or is active */
 	POKEYS_ONE_SHOT_THREAD_RELEASE = 19,	/* done when nothing is left to be caught up */
 	POKEYS_ONE_SHOT_THREAD_CANCEL = 20,	/* done when the engine stands */
+	/* index = heater, here and below. Refused while the cause of its fault is there. */
+	POKEYS_ONE_SHOT_HEATER_RESET = 21,
+	/*
+	 * Search for a heater's gains: parameter[0] = temperature of the search, degrees C; 0
+	 * ends the search. Done when it has begun; state.heater[].tuning shows its progress.
+	 */
+	POKEYS_ONE_SHOT_HEATER_TUNE = 22,
 };
 
 struct pokeys_one_shot {
@@ -192,6 +199,9 @@ struct pokeys_command {
 	uint8_t reserved3[2];
 	uint64_t kbd48_leds;				/* bits as in state.kbd48_keys */
 	struct pokeys_axis_command axis[POKEYS_AXES];
+	float heater_target[POKEYS_HEATERS];		/* degrees C, 0 = off */
+	uint32_t heater_mask;				/* bit = heater is commanded; others are
+							 * off */
 
 	uint32_t one_shot_head;		/* one-shots ever queued in this session */
 	uint32_t reserved2;

@@ -201,6 +201,63 @@ static inline const char *pokeys_postep_fault_name(unsigned int bit)
 	}
 }
 
+/* enum pokeys_heater_state */
+static inline const char *pokeys_heater_state_name(uint8_t state)
+{
+	switch (state) {
+	case POKEYS_HEATER_NONE:	return "none";
+	case POKEYS_HEATER_OFF:		return "off";
+	case POKEYS_HEATER_HEATING:	return "heating";
+	case POKEYS_HEATER_TUNING:	return "tuning";
+	case POKEYS_HEATER_FAULT:	return "fault";
+	default:			return "unknown";
+	}
+}
+
+/* enum pokeys_heater_fault */
+static inline const char *pokeys_heater_fault_name(uint8_t fault)
+{
+	switch (fault) {
+	case POKEYS_HEATER_FINE:	return "none";
+	case POKEYS_HEATER_DEVICE:	return "device not ready";
+	case POKEYS_HEATER_STALE:	return "no readings";
+	case POKEYS_HEATER_ODD:		return "reading is no number";
+	case POKEYS_HEATER_OPEN:	return "sensor open";
+	case POKEYS_HEATER_SHORTED:	return "sensor shorted";
+	case POKEYS_HEATER_OVER:	return "too hot";
+	case POKEYS_HEATER_UNDER:	return "too cold";
+	case POKEYS_HEATER_JUMP:	return "temperature jumps";
+	case POKEYS_HEATER_NO_RISE:	return "does not get warm";
+	case POKEYS_HEATER_FELL:	return "does not stay warm";
+	case POKEYS_HEATER_UNHEEDED:	return "full power has no effect";
+	default:			return "unknown";
+	}
+}
+
+/* enum pokeys_heater_refusal */
+static inline const char *pokeys_heater_refusal_name(uint8_t refusal)
+{
+	switch (refusal) {
+	case POKEYS_HEATER_TAKEN:	return "none";
+	case POKEYS_HEATER_OUT_OF_RANGE:	return "target out of range";
+	case POKEYS_HEATER_AFTER_FAULT:	return "off has to be commanded first";
+	case POKEYS_HEATER_NOT_READY:	return "sensor or device not ready";
+	default:			return "unknown";
+	}
+}
+
+/* enum pokeys_heater_tuning */
+static inline const char *pokeys_heater_tuning_name(uint8_t tuning)
+{
+	switch (tuning) {
+	case POKEYS_HEATER_TUNING_NONE:	return "none";
+	case POKEYS_HEATER_TUNING_RUNS:	return "runs";
+	case POKEYS_HEATER_TUNING_DONE:	return "done";
+	case POKEYS_HEATER_TUNING_FAILED:	return "failed";
+	default:			return "unknown";
+	}
+}
+
 #ifdef __cplusplus
 }
 #endif

@@ -32,9 +32,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	9
+#define POKEYS_STATE_VERSION	10
 #define POKEYS_DIAG_VERSION	4
-#define POKEYS_STATE_HASH	UINT64_C(0xae289310359cd5e6)
+#define POKEYS_STATE_HASH	UINT64_C(0xc31c2eefe3b7960d)
 #define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
 
 enum {
@@ -48,6 +48,7 @@ enum {
 	POKEYS_PONET = 16,		/* modules */
 	POKEYS_MATRIX_BYTES = 16,	/* 128 keys */
 	POKEYS_SLOW_GROUPS = 20,
+	POKEYS_HEATERS = 7,		/* one for each analog input */
 };
 
 enum pokeys_link {
@@ -336,6 +337,74 @@ struct pokeys_link_statistics {
 	uint64_t one_shot_refused;
 };
 
+enum pokeys_heater_state {
+	POKEYS_HEATER_NONE = 0,		/* pokeysd.conf has no such heater */
+	POKEYS_HEATER_OFF = 1,
+	POKEYS_HEATER_HEATING = 2,	/* it has a target */
+	POKEYS_HEATER_TUNING = 3,	/* it oscillates to find its gains */
+	POKEYS_HEATER_FAULT = 4,	/* off, until it is reset */
+};
+
+/* Why a heater was switched off, or could not be switched on. */
+enum pokeys_heater_fault {
+	POKEYS_HEATER_FINE = 0,
+	POKEYS_HEATER_DEVICE = 1,	/* the device is lost, was restarted, is not
+					 * configured, or its failsafe leaves the output
+					 * on */
+	POKEYS_HEATER_STALE = 2,	/* no readings of the sensor */
+	POKEYS_HEATER_ODD = 3,		/* the reading is no number */
+	POKEYS_HEATER_OPEN = 4,		/* the sensor's wire is broken */
+	POKEYS_HEATER_SHORTED = 5,
+	POKEYS_HEATER_OVER = 6,		/* above max-temperature, also while off */
+	POKEYS_HEATER_UNDER = 7,	/* below min-temperature */
+	POKEYS_HEATER_JUMP = 8,		/* the temperature changes faster than max-rate */
+	POKEYS_HEATER_NO_RISE = 9,	/* it heats and does not get warm */
+	POKEYS_HEATER_FELL = 10,	/* it does not stay warm */
+	POKEYS_HEATER_UNHEEDED = 11,	/* full power has no effect */
+};
+
+/* Why the last target was not taken. */
+enum pokeys_heater_refusal {
+	POKEYS_HEATER_TAKEN = 0,
+	POKEYS_HEATER_OUT_OF_RANGE = 1,	/* the previous target stays */
+	POKEYS_HEATER_AFTER_FAULT = 2,	/* off (0) has to be commanded first */
+	POKEYS_HEATER_NOT_READY = 3,	/* heater.condition would be a fault at once */
+};
+
+enum pokeys_heater_tuning {
+	POKEYS_HEATER_TUNING_NONE = 0,
+	POKEYS_HEATER_TUNING_RUNS = 1,
+	POKEYS_HEATER_TUNING_DONE = 2,
+	POKEYS_HEATER_TUNING_FAILED = 3,	/* by a fault, another command, or after an hour */
+};
+
+/*
+ * A closed loop of the daemon's: a sensor at an analog input, and an output. The first
+ * [heater NAME] of a device in pokeysd.conf is heater[0]. Gains are as pokeysd.conf has
+ * them: a power of 255 is full power, temperatures are in kelvin, times in seconds.
+ */
+struct pokeys_heater {
+	uint64_t t_ns;			/* when the temperature was measured */
+	float temperature;		/* degrees C; NaN = not known */
+	float target;			/* in effect, degrees C; 0 = off */
+	float power;			/* 0 to 1 */
+	float minimum, maximum;		/* degrees C; above: fault; below: fault while
+					 * it heats */
+	float target_maximum;		/* degrees C */
+	float p, i, d;			/* gains in effect */
+	float tuned_p, tuned_i, tuned_d;	/* found by the last tuning; valid if it is done */
+	uint32_t fault_count;		/* faults since the daemon's start */
+	uint16_t tune_cycles;		/* oscillations of the last tuning */
+	uint8_t state;			/* enum pokeys_heater_state */
+	uint8_t fault;			/* enum pokeys_heater_fault: this switched it off */
+	uint8_t condition;		/* likewise: what is wrong now */
+	uint8_t refused;		/* enum pokeys_heater_refusal */
+	uint8_t tuning;			/* enum pokeys_heater_tuning */
+	uint8_t at_temperature;		/* 1 = within at-temperature-k of its target */
+	uint8_t reserved[4];
+	char name[32];			/* of its section, NUL terminated */
+};
+
 /* How the daemon's cycle lies to the commander's reads; of the daemon, the same in each image. */
 struct pokeys_phase {
 	uint8_t state;			/* enum pokeys_phase_state */
@@ -390,7 +459,8 @@ struct pokeys_state {
 	/* Bits: pin i = byte i/8, bit i%8. */
 	uint8_t digital_in[POKEYS_PIN_BYTES];
 	uint8_t digital_out[POKEYS_PIN_BYTES];		/* as last acknowledged by the device */
-	uint8_t digital_out_owned[POKEYS_PIN_BYTES];	/* pins that are configured as outputs */
+	uint8_t digital_out_owned[POKEYS_PIN_BYTES];	/* pins that are configured as outputs,
+							 * except those of heaters */
 	uint8_t pin_function[56];			/* protocol section 3.2 */
 	uint16_t analog[8];				/* raw 0..4095, [0] = pin 41 */
 	int32_t encoder[POKEYS_ENCODERS];		/* counts, wrap at 2^32 */
@@ -441,6 +511,7 @@ struct pokeys_state {
 	struct pokeys_postep postep[POKEYS_AXES];
 
 	struct pokeys_link_statistics statistics;
+	struct pokeys_heater heater[POKEYS_HEATERS];
 };
 
 /*

@@ -19,6 +19,7 @@ from ._values import (
     Quantile,
     Ratio,
     Real,
+    Setpoint,
     Switch,
     Text,
     Value,
@@ -755,6 +756,178 @@ class StateThreading(Part):
         code="B")
 
 
+class StateHeaterItem(Part):
+    """heater.NN"""
+
+    __slots__ = ()
+    name = Text(
+        "heater.%02u.name", 7, (2776, 104),
+        "name of the heater in pokeysd.conf; empty = there is none",
+        size=32)
+    state = Word(
+        "heater.%02u.state", 7, (2766, 104),
+        "0 = no such heater, 1 off, 2 heating, 3 tuning, 4 fault",
+        code="B",
+        words={
+            0: "none",
+            1: "off",
+            2: "heating",
+            3: "tuning",
+            4: "fault",
+        })
+    temperature = Measured(
+        "heater.%02u.temperature", 7, (2712, 104),
+        "measured temperature, degrees C; nan = not known",
+        "deg C",
+        code="f",
+        factor=1)
+    age_ms = Age(
+        "heater.%02u.age-ms", 7, (2704, 104),
+        "time since the temperature was measured",
+        "ms",
+        factor=1e-06)
+    target_in_effect = Measured(
+        "heater.%02u.target-in-effect", 7, (2716, 104),
+        "target that the daemon controls to, degrees C; 0 = off",
+        "deg C",
+        code="f",
+        factor=1)
+    power = Measured(
+        "heater.%02u.power", 7, (2720, 104),
+        "power of the heater, 0..1",
+        code="f",
+        factor=1)
+    at_temperature = Flag(
+        "heater.%02u.at-temperature", 7, (2771, 104),
+        "it has a target, and is within at-temperature-k of it")
+    fault = Flag(
+        "heater.%02u.fault", 7, (2767, 104),
+        "a fault has switched the heater off, until it is reset")
+    fault_code = Word(
+        "heater.%02u.fault-code", 7, (2767, 104),
+        "which: 0 none, 1 device not ready, 2 no readings, 3 reading is no number, 4 sensor open, 5"
+        " sensor shorted, 6 too hot, 7 too cold, 8 temperature jumps, 9 does not get warm, 10 does "
+        "not stay warm, 11 full power has no effect",
+        code="B",
+        words={
+            0: "none",
+            1: "device not ready",
+            2: "no readings",
+            3: "reading is no number",
+            4: "sensor open",
+            5: "sensor shorted",
+            6: "too hot",
+            7: "too cold",
+            8: "temperature jumps",
+            9: "does not get warm",
+            10: "does not stay warm",
+            11: "full power has no effect",
+        })
+    condition = Word(
+        "heater.%02u.condition", 7, (2768, 104),
+        "what is wrong now, as fault-code has it",
+        code="B",
+        words={
+            0: "none",
+            1: "device not ready",
+            2: "no readings",
+            3: "reading is no number",
+            4: "sensor open",
+            5: "sensor shorted",
+            6: "too hot",
+            7: "too cold",
+            8: "temperature jumps",
+            9: "does not get warm",
+            10: "does not stay warm",
+            11: "full power has no effect",
+        })
+    refused = Word(
+        "heater.%02u.refused", 7, (2769, 104),
+        "why the last target was refused: 0 it was not, 1 out of range, 2 it has to be 0 first, 3 "
+        "sensor or device not ready (condition)",
+        code="B",
+        words={
+            0: "none",
+            1: "target out of range",
+            2: "off has to be commanded first",
+            3: "sensor or device not ready",
+        })
+    faults = Integer(
+        "heater.%02u.faults", 7, (2760, 104),
+        "faults of the heater since the daemon's start",
+        code="I")
+    min_temperature = Measured(
+        "heater.%02u.min-temperature", 7, (2724, 104),
+        "below this, it does not heat",
+        "deg C",
+        code="f",
+        factor=1)
+    max_temperature = Measured(
+        "heater.%02u.max-temperature", 7, (2728, 104),
+        "above this, it has a fault",
+        "deg C",
+        code="f",
+        factor=1)
+    max_target = Measured(
+        "heater.%02u.max-target", 7, (2732, 104),
+        "highest target that is accepted",
+        "deg C",
+        code="f",
+        factor=1)
+    pid_p = Measured(
+        "heater.%02u.pid-p", 7, (2736, 104),
+        "proportional gain, 1/255 of full power for each kelvin",
+        code="f",
+        factor=1)
+    pid_i = Measured(
+        "heater.%02u.pid-i", 7, (2740, 104),
+        "integral gain, 1/255 of full power for each kelvin second",
+        code="f",
+        factor=1)
+    pid_d = Measured(
+        "heater.%02u.pid-d", 7, (2744, 104),
+        "derivative gain, 1/255 of full power for each kelvin a second",
+        code="f",
+        factor=1)
+    tuning = Word(
+        "heater.%02u.tuning", 7, (2770, 104),
+        "search for gains: 0 = none yet, 1 runs, 2 done, 3 failed",
+        code="B",
+        words={
+            0: "none",
+            1: "runs",
+            2: "done",
+            3: "failed",
+        })
+    tune_cycles = Integer(
+        "heater.%02u.tune-cycles", 7, (2764, 104),
+        "oscillations of the last search for gains",
+        code="H")
+    tuned_p = Measured(
+        "heater.%02u.tuned-p", 7, (2748, 104),
+        "proportional gain that the last search has found",
+        code="f",
+        factor=1)
+    tuned_i = Measured(
+        "heater.%02u.tuned-i", 7, (2752, 104),
+        "integral gain that the last search has found",
+        code="f",
+        factor=1)
+    tuned_d = Measured(
+        "heater.%02u.tuned-d", 7, (2756, 104),
+        "derivative gain that the last search has found",
+        code="f",
+        factor=1)
+
+
+class StateHeater(Parts[StateHeaterItem]):
+    """heater"""
+
+    __slots__ = ()
+    _kind = StateHeaterItem
+    _count = 7
+
+
 class StateInfo(Part):
     """info"""
 
@@ -1370,6 +1543,11 @@ class StateValues(Part):
         return StateThreading(self._image, self._index)
 
     @property
+    def heater(self) -> StateHeater:
+        """heater"""
+        return StateHeater(self._image, self._index)
+
+    @property
     def info(self) -> StateInfo:
         """info"""
         return StateInfo(self._image, self._index)
@@ -1420,7 +1598,7 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
-STATE_HASH, STATE_SIZE = 0xae289310359cd5e6, 2704
+STATE_HASH, STATE_SIZE = 0xc31c2eefe3b7960d, 3432
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -1467,14 +1645,21 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateJointItemPostep.temperature_limit_in_effect, StateJointItemPostep.current_raw,
     StateJointItemPostep.current_idle_raw, StateJointItemPostep.current_overheat_raw,
     StateJointItemPostep.hardware_major, StateJointItemPostep.hardware_minor,
-    StateJointItemPostep.firmware_major, StateJointItemPostep.firmware_minor, StateInfo.SerialNumber,
-    StateInfo.type, StateInfo.name, StateInfo.build, StateInfo.address, StateInfo.DeviceTypeID,
-    StateInfo.FirmwareMajor, StateInfo.FirmwareMinor, StateInfo.FirmwareRevision, StateInfo.UserID,
-    StateInfo.ActivatedOptions, StateDevice.locked, StateDevice.load, StateDevice.tick, StateDevice.access,
-    StateInfo.PinCount, StateInfo.PWMCount, StateInfo.BasicEncoderCount, StateInfo.EncodersCount,
-    StateInfo.FastEncoders, StateInfo.UltraFastEncoders, StateInfo.PWMinternalFrequency,
-    StateInfo.AnalogInputs, StateInfo.KeyMapping, StateInfo.TriggeredKeyMapping, StateInfo.KeyRepeatDelay,
-    StateInfo.DigitalCounters, StateInfo.JoystickButtonAxisMapping, StateInfo.JoystickAnalogToDigitalMapping,
+    StateJointItemPostep.firmware_major, StateJointItemPostep.firmware_minor, StateHeaterItem.name,
+    StateHeaterItem.state, StateHeaterItem.temperature, StateHeaterItem.age_ms,
+    StateHeaterItem.target_in_effect, StateHeaterItem.power, StateHeaterItem.at_temperature,
+    StateHeaterItem.fault, StateHeaterItem.fault_code, StateHeaterItem.condition, StateHeaterItem.refused,
+    StateHeaterItem.faults, StateHeaterItem.min_temperature, StateHeaterItem.max_temperature,
+    StateHeaterItem.max_target, StateHeaterItem.pid_p, StateHeaterItem.pid_i, StateHeaterItem.pid_d,
+    StateHeaterItem.tuning, StateHeaterItem.tune_cycles, StateHeaterItem.tuned_p, StateHeaterItem.tuned_i,
+    StateHeaterItem.tuned_d, StateInfo.SerialNumber, StateInfo.type, StateInfo.name, StateInfo.build,
+    StateInfo.address, StateInfo.DeviceTypeID, StateInfo.FirmwareMajor, StateInfo.FirmwareMinor,
+    StateInfo.FirmwareRevision, StateInfo.UserID, StateInfo.ActivatedOptions, StateDevice.locked,
+    StateDevice.load, StateDevice.tick, StateDevice.access, StateInfo.PinCount, StateInfo.PWMCount,
+    StateInfo.BasicEncoderCount, StateInfo.EncodersCount, StateInfo.FastEncoders, StateInfo.UltraFastEncoders,
+    StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
+    StateInfo.TriggeredKeyMapping, StateInfo.KeyRepeatDelay, StateInfo.DigitalCounters,
+    StateInfo.JoystickButtonAxisMapping, StateInfo.JoystickAnalogToDigitalMapping,
     StateInfo.JoystickHATswitch, StateInfo.Macros, StateInfo.MatrixKeyboard,
     StateInfo.MatrixKeyboardTriggeredMapping, StateInfo.LCD, StateInfo.MatrixLED, StateInfo.ConnectionSignal,
     StateInfo.PoExtBus, StateInfo.PoNET, StateInfo.AnalogFiltering, StateInfo.InitOutputsStart,
@@ -2131,6 +2316,28 @@ class CommandKbd48CNC(Parts[CommandKbd48CNCItem]):
         low=0, high=255)
 
 
+class CommandHeaterItem(Part):
+    """heater.NN"""
+
+    __slots__ = ()
+    target = Setpoint(
+        "heater.%02u.target", 7, (624, 4),
+        "target, degrees C; 0 = off. After the start and after a fault it has to be 0 once",
+        "deg C",
+        code="f",
+        factor=1,
+        mask=(5216, 1),
+        low=0, high=2000)
+
+
+class CommandHeater(Parts[CommandHeaterItem]):
+    """heater"""
+
+    __slots__ = ()
+    _kind = CommandHeaterItem
+    _count = 7
+
+
 class CommandEngine(Part):
     """engine"""
 
@@ -2191,6 +2398,11 @@ class CommandValues(Part):
         return CommandKbd48CNC(self._image, self._index)
 
     @property
+    def heater(self) -> CommandHeater:
+        """heater"""
+        return CommandHeater(self._image, self._index)
+
+    @property
     def engine(self) -> CommandEngine:
         """engine"""
         return CommandEngine(self._image, self._index)
@@ -2199,9 +2411,10 @@ class CommandValues(Part):
 COMMAND_READ_TIME = 32
 
 
-COMMAND_HASH, COMMAND_SIZE = 0x540698abcd6f5c4a, 4728
+COMMAND_HASH, COMMAND_SIZE = 0xe9315c4e72e32806, 4760
 COMMAND_VALUES: tuple[Value[Any], ...] = (
     CommandPinItem.out, CommandPwmItem.value, CommandExternalItem.out, CommandExternalRelayItem.out,
     CommandPoExtBusItem.out, CommandPoNETItem.out_0, CommandPoNETItem.out_1, CommandPoNETItem.out_2,
     CommandPoNETItem.out_3, CommandPoNETItem.brightness, CommandKbd48CNCItem.LED, CommandKbd48CNC.brightness,
-    CommandValues.machine_is_on, CommandValues.emergency_stop, CommandEngine.limit_override)
+    CommandHeaterItem.target, CommandValues.machine_is_on, CommandValues.emergency_stop,
+    CommandEngine.limit_override)

@@ -365,3 +365,15 @@ class Duty(Writable[float], Ratio):
         _ranged(value, (int, float), self.named(index), self.low, self.high)
         whole: int = struct.unpack_from("<I", image, self.whole)[0]
         struct.pack_into("<" + self.code, image, self.offset + self.stride * index, round(value * whole))
+
+
+class Setpoint(Writable[float | None], Measured):
+    """A floating-point number to be commanded."""
+
+    __slots__ = ("high", "low", "mask")
+    low: float
+    high: float
+
+    def put(self, image: bytearray, index: int, value: Any) -> None:
+        _ranged(value, (int, float), self.named(index), self.low, self.high)
+        struct.pack_into("<" + self.code, image, self.offset + self.stride * index, value)

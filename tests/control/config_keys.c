@@ -51,6 +51,16 @@ static void name_of(const struct config_key *key, uint32_t index, char *out, siz
 		snprintf(out, size, "%s", key->name);
 }
 
+static const char *section_of(const struct config_key *key)
+{
+	static const char *const names[CONFIG_SECTIONS] = {
+		[CONFIG_DAEMON] = "daemon", [CONFIG_DEVICE] = "device a",
+		[CONFIG_HEATER] = "heater a",
+	};
+
+	return names[key->section];
+}
+
 /* One value of one key through the whole parser. The faults that name the key. */
 static int faults_with(const struct config_key *key, uint32_t index, const char *value,
 		       struct seen *seen)
@@ -61,10 +71,7 @@ static int faults_with(const struct config_key *key, uint32_t index, const char 
 
 	memset(seen, 0, sizeof(*seen));
 	name_of(key, index, name, sizeof(name));
-	if (key->section == CONFIG_DAEMON)
-		length = snprintf(text, sizeof(text), "[daemon]\n%s = %s\n", name, value);
-	else
-		length = snprintf(text, sizeof(text), "[device a]\n%s = %s\n", name, value);
+	length = snprintf(text, sizeof(text), "[%s]\n%s = %s\n", section_of(key), name, value);
 	config_parse("f.conf", text, (size_t)length, &config, see, seen);
 	return seen->count && strstr(seen->line, name) && !strncmp(seen->line, "f.conf:2: [", 11) &&
 	       strstr(seen->line, "allowed: ");
@@ -75,7 +82,10 @@ static const char *stored(const struct config_key *key, uint32_t index, const ch
 {
 	static struct config_raw_daemon daemon;
 	static struct config_raw_device device;
+	static struct config_raw_heater heater;
 
+	if (key->section == CONFIG_HEATER)
+		return config_store(key, index, value, &heater);
 	if (key->section == CONFIG_DAEMON)
 		return config_store(key, index, value, &daemon);
 	return config_store(key, index, value, &device);
@@ -181,8 +191,7 @@ static void every_key_may_stand_once_only(void **state)
 
 		name_of(key, 0, name, sizeof(name));
 		snprintf(text, sizeof(text), "[%s]\n\n%s = %s\n\n%s = %s\n",
-			 key->section == CONFIG_DAEMON ? "daemon" : "device a", name, value, name,
-			 value);
+			 section_of(key), name, value, name, value);
 		snprintf(expected, sizeof(expected), "%s was there before, at line 3", name);
 		seen.wanted = expected;
 		assert_true(config_parse("f", text, strlen(text), &config, look_for, &seen) > 0);

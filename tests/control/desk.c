@@ -147,7 +147,7 @@ static void change_that_wants_a_restart_is_told(void **state)
 	execute(0);
 	report.state = POKEYS_CONFIG_APPLIED;
 	pass(300 * MS);
-	assert_says(fd, "those want a restart");
+	assert_says(fd, "those need a restart");
 }
 
 static void save_is_answered_when_the_device_has_said_how_it_went(void **state)

@@ -124,6 +124,12 @@ static bool value_is_known(const struct table_cursor *at, bool pressed)
 	return drive.rig.values.encoder[at->index].set_value == pressed;
 }
 
+static bool heater_is_reset(const struct table_cursor *at, bool pressed)
+{
+	return pressed_once(POKEYS_ONE_SHOT_HEATER_RESET, pressed) &&
+	       (!pressed || command->one_shot[0].index == at->index);
+}
+
 static bool encoder_is_held(const struct table_cursor *at, bool pressed)
 {
 	drive.rig.daemon.encoder[at->index] += 50;
@@ -188,7 +194,7 @@ static const struct in_driver drivers[] = {
 	BY("threading.cancel", threading_is_asked),
 	BY("engine.mpg-jog", wheels_are_let_go), BY("config.save", settings_are_saved),
 	BY("encoder.%02u.reset", encoder_is_held), BY("encoder.%02u.set", counter_is_set),
-	BY("encoder.%02u.set-value", value_is_known),
+	BY("encoder.%02u.set-value", value_is_known), BY("heater.%02u.reset", heater_is_reset),
 	BY("encoder.%02u.index-enable", index_is_armed), BY("rtc.set", date_is_judged),
 	BY("rtc.set-sec", is_a_part_of_the_date), BY("rtc.set-min", is_a_part_of_the_date),
 	BY("rtc.set-hour", is_a_part_of_the_date), BY("rtc.set-dom", is_a_part_of_the_date),
@@ -202,6 +208,7 @@ static const struct in_driver drivers[] = {
 	  .stride = SIZE(ponet_data[0]), .units = 77777, .raw = 77777 },
 	EACH("pwm.%02u.value", pwm_duty, , 0.25, 625, .with = "pwm.%02u.enable"),
 	BY("pwm.%02u.enable", channel_is_enabled),
+	EACH("heater.%02u.target", heater_target, , 60.5, 60.5, .is_float = true),
 	EACH("joint.%02u.enable", axis, .enable, 1, 1),
 	EACH("joint.%02u.pos-cmd", axis, .position, 12.5, 5000),
 	EACH("joint.%02u.vel-cmd", axis, .velocity, 2, 800, .is_float = true),
@@ -216,14 +223,16 @@ static const struct in_driver *driver_of(const struct table_row *row)
 	return NULL;
 }
 
-/* Everything that is a condition: outputs owned, a PWM period, scales. */
+/* Everything that is a condition: outputs owned, a PWM period, scales, heaters. */
 static void begin(void)
 {
-	drive_init(&drive, TABLE_CANONICAL);
+	drive_init(&drive, TABLE_HEATERS);
 	memset(drive.rig.daemon.digital_out_owned, 0xff, 7);
 	drive.rig.daemon.pwm_period = 2500;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		drive.rig.values.joint[i].scale = 400;
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		drive.rig.daemon.heater[i].state = POKEYS_HEATER_OFF;
 	drive_periods(&drive, 2);
 }
 
@@ -231,7 +240,7 @@ static void set_pin(const char *name, unsigned int index, double value)
 {
 	size_t pin = 0;
 
-	for (struct table_cursor at = table_walk(TABLE_CANONICAL); name && table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_HEATERS); name && table_next(&at);) {
 		if (!strcmp(at.row->name, name) && at.index == index)
 			drive_set(&drive, at.row, pin, value);
 		pin += at.row->kind == TABLE_PIN;
@@ -322,7 +331,7 @@ static void every_in_pin_reaches_its_piece_of_the_command(void **state)
 
 	(void)state;
 	begin();
-	for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
 		const struct in_driver *driver = driver_of(at.row);
 
 		if (at.row->kind != TABLE_PIN)
@@ -343,7 +352,7 @@ static void pins_that_are_pressed_have_their_effect(void **state)
 	size_t pin = 0;
 
 	(void)state;
-	for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
 		const struct in_driver *driver = driver_of(at.row);
 
 		if (at.row->kind == TABLE_PIN && driver && driver->right)
@@ -358,7 +367,7 @@ static void no_in_pin_that_is_not_a_number_reaches_the_command(void **state)
 	size_t pin = 0;
 
 	(void)state;
-	for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
 		const struct in_driver *driver = driver_of(at.row);
 		bool concerned = at.row->kind == TABLE_PIN && at.row->direction == TABLE_IN &&
 				 at.row->type == TABLE_FLOAT;

@@ -12,7 +12,7 @@ struct out_driver {
 	uint16_t offset, stride, inner_stride;
 	uint8_t size;		/* of the field, 0 = one bit per instance */
 	uint8_t bit;		/* the first one */
-	bool inverse;
+	bool inverse, is_float;
 	double factor;		/* pin = field * factor; 0 = 1 */
 	void (*drive)(struct rig *rig);	/* instead of a field: makes the pin 1 or more */
 };
@@ -164,7 +164,7 @@ static void begin_one_while_homed(struct rig *rig)
 {
 	size_t pin = 0;
 
-	for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
 		if (!strcmp(at.row->name, "joint.%02u.motion-homed"))
 			drive_set(&drive, at.row, pin, 1);
 		pin += at.row->kind == TABLE_PIN;
@@ -240,6 +240,10 @@ static void talk_to_drivers(struct rig *rig)
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		rig->daemon.postep[i].t_update_ns = rig->now_ns - 5 * RIG_MS;
 }
+
+#define HEATER(name_, member_, ...) {						\
+	.name = "heater.%02u." name_, AT(heater[0] member_),			\
+	.size = SIZE(heater[0] member_), .stride = SIZE(heater[0]), __VA_ARGS__ }
 
 static const struct out_driver drivers[] = {
 	BY("connected", nothing), BY("stale", silence), BY("daemon-alive", nothing),
@@ -397,6 +401,11 @@ static const struct out_driver drivers[] = {
 	DRIVER("current-raw", .full_scale), DRIVER("current-idle-raw", .idle),
 	DRIVER("current-overheat-raw", .overheat),
 	DRIVER("hardware", .hardware_minor), DRIVER("firmware", .firmware_minor),
+	HEATER("temperature", .temperature, .is_float = true),
+	HEATER("target-in-effect", .target, .is_float = true),
+	HEATER("power", .power, .is_float = true), HEATER("at-temperature", .at_temperature),
+	HEATER("fault", .fault), HEATER("fault-code", .fault), HEATER("condition", .condition),
+	HEATER("refused", .refused),
 	BITS("daemon.realtime", flags, 5), BITS("daemon.fallback", flags, 6),
 	BITS("daemon.guard", flags, 9), BY("joint.%02u.refused", set_bad_scale),
 };
@@ -413,7 +422,7 @@ static const struct out_driver *driver_of(const struct table_row *row)
 
 static void begin(void)
 {
-	drive_init(&drive, TABLE_CANONICAL);
+	drive_init(&drive, TABLE_HEATERS);
 	drive.rig.daemon.identity.serial = 1;
 	memset(drive.rig.daemon.ponet, 0, sizeof(drive.rig.daemon.ponet));
 	drive.rig.daemon.kbd48_module = 255;
@@ -441,7 +450,10 @@ static void show_field(const struct out_driver *driver, const struct table_curso
 	uint64_t value = bit ? !before : 3 + at->index * 5 % 50;
 	double factor = driver->factor != 0 ? driver->factor : 1;
 
-	drive_store(field, driver->size, driver->bit + at->index, value);
+	if (driver->is_float)
+		memcpy(field, &(float){ (float)value }, sizeof(float));
+	else
+		drive_store(field, driver->size, driver->bit + at->index, value);
 	drive_periods(&drive, 17);
 	check(at, pin, driver->inverse ? !value : (double)value * factor);
 	drive_store(field, driver->size, driver->bit + at->index, before);
@@ -456,7 +468,7 @@ static void every_out_pin_shows_its_piece_of_the_image(void **state)
 
 	(void)state;
 	begin();
-	for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
 		const struct out_driver *driver = driver_of(at.row);
 
 		if (at.row->kind != TABLE_PIN)
@@ -477,7 +489,7 @@ static void pins_that_are_not_of_one_field_are_driven_too(void **state)
 	size_t pin = 0;
 
 	(void)state;
-	for (struct table_cursor at = table_walk(TABLE_CANONICAL); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
 		const struct out_driver *driver = driver_of(at.row);
 
 		if (at.row->kind == TABLE_PIN && driver && driver->drive) {

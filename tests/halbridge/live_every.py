@@ -24,6 +24,7 @@ import every_device
 import every_drive
 import every_elsewhere
 import every_encoder
+import every_heater
 import every_homing
 import every_io
 import every_keyboard
@@ -47,6 +48,7 @@ LIST_NAMES = sys.argv.pop(4)
 SESSIONS = [every_settings.ACTS + every_old_settings.ACTS + every_old_encoders.ACTS,
             every_bus.ACTS, every_keyboard.ACTS, every_drive.POSTEP, every_link.LINK,
             every_clock.DEVICE, every_threading.ACTS, every_drive.ACTS, every_link.HEART,
+            every_heater.ACTS,
             every_start.ACTS, every_clock.ACTS, every_encoder.ACTS + every_link.ACTS,
             every_io.ACTS, every_poextbus.ACTS + every_panel.ACTS, every_settings.PINS,
             every_axis.ACTS, every_motion.ACTS, every_rest.ACTS, every_rest.OLD_MOTION, every_homing.ACTS,
@@ -137,7 +139,8 @@ def perform(session, names, found, record):
 
 def attempt(session, names, found, record):
     from_nothing = every_start.START in session     # HAL is there before the others are
-    machine = Machine(every_start.CONFIG if from_nothing else "", lost_ms_of(session))
+    more = every_start.CONFIG if from_nothing else every_heater.CONFIG if session is every_heater.ACTS else ""
+    machine = Machine(more, lost_ms_of(session))
     try:
         if from_nothing:
             machine.load()

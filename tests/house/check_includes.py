@@ -21,10 +21,10 @@ MAY_USE = {
     "daemon/engine": ["wire", "include"],
     "daemon/transport": [],
     "daemon/loops": [],
-    "daemon/device": ["daemon/engine", "settings", "wire", "include"],
+    "daemon/device": ["daemon/engine", "daemon/loops", "settings", "wire", "include"],
     "daemon/recorder": ["daemon/device", "daemon/transport", "wire", "include"],
     "daemon/rt": ["daemon/recorder", "daemon/device", "daemon/transport", "shm", "include"],
-    "daemon/control": ["daemon/rt", "daemon/recorder", "daemon/device", "daemon/engine", "daemon/transport",
+    "daemon/control": ["daemon/rt", "daemon/recorder", "daemon/device", "daemon/engine", "daemon/loops", "daemon/transport",
                        "wire", "settings", "shm", "usage", "include"],
     # where the devices are is in pokeysd.conf, and one reader reads that
     "guard": ["daemon/control", "daemon/device", "daemon/transport", "usage", "wire", "include"],

@@ -13,7 +13,7 @@ import sys
 PURE = {
     "memcpy", "memset", "memmove", "memcmp", "bcmp", "strlen", "strnlen", "strncmp", "__stack_chk_fail",
     "lround", "lrint", "llround", "llrint", "floor", "ceil", "fabs", "sqrt", "sqrtf", "round", "roundf",
-    "rint", "nearbyint", "trunc", "fmod", "lroundf", "fabsf", "fmin", "fmax", "_GLOBAL_OFFSET_TABLE_",
+    "rint", "nearbyint", "trunc", "fmod", "lroundf", "fabsf", "fmin", "fmax", "log", "_GLOBAL_OFFSET_TABLE_",
 }
 # cold functions that share a room with realtime ones: texts for people
 COLD = {"event_text.c": {"snprintf", "vsnprintf", "__vsnprintf_chk", "strerror", "terminal_list",

@@ -7,6 +7,7 @@
 #include "tests/loops/oven.h"
 
 #include <math.h>
+#include <pokeys/names.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -429,7 +430,7 @@ static void whatever_happens_at_random(void **state)
 	}
 	assert_true(powered > 10000);
 	for (int i = HEATER_DEVICE; i < HEATER_FAULTS; i++)
-		printf("%7u steps: %s\n", faults[i], heater_fault_name((enum heater_fault)i));
+		printf("%7u steps: %s\n", faults[i], pokeys_heater_fault_name((uint8_t)i));
 	/* the others take a longer time than nothing else goes wrong here */
 	for (int i = HEATER_DEVICE; i <= HEATER_NO_RISE; i++)
 		if (i != HEATER_UNDER)

@@ -374,24 +374,24 @@ static void configurations_are_judged(void **state)
 			fail_msg(#member " = " #value ": %s", heater_init(&heater, &config)); \
 	} while (0)
 	assert_null(heater_init(&heater, &heater_usual));
-	REFUSES(least, NAN, "least temperature");
-	REFUSES(least, 280, "least temperature");
-	REFUSES(most, INFINITY, "least temperature");
-	REFUSES(target_most, 0, "highest target");
-	REFUSES(target_most, 277, "highest target");
-	REFUSES(target_most, NAN, "highest target");
+	REFUSES(least, NAN, "min-temperature");
+	REFUSES(least, 280, "min-temperature");
+	REFUSES(most, INFINITY, "min-temperature");
+	REFUSES(target_most, 0, "max-target");
+	REFUSES(target_most, 277, "max-target");
+	REFUSES(target_most, NAN, "max-target");
 	REFUSES(gains.p, -1, "gains");
 	REFUSES(gains.i, 1e9, "gains");
 	REFUSES(gains.d, NAN, "gains");
 	REFUSES(hysteresis, 0, "hysteresis");
 	REFUSES(hysteresis, 4, "hysteresis");
 	REFUSES(hysteresis, NAN, "hysteresis");
-	REFUSES(power_most, 0, "highest power");
-	REFUSES(power_most, 1.1, "highest power");
-	REFUSES(power_most, NAN, "highest power");
-	REFUSES(rate_most, 0, "fastest change");
-	REFUSES(rate_most, 1e6, "fastest change");
-	REFUSES(rate_most, NAN, "fastest change");
+	REFUSES(power_most, 0, "max-power");
+	REFUSES(power_most, 1.1, "max-power");
+	REFUSES(power_most, NAN, "max-power");
+	REFUSES(rate_most, 0, "max-rate");
+	REFUSES(rate_most, 1e6, "max-rate");
+	REFUSES(rate_most, NAN, "max-rate");
 	REFUSES(slack, 0, "slack");
 	REFUSES(slack, 1000, "slack");
 	REFUSES(rise, NAN, "rise");
@@ -400,12 +400,12 @@ static void configurations_are_judged(void **state)
 	REFUSES(window_ns, UINT64_MAX, "window");
 	REFUSES(stale_ns, 0, "old");
 	REFUSES(stale_ns, UINT64_MAX, "old");
-	REFUSES(lease_ns, 0, "lease");
+	REFUSES(lease_ns, 0, "hold-s");
 	REFUSES(sensor.pull_up, 0, "pull-up");
 	/* what it cannot read it cannot judge */
-	REFUSES(sensor, table, "more than the highest");
-	REFUSES(most, 100000, "more than the highest");
-	REFUSES(least, -200, "less than the least");
+	REFUSES(sensor, table, "above max-temperature");
+	REFUSES(most, 100000, "above max-temperature");
+	REFUSES(least, -200, "below min-temperature");
 	config = heater_usual;
 	config.gains.p = config.gains.i = 0;
 	assert_non_null(heater_init(&heater, &config));

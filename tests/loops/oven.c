@@ -5,6 +5,7 @@
 #include "tests/loops/oven.h"
 
 #include <math.h>
+#include <pokeys/names.h>
 
 #define READINGS 10
 #define FULL_SCALE 4095.0
@@ -79,8 +80,9 @@ void oven_warm(struct oven *oven, double target)
 void oven_expect_fault(const struct oven *oven, enum heater_fault fault)
 {
 	if (oven->heater.fault != fault)
-		fail_msg("the fault is \"%s\", not \"%s\"", heater_fault_name(oven->heater.fault),
-			 heater_fault_name(fault));
+		fail_msg("the fault is \"%s\", not \"%s\"",
+			 pokeys_heater_fault_name((uint8_t)oven->heater.fault),
+			 pokeys_heater_fault_name((uint8_t)fault));
 	if (fault)
 		assert_true(oven->power == 0 && oven->heater.target == 0);
 }

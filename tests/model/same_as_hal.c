@@ -88,7 +88,8 @@ static unsigned int compare(const struct rig *rig)
 
 			model_read(row, index, &images, &value);
 			ours = number(&value);
-			if (!(fabs(ours - theirs) <= 1e-9 * fmax(1, fabs(theirs))))
+			if (isnan(ours) != isnan(theirs) ||
+			    fabs(ours - theirs) > 1e-9 * fmax(1, fabs(theirs)))
 				fail_msg("%s %u: HAL has %.17g, the model %.17g", row->name, index,
 					 theirs, ours);
 			compared++;
@@ -154,6 +155,8 @@ static void test_what_hal_commands_stands_where_the_model_has_it(void **context)
 	rig_init(&rig);
 	rig.daemon.pwm_period = 1u << 24;
 	memset(rig.daemon.digital_out_owned, 0xff, sizeof(rig.daemon.digital_out_owned));
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		rig.daemon.heater[i].state = POKEYS_HEATER_OFF;
 	for (unsigned int round = 0; round < ROUNDS; round++) {
 		const struct model_images images = {
 			.image = { [MODEL_COMMAND] = &rig.exchange.command },

@@ -11,7 +11,7 @@ import errno
 import os
 import time
 
-PINS, ANALOG, ENCODERS, PWM, AXES, PONET = 55, 7, 26, 6, 8, 16
+PINS, ANALOG, ENCODERS, PWM, AXES, PONET, HEATERS = 55, 7, 26, 6, 8, 16, 7
 COMMANDER, EVENTS = 1, 2
 DETACHED, ATTACHED, REFUSED = 0, 1, 2
 NAME_MAX = 32
@@ -105,8 +105,16 @@ class Phase(Structure):
                 ("jitter_ns", c_uint32), ("period_ns", c_uint32)]
 
 
+class Heater(Structure):
+    _fields_ = [("t_ns", c_uint64)] + [(name, c_float) for name in (
+        "temperature target power minimum maximum target_maximum p i d tuned_p tuned_i tuned_d"
+    ).split()] + [("fault_count", c_uint32), ("tune_cycles", c_uint16)] + [
+        (name, c_uint8) for name in "state fault condition refused tuning at_temperature".split()] + [
+        ("reserved", c_uint8 * 4), ("name", c_char * 32)]
+
+
 class State(Structure):
-    VERSION, HASH = 9, 0xae289310359cd5e6
+    VERSION, HASH = 10, 0xc31c2eefe3b7960d
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "
@@ -132,7 +140,7 @@ class State(Structure):
         ("config_foreign", c_uint32), ("phase", Phase),
         ("t_postep_ns", c_uint64), ("backlash", c_int16 * AXES), ("threading", Threading),
         ("postep", Postep * AXES),
-        ("statistics", LinkStatistics)]
+        ("statistics", LinkStatistics), ("heater", Heater * HEATERS)]
 
 
 class Histogram(Structure):
@@ -164,7 +172,7 @@ class OneShot(Structure):
 
 
 class Command(Structure):
-    VERSION, HASH = 3, 0x540698abcd6f5c4a
+    VERSION, HASH = 4, 0xe9315c4e72e32806
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64), ("heartbeat", c_uint64), ("t_ns", c_uint64),
                 ("t_thread_ns", c_uint64), ("period_ns", c_uint64), ("session", c_uint32),
@@ -177,7 +185,8 @@ class Command(Structure):
                 ("ponet_data", (c_uint8 * 16) * PONET), ("ponet_brightness", c_uint8 * PONET),
                 ("ponet_mask", c_uint32), ("kbd48_flags", c_uint8), ("kbd48_brightness", c_uint8),
                 ("reserved3", c_uint8 * 2), ("kbd48_leds", c_uint64),
-                ("axis", AxisCommand * AXES), ("one_shot_head", c_uint32),
+                ("axis", AxisCommand * AXES), ("heater_target", c_float * HEATERS),
+                ("heater_mask", c_uint32), ("one_shot_head", c_uint32),
                 ("reserved2", c_uint32), ("one_shot", OneShot * 64)]
 
 

@@ -76,6 +76,16 @@ static const struct member threading_members[] = {
 };
 #undef OF
 
+#define OF struct pokeys_heater
+static const struct member heater_members[] = {
+	M(t_ns), M(temperature), M(target), M(power), M(minimum), M(maximum), M(target_maximum),
+	M(p), M(i), M(d), M(tuned_p), M(tuned_i), M(tuned_d), M(fault_count), M(tune_cycles),
+	M(state), M(fault), M(condition), M(refused), M(tuning), M(at_temperature), M(reserved),
+	M(name),
+	END
+};
+#undef OF
+
 #define OF struct pokeys_postep
 static const struct member postep_members[] = {
 	M(t_update_ns), M(update_count), M(supply), M(temperature), M(inputs), M(state), M(faults),
@@ -147,6 +157,7 @@ static const struct member state_members[] = {
 	M(reserved3), M(report_count), M(config_foreign), NESTED(phase, phase_members),
 	M(t_postep_ns), M(backlash), NESTED(threading, threading_members),
 	NESTED(postep, postep_members), NESTED(statistics, link_statistics_members),
+	NESTED(heater, heater_members),
 	END
 };
 #undef OF
@@ -198,7 +209,8 @@ static const struct member command_members[] = {
 	M(ponet_data), M(ponet_brightness), M(ponet_mask), M(kbd48_flags), M(kbd48_brightness),
 	M(reserved3),
 	M(kbd48_leds),
-	NESTED(axis, axis_command_members), M(one_shot_head), M(reserved2),
+	NESTED(axis, axis_command_members), M(heater_target), M(heater_mask), M(one_shot_head),
+	M(reserved2),
 	NESTED(one_shot, one_shot_members),
 	END
 };

@@ -57,6 +57,7 @@ class House:
         self.notify = None
         self.daemon_keys = {"runtime-directory": self.runtime, "realtime": "optional", **daemon}
         self.device_keys = {"mill": {"address": self.address}}
+        self.heater_keys = {}
 
     def __enter__(self):
         return self
@@ -90,8 +91,9 @@ class House:
 
     def write_conf(self):
         lines = ["[daemon]", *(f"{k} = {v}" for k, v in self.daemon_keys.items())]
-        for name, keys in self.device_keys.items():
-            lines += [f"[device {name}]", *(f"{k} = {v}" for k, v in keys.items())]
+        for kind, sections in (("device", self.device_keys), ("heater", self.heater_keys)):
+            for name, keys in sections.items():
+                lines += [f"[{kind} {name}]", *(f"{k} = {v}" for k, v in keys.items())]
         self.conf.write_text("\n".join(lines) + "\n")
 
     def start_sim(self, *options, address=None):

@@ -39,6 +39,8 @@ def main():
     assert spoiled["state"]["engine"]["axes"][0]["max_speed"] is None
     assert good["state"]["engine"]["axes"][0]["postep"] is None
     assert spoiled["state"]["engine"]["axes"][7]["postep"]["supply_v"] == 63.75
+    assert good["state"]["heaters"] == []
+    assert spoiled["state"]["heaters"][0]["index"] == 6 and spoiled["state"]["heaters"][0]["temperature"] is None
     assert spoiled["state"]["cycle"] == 2**64 - 1 and not spoiled["fresh"]
     assert away["state"] is None and away["reason"] == 'a "reason"' and not away["attached"]
 
@@ -50,7 +52,7 @@ def main():
     # words of the section that are no keys of status, and the keys of discover
     documented -= {"null", "top", "discover", "dhcp"}
     # and those of config show and config diff
-    documented -= {"device", "config_state", "refused", "refused_index", "settings", "differences",
+    documented -= {"device", "config_state", "refused_index", "settings", "differences",
                    "key", "wanted", "has"}
     # and those of doctor
     documented -= {"doctor", "problems", "advice", "unknown", "findings", "check", "subject", "verdict",

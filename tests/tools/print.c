@@ -236,6 +236,44 @@ static void a_thread_is_shown_and_how_it_ended(void **state)
 			       "come to rest\n"));
 }
 
+static void heaters_are_shown_with_what_is_wrong(void **state)
+{
+	struct view_device *device = fresh();
+	struct pokeys_heater *heater = &device->state.heater[1];
+
+	(void)state;
+	assert_null(strstr(status_of(device), "heater"));
+	*heater = (struct pokeys_heater){
+		.state = POKEYS_HEATER_OFF, .name = "bed", .temperature = 24.3f,
+	};
+	assert_non_null(strstr(status_of(device), "  heater 1    bed: 24.3 C, off\n"));
+	heater->state = POKEYS_HEATER_HEATING;
+	heater->target = 60;
+	heater->power = 0.344f;
+	heater->refused = POKEYS_HEATER_OUT_OF_RANGE;
+	assert_non_null(strstr(status_of(device), "  heater 1    bed: 24.3 C, target 60.0 C, power "
+			       "34 %, target refused: target out of range\n"));
+	heater->refused = 0;
+	heater->at_temperature = 1;
+	assert_non_null(strstr(status_of(device), "power 34 %, at temperature\n"));
+	heater->state = POKEYS_HEATER_FAULT;
+	heater->fault = heater->condition = POKEYS_HEATER_OPEN;
+	assert_non_null(strstr(status_of(device), "  heater 1    bed: 24.3 C, FAULT: sensor open, "
+			       "off until it is reset\n"));
+	heater->state = POKEYS_HEATER_OFF;
+	heater->fault = 0;
+	heater->temperature = NAN;
+	assert_non_null(strstr(status_of(device), "  heater 1    bed: temperature unknown, off, "
+			       "NOT READY: sensor open\n"));
+	heater->condition = 0;
+	heater->tuning = POKEYS_HEATER_TUNING_DONE;
+	heater->tuned_p = 22.2f;
+	heater->tuned_i = 1.08f;
+	heater->tuned_d = 114;
+	assert_non_null(strstr(status_of(device), "off, gains found: pid-p = 22.2, pid-i = 1.08, "
+			       "pid-d = 114\n"));
+}
+
 static void durations_have_three_digits_and_a_unit(void **state)
 {
 	char out[16];
@@ -269,6 +307,7 @@ static void spoil(struct view_device *device)
 	device->state.threading.spindle_rpm = UINT32_MAX;
 	device->state.threading.index_count = UINT32_MAX;
 	device->state.engine.axes_enabled = 255;
+	memset(&device->state.heater[6], 0xff, sizeof(device->state.heater[6]));
 	device->state.link = 200;
 	device->state.fault = 77;
 	device->state.cycle = UINT64_MAX;
@@ -320,6 +359,7 @@ int main(int argc, char **argv)
 		cmocka_unit_test(the_phase_is_shown_where_somebody_is_followed),
 		cmocka_unit_test(drivers_are_shown_where_there_are_any),
 		cmocka_unit_test(a_thread_is_shown_and_how_it_ended),
+		cmocka_unit_test(heaters_are_shown_with_what_is_wrong),
 		cmocka_unit_test(durations_have_three_digits_and_a_unit),
 		cmocka_unit_test(hostile_images_do_no_harm_to_a_terminal),
 	};

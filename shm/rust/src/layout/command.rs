@@ -9,6 +9,7 @@ const AXES: usize = 8;
 const PONET: usize = 16;
 const ONE_SHOTS: usize = 64;
 const READ_AGES: usize = 16;
+const HEATERS: usize = 7;
 
 layout! {
     PokeysAxisCommand {
@@ -67,6 +68,8 @@ layout! {
         reserved3: [u8; 2],
         kbd48_leds: u64,
         axis: [PokeysAxisCommand; AXES],
+        heater_target: [f32; HEATERS],
+        heater_mask: u32,
         one_shot_head: u32,
         reserved2: u32,
         one_shot: [PokeysOneShot; ONE_SHOTS],
@@ -74,6 +77,6 @@ layout! {
 }
 
 published! {
-    PokeysCommand, "command", magic 0x4d43_4b50, version 3, size 4728,
-    hash 0x540698abcd6f5c4a, hash_function iox_command_hash
+    PokeysCommand, "command", magic 0x4d43_4b50, version 4, size 4760,
+    hash 0xe9315c4e72e32806, hash_function iox_command_hash
 }

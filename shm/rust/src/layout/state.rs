@@ -7,6 +7,7 @@ const PIN_BYTES: usize = 8;
 const ENCODERS: usize = 26;
 const PWM: usize = 6;
 const AXES: usize = 8;
+const HEATERS: usize = 7;
 const PONET: usize = 16;
 const MATRIX_BYTES: usize = 16;
 const SLOW_GROUPS: usize = 20;
@@ -240,6 +241,34 @@ layout! {
 }
 
 layout! {
+    PokeysHeater {
+        t_ns: u64,
+        temperature: f32,
+        target: f32,
+        power: f32,
+        minimum: f32,
+        maximum: f32,
+        target_maximum: f32,
+        p: f32,
+        i: f32,
+        d: f32,
+        tuned_p: f32,
+        tuned_i: f32,
+        tuned_d: f32,
+        fault_count: u32,
+        tune_cycles: u16,
+        state: u8,
+        fault: u8,
+        condition: u8,
+        refused: u8,
+        tuning: u8,
+        at_temperature: u8,
+        reserved: [u8; 4],
+        name: [u8; 32],
+    }
+}
+
+layout! {
     PokeysPhase {
         state: u8,
         master: u8,
@@ -333,6 +362,7 @@ layout! {
         threading: PokeysThreading,
         postep: [PokeysPostep; AXES],
         statistics: PokeysLinkStatistics,
+        heater: [PokeysHeater; HEATERS],
     }
 }
 
@@ -385,8 +415,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 9, size 2704,
-    hash 0xae289310359cd5e6, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 10, size 3432,
+    hash 0xc31c2eefe3b7960d, hash_function iox_state_hash
 }
 
 published! {

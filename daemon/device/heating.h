@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The heaters of a device: which sensor and which output each of them has.
+ */
+#ifndef DEVICE_HEATING_H
+#define DEVICE_HEATING_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/state.h>
+#include "daemon/loops/heater.h"
+#include "daemon/loops/switching.h"
+#include "wire/io.h"
+
+/* pokeysd.conf has gains for a power of 0 to 255, as Marlin and Klipper have them. */
+#define HEATING_GAIN_SCALE 255
+
+/* What a heater bears of its device. */
+enum {
+	HEATING_FAILSAFE_MOST = 50,	/* x100 ms: longer, nobody switches it off for too long */
+	HEATING_FILTER_MOST = 100,	/* RC of the analog inputs' filter */
+	HEATING_PERIOD_LEAST = 250,	/* ticks of PWM, so that a power is one of as many */
+	HEATING_PERIOD_MOST = 25000000,	/* 1 s */
+};
+
+enum heating_output {
+	HEATING_PWM,
+	HEATING_PIN,		/* a digital output */
+};
+
+struct heating_config {
+	char name[32];
+	struct heater_config heater;
+	uint8_t sensor;			/* analog input, 0 = terminal 41 */
+	uint8_t kind;			/* enum heating_output */
+	uint8_t output;			/* PWM channel, or pin, from 0 */
+	uint64_t least_ns;		/* PIN: on, and off, at least so long */
+	double within;			/* at temperature if so near to the target, K */
+	bool without_failsafe;		/* it may heat although the device cannot switch it off */
+};
+
+/* The state of one heater. */
+struct heating {
+	struct heater heater;
+	struct switching switching;
+	bool good;			/* its configuration can be used */
+	bool on;			/* PIN */
+	bool shared;			/* something else of the device has a terminal of it */
+	bool hot;			/* it heated, and off is not acknowledged yet */
+	uint64_t off_ns;		/* ... and it is off since then; 0: it is not */
+	uint64_t sampled_ns;		/* of the newest reading that it was given */
+	uint32_t faults;
+	/* what was said last */
+	uint8_t fault, refusal, tuning;
+};
+
+struct heatings {
+	uint8_t count;
+	uint64_t step_ns;		/* of the next step */
+	struct heating heating[POKEYS_HEATERS];
+};
+
+/* The commander's targets: finite numbers, of which heater_command() checks the range. */
+struct heating_wish {
+	uint32_t mask;			/* bit = heater is commanded */
+	double target[POKEYS_HEATERS];
+};
+
+struct device;
+
+void heating_init(struct device *device);
+
+/* In each cycle, before anything is sent. */
+void heating_cycle(struct device *device);
+
+/* Pins that are outputs of heaters, and those of them that are on. */
+uint64_t heating_pins(const struct device *device);
+uint64_t heating_pins_on(const struct device *device);
+
+/* Bit = PWM channel of a heater. */
+uint8_t heating_channels(const struct device *device);
+/* Their part of a request; what else is in it stays. */
+void heating_pwm(const struct device *device, struct wire_pwm_req *pwm);
+
+/* Another commander than before. */
+void heating_session(struct device *device);
+
+/* The device's own failsafe has to switch off what it may have been left with. */
+bool heating_covered(const struct device *device);
+
+/* A heater is off for so long without the device having acknowledged it that only silence helps. */
+bool heating_unheard(const struct device *device);
+void heating_left_alone(struct device *device);
+
+/* Forget which terminals something else has; then mark those of an owner of settings/terminal.h. */
+void heating_unshare(struct device *device);
+void heating_share(struct device *device, const char *key, unsigned int index);
+
+/* For finding out what uses a terminal. */
+struct terminal_daemon;
+void heating_terminals(const struct heating_config *config, unsigned int count,
+		       struct terminal_daemon *out);
+
+/* All of them are off. */
+bool heating_off(const struct device *device);
+
+/* One-shots, by a heater's index. Both return false if they refuse. */
+bool heating_reset(struct device *device, unsigned int index);
+bool heating_tune(struct device *device, unsigned int index, double target);
+
+#endif

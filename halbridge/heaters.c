@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Targets go into the command image as they are, and the daemon judges them. A target that is no
+ * number is 0: whoever computed it does not know what he wants, and off is what does no harm.
+ *
+ * A heater is the daemon's, and its worst fault is that the device is lost. So its pins are shown
+ * while the daemon is alive, whether the device is or not; then they keep what they had, and a
+ * program that watches a temperature has to look at `connected` as well.
+ */
+#include "halbridge/heaters.h"
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#define OFFSET(number, member)	\
+	(offsetof(struct values, heater) + (number) * sizeof(struct value_heater) +	\
+	 offsetof(struct value_heater, member))
+
+void heaters_init(struct heaters *heaters)
+{
+	memset(heaters, 0, sizeof(*heaters));
+}
+
+/* True if a pin has changed. */
+static bool show(struct value_heater *value, const struct pokeys_heater *heater)
+{
+	struct value_heater now;
+
+	memcpy(&now, value, sizeof(now));
+	now.temperature = (double)heater->temperature;
+	now.target_in_effect = (double)heater->target;
+	now.power = (double)heater->power;
+	now.at_temperature = heater->at_temperature;
+	now.fault = heater->fault;
+	now.fault_code = heater->fault;
+	now.condition = heater->condition;
+	now.refused = heater->refused;
+	if (!memcmp(&now, value, sizeof(now)))
+		return false;
+	memcpy(value, &now, sizeof(now));
+	return true;
+}
+
+void heaters_read(struct heaters *heaters, struct values *values,
+		  const struct one_shot_queue *queue, const struct pokeys_state *state, bool alive)
+{
+	bool changed = !heaters->begun;
+
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		values->one_shot_failed_count += press_read(&heaters->reset[i], queue, state);
+	if (!alive)
+		return;
+	heaters->begun = true;
+	heaters->there = 0;
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++) {
+		const bool there = state->heater[i].state != POKEYS_HEATER_NONE;
+
+		changed |= show(&values->heater[i], &state->heater[i]);
+		heaters->there |= (uint32_t)there << i;
+	}
+	if (changed)
+		values_changed(values, BLOCK_HEATER);
+}
+
+static void write_target(struct heaters *heaters, unsigned int i, double target,
+			 struct pokeys_command *command, struct refusals *refusals)
+{
+	const bool there = heaters->there >> i & 1;
+	const bool bad = !isfinite(target);
+
+	refusal_mark(refusals, &heaters->bad[i], bad, OFFSET(i, target), REFUSAL_TARGET, target);
+	refusal_mark(refusals, &heaters->absent[i],
+		     heaters->begun && !there && !bad && target != 0, OFFSET(i, target),
+		     REFUSAL_NO_HEATER, target);
+	command->heater_target[i] = there && !bad ? (float)target : 0;
+	command->heater_mask |= (uint32_t)there << i;
+}
+
+bool heaters_write(struct heaters *heaters, struct values *values, struct one_shot_queue *queue,
+		   struct pokeys_command *command, bool fresh, struct refusals *refusals)
+{
+	bool full = false;
+
+	command->heater_mask = 0;
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++) {
+		const struct pokeys_one_shot shot = {
+			.operation = POKEYS_ONE_SHOT_HEATER_RESET, .index = (uint8_t)i,
+		};
+		const struct press_news news =
+			press_write(&heaters->reset[i], values->heater[i].reset,
+				    fresh ? &shot : NULL, queue, command);
+
+		write_target(heaters, i, values->heater[i].target, command, refusals);
+		values->one_shot_failed_count += news.failed;
+		full |= news.full;
+	}
+	return full;
+}
+
+void heaters_forget(struct heaters *heaters, struct values *values)
+{
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		values->one_shot_failed_count += press_forget(&heaters->reset[i]);
+	heaters->begun = false;
+}
