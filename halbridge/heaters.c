@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Targets go into the command image as they are, and the daemon judges them. A target that is no
- * number is 0: whoever computed it does not know what he wants, and off is what does no harm.
+ * Targets go into the command image as they are, and the daemon judges them. A target that is not a
+ * number becomes 0, because off does no harm.
  *
  * A heater is the daemon's, and its worst fault is that the device is lost. So its pins are shown
  * while the daemon is alive, whether the device is or not; then they keep what they had, and a

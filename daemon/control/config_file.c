@@ -28,6 +28,10 @@
 #include "daemon/control/config_key.h"
 #include "usage/printable.h"
 
+/* What a name is written to is the section as well. */
+_Static_assert(!offsetof(struct config_raw_device, name) &&
+	       !offsetof(struct config_raw_heater, name), "sections begin with their name");
+
 enum { FILE_MAX = 1 << 18, SHOWN_MAX = 60 };
 
 struct reading {
@@ -120,64 +124,74 @@ static void enter_daemon(struct reading *r)
 	snprintf(r->title, sizeof(r->title), "[daemon]");
 }
 
+/* Sections of a kind, each with a name of its own; `raw` begins with the name of the first one. */
+struct kind {
+	enum config_section section;
+	const char *word;
+	char *raw;
+	size_t stride;
+	struct config_lines *lines;
+	uint32_t *count, most;
+};
+
+/* Where a new one goes, or NULL: it was complained about. */
+static char *place_for(struct reading *r, const struct kind *kind, const char *name)
+{
+	if (!name_is_good(name)) {
+		config_fault(r->file, r->line, "[%s %s]: a %s's name has 1 to %d of the "
+			     "characters A-Z a-z 0-9 _ -", kind->word, name, kind->word,
+			     POKEYS_SHM_NAME_MAX - 1);
+		return NULL;
+	}
+	for (uint32_t i = 0; i < *kind->count; i++) {
+		if (!strcmp(kind->raw + i * kind->stride, name)) {
+			config_fault(r->file, r->line, "[%s %s] was there before, at line %u",
+				     kind->word, name, kind->lines[i].section);
+			return NULL;
+		}
+	}
+	if (*kind->count < kind->most)
+		return kind->raw + *kind->count * kind->stride;
+	config_fault(r->file, r->line, "[%s %s]: too many %ss, at most %u are allowed",
+		     kind->word, name, kind->word, kind->most);
+	return NULL;
+}
+
+static void enter_kind(struct reading *r, const struct kind *kind, const char *name)
+{
+	char *raw = place_for(r, kind, name);
+
+	if (!raw)
+		return;
+	r->section = kind->section;
+	r->raw = raw;
+	r->lines = &kind->lines[(*kind->count)++];
+	r->lines->section = r->line;
+	config_defaults(kind->section, raw);
+	snprintf(raw, POKEYS_SHM_NAME_MAX, "%s", name);
+	snprintf(r->title, sizeof(r->title), "[%s %s]", kind->word, name);
+}
+
 static void enter_device(struct reading *r, const char *name)
 {
 	struct config_file *file = r->file;
 
-	if (!name_is_good(name)) {
-		config_fault(file, r->line, "[device %s]: a device's name has 1 to %d of the "
-			     "characters A-Z a-z 0-9 _ -", name, POKEYS_SHM_NAME_MAX - 1);
-		return;
-	}
-	for (uint32_t i = 0; i < file->devices; i++) {
-		if (!strcmp(file->device[i].name, name)) {
-			config_fault(file, r->line, "[device %s] was there before, at line %u",
-				     name, file->device_lines[i].section);
-			return;
-		}
-	}
-	if (file->devices == TRANSPORT_CHANNELS) {
-		config_fault(file, r->line, "[device %s]: too many devices, at most %d are allowed",
-			     name, TRANSPORT_CHANNELS);
-		return;
-	}
-	r->section = CONFIG_DEVICE;
-	r->raw = &file->device[file->devices];
-	r->lines = &file->device_lines[file->devices++];
-	r->lines->section = r->line;
-	config_defaults(CONFIG_DEVICE, r->raw);
-	snprintf(((struct config_raw_device *)r->raw)->name, POKEYS_SHM_NAME_MAX, "%s", name);
-	snprintf(r->title, sizeof(r->title), "[device %s]", name);
+	enter_kind(r, &(struct kind){
+		.section = CONFIG_DEVICE, .word = "device", .raw = (char *)file->device,
+		.stride = sizeof(file->device[0]), .lines = file->device_lines,
+		.count = &file->devices, .most = TRANSPORT_CHANNELS,
+	}, name);
 }
 
 static void enter_heater(struct reading *r, const char *name)
 {
 	struct config_file *file = r->file;
 
-	if (!name_is_good(name)) {
-		config_fault(file, r->line, "[heater %s]: a heater's name has 1 to %d of the "
-			     "characters A-Z a-z 0-9 _ -", name, POKEYS_SHM_NAME_MAX - 1);
-		return;
-	}
-	for (uint32_t i = 0; i < file->heaters; i++) {
-		if (!strcmp(file->heater[i].name, name)) {
-			config_fault(file, r->line, "[heater %s] was there before, at line %u",
-				     name, file->heater_lines[i].section);
-			return;
-		}
-	}
-	if (file->heaters == CONFIG_HEATERS) {
-		config_fault(file, r->line, "[heater %s]: too many heaters, at most %d are allowed",
-			     name, CONFIG_HEATERS);
-		return;
-	}
-	r->section = CONFIG_HEATER;
-	r->raw = &file->heater[file->heaters];
-	r->lines = &file->heater_lines[file->heaters++];
-	r->lines->section = r->line;
-	config_defaults(CONFIG_HEATER, r->raw);
-	snprintf(((struct config_raw_heater *)r->raw)->name, POKEYS_SHM_NAME_MAX, "%s", name);
-	snprintf(r->title, sizeof(r->title), "[heater %s]", name);
+	enter_kind(r, &(struct kind){
+		.section = CONFIG_HEATER, .word = "heater", .raw = (char *)file->heater,
+		.stride = sizeof(file->heater[0]), .lines = file->heater_lines,
+		.count = &file->heaters, .most = CONFIG_HEATERS,
+	}, name);
 }
 
 /* A line that begins with '['; it stays as it is for inih. */

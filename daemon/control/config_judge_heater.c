@@ -225,7 +225,7 @@ static double reading_ms(const struct judged *j, uint32_t heater)
 	return 2 * (double)j->file->daemon.period_us * (double)raw->fast_divider / 1000;
 }
 
-/* What makes it one that never heats, or that nobody watches. */
+/* Refuse settings of the device with which the heater could not heat, or not be watched. */
 static void judge_device_of(const struct judged *j, uint32_t heater)
 {
 	const struct config_raw_heater *raw = &j->file->heater[heater];

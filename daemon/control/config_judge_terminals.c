@@ -75,7 +75,7 @@ static void judge_inverted(const struct judged *j, const struct terminal_daemon 
 			    "digital-inputs nor in digital-outputs", pin);
 }
 
-/* Where an owner stands in the file, and how a person finds it there. */
+/* The line, the section and the key of an owner in the file. */
 struct place {
 	uint32_t line;
 	char section[48], key[SETTINGS_NAME_MAX];

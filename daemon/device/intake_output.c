@@ -134,7 +134,7 @@ static void take_ponet(struct device *device, const struct pokeys_command *comma
 	wish->kbd48_leds = command->kbd48_leds;
 }
 
-/* A target that is no number is 0: whoever computed it does not know what he wants. */
+/* A target that is not a number counts as 0, so the heater is off. */
 static void take_heaters(struct device *device, const struct pokeys_command *command)
 {
 	const uint32_t beyond = command->heater_mask >> device->config.heaters;

@@ -245,6 +245,7 @@ static void leave_alone(struct device *device, uint64_t waits_ns)
 
 	life->alone_until_ns = device->now_ns + waits_ns + FAILSAFE_LATE_NS;
 	life->probe_after_ns = life->alone_until_ns;
+	life->cooled = true;
 	heating_left_alone(device);
 }
 
@@ -259,20 +260,7 @@ static bool cools(struct device *device)
 
 	if (life->cooled || !heating_covered(device) || !waits_ns)
 		return false;
-	life->cooled = true;
 	leave_alone(device, waits_ns);
-	return true;
-}
-
-/* An output of a heater is off, and the device does not say so, whatever else it answers. */
-static bool is_unheard(struct device *device)
-{
-	struct life *life = &device->life;
-	const uint64_t waits_ns = life->failsafe_ns;
-
-	if (!heating_unheard(device))
-		return false;
-	device_say(device, EVENT_HEATER_UNHEARD, EVENT_ERROR, (int64_t)(waits_ns / MS), 0, 0);
 	return true;
 }
 
@@ -288,7 +276,6 @@ static void leave_to_failsafe(struct device *device)
 	if (life->alone_until_ns || !waits_ns || device->now_ns - life->left_ns < QUESTIONS_NS)
 		return;
 	leave_alone(device, waits_ns);
-	life->cooled = true;
 }
 
 static void probe_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -366,8 +353,11 @@ static void found_cycle(struct device *device)
 		lose(device);
 		return;
 	}
-	if (is_unheard(device)) {
+	/* an output of a heater is off, and the device does not say so, whatever else it answers */
+	if (heating_unheard(device)) {
 		lose(device);
+		device_say(device, EVENT_HEATER_UNHEARD, EVENT_ERROR,
+			   (int64_t)(device->life.failsafe_ns / MS), 0, 0);
 		leave_alone(device, device->life.failsafe_ns);
 		return;
 	}

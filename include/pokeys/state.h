@@ -348,9 +348,7 @@ enum pokeys_heater_state {
 /* Why a heater was switched off, or could not be switched on. */
 enum pokeys_heater_fault {
 	POKEYS_HEATER_FINE = 0,
-	POKEYS_HEATER_DEVICE = 1,	/* the device is lost, was restarted, is not
-					 * configured, or its failsafe leaves the output
-					 * on */
+	POKEYS_HEATER_DEVICE = 1,	/* the device is lost, was restarted, or cannot be used */
 	POKEYS_HEATER_STALE = 2,	/* no readings of the sensor */
 	POKEYS_HEATER_ODD = 3,		/* the reading is no number */
 	POKEYS_HEATER_OPEN = 4,		/* the sensor's wire is broken */
@@ -379,19 +377,16 @@ enum pokeys_heater_tuning {
 };
 
 /*
- * A closed loop of the daemon's: a sensor at an analog input, and an output. The first
- * [heater NAME] of a device in pokeysd.conf is heater[0]. Gains are as pokeysd.conf has
- * them: a power of 255 is full power, temperatures are in kelvin, times in seconds.
+ * A closed loop of the daemon's; heater[0] is the first [heater NAME] of the device in
+ * pokeysd.conf. Gains are for a power of 0 to 255, kelvin and seconds.
  */
 struct pokeys_heater {
 	uint64_t t_ns;			/* when the temperature was measured */
 	float temperature;		/* degrees C; NaN = not known */
 	float target;			/* in effect, degrees C; 0 = off */
 	float power;			/* 0 to 1 */
-	float minimum, maximum;		/* degrees C; above: fault; below: fault while
-					 * it heats */
-	float target_maximum;		/* degrees C */
-	float p, i, d;			/* gains in effect */
+	float minimum, maximum;		/* degrees C; outside is a fault */
+	float target_maximum, p, i, d;	/* degrees C; gains in effect */
 	float tuned_p, tuned_i, tuned_d;	/* found by the last tuning; valid if it is done */
 	uint32_t fault_count;		/* faults since the daemon's start */
 	uint16_t tune_cycles;		/* oscillations of the last tuning */

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Heaters and whoever else has to do with the device: the next commander, one that changes the
+ * device under them or commands their outputs, and the device's own failsafe.
+ */
+
+#include <math.h>
+#include <string.h>
+#include "tests/device/heat_rig.h"
+#include "wire/io.h"
+#include "wire/system.h"
+
+static void another_commander_has_to_switch_them_off_first(void **state)
+{
+	(void)state;
+	/* the one before has commanded off, and is gone for long */
+	world.commanding = false;
+	heat_run(2 * SECOND);
+	world_commander(&world, 6);
+	heat_command(HOTEND, 100);
+	heat_expect_off(0);
+	assert_int_equal(heat_shown(HOTEND)->refused, POKEYS_HEATER_AFTER_FAULT);
+	/* one that knows nothing of heaters has not commanded off */
+	world_commander(&world, 7);
+	heat_run(1 * SECOND);
+	heat_command(HOTEND, 100);
+	heat_expect_off(0);
+	heat_command(HOTEND, 0);
+	heat_run(200 * MS);
+	heat_command(HOTEND, 100);
+	heat_run(500 * MS);
+	assert_true(heat_power(HOTEND) > 0);
+	/* the next one comes at once, and commands the same */
+	world_commander(&world, 8);
+	heat_command(HOTEND, 100);
+	heat_expect_off(5 * MS);
+}
+
+static void wish_of(void (*change)(struct pokeys_settings *settings))
+{
+	struct pokeys_wish wish = { .session = 5, .generation = 9 };
+
+	heat_begin(NULL);
+	heat_up();
+	change(&wish.settings);
+	device_wish(world.device, &wish);
+}
+
+static void invert_the_output(struct pokeys_settings *settings)
+{
+	settings->pin_set[BED_PIN / 8] = 1u << BED_PIN % 8;
+	settings->pin_function[BED_PIN] = WIRE_PIN_OUTPUT | WIRE_PIN_INVERT;
+}
+
+static void give_it_to_an_axis(struct pokeys_settings *settings)
+{
+	settings->set = POKEYS_SET_SYNC_OUTPUTS;
+	settings->sync_out_enable = 1;
+	settings->sync_out_pin[0] = BED_PIN + 1;
+}
+
+static void freeze_the_sensors(struct pokeys_settings *settings)
+{
+	settings->set = POKEYS_SET_ANALOG_FILTER;
+	settings->analog_filter = 100000;
+}
+
+static void keep_it_on(struct pokeys_settings *settings)
+{
+	settings->set = POKEYS_SET_FAILSAFE;
+	settings->failsafe_timeout = 10;
+	settings->failsafe_peripherals = 15;
+	settings->failsafe_outputs[BED_PIN / 8] = 1u << BED_PIN % 8;
+}
+
+static void a_commander_that_changes_the_device_under_them_switches_them_off(void **state)
+{
+	void (*const changes[])(struct pokeys_settings *settings) = {
+		invert_the_output, give_it_to_an_axis, freeze_the_sensors, keep_it_on,
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(changes) / sizeof(changes[0]); i++) {
+		wish_of(changes[i]);
+		heat_run(3 * SECOND);
+		heat_expect_fault(BED, POKEYS_HEATER_DEVICE);
+	}
+}
+
+static void shorten_the_period(struct pokeys_settings *settings)
+{
+	settings->set = POKEYS_SET_PWM_PERIOD;
+	settings->pwm_period = PERIOD / 10;
+}
+
+static void another_period_is_no_other_power(void **state)
+{
+	(void)state;
+	wish_of(shorten_the_period);
+	for (unsigned int i = 0; i < 3000; i++) {
+		heat_cycle();
+		assert_true(heat_power(HOTEND) < 0.6);
+	}
+	assert_int_equal(world.rig.device.config.pwm.period, PERIOD / 10);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_HEATING);
+	assert_true(fabs(heat[HOTEND].sensor - 150) < 3);
+}
+
+/* What the device would do with the output if nobody talked to it. */
+static void try_failsafe(void (*change)(struct device_config *config), bool ready)
+{
+	heat_prepare(NULL);
+	change(&world.config);
+	heat_start();
+	heat_command(HOTEND, 100);
+	heat_command(BED, 60);
+	heat_run(500 * MS);
+	assert_int_equal(heat_power(HOTEND) > 0, ready);
+	assert_int_equal(heat_power(BED) > 0, ready);
+	if (ready)
+		return;
+	assert_int_equal(heat_shown(HOTEND)->refused, POKEYS_HEATER_NOT_READY);
+	assert_int_equal(heat_shown(HOTEND)->condition, POKEYS_HEATER_DEVICE);
+}
+
+static void change_nothing(struct device_config *config)
+{
+	(void)config;
+}
+
+static void switch_it_off(struct device_config *config)
+{
+	config->settings.failsafe_timeout = 0;
+}
+
+static void leave_outputs_out(struct device_config *config)
+{
+	config->settings.failsafe_peripherals = WIRE_FAILSAFE_POEXTBUS | WIRE_FAILSAFE_PULSE;
+}
+
+static void have_them_on(struct device_config *config)
+{
+	config->settings.failsafe_pwm[HOTEND_PWM] = 1;
+	config->settings.failsafe_outputs[BED_PIN / 8] = 1u << BED_PIN % 8;
+}
+
+static void have_another_one_on(struct device_config *config)
+{
+	config->settings.failsafe_pwm[FAN_PWM] = 100;
+	config->settings.failsafe_outputs[LAMP / 8] = 1u << LAMP % 8;
+}
+
+static void do_without(struct device_config *config)
+{
+	switch_it_off(config);
+	config->heater[HOTEND].without_failsafe = config->heater[BED].without_failsafe = true;
+}
+
+static void no_output_is_used_that_the_device_would_leave_on(void **state)
+{
+	(void)state;
+	try_failsafe(change_nothing, true);
+	try_failsafe(switch_it_off, false);
+	try_failsafe(leave_outputs_out, false);
+	try_failsafe(have_them_on, false);
+	try_failsafe(have_another_one_on, true);
+	try_failsafe(do_without, true);
+}
+
+static void nobody_else_commands_their_outputs(void **state)
+{
+	(void)state;
+	world_output(&world, BED_PIN, true);
+	world_output(&world, LAMP, true);
+	world.command.pwm_enable = 1u << HOTEND_PWM | 1u << FAN_PWM;
+	world.command.pwm_duty[HOTEND_PWM] = PERIOD;
+	world.command.pwm_duty[FAN_PWM] = PERIOD / 2;
+	heat_expect_off(0);
+	assert_true(world_latch(&world, LAMP));
+	assert_int_equal(world.rig.device.config.pwm.duty[FAN_PWM], PERIOD / 2);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_PWM_HEATER);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, HOTEND_PWM);
+	assert_int_equal(world.state.digital_out_owned[BED_PIN / 8] >> BED_PIN % 8 & 1, 0);
+	assert_int_equal(world.state.digital_out_owned[LAMP / 8] >> LAMP % 8 & 1, 1);
+	/* nor does the loss of machine-on hold them off */
+	world.command.pwm_enable = 1u << FAN_PWM;
+	heat_command(HOTEND, 100);
+	heat_run(500 * MS);
+	assert_true(heat_power(HOTEND) > 0);
+	assert_int_equal(world.rig.device.config.pwm.duty[FAN_PWM], PERIOD / 2);
+}
+
+static void channels_that_nobody_commands_stay_as_they_are(void **state)
+{
+	(void)state;
+	heat_prepare(state);
+	world.rig.device.config.pwm.enabled = 1u << FAN_PWM;
+	world.rig.device.config.pwm.period = PERIOD;
+	world.rig.device.config.pwm.duty[FAN_PWM] = 777;
+	world.config.resume_auto = false;
+	world.config.resume_parts = DEVICE_RESUME_PWM;
+	heat_start();
+	heat_command(HOTEND, 100);
+	heat_run(2 * SECOND);
+	assert_true(heat_power(HOTEND) > 0);
+	assert_int_equal(world.rig.device.config.pwm.duty[FAN_PWM], 777);
+	assert_true(world.rig.device.config.pwm.enabled >> FAN_PWM & 1);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(another_commander_has_to_switch_them_off_first, heat_begin),
+		cmocka_unit_test(a_commander_that_changes_the_device_under_them_switches_them_off),
+		cmocka_unit_test(another_period_is_no_other_power),
+		cmocka_unit_test(no_output_is_used_that_the_device_would_leave_on),
+		cmocka_unit_test_setup(nobody_else_commands_their_outputs, heat_begin),
+		cmocka_unit_test(channels_that_nobody_commands_stay_as_they_are),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
