@@ -557,12 +557,14 @@ void one_shot_outcome(struct device *device, uint32_t id, uint8_t operation,
 struct operation {
 	/* Valid and permitted now? */
 	bool (*allowed)(const struct device *device, const struct pokeys_one_shot *shot);
-	/* Send the request of one_shots.step; false = not now. NULL: done without any. */
+	/* Send the request of one_shots.step; false = not now. NULL: nothing is sent. */
 	bool (*send)(struct device *device);
 	/* It was answered: one_shot_end(), or a further step. */
 	void (*answered)(struct device *device, const mailbox_entry_t *entry);
 	/* It acted or not, nobody knows: one_shot_end(), or a step that reads back. */
 	void (*unknown)(struct device *device);
+	/* Done here and now, with nothing to send; false = refused. */
+	bool (*act)(struct device *device, const struct pokeys_one_shot *shot);
 };
 
 /* NULL for an operation that does not exist or is not offered. */

@@ -112,7 +112,8 @@ static void begin(struct device *device, const struct pokeys_one_shot *shot)
 	if (operation->send)
 		shots->phase = ONE_SHOT_NEXT;
 	else
-		one_shot_end(device, POKEYS_OUTCOME_DONE);
+		one_shot_end(device, !operation->act || operation->act(device, shot) ?
+				     POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_REFUSED);
 }
 
 static void take_next(struct device *device, const struct pokeys_command *command)

@@ -258,20 +258,24 @@ const struct operation *operation_find(uint8_t operation)
 {
 	static const struct operation nop;
 	static const struct operation set_position = {
-		position_allowed, position_send, position_answered, next_step
+		.allowed = position_allowed, .send = position_send,
+		.answered = position_answered, .unknown = next_step,
 	};
 	static const struct operation clear_fault = {
-		has_engine, clear_send, clear_answered, next_step
+		.allowed = has_engine, .send = clear_send, .answered = clear_answered,
+		.unknown = next_step,
 	};
 	static const struct operation reset_counters = {
-		counters_allowed, counters_send, simply_done, NULL
+		.allowed = counters_allowed, .send = counters_send, .answered = simply_done,
 	};
 	static const struct operation save_config = {
-		save_allowed, save_send, save_answered, NULL
+		.allowed = save_allowed, .send = save_send, .answered = save_answered,
 	};
-	static const struct operation set_rtc = { clock_allowed, clock_send, simply_done, NULL };
+	static const struct operation set_rtc = {
+		.allowed = clock_allowed, .send = clock_send, .answered = simply_done,
+	};
 	static const struct operation reboot = {
-		machine_off, reboot_send, reboot_answered, NULL
+		.allowed = machine_off, .send = reboot_send, .answered = reboot_answered,
 	};
 	static const struct operation *const offered[] = {
 		[POKEYS_ONE_SHOT_NOP] = &nop,

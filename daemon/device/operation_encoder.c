@@ -135,7 +135,8 @@ static void set_unknown(struct device *device)
 }
 
 const struct operation operation_set_encoder = {
-	set_allowed, set_send, set_answered, set_unknown
+	.allowed = set_allowed, .send = set_send, .answered = set_answered,
+	.unknown = set_unknown,
 };
 
 /* Arm index. */
@@ -197,7 +198,9 @@ static void arm_answered(struct device *device, const mailbox_entry_t *entry)
 	one_shot_end(device, POKEYS_OUTCOME_DONE);
 }
 
-const struct operation operation_arm_index = { arm_allowed, arm_send, arm_answered, NULL };
+const struct operation operation_arm_index = {
+	.allowed = arm_allowed, .send = arm_send, .answered = arm_answered,
+};
 
 /* Much nearer to zero than any motion explains. */
 static bool jumped(const struct encoder *encoder, int32_t count, uint64_t t_ns)

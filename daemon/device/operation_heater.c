@@ -1,33 +1,23 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * One-shots of heaters. Nothing goes to the device, so they are done or refused at once.
+ * One-shots of heaters. Nothing goes to the device, so they are done or refused at once, also
+ * while the device does not answer or has no place for another request.
  */
 
 #include <math.h>
 #include "daemon/device/internal.h"
 
-static bool reset_send(struct device *device)
+static bool reset(struct device *device, const struct pokeys_one_shot *shot)
 {
-	const bool done = heating_reset(device, device->one_shots.now.index);
-
-	one_shot_end(device, done ? POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_REFUSED);
-	return false;
+	return heating_reset(device, shot->index);
 }
 
-static bool tune_allowed(const struct device *device, const struct pokeys_one_shot *shot)
+static bool tune(struct device *device, const struct pokeys_one_shot *shot)
 {
-	(void)device;
-	return isfinite(shot->parameter[0]) && shot->parameter[0] >= 0;
+	const float target = shot->parameter[0];
+
+	return isfinite(target) && target >= 0 && heating_tune(device, shot->index, (double)target);
 }
 
-static bool tune_send(struct device *device)
-{
-	const struct pokeys_one_shot *shot = &device->one_shots.now;
-	const bool done = heating_tune(device, shot->index, (double)shot->parameter[0]);
-
-	one_shot_end(device, done ? POKEYS_OUTCOME_DONE : POKEYS_OUTCOME_REFUSED);
-	return false;
-}
-
-const struct operation operation_heater_reset = { NULL, reset_send, NULL, NULL };
-const struct operation operation_heater_tune = { tune_allowed, tune_send, NULL, NULL };
+const struct operation operation_heater_reset = { .act = reset };
+const struct operation operation_heater_tune = { .act = tune };

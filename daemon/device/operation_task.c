@@ -118,10 +118,16 @@ static bool jog_end_send(struct device *device)
 	return false;
 }
 
-const struct operation operation_home = { homing_allowed, home_send, NULL, NULL };
-const struct operation operation_home_cancel = { has_engine, home_cancel_send, NULL, NULL };
-const struct operation operation_home_finish = { finish_allowed, home_finish_send, NULL, NULL };
-const struct operation operation_probe = { probing_allowed, probe_send, NULL, NULL };
-const struct operation operation_probe_finish = { has_engine, probe_finish_send, NULL, NULL };
-const struct operation operation_jog = { jogging_allowed, jog_send, NULL, NULL };
-const struct operation operation_jog_end = { has_engine, jog_end_send, NULL, NULL };
+const struct operation operation_home = { .allowed = homing_allowed, .send = home_send };
+const struct operation operation_home_cancel = {
+	.allowed = has_engine, .send = home_cancel_send,
+};
+const struct operation operation_home_finish = {
+	.allowed = finish_allowed, .send = home_finish_send,
+};
+const struct operation operation_probe = { .allowed = probing_allowed, .send = probe_send };
+const struct operation operation_probe_finish = {
+	.allowed = has_engine, .send = probe_finish_send,
+};
+const struct operation operation_jog = { .allowed = jogging_allowed, .send = jog_send };
+const struct operation operation_jog_end = { .allowed = has_engine, .send = jog_end_send };

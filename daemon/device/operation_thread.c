@@ -126,7 +126,7 @@ static bool cancel_shot_send(struct device *device)
 	return false;
 }
 
-const struct operation operation_thread_begin = { NULL, prepare_send, NULL, NULL };
-const struct operation operation_thread_arm = { NULL, arm_shot_send, NULL, NULL };
-const struct operation operation_thread_release = { NULL, release_shot_send, NULL, NULL };
-const struct operation operation_thread_cancel = { NULL, cancel_shot_send, NULL, NULL };
+const struct operation operation_thread_begin = { .send = prepare_send };
+const struct operation operation_thread_arm = { .send = arm_shot_send };
+const struct operation operation_thread_release = { .send = release_shot_send };
+const struct operation operation_thread_cancel = { .send = cancel_shot_send };

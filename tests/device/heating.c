@@ -54,6 +54,28 @@ static void a_target_out_of_range_is_refused_and_the_old_one_stays(void **state)
 	assert_true(heat_power(HOTEND) <= 0 && heat_shown(HOTEND)->target == 0);
 }
 
+/* Nothing has to be sent for it. */
+static void a_reset_does_not_wait_for_the_device(void **state)
+{
+	uint64_t begun;
+
+	(void)state;
+	heat_up();
+	sim_heat_break(&heat[HOTEND], SIM_HEAT_OPEN);
+	heat_run(120 * MS);
+	sim_heat_break(&heat[HOTEND], SIM_HEAT_GOOD);
+	heat_command(HOTEND, 0);
+	heat_run(300 * MS);
+	heat_expect_fault(HOTEND, POKEYS_HEATER_OPEN);
+	sim_rig_silence(&world.rig, world.now, 200 * MS);
+	heat_run(100 * MS);
+	begun = world.now;
+	assert_int_equal(heat_reset(HOTEND), POKEYS_OUTCOME_DONE);
+	assert_true(world.now - begun < 20 * MS);
+	heat_run(20 * MS);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_OFF);
+}
+
 static void a_broken_sensor_is_a_fault_until_it_is_reset(void **state)
 {
 	(void)state;
@@ -319,6 +341,7 @@ int main(void)
 		cmocka_unit_test_setup(they_reach_their_targets_and_say_so, heat_begin),
 		cmocka_unit_test_setup(a_target_out_of_range_is_refused_and_the_old_one_stays,
 				       heat_begin),
+		cmocka_unit_test_setup(a_reset_does_not_wait_for_the_device, heat_begin),
 		cmocka_unit_test_setup(a_broken_sensor_is_a_fault_until_it_is_reset, heat_begin),
 		cmocka_unit_test_setup(a_lost_device_switches_them_off_itself_and_they_stay_off,
 				       heat_begin),
