@@ -191,6 +191,36 @@ static void a_pin_that_is_not_linked_has_its_turn(void **state)
 	assert_true(periods <= BINDING_TURNS);
 }
 
+static unsigned int pulses;
+
+/* Pressed and released within two periods, by a script: the pin is not linked. */
+static void pulse(const struct table_row *row, size_t offset, size_t pin)
+{
+	const bool *member = (const bool *)((const unsigned char *)&values + offset);
+
+	if (row->direction != TABLE_IN || row->type != TABLE_BIT ||
+	    !strstr(row->help, "rising edge"))
+		return;
+	pulses++;
+	for (unsigned int i = 0; i < 2 * BINDING_TURNS; i++) {
+		storage[pin] = i % 2;
+		binding_gather(&binding, row->when);
+		if (*member != i % 2)
+			fail_msg("%s was not read in period %u", row->name, i);
+	}
+}
+
+static void a_short_pulse_is_seen(void **state)
+{
+	(void)state;
+	binding_exported(&binding);
+	for (unsigned int when = 0; when < TABLE_WHENS; when++)
+		binding_gather(&binding, (enum table_when)when);
+	pulses = 0;
+	each_pin(pulse);
+	assert_true(pulses > 20);
+}
+
 static void a_pin_linked_to_a_used_signal_is_written_though_nothing_changed(void **state)
 {
 	(void)state;
@@ -344,6 +374,7 @@ int main(void)
 		cmocka_unit_test(in_pins_fill_their_member),
 		cmocka_unit_test_setup(a_pin_that_is_linked_is_read_in_each_period, bind_all),
 		cmocka_unit_test_setup(a_pin_that_is_not_linked_has_its_turn, bind_all),
+		cmocka_unit_test_setup(a_short_pulse_is_seen, bind_all),
 		cmocka_unit_test_setup(
 			a_pin_linked_to_a_used_signal_is_written_though_nothing_changed, bind_all),
 		cmocka_unit_test_setup(of_two_in_pins_the_one_that_changed_counts, bind_all),
