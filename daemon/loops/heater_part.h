@@ -5,15 +5,8 @@
 #ifndef LOOPS_HEATER_PART_H
 #define LOOPS_HEATER_PART_H
 
+#include "daemon/loops/duration.h"
 #include "daemon/loops/heater.h"
-
-#define SECOND 1e9	/* ns */
-
-/* How long ago something was; 0 if that is still to come: it was measured a moment after `now`. */
-static inline uint64_t since(uint64_t then_ns, uint64_t now_ns)
-{
-	return now_ns > then_ns ? now_ns - then_ns : 0;
-}
 
 /* Take the samples of this period: the temperature, and what is wrong with it now. */
 enum heater_fault measure(struct heater *heater, uint64_t now_ns);

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * From an output of -1 to 1 to the wires of a motor's amplifier. Pure; realtime.
+ */
+#ifndef LOOPS_DRIVE_H
+#define LOOPS_DRIVE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum drive_kind {
+	DRIVE_SIGN,		/* a PWM, and a direction */
+	DRIVE_ANTIPHASE,	/* a PWM whose middle is standstill; needs an enable wire */
+	DRIVE_TWO_PWM,		/* a PWM for each direction */
+};
+
+struct drive_config {
+	enum drive_kind kind;
+	/* SIGN: the PWM has to be 0 so long before and after the direction changes. */
+	uint64_t dwell_ns;
+};
+
+struct drive {
+	uint64_t changed_ns;	/* of the direction; 0: never */
+	uint64_t quiet_ns;	/* since when the PWM is 0; 0: it is not */
+	bool reverse;
+};
+
+/* What goes to the amplifier. */
+struct drive_wires {
+	double duty[2];		/* of the PWMs, 0 to 1; the second one of TWO_PWM only */
+	bool reverse;		/* the direction */
+	bool enable;
+};
+
+/* One cycle. An axis that is not enabled has no output, whatever `output` is. */
+struct drive_wires drive_step(struct drive *drive, const struct drive_config *config,
+			      double output, bool enabled, uint64_t now_ns);
+
+#endif

@@ -1,0 +1,477 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Each fault of a servo against its limit: the output is 0 in the cycle that finds it, it stays
+ * so, and it is reset only when its cause is gone. And whatever comes in: an output only while
+ * nothing is wrong.
+ */
+#include "tests/loops/axis.h"
+
+#include <math.h>
+#include <string.h>
+#include "sim/prng.h"
+
+static struct axis axis;
+
+static int begin(void **state)
+{
+	(void)state;
+	axis_init(&axis, &axis_config, &sim_motor_small);
+	axis_enable(&axis);
+	return 0;
+}
+
+/* It moves at this speed, units/s. */
+static void cruise(double speed)
+{
+	for (int i = 0; i < 500; i++) {
+		axis.wish.velocity = speed * fmin(i / 200.0, 1);
+		axis.wish.position += axis.wish.velocity / 1000;
+		axis_step(&axis);
+	}
+	axis_expect_fault(&axis, SERVO_FINE);
+}
+
+/* ... and goes on, with what was broken, until that is found. */
+static double cruise_until_fault(double seconds)
+{
+	const double speed = axis.wish.velocity;
+
+	for (int i = 1; i <= seconds * 1000; i++) {
+		axis.wish.position += speed / 1000;
+		axis_step(&axis);
+		if (axis.servo.fault)
+			return i / 1000.0;
+	}
+	return -1;
+}
+
+/* It is found in the next cycle. */
+static void expect_at_once(enum servo_fault fault)
+{
+	axis_step(&axis);
+	axis_expect_fault(&axis, fault);
+	assert_true(axis.output == 0 && !axis.servo.enabled);
+}
+
+/* It stays off until its cause is gone, it is reset, and off was commanded. */
+static void expect_latched(void (*mend)(void))
+{
+	const enum servo_fault fault = axis.servo.fault;
+
+	axis.wish.enable = false;
+	axis_run(&axis, 0.01);
+	axis.wish.position = axis.servo.position;
+	axis.wish.enable = true;
+	axis_run(&axis, 0.01);
+	assert_true(axis.output == 0 && !axis.servo.enabled);
+	axis_expect_fault(&axis, fault);
+	if (mend) {
+		assert_false(servo_reset(&axis.servo));
+		mend();
+		axis_run(&axis, 0.2);
+	}
+	assert_true(axis.output == 0 && !axis.servo.enabled);
+	axis_expect_fault(&axis, fault);
+	assert_true(servo_reset(&axis.servo));
+	/* on is still commanded: that does not count */
+	axis_run(&axis, 0.1);
+	assert_true(axis.output == 0 && !axis.servo.enabled);
+	axis_enable(&axis);
+	axis_run(&axis, 0.2);
+	axis_expect_fault(&axis, SERVO_FINE);
+}
+
+static void device_back(void)
+{
+	axis.input.usable = true;
+}
+
+static void the_device_is_lost(void **state)
+{
+	(void)state;
+	cruise(100);
+	assert_true(axis.output > 0);
+	axis.input.usable = false;
+	expect_at_once(SERVO_DEVICE);
+	expect_latched(device_back);
+}
+
+static void readings_back(void)
+{
+	axis.silent = false;
+}
+
+static void readings_are_old(void **state)
+{
+	double took;
+
+	(void)state;
+	cruise(20);
+	axis.silent = true;
+	took = cruise_until_fault(1);
+	axis_expect_fault(&axis, SERVO_STALE);
+	/* 5 ms, of which a cycle was over when the last one was read */
+	assert_true(took > 0.003 && took < 0.0065);
+	assert_true(axis.output == 0);
+	expect_latched(readings_back);
+	/* one of the future is none */
+	axis.silent = true;
+	axis.count_ns = axis.now_ns + UINT64_C(1000000000);
+	expect_at_once(SERVO_STALE);
+	expect_latched(readings_back);
+	/* after one of a near future, those that follow are older: nothing new is known */
+	axis.silent = true;
+	axis.count_ns = axis.now_ns + 5 * AXIS_CYCLE_NS;
+	axis_step(&axis);
+	axis_expect_fault(&axis, SERVO_FINE);
+	for (int i = 0; i < 12; i++) {
+		axis.count_ns = axis.now_ns;
+		axis_step(&axis);
+	}
+	axis_expect_fault(&axis, SERVO_FINE);
+	assert_true(axis.servo.read_ns + 2 * AXIS_CYCLE_NS > axis.now_ns);
+}
+
+static void calm(void)
+{
+	axis.input.emergency = false;
+}
+
+static void an_emergency_stop(void **state)
+{
+	(void)state;
+	cruise(100);
+	axis.input.emergency = true;
+	expect_at_once(SERVO_EMERGENCY);
+	expect_latched(calm);
+	/* while it is off it is no fault, but it is not enabled */
+	axis.wish.enable = false;
+	axis_step(&axis);
+	axis.input.emergency = true;
+	axis_step(&axis);
+	axis_expect_fault(&axis, SERVO_FINE);
+	axis.wish.enable = true;
+	axis_step(&axis);
+	assert_false(axis.servo.enabled);
+	assert_int_equal(axis.servo.refusal, SERVO_NOT_READY);
+}
+
+static void the_encoder_jumps(void **state)
+{
+	(void)state;
+	assert_true(axis.servo.primed);
+	axis.wish.enable = false;
+	axis_step(&axis);
+	assert_true(servo_place(&axis.servo, 0, true));
+	axis_enable(&axis);
+	/* 800 mm/s are 320 counts in a cycle */
+	axis.motor.counted += 500;
+	axis_step(&axis);
+	expect_at_once(SERVO_JUMP);
+	assert_false(axis.servo.homed);
+	axis_step(&axis);
+	expect_latched(NULL);
+	/* after a lost reply there may be more of them: that is no jump */
+	cruise(100);
+	for (int i = 0; i < 100; i++) {
+		axis.silent = i % 10 > 6;
+		axis.wish.position += 0.1;
+		axis_step(&axis);
+	}
+	axis_expect_fault(&axis, SERVO_FINE);
+}
+
+static void the_command_is_no_number(void **state)
+{
+	(void)state;
+	for (int i = 0; i < 3; i++) {
+		const double bad[] = { NAN, INFINITY, -INFINITY };
+
+		axis.wish.position = bad[i];
+		expect_at_once(SERVO_ODD);
+		expect_latched(NULL);
+	}
+	/* a speed that is none is estimated; one that no axis has is a fault */
+	axis.wish.velocity = NAN;
+	axis_run(&axis, 0.1);
+	axis_expect_fault(&axis, SERVO_FINE);
+	for (int i = 0; i < 3; i++) {
+		const double bad[] = { INFINITY, -1e300, 801 };
+
+		axis.wish.velocity = bad[i];
+		expect_at_once(SERVO_ODD);
+		expect_latched(NULL);
+	}
+}
+
+static void it_cannot_follow(void **state)
+{
+	(void)state;
+	cruise(100);
+	/* held back by more than it can push */
+	axis.motor.torque = -2;
+	assert_true(cruise_until_fault(1) > 0);
+	axis_expect_fault(&axis, SERVO_FOLLOWING);
+	assert_true(axis.output == 0);
+	axis.motor.torque = 0;
+	axis_run(&axis, 0.5);
+	expect_latched(NULL);
+	/* the command jumps: found before it moves */
+	axis.wish.position += 3;
+	expect_at_once(SERVO_FOLLOWING);
+	assert_true(fabs(axis.motor.speed) < 1);
+}
+
+static void it_is_stalled(void **state)
+{
+	struct servo_config config = axis_config;
+	double took;
+
+	(void)state;
+	/* what is allowed to be far away is stalled for longer */
+	config.follow_least = config.follow_most = 20;
+	axis_init(&axis, &config, &sim_motor_small);
+	axis_enable(&axis);
+	cruise(50);
+	sim_motor_break(&axis.motor, SIM_MOTOR_STALLED);
+	axis.wish.position += 5;
+	took = axis_until_fault(&axis, 1);
+	axis_expect_fault(&axis, SERVO_STALLED);
+	assert_true(took > 0.19 && took < 0.22);
+	sim_motor_break(&axis.motor, SIM_MOTOR_GOOD);
+	expect_latched(NULL);
+	/* and one that has never moved */
+	sim_motor_break(&axis.motor, SIM_MOTOR_CUT);
+	axis_enable(&axis);
+	axis.wish.position += 5;
+	took = axis_until_fault(&axis, 1);
+	axis_expect_fault(&axis, SERVO_SILENT);
+	assert_true(took > 0.19 && took < 0.22);
+}
+
+static void the_encoder_falls_silent(void **state)
+{
+	const double before = axis.motor.angle;
+
+	(void)state;
+	sim_motor_break(&axis.motor, SIM_MOTOR_SILENT);
+	axis.wish.velocity = 20;
+	assert_true(cruise_until_fault(1) > 0);
+	axis_expect_fault(&axis, SERVO_FOLLOWING);
+	/* it cannot have gone far: the error grows as it is commanded */
+	assert_true(fabs(axis.motor.angle - before) * 5 / 6.28 < 15);
+}
+
+static void it_runs_away(void **state)
+{
+	struct servo_config config = axis_config;
+	double took;
+
+	(void)state;
+	config.follow_least = config.follow_most = 20;
+	axis_init(&axis, &config, &sim_motor_small);
+	axis_enable(&axis);
+	sim_motor_break(&axis.motor, SIM_MOTOR_REVERSED);
+	axis.wish.position += 0.3;
+	took = axis_until_fault(&axis, 1);
+	axis_expect_fault(&axis, SERVO_RUNAWAY);
+	assert_true(took < 0.05);
+	/* in the middle of a move as well */
+	sim_motor_break(&axis.motor, SIM_MOTOR_GOOD);
+	axis_run(&axis, 0.5);
+	expect_latched(NULL);
+	cruise(100);
+	sim_motor_break(&axis.motor, SIM_MOTOR_REVERSED);
+	assert_true(cruise_until_fault(0.1) > 0);
+	axis_expect_fault(&axis, SERVO_RUNAWAY);
+}
+
+/* It is enabled while it still turns. */
+static void a_coasting_axis_is_no_runaway(void **state)
+{
+	struct servo_config config = axis_config;
+
+	(void)state;
+	config.follow_least = config.follow_most = 20;
+	axis_init(&axis, &config, &sim_motor_small);
+	for (int i = 0; i < 20; i++) {
+		axis.motor.speed = 20.0 * i - 200;
+		axis_step(&axis);
+		axis_step(&axis);
+		axis.wish.enable = false;
+		axis_step(&axis);
+		axis.wish.enable = true;
+		axis.wish.position = axis.servo.position;
+		axis_run(&axis, 0.3);
+		axis_expect_fault(&axis, SERVO_FINE);
+	}
+}
+
+/* With full power to and fro, and pushed: what brakes is no runaway. */
+static void braking_is_no_runaway(void **state)
+{
+	struct servo_config config = axis_config;
+	struct sim_prng prng;
+
+	(void)state;
+	config.follow_least = config.follow_most = 100;
+	config.runaway_move = 0.05;
+	axis_init(&axis, &config, &sim_motor_small);
+	axis_enable(&axis);
+	sim_prng_init(&prng, 20055);
+	for (int i = 0; i < 200; i++) {
+		axis.wish.velocity = 0;
+		axis.wish.position = 80 * sim_prng_unit(&prng) - 40;
+		axis.motor.torque = 0.1 * sim_prng_unit(&prng) - 0.05;
+		axis_run(&axis, 0.02 + 0.3 * sim_prng_unit(&prng));
+		axis_expect_fault(&axis, SERVO_FINE);
+	}
+}
+
+static void beyond_a_soft_limit(void **state)
+{
+	struct servo_config config = axis_config;
+
+	(void)state;
+	config.least = -10;
+	config.most = 20;
+	axis_init(&axis, &config, &sim_motor_small);
+	axis_enable(&axis);
+	/* not homed: nobody knows where the limits are */
+	axis_move(&axis, 25, 50, 500);
+	axis_expect_fault(&axis, SERVO_FINE);
+	axis_run(&axis, 0.2);
+	axis.wish.enable = false;
+	axis_step(&axis);
+	assert_true(servo_place(&axis.servo, 25, true));
+	axis_enable(&axis);
+	/* from beyond it may return, but not go there again */
+	axis_move(&axis, 22, 20, 500);
+	axis_run(&axis, 0.1);
+	axis_expect_fault(&axis, SERVO_FINE);
+	axis.wish.position += 0.01;
+	expect_at_once(SERVO_SOFT_LIMIT);
+	expect_latched(NULL);
+	axis_move(&axis, 20, 20, 500);
+	axis_move(&axis, 19, 20, 500);
+	axis_move(&axis, 20, 20, 500);
+	axis_expect_fault(&axis, SERVO_FINE);
+	axis.wish.position = 20.001;
+	expect_at_once(SERVO_SOFT_LIMIT);
+	expect_latched(NULL);
+	axis_move(&axis, -10, 50, 500);
+	axis_expect_fault(&axis, SERVO_FINE);
+	axis.wish.position = -10.001;
+	expect_at_once(SERVO_SOFT_LIMIT);
+}
+
+static void at_a_limit_switch(void **state)
+{
+	(void)state;
+	for (int high = 0; high < 2; high++) {
+		const double outwards = high ? 1 : -1;
+		bool *at = high ? &axis.input.high : &axis.input.low;
+
+		axis_init(&axis, &axis_config, &sim_motor_small);
+		axis_enable(&axis);
+		cruise(50 * outwards);
+		*at = true;
+		expect_at_once(SERVO_SWITCH);
+		axis_run(&axis, 0.2);
+		/* from the switch it may go, but no further onto it; its contact bounces */
+		assert_true(servo_reset(&axis.servo));
+		axis_enable(&axis);
+		for (int i = 0; i < 20; i++) {
+			*at = i % 2;
+			axis_step(&axis);
+		}
+		axis_move(&axis, axis.servo.position - outwards, 20, 500);
+		axis_expect_fault(&axis, SERVO_FINE);
+		*at = false;
+		axis_run(&axis, 0.1);
+		*at = true;
+		expect_at_once(SERVO_SWITCH);
+		assert_true(servo_reset(&axis.servo));
+		axis_enable(&axis);
+		axis_move(&axis, axis.servo.position + 2 * outwards, 20, 500);
+		axis_expect_fault(&axis, SERVO_SWITCH);
+	}
+}
+
+static double any(struct sim_prng *prng)
+{
+	static const double odd[] = { NAN, INFINITY, -INFINITY, 1e300, -1e300, 0 };
+
+	if (sim_prng_unit(prng) < 0.02)
+		return odd[(unsigned int)(sim_prng_unit(prng) * 6)];
+	return 2 * sim_prng_unit(prng) - 1;
+}
+
+/* What is wrong in this cycle is wrong in its output. */
+static void an_output_only_while_nothing_is_wrong(void **state)
+{
+	struct sim_prng prng;
+	unsigned int enabled = 0, silent = 0, faults[SERVO_FAULTS] = { 0 };
+
+	(void)state;
+	axis_init(&axis, &axis_config, &sim_motor_small);
+	sim_prng_init(&prng, 20055);
+	for (int i = 0; i < 400000; i++) {
+		const double dice = sim_prng_unit(&prng);
+		const bool was_enabled = axis.servo.enabled;
+
+		axis.input.usable = dice > 0.001;
+		axis.input.emergency = dice > 0.001 && dice < 0.002;
+		axis.input.low = dice > 0.002 && dice < 0.003;
+		silent = dice > 0.003 && dice < 0.004 ? 10 : silent ? silent - 1 : 0;
+		axis.silent = silent;
+		axis.motor.counted += dice > 0.01 && dice < 0.0105 ? 1e4 * any(&prng) : 0;
+		if (isnan(axis.motor.counted) || fabs(axis.motor.counted) > 1e9)
+			axis.motor.counted = 0;
+		axis.motor.torque = 0.05 * sim_prng_unit(&prng);
+		axis.wish.alive = !(dice > 0.011 && dice < 0.012);
+		axis.wish.enable = !(dice > 0.012 && dice < 0.05);
+		if (!axis.wish.enable || !isfinite(axis.wish.position) ||
+		    fabs(axis.wish.position) > 1e9)
+			axis.wish.position = axis.servo.position;
+		axis.wish.position += 0.05 * any(&prng);
+		axis.wish.velocity = 10 * any(&prng);
+		if (dice > 0.99)
+			servo_reset(&axis.servo);
+		axis_step(&axis);
+		assert_true(fabs(axis.output) <= 1);
+		if (axis.servo.fault || axis.servo.condition || !axis.wish.enable ||
+		    !axis.wish.alive || !axis.input.usable || axis.input.emergency ||
+		    !isfinite(axis.wish.position))
+			assert_true(axis.output == 0 && !axis.servo.enabled);
+		enabled += axis.servo.enabled;
+		faults[axis.servo.fault] += was_enabled && !axis.servo.enabled;
+	}
+	assert_true(enabled > 20000);
+	for (int i = SERVO_DEVICE; i <= SERVO_FOLLOWING; i++) {
+		if (!faults[i])
+			fail_msg("fault %d did not occur", i);
+	}
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(the_device_is_lost, begin),
+		cmocka_unit_test_setup(readings_are_old, begin),
+		cmocka_unit_test_setup(an_emergency_stop, begin),
+		cmocka_unit_test_setup(the_encoder_jumps, begin),
+		cmocka_unit_test_setup(the_command_is_no_number, begin),
+		cmocka_unit_test_setup(it_cannot_follow, begin),
+		cmocka_unit_test(it_is_stalled),
+		cmocka_unit_test_setup(the_encoder_falls_silent, begin),
+		cmocka_unit_test(it_runs_away),
+		cmocka_unit_test(a_coasting_axis_is_no_runaway),
+		cmocka_unit_test(braking_is_no_runaway),
+		cmocka_unit_test(beyond_a_soft_limit),
+		cmocka_unit_test(at_a_limit_switch),
+		cmocka_unit_test(an_output_only_while_nothing_is_wrong),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
