@@ -140,13 +140,35 @@ static void judge_other_keys(struct config_file *file, uint32_t heater)
 				   raw->least_s, raw->window_s);
 }
 
+/* Of the keys that a complaint names, the first one that the section has. */
+static const char *given_key(const struct config_file *file, uint32_t heater, const char *text)
+{
+	static const char letters[] = "abcdefghijklmnopqrstuvwxyz0123456789-";
+	char word[40], why[200];
+	const struct config_key *key;
+	uint32_t index;
+
+	for (; *text; text += strcspn(text, " ") + (text[strcspn(text, " ")] == ' ')) {
+		const size_t length = strspn(text, letters);
+
+		if (length >= sizeof(word))
+			continue;
+		memcpy(word, text, length);
+		word[length] = '\0';
+		key = config_find(CONFIG_HEATER, word, &index, why, sizeof(why));
+		if (key && is_given(file, heater, key->name))
+			return key->name;
+	}
+	return "max-temperature";
+}
+
 /* heater_init() is called only if the section has no other faults: its message would mislead. */
 static void judge_heater(struct config_file *file, uint32_t heater)
 {
 	struct config_raw_heater *raw = &file->heater[heater];
 	const int faults = file->faults;
 	struct heater trial;
-	const char *wrong, *key = "max-temperature";
+	const char *wrong, *key;
 
 	judge_given(file, heater);
 	judge_sensor_keys(file, heater);
@@ -158,10 +180,12 @@ static void judge_heater(struct config_file *file, uint32_t heater)
 		if (file->heater_lines[heater].faulty[i])
 			return;
 	wrong = sensor_init(&trial.sensor, &raw->out.heater.sensor);
-	if (wrong)
+	if (wrong) {
 		key = is_given(file, heater, "sensor-points") ? "sensor-points" : "sensor";
-	else
+	} else {
 		wrong = heater_init(&trial, &raw->out.heater);
+		key = wrong ? given_key(file, heater, wrong) : NULL;
+	}
 	if (wrong)
 		judge_heater_fault(file, heater, key, "%s", wrong);
 }

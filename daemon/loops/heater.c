@@ -44,7 +44,7 @@ static const char *judge_gains(const struct pid_gains *gains, enum heater_law la
 {
 	if (!is_gain(gains->p) || !is_gain(gains->i) || !is_gain(gains->d) ||
 	    !is_gain(gains->smooth))
-		return "gains have to be numbers from 0 to 1000";
+		return "pid-p, pid-i, pid-d and pid-smooth-s have to be numbers from 0 to 1000";
 	if (law == HEATER_PID && gains->p == 0 && gains->i == 0)
 		return "pid-p and pid-i are both 0: the heater would never have power";
 	return NULL;
@@ -55,7 +55,7 @@ static const char *judge_times(const struct heater_config *config)
 	if (config->window_ns < HEATER_PERIOD_NS || config->window_ns > WINDOW_MOST_NS)
 		return "watch-window-s has to be 0.1 to 600";
 	if (config->stale_ns < HEATER_PERIOD_NS || config->stale_ns > STALE_MOST_NS)
-		return "readings are old after 0.1 to 2 s";
+		return "max-age-ms has to be 100 to 2000";
 	if (config->lease_ns < HEATER_PERIOD_NS)
 		return "hold-s has to be at least 0.1";
 	return NULL;
@@ -89,9 +89,9 @@ static const char *judge_range(const struct heater *heater)
 
 	sensor_range(&heater->sensor, &coldest, &hottest);
 	if (!(hottest > heater->config.most))
-		return "the sensor cannot measure temperatures above max-temperature";
+		return "max-temperature is above what the sensor can measure";
 	if (!(coldest < heater->config.least))
-		return "the sensor cannot measure temperatures below min-temperature";
+		return "min-temperature is below what the sensor can measure";
 	return NULL;
 }
 

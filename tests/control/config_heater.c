@@ -199,13 +199,16 @@ static void limits_that_cross_and_curves_that_turn_are_faults(void **state)
 {
 	(void)state;
 	assert_fault(GOOD BED "min-temperature = 120\n",
-		     "f:8: [heater bed]: min-temperature has to be below max-temperature");
+		     "f:9: [heater bed]: min-temperature has to be below max-temperature");
 	assert_fault(GOOD BED "max-target = 118\n",
-		     "f:8: [heater bed]: max-target has to be above 0, and at least watch-slack "
+		     "f:9: [heater bed]: max-target has to be above 0, and at least watch-slack "
 		     "below max-temperature (auto: 15 K below)");
 	assert_fault(GOOD BED "pid-p = 0\npid-i = 0\n",
-		     "f:8: [heater bed]: pid-p and pid-i are both 0: the heater would never have "
+		     "f:9: [heater bed]: pid-p and pid-i are both 0: the heater would never have "
 		     "power");
+	/* the line of a key that the file has */
+	assert_fault(GOOD BED "pid-d = 0\nmin-temperature = -200\n",
+		     "f:10: [heater bed]: min-temperature is below what the sensor can measure");
 	assert_fault(GOOD "[heater x]\nsensor-pin = 43\nsensor = table\npwm = 0\n"
 		     "max-temperature = 99\nsensor-points = 0:100, 50:200, 40:300\n",
 		     "f:9: [heater x]: the temperatures of the table have to rise, or to fall");

@@ -380,9 +380,9 @@ static void configurations_are_judged(void **state)
 	REFUSES(target_most, 0, "max-target");
 	REFUSES(target_most, 277, "max-target");
 	REFUSES(target_most, NAN, "max-target");
-	REFUSES(gains.p, -1, "gains");
-	REFUSES(gains.i, 1e9, "gains");
-	REFUSES(gains.d, NAN, "gains");
+	REFUSES(gains.p, -1, "pid-p");
+	REFUSES(gains.i, 1e9, "pid-i");
+	REFUSES(gains.d, NAN, "pid-d");
 	REFUSES(hysteresis, 0, "hysteresis");
 	REFUSES(hysteresis, 4, "hysteresis");
 	REFUSES(hysteresis, NAN, "hysteresis");
@@ -398,14 +398,14 @@ static void configurations_are_judged(void **state)
 	REFUSES(rise, 0.1, "rise");
 	REFUSES(window_ns, 1, "window");
 	REFUSES(window_ns, UINT64_MAX, "window");
-	REFUSES(stale_ns, 0, "old");
-	REFUSES(stale_ns, UINT64_MAX, "old");
+	REFUSES(stale_ns, 0, "max-age-ms");
+	REFUSES(stale_ns, UINT64_MAX, "max-age-ms");
 	REFUSES(lease_ns, 0, "hold-s");
 	REFUSES(sensor.pull_up, 0, "pull-up");
 	/* what it cannot read it cannot judge */
-	REFUSES(sensor, table, "above max-temperature");
-	REFUSES(most, 100000, "above max-temperature");
-	REFUSES(least, -200, "below min-temperature");
+	REFUSES(sensor, table, "max-temperature is above");
+	REFUSES(most, 100000, "max-temperature is above");
+	REFUSES(least, -200, "min-temperature is below");
 	config = heater_usual;
 	config.gains.p = config.gains.i = 0;
 	assert_non_null(heater_init(&heater, &config));
