@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * Torque by current, current by voltage less what the turning motor makes itself. The winding's
- * inductance is left out: it is over within a tenth of the shortest time that a controller sees.
+ * inductance is left out, which delays the current of a real motor by 0.5 to 2 ms: real loops have
+ * less margin than this one. An output of 0 brakes, as with an amplifier that shorts the winding.
+ * What pushes from outside pushes the shaft.
  *
  * Dry friction holds a shaft that stands, until it is pushed harder.
  */

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * PWM and direction go to the device by different requests, so one arrives before the other. If
- * the direction changed while the PWM is on, the motor would get the full voltage the wrong way
- * for that time. So the PWM is 0 for the dwell before and after.
+ * PWM and direction go to the device by different requests, so one arrives before the other, or is
+ * lost and sent again. If the direction changed while the PWM is on, the motor would get the full
+ * voltage the wrong way for that time. So the PWM is 0 before and after, and time counts only from
+ * the device's acknowledgement. The first direction is a change as well: nobody knows what the wire
+ * was before.
  */
 
 #include "daemon/loops/drive.h"
@@ -11,25 +13,45 @@
 
 #include "daemon/loops/duration.h"
 
-/* The duty of SIGN: 0 while the direction is not right, or has just changed. */
+/* The device has had it for the dwell, and a cycle at least. */
+static bool dwelt(struct drive *drive, const struct drive_config *config, bool settled,
+		  uint64_t now_ns)
+{
+	if (!settled)
+		drive->since_ns = 0;
+	else if (!drive->since_ns)
+		drive->since_ns = now_ns;
+	return drive->since_ns && now_ns > drive->since_ns &&
+	       since(drive->since_ns, now_ns) >= config->dwell_ns;
+}
+
+/* The duty of SIGN. */
 static double signed_duty(struct drive *drive, const struct drive_config *config, double output,
-			  uint64_t now_ns)
+			  bool settled, uint64_t now_ns)
 {
 	const bool reverse = output < 0;
 
-	if (output != 0 && reverse != drive->reverse && drive->quiet_ns &&
-	    since(drive->quiet_ns, now_ns) >= config->dwell_ns) {
-		drive->reverse = reverse;
-		drive->changed_ns = now_ns;
+	if (drive->known && (output == 0 || reverse == drive->reverse))
+		return fabs(output);
+	if (drive->known) {
+		*drive = (struct drive){ .reverse = drive->reverse };
+		return 0;	/* what is settled is still the PWM of before */
 	}
-	if (reverse != drive->reverse ||
-	    (drive->changed_ns && since(drive->changed_ns, now_ns) < config->dwell_ns))
+	if (!dwelt(drive, config, settled, now_ns))
 		return 0;
-	return fabs(output);
+	drive->since_ns = 0;
+	if (drive->turned && reverse == drive->reverse) {
+		drive->turned = false;
+		drive->known = true;
+		return fabs(output);
+	}
+	drive->turned = true;
+	drive->reverse = reverse;
+	return 0;
 }
 
 struct drive_wires drive_step(struct drive *drive, const struct drive_config *config,
-			      double output, bool enabled, uint64_t now_ns)
+			      double output, bool enabled, bool settled, uint64_t now_ns)
 {
 	struct drive_wires wires = { .enable = enabled };
 
@@ -37,11 +59,7 @@ struct drive_wires drive_step(struct drive *drive, const struct drive_config *co
 	output = enabled && isfinite(output) ? fmax(fmin(output, 1), -1) : 0;
 	switch (config->kind) {
 	case DRIVE_SIGN:
-		wires.duty[0] = signed_duty(drive, config, output, now_ns);
-		if (wires.duty[0] > 0)
-			drive->quiet_ns = 0;
-		else if (!drive->quiet_ns)
-			drive->quiet_ns = now_ns;
+		wires.duty[0] = signed_duty(drive, config, output, settled, now_ns);
 		wires.reverse = drive->reverse;
 		break;
 	case DRIVE_ANTIPHASE:

@@ -16,14 +16,19 @@ enum drive_kind {
 
 struct drive_config {
 	enum drive_kind kind;
-	/* SIGN: the PWM has to be 0 so long before and after the direction changes. */
+	/*
+	 * SIGN: the PWM is 0 so long before and after the direction changes, from when the device
+	 * has acknowledged that; a cycle at least.
+	 */
 	uint64_t dwell_ns;
 };
 
+/* It begins with zeros. The direction of before is not known then. */
 struct drive {
-	uint64_t changed_ns;	/* of the direction; 0: never */
-	uint64_t quiet_ns;	/* since when the PWM is 0; 0: it is not */
+	bool known;		/* the direction was set, and has been for the dwell */
+	bool turned;		/* it was set, and the dwell after that is not over */
 	bool reverse;
+	uint64_t since_ns;	/* the device has had the PWM off, or the direction; 0: not yet */
 };
 
 /* What goes to the amplifier. */
@@ -33,8 +38,11 @@ struct drive_wires {
 	bool enable;
 };
 
-/* One cycle. An axis that is not enabled has no output, whatever `output` is. */
+/*
+ * One cycle. An axis that is not enabled has no output, whatever `output` is. `settled`: the device
+ * has acknowledged what the last cycle had on the wires.
+ */
 struct drive_wires drive_step(struct drive *drive, const struct drive_config *config,
-			      double output, bool enabled, uint64_t now_ns);
+			      double output, bool enabled, bool settled, uint64_t now_ns);
 
 #endif

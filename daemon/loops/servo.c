@@ -20,15 +20,20 @@
 
 #define GAIN_MOST 1e6
 #define STALE_MOST_NS UINT64_C(100000000)
-#define STALL_MOST_NS UINT64_C(10000000000)
-#define LONGEST 0.1		/* no step integrates more than this, seconds */
+#define COUNTS_MOST 1e8		/* a second: what no encoder has */
+#define PLACE_MOST 1125899906842624.0	/* counts; a double has room for parts of one */
+#define WAY_LEAST 4		/* counts: less is noise */
+#define STALL_MOST 10.0		/* seconds */
+#define BRIDGE_S 0.1		/* time constant, from old gains to new ones */
+#define LONGEST_NS UINT64_C(100000000)	/* between two commanded positions of one motion */
 
 const struct servo_config servo_usual = {
 	.scale = 1000, .least = -INFINITY, .most = INFINITY, .speed_most = 100,
 	.speed_jump = 500, .gains = { .p = 1, .d = 0.01 }, .integral_most = 0.5, .output_most = 1,
 	.smooth = 0.002, .follow_least = 0.5, .follow_most = 2,
-	.stall_output = 0.9, .stall_move = 0.1, .stall_ns = UINT64_C(300000000),
-	.runaway_output = 0.1, .runaway_move = 0.2, .stale_ns = UINT64_C(5000000),
+	.stall_output = 0.9, .stall_move = 0.1, .stall_s = 0.3,
+	.silent_output = 0.2, .silent_s = 0.02,
+	.runaway_output = 0.1, .runaway_move = 0.2, .stale_ns = UINT64_C(10000000),
 };
 
 static bool is_gain(double value)
@@ -52,26 +57,35 @@ static bool is_part(double value)
 	return value > 0 && value <= 1;
 }
 
-static bool is_way(double value)
+static bool is_above(double value)
 {
 	return value > 0 && isfinite(value);
 }
 
-static const char *judge_watch(const struct servo_config *config)
+/* Far enough that counts tell it. */
+static bool is_way(const struct servo_config *config, double value)
 {
-	if (!is_way(config->follow_least) || !is_way(config->follow_most) ||
+	return isfinite(value) && value * fabs(config->scale) >= WAY_LEAST;
+}
+
+static const char *judge_motion(const struct servo_config *config)
+{
+	if (!is_way(config, config->follow_least) || !isfinite(config->follow_most) ||
 	    config->follow_most < config->follow_least)
-		return "min-following-error has to be above 0, max-following-error at least that";
-	if (!is_part(config->stall_output) || !is_way(config->stall_move) || !config->stall_ns ||
-	    config->stall_ns > STALL_MOST_NS)
-		return "stall-output has to be above 0 and at most 1, stall-distance above 0, "
-		       "stall-s above 0 and at most 10";
+		return "min-following-error has to be 4 counts or more, and max-following-error "
+		       "at least that";
+	if (!is_part(config->stall_output) || !is_way(config, config->stall_move) ||
+	    !(config->stall_s > 0 && config->stall_s <= STALL_MOST))
+		return "stall-output has to be above 0 and at most 1, stall-distance 4 counts or "
+		       "more, stall-s above 0 and at most 10";
 	if (config->stall_output > config->output_most)
 		return "stall-output is above max-output: it would never be reached";
+	if (!is_part(config->silent_output) || !is_part(config->silent_s))
+		return "silent-output and silent-s have to be above 0 and at most 1";
 	if (!(config->runaway_output >= 0 && config->runaway_output < config->output_most) ||
-	    !is_way(config->runaway_move))
-		return "runaway-output has to be 0 or more and below max-output, "
-		       "runaway-distance above 0";
+	    !is_way(config, config->runaway_move))
+		return "runaway-output has to be 0 or more and below max-output, and "
+		       "runaway-distance 4 counts or more";
 	if (!config->stale_ns || config->stale_ns > STALE_MOST_NS)
 		return "max-age-ms has to be above 0 and at most 100";
 	return NULL;
@@ -79,13 +93,15 @@ static const char *judge_watch(const struct servo_config *config)
 
 static const char *judge(const struct servo_config *config)
 {
-	if (!isfinite(config->scale) || config->scale == 0)
+	if (!isnormal(config->scale))
 		return "counts-per-unit has to be a number other than 0";
 	if (!(config->least < config->most))
 		return "min-position has to be below max-position";
-	if (!is_way(config->speed_most) || !is_way(config->speed_jump) ||
+	if (!is_above(config->speed_most) || !is_above(config->speed_jump) ||
 	    config->speed_jump <= config->speed_most)
-		return "max-speed has to be above 0, impossible-speed above max-speed";
+		return "max-speed has to be above 0, and impossible-speed above max-speed";
+	if (!(config->speed_jump * fabs(config->scale) <= COUNTS_MOST))
+		return "impossible-speed is more than 100000000 counts a second";
 	if (!(config->deadband >= 0 && config->deadband < config->follow_least))
 		return "deadband has to be 0 or more, and below min-following-error";
 	if (!is_part(config->output_most))
@@ -94,7 +110,7 @@ static const char *judge(const struct servo_config *config)
 		return "max-integral has to be 0 or more, and at most max-output";
 	if (!(config->smooth >= 0 && config->smooth <= 1))
 		return "smooth-s has to be 0 to 1";
-	return judge_watch(config);
+	return judge_motion(config);
 }
 
 const char *servo_init(struct servo *servo, const struct servo_config *config)
@@ -115,7 +131,7 @@ static void stop(struct servo *servo)
 {
 	servo->enabled = false;
 	servo->armed = false;
-	servo->output = servo->integral = servo->error = 0;
+	servo->output = servo->integral = servo->bridge = servo->error = 0;
 	servo->wanted_rate = servo->wanted_acceleration = 0;
 }
 
@@ -124,8 +140,7 @@ static void fail(struct servo *servo, enum servo_fault fault)
 {
 	const double error = servo->error;
 
-	if (!servo->fault)
-		servo->fault = fault;
+	servo->fault = fault;
 	stop(servo);
 	servo->error = error;
 }
@@ -137,14 +152,12 @@ static enum servo_refusal judge_enable(const struct servo *servo, const struct s
 		return SERVO_AFTER_FAULT;
 	if (servo->condition)
 		return SERVO_NOT_READY;
-	/* written so that no number is refused */
-	if (!(fabs(wish->position - servo->position) <= servo->config.follow_least))
+	if (fabs(wish->position - servo->position) > servo->config.follow_least)
 		return SERVO_ELSEWHERE;
 	return SERVO_TAKEN;
 }
 
-static void look_at_enable(struct servo *servo, const struct servo_input *input,
-			   const struct servo_wish *wish, uint64_t now_ns)
+static void look_at_enable(struct servo *servo, const struct servo_wish *wish, uint64_t now_ns)
 {
 	if (!wish->alive) {
 		stop(servo);
@@ -168,24 +181,46 @@ static void look_at_enable(struct servo *servo, const struct servo_input *input,
 		return;
 	servo->enabled = true;
 	servo->wanted = wish->position;
-	servo_watch_begin(servo, input, now_ns);
+	servo->changed_ns = now_ns;
+	servo->interval_ns = 0;
+	servo_watch_begin(servo, wish->position);
+}
+
+/*
+ * The commander may be slower than the cycle. Its speed is that from one position to the next, and
+ * goes on until the next one would have been there for as long again.
+ */
+static void estimate_rate(struct servo *servo, double position, uint64_t now_ns)
+{
+	const uint64_t passed_ns = since(servo->changed_ns, now_ns);
+
+	servo->wanted_acceleration = 0;
+	if (position != servo->wanted && passed_ns) {
+		servo->interval_ns = passed_ns < LONGEST_NS ? passed_ns : 0;
+		servo->changed_ns = now_ns;
+		servo->wanted_rate = servo->interval_ns ?
+				     (position - servo->wanted) / ((double)passed_ns / SECOND) : 0;
+	} else if (passed_ns >= 2 * servo->interval_ns) {
+		servo->wanted_rate = 0;
+	}
 }
 
 /* Speed and acceleration that are commanded. */
-static void follow_command(struct servo *servo, const struct servo_wish *wish, double seconds)
+static void follow_command(struct servo *servo, const struct servo_wish *wish, double seconds,
+			   uint64_t now_ns)
 {
 	const double part = seconds / (servo->config.smooth + seconds);
 	const double before = servo->wanted_rate;
 
 	if (!(seconds > 0))
 		return;
-	if (!isnan(wish->velocity))
+	if (isnan(wish->velocity)) {
+		estimate_rate(servo, wish->position, now_ns);
+	} else {
 		servo->wanted_rate = wish->velocity;
-	else
-		servo->wanted_rate += ((wish->position - servo->wanted) / seconds -
-				       servo->wanted_rate) * part;
-	servo->wanted_acceleration += ((servo->wanted_rate - before) / seconds -
-				       servo->wanted_acceleration) * part;
+		servo->wanted_acceleration += ((servo->wanted_rate - before) / seconds -
+					       servo->wanted_acceleration) * part;
+	}
 	servo->wanted = wish->position;
 }
 
@@ -211,9 +246,12 @@ static double unintegrated(const struct servo *servo, const struct servo_gains *
 	       gains->acceleration * servo->wanted_acceleration;
 }
 
+/* The encoder has steps: an error of one is not known to be any. */
 static double counted_error(const struct servo *servo)
 {
-	return fabs(servo->error) <= servo->config.deadband ? 0 : servo->error;
+	const double none = fmax(servo->config.deadband, 1.001 / fabs(servo->config.scale));
+
+	return fabs(servo->error) <= none ? 0 : servo->error;
 }
 
 static double controlled(struct servo *servo, double seconds)
@@ -221,9 +259,11 @@ static double controlled(struct servo *servo, double seconds)
 	const struct servo_config *config = &servo->config;
 	const double error = counted_error(servo);
 	const double more = config->gains.i * error * seconds;
-	const double rest = unintegrated(servo, &config->gains, error);
-	const double output = rest + servo->integral + more;
+	double rest, output;
 
+	servo->bridge -= servo->bridge * seconds / (BRIDGE_S + seconds);
+	rest = unintegrated(servo, &config->gains, error) + servo->bridge;
+	output = rest + servo->integral + more;
 	if (!(output > config->output_most && more > 0) &&
 	    !(output < -config->output_most && more < 0))
 		servo->integral = limited(servo->integral + more, config->integral_most);
@@ -233,18 +273,15 @@ static double controlled(struct servo *servo, double seconds)
 /* What is wrong while it is enabled. */
 static enum servo_fault run(struct servo *servo, const struct servo_input *input,
 			    const struct servo_wish *wish, const struct servo_way *way,
-			    uint64_t now_ns)
+			    double seconds, uint64_t now_ns)
 {
-	const double seconds = fmin((double)since(servo->step_ns, now_ns) / SECOND, LONGEST);
-	enum servo_fault found = servo->condition;
+	const enum servo_fault found =
+		servo->condition ? servo->condition :
+				   servo_watch(servo, input, wish->position, way);
 
-	if (!found && is_odd(servo, wish))
-		found = SERVO_ODD;
-	if (!found)
-		found = servo_watch(servo, input, wish->position, way, now_ns);
 	if (found)
 		return found;
-	follow_command(servo, wish, seconds);
+	follow_command(servo, wish, seconds, now_ns);
 	servo->error = wish->position - servo->position;
 	if (is_too_far(servo))
 		return SERVO_FOLLOWING;
@@ -255,12 +292,21 @@ static enum servo_fault run(struct servo *servo, const struct servo_input *input
 double servo_step(struct servo *servo, const struct servo_input *input,
 		  const struct servo_wish *wish, uint64_t now_ns)
 {
+	const uint64_t passed_ns = servo->step_ns ? since(servo->step_ns, now_ns) : 0;
+	const double seconds = (double)passed_ns / SECOND;
 	struct servo_way way;
 
 	servo->condition = servo_measure(servo, input, &way, now_ns);
-	look_at_enable(servo, input, wish, now_ns);
+	/* nobody has watched it meanwhile */
+	if (!servo->condition && passed_ns > servo->config.stale_ns)
+		servo->condition = SERVO_STALE;
+	if (!servo->condition && wish->alive && is_odd(servo, wish))
+		servo->condition = SERVO_ODD;
+	if (!servo->condition || servo->condition == SERVO_EMERGENCY)
+		servo_track(servo, input, &way, seconds);
+	look_at_enable(servo, wish, now_ns);
 	if (servo->enabled) {
-		const enum servo_fault found = run(servo, input, wish, &way, now_ns);
+		const enum servo_fault found = run(servo, input, wish, &way, seconds, now_ns);
 
 		if (found)
 			fail(servo, found);
@@ -274,6 +320,7 @@ bool servo_reset(struct servo *servo)
 	if (servo->condition)
 		return false;
 	servo->fault = SERVO_FINE;
+	servo->stalled = 0;
 	return true;
 }
 
@@ -285,26 +332,35 @@ void servo_another(struct servo *servo)
 
 bool servo_place(struct servo *servo, double position, bool homed)
 {
-	if (servo->enabled || !servo->primed || !isfinite(position))
+	const double scale = servo->config.scale, shift = position - servo->position;
+
+	if (servo->enabled || !servo->primed || !isfinite(position) ||
+	    fabs(position * scale) > PLACE_MOST)
 		return false;
-	servo->offset += position - servo->position;
+	servo->offset = position - (double)servo->counts / scale;
 	servo->position = position;
 	servo->homed = homed;
+	/* places on the machine have another number now; those that are none stay so */
+	servo->low_at += shift;
+	servo->high_at += shift;
+	servo->stall_from += shift;
 	return true;
 }
 
 bool servo_regain(struct servo *servo, const struct servo_gains *gains)
 {
 	const double error = counted_error(servo);
-	const double before = unintegrated(servo, &servo->config.gains, error);
+	const double before = unintegrated(servo, &servo->config.gains, error) + servo->integral +
+			      servo->bridge;
 
 	if (judge_gains(gains))
 		return false;
-	/* At a limit nothing goes on, and the integral would be filled with what was cut off. */
-	if (servo->enabled && fabs(before + servo->integral) < servo->config.output_most)
-		servo->integral = limited(servo->integral + before -
-					  unintegrated(servo, gains, error),
-					  servo->config.integral_most);
+	if (servo->enabled) {
+		if (gains->i == 0)
+			servo->integral = 0;
+		servo->bridge = limited(before, servo->config.output_most) - servo->integral -
+				unintegrated(servo, gains, error);
+	}
 	servo->config.gains = *gains;
 	return true;
 }

@@ -9,8 +9,9 @@
  * Positions are in units of the axis (mm, degrees). An output is a part of the full voltage, from
  * -1 to 1; 1 has to make the position grow.
  *
- * What it cannot see: an encoder that has lost its cable while the axis stands and nothing pushes
- * it. It is found when the axis shall move.
+ * What it cannot see: an encoder that falls silent while the output stays as it is. It is found as
+ * soon as the output changes by more than silent_output, and until then the motor may turn by what
+ * that moves it: some millimetres at usual gains, most with slow commands.
  */
 #ifndef LOOPS_SERVO_H
 #define LOOPS_SERVO_H
@@ -27,8 +28,8 @@ enum servo_fault {
 	SERVO_JUMP,		/* the encoder says that it was faster than it can be */
 	SERVO_ODD,		/* the command is no number, or faster than speed_jump */
 	SERVO_FOLLOWING,	/* it is too far from where it is commanded to be */
-	SERVO_STALLED,		/* it is pushed, and has stopped to move */
-	SERVO_SILENT,		/* it is pushed, and the encoder has not counted at all */
+	SERVO_STALLED,		/* it is pushed hard, and does not get away */
+	SERVO_SILENT,		/* it is pushed, and the encoder does not count */
 	SERVO_RUNAWAY,		/* it gets faster against its output: one of them is reversed */
 	SERVO_SOFT_LIMIT,	/* commanded beyond least or most */
 	SERVO_SWITCH,		/* at a limit switch */
@@ -40,7 +41,7 @@ enum servo_refusal {
 	SERVO_TAKEN,
 	SERVO_AFTER_FAULT,	/* a fault has to be reset first */
 	SERVO_NOT_READY,	/* its condition would be a fault at once */
-	SERVO_ELSEWHERE,	/* the commanded position is not where it is */
+	SERVO_ELSEWHERE,	/* the commanded position is not where the axis is */
 	SERVO_OFF_FIRST,	/* off was not commanded since the start, a fault, or a loss */
 };
 
@@ -59,7 +60,7 @@ struct servo_config {
 	double speed_most;	/* at this speed follow_most is allowed; units/s */
 	double speed_jump;	/* it cannot be faster, units/s */
 	struct servo_gains gains;
-	double deadband;	/* an error up to this is none, units */
+	double deadband;	/* an error up to this is none, units; one of a count never is */
 	double integral_most;	/* of the output, 0 to 1 */
 	double output_most;	/* above 0, up to 1 */
 	double smooth;		/* time constant of speeds and accelerations, seconds */
@@ -67,8 +68,10 @@ struct servo_config {
 	double follow_most;	/* ... at speed_most; not below follow_least */
 	double stall_output;	/* with this output, above 0 up to 1, ... */
 	double stall_move;	/* ... it has to move so far, units, ... */
-	uint64_t stall_ns;	/* ... within this time; at most 10 s */
-	double runaway_output;	/* it may not get faster against this output, 0 to 1, ... */
+	double stall_s;		/* ... within this time, seconds; at most 10 */
+	double silent_output;	/* an output may change by so much without a count, 0 to 1 */
+	double silent_s;	/* ... by 1 more than that for so long, by less for longer */
+	double runaway_output;	/* it may not get faster against a higher output than this, ... */
 	double runaway_move;	/* ... for longer than this way, units */
 	uint64_t stale_ns;	/* at most 100 ms */
 };
@@ -80,7 +83,8 @@ extern const struct servo_config servo_usual;
 struct servo_input {
 	int32_t counts;		/* of the encoder; they go on after the largest with the smallest */
 	uint64_t read_ns;	/* when they were read; 0: never */
-	bool usable;		/* the device is found, configured, and was not restarted */
+	bool usable;		/* the device is found and configured */
+	uint32_t epoch;		/* another number: its counters may have lost their counts */
 	bool emergency;
 	bool low, high;		/* the limit switches are active */
 };
@@ -99,6 +103,7 @@ struct servo {
 	bool primed;		/* there is a count that the next one can be compared with */
 	int32_t last;		/* count */
 	uint64_t read_ns;	/* when that was read */
+	uint32_t epoch;		/* of the device, then */
 	int64_t counts;		/* since the start */
 	double offset;		/* of the position, units */
 	double position;	/* units */
@@ -111,21 +116,25 @@ struct servo {
 	enum servo_refusal refusal;
 	double wanted;		/* position that is commanded */
 	double wanted_rate, wanted_acceleration;
+	uint64_t changed_ns, interval_ns;	/* of the commanded position: when, and how often */
 
 	double error;		/* units */
 	double integral;	/* in units of the output */
+	double bridge;		/* ... from the gains of before to those of now; goes to 0 */
 	double output;
 	uint64_t step_ns;	/* of the last step; 0: there was none */
 	enum servo_fault condition;	/* what is wrong now */
 	enum servo_fault fault;		/* what has stopped it; stays until servo_reset() */
 
-	bool counted;		/* the encoder has counted since it was enabled */
-	double stall_from;	/* position, since stall_from_ns */
-	uint64_t stall_from_ns;
+	double stall_from;	/* position, from which it has to get away */
+	double stalled;		/* seconds for which it was pushed hard there */
+	double idle_output;	/* what was the output when the encoder counted last? */
+	double idle_push;	/* how far it was from that since, times seconds */
 	double against;		/* way that it has moved against its output */
 	double against_rate;	/* how fast it was when that began */
 	double soft_least, soft_most;	/* what is allowed now: it may return from beyond */
-	double low_at, high_at;	/* where it was enabled on a limit switch; NAN: it was not */
+	double low_at, high_at;	/* where it is on a limit switch, the innermost; NAN: on none */
+	double low_stop, high_stop;	/* ... and how far it may be commanded there */
 };
 
 /*
@@ -138,16 +147,25 @@ const char *servo_init(struct servo *servo, const struct servo_config *config);
 double servo_step(struct servo *servo, const struct servo_input *input,
 		  const struct servo_wish *wish, uint64_t now_ns);
 
-/* Clear the fault. False: its cause is still there, and so is the fault. */
+/*
+ * Clear the fault. False: its cause is still there, and so is the fault. A limit switch and a soft
+ * limit are no such causes, or the axis could not return.
+ */
 bool servo_reset(struct servo *servo);
 
 /* Another one commands from now on: off has to be commanded before it is enabled (again). */
 void servo_another(struct servo *servo);
 
-/* Here is that position, homed or not. False: not while it is enabled, or it is no number. */
+/*
+ * Here is that position, homed or not. False: not while it is enabled, or without a reading, or it
+ * is no number, or one so large that counts are lost in it.
+ */
 bool servo_place(struct servo *servo, double position, bool homed);
 
-/* Other gains, while it runs; the output does not jump. False: they are none, nothing changed. */
+/*
+ * Other gains, while it runs: the output does not jump, but goes over to theirs within some tenths
+ * of a second. False: they are none, nothing changed.
+ */
 bool servo_regain(struct servo *servo, const struct servo_gains *gains);
 
 #endif

@@ -3,9 +3,9 @@
  * Where the axis is, and how fast it moves.
  *
  * Speeds are those between the times of the readings, not between cycles: a reply that comes late
- * is no slow motor. Once the device was lost or the encoder has jumped, nobody knows how much it
- * moved meanwhile, and the axis is not homed any more. Its position goes on from the last one, so
- * that a position that is shown never jumps by itself.
+ * is no slow motor. Once the device was lost, its counters have begun anew, or the encoder has
+ * jumped, nobody knows how much it has moved, and the axis is not homed any more. Its position goes
+ * on from the last one, so that a position that is shown never jumps by itself.
  */
 
 #include <math.h>
@@ -13,40 +13,40 @@
 #include "daemon/loops/servo_part.h"
 
 #define JUMP_COUNTS 4		/* more than the fastest speed explains: edges of one moment */
+#define FUTURE_NS UINT64_C(1000000)	/* clocks and roundings of the caller */
+#define KNOWN_MOST 1073741824.0	/* counts; what may be more may be anything */
 
-static void begin(struct servo *servo, const struct servo_input *input)
+static void begin(struct servo *servo, const struct servo_input *input, uint64_t read_ns)
 {
 	servo->primed = true;
 	servo->last = input->counts;
-	servo->read_ns = input->read_ns;
+	servo->epoch = input->epoch;
+	servo->read_ns = read_ns;
 	servo->rate = servo->raw_rate = 0;
 }
 
-/* One from the future would never be old. */
-static bool is_old(const struct servo *servo, uint64_t read_ns, uint64_t now_ns)
+static enum servo_fault lose(struct servo *servo, enum servo_fault found)
 {
-	return !read_ns || since(now_ns, read_ns) > servo->config.stale_ns ||
-	       since(read_ns, now_ns) > servo->config.stale_ns;
+	servo->primed = servo->homed = false;
+	servo->rate = servo->raw_rate = 0;
+	return found;
 }
 
 /* A count that is newer than the last one. */
 static enum servo_fault take(struct servo *servo, const struct servo_input *input,
-			     struct servo_way *way)
+			     uint64_t read_ns, struct servo_way *way)
 {
 	const struct servo_config *config = &servo->config;
 	const int32_t moved = (int32_t)((uint32_t)input->counts - (uint32_t)servo->last);
-	const double seconds = (double)(input->read_ns - servo->read_ns) / SECOND;
-	const double explained = config->speed_jump * fabs(config->scale) * seconds;
+	const double seconds = (double)(read_ns - servo->read_ns) / SECOND;
+	const double explained = config->speed_jump * fabs(config->scale) * seconds + JUMP_COUNTS;
 
+	if (fabs((double)moved) > explained || explained > KNOWN_MOST)
+		return lose(servo, SERVO_JUMP);
 	servo->last = input->counts;
-	servo->read_ns = input->read_ns;
+	servo->read_ns = read_ns;
 	servo->counts += moved;
-	servo->counted = servo->counted || moved;
 	servo->position = (double)servo->counts / config->scale + servo->offset;
-	if (fabs((double)moved) > explained + JUMP_COUNTS) {
-		servo->homed = false;
-		return SERVO_JUMP;
-	}
 	way->moved = moved / config->scale;
 	way->seconds = seconds;
 	servo->raw_rate = way->moved / seconds;
@@ -57,21 +57,23 @@ static enum servo_fault take(struct servo *servo, const struct servo_input *inpu
 enum servo_fault servo_measure(struct servo *servo, const struct servo_input *input,
 			       struct servo_way *way, uint64_t now_ns)
 {
-	*way = (struct servo_way){ 0 };
-	if (!input->usable) {
-		servo->primed = servo->homed = false;
-		servo->rate = servo->raw_rate = 0;
-		return SERVO_DEVICE;
-	}
-	if (is_old(servo, input->read_ns, now_ns))
-		return SERVO_STALE;
-	if (!servo->primed)
-		begin(servo, input);
-	if (input->read_ns > servo->read_ns) {
-		const enum servo_fault found = take(servo, input, way);
+	/* One from the future would never be old; a little of it is that of two clocks. */
+	const bool possible = input->read_ns && since(now_ns, input->read_ns) <= FUTURE_NS;
+	const uint64_t read_ns = input->read_ns < now_ns ? input->read_ns : now_ns;
+	enum servo_fault found = SERVO_FINE;
 
-		if (found)
-			return found;
-	}
+	*way = (struct servo_way){ 0 };
+	if (!input->usable)
+		return lose(servo, SERVO_DEVICE);
+	if (servo->primed && servo->epoch != input->epoch)
+		return lose(servo, SERVO_DEVICE);
+	if (!servo->primed && possible)
+		begin(servo, input, read_ns);
+	else if (servo->primed && possible && read_ns > servo->read_ns)
+		found = take(servo, input, read_ns, way);
+	if (found)
+		return found;
+	if (!servo->primed || since(servo->read_ns, now_ns) > servo->config.stale_ns)
+		return SERVO_STALE;
 	return input->emergency ? SERVO_EMERGENCY : SERVO_FINE;
 }

@@ -8,21 +8,26 @@
 #include "daemon/loops/duration.h"
 #include "daemon/loops/servo.h"
 
-/* What the newest reading tells of the motion since the one before. */
+/* What this step has learnt. */
 struct servo_way {
-	double moved;		/* units */
-	double seconds;		/* 0: there is no newer one */
+	double moved;		/* since the reading before, units */
+	double seconds;		/* between the two; 0: there is no newer one */
+	bool contact;		/* a limit switch has closed */
 };
 
 /* Take the encoder's count. What is wrong with it, or with the device, at this moment. */
 enum servo_fault servo_measure(struct servo *servo, const struct servo_input *input,
 			       struct servo_way *way, uint64_t now_ns);
 
-/* It is enabled now: nothing of before counts. */
-void servo_watch_begin(struct servo *servo, const struct servo_input *input, uint64_t now_ns);
+/* In each step, enabled or not: what its output did for so many seconds; where switches are. */
+void servo_track(struct servo *servo, const struct servo_input *input, struct servo_way *way,
+		 double seconds);
+
+/* It is enabled now, to be there. */
+void servo_watch_begin(struct servo *servo, double wanted);
 
 /* While it is enabled: does it do what its output should make it do, and may it go there? */
 enum servo_fault servo_watch(struct servo *servo, const struct servo_input *input, double wanted,
-			     const struct servo_way *way, uint64_t now_ns);
+			     const struct servo_way *way);
 
 #endif

@@ -2,12 +2,14 @@
 /*
  * A motor that does not do what its output should make it do, and places where it may not go.
  *
- * Stalled: it is pushed hard and does not get anywhere. Runaway: it moves against its output and
- * gets faster. A motor that brakes moves against its output as well, but it gets slower; so what
- * counts is the way during which it has become faster than it was when that began.
+ * Silent: the output has changed, and the encoder has not counted. What matters is how much the
+ * output has changed since the last count, not how much there is: an axis that hangs on its motor
+ * is held by the same output for hours. Stalled: it is pushed hard, and what it moves leads
+ * nowhere. Runaway: it moves against its output and gets faster. A motor that brakes moves against
+ * its output as well, but gets slower, and a weight that is let down is as fast as it shall be.
  *
  * Who is beyond a soft limit or on a limit switch when the axis is enabled may return from there,
- * but go no further.
+ * but go no further. On a switch that is so until it is left, however often the axis is enabled.
  */
 
 #include <math.h>
@@ -16,40 +18,90 @@
 
 #define FASTER 1.2		/* than when it began to move against its output */
 #define FASTER_COUNTS 2		/* ... and by so many counts from one reading to the next */
+#define NOISE_COUNTS 4		/* between a position that was read and one that is commanded */
 
-void servo_watch_begin(struct servo *servo, const struct servo_input *input, uint64_t now_ns)
+static double noise_of(const struct servo *servo)
 {
-	servo->counted = false;
-	servo->stall_from = servo->position;
-	servo->stall_from_ns = now_ns;
-	servo->against = 0;
-	servo->against_rate = fmax(fabs(servo->rate), fabs(servo->raw_rate));
-	servo->low_at = input->low ? servo->position : NAN;
-	servo->high_at = input->high ? servo->position : NAN;
-	servo->soft_least = fmin(servo->config.least, servo->position);
-	servo->soft_most = fmax(servo->config.most, servo->position);
+	return NOISE_COUNTS / fabs(servo->config.scale);
 }
 
-static enum servo_fault stalls(struct servo *servo, uint64_t now_ns)
+void servo_watch_begin(struct servo *servo, double wanted)
+{
+	const double slack = servo->config.follow_least, noise = noise_of(servo);
+
+	servo->idle_output = servo->idle_push = 0;
+	servo->against = 0;
+	servo->against_rate = fmax(fabs(servo->rate), fabs(servo->raw_rate));
+	servo->low_stop = fmin(servo->low_at - slack, servo->position - noise);
+	servo->high_stop = fmax(servo->high_at + slack, servo->position + noise);
+	servo->soft_least = fmin(servo->config.least, fmin(servo->position, wanted));
+	servo->soft_most = fmax(servo->config.most, fmax(servo->position, wanted));
+}
+
+/* A moment of less output forgives as much time, not all of it. */
+static void track_stall(struct servo *servo, double seconds)
 {
 	const struct servo_config *config = &servo->config;
 
-	if (fabs(servo->output) < config->stall_output ||
-	    fabs(servo->position - servo->stall_from) >= config->stall_move) {
+	if (fabs(servo->position - servo->stall_from) >= config->stall_move) {
 		servo->stall_from = servo->position;
-		servo->stall_from_ns = now_ns;
+		servo->stalled = 0;
 	}
-	if (since(servo->stall_from_ns, now_ns) <= config->stall_ns)
-		return SERVO_FINE;
-	return servo->counted ? SERVO_STALLED : SERVO_SILENT;
+	if (fabs(servo->output) >= config->stall_output)
+		servo->stalled += seconds;
+	else
+		servo->stalled = fmax(servo->stalled - seconds, 0);
+}
+
+static void track_silence(struct servo *servo, const struct servo_way *way, double seconds)
+{
+	const double more = fabs(servo->output - servo->idle_output) -
+			    servo->config.silent_output;
+
+	if (way->moved != 0) {
+		servo->idle_output = servo->output;
+		servo->idle_push = 0;
+	} else if (more > 0) {
+		servo->idle_push += more * seconds;
+	}
+}
+
+/* A contact that bounces while it is left is none that is reached. */
+static void track_switches(struct servo *servo, const struct servo_input *input,
+			   struct servo_way *way)
+{
+	const double slack = servo->config.follow_least;
+
+	way->contact = (input->low && isnan(servo->low_at)) ||
+		       (input->high && isnan(servo->high_at));
+	/* fmax() and fmin() take the number if the other one is none */
+	if (input->low)
+		servo->low_at = fmax(servo->low_at, servo->position);
+	else if (servo->position > servo->low_at + slack)
+		servo->low_at = NAN;
+	if (input->high)
+		servo->high_at = fmin(servo->high_at, servo->position);
+	else if (servo->position < servo->high_at - slack)
+		servo->high_at = NAN;
+}
+
+void servo_track(struct servo *servo, const struct servo_input *input, struct servo_way *way,
+		 double seconds)
+{
+	track_stall(servo, seconds);
+	track_silence(servo, way, seconds);
+	track_switches(servo, input, way);
 }
 
 static bool runs_away(struct servo *servo, const struct servo_way *way)
 {
 	const struct servo_config *config = &servo->config;
 	const double noise = FASTER_COUNTS / fabs(config->scale) / way->seconds;
+	const bool as_wanted = servo->rate * servo->wanted_rate > 0 &&
+			       fabs(servo->rate) <= FASTER * fabs(servo->wanted_rate) + noise;
 
-	if (way->moved * servo->output > 0 || fabs(servo->output) < config->runaway_output) {
+	if (way->moved * servo->output > 0 || fabs(servo->output) <= config->runaway_output ||
+	    as_wanted) {
 		servo->against = 0;
 		servo->against_rate = fmax(fabs(servo->rate), fabs(servo->raw_rate));
 		return false;
@@ -62,38 +114,40 @@ static bool runs_away(struct servo *servo, const struct servo_way *way)
 /* Who returns from beyond may not go there again. */
 static bool goes_beyond(struct servo *servo, double wanted)
 {
+	const double noise = noise_of(servo);
+
 	if (!servo->homed)
 		return false;
 	if (wanted < servo->soft_least || wanted > servo->soft_most)
 		return true;
-	servo->soft_least = fmin(servo->config.least, fmax(servo->soft_least, wanted));
-	servo->soft_most = fmax(servo->config.most, fmin(servo->soft_most, wanted));
+	servo->soft_least = fmin(servo->config.least, fmax(servo->soft_least, wanted - noise));
+	servo->soft_most = fmax(servo->config.most, fmin(servo->soft_most, wanted + noise));
 	return false;
 }
 
-static bool hits_switch(struct servo *servo, const struct servo_input *input, double wanted)
+/* The same on a limit switch, where it may have run on beyond when it was stopped. */
+static bool goes_onto_switch(struct servo *servo, const struct servo_input *input, double wanted)
 {
-	const double slack = servo->config.follow_least;
+	const double slack = servo->config.follow_least, noise = noise_of(servo);
 
-	if ((input->low && !(wanted >= servo->low_at - slack)) ||
-	    (input->high && !(wanted <= servo->high_at + slack)))
+	if ((input->low && wanted < servo->low_stop) ||
+	    (input->high && wanted > servo->high_stop))
 		return true;
-	/* a contact that bounces while it is left is none that is reached */
-	if (!input->low && servo->position > servo->low_at + slack)
-		servo->low_at = NAN;
-	if (!input->high && servo->position < servo->high_at - slack)
-		servo->high_at = NAN;
+	servo->low_stop = fmax(servo->low_stop, fmin(servo->low_at - slack, wanted - noise));
+	servo->high_stop = fmin(servo->high_stop, fmax(servo->high_at + slack, wanted + noise));
 	return false;
 }
 
 enum servo_fault servo_watch(struct servo *servo, const struct servo_input *input, double wanted,
-			     const struct servo_way *way, uint64_t now_ns)
+			     const struct servo_way *way)
 {
-	if (hits_switch(servo, input, wanted))
+	if (way->contact || goes_onto_switch(servo, input, wanted))
 		return SERVO_SWITCH;
 	if (goes_beyond(servo, wanted))
 		return SERVO_SOFT_LIMIT;
 	if (way->seconds > 0 && runs_away(servo, way))
 		return SERVO_RUNAWAY;
-	return stalls(servo, now_ns);
+	if (servo->idle_push > servo->config.silent_s)
+		return SERVO_SILENT;
+	return servo->stalled > servo->config.stall_s ? SERVO_STALLED : SERVO_FINE;
 }

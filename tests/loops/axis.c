@@ -14,7 +14,8 @@ const struct servo_config axis_config = {
 	.gains = { .p = 1, .i = 10, .d = 0.01, .velocity = 0.00262, .acceleration = 5.2e-5 },
 	.integral_most = 0.5, .output_most = 1, .smooth = 0.001,
 	.follow_least = 0.5, .follow_most = 2,
-	.stall_output = 0.9, .stall_move = 0.1, .stall_ns = UINT64_C(200000000),
+	.stall_output = 0.9, .stall_move = 0.1, .stall_s = 0.2,
+	.silent_output = 0.2, .silent_s = 0.02,
 	.runaway_output = 0.1, .runaway_move = 0.2, .stale_ns = UINT64_C(5000000),
 };
 

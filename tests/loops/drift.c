@@ -23,21 +23,22 @@ int main(int argc, char **argv)
 	struct servo_wish wish = { .alive = true, .velocity = SPEED };
 	const uint64_t cycles = argc > 1 ? strtoull(argv[1], NULL, 10) : 0;
 	struct servo servo;
-	double place = 0, most = 0, output = 0;
+	double place = 0, most = 0, output = 0, read = 0;
 
 	config.scale = 1;
 	config.speed_most = 2 * SPEED;
 	config.speed_jump = 2 * FULL;
 	config.gains = (struct servo_gains){ .p = 1e-4, .i = 1e-4, .velocity = 1 / FULL };
 	config.follow_least = config.follow_most = 5000;
-	config.stall_move = config.runaway_move = 1;
+	config.stall_move = config.runaway_move = 10;
 	if (!cycles || errno || servo_init(&servo, &config))
 		return 2;
 	for (uint64_t i = 1; i <= cycles; i++) {
 		const double whole = SPEED / 1000 * (double)i;
 
 		place += output * FULL / 1000;
-		input.counts = (int32_t)(uint32_t)(uint64_t)(int64_t)floor(place);
+		read = floor(place);
+		input.counts = (int32_t)(uint32_t)(uint64_t)(int64_t)read;
 		input.read_ns = i * CYCLE_NS;
 		wish.enable = i > 1;
 		wish.position = whole - SPEED / 1000;
@@ -51,5 +52,10 @@ int main(int argc, char **argv)
 	}
 	printf("%" PRIu64 " cycles: error at most %.3f counts, position %.0f\n", cycles, most,
 	       servo.position);
+	/* no count is lost on the way */
+	if (servo.position != read) {
+		printf("but it has read %.0f\n", read);
+		return 1;
+	}
 	return !(most < 2);
 }

@@ -29,10 +29,12 @@ static void each_kind_has_its_duties(void **state)
 	(void)state;
 	for (size_t i = 0; i < sizeof(outputs) / sizeof(outputs[0]); i++) {
 		const double limited = fmax(fmin(outputs[i], 1), -1);
-		struct drive_wires wires = drive_step(&drive, &antiphase, outputs[i], true, 1);
+		struct drive_wires wires =
+			drive_step(&drive, &antiphase, outputs[i], true, true, 1);
+
 
 		assert_true(is(wires.duty[0], 0.5 + limited / 2) && wires.enable);
-		wires = drive_step(&drive, &two, outputs[i], true, 1);
+		wires = drive_step(&drive, &two, outputs[i], true, true, 1);
 		assert_true(is(wires.duty[0], fmax(limited, 0)));
 		assert_true(is(wires.duty[1], fmax(-limited, 0)) && wires.enable);
 	}
@@ -50,51 +52,77 @@ static void off_is_nothing(void **state)
 
 		for (size_t i = 0; i < sizeof(outputs) / sizeof(outputs[0]); i++) {
 			const struct drive_wires wires =
-				drive_step(&drive, &config, outputs[i], false, i + 1);
+				drive_step(&drive, &config, outputs[i], false, true, i + 1);
 
 			assert_true(is(wires.duty[0], nothing) && wires.duty[1] == 0);
 			assert_false(wires.enable);
 		}
 		/* nor is what is no number */
-		assert_true(is(drive_step(&drive, &config, NAN, true, 9).duty[0], nothing));
+		assert_true(is(drive_step(&drive, &config, NAN, true, true, 9).duty[0], nothing));
+	}
+}
+
+/* The device of this test: it has what was sent, or what was sent before. */
+struct amplifier {
+	struct drive_wires has, sent;
+	uint64_t on_ns, changed_ns;	/* the PWM was on, the direction has changed */
+	unsigned int changes, forward, reverse;
+};
+
+static void deliver(struct amplifier *amplifier, uint64_t dwell_ns, uint64_t now_ns)
+{
+	const struct drive_wires before = amplifier->has;
+
+	amplifier->has = amplifier->sent;
+	if (amplifier->has.reverse != before.reverse) {
+		assert_true(now_ns - amplifier->on_ns >= dwell_ns + CYCLE_NS);
+		amplifier->changed_ns = now_ns;
+		amplifier->changes++;
+	}
+	if (amplifier->has.duty[0] > 0) {
+		assert_true(now_ns - amplifier->changed_ns >= dwell_ns + CYCLE_NS);
+		amplifier->on_ns = now_ns;
 	}
 }
 
 static void no_direction_changes_under_a_pwm(void **state)
 {
-	const struct drive_config config = { .kind = DRIVE_SIGN, .dwell_ns = 3 * CYCLE_NS };
-	struct drive drive = { .reverse = false };
-	struct drive_wires before = { .reverse = false };
-	uint64_t now_ns = CYCLE_NS, on_ns = 0, changed_ns = 0;
-	unsigned int changes = 0, forward = 0, reverse = 0;
+	static const uint64_t dwells[] = { 0, 3 * CYCLE_NS };
 	struct sim_prng prng;
-	double output = 0.5;
 
 	(void)state;
 	sim_prng_init(&prng, 20055);
-	for (int i = 0; i < 100000; i++, now_ns += CYCLE_NS) {
-		struct drive_wires wires;
+	for (size_t k = 0; k < sizeof(dwells) / sizeof(dwells[0]); k++) {
+		const struct drive_config config = { .kind = DRIVE_SIGN, .dwell_ns = dwells[k] };
+		/* nobody knows what the wire was */
+		struct amplifier amplifier = { .has = { .reverse = true } };
+		struct drive drive = { .reverse = false };
+		bool settled = true;
+		double output = 0.5;
 
-		if (sim_prng_unit(&prng) < 0.1)
-			output = 2 * sim_prng_unit(&prng) - 1;
-		wires = drive_step(&drive, &config, output, sim_prng_unit(&prng) < 0.99, now_ns);
-		if (wires.reverse != before.reverse) {
-			assert_true(now_ns - on_ns >= config.dwell_ns);
-			changed_ns = now_ns;
-			changes++;
+		for (uint64_t cycle = 10; cycle < 200000; cycle++) {
+			const uint64_t now_ns = cycle * CYCLE_NS;
+			const bool enabled = sim_prng_unit(&prng) < 0.99;
+
+			/* what was sent in the last cycle arrives now, or is lost */
+			settled = sim_prng_unit(&prng) < 0.9;
+			if (settled)
+				deliver(&amplifier, dwells[k], now_ns);
+			if (sim_prng_unit(&prng) < 0.05)
+				output = 2 * sim_prng_unit(&prng) - 1;
+			amplifier.sent = drive_step(&drive, &config, output, enabled, settled,
+						    now_ns);
+			if (amplifier.sent.duty[0] > 0) {
+				assert_true(is(amplifier.sent.duty[0], fabs(output)) && enabled);
+				assert_true(amplifier.sent.reverse == (output < 0));
+				amplifier.forward += output > 0;
+				amplifier.reverse += output < 0;
+			}
 		}
-		if (wires.duty[0] > 0) {
-			assert_true(!changed_ns || now_ns - changed_ns >= config.dwell_ns);
-			assert_true(is(wires.duty[0], fabs(output)));
-			assert_true(wires.reverse == (output < 0));
-			on_ns = now_ns;
-		}
-		forward += wires.duty[0] > 0 && !wires.reverse;
-		reverse += wires.duty[0] > 0 && wires.reverse;
-		before = wires;
+		/* most of the time there is an output, in both directions */
+		assert_true(amplifier.changes > 1000);
+		assert_true(amplifier.forward > 40000 && amplifier.reverse > 40000);
 	}
-	/* most of the time there is an output, in both directions */
-	assert_true(changes > 1000 && forward > 20000 && reverse > 20000);
 }
 
 int main(void)

@@ -60,6 +60,20 @@ static void without_a_speed_it_estimates_one(void **state)
 	axis_expect_fault(&axis, SERVO_FINE);
 	assert_true(axis.most < 0.2);
 	assert_true(fabs(axis.servo.wanted_rate - 100) < 0.1);
+	/* by a commander of 100 Hz, which then stands */
+	axis.wish.enable = false;
+	axis_run(&axis, 0.5);
+	axis_enable(&axis);
+	axis.wish.velocity = NAN;
+	for (int i = 0; i < 3000; i++) {
+		axis.wish.position += i % 10 || i > 2000 ? 0 : 0.2;
+		axis_step(&axis);
+		if (i > 100 && i < 2000)
+			assert_true(fabs(axis.servo.wanted_rate - 20) < 0.1);
+	}
+	axis_expect_fault(&axis, SERVO_FINE);
+	assert_true(axis.servo.wanted_rate == 0);
+	expect_there(axis.wish.position);
 }
 
 static void a_motor_may_be_wired_the_other_way_if_the_scale_is(void **state)
@@ -118,6 +132,11 @@ static void an_error_in_the_deadband_is_none(void **state)
 	struct servo_config config = axis_config;
 
 	(void)state;
+	/* nor is one of a count */
+	axis_enable(&axis);
+	axis.wish.position += 1 / 400.0;
+	axis_run(&axis, 5);
+	assert_true(axis.output == 0 && axis.servo.integral == 0);
 	config.deadband = 0.1;
 	axis_init(&axis, &config, &sim_motor_small);
 	axis_enable(&axis);
@@ -162,6 +181,7 @@ static void other_gains_make_no_jump(void **state)
 		{ .p = NAN }, { .p = -1 }, { .p = 1, .i = INFINITY }, { .p = 1, .d = -1 },
 		{ .p = 1, .velocity = NAN }, { .p = 1, .acceleration = 1e7 }, { .d = 1 },
 	};
+	const struct servo_gains stiff = { .p = 2, .d = 0.01 };
 	const struct servo_gains other = { .p = 0.7, .i = 5, .d = 0.006, .velocity = 0.001 };
 	double before;
 
@@ -176,18 +196,27 @@ static void other_gains_make_no_jump(void **state)
 	before = axis.output;
 	for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
 		assert_false(servo_regain(&axis.servo, &bad[i]));
+	for (int i = 0; i < 20; i++) {
+		assert_true(servo_regain(&axis.servo, i % 2 ? &axis_config.gains : &other));
+		axis.wish.position += 0.05;
+		axis_step(&axis);
+		assert_true(fabs(axis.output - before) < 0.05);
+		before = axis.output;
+	}
 	assert_true(servo_regain(&axis.servo, &other));
-	axis.wish.position += 0.05;
-	axis_step(&axis);
-	assert_true(fabs(axis.output - before) < 0.05);
 	axis_expect_fault(&axis, SERVO_FINE);
-	/* and they are those that count from now on */
+	/* and they are those that count from now on; nothing is left of the others */
 	axis.wish.velocity = 0;
-	axis_run(&axis, 1);
+	axis_run(&axis, 3);
+	assert_true(fabs(axis.servo.bridge) < 0.001);
 	axis.wish.position += 0.1;
 	before = axis.output;
 	axis_step(&axis);
 	assert_true(fabs(axis.output - before - 0.07) < 0.02);
+	/* without I there is no integral */
+	assert_true(servo_regain(&axis.servo, &stiff));
+	axis_run(&axis, 2);
+	assert_true(axis.servo.integral == 0 && fabs(axis.servo.bridge) < 0.001);
 }
 
 static void off_has_to_be_commanded_first(void **state)
@@ -219,6 +248,26 @@ static void off_has_to_be_commanded_first(void **state)
 	assert_true(axis.output == 0 && !axis.servo.enabled);
 }
 
+static void it_begins_without_a_kick(void **state)
+{
+	(void)state;
+	axis_enable(&axis);
+	axis.motor.torque = 0.1;
+	for (int i = 1; i < 300; i++) {
+		axis.wish.velocity = fmin(i, 100);
+		axis.wish.position += axis.wish.velocity / 1000;
+		axis_step(&axis);
+	}
+	axis_expect_fault(&axis, SERVO_FINE);
+	axis.wish.enable = false;
+	axis.motor.torque = 0;
+	axis_run(&axis, 0.5);
+	axis_enable(&axis);
+	assert_true(fabs(axis.output) < 0.001);
+	axis_run(&axis, 0.1);
+	expect_there(axis.wish.position);
+}
+
 static void it_is_enabled_only_where_it_is(void **state)
 {
 	static const double elsewhere[] = { 0.6, -0.6, 1e9, NAN, INFINITY };
@@ -231,7 +280,8 @@ static void it_is_enabled_only_where_it_is(void **state)
 		axis.wish.position = elsewhere[i];
 		axis_step(&axis);
 		assert_true(!axis.servo.enabled && axis.output == 0);
-		assert_int_equal(axis.servo.refusal, SERVO_ELSEWHERE);
+		assert_int_equal(axis.servo.refusal, isfinite(elsewhere[i]) ? SERVO_ELSEWHERE :
+									      SERVO_NOT_READY);
 		/* nor later, when the command comes by */
 		axis.wish.position = 0;
 		axis_run(&axis, 0.01);
@@ -258,24 +308,41 @@ static void a_position_can_be_given_while_it_is_off(void **state)
 	axis.wish.enable = false;
 	axis_run(&axis, 0.2);
 	assert_false(servo_place(&axis.servo, NAN, true));
+	assert_false(servo_place(&axis.servo, 1e300, true));
+	/* what is far away leaves nothing behind */
+	assert_true(servo_place(&axis.servo, 1e12, false));
+	axis_step(&axis);
 	assert_false(axis.servo.homed);
 	assert_true(servo_place(&axis.servo, 3, true));
 	assert_true(axis.servo.homed && axis.servo.position == 3);
+	axis_step(&axis);
+	assert_true(fabs(axis.servo.position - 3) < 1e-9);
 	axis_enable(&axis);
 	axis_move(&axis, 13, 50, 500);
 	axis_run(&axis, 0.3);
 	expect_there(13);
-	/* a device that was restarted counts from 0 */
-	axis.input.usable = false;
+	axis.input.epoch++;
 	axis_step(&axis);
 	assert_false(axis.servo.homed);
-	assert_false(servo_place(&axis.servo, 3, true));
 	axis.wish.enable = false;
-	axis.input.usable = true;
-	axis.motor.counted = 0;
-	axis.count = 0;
-	axis_run(&axis, 0.1);
-	assert_true(!axis.servo.homed && fabs(axis.servo.position - 13) <= NEAR);
+	axis_step(&axis);
+	assert_true(servo_place(&axis.servo, 13, true));
+	/* a device that was restarted counts from 0: it was lost for a moment, or not even that */
+	for (int lost = 0; lost < 2; lost++) {
+		assert_true(axis.servo.homed);
+		axis.input.usable = !lost;
+		axis.input.epoch += !lost;
+		axis.motor.counted = lost;
+		axis.count = lost;
+		axis_step(&axis);
+		assert_false(axis.servo.homed);
+		assert_false(servo_place(&axis.servo, 3, true));
+		axis.wish.enable = false;
+		axis.input.usable = true;
+		axis_run(&axis, 0.1);
+		assert_true(!axis.servo.homed && fabs(axis.servo.position - 13) <= NEAR);
+		assert_true(servo_place(&axis.servo, 13, true));
+	}
 }
 
 static void counts_go_on_after_the_largest(void **state)
@@ -318,6 +385,10 @@ static const struct {
 	BAD(runaway_output, 1, "runaway-output"), BAD(runaway_move, 0, "runaway-distance"),
 	BAD(gains.p, NAN, "pid-p"), BAD(gains.p, 2e6, "pid-p"),
 	BAD(gains.velocity, -1, "velocity-gain"),
+	BAD(scale, 1e-310, "counts-per-unit"), BAD(scale, 1e8, "impossible-speed"),
+	BAD(speed_jump, 1e12, "impossible-speed"), BAD(follow_least, 0.009, "4 counts"),
+	BAD(stall_move, 1e-9, "4 counts"), BAD(runaway_move, 1e-9, "4 counts"),
+	BAD(silent_output, 0, "silent-output"), BAD(silent_s, NAN, "silent-s"),
 #undef BAD
 };
 
@@ -350,7 +421,7 @@ static void what_is_no_configuration(void **state)
 	config.stale_ns = UINT64_C(100000001);
 	expect_refused(&config, "max-age-ms");
 	config = axis_config;
-	config.stall_ns = 0;
+	config.stall_s = 0;
 	expect_refused(&config, "stall-s");
 	config = axis_config;
 	config.output_most = 0.8;
@@ -366,10 +437,11 @@ int main(void)
 		cmocka_unit_test(a_motor_may_be_wired_the_other_way_if_the_scale_is),
 		cmocka_unit_test_setup(it_holds_against_a_push, begin),
 		cmocka_unit_test(play_in_the_screw_is_no_oscillation),
-		cmocka_unit_test(an_error_in_the_deadband_is_none),
+		cmocka_unit_test_setup(an_error_in_the_deadband_is_none, begin),
 		cmocka_unit_test(its_output_has_a_limit_that_does_not_wind_it_up),
 		cmocka_unit_test_setup(other_gains_make_no_jump, begin),
 		cmocka_unit_test_setup(off_has_to_be_commanded_first, begin),
+		cmocka_unit_test_setup(it_begins_without_a_kick, begin),
 		cmocka_unit_test_setup(it_is_enabled_only_where_it_is, begin),
 		cmocka_unit_test_setup(a_position_can_be_given_while_it_is_off, begin),
 		cmocka_unit_test_setup(counts_go_on_after_the_largest, begin),
