@@ -153,11 +153,12 @@ def switch_on(one):
 
 
 def stands(number):
-    """It comes to a stop, and does not go on."""
+    """It comes to a stop, and does not go on. A thread that gets no processor moves nothing either, so what
+    counts is that it is commanded to stand."""
     def still():
         before = position(number)
         time.sleep(0.2)
-        return position(number) == before
+        return float(halcmd("getp", f"joint.{number}.vel-cmd")) == 0 and position(number) == before
     wait(f"joint {number} stands", still)
     before = position(number)
     time.sleep(0.5)
