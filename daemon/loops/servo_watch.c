@@ -18,7 +18,7 @@
 
 #define FASTER 1.2		/* than when it began to move against its output */
 #define FASTER_COUNTS 2		/* ... and by so many counts from one reading to the next */
-#define NOISE_COUNTS 4		/* between a position that was read and one that is commanded */
+#define NOISE_COUNTS 4		/* by which a command may differ from the position read */
 
 static double noise_of(const struct servo *servo)
 {
@@ -66,7 +66,7 @@ static void track_silence(struct servo *servo, const struct servo_way *way, doub
 	}
 }
 
-/* A contact that bounces while it is left is none that is reached. */
+/* While the axis leaves a switch, the contact may bounce. That is no new contact. */
 static void track_switches(struct servo *servo, const struct servo_input *input,
 			   struct servo_way *way)
 {

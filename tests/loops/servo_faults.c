@@ -124,7 +124,7 @@ static void readings_are_old(void **state)
 	axis.count_ns = axis.now_ns + 99 * AXIS_CYCLE_NS;
 	cruise(20);
 	assert_true(axis.servo.read_ns + 2 * AXIS_CYCLE_NS > axis.now_ns);
-	/* nor is one that is older than the one before */
+	/* a reading that is older than the last one is ignored */
 	axis.silent = true;
 	axis_step(&axis);
 	for (int i = 0; i < 2; i++) {
@@ -187,7 +187,7 @@ static void the_encoder_jumps(void **state)
 	assert_true(fabs(axis.servo.position) < 0.1);
 	axis_step(&axis);
 	expect_latched(NULL);
-	/* after a lost reply there may be more of them: that is no jump */
+	/* after lost replies the count changes by more at once, which is no jump */
 	cruise(100);
 	for (int i = 0; i < 100; i++) {
 		axis.silent = i % 10 > 6;
