@@ -60,3 +60,8 @@ bool argument_addresses(struct options *options, const char *text)
 	}
 	return true;
 }
+
+const char *argument_written(const char *text)
+{
+	return text + (*text == ' ');
+}

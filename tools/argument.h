@@ -15,4 +15,7 @@ bool argument_whole(const char *name, const char *text, double minimum, double m
 /* IPv4 addresses with commas between them, behind those that options->address has. */
 bool argument_addresses(struct options *options, const char *text);
 
+/* A name as the user wrote it: pokeysctl.c puts a space before a number's sign. */
+const char *argument_written(const char *text);
+
 #endif

@@ -19,6 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <pokeys/names.h>
+#include "tools/argument.h"
 #include "tools/commander.h"
 #include "tools/view.h"
 
@@ -193,16 +194,9 @@ static void keep_all(struct axis *axis)
 		};
 }
 
-/* The outcome of the one-shot that was given last; NONE = not yet. */
 static enum pokeys_outcome outcome_of(const struct axis *axis)
 {
-	const uint32_t id = axis->command.one_shot_head - 1;
-	const struct pokeys_one_shot_result *result =
-		&axis->state.one_shot[id % POKEYS_ONE_SHOT_RESULTS];
-
-	if (!is_commanded(axis) || axis->state.one_shot_ack <= id || result->id != id)
-		return POKEYS_OUTCOME_NONE;
-	return (enum pokeys_outcome)result->outcome;
+	return commander_outcome(&axis->command, &axis->state);
 }
 
 static bool is_answered(const struct axis *axis)
@@ -212,9 +206,7 @@ static bool is_answered(const struct axis *axis)
 
 static void order(struct axis *axis, struct pokeys_one_shot shot)
 {
-	shot.id = axis->command.one_shot_head;
-	axis->command.one_shot[shot.id % POKEYS_ONE_SHOTS] = shot;
-	axis->command.one_shot_head++;
+	commander_order(&axis->command, shot);
 	give(axis);
 }
 
@@ -500,12 +492,6 @@ static bool take_number(const char *text, long least, long most, long *number)
 	return after != text && !*after && !errno && *number >= least && *number <= most;
 }
 
-/* As it was written: a number has a space before its sign (pokeysctl.c). */
-static const char *written(const char *text)
-{
-	return text + (*text == ' ');
-}
-
 static bool take_verb(const struct options *options, struct axis_order *wanted)
 {
 	static const struct {
@@ -536,14 +522,14 @@ bool axis_take(const struct options *options, struct axis_order *wanted)
 	if (!take_verb(options, wanted))
 		return false;
 	if (!take_number(names[1], 0, POKEYS_AXES - 1, &number)) {
-		complain("\"%s\": axes are numbered from 0 to %d", written(names[1]),
+		complain("\"%s\": axes are numbered from 0 to %d", argument_written(names[1]),
 			 POKEYS_AXES - 1);
 		return false;
 	}
 	if (wanted->verb <= AXIS_MOVE_TO &&
 	    !take_number(names[3], -2L * FURTHEST, 2L * FURTHEST, &pulses)) {
 		complain("\"%s\": pulses are a whole number, such as 1000 or -1000",
-			 written(names[3]));
+			 argument_written(names[3]));
 		return false;
 	}
 	if (wanted->verb > AXIS_MOVE_TO && options->speed > 0) {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /* pokeysctl axis, from the command line to its exit status. */
-#include <unistd.h>
 #include "tools/axis.h"
 #include "tools/commander.h"
-#include "tools/view.h"
 
 int command_axis(const struct options *options)
 {
@@ -19,7 +17,7 @@ int command_axis(const struct options *options)
 	axis.client = commander_open(options, axis.device, &axis.state, &status);
 	if (!axis.client)
 		return status;
-	axis.command.session = (uint32_t)(view_now() >> 10 ^ (uint64_t)getpid() << 16) | 1;
+	axis.command.session = commander_session();
 	status = axis_run(&axis, &wanted) ? STATUS_OK : STATUS_FAILED;
 	pokeys_client_close(axis.client);
 	return status;

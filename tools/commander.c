@@ -57,6 +57,30 @@ bool commander_read(pokeys_client *client, struct pokeys_state *state)
 	       pokeys_age_ns(state->t_publish_ns, view_now()) < SILENT_NS;
 }
 
+uint32_t commander_session(void)
+{
+	return (uint32_t)(view_now() >> 10 ^ (uint64_t)getpid() << 16) | 1;
+}
+
+void commander_order(struct pokeys_command *command, struct pokeys_one_shot shot)
+{
+	shot.id = command->one_shot_head++;
+	command->one_shot[shot.id % POKEYS_ONE_SHOTS] = shot;
+}
+
+enum pokeys_outcome commander_outcome(const struct pokeys_command *command,
+				      const struct pokeys_state *state)
+{
+	const uint32_t id = command->one_shot_head - 1;
+	const struct pokeys_one_shot_result *result =
+		&state->one_shot[id % POKEYS_ONE_SHOT_RESULTS];
+
+	if (state->one_shot_session != command->session || state->one_shot_ack <= id ||
+	    result->id != id)
+		return POKEYS_OUTCOME_NONE;
+	return (enum pokeys_outcome)result->outcome;
+}
+
 /* To the user and group of the folder: the daemon's, which may be root in a folder of its own. */
 static bool drop_root(const char *runtime)
 {

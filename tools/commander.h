@@ -29,4 +29,14 @@ void commander_nap(void);
 /* The state, by a daemon that lives, of a device that runs, with our heartbeat. */
 bool commander_read(pokeys_client *client, struct pokeys_state *state);
 
+/* A number for pokeys_command.session that no other start of this program has had. */
+uint32_t commander_session(void);
+
+/* Append a one-shot to the command. The caller sends the command. */
+void commander_order(struct pokeys_command *command, struct pokeys_one_shot shot);
+
+/* The outcome of the newest one-shot of the command. POKEYS_OUTCOME_NONE: not known yet. */
+enum pokeys_outcome commander_outcome(const struct pokeys_command *command,
+				      const struct pokeys_state *state);
+
 #endif

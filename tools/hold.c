@@ -13,7 +13,7 @@
 #include "tools/commander.h"
 #include "tools/hold.h"
 
-enum { FOLLOW_MS = 3000, LOST_MS = 1000 };
+enum { FOLLOW_MS = 3000, LOST_MS = 1000, USUAL_S = 5 };
 
 /* "31", "31,33" or "31-34". */
 bool hold_terminals(const char *text, uint64_t *terminals)
@@ -123,6 +123,7 @@ static bool put_back(pokeys_client *client, const struct hold *hold, bool well)
 
 int hold_for(struct hold *hold, const struct options *options)
 {
+	const double seconds = options->duration_s > 0 ? options->duration_s : USUAL_S;
 	struct pokeys_report report = { 0 };
 	struct pokeys_state state;
 	int status;
@@ -133,7 +134,7 @@ int hold_for(struct hold *hold, const struct options *options)
 	status = STATUS_FAILED;
 	pokeys_client_read_report(client, &report);	/* without one, no settings are known */
 	if (hold->kind->begin(hold, &state, &report) &&
-	    put_back(client, hold, switch_it(client, hold, options->duration_s)))
+	    put_back(client, hold, switch_it(client, hold, seconds)))
 		status = STATUS_OK;
 	pokeys_client_close(client);
 	return status;

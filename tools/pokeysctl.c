@@ -117,7 +117,7 @@ static bool take_option(struct options *options, int option)
 		good = argument_number("seconds", optarg, 0.1, 86400, &options->seconds);
 		break;
 	case 'F':
-		good = argument_number("for", optarg, 0.1, 3600, &options->duration_s);
+		good = argument_number("for", optarg, 0.1, 86400, &options->duration_s);
 		break;
 	case 'S':
 		good = argument_number("speed", optarg, 1, 1e6, &options->speed);
@@ -266,7 +266,6 @@ int main(int argc, char **argv)
 		.interval_s = 0.5,
 		.cpu = -1,
 		.seconds = 10,
-		.duration_s = 5,
 		.priority = 80,
 		.slowest = 5,
 	};

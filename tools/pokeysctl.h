@@ -29,7 +29,8 @@ struct options {
 	size_t addresses;
 	int cpu;			/* -1 = not said */
 	const char *config, *root, *svg;	/* NULL = not said */
-	double seconds, duration_s;
+	double seconds;
+	double duration_s;		/* 0 = not said */
 	double speed;			/* pulses/s, 0 = not said */
 	double threshold_us;
 	uint32_t slowest;
@@ -52,6 +53,7 @@ int command_config(const struct options *options);
 int command_doctor(const struct options *options);
 int command_events(const struct options *options);
 int command_get(const struct options *options);
+int command_heater(const struct options *options);
 int command_latency(const struct options *options);
 int command_names(const struct options *options);
 int command_output(const struct options *options);
