@@ -45,19 +45,24 @@ void heaters_read(struct heaters *heaters, struct values *values,
 		  const struct one_shot_queue *queue, const struct pokeys_state *state, bool alive)
 {
 	bool changed = !heaters->begun;
+	uint32_t there = 0;
 
 	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
-		values->one_shot_failed_count += press_read(&heaters->reset[i], queue, state);
+		if (!press_rests(&heaters->reset[i]))
+			values->one_shot_failed_count += press_read(&heaters->reset[i], queue,
+								    state);
 	if (!alive)
 		return;
-	heaters->begun = true;
-	heaters->there = 0;
-	for (unsigned int i = 0; i < POKEYS_HEATERS; i++) {
-		const bool there = state->heater[i].state != POKEYS_HEATER_NONE;
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		there |= (uint32_t)(state->heater[i].state != POKEYS_HEATER_NONE) << i;
+	/* those that are gone are shown once more */
+	for (uint32_t left = there | heaters->there; left; left &= left - 1) {
+		const unsigned int i = (unsigned int)__builtin_ctz(left);
 
 		changed |= show(&values->heater[i], &state->heater[i]);
-		heaters->there |= (uint32_t)there << i;
 	}
+	heaters->begun = true;
+	heaters->there = there;
 	if (changed)
 		values_changed(values, BLOCK_HEATER);
 }
@@ -76,6 +81,29 @@ static void write_target(struct heaters *heaters, unsigned int i, double target,
 	command->heater_mask |= (uint32_t)there << i;
 }
 
+/* True if the queue was full. */
+static bool write_heater(struct heaters *heaters, unsigned int i, struct values *values,
+			 struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
+			 struct refusals *refusals)
+{
+	const struct pokeys_one_shot shot = {
+		.operation = POKEYS_ONE_SHOT_HEATER_RESET, .index = (uint8_t)i,
+	};
+	const struct press_news news = press_write(&heaters->reset[i], values->heater[i].reset,
+						   fresh ? &shot : NULL, queue, command);
+
+	write_target(heaters, i, values->heater[i].target, command, refusals);
+	values->one_shot_failed_count += news.failed;
+	return news.full;
+}
+
+/* Most machines have no heaters, and pay for none. */
+static bool is_idle(const struct heaters *heaters, unsigned int i, const struct value_heater *value)
+{
+	return !(heaters->there >> i & 1) && value->target == 0 && !value->reset &&
+	       press_rests(&heaters->reset[i]) && !heaters->bad[i] && !heaters->absent[i];
+}
+
 bool heaters_write(struct heaters *heaters, struct values *values, struct one_shot_queue *queue,
 		   struct pokeys_command *command, bool fresh, struct refusals *refusals)
 {
@@ -83,16 +111,9 @@ bool heaters_write(struct heaters *heaters, struct values *values, struct one_sh
 
 	command->heater_mask = 0;
 	for (unsigned int i = 0; i < POKEYS_HEATERS; i++) {
-		const struct pokeys_one_shot shot = {
-			.operation = POKEYS_ONE_SHOT_HEATER_RESET, .index = (uint8_t)i,
-		};
-		const struct press_news news =
-			press_write(&heaters->reset[i], values->heater[i].reset,
-				    fresh ? &shot : NULL, queue, command);
-
-		write_target(heaters, i, values->heater[i].target, command, refusals);
-		values->one_shot_failed_count += news.failed;
-		full |= news.full;
+		command->heater_target[i] = 0;
+		if (!is_idle(heaters, i, &values->heater[i]))
+			full |= write_heater(heaters, i, values, queue, command, fresh, refusals);
 	}
 	return full;
 }

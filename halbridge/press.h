@@ -36,6 +36,12 @@ bool press_read(struct press *press, const struct one_shot_queue *queue,
 struct press_news press_write(struct press *press, bool pin, const struct pokeys_one_shot *shot,
 			      struct one_shot_queue *queue, struct pokeys_command *command);
 
+/* It is up and nothing is under way: as long as its pin is up, nothing has to be done for it. */
+static inline bool press_rests(const struct press *press)
+{
+	return press->state == PRESS_IDLE && press->up;
+}
+
 /* The daemon that was asked is gone. Realtime. Returns true if something was under way. */
 bool press_forget(struct press *press);
 

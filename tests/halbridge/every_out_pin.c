@@ -426,6 +426,8 @@ static void begin(void)
 	drive.rig.daemon.identity.serial = 1;
 	memset(drive.rig.daemon.ponet, 0, sizeof(drive.rig.daemon.ponet));
 	drive.rig.daemon.kbd48_module = 255;
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		drive.rig.daemon.heater[i].state = POKEYS_HEATER_OFF;
 	drive_periods(&drive, 17);
 }
 

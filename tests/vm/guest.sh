@@ -105,6 +105,9 @@ gateway_shows_the_device() {
 	mkdir /tmp/decoy && cp /bin/sleep /tmp/decoy/pokeysd && { /tmp/decoy/pokeysd 100000 >/dev/null 2>&1 & echo $! >/tmp/decoy.pid; }
 	printf '[Service]\nRuntimeMaxSec=180\n' >/tmp/slow.conf &&
 		install -D -m 644 /tmp/slow.conf /etc/systemd/system/pokeys-doctor@.service.d/slow.conf && systemctl daemon-reload
+	# loading Python's modules takes this computer half a minute of its own, and more of the host's
+	printf '[Service]\nTimeoutStartSec=600\n' >/tmp/gateway-slow.conf && install -D -m 644 /tmp/gateway-slow.conf \
+		/run/systemd/system/pokeys-gateway.service.d/slow.conf && systemctl daemon-reload
 	systemctl start pokeys-gateway || { journalctl -o cat -u pokeys-gateway | tail -n 20 >/out/gateway; return 1; }
 	within 240 gateway_shows || { page_of healthz >/out/gateway; return 1; }
 	page_of "api/devices/$name" | grep -q '"joint.00.counts"'
