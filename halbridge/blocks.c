@@ -27,6 +27,7 @@ static const uint16_t begins[VALUES_BLOCKS] = {
 	[BLOCK_PONET] = offsetof(struct values, ponet),
 	[BLOCK_DRIVE] = offsetof(struct values, drive),
 	[BLOCK_HEATER] = offsetof(struct values, heater),
+	[BLOCK_SERVO] = offsetof(struct values, servo),
 	[BLOCK_DIAGNOSTICS] = offsetof(struct values, diagnostics),
 	[BLOCK_SETTINGS] = offsetof(struct values, set),
 	[BLOCK_LEGACY_LINK] = offsetof(struct values, legacy),

@@ -43,6 +43,7 @@ void exchange_init(struct exchange *exchange, uint32_t session)
 	probe_init(&exchange->probe);
 	threading_init(&exchange->threading);
 	heaters_init(&exchange->heaters);
+	servos_init(&exchange->servos);
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		encoder_init(&exchange->encoder[i]);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
@@ -191,6 +192,7 @@ static void take_news(struct exchange *exchange, struct values *values,
 		probe_forget(&exchange->probe, values);
 		threading_forget(&exchange->threading, values);
 		heaters_forget(&exchange->heaters, values);
+		servos_forget(&exchange->servos, values);
 	}
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		if (news->new_daemon && encoder_set_forget(&exchange->encoder[i],
@@ -209,6 +211,8 @@ static void take_news(struct exchange *exchange, struct values *values,
 		       news->fresh);
 	heaters_read(&exchange->heaters, values, &exchange->queue, &exchange->state,
 		     values->daemon_alive);
+	servos_read(&exchange->servos, values, &exchange->queue, &exchange->state,
+		    values->daemon_alive);
 }
 
 /* For the daemon's histogram; more than four seconds are as good as four. */
@@ -359,6 +363,8 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 				exchange->fresh, refusals);
 	full |= heaters_write(&exchange->heaters, values, &exchange->queue, command,
 			      exchange->fresh, refusals);
+	full |= servos_write(&exchange->servos, values, &exchange->queue, command,
+			     exchange->fresh, read, refusals);
 	full |= buttons_write(&exchange->buttons, values, &exchange->queue, command,
 			      exchange->fresh, refusals);
 	legacy_write(exchange, values, now_ns);

@@ -16,6 +16,7 @@
 #include "halbridge/digital.h"
 #include "halbridge/encoder.h"
 #include "halbridge/heaters.h"
+#include "halbridge/servos.h"
 #include "halbridge/info.h"
 #include "halbridge/joint.h"
 #include "halbridge/joint_home.h"
@@ -60,6 +61,7 @@ struct exchange {
 	struct motor_drive drive;
 	struct threading threading;
 	struct heaters heaters;
+	struct servos servos;
 	struct trouble trouble;
 	struct positions positions;
 	/* what the pins were last filled from */

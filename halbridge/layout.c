@@ -73,7 +73,8 @@ static void place_ranges(struct binding *binding)
 /* Of these blocks all IN pins are read in each period. */
 #define CONTROL	(1u << BLOCK_MACHINE | 1u << BLOCK_ENGINE | 1u << BLOCK_RTC | \
 		 1u << BLOCK_COUNTER | 1u << BLOCK_PWM | 1u << BLOCK_ENCODER | \
-		 1u << BLOCK_JOINT | 1u << BLOCK_HEATER | 1u << BLOCK_DIAGNOSTICS)
+		 1u << BLOCK_JOINT | 1u << BLOCK_HEATER | 1u << BLOCK_SERVO | \
+		 1u << BLOCK_DIAGNOSTICS)
 
 static void place_pins(struct binding *binding, const struct sharing *sharing,
 		       unsigned int schemes)

@@ -106,7 +106,8 @@ static unsigned int schemes_of(const char *word)
 	static const char *const words[] = {
 		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
 		[TABLE_PONET] = "ponet", [TABLE_ALL] = "all", [TABLE_CORE] = "core",
-		[TABLE_FORMER] = "former", [TABLE_HEATERS] = "heaters",
+		[TABLE_FORMER] = "former", [TABLE_HEATERS] = "heaters", [TABLE_SERVOS] = "servos",
+		[TABLE_LOOPS] = "loops",
 	};
 
 	for (unsigned int i = TABLE_CORE; i < sizeof(words) / sizeof(words[0]); i++) {
@@ -126,6 +127,6 @@ int main(int argc, char **argv)
 		return list_for_man(schemes);
 	fprintf(stderr,
 		"usage: list-names names|man "
-		"canonical|core|legacy|both|heaters|ponet|former|all\n");
+		"canonical|core|legacy|both|heaters|servos|loops|ponet|former|all\n");
 	return 2;
 }

@@ -42,8 +42,9 @@ MODULE_LICENSE("GPL");
 static char *devices;
 RTAPI_MP_STRING(devices, "devices of the daemon, comma separated; default: its only one");
 static char *names;
-RTAPI_MP_STRING(names, "naming schemes: both, canonical, core, legacy, heaters or all; default: "
-		 "both for the first device, canonical (with ini= legacy) for others");
+RTAPI_MP_STRING(names, "naming schemes: both, canonical, core, legacy, heaters, servos, "
+		 "loops or all; default: both for the first device, canonical (with ini= legacy) "
+		 "for others");
 static char *runtime;
 RTAPI_MP_STRING(runtime, "runtime folder of the daemon; default " POKEYS_RUNTIME_DIRECTORY);
 static char *ini;

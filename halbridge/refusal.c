@@ -109,6 +109,10 @@ static const char *refusal_text(unsigned int reason)
 		return "has no effect: pokeysd.conf has no such heater of this device";
 	case REFUSAL_TARGET:
 		return "not a finite number; the heater is off";
+	case REFUSAL_NO_SERVO:
+		return "has no effect: pokeysd.conf has no such servo of this device";
+	case REFUSAL_POSITION:
+		return "not a finite number; the motor is stopped by a fault";
 	case REFUSAL_NO_OUTPUT:		/* with its terminal, refusal_line() */
 		break;
 	case REFUSAL_NO_INDEX:

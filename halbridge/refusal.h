@@ -25,6 +25,8 @@ enum refusal_reason {
 	REFUSAL_NO_PWM,		/* the device has no such channel */
 	REFUSAL_NO_HEATER,	/* pokeysd.conf has none of this number */
 	REFUSAL_TARGET,		/* of a heater: NaN or infinite */
+	REFUSAL_NO_SERVO,	/* pokeysd.conf has none of this number */
+	REFUSAL_POSITION,	/* of a servo motor: NaN or infinite */
 };
 
 struct refusal_note {

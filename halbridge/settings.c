@@ -73,6 +73,7 @@ static int read_names(struct settings *settings, const char *names, bool older, 
 	static const char *const words[] = {
 		[TABLE_CANONICAL] = "canonical", [TABLE_LEGACY] = "legacy", [TABLE_BOTH] = "both",
 		[TABLE_ALL] = "all", [TABLE_CORE] = "core", [TABLE_HEATERS] = "heaters",
+		[TABLE_SERVOS] = "servos", [TABLE_LOOPS] = "loops",
 	};
 	const unsigned int further = older ? TABLE_LEGACY : TABLE_CANONICAL;
 
@@ -87,8 +88,8 @@ static int read_names(struct settings *settings, const char *names, bool older, 
 			settings->schemes[k] = i;
 		return 0;
 	}
-	snprintf(why, size, "names=%s: must be both, canonical, core, legacy, heaters or "
-		 "all", names);
+	snprintf(why, size, "names=%s: must be both, canonical, core, legacy, heaters, servos, "
+		 "loops or all", names);
 	return -EINVAL;
 }
 

@@ -16,7 +16,7 @@
 const struct table_group *const table_groups[] = {
 	&table_link, &table_engine, &table_info, &table_io, &table_analog, &table_encoder,
 	&table_joint, &table_axis, &table_task, &table_bus, &table_keys, &table_failsafe,
-	&table_drive, &table_heater, &table_threading, &table_diagnostics,
+	&table_drive, &table_heater, &table_servo, &table_threading, &table_diagnostics,
 	&table_legacy_io, &table_legacy_engine, &table_legacy_axis, &table_legacy_choice,
 	&table_legacy_ponet, &table_legacy_former,
 };

@@ -27,7 +27,10 @@ enum table_scheme {
 	TABLE_FORMER = 16,		/* of earlier versions, for machines of that time alone */
 	TABLE_HEATER = 32,		/* of heaters; few machines have any */
 	TABLE_HEATERS = 41,		/* the canonical ones and these */
-	TABLE_ALL = 47,			/* all but those of earlier versions */
+	TABLE_SERVO = 64,		/* of servo motors, likewise */
+	TABLE_SERVOS = 73,
+	TABLE_LOOPS = 105,		/* the canonical ones, those of heaters and of motors */
+	TABLE_ALL = 111,		/* all but those of earlier versions */
 };
 enum table_kind { TABLE_PIN, TABLE_PARAM };
 enum table_type { TABLE_BIT, TABLE_FLOAT, TABLE_S32, TABLE_U32, TABLE_TYPES };

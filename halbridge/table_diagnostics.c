@@ -9,9 +9,7 @@
 
 #define DIAGNOSTIC(name, member, help)	\
 	ROW(name, PIN, OUT, READ, diagnostics.member, help)
-#define RATE(name, group, help)		\
-	DIAGNOSTIC("rate." name, rate_hz[POKEYS_SLOW_##group], help ", measured, Hz")
-#define RATE_APART(name, group, help)							\
+#define RATE(name, group, help)								\
 	ROW("rate." name, PIN, OUT, READ, diagnostics.rate_hz[POKEYS_SLOW_##group],	\
 	    help ", measured, Hz", APART)
 #define LATENCY(name, member, help)							\
@@ -52,10 +50,10 @@ static const struct table_row rows[] = {
 	RATE("PoExtBus", POEXTBUS, "PoExtBus"),
 	RATE("tick", TICK, "the device's time"),
 	RATE("pwm", PWM, "PWM"),
-	RATE_APART("load", LOAD, "the device's load"),
-	RATE_APART("rtc", CLOCK, "the device's clock"),
+	RATE("load", LOAD, "the device's load"),
+	RATE("rtc", CLOCK, "the device's clock"),
 	RATE("external", EXTERNAL, "external outputs"),
-	RATE_APART("identity", IDENTITY, "identity"),
+	RATE("identity", IDENTITY, "identity"),
 	RATE("PoNET", PONET, "PoNET modules"),
 	RATE("dedicated", DEDICATED, "dedicated inputs of the pulse engine"),
 	RATE("matrix", MATRIX, "keys beyond the first 8 x 8"),

@@ -46,6 +46,7 @@
 #define BOTH_SCHEMES	.scheme = TABLE_BOTH
 #define APART		.scheme = TABLE_APART
 #define OF_HEATERS	.scheme = TABLE_HEATER
+#define OF_SERVOS	.scheme = TABLE_SERVO
 
 /* Initial value, least and most of a parameter. */
 #define PARAMETER(initial_, low_, high_)	\
@@ -62,7 +63,7 @@
 
 extern const struct table_group table_link, table_info, table_io, table_analog, table_encoder,
 	table_joint, table_axis, table_task, table_engine, table_bus, table_keys, table_diagnostics,
-	table_failsafe, table_drive, table_heater, table_threading, table_legacy_io,
+	table_failsafe, table_drive, table_heater, table_servo, table_threading, table_legacy_io,
 	table_legacy_axis, table_legacy_engine,
 	table_legacy_choice, table_legacy_ponet, table_legacy_former;
 

@@ -192,6 +192,13 @@ struct value_heater {
 	bool at_temperature, fault, reset;
 };
 
+/* A servo motor that the daemon controls. */
+struct value_servo {
+	double pos_cmd, vel_cmd, pos_fb, vel_fb, error, output;
+	uint32_t fault_code, condition, refused;
+	bool enable, reset, enabled, fault, homed, limit_minus, limit_plus;
+};
+
 struct value_latency {
 	double p99_us, max_us;
 };
@@ -216,7 +223,7 @@ struct value_diagnostics {
 enum values_block {
 	BLOCK_LINK, BLOCK_MACHINE, BLOCK_ENGINE, BLOCK_INFO, BLOCK_RTC, BLOCK_PIN, BLOCK_ANALOG,
 	BLOCK_COUNTER, BLOCK_PWM, BLOCK_ENCODER, BLOCK_JOINT, BLOCK_EXTERNAL, BLOCK_POEXTBUS,
-	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DRIVE, BLOCK_HEATER,
+	BLOCK_MATRIX, BLOCK_KBD48, BLOCK_PONET, BLOCK_DRIVE, BLOCK_HEATER, BLOCK_SERVO,
 	BLOCK_DIAGNOSTICS, BLOCK_SETTINGS,
 	BLOCK_LEGACY_LINK, BLOCK_LEGACY_ENCODER, BLOCK_LEGACY_IO, BLOCK_LEGACY_PONET,
 	BLOCK_LEGACY_AXIS, BLOCK_LEGACY_ENGINE, VALUES_BLOCKS,
@@ -265,6 +272,7 @@ struct values {
 	struct value_ponet ponet;
 	struct value_drive drive;
 	struct value_heater heater[POKEYS_HEATERS];
+	struct value_servo servo[POKEYS_SERVOS];
 	struct value_diagnostics diagnostics;
 	struct value_settings set;
 	struct value_legacy legacy;

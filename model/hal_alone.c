@@ -53,6 +53,8 @@ static const struct model_alone alone[] = {
 	{ "packet-error-total", "packets.missed" },
 	{ "packet-error-exceeded", "packets.error-level" },
 	{ "commander", "commander-alive" },
+	{ "servo.%02u.enabled", "servo.NN.state" },
+	{ "servo.%02u.fault", "servo.NN.fault-code" },
 	/* state of the HAL component itself: its functions, commands and requests */
 	{ "probe.contact", NULL },
 	{ "joint.%02u.refused", NULL },

@@ -18,8 +18,8 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "bit i of a member is 
 							   "its byte i / 8");
 
 static const struct model_group *const groups[] = {
-	&model_link, &model_io, &model_motion, &model_drive, &model_heater, &model_device,
-	&model_bus, &model_latency, &model_command,
+	&model_link, &model_io, &model_motion, &model_drive, &model_heater, &model_servo,
+	&model_device, &model_bus, &model_latency, &model_command,
 };
 
 const struct model_row *model_row(size_t number)
@@ -65,7 +65,7 @@ void model_pattern(const struct model_row *row, char name[MODEL_NAME_MAX + 1])
 
 const struct table_row *model_hal_row(const struct model_row *row)
 {
-	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next_row(&at);)
+	for (struct table_cursor at = table_walk(TABLE_LOOPS); table_next_row(&at);)
 		if (!strcmp(at.row->name, row->name))
 			return at.row;
 	return NULL;

@@ -23,7 +23,7 @@ struct model_group {
 #define NUMBER_TYPE(expression_) _Generic((expression_),				\
 	uint8_t: MODEL_UNSIGNED, uint16_t: MODEL_UNSIGNED, uint32_t: MODEL_UNSIGNED,	\
 	uint64_t: MODEL_UNSIGNED, int16_t: MODEL_SIGNED, int32_t: MODEL_SIGNED,		\
-	int64_t: MODEL_SIGNED, float: MODEL_FLOAT)
+	int64_t: MODEL_SIGNED, float: MODEL_FLOAT, double: MODEL_FLOAT)
 
 #define PLACE(name_, type_, member_)							\
 	.name = name_, .image = MODEL_STATE, .type = type_,				\
@@ -80,6 +80,6 @@ struct model_group {
 
 extern const struct model_group model_link, model_io, model_motion, model_drive, model_device,
 	model_bus, model_latency,
-	model_heater, model_command;
+	model_heater, model_servo, model_command;
 
 #endif

@@ -49,7 +49,7 @@ from ._values import (
 SHORT, BITS_EACH = 80, 8
 WRITABLE = {"Bit": "Switch", "Integer": "Level", "Ratio": "Duty", "Measured": "Setpoint"}
 CODES = {("unsigned", 1): "B", ("unsigned", 2): "H", ("unsigned", 4): "I", ("unsigned", 8): "Q",
-         ("signed", 2): "h", ("signed", 4): "i", ("signed", 8): "q", ("float", 4): "f"}
+         ("signed", 2): "h", ("signed", 4): "i", ("signed", 8): "q", ("float", 4): "f", ("float", 8): "d"}
 
 
 class Node:

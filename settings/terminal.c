@@ -93,11 +93,46 @@ static uint64_t heater(const struct look *look, unsigned int index)
 	return index < look->daemon->heaters ? look->daemon->heater[index].output : 0;
 }
 
+/* The terminal of a PWM channel + 1. */
+static uint64_t pwm_bit(const struct look *look, uint8_t pwm)
+{
+	return pwm && pwm <= WIRE_MODEL_PWMS ? bit(look->board->pwm_pin[pwm - 1]) : 0;
+}
+
 static uint64_t heater_pwm(const struct look *look, unsigned int index)
 {
-	const uint8_t pwm = index < look->daemon->heaters ? look->daemon->heater[index].pwm : 0;
+	return index < look->daemon->heaters ? pwm_bit(look, look->daemon->heater[index].pwm) : 0;
+}
 
-	return pwm && pwm <= WIRE_MODEL_PWMS ? bit(look->board->pwm_pin[pwm - 1]) : 0;
+static uint64_t servo_pwm(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->servos ? pwm_bit(look, look->daemon->servo[index].pwm) : 0;
+}
+
+static uint64_t servo_reverse(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->servos ?
+	       pwm_bit(look, look->daemon->servo[index].reverse_pwm) : 0;
+}
+
+static uint64_t servo_direction(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->servos ? look->daemon->servo[index].direction : 0;
+}
+
+static uint64_t servo_enable(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->servos ? look->daemon->servo[index].enable : 0;
+}
+
+static uint64_t servo_low(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->servos ? look->daemon->servo[index].low : 0;
+}
+
+static uint64_t servo_high(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->servos ? look->daemon->servo[index].high : 0;
 }
 
 static bool is_external(const struct pokeys_settings *s)
@@ -333,11 +368,17 @@ static const struct source {
 	{ "resume-outputs", TERMINAL_RESUME, 1, resume },
 	/* records have their numbers: new ones come last */
 	{ "heater.#.sensor-pin", TERMINAL_SENSOR, POKEYS_HEATERS, sensor },
-	{ "heater.#.output-pin", TERMINAL_HEATER, POKEYS_HEATERS, heater },
+	{ "heater.#.output-pin", TERMINAL_LOOP, POKEYS_HEATERS, heater },
 	{ "heater.#.pwm", TERMINAL_DRIVEN, POKEYS_HEATERS, heater_pwm },
+	{ "servo.#.pwm", TERMINAL_DRIVEN, POKEYS_SERVOS, servo_pwm },
+	{ "servo.#.reverse-pwm", TERMINAL_DRIVEN, POKEYS_SERVOS, servo_reverse },
+	{ "servo.#.direction-pin", TERMINAL_LOOP, POKEYS_SERVOS, servo_direction },
+	{ "servo.#.enable-pin", TERMINAL_LOOP, POKEYS_SERVOS, servo_enable },
+	{ "servo.#.limit-minus-pin", TERMINAL_LISTENER, POKEYS_SERVOS, servo_low },
+	{ "servo.#.limit-plus-pin", TERMINAL_LISTENER, POKEYS_SERVOS, servo_high },
 };
 
-enum { OWNERS_MAX = 104, SOURCES = sizeof(sources) / sizeof(sources[0]) };
+enum { OWNERS_MAX = 140, SOURCES = sizeof(sources) / sizeof(sources[0]) };
 
 static size_t list_owners(const struct look *look, struct terminal_owner out[OWNERS_MAX])
 {
@@ -362,13 +403,13 @@ static const unsigned int goes_with[TERMINAL_KINDS] = {
 	[TERMINAL_INPUT] = KIND(LISTENER) | KIND(SCANNED),
 	[TERMINAL_COUNTER] = KIND(LISTENER),
 	[TERMINAL_ANALOG] = KIND(SENSOR),
-	[TERMINAL_OUTPUT] = KIND(FOLLOWER) | KIND(HEATER) | KIND(SAFE_ON) | KIND(SAFE_HOLD) |
+	[TERMINAL_OUTPUT] = KIND(FOLLOWER) | KIND(LOOP) | KIND(SAFE_ON) | KIND(SAFE_HOLD) |
 			    KIND(RESUME),
 	[TERMINAL_LISTENER] = KIND(LISTENER) | KIND(INPUT) | KIND(COUNTER),
 	[TERMINAL_SCANNED] = KIND(INPUT),
 	[TERMINAL_FOLLOWER] = KIND(OUTPUT) | KIND(SAFE_ON) | KIND(SAFE_HOLD) | KIND(RESUME),
 	[TERMINAL_SENSOR] = KIND(ANALOG),
-	[TERMINAL_HEATER] = KIND(OUTPUT),
+	[TERMINAL_LOOP] = KIND(OUTPUT),
 	[TERMINAL_SAFE_ON] = KIND(OUTPUT) | KIND(FOLLOWER) | KIND(RESUME),
 	[TERMINAL_SAFE_HOLD] = KIND(OUTPUT) | KIND(FOLLOWER) | KIND(RESUME),
 	[TERMINAL_RESUME] = KIND(OUTPUT) | KIND(FOLLOWER) | KIND(SAFE_ON) | KIND(SAFE_HOLD),
@@ -393,7 +434,7 @@ static uint64_t able(const struct wire_pinmap *board, const struct terminal_owne
 		return board->analog_in;
 	case TERMINAL_OUTPUT:
 	case TERMINAL_FOLLOWER:
-	case TERMINAL_HEATER:
+	case TERMINAL_LOOP:
 	case TERMINAL_SAFE_ON:
 	case TERMINAL_SAFE_HOLD:
 	case TERMINAL_RESUME:

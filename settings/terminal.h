@@ -24,7 +24,7 @@ enum terminal_kind {
 	TERMINAL_DRIVEN,	/* an output of another part of the device */
 	TERMINAL_FOLLOWER,	/* a digital output that an axis switches */
 	TERMINAL_SENSOR,	/* an analog input of a heater */
-	TERMINAL_HEATER,	/* a digital output of a heater */
+	TERMINAL_LOOP,		/* a digital output of a heater or a servo motor */
 	TERMINAL_SAFE_ON,	/* a digital output, after a loss */
 	TERMINAL_SAFE_HOLD,
 	TERMINAL_RESUME,
@@ -47,6 +47,11 @@ struct terminal_daemon {
 		uint64_t sensor, output;
 		uint8_t pwm;		/* channel + 1; 0 = none */
 	} heater[POKEYS_HEATERS];
+	uint8_t servos;
+	struct {
+		uint64_t direction, enable, low, high;
+		uint8_t pwm, reverse_pwm;	/* channel + 1; 0 = none */
+	} servo[POKEYS_SERVOS];
 };
 
 /* Terminals that both use, and only one of them can. */

@@ -14,7 +14,7 @@
 	_Static_assert(sizeof(struct type) == (bytes) && _Alignof(struct type) == 8, \
 		       #type " has another size or alignment")
 
-WHOLE(pokeys_state, 3432);
+WHOLE(pokeys_state, 4152);
 SAME(pokeys_state, identity, 136);
 SAME(pokeys_state, capability, 216);
 SAME(pokeys_state, digital_in, 304);
@@ -24,17 +24,19 @@ SAME(pokeys_state, phase, 2200);
 SAME(pokeys_state, postep, 2272);
 SAME(pokeys_state, statistics, 2528);
 SAME(pokeys_state, heater, 2704);
+SAME(pokeys_state, servo, 3432);
 
 WHOLE(pokeys_diag, 9664);
 SAME(pokeys_diag, wakeup, 160);
 SAME(pokeys_diag, cycle_work, 7936);
 SAME(pokeys_diag, age_at_read, 8800);
 
-WHOLE(pokeys_command, 4760);
+WHOLE(pokeys_command, 4856);
 SAME(pokeys_command, digital_out, 120);
 SAME(pokeys_command, axis, 496);
 SAME(pokeys_command, heater_target, 624);
-SAME(pokeys_command, one_shot, 664);
+SAME(pokeys_command, servo, 656);
+SAME(pokeys_command, one_shot, 760);
 
 WHOLE(pokeys_wish, 944);
 SAME(pokeys_wish, settings, 24);

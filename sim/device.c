@@ -174,6 +174,7 @@ static void slot(struct sim_device *dev)
 	blink(dev);
 	sim_encoders_slot(dev);
 	sim_oven_slot(dev);
+	sim_servos_slot(dev);
 	sim_analog_slot(dev);
 	if (dev->dirty)
 		sim_pins_settle(dev);

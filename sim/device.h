@@ -26,6 +26,7 @@
 #include "sim/identity.h"
 #include "sim/mechanics.h"
 #include "sim/oven.h"
+#include "sim/servo.h"
 #include "sim/panel.h"
 #include "sim/pins.h"
 #include "sim/postep.h"
@@ -139,6 +140,7 @@ struct sim_bench {
 	struct sim_shaft shaft[SIM_ENCODERS];
 	struct sim_source analog[SIM_ANALOGS];
 	struct sim_oven oven[SIM_ANALOGS];
+	struct sim_servo servo[SIM_ENCODERS];
 	uint64_t blinking;		/* pins which toggle by themselves, sim_bench_blink() */
 	uint32_t blink_ms[SIM_PINS];	/* and their half periods */
 	struct sim_bus_bench bus;

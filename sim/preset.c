@@ -17,6 +17,7 @@
 #define DEMO_MINUS -8000
 #define DEMO_PLUS 200000
 #define PRINTER_PERIOD 2500000	/* 10 Hz */
+#define SERVO_PERIOD 1250	/* 20 kHz */
 
 static void set_function(struct sim_device *dev, unsigned int pin, uint8_t function)
 {
@@ -128,6 +129,22 @@ static void printer(struct sim_device *dev)
 	sim_oven_fit(dev, 44 - 41, &sim_heat_bed, true, 1);
 }
 
+static void servo_mill(struct sim_device *dev)
+{
+	for (unsigned int i = 0; i < 3; i++) {
+		const unsigned int direction = 31 + i, enable = 35 + i;
+
+		set_function(dev, direction, SIM_PIN_DIGITAL_OUT);
+		set_function(dev, enable, SIM_PIN_DIGITAL_OUT);
+		encoder(dev, i, 1 + 2 * i, 2 + 2 * i);
+		sim_servo_fit(dev, i, &(struct sim_servo){
+			.kind = SIM_SERVO_SIGN, .pwm = (uint8_t)i,
+			.other = (uint8_t)(direction - 1), .enable = (uint8_t)(enable - 1),
+		}, &sim_motor_small);
+	}
+	dev->config.pwm.period = SERVO_PERIOD;
+}
+
 bool sim_preset_apply(struct sim_device *dev, const char *name, struct sim_text *why)
 {
 	unsigned int which;
@@ -140,6 +157,8 @@ bool sim_preset_apply(struct sim_device *dev, const char *name, struct sim_text 
 		demo(dev);
 	else if (which == 3)
 		printer(dev);
+	else if (which == 4)
+		servo_mill(dev);
 	sim_machine_rewired(&dev->bench.machine);
 	dev->flash = dev->config;
 	for (unsigned int i = 0; i < SIM_AXES; i++)

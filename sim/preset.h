@@ -17,7 +17,7 @@
  *
  * What exactly they set is in the manual page pokeys-sim(1).
  */
-#define SIM_PRESETS "factory|loopback|demo|printer"
+#define SIM_PRESETS "factory|loopback|demo|printer|servo-mill"
 
 /* Puts one onto the device; false with a line in `why` when there is none of that name. */
 bool sim_preset_apply(struct sim_device *dev, const char *name, struct sim_text *why);

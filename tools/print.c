@@ -196,6 +196,7 @@ void print_status(const struct view_device *device, FILE *to)
 		print_io(state, to);
 		print_engine(device, to);
 		print_heaters(state, to);
+		print_servos(state, to);
 	}
 	print_packets(device, to);
 	if (device->has_diag)

@@ -44,15 +44,22 @@ const char *print_heater(const struct pokeys_heater *heater, char text[PRINT_HEA
 /* A line for each heater; nothing without one. */
 void print_heaters(const struct pokeys_state *state, FILE *to);
 
+/* The same of a servo motor. */
+enum { PRINT_SERVO_MAX = 320 };
+bool print_has_servo(const struct pokeys_state *state, unsigned int servo);
+const char *print_servo(const struct pokeys_servo *servo, char text[PRINT_SERVO_MAX]);
+void print_servos(const struct pokeys_state *state, FILE *to);
+
 /* Everything worth knowing of a device, in a dozen lines. */
 void print_status(const struct view_device *device, FILE *to);
 
 /* One JSON document of all devices on one line; its keys are those of pokeysctl(1). */
 void print_json_all(const struct view *view, FILE *to);
 
-/* Its parts with the keys "engine" and "heaters". */
+/* Its parts with the keys "engine", "heaters" and "servos". */
 void print_json_engine(struct json *json, const struct pokeys_state *state);
 void print_json_heaters(struct json *json, const struct pokeys_state *state);
+void print_json_servos(struct json *json, const struct pokeys_state *state);
 
 /* The histograms of the diagnostic image, in the order they are shown. */
 struct print_histogram {

@@ -1,29 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /* Print the heaters as text and as JSON. A device without heaters prints none as text. */
 #include <math.h>
-#include <stdarg.h>
 #include <pokeys/names.h>
+#include "settings/line.h"
 #include "tools/print.h"
-
-/* A text under construction; what does not fit is cut. */
-struct line {
-	char *text;
-	size_t size, at;
-};
-
-__attribute__((format(printf, 2, 3)))
-static void put(struct line *line, const char *format, ...)
-{
-	const size_t room = line->size - line->at;
-	va_list arguments;
-	int length;
-
-	va_start(arguments, format);
-	length = vsnprintf(line->text + line->at, room, format, arguments);
-	va_end(arguments);
-	if (length > 0)
-		line->at += (size_t)length < room ? (size_t)length : room - 1;
-}
 
 static void put_work(struct line *line, const struct pokeys_heater *heater)
 {

@@ -233,6 +233,7 @@ static void put_state(struct json *json, const struct view_device *device)
 	put_encoders(json, device);
 	print_json_engine(json, state);
 	print_json_heaters(json, state);
+	print_json_servos(json, state);
 	put_rows(json, "statistics", statistics, COUNT(statistics), &state->statistics);
 	json_end(json);
 }

@@ -149,6 +149,16 @@ static void draw_heaters(struct screen *screen, const struct pokeys_state *state
 				    print_heater(&state->heater[i], text));
 }
 
+static void draw_servos(struct screen *screen, const struct pokeys_state *state)
+{
+	char text[PRINT_SERVO_MAX];
+
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		if (print_has_servo(state, i))
+			screen_line(screen, "servo %u   %s", i,
+				    print_servo(&state->servo[i], text));
+}
+
 static void draw_latencies(struct screen *screen, const struct pokeys_diag *diag)
 {
 	static const double parts[] = { 0.5, 0.9, 0.99, 0.999 };
@@ -187,6 +197,7 @@ static void draw_one(struct screen *screen, const struct view_device *device,
 	draw_encoders(screen, &device->state);
 	top_engine(screen, device);
 	draw_heaters(screen, &device->state);
+	draw_servos(screen, &device->state);
 	if (device->has_diag)
 		draw_latencies(screen, &device->diag);
 }

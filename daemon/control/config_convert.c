@@ -21,6 +21,11 @@ static uint64_t ms(double value)
 /* Of max-target = auto, K. */
 #define TARGET_BELOW 15
 
+/* What auto is for a servo motor. */
+#define IMPOSSIBLE_TIMES	3	/* max-speed */
+#define INTEGRAL_PART		0.5	/* of max-output */
+#define STALL_PART		0.9
+
 static int by_place(const void *a, const void *b)
 {
 	const struct sensor_point *first = a, *second = b;
@@ -157,6 +162,74 @@ void config_convert_heater(const struct config_raw_heater *raw, struct heating_c
 	out->output = (uint8_t)(pwm ? raw->pwm : raw->output_pin ? raw->output_pin - 1 : 0);
 	out->least_ns = ms(raw->least_s * 1000);
 	out->within = raw->within;
+	out->without_failsafe = raw->without_failsafe;
+}
+
+static double unlimited(double value, double limit)
+{
+	return value == limit ? copysign(INFINITY, limit) : value;
+}
+
+static double or_auto(double value, double instead)
+{
+	return value == CONFIG_SERVO_AUTO ? instead : value;
+}
+
+static void convert_servo(const struct config_raw_servo *raw, struct servo_config *out)
+{
+	out->scale = raw->scale;
+	out->least = unlimited(raw->least, -(double)CONFIG_UNLIMITED);
+	out->most = unlimited(raw->most, (double)CONFIG_UNLIMITED);
+	out->speed_most = raw->speed_most;
+	out->speed_jump = or_auto(raw->speed_jump, raw->speed_most * IMPOSSIBLE_TIMES);
+	out->gains.p = raw->p;
+	out->gains.i = raw->i;
+	out->gains.d = raw->d;
+	out->gains.velocity = raw->velocity;
+	out->gains.acceleration = raw->acceleration;
+	out->deadband = raw->deadband;
+	out->output_most = raw->output_most;
+	out->integral_most = or_auto(raw->integral_most, raw->output_most * INTEGRAL_PART);
+	out->smooth = raw->smooth_s;
+	out->follow_least = raw->follow_least;
+	out->follow_most = raw->follow_most;
+	out->stall_output = or_auto(raw->stall_output, raw->output_most * STALL_PART);
+	out->stall_move = raw->stall_move;
+	out->stall_s = raw->stall_s;
+	out->silent_output = raw->silent_output;
+	out->silent_s = raw->silent_s;
+	out->runaway_output = raw->runaway_output;
+	out->runaway_move = raw->runaway_move;
+	out->stale_ns = ms(raw->stale_ms);
+}
+
+static uint8_t channel_or_none(int64_t channel)
+{
+	return channel < 0 ? SERVOING_NONE : (uint8_t)channel;
+}
+
+static uint8_t pin_or_none(int64_t terminal)
+{
+	return terminal ? (uint8_t)(terminal - 1) : SERVOING_NONE;
+}
+
+void config_convert_servo(const struct config_raw_servo *raw, struct servoing_config *out)
+{
+	memset(out, 0, sizeof(*out));
+	memcpy(out->name, raw->name, sizeof(out->name));
+	convert_servo(raw, &out->servo);
+	out->drive.kind = (enum drive_kind)raw->drive;
+	out->drive.dwell_ns = ms(raw->dwell_ms);
+	out->encoder = (uint8_t)raw->encoder;
+	out->pwm = channel_or_none(raw->pwm);
+	out->reverse_pwm = channel_or_none(raw->reverse_pwm);
+	out->direction = pin_or_none(raw->direction_pin);
+	out->enable = pin_or_none(raw->enable_pin);
+	out->low = pin_or_none(raw->limit_minus_pin);
+	out->high = pin_or_none(raw->limit_plus_pin);
+	out->low_inverted = raw->limit_minus_invert;
+	out->high_inverted = raw->limit_plus_invert;
+	out->inverted = raw->invert_output;
 	out->without_failsafe = raw->without_failsafe;
 }
 

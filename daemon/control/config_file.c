@@ -30,7 +30,8 @@
 
 /* What a name is written to is the section as well. */
 _Static_assert(!offsetof(struct config_raw_device, name) &&
-	       !offsetof(struct config_raw_heater, name), "sections begin with their name");
+	       !offsetof(struct config_raw_heater, name) &&
+	       !offsetof(struct config_raw_servo, name), "sections begin with their name");
 
 enum { FILE_MAX = 1 << 18, SHOWN_MAX = 60 };
 
@@ -194,6 +195,17 @@ static void enter_heater(struct reading *r, const char *name)
 	}, name);
 }
 
+static void enter_servo(struct reading *r, const char *name)
+{
+	struct config_file *file = r->file;
+
+	enter_kind(r, &(struct kind){
+		.section = CONFIG_SERVO, .word = "servo", .raw = (char *)file->servo,
+		.stride = sizeof(file->servo[0]), .lines = file->servo_lines,
+		.count = &file->servos, .most = CONFIG_SERVOS,
+	}, name);
+}
+
 /* A line that begins with '['; it stays as it is for inih. */
 static void enter_section(struct reading *r, const char *line)
 {
@@ -203,8 +215,8 @@ static void enter_section(struct reading *r, const char *line)
 	r->raw = NULL;
 	snprintf(r->title, sizeof(r->title), "[?]");
 	if (line[length] != ']' || line[length + 1] || length >= sizeof(name)) {
-		config_fault(r->file, r->line, "\"%s\" is not a section; [daemon], [device NAME] "
-			     "and [heater NAME] are", r->shown);
+		config_fault(r->file, r->line, "\"%s\" is not a section; [daemon], "
+			     "[device NAME], [heater NAME] and [servo NAME] are", r->shown);
 		return;
 	}
 	memcpy(name, line + 1, length - 1);
@@ -215,9 +227,11 @@ static void enter_section(struct reading *r, const char *line)
 		enter_device(r, name + 7 + strspn(name + 7, " "));
 	else if (!strncmp(name, "heater ", 7))
 		enter_heater(r, name + 7 + strspn(name + 7, " "));
+	else if (!strncmp(name, "servo ", 6))
+		enter_servo(r, name + 6 + strspn(name + 6, " "));
 	else
 		config_fault(r->file, r->line, "there is no section [%s]; sections are [daemon], "
-			     "[device NAME] and [heater NAME]", name);
+			     "[device NAME], [heater NAME] and [servo NAME]", name);
 }
 
 /* Cut comment and blanks off a line of the file; NULL and a complaint if it cannot be one. */

@@ -86,6 +86,7 @@ static const char *section_name(enum config_section section)
 	static const char *const names[CONFIG_SECTIONS] = {
 		[CONFIG_DAEMON] = "[daemon]", [CONFIG_DEVICE] = "a [device NAME] section",
 		[CONFIG_HEATER] = "a [heater NAME] section",
+		[CONFIG_SERVO] = "a [servo NAME] section",
 	};
 
 	return names[section];

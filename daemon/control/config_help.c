@@ -11,7 +11,7 @@ enum { WIDTH = 78 };
 
 static const char *const titles[CONFIG_SECTIONS] = {
 	[CONFIG_DAEMON] = "[daemon]", [CONFIG_DEVICE] = "[device NAME]",
-	[CONFIG_HEATER] = "[heater NAME]",
+	[CONFIG_HEATER] = "[heater NAME]", [CONFIG_SERVO] = "[servo NAME]",
 };
 
 /* Words of a text, each line begun with `margin`. */

@@ -153,6 +153,7 @@ void config_judge(struct config_file *file, struct config *out)
 	if (!file->devices && !file->faults)
 		config_fault(file, 0, "there is no [device NAME] section");
 	judge_heaters(file);
+	judge_servos(file);
 	for (uint32_t i = 0; i < file->devices; i++)
 		judge_device(file, i);
 	if (file->here)
@@ -172,5 +173,12 @@ void config_judge(struct config_file *file, struct config *out)
 
 		device->heater[raw->number] = raw->out;
 		device->heaters++;
+	}
+	for (uint32_t i = 0; i < file->servos; i++) {
+		const struct config_raw_servo *raw = &file->servo[i];
+		struct device_config *device = &out->device[raw->of];
+
+		device->servo[raw->number] = raw->out;
+		device->servos++;
 	}
 }

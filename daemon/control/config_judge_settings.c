@@ -187,6 +187,7 @@ void judge_settings(const struct judged *j)
 	judge_axis_count(j);
 	judge_failsafe(j);
 	judge_heaters_of(j);
+	judge_servos_of(j);
 	judge_matrix(j);
 	judge_threading(j);
 }

@@ -68,6 +68,9 @@ static void judge_inverted(const struct judged *j, const struct terminal_daemon 
 
 	for (unsigned int i = 0; i < daemon->heaters; i++)
 		digital |= daemon->heater[i].output;
+	for (unsigned int i = 0; i < daemon->servos; i++)
+		digital |= daemon->servo[i].direction | daemon->servo[i].enable |
+			   daemon->servo[i].low | daemon->servo[i].high;
 	pin = shared_pin(pins_with(j, WIRE_PIN_INVERT), ~digital);
 
 	if (pin)
@@ -82,34 +85,46 @@ struct place {
 };
 
 #define HEATER_KEY "heater.#."
+#define SERVO_KEY "servo.#."
 
-static uint32_t heater_of(const struct judged *j, uint32_t number)
+static struct judged_part heater_of(const struct judged *j, uint32_t number)
 {
 	uint32_t i = 0;
 
 	while (i + 1 < j->file->heaters &&
 	       !(judge_has_heater(j, i) && j->file->heater[i].number == number))
 		i++;
-	return i;
+	return judge_heater_part(j->file, i);
+}
+
+static struct judged_part servo_of(const struct judged *j, uint32_t number)
+{
+	uint32_t i = 0;
+
+	while (i + 1 < j->file->servos &&
+	       !(judge_has_servo(j, i) && j->file->servo[i].number == number))
+		i++;
+	return judge_servo_part(j->file, i);
+}
+
+static void place_in(struct judged_part part, const char *key, struct place *place)
+{
+	place->line = config_line_of(part.lines, key, 0);
+	snprintf(place->section, sizeof(place->section), "[%s %s]", part.word, part.name);
+	snprintf(place->key, sizeof(place->key), "%s", key);
 }
 
 static void find_place(const struct judged *j, const struct terminal_owner *owner,
 		       struct place *place)
 {
-	const size_t prefix = strlen(HEATER_KEY);
-
-	if (strncmp(owner->key, HEATER_KEY, prefix)) {
+	if (!strncmp(owner->key, HEATER_KEY, strlen(HEATER_KEY))) {
+		place_in(heater_of(j, owner->index), owner->key + strlen(HEATER_KEY), place);
+	} else if (!strncmp(owner->key, SERVO_KEY, strlen(SERVO_KEY))) {
+		place_in(servo_of(j, owner->index), owner->key + strlen(SERVO_KEY), place);
+	} else {
 		place->line = config_line_of(j->lines, owner->key, owner->index);
 		snprintf(place->section, sizeof(place->section), "[device %s]", j->raw->name);
 		terminal_owner_name(owner->number, place->key);
-	} else {
-		const uint32_t heater = heater_of(j, owner->index);
-		const char *key = owner->key + prefix;
-
-		place->line = config_line_of(&j->file->heater_lines[heater], key, 0);
-		snprintf(place->section, sizeof(place->section), "[heater %s]",
-			 j->file->heater[heater].name);
-		snprintf(place->key, sizeof(place->key), "%s", key);
 	}
 }
 
@@ -161,6 +176,22 @@ static void take_heaters(const struct judged *j, struct terminal_daemon *daemon)
 	}
 }
 
+static void take_servos(const struct judged *j, struct terminal_daemon *daemon)
+{
+	struct servoing_config config[POKEYS_SERVOS];
+	unsigned int count = 0;
+
+	for (uint32_t i = 0; i < j->file->servos; i++) {
+		const struct config_raw_servo *raw = &j->file->servo[i];
+
+		if (judge_has_servo(j, i) && raw->number < POKEYS_SERVOS) {
+			config[raw->number] = raw->out;
+			count++;
+		}
+	}
+	servoing_terminals(config, count, daemon);
+}
+
 void judge_terminals(const struct judged *j)
 {
 	struct terminal_daemon daemon = {
@@ -171,6 +202,7 @@ void judge_terminals(const struct judged *j)
 	size_t count;
 
 	take_heaters(j, &daemon);
+	take_servos(j, &daemon);
 	count = terminal_conflicts(&j->raw->settings, &daemon, NULL, conflict);
 	for (size_t i = 0; i < count; i++)
 		judge_shared(j, &conflict[i]);

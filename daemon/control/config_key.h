@@ -12,7 +12,7 @@
 #include "daemon/control/config.h"
 #include "settings/key.h"
 
-enum config_section { CONFIG_DAEMON, CONFIG_DEVICE, CONFIG_HEATER, CONFIG_SECTIONS };
+enum config_section { CONFIG_DAEMON, CONFIG_DEVICE, CONFIG_HEATER, CONFIG_SERVO, CONFIG_SECTIONS };
 
 /* What a value is, and where it goes: the C type of the field follows from it. */
 enum config_type {
@@ -51,6 +51,7 @@ enum {
 	CONFIG_KEYS_MAX = 256,
 	CONFIG_INDICES = 25,		/* the largest count in the table */
 	CONFIG_HEATERS = 16,		/* of all devices */
+	CONFIG_SERVOS = 16,
 };
 
 /* Walk them: NULL behind the last one. The control thread. */
@@ -125,6 +126,30 @@ struct config_raw_heater {
 
 #define CONFIG_TARGET_AUTO	(-1000)
 
+struct config_raw_servo {
+	char name[32], device[32];
+	int64_t encoder;
+	double scale;
+	int64_t drive, pwm, reverse_pwm, direction_pin, enable_pin, invert_output;
+	double dwell_ms;
+	int64_t limit_minus_pin, limit_plus_pin, limit_minus_invert, limit_plus_invert;
+	double least, most;			/* -+CONFIG_UNLIMITED */
+	double speed_most, speed_jump;		/* speed_jump: or CONFIG_SERVO_AUTO */
+	double p, i, d, velocity, acceleration;
+	double deadband, integral_most;		/* integral_most: or CONFIG_SERVO_AUTO */
+	double output_most, smooth_s;
+	double follow_least, follow_most;
+	double stall_output, stall_move, stall_s;	/* stall_output: or CONFIG_SERVO_AUTO */
+	double silent_output, silent_s, runaway_output, runaway_move, stale_ms;
+	int64_t without_failsafe;
+	/* once they were judged */
+	uint32_t of, number;			/* device, and which one of its servo motors */
+	struct servoing_config out;
+};
+
+#define CONFIG_SERVO_AUTO	(-1)
+#define CONFIG_UNLIMITED	INT64_MAX
+
 /* Where each key of a section stands in the file; 0 = it does not. */
 struct config_lines {
 	uint32_t section;
@@ -148,6 +173,9 @@ struct config_file {
 	struct config_raw_heater heater[CONFIG_HEATERS];
 	uint32_t heaters;
 	struct config_lines heater_lines[CONFIG_HEATERS];
+	struct config_raw_servo servo[CONFIG_SERVOS];
+	uint32_t servos;
+	struct config_lines servo_lines[CONFIG_SERVOS];
 };
 
 /* Put every default into a section. */
@@ -188,6 +216,7 @@ void config_convert_daemon(const struct config_raw_daemon *raw, struct config *o
 void config_convert_device(const struct config_raw_device *raw, uint64_t period_ns,
 			   struct device_config *out);
 void config_convert_heater(const struct config_raw_heater *raw, struct heating_config *out);
+void config_convert_servo(const struct config_raw_servo *raw, struct servoing_config *out);
 bool config_is_set(const struct config_lines *lines, const char *name, uint32_t index);
 
 /*

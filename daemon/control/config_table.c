@@ -25,6 +25,9 @@
 #define HEATER(field) CONFIG_HEATER, .offset = offsetof(struct config_raw_heater, field), \
 	.size = sizeof(((struct config_raw_heater *)0)->field)
 
+#define SERVO(field) CONFIG_SERVO, .offset = offsetof(struct config_raw_servo, field), \
+	.size = sizeof(((struct config_raw_servo *)0)->field)
+
 #define WORDS(...) ((const struct settings_word[]){ __VA_ARGS__, { NULL, 0 } })
 #define RANGE(low, high) .minimum = (low), .maximum = (high)
 #define WORDS_ONLY RANGE(1, 0)
@@ -356,6 +359,129 @@ static const struct config_key own[] = {
 	    .help = "no: the heater is used only while the device's own failsafe is set up to "
 		    "switch its output off. yes: the heater is used without this failsafe, and "
 		    "its output may stay on if this computer fails."),
+
+	KEY(SERVO(device), "device", CONFIG_TEXT,
+	    .help = "Name of the device that has the motor's encoder and outputs. It may be left "
+		    "out if there is only one device."),
+	KEY(SERVO(encoder), "encoder", CONFIG_INTEGER, RANGE(0, POKEYS_ENCODERS - 1),
+	    .help = "Encoder of the motor, as in HAL (encoder.00 is 0). It has to be set up in "
+		    "[device NAME] or in the device, with four counts for each cycle (4x) if "
+		    "possible."),
+	KEY(SERVO(scale), "counts-per-unit", CONFIG_REAL, RANGE(-1e7, 1e7),
+	    .help = "Counts of the encoder for each unit of the axis (mm or degree). Below 0: "
+		    "the position grows while the encoder counts down."),
+	KEY(SERVO(drive), "drive", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "sign-magnitude", DRIVE_SIGN }, { "antiphase", DRIVE_ANTIPHASE },
+			   { "two-pwm", DRIVE_TWO_PWM }),
+	    .fallback = "sign-magnitude",
+	    .help = "What the motor's amplifier expects. sign-magnitude: pwm and direction-pin. "
+		    "antiphase: pwm, whose duty of 50 % is standstill, and enable-pin. two-pwm: "
+		    "pwm for one direction and reverse-pwm for the other."),
+	KEY(SERVO(pwm), "pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
+	    .words = WORDS({ "none", -1 }), .fallback = "none",
+	    .help = "PWM output to the amplifier; 0 to 5 are pwm.00 to pwm.05 in HAL. The device "
+		    "needs pwm-period, which applies to all its PWM outputs; 1250 is 20 kHz."),
+	KEY(SERVO(reverse_pwm), "reverse-pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
+	    .words = WORDS({ "none", -1 }), .fallback = "none",
+	    .help = "With drive = two-pwm: PWM output for the other direction."),
+	KEY(SERVO(direction_pin), "direction-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
+	    .words = WORDS({ "none", 0 }), .fallback = "none",
+	    .help = "With drive = sign-magnitude: terminal of the direction; on is the direction "
+		    "in which the position shrinks. The daemon makes it a digital output."),
+	KEY(SERVO(enable_pin), "enable-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
+	    .words = WORDS({ "none", 0 }), .fallback = "none",
+	    .help = "Terminal that enables the amplifier while the motor is controlled. The "
+		    "daemon makes it a digital output."),
+	KEY(SERVO(invert_output), "invert-output", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "no", 0 }, { "yes", 1 }), .fallback = "no",
+	    .help = "yes: exchanges the two directions, as exchanging the motor's wires does."),
+	KEY(SERVO(dwell_ms), "dwell-ms", CONFIG_REAL, RANGE(0, 100), .fallback = "0",
+	    .unit = "ms",
+	    .help = "With drive = sign-magnitude: time for which PWM is off before and after a "
+		    "change of direction, in addition to the time until the device has "
+		    "acknowledged the change. For a relay, or an amplifier that needs it."),
+	KEY(SERVO(limit_minus_pin), "limit-minus-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
+	    .words = WORDS({ "none", 0 }), .fallback = "none",
+	    .help = "Terminal of the limit switch at the lower end. The daemon makes it a "
+		    "digital input."),
+	KEY(SERVO(limit_plus_pin), "limit-plus-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
+	    .words = WORDS({ "none", 0 }), .fallback = "none",
+	    .help = "Terminal of the limit switch at the upper end."),
+	KEY(SERVO(limit_minus_invert), "limit-minus-invert", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "off",
+	    .help = "on: the switch is pressed while its terminal is low. Use this with a "
+		    "switch that opens, so that a broken wire counts as pressed."),
+	KEY(SERVO(limit_plus_invert), "limit-plus-invert", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "off",
+	    .help = "The same for the switch at the upper end."),
+	KEY(SERVO(least), "min-position", CONFIG_REAL, RANGE(-1e9, 1e9),
+	    .words = WORDS({ "none", -CONFIG_UNLIMITED }), .fallback = "none", .unit = "units",
+	    .help = "Soft limit, in effect once the axis is homed."),
+	KEY(SERVO(most), "max-position", CONFIG_REAL, RANGE(-1e9, 1e9),
+	    .words = WORDS({ "none", CONFIG_UNLIMITED }), .fallback = "none", .unit = "units",
+	    .help = "The same at the upper end."),
+	KEY(SERVO(speed_most), "max-speed", CONFIG_REAL, RANGE(1e-6, 1e6), .unit = "units/s",
+	    .help = "Highest speed of the axis. At this speed max-following-error applies."),
+	KEY(SERVO(speed_jump), "impossible-speed", CONFIG_REAL, RANGE(1e-6, 1e7),
+	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto", .unit = "units/s",
+	    .help = "The axis cannot be faster: if the encoder says so, that is a fault of the "
+		    "encoder. auto: three times max-speed."),
+	KEY(SERVO(p), "pid-p", CONFIG_REAL, RANGE(0, 1e6),
+	    .help = "Proportional gain: part of the full voltage for each unit of error."),
+	KEY(SERVO(i), "pid-i", CONFIG_REAL, RANGE(0, 1e6), .fallback = "0",
+	    .help = "Integral gain, for each unit of error and second."),
+	KEY(SERVO(d), "pid-d", CONFIG_REAL, RANGE(0, 1e6), .fallback = "0",
+	    .help = "Derivative gain, for each unit/s by which the axis is slower than "
+		    "commanded."),
+	KEY(SERVO(velocity), "velocity-gain", CONFIG_REAL, RANGE(0, 1e6), .fallback = "0",
+	    .help = "Feed-forward (FF1 in LinuxCNC): part of the full voltage for each unit/s "
+		    "that is commanded."),
+	KEY(SERVO(acceleration), "acceleration-gain", CONFIG_REAL, RANGE(0, 1e6), .fallback = "0",
+	    .help = "Feed-forward (FF2 in LinuxCNC) for each unit/s² that is commanded."),
+	KEY(SERVO(deadband), "deadband", CONFIG_REAL, RANGE(0, 1e6), .fallback = "0",
+	    .unit = "units", .help = "An error up to this counts as none. One count always does."),
+	KEY(SERVO(integral_most), "max-integral", CONFIG_REAL, RANGE(0, 1),
+	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto",
+	    .help = "Highest output of the integral part. auto: half of max-output."),
+	KEY(SERVO(output_most), "max-output", CONFIG_REAL, RANGE(0.01, 1), .fallback = "1",
+	    .help = "Highest output; 1 is the full voltage."),
+	KEY(SERVO(smooth_s), "smooth-s", CONFIG_REAL, RANGE(0, 1), .fallback = "0.002",
+	    .unit = "s", .help = "Time constant of the filter for measured speeds."),
+	KEY(SERVO(follow_least), "min-following-error", CONFIG_REAL, RANGE(1e-6, 1e6),
+	    .fallback = "0.5", .unit = "units",
+	    .help = "A larger error is a fault while the axis stands. It can only be enabled if "
+		    "it is within this distance of the commanded position."),
+	KEY(SERVO(follow_most), "max-following-error", CONFIG_REAL, RANGE(1e-6, 1e6),
+	    .fallback = "2", .unit = "units",
+	    .help = "The same at max-speed; in between, in proportion to the commanded speed."),
+	KEY(SERVO(stall_output), "stall-output", CONFIG_REAL, RANGE(0.01, 1),
+	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto",
+	    .help = "With this output for stall-s, the axis has to move by stall-distance, or it "
+		    "is stalled. auto: 0.9 of max-output."),
+	KEY(SERVO(stall_move), "stall-distance", CONFIG_REAL, RANGE(1e-6, 1e6), .fallback = "0.1",
+	    .unit = "units", .help = "See stall-output."),
+	KEY(SERVO(stall_s), "stall-s", CONFIG_REAL, RANGE(0.01, 10), .fallback = "0.3",
+	    .unit = "s", .help = "See stall-output."),
+	KEY(SERVO(silent_output), "silent-output", CONFIG_REAL, RANGE(0.01, 1),
+	    .fallback = "0.2",
+	    .help = "The output may change by this without a count of the encoder; more is a "
+		    "fault after a time that depends on silent-s."),
+	KEY(SERVO(silent_s), "silent-s", CONFIG_REAL, RANGE(0.001, 1), .fallback = "0.02",
+	    .unit = "s",
+	    .help = "An output by 1 larger than silent-output allows is a fault after this time, "
+		    "a smaller one after a longer time."),
+	KEY(SERVO(runaway_output), "runaway-output", CONFIG_REAL, RANGE(0, 1), .fallback = "0.1",
+	    .help = "If the axis gets faster against a higher output than this for longer than "
+		    "runaway-distance, the encoder or the motor is connected in reverse."),
+	KEY(SERVO(runaway_move), "runaway-distance", CONFIG_REAL, RANGE(1e-6, 1e6),
+	    .fallback = "0.2", .unit = "units", .help = "See runaway-output."),
+	KEY(SERVO(stale_ms), "max-age-ms", CONFIG_REAL, RANGE(1, 100), .fallback = "10",
+	    .unit = "ms", .help = "A reading of the encoder that is older is a fault."),
+	KEY(SERVO(without_failsafe), "without-failsafe", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "no", 0 }, { "yes", 1 }), .fallback = "no",
+	    .help = "no: the motor is controlled only while the device's own failsafe is set up "
+		    "to switch it off. yes: it is controlled without this failsafe, and may keep "
+		    "running if this computer fails."),
 };
 
 enum { OWN = sizeof(own) / sizeof(own[0]) };

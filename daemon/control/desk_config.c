@@ -164,7 +164,7 @@ void desk_begin(struct desk *desk, struct desk_client *client, char *request, ui
 
 static const char *restart_note(const struct desk_client *client)
 {
-	return client->restart ? "\nOther keys of its section or of its heaters have changed as "
+	return client->restart ? "\nOther keys of its section, heaters or servos have changed as "
 				 "well: those need a restart of the daemon." : "";
 }
 

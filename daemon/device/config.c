@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What a device's configuration says when nobody says anything, and which terminals its heaters
+ * What a device's configuration says when nobody says anything, and which terminals its loops
  * have.
  *
  * A setting of the device itself has no default here: "leave it as the device
@@ -30,6 +30,30 @@ void device_config_defaults(struct device_config *config)
 	config->encoder_hz = 50;
 	config->analog_hz = 50;
 	config->resume_auto = true;
+}
+
+static uint64_t terminal_of(uint8_t pin)
+{
+	return pin < POKEYS_PINS ? UINT64_C(1) << pin : 0;
+}
+
+static uint8_t channel_of(uint8_t channel)
+{
+	return channel < POKEYS_PWM ? (uint8_t)(channel + 1) : 0;
+}
+
+void servoing_terminals(const struct servoing_config *config, unsigned int count,
+			struct terminal_daemon *out)
+{
+	out->servos = (uint8_t)(count < POKEYS_SERVOS ? count : POKEYS_SERVOS);
+	for (unsigned int i = 0; i < out->servos; i++) {
+		out->servo[i].direction = terminal_of(config[i].direction);
+		out->servo[i].enable = terminal_of(config[i].enable);
+		out->servo[i].low = terminal_of(config[i].low);
+		out->servo[i].high = terminal_of(config[i].high);
+		out->servo[i].pwm = channel_of(config[i].pwm);
+		out->servo[i].reverse_pwm = channel_of(config[i].reverse_pwm);
+	}
 }
 
 void heating_terminals(const struct heating_config *config, unsigned int count,

@@ -66,7 +66,7 @@ void device_init(struct device *device, const struct device_config *config,
 	if (pokeys_device_init(&device->mailbox, &own, &device->config.mailbox) < 0)
 		pokeys_device_init(&device->mailbox, &own, NULL);
 	wish_init(device);
-	heating_init(device);
+	loops_init(device);
 }
 
 void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint64_t now_ns,
@@ -80,7 +80,7 @@ void device_cycle(struct device *device, uint64_t cycle, uint64_t tick_ns, uint6
 		pokeys_device_check(&device->mailbox, now_ns);
 	intake_cycle(device, command, refused);
 	one_shot_cycle(device);
-	heating_cycle(device);
+	loops_cycle(device);
 	safe_cycle(device);
 	life_cycle(device);
 }

@@ -18,6 +18,7 @@
 #include <pokeys/state.h>
 #include "daemon/device/event.h"
 #include "daemon/device/heating.h"
+#include "daemon/device/servoing.h"
 
 /* Outputs beside the terminals, in resume_parts. */
 enum {
@@ -61,6 +62,8 @@ struct device_config {
 	struct pokeys_settings settings;	/* what it wants of the device's own settings */
 	struct heating_config heater[POKEYS_HEATERS];
 	uint8_t heaters;
+	struct servoing_config servo[POKEYS_SERVOS];
+	uint8_t servos;
 	char password[33];		/* of the device, NUL terminated; protocol section 1.11 */
 	bool have_password;
 };

@@ -87,6 +87,12 @@ enum event_code {
 	EVENT_HEATER_LEFT,	/* its commander has: it is off; a = heater, c = temperature */
 	EVENT_HEATER_UNHEARD,	/* a heater is off, and the device does not acknowledge it: nothing
 				 * is sent to it for its failsafe's time; a = ms */
+	EVENT_SERVO,		/* a = servo motor, b = enum servo_fault (0 = it was reset), c =
+				 * position, thousandths of a unit */
+	EVENT_SERVO_REFUSED,	/* it was not enabled: a = motor, b = enum servo_refusal, c = enum
+				 * servo_fault, its condition */
+	EVENT_SERVO_LEFT,	/* its commander has: it is off; a = motor, c = position */
+	EVENT_SERVO_UNHEARD,	/* as EVENT_HEATER_UNHEARD, of a motor */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };
@@ -138,9 +144,12 @@ enum command_fault {
 	COMMAND_FAULT_POEXTBUS,		/* beyond its ten bytes; index = byte */
 	COMMAND_FAULT_PONET,		/* no such module; index = module */
 	COMMAND_FAULT_KBD48,		/* flags or lights that do not exist; index = the flags */
-	COMMAND_FAULT_PWM_HEATER,	/* enables a heater's channel; index = channel */
+	COMMAND_FAULT_PWM_LOOP,		/* enables one of a heater or motor; index = channel */
 	COMMAND_FAULT_HEATER,		/* there is no such heater; index = heater */
 	COMMAND_FAULT_HEATER_TARGET,	/* is no number; index = heater */
+	COMMAND_FAULT_SERVO,		/* enables one that does not exist; index = motor */
+	COMMAND_FAULT_SERVO_UNREAD,	/* enabled by one that does not know where it is */
+	COMMAND_FAULT_SERVO_POSITION,	/* or its speed is no number; index = motor */
 	COMMAND_FAULTS
 };
 

@@ -51,6 +51,10 @@ static const char *const kind_names[EVENT_CODES] = {
 	[EVENT_HEATER_TUNED] = "heater-tuned",
 	[EVENT_HEATER_LEFT] = "heater-left",
 	[EVENT_HEATER_UNHEARD] = "heater-unheard",
+	[EVENT_SERVO] = "servo",
+	[EVENT_SERVO_REFUSED] = "servo-refused",
+	[EVENT_SERVO_LEFT] = "servo-left",
+	[EVENT_SERVO_UNHEARD] = "servo-unheard",
 };
 
 const char *event_kind_name(uint32_t code)
@@ -136,6 +140,8 @@ static const char *const one_shot_names[] = {
 	[POKEYS_ONE_SHOT_THREAD_CANCEL] = "cancel threading",
 	[POKEYS_ONE_SHOT_HEATER_RESET] = "reset heater",
 	[POKEYS_ONE_SHOT_HEATER_TUNE] = "tune heater",
+	[POKEYS_ONE_SHOT_SERVO_RESET] = "reset servo",
+	[POKEYS_ONE_SHOT_SERVO_PLACE] = "place servo",
 };
 
 const char *event_one_shot_name(int64_t operation)
@@ -184,9 +190,13 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_POEXTBUS] = "PoExtBus has ten bytes, commanded is byte",
 	[COMMAND_FAULT_PONET] = "there is no such PoNET module:",
 	[COMMAND_FAULT_KBD48] = "kbd48: lights above 47 or flags that do not exist:",
-	[COMMAND_FAULT_PWM_HEATER] = "a heater of pokeysd.conf has this PWM channel:",
+	[COMMAND_FAULT_PWM_LOOP] = "a heater or servo of pokeysd.conf has this PWM channel:",
 	[COMMAND_FAULT_HEATER] = "pokeysd.conf has no such heater:",
 	[COMMAND_FAULT_HEATER_TARGET] = "the target is no number, and the heater is off:",
+	[COMMAND_FAULT_SERVO] = "pokeysd.conf has no such servo:",
+	[COMMAND_FAULT_SERVO_UNREAD] = "enable refused: the commander does not read the "
+				       "positions; servo",
+	[COMMAND_FAULT_SERVO_POSITION] = "position or velocity is no number, of servo",
 	[COMMAND_FAULT_ONE_SHOT_ID] = "the slot of a one-shot holds another id, expected was",
 };
 

@@ -5,38 +5,18 @@
  */
 
 #include <errno.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <pokeys/command.h>
 #include <pokeys/names.h>
 #include <pokeys/settings.h>
 #include <pokeys/state.h>
+#include "daemon/device/event_line.h"
 #include "daemon/device/event_name.h"
 #include "daemon/device/wish.h"
 #include "settings/terminal.h"
 #include "wire/op.h"
 #include "wire/system.h"
-
-/* A line under construction; what does not fit is cut. */
-struct line {
-	char *text;
-	size_t size, length;
-};
-
-__attribute__((format(printf, 2, 3)))
-static void put(struct line *line, const char *format, ...)
-{
-	const size_t room = line->size - line->length;
-	va_list args;
-	int n;
-
-	va_start(args, format);
-	n = vsnprintf(line->text + line->length, room, format, args);
-	va_end(args);
-	if (n > 0)
-		line->length += (size_t)n < room ? (size_t)n : room - 1;
-}
 
 static void put_link(struct line *line, const struct event *e)
 {
@@ -483,55 +463,6 @@ static void put_shared(struct line *line, const struct event *e)
 	    terminal_owner_name((unsigned int)e->b, a), terminal_owner_name((unsigned int)e->c, b));
 }
 
-static void put_heater(struct line *line, const struct event *e)
-{
-	if (!e->b) {
-		put(line, "heater %lld: reset", (long long)e->a);
-		return;
-	}
-	put(line, "heater %lld: fault: %s", (long long)e->a,
-	    pokeys_heater_fault_name((uint8_t)e->b));
-	if (e->c != EVENT_NO_TEMPERATURE)
-		put(line, ", at %.1f C", (double)e->c / 10);
-	put(line, "; off until it is reset");
-}
-
-static void put_heater_refused(struct line *line, const struct event *e)
-{
-	put(line, "heater %lld: ", (long long)e->a);
-	if (e->b == POKEYS_HEATER_NOT_READY)
-		put(line, "target refused: %s", pokeys_heater_fault_name((uint8_t)e->c));
-	else if (e->c == EVENT_NO_TEMPERATURE)
-		put(line, "target refused: %s", pokeys_heater_refusal_name((uint8_t)e->b));
-	else
-		put(line, "target %.1f C refused: %s", (double)e->c / 10,
-		    pokeys_heater_refusal_name((uint8_t)e->b));
-}
-
-static void put_heater_tuned(struct line *line, const struct event *e)
-{
-	if (e->b == POKEYS_HEATER_TUNING_RUNS)
-		put(line, "heater %lld: search for gains started at %.1f C", (long long)e->a,
-		    (double)e->c / 10);
-	else if (e->b == POKEYS_HEATER_TUNING_DONE)
-		put(line, "heater %lld: gains found, heater off; copy the gains from pokeysctl "
-		    "status to pokeysd.conf", (long long)e->a);
-	else
-		put(line, "heater %lld: search for gains ended without a result",
-		    (long long)e->a);
-}
-
-static void put_heater_left(struct line *line, const struct event *e)
-{
-	put(line, "heater %lld: switched off, its commander is gone", (long long)e->a);
-}
-
-static void put_heater_unheard(struct line *line, const struct event *e)
-{
-	put(line, "it does not acknowledge that a heater is off: nothing is sent to it for %lld "
-	    "ms, so that its own failsafe switches its outputs off", (long long)e->a);
-}
-
 static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_LINK] = put_link,
 	[EVENT_IDENTIFIED] = put_identified,
@@ -566,11 +497,15 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_NOT_SAFE] = put_not_safe,
 	[EVENT_TERMINALS_SHARED] = put_shared,
 	[EVENT_CONFIG_FOREIGN] = put_config_foreign,
-	[EVENT_HEATER] = put_heater,
-	[EVENT_HEATER_REFUSED] = put_heater_refused,
-	[EVENT_HEATER_TUNED] = put_heater_tuned,
-	[EVENT_HEATER_LEFT] = put_heater_left,
-	[EVENT_HEATER_UNHEARD] = put_heater_unheard,
+	[EVENT_HEATER] = event_put_heater,
+	[EVENT_HEATER_REFUSED] = event_put_heater_refused,
+	[EVENT_HEATER_TUNED] = event_put_heater_tuned,
+	[EVENT_HEATER_LEFT] = event_put_heater_left,
+	[EVENT_HEATER_UNHEARD] = event_put_heater_unheard,
+	[EVENT_SERVO] = event_put_servo,
+	[EVENT_SERVO_REFUSED] = event_put_servo_refused,
+	[EVENT_SERVO_LEFT] = event_put_servo_left,
+	[EVENT_SERVO_UNHEARD] = event_put_servo_unheard,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -183,10 +183,11 @@ static void begin_session(struct device *device, const struct pokeys_command *co
 	memset(intake->axis, 0, sizeof(intake->axis));
 	memset(&intake->output, 0, sizeof(intake->output));
 	memset(&intake->heating, 0, sizeof(intake->heating));
+	memset(intake->servoing, 0, sizeof(intake->servoing));
 	device->safe.commanded |= pins_load(command->digital_out_mask) & OUTPUT_PINS;
 	safe_session(device, command->flags & POKEYS_COMMAND_MACHINE_ON,
 		     command->flags & POKEYS_COMMAND_RESUMED);
-	heating_session(device);
+	loops_session(device);
 	one_shot_session(device, command->one_shot_head);
 	wish_session(device, command->session);
 }

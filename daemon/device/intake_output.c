@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What a commander wants of PWM, PoExtBus, external outputs, PoNET and heaters, judged
- * value by value like the rest of the image.
+ * What a commander wants of PWM, PoExtBus, external outputs, PoNET, heaters and servo motors,
+ * judged value by value like the rest of the image.
  *
  * A part that this device does not have is refused while something is commanded
  * in it: silence would look as if it were driven.
@@ -46,7 +46,7 @@ static void take_pwm(struct device *device, const struct pokeys_command *command
 	struct output_wish *wish = &device->intake.output;
 	const uint32_t period = command->pwm_period ? command->pwm_period :
 						      device->image.pwm_period;
-	const uint32_t heaters = heating_channels(device);
+	const uint32_t loops = loops_channels(device);
 
 	if (!offered(device, pwm_commanded(command), device->image.capability.pwm,
 		     COMMAND_PART_PWM))
@@ -55,11 +55,11 @@ static void take_pwm(struct device *device, const struct pokeys_command *command
 		intake_refuse(device, COMMAND_FAULT_PWM_CHANNEL, command->pwm_enable);
 		wish->pwm_enable &= command->pwm_enable;
 	} else {
-		wish->pwm_enable = command->pwm_enable & ~heaters;
+		wish->pwm_enable = command->pwm_enable & ~loops;
 	}
-	if (command->pwm_enable & heaters)
-		intake_refuse(device, COMMAND_FAULT_PWM_HEATER,
-			      __builtin_ctz(command->pwm_enable & heaters));
+	if (command->pwm_enable & loops)
+		intake_refuse(device, COMMAND_FAULT_PWM_LOOP,
+			      __builtin_ctz(command->pwm_enable & loops));
 	wish->pwm = wish->pwm || pwm_commanded(command);
 	wish->pwm_period = command->pwm_period;
 	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
@@ -153,6 +153,26 @@ static void take_heaters(struct device *device, const struct pokeys_command *com
 	device->intake.heating.mask = command->heater_mask;
 }
 
+/* Positions that are no numbers are passed on: for a motor that is enabled, that is a fault. */
+static void take_servos(struct device *device, const struct pokeys_command *command)
+{
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
+		const struct pokeys_servo_command *from = &command->servo[i];
+
+		if (from->enable && i >= device->config.servos)
+			intake_refuse(device, COMMAND_FAULT_SERVO, i);
+		if (from->enable && !device->intake.servoing[i].enable &&
+		    !device->intake.read_recently)
+			intake_refuse(device, COMMAND_FAULT_SERVO_UNREAD, i);
+		if (from->enable && (!isfinite(from->position) || isinf(from->velocity)))
+			intake_refuse(device, COMMAND_FAULT_SERVO_POSITION, i);
+		device->intake.servoing[i] = (struct servoing_wish){
+			.enable = from->enable, .position = from->position,
+			.velocity = (double)from->velocity,
+		};
+	}
+}
+
 void intake_outputs(struct device *device, const struct pokeys_command *command)
 {
 	take_pwm(device, command);
@@ -160,4 +180,5 @@ void intake_outputs(struct device *device, const struct pokeys_command *command)
 	take_external(device, command);
 	take_ponet(device, command);
 	take_heaters(device, command);
+	take_servos(device, command);
 }

@@ -15,6 +15,7 @@
 #include "daemon/device/device.h"
 #include "daemon/device/encoder.h"
 #include "daemon/device/histogram.h"
+#include "daemon/device/loops.h"
 #include "daemon/device/output.h"
 #include "daemon/device/place.h"
 #include "daemon/device/plan.h"
@@ -58,7 +59,7 @@ struct life {
 	uint64_t failsafe_ns;		/* it waits so long, as of the last run; 0 = it does not */
 	uint64_t left_ns;		/* when it ran last, or was looked for first; 0 = not yet */
 	uint64_t alone_until_ns;	/* nothing is asked until then; 0 = it had no turn yet */
-	bool cooled;			/* it had, or needs none: no heater is on any more */
+	bool cooled;			/* it had, or needs none: no loop is on any more */
 	uint64_t quiet_since_ns;	/* the last answer, or the first question after it */
 	uint64_t patient_until_ns;	/* silence is expected (flash is written) */
 	uint64_t probe_after_ns;
@@ -130,6 +131,7 @@ struct intake {
 	struct axis_wish axis[POKEYS_AXES];
 	struct output_wish output;
 	struct heating_wish heating;
+	struct servoing_wish servoing[POKEYS_SERVOS];
 	bool bad;
 	uint64_t refused;
 	uint64_t said_ns[COMMAND_FAULTS];
@@ -254,6 +256,7 @@ struct device {
 	struct intake intake;
 	struct safe safe;
 	struct heatings heatings;
+	struct servoings servoings;
 	struct outputs outputs;
 	struct ponet ponet;
 	struct motion motion;
@@ -578,6 +581,8 @@ extern const struct operation operation_home, operation_home_cancel, operation_h
 	operation_probe, operation_probe_finish, operation_jog, operation_jog_end;
 /* operation_heater.c */
 extern const struct operation operation_heater_reset, operation_heater_tune;
+/* operation_servo.c */
+extern const struct operation operation_servo_reset, operation_servo_place;
 /* operation_thread.c */
 extern const struct operation operation_thread_begin, operation_thread_arm,
 	operation_thread_release, operation_thread_cancel;

@@ -246,19 +246,19 @@ static void leave_alone(struct device *device, uint64_t waits_ns)
 	life->alone_until_ns = device->now_ns + waits_ns + FAILSAFE_LATE_NS;
 	life->probe_after_ns = life->alone_until_ns;
 	life->cooled = true;
-	heating_left_alone(device);
+	loops_left_alone(device);
 }
 
 /*
- * It answers, and may heat, as a daemon before us or we ourselves have left it: questions would
- * keep its failsafe quiet until all its settings are read. True: it is left alone first.
+ * It answers, and may heat or move, as a daemon before us or we ourselves have left it: questions
+ * would keep its failsafe quiet until all its settings are read. True: it is left alone first.
  */
 static bool cools(struct device *device)
 {
 	struct life *life = &device->life;
 	const uint64_t waits_ns = failsafe_waits_ns(device);
 
-	if (life->cooled || !heating_covered(device) || !waits_ns)
+	if (life->cooled || !loops_covered(device) || !waits_ns)
 		return false;
 	leave_alone(device, waits_ns);
 	return true;
@@ -347,18 +347,25 @@ static bool silent(const struct device *device)
 	return life->asked && device->now_ns - life->quiet_since_ns >= limit;
 }
 
+/* An output of a loop is off, and the device does not say so, whatever else it answers. */
+static void leave_unheard(struct device *device)
+{
+	const bool heats = heating_unheard(device);
+
+	lose(device);
+	device_say(device, heats ? EVENT_HEATER_UNHEARD : EVENT_SERVO_UNHEARD, EVENT_ERROR,
+		   (int64_t)(device->life.failsafe_ns / MS), 0, 0);
+	leave_alone(device, device->life.failsafe_ns);
+}
+
 static void found_cycle(struct device *device)
 {
 	if (silent(device)) {
 		lose(device);
 		return;
 	}
-	/* an output of a heater is off, and the device does not say so, whatever else it answers */
-	if (heating_unheard(device)) {
-		lose(device);
-		device_say(device, EVENT_HEATER_UNHEARD, EVENT_ERROR,
-			   (int64_t)(device->life.failsafe_ns / MS), 0, 0);
-		leave_alone(device, device->life.failsafe_ns);
+	if (heating_unheard(device) || servoing_unheard(device)) {
+		leave_unheard(device);
 		return;
 	}
 	if (device->life.rebooted)

@@ -301,6 +301,8 @@ const struct operation *operation_find(uint8_t operation)
 		[POKEYS_ONE_SHOT_THREAD_CANCEL] = &operation_thread_cancel,
 		[POKEYS_ONE_SHOT_HEATER_RESET] = &operation_heater_reset,
 		[POKEYS_ONE_SHOT_HEATER_TUNE] = &operation_heater_tune,
+		[POKEYS_ONE_SHOT_SERVO_RESET] = &operation_servo_reset,
+		[POKEYS_ONE_SHOT_SERVO_PLACE] = &operation_servo_place,
 	};
 
 	return operation < sizeof(offered) / sizeof(offered[0]) ? offered[operation] : NULL;

@@ -38,7 +38,8 @@ static unsigned int bank_of(const struct pokeys_one_shot *shot)
 
 static bool set_allowed(const struct device *device, const struct pokeys_one_shot *shot)
 {
-	return shot->index < device->image.capability.encoders;
+	return shot->index < device->image.capability.encoders &&
+	       servoing_may_write(device, shot->index);
 }
 
 /* Where this encoder will be when the device reads our packet. */
@@ -90,6 +91,7 @@ static void forget_bank(struct device *device)
 
 	for (unsigned int i = 0; i < WIRE_ENCODER_BANK; i++)
 		encoder_forget(&device->encoder[bank * WIRE_ENCODER_BANK + i]);
+	servoing_written(device, bank);
 	slow_encoders_now(device, bank);
 }
 
@@ -154,6 +156,8 @@ static bool is_fast(const struct device *device, unsigned int encoder)
 
 static bool arm_allowed(const struct device *device, const struct pokeys_one_shot *shot)
 {
+	if (!servoing_may_arm(device, shot->index))
+		return false;
 	if (shot->index == WIRE_ENCODER_ULTRA)
 		return device->image.encoder_enabled >> WIRE_ENCODER_ULTRA & 1 &&
 		       wire_firmware_at_least(&device->identify.identity.firmware, 4, 2, 19);

@@ -54,14 +54,14 @@ static bool is_due(const struct device *device, unsigned int place, union output
 	       !(output->known && same(want, &output->have));
 }
 
-/* A period is as long as somebody wants, and a heater that is switched off is off at once. */
+/* A period is as long as somebody wants, and a loop that is switched off is off at once. */
 static bool cuts_off(const struct device *device, const struct output *output,
 		     const union output_value *want)
 {
-	const unsigned int heaters = heating_channels(device);
+	const unsigned int loops = loops_channels(device);
 
 	for (unsigned int i = 0; i < POKEYS_PWM; i++)
-		if (heaters >> i & 1 && output->have.pwm.duty[i] && !want->pwm.duty[i])
+		if (loops >> i & 1 && output->have.pwm.duty[i] && !want->pwm.duty[i])
 			return true;
 	return false;
 }

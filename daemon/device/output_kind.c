@@ -67,7 +67,7 @@ static bool pwm_commanded(const struct device *device, union output_value *want)
 	return want->pwm.period > 0;
 }
 
-/* Nobody commands the channels beside those of heaters. */
+/* Nobody commands the channels beside those of heaters and servo motors. */
 static void pwm_as_it_is(const struct device *device, union output_value *want)
 {
 	const struct output *output = &device->outputs.output[OUTPUT_PWM];
@@ -95,10 +95,10 @@ static bool pwm_want(const struct device *device, unsigned int index, union outp
 		wanted = image->pwm_enabled || device->outputs.output[OUTPUT_PWM].driven;
 	else if (commanded(device, DEVICE_RESUME_PWM) && wish->pwm)
 		wanted = pwm_commanded(device, want);
-	else if (heating_channels(device))
+	else if (loops_channels(device))
 		pwm_as_it_is(device, want);
-	heating_pwm(device, &want->pwm);
-	return wanted || (heating_channels(device) && want->pwm.period > 0);
+	loops_pwm(device, &want->pwm);
+	return wanted || (loops_channels(device) && want->pwm.period > 0);
 }
 
 static void pwm_learn(struct device *device, const union output_value *value)

@@ -215,7 +215,7 @@ static void judge_reached(struct device *device)
 	struct safe *safe = &device->safe;
 	const bool there = running(device) ||
 			   (device->life.blocked && device->access.phase == ACCESS_OPEN);
-	const bool reached = safe->wanted && there && heating_off(device) &&
+	const bool reached = safe->wanted && there && loops_off(device) &&
 			     outputs_safe(device) && motion_standing(device) &&
 			     !threading_dirty(device);
 
@@ -267,11 +267,11 @@ void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask
 	const uint64_t commanded = intake->fresh ?
 				   intake->outputs_mask & owned & (follow | off) : 0;
 	const uint64_t kept = safe_mask & ~follow;
-	const uint64_t heaters = heating_pins(device);
+	const uint64_t loops = loops_pins(device);
 
-	*mask = kept | commanded | heaters;
+	*mask = kept | commanded | loops;
 	*outputs = (safe_values & kept) | (intake->outputs & commanded) |
-		   heating_pins_on(device);
+		   loops_pins_on(device);
 }
 
 void safe_outputs_acked(struct device *device, uint64_t outputs, uint64_t mask)

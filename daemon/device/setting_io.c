@@ -50,7 +50,7 @@ static bool pwm_take_along(struct device *device, union setting_request *request
 	pwm->enabled = now.pwm.enabled;
 	for (unsigned int i = 0; i < WIRE_PWMS; i++)
 		pwm->duty[i] = now.pwm.duty[i] < pwm->period ? now.pwm.duty[i] : pwm->period;
-	heating_pwm(device, pwm);	/* for this period */
+	loops_pwm(device, pwm);	/* for this period */
 	return true;
 }
 

@@ -44,7 +44,7 @@ static void pins_learn(struct device *device, unsigned int index, const union se
 	memcpy(device->image.pin_function, value->pins.value, sizeof(value->pins.value));
 	for (unsigned int i = 0; i < POKEYS_PINS; i++)
 		owned |= (uint64_t)!!(value->pins.value[i] & WIRE_PIN_OUTPUT) << i;
-	pins_store(device->image.digital_out_owned, owned & ~heating_pins(device));
+	pins_store(device->image.digital_out_owned, owned & ~loops_pins(device));
 	slow_counters(device);
 }
 

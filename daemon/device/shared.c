@@ -57,14 +57,15 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 				 report->state != POKEYS_CONFIG_REFUSED))
 		return;
 	heating_terminals(config->heater, config->heaters, &daemon);
+	servoing_terminals(config->servo, config->servos, &daemon);
 	forget_inputs(&settings);
 	wish_lay(&settings, &report->wanted);
 	count = terminal_conflicts(&settings, &daemon,
 				   wire_model(device->image.identity.hardware)->pinmap, conflict);
-	heating_unshare(device);
+	loops_unshare(device);
 	for (size_t i = 0; i < count; i++) {
-		heating_share(device, conflict[i].a.key, conflict[i].a.index);
-		heating_share(device, conflict[i].b.key, conflict[i].b.index);
+		loops_share(device, conflict[i].a.key, conflict[i].a.index);
+		loops_share(device, conflict[i].b.key, conflict[i].b.index);
 	}
 	device->shared.count = 0;
 	for (size_t i = 0; i < count && i < SHARED_MAX; i++) {

@@ -40,8 +40,8 @@ extern "C" {
 #endif
 
 #define POKEYS_COMMAND_MAGIC	UINT32_C(0x4d434b50)	/* "PKCM" */
-#define POKEYS_COMMAND_VERSION	4
-#define POKEYS_COMMAND_HASH	UINT64_C(0xe9315c4e72e32806)
+#define POKEYS_COMMAND_VERSION	5
+#define POKEYS_COMMAND_HASH	UINT64_C(0xe54ca3b1e706f1be)
 
 enum {
 	POKEYS_ONE_SHOTS = 64,
@@ -88,11 +88,21 @@ struct pokeys_axis_command {
 	uint8_t reserved[6];
 };
 
-/* one_shot.flags of HOME and PROBE */
+/* A servo motor. It is enabled at the rising edge of `enable`, at the commanded position. */
+struct pokeys_servo_command {
+	double position;		/* units of counts-per-unit */
+	float velocity;			/* units/s, of that position, for the feed-forward; NaN:
+					 * the daemon estimates it from the positions */
+	uint8_t enable;
+	uint8_t reserved[3];
+};
+
+/* one_shot.flags of HOME, PROBE and SERVO_PLACE */
 enum {
 	POKEYS_HOME_FINISH_ITSELF = 1u << 0,	/* do not wait for HOME_FINISH */
 	POKEYS_PROBE_ACTIVE_HIGH = 1u << 0,
 	POKEYS_PROBE_HYBRID = 1u << 1,		/* the commander moves: no mask, positions, speed */
+	POKEYS_SERVO_HOMED = 1u << 0,		/* that is its position on the machine */
 };
 
 enum pokeys_one_shot_operation {
@@ -150,6 +160,16 @@ enum pokeys_one_shot_operation {
 	 * ends the search. Done when it has begun; state.heater[].tuning shows its progress.
 	 */
 	POKEYS_ONE_SHOT_HEATER_TUNE = 22,
+	/*
+	 * index = servo motor, here and below. Refused while the cause of its fault is there;
+	 * limit switches and soft limits are no such causes.
+	 */
+	POKEYS_ONE_SHOT_SERVO_RESET = 23,
+	/*
+	 * Its position is value[0] counts of its encoder, divided by counts-per-unit; flags.
+	 * Refused while it is enabled. Nothing moves.
+	 */
+	POKEYS_ONE_SHOT_SERVO_PLACE = 24,
 };
 
 struct pokeys_one_shot {
@@ -202,6 +222,7 @@ struct pokeys_command {
 	float heater_target[POKEYS_HEATERS];		/* degrees C, 0 = off */
 	uint32_t heater_mask;				/* bit = heater is commanded; others are
 							 * off */
+	struct pokeys_servo_command servo[POKEYS_SERVOS];
 
 	uint32_t one_shot_head;		/* one-shots ever queued in this session */
 	uint32_t reserved2;

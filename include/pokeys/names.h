@@ -258,6 +258,51 @@ static inline const char *pokeys_heater_tuning_name(uint8_t tuning)
 	}
 }
 
+/* enum pokeys_servo_state */
+static inline const char *pokeys_servo_state_name(uint8_t state)
+{
+	switch (state) {
+	case POKEYS_SERVO_NONE:		return "none";
+	case POKEYS_SERVO_OFF:		return "off";
+	case POKEYS_SERVO_ENABLED:	return "enabled";
+	case POKEYS_SERVO_FAULT:	return "fault";
+	default:			return "unknown";
+	}
+}
+
+/* enum pokeys_servo_fault */
+static inline const char *pokeys_servo_fault_name(uint8_t fault)
+{
+	switch (fault) {
+	case POKEYS_SERVO_FINE:		return "none";
+	case POKEYS_SERVO_DEVICE:	return "device not ready";
+	case POKEYS_SERVO_STALE:	return "no readings";
+	case POKEYS_SERVO_EMERGENCY:	return "emergency stop";
+	case POKEYS_SERVO_JUMP:		return "encoder jumps";
+	case POKEYS_SERVO_ODD:		return "command is impossible";
+	case POKEYS_SERVO_FOLLOWING:	return "following error";
+	case POKEYS_SERVO_STALLED:	return "stalled";
+	case POKEYS_SERVO_SILENT:	return "encoder silent";
+	case POKEYS_SERVO_RUNAWAY:	return "runs away";
+	case POKEYS_SERVO_SOFT_LIMIT:	return "soft limit";
+	case POKEYS_SERVO_SWITCH:	return "limit switch";
+	default:			return "unknown";
+	}
+}
+
+/* enum pokeys_servo_refusal */
+static inline const char *pokeys_servo_refusal_name(uint8_t refusal)
+{
+	switch (refusal) {
+	case POKEYS_SERVO_TAKEN:	return "none";
+	case POKEYS_SERVO_AFTER_FAULT:	return "the fault has to be reset first";
+	case POKEYS_SERVO_NOT_READY:	return "encoder or device not ready";
+	case POKEYS_SERVO_ELSEWHERE:	return "not at the commanded position";
+	case POKEYS_SERVO_OFF_FIRST:	return "off has to be commanded first";
+	default:			return "unknown";
+	}
+}
+
 #ifdef __cplusplus
 }
 #endif

@@ -32,9 +32,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	10
+#define POKEYS_STATE_VERSION	11
 #define POKEYS_DIAG_VERSION	4
-#define POKEYS_STATE_HASH	UINT64_C(0xc31c2eefe3b7960d)
+#define POKEYS_STATE_HASH	UINT64_C(0x6bb10c738e879489)
 #define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
 
 enum {
@@ -49,6 +49,7 @@ enum {
 	POKEYS_MATRIX_BYTES = 16,	/* 128 keys */
 	POKEYS_SLOW_GROUPS = 20,
 	POKEYS_HEATERS = 7,		/* one for each analog input */
+	POKEYS_SERVOS = 6,		/* one for each PWM output */
 };
 
 enum pokeys_link {
@@ -400,6 +401,65 @@ struct pokeys_heater {
 	char name[32];			/* of its section, NUL terminated */
 };
 
+enum pokeys_servo_state {
+	POKEYS_SERVO_NONE = 0,		/* pokeysd.conf has no such motor */
+	POKEYS_SERVO_OFF = 1,
+	POKEYS_SERVO_ENABLED = 2,
+	POKEYS_SERVO_FAULT = 3,		/* off, until it is reset */
+};
+
+/* Why a servo motor was stopped, or could not be enabled. */
+enum pokeys_servo_fault {
+	POKEYS_SERVO_FINE = 0,
+	POKEYS_SERVO_DEVICE = 1,	/* the device is lost, was restarted, or cannot be used */
+	POKEYS_SERVO_STALE = 2,		/* no readings of the encoder */
+	POKEYS_SERVO_EMERGENCY = 3,	/* emergency stop */
+	POKEYS_SERVO_JUMP = 4,		/* the encoder counts faster than the axis can move */
+	POKEYS_SERVO_ODD = 5,		/* the command is no number, or impossibly fast */
+	POKEYS_SERVO_FOLLOWING = 6,	/* too far from the commanded position */
+	POKEYS_SERVO_STALLED = 7,	/* it is pushed hard, and does not move */
+	POKEYS_SERVO_SILENT = 8,	/* the output changes, and the encoder does not count */
+	POKEYS_SERVO_RUNAWAY = 9,	/* it gets faster against its output */
+	POKEYS_SERVO_SOFT_LIMIT = 10,	/* commanded beyond min-position or max-position */
+	POKEYS_SERVO_SWITCH = 11,	/* at a limit switch */
+};
+
+/* Why it was not enabled. */
+enum pokeys_servo_refusal {
+	POKEYS_SERVO_TAKEN = 0,
+	POKEYS_SERVO_AFTER_FAULT = 1,	/* the fault has to be reset first */
+	POKEYS_SERVO_NOT_READY = 2,	/* servo.condition would be a fault at once */
+	POKEYS_SERVO_ELSEWHERE = 3,	/* the commanded position is not where the axis is */
+	POKEYS_SERVO_OFF_FIRST = 4,	/* off has to be commanded first */
+};
+
+/*
+ * A motor that the daemon controls; servo[0] is the first [servo NAME] of the device in
+ * pokeysd.conf. Units are those of counts-per-unit. Outputs are parts of the full voltage.
+ */
+struct pokeys_servo {
+	uint64_t t_ns;			/* when the encoder was read */
+	double position;		/* units */
+	double commanded;		/* units; valid while it is enabled */
+	double counts_per_unit;		/* below 0: the encoder counts down */
+	float velocity;			/* measured, units/s */
+	float commanded_velocity;	/* as given, or as estimated from the positions */
+	float error;			/* commanded - position, units; that of a fault stays */
+	float output;			/* -1 to 1; above 0 the position grows */
+	float minimum, maximum;		/* soft limits, units; infinite: none */
+	float p, i, d;			/* gains in effect */
+	float velocity_gain, acceleration_gain;
+	uint32_t fault_count;		/* faults since the daemon's start */
+	uint8_t state;			/* enum pokeys_servo_state */
+	uint8_t fault;			/* enum pokeys_servo_fault: this stopped it */
+	uint8_t condition;		/* likewise: what is wrong now */
+	uint8_t refused;		/* enum pokeys_servo_refusal */
+	uint8_t homed;			/* the position is that of the machine */
+	uint8_t low, high;		/* the limit switches are pressed */
+	uint8_t encoder;		/* its number */
+	char name[32];			/* of its section, NUL terminated */
+};
+
 /* How the daemon's cycle lies to the commander's reads; of the daemon, the same in each image. */
 struct pokeys_phase {
 	uint8_t state;			/* enum pokeys_phase_state */
@@ -455,7 +515,8 @@ struct pokeys_state {
 	uint8_t digital_in[POKEYS_PIN_BYTES];
 	uint8_t digital_out[POKEYS_PIN_BYTES];		/* as last acknowledged by the device */
 	uint8_t digital_out_owned[POKEYS_PIN_BYTES];	/* pins that are configured as outputs,
-							 * except those of heaters */
+							 * except those of heaters
+							 * and servo motors */
 	uint8_t pin_function[56];			/* protocol section 3.2 */
 	uint16_t analog[8];				/* raw 0..4095, [0] = pin 41 */
 	int32_t encoder[POKEYS_ENCODERS];		/* counts, wrap at 2^32 */
@@ -507,6 +568,7 @@ struct pokeys_state {
 
 	struct pokeys_link_statistics statistics;
 	struct pokeys_heater heater[POKEYS_HEATERS];
+	struct pokeys_servo servo[POKEYS_SERVOS];
 };
 
 /*

@@ -928,6 +928,176 @@ class StateHeater(Parts[StateHeaterItem]):
     _count = 7
 
 
+class StateServoItem(Part):
+    """servo.NN"""
+
+    __slots__ = ()
+    name = Text(
+        "servo.%02u.name", 6, (3520, 120),
+        "name of the motor in pokeysd.conf; empty = there is none",
+        size=32)
+    state = Word(
+        "servo.%02u.state", 6, (3512, 120),
+        "0 = no such motor, 1 off, 2 enabled, 3 fault",
+        code="B",
+        words={
+            0: "none",
+            1: "off",
+            2: "enabled",
+            3: "fault",
+        })
+    pos_fb = Measured(
+        "servo.%02u.pos-fb", 6, (3440, 120),
+        "position of the encoder, units of counts-per-unit",
+        code="d",
+        factor=1)
+    age_ms = Age(
+        "servo.%02u.age-ms", 6, (3432, 120),
+        "time since the encoder was read",
+        "ms",
+        factor=1e-06)
+    vel_fb = Measured(
+        "servo.%02u.vel-fb", 6, (3464, 120),
+        "its velocity, units/s",
+        "1/s",
+        code="f",
+        factor=1)
+    commanded = Measured(
+        "servo.%02u.commanded", 6, (3448, 120),
+        "commanded position while it is enabled, else its position, units",
+        code="d",
+        factor=1)
+    commanded_velocity = Measured(
+        "servo.%02u.commanded-velocity", 6, (3468, 120),
+        "commanded velocity, or what was found from the positions, units/s",
+        "1/s",
+        code="f",
+        factor=1)
+    error = Measured(
+        "servo.%02u.error", 6, (3472, 120),
+        "following error, pos-cmd - pos-fb; after a fault as it was then",
+        code="f",
+        factor=1)
+    output = Measured(
+        "servo.%02u.output", 6, (3476, 120),
+        "part of the full voltage, -1..1",
+        code="f",
+        factor=1)
+    fault_code = Word(
+        "servo.%02u.fault-code", 6, (3513, 120),
+        "which fault: 0 none, 1 device not ready, 2 no readings, 3 emergency stop, 4 encoder jumps,"
+        " 5 command is impossible, 6 following error, 7 stalled, 8 encoder silent, 9 runs away, 10 "
+        "soft limit, 11 limit switch",
+        code="B",
+        words={
+            0: "none",
+            1: "device not ready",
+            2: "no readings",
+            3: "emergency stop",
+            4: "encoder jumps",
+            5: "command is impossible",
+            6: "following error",
+            7: "stalled",
+            8: "encoder silent",
+            9: "runs away",
+            10: "soft limit",
+            11: "limit switch",
+        })
+    condition = Word(
+        "servo.%02u.condition", 6, (3514, 120),
+        "what is wrong now, as fault-code has it",
+        code="B",
+        words={
+            0: "none",
+            1: "device not ready",
+            2: "no readings",
+            3: "emergency stop",
+            4: "encoder jumps",
+            5: "command is impossible",
+            6: "following error",
+            7: "stalled",
+            8: "encoder silent",
+            9: "runs away",
+            10: "soft limit",
+            11: "limit switch",
+        })
+    refused = Word(
+        "servo.%02u.refused", 6, (3515, 120),
+        "why it was not enabled: 0 it was, 1 the fault has to be reset first, 2 encoder or device "
+        "not ready (condition), 3 not at the commanded position, 4 off has to be commanded first",
+        code="B",
+        words={
+            0: "none",
+            1: "the fault has to be reset first",
+            2: "encoder or device not ready",
+            3: "not at the commanded position",
+            4: "off has to be commanded first",
+        })
+    homed = Flag("servo.%02u.homed", 6, (3516, 120), "the position is that of the machine")
+    limit_minus = Flag(
+        "servo.%02u.limit-minus", 6, (3517, 120),
+        "the limit switch at the lower end is pressed")
+    limit_plus = Flag(
+        "servo.%02u.limit-plus", 6, (3518, 120),
+        "the limit switch at the upper end is pressed")
+    faults = Integer(
+        "servo.%02u.faults", 6, (3508, 120),
+        "faults of the motor since the daemon's start",
+        code="I")
+    encoder = Integer(
+        "servo.%02u.encoder", 6, (3519, 120),
+        "number of its encoder",
+        code="B")
+    counts_per_unit = Measured(
+        "servo.%02u.counts-per-unit", 6, (3456, 120),
+        "counts of the encoder for each unit of the axis",
+        code="d",
+        factor=1)
+    min_position = Measured(
+        "servo.%02u.min-position", 6, (3480, 120),
+        "soft limit, units",
+        code="f",
+        factor=1)
+    max_position = Measured(
+        "servo.%02u.max-position", 6, (3484, 120),
+        "soft limit, units",
+        code="f",
+        factor=1)
+    pid_p = Measured(
+        "servo.%02u.pid-p", 6, (3488, 120),
+        "proportional gain, output for each unit of error",
+        code="f",
+        factor=1)
+    pid_i = Measured(
+        "servo.%02u.pid-i", 6, (3492, 120),
+        "integral gain, output for each unit of error and second",
+        code="f",
+        factor=1)
+    pid_d = Measured(
+        "servo.%02u.pid-d", 6, (3496, 120),
+        "derivative gain, output for each unit/s",
+        code="f",
+        factor=1)
+    velocity_gain = Measured(
+        "servo.%02u.velocity-gain", 6, (3500, 120),
+        "feed-forward, output for each unit/s that is commanded",
+        code="f",
+        factor=1)
+    acceleration_gain = Measured(
+        "servo.%02u.acceleration-gain", 6, (3504, 120),
+        "feed-forward, output for each unit/s^2 that is commanded",
+        code="f",
+        factor=1)
+
+
+class StateServo(Parts[StateServoItem]):
+    """servo"""
+
+    __slots__ = ()
+    _kind = StateServoItem
+    _count = 6
+
+
 class StateInfo(Part):
     """info"""
 
@@ -1548,6 +1718,11 @@ class StateValues(Part):
         return StateHeater(self._image, self._index)
 
     @property
+    def servo(self) -> StateServo:
+        """servo"""
+        return StateServo(self._image, self._index)
+
+    @property
     def info(self) -> StateInfo:
         """info"""
         return StateInfo(self._image, self._index)
@@ -1598,7 +1773,7 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
-STATE_HASH, STATE_SIZE = 0xc31c2eefe3b7960d, 3432
+STATE_HASH, STATE_SIZE = 0x6bb10c738e879489, 4152
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -1652,11 +1827,18 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateHeaterItem.faults, StateHeaterItem.min_temperature, StateHeaterItem.max_temperature,
     StateHeaterItem.max_target, StateHeaterItem.pid_p, StateHeaterItem.pid_i, StateHeaterItem.pid_d,
     StateHeaterItem.tuning, StateHeaterItem.tune_cycles, StateHeaterItem.tuned_p, StateHeaterItem.tuned_i,
-    StateHeaterItem.tuned_d, StateInfo.SerialNumber, StateInfo.type, StateInfo.name, StateInfo.build,
-    StateInfo.address, StateInfo.DeviceTypeID, StateInfo.FirmwareMajor, StateInfo.FirmwareMinor,
-    StateInfo.FirmwareRevision, StateInfo.UserID, StateInfo.ActivatedOptions, StateDevice.locked,
-    StateDevice.load, StateDevice.tick, StateDevice.access, StateInfo.PinCount, StateInfo.PWMCount,
-    StateInfo.BasicEncoderCount, StateInfo.EncodersCount, StateInfo.FastEncoders, StateInfo.UltraFastEncoders,
+    StateHeaterItem.tuned_d, StateServoItem.name, StateServoItem.state, StateServoItem.pos_fb,
+    StateServoItem.age_ms, StateServoItem.vel_fb, StateServoItem.commanded, StateServoItem.commanded_velocity,
+    StateServoItem.error, StateServoItem.output, StateServoItem.fault_code, StateServoItem.condition,
+    StateServoItem.refused, StateServoItem.homed, StateServoItem.limit_minus, StateServoItem.limit_plus,
+    StateServoItem.faults, StateServoItem.encoder, StateServoItem.counts_per_unit,
+    StateServoItem.min_position, StateServoItem.max_position, StateServoItem.pid_p, StateServoItem.pid_i,
+    StateServoItem.pid_d, StateServoItem.velocity_gain, StateServoItem.acceleration_gain,
+    StateInfo.SerialNumber, StateInfo.type, StateInfo.name, StateInfo.build, StateInfo.address,
+    StateInfo.DeviceTypeID, StateInfo.FirmwareMajor, StateInfo.FirmwareMinor, StateInfo.FirmwareRevision,
+    StateInfo.UserID, StateInfo.ActivatedOptions, StateDevice.locked, StateDevice.load, StateDevice.tick,
+    StateDevice.access, StateInfo.PinCount, StateInfo.PWMCount, StateInfo.BasicEncoderCount,
+    StateInfo.EncodersCount, StateInfo.FastEncoders, StateInfo.UltraFastEncoders,
     StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
     StateInfo.TriggeredKeyMapping, StateInfo.KeyRepeatDelay, StateInfo.DigitalCounters,
     StateInfo.JoystickButtonAxisMapping, StateInfo.JoystickAnalogToDigitalMapping,
@@ -2411,7 +2593,7 @@ class CommandValues(Part):
 COMMAND_READ_TIME = 32
 
 
-COMMAND_HASH, COMMAND_SIZE = 0xe9315c4e72e32806, 4760
+COMMAND_HASH, COMMAND_SIZE = 0xe54ca3b1e706f1be, 4856
 COMMAND_VALUES: tuple[Value[Any], ...] = (
     CommandPinItem.out, CommandPwmItem.value, CommandExternalItem.out, CommandExternalRelayItem.out,
     CommandPoExtBusItem.out, CommandPoNETItem.out_0, CommandPoNETItem.out_1, CommandPoNETItem.out_2,

@@ -16,7 +16,7 @@ from typing import Any
 from ._values import AHEAD_MOST_NS, Age, Bit, Flag, Image, Integer, Real, Stored, Value
 
 _BITS = [tuple(byte >> i & 1 == 1 for i in range(8)) for byte in range(256)]
-_SIZES = {code: struct.calcsize("<" + code) for code in "?BHIQhiqf"}
+_SIZES = {code: struct.calcsize("<" + code) for code in "?BHIQhiqfd"}
 
 
 class Whole:

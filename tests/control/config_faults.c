@@ -56,12 +56,12 @@ static void sections_are_judged_even_when_empty(void **state)
 {
 	(void)state;
 	assert_fault("[devices]\n" GOOD, "f:1: there is no section [devices]; sections are "
-		     "[daemon], [device NAME] and [heater NAME]");
+		     "[daemon], [device NAME], [heater NAME] and [servo NAME]");
 	assert_fault(GOOD "[device b]\n", "f:3: [device b]: neither address nor serial is given; "
 		     "one of them says where the device is");
 	assert_fault(GOOD "[device]\n",
-		     "f:3: there is no section [device]; sections are [daemon], [device NAME] and "
-		     "[heater NAME]");
+		     "f:3: there is no section [device]; sections are [daemon], [device NAME], "
+		     "[heater NAME] and [servo NAME]");
 	assert_fault(GOOD "[device a b]\nserial=4\n",
 		     "f:3: [device a b]: a device's name has 1 to 31 of the characters A-Z a-z 0-9 "
 		     "_ -");
@@ -69,11 +69,11 @@ static void sections_are_judged_even_when_empty(void **state)
 		     "f:3: [device abcdefghijklmnopqrstuvwxyz012345]: a device's name has 1 to 31 "
 		     "of the characters A-Z a-z 0-9 _ -");
 	assert_fault(GOOD "[device b] x\nserial=4\n",
-		     "f:3: \"[device b] x\" is not a section; [daemon], [device NAME] "
-		     "and [heater NAME] are");
+		     "f:3: \"[device b] x\" is not a section; [daemon], "
+		     "[device NAME], [heater NAME] and [servo NAME] are");
 	assert_fault(GOOD "[daemon\n",
-		     "f:3: \"[daemon\" is not a section; [daemon], [device NAME] "
-		     "and [heater NAME] are");
+		     "f:3: \"[daemon\" is not a section; [daemon], "
+		     "[device NAME], [heater NAME] and [servo NAME] are");
 	assert_fault(GOOD GOOD, "f:3: [device a] was there before, at line 1");
 	assert_fault("[daemon]\n" GOOD "[daemon]\n", "f:4: [daemon] was there before, at line 1");
 	assert_fault("", "f: there is no [device NAME] section");
@@ -139,7 +139,7 @@ static void comments_blanks_and_editors_marks_do_no_harm(void **state)
 			       "here\r\n"
 			       "   \t\r\nport=1\r\n#"), 1);
 	assert_string_equal(heard.line[0], "f:6: \"[device a];x\" is not a section; [daemon], "
-					   "[device NAME] and [heater NAME] are");
+					   "[device NAME], [heater NAME] and [servo NAME] are");
 	assert_int_equal(parse("\xef\xbb\xbf# first\r\n; second\r\n[daemon] ; third\r\n\r\n"
 			       "  priority\t=  7 # of 98\r\n[device a] ;x\r\naddress = 10.0.0.1 ; "
 			       "here\r\n"

@@ -55,7 +55,7 @@ static const char *section_of(const struct config_key *key)
 {
 	static const char *const names[CONFIG_SECTIONS] = {
 		[CONFIG_DAEMON] = "daemon", [CONFIG_DEVICE] = "device a",
-		[CONFIG_HEATER] = "heater a",
+		[CONFIG_HEATER] = "heater a", [CONFIG_SERVO] = "servo a",
 	};
 
 	return names[key->section];
@@ -83,9 +83,12 @@ static const char *stored(const struct config_key *key, uint32_t index, const ch
 	static struct config_raw_daemon daemon;
 	static struct config_raw_device device;
 	static struct config_raw_heater heater;
+	static struct config_raw_servo servo;
 
 	if (key->section == CONFIG_HEATER)
 		return config_store(key, index, value, &heater);
+	if (key->section == CONFIG_SERVO)
+		return config_store(key, index, value, &servo);
 	if (key->section == CONFIG_DAEMON)
 		return config_store(key, index, value, &daemon);
 	return config_store(key, index, value, &device);

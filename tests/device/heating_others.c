@@ -178,7 +178,7 @@ static void nobody_else_commands_their_outputs(void **state)
 	heat_expect_off(0);
 	assert_true(world_latch(&world, LAMP));
 	assert_int_equal(world.rig.device.config.pwm.duty[FAN_PWM], PERIOD / 2);
-	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_PWM_HEATER);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_PWM_LOOP);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].b, HOTEND_PWM);
 	assert_int_equal(world.state.digital_out_owned[BED_PIN / 8] >> BED_PIN % 8 & 1, 0);
 	assert_int_equal(world.state.digital_out_owned[LAMP / 8] >> LAMP % 8 & 1, 1);

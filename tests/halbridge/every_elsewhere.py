@@ -8,6 +8,8 @@ ELSEWHERE = {
     # and a buffer is emptied too quickly
     "every_out_pin.c": (r"daemon\.guard", r"packets\.(?:stale|wrong-source|send-failed)",
                         r"one-shot-full", r"threading\.preparing"),
+    # a moment without a processor stops a motor, as it must
+    "servos.c": (r"servo\.\d\d\..*",),
     # a device that is restarted ends every session here
     "encoder_restart.c": (r"encoder-keep-count", r"encoder\.\d\d\.count-lost"),
     "live_machine.py": (r"position-lost", r"unhome", r"encoder-count-lost",

@@ -130,6 +130,27 @@ static bool heater_is_reset(const struct table_cursor *at, bool pressed)
 	       (!pressed || command->one_shot[0].index == at->index);
 }
 
+static bool servo_is_reset(const struct table_cursor *at, bool pressed)
+{
+	return pressed_once(POKEYS_ONE_SHOT_SERVO_RESET, pressed) &&
+	       (!pressed || command->one_shot[0].index == at->index);
+}
+
+static bool position_is_sent(const struct table_cursor *at, bool pressed)
+{
+	const double position = command->servo[at->index].position;
+
+	/* one that is not a number is a fault, and so that is known, it is passed on */
+	return pressed ? position == 1 : position == 0 || isnan(position);
+}
+
+static bool velocity_is_sent(const struct table_cursor *at, bool pressed)
+{
+	const float velocity = command->servo[at->index].velocity;
+
+	return pressed ? velocity == 1 : isnan(velocity);
+}
+
 static bool encoder_is_held(const struct table_cursor *at, bool pressed)
 {
 	drive.rig.daemon.encoder[at->index] += 50;
@@ -209,6 +230,8 @@ static const struct in_driver drivers[] = {
 	EACH("pwm.%02u.value", pwm_duty, , 0.25, 625, .with = "pwm.%02u.enable"),
 	BY("pwm.%02u.enable", channel_is_enabled),
 	EACH("heater.%02u.target", heater_target, , 60.5, 60.5, .is_float = true),
+	BY("servo.%02u.reset", servo_is_reset), BY("servo.%02u.pos-cmd", position_is_sent),
+	BY("servo.%02u.vel-cmd", velocity_is_sent), EACH("servo.%02u.enable", servo, .enable, 1, 1),
 	EACH("joint.%02u.enable", axis, .enable, 1, 1),
 	EACH("joint.%02u.pos-cmd", axis, .position, 12.5, 5000),
 	EACH("joint.%02u.vel-cmd", axis, .velocity, 2, 800, .is_float = true),
@@ -223,16 +246,18 @@ static const struct in_driver *driver_of(const struct table_row *row)
 	return NULL;
 }
 
-/* Everything that is a condition: outputs owned, a PWM period, scales, heaters. */
+/* Everything that is a condition: outputs owned, a PWM period, scales, heaters, servos. */
 static void begin(void)
 {
-	drive_init(&drive, TABLE_HEATERS);
+	drive_init(&drive, TABLE_LOOPS);
 	memset(drive.rig.daemon.digital_out_owned, 0xff, 7);
 	drive.rig.daemon.pwm_period = 2500;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		drive.rig.values.joint[i].scale = 400;
 	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
 		drive.rig.daemon.heater[i].state = POKEYS_HEATER_OFF;
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		drive.rig.daemon.servo[i].state = POKEYS_SERVO_OFF;
 	drive_periods(&drive, 2);
 }
 
@@ -240,7 +265,7 @@ static void set_pin(const char *name, unsigned int index, double value)
 {
 	size_t pin = 0;
 
-	for (struct table_cursor at = table_walk(TABLE_HEATERS); name && table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_LOOPS); name && table_next(&at);) {
 		if (!strcmp(at.row->name, name) && at.index == index)
 			drive_set(&drive, at.row, pin, value);
 		pin += at.row->kind == TABLE_PIN;
@@ -331,7 +356,7 @@ static void every_in_pin_reaches_its_piece_of_the_command(void **state)
 
 	(void)state;
 	begin();
-	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_LOOPS); table_next(&at);) {
 		const struct in_driver *driver = driver_of(at.row);
 
 		if (at.row->kind != TABLE_PIN)
@@ -352,7 +377,7 @@ static void pins_that_are_pressed_have_their_effect(void **state)
 	size_t pin = 0;
 
 	(void)state;
-	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_LOOPS); table_next(&at);) {
 		const struct in_driver *driver = driver_of(at.row);
 
 		if (at.row->kind == TABLE_PIN && driver && driver->right)
@@ -367,7 +392,7 @@ static void no_in_pin_that_is_not_a_number_reaches_the_command(void **state)
 	size_t pin = 0;
 
 	(void)state;
-	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_LOOPS); table_next(&at);) {
 		const struct in_driver *driver = driver_of(at.row);
 		bool concerned = at.row->kind == TABLE_PIN && at.row->direction == TABLE_IN &&
 				 at.row->type == TABLE_FLOAT;

@@ -164,7 +164,7 @@ static void begin_one_while_homed(struct rig *rig)
 {
 	size_t pin = 0;
 
-	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_LOOPS); table_next(&at);) {
 		if (!strcmp(at.row->name, "joint.%02u.motion-homed"))
 			drive_set(&drive, at.row, pin, 1);
 		pin += at.row->kind == TABLE_PIN;
@@ -244,6 +244,15 @@ static void talk_to_drivers(struct rig *rig)
 #define HEATER(name_, member_, ...) {						\
 	.name = "heater.%02u." name_, AT(heater[0] member_),			\
 	.size = SIZE(heater[0] member_), .stride = SIZE(heater[0]), __VA_ARGS__ }
+#define SERVO(name_, member_, ...) {						\
+	.name = "servo.%02u." name_, AT(servo[0] member_),			\
+	.size = SIZE(servo[0] member_), .stride = SIZE(servo[0]), __VA_ARGS__ }
+
+static void enable_motors(struct rig *rig)
+{
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		rig->daemon.servo[i].state = POKEYS_SERVO_ENABLED;
+}
 
 static const struct out_driver drivers[] = {
 	BY("connected", nothing), BY("stale", silence), BY("daemon-alive", nothing),
@@ -406,6 +415,11 @@ static const struct out_driver drivers[] = {
 	HEATER("power", .power, .is_float = true), HEATER("at-temperature", .at_temperature),
 	HEATER("fault", .fault), HEATER("fault-code", .fault), HEATER("condition", .condition),
 	HEATER("refused", .refused),
+	SERVO("pos-fb", .position, .is_float = true), SERVO("vel-fb", .velocity, .is_float = true),
+	SERVO("error", .error, .is_float = true), SERVO("output", .output, .is_float = true),
+	BY("servo.%02u.enabled", enable_motors), SERVO("fault", .fault),
+	SERVO("fault-code", .fault), SERVO("condition", .condition), SERVO("refused", .refused),
+	SERVO("homed", .homed), SERVO("limit-minus", .low), SERVO("limit-plus", .high),
 	BITS("daemon.realtime", flags, 5), BITS("daemon.fallback", flags, 6),
 	BITS("daemon.guard", flags, 9), BY("joint.%02u.refused", set_bad_scale),
 };
@@ -422,12 +436,14 @@ static const struct out_driver *driver_of(const struct table_row *row)
 
 static void begin(void)
 {
-	drive_init(&drive, TABLE_HEATERS);
+	drive_init(&drive, TABLE_LOOPS);
 	drive.rig.daemon.identity.serial = 1;
 	memset(drive.rig.daemon.ponet, 0, sizeof(drive.rig.daemon.ponet));
 	drive.rig.daemon.kbd48_module = 255;
 	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
 		drive.rig.daemon.heater[i].state = POKEYS_HEATER_OFF;
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		drive.rig.daemon.servo[i].state = POKEYS_SERVO_OFF;
 	drive_periods(&drive, 17);
 }
 
@@ -452,7 +468,9 @@ static void show_field(const struct out_driver *driver, const struct table_curso
 	uint64_t value = bit ? !before : 3 + at->index * 5 % 50;
 	double factor = driver->factor != 0 ? driver->factor : 1;
 
-	if (driver->is_float)
+	if (driver->is_float && driver->size == sizeof(double))
+		memcpy(field, &(double){ (double)value }, sizeof(double));
+	else if (driver->is_float)
 		memcpy(field, &(float){ (float)value }, sizeof(float));
 	else
 		drive_store(field, driver->size, driver->bit + at->index, value);
@@ -470,7 +488,7 @@ static void every_out_pin_shows_its_piece_of_the_image(void **state)
 
 	(void)state;
 	begin();
-	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_LOOPS); table_next(&at);) {
 		const struct out_driver *driver = driver_of(at.row);
 
 		if (at.row->kind != TABLE_PIN)
@@ -491,7 +509,7 @@ static void pins_that_are_not_of_one_field_are_driven_too(void **state)
 	size_t pin = 0;
 
 	(void)state;
-	for (struct table_cursor at = table_walk(TABLE_HEATERS); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_LOOPS); table_next(&at);) {
 		const struct out_driver *driver = driver_of(at.row);
 
 		if (at.row->kind == TABLE_PIN && driver && driver->drive) {

@@ -33,7 +33,8 @@ def bad_parameters_are_refused_in_one_line(rig):
     machine = rig.folder / "machine.ini"
     machine.write_text("[EMC]\n[POKEYS]\nRUNTIME_DIRECTORY = run/pokeysd\n", encoding="utf-8")
     cases = {
-        "names=upper": "names=upper: must be both, canonical, core, legacy, heaters or all",
+        "names=upper": "names=upper: must be both, canonical, core, legacy, heaters, servos, "
+                       "loops or all",
         "devices=a,,b": "devices=: '' is not a device name",
         "devices=mill,mill": "devices=: 'mill' is named twice",
         "devices=a/b": "devices=: 'a/b' is not a device name",

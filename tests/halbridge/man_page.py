@@ -10,7 +10,7 @@ import sys
 
 # the markers of each list in the page, and the schemes it shows
 LISTS = (
-    ("; the table begins\n", "; the table ends\n", ("heaters",)),
+    ("; the table begins\n", "; the table ends\n", ("loops",)),
     ("; the older names begin\n", "; the older names end\n", ("legacy", "ponet")),
 )
 

@@ -57,8 +57,7 @@ static bool is_told_about(const char *name)
 {
 	static const char *const parts[] = {
 		"failsafe.", "engine.backlash", "engine.postep", "joint.%02u.backlash-",
-		"joint.%02u.postep.", "synced-pwm.", "synced-out.", "rate.backlash", "rate.postep",
-		"rate.load", "rate.rtc", "rate.identity",
+		"joint.%02u.postep.", "synced-pwm.", "synced-out.", "rate.",
 		"threading.", "matrix.row-pin.", "matrix.column-pin.", "joint.%02u.limit-neg-d",
 		"encoder.%02u.set", "encoder.%02u.count-lost",
 		"joint.%02u.limit-pos-d", "joint.%02u.home-d",
@@ -99,7 +98,8 @@ static void both_is_without_what_is_set_apart(void **state)
 	}
 	assert_int_equal(failsafe, 5 + POKEYS_PINS + POKEYS_POEXTBUS + POKEYS_PWM);
 	assert_int_equal(table_name_count(TABLE_ALL) -
-			 table_name_count(TABLE_BOTH | TABLE_PONET | TABLE_HEATER), apart);
+			 table_name_count(TABLE_BOTH | TABLE_PONET | TABLE_HEATER | TABLE_SERVO),
+			 apart);
 	assert_int_equal(find("pokeys.1.heater.06.target", TABLE_CANONICAL, &(size_t){ 0 }), 0);
 	assert_int_equal(find("pokeys.1.heater.06.target", TABLE_HEATERS, &(size_t){ 0 }), 1);
 	assert_int_equal(find("pokeys.1.failsafe.pin.54", TABLE_BOTH, &(size_t){ 0 }), 0);
@@ -172,6 +172,7 @@ static void no_member_is_forgotten(void **state)
 	(void)state;
 	/* at most 7 bytes of padding a struct, the arrays' 56th pin, two slow groups, the end */
 	assert_in_range(unbound(), 0, 5 * 2 + 3 * 8 + 4 + 32 + VALUES_TOUCHED * 8 +
+			5 * POKEYS_SERVOS +
 			7 * (12 + POKEYS_ANALOG + POKEYS_PWM + 2 * POKEYS_AXES) +
 			4 * (POKEYS_ENCODERS + POKEYS_PONET + LEGACY_ENCODERS + 2 * POKEYS_AXES));
 }

@@ -17,7 +17,8 @@ PURE = {
 }
 # cold functions that share a room with realtime ones: texts for people
 COLD = {"event_text.c": {"snprintf", "vsnprintf", "__vsnprintf_chk", "strerror", "terminal_list",
-                         "terminal_owner_name"}}
+                         "terminal_owner_name"},
+        "event_text_loop.c": {"vsnprintf", "__vsnprintf_chk"}}
 
 
 def symbols(nm, library):

@@ -16,7 +16,7 @@ sys.path.insert(0, str(pathlib.Path(sys.argv[1]).parent))
 from house import House, equal, main, wait_equal, wait_for  # noqa: E402
 
 FORMATS = {("unsigned", 1): "B", ("unsigned", 2): "H", ("unsigned", 4): "I", ("unsigned", 8): "Q",
-           ("signed", 2): "h", ("signed", 4): "i", ("signed", 8): "q", ("float", 4): "f"}
+           ("signed", 2): "h", ("signed", 4): "i", ("signed", 8): "q", ("float", 4): "f", ("float", 8): "d"}
 
 
 def names_json():

@@ -107,9 +107,11 @@ static void test_a_name_of_hal_shows_what_hal_shows(void **context)
 	for (unsigned int round = 0; round < ROUNDS; round++) {
 		rig_init(&rig);
 		fill(&rig);
-		/* of heaters that are not there, HAL shows nothing */
+		/* of loops that are not there, HAL shows nothing */
 		for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
 			rig.daemon.heater[i].state |= POKEYS_HEATER_OFF;
+		for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+			rig.daemon.servo[i].state |= POKEYS_SERVO_OFF;
 		rig_periods(&rig, PERIODS);
 		diagnose_read(&rig.values, &rig.exchange.state);
 		motor_drive_read(&rig.exchange.drive, &rig.values, &rig.exchange.state, rig.now_ns);
@@ -160,6 +162,8 @@ static void test_what_hal_commands_stands_where_the_model_has_it(void **context)
 	memset(rig.daemon.digital_out_owned, 0xff, sizeof(rig.daemon.digital_out_owned));
 	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
 		rig.daemon.heater[i].state = POKEYS_HEATER_OFF;
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		rig.daemon.servo[i].state = POKEYS_SERVO_OFF;
 	for (unsigned int round = 0; round < ROUNDS; round++) {
 		const struct model_images images = {
 			.image = { [MODEL_COMMAND] = &rig.exchange.command },

@@ -5,13 +5,13 @@ It is independent of the tables that python/pokeys is generated from. shm / layo
 compares it with the C headers, member for member; system / settings commands through it.
 """
 import ctypes
-from ctypes import (POINTER, Structure, byref, c_char, c_char_p, c_float, c_int, c_int32,
+from ctypes import (POINTER, Structure, byref, c_char, c_char_p, c_double, c_float, c_int, c_int32,
                     c_int16, c_int64, c_size_t, c_uint, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p)
 import errno
 import os
 import time
 
-PINS, ANALOG, ENCODERS, PWM, AXES, PONET, HEATERS = 55, 7, 26, 6, 8, 16, 7
+PINS, ANALOG, ENCODERS, PWM, AXES, PONET, HEATERS, SERVOS = 55, 7, 26, 6, 8, 16, 7, 6
 COMMANDER, EVENTS = 1, 2
 DETACHED, ATTACHED, REFUSED = 0, 1, 2
 NAME_MAX = 32
@@ -113,8 +113,16 @@ class Heater(Structure):
         ("reserved", c_uint8 * 4), ("name", c_char * 32)]
 
 
+class Servo(Structure):
+    _fields_ = [("t_ns", c_uint64)] + [(name, c_double) for name in "position commanded counts_per_unit".split()] + [
+        (name, c_float) for name in (
+            "velocity commanded_velocity error output minimum maximum p i d velocity_gain acceleration_gain").split()] + [
+        ("fault_count", c_uint32)] + [
+        (name, c_uint8) for name in "state fault condition refused homed low high encoder".split()] + [("name", c_char * 32)]
+
+
 class State(Structure):
-    VERSION, HASH = 10, 0xc31c2eefe3b7960d
+    VERSION, HASH = 11, 0x6bb10c738e879489
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "
@@ -140,7 +148,7 @@ class State(Structure):
         ("config_foreign", c_uint32), ("phase", Phase),
         ("t_postep_ns", c_uint64), ("backlash", c_int16 * AXES), ("threading", Threading),
         ("postep", Postep * AXES),
-        ("statistics", LinkStatistics), ("heater", Heater * HEATERS)]
+        ("statistics", LinkStatistics), ("heater", Heater * HEATERS), ("servo", Servo * SERVOS)]
 
 
 class Histogram(Structure):
@@ -149,7 +157,7 @@ class Histogram(Structure):
 
 
 class Diag(Structure):
-    VERSION, HASH = 4, 0x043bbadfaaa1ea0e
+    VERSION, HASH = 5, 0x043bbadfaaa1ea0e
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle t_publish_ns cycles_skipped events_dropped event_high_water "
@@ -165,6 +173,10 @@ class AxisCommand(Structure):
                 ("enable", c_uint8), ("reserved", c_uint8 * 6)]
 
 
+class ServoCommand(Structure):
+    _fields_ = [("position", c_double), ("velocity", c_float), ("enable", c_uint8), ("reserved", c_uint8 * 3)]
+
+
 class OneShot(Structure):
     _fields_ = [("id", c_uint32), ("operation", c_uint8), ("index", c_uint8), ("mask", c_uint8),
                 ("flags", c_uint8), ("value", c_int32 * 8), ("parameter", c_float * 4),
@@ -172,7 +184,7 @@ class OneShot(Structure):
 
 
 class Command(Structure):
-    VERSION, HASH = 4, 0xe9315c4e72e32806
+    VERSION, HASH = 4, 0xe54ca3b1e706f1be
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64), ("heartbeat", c_uint64), ("t_ns", c_uint64),
                 ("t_thread_ns", c_uint64), ("period_ns", c_uint64), ("session", c_uint32),
@@ -186,7 +198,7 @@ class Command(Structure):
                 ("ponet_mask", c_uint32), ("kbd48_flags", c_uint8), ("kbd48_brightness", c_uint8),
                 ("reserved3", c_uint8 * 2), ("kbd48_leds", c_uint64),
                 ("axis", AxisCommand * AXES), ("heater_target", c_float * HEATERS),
-                ("heater_mask", c_uint32), ("one_shot_head", c_uint32),
+                ("heater_mask", c_uint32), ("servo", ServoCommand * SERVOS), ("one_shot_head", c_uint32),
                 ("reserved2", c_uint32), ("one_shot", OneShot * 64)]
 
 

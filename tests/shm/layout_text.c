@@ -86,6 +86,16 @@ static const struct member heater_members[] = {
 };
 #undef OF
 
+#define OF struct pokeys_servo
+static const struct member servo_members[] = {
+	M(t_ns), M(position), M(commanded), M(counts_per_unit), M(velocity),
+	M(commanded_velocity), M(error), M(output), M(minimum), M(maximum), M(p), M(i), M(d),
+	M(velocity_gain), M(acceleration_gain), M(fault_count), M(state), M(fault), M(condition),
+	M(refused), M(homed), M(low), M(high), M(encoder), M(name),
+	END
+};
+#undef OF
+
 #define OF struct pokeys_postep
 static const struct member postep_members[] = {
 	M(t_update_ns), M(update_count), M(supply), M(temperature), M(inputs), M(state), M(faults),
@@ -158,6 +168,7 @@ static const struct member state_members[] = {
 	M(t_postep_ns), M(backlash), NESTED(threading, threading_members),
 	NESTED(postep, postep_members), NESTED(statistics, link_statistics_members),
 	NESTED(heater, heater_members),
+	NESTED(servo, servo_members),
 	END
 };
 #undef OF
@@ -193,6 +204,13 @@ static const struct member axis_command_members[] = {
 };
 #undef OF
 
+#define OF struct pokeys_servo_command
+static const struct member servo_command_members[] = {
+	M(position), M(velocity), M(enable), M(reserved),
+	END
+};
+#undef OF
+
 #define OF struct pokeys_one_shot
 static const struct member one_shot_members[] = {
 	M(id), M(operation), M(index), M(mask), M(flags), M(value), M(parameter), M(reserved),
@@ -209,8 +227,8 @@ static const struct member command_members[] = {
 	M(ponet_data), M(ponet_brightness), M(ponet_mask), M(kbd48_flags), M(kbd48_brightness),
 	M(reserved3),
 	M(kbd48_leds),
-	NESTED(axis, axis_command_members), M(heater_target), M(heater_mask), M(one_shot_head),
-	M(reserved2),
+	NESTED(axis, axis_command_members), M(heater_target), M(heater_mask),
+	NESTED(servo, servo_command_members), M(one_shot_head), M(reserved2),
 	NESTED(one_shot, one_shot_members),
 	END
 };

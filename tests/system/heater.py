@@ -137,7 +137,7 @@ def test_gains_are_found():
         wait_for("the end", oscillate, limit=180, say=lambda: (house.log("ctl.log"), heaters(house)))
         equal(ran.returncode, 0, house.log("ctl.log"))
         found = re.search(r"^mill: heater hotend: gains found; write them into \[heater hotend\] in pokeysd\.conf, and restart "
-                          r"pokeysd:\npid-p = (\S+)\npid-i = (\S+)\npid-d = (\S+)\n\Z", house.log("ctl.log"), re.M)
+                          r"pokeysd:\npid-p = (\S+)\npid-i = (\S+)\npid-d = (\S+)\n\Z", house.log("ctl.log"), re.MULTILINE)
         assert found, house.log("ctl.log")
         tuned = shown(house, "tuned")
         for gain, text in zip("pid", found.groups()):

@@ -57,7 +57,7 @@ class House:
         self.notify = None
         self.daemon_keys = {"runtime-directory": self.runtime, "realtime": "optional", **daemon}
         self.device_keys = {"mill": {"address": self.address}}
-        self.heater_keys = {}
+        self.heater_keys, self.servo_keys = {}, {}
 
     def __enter__(self):
         return self
@@ -91,7 +91,7 @@ class House:
 
     def write_conf(self):
         lines = ["[daemon]", *(f"{k} = {v}" for k, v in self.daemon_keys.items())]
-        for kind, sections in (("device", self.device_keys), ("heater", self.heater_keys)):
+        for kind, sections in (("device", self.device_keys), ("heater", self.heater_keys), ("servo", self.servo_keys)):
             for name, keys in sections.items():
                 lines += [f"[{kind} {name}]", *(f"{k} = {v}" for k, v in keys.items())]
         self.conf.write_text("\n".join(lines) + "\n")

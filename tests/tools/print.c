@@ -308,6 +308,7 @@ static void spoil(struct view_device *device)
 	device->state.threading.index_count = UINT32_MAX;
 	device->state.engine.axes_enabled = 255;
 	memset(&device->state.heater[6], 0xff, sizeof(device->state.heater[6]));
+	memset(&device->state.servo[5], 0xff, sizeof(device->state.servo[5]));
 	device->state.link = 200;
 	device->state.fault = 77;
 	device->state.cycle = UINT64_MAX;

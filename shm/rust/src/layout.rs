@@ -34,6 +34,7 @@ impl Members for i16 {}
 impl Members for i32 {}
 impl Members for i64 {}
 impl Members for f32 {}
+impl Members for f64 {}
 impl<T: Members, const N: usize> Members for [T; N] {
     const MEMBERS: &'static [Member] = T::MEMBERS;
 }

@@ -10,6 +10,7 @@ const PONET: usize = 16;
 const ONE_SHOTS: usize = 64;
 const READ_AGES: usize = 16;
 const HEATERS: usize = 7;
+const SERVOS: usize = 6;
 
 layout! {
     PokeysAxisCommand {
@@ -18,6 +19,15 @@ layout! {
         mode: u8,
         enable: u8,
         reserved: [u8; 6],
+    }
+}
+
+layout! {
+    PokeysServoCommand {
+        position: f64,
+        velocity: f32,
+        enable: u8,
+        reserved: [u8; 3],
     }
 }
 
@@ -70,6 +80,7 @@ layout! {
         axis: [PokeysAxisCommand; AXES],
         heater_target: [f32; HEATERS],
         heater_mask: u32,
+        servo: [PokeysServoCommand; SERVOS],
         one_shot_head: u32,
         reserved2: u32,
         one_shot: [PokeysOneShot; ONE_SHOTS],
@@ -77,6 +88,6 @@ layout! {
 }
 
 published! {
-    PokeysCommand, "command", magic 0x4d43_4b50, version 4, size 4760,
-    hash 0xe9315c4e72e32806, hash_function iox_command_hash
+    PokeysCommand, "command", magic 0x4d43_4b50, version 5, size 4856,
+    hash 0xe54ca3b1e706f1be, hash_function iox_command_hash
 }

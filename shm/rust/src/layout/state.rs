@@ -8,6 +8,7 @@ const ENCODERS: usize = 26;
 const PWM: usize = 6;
 const AXES: usize = 8;
 const HEATERS: usize = 7;
+const SERVOS: usize = 6;
 const PONET: usize = 16;
 const MATRIX_BYTES: usize = 16;
 const SLOW_GROUPS: usize = 20;
@@ -269,6 +270,36 @@ layout! {
 }
 
 layout! {
+    PokeysServo {
+        t_ns: u64,
+        position: f64,
+        commanded: f64,
+        counts_per_unit: f64,
+        velocity: f32,
+        commanded_velocity: f32,
+        error: f32,
+        output: f32,
+        minimum: f32,
+        maximum: f32,
+        p: f32,
+        i: f32,
+        d: f32,
+        velocity_gain: f32,
+        acceleration_gain: f32,
+        fault_count: u32,
+        state: u8,
+        fault: u8,
+        condition: u8,
+        refused: u8,
+        homed: u8,
+        low: u8,
+        high: u8,
+        encoder: u8,
+        name: [u8; 32],
+    }
+}
+
+layout! {
     PokeysPhase {
         state: u8,
         master: u8,
@@ -363,6 +394,7 @@ layout! {
         postep: [PokeysPostep; AXES],
         statistics: PokeysLinkStatistics,
         heater: [PokeysHeater; HEATERS],
+        servo: [PokeysServo; SERVOS],
     }
 }
 
@@ -415,8 +447,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 10, size 3432,
-    hash 0xc31c2eefe3b7960d, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 11, size 4152,
+    hash 0x6bb10c738e879489, hash_function iox_state_hash
 }
 
 published! {

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* Heaters and servo motors together: outputs, safety and life cycle need no difference. */
+
+#include "daemon/device/loops.h"
+#include "daemon/device/internal.h"
+
+void loops_init(struct device *device)
+{
+	heating_init(device);
+	servoing_init(device);
+}
+
+void loops_cycle(struct device *device)
+{
+	heating_cycle(device);
+	servoing_cycle(device);
+}
+
+void loops_session(struct device *device)
+{
+	heating_session(device);
+	servoing_session(device);
+}
+
+uint64_t loops_pins(const struct device *device)
+{
+	return heating_pins(device) | servoing_pins(device);
+}
+
+uint64_t loops_pins_on(const struct device *device)
+{
+	return heating_pins_on(device) | servoing_pins_on(device);
+}
+
+uint8_t loops_channels(const struct device *device)
+{
+	return heating_channels(device) | servoing_channels(device);
+}
+
+void loops_pwm(const struct device *device, struct wire_pwm_req *pwm)
+{
+	heating_pwm(device, pwm);
+	servoing_pwm(device, pwm);
+}
+
+bool loops_off(const struct device *device)
+{
+	return heating_off(device) && servoing_off(device);
+}
+
+bool loops_covered(const struct device *device)
+{
+	return heating_covered(device) || servoing_covered(device);
+}
+
+void loops_left_alone(struct device *device)
+{
+	heating_left_alone(device);
+	servoing_left_alone(device);
+}
+
+void loops_unshare(struct device *device)
+{
+	heating_unshare(device);
+	servoing_unshare(device);
+}
+
+void loops_share(struct device *device, const char *key, unsigned int index)
+{
+	heating_share(device, key, index);
+	servoing_share(device, key, index);
+}

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The closed loops of a device, heaters and servo motors, for whoever only has to know that some
+ * outputs are theirs. Realtime thread only.
+ */
+#ifndef DEVICE_LOOPS_H
+#define DEVICE_LOOPS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include "wire/io.h"
+
+struct device;
+
+void loops_init(struct device *device);
+
+/* In each cycle, before anything is sent. */
+void loops_cycle(struct device *device);
+
+/* Another commander than before. */
+void loops_session(struct device *device);
+
+/* Pins that are their outputs, and those of them that are on. */
+uint64_t loops_pins(const struct device *device);
+uint64_t loops_pins_on(const struct device *device);
+
+/* Bit = PWM channel of theirs; their part of a request, whose other channels stay. */
+uint8_t loops_channels(const struct device *device);
+void loops_pwm(const struct device *device, struct wire_pwm_req *pwm);
+
+/* All of them are off. */
+bool loops_off(const struct device *device);
+
+/* The device's own failsafe has to switch off what it may have been left with. */
+bool loops_covered(const struct device *device);
+/* It has had its turn. */
+void loops_left_alone(struct device *device);
+
+/* Forget which terminals something else has; then mark those of an owner of settings/terminal.h. */
+void loops_unshare(struct device *device);
+void loops_share(struct device *device, const char *key, unsigned int index);
+
+#endif

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * One-shots of servo motors. Nothing goes to the device, so they are done or refused at once, also
+ * while the device does not answer or has no place for another request.
+ */
+
+#include "daemon/device/internal.h"
+
+static bool reset(struct device *device, const struct pokeys_one_shot *shot)
+{
+	return servoing_reset(device, shot->index);
+}
+
+static bool place(struct device *device, const struct pokeys_one_shot *shot)
+{
+	return servoing_place(device, shot->index, shot->value[0],
+			      shot->flags & POKEYS_SERVO_HOMED);
+}
+
+const struct operation operation_servo_reset = { .act = reset };
+const struct operation operation_servo_place = { .act = place };

@@ -1,0 +1,443 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The servo motors of a device (daemon/loops/servo.h) between its encoders and its outputs.
+ *
+ * The outputs of a motor belong to this motor only. No commander can switch them, and the safe
+ * state does not change them: whatever is lost, the motor's controller finds it in the same cycle,
+ * and its output is 0. It does not wait for machine-on, which belongs to the pulse engine; the
+ * commander enables each motor by itself. The commander's emergency stop (whatever on-emergency
+ * says), the emergency input of the pulse engine, and the daemon's end are an emergency stop.
+ *
+ * If this daemon or its computer fails, only the device can stop a motor. So a motor is ready only
+ * while the device's failsafe is known to do that, by its enable wire or by its PWM outputs, or
+ * with without-failsafe = yes.
+ */
+
+#include <math.h>
+#include <string.h>
+#include "daemon/device/internal.h"
+
+#define UNHEARD_NS (200 * MS)
+#define THOUSANDTHS_MOST 1e15
+
+/* The image shows the numbers of the loops. */
+#define SAME(a, b) _Static_assert((int)(a) == (int)(b), #a " is not " #b)
+SAME(SERVO_DEVICE, POKEYS_SERVO_DEVICE);
+SAME(SERVO_FOLLOWING, POKEYS_SERVO_FOLLOWING);
+SAME(SERVO_SWITCH, POKEYS_SERVO_SWITCH);
+SAME(SERVO_FAULTS, POKEYS_SERVO_SWITCH + 1);
+SAME(SERVO_OFF_FIRST, POKEYS_SERVO_OFF_FIRST);
+
+static const struct servoing_config *config_of(const struct device *device, unsigned int i)
+{
+	return &device->config.servo[i];
+}
+
+void servoing_init(struct device *device)
+{
+	struct servoings *servoings = &device->servoings;
+
+	servoings->count = device->config.servos < POKEYS_SERVOS ? device->config.servos :
+								   POKEYS_SERVOS;
+	for (unsigned int i = 0; i < servoings->count; i++) {
+		struct servoing *servoing = &servoings->servoing[i];
+
+		servoing->good = !servo_init(&servoing->servo, &config_of(device, i)->servo);
+	}
+}
+
+static uint64_t pin_bit(uint8_t pin)
+{
+	return pin < POKEYS_PINS ? UINT64_C(1) << pin : 0;
+}
+
+static uint8_t channel_bit(uint8_t channel)
+{
+	return (uint8_t)(channel < POKEYS_PWM ? 1u << channel : 0);
+}
+
+static uint8_t channels_of(const struct servoing_config *config)
+{
+	return (uint8_t)(channel_bit(config->pwm) | channel_bit(config->reverse_pwm));
+}
+
+/* Is the device set up so that this motor stops when nobody talks to it? */
+static bool is_covered(const struct device *device, const struct servoing_config *config)
+{
+	const struct wire_failsafe_req *failsafe = failsafe_known(device);
+
+	if (config->without_failsafe)
+		return true;
+	if (!failsafe || !failsafe->timeout || failsafe->timeout > SERVOING_FAILSAFE_MOST)
+		return false;
+	if (config->enable != SERVOING_NONE)
+		return failsafe->peripherals & WIRE_FAILSAFE_DIGITAL &&
+		       !(failsafe->outputs >> config->enable & 1);
+	for (unsigned int i = 0; i < POKEYS_PWM; i++)
+		if (channels_of(config) >> i & 1 && failsafe->pwm_percent[i])
+			return false;
+	return failsafe->peripherals & WIRE_FAILSAFE_PWM;
+}
+
+/* Neither more nor less than pokeysd.conf wants: an inverted output would be on when it is off. */
+static bool is_as_wanted(const struct device *device, uint8_t pin)
+{
+	return pin == SERVOING_NONE ||
+	       device->image.pin_function[pin] == device->config.settings.pin_function[pin];
+}
+
+/* A board without a terminal for a channel has no capability bit for it (22 to 17). */
+static bool has_channel(const struct device *device, uint8_t channel)
+{
+	const uint64_t pins = device->image.capability.pwm_pins;
+
+	return channel == SERVOING_NONE || (channel < device->image.capability.pwm &&
+					    (!pins || pins >> (21 - channel) & 1));
+}
+
+static bool has_pwm(const struct device *device, const struct servoing_config *config)
+{
+	const uint32_t period = device->image.pwm_period;
+
+	return has_channel(device, config->pwm) && has_channel(device, config->reverse_pwm) &&
+	       period >= SERVOING_PERIOD_LEAST && period <= SERVOING_PERIOD_MOST &&
+	       setting_synced_channel(device) < 0;
+}
+
+static bool is_usable(const struct device *device, unsigned int i)
+{
+	const struct servoing_config *config = config_of(device, i);
+	const struct servoing *servoing = &device->servoings.servoing[i];
+
+	return servoing->good && !servoing->shared && running(device) &&
+	       device->image.encoder_enabled >> config->encoder & 1 &&
+	       is_as_wanted(device, config->direction) && is_as_wanted(device, config->enable) &&
+	       is_as_wanted(device, config->low) && is_as_wanted(device, config->high) &&
+	       has_pwm(device, config) && is_covered(device, config);
+}
+
+bool servoing_covered(const struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		if (!config_of(device, i)->without_failsafe)
+			return true;
+	return false;
+}
+
+void servoing_unshare(struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		device->servoings.servoing[i].shared = false;
+}
+
+void servoing_share(struct device *device, const char *key, unsigned int index)
+{
+	static const char prefix[] = "servo.";
+
+	if (!strncmp(key, prefix, sizeof(prefix) - 1) && index < device->servoings.count)
+		device->servoings.servoing[index].shared = true;
+}
+
+static bool is_pressed(const struct device *device, uint8_t pin, bool inverted)
+{
+	return pin != SERVOING_NONE &&
+	       (pins_load(device->image.digital_in) >> pin & 1) != inverted;
+}
+
+/* The commander's emergency stop, or the button at a pulse engine that is set up. */
+static bool is_emergency(const struct device *device)
+{
+	const struct pokeys_engine *engine = &device->image.engine;
+
+	return device->intake.emergency || (engine->emergency && engine->axes_enabled);
+}
+
+static struct servo_input input_of(const struct device *device, unsigned int i)
+{
+	const struct servoing_config *config = config_of(device, i);
+	const unsigned int bank = config->encoder / WIRE_ENCODER_BANK;
+
+	return (struct servo_input){
+		.counts = device->image.encoder[config->encoder],
+		.read_ns = device->image.encoder_t_ns[config->encoder],
+		.usable = is_usable(device, i),
+		.epoch = (uint32_t)device->servoings.counts_epoch[bank] << 8 |
+			 device->image.encoder_epoch,
+		.emergency = is_emergency(device),
+		.low = is_pressed(device, config->low, config->low_inverted),
+		.high = is_pressed(device, config->high, config->high_inverted),
+	};
+}
+
+static uint32_t ticks(double duty, uint32_t period)
+{
+	return (uint32_t)llround(duty * period);
+}
+
+/* Has the device acknowledged what is on the wires? */
+static bool is_settled(const struct device *device, unsigned int i)
+{
+	const struct servoing_config *config = config_of(device, i);
+	const struct drive_wires *wires = &device->servoings.servoing[i].wires;
+	const struct output *pwm = &device->outputs.output[OUTPUT_PWM];
+	const struct safe *safe = &device->safe;
+	const uint64_t pins = pin_bit(config->direction) | pin_bit(config->enable);
+	const uint64_t on = (wires->reverse ? pin_bit(config->direction) : 0) |
+			    (wires->enable ? pin_bit(config->enable) : 0);
+
+	if ((safe->acked_mask & pins) != pins || (safe->acked & pins) != on || !pwm->known)
+		return false;
+	return pwm->have.pwm.duty[config->pwm] == ticks(wires->duty[0], pwm->have.pwm.period) &&
+	       (config->reverse_pwm == SERVOING_NONE ||
+		pwm->have.pwm.duty[config->reverse_pwm] ==
+			ticks(wires->duty[1], pwm->have.pwm.period));
+}
+
+static int64_t thousandths(double units)
+{
+	return fabs(units) < THOUSANDTHS_MOST ? (int64_t)llround(units * 1000) : 0;
+}
+
+/* Log what has changed since the last call. */
+static void say(struct device *device, unsigned int i, bool was_enabled)
+{
+	struct servoing *servoing = &device->servoings.servoing[i];
+	const struct servo *servo = &servoing->servo;
+	const int64_t position = thousandths(servo->position);
+
+	if (servo->fault != servoing->fault) {
+		servoing->faults += servo->fault != SERVO_FINE;
+		device_say(device, EVENT_SERVO, servo->fault ? EVENT_ERROR : EVENT_NOTICE, i,
+			   servo->fault, position);
+	}
+	if (servo->refusal != servoing->refusal && servo->refusal)
+		device_say(device, EVENT_SERVO_REFUSED, EVENT_WARNING, i, servo->refusal,
+			   servo->condition);
+	if (was_enabled && !servo->enabled && !servo->fault && !device->intake.fresh)
+		device_say(device, EVENT_SERVO_LEFT, EVENT_WARNING, i, 0, position);
+	servoing->fault = (uint8_t)servo->fault;
+	servoing->refusal = (uint8_t)servo->refusal;
+}
+
+/* A commander that does not read does not know where the axis is. */
+static bool may_enable(const struct device *device, unsigned int i)
+{
+	return device->servoings.servoing[i].servo.enabled || device->intake.read_recently;
+}
+
+static void step(struct device *device, unsigned int i)
+{
+	const struct servoing_config *config = config_of(device, i);
+	struct servoing *servoing = &device->servoings.servoing[i];
+	const struct servoing_wish *wanted = &device->intake.servoing[i];
+	const struct servo_input input = input_of(device, i);
+	const struct servo_wish wish = {
+		.alive = device->intake.fresh && !device->safe.stopping && !device->life.blocked,
+		.enable = wanted->enable && may_enable(device, i),
+		.position = wanted->position, .velocity = wanted->velocity,
+	};
+	const bool was_enabled = servoing->servo.enabled;
+	const double output = servo_step(&servoing->servo, &input, &wish, device->now_ns);
+
+	servoing->wires = drive_step(&servoing->drive, &config->drive,
+				     config->inverted ? -output : output, servoing->servo.enabled,
+				     is_settled(device, i), device->now_ns);
+	say(device, i, was_enabled);
+}
+
+void servoing_session(struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		servo_another(&device->servoings.servoing[i].servo);
+}
+
+static enum pokeys_servo_state state_of(const struct servo *servo)
+{
+	if (servo->fault)
+		return POKEYS_SERVO_FAULT;
+	return servo->enabled ? POKEYS_SERVO_ENABLED : POKEYS_SERVO_OFF;
+}
+
+static void show_gains(struct pokeys_servo *image, const struct servo_gains *gains)
+{
+	image->p = (float)gains->p;
+	image->i = (float)gains->i;
+	image->d = (float)gains->d;
+	image->velocity_gain = (float)gains->velocity;
+	image->acceleration_gain = (float)gains->acceleration;
+}
+
+static void show(struct device *device, unsigned int i)
+{
+	const struct servoing *servoing = &device->servoings.servoing[i];
+	const struct servoing_config *config = config_of(device, i);
+	const struct servo *servo = &servoing->servo;
+	struct pokeys_servo *image = &device->image.servo[i];
+
+	image->t_ns = servo->read_ns;
+	image->position = servo->position;
+	image->commanded = servo->enabled ? servo->wanted : servo->position;
+	image->counts_per_unit = config->servo.scale;
+	image->velocity = (float)servo->rate;
+	image->commanded_velocity = (float)servo->wanted_rate;
+	image->error = (float)servo->error;
+	image->output = (float)servo->output;
+	image->minimum = (float)config->servo.least;
+	image->maximum = (float)config->servo.most;
+	show_gains(image, &servo->config.gains);
+	image->fault_count = servoing->faults;
+	image->state = (uint8_t)state_of(servo);
+	image->fault = (uint8_t)servo->fault;
+	image->condition = (uint8_t)servo->condition;
+	image->refused = (uint8_t)servo->refusal;
+	image->homed = servo->homed;
+	image->low = is_pressed(device, config->low, config->low_inverted);
+	image->high = is_pressed(device, config->high, config->high_inverted);
+	image->encoder = config->encoder;
+	memcpy(image->name, config->name, sizeof(image->name));
+}
+
+/* Has the device taken it that a motor is off? Until then it may run. */
+static void follow(struct device *device, unsigned int i)
+{
+	struct servoing *servoing = &device->servoings.servoing[i];
+
+	if (servoing->servo.enabled) {
+		servoing->driven = true;
+		servoing->off_ns = 0;
+	} else if (servoing->driven) {
+		servoing->driven = !is_settled(device, i);
+		if (!servoing->off_ns)
+			servoing->off_ns = device->now_ns;
+	}
+}
+
+bool servoing_unheard(const struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++) {
+		const struct servoing *servoing = &device->servoings.servoing[i];
+
+		if (servoing->driven && servoing->off_ns &&
+		    !config_of(device, i)->without_failsafe &&
+		    device->now_ns - servoing->off_ns > UNHEARD_NS)
+			return true;
+	}
+	return false;
+}
+
+void servoing_cycle(struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++) {
+		follow(device, i);
+		step(device, i);
+		show(device, i);
+	}
+}
+
+/* Its failsafe has had its turn: what it was left with is off. */
+void servoing_left_alone(struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		device->servoings.servoing[i].driven = false;
+}
+
+uint64_t servoing_pins(const struct device *device)
+{
+	uint64_t pins = 0;
+
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		pins |= pin_bit(config_of(device, i)->direction) |
+			pin_bit(config_of(device, i)->enable);
+	return pins;
+}
+
+uint64_t servoing_pins_on(const struct device *device)
+{
+	uint64_t pins = 0;
+
+	for (unsigned int i = 0; i < device->servoings.count; i++) {
+		const struct drive_wires *wires = &device->servoings.servoing[i].wires;
+
+		pins |= wires->reverse ? pin_bit(config_of(device, i)->direction) : 0;
+		pins |= wires->enable ? pin_bit(config_of(device, i)->enable) : 0;
+	}
+	return pins;
+}
+
+uint8_t servoing_channels(const struct device *device)
+{
+	unsigned int channels = 0;
+
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		channels |= channels_of(config_of(device, i));
+	return (uint8_t)channels;
+}
+
+void servoing_pwm(const struct device *device, struct wire_pwm_req *pwm)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++) {
+		const struct servoing_config *config = config_of(device, i);
+		const struct drive_wires *wires = &device->servoings.servoing[i].wires;
+
+		pwm->enabled |= channels_of(config);
+		if (config->pwm < POKEYS_PWM)
+			pwm->duty[config->pwm] = ticks(wires->duty[0], pwm->period);
+		if (config->reverse_pwm < POKEYS_PWM)
+			pwm->duty[config->reverse_pwm] = ticks(wires->duty[1], pwm->period);
+	}
+}
+
+bool servoing_off(const struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		if (device->servoings.servoing[i].servo.enabled)
+			return false;
+	return true;
+}
+
+/* Counters are written thirteen at a time, and one that turns meanwhile loses counts. */
+bool servoing_may_write(const struct device *device, unsigned int encoder)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++) {
+		const unsigned int own = config_of(device, i)->encoder;
+		const bool beside = own / WIRE_ENCODER_BANK == encoder / WIRE_ENCODER_BANK;
+
+		if (own == encoder || (beside && device->servoings.servoing[i].servo.enabled))
+			return false;
+	}
+	return true;
+}
+
+bool servoing_may_arm(const struct device *device, unsigned int encoder)
+{
+	const unsigned int fast = device->image.capability.fast_encoders;
+
+	for (unsigned int i = 0; i < device->servoings.count; i++) {
+		const unsigned int own = config_of(device, i)->encoder;
+
+		if (own == encoder || (own < fast && encoder < fast))
+			return false;
+	}
+	return true;
+}
+
+void servoing_written(struct device *device, unsigned int bank)
+{
+	device->servoings.counts_epoch[bank]++;
+}
+
+bool servoing_reset(struct device *device, unsigned int index)
+{
+	return index < device->servoings.count &&
+	       servo_reset(&device->servoings.servoing[index].servo);
+}
+
+bool servoing_place(struct device *device, unsigned int index, int32_t counts, bool homed)
+{
+	struct servo *servo;
+
+	if (index >= device->servoings.count)
+		return false;
+	servo = &device->servoings.servoing[index].servo;
+	return servo_place(servo, counts / servo->config.scale, homed);
+}

@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * The servo motors of a device: which encoder and which outputs each of them has.
+ */
+#ifndef DEVICE_SERVOING_H
+#define DEVICE_SERVOING_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <pokeys/state.h>
+#include "daemon/loops/drive.h"
+#include "daemon/loops/servo.h"
+#include "wire/io.h"
+
+enum {
+	SERVOING_NONE = 255,		/* no such pin, or channel */
+	SERVOING_FAILSAFE_MOST = 10,	/* x100 ms: longer, an axis runs too far */
+	SERVOING_PERIOD_LEAST = 250,	/* ticks of PWM, so that a duty is one of as many */
+	SERVOING_PERIOD_MOST = 25000,	/* 1 ms: a new duty is in effect in the next cycle */
+};
+
+struct servoing_config {
+	char name[32];
+	struct servo_config servo;
+	struct drive_config drive;
+	uint8_t encoder;
+	uint8_t pwm, reverse_pwm;	/* channels */
+	uint8_t direction, enable;	/* pins, from 0 */
+	uint8_t low, high;		/* pins of the limit switches */
+	bool low_inverted, high_inverted;	/* pressed while low */
+	bool inverted;			/* an output above 0 makes the position shrink */
+	bool without_failsafe;		/* it may run although the device cannot stop it */
+};
+
+/* The state of one motor. */
+struct servoing {
+	struct servo servo;
+	struct drive drive;
+	struct drive_wires wires;
+	bool good;			/* its configuration can be used */
+	bool shared;			/* something else of the device has a terminal of it */
+	bool driven;			/* it was enabled, and off is not acknowledged yet */
+	uint64_t off_ns;		/* ... and it is off since then; 0: it is not */
+	uint32_t faults;
+	/* what was said last */
+	uint8_t fault, refusal;
+};
+
+struct servoings {
+	uint8_t count;
+	uint8_t counts_epoch[2];	/* of each bank: counters were written, and may be wrong */
+	struct servoing servoing[POKEYS_SERVOS];
+};
+
+/* What the commander wants; servo_step() judges it. */
+struct servoing_wish {
+	bool enable;
+	double position, velocity;	/* units, units/s; NaN: not known */
+};
+
+struct device;
+
+void servoing_init(struct device *device);
+
+/* In each cycle, before anything is sent. */
+void servoing_cycle(struct device *device);
+
+/* Another commander than before. */
+void servoing_session(struct device *device);
+
+/* Pins that are outputs of motors, and those of them that are on. */
+uint64_t servoing_pins(const struct device *device);
+uint64_t servoing_pins_on(const struct device *device);
+
+/* Bit = PWM channel of a motor. */
+uint8_t servoing_channels(const struct device *device);
+/* Their part of a request; what else is in it stays. */
+void servoing_pwm(const struct device *device, struct wire_pwm_req *pwm);
+
+/* The device's own failsafe has to stop what it may have been left with. */
+bool servoing_covered(const struct device *device);
+
+/* A motor is off for so long without the device having acknowledged it that only silence helps. */
+bool servoing_unheard(const struct device *device);
+void servoing_left_alone(struct device *device);
+
+/* Forget which terminals something else has; then mark those of an owner of settings/terminal.h. */
+void servoing_unshare(struct device *device);
+void servoing_share(struct device *device, const char *key, unsigned int index);
+
+/* For finding out what uses a terminal. */
+struct terminal_daemon;
+void servoing_terminals(const struct servoing_config *config, unsigned int count,
+			struct terminal_daemon *out);
+
+/* None of them is enabled. */
+bool servoing_off(const struct device *device);
+
+/* May this encoder's counter be written? That of its bank are written with it. */
+bool servoing_may_write(const struct device *device, unsigned int encoder);
+/* May it be set to 0 by its index? The fast ones have one switch for it. */
+bool servoing_may_arm(const struct device *device, unsigned int encoder);
+/* Counters of this bank were written. */
+void servoing_written(struct device *device, unsigned int bank);
+
+/* One-shots, by a motor's index. Both return false if they refuse. */
+bool servoing_reset(struct device *device, unsigned int index);
+bool servoing_place(struct device *device, unsigned int index, int32_t counts, bool homed);
+
+#endif

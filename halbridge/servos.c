@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Positions go into the command image as they are, and the daemon judges them: one that is not a
+ * number is a fault of a motor that is enabled. A speed of 0 is passed on as "not known", so that
+ * pos-cmd alone is enough; the daemon then finds the speed from the positions.
+ *
+ * `fault` is for amp-fault-in: whatever keeps a motor that is to be enabled from following is one,
+ * also a daemon that is gone or an enable that it has refused.
+ */
+#include "halbridge/servos.h"
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#define OFFSET(number, member)	\
+	(offsetof(struct values, servo) + (number) * sizeof(struct value_servo) +	\
+	 offsetof(struct value_servo, member))
+
+void servos_init(struct servos *servos)
+{
+	memset(servos, 0, sizeof(*servos));
+}
+
+/* True if a pin has changed. */
+static bool show(struct value_servo *value, const struct pokeys_servo *servo, bool alive)
+{
+	struct value_servo now;
+
+	memcpy(&now, value, sizeof(now));
+	now.enabled = alive && servo->state == POKEYS_SERVO_ENABLED;
+	now.fault = servo->fault || (value->enable && (!alive || servo->refused));
+	if (alive) {
+		now.pos_fb = servo->position;
+		now.vel_fb = (double)servo->velocity;
+		now.error = (double)servo->error;
+		now.output = (double)servo->output;
+		now.fault_code = servo->fault;
+		now.condition = servo->condition;
+		now.refused = servo->refused;
+		now.homed = servo->homed;
+		now.limit_minus = servo->low;
+		now.limit_plus = servo->high;
+	}
+	if (!memcmp(&now, value, sizeof(now)))
+		return false;
+	memcpy(value, &now, sizeof(now));
+	return true;
+}
+
+void servos_read(struct servos *servos, struct values *values, const struct one_shot_queue *queue,
+		 const struct pokeys_state *state, bool alive)
+{
+	bool changed = !servos->begun;
+	uint32_t there = 0;
+
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
+		if (!press_rests(&servos->reset[i]))
+			values->one_shot_failed_count += press_read(&servos->reset[i], queue,
+								    state);
+		there |= (uint32_t)(state->servo[i].state != POKEYS_SERVO_NONE) << i;
+	}
+	/* those that are gone are shown once more */
+	for (uint32_t left = there | servos->there; left; left &= left - 1) {
+		const unsigned int i = (unsigned int)__builtin_ctz(left);
+
+		changed |= show(&values->servo[i], &state->servo[i], alive);
+	}
+	servos->begun |= alive;
+	servos->there = there;
+	if (changed)
+		values_changed(values, BLOCK_SERVO);
+}
+
+static void write_motor(struct servos *servos, unsigned int i, const struct value_servo *value,
+			bool read, struct pokeys_command *command, struct refusals *refusals)
+{
+	const bool there = servos->there >> i & 1;
+	const bool bad = !isfinite(value->pos_cmd) || !isfinite(value->vel_cmd);
+
+	refusal_mark(refusals, &servos->bad[i], bad, OFFSET(i, pos_cmd),
+		     REFUSAL_POSITION, value->pos_cmd);
+	refusal_mark(refusals, &servos->absent[i], servos->begun && !there && value->enable,
+		     OFFSET(i, enable), REFUSAL_NO_SERVO, 1);
+	command->servo[i].position = bad ? (double)NAN : value->pos_cmd;
+	command->servo[i].velocity = bad || value->vel_cmd == 0 ? NAN : (float)value->vel_cmd;
+	command->servo[i].enable = there && read && value->enable;
+}
+
+/* True if the queue was full. */
+static bool write_servo(struct servos *servos, unsigned int i, struct values *values,
+			struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
+			bool read, struct refusals *refusals)
+{
+	const struct pokeys_one_shot shot = {
+		.operation = POKEYS_ONE_SHOT_SERVO_RESET, .index = (uint8_t)i,
+	};
+	const struct press_news news = press_write(&servos->reset[i], values->servo[i].reset,
+						   fresh ? &shot : NULL, queue, command);
+
+	write_motor(servos, i, &values->servo[i], read, command, refusals);
+	values->one_shot_failed_count += news.failed;
+	return news.full;
+}
+
+/* Most machines have no servo motors, and pay for none. */
+static bool is_idle(const struct servos *servos, unsigned int i, const struct value_servo *value)
+{
+	return !(servos->there >> i & 1) && !value->enable && !value->reset &&
+	       press_rests(&servos->reset[i]) && !servos->bad[i] && !servos->absent[i];
+}
+
+bool servos_write(struct servos *servos, struct values *values, struct one_shot_queue *queue,
+		  struct pokeys_command *command, bool fresh, bool read,
+		  struct refusals *refusals)
+{
+	bool full = false;
+
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
+		command->servo[i].enable = 0;
+		if (!is_idle(servos, i, &values->servo[i]))
+			full |= write_servo(servos, i, values, queue, command, fresh, read,
+					    refusals);
+	}
+	return full;
+}
+
+void servos_forget(struct servos *servos, struct values *values)
+{
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		values->one_shot_failed_count += press_forget(&servos->reset[i]);
+	servos->begun = false;
+}

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Servo motors that the daemon controls, [servo NAME] in pokeysd.conf. What they are is configured
+ * there; here they get their positions from LinuxCNC, as joints. They are there on request
+ * (names=servos), as those of heaters are.
+ */
+#include "halbridge/table_rows.h"
+
+#define IN_PIN(name, member, help)	\
+	ROWS("servo.%02u." name, PIN, IN, WRITE, servo, member, help, OF_SERVOS)
+#define OUT_PIN(name, member, help)	\
+	ROWS("servo.%02u." name, PIN, OUT, READ, servo, member, help, OF_SERVOS)
+
+static const struct table_row rows[] = {
+	IN_PIN("pos-cmd", pos_cmd, "commanded position, units of counts-per-unit"),
+	IN_PIN("vel-cmd", vel_cmd,
+	       "commanded velocity, units/s, for the feed-forward; 0 = it is found from pos-cmd"),
+	IN_PIN("enable", enable,
+	       "the motor is to follow pos-cmd; at its rising edge, the axis has to be there"),
+	IN_PIN("reset", reset,
+	       "its rising edge: clear the fault; refused while its cause is there"),
+	OUT_PIN("pos-fb", pos_fb, "position of the encoder, units of counts-per-unit"),
+	OUT_PIN("vel-fb", vel_fb, "its velocity, units/s"),
+	OUT_PIN("error", error, "following error, pos-cmd - pos-fb; after a fault as it was then"),
+	OUT_PIN("output", output, "part of the full voltage, -1..1"),
+	OUT_PIN("enabled", enabled, "the motor follows pos-cmd"),
+	OUT_PIN("fault", fault,
+		"a fault has stopped the motor until it is reset, or it does not follow although "
+		"it is to be enabled; for amp-fault-in"),
+	OUT_PIN("fault-code", fault_code,
+		"which fault: 0 none, 1 device not ready, 2 no readings, 3 emergency stop, 4 "
+		"encoder jumps, 5 command is impossible, 6 following error, 7 stalled, 8 encoder "
+		"silent, 9 runs away, 10 soft limit, 11 limit switch"),
+	OUT_PIN("condition", condition, "what is wrong now, as fault-code has it"),
+	OUT_PIN("refused", refused,
+		"why it was not enabled: 0 it was, 1 the fault has to be reset first, 2 encoder or "
+		"device not ready (condition), 3 not at the commanded position, 4 off has to be "
+		"commanded first"),
+	OUT_PIN("homed", homed, "the position is that of the machine"),
+	OUT_PIN("limit-minus", limit_minus, "the limit switch at the lower end is pressed"),
+	OUT_PIN("limit-plus", limit_plus, "the limit switch at the upper end is pressed"),
+};
+
+TABLE_GROUP(table_servo, rows);

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* The servo motors of pokeysd.conf. One that is not there has the state "none". */
+#include "model/rows.h"
+
+#define SERVO(name_, member_, ...)	\
+	EACH_NUMBER("servo.%02u." name_, servo, member_, __VA_ARGS__)
+
+static const struct model_row rows[] = {
+	EACH("servo.%02u.name", MODEL_TEXT, servo, name, "",
+	     HELP("name of the motor in pokeysd.conf; empty = there is none")),
+	SERVO("state", state, "", WORDS(pokeys_servo_state_name),
+	      HELP("0 = no such motor, 1 off, 2 enabled, 3 fault")),
+	SERVO("pos-fb", position, ""),
+	EACH_AGE("servo.%02u.age-ms", servo, t_ns, MS, HELP("time since the encoder was read")),
+	SERVO("vel-fb", velocity, "1/s"),
+	SERVO("commanded", commanded, "",
+	      HELP("commanded position while it is enabled, else its position, units")),
+	SERVO("commanded-velocity", commanded_velocity, "1/s",
+	      HELP("commanded velocity, or what was found from the positions, units/s")),
+	SERVO("error", error, ""),
+	SERVO("output", output, ""),
+	SERVO("fault-code", fault, "", WORDS(pokeys_servo_fault_name)),
+	SERVO("condition", condition, "", WORDS(pokeys_servo_fault_name)),
+	SERVO("refused", refused, "", WORDS(pokeys_servo_refusal_name)),
+	EACH_FLAG("servo.%02u.homed", servo, homed, ""),
+	EACH_FLAG("servo.%02u.limit-minus", servo, low, ""),
+	EACH_FLAG("servo.%02u.limit-plus", servo, high, ""),
+	SERVO("faults", fault_count, "", HELP("faults of the motor since the daemon's start")),
+	SERVO("encoder", encoder, "", HELP("number of its encoder")),
+	SERVO("counts-per-unit", counts_per_unit, "",
+	      HELP("counts of the encoder for each unit of the axis")),
+	SERVO("min-position", minimum, "", HELP("soft limit, units")),
+	SERVO("max-position", maximum, "", HELP("soft limit, units")),
+	SERVO("pid-p", p, "", HELP("proportional gain, output for each unit of error")),
+	SERVO("pid-i", i, "", HELP("integral gain, output for each unit of error and second")),
+	SERVO("pid-d", d, "", HELP("derivative gain, output for each unit/s")),
+	SERVO("velocity-gain", velocity_gain, "",
+	      HELP("feed-forward, output for each unit/s that is commanded")),
+	SERVO("acceleration-gain", acceleration_gain, "",
+	      HELP("feed-forward, output for each unit/s^2 that is commanded")),
+};
+
+MODEL_GROUP(model_servo, rows);

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+#ifndef SIM_SERVO_H
+#define SIM_SERVO_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "sim/motor.h"
+
+/*
+ * A motor on the bench: outputs of the device drive it by an amplifier, and it turns the shaft of
+ * an encoder. One for each encoder.
+ */
+
+enum sim_servo_kind {
+	SIM_SERVO_SIGN,		/* a PWM channel, and a pin for the direction */
+	SIM_SERVO_ANTIPHASE,	/* a PWM channel, whose middle is standstill */
+	SIM_SERVO_TWO_PWM,	/* a PWM channel for each direction */
+};
+
+#define SIM_SERVO_NONE 255
+
+struct sim_servo {
+	bool fitted;
+	enum sim_servo_kind kind;
+	uint8_t pwm;		/* channel */
+	uint8_t other;		/* SIGN: pin, from 0; TWO_PWM: channel */
+	uint8_t enable;		/* pin, from 0; SIM_SERVO_NONE: it is always enabled */
+	int32_t count;		/* of the motor's encoder, when it turned the shaft last */
+	struct sim_motor motor;
+};
+
+struct sim_device;
+
+/* Fit one to an encoder, at 0. */
+void sim_servo_fit(struct sim_device *dev, unsigned int encoder, const struct sim_servo *servo,
+		   const struct sim_motor_config *config);
+
+/* Take it off; the encoder stays where it is. */
+void sim_servo_remove(struct sim_device *dev, unsigned int encoder);
+
+/* What the device drives it with, -1 to 1. */
+double sim_servo_output(const struct sim_device *dev, unsigned int encoder);
+
+/* A millisecond. */
+void sim_servos_slot(struct sim_device *dev);
+
+#endif

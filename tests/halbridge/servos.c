@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Servo motors by pins: what reaches the daemon, and when LinuxCNC is told that a motor does not
+ * follow. Each pin by itself is in every_in_pin and every_out_pin.
+ */
+#include "tests/halbridge/rig.h"
+
+enum { X = 0, Y = 1 };
+
+static struct rig rig;
+static struct value_servo *const x = &rig.values.servo[X];
+static struct pokeys_command *const command = &rig.exchange.command;
+
+static int setup(void **state)
+{
+	(void)state;
+	rig_init(&rig);
+	rig.daemon.servo[X].state = POKEYS_SERVO_OFF;
+	rig_periods(&rig, 2);
+	return 0;
+}
+
+static void expect_note(const char *text)
+{
+	struct refusal_note note;
+	char line[256];
+
+	assert_true(refusal_take(&rig.exchange.refusals, &note));
+	refusal_line(&note, "pokeys.0", TABLE_SERVOS, line, sizeof(line));
+	assert_non_null(strstr(line, text));
+	assert_false(refusal_take(&rig.exchange.refusals, &note));
+}
+
+static void a_position_goes_through_whole_and_a_speed_of_0_is_not_known(void **state)
+{
+	(void)state;
+	x->pos_cmd = 123456.78901234567;
+	x->enable = true;
+	rig_period(&rig);
+	assert_true(command->servo[X].position == 123456.78901234567);
+	assert_true(isnan(command->servo[X].velocity));
+	assert_int_equal(command->servo[X].enable, 1);
+	x->vel_cmd = -2.5;
+	rig_period(&rig);
+	assert_true(command->servo[X].velocity == -2.5f);
+	rig.daemon.servo[X].position = -98765.43210987654;
+	rig_periods(&rig, 2);
+	assert_true(x->pos_fb == -98765.43210987654);
+}
+
+static void only_motors_that_there_are_are_enabled(void **state)
+{
+	(void)state;
+	rig.values.servo[Y].enable = true;
+	rig_period(&rig);
+	assert_int_equal(command->servo[Y].enable, 0);
+	assert_true(rig.values.input_refused);
+	expect_note("pokeys.0.servo.01.enable = 1: has no effect: pokeysd.conf has no such servo");
+	rig.values.servo[Y].enable = false;
+	rig_period(&rig);
+	assert_false(rig.values.input_refused);
+	/* of the next daemon, too */
+	x->enable = true;
+	rig_period(&rig);
+	assert_int_equal(command->servo[X].enable, 1);
+	rig.daemon.epoch++;
+	rig.daemon.servo[X].state = POKEYS_SERVO_NONE;
+	rig_periods(&rig, 3);
+	assert_int_equal(command->servo[X].enable, 0);
+}
+
+/* The daemon makes it a fault: it must not be enabled again when the number is one again. */
+static void a_position_that_is_no_number_is_passed_on(void **state)
+{
+	(void)state;
+	x->enable = true;
+	rig_period(&rig);
+	x->pos_cmd = (double)NAN;
+	rig_period(&rig);
+	assert_true(isnan(command->servo[X].position));
+	assert_int_equal(command->servo[X].enable, 1);
+	expect_note("not a finite number; the motor is stopped by a fault");
+}
+
+static void a_motor_that_does_not_follow_is_a_fault(void **state)
+{
+	(void)state;
+	x->enable = true;
+	rig.daemon.servo[X].state = POKEYS_SERVO_ENABLED;
+	rig_periods(&rig, 2);
+	assert_true(x->enabled && !x->fault);
+	rig.daemon.servo[X].state = POKEYS_SERVO_FAULT;
+	rig.daemon.servo[X].fault = POKEYS_SERVO_STALLED;
+	rig_periods(&rig, 2);
+	assert_true(x->fault && !x->enabled);
+	assert_int_equal(x->fault_code, POKEYS_SERVO_STALLED);
+	x->enable = false;
+	rig_periods(&rig, 2);
+	assert_true(x->fault);
+	/* an enable that was refused */
+	rig.daemon.servo[X].state = POKEYS_SERVO_OFF;
+	rig.daemon.servo[X].fault = 0;
+	rig.daemon.servo[X].refused = POKEYS_SERVO_ELSEWHERE;
+	rig_periods(&rig, 2);
+	assert_false(x->fault);
+	x->enable = true;
+	rig_periods(&rig, 2);
+	assert_true(x->fault);
+	assert_int_equal(x->fault_code, 0);
+}
+
+static void a_daemon_that_is_gone_is_a_fault_of_a_motor_that_is_to_be_enabled(void **state)
+{
+	(void)state;
+	x->enable = true;
+	rig.daemon.servo[X].state = POKEYS_SERVO_ENABLED;
+	rig.daemon.servo[X].position = 7;
+	rig_periods(&rig, 2);
+	rig.daemon_dead = true;
+	rig_periods(&rig, 200);
+	assert_false(x->enabled);
+	assert_true(x->fault);
+	assert_true(x->pos_fb == 7);
+	x->enable = false;
+	rig_periods(&rig, 2);
+	assert_false(x->fault);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(
+			a_position_goes_through_whole_and_a_speed_of_0_is_not_known, setup),
+		cmocka_unit_test_setup(only_motors_that_there_are_are_enabled, setup),
+		cmocka_unit_test_setup(a_position_that_is_no_number_is_passed_on, setup),
+		cmocka_unit_test_setup(a_motor_that_does_not_follow_is_a_fault, setup),
+		cmocka_unit_test_setup(
+			a_daemon_that_is_gone_is_a_fault_of_a_motor_that_is_to_be_enabled, setup),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Servo motors of a running daemon, with the simulated motors of preset servo-mill.
+
+Their control and their faults are tested in virtual time (device / servoing). Here are the ways of positions and
+states, and who stops a motor when the daemon itself cannot. A computer that is busy for a tenth of a second stops
+a motor, as it must; then it is reset and begins again."""
+import contextlib
+import signal
+import subprocess
+import sys
+import time
+
+from house import PATIENCE, House, equal, main, wait_equal, wait_for
+
+
+@contextlib.contextmanager
+def machine(**keys):
+    with House() as house:
+        house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000, "heartbeat-timeout-ms": 2000,
+                                      "pwm-period": 1250}
+        common = {"counts-per-unit": 400, "max-speed": 300, "pid-p": 1, "pid-i": 10, "pid-d": 0.01, "velocity-gain": 0.0026,
+                  "smooth-s": 0.001, "min-following-error": 20, "max-following-error": 40, "max-age-ms": 100,
+                  "stall-s": 3, "silent-s": 1, **keys}
+        house.servo_keys = {name: {"encoder": i, "pwm": i, "direction-pin": 31 + i, "enable-pin": 35 + i, **common}
+                            for i, name in enumerate("xyz")}
+        sim = house.start_sim("--preset", "servo-mill")
+        daemon = house.start_daemon()
+        house.wait_fresh()
+        wait_for("all to be ready", lambda: [servo["condition"] for servo in servos(house)] == ["none"] * 3,
+                 say=lambda: servos(house))
+        commander = subprocess.Popen([house.programs["servo_commander"], house.runtime, "mill"], stdin=subprocess.PIPE,
+                                     text=True, bufsize=1)
+        house.children.append(commander)
+        yield house, sim, daemon, commander
+        commander.stdin.close()
+
+
+def servos(house):
+    return house.state().get("servos", [])
+
+
+def tell(commander, *words):
+    print(*words, file=commander.stdin, flush=True)
+
+
+def motor(house, sim, number):
+    """What the simulated motor does."""
+    return {key: float(value) for key, value in (line.split("=") for line in house.ask_sim(sim, "motor", number).splitlines())}
+
+
+def enable(house, commander, number=0):
+    def enabled():
+        servo = servos(house)[number]
+        if servo["state"] != "enabled":
+            if servo["state"] == "fault":
+                tell(commander, "reset", number)
+                time.sleep(0.2)
+            tell(commander, "on", number)
+            time.sleep(0.3)
+        return servos(house)[number]["state"] == "enabled"
+    wait_for("it to be enabled", enabled, say=lambda: (servos(house)[number], house.log()))
+
+
+def go(house, commander, number, to):
+    """There, whatever stops it on the way."""
+    def arrived():
+        if servos(house)[number]["state"] != "enabled":
+            enable(house, commander, number)
+        tell(commander, "to", number, to)
+        time.sleep(0.1)
+        return abs(servos(house)[number]["position"] - to) < 0.1
+    wait_for(f"{to}", arrived, say=lambda: (servos(house)[number], house.log()))
+
+
+def test_a_motor_goes_where_it_is_commanded_to():
+    with machine() as (house, sim, _daemon, commander):
+        equal([servo["name"] for servo in servos(house)], ["x", "y", "z"])
+        house.tells("servo 0     x: at 0.0000, off", "status", "mill")
+        go(house, commander, 1, 12.5)
+        go(house, commander, 1, -3)
+        equal([servo["state"] for servo in servos(house)], ["off", "enabled", "off"])
+        wait_for("the shaft to be there", lambda: abs(motor(house, sim, 1)["turns"] + 3 / 5) < 0.02)
+        equal(motor(house, sim, 0)["count"], 0)
+        house.tells(", enabled, error ", "status", "mill")
+        equal(house.ctl("get", "mill", "servo.01.name").stdout, "y\n")
+        assert abs(float(house.ctl("get", "mill", "servo.01.pos-fb").stdout) + 3) < 0.1
+        tell(commander, "off", 1)
+        wait_equal("it off", lambda: servos(house)[1]["state"], "off")
+        wait_equal("no voltage", lambda: motor(house, sim, 1)["output"], 0)
+
+
+def test_a_broken_motor_is_a_fault_until_it_is_reset():
+    with machine(**{"min-following-error": 1, "max-following-error": 2}) as (house, sim, _daemon, commander):
+        enable(house, commander)
+        house.ask_sim(sim, "motor", 0, "stalled")
+        tell(commander, "to", 0, 30)
+        wait_equal("the fault", lambda: servos(house)[0]["state"], "fault")
+        wait_equal("no voltage", lambda: motor(house, sim, 0)["output"], 0)
+        house.tells("off until it is reset", "status", "mill")
+        wait_for("the log", lambda: "servo 0: fault: " in house.log())
+        house.ask_sim(sim, "motor", 0, "good")
+        enable(house, commander)
+
+
+def test_without_its_commander_it_is_off():
+    for number in (signal.SIGKILL, signal.SIGSTOP):
+        with machine() as (house, sim, _daemon, commander):
+            enable(house, commander)
+            house.ask_sim(sim, "motor", 0, "push", 100)
+            commander.send_signal(number)
+            wait_equal("no voltage", lambda: motor(house, sim, 0)["output"], 0)
+            wait_equal("it off", lambda: servos(house)[0]["state"] in ("off", "fault"), True)
+            commander.send_signal(signal.SIGCONT)
+
+
+def test_the_device_stops_them_when_the_daemon_is_killed_or_hangs():
+    for number in (signal.SIGKILL, signal.SIGSTOP):
+        with machine() as (house, sim, daemon, commander):
+            def driven():
+                enable(house, commander)
+                return abs(motor(house, sim, 0)["output"]) > 0.02
+            house.ask_sim(sim, "motor", 0, "push", 100)
+            wait_for("voltage", driven)
+            daemon.send_signal(number)
+            wait_equal("no voltage", lambda: motor(house, sim, 0)["output"], 0)
+
+
+def test_a_device_without_its_failsafe_moves_nothing():
+    with House() as house:
+        house.device_keys["mill"] |= {"pwm-period": 1250, "failsafe": "off"}
+        house.servo_keys = {"x": {"encoder": 0, "counts-per-unit": 400, "pwm": 0, "direction-pin": 31, "max-speed": 9, "pid-p": 1}}
+        daemon = house.start_daemon(wait=False)
+        equal(daemon.wait(PATIENCE), 78)
+        assert "[servo x]: the failsafe of its device is off: the motor would keep running" in house.log(), house.log()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__], beside=3))

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/* Print the servo motors as text and as JSON. A device without any prints none as text. */
+#include <pokeys/names.h>
+#include "settings/line.h"
+#include "tools/print.h"
+
+static void put_work(struct line *line, const struct pokeys_servo *servo)
+{
+	if (servo->state == POKEYS_SERVO_ENABLED)
+		put(line, ", enabled, error %.4f, output %.0f %%", (double)servo->error,
+		    (double)servo->output * 100);
+	else if (servo->state == POKEYS_SERVO_FAULT)
+		put(line, ", FAULT: %s, off until it is reset",
+		    pokeys_servo_fault_name(servo->fault));
+	else
+		put(line, ", off");
+}
+
+/* Append why it cannot be enabled, and where it is. */
+static void put_rest(struct line *line, const struct pokeys_servo *servo)
+{
+	if (servo->condition && servo->condition != servo->fault)
+		put(line, ", NOT READY: %s", pokeys_servo_fault_name(servo->condition));
+	if (servo->refused)
+		put(line, ", not enabled: %s", pokeys_servo_refusal_name(servo->refused));
+	if (servo->homed)
+		put(line, ", homed");
+	if (servo->low)
+		put(line, ", at the limit switch of the lower end");
+	if (servo->high)
+		put(line, ", at the limit switch of the upper end");
+}
+
+const char *print_servo(const struct pokeys_servo *servo, char text[PRINT_SERVO_MAX])
+{
+	struct line line = { .text = text, .size = PRINT_SERVO_MAX };
+	char name[32];
+
+	put(&line, "%s: at %.4f", print_clean(servo->name, sizeof(servo->name), name),
+	    servo->position);
+	put_work(&line, servo);
+	put_rest(&line, servo);
+	return text;
+}
+
+bool print_has_servo(const struct pokeys_state *state, unsigned int servo)
+{
+	return state->servo[servo].state != POKEYS_SERVO_NONE;
+}
+
+void print_servos(const struct pokeys_state *state, FILE *to)
+{
+	char text[PRINT_SERVO_MAX];
+
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		if (print_has_servo(state, i))
+			fprintf(to, "  servo %u     %s\n", i, print_servo(&state->servo[i], text));
+}
+
+static void put_gains(struct json *json, const struct pokeys_servo *servo)
+{
+	json_object(json, "gains");
+	json_real(json, "p", (double)servo->p);
+	json_real(json, "i", (double)servo->i);
+	json_real(json, "d", (double)servo->d);
+	json_real(json, "velocity", (double)servo->velocity_gain);
+	json_real(json, "acceleration", (double)servo->acceleration_gain);
+	json_end(json);
+}
+
+static void put_servo(struct json *json, unsigned int index, const struct pokeys_servo *servo)
+{
+	char name[32];
+
+	json_object(json, NULL);
+	json_unsigned(json, "index", index);
+	json_text(json, "name", print_clean(servo->name, sizeof(servo->name), name));
+	json_text(json, "state", pokeys_servo_state_name(servo->state));
+	json_real(json, "position", servo->position);
+	json_real(json, "velocity", (double)servo->velocity);
+	json_real(json, "commanded", servo->commanded);
+	json_real(json, "commanded_velocity", (double)servo->commanded_velocity);
+	json_real(json, "error", (double)servo->error);
+	json_real(json, "output", (double)servo->output);
+	json_text(json, "fault", pokeys_servo_fault_name(servo->fault));
+	json_text(json, "condition", pokeys_servo_fault_name(servo->condition));
+	json_text(json, "refused", pokeys_servo_refusal_name(servo->refused));
+	json_unsigned(json, "faults", servo->fault_count);
+	json_bool(json, "homed", servo->homed);
+	json_bool(json, "limit_minus", servo->low);
+	json_bool(json, "limit_plus", servo->high);
+	json_unsigned(json, "encoder", servo->encoder);
+	json_real(json, "counts_per_unit", servo->counts_per_unit);
+	json_real(json, "min_position", (double)servo->minimum);
+	json_real(json, "max_position", (double)servo->maximum);
+	put_gains(json, servo);
+	json_end(json);
+}
+
+void print_json_servos(struct json *json, const struct pokeys_state *state)
+{
+	json_array(json, "servos");
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		if (print_has_servo(state, i))
+			put_servo(json, i, &state->servo[i]);
+	json_end(json);
+}
