@@ -91,6 +91,14 @@ static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *cont
 	wire_encode_req(output_kind(place, &index)->op, entry->request_buffer, &want);
 }
 
+/* After a write that was not answered. A loop that is to be off cannot wait. */
+static uint64_t pause_ns(const struct device *device, unsigned int place)
+{
+	if (place == OUTPUT_PWM && loops_channels(device))
+		return 0;
+	return AGAIN_NS << device->outputs.output[place].failures;
+}
+
 static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
 		  uint64_t now_ns)
 {
@@ -107,7 +115,7 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	if (entry->state == POKEYS_REQUEST_CANCELLED)
 		return;
 	if (!answered(entry) || (kind->done && !kind->done(entry))) {
-		output->after_ns = now_ns + (AGAIN_NS << output->failures);
+		output->after_ns = now_ns + pause_ns(device, place);
 		if (output->failures < FAILURES_MAX)
 			output->failures++;
 		return;

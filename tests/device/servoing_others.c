@@ -106,6 +106,28 @@ static void the_direction_waits_for_pwm_that_is_lost(void **state)
 	assert_true(turns > 15);
 }
 
+static void lose_all_pwm(struct world *w, const uint8_t *packet)
+{
+	w->swallow = packet[1] == 0xCB;
+}
+
+/* Whatever was lost before, off is written as soon as something arrives. */
+static void off_does_not_wait_after_losses(void **state)
+{
+	(void)state;
+	servo_enable(TWO_PWM);
+	servo_motor(TWO_PWM)->torque = 0.05;
+	servo_run(200 * MS);
+	world.watch = lose_all_pwm;
+	servo_motor(TWO_PWM)->torque = 0;
+	world.command.servo[TWO_PWM].enable = 0;
+	servo_run(150 * MS);
+	assert_true(fabs(servo_output(TWO_PWM)) > 0);
+	world.watch = NULL;
+	servo_expect_off(4 * MS);
+	assert_int_equal(world.event_count[EVENT_SERVO_UNHEARD], 0);
+}
+
 static void one_that_is_enabled_is_not_placed(void **state)
 {
 	(void)state;
@@ -184,6 +206,7 @@ int main(void)
 		cmocka_unit_test_setup(what_does_not_exist_is_refused, servo_begin),
 		cmocka_unit_test_setup(their_counters_are_theirs, servo_begin),
 		cmocka_unit_test(the_direction_waits_for_pwm_that_is_lost),
+		cmocka_unit_test_setup(off_does_not_wait_after_losses, servo_begin),
 		cmocka_unit_test_setup(one_that_is_enabled_is_not_placed, servo_begin),
 		cmocka_unit_test(a_device_that_would_not_stop_them_is_not_used),
 		cmocka_unit_test(one_without_pwm_or_an_encoder_is_not_ready),
