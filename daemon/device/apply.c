@@ -312,6 +312,7 @@ bool setting_may_write(const struct device *device)
 {
 	if (running(device))
 		return !device->safe.permitted && motion_standing(device) &&
+		       servoing_standing(device) &&
 		       device->now_ns >= device->life.patient_until_ns;
 	return device->image.capability.pulse_engine < 2 || device->configure.standing;
 }

@@ -40,7 +40,7 @@ static bool ask_status(struct device *device)
 static bool machine_off(const struct device *device, const struct pokeys_one_shot *shot)
 {
 	(void)shot;
-	return !device->safe.permitted && motion_standing(device);
+	return !device->safe.permitted && motion_standing(device) && servoing_standing(device);
 }
 
 static bool has_engine(const struct device *device, const struct pokeys_one_shot *shot)

@@ -61,6 +61,10 @@ static bool set_write(struct device *device)
 		.option = bank ? WIRE_ENCODERS_WRITE_HIGH : WIRE_ENCODERS_WRITE_LOW,
 	};
 
+	if (!servoing_may_write(device, shot->index)) {
+		one_shot_end(device, POKEYS_OUTCOME_REFUSED);
+		return false;
+	}
 	for (unsigned int i = 0; i < WIRE_ENCODER_BANK; i++)
 		request.value[i] = count_then(device, bank * WIRE_ENCODER_BANK + i);
 	request.value[shot->index % WIRE_ENCODER_BANK] = shot->value[0];

@@ -80,10 +80,11 @@ static bool is_covered(const struct device *device, const struct servoing_config
 }
 
 /* Neither more nor less than pokeysd.conf wants: an inverted output would be on when it is off. */
-static bool is_as_wanted(const struct device *device, uint8_t pin)
+static bool is_as_wanted(const struct device *device, uint8_t pin, uint8_t function)
 {
 	return pin == SERVOING_NONE ||
-	       device->image.pin_function[pin] == device->config.settings.pin_function[pin];
+	       (device->image.pin_function[pin] & function &&
+		device->image.pin_function[pin] == device->config.settings.pin_function[pin]);
 }
 
 /* A board without a terminal for a channel has no capability bit for it (22 to 17). */
@@ -111,8 +112,10 @@ static bool is_usable(const struct device *device, unsigned int i)
 
 	return servoing->good && !servoing->shared && running(device) &&
 	       device->image.encoder_enabled >> config->encoder & 1 &&
-	       is_as_wanted(device, config->direction) && is_as_wanted(device, config->enable) &&
-	       is_as_wanted(device, config->low) && is_as_wanted(device, config->high) &&
+	       is_as_wanted(device, config->direction, WIRE_PIN_OUTPUT) &&
+	       is_as_wanted(device, config->enable, WIRE_PIN_OUTPUT) &&
+	       is_as_wanted(device, config->low, WIRE_PIN_INPUT) &&
+	       is_as_wanted(device, config->high, WIRE_PIN_INPUT) &&
 	       has_pwm(device, config) && is_covered(device, config);
 }
 
@@ -174,7 +177,7 @@ static uint32_t ticks(double duty, uint32_t period)
 	return (uint32_t)llround(duty * period);
 }
 
-/* Has the device acknowledged what is on the wires? */
+/* Has the device acknowledged what is on the wires, and is nothing else under way to it? */
 static bool is_settled(const struct device *device, unsigned int i)
 {
 	const struct servoing_config *config = config_of(device, i);
@@ -185,7 +188,9 @@ static bool is_settled(const struct device *device, unsigned int i)
 	const uint64_t on = (wires->reverse ? pin_bit(config->direction) : 0) |
 			    (wires->enable ? pin_bit(config->enable) : 0);
 
-	if ((safe->acked_mask & pins) != pins || (safe->acked & pins) != on || !pwm->known)
+	if ((safe->acked_mask & pins) != pins || (safe->acked & pins) != on || !pwm->known ||
+	    pwm->open || device->plan.io_open ||
+	    device->configure.setting[SETTING_PWM].state == SETTING_WRITING)
 		return false;
 	return pwm->have.pwm.duty[config->pwm] == ticks(wires->duty[0], pwm->have.pwm.period) &&
 	       (config->reverse_pwm == SERVOING_NONE ||
@@ -393,6 +398,14 @@ bool servoing_off(const struct device *device)
 		if (device->servoings.servoing[i].servo.enabled)
 			return false;
 	return true;
+}
+
+bool servoing_standing(const struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		if (device->servoings.servoing[i].driven)
+			return false;
+	return servoing_off(device);
 }
 
 /* Counters are written thirteen at a time, and one that turns meanwhile loses counts. */

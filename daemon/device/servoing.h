@@ -93,8 +93,9 @@ struct terminal_daemon;
 void servoing_terminals(const struct servoing_config *config, unsigned int count,
 			struct terminal_daemon *out);
 
-/* None of them is enabled. */
+/* None of them is enabled; and the device has acknowledged that. */
 bool servoing_off(const struct device *device);
+bool servoing_standing(const struct device *device);
 
 /* May this encoder's counter be written? That of its bank are written with it. */
 bool servoing_may_write(const struct device *device, unsigned int encoder);

@@ -79,8 +79,15 @@ static void lose_pwm(struct world *w, const uint8_t *packet)
 	w->swallow = packet[1] == 0xCB && ++lost % 3 != 0;
 }
 
-/* PWM and direction go by different requests, and this one is lost (servo_cycle() judges). */
-static void the_direction_waits_for_pwm_that_is_lost(void **state)
+static bool lose_answers(struct world *w, const uint8_t *packet)
+{
+	(void)w;
+	return packet[1] == 0xCB && ++lost % 3 != 0;
+}
+
+/* PWM and direction go by different requests (servo_cycle() judges). */
+static void turn_back_and_forth(void **state, void (*watch)(struct world *, const uint8_t *),
+				bool (*lose)(struct world *, const uint8_t *))
 {
 	unsigned int turns = 0;
 	uint64_t before = 0;
@@ -96,7 +103,8 @@ static void the_direction_waits_for_pwm_that_is_lost(void **state)
 	}
 	servo_start();
 	servo_enable(SIGN);
-	world.watch = lose_pwm;
+	world.watch = watch;
+	world.lose_reply = lose;
 	for (unsigned int i = 0; i < 5000; i++) {
 		world.command.servo[SIGN].position = 2 * sin(i * 0.001 * 4 * M_PI);
 		servo_cycle();
@@ -104,6 +112,28 @@ static void the_direction_waits_for_pwm_that_is_lost(void **state)
 		before = world.rig.device.pins.latch;
 	}
 	assert_true(turns > 15);
+}
+
+static void the_direction_waits_for_pwm_that_is_lost(void **state)
+{
+	turn_back_and_forth(state, lose_pwm, NULL);
+}
+
+static void the_direction_waits_for_an_answer_that_is_lost(void **state)
+{
+	turn_back_and_forth(state, NULL, lose_answers);
+}
+
+/* The device is busy then, and an off would not arrive. */
+static void nothing_is_saved_or_restarted_while_one_is_enabled(void **state)
+{
+	(void)state;
+	servo_enable(SIGN);
+	assert_int_equal(servo_do(POKEYS_ONE_SHOT_SAVE_CONFIG, 0, 0, 0), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(servo_do(POKEYS_ONE_SHOT_REBOOT, 0, 0, 0), POKEYS_OUTCOME_REFUSED);
+	world.command.servo[SIGN].enable = 0;
+	servo_run(20 * MS);
+	assert_int_equal(servo_do(POKEYS_ONE_SHOT_SAVE_CONFIG, 0, 0, 0), POKEYS_OUTCOME_DONE);
 }
 
 static void lose_all_pwm(struct world *w, const uint8_t *packet)
@@ -206,6 +236,9 @@ int main(void)
 		cmocka_unit_test_setup(what_does_not_exist_is_refused, servo_begin),
 		cmocka_unit_test_setup(their_counters_are_theirs, servo_begin),
 		cmocka_unit_test(the_direction_waits_for_pwm_that_is_lost),
+		cmocka_unit_test(the_direction_waits_for_an_answer_that_is_lost),
+		cmocka_unit_test_setup(nothing_is_saved_or_restarted_while_one_is_enabled,
+				       servo_begin),
 		cmocka_unit_test_setup(off_does_not_wait_after_losses, servo_begin),
 		cmocka_unit_test_setup(one_that_is_enabled_is_not_placed, servo_begin),
 		cmocka_unit_test(a_device_that_would_not_stop_them_is_not_used),
