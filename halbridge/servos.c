@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Positions go into the command image as they are, and the daemon judges them: one that is not a
- * number is a fault of a motor that is enabled. A speed of 0 is passed on as "not known", so that
+ * Positions go into the command image unchanged, and the daemon judges them. A position that is not
+ * a number is a fault of an enabled motor. A speed of 0 is passed on as "not known", so that
  * pos-cmd alone is enough; the daemon then finds the speed from the positions.
  *
  * `fault` is for amp-fault-in: whatever keeps a motor that is to be enabled from following is one,

@@ -72,21 +72,12 @@ static bool is_as_wanted(const struct device *device, unsigned int pin)
 	return device->image.pin_function[pin] == device->config.settings.pin_function[pin];
 }
 
-/* A board without a terminal for a channel has no capability bit for it (22 to 17). */
-static bool has_pwm(const struct device *device, unsigned int channel)
-{
-	const struct pokeys_state *image = &device->image;
-	const uint64_t pins = image->capability.pwm_pins;
-
-	return channel < image->capability.pwm && (!pins || pins >> (21 - channel) & 1) &&
-	       image->pwm_period >= HEATING_PERIOD_LEAST &&
-	       image->pwm_period <= HEATING_PERIOD_MOST && setting_synced_channel(device) < 0;
-}
-
 static bool has_output(const struct device *device, const struct heating_config *config)
 {
 	return config->kind == HEATING_PIN ? is_as_wanted(device, config->output) :
-					     has_pwm(device, config->output);
+					     loops_have_pwm(device, config->output,
+							    HEATING_PERIOD_LEAST,
+							    HEATING_PERIOD_MOST);
 }
 
 static bool is_usable(const struct device *device, unsigned int i)

@@ -16,6 +16,7 @@
 #include "daemon/device/encoder.h"
 #include "daemon/device/histogram.h"
 #include "daemon/device/loops.h"
+#include "daemon/device/operation.h"
 #include "daemon/device/output.h"
 #include "daemon/device/place.h"
 #include "daemon/device/plan.h"
@@ -556,36 +557,7 @@ void one_shot_release(struct device *device);
 void one_shot_outcome(struct device *device, uint32_t id, uint8_t operation,
 		      enum pokeys_outcome outcome);
 
-/* operation.c, operation_encoder.c */
-struct operation {
-	/* Valid and permitted now? */
-	bool (*allowed)(const struct device *device, const struct pokeys_one_shot *shot);
-	/* Send the request of one_shots.step; false = not now. NULL: nothing is sent. */
-	bool (*send)(struct device *device);
-	/* It was answered: one_shot_end(), or a further step. */
-	void (*answered)(struct device *device, const mailbox_entry_t *entry);
-	/* It acted or not, nobody knows: one_shot_end(), or a step that reads back. */
-	void (*unknown)(struct device *device);
-	/* Done here and now, with nothing to send; false = refused. */
-	bool (*act)(struct device *device, const struct pokeys_one_shot *shot);
-};
-
-/* NULL for an operation that does not exist or is not offered. */
-const struct operation *operation_find(uint8_t operation);
-
-/* The device's flash was written so short a time ago that another save is refused. */
-bool operation_saved_just_now(const struct device *device);
-extern const struct operation operation_set_encoder, operation_arm_index;
-/* operation_task.c */
-extern const struct operation operation_home, operation_home_cancel, operation_home_finish,
-	operation_probe, operation_probe_finish, operation_jog, operation_jog_end;
-/* operation_heater.c */
-extern const struct operation operation_heater_reset, operation_heater_tune;
-/* operation_servo.c */
-extern const struct operation operation_servo_reset, operation_servo_place;
-/* operation_thread.c */
-extern const struct operation operation_thread_begin, operation_thread_arm,
-	operation_thread_release, operation_thread_cancel;
+/* operation_encoder.c */
 /* Whether this new count of an armed encoder says that its index zeroed it. */
 bool operation_index_seen(struct device *device, unsigned int encoder, int32_t count,
 			  uint64_t t_ns);

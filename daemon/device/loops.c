@@ -43,6 +43,18 @@ void loops_pwm(const struct device *device, struct wire_pwm_req *pwm)
 	servoing_pwm(device, pwm);
 }
 
+/* A board without a terminal for a channel has no capability bit for it (22 to 17). */
+bool loops_have_pwm(const struct device *device, unsigned int channel, uint32_t least,
+		    uint32_t most)
+{
+	const struct pokeys_state *image = &device->image;
+	const uint64_t pins = image->capability.pwm_pins;
+
+	return channel < image->capability.pwm && (!pins || pins >> (21 - channel) & 1) &&
+	       image->pwm_period >= least && image->pwm_period <= most &&
+	       setting_synced_channel(device) < 0;
+}
+
 bool loops_off(const struct device *device)
 {
 	return heating_off(device) && servoing_off(device);

@@ -28,6 +28,10 @@ uint64_t loops_pins_on(const struct device *device);
 uint8_t loops_channels(const struct device *device);
 void loops_pwm(const struct device *device, struct wire_pwm_req *pwm);
 
+/* The board has a terminal for this PWM channel, and a period in this range, in ticks. */
+bool loops_have_pwm(const struct device *device, unsigned int channel, uint32_t least,
+		    uint32_t most);
+
 /* All of them are off. */
 bool loops_off(const struct device *device);
 

@@ -87,22 +87,15 @@ static bool is_as_wanted(const struct device *device, uint8_t pin, uint8_t funct
 		device->image.pin_function[pin] == device->config.settings.pin_function[pin]);
 }
 
-/* A board without a terminal for a channel has no capability bit for it (22 to 17). */
 static bool has_channel(const struct device *device, uint8_t channel)
 {
-	const uint64_t pins = device->image.capability.pwm_pins;
-
-	return channel == SERVOING_NONE || (channel < device->image.capability.pwm &&
-					    (!pins || pins >> (21 - channel) & 1));
+	return loops_have_pwm(device, channel, SERVOING_PERIOD_LEAST, SERVOING_PERIOD_MOST);
 }
 
 static bool has_pwm(const struct device *device, const struct servoing_config *config)
 {
-	const uint32_t period = device->image.pwm_period;
-
-	return has_channel(device, config->pwm) && has_channel(device, config->reverse_pwm) &&
-	       period >= SERVOING_PERIOD_LEAST && period <= SERVOING_PERIOD_MOST &&
-	       setting_synced_channel(device) < 0;
+	return has_channel(device, config->pwm) &&
+	       (config->reverse_pwm == SERVOING_NONE || has_channel(device, config->reverse_pwm));
 }
 
 static bool is_usable(const struct device *device, unsigned int i)

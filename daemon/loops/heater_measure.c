@@ -3,8 +3,8 @@
  * The temperature of a period, and whether it can be one.
  *
  * The temperature is the median of the good readings, so one disturbed reading does not matter.
- * A median would also hide a loose wire. So bad readings are counted as well: one that is no
- * number, or two at an end of the range, are a fault, however many good readings there are.
+ * A median would also hide a loose wire, so bad readings are counted as well. One reading that is
+ * not a number is a fault, and so are two at an end of the range, whatever the others are.
  *
  * A temperature may not jump from one period to the next, nor within a second, or steps of a little
  * less than is allowed would be a fall that no heater has.

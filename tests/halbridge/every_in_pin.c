@@ -140,7 +140,7 @@ static bool position_is_sent(const struct table_cursor *at, bool pressed)
 {
 	const double position = command->servo[at->index].position;
 
-	/* one that is not a number is a fault, and so that is known, it is passed on */
+	/* NaN is passed on: the daemon makes it a fault */
 	return pressed ? position == 1 : position == 0 || isnan(position);
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Servo motors by pins: what reaches the daemon, and when LinuxCNC is told that a motor does not
- * follow. Each pin by itself is in every_in_pin and every_out_pin.
+ * Servo motors by pins: what reaches the daemon, and when a motor that does not follow is shown to
+ * LinuxCNC as a fault. Each pin by itself is in every_in_pin and every_out_pin.
  */
 #include "tests/halbridge/rig.h"
 

@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Closed loops of the daemon in the state image: heaters and servo motors. A part of state.h, which
+ * has the rules for changes; a program includes that.
+ */
+#ifndef POKEYS_LOOP_H
+#define POKEYS_LOOP_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+	POKEYS_HEATERS = 7,		/* one for each analog input */
+	POKEYS_SERVOS = 6,		/* one for each PWM output */
+};
+
+enum pokeys_heater_state {
+	POKEYS_HEATER_NONE = 0,		/* pokeysd.conf has no such heater */
+	POKEYS_HEATER_OFF = 1,
+	POKEYS_HEATER_HEATING = 2,	/* it has a target */
+	POKEYS_HEATER_TUNING = 3,	/* it oscillates to find its gains */
+	POKEYS_HEATER_FAULT = 4,	/* off, until it is reset */
+};
+
+/* Why a heater was switched off, or could not be switched on. */
+enum pokeys_heater_fault {
+	POKEYS_HEATER_FINE = 0,
+	POKEYS_HEATER_DEVICE = 1,	/* the device is lost, was restarted, or cannot be used */
+	POKEYS_HEATER_STALE = 2,	/* no readings of the sensor */
+	POKEYS_HEATER_ODD = 3,		/* the reading is no number */
+	POKEYS_HEATER_OPEN = 4,		/* the sensor's wire is broken */
+	POKEYS_HEATER_SHORTED = 5,
+	POKEYS_HEATER_OVER = 6,		/* above max-temperature, also while off */
+	POKEYS_HEATER_UNDER = 7,	/* below min-temperature */
+	POKEYS_HEATER_JUMP = 8,		/* the temperature changes faster than max-rate */
+	POKEYS_HEATER_NO_RISE = 9,	/* it heats and does not get warm */
+	POKEYS_HEATER_FELL = 10,	/* it does not stay warm */
+	POKEYS_HEATER_UNHEEDED = 11,	/* full power has no effect */
+};
+
+/* Why the last target was not taken. */
+enum pokeys_heater_refusal {
+	POKEYS_HEATER_TAKEN = 0,
+	POKEYS_HEATER_OUT_OF_RANGE = 1,	/* the previous target stays */
+	POKEYS_HEATER_AFTER_FAULT = 2,	/* off (0) has to be commanded first */
+	POKEYS_HEATER_NOT_READY = 3,	/* heater.condition would be a fault at once */
+};
+
+enum pokeys_heater_tuning {
+	POKEYS_HEATER_TUNING_NONE = 0,
+	POKEYS_HEATER_TUNING_RUNS = 1,
+	POKEYS_HEATER_TUNING_DONE = 2,
+	POKEYS_HEATER_TUNING_FAILED = 3,	/* by a fault, another command, or after an hour */
+};
+
+/*
+ * A closed loop of the daemon's; heater[0] is the first [heater NAME] of the device in
+ * pokeysd.conf. Gains are for a power of 0 to 255, kelvin and seconds.
+ */
+struct pokeys_heater {
+	uint64_t t_ns;			/* when the temperature was measured */
+	float temperature;		/* degrees C; NaN = not known */
+	float target;			/* in effect, degrees C; 0 = off */
+	float power;			/* 0 to 1 */
+	float minimum, maximum;		/* degrees C; outside is a fault */
+	float target_maximum, p, i, d;	/* degrees C; gains in effect */
+	float tuned_p, tuned_i, tuned_d;	/* found by the last tuning; valid if it is done */
+	uint32_t fault_count;		/* faults since the daemon's start */
+	uint16_t tune_cycles;		/* oscillations of the last tuning */
+	uint8_t state;			/* enum pokeys_heater_state */
+	uint8_t fault;			/* enum pokeys_heater_fault: this switched it off */
+	uint8_t condition;		/* likewise: what is wrong now */
+	uint8_t refused;		/* enum pokeys_heater_refusal */
+	uint8_t tuning;			/* enum pokeys_heater_tuning */
+	uint8_t at_temperature;		/* 1 = within at-temperature-k of its target */
+	uint8_t reserved[4];
+	char name[32];			/* of its section, NUL terminated */
+};
+
+enum pokeys_servo_state {
+	POKEYS_SERVO_NONE = 0,		/* pokeysd.conf has no such motor */
+	POKEYS_SERVO_OFF = 1,
+	POKEYS_SERVO_ENABLED = 2,
+	POKEYS_SERVO_FAULT = 3,		/* off, until it is reset */
+};
+
+/* Why a servo motor was stopped, or could not be enabled. */
+enum pokeys_servo_fault {
+	POKEYS_SERVO_FINE = 0,
+	POKEYS_SERVO_DEVICE = 1,	/* the device is lost, was restarted, or cannot be used */
+	POKEYS_SERVO_STALE = 2,		/* no readings of the encoder */
+	POKEYS_SERVO_EMERGENCY = 3,	/* emergency stop */
+	POKEYS_SERVO_JUMP = 4,		/* the encoder counts faster than the axis can move */
+	POKEYS_SERVO_ODD = 5,		/* the command is no number, or impossibly fast */
+	POKEYS_SERVO_FOLLOWING = 6,	/* too far from the commanded position */
+	POKEYS_SERVO_STALLED = 7,	/* it is pushed hard, and does not move */
+	POKEYS_SERVO_SILENT = 8,	/* the output changes, and the encoder does not count */
+	POKEYS_SERVO_RUNAWAY = 9,	/* it gets faster against its output */
+	POKEYS_SERVO_SOFT_LIMIT = 10,	/* commanded beyond min-position or max-position */
+	POKEYS_SERVO_SWITCH = 11,	/* at a limit switch */
+};
+
+/* Why it was not enabled. */
+enum pokeys_servo_refusal {
+	POKEYS_SERVO_TAKEN = 0,
+	POKEYS_SERVO_AFTER_FAULT = 1,	/* the fault has to be reset first */
+	POKEYS_SERVO_NOT_READY = 2,	/* servo.condition would be a fault at once */
+	POKEYS_SERVO_ELSEWHERE = 3,	/* the commanded position is not where the axis is */
+	POKEYS_SERVO_OFF_FIRST = 4,	/* off has to be commanded first */
+};
+
+/*
+ * A motor that the daemon controls; servo[0] is the first [servo NAME] of the device in
+ * pokeysd.conf. Units are those of counts-per-unit. Outputs are parts of the full voltage.
+ */
+struct pokeys_servo {
+	uint64_t t_ns;			/* when the encoder was read */
+	double position;		/* units */
+	double commanded;		/* units; valid while it is enabled */
+	double counts_per_unit;		/* below 0: the encoder counts down */
+	float velocity;			/* measured, units/s */
+	float commanded_velocity;	/* as given, or as estimated from the positions */
+	float error;			/* commanded - position, units; that of a fault stays */
+	float output;			/* -1 to 1; above 0 the position grows */
+	float minimum, maximum;		/* soft limits, units; infinite: none */
+	float p, i, d;			/* gains in effect */
+	float velocity_gain, acceleration_gain;
+	uint32_t fault_count;		/* faults since the daemon's start */
+	uint8_t state;			/* enum pokeys_servo_state */
+	uint8_t fault;			/* enum pokeys_servo_fault: this stopped it */
+	uint8_t condition;		/* likewise: what is wrong now */
+	uint8_t refused;		/* enum pokeys_servo_refusal */
+	uint8_t homed;			/* the position is that of the machine */
+	uint8_t low, high;		/* the limit switches are pressed */
+	uint8_t encoder;		/* its number */
+	char name[32];			/* of its section, NUL terminated */
+};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* POKEYS_LOOP_H */
