@@ -22,13 +22,14 @@ void servos_init(struct servos *servos)
 }
 
 /* True if a pin has changed. */
-static bool show(struct value_servo *value, const struct pokeys_servo *servo, bool alive)
+static bool show(struct value_servo *value, const struct pokeys_servo *servo, bool alive,
+		 bool held)
 {
 	struct value_servo now;
 
 	memcpy(&now, value, sizeof(now));
 	now.enabled = alive && servo->state == POKEYS_SERVO_ENABLED;
-	now.fault = servo->fault || (value->enable && (!alive || servo->refused));
+	now.fault = servo->fault || (value->enable && (!alive || held || servo->refused));
 	if (alive) {
 		now.pos_fb = servo->position;
 		now.vel_fb = (double)servo->velocity;
@@ -63,7 +64,8 @@ void servos_read(struct servos *servos, struct values *values, const struct one_
 	for (uint32_t left = there | servos->there; left; left &= left - 1) {
 		const unsigned int i = (unsigned int)__builtin_ctz(left);
 
-		changed |= show(&values->servo[i], &state->servo[i], alive);
+		changed |= show(&values->servo[i], &state->servo[i], alive,
+				servos->held[i]);
 	}
 	servos->begun |= alive;
 	servos->there = there;
@@ -83,7 +85,8 @@ static void write_motor(struct servos *servos, unsigned int i, const struct valu
 		     OFFSET(i, enable), REFUSAL_NO_SERVO, 1);
 	command->servo[i].position = bad ? (double)NAN : value->pos_cmd;
 	command->servo[i].velocity = bad || value->vel_cmd == 0 ? NAN : (float)value->vel_cmd;
-	command->servo[i].enable = there && read && value->enable;
+	servos->held[i] = value->enable && (servos->held[i] || !there || !read);
+	command->servo[i].enable = value->enable && !servos->held[i];
 }
 
 /* True if the queue was full. */
@@ -106,7 +109,8 @@ static bool write_servo(struct servos *servos, unsigned int i, struct values *va
 static bool is_idle(const struct servos *servos, unsigned int i, const struct value_servo *value)
 {
 	return !(servos->there >> i & 1) && !value->enable && !value->reset &&
-	       press_rests(&servos->reset[i]) && !servos->bad[i] && !servos->absent[i];
+	       press_rests(&servos->reset[i]) && !servos->bad[i] && !servos->absent[i] &&
+	       !servos->held[i];
 }
 
 bool servos_write(struct servos *servos, struct values *values, struct one_shot_queue *queue,

@@ -15,6 +15,7 @@ struct servos {
 	bool begun;
 	uint32_t there;			/* bit = pokeysd.conf has it, as far as is known */
 	bool bad[POKEYS_SERVOS], absent[POKEYS_SERVOS];	/* its command */
+	bool held[POKEYS_SERVOS];	/* could not be enabled: off until the pin has fallen */
 	struct press reset[POKEYS_SERVOS];
 };
 

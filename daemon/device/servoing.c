@@ -217,7 +217,8 @@ static void say(struct device *device, unsigned int i, bool was_enabled)
 	servoing->refusal = (uint8_t)servo->refusal;
 }
 
-/* A commander that does not read does not know where the axis is. */
+/* A commander that does not read does not know where the axis is. It counts as gone, so that the
+ * motor is enabled only after off. */
 static bool may_enable(const struct device *device, unsigned int i)
 {
 	return device->servoings.servoing[i].servo.enabled || device->intake.read_recently;
@@ -230,8 +231,9 @@ static void step(struct device *device, unsigned int i)
 	const struct servoing_wish *wanted = &device->intake.servoing[i];
 	const struct servo_input input = input_of(device, i);
 	const struct servo_wish wish = {
-		.alive = device->intake.fresh && !device->safe.stopping && !device->life.blocked,
-		.enable = wanted->enable && may_enable(device, i),
+		.alive = device->intake.fresh && !device->safe.stopping && !device->life.blocked &&
+			 (!wanted->enable || may_enable(device, i)),
+		.enable = wanted->enable,
 		.position = wanted->position, .velocity = wanted->velocity,
 	};
 	const bool was_enabled = servoing->servo.enabled;

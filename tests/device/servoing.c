@@ -88,7 +88,11 @@ static void a_commander_that_does_not_read_enables_nothing(void **state)
 	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_OFF);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_SERVO_UNREAD);
 	servo_expect_off(0);
+	/* it reads again, and has not commanded off */
 	world.unread = false;
+	servo_run(20 * MS);
+	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_OFF);
+	assert_int_equal(servo_shown(SIGN)->refused, POKEYS_SERVO_OFF_FIRST);
 	servo_enable(SIGN);
 }
 

@@ -126,6 +126,26 @@ static void a_daemon_that_is_gone_is_a_fault_of_a_motor_that_is_to_be_enabled(vo
 	assert_false(x->fault);
 }
 
+/* The number that it would be enabled at is not that of now. */
+static void one_that_could_not_be_enabled_stays_off_until_the_pin_falls(void **state)
+{
+	(void)state;
+	x->enable = true;
+	rig_periods(&rig, 2);
+	assert_int_equal(command->servo[X].enable, 1);
+	for (unsigned int i = 0; i < 20; i++)
+		exchange_write(&rig.exchange, &rig.values, rig.now_ns, RIG_MS);
+	assert_int_equal(command->servo[X].enable, 0);
+	rig_periods(&rig, 5);
+	assert_int_equal(command->servo[X].enable, 0);
+	assert_true(x->fault);
+	x->enable = false;
+	rig_periods(&rig, 2);
+	x->enable = true;
+	rig_periods(&rig, 2);
+	assert_int_equal(command->servo[X].enable, 1);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -134,6 +154,8 @@ int main(void)
 		cmocka_unit_test_setup(only_motors_that_there_are_are_enabled, setup),
 		cmocka_unit_test_setup(a_position_that_is_no_number_is_passed_on, setup),
 		cmocka_unit_test_setup(a_motor_that_does_not_follow_is_a_fault, setup),
+		cmocka_unit_test_setup(
+			one_that_could_not_be_enabled_stays_off_until_the_pin_falls, setup),
 		cmocka_unit_test_setup(
 			a_daemon_that_is_gone_is_a_fault_of_a_motor_that_is_to_be_enabled, setup),
 	};
