@@ -92,6 +92,7 @@ bool setting_blocks(const struct device *device, const struct setting *setting)
 
 void setting_refuse(struct device *device, struct setting *setting, uint64_t differs)
 {
+	const bool silent = setting->failures >= ROUNDS || setting->unanswered >= UNANSWERED;
 	const unsigned int number = setting_number(device, setting);
 	const unsigned int none = by_axis(number) ? SETTING_ENGINE_BIT : 0;
 	const unsigned int which = differs ? (unsigned int)__builtin_ctzll(differs) : none;
@@ -104,7 +105,8 @@ void setting_refuse(struct device *device, struct setting *setting, uint64_t dif
 	setting->after_ns = device->now_ns + AGAIN_NS;
 	if (device->life.fault != POKEYS_FAULT_CONFIG_REFUSED && !setting->said)
 		device_say(device, EVENT_CONFIG_REFUSED, EVENT_ERROR, kind->write,
-			   event_index(number, which), device->image.identity.locked);
+			   event_index(number, which), silent ? SETTING_UNANSWERED :
+			   device->image.identity.locked ? SETTING_LOCKED : SETTING_UNTAKEN);
 	setting->said = true;
 }
 

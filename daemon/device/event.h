@@ -30,7 +30,7 @@ enum event_code {
 	EVENT_WRONG_SERIAL,	/* a = found, b = wanted */
 	EVENT_CONFIG_CHANGED,	/* a = enum wire_op, b = pin, encoder or axis, -1 = none,
 				 * c = written */
-	EVENT_CONFIG_REFUSED,	/* a = enum wire_op, b = as above, c = configuration is locked */
+	EVENT_CONFIG_REFUSED,	/* a = enum wire_op, b = as above, c = enum setting_reason */
 	EVENT_REBOOTED,		/* a = tick before, b = tick now (ms) */
 	EVENT_COMMANDER,	/* a = 1 came, 0 lost; b = age of the heartbeat, us,
 				 * or -1: another session, of which none came yet */
@@ -102,6 +102,13 @@ enum event_code {
 
 /* EVENT_ONE_SHOT: no commander's, but a terminal's; ids of commanders begin anywhere. */
 enum { EVENT_ORDERED = -1 };
+
+/* EVENT_CONFIG_REFUSED: why the device does not have what is wanted. */
+enum setting_reason {
+	SETTING_UNTAKEN,	/* the device says that it has it, and has another value */
+	SETTING_LOCKED,		/* its configuration is locked */
+	SETTING_UNANSWERED,	/* it answers no request to read or write it */
+};
 
 /* EVENT_LOCKED: why the device does not let us in. */
 enum lock_reason {

@@ -133,7 +133,10 @@ static void put_config_foreign(struct line *line, const struct event *e)
 static void put_config_refused(struct line *line, const struct event *e)
 {
 	put_setting(line, e);
-	if (e->c)
+	if (e->c == SETTING_UNANSWERED)
+		put(line, ": the device answers no request about it; check the network, and "
+		    "whether its firmware has this setting, or remove the setting");
+	else if (e->c == SETTING_LOCKED)
 		put(line, " was refused by the device: its configuration is locked; unlock it or "
 		    "remove that setting");
 	else if (e->a == WIRE_OP_POSTEP_MODES)

@@ -290,6 +290,7 @@ static void setting_that_is_not_taken_keeps_it_from_running(void **state)
 	assert_int_equal(world.state.fault, POKEYS_FAULT_CONFIG_REFUSED);
 	assert_int_equal(world.event_count[EVENT_CONFIG_REFUSED], 1);
 	assert_int_equal(world.last_event[EVENT_CONFIG_REFUSED].a, WIRE_OP_PULSE_SETUP);
+	assert_int_equal(world.last_event[EVENT_CONFIG_REFUSED].c, SETTING_UNTAKEN);
 	assert_in_range(setups, 3, 18);
 	assert_true(sim->config.engine.axes <= 8);
 }
@@ -312,6 +313,8 @@ static void setting_that_is_never_answered_matters_only_if_it_is_wanted(void **s
 	assert_int_equal(world.state.link, POKEYS_LINK_CONFIGURING);
 	assert_int_equal(world.state.fault, POKEYS_FAULT_CONFIG_REFUSED);
 	assert_int_equal(world.last_event[EVENT_CONFIG_REFUSED].a, WIRE_OP_ENCODER_PINS);
+	assert_int_equal(world.last_event[EVENT_CONFIG_REFUSED].c, SETTING_UNANSWERED);
+	assert_int_equal(world.event_count[EVENT_CONFIG_REFUSED], 1);
 }
 
 static void device_lost_while_it_is_blocked_is_found_again(void **state)
