@@ -252,6 +252,8 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 		info_read(&exchange->known, values, state);
 		if (exchange->reads++ % DIAGNOSE_EVERY == 0)
 			read_seldom(exchange, values, now_ns);
+	} else {
+		servos_alone(values);
 	}
 	if (news.fresh) {
 		digital_read(&exchange->digital, values, state);

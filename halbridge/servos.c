@@ -48,6 +48,26 @@ static bool show(struct value_servo *value, const struct pokeys_servo *servo, bo
 	return true;
 }
 
+/* Nobody moves it. True if a pin has changed. */
+static bool show_none(struct value_servo *value)
+{
+	const bool changed = value->enabled || value->fault != value->enable;
+
+	value->enabled = false;
+	value->fault = value->enable;
+	return changed;
+}
+
+void servos_alone(struct values *values)
+{
+	bool changed = false;
+
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		changed |= show_none(&values->servo[i]);
+	if (changed)
+		values_changed(values, BLOCK_SERVO);
+}
+
 void servos_read(struct servos *servos, struct values *values, const struct one_shot_queue *queue,
 		 const struct pokeys_state *state, bool alive)
 {
@@ -61,12 +81,10 @@ void servos_read(struct servos *servos, struct values *values, const struct one_
 		there |= (uint32_t)(state->servo[i].state != POKEYS_SERVO_NONE) << i;
 	}
 	/* those that are gone are shown once more */
-	for (uint32_t left = there | servos->there; left; left &= left - 1) {
-		const unsigned int i = (unsigned int)__builtin_ctz(left);
-
-		changed |= show(&values->servo[i], &state->servo[i], alive,
-				servos->held[i]);
-	}
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		changed |= (there | servos->there) >> i & 1 ?
+			   show(&values->servo[i], &state->servo[i], alive, servos->held[i]) :
+			   show_none(&values->servo[i]);
 	servos->begun |= alive;
 	servos->there = there;
 	if (changed)

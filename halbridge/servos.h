@@ -25,6 +25,9 @@ void servos_init(struct servos *servos);
 void servos_read(struct servos *servos, struct values *values, const struct one_shot_queue *queue,
 		 const struct pokeys_state *state, bool alive);
 
+/* There is no daemon that says anything of them. Realtime. */
+void servos_alone(struct values *values);
+
 /*
  * Look at the pins. `read`: somebody reads the positions; if not, no motor is enabled. Returns true
  * if the queue was full (it is tried again). Realtime.

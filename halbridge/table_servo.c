@@ -35,7 +35,7 @@ static const struct table_row rows[] = {
 	OUT_PIN("refused", refused,
 		"why it was not enabled: 0 it was, 1 the fault has to be reset first, 2 encoder or "
 		"device not ready (condition), 3 not at the commanded position, 4 off has to be "
-		"commanded first"),
+		"commanded first, 5 its commander does not read the position"),
 	OUT_PIN("homed", homed, "the position is that of the machine"),
 	OUT_PIN("limit-minus", limit_minus, "the limit switch at the lower end is pressed"),
 	OUT_PIN("limit-plus", limit_plus, "the limit switch at the upper end is pressed"),

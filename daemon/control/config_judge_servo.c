@@ -122,24 +122,32 @@ void judge_servos(struct config_file *file)
 	}
 }
 
+static bool ends_pwm(const struct judged *j, const struct servoing_config *config,
+		     char why[JUDGE_WHY_MAX])
+{
+	return judge_part_covered(j, true, config->pwm, SERVOING_FAILSAFE_MOST, why) &&
+	       (config->reverse_pwm == SERVOING_NONE ||
+		judge_part_covered(j, true, config->reverse_pwm, SERVOING_FAILSAFE_MOST, why));
+}
+
 /* Only the device's failsafe stops the motor when this computer fails. */
 static void judge_covered(const struct judged *j, struct judged_part part,
 			  const struct config_raw_servo *raw)
 {
 	const struct servoing_config *config = &raw->out;
-	char why[JUDGE_WHY_MAX];
+	const bool enables = config->enable != SERVOING_NONE;
+	char why[JUDGE_WHY_MAX], why_pwm[JUDGE_WHY_MAX];
 	bool covered;
 
 	if (config->without_failsafe || raw->pwm < 0)
 		return;
-	if (config->enable != SERVOING_NONE)
-		covered = judge_part_covered(j, false, config->enable, SERVOING_FAILSAFE_MOST,
-					     why);
-	else
-		covered = judge_part_covered(j, true, config->pwm, SERVOING_FAILSAFE_MOST, why) &&
-			  (config->reverse_pwm == SERVOING_NONE ||
-			   judge_part_covered(j, true, config->reverse_pwm,
-					      SERVOING_FAILSAFE_MOST, why));
+	covered = enables && judge_part_covered(j, false, config->enable, SERVOING_FAILSAFE_MOST,
+						why);
+	/* with antiphase a duty of 0 is full speed backwards; that it needs a wire is said above */
+	if (config->drive.kind != DRIVE_ANTIPHASE)
+		covered = covered || ends_pwm(j, config, enables ? why_pwm : why);
+	else if (!enables)
+		return;
 	if (!covered)
 		judge_part_fault(part, "without-failsafe", "%s: the motor would keep running if "
 				 "this computer fails; without-failsafe = yes accepts that", why);
@@ -154,6 +162,12 @@ static bool is_switched_off(const struct pokeys_settings *settings, unsigned int
 	if (encoder == POKEYS_ENCODERS - 1)
 		return settings->set & POKEYS_SET_ULTRA_FAST && !settings->ultra_enable;
 	return !fast && of->options_mask & ENCODER_COUNTS && !(of->options & ENCODER_COUNTS);
+}
+
+static bool is_reset_by_index(const struct pokeys_settings *settings, int64_t encoder)
+{
+	return encoder < 3 && settings->set & POKEYS_SET_FAST_ENCODERS &&
+	       settings->fast_configuration != WIRE_FAST_OFF && settings->fast_options & 1;
 }
 
 /* Settings of the device with which the motor could not be controlled. */
@@ -171,6 +185,11 @@ static void judge_device_of(const struct judged *j, struct judged_part part,
 	    is_switched_off(&j->raw->settings, (unsigned int)raw->encoder))
 		judge_part_fault(part, "encoder", "encoder %d is switched off in [device %s]",
 				 (int)raw->encoder, j->raw->name);
+	if (judge_part_has(part, "encoder") &&
+	    is_reset_by_index(&j->raw->settings, raw->encoder))
+		judge_part_fault(part, "encoder", "encoder %d is set to 0 by its index input "
+				 "(fast-encoder-index of [device %s]): the axis would lose its "
+				 "position", (int)raw->encoder, j->raw->name);
 	if (raw->pwm < 0)
 		return;
 	judge_part_pwm(part, j, SERVOING_PERIOD_LEAST, SERVOING_PERIOD_MOST, "1250 is 20 kHz");

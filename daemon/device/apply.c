@@ -175,6 +175,16 @@ static void judge_homed(struct device *device, const struct setting *setting,
 		device->image.engine.axis[number - SETTING_AXIS].homed = 0;
 }
 
+/* What an encoder with other terminals or edges counts does not go on from before. */
+static void judge_counts(struct device *device, const struct setting *setting,
+			 const union setting_value *before)
+{
+	if (setting->known)
+		servoing_written(device,
+				 setting_encoders_changed(device, setting_number(device, setting),
+							  before, &setting->value));
+}
+
 /* One that is read in its turn is reported if it says something else than before. */
 static void report(struct device *device, const struct setting *setting,
 		   const union setting_value *before)
@@ -207,6 +217,7 @@ static bool learn(struct device *device, struct setting *setting, const mailbox_
 		return false;
 	setting->value = now;
 	judge_homed(device, setting, &before);
+	judge_counts(device, setting, &before);
 	setting->known = true;
 	setting->asked_ns = entry->timestamp_first_sent;
 	kind->learn(device, index, &setting->value);

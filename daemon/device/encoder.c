@@ -177,6 +177,7 @@ enum encoder_verdict encoder_exact(struct encoder *encoder, int32_t count, uint6
 		if (!slipped(encoder, count, t_ns))
 			return ENCODER_TAKEN;
 		encoder->resync++;
+		encoder->slips++;
 		return begin(encoder, count, t_ns);
 	}
 	encoder->doubt = true;

@@ -20,6 +20,7 @@ struct encoder {
 	uint8_t late;		/* 32-bit samples in a row that were too slow to end a doubt */
 	int32_t mark;		/* count when a 32-bit read was begun */
 	uint32_t resync;	/* jumps that a 32-bit sample mended */
+	uint32_t slips;		/* ... of a count that was published, and was wrong */
 };
 
 enum encoder_verdict {

@@ -155,7 +155,6 @@ enum command_fault {
 	COMMAND_FAULT_HEATER,		/* there is no such heater; index = heater */
 	COMMAND_FAULT_HEATER_TARGET,	/* is no number; index = heater */
 	COMMAND_FAULT_SERVO,		/* enables one that does not exist; index = motor */
-	COMMAND_FAULT_SERVO_UNREAD,	/* enabled by one that does not know where it is */
 	COMMAND_FAULT_SERVO_POSITION,	/* or its speed is no number; index = motor */
 	COMMAND_FAULTS
 };

@@ -194,8 +194,6 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_HEATER] = "pokeysd.conf has no such heater:",
 	[COMMAND_FAULT_HEATER_TARGET] = "the target is no number, and the heater is off:",
 	[COMMAND_FAULT_SERVO] = "pokeysd.conf has no such servo:",
-	[COMMAND_FAULT_SERVO_UNREAD] = "enable refused: the commander does not read the "
-				       "positions; servo",
 	[COMMAND_FAULT_SERVO_POSITION] = "position or velocity is no number, of servo",
 	[COMMAND_FAULT_ONE_SHOT_ID] = "the slot of a one-shot holds another id, expected was",
 };

@@ -161,9 +161,6 @@ static void take_servos(struct device *device, const struct pokeys_command *comm
 
 		if (from->enable && i >= device->config.servos)
 			intake_refuse(device, COMMAND_FAULT_SERVO, i);
-		if (from->enable && !device->intake.servoing[i].enable &&
-		    !device->intake.read_recently)
-			intake_refuse(device, COMMAND_FAULT_SERVO_UNREAD, i);
 		if (from->enable && (!isfinite(from->position) || isinf(from->velocity)))
 			intake_refuse(device, COMMAND_FAULT_SERVO_POSITION, i);
 		device->intake.servoing[i] = (struct servoing_wish){

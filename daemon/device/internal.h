@@ -390,6 +390,10 @@ bool setting_blocks(const struct device *device, const struct setting *setting);
 
 /* setting_sync.c: the PWM channel that follows an axis, -1 = none does */
 int setting_synced_channel(const struct device *device);
+/* Bits of the encoders that count in another way by this setting than before. */
+uint32_t setting_encoders_changed(const struct device *device, unsigned int number,
+				  const union setting_value *before,
+				  const union setting_value *now);
 
 /* setting_backlash.c: as a slow group */
 bool backlash_has(const struct device *device);

@@ -200,6 +200,7 @@ void device_suspended(struct device *device, uint64_t now_ns, uint64_t slept_ns)
 static void restarted(struct device *device)
 {
 	start_over(device);
+	loops_left_alone(device);	/* it has begun with all outputs off */
 	identify_begin(device);
 	life_enter(device, POKEYS_LINK_IDENTIFYING, POKEYS_FAULT_REBOOTED);
 }

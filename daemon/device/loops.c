@@ -65,6 +65,13 @@ bool loops_covered(const struct device *device)
 	return heating_covered(device) || servoing_covered(device);
 }
 
+void loops_doubt(struct device *device)
+{
+	device->safe.acked_mask &= ~loops_pins(device);
+	if (loops_channels(device))
+		device->outputs.output[OUTPUT_PWM].known = false;
+}
+
 void loops_left_alone(struct device *device)
 {
 	heating_left_alone(device);

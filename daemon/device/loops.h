@@ -35,6 +35,9 @@ bool loops_have_pwm(const struct device *device, unsigned int channel, uint32_t 
 /* All of them are off. */
 bool loops_off(const struct device *device);
 
+/* What the device has acknowledged may not be so any more: its failsafe may have acted. */
+void loops_doubt(struct device *device);
+
 /* The device's own failsafe has to switch off what it may have been left with. */
 bool loops_covered(const struct device *device);
 /* It has had its turn. */

@@ -95,7 +95,8 @@ static void forget_bank(struct device *device)
 
 	for (unsigned int i = 0; i < WIRE_ENCODER_BANK; i++)
 		encoder_forget(&device->encoder[bank * WIRE_ENCODER_BANK + i]);
-	servoing_written(device, bank);
+	servoing_written(device, ((UINT32_C(1) << WIRE_ENCODER_BANK) - 1)
+					 << bank * WIRE_ENCODER_BANK);
 	slow_encoders_now(device, bank);
 }
 

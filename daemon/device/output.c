@@ -171,6 +171,13 @@ bool output_send(struct device *device)
 	return false;
 }
 
+bool output_send_one(struct device *device, unsigned int place)
+{
+	union output_value want;
+
+	return is_due(device, place, &want) && send(device, place, &want);
+}
+
 bool output_take_along(struct device *device, unsigned int place, union output_value *now)
 {
 	struct output *output = &device->outputs.output[place];

@@ -19,6 +19,8 @@
  * in every cycle of a move; with one place for both, either the slow groups would starve
  * or a reference, or a position, would be late by a cycle, and each of these is a
  * following error.
+ * PWM is among the other outputs, but with heaters or servo motors: theirs have a place
+ * of their own, because a motor that is to stop cannot wait for its turn.
  * With slow_together the slow groups that are due follow in the same cycle, as many
  * as the window takes.
  */
@@ -89,6 +91,7 @@ static void begin_doubt(struct device *device)
 
 	plan->doubt_tick = plan->slow[SLOW_TICK].answered;
 	plan->doubt_identity = true;
+	loops_doubt(device);
 }
 
 void plan_doubt(struct device *device)
@@ -280,6 +283,7 @@ static bool room(const struct device *device)
 	urgent += device->motion.reference_open;
 	urgent += device->motion.run_open || device->motion.stop_open;
 	urgent += device->buffer.open;
+	urgent += loops_channels(device) && device->outputs.output[OUTPUT_PWM].open;
 	urgent += device->threading.open;
 	urgent += device->threading.arm_open || device->threading.cancel_open;
 	return device->mailbox.open_count - urgent + kept < window;
@@ -296,6 +300,8 @@ void plan_cycle(struct device *device)
 		send_fast(device);
 	if (plan_doubts(device))
 		return;
+	if (loops_channels(device) && output_send_one(device, OUTPUT_PWM))
+		device->budget++;
 	moved = motion_send_state(device);
 	if (threading_send(device))
 		device->budget++;

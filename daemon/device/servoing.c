@@ -11,6 +11,9 @@
  * If this daemon or its computer fails, only the device can stop a motor. So a motor is ready only
  * while the device's failsafe is known to do that, by its enable wire or by its PWM outputs, or
  * with without-failsafe = yes.
+ *
+ * While it is doubted that the device is still the same one (plan.c), no counts are taken and
+ * nothing is written. So a motor has no readings, and soon stops for want of them.
  */
 
 #include <math.h>
@@ -26,7 +29,7 @@ SAME(SERVO_DEVICE, POKEYS_SERVO_DEVICE);
 SAME(SERVO_FOLLOWING, POKEYS_SERVO_FOLLOWING);
 SAME(SERVO_SWITCH, POKEYS_SERVO_SWITCH);
 SAME(SERVO_FAULTS, POKEYS_SERVO_SWITCH + 1);
-SAME(SERVO_OFF_FIRST, POKEYS_SERVO_OFF_FIRST);
+SAME(SERVO_UNREAD, POKEYS_SERVO_UNREAD);
 
 static const struct servoing_config *config_of(const struct device *device, unsigned int i)
 {
@@ -61,6 +64,25 @@ static uint8_t channels_of(const struct servoing_config *config)
 	return (uint8_t)(channel_bit(config->pwm) | channel_bit(config->reverse_pwm));
 }
 
+static bool disables(const struct wire_failsafe_req *failsafe,
+		     const struct servoing_config *config)
+{
+	return config->enable != SERVOING_NONE && failsafe->peripherals & WIRE_FAILSAFE_DIGITAL &&
+	       !(failsafe->outputs >> config->enable & 1);
+}
+
+/* With antiphase, a duty of 0 is full speed backwards. */
+static bool ends_pwm(const struct wire_failsafe_req *failsafe,
+		     const struct servoing_config *config)
+{
+	if (config->drive.kind == DRIVE_ANTIPHASE)
+		return false;
+	for (unsigned int i = 0; i < POKEYS_PWM; i++)
+		if (channels_of(config) >> i & 1 && failsafe->pwm_percent[i])
+			return false;
+	return failsafe->peripherals & WIRE_FAILSAFE_PWM;
+}
+
 /* Is the device set up so that this motor stops when nobody talks to it? */
 static bool is_covered(const struct device *device, const struct servoing_config *config)
 {
@@ -68,15 +90,18 @@ static bool is_covered(const struct device *device, const struct servoing_config
 
 	if (config->without_failsafe)
 		return true;
-	if (!failsafe || !failsafe->timeout || failsafe->timeout > SERVOING_FAILSAFE_MOST)
-		return false;
-	if (config->enable != SERVOING_NONE)
-		return failsafe->peripherals & WIRE_FAILSAFE_DIGITAL &&
-		       !(failsafe->outputs >> config->enable & 1);
-	for (unsigned int i = 0; i < POKEYS_PWM; i++)
-		if (channels_of(config) >> i & 1 && failsafe->pwm_percent[i])
-			return false;
-	return failsafe->peripherals & WIRE_FAILSAFE_PWM;
+	return failsafe && failsafe->timeout && failsafe->timeout <= SERVOING_FAILSAFE_MOST &&
+	       (disables(failsafe, config) || ends_pwm(failsafe, config));
+}
+
+/* Its index input would set the counter of this encoder to 0, and the axis to another place. */
+static bool index_resets(const struct device *device, uint8_t encoder)
+{
+	const struct wire_fast_encoders_rep *fast =
+		&device->configure.setting[SETTING_FAST_ENCODERS].value.fast;
+
+	return encoder < device->image.capability.fast_encoders &&
+	       (fast->status & 0x0F) != WIRE_FAST_OFF && fast->index & 1;
 }
 
 /* Neither more nor less than pokeysd.conf wants: an inverted output would be on when it is off. */
@@ -105,6 +130,7 @@ static bool is_usable(const struct device *device, unsigned int i)
 
 	return servoing->good && !servoing->shared && running(device) &&
 	       device->image.encoder_enabled >> config->encoder & 1 &&
+	       !index_resets(device, config->encoder) &&
 	       is_as_wanted(device, config->direction, WIRE_PIN_OUTPUT) &&
 	       is_as_wanted(device, config->enable, WIRE_PIN_OUTPUT) &&
 	       is_as_wanted(device, config->low, WIRE_PIN_INPUT) &&
@@ -151,14 +177,14 @@ static bool is_emergency(const struct device *device)
 static struct servo_input input_of(const struct device *device, unsigned int i)
 {
 	const struct servoing_config *config = config_of(device, i);
-	const unsigned int bank = config->encoder / WIRE_ENCODER_BANK;
 
 	return (struct servo_input){
 		.counts = device->image.encoder[config->encoder],
 		.read_ns = device->image.encoder_t_ns[config->encoder],
 		.usable = is_usable(device, i),
-		.epoch = (uint32_t)device->servoings.counts_epoch[bank] << 8 |
+		.epoch = (uint32_t)device->servoings.counts_epoch[config->encoder] << 8 |
 			 device->image.encoder_epoch,
+		.slips = device->encoder[config->encoder].slips,
 		.emergency = is_emergency(device),
 		.low = is_pressed(device, config->low, config->low_inverted),
 		.high = is_pressed(device, config->high, config->high_inverted),
@@ -196,6 +222,12 @@ static int64_t thousandths(double units)
 	return fabs(units) < THOUSANDTHS_MOST ? (int64_t)llround(units * 1000) : 0;
 }
 
+static void say_left(struct device *device, unsigned int i)
+{
+	device_say(device, EVENT_SERVO_LEFT, EVENT_WARNING, i, 0,
+		   thousandths(device->servoings.servoing[i].servo.position));
+}
+
 /* Log what has changed since the last call. */
 static void say(struct device *device, unsigned int i, bool was_enabled)
 {
@@ -212,30 +244,29 @@ static void say(struct device *device, unsigned int i, bool was_enabled)
 		device_say(device, EVENT_SERVO_REFUSED, EVENT_WARNING, i, servo->refusal,
 			   servo->condition);
 	if (was_enabled && !servo->enabled && !servo->fault && !device->intake.fresh)
-		device_say(device, EVENT_SERVO_LEFT, EVENT_WARNING, i, 0, position);
+		say_left(device, i);
 	servoing->fault = (uint8_t)servo->fault;
 	servoing->refusal = (uint8_t)servo->refusal;
 }
 
-/* A commander that does not read does not know where the axis is. It counts as gone, so that the
- * motor is enabled only after off. */
-static bool may_enable(const struct device *device, unsigned int i)
+static struct servo_wish wish_of(const struct device *device, unsigned int i)
 {
-	return device->servoings.servoing[i].servo.enabled || device->intake.read_recently;
+	const struct servoing_wish *wanted = &device->intake.servoing[i];
+
+	return (struct servo_wish){
+		.alive = device->intake.fresh && !device->safe.stopping,
+		.blind = !device->intake.read_recently,
+		.enable = wanted->enable,
+		.position = wanted->position, .velocity = wanted->velocity,
+	};
 }
 
 static void step(struct device *device, unsigned int i)
 {
 	const struct servoing_config *config = config_of(device, i);
 	struct servoing *servoing = &device->servoings.servoing[i];
-	const struct servoing_wish *wanted = &device->intake.servoing[i];
 	const struct servo_input input = input_of(device, i);
-	const struct servo_wish wish = {
-		.alive = device->intake.fresh && !device->safe.stopping && !device->life.blocked &&
-			 (!wanted->enable || may_enable(device, i)),
-		.enable = wanted->enable,
-		.position = wanted->position, .velocity = wanted->velocity,
-	};
+	const struct servo_wish wish = wish_of(device, i);
 	const bool was_enabled = servoing->servo.enabled;
 	const double output = servo_step(&servoing->servo, &input, &wish, device->now_ns);
 
@@ -243,12 +274,23 @@ static void step(struct device *device, unsigned int i)
 				     config->inverted ? -output : output, servoing->servo.enabled,
 				     is_settled(device, i), device->now_ns);
 	say(device, i, was_enabled);
+	if (servoing->servo.enabled) {
+		servoing->driven = true;
+		servoing->off_ns = 0;
+	} else if (servoing->driven && !servoing->off_ns) {
+		servoing->off_ns = device->now_ns;
+	}
 }
 
 void servoing_session(struct device *device)
 {
-	for (unsigned int i = 0; i < device->servoings.count; i++)
-		servo_another(&device->servoings.servoing[i].servo);
+	for (unsigned int i = 0; i < device->servoings.count; i++) {
+		struct servo *servo = &device->servoings.servoing[i].servo;
+
+		if (servo->enabled)
+			say_left(device, i);
+		servo_another(servo);
+	}
 }
 
 static enum pokeys_servo_state state_of(const struct servo *servo)
@@ -302,14 +344,8 @@ static void follow(struct device *device, unsigned int i)
 {
 	struct servoing *servoing = &device->servoings.servoing[i];
 
-	if (servoing->servo.enabled) {
-		servoing->driven = true;
-		servoing->off_ns = 0;
-	} else if (servoing->driven) {
+	if (servoing->driven && servoing->off_ns)
 		servoing->driven = !is_settled(device, i);
-		if (!servoing->off_ns)
-			servoing->off_ns = device->now_ns;
-	}
 }
 
 bool servoing_unheard(const struct device *device)
@@ -429,15 +465,22 @@ bool servoing_may_arm(const struct device *device, unsigned int encoder)
 	return true;
 }
 
-void servoing_written(struct device *device, unsigned int bank)
+void servoing_written(struct device *device, uint32_t encoders)
 {
-	device->servoings.counts_epoch[bank]++;
+	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
+		device->servoings.counts_epoch[i] += encoders >> i & 1;
 }
 
 bool servoing_reset(struct device *device, unsigned int index)
 {
-	return index < device->servoings.count &&
-	       servo_reset(&device->servoings.servoing[index].servo);
+	struct servo_input input;
+	struct servo_wish wish;
+
+	if (index >= device->servoings.count)
+		return false;
+	input = input_of(device, index);
+	wish = wish_of(device, index);
+	return servo_reset(&device->servoings.servoing[index].servo, &input, &wish);
 }
 
 bool servoing_place(struct device *device, unsigned int index, int32_t counts, bool homed)

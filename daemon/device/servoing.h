@@ -48,7 +48,7 @@ struct servoing {
 
 struct servoings {
 	uint8_t count;
-	uint8_t counts_epoch[2];	/* of each bank: counters were written, and may be wrong */
+	uint8_t counts_epoch[POKEYS_ENCODERS];	/* its counter was written, or set up again */
 	struct servoing servoing[POKEYS_SERVOS];
 };
 
@@ -101,8 +101,8 @@ bool servoing_standing(const struct device *device);
 bool servoing_may_write(const struct device *device, unsigned int encoder);
 /* May it be set to 0 by its index? The fast ones have one switch for it. */
 bool servoing_may_arm(const struct device *device, unsigned int encoder);
-/* Counters of this bank were written. */
-void servoing_written(struct device *device, unsigned int bank);
+/* Counters of these encoders (bits) were written, or begin again. */
+void servoing_written(struct device *device, uint32_t encoders);
 
 /* One-shots, by a motor's index. Both return false if they refuse. */
 bool servoing_reset(struct device *device, unsigned int index);

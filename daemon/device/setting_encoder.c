@@ -49,6 +49,42 @@ static void learn_enabled(struct device *device, unsigned int index,
 	}
 }
 
+static uint32_t basic_changed(unsigned int number, const union setting_value *before,
+			      const union setting_value *now)
+{
+	uint32_t changed = 0;
+
+	for (unsigned int i = 0; i < WIRE_ENCODER_BASIC; i++) {
+		const bool differs = number == SETTING_ENCODER_OPTIONS ?
+				     before->options.option[i] != now->options.option[i] :
+				     before->encoder_pins.a[i] != now->encoder_pins.a[i] ||
+				     before->encoder_pins.b[i] != now->encoder_pins.b[i];
+
+		changed |= (uint32_t)differs << i;
+	}
+	return changed;
+}
+
+uint32_t setting_encoders_changed(const struct device *device, unsigned int number,
+				  const union setting_value *before,
+				  const union setting_value *now)
+{
+	switch (number) {
+	case SETTING_ENCODER_OPTIONS:
+	case SETTING_ENCODER_PINS:
+		return basic_changed(number, before, now);
+	case SETTING_FAST_ENCODERS:
+		return before->fast.status == now->fast.status ? 0 :
+		       (UINT32_C(1) << device->image.capability.fast_encoders) - 1;
+	case SETTING_ULTRA_ENCODER:
+		return before->ultra.status == now->ultra.status &&
+		       before->ultra.options == now->ultra.options ? 0 :
+		       UINT32_C(1) << WIRE_ENCODER_ULTRA;
+	default:
+		return 0;
+	}
+}
+
 /* Options, 0xC4. */
 
 static bool options_wanted(const struct pokeys_settings *want, unsigned int index)

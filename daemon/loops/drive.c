@@ -5,6 +5,9 @@
  * voltage the wrong way for that time. So the PWM is 0 before and after, and time counts only from
  * the device's acknowledgement. The first direction is a change as well: nobody knows what the wire
  * was before.
+ *
+ * With ANTIPHASE a duty of 0 is full speed backwards. So the amplifier is enabled only after the
+ * device has acknowledged the duty of standstill.
  */
 
 #include "daemon/loops/drive.h"
@@ -50,6 +53,13 @@ static double signed_duty(struct drive *drive, const struct drive_config *config
 	return 0;
 }
 
+/* The duty of ANTIPHASE. */
+static double middle_duty(struct drive *drive, double output, bool enabled, bool settled)
+{
+	drive->known = enabled && (drive->known || settled);
+	return drive->known ? (1 + output) / 2 : 0.5;
+}
+
 struct drive_wires drive_step(struct drive *drive, const struct drive_config *config,
 			      double output, bool enabled, bool settled, uint64_t now_ns)
 {
@@ -63,7 +73,8 @@ struct drive_wires drive_step(struct drive *drive, const struct drive_config *co
 		wires.reverse = drive->reverse;
 		break;
 	case DRIVE_ANTIPHASE:
-		wires.duty[0] = (1 + output) / 2;
+		wires.duty[0] = middle_duty(drive, output, enabled, settled);
+		wires.enable = drive->known;
 		break;
 	case DRIVE_TWO_PWM:
 		wires.duty[output < 0] = fabs(output);

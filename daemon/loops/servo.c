@@ -171,6 +171,11 @@ static void look_at_enable(struct servo *servo, const struct servo_wish *wish, u
 	}
 	if (servo->enabled)
 		return;
+	if (wish->blind) {
+		servo->armed = false;
+		servo->refusal = SERVO_UNREAD;
+		return;
+	}
 	if (!servo->armed) {
 		servo->refusal = servo->refusal ? servo->refusal : SERVO_OFF_FIRST;
 		return;
@@ -315,8 +320,21 @@ double servo_step(struct servo *servo, const struct servo_input *input,
 	return servo->output;
 }
 
-bool servo_reset(struct servo *servo)
+/* These two are looked at last: without them, nothing else was wrong. */
+static enum servo_fault commanded_now(const struct servo *servo, const struct servo_input *input,
+				      const struct servo_wish *wish)
 {
+	if (servo->condition != SERVO_EMERGENCY && servo->condition != SERVO_ODD)
+		return servo->condition;
+	if (input->emergency)
+		return SERVO_EMERGENCY;
+	return wish->alive && is_odd(servo, wish) ? SERVO_ODD : SERVO_FINE;
+}
+
+bool servo_reset(struct servo *servo, const struct servo_input *input,
+		 const struct servo_wish *wish)
+{
+	servo->condition = commanded_now(servo, input, wish);
 	if (servo->condition)
 		return false;
 	servo->fault = SERVO_FINE;

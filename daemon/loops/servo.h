@@ -43,6 +43,7 @@ enum servo_refusal {
 	SERVO_NOT_READY,	/* its condition would be a fault at once */
 	SERVO_ELSEWHERE,	/* the commanded position is not where the axis is */
 	SERVO_OFF_FIRST,	/* off was not commanded since the start, a fault, or a loss */
+	SERVO_UNREAD,		/* whoever commands it does not know where the axis is */
 };
 
 /* Of an output of -1 to 1. */
@@ -85,6 +86,7 @@ struct servo_input {
 	uint64_t read_ns;	/* when they were read; 0: never */
 	bool usable;		/* the device is found and configured */
 	uint32_t epoch;		/* another number: its counters may have lost their counts */
+	uint32_t slips;		/* another number: the counts of before were wrong */
 	bool emergency;
 	bool low, high;		/* the limit switches are active */
 };
@@ -92,6 +94,7 @@ struct servo_input {
 /* What is commanded in this cycle. */
 struct servo_wish {
 	bool alive;		/* somebody commands */
+	bool blind;		/* ... and does not know where the axis is: may not enable it */
 	bool enable;
 	double position;	/* units */
 	double velocity;	/* units/s, of that position; NAN: it is estimated */
@@ -103,7 +106,7 @@ struct servo {
 	bool primed;		/* there is a count that the next one can be compared with */
 	int32_t last;		/* count */
 	uint64_t read_ns;	/* when that was read */
-	uint32_t epoch;		/* of the device, then */
+	uint32_t epoch, slips;	/* of the device, then */
 	int64_t counts;		/* since the start */
 	double offset;		/* of the position, units */
 	double position;	/* units */
@@ -149,9 +152,11 @@ double servo_step(struct servo *servo, const struct servo_input *input,
 
 /*
  * Clear the fault. False: its cause is still there, and so is the fault. A limit switch and a soft
- * limit are no such causes, or the axis could not return.
+ * limit are no such causes, or the axis could not return. What the next step will be called with
+ * tells whether a cause that was commanded is gone.
  */
-bool servo_reset(struct servo *servo);
+bool servo_reset(struct servo *servo, const struct servo_input *input,
+		 const struct servo_wish *wish);
 
 /* Another one commands from now on: off has to be commanded before it is enabled (again). */
 void servo_another(struct servo *servo);

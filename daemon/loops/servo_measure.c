@@ -21,6 +21,7 @@ static void begin(struct servo *servo, const struct servo_input *input, uint64_t
 	servo->primed = true;
 	servo->last = input->counts;
 	servo->epoch = input->epoch;
+	servo->slips = input->slips;
 	servo->read_ns = read_ns;
 	servo->rate = servo->raw_rate = 0;
 }
@@ -67,6 +68,8 @@ enum servo_fault servo_measure(struct servo *servo, const struct servo_input *in
 		return lose(servo, SERVO_DEVICE);
 	if (servo->primed && servo->epoch != input->epoch)
 		return lose(servo, SERVO_DEVICE);
+	if (servo->primed && servo->slips != input->slips)
+		return lose(servo, SERVO_JUMP);
 	if (!servo->primed && possible)
 		begin(servo, input, read_ns);
 	else if (servo->primed && possible && read_ns > servo->read_ns)

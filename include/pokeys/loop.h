@@ -110,6 +110,7 @@ enum pokeys_servo_refusal {
 	POKEYS_SERVO_NOT_READY = 2,	/* servo.condition would be a fault at once */
 	POKEYS_SERVO_ELSEWHERE = 3,	/* the commanded position is not where the axis is */
 	POKEYS_SERVO_OFF_FIRST = 4,	/* off has to be commanded first */
+	POKEYS_SERVO_UNREAD = 5,	/* its commander does not read the position */
 };
 
 /*

@@ -299,6 +299,7 @@ static inline const char *pokeys_servo_refusal_name(uint8_t refusal)
 	case POKEYS_SERVO_NOT_READY:	return "encoder or device not ready";
 	case POKEYS_SERVO_ELSEWHERE:	return "not at the commanded position";
 	case POKEYS_SERVO_OFF_FIRST:	return "off has to be commanded first";
+	case POKEYS_SERVO_UNREAD:	return "its commander does not read the position";
 	default:			return "unknown";
 	}
 }

@@ -1024,7 +1024,8 @@ class StateServoItem(Part):
     refused = Word(
         "servo.%02u.refused", 6, (3515, 120),
         "why it was not enabled: 0 it was, 1 the fault has to be reset first, 2 encoder or device "
-        "not ready (condition), 3 not at the commanded position, 4 off has to be commanded first",
+        "not ready (condition), 3 not at the commanded position, 4 off has to be commanded first, 5"
+        " its commander does not read the position",
         code="B",
         words={
             0: "none",
@@ -1032,6 +1033,7 @@ class StateServoItem(Part):
             2: "encoder or device not ready",
             3: "not at the commanded position",
             4: "off has to be commanded first",
+            5: "its commander does not read the position",
         })
     homed = Flag("servo.%02u.homed", 6, (3516, 120), "the position is that of the machine")
     limit_minus = Flag(

@@ -9,6 +9,11 @@
 #define X "[servo x]\nencoder = 4\ncounts-per-unit = 400\npwm = 0\ndirection-pin = 31\n" \
 	  "max-speed = 100\npid-p = 0.5\n"
 
+#define FAST "[servo x]\nencoder = 1\ncounts-per-unit = 400\npwm = 0\ndirection-pin = 31\n" \
+	     "max-speed = 100\npid-p = 0.5\n"
+#define ANTIPHASE "[servo x]\nencoder = 4\ncounts-per-unit = 400\npwm = 0\nenable-pin = 31\n" \
+		  "drive = antiphase\nmax-speed = 100\npid-p = 0.5\n"
+
 static const struct servoing_config *servo(unsigned int number)
 {
 	return &config.device[0].servo[number];
@@ -196,16 +201,31 @@ static void the_device_has_to_stop_it(void **state)
 		     "f:5: [servo x]: failsafe-timeout-ms of its device is longer than 1000: the "
 		     "motor would keep running if this computer fails; without-failsafe = yes "
 		     "accepts that");
-	/* the enable wire is enough */
+	/* the enable wire is enough, and so is the PWM, but with antiphase */
 	assert_int_equal(parse(GOOD "failsafe-parts = 1\n" X "enable-pin = 32\n"), 0);
 	assert_int_equal(parse(GOOD "failsafe-parts = 1\n" X), 1);
 	assert_int_equal(parse(GOOD "failsafe-parts = 4\n" X), 0);
-	assert_int_equal(parse(GOOD "failsafe-parts = 4\n" X "enable-pin = 32\n"), 1);
+	assert_int_equal(parse(GOOD "failsafe-parts = 4\n" X "enable-pin = 32\n"), 0);
+	assert_int_equal(parse(GOOD "failsafe-parts = 1\n" ANTIPHASE), 0);
+	assert_fault(GOOD "failsafe-parts = 4\n" ANTIPHASE,
+		     "f:5: [servo x]: failsafe-parts of its device does not include digital "
+		     "outputs (1): the motor would keep running if this computer fails; "
+		     "without-failsafe = yes accepts that");
 	assert_fault(GOOD "fast-divider = 6\n" X,
 		     "f:5: [servo x]: max-age-ms = 10 has to be at least two readings of its "
 		     "device, which are 12 ms (period-us, fast-divider)");
 	assert_fault(GOOD "encoder.4.enable = off\n" X,
 		     "f:6: [servo x]: encoder 4 is switched off in [device a]");
+}
+
+static void its_counter_is_not_reset_by_an_index(void **state)
+{
+	(void)state;
+	assert_int_equal(parse(GOOD "fast-encoders = on\n" FAST), 0);
+	assert_fault(GOOD "fast-encoders = on\nfast-encoder-index = on\n" FAST,
+		     "f:7: [servo x]: encoder 1 is set to 0 by its index input "
+		     "(fast-encoder-index of [device a]): the axis would lose its position");
+	assert_int_equal(parse(GOOD "fast-encoders = on\nfast-encoder-index = on\n" X), 0);
 }
 
 /* pokeysctl config apply compares them as bytes, to tell what needs a restart. */
@@ -233,6 +253,7 @@ int main(void)
 		cmocka_unit_test(limits_that_contradict_each_other_stand_at_their_line),
 		cmocka_unit_test(nothing_is_used_twice),
 		cmocka_unit_test(the_device_has_to_stop_it),
+		cmocka_unit_test(its_counter_is_not_reset_by_an_index),
 		cmocka_unit_test(the_same_file_is_the_same_configuration),
 	};
 

@@ -37,7 +37,7 @@ void servo_cycle(void)
 {
 	const struct sim_device *device = &world.rig.device;
 	const uint64_t before = device->pins.latch;
-	const uint32_t duty = device->config.pwm.duty[0];
+	const uint32_t duty = device->config.pwm.duty[0], middle = device->config.pwm.duty[1];
 
 	world_cycle(&world);
 	sim_rig_run(&world.rig, world_device_time(&world));
@@ -47,6 +47,8 @@ void servo_cycle(void)
 		assert_int_equal(duty, 0);
 		assert_int_equal(device->config.pwm.duty[0], 0);
 	}
+	if ((~before & device->pins.latch) >> servo_enable_pin[ANTIPHASE] & 1)
+		assert_int_equal(middle, PWM_PERIOD / 2);
 }
 
 void servo_run(uint64_t for_ns)
@@ -137,6 +139,17 @@ void servo_enable_all(void)
 {
 	for (unsigned int i = 0; i < MOTORS; i++)
 		servo_enable(i);
+}
+
+void servo_push_all(void)
+{
+	for (unsigned int i = 0; i < MOTORS; i++)
+		servo_motor(i)->torque = 0.1;
+	servo_run(200 * MS);
+	for (unsigned int i = 0; i < MOTORS; i++) {
+		assert_true(fabs(servo_output(i)) > 0.02);
+		servo_motor(i)->torque = 0;
+	}
 }
 
 /* As fast as is wanted with 2 m/s^2. */

@@ -27,7 +27,10 @@ extern const uint8_t servo_encoder[MOTORS], servo_enable_pin[MOTORS];
 double servo_output(unsigned int motor);
 struct sim_motor *servo_motor(unsigned int motor);
 
-/* A cycle, and cycles for so long; the direction never changes while there is voltage. */
+/*
+ * A cycle, and cycles for so long. The direction never changes while there is voltage, and the
+ * amplifier with antiphase is never enabled at the voltage of another duty than the middle.
+ */
 void servo_cycle(void);
 void servo_run(uint64_t for_ns);
 
@@ -39,6 +42,9 @@ int servo_begin(void **state);
 /* Off, then enabled where it is; all of them. */
 void servo_enable(unsigned int motor);
 void servo_enable_all(void);
+
+/* Each of them is pushed against, so that it has voltage from now on for some time. */
+void servo_push_all(void);
 
 /* The commanded position goes there, units and units/s; all of them. */
 void servo_move(double to, double speed);

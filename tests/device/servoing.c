@@ -86,13 +86,14 @@ static void a_commander_that_does_not_read_enables_nothing(void **state)
 	world.command.servo[SIGN].enable = 1;
 	servo_run(10 * MS);
 	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_OFF);
-	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_SERVO_UNREAD);
+	assert_int_equal(servo_shown(SIGN)->refused, POKEYS_SERVO_UNREAD);
+	assert_int_equal(world.last_event[EVENT_SERVO_REFUSED].b, POKEYS_SERVO_UNREAD);
 	servo_expect_off(0);
 	/* it reads again, and has not commanded off */
 	world.unread = false;
 	servo_run(20 * MS);
 	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_OFF);
-	assert_int_equal(servo_shown(SIGN)->refused, POKEYS_SERVO_OFF_FIRST);
+	assert_int_equal(servo_shown(SIGN)->refused, POKEYS_SERVO_UNREAD);
 	servo_enable(SIGN);
 }
 
@@ -176,6 +177,7 @@ static void a_device_that_was_restarted_keeps_them_off(void **state)
 	(void)state;
 	servo_do(POKEYS_ONE_SHOT_SERVO_PLACE, SIGN, 2000, POKEYS_SERVO_HOMED);
 	servo_enable_all();
+	servo_push_all();
 	sim_device_reboot(&world.rig.device, world_device_time(&world), false);
 	servo_run(1 * SECOND);
 	world_until(&world, world_is_running, 3 * SECOND);
@@ -189,6 +191,7 @@ static void without_a_commander_they_are_off(void **state)
 {
 	(void)state;
 	servo_enable_all();
+	servo_push_all();
 	world.commanding = false;
 	servo_run(110 * MS);	/* heartbeat-timeout-ms */
 	servo_expect_off(0);
@@ -206,6 +209,7 @@ static void an_emergency_stop_is_a_fault(void **state)
 {
 	(void)state;
 	servo_enable_all();
+	servo_push_all();
 	world.config.emergency_holds = true;
 	world.command.flags |= POKEYS_COMMAND_EMERGENCY;
 	servo_run(2 * MS);
@@ -213,10 +217,10 @@ static void an_emergency_stop_is_a_fault(void **state)
 	assert_int_equal(servo_shown(SIGN)->fault, POKEYS_SERVO_EMERGENCY);
 	assert_int_equal(servo_do(POKEYS_ONE_SHOT_SERVO_RESET, SIGN, 0, 0),
 			 POKEYS_OUTCOME_REFUSED);
+	/* the reset comes with what ends the emergency */
 	world.command.flags = 0;
-	servo_run(5 * MS);
-	servo_expect_off(0);
 	assert_int_equal(servo_do(POKEYS_ONE_SHOT_SERVO_RESET, SIGN, 0, 0), POKEYS_OUTCOME_DONE);
+	servo_expect_off(0);
 	servo_enable(SIGN);
 }
 
@@ -224,6 +228,7 @@ static void the_end_of_the_daemon_stops_them(void **state)
 {
 	(void)state;
 	servo_enable_all();
+	servo_push_all();
 	device_stop(world.device, world.now);
 	world_until(&world, world_is_stopped, 100 * MS);
 	for (unsigned int i = 0; i < MOTORS; i++)

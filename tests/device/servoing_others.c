@@ -19,6 +19,7 @@ static void nobody_else_commands_their_outputs(void **state)
 	assert_true(fabs(servo_output(SIGN)) < 0.3);
 	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_PWM_LOOP);
 	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
+	servo_push_all();
 	/* the safe state switches off the others, and they go by themselves */
 	world.commanding = false;
 	servo_run(150 * MS);

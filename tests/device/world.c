@@ -208,7 +208,8 @@ static uint64_t sent_for_motion(const struct world *world)
 /*
  * New requests of a cycle: three, and one more if one of them was for motion, two
  * if two were (references and a fill, where a device has axes of both kinds), and
- * those of all slow groups where they go together. Resends have a budget of their own.
+ * those of all slow groups where they go together, and the PWM of heaters and servo
+ * motors. Resends have a budget of their own.
  */
 static void check_budget(struct world *world)
 {
@@ -217,7 +218,8 @@ static void check_budget(struct world *world)
 	const uint64_t fresh = (now->sent - now->resent) - (before->sent - before->resent);
 	const uint64_t motion = sent_for_motion(world);
 	const uint64_t more = lesser(motion - world->motion_sent, 2) +
-			      (world->config.slow_together ? POKEYS_SLOW_GROUPS : 0);
+			      (world->config.slow_together ? POKEYS_SLOW_GROUPS : 0) +
+			      (world->config.servos || world->config.heaters);
 
 	assert_in_range(fresh, 0, 3 + more);
 	world->motion_sent = motion;

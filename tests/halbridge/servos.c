@@ -126,6 +126,43 @@ static void a_daemon_that_is_gone_is_a_fault_of_a_motor_that_is_to_be_enabled(vo
 	assert_false(x->fault);
 }
 
+/* From the start, or none that is understood. */
+static void without_a_daemon_a_motor_that_is_to_be_enabled_is_a_fault(void **state)
+{
+	const enum exchange_got none[] = { EXCHANGE_NOTHING, EXCHANGE_REFUSED };
+
+	(void)state;
+	for (unsigned int i = 0; i < 2; i++) {
+		rig_init(&rig);
+		x->enable = true;
+		exchange_read(&rig.exchange, &rig.values, none[i], rig.now_ns);
+		assert_true(x->fault);
+		x->enable = false;
+		exchange_read(&rig.exchange, &rig.values, none[i], rig.now_ns);
+		assert_false(x->fault);
+	}
+	setup(state);
+	x->enable = true;
+	rig.daemon.servo[X].state = POKEYS_SERVO_ENABLED;
+	rig_periods(&rig, 2);
+	assert_true(x->enabled && !x->fault);
+	exchange_read(&rig.exchange, &rig.values, EXCHANGE_REFUSED, rig.now_ns);
+	assert_true(!x->enabled && x->fault);
+}
+
+static void one_that_does_not_exist_is_a_fault_when_it_is_to_be_enabled(void **state)
+{
+	struct value_servo *y = &rig.values.servo[Y];
+
+	(void)state;
+	y->enable = true;
+	rig_periods(&rig, 2);
+	assert_true(y->fault && !y->enabled);
+	y->enable = false;
+	rig_periods(&rig, 2);
+	assert_false(y->fault);
+}
+
 /* The number that it would be enabled at is not that of now. */
 static void one_that_could_not_be_enabled_stays_off_until_the_pin_falls(void **state)
 {
@@ -158,6 +195,9 @@ int main(void)
 			one_that_could_not_be_enabled_stays_off_until_the_pin_falls, setup),
 		cmocka_unit_test_setup(
 			a_daemon_that_is_gone_is_a_fault_of_a_motor_that_is_to_be_enabled, setup),
+		cmocka_unit_test(without_a_daemon_a_motor_that_is_to_be_enabled_is_a_fault),
+		cmocka_unit_test_setup(
+			one_that_does_not_exist_is_a_fault_when_it_is_to_be_enabled, setup),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

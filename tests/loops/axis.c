@@ -65,6 +65,11 @@ void axis_enable(struct axis *axis)
 	assert_true(axis->servo.enabled);
 }
 
+bool axis_reset(struct axis *axis)
+{
+	return servo_reset(&axis->servo, &axis->input, &axis->wish);
+}
+
 void axis_move(struct axis *axis, double to, double speed, double acceleration)
 {
 	const double direction = to < axis->wish.position ? -1 : 1, dt = 0.001;

@@ -39,6 +39,7 @@ void axis_step(struct axis *axis);
 void axis_run(struct axis *axis, double seconds);
 /* Off, then enabled where it is. */
 void axis_enable(struct axis *axis);
+bool axis_reset(struct axis *axis);
 /* To there, with that speed and acceleration. */
 void axis_move(struct axis *axis, double to, double speed, double acceleration);
 /* Until it has a fault, or the time is over; how long it took in seconds, or -1. */

@@ -85,6 +85,26 @@ static void deliver(struct amplifier *amplifier, uint64_t dwell_ns, uint64_t now
 	}
 }
 
+/* A duty of 0 would be full speed backwards, and so it may be what the device has. */
+static void antiphase_is_enabled_after_standstill_was_acknowledged(void **state)
+{
+	const struct drive_config config = { .kind = DRIVE_ANTIPHASE };
+	struct drive drive = { .reverse = false };
+
+	(void)state;
+	for (uint64_t i = 1; i < 10; i++) {
+		struct drive_wires wires = drive_step(&drive, &config, 0.3, true, false, i);
+
+		assert_true(is(wires.duty[0], 0.5) && !wires.enable);
+	}
+	assert_true(drive_step(&drive, &config, 0.3, true, true, 10).enable);
+	/* what is under way does not disable it */
+	assert_true(is(drive_step(&drive, &config, -0.3, true, false, 11).duty[0], 0.35));
+	assert_true(drive_step(&drive, &config, -0.3, true, false, 12).enable);
+	assert_false(drive_step(&drive, &config, 0, false, true, 13).enable);
+	assert_false(drive_step(&drive, &config, 0.3, true, false, 14).enable);
+}
+
 static void no_direction_changes_under_a_pwm(void **state)
 {
 	static const uint64_t dwells[] = { 0, 3 * CYCLE_NS };
@@ -130,6 +150,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(each_kind_has_its_duties),
 		cmocka_unit_test(off_is_nothing),
+		cmocka_unit_test(antiphase_is_enabled_after_standstill_was_acknowledged),
 		cmocka_unit_test(no_direction_changes_under_a_pwm),
 	};
 
