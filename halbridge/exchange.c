@@ -181,8 +181,19 @@ static void read_engine(struct exchange *exchange, struct values *values, bool f
 	values_changed(values, BLOCK_JOINT);
 }
 
+/*
+ * The daemon itself stops a motor whose encoder it could not read for as long. Before that, a pause
+ * of the daemon is no reason to stop the machine.
+ */
+static bool moves_motors(const struct exchange *exchange, const struct values *values,
+			 uint64_t now_ns)
+{
+	return values->daemon_alive ||
+	       pokeys_age_ns(exchange->state.t_publish_ns, now_ns) <= POKEYS_SERVO_STALE_MOST_NS;
+}
+
 static void take_news(struct exchange *exchange, struct values *values,
-		      const struct link_news *news)
+		      const struct link_news *news, uint64_t now_ns)
 {
 	if (news->new_daemon) {
 		exchange->resumed |= news->restarted;
@@ -212,7 +223,7 @@ static void take_news(struct exchange *exchange, struct values *values,
 	heaters_read(&exchange->heaters, values, &exchange->queue, &exchange->state,
 		     values->daemon_alive);
 	servos_read(&exchange->servos, values, &exchange->queue, &exchange->state,
-		    values->daemon_alive);
+		    moves_motors(exchange, values, now_ns));
 }
 
 /* For the daemon's histogram; more than four seconds are as good as four. */
@@ -248,7 +259,7 @@ void exchange_read(struct exchange *exchange, struct values *values, enum exchan
 	exchange->fresh = news.fresh;
 	exchange->read_age_ns = read_age(&exchange->link, news.fresh, now_ns);
 	if (exchange->have_state) {
-		take_news(exchange, values, &news);
+		take_news(exchange, values, &news, now_ns);
 		info_read(&exchange->known, values, state);
 		if (exchange->reads++ % DIAGNOSE_EVERY == 0)
 			read_seldom(exchange, values, now_ns);

@@ -19,7 +19,6 @@
 #include "daemon/loops/servo_part.h"
 
 #define GAIN_MOST 1e6
-#define STALE_MOST_NS UINT64_C(100000000)
 #define COUNTS_MOST 1e8		/* a second: what no encoder has */
 #define PLACE_MOST 1125899906842624.0	/* counts; a double has room for parts of one */
 #define WAY_LEAST 4		/* counts: less is noise */
@@ -86,7 +85,7 @@ static const char *judge_motion(const struct servo_config *config)
 	    !is_way(config, config->runaway_move))
 		return "runaway-output has to be 0 or more and below max-output, and "
 		       "runaway-distance 4 counts or more";
-	if (!config->stale_ns || config->stale_ns > STALE_MOST_NS)
+	if (!config->stale_ns || config->stale_ns > SERVO_STALE_MOST_NS)
 		return "max-age-ms has to be above 0 and at most 100";
 	return NULL;
 }

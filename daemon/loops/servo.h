@@ -55,6 +55,8 @@ struct servo_gains {
 	double acceleration;	/* output for each unit/s^2 that is commanded (feed-forward) */
 };
 
+#define SERVO_STALE_MOST_NS UINT64_C(100000000)
+
 struct servo_config {
 	double scale;		/* counts for each unit; below 0: it counts the other way */
 	double least, most;	/* soft limits, as soon as it is homed; units. -+INFINITY: none */
@@ -74,7 +76,7 @@ struct servo_config {
 	double silent_s;	/* ... by 1 more than that for so long, by less for longer */
 	double runaway_output;	/* it may not get faster against a higher output than this, ... */
 	double runaway_move;	/* ... for longer than this way, units */
-	uint64_t stale_ns;	/* at most 100 ms */
+	uint64_t stale_ns;	/* at most SERVO_STALE_MOST_NS */
 };
 
 /* What is usual; scale, speeds, gains, following error and ways have to be those of the axis. */

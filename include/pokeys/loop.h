@@ -113,6 +113,9 @@ enum pokeys_servo_refusal {
 	POKEYS_SERVO_UNREAD = 5,	/* its commander does not read the position */
 };
 
+/* max-age-ms is at most this: the daemon stops a motor that it could not watch for as long. */
+#define POKEYS_SERVO_STALE_MOST_NS UINT64_C(100000000)
+
 /*
  * A motor that the daemon controls; servo[0] is the first [servo NAME] of the device in
  * pokeysd.conf. Units are those of counts-per-unit. Outputs are parts of the full voltage.

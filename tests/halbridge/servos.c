@@ -117,7 +117,11 @@ static void a_daemon_that_is_gone_is_a_fault_of_a_motor_that_is_to_be_enabled(vo
 	rig.daemon.servo[X].position = 7;
 	rig_periods(&rig, 2);
 	rig.daemon_dead = true;
-	rig_periods(&rig, 200);
+	/* a pause for which the daemon itself does not stop a motor */
+	rig_periods(&rig, 90);
+	assert_false(rig.values.daemon_alive);
+	assert_true(x->enabled && !x->fault);
+	rig_periods(&rig, 20);
 	assert_false(x->enabled);
 	assert_true(x->fault);
 	assert_true(x->pos_fb == 7);
