@@ -309,102 +309,6 @@ static bool do_heat(struct sim_order *order)
 	return true;
 }
 
-#define MOTOR_KINDS "sign|antiphase|two-pwm|none"
-#define MOTOR_STATES "good|stalled|reversed|silent|cut"
-
-static bool motor_pin(struct sim_order *order, int at, uint8_t *pin)
-{
-	unsigned int number;
-
-	if (!pin_word(order, at, &number))
-		return false;
-	*pin = (uint8_t)number;
-	return true;
-}
-
-static bool motor_channel(struct sim_order *order, int at, uint8_t *channel)
-{
-	int64_t number;
-
-	if (!sim_order_integer(order, at, "channel", 0, 5, &number))
-		return false;
-	*channel = (uint8_t)number;
-	return true;
-}
-
-static bool fit_motor(struct sim_order *order, unsigned int encoder, enum sim_servo_kind kind)
-{
-	struct sim_servo servo = { .kind = kind, .enable = SIM_SERVO_NONE };
-	int at = 3;
-
-	if (!motor_channel(order, 2, &servo.pwm))
-		return false;
-	if (kind == SIM_SERVO_SIGN && !motor_pin(order, at++, &servo.other))
-		return false;
-	if (kind == SIM_SERVO_TWO_PWM && !motor_channel(order, at++, &servo.other))
-		return false;
-	if ((kind == SIM_SERVO_ANTIPHASE || order->word[at]) &&
-	    !motor_pin(order, at++, &servo.enable))
-		return false;
-	if (!sim_order_no_more(order, at))
-		return false;
-	sim_servo_fit(order->dev, encoder, &servo, &sim_motor_small);
-	return true;
-}
-
-static bool change_motor(struct sim_order *order, unsigned int encoder)
-{
-	struct sim_servo *servo = &order->dev->bench.servo[encoder];
-	unsigned int word;
-	int64_t torque;
-
-	if (!sim_order_choice(order, 1, "change", MOTOR_KINDS "|" MOTOR_STATES "|push", &word))
-		return false;
-	if (word < 3)
-		return fit_motor(order, encoder, (enum sim_servo_kind)word);
-	if (word == 3) {
-		if (!sim_order_no_more(order, 2))
-			return false;
-		sim_servo_remove(order->dev, encoder);
-		return true;
-	}
-	if (!servo->fitted) {
-		sim_text_add(order->why, "nothing is fitted to this encoder; fit a motor first");
-		return false;
-	}
-	if (word < 9) {
-		if (!sim_order_no_more(order, 2))
-			return false;
-		sim_motor_break(&servo->motor, (enum sim_motor_fault)(word - 4));
-		return true;
-	}
-	if (!sim_order_integer(order, 2, "torque in mNm", -100000, 100000, &torque) ||
-	    !sim_order_no_more(order, 3))
-		return false;
-	servo->motor.torque = (double)torque / 1000;
-	return true;
-}
-
-static bool do_motor(struct sim_order *order)
-{
-	const struct sim_servo *servo;
-	int64_t encoder;
-
-	if (!sim_order_integer(order, 0, "encoder", 0, SIM_ENCODERS - 1, &encoder))
-		return false;
-	if (order->word[1] && !change_motor(order, (unsigned int)encoder))
-		return false;
-	servo = &order->dev->bench.servo[encoder];
-	if (!servo->fitted) {
-		sim_text_add(order->out, "fitted=0\n");
-		return true;
-	}
-	sim_text_add(order->out, "fitted=1\nturns=%.4f\nrpm=%.1f\ncount=%d\noutput=%.4f\n",
-		     servo->motor.load / (2 * M_PI), servo->motor.speed * 30 / M_PI, servo->count,
-		     sim_servo_output(order->dev, (unsigned int)encoder));
-	return true;
-}
-
 static bool do_pwm(struct sim_order *order)
 {
 	const struct sim_pwm_config *pwm = &order->dev->config.pwm;
@@ -474,9 +378,6 @@ const struct sim_command sim_commands_io[] = {
 	{ "heat", "PIN [hotend|bed pwm|pin N | none | good|open|short|stuck|drift MK|out"
 	  " | fan 0|1]",
 	  "a heated block with its sensor at pin 41..47", do_heat },
-	{ "motor", "K [sign CHANNEL PIN [PIN] | antiphase CHANNEL PIN | two-pwm CHANNEL CHANNEL"
-	  " [PIN] | none | good|stalled|reversed|silent|cut | push MNM]",
-	  "a motor that turns encoder K; the last PIN enables it", do_motor },
 	{ "pwm", "", "PWM channels", do_pwm },
 	{ "key", "K 0|1", "key 0..127 of the matrix keyboard", do_key },
 	{ "lcd", "", "text on the display", do_lcd },

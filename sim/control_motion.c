@@ -6,6 +6,7 @@
  */
 #include "sim/control_part.h"
 
+#include <math.h>
 #include <string.h>
 
 static bool axis_word(struct sim_order *order, int i, unsigned int *axis)
@@ -136,6 +137,124 @@ static bool do_switch(struct sim_order *order)
 	return true;
 }
 
+#define MOTOR_KINDS "sign|antiphase|two-pwm|none"
+#define MOTOR_STATES "good|stalled|reversed|silent|cut"
+#define MOTOR_SWITCHES "minus|plus|home"
+
+static bool motor_pin(struct sim_order *order, int at, uint8_t *pin)
+{
+	int64_t number;
+
+	if (!sim_order_integer(order, at, "pin", 1, SIM_PINS, &number))
+		return false;
+	*pin = (uint8_t)(number - 1);
+	return true;
+}
+
+static bool motor_channel(struct sim_order *order, int at, uint8_t *channel)
+{
+	int64_t number;
+
+	if (!sim_order_integer(order, at, "channel", 0, 5, &number))
+		return false;
+	*channel = (uint8_t)number;
+	return true;
+}
+
+static bool fit_motor(struct sim_order *order, unsigned int encoder, enum sim_servo_kind kind)
+{
+	struct sim_servo servo = { .kind = kind, .enable = SIM_SERVO_NONE };
+	int at = 3;
+
+	if (!motor_channel(order, 2, &servo.pwm))
+		return false;
+	if (kind == SIM_SERVO_SIGN && !motor_pin(order, at++, &servo.other))
+		return false;
+	if (kind == SIM_SERVO_TWO_PWM && !motor_channel(order, at++, &servo.other))
+		return false;
+	if ((kind == SIM_SERVO_ANTIPHASE || order->word[at]) &&
+	    !motor_pin(order, at++, &servo.enable))
+		return false;
+	if (!sim_order_no_more(order, at))
+		return false;
+	sim_servo_fit(order->dev, encoder, &servo, &sim_motor_small);
+	return true;
+}
+
+/* minus|plus|home off | FROM TO [nc|no] PIN */
+static bool motor_switch(struct sim_order *order, struct sim_servo *servo, unsigned int which)
+{
+	struct sim_switch sw = { .wired = false };
+	int at = 3;
+
+	if (!order->word[2] || strcmp(order->word[2], "off")) {
+		at = interval(order, 2, &sw);
+		if (!at || !motor_pin(order, at++, &sw.pin))
+			return false;
+	}
+	if (!sim_order_no_more(order, at))
+		return false;
+	servo->end[which] = sw;
+	sim_servos_rewired(order->dev);
+	return true;
+}
+
+static bool change_motor(struct sim_order *order, unsigned int encoder)
+{
+	struct sim_servo *servo = &order->dev->bench.servo[encoder];
+	unsigned int word;
+	int64_t torque;
+
+	if (!sim_order_choice(order, 1, "change", MOTOR_KINDS "|" MOTOR_STATES "|push|"
+			      MOTOR_SWITCHES, &word))
+		return false;
+	if (word < 3)
+		return fit_motor(order, encoder, (enum sim_servo_kind)word);
+	if (word == 3) {
+		if (!sim_order_no_more(order, 2))
+			return false;
+		sim_servo_remove(order->dev, encoder);
+		return true;
+	}
+	if (!servo->fitted) {
+		sim_text_add(order->why, "nothing is fitted to this encoder; fit a motor first");
+		return false;
+	}
+	if (word < 9) {
+		if (!sim_order_no_more(order, 2))
+			return false;
+		sim_motor_break(&servo->motor, (enum sim_motor_fault)(word - 4));
+		return true;
+	}
+	if (word > 9)
+		return motor_switch(order, servo, word - 10);
+	if (!sim_order_integer(order, 2, "torque in mNm", -100000, 100000, &torque) ||
+	    !sim_order_no_more(order, 3))
+		return false;
+	servo->motor.torque = (double)torque / 1000;
+	return true;
+}
+
+static bool do_motor(struct sim_order *order)
+{
+	const struct sim_servo *servo;
+	int64_t encoder;
+
+	if (!sim_order_integer(order, 0, "encoder", 0, SIM_ENCODERS - 1, &encoder))
+		return false;
+	if (order->word[1] && !change_motor(order, (unsigned int)encoder))
+		return false;
+	servo = &order->dev->bench.servo[encoder];
+	if (!servo->fitted) {
+		sim_text_add(order->out, "fitted=0\n");
+		return true;
+	}
+	sim_text_add(order->out, "fitted=1\nturns=%.4f\nrpm=%.1f\ncount=%d\noutput=%.4f\n",
+		     servo->motor.load / (2 * M_PI), servo->motor.speed * 30 / M_PI, servo->count,
+		     sim_servo_output(order->dev, (unsigned int)encoder));
+	return true;
+}
+
 /* probe AXIS FROM TO [nc|no] pin N | input N */
 static bool do_probe(struct sim_order *order)
 {
@@ -263,6 +382,10 @@ const struct sim_command sim_commands_motion[] = {
 	  "show an axis; put its machine somewhere; fasten an encoder to it", do_axis },
 	{ "switch", "A minus|plus|home off | FROM TO [nc|no] [PIN]",
 	  "a switch of the machine, actuated from FROM to TO", do_switch },
+	{ "motor", "K [sign CHANNEL PIN [PIN] | antiphase CHANNEL PIN | two-pwm CHANNEL CHANNEL"
+	  " [PIN] | none | good|stalled|reversed|silent|cut | push MNM | minus|plus|home off"
+	  " | minus|plus|home FROM TO [nc|no] PIN]",
+	  "a motor that turns encoder K, enabled by the last PIN; its switches", do_motor },
 	{ "probe", "off | A FROM TO [nc|no] pin|input N", "what the probe touches", do_probe },
 	{ "emergency", "[pressed|released|nc|no|off]", "the emergency button", do_emergency },
 	{ "driver-error", "A 0|1", "error input of a motor driver", do_driver_error },

@@ -141,6 +141,7 @@ struct sim_bench {
 	struct sim_source analog[SIM_ANALOGS];
 	struct sim_oven oven[SIM_ANALOGS];
 	struct sim_servo servo[SIM_ENCODERS];
+	bool servo_switches;		/* some of them have one, sim_servos_rewired() */
 	uint64_t blinking;		/* pins which toggle by themselves, sim_bench_blink() */
 	uint32_t blink_ms[SIM_PINS];	/* and their half periods */
 	struct sim_bus_bench bus;

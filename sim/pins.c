@@ -74,6 +74,8 @@ static unsigned int level_of(const struct sim_device *dev, unsigned int pin, uns
 	if (bench->wire[pin] < SIM_PINS)
 		return hops ? level_of(dev, bench->wire[pin], hops - 1) : 1;
 	driven = sim_machine_pin(&dev->bench.machine, pin, emergency_pin(dev));
+	if (driven < 0)
+		driven = sim_servos_pin(dev, pin);
 	if (driven >= 0)
 		return (unsigned int)driven;
 	return bench->level >> pin & 1;

@@ -20,11 +20,39 @@ void sim_servo_fit(struct sim_device *dev, unsigned int encoder, const struct si
 	fitted->fitted = true;
 	sim_motor_init(&fitted->motor, config);
 	fitted->count = sim_motor_count(&fitted->motor);
+	sim_servos_rewired(dev);
 }
 
 void sim_servo_remove(struct sim_device *dev, unsigned int encoder)
 {
 	dev->bench.servo[encoder].fitted = false;
+	sim_servos_rewired(dev);
+}
+
+void sim_servos_rewired(struct sim_device *dev)
+{
+	dev->bench.servo_switches = false;
+	for (unsigned int i = 0; i < SIM_ENCODERS; i++) {
+		const struct sim_servo *servo = &dev->bench.servo[i];
+
+		for (unsigned int k = 0; k < 3; k++)
+			dev->bench.servo_switches |= servo->fitted && servo->end[k].wired;
+	}
+	dev->dirty = true;
+}
+
+int sim_servos_pin(const struct sim_device *dev, unsigned int pin)
+{
+	if (!dev->bench.servo_switches)
+		return -1;
+	for (unsigned int i = 0; i < SIM_ENCODERS; i++) {
+		const struct sim_servo *servo = &dev->bench.servo[i];
+
+		for (unsigned int k = 0; k < 3 && servo->fitted; k++)
+			if (servo->end[k].wired && servo->end[k].pin == pin)
+				return (int)sim_switch_level(&servo->end[k], servo->count);
+	}
+	return -1;
 }
 
 static double duty_of(const struct sim_device *dev, unsigned int channel)
@@ -67,4 +95,6 @@ void sim_servos_slot(struct sim_device *dev)
 		sim_encoder_turn(dev, i, (int32_t)((uint32_t)count - (uint32_t)servo->count));
 		servo->count = count;
 	}
+	if (dev->bench.servo_switches)
+		dev->dirty = true;
 }

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "sim/mechanics.h"
 #include "sim/motor.h"
 
 /*
@@ -27,6 +28,7 @@ struct sim_servo {
 	uint8_t other;		/* SIGN: pin, from 0; TWO_PWM: channel */
 	uint8_t enable;		/* pin, from 0; SIM_SERVO_NONE: it is always enabled */
 	int32_t count;		/* of the motor's encoder, when it turned the shaft last */
+	struct sim_switch end[3];	/* minus, plus, home; from..to in counts, on a pin */
 	struct sim_motor motor;
 };
 
@@ -41,6 +43,12 @@ void sim_servo_remove(struct sim_device *dev, unsigned int encoder);
 
 /* What the device drives it with, -1 to 1. */
 double sim_servo_output(const struct sim_device *dev, unsigned int encoder);
+
+/* To be called when a switch of a motor was wired, or a motor with switches was removed. */
+void sim_servos_rewired(struct sim_device *dev);
+
+/* The level that a motor's switch puts on a pin, or -1 if there is none. */
+int sim_servos_pin(const struct sim_device *dev, unsigned int pin);
 
 /* A millisecond. */
 void sim_servos_slot(struct sim_device *dev);

@@ -190,6 +190,42 @@ static void heat_goes_from_an_output_to_an_input(void **state)
 	must("heat 41 drift -500");
 }
 
+static void a_motor_moves_its_switches(void **state)
+{
+	const struct sim_servo *servo = &rig.device.bench.servo[1];
+
+	(void)state;
+	begin();
+	must("preset servo-mill");
+	must("motor 1 minus -1000000 -300 12");
+	must("motor 1 home -1000000 -100 no 13");
+	must("motor 1 plus 400 1000000 14");
+	must_say("pin 12", "level=0\n");
+	must_say("pin 13", "level=1\n");
+	must_say("pin 14", "level=0\n");
+	/* forward */
+	must("field pwm.enabled 0 2");
+	must("field pwm.duty 1 200");
+	sim_pins_write(&rig.device, UINT64_C(1) << 35, UINT64_C(1) << 35);
+	pass(1);
+	assert_true(servo->count > 400);
+	must_say("pin 14", "level=1\n");
+	must_say("pin 12", "level=0\n");
+	/* and back */
+	sim_pins_write(&rig.device, UINT64_C(1) << 31, UINT64_C(1) << 31);
+	while (servo->count >= -300)
+		pass(1);
+	must_say("pin 12", "level=1\n");
+	must_say("pin 13", "level=0\n");
+	must_say("pin 14", "level=0\n");
+	must("motor 1 minus off");
+	must("motor 1 home -5 -4 12");
+	must_say("pin 12", "level=0\n");
+	must("motor 1 none");
+	must_say("pin 12", "level=1\n");
+	must_say("pin 14", "level=1\n");
+}
+
 static void the_link_is_spoilt_by_command(void **state)
 {
 	(void)state;
@@ -243,6 +279,7 @@ static void bad_commands_change_nothing(void **state)
 {
 	static const char *const bad[] = {
 		"pin", "pin 0", "pin 56", "pin x", "pin 1 2", "pin 1 1 1", "pin 9999999999999999",
+		"motor 0 minus 1 2 3", "motor 26", "motor 0 home",
 		"wire 1", "wire 1 2 3", "blink 1 -1", "function 1 256", "encoder 26",
 		"encoder 1 count", "encoder 1 spin 4", "encoder 1 count 1.5", "analog 40 1",
 		"analog 41 4096", "analog 41 wave 1 2", "heat 40", "heat 41 open",
@@ -382,6 +419,7 @@ int main(void)
 		cmocka_unit_test(commands_move_the_bench),
 		cmocka_unit_test(machines_are_built_by_command),
 		cmocka_unit_test(heat_goes_from_an_output_to_an_input),
+		cmocka_unit_test(a_motor_moves_its_switches),
 		cmocka_unit_test(the_link_is_spoilt_by_command),
 		cmocka_unit_test(what_was_printed_can_be_read_again),
 		cmocka_unit_test(bad_commands_change_nothing),
