@@ -25,6 +25,7 @@ import jogging  # noqa: E402
 import lathe  # noqa: E402
 import one_switch  # noqa: E402
 import restarts  # noqa: E402
+import servo_mill  # noqa: E402
 import track  # noqa: E402
 from safety import safety, status  # noqa: E402
 
@@ -50,7 +51,8 @@ class Machinist:
         ini = linuxcnc.ini(sys.argv[sys.argv.index("-ini") + 1])
         self.name = FOLDER.name
         self.joints = range(int(ini.find("KINS", "JOINTS")))
-        self.scale = [float(ini.find(f"JOINT_{j}", "SCALE")) for j in self.joints]
+        self.scale = [float(ini.find(f"JOINT_{j}", "SCALE") or servo_mill.SCALE) for j in self.joints]
+        self.motor = "servo" if self.name == "servo-mill" else "joint"
 
     def tell(self, text):
         print(text, file=self.report)
@@ -87,7 +89,10 @@ class Machinist:
         return [round(hal.get_value(f"joint.{j}.motor-pos-cmd") * self.scale[j]) for j in self.joints]
 
     def settled(self):
-        """All axes stand where LinuxCNC has them, to the pulse."""
+        """All axes stand where LinuxCNC has them, to the pulse; motors with an encoder nearly so."""
+        if self.motor == "servo":
+            servo_mill.settled(self)
+            return
         self.until("the device where it was sent", lambda _: self.pulses()[0] == self.commanded(), 60)
 
     # ---- what a machinist does
@@ -99,12 +104,14 @@ class Machinist:
             assert time.monotonic() < end, f"the machine does not come on; LinuxCNC said {self.said}"
 
     def comes_on(self):
+        if self.motor == "servo":
+            servo_mill.reset(self)
         self.command.state(linuxcnc.STATE_ESTOP_RESET)
         if not self.within(20, lambda s: s.task_state != linuxcnc.STATE_ESTOP):
             return False
         self.command.state(linuxcnc.STATE_ON)
         return self.within(20, lambda s: s.task_state == linuxcnc.STATE_ON and
-                           all(hal.get_value(f"pokeys.0.joint.{j:02}.enabled") for j in self.joints))
+                           all(hal.get_value(f"pokeys.0.{self.motor}.{j:02}.enabled") for j in self.joints))
 
     def within(self, limit, test):
         end = time.monotonic() + limit
@@ -152,7 +159,7 @@ class Machinist:
     def all_homed(self):
         return all(self.stat.homed[j] for j in self.joints)
 
-    def homes_at(self, name, places):
+    def homes_at(self, name, places, near=0):
         """Each joint where its switch is: (its edge in pulses, HOME_OFFSET). LinuxCNC takes the
         first feedback that shows the switch beyond its edge. How far beyond depends on how fast
         it goes and how late it is told; between which two of the feedback the edge lies is recorded.
@@ -165,7 +172,7 @@ class Machinist:
             went = [place for place, _ in itertools.groupby(round(place[joint] * scale) for place in feedback)]
             over = [went[i:i + BEHIND] for i in range(1, len(went))
                     if min(went[i - 1], went[i]) <= edge <= max(went[i - 1], went[i])]
-            assert any(seen in places for places in over), \
+            assert any(abs(seen - place) <= near for places in over for place in places), \
                 f"joint {joint} homed at {seen} pulses, its switch is at {edge}, beyond which it was at {over}"
             self.tell(f"{name}: joint {joint} saw its switch at {seen} pulses, it is at {edge}")
 
@@ -438,6 +445,7 @@ WORK = {"first_cut": first_cut, "device_homing": device_homing,
         "one_switch": one_switch_is_home_and_limit, "one_switch_device_homing": one_switch_for_the_device,
         "jogging": jogging.jogging,
         "gantry": gantry.gantry, "lathe": lathe.lathe,
+        "servo_mill": servo_mill.servo_mill,
         "device_thread": lathe.device_thread, "restarts": restarts.restarts}
 
 
