@@ -32,14 +32,18 @@ static bool doubted(const struct device *device)
 	return plan_doubts(device) || restart_doubted(device);
 }
 
-static void show(struct device *device, unsigned int i)
+/* `asked_ns`: when what was decoded now was asked for. */
+static void show(struct device *device, unsigned int i, uint64_t asked_ns)
 {
+	if (device->image.encoder_t_ns[i] != device->encoder[i].t_ns)
+		device->encoder[i].asked_ns = asked_ns;
 	device->image.encoder[i] = device->encoder[i].count;
 	device->image.encoder_t_ns[i] = device->encoder[i].t_ns;
 	device->image.encoder_resync[i] = device->encoder[i].resync;
 }
 
-static void take_low_bytes(struct device *device, const struct wire_io_rep *io, uint64_t t_ns)
+static void take_low_bytes(struct device *device, const struct wire_io_rep *io,
+			   uint64_t asked_ns, uint64_t t_ns)
 {
 	for (unsigned int i = 0; i < WIRE_BASIC_ENCODERS; i++) {
 		enum encoder_verdict verdict;
@@ -50,12 +54,12 @@ static void take_low_bytes(struct device *device, const struct wire_io_rep *io, 
 					   sample_ns(device));
 		if (verdict != ENCODER_TAKEN || device->one_shots.armed >> i & 1)
 			slow_encoders_now(device, i / WIRE_ENCODER_BANK);
-		show(device, i);
+		show(device, i, asked_ns);
 	}
 }
 
 /* The ultra-fast one comes whole: nothing to reconstruct. */
-static void take_ultra(struct device *device, int32_t count, uint64_t t_ns)
+static void take_ultra(struct device *device, int32_t count, uint64_t asked_ns, uint64_t t_ns)
 {
 	struct encoder *encoder = &device->encoder[WIRE_ENCODER_ULTRA];
 
@@ -64,7 +68,7 @@ static void take_ultra(struct device *device, int32_t count, uint64_t t_ns)
 	if (operation_index_seen(device, WIRE_ENCODER_ULTRA, count, t_ns))
 		encoder_forget(encoder);
 	encoder_whole(encoder, count, t_ns);
-	show(device, WIRE_ENCODER_ULTRA);
+	show(device, WIRE_ENCODER_ULTRA, asked_ns);
 }
 
 /* Over a silence the low bytes say nothing: as soon as there is no doubt any more. */
@@ -96,8 +100,8 @@ void decode_io(struct device *device, const mailbox_entry_t *entry)
 		ask_all_bits(device);
 		return;
 	}
-	take_low_bytes(device, &io, t);
-	take_ultra(device, (int32_t)io.ultra, t);
+	take_low_bytes(device, &io, entry->timestamp_first_sent, t);
+	take_ultra(device, (int32_t)io.ultra, entry->timestamp_first_sent, t);
 	image->t_encoder_ns = t;
 }
 
@@ -120,7 +124,7 @@ void decode_encoders(struct device *device, unsigned int bank, const mailbox_ent
 		if (encoder_exact(&device->encoder[n], reply.value[i], entry->timestamp_first_sent,
 				  t, sample_ns(device)) != ENCODER_TAKEN)
 			slow_encoders_now(device, bank);
-		show(device, n);
+		show(device, n, entry->timestamp_first_sent);
 	}
 }
 

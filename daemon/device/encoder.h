@@ -11,7 +11,8 @@
 
 struct encoder {
 	int32_t count;		/* last one that is certain; wraps at 2^32 */
-	uint64_t t_ns;		/* when it was sampled */
+	uint64_t t_ns;		/* when it was sampled: when its answer came */
+	uint64_t asked_ns;	/* ... and not before it was asked for */
 	double rate;		/* counts per ns, of late */
 	bool known;		/* count is the device's, not just a start value */
 	bool doubt;		/* 8-bit samples are ignored until a 32-bit one comes */

@@ -182,6 +182,7 @@ static struct servo_input input_of(const struct device *device, unsigned int i)
 	return (struct servo_input){
 		.counts = device->image.encoder[config->encoder],
 		.read_ns = device->image.encoder_t_ns[config->encoder],
+		.asked_ns = device->encoder[config->encoder].asked_ns,
 		.usable = is_usable(device, i),
 		.epoch = (uint32_t)device->servoings.counts_epoch[config->encoder] << 8 |
 			 device->image.encoder_epoch,

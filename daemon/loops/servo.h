@@ -86,6 +86,7 @@ extern const struct servo_config servo_usual;
 struct servo_input {
 	int32_t counts;		/* of the encoder; they go on after the largest with the smallest */
 	uint64_t read_ns;	/* when they were read; 0: never */
+	uint64_t asked_ns;	/* perhaps they are as old as that; 0: no older than read_ns */
 	bool usable;		/* the device is found and configured */
 	uint32_t epoch;		/* another number: its counters may have lost their counts */
 	uint32_t slips;		/* another number: the counts of before were wrong */
@@ -108,6 +109,7 @@ struct servo {
 	bool primed;		/* there is a count that the next one can be compared with */
 	int32_t last;		/* count */
 	uint64_t read_ns;	/* when that was read */
+	uint64_t asked_ns;	/* ... at the earliest */
 	uint32_t epoch, slips;	/* of the device, then */
 	int64_t counts;		/* since the start */
 	double offset;		/* of the position, units */

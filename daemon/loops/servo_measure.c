@@ -3,9 +3,10 @@
  * Where the axis is, and how fast it moves.
  *
  * Speeds are those between the times of the readings, not between cycles: a reply that comes late
- * is no slow motor. Once the device was lost, its counters have begun anew, or the encoder has
- * jumped, nobody knows how much it has moved, and the axis is not homed any more. Its position goes
- * on from the last one, so that a position that is shown never jumps by itself.
+ * is no slow motor. Nor is it an encoder that jumps with the next reply, which comes in time: a
+ * count may be as old as its question. Once the device was lost, its counters have begun anew, or
+ * the encoder has jumped, nobody knows how much it has moved, and the axis is not homed any more.
+ * Its position goes on from the last one, so that a position that is shown never jumps by itself.
  */
 
 #include <math.h>
@@ -16,13 +17,19 @@
 #define FUTURE_NS UINT64_C(1000000)	/* clocks and roundings of the caller */
 #define KNOWN_MOST 1073741824.0	/* counts; what may be more may be anything */
 
+static void keep_times(struct servo *servo, const struct servo_input *input, uint64_t read_ns)
+{
+	servo->read_ns = read_ns;
+	servo->asked_ns = input->asked_ns && input->asked_ns < read_ns ? input->asked_ns : read_ns;
+}
+
 static void begin(struct servo *servo, const struct servo_input *input, uint64_t read_ns)
 {
 	servo->primed = true;
 	servo->last = input->counts;
 	servo->epoch = input->epoch;
 	servo->slips = input->slips;
-	servo->read_ns = read_ns;
+	keep_times(servo, input, read_ns);
 	servo->rate = servo->raw_rate = 0;
 }
 
@@ -40,12 +47,13 @@ static enum servo_fault take(struct servo *servo, const struct servo_input *inpu
 	const struct servo_config *config = &servo->config;
 	const int32_t moved = (int32_t)((uint32_t)input->counts - (uint32_t)servo->last);
 	const double seconds = (double)(read_ns - servo->read_ns) / SECOND;
-	const double explained = config->speed_jump * fabs(config->scale) * seconds + JUMP_COUNTS;
+	const double since_s = (double)(read_ns - servo->asked_ns) / SECOND;
+	const double explained = config->speed_jump * fabs(config->scale) * since_s + JUMP_COUNTS;
 
 	if (fabs((double)moved) > explained || explained > KNOWN_MOST)
 		return lose(servo, SERVO_JUMP);
 	servo->last = input->counts;
-	servo->read_ns = read_ns;
+	keep_times(servo, input, read_ns);
 	servo->counts += moved;
 	servo->position = (double)servo->counts / config->scale + servo->offset;
 	way->moved = moved / config->scale;

@@ -429,6 +429,39 @@ static void what_is_no_configuration(void **state)
 	assert_null(servo_init(&axis.servo, &servo_usual));
 }
 
+static void go_on(double way)
+{
+	axis.wish.position += way;
+	axis_step(&axis);
+}
+
+/* What came late was counted before; the next answer comes in time. */
+static void a_late_answer_makes_no_jump_of_the_next_one(void **state)
+{
+	const double way = 0.3;
+
+	(void)state;
+	axis_enable(&axis);
+	axis.wish.velocity = NAN;
+	for (int i = 0; i < 500; i++)
+		go_on(way * fmin(i / 200.0, 1));
+	for (int i = 0; i < 20; i++) {
+		const uint64_t asked_ns = axis.count_ns;
+
+		axis.silent = true;
+		for (int k = 0; k < 3; k++)
+			go_on(way);
+		axis.count_ns = axis.now_ns;
+		axis.input.asked_ns = asked_ns;
+		axis.silent = false;
+		go_on(way);
+		axis.input.asked_ns = 0;
+		for (int k = 0; k < 100; k++)
+			go_on(way);
+		axis_expect_fault(&axis, SERVO_FINE);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -445,6 +478,7 @@ int main(void)
 		cmocka_unit_test_setup(it_is_enabled_only_where_it_is, begin),
 		cmocka_unit_test_setup(a_position_can_be_given_while_it_is_off, begin),
 		cmocka_unit_test_setup(counts_go_on_after_the_largest, begin),
+		cmocka_unit_test_setup(a_late_answer_makes_no_jump_of_the_next_one, begin),
 		cmocka_unit_test(what_is_no_configuration),
 	};
 
