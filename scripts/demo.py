@@ -3,8 +3,9 @@
 """The whole way of the data, live, without hardware.
 
 Starts the simulator, the daemon and LinuxCNC's HAL with pokeys_shm; drives an
-axis, an output and a heater through pins; shows what comes back; judges it; ends
-with one line and a status. Started by scripts/demo, inside its isolation.
+axis, a servo motor, an output and a heater through pins; shows what comes back;
+judges it; ends with one line and a status. Started by scripts/demo, inside its
+isolation.
 
 /usr/bin/python3 because LinuxCNC's Python module belongs to Debian's Python.
 """
@@ -30,6 +31,15 @@ BEHIND = 5.0  # mm; the median distance of the axis to its command must not exce
 OUT_PIN, IN_PIN = 30, f"pin.{8:02}.in-not"
 HOT = 40.0  # degrees C; where the simulated hot end is within ten seconds
 HEATER_PIN, HEATER_PWM = 44, 1
+# terminals for the motor's encoder, direction and enable wire
+MOTOR, MOTOR_PWM, MOTOR_ENCODER, MOTOR_DIRECTION, MOTOR_ENABLE = 4, 0, (23, 24), 36, 37
+# a screw of 5 mm on the simulator's motor; generous, so that a machine that stops for a moment does not stop the motor
+SERVO = {"encoder": MOTOR, "counts-per-unit": 400, "pwm": MOTOR_PWM, "direction-pin": MOTOR_DIRECTION,
+         "enable-pin": MOTOR_ENABLE, "max-speed": 100, "impossible-speed": 9000, "pid-p": 1, "pid-i": 10, "pid-d": 0.01,
+         "velocity-gain": 0.0026, "smooth-s": 0.001, "min-following-error": 20, "max-following-error": 40,
+         "max-age-ms": 100, "stall-s": 3, "silent-s": 1, "runaway-distance": 50}
+OFF = 0.1  # mm; as near is the motor to its command in the end
+STEP = 0.5  # mm; its command changes by no more at once
 SOCKET = 3  # of scripts/listen
 # what the daemon's log says where it withdraws the permission to move
 WITHDREW = "lost (was", "safe state", "heartbeat is", "stopped by"
@@ -51,20 +61,25 @@ class Demo(Rig):
     def __init__(self, build, seconds):
         super().__init__(build, "demo")
         self.seconds, self.pins, self.followed, self.cold_since = seconds, None, 0.0, 0.0
+        self.stood_since, self.begin = 0.0, 0.0  # of the motor; its position less the path
         self.records = self.run / "records"
 
     def start(self):
         cpus = sorted(os.sched_getaffinity(0))
         self.records.mkdir()
-        (script := self.run / "bench").write_text(f"heat {HEATER_PIN} hotend pwm {HEATER_PWM}\n")
+        (script := self.run / "bench").write_text(f"heat {HEATER_PIN} hotend pwm {HEATER_PWM}\n"
+                                                  f"motor {MOTOR} sign {MOTOR_PWM} {MOTOR_DIRECTION} {MOTOR_ENABLE}\n")
         self.start_simulator("--service-us", "100", "--script", script)
         self.start_daemon({"record-folder": self.records, **({"cpu": cpus[-1]} if len(cpus) > 1 else {})},
-                          {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position", "pwm-period": 2500000,
+                          {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position", "pwm-period": 1250,
+                           f"encoder.{MOTOR}.enable": "on", f"encoder.{MOTOR}.sampling": 4,
+                           f"encoder.{MOTOR}.pins": "{}, {}".format(*MOTOR_ENCODER),
                            # long, so that a machine that stops for a second or two does not fail the demo
                            "heartbeat-timeout-ms": 20000, "lost-after-ms": 20000},
-                          {"hotend": {"sensor-pin": HEATER_PIN, "sensor": "thermistor", "pwm": HEATER_PWM,
-                                      "max-temperature": 280, "max-age-ms": 2000}})
-        self.start_hal("names=heaters")
+                          {"heater hotend": {"sensor-pin": HEATER_PIN, "sensor": "thermistor", "pwm": HEATER_PWM,
+                                             "max-temperature": 280, "max-age-ms": 2000},
+                           "servo motor": SERVO})
+        self.start_hal("names=loops")
         self.make_pins()
 
     def make_pins(self):
@@ -72,14 +87,17 @@ class Demo(Rig):
         self.pins = hal.component("demo")
         for name, kind in (("machine-on", hal.HAL_BIT), ("enable", hal.HAL_BIT),
                            ("out", hal.HAL_BIT), ("pos", hal.HAL_FLOAT), ("target", hal.HAL_FLOAT),
-                           ("reset", hal.HAL_BIT)):
+                           ("reset", hal.HAL_BIT), ("servo-on", hal.HAL_BIT), ("servo-pos", hal.HAL_FLOAT),
+                           ("servo-reset", hal.HAL_BIT)):
             self.pins.newpin(name, kind, hal.HAL_OUT)
         self.pins.ready()
         self.halcmd("setp", "pokeys.0.joint.00.scale", str(SCALE))
         self.halcmd("setp", "pokeys.0.encoder.00.scale", str(SCALE * COUNTS))
         for pin, target in (("machine-on", "machine-is-on"), ("enable", "joint.00.enable"),
                             ("out", f"pin.{OUT_PIN:02}.out"), ("pos", "joint.00.pos-cmd"),
-                            ("target", "heater.00.target"), ("reset", "heater.00.reset")):
+                            ("target", "heater.00.target"), ("reset", "heater.00.reset"),
+                            ("servo-on", "servo.00.enable"), ("servo-pos", "servo.00.pos-cmd"),
+                            ("servo-reset", "servo.00.reset")):
             self.halcmd("net", f"demo-{pin}", f"demo.{pin}", f"pokeys.0.{target}")
         self.halcmd("start")
 
@@ -104,7 +122,7 @@ class Demo(Rig):
     def line(self, elapsed, out):
         g = self.get
         return (f"{elapsed:5.1f} s  cmd {self.pins['pos']:7.3f} mm  pos {g('joint.00.pos-fb'):7.3f} mm"
-                f"  encoder {g('encoder.00.count'):7d}  out {out:d} in-not {g(IN_PIN):d}"
+                f"  motor {g('servo.00.pos-fb'):7.3f} mm  out {out:d} in-not {g(IN_PIN):d}"
                 f"  heater {g('heater.00.temperature'):4.1f} C  age {g('age-us'):6.0f} us  rtt {g('rtt-us'):5.0f} us")
 
     def toggle(self, elapsed):
@@ -122,6 +140,24 @@ class Demo(Rig):
             self.cold_since = now
         self.pins["reset"] = fault
         self.pins["target"] = HOT if now - self.cold_since > 0.5 else 0.0
+
+    def follow(self, path):
+        """Let the motor follow the path. One that a busy computer has stopped needs a reset, off, and its own position."""
+        now, pins = time.monotonic(), self.pins
+        if self.get("servo.00.fault") or self.get("servo.00.condition"):
+            self.stood_since = now
+            pins["servo-on"] = False
+        pins["servo-reset"] = bool(self.get("servo.00.fault"))
+        if not pins["servo-on"]:
+            pins["servo-pos"] = self.get("servo.00.pos-fb")
+            self.begin = pins["servo-pos"] - path
+            pins["servo-on"] = now - self.stood_since > 0.5
+        pins["servo-pos"] += max(-STEP, min(STEP, self.begin + path - pins["servo-pos"]))
+
+    def is_there(self):
+        self.follow(self.pins["pos"])
+        return (self.get("servo.00.enabled") and
+                abs(self.get("servo.00.pos-fb") - self.begin - self.pins["pos"]) < OFF)
 
     def start_gateway(self):
         """On the socket that scripts/listen has made. Returns the address of the page."""
@@ -145,6 +181,7 @@ class Demo(Rig):
             self.pins["pos"] = STROKE / 2 * (1 - math.cos(2 * math.pi * elapsed / MOVE_S))
             self.toggle(elapsed)
             self.heat()
+            self.follow(self.pins["pos"])
             yield elapsed
             time.sleep(0.002)
 
@@ -192,6 +229,7 @@ class Demo(Rig):
         """Judge what happened, not when: a busy machine may be late and still correct."""
         for target in (STROKE, REST):
             self.go_to(target)
+        self.wait_for("the motor at its commanded position", self.is_there, PATIENCE_S)
         self.wait_for(f"the heater at {HOT} C", self.is_hot, PATIENCE_S)
         self.wait_for(f"{IN_PIN} following the output", lambda: self.get(IN_PIN) == self.pins["out"], PATIENCE_S)
         if not ages or not behind:

@@ -100,24 +100,24 @@ class Rig:
                    "--address", address, "--control", socket, "--preset", "demo", *options)
         self.wait_for("the simulator's control socket", socket.exists, PATIENCE_S, name)
 
-    def start_daemon(self, daemon, device, heaters=None):
-        """`daemon` and `device` are dicts of keys for the two sections; `heaters` has one for each heater's name."""
-        self.start_daemon_with(daemon, {self.device: {"address": self.address, **device}}, heaters)
+    def start_daemon(self, daemon, device, loops=None):
+        """`daemon` and `device` are dicts of keys for the two sections; `loops` has one for each "heater NAME" and "servo NAME"."""
+        self.start_daemon_with(daemon, {self.device: {"address": self.address, **device}}, loops)
         self.wait_for("the device running", self.is_fresh, PATIENCE_S, "pokeysd")
 
-    def configure(self, daemon, devices, heaters=None):
-        """pokeysd.conf; `devices` has a dict of keys for each device's name, `heaters` for each heater's."""
+    def configure(self, daemon, devices, loops=None):
+        """pokeysd.conf; `devices` has a dict of keys for each device's name, `loops` as in start_daemon()."""
         conf = self.run / "pokeysd.conf"
         daemon = {"runtime-directory": self.run / "pokeysd", "realtime": "optional", **daemon}
         sections = {"daemon": daemon, **{f"device {name}": keys for name, keys in devices.items()},
-                    **{f"heater {name}": keys for name, keys in (heaters or {}).items()}}
+                    **(loops or {})}
         conf.write_text("".join(f"[{section}]\n" + "".join(f"{k} = {v}\n" for k, v in keys.items())
                                 for section, keys in sections.items()))
         return conf
 
-    def start_daemon_with(self, daemon, devices, heaters=None):
+    def start_daemon_with(self, daemon, devices, loops=None):
         """As configure(); none of the devices is waited for."""
-        conf = self.configure(daemon, devices, heaters)
+        conf = self.configure(daemon, devices, loops)
         self.spawn("pokeysd", self.build / "daemon/control/pokeysd", "--config", conf)
         self.wait_for("the daemon's shared memory", (self.run / "pokeysd/current").exists, PATIENCE_S, "pokeysd")
 
