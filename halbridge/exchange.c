@@ -34,6 +34,7 @@ enum { DIAGNOSE_EVERY = 16 };		/* periods, a power of 2 */
 void exchange_init(struct exchange *exchange, uint32_t session)
 {
 	memset(exchange, 0, sizeof(*exchange));
+	exchange->state = &exchange->image[0];
 	link_init(&exchange->link);
 	one_shot_begin(&exchange->queue, &exchange->command, session);
 	keys_init(&exchange->keys);
@@ -67,10 +68,10 @@ static void read_analog(struct exchange *exchange, struct values *values, unsign
 
 	if (!fresh)
 		return;
-	shown = exchange->state.analog[i] * VOLTS_PER_COUNT * scale - offset;
-	if (shown == value->value && value->raw == exchange->state.analog[i])
+	shown = exchange->state->analog[i] * VOLTS_PER_COUNT * scale - offset;
+	if (shown == value->value && value->raw == exchange->state->analog[i])
 		return;
-	value->raw = exchange->state.analog[i];
+	value->raw = exchange->state->analog[i];
 	value->value = shown;
 	values_changed(values, BLOCK_ANALOG);
 }
@@ -82,7 +83,7 @@ static bool read_index(struct exchange *exchange, struct values *values, unsigne
 	struct value_encoder *value = &values->encoder[i];
 	bool wanted = value->index_enable;
 
-	if (encoder_index_read(&exchange->encoder[i], value, i, &exchange->state, &exchange->queue,
+	if (encoder_index_read(&exchange->encoder[i], value, i, exchange->state, &exchange->queue,
 			       now_ns, &exchange->refusals))
 		values->one_shot_failed_count++;
 	return value->index_enable != wanted;
@@ -94,11 +95,11 @@ static bool read_orders(struct exchange *exchange, struct values *values, unsign
 {
 	struct encoder *encoder = &exchange->encoder[i];
 	const struct value_encoder *value = &values->encoder[i];
-	const bool changed = fresh && !encoder_index_idle(encoder, value, i, &exchange->state) &&
+	const bool changed = fresh && !encoder_index_idle(encoder, value, i, exchange->state) &&
 			     read_index(exchange, values, i, now_ns);
 
 	if (!encoder_set_idle(encoder, value) &&
-	    encoder_set_read(encoder, i, &exchange->state, &exchange->queue))
+	    encoder_set_read(encoder, i, exchange->state, &exchange->queue))
 		values->one_shot_failed_count++;
 	encoder_settle(encoder);
 	return changed;
@@ -107,7 +108,7 @@ static bool read_orders(struct exchange *exchange, struct values *values, unsign
 static void read_encoders(struct exchange *exchange, struct values *values, bool fresh,
 			  uint64_t now_ns)
 {
-	const struct pokeys_state *state = &exchange->state;
+	const struct pokeys_state *state = exchange->state;
 
 	exchange->encoders_moved = 0;
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
@@ -139,7 +140,7 @@ static void read_encoders(struct exchange *exchange, struct values *values, bool
 
 static void read_flags(struct exchange *exchange, struct values *values, bool fresh)
 {
-	const struct pokeys_state *state = &exchange->state;
+	const struct pokeys_state *state = exchange->state;
 	uint32_t flags = fresh ? state->flags : 0;
 
 	values->machine_on_permitted = flags & POKEYS_STATE_MACHINE_ON;
@@ -159,7 +160,7 @@ static void read_flags(struct exchange *exchange, struct values *values, bool fr
 static void read_engine(struct exchange *exchange, struct values *values, bool fresh,
 			bool restarted, uint64_t now_ns)
 {
-	const struct pokeys_engine *engine = &exchange->state.engine;
+	const struct pokeys_engine *engine = &exchange->state->engine;
 	bool changed = fresh && news(&exchange->engine, engine, sizeof(*engine),
 				     !exchange->engine_begun);
 
@@ -189,7 +190,7 @@ static bool moves_motors(const struct exchange *exchange, const struct values *v
 			 uint64_t now_ns)
 {
 	return values->daemon_alive ||
-	       pokeys_age_ns(exchange->state.t_publish_ns, now_ns) <= POKEYS_SERVO_STALE_MOST_NS;
+	       pokeys_age_ns(exchange->state->t_publish_ns, now_ns) <= POKEYS_SERVO_STALE_MOST_NS;
 }
 
 static void take_news(struct exchange *exchange, struct values *values,
@@ -207,22 +208,22 @@ static void take_news(struct exchange *exchange, struct values *values,
 	}
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++) {
 		if (news->new_daemon && encoder_set_forget(&exchange->encoder[i],
-							   exchange->state.encoder_t_ns[i]))
+							   exchange->state->encoder_t_ns[i]))
 			values->one_shot_failed_count++;
 		if (news->counts_anew)
 			encoder_restarted(&exchange->encoder[i], values->encoder_keep_count);
 		else if (news->new_daemon)
 			encoder_index_forget(&exchange->encoder[i]);
 	}
-	one_shot_acknowledge(&exchange->queue, &exchange->state);
-	buttons_read(&exchange->buttons, values, &exchange->queue, &exchange->state);
-	joint_home_read(&exchange->home, values, &exchange->queue, &exchange->state, news->fresh);
-	probe_read(&exchange->probe, values, &exchange->queue, &exchange->state, news->fresh);
-	threading_read(&exchange->threading, values, &exchange->queue, &exchange->state,
+	one_shot_acknowledge(&exchange->queue, exchange->state);
+	buttons_read(&exchange->buttons, values, &exchange->queue, exchange->state);
+	joint_home_read(&exchange->home, values, &exchange->queue, exchange->state, news->fresh);
+	probe_read(&exchange->probe, values, &exchange->queue, exchange->state, news->fresh);
+	threading_read(&exchange->threading, values, &exchange->queue, exchange->state,
 		       news->fresh);
-	heaters_read(&exchange->heaters, values, &exchange->queue, &exchange->state,
+	heaters_read(&exchange->heaters, values, &exchange->queue, exchange->state,
 		     values->daemon_alive);
-	servos_read(&exchange->servos, values, &exchange->queue, &exchange->state,
+	servos_read(&exchange->servos, values, &exchange->queue, exchange->state,
 		    moves_motors(exchange, values, now_ns));
 }
 
@@ -239,14 +240,14 @@ static uint32_t read_age(const struct link *link, bool fresh, uint64_t now_ns)
 /* Nobody closes a loop over these. */
 static void read_seldom(struct exchange *exchange, struct values *values, uint64_t now_ns)
 {
-	diagnose_read(values, &exchange->state);
-	motor_drive_read(&exchange->drive, values, &exchange->state, now_ns);
+	diagnose_read(values, exchange->state);
+	motor_drive_read(&exchange->drive, values, exchange->state, now_ns);
 }
 
 void exchange_read(struct exchange *exchange, struct values *values, enum exchange_got got,
 		   uint64_t now_ns)
 {
-	const struct pokeys_state *state = &exchange->state;
+	const struct pokeys_state *state = exchange->state;
 	struct link_news news;
 
 	exchange->have_state = got == EXCHANGE_STATE;
@@ -290,7 +291,7 @@ static bool write_orders(struct exchange *exchange, struct values *values, unsig
 	struct press_news news = { 0 };
 	bool full = false;
 
-	if (exchange->fresh && !encoder_index_idle(encoder, value, i, &exchange->state))
+	if (exchange->fresh && !encoder_index_idle(encoder, value, i, exchange->state))
 		full = !encoder_index_write(encoder, value, i, &exchange->queue,
 					    &exchange->command, now_ns);
 	if (!encoder_set_idle(encoder, value))
@@ -303,7 +304,7 @@ static bool write_orders(struct exchange *exchange, struct values *values, unsig
 
 static bool write_encoders(struct exchange *exchange, struct values *values, uint64_t now_ns)
 {
-	const uint32_t index = exchange->state.encoder_index;
+	const uint32_t index = exchange->state->encoder_index;
 	bool full = false;
 
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
@@ -336,7 +337,7 @@ static bool judge_reading(struct exchange *exchange, struct values *values)
 	values->stale = true;
 	values_changed(values, BLOCK_LINK);
 	read_flags(exchange, values, false);
-	trouble_read(&exchange->trouble, values, &exchange->state, false);
+	trouble_read(&exchange->trouble, values, exchange->state, false);
 	return false;
 }
 
@@ -355,21 +356,21 @@ void exchange_write(struct exchange *exchange, struct values *values, uint64_t n
 	command->read_age_ns[command->heartbeat % POKEYS_READ_AGES] = exchange->read_age_ns;
 	exchange->read_age_ns = 0;
 	command->flags = flags_of(exchange, values);
-	digital_write(&exchange->digital, values, &exchange->state, exchange->fresh, command,
+	digital_write(&exchange->digital, values, exchange->state, exchange->fresh, command,
 		      refusals);
 	keys_write(&exchange->keys, values, command, refusals);
-	pwm_write(&exchange->pwm, values, &exchange->state, command, refusals);
+	pwm_write(&exchange->pwm, values, exchange->state, command, refusals);
 	legacy_enable(exchange, values);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		joint_write(&exchange->joint[i], &values->joint[i], i, &values->set.axis[i],
-			    &(struct joint_device){ &exchange->state.engine.axis[i],
+			    &(struct joint_device){ &exchange->state->engine.axis[i],
 						    exchange->fresh && exchange->engine_begun },
 			    &command->axis[i], refusals);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		command->axis[i].enable &= read;
 	full = write_encoders(exchange, values, now_ns);
 	full |= joint_home_write(&exchange->home, values, exchange->joint, &exchange->queue,
-				 command, &exchange->state.engine, exchange->fresh, refusals);
+				 command, &exchange->state->engine, exchange->fresh, refusals);
 	full |= probe_write(&exchange->probe, values, exchange->joint, &exchange->queue, command,
 			    exchange->fresh, refusals);
 	full |= threading_write(&exchange->threading, values, &exchange->queue, command,

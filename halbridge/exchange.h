@@ -36,7 +36,8 @@
 enum { EXCHANGE_UNREAD_MOST = 4 };
 
 struct exchange {
-	struct pokeys_state state;	/* the newest whole image; the shell copies into it */
+	struct pokeys_state *state;	/* the newest whole image, one of these: the next one is */
+	struct pokeys_state image[2];	/* ... read into the other one (exchange_spare()) */
 	struct pokeys_command command;	/* for the shell to hand over after exchange_write */
 	bool have_state, fresh;		/* of the last exchange_read */
 	uint32_t unread_writes;		/* since then */
@@ -81,6 +82,12 @@ enum exchange_got {
 	EXCHANGE_STATE,		/* exchange->state is a whole image */
 	EXCHANGE_REFUSED,	/* something is there that is not one of ours */
 };
+
+/* Where the next image goes; if it is whole, that becomes exchange->state-> Realtime. */
+static inline struct pokeys_state *exchange_spare(struct exchange *exchange)
+{
+	return &exchange->image[exchange->state == &exchange->image[0]];
+}
 
 /* Begin; `session` is the commander's, differs for each start, 0 becomes 1. Cold. */
 void exchange_init(struct exchange *exchange, uint32_t session);

@@ -19,6 +19,7 @@
 void heaters_init(struct heaters *heaters)
 {
 	memset(heaters, 0, sizeof(*heaters));
+	heaters->busy = (UINT32_C(1) << POKEYS_HEATERS) - 1;	/* their pins are looked at once */
 }
 
 /* True if a pin has changed. */
@@ -47,10 +48,11 @@ void heaters_read(struct heaters *heaters, struct values *values,
 	bool changed = !heaters->begun;
 	uint32_t there = 0;
 
-	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
-		if (!press_rests(&heaters->reset[i]))
-			values->one_shot_failed_count += press_read(&heaters->reset[i], queue,
-								    state);
+	for (uint32_t left = heaters->busy; left; left &= left - 1) {
+		const unsigned int i = (unsigned int)__builtin_ctz(left);
+
+		values->one_shot_failed_count += press_read(&heaters->reset[i], queue, state);
+	}
 	if (!alive)
 		return;
 	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
@@ -97,11 +99,19 @@ static bool write_heater(struct heaters *heaters, unsigned int i, struct values 
 	return news.full;
 }
 
-/* Most machines have no heaters, and pay for none. */
-static bool is_idle(const struct heaters *heaters, unsigned int i, const struct value_heater *value)
+static uint32_t is_busy(const struct heaters *heaters, unsigned int i)
 {
-	return !(heaters->there >> i & 1) && value->target == 0 && !value->reset &&
-	       press_rests(&heaters->reset[i]) && !heaters->bad[i] && !heaters->absent[i];
+	return !press_rests(&heaters->reset[i]) || heaters->bad[i] || heaters->absent[i];
+}
+
+/* Most machines have no heaters, and pay for none. */
+static uint32_t wanted(const struct heaters *heaters, const struct values *values)
+{
+	uint32_t which = heaters->there | heaters->busy;
+
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		which |= (uint32_t)(values->heater[i].reset | (values->heater[i].target != 0)) << i;
+	return which;
 }
 
 bool heaters_write(struct heaters *heaters, struct values *values, struct one_shot_queue *queue,
@@ -110,10 +120,13 @@ bool heaters_write(struct heaters *heaters, struct values *values, struct one_sh
 	bool full = false;
 
 	command->heater_mask = 0;
-	for (unsigned int i = 0; i < POKEYS_HEATERS; i++) {
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
 		command->heater_target[i] = 0;
-		if (!is_idle(heaters, i, &values->heater[i]))
-			full |= write_heater(heaters, i, values, queue, command, fresh, refusals);
+	for (uint32_t left = wanted(heaters, values); left; left &= left - 1) {
+		const unsigned int i = (unsigned int)__builtin_ctz(left);
+
+		full |= write_heater(heaters, i, values, queue, command, fresh, refusals);
+		heaters->busy = (heaters->busy & ~(UINT32_C(1) << i)) | is_busy(heaters, i) << i;
 	}
 	return full;
 }

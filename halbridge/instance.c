@@ -17,6 +17,7 @@
 #include <rtapi.h>
 #include <hal.h>
 #include "halbridge/memory.h"
+#include "shm/read_into.h"
 
 _Static_assert(sizeof(hal_bit_t) == sizeof(bool) && sizeof(hal_float_t) == sizeof(double) &&
 	       sizeof(hal_s32_t) == 4 && sizeof(hal_u32_t) == 4, "the binding copies these types");
@@ -33,10 +34,13 @@ uint64_t instance_now(void)
 
 static enum exchange_got get(struct instance *instance, pokeys_client *client)
 {
-	int r = client ? pokeys_client_read(client, &instance->exchange.state) : -ENOTCONN;
+	struct pokeys_state *spare = exchange_spare(&instance->exchange);
+	int r = client ? client_read_into(client, spare) : -ENOTCONN;
 
-	if (!r)
+	if (!r) {
+		instance->exchange.state = spare;
 		return EXCHANGE_STATE;
+	}
 	if (r == -EPROTO || atomic_load_explicit(&instance->refused, memory_order_relaxed))
 		return EXCHANGE_REFUSED;
 	return EXCHANGE_NOTHING;

@@ -33,7 +33,7 @@ uint32_t legacy_failed(struct exchange *exchange)
 		enum pokeys_outcome outcome = POKEYS_OUTCOME_UNKNOWN;	/* another daemon */
 
 		if (own->asked_session == queue->session)
-			outcome = one_shot_outcome(queue, &exchange->state,
+			outcome = one_shot_outcome(queue, exchange->state,
 						   own->asked_id[place]);
 		if (outcome == POKEYS_OUTCOME_NONE)
 			continue;

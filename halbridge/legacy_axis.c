@@ -104,7 +104,7 @@ static void read_mode(uint8_t *before, const struct pokeys_axis *axis,
 
 static void read_axis(struct exchange *exchange, struct values *values, unsigned int i)
 {
-	const struct pokeys_state *state = &exchange->state;
+	const struct pokeys_state *state = exchange->state;
 	const struct pokeys_axis *axis = &state->engine.axis[i];
 	const struct legacy_home *home = &exchange->legacy.home[i];
 	struct legacy_axis *value = &values->legacy.axis[i];

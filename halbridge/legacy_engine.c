@@ -88,15 +88,15 @@ static void read_masks(struct legacy *own, struct values *values, const struct p
 
 void legacy_read_engine(struct exchange *exchange, struct values *values, bool fresh)
 {
-	const struct pokeys_engine *from = &exchange->state.engine;
+	const struct pokeys_engine *from = &exchange->state->engine;
 	struct legacy_engine *engine = &values->legacy.engine;
 
-	read_emergency(&exchange->state, values, fresh && !exchange->positions.alarm);
+	read_emergency(exchange->state, values, fresh && !exchange->positions.alarm);
 	engine->wanted_state = values->machine_is_on ? 3 : 0;
 	if (!fresh)
 		return;
-	engine->axes = exchange->state.capability.axes;
-	engine->khz = exchange->state.capability.axis_khz;
+	engine->axes = exchange->state->capability.axes;
+	engine->khz = exchange->state->capability.axis_khz;
 	engine->slots = from->buffer_slots;
 	engine->slot_time = from->slot_time;
 	engine->activated = from->activated;
@@ -105,7 +105,7 @@ void legacy_read_engine(struct exchange *exchange, struct values *values, bool f
 	engine->outputs = from->outputs;
 	engine->probe_status = from->probe_status;
 	engine->probed = from->state == PROBE_COMPLETE;
-	read_masks(&exchange->legacy, values, &exchange->state);
+	read_masks(&exchange->legacy, values, exchange->state);
 }
 
 static bool queued(struct exchange *exchange, const struct pokeys_one_shot *shot)
@@ -165,7 +165,7 @@ static void clear_fault(struct exchange *exchange, const struct values *values, 
 {
 	static const struct pokeys_one_shot clear = { .operation = POKEYS_ONE_SHOT_CLEAR_FAULT };
 	struct legacy *own = &exchange->legacy;
-	const uint8_t state = exchange->state.engine.state;
+	const uint8_t state = exchange->state->engine.state;
 	bool drives = false;
 	uint32_t id;
 

@@ -87,11 +87,11 @@ void legacy_home_read(struct exchange *exchange, struct values *values)
 {
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		struct legacy_home *home = &exchange->legacy.home[i];
-		const struct pokeys_axis *axis = &exchange->state.engine.axis[i];
+		const struct pokeys_axis *axis = &exchange->state->engine.axis[i];
 		enum pokeys_outcome outcome = POKEYS_OUTCOME_UNKNOWN;	/* another daemon */
 
 		if (home->open && home->session == exchange->queue.session)
-			outcome = one_shot_outcome(&exchange->queue, &exchange->state, home->id);
+			outcome = one_shot_outcome(&exchange->queue, exchange->state, home->id);
 		if (home->open && outcome != POKEYS_OUTCOME_NONE)
 			settle(home, &values->legacy.axis[i], outcome);
 		if (home->phase == LEGACY_PHASE_MOVING &&

@@ -40,7 +40,7 @@ static int32_t age_us(uint64_t t_ns, uint64_t now_ns)
 static void read_connection(const struct exchange *exchange, struct values *values,
 			    uint64_t now_ns)
 {
-	const struct pokeys_state *state = &exchange->state;
+	const struct pokeys_state *state = exchange->state;
 	struct value_legacy *legacy = &values->legacy;
 
 	legacy->connection.step = values->daemon_alive ? (int32_t)values->link_state : -1;
@@ -160,7 +160,7 @@ static void read_modules(struct values *values, const struct pokeys_state *state
 
 static void read_buses(struct exchange *exchange, struct values *values)
 {
-	const struct pokeys_state *state = &exchange->state;
+	const struct pokeys_state *state = exchange->state;
 	struct legacy *own = &exchange->legacy;
 	struct value_legacy *legacy = &values->legacy;
 
@@ -201,9 +201,9 @@ void legacy_read(struct exchange *exchange, struct values *values, uint64_t now_
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
 		read_encoder(exchange, values, i);
 	if (exchange->fresh) {
-		read_clock(&exchange->legacy, values, &exchange->state, now_ns);
+		read_clock(&exchange->legacy, values, exchange->state, now_ns);
 		read_buses(exchange, values);
-		read_analog(values, &exchange->state);
+		read_analog(values, exchange->state);
 		legacy_home_read(exchange, values);
 		legacy_read_axes(exchange, values);
 	}

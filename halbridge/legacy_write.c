@@ -42,7 +42,7 @@ static const struct external_map *external_map(uint32_t board)
 
 static void write_external(struct exchange *exchange, const struct values *values)
 {
-	const struct external_map *map = external_map(exchange->state.identity.hardware);
+	const struct external_map *map = external_map(exchange->state->identity.hardware);
 	struct pokeys_command *command = &exchange->command;
 	uint8_t relays = 0, outputs = 0, used = 0;
 
@@ -71,7 +71,7 @@ static double full_scale(const struct exchange *exchange, const struct legacy_ad
 
 	if (full > 0 && full <= 1e9)
 		return full;
-	return i == 0 && exchange->state.identity.hardware == BOARD_57CNC ? 10 : 5;
+	return i == 0 && exchange->state->identity.hardware == BOARD_57CNC ? 10 : 5;
 }
 
 /* Ticks of a period that an output is on. */
@@ -101,7 +101,7 @@ static void write_adcout(struct exchange *exchange, struct values *values)
 	uint32_t period = values->legacy.pwm_period;
 
 	if (!period)
-		period = exchange->state.pwm_period ? exchange->state.pwm_period : PERIOD_DEFAULT;
+		period = exchange->state->pwm_period ? exchange->state->pwm_period : PERIOD_DEFAULT;
 	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
 		struct legacy_adcout *value = &values->legacy.adcout[i];
 		unsigned int channel = POKEYS_PWM - 1 - i;
@@ -121,7 +121,7 @@ static void write_ponet(struct exchange *exchange, const struct values *values)
 	struct pokeys_command *command = &exchange->command;
 
 	for (unsigned int i = 0; i < POKEYS_PONET; i++) {
-		if (i == exchange->state.kbd48_module || !exchange->state.ponet[i].type)
+		if (i == exchange->state->kbd48_module || !exchange->state->ponet[i].type)
 			continue;
 		for (unsigned int k = 0; k < LEGACY_WORDS; k++)
 			command->ponet_data[i][k] = (uint8_t)values->legacy.ponet.out[i][k];
@@ -137,7 +137,7 @@ static void write_keys(struct exchange *exchange, struct values *values)
 	if (!(command->kbd48_flags & POKEYS_KBD48_LEDS))
 		return;
 	if (values->legacy.choice.pressed_key)
-		command->kbd48_leds |= exchange->state.kbd48_keys;
+		command->kbd48_leds |= exchange->state->kbd48_keys;
 	if (!values->legacy.choice.key_brightness || command->kbd48_flags & POKEYS_KBD48_BRIGHTNESS)
 		return;
 	command->kbd48_flags |= POKEYS_KBD48_BRIGHTNESS;
@@ -173,8 +173,8 @@ void legacy_write_outputs(struct exchange *exchange, struct values *values)
 /* Which output is which depends on the device. */
 static bool is_known(const struct exchange *exchange)
 {
-	return exchange->state.link == POKEYS_LINK_CONFIGURING ||
-	       exchange->state.link == POKEYS_LINK_RUNNING;
+	return exchange->state->link == POKEYS_LINK_CONFIGURING ||
+	       exchange->state->link == POKEYS_LINK_RUNNING;
 }
 
 void legacy_write(struct exchange *exchange, struct values *values, uint64_t now_ns)

@@ -19,6 +19,7 @@
 void servos_init(struct servos *servos)
 {
 	memset(servos, 0, sizeof(*servos));
+	servos->busy = (UINT32_C(1) << POKEYS_SERVOS) - 1;	/* their pins are looked at once */
 }
 
 /* True if a pin has changed. */
@@ -48,23 +49,29 @@ static bool show(struct value_servo *value, const struct pokeys_servo *servo, bo
 	return true;
 }
 
-/* Nobody moves it. True if a pin has changed. */
-static bool show_none(struct value_servo *value)
+/* Nobody moves these. True if a pin has changed. */
+static bool show_none(struct values *values, uint32_t motors)
 {
-	const bool changed = value->enabled || value->fault != value->enable;
+	uint32_t wrong = 0;
 
-	value->enabled = false;
-	value->fault = value->enable;
-	return changed;
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
+		const struct value_servo *value = &values->servo[i];
+
+		wrong |= (uint32_t)(value->enabled | (value->fault ^ value->enable)) << i;
+	}
+	wrong &= motors;
+	for (uint32_t left = wrong; left; left &= left - 1) {
+		struct value_servo *value = &values->servo[__builtin_ctz(left)];
+
+		value->enabled = false;
+		value->fault = value->enable;
+	}
+	return wrong;
 }
 
 void servos_alone(struct values *values)
 {
-	bool changed = false;
-
-	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
-		changed |= show_none(&values->servo[i]);
-	if (changed)
+	if (show_none(values, UINT32_MAX))
 		values_changed(values, BLOCK_SERVO);
 }
 
@@ -74,17 +81,20 @@ void servos_read(struct servos *servos, struct values *values, const struct one_
 	bool changed = !servos->begun;
 	uint32_t there = 0;
 
-	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
-		if (!press_rests(&servos->reset[i]))
-			values->one_shot_failed_count += press_read(&servos->reset[i], queue,
-								    state);
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
 		there |= (uint32_t)(state->servo[i].state != POKEYS_SERVO_NONE) << i;
+	for (uint32_t left = servos->busy; left; left &= left - 1) {
+		const unsigned int i = (unsigned int)__builtin_ctz(left);
+
+		values->one_shot_failed_count += press_read(&servos->reset[i], queue, state);
 	}
 	/* those that are gone are shown once more */
-	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
-		changed |= (there | servos->there) >> i & 1 ?
-			   show(&values->servo[i], &state->servo[i], alive, servos->held[i]) :
-			   show_none(&values->servo[i]);
+	changed |= show_none(values, ~(there | servos->there));
+	for (uint32_t left = there | servos->there; left; left &= left - 1) {
+		const unsigned int i = (unsigned int)__builtin_ctz(left);
+
+		changed |= show(&values->servo[i], &state->servo[i], alive, servos->held[i]);
+	}
 	servos->begun |= alive;
 	servos->there = there;
 	if (changed)
@@ -123,12 +133,20 @@ static bool write_servo(struct servos *servos, unsigned int i, struct values *va
 	return news.full;
 }
 
-/* Most machines have no servo motors, and pay for none. */
-static bool is_idle(const struct servos *servos, unsigned int i, const struct value_servo *value)
+static uint32_t is_busy(const struct servos *servos, unsigned int i)
 {
-	return !(servos->there >> i & 1) && !value->enable && !value->reset &&
-	       press_rests(&servos->reset[i]) && !servos->bad[i] && !servos->absent[i] &&
-	       !servos->held[i];
+	return !press_rests(&servos->reset[i]) || servos->bad[i] || servos->absent[i] ||
+	       servos->held[i];
+}
+
+/* Most machines have no servo motors, and pay for none. */
+static uint32_t wanted(const struct servos *servos, const struct values *values)
+{
+	uint32_t motors = servos->there | servos->busy;
+
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		motors |= (uint32_t)(values->servo[i].enable | values->servo[i].reset) << i;
+	return motors;
 }
 
 bool servos_write(struct servos *servos, struct values *values, struct one_shot_queue *queue,
@@ -137,11 +155,13 @@ bool servos_write(struct servos *servos, struct values *values, struct one_shot_
 {
 	bool full = false;
 
-	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
 		command->servo[i].enable = 0;
-		if (!is_idle(servos, i, &values->servo[i]))
-			full |= write_servo(servos, i, values, queue, command, fresh, read,
-					    refusals);
+	for (uint32_t left = wanted(servos, values); left; left &= left - 1) {
+		const unsigned int i = (unsigned int)__builtin_ctz(left);
+
+		full |= write_servo(servos, i, values, queue, command, fresh, read, refusals);
+		servos->busy = (servos->busy & ~(UINT32_C(1) << i)) | is_busy(servos, i) << i;
 	}
 	return full;
 }

@@ -14,6 +14,7 @@
 struct servos {
 	bool begun;
 	uint32_t there;			/* bit = pokeysd.conf has it, as far as is known */
+	uint32_t busy;			/* bit = what was written of it has not come to rest */
 	bool bad[POKEYS_SERVOS], absent[POKEYS_SERVOS];	/* its command */
 	bool held[POKEYS_SERVOS];	/* could not be enabled: off until the pin has fallen */
 	struct press reset[POKEYS_SERVOS];

@@ -71,6 +71,9 @@ IOX_IMAGE(wish, struct pokeys_wish);
 /* Like read, but only what was written since the last call (0 = nothing new). */
 int iox_wish_news(struct iox_wish_reader *reader, struct pokeys_wish *out);
 
+/* Like read, with one copy less: *out is anything unless 1 is returned. Realtime. */
+int iox_state_read_into(const struct iox_state_reader *reader, struct pokeys_state *out);
+
 /* How often they were written. Realtime. */
 uint64_t iox_diag_count(const struct iox_diag_reader *reader);
 uint64_t iox_report_count(const struct iox_report_reader *reader);

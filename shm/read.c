@@ -10,6 +10,7 @@
 #include <string.h>
 #include "shm/client_private.h"
 #include "shm/command_cell.h"
+#include "shm/read_into.h"
 
 /* The daemon's first value is a whole image; nothing at all is as foreign as garbage. */
 static int judged(int r)
@@ -35,6 +36,19 @@ int pokeys_client_read(pokeys_client *client, struct pokeys_state *out)
 		return read_mirror(client, MIRROR_STATE, out);
 	reader = handover_take(&client->state);
 	r = reader ? judged(iox_state_read(reader, out)) : -ENOTCONN;
+	handover_give_back(&client->state);
+	return r;
+}
+
+int client_read_into(pokeys_client *client, struct pokeys_state *out)
+{
+	const struct iox_state_reader *reader;
+	int r;
+
+	if (!client_commands(client))
+		return read_mirror(client, MIRROR_STATE, out);
+	reader = handover_take(&client->state);
+	r = reader ? judged(iox_state_read_into(reader, out)) : -ENOTCONN;
 	handover_give_back(&client->state);
 	return r;
 }

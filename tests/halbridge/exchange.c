@@ -253,12 +253,12 @@ static void nothing_is_queued_before_the_daemon_knows_us(void **state)
 	uint32_t id;
 
 	(void)state;
-	rig.exchange.state.one_shot_session = 1;
+	rig.exchange.state->one_shot_session = 1;
 	one_shot_begin(&rig.exchange.queue, command, 99);
-	one_shot_acknowledge(&rig.exchange.queue, &rig.exchange.state);
+	one_shot_acknowledge(&rig.exchange.queue, rig.exchange.state);
 	assert_int_equal(one_shot_push(&rig.exchange.queue, command, &nop, &id), ONE_SHOT_NOT_YET);
-	rig.exchange.state.one_shot_session = 99;
-	one_shot_acknowledge(&rig.exchange.queue, &rig.exchange.state);
+	rig.exchange.state->one_shot_session = 99;
+	one_shot_acknowledge(&rig.exchange.queue, rig.exchange.state);
 	assert_int_equal(one_shot_push(&rig.exchange.queue, command, &nop, &id), ONE_SHOT_QUEUED);
 	assert_int_equal(id, 0);
 }
@@ -337,18 +337,18 @@ static void garbage_in_the_state_makes_no_nan(void **state)
 
 	(void)state;
 	for (int round = 0; round < 20000; round++) {
-		unsigned char *bytes = (unsigned char *)&rig.exchange.state;
+		unsigned char *bytes = (unsigned char *)rig.exchange.state;
 
-		for (size_t i = 0; i < sizeof(rig.exchange.state); i++) {
+		for (size_t i = 0; i < sizeof(*rig.exchange.state); i++) {
 			random = random * 1664525u + 1013904223u;
 			bytes[i] = (unsigned char)(random >> 24);
 		}
 		rig.now_ns += RIG_MS;
 		if (round % 2) {
-			rig.exchange.state.link = POKEYS_LINK_RUNNING;
-			rig.exchange.state.flags &= ~(uint32_t)POKEYS_STATE_STALE;
-			rig.exchange.state.t_digital_ns = rig.now_ns;
-			rig.exchange.state.t_motion_ns = 0;
+			rig.exchange.state->link = POKEYS_LINK_RUNNING;
+			rig.exchange.state->flags &= ~(uint32_t)POKEYS_STATE_STALE;
+			rig.exchange.state->t_digital_ns = rig.now_ns;
+			rig.exchange.state->t_motion_ns = 0;
 		}
 		exchange_read(&rig.exchange, values, EXCHANGE_STATE, rig.now_ns);
 		rig_write(&rig);

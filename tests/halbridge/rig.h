@@ -65,7 +65,8 @@ static inline void rig_daemon(struct rig *rig)
 
 static inline void rig_read(struct rig *rig)
 {
-	rig->exchange.state = rig->daemon;
+	*exchange_spare(&rig->exchange) = rig->daemon;
+	rig->exchange.state = exchange_spare(&rig->exchange);
 	exchange_read(&rig->exchange, &rig->values, EXCHANGE_STATE, rig->now_ns);
 }
 

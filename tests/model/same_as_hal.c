@@ -113,8 +113,8 @@ static void test_a_name_of_hal_shows_what_hal_shows(void **context)
 		for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
 			rig.daemon.servo[i].state |= POKEYS_SERVO_OFF;
 		rig_periods(&rig, PERIODS);
-		diagnose_read(&rig.values, &rig.exchange.state);
-		motor_drive_read(&rig.exchange.drive, &rig.values, &rig.exchange.state, rig.now_ns);
+		diagnose_read(&rig.values, rig.exchange.state);
+		motor_drive_read(&rig.exchange.drive, &rig.values, rig.exchange.state, rig.now_ns);
 		compared += compare(&rig);
 	}
 	printf("%u values\n", compared / ROUNDS);

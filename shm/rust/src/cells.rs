@@ -35,16 +35,25 @@ impl<T: Copy> Cells<T> {
     #[inline(always)]
     pub fn read(&self) -> Option<MaybeUninit<T>> {
         let mut copy = MaybeUninit::<T>::uninit();
+        unsafe { self.read_into(copy.as_mut_ptr()) }.then_some(copy)
+    }
+
+    /// The same; false, and anything in `out`, while a writer floods.
+    ///
+    /// # Safety
+    /// There is room for a value.
+    #[inline(always)]
+    pub unsafe fn read_into(&self, out: *mut T) -> bool {
         for _ in 0..TRIES {
             let next = self.count();
             // Somebody may write there meanwhile; what was copied is not looked at then.
-            unsafe { self.at(next.wrapping_sub(1)).copy_to(copy.as_mut_ptr(), 1) };
+            unsafe { self.at(next.wrapping_sub(1)).copy_to(out, 1) };
             fence(Ordering::Acquire);
             if self.next.load(Ordering::Relaxed) == next {
-                return Some(copy);
+                return true;
             }
         }
-        None
+        false
     }
 }
 

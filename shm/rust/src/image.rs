@@ -166,6 +166,19 @@ impl<T: Value> ImageReader<T> {
         }
     }
 
+    /// The same with one copy less, and anything in `out` unless 1 is returned.
+    #[inline(always)]
+    unsafe fn read_into(&self, out: *mut T) -> c_int {
+        if !unsafe { self.cells.read_into(out) } {
+            return -EAGAIN;
+        }
+        match unsafe { &*out }.judge() {
+            Verdict::Whole => 1,
+            Verdict::Empty => 0,
+            Verdict::Foreign => -EPROTO,
+        }
+    }
+
     /// The image if it was written since the last call. One load of a counter
     /// if it was not. The counter may be older than the value it stands with;
     /// then the same image is news twice, never none.
@@ -375,6 +388,18 @@ image!(
     iox_wish_read,
     iox_wish_reader_close
 );
+
+/// Like read, with one copy less: *out is anything unless 1 is returned.
+///
+/// # Safety
+/// Valid handle, room for an image. Hot.
+#[no_mangle]
+pub unsafe extern "C" fn iox_state_read_into(
+    reader: *const ImageReader<PokeysState>,
+    out: *mut PokeysState,
+) -> c_int {
+    unsafe { (*reader).read_into(out) }
+}
 
 /// How often it was written.
 ///
