@@ -383,15 +383,16 @@ static const struct config_key own[] = {
 		    "needs pwm-period, which applies to all its PWM outputs; 1250 is 20 kHz."),
 	KEY(SERVO(reverse_pwm), "reverse-pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
 	    .words = WORDS({ "none", -1 }), .fallback = "none",
-	    .help = "With drive = two-pwm: PWM output for the other direction."),
+	    .help = "With drive = two-pwm, which needs it: PWM output for the other direction."),
 	KEY(SERVO(direction_pin), "direction-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
 	    .words = WORDS({ "none", 0 }), .fallback = "none",
-	    .help = "With drive = sign-magnitude: terminal of the direction; on is the direction "
-		    "in which the position shrinks. The daemon makes it a digital output."),
+	    .help = "With drive = sign-magnitude, which needs it: terminal of the direction; on "
+		    "is the direction in which the position shrinks (grows, with invert-output = "
+		    "yes). The daemon makes it a digital output."),
 	KEY(SERVO(enable_pin), "enable-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
 	    .words = WORDS({ "none", 0 }), .fallback = "none",
-	    .help = "Terminal that enables the amplifier while the motor is controlled. The "
-		    "daemon makes it a digital output."),
+	    .help = "Terminal that enables the amplifier while the motor is controlled; drive = "
+		    "antiphase needs it. The daemon makes it a digital output."),
 	KEY(SERVO(invert_output), "invert-output", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "no", 0 }, { "yes", 1 }), .fallback = "no",
 	    .help = "yes: exchanges the two directions, as exchanging the motor's wires does."),
@@ -409,8 +410,10 @@ static const struct config_key own[] = {
 	    .help = "Terminal of the limit switch at the upper end."),
 	KEY(SERVO(limit_minus_invert), "limit-minus-invert", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "off",
-	    .help = "on: the switch is pressed while its terminal is low. Use this with a "
-		    "switch that opens, so that a broken wire counts as pressed."),
+	    .help = "off: the switch is pressed while its terminal is high, as with a switch to "
+		    "ground that opens when it is pressed; a broken wire then counts as pressed. "
+		    "on: the switch is pressed while its terminal is low, as with a switch to "
+		    "ground that closes when it is pressed; a broken wire is not detected."),
 	KEY(SERVO(limit_plus_invert), "limit-plus-invert", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "off",
 	    .help = "The same for the switch at the upper end."),
@@ -424,8 +427,8 @@ static const struct config_key own[] = {
 	    .help = "Highest speed of the axis. At this speed max-following-error applies."),
 	KEY(SERVO(speed_jump), "impossible-speed", CONFIG_REAL, RANGE(1e-6, 1e7),
 	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto", .unit = "units/s",
-	    .help = "The axis cannot be faster: if the encoder says so, that is a fault of the "
-		    "encoder. auto: three times max-speed."),
+	    .help = "Speed that the axis cannot reach. If the encoder counts faster, this is a "
+		    "fault of the encoder. auto: three times max-speed."),
 	KEY(SERVO(p), "pid-p", CONFIG_REAL, RANGE(0, 1e6),
 	    .help = "Proportional gain: part of the full voltage for each unit of error."),
 	KEY(SERVO(i), "pid-i", CONFIG_REAL, RANGE(0, 1e6), .fallback = "0",
@@ -439,7 +442,8 @@ static const struct config_key own[] = {
 	KEY(SERVO(acceleration), "acceleration-gain", CONFIG_REAL, RANGE(0, 1e6), .fallback = "0",
 	    .help = "Feed-forward (FF2 in LinuxCNC) for each unit/s² that is commanded."),
 	KEY(SERVO(deadband), "deadband", CONFIG_REAL, RANGE(0, 1e6), .fallback = "0",
-	    .unit = "units", .help = "An error up to this counts as none. One count always does."),
+	    .unit = "units",
+	    .help = "An error up to this is treated as 0. An error of one count always is."),
 	KEY(SERVO(integral_most), "max-integral", CONFIG_REAL, RANGE(0, 1),
 	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto",
 	    .help = "Highest output of the integral part. auto: half of max-output."),
@@ -449,34 +453,39 @@ static const struct config_key own[] = {
 	    .unit = "s", .help = "Time constant of the filter for measured speeds."),
 	KEY(SERVO(follow_least), "min-following-error", CONFIG_REAL, RANGE(1e-6, 1e6),
 	    .fallback = "0.5", .unit = "units",
-	    .help = "A larger error is a fault while the axis stands. It can only be enabled if "
-		    "it is within this distance of the commanded position."),
+	    .help = "A larger error is a fault while the axis stands. The axis can be enabled "
+		    "only within this distance of the commanded position."),
 	KEY(SERVO(follow_most), "max-following-error", CONFIG_REAL, RANGE(1e-6, 1e6),
 	    .fallback = "2", .unit = "units",
-	    .help = "The same at max-speed; in between, in proportion to the commanded speed."),
+	    .help = "Largest error at max-speed. At a lower commanded speed the limit is "
+		    "proportionally smaller, but at least min-following-error."),
 	KEY(SERVO(stall_output), "stall-output", CONFIG_REAL, RANGE(0.01, 1),
 	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto",
-	    .help = "With this output for stall-s, the axis has to move by stall-distance, or it "
-		    "is stalled. auto: 0.9 of max-output."),
+	    .help = "The axis is stalled if the output is this high or higher for stall-s and "
+		    "the axis moves less than stall-distance. auto: 0.9 of max-output."),
 	KEY(SERVO(stall_move), "stall-distance", CONFIG_REAL, RANGE(1e-6, 1e6), .fallback = "0.1",
 	    .unit = "units", .help = "See stall-output."),
 	KEY(SERVO(stall_s), "stall-s", CONFIG_REAL, RANGE(0.01, 10), .fallback = "0.3",
 	    .unit = "s", .help = "See stall-output."),
 	KEY(SERVO(silent_output), "silent-output", CONFIG_REAL, RANGE(0.01, 1),
 	    .fallback = "0.2",
-	    .help = "The output may change by this without a count of the encoder; more is a "
-		    "fault after a time that depends on silent-s."),
+	    .help = "The output may change by this much while the encoder does not count. The "
+		    "part of a change above it, multiplied by its duration, is compared with "
+		    "silent-s."),
 	KEY(SERVO(silent_s), "silent-s", CONFIG_REAL, RANGE(0.001, 1), .fallback = "0.02",
 	    .unit = "s",
-	    .help = "An output by 1 larger than silent-output allows is a fault after this time, "
-		    "a smaller one after a longer time."),
+	    .help = "Delay of the fault if the change exceeds silent-output by 1, the full "
+		    "voltage. A smaller excess takes longer in proportion: one of 0.1 takes ten "
+		    "times as long."),
 	KEY(SERVO(runaway_output), "runaway-output", CONFIG_REAL, RANGE(0, 1), .fallback = "0.1",
-	    .help = "If the axis gets faster against a higher output than this for longer than "
-		    "runaway-distance, the encoder or the motor is connected in reverse."),
+	    .help = "It is a fault if the output is higher than this and the axis moves against "
+		    "it, getting faster, for more than runaway-distance. The usual cause is an "
+		    "encoder or a motor that is connected in reverse."),
 	KEY(SERVO(runaway_move), "runaway-distance", CONFIG_REAL, RANGE(1e-6, 1e6),
 	    .fallback = "0.2", .unit = "units", .help = "See runaway-output."),
 	KEY(SERVO(stale_ms), "max-age-ms", CONFIG_REAL, RANGE(1, 100), .fallback = "10",
-	    .unit = "ms", .help = "A reading of the encoder that is older is a fault."),
+	    .unit = "ms",
+	    .help = "It is a fault if the last reading of the encoder is older than this."),
 	KEY(SERVO(without_failsafe), "without-failsafe", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "no", 0 }, { "yes", 1 }), .fallback = "no",
 	    .help = "no: the motor is controlled only while the device's own failsafe is set up "
