@@ -70,7 +70,7 @@ static bool is_compared(const struct model_row *row, const struct table_row *hal
 static unsigned int compare(const struct rig *rig)
 {
 	const struct model_images images = {
-		.image = { [MODEL_STATE] = &rig->exchange.state }, .now_ns = rig->now_ns,
+		.image = { [MODEL_STATE] = rig->exchange.state }, .now_ns = rig->now_ns,
 	};
 	const struct model_row *row;
 	unsigned int compared = 0;
