@@ -152,6 +152,7 @@ enum command_fault {
 	COMMAND_FAULT_PONET,		/* no such module; index = module */
 	COMMAND_FAULT_KBD48,		/* flags or lights that do not exist; index = the flags */
 	COMMAND_FAULT_PWM_LOOP,		/* enables one of a heater or motor; index = channel */
+	COMMAND_FAULT_PWM_PERIOD,	/* heaters and motors have another one; index = period */
 	COMMAND_FAULT_HEATER,		/* there is no such heater; index = heater */
 	COMMAND_FAULT_HEATER_TARGET,	/* is no number; index = heater */
 	COMMAND_FAULT_SERVO,		/* enables one that does not exist; index = motor */

@@ -191,6 +191,8 @@ static const char *const fault_names[COMMAND_FAULTS] = {
 	[COMMAND_FAULT_PONET] = "there is no such PoNET module:",
 	[COMMAND_FAULT_KBD48] = "kbd48: lights above 47 or flags that do not exist:",
 	[COMMAND_FAULT_PWM_LOOP] = "a heater or servo of pokeysd.conf has this PWM channel:",
+	[COMMAND_FAULT_PWM_PERIOD] = "heaters and servos of pokeysd.conf need its pwm-period, "
+				     "commanded is",
 	[COMMAND_FAULT_HEATER] = "pokeysd.conf has no such heater:",
 	[COMMAND_FAULT_HEATER_TARGET] = "the target is no number, and the heater is off:",
 	[COMMAND_FAULT_SERVO] = "pokeysd.conf has no such servo:",

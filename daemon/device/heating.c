@@ -360,11 +360,44 @@ void heating_cycle(struct device *device)
 	}
 }
 
+static bool is_stopping(const struct device *device, unsigned int i)
+{
+	const struct heating *heating = &device->heatings.heating[i];
+
+	return heating->hot && heater_is_off(&heating->heater);
+}
+
 /* Its failsafe has had its turn: what it was left with is off. */
 void heating_left_alone(struct device *device)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++)
 		device->heatings.heating[i].hot = false;
+}
+
+bool heating_may_heat(const struct device *device)
+{
+	for (unsigned int i = 0; i < device->heatings.count; i++)
+		if (device->heatings.heating[i].hot && !config_of(device, i)->without_failsafe)
+			return true;
+	return false;
+}
+
+uint64_t heating_pins_stopping(const struct device *device)
+{
+	uint64_t pins = 0;
+
+	for (unsigned int i = 0; i < device->heatings.count; i++)
+		if (config_of(device, i)->kind == HEATING_PIN && is_stopping(device, i))
+			pins |= UINT64_C(1) << config_of(device, i)->output;
+	return pins;
+}
+
+bool heating_stopping(const struct device *device)
+{
+	for (unsigned int i = 0; i < device->heatings.count; i++)
+		if (is_stopping(device, i))
+			return true;
+	return false;
 }
 
 uint64_t heating_pins(const struct device *device)

@@ -61,7 +61,10 @@ static void take_pwm(struct device *device, const struct pokeys_command *command
 		intake_refuse(device, COMMAND_FAULT_PWM_LOOP,
 			      __builtin_ctz(command->pwm_enable & loops));
 	wish->pwm = wish->pwm || pwm_commanded(command);
-	wish->pwm_period = command->pwm_period;
+	if (loops && command->pwm_period && command->pwm_period != device->image.pwm_period)
+		intake_refuse(device, COMMAND_FAULT_PWM_PERIOD, command->pwm_period);
+	else
+		wish->pwm_period = command->pwm_period;
 	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
 		if (!period || command->pwm_duty[i] <= period)
 			wish->pwm_duty[i] = command->pwm_duty[i];

@@ -18,7 +18,7 @@
  * that is lost for longer than most take to start is left alone once, for as long as its
  * failsafe waits: a short loss costs no time, and a long one ends with outputs and axes
  * off, whichever way is broken. So is one that was not heard yet, which may be as a daemon
- * before us has left it.
+ * before us has left it; and at once one with a heater or a motor that may still be on.
  *
  * Silence is counted from the last answer, or from the first question after
  * it, so that nobody is lost who was not asked. A loop that itself stood
@@ -359,10 +359,20 @@ static void leave_unheard(struct device *device)
 	leave_alone(device, device->life.failsafe_ns);
 }
 
+/* What may heat or move there is not to do so for as long as we ask in vain. */
+static void lose_silent(struct device *device)
+{
+	const bool runs = loops_may_run(device);
+
+	lose(device);
+	if (runs && device->life.failsafe_ns)
+		leave_alone(device, device->life.failsafe_ns);
+}
+
 static void found_cycle(struct device *device)
 {
 	if (silent(device)) {
-		lose(device);
+		lose_silent(device);
 		return;
 	}
 	if (heating_unheard(device) || servoing_unheard(device)) {

@@ -67,9 +67,30 @@ bool loops_covered(const struct device *device)
 
 void loops_doubt(struct device *device)
 {
+	struct output *pwm = &device->outputs.output[OUTPUT_PWM];
+
 	device->safe.acked_mask &= ~loops_pins(device);
-	if (loops_channels(device))
-		device->outputs.output[OUTPUT_PWM].known = false;
+	/* nor does an answer to what was sent before say anything */
+	device->plan.io_mixed = true;
+	if (loops_channels(device)) {
+		pwm->known = false;
+		pwm->mixed = true;
+	}
+}
+
+bool loops_stopping(const struct device *device)
+{
+	return heating_stopping(device) || servoing_stopping(device);
+}
+
+uint64_t loops_pins_stopping(const struct device *device)
+{
+	return heating_pins_stopping(device) | servoing_pins_stopping(device);
+}
+
+bool loops_may_run(const struct device *device)
+{
+	return heating_may_heat(device) || servoing_may_run(device);
 }
 
 void loops_left_alone(struct device *device)

@@ -35,6 +35,12 @@ bool loops_have_pwm(const struct device *device, unsigned int channel, uint32_t 
 /* All of them are off. */
 bool loops_off(const struct device *device);
 
+/* One of them is off, and the device has not acknowledged that; the pins of those. */
+bool loops_stopping(const struct device *device);
+uint64_t loops_pins_stopping(const struct device *device);
+/* One that the failsafe has to switch off may be on in the device. */
+bool loops_may_run(const struct device *device);
+
 /* What the device has acknowledged may not be so any more: its failsafe may have acted. */
 void loops_doubt(struct device *device);
 

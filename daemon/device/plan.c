@@ -10,7 +10,9 @@
  *
  * After a silence of some cycles only questions are asked until the device has said
  * that it is the same start of the same device: until then a patient lost-after may
- * hide that another one was put in its place, and nothing of ours is its business.
+ * hide that another one was put in its place, and nothing of ours is its business. But
+ * what a heater or a motor was left with is switched off all the same: if it is still
+ * the same device, that cannot wait.
  *
  * The third place of a cycle goes to the engine's state or the axes' references,
  * the fourth to one of: a step of a one-shot, a setting, and in turns the other
@@ -47,8 +49,10 @@ static void io_request(const struct device *device, struct wire_io_req *io)
 
 	memset(io, 0, sizeof(*io));
 	safe_outputs(device, &outputs, &mask);
-	if (plan_doubts(device))
-		outputs = mask = 0;
+	if (plan_doubts(device)) {
+		mask = loops_pins_stopping(device);
+		outputs &= mask;
+	}
 	io->write = mask != 0;
 	io->outputs = outputs;
 	io->ignore = ~mask & ((UINT64_C(1) << 56) - 1);
@@ -298,10 +302,11 @@ void plan_cycle(struct device *device)
 	look_for_gap(device);
 	if (device->cycle >= device->plan.next_cycle)
 		send_fast(device);
+	if (loops_channels(device) && (!plan_doubts(device) || loops_stopping(device)) &&
+	    output_send_one(device, OUTPUT_PWM))
+		device->budget++;
 	if (plan_doubts(device))
 		return;
-	if (loops_channels(device) && output_send_one(device, OUTPUT_PWM))
-		device->budget++;
 	moved = motion_send_state(device);
 	if (threading_send(device))
 		device->budget++;

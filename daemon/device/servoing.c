@@ -13,7 +13,7 @@
  * with without-failsafe = yes.
  *
  * While it is doubted that the device is still the same one (plan.c), no counts are taken and
- * nothing is written. So a motor has no readings, and soon stops for want of them.
+ * nothing is written but off. So a motor has no readings, and soon stops for want of them.
  */
 
 #include <math.h>
@@ -198,25 +198,48 @@ static uint32_t ticks(double duty, uint32_t period)
 	return (uint32_t)llround(duty * period);
 }
 
+static uint64_t pins_of(const struct servoing_config *config)
+{
+	return pin_bit(config->direction) | pin_bit(config->enable);
+}
+
+static uint64_t pins_on(const struct servoing_config *config, const struct drive_wires *wires)
+{
+	return (wires->reverse ? pin_bit(config->direction) : 0) |
+	       (wires->enable ? pin_bit(config->enable) : 0);
+}
+
+static bool has_duties(const struct servoing_config *config, const struct drive_wires *wires,
+		       const struct wire_pwm_req *pwm)
+{
+	return pwm->duty[config->pwm] == ticks(wires->duty[0], pwm->period) &&
+	       (config->reverse_pwm == SERVOING_NONE ||
+		pwm->duty[config->reverse_pwm] == ticks(wires->duty[1], pwm->period));
+}
+
+static bool pins_settled(const struct device *device, uint64_t pins, uint64_t on)
+{
+	const struct safe *safe = &device->safe;
+	const struct plan *plan = &device->plan;
+
+	if ((safe->acked_mask & pins) != pins || (safe->acked & pins) != on)
+		return false;
+	/* with two versions under way nobody knows which one is executed last */
+	return !plan->io_open || !(plan->io_mask & pins) ||
+	       (!plan->io_mixed && (plan->io_outputs & pins) == on);
+}
+
 /* Has the device acknowledged what is on the wires, and is nothing else under way to it? */
 static bool is_settled(const struct device *device, unsigned int i)
 {
 	const struct servoing_config *config = config_of(device, i);
 	const struct drive_wires *wires = &device->servoings.servoing[i].wires;
 	const struct output *pwm = &device->outputs.output[OUTPUT_PWM];
-	const struct safe *safe = &device->safe;
-	const uint64_t pins = pin_bit(config->direction) | pin_bit(config->enable);
-	const uint64_t on = (wires->reverse ? pin_bit(config->direction) : 0) |
-			    (wires->enable ? pin_bit(config->enable) : 0);
 
-	if ((safe->acked_mask & pins) != pins || (safe->acked & pins) != on || !pwm->known ||
-	    pwm->open || device->plan.io_open ||
-	    device->configure.setting[SETTING_PWM].state == SETTING_WRITING)
-		return false;
-	return pwm->have.pwm.duty[config->pwm] == ticks(wires->duty[0], pwm->have.pwm.period) &&
-	       (config->reverse_pwm == SERVOING_NONE ||
-		pwm->have.pwm.duty[config->reverse_pwm] ==
-			ticks(wires->duty[1], pwm->have.pwm.period));
+	return pins_settled(device, pins_of(config), pins_on(config, wires)) && pwm->known &&
+	       has_duties(config, wires, &pwm->have.pwm) &&
+	       (!pwm->open || (!pwm->mixed && has_duties(config, wires, &pwm->sent.pwm))) &&
+	       device->configure.setting[SETTING_PWM].state != SETTING_WRITING;
 }
 
 static int64_t thousandths(double units)
@@ -272,9 +295,12 @@ static void step(struct device *device, unsigned int i)
 	const bool was_enabled = servoing->servo.enabled;
 	const double output = servo_step(&servoing->servo, &input, &wish, device->now_ns);
 
-	servoing->wires = drive_step(&servoing->drive, &config->drive,
-				     config->inverted ? -output : output, servoing->servo.enabled,
-				     is_settled(device, i), device->now_ns);
+	/* in a doubt only off is written (plan.c): what is enabled keeps what it has */
+	if (!servoing->servo.enabled || !plan_doubts(device))
+		servoing->wires = drive_step(&servoing->drive, &config->drive,
+					     config->inverted ? -output : output,
+					     servoing->servo.enabled, is_settled(device, i),
+					     device->now_ns);
 	say(device, i, was_enabled);
 	if (servoing->servo.enabled) {
 		servoing->driven = true;
@@ -384,21 +410,47 @@ uint64_t servoing_pins(const struct device *device)
 	uint64_t pins = 0;
 
 	for (unsigned int i = 0; i < device->servoings.count; i++)
-		pins |= pin_bit(config_of(device, i)->direction) |
-			pin_bit(config_of(device, i)->enable);
+		pins |= pins_of(config_of(device, i));
 	return pins;
+}
+
+static bool is_stopping(const struct servoing *servoing)
+{
+	return servoing->driven && !servoing->servo.enabled;
+}
+
+uint64_t servoing_pins_stopping(const struct device *device)
+{
+	uint64_t pins = 0;
+
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		if (is_stopping(&device->servoings.servoing[i]))
+			pins |= pins_of(config_of(device, i));
+	return pins;
+}
+
+bool servoing_stopping(const struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		if (is_stopping(&device->servoings.servoing[i]))
+			return true;
+	return false;
+}
+
+bool servoing_may_run(const struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		if (device->servoings.servoing[i].driven && !config_of(device, i)->without_failsafe)
+			return true;
+	return false;
 }
 
 uint64_t servoing_pins_on(const struct device *device)
 {
 	uint64_t pins = 0;
 
-	for (unsigned int i = 0; i < device->servoings.count; i++) {
-		const struct drive_wires *wires = &device->servoings.servoing[i].wires;
-
-		pins |= wires->reverse ? pin_bit(config_of(device, i)->direction) : 0;
-		pins |= wires->enable ? pin_bit(config_of(device, i)->enable) : 0;
-	}
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		pins |= pins_on(config_of(device, i), &device->servoings.servoing[i].wires);
 	return pins;
 }
 

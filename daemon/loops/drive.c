@@ -6,7 +6,8 @@
  * the device's acknowledgement. The first direction is a change as well: nobody knows what the wire
  * was before.
  *
- * With ANTIPHASE a duty of 0 is full speed backwards. So the amplifier is enabled only after the
+ * What is on the wires before the amplifier is enabled is not known either: a write may have been
+ * lost, and with ANTIPHASE a duty of 0 is full speed backwards. So it is enabled only after the
  * device has acknowledged the duty of standstill.
  */
 
@@ -37,7 +38,7 @@ static double signed_duty(struct drive *drive, const struct drive_config *config
 	if (drive->known && (output == 0 || reverse == drive->reverse))
 		return fabs(output);
 	if (drive->known) {
-		*drive = (struct drive){ .reverse = drive->reverse };
+		*drive = (struct drive){ .ready = drive->ready, .reverse = drive->reverse };
 		return 0;	/* what is settled is still the PWM of before */
 	}
 	if (!dwelt(drive, config, settled, now_ns))
@@ -53,28 +54,22 @@ static double signed_duty(struct drive *drive, const struct drive_config *config
 	return 0;
 }
 
-/* The duty of ANTIPHASE. */
-static double middle_duty(struct drive *drive, double output, bool enabled, bool settled)
-{
-	drive->known = enabled && (drive->known || settled);
-	return drive->known ? (1 + output) / 2 : 0.5;
-}
-
 struct drive_wires drive_step(struct drive *drive, const struct drive_config *config,
 			      double output, bool enabled, bool settled, uint64_t now_ns)
 {
-	struct drive_wires wires = { .enable = enabled };
+	struct drive_wires wires = { .enable = false };
 
+	drive->ready = enabled && (drive->ready || settled);
+	wires.enable = drive->ready;
 	/* what is no number would be a limit for fmin() */
-	output = enabled && isfinite(output) ? fmax(fmin(output, 1), -1) : 0;
+	output = drive->ready && isfinite(output) ? fmax(fmin(output, 1), -1) : 0;
 	switch (config->kind) {
 	case DRIVE_SIGN:
 		wires.duty[0] = signed_duty(drive, config, output, settled, now_ns);
 		wires.reverse = drive->reverse;
 		break;
 	case DRIVE_ANTIPHASE:
-		wires.duty[0] = middle_duty(drive, output, enabled, settled);
-		wires.enable = drive->known;
+		wires.duty[0] = (1 + output) / 2;
 		break;
 	case DRIVE_TWO_PWM:
 		wires.duty[output < 0] = fabs(output);

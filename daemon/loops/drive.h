@@ -25,8 +25,8 @@ struct drive_config {
 
 /* It begins with zeros. The direction of before is not known then. */
 struct drive {
-	bool known;		/* the direction was set, and has been for the dwell;
-				 * ANTIPHASE: it was enabled, at standstill */
+	bool ready;		/* it was enabled, at standstill */
+	bool known;		/* the direction was set, and has been for the dwell */
 	bool turned;		/* it was set, and the dwell after that is not over */
 	bool reverse;
 	uint64_t since_ns;	/* the device has had the PWM off, or the direction; 0: not yet */

@@ -17,6 +17,12 @@ static void home(unsigned int motor)
 	assert_true(servo_shown(motor)->homed);
 }
 
+/* No duty arrives, nor is one read back. */
+static void swallow_pwm(struct world *w, const uint8_t *packet)
+{
+	w->swallow = packet[1] == 0xCB;
+}
+
 static unsigned int identities;
 
 /* Who it is is asked, and answered once. */
@@ -47,9 +53,103 @@ static void a_motor_does_not_go_on_while_its_device_is_in_doubt(void **state)
 	servo_run(20 * MS);
 	for (unsigned int i = 0; i < MOTORS; i++)
 		assert_int_equal(servo_shown(i)->fault, POKEYS_SERVO_STALE);
-	servo_run(1500 * MS);
 	servo_expect_off(0);
-	assert_int_equal(world.event_count[EVENT_SERVO_UNHEARD], 1);
+	assert_int_equal(world.event_count[EVENT_SERVO_UNHEARD], 0);
+}
+
+/* What is commanded meanwhile is off, too, and only that is written. */
+static void off_is_written_in_a_doubt(void **state)
+{
+	uint32_t duty;
+
+	servo_prepare(state);
+	for (unsigned int i = 0; i < MOTORS; i++)
+		world.config.servo[i].servo.stale_ns = 100 * MS;
+	servo_start();
+	servo_enable_all();
+	servo_push_all();
+	world.rig.device.config.identity.locked = 1;
+	identities = 0;
+	world.watch = answer_who_once;
+	while (!identities)
+		servo_cycle();
+	servo_cycle();
+	duty = world.rig.device.config.pwm.duty[0];
+	world_output(&world, LAMP, true);
+	world.command.servo[TWO_PWM].enable = 0;
+	world.command.servo[SIGN].position += 0.1;
+	servo_run(3 * MS);
+	assert_true(fabs(servo_output(TWO_PWM)) <= 0);
+	assert_int_equal(world.rig.device.config.pwm.duty[0], duty);
+	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
+	world.command.flags |= POKEYS_COMMAND_EMERGENCY;
+	servo_run(3 * MS);
+	servo_expect_off(0);
+	assert_false(world_latch(&world, LAMP));
+}
+
+static bool lose_all(struct world *w, const uint8_t *packet)
+{
+	(void)w;
+	(void)packet;
+	return true;
+}
+
+static void swallow_all(struct world *w, const uint8_t *packet)
+{
+	w->swallow = packet[1] == 0xCB || packet[1] == 0xCC;
+}
+
+/* The device hears us: off arrives, or, if only questions do, there are none soon. */
+static void without_answers_it_stops_all_the_same(void **state)
+{
+	(void)state;
+	servo_enable_all();
+	servo_push_all();
+	world.lose_reply = lose_all;
+	servo_expect_off(20 * MS);
+	servo_begin(state);
+	servo_enable_all();
+	servo_push_all();
+	world.lose_reply = lose_all;
+	world.watch = swallow_all;
+	/* lost-after-ms, failsafe-timeout-ms */
+	servo_expect_off(1250 * MS);
+}
+
+/* Switched off and on again while no duty arrives. */
+static void none_is_enabled_over_a_duty_that_is_not_known(void **state)
+{
+	(void)state;
+	servo_enable_all();
+	servo_push_all();
+	world.watch = swallow_pwm;
+	world.command.servo[SIGN].enable = 0;
+	servo_run(3 * MS);
+	assert_false(world_latch(&world, servo_enable_pin[SIGN]));
+	for (unsigned int i = 0; i < 50; i++) {
+		world.command.servo[SIGN].position = servo_shown(SIGN)->position;
+		world.command.servo[SIGN].enable = 1;
+		servo_cycle();
+		assert_false(world_latch(&world, servo_enable_pin[SIGN]));
+	}
+	world.watch = NULL;
+	servo_enable(SIGN);
+}
+
+static void another_period_is_refused(void **state)
+{
+	(void)state;
+	servo_enable_all();
+	servo_push_all();
+	world.command.pwm_period = 500000;
+	servo_run(20 * MS);
+	assert_int_equal(world.last_event[EVENT_BAD_COMMAND].a, COMMAND_FAULT_PWM_PERIOD);
+	assert_int_equal(world.rig.device.config.pwm.period, PWM_PERIOD);
+	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
+	world.command.pwm_period = PWM_PERIOD;
+	servo_run(20 * MS);
+	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
 }
 
 static void a_short_doubt_stops_nothing(void **state)
@@ -66,12 +166,6 @@ static void a_short_doubt_stops_nothing(void **state)
 	for (unsigned int i = 0; i < MOTORS; i++)
 		assert_int_equal(servo_shown(i)->state, POKEYS_SERVO_ENABLED);
 	assert_true(world.state.link == POKEYS_LINK_RUNNING);
-}
-
-/* No duty arrives, nor is one read back. */
-static void swallow_pwm(struct world *w, const uint8_t *packet)
-{
-	w->swallow = packet[1] == 0xCB;
 }
 
 /* The device's failsafe has made its duty 0 (servo_cycle() judges). */
@@ -137,11 +231,6 @@ static void an_index_that_resets_its_counter_keeps_it_off(void **state)
 	servo_start();
 	assert_int_equal(servo_shown(TWO_PWM)->condition, POKEYS_SERVO_DEVICE);
 	assert_int_equal(servo_shown(SIGN)->condition, POKEYS_SERVO_FINE);
-}
-
-static void swallow_all(struct world *w, const uint8_t *packet)
-{
-	w->swallow = packet[1] == 0xCB || packet[1] == 0xCC;
 }
 
 static void another_commander_finds_them_off(void **state)
@@ -218,6 +307,39 @@ static void the_output_is_sent_in_its_cycle(void **state)
 	}
 }
 
+/* Something is always on its way then, but hardly ever anything else for this motor. */
+static void it_turns_back_although_answers_are_slow(void **state)
+{
+	const struct sim_link_faults slow = { .delay = { .low_ns = 550 * US } };
+	unsigned int turns = 0;
+	uint64_t before;
+
+	servo_prepare(state);
+	for (unsigned int i = 0; i < MOTORS; i++) {
+		struct servo_config *loop = &world.config.servo[i].servo;
+
+		loop->follow_least = loop->follow_most = 5;
+		loop->gains.p = 0.3;
+	}
+	servo_start();
+	sim_link_set_faults(&world.rig.link, 0, &slow);
+	sim_link_set_faults(&world.rig.link, 1, &slow);
+	servo_run(100 * MS);
+	servo_enable(SIGN);
+	servo_enable(TWO_PWM);
+	before = world.rig.device.pins.latch;
+	for (unsigned int i = 0; i < 3000; i++) {
+		world.command.servo[SIGN].position = sin(i * 0.001 * 2 * M_PI);
+		world.command.servo[TWO_PWM].position = sin(i * 0.001 * 6 * M_PI);
+		servo_cycle();
+		turns += (world.rig.device.pins.latch ^ before) >> DIRECTION_PIN & 1;
+		before = world.rig.device.pins.latch;
+	}
+	assert_true(turns >= 6);
+	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
+	assert_int_equal(world.event_count[EVENT_SERVO_UNHEARD], 0);
+}
+
 static void emergency_of_the_engine(struct pokeys_settings *settings)
 {
 	settings->set |= POKEYS_SET_AXES | POKEYS_SET_EMERGENCY_PIN | POKEYS_SET_EMERGENCY_INVERT;
@@ -268,6 +390,10 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_motor_does_not_go_on_while_its_device_is_in_doubt),
+		cmocka_unit_test(off_is_written_in_a_doubt),
+		cmocka_unit_test_setup(without_answers_it_stops_all_the_same, servo_begin),
+		cmocka_unit_test_setup(none_is_enabled_over_a_duty_that_is_not_known, servo_begin),
+		cmocka_unit_test_setup(another_period_is_refused, servo_begin),
 		cmocka_unit_test(a_short_doubt_stops_nothing),
 		cmocka_unit_test(antiphase_is_enabled_at_standstill_only),
 		cmocka_unit_test_setup(an_encoder_that_is_set_up_again_is_another_place,
@@ -278,6 +404,7 @@ int main(void)
 		cmocka_unit_test(an_off_is_followed_however_short_it_was_on),
 		cmocka_unit_test(a_restarted_device_is_not_lost_for_them),
 		cmocka_unit_test_setup(the_output_is_sent_in_its_cycle, servo_begin),
+		cmocka_unit_test(it_turns_back_although_answers_are_slow),
 		cmocka_unit_test(the_engines_emergency_input_is_an_emergency_stop),
 		cmocka_unit_test(a_failsafe_that_ends_the_pwm_is_enough),
 	};

@@ -57,9 +57,6 @@ def reset(m):
         m.command.wait_complete()
         m.command.state(linuxcnc.STATE_ESTOP_RESET)
         m.within(20, lambda _: not any(faults(m)))
-        # one that ran on beyond its soft limit could not be switched on
-        m.command.unhome(-1)
-        m.command.wait_complete()
         if any(m.look().joint[j][end] for j in m.joints for end in ("min_hard_limit", "max_hard_limit")):
             m.override_limits()
 
@@ -67,6 +64,22 @@ def reset(m):
 def homed(m):
     m.switch_on()
     m.home()
+
+
+def stays_off(m, when):
+    """For some hundred of the daemon's cycles."""
+    begin, end = hal.get_value("pokeys.0.cycle"), time.monotonic() + 60
+    while hal.get_value("pokeys.0.cycle") - begin < 200:
+        with safety():
+            assert m.look().task_state != linuxcnc.STATE_ON, f"{when}: it came on"
+            assert not any(hal.get_value(f"pokeys.0.servo.{j:02}.enabled") for j in m.joints), f"{when}: enabled"
+            assert voltage(m) == [0.0] * len(m.joints), f"{when}: voltage"
+        assert time.monotonic() < end, "the daemon's cycles stand still"
+
+
+def is_unhomed(m, when):
+    with safety():
+        m.until(f"{when}: no joint homed", lambda s: not any(s.homed[j] for j in m.joints))
 
 
 def again(m, what, work):
@@ -114,7 +127,8 @@ def a_stalled_motor_stops_the_machine(m):
     # not switched on by itself, and not without a reset
     m.command.state(linuxcnc.STATE_ON)
     m.command.wait_complete()
-    no_voltage(m, "switched on without a reset")
+    m.until("LinuxCNC switched off again", lambda s: s.task_state != linuxcnc.STATE_ON)
+    stays_off(m, "switched on without a reset")
     m.sim("motor 0 good")
     homed(m)
     again(m, "the way back", lambda: m.move("G53 G0 X30.125 Y41.7 Z-5"))
@@ -153,14 +167,45 @@ def cable_out_stops_for_good(m):
     stood = counts(m)
     m.cable_in()
     m.command.state(linuxcnc.STATE_ON)          # without a reset: no
-    no_voltage(m, "switched on without a reset")
+    stays_off(m, "switched on without a reset")
     with safety():
         assert counts(m) == stood, f"it moves from {stood} to {counts(m)}"
         assert m.look().task_state == linuxcnc.STATE_ESTOP, "it came on by itself"
+    is_unhomed(m, "cable out")
     homed(m)
     again(m, "the way back", lambda: m.move("G53 G0 X30.125 Y41.7 Z-5"))
     settled(m)
     m.tell(f"cable out: X stood at {stood[0]} counts; homed again")
+
+
+def a_restart_is_never_a_position(m):
+    """The device is back at once, and where its axes are nobody knows."""
+    again(m, "a way", lambda: m.move("G53 G0 X40 Y20 Z-5"))
+    m.sim("reboot keep-config")
+    m.until("LinuxCNC stopped", lambda s: s.task_state != linuxcnc.STATE_ON)
+    no_voltage(m, "restarted")
+    m.until("the device is back", lambda _: hal.get_value("pokeys.0.connected"))
+    is_unhomed(m, "restarted")
+    homed(m)
+    again(m, "the way back", lambda: m.move("G53 G0 X30.125 Y41.7 Z-5"))
+    # the daemon's positions have gone on from those before, so only the switches say where 0 is
+    want = [edge + END[j] * SCALE for j, (edge, _) in enumerate(HOME)]
+    m.until(f"the motors at {want}",
+            lambda _: all(abs(is_ - wanted) <= 2 * NEAR for is_, wanted in zip(counts(m), want)), 60)
+    m.tell(f"restarted: unhomed, homed again, ends at {counts(m)} counts, wanted {want}")
+
+
+def the_button_stops_and_has_to_be_reset(m):
+    again(m, "a way", lambda: m.move("G53 G0 X20 Y20 Z-5"))
+    m.mdi("G53 G1 F800 X60")
+    m.sim("pin 23 1")
+    m.until("LinuxCNC stopped", lambda s: s.task_state == linuxcnc.STATE_ESTOP)
+    no_voltage(m, "the button")
+    m.sim("pin 23 0")
+    m.command.state(linuxcnc.STATE_ON)          # without a reset: no
+    stays_off(m, "released")
+    is_unhomed(m, "the button")
+    homed(m)
 
 
 def servo_mill(m):
@@ -173,3 +218,5 @@ def servo_mill(m):
     a_stalled_motor_stops_the_machine(m)
     a_limit_switch_stops_and_lets_return(m)
     cable_out_stops_for_good(m)
+    a_restart_is_never_a_position(m)
+    the_button_stops_and_has_to_be_reset(m)
