@@ -96,7 +96,10 @@ static void begin(uint8_t names)
 /* As pokeys.N.read and pokeys.N.write do it. */
 static void read_funct(uint64_t device_ns)
 {
-	memcpy(&exchange.state, &from.state, sizeof(from.state));
+	struct pokeys_state *spare = exchange_spare(&exchange);
+
+	memcpy(spare, &from.state, sizeof(from.state));
+	exchange.state = spare;
 	binding_gather(&binding, TABLE_AT_READ);
 	exchange_read(&exchange, &values, EXCHANGE_STATE, device_ns);
 	binding_scatter(&binding, TABLE_AT_READ);
