@@ -61,7 +61,8 @@ static void take_pwm(struct device *device, const struct pokeys_command *command
 		intake_refuse(device, COMMAND_FAULT_PWM_LOOP,
 			      __builtin_ctz(command->pwm_enable & loops));
 	wish->pwm = wish->pwm || pwm_commanded(command);
-	if (loops && command->pwm_period && command->pwm_period != device->image.pwm_period)
+	if (loops && command->pwm_period &&
+	    command->pwm_period != device->config.settings.pwm_period)
 		intake_refuse(device, COMMAND_FAULT_PWM_PERIOD, command->pwm_period);
 	else
 		wish->pwm_period = command->pwm_period;
