@@ -83,7 +83,7 @@ enum exchange_got {
 	EXCHANGE_REFUSED,	/* something is there that is not one of ours */
 };
 
-/* Where the next image goes; if it is whole, that becomes exchange->state-> Realtime. */
+/* Where the next image goes; if it is whole, that becomes exchange->state. Realtime. */
 static inline struct pokeys_state *exchange_spare(struct exchange *exchange)
 {
 	return &exchange->image[exchange->state == &exchange->image[0]];

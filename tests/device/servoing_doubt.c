@@ -31,16 +31,19 @@ static void answer_who_once(struct world *w, const uint8_t *packet)
 	w->swallow = packet[1] == 0xCF || (packet[1] == 0x00 && identities++ > 0);
 }
 
-/*
- * Everything is answered but who it is, which was once another one than before. Nothing is written
- * meanwhile.
- */
-static void a_motor_does_not_go_on_while_its_device_is_in_doubt(void **state)
+/* Motors that bear old readings. */
+static void begin_patient(void **state)
 {
 	servo_prepare(state);
 	for (unsigned int i = 0; i < MOTORS; i++)
 		world.config.servo[i].servo.stale_ns = 100 * MS;
 	servo_start();
+}
+
+/* They have voltage, and everything is answered but who it is: once that was another one. */
+static void begin_doubt(void **state)
+{
+	begin_patient(state);
 	servo_enable_all();
 	servo_push_all();
 	world.rig.device.config.identity.locked = 1;
@@ -48,6 +51,11 @@ static void a_motor_does_not_go_on_while_its_device_is_in_doubt(void **state)
 	world.watch = answer_who_once;
 	while (!identities)
 		servo_cycle();
+}
+
+static void a_motor_does_not_go_on_while_its_device_is_in_doubt(void **state)
+{
+	begin_doubt(state);
 	servo_run(90 * MS);
 	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
 	servo_run(20 * MS);
@@ -57,22 +65,12 @@ static void a_motor_does_not_go_on_while_its_device_is_in_doubt(void **state)
 	assert_int_equal(world.event_count[EVENT_SERVO_UNHEARD], 0);
 }
 
-/* What is commanded meanwhile is off, too, and only that is written. */
+/* So is what is switched off meanwhile; nothing else is written. */
 static void off_is_written_in_a_doubt(void **state)
 {
 	uint32_t duty;
 
-	servo_prepare(state);
-	for (unsigned int i = 0; i < MOTORS; i++)
-		world.config.servo[i].servo.stale_ns = 100 * MS;
-	servo_start();
-	servo_enable_all();
-	servo_push_all();
-	world.rig.device.config.identity.locked = 1;
-	identities = 0;
-	world.watch = answer_who_once;
-	while (!identities)
-		servo_cycle();
+	begin_doubt(state);
 	servo_cycle();
 	duty = world.rig.device.config.pwm.duty[0];
 	world_output(&world, LAMP, true);
@@ -154,10 +152,7 @@ static void another_period_is_refused(void **state)
 
 static void a_short_doubt_stops_nothing(void **state)
 {
-	servo_prepare(state);
-	for (unsigned int i = 0; i < MOTORS; i++)
-		world.config.servo[i].servo.stale_ns = 100 * MS;
-	servo_start();
+	begin_patient(state);
 	servo_enable_all();
 	for (unsigned int i = 0; i < 20; i++) {
 		sim_rig_silence(&world.rig, world.now, 20 * MS);
@@ -311,7 +306,7 @@ static void the_output_is_sent_in_its_cycle(void **state)
 static void it_turns_back_although_answers_are_slow(void **state)
 {
 	const struct sim_link_faults slow = { .delay = { .low_ns = 550 * US } };
-	unsigned int turns = 0;
+	unsigned int turns = 0, without = 0;
 	uint64_t before;
 
 	servo_prepare(state);
@@ -334,6 +329,8 @@ static void it_turns_back_although_answers_are_slow(void **state)
 		servo_cycle();
 		turns += (world.rig.device.pins.latch ^ before) >> DIRECTION_PIN & 1;
 		before = world.rig.device.pins.latch;
+		without = world.rig.device.config.pwm.duty[0] ? 0 : without + 1;
+		assert_in_range(without, 0, 20);	/* cycles: there and back, twice */
 	}
 	assert_true(turns >= 6);
 	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
