@@ -20,17 +20,6 @@ static int setup(void **state)
 	return 0;
 }
 
-static void expect_note(const char *text)
-{
-	struct refusal_note note;
-	char line[256];
-
-	assert_true(refusal_take(&rig.exchange.refusals, &note));
-	refusal_line(&note, "pokeys.0", TABLE_HEATERS, line, sizeof(line));
-	assert_non_null(strstr(line, text));
-	assert_false(refusal_take(&rig.exchange.refusals, &note));
-}
-
 static void only_heaters_that_there_are_are_commanded(void **state)
 {
 	(void)state;
@@ -44,7 +33,8 @@ static void only_heaters_that_there_are_are_commanded(void **state)
 	assert_int_equal(command->heater_mask, 1u << BED);
 	assert_true(command->heater_target[0] == 0);
 	assert_true(rig.values.input_refused);
-	expect_note("pokeys.0.heater.00.target = 60: has no effect: pokeysd.conf has no such "
+	rig_expect_note(&rig, TABLE_HEATERS,
+			"pokeys.0.heater.00.target = 60: has no effect: pokeysd.conf has no such "
 		    "heater");
 	/* of the next daemon, too */
 	rig.daemon.epoch++;
@@ -52,7 +42,7 @@ static void only_heaters_that_there_are_are_commanded(void **state)
 	rig_periods(&rig, 3);
 	assert_int_equal(command->heater_mask, 0);
 	assert_true(command->heater_target[BED] == 0);
-	expect_note("pokeys.0.heater.01.target");
+	rig_expect_note(&rig, TABLE_HEATERS, "pokeys.0.heater.01.target");
 }
 
 static void a_target_that_is_no_number_is_off(void **state)
@@ -64,7 +54,7 @@ static void a_target_that_is_no_number_is_off(void **state)
 	rig_period(&rig);
 	assert_true(command->heater_target[BED] == 0);
 	assert_true(rig.values.input_refused);
-	expect_note("not a finite number; the heater is off");
+	rig_expect_note(&rig, TABLE_HEATERS, "not a finite number; the heater is off");
 	bed->target = 61;
 	rig_period(&rig);
 	assert_true(command->heater_target[BED] == 61);

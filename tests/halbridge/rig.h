@@ -92,6 +92,18 @@ static inline void rig_periods(struct rig *rig, unsigned int count)
 		rig_period(rig);
 }
 
+/* One refusal is to be said, with this text, where these names are loaded. */
+static inline void rig_expect_note(struct rig *rig, unsigned int names, const char *text)
+{
+	struct refusal_note note;
+	char line[256];
+
+	assert_true(refusal_take(&rig->exchange.refusals, &note));
+	refusal_line(&note, "pokeys.0", names, line, sizeof(line));
+	assert_non_null(strstr(line, text));
+	assert_false(refusal_take(&rig->exchange.refusals, &note));
+}
+
 /* With the older scheme's names, a few periods on. */
 static inline void rig_init_older(struct rig *rig)
 {

@@ -20,17 +20,6 @@ static int setup(void **state)
 	return 0;
 }
 
-static void expect_note(const char *text)
-{
-	struct refusal_note note;
-	char line[256];
-
-	assert_true(refusal_take(&rig.exchange.refusals, &note));
-	refusal_line(&note, "pokeys.0", TABLE_SERVOS, line, sizeof(line));
-	assert_non_null(strstr(line, text));
-	assert_false(refusal_take(&rig.exchange.refusals, &note));
-}
-
 static void a_position_goes_through_whole_and_a_speed_of_0_is_not_known(void **state)
 {
 	(void)state;
@@ -55,7 +44,9 @@ static void only_motors_that_there_are_are_enabled(void **state)
 	rig_period(&rig);
 	assert_int_equal(command->servo[Y].enable, 0);
 	assert_true(rig.values.input_refused);
-	expect_note("pokeys.0.servo.01.enable = 1: has no effect: pokeysd.conf has no such servo");
+	rig_expect_note(&rig, TABLE_SERVOS,
+			"pokeys.0.servo.01.enable = 1: has no effect: pokeysd.conf has no such "
+			"servo");
 	rig.values.servo[Y].enable = false;
 	rig_period(&rig);
 	assert_false(rig.values.input_refused);
@@ -79,7 +70,7 @@ static void a_position_that_is_no_number_is_passed_on(void **state)
 	rig_period(&rig);
 	assert_true(isnan(command->servo[X].position));
 	assert_int_equal(command->servo[X].enable, 1);
-	expect_note("not a finite number; the motor is stopped by a fault");
+	rig_expect_note(&rig, TABLE_SERVOS, "not a finite number; the motor is stopped by a fault");
 }
 
 static void a_motor_that_does_not_follow_is_a_fault(void **state)
@@ -130,7 +121,7 @@ static void a_daemon_that_is_gone_is_a_fault_of_a_motor_that_is_to_be_enabled(vo
 	assert_false(x->fault);
 }
 
-/* From the start, or none that is understood. */
+/* There never was one, or there is one whose image this driver does not understand. */
 static void without_a_daemon_a_motor_that_is_to_be_enabled_is_a_fault(void **state)
 {
 	const enum exchange_got none[] = { EXCHANGE_NOTHING, EXCHANGE_REFUSED };
