@@ -29,7 +29,8 @@ static bool show(struct value_servo *value, const struct pokeys_servo *servo, bo
 	struct value_servo now;
 
 	memcpy(&now, value, sizeof(now));
-	now.enabled = alive && servo->state == POKEYS_SERVO_ENABLED;
+	now.enabled = alive && (servo->state == POKEYS_SERVO_ENABLED ||
+				servo->state == POKEYS_SERVO_STOPPING);
 	now.fault = servo->fault || (value->enable && (!alive || held || servo->refused));
 	if (alive) {
 		now.pos_fb = servo->position;

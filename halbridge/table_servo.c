@@ -23,7 +23,8 @@ static const struct table_row rows[] = {
 	OUT_PIN("vel-fb", vel_fb, "its velocity, units/s"),
 	OUT_PIN("error", error, "following error, pos-cmd - pos-fb; after a fault as it was then"),
 	OUT_PIN("output", output, "part of the full voltage, -1..1"),
-	OUT_PIN("enabled", enabled, "the motor follows pos-cmd"),
+	OUT_PIN("enabled", enabled,
+		"the motor follows pos-cmd, or the device has not acknowledged yet that it is off"),
 	OUT_PIN("fault", fault,
 		"a fault has stopped the motor until it is reset, or it does not follow although "
 		"it is to be enabled; for amp-fault-in"),

@@ -129,9 +129,16 @@ static bool is_off(const struct run *run)
 	return heater->state == POKEYS_HEATER_OFF || heater->state == POKEYS_HEATER_FAULT;
 }
 
+static bool is_at_work(const struct run *run)
+{
+	const struct pokeys_heater *heater = heater_of(run);
+
+	return heater->state == POKEYS_HEATER_HEATING || heater->state == POKEYS_HEATER_TUNING;
+}
+
 static bool is_decided(const struct run *run)
 {
-	return !is_off(run) || heater_of(run)->refused || heater_of(run)->fault;
+	return is_at_work(run) || heater_of(run)->refused || heater_of(run)->fault;
 }
 
 static void want(struct run *run, double celsius)
@@ -244,7 +251,7 @@ static bool heat(struct run *run, const struct order *order)
 	if (!await(run, "the daemon does not take the target", is_decided))
 		return false;
 	while (!commander_ended() && (double)(commander_ms() - begun_ms) < most_ms) {
-		if (is_off(run))
+		if (!is_at_work(run))
 			return explain(run);
 		show(run);
 		if (!look(run))

@@ -15,11 +15,13 @@ static void put_work(struct line *line, const struct pokeys_heater *heater)
 	else if (heater->state == POKEYS_HEATER_HEATING)
 		put(line, ", target %.1f C, power %.0f %%%s", (double)heater->target, power,
 		    heater->at_temperature ? ", at temperature" : "");
-	else if (heater->state == POKEYS_HEATER_FAULT)
+	else if (heater->fault)
 		put(line, ", FAULT: %s, off until it is reset",
 		    pokeys_heater_fault_name(heater->fault));
 	else
 		put(line, ", off");
+	if (heater->state == POKEYS_HEATER_STOPPING)
+		put(line, ", NOT ACKNOWLEDGED: it may still heat");
 }
 
 /* Append why the heater cannot heat, and the gains that were found. */

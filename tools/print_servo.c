@@ -9,11 +9,13 @@ static void put_work(struct line *line, const struct pokeys_servo *servo)
 	if (servo->state == POKEYS_SERVO_ENABLED)
 		put(line, ", enabled, error %.4f, output %.0f %%", (double)servo->error,
 		    (double)servo->output * 100);
-	else if (servo->state == POKEYS_SERVO_FAULT)
+	else if (servo->fault)
 		put(line, ", FAULT: %s, off until it is reset",
 		    pokeys_servo_fault_name(servo->fault));
 	else
 		put(line, ", off");
+	if (servo->state == POKEYS_SERVO_STOPPING)
+		put(line, ", NOT ACKNOWLEDGED: it may still run");
 }
 
 /* Append why it cannot be enabled, and where it is. */

@@ -228,8 +228,17 @@ static void step(struct device *device, unsigned int i)
 					     device->now_ns);
 }
 
-static enum pokeys_heater_state state_of(const struct heater *heater)
+static bool is_stopping(const struct heating *heating)
 {
+	return heating->hot && heater_is_off(&heating->heater);
+}
+
+static enum pokeys_heater_state state_of(const struct heating *heating)
+{
+	const struct heater *heater = &heating->heater;
+
+	if (is_stopping(heating))
+		return POKEYS_HEATER_STOPPING;
 	if (heater->fault)
 		return POKEYS_HEATER_FAULT;
 	if (heater_is_off(heater))
@@ -270,7 +279,7 @@ static void show(struct device *device, unsigned int i)
 	image->minimum = (float)config->heater.least;
 	image->maximum = (float)config->heater.most;
 	image->target_maximum = (float)config->heater.target_most;
-	image->state = (uint8_t)state_of(heater);
+	image->state = (uint8_t)state_of(heating);
 	image->fault = (uint8_t)heater->fault;
 	image->condition = (uint8_t)heater->condition;
 	image->refused = (uint8_t)heater->refusal;
@@ -303,16 +312,12 @@ static void step_all(struct device *device)
 	heatings->step_ns = (in_time ? heatings->step_ns : device->now_ns) + HEATER_PERIOD_NS;
 }
 
-/* What the device has acknowledged. */
-static bool is_acked_off(const struct device *device, const struct heating_config *config)
+/* Has the device acknowledged that, and is nothing else under way to it? */
+static bool is_settled_off(const struct device *device, const struct heating_config *config)
 {
-	const struct output *pwm = &device->outputs.output[OUTPUT_PWM];
-	const struct safe *safe = &device->safe;
-
 	if (config->kind == HEATING_PIN)
-		return safe->acked_mask >> config->output & 1 &&
-		       !(safe->acked >> config->output & 1);
-	return pwm->known && !pwm->have.pwm.duty[config->output];
+		return loops_pins_settled(device, UINT64_C(1) << config->output, 0);
+	return loops_duty_settled(device, config->output, 0);
 }
 
 /* Has the device taken it that a heater is off? Until then it may heat. */
@@ -325,7 +330,7 @@ static void follow(struct device *device, unsigned int i)
 		heating->hot = true;
 		heating->off_ns = 0;
 	} else if (heating->hot && heater_is_off(&heating->heater)) {
-		heating->hot = !is_acked_off(device, config);
+		heating->hot = !is_settled_off(device, config);
 		if (!heating->off_ns)
 			heating->off_ns = device->now_ns;
 	}
@@ -360,13 +365,6 @@ void heating_cycle(struct device *device)
 	}
 }
 
-static bool is_stopping(const struct device *device, unsigned int i)
-{
-	const struct heating *heating = &device->heatings.heating[i];
-
-	return heating->hot && heater_is_off(&heating->heater);
-}
-
 /* Its failsafe has had its turn: what it was left with is off. */
 void heating_left_alone(struct device *device)
 {
@@ -387,15 +385,27 @@ uint64_t heating_pins_stopping(const struct device *device)
 	uint64_t pins = 0;
 
 	for (unsigned int i = 0; i < device->heatings.count; i++)
-		if (config_of(device, i)->kind == HEATING_PIN && is_stopping(device, i))
+		if (config_of(device, i)->kind == HEATING_PIN &&
+		    is_stopping(&device->heatings.heating[i]))
 			pins |= UINT64_C(1) << config_of(device, i)->output;
 	return pins;
+}
+
+uint8_t heating_channels_stopping(const struct device *device)
+{
+	unsigned int channels = 0;
+
+	for (unsigned int i = 0; i < device->heatings.count; i++)
+		if (config_of(device, i)->kind == HEATING_PWM &&
+		    is_stopping(&device->heatings.heating[i]))
+			channels |= 1u << config_of(device, i)->output;
+	return (uint8_t)channels;
 }
 
 bool heating_stopping(const struct device *device)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++)
-		if (is_stopping(device, i))
+		if (is_stopping(&device->heatings.heating[i]))
 			return true;
 	return false;
 }

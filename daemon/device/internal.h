@@ -54,6 +54,7 @@ struct life {
 	bool foreign;			/* somebody else answers there */
 	bool asked;			/* something was asked since the last answer */
 	bool rebooted;			/* to be acted upon in the next cycle */
+	bool began;			/* ... and its clock has just begun: its outputs are off */
 	bool blocked;			/* found, but it may not run */
 	bool in_use;			/* somebody else drives it */
 	/* of the failsafe's turn in a loss */
@@ -317,6 +318,12 @@ bool request_send(struct device *device, enum wire_op op, const void *value,
 		  pokeys_parser_t parser, pokeys_refresh_t refresh, void *context);
 bool request_send_patiently(struct device *device, enum wire_op op, const void *value,
 			    pokeys_parser_t parser, uint64_t deadline_ns);
+
+/*
+ * Send the open request of this parser and context again in this cycle, as the newest values
+ * cannot wait for its answer. False: there is none, or not now.
+ */
+bool request_again(struct device *device, pokeys_parser_t parser, const void *context);
 
 /* An event of this device; too many of a kind in a second are dropped. */
 void device_say(struct device *device, enum event_code code, enum event_level level, int64_t a,

@@ -197,14 +197,6 @@ void device_suspended(struct device *device, uint64_t now_ns, uint64_t slept_ns)
 		   POKEYS_FAULT_SUSPENDED);
 }
 
-static void restarted(struct device *device)
-{
-	start_over(device);
-	loops_left_alone(device);	/* it has begun with all outputs off */
-	identify_begin(device);
-	life_enter(device, POKEYS_LINK_IDENTIFYING, POKEYS_FAULT_REBOOTED);
-}
-
 void life_refuse(struct device *device, enum pokeys_fault fault)
 {
 	const uint32_t serial = device->identify.identity.serial;
@@ -367,6 +359,19 @@ static void lose_silent(struct device *device)
 	lose(device);
 	if (runs && device->life.failsafe_ns)
 		leave_alone(device, device->life.failsafe_ns);
+}
+
+/*
+ * One that has just begun has all outputs off. What any other has on, nobody knows: it is written
+ * off as soon as it runs, and it is left alone if it does not acknowledge that.
+ */
+static void restarted(struct device *device)
+{
+	start_over(device);
+	if (device->life.began)
+		loops_left_alone(device);
+	identify_begin(device);
+	life_enter(device, POKEYS_LINK_IDENTIFYING, POKEYS_FAULT_REBOOTED);
 }
 
 static void found_cycle(struct device *device)

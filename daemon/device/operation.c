@@ -250,7 +250,7 @@ static bool reboot_send(struct device *device)
 /* Faster than its clock would tell: all is to be read anew. */
 static void reboot_answered(struct device *device, const mailbox_entry_t *entry)
 {
-	device->life.rebooted = true;
+	device->life.rebooted = device->life.began = true;
 	simply_done(device, entry);
 }
 

@@ -12,6 +12,9 @@
  * again. A reading only counts when it was asked for after the last write had
  * ended, for the two may overtake each other.
  *
+ * A write that is under way is not waited for if a heater or a motor is to be off that it has on:
+ * it goes out again at once, with the newest values.
+ *
  * One that the device does not answer is tried less and less often, so that it
  * costs nothing to the others; they take turns.
  */
@@ -88,6 +91,7 @@ static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *cont
 	if (!wanted(device, place, &want) || (same(&want, &output->sent) && !output->mixed))
 		return;
 	output->mixed = true;
+	output->sent = want;
 	wire_encode_req(output_kind(place, &index)->op, entry->request_buffer, &want);
 }
 
@@ -171,11 +175,27 @@ bool output_send(struct device *device)
 	return false;
 }
 
-bool output_send_one(struct device *device, unsigned int place)
+/* A loop is to be off, and what is under way has it on. */
+static bool hides_off(const struct device *device, const struct output *output)
+{
+	const unsigned int channels = loops_channels_stopping(device);
+	union output_value want;
+
+	if (!output->open || !channels || !wanted(device, OUTPUT_PWM, &want))
+		return false;
+	for (unsigned int i = 0; i < POKEYS_PWM; i++)
+		if (channels >> i & 1 && output->sent.pwm.duty[i] != want.pwm.duty[i])
+			return true;
+	return false;
+}
+
+bool output_send_loops(struct device *device)
 {
 	union output_value want;
 
-	return is_due(device, place, &want) && send(device, place, &want);
+	if (hides_off(device, &device->outputs.output[OUTPUT_PWM]))
+		return request_again(device, ended, (void *)(uintptr_t)OUTPUT_PWM);
+	return is_due(device, OUTPUT_PWM, &want) && send(device, OUTPUT_PWM, &want);
 }
 
 bool output_take_along(struct device *device, unsigned int place, union output_value *now)

@@ -49,7 +49,7 @@ struct output_wish {
 
 struct output {
 	bool open;
-	bool mixed;			/* resent with other values than first */
+	bool mixed;			/* resent with other values; sent has the newest */
 	bool known;			/* have is what the device has acknowledged */
 	bool driven;			/* a commander ever drove it */
 	uint8_t failures;
@@ -86,8 +86,8 @@ const struct output_kind *output_kind(unsigned int place, unsigned int *index);
 void output_begin(struct device *device);
 /* The next write that is due; true if one was sent. */
 bool output_send(struct device *device);
-/* This one, if it is due; true if it was sent. */
-bool output_send_one(struct device *device, unsigned int place);
+/* PWM, if it is due, or an off in it cannot wait; true if it was sent. */
+bool output_send_loops(struct device *device);
 /*
  * A setting is written by the same request: what this output shall be now; without a
  * wish *now stays. False while a write of ours is under way. It is written again by itself

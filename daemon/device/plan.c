@@ -6,7 +6,8 @@
  * and the pulse engine's status. Each of them has one place: while its answer
  * is awaited no second one is sent, so a slow device or a lossy cable makes
  * the data older but never a heap of requests. Outputs that change meanwhile
- * are put into the resend, or go out with the next one.
+ * are put into the resend, or go out with the next one. Only for a heater or a motor
+ * that is to be off the request is sent again at once.
  *
  * After a silence of some cycles only questions are asked until the device has said
  * that it is the same start of the same device: until then a patient lost-after may
@@ -75,6 +76,8 @@ static void io_refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *c
 	    !device->plan.io_mixed)
 		return;
 	device->plan.io_mixed = true;
+	device->plan.io_outputs = io.outputs;
+	device->plan.io_mask = mask_of(&io);
 	io.write = 1;
 	wire_io_encode_req(entry->request_buffer, &io);
 }
@@ -162,13 +165,25 @@ static void io_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, voi
 	measure(device);
 }
 
+/* A pin of a loop is to be off, and what was sent last, or is acknowledged, has it on. */
+static bool hides_off(const struct device *device)
+{
+	const struct plan *plan = &device->plan;
+	const uint64_t pins = loops_pins_stopping(device);
+	const uint64_t mask = plan->io_open ? plan->io_mask : device->safe.acked_mask;
+	const uint64_t outputs = plan->io_open ? plan->io_outputs : device->safe.acked;
+
+	return (mask & pins) != pins || (outputs & pins) != (loops_pins_on(device) & pins);
+}
+
 static void send_io(struct device *device)
 {
 	struct plan *plan = &device->plan;
 	struct wire_io_req io;
 
 	if (plan->io_open) {
-		device->meter.cycles_late++;
+		if (hides_off(device))
+			request_again(device, io_ended, NULL);
 		return;
 	}
 	io_request(device, &io);
@@ -213,6 +228,7 @@ static void send_fast(struct device *device)
 	struct plan *plan = &device->plan;
 
 	plan->next_cycle = device->cycle + device->config.fast_divider;
+	device->meter.cycles_late += plan->io_open;
 	send_io(device);
 	if (threading_asks(device))
 		threading_ask(device);
@@ -302,8 +318,10 @@ void plan_cycle(struct device *device)
 	look_for_gap(device);
 	if (device->cycle >= device->plan.next_cycle)
 		send_fast(device);
+	else if (hides_off(device))
+		send_io(device);
 	if (loops_channels(device) && (!plan_doubts(device) || loops_stopping(device)) &&
-	    output_send_one(device, OUTPUT_PWM))
+	    output_send_loops(device))
 		device->budget++;
 	if (plan_doubts(device))
 		return;

@@ -75,6 +75,23 @@ bool request_send_patiently(struct device *device, enum wire_op op, const void *
 	return send(device, op, value, &ends);
 }
 
+bool request_again(struct device *device, pokeys_parser_t parser, const void *context)
+{
+	pokeys_device_t *mailbox = &device->mailbox;
+
+	for (uint32_t i = 0; device->budget && i < mailbox->in_flight_count; i++) {
+		const mailbox_entry_t *entry = &mailbox->mailbox[mailbox->in_flight[i]];
+
+		if (entry->parser != parser || entry->context != context)
+			continue;
+		if (pokeys_request_resend(mailbox, entry->request_id, device->now_ns))
+			return false;
+		device->budget--;
+		return true;
+	}
+	return false;
+}
+
 static bool may_say(struct device *device, enum event_code code)
 {
 	const uint32_t most = code == EVENT_CONFIG_CHANGED ? SAY_CHANGED_MAX : SAY_MAX;

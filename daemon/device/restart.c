@@ -73,6 +73,12 @@ static bool is_confirmed(struct restart *restart, const struct reading *now)
 	return restart->odd_alike >= ALIKE || restart->odd_ticks++ >= ODD_MAX;
 }
 
+/* Switched on since the last good reading, and not another clock, or three damaged answers. */
+static bool has_begun(const struct reading *before, const struct reading *now)
+{
+	return now->ms <= (now->came_ns - before->asked_ns) / MS + SLACK_MS;
+}
+
 void restart_tick(struct device *device, const mailbox_entry_t *entry)
 {
 	struct restart *restart = &device->restart;
@@ -92,6 +98,7 @@ void restart_tick(struct device *device, const mailbox_entry_t *entry)
 	} else if (is_confirmed(restart, &now)) {
 		device_say(device, EVENT_REBOOTED, EVENT_WARNING, restart->last.ms, now.ms, 0);
 		device->life.rebooted = true;
+		device->life.began = has_begun(&restart->last, &now);
 		restart_forget(device);
 		restart->last = now;
 		restart->clock_known = true;
@@ -141,7 +148,10 @@ void restart_identity(struct device *device, const mailbox_entry_t *entry)
 		return;
 	}
 	restart->odd_identity = again ? (uint8_t)(restart->odd_identity + 1) : 1;
-	device->life.rebooted = device->life.rebooted || restart->odd_identity >= ALIKE;
+	if (restart->odd_identity >= ALIKE && !device->life.rebooted) {
+		device->life.rebooted = true;
+		device->life.began = false;
+	}
 }
 
 bool restart_doubted(const struct device *device)

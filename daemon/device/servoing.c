@@ -209,37 +209,17 @@ static uint64_t pins_on(const struct servoing_config *config, const struct drive
 	       (wires->enable ? pin_bit(config->enable) : 0);
 }
 
-static bool has_duties(const struct servoing_config *config, const struct drive_wires *wires,
-		       const struct wire_pwm_req *pwm)
-{
-	return pwm->duty[config->pwm] == ticks(wires->duty[0], pwm->period) &&
-	       (config->reverse_pwm == SERVOING_NONE ||
-		pwm->duty[config->reverse_pwm] == ticks(wires->duty[1], pwm->period));
-}
-
-static bool pins_settled(const struct device *device, uint64_t pins, uint64_t on)
-{
-	const struct safe *safe = &device->safe;
-	const struct plan *plan = &device->plan;
-
-	if ((safe->acked_mask & pins) != pins || (safe->acked & pins) != on)
-		return false;
-	/* with two versions under way nobody knows which one is executed last */
-	return !plan->io_open || !(plan->io_mask & pins) ||
-	       (!plan->io_mixed && (plan->io_outputs & pins) == on);
-}
-
 /* Has the device acknowledged what is on the wires, and is nothing else under way to it? */
 static bool is_settled(const struct device *device, unsigned int i)
 {
 	const struct servoing_config *config = config_of(device, i);
 	const struct drive_wires *wires = &device->servoings.servoing[i].wires;
-	const struct output *pwm = &device->outputs.output[OUTPUT_PWM];
+	const uint32_t period = device->outputs.output[OUTPUT_PWM].have.pwm.period;
 
-	return pins_settled(device, pins_of(config), pins_on(config, wires)) && pwm->known &&
-	       has_duties(config, wires, &pwm->have.pwm) &&
-	       (!pwm->open || (!pwm->mixed && has_duties(config, wires, &pwm->sent.pwm))) &&
-	       device->configure.setting[SETTING_PWM].state != SETTING_WRITING;
+	return loops_pins_settled(device, pins_of(config), pins_on(config, wires)) &&
+	       loops_duty_settled(device, config->pwm, ticks(wires->duty[0], period)) &&
+	       (config->reverse_pwm == SERVOING_NONE ||
+		loops_duty_settled(device, config->reverse_pwm, ticks(wires->duty[1], period)));
 }
 
 static int64_t thousandths(double units)
@@ -321,11 +301,18 @@ void servoing_session(struct device *device)
 	}
 }
 
-static enum pokeys_servo_state state_of(const struct servo *servo)
+static bool is_stopping(const struct servoing *servoing)
 {
-	if (servo->fault)
+	return servoing->driven && !servoing->servo.enabled;
+}
+
+static enum pokeys_servo_state state_of(const struct servoing *servoing)
+{
+	if (is_stopping(servoing))
+		return POKEYS_SERVO_STOPPING;
+	if (servoing->servo.fault)
 		return POKEYS_SERVO_FAULT;
-	return servo->enabled ? POKEYS_SERVO_ENABLED : POKEYS_SERVO_OFF;
+	return servoing->servo.enabled ? POKEYS_SERVO_ENABLED : POKEYS_SERVO_OFF;
 }
 
 static void show_gains(struct pokeys_servo *image, const struct servo_gains *gains)
@@ -356,7 +343,7 @@ static void show(struct device *device, unsigned int i)
 	image->maximum = (float)config->servo.most;
 	show_gains(image, &servo->config.gains);
 	image->fault_count = servoing->faults;
-	image->state = (uint8_t)state_of(servo);
+	image->state = (uint8_t)state_of(servoing);
 	image->fault = (uint8_t)servo->fault;
 	image->condition = (uint8_t)servo->condition;
 	image->refused = (uint8_t)servo->refusal;
@@ -414,11 +401,6 @@ uint64_t servoing_pins(const struct device *device)
 	return pins;
 }
 
-static bool is_stopping(const struct servoing *servoing)
-{
-	return servoing->driven && !servoing->servo.enabled;
-}
-
 uint64_t servoing_pins_stopping(const struct device *device)
 {
 	uint64_t pins = 0;
@@ -427,6 +409,16 @@ uint64_t servoing_pins_stopping(const struct device *device)
 		if (is_stopping(&device->servoings.servoing[i]))
 			pins |= pins_of(config_of(device, i));
 	return pins;
+}
+
+uint8_t servoing_channels_stopping(const struct device *device)
+{
+	unsigned int channels = 0;
+
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		if (is_stopping(&device->servoings.servoing[i]))
+			channels |= channels_of(config_of(device, i));
+	return (uint8_t)channels;
 }
 
 bool servoing_stopping(const struct device *device)

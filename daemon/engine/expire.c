@@ -15,21 +15,6 @@
 #include <string.h>
 #include "daemon/engine/mailbox.h"
 
-/* Let the caller put in the newest value. False: it cancelled the request. */
-static bool refreshed(pokeys_device_t *dev, mailbox_entry_t *entry)
-{
-	const uint64_t serial = entry->serial;
-
-	if (entry->request_class != POKEYS_CLASS_WRITE || !entry->refresh)
-		return true;
-	entry->refresh(dev, entry, entry->context);
-	if (entry->serial != serial || entry->state != POKEYS_REQUEST_IN_FLIGHT)
-		return false;
-	mailbox_finish(dev, entry, wire_op_find(entry->command_sent,
-						entry->request_buffer[WIRE_AT_P1]));
-	return true;
-}
-
 static int resend(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 {
 	entry->retries_left--;
@@ -38,7 +23,7 @@ static int resend(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 		mailbox_wait(dev, entry, now_ns);
 		return 0;
 	}
-	if (!refreshed(dev, entry))
+	if (!mailbox_refresh(dev, entry))
 		return 1;
 	mailbox_transmit(dev, entry, now_ns);
 	return 1;

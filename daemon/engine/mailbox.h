@@ -54,6 +54,12 @@ void mailbox_tries_lost(pokeys_device_t *dev, mailbox_entry_t *entry);
  */
 int mailbox_transmit(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns);
 
+/*
+ * Before a write goes out again: let the caller put in the newest value. False: it cancelled
+ * the request. Of a read nothing changes.
+ */
+bool mailbox_refresh(pokeys_device_t *dev, mailbox_entry_t *entry);
+
 /* Header, id, check byte and checksum, over whatever stands there. `row` may be NULL. */
 void mailbox_finish(pokeys_device_t *dev, mailbox_entry_t *entry, const struct wire_op_row *row);
 

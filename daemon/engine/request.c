@@ -185,6 +185,20 @@ int mailbox_transmit(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_
 	return r;
 }
 
+bool mailbox_refresh(pokeys_device_t *dev, mailbox_entry_t *entry)
+{
+	const uint64_t serial = entry->serial;
+
+	if (entry->request_class != POKEYS_CLASS_WRITE || !entry->refresh)
+		return true;
+	entry->refresh(dev, entry, entry->context);
+	if (entry->serial != serial || entry->state != POKEYS_REQUEST_IN_FLIGHT)
+		return false;
+	mailbox_finish(dev, entry, wire_op_find(entry->command_sent,
+						entry->request_buffer[WIRE_AT_P1]));
+	return true;
+}
+
 int pokeys_request_send(pokeys_device_t *dev, uint8_t request_id, uint64_t now_ns)
 {
 	const uint64_t now = mailbox_time(dev, now_ns);
@@ -206,6 +220,28 @@ int pokeys_request_send(pokeys_device_t *dev, uint8_t request_id, uint64_t now_n
 		return 0;
 	mailbox_land(dev, entry);
 	return r;
+}
+
+int pokeys_request_resend(pokeys_device_t *dev, uint8_t request_id, uint64_t now_ns)
+{
+	const uint64_t now = mailbox_time(dev, now_ns);
+	mailbox_entry_t *entry = &dev->mailbox[request_id];
+
+	if (entry->state == POKEYS_REQUEST_FREE)
+		return -ENOENT;
+	if (entry->state != POKEYS_REQUEST_IN_FLIGHT)
+		return -EALREADY;
+	if (entry->request_class == POKEYS_CLASS_ONESHOT)
+		return -EINVAL;
+	mailbox_budget_fill(dev, now);
+	if (!mailbox_budget_send(dev)) {
+		dev->statistics.refused_budget++;
+		return -EAGAIN;
+	}
+	if (!mailbox_refresh(dev, entry))
+		return -ECANCELED;
+	mailbox_transmit(dev, entry, now);
+	return 0;
 }
 
 int pokeys_request_set_deadline(pokeys_device_t *dev, uint8_t request_id, uint64_t deadline_ns)

@@ -341,6 +341,17 @@ int pokeys_request_set_deadline(pokeys_device_t *dev, uint8_t request_id, uint64
 int pokeys_request_send(pokeys_device_t *dev, uint8_t request_id, uint64_t now_ns);
 
 /*
+ * Transmit a read or write that is in flight once more, now and not at its deadline, a write
+ * with the newest value: for a value that cannot wait for the answer to the one before it. It
+ * uses up no retry, takes from the budget of all transmissions and not from that of
+ * repetitions, and the deadline counts from now. Which of the two the device executed last is
+ * not known. 0, also if the transport refuses it; -ENOENT (no such request), -EINVAL (a
+ * one-shot is never sent twice), -EALREADY (not in flight: not sent yet, or ended), -EAGAIN
+ * (budget used up), -ECANCELED (refresh cancelled it). Realtime safe as far as the transport is.
+ */
+int pokeys_request_resend(pokeys_device_t *dev, uint8_t request_id, uint64_t now_ns);
+
+/*
  * Take every packet that has arrived, match, copy, complete. Never blocks; at
  * most POKEYS_MAILBOX_SIZE packets a call. Returns the number of requests
  * completed, or the transport's -errno if it fails for good.

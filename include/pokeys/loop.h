@@ -23,6 +23,7 @@ enum pokeys_heater_state {
 	POKEYS_HEATER_HEATING = 2,	/* it has a target */
 	POKEYS_HEATER_TUNING = 3,	/* it oscillates to find its gains */
 	POKEYS_HEATER_FAULT = 4,	/* off, until it is reset */
+	POKEYS_HEATER_STOPPING = 5,	/* off, but the device has not acknowledged that yet */
 };
 
 /* Why a heater was switched off, or could not be switched on. */
@@ -85,6 +86,7 @@ enum pokeys_servo_state {
 	POKEYS_SERVO_OFF = 1,
 	POKEYS_SERVO_ENABLED = 2,
 	POKEYS_SERVO_FAULT = 3,		/* off, until it is reset */
+	POKEYS_SERVO_STOPPING = 4,	/* off, but the device has not acknowledged that yet */
 };
 
 /* Why a servo motor was stopped, or could not be enabled. */

@@ -210,6 +210,7 @@ static inline const char *pokeys_heater_state_name(uint8_t state)
 	case POKEYS_HEATER_HEATING:	return "heating";
 	case POKEYS_HEATER_TUNING:	return "tuning";
 	case POKEYS_HEATER_FAULT:	return "fault";
+	case POKEYS_HEATER_STOPPING:	return "stopping";
 	default:			return "unknown";
 	}
 }
@@ -266,6 +267,7 @@ static inline const char *pokeys_servo_state_name(uint8_t state)
 	case POKEYS_SERVO_OFF:		return "off";
 	case POKEYS_SERVO_ENABLED:	return "enabled";
 	case POKEYS_SERVO_FAULT:	return "fault";
+	case POKEYS_SERVO_STOPPING:	return "stopping";
 	default:			return "unknown";
 	}
 }

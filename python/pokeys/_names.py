@@ -774,6 +774,7 @@ class StateHeaterItem(Part):
             2: "heating",
             3: "tuning",
             4: "fault",
+            5: "stopping",
         })
     temperature = Measured(
         "heater.%02u.temperature", 7, (2712, 104),
@@ -945,6 +946,7 @@ class StateServoItem(Part):
             1: "off",
             2: "enabled",
             3: "fault",
+            4: "stopping",
         })
     pos_fb = Measured(
         "servo.%02u.pos-fb", 6, (3440, 120),

@@ -167,6 +167,70 @@ static void no_output_is_used_that_the_device_would_leave_on(void **state)
 	try_failsafe(do_without, true);
 }
 
+static unsigned int duties;
+
+/* One duty arrives and its answer does not; nothing arrives after it. */
+static void swallow_after_one(struct world *w, const uint8_t *packet)
+{
+	if (packet[1] == 0xCB)
+		w->swallow = duties++ > 0;
+}
+
+static bool lose_duty(struct world *w, const uint8_t *packet)
+{
+	(void)w;
+	return packet[1] == 0xCB;
+}
+
+static void an_off_is_followed_while_a_power_is_under_way(void **state)
+{
+	(void)state;
+	heat_run(1 * SECOND);
+	duties = 0;
+	world.watch = swallow_after_one;
+	world.lose_reply = lose_duty;
+	heat_command(HOTEND, 150);
+	while (!duties)
+		heat_cycle();
+	assert_true(heat_power(HOTEND) > 0);
+	heat_command(HOTEND, 0);
+	heat_run(100 * MS);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_STOPPING);
+	heat_run(2 * SECOND);
+	assert_int_equal(world.event_count[EVENT_HEATER_UNHEARD], 1);
+	assert_true(heat_power(HOTEND) <= 0);
+}
+
+static void swallow_outputs(struct world *w, const uint8_t *packet)
+{
+	w->swallow = packet[1] == 0xCC;
+}
+
+/* What it acknowledged may have been another device. */
+static void an_answer_from_before_a_gap_is_no_acknowledgement(void **state)
+{
+	const struct sim_link_faults slow = { .delay = { .low_ns = 9 * MS } }, none = { 0 };
+
+	(void)state;
+	heat_command(BED, 60);
+	heat_run(1 * SECOND);
+	assert_true(heat_power(BED) > 0);
+	sim_link_set_faults(&world.rig.link, 1, &slow);
+	heat_command(BED, 0);
+	heat_run(8 * MS);
+	assert_true(heat_power(BED) <= 0);
+	world.watch = swallow_outputs;
+	for (unsigned int i = 0; i < 40; i++) {
+		heat_cycle();
+		assert_int_equal(heat_shown(BED)->state, POKEYS_HEATER_STOPPING);
+	}
+	world.watch = NULL;
+	sim_link_set_faults(&world.rig.link, 1, &none);
+	heat_run(200 * MS);
+	assert_int_equal(heat_shown(BED)->state, POKEYS_HEATER_OFF);
+	assert_int_equal(world.event_count[EVENT_HEATER_UNHEARD], 0);
+}
+
 static void nobody_else_commands_their_outputs(void **state)
 {
 	(void)state;
@@ -214,6 +278,9 @@ int main(void)
 		cmocka_unit_test(a_commander_that_changes_the_device_under_them_switches_them_off),
 		cmocka_unit_test(another_period_is_no_other_power),
 		cmocka_unit_test(no_output_is_used_that_the_device_would_leave_on),
+		cmocka_unit_test_setup(an_off_is_followed_while_a_power_is_under_way, heat_begin),
+		cmocka_unit_test_setup(an_answer_from_before_a_gap_is_no_acknowledgement,
+				       heat_begin),
 		cmocka_unit_test_setup(nobody_else_commands_their_outputs, heat_begin),
 		cmocka_unit_test(channels_that_nobody_commands_stay_as_they_are),
 	};

@@ -337,6 +337,112 @@ static void it_turns_back_although_answers_are_slow(void **state)
 	assert_int_equal(world.event_count[EVENT_SERVO_UNHEARD], 0);
 }
 
+static void set_delay(unsigned int direction, uint64_t delay_ns)
+{
+	const struct sim_link_faults slow = { .delay = { .low_ns = delay_ns } };
+
+	sim_link_set_faults(&world.rig.link, direction, &slow);
+}
+
+/* A cycle in which all of them move: they have voltage. */
+static void move_all(void)
+{
+	for (unsigned int i = 0; i < MOTORS; i++)
+		world.command.servo[i].position += 0.001;
+	servo_cycle();
+}
+
+/* It arrives as soon as a packet can, whenever in a round trip it is commanded. */
+static void off_does_not_wait_for_an_answer(void **state)
+{
+	(void)state;
+	for (unsigned int i = 0; i < 12; i++) {
+		begin_patient(NULL);
+		for (unsigned int motor = 0; motor < MOTORS; motor++) {
+			struct servo_config *loop = &world.config.servo[motor].servo;
+
+			loop->follow_least = loop->follow_most = 5;
+			loop->gains = (struct servo_gains){ .p = 0.001, .velocity = 0.1 };
+		}
+		servo_start();
+		servo_enable_all();
+		set_delay(0, 5 * MS);
+		set_delay(1, 5 * MS);
+		/* until the deadlines are as long */
+		servo_run(500 * MS);
+		for (unsigned int cycle = 0; cycle < 100 + i; cycle++)
+			move_all();
+		for (unsigned int motor = 0; motor < MOTORS; motor++) {
+			assert_int_equal(servo_shown(motor)->state, POKEYS_SERVO_ENABLED);
+			assert_true(fabs(servo_output(motor)) > 0);
+			world.command.servo[motor].enable = 0;
+		}
+		servo_run(6 * MS);
+		servo_cycle();
+		assert_false(world_latch(&world, servo_enable_pin[SIGN]));
+		assert_false(world_latch(&world, servo_enable_pin[ANTIPHASE]));
+		servo_expect_off(0);
+	}
+}
+
+/* A duty of before a gap may be that of another device, which has not acknowledged anything. */
+static void an_answer_from_before_a_gap_is_no_acknowledgement(void **state)
+{
+	begin_patient(state);
+	servo_enable(TWO_PWM);
+	world.command.servo[TWO_PWM].position += 0.02;
+	servo_run(2 * MS);
+	assert_true(fabs(servo_output(TWO_PWM)) > 0);
+	set_delay(1, 11 * MS);
+	world.command.servo[TWO_PWM].enable = 0;
+	servo_run(2 * MS);
+	assert_true(fabs(servo_output(TWO_PWM)) <= 0);
+	servo_run(7 * MS);
+	world.watch = swallow_all;
+	for (unsigned int i = 0; i < 40; i++) {
+		servo_cycle();
+		assert_int_equal(servo_shown(TWO_PWM)->state, POKEYS_SERVO_STOPPING);
+	}
+	world.watch = NULL;
+	set_delay(1, 0);
+	servo_run(200 * MS);
+	assert_int_equal(servo_shown(TWO_PWM)->state, POKEYS_SERVO_OFF);
+	assert_int_equal(world.event_count[EVENT_SERVO_UNHEARD], 0);
+}
+
+static unsigned int clocks_to_damage;
+
+/* Its clock seems to have gone on by a quarter of an hour. */
+static bool damage_clock(struct world *w, const uint8_t *packet)
+{
+	uint8_t other[WIRE_PK];
+
+	if (packet[1] != 0xCF || !clocks_to_damage)
+		return false;
+	clocks_to_damage--;
+	memcpy(other, packet, sizeof(other));
+	other[4] ^= 0x10;
+	wire_finish(other, packet[WIRE_AT_ID]);
+	device_deliver(w->device, other, sizeof(other), NULL, w->now);
+	return true;
+}
+
+/* Damaged three times alike, it says nothing of the outputs: its failsafe has its turn. */
+static void another_clock_is_not_a_device_that_is_off(void **state)
+{
+	(void)state;
+	servo_enable_all();
+	world.lose_reply = damage_clock;
+	clocks_to_damage = 3;
+	for (unsigned int i = 0; i < 1500 && clocks_to_damage; i++)
+		move_all();
+	assert_int_equal(clocks_to_damage, 0);
+	world.watch = swallow_all;
+	servo_run(2 * MS);
+	assert_int_equal(world.event_count[EVENT_REBOOTED], 1);
+	servo_expect_off(1250 * MS);
+}
+
 static void emergency_of_the_engine(struct pokeys_settings *settings)
 {
 	settings->set |= POKEYS_SET_AXES | POKEYS_SET_EMERGENCY_PIN | POKEYS_SET_EMERGENCY_INVERT;
@@ -402,6 +508,9 @@ int main(void)
 		cmocka_unit_test(a_restarted_device_is_not_lost_for_them),
 		cmocka_unit_test_setup(the_output_is_sent_in_its_cycle, servo_begin),
 		cmocka_unit_test(it_turns_back_although_answers_are_slow),
+		cmocka_unit_test(off_does_not_wait_for_an_answer),
+		cmocka_unit_test(an_answer_from_before_a_gap_is_no_acknowledgement),
+		cmocka_unit_test_setup(another_clock_is_not_a_device_that_is_off, servo_begin),
 		cmocka_unit_test(the_engines_emergency_input_is_an_emergency_stop),
 		cmocka_unit_test(a_failsafe_that_ends_the_pwm_is_enough),
 	};

@@ -204,6 +204,54 @@ static void write_is_sent_again_with_the_newest_value(void **state)
 	assert_memory_equal(script_last(&s), expected, sizeof(expected));
 }
 
+static void write_that_cannot_wait_is_sent_again_at_once(void **state)
+{
+	uint8_t packet[POKEYS_PACKET_SIZE] = { 0xBB, OP_IO, 1 };
+	const struct pokeys_options options = { .retry_budget = 1 };
+	uint8_t id;
+
+	(void)state;
+	script_init(&s, &options);
+	id = (uint8_t)pokeys_request_create(&s.dev, packet, POKEYS_CLASS_WRITE, NULL, put_newest,
+					    &newest);
+	assert_int_equal(pokeys_request_resend(&s.dev, id, s.now), -EALREADY);
+	assert_int_equal(pokeys_request_send(&s.dev, id, s.now), 0);
+	s.now += 4 * MS;
+	for (newest = 50; newest < 55; newest++) {
+		assert_int_equal(pokeys_request_resend(&s.dev, id, s.now), 0);
+		assert_int_equal(script_last(&s)[8], newest);
+	}
+	assert_int_equal(s.sent, 6);
+	assert_int_equal(s.dev.statistics.resent, 5);
+	assert_int_equal(s.dev.in_flight_count, 1);
+	/* the deadline counts from then, and no retry is used up */
+	assert_int_equal(script_after(&s, 10 * MS - 1), 0);
+	for (unsigned int retry = 0; retry < 3; retry++)
+		script_after(&s, 50 * MS);
+	assert_int_equal(pokeys_request_state(&s.dev, id), POKEYS_REQUEST_IN_FLIGHT);
+	assert_int_equal(script_answer(&s, id), 1);
+	assert_int_equal(pokeys_request_resend(&s.dev, id, s.now), -EALREADY);
+	assert_int_equal(pokeys_request_free(&s.dev, id), 0);
+	assert_int_equal(pokeys_request_resend(&s.dev, id, s.now), -ENOENT);
+}
+
+static void only_what_may_be_repeated_is_sent_again_at_once(void **state)
+{
+	const struct pokeys_options options = { .send_budget = 2 };
+	uint8_t id;
+
+	(void)state;
+	script_init(&s, NULL);
+	id = script_request(&s, OP_PULSE, SUB_HOME, NULL, 0);
+	assert_int_equal(pokeys_request_resend(&s.dev, id, s.now), -EINVAL);
+	assert_int_equal(s.sent, 1);
+	script_init(&s, &options);
+	id = script_request(&s, OP_READ, 0, NULL, 0);
+	assert_int_equal(pokeys_request_resend(&s.dev, id, s.now), -EAGAIN);
+	assert_int_equal(s.sent, 1);
+	assert_int_equal(s.dev.statistics.refused_budget, 1);
+}
+
 static void cancel_in_refresh(pokeys_device_t *dev, mailbox_entry_t *entry, void *context)
 {
 	(void)context;
@@ -221,6 +269,11 @@ static void write_cancelled_while_refreshed_is_not_sent(void **state)
 	assert_int_equal(script_after(&s, 10 * MS), 1);
 	assert_int_equal(s.sent, 1);
 	assert_int_equal(pokeys_request_state(&s.dev, 0), POKEYS_REQUEST_CANCELLED);
+	assert_int_equal(s.dev.in_flight_count, 0);
+	pokeys_request_create(&s.dev, packet, POKEYS_CLASS_WRITE, NULL, cancel_in_refresh, NULL);
+	assert_int_equal(pokeys_request_send(&s.dev, 1, s.now), 0);
+	assert_int_equal(pokeys_request_resend(&s.dev, 1, s.now), -ECANCELED);
+	assert_int_equal(s.sent, 2);
 	assert_int_equal(s.dev.in_flight_count, 0);
 }
 
@@ -459,6 +512,8 @@ int main(void)
 		cmocka_unit_test(oneshot_is_sent_once_and_its_end_is_unknown),
 		cmocka_unit_test(oneshot_that_the_transport_refused_may_be_sent_later),
 		cmocka_unit_test(write_is_sent_again_with_the_newest_value),
+		cmocka_unit_test(write_that_cannot_wait_is_sent_again_at_once),
+		cmocka_unit_test(only_what_may_be_repeated_is_sent_again_at_once),
 		cmocka_unit_test(write_cancelled_while_refreshed_is_not_sent),
 		cmocka_unit_test(every_nth_send_that_fails_is_made_good),
 		cmocka_unit_test(round_trip_is_not_counted_from_a_resend_that_was_refused),

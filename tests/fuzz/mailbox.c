@@ -137,7 +137,7 @@ static void control(struct input *in)
 {
 	const uint8_t what = take(in), id = take(in);
 
-	switch (what % 7) {
+	switch (what % 8) {
 	case 0:
 		pokeys_request_cancel(&dev, id, now);
 		break;
@@ -155,6 +155,9 @@ static void control(struct input *in)
 		break;
 	case 5:
 		pokeys_device_set_timeout(&dev, id == UINT8_MAX ? UINT64_MAX : id * 50000u);
+		break;
+	case 6:
+		pokeys_request_resend(&dev, id, now);
 		break;
 	default:
 		pokeys_device_reset(&dev, now);

@@ -88,6 +88,10 @@ static void a_motor_that_does_not_follow_is_a_fault(void **state)
 	x->enable = false;
 	rig_periods(&rig, 2);
 	assert_true(x->fault);
+	/* off, and the device has not said so */
+	rig.daemon.servo[X].state = POKEYS_SERVO_STOPPING;
+	rig_periods(&rig, 2);
+	assert_true(x->fault && x->enabled);
 	/* an enable that was refused */
 	rig.daemon.servo[X].state = POKEYS_SERVO_OFF;
 	rig.daemon.servo[X].fault = 0;

@@ -260,6 +260,9 @@ static void heaters_are_shown_with_what_is_wrong(void **state)
 	heater->fault = heater->condition = POKEYS_HEATER_OPEN;
 	assert_non_null(strstr(status_of(device), "  heater 1    bed: 24.3 C, FAULT: sensor open, "
 			       "off until it is reset\n"));
+	heater->state = POKEYS_HEATER_STOPPING;
+	assert_non_null(strstr(status_of(device), "off until it is reset, NOT ACKNOWLEDGED: it may "
+			       "still heat\n"));
 	heater->state = POKEYS_HEATER_OFF;
 	heater->fault = 0;
 	heater->temperature = NAN;
