@@ -20,6 +20,8 @@ void heaters_init(struct heaters *heaters)
 {
 	memset(heaters, 0, sizeof(*heaters));
 	heaters->busy = (UINT32_C(1) << POKEYS_HEATERS) - 1;	/* their pins are looked at once */
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		gains_init(&heaters->gains[i], VALUES_HEATER_GAINS);
 }
 
 /* True if a pin has changed. */
@@ -42,6 +44,15 @@ static bool show(struct value_heater *value, const struct pokeys_heater *heater)
 	return true;
 }
 
+static void read_gains(struct gains *gains, struct value_heater *value,
+		       const struct pokeys_heater *heater, const struct one_shot_queue *queue,
+		       const struct pokeys_state *state)
+{
+	const float have[VALUES_HEATER_GAINS] = { heater->p, heater->i, heater->d };
+
+	gains_read(gains, value->gain, have, queue, state);
+}
+
 void heaters_read(struct heaters *heaters, struct values *values,
 		  const struct one_shot_queue *queue, const struct pokeys_state *state, bool alive)
 {
@@ -62,6 +73,7 @@ void heaters_read(struct heaters *heaters, struct values *values,
 		const unsigned int i = (unsigned int)__builtin_ctz(left);
 
 		changed |= show(&values->heater[i], &state->heater[i]);
+		read_gains(&heaters->gains[i], &values->heater[i], &state->heater[i], queue, state);
 	}
 	heaters->begun = true;
 	heaters->there = there;
@@ -84,6 +96,20 @@ static void write_target(struct heaters *heaters, unsigned int i, double target,
 }
 
 /* True if the queue was full. */
+static bool write_gains(struct heaters *heaters, unsigned int i, const struct values *values,
+			struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
+			struct refusals *refusals)
+{
+	const struct pokeys_one_shot shot = {
+		.operation = POKEYS_ONE_SHOT_HEATER_GAIN, .index = (uint8_t)i,
+	};
+
+	return fresh && heaters->there >> i & 1 &&
+	       gains_write(&heaters->gains[i], values->heater[i].gain, OFFSET(i, gain), &shot,
+			   queue, command, refusals);
+}
+
+/* True if the queue was full. */
 static bool write_heater(struct heaters *heaters, unsigned int i, struct values *values,
 			 struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
 			 struct refusals *refusals)
@@ -96,7 +122,7 @@ static bool write_heater(struct heaters *heaters, unsigned int i, struct values 
 
 	write_target(heaters, i, values->heater[i].target, command, refusals);
 	values->one_shot_failed_count += news.failed;
-	return news.full;
+	return news.full | write_gains(heaters, i, values, queue, command, fresh, refusals);
 }
 
 static uint32_t is_busy(const struct heaters *heaters, unsigned int i)
@@ -133,7 +159,9 @@ bool heaters_write(struct heaters *heaters, struct values *values, struct one_sh
 
 void heaters_forget(struct heaters *heaters, struct values *values)
 {
-	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++) {
 		values->one_shot_failed_count += press_forget(&heaters->reset[i]);
+		gains_forget(&heaters->gains[i]);
+	}
 	heaters->begun = false;
 }

@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include "halbridge/gains.h"
 #include "halbridge/press.h"
 #include "halbridge/refusal.h"
 #include "halbridge/values.h"
@@ -17,6 +18,7 @@ struct heaters {
 	uint32_t busy;			/* bit = what was written of it has not come to rest */
 	bool bad[POKEYS_HEATERS], absent[POKEYS_HEATERS];	/* its target */
 	struct press reset[POKEYS_HEATERS];
+	struct gains gains[POKEYS_HEATERS];
 };
 
 void heaters_init(struct heaters *heaters);

@@ -119,7 +119,7 @@ void table_put(const struct table_row *row, void *at, double value)
 
 void table_set_parameters(void *values)
 {
-	for (struct table_cursor row = table_walk(TABLE_ALL); table_next_row(&row);) {
+	for (struct table_cursor row = table_walk(TABLE_ALL | TABLE_LOOPS); table_next_row(&row);) {
 		for (unsigned int k = 0; k < table_row_names(row.row); k++) {
 			if (row.row->kind == TABLE_PARAM)
 				table_put(row.row, (unsigned char *)values +

@@ -113,6 +113,9 @@ static const char *refusal_text(unsigned int reason)
 		return "has no effect: pokeysd.conf has no such servo of this device";
 	case REFUSAL_POSITION:
 		return "not a finite number; the motor is stopped by a fault";
+	case REFUSAL_GAIN:
+		return "the daemon refuses this gain: it is too large, pid-p and pid-i would both "
+		       "be 0, or a search for gains runs; the previous one stays in use";
 	case REFUSAL_NO_OUTPUT:		/* with its terminal, refusal_line() */
 		break;
 	case REFUSAL_NO_INDEX:

@@ -27,6 +27,7 @@ enum refusal_reason {
 	REFUSAL_TARGET,		/* of a heater: NaN or infinite */
 	REFUSAL_NO_SERVO,	/* pokeysd.conf has none of this number */
 	REFUSAL_POSITION,	/* of a servo motor: NaN or infinite */
+	REFUSAL_GAIN,		/* by the daemon */
 };
 
 struct refusal_note {

@@ -20,6 +20,8 @@ void servos_init(struct servos *servos)
 {
 	memset(servos, 0, sizeof(*servos));
 	servos->busy = (UINT32_C(1) << POKEYS_SERVOS) - 1;	/* their pins are looked at once */
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		gains_init(&servos->gains[i], POKEYS_GAINS);
 }
 
 /* True if a pin has changed. */
@@ -48,6 +50,17 @@ static bool show(struct value_servo *value, const struct pokeys_servo *servo, bo
 		return false;
 	memcpy(value, &now, sizeof(now));
 	return true;
+}
+
+static void read_gains(struct gains *gains, struct value_servo *value,
+		       const struct pokeys_servo *servo, const struct one_shot_queue *queue,
+		       const struct pokeys_state *state)
+{
+	const float have[POKEYS_GAINS] = {
+		servo->p, servo->i, servo->d, servo->velocity_gain, servo->acceleration_gain,
+	};
+
+	gains_read(gains, value->gain, have, queue, state);
 }
 
 /* Nobody moves these. True if a pin has changed. */
@@ -95,6 +108,9 @@ void servos_read(struct servos *servos, struct values *values, const struct one_
 		const unsigned int i = (unsigned int)__builtin_ctz(left);
 
 		changed |= show(&values->servo[i], &state->servo[i], alive, servos->held[i]);
+		if (alive)
+			read_gains(&servos->gains[i], &values->servo[i], &state->servo[i], queue,
+				   state);
 	}
 	servos->begun |= alive;
 	servos->there = there;
@@ -119,6 +135,20 @@ static void write_motor(struct servos *servos, unsigned int i, const struct valu
 }
 
 /* True if the queue was full. */
+static bool write_gains(struct servos *servos, unsigned int i, const struct values *values,
+			struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
+			struct refusals *refusals)
+{
+	const struct pokeys_one_shot shot = {
+		.operation = POKEYS_ONE_SHOT_SERVO_GAIN, .index = (uint8_t)i,
+	};
+
+	return fresh && servos->there >> i & 1 &&
+	       gains_write(&servos->gains[i], values->servo[i].gain, OFFSET(i, gain), &shot,
+			   queue, command, refusals);
+}
+
+/* True if the queue was full. */
 static bool write_servo(struct servos *servos, unsigned int i, struct values *values,
 			struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
 			bool read, struct refusals *refusals)
@@ -131,7 +161,7 @@ static bool write_servo(struct servos *servos, unsigned int i, struct values *va
 
 	write_motor(servos, i, &values->servo[i], read, command, refusals);
 	values->one_shot_failed_count += news.failed;
-	return news.full;
+	return news.full | write_gains(servos, i, values, queue, command, fresh, refusals);
 }
 
 static uint32_t is_busy(const struct servos *servos, unsigned int i)
@@ -169,7 +199,9 @@ bool servos_write(struct servos *servos, struct values *values, struct one_shot_
 
 void servos_forget(struct servos *servos, struct values *values)
 {
-	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
 		values->one_shot_failed_count += press_forget(&servos->reset[i]);
+		gains_forget(&servos->gains[i]);
+	}
 	servos->begun = false;
 }

@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include "halbridge/gains.h"
 #include "halbridge/press.h"
 #include "halbridge/refusal.h"
 #include "halbridge/values.h"
@@ -18,6 +19,7 @@ struct servos {
 	bool bad[POKEYS_SERVOS], absent[POKEYS_SERVOS];	/* its command */
 	bool held[POKEYS_SERVOS];	/* could not be enabled: off until the pin has fallen */
 	struct press reset[POKEYS_SERVOS];
+	struct gains gains[POKEYS_SERVOS];
 };
 
 void servos_init(struct servos *servos);

@@ -81,7 +81,7 @@ static int read_names(struct settings *settings, const char *names, bool older, 
 		settings->schemes[i] = i ? further : TABLE_BOTH;
 	if (!names || !*names)
 		return 0;
-	for (unsigned int i = TABLE_CORE; i <= TABLE_ALL; i++) {
+	for (unsigned int i = TABLE_CORE; i < sizeof(words) / sizeof(words[0]); i++) {
 		if (!words[i] || strcmp(names, words[i]))
 			continue;
 		for (unsigned int k = 0; k < TABLE_DEVICES; k++)

@@ -26,11 +26,13 @@ enum table_scheme {
 	TABLE_CANONICAL = 9,
 	TABLE_FORMER = 16,		/* of earlier versions, for machines of that time alone */
 	TABLE_HEATER = 32,		/* of heaters; few machines have any */
-	TABLE_HEATERS = 41,		/* the canonical ones and these */
-	TABLE_SERVO = 64,		/* of servo motors, likewise */
-	TABLE_SERVOS = 73,
-	TABLE_LOOPS = 105,		/* the canonical ones, those of heaters and of motors */
-	TABLE_ALL = 111,		/* all but those of earlier versions */
+	TABLE_HEATER_GAIN = 64,		/* likewise, for which names=all has no room */
+	TABLE_HEATERS = 105,		/* the canonical ones and these */
+	TABLE_SERVO = 128,		/* of servo motors, likewise */
+	TABLE_SERVO_GAIN = 256,
+	TABLE_SERVOS = 393,
+	TABLE_LOOPS = 489,		/* the canonical ones, those of heaters and of motors */
+	TABLE_ALL = 175,		/* all but the gains and those of earlier versions */
 };
 enum table_kind { TABLE_PIN, TABLE_PARAM };
 enum table_type { TABLE_BIT, TABLE_FLOAT, TABLE_S32, TABLE_U32, TABLE_TYPES };
@@ -56,7 +58,7 @@ struct table_row {
 	uint16_t count;			/* of the (first) index */
 	uint8_t inner;			/* of the second index; 0 = there is none */
 	uint8_t first, inner_first;	/* where the indices in the name begin */
-	uint8_t scheme;			/* 0 = TABLE_CORE */
+	uint16_t scheme;		/* 0 = TABLE_CORE */
 	uint8_t kind, type, direction, when;
 };
 

@@ -9,6 +9,11 @@
 #define OUT_PIN(name, member, help)	\
 	ROWS("heater.%02u." name, PIN, OUT, READ, heater, member, help, OF_HEATERS)
 
+#define GAIN(name, which, help)								\
+	ROWS("heater.%02u." name, PARAM, RW, WRITE, heater, gain[POKEYS_GAIN_##which],	\
+	     "gain: power of 0 to 255 for each " help "; until it is set, that of the daemon",	\
+	     SETTING_FLOAT(0, 255000), GAIN_OF_HEATERS)
+
 static const struct table_row rows[] = {
 	ROWS("heater.%02u.target", PIN, IN, WRITE, heater, target,
 	     "target, degrees C; 0 = off. After the start and after a fault it has to be 0 once",
@@ -30,6 +35,9 @@ static const struct table_row rows[] = {
 	OUT_PIN("refused", refused,
 		"why the last target was refused: 0 it was not, 1 out of range, 2 it has to be 0 "
 		"first, 3 sensor or device not ready (condition)"),
+	GAIN("pid-p", P, "kelvin below the target"),
+	GAIN("pid-i", I, "kelvin and second below the target"),
+	GAIN("pid-d", D, "kelvin/s of the temperature"),
 };
 
 TABLE_GROUP(table_heater, rows);

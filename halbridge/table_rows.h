@@ -47,6 +47,8 @@
 #define APART		.scheme = TABLE_APART
 #define OF_HEATERS	.scheme = TABLE_HEATER
 #define OF_SERVOS	.scheme = TABLE_SERVO
+#define GAIN_OF_HEATERS	.scheme = TABLE_HEATER_GAIN
+#define GAIN_OF_SERVOS	.scheme = TABLE_SERVO_GAIN
 
 /* Initial value, least and most of a parameter. */
 #define PARAMETER(initial_, low_, high_)	\

@@ -11,6 +11,10 @@
 #define OUT_PIN(name, member, help)	\
 	ROWS("servo.%02u." name, PIN, OUT, READ, servo, member, help, OF_SERVOS)
 
+#define GAIN(name, which, help)								\
+	ROWS("servo.%02u." name, PARAM, RW, WRITE, servo, gain[POKEYS_GAIN_##which],	\
+	     help "; until it is set, that of the daemon", SETTING_FLOAT(0, 1e6), GAIN_OF_SERVOS)
+
 static const struct table_row rows[] = {
 	IN_PIN("pos-cmd", pos_cmd, "commanded position, units of counts-per-unit"),
 	IN_PIN("vel-cmd", vel_cmd,
@@ -40,6 +44,12 @@ static const struct table_row rows[] = {
 	OUT_PIN("homed", homed, "the position is that of the machine"),
 	OUT_PIN("limit-minus", limit_minus, "the limit switch at the lower end is pressed"),
 	OUT_PIN("limit-plus", limit_plus, "the limit switch at the upper end is pressed"),
+	GAIN("pid-p", P, "gain: output for each unit of the following error"),
+	GAIN("pid-i", I, "gain: output for each unit of the following error and second"),
+	GAIN("pid-d", D, "gain: output for each unit/s of the following error's change"),
+	GAIN("velocity-gain", VELOCITY, "feed-forward: output for each unit/s that is commanded"),
+	GAIN("acceleration-gain", ACCELERATION,
+	     "feed-forward: output for each unit/s^2 that is commanded"),
 };
 
 TABLE_GROUP(table_servo, rows);

@@ -9,7 +9,8 @@ static const struct model_row rows[] = {
 	EACH("heater.%02u.name", MODEL_TEXT, heater, name, "",
 	     HELP("name of the heater in pokeysd.conf; empty = there is none")),
 	HEATER("state", state, "", WORDS(pokeys_heater_state_name),
-	       HELP("0 = no such heater, 1 off, 2 heating, 3 tuning, 4 fault")),
+	       HELP("0 = no such heater, 1 off, 2 heating, 3 tuning, 4 fault, 5 off, but "
+		    "not acknowledged by the device")),
 	HEATER("temperature", temperature, "deg C"),
 	EACH_AGE("heater.%02u.age-ms", heater, t_ns, MS,
 		 HELP("time since the temperature was measured")),

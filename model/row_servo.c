@@ -9,7 +9,8 @@ static const struct model_row rows[] = {
 	EACH("servo.%02u.name", MODEL_TEXT, servo, name, "",
 	     HELP("name of the motor in pokeysd.conf; empty = there is none")),
 	SERVO("state", state, "", WORDS(pokeys_servo_state_name),
-	      HELP("0 = no such motor, 1 off, 2 enabled, 3 fault")),
+	      HELP("0 = no such motor, 1 off, 2 enabled, 3 fault, 4 off, "
+		   "but not acknowledged by the device")),
 	SERVO("pos-fb", position, ""),
 	EACH_AGE("servo.%02u.age-ms", servo, t_ns, MS, HELP("time since the encoder was read")),
 	SERVO("vel-fb", velocity, "1/s"),

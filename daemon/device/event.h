@@ -93,12 +93,17 @@ enum event_code {
 				 * servo_fault, its condition */
 	EVENT_SERVO_LEFT,	/* its commander has: it is off; a = motor, c = position */
 	EVENT_SERVO_UNHEARD,	/* as EVENT_HEATER_UNHEARD, of a motor */
+	EVENT_HEATER_GAIN,	/* another one until the daemon ends: a = heater, b = enum
+				 * pokeys_gain, c = value times EVENT_GAIN_SCALE */
+	EVENT_SERVO_GAIN,	/* likewise, of a motor */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };
 
 /* EVENT_HEATER: nobody knows it. */
 #define EVENT_NO_TEMPERATURE INT64_MIN
+
+#define EVENT_GAIN_SCALE 1e6
 
 /* EVENT_ONE_SHOT: no commander's, but a terminal's; ids of commanders begin anywhere. */
 enum { EVENT_ORDERED = -1 };

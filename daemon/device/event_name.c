@@ -55,6 +55,8 @@ static const char *const kind_names[EVENT_CODES] = {
 	[EVENT_SERVO_REFUSED] = "servo-refused",
 	[EVENT_SERVO_LEFT] = "servo-left",
 	[EVENT_SERVO_UNHEARD] = "servo-unheard",
+	[EVENT_HEATER_GAIN] = "heater-gain",
+	[EVENT_SERVO_GAIN] = "servo-gain",
 };
 
 const char *event_kind_name(uint32_t code)
@@ -142,6 +144,8 @@ static const char *const one_shot_names[] = {
 	[POKEYS_ONE_SHOT_HEATER_TUNE] = "tune heater",
 	[POKEYS_ONE_SHOT_SERVO_RESET] = "reset servo",
 	[POKEYS_ONE_SHOT_SERVO_PLACE] = "place servo",
+	[POKEYS_ONE_SHOT_HEATER_GAIN] = "gain of heater",
+	[POKEYS_ONE_SHOT_SERVO_GAIN] = "gain of servo",
 };
 
 const char *event_one_shot_name(int64_t operation)

@@ -509,6 +509,8 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_SERVO_REFUSED] = event_put_servo_refused,
 	[EVENT_SERVO_LEFT] = event_put_servo_left,
 	[EVENT_SERVO_UNHEARD] = event_put_servo_unheard,
+	[EVENT_HEATER_GAIN] = event_put_heater_gain,
+	[EVENT_SERVO_GAIN] = event_put_servo_gain,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -81,3 +81,20 @@ void event_put_servo_unheard(struct line *line, const struct event *e)
 	put(line, "it does not acknowledge that a servo motor is off: nothing is sent to it for "
 	    "%lld ms, so that its own failsafe switches its outputs off", (long long)e->a);
 }
+
+static void put_gain(struct line *line, const struct event *e, const char *loop)
+{
+	put(line, "%s %lld: %s = %.6g until the daemon ends; to keep it, write it into "
+	    "pokeysd.conf", loop, (long long)e->a, pokeys_gain_name((uint8_t)e->b),
+	    (double)e->c / EVENT_GAIN_SCALE);
+}
+
+void event_put_heater_gain(struct line *line, const struct event *e)
+{
+	put_gain(line, e, "heater");
+}
+
+void event_put_servo_gain(struct line *line, const struct event *e)
+{
+	put_gain(line, e, "servo");
+}

@@ -485,3 +485,26 @@ bool heating_tune(struct device *device, unsigned int index, double target)
 		heater_off(heater);
 	return true;
 }
+
+bool heating_regain(struct device *device, unsigned int index, unsigned int which, double value)
+{
+	struct pid_gains gains;
+	double *const gain[] = {
+		[POKEYS_GAIN_P] = &gains.p, [POKEYS_GAIN_I] = &gains.i, [POKEYS_GAIN_D] = &gains.d,
+	};
+	struct heater *heater;
+
+	if (index >= device->heatings.count || which >= sizeof(gain) / sizeof(gain[0]))
+		return false;
+	heater = &device->heatings.heating[index].heater;
+	if (heater->tune.state == TUNE_RUNS)
+		return false;
+	gains = heater->config.gains;
+	*gain[which] = value / HEATING_GAIN_SCALE;
+	if (!heater_regain(heater, &gains))
+		return false;
+	show_gains(&device->image.heater[index], heater);
+	device_say(device, EVENT_HEATER_GAIN, EVENT_NOTICE, index, which,
+		   (int64_t)llround(value * EVENT_GAIN_SCALE));
+	return true;
+}

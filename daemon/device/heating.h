@@ -111,8 +111,10 @@ void heating_terminals(const struct heating_config *config, unsigned int count,
 /* All of them are off. */
 bool heating_off(const struct device *device);
 
-/* One-shots, by a heater's index. Both return false if they refuse. */
+/* One-shots, by a heater's index. All return false if they refuse. */
 bool heating_reset(struct device *device, unsigned int index);
 bool heating_tune(struct device *device, unsigned int index, double target);
+/* `which` is enum pokeys_gain, the value in units of HEATING_GAIN_SCALE. */
+bool heating_regain(struct device *device, unsigned int index, unsigned int which, double value);
 
 #endif

@@ -303,6 +303,8 @@ const struct operation *operation_find(uint8_t operation)
 		[POKEYS_ONE_SHOT_HEATER_TUNE] = &operation_heater_tune,
 		[POKEYS_ONE_SHOT_SERVO_RESET] = &operation_servo_reset,
 		[POKEYS_ONE_SHOT_SERVO_PLACE] = &operation_servo_place,
+		[POKEYS_ONE_SHOT_HEATER_GAIN] = &operation_heater_gain,
+		[POKEYS_ONE_SHOT_SERVO_GAIN] = &operation_servo_gain,
 	};
 
 	return operation < sizeof(offered) / sizeof(offered[0]) ? offered[operation] : NULL;

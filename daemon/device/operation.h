@@ -33,9 +33,11 @@ extern const struct operation operation_set_encoder, operation_arm_index;
 extern const struct operation operation_home, operation_home_cancel, operation_home_finish,
 	operation_probe, operation_probe_finish, operation_jog, operation_jog_end;
 /* operation_heater.c */
-extern const struct operation operation_heater_reset, operation_heater_tune;
+extern const struct operation operation_heater_reset, operation_heater_tune,
+	operation_heater_gain;
 /* operation_servo.c */
-extern const struct operation operation_servo_reset, operation_servo_place;
+extern const struct operation operation_servo_reset, operation_servo_place,
+	operation_servo_gain;
 /* operation_thread.c */
 extern const struct operation operation_thread_begin, operation_thread_arm,
 	operation_thread_release, operation_thread_cancel;

@@ -19,5 +19,11 @@ static bool tune(struct device *device, const struct pokeys_one_shot *shot)
 	return isfinite(target) && target >= 0 && heating_tune(device, shot->index, (double)target);
 }
 
+static bool gain(struct device *device, const struct pokeys_one_shot *shot)
+{
+	return heating_regain(device, shot->index, shot->mask, (double)shot->parameter[0]);
+}
+
 const struct operation operation_heater_reset = { .act = reset };
 const struct operation operation_heater_tune = { .act = tune };
+const struct operation operation_heater_gain = { .act = gain };

@@ -17,5 +17,11 @@ static bool place(struct device *device, const struct pokeys_one_shot *shot)
 			      shot->flags & POKEYS_SERVO_HOMED);
 }
 
+static bool gain(struct device *device, const struct pokeys_one_shot *shot)
+{
+	return servoing_regain(device, shot->index, shot->mask, (double)shot->parameter[0]);
+}
+
 const struct operation operation_servo_reset = { .act = reset };
 const struct operation operation_servo_place = { .act = place };
+const struct operation operation_servo_gain = { .act = gain };

@@ -538,3 +538,26 @@ bool servoing_place(struct device *device, unsigned int index, int32_t counts, b
 	servo = &device->servoings.servoing[index].servo;
 	return servo_place(servo, counts / servo->config.scale, homed);
 }
+
+bool servoing_regain(struct device *device, unsigned int index, unsigned int which, double value)
+{
+	struct servo_gains gains;
+	double *const gain[] = {
+		[POKEYS_GAIN_P] = &gains.p, [POKEYS_GAIN_I] = &gains.i, [POKEYS_GAIN_D] = &gains.d,
+		[POKEYS_GAIN_VELOCITY] = &gains.velocity,
+		[POKEYS_GAIN_ACCELERATION] = &gains.acceleration,
+	};
+	struct servo *servo;
+
+	if (index >= device->servoings.count || which >= sizeof(gain) / sizeof(gain[0]))
+		return false;
+	servo = &device->servoings.servoing[index].servo;
+	gains = servo->config.gains;
+	*gain[which] = value;
+	if (!servo_regain(servo, &gains))
+		return false;
+	show_gains(&device->image.servo[index], &gains);
+	device_say(device, EVENT_SERVO_GAIN, EVENT_NOTICE, index, which,
+		   (int64_t)llround(value * EVENT_GAIN_SCALE));
+	return true;
+}

@@ -111,8 +111,10 @@ bool servoing_may_arm(const struct device *device, unsigned int encoder);
 /* Counters of these encoders (bits) were written, or begin again. */
 void servoing_written(struct device *device, uint32_t encoders);
 
-/* One-shots, by a motor's index. Both return false if they refuse. */
+/* One-shots, by a motor's index. All return false if they refuse. */
 bool servoing_reset(struct device *device, unsigned int index);
 bool servoing_place(struct device *device, unsigned int index, int32_t counts, bool homed);
+/* `which` is enum pokeys_gain. */
+bool servoing_regain(struct device *device, unsigned int index, unsigned int which, double value);
 
 #endif

@@ -170,6 +170,13 @@ enum pokeys_one_shot_operation {
 	 * Refused while it is enabled. Nothing moves.
 	 */
 	POKEYS_ONE_SHOT_SERVO_PLACE = 24,
+	/*
+	 * Another gain, until the daemon ends: mask = enum pokeys_gain, parameter[0] = value, in
+	 * the units of pokeysd.conf. The output does not jump. Refused if it is no gain, or if p
+	 * and i would both be 0, or while a heater searches for its gains.
+	 */
+	POKEYS_ONE_SHOT_HEATER_GAIN = 25,
+	POKEYS_ONE_SHOT_SERVO_GAIN = 26,
 };
 
 struct pokeys_one_shot {

@@ -17,6 +17,16 @@ enum {
 	POKEYS_SERVOS = 6,		/* one for each PWM output */
 };
 
+/* Gains that can be changed while a loop runs; a heater has the first three. */
+enum pokeys_gain {
+	POKEYS_GAIN_P = 0,
+	POKEYS_GAIN_I = 1,
+	POKEYS_GAIN_D = 2,
+	POKEYS_GAIN_VELOCITY = 3,
+	POKEYS_GAIN_ACCELERATION = 4,
+	POKEYS_GAINS
+};
+
 enum pokeys_heater_state {
 	POKEYS_HEATER_NONE = 0,		/* pokeysd.conf has no such heater */
 	POKEYS_HEATER_OFF = 1,

@@ -259,6 +259,19 @@ static inline const char *pokeys_heater_tuning_name(uint8_t tuning)
 	}
 }
 
+/* enum pokeys_gain: the key in pokeysd.conf */
+static inline const char *pokeys_gain_name(uint8_t gain)
+{
+	switch (gain) {
+	case POKEYS_GAIN_P:		return "pid-p";
+	case POKEYS_GAIN_I:		return "pid-i";
+	case POKEYS_GAIN_D:		return "pid-d";
+	case POKEYS_GAIN_VELOCITY:	return "velocity-gain";
+	case POKEYS_GAIN_ACCELERATION:	return "acceleration-gain";
+	default:			return "unknown";
+	}
+}
+
 /* enum pokeys_servo_state */
 static inline const char *pokeys_servo_state_name(uint8_t state)
 {

@@ -766,7 +766,8 @@ class StateHeaterItem(Part):
         size=32)
     state = Word(
         "heater.%02u.state", 7, (2766, 104),
-        "0 = no such heater, 1 off, 2 heating, 3 tuning, 4 fault",
+        "0 = no such heater, 1 off, 2 heating, 3 tuning, 4 fault, 5 off, but not acknowledged by "
+        "the device",
         code="B",
         words={
             0: "none",
@@ -939,7 +940,7 @@ class StateServoItem(Part):
         size=32)
     state = Word(
         "servo.%02u.state", 6, (3512, 120),
-        "0 = no such motor, 1 off, 2 enabled, 3 fault",
+        "0 = no such motor, 1 off, 2 enabled, 3 fault, 4 off, but not acknowledged by the device",
         code="B",
         words={
             0: "none",

@@ -271,6 +271,41 @@ static void channels_that_nobody_commands_stay_as_they_are(void **state)
 	assert_true(world.rig.device.config.pwm.enabled >> FAN_PWM & 1);
 }
 
+static enum pokeys_outcome set_gain(unsigned int heater, unsigned int which, float value)
+{
+	const struct pokeys_one_shot shot = {
+		.operation = POKEYS_ONE_SHOT_HEATER_GAIN, .index = (uint8_t)heater,
+		.mask = (uint8_t)which, .parameter = { value },
+	};
+
+	return world_do(&world, &shot, 1 * SECOND);
+}
+
+static void gains_change_while_it_heats(void **state)
+{
+	const float bad[] = { NAN, INFINITY, -1, 1e6f };
+	float power;
+
+	(void)state;
+	heat_up();
+	power = heat_shown(HOTEND)->power;
+	assert_int_equal(set_gain(HOTEND, POKEYS_GAIN_P, 30), POKEYS_OUTCOME_DONE);
+	assert_true(heat_shown(HOTEND)->p == 30);
+	heat_run(200 * MS);
+	assert_true(fabs((double)(heat_shown(HOTEND)->power - power)) < 0.05);
+	for (unsigned int i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
+		assert_int_equal(set_gain(HOTEND, POKEYS_GAIN_I, bad[i]), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(set_gain(HOTEND, POKEYS_GAIN_VELOCITY, 1), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(set_gain(HEATERS, POKEYS_GAIN_P, 1), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(world.event_count[EVENT_HEATER_GAIN], 1);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_HEATING);
+	/* a search has gains of its own */
+	heat_command(HOTEND, 0);
+	heat_run(200 * MS);
+	assert_int_equal(heat_tune(HOTEND, 150), POKEYS_OUTCOME_DONE);
+	assert_int_equal(set_gain(HOTEND, POKEYS_GAIN_P, 20), POKEYS_OUTCOME_REFUSED);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -281,6 +316,7 @@ int main(void)
 		cmocka_unit_test_setup(an_off_is_followed_while_a_power_is_under_way, heat_begin),
 		cmocka_unit_test_setup(an_answer_from_before_a_gap_is_no_acknowledgement,
 				       heat_begin),
+		cmocka_unit_test_setup(gains_change_while_it_heats, heat_begin),
 		cmocka_unit_test_setup(nobody_else_commands_their_outputs, heat_begin),
 		cmocka_unit_test(channels_that_nobody_commands_stay_as_they_are),
 	};

@@ -230,6 +230,54 @@ static void one_that_runs_when_the_daemon_begins_is_stopped_first(void **state)
 	servo_expect_off(0);
 }
 
+static enum pokeys_outcome set_gain(unsigned int motor, unsigned int which, float value)
+{
+	const struct pokeys_one_shot shot = {
+		.operation = POKEYS_ONE_SHOT_SERVO_GAIN, .index = (uint8_t)motor,
+		.mask = (uint8_t)which, .parameter = { value },
+	};
+
+	return world_do(&world, &shot, 1 * SECOND);
+}
+
+static void gains_change_while_it_runs(void **state)
+{
+	const double before = world.config.servo[SIGN].servo.gains.d;
+	double output;
+
+	(void)state;
+	servo_enable_all();
+	servo_push_all();
+	output = (double)servo_shown(SIGN)->output;
+	assert_int_equal(set_gain(SIGN, POKEYS_GAIN_P, 0.35f), POKEYS_OUTCOME_DONE);
+	assert_true(servo_shown(SIGN)->p == 0.35f);
+	assert_true(fabs((double)servo_shown(SIGN)->output - output) < 0.02);
+	assert_true(fabs((double)servo_shown(SIGN)->d - before) < 1e-6);
+	assert_int_equal(set_gain(SIGN, POKEYS_GAIN_ACCELERATION, 0.001f), POKEYS_OUTCOME_DONE);
+	assert_true(servo_shown(SIGN)->acceleration_gain == 0.001f);
+	assert_true(servo_shown(TWO_PWM)->p != 0.35f);
+	assert_int_equal(world.event_count[EVENT_SERVO_GAIN], 2);
+	servo_run(500 * MS);
+	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
+}
+
+static void what_is_no_gain_is_refused(void **state)
+{
+	const float bad[] = { NAN, INFINITY, -1, 2e6f };
+	const float before = servo_shown(SIGN)->p;
+
+	(void)state;
+	for (unsigned int i = 0; i < sizeof(bad) / sizeof(bad[0]); i++)
+		assert_int_equal(set_gain(SIGN, POKEYS_GAIN_P, bad[i]), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(set_gain(SIGN, POKEYS_GAIN_I, 0), POKEYS_OUTCOME_DONE);
+	assert_int_equal(set_gain(SIGN, POKEYS_GAIN_P, 0), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(set_gain(SIGN, POKEYS_GAINS, 1), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(set_gain(SIGN, UINT8_MAX, 1), POKEYS_OUTCOME_REFUSED);
+	assert_int_equal(set_gain(MOTORS, POKEYS_GAIN_P, 1), POKEYS_OUTCOME_REFUSED);
+	assert_true(servo_shown(SIGN)->p == before);
+	assert_int_equal(world.event_count[EVENT_SERVO_GAIN], 1);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -242,6 +290,8 @@ int main(void)
 				       servo_begin),
 		cmocka_unit_test_setup(off_does_not_wait_after_losses, servo_begin),
 		cmocka_unit_test_setup(one_that_is_enabled_is_not_placed, servo_begin),
+		cmocka_unit_test_setup(gains_change_while_it_runs, servo_begin),
+		cmocka_unit_test_setup(what_is_no_gain_is_refused, servo_begin),
 		cmocka_unit_test(a_device_that_would_not_stop_them_is_not_used),
 		cmocka_unit_test(one_without_pwm_or_an_encoder_is_not_ready),
 		cmocka_unit_test(one_that_runs_when_the_daemon_begins_is_stopped_first),

@@ -141,6 +141,57 @@ def rates_are_measured(m):
             print(f"latency.{name}-{what}: {hal.get(f'latency.{name}-{what}-us'):.0f} us")
 
 
+LOOPS = """
+pwm-period = 1250
+encoder.4.enable = on
+encoder.4.sampling = 4
+encoder.4.pins = 23, 24
+
+[heater bed]
+sensor-pin = 44
+sensor = thermistor
+pwm = 1
+max-temperature = 100
+pid-p = 20
+
+[servo x]
+encoder = 4
+counts-per-unit = 400
+pwm = 0
+direction-pin = 36
+max-speed = 100
+impossible-speed = 9000
+pid-p = 0.25
+min-following-error = 1
+max-following-error = 2
+"""
+
+
+def gains_reach_the_daemon_and_the_next_one(m):
+    m.names = "loops"
+    conf = m.folder / "conf"
+    conf.write_text(conf.read_text().replace("failsafe-timeout-ms = 10000", "failsafe-timeout-ms = 1000") + LOOPS)
+    hal = m.all()
+    hal.becomes("servo.00.pid-p", 0.25)
+    hal.becomes("heater.00.pid-p", 20)
+    hal.set("servo.00.pid-p", 0.35)
+    hal.set("heater.00.pid-i", 0.7)
+    set_here = "servo 0: pid-p = 0.35 until the daemon ends", "heater 0: pid-i = 0.7 until the daemon ends"
+
+    def wait_set(times):
+        hal_live.wait(f"set {times} times",
+                      lambda: [m.log("pokeysd", 9000).count(text) for text in set_here] == [times] * 2)
+    wait_set(1)
+    m.kill("pokeysd")
+    m.daemon()
+    wait_set(2)
+    hal.set("servo.00.pid-p", 2e6)
+    hal.says("pokeys.0.servo.00.pid-p = 2e+06: the daemon refuses this gain")
+    hal.becomes("servo.00.pid-p", lambda have: abs(have - 0.35) < 1e-6)
+    assert hal.get("servo.00.pid-i") == 0
+    wait_set(2)
+
+
 TESTS = [
     settings_are_shown_and_one_that_is_set_reaches_the_device,
     a_setting_that_the_daemon_does_not_take_is_told,
@@ -152,6 +203,7 @@ TESTS = [
     the_clock_is_set,
     matrix_keys_are_seen,
     rates_are_measured,
+    gains_reach_the_daemon_and_the_next_one,
 ]
 
 

@@ -33,6 +33,7 @@ static void every_name_is_unique_and_fits(void **state)
 	check_unique(TABLE_BOTH);
 	check_unique(TABLE_LEGACY);
 	check_unique(TABLE_ALL);
+	check_unique(TABLE_LOOPS);
 	check_unique(TABLE_FORMER);
 }
 
@@ -102,6 +103,10 @@ static void both_is_without_what_is_set_apart(void **state)
 			 apart);
 	assert_int_equal(find("pokeys.1.heater.06.target", TABLE_CANONICAL, &(size_t){ 0 }), 0);
 	assert_int_equal(find("pokeys.1.heater.06.target", TABLE_HEATERS, &(size_t){ 0 }), 1);
+	assert_int_equal(find("pokeys.1.heater.06.pid-p", TABLE_ALL, &(size_t){ 0 }), 0);
+	assert_int_equal(find("pokeys.1.heater.06.pid-p", TABLE_LOOPS, &(size_t){ 0 }), 1);
+	assert_int_equal(find("pokeys.1.servo.05.pid-p", TABLE_HEATERS, &(size_t){ 0 }), 0);
+	assert_int_equal(find("pokeys.1.servo.05.pid-p", TABLE_SERVOS, &(size_t){ 0 }), 1);
 	assert_int_equal(find("pokeys.1.failsafe.pin.54", TABLE_BOTH, &(size_t){ 0 }), 0);
 	assert_int_equal(find("pokeys.1.failsafe.pin.54", TABLE_ALL, &(size_t){ 0 }), 1);
 	assert_int_equal(find("pokeys.1.failsafe.state", TABLE_BOTH, &(size_t){ 0 }), 1);
@@ -155,7 +160,7 @@ static void a_name_too_long_for_hal_is_refused(void **state)
 static size_t unbound(void)
 {
 	/* "both" has the canonical encoder.10 to encoder.25 and not the older ones */
-	static const unsigned int schemes[] = { TABLE_ALL, TABLE_LEGACY };
+	static const unsigned int schemes[] = { TABLE_ALL, TABLE_LEGACY, TABLE_LOOPS };
 	static bool used[sizeof(struct values)];
 	size_t bytes = 0;
 
@@ -183,7 +188,7 @@ static void names_of_one_member_agree(void **state)
 	static const struct table_row *first[sizeof(struct values)];
 
 	(void)state;
-	for (struct table_cursor at = table_walk(TABLE_ALL); table_next(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_ALL | TABLE_LOOPS); table_next(&at);) {
 		const struct table_row *other = first[at.offset];
 		size_t size = table_type_size(at.row->type);
 
@@ -202,7 +207,7 @@ static void names_of_one_member_agree(void **state)
 static void kinds_and_directions_fit_together(void **state)
 {
 	(void)state;
-	for (struct table_cursor at = table_walk(TABLE_ALL); table_next_row(&at);) {
+	for (struct table_cursor at = table_walk(TABLE_ALL | TABLE_LOOPS); table_next_row(&at);) {
 		const struct table_row *row = at.row;
 
 		if (row->kind == TABLE_PIN)

@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * A gain is the daemon's until somebody sets it, as with other settings (wish.c). From then on it
+ * is asked for whenever the daemon uses another one, also after a restart of the daemon, which
+ * begins with those of pokeysd.conf. Each is a one-shot, so that the daemon can refuse it; then the
+ * parameter goes back to what is used.
+ *
+ * A parameter is memory that anybody writes; nobody tells us. So what was seen there last is
+ * remembered, and a value that differs was set by somebody. A negative number, or nan, gives the
+ * gain back to the daemon, which goes on with the one that it has.
+ */
+#include "halbridge/gains.h"
+#include <math.h>
+#include <string.h>
+
+/* A number that was put there, or the same nan. */
+static bool same(double a, double b)
+{
+	return !memcmp(&a, &b, sizeof(a));
+}
+
+static bool differs(float have, double value)
+{
+	const float wanted = (float)value;
+
+	return memcmp(&have, &wanted, sizeof(have)) != 0;
+}
+
+void gains_init(struct gains *gains, unsigned int count)
+{
+	memset(gains, 0, sizeof(*gains));
+	gains->count = (uint8_t)count;
+	for (unsigned int i = 0; i < count; i++)
+		gains->shown[i] = (double)NAN;
+}
+
+/* The one-shot that is under way has ended. */
+static void end(struct gains *gains, enum pokeys_outcome outcome)
+{
+	const uint8_t bit = (uint8_t)(1u << gains->which);
+
+	gains->asked = false;
+	if (outcome != POKEYS_OUTCOME_REFUSED || !same(gains->shown[gains->which], gains->value))
+		return;
+	gains->set &= (uint8_t)~bit;
+	gains->refused |= bit;
+}
+
+void gains_read(struct gains *gains, double parameter[], const float have[],
+		const struct one_shot_queue *queue, const struct pokeys_state *state)
+{
+	enum pokeys_outcome outcome;
+
+	if (gains->asked) {
+		outcome = one_shot_outcome(queue, state, gains->id);
+		if (outcome != POKEYS_OUTCOME_NONE)
+			end(gains, outcome);
+	}
+	memcpy(gains->have, have, gains->count * sizeof(have[0]));
+	for (unsigned int i = 0; i < gains->count; i++) {
+		if (gains->set >> i & 1 || !same(parameter[i], gains->shown[i]) ||
+		    !differs(have[i], parameter[i]))
+			continue;
+		parameter[i] = gains->shown[i] = (double)have[i];
+	}
+}
+
+/* Somebody has set it, or given it back. */
+static void take(struct gains *gains, unsigned int i, double value)
+{
+	const uint8_t bit = (uint8_t)(1u << i);
+
+	gains->shown[i] = value;
+	if (value >= 0)
+		gains->set |= bit;
+	else
+		gains->set &= (uint8_t)~bit;
+}
+
+/* The first that is wanted otherwise than the daemon has it; count: none. */
+static unsigned int first_wanted(const struct gains *gains)
+{
+	unsigned int i = 0;
+
+	while (i < gains->count &&
+	       !(gains->set >> i & 1 && differs(gains->have[i], gains->shown[i])))
+		i++;
+	return i;
+}
+
+static bool ask(struct gains *gains, unsigned int which, const struct pokeys_one_shot *shot,
+		struct one_shot_queue *queue, struct pokeys_command *command)
+{
+	struct pokeys_one_shot gain = *shot;
+	enum one_shot_push pushed;
+
+	gain.mask = (uint8_t)which;
+	gain.parameter[0] = (float)gains->shown[which];
+	pushed = one_shot_push(queue, command, &gain, &gains->id);
+	gains->asked = pushed == ONE_SHOT_QUEUED;
+	gains->which = (uint8_t)which;
+	gains->value = gains->shown[which];
+	return pushed == ONE_SHOT_FULL;
+}
+
+static void say_refused(struct gains *gains, size_t offset, struct refusals *refusals)
+{
+	for (unsigned int i = 0; i < gains->count; i++)
+		if (gains->refused >> i & 1)
+			refusal_once(refusals, offset + i * sizeof(double), REFUSAL_GAIN,
+				     gains->value);
+	gains->refused = 0;
+}
+
+bool gains_write(struct gains *gains, const double parameter[], size_t offset,
+		 const struct pokeys_one_shot *shot, struct one_shot_queue *queue,
+		 struct pokeys_command *command, struct refusals *refusals)
+{
+	unsigned int which;
+
+	if (gains->refused)
+		say_refused(gains, offset, refusals);
+	for (unsigned int i = 0; i < gains->count; i++)
+		if (!same(parameter[i], gains->shown[i]))
+			take(gains, i, parameter[i]);
+	if (gains->asked || !gains->set)
+		return false;
+	which = first_wanted(gains);
+	return which < gains->count && ask(gains, which, shot, queue, command);
+}
+
+void gains_forget(struct gains *gains)
+{
+	gains->asked = false;
+}
