@@ -316,7 +316,7 @@ static void step_all(struct device *device)
 static bool is_settled_off(const struct device *device, const struct heating_config *config)
 {
 	if (config->kind == HEATING_PIN)
-		return loops_pins_settled(device, UINT64_C(1) << config->output, 0);
+		return safe_pins_settled(device, UINT64_C(1) << config->output, 0);
 	return loops_duty_settled(device, config->output, 0);
 }
 
@@ -326,10 +326,10 @@ static void follow(struct device *device, unsigned int i)
 	struct heating *heating = &device->heatings.heating[i];
 	const struct heating_config *config = config_of(device, i);
 
-	if (heating->heater.power > 0 && !heater_is_off(&heating->heater)) {
-		heating->hot = true;
+	if (!heater_is_off(&heating->heater)) {
+		heating->hot = heating->hot || heating->heater.power > 0;
 		heating->off_ns = 0;
-	} else if (heating->hot && heater_is_off(&heating->heater)) {
+	} else if (heating->hot) {
 		heating->hot = !is_settled_off(device, config);
 		if (!heating->off_ns)
 			heating->off_ns = device->now_ns;
@@ -400,14 +400,6 @@ uint8_t heating_channels_stopping(const struct device *device)
 		    is_stopping(&device->heatings.heating[i]))
 			channels |= 1u << config_of(device, i)->output;
 	return (uint8_t)channels;
-}
-
-bool heating_stopping(const struct device *device)
-{
-	for (unsigned int i = 0; i < device->heatings.count; i++)
-		if (is_stopping(&device->heatings.heating[i]))
-			return true;
-	return false;
 }
 
 uint64_t heating_pins(const struct device *device)

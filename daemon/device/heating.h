@@ -77,8 +77,7 @@ void heating_cycle(struct device *device);
 uint64_t heating_pins(const struct device *device);
 uint64_t heating_pins_on(const struct device *device);
 
-/* A heater is off, and the device has not acknowledged that; the pins and channels of those. */
-bool heating_stopping(const struct device *device);
+/* Pins and channels of heaters that are off, which the device has not acknowledged. */
 uint64_t heating_pins_stopping(const struct device *device);
 uint8_t heating_channels_stopping(const struct device *device);
 /* A heater that the failsafe has to switch off may be on in the device. */

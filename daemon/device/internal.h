@@ -54,7 +54,7 @@ struct life {
 	bool foreign;			/* somebody else answers there */
 	bool asked;			/* something was asked since the last answer */
 	bool rebooted;			/* to be acted upon in the next cycle */
-	bool began;			/* ... and its clock has just begun: its outputs are off */
+	bool began;			/* ... and it has just begun, or is about to: outputs off */
 	bool blocked;			/* found, but it may not run */
 	bool in_use;			/* somebody else drives it */
 	/* of the failsafe's turn in a loss */
@@ -324,6 +324,8 @@ bool request_send_patiently(struct device *device, enum wire_op op, const void *
  * cannot wait for its answer. False: there is none, or not now.
  */
 bool request_again(struct device *device, pokeys_parser_t parser, const void *context);
+/* There is one, of which the transport has taken no packet yet. */
+bool request_unsent(const struct device *device, pokeys_parser_t parser, const void *context);
 
 /* An event of this device; too many of a kind in a second are dropped. */
 void device_say(struct device *device, enum event_code code, enum event_level level, int64_t a,
@@ -518,6 +520,11 @@ bool safe_part(const struct device *device, unsigned int part);
 /* Outputs that are to be written now, and their values; mask 0 = none. */
 void safe_outputs(const struct device *device, uint64_t *outputs, uint64_t *mask);
 void safe_outputs_acked(struct device *device, uint64_t outputs, uint64_t mask);
+/*
+ * The device has acknowledged what is on these pins, and nothing else is under way to them: with
+ * two versions nobody knows which is executed last.
+ */
+bool safe_pins_settled(const struct device *device, uint64_t pins, uint64_t on);
 
 /* motion.c */
 void motion_begin(struct device *device);

@@ -197,6 +197,16 @@ void device_suspended(struct device *device, uint64_t now_ns, uint64_t slept_ns)
 		   POKEYS_FAULT_SUSPENDED);
 }
 
+static void leave_alone(struct device *device, uint64_t waits_ns)
+{
+	struct life *life = &device->life;
+
+	life->alone_until_ns = device->now_ns + waits_ns + FAILSAFE_LATE_NS;
+	life->probe_after_ns = life->alone_until_ns;
+	life->cooled = true;
+	loops_left_alone(device);
+}
+
 void life_refuse(struct device *device, enum pokeys_fault fault)
 {
 	const uint32_t serial = device->identify.identity.serial;
@@ -215,6 +225,9 @@ void life_refuse(struct device *device, enum pokeys_fault fault)
 	life->asked = false;
 	life->probe_after_ns = device->now_ns + FOREIGN_NS;
 	life_enter(device, POKEYS_LINK_SEARCHING, fault);
+	/* ours was at this address: it may hear what is asked there */
+	if (loops_may_run(device) && life->failsafe_ns)
+		leave_alone(device, life->failsafe_ns);
 }
 
 /*
@@ -230,16 +243,6 @@ static uint64_t failsafe_waits_ns(const struct device *device)
 	if (device->life.foreign || !(wanted->set & POKEYS_SET_FAILSAFE))
 		return 0;
 	return failsafe_ns(wanted->failsafe_timeout, wanted->failsafe_peripherals);
-}
-
-static void leave_alone(struct device *device, uint64_t waits_ns)
-{
-	struct life *life = &device->life;
-
-	life->alone_until_ns = device->now_ns + waits_ns + FAILSAFE_LATE_NS;
-	life->probe_after_ns = life->alone_until_ns;
-	life->cooled = true;
-	loops_left_alone(device);
 }
 
 /*
@@ -362,8 +365,8 @@ static void lose_silent(struct device *device)
 }
 
 /*
- * One that has just begun has all outputs off. What any other has on, nobody knows: it is written
- * off as soon as it runs, and it is left alone if it does not acknowledge that.
+ * One that has just begun has all outputs off. What any other has on, nobody knows: it is switched
+ * off as soon as it runs; if that takes too long, it is left alone (found_cycle()).
  */
 static void restarted(struct device *device)
 {

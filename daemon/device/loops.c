@@ -78,24 +78,9 @@ void loops_doubt(struct device *device)
 	}
 }
 
-bool loops_stopping(const struct device *device)
-{
-	return heating_stopping(device) || servoing_stopping(device);
-}
-
 uint8_t loops_channels_stopping(const struct device *device)
 {
 	return heating_channels_stopping(device) | servoing_channels_stopping(device);
-}
-
-bool loops_pins_settled(const struct device *device, uint64_t pins, uint64_t on)
-{
-	const struct safe *safe = &device->safe;
-	const struct plan *plan = &device->plan;
-
-	return (safe->acked_mask & pins) == pins && (safe->acked & pins) == on &&
-	       (!plan->io_open || !pins ||
-		(!plan->io_mixed && (!(plan->io_mask & pins) || (plan->io_outputs & pins) == on)));
 }
 
 bool loops_duty_settled(const struct device *device, unsigned int channel, uint32_t duty)

@@ -35,15 +35,10 @@ bool loops_have_pwm(const struct device *device, unsigned int channel, uint32_t 
 /* All of them are off. */
 bool loops_off(const struct device *device);
 
-/* One of them is off, and the device has not acknowledged that; their pins, channels. */
-bool loops_stopping(const struct device *device);
+/* Pins and channels of those that are off, which the device has not acknowledged. */
 uint64_t loops_pins_stopping(const struct device *device);
 uint8_t loops_channels_stopping(const struct device *device);
-/*
- * The device has acknowledged what is on these pins, or the duty (ticks) of a channel, and
- * nothing else is under way to it: with two versions nobody knows which is executed last.
- */
-bool loops_pins_settled(const struct device *device, uint64_t pins, uint64_t on);
+/* As safe_pins_settled(), of the duty (ticks) of a channel. */
 bool loops_duty_settled(const struct device *device, unsigned int channel, uint32_t duty);
 /* One that the failsafe has to switch off may be on in the device. */
 bool loops_may_run(const struct device *device);

@@ -175,7 +175,7 @@ bool output_send(struct device *device)
 	return false;
 }
 
-/* A loop is to be off, and what is under way has it on. */
+/* A loop is to be off, and what is under way has it on, or nothing is. */
 static bool hides_off(const struct device *device, const struct output *output)
 {
 	const unsigned int channels = loops_channels_stopping(device);
@@ -186,15 +186,21 @@ static bool hides_off(const struct device *device, const struct output *output)
 	for (unsigned int i = 0; i < POKEYS_PWM; i++)
 		if (channels >> i & 1 && output->sent.pwm.duty[i] != want.pwm.duty[i])
 			return true;
-	return false;
+	return request_unsent(device, ended, (void *)(uintptr_t)OUTPUT_PWM);
 }
 
 bool output_send_loops(struct device *device)
 {
+	struct output *pwm = &device->outputs.output[OUTPUT_PWM];
+	const union output_value before = pwm->sent;
 	union output_value want;
 
-	if (hides_off(device, &device->outputs.output[OUTPUT_PWM]))
-		return request_again(device, ended, (void *)(uintptr_t)OUTPUT_PWM);
+	if (hides_off(device, pwm)) {
+		if (request_again(device, ended, (void *)(uintptr_t)OUTPUT_PWM))
+			return true;
+		pwm->sent = before;	/* the transport has not taken it */
+		return false;
+	}
 	return is_due(device, OUTPUT_PWM, &want) && send(device, OUTPUT_PWM, &want);
 }
 

@@ -31,7 +31,7 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
-enum { KEPT = 4 };	/* places in the window that only the four urgent kinds may use */
+enum { KEPT = 4 };	/* places in the window that only the urgent kinds may use, but for PWM */
 
 uint64_t plan_answers_ns(const struct device *device, unsigned int count)
 {
@@ -54,7 +54,8 @@ static void io_request(const struct device *device, struct wire_io_req *io)
 		mask = loops_pins_stopping(device);
 		outputs &= mask;
 	}
-	io->write = mask != 0;
+	/* always one that can be sent again with an off in it: a read keeps what it asks */
+	io->write = mask != 0 || loops_pins(device) != 0;
 	io->outputs = outputs;
 	io->ignore = ~mask & ((UINT64_C(1) << 56) - 1);
 }
@@ -173,7 +174,22 @@ static bool hides_off(const struct device *device)
 	const uint64_t mask = plan->io_open ? plan->io_mask : device->safe.acked_mask;
 	const uint64_t outputs = plan->io_open ? plan->io_outputs : device->safe.acked;
 
-	return (mask & pins) != pins || (outputs & pins) != (loops_pins_on(device) & pins);
+	if (!pins)
+		return false;
+	return (mask & pins) != pins || (outputs & pins) != (loops_pins_on(device) & pins) ||
+	       request_unsent(device, io_ended, NULL);
+}
+
+static void send_io_again(struct device *device)
+{
+	struct plan *plan = &device->plan;
+	const uint64_t outputs = plan->io_outputs, mask = plan->io_mask;
+
+	if (request_again(device, io_ended, NULL))
+		return;
+	/* the transport has not taken it */
+	plan->io_outputs = outputs;
+	plan->io_mask = mask;
 }
 
 static void send_io(struct device *device)
@@ -183,7 +199,7 @@ static void send_io(struct device *device)
 
 	if (plan->io_open) {
 		if (hides_off(device))
-			request_again(device, io_ended, NULL);
+			send_io_again(device);
 		return;
 	}
 	io_request(device, &io);
@@ -296,7 +312,8 @@ static void send_lesser(struct device *device)
 static bool room(const struct device *device)
 {
 	const uint32_t window = device->mailbox.options.window;
-	const uint32_t kept = window > 2 * KEPT ? KEPT : window / 2;
+	const uint32_t kept = (window > 2 * KEPT ? KEPT : window / 2) +
+			      (loops_channels(device) != 0);
 	uint32_t urgent = device->plan.io_open;
 
 	urgent += device->plan.status_open;
@@ -320,7 +337,7 @@ void plan_cycle(struct device *device)
 		send_fast(device);
 	else if (hides_off(device))
 		send_io(device);
-	if (loops_channels(device) && (!plan_doubts(device) || loops_stopping(device)) &&
+	if ((plan_doubts(device) ? loops_channels_stopping(device) : loops_channels(device)) &&
 	    output_send_loops(device))
 		device->budget++;
 	if (plan_doubts(device))

@@ -105,7 +105,7 @@ struct plan {
 	bool status_open;
 	bool measuring;				/* the fast replies are still awaited ... */
 	uint64_t measured_tick_ns;		/* ... of this tick */
-	uint64_t io_outputs, io_mask;
+	uint64_t io_outputs, io_mask;		/* as they were sent last */
 	uint64_t last_io_ns;			/* when the last one was answered */
 	bool doubt_tick, doubt_identity;	/* was it another one that answered? */
 	struct slow slow[SLOW_GROUPS];

@@ -75,21 +75,36 @@ bool request_send_patiently(struct device *device, enum wire_op op, const void *
 	return send(device, op, value, &ends);
 }
 
-bool request_again(struct device *device, pokeys_parser_t parser, const void *context)
+static const mailbox_entry_t *find(const struct device *device, pokeys_parser_t parser,
+				   const void *context)
 {
-	pokeys_device_t *mailbox = &device->mailbox;
+	const pokeys_device_t *mailbox = &device->mailbox;
 
-	for (uint32_t i = 0; device->budget && i < mailbox->in_flight_count; i++) {
+	for (uint32_t i = 0; i < mailbox->in_flight_count; i++) {
 		const mailbox_entry_t *entry = &mailbox->mailbox[mailbox->in_flight[i]];
 
-		if (entry->parser != parser || entry->context != context)
-			continue;
-		if (pokeys_request_resend(mailbox, entry->request_id, device->now_ns))
-			return false;
-		device->budget--;
-		return true;
+		if (entry->parser == parser && entry->context == context)
+			return entry;
 	}
-	return false;
+	return NULL;
+}
+
+bool request_unsent(const struct device *device, pokeys_parser_t parser, const void *context)
+{
+	const mailbox_entry_t *entry = find(device, parser, context);
+
+	return entry && !entry->tries;
+}
+
+bool request_again(struct device *device, pokeys_parser_t parser, const void *context)
+{
+	const mailbox_entry_t *entry = find(device, parser, context);
+
+	if (!entry || !device->budget ||
+	    pokeys_request_resend(&device->mailbox, entry->request_id, device->now_ns))
+		return false;
+	device->budget--;
+	return true;
 }
 
 static bool may_say(struct device *device, enum event_code code)

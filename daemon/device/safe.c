@@ -200,14 +200,23 @@ static void judge_safe(struct device *device)
 	safe->wanted = safe->stopping || device->life.blocked || silent;
 }
 
-static bool outputs_safe(const struct device *device)
+bool safe_pins_settled(const struct device *device, uint64_t pins, uint64_t on)
 {
 	const struct safe *safe = &device->safe;
+	const struct plan *plan = &device->plan;
+
+	return (safe->acked_mask & pins) == pins && (safe->acked & pins) == on &&
+	       (!plan->io_open || !pins ||
+		(!plan->io_mixed &&
+		 (plan->io_outputs & plan->io_mask & pins) == (on & plan->io_mask)));
+}
+
+static bool outputs_safe(const struct device *device)
+{
 	uint64_t outputs, mask;
 
 	safe_outputs(device, &outputs, &mask);
-	return (safe->acked_mask & mask) == mask && (safe->acked & mask) == outputs &&
-	       output_settled(device);
+	return safe_pins_settled(device, mask, outputs) && output_settled(device);
 }
 
 static void judge_reached(struct device *device)

@@ -216,7 +216,7 @@ static bool is_settled(const struct device *device, unsigned int i)
 	const struct drive_wires *wires = &device->servoings.servoing[i].wires;
 	const uint32_t period = device->outputs.output[OUTPUT_PWM].have.pwm.period;
 
-	return loops_pins_settled(device, pins_of(config), pins_on(config, wires)) &&
+	return safe_pins_settled(device, pins_of(config), pins_on(config, wires)) &&
 	       loops_duty_settled(device, config->pwm, ticks(wires->duty[0], period)) &&
 	       (config->reverse_pwm == SERVOING_NONE ||
 		loops_duty_settled(device, config->reverse_pwm, ticks(wires->duty[1], period)));
@@ -419,14 +419,6 @@ uint8_t servoing_channels_stopping(const struct device *device)
 		if (is_stopping(&device->servoings.servoing[i]))
 			channels |= channels_of(config_of(device, i));
 	return (uint8_t)channels;
-}
-
-bool servoing_stopping(const struct device *device)
-{
-	for (unsigned int i = 0; i < device->servoings.count; i++)
-		if (is_stopping(&device->servoings.servoing[i]))
-			return true;
-	return false;
 }
 
 bool servoing_may_run(const struct device *device)

@@ -72,8 +72,7 @@ void servoing_session(struct device *device);
 uint64_t servoing_pins(const struct device *device);
 uint64_t servoing_pins_on(const struct device *device);
 
-/* A motor is off, and the device has not acknowledged that; the pins and channels of those. */
-bool servoing_stopping(const struct device *device);
+/* Pins and channels of motors that are off, which the device has not acknowledged. */
 uint64_t servoing_pins_stopping(const struct device *device);
 uint8_t servoing_channels_stopping(const struct device *device);
 /* A motor that the failsafe has to stop is enabled, or was and may still be so in the device. */

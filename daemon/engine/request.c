@@ -240,8 +240,7 @@ int pokeys_request_resend(pokeys_device_t *dev, uint8_t request_id, uint64_t now
 	}
 	if (!mailbox_refresh(dev, entry))
 		return -ECANCELED;
-	mailbox_transmit(dev, entry, now);
-	return 0;
+	return mailbox_transmit(dev, entry, now);
 }
 
 int pokeys_request_set_deadline(pokeys_device_t *dev, uint8_t request_id, uint64_t deadline_ns)

@@ -345,9 +345,10 @@ int pokeys_request_send(pokeys_device_t *dev, uint8_t request_id, uint64_t now_n
  * with the newest value: for a value that cannot wait for the answer to the one before it. It
  * uses up no retry, takes from the budget of all transmissions and not from that of
  * repetitions, and the deadline counts from now. Which of the two the device executed last is
- * not known. 0, also if the transport refuses it; -ENOENT (no such request), -EINVAL (a
- * one-shot is never sent twice), -EALREADY (not in flight: not sent yet, or ended), -EAGAIN
- * (budget used up), -ECANCELED (refresh cancelled it). Realtime safe as far as the transport is.
+ * not known. 0; -ENOENT (no such request), -EINVAL (a one-shot is never sent twice), -EALREADY
+ * (not in flight: not sent yet, or ended), -EAGAIN (budget used up), -ECANCELED (refresh
+ * cancelled it), or the transport's -errno: nothing was sent now, but the deadline counts from
+ * now. Realtime safe as far as the transport is.
  */
 int pokeys_request_resend(pokeys_device_t *dev, uint8_t request_id, uint64_t now_ns);
 

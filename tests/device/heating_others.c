@@ -231,6 +231,69 @@ static void an_answer_from_before_a_gap_is_no_acknowledgement(void **state)
 	assert_int_equal(world.event_count[EVENT_HEATER_UNHEARD], 0);
 }
 
+/* Off for a cycle, and then a target that it does not heat for. */
+static void one_that_waits_to_cool_is_no_loss(void **state)
+{
+	(void)state;
+	heat_up();
+	heat_command(HOTEND, 0);
+	heat_cycle();
+	heat_command(HOTEND, 100);
+	heat_run(2 * SECOND);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_HEATING);
+	assert_int_equal(world.event_count[EVENT_HEATER_UNHEARD], 0);
+	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+}
+
+static bool lose_all(struct world *w, const uint8_t *packet)
+{
+	(void)w;
+	(void)packet;
+	return true;
+}
+
+/* The power of the other heater may be meant for another device. */
+static void an_off_of_a_pin_takes_no_pwm_along_in_a_doubt(void **state)
+{
+	uint64_t before;
+
+	(void)state;
+	heat_up();
+	before = world.sent.operation[0xCB];
+	while (world.sent.operation[0xCB] == before)
+		heat_cycle();
+	before = world.sent.operation[0xCB];
+	world.lose_reply = lose_all;
+	heat_run(20 * MS);
+	heat_command(BED, 0);
+	heat_run(60 * MS);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_HEATING);
+	assert_int_equal(heat_shown(BED)->state, POKEYS_HEATER_STOPPING);
+	assert_true(heat_power(BED) <= 0);
+	assert_int_equal(world.sent.operation[0xCB], before);
+}
+
+/* The last off may be lost: until it is acknowledged, nothing is safe. */
+static void the_daemon_does_not_end_while_a_power_is_under_way(void **state)
+{
+	const struct sim_link_faults slow = { .delay = { .low_ns = 20 * MS } };
+
+	(void)state;
+	sim_link_set_faults(&world.rig.link, 1, &slow);
+	heat_command(BED, 60);
+	while (heat_power(BED) <= 0)
+		heat_cycle();
+	world.watch = swallow_outputs;
+	device_stop(world.device, world.now);
+	heat_run(10 * MS);
+	assert_true(heat_power(BED) > 0);
+	assert_false(device_stopped(world.device));
+	world.watch = NULL;
+	heat_run(390 * MS);
+	assert_true(device_stopped(world.device));
+	assert_true(heat_power(BED) <= 0);
+}
+
 static void nobody_else_commands_their_outputs(void **state)
 {
 	(void)state;
@@ -315,6 +378,10 @@ int main(void)
 		cmocka_unit_test(no_output_is_used_that_the_device_would_leave_on),
 		cmocka_unit_test_setup(an_off_is_followed_while_a_power_is_under_way, heat_begin),
 		cmocka_unit_test_setup(an_answer_from_before_a_gap_is_no_acknowledgement,
+				       heat_begin),
+		cmocka_unit_test_setup(one_that_waits_to_cool_is_no_loss, heat_begin),
+		cmocka_unit_test_setup(an_off_of_a_pin_takes_no_pwm_along_in_a_doubt, heat_begin),
+		cmocka_unit_test_setup(the_daemon_does_not_end_while_a_power_is_under_way,
 				       heat_begin),
 		cmocka_unit_test_setup(gains_change_while_it_heats, heat_begin),
 		cmocka_unit_test_setup(nobody_else_commands_their_outputs, heat_begin),

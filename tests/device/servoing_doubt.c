@@ -352,15 +352,20 @@ static void move_all(void)
 	servo_cycle();
 }
 
-/* It arrives as soon as a packet can, whenever in a round trip it is commanded. */
+/*
+ * It arrives as soon as a packet can, whenever in a round trip it is commanded; also if outputs are
+ * asked for less often, and if the network takes no packet for a moment.
+ */
 static void off_does_not_wait_for_an_answer(void **state)
 {
 	(void)state;
-	for (unsigned int i = 0; i < 12; i++) {
-		begin_patient(NULL);
+	for (unsigned int i = 0; i < 24; i++) {
+		servo_prepare(NULL);
+		world.config.fast_divider = i % 3 == 2 ? 4 : 1;
 		for (unsigned int motor = 0; motor < MOTORS; motor++) {
 			struct servo_config *loop = &world.config.servo[motor].servo;
 
+			loop->stale_ns = 100 * MS;
 			loop->follow_least = loop->follow_most = 5;
 			loop->gains = (struct servo_gains){ .p = 0.001, .velocity = 0.1 };
 		}
@@ -377,8 +382,10 @@ static void off_does_not_wait_for_an_answer(void **state)
 			assert_true(fabs(servo_output(motor)) > 0);
 			world.command.servo[motor].enable = 0;
 		}
-		servo_run(6 * MS);
+		world.unplugged = i % 3 == 1;
 		servo_cycle();
+		world.unplugged = false;
+		servo_run(6 * MS);
 		assert_false(world_latch(&world, servo_enable_pin[SIGN]));
 		assert_false(world_latch(&world, servo_enable_pin[ANTIPHASE]));
 		servo_expect_off(0);
@@ -408,6 +415,41 @@ static void an_answer_from_before_a_gap_is_no_acknowledgement(void **state)
 	servo_run(200 * MS);
 	assert_int_equal(servo_shown(TWO_PWM)->state, POKEYS_SERVO_OFF);
 	assert_int_equal(world.event_count[EVENT_SERVO_UNHEARD], 0);
+}
+
+/* Also where the request that is under way had nothing to write, as nothing was to be off. */
+static void off_does_not_wait_in_a_doubt(void **state)
+{
+	begin_doubt(state);
+	set_delay(0, 5 * MS);
+	set_delay(1, 5 * MS);
+	servo_run(20 * MS);
+	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
+	assert_true(world_latch(&world, servo_enable_pin[SIGN]));
+	world.command.servo[SIGN].enable = 0;
+	world.lose_reply = lose_all;
+	servo_run(7 * MS);
+	assert_false(world_latch(&world, servo_enable_pin[SIGN]));
+}
+
+/* Another device has its address: ours is left alone, and no motor is stopping for ever. */
+static void a_device_whose_address_is_taken_is_left_alone(void **state)
+{
+	servo_prepare(state);
+	world.config.serial = 65432;
+	servo_start();
+	servo_enable_all();
+	for (unsigned int i = 0; i < 100; i++)
+		move_all();
+	world.rig.device.options.serial = 777;
+	for (unsigned int i = 0; i < 3000 && world.state.link == POKEYS_LINK_RUNNING; i++)
+		move_all();
+	world.watch = swallow_all;
+	servo_run(2 * SECOND);
+	assert_int_equal(world.state.fault, POKEYS_FAULT_WRONG_SERIAL);
+	servo_expect_off(0);
+	for (unsigned int i = 0; i < MOTORS; i++)
+		assert_int_equal(servo_shown(i)->state, POKEYS_SERVO_FAULT);
 }
 
 static unsigned int clocks_to_damage;
@@ -509,6 +551,8 @@ int main(void)
 		cmocka_unit_test_setup(the_output_is_sent_in_its_cycle, servo_begin),
 		cmocka_unit_test(it_turns_back_although_answers_are_slow),
 		cmocka_unit_test(off_does_not_wait_for_an_answer),
+		cmocka_unit_test(off_does_not_wait_in_a_doubt),
+		cmocka_unit_test(a_device_whose_address_is_taken_is_left_alone),
 		cmocka_unit_test(an_answer_from_before_a_gap_is_no_acknowledgement),
 		cmocka_unit_test_setup(another_clock_is_not_a_device_that_is_off, servo_begin),
 		cmocka_unit_test(the_engines_emergency_input_is_an_emergency_stop),
