@@ -35,6 +35,8 @@ core.connect(sys.argv[1], 115200)
 wait(lambda: core.online)
 core.startprint(gcoder.LightGCode([f"G1 X{i % 200} E{i}" for i in range(int(sys.argv[2]))]))
 wait(lambda: not core.printing and not core.print_thread and core.clear)
+# it begins its sender again after that, and cannot end one that has not begun
+wait(lambda: core.send_thread and core.send_thread.is_alive())
 core.disconnect()
 """
 
