@@ -77,15 +77,22 @@ static void take(struct gains *gains, unsigned int i, double value)
 		gains->set &= (uint8_t)~bit;
 }
 
-/* The first that is wanted otherwise than the daemon has it; count: none. */
-static unsigned int first_wanted(const struct gains *gains)
+/*
+ * One that is wanted otherwise than the daemon has it; count: none. Zeros come last: the daemon
+ * refuses that p and i are both 0, and one of them may be about to be another number.
+ */
+static unsigned int next_wanted(const struct gains *gains)
 {
-	unsigned int i = 0;
+	unsigned int zero = gains->count;
 
-	while (i < gains->count &&
-	       !(gains->set >> i & 1 && differs(gains->have[i], gains->shown[i])))
-		i++;
-	return i;
+	for (unsigned int i = 0; i < gains->count; i++) {
+		if (!(gains->set >> i & 1) || !differs(gains->have[i], gains->shown[i]))
+			continue;
+		if (gains->shown[i] > 0)
+			return i;
+		zero = zero < gains->count ? zero : i;
+	}
+	return zero;
 }
 
 static bool ask(struct gains *gains, unsigned int which, const struct pokeys_one_shot *shot,
@@ -120,12 +127,15 @@ bool gains_write(struct gains *gains, const double parameter[], size_t offset,
 
 	if (gains->refused)
 		say_refused(gains, offset, refusals);
-	for (unsigned int i = 0; i < gains->count; i++)
-		if (!same(parameter[i], gains->shown[i]))
-			take(gains, i, parameter[i]);
+	for (unsigned int i = 0; i < gains->count; i++) {
+		const double value = *(const volatile double *)&parameter[i];
+
+		if (!same(value, gains->shown[i]))
+			take(gains, i, value);
+	}
 	if (gains->asked || !gains->set)
 		return false;
-	which = first_wanted(gains);
+	which = next_wanted(gains);
 	return which < gains->count && ask(gains, which, shot, queue, command);
 }
 

@@ -16,6 +16,9 @@
 	(offsetof(struct values, heater) + (number) * sizeof(struct value_heater) +	\
 	 offsetof(struct value_heater, member))
 
+/* What others set meanwhile, the gains, comes after these. */
+#define PINS	offsetof(struct value_heater, gain)
+
 void heaters_init(struct heaters *heaters)
 {
 	memset(heaters, 0, sizeof(*heaters));
@@ -29,7 +32,7 @@ static bool show(struct value_heater *value, const struct pokeys_heater *heater)
 {
 	struct value_heater now;
 
-	memcpy(&now, value, sizeof(now));
+	memcpy(&now, value, PINS);
 	now.temperature = (double)heater->temperature;
 	now.target_in_effect = (double)heater->target;
 	now.power = (double)heater->power;
@@ -38,9 +41,9 @@ static bool show(struct value_heater *value, const struct pokeys_heater *heater)
 	now.fault_code = heater->fault;
 	now.condition = heater->condition;
 	now.refused = heater->refused;
-	if (!memcmp(&now, value, sizeof(now)))
+	if (!memcmp(&now, value, PINS))
 		return false;
-	memcpy(value, &now, sizeof(now));
+	memcpy(value, &now, PINS);
 	return true;
 }
 

@@ -16,6 +16,9 @@
 	(offsetof(struct values, servo) + (number) * sizeof(struct value_servo) +	\
 	 offsetof(struct value_servo, member))
 
+/* What others set meanwhile, the gains, comes after these. */
+#define PINS	offsetof(struct value_servo, gain)
+
 void servos_init(struct servos *servos)
 {
 	memset(servos, 0, sizeof(*servos));
@@ -30,7 +33,7 @@ static bool show(struct value_servo *value, const struct pokeys_servo *servo, bo
 {
 	struct value_servo now;
 
-	memcpy(&now, value, sizeof(now));
+	memcpy(&now, value, PINS);
 	now.enabled = alive && (servo->state == POKEYS_SERVO_ENABLED ||
 				servo->state == POKEYS_SERVO_STOPPING);
 	now.fault = servo->fault || (value->enable && (!alive || held || servo->refused));
@@ -46,9 +49,9 @@ static bool show(struct value_servo *value, const struct pokeys_servo *servo, bo
 		now.limit_minus = servo->low;
 		now.limit_plus = servo->high;
 	}
-	if (!memcmp(&now, value, sizeof(now)))
+	if (!memcmp(&now, value, PINS))
 		return false;
-	memcpy(value, &now, sizeof(now));
+	memcpy(value, &now, PINS);
 	return true;
 }
 

@@ -12,7 +12,7 @@
 #define GAIN(name, which, help)								\
 	ROWS("heater.%02u." name, PARAM, RW, WRITE, heater, gain[POKEYS_GAIN_##which],	\
 	     "gain: power of 0 to 255 for each " help "; until it is set, that of the daemon",	\
-	     SETTING_FLOAT(0, 255000), GAIN_OF_HEATERS)
+	     SETTING_FLOAT(0, 100000), GAIN_OF_HEATERS)
 
 static const struct table_row rows[] = {
 	ROWS("heater.%02u.target", PIN, IN, WRITE, heater, target,

@@ -190,17 +190,17 @@ enum { VALUES_HEATER_GAINS = POKEYS_GAIN_D + 1 };
 /* A heater that the daemon controls. */
 struct value_heater {
 	double temperature, target_in_effect, power, target;
-	double gain[VALUES_HEATER_GAINS];	/* enum pokeys_gain */
 	uint32_t fault_code, condition, refused;
 	bool at_temperature, fault, reset;
+	double gain[VALUES_HEATER_GAINS];	/* enum pokeys_gain; parameters */
 };
 
 /* A servo motor that the daemon controls. */
 struct value_servo {
 	double pos_cmd, vel_cmd, pos_fb, vel_fb, error, output;
-	double gain[POKEYS_GAINS];
 	uint32_t fault_code, condition, refused;
 	bool enable, reset, enabled, fault, homed, limit_minus, limit_plus;
+	double gain[POKEYS_GAINS];	/* parameters */
 };
 
 struct value_latency {

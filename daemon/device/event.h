@@ -103,7 +103,7 @@ enum event_code {
 /* EVENT_HEATER: nobody knows it. */
 #define EVENT_NO_TEMPERATURE INT64_MIN
 
-#define EVENT_GAIN_SCALE 1e6
+#define EVENT_GAIN_SCALE 1e12
 
 /* EVENT_ONE_SHOT: no commander's, but a terminal's; ids of commanders begin anywhere. */
 enum { EVENT_ORDERED = -1 };

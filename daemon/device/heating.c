@@ -486,7 +486,8 @@ bool heating_regain(struct device *device, unsigned int index, unsigned int whic
 	};
 	struct heater *heater;
 
-	if (index >= device->heatings.count || which >= sizeof(gain) / sizeof(gain[0]))
+	if (index >= device->heatings.count || which >= sizeof(gain) / sizeof(gain[0]) ||
+	    value > HEATING_GAIN_MOST)
 		return false;
 	heater = &device->heatings.heating[index].heater;
 	if (heater->tune.state == TUNE_RUNS)

@@ -14,6 +14,7 @@
 
 /* pokeysd.conf has gains for a power of 0 to 255, as Marlin and Klipper have them. */
 #define HEATING_GAIN_SCALE 255
+#define HEATING_GAIN_MOST 100000
 
 /* What a heater bears of its device. */
 enum {

@@ -312,8 +312,8 @@ static void send_lesser(struct device *device)
 static bool room(const struct device *device)
 {
 	const uint32_t window = device->mailbox.options.window;
-	const uint32_t kept = (window > 2 * KEPT ? KEPT : window / 2) +
-			      (loops_channels(device) != 0);
+	const uint32_t loops = loops_channels(device) != 0;
+	const uint32_t kept = window > 2 * KEPT ? KEPT + loops : window / 2;
 	uint32_t urgent = device->plan.io_open;
 
 	urgent += device->plan.status_open;

@@ -33,6 +33,17 @@ static float *gain_of(const struct pokeys_one_shot *shot)
 	return heaters[shot->mask];
 }
 
+/* As the daemon does: p and i are not both 0. */
+static bool is_refused(const struct pokeys_one_shot *shot)
+{
+	const struct pokeys_servo *servo = &rig.daemon.servo[X];
+	const float other = shot->mask == POKEYS_GAIN_P ? servo->i : servo->p;
+
+	return refuses || (shot->operation == POKEYS_ONE_SHOT_SERVO_GAIN &&
+			   shot->mask <= POKEYS_GAIN_I && !(shot->parameter[0] > 0) &&
+			   !(other > 0));
+}
+
 /* Periods of a daemon that does what it is asked for. */
 static void run(unsigned int periods)
 {
@@ -44,13 +55,15 @@ static void run(unsigned int periods)
 			const struct pokeys_one_shot *shot =
 				&command->one_shot[id % POKEYS_ONE_SHOTS];
 
+			const bool refused = is_refused(shot);
+
 			asked++;
-			if (!refuses)
+			if (!refused)
 				*gain_of(shot) = shot->parameter[0];
 			rig.daemon.one_shot[id % POKEYS_ONE_SHOT_RESULTS] =
 				(struct pokeys_one_shot_result){
 					.id = id, .operation = shot->operation,
-					.outcome = refuses ? POKEYS_OUTCOME_REFUSED :
+					.outcome = refused ? POKEYS_OUTCOME_REFUSED :
 							     POKEYS_OUTCOME_DONE,
 				};
 			rig.daemon.one_shot_ack = id + 1;
@@ -161,6 +174,22 @@ static void one_that_is_given_back_follows_the_daemon(void **state)
 	assert_int_equal(asked, 1);
 }
 
+/* Whichever comes first, the other one is not 0 by then. */
+static void p_and_i_are_exchanged(void **state)
+{
+	(void)state;
+	gain[POKEYS_GAIN_P] = 0;
+	gain[POKEYS_GAIN_I] = 5;
+	run(10);
+	assert_true(rig.daemon.servo[X].p == 0 && rig.daemon.servo[X].i == 5);
+	assert_int_equal(asked, 2);
+	gain[POKEYS_GAIN_P] = 0.5;
+	gain[POKEYS_GAIN_I] = 0;
+	run(10);
+	assert_true(rig.daemon.servo[X].p == 0.5f && rig.daemon.servo[X].i == 0);
+	assert_int_equal(rig.values.input_refused_count, 0);
+}
+
 /* Set before there is a daemon, and changed while one is asked for. */
 static void the_newest_is_asked_for(void **state)
 {
@@ -189,6 +218,7 @@ int main(void)
 		cmocka_unit_test_setup(the_next_daemon_is_asked_as_well, setup),
 		cmocka_unit_test_setup(one_that_is_refused_goes_back, setup),
 		cmocka_unit_test_setup(one_that_is_given_back_follows_the_daemon, setup),
+		cmocka_unit_test_setup(p_and_i_are_exchanged, setup),
 		cmocka_unit_test_setup(the_newest_is_asked_for, setup),
 	};
 
