@@ -111,7 +111,7 @@ static bool look(struct axis *axis)
 
 	if (axis->lapsed || pokeys_client_renew(axis->client))
 		return fails(axis, "%s", lapsed);
-	commander_nap();
+	commander_nap(COMMANDER_TURN_MS);
 	now_ns = view_now();
 	axis->fresh = commander_read(axis->client, &state) &&
 		      pokeys_state_age_ns(&state, now_ns) < LOST_MS * UINT64_C(1000000);
@@ -534,6 +534,10 @@ bool axis_take(const struct options *options, struct axis_order *wanted)
 	}
 	if (wanted->verb > AXIS_MOVE_TO && options->speed > 0) {
 		complain("--speed is for move and move-to");
+		return false;
+	}
+	if (options->speed > 0 && options->speed < 1) {
+		complain("--speed of an axis is 1 to 1000000 pulses/s");
 		return false;
 	}
 	wanted->axis = (unsigned int)number;

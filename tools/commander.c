@@ -20,7 +20,7 @@
 #include "tools/view.h"
 
 enum {
-	PERIOD_MS = 1, LEASE_MS = 1000, TURN_MS = 20,
+	PERIOD_MS = 1, LEASE_MS = 1000,
 	ATTACH_MS = 3000, REFUSED_MS = 1000,
 };
 #define SILENT_NS UINT64_C(500000000)
@@ -43,9 +43,9 @@ uint64_t commander_ms(void)
 	return view_now() / 1000000;
 }
 
-void commander_nap(void)
+void commander_nap(unsigned int ms)
 {
-	const struct timespec moment = { .tv_nsec = TURN_MS * 1000000L };
+	const struct timespec moment = { .tv_nsec = ms * 1000000L };
 
 	nanosleep(&moment, NULL);
 }
@@ -123,7 +123,7 @@ static bool attach(pokeys_client *client, struct pokeys_state *state)
 		if (read && state->link == POKEYS_LINK_RUNNING &&
 		    state->flags & POKEYS_STATE_SAFE)
 			return true;
-		commander_nap();
+		commander_nap(COMMANDER_TURN_MS);
 	} while (!ended && commander_ms() < end_ms);
 	if (ended)
 		complain("ended before anything was commanded");

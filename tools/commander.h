@@ -23,8 +23,9 @@ bool commander_ended(void);
 /* CLOCK_MONOTONIC. */
 uint64_t commander_ms(void);
 
-/* For some milliseconds. */
-void commander_nap(void);
+enum { COMMANDER_TURN_MS = 20 };	/* often enough for whoever looks on */
+
+void commander_nap(unsigned int ms);
 
 /* The state, by a daemon that lives, of a device that runs, with our heartbeat. */
 bool commander_read(pokeys_client *client, struct pokeys_state *state);

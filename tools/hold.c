@@ -69,7 +69,7 @@ static bool follow(pokeys_client *client, const struct hold *hold, bool wanted)
 	while (!is_so(client, hold, wanted) && !(wanted && commander_ended())) {
 		if (commander_ms() > end_ms || pokeys_client_renew(client))
 			return false;
-		commander_nap();
+		commander_nap(COMMANDER_TURN_MS);
 	}
 	return true;
 }
@@ -95,7 +95,7 @@ static bool keep(pokeys_client *client, const struct hold *hold, double seconds)
 				 "why", hold->device, hold->device);
 			return false;
 		}
-		commander_nap();
+		commander_nap(COMMANDER_TURN_MS);
 	}
 	return true;
 }

@@ -120,7 +120,7 @@ static bool take_option(struct options *options, int option)
 		good = argument_number("for", optarg, 0.1, 86400, &options->duration_s);
 		break;
 	case 'S':
-		good = argument_number("speed", optarg, 1, 1e6, &options->speed);
+		good = argument_number("speed", optarg, 0.001, 1e6, &options->speed);
 		break;
 	case 'l':
 		good = argument_whole("slowest", optarg, 0, 100, &number);

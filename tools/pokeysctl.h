@@ -31,7 +31,7 @@ struct options {
 	const char *config, *root, *svg;	/* NULL = not said */
 	double seconds;
 	double duration_s;		/* 0 = not said */
-	double speed;			/* pulses/s, 0 = not said */
+	double speed;			/* pulses/s, or units/s; 0 = not said */
 	double threshold_us;
 	uint32_t slowest;
 	int priority;
@@ -54,6 +54,7 @@ int command_doctor(const struct options *options);
 int command_events(const struct options *options);
 int command_get(const struct options *options);
 int command_heater(const struct options *options);
+int command_servo(const struct options *options);
 int command_latency(const struct options *options);
 int command_names(const struct options *options);
 int command_output(const struct options *options);

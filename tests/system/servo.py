@@ -6,6 +6,7 @@ Their control and their faults are tested in virtual time (device / servoing). H
 states, and who stops a motor when the daemon itself cannot. A computer that is busy for a tenth of a second stops
 a motor, as it must; then it is reset and begins again."""
 import contextlib
+import re
 import signal
 import subprocess
 import sys
@@ -16,6 +17,17 @@ from house import PATIENCE, House, equal, main, wait_equal, wait_for
 
 @contextlib.contextmanager
 def machine(**keys):
+    """Three motors, and a program that commands them."""
+    with uncommanded(**keys) as (house, sim, daemon):
+        commander = subprocess.Popen([house.programs["servo_commander"], house.runtime, "mill"], stdin=subprocess.PIPE,
+                                     text=True, bufsize=1)
+        house.children.append(commander)
+        yield house, sim, daemon, commander
+        commander.stdin.close()
+
+
+@contextlib.contextmanager
+def uncommanded(**keys):
     with House() as house:
         house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000, "heartbeat-timeout-ms": 2000,
                                       "pwm-period": 1250}
@@ -29,11 +41,7 @@ def machine(**keys):
         house.wait_fresh()
         wait_for("all to be ready", lambda: [servo["condition"] for servo in servos(house)] == ["none"] * 3,
                  say=lambda: servos(house))
-        commander = subprocess.Popen([house.programs["servo_commander"], house.runtime, "mill"], stdin=subprocess.PIPE,
-                                     text=True, bufsize=1)
-        house.children.append(commander)
-        yield house, sim, daemon, commander
-        commander.stdin.close()
+        yield house, sim, daemon
 
 
 def servos(house):
@@ -101,6 +109,61 @@ def test_a_broken_motor_is_a_fault_until_it_is_reset():
         wait_for("the log", lambda: "servo 0: fault: " in house.log())
         house.ask_sim(sim, "motor", 0, "good")
         enable(house, commander)
+
+
+def ended(house, *words, until=None):
+    """Status and text of pokeysctl servo, which ends by itself, or by a signal when `until` is true."""
+    log = f"ctl{len(house.children)}.log"
+    ran = house.spawn("pokeysctl", "-r", house.runtime, "servo", "mill", *words, log=log)
+    if until:
+        wait_for("it to go on", lambda: until() or ran.poll() is not None, say=lambda: house.log(log))
+        ran.send_signal(signal.SIGINT)
+    return ran.wait(PATIENCE), house.log(log)
+
+
+def succeeds(house, *words, until=None):
+    """Its text; a computer that is busy for a tenth of a second stops a motor, and then it is tried again."""
+    texts = []
+
+    def did():
+        status, text = ended(house, *words, until=until)
+        texts.append(text)
+        if status:
+            assert "off by a fault" in text, text
+            ended(house, words[0], "reset")
+        return not status
+    wait_for("success", did, say=lambda: texts)
+    return texts[-1]
+
+
+def test_pokeysctl_moves_a_motor_and_leaves_it_off():
+    with uncommanded() as (house, sim, _daemon):
+        text = succeeds(house, "x", "move-to", "5", "--speed", "20")
+        assert re.search(r"^mill: servo x: at [45]\.\d+; following error at most \d+\.\d+, \d\.\d+ at rest; output at most "
+                         r"\d+ %$", text, re.MULTILINE), text
+        assert abs(servos(house)[0]["position"] - 5) < 0.1
+        equal((servos(house)[0]["state"], motor(house, sim, 0)["output"]), ("off", 0))
+        wait_for("the shaft to be there", lambda: abs(motor(house, sim, 0)["turns"] - 1) < 0.05)
+        succeeds(house, "1", "move", "-2.5", "--speed", "20")
+        assert abs(servos(house)[1]["position"] + 2.5) < 0.1
+        begin = servos(house)[0]["position"]
+        succeeds(house, "x", "swing", "10", "--speed", "50", until=lambda: abs(servos(house)[0]["position"] - begin) > 5)
+        equal((servos(house)[0]["state"], motor(house, sim, 0)["output"]), ("off", 0))
+
+
+def test_pokeysctl_says_why_a_motor_does_not_move():
+    with uncommanded(**{"min-following-error": 1, "max-following-error": 2}) as (house, sim, _daemon):
+        status, text = ended(house, "w", "reset")
+        equal((status, text), (1, 'pokeysctl: mill: there is no servo "w"; its servos: x, y, z\n'))
+        house.ask_sim(sim, "motor", 0, "stalled")
+        status, text = ended(house, "x", "move", "30", "--speed", "100")
+        equal(status, 1)
+        assert re.search(r"pokeysctl: mill: servo x: off by a fault: (following error|stalled|encoder silent), at ", text), text
+        status, text = ended(house, "x", "move", "1", "--speed", "1")
+        assert status == 1 and "off by a fault" in text, text
+        house.ask_sim(sim, "motor", 0, "good")
+        equal(ended(house, "x", "reset"), (0, "mill: servo x: reset; it can be enabled again\n"))
+        equal(ended(house, "x", "reset"), (0, "mill: servo x: no fault\n"))
 
 
 def test_without_its_commander_it_is_off():

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * A program as the commander of one heater or motor: attached, the lease renewed, the state read,
+ * a line on the terminal. If it is killed or hangs, the daemon ends what it commanded.
+ */
+#include "tools/loop_run.h"
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+#include "tools/print.h"
+
+enum { FOLLOW_MS = 3000, LOST_MS = 1000, REDRAW_MS = 500, LINE_MS = 10000 };
+
+void loop_end_line(struct loop_run *run)
+{
+	if (run->drawn)
+		putchar('\n');
+	fflush(stdout);
+	run->drawn = false;
+}
+
+bool loop_fails(struct loop_run *run, const char *format, ...)
+{
+	char text[240];
+	va_list arguments;
+
+	va_start(arguments, format);
+	vsnprintf(text, sizeof(text), format, arguments);
+	va_end(arguments);
+	loop_end_line(run);
+	if (!run->told)
+		complain("%s: %s %s: %s", run->device, run->kind->word, run->name, text);
+	run->told = true;
+	return false;
+}
+
+bool loop_look(struct loop_run *run)
+{
+	struct pokeys_state state;
+
+	if (pokeys_client_renew(run->client))
+		return loop_fails(run, "%s", run->kind->lapsed);
+	commander_nap(run->kind->turn_ms);
+	run->fresh = commander_read(run->client, &state);
+	if (run->fresh) {
+		run->state = state;
+		run->fresh_ms = commander_ms();
+	} else if (commander_ms() - run->fresh_ms > LOST_MS) {
+		if (pokeys_client_renew(run->client))
+			return loop_fails(run, "%s", run->kind->lapsed);
+		return loop_fails(run, "%s", run->kind->silent);
+	}
+	return true;
+}
+
+bool loop_await(struct loop_run *run, const char *what,
+		bool (*is_so)(const struct loop_run *run))
+{
+	const uint64_t end_ms = commander_ms() + FOLLOW_MS;
+
+	do {
+		if (commander_ms() > end_ms)
+			return loop_fails(run, "%s; \"pokeysctl events\" may say why", what);
+		if (!loop_look(run))
+			return false;
+	} while (!run->fresh || !is_so(run));
+	return true;
+}
+
+bool loop_is_commanded(const struct loop_run *run)
+{
+	return run->state.one_shot_session == run->command.session;
+}
+
+static bool is_answered(const struct loop_run *run)
+{
+	return commander_outcome(&run->command, &run->state) != POKEYS_OUTCOME_NONE;
+}
+
+enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operation operation,
+			     double parameter)
+{
+	commander_order(&run->command, (struct pokeys_one_shot){
+		.operation = (uint8_t)operation, .index = (uint8_t)run->index,
+		.parameter = { (float)parameter } });
+	pokeys_client_command(run->client, &run->command);
+	if (!loop_await(run, "the daemon does not answer", is_answered))
+		return POKEYS_OUTCOME_NONE;
+	return commander_outcome(&run->command, &run->state);
+}
+
+void loop_show(struct loop_run *run, const char *text, bool mark)
+{
+	const uint64_t passed_ms = commander_ms() - run->shown_ms;
+	const bool news = mark != run->mark || !run->shown_ms;
+
+	if (!news && passed_ms < (run->terminal ? REDRAW_MS : LINE_MS))
+		return;
+	run->mark = mark;
+	run->shown_ms = commander_ms();
+	if (run->terminal)
+		printf("\r\033[K%s", text);
+	else
+		puts(text);
+	run->drawn = run->terminal;
+	fflush(stdout);
+}
+
+/* By its name, or by its number. */
+static bool find(struct loop_run *run)
+{
+	const struct loop_kind *kind = run->kind;
+	char names[256] = "", number[12];
+
+	for (run->index = 0; run->index < kind->most; run->index++) {
+		if (!kind->is_there(&run->state, run->index))
+			break;
+		print_clean(kind->name(&run->state, run->index), sizeof(run->name), run->name);
+		snprintf(number, sizeof(number), "%u", run->index);
+		if (!strcmp(run->name, run->written) || !strcmp(number, run->written))
+			return true;
+		snprintf(names + strlen(names), sizeof(names) - strlen(names), "%s%s",
+			 run->index ? ", " : "", run->name);
+	}
+	if (run->index)
+		complain("%s: there is no %s \"%s\"; its %ss: %s", run->device, kind->word,
+			 run->written, kind->word, names);
+	else
+		complain("%s: this device has no %ss; see [%s NAME] in pokeysd.conf(5)",
+			 run->device, kind->word, kind->word);
+	return false;
+}
+
+bool loop_open(struct loop_run *run, const struct loop_kind *kind, const struct options *options,
+	       int *status)
+{
+	run->kind = kind;
+	run->device = options->names[0];
+	run->written = options->names[1];
+	run->terminal = isatty(STDOUT_FILENO);
+	run->client = commander_open(options, run->device, &run->state, status);
+	if (!run->client)
+		return false;
+	run->command.session = commander_session();
+	run->fresh_ms = commander_ms();
+	return find(run);
+}
+
+void loop_close(struct loop_run *run)
+{
+	if (run->client)
+		pokeys_client_close(run->client);
+}

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* What pokeysctl heater and pokeysctl servo have in common. Cold, main thread. */
+#ifndef TOOLS_LOOP_RUN_H
+#define TOOLS_LOOP_RUN_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include "tools/commander.h"
+
+/* One kind of loops, by its index in the state. */
+struct loop_kind {
+	const char *word;		/* "heater", also of its section in pokeysd.conf */
+	const char *lapsed, *silent;	/* what becomes of it without this program, and us */
+	unsigned int most;
+	unsigned int turn_ms;		/* from one loop_look() to the next */
+	bool (*is_there)(const struct pokeys_state *state, unsigned int index);
+	const char *(*name)(const struct pokeys_state *state, unsigned int index);
+};
+
+struct loop_run {
+	const struct loop_kind *kind;
+	const char *device;
+	const char *written;		/* the loop, as the command line names it */
+	char name[32];			/* of its section in pokeysd.conf */
+	unsigned int index;
+	pokeys_client *client;
+	struct pokeys_state state;	/* read last */
+	struct pokeys_command command;
+	uint64_t fresh_ms;		/* when `state` was read */
+	uint64_t shown_ms;		/* when the last line was printed */
+	bool fresh;			/* by the last loop_look() */
+	bool terminal;			/* the line can be overwritten */
+	bool drawn;			/* the cursor is in such a line */
+	bool mark;			/* of the last line */
+	bool told;			/* an error was printed */
+};
+
+/*
+ * Become the commander of the device that the command line names, and find the loop. False after
+ * an error message; then *status is what to exit with. loop_close() in any case.
+ */
+bool loop_open(struct loop_run *run, const struct loop_kind *kind, const struct options *options,
+	       int *status);
+void loop_close(struct loop_run *run);
+
+/* Print the first error only, as the others follow from it. Returns false. */
+bool loop_fails(struct loop_run *run, const char *format, ...)
+	__attribute__((format(printf, 2, 3)));
+
+/* Renew the lease and read the state. False after an error message. */
+bool loop_look(struct loop_run *run);
+
+/* Look until it is so, for three seconds. False after an error message. */
+bool loop_await(struct loop_run *run, const char *what,
+		bool (*is_so)(const struct loop_run *run));
+
+/* The daemon has taken the command of this program. For loop_await(). */
+bool loop_is_commanded(const struct loop_run *run);
+
+/* Give a one-shot for this loop and wait for its outcome; NONE after an error message. */
+enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operation operation,
+			     double parameter);
+
+/*
+ * Print a line about it: on a terminal always in the same place, twice a second, and elsewhere
+ * every ten seconds; at once if its mark has changed.
+ */
+void loop_show(struct loop_run *run, const char *text, bool mark);
+/* What is printed next begins a line. */
+void loop_end_line(struct loop_run *run);
+
+#endif

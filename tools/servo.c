@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl servo: move a servo motor, or clear its fault, without LinuxCNC.
+ *
+ * The daemon controls and watches the motor. This program gives it a path, a thousand positions a
+ * second with their velocities, and shows the following error. The path begins and ends at rest,
+ * and without a jump of the acceleration (a polynomial of degree five). If this program is late,
+ * the path waits for it: the motor gets slower, but has no jump to make up for.
+ *
+ * The motor is off when the program ends. If it is killed or hangs, the daemon switches the motor
+ * off after the loss of its commander. All other motors of the device are off meanwhile.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <pokeys/names.h>
+#include "tools/argument.h"
+#include "tools/loop_run.h"
+#include "tools/pokeysctl.h"
+#include "tools/print.h"
+#include "tools/view.h"
+
+#define READY_MS 3000
+#define LATE_S 0.003		/* the path goes on by no more at once */
+#define PEAK 1.875		/* of the speed over its mean, on such a path */
+#define BEND 5.774		/* ... of the acceleration over way / time^2 */
+#define RISE_S 0.2		/* from rest to the speed in no less */
+#define REST_S 0.3		/* at each end of a swing, and of the whole */
+
+enum verb { MOVE, MOVE_TO, SWING, RESET };
+
+struct order {
+	enum verb verb;
+	double units, speed, seconds;
+};
+
+/* What was seen on the way. */
+struct report {
+	double worst;			/* following error while it moved, units */
+	double rest;			/* ... at its end */
+	double strongest;		/* output, 0 to 1 */
+};
+
+static const struct pokeys_servo *servo_of(const struct loop_run *run)
+{
+	return &run->state.servo[run->index];
+}
+
+static bool is_enabled(const struct loop_run *run)
+{
+	return servo_of(run)->state == POKEYS_SERVO_ENABLED;
+}
+
+static bool is_off(const struct loop_run *run)
+{
+	return servo_of(run)->state == POKEYS_SERVO_OFF ||
+	       servo_of(run)->state == POKEYS_SERVO_FAULT;
+}
+
+static bool is_decided(const struct loop_run *run)
+{
+	return is_enabled(run) || servo_of(run)->refused || servo_of(run)->fault;
+}
+
+static void want(struct loop_run *run, bool enable, double position, double velocity)
+{
+	struct pokeys_servo_command *servo = &run->command.servo[run->index];
+
+	servo->enable = enable;
+	servo->position = position;
+	servo->velocity = (float)velocity;
+	run->command.t_thread_ns = run->fresh_ms * 1000000;
+	pokeys_client_command(run->client, &run->command);
+}
+
+/* Why it is off, when it should be enabled. */
+static bool explain(struct loop_run *run)
+{
+	const struct pokeys_servo *servo = servo_of(run);
+
+	if (servo->fault)
+		return loop_fails(run, "off by a fault: %s, at %.4f; when its cause is gone: "
+				  "pokeysctl servo %s %s reset",
+				  pokeys_servo_fault_name(servo->fault), servo->position,
+				  run->device, run->name);
+	if (servo->refused == POKEYS_SERVO_NOT_READY || servo->condition)
+		return loop_fails(run, "not ready: %s",
+				  pokeys_servo_fault_name(servo->condition));
+	if (servo->refused)
+		return loop_fails(run, "%s", pokeys_servo_refusal_name(servo->refused));
+	return loop_fails(run, "it was switched off; \"pokeysctl events\" says why");
+}
+
+static bool is_ready(struct loop_run *run)
+{
+	const uint64_t end_ms = commander_ms() + READY_MS;
+
+	while (servo_of(run)->condition) {
+		if (commander_ms() > end_ms)
+			return explain(run);
+		if (!loop_look(run))
+			return false;
+	}
+	return true;
+}
+
+static void note(struct report *report, const struct pokeys_servo *servo)
+{
+	report->worst = fmax(report->worst, fabs((double)servo->error));
+	report->rest = fabs((double)servo->error);
+	report->strongest = fmax(report->strongest, fabs((double)servo->output));
+}
+
+/* Enabled where it is; off first, as the daemon asks for. */
+static bool begin(struct loop_run *run)
+{
+	want(run, false, servo_of(run)->position, 0);
+	if (!loop_await(run, "the daemon does not take the command", loop_is_commanded))
+		return false;
+	if (servo_of(run)->fault)
+		return explain(run);
+	if (!is_ready(run))
+		return false;
+	want(run, true, servo_of(run)->position, 0);
+	if (!loop_await(run, "the daemon does not enable the motor", is_decided))
+		return false;
+	return is_enabled(run) || explain(run);
+}
+
+static bool finish(struct loop_run *run)
+{
+	loop_end_line(run);
+	want(run, false, servo_of(run)->position, 0);
+	return loop_await(run, "it is not known whether it is off", is_off);
+}
+
+static double seconds_now(void)
+{
+	return (double)view_now() / 1e9;
+}
+
+/* One turn of whatever moves it; false if it is not enabled any more, after an error message. */
+static bool turn(struct loop_run *run, struct report *report)
+{
+	char text[PRINT_SERVO_MAX];
+
+	if (!loop_look(run))
+		return false;
+	if (!is_enabled(run))
+		return explain(run);
+	note(report, servo_of(run));
+	loop_show(run, print_servo(servo_of(run), text), false);
+	return true;
+}
+
+static bool rest(struct loop_run *run, double at, struct report *report)
+{
+	const double end = seconds_now() + REST_S;
+
+	while (seconds_now() < end) {
+		want(run, true, at, 0);
+		if (!turn(run, report))
+			return false;
+	}
+	return true;
+}
+
+/* Parts of a way and of its mean velocity, at a part of the time. */
+static double part_of_way(double t)
+{
+	return t * t * t * (10 + t * (6 * t - 15));
+}
+
+static double part_of_velocity(double t)
+{
+	return 30 * t * t * (1 - t) * (1 - t);
+}
+
+/*
+ * *at goes on by `way`; where a signal ends it, the path's time slows down until it stands.
+ * False after an error message.
+ */
+static bool travel(struct loop_run *run, double *at, double way, double speed,
+		   struct report *report)
+{
+	const double from = *at, most = fabs(way);
+	const double total = fmax(PEAK * most / speed, sqrt(BEND * most * RISE_S / speed));
+	double t = 0, pace = 1, last = seconds_now();
+
+	while (t < 1 && pace > 0) {
+		const double now = seconds_now(), passed = fmin(now - last, LATE_S);
+
+		last = now;
+		if (commander_ended())
+			pace = fmax(pace - passed / RISE_S, 0);
+		t = fmin(t + pace * passed / total, 1);
+		*at = from + way * part_of_way(t);
+		want(run, true, *at, way * part_of_velocity(t) * pace / total);
+		if (!turn(run, report))
+			return false;
+	}
+	return rest(run, *at, report);
+}
+
+static bool swing(struct loop_run *run, double *at, const struct order *order,
+		  struct report *report)
+{
+	const double end = seconds_now() + (order->seconds > 0 ? order->seconds : INFINITY);
+	double way = order->units;
+
+	while (!commander_ended() && seconds_now() < end) {
+		if (!travel(run, at, way, order->speed, report))
+			return false;
+		way = -way;
+	}
+	return true;
+}
+
+static bool is_within_limits(struct loop_run *run, double to)
+{
+	const struct pokeys_servo *servo = servo_of(run);
+
+	if (!servo->homed || (to >= (double)servo->minimum && to <= (double)servo->maximum))
+		return true;
+	return loop_fails(run, "%g is beyond its soft limits, %g to %g", to,
+			  (double)servo->minimum, (double)servo->maximum);
+}
+
+static bool move(struct loop_run *run, const struct order *order)
+{
+	struct report report = { .worst = 0 };
+	double at, to;
+	bool well;
+
+	if (!begin(run))
+		return false;
+	at = run->command.servo[run->index].position;
+	to = order->verb == MOVE_TO ? order->units : at + order->units;
+	well = is_within_limits(run, to);
+	if (well && order->verb == SWING)
+		well = swing(run, &at, order, &report);
+	else if (well)
+		well = travel(run, &at, to - at, order->speed, &report);
+	well = finish(run) && well;
+	if (!well)
+		return false;
+	printf("%s: servo %s: at %.4f; following error at most %.4f, %.4f at rest; output at most "
+	       "%.0f %%\n", run->device, run->name, servo_of(run)->position, report.worst,
+	       report.rest, report.strongest * 100);
+	return true;
+}
+
+static bool reset(struct loop_run *run)
+{
+	want(run, false, servo_of(run)->position, 0);
+	if (!loop_await(run, "the daemon does not take the command", loop_is_commanded))
+		return false;
+	if (!servo_of(run)->fault) {
+		printf("%s: servo %s: no fault\n", run->device, run->name);
+		return true;
+	}
+	if (loop_ask(run, POKEYS_ONE_SHOT_SERVO_RESET, 0) != POKEYS_OUTCOME_DONE)
+		return loop_fails(run, "the cause of its fault is still present: %s",
+				  pokeys_servo_fault_name(servo_of(run)->condition ?
+							  servo_of(run)->condition :
+							  servo_of(run)->fault));
+	printf("%s: servo %s: reset; it can be enabled again\n", run->device, run->name);
+	return true;
+}
+
+static bool take_units(const char *text, double *units)
+{
+	char *after;
+
+	*units = strtod(text, &after);
+	return after != text && !*after && isfinite(*units) && fabs(*units) <= 1e6;
+}
+
+static bool take(const struct options *options, struct order *order)
+{
+	static const char *const verbs[] = {
+		[MOVE] = "move", [MOVE_TO] = "move-to", [SWING] = "swing", [RESET] = "reset",
+	};
+	char *const *names = options->names;
+	size_t verb = 0;
+
+	while (options->name_count >= 3 && verb <= RESET && strcmp(names[2], verbs[verb]))
+		verb++;
+	if (options->name_count < 3 || verb > RESET ||
+	    options->name_count != (verb == RESET ? 3u : 4u)) {
+		complain("servo needs a device, a motor, and what to do: pokeysctl servo mill x "
+			 "move 10 --speed 5 (or move-to 0, swing 10, reset)");
+		return false;
+	}
+	*order = (struct order){ .verb = (enum verb)verb, .speed = options->speed,
+				 .seconds = options->duration_s };
+	if (verb != RESET && !take_units(names[3], &order->units)) {
+		complain("\"%s\": positions are numbers from -1000000 to 1000000, in units of "
+			 "counts-per-unit", argument_written(names[3]));
+		return false;
+	}
+	if (verb != RESET && order->speed <= 0) {
+		complain("%s needs --speed, in units/s", verbs[verb]);
+		return false;
+	}
+	if (verb != SWING && options->duration_s > 0) {
+		complain("--for is for swing");
+		return false;
+	}
+	return true;
+}
+
+static const char *name(const struct pokeys_state *state, unsigned int index)
+{
+	return state->servo[index].name;
+}
+
+int command_servo(const struct options *options)
+{
+	static const struct loop_kind kind = {
+		.word = "servo", .most = POKEYS_SERVOS, .turn_ms = 1,
+		.lapsed = "this program was stopped, or pokeysd was away; the motor was switched "
+			  "off",
+		.silent = "the device or pokeysd does not answer any more; the daemon or the "
+			  "device's failsafe switches the motor off",
+		.is_there = print_has_servo, .name = name,
+	};
+	static struct loop_run run;
+	struct order order;
+	bool well = false;
+	int status = STATUS_FAILED;
+
+	if (!take(options, &order))
+		return STATUS_USAGE;
+	if (loop_open(&run, &kind, options, &status))
+		well = order.verb == RESET ? reset(&run) : move(&run, &order);
+	loop_close(&run);
+	return well ? STATUS_OK : status;
+}
