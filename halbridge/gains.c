@@ -26,9 +26,12 @@ static bool differs(float have, double value)
 	return memcmp(&have, &wanted, sizeof(have)) != 0;
 }
 
-void gains_init(struct gains *gains, unsigned int count)
+void gains_init(struct gains *gains, enum pokeys_one_shot_operation operation,
+		unsigned int index, unsigned int count)
 {
 	memset(gains, 0, sizeof(*gains));
+	gains->operation = (uint8_t)operation;
+	gains->index = (uint8_t)index;
 	gains->count = (uint8_t)count;
 	for (unsigned int i = 0; i < count; i++)
 		gains->shown[i] = (double)NAN;
@@ -95,15 +98,15 @@ static unsigned int next_wanted(const struct gains *gains)
 	return zero;
 }
 
-static bool ask(struct gains *gains, unsigned int which, const struct pokeys_one_shot *shot,
-		struct one_shot_queue *queue, struct pokeys_command *command)
+static bool ask(struct gains *gains, unsigned int which, struct one_shot_queue *queue,
+		struct pokeys_command *command)
 {
-	struct pokeys_one_shot gain = *shot;
-	enum one_shot_push pushed;
+	const struct pokeys_one_shot shot = {
+		.operation = gains->operation, .index = gains->index, .mask = (uint8_t)which,
+		.parameter = { (float)gains->shown[which] },
+	};
+	const enum one_shot_push pushed = one_shot_push(queue, command, &shot, &gains->id);
 
-	gain.mask = (uint8_t)which;
-	gain.parameter[0] = (float)gains->shown[which];
-	pushed = one_shot_push(queue, command, &gain, &gains->id);
 	gains->asked = pushed == ONE_SHOT_QUEUED;
 	gains->which = (uint8_t)which;
 	gains->value = gains->shown[which];
@@ -120,8 +123,8 @@ static void say_refused(struct gains *gains, size_t offset, struct refusals *ref
 }
 
 bool gains_write(struct gains *gains, const double parameter[], size_t offset,
-		 const struct pokeys_one_shot *shot, struct one_shot_queue *queue,
-		 struct pokeys_command *command, struct refusals *refusals)
+		 struct one_shot_queue *queue, struct pokeys_command *command,
+		 struct refusals *refusals)
 {
 	unsigned int which;
 
@@ -136,7 +139,7 @@ bool gains_write(struct gains *gains, const double parameter[], size_t offset,
 	if (gains->asked || !gains->set)
 		return false;
 	which = next_wanted(gains);
-	return which < gains->count && ask(gains, which, shot, queue, command);
+	return which < gains->count && ask(gains, which, queue, command);
 }
 
 void gains_forget(struct gains *gains)

@@ -24,7 +24,7 @@ void heaters_init(struct heaters *heaters)
 	memset(heaters, 0, sizeof(*heaters));
 	heaters->busy = (UINT32_C(1) << POKEYS_HEATERS) - 1;	/* their pins are looked at once */
 	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
-		gains_init(&heaters->gains[i], VALUES_HEATER_GAINS);
+		gains_init(&heaters->gains[i], POKEYS_ONE_SHOT_HEATER_GAIN, i, VALUES_HEATER_GAINS);
 }
 
 /* True if a pin has changed. */
@@ -99,20 +99,6 @@ static void write_target(struct heaters *heaters, unsigned int i, double target,
 }
 
 /* True if the queue was full. */
-static bool write_gains(struct heaters *heaters, unsigned int i, const struct values *values,
-			struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
-			struct refusals *refusals)
-{
-	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_HEATER_GAIN, .index = (uint8_t)i,
-	};
-
-	return fresh && heaters->there >> i & 1 &&
-	       gains_write(&heaters->gains[i], values->heater[i].gain, OFFSET(i, gain), &shot,
-			   queue, command, refusals);
-}
-
-/* True if the queue was full. */
 static bool write_heater(struct heaters *heaters, unsigned int i, struct values *values,
 			 struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
 			 struct refusals *refusals)
@@ -125,7 +111,9 @@ static bool write_heater(struct heaters *heaters, unsigned int i, struct values 
 
 	write_target(heaters, i, values->heater[i].target, command, refusals);
 	values->one_shot_failed_count += news.failed;
-	return news.full | write_gains(heaters, i, values, queue, command, fresh, refusals);
+	return news.full | (fresh && heaters->there >> i & 1 &&
+			    gains_write(&heaters->gains[i], values->heater[i].gain, OFFSET(i, gain),
+					queue, command, refusals));
 }
 
 static uint32_t is_busy(const struct heaters *heaters, unsigned int i)

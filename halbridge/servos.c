@@ -24,7 +24,7 @@ void servos_init(struct servos *servos)
 	memset(servos, 0, sizeof(*servos));
 	servos->busy = (UINT32_C(1) << POKEYS_SERVOS) - 1;	/* their pins are looked at once */
 	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
-		gains_init(&servos->gains[i], POKEYS_GAINS);
+		gains_init(&servos->gains[i], POKEYS_ONE_SHOT_SERVO_GAIN, i, POKEYS_GAINS);
 }
 
 /* True if a pin has changed. */
@@ -138,20 +138,6 @@ static void write_motor(struct servos *servos, unsigned int i, const struct valu
 }
 
 /* True if the queue was full. */
-static bool write_gains(struct servos *servos, unsigned int i, const struct values *values,
-			struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
-			struct refusals *refusals)
-{
-	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_SERVO_GAIN, .index = (uint8_t)i,
-	};
-
-	return fresh && servos->there >> i & 1 &&
-	       gains_write(&servos->gains[i], values->servo[i].gain, OFFSET(i, gain), &shot,
-			   queue, command, refusals);
-}
-
-/* True if the queue was full. */
 static bool write_servo(struct servos *servos, unsigned int i, struct values *values,
 			struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
 			bool read, struct refusals *refusals)
@@ -164,7 +150,9 @@ static bool write_servo(struct servos *servos, unsigned int i, struct values *va
 
 	write_motor(servos, i, &values->servo[i], read, command, refusals);
 	values->one_shot_failed_count += news.failed;
-	return news.full | write_gains(servos, i, values, queue, command, fresh, refusals);
+	return news.full | (fresh && servos->there >> i & 1 &&
+			    gains_write(&servos->gains[i], values->servo[i].gain, OFFSET(i, gain),
+					queue, command, refusals));
 }
 
 static uint32_t is_busy(const struct servos *servos, unsigned int i)

@@ -16,8 +16,6 @@
 #include "tools/pokeysctl.h"
 #include "tools/print.h"
 
-enum { READY_MS = 3000 };
-
 enum verb { HEAT, TUNE, RESET };
 
 struct order {
@@ -64,37 +62,6 @@ static void show(struct loop_run *run)
 	loop_show(run, print_heater(heater_of(run), text), heater_of(run)->at_temperature);
 }
 
-/* Why it does not heat, when it should. */
-static bool explain(struct loop_run *run)
-{
-	const struct pokeys_heater *heater = heater_of(run);
-
-	if (heater->fault)
-		return loop_fails(run, "off by a fault: %s; when its cause is gone: pokeysctl "
-				  "heater %s %s reset", pokeys_heater_fault_name(heater->fault),
-				  run->device, run->name);
-	if (heater->refused == POKEYS_HEATER_NOT_READY || heater->condition)
-		return loop_fails(run, "not ready: %s",
-			     pokeys_heater_fault_name(heater->condition));
-	if (heater->refused)
-		return loop_fails(run, "%s", pokeys_heater_refusal_name(heater->refused));
-	return loop_fails(run, "it was switched off; \"pokeysctl events\" says why");
-}
-
-/* Can it heat? A reading may have been late. */
-static bool is_ready(struct loop_run *run)
-{
-	const uint64_t end_ms = commander_ms() + READY_MS;
-
-	while (heater_of(run)->condition) {
-		if (commander_ms() > end_ms)
-			return explain(run);
-		if (!loop_look(run))
-			return false;
-	}
-	return true;
-}
-
 /* Off, as the daemon asks for before it takes a target; and it may heat. */
 static bool begin(struct loop_run *run, double celsius)
 {
@@ -104,11 +71,7 @@ static bool begin(struct loop_run *run, double celsius)
 		return loop_fails(run, "%g C is above its highest target, %g C; see max-target in "
 			     "pokeysd.conf(5)", celsius, (double)heater->target_maximum);
 	want(run, 0);
-	if (!loop_await(run, "the daemon does not take the command", loop_is_commanded))
-		return false;
-	if (heater->fault)
-		return explain(run);
-	return is_ready(run);
+	return loop_is_ready(run);
 }
 
 static bool finish(struct loop_run *run)
@@ -134,7 +97,7 @@ static bool heat(struct loop_run *run, const struct order *order)
 		return false;
 	while (!commander_ended() && (double)(commander_ms() - begun_ms) < most_ms) {
 		if (!is_at_work(run))
-			return explain(run);
+			return loop_explain(run);
 		show(run);
 		if (!loop_look(run))
 			return false;
@@ -157,7 +120,7 @@ static bool tune(struct loop_run *run, const struct order *order)
 	if (!begin(run, order->celsius))
 		return false;
 	if (loop_ask(run, POKEYS_ONE_SHOT_HEATER_TUNE, order->celsius) != POKEYS_OUTCOME_DONE)
-		return explain(run);
+		return loop_explain(run);
 	while (heater_of(run)->tuning == POKEYS_HEATER_TUNING_RUNS) {
 		if (commander_ended()) {
 			finish(run);
@@ -169,7 +132,7 @@ static bool tune(struct loop_run *run, const struct order *order)
 	}
 	loop_end_line(run);
 	if (heater_of(run)->fault)
-		return explain(run);
+		return loop_explain(run);
 	if (heater_of(run)->tuning != POKEYS_HEATER_TUNING_DONE)
 		return loop_fails(run, "no gains found; \"pokeysctl events\" may say why");
 	print_gains(run);
@@ -179,19 +142,7 @@ static bool tune(struct loop_run *run, const struct order *order)
 static bool reset(struct loop_run *run)
 {
 	want(run, 0);
-	if (!loop_await(run, "the daemon does not take the command", loop_is_commanded))
-		return false;
-	if (!heater_of(run)->fault) {
-		printf("%s: heater %s: no fault\n", run->device, run->name);
-		return true;
-	}
-	if (loop_ask(run, POKEYS_ONE_SHOT_HEATER_RESET, 0) != POKEYS_OUTCOME_DONE)
-		return loop_fails(run, "the cause of its fault is still present: %s",
-			     pokeys_heater_fault_name(heater_of(run)->condition ?
-						      heater_of(run)->condition :
-						      heater_of(run)->fault));
-	printf("%s: heater %s: reset; it accepts targets again\n", run->device, run->name);
-	return true;
+	return loop_reset(run, POKEYS_ONE_SHOT_HEATER_RESET, "it accepts targets again");
 }
 
 static bool carry_out(struct loop_run *run, const struct order *order)
@@ -246,6 +197,17 @@ static bool take(const struct options *options, struct order *order)
 	return true;
 }
 
+static struct loop_trouble trouble(const struct pokeys_state *state, unsigned int index)
+{
+	const struct pokeys_heater *heater = &state->heater[index];
+
+	return (struct loop_trouble){
+		.fault = heater->fault ? pokeys_heater_fault_name(heater->fault) : NULL,
+		.condition = heater->condition ? pokeys_heater_fault_name(heater->condition) : NULL,
+		.refusal = heater->refused ? pokeys_heater_refusal_name(heater->refused) : NULL,
+	};
+}
+
 static const char *name(const struct pokeys_state *state, unsigned int index)
 {
 	return state->heater[index].name;
@@ -259,7 +221,7 @@ int command_heater(const struct options *options)
 			  "off",
 		.silent = "the device or pokeysd does not answer any more; the daemon or the "
 			  "device's failsafe switches the heater off",
-		.is_there = print_has_heater, .name = name,
+		.is_there = print_has_heater, .name = name, .trouble = trouble,
 	};
 	static struct loop_run run;
 	struct order order;

@@ -68,7 +68,7 @@ bool loop_await(struct loop_run *run, const char *what,
 	return true;
 }
 
-bool loop_is_commanded(const struct loop_run *run)
+static bool is_commanded(const struct loop_run *run)
 {
 	return run->state.one_shot_session == run->command.session;
 }
@@ -88,6 +88,59 @@ enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operatio
 	if (!loop_await(run, "the daemon does not answer", is_answered))
 		return POKEYS_OUTCOME_NONE;
 	return commander_outcome(&run->command, &run->state);
+}
+
+static struct loop_trouble trouble_of(const struct loop_run *run)
+{
+	return run->kind->trouble(&run->state, run->index);
+}
+
+bool loop_explain(struct loop_run *run)
+{
+	const struct loop_trouble trouble = trouble_of(run);
+
+	if (trouble.fault)
+		return loop_fails(run, "off by a fault: %s; when its cause is gone: pokeysctl %s "
+				  "%s %s reset", trouble.fault, run->kind->word, run->device,
+				  run->name);
+	if (trouble.condition)
+		return loop_fails(run, "not ready: %s", trouble.condition);
+	if (trouble.refusal)
+		return loop_fails(run, "%s", trouble.refusal);
+	return loop_fails(run, "it was switched off; \"pokeysctl events\" says why");
+}
+
+/* A reading may have been late. */
+bool loop_is_ready(struct loop_run *run)
+{
+	const uint64_t end_ms = commander_ms() + FOLLOW_MS;
+
+	if (!loop_await(run, "the daemon does not take the command", is_commanded))
+		return false;
+	while (trouble_of(run).condition && !trouble_of(run).fault && commander_ms() < end_ms)
+		if (!loop_look(run))
+			return false;
+	return (!trouble_of(run).condition && !trouble_of(run).fault) || loop_explain(run);
+}
+
+bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
+		const char *then)
+{
+	struct loop_trouble trouble;
+
+	if (!loop_await(run, "the daemon does not take the command", is_commanded))
+		return false;
+	if (!trouble_of(run).fault) {
+		printf("%s: %s %s: no fault\n", run->device, run->kind->word, run->name);
+		return true;
+	}
+	if (loop_ask(run, operation, 0) != POKEYS_OUTCOME_DONE) {
+		trouble = trouble_of(run);
+		return loop_fails(run, "the cause of its fault is still present: %s",
+				  trouble.condition ? trouble.condition : trouble.fault);
+	}
+	printf("%s: %s %s: reset; %s\n", run->device, run->kind->word, run->name, then);
+	return true;
 }
 
 void loop_show(struct loop_run *run, const char *text, bool mark)

@@ -7,6 +7,11 @@
 #include <stdint.h>
 #include "tools/commander.h"
 
+/* What keeps a loop off, in words; NULL = nothing. */
+struct loop_trouble {
+	const char *fault, *condition, *refusal;
+};
+
 /* One kind of loops, by its index in the state. */
 struct loop_kind {
 	const char *word;		/* "heater", also of its section in pokeysd.conf */
@@ -15,6 +20,7 @@ struct loop_kind {
 	unsigned int turn_ms;		/* from one loop_look() to the next */
 	bool (*is_there)(const struct pokeys_state *state, unsigned int index);
 	const char *(*name)(const struct pokeys_state *state, unsigned int index);
+	struct loop_trouble (*trouble)(const struct pokeys_state *state, unsigned int index);
 };
 
 struct loop_run {
@@ -54,12 +60,19 @@ bool loop_look(struct loop_run *run);
 bool loop_await(struct loop_run *run, const char *what,
 		bool (*is_so)(const struct loop_run *run));
 
-/* The daemon has taken the command of this program. For loop_await(). */
-bool loop_is_commanded(const struct loop_run *run);
-
 /* Give a one-shot for this loop and wait for its outcome; NONE after an error message. */
 enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operation operation,
 			     double parameter);
+
+/* Say why it is off, when it should be on. Returns false. */
+bool loop_explain(struct loop_run *run);
+
+/* The command is taken, and nothing keeps the loop off. False after an error message. */
+bool loop_is_ready(struct loop_run *run);
+
+/* Clear its fault, and print that, with what it can do then. False after an error message. */
+bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
+		const char *then);
 
 /*
  * Print a line about it: on a terminal always in the same place, twice a second, and elsewhere

@@ -21,7 +21,6 @@
 #include "tools/print.h"
 #include "tools/view.h"
 
-#define READY_MS 3000
 #define LATE_S 0.003		/* the path goes on by no more at once */
 #define PEAK 1.875		/* of the speed over its mean, on such a path */
 #define BEND 5.774		/* ... of the acceleration over way / time^2 */
@@ -74,37 +73,6 @@ static void want(struct loop_run *run, bool enable, double position, double velo
 	pokeys_client_command(run->client, &run->command);
 }
 
-/* Why it is off, when it should be enabled. */
-static bool explain(struct loop_run *run)
-{
-	const struct pokeys_servo *servo = servo_of(run);
-
-	if (servo->fault)
-		return loop_fails(run, "off by a fault: %s, at %.4f; when its cause is gone: "
-				  "pokeysctl servo %s %s reset",
-				  pokeys_servo_fault_name(servo->fault), servo->position,
-				  run->device, run->name);
-	if (servo->refused == POKEYS_SERVO_NOT_READY || servo->condition)
-		return loop_fails(run, "not ready: %s",
-				  pokeys_servo_fault_name(servo->condition));
-	if (servo->refused)
-		return loop_fails(run, "%s", pokeys_servo_refusal_name(servo->refused));
-	return loop_fails(run, "it was switched off; \"pokeysctl events\" says why");
-}
-
-static bool is_ready(struct loop_run *run)
-{
-	const uint64_t end_ms = commander_ms() + READY_MS;
-
-	while (servo_of(run)->condition) {
-		if (commander_ms() > end_ms)
-			return explain(run);
-		if (!loop_look(run))
-			return false;
-	}
-	return true;
-}
-
 static void note(struct report *report, const struct pokeys_servo *servo)
 {
 	report->worst = fmax(report->worst, fabs((double)servo->error));
@@ -116,16 +84,12 @@ static void note(struct report *report, const struct pokeys_servo *servo)
 static bool begin(struct loop_run *run)
 {
 	want(run, false, servo_of(run)->position, 0);
-	if (!loop_await(run, "the daemon does not take the command", loop_is_commanded))
-		return false;
-	if (servo_of(run)->fault)
-		return explain(run);
-	if (!is_ready(run))
+	if (!loop_is_ready(run))
 		return false;
 	want(run, true, servo_of(run)->position, 0);
 	if (!loop_await(run, "the daemon does not enable the motor", is_decided))
 		return false;
-	return is_enabled(run) || explain(run);
+	return is_enabled(run) || loop_explain(run);
 }
 
 static bool finish(struct loop_run *run)
@@ -148,7 +112,7 @@ static bool turn(struct loop_run *run, struct report *report)
 	if (!loop_look(run))
 		return false;
 	if (!is_enabled(run))
-		return explain(run);
+		return loop_explain(run);
 	note(report, servo_of(run));
 	loop_show(run, print_servo(servo_of(run), text), false);
 	return true;
@@ -254,19 +218,7 @@ static bool move(struct loop_run *run, const struct order *order)
 static bool reset(struct loop_run *run)
 {
 	want(run, false, servo_of(run)->position, 0);
-	if (!loop_await(run, "the daemon does not take the command", loop_is_commanded))
-		return false;
-	if (!servo_of(run)->fault) {
-		printf("%s: servo %s: no fault\n", run->device, run->name);
-		return true;
-	}
-	if (loop_ask(run, POKEYS_ONE_SHOT_SERVO_RESET, 0) != POKEYS_OUTCOME_DONE)
-		return loop_fails(run, "the cause of its fault is still present: %s",
-				  pokeys_servo_fault_name(servo_of(run)->condition ?
-							  servo_of(run)->condition :
-							  servo_of(run)->fault));
-	printf("%s: servo %s: reset; it can be enabled again\n", run->device, run->name);
-	return true;
+	return loop_reset(run, POKEYS_ONE_SHOT_SERVO_RESET, "it can be enabled again");
 }
 
 static bool take_units(const char *text, double *units)
@@ -311,6 +263,17 @@ static bool take(const struct options *options, struct order *order)
 	return true;
 }
 
+static struct loop_trouble trouble(const struct pokeys_state *state, unsigned int index)
+{
+	const struct pokeys_servo *servo = &state->servo[index];
+
+	return (struct loop_trouble){
+		.fault = servo->fault ? pokeys_servo_fault_name(servo->fault) : NULL,
+		.condition = servo->condition ? pokeys_servo_fault_name(servo->condition) : NULL,
+		.refusal = servo->refused ? pokeys_servo_refusal_name(servo->refused) : NULL,
+	};
+}
+
 static const char *name(const struct pokeys_state *state, unsigned int index)
 {
 	return state->servo[index].name;
@@ -324,7 +287,7 @@ int command_servo(const struct options *options)
 			  "off",
 		.silent = "the device or pokeysd does not answer any more; the daemon or the "
 			  "device's failsafe switches the motor off",
-		.is_there = print_has_servo, .name = name,
+		.is_there = print_has_servo, .name = name, .trouble = trouble,
 	};
 	static struct loop_run run;
 	struct order order;

@@ -192,10 +192,11 @@ static bool hides_off(const struct device *device, const struct output *output)
 bool output_send_loops(struct device *device)
 {
 	struct output *pwm = &device->outputs.output[OUTPUT_PWM];
-	const union output_value before = pwm->sent;
 	union output_value want;
 
 	if (hides_off(device, pwm)) {
+		const union output_value before = pwm->sent;
+
 		if (request_again(device, ended, (void *)(uintptr_t)OUTPUT_PWM))
 			return true;
 		pwm->sent = before;	/* the transport has not taken it */

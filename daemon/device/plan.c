@@ -31,7 +31,7 @@
 #include <string.h>
 #include "daemon/device/internal.h"
 
-enum { KEPT = 4 };	/* places in the window that only the urgent kinds may use, but for PWM */
+enum { KEPT = 4 };	/* places for the urgent kinds alone; with PWM of loops one more */
 
 uint64_t plan_answers_ns(const struct device *device, unsigned int count)
 {

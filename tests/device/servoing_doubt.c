@@ -469,7 +469,7 @@ static bool damage_clock(struct world *w, const uint8_t *packet)
 	return true;
 }
 
-/* Damaged three times alike, it says nothing of the outputs: its failsafe has its turn. */
+/* Three clock answers that were damaged alike do not show that the outputs are off. */
 static void another_clock_is_not_a_device_that_is_off(void **state)
 {
 	(void)state;

@@ -158,7 +158,7 @@ def test_pokeysctl_says_why_a_motor_does_not_move():
         house.ask_sim(sim, "motor", 0, "stalled")
         status, text = ended(house, "x", "move", "30", "--speed", "100")
         equal(status, 1)
-        assert re.search(r"pokeysctl: mill: servo x: off by a fault: (following error|stalled|encoder silent), at ", text), text
+        assert re.search(r"pokeysctl: mill: servo x: off by a fault: (following error|stalled|encoder silent); ", text), text
         status, text = ended(house, "x", "move", "1", "--speed", "1")
         assert status == 1 and "off by a fault" in text, text
         house.ask_sim(sim, "motor", 0, "good")
