@@ -49,6 +49,8 @@ enum { PRINT_SERVO_MAX = 320 };
 bool print_has_servo(const struct pokeys_state *state, unsigned int servo);
 const char *print_servo(const struct pokeys_servo *servo, char text[PRINT_SERVO_MAX]);
 void print_servos(const struct pokeys_state *state, FILE *to);
+/* A number as it is printed with so many digits, but 0 for "-0". */
+double print_rounded(double value, unsigned int digits);
 
 /* Everything worth knowing of a device, in a dozen lines. */
 void print_status(const struct view_device *device, FILE *to);

@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /* Print the servo motors as text and as JSON. A device without any prints none as text. */
+#include <math.h>
 #include <pokeys/names.h>
 #include "settings/line.h"
 #include "tools/print.h"
 
+double print_rounded(double value, unsigned int digits)
+{
+	const double per = pow(10, digits);
+
+	return round(value * per) / per + 0.0;
+}
+
 static void put_work(struct line *line, const struct pokeys_servo *servo)
 {
 	if (servo->state == POKEYS_SERVO_ENABLED)
-		put(line, ", enabled, error %.4f, output %.0f %%", (double)servo->error,
-		    (double)servo->output * 100);
+		put(line, ", enabled, error %.4f, output %.0f %%",
+		    print_rounded((double)servo->error, 4),
+		    print_rounded((double)servo->output * 100, 0));
 	else if (servo->fault)
 		put(line, ", FAULT: %s, off until it is reset",
 		    pokeys_servo_fault_name(servo->fault));
@@ -39,7 +48,7 @@ const char *print_servo(const struct pokeys_servo *servo, char text[PRINT_SERVO_
 	char name[32];
 
 	put(&line, "%s: at %.4f", print_clean(servo->name, sizeof(servo->name), name),
-	    servo->position);
+	    print_rounded(servo->position, 4));
 	put_work(&line, servo);
 	put_rest(&line, servo);
 	return text;

@@ -210,8 +210,8 @@ static bool move(struct loop_run *run, const struct order *order)
 	if (!well)
 		return false;
 	printf("%s: servo %s: at %.4f; following error at most %.4f, %.4f at rest; output at most "
-	       "%.0f %%\n", run->device, run->name, servo_of(run)->position, report.worst,
-	       report.rest, report.strongest * 100);
+	       "%.0f %%\n", run->device, run->name, print_rounded(servo_of(run)->position, 4),
+	       report.worst, report.rest, report.strongest * 100);
 	return true;
 }
 

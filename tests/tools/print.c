@@ -320,6 +320,29 @@ static void spoil(struct view_device *device)
 	memset(device->diag.transport, 'x', sizeof(device->diag.transport));
 }
 
+static void motors_are_shown_and_nothing_is_minus_zero(void **state)
+{
+	struct view_device *device = fresh();
+	struct pokeys_servo *servo = &device->state.servo[2];
+
+	(void)state;
+	assert_null(strstr(status_of(device), "servo"));
+	*servo = (struct pokeys_servo){
+		.state = POKEYS_SERVO_ENABLED, .name = "z", .position = -0.00001,
+		.error = -0.00004f, .output = -0.004f,
+	};
+	assert_non_null(strstr(status_of(device), "  servo 2     z: at 0.0000, enabled, error "
+			       "0.0000, output 0 %\n"));
+	servo->position = -12.34567;
+	servo->error = -0.00006f;
+	servo->output = -0.006f;
+	assert_non_null(strstr(status_of(device), "  servo 2     z: at -12.3457, enabled, error "
+			       "-0.0001, output -1 %\n"));
+	servo->state = POKEYS_SERVO_STOPPING;
+	assert_non_null(strstr(status_of(device), "z: at -12.3457, off, NOT ACKNOWLEDGED: it may "
+			       "still run\n"));
+}
+
 static void hostile_images_do_no_harm_to_a_terminal(void **state)
 {
 	struct view_device *device = fresh();
@@ -364,6 +387,7 @@ int main(int argc, char **argv)
 		cmocka_unit_test(drivers_are_shown_where_there_are_any),
 		cmocka_unit_test(a_thread_is_shown_and_how_it_ended),
 		cmocka_unit_test(heaters_are_shown_with_what_is_wrong),
+		cmocka_unit_test(motors_are_shown_and_nothing_is_minus_zero),
 		cmocka_unit_test(durations_have_three_digits_and_a_unit),
 		cmocka_unit_test(hostile_images_do_no_harm_to_a_terminal),
 	};
