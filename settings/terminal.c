@@ -104,6 +104,17 @@ static uint64_t heater_pwm(const struct look *look, unsigned int index)
 	return index < look->daemon->heaters ? pwm_bit(look, look->daemon->heater[index].pwm) : 0;
 }
 
+static uint64_t heater_fan(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->heaters ? look->daemon->heater[index].fan : 0;
+}
+
+static uint64_t heater_fan_pwm(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->heaters ?
+	       pwm_bit(look, look->daemon->heater[index].fan_pwm) : 0;
+}
+
 static uint64_t servo_pwm(const struct look *look, unsigned int index)
 {
 	return index < look->daemon->servos ? pwm_bit(look, look->daemon->servo[index].pwm) : 0;
@@ -376,9 +387,11 @@ static const struct source {
 	{ "servo.#.enable-pin", TERMINAL_LOOP, POKEYS_SERVOS, servo_enable },
 	{ "servo.#.limit-minus-pin", TERMINAL_LISTENER, POKEYS_SERVOS, servo_low },
 	{ "servo.#.limit-plus-pin", TERMINAL_LISTENER, POKEYS_SERVOS, servo_high },
+	{ "heater.#.fan-pin", TERMINAL_LOOP, POKEYS_HEATERS, heater_fan },
+	{ "heater.#.fan-pwm", TERMINAL_DRIVEN, POKEYS_HEATERS, heater_fan_pwm },
 };
 
-enum { OWNERS_MAX = 140, SOURCES = sizeof(sources) / sizeof(sources[0]) };
+enum { OWNERS_MAX = 160, SOURCES = sizeof(sources) / sizeof(sources[0]) };
 
 static size_t list_owners(const struct look *look, struct terminal_owner out[OWNERS_MAX])
 {

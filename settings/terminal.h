@@ -44,8 +44,8 @@ struct terminal_daemon {
 	uint64_t safe_on, safe_hold, resume;
 	uint8_t heaters;
 	struct {
-		uint64_t sensor, output;
-		uint8_t pwm;		/* channel + 1; 0 = none */
+		uint64_t sensor, output, fan;
+		uint8_t pwm, fan_pwm;	/* channel + 1; 0 = none */
 	} heater[POKEYS_HEATERS];
 	uint8_t servos;
 	struct {

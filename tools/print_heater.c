@@ -13,7 +13,8 @@ static void put_work(struct line *line, const struct pokeys_heater *heater)
 		put(line, ", searching for gains at %.1f C, oscillation %u, power %.0f %%",
 		    (double)heater->target, heater->tune_cycles, power);
 	else if (heater->state == POKEYS_HEATER_HEATING)
-		put(line, ", target %.1f C, power %.0f %%%s", (double)heater->target, power,
+		put(line, ", target %.1f C, power %.0f %%%s%s", (double)heater->target, power,
+		    heater->limited ? " (limited)" : "",
 		    heater->at_temperature ? ", at temperature" : "");
 	else if (heater->fault)
 		put(line, ", FAULT: %s, off until it is reset",
@@ -24,9 +25,11 @@ static void put_work(struct line *line, const struct pokeys_heater *heater)
 		put(line, ", NOT ACKNOWLEDGED: it may still heat");
 }
 
-/* Append why the heater cannot heat, and the gains that were found. */
+/* Append its fan, why the heater cannot heat, and the gains that were found. */
 static void put_rest(struct line *line, const struct pokeys_heater *heater)
 {
+	if (heater->fan == POKEYS_HEATER_FAN_ON)
+		put(line, ", fan on");
 	if (heater->condition && heater->condition != heater->fault)
 		put(line, ", NOT READY: %s", pokeys_heater_fault_name(heater->condition));
 	if (heater->refused)
@@ -89,6 +92,8 @@ static void put_heater(struct json *json, unsigned int index, const struct pokey
 	json_real(json, "target", (double)heater->target);
 	json_real(json, "power", (double)heater->power);
 	json_bool(json, "at_temperature", heater->at_temperature);
+	json_bool(json, "power_limited", heater->limited);
+	json_text(json, "fan", pokeys_heater_fan_name(heater->fan));
 	json_text(json, "fault", pokeys_heater_fault_name(heater->fault));
 	json_text(json, "condition", pokeys_heater_fault_name(heater->condition));
 	json_text(json, "refused", pokeys_heater_refusal_name(heater->refused));

@@ -90,6 +90,7 @@ void config_convert_device(const struct config_raw_device *raw, uint64_t period_
 	convert_safe(raw, out);
 	convert_resume(raw, out);
 	out->emergency_holds = raw->on_emergency;
+	out->heater_watts = raw->heater_watts;
 	out->settings = raw->settings;
 	out->have_password = *raw->password_file;
 	memcpy(out->password, raw->password, sizeof(out->password));
@@ -148,6 +149,17 @@ static void convert_control(const struct config_raw_heater *raw, struct heater_c
 	out->lease_ns = lease(raw->hold_s);
 }
 
+static void convert_fan(const struct config_raw_heater *raw, struct heating_fan_config *out)
+{
+	const bool pwm = raw->fan_pwm >= 0;
+
+	out->kind = pwm ? HEATING_PWM : raw->fan_pin ? HEATING_PIN : HEATING_NO_OUTPUT;
+	out->output = (uint8_t)(pwm ? raw->fan_pwm : raw->fan_pin ? raw->fan_pin - 1 : 0);
+	out->speed = raw->fan_speed;
+	out->fan.above = raw->fan_above;
+	out->fan.hysteresis = raw->fan_hysteresis;
+}
+
 /* Member by member: what lies between them stays 0, for whoever compares bytes. */
 void config_convert_heater(const struct config_raw_heater *raw, struct heating_config *out)
 {
@@ -162,6 +174,8 @@ void config_convert_heater(const struct config_raw_heater *raw, struct heating_c
 	out->output = (uint8_t)(pwm ? raw->pwm : raw->output_pin ? raw->output_pin - 1 : 0);
 	out->least_ns = ms(raw->least_s * 1000);
 	out->within = raw->within;
+	out->watts = raw->watts;
+	convert_fan(raw, &out->fan);
 	out->without_failsafe = raw->without_failsafe;
 }
 

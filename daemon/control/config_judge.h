@@ -52,9 +52,9 @@ enum { JUDGE_WHY_MAX = 120 };
 bool judge_part_covered(const struct judged *j, bool pwm, unsigned int output,
 			unsigned int most, char why[JUDGE_WHY_MAX]);
 
-/* The device has a PWM period, from `least` to `most` ticks. */
-void judge_part_pwm(struct judged_part part, const struct judged *j, uint32_t least, uint32_t most,
-		    const char *example);
+/* The device has a PWM period, from `least` to `most` ticks, for what `key` says. */
+void judge_part_pwm(struct judged_part part, const char *key, const struct judged *j,
+		    uint32_t least, uint32_t most, const char *example);
 
 /* Make a terminal (from 0) what a loop needs. */
 void judge_make_pin(struct pokeys_settings *settings, unsigned int pin, uint8_t function);

@@ -74,6 +74,28 @@ static void judge_sensor_keys(struct judged_part part, const struct config_raw_h
 					 keys[i].key);
 }
 
+static void judge_fan_keys(struct judged_part part, const struct config_raw_heater *raw)
+{
+	static const char *const keys[] = { "fan-above", "fan-hysteresis", "fan-speed" };
+	const bool pwm = raw->fan_pwm >= 0, pin = raw->fan_pin > 0;
+
+	if (pwm && pin)
+		judge_part_fault(part, "fan-pin", "fan-pin and fan-pwm are both given; give only "
+				 "one");
+	if (judge_part_is_faulty(part, "fan-pwm") || judge_part_is_faulty(part, "fan-pin"))
+		return;
+	for (size_t i = 0; i < COUNT(keys); i++)
+		if (!pwm && !pin && judge_part_has(part, keys[i]))
+			judge_part_fault(part, keys[i], "%s has no effect without fan-pwm or "
+					 "fan-pin", keys[i]);
+	if ((pwm || pin) && judge_part_has(part, "max-temperature") &&
+	    !judge_part_is_faulty(part, "max-temperature") && raw->fan_above >= raw->most)
+		judge_part_fault(part, "fan-above", "fan-above has to be below max-temperature, "
+				 "which is %g", raw->most);
+	if (pin && !pwm && judge_part_has(part, "fan-speed"))
+		judge_part_fault(part, "fan-speed", "fan-speed has no effect with fan-pin");
+}
+
 static void judge_other_keys(struct judged_part part, const struct config_raw_heater *raw)
 {
 	static const char *const pid[] = { "pid-p", "pid-i", "pid-d", "pid-smooth-s" };
@@ -104,6 +126,7 @@ static void judge_heater(struct judged_part part, struct config_raw_heater *raw)
 	judge_given(part, raw);
 	judge_sensor_keys(part, raw);
 	judge_other_keys(part, raw);
+	judge_fan_keys(part, raw);
 	config_convert_heater(raw, &raw->out);
 	if (part.file->faults != faults || !judge_part_is_whole(part))
 		return;
@@ -163,6 +186,18 @@ static double reading_ms(const struct judged *j, uint32_t heater)
 	return 2 * (double)j->file->daemon.period_us * (double)raw->fast_divider / 1000;
 }
 
+static void judge_pwm(struct judged_part part, const char *key, const char *instead,
+		      const struct judged *j)
+{
+	const struct pokeys_settings *settings = &j->raw->settings;
+
+	judge_part_pwm(part, key, j, HEATING_PERIOD_LEAST, HEATING_PERIOD_MOST,
+		       "2500000 is 10 Hz");
+	if (settings->set & POKEYS_SET_SYNC_PWM && settings->sync_pwm_enable)
+		judge_part_fault(part, key, "%s and synced-pwm of its device exclude each other; "
+				 "use %s", key, instead);
+}
+
 /* Refuse settings of the device with which the heater could not heat, or not be watched. */
 static void judge_device_of(const struct judged *j, uint32_t heater)
 {
@@ -181,17 +216,70 @@ static void judge_device_of(const struct judged *j, uint32_t heater)
 		judge_part_fault(part, "sensor-pin", "analog-filter of its device is "
 				 "above %d: it would hide what the sensor reads",
 				 HEATING_FILTER_MOST);
-	if (raw->pwm < 0)
+	if (raw->pwm >= 0)
+		judge_pwm(part, "pwm", "output-pin", j);
+	if (raw->fan_pwm >= 0)
+		judge_pwm(part, "fan-pwm", "fan-pin", j);
+}
+
+/* Nothing burns without it, but a cold end may be clogged. */
+static void note_fan(const struct judged *j, uint32_t heater)
+{
+	const struct judged_part part = judge_heater_part(j->file, heater);
+	const struct heating_fan_config *fan = &j->file->heater[heater].out.fan;
+	const bool pwm = fan->kind == HEATING_PWM;
+	const char *key = pwm ? "fan-pwm" : "fan-pin";
+	char why[JUDGE_WHY_MAX];
+
+	if (!j->file->here || fan->kind == HEATING_NO_OUTPUT ||
+	    !judge_part_covered(j, pwm, fan->output, UINT8_MAX, why))
 		return;
-	judge_part_pwm(part, j, HEATING_PERIOD_LEAST, HEATING_PERIOD_MOST, "2500000 is 10 Hz");
-	if (settings->set & POKEYS_SET_SYNC_PWM && settings->sync_pwm_enable)
-		judge_part_fault(part, "pwm", "pwm and synced-pwm of its device exclude each "
-				 "other; use output-pin");
+	config_note(j->file, config_line_of(part.lines, key, 0),
+		    "[heater %s]: %s: the device's failsafe stops the fan if this computer fails; "
+		    "%s can keep it on", part.name, key, pwm ? "failsafe-pwm" : "failsafe-on");
+}
+
+/* The supply: what cannot be made less has to suffice, and something has to be left. */
+static void judge_supply(const struct judged *j)
+{
+	double switched = 0;
+	bool heaters = false, shared = false;
+
+	for (uint32_t i = 0; i < j->file->heaters; i++) {
+		const struct judged_part part = judge_heater_part(j->file, i);
+		const struct config_raw_heater *raw = &j->file->heater[i];
+
+		if (!judge_has_heater(j, i) || judge_part_is_faulty(part, "rated-power-w"))
+			continue;
+		heaters = true;
+		if (j->raw->heater_watts > 0 && raw->watts <= 0)
+			judge_part_fault(part, "rated-power-w", "rated-power-w is not given; "
+					 "max-heater-power-w of its device needs it");
+		if (j->raw->heater_watts <= 0 && raw->watts > 0)
+			judge_part_fault(part, "rated-power-w", "rated-power-w has no effect "
+					 "without max-heater-power-w in [device %s]",
+					 j->raw->name);
+		if (raw->pwm < 0)
+			switched += raw->watts;
+		else
+			shared = true;
+	}
+	if (j->raw->heater_watts <= 0)
+		return;
+	if (!heaters)
+		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w has no effect without "
+			    "a [heater NAME]");
+	else if (j->raw->heater_watts < switched ||
+		 (shared && j->raw->heater_watts <= switched))
+		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w = %g has to be %s %g, "
+			    "which its heaters with output-pin need: these are not limited",
+			    j->raw->heater_watts, shared ? "above" : "at least", switched);
 }
 
 /* Another function of a terminal was complained about already. */
 void judge_heaters_of(const struct judged *j)
 {
+	judge_supply(j);
 	for (uint32_t i = 0; i < j->file->heaters; i++) {
 		const struct config_raw_heater *raw = &j->file->heater[i];
 
@@ -199,11 +287,15 @@ void judge_heaters_of(const struct judged *j)
 			continue;
 		judge_covered(j, i);
 		judge_device_of(j, i);
+		note_fan(j, i);
 		if (raw->sensor_pin)
 			judge_make_pin(&j->raw->settings, (unsigned int)raw->sensor_pin - 1,
 				       WIRE_PIN_ANALOG_IN);
 		if (raw->output_pin)
 			judge_make_pin(&j->raw->settings, (unsigned int)raw->output_pin - 1,
+				       WIRE_PIN_OUTPUT);
+		if (raw->fan_pin)
+			judge_make_pin(&j->raw->settings, (unsigned int)raw->fan_pin - 1,
 				       WIRE_PIN_OUTPUT);
 	}
 }

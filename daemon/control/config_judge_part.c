@@ -108,16 +108,16 @@ bool judge_part_covered(const struct judged *j, bool pwm, unsigned int output,
 	return !wrong && settings->failsafe_timeout <= most;
 }
 
-void judge_part_pwm(struct judged_part part, const struct judged *j, uint32_t least, uint32_t most,
-		    const char *example)
+void judge_part_pwm(struct judged_part part, const char *key, const struct judged *j,
+		    uint32_t least, uint32_t most, const char *example)
 {
 	const struct pokeys_settings *settings = &j->raw->settings;
 
 	if (!(settings->set & POKEYS_SET_PWM_PERIOD))
-		judge_part_fault(part, "pwm", "pwm needs pwm-period in [device %s], in ticks of "
-				 "25 MHz (%s)", j->raw->name, example);
+		judge_part_fault(part, key, "%s needs pwm-period in [device %s], in ticks of "
+				 "25 MHz (%s)", key, j->raw->name, example);
 	else if (settings->pwm_period < least || settings->pwm_period > most)
-		judge_part_fault(part, "pwm", "pwm-period of its device has to be %u to %u",
+		judge_part_fault(part, key, "pwm-period of its device has to be %u to %u",
 				 least, most);
 }
 

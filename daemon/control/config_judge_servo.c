@@ -192,7 +192,8 @@ static void judge_device_of(const struct judged *j, struct judged_part part,
 				 "position", (int)raw->encoder, j->raw->name);
 	if (raw->pwm < 0)
 		return;
-	judge_part_pwm(part, j, SERVOING_PERIOD_LEAST, SERVOING_PERIOD_MOST, "1250 is 20 kHz");
+	judge_part_pwm(part, "pwm", j, SERVOING_PERIOD_LEAST, SERVOING_PERIOD_MOST,
+		       "1250 is 20 kHz");
 	if (j->raw->settings.set & POKEYS_SET_SYNC_PWM && j->raw->settings.sync_pwm_enable)
 		judge_part_fault(part, "pwm", "pwm and synced-pwm of its device exclude each "
 				 "other");

@@ -101,6 +101,7 @@ struct config_raw_device {
 	int64_t retries, window, retry_budget, send_budget;
 	uint64_t safe_on, safe_hold, resume;
 	int64_t failsafe, on_emergency;
+	double heater_watts;		/* 0: not given */
 	char password_file[256];
 	char password[33];		/* its content, once it was judged */
 	struct pokeys_settings settings;
@@ -113,6 +114,9 @@ struct config_raw_heater {
 	struct config_points points;
 	int64_t pwm, output_pin;	/* -1, 0: not given */
 	double least_s;
+	double watts;			/* 0: not given */
+	int64_t fan_pwm, fan_pin;	/* -1, 0: not given */
+	double fan_above, fan_hysteresis, fan_speed;
 	int64_t law;
 	double p, i, d, smooth_s, hysteresis;
 	double least, most, target_most;	/* target_most: or CONFIG_TARGET_AUTO */

@@ -242,6 +242,12 @@ static const struct config_key own[] = {
 	    .help = "on: the daemon configures the device to bring its outputs into the state of "
 		    "the failsafe keys by itself when it no longer receives anything; off: the "
 		    "failsafe setting of the device is not changed."),
+	KEY(DEVICE(heater_watts), "max-heater-power-w", CONFIG_REAL, RANGE(1, 1e6),
+	    .words = WORDS({ "unlimited", 0 }), .fallback = "unlimited", .unit = "W",
+	    .help = "Highest electrical power of all heaters of the device together, for a "
+		    "supply that does not suffice for all of them. If they need more, all "
+		    "heaters with a PWM output get the same part of what they need. Those with "
+		    "output-pin are not limited. Each heater needs rated-power-w."),
 	KEY(DEVICE(password_file), "password-file", CONFIG_FILE,
 	    .help = "File whose only line is the device's password. It has to be owned by the "
 		    "daemon's user, which is pokeys in the installed unit, and readable by nobody "
@@ -299,6 +305,27 @@ static const struct config_key own[] = {
 	    .help = "With output-pin: minimum time for which the output stays on or off. When "
 		    "the heater is switched off by a fault, by command or otherwise, the output "
 		    "is off at once."),
+	KEY(HEATER(watts), "rated-power-w", CONFIG_REAL, RANGE(0.1, 100000),
+	    .words = WORDS({ "unknown", 0 }), .fallback = "unknown", .unit = "W",
+	    .help = "Electrical power of the heater when its output is fully on. It is needed if "
+		    "its device has max-heater-power-w."),
+	KEY(HEATER(fan_pwm), "fan-pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
+	    .words = WORDS({ "none", -1 }), .fallback = "none",
+	    .help = "PWM output of a fan that cools the heater's surroundings, such as the cold "
+		    "end of a hot end. The fan runs while the heater is hotter than fan-above, "
+		    "also while it is off or has a fault, and while its temperature is not "
+		    "known. No commander can switch it."),
+	KEY(HEATER(fan_pin), "fan-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
+	    .words = WORDS({ "none", 0 }), .fallback = "none",
+	    .help = "Terminal that switches such a fan, instead of fan-pwm. The daemon makes it "
+		    "a digital output."),
+	KEY(HEATER(fan_above), "fan-above", CONFIG_REAL, RANGE(0, 2000), .fallback = "50",
+	    .unit = "C", .help = "Temperature of the heater above which its fan runs."),
+	KEY(HEATER(fan_hysteresis), "fan-hysteresis", CONFIG_REAL, RANGE(0.1, 100),
+	    .fallback = "5", .unit = "K",
+	    .help = "The fan stops when the heater is colder than fan-above by this."),
+	KEY(HEATER(fan_speed), "fan-speed", CONFIG_REAL, RANGE(0.01, 1), .fallback = "1",
+	    .help = "Duty of fan-pwm while the fan runs; 1 is full speed."),
 	KEY(HEATER(law), "control", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "pid", HEATER_PID }, { "bang-bang", HEATER_BANG_BANG }),
 	    .fallback = "pid",

@@ -67,5 +67,9 @@ void heating_terminals(const struct heating_config *config, unsigned int count,
 			out->heater[i].output = UINT64_C(1) << config[i].output;
 		else
 			out->heater[i].pwm = (uint8_t)(config[i].output + 1);
+		if (config[i].fan.kind == HEATING_PIN)
+			out->heater[i].fan = UINT64_C(1) << config[i].fan.output;
+		else if (config[i].fan.kind == HEATING_PWM)
+			out->heater[i].fan_pwm = (uint8_t)(config[i].fan.output + 1);
 	}
 }

@@ -61,6 +61,7 @@ struct device_config {
 	uint8_t resume_parts;		/* DEVICE_RESUME_* */
 	struct pokeys_settings settings;	/* what it wants of the device's own settings */
 	struct heating_config heater[POKEYS_HEATERS];
+	double heater_watts;		/* of all heaters together, at most; 0 = unlimited */
 	uint8_t heaters;
 	struct servoing_config servo[POKEYS_SERVOS];
 	uint8_t servos;

@@ -284,6 +284,8 @@ static void show(struct device *device, unsigned int i)
 	image->condition = (uint8_t)heater->condition;
 	image->refused = (uint8_t)heater->refusal;
 	image->at_temperature = heater_is_at(heater, config->within);
+	image->limited = heating->limited && !heater_is_off(heater);
+	image->fan = (uint8_t)heating_fan_state(device, i);
 	image->fault_count = heating->faults;
 	memcpy(image->name, config->name, sizeof(image->name));
 	show_gains(image, heater);
@@ -309,6 +311,7 @@ static void step_all(struct device *device)
 
 	for (unsigned int i = 0; i < heatings->count; i++)
 		step(device, i);
+	heating_supply(device);
 	heatings->step_ns = (in_time ? heatings->step_ns : device->now_ns) + HEATER_PERIOD_NS;
 }
 
@@ -358,6 +361,7 @@ void heating_cycle(struct device *device)
 		look(device, i);
 	if (is_due(device))
 		step_all(device);
+	heating_fans(device);
 	for (unsigned int i = 0; i < heatings->count; i++) {
 		follow(device, i);
 		say(device, i);
@@ -404,7 +408,7 @@ uint8_t heating_channels_stopping(const struct device *device)
 
 uint64_t heating_pins(const struct device *device)
 {
-	uint64_t pins = 0;
+	uint64_t pins = heating_fan_pins(device);
 
 	for (unsigned int i = 0; i < device->heatings.count; i++)
 		if (config_of(device, i)->kind == HEATING_PIN)
@@ -414,7 +418,7 @@ uint64_t heating_pins(const struct device *device)
 
 uint64_t heating_pins_on(const struct device *device)
 {
-	uint64_t pins = 0;
+	uint64_t pins = heating_fan_pins_on(device);
 
 	for (unsigned int i = 0; i < device->heatings.count; i++) {
 		const struct heating *heating = &device->heatings.heating[i];
@@ -428,7 +432,7 @@ uint64_t heating_pins_on(const struct device *device)
 
 uint8_t heating_channels(const struct device *device)
 {
-	unsigned int channels = 0;
+	unsigned int channels = heating_fan_channels(device);
 
 	for (unsigned int i = 0; i < device->heatings.count; i++)
 		if (config_of(device, i)->kind == HEATING_PWM)
@@ -438,6 +442,7 @@ uint8_t heating_channels(const struct device *device)
 
 void heating_pwm(const struct device *device, struct wire_pwm_req *pwm)
 {
+	heating_fan_pwm(device, pwm);
 	for (unsigned int i = 0; i < device->heatings.count; i++) {
 		const struct heating_config *config = config_of(device, i);
 		const struct heater *heater = &device->heatings.heating[i].heater;

@@ -9,6 +9,7 @@
 #include <stdint.h>
 #include <pokeys/state.h>
 #include "daemon/loops/heater.h"
+#include "daemon/loops/power.h"
 #include "daemon/loops/switching.h"
 #include "wire/io.h"
 
@@ -25,8 +26,17 @@ enum {
 };
 
 enum heating_output {
+	HEATING_NO_OUTPUT,	/* of a fan that there is not */
 	HEATING_PWM,
 	HEATING_PIN,		/* a digital output */
+};
+
+/* Runs while the heater is hot, or may be. */
+struct heating_fan_config {
+	uint8_t kind;			/* enum heating_output */
+	uint8_t output;			/* PWM channel, or pin, from 0 */
+	double speed;			/* PWM: 0 to 1 */
+	struct fan_config fan;
 };
 
 struct heating_config {
@@ -37,6 +47,8 @@ struct heating_config {
 	uint8_t output;			/* PWM channel, or pin, from 0 */
 	uint64_t least_ns;		/* PIN: on, and off, at least so long */
 	double within;			/* at temperature if so near to the target, K */
+	double watts;			/* at a power of 1; 0: not known, nor needed */
+	struct heating_fan_config fan;
 	bool without_failsafe;		/* it may heat although the device cannot switch it off */
 };
 
@@ -46,6 +58,8 @@ struct heating {
 	struct switching switching;
 	bool good;			/* its configuration can be used */
 	bool on;			/* PIN */
+	bool limited;			/* it got less than it asked for */
+	bool fan;			/* runs */
 	bool shared;			/* something else of the device has a terminal of it */
 	bool hot;			/* it heated, and off is not acknowledged yet */
 	uint64_t off_ns;		/* ... and it is off since then; 0: it is not */
@@ -69,12 +83,24 @@ struct heating_wish {
 
 struct device;
 
+/* After a step: all of them together get no more than the supply has. */
+void heating_supply(struct device *device);
+
+/* In each cycle: the fans of heaters that are hot run. */
+void heating_fans(struct device *device);
+/* Their pins, and those of them that run; their PWM channels; their part of a request. */
+uint64_t heating_fan_pins(const struct device *device);
+uint64_t heating_fan_pins_on(const struct device *device);
+uint8_t heating_fan_channels(const struct device *device);
+void heating_fan_pwm(const struct device *device, struct wire_pwm_req *pwm);
+enum pokeys_heater_fan heating_fan_state(const struct device *device, unsigned int index);
+
 void heating_init(struct device *device);
 
 /* In each cycle, before anything is sent. */
 void heating_cycle(struct device *device);
 
-/* Pins that are outputs of heaters, and those of them that are on. */
+/* Pins that are outputs of heaters or of their fans, and those of them that are on. */
 uint64_t heating_pins(const struct device *device);
 uint64_t heating_pins_on(const struct device *device);
 
@@ -84,7 +110,7 @@ uint8_t heating_channels_stopping(const struct device *device);
 /* A heater that the failsafe has to switch off may be on in the device. */
 bool heating_may_heat(const struct device *device);
 
-/* Bit = PWM channel of a heater. */
+/* Bit = PWM channel of a heater or of a fan. */
 uint8_t heating_channels(const struct device *device);
 /* Their part of a request; what else is in it stays. */
 void heating_pwm(const struct device *device, struct wire_pwm_req *pwm);

@@ -273,8 +273,12 @@ double heater_step(struct heater *heater, uint64_t now_ns)
 
 void heater_delivered(struct heater *heater, double power)
 {
-	if (power >= 0 && power < heater->power)
-		heater->power = power;
+	if (!(power >= 0 && power < heater->power))
+		return;
+	heater->power = power;
+	pid_cut(&heater->pid);
+	if (heater->tune.state == TUNE_RUNS)
+		heater->tune.most = fmin(heater->tune.most, power);
 }
 
 bool heater_is_off(const struct heater *heater)

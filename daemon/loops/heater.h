@@ -83,6 +83,7 @@ enum heater_tuning {
 struct heater_tune {
 	enum heater_tuning state;
 	struct pid_gains gains;	/* what was found, when it is done */
+	double most;		/* the lowest power that it was heated with */
 	double height, period;	/* of the oscillation: K from lowest to highest, seconds */
 	unsigned int cycles;	/* so far */
 	bool on;
@@ -170,7 +171,7 @@ enum heater_refusal heater_tune(struct heater *heater, double target);
 /* One period: the power from now on, 0 to power_most. */
 double heater_step(struct heater *heater, uint64_t now_ns);
 
-/* What was given of the last step's power, if that was less: power_share(). */
+/* What was given of the last step's power, if that was less, before the next step. */
 void heater_delivered(struct heater *heater, double power);
 
 /* Off, by command or by a fault: an output must not be on for its own reasons any more. */

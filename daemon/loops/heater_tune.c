@@ -26,7 +26,7 @@ void tune_begin(struct heater *heater)
 {
 	heater->tune = (struct heater_tune){
 		.state = TUNE_RUNS, .on = heater->temperature <= heater->target,
-		.high = -INFINITY, .low = INFINITY,
+		.most = heater->config.power_most, .high = -INFINITY, .low = INFINITY,
 	};
 	pid_reset(&heater->pid);
 }
@@ -43,11 +43,11 @@ static void cycle(struct heater_tune *tune, uint64_t above_ns, uint64_t below_ns
 	tune->low = INFINITY;
 }
 
-static void finish(struct heater_tune *tune, double most)
+static void finish(struct heater_tune *tune)
 {
 	/* 4 / pi: the relay's power has the amplitude most / 2, and a sine in it that is larger
 	 * by so much */
-	const double ultimate = 4 / M_PI * most / tune->height;
+	const double ultimate = 4 / M_PI * tune->most / tune->height;
 
 	tune->gains.p = ultimate / 3.2;
 	tune->gains.i = tune->gains.p / (2.2 * tune->period);
@@ -83,6 +83,6 @@ double tune_step(struct heater *heater, uint64_t now_ns)
 			tune->high = -INFINITY, tune->low = INFINITY;
 	}
 	if (tune->state == TUNE_RUNS && tune->cycles == CYCLES)
-		finish(tune, heater->config.power_most);
+		finish(tune);
 	return tune->on ? heater->config.power_most : 0;
 }

@@ -21,6 +21,7 @@ double pid_step(struct pid *pid, const struct pid_gains *gains, double target, d
 		double seconds, double least, double most)
 {
 	const double error = target - measured;
+	const double before = pid->integral;
 	double output, more;
 
 	if (pid->primed && seconds > 0)
@@ -33,7 +34,15 @@ double pid_step(struct pid *pid, const struct pid_gains *gains, double target, d
 	output = gains->p * error + pid->integral + more - gains->d * pid->rate;
 	if (!(output > most && more > 0) && !(output < least && more < 0))
 		pid->integral = limited(pid->integral + more, least, most);
+	pid->added = pid->integral - before;
 	return limited(gains->p * error + pid->integral - gains->d * pid->rate, least, most);
+}
+
+void pid_cut(struct pid *pid)
+{
+	if (pid->added > 0)
+		pid->integral -= pid->added;
+	pid->added = 0;
 }
 
 void pid_regain(struct pid *pid, const struct pid_gains *from, const struct pid_gains *to,

@@ -22,6 +22,7 @@ struct pid {
 	double integral;	/* in units of the output */
 	double rate;		/* of the measurement, filtered, units a second */
 	double last;		/* measurement */
+	double added;		/* to the integral by the last step */
 	bool primed;		/* there is a last one */
 };
 
@@ -31,6 +32,12 @@ void pid_reset(struct pid *pid);
 /* One step, `seconds` after the last one: an output from least to most. */
 double pid_step(struct pid *pid, const struct pid_gains *gains, double target, double measured,
 		double seconds, double least, double most);
+
+/*
+ * The last output was too much for something behind this controller: a limit that nobody knew
+ * before. As at a limit, that step has not filled the integral.
+ */
+void pid_cut(struct pid *pid);
 
 /* From now on the gains are `to`; an output within its limits goes on from where it is. */
 void pid_regain(struct pid *pid, const struct pid_gains *from, const struct pid_gains *to,

@@ -67,6 +67,12 @@ enum pokeys_heater_tuning {
 	POKEYS_HEATER_TUNING_FAILED = 3,	/* by a fault, another command, or after an hour */
 };
 
+enum pokeys_heater_fan {
+	POKEYS_HEATER_FAN_NONE = 0,
+	POKEYS_HEATER_FAN_OFF = 1,
+	POKEYS_HEATER_FAN_ON = 2,
+};
+
 /*
  * A closed loop of the daemon's; heater[0] is the first [heater NAME] of the device in
  * pokeysd.conf. Gains are for a power of 0 to 255, kelvin and seconds.
@@ -87,7 +93,9 @@ struct pokeys_heater {
 	uint8_t refused;		/* enum pokeys_heater_refusal */
 	uint8_t tuning;			/* enum pokeys_heater_tuning */
 	uint8_t at_temperature;		/* 1 = within at-temperature-k of its target */
-	uint8_t reserved[4];
+	uint8_t limited;		/* 1 = max-heater-power-w gives it less than it asks for */
+	uint8_t fan;			/* enum pokeys_heater_fan */
+	uint8_t reserved[2];
 	char name[32];			/* of its section, NUL terminated */
 };
 

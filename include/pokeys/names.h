@@ -259,6 +259,17 @@ static inline const char *pokeys_heater_tuning_name(uint8_t tuning)
 	}
 }
 
+/* enum pokeys_heater_fan */
+static inline const char *pokeys_heater_fan_name(uint8_t fan)
+{
+	switch (fan) {
+	case POKEYS_HEATER_FAN_NONE:	return "none";
+	case POKEYS_HEATER_FAN_OFF:	return "off";
+	case POKEYS_HEATER_FAN_ON:	return "on";
+	default:			return "unknown";
+	}
+}
+
 /* enum pokeys_gain: the key in pokeysd.conf */
 static inline const char *pokeys_gain_name(uint8_t gain)
 {

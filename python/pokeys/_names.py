@@ -858,6 +858,18 @@ class StateHeaterItem(Part):
         "heater.%02u.faults", 7, (2760, 104),
         "faults of the heater since the daemon's start",
         code="I")
+    power_limited = Flag(
+        "heater.%02u.power-limited", 7, (2772, 104),
+        "it gets less power than it asks for, by max-heater-power-w")
+    fan = Word(
+        "heater.%02u.fan", 7, (2773, 104),
+        "fan of the heater: 0 = there is none, 1 off, 2 on",
+        code="B",
+        words={
+            0: "none",
+            1: "off",
+            2: "on",
+        })
     min_temperature = Measured(
         "heater.%02u.min-temperature", 7, (2724, 104),
         "below this, it does not heat",
@@ -1778,7 +1790,7 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
-STATE_HASH, STATE_SIZE = 0x6bb10c738e879489, 4152
+STATE_HASH, STATE_SIZE = 0xa04b8cc098afd232, 4152
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -1829,22 +1841,22 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateHeaterItem.state, StateHeaterItem.temperature, StateHeaterItem.age_ms,
     StateHeaterItem.target_in_effect, StateHeaterItem.power, StateHeaterItem.at_temperature,
     StateHeaterItem.fault, StateHeaterItem.fault_code, StateHeaterItem.condition, StateHeaterItem.refused,
-    StateHeaterItem.faults, StateHeaterItem.min_temperature, StateHeaterItem.max_temperature,
-    StateHeaterItem.max_target, StateHeaterItem.pid_p, StateHeaterItem.pid_i, StateHeaterItem.pid_d,
-    StateHeaterItem.tuning, StateHeaterItem.tune_cycles, StateHeaterItem.tuned_p, StateHeaterItem.tuned_i,
-    StateHeaterItem.tuned_d, StateServoItem.name, StateServoItem.state, StateServoItem.pos_fb,
-    StateServoItem.age_ms, StateServoItem.vel_fb, StateServoItem.commanded, StateServoItem.commanded_velocity,
-    StateServoItem.error, StateServoItem.output, StateServoItem.fault_code, StateServoItem.condition,
-    StateServoItem.refused, StateServoItem.homed, StateServoItem.limit_minus, StateServoItem.limit_plus,
-    StateServoItem.faults, StateServoItem.encoder, StateServoItem.counts_per_unit,
-    StateServoItem.min_position, StateServoItem.max_position, StateServoItem.pid_p, StateServoItem.pid_i,
-    StateServoItem.pid_d, StateServoItem.velocity_gain, StateServoItem.acceleration_gain,
-    StateInfo.SerialNumber, StateInfo.type, StateInfo.name, StateInfo.build, StateInfo.address,
-    StateInfo.DeviceTypeID, StateInfo.FirmwareMajor, StateInfo.FirmwareMinor, StateInfo.FirmwareRevision,
-    StateInfo.UserID, StateInfo.ActivatedOptions, StateDevice.locked, StateDevice.load, StateDevice.tick,
-    StateDevice.access, StateInfo.PinCount, StateInfo.PWMCount, StateInfo.BasicEncoderCount,
-    StateInfo.EncodersCount, StateInfo.FastEncoders, StateInfo.UltraFastEncoders,
-    StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
+    StateHeaterItem.faults, StateHeaterItem.power_limited, StateHeaterItem.fan,
+    StateHeaterItem.min_temperature, StateHeaterItem.max_temperature, StateHeaterItem.max_target,
+    StateHeaterItem.pid_p, StateHeaterItem.pid_i, StateHeaterItem.pid_d, StateHeaterItem.tuning,
+    StateHeaterItem.tune_cycles, StateHeaterItem.tuned_p, StateHeaterItem.tuned_i, StateHeaterItem.tuned_d,
+    StateServoItem.name, StateServoItem.state, StateServoItem.pos_fb, StateServoItem.age_ms,
+    StateServoItem.vel_fb, StateServoItem.commanded, StateServoItem.commanded_velocity, StateServoItem.error,
+    StateServoItem.output, StateServoItem.fault_code, StateServoItem.condition, StateServoItem.refused,
+    StateServoItem.homed, StateServoItem.limit_minus, StateServoItem.limit_plus, StateServoItem.faults,
+    StateServoItem.encoder, StateServoItem.counts_per_unit, StateServoItem.min_position,
+    StateServoItem.max_position, StateServoItem.pid_p, StateServoItem.pid_i, StateServoItem.pid_d,
+    StateServoItem.velocity_gain, StateServoItem.acceleration_gain, StateInfo.SerialNumber, StateInfo.type,
+    StateInfo.name, StateInfo.build, StateInfo.address, StateInfo.DeviceTypeID, StateInfo.FirmwareMajor,
+    StateInfo.FirmwareMinor, StateInfo.FirmwareRevision, StateInfo.UserID, StateInfo.ActivatedOptions,
+    StateDevice.locked, StateDevice.load, StateDevice.tick, StateDevice.access, StateInfo.PinCount,
+    StateInfo.PWMCount, StateInfo.BasicEncoderCount, StateInfo.EncodersCount, StateInfo.FastEncoders,
+    StateInfo.UltraFastEncoders, StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
     StateInfo.TriggeredKeyMapping, StateInfo.KeyRepeatDelay, StateInfo.DigitalCounters,
     StateInfo.JoystickButtonAxisMapping, StateInfo.JoystickAnalogToDigitalMapping,
     StateInfo.JoystickHATswitch, StateInfo.Macros, StateInfo.MatrixKeyboard,

@@ -93,6 +93,78 @@ static void every_key_arrives(void **state)
 			 WIRE_PIN_OUTPUT | WIRE_PIN_INVERT);
 }
 
+static void a_fan_and_a_supply_arrive(void **state)
+{
+	const struct heating_fan_config *fan = &heater(0)->fan;
+
+	(void)state;
+	assert_int_equal(parse(GOOD BED), 0);
+	assert_int_equal(fan->kind, HEATING_NO_OUTPUT);
+	assert_near(config.device[0].heater_watts, 0);
+	assert_int_equal(parse(GOOD "max-heater-power-w = 200\n" BED "rated-power-w = 150\n"
+			       "fan-pwm = 5\nfan-above = 40\nfan-hysteresis = 2\nfan-speed = 0.5\n"
+			       "[heater oven]\nsensor-pin = 44\nsensor = pt1000\noutput-pin = 12\n"
+			       "max-temperature = 99\nrated-power-w = 199\nfan-pin = 13\n"), 0);
+	assert_near(config.device[0].heater_watts, 200);
+	assert_near(heater(0)->watts, 150);
+	assert_int_equal(fan->kind, HEATING_PWM);
+	assert_int_equal(fan->output, 5);
+	assert_near(fan->speed, 0.5);
+	assert_near(fan->fan.above, 40);
+	assert_near(fan->fan.hysteresis, 2);
+	fan = &heater(1)->fan;
+	assert_int_equal(fan->kind, HEATING_PIN);
+	assert_int_equal(fan->output, 12);
+	assert_near(fan->fan.above, 50);
+	assert_near(fan->fan.hysteresis, 5);
+	assert_int_equal(config.device[0].settings.pin_function[12], WIRE_PIN_OUTPUT);
+}
+
+static void a_fan_or_a_supply_that_cannot_be_is_refused(void **state)
+{
+	static const char relay[] = "[heater two]\nsensor-pin = 44\nsensor = pt1000\n"
+				    "output-pin = 12\nmax-temperature = 99\nrated-power-w = 300\n";
+	char text[1024];
+
+	(void)state;
+	assert_fault(GOOD BED "fan-above = 40\n",
+		     "f:9: [heater bed]: fan-above has no effect without fan-pwm or fan-pin");
+	assert_fault(GOOD BED "fan-pin = 13\nfan-above = 120\n",
+		     "f:10: [heater bed]: fan-above has to be below max-temperature, which is "
+		     "120");
+	assert_fault(GOOD BED "fan-pin = 13\nfan-speed = 0.5\n",
+		     "f:10: [heater bed]: fan-speed has no effect with fan-pin");
+	assert_fault(GOOD BED "fan-pin = 13\nfan-pwm = 1\n",
+		     "f:9: [heater bed]: fan-pin and fan-pwm are both given; give only one");
+	assert_fault(GOOD BED "fan-speed = 0.5\nfan-pwm = 6\n",
+		     "f:10: [heater bed]: fan-pwm: \"6\" is out of range; allowed: none | 0..5");
+	assert_fault(GOOD BED "fan-pwm = 0\n",
+		     "f:9: [heater bed]: fan-pwm: terminal 22 is used by pwm (line 7) as well, and "
+		     "can only be used by one of them; remove the other");
+	assert_fault(GOOD "safe-on = 13\ndigital-outputs = 13\n" BED "fan-pin = 13\n",
+		     "f:11: [heater bed]: fan-pin: terminal 13 is used by [device a] safe-on (line "
+		     "4) as well, and can only be used by one of them; remove the other");
+	snprintf(text, sizeof(text), "[device a]\naddress = 10.0.0.1\n%sfan-pwm = 1\n", relay);
+	assert_int_equal(parse(text), 2);
+	assert_non_null(strstr(heard.line[1], "fan-pwm needs pwm-period in [device a]"));
+	assert_non_null(strstr(heard.line[0], "rated-power-w has no effect without "
+			       "max-heater-power-w in [device a]"));
+	assert_fault(GOOD "max-heater-power-w = 200\n" BED,
+		     "f:5: [heater bed]: rated-power-w is not given; max-heater-power-w of its "
+		     "device needs it");
+	assert_fault(GOOD "max-heater-power-w = 200\n",
+		     "f:4: [device a]: max-heater-power-w has no effect without a [heater NAME]");
+	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 299\n%s", relay);
+	assert_fault(text, "f:4: [device a]: max-heater-power-w = 299 has to be at least 300, "
+		     "which its heaters with output-pin need: these are not limited");
+	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 300\n%s", relay);
+	assert_int_equal(parse(text), 0);
+	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 300\n%s" BED
+		 "rated-power-w = 40\n", relay);
+	assert_fault(text, "f:4: [device a]: max-heater-power-w = 300 has to be above 300, which "
+		     "its heaters with output-pin need: these are not limited");
+}
+
 /* pokeysctl config apply compares them as bytes, to tell what needs a restart. */
 static void the_same_file_is_the_same_configuration(void **state)
 {
@@ -346,6 +418,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_heater_with_what_it_needs_is_taken),
 		cmocka_unit_test(every_key_arrives),
+		cmocka_unit_test(a_fan_and_a_supply_arrive),
+		cmocka_unit_test(a_fan_or_a_supply_that_cannot_be_is_refused),
 		cmocka_unit_test(the_same_file_is_the_same_configuration),
 		cmocka_unit_test(every_kind_of_sensor_is_one),
 		cmocka_unit_test(heaters_are_those_of_their_device),

@@ -20,12 +20,13 @@ struct sim_heat heat[HEATERS];
 double heat_power(unsigned int heater)
 {
 	const struct sim_pwm_config *pwm = &world.rig.device.config.pwm;
+	const struct heating_config *config = &world.config.heater[heater];
 
 	sim_rig_run(&world.rig, world_device_time(&world));
-	if (heater == BED)
-		return world.rig.device.pins.latch >> BED_PIN & 1 ? 1 : 0;
-	return pwm->enabled >> HOTEND_PWM & 1 && pwm->period ?
-	       (double)pwm->duty[HOTEND_PWM] / pwm->period : 0;
+	if (config->kind == HEATING_PIN)
+		return world.rig.device.pins.latch >> config->output & 1 ? 1 : 0;
+	return pwm->enabled >> config->output & 1 && pwm->period ?
+	       (double)pwm->duty[config->output] / pwm->period : 0;
 }
 
 void heat_warm(double seconds)

@@ -354,6 +354,34 @@ static void what_was_not_delivered_has_no_effect_to_be_seen(void **state)
 	assert_true(oven.heater.power <= 0.5);
 }
 
+/* The highest temperature on the way to 60 degrees and for a while there. */
+static double overshoot(bool by_configuration)
+{
+	struct heater_config config = bed();
+	struct oven oven;
+
+	config.gains = (struct pid_gains){ .p = 0.02, .i = 0.002, .d = 0.1, .smooth = 0.5 };
+	config.power_most = by_configuration ? 0.5 : 1;
+	oven_init(&oven, &config, &sim_heat_bed);
+	oven_run(&oven, 1);
+	oven.target = 60;
+	for (int i = 0; i < 20000; i++) {
+		oven_step(&oven);
+		heater_delivered(&oven.heater, 0.5);
+		oven.power = oven.heater.power;
+		assert_true(oven.power <= 0.5);
+	}
+	oven_expect_fault(&oven, HEATER_FINE);
+	assert_true(fabs(oven.heat.sensor - 60) < 1);
+	return oven.most - 60;
+}
+
+static void a_limit_behind_it_fills_the_integral_no_more_than_its_own(void **state)
+{
+	(void)state;
+	assert_true(overshoot(false) < overshoot(true) + 0.2);
+}
+
 static void configurations_are_judged(void **state)
 {
 	static const struct sensor_config table = {
@@ -428,6 +456,7 @@ int main(void)
 		cmocka_unit_test(a_disturbance_is_no_fault),
 		cmocka_unit_test(a_step_that_comes_too_soon_is_none),
 		cmocka_unit_test(what_was_not_delivered_has_no_effect_to_be_seen),
+		cmocka_unit_test(a_limit_behind_it_fills_the_integral_no_more_than_its_own),
 		cmocka_unit_test(configurations_are_judged),
 	};
 

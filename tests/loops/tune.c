@@ -66,6 +66,33 @@ static void a_hot_end_and_a_bed_find_their_gains(void **state)
 	}
 }
 
+/* A proportional gain that is found at 210 degrees with half of the power. */
+static double found(bool by_configuration)
+{
+	struct heater_config config = heater_usual;
+	struct oven oven;
+
+	config.power_most = by_configuration ? 0.5 : 1;
+	oven_init(&oven, &config, &sim_heat_hotend);
+	oven_run(&oven, 1);
+	assert_int_equal(heater_tune(&oven.heater, 180), HEATER_TAKEN);
+	for (int i = 0; i < 40000 && oven.heater.tune.state == TUNE_RUNS; i++) {
+		oven_step(&oven);
+		heater_delivered(&oven.heater, 0.5);
+		oven.power = oven.heater.power;
+	}
+	assert_int_equal(oven.heater.tune.state, TUNE_DONE);
+	return oven.heater.tune.gains.p;
+}
+
+static void what_it_finds_is_for_the_power_that_it_got(void **state)
+{
+	const double expected = found(true), other = found(false);
+
+	(void)state;
+	assert_true(fabs(other - expected) < expected * 0.02);
+}
+
 static void it_ends_when_it_is_told_to(void **state)
 {
 	struct oven oven;
@@ -164,6 +191,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_hot_end_and_a_bed_find_their_gains),
+		cmocka_unit_test(what_it_finds_is_for_the_power_that_it_got),
 		cmocka_unit_test(it_ends_when_it_is_told_to),
 		cmocka_unit_test(a_target_that_ends_it_is_followed_from_there),
 		cmocka_unit_test(a_hundred_plants_at_random),

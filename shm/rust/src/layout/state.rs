@@ -264,7 +264,9 @@ layout! {
         refused: u8,
         tuning: u8,
         at_temperature: u8,
-        reserved: [u8; 4],
+        limited: u8,
+        fan: u8,
+        reserved: [u8; 2],
         name: [u8; 32],
     }
 }
@@ -447,8 +449,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 11, size 4152,
-    hash 0x6bb10c738e879489, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 12, size 4152,
+    hash 0xa04b8cc098afd232, hash_function iox_state_hash
 }
 
 published! {
