@@ -106,8 +106,9 @@ static const struct table_row rows[] = {
 	STATUS("error-active", error_active, "error-code is not 0"),
 	STATUS("error-code", error_code,
 	       "0 none, 1 communication, 2 device fault (a motor driver reports an error), "
-	       "3 limit switch, 4 emergency stop, 5 configuration; if there are several, the "
-	       "order of priority is 1, 4, 3, 2, 5"),
+	       "3 limit switch, 4 emergency stop, 5 configuration, 6 a heater with on-fault = "
+	       "machine has a fault; if there are several, the order of priority is 1, 4, 6, 3, "
+	       "2, 5"),
 	STATUS("error-count", error_count,
 	       "number of errors since the first connection to the device"),
 	STATUS("one-shot-failed-count", one_shot_failed_count,

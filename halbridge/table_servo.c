@@ -35,7 +35,8 @@ static const struct table_row rows[] = {
 	OUT_PIN("fault-code", fault_code,
 		"which fault: 0 none, 1 device not ready, 2 no readings, 3 emergency stop, 4 "
 		"encoder jumps, 5 command is impossible, 6 following error, 7 stalled, 8 encoder "
-		"silent, 9 runs away, 10 soft limit, 11 limit switch"),
+		"silent, 9 runs away, 10 soft limit, 11 limit switch, 12 heater "
+		"fault"),
 	OUT_PIN("condition", condition, "what is wrong now, as fault-code has it"),
 	OUT_PIN("refused", refused,
 		"why it was not enabled: 0 it was, 1 the fault has to be reset first, 2 encoder or "

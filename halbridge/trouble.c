@@ -22,6 +22,16 @@ static bool any_driver(const struct pokeys_state *state)
 	return any;
 }
 
+static bool any_heater(const struct pokeys_state *state)
+{
+	const struct pokeys_heater *heater = state->heater;
+
+	for (unsigned int i = 0; i < POKEYS_HEATERS && heater[i].state != POKEYS_HEATER_NONE; i++)
+		if (heater[i].fault && heater[i].stops_machine)
+			return true;
+	return false;
+}
+
 static bool is_misconfigured(const struct pokeys_state *state)
 {
 	return state->config_state == POKEYS_CONFIG_REFUSED;
@@ -37,6 +47,8 @@ static enum trouble_code judge(const struct values *values, const struct pokeys_
 		       TROUBLE_CONFIGURATION : TROUBLE_COMMUNICATION;
 	if (values->emergency_stop || state->engine.emergency)
 		return TROUBLE_EMERGENCY;
+	if (any_heater(state))
+		return TROUBLE_HEATER;
 	if (state->engine.state == STOPPED_BY_LIMIT)
 		return TROUBLE_LIMIT;
 	if (any_driver(state))

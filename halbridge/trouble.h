@@ -14,6 +14,7 @@ enum trouble_code {
 	TROUBLE_LIMIT = 3,		/* a limit switch stopped the pulse engine */
 	TROUBLE_EMERGENCY = 4,		/* the emergency input, or HAL's emergency-stop */
 	TROUBLE_CONFIGURATION = 5,	/* the device does not take a setting, or is locked */
+	TROUBLE_HEATER = 6,		/* a heater with on-fault = machine has a fault */
 };
 
 struct trouble {

@@ -176,6 +176,7 @@ void config_convert_heater(const struct config_raw_heater *raw, struct heating_c
 	out->within = raw->within;
 	out->watts = raw->watts;
 	convert_fan(raw, &out->fan);
+	out->stops_machine = raw->stops_machine;
 	out->without_failsafe = raw->without_failsafe;
 }
 

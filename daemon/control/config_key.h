@@ -122,6 +122,7 @@ struct config_raw_heater {
 	double least, most, target_most;	/* target_most: or CONFIG_TARGET_AUTO */
 	double power_most, rate_most, stale_ms, window_s, rise, slack, within;
 	double hold_s;				/* -1: for ever */
+	int64_t stops_machine;
 	int64_t without_failsafe;
 	/* once they were judged */
 	uint32_t of, number;			/* device, and which one of its heaters */

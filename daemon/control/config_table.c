@@ -381,6 +381,11 @@ static const struct config_key own[] = {
 	    .help = "Time for which the heater continues to heat after its commander is gone "
 		    "(see heartbeat-timeout-ms), for example for a kiln. ever: it heats until a "
 		    "target of 0 is commanded."),
+	KEY(HEATER(stops_machine), "on-fault", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "heater", 0 }, { "machine", 1 }), .fallback = "heater",
+	    .help = "What a fault of the heater stops. heater: this heater only. machine: all "
+		    "servo motors of its device as well, and error-code in LinuxCNC is 6, until "
+		    "the heater is reset."),
 	KEY(HEATER(without_failsafe), "without-failsafe", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "no", 0 }, { "yes", 1 }), .fallback = "no",
 	    .help = "no: the heater is used only while the device's own failsafe is set up to "

@@ -51,6 +51,11 @@ enum record_reason keeper_reason(const struct event *event, bool machine_on)
 		if (event->a == WIRE_ENGINE_STOP_EMERGENCY)
 			return RECORD_EMERGENCY;
 		return event->a == WIRE_ENGINE_STOP_LIMIT ? RECORD_LIMIT : RECORD_NOTHING;
+	case EVENT_HEATER:
+		return event->b != POKEYS_HEATER_FINE ? RECORD_HEATER : RECORD_NOTHING;
+	case EVENT_SERVO:
+		return event->b != POKEYS_SERVO_FINE && event->b != POKEYS_SERVO_EMERGENCY ?
+		       RECORD_SERVO : RECORD_NOTHING;
 	case EVENT_CYCLE_SKIPPED:
 		return event->a >= BURST ? RECORD_LATE : RECORD_NOTHING;
 	case EVENT_TRANSPORT:

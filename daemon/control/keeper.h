@@ -18,6 +18,8 @@ enum record_reason {
 	RECORD_COMMANDER,		/* silent while the machine was on */
 	RECORD_EMERGENCY,		/* the pulse engine was stopped by its emergency input */
 	RECORD_LIMIT,			/* ... by a limit switch */
+	RECORD_HEATER,			/* a heater was switched off by a fault */
+	RECORD_SERVO,			/* a servo motor was stopped by one */
 	RECORD_TRANSPORT,		/* the transport has failed for good */
 	RECORD_LATE,			/* a burst of missed cycles */
 	RECORD_DIED,			/* what the daemon before this one left */

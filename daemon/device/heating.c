@@ -286,6 +286,7 @@ static void show(struct device *device, unsigned int i)
 	image->at_temperature = heater_is_at(heater, config->within);
 	image->limited = heating->limited && !heater_is_off(heater);
 	image->fan = (uint8_t)heating_fan_state(device, i);
+	image->stops_machine = config->stops_machine;
 	image->fault_count = heating->faults;
 	memcpy(image->name, config->name, sizeof(image->name));
 	show_gains(image, heater);
@@ -453,6 +454,15 @@ void heating_pwm(const struct device *device, struct wire_pwm_req *pwm)
 		pwm->enabled |= (uint8_t)(1u << config->output);
 		pwm->duty[config->output] = (uint32_t)llround(power * pwm->period);
 	}
+}
+
+bool heating_stops_machine(const struct device *device)
+{
+	for (unsigned int i = 0; i < device->heatings.count; i++)
+		if (config_of(device, i)->stops_machine &&
+		    device->heatings.heating[i].heater.fault)
+			return true;
+	return false;
 }
 
 bool heating_off(const struct device *device)

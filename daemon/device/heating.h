@@ -49,6 +49,7 @@ struct heating_config {
 	double within;			/* at temperature if so near to the target, K */
 	double watts;			/* at a power of 1; 0: not known, nor needed */
 	struct heating_fan_config fan;
+	bool stops_machine;		/* a fault of it stops the servo motors as well */
 	bool without_failsafe;		/* it may heat although the device cannot switch it off */
 };
 
@@ -133,6 +134,9 @@ void heating_share(struct device *device, const char *key, unsigned int index);
 struct terminal_daemon;
 void heating_terminals(const struct heating_config *config, unsigned int count,
 		       struct terminal_daemon *out);
+
+/* One whose faults stop the whole machine has a fault. */
+bool heating_stops_machine(const struct device *device);
 
 /* All of them are off. */
 bool heating_off(const struct device *device);

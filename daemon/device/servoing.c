@@ -27,8 +27,8 @@
 #define SAME(a, b) _Static_assert((int)(a) == (int)(b), #a " is not " #b)
 SAME(SERVO_DEVICE, POKEYS_SERVO_DEVICE);
 SAME(SERVO_FOLLOWING, POKEYS_SERVO_FOLLOWING);
-SAME(SERVO_SWITCH, POKEYS_SERVO_SWITCH);
-SAME(SERVO_FAULTS, POKEYS_SERVO_SWITCH + 1);
+SAME(SERVO_HEATER, POKEYS_SERVO_HEATER);
+SAME(SERVO_FAULTS, POKEYS_SERVO_HEATER + 1);
 SAME(SERVO_UNREAD, POKEYS_SERVO_UNREAD);
 SAME(SERVO_STALE_MOST_NS, POKEYS_SERVO_STALE_MOST_NS);
 
@@ -188,6 +188,7 @@ static struct servo_input input_of(const struct device *device, unsigned int i)
 			 device->image.encoder_epoch,
 		.slips = device->encoder[config->encoder].slips,
 		.emergency = is_emergency(device),
+		.heater = heating_stops_machine(device),
 		.low = is_pressed(device, config->low, config->low_inverted),
 		.high = is_pressed(device, config->high, config->high_inverted),
 	};

@@ -319,14 +319,15 @@ double servo_step(struct servo *servo, const struct servo_input *input,
 	return servo->output;
 }
 
-/* These two are looked at last: without them, nothing else was wrong. */
+/* These are looked at last: without them, nothing else was wrong. */
 static enum servo_fault commanded_now(const struct servo *servo, const struct servo_input *input,
 				      const struct servo_wish *wish)
 {
-	if (servo->condition != SERVO_EMERGENCY && servo->condition != SERVO_ODD)
+	if (servo->condition != SERVO_EMERGENCY && servo->condition != SERVO_HEATER &&
+	    servo->condition != SERVO_ODD)
 		return servo->condition;
-	if (input->emergency)
-		return SERVO_EMERGENCY;
+	if (servo_stopped(input))
+		return servo_stopped(input);
 	return wish->alive && is_odd(servo, wish) ? SERVO_ODD : SERVO_FINE;
 }
 

@@ -33,6 +33,7 @@ enum servo_fault {
 	SERVO_RUNAWAY,		/* it gets faster against its output: one of them is reversed */
 	SERVO_SOFT_LIMIT,	/* commanded beyond least or most */
 	SERVO_SWITCH,		/* at a limit switch */
+	SERVO_HEATER,		/* a heater whose faults stop it has one */
 	SERVO_FAULTS
 };
 
@@ -91,6 +92,7 @@ struct servo_input {
 	uint32_t epoch;		/* another number: its counters may have lost their counts */
 	uint32_t slips;		/* another number: the counts of before were wrong */
 	bool emergency;
+	bool heater;		/* a heater whose faults stop it has one */
 	bool low, high;		/* the limit switches are active */
 };
 

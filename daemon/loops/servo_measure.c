@@ -63,6 +63,13 @@ static enum servo_fault take(struct servo *servo, const struct servo_input *inpu
 	return SERVO_FINE;
 }
 
+enum servo_fault servo_stopped(const struct servo_input *input)
+{
+	if (input->emergency)
+		return SERVO_EMERGENCY;
+	return input->heater ? SERVO_HEATER : SERVO_FINE;
+}
+
 enum servo_fault servo_measure(struct servo *servo, const struct servo_input *input,
 			       struct servo_way *way, uint64_t now_ns)
 {
@@ -86,5 +93,5 @@ enum servo_fault servo_measure(struct servo *servo, const struct servo_input *in
 		return found;
 	if (!servo->primed || since(servo->read_ns, now_ns) > servo->config.stale_ns)
 		return SERVO_STALE;
-	return input->emergency ? SERVO_EMERGENCY : SERVO_FINE;
+	return servo_stopped(input);
 }

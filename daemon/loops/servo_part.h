@@ -15,6 +15,9 @@ struct servo_way {
 	bool contact;		/* a limit switch has closed */
 };
 
+/* What stops it from outside, whatever it does itself. */
+enum servo_fault servo_stopped(const struct servo_input *input);
+
 /* Take the encoder's count. What is wrong with it, or with the device, at this moment. */
 enum servo_fault servo_measure(struct servo *servo, const struct servo_input *input,
 			       struct servo_way *way, uint64_t now_ns);

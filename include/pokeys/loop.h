@@ -95,7 +95,8 @@ struct pokeys_heater {
 	uint8_t at_temperature;		/* 1 = within at-temperature-k of its target */
 	uint8_t limited;		/* 1 = max-heater-power-w gives it less than it asks for */
 	uint8_t fan;			/* enum pokeys_heater_fan */
-	uint8_t reserved[2];
+	uint8_t stops_machine;		/* 1 = on-fault = machine */
+	uint8_t reserved;
 	char name[32];			/* of its section, NUL terminated */
 };
 
@@ -121,6 +122,7 @@ enum pokeys_servo_fault {
 	POKEYS_SERVO_RUNAWAY = 9,	/* it gets faster against its output */
 	POKEYS_SERVO_SOFT_LIMIT = 10,	/* commanded beyond min-position or max-position */
 	POKEYS_SERVO_SWITCH = 11,	/* at a limit switch */
+	POKEYS_SERVO_HEATER = 12,	/* a heater with on-fault = machine has a fault */
 };
 
 /* Why it was not enabled. */

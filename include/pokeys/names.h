@@ -312,6 +312,7 @@ static inline const char *pokeys_servo_fault_name(uint8_t fault)
 	case POKEYS_SERVO_RUNAWAY:	return "runs away";
 	case POKEYS_SERVO_SOFT_LIMIT:	return "soft limit";
 	case POKEYS_SERVO_SWITCH:	return "limit switch";
+	case POKEYS_SERVO_HEATER:	return "heater fault";
 	default:			return "unknown";
 	}
 }

@@ -66,7 +66,7 @@ static void every_key_arrives(void **state)
 		"min-temperature = 1\nmax-temperature = 250\nmax-target = 240\nmax-power = 0.5\n"
 		"max-rate = 3\nmax-age-ms = 500\nwatch-window-s = 120\nwatch-rise = 2\n"
 		"watch-slack = 9\n"
-		"at-temperature-k = 5\nhold-s = ever\nwithout-failsafe = yes\n"), 0);
+		"at-temperature-k = 5\nhold-s = ever\non-fault = machine\nwithout-failsafe = yes\n"), 0);
 	assert_int_equal(config.device[0].heaters, 2);
 	assert_int_equal(heater(1)->sensor, 0);
 	assert_int_equal(heater(1)->kind, HEATING_PIN);
@@ -79,6 +79,8 @@ static void every_key_arrives(void **state)
 	assert_near(loop->sensor.points[0].at, 0.5);
 	assert_near(loop->sensor.points[3].celsius, -10);
 	assert_near(loop->sensor.reference, 5);
+	assert_false(heater(0)->stops_machine);
+	assert_true(heater(1)->stops_machine);
 	assert_int_equal(loop->law, HEATER_BANG_BANG);
 	assert_near(loop->hysteresis, 2);
 	assert_near(loop->target_most, 240);

@@ -146,6 +146,11 @@ static void faults_are_reasons_and_other_events_are_not(void **state)
 			 RECORD_EMERGENCY);
 	assert_int_equal(reason(EVENT_ENGINE, WIRE_ENGINE_STOP_LIMIT, 3, true), RECORD_LIMIT);
 	assert_int_equal(reason(EVENT_ENGINE, WIRE_ENGINE_RUNNING, 0, true), 0);
+	assert_int_equal(reason(EVENT_HEATER, 1, POKEYS_HEATER_OPEN, false), RECORD_HEATER);
+	assert_int_equal(reason(EVENT_HEATER, 1, POKEYS_HEATER_FINE, false), 0);
+	assert_int_equal(reason(EVENT_SERVO, 1, POKEYS_SERVO_STALLED, true), RECORD_SERVO);
+	assert_int_equal(reason(EVENT_SERVO, 1, POKEYS_SERVO_EMERGENCY, true), 0);
+	assert_int_equal(reason(EVENT_SERVO, 1, POKEYS_SERVO_FINE, true), 0);
 	assert_int_equal(reason(EVENT_CYCLE_SKIPPED, 9, 0, true), 0);
 	assert_int_equal(reason(EVENT_CYCLE_SKIPPED, 10, 0, true), RECORD_LATE);
 	assert_int_equal(reason(EVENT_TRANSPORT, -5, 0, true), 0);

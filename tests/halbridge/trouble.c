@@ -43,6 +43,13 @@ static void each_has_its_number(void **state)
 	shows(TROUBLE_DEVICE, 1);
 	rig.daemon.engine.state = 100;
 	shows(TROUBLE_LIMIT, 1);
+	rig.daemon.heater[0].state = POKEYS_HEATER_HEATING;
+	rig.daemon.heater[0].stops_machine = 1;
+	rig.daemon.heater[1].state = POKEYS_HEATER_FAULT;
+	rig.daemon.heater[1].fault = POKEYS_HEATER_OPEN;
+	shows(TROUBLE_LIMIT, 1);
+	rig.daemon.heater[1].stops_machine = 1;
+	shows(TROUBLE_HEATER, 1);
 	rig.daemon.engine.emergency = 1;
 	shows(TROUBLE_EMERGENCY, 1);
 	rig.daemon.engine.emergency = 0;

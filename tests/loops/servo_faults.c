@@ -147,28 +147,35 @@ static void it_was_not_called_for_a_while(void **state)
 	expect_latched(NULL);
 }
 
+static bool *stopping;
+
 static void calm(void)
 {
-	axis.input.emergency = false;
+	*stopping = false;
 }
 
-static void an_emergency_stop(void **state)
+/* While it is off, neither is a fault, but it is not enabled. */
+static void what_stops_it_from_outside(void **state)
 {
-	(void)state;
-	cruise(100);
-	axis.input.emergency = true;
-	expect_at_once(SERVO_EMERGENCY);
-	expect_latched(calm);
-	/* while it is off it is no fault, but it is not enabled */
-	axis.wish.enable = false;
-	axis_step(&axis);
-	axis.input.emergency = true;
-	axis_step(&axis);
-	axis_expect_fault(&axis, SERVO_FINE);
-	axis.wish.enable = true;
-	axis_step(&axis);
-	assert_false(axis.servo.enabled);
-	assert_int_equal(axis.servo.refusal, SERVO_NOT_READY);
+	static const enum servo_fault faults[] = { SERVO_EMERGENCY, SERVO_HEATER };
+
+	for (int i = 0; i < 2; i++) {
+		begin(state);
+		stopping = i ? &axis.input.heater : &axis.input.emergency;
+		cruise(100);
+		*stopping = true;
+		expect_at_once(faults[i]);
+		expect_latched(calm);
+		axis.wish.enable = false;
+		axis_step(&axis);
+		*stopping = true;
+		axis_step(&axis);
+		axis_expect_fault(&axis, SERVO_FINE);
+		axis.wish.enable = true;
+		axis_step(&axis);
+		assert_false(axis.servo.enabled);
+		assert_int_equal(axis.servo.refusal, SERVO_NOT_READY);
+	}
 }
 
 static void the_encoder_jumps(void **state)
@@ -529,7 +536,8 @@ static void an_output_only_while_nothing_is_wrong(void **state)
 		const bool was_enabled = axis.servo.enabled;
 
 		axis.input.usable = dice > 0.001;
-		axis.input.emergency = dice > 0.001 && dice < 0.002;
+		axis.input.emergency = dice > 0.001 && dice < 0.0015;
+		axis.input.heater = dice > 0.0015 && dice < 0.002;
 		axis.input.low = dice > 0.002 && dice < 0.0025;
 		axis.input.high = dice > 0.0025 && dice < 0.003;
 		silent = dice > 0.003 && dice < 0.004 ? 10 : silent ? silent - 1 : 0;
@@ -554,7 +562,7 @@ static void an_output_only_while_nothing_is_wrong(void **state)
 		assert_true(fabs(axis.output) <= 1);
 		if (axis.servo.fault || axis.servo.condition || !axis.wish.enable ||
 		    !axis.wish.alive || !axis.input.usable || axis.input.emergency ||
-		    !isfinite(axis.wish.position))
+		    axis.input.heater || !isfinite(axis.wish.position))
 			assert_true(axis.output == 0 && !axis.servo.enabled);
 		enabled += axis.servo.enabled;
 		faults[axis.servo.fault] += was_enabled && !axis.servo.enabled;
@@ -572,7 +580,7 @@ int main(void)
 		cmocka_unit_test_setup(the_device_is_lost, begin),
 		cmocka_unit_test_setup(readings_are_old, begin),
 		cmocka_unit_test_setup(it_was_not_called_for_a_while, begin),
-		cmocka_unit_test_setup(an_emergency_stop, begin),
+		cmocka_unit_test(what_stops_it_from_outside),
 		cmocka_unit_test_setup(the_encoder_jumps, begin),
 		cmocka_unit_test_setup(the_command_is_no_number, begin),
 		cmocka_unit_test_setup(it_cannot_follow, begin),

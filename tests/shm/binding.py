@@ -109,8 +109,8 @@ class Heater(Structure):
     _fields_ = [("t_ns", c_uint64)] + [(name, c_float) for name in (
         "temperature target power minimum maximum target_maximum p i d tuned_p tuned_i tuned_d"
     ).split()] + [("fault_count", c_uint32), ("tune_cycles", c_uint16)] + [
-        (name, c_uint8) for name in "state fault condition refused tuning at_temperature limited fan".split()] + [
-        ("reserved", c_uint8 * 2), ("name", c_char * 32)]
+        (name, c_uint8) for name in "state fault condition refused tuning at_temperature limited fan stops_machine".split()] + [
+        ("reserved", c_uint8), ("name", c_char * 32)]
 
 
 class Servo(Structure):
@@ -122,7 +122,7 @@ class Servo(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 12, 0xa04b8cc098afd232
+    VERSION, HASH = 13, 0xe6f5ad755fd84564
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

@@ -81,7 +81,7 @@ static const struct member heater_members[] = {
 	M(t_ns), M(temperature), M(target), M(power), M(minimum), M(maximum), M(target_maximum),
 	M(p), M(i), M(d), M(tuned_p), M(tuned_i), M(tuned_d), M(fault_count), M(tune_cycles),
 	M(state), M(fault), M(condition), M(refused), M(tuning), M(at_temperature), M(limited),
-	M(fan), M(reserved), M(name),
+	M(fan), M(stops_machine), M(reserved), M(name),
 	END
 };
 #undef OF

@@ -266,7 +266,8 @@ layout! {
         at_temperature: u8,
         limited: u8,
         fan: u8,
-        reserved: [u8; 2],
+        stops_machine: u8,
+        reserved: u8,
         name: [u8; 32],
     }
 }
@@ -449,8 +450,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 12, size 4152,
-    hash 0xa04b8cc098afd232, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 13, size 4152,
+    hash 0xe6f5ad755fd84564, hash_function iox_state_hash
 }
 
 published! {
