@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * pokeysctl heater: heat to a temperature, find the gains, or clear a fault, without LinuxCNC.
+ * pokeysctl heater: heat to a temperature, find or change the gains, or clear a fault, without
+ * LinuxCNC.
  *
  * The daemon controls and watches the heater. This program only commands a target, and is the
  * lease for it: if it is killed or hangs, the daemon switches the heater off after the loss of its
@@ -16,12 +17,13 @@
 #include "tools/pokeysctl.h"
 #include "tools/print.h"
 
-enum verb { HEAT, TUNE, RESET };
+enum verb { HEAT, TUNE, GAIN, RESET, VERBS };
 
 struct order {
 	enum verb verb;
 	double celsius;
 	double seconds;			/* HEAT: 0 = until a signal */
+	struct loop_gain gain;
 };
 
 static const struct pokeys_heater *heater_of(const struct loop_run *run)
@@ -145,6 +147,12 @@ static bool reset(struct loop_run *run)
 	return loop_reset(run, POKEYS_ONE_SHOT_HEATER_RESET, "it accepts targets again");
 }
 
+static bool regain(struct loop_run *run, const struct order *order)
+{
+	want(run, 0);
+	return loop_regain(run, POKEYS_ONE_SHOT_HEATER_GAIN, &order->gain);
+}
+
 static bool carry_out(struct loop_run *run, const struct order *order)
 {
 	switch (order->verb) {
@@ -152,7 +160,10 @@ static bool carry_out(struct loop_run *run, const struct order *order)
 		return heat(run, order);
 	case TUNE:
 		return tune(run, order);
+	case GAIN:
+		return regain(run, order);
 	case RESET:
+	case VERBS:
 		break;
 	}
 	return reset(run);
@@ -164,37 +175,6 @@ static bool take_celsius(const char *text, double *celsius)
 
 	*celsius = strtod(text, &after);
 	return after != text && !*after && *celsius >= 0 && *celsius <= 2000;
-}
-
-static bool take(const struct options *options, struct order *order)
-{
-	static const char *const verbs[] = { [HEAT] = "heat", [TUNE] = "tune", [RESET] = "reset" };
-	char *const *names = options->names;
-	size_t verb = 0;
-
-	while (options->name_count >= 3 && verb <= RESET && strcmp(names[2], verbs[verb]))
-		verb++;
-	if (options->name_count < 3 || verb > RESET ||
-	    options->name_count != (verb == RESET ? 3u : 4u)) {
-		complain("heater needs a device, a heater, and what to do: pokeysctl heater "
-			 "printer bed heat 60 (or tune 60, reset)");
-		return false;
-	}
-	*order = (struct order){ .verb = (enum verb)verb, .seconds = options->duration_s };
-	if (verb != RESET && !take_celsius(names[3], &order->celsius)) {
-		complain("\"%s\": temperatures are numbers from 0 to 2000, in degrees C",
-			 argument_written(names[3]));
-		return false;
-	}
-	if (verb == TUNE && order->celsius == 0) {
-		complain("tune needs the temperature at which the heater will be used");
-		return false;
-	}
-	if (verb != HEAT && options->duration_s > 0) {
-		complain("--for is for heat");
-		return false;
-	}
-	return true;
 }
 
 static struct loop_trouble trouble(const struct pokeys_state *state, unsigned int index)
@@ -213,16 +193,52 @@ static const char *name(const struct pokeys_state *state, unsigned int index)
 	return state->heater[index].name;
 }
 
+static const struct loop_kind kind = {
+	.word = "heater", .most = POKEYS_HEATERS, .turn_ms = COMMANDER_TURN_MS,
+	.gains = POKEYS_GAIN_D + 1, .gain_most = 100000,
+	.lapsed = "this program was stopped, or pokeysd was away; the heater was switched off",
+	.silent = "the device or pokeysd does not answer any more; the daemon or the device's "
+		  "failsafe switches the heater off",
+	.is_there = print_has_heater, .name = name, .trouble = trouble,
+};
+
+static bool take(const struct options *options, struct order *order)
+{
+	static const struct { const char *word; size_t names; } verbs[VERBS] = {
+		[HEAT] = { "heat", 4 }, [TUNE] = { "tune", 4 }, [GAIN] = { "gain", 5 },
+		[RESET] = { "reset", 3 },
+	};
+	char *const *names = options->names;
+	size_t verb = 0;
+
+	while (options->name_count >= 3 && verb < VERBS && strcmp(names[2], verbs[verb].word))
+		verb++;
+	if (options->name_count < 3 || verb == VERBS || options->name_count != verbs[verb].names) {
+		complain("heater needs a device, a heater, and what to do: pokeysctl heater "
+			 "printer bed heat 60 (or tune 60, gain pid-p 30, reset)");
+		return false;
+	}
+	*order = (struct order){ .verb = (enum verb)verb, .seconds = options->duration_s };
+	if (verb != HEAT && options->duration_s > 0) {
+		complain("--for is for heat");
+		return false;
+	}
+	if (verb == GAIN)
+		return loop_take_gain(&kind, &names[3], &order->gain);
+	if (verb != RESET && !take_celsius(names[3], &order->celsius)) {
+		complain("\"%s\": temperatures are numbers from 0 to 2000, in degrees C",
+			 argument_written(names[3]));
+		return false;
+	}
+	if (verb == TUNE && order->celsius == 0) {
+		complain("tune needs the temperature at which the heater will be used");
+		return false;
+	}
+	return true;
+}
+
 int command_heater(const struct options *options)
 {
-	static const struct loop_kind kind = {
-		.word = "heater", .most = POKEYS_HEATERS, .turn_ms = COMMANDER_TURN_MS,
-		.lapsed = "this program was stopped, or pokeysd was away; the heater was switched "
-			  "off",
-		.silent = "the device or pokeysd does not answer any more; the daemon or the "
-			  "device's failsafe switches the heater off",
-		.is_there = print_has_heater, .name = name, .trouble = trouble,
-	};
 	static struct loop_run run;
 	struct order order;
 	bool well = false;

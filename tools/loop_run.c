@@ -6,8 +6,11 @@
 #include "tools/loop_run.h"
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include <pokeys/names.h>
+#include "tools/argument.h"
 #include "tools/print.h"
 
 enum { FOLLOW_MS = 3000, LOST_MS = 1000, REDRAW_MS = 500, LINE_MS = 10000 };
@@ -78,16 +81,21 @@ static bool is_answered(const struct loop_run *run)
 	return commander_outcome(&run->command, &run->state) != POKEYS_OUTCOME_NONE;
 }
 
-enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operation operation,
-			     double parameter)
+static enum pokeys_outcome order(struct loop_run *run, struct pokeys_one_shot shot)
 {
-	commander_order(&run->command, (struct pokeys_one_shot){
-		.operation = (uint8_t)operation, .index = (uint8_t)run->index,
-		.parameter = { (float)parameter } });
+	shot.index = (uint8_t)run->index;
+	commander_order(&run->command, shot);
 	pokeys_client_command(run->client, &run->command);
 	if (!loop_await(run, "the daemon does not answer", is_answered))
 		return POKEYS_OUTCOME_NONE;
 	return commander_outcome(&run->command, &run->state);
+}
+
+enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operation operation,
+			     double parameter)
+{
+	return order(run, (struct pokeys_one_shot){ .operation = (uint8_t)operation,
+						    .parameter = { (float)parameter } });
 }
 
 static struct loop_trouble trouble_of(const struct loop_run *run)
@@ -140,6 +148,54 @@ bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
 				  trouble.condition ? trouble.condition : trouble.fault);
 	}
 	printf("%s: %s %s: reset; %s\n", run->device, run->kind->word, run->name, then);
+	return true;
+}
+
+bool loop_take_gain(const struct loop_kind *kind, char *const words[2], struct loop_gain *gain)
+{
+	char names[120] = "", *after;
+	unsigned int which = 0;
+
+	while (which < kind->gains && strcmp(words[0], pokeys_gain_name((uint8_t)which)))
+		which++;
+	if (which == kind->gains) {
+		for (unsigned int i = 0; i < kind->gains; i++)
+			snprintf(names + strlen(names), sizeof(names) - strlen(names), "%s%s",
+				 i ? ", " : "", pokeys_gain_name((uint8_t)i));
+		complain("\"%s\": a %s has the gains %s", argument_written(words[0]), kind->word,
+			 names);
+		return false;
+	}
+	gain->which = (enum pokeys_gain)which;
+	gain->value = strtod(words[1], &after);
+	if (after != words[1] && !*after && gain->value >= 0 && gain->value <= kind->gain_most)
+		return true;
+	complain("\"%s\": %s is a number from 0 to %.0f", argument_written(words[1]), words[0],
+		 kind->gain_most);
+	return false;
+}
+
+bool loop_regain(struct loop_run *run, enum pokeys_one_shot_operation operation,
+		 const struct loop_gain *gain)
+{
+	const char *name = pokeys_gain_name((uint8_t)gain->which);
+	const struct pokeys_one_shot shot = {
+		.operation = (uint8_t)operation, .mask = (uint8_t)gain->which,
+		.parameter = { (float)gain->value },
+	};
+	enum pokeys_outcome outcome;
+
+	if (!loop_await(run, "the daemon does not take the command", is_commanded))
+		return false;
+	outcome = order(run, shot);
+	if (outcome == POKEYS_OUTCOME_NONE)
+		return false;
+	if (outcome != POKEYS_OUTCOME_DONE)
+		return loop_fails(run, "%s = %g is refused: pid-p and pid-i must not both be 0",
+				  name, gain->value);
+	printf("%s: %s %s: %s = %g until pokeysd ends; write it into [%s %s] in pokeysd.conf to "
+	       "keep it\n", run->device, run->kind->word, run->name, name, gain->value,
+	       run->kind->word, run->name);
 	return true;
 }
 

@@ -12,12 +12,20 @@ struct loop_trouble {
 	const char *fault, *condition, *refusal;
 };
 
+/* A gain that is to be changed. */
+struct loop_gain {
+	enum pokeys_gain which;
+	double value;			/* in the units of pokeysd.conf(5) */
+};
+
 /* One kind of loops, by its index in the state. */
 struct loop_kind {
 	const char *word;		/* "heater", also of its section in pokeysd.conf */
 	const char *lapsed, *silent;	/* what becomes of it without this program, and us */
 	unsigned int most;
 	unsigned int turn_ms;		/* from one loop_look() to the next */
+	unsigned int gains;		/* the first ones of enum pokeys_gain */
+	double gain_most;
 	bool (*is_there)(const struct pokeys_state *state, unsigned int index);
 	const char *(*name)(const struct pokeys_state *state, unsigned int index);
 	struct loop_trouble (*trouble)(const struct pokeys_state *state, unsigned int index);
@@ -73,6 +81,16 @@ bool loop_is_ready(struct loop_run *run);
 /* Clear its fault, and print that, with what it can do then. False after an error message. */
 bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
 		const char *then);
+
+/*
+ * Which gain the two last of a command's words are, such as pid-p 0.35. False after an error
+ * message.
+ */
+bool loop_take_gain(const struct loop_kind *kind, char *const words[2], struct loop_gain *gain);
+
+/* Change it until the daemon ends, and print that. False after an error message. */
+bool loop_regain(struct loop_run *run, enum pokeys_one_shot_operation operation,
+		 const struct loop_gain *gain);
 
 /*
  * Print a line about it: on a terminal always in the same place, twice a second, and elsewhere

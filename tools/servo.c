@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * pokeysctl servo: move a servo motor, or clear its fault, without LinuxCNC.
+ * pokeysctl servo: move a servo motor, change a gain, or clear its fault, without LinuxCNC.
  *
  * The daemon controls and watches the motor. This program gives it a path, a thousand positions a
  * second with their velocities, and shows the following error. The path begins and ends at rest,
@@ -27,11 +27,12 @@
 #define RISE_S 0.2		/* from rest to the speed in no less */
 #define REST_S 0.3		/* at each end of a swing, and of the whole */
 
-enum verb { MOVE, MOVE_TO, SWING, RESET };
+enum verb { MOVE, MOVE_TO, SWING, GAIN, RESET, VERBS };
 
 struct order {
 	enum verb verb;
 	double units, speed, seconds;
+	struct loop_gain gain;
 };
 
 /* What was seen on the way. */
@@ -221,46 +222,17 @@ static bool reset(struct loop_run *run)
 	return loop_reset(run, POKEYS_ONE_SHOT_SERVO_RESET, "it can be enabled again");
 }
 
-static bool take_units(const char *text, double *units)
+static bool regain(struct loop_run *run, const struct order *order)
 {
-	char *after;
-
-	*units = strtod(text, &after);
-	return after != text && !*after && isfinite(*units) && fabs(*units) <= 1e6;
+	want(run, false, servo_of(run)->position, 0);
+	return loop_regain(run, POKEYS_ONE_SHOT_SERVO_GAIN, &order->gain);
 }
 
-static bool take(const struct options *options, struct order *order)
+static bool carry_out(struct loop_run *run, const struct order *order)
 {
-	static const char *const verbs[] = {
-		[MOVE] = "move", [MOVE_TO] = "move-to", [SWING] = "swing", [RESET] = "reset",
-	};
-	char *const *names = options->names;
-	size_t verb = 0;
-
-	while (options->name_count >= 3 && verb <= RESET && strcmp(names[2], verbs[verb]))
-		verb++;
-	if (options->name_count < 3 || verb > RESET ||
-	    options->name_count != (verb == RESET ? 3u : 4u)) {
-		complain("servo needs a device, a motor, and what to do: pokeysctl servo mill x "
-			 "move 10 --speed 5 (or move-to 0, swing 10, reset)");
-		return false;
-	}
-	*order = (struct order){ .verb = (enum verb)verb, .speed = options->speed,
-				 .seconds = options->duration_s };
-	if (verb != RESET && !take_units(names[3], &order->units)) {
-		complain("\"%s\": positions are numbers from -1000000 to 1000000, in units of "
-			 "counts-per-unit", argument_written(names[3]));
-		return false;
-	}
-	if (verb != RESET && order->speed <= 0) {
-		complain("%s needs --speed, in units/s", verbs[verb]);
-		return false;
-	}
-	if (verb != SWING && options->duration_s > 0) {
-		complain("--for is for swing");
-		return false;
-	}
-	return true;
+	if (order->verb == RESET)
+		return reset(run);
+	return order->verb == GAIN ? regain(run, order) : move(run, order);
 }
 
 static struct loop_trouble trouble(const struct pokeys_state *state, unsigned int index)
@@ -279,16 +251,73 @@ static const char *name(const struct pokeys_state *state, unsigned int index)
 	return state->servo[index].name;
 }
 
+static const struct loop_kind kind = {
+	.word = "servo", .most = POKEYS_SERVOS, .turn_ms = 1, .gains = POKEYS_GAINS,
+	.gain_most = 1e6,
+	.lapsed = "this program was stopped, or pokeysd was away; the motor was switched off",
+	.silent = "the device or pokeysd does not answer any more; the daemon or the device's "
+		  "failsafe switches the motor off",
+	.is_there = print_has_servo, .name = name, .trouble = trouble,
+};
+
+static bool take_units(const char *text, double *units)
+{
+	char *after;
+
+	*units = strtod(text, &after);
+	return after != text && !*after && isfinite(*units) && fabs(*units) <= 1e6;
+}
+
+/* What a move needs. */
+static bool take_move(const struct options *options, struct order *order)
+{
+	char *const *names = options->names;
+
+	if (!take_units(names[3], &order->units)) {
+		complain("\"%s\": positions are numbers from -1000000 to 1000000, in units of "
+			 "counts-per-unit", argument_written(names[3]));
+		return false;
+	}
+	if (order->speed <= 0) {
+		complain("%s needs --speed, in units/s", names[2]);
+		return false;
+	}
+	return true;
+}
+
+static bool take(const struct options *options, struct order *order)
+{
+	static const struct { const char *word; size_t names; } verbs[VERBS] = {
+		[MOVE] = { "move", 4 }, [MOVE_TO] = { "move-to", 4 }, [SWING] = { "swing", 4 },
+		[GAIN] = { "gain", 5 }, [RESET] = { "reset", 3 },
+	};
+	char *const *names = options->names;
+	size_t verb = 0;
+
+	while (options->name_count >= 3 && verb < VERBS && strcmp(names[2], verbs[verb].word))
+		verb++;
+	if (options->name_count < 3 || verb == VERBS || options->name_count != verbs[verb].names) {
+		complain("servo needs a device, a motor, and what to do: pokeysctl servo mill x "
+			 "move 10 --speed 5 (or move-to 0, swing 10, gain pid-p 0.3, reset)");
+		return false;
+	}
+	*order = (struct order){ .verb = (enum verb)verb, .speed = options->speed,
+				 .seconds = options->duration_s };
+	if (verb != SWING && options->duration_s > 0) {
+		complain("--for is for swing");
+		return false;
+	}
+	if ((verb == GAIN || verb == RESET) && options->speed > 0) {
+		complain("--speed is for move, move-to and swing");
+		return false;
+	}
+	if (verb == GAIN)
+		return loop_take_gain(&kind, &names[3], &order->gain);
+	return verb == RESET || take_move(options, order);
+}
+
 int command_servo(const struct options *options)
 {
-	static const struct loop_kind kind = {
-		.word = "servo", .most = POKEYS_SERVOS, .turn_ms = 1,
-		.lapsed = "this program was stopped, or pokeysd was away; the motor was switched "
-			  "off",
-		.silent = "the device or pokeysd does not answer any more; the daemon or the "
-			  "device's failsafe switches the motor off",
-		.is_there = print_has_servo, .name = name, .trouble = trouble,
-	};
 	static struct loop_run run;
 	struct order order;
 	bool well = false;
@@ -297,7 +326,7 @@ int command_servo(const struct options *options)
 	if (!take(options, &order))
 		return STATUS_USAGE;
 	if (loop_open(&run, &kind, options, &status))
-		well = order.verb == RESET ? reset(&run) : move(&run, &order);
+		well = carry_out(&run, &order);
 	loop_close(&run);
 	return well ? STATUS_OK : status;
 }

@@ -66,7 +66,8 @@ static void every_key_arrives(void **state)
 		"min-temperature = 1\nmax-temperature = 250\nmax-target = 240\nmax-power = 0.5\n"
 		"max-rate = 3\nmax-age-ms = 500\nwatch-window-s = 120\nwatch-rise = 2\n"
 		"watch-slack = 9\n"
-		"at-temperature-k = 5\nhold-s = ever\non-fault = machine\nwithout-failsafe = yes\n"), 0);
+		"at-temperature-k = 5\nhold-s = ever\non-fault = machine\n"
+		"without-failsafe = yes\n"), 0);
 	assert_int_equal(config.device[0].heaters, 2);
 	assert_int_equal(heater(1)->sensor, 0);
 	assert_int_equal(heater(1)->kind, HEATING_PIN);

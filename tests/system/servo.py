@@ -166,6 +166,18 @@ def test_pokeysctl_says_why_a_motor_does_not_move():
         equal(ended(house, "x", "reset"), (0, "mill: servo x: no fault\n"))
 
 
+def test_pokeysctl_changes_gains():
+    with uncommanded() as (house, _sim, _daemon):
+        equal(ended(house, "x", "gain", "velocity-gain", "0.0035"),
+              (0, "mill: servo x: velocity-gain = 0.0035 until pokeysd ends; write it into [servo x] in pokeysd.conf to "
+                  "keep it\n"))
+        wait_equal("the gain", lambda: round(servos(house)[0]["gains"]["velocity"], 6), 0.0035)
+        equal(ended(house, "x", "gain", "pid-i", "0")[0], 0)
+        equal(ended(house, "x", "gain", "pid-p", "0"),
+              (1, "pokeysctl: mill: servo x: pid-p = 0 is refused: pid-p and pid-i must not both be 0\n"))
+        equal(round(servos(house)[0]["gains"]["p"], 6), 1)
+
+
 def test_without_its_commander_it_is_off():
     for number in (signal.SIGKILL, signal.SIGSTOP):
         with machine() as (house, sim, _daemon, commander):
