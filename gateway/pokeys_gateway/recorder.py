@@ -29,6 +29,8 @@ REASONS = {
     "commander": "the commander was silent while the machine was on",
     "emergency": "the pulse engine was stopped by its emergency input",
     "limit": "the pulse engine was stopped by a limit switch",
+    "heater": "a heater was switched off by a fault",
+    "servo": "a servo motor was stopped by a fault",
     "late": "cycles were missed",
     "transport": "the transport failed",
     "died": "the daemon died",
