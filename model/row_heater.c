@@ -26,6 +26,8 @@ static const struct model_row rows[] = {
 		  HELP("it gets less power than it asks for, by max-heater-power-w")),
 	HEATER("fan", fan, "", WORDS(pokeys_heater_fan_name),
 	       HELP("fan of the heater: 0 = there is none, 1 off, 2 on")),
+	EACH_FLAG("heater.%02u.stops-machine", heater, stops_machine, "",
+		  HELP("a fault of it stops the servo motors of its device as well (on-fault)")),
 	HEATER("min-temperature", minimum, "deg C", HELP("below this, it does not heat")),
 	HEATER("max-temperature", maximum, "deg C", HELP("above this, it has a fault")),
 	HEATER("max-target", target_maximum, "deg C", HELP("highest target that is accepted")),

@@ -180,6 +180,7 @@ struct sim_runtime {
 	uint8_t fill_parts;		/* parts of a multi-part fill which have come */
 	uint8_t fill[SIM_MULTI];
 	struct sim_blip blip[SIM_PINS];
+	uint32_t pwm_begun;		/* how often a write has begun the period of PWM again */
 };
 
 struct sim_device {

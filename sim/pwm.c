@@ -15,6 +15,7 @@ SIM_HANDLER(sim_do_pwm)
 		if (rq[P2] != 1) {
 			pwm->enabled = rq[8];
 			pwm->period = wire_get_u32(rq + 33);
+			dev->run.pwm_begun++;
 		}
 	}
 	rp[8] = pwm->enabled;

@@ -32,7 +32,7 @@ bool config_is_set(const struct config_lines *lines, const char *name, uint32_t 
 	return false;
 }
 
-static bool is_faulty(const struct config_lines *lines, const char *name)
+bool config_is_faulty(const struct config_lines *lines, const char *name)
 {
 	const struct config_key *key;
 
@@ -89,8 +89,8 @@ static void judge_identity(const struct judged *j, uint32_t index)
 {
 	const struct config_raw_device *raw = j->raw;
 
-	if (!raw->address && !raw->serial && !is_faulty(j->lines, "address") &&
-	    !is_faulty(j->lines, "serial"))
+	if (!raw->address && !raw->serial && !config_is_faulty(j->lines, "address") &&
+	    !config_is_faulty(j->lines, "serial"))
 		judge_fault(j, "address", 0,
 			    "neither address nor serial is given; one of them says "
 		      "where the device is");

@@ -14,6 +14,7 @@
 #include "wire/io.h"
 
 #define COUNT(array)	(sizeof(array) / sizeof((array)[0]))
+#define SUPPLY_PERIOD_MOST 125000	/* ticks; the capacitors of a supply bridge some ms */
 #define PARTS	3		/* of watch-window-s, at most, in which a relay does nothing */
 
 struct judged_part judge_heater_part(struct config_file *file, uint32_t heater)
@@ -89,9 +90,9 @@ static void judge_fan_keys(struct judged_part part, const struct config_raw_heat
 			judge_part_fault(part, keys[i], "%s has no effect without fan-pwm or "
 					 "fan-pin", keys[i]);
 	if ((pwm || pin) && judge_part_has(part, "max-temperature") &&
-	    !judge_part_is_faulty(part, "max-temperature") && raw->fan_above >= raw->most)
-		judge_part_fault(part, "fan-above", "fan-above has to be below max-temperature, "
-				 "which is %g", raw->most);
+	    judge_part_is_whole(part) && raw->fan_above >= raw->out.heater.target_most)
+		judge_part_fault(part, "fan-above", "fan-above has to be below max-target, which "
+				 "is %g", raw->out.heater.target_most);
 	if (pin && !pwm && judge_part_has(part, "fan-speed"))
 		judge_part_fault(part, "fan-speed", "fan-speed has no effect with fan-pin");
 }
@@ -126,8 +127,8 @@ static void judge_heater(struct judged_part part, struct config_raw_heater *raw)
 	judge_given(part, raw);
 	judge_sensor_keys(part, raw);
 	judge_other_keys(part, raw);
-	judge_fan_keys(part, raw);
 	config_convert_heater(raw, &raw->out);
+	judge_fan_keys(part, raw);
 	if (part.file->faults != faults || !judge_part_is_whole(part))
 		return;
 	wrong = sensor_init(&trial.sensor, &raw->out.heater.sensor);
@@ -235,45 +236,63 @@ static void note_fan(const struct judged *j, uint32_t heater)
 	    !judge_part_covered(j, pwm, fan->output, UINT8_MAX, why))
 		return;
 	config_note(j->file, config_line_of(part.lines, key, 0),
-		    "[heater %s]: %s: the device's failsafe stops the fan if this computer fails; "
-		    "%s can keep it on", part.name, key, pwm ? "failsafe-pwm" : "failsafe-on");
+		    "[heater %s]: %s: the fan stops when the device hears nothing, as after "
+		    "the end of the daemon; %s can keep it on", part.name, key,
+		    pwm ? "failsafe-pwm" : "failsafe-on");
 }
 
-/* The supply: what cannot be made less has to suffice, and something has to be left. */
+/* Each heater says what it needs, or none does. */
+static void judge_watts(const struct judged *j, uint32_t heater)
+{
+	const struct judged_part part = judge_heater_part(j->file, heater);
+	const double watts = j->file->heater[heater].watts;
+
+	if (judge_part_is_faulty(part, "rated-power-w"))
+		return;
+	if (j->raw->heater_watts > 0 && watts <= 0)
+		judge_part_fault(part, "rated-power-w", "rated-power-w is not given; "
+				 "max-heater-power-w of its device needs it");
+	if (j->raw->heater_watts <= 0 && watts > 0)
+		judge_part_fault(part, "rated-power-w", "rated-power-w has no effect without "
+				 "max-heater-power-w in [device %s]", j->raw->name);
+}
+
+/* What cannot be limited has to be less than there is, and something has to be left. */
 static void judge_supply(const struct judged *j)
 {
+	const double watts = j->raw->heater_watts;
+	unsigned int heaters = 0, shared = 0, switches = 0;
 	double switched = 0;
-	bool heaters = false, shared = false;
 
+	if (config_is_faulty(j->lines, "max-heater-power-w"))
+		return;
 	for (uint32_t i = 0; i < j->file->heaters; i++) {
-		const struct judged_part part = judge_heater_part(j->file, i);
 		const struct config_raw_heater *raw = &j->file->heater[i];
 
-		if (!judge_has_heater(j, i) || judge_part_is_faulty(part, "rated-power-w"))
+		if (!judge_has_heater(j, i))
 			continue;
-		heaters = true;
-		if (j->raw->heater_watts > 0 && raw->watts <= 0)
-			judge_part_fault(part, "rated-power-w", "rated-power-w is not given; "
-					 "max-heater-power-w of its device needs it");
-		if (j->raw->heater_watts <= 0 && raw->watts > 0)
-			judge_part_fault(part, "rated-power-w", "rated-power-w has no effect "
-					 "without max-heater-power-w in [device %s]",
-					 j->raw->name);
-		if (raw->pwm < 0)
-			switched += raw->watts;
-		else
-			shared = true;
+		judge_watts(j, i);
+		heaters++;
+		shared += raw->pwm >= 0;
+		switches += raw->output_pin > 0;
+		switched += raw->output_pin > 0 ? raw->watts : 0;
 	}
-	if (j->raw->heater_watts <= 0)
+	if (watts <= 0)
 		return;
 	if (!heaters)
 		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w has no effect without "
 			    "a [heater NAME]");
-	else if (j->raw->heater_watts < switched ||
-		 (shared && j->raw->heater_watts <= switched))
+	if (switches && (watts < switched || (shared && watts <= switched)))
 		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w = %g has to be %s %g, "
 			    "which its heaters with output-pin need: these are not limited",
-			    j->raw->heater_watts, shared ? "above" : "at least", switched);
+			    watts, shared ? "above" : "at least", switched);
+	if (j->file->here && shared > 1 &&
+	    j->raw->settings.pwm_period > SUPPLY_PERIOD_MOST)
+		config_note(j->file, config_line_of(j->lines, "max-heater-power-w", 0),
+			    "[device %s]: max-heater-power-w limits the mean power; in each "
+			    "period of PWM, all heaters switch on at the same time, and with "
+			    "pwm-period above %d (5 ms) the supply may not bridge that",
+			    j->raw->name, SUPPLY_PERIOD_MOST);
 }
 
 /* Another function of a terminal was complained about already. */

@@ -28,12 +28,7 @@ bool judge_part_has(struct judged_part part, const char *key)
 
 bool judge_part_is_faulty(struct judged_part part, const char *name)
 {
-	const struct config_key *key;
-
-	for (size_t i = 0; (key = config_key_at(i)); i++)
-		if (key->section == part.section && !strcmp(key->name, name))
-			return part.lines->faulty[i];
-	return false;
+	return config_is_faulty(part.lines, name);
 }
 
 bool judge_part_is_whole(struct judged_part part)

@@ -67,7 +67,7 @@ static void judge_inverted(const struct judged *j, const struct terminal_daemon 
 	int pin;
 
 	for (unsigned int i = 0; i < daemon->heaters; i++)
-		digital |= daemon->heater[i].output;
+		digital |= daemon->heater[i].output | daemon->heater[i].fan;
 	for (unsigned int i = 0; i < daemon->servos; i++)
 		digital |= daemon->servo[i].direction | daemon->servo[i].enable |
 			   daemon->servo[i].low | daemon->servo[i].high;

@@ -223,6 +223,8 @@ void config_convert_device(const struct config_raw_device *raw, uint64_t period_
 void config_convert_heater(const struct config_raw_heater *raw, struct heating_config *out);
 void config_convert_servo(const struct config_raw_servo *raw, struct servoing_config *out);
 bool config_is_set(const struct config_lines *lines, const char *name, uint32_t index);
+/* What the section has for this key was refused. */
+bool config_is_faulty(const struct config_lines *lines, const char *name);
 
 /*
  * The one line of a password file into out[33]. NULL, or what is wrong with the

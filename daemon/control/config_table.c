@@ -245,9 +245,10 @@ static const struct config_key own[] = {
 	KEY(DEVICE(heater_watts), "max-heater-power-w", CONFIG_REAL, RANGE(1, 1e6),
 	    .words = WORDS({ "unlimited", 0 }), .fallback = "unlimited", .unit = "W",
 	    .help = "Highest electrical power of all heaters of the device together, for a "
-		    "supply that does not suffice for all of them. If they need more, all "
-		    "heaters with a PWM output get the same part of what they need. Those with "
-		    "output-pin are not limited. Each heater needs rated-power-w."),
+		    "supply that does not suffice for all of them. If they need more, the power "
+		    "of all heaters with a PWM output is limited to the same part of "
+		    "rated-power-w. Those with output-pin are not limited. Each heater needs "
+		    "rated-power-w."),
 	KEY(DEVICE(password_file), "password-file", CONFIG_FILE,
 	    .help = "File whose only line is the device's password. It has to be owned by the "
 		    "daemon's user, which is pokeys in the installed unit, and readable by nobody "

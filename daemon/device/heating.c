@@ -67,17 +67,21 @@ static bool is_covered(const struct device *device, const struct heating_config 
 }
 
 /* Neither more nor less than pokeysd.conf wants: an inverted output would be on when it is off. */
-static bool is_as_wanted(const struct device *device, unsigned int pin)
+bool heating_is_as_wanted(const struct device *device, unsigned int pin)
 {
 	return device->image.pin_function[pin] == device->config.settings.pin_function[pin];
 }
 
 static bool has_output(const struct device *device, const struct heating_config *config)
 {
-	return config->kind == HEATING_PIN ? is_as_wanted(device, config->output) :
-					     loops_have_pwm(device, config->output,
-							    HEATING_PERIOD_LEAST,
-							    HEATING_PERIOD_MOST);
+	if (config->kind == HEATING_PIN)
+		return heating_is_as_wanted(device, config->output);
+	return loops_have_pwm(device, config->output, HEATING_PERIOD_LEAST, HEATING_PERIOD_MOST);
+}
+
+static bool has_sensor(const struct device *device, const struct heating_config *config)
+{
+	return heating_is_as_wanted(device, WIRE_ANALOG_FIRST_PIN - 1u + config->sensor);
 }
 
 static bool is_usable(const struct device *device, unsigned int i)
@@ -87,8 +91,8 @@ static bool is_usable(const struct device *device, unsigned int i)
 	const struct setting *filter = &device->configure.setting[SETTING_FILTER];
 
 	return heating->good && !heating->shared && running(device) &&
-	       is_as_wanted(device, WIRE_ANALOG_FIRST_PIN - 1u + config->sensor) &&
-	       has_output(device, config) && is_covered(device, config) &&
+	       has_sensor(device, config) && has_output(device, config) &&
+	       heating_fan_usable(device, i) && is_covered(device, config) &&
 	       !(filter->known && filter->value.filter.rc > HEATING_FILTER_MOST);
 }
 
@@ -103,15 +107,20 @@ bool heating_covered(const struct device *device)
 void heating_unshare(struct device *device)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++)
-		device->heatings.heating[i].shared = false;
+		device->heatings.heating[i].shared = device->heatings.heating[i].fan_shared = false;
 }
 
 void heating_share(struct device *device, const char *key, unsigned int index)
 {
-	static const char prefix[] = "heater.";
+	static const char prefix[] = "heater.", fan[] = "heater.#.fan-";
+	struct heating *heating = &device->heatings.heating[index];
 
-	if (!strncmp(key, prefix, sizeof(prefix) - 1) && index < device->heatings.count)
-		device->heatings.heating[index].shared = true;
+	if (index >= device->heatings.count || strncmp(key, prefix, sizeof(prefix) - 1))
+		return;
+	if (strncmp(key, fan, sizeof(fan) - 1))
+		heating->shared = true;
+	else
+		heating->fan_shared = true;
 }
 
 /* Inputs 0 and 1 come by another request than the others (protocol section 3.5). */
@@ -122,7 +131,8 @@ static void take_sample(struct device *device, unsigned int i)
 	const uint64_t read_ns = input < POKEYS_ANALOG - WIRE_IO_ANALOGS ?
 				 device->image.t_analog_slow_ns : device->image.t_analog_ns;
 
-	if (!running(device) || read_ns == heating->sampled_ns)
+	if (!running(device) || read_ns == heating->sampled_ns ||
+	    !has_sensor(device, config_of(device, i)))
 		return;
 	heating->sampled_ns = read_ns;
 	heater_sample(&heating->heater, device->image.analog[input] / READING_MOST, read_ns);
@@ -313,6 +323,7 @@ static void step_all(struct device *device)
 	for (unsigned int i = 0; i < heatings->count; i++)
 		step(device, i);
 	heating_supply(device);
+	heating_fans(device);
 	heatings->step_ns = (in_time ? heatings->step_ns : device->now_ns) + HEATER_PERIOD_NS;
 }
 
@@ -362,7 +373,6 @@ void heating_cycle(struct device *device)
 		look(device, i);
 	if (is_due(device))
 		step_all(device);
-	heating_fans(device);
 	for (unsigned int i = 0; i < heatings->count; i++) {
 		follow(device, i);
 		say(device, i);

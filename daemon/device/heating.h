@@ -60,8 +60,9 @@ struct heating {
 	bool good;			/* its configuration can be used */
 	bool on;			/* PIN */
 	bool limited;			/* it got less than it asked for */
-	bool fan;			/* runs */
-	bool shared;			/* something else of the device has a terminal of it */
+	bool fan;			/* is to run */
+	/* something else of the device has a terminal of it, or of its fan */
+	bool shared, fan_shared;
 	bool hot;			/* it heated, and off is not acknowledged yet */
 	uint64_t off_ns;		/* ... and it is off since then; 0: it is not */
 	uint64_t sampled_ns;		/* of the newest reading that it was given */
@@ -87,8 +88,12 @@ struct device;
 /* After a step: all of them together get no more than the supply has. */
 void heating_supply(struct device *device);
 
-/* In each cycle: the fans of heaters that are hot run. */
+/* After a step: the fans of heaters that are hot run. */
 void heating_fans(struct device *device);
+/* The output of a heater's fan is there and set up; true also without a fan. */
+bool heating_fan_usable(const struct device *device, unsigned int index);
+/* A pin has neither more nor fewer functions than pokeysd.conf wants. */
+bool heating_is_as_wanted(const struct device *device, unsigned int pin);
 /* Their pins, and those of them that run; their PWM channels; their part of a request. */
 uint64_t heating_fan_pins(const struct device *device);
 uint64_t heating_fan_pins_on(const struct device *device);

@@ -3,6 +3,8 @@
  * The fans of heaters: a hot end whose cold end gets hot is clogged, whatever the program does
  * that commands it. So a fan depends on the temperature alone: it runs while the heater is off, has
  * a fault, or is still hot from a daemon before, and also if the temperature is not known.
+ *
+ * A heater whose fan cannot run is not ready.
  */
 
 #include <math.h>
@@ -11,6 +13,24 @@
 static const struct heating_fan_config *config_of(const struct device *device, unsigned int i)
 {
 	return &device->config.heater[i].fan;
+}
+
+bool heating_fan_usable(const struct device *device, unsigned int index)
+{
+	const struct heating_fan_config *config = config_of(device, index);
+
+	switch ((enum heating_output)config->kind) {
+	case HEATING_PWM:
+		return !device->heatings.heating[index].fan_shared &&
+		       loops_have_pwm(device, config->output, HEATING_PERIOD_LEAST,
+				      HEATING_PERIOD_MOST);
+	case HEATING_PIN:
+		return !device->heatings.heating[index].fan_shared &&
+		       heating_is_as_wanted(device, config->output);
+	case HEATING_NO_OUTPUT:
+		break;
+	}
+	return true;
 }
 
 static double temperature(const struct device *device, unsigned int i)
@@ -33,25 +53,29 @@ void heating_fans(struct device *device)
 	}
 }
 
-static uint64_t pins(const struct device *device, bool on)
+static bool runs(const struct device *device, unsigned int i)
 {
-	uint64_t found = 0;
-
-	for (unsigned int i = 0; i < device->heatings.count; i++)
-		if (config_of(device, i)->kind == HEATING_PIN &&
-		    (!on || device->heatings.heating[i].fan))
-			found |= UINT64_C(1) << config_of(device, i)->output;
-	return found;
+	return device->heatings.heating[i].fan && heating_fan_usable(device, i);
 }
 
 uint64_t heating_fan_pins(const struct device *device)
 {
-	return pins(device, false);
+	uint64_t pins = 0;
+
+	for (unsigned int i = 0; i < device->heatings.count; i++)
+		if (config_of(device, i)->kind == HEATING_PIN)
+			pins |= UINT64_C(1) << config_of(device, i)->output;
+	return pins;
 }
 
 uint64_t heating_fan_pins_on(const struct device *device)
 {
-	return pins(device, true);
+	uint64_t pins = 0;
+
+	for (unsigned int i = 0; i < device->heatings.count; i++)
+		if (config_of(device, i)->kind == HEATING_PIN && runs(device, i))
+			pins |= UINT64_C(1) << config_of(device, i)->output;
+	return pins;
 }
 
 uint8_t heating_fan_channels(const struct device *device)
@@ -68,7 +92,7 @@ void heating_fan_pwm(const struct device *device, struct wire_pwm_req *pwm)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++) {
 		const struct heating_fan_config *config = config_of(device, i);
-		const double speed = device->heatings.heating[i].fan ? config->speed : 0;
+		const double speed = runs(device, i) ? config->speed : 0;
 
 		if (config->kind != HEATING_PWM)
 			continue;
@@ -81,5 +105,5 @@ enum pokeys_heater_fan heating_fan_state(const struct device *device, unsigned i
 {
 	if (config_of(device, index)->kind == HEATING_NO_OUTPUT)
 		return POKEYS_HEATER_FAN_NONE;
-	return device->heatings.heating[index].fan ? POKEYS_HEATER_FAN_ON : POKEYS_HEATER_FAN_OFF;
+	return runs(device, index) ? POKEYS_HEATER_FAN_ON : POKEYS_HEATER_FAN_OFF;
 }

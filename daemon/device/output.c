@@ -61,10 +61,10 @@ static bool is_due(const struct device *device, unsigned int place, union output
 static bool cuts_off(const struct device *device, const struct output *output,
 		     const union output_value *want)
 {
-	const unsigned int loops = loops_channels(device);
+	const unsigned int stopping = loops_channels_stopping(device);
 
 	for (unsigned int i = 0; i < POKEYS_PWM; i++)
-		if (loops >> i & 1 && output->have.pwm.duty[i] && !want->pwm.duty[i])
+		if (stopping >> i & 1 && output->have.pwm.duty[i] && !want->pwm.duty[i])
 			return true;
 	return false;
 }

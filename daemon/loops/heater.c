@@ -152,8 +152,10 @@ static void set_target(struct heater *heater, double target)
 		watch_begin(heater);
 	if (target == 0 || tuned)
 		pid_reset(&heater->pid);
-	if (target == 0)
+	if (target == 0) {
 		heater->power = 0;
+		heater->on = false;
+	}
 	heater->target = target;
 }
 
@@ -213,10 +215,10 @@ static double controlled(struct heater *heater, double seconds, uint64_t now_ns)
 		return pid_step(&heater->pid, &config->gains, heater->target, heater->temperature,
 				seconds, 0, config->power_most);
 	if (heater->temperature < heater->target - config->hysteresis)
-		return config->power_most;
-	if (heater->temperature > heater->target + config->hysteresis)
-		return 0;
-	return heater->power > 0 ? config->power_most : 0;
+		heater->on = true;
+	else if (heater->temperature > heater->target + config->hysteresis)
+		heater->on = false;
+	return heater->on ? config->power_most : 0;
 }
 
 void heater_off(struct heater *heater)
@@ -265,20 +267,22 @@ double heater_step(struct heater *heater, uint64_t now_ns)
 		pid_reset(&heater->pid);
 	}
 	heater->power = power;
+	heater->available = heater->config.power_most;
 	heater->step_ns = now_ns;
 	if (tuning && heater->tune.state != TUNE_RUNS)
 		end(heater);
 	return heater->power;
 }
 
-void heater_delivered(struct heater *heater, double power)
+void heater_available(struct heater *heater, double power)
 {
-	if (!(power >= 0 && power < heater->power))
+	if (!(power >= 0 && power < heater->config.power_most))
+		return;
+	heater->available = power;
+	if (power >= heater->power)
 		return;
 	heater->power = power;
 	pid_cut(&heater->pid);
-	if (heater->tune.state == TUNE_RUNS)
-		heater->tune.most = fmin(heater->tune.most, power);
 }
 
 bool heater_is_off(const struct heater *heater)

@@ -6,8 +6,8 @@
  * Whoever owns it calls heater_sample() for each reading, heater_device() whenever something is
  * to be said of the device, heater_commander() and heater_command() with what is so now, and
  * heater_step() ten times a second. The output has to be what heater_step() returned, and nothing
- * if it was not called. If the output gets less than that, the caller says so with
- * heater_delivered().
+ * if it was not called. If less than that is available, the caller says so with
+ * heater_available(), and the output has to be heater->power.
  *
  * What it cannot see: a sensor that is stuck within a kelvin of the target, until the controller
  * has run up to full power. That is what a thermal fuse is for.
@@ -83,7 +83,7 @@ enum heater_tuning {
 struct heater_tune {
 	enum heater_tuning state;
 	struct pid_gains gains;	/* what was found, when it is done */
-	double most;		/* the lowest power that it was heated with */
+	double lowest, highest;	/* powers that it was heated with in the cycles that count */
 	double height, period;	/* of the oscillation: K from lowest to highest, seconds */
 	unsigned int cycles;	/* so far */
 	bool on;
@@ -115,6 +115,8 @@ struct heater {
 	uint64_t commander_ns;	/* it was alive then; 0: never */
 
 	double power;		/* 0 to power_most */
+	double available;	/* ... of which it could have been so much */
+	bool on;		/* BANG_BANG */
 	enum heater_fault condition;	/* what is wrong now */
 	struct heater_tune tune;
 	enum heater_fault fault;	/* what has switched it off; stays until heater_reset() */
@@ -124,6 +126,7 @@ struct heater {
 	bool watched;		/* calm and load are those of the last step */
 	double calm;		/* the temperature, without noise */
 	double load;		/* the power, in the middle of the last seconds */
+	double room;		/* what that could have been */
 	bool warm;		/* is or was near its target, since it was switched on */
 	bool cold;		/* is further from it than slack, and has to rise */
 	double base;		/* from here, the lowest since base_ns */
@@ -171,8 +174,8 @@ enum heater_refusal heater_tune(struct heater *heater, double target);
 /* One period: the power from now on, 0 to power_most. */
 double heater_step(struct heater *heater, uint64_t now_ns);
 
-/* What was given of the last step's power, if that was less, before the next step. */
-void heater_delivered(struct heater *heater, double power);
+/* After a step: no more than this is available of its power (0 to 1) until the next step. */
+void heater_available(struct heater *heater, double power);
 
 /* Off, by command or by a fault: an output must not be on for its own reasons any more. */
 bool heater_is_off(const struct heater *heater);

@@ -108,11 +108,12 @@ enum heater_fault measure(struct heater *heater, uint64_t now_ns)
 	for (enum sensor_state state = SENSOR_GOOD; state <= SENSOR_ODD; state++)
 		heater->count[state] = 0;
 	heater->lost = !heater->device;
-	if (lost)
-		return HEATER_DEVICE;
 	/* One from the future would never be old. */
 	if (!heater->sampled_ns || heater->sampled_ns > now_ns + HEATER_PERIOD_NS ||
 	    since(heater->sampled_ns, now_ns) > heater->config.stale_ns)
-		return HEATER_STALE;
-	return found ? found : of_period(heater, good);
+		found = HEATER_STALE;
+	/* The temperature is of use to others as well, such as a fan. */
+	else if (!found)
+		found = of_period(heater, good);
+	return lost ? HEATER_DEVICE : found;
 }

@@ -19,6 +19,7 @@
 #define CYCLES 6 /* until it is done */
 #define MEASURED \
 	4 /* of these, the last ones: the first ones still have the way from cold in them */
+#define STEADY 0.9 /* of the highest power that it got */
 #define APART_NS UINT64_C(2000000000) /* noise at the target is no oscillation */
 #define LIMIT_NS UINT64_C(3600000000000) /* an oven of 0.2 K/s needs half of it to get hot */
 
@@ -26,7 +27,7 @@ void tune_begin(struct heater *heater)
 {
 	heater->tune = (struct heater_tune){
 		.state = TUNE_RUNS, .on = heater->temperature <= heater->target,
-		.most = heater->config.power_most, .high = -INFINITY, .low = INFINITY,
+		.high = -INFINITY, .low = INFINITY,
 	};
 	pid_reset(&heater->pid);
 }
@@ -43,19 +44,33 @@ static void cycle(struct heater_tune *tune, uint64_t above_ns, uint64_t below_ns
 	tune->low = INFINITY;
 }
 
+/* With a power that varied, the oscillation is not that of one power. */
 static void finish(struct heater_tune *tune)
 {
 	/* 4 / pi: the relay's power has the amplitude most / 2, and a sine in it that is larger
 	 * by so much */
-	const double ultimate = 4 / M_PI * tune->most / tune->height;
+	const double ultimate = 4 / M_PI * tune->lowest / tune->height;
 
 	tune->gains.p = ultimate / 3.2;
 	tune->gains.i = tune->gains.p / (2.2 * tune->period);
 	tune->gains.d = tune->gains.p * tune->period / 6.3;
 	tune->gains.smooth = tune->period / 50;
-	tune->state = isfinite(tune->gains.p) && tune->gains.p > 0 && tune->period > 0 ?
+	tune->state = isfinite(tune->gains.p) && tune->gains.p > 0 && tune->period > 0 &&
+				      tune->lowest >= STEADY * tune->highest ?
 			      TUNE_DONE :
 			      TUNE_FAILED;
+}
+
+/* What it got in the last period, if its power was on. */
+static void look_at_power(struct heater_tune *tune, double power)
+{
+	if (tune->cycles < CYCLES - MEASURED) {
+		tune->lowest = INFINITY;
+		tune->highest = 0;
+	} else if (tune->on) {
+		tune->lowest = fmin(tune->lowest, power);
+		tune->highest = fmax(tune->highest, power);
+	}
 }
 
 double tune_step(struct heater *heater, uint64_t now_ns)
@@ -63,6 +78,8 @@ double tune_step(struct heater *heater, uint64_t now_ns)
 	struct heater_tune *tune = &heater->tune;
 	const bool hot = heater->temperature > heater->target;
 	uint64_t lasted;
+
+	look_at_power(tune, heater->power);
 
 	if (!tune->begun_ns)
 		tune->begun_ns = tune->switched_ns = now_ns;

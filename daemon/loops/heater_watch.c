@@ -6,7 +6,8 @@
  * While it is colder than its target by more than the slack, it has to rise by so much in each
  * window, from the lowest that it has come to. Near its target it need not; but if it takes nearly
  * all the power there is, it has to rise as well, however near the sensor says that it is: one
- * that is stuck just below looks like this. A new target begins neither window: a commander
+ * that is stuck just below looks like this. What there is may be less than its highest power, if
+ * its supply does not suffice for all heaters. A new target begins neither window: a commander
  * that changes its mind every few seconds is watched like another one.
  *
  * A window is as long as is configured, but at full power not much longer than the last rises
@@ -25,6 +26,7 @@
 #define LEAST_NS UINT64_C(12000000000)	/* of a window that was learnt */
 #define FULL 0.92			/* of the highest power: it is nearly all there is */
 #define NOT_FULL 0.85			/* ... and not any more */
+#define LITTLE 0.1			/* of the highest power: it need not have an effect */
 
 void watch_begin(struct heater *heater)
 {
@@ -41,10 +43,12 @@ static void follow(struct heater *heater, uint64_t now_ns)
 		heater->watched = true;
 		heater->calm = heater->temperature;
 		heater->load = 0;
+		heater->room = heater->config.power_most;
 		return;
 	}
 	heater->calm += (heater->temperature - heater->calm) * seconds / (CALM_S + seconds);
 	heater->load += (heater->power - heater->load) * seconds / (LOAD_S + seconds);
+	heater->room += (heater->available - heater->room) * seconds / (LOAD_S + seconds);
 }
 
 static uint64_t lesser(uint64_t a, uint64_t b)
@@ -64,11 +68,17 @@ static uint64_t usual_rise(const uint64_t rise_ns[HEATER_RISES])
 		       lesser(greater(rise_ns[0], rise_ns[1]), rise_ns[2]));
 }
 
+/* Only then a rise tells how long the next one takes. */
+static bool has_all_power(const struct heater *heater)
+{
+	return heater->room >= FULL * heater->config.power_most;
+}
+
 static uint64_t window(const struct heater *heater)
 {
 	const uint64_t rise_ns = usual_rise(heater->rise_ns);
 
-	if (!heater->full || !rise_ns)
+	if (!heater->full || !rise_ns || !has_all_power(heater))
 		return heater->config.window_ns;
 	return lesser(greater(rise_ns * TIMES, LEAST_NS), heater->config.window_ns);
 }
@@ -100,10 +110,12 @@ static enum heater_fault rises_at_full_power(struct heater *heater, uint64_t now
 {
 	const bool was = heater->full;
 
-	heater->full = heater->load >= (was ? NOT_FULL : FULL) * heater->config.power_most;
+	heater->full = heater->room > LITTLE * heater->config.power_most &&
+		       heater->load >= (was ? NOT_FULL : FULL) * heater->room;
 	if (!heater->full)
 		return HEATER_FINE;
-	if (was && heater->calm >= heater->full_base + heater->config.rise)
+	if (was && heater->calm >= heater->full_base + heater->config.rise &&
+	    has_all_power(heater))
 		learn(heater, since(heater->full_ns, now_ns));
 	if (!was || heater->calm >= heater->full_base + heater->config.rise) {
 		heater->full_base = heater->calm;

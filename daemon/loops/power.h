@@ -9,10 +9,10 @@
 #include <stdbool.h>
 
 /*
- * Reduce powers (0 to 1) so that all together need no more than `most` watts: each by the same
- * part. watts[i] is what heater i needs at a power of 1.
+ * The limit (0 to 1) of all powers with which they need no more than `most` watts together; 1 if
+ * they do not need that much. power[i] is what heater i asks for, watts[i] what it needs at 1.
  */
-void power_share(double *power, const double *watts, unsigned int count, double most);
+double power_limit(const double *power, const double *watts, unsigned int count, double most);
 
 /* A fan that is bound to a temperature. */
 struct fan_config {

@@ -870,6 +870,9 @@ class StateHeaterItem(Part):
             1: "off",
             2: "on",
         })
+    stops_machine = Flag(
+        "heater.%02u.stops-machine", 7, (2774, 104),
+        "a fault of it stops the servo motors of its device as well (on-fault)")
     min_temperature = Measured(
         "heater.%02u.min-temperature", 7, (2724, 104),
         "below this, it does not heat",
@@ -1002,7 +1005,7 @@ class StateServoItem(Part):
         "servo.%02u.fault-code", 6, (3513, 120),
         "which fault: 0 none, 1 device not ready, 2 no readings, 3 emergency stop, 4 encoder jumps,"
         " 5 command is impossible, 6 following error, 7 stalled, 8 encoder silent, 9 runs away, 10 "
-        "soft limit, 11 limit switch",
+        "soft limit, 11 limit switch, 12 heater fault",
         code="B",
         words={
             0: "none",
@@ -1017,6 +1020,7 @@ class StateServoItem(Part):
             9: "runs away",
             10: "soft limit",
             11: "limit switch",
+            12: "heater fault",
         })
     condition = Word(
         "servo.%02u.condition", 6, (3514, 120),
@@ -1035,6 +1039,7 @@ class StateServoItem(Part):
             9: "runs away",
             10: "soft limit",
             11: "limit switch",
+            12: "heater fault",
         })
     refused = Word(
         "servo.%02u.refused", 6, (3515, 120),
@@ -1790,7 +1795,7 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
-STATE_HASH, STATE_SIZE = 0xa04b8cc098afd232, 4152
+STATE_HASH, STATE_SIZE = 0xe6f5ad755fd84564, 4152
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -1841,7 +1846,7 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateHeaterItem.state, StateHeaterItem.temperature, StateHeaterItem.age_ms,
     StateHeaterItem.target_in_effect, StateHeaterItem.power, StateHeaterItem.at_temperature,
     StateHeaterItem.fault, StateHeaterItem.fault_code, StateHeaterItem.condition, StateHeaterItem.refused,
-    StateHeaterItem.faults, StateHeaterItem.power_limited, StateHeaterItem.fan,
+    StateHeaterItem.faults, StateHeaterItem.power_limited, StateHeaterItem.fan, StateHeaterItem.stops_machine,
     StateHeaterItem.min_temperature, StateHeaterItem.max_temperature, StateHeaterItem.max_target,
     StateHeaterItem.pid_p, StateHeaterItem.pid_i, StateHeaterItem.pid_d, StateHeaterItem.tuning,
     StateHeaterItem.tune_cycles, StateHeaterItem.tuned_p, StateHeaterItem.tuned_i, StateHeaterItem.tuned_d,

@@ -121,6 +121,9 @@ static void a_fan_and_a_supply_arrive(void **state)
 	assert_near(fan->fan.above, 50);
 	assert_near(fan->fan.hysteresis, 5);
 	assert_int_equal(config.device[0].settings.pin_function[12], WIRE_PIN_OUTPUT);
+	assert_int_equal(parse(GOOD "inverted-pins = 13\n" BED "fan-pin = 13\n"), 0);
+	assert_int_equal(config.device[0].settings.pin_function[12],
+			 WIRE_PIN_OUTPUT | WIRE_PIN_INVERT);
 }
 
 static void a_fan_or_a_supply_that_cannot_be_is_refused(void **state)
@@ -132,9 +135,8 @@ static void a_fan_or_a_supply_that_cannot_be_is_refused(void **state)
 	(void)state;
 	assert_fault(GOOD BED "fan-above = 40\n",
 		     "f:9: [heater bed]: fan-above has no effect without fan-pwm or fan-pin");
-	assert_fault(GOOD BED "fan-pin = 13\nfan-above = 120\n",
-		     "f:10: [heater bed]: fan-above has to be below max-temperature, which is "
-		     "120");
+	assert_fault(GOOD BED "fan-pin = 13\nfan-above = 105\n",
+		     "f:10: [heater bed]: fan-above has to be below max-target, which is 105");
 	assert_fault(GOOD BED "fan-pin = 13\nfan-speed = 0.5\n",
 		     "f:10: [heater bed]: fan-speed has no effect with fan-pin");
 	assert_fault(GOOD BED "fan-pin = 13\nfan-pwm = 1\n",
@@ -155,6 +157,16 @@ static void a_fan_or_a_supply_that_cannot_be_is_refused(void **state)
 	assert_fault(GOOD "max-heater-power-w = 200\n" BED,
 		     "f:5: [heater bed]: rated-power-w is not given; max-heater-power-w of its "
 		     "device needs it");
+	/* one complaint about what is out of range, and none that follows from it */
+	assert_fault(GOOD "max-heater-power-w = 0\n" BED "rated-power-w = 40\n",
+		     "f:4: [device a]: max-heater-power-w: \"0\" is out of range; allowed: "
+		     "unlimited | 1..1000000");
+	assert_fault(GOOD "max-heater-power-w = 200\n" BED "rated-power-w = 0\n",
+		     "f:10: [heater bed]: rated-power-w: \"0\" is out of range; allowed: unknown | "
+		     "0.1..100000");
+	assert_fault(GOOD "max-heater-power-w = 200\n[heater x]\nsensor-pin = 43\n"
+		     "sensor = pt1000\npwm = 9\nmax-temperature = 99\nrated-power-w = 300\n",
+		     "f:8: [heater x]: pwm: \"9\" is out of range; allowed: none | 0..5");
 	assert_fault(GOOD "max-heater-power-w = 200\n",
 		     "f:4: [device a]: max-heater-power-w has no effect without a [heater NAME]");
 	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 299\n%s", relay);

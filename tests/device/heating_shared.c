@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include "tests/device/heat_rig.h"
+#include "wire/io.h"
 
 enum { FAN_PIN = 14, BED_PWM = 4, COOLER_PWM = 5, SETTLE = 5 };
 #define BUDGET 50.0
@@ -100,18 +101,71 @@ static void what_a_relay_takes_is_left_for_nobody(void **state)
 	assert_int_equal(world.event_count[EVENT_HEATER], 0);
 }
 
-static void one_that_finds_its_gains_comes_first(void **state)
+/* Its bed is cold for long, and takes all that is left. */
+static void one_that_stays_warm_is_not_starved_by_one_that_gets_warm(void **state)
 {
 	(void)state;
 	at_one_supply(HEATING_PWM);
+	heat_command(HOTEND, 100);
+	run_within_the_supply(60 * SECOND);
+	assert_true(heat_shown(HOTEND)->at_temperature);
+	heat[BED].config.capacity = 1000;
+	heat_command(BED, 60);
+	for (unsigned int i = 0; i < 60; i++) {
+		run_within_the_supply(1 * SECOND);
+		assert_true(heat_shown(HOTEND)->at_temperature);
+		assert_true(heat_shown(BED)->limited);
+	}
+	/* and it gets warm beside it */
+	heat_command(HOTEND, 130);
+	run_within_the_supply(60 * SECOND);
+	assert_true(heat_shown(HOTEND)->at_temperature);
+	assert_true(heat_shown(BED)->limited);
+	assert_int_equal(world.event_count[EVENT_HEATER], 0);
+}
+
+/* A sensor that is stuck just below the target, and never all of the power. */
+static void less_than_full_power_without_an_effect_is_a_fault_as_well(void **state)
+{
+	(void)state;
+	at_one_supply(HEATING_PWM);
+	heat_command(BED, 60);
+	run_within_the_supply(60 * SECOND);
+	assert_true(heat_shown(BED)->at_temperature);
+	sim_heat_break(&heat[BED], SIM_HEAT_STUCK);
+	heat[BED].stuck = 58.5;
+	run_within_the_supply(120 * SECOND);
+	heat_expect_fault(BED, POKEYS_HEATER_UNHEEDED);
+	heat_expect_off(5 * MS);
+}
+
+/*
+ * All PWM outputs begin a period with their pulse. One that begins again and again is that pulse
+ * and nothing else.
+ */
+static void a_period_goes_on_while_powers_change(void **state)
+{
+	const uint32_t *begun = &world.rig.device.run.pwm_begun;
+	uint32_t before;
+	double least = 1;
+
+	(void)state;
+	at_one_supply(HEATING_PWM);
 	heat_command(HOTEND, 150);
-	run_within_the_supply(300 * MS);
-	assert_int_equal(heat_tune(BED, 60), POKEYS_OUTCOME_DONE);
-	/* 60 W of 50: it is alone with them */
-	run_within_the_supply(300 * MS);
-	assert_true(fabs(heat_power(BED) - BUDGET / BED_WATTS) < 0.001);
-	assert_true(heat_power(HOTEND) < 0.001);
-	assert_int_equal(heat_shown(BED)->state, POKEYS_HEATER_TUNING);
+	heat_command(BED, 60);
+	run_within_the_supply(30 * SECOND);
+	before = *begun;
+	heat_command(HOTEND, 130);
+	for (unsigned int i = 0; i < 20000; i++) {
+		heat_cycle();
+		least = fmin(least, heat_power(HOTEND));
+	}
+	assert_true(least <= 0 && heat_power(HOTEND) > 0);
+	assert_int_equal(*begun, before);
+	/* what is switched off is off at once */
+	heat_command(HOTEND, 0);
+	heat_run(5 * MS);
+	assert_true(heat_power(HOTEND) <= 0 && *begun == before + 1);
 }
 
 static void fan_of(unsigned int heater, enum heating_output kind, uint8_t output)
@@ -122,12 +176,17 @@ static void fan_of(unsigned int heater, enum heating_output kind, uint8_t output
 	};
 }
 
-static void with_fans(void)
+static void prepare_fans(void)
 {
 	heat_prepare(NULL);
 	world_pin(&world, FAN_PIN, WIRE_PIN_OUTPUT);
 	fan_of(HOTEND, HEATING_PIN, FAN_PIN);
 	fan_of(BED, HEATING_PWM, COOLER_PWM);
+}
+
+static void with_fans(void)
+{
+	prepare_fans();
 	heat_start();
 }
 
@@ -217,11 +276,73 @@ static void a_fan_goes_on_after_the_device_was_lost(void **state)
 	(void)state;
 	with_fans();
 	heat_up();
-	heat_silence(1500 * MS);	/* the failsafe has stopped the fans */
+	heat_silence(1500 * MS);
+	/* the failsafe has stopped them */
+	assert_true(fan_speed(HOTEND) == 0 && fan_speed(BED) == 0);
 	world_until(&world, world_is_running, 3 * SECOND);
 	heat_run(500 * MS);
 	expect_fans(1, 0.5);
 	heat_expect_fault(HOTEND, POKEYS_HEATER_DEVICE);
+}
+
+/* Somebody gives the fan's terminal to something else. */
+static void without_its_fan_a_heater_does_not_heat(void **state)
+{
+	struct pokeys_wish wish = { .session = 5, .generation = 9 };
+
+	(void)state;
+	with_fans();
+	heat_command(HOTEND, 150);
+	heat_run(10 * SECOND);
+	wish.settings.pin_set[FAN_PIN / 8] = 1u << FAN_PIN % 8;
+	wish.settings.pin_function[FAN_PIN] = WIRE_PIN_OUTPUT | WIRE_PIN_INVERT;
+	device_wish(world.device, &wish);
+	heat_run(500 * MS);
+	assert_int_equal(heat_shown(HOTEND)->fault, POKEYS_HEATER_DEVICE);
+	assert_int_equal(heat_shown(HOTEND)->fan, POKEYS_HEATER_FAN_OFF);
+	heat_expect_off(5 * MS);
+}
+
+/* This board has no terminal for the channel. */
+static void a_fan_that_the_board_lacks_is_no_fan(void **state)
+{
+	(void)state;
+	heat_prepare(NULL);
+	fan_of(HOTEND, HEATING_PWM, 3);
+	heat_start();
+	heat_command(HOTEND, 150);
+	heat_expect_off(500 * MS);
+	assert_int_equal(heat_shown(HOTEND)->condition, POKEYS_HEATER_DEVICE);
+	assert_int_equal(heat_shown(HOTEND)->fan, POKEYS_HEATER_FAN_OFF);
+}
+
+/* Its heater cannot be used, but its temperature is known. */
+static void a_fan_of_a_heater_that_is_not_ready_knows_the_temperature(void **state)
+{
+	(void)state;
+	heat_prepare(NULL);
+	fan_of(HOTEND, HEATING_PWM, COOLER_PWM);
+	world.config.heater[HOTEND].output = 3;
+	heat_start();
+	assert_int_equal(heat_shown(HOTEND)->condition, POKEYS_HEATER_DEVICE);
+	assert_true(fan_speed(BED) == 0);
+	assert_int_equal(heat_shown(HOTEND)->fan, POKEYS_HEATER_FAN_OFF);
+	heat[HOTEND].block = heat[HOTEND].sensor = 80;
+	heat_run(1 * SECOND);
+	assert_int_equal(heat_shown(HOTEND)->fan, POKEYS_HEATER_FAN_ON);
+}
+
+/* A reading that is as old as it may be just before the next one. */
+static void a_fan_does_not_chatter(void **state)
+{
+	(void)state;
+	prepare_fans();
+	world.config.heater[BED].heater.stale_ns = 100 * MS;
+	heat_start();
+	for (unsigned int i = 0; i < 2000; i++) {
+		heat_cycle();
+		expect_fans(0, 0);
+	}
 }
 
 int main(void)
@@ -230,10 +351,16 @@ int main(void)
 		cmocka_unit_test(each_gets_the_same_part_of_what_it_asks_for),
 		cmocka_unit_test(without_a_limit_nothing_is_limited),
 		cmocka_unit_test(what_a_relay_takes_is_left_for_nobody),
-		cmocka_unit_test(one_that_finds_its_gains_comes_first),
+		cmocka_unit_test(one_that_stays_warm_is_not_starved_by_one_that_gets_warm),
+		cmocka_unit_test(less_than_full_power_without_an_effect_is_a_fault_as_well),
+		cmocka_unit_test(a_period_goes_on_while_powers_change),
 		cmocka_unit_test(a_fan_runs_while_its_heater_is_hot),
 		cmocka_unit_test(a_fan_runs_whatever_becomes_of_its_heater),
 		cmocka_unit_test(a_fan_goes_on_after_the_device_was_lost),
+		cmocka_unit_test(without_its_fan_a_heater_does_not_heat),
+		cmocka_unit_test(a_fan_that_the_board_lacks_is_no_fan),
+		cmocka_unit_test(a_fan_of_a_heater_that_is_not_ready_knows_the_temperature),
+		cmocka_unit_test(a_fan_does_not_chatter),
 	};
 
 	return cmocka_run_group_tests_name("heaters together", tests, NULL, NULL);

@@ -345,12 +345,12 @@ static void what_was_not_delivered_has_no_effect_to_be_seen(void **state)
 	oven.target = 80;
 	for (int i = 0; i < 12000; i++) {
 		oven_step(&oven);
-		heater_delivered(&oven.heater, oven.power / 2);
+		heater_available(&oven.heater, oven.power / 2);
 		oven.power /= 2;
 		assert_true(oven.heater.load <= 0.51);
 	}
-	heater_delivered(&oven.heater, NAN);
-	heater_delivered(&oven.heater, 2);
+	heater_available(&oven.heater, NAN);
+	heater_available(&oven.heater, 2);
 	assert_true(oven.heater.power <= 0.5);
 }
 
@@ -367,7 +367,7 @@ static double overshoot(bool by_configuration)
 	oven.target = 60;
 	for (int i = 0; i < 20000; i++) {
 		oven_step(&oven);
-		heater_delivered(&oven.heater, 0.5);
+		heater_available(&oven.heater, 0.5);
 		oven.power = oven.heater.power;
 		assert_true(oven.power <= 0.5);
 	}

@@ -12,6 +12,7 @@
 #include "daemon/loops/pid.h"
 #include "daemon/loops/power.h"
 #include "daemon/loops/switching.h"
+#include "sim/prng.h"
 
 #define MS UINT64_C(1000000)
 
@@ -80,25 +81,43 @@ static void a_supply_is_not_overloaded(void **state)
 	double power[] = { 1, 1, 1 };
 
 	(void)state;
-	power_share(power, watts, 3, 300);
-	assert_true(power[0] == 1 && power[1] == 1 && power[2] == 1);
-	power_share(power, watts, 3, 145);
-	assert_true(fabs(power[0] - 0.5) < 1e-12 && fabs(power[1] - 0.5) < 1e-12);
-	power_share(power, watts, 3, 0);
-	assert_true(power[0] == 0 && power[1] == 0);
-	power_share(power, watts, 3, 0);
-	assert_true(power[0] == 0);
-	/* what is no power takes nothing from the others, and nothing is less than nothing */
-	power[0] = 0.5;
+	assert_true(power_limit(power, watts, 3, 300) == 1);
+	assert_true(fabs(power_limit(power, watts, 3, 145) - 0.5) < 1e-12);
+	assert_true(power_limit(power, watts, 3, 0) == 0);
+	assert_true(power_limit(power, watts, 3, -1) == 0);
+	assert_true(power_limit(power, watts, 3, NAN) == 0);
+	/* one that asks for less than the others may have gets it; the others share the rest */
+	power[0] = 0.4;
+	assert_true(fabs(power_limit(power, watts, 3, 141) - 0.5) < 1e-12);
+	power[1] = 0.2;
+	assert_true(power_limit(power, watts, 3, 141) == 1);
+	/* what is no power takes nothing from the others */
 	power[1] = NAN;
 	power[2] = -1;
-	power_share(power, watts, 3, 100);
-	assert_true(power[0] == 0.5 && power[1] == 0 && power[2] == 0);
-	power_share(power, watts, 3, -1);
-	assert_true(power[0] == 0);
-	power[0] = 0.5;
-	power_share(power, watts, 3, NAN);
-	assert_true(power[0] == 0);
+	assert_true(power_limit(power, watts, 3, 20) == 1);
+}
+
+/* Whatever they ask for: no more than there is, and nothing is left while one does not get all. */
+static void any_supply_is_used_and_not_overloaded(void **state)
+{
+	struct sim_prng prng;
+
+	(void)state;
+	sim_prng_init(&prng, 20055);
+	for (int round = 0; round < 100000; round++) {
+		double power[7], watts[7], given = 0, wanted = 0, limit;
+		const double most = 1000 * sim_prng_unit(&prng);
+
+		for (int i = 0; i < 7; i++) {
+			power[i] = sim_prng_unit(&prng);
+			watts[i] = 1 + 300 * sim_prng_unit(&prng);
+			wanted += power[i] * watts[i];
+		}
+		limit = power_limit(power, watts, 7, most);
+		for (int i = 0; i < 7; i++)
+			given += fmin(power[i], limit) * watts[i];
+		assert_true(fabs(given - fmin(wanted, most)) < 1e-6);
+	}
 }
 
 static void a_fan_runs_when_it_may_be_hot(void **state)
@@ -155,6 +174,7 @@ int main(void)
 		cmocka_unit_test(a_fast_output_keeps_the_mean_too),
 		cmocka_unit_test(a_relay_is_off_at_once_and_owes_nothing),
 		cmocka_unit_test(a_supply_is_not_overloaded),
+		cmocka_unit_test(any_supply_is_used_and_not_overloaded),
 		cmocka_unit_test(a_fan_runs_when_it_may_be_hot),
 		cmocka_unit_test(an_integral_is_not_filled_at_a_limit),
 		cmocka_unit_test(a_new_target_makes_no_kick_of_the_derivative),

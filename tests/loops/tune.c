@@ -66,31 +66,53 @@ static void a_hot_end_and_a_bed_find_their_gains(void **state)
 	}
 }
 
-/* A proportional gain that is found at 210 degrees with half of the power. */
-static double found(bool by_configuration)
+/* Search with so much power until two oscillations are over, and with another one from then on. */
+static enum heater_tuning searched(struct oven *oven, double most, double first, double then)
 {
 	struct heater_config config = heater_usual;
-	struct oven oven;
 
-	config.power_most = by_configuration ? 0.5 : 1;
-	oven_init(&oven, &config, &sim_heat_hotend);
-	oven_run(&oven, 1);
-	assert_int_equal(heater_tune(&oven.heater, 180), HEATER_TAKEN);
-	for (int i = 0; i < 40000 && oven.heater.tune.state == TUNE_RUNS; i++) {
-		oven_step(&oven);
-		heater_delivered(&oven.heater, 0.5);
-		oven.power = oven.heater.power;
+	config.power_most = most;
+	oven_init(oven, &config, &sim_heat_hotend);
+	oven_run(oven, 1);
+	assert_int_equal(heater_tune(&oven->heater, 180), HEATER_TAKEN);
+	for (int i = 0; i < 40000 && oven->heater.tune.state == TUNE_RUNS; i++) {
+		oven_step(oven);
+		heater_available(&oven->heater, oven->heater.tune.cycles < 2 ? first : then);
+		oven->power = oven->heater.power;
 	}
-	assert_int_equal(oven.heater.tune.state, TUNE_DONE);
-	return oven.heater.tune.gains.p;
+	return oven->heater.tune.state;
 }
 
 static void what_it_finds_is_for_the_power_that_it_got(void **state)
 {
-	const double expected = found(true), other = found(false);
+	struct oven oven;
+	double expected;
 
 	(void)state;
-	assert_true(fabs(other - expected) < expected * 0.02);
+	assert_int_equal(searched(&oven, 0.5, 1, 1), TUNE_DONE);
+	expected = oven.heater.tune.gains.p;
+	assert_int_equal(searched(&oven, 1, 0.5, 0.5), TUNE_DONE);
+	assert_true(fabs(oven.heater.tune.gains.p - expected) < expected * 0.02);
+	/* what it got on the way there does not count */
+	assert_int_equal(searched(&oven, 1, 0.7, 0.5), TUNE_DONE);
+	assert_true(fabs(oven.heater.tune.gains.p - expected) < expected * 0.1);
+}
+
+static void with_a_power_that_varies_nothing_is_found(void **state)
+{
+	struct oven oven;
+
+	(void)state;
+	oven_init(&oven, &heater_usual, &sim_heat_hotend);
+	oven_run(&oven, 1);
+	assert_int_equal(heater_tune(&oven.heater, 180), HEATER_TAKEN);
+	for (int i = 0; i < 40000 && oven.heater.tune.state == TUNE_RUNS; i++) {
+		oven_step(&oven);
+		heater_available(&oven.heater, i % 20 < 10 ? 0.8 : 0.6);
+		oven.power = oven.heater.power;
+	}
+	assert_int_equal(oven.heater.tune.state, TUNE_FAILED);
+	assert_true(heater_is_off(&oven.heater));
 }
 
 static void it_ends_when_it_is_told_to(void **state)
@@ -192,6 +214,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_hot_end_and_a_bed_find_their_gains),
 		cmocka_unit_test(what_it_finds_is_for_the_power_that_it_got),
+		cmocka_unit_test(with_a_power_that_varies_nothing_is_found),
 		cmocka_unit_test(it_ends_when_it_is_told_to),
 		cmocka_unit_test(a_target_that_ends_it_is_followed_from_there),
 		cmocka_unit_test(a_hundred_plants_at_random),
