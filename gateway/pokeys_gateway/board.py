@@ -40,6 +40,8 @@ def is_set_up(row: Row, state: pokeys.State) -> bool:
         return bool(state[f"pwm.{number}.enabled"])
     if name.startswith("encoder."):
         return bool(state[f"encoder.{number}.enabled"])
+    if name.startswith(("heater.", "servo.")):
+        return bool(state[f"{name.partition('.')[0]}.{number}.state"])
     if name.startswith("joint.") and ".postep." in name:
         return bool(state[f"joint.{number}.postep.updates"])
     if name.startswith("joint."):

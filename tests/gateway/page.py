@@ -14,7 +14,7 @@ import subprocess
 import sys
 import time
 
-from rig import PYTHON, Gateway, House, Skip, environment, machine
+from rig import OPEN, PYTHON, WARM, Gateway, House, Skip, environment, loops, machine
 from browser import CONTRAST, NAMED, SIZES, browser  # noqa: E402  (it needs house, which rig.py finds)
 from house import end, equal, main  # noqa: E402
 
@@ -75,6 +75,47 @@ def test_it_shows_what_is_there():
             assert size > 10000, size
             equal(page.complaints, [])
     with workshop() as (house, sim, _daemon, gateway):
+        run(look(house, sim, gateway))
+
+
+def part(title):
+    """The text of a part of the page."""
+    return f"""(document.querySelector('.part[aria-label="mill: {title}"]')?.innerText ?? '')"""
+
+
+def test_it_shows_heaters_and_motors():
+    async def look(house, sim, gateway):
+        async with browser() as chromium:
+            page = await chromium.open(f"http://127.0.0.1:{gateway.port}/")
+            await page.until("both", f"{part('Heaters')}.includes('25.0 °C') && {part('Servo motors')} !== ''")
+            shown = await page.value(part("Heaters"))
+            for text in "bed", "hotend", "not ready: sensor open", "off":
+                assert text in shown, shown
+            assert "–" in shown, shown
+            heating = house.spawn("pokeysctl", "-r", house.runtime, "heater", "mill", "bed", "heat", "60", log="heat.log")
+            await page.until("it heats", f"{part('Heaters')}.includes('60.0 °C') && {part('Heaters')}.includes('heating')")
+            # hot enough for its fan
+            await asyncio.to_thread(house.ask_sim, sim, "analog", 43, 3500)
+            await page.until("the jump is a fault", f"{part('Heaters')}.includes('⚠ fault: temperature jumps')")
+            await page.until("its fan", f"{part('Heaters')}.includes('fan on')")
+            heating.wait()
+            moving = house.spawn("pokeysctl", "-r", house.runtime, "servo", "mill", "x", "swing", "20", "--speed", "40",
+                                 log="swing.log")
+            await page.until("it moves", f"{part('Servo motors')}.includes('enabled') || {moving.poll() is not None}")
+            equal(await page.value(CONTRAST), [])
+            if PICTURES:
+                for name, (width, height) in SIZES.items():
+                    for dark in False, True:
+                        await page.size(width, height, dark, phone=name == "phone")
+                        await asyncio.sleep(0.7)
+                        await page.picture(pathlib.Path(PICTURES) / f"loops-{name}-{'dark' if dark else 'light'}.png")
+            await asyncio.to_thread(end, moving)
+            equal(page.complaints, [])
+    if "page.js" not in House.programs:
+        raise Skip("the page was not built (npm was missing)")
+    with loops() as (house, sim, _daemon, gateway):
+        house.ask_sim(sim, "analog", 43, WARM)
+        house.ask_sim(sim, "analog", 44, OPEN)
         run(look(house, sim, gateway))
 
 

@@ -288,10 +288,23 @@ async function events_go_on_from_the_last_one() {
 	assert.deepEqual([device.events.length, device.events.at(-1).number], [EVENTS_MOST, 1000]);
 }
 
+async function heaters_are_asked_for_when_they_are_known() {
+	const device = new Device("mill");
+	assert.ok(device.wish().includes("heater.*.state"));
+	assert.ok(!device.wish().some(name => name.endsWith(".temperature")));
+	device.take({ connected: true, values: { "heater.00.state": 1, "heater.01.state": 4, "heater.02.state": 0, "servo.00.state": 0,
+		"heater.00.temperature": 25, "heater.01.temperature": null } }, true);
+	assert.deepEqual(device.loops("heater"), ["heater.00", "heater.01"]);
+	assert.deepEqual(device.loops("servo"), []);
+	assert.deepEqual(device.wish().filter(name => name.endsWith(".temperature")), ["heater.00.temperature", "heater.01.temperature"]);
+	assert.deepEqual([device.history.series.get("heater.00.temperature"), device.history.series.get("heater.01.temperature")],
+		[[25], [null]]);
+}
+
 for (const test of [a_link_notices_silence_within_two_seconds, one_that_speaks_is_not_asked,
 	a_tab_that_slept_asks_before_it_gives_up, changes_are_put_together, what_fails_is_said_and_tried_again, who_may_not_is_not_tried,
 	a_history_is_bounded_and_has_gaps, a_device_is_fresh_only_while_states_come,
-	events_go_on_from_the_last_one]) {
+	events_go_on_from_the_last_one, heaters_are_asked_for_when_they_are_known]) {
 	await test();
 	console.log(test.name);
 }

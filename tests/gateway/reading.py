@@ -12,11 +12,12 @@ import subprocess
 import sys
 import urllib.parse
 
-from rig import PATIENCE, PYTHON, ROOT, Gateway, House, Skip, environment, machine, need_libraries
+from rig import OPEN, PATIENCE, PYTHON, ROOT, WARM, Gateway, House, Skip, environment, loops, machine, need_libraries
 from house import end, equal, main, wait_equal, wait_for  # noqa: E402  (rig.py finds it)
 
 
 EXAMPLES = ROOT / "examples/prometheus"
+LOOPS = "pokeys_heater_", "pokeys_servo_"
 
 
 def workshop(**keys):
@@ -134,6 +135,27 @@ def test_metrics_are_the_values_of_the_moment():
         equal(one(other, "pokeys_up"), 1)
 
 
+def test_metrics_of_heaters_and_motors():
+    with loops() as (house, sim, _daemon, gateway):
+        house.ask_sim(sim, "analog", 43, WARM)
+        house.ask_sim(sim, "analog", 44, OPEN)
+        wait_for("the temperature", lambda: abs(
+            (one(scrape(gateway)[1], "pokeys_heater_temperature_celsius", heater="bed") or 0) - 25) < 0.5)
+        found = scrape(gateway)[1]
+        # what is not known is no number
+        equal(one(found, "pokeys_heater_temperature_celsius", heater="hotend"), None)
+        for metric, value in (("target_celsius", 0), ("power_ratio", 0), ("fault", 0), ("faults_total", 0),
+                              ("power_limited", 0), ("at_temperature", 0)):
+            equal(one(found, f"pokeys_heater_{metric}", heater="bed"), value, metric)
+        equal([one(found, "pokeys_heater_state", heater="bed", pokeys_heater_state=word) for word in ("off", "heating")],
+              [1, 0])
+        assert abs(one(found, "pokeys_servo_position_units", servo="x")) < 1
+        equal(one(found, "pokeys_servo_state", servo="x", pokeys_servo_state="off"), 1)
+        # those that there are, and no others
+        for kind, names in (("heater", {"bed", "hotend"}), ("servo", {"x"})):
+            equal({dict(labels)[kind] for _, labels in found if kind in dict(labels)}, names)
+
+
 def dashboard():
     """The queries of Grafana's dashboard, as Grafana sends them for all devices."""
     document = json.loads((EXAMPLES / "grafana.json").read_text())
@@ -168,7 +190,15 @@ def test_alerts_and_dashboard_are_about_metrics_that_there_are():
             named = set(re.findall(r"\bpokeys_\w+", text))
             assert named, text
             # of drivers that have answered
-            equal(named - there - {"pokeys_postep_temperature_celsius"}, set(), text)
+            equal({name for name in named - there - {"pokeys_postep_temperature_celsius"}
+                   if not name.startswith(LOOPS)}, set(), text)
+    with loops() as (house, sim, _daemon, gateway):
+        house.ask_sim(sim, "analog", 43, WARM)
+        wait_for("the temperature", lambda: one(scrape(gateway)[1], "pokeys_heater_temperature_celsius", heater="bed"))
+        there = {name for name, _ in scrape(gateway)[1]}
+        for text in alerts, *dashboard():
+            named = {name for name in re.findall(r"\bpokeys_\w+", text) if name.startswith(LOOPS)}
+            equal(named - there, set(), text)
 
 
 def test_what_cannot_be_read_has_no_values():

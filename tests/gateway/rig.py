@@ -83,14 +83,16 @@ class Gateway:
 
 
 @contextlib.contextmanager
-def machine(*sim_words, more="", **keys):
+def machine(*sim_words, more="", heaters=None, servos=None, **keys):
     """A House with a device that runs, and a gateway that shows it: house, simulator, daemon, gateway.
 
-    `keys` go into the device's section, `more` into the gateway's configuration. The deadlines are those of a busy computer, unless they are given.
+    `keys` go into the device's section, `heaters` and `servos` are sections by their names, and `more` goes into the
+    gateway's configuration. The deadlines are those of a busy computer, unless they are given.
     """
     need_libraries()
     with House() as house:
         house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000, **keys}
+        house.heater_keys, house.servo_keys = heaters or {}, servos or {}
         (records := house.folder / "records").mkdir()
         house.daemon_keys["record-folder"] = records
         sim = house.start_sim(*sim_words)
@@ -101,6 +103,21 @@ def machine(*sim_words, more="", **keys):
         gateway = Gateway(house, "--config", conf)
         gateway.wait_running()
         yield house, sim, daemon, gateway
+
+
+# a reading of 25 C by a thermistor of 100 kohm with 4.7 kohm, and of a broken wire
+WARM, OPEN = 3911, 4095
+
+
+def loops(**keys):
+    """A machine() with a heater, a heater whose sensor is broken, and a servo motor; for the preset servo-mill."""
+    heater = {"sensor": "thermistor", "max-temperature": 120, "watch-window-s": 600, "max-age-ms": 2000}
+    return machine("--preset", "servo-mill", heaters={
+        "bed": {"sensor-pin": 43, "output-pin": 39, "fan-pin": 40, **heater},
+        "hotend": {"sensor-pin": 44, "output-pin": 41, **heater},
+    }, servos={"x": {"encoder": 0, "pwm": 0, "direction-pin": 31, "enable-pin": 35, "counts-per-unit": 400,
+                     "max-speed": 300, "pid-p": 1, "max-age-ms": 100}},
+        **{"pwm-period": 1250, "heartbeat-timeout-ms": 2000, "failsafe-timeout-ms": 5000, **keys})
 
 
 def environment():

@@ -46,7 +46,7 @@ class Family:
     metric: str
     pattern: str
     help: str
-    label: str = ""         # of the number in the name: axis, encoder; "" = the value belongs to a terminal
+    label: str = ""         # of what has the number: axis, heater; "" = the value belongs to a terminal
     factor: float = 1.0
     counts: bool = False
     labels: tuple[tuple[str, str], ...] = ()
@@ -77,7 +77,25 @@ FAMILIES = (
     Family("pokeys_postep_temperature_celsius", "joint.NN.postep.temperature", "Temperature of a PoStep driver",
            "axis"),
     Family("pokeys_postep_fault", "joint.NN.postep.fault", "A PoStep driver reports a fault", "axis"),
+    Family("pokeys_heater_temperature_celsius", "heater.NN.temperature", "Temperature of a heater", "heater"),
+    Family("pokeys_heater_target_celsius", "heater.NN.target-in-effect", "Its target; 0 = off", "heater"),
+    Family("pokeys_heater_power_ratio", "heater.NN.power", "Its power, 0 to 1", "heater"),
+    Family("pokeys_heater_power_limited", "heater.NN.power-limited", "The supply gives it less than it asks for",
+           "heater"),
+    Family("pokeys_heater_at_temperature", "heater.NN.at-temperature", "It is at its target", "heater"),
+    Family("pokeys_heater_fault", "heater.NN.fault", "A fault has switched it off, until it is reset", "heater"),
+    Family("pokeys_heater_faults_total", "heater.NN.faults", "Its faults since the daemon's start", "heater",
+           counts=True),
+    Family("pokeys_servo_position_units", "servo.NN.pos-fb", "Position of a servo motor's axis", "servo"),
+    Family("pokeys_servo_following_error_units", "servo.NN.error", "Its distance from the commanded position",
+           "servo"),
+    Family("pokeys_servo_output_ratio", "servo.NN.output", "Its part of the full voltage, -1 to 1", "servo"),
+    Family("pokeys_servo_homed", "servo.NN.homed", "Its position is that of the machine", "servo"),
+    Family("pokeys_servo_faults_total", "servo.NN.faults", "Its faults since the daemon's start", "servo", counts=True),
 )
+# one state set for each heater or motor
+LOOPS = {"heater": ("pokeys_heater_state", "What a heater does"),
+         "servo": ("pokeys_servo_state", "What a servo motor does")}
 
 # one value each
 SINGLE = (
@@ -154,6 +172,7 @@ class Values(Collector):
         self._hub, self._gate, self._rpc, self._access, self._console = hub, gate, rpc, access, console
         model = hub.model
         self._rows = [(family, row) for family in FAMILIES for row in model.family(family.pattern)]
+        self._loops = [(label, row) for label in LOOPS for row in model.family(f"{label}.NN.state")]
         self._single = [(family, model.rows[family.pattern]) for family in SINGLE]
 
     def collect(self) -> Iterator[Metric]:
@@ -237,11 +256,12 @@ class Values(Collector):
         self._counters(sheet, reading, state)
 
     def _values(self, sheet: _Sheet, name: str, state: pokeys.State) -> None:
+        self._loop_states(sheet, name, state)
         for family, row in self._rows:
             value = state[row.name] if is_set_up(row, state) else None
-            place = self._place(family, row, state.info.DeviceTypeID)
-            # a PWM channel may be on no terminal
-            if value is not None and place.get("terminal") != "":
+            place = self._place(family, row, state)
+            # a PWM channel may be on no terminal; what is not known is not a number
+            if value is not None and value == value and place.get("terminal") != "":
                 sheet.add(family, {"device": name, **place, **dict(family.labels)}, float(value) * family.factor)
 
     @staticmethod
@@ -254,10 +274,20 @@ class Values(Collector):
                     continue
         return None
 
-    def _place(self, family: Family, row: Row, hardware: int) -> dict[str, str]:
+    def _loop_states(self, sheet: _Sheet, name: str, state: pokeys.State) -> None:
+        for label, row in self._loops:
+            if is_set_up(row, state):
+                metric, text = LOOPS[label]
+                sheet.put(StateSetMetricFamily(metric, text, labels=["device", label])).add_metric(
+                    [name, state[f"{label}.{row.number:02}.name"]],
+                    {word: number == state[row.name] for number, word in row.words.items() if number})
+
+    def _place(self, family: Family, row: Row, state: pokeys.State) -> dict[str, str]:
+        if family.label in LOOPS:
+            return {family.label: state[f"{family.label}.{row.number:02}.name"]}
         if family.label:
             return {family.label: str(row.number)}
-        model = self._hub.model
+        model, hardware = self._hub.model, state.info.DeviceTypeID
         return {"terminal": model.terminal(row, hardware) or model.label(row, hardware),
                 "name": row.name}
 

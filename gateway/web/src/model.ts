@@ -37,6 +37,12 @@ const FIXED = [
 const AXIS = ["counts", "counts-cmd", "state", "enabled", "homed", "limit-neg", "limit-pos", "home-sw", "error",
 	"soft-limit", "mode-in-effect"];
 const ENCODER = ["rawcounts", "enabled"];
+/** The values of closed loops, of which a device may have none. */
+const LOOPS = {
+	heater: ["name", "temperature", "target-in-effect", "power", "power-limited", "fan", "at-temperature", "fault-code", "condition",
+		"refused"],
+	servo: ["name", "pos-fb", "error", "output", "fault-code", "condition", "refused", "homed", "limit-minus", "limit-plus"],
+};
 
 export const two = (number: number): string => String(number).padStart(2, "0");
 
@@ -121,10 +127,20 @@ export class Device {
 			this.events = [...this.events.slice(0, -1), ...found].slice(-EVENTS_MOST);
 	}
 
+	/** The names of its heaters or servo motors, such as heater.00. */
+	loops(kind: keyof typeof LOOPS): string[] {
+		const found = [];
+		for (let i = 0; this.values[`${kind}.${two(i)}.state`]; i++)
+			found.push(`${kind}.${two(i)}`);
+		return found;
+	}
+
 	/** The patterns of names that are wanted of it. */
 	wish(): string[] {
+		const loops = (Object.keys(LOOPS) as (keyof typeof LOOPS)[]).flatMap(kind => [`${kind}.*.state`,
+			...this.loops(kind).flatMap(one => LOOPS[kind].map(name => `${one}.${name}`))]);
 		return [...FIXED, ...AXIS.map(name => `joint.*.${name}`), ...ENCODER.map(name => `encoder.*.${name}`),
-			...this.terminals.map(({ name }) => name)];
+			...loops, ...this.terminals.map(({ name }) => name)];
 	}
 
 	/** The voltage at an analog input, or null if it is not known now. */
@@ -143,6 +159,8 @@ export class Device {
 			this.values = state.values;
 		const analog = this.terminals.filter(({ kind }) => kind === "analog").map(({ name }) => name);
 		const volts = Object.fromEntries(analog.map(name => [name, this.volts(name)]));
-		this.history.take(analog, this.fresh ? volts : null);
+		const heaters = this.loops("heater").map(one => `${one}.temperature`);
+		const celsius = Object.fromEntries(heaters.map(name => [name, this.values[name] ?? null]));
+		this.history.take([...analog, ...heaters], this.fresh ? { ...volts, ...celsius } : null);
 	}
 }

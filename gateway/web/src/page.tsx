@@ -8,6 +8,7 @@ import { Doctor } from "./doctor.js";
 import { Latency } from "./latency.js";
 import { Link } from "./link.js";
 import { LinuxCnc } from "./linuxcnc.js";
+import { Heaters, Servos } from "./loops.js";
 import { Login, User, type Session } from "./login.js";
 import { Device, type Event, type Terminal, type Words } from "./model.js";
 import { Operate, Stop } from "./operate.js";
@@ -122,6 +123,8 @@ function One({ device }: { device: Device }) {
 		{known && <div class="parts">
 			<Machine device={device} words={words} />
 			<Axes device={device} words={words} />
+			<Servos device={device} words={words} />
+			<Heaters device={device} words={words} />
 			<Strip device={device} />
 			<Encoders device={device} />
 			<Analog device={device} />

@@ -10,7 +10,7 @@ const whole = new Intl.NumberFormat("en");
 const clock = new Intl.DateTimeFormat(undefined, { timeStyle: "medium" });
 const calendar = new Intl.DateTimeFormat(undefined, { dateStyle: "medium" });
 
-const number = (value: unknown): value is number => typeof value === "number";
+export const number = (value: unknown): value is number => typeof value === "number";
 const ms = (us: unknown): string => number(us) ? `${(us / 1000).toFixed(us < 10000 ? 2 : 1)} ms` : "–";
 const count = (value: unknown): string => number(value) ? whole.format(value) : "–";
 
@@ -20,12 +20,12 @@ export function moment(time: Date): string {
 	return day === calendar.format(new Date()) ? clock.format(time) : `${day}, ${clock.format(time)}`;
 }
 
-function Part({ device, title, children }: { device: Device; title: string; children: ComponentChildren }) {
+export function Part({ device, title, children }: { device: Device; title: string; children: ComponentChildren }) {
 	return <section class="part" aria-label={`${device.name}: ${title}`}><h3>{title}</h3>{children}</section>;
 }
 
 /** A table that scrolls by itself on a narrow screen. */
-function Table({ label, heads, rows }: { label: string; heads: string[]; rows: ComponentChildren[][] }) {
+export function Table({ label, heads, rows }: { label: string; heads: string[]; rows: ComponentChildren[][] }) {
 	return <div class="scroll"><table aria-label={label}>
 		<thead><tr>{heads.map(head => <th key={head} scope="col">{head}</th>)}</tr></thead>
 		<tbody>{rows.map((row, i) => <tr key={i}>{row.map((cell, j) => j === 0 ? <th key={j} scope="row">{cell}</th> :
@@ -33,7 +33,7 @@ function Table({ label, heads, rows }: { label: string; heads: string[]; rows: C
 	</table></div>;
 }
 
-function Mark({ text, kind }: { text: string; kind: "good" | "bad" | "plain" }) {
+export function Mark({ text, kind }: { text: string; kind: "good" | "bad" | "plain" }) {
 	return <span class={`mark ${kind}`}>{kind === "bad" ? "⚠ " : ""}{text}</span>;
 }
 
@@ -138,7 +138,7 @@ export function Strip({ device }: { device: Device }) {
 export function Analog({ device }: { device: Device }) {
 	const lines: Line[] = device.terminals.filter(({ kind }) => kind === "analog").map(({ name, terminal, label }) => {
 		const volts = device.volts(name);
-		return { name, label: label ? `${terminal} ${label}` : terminal, now: volts === null ? "–" : `${volts.toFixed(3)} V` };
+		return { name, label: label ? `terminal ${terminal} ${label}` : `terminal ${terminal}`, now: volts === null ? "–" : `${volts.toFixed(3)} V` };
 	});
 	return lines.length ? <Part device={device} title="Analog inputs">
 		<Plot history={device.history} lines={lines} unit="V" /></Part> : null;

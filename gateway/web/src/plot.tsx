@@ -65,7 +65,7 @@ export function Plot({ history, lines, unit }: { history: History; lines: Line[]
 		<ul class="legend">{lines.map(({ name, label, now }, i) => <li key={name} title={name}>
 			<svg viewBox="0 0 24 6" aria-hidden="true"><line x1="0" y1="3" x2="24" y2="3" stroke-dasharray={dash(i).join(" ")}
 				class={`series-${i % COLOURS}`} /></svg>
-			terminal {label}: <span class="number">{now}</span></li>)}</ul>
+			{label}: <span class="number">{now}</span></li>)}</ul>
 		<div class="plot" ref={place} role="img" aria-label={`the last ${minutes} minutes`} />
 	</>;
 }
