@@ -20,6 +20,8 @@ static const struct model_row rows[] = {
 	EACH_FLAG("heater.%02u.fault", heater, fault, ""),
 	HEATER("fault-code", fault, "", WORDS(pokeys_heater_fault_name)),
 	HEATER("condition", condition, "", WORDS(pokeys_heater_fault_name)),
+	HEATER("obstacle", obstacle, "", WORDS(pokeys_obstacle_name),
+	       HELP("why the device is not ready for it; 0 = it is")),
 	HEATER("refused", refused, "", WORDS(pokeys_heater_refusal_name)),
 	HEATER("faults", fault_count, "", HELP("faults of the heater since the daemon's start")),
 	EACH_FLAG("heater.%02u.power-limited", heater, limited, "",

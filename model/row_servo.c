@@ -22,6 +22,8 @@ static const struct model_row rows[] = {
 	SERVO("output", output, ""),
 	SERVO("fault-code", fault, "", WORDS(pokeys_servo_fault_name)),
 	SERVO("condition", condition, "", WORDS(pokeys_servo_fault_name)),
+	SERVO("obstacle", obstacle, "", WORDS(pokeys_obstacle_name),
+	      HELP("why the device is not ready for it; 0 = it is")),
 	SERVO("refused", refused, "", WORDS(pokeys_servo_refusal_name)),
 	EACH_FLAG("servo.%02u.homed", servo, homed, ""),
 	EACH_FLAG("servo.%02u.limit-minus", servo, low, ""),

@@ -184,6 +184,7 @@ static struct loop_trouble trouble(const struct pokeys_state *state, unsigned in
 	return (struct loop_trouble){
 		.fault = heater->fault ? pokeys_heater_fault_name(heater->fault) : NULL,
 		.condition = heater->condition ? pokeys_heater_fault_name(heater->condition) : NULL,
+		.obstacle = heater->obstacle,
 		.refusal = heater->refused ? pokeys_heater_refusal_name(heater->refused) : NULL,
 	};
 }

@@ -106,13 +106,15 @@ static struct loop_trouble trouble_of(const struct loop_run *run)
 bool loop_explain(struct loop_run *run)
 {
 	const struct loop_trouble trouble = trouble_of(run);
+	char why[PRINT_OBSTACLE_MAX];
 
 	if (trouble.fault)
 		return loop_fails(run, "off by a fault: %s; when its cause is gone: pokeysctl %s "
 				  "%s %s reset", trouble.fault, run->kind->word, run->device,
 				  run->name);
 	if (trouble.condition)
-		return loop_fails(run, "not ready: %s", trouble.condition);
+		return loop_fails(run, "not ready: %s%s", trouble.condition,
+				  print_obstacle(trouble.obstacle, why));
 	if (trouble.refusal)
 		return loop_fails(run, "%s", trouble.refusal);
 	return loop_fails(run, "it was switched off; \"pokeysctl events\" says why");
@@ -135,6 +137,7 @@ bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
 		const char *then)
 {
 	struct loop_trouble trouble;
+	char why[PRINT_OBSTACLE_MAX];
 
 	if (!loop_await(run, "the daemon does not take the command", is_commanded))
 		return false;
@@ -144,8 +147,9 @@ bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
 	}
 	if (loop_ask(run, operation, 0) != POKEYS_OUTCOME_DONE) {
 		trouble = trouble_of(run);
-		return loop_fails(run, "the cause of its fault is still present: %s",
-				  trouble.condition ? trouble.condition : trouble.fault);
+		return loop_fails(run, "the cause of its fault is still present: %s%s",
+				  trouble.condition ? trouble.condition : trouble.fault,
+				  print_obstacle(trouble.obstacle, why));
 	}
 	printf("%s: %s %s: reset; %s\n", run->device, run->kind->word, run->name, then);
 	return true;

@@ -10,6 +10,7 @@
 /* What keeps a loop off, in words; NULL = nothing. */
 struct loop_trouble {
 	const char *fault, *condition, *refusal;
+	uint8_t obstacle;		/* enum pokeys_obstacle, of the condition */
 };
 
 /* A gain that is to be changed. */

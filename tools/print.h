@@ -37,15 +37,19 @@ const char *print_postep_faults(const struct pokeys_postep *driver, char text[12
 const char *print_threading(const struct pokeys_state *state, char text[200]);
 
 /* A heater that pokeysd.conf has; what it does, and why it does not heat. */
-enum { PRINT_HEATER_MAX = 320 };
+enum { PRINT_HEATER_MAX = 400 };
 bool print_has_heater(const struct pokeys_state *state, unsigned int heater);
 const char *print_heater(const struct pokeys_heater *heater, char text[PRINT_HEATER_MAX]);
 
 /* A line for each heater; nothing without one. */
 void print_heaters(const struct pokeys_state *state, FILE *to);
 
+/* Why a heater or motor is not ready, " (in parentheses)", or "". Returns it. */
+enum { PRINT_OBSTACLE_MAX = 64 };
+const char *print_obstacle(uint8_t obstacle, char text[PRINT_OBSTACLE_MAX]);
+
 /* The same of a servo motor. */
-enum { PRINT_SERVO_MAX = 320 };
+enum { PRINT_SERVO_MAX = 400 };
 bool print_has_servo(const struct pokeys_state *state, unsigned int servo);
 const char *print_servo(const struct pokeys_servo *servo, char text[PRINT_SERVO_MAX]);
 void print_servos(const struct pokeys_state *state, FILE *to);

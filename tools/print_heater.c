@@ -5,9 +5,18 @@
 #include "settings/line.h"
 #include "tools/print.h"
 
+const char *print_obstacle(uint8_t obstacle, char text[PRINT_OBSTACLE_MAX])
+{
+	if (!obstacle)
+		return "";
+	snprintf(text, PRINT_OBSTACLE_MAX, " (%s)", pokeys_obstacle_name(obstacle));
+	return text;
+}
+
 static void put_work(struct line *line, const struct pokeys_heater *heater)
 {
 	const double power = (double)heater->power * 100;
+	char why[PRINT_OBSTACLE_MAX];
 
 	if (heater->state == POKEYS_HEATER_TUNING)
 		put(line, ", searching for gains at %.1f C, oscillation %u, power %.0f %%",
@@ -17,8 +26,10 @@ static void put_work(struct line *line, const struct pokeys_heater *heater)
 		    heater->limited ? " (limited)" : "",
 		    heater->at_temperature ? ", at temperature" : "");
 	else if (heater->fault)
-		put(line, ", FAULT: %s, off until it is reset",
-		    pokeys_heater_fault_name(heater->fault));
+		put(line, ", FAULT: %s, off until it is reset%s",
+		    pokeys_heater_fault_name(heater->fault),
+		    heater->condition == heater->fault ? print_obstacle(heater->obstacle, why) :
+							 "");
 	else
 		put(line, ", off");
 	if (heater->state == POKEYS_HEATER_STOPPING)
@@ -28,10 +39,13 @@ static void put_work(struct line *line, const struct pokeys_heater *heater)
 /* Append its fan, why the heater cannot heat, and the gains that were found. */
 static void put_rest(struct line *line, const struct pokeys_heater *heater)
 {
+	char why[PRINT_OBSTACLE_MAX];
+
 	if (heater->fan == POKEYS_HEATER_FAN_ON)
 		put(line, ", fan on");
 	if (heater->condition && heater->condition != heater->fault)
-		put(line, ", NOT READY: %s", pokeys_heater_fault_name(heater->condition));
+		put(line, ", NOT READY: %s%s", pokeys_heater_fault_name(heater->condition),
+		    print_obstacle(heater->obstacle, why));
 	if (heater->refused)
 		put(line, ", target refused: %s", pokeys_heater_refusal_name(heater->refused));
 	if (heater->tuning == POKEYS_HEATER_TUNING_DONE)
@@ -96,6 +110,7 @@ static void put_heater(struct json *json, unsigned int index, const struct pokey
 	json_text(json, "fan", pokeys_heater_fan_name(heater->fan));
 	json_text(json, "fault", pokeys_heater_fault_name(heater->fault));
 	json_text(json, "condition", pokeys_heater_fault_name(heater->condition));
+	json_text(json, "obstacle", pokeys_obstacle_name(heater->obstacle));
 	json_text(json, "refused", pokeys_heater_refusal_name(heater->refused));
 	json_unsigned(json, "faults", heater->fault_count);
 	json_real(json, "min_temperature", (double)heater->minimum);

@@ -14,13 +14,16 @@ double print_rounded(double value, unsigned int digits)
 
 static void put_work(struct line *line, const struct pokeys_servo *servo)
 {
+	char why[PRINT_OBSTACLE_MAX];
+
 	if (servo->state == POKEYS_SERVO_ENABLED)
 		put(line, ", enabled, error %.4f, output %.0f %%",
 		    print_rounded((double)servo->error, 4),
 		    print_rounded((double)servo->output * 100, 0));
 	else if (servo->fault)
-		put(line, ", FAULT: %s, off until it is reset",
-		    pokeys_servo_fault_name(servo->fault));
+		put(line, ", FAULT: %s, off until it is reset%s",
+		    pokeys_servo_fault_name(servo->fault),
+		    servo->condition == servo->fault ? print_obstacle(servo->obstacle, why) : "");
 	else
 		put(line, ", off");
 	if (servo->state == POKEYS_SERVO_STOPPING)
@@ -30,8 +33,11 @@ static void put_work(struct line *line, const struct pokeys_servo *servo)
 /* Append why it cannot be enabled, and where it is. */
 static void put_rest(struct line *line, const struct pokeys_servo *servo)
 {
+	char why[PRINT_OBSTACLE_MAX];
+
 	if (servo->condition && servo->condition != servo->fault)
-		put(line, ", NOT READY: %s", pokeys_servo_fault_name(servo->condition));
+		put(line, ", NOT READY: %s%s", pokeys_servo_fault_name(servo->condition),
+		    print_obstacle(servo->obstacle, why));
 	if (servo->refused)
 		put(line, ", not enabled: %s", pokeys_servo_refusal_name(servo->refused));
 	if (servo->homed)
@@ -95,6 +101,7 @@ static void put_servo(struct json *json, unsigned int index, const struct pokeys
 	json_real(json, "output", (double)servo->output);
 	json_text(json, "fault", pokeys_servo_fault_name(servo->fault));
 	json_text(json, "condition", pokeys_servo_fault_name(servo->condition));
+	json_text(json, "obstacle", pokeys_obstacle_name(servo->obstacle));
 	json_text(json, "refused", pokeys_servo_refusal_name(servo->refused));
 	json_unsigned(json, "faults", servo->fault_count);
 	json_bool(json, "homed", servo->homed);

@@ -242,6 +242,7 @@ static struct loop_trouble trouble(const struct pokeys_state *state, unsigned in
 	return (struct loop_trouble){
 		.fault = servo->fault ? pokeys_servo_fault_name(servo->fault) : NULL,
 		.condition = servo->condition ? pokeys_servo_fault_name(servo->condition) : NULL,
+		.obstacle = servo->obstacle,
 		.refusal = servo->refused ? pokeys_servo_refusal_name(servo->refused) : NULL,
 	};
 }

@@ -84,16 +84,27 @@ static bool has_sensor(const struct device *device, const struct heating_config 
 	return heating_is_as_wanted(device, WIRE_ANALOG_FIRST_PIN - 1u + config->sensor);
 }
 
-static bool is_usable(const struct device *device, unsigned int i)
+static enum pokeys_obstacle obstacle_of(const struct device *device, unsigned int index)
 {
-	const struct heating_config *config = config_of(device, i);
-	const struct heating *heating = &device->heatings.heating[i];
+	const struct heating_config *config = config_of(device, index);
+	const struct heating *heating = &device->heatings.heating[index];
 	const struct setting *filter = &device->configure.setting[SETTING_FILTER];
 
-	return heating->good && !heating->shared && running(device) &&
-	       has_sensor(device, config) && has_output(device, config) &&
-	       heating_fan_usable(device, i) && is_covered(device, config) &&
-	       !(filter->known && filter->value.filter.rc > HEATING_FILTER_MOST);
+	if (!heating->good)
+		return POKEYS_OBSTACLE_CONFIG;
+	if (!running(device))
+		return POKEYS_OBSTACLE_LINK;
+	if (heating->shared)
+		return POKEYS_OBSTACLE_SHARED;
+	if (!has_sensor(device, config))
+		return POKEYS_OBSTACLE_SENSOR;
+	if (filter->known && filter->value.filter.rc > HEATING_FILTER_MOST)
+		return POKEYS_OBSTACLE_FILTER;
+	if (!has_output(device, config))
+		return config->kind == HEATING_PIN ? POKEYS_OBSTACLE_OUTPUT : POKEYS_OBSTACLE_PWM;
+	if (!heating_fan_usable(device, index))
+		return POKEYS_OBSTACLE_FAN;
+	return is_covered(device, config) ? POKEYS_OBSTACLE_NONE : POKEYS_OBSTACLE_FAILSAFE;
 }
 
 bool heating_covered(const struct device *device)
@@ -172,7 +183,7 @@ static void look(struct device *device, unsigned int i)
 	struct heater *heater = &device->heatings.heating[i].heater;
 	const bool fresh = device->intake.fresh;
 
-	heater_device(heater, is_usable(device, i));
+	heater_device(heater, obstacle_of(device, i) == POKEYS_OBSTACLE_NONE);
 	take_sample(device, i);
 	heater_commander(heater, fresh, device->now_ns);
 	if (fresh)
@@ -297,6 +308,8 @@ static void show(struct device *device, unsigned int i)
 	image->limited = heating->limited && !heater_is_off(heater);
 	image->fan = (uint8_t)heating_fan_state(device, i);
 	image->stops_machine = config->stops_machine;
+	image->obstacle = (uint8_t)(heater->condition == HEATER_DEVICE ? obstacle_of(device, i) :
+								       POKEYS_OBSTACLE_NONE);
 	image->fault_count = heating->faults;
 	memcpy(image->name, config->name, sizeof(image->name));
 	show_gains(image, heater);

@@ -124,19 +124,30 @@ static bool has_pwm(const struct device *device, const struct servoing_config *c
 	       (config->reverse_pwm == SERVOING_NONE || has_channel(device, config->reverse_pwm));
 }
 
-static bool is_usable(const struct device *device, unsigned int i)
+static enum pokeys_obstacle obstacle_of(const struct device *device, unsigned int i)
 {
 	const struct servoing_config *config = config_of(device, i);
 	const struct servoing *servoing = &device->servoings.servoing[i];
 
-	return servoing->good && !servoing->shared && running(device) &&
-	       device->image.encoder_enabled >> config->encoder & 1 &&
-	       !index_resets(device, config->encoder) &&
-	       is_as_wanted(device, config->direction, WIRE_PIN_OUTPUT) &&
-	       is_as_wanted(device, config->enable, WIRE_PIN_OUTPUT) &&
-	       is_as_wanted(device, config->low, WIRE_PIN_INPUT) &&
-	       is_as_wanted(device, config->high, WIRE_PIN_INPUT) &&
-	       has_pwm(device, config) && is_covered(device, config);
+	if (!servoing->good)
+		return POKEYS_OBSTACLE_CONFIG;
+	if (!running(device))
+		return POKEYS_OBSTACLE_LINK;
+	if (servoing->shared)
+		return POKEYS_OBSTACLE_SHARED;
+	if (!(device->image.encoder_enabled >> config->encoder & 1))
+		return POKEYS_OBSTACLE_ENCODER;
+	if (index_resets(device, config->encoder))
+		return POKEYS_OBSTACLE_INDEX;
+	if (!is_as_wanted(device, config->direction, WIRE_PIN_OUTPUT) ||
+	    !is_as_wanted(device, config->enable, WIRE_PIN_OUTPUT))
+		return POKEYS_OBSTACLE_OUTPUT;
+	if (!is_as_wanted(device, config->low, WIRE_PIN_INPUT) ||
+	    !is_as_wanted(device, config->high, WIRE_PIN_INPUT))
+		return POKEYS_OBSTACLE_LIMIT;
+	if (!has_pwm(device, config))
+		return POKEYS_OBSTACLE_PWM;
+	return is_covered(device, config) ? POKEYS_OBSTACLE_NONE : POKEYS_OBSTACLE_FAILSAFE;
 }
 
 bool servoing_covered(const struct device *device)
@@ -183,7 +194,7 @@ static struct servo_input input_of(const struct device *device, unsigned int i)
 		.counts = device->image.encoder[config->encoder],
 		.read_ns = device->image.encoder_t_ns[config->encoder],
 		.asked_ns = device->encoder[config->encoder].asked_ns,
-		.usable = is_usable(device, i),
+		.usable = obstacle_of(device, i) == POKEYS_OBSTACLE_NONE,
 		.epoch = (uint32_t)device->servoings.counts_epoch[config->encoder] << 8 |
 			 device->image.encoder_epoch,
 		.slips = device->encoder[config->encoder].slips,
@@ -347,6 +358,8 @@ static void show(struct device *device, unsigned int i)
 	image->state = (uint8_t)state_of(servoing);
 	image->fault = (uint8_t)servo->fault;
 	image->condition = (uint8_t)servo->condition;
+	image->obstacle = (uint8_t)(servo->condition == SERVO_DEVICE ? obstacle_of(device, i) :
+								      POKEYS_OBSTACLE_NONE);
 	image->refused = (uint8_t)servo->refusal;
 	image->homed = servo->homed;
 	image->low = is_pressed(device, config->low, config->low_inverted);

@@ -27,6 +27,23 @@ enum pokeys_gain {
 	POKEYS_GAINS
 };
 
+/* Why a heater or a servo motor cannot be used: of a condition DEVICE, the first that applies. */
+enum pokeys_obstacle {
+	POKEYS_OBSTACLE_NONE = 0,
+	POKEYS_OBSTACLE_LINK = 1,	/* the device does not run */
+	POKEYS_OBSTACLE_SHARED = 2,	/* something else uses a terminal of it */
+	POKEYS_OBSTACLE_SENSOR = 3,	/* its terminal is no analog input any more */
+	POKEYS_OBSTACLE_FILTER = 4,	/* the filter of the analog inputs is too slow */
+	POKEYS_OBSTACLE_ENCODER = 5,	/* the encoder is off */
+	POKEYS_OBSTACLE_INDEX = 6,	/* the index input resets the encoder's count */
+	POKEYS_OBSTACLE_OUTPUT = 7,	/* an output is not set up as in pokeysd.conf */
+	POKEYS_OBSTACLE_PWM = 8,	/* no such channel on the board, or another period */
+	POKEYS_OBSTACLE_LIMIT = 9,	/* the input of a limit switch is not set up */
+	POKEYS_OBSTACLE_FAN = 10,	/* the output of its fan is not set up, or not there */
+	POKEYS_OBSTACLE_FAILSAFE = 11,	/* the device's failsafe would leave it on */
+	POKEYS_OBSTACLE_CONFIG = 12,	/* its configuration cannot be used */
+};
+
 enum pokeys_heater_state {
 	POKEYS_HEATER_NONE = 0,		/* pokeysd.conf has no such heater */
 	POKEYS_HEATER_OFF = 1,
@@ -96,7 +113,7 @@ struct pokeys_heater {
 	uint8_t limited;		/* 1 = max-heater-power-w gives it less than it asks for */
 	uint8_t fan;			/* enum pokeys_heater_fan */
 	uint8_t stops_machine;		/* 1 = on-fault = machine */
-	uint8_t reserved;
+	uint8_t obstacle;		/* enum pokeys_obstacle: why condition is DEVICE */
 	char name[32];			/* of its section, NUL terminated */
 };
 
@@ -162,6 +179,8 @@ struct pokeys_servo {
 	uint8_t homed;			/* the position is that of the machine */
 	uint8_t low, high;		/* the limit switches are pressed */
 	uint8_t encoder;		/* its number */
+	uint8_t obstacle;		/* enum pokeys_obstacle: why condition is DEVICE */
+	uint8_t reserved[7];
 	char name[32];			/* of its section, NUL terminated */
 };
 

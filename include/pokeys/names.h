@@ -259,6 +259,27 @@ static inline const char *pokeys_heater_tuning_name(uint8_t tuning)
 	}
 }
 
+/* enum pokeys_obstacle */
+static inline const char *pokeys_obstacle_name(uint8_t obstacle)
+{
+	switch (obstacle) {
+	case POKEYS_OBSTACLE_NONE:	return "none";
+	case POKEYS_OBSTACLE_LINK:	return "the device does not run";
+	case POKEYS_OBSTACLE_SHARED:	return "something else uses its terminal";
+	case POKEYS_OBSTACLE_SENSOR:	return "the sensor's terminal is not set up";
+	case POKEYS_OBSTACLE_FILTER:	return "the analog filter is too slow";
+	case POKEYS_OBSTACLE_ENCODER:	return "the encoder is off";
+	case POKEYS_OBSTACLE_INDEX:	return "the index input resets the encoder";
+	case POKEYS_OBSTACLE_OUTPUT:	return "the output is not set up";
+	case POKEYS_OBSTACLE_PWM:	return "no such PWM output, or another period";
+	case POKEYS_OBSTACLE_LIMIT:	return "a limit switch is not set up";
+	case POKEYS_OBSTACLE_FAN:	return "the fan's output is not set up";
+	case POKEYS_OBSTACLE_FAILSAFE:	return "the failsafe would leave it on";
+	case POKEYS_OBSTACLE_CONFIG:	return "its configuration cannot be used";
+	default:			return "unknown";
+	}
+}
+
 /* enum pokeys_heater_fan */
 static inline const char *pokeys_heater_fan_name(uint8_t fan)
 {

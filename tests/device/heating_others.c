@@ -78,12 +78,17 @@ static void a_commander_that_changes_the_device_under_them_switches_them_off(voi
 	void (*const changes[])(struct pokeys_settings *settings) = {
 		invert_the_output, give_it_to_an_axis, freeze_the_sensors, keep_it_on,
 	};
+	static const enum pokeys_obstacle obstacles[] = {
+		POKEYS_OBSTACLE_OUTPUT, POKEYS_OBSTACLE_SHARED, POKEYS_OBSTACLE_FILTER,
+		POKEYS_OBSTACLE_FAILSAFE,
+	};
 
 	(void)state;
 	for (size_t i = 0; i < sizeof(changes) / sizeof(changes[0]); i++) {
 		wish_of(changes[i]);
 		heat_run(3 * SECOND);
 		heat_expect_fault(BED, POKEYS_HEATER_DEVICE);
+		assert_int_equal(heat_shown(BED)->obstacle, obstacles[i]);
 	}
 }
 
@@ -121,6 +126,7 @@ static void try_failsafe(void (*change)(struct device_config *config), bool read
 		return;
 	assert_int_equal(heat_shown(HOTEND)->refused, POKEYS_HEATER_NOT_READY);
 	assert_int_equal(heat_shown(HOTEND)->condition, POKEYS_HEATER_DEVICE);
+	assert_int_equal(heat_shown(HOTEND)->obstacle, POKEYS_OBSTACLE_FAILSAFE);
 }
 
 static void change_nothing(struct device_config *config)

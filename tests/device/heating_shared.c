@@ -299,6 +299,7 @@ static void without_its_fan_a_heater_does_not_heat(void **state)
 	device_wish(world.device, &wish);
 	heat_run(500 * MS);
 	assert_int_equal(heat_shown(HOTEND)->fault, POKEYS_HEATER_DEVICE);
+	assert_int_equal(heat_shown(HOTEND)->obstacle, POKEYS_OBSTACLE_FAN);
 	assert_int_equal(heat_shown(HOTEND)->fan, POKEYS_HEATER_FAN_OFF);
 	heat_expect_off(5 * MS);
 }
@@ -313,6 +314,7 @@ static void a_fan_that_the_board_lacks_is_no_fan(void **state)
 	heat_command(HOTEND, 150);
 	heat_expect_off(500 * MS);
 	assert_int_equal(heat_shown(HOTEND)->condition, POKEYS_HEATER_DEVICE);
+	assert_int_equal(heat_shown(HOTEND)->obstacle, POKEYS_OBSTACLE_FAN);
 	assert_int_equal(heat_shown(HOTEND)->fan, POKEYS_HEATER_FAN_OFF);
 }
 
@@ -325,6 +327,7 @@ static void a_fan_of_a_heater_that_is_not_ready_knows_the_temperature(void **sta
 	world.config.heater[HOTEND].output = 3;
 	heat_start();
 	assert_int_equal(heat_shown(HOTEND)->condition, POKEYS_HEATER_DEVICE);
+	assert_int_equal(heat_shown(HOTEND)->obstacle, POKEYS_OBSTACLE_PWM);
 	assert_true(fan_speed(BED) == 0);
 	assert_int_equal(heat_shown(HOTEND)->fan, POKEYS_HEATER_FAN_OFF);
 	heat[HOTEND].block = heat[HOTEND].sensor = 80;

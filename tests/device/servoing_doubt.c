@@ -225,6 +225,8 @@ static void an_index_that_resets_its_counter_keeps_it_off(void **state)
 	world.config.settings.fast_options |= 1;
 	servo_start();
 	assert_int_equal(servo_shown(TWO_PWM)->condition, POKEYS_SERVO_DEVICE);
+	assert_int_equal(servo_shown(TWO_PWM)->obstacle, POKEYS_OBSTACLE_INDEX);
+	assert_int_equal(servo_shown(SIGN)->obstacle, POKEYS_OBSTACLE_NONE);
 	assert_int_equal(servo_shown(SIGN)->condition, POKEYS_SERVO_FINE);
 }
 

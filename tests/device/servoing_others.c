@@ -174,26 +174,27 @@ static void one_that_is_enabled_is_not_placed(void **state)
 	assert_false(servo_shown(SIGN)->homed);
 }
 
-static void expect_not_ready(void **state)
+static void expect_not_ready(enum pokeys_obstacle obstacle)
 {
 	servo_start();
-	for (unsigned int i = 0; i < MOTORS; i++)
+	for (unsigned int i = 0; i < MOTORS; i++) {
 		assert_int_equal(servo_shown(i)->condition, POKEYS_SERVO_DEVICE);
+		assert_int_equal(servo_shown(i)->obstacle, obstacle);
+	}
 	world.command.servo[SIGN].enable = 1;
 	servo_run(20 * MS);
 	assert_int_equal(servo_shown(SIGN)->refused, POKEYS_SERVO_NOT_READY);
 	servo_expect_off(0);
-	(void)state;
 }
 
 static void a_device_that_would_not_stop_them_is_not_used(void **state)
 {
 	servo_prepare(state);
 	world.config.settings.failsafe_peripherals = 0;
-	expect_not_ready(state);
+	expect_not_ready(POKEYS_OBSTACLE_FAILSAFE);
 	servo_prepare(state);
 	world.config.settings.failsafe_timeout = SERVOING_FAILSAFE_MOST + 1;
-	expect_not_ready(state);
+	expect_not_ready(POKEYS_OBSTACLE_FAILSAFE);
 	servo_prepare(state);
 	world.config.settings.failsafe_peripherals = 0;
 	world.config.servo[SIGN].without_failsafe = true;
@@ -206,11 +207,11 @@ static void one_without_pwm_or_an_encoder_is_not_ready(void **state)
 {
 	servo_prepare(state);
 	world.config.settings.pwm_period = SERVOING_PERIOD_MOST + 1;
-	expect_not_ready(state);
+	expect_not_ready(POKEYS_OBSTACLE_PWM);
 	servo_prepare(state);
 	for (unsigned int i = 0; i < MOTORS; i++)
 		world.config.settings.encoder[servo_encoder[i]].options = 0;
-	expect_not_ready(state);
+	expect_not_ready(POKEYS_OBSTACLE_ENCODER);
 }
 
 /* They are stopped and left alone before anything is asked: it may run as somebody left it. */

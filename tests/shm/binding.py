@@ -109,8 +109,8 @@ class Heater(Structure):
     _fields_ = [("t_ns", c_uint64)] + [(name, c_float) for name in (
         "temperature target power minimum maximum target_maximum p i d tuned_p tuned_i tuned_d"
     ).split()] + [("fault_count", c_uint32), ("tune_cycles", c_uint16)] + [
-        (name, c_uint8) for name in "state fault condition refused tuning at_temperature limited fan stops_machine".split()] + [
-        ("reserved", c_uint8), ("name", c_char * 32)]
+        (name, c_uint8) for name in "state fault condition refused tuning at_temperature limited fan stops_machine obstacle".split()] + [
+        ("name", c_char * 32)]
 
 
 class Servo(Structure):
@@ -118,11 +118,12 @@ class Servo(Structure):
         (name, c_float) for name in (
             "velocity commanded_velocity error output minimum maximum p i d velocity_gain acceleration_gain").split()] + [
         ("fault_count", c_uint32)] + [
-        (name, c_uint8) for name in "state fault condition refused homed low high encoder".split()] + [("name", c_char * 32)]
+        (name, c_uint8) for name in "state fault condition refused homed low high encoder obstacle".split()] + [
+        ("reserved", c_uint8 * 7), ("name", c_char * 32)]
 
 
 class State(Structure):
-    VERSION, HASH = 13, 0xe6f5ad755fd84564
+    VERSION, HASH = 14, 0x647f152f3cda93ba
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

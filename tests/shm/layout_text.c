@@ -81,7 +81,7 @@ static const struct member heater_members[] = {
 	M(t_ns), M(temperature), M(target), M(power), M(minimum), M(maximum), M(target_maximum),
 	M(p), M(i), M(d), M(tuned_p), M(tuned_i), M(tuned_d), M(fault_count), M(tune_cycles),
 	M(state), M(fault), M(condition), M(refused), M(tuning), M(at_temperature), M(limited),
-	M(fan), M(stops_machine), M(reserved), M(name),
+	M(fan), M(stops_machine), M(obstacle), M(name),
 	END
 };
 #undef OF
@@ -91,7 +91,8 @@ static const struct member servo_members[] = {
 	M(t_ns), M(position), M(commanded), M(counts_per_unit), M(velocity),
 	M(commanded_velocity), M(error), M(output), M(minimum), M(maximum), M(p), M(i), M(d),
 	M(velocity_gain), M(acceleration_gain), M(fault_count), M(state), M(fault), M(condition),
-	M(refused), M(homed), M(low), M(high), M(encoder), M(name),
+	M(refused), M(homed), M(low), M(high), M(encoder), M(obstacle),
+	M(reserved), M(name),
 	END
 };
 #undef OF

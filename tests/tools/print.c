@@ -260,6 +260,16 @@ static void heaters_are_shown_with_what_is_wrong(void **state)
 	heater->fault = heater->condition = POKEYS_HEATER_OPEN;
 	assert_non_null(strstr(status_of(device), "  heater 1    bed: 24.3 C, FAULT: sensor open, "
 			       "off until it is reset\n"));
+	heater->fault = heater->condition = POKEYS_HEATER_DEVICE;
+	heater->obstacle = POKEYS_OBSTACLE_FAILSAFE;
+	assert_non_null(strstr(status_of(device), "FAULT: device not ready, off until it is reset "
+			       "(the failsafe would leave it on)\n"));
+	heater->fault = 0;
+	heater->state = POKEYS_HEATER_OFF;
+	assert_non_null(strstr(status_of(device), ", off, NOT READY: device not ready (the "
+			       "failsafe would leave it on)\n"));
+	heater->fault = heater->condition = POKEYS_HEATER_OPEN;
+	heater->obstacle = 0;
 	heater->state = POKEYS_HEATER_STOPPING;
 	assert_non_null(strstr(status_of(device), "off until it is reset, NOT ACKNOWLEDGED: it may "
 			       "still heat\n"));

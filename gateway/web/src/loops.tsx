@@ -19,9 +19,10 @@ function Troubles({ device, one, words, refusal }: { device: Device; one: string
 	const of = (name: string) => device.values[`${one}.${name}`];
 	const word = (name: string) => words[`${one.replace(/\d+$/, "%02u")}.${name}`]?.[String(of(name))] ?? `${name} ${of(name)}`;
 	const [fault, condition] = [of("fault-code"), of("condition")];
+	const why = of("obstacle") ? ` (${word("obstacle")})` : "";
 	return <>
-		{fault ? <Mark kind="bad" text={`fault: ${word("fault-code")}, off until it is reset`} /> : null}
-		{condition && condition !== fault ? <Mark kind="bad" text={`not ready: ${word("condition")}`} /> : null}
+		{fault ? <Mark kind="bad" text={`fault: ${word("fault-code")}, off until it is reset${condition === fault ? why : ""}`} /> : null}
+		{condition && condition !== fault ? <Mark kind="bad" text={`not ready: ${word("condition")}${why}`} /> : null}
 		{of("refused") ? <Mark kind="bad" text={`${refusal}: ${word("refused")}`} /> : null}
 	</>;
 }

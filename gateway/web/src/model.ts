@@ -40,8 +40,8 @@ const ENCODER = ["rawcounts", "enabled"];
 /** The values of closed loops, of which a device may have none. */
 const LOOPS = {
 	heater: ["name", "temperature", "target-in-effect", "power", "power-limited", "fan", "at-temperature", "fault-code", "condition",
-		"refused"],
-	servo: ["name", "pos-fb", "error", "output", "fault-code", "condition", "refused", "homed", "limit-minus", "limit-plus"],
+		"obstacle", "refused"],
+	servo: ["name", "pos-fb", "error", "output", "fault-code", "condition", "obstacle", "refused", "homed", "limit-minus", "limit-plus"],
 };
 
 export const two = (number: number): string => String(number).padStart(2, "0");

@@ -267,7 +267,7 @@ layout! {
         limited: u8,
         fan: u8,
         stops_machine: u8,
-        reserved: u8,
+        obstacle: u8,
         name: [u8; 32],
     }
 }
@@ -298,6 +298,8 @@ layout! {
         low: u8,
         high: u8,
         encoder: u8,
+        obstacle: u8,
+        reserved: [u8; 7],
         name: [u8; 32],
     }
 }
@@ -450,8 +452,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 13, size 4152,
-    hash 0xe6f5ad755fd84564, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 14, size 4200,
+    hash 0x647f152f3cda93ba, hash_function iox_state_hash
 }
 
 published! {
