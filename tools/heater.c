@@ -82,7 +82,7 @@ static bool finish(struct loop_run *run)
 	want(run, 0);
 	if (heater_of(run)->state == POKEYS_HEATER_TUNING)
 		loop_ask(run, POKEYS_ONE_SHOT_HEATER_TUNE, 0);
-	return loop_await(run, "it is not known whether it is off", is_off);
+	return loop_await(run, "the daemon does not confirm that it is off", is_off);
 }
 
 static bool heat(struct loop_run *run, const struct order *order)
@@ -197,7 +197,7 @@ static const char *name(const struct pokeys_state *state, unsigned int index)
 static const struct loop_kind kind = {
 	.word = "heater", .most = POKEYS_HEATERS, .turn_ms = COMMANDER_TURN_MS,
 	.gains = POKEYS_GAIN_D + 1, .gain_most = 100000,
-	.lapsed = "this program was stopped, or pokeysd was away; the heater was switched off",
+	.lapsed = "this program was suspended, or pokeysd was away; the heater was switched off",
 	.silent = "the device or pokeysd does not answer any more; the daemon or the device's "
 		  "failsafe switches the heater off",
 	.is_there = print_has_heater, .name = name, .trouble = trouble,

@@ -97,7 +97,7 @@ static bool finish(struct loop_run *run)
 {
 	loop_end_line(run);
 	want(run, false, servo_of(run)->position, 0);
-	return loop_await(run, "it is not known whether it is off", is_off);
+	return loop_await(run, "the daemon does not confirm that it is off", is_off);
 }
 
 static double seconds_now(void)
@@ -255,7 +255,7 @@ static const char *name(const struct pokeys_state *state, unsigned int index)
 static const struct loop_kind kind = {
 	.word = "servo", .most = POKEYS_SERVOS, .turn_ms = 1, .gains = POKEYS_GAINS,
 	.gain_most = 1e6,
-	.lapsed = "this program was stopped, or pokeysd was away; the motor was switched off",
+	.lapsed = "this program was suspended, or pokeysd was away; the motor was switched off",
 	.silent = "the device or pokeysd does not answer any more; the daemon or the device's "
 		  "failsafe switches the motor off",
 	.is_there = print_has_servo, .name = name, .trouble = trouble,

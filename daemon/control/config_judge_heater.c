@@ -236,8 +236,8 @@ static void note_fan(const struct judged *j, uint32_t heater)
 	    !judge_part_covered(j, pwm, fan->output, UINT8_MAX, why))
 		return;
 	config_note(j->file, config_line_of(part.lines, key, 0),
-		    "[heater %s]: %s: the fan stops when the device hears nothing, as after "
-		    "the end of the daemon; %s can keep it on", part.name, key,
+		    "[heater %s]: %s: the fan stops when the device receives nothing, for example "
+		    "after the daemon ends; to keep it on, set %s", part.name, key,
 		    pwm ? "failsafe-pwm" : "failsafe-on");
 }
 
@@ -283,15 +283,16 @@ static void judge_supply(const struct judged *j)
 		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w has no effect without "
 			    "a [heater NAME]");
 	if (switches && (watts < switched || (shared && watts <= switched)))
-		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w = %g has to be %s %g, "
-			    "which its heaters with output-pin need: these are not limited",
-			    watts, shared ? "above" : "at least", switched);
+		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w = %g is too low: it "
+			    "has to be %s %g, the power of the heaters with output-pin, which "
+			    "cannot be limited", watts, shared ? "above" : "at least", switched);
 	if (j->file->here && shared > 1 &&
 	    j->raw->settings.pwm_period > SUPPLY_PERIOD_MOST)
 		config_note(j->file, config_line_of(j->lines, "max-heater-power-w", 0),
-			    "[device %s]: max-heater-power-w limits the mean power; in each "
-			    "period of PWM, all heaters switch on at the same time, and with "
-			    "pwm-period above %d (5 ms) the supply may not bridge that",
+			    "[device %s]: max-heater-power-w limits the mean power; all "
+			    "heaters switch on together at the start of each PWM period, and "
+			    "with pwm-period above %d ticks (5 ms) this may overload the "
+			    "supply",
 			    j->raw->name, SUPPLY_PERIOD_MOST);
 }
 

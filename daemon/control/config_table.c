@@ -245,10 +245,10 @@ static const struct config_key own[] = {
 	KEY(DEVICE(heater_watts), "max-heater-power-w", CONFIG_REAL, RANGE(1, 1e6),
 	    .words = WORDS({ "unlimited", 0 }), .fallback = "unlimited", .unit = "W",
 	    .help = "Highest electrical power of all heaters of the device together, for a "
-		    "supply that does not suffice for all of them. If they need more, the power "
-		    "of all heaters with a PWM output is limited to the same part of "
-		    "rated-power-w. Those with output-pin are not limited. Each heater needs "
-		    "rated-power-w."),
+		    "supply that does not suffice for all of them. If they need more, no heater "
+		    "with a PWM output gets more than a certain part of its rated-power-w, which "
+		    "is the same for all; a heater that needs less is not affected. Those with "
+		    "output-pin are not limited. Each heater needs rated-power-w."),
 	KEY(DEVICE(password_file), "password-file", CONFIG_FILE,
 	    .help = "File whose only line is the device's password. It has to be owned by the "
 		    "daemon's user, which is pokeys in the installed unit, and readable by nobody "
@@ -384,9 +384,9 @@ static const struct config_key own[] = {
 		    "target of 0 is commanded."),
 	KEY(HEATER(stops_machine), "on-fault", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "heater", 0 }, { "machine", 1 }), .fallback = "heater",
-	    .help = "What a fault of the heater stops. heater: this heater only. machine: all "
-		    "servo motors of its device as well, and error-code in LinuxCNC is 6, until "
-		    "the heater is reset."),
+	    .help = "What a fault of the heater stops. heater: this heater only. machine: the "
+		    "fault also stops all servo motors of its device. error-code in LinuxCNC is "
+		    "6 until the heater is reset; then each motor has to be reset as well."),
 	KEY(HEATER(without_failsafe), "without-failsafe", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "no", 0 }, { "yes", 1 }), .fallback = "no",
 	    .help = "no: the heater is used only while the device's own failsafe is set up to "

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * A supply that does not suffice for all heaters at once: each gets less of what it asks for.
+ * A supply that does not suffice for all heaters at once: none with a PWM output gets more than a
+ * common part of its rated power.
  *
  * A heater that a digital output switches has all of its power or none, so it goes first; the
  * configuration makes sure that the supply suffices for all of those. PWM outputs share the rest.

@@ -170,14 +170,16 @@ static void a_fan_or_a_supply_that_cannot_be_is_refused(void **state)
 	assert_fault(GOOD "max-heater-power-w = 200\n",
 		     "f:4: [device a]: max-heater-power-w has no effect without a [heater NAME]");
 	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 299\n%s", relay);
-	assert_fault(text, "f:4: [device a]: max-heater-power-w = 299 has to be at least 300, "
-		     "which its heaters with output-pin need: these are not limited");
+	assert_fault(text, "f:4: [device a]: max-heater-power-w = 299 is too low: it has to "
+		     "be at least 300, the power of the heaters with output-pin, which cannot "
+		     "be limited");
 	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 300\n%s", relay);
 	assert_int_equal(parse(text), 0);
 	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 300\n%s" BED
 		 "rated-power-w = 40\n", relay);
-	assert_fault(text, "f:4: [device a]: max-heater-power-w = 300 has to be above 300, which "
-		     "its heaters with output-pin need: these are not limited");
+	assert_fault(text, "f:4: [device a]: max-heater-power-w = 300 is too low: it has to "
+		     "be above 300, the power of the heaters with output-pin, which cannot "
+		     "be limited");
 }
 
 /* pokeysctl config apply compares them as bytes, to tell what needs a restart. */
