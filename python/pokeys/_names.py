@@ -843,6 +843,25 @@ class StateHeaterItem(Part):
             10: "does not stay warm",
             11: "full power has no effect",
         })
+    obstacle = Word(
+        "heater.%02u.obstacle", 7, (2775, 104),
+        "why the device is not ready for it; 0 = it is",
+        code="B",
+        words={
+            0: "none",
+            1: "the device does not run",
+            2: "something else uses its terminal",
+            3: "the sensor's terminal is not set up",
+            4: "the analog filter is too slow",
+            5: "the encoder is off",
+            6: "the index input resets the encoder",
+            7: "the output is not set up",
+            8: "no such PWM output, or another period",
+            9: "a limit switch is not set up",
+            10: "the fan's output is not set up",
+            11: "the failsafe would leave it on",
+            12: "its configuration cannot be used",
+        })
     refused = Word(
         "heater.%02u.refused", 7, (2769, 104),
         "why the last target was refused: 0 it was not, 1 out of range, 2 it has to be 0 first, 3 "
@@ -860,7 +879,7 @@ class StateHeaterItem(Part):
         code="I")
     power_limited = Flag(
         "heater.%02u.power-limited", 7, (2772, 104),
-        "it gets less power than it asks for, by max-heater-power-w")
+        "max-heater-power-w gives it less power than it asks for")
     fan = Word(
         "heater.%02u.fan", 7, (2773, 104),
         "fan of the heater: 0 = there is none, 1 off, 2 on",
@@ -872,7 +891,7 @@ class StateHeaterItem(Part):
         })
     stops_machine = Flag(
         "heater.%02u.stops-machine", 7, (2774, 104),
-        "a fault of it stops the servo motors of its device as well (on-fault)")
+        "its fault also stops the servo motors of its device (on-fault)")
     min_temperature = Measured(
         "heater.%02u.min-temperature", 7, (2724, 104),
         "below this, it does not heat",
@@ -950,11 +969,11 @@ class StateServoItem(Part):
 
     __slots__ = ()
     name = Text(
-        "servo.%02u.name", 6, (3520, 120),
+        "servo.%02u.name", 6, (3528, 128),
         "name of the motor in pokeysd.conf; empty = there is none",
         size=32)
     state = Word(
-        "servo.%02u.state", 6, (3512, 120),
+        "servo.%02u.state", 6, (3512, 128),
         "0 = no such motor, 1 off, 2 enabled, 3 fault, 4 off, but not acknowledged by the device",
         code="B",
         words={
@@ -965,44 +984,44 @@ class StateServoItem(Part):
             4: "stopping",
         })
     pos_fb = Measured(
-        "servo.%02u.pos-fb", 6, (3440, 120),
+        "servo.%02u.pos-fb", 6, (3440, 128),
         "position of the encoder, units of counts-per-unit",
         code="d",
         factor=1)
     age_ms = Age(
-        "servo.%02u.age-ms", 6, (3432, 120),
+        "servo.%02u.age-ms", 6, (3432, 128),
         "time since the encoder was read",
         "ms",
         factor=1e-06)
     vel_fb = Measured(
-        "servo.%02u.vel-fb", 6, (3464, 120),
+        "servo.%02u.vel-fb", 6, (3464, 128),
         "its velocity, units/s",
         "1/s",
         code="f",
         factor=1)
     commanded = Measured(
-        "servo.%02u.commanded", 6, (3448, 120),
+        "servo.%02u.commanded", 6, (3448, 128),
         "commanded position while it is enabled, else its position, units",
         code="d",
         factor=1)
     commanded_velocity = Measured(
-        "servo.%02u.commanded-velocity", 6, (3468, 120),
+        "servo.%02u.commanded-velocity", 6, (3468, 128),
         "commanded velocity, or what was found from the positions, units/s",
         "1/s",
         code="f",
         factor=1)
     error = Measured(
-        "servo.%02u.error", 6, (3472, 120),
+        "servo.%02u.error", 6, (3472, 128),
         "following error, pos-cmd - pos-fb; after a fault as it was then",
         code="f",
         factor=1)
     output = Measured(
-        "servo.%02u.output", 6, (3476, 120),
+        "servo.%02u.output", 6, (3476, 128),
         "part of the full voltage, -1..1",
         code="f",
         factor=1)
     fault_code = Word(
-        "servo.%02u.fault-code", 6, (3513, 120),
+        "servo.%02u.fault-code", 6, (3513, 128),
         "which fault: 0 none, 1 device not ready, 2 no readings, 3 emergency stop, 4 encoder jumps,"
         " 5 command is impossible, 6 following error, 7 stalled, 8 encoder silent, 9 runs away, 10 "
         "soft limit, 11 limit switch, 12 heater fault",
@@ -1023,7 +1042,7 @@ class StateServoItem(Part):
             12: "heater fault",
         })
     condition = Word(
-        "servo.%02u.condition", 6, (3514, 120),
+        "servo.%02u.condition", 6, (3514, 128),
         "what is wrong now, as fault-code has it",
         code="B",
         words={
@@ -1041,8 +1060,27 @@ class StateServoItem(Part):
             11: "limit switch",
             12: "heater fault",
         })
+    obstacle = Word(
+        "servo.%02u.obstacle", 6, (3520, 128),
+        "why the device is not ready for it; 0 = it is",
+        code="B",
+        words={
+            0: "none",
+            1: "the device does not run",
+            2: "something else uses its terminal",
+            3: "the sensor's terminal is not set up",
+            4: "the analog filter is too slow",
+            5: "the encoder is off",
+            6: "the index input resets the encoder",
+            7: "the output is not set up",
+            8: "no such PWM output, or another period",
+            9: "a limit switch is not set up",
+            10: "the fan's output is not set up",
+            11: "the failsafe would leave it on",
+            12: "its configuration cannot be used",
+        })
     refused = Word(
-        "servo.%02u.refused", 6, (3515, 120),
+        "servo.%02u.refused", 6, (3515, 128),
         "why it was not enabled: 0 it was, 1 the fault has to be reset first, 2 encoder or device "
         "not ready (condition), 3 not at the commanded position, 4 off has to be commanded first, 5"
         " its commander does not read the position",
@@ -1055,58 +1093,58 @@ class StateServoItem(Part):
             4: "off has to be commanded first",
             5: "its commander does not read the position",
         })
-    homed = Flag("servo.%02u.homed", 6, (3516, 120), "the position is that of the machine")
+    homed = Flag("servo.%02u.homed", 6, (3516, 128), "the position is that of the machine")
     limit_minus = Flag(
-        "servo.%02u.limit-minus", 6, (3517, 120),
+        "servo.%02u.limit-minus", 6, (3517, 128),
         "the limit switch at the lower end is pressed")
     limit_plus = Flag(
-        "servo.%02u.limit-plus", 6, (3518, 120),
+        "servo.%02u.limit-plus", 6, (3518, 128),
         "the limit switch at the upper end is pressed")
     faults = Integer(
-        "servo.%02u.faults", 6, (3508, 120),
+        "servo.%02u.faults", 6, (3508, 128),
         "faults of the motor since the daemon's start",
         code="I")
     encoder = Integer(
-        "servo.%02u.encoder", 6, (3519, 120),
+        "servo.%02u.encoder", 6, (3519, 128),
         "number of its encoder",
         code="B")
     counts_per_unit = Measured(
-        "servo.%02u.counts-per-unit", 6, (3456, 120),
+        "servo.%02u.counts-per-unit", 6, (3456, 128),
         "counts of the encoder for each unit of the axis",
         code="d",
         factor=1)
     min_position = Measured(
-        "servo.%02u.min-position", 6, (3480, 120),
+        "servo.%02u.min-position", 6, (3480, 128),
         "soft limit, units",
         code="f",
         factor=1)
     max_position = Measured(
-        "servo.%02u.max-position", 6, (3484, 120),
+        "servo.%02u.max-position", 6, (3484, 128),
         "soft limit, units",
         code="f",
         factor=1)
     pid_p = Measured(
-        "servo.%02u.pid-p", 6, (3488, 120),
+        "servo.%02u.pid-p", 6, (3488, 128),
         "proportional gain, output for each unit of error",
         code="f",
         factor=1)
     pid_i = Measured(
-        "servo.%02u.pid-i", 6, (3492, 120),
+        "servo.%02u.pid-i", 6, (3492, 128),
         "integral gain, output for each unit of error and second",
         code="f",
         factor=1)
     pid_d = Measured(
-        "servo.%02u.pid-d", 6, (3496, 120),
+        "servo.%02u.pid-d", 6, (3496, 128),
         "derivative gain, output for each unit/s",
         code="f",
         factor=1)
     velocity_gain = Measured(
-        "servo.%02u.velocity-gain", 6, (3500, 120),
+        "servo.%02u.velocity-gain", 6, (3500, 128),
         "feed-forward, output for each unit/s that is commanded",
         code="f",
         factor=1)
     acceleration_gain = Measured(
-        "servo.%02u.acceleration-gain", 6, (3504, 120),
+        "servo.%02u.acceleration-gain", 6, (3504, 128),
         "feed-forward, output for each unit/s^2 that is commanded",
         code="f",
         factor=1)
@@ -1795,7 +1833,7 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
-STATE_HASH, STATE_SIZE = 0xe6f5ad755fd84564, 4152
+STATE_HASH, STATE_SIZE = 0x647f152f3cda93ba, 4200
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -1845,23 +1883,24 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateJointItemPostep.firmware_major, StateJointItemPostep.firmware_minor, StateHeaterItem.name,
     StateHeaterItem.state, StateHeaterItem.temperature, StateHeaterItem.age_ms,
     StateHeaterItem.target_in_effect, StateHeaterItem.power, StateHeaterItem.at_temperature,
-    StateHeaterItem.fault, StateHeaterItem.fault_code, StateHeaterItem.condition, StateHeaterItem.refused,
-    StateHeaterItem.faults, StateHeaterItem.power_limited, StateHeaterItem.fan, StateHeaterItem.stops_machine,
-    StateHeaterItem.min_temperature, StateHeaterItem.max_temperature, StateHeaterItem.max_target,
-    StateHeaterItem.pid_p, StateHeaterItem.pid_i, StateHeaterItem.pid_d, StateHeaterItem.tuning,
-    StateHeaterItem.tune_cycles, StateHeaterItem.tuned_p, StateHeaterItem.tuned_i, StateHeaterItem.tuned_d,
-    StateServoItem.name, StateServoItem.state, StateServoItem.pos_fb, StateServoItem.age_ms,
-    StateServoItem.vel_fb, StateServoItem.commanded, StateServoItem.commanded_velocity, StateServoItem.error,
-    StateServoItem.output, StateServoItem.fault_code, StateServoItem.condition, StateServoItem.refused,
-    StateServoItem.homed, StateServoItem.limit_minus, StateServoItem.limit_plus, StateServoItem.faults,
-    StateServoItem.encoder, StateServoItem.counts_per_unit, StateServoItem.min_position,
-    StateServoItem.max_position, StateServoItem.pid_p, StateServoItem.pid_i, StateServoItem.pid_d,
-    StateServoItem.velocity_gain, StateServoItem.acceleration_gain, StateInfo.SerialNumber, StateInfo.type,
-    StateInfo.name, StateInfo.build, StateInfo.address, StateInfo.DeviceTypeID, StateInfo.FirmwareMajor,
-    StateInfo.FirmwareMinor, StateInfo.FirmwareRevision, StateInfo.UserID, StateInfo.ActivatedOptions,
-    StateDevice.locked, StateDevice.load, StateDevice.tick, StateDevice.access, StateInfo.PinCount,
-    StateInfo.PWMCount, StateInfo.BasicEncoderCount, StateInfo.EncodersCount, StateInfo.FastEncoders,
-    StateInfo.UltraFastEncoders, StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
+    StateHeaterItem.fault, StateHeaterItem.fault_code, StateHeaterItem.condition, StateHeaterItem.obstacle,
+    StateHeaterItem.refused, StateHeaterItem.faults, StateHeaterItem.power_limited, StateHeaterItem.fan,
+    StateHeaterItem.stops_machine, StateHeaterItem.min_temperature, StateHeaterItem.max_temperature,
+    StateHeaterItem.max_target, StateHeaterItem.pid_p, StateHeaterItem.pid_i, StateHeaterItem.pid_d,
+    StateHeaterItem.tuning, StateHeaterItem.tune_cycles, StateHeaterItem.tuned_p, StateHeaterItem.tuned_i,
+    StateHeaterItem.tuned_d, StateServoItem.name, StateServoItem.state, StateServoItem.pos_fb,
+    StateServoItem.age_ms, StateServoItem.vel_fb, StateServoItem.commanded, StateServoItem.commanded_velocity,
+    StateServoItem.error, StateServoItem.output, StateServoItem.fault_code, StateServoItem.condition,
+    StateServoItem.obstacle, StateServoItem.refused, StateServoItem.homed, StateServoItem.limit_minus,
+    StateServoItem.limit_plus, StateServoItem.faults, StateServoItem.encoder, StateServoItem.counts_per_unit,
+    StateServoItem.min_position, StateServoItem.max_position, StateServoItem.pid_p, StateServoItem.pid_i,
+    StateServoItem.pid_d, StateServoItem.velocity_gain, StateServoItem.acceleration_gain,
+    StateInfo.SerialNumber, StateInfo.type, StateInfo.name, StateInfo.build, StateInfo.address,
+    StateInfo.DeviceTypeID, StateInfo.FirmwareMajor, StateInfo.FirmwareMinor, StateInfo.FirmwareRevision,
+    StateInfo.UserID, StateInfo.ActivatedOptions, StateDevice.locked, StateDevice.load, StateDevice.tick,
+    StateDevice.access, StateInfo.PinCount, StateInfo.PWMCount, StateInfo.BasicEncoderCount,
+    StateInfo.EncodersCount, StateInfo.FastEncoders, StateInfo.UltraFastEncoders,
+    StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
     StateInfo.TriggeredKeyMapping, StateInfo.KeyRepeatDelay, StateInfo.DigitalCounters,
     StateInfo.JoystickButtonAxisMapping, StateInfo.JoystickAnalogToDigitalMapping,
     StateInfo.JoystickHATswitch, StateInfo.Macros, StateInfo.MatrixKeyboard,

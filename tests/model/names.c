@@ -83,7 +83,7 @@ static size_t part_of(size_t offset, size_t begin, size_t whole, size_t each)
 static bool is_left_out(size_t offset)
 {
 	const size_t in_postep = PART_OF(postep, offset);
-	const size_t in_heater = PART_OF(heater, offset);
+	const size_t in_servo = PART_OF(servo, offset);
 
 	for (size_t i = 0; i < sizeof(not_shown) / sizeof(not_shown[0]); i++)
 		if (offset - not_shown[i].offset < not_shown[i].size)
@@ -91,8 +91,8 @@ static bool is_left_out(size_t offset)
 	/* counted by update_count */
 	return in_postep == offsetof(struct pokeys_postep, updates) ||
 	       in_postep == offsetof(struct pokeys_postep, reserved) ||
-	       in_heater - offsetof(struct pokeys_heater, reserved) <
-	       sizeof(((struct pokeys_heater *)0)->reserved);
+	       in_servo - offsetof(struct pokeys_servo, reserved) <
+	       sizeof(((struct pokeys_servo *)0)->reserved);
 }
 
 static size_t place_of(const struct model_row *row, unsigned int index)
