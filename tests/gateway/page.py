@@ -9,6 +9,7 @@ import asyncio
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -89,19 +90,23 @@ def test_it_shows_heaters_and_motors():
             page = await chromium.open(f"http://127.0.0.1:{gateway.port}/")
             await page.until("both", f"{part('Heaters')}.includes('25.0 °C') && {part('Servo motors')} !== ''")
             shown = await page.value(part("Heaters"))
-            for text in "bed", "hotend", "not ready: sensor open", "off":
+            for text in "bed", "⚠ hotend: not ready: sensor open", "off":
                 assert text in shown, shown
             assert "–" in shown, shown
+            # what is not there leaves nothing behind
+            for title in "Heaters", "Servo motors":
+                assert not re.search(r"^0+$", await page.value(part(title)), re.MULTILINE), title
             heating = house.spawn("pokeysctl", "-r", house.runtime, "heater", "mill", "bed", "heat", "60", log="heat.log")
             await page.until("it heats", f"{part('Heaters')}.includes('60.0 °C') && {part('Heaters')}.includes('heating')")
             # hot enough for its fan
             await asyncio.to_thread(house.ask_sim, sim, "analog", 43, 3500)
-            await page.until("the jump is a fault", f"{part('Heaters')}.includes('⚠ fault: temperature jumps')")
+            await page.until("the jump is a fault", f"{part('Heaters')}.includes('⚠ bed: fault: temperature jumps, off')")
             await page.until("its fan", f"{part('Heaters')}.includes('fan on')")
             heating.wait()
             moving = house.spawn("pokeysctl", "-r", house.runtime, "servo", "mill", "x", "swing", "20", "--speed", "40",
                                  log="swing.log")
-            await page.until("it moves", f"{part('Servo motors')}.includes('enabled') || {moving.poll() is not None}")
+            # a busy computer may stop it
+            await page.until("it moves", f"/enabled|fault/.test({part('Servo motors')})")
             equal(await page.value(CONTRAST), [])
             if PICTURES:
                 for name, (width, height) in SIZES.items():

@@ -117,7 +117,8 @@ def loops(**keys):
         "hotend": {"sensor-pin": 44, "output-pin": 41, **heater},
     }, servos={"x": {"encoder": 0, "pwm": 0, "direction-pin": 31, "enable-pin": 35, "counts-per-unit": 400,
                      "max-speed": 300, "pid-p": 1, "max-age-ms": 100}},
-        **{"pwm-period": 1250, "heartbeat-timeout-ms": 2000, "failsafe-timeout-ms": 5000, **keys})
+        **{"pwm-period": 1250, "heartbeat-timeout-ms": 2000, "encoder.0.enable": "on", "encoder.0.pins": "1, 2",
+           "encoder.0.sampling": 4, **keys})
 
 
 def environment():

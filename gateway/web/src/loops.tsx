@@ -14,17 +14,18 @@ const fixed = (value: unknown, digits: number, unit = ""): string => number(valu
 	`${(Number(value.toFixed(digits)) + 0).toFixed(digits)}${unit}` : "–";
 const percent = (value: unknown): string => fixed(number(value) ? value * 100 : value, 0, " %");
 
-/** Why it is off, and why it cannot be on. */
+/** Why it is off, and why it cannot be on: below the table, where it is seen on a narrow screen as well. */
 function Troubles({ device, one, words, refusal }: { device: Device; one: string; words: Words; refusal: string }) {
 	const of = (name: string) => device.values[`${one}.${name}`];
 	const word = (name: string) => words[`${one.replace(/\d+$/, "%02u")}.${name}`]?.[String(of(name))] ?? `${name} ${of(name)}`;
 	const [fault, condition] = [of("fault-code"), of("condition")];
 	const why = of("obstacle") ? ` (${word("obstacle")})` : "";
-	return <>
-		{fault ? <Mark kind="bad" text={`fault: ${word("fault-code")}, off until it is reset${condition === fault ? why : ""}`} /> : null}
-		{condition && condition !== fault ? <Mark kind="bad" text={`not ready: ${word("condition")}${why}`} /> : null}
-		{of("refused") ? <Mark kind="bad" text={`${refusal}: ${word("refused")}`} /> : null}
-	</>;
+	const texts = [
+		fault && `fault: ${word("fault-code")}, off until it is reset${condition === fault ? why : ""}`,
+		condition && condition !== fault && `not ready: ${word("condition")}${why}`,
+		of("refused") && `${refusal}: ${word("refused")}`,
+	];
+	return <>{texts.filter(Boolean).map(text => <p class="bad trouble">⚠ {of("name") ?? one}: {text}</p>)}</>;
 }
 
 /** Temperatures now and of the last minutes. */
@@ -44,7 +45,7 @@ export function Heaters({ device, words }: { device: Device; words: Words }) {
 				{state === HEATER.tuning && <Mark kind="plain" text="searching for gains" />}
 				{state === HEATER.off && !of(one, "condition") && <Mark kind="plain" text="off" />}
 				{state === HEATER.stopping && <Mark kind="bad" text="off is not acknowledged: it may still heat" />}
-				<Troubles device={device} one={one} words={words} refusal="target refused" />
+				{of(one, "fault-code") ? <Mark kind="bad" text="fault" /> : of(one, "condition") ? <Mark kind="bad" text="not ready" /> : null}
 				{of(one, "at-temperature") && <Mark kind="good" text="at temperature" />}
 				{of(one, "power-limited") && <Mark kind="plain" text="power limited" />}
 				{of(one, "fan") === FAN_ON && <Mark kind="plain" text="fan on" />}
@@ -53,12 +54,14 @@ export function Heaters({ device, words }: { device: Device; words: Words }) {
 	const lines = heaters.map(one => ({ name: `${one}.temperature`, label: name(one), now: fixed(of(one, "temperature"), 1, " °C") }));
 	return <Part device={device} title="Heaters">
 		<Table label="Heaters" heads={["heater", "temperature", "target", "power", "state"]} rows={rows} />
+		{heaters.map(one => <Troubles key={one} device={device} one={one} words={words} refusal="target refused" />)}
 		<Plot history={device.history} lines={lines} unit="°C" /></Part>;
 }
 
 /** Where the axes of servo motors are, and how far from where they should be. */
 export function Servos({ device, words }: { device: Device; words: Words }) {
-	const rows = device.loops("servo").map(one => {
+	const servos = device.loops("servo");
+	const rows = servos.map(one => {
 		const of = (name: string) => device.values[`${one}.${name}`];
 		const state = of("state");
 		return [String(of("name") ?? one), <span class="number">{fixed(of("pos-fb"), 3)}</span>,
@@ -66,12 +69,13 @@ export function Servos({ device, words }: { device: Device; words: Words }) {
 			<span class="marks">
 				{state === SERVO.enabled && <Mark kind="good" text="enabled" />}
 				{state === SERVO.stopping && <Mark kind="bad" text="off is not acknowledged: it may still run" />}
-				<Troubles device={device} one={one} words={words} refusal="not enabled" />
+				{of("fault-code") ? <Mark kind="bad" text="fault" /> : of("condition") ? <Mark kind="bad" text="not ready" /> : null}
 				{of("homed") && <Mark kind="good" text="homed" />}
 				{of("limit-minus") && <Mark kind="bad" text="limit −" />}
 				{of("limit-plus") && <Mark kind="bad" text="limit +" />}
 			</span>];
 	});
 	return rows.length ? <Part device={device} title="Servo motors">
-		<Table label="Servo motors" heads={["motor", "position", "error", "output", "state"]} rows={rows} /></Part> : null;
+		<Table label="Servo motors" heads={["motor", "position", "error", "output", "state"]} rows={rows} />
+		{servos.map(one => <Troubles key={one} device={device} one={one} words={words} refusal="not enabled" />)}</Part> : null;
 }
