@@ -181,6 +181,9 @@ struct sim_runtime {
 	uint8_t fill[SIM_MULTI];
 	struct sim_blip blip[SIM_PINS];
 	uint32_t pwm_begun;		/* how often a write has begun the period of PWM again */
+	uint64_t pwm_begun_ns;
+	uint32_t pwm_pulse[6];		/* a duty that was reduced goes on until pwm_until_ns */
+	uint64_t pwm_until_ns[6];
 };
 
 struct sim_device {
@@ -246,6 +249,9 @@ void sim_device_log(struct sim_device *dev, uint16_t entry);
 
 /* Milliseconds since the device was switched on. */
 uint32_t sim_device_tick(const struct sim_device *dev);
+
+/* The duty of a PWM output in this period, ticks; a new one counts from the next period. */
+uint32_t sim_pwm_duty(const struct sim_device *dev, unsigned int channel);
 
 /* "57CNC" and so on; NULL for an id the simulator cannot be. */
 const char *sim_hardware_name(uint8_t hardware);

@@ -23,8 +23,10 @@ static void apply(struct sim_device *dev)
 		sim_pins_write(dev, wire_get_u56(fs->outputs), UINT64_MAX);
 	if (fs->peripherals & PART_POEXT)
 		memcpy(dev->bus.poext, fs->poext, sizeof(dev->bus.poext));
-	for (unsigned int i = 0; (fs->peripherals & PART_PWM) && i < 6; i++)
+	for (unsigned int i = 0; (fs->peripherals & PART_PWM) && i < 6; i++) {
 		pwm->duty[i] = (uint32_t)((uint64_t)pwm->period * fs->pwm[i] / 100);
+		dev->run.pwm_until_ns[i] = 0;
+	}
 	if ((fs->peripherals & PART_ENGINE) && dev->engine.state != SIM_PE_STOP_EMERGENCY &&
 	    dev->engine.state != SIM_PE_STOP_LIMIT)
 		sim_engine_set_state(dev, SIM_PE_STOPPED);

@@ -172,6 +172,7 @@ struct wire_key_map_rep {
 /* 0xCB (section 3.7); channel 1 is pin 22 .. channel 6 is pin 17 on a 57E. */
 #define WIRE_PWMS 6
 #define WIRE_PWM_HZ 25000000	/* clock of duty and period */
+#define WIRE_PWM_TICK_NS (1000000000 / WIRE_PWM_HZ)
 struct wire_pwm_req {
 	uint8_t write;
 	uint8_t duties_only;	/* 1: change the duties, nothing else */

@@ -74,11 +74,26 @@ static void judge_times(const struct judged *j)
 		      raw->deadline_floor_us);
 }
 
+static bool has_loops(const struct judged *j)
+{
+	for (uint32_t i = 0; i < j->file->heaters; i++)
+		if (judge_has_heater(j, i))
+			return true;
+	for (uint32_t i = 0; i < j->file->servos; i++)
+		if (judge_has_servo(j, i))
+			return true;
+	return false;
+}
+
 /* Places for all slow groups, and for those that are kept for what is urgent. */
 static void judge_window(const struct judged *j)
 {
-	const int64_t least = 20;
+	const int64_t least = 20, of_loops = 4;
 
+	if (has_loops(j) && j->raw->window < of_loops)
+		judge_fault(j, "window", 0, "window = %lld is too small for heaters and servo "
+			    "motors, which need %lld or more", (long long)j->raw->window,
+			    (long long)of_loops);
 	if (j->raw->slow_together && j->raw->window < least)
 		judge_fault(j, "window", 0, "window = %lld is too small for slow = together, which "
 			    "wants %lld or more", (long long)j->raw->window, (long long)least);

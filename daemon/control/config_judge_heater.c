@@ -91,8 +91,9 @@ static void judge_fan_keys(struct judged_part part, const struct config_raw_heat
 					 "fan-pin", keys[i]);
 	if ((pwm || pin) && judge_part_has(part, "max-temperature") &&
 	    judge_part_is_whole(part) && raw->fan_above >= raw->out.heater.target_most)
-		judge_part_fault(part, "fan-above", "fan-above has to be below max-target, which "
-				 "is %g", raw->out.heater.target_most);
+		judge_part_fault(part, "fan-above", "fan-above%s has to be below max-target, "
+				 "which is %g", judge_part_has(part, "fan-above") ? "" :
+				 " (default: 50)", raw->out.heater.target_most);
 	if (pin && !pwm && judge_part_has(part, "fan-speed"))
 		judge_part_fault(part, "fan-speed", "fan-speed has no effect with fan-pin");
 }
@@ -262,7 +263,7 @@ static void judge_supply(const struct judged *j)
 {
 	const double watts = j->raw->heater_watts;
 	unsigned int heaters = 0, shared = 0, switches = 0;
-	double switched = 0;
+	double switched = 0, all = 0;
 
 	if (config_is_faulty(j->lines, "max-heater-power-w"))
 		return;
@@ -274,6 +275,7 @@ static void judge_supply(const struct judged *j)
 		judge_watts(j, i);
 		heaters++;
 		shared += raw->pwm >= 0;
+		all += raw->watts;
 		switches += raw->output_pin > 0;
 		switched += raw->output_pin > 0 ? raw->watts : 0;
 	}
@@ -286,7 +288,7 @@ static void judge_supply(const struct judged *j)
 		judge_fault(j, "max-heater-power-w", 0, "max-heater-power-w = %g is too low: it "
 			    "has to be %s %g, the power of the heaters with output-pin, which "
 			    "cannot be limited", watts, shared ? "above" : "at least", switched);
-	if (j->file->here && shared > 1 &&
+	if (j->file->here && shared && all > watts &&
 	    j->raw->settings.pwm_period > SUPPLY_PERIOD_MOST)
 		config_note(j->file, config_line_of(j->lines, "max-heater-power-w", 0),
 			    "[device %s]: max-heater-power-w limits the mean power; all "

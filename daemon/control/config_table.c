@@ -203,7 +203,7 @@ static const struct config_key own[] = {
 		    "before this time has passed."),
 	KEY(DEVICE(retries), "retries", CONFIG_INTEGER, RANGE(0, 20), .fallback = "3",
 	    .help = "How often a request that may be repeated is repeated; 0 means never."),
-	KEY(DEVICE(window), "window", CONFIG_INTEGER, RANGE(1, 64), .fallback = "8",
+	KEY(DEVICE(window), "window", CONFIG_INTEGER, RANGE(2, 64), .fallback = "8",
 	    .unit = "requests",
 	    .help = "Largest number of requests in flight at once."),
 	KEY(DEVICE(retry_budget), "retry-budget", CONFIG_INTEGER, RANGE(1, 100000),

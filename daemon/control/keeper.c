@@ -54,8 +54,9 @@ enum record_reason keeper_reason(const struct event *event, bool machine_on)
 	case EVENT_HEATER:
 		return event->b != POKEYS_HEATER_FINE ? RECORD_HEATER : RECORD_NOTHING;
 	case EVENT_SERVO:
-		return event->b != POKEYS_SERVO_FINE && event->b != POKEYS_SERVO_EMERGENCY ?
-		       RECORD_SERVO : RECORD_NOTHING;
+		/* the heater, or whoever has pressed a button, is the reason */
+		return event->b != POKEYS_SERVO_FINE && event->b != POKEYS_SERVO_EMERGENCY &&
+		       event->b != POKEYS_SERVO_HEATER ? RECORD_SERVO : RECORD_NOTHING;
 	case EVENT_CYCLE_SKIPPED:
 		return event->a >= BURST ? RECORD_LATE : RECORD_NOTHING;
 	case EVENT_TRANSPORT:

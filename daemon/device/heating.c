@@ -393,11 +393,11 @@ void heating_cycle(struct device *device)
 	}
 }
 
-/* Its failsafe has had its turn: what it was left with is off. */
-void heating_left_alone(struct device *device)
+void heating_are_off(struct device *device, bool by_failsafe)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++)
-		device->heatings.heating[i].hot = false;
+		if (!by_failsafe || !config_of(device, i)->without_failsafe)
+			device->heatings.heating[i].hot = false;
 }
 
 bool heating_may_heat(const struct device *device)

@@ -129,7 +129,8 @@ bool heating_covered(const struct device *device);
 
 /* A heater is off for so long without the device having acknowledged it that only silence helps. */
 bool heating_unheard(const struct device *device);
-void heating_left_alone(struct device *device);
+/* The device has switched them off by itself: all of them, or those that its failsafe covers. */
+void heating_are_off(struct device *device, bool by_failsafe);
 
 /* Forget which terminals something else has; then mark those of an owner of settings/terminal.h. */
 void heating_unshare(struct device *device);

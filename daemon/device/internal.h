@@ -61,7 +61,8 @@ struct life {
 	uint64_t failsafe_ns;		/* it waits so long, as of the last run; 0 = it does not */
 	uint64_t left_ns;		/* when it ran last, or was looked for first; 0 = not yet */
 	uint64_t alone_until_ns;	/* nothing is asked until then; 0 = it had no turn yet */
-	bool cooled;			/* it had, or needs none: no loop is on any more */
+	bool cooled;			/* it has or had, or needs none */
+	bool left_alone;		/* until then its loops may be on */
 	uint64_t quiet_since_ns;	/* the last answer, or the first question after it */
 	uint64_t patient_until_ns;	/* silence is expected (flash is written) */
 	uint64_t probe_after_ns;

@@ -204,7 +204,18 @@ static void leave_alone(struct device *device, uint64_t waits_ns)
 	life->alone_until_ns = device->now_ns + waits_ns + FAILSAFE_LATE_NS;
 	life->probe_after_ns = life->alone_until_ns;
 	life->cooled = true;
-	loops_left_alone(device);
+	life->left_alone = true;
+}
+
+/* Its failsafe has had its turn. */
+static void end_silence(struct device *device)
+{
+	struct life *life = &device->life;
+
+	if (!life->left_alone || device->now_ns < life->alone_until_ns)
+		return;
+	life->left_alone = false;
+	loops_stopped_itself(device);
 }
 
 void life_refuse(struct device *device, enum pokeys_fault fault)
@@ -372,7 +383,7 @@ static void restarted(struct device *device)
 {
 	start_over(device);
 	if (device->life.began)
-		loops_left_alone(device);
+		loops_began_again(device);
 	identify_begin(device);
 	life_enter(device, POKEYS_LINK_IDENTIFYING, POKEYS_FAULT_REBOOTED);
 }
@@ -398,6 +409,7 @@ void life_cycle(struct device *device)
 	switch ((enum pokeys_link)device->image.link) {
 	case POKEYS_LINK_SEARCHING:
 	case POKEYS_LINK_LOST:
+		end_silence(device);
 		probe(device);
 		break;
 	case POKEYS_LINK_IDENTIFYING:
@@ -425,7 +437,7 @@ void device_set_address(struct device *device, uint32_t address, uint16_t port, 
 	life->ran = false;
 	life->left_ns = now_ns;
 	life->alone_until_ns = 0;
-	life->cooled = false;
+	life->cooled = life->left_alone = false;
 	start_over(device);
 	pokeys_device_set_peer(&device->mailbox, address, port);
 	life_enter(device, POKEYS_LINK_SEARCHING, POKEYS_FAULT_NONE);

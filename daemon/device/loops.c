@@ -88,6 +88,7 @@ bool loops_duty_settled(const struct device *device, unsigned int channel, uint3
 	const struct output *pwm = &device->outputs.output[OUTPUT_PWM];
 
 	return pwm->known && pwm->have.pwm.duty[channel] == duty &&
+	       device->now_ns >= pwm->pulse_until_ns[channel] &&
 	       (!pwm->open || (!pwm->mixed && pwm->sent.pwm.duty[channel] == duty)) &&
 	       device->configure.setting[SETTING_PWM].state != SETTING_WRITING;
 }
@@ -102,10 +103,16 @@ bool loops_may_run(const struct device *device)
 	return heating_may_heat(device) || servoing_may_run(device);
 }
 
-void loops_left_alone(struct device *device)
+void loops_stopped_itself(struct device *device)
 {
-	heating_left_alone(device);
-	servoing_left_alone(device);
+	heating_are_off(device, true);
+	servoing_are_off(device, true);
+}
+
+void loops_began_again(struct device *device)
+{
+	heating_are_off(device, false);
+	servoing_are_off(device, false);
 }
 
 void loops_unshare(struct device *device)

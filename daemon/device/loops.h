@@ -38,7 +38,7 @@ bool loops_off(const struct device *device);
 /* Pins and channels of those that are off, which the device has not acknowledged. */
 uint64_t loops_pins_stopping(const struct device *device);
 uint8_t loops_channels_stopping(const struct device *device);
-/* As safe_pins_settled(), of the duty (ticks) of a channel. */
+/* As safe_pins_settled(), of the duty (ticks) of a channel, and of the pulses before. */
 bool loops_duty_settled(const struct device *device, unsigned int channel, uint32_t duty);
 /* One that the failsafe has to switch off may be on in the device. */
 bool loops_may_run(const struct device *device);
@@ -48,8 +48,10 @@ void loops_doubt(struct device *device);
 
 /* The device's own failsafe has to switch off what it may have been left with. */
 bool loops_covered(const struct device *device);
-/* It has had its turn. */
-void loops_left_alone(struct device *device);
+/* It has had its turn: what it covers is off. */
+void loops_stopped_itself(struct device *device);
+/* The device has just begun: all of them are off. */
+void loops_began_again(struct device *device);
 
 /* Forget which terminals something else has; then mark those of an owner of settings/terminal.h. */
 void loops_unshare(struct device *device);

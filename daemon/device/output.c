@@ -48,35 +48,60 @@ static bool same(const union output_value *a, const union output_value *b)
 	return !memcmp(a, b, sizeof(*a));
 }
 
-static bool is_due(const struct device *device, unsigned int place, union output_value *want)
-{
-	const struct output *output = &device->outputs.output[place];
-
-	return !output->open && device->now_ns >= output->after_ns &&
-	       !is_carried(device, place) && wanted(device, place, want) &&
-	       !(output->known && same(want, &output->have));
-}
-
-/* A period is as long as somebody wants, and a loop that is switched off is off at once. */
-static bool cuts_off(const struct device *device, const struct output *output,
+/*
+ * A period is as long as somebody wants, and a loop that is switched off is off at once: the pulse
+ * of a duty that was reduced may still go on.
+ */
+static bool cuts_off(const struct device *device, unsigned int place,
 		     const union output_value *want)
 {
-	const unsigned int stopping = loops_channels_stopping(device);
+	const struct output *output = &device->outputs.output[place];
+	const unsigned int stopping =
+		place == OUTPUT_PWM ? loops_channels_stopping(device) : 0;
 
 	for (unsigned int i = 0; i < POKEYS_PWM; i++)
-		if (stopping >> i & 1 && output->have.pwm.duty[i] && !want->pwm.duty[i])
+		if (stopping >> i & 1 && (want->pwm.duty[i] < output->have.pwm.duty[i] ||
+					  device->now_ns < output->pulse_until_ns[i]))
 			return true;
 	return false;
 }
 
-/* PWM: duties alone do not begin the period again. */
-static void encode(const struct device *device, const struct output *output, unsigned int place,
-		   const union output_value *want, union output_value *request)
+static bool is_due(const struct device *device, unsigned int place, union output_value *want)
 {
+	const struct output *output = &device->outputs.output[place];
+
+	if (output->open || device->now_ns < output->after_ns || is_carried(device, place) ||
+	    !wanted(device, place, want))
+		return false;
+	return !output->known || !same(want, &output->have) || cuts_off(device, place, want);
+}
+
+/* PWM: duties alone do not begin the period again. */
+static void encode(struct device *device, unsigned int place, const union output_value *want,
+		   union output_value *request)
+{
+	struct output *output = &device->outputs.output[place];
+
+	output->gentle = place == OUTPUT_PWM && output->known &&
+			 want->pwm.enabled == output->have.pwm.enabled &&
+			 want->pwm.period == output->have.pwm.period &&
+			 !cuts_off(device, place, want);
 	*request = *want;
-	if (place == OUTPUT_PWM && output->known && want->pwm.enabled == output->have.pwm.enabled &&
-	    want->pwm.period == output->have.pwm.period && !cuts_off(device, output, want))
+	if (output->gentle)
 		request->pwm.duties_only = 1;
+}
+
+/* What was written has been acknowledged. */
+static void note_pulses(struct output *output, uint64_t now_ns)
+{
+	const uint64_t period_ns = (uint64_t)output->sent.pwm.period * WIRE_PWM_TICK_NS;
+
+	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
+		if (!output->gentle)
+			output->pulse_until_ns[i] = 0;
+		else if (output->sent.pwm.duty[i] < output->have.pwm.duty[i])
+			output->pulse_until_ns[i] = now_ns + period_ns;
+	}
 }
 
 /* Sent again: with the newest values. */
@@ -88,9 +113,12 @@ static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *cont
 	union output_value want;
 	unsigned int index;
 
-	if (!wanted(device, place, &want) || (same(&want, &output->sent) && !output->mixed))
+	if (!wanted(device, place, &want) ||
+	    (same(&want, &output->sent) && !output->mixed &&
+	     !(output->gentle && cuts_off(device, place, &want))))
 		return;
 	output->mixed = true;
+	output->gentle = false;
 	output->sent = want;
 	wire_encode_req(output_kind(place, &index)->op, entry->request_buffer, &want);
 }
@@ -127,6 +155,8 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	output->failures = 0;
 	if (output->mixed)
 		return;
+	if (place == OUTPUT_PWM)
+		note_pulses(output, now_ns);
 	output->known = true;
 	output->have = output->sent;
 	if (kind->learn)
@@ -140,7 +170,7 @@ static bool send(struct device *device, unsigned int place, const union output_v
 	unsigned int index;
 	const struct output_kind *kind = output_kind(place, &index);
 
-	encode(device, output, place, want, &request);
+	encode(device, place, want, &request);
 	if (!request_send(device, kind->op, &request, ended, refresh, (void *)(uintptr_t)place))
 		return false;
 	output->open = true;
@@ -186,6 +216,8 @@ static bool hides_off(const struct device *device, const struct output *output)
 	for (unsigned int i = 0; i < POKEYS_PWM; i++)
 		if (channels >> i & 1 && output->sent.pwm.duty[i] != want.pwm.duty[i])
 			return true;
+	if (output->gentle && cuts_off(device, OUTPUT_PWM, &want))
+		return true;
 	return request_unsent(device, ended, (void *)(uintptr_t)OUTPUT_PWM);
 }
 

@@ -56,6 +56,9 @@ struct output {
 	uint64_t ended_ns;		/* when the last write ended */
 	uint64_t after_ns;		/* not again before */
 	union output_value have, sent;
+	/* PWM: the period goes on with what is under way, and with it the pulses of this period */
+	bool gentle;
+	uint64_t pulse_until_ns[POKEYS_PWM];	/* a longer one than `have` may go on until then */
 };
 
 struct output_kind {

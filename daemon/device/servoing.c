@@ -399,11 +399,11 @@ void servoing_cycle(struct device *device)
 	}
 }
 
-/* Its failsafe has had its turn: what it was left with is off. */
-void servoing_left_alone(struct device *device)
+void servoing_are_off(struct device *device, bool by_failsafe)
 {
 	for (unsigned int i = 0; i < device->servoings.count; i++)
-		device->servoings.servoing[i].driven = false;
+		if (!by_failsafe || !config_of(device, i)->without_failsafe)
+			device->servoings.servoing[i].driven = false;
 }
 
 uint64_t servoing_pins(const struct device *device)

@@ -88,7 +88,8 @@ bool servoing_covered(const struct device *device);
 
 /* A motor is off for so long without the device having acknowledged it that only silence helps. */
 bool servoing_unheard(const struct device *device);
-void servoing_left_alone(struct device *device);
+/* The device has stopped them by itself: all of them, or those that its failsafe covers. */
+void servoing_are_off(struct device *device, bool by_failsafe);
 
 /* Forget which terminals something else has; then mark those of an owner of settings/terminal.h. */
 void servoing_unshare(struct device *device);

@@ -268,6 +268,7 @@ double heater_step(struct heater *heater, uint64_t now_ns)
 	}
 	heater->power = power;
 	heater->available = heater->config.power_most;
+	heater->limited = false;
 	heater->step_ns = now_ns;
 	if (tuning && heater->tune.state != TUNE_RUNS)
 		end(heater);
@@ -282,6 +283,7 @@ void heater_available(struct heater *heater, double power)
 	if (power >= heater->power)
 		return;
 	heater->power = power;
+	heater->limited = true;
 	pid_cut(&heater->pid);
 }
 

@@ -116,6 +116,7 @@ struct heater {
 
 	double power;		/* 0 to power_most */
 	double available;	/* ... of which it could have been so much */
+	bool limited;		/* it asked for more */
 	bool on;		/* BANG_BANG */
 	enum heater_fault condition;	/* what is wrong now */
 	struct heater_tune tune;
@@ -127,6 +128,8 @@ struct heater {
 	double calm;		/* the temperature, without noise */
 	double load;		/* the power, in the middle of the last seconds */
 	double room;		/* what that could have been */
+	double cut;		/* the part of the last seconds in which it asked for more */
+	bool whole;		/* the room is that of its highest power */
 	bool warm;		/* is or was near its target, since it was switched on */
 	bool cold;		/* is further from it than slack, and has to rise */
 	double base;		/* from here, the lowest since base_ns */

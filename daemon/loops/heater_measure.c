@@ -115,5 +115,6 @@ enum heater_fault measure(struct heater *heater, uint64_t now_ns)
 	/* The temperature is of use to others as well, such as a fan. */
 	else if (!found)
 		found = of_period(heater, good);
-	return lost ? HEATER_DEVICE : found;
+	/* What is too hot has to be seen, whatever else is wrong. */
+	return lost && found != HEATER_OVER ? HEATER_DEVICE : found;
 }

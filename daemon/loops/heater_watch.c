@@ -31,6 +31,7 @@
 void watch_begin(struct heater *heater)
 {
 	heater->watched = heater->warm = heater->cold = heater->full = false;
+	heater->whole = true;
 	for (unsigned int i = 0; i < HEATER_RISES; i++)
 		heater->rise_ns[i] = 0;
 }
@@ -44,11 +45,13 @@ static void follow(struct heater *heater, uint64_t now_ns)
 		heater->calm = heater->temperature;
 		heater->load = 0;
 		heater->room = heater->config.power_most;
+		heater->cut = 0;
 		return;
 	}
 	heater->calm += (heater->temperature - heater->calm) * seconds / (CALM_S + seconds);
 	heater->load += (heater->power - heater->load) * seconds / (LOAD_S + seconds);
 	heater->room += (heater->available - heater->room) * seconds / (LOAD_S + seconds);
+	heater->cut += (heater->limited - heater->cut) * seconds / (LOAD_S + seconds);
 }
 
 static uint64_t lesser(uint64_t a, uint64_t b)
@@ -72,6 +75,18 @@ static uint64_t usual_rise(const uint64_t rise_ns[HEATER_RISES])
 static bool has_all_power(const struct heater *heater)
 {
 	return heater->room >= FULL * heater->config.power_most;
+}
+
+/* With another power than before, both windows begin again. */
+static void look_at_room(struct heater *heater, uint64_t now_ns)
+{
+	const bool whole = has_all_power(heater);
+
+	if (whole && !heater->whole) {
+		heater->base = heater->full_base = heater->calm;
+		heater->base_ns = heater->full_ns = now_ns;
+	}
+	heater->whole = whole;
 }
 
 static uint64_t window(const struct heater *heater)
@@ -106,12 +121,19 @@ static void learn(struct heater *heater, uint64_t took_ns)
 	heater->rise_ns[0] = took_ns;
 }
 
+/* Below its highest power, one that is just warm with what it gets is not at a limit. */
+static bool wants_more(const struct heater *heater, bool was)
+{
+	return has_all_power(heater) || heater->cut >= (was ? NOT_FULL : FULL);
+}
+
 static enum heater_fault rises_at_full_power(struct heater *heater, uint64_t now_ns)
 {
 	const bool was = heater->full;
 
 	heater->full = heater->room > LITTLE * heater->config.power_most &&
-		       heater->load >= (was ? NOT_FULL : FULL) * heater->room;
+		       heater->load >= (was ? NOT_FULL : FULL) * heater->room &&
+		       wants_more(heater, was);
 	if (!heater->full)
 		return HEATER_FINE;
 	if (was && heater->calm >= heater->full_base + heater->config.rise &&
@@ -130,6 +152,7 @@ enum heater_fault watch(struct heater *heater, uint64_t now_ns)
 	enum heater_fault full, cold;
 
 	follow(heater, now_ns);
+	look_at_room(heater, now_ns);
 	full = rises_at_full_power(heater, now_ns);
 	cold = rises_while_cold(heater, now_ns);
 	if (cold || !full)

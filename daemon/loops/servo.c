@@ -306,7 +306,7 @@ double servo_step(struct servo *servo, const struct servo_input *input,
 		servo->condition = SERVO_STALE;
 	if (!servo->condition && wish->alive && is_odd(servo, wish))
 		servo->condition = SERVO_ODD;
-	if (!servo->condition || servo->condition == SERVO_EMERGENCY)
+	if (servo->condition == servo_stopped(input))
 		servo_track(servo, input, &way, seconds);
 	look_at_enable(servo, wish, now_ns);
 	if (servo->enabled) {

@@ -377,6 +377,16 @@ static void a_heater_that_the_device_would_leave_on_is_refused(void **state)
 	assert_non_null(strstr(heard.line[0], "failsafe-on of its device keeps this output on"));
 }
 
+static void a_device_that_cannot_send_enough_is_refused(void **state)
+{
+	(void)state;
+	assert_fault(GOOD "window = 3\n" BED,
+		     "f:4: [device a]: window = 3 is too small for heaters and servo motors, which "
+		     "need 4 or more");
+	assert_int_equal(parse(GOOD "window = 4\n" BED), 0);
+	assert_int_equal(parse(GOOD "window = 2\n"), 0);
+}
+
 static void a_device_that_spoils_a_heater_is_refused(void **state)
 {
 	static const char device[] = "[device a]\naddress = 10.0.0.1\n";
@@ -444,6 +454,7 @@ int main(void)
 		cmocka_unit_test(limits_that_cross_and_curves_that_turn_are_faults),
 		cmocka_unit_test(a_terminal_of_a_heater_is_its_own),
 		cmocka_unit_test(a_heater_that_the_device_would_leave_on_is_refused),
+		cmocka_unit_test(a_device_that_cannot_send_enough_is_refused),
 		cmocka_unit_test(a_device_that_spoils_a_heater_is_refused),
 		cmocka_unit_test(sections_are_counted_and_named),
 	};

@@ -150,6 +150,7 @@ static void faults_are_reasons_and_other_events_are_not(void **state)
 	assert_int_equal(reason(EVENT_HEATER, 1, POKEYS_HEATER_FINE, false), 0);
 	assert_int_equal(reason(EVENT_SERVO, 1, POKEYS_SERVO_STALLED, true), RECORD_SERVO);
 	assert_int_equal(reason(EVENT_SERVO, 1, POKEYS_SERVO_EMERGENCY, true), 0);
+	assert_int_equal(reason(EVENT_SERVO, 1, POKEYS_SERVO_HEATER, true), 0);
 	assert_int_equal(reason(EVENT_SERVO, 1, POKEYS_SERVO_FINE, true), 0);
 	assert_int_equal(reason(EVENT_CYCLE_SKIPPED, 9, 0, true), 0);
 	assert_int_equal(reason(EVENT_CYCLE_SKIPPED, 10, 0, true), RECORD_LATE);

@@ -26,7 +26,7 @@ double heat_power(unsigned int heater)
 	if (config->kind == HEATING_PIN)
 		return world.rig.device.pins.latch >> config->output & 1 ? 1 : 0;
 	return pwm->enabled >> config->output & 1 && pwm->period ?
-	       (double)pwm->duty[config->output] / pwm->period : 0;
+	       (double)sim_pwm_duty(&world.rig.device, config->output) / pwm->period : 0;
 }
 
 void heat_warm(double seconds)

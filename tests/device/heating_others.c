@@ -173,6 +173,50 @@ static void no_output_is_used_that_the_device_would_leave_on(void **state)
 	try_failsafe(do_without, true);
 }
 
+/* Nothing is shown as off that heats, whoever cannot switch it off. */
+static void while_nobody_hears_it_it_is_not_called_off(void **state)
+{
+	unsigned int heated = 0;
+
+	(void)state;
+	heat_begin(NULL);
+	heat_up();
+	sim_rig_silence(&world.rig, world.now, 5 * SECOND);
+	for (unsigned int k = 0; k < 5000; k++) {
+		heat_cycle();
+		for (unsigned int i = 0; i < HEATERS; i++) {
+			const uint8_t shown = heat_shown(i)->state;
+
+			if (heat_power(i) <= 0)
+				continue;
+			heated += shown == POKEYS_HEATER_STOPPING;
+			assert_true(shown == POKEYS_HEATER_HEATING ||
+				    shown == POKEYS_HEATER_STOPPING);
+		}
+	}
+	assert_true(heated > 500);
+	heat_expect_fault(HOTEND, POKEYS_HEATER_DEVICE);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_FAULT);
+}
+
+/* Nor that which the failsafe does not switch off. */
+static void one_without_failsafe_is_off_when_it_says_so(void **state)
+{
+	(void)state;
+	heat_prepare(NULL);
+	world.config.settings.failsafe_peripherals = WIRE_FAILSAFE_DIGITAL;
+	world.config.heater[HOTEND].without_failsafe = true;
+	heat_start();
+	heat_up();
+	heat_silence(3 * SECOND);
+	assert_true(heat_power(HOTEND) > 0 && heat_power(BED) <= 0);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_STOPPING);
+	assert_int_equal(heat_shown(BED)->state, POKEYS_HEATER_FAULT);
+	world_until(&world, world_is_running, 5 * SECOND);
+	heat_expect_off(20 * MS);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_FAULT);
+}
+
 static unsigned int duties;
 
 /* One duty arrives and its answer does not; nothing arrives after it. */
@@ -382,6 +426,8 @@ int main(void)
 		cmocka_unit_test(a_commander_that_changes_the_device_under_them_switches_them_off),
 		cmocka_unit_test(another_period_is_no_other_power),
 		cmocka_unit_test(no_output_is_used_that_the_device_would_leave_on),
+		cmocka_unit_test(while_nobody_hears_it_it_is_not_called_off),
+		cmocka_unit_test(one_without_failsafe_is_off_when_it_says_so),
 		cmocka_unit_test_setup(an_off_is_followed_while_a_power_is_under_way, heat_begin),
 		cmocka_unit_test_setup(an_answer_from_before_a_gap_is_no_acknowledgement,
 				       heat_begin),

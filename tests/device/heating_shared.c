@@ -168,6 +168,33 @@ static void a_period_goes_on_while_powers_change(void **state)
 	assert_true(heat_power(HOTEND) <= 0 && *begun == before + 1);
 }
 
+/* Its controller has just reduced its power to 0, and the pulse of before has not ended yet. */
+static void a_long_pulse_ends_with_the_heater(void **state)
+{
+	unsigned int late = 0;
+
+	(void)state;
+	heat_prepare(NULL);
+	world.config.settings.pwm_period = 12500000;	/* half a second */
+	heat_start();
+	for (unsigned int i = 0; i < 60; i++) {
+		heat_command(HOTEND, 0);
+		heat_run(300 * MS);
+		heat_command(HOTEND, 150);
+		heat_run(3 * SECOND + i * 7 * MS);
+		/* below what it is: no power, but no stop either */
+		heat_command(HOTEND, 30);
+		heat_run(100 * MS + i % 5 * 3 * MS);
+		late += world.rig.device.config.pwm.duty[HOTEND_PWM] == 0 &&
+			heat_power(HOTEND) > 0;
+		heat_command(HOTEND, 0);
+		heat_run(5 * MS);
+		assert_true(heat_power(HOTEND) <= 0);
+		assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_OFF);
+	}
+	assert_true(late > 5);
+}
+
 static void fan_of(unsigned int heater, enum heating_output kind, uint8_t output)
 {
 	world.config.heater[heater].fan = (struct heating_fan_config){
@@ -335,6 +362,19 @@ static void a_fan_of_a_heater_that_is_not_ready_knows_the_temperature(void **sta
 	assert_int_equal(heat_shown(HOTEND)->fan, POKEYS_HEATER_FAN_ON);
 }
 
+/* An output that has failed shorted heats, whatever else is not ready. */
+static void one_that_is_not_ready_can_be_too_hot(void **state)
+{
+	(void)state;
+	heat_prepare(NULL);
+	fan_of(HOTEND, HEATING_PWM, 3);
+	heat_start();
+	assert_int_equal(heat_shown(HOTEND)->condition, POKEYS_HEATER_DEVICE);
+	heat[HOTEND].block = heat[HOTEND].sensor = 320;
+	heat_run(2 * SECOND);
+	heat_expect_fault(HOTEND, POKEYS_HEATER_OVER);
+}
+
 /* A reading that is as old as it may be just before the next one. */
 static void a_fan_does_not_chatter(void **state)
 {
@@ -357,12 +397,14 @@ int main(void)
 		cmocka_unit_test(one_that_stays_warm_is_not_starved_by_one_that_gets_warm),
 		cmocka_unit_test(less_than_full_power_without_an_effect_is_a_fault_as_well),
 		cmocka_unit_test(a_period_goes_on_while_powers_change),
+		cmocka_unit_test(a_long_pulse_ends_with_the_heater),
 		cmocka_unit_test(a_fan_runs_while_its_heater_is_hot),
 		cmocka_unit_test(a_fan_runs_whatever_becomes_of_its_heater),
 		cmocka_unit_test(a_fan_goes_on_after_the_device_was_lost),
 		cmocka_unit_test(without_its_fan_a_heater_does_not_heat),
 		cmocka_unit_test(a_fan_that_the_board_lacks_is_no_fan),
 		cmocka_unit_test(a_fan_of_a_heater_that_is_not_ready_knows_the_temperature),
+		cmocka_unit_test(one_that_is_not_ready_can_be_too_hot),
 		cmocka_unit_test(a_fan_does_not_chatter),
 	};
 

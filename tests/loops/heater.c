@@ -382,6 +382,60 @@ static void a_limit_behind_it_fills_the_integral_no_more_than_its_own(void **sta
 	assert_true(overshoot(false) < overshoot(true) + 0.2);
 }
 
+static void run_with(struct oven *oven, double available, double seconds)
+{
+	for (long i = lround(seconds * 10); i > 0; i--) {
+		oven_step(oven);
+		heater_available(&oven->heater, available);
+		oven->power = oven->heater.power;
+	}
+}
+
+/* It holds its target with a little less than it may have, or than it would like to have. */
+static void one_that_is_warm_with_what_it_gets_is_in_order(void **state)
+{
+	struct heater_config config = bed();
+	struct oven oven;
+	double power = 0;
+
+	(void)state;
+	oven_init(&oven, &config, &sim_heat_bed);
+	oven_run(&oven, 1);
+	oven.target = 60;
+	oven_run(&oven, 1800);
+	for (int i = 0; i < 1000; i++) {
+		oven_step(&oven);
+		power += oven.power / 1000;
+	}
+	for (double part = 1.02; part < 1.2; part += 0.02) {
+		run_with(&oven, power * part, 300);
+		oven_expect_fault(&oven, HEATER_FINE);
+		assert_true(fabs(oven.heat.sensor - 60) < 1);
+	}
+}
+
+/* It was allowed not to rise: another heater had the power. */
+static void with_all_of_its_power_again_it_has_time_to_rise(void **state)
+{
+	struct heater_config config = bed();
+	struct oven oven;
+
+	(void)state;
+	config.window_ns = UINT64_C(120000000000);
+	for (double seconds = 30; seconds < 115; seconds += 5) {
+		oven_init(&oven, &config, &sim_heat_bed);
+		oven_run(&oven, 1);
+		oven.target = 100;
+		while (oven.heat.sensor < 60)
+			oven_step(&oven);
+		assert_true(oven.heater.rise_ns[2] > 0);
+		run_with(&oven, 0.2, seconds);
+		oven_expect_fault(&oven, HEATER_FINE);
+		oven_run(&oven, 60);
+		oven_expect_fault(&oven, HEATER_FINE);
+	}
+}
+
 static void configurations_are_judged(void **state)
 {
 	static const struct sensor_config table = {
@@ -457,6 +511,8 @@ int main(void)
 		cmocka_unit_test(a_step_that_comes_too_soon_is_none),
 		cmocka_unit_test(what_was_not_delivered_has_no_effect_to_be_seen),
 		cmocka_unit_test(a_limit_behind_it_fills_the_integral_no_more_than_its_own),
+		cmocka_unit_test(one_that_is_warm_with_what_it_gets_is_in_order),
+		cmocka_unit_test(with_all_of_its_power_again_it_has_time_to_rise),
 		cmocka_unit_test(configurations_are_judged),
 	};
 

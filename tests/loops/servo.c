@@ -462,6 +462,32 @@ static void a_late_answer_makes_no_jump_of_the_next_one(void **state)
 	}
 }
 
+/* It coasts onto the switch: that is where the switch is, when it is enabled again. */
+static void a_switch_is_found_while_something_else_stops_it(void **state)
+{
+	(void)state;
+	for (int i = 0; i < 2; i++) {
+		bool *const stop = i ? &axis.input.heater : &axis.input.emergency;
+
+		axis_init(&axis, &axis_config, &sim_motor_small);
+		axis_enable(&axis);
+		axis_move(&axis, -5, 50, 2000);
+		*stop = true;
+		axis_step(&axis);
+		axis_expect_fault(&axis, i ? SERVO_HEATER : SERVO_EMERGENCY);
+		axis.wish.enable = false;
+		axis.input.low = true;
+		axis_run(&axis, 0.2);
+		*stop = false;
+		assert_true(axis_reset(&axis));
+		axis.wish.position = axis.servo.position;
+		axis.wish.enable = true;
+		axis_step(&axis);
+		axis_expect_fault(&axis, SERVO_FINE);
+		assert_true(axis.servo.enabled);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -480,6 +506,7 @@ int main(void)
 		cmocka_unit_test_setup(counts_go_on_after_the_largest, begin),
 		cmocka_unit_test_setup(a_late_answer_makes_no_jump_of_the_next_one, begin),
 		cmocka_unit_test(what_is_no_configuration),
+		cmocka_unit_test(a_switch_is_found_while_something_else_stops_it),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
