@@ -25,6 +25,7 @@ ORDER = (
     "devices",
     "loss",
     "motion",
+    "loops",
     "shared_memory",
     "readers",
     "python",

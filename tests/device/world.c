@@ -295,11 +295,13 @@ void world_cycle(struct world *world)
 {
 	const uint64_t period = world->length_ns ? world->length_ns : world->config.period_ns;
 	const bool image = world->attached && world->command.magic && !world->refused;
+	const uint64_t begun = world->clock ? world->clock() : 0;
 
 	command(world);
 	world->cycle++;
 	device_cycle(world->device, world->cycle, world->tick, world->now,
 		     image ? &world->command : NULL, world->refused);
+	world->work_ns = world->clock ? world->clock() - begun : 0;
 	device_spare(world->device);
 	serve(world, world->tick + period * 6 / 10, true);
 	publish(world);

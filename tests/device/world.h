@@ -53,6 +53,8 @@ struct world {
 	bool unplugged;			/* the kernel refuses to send */
 	uint64_t motion_sent;		/* requests for motion, at the last look */
 	unsigned int fresh_high;	/* most new requests in a cycle */
+	uint64_t (*clock)(void);	/* for work_ns; NULL = nobody wants to know */
+	uint64_t work_ns;		/* real time of the last device_cycle() */
 	uint8_t last_request[64];	/* the packet sent last */
 	void (*watch)(struct world *world, const uint8_t *packet);	/* sees each packet sent */
 	bool swallow;			/* set by watch: this packet never arrives */
