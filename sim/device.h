@@ -182,7 +182,7 @@ struct sim_runtime {
 	struct sim_blip blip[SIM_PINS];
 	uint32_t pwm_begun;		/* how often a write has begun the period of PWM again */
 	uint64_t pwm_begun_ns;
-	uint32_t pwm_pulse[6];		/* a duty that was reduced goes on until pwm_until_ns */
+	uint32_t pwm_pulse[6];		/* the duty of before goes on until pwm_until_ns */
 	uint64_t pwm_until_ns[6];
 };
 

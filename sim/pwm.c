@@ -10,8 +10,7 @@ uint32_t sim_pwm_duty(const struct sim_device *dev, unsigned int channel)
 {
 	const uint32_t duty = dev->config.pwm.duty[channel];
 
-	return dev->now_ns < dev->run.pwm_until_ns[channel] && dev->run.pwm_pulse[channel] > duty ?
-	       dev->run.pwm_pulse[channel] : duty;
+	return dev->now_ns < dev->run.pwm_until_ns[channel] ? dev->run.pwm_pulse[channel] : duty;
 }
 
 /* CHOICE: duties alone have their effect with the next period, as timers have it. */

@@ -60,7 +60,7 @@ static bool cuts_off(const struct device *device, unsigned int place,
 		place == OUTPUT_PWM ? loops_channels_stopping(device) : 0;
 
 	for (unsigned int i = 0; i < POKEYS_PWM; i++)
-		if (stopping >> i & 1 && (want->pwm.duty[i] < output->have.pwm.duty[i] ||
+		if (stopping >> i & 1 && (want->pwm.duty[i] != output->have.pwm.duty[i] ||
 					  device->now_ns < output->pulse_until_ns[i]))
 			return true;
 	return false;
@@ -99,7 +99,7 @@ static void note_pulses(struct output *output, uint64_t now_ns)
 	for (unsigned int i = 0; i < POKEYS_PWM; i++) {
 		if (!output->gentle)
 			output->pulse_until_ns[i] = 0;
-		else if (output->sent.pwm.duty[i] < output->have.pwm.duty[i])
+		else if (output->sent.pwm.duty[i] != output->have.pwm.duty[i])
 			output->pulse_until_ns[i] = now_ns + period_ns;
 	}
 }
@@ -228,10 +228,12 @@ bool output_send_loops(struct device *device)
 
 	if (hides_off(device, pwm)) {
 		const union output_value before = pwm->sent;
+		const bool gentle = pwm->gentle;
 
 		if (request_again(device, ended, (void *)(uintptr_t)OUTPUT_PWM))
 			return true;
 		pwm->sent = before;	/* the transport has not taken it */
+		pwm->gentle = gentle;
 		return false;
 	}
 	return is_due(device, OUTPUT_PWM, &want) && send(device, OUTPUT_PWM, &want);
@@ -258,7 +260,8 @@ static bool is_settled(const struct device *device, unsigned int place)
 	if (is_carried(device, place))
 		return false;
 	return !wanted(device, place, &want) ||
-	       (!output->open && output->known && same(&want, &output->have));
+	       (!output->open && output->known && same(&want, &output->have) &&
+		!cuts_off(device, place, &want));
 }
 
 /*

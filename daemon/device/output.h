@@ -58,7 +58,7 @@ struct output {
 	union output_value have, sent;
 	/* PWM: the period goes on with what is under way, and with it the pulses of this period */
 	bool gentle;
-	uint64_t pulse_until_ns[POKEYS_PWM];	/* a longer one than `have` may go on until then */
+	uint64_t pulse_until_ns[POKEYS_PWM];	/* one of before `have` may go on until then */
 };
 
 struct output_kind {

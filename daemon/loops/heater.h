@@ -128,15 +128,15 @@ struct heater {
 	double calm;		/* the temperature, without noise */
 	double load;		/* the power, in the middle of the last seconds */
 	double room;		/* what that could have been */
-	double cut;		/* the part of the last seconds in which it asked for more */
-	bool whole;		/* the room is that of its highest power */
+	double press;		/* the part of the last seconds in which it took all it could */
+	uint64_t whole_ns;	/* so long it could have its highest power */
 	bool warm;		/* is or was near its target, since it was switched on */
 	bool cold;		/* is further from it than slack, and has to rise */
-	double base;		/* from here, the lowest since base_ns */
-	uint64_t base_ns;
+	double base;		/* from here, the lowest for base_ns */
+	uint64_t base_ns;	/* time at its highest power, or as much as longer with less */
 	bool full;		/* the load is nearly all there is */
-	double full_base;	/* ... since full_ns, from here */
-	uint64_t full_ns;
+	double full_base;	/* ... for full_ns, from here */
+	uint64_t full_ns;	/* likewise */
 	/* how long the last rises took at full power; 0: not known */
 	uint64_t rise_ns[HEATER_RISES];
 };

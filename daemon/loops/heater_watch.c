@@ -26,32 +26,35 @@
 #define LEAST_NS UINT64_C(12000000000)	/* of a window that was learnt */
 #define FULL 0.92			/* of the highest power: it is nearly all there is */
 #define NOT_FULL 0.85			/* ... and not any more */
+#define SLOWEST 0.25			/* ... for each second that passes */
 #define LITTLE 0.1			/* of the highest power: it need not have an effect */
 
 void watch_begin(struct heater *heater)
 {
 	heater->watched = heater->warm = heater->cold = heater->full = false;
-	heater->whole = true;
 	for (unsigned int i = 0; i < HEATER_RISES; i++)
 		heater->rise_ns[i] = 0;
 }
 
-static void follow(struct heater *heater, uint64_t now_ns)
+static void follow(struct heater *heater, uint64_t passed_ns)
 {
-	const double seconds = (double)since(heater->step_ns, now_ns) / SECOND;
+	const double seconds = (double)passed_ns / SECOND;
+	const bool presses = heater->limited ||
+			     heater->power >= FULL * heater->config.power_most;
 
 	if (!heater->watched) {
 		heater->watched = true;
 		heater->calm = heater->temperature;
 		heater->load = 0;
 		heater->room = heater->config.power_most;
-		heater->cut = 0;
+		heater->press = 0;
+		heater->base_ns = heater->full_ns = heater->whole_ns = 0;
 		return;
 	}
 	heater->calm += (heater->temperature - heater->calm) * seconds / (CALM_S + seconds);
 	heater->load += (heater->power - heater->load) * seconds / (LOAD_S + seconds);
 	heater->room += (heater->available - heater->room) * seconds / (LOAD_S + seconds);
-	heater->cut += (heater->limited - heater->cut) * seconds / (LOAD_S + seconds);
+	heater->press += (presses - heater->press) * seconds / (LOAD_S + seconds);
 }
 
 static uint64_t lesser(uint64_t a, uint64_t b)
@@ -71,45 +74,45 @@ static uint64_t usual_rise(const uint64_t rise_ns[HEATER_RISES])
 		       lesser(greater(rise_ns[0], rise_ns[1]), rise_ns[2]));
 }
 
-/* Only then a rise tells how long the next one takes. */
 static bool has_all_power(const struct heater *heater)
 {
 	return heater->room >= FULL * heater->config.power_most;
 }
 
-/* With another power than before, both windows begin again. */
-static void look_at_room(struct heater *heater, uint64_t now_ns)
-{
-	const bool whole = has_all_power(heater);
-
-	if (whole && !heater->whole) {
-		heater->base = heater->full_base = heater->calm;
-		heater->base_ns = heater->full_ns = now_ns;
-	}
-	heater->whole = whole;
-}
-
+/* Only with its highest power for as long, a rise tells how long the next one takes. */
 static uint64_t window(const struct heater *heater)
 {
 	const uint64_t rise_ns = usual_rise(heater->rise_ns);
+	const uint64_t learnt_ns = lesser(greater(rise_ns * TIMES, LEAST_NS),
+					  heater->config.window_ns);
 
-	if (!heater->full || !rise_ns || !has_all_power(heater))
-		return heater->config.window_ns;
-	return lesser(greater(rise_ns * TIMES, LEAST_NS), heater->config.window_ns);
+	return heater->full && rise_ns && heater->whole_ns >= learnt_ns ?
+	       learnt_ns : heater->config.window_ns;
 }
 
-static enum heater_fault rises_while_cold(struct heater *heater, uint64_t now_ns)
+/* With less power it has more time, but not for ever. */
+static void count_time(struct heater *heater, uint64_t passed_ns)
+{
+	const double part = fmax(heater->available / heater->config.power_most, SLOWEST);
+	const uint64_t counted_ns = (uint64_t)((double)passed_ns * fmin(part, 1));
+
+	heater->base_ns += counted_ns;
+	heater->full_ns += counted_ns;
+	heater->whole_ns = has_all_power(heater) ? heater->whole_ns + passed_ns : 0;
+}
+
+static enum heater_fault rises_while_cold(struct heater *heater)
 {
 	const bool cold = heater->calm < heater->target - heater->config.slack;
 
 	heater->warm = heater->warm || !cold;
 	if (!cold || !heater->cold || heater->calm >= heater->base + heater->config.rise) {
 		heater->base = heater->calm;
-		heater->base_ns = now_ns;
+		heater->base_ns = 0;
 	}
 	heater->cold = cold;
 	heater->base = fmin(heater->base, heater->calm);
-	if (since(heater->base_ns, now_ns) <= window(heater))
+	if (heater->base_ns <= window(heater))
 		return HEATER_FINE;
 	return heater->warm ? HEATER_FELL : HEATER_NO_RISE;
 }
@@ -121,40 +124,44 @@ static void learn(struct heater *heater, uint64_t took_ns)
 	heater->rise_ns[0] = took_ns;
 }
 
-/* Below its highest power, one that is just warm with what it gets is not at a limit. */
-static bool wants_more(const struct heater *heater, bool was)
+/* With less than its highest power, one that is just warm with what it gets asks for no more. */
+static bool takes_all(const struct heater *heater)
 {
-	return has_all_power(heater) || heater->cut >= (was ? NOT_FULL : FULL);
+	const double part = heater->full ? NOT_FULL : FULL;
+
+	return heater->load >= part * heater->config.power_most ||
+	       (!has_all_power(heater) && heater->press >= part &&
+		heater->room > LITTLE * heater->config.power_most);
 }
 
-static enum heater_fault rises_at_full_power(struct heater *heater, uint64_t now_ns)
+static enum heater_fault rises_at_full_power(struct heater *heater)
 {
 	const bool was = heater->full;
+	bool risen;
 
-	heater->full = heater->room > LITTLE * heater->config.power_most &&
-		       heater->load >= (was ? NOT_FULL : FULL) * heater->room &&
-		       wants_more(heater, was);
+	heater->full = takes_all(heater);
 	if (!heater->full)
 		return HEATER_FINE;
-	if (was && heater->calm >= heater->full_base + heater->config.rise &&
-	    has_all_power(heater))
-		learn(heater, since(heater->full_ns, now_ns));
-	if (!was || heater->calm >= heater->full_base + heater->config.rise) {
+	risen = heater->calm >= heater->full_base + heater->config.rise;
+	if (was && risen && heater->whole_ns >= heater->full_ns)
+		learn(heater, heater->full_ns);
+	if (!was || risen) {
 		heater->full_base = heater->calm;
-		heater->full_ns = now_ns;
+		heater->full_ns = 0;
 	}
 	heater->full_base = fmin(heater->full_base, heater->calm);
-	return since(heater->full_ns, now_ns) > window(heater) ? HEATER_UNHEEDED : HEATER_FINE;
+	return heater->full_ns > window(heater) ? HEATER_UNHEEDED : HEATER_FINE;
 }
 
 enum heater_fault watch(struct heater *heater, uint64_t now_ns)
 {
+	const uint64_t passed_ns = heater->watched ? since(heater->step_ns, now_ns) : 0;
 	enum heater_fault full, cold;
 
-	follow(heater, now_ns);
-	look_at_room(heater, now_ns);
-	full = rises_at_full_power(heater, now_ns);
-	cold = rises_while_cold(heater, now_ns);
+	follow(heater, passed_ns);
+	count_time(heater, passed_ns);
+	full = rises_at_full_power(heater);
+	cold = rises_while_cold(heater);
 	if (cold || !full)
 		return cold;
 	return heater->cold && !heater->warm ? HEATER_NO_RISE : full;

@@ -436,6 +436,34 @@ static void with_all_of_its_power_again_it_has_time_to_rise(void **state)
 	}
 }
 
+/* Its supply is shared with something that is switched on and off all the time. */
+static void a_power_that_comes_and_goes_hides_nothing(void **state)
+{
+	static const enum sim_heat_fault faults[] = { SIM_HEAT_OUT, SIM_HEAT_STUCK };
+	struct heater_config config = bed();
+	struct oven oven;
+
+	(void)state;
+	for (int i = 0; i < 2; i++) {
+		for (double seconds = 1; seconds < 30; seconds += 3) {
+			oven_init(&oven, &config, &sim_heat_bed);
+			oven_run(&oven, 1);
+			oven.target = 60;
+			oven_run(&oven, 900);
+			oven_expect_fault(&oven, HEATER_FINE);
+			/* it is in the room, or stuck a little below the target */
+			sim_heat_break(&oven.heat, faults[i]);
+			oven.target = 62.5;
+			for (double t = 0; t < 600 && !oven.heater.fault; t += 2 * seconds) {
+				run_with(&oven, 0.6, seconds);
+				run_with(&oven, 1, seconds);
+			}
+			oven_expect_fault(&oven, i ? HEATER_UNHEEDED : HEATER_FELL);
+			assert_true(oven.heat.block < 130);
+		}
+	}
+}
+
 static void configurations_are_judged(void **state)
 {
 	static const struct sensor_config table = {
@@ -513,6 +541,7 @@ int main(void)
 		cmocka_unit_test(a_limit_behind_it_fills_the_integral_no_more_than_its_own),
 		cmocka_unit_test(one_that_is_warm_with_what_it_gets_is_in_order),
 		cmocka_unit_test(with_all_of_its_power_again_it_has_time_to_rise),
+		cmocka_unit_test(a_power_that_comes_and_goes_hides_nothing),
 		cmocka_unit_test(configurations_are_judged),
 	};
 
