@@ -205,20 +205,17 @@ static const struct loop_kind kind = {
 
 static bool take(const struct options *options, struct order *order)
 {
-	static const struct { const char *word; size_t names; } verbs[VERBS] = {
+	static const struct loop_verb verbs[VERBS] = {
 		[HEAT] = { "heat", 4 }, [TUNE] = { "tune", 4 }, [GAIN] = { "gain", 5 },
 		[RESET] = { "reset", 3 },
 	};
 	char *const *names = options->names;
-	size_t verb = 0;
+	const size_t verb = loop_take_verb(options, verbs, VERBS,
+		"heater needs a device, a heater, and what to do: pokeysctl heater printer bed "
+		"heat 60 (or tune 60, gain pid-p 30, reset)");
 
-	while (options->name_count >= 3 && verb < VERBS && strcmp(names[2], verbs[verb].word))
-		verb++;
-	if (options->name_count < 3 || verb == VERBS || options->name_count != verbs[verb].names) {
-		complain("heater needs a device, a heater, and what to do: pokeysctl heater "
-			 "printer bed heat 60 (or tune 60, gain pid-p 30, reset)");
+	if (verb == VERBS)
 		return false;
-	}
 	*order = (struct order){ .verb = (enum verb)verb, .seconds = options->duration_s };
 	if (verb != HEAT && options->duration_s > 0) {
 		complain("--for is for heat");

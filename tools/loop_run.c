@@ -155,6 +155,17 @@ bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
 	return true;
 }
 
+size_t loop_take_verb(const struct options *options, const struct loop_verb *verbs, size_t count,
+		      const char *usage)
+{
+	for (size_t i = 0; options->name_count >= 3 && i < count; i++)
+		if (!strcmp(options->names[2], verbs[i].word) &&
+		    options->name_count == verbs[i].names)
+			return i;
+	complain("%s", usage);
+	return count;
+}
+
 bool loop_take_gain(const struct loop_kind *kind, char *const words[2], struct loop_gain *gain)
 {
 	char names[120] = "", *after;

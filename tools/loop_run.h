@@ -13,6 +13,12 @@ struct loop_trouble {
 	uint8_t obstacle;		/* enum pokeys_obstacle, of the condition */
 };
 
+/* What can be done with it, and how many names the command line has then. */
+struct loop_verb {
+	const char *word;
+	size_t names;
+};
+
 /* A gain that is to be changed. */
 struct loop_gain {
 	enum pokeys_gain which;
@@ -82,6 +88,10 @@ bool loop_is_ready(struct loop_run *run);
 /* Clear its fault, and print that, with what it can do then. False after an error message. */
 bool loop_reset(struct loop_run *run, enum pokeys_one_shot_operation operation,
 		const char *then);
+
+/* Which of these verbs the command line has; `count` after an error message, which is `usage`. */
+size_t loop_take_verb(const struct options *options, const struct loop_verb *verbs, size_t count,
+		      const char *usage);
 
 /*
  * Which gain the two last of a command's words are, such as pid-p 0.35. False after an error

@@ -288,20 +288,17 @@ static bool take_move(const struct options *options, struct order *order)
 
 static bool take(const struct options *options, struct order *order)
 {
-	static const struct { const char *word; size_t names; } verbs[VERBS] = {
+	static const struct loop_verb verbs[VERBS] = {
 		[MOVE] = { "move", 4 }, [MOVE_TO] = { "move-to", 4 }, [SWING] = { "swing", 4 },
 		[GAIN] = { "gain", 5 }, [RESET] = { "reset", 3 },
 	};
 	char *const *names = options->names;
-	size_t verb = 0;
+	const size_t verb = loop_take_verb(options, verbs, VERBS,
+		"servo needs a device, a motor, and what to do: pokeysctl servo mill x move 10 "
+		"--speed 5 (or move-to 0, swing 10, gain pid-p 0.3, reset)");
 
-	while (options->name_count >= 3 && verb < VERBS && strcmp(names[2], verbs[verb].word))
-		verb++;
-	if (options->name_count < 3 || verb == VERBS || options->name_count != verbs[verb].names) {
-		complain("servo needs a device, a motor, and what to do: pokeysctl servo mill x "
-			 "move 10 --speed 5 (or move-to 0, swing 10, gain pid-p 0.3, reset)");
+	if (verb == VERBS)
 		return false;
-	}
 	*order = (struct order){ .verb = (enum verb)verb, .speed = options->speed,
 				 .seconds = options->duration_s };
 	if (verb != SWING && options->duration_s > 0) {

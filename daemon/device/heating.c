@@ -305,7 +305,7 @@ static void show(struct device *device, unsigned int i)
 	image->condition = (uint8_t)heater->condition;
 	image->refused = (uint8_t)heater->refusal;
 	image->at_temperature = heater_is_at(heater, config->within);
-	image->limited = heating->limited && !heater_is_off(heater);
+	image->limited = heater->limited && !heater_is_off(heater);
 	image->fan = (uint8_t)heating_fan_state(device, i);
 	image->stops_machine = config->stops_machine;
 	image->obstacle = (uint8_t)(heater->condition == HEATER_DEVICE ? obstacle_of(device, i) :

@@ -59,7 +59,6 @@ struct heating {
 	struct switching switching;
 	bool good;			/* its configuration can be used */
 	bool on;			/* PIN */
-	bool limited;			/* it got less than it asked for */
 	bool fan;			/* is to run */
 	/* something else of the device has a terminal of it, or of its fan */
 	bool shared, fan_shared;

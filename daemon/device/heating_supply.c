@@ -16,16 +16,6 @@ static bool is_switched(const struct device *device, unsigned int i)
 	return device->config.heater[i].kind == HEATING_PIN;
 }
 
-static void give(struct device *device, unsigned int i, double limit)
-{
-	struct heating *heating = &device->heatings.heating[i];
-
-	/* If it made no step, it asks for what it got before. */
-	if (heating->heater.step_ns == device->now_ns)
-		heating->limited = limit < heating->heater.power;
-	heater_available(&heating->heater, limit);
-}
-
 void heating_supply(struct device *device)
 {
 	const unsigned int count = device->heatings.count;
@@ -47,5 +37,5 @@ void heating_supply(struct device *device)
 	limit = power_limit(power, watts, count, left);
 	for (unsigned int i = 0; i < count; i++)
 		if (!is_switched(device, i))
-			give(device, i, limit);
+			heater_available(&device->heatings.heating[i].heater, limit);
 }

@@ -124,7 +124,10 @@ static void learn(struct heater *heater, uint64_t took_ns)
 	heater->rise_ns[0] = took_ns;
 }
 
-/* With less than its highest power, one that is just warm with what it gets asks for no more. */
+/*
+ * It takes all the power that it can get. Below its highest power this needs a look at what it
+ * asks for: a heater that holds its target with nearly all that it can get asks for no more.
+ */
 static bool takes_all(const struct heater *heater)
 {
 	const double part = heater->full ? NOT_FULL : FULL;

@@ -56,7 +56,7 @@ static void each_gets_the_same_part_of_what_it_asks_for(void **state)
 	run_within_the_supply(60 * SECOND);
 	assert_true(heat_shown(HOTEND)->at_temperature && heat_shown(BED)->at_temperature);
 	assert_false(heat_shown(HOTEND)->limited || heat_shown(BED)->limited);
-	/* one that is off takes nothing from the other */
+	/* a heater that is off leaves all of the supply to the other one */
 	heat_command(HOTEND, 0);
 	heat_command(BED, 0);
 	run_within_the_supply(200 * MS);
