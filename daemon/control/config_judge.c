@@ -85,18 +85,21 @@ static bool has_loops(const struct judged *j)
 	return false;
 }
 
-/* Places for all slow groups, and for those that are kept for what is urgent. */
+/* Places for all slow groups, and for those that are kept for what is urgent (device/plan.c). */
 static void judge_window(const struct judged *j)
 {
-	const int64_t least = 20, of_loops = 4;
+	const int64_t window = j->raw->window;
+	const bool loops = has_loops(j);
+	const int64_t of_loops = 4, together = loops ? 21 : 20;
 
-	if (has_loops(j) && j->raw->window < of_loops)
+	if (loops && window < of_loops)
 		judge_fault(j, "window", 0, "window = %lld is too small for heaters and servo "
-			    "motors, which need %lld or more", (long long)j->raw->window,
+			    "motors, which need %lld or more", (long long)window,
 			    (long long)of_loops);
-	if (j->raw->slow_together && j->raw->window < least)
+	if (j->raw->slow_together && window < together)
 		judge_fault(j, "window", 0, "window = %lld is too small for slow = together, which "
-			    "wants %lld or more", (long long)j->raw->window, (long long)least);
+			    "needs %lld or more%s", (long long)window, (long long)together,
+			    loops ? " beside heaters and servo motors" : "");
 }
 
 /* Two devices that are one. */

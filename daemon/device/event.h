@@ -86,7 +86,8 @@ enum event_code {
 	EVENT_HEATER_TUNED,	/* a = heater, b = enum heater_tuning, c = target as above */
 	EVENT_HEATER_LEFT,	/* its commander has: it is off; a = heater, c = temperature */
 	EVENT_HEATER_UNHEARD,	/* a heater is off, and the device does not acknowledge it: nothing
-				 * is sent to it for its failsafe's time; a = ms */
+				 * is sent to it for its failsafe's time; a = ms, 0 = its failsafe
+				 * does not switch the heater off either */
 	EVENT_SERVO,		/* a = servo motor, b = enum servo_fault (0 = it was reset), c =
 				 * position, thousandths of a unit */
 	EVENT_SERVO_REFUSED,	/* it was not enabled: a = motor, b = enum servo_refusal, c = enum

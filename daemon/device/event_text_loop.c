@@ -48,10 +48,20 @@ void event_put_heater_left(struct line *line, const struct event *e)
 	put(line, "heater %lld: switched off, its commander is gone", (long long)e->a);
 }
 
+static void put_unheard(struct line *line, const struct event *e, const char *what)
+{
+	put(line, "it does not acknowledge that %s is off", what);
+	if (e->a)
+		put(line, ": nothing is sent to it for %lld ms, so that its own failsafe switches "
+		    "its outputs off", (long long)e->a);
+	else
+		put(line, ", and its own failsafe does not switch it off: it may be on; switch "
+		    "off its power");
+}
+
 void event_put_heater_unheard(struct line *line, const struct event *e)
 {
-	put(line, "it does not acknowledge that a heater is off: nothing is sent to it for %lld "
-	    "ms, so that its own failsafe switches its outputs off", (long long)e->a);
+	put_unheard(line, e, "a heater");
 }
 
 void event_put_servo(struct line *line, const struct event *e)
@@ -78,8 +88,7 @@ void event_put_servo_left(struct line *line, const struct event *e)
 
 void event_put_servo_unheard(struct line *line, const struct event *e)
 {
-	put(line, "it does not acknowledge that a servo motor is off: nothing is sent to it for "
-	    "%lld ms, so that its own failsafe switches its outputs off", (long long)e->a);
+	put_unheard(line, e, "a servo motor");
 }
 
 static void put_gain(struct line *line, const struct event *e, const char *loop)

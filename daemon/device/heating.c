@@ -50,20 +50,25 @@ void heating_init(struct device *device)
 	}
 }
 
-/* Is the device set up so that this heater's output is off when nobody talks to it? */
-static bool is_covered(const struct device *device, const struct heating_config *config)
+/* Is this heater's output off when nobody has talked to the device for long enough? */
+static bool switches_off(const struct wire_failsafe_req *failsafe,
+			 const struct heating_config *config)
 {
-	const struct wire_failsafe_req *failsafe = failsafe_known(device);
-
-	if (config->without_failsafe)
-		return true;
-	if (!failsafe || !failsafe->timeout || failsafe->timeout > HEATING_FAILSAFE_MOST)
+	if (!failsafe || !failsafe->timeout)
 		return false;
 	if (config->kind == HEATING_PWM)
 		return failsafe->peripherals & WIRE_FAILSAFE_PWM &&
 		       !failsafe->pwm_percent[config->output];
 	return failsafe->peripherals & WIRE_FAILSAFE_DIGITAL &&
 	       !(failsafe->outputs >> config->output & 1);
+}
+
+static bool is_covered(const struct device *device, const struct heating_config *config)
+{
+	const struct wire_failsafe_req *failsafe = failsafe_known(device);
+
+	return config->without_failsafe || (switches_off(failsafe, config) &&
+					    failsafe->timeout <= HEATING_FAILSAFE_MOST);
 }
 
 /* Neither more nor less than pokeysd.conf wants: an inverted output would be on when it is off. */
@@ -251,7 +256,7 @@ static void step(struct device *device, unsigned int i)
 
 static bool is_stopping(const struct heating *heating)
 {
-	return heating->hot && heater_is_off(&heating->heater);
+	return heating->hot.on && heater_is_off(&heating->heater);
 }
 
 static enum pokeys_heater_state state_of(const struct heating *heating)
@@ -355,22 +360,32 @@ static void follow(struct device *device, unsigned int i)
 	const struct heating_config *config = config_of(device, i);
 
 	if (!heater_is_off(&heating->heater)) {
-		heating->hot = heating->hot || heating->heater.power > 0;
-		heating->off_ns = 0;
-	} else if (heating->hot) {
-		heating->hot = !is_settled_off(device, config);
-		if (!heating->off_ns)
-			heating->off_ns = device->now_ns;
+		if (heating->hot.on || heating->heater.power > 0)
+			left_on(&heating->hot);
+	} else if (heating->hot.on) {
+		left_off(device, &heating->hot, is_settled_off(device, config));
 	}
+}
+
+/* Not even silence helps: the same is sent again and again, and somebody has to know. */
+static void say_unheard(struct device *device, unsigned int i)
+{
+	struct left_on *hot = &device->heatings.heating[i].hot;
+
+	if (hot->said || !left_on_late(device, hot, UNHEARD_NS) ||
+	    switches_off(life_failsafe(device), config_of(device, i)))
+		return;
+	hot->said = true;
+	device_say(device, EVENT_HEATER_UNHEARD, EVENT_ERROR, 0, 0, 0);
 }
 
 bool heating_unheard(const struct device *device)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++) {
-		const struct heating *heating = &device->heatings.heating[i];
+		const struct left_on *hot = &device->heatings.heating[i].hot;
 
-		if (heating->hot && heating->off_ns && !config_of(device, i)->without_failsafe &&
-		    device->now_ns - heating->off_ns > UNHEARD_NS)
+		if (left_on_late(device, hot, UNHEARD_NS) &&
+		    switches_off(life_failsafe(device), config_of(device, i)))
 			return true;
 	}
 	return false;
@@ -388,22 +403,30 @@ void heating_cycle(struct device *device)
 		step_all(device);
 	for (unsigned int i = 0; i < heatings->count; i++) {
 		follow(device, i);
+		say_unheard(device, i);
 		say(device, i);
 		show(device, i);
 	}
 }
 
-void heating_are_off(struct device *device, bool by_failsafe)
+void heating_stopped_itself(struct device *device)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++)
-		if (!by_failsafe || !config_of(device, i)->without_failsafe)
-			device->heatings.heating[i].hot = false;
+		if (switches_off(life_failsafe(device), config_of(device, i)))
+			device->heatings.heating[i].hot.on = false;
+}
+
+void heating_began_again(struct device *device)
+{
+	for (unsigned int i = 0; i < device->heatings.count; i++)
+		device->heatings.heating[i].hot.on = false;
 }
 
 bool heating_may_heat(const struct device *device)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++)
-		if (device->heatings.heating[i].hot && !config_of(device, i)->without_failsafe)
+		if (device->heatings.heating[i].hot.on &&
+		    switches_off(life_failsafe(device), config_of(device, i)))
 			return true;
 	return false;
 }

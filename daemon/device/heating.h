@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <pokeys/state.h>
+#include "daemon/device/loops.h"
 #include "daemon/loops/heater.h"
 #include "daemon/loops/power.h"
 #include "daemon/loops/switching.h"
@@ -62,8 +63,7 @@ struct heating {
 	bool fan;			/* is to run */
 	/* something else of the device has a terminal of it, or of its fan */
 	bool shared, fan_shared;
-	bool hot;			/* it heated, and off is not acknowledged yet */
-	uint64_t off_ns;		/* ... and it is off since then; 0: it is not */
+	struct left_on hot;		/* it heated, or heats */
 	uint64_t sampled_ns;		/* of the newest reading that it was given */
 	uint32_t faults;
 	/* what was said last */
@@ -112,7 +112,7 @@ uint64_t heating_pins_on(const struct device *device);
 /* Pins and channels of heaters that are off, which the device has not acknowledged. */
 uint64_t heating_pins_stopping(const struct device *device);
 uint8_t heating_channels_stopping(const struct device *device);
-/* A heater that the failsafe has to switch off may be on in the device. */
+/* A heater that the failsafe switches off may be on in the device. */
 bool heating_may_heat(const struct device *device);
 
 /* Bit = PWM channel of a heater or of a fan. */
@@ -128,8 +128,9 @@ bool heating_covered(const struct device *device);
 
 /* A heater is off for so long without the device having acknowledged it that only silence helps. */
 bool heating_unheard(const struct device *device);
-/* The device has switched them off by itself: all of them, or those that its failsafe covers. */
-void heating_are_off(struct device *device, bool by_failsafe);
+/* The device's failsafe has acted: what it switches off is off. It has just begun: all are. */
+void heating_stopped_itself(struct device *device);
+void heating_began_again(struct device *device);
 
 /* Forget which terminals something else has; then mark those of an owner of settings/terminal.h. */
 void heating_unshare(struct device *device);

@@ -58,7 +58,8 @@ struct life {
 	bool blocked;			/* found, but it may not run */
 	bool in_use;			/* somebody else drives it */
 	/* of the failsafe's turn in a loss */
-	uint64_t failsafe_ns;		/* it waits so long, as of the last run; 0 = it does not */
+	struct wire_failsafe_req failsafe;	/* as of the last run */
+	uint64_t failsafe_ns;		/* ... it waits so long; 0 = it does not, or is not known */
 	uint64_t left_ns;		/* when it ran last, or was looked for first; 0 = not yet */
 	uint64_t alone_until_ns;	/* nothing is asked until then; 0 = it had no turn yet */
 	bool cooled;			/* it has or had, or needs none */
@@ -317,6 +318,9 @@ static inline void pins_store(uint8_t bytes[POKEYS_PIN_BYTES], uint64_t pins)
  */
 bool request_send(struct device *device, enum wire_op op, const void *value,
 		  pokeys_parser_t parser, pokeys_refresh_t refresh, void *context);
+/* ... into the last places, which are kept for what may switch a heater or a motor off. */
+bool request_send_first(struct device *device, enum wire_op op, const void *value,
+			pokeys_parser_t parser, pokeys_refresh_t refresh, void *context);
 bool request_send_patiently(struct device *device, enum wire_op op, const void *value,
 			    pokeys_parser_t parser, uint64_t deadline_ns);
 
@@ -334,6 +338,8 @@ void device_say(struct device *device, enum event_code code, enum event_level le
 
 /* life.c */
 void life_cycle(struct device *device);
+/* The device's own failsafe: as it is known now, or as it was in the last run; NULL: none known. */
+const struct wire_failsafe_req *life_failsafe(const struct device *device);
 void life_enter(struct device *device, enum pokeys_link link, enum pokeys_fault fault);
 void life_fault(struct device *device, enum pokeys_fault fault);
 /* Found, but it may not run: locked, or a setting is refused. */

@@ -87,10 +87,19 @@ static void note_failsafe(struct device *device)
 	const struct wire_failsafe_req *failsafe = failsafe_known(device);
 	struct life *life = &device->life;
 
+	if (failsafe)
+		life->failsafe = *failsafe;
 	life->failsafe_ns = failsafe ? failsafe_ns(failsafe->timeout, failsafe->peripherals) : 0;
 	life->left_ns = device->now_ns;
 	life->alone_until_ns = 0;
 	life->cooled = false;
+}
+
+const struct wire_failsafe_req *life_failsafe(const struct device *device)
+{
+	if (running(device))
+		return failsafe_known(device);
+	return device->life.failsafe_ns ? &device->life.failsafe : NULL;
 }
 
 static void leave_running(struct device *device)
@@ -354,7 +363,10 @@ static bool silent(const struct device *device)
 	return life->asked && device->now_ns - life->quiet_since_ns >= limit;
 }
 
-/* An output of a loop is off, and the device does not say so, whatever else it answers. */
+/*
+ * An output of a loop is to be off, and the device does not say so, whatever else it answers. Its
+ * failsafe, which is noted when it is lost, switches it off.
+ */
 static void leave_unheard(struct device *device)
 {
 	const bool heats = heating_unheard(device);

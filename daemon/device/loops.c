@@ -4,6 +4,27 @@
 #include "daemon/device/loops.h"
 #include "daemon/device/internal.h"
 
+void left_on(struct left_on *left)
+{
+	*left = (struct left_on){ .on = true };
+}
+
+/* A device that is searched for acknowledges nothing; the time begins when it was found. */
+void left_off(const struct device *device, struct left_on *left, bool settled)
+{
+	const uint8_t link = device->image.link;
+
+	if (settled)
+		*left = (struct left_on){ .on = false };
+	else if (!left->off_ns || link == POKEYS_LINK_SEARCHING || link == POKEYS_LINK_LOST)
+		left->off_ns = device->now_ns;
+}
+
+bool left_on_late(const struct device *device, const struct left_on *left, uint64_t limit_ns)
+{
+	return left->on && left->off_ns && device->now_ns - left->off_ns > limit_ns;
+}
+
 void loops_init(struct device *device)
 {
 	heating_init(device);
@@ -105,14 +126,14 @@ bool loops_may_run(const struct device *device)
 
 void loops_stopped_itself(struct device *device)
 {
-	heating_are_off(device, true);
-	servoing_are_off(device, true);
+	heating_stopped_itself(device);
+	servoing_stopped_itself(device);
 }
 
 void loops_began_again(struct device *device)
 {
-	heating_are_off(device, false);
-	servoing_are_off(device, false);
+	heating_began_again(device);
+	servoing_began_again(device);
 }
 
 void loops_unshare(struct device *device)

@@ -12,6 +12,19 @@
 
 struct device;
 
+/* An output that a loop has switched on: the device may have it on until off is acknowledged. */
+struct left_on {
+	bool on;
+	bool said;		/* that the device does not acknowledge it, and no failsafe helps */
+	uint64_t off_ns;	/* to be off since then, by a device that was found; 0: not so */
+};
+
+/* In each cycle: it is on, or it is to be off and the device has acknowledged so, or not yet. */
+void left_on(struct left_on *left);
+void left_off(const struct device *device, struct left_on *left, bool settled);
+/* Off is not acknowledged for so long. */
+bool left_on_late(const struct device *device, const struct left_on *left, uint64_t limit_ns);
+
 void loops_init(struct device *device);
 
 /* In each cycle, before anything is sent. */
@@ -40,7 +53,7 @@ uint64_t loops_pins_stopping(const struct device *device);
 uint8_t loops_channels_stopping(const struct device *device);
 /* As safe_pins_settled(), of the duty (ticks) of a channel, and of the pulses before. */
 bool loops_duty_settled(const struct device *device, unsigned int channel, uint32_t duty);
-/* One that the failsafe has to switch off may be on in the device. */
+/* One that the failsafe switches off may be on in the device. */
 bool loops_may_run(const struct device *device);
 
 /* What the device has acknowledged may not be so any more: its failsafe may have acted. */
@@ -48,7 +61,7 @@ void loops_doubt(struct device *device);
 
 /* The device's own failsafe has to switch off what it may have been left with. */
 bool loops_covered(const struct device *device);
-/* It has had its turn: what it covers is off. */
+/* It has had its turn: what it switches off is off. */
 void loops_stopped_itself(struct device *device);
 /* The device has just begun: all of them are off. */
 void loops_began_again(struct device *device);

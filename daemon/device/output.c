@@ -166,12 +166,15 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 static bool send(struct device *device, unsigned int place, const union output_value *want)
 {
 	struct output *output = &device->outputs.output[place];
+	void *const own = (void *)(uintptr_t)place;
 	union output_value request;
 	unsigned int index;
 	const struct output_kind *kind = output_kind(place, &index);
 
 	encode(device, place, want, &request);
-	if (!request_send(device, kind->op, &request, ended, refresh, (void *)(uintptr_t)place))
+	if (place == OUTPUT_PWM ?
+	    !request_send_first(device, kind->op, &request, ended, refresh, own) :
+	    !request_send(device, kind->op, &request, ended, refresh, own))
 		return false;
 	output->open = true;
 	output->mixed = false;

@@ -203,7 +203,7 @@ static void send_io(struct device *device)
 		return;
 	}
 	io_request(device, &io);
-	if (!request_send(device, WIRE_OP_IO, &io, io_ended, io_refresh, NULL))
+	if (!request_send_first(device, WIRE_OP_IO, &io, io_ended, io_refresh, NULL))
 		return;
 	plan->io_open = true;
 	plan->io_write = io.write;
@@ -305,15 +305,21 @@ static void send_lesser(struct device *device)
 		slow_send(device);
 }
 
+static uint32_t kept(const struct device *device)
+{
+	const uint32_t window = device->mailbox.options.window;
+
+	if (loops_channels(device))
+		return window > KEPT + 1 ? KEPT + 1 : window - 1;
+	return window > 2 * KEPT ? KEPT : window / 2;
+}
+
 /*
  * The fast requests, references and the engine's state always find a place in
  * the window; all others may not fill it.
  */
 static bool room(const struct device *device)
 {
-	const uint32_t window = device->mailbox.options.window;
-	const uint32_t loops = loops_channels(device) != 0;
-	const uint32_t kept = window > 2 * KEPT ? KEPT + loops : window / 2;
 	uint32_t urgent = device->plan.io_open;
 
 	urgent += device->plan.status_open;
@@ -323,7 +329,8 @@ static bool room(const struct device *device)
 	urgent += loops_channels(device) && device->outputs.output[OUTPUT_PWM].open;
 	urgent += device->threading.open;
 	urgent += device->threading.arm_open || device->threading.cancel_open;
-	return device->mailbox.open_count - urgent + kept < window;
+	return device->mailbox.open_count - urgent + kept(device) <
+	       device->mailbox.options.window;
 }
 
 void plan_cycle(struct device *device)

@@ -30,7 +30,19 @@ struct ends {
 	pokeys_refresh_t refresh;
 	void *context;
 	uint64_t deadline_ns;
+	bool first;
 };
+
+/*
+ * Places that stay free of everything else: a heater or a motor that is to be off goes out with
+ * 0xCC and 0xCB, and cannot wait until some other question is answered, or is not.
+ */
+static uint32_t held(const struct device *device)
+{
+	if (!device->heatings.count && !device->servoings.count)
+		return 0;
+	return 2u - device->plan.io_open - device->outputs.output[OUTPUT_PWM].open;
+}
 
 static bool send(struct device *device, enum wire_op op, const void *value,
 		 const struct ends *ends)
@@ -40,7 +52,9 @@ static bool send(struct device *device, enum wire_op op, const void *value,
 	enum wire_class class;
 	int id;
 
-	if (!device->budget)
+	if (!device->budget ||
+	    (!ends->first && running(device) &&
+	     device->mailbox.open_count + held(device) >= device->mailbox.options.window))
 		return false;
 	wire_encode_req(op, packet, value);
 	class = wire_request_class(row, packet);
@@ -63,6 +77,16 @@ bool request_send(struct device *device, enum wire_op op, const void *value,
 		  pokeys_parser_t parser, pokeys_refresh_t refresh, void *context)
 {
 	const struct ends ends = { .parser = parser, .refresh = refresh, .context = context };
+
+	return send(device, op, value, &ends);
+}
+
+bool request_send_first(struct device *device, enum wire_op op, const void *value,
+			pokeys_parser_t parser, pokeys_refresh_t refresh, void *context)
+{
+	const struct ends ends = {
+		.parser = parser, .refresh = refresh, .context = context, .first = true,
+	};
 
 	return send(device, op, value, &ends);
 }

@@ -84,15 +84,19 @@ static bool ends_pwm(const struct wire_failsafe_req *failsafe,
 	return failsafe->peripherals & WIRE_FAILSAFE_PWM;
 }
 
-/* Is the device set up so that this motor stops when nobody talks to it? */
+/* Does this motor stop when nobody has talked to the device for long enough? */
+static bool stops(const struct wire_failsafe_req *failsafe, const struct servoing_config *config)
+{
+	return failsafe && failsafe->timeout &&
+	       (disables(failsafe, config) || ends_pwm(failsafe, config));
+}
+
 static bool is_covered(const struct device *device, const struct servoing_config *config)
 {
 	const struct wire_failsafe_req *failsafe = failsafe_known(device);
 
-	if (config->without_failsafe)
-		return true;
-	return failsafe && failsafe->timeout && failsafe->timeout <= SERVOING_FAILSAFE_MOST &&
-	       (disables(failsafe, config) || ends_pwm(failsafe, config));
+	return config->without_failsafe ||
+	       (stops(failsafe, config) && failsafe->timeout <= SERVOING_FAILSAFE_MOST);
 }
 
 /* Its index input would set the counter of this encoder to 0, and the axis to another place. */
@@ -294,12 +298,10 @@ static void step(struct device *device, unsigned int i)
 					     servoing->servo.enabled, is_settled(device, i),
 					     device->now_ns);
 	say(device, i, was_enabled);
-	if (servoing->servo.enabled) {
-		servoing->driven = true;
-		servoing->off_ns = 0;
-	} else if (servoing->driven && !servoing->off_ns) {
-		servoing->off_ns = device->now_ns;
-	}
+	if (servoing->servo.enabled)
+		left_on(&servoing->driven);
+	else if (servoing->driven.on && !servoing->driven.off_ns)
+		left_off(device, &servoing->driven, false);
 }
 
 void servoing_session(struct device *device)
@@ -315,7 +317,7 @@ void servoing_session(struct device *device)
 
 static bool is_stopping(const struct servoing *servoing)
 {
-	return servoing->driven && !servoing->servo.enabled;
+	return servoing->driven.on && !servoing->servo.enabled;
 }
 
 static enum pokeys_servo_state state_of(const struct servoing *servoing)
@@ -373,18 +375,29 @@ static void follow(struct device *device, unsigned int i)
 {
 	struct servoing *servoing = &device->servoings.servoing[i];
 
-	if (servoing->driven && servoing->off_ns)
-		servoing->driven = !is_settled(device, i);
+	if (servoing->driven.on && servoing->driven.off_ns)
+		left_off(device, &servoing->driven, is_settled(device, i));
+}
+
+/* Not even silence helps: the same is sent again and again, and somebody has to know. */
+static void say_unheard(struct device *device, unsigned int i)
+{
+	struct left_on *driven = &device->servoings.servoing[i].driven;
+
+	if (driven->said || !left_on_late(device, driven, UNHEARD_NS) ||
+	    stops(life_failsafe(device), config_of(device, i)))
+		return;
+	driven->said = true;
+	device_say(device, EVENT_SERVO_UNHEARD, EVENT_ERROR, 0, 0, 0);
 }
 
 bool servoing_unheard(const struct device *device)
 {
 	for (unsigned int i = 0; i < device->servoings.count; i++) {
-		const struct servoing *servoing = &device->servoings.servoing[i];
+		const struct left_on *driven = &device->servoings.servoing[i].driven;
 
-		if (servoing->driven && servoing->off_ns &&
-		    !config_of(device, i)->without_failsafe &&
-		    device->now_ns - servoing->off_ns > UNHEARD_NS)
+		if (left_on_late(device, driven, UNHEARD_NS) &&
+		    stops(life_failsafe(device), config_of(device, i)))
 			return true;
 	}
 	return false;
@@ -395,15 +408,22 @@ void servoing_cycle(struct device *device)
 	for (unsigned int i = 0; i < device->servoings.count; i++) {
 		follow(device, i);
 		step(device, i);
+		say_unheard(device, i);
 		show(device, i);
 	}
 }
 
-void servoing_are_off(struct device *device, bool by_failsafe)
+void servoing_stopped_itself(struct device *device)
 {
 	for (unsigned int i = 0; i < device->servoings.count; i++)
-		if (!by_failsafe || !config_of(device, i)->without_failsafe)
-			device->servoings.servoing[i].driven = false;
+		if (stops(life_failsafe(device), config_of(device, i)))
+			device->servoings.servoing[i].driven.on = false;
+}
+
+void servoing_began_again(struct device *device)
+{
+	for (unsigned int i = 0; i < device->servoings.count; i++)
+		device->servoings.servoing[i].driven.on = false;
 }
 
 uint64_t servoing_pins(const struct device *device)
@@ -438,7 +458,8 @@ uint8_t servoing_channels_stopping(const struct device *device)
 bool servoing_may_run(const struct device *device)
 {
 	for (unsigned int i = 0; i < device->servoings.count; i++)
-		if (device->servoings.servoing[i].driven && !config_of(device, i)->without_failsafe)
+		if (device->servoings.servoing[i].driven.on &&
+		    stops(life_failsafe(device), config_of(device, i)))
 			return true;
 	return false;
 }
@@ -486,7 +507,7 @@ bool servoing_off(const struct device *device)
 bool servoing_standing(const struct device *device)
 {
 	for (unsigned int i = 0; i < device->servoings.count; i++)
-		if (device->servoings.servoing[i].driven)
+		if (device->servoings.servoing[i].driven.on)
 			return false;
 	return servoing_off(device);
 }

@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <pokeys/state.h>
+#include "daemon/device/loops.h"
 #include "daemon/loops/drive.h"
 #include "daemon/loops/servo.h"
 #include "wire/io.h"
@@ -39,8 +40,7 @@ struct servoing {
 	struct drive_wires wires;
 	bool good;			/* its configuration can be used */
 	bool shared;			/* something else of the device has a terminal of it */
-	bool driven;			/* it was enabled, and off is not acknowledged yet */
-	uint64_t off_ns;		/* ... and it is off since then; 0: it is not */
+	struct left_on driven;		/* it was enabled, or is */
 	uint32_t faults;
 	/* what was said last */
 	uint8_t fault, refusal;
@@ -75,7 +75,7 @@ uint64_t servoing_pins_on(const struct device *device);
 /* Pins and channels of motors that are off, which the device has not acknowledged. */
 uint64_t servoing_pins_stopping(const struct device *device);
 uint8_t servoing_channels_stopping(const struct device *device);
-/* A motor that the failsafe has to stop is enabled, or was and may still be so in the device. */
+/* A motor that the failsafe stops is enabled, or was and may still be so in the device. */
 bool servoing_may_run(const struct device *device);
 
 /* Bit = PWM channel of a motor. */
@@ -88,8 +88,9 @@ bool servoing_covered(const struct device *device);
 
 /* A motor is off for so long without the device having acknowledged it that only silence helps. */
 bool servoing_unheard(const struct device *device);
-/* The device has stopped them by itself: all of them, or those that its failsafe covers. */
-void servoing_are_off(struct device *device, bool by_failsafe);
+/* The device's failsafe has acted: what it stops is off. It has just begun: all of them are. */
+void servoing_stopped_itself(struct device *device);
+void servoing_began_again(struct device *device);
 
 /* Forget which terminals something else has; then mark those of an owner of settings/terminal.h. */
 void servoing_unshare(struct device *device);

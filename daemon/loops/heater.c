@@ -100,7 +100,7 @@ const char *heater_init(struct heater *heater, const struct heater_config *confi
 	const char *why = judge(config);
 
 	*heater = (struct heater){ .config = *config, .temperature = NAN, .wanted = NAN,
-				   .condition = HEATER_STALE };
+				   .condition = HEATER_STALE, .sensed = HEATER_STALE };
 	why = why ? why : judge_gains(&config->gains, config->law);
 	why = why ? why : sensor_init(&heater->sensor, &config->sensor);
 	return why ? why : judge_range(heater);
@@ -292,9 +292,18 @@ bool heater_is_off(const struct heater *heater)
 	return !(heater->target > 0);
 }
 
+/* While the device is not ready, its own fault is not over, nor one that is not noticed yet. */
+static bool is_over(const struct heater *heater)
+{
+	if (heater->sensed)
+		return false;
+	return (!heater->condition && !heater->lost) ||
+	       (heater->fault && heater->fault != HEATER_DEVICE);
+}
+
 bool heater_reset(struct heater *heater)
 {
-	if (heater->condition || heater->lost)
+	if (!is_over(heater))
 		return false;
 	if (heater->fault && heater->wanted == 0)
 		heater->armed = true;

@@ -119,6 +119,7 @@ struct heater {
 	bool limited;		/* it asked for more */
 	bool on;		/* BANG_BANG */
 	enum heater_fault condition;	/* what is wrong now */
+	enum heater_fault sensed;	/* ... with the sensor alone */
 	struct heater_tune tune;
 	enum heater_fault fault;	/* what has switched it off; stays until heater_reset() */
 	uint64_t step_ns;	/* of the last step */

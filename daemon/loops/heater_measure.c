@@ -93,7 +93,7 @@ static enum heater_fault of_period(struct heater *heater, unsigned int good)
 	double celsius;
 
 	if (!good)
-		return heater->condition;	/* nothing new */
+		return heater->sensed;	/* nothing new */
 	state = sensor_read(&heater->sensor, median(heater->sample, good), &celsius);
 	return state == SENSOR_GOOD ? judge(heater, celsius) : of_state(state);
 }
@@ -115,6 +115,7 @@ enum heater_fault measure(struct heater *heater, uint64_t now_ns)
 	/* The temperature is of use to others as well, such as a fan. */
 	else if (!found)
 		found = of_period(heater, good);
+	heater->sensed = found;
 	/* What is too hot has to be seen, whatever else is wrong. */
 	return lost && found != HEATER_OVER ? HEATER_DEVICE : found;
 }

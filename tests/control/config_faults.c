@@ -182,7 +182,7 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 		     "f:3: [device a]: lost-after-ms = 8 has to be longer than stale-after-ms, "
 		     "which is 8");
 	assert_fault(GOOD "slow = together\n",
-		     "f:1: [device a]: window = 8 is too small for slow = together, which wants 20 "
+		     "f:1: [device a]: window = 8 is too small for slow = together, which needs 20 "
 		     "or more");
 	assert_fault(GOOD "deadline-floor-us = 60000\n",
 		     "f:1: [device a]: deadline-ceiling-ms = 50 must not be shorter than "

@@ -384,6 +384,9 @@ static void a_device_that_cannot_send_enough_is_refused(void **state)
 		     "f:4: [device a]: window = 3 is too small for heaters and servo motors, which "
 		     "need 4 or more");
 	assert_int_equal(parse(GOOD "window = 4\n" BED), 0);
+	assert_fault(GOOD "slow = together\nwindow = 20\n" BED,
+		     "f:5: [device a]: window = 20 is too small for slow = together, which needs "
+		     "21 or more beside heaters and servo motors");
 	assert_int_equal(parse(GOOD "window = 2\n"), 0);
 }
 

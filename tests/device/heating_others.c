@@ -217,6 +217,91 @@ static void one_without_failsafe_is_off_when_it_says_so(void **state)
 	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_FAULT);
 }
 
+static void swallow_duties(struct world *w, const uint8_t *packet)
+{
+	w->swallow = packet[1] == 0xCB;
+}
+
+static void expect_stopping(uint64_t for_ns)
+{
+	while (for_ns) {
+		heat_run(100 * MS);
+		for_ns -= 100 * MS;
+		assert_true(heat_power(HOTEND) > 0);
+		assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_STOPPING);
+		assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
+	}
+}
+
+/* Silence would not help: it is said once, and off goes on being sent. */
+static void one_that_the_failsafe_leaves_on_is_not_left_alone(void **state)
+{
+	(void)state;
+	heat_prepare(NULL);
+	world.config.settings.failsafe_peripherals = WIRE_FAILSAFE_DIGITAL;
+	world.config.heater[HOTEND].without_failsafe = true;
+	heat_start();
+	heat_up();
+	world.watch = swallow_duties;
+	heat_command(HOTEND, 0);
+	expect_stopping(3 * SECOND);
+	assert_int_equal(world.event_count[EVENT_HEATER_UNHEARD], 1);
+	assert_int_equal(world.last_event[EVENT_HEATER_UNHEARD].a, 0);
+	world.watch = NULL;
+	heat_run(20 * MS);
+	assert_true(heat_power(HOTEND) <= 0);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_OFF);
+}
+
+static void leave_duties_on(struct pokeys_settings *settings)
+{
+	settings->set = POKEYS_SET_FAILSAFE;
+	settings->failsafe_timeout = 10;
+	settings->failsafe_peripherals = WIRE_FAILSAFE_DIGITAL;
+}
+
+/* What pokeysd.conf says of a failsafe is not what the device has. */
+static void what_another_failsafe_leaves_on_is_not_called_off(void **state)
+{
+	(void)state;
+	world.watch = swallow_duties;
+	wish_of(leave_duties_on);
+	while (heat_power(HOTEND) <= 0)
+		heat_cycle();
+	world.watch = swallow_duties;
+	heat_run(200 * MS);
+	expect_stopping(3 * SECOND);
+	assert_int_equal(heat_shown(HOTEND)->fault, POKEYS_HEATER_DEVICE);
+	/* nor after a loss */
+	heat_silence(4 * SECOND);
+	assert_true(heat_power(HOTEND) > 0);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_STOPPING);
+	world.watch = NULL;
+	world_until(&world, world_is_running, 5 * SECOND);
+	heat_expect_off(20 * MS);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_FAULT);
+}
+
+/* Somebody has switched off its PWM altogether, while nobody heard it. */
+static void a_device_without_pwm_heats_nothing(void **state)
+{
+	(void)state;
+	heat_prepare(NULL);
+	world.config.settings.failsafe_peripherals = WIRE_FAILSAFE_DIGITAL;
+	world.config.heater[HOTEND].without_failsafe = true;
+	world.config.settings.set &= ~(uint32_t)POKEYS_SET_PWM_PERIOD;
+	world.rig.device.config.pwm.period = PERIOD;
+	heat_start();
+	heat_up();
+	heat_silence(3 * SECOND);
+	memset(&world.rig.device.config.pwm, 0, sizeof(world.rig.device.config.pwm));
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_STOPPING);
+	world_until(&world, world_is_running, 5 * SECOND);
+	heat_expect_off(0);
+	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_FAULT);
+	assert_int_equal(world.event_count[EVENT_HEATER_UNHEARD], 0);
+}
+
 static unsigned int duties;
 
 /* One duty arrives and its answer does not; nothing arrives after it. */
@@ -429,6 +514,9 @@ int main(void)
 		cmocka_unit_test(no_output_is_used_that_the_device_would_leave_on),
 		cmocka_unit_test(while_nobody_hears_it_it_is_not_called_off),
 		cmocka_unit_test(one_without_failsafe_is_off_when_it_says_so),
+		cmocka_unit_test(one_that_the_failsafe_leaves_on_is_not_left_alone),
+		cmocka_unit_test(what_another_failsafe_leaves_on_is_not_called_off),
+		cmocka_unit_test(a_device_without_pwm_heats_nothing),
 		cmocka_unit_test_setup(an_off_is_followed_while_a_power_is_under_way, heat_begin),
 		cmocka_unit_test_setup(an_answer_from_before_a_gap_is_no_acknowledgement,
 				       heat_begin),

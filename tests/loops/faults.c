@@ -230,6 +230,32 @@ static void too_hot_and_too_cold(void **state)
 	oven_expect_fault(&oven, HEATER_OVER);
 }
 
+/* A fault of before is no reason to wait for the device; but a fault of the device is. */
+static void a_reset_does_not_wait_for_the_device(void **state)
+{
+	struct oven oven;
+
+	(void)state;
+	oven_init(&oven, &heater_usual, &sim_heat_hotend);
+	oven.device = false;
+	for (int i = 0; i < 3000 && !oven.heater.fault; i++) {
+		oven.heat.block += 1;
+		oven_step(&oven);
+	}
+	oven_expect_fault(&oven, HEATER_OVER);
+	assert_false(heater_reset(&oven.heater));
+	oven.heat.block = oven.heat.sensor = 200;
+	oven_run(&oven, 20);
+	assert_int_equal(oven.heater.condition, HEATER_DEVICE);
+	assert_true(heater_reset(&oven.heater));
+	oven_run(&oven, 1);
+	assert_int_equal(oven.heater.fault, HEATER_FINE);
+	/* a sensor that is not good still is one */
+	oven.silent = true;
+	oven_run(&oven, 1);
+	assert_false(heater_reset(&oven.heater));
+}
+
 static void a_temperature_that_jumps(void **state)
 {
 	struct oven oven;
@@ -447,6 +473,7 @@ int main(void)
 		cmocka_unit_test(readings_from_the_future),
 		cmocka_unit_test(a_device_that_is_lost),
 		cmocka_unit_test(too_hot_and_too_cold),
+		cmocka_unit_test(a_reset_does_not_wait_for_the_device),
 		cmocka_unit_test(a_temperature_that_jumps),
 		cmocka_unit_test(a_heater_that_is_broken),
 		cmocka_unit_test(a_target_that_changes_hides_nothing),

@@ -490,6 +490,23 @@ def test_check_config_says_what_is_not_on_this_machine():
             assert sum(word in line for line in bad.stderr.splitlines()) == 1, bad.stderr
 
 
+def test_check_config_notes_what_may_surprise():
+    heater = ("[heater {0}]\nsensor = thermistor\nsensor-pin = {1}\npwm = {2}\nmax-temperature = 250\n"
+              "rated-power-w = 40\n")
+    device = "[device mill]\naddress = 127.0.0.1\nmax-heater-power-w = 60\npwm-period = {0}\n"
+    two = heater.format("a", 41, 1) + "fan-pwm = 3\n" + heater.format("b", 42, 2)
+    with House() as house:
+        for period, notes in ((125001, ("[heater a]: fan-pwm: the fan stops", "max-heater-power-w limits the mean power")),
+                              (125000, ("[heater a]: fan-pwm: the fan stops",))):
+            house.conf.write_text(device.format(period) + two)
+            out = run(house.programs["pokeysd"], "--check-config", "--config", house.conf)
+            assert out.returncode == 0, out
+            said = out.stderr.splitlines() + out.stdout.splitlines()
+            for note in notes:
+                assert sum(note in line for line in said) == 1, out
+            assert ("limits the mean power" in "".join(said)) == (len(notes) == 2), out
+
+
 def test_the_example_is_in_order():
     example = House.programs["pokeysd.conf.example"]
     with House() as house:
