@@ -348,6 +348,24 @@ void servo_another(struct servo *servo)
 	servo->refusal = SERVO_TAKEN;
 }
 
+/* Places on the machine have another number now; those that are none stay so. */
+static void shift_places(struct servo *servo, double shift)
+{
+	servo->low_at += shift;
+	servo->high_at += shift;
+	servo->stall_from += shift;
+}
+
+void servo_renumber(struct servo *servo, double shift, bool homed)
+{
+	shift_places(servo, shift);
+	servo->offset += shift;
+	servo->position += shift;
+	servo->wanted += shift;
+	servo->homed = homed;
+	servo_watch_begin(servo, servo->wanted);
+}
+
 bool servo_place(struct servo *servo, double position, bool homed)
 {
 	const double scale = servo->config.scale, shift = position - servo->position;
@@ -358,10 +376,7 @@ bool servo_place(struct servo *servo, double position, bool homed)
 	servo->offset = position - (double)servo->counts / scale;
 	servo->position = position;
 	servo->homed = homed;
-	/* places on the machine have another number now; those that are none stay so */
-	servo->low_at += shift;
-	servo->high_at += shift;
-	servo->stall_from += shift;
+	shift_places(servo, shift);
 	return true;
 }
 

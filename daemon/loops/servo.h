@@ -174,6 +174,12 @@ void servo_another(struct servo *servo);
 bool servo_place(struct servo *servo, double position, bool homed);
 
 /*
+ * All positions are larger by `shift` from now on, also the commanded one, so an axis that is
+ * enabled does not move.
+ */
+void servo_renumber(struct servo *servo, double shift, bool homed);
+
+/*
  * Other gains, while it runs: the output does not jump, but goes over to theirs within some tenths
  * of a second. False: they are none, nothing changed.
  */

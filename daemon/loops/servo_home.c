@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Homing as most machines do it: search the switch, back off it, and approach it slowly. The axis
+ * follows a path whose speed changes by the acceleration only, so each state goes over to the next
+ * one without a stop.
+ *
+ * A change of the switch counts when it has been read some times in a row: a disturbance of one
+ * moment is no switch, and a contact that bounces is left when it has ceased to. Its place is that
+ * of the first of these readings. Switch and encoder may be read at different times, so it is where
+ * the axis was, at its speed, in the middle between this reading and the one before.
+ *
+ * Each state has a way and a time. Both are those of the path; an axis that does not follow its
+ * path has a fault of its own.
+ */
+
+#include "daemon/loops/servo_home.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "daemon/loops/servo_part.h"
+
+#define CLOSED 3		/* readings in a row */
+#define OPENED 10
+#define APPROACH_MORE 1.5	/* times the way that it was backed off */
+#define TIMES_MORE 2.0		/* the time that a state needs */
+#define SECONDS_MORE 2.0
+#define STEP_MOST_S 0.01	/* a longer pause is none of the path */
+
+static const char *judge(const struct servo_home_config *config, const struct servo_config *servo)
+{
+	if (!isfinite(config->search) || fabs(config->search) > servo->speed_most)
+		return "home-search-speed has to be at most max-speed, in either direction";
+	if (!(config->latch > 0 && config->latch <= fabs(config->search)))
+		return "home-latch-speed has to be above 0, and at most home-search-speed without "
+		       "its sign";
+	if (!(config->acceleration > 0) || !isfinite(config->acceleration))
+		return "home-acceleration has to be above 0";
+	if (!(config->distance > 0) || !isfinite(config->distance))
+		return "home-distance has to be given if min-position or max-position is none";
+	if (!isfinite(config->offset) || !isfinite(config->position))
+		return "home-offset and home-position have to be numbers";
+	if (!(config->position >= servo->least && config->position <= servo->most))
+		return "home-position has to be from min-position to max-position";
+	return NULL;
+}
+
+const char *servo_home_init(struct servo_home *home, const struct servo_home_config *config,
+			    const struct servo_config *servo)
+{
+	*home = (struct servo_home){ .config = *config };
+	return config->search != 0 ? judge(config, servo) : NULL;
+}
+
+static void enter(struct servo_home *home, enum servo_home_state state, double way,
+		  uint64_t now_ns)
+{
+	home->state = state;
+	home->from = home->path;
+	home->way = way;
+	home->since_ns = now_ns;
+	home->alike = 0;
+}
+
+bool servo_home_begin(struct servo_home *home, struct servo *servo, uint64_t now_ns)
+{
+	if (home->config.search == 0 || !servo->enabled)
+		return false;
+	home->end = SERVO_HOME_NONE;
+	home->pressed = false;
+	home->path = servo->wanted;
+	home->speed = servo->wanted_rate;
+	home->step_ns = home->read_ns = now_ns;
+	servo->homed = false;
+	enter(home, SERVO_HOME_LEAVE, home->config.distance, now_ns);
+	return true;
+}
+
+static void finish(struct servo_home *home, enum servo_home_end end)
+{
+	home->state = SERVO_HOME_HOLD;
+	home->end = end;
+}
+
+bool servo_home_works(const struct servo_home *home)
+{
+	return home->state != SERVO_HOME_IDLE && home->state != SERVO_HOME_HOLD;
+}
+
+bool servo_home_abort(struct servo_home *home)
+{
+	if (!servo_home_works(home))
+		return false;
+	finish(home, SERVO_HOME_ABORTED);
+	return true;
+}
+
+/* How fast it shall be in this state. */
+static double wanted_speed(const struct servo_home *home)
+{
+	const struct servo_home_config *config = &home->config;
+	const double rest = config->position - home->path;
+
+	switch (home->state) {
+	case SERVO_HOME_LEAVE:
+		return home->pressed ? -config->search : 0;
+	case SERVO_HOME_SEARCH:
+		return config->search;
+	case SERVO_HOME_BACK:
+		return -config->search;
+	case SERVO_HOME_APPROACH:
+		return copysign(config->latch, config->search);
+	case SERVO_HOME_GO:
+		return copysign(fmin(fabs(config->search),
+				     sqrt(2 * config->acceleration * fabs(rest))), rest);
+	case SERVO_HOME_IDLE:
+	case SERVO_HOME_HOLD:
+	case SERVO_HOME_STATES:
+		break;
+	}
+	return 0;
+}
+
+/* One step of the path. */
+static void advance(struct servo_home *home, struct servo *servo, uint64_t now_ns)
+{
+	const double seconds = fmin((double)since(home->step_ns, now_ns) / SECOND, STEP_MOST_S);
+	const double change = home->config.acceleration * seconds, before = home->speed;
+	const double more = wanted_speed(home) - before;
+	const double rest = home->config.position - home->path;
+
+	home->step_ns = now_ns;
+	home->speed += fmax(-change, fmin(more, change));
+	home->path += (before + home->speed) / 2 * seconds;
+	/* the last step of a way that is known */
+	if (home->state == SERVO_HOME_GO && fabs(home->speed) <= 2 * change &&
+	    fabs(rest) <= 2 * change * seconds) {
+		home->path = home->config.position;
+		home->speed = 0;
+		servo_renumber(servo, 0, true);
+		finish(home, SERVO_HOME_DONE);
+	}
+}
+
+/* Where the axis was between this reading of the switch and the one before. */
+static double place_of(const struct servo *servo, uint64_t before_ns, uint64_t read_ns)
+{
+	const double middle_ns = (double)before_ns / 2 + (double)read_ns / 2;
+
+	return servo->position + servo->rate * (middle_ns - (double)servo->read_ns) / SECOND;
+}
+
+/* Has the switch been like this for some readings in a row? */
+static bool is_settled(struct servo_home *home, const struct servo *servo,
+		       const struct servo_home_input *input, bool active, unsigned int enough)
+{
+	if (input->active != active) {
+		home->alike = 0;
+		return false;
+	}
+	if (!home->alike++)
+		home->edge = place_of(servo, home->read_ns, input->read_ns);
+	return home->alike >= enough;
+}
+
+/* The switch is left: from there it is approached, on a way of which it has to be. */
+static void turn(struct servo_home *home, const struct servo *servo, uint64_t now_ns)
+{
+	const struct servo_home_config *config = &home->config;
+	const double slows = config->search * config->search / config->acceleration;
+	const double gone = fabs(home->path - home->from) * APPROACH_MORE;
+
+	enter(home, SERVO_HOME_APPROACH, gone + slows + servo->config.follow_most, now_ns);
+}
+
+/*
+ * The axis is where the switch has closed: its position is known. It is homed only at the end,
+ * because the switch, and what it still moves on, may be beyond a soft limit.
+ */
+static void know(struct servo_home *home, struct servo *servo, uint64_t now_ns)
+{
+	const double shift = home->config.offset - home->edge;
+
+	servo_renumber(servo, shift, false);
+	home->path += shift;
+	enter(home, SERVO_HOME_GO, INFINITY, now_ns);
+}
+
+/* A new reading of the switch. */
+static void look(struct servo_home *home, struct servo *servo,
+		 const struct servo_home_input *input, uint64_t now_ns)
+{
+	switch (home->state) {
+	case SERVO_HOME_LEAVE:
+		home->pressed = home->pressed || input->active;
+		if (!is_settled(home, servo, input, false, OPENED))
+			break;
+		if (home->pressed)
+			turn(home, servo, now_ns);
+		else
+			enter(home, SERVO_HOME_SEARCH, home->config.distance, now_ns);
+		break;
+	case SERVO_HOME_SEARCH:
+		if (is_settled(home, servo, input, true, CLOSED))
+			enter(home, SERVO_HOME_BACK, home->config.distance, now_ns);
+		break;
+	case SERVO_HOME_BACK:
+		if (is_settled(home, servo, input, false, OPENED))
+			turn(home, servo, now_ns);
+		break;
+	case SERVO_HOME_APPROACH:
+		if (is_settled(home, servo, input, true, CLOSED))
+			know(home, servo, now_ns);
+		break;
+	case SERVO_HOME_IDLE:
+	case SERVO_HOME_GO:
+	case SERVO_HOME_HOLD:
+	case SERVO_HOME_STATES:
+		break;
+	}
+}
+
+/* The time that this state may take. */
+static double seconds_of(const struct servo_home *home)
+{
+	const struct servo_home_config *config = &home->config;
+	const double slow = home->state == SERVO_HOME_APPROACH ? config->latch :
+								 fabs(config->search);
+	const double way = isfinite(home->way) ? home->way :
+						 fabs(config->position - home->from);
+
+	return TIMES_MORE * (way / slow + 2 * fabs(config->search) / config->acceleration) +
+	       SECONDS_MORE;
+}
+
+/* What has gone wrong. */
+static enum servo_home_end judge_now(const struct servo_home *home, const struct servo *servo,
+				     uint64_t now_ns)
+{
+	if (since(home->read_ns, now_ns) > servo->config.stale_ns &&
+	    home->state != SERVO_HOME_GO)
+		return SERVO_HOME_UNREAD;
+	if (fabs(home->path - home->from) > home->way)
+		return home->state == SERVO_HOME_SEARCH || home->state == SERVO_HOME_APPROACH ?
+		       SERVO_HOME_NOT_FOUND : SERVO_HOME_NOT_LEFT;
+	return (double)since(home->since_ns, now_ns) / SECOND > seconds_of(home) ?
+	       SERVO_HOME_LATE : SERVO_HOME_NONE;
+}
+
+static void work(struct servo_home *home, struct servo *servo,
+		 const struct servo_home_input *input, uint64_t now_ns)
+{
+	enum servo_home_end wrong;
+
+	if (input->read_ns > home->read_ns) {
+		look(home, servo, input, now_ns);
+		home->read_ns = input->read_ns;
+	}
+	wrong = judge_now(home, servo, now_ns);
+	if (wrong)
+		finish(home, wrong);
+}
+
+void servo_home_step(struct servo_home *home, struct servo *servo,
+		     const struct servo_home_input *input, struct servo_wish *wish,
+		     uint64_t now_ns)
+{
+	if (home->state == SERVO_HOME_IDLE)
+		return;
+	if (!servo->enabled) {
+		home->end = servo_home_works(home) ? SERVO_HOME_STOPPED : home->end;
+		home->state = SERVO_HOME_IDLE;
+		return;
+	}
+	if (servo_home_works(home))
+		work(home, servo, input, now_ns);
+	advance(home, servo, now_ns);
+	if (home->state == SERVO_HOME_HOLD && home->speed == 0 &&
+	    fabs(wish->position - home->path) <= servo->config.follow_least) {
+		home->state = SERVO_HOME_IDLE;
+		return;
+	}
+	wish->position = home->path;
+	wish->velocity = home->speed;
+}
