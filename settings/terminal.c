@@ -141,6 +141,11 @@ static uint64_t servo_low(const struct look *look, unsigned int index)
 	return index < look->daemon->servos ? look->daemon->servo[index].low : 0;
 }
 
+static uint64_t servo_home(const struct look *look, unsigned int index)
+{
+	return index < look->daemon->servos ? look->daemon->servo[index].home : 0;
+}
+
 static uint64_t servo_high(const struct look *look, unsigned int index)
 {
 	return index < look->daemon->servos ? look->daemon->servo[index].high : 0;
@@ -389,6 +394,7 @@ static const struct source {
 	{ "servo.#.limit-plus-pin", TERMINAL_LISTENER, POKEYS_SERVOS, servo_high },
 	{ "heater.#.fan-pin", TERMINAL_LOOP, POKEYS_HEATERS, heater_fan },
 	{ "heater.#.fan-pwm", TERMINAL_DRIVEN, POKEYS_HEATERS, heater_fan_pwm },
+	{ "servo.#.home-pin", TERMINAL_LISTENER, POKEYS_SERVOS, servo_home },
 };
 
 enum { OWNERS_MAX = 160, SOURCES = sizeof(sources) / sizeof(sources[0]) };

@@ -49,7 +49,7 @@ struct terminal_daemon {
 	} heater[POKEYS_HEATERS];
 	uint8_t servos;
 	struct {
-		uint64_t direction, enable, low, high;
+		uint64_t direction, enable, low, high, home;
 		uint8_t pwm, reverse_pwm;	/* channel + 1; 0 = none */
 	} servo[POKEYS_SERVOS];
 };

@@ -81,7 +81,7 @@ static bool is_answered(const struct loop_run *run)
 	return commander_outcome(&run->command, &run->state) != POKEYS_OUTCOME_NONE;
 }
 
-static enum pokeys_outcome order(struct loop_run *run, struct pokeys_one_shot shot)
+enum pokeys_outcome loop_order(struct loop_run *run, struct pokeys_one_shot shot)
 {
 	shot.index = (uint8_t)run->index;
 	commander_order(&run->command, shot);
@@ -94,8 +94,8 @@ static enum pokeys_outcome order(struct loop_run *run, struct pokeys_one_shot sh
 enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operation operation,
 			     double parameter)
 {
-	return order(run, (struct pokeys_one_shot){ .operation = (uint8_t)operation,
-						    .parameter = { (float)parameter } });
+	return loop_order(run, (struct pokeys_one_shot){ .operation = (uint8_t)operation,
+							 .parameter = { (float)parameter } });
 }
 
 static struct loop_trouble trouble_of(const struct loop_run *run)
@@ -202,7 +202,7 @@ bool loop_regain(struct loop_run *run, enum pokeys_one_shot_operation operation,
 
 	if (!loop_await(run, "the daemon does not take the command", is_commanded))
 		return false;
-	outcome = order(run, shot);
+	outcome = loop_order(run, shot);
 	if (outcome == POKEYS_OUTCOME_NONE)
 		return false;
 	if (outcome != POKEYS_OUTCOME_DONE)

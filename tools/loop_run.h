@@ -76,6 +76,7 @@ bool loop_await(struct loop_run *run, const char *what,
 		bool (*is_so)(const struct loop_run *run));
 
 /* Give a one-shot for this loop and wait for its outcome; NONE after an error message. */
+enum pokeys_outcome loop_order(struct loop_run *run, struct pokeys_one_shot shot);
 enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operation operation,
 			     double parameter);
 

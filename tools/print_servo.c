@@ -40,8 +40,12 @@ static void put_rest(struct line *line, const struct pokeys_servo *servo)
 		    print_obstacle(servo->obstacle, why));
 	if (servo->refused)
 		put(line, ", not enabled: %s", pokeys_servo_refusal_name(servo->refused));
+	if (servo->homing)
+		put(line, ", homing: %s", pokeys_servo_homing_name(servo->homing));
 	if (servo->homed)
 		put(line, ", homed");
+	else if (servo->home_end > POKEYS_SERVO_HOME_DONE)
+		put(line, ", NOT HOMED: %s", pokeys_servo_home_end_name(servo->home_end));
 	if (servo->low)
 		put(line, ", at the limit switch of the lower end");
 	if (servo->high)
@@ -107,6 +111,9 @@ static void put_servo(struct json *json, unsigned int index, const struct pokeys
 	json_bool(json, "homed", servo->homed);
 	json_bool(json, "limit_minus", servo->low);
 	json_bool(json, "limit_plus", servo->high);
+	json_text(json, "homing", pokeys_servo_homing_name(servo->homing));
+	json_text(json, "home_end", pokeys_servo_home_end_name(servo->home_end));
+	json_bool(json, "home_switch", servo->home);
 	json_unsigned(json, "encoder", servo->encoder);
 	json_real(json, "counts_per_unit", servo->counts_per_unit);
 	json_real(json, "min_position", (double)servo->minimum);

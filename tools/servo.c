@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * pokeysctl servo: move a servo motor, change a gain, or clear its fault, without LinuxCNC.
+ * pokeysctl servo: move a servo motor, home it, change a gain, or clear its fault, without
+ * LinuxCNC.
  *
  * The daemon controls and watches the motor. This program gives it a path, a thousand positions a
  * second with their velocities, and shows the following error. The path begins and ends at rest,
@@ -27,7 +28,7 @@
 #define RISE_S 0.2		/* from rest to the speed in no less */
 #define REST_S 0.3		/* at each end of a swing, and of the whole */
 
-enum verb { MOVE, MOVE_TO, SWING, GAIN, RESET, VERBS };
+enum verb { MOVE, MOVE_TO, SWING, HOME, GAIN, RESET, VERBS };
 
 struct order {
 	enum verb verb;
@@ -216,6 +217,63 @@ static bool move(struct loop_run *run, const struct order *order)
 	return true;
 }
 
+static enum pokeys_outcome ask_home(struct loop_run *run, uint8_t flags)
+{
+	return loop_order(run, (struct pokeys_one_shot){
+		.operation = POKEYS_ONE_SHOT_SERVO_HOME, .flags = flags,
+	});
+}
+
+/* Held where it is, by whoever holds it. */
+static bool follow(struct loop_run *run, struct report *report)
+{
+	want(run, true, servo_of(run)->commanded, 0);
+	return turn(run, report);
+}
+
+/* Until it is homed, or not; where a signal ends it, until it stands. */
+static bool seek(struct loop_run *run)
+{
+	struct report report = { .worst = 0 };
+	bool ending = false;
+
+	while (servo_of(run)->home_end == POKEYS_SERVO_HOME_NONE) {
+		if (commander_ended() && !ending) {
+			ending = true;
+			if (ask_home(run, POKEYS_SERVO_END_HOMING) == POKEYS_OUTCOME_NONE)
+				return false;
+		}
+		if (!follow(run, &report))
+			return false;
+	}
+	while (servo_of(run)->homing != POKEYS_SERVO_HOMING_NONE)
+		if (!follow(run, &report))
+			return false;
+	return rest(run, servo_of(run)->commanded, &report);
+}
+
+static bool home(struct loop_run *run)
+{
+	bool well;
+
+	if (!begin(run))
+		return false;
+	if (ask_home(run, 0) != POKEYS_OUTCOME_DONE)
+		well = loop_fails(run, "pokeysd does not home it: pokeysd.conf has no "
+				  "home-search-speed for it, or it was switched off");
+	else
+		well = seek(run);
+	well = finish(run) && well;
+	if (!well)
+		return false;
+	if (servo_of(run)->home_end != POKEYS_SERVO_HOME_DONE)
+		return loop_fails(run, "not homed: %s",
+				  pokeys_servo_home_end_name(servo_of(run)->home_end));
+	printf("%s: servo %s: homed, at %.4f\n", run->device, run->name,
+	       print_rounded(servo_of(run)->position, 4));
+	return true;
+}
+
 static bool reset(struct loop_run *run)
 {
 	want(run, false, servo_of(run)->position, 0);
@@ -232,6 +290,8 @@ static bool carry_out(struct loop_run *run, const struct order *order)
 {
 	if (order->verb == RESET)
 		return reset(run);
+	if (order->verb == HOME)
+		return home(run);
 	return order->verb == GAIN ? regain(run, order) : move(run, order);
 }
 
@@ -290,12 +350,12 @@ static bool take(const struct options *options, struct order *order)
 {
 	static const struct loop_verb verbs[VERBS] = {
 		[MOVE] = { "move", 4 }, [MOVE_TO] = { "move-to", 4 }, [SWING] = { "swing", 4 },
-		[GAIN] = { "gain", 5 }, [RESET] = { "reset", 3 },
+		[HOME] = { "home", 3 }, [GAIN] = { "gain", 5 }, [RESET] = { "reset", 3 },
 	};
 	char *const *names = options->names;
 	const size_t verb = loop_take_verb(options, verbs, VERBS,
 		"servo needs a device, a motor, and what to do: pokeysctl servo mill x move 10 "
-		"--speed 5 (or move-to 0, swing 10, gain pid-p 0.3, reset)");
+		"--speed 5 (or move-to 0, swing 10, home, gain pid-p 0.3, reset)");
 
 	if (verb == VERBS)
 		return false;
@@ -305,13 +365,13 @@ static bool take(const struct options *options, struct order *order)
 		complain("--for is for swing");
 		return false;
 	}
-	if ((verb == GAIN || verb == RESET) && options->speed > 0) {
+	if ((verb == HOME || verb == GAIN || verb == RESET) && options->speed > 0) {
 		complain("--speed is for move, move-to and swing");
 		return false;
 	}
 	if (verb == GAIN)
 		return loop_take_gain(&kind, &names[3], &order->gain);
-	return verb == RESET || take_move(options, order);
+	return verb == RESET || verb == HOME || take_move(options, order);
 }
 
 int command_servo(const struct options *options)

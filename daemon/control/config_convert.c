@@ -25,6 +25,9 @@ static uint64_t ms(double value)
 #define IMPOSSIBLE_TIMES	3	/* max-speed */
 #define INTEGRAL_PART		0.5	/* of max-output */
 #define STALL_PART		0.9
+#define LATCH_PART		0.1	/* of home-search-speed */
+#define HOME_REACHED_S		0.1
+#define HOME_TIMES		1.1	/* from one soft limit to the other */
 
 static int by_place(const void *a, const void *b)
 {
@@ -228,6 +231,27 @@ static uint8_t pin_or_none(int64_t terminal)
 	return terminal ? (uint8_t)(terminal - 1) : SERVOING_NONE;
 }
 
+/* Without a switch of its own, the limit switch there. */
+static void convert_home(const struct config_raw_servo *raw, struct servoing_config *out)
+{
+	const double speed = fabs(raw->home_search);
+	const bool low = raw->home_search < 0;
+
+	out->home = (struct servo_home_config){
+		.search = raw->home_search, .latch = or_auto(raw->home_latch, speed * LATCH_PART),
+		.acceleration = or_auto(raw->home_acceleration, speed / HOME_REACHED_S),
+		.offset = raw->home_offset, .position = raw->home_position,
+		.distance = or_auto(raw->home_distance,
+				    (out->servo.most - out->servo.least) * HOME_TIMES),
+	};
+	out->home_pin = pin_or_none(raw->home_pin);
+	out->home_inverted = raw->home_invert;
+	if (out->home_pin != SERVOING_NONE)
+		return;
+	out->home_pin = low ? out->low : out->high;
+	out->home_inverted = low ? out->low_inverted : out->high_inverted;
+}
+
 void config_convert_servo(const struct config_raw_servo *raw, struct servoing_config *out)
 {
 	memset(out, 0, sizeof(*out));
@@ -244,6 +268,7 @@ void config_convert_servo(const struct config_raw_servo *raw, struct servoing_co
 	out->high = pin_or_none(raw->limit_plus_pin);
 	out->low_inverted = raw->limit_minus_invert;
 	out->high_inverted = raw->limit_plus_invert;
+	convert_home(raw, out);
 	out->inverted = raw->invert_output;
 	out->without_failsafe = raw->without_failsafe;
 }

@@ -69,19 +69,58 @@ static void judge_wires(struct judged_part part, const struct config_raw_servo *
 				 "limit-plus-invert has no effect without limit-plus-pin");
 }
 
+/* A switch to find, and keys that say how. */
+static void judge_home(struct judged_part part, const struct config_raw_servo *raw)
+{
+	static const char *const keys[] = {
+		"home-pin", "home-invert", "home-latch-speed", "home-acceleration", "home-offset",
+		"home-position", "home-distance",
+	};
+	const bool low = raw->home_search < 0;
+	const char *limit = low ? "limit-minus-pin" : "limit-plus-pin";
+
+	if (raw->home_search == 0) {
+		for (size_t i = 0; i < COUNT(keys); i++)
+			if (judge_part_has(part, keys[i]))
+				judge_part_fault(part, keys[i], "%s has no effect without "
+						 "home-search-speed", keys[i]);
+		return;
+	}
+	if (raw->home_pin && raw->home_pin == (low ? raw->limit_minus_pin : raw->limit_plus_pin))
+		judge_part_fault(part, "home-pin", "home-pin: terminal %d is that of %s; leave "
+				 "home-pin out", (int)raw->home_pin, limit);
+	if (raw->home_pin)
+		return;
+	if (judge_part_has(part, "home-invert"))
+		judge_part_fault(part, "home-invert", "home-invert has no effect without "
+				 "home-pin");
+	if (!(low ? raw->limit_minus_pin : raw->limit_plus_pin))
+		judge_part_fault(part, "home-search-speed", "home-search-speed needs a home "
+				 "switch: home-pin, or %s in the direction of the search", limit);
+	else if ((raw->home_offset - raw->home_position) * (low ? -1 : 1) < raw->follow_least)
+		judge_part_fault(part, "home-position", "home-position = %g is on the limit "
+				 "switch, which closes at %g (home-offset) and stops the motor; it "
+				 "has to be %g or more off it (min-following-error)",
+				 raw->home_position, raw->home_offset, raw->follow_least);
+}
+
 /* servo_init() is called only if the section has no other faults: its message would mislead. */
 static void judge_servo(struct judged_part part, struct config_raw_servo *raw)
 {
 	const int faults = part.file->faults;
+	struct servo_home home;
 	struct servo trial;
 	const char *wrong;
 
 	judge_given(part);
 	judge_wires(part, raw);
+	judge_home(part, raw);
 	config_convert_servo(raw, &raw->out);
 	if (part.file->faults != faults || !judge_part_is_whole(part))
 		return;
 	wrong = servo_init(&trial, &raw->out.servo);
+	if (!wrong)
+		wrong = servo_home_init(&home, &raw->out.home, &raw->out.servo);
 	if (wrong)
 		judge_part_fault(part, judge_part_named(part, wrong, "encoder"), "%s", wrong);
 }
@@ -207,7 +246,9 @@ void judge_servos_of(const struct judged *j)
 		const struct config_raw_servo *raw = &j->file->servo[i];
 		const struct judged_part part = judge_servo_part(j->file, i);
 		const int64_t outputs[] = { raw->direction_pin, raw->enable_pin };
-		const int64_t inputs[] = { raw->limit_minus_pin, raw->limit_plus_pin };
+		const int64_t inputs[] = {
+			raw->limit_minus_pin, raw->limit_plus_pin, raw->home_pin,
+		};
 
 		if (!judge_has_servo(j, i))
 			continue;

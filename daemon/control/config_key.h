@@ -138,6 +138,10 @@ struct config_raw_servo {
 	int64_t drive, pwm, reverse_pwm, direction_pin, enable_pin, invert_output;
 	double dwell_ms;
 	int64_t limit_minus_pin, limit_plus_pin, limit_minus_invert, limit_plus_invert;
+	int64_t home_pin, home_invert;
+	double home_search, home_latch;		/* home_latch: or CONFIG_SERVO_AUTO */
+	double home_acceleration, home_distance;	/* or CONFIG_SERVO_AUTO */
+	double home_offset, home_position;
 	double least, most;			/* -+CONFIG_UNLIMITED */
 	double speed_most, speed_jump;		/* speed_jump: or CONFIG_SERVO_AUTO */
 	double p, i, d, velocity, acceleration;

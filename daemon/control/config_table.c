@@ -450,6 +450,41 @@ static const struct config_key own[] = {
 	KEY(SERVO(limit_plus_invert), "limit-plus-invert", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "off",
 	    .help = "The same for the switch at the upper end."),
+	KEY(SERVO(home_search), "home-search-speed", CONFIG_REAL, RANGE(-1e6, 1e6),
+	    .words = WORDS({ "none", 0 }), .fallback = "none", .unit = "units/s",
+	    .help = "Speed of the search for the home switch; below 0: the switch is at the lower "
+		    "end. With it the daemon can home the axis (home of pokeysctl servo). LinuxCNC "
+		    "homes its joints itself, and does not need it."),
+	KEY(SERVO(home_pin), "home-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
+	    .words = WORDS({ "none", 0 }), .fallback = "none",
+	    .help = "Terminal of the home switch. The daemon makes it a digital input. none: the "
+		    "limit switch in the direction of the search is the home switch; while the "
+		    "axis is homing it does not stop the motor."),
+	KEY(SERVO(home_invert), "home-invert", CONFIG_INTEGER, WORDS_ONLY,
+	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "off",
+	    .help = "off: the home switch is pressed while its terminal is high. on: it is "
+		    "pressed while its terminal is low. The switch has to stay pressed beyond "
+		    "its place."),
+	KEY(SERVO(home_latch), "home-latch-speed", CONFIG_REAL, RANGE(1e-6, 1e6),
+	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto", .unit = "units/s",
+	    .help = "Speed of the second, slow approach, on which the place of the switch is "
+		    "measured. auto: a tenth of home-search-speed."),
+	KEY(SERVO(home_acceleration), "home-acceleration", CONFIG_REAL, RANGE(1e-6, 1e9),
+	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto",
+	    .unit = "units/s^2",
+	    .help = "Acceleration while the axis is homing. The axis moves past the switch by "
+		    "the distance that it needs to stop. auto: the speed of the search is reached "
+		    "in 0.1 s."),
+	KEY(SERVO(home_offset), "home-offset", CONFIG_REAL, RANGE(-1e9, 1e9), .fallback = "0",
+	    .unit = "units",
+	    .help = "Position of the axis where the home switch closes."),
+	KEY(SERVO(home_position), "home-position", CONFIG_REAL, RANGE(-1e9, 1e9),
+	    .fallback = "0", .unit = "units",
+	    .help = "Position to which the axis moves at the end, off the switch."),
+	KEY(SERVO(home_distance), "home-distance", CONFIG_REAL, RANGE(1e-6, 1e9),
+	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto", .unit = "units",
+	    .help = "Distance after which the axis stops if the switch has not closed, or has not "
+		    "opened. auto: 1.1 times the distance from min-position to max-position."),
 	KEY(SERVO(least), "min-position", CONFIG_REAL, RANGE(-1e9, 1e9),
 	    .words = WORDS({ "none", -CONFIG_UNLIMITED }), .fallback = "none", .unit = "units",
 	    .help = "Soft limit, in effect once the axis is homed."),

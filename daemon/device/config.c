@@ -51,6 +51,9 @@ void servoing_terminals(const struct servoing_config *config, unsigned int count
 		out->servo[i].enable = terminal_of(config[i].enable);
 		out->servo[i].low = terminal_of(config[i].low);
 		out->servo[i].high = terminal_of(config[i].high);
+		if (config[i].home.search != 0 && config[i].home_pin != config[i].low &&
+		    config[i].home_pin != config[i].high)
+			out->servo[i].home = terminal_of(config[i].home_pin);
 		out->servo[i].pwm = channel_of(config[i].pwm);
 		out->servo[i].reverse_pwm = channel_of(config[i].reverse_pwm);
 	}

@@ -86,8 +86,8 @@ enum event_code {
 	EVENT_HEATER_TUNED,	/* a = heater, b = enum heater_tuning, c = target as above */
 	EVENT_HEATER_LEFT,	/* its commander has: it is off; a = heater, c = temperature */
 	EVENT_HEATER_UNHEARD,	/* a heater is off, and the device does not acknowledge it: nothing
-				 * is sent to it for its failsafe's time; a = ms, 0 = its failsafe
-				 * does not switch the heater off either */
+				 * is sent to it for its failsafe's time; a = ms, 0 = no failsafe
+				 * is known to switch the heater off soon */
 	EVENT_SERVO,		/* a = servo motor, b = enum servo_fault (0 = it was reset), c =
 				 * position, thousandths of a unit */
 	EVENT_SERVO_REFUSED,	/* it was not enabled: a = motor, b = enum servo_refusal, c = enum
@@ -97,6 +97,8 @@ enum event_code {
 	EVENT_HEATER_GAIN,	/* another one until the daemon ends: a = heater, b = enum
 				 * pokeys_gain, c = value times EVENT_GAIN_SCALE */
 	EVENT_SERVO_GAIN,	/* likewise, of a motor */
+	EVENT_SERVO_HOME,	/* a = servo motor, b = enum pokeys_servo_home_end (0 = it has
+				 * begun), c = position, thousandths of a unit */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

@@ -57,6 +57,7 @@ static const char *const kind_names[EVENT_CODES] = {
 	[EVENT_SERVO_UNHEARD] = "servo-unheard",
 	[EVENT_HEATER_GAIN] = "heater-gain",
 	[EVENT_SERVO_GAIN] = "servo-gain",
+	[EVENT_SERVO_HOME] = "servo-home",
 };
 
 const char *event_kind_name(uint32_t code)
@@ -146,6 +147,7 @@ static const char *const one_shot_names[] = {
 	[POKEYS_ONE_SHOT_SERVO_PLACE] = "place servo",
 	[POKEYS_ONE_SHOT_HEATER_GAIN] = "gain of heater",
 	[POKEYS_ONE_SHOT_SERVO_GAIN] = "gain of servo",
+	[POKEYS_ONE_SHOT_SERVO_HOME] = "home servo",
 };
 
 const char *event_one_shot_name(int64_t operation)

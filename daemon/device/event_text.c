@@ -511,6 +511,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_SERVO_UNHEARD] = event_put_servo_unheard,
 	[EVENT_HEATER_GAIN] = event_put_heater_gain,
 	[EVENT_SERVO_GAIN] = event_put_servo_gain,
+	[EVENT_SERVO_HOME] = event_put_servo_home,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

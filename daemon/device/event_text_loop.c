@@ -55,8 +55,8 @@ static void put_unheard(struct line *line, const struct event *e, const char *wh
 		put(line, ": nothing is sent to it for %lld ms, so that its own failsafe switches "
 		    "its outputs off", (long long)e->a);
 	else
-		put(line, ", and its own failsafe does not switch it off: it may be on; switch "
-		    "off its power");
+		put(line, ": it may be on, and no failsafe of the device is known to switch it off "
+		    "soon; switch off its power");
 }
 
 void event_put_heater_unheard(struct line *line, const struct event *e)
@@ -106,4 +106,15 @@ void event_put_heater_gain(struct line *line, const struct event *e)
 void event_put_servo_gain(struct line *line, const struct event *e)
 {
 	put_gain(line, e, "servo");
+}
+
+void event_put_servo_home(struct line *line, const struct event *e)
+{
+	if (e->b == POKEYS_SERVO_HOME_NONE)
+		put(line, "servo %lld: homing", (long long)e->a);
+	else if (e->b == POKEYS_SERVO_HOME_DONE)
+		put(line, "servo %lld: homed, at %.3f", (long long)e->a, (double)e->c / 1000);
+	else
+		put(line, "servo %lld: not homed: %s", (long long)e->a,
+		    pokeys_servo_home_end_name((uint8_t)e->b));
 }

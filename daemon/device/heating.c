@@ -63,12 +63,15 @@ static bool switches_off(const struct wire_failsafe_req *failsafe,
 	       !(failsafe->outputs >> config->output & 1);
 }
 
+/* ... soon: silence is worth it. */
+static bool helps(const struct wire_failsafe_req *failsafe, const struct heating_config *config)
+{
+	return switches_off(failsafe, config) && failsafe->timeout <= HEATING_FAILSAFE_MOST;
+}
+
 static bool is_covered(const struct device *device, const struct heating_config *config)
 {
-	const struct wire_failsafe_req *failsafe = failsafe_known(device);
-
-	return config->without_failsafe || (switches_off(failsafe, config) &&
-					    failsafe->timeout <= HEATING_FAILSAFE_MOST);
+	return config->without_failsafe || helps(failsafe_known(device), config);
 }
 
 /* Neither more nor less than pokeysd.conf wants: an inverted output would be on when it is off. */
@@ -372,8 +375,8 @@ static void say_unheard(struct device *device, unsigned int i)
 {
 	struct left_on *hot = &device->heatings.heating[i].hot;
 
-	if (hot->said || !left_on_late(device, hot, UNHEARD_NS) ||
-	    switches_off(life_failsafe(device), config_of(device, i)))
+	if (hot->said || !left_on_long(device, hot, UNHEARD_NS) ||
+	    helps(life_failsafe(device), config_of(device, i)))
 		return;
 	hot->said = true;
 	device_say(device, EVENT_HEATER_UNHEARD, EVENT_ERROR, 0, 0, 0);
@@ -385,7 +388,7 @@ bool heating_unheard(const struct device *device)
 		const struct left_on *hot = &device->heatings.heating[i].hot;
 
 		if (left_on_late(device, hot, UNHEARD_NS) &&
-		    switches_off(life_failsafe(device), config_of(device, i)))
+		    helps(life_failsafe(device), config_of(device, i)))
 			return true;
 	}
 	return false;
@@ -426,7 +429,7 @@ bool heating_may_heat(const struct device *device)
 {
 	for (unsigned int i = 0; i < device->heatings.count; i++)
 		if (device->heatings.heating[i].hot.on &&
-		    switches_off(life_failsafe(device), config_of(device, i)))
+		    helps(life_failsafe(device), config_of(device, i)))
 			return true;
 	return false;
 }
@@ -519,9 +522,11 @@ bool heating_off(const struct device *device)
 	return true;
 }
 
+/* While the device may have it on, no cause is gone. */
 bool heating_reset(struct device *device, unsigned int index)
 {
 	return index < device->heatings.count &&
+	       !is_stopping(&device->heatings.heating[index]) &&
 	       heater_reset(&device->heatings.heating[index].heater);
 }
 

@@ -15,6 +15,7 @@
 #include "daemon/device/device.h"
 #include "daemon/device/encoder.h"
 #include "daemon/device/histogram.h"
+#include "daemon/device/life.h"
 #include "daemon/device/loops.h"
 #include "daemon/device/operation.h"
 #include "daemon/device/output.h"
@@ -43,34 +44,6 @@ enum {
 
 #define MOTION_POSITION_MAX (INT32_C(1) << 24)	/* the planner's, protocol section 3.24.1 */
 #define OUTPUT_PINS ((UINT64_C(1) << POKEYS_PINS) - 1)
-
-/* life.c */
-struct life {
-	uint32_t address;		/* 0 = none yet */
-	uint16_t port;
-	uint8_t fault;			/* what was said last */
-	bool probing;			/* a probe is open */
-	bool ran;			/* was running since it was last found */
-	bool foreign;			/* somebody else answers there */
-	bool asked;			/* something was asked since the last answer */
-	bool rebooted;			/* to be acted upon in the next cycle */
-	bool began;			/* ... and it has just begun, or is about to: outputs off */
-	bool blocked;			/* found, but it may not run */
-	bool in_use;			/* somebody else drives it */
-	/* of the failsafe's turn in a loss */
-	struct wire_failsafe_req failsafe;	/* as of the last run */
-	uint64_t failsafe_ns;		/* ... it waits so long; 0 = it does not, or is not known */
-	uint64_t left_ns;		/* when it ran last, or was looked for first; 0 = not yet */
-	uint64_t alone_until_ns;	/* nothing is asked until then; 0 = it had no turn yet */
-	bool cooled;			/* it has or had, or needs none */
-	bool left_alone;		/* until then its loops may be on */
-	uint64_t quiet_since_ns;	/* the last answer, or the first question after it */
-	uint64_t patient_until_ns;	/* silence is expected (flash is written) */
-	uint64_t probe_after_ns;
-	uint64_t failed_sends;		/* statistics.send_failed when the probe began */
-	uint64_t foreign_said_ns;
-	uint32_t foreign_serial;
-};
 
 /* identify.c */
 enum identify_step {
@@ -335,18 +308,6 @@ bool request_unsent(const struct device *device, pokeys_parser_t parser, const v
 /* An event of this device; too many of a kind in a second are dropped. */
 void device_say(struct device *device, enum event_code code, enum event_level level, int64_t a,
 		int64_t b, int64_t c);
-
-/* life.c */
-void life_cycle(struct device *device);
-/* The device's own failsafe: as it is known now, or as it was in the last run; NULL: none known. */
-const struct wire_failsafe_req *life_failsafe(const struct device *device);
-void life_enter(struct device *device, enum pokeys_link link, enum pokeys_fault fault);
-void life_fault(struct device *device, enum pokeys_fault fault);
-/* Found, but it may not run: locked, or a setting is refused. */
-void life_block(struct device *device, enum pokeys_fault fault);
-void life_refuse(struct device *device, enum pokeys_fault fault);
-void life_asked(struct device *device);
-void life_heard(struct device *device, uint64_t t_ns);
 
 /* identify.c */
 void identify_begin(struct device *device);

@@ -81,15 +81,37 @@ static uint64_t failsafe_ns(uint8_t timeout, uint8_t peripherals)
 	return peripherals ? timeout * 100 * MS : 0;
 }
 
-/* What is known of it now: when it is read anew, that is forgotten until it has been. */
-static void note_failsafe(struct device *device)
+void life_failsafe_read(struct device *device, const struct wire_failsafe_req *have)
 {
-	const struct wire_failsafe_req *failsafe = failsafe_known(device);
+	device->life.failsafe = *have;
+	device->life.failsafe_ns = failsafe_ns(have->timeout, have->peripherals);
+}
+
+static uint8_t larger(uint8_t a, uint8_t b)
+{
+	return a > b ? a : b;
+}
+
+/* Until it is read back, it may have this one or the one of before: what both switch off counts. */
+void life_failsafe_sent(struct device *device, const struct wire_failsafe_req *want)
+{
+	const uint64_t ns = failsafe_ns(want->timeout, want->peripherals);
+	struct life *life = &device->life;
+	struct wire_failsafe_req *both = &life->failsafe;
+
+	both->timeout = both->timeout && want->timeout ? larger(both->timeout, want->timeout) : 0;
+	both->peripherals &= want->peripherals;
+	both->outputs |= want->outputs;
+	for (unsigned int i = 0; i < POKEYS_PWM; i++)
+		both->pwm_percent[i] = larger(both->pwm_percent[i], want->pwm_percent[i]);
+	if (ns > life->failsafe_ns)
+		life->failsafe_ns = ns;
+}
+
+static void note_left(struct device *device)
+{
 	struct life *life = &device->life;
 
-	if (failsafe)
-		life->failsafe = *failsafe;
-	life->failsafe_ns = failsafe ? failsafe_ns(failsafe->timeout, failsafe->peripherals) : 0;
 	life->left_ns = device->now_ns;
 	life->alone_until_ns = 0;
 	life->cooled = false;
@@ -97,14 +119,12 @@ static void note_failsafe(struct device *device)
 
 const struct wire_failsafe_req *life_failsafe(const struct device *device)
 {
-	if (running(device))
-		return failsafe_known(device);
 	return device->life.failsafe_ns ? &device->life.failsafe : NULL;
 }
 
 static void leave_running(struct device *device)
 {
-	note_failsafe(device);
+	note_left(device);
 	safe_permit_drop(device);
 	safe_lost(device);
 	one_shot_abort(device);
@@ -252,17 +272,19 @@ void life_refuse(struct device *device, enum pokeys_fault fault)
 
 /*
  * How long its failsafe waits. Of one that did not run yet it is what we want it to be: so a
- * daemon before us has set it up, if it had these wishes.
+ * daemon before us has set it up, if it had these wishes. It may be ours at another address.
  */
 static uint64_t failsafe_waits_ns(const struct device *device)
 {
 	const struct pokeys_settings *wanted = &device->wishes.wanted;
+	const struct life *life = &device->life;
+	uint64_t waits_ns = 0;
 
-	if (device->life.ran)
-		return device->life.failsafe_ns;
-	if (device->life.foreign || !(wanted->set & POKEYS_SET_FAILSAFE))
-		return 0;
-	return failsafe_ns(wanted->failsafe_timeout, wanted->failsafe_peripherals);
+	if (life->ran)
+		return life->failsafe_ns;
+	if (!life->foreign && wanted->set & POKEYS_SET_FAILSAFE)
+		waits_ns = failsafe_ns(wanted->failsafe_timeout, wanted->failsafe_peripherals);
+	return loops_may_run(device) && life->failsafe_ns > waits_ns ? life->failsafe_ns : waits_ns;
 }
 
 /*
@@ -273,8 +295,9 @@ static bool cools(struct device *device)
 {
 	struct life *life = &device->life;
 	const uint64_t waits_ns = failsafe_waits_ns(device);
+	const bool may_run = life->ran ? loops_may_run(device) : loops_covered(device);
 
-	if (life->cooled || !loops_covered(device) || !waits_ns)
+	if (life->cooled || !may_run || !waits_ns)
 		return false;
 	leave_alone(device, waits_ns);
 	return true;
@@ -363,10 +386,7 @@ static bool silent(const struct device *device)
 	return life->asked && device->now_ns - life->quiet_since_ns >= limit;
 }
 
-/*
- * An output of a loop is to be off, and the device does not say so, whatever else it answers. Its
- * failsafe, which is noted when it is lost, switches it off.
- */
+/* An output of a loop is to be off, and the device does not say so, whatever else it answers. */
 static void leave_unheard(struct device *device)
 {
 	const bool heats = heating_unheard(device);

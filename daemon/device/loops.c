@@ -14,13 +14,22 @@ void left_off(const struct device *device, struct left_on *left, bool settled)
 {
 	const uint8_t link = device->image.link;
 
-	if (settled)
+	if (settled) {
 		*left = (struct left_on){ .on = false };
-	else if (!left->off_ns || link == POKEYS_LINK_SEARCHING || link == POKEYS_LINK_LOST)
+		return;
+	}
+	if (!left->off_ns || link == POKEYS_LINK_SEARCHING || link == POKEYS_LINK_LOST)
+		left->asked_ns = device->now_ns;
+	if (!left->off_ns)
 		left->off_ns = device->now_ns;
 }
 
 bool left_on_late(const struct device *device, const struct left_on *left, uint64_t limit_ns)
+{
+	return left->on && left->off_ns && device->now_ns - left->asked_ns > limit_ns;
+}
+
+bool left_on_long(const struct device *device, const struct left_on *left, uint64_t limit_ns)
 {
 	return left->on && left->off_ns && device->now_ns - left->off_ns > limit_ns;
 }

@@ -16,14 +16,16 @@ struct device;
 struct left_on {
 	bool on;
 	bool said;		/* that the device does not acknowledge it, and no failsafe helps */
-	uint64_t off_ns;	/* to be off since then, by a device that was found; 0: not so */
+	uint64_t off_ns;	/* to be off since then; 0: it is not */
+	uint64_t asked_ns;	/* ... by a device that was found */
 };
 
 /* In each cycle: it is on, or it is to be off and the device has acknowledged so, or not yet. */
 void left_on(struct left_on *left);
 void left_off(const struct device *device, struct left_on *left, bool settled);
-/* Off is not acknowledged for so long. */
+/* Off is not acknowledged for so long, by a device that was there; by whatever device. */
 bool left_on_late(const struct device *device, const struct left_on *left, uint64_t limit_ns);
+bool left_on_long(const struct device *device, const struct left_on *left, uint64_t limit_ns);
 
 void loops_init(struct device *device);
 

@@ -305,6 +305,7 @@ const struct operation *operation_find(uint8_t operation)
 		[POKEYS_ONE_SHOT_SERVO_PLACE] = &operation_servo_place,
 		[POKEYS_ONE_SHOT_HEATER_GAIN] = &operation_heater_gain,
 		[POKEYS_ONE_SHOT_SERVO_GAIN] = &operation_servo_gain,
+		[POKEYS_ONE_SHOT_SERVO_HOME] = &operation_servo_home,
 	};
 
 	return operation < sizeof(offered) / sizeof(offered[0]) ? offered[operation] : NULL;

@@ -22,6 +22,12 @@ static bool gain(struct device *device, const struct pokeys_one_shot *shot)
 	return servoing_regain(device, shot->index, shot->mask, (double)shot->parameter[0]);
 }
 
+static bool home(struct device *device, const struct pokeys_one_shot *shot)
+{
+	return servoing_home(device, shot->index, shot->flags & POKEYS_SERVO_END_HOMING);
+}
+
 const struct operation operation_servo_reset = { .act = reset };
 const struct operation operation_servo_place = { .act = place };
 const struct operation operation_servo_gain = { .act = gain };
+const struct operation operation_servo_home = { .act = home };

@@ -153,13 +153,15 @@ static void io_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, voi
 	(void)context;
 	device->now_ns = now_ns;
 	plan->io_open = false;
+	/* With two versions under way nobody knows which one was executed last, and if any was. */
+	if (!believable(device, entry) || plan->io_mixed)
+		device->safe.acked_mask &= ~loops_pins(device);
 	if (!believable(device, entry))
 		return;
 	look_for_gap(device);
 	answered_after_gap(device);
 	plan->last_io_ns = entry->timestamp_received;
 	decode_io(device, entry);
-	/* With two versions under way nobody knows which one was executed last. */
 	if (plan->io_write && !plan->io_mixed)
 		safe_outputs_acked(device, plan->io_outputs, plan->io_mask);
 	meter_reply(device, entry, true);

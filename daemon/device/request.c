@@ -39,9 +39,13 @@ struct ends {
  */
 static uint32_t held(const struct device *device)
 {
-	if (!device->heatings.count && !device->servoings.count)
-		return 0;
-	return 2u - device->plan.io_open - device->outputs.output[OUTPUT_PWM].open;
+	uint32_t places = 0;
+
+	if (loops_pins(device))
+		places += !device->plan.io_open;
+	if (loops_channels(device))
+		places += !device->outputs.output[OUTPUT_PWM].open;
+	return places;
 }
 
 static bool send(struct device *device, enum wire_op op, const void *value,

@@ -45,8 +45,11 @@ void servoing_init(struct device *device)
 								   POKEYS_SERVOS;
 	for (unsigned int i = 0; i < servoings->count; i++) {
 		struct servoing *servoing = &servoings->servoing[i];
+		const struct servoing_config *config = config_of(device, i);
 
-		servoing->good = !servo_init(&servoing->servo, &config_of(device, i)->servo);
+		servoing->good = !servo_init(&servoing->servo, &config->servo);
+		if (servo_home_init(&servoing->home, &config->home, &config->servo))
+			servoing->good = false;
 	}
 }
 
@@ -91,26 +94,19 @@ static bool stops(const struct wire_failsafe_req *failsafe, const struct servoin
 	       (disables(failsafe, config) || ends_pwm(failsafe, config));
 }
 
+/* ... soon: silence is worth it. */
+static bool helps(const struct wire_failsafe_req *failsafe, const struct servoing_config *config)
+{
+	return stops(failsafe, config) && failsafe->timeout <= SERVOING_FAILSAFE_MOST;
+}
+
 static bool is_covered(const struct device *device, const struct servoing_config *config)
 {
-	const struct wire_failsafe_req *failsafe = failsafe_known(device);
-
-	return config->without_failsafe ||
-	       (stops(failsafe, config) && failsafe->timeout <= SERVOING_FAILSAFE_MOST);
+	return config->without_failsafe || helps(failsafe_known(device), config);
 }
 
-/* Its index input would set the counter of this encoder to 0, and the axis to another place. */
-static bool index_resets(const struct device *device, uint8_t encoder)
-{
-	const struct wire_fast_encoders_rep *fast =
-		&device->configure.setting[SETTING_FAST_ENCODERS].value.fast;
-
-	return encoder < device->image.capability.fast_encoders &&
-	       (fast->status & 0x0F) != WIRE_FAST_OFF && fast->index & 1;
-}
-
-/* Neither more nor less than pokeysd.conf wants: an inverted output would be on when it is off. */
-static bool is_as_wanted(const struct device *device, uint8_t pin, uint8_t function)
+/* An inverted output would be on when it is off. */
+bool servoing_is_as_wanted(const struct device *device, uint8_t pin, uint8_t function)
 {
 	return pin == SERVOING_NONE ||
 	       (device->image.pin_function[pin] & function &&
@@ -141,13 +137,13 @@ static enum pokeys_obstacle obstacle_of(const struct device *device, unsigned in
 		return POKEYS_OBSTACLE_SHARED;
 	if (!(device->image.encoder_enabled >> config->encoder & 1))
 		return POKEYS_OBSTACLE_ENCODER;
-	if (index_resets(device, config->encoder))
+	if (servoing_index_resets(device, config->encoder))
 		return POKEYS_OBSTACLE_INDEX;
-	if (!is_as_wanted(device, config->direction, WIRE_PIN_OUTPUT) ||
-	    !is_as_wanted(device, config->enable, WIRE_PIN_OUTPUT))
+	if (!servoing_is_as_wanted(device, config->direction, WIRE_PIN_OUTPUT) ||
+	    !servoing_is_as_wanted(device, config->enable, WIRE_PIN_OUTPUT))
 		return POKEYS_OBSTACLE_OUTPUT;
-	if (!is_as_wanted(device, config->low, WIRE_PIN_INPUT) ||
-	    !is_as_wanted(device, config->high, WIRE_PIN_INPUT))
+	if (!servoing_is_as_wanted(device, config->low, WIRE_PIN_INPUT) ||
+	    !servoing_is_as_wanted(device, config->high, WIRE_PIN_INPUT))
 		return POKEYS_OBSTACLE_LIMIT;
 	if (!has_pwm(device, config))
 		return POKEYS_OBSTACLE_PWM;
@@ -176,7 +172,7 @@ void servoing_share(struct device *device, const char *key, unsigned int index)
 		device->servoings.servoing[index].shared = true;
 }
 
-static bool is_pressed(const struct device *device, uint8_t pin, bool inverted)
+bool servoing_is_pressed(const struct device *device, uint8_t pin, bool inverted)
 {
 	return pin != SERVOING_NONE &&
 	       (pins_load(device->image.digital_in) >> pin & 1) != inverted;
@@ -204,8 +200,10 @@ static struct servo_input input_of(const struct device *device, unsigned int i)
 		.slips = device->encoder[config->encoder].slips,
 		.emergency = is_emergency(device),
 		.heater = heating_stops_machine(device),
-		.low = is_pressed(device, config->low, config->low_inverted),
-		.high = is_pressed(device, config->high, config->high_inverted),
+		.low = servoing_is_pressed(device, config->low, config->low_inverted) &&
+		       !servoing_homes_with(device, i, config->low),
+		.high = servoing_is_pressed(device, config->high, config->high_inverted) &&
+			!servoing_homes_with(device, i, config->high),
 	};
 }
 
@@ -286,11 +284,14 @@ static void step(struct device *device, unsigned int i)
 {
 	const struct servoing_config *config = config_of(device, i);
 	struct servoing *servoing = &device->servoings.servoing[i];
-	const struct servo_input input = input_of(device, i);
-	const struct servo_wish wish = wish_of(device, i);
+	struct servo_wish wish = wish_of(device, i);
 	const bool was_enabled = servoing->servo.enabled;
-	const double output = servo_step(&servoing->servo, &input, &wish, device->now_ns);
+	struct servo_input input;
+	double output;
 
+	servoing_home_step(device, i, &wish);
+	input = input_of(device, i);
+	output = servo_step(&servoing->servo, &input, &wish, device->now_ns);
 	/* in a doubt only off is written (plan.c): what is enabled keeps what it has */
 	if (!servoing->servo.enabled || !plan_doubts(device))
 		servoing->wires = drive_step(&servoing->drive, &config->drive,
@@ -364,9 +365,10 @@ static void show(struct device *device, unsigned int i)
 								      POKEYS_OBSTACLE_NONE);
 	image->refused = (uint8_t)servo->refusal;
 	image->homed = servo->homed;
-	image->low = is_pressed(device, config->low, config->low_inverted);
-	image->high = is_pressed(device, config->high, config->high_inverted);
+	image->low = servoing_is_pressed(device, config->low, config->low_inverted);
+	image->high = servoing_is_pressed(device, config->high, config->high_inverted);
 	image->encoder = config->encoder;
+	servoing_home_show(device, i);
 	memcpy(image->name, config->name, sizeof(image->name));
 }
 
@@ -384,8 +386,8 @@ static void say_unheard(struct device *device, unsigned int i)
 {
 	struct left_on *driven = &device->servoings.servoing[i].driven;
 
-	if (driven->said || !left_on_late(device, driven, UNHEARD_NS) ||
-	    stops(life_failsafe(device), config_of(device, i)))
+	if (driven->said || !left_on_long(device, driven, UNHEARD_NS) ||
+	    helps(life_failsafe(device), config_of(device, i)))
 		return;
 	driven->said = true;
 	device_say(device, EVENT_SERVO_UNHEARD, EVENT_ERROR, 0, 0, 0);
@@ -397,7 +399,7 @@ bool servoing_unheard(const struct device *device)
 		const struct left_on *driven = &device->servoings.servoing[i].driven;
 
 		if (left_on_late(device, driven, UNHEARD_NS) &&
-		    stops(life_failsafe(device), config_of(device, i)))
+		    helps(life_failsafe(device), config_of(device, i)))
 			return true;
 	}
 	return false;
@@ -459,7 +461,7 @@ bool servoing_may_run(const struct device *device)
 {
 	for (unsigned int i = 0; i < device->servoings.count; i++)
 		if (device->servoings.servoing[i].driven.on &&
-		    stops(life_failsafe(device), config_of(device, i)))
+		    helps(life_failsafe(device), config_of(device, i)))
 			return true;
 	return false;
 }
@@ -510,38 +512,6 @@ bool servoing_standing(const struct device *device)
 		if (device->servoings.servoing[i].driven.on)
 			return false;
 	return servoing_off(device);
-}
-
-/* Counters are written thirteen at a time, and one that turns meanwhile loses counts. */
-bool servoing_may_write(const struct device *device, unsigned int encoder)
-{
-	for (unsigned int i = 0; i < device->servoings.count; i++) {
-		const unsigned int own = config_of(device, i)->encoder;
-		const bool beside = own / WIRE_ENCODER_BANK == encoder / WIRE_ENCODER_BANK;
-
-		if (own == encoder || (beside && device->servoings.servoing[i].servo.enabled))
-			return false;
-	}
-	return true;
-}
-
-bool servoing_may_arm(const struct device *device, unsigned int encoder)
-{
-	const unsigned int fast = device->image.capability.fast_encoders;
-
-	for (unsigned int i = 0; i < device->servoings.count; i++) {
-		const unsigned int own = config_of(device, i)->encoder;
-
-		if (own == encoder || (own < fast && encoder < fast))
-			return false;
-	}
-	return true;
-}
-
-void servoing_written(struct device *device, uint32_t encoders)
-{
-	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
-		device->servoings.counts_epoch[i] += encoders >> i & 1;
 }
 
 bool servoing_reset(struct device *device, unsigned int index)

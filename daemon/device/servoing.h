@@ -11,6 +11,7 @@
 #include "daemon/device/loops.h"
 #include "daemon/loops/drive.h"
 #include "daemon/loops/servo.h"
+#include "daemon/loops/servo_home.h"
 #include "wire/io.h"
 
 enum {
@@ -29,6 +30,9 @@ struct servoing_config {
 	uint8_t direction, enable;	/* pins, from 0 */
 	uint8_t low, high;		/* pins of the limit switches */
 	bool low_inverted, high_inverted;	/* pressed while low */
+	uint8_t home_pin;		/* home switch: one of those, or another pin, from 0 */
+	bool home_inverted;
+	struct servo_home_config home;
 	bool inverted;			/* an output above 0 makes the position shrink */
 	bool without_failsafe;		/* it may run although the device cannot stop it */
 };
@@ -36,6 +40,7 @@ struct servoing_config {
 /* The state of one motor. */
 struct servoing {
 	struct servo servo;
+	struct servo_home home;
 	struct drive drive;
 	struct drive_wires wires;
 	bool good;			/* its configuration can be used */
@@ -43,7 +48,7 @@ struct servoing {
 	struct left_on driven;		/* it was enabled, or is */
 	uint32_t faults;
 	/* what was said last */
-	uint8_t fault, refusal;
+	uint8_t fault, refusal, home_end;
 };
 
 struct servoings {
@@ -105,6 +110,19 @@ void servoing_terminals(const struct servoing_config *config, unsigned int count
 bool servoing_off(const struct device *device);
 bool servoing_standing(const struct device *device);
 
+/* Its index input sets the counter of this encoder to 0. */
+bool servoing_index_resets(const struct device *device, uint8_t encoder);
+/* A switch, or none, is pressed. */
+bool servoing_is_pressed(const struct device *device, uint8_t pin, bool inverted);
+/* A pin has neither more nor fewer functions than pokeysd.conf wants, this one among them. */
+bool servoing_is_as_wanted(const struct device *device, uint8_t pin, uint8_t function);
+
+/* In each cycle, before a motor's step: what is commanded while it is homing. */
+void servoing_home_step(struct device *device, unsigned int index, struct servo_wish *wish);
+/* It is homing with this switch, which is therefore none that stops it. */
+bool servoing_homes_with(const struct device *device, unsigned int index, uint8_t pin);
+void servoing_home_show(struct device *device, unsigned int index);
+
 /* May this encoder's counter be written? That of its bank are written with it. */
 bool servoing_may_write(const struct device *device, unsigned int encoder);
 /* May it be set to 0 by its index? The fast ones have one switch for it. */
@@ -115,6 +133,8 @@ void servoing_written(struct device *device, uint32_t encoders);
 /* One-shots, by a motor's index. All return false if they refuse. */
 bool servoing_reset(struct device *device, unsigned int index);
 bool servoing_place(struct device *device, unsigned int index, int32_t counts, bool homed);
+/* Begin homing, or end it. */
+bool servoing_home(struct device *device, unsigned int index, bool end);
 /* `which` is enum pokeys_gain. */
 bool servoing_regain(struct device *device, unsigned int index, unsigned int which, double value);
 

@@ -117,6 +117,19 @@ static uint64_t failsafe_merge(const struct pokeys_settings *want, unsigned int 
 	       memcmp(failsafe->pwm_percent, have->pwm_percent, sizeof(have->pwm_percent)) != 0;
 }
 
+static bool failsafe_take_along(struct device *device, union setting_request *request)
+{
+	life_failsafe_sent(device, &request->failsafe);
+	return true;
+}
+
+static void failsafe_learn(struct device *device, unsigned int index,
+			   const union setting_value *value)
+{
+	(void)index;
+	life_failsafe_read(device, &value->failsafe);
+}
+
 static void failsafe_report(struct pokeys_settings *known, unsigned int index,
 			    const union setting_value *value)
 {
@@ -140,8 +153,8 @@ static int64_t failsafe_written(const union setting_value *value, unsigned int w
 const struct setting_kind setting_failsafe = {
 	.read = WIRE_OP_FAILSAFE, .write = WIRE_OP_FAILSAFE, .name = POKEYS_SETTING_FAILSAFE,
 	.dispensable = true, .has = has_failsafe, .wanted = failsafe_wanted,
-	.ask = setting_ask_zeros, .merge = failsafe_merge, .learn = setting_learn_nothing,
-	.report = failsafe_report, .written = failsafe_written,
+	.ask = setting_ask_zeros, .merge = failsafe_merge, .take_along = failsafe_take_along,
+	.learn = failsafe_learn, .report = failsafe_report, .written = failsafe_written,
 };
 
 const struct wire_failsafe_req *failsafe_known(const struct device *device)

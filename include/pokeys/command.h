@@ -97,12 +97,13 @@ struct pokeys_servo_command {
 	uint8_t reserved[3];
 };
 
-/* one_shot.flags of HOME, PROBE and SERVO_PLACE */
+/* one_shot.flags of HOME, PROBE, SERVO_PLACE and SERVO_HOME */
 enum {
 	POKEYS_HOME_FINISH_ITSELF = 1u << 0,	/* do not wait for HOME_FINISH */
 	POKEYS_PROBE_ACTIVE_HIGH = 1u << 0,
 	POKEYS_PROBE_HYBRID = 1u << 1,		/* the commander moves: no mask, positions, speed */
 	POKEYS_SERVO_HOMED = 1u << 0,		/* that is its position on the machine */
+	POKEYS_SERVO_END_HOMING = 1u << 1,
 };
 
 enum pokeys_one_shot_operation {
@@ -177,6 +178,14 @@ enum pokeys_one_shot_operation {
 	 */
 	POKEYS_ONE_SHOT_HEATER_GAIN = 25,
 	POKEYS_ONE_SHOT_SERVO_GAIN = 26,
+	/*
+	 * Find its home switch; refused without one in pokeysd.conf, or while it is not enabled.
+	 * It has to stay enabled; its commanded position does not matter meanwhile. Afterwards the
+	 * daemon holds it until that position is where it is. With POKEYS_SERVO_END_HOMING: slow
+	 * down, and hold it; refused if it is not homing. Done when it has begun;
+	 * state.servo[].homing and .home_end show its progress.
+	 */
+	POKEYS_ONE_SHOT_SERVO_HOME = 27,
 };
 
 struct pokeys_one_shot {

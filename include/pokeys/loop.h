@@ -152,6 +152,29 @@ enum pokeys_servo_refusal {
 	POKEYS_SERVO_UNREAD = 5,	/* its commander does not read the position */
 };
 
+/* What the daemon does to find the home switch of a motor that is enabled. */
+enum pokeys_servo_homing {
+	POKEYS_SERVO_HOMING_NONE = 0,	/* the commander moves it */
+	POKEYS_SERVO_HOMING_LEAVE = 1,	/* off the switch, on which it was at the beginning */
+	POKEYS_SERVO_HOMING_SEARCH = 2,	/* towards the switch */
+	POKEYS_SERVO_HOMING_BACK = 3,	/* off it again */
+	POKEYS_SERVO_HOMING_APPROACH = 4,	/* slowly, for its exact place */
+	POKEYS_SERVO_HOMING_GO = 5,	/* to home-position */
+	POKEYS_SERVO_HOMING_HOLD = 6,	/* over; held until the commanded position is there */
+};
+
+/* How the last homing of a motor has ended. */
+enum pokeys_servo_home_end {
+	POKEYS_SERVO_HOME_NONE = 0,	/* there was none, or it has not ended */
+	POKEYS_SERVO_HOME_DONE = 1,
+	POKEYS_SERVO_HOME_ABORTED = 2,	/* on request */
+	POKEYS_SERVO_HOME_STOPPED = 3,	/* the motor was switched off, or had a fault */
+	POKEYS_SERVO_HOME_NOT_FOUND = 4,	/* no switch within home-distance */
+	POKEYS_SERVO_HOME_NOT_LEFT = 5,	/* the switch stays pressed */
+	POKEYS_SERVO_HOME_LATE = 6,	/* it took too long */
+	POKEYS_SERVO_HOME_UNREAD = 7,	/* no readings of the switch */
+};
+
 /* max-age-ms is at most this: the daemon stops a motor that it could not watch for as long. */
 #define POKEYS_SERVO_STALE_MOST_NS UINT64_C(100000000)
 
@@ -180,7 +203,10 @@ struct pokeys_servo {
 	uint8_t low, high;		/* the limit switches are pressed */
 	uint8_t encoder;		/* its number */
 	uint8_t obstacle;		/* enum pokeys_obstacle: why condition is DEVICE */
-	uint8_t reserved[7];
+	uint8_t homing;			/* enum pokeys_servo_homing */
+	uint8_t home_end;		/* enum pokeys_servo_home_end */
+	uint8_t home;			/* the home switch is pressed */
+	uint8_t reserved[4];
 	char name[32];			/* of its section, NUL terminated */
 };
 

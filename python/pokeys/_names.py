@@ -1100,6 +1100,34 @@ class StateServoItem(Part):
     limit_plus = Flag(
         "servo.%02u.limit-plus", 6, (3518, 128),
         "the limit switch at the upper end is pressed")
+    homing = Word(
+        "servo.%02u.homing", 6, (3521, 128),
+        "what the daemon does to find its home switch; 0 = it is not homing",
+        code="B",
+        words={
+            0: "none",
+            1: "leaves the switch",
+            2: "searches the switch",
+            3: "backs off",
+            4: "approaches the switch",
+            5: "goes to home-position",
+            6: "holds its position",
+        })
+    home_end = Word(
+        "servo.%02u.home-end", 6, (3522, 128),
+        "how the last homing has ended; 0 = there was none, or it has not; 1 = done",
+        code="B",
+        words={
+            0: "none",
+            1: "done",
+            2: "aborted",
+            3: "the motor was switched off",
+            4: "no home switch within home-distance",
+            5: "the home switch stays pressed",
+            6: "it takes too long",
+            7: "no readings of the home switch",
+        })
+    home_switch = Flag("servo.%02u.home-switch", 6, (3523, 128), "its home switch is pressed")
     faults = Integer(
         "servo.%02u.faults", 6, (3508, 128),
         "faults of the motor since the daemon's start",
@@ -1833,7 +1861,7 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
-STATE_HASH, STATE_SIZE = 0x647f152f3cda93ba, 4200
+STATE_HASH, STATE_SIZE = 0xeac6d6a55c9081c3, 4200
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -1892,7 +1920,8 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateServoItem.age_ms, StateServoItem.vel_fb, StateServoItem.commanded, StateServoItem.commanded_velocity,
     StateServoItem.error, StateServoItem.output, StateServoItem.fault_code, StateServoItem.condition,
     StateServoItem.obstacle, StateServoItem.refused, StateServoItem.homed, StateServoItem.limit_minus,
-    StateServoItem.limit_plus, StateServoItem.faults, StateServoItem.encoder, StateServoItem.counts_per_unit,
+    StateServoItem.limit_plus, StateServoItem.homing, StateServoItem.home_end, StateServoItem.home_switch,
+    StateServoItem.faults, StateServoItem.encoder, StateServoItem.counts_per_unit,
     StateServoItem.min_position, StateServoItem.max_position, StateServoItem.pid_p, StateServoItem.pid_i,
     StateServoItem.pid_d, StateServoItem.velocity_gain, StateServoItem.acceleration_gain,
     StateInfo.SerialNumber, StateInfo.type, StateInfo.name, StateInfo.build, StateInfo.address,

@@ -147,6 +147,70 @@ static void wires_that_its_amplifier_does_not_have_are_refused(void **state)
 		     "effect without limit-plus-pin");
 }
 
+#define LIMITS "limit-minus-pin = 9\nlimit-plus-pin = 10\nmin-position = -1\n" \
+	       "max-position = 99\n"
+#define HOME "home-search-speed = -20\n"
+
+static void its_home_switch_arrives(void **state)
+{
+	const struct servo_home_config *home = &servo(0)->home;
+
+	(void)state;
+	assert_int_equal(parse(GOOD X LIMITS), 0);
+	assert_true(home->search == 0);
+	assert_int_equal(parse(GOOD X LIMITS "limit-minus-invert = on\n" HOME
+			       "home-position = 5\n"), 0);
+	assert_int_equal(servo(0)->home_pin, 8);
+	assert_true(servo(0)->home_inverted);
+	assert_near(home->search, -20);
+	assert_near(home->latch, 2);
+	assert_near(home->acceleration, 200);
+	assert_near(home->offset, 0);
+	assert_near(home->position, 5);
+	assert_near(home->distance, 110);
+	assert_int_equal(parse(GOOD X "home-search-speed = 8\nhome-pin = 14\nhome-invert = on\n"
+			       "home-latch-speed = 0.5\nhome-acceleration = 70\nhome-offset = 3\n"
+			       "home-position = 3\nhome-distance = 12\n"), 0);
+	assert_int_equal(servo(0)->home_pin, 13);
+	assert_true(servo(0)->home_inverted);
+	assert_near(home->search, 8);
+	assert_near(home->latch, 0.5);
+	assert_near(home->acceleration, 70);
+	assert_near(home->offset, 3);
+	assert_near(home->position, 3);
+	assert_near(home->distance, 12);
+	assert_int_equal(config.device[0].settings.pin_function[13], WIRE_PIN_INPUT);
+}
+
+static void a_homing_that_cannot_be_is_refused(void **state)
+{
+	(void)state;
+	assert_fault(GOOD X "home-offset = 2\n", "f:11: [servo x]: home-offset has no effect "
+		     "without home-search-speed");
+	assert_fault(GOOD X HOME "home-distance = 9\n", "f:11: [servo x]: home-search-speed needs "
+		     "a home switch: home-pin, or limit-minus-pin in the direction of the search");
+	assert_fault(GOOD X "home-search-speed = 2\nhome-distance = 9\n",
+		     "f:11: [servo x]: home-search-speed needs a home switch: home-pin, or "
+		     "limit-plus-pin in the direction of the search");
+	assert_fault(GOOD X HOME LIMITS, "f:4: [servo x]: home-position = 0 is on the limit "
+		     "switch, which closes at 0 (home-offset) and stops the motor; it has to be "
+		     "0.5 or more off it (min-following-error)");
+	assert_fault(GOOD X HOME LIMITS "home-position = 5\nhome-invert = on\n",
+		     "f:17: [servo x]: home-invert has no effect without home-pin");
+	assert_fault(GOOD X HOME "home-pin = 14\n", "f:5: [servo x]: home-distance has to be given "
+		     "if min-position or max-position is none");
+	assert_fault(GOOD X "home-search-speed = 101\nhome-pin = 14\nhome-distance = 9\n",
+		     "f:11: [servo x]: home-search-speed has to be at most max-speed, in either "
+		     "direction");
+	assert_fault(GOOD X HOME LIMITS "home-position = 100\n",
+		     "f:16: [servo x]: home-position has to be from min-position to max-position");
+	assert_fault(GOOD X HOME LIMITS "home-pin = 9\n", "f:16: [servo x]: home-pin: terminal "
+		     "9 is that of limit-minus-pin; leave home-pin out");
+	assert_fault(GOOD X HOME "home-distance = 9\nhome-pin = 31\n",
+		     "f:13: [servo x]: home-pin: terminal 31 is used by direction-pin (line 8) as "
+		     "well, and can only be used by one of them; remove the other");
+}
+
 static void limits_that_contradict_each_other_stand_at_their_line(void **state)
 {
 	(void)state;
@@ -250,6 +314,8 @@ int main(void)
 		cmocka_unit_test(every_key_arrives),
 		cmocka_unit_test(what_it_needs_has_to_be_there),
 		cmocka_unit_test(wires_that_its_amplifier_does_not_have_are_refused),
+		cmocka_unit_test(its_home_switch_arrives),
+		cmocka_unit_test(a_homing_that_cannot_be_is_refused),
 		cmocka_unit_test(limits_that_contradict_each_other_stand_at_their_line),
 		cmocka_unit_test(nothing_is_used_twice),
 		cmocka_unit_test(the_device_has_to_stop_it),

@@ -118,12 +118,12 @@ class Servo(Structure):
         (name, c_float) for name in (
             "velocity commanded_velocity error output minimum maximum p i d velocity_gain acceleration_gain").split()] + [
         ("fault_count", c_uint32)] + [
-        (name, c_uint8) for name in "state fault condition refused homed low high encoder obstacle".split()] + [
-        ("reserved", c_uint8 * 7), ("name", c_char * 32)]
+        (name, c_uint8) for name in "state fault condition refused homed low high encoder obstacle homing home_end home".split()] + [
+        ("reserved", c_uint8 * 4), ("name", c_char * 32)]
 
 
 class State(Structure):
-    VERSION, HASH = 14, 0x647f152f3cda93ba
+    VERSION, HASH = 15, 0xeac6d6a55c9081c3
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

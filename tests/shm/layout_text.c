@@ -92,7 +92,7 @@ static const struct member servo_members[] = {
 	M(commanded_velocity), M(error), M(output), M(minimum), M(maximum), M(p), M(i), M(d),
 	M(velocity_gain), M(acceleration_gain), M(fault_count), M(state), M(fault), M(condition),
 	M(refused), M(homed), M(low), M(high), M(encoder), M(obstacle),
-	M(reserved), M(name),
+	M(homing), M(home_end), M(home), M(reserved), M(name),
 	END
 };
 #undef OF

@@ -27,7 +27,8 @@ def machine(**keys):
 
 
 @contextlib.contextmanager
-def uncommanded(**keys):
+def uncommanded(own=None, **keys):
+    """Without that program; `own`: what one of the motors has in addition."""
     with House() as house:
         house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000, "heartbeat-timeout-ms": 2000,
                                       "pwm-period": 1250}
@@ -36,6 +37,8 @@ def uncommanded(**keys):
                   "stall-s": 3, "silent-s": 1, **keys}
         house.servo_keys = {name: {"encoder": i, "pwm": i, "direction-pin": 31 + i, "enable-pin": 35 + i, **common}
                             for i, name in enumerate("xyz")}
+        for name, more in (own or {}).items():
+            house.servo_keys[name] |= more
         sim = house.start_sim("--preset", "servo-mill")
         daemon = house.start_daemon()
         house.wait_fresh()
@@ -149,6 +152,35 @@ def test_pokeysctl_moves_a_motor_and_leaves_it_off():
         begin = servos(house)[0]["position"]
         succeeds(house, "x", "swing", "10", "--speed", "50", until=lambda: abs(servos(house)[0]["position"] - begin) > 5)
         equal((servos(house)[0]["state"], motor(house, sim, 0)["output"]), ("off", 0))
+
+
+def test_pokeysctl_homes_a_motor():
+    home = {"home-pin": 7, "home-search-speed": -50, "home-position": 5, "home-distance": 30}
+    with uncommanded(own={"x": home}) as (house, sim, _daemon):
+        # pressed from 10 mm to the left of where it stands
+        house.ask_sim(sim, "motor", 0, "home", -2000000, -4000, 7)
+        wait_for("the switch to be read", lambda: not servos(house)[0]["home_switch"])
+        text = succeeds(house, "x", "home")
+        assert re.search(r"^mill: servo x: homed, at [45]\.\d+$", text, re.MULTILINE), text
+        equal([servos(house)[0][key] for key in ("state", "homed", "homing", "home_end")], ["off", True, "none", "done"])
+        wait_for("the shaft to be there", lambda: abs(motor(house, sim, 0)["turns"] + 1) < 0.05)
+        assert "homed" in house.ctl("status", "mill").stdout
+        status, text = ended(house, "y", "home")
+        equal(status, 1)
+        assert "servo y: pokeysd does not home it: pokeysd.conf has no home-search-speed for it" in text, text
+        # a wire that is broken: pressed wherever it is
+        house.ask_sim(sim, "motor", 0, "home", "off")
+        wait_for("the switch to be read", lambda: servos(house)[0]["home_switch"])
+
+        def not_homed():
+            status, text = ended(house, "x", "home")
+            equal(status, 1)
+            if "off by a fault" in text:
+                ended(house, "x", "reset")
+            return "mill: servo x: not homed: the home switch stays pressed" in text
+        wait_for("it to be found", not_homed)
+        equal((servos(house)[0]["state"], servos(house)[0]["homed"]), ("off", False))
+        assert "NOT HOMED: the home switch stays pressed" in house.ctl("status", "mill").stdout
 
 
 def test_pokeysctl_says_why_a_motor_does_not_move():

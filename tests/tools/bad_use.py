@@ -50,6 +50,8 @@ CASES = (
     (["servo", "mill", "x", "go", "20"], 64, "servo needs a device, .*"),
     (["servo", "mill", "x", "move"], 64, "servo needs a device, .*"),
     (["servo", "mill", "x", "reset", "20"], 64, "servo needs a device, .*"),
+    (["servo", "mill", "x", "home", "20"], 64, "servo needs a device, .*"),
+    (["servo", "mill", "x", "home", "--speed", "1"], 64, "--speed is for move, move-to and swing"),
     (["servo", "mill", "x", "move", "nan", "--speed", "1"], 64, '"nan": positions are numbers .*'),
     (["servo", "mill", "x", "move", "2e6", "--speed", "1"], 64, '"2e6": positions are numbers .*'),
     (["servo", "mill", "x", "move-to", "-1"], 64, "move-to needs --speed, in units/s"),

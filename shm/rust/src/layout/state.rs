@@ -299,7 +299,10 @@ layout! {
         high: u8,
         encoder: u8,
         obstacle: u8,
-        reserved: [u8; 7],
+        homing: u8,
+        home_end: u8,
+        home: u8,
+        reserved: [u8; 4],
         name: [u8; 32],
     }
 }
@@ -452,8 +455,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 14, size 4200,
-    hash 0x647f152f3cda93ba, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 15, size 4200,
+    hash 0xeac6d6a55c9081c3, hash_function iox_state_hash
 }
 
 published! {
