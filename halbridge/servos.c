@@ -36,6 +36,7 @@ static bool show(struct value_servo *value, const struct pokeys_servo *servo, bo
 	memcpy(&now, value, PINS);
 	now.enabled = alive && (servo->state == POKEYS_SERVO_ENABLED ||
 				servo->state == POKEYS_SERVO_STOPPING);
+	now.homing = alive && servo->homing;
 	now.fault = servo->fault || (value->enable && (!alive || held || servo->refused));
 	if (alive) {
 		now.pos_fb = servo->position;
@@ -46,6 +47,7 @@ static bool show(struct value_servo *value, const struct pokeys_servo *servo, bo
 		now.condition = servo->condition;
 		now.refused = servo->refused;
 		now.homed = servo->homed;
+		now.home_end = servo->home_end;
 		now.limit_minus = servo->low;
 		now.limit_plus = servo->high;
 	}
@@ -74,13 +76,14 @@ static bool show_none(struct values *values, uint32_t motors)
 	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
 		const struct value_servo *value = &values->servo[i];
 
-		wrong |= (uint32_t)(value->enabled | (value->fault ^ value->enable)) << i;
+		wrong |= (uint32_t)(value->enabled | value->homing |
+				    (value->fault ^ value->enable)) << i;
 	}
 	wrong &= motors;
 	for (uint32_t left = wrong; left; left &= left - 1) {
 		struct value_servo *value = &values->servo[__builtin_ctz(left)];
 
-		value->enabled = false;
+		value->enabled = value->homing = false;
 		value->fault = value->enable;
 	}
 	return wrong;
@@ -104,6 +107,7 @@ void servos_read(struct servos *servos, struct values *values, const struct one_
 		const unsigned int i = (unsigned int)__builtin_ctz(left);
 
 		values->one_shot_failed_count += press_read(&servos->reset[i], queue, state);
+		values->one_shot_failed_count += press_read(&servos->home[i], queue, state);
 	}
 	/* those that are gone are shown once more */
 	changed |= show_none(values, ~(there | servos->there));
@@ -137,28 +141,41 @@ static void write_motor(struct servos *servos, unsigned int i, const struct valu
 	command->servo[i].enable = value->enable && !servos->held[i];
 }
 
+/* A button. True if the queue was full. */
+static bool write_press(struct press *press, bool pin, enum pokeys_one_shot_operation operation,
+			unsigned int i, struct values *values, struct one_shot_queue *queue,
+			struct pokeys_command *command, bool fresh)
+{
+	const struct pokeys_one_shot shot = {
+		.operation = (uint8_t)operation, .index = (uint8_t)i,
+	};
+	const struct press_news news = press_write(press, pin, fresh ? &shot : NULL, queue,
+						   command);
+
+	values->one_shot_failed_count += news.failed;
+	return news.full;
+}
+
 /* True if the queue was full. */
 static bool write_servo(struct servos *servos, unsigned int i, struct values *values,
 			struct one_shot_queue *queue, struct pokeys_command *command, bool fresh,
 			bool read, struct refusals *refusals)
 {
-	const struct pokeys_one_shot shot = {
-		.operation = POKEYS_ONE_SHOT_SERVO_RESET, .index = (uint8_t)i,
-	};
-	const struct press_news news = press_write(&servos->reset[i], values->servo[i].reset,
-						   fresh ? &shot : NULL, queue, command);
+	bool full = write_press(&servos->reset[i], values->servo[i].reset,
+				POKEYS_ONE_SHOT_SERVO_RESET, i, values, queue, command, fresh);
 
+	full |= write_press(&servos->home[i], values->servo[i].home, POKEYS_ONE_SHOT_SERVO_HOME,
+			    i, values, queue, command, fresh);
 	write_motor(servos, i, &values->servo[i], read, command, refusals);
-	values->one_shot_failed_count += news.failed;
-	return news.full | (fresh && servos->there >> i & 1 &&
+	return full | (fresh && servos->there >> i & 1 &&
 			    gains_write(&servos->gains[i], values->servo[i].gain, OFFSET(i, gain),
 					queue, command, refusals));
 }
 
 static uint32_t is_busy(const struct servos *servos, unsigned int i)
 {
-	return !press_rests(&servos->reset[i]) || servos->bad[i] || servos->absent[i] ||
-	       servos->held[i];
+	return !press_rests(&servos->reset[i]) || !press_rests(&servos->home[i]) ||
+	       servos->bad[i] || servos->absent[i] || servos->held[i];
 }
 
 /* Most machines have no servo motors, and pay for none. */
@@ -167,7 +184,8 @@ static uint32_t wanted(const struct servos *servos, const struct values *values)
 	uint32_t motors = servos->there | servos->busy;
 
 	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
-		motors |= (uint32_t)(values->servo[i].enable | values->servo[i].reset) << i;
+		motors |= (uint32_t)(values->servo[i].enable | values->servo[i].reset |
+				     values->servo[i].home) << i;
 	return motors;
 }
 
@@ -192,6 +210,7 @@ void servos_forget(struct servos *servos, struct values *values)
 {
 	for (unsigned int i = 0; i < POKEYS_SERVOS; i++) {
 		values->one_shot_failed_count += press_forget(&servos->reset[i]);
+		values->one_shot_failed_count += press_forget(&servos->home[i]);
 		gains_forget(&servos->gains[i]);
 	}
 	servos->begun = false;

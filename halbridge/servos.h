@@ -18,7 +18,7 @@ struct servos {
 	uint32_t busy;			/* bit = what was written of it has not come to rest */
 	bool bad[POKEYS_SERVOS], absent[POKEYS_SERVOS];	/* its command */
 	bool held[POKEYS_SERVOS];	/* could not be enabled: off until the pin has fallen */
-	struct press reset[POKEYS_SERVOS];
+	struct press reset[POKEYS_SERVOS], home[POKEYS_SERVOS];
 	struct gains gains[POKEYS_SERVOS];
 };
 

@@ -11,6 +11,10 @@
 #define OUT_PIN(name, member, help)	\
 	ROWS("servo.%02u." name, PIN, OUT, READ, servo, member, help, OF_SERVOS)
 
+/* Of a program without LinuxCNC's own homing; there is no room for them in names=all. */
+#define HOME_PIN(name, direction, when, member, help)	\
+	ROWS("servo.%02u." name, PIN, direction, when, servo, member, help, GAIN_OF_SERVOS)
+
 #define GAIN(name, which, help)								\
 	ROWS("servo.%02u." name, PARAM, RW, WRITE, servo, gain[POKEYS_GAIN_##which],	\
 	     help "; until it is set, that of the daemon", SETTING_FLOAT(0, 1e6), GAIN_OF_SERVOS)
@@ -45,6 +49,17 @@ static const struct table_row rows[] = {
 	OUT_PIN("homed", homed, "the position is that of the machine"),
 	OUT_PIN("limit-minus", limit_minus, "the limit switch at the lower end is pressed"),
 	OUT_PIN("limit-plus", limit_plus, "the limit switch at the upper end is pressed"),
+	HOME_PIN("home", IN, WRITE, home,
+		 "its rising edge: find the home switch (home-search-speed in pokeysd.conf); the "
+		 "motor has to stay enabled, and pos-cmd has no effect until homing has ended"),
+	HOME_PIN("homing", OUT, READ, homing,
+		 "the motor is homing, or is held afterwards until pos-cmd stays where it "
+		 "is"),
+	HOME_PIN("home-end", OUT, READ, home_end,
+		 "how the last homing has ended: 0 there was none, or it has not ended, 1 it is "
+		 "homed, 2 aborted, 3 the motor was switched off, or had a fault, 4 the home "
+		 "switch did not close, 5 it did not open, 6 homing took too long, 7 no readings "
+		 "of the home switch"),
 	GAIN("pid-p", P, "gain: output for each unit of the following error"),
 	GAIN("pid-i", I, "gain: output for each unit of the following error and second"),
 	GAIN("pid-d", D, "gain: output for each unit/s of the following error's change"),

@@ -198,8 +198,8 @@ struct value_heater {
 /* A servo motor that the daemon controls. */
 struct value_servo {
 	double pos_cmd, vel_cmd, pos_fb, vel_fb, error, output;
-	uint32_t fault_code, condition, refused;
-	bool enable, reset, enabled, fault, homed, limit_minus, limit_plus;
+	uint32_t fault_code, condition, refused, home_end;
+	bool enable, reset, home, enabled, fault, homed, homing, limit_minus, limit_plus;
 	double gain[POKEYS_GAINS];	/* parameters */
 };
 

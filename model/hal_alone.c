@@ -55,6 +55,7 @@ static const struct model_alone alone[] = {
 	{ "commander", "commander-alive" },
 	{ "servo.%02u.enabled", "servo.NN.state" },
 	{ "servo.%02u.fault", "servo.NN.fault-code" },
+	{ "servo.%02u.homing", "servo.NN.home-state" },
 	/* state of the HAL component itself: its functions, commands and requests */
 	{ "probe.contact", NULL },
 	{ "joint.%02u.refused", NULL },

@@ -224,7 +224,7 @@ static enum pokeys_outcome ask_home(struct loop_run *run, uint8_t flags)
 	});
 }
 
-/* Held where it is, by whoever holds it. */
+/* Command the position that the daemon commands, so that the daemon can end its hold. */
 static bool follow(struct loop_run *run, struct report *report)
 {
 	want(run, true, servo_of(run)->commanded, 0);
@@ -259,8 +259,8 @@ static bool home(struct loop_run *run)
 	if (!begin(run))
 		return false;
 	if (ask_home(run, 0) != POKEYS_OUTCOME_DONE)
-		well = loop_fails(run, "pokeysd does not home it: pokeysd.conf has no "
-				  "home-search-speed for it, or it was switched off");
+		well = loop_fails(run, "not homed: pokeysd.conf has no home-search-speed for "
+				  "this motor, or the motor is off");
 	else
 		well = seek(run);
 	well = finish(run) && well;

@@ -77,6 +77,8 @@ static void judge_home(struct judged_part part, const struct config_raw_servo *r
 		"home-position", "home-distance",
 	};
 	const bool low = raw->home_search < 0;
+	const int64_t near = low ? raw->limit_minus_pin : raw->limit_plus_pin;
+	const int64_t far = low ? raw->limit_plus_pin : raw->limit_minus_pin;
 	const char *limit = low ? "limit-minus-pin" : "limit-plus-pin";
 
 	if (raw->home_search == 0) {
@@ -86,7 +88,12 @@ static void judge_home(struct judged_part part, const struct config_raw_servo *r
 						 "home-search-speed", keys[i]);
 		return;
 	}
-	if (raw->home_pin && raw->home_pin == (low ? raw->limit_minus_pin : raw->limit_plus_pin))
+	if (far && (raw->home_pin ? raw->home_pin : near) == far)
+		judge_part_fault(part, "home-search-speed", "home-search-speed: the home switch "
+				 "has the terminal of the limit switch at the other end (%d), so "
+				 "the axis would not stop there; give the home switch a terminal "
+				 "of its own", (int)far);
+	if (raw->home_pin && raw->home_pin == near)
 		judge_part_fault(part, "home-pin", "home-pin: terminal %d is that of %s; leave "
 				 "home-pin out", (int)raw->home_pin, limit);
 	if (raw->home_pin)
@@ -94,7 +101,7 @@ static void judge_home(struct judged_part part, const struct config_raw_servo *r
 	if (judge_part_has(part, "home-invert"))
 		judge_part_fault(part, "home-invert", "home-invert has no effect without "
 				 "home-pin");
-	if (!(low ? raw->limit_minus_pin : raw->limit_plus_pin))
+	if (!near)
 		judge_part_fault(part, "home-search-speed", "home-search-speed needs a home "
 				 "switch: home-pin, or %s in the direction of the search", limit);
 	else if ((raw->home_offset - raw->home_position) * (low ? -1 : 1) < raw->follow_least)

@@ -458,17 +458,17 @@ static const struct config_key own[] = {
 	KEY(SERVO(home_pin), "home-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),
 	    .words = WORDS({ "none", 0 }), .fallback = "none",
 	    .help = "Terminal of the home switch. The daemon makes it a digital input. none: the "
-		    "limit switch in the direction of the search is the home switch; while the "
-		    "axis is homing it does not stop the motor."),
+		    "limit switch in the direction of the search is the home switch. This limit "
+		    "switch does not stop the motor during homing; the other one does."),
 	KEY(SERVO(home_invert), "home-invert", CONFIG_INTEGER, WORDS_ONLY,
 	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "off",
 	    .help = "off: the home switch is pressed while its terminal is high. on: it is "
-		    "pressed while its terminal is low. The switch has to stay pressed beyond "
-		    "its place."),
+		    "pressed while its terminal is low. The switch has to stay pressed while the "
+		    "axis moves past it and stops."),
 	KEY(SERVO(home_latch), "home-latch-speed", CONFIG_REAL, RANGE(1e-6, 1e6),
 	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto", .unit = "units/s",
-	    .help = "Speed of the second, slow approach, on which the place of the switch is "
-		    "measured. auto: a tenth of home-search-speed."),
+	    .help = "Speed of the second, slow approach, on which the daemon measures the "
+		    "position where the switch closes. auto: a tenth of home-search-speed."),
 	KEY(SERVO(home_acceleration), "home-acceleration", CONFIG_REAL, RANGE(1e-6, 1e9),
 	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto",
 	    .unit = "units/s^2",
@@ -480,11 +480,15 @@ static const struct config_key own[] = {
 	    .help = "Position of the axis where the home switch closes."),
 	KEY(SERVO(home_position), "home-position", CONFIG_REAL, RANGE(-1e9, 1e9),
 	    .fallback = "0", .unit = "units",
-	    .help = "Position to which the axis moves at the end, off the switch."),
+	    .help = "Position to which the axis moves at the end, from min-position to "
+		    "max-position. If the home switch is a limit switch, it has to be at least "
+		    "min-following-error off the switch."),
 	KEY(SERVO(home_distance), "home-distance", CONFIG_REAL, RANGE(1e-6, 1e9),
 	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto", .unit = "units",
-	    .help = "Distance after which the axis stops if the switch has not closed, or has not "
-		    "opened. auto: 1.1 times the distance from min-position to max-position."),
+	    .help = "Longest distance of the search, and of each movement off the switch. After "
+		    "it, homing has failed, and the axis decelerates to a stop. auto: 1.1 times "
+		    "the distance from min-position to max-position, both of which then have to "
+		    "be given."),
 	KEY(SERVO(least), "min-position", CONFIG_REAL, RANGE(-1e9, 1e9),
 	    .words = WORDS({ "none", -CONFIG_UNLIMITED }), .fallback = "none", .unit = "units",
 	    .help = "Soft limit, in effect once the axis is homed."),

@@ -87,7 +87,7 @@ enum event_code {
 	EVENT_HEATER_LEFT,	/* its commander has: it is off; a = heater, c = temperature */
 	EVENT_HEATER_UNHEARD,	/* a heater is off, and the device does not acknowledge it: nothing
 				 * is sent to it for its failsafe's time; a = ms, 0 = no failsafe
-				 * is known to switch the heater off soon */
+				 * is known to switch heater b off soon */
 	EVENT_SERVO,		/* a = servo motor, b = enum servo_fault (0 = it was reset), c =
 				 * position, thousandths of a unit */
 	EVENT_SERVO_REFUSED,	/* it was not enabled: a = motor, b = enum servo_refusal, c = enum

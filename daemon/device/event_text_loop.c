@@ -48,20 +48,22 @@ void event_put_heater_left(struct line *line, const struct event *e)
 	put(line, "heater %lld: switched off, its commander is gone", (long long)e->a);
 }
 
-static void put_unheard(struct line *line, const struct event *e, const char *what)
+static void put_unheard(struct line *line, const struct event *e, const char *loop,
+			const char *what)
 {
-	put(line, "it does not acknowledge that %s is off", what);
 	if (e->a)
-		put(line, ": nothing is sent to it for %lld ms, so that its own failsafe switches "
-		    "its outputs off", (long long)e->a);
+		put(line, "it does not acknowledge that a %s is off: nothing is sent to it for "
+		    "%lld ms, so that its own failsafe switches its outputs off", what,
+		    (long long)e->a);
 	else
-		put(line, ": it may be on, and no failsafe of the device is known to switch it off "
-		    "soon; switch off its power");
+		put(line, "%s %lld: the device does not acknowledge that it is off; it may be on, "
+		    "and no failsafe of the device is known to switch it off soon: disconnect the "
+		    "power of this %s", loop, (long long)e->b, what);
 }
 
 void event_put_heater_unheard(struct line *line, const struct event *e)
 {
-	put_unheard(line, e, "a heater");
+	put_unheard(line, e, "heater", "heater");
 }
 
 void event_put_servo(struct line *line, const struct event *e)
@@ -88,7 +90,7 @@ void event_put_servo_left(struct line *line, const struct event *e)
 
 void event_put_servo_unheard(struct line *line, const struct event *e)
 {
-	put_unheard(line, e, "a servo motor");
+	put_unheard(line, e, "servo", "servo motor");
 }
 
 static void put_gain(struct line *line, const struct event *e, const char *loop)

@@ -379,7 +379,7 @@ static void say_unheard(struct device *device, unsigned int i)
 	    helps(life_failsafe(device), config_of(device, i)))
 		return;
 	hot->said = true;
-	device_say(device, EVENT_HEATER_UNHEARD, EVENT_ERROR, 0, 0, 0);
+	device_say(device, EVENT_HEATER_UNHEARD, EVENT_ERROR, 0, i, 0);
 }
 
 bool heating_unheard(const struct device *device)

@@ -134,6 +134,9 @@ static void leave_running(struct device *device)
 
 static void begin_running(struct device *device)
 {
+	/* what is on from now on, another start of it switches off, or does not */
+	if (!failsafe_known(device))
+		device->life.failsafe_ns = 0;
 	device->meter.reconnects += device->life.ran;
 	device->life.ran = true;
 	plan_begin(device);
@@ -230,6 +233,7 @@ static void leave_alone(struct device *device, uint64_t waits_ns)
 {
 	struct life *life = &device->life;
 
+	life->waits_ns = waits_ns;
 	life->alone_until_ns = device->now_ns + waits_ns + FAILSAFE_LATE_NS;
 	life->probe_after_ns = life->alone_until_ns;
 	life->cooled = true;
@@ -244,7 +248,8 @@ static void end_silence(struct device *device)
 	if (!life->left_alone || device->now_ns < life->alone_until_ns)
 		return;
 	life->left_alone = false;
-	loops_stopped_itself(device);
+	if (life->waits_ns >= life->failsafe_ns)
+		loops_stopped_itself(device);
 }
 
 void life_refuse(struct device *device, enum pokeys_fault fault)

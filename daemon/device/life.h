@@ -28,6 +28,7 @@ struct life {
 	struct wire_failsafe_req failsafe;	/* what can be relied on of it */
 	uint64_t failsafe_ns;		/* it waits at most so long; 0 = none, or not known */
 	uint64_t left_ns;		/* when it ran last, or was looked for first; 0 = not yet */
+	uint64_t waits_ns;		/* it is, or was, left alone for so long */
 	uint64_t alone_until_ns;	/* nothing is asked until then; 0 = it had no turn yet */
 	bool cooled;			/* it has or had, or needs none */
 	bool left_alone;		/* until then its loops may be on */

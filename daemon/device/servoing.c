@@ -200,10 +200,10 @@ static struct servo_input input_of(const struct device *device, unsigned int i)
 		.slips = device->encoder[config->encoder].slips,
 		.emergency = is_emergency(device),
 		.heater = heating_stops_machine(device),
-		.low = servoing_is_pressed(device, config->low, config->low_inverted) &&
-		       !servoing_homes_with(device, i, config->low),
-		.high = servoing_is_pressed(device, config->high, config->high_inverted) &&
-			!servoing_homes_with(device, i, config->high),
+		.low = servoing_is_pressed(device, config->low, config->low_inverted),
+		.high = servoing_is_pressed(device, config->high, config->high_inverted),
+		.seeks_low = servoing_seeks(device, i, true),
+		.seeks_high = servoing_seeks(device, i, false),
 	};
 }
 
@@ -390,7 +390,7 @@ static void say_unheard(struct device *device, unsigned int i)
 	    helps(life_failsafe(device), config_of(device, i)))
 		return;
 	driven->said = true;
-	device_say(device, EVENT_SERVO_UNHEARD, EVENT_ERROR, 0, 0, 0);
+	device_say(device, EVENT_SERVO_UNHEARD, EVENT_ERROR, 0, i, 0);
 }
 
 bool servoing_unheard(const struct device *device)

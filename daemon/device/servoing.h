@@ -119,8 +119,8 @@ bool servoing_is_as_wanted(const struct device *device, uint8_t pin, uint8_t fun
 
 /* In each cycle, before a motor's step: what is commanded while it is homing. */
 void servoing_home_step(struct device *device, unsigned int index, struct servo_wish *wish);
-/* It is homing with this switch, which is therefore none that stops it. */
-bool servoing_homes_with(const struct device *device, unsigned int index, uint8_t pin);
+/* It is homing with this limit switch, which therefore does not stop it. */
+bool servoing_seeks(const struct device *device, unsigned int index, bool low);
 void servoing_home_show(struct device *device, unsigned int index);
 
 /* May this encoder's counter be written? That of its bank are written with it. */

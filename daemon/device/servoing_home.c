@@ -3,8 +3,8 @@
  * Homing of a device's servo motors (daemon/loops/servo_home.h): where the home switch is read, who
  * begins it, and what is said of it.
  *
- * The home switch may be the limit switch in the direction of the search. While the motor is homing
- * this switch does not stop it, and the way that it may go is what limits it.
+ * The home switch may be the limit switch in the direction of the search. Until the motor stands
+ * again, this switch does not stop it, and the way that it may go is what limits it.
  */
 
 #include <math.h>
@@ -34,20 +34,25 @@ static bool is_active(const struct device *device, const struct servoing_config 
 	       servoing_is_pressed(device, config->home_pin, config->home_inverted);
 }
 
-bool servoing_homes_with(const struct device *device, unsigned int index, uint8_t pin)
+bool servoing_seeks(const struct device *device, unsigned int index, bool low)
 {
-	return pin == device->config.servo[index].home_pin &&
-	       servo_home_works(&device->servoings.servoing[index].home);
+	const struct servoing_config *config = &device->config.servo[index];
+
+	return config->home_pin == (low ? config->low : config->high) &&
+	       (config->home.search < 0) == low &&
+	       servo_home_moves(&device->servoings.servoing[index].home);
 }
 
 void servoing_home_step(struct device *device, unsigned int index, struct servo_wish *wish)
 {
 	const struct servoing_config *config = &device->config.servo[index];
 	struct servoing *servoing = &device->servoings.servoing[index];
+	/* in a doubt, by another device perhaps */
+	const bool is_read = servoing_is_as_wanted(device, config->home_pin, WIRE_PIN_INPUT) &&
+			     !plan_doubts(device);
 	const struct servo_home_input input = {
 		.active = is_active(device, config),
-		.read_ns = servoing_is_as_wanted(device, config->home_pin, WIRE_PIN_INPUT) ?
-			   device->image.t_digital_ns : 0,
+		.read_ns = is_read ? device->image.t_digital_ns : 0,
 	};
 
 	servo_home_step(&servoing->home, &servoing->servo, &input, wish, device->now_ns);

@@ -362,8 +362,10 @@ void servo_renumber(struct servo *servo, double shift, bool homed)
 	servo->offset += shift;
 	servo->position += shift;
 	servo->wanted += shift;
+	servo->low_stop += shift;
+	servo->high_stop += shift;
 	servo->homed = homed;
-	servo_watch_begin(servo, servo->wanted);
+	servo_watch_soft(servo, servo->wanted);
 }
 
 bool servo_place(struct servo *servo, double position, bool homed)

@@ -94,6 +94,7 @@ struct servo_input {
 	bool emergency;
 	bool heater;		/* a heater whose faults stop it has one */
 	bool low, high;		/* the limit switches are active */
+	bool seeks_low, seeks_high;	/* ... and one of them is what the axis is homing to */
 };
 
 /* What is commanded in this cycle. */
@@ -178,6 +179,9 @@ bool servo_place(struct servo *servo, double position, bool homed);
  * enabled does not move.
  */
 void servo_renumber(struct servo *servo, double shift, bool homed);
+
+/* It stands where it is commanded to, perhaps on a limit switch: it may not go on from there. */
+void servo_watch_switches(struct servo *servo);
 
 /*
  * Other gains, while it runs: the output does not jump, but goes over to theirs within some tenths

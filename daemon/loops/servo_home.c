@@ -7,7 +7,8 @@
  * A change of the switch counts when it has been read some times in a row: a disturbance of one
  * moment is no switch, and a contact that bounces is left when it has ceased to. Its place is that
  * of the first of these readings. Switch and encoder may be read at different times, so it is where
- * the axis was, at its speed, in the middle between this reading and the one before.
+ * the axis was, at its speed, in the middle between this reading and the one before. If readings
+ * were lost just then, or the axis still moved away from the switch, the approach is begun again.
  *
  * Each state has a way and a time. Both are those of the path; an axis that does not follow its
  * path has a fault of its own.
@@ -22,7 +23,10 @@
 
 #define CLOSED 3		/* readings in a row */
 #define OPENED 10
-#define APPROACH_MORE 1.5	/* times the way that it was backed off */
+#define LOST 3			/* times the usual time from one reading to the next */
+#define AVERAGE 16		/* readings */
+#define ROUNDS 5
+#define LEFT_S 0.1		/* a switch has opened so long after it was reached, and the rest */
 #define TIMES_MORE 2.0		/* the time that a state needs */
 #define SECONDS_MORE 2.0
 #define STEP_MOST_S 0.01	/* a longer pause is none of the path */
@@ -59,18 +63,23 @@ static void enter(struct servo_home *home, enum servo_home_state state, double w
 	home->from = home->path;
 	home->way = way;
 	home->since_ns = now_ns;
-	home->alike = 0;
 }
 
 bool servo_home_begin(struct servo_home *home, struct servo *servo, uint64_t now_ns)
 {
-	if (home->config.search == 0 || !servo->enabled)
+	if (home->config.search == 0 || !servo->enabled ||
+	    (home->state == SERVO_HOME_IDLE && fabs(servo->wanted_rate) > home->config.latch))
 		return false;
+	if (home->state == SERVO_HOME_IDLE) {
+		home->path = servo->wanted;
+		home->speed = servo->wanted_rate;
+		home->step_ns = now_ns;
+	}
 	home->end = SERVO_HOME_NONE;
 	home->pressed = false;
-	home->path = servo->wanted;
-	home->speed = servo->wanted_rate;
-	home->step_ns = home->read_ns = now_ns;
+	home->alike = home->rounds = 0;
+	home->read_ns = now_ns;
+	home->interval_ns = 0;
 	servo->homed = false;
 	enter(home, SERVO_HOME_LEAVE, home->config.distance, now_ns);
 	return true;
@@ -82,14 +91,19 @@ static void finish(struct servo_home *home, enum servo_home_end end)
 	home->end = end;
 }
 
-bool servo_home_works(const struct servo_home *home)
+static bool works(const struct servo_home *home)
 {
 	return home->state != SERVO_HOME_IDLE && home->state != SERVO_HOME_HOLD;
 }
 
+bool servo_home_moves(const struct servo_home *home)
+{
+	return works(home) || (home->state == SERVO_HOME_HOLD && home->speed != 0);
+}
+
 bool servo_home_abort(struct servo_home *home)
 {
-	if (!servo_home_works(home))
+	if (!works(home))
 		return false;
 	finish(home, SERVO_HOME_ABORTED);
 	return true;
@@ -122,14 +136,12 @@ static double wanted_speed(const struct servo_home *home)
 }
 
 /* One step of the path. */
-static void advance(struct servo_home *home, struct servo *servo, uint64_t now_ns)
+static void advance(struct servo_home *home, struct servo *servo, double seconds)
 {
-	const double seconds = fmin((double)since(home->step_ns, now_ns) / SECOND, STEP_MOST_S);
 	const double change = home->config.acceleration * seconds, before = home->speed;
 	const double more = wanted_speed(home) - before;
 	const double rest = home->config.position - home->path;
 
-	home->step_ns = now_ns;
 	home->speed += fmax(-change, fmin(more, change));
 	home->path += (before + home->speed) / 2 * seconds;
 	/* the last step of a way that is known */
@@ -150,27 +162,55 @@ static double place_of(const struct servo *servo, uint64_t before_ns, uint64_t r
 	return servo->position + servo->rate * (middle_ns - (double)servo->read_ns) / SECOND;
 }
 
-/* Has the switch been like this for some readings in a row? */
-static bool is_settled(struct servo_home *home, const struct servo *servo,
-		       const struct servo_home_input *input, bool active, unsigned int enough)
+/* A new reading of the switch. */
+static void take(struct servo_home *home, const struct servo *servo,
+		 const struct servo_home_input *input)
 {
-	if (input->active != active) {
+	const double passed_ns = (double)(input->read_ns - home->read_ns);
+	const bool first = !home->alike;
+
+	if (input->active != home->active || first) {
 		home->alike = 0;
-		return false;
-	}
-	if (!home->alike++)
+		home->active = input->active;
 		home->edge = place_of(servo, home->read_ns, input->read_ns);
-	return home->alike >= enough;
+		home->exact = home->speed * home->config.search > 0 &&
+			      passed_ns <= LOST * home->interval_ns;
+	}
+	home->alike++;
+	if (!first)
+		home->interval_ns = home->interval_ns > 0 ?
+			home->interval_ns + (passed_ns - home->interval_ns) / AVERAGE : passed_ns;
+	home->read_ns = input->read_ns;
 }
 
-/* The switch is left: from there it is approached, on a way of which it has to be. */
-static void turn(struct servo_home *home, const struct servo *servo, uint64_t now_ns)
+static bool has_closed(const struct servo_home *home)
 {
-	const struct servo_home_config *config = &home->config;
-	const double slows = config->search * config->search / config->acceleration;
-	const double gone = fabs(home->path - home->from) * APPROACH_MORE;
+	return home->active && home->alike >= CLOSED;
+}
 
-	enter(home, SERVO_HOME_APPROACH, gone + slows + servo->config.follow_most, now_ns);
+static bool has_opened(const struct servo_home *home)
+{
+	return !home->active && home->alike >= OPENED;
+}
+
+/* To stop from the search, and as much again. */
+static double overrun(const struct servo_home *home)
+{
+	return home->config.search * home->config.search / home->config.acceleration;
+}
+
+/* The switch was reached a moment ago, so it has to open soon. */
+static void go_back(struct servo_home *home, const struct servo *servo, uint64_t now_ns)
+{
+	enter(home, SERVO_HOME_BACK, overrun(home) + fabs(home->config.search) * LEFT_S +
+	      servo->config.follow_most, now_ns);
+}
+
+/* The switch has opened: it has to close there again. */
+static void approach(struct servo_home *home, const struct servo *servo, uint64_t now_ns)
+{
+	enter(home, SERVO_HOME_APPROACH, fabs(home->path - home->edge) + overrun(home) +
+	      servo->config.follow_most, now_ns);
 }
 
 /*
@@ -186,31 +226,38 @@ static void know(struct servo_home *home, struct servo *servo, uint64_t now_ns)
 	enter(home, SERVO_HOME_GO, INFINITY, now_ns);
 }
 
-/* A new reading of the switch. */
-static void look(struct servo_home *home, struct servo *servo,
-		 const struct servo_home_input *input, uint64_t now_ns)
+/* It has closed on the approach. */
+static void close_in(struct servo_home *home, struct servo *servo, uint64_t now_ns)
+{
+	if (home->exact)
+		know(home, servo, now_ns);
+	else if (++home->rounds >= ROUNDS)
+		finish(home, SERVO_HOME_LATE);
+	else
+		go_back(home, servo, now_ns);
+}
+
+static void look(struct servo_home *home, struct servo *servo, uint64_t now_ns)
 {
 	switch (home->state) {
 	case SERVO_HOME_LEAVE:
-		home->pressed = home->pressed || input->active;
-		if (!is_settled(home, servo, input, false, OPENED))
-			break;
-		if (home->pressed)
-			turn(home, servo, now_ns);
-		else
+		home->pressed = home->pressed || has_closed(home);
+		if (has_opened(home) && home->pressed)
+			approach(home, servo, now_ns);
+		else if (has_opened(home))
 			enter(home, SERVO_HOME_SEARCH, home->config.distance, now_ns);
 		break;
 	case SERVO_HOME_SEARCH:
-		if (is_settled(home, servo, input, true, CLOSED))
-			enter(home, SERVO_HOME_BACK, home->config.distance, now_ns);
+		if (has_closed(home))
+			go_back(home, servo, now_ns);
 		break;
 	case SERVO_HOME_BACK:
-		if (is_settled(home, servo, input, false, OPENED))
-			turn(home, servo, now_ns);
+		if (has_opened(home))
+			approach(home, servo, now_ns);
 		break;
 	case SERVO_HOME_APPROACH:
-		if (is_settled(home, servo, input, true, CLOSED))
-			know(home, servo, now_ns);
+		if (has_closed(home))
+			close_in(home, servo, now_ns);
 		break;
 	case SERVO_HOME_IDLE:
 	case SERVO_HOME_GO:
@@ -253,32 +300,55 @@ static void work(struct servo_home *home, struct servo *servo,
 	enum servo_home_end wrong;
 
 	if (input->read_ns > home->read_ns) {
-		look(home, servo, input, now_ns);
-		home->read_ns = input->read_ns;
+		take(home, servo, input);
+		look(home, servo, now_ns);
 	}
 	wrong = judge_now(home, servo, now_ns);
 	if (wrong)
 		finish(home, wrong);
 }
 
+/*
+ * The commander's position is where the axis is held, or almost, and stays there: it gets there
+ * slowly, and then goes on with the commander. One that only passes by does not mean it.
+ */
+static bool is_handed_over(struct servo_home *home, const struct servo *servo,
+			   const struct servo_wish *wish, double seconds)
+{
+	const double rest = wish->position - home->path, step = home->config.latch * seconds;
+	const bool stays = wish->position == home->asked && !(fabs(wish->velocity) > 0);
+
+	home->asked = wish->position;
+	if (home->speed != 0 || !stays || !(fabs(rest) <= servo->config.follow_least))
+		return false;
+	home->path += fmax(-step, fmin(rest, step));
+	return home->path == wish->position || fabs(rest) <= step;
+}
+
 void servo_home_step(struct servo_home *home, struct servo *servo,
 		     const struct servo_home_input *input, struct servo_wish *wish,
 		     uint64_t now_ns)
 {
+	const double seconds = fmin((double)since(home->step_ns, now_ns) / SECOND, STEP_MOST_S);
+
 	if (home->state == SERVO_HOME_IDLE)
 		return;
+	home->step_ns = now_ns;
 	if (!servo->enabled) {
-		home->end = servo_home_works(home) ? SERVO_HOME_STOPPED : home->end;
+		home->end = works(home) ? SERVO_HOME_STOPPED : home->end;
 		home->state = SERVO_HOME_IDLE;
 		return;
 	}
-	if (servo_home_works(home))
+	if (works(home))
 		work(home, servo, input, now_ns);
-	advance(home, servo, now_ns);
-	if (home->state == SERVO_HOME_HOLD && home->speed == 0 &&
-	    fabs(wish->position - home->path) <= servo->config.follow_least) {
-		home->state = SERVO_HOME_IDLE;
-		return;
+	advance(home, servo, seconds);
+	if (home->state == SERVO_HOME_HOLD) {
+		if (is_handed_over(home, servo, wish, seconds)) {
+			home->state = SERVO_HOME_IDLE;
+			return;
+		}
+		/* it may stand on its switch, and go no further */
+		servo_watch_switches(servo);
 	}
 	wish->position = home->path;
 	wish->velocity = home->speed;

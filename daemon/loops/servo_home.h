@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Homing of a servo motor: it finds its home switch, and the axis has the position of the machine.
+ * Homing of a servo motor: the axis finds its home switch, and its position is set from it.
  * Pure: the time is a parameter, nothing is allocated, nothing is sent. Realtime thread only.
  *
  * Whoever has enabled the motor goes on holding it enabled; only its path comes from here
@@ -59,11 +59,16 @@ struct servo_home {
 	double path, speed;	/* what is commanded, units and units/s */
 	double from;		/* the path when this state began */
 	double way;		/* allowed in this state, units */
+	double asked;		/* HOLD: the commander's position of the step before */
 	uint64_t since_ns;	/* of this state */
 	uint64_t step_ns;	/* of the last step */
 	uint64_t read_ns;	/* newest reading of the switch */
-	unsigned int alike;	/* readings in a row that tell the change which is waited for */
-	double edge;		/* where the first of them was */
+	double interval_ns;	/* usual time between two of them; 0: not known */
+	bool active;		/* what it told */
+	unsigned int alike;	/* ... and those before it in a row */
+	double edge;		/* where the first of these was */
+	bool exact;		/* ... on the way to the switch, and soon after the one before */
+	unsigned int rounds;	/* approaches that have told no exact place */
 };
 
 /* The home switch in this cycle. */
@@ -79,14 +84,17 @@ struct servo_home_input {
 const char *servo_home_init(struct servo_home *home, const struct servo_home_config *config,
 			    const struct servo_config *servo);
 
-/* False: it has no home switch, or the motor is not enabled. One that is at work begins again. */
+/*
+ * False: it has no home switch, or the motor is not enabled, or is commanded to move. One that is
+ * at work begins again.
+ */
 bool servo_home_begin(struct servo_home *home, struct servo *servo, uint64_t now_ns);
 
 /* Slow down, and hold the axis. False: none is at work. */
 bool servo_home_abort(struct servo_home *home);
 
-/* Is it at work, so that its switch may be pressed? */
-bool servo_home_works(const struct servo_home *home);
+/* It is at work, or still slows down: its switch may be pressed. */
+bool servo_home_moves(const struct servo_home *home);
 
 /*
  * One cycle, before servo_step(), of which it replaces position and speed in `wish` while the axis

@@ -29,6 +29,9 @@ void servo_track(struct servo *servo, const struct servo_input *input, struct se
 /* It is enabled now, to be there. */
 void servo_watch_begin(struct servo *servo, double wanted);
 
+/* It is commanded to be there: what is beyond the soft limits is allowed up to there. */
+void servo_watch_soft(struct servo *servo, double wanted);
+
 /* While it is enabled: does it do what its output should make it do, and may it go there? */
 enum servo_fault servo_watch(struct servo *servo, const struct servo_input *input, double wanted,
 			     const struct servo_way *way);

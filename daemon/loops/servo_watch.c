@@ -25,6 +25,20 @@ static double noise_of(const struct servo *servo)
 	return NOISE_COUNTS / fabs(servo->config.scale);
 }
 
+void servo_watch_soft(struct servo *servo, double wanted)
+{
+	servo->soft_least = fmin(servo->config.least, fmin(servo->position, wanted));
+	servo->soft_most = fmax(servo->config.most, fmax(servo->position, wanted));
+}
+
+void servo_watch_switches(struct servo *servo)
+{
+	const double slack = servo->config.follow_least, noise = noise_of(servo);
+
+	servo->low_stop = fmin(servo->low_at - slack, servo->wanted - noise);
+	servo->high_stop = fmax(servo->high_at + slack, servo->wanted + noise);
+}
+
 void servo_watch_begin(struct servo *servo, double wanted)
 {
 	const double slack = servo->config.follow_least, noise = noise_of(servo);
@@ -34,8 +48,7 @@ void servo_watch_begin(struct servo *servo, double wanted)
 	servo->against_rate = fmax(fabs(servo->rate), fabs(servo->raw_rate));
 	servo->low_stop = fmin(servo->low_at - slack, servo->position - noise);
 	servo->high_stop = fmax(servo->high_at + slack, servo->position + noise);
-	servo->soft_least = fmin(servo->config.least, fmin(servo->position, wanted));
-	servo->soft_most = fmax(servo->config.most, fmax(servo->position, wanted));
+	servo_watch_soft(servo, wanted);
 }
 
 /* A moment of less output forgives as much time, not all of it. */
@@ -72,8 +85,8 @@ static void track_switches(struct servo *servo, const struct servo_input *input,
 {
 	const double slack = servo->config.follow_least;
 
-	way->contact = (input->low && isnan(servo->low_at)) ||
-		       (input->high && isnan(servo->high_at));
+	way->contact = (input->low && !input->seeks_low && isnan(servo->low_at)) ||
+		       (input->high && !input->seeks_high && isnan(servo->high_at));
 	/* fmax() and fmin() take the number if the other one is none */
 	if (input->low)
 		servo->low_at = fmax(servo->low_at, servo->position);
@@ -130,8 +143,8 @@ static bool goes_onto_switch(struct servo *servo, const struct servo_input *inpu
 {
 	const double slack = servo->config.follow_least, noise = noise_of(servo);
 
-	if ((input->low && wanted < servo->low_stop) ||
-	    (input->high && wanted > servo->high_stop))
+	if ((input->low && !input->seeks_low && wanted < servo->low_stop) ||
+	    (input->high && !input->seeks_high && wanted > servo->high_stop))
 		return true;
 	servo->low_stop = fmax(servo->low_stop, fmin(servo->low_at - slack, wanted - noise));
 	servo->high_stop = fmin(servo->high_stop, fmax(servo->high_at + slack, wanted + noise));

@@ -179,7 +179,8 @@ enum pokeys_one_shot_operation {
 	POKEYS_ONE_SHOT_HEATER_GAIN = 25,
 	POKEYS_ONE_SHOT_SERVO_GAIN = 26,
 	/*
-	 * Find its home switch; refused without one in pokeysd.conf, or while it is not enabled.
+	 * Find its home switch; refused without one in pokeysd.conf, while the motor is not
+	 * enabled, or while it is commanded to move.
 	 * It has to stay enabled; its commanded position does not matter meanwhile. Afterwards the
 	 * daemon holds it until that position is where it is. With POKEYS_SERVO_END_HOMING: slow
 	 * down, and hold it; refused if it is not homing. Done when it has begun;

@@ -358,7 +358,7 @@ static inline const char *pokeys_servo_homing_name(uint8_t homing)
 	switch (homing) {
 	case POKEYS_SERVO_HOMING_NONE:		return "none";
 	case POKEYS_SERVO_HOMING_LEAVE:		return "leaves the switch";
-	case POKEYS_SERVO_HOMING_SEARCH:	return "searches the switch";
+	case POKEYS_SERVO_HOMING_SEARCH:	return "searches for the switch";
 	case POKEYS_SERVO_HOMING_BACK:		return "backs off";
 	case POKEYS_SERVO_HOMING_APPROACH:	return "approaches the switch";
 	case POKEYS_SERVO_HOMING_GO:		return "goes to home-position";
@@ -374,10 +374,10 @@ static inline const char *pokeys_servo_home_end_name(uint8_t end)
 	case POKEYS_SERVO_HOME_NONE:		return "none";
 	case POKEYS_SERVO_HOME_DONE:		return "done";
 	case POKEYS_SERVO_HOME_ABORTED:		return "aborted";
-	case POKEYS_SERVO_HOME_STOPPED:		return "the motor was switched off";
-	case POKEYS_SERVO_HOME_NOT_FOUND:	return "no home switch within home-distance";
-	case POKEYS_SERVO_HOME_NOT_LEFT:	return "the home switch stays pressed";
-	case POKEYS_SERVO_HOME_LATE:		return "it takes too long";
+	case POKEYS_SERVO_HOME_STOPPED:		return "the motor was switched off, or had a fault";
+	case POKEYS_SERVO_HOME_NOT_FOUND:	return "the home switch did not close";
+	case POKEYS_SERVO_HOME_NOT_LEFT:	return "the home switch did not open";
+	case POKEYS_SERVO_HOME_LATE:		return "homing took too long";
 	case POKEYS_SERVO_HOME_UNREAD:		return "no readings of the home switch";
 	default:				return "unknown";
 	}

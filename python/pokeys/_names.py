@@ -1100,14 +1100,14 @@ class StateServoItem(Part):
     limit_plus = Flag(
         "servo.%02u.limit-plus", 6, (3518, 128),
         "the limit switch at the upper end is pressed")
-    homing = Word(
-        "servo.%02u.homing", 6, (3521, 128),
+    home_state = Word(
+        "servo.%02u.home-state", 6, (3521, 128),
         "what the daemon does to find its home switch; 0 = it is not homing",
         code="B",
         words={
             0: "none",
             1: "leaves the switch",
-            2: "searches the switch",
+            2: "searches for the switch",
             3: "backs off",
             4: "approaches the switch",
             5: "goes to home-position",
@@ -1115,16 +1115,18 @@ class StateServoItem(Part):
         })
     home_end = Word(
         "servo.%02u.home-end", 6, (3522, 128),
-        "how the last homing has ended; 0 = there was none, or it has not; 1 = done",
+        "how the last homing has ended: 0 there was none, or it has not ended, 1 it is homed, 2 "
+        "aborted, 3 the motor was switched off, or had a fault, 4 the home switch did not close, 5 "
+        "it did not open, 6 homing took too long, 7 no readings of the home switch",
         code="B",
         words={
             0: "none",
             1: "done",
             2: "aborted",
-            3: "the motor was switched off",
-            4: "no home switch within home-distance",
-            5: "the home switch stays pressed",
-            6: "it takes too long",
+            3: "the motor was switched off, or had a fault",
+            4: "the home switch did not close",
+            5: "the home switch did not open",
+            6: "homing took too long",
             7: "no readings of the home switch",
         })
     home_switch = Flag("servo.%02u.home-switch", 6, (3523, 128), "its home switch is pressed")
@@ -1920,7 +1922,7 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateServoItem.age_ms, StateServoItem.vel_fb, StateServoItem.commanded, StateServoItem.commanded_velocity,
     StateServoItem.error, StateServoItem.output, StateServoItem.fault_code, StateServoItem.condition,
     StateServoItem.obstacle, StateServoItem.refused, StateServoItem.homed, StateServoItem.limit_minus,
-    StateServoItem.limit_plus, StateServoItem.homing, StateServoItem.home_end, StateServoItem.home_switch,
+    StateServoItem.limit_plus, StateServoItem.home_state, StateServoItem.home_end, StateServoItem.home_switch,
     StateServoItem.faults, StateServoItem.encoder, StateServoItem.counts_per_unit,
     StateServoItem.min_position, StateServoItem.max_position, StateServoItem.pid_p, StateServoItem.pid_i,
     StateServoItem.pid_d, StateServoItem.velocity_gain, StateServoItem.acceleration_gain,

@@ -204,6 +204,15 @@ static void a_homing_that_cannot_be_is_refused(void **state)
 		     "direction");
 	assert_fault(GOOD X HOME LIMITS "home-position = 100\n",
 		     "f:16: [servo x]: home-position has to be from min-position to max-position");
+	assert_fault(GOOD X HOME LIMITS "home-pin = 10\n",
+		     "f:11: [servo x]: home-search-speed: the home switch has the terminal of the "
+		     "limit switch at the other end (10), so the axis would not stop there; give "
+		     "the home switch a terminal of its own");
+	assert_fault(GOOD X HOME "limit-minus-pin = 9\nlimit-plus-pin = 9\nhome-distance = 9\n"
+		     "home-position = 5\n",
+		     "f:11: [servo x]: home-search-speed: the home switch has the terminal of the "
+		     "limit switch at the other end (9), so the axis would not stop there; give "
+		     "the home switch a terminal of its own");
 	assert_fault(GOOD X HOME LIMITS "home-pin = 9\n", "f:16: [servo x]: home-pin: terminal "
 		     "9 is that of limit-minus-pin; leave home-pin out");
 	assert_fault(GOOD X HOME "home-distance = 9\nhome-pin = 31\n",

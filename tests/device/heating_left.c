@@ -191,6 +191,39 @@ static void a_failsafe_that_was_not_read_back_is_not_relied_on(void **state)
 	heat_expect_off(20 * MS);
 }
 
+static bool swallow_duty_now;
+
+static void swallow_failsafe(struct world *w, const uint8_t *packet)
+{
+	w->swallow = packet[1] == 0x81 ||
+		     (swallow_duty_now && packet[1] == 0xCB && packet[2]);
+}
+
+/* It has begun again without the one that it had, and says nothing of it. */
+static void a_failsafe_of_before_a_restart_is_not_relied_on(void **state)
+{
+	(void)state;
+	heat_prepare(NULL);
+	world.config.heater[HOTEND].without_failsafe = true;
+	heat_start();
+	swallow_duty_now = false;
+	world.watch = swallow_failsafe;
+	sim_device_reboot(&world.rig.device, world_device_time(&world), true);
+	heat_run(1 * SECOND);
+	world_until(&world, world_is_running, 10 * SECOND);
+	heat_command(HOTEND, 0);
+	heat_run(300 * MS);
+	heat_command(HOTEND, 150);
+	heat_run(2 * SECOND);
+	assert_true(heat_power(HOTEND) > 0);
+	swallow_duty_now = true;
+	heat_command(HOTEND, 0);
+	expect_stopping(3 * SECOND);
+	assert_int_equal(world.event_count[EVENT_HEATER_UNHEARD], 1);
+	assert_int_equal(world.last_event[EVENT_HEATER_UNHEARD].a, 0);
+	assert_int_equal(world.last_event[EVENT_HEATER_UNHEARD].b, HOTEND);
+}
+
 /* The pause would be much longer than it takes until off arrives. */
 static void nothing_waits_for_a_failsafe_that_takes_long(void **state)
 {
@@ -313,6 +346,7 @@ int main(void)
 		cmocka_unit_test(a_device_without_pwm_heats_nothing),
 		cmocka_unit_test(a_failsafe_that_was_not_read_back_is_not_relied_on),
 		cmocka_unit_test(nothing_waits_for_a_failsafe_that_takes_long),
+		cmocka_unit_test(a_failsafe_of_before_a_restart_is_not_relied_on),
 		cmocka_unit_test(an_older_acknowledgement_is_none),
 		cmocka_unit_test(what_heats_is_never_called_off),
 	};

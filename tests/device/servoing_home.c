@@ -50,6 +50,7 @@ static void prepare(bool by_limit)
 	};
 	config->servo.follow_least = follow;
 	config->servo.follow_most = 4 * follow;
+	config->servo.runaway_move = 0.4 * follow;
 	config->servo.stale_ns = (uint64_t)(20 * follow) * MS;
 	config->home_pin = switch_pin = by_limit ? LOW_PIN : HOME_PIN;
 	config->home_inverted = switch_inverted = by_limit;
@@ -125,6 +126,31 @@ static void it_homes_to_its_limit_switch(void **state)
 	}
 	assert_int_equal(servo_shown(SIGN)->fault, POKEYS_SERVO_SWITCH);
 	assert_true(place() < SWITCH_AT + 0.1);
+}
+
+/* Stopped where it presses the switch, it is held there as anywhere else. */
+static void aborted_on_its_limit_switch_it_is_held(void **state)
+{
+	(void)state;
+	prepare(true);
+	assert_int_equal(home(0), POKEYS_OUTCOME_DONE);
+	while (servo_shown(SIGN)->homing != POKEYS_SERVO_HOMING_BACK)
+		cycle();
+	assert_true(servo_shown(SIGN)->low);
+	assert_int_equal(home(POKEYS_SERVO_END_HOMING), POKEYS_OUTCOME_DONE);
+	run(500 * MS);
+	assert_true(servo_shown(SIGN)->low);
+	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
+	assert_int_equal(servo_shown(SIGN)->homing, POKEYS_SERVO_HOMING_HOLD);
+	/* and may leave it */
+	world.command.servo[SIGN].position = servo_shown(SIGN)->commanded;
+	run(5 * MS);
+	for (unsigned int k = 0; k < 500; k++) {
+		world.command.servo[SIGN].position += 0.01;
+		cycle();
+	}
+	assert_int_equal(servo_shown(SIGN)->state, POKEYS_SERVO_ENABLED);
+	assert_false(servo_shown(SIGN)->low);
 }
 
 static void losses_do_not_change_where_it_is(void **state)
@@ -249,6 +275,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(it_homes_to_a_switch_of_its_own),
 		cmocka_unit_test(it_homes_to_its_limit_switch),
+		cmocka_unit_test(aborted_on_its_limit_switch_it_is_held),
 		cmocka_unit_test(losses_do_not_change_where_it_is),
 		cmocka_unit_test(the_other_limit_switch_stops_it),
 		cmocka_unit_test(it_ends_with_its_commander),

@@ -136,6 +136,12 @@ static bool servo_is_reset(const struct table_cursor *at, bool pressed)
 	       (!pressed || command->one_shot[0].index == at->index);
 }
 
+static bool servo_is_homed(const struct table_cursor *at, bool pressed)
+{
+	return pressed_once(POKEYS_ONE_SHOT_SERVO_HOME, pressed) &&
+	       (!pressed || command->one_shot[0].index == at->index);
+}
+
 static bool position_is_sent(const struct table_cursor *at, bool pressed)
 {
 	const double position = command->servo[at->index].position;
@@ -230,7 +236,8 @@ static const struct in_driver drivers[] = {
 	EACH("pwm.%02u.value", pwm_duty, , 0.25, 625, .with = "pwm.%02u.enable"),
 	BY("pwm.%02u.enable", channel_is_enabled),
 	EACH("heater.%02u.target", heater_target, , 60.5, 60.5, .is_float = true),
-	BY("servo.%02u.reset", servo_is_reset), BY("servo.%02u.pos-cmd", position_is_sent),
+	BY("servo.%02u.reset", servo_is_reset), BY("servo.%02u.home", servo_is_homed),
+	BY("servo.%02u.pos-cmd", position_is_sent),
 	BY("servo.%02u.vel-cmd", velocity_is_sent), EACH("servo.%02u.enable", servo, .enable, 1, 1),
 	EACH("joint.%02u.enable", axis, .enable, 1, 1),
 	EACH("joint.%02u.pos-cmd", axis, .position, 12.5, 5000),

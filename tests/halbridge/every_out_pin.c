@@ -420,6 +420,7 @@ static const struct out_driver drivers[] = {
 	BY("servo.%02u.enabled", enable_motors), SERVO("fault", .fault),
 	SERVO("fault-code", .fault), SERVO("condition", .condition), SERVO("refused", .refused),
 	SERVO("homed", .homed), SERVO("limit-minus", .low), SERVO("limit-plus", .high),
+	SERVO("homing", .homing), SERVO("home-end", .home_end),
 	BITS("daemon.realtime", flags, 5), BITS("daemon.fallback", flags, 6),
 	BITS("daemon.guard", flags, 9), BY("joint.%02u.refused", set_bad_scale),
 };

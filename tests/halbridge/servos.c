@@ -182,12 +182,47 @@ static void one_that_could_not_be_enabled_stays_off_until_the_pin_falls(void **s
 	assert_int_equal(command->servo[X].enable, 1);
 }
 
+/* The daemon moves it meanwhile, and what is commanded goes on being sent. */
+static void a_button_begins_homing(void **state)
+{
+	(void)state;
+	x->enable = true;
+	x->pos_cmd = 3;
+	rig.daemon.servo[X].state = POKEYS_SERVO_ENABLED;
+	rig_periods(&rig, 2);
+	x->home = true;
+	rig_period(&rig);
+	assert_int_equal(command->one_shot_head, 1);
+	assert_int_equal(command->one_shot[0].operation, POKEYS_ONE_SHOT_SERVO_HOME);
+	assert_int_equal(command->one_shot[0].index, X);
+	assert_int_equal(command->one_shot[0].flags, 0);
+	rig.daemon.servo[X].homing = POKEYS_SERVO_HOMING_SEARCH;
+	x->home = false;
+	rig_periods(&rig, 2);
+	assert_true(x->homing && x->enabled && !x->fault);
+	assert_int_equal(command->one_shot_head, 1);
+	assert_true(command->servo[X].position == 3 && command->servo[X].enable);
+	rig.daemon.servo[X].homing = POKEYS_SERVO_HOMING_NONE;
+	rig.daemon.servo[X].home_end = POKEYS_SERVO_HOME_DONE;
+	rig.daemon.servo[X].homed = 1;
+	rig_periods(&rig, 2);
+	assert_true(x->homed && !x->homing);
+	assert_int_equal(x->home_end, POKEYS_SERVO_HOME_DONE);
+	/* nor is it homing without a daemon */
+	rig.daemon.servo[X].homing = POKEYS_SERVO_HOMING_SEARCH;
+	rig_periods(&rig, 2);
+	rig.daemon_dead = true;
+	rig_periods(&rig, 120);
+	assert_false(x->homing);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(
 			a_position_goes_through_whole_and_a_speed_of_0_is_not_known, setup),
 		cmocka_unit_test_setup(only_motors_that_there_are_are_enabled, setup),
+		cmocka_unit_test_setup(a_button_begins_homing, setup),
 		cmocka_unit_test_setup(a_position_that_is_no_number_is_passed_on, setup),
 		cmocka_unit_test_setup(a_motor_that_does_not_follow_is_a_fault, setup),
 		cmocka_unit_test_setup(

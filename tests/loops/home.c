@@ -18,6 +18,7 @@ static struct {
 	double at;
 	double direction;	/* 1: pressed above it */
 	bool stuck, cut, deaf;	/* always pressed; never; no readings */
+	bool limits;		/* it is the limit switch as well */
 	unsigned int bounce;	/* readings for which it bounces after each change */
 	bool pressed;
 	unsigned int bouncing;
@@ -64,7 +65,10 @@ static void step(void)
 	double jump;
 
 	read_ns = input.read_ns;
+	axis.input.low = contact.limits && contact.direction < 0 && input.active;
+	axis.input.seeks_low = contact.limits && servo_home_moves(&home);
 	servo_home_step(&home, &axis.servo, &input, &axis.wish, axis.now_ns + AXIS_CYCLE_NS);
+	axis.input.seeks_low = contact.limits && servo_home_moves(&home);
 	if (state != SERVO_HOME_IDLE && home.state != SERVO_HOME_IDLE) {
 		jump = home.path - before;
 		if (state == SERVO_HOME_APPROACH && home.state == SERVO_HOME_GO)
@@ -93,7 +97,7 @@ static void begin_at(const struct servo_home_config *config, double at)
 	why = servo_home_init(&home, config, &motor);
 	if (why)
 		fail_msg("%s", why);
-	contact.stuck = contact.cut = contact.deaf = contact.pressed = false;
+	contact.stuck = contact.cut = contact.deaf = contact.pressed = contact.limits = false;
 	contact.bounce = contact.bouncing = 0;
 	contact.direction = copysign(1, config->search);
 	contact.at = -at;
@@ -149,7 +153,7 @@ static void expect_homed(void)
 	run(0.5);
 	assert_int_equal(home.state, SERVO_HOME_HOLD);
 	axis.wish.position = home.config.position;
-	step();
+	run(0.002);
 	assert_int_equal(home.state, SERVO_HOME_IDLE);
 	for (int i = 0; i < 500; i++) {
 		axis.wish.position += 0.01;
@@ -207,6 +211,174 @@ static void any_speeds_and_switches_will_do(void **state)
 		assert_true(fabs(axis.servo.position - (place() - contact.at) - config.offset) <
 			    config.latch * 0.0008 + 1.5 / motor.scale);
 	}
+}
+
+/* Only who commands it to stay there means it, and it gets there without a jump. */
+static void it_is_handed_over_without_a_jump(void **state)
+{
+	double before;
+
+	(void)state;
+	begin_homing(&usual, 30);
+	expect_held(SERVO_HOME_DONE);
+	/* somebody passes by */
+	axis.wish.position = usual.position - 3;
+	axis.wish.velocity = 50;
+	for (int i = 0; i < 200; i++) {
+		axis.wish.position += 0.05;
+		before = home.path;
+		step();
+		assert_int_equal(home.state, SERVO_HOME_HOLD);
+		assert_true(home.path >= before && home.path <= before);
+	}
+	axis.wish.position = usual.position + 0.45;
+	axis.wish.velocity = NAN;
+	for (int i = 0; i < 1000 && home.state == SERVO_HOME_HOLD; i++) {
+		before = home.path;
+		step();
+		assert_true(fabs(home.path - before) <= usual.latch * 0.001001);
+	}
+	assert_int_equal(home.state, SERVO_HOME_IDLE);
+	assert_true(fabs(axis.servo.position - usual.position - 0.45) < 0.02);
+}
+
+static void it_begins_from_standstill(void **state)
+{
+	(void)state;
+	begin_at(&usual, 30);
+	for (int i = 0; i < 200; i++) {
+		axis.wish.velocity = fmin(i, 30);
+		axis.wish.position += axis.wish.velocity / 1000;
+		step();
+	}
+	assert_false(servo_home_begin(&home, &axis.servo, axis.now_ns));
+	assert_int_equal(home.state, SERVO_HOME_IDLE);
+}
+
+/* It closes once more after it had opened for long, while the axis still moves away. */
+static void a_switch_that_is_left_is_no_place(void **state)
+{
+	(void)state;
+	for (int first = 1; first <= 40; first++) {
+		begin_homing(&usual, 5);
+		until_state(SERVO_HOME_APPROACH);
+		run(first / 1000.0);
+		contact.stuck = true;
+		run(0.008);
+		contact.stuck = false;
+		/* for 50 ms */
+		assert_int_not_equal(home.state, SERVO_HOME_GO);
+		expect_homed();
+	}
+}
+
+static void one_reading_at_the_beginning_is_no_switch(void **state)
+{
+	(void)state;
+	begin_homing(&usual, 60);
+	step();
+	contact.stuck = true;
+	step();
+	contact.stuck = false;
+	expect_homed();
+}
+
+/* What was not read where the switch closes would be a place that nobody knows. */
+static void readings_that_are_lost_are_no_place(void **state)
+{
+	(void)state;
+	motor.stale_ns = 100 * MS;
+	for (int before = 1; before < 80; before += 3) {
+		begin_homing(&usual, 5);
+		until_state(SERVO_HOME_APPROACH);
+		while ((place() - contact.at) * contact.direction < 0 &&
+		       fabs(place() - contact.at) * 1000 / usual.latch > before)
+			step();
+		contact.deaf = true;
+		run(0.08);
+		contact.deaf = false;
+		expect_homed();
+	}
+}
+
+/* Its load is held by an output that does not change, while the encoder does not count. */
+static void an_axis_that_carries_a_load_homes(void **state)
+{
+	struct servo_home_config config = usual;
+
+	(void)state;
+	config.latch = 0.02;
+	begin_at(&config, 5);
+	axis.motor.torque = -0.5;
+	run(0.5);
+	assert_true(fabs(axis.output) > 0.3);
+	assert_true(servo_home_begin(&home, &axis.servo, axis.now_ns));
+	axis.wish.position = 1e6;
+	for (int i = 0; home.state != SERVO_HOME_HOLD; i++) {
+		assert_true(i < 400000);
+		step();
+		axis_expect_fault(&axis, SERVO_FINE);
+	}
+	assert_int_equal(home.end, SERVO_HOME_DONE);
+	run(1);
+	/* another number for where it is held is no change of what holds it */
+	servo_renumber(&axis.servo, 5, true);
+	home.path += 5;
+	run(1);
+	axis_expect_fault(&axis, SERVO_FINE);
+}
+
+/* Wherever it ends on its limit switch, it is held there, and may only leave. */
+static void ended_on_its_limit_switch_it_is_held(void **state)
+{
+	unsigned int on = 0;
+
+	(void)state;
+	for (unsigned int i = 0; i < 120; i++) {
+		begin_at(&usual, i < 60 ? 5 : -3);
+		contact.limits = true;
+		axis.wish.enable = false;
+		run(0.01);
+		axis.wish.enable = true;
+		run(0.01);
+		assert_true(axis.servo.enabled);
+		assert_true(servo_home_begin(&home, &axis.servo, axis.now_ns));
+		axis.wish.position = 1e6;
+		run(0.01 + i % 60 * 0.006);
+		if (!servo_home_abort(&home))
+			break;
+		expect_held(SERVO_HOME_ABORTED);
+		axis_expect_fault(&axis, SERVO_FINE);
+		if (!is_active())
+			continue;
+		on++;
+		/* taken over there, it goes no further */
+		axis.wish.position = home.path;
+		axis.wish.velocity = 0;
+		run(0.01);
+		assert_int_equal(home.state, SERVO_HOME_IDLE);
+		axis_expect_fault(&axis, SERVO_FINE);
+		for (int k = 0; k < 100 && !axis.servo.fault; k++) {
+			axis.wish.position += i % 2 ? 0.02 : -0.02;
+			step();
+		}
+		axis_expect_fault(&axis, i % 2 ? SERVO_FINE : SERVO_SWITCH);
+	}
+	assert_true(on > 20);
+}
+
+/* One that sticks where it was found is not fled from. */
+static void a_switch_that_stays_closed_is_not_run_away_from(void **state)
+{
+	double from;
+
+	(void)state;
+	begin_homing(&usual, 30);
+	until_state(SERVO_HOME_BACK);
+	from = place();
+	contact.stuck = true;
+	expect_held(SERVO_HOME_NOT_LEFT);
+	assert_true(fabs(place() - from) < 15);
 }
 
 /* It is read as pressed for a moment, where it is not. */
@@ -330,7 +502,7 @@ static void it_has_a_time(void **state)
 {
 	(void)state;
 	in_state(1);
-	for (unsigned int i = 0; i < 100 && servo_home_works(&home); i++) {
+	for (unsigned int i = 0; i < 100 && servo_home_moves(&home); i++) {
 		const struct servo_home_input input = { .read_ns = axis.now_ns + i * 1000 * MS };
 		struct servo_wish wish = axis.wish;
 
@@ -347,7 +519,7 @@ static void soft_limits_hold_once_it_is_homed(void **state)
 	begin_homing(&usual, 40);
 	expect_held(SERVO_HOME_DONE);
 	axis.wish.position = usual.position;
-	step();
+	run(0.002);
 	for (int i = 0; i < 1000 && !axis.servo.fault; i++) {
 		axis.wish.position -= 0.02;
 		axis.wish.velocity = -20;
@@ -406,6 +578,14 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(it_finds_its_switch_from_wherever_it_is, begin),
 		cmocka_unit_test_setup(any_speeds_and_switches_will_do, begin),
+		cmocka_unit_test_setup(it_is_handed_over_without_a_jump, begin),
+		cmocka_unit_test_setup(it_begins_from_standstill, begin),
+		cmocka_unit_test_setup(a_switch_that_is_left_is_no_place, begin),
+		cmocka_unit_test_setup(one_reading_at_the_beginning_is_no_switch, begin),
+		cmocka_unit_test_setup(readings_that_are_lost_are_no_place, begin),
+		cmocka_unit_test_setup(an_axis_that_carries_a_load_homes, begin),
+		cmocka_unit_test_setup(ended_on_its_limit_switch_it_is_held, begin),
+		cmocka_unit_test_setup(a_switch_that_stays_closed_is_not_run_away_from, begin),
 		cmocka_unit_test_setup(a_disturbance_is_no_switch, begin),
 		cmocka_unit_test_setup(without_a_switch_it_ends, begin),
 		cmocka_unit_test_setup(it_can_be_aborted_in_each_state, begin),

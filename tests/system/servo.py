@@ -167,7 +167,7 @@ def test_pokeysctl_homes_a_motor():
         assert "homed" in house.ctl("status", "mill").stdout
         status, text = ended(house, "y", "home")
         equal(status, 1)
-        assert "servo y: pokeysd does not home it: pokeysd.conf has no home-search-speed for it" in text, text
+        assert "servo y: not homed: pokeysd.conf has no home-search-speed for this motor" in text, text
         # a wire that is broken: pressed wherever it is
         house.ask_sim(sim, "motor", 0, "home", "off")
         wait_for("the switch to be read", lambda: servos(house)[0]["home_switch"])
@@ -177,10 +177,10 @@ def test_pokeysctl_homes_a_motor():
             equal(status, 1)
             if "off by a fault" in text:
                 ended(house, "x", "reset")
-            return "mill: servo x: not homed: the home switch stays pressed" in text
+            return "mill: servo x: not homed: the home switch did not open" in text
         wait_for("it to be found", not_homed)
         equal((servos(house)[0]["state"], servos(house)[0]["homed"]), ("off", False))
-        assert "NOT HOMED: the home switch stays pressed" in house.ctl("status", "mill").stdout
+        assert "NOT HOMED: the home switch did not open" in house.ctl("status", "mill").stdout
 
 
 def test_pokeysctl_says_why_a_motor_does_not_move():
