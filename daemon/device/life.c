@@ -132,11 +132,17 @@ static void leave_running(struct device *device)
 	memset(device->image.slow_millihertz, 0, sizeof(device->image.slow_millihertz));
 }
 
+static void forget_failsafe(struct life *life)
+{
+	memset(&life->failsafe, 0, sizeof(life->failsafe));
+	life->failsafe_ns = 0;
+}
+
 static void begin_running(struct device *device)
 {
 	/* what is on from now on, another start of it switches off, or does not */
 	if (!failsafe_known(device))
-		device->life.failsafe_ns = 0;
+		forget_failsafe(&device->life);
 	device->meter.reconnects += device->life.ran;
 	device->life.ran = true;
 	plan_begin(device);

@@ -180,8 +180,11 @@ bool servo_place(struct servo *servo, double position, bool homed);
  */
 void servo_renumber(struct servo *servo, double shift, bool homed);
 
-/* It stands where it is commanded to, perhaps on a limit switch: it may not go on from there. */
-void servo_watch_switches(struct servo *servo);
+/*
+ * It has sought its lower limit switch, or its upper one, and now stands there: from now on it may
+ * not go further onto it.
+ */
+void servo_watch_switch(struct servo *servo, double wanted, bool low);
 
 /*
  * Other gains, while it runs: the output does not jump, but goes over to theirs within some tenths

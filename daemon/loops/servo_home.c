@@ -21,11 +21,15 @@
 
 #include "daemon/loops/servo_part.h"
 
-#define CLOSED 3		/* readings in a row */
+#define CLOSED 3		/* readings in a row, */
 #define OPENED 10
+#define CLOSED_NS UINT64_C(2000000)	/* ... and for so long */
+#define OPENED_NS UINT64_C(9000000)
+#define STAYS_NS UINT64_C(100000000)	/* a commander that means it */
 #define LOST 3			/* times the usual time from one reading to the next */
 #define AVERAGE 16		/* readings */
 #define ROUNDS 5
+#define FULL 0.99		/* of the speed */
 #define LEFT_S 0.1		/* a switch has opened so long after it was reached, and the rest */
 #define TIMES_MORE 2.0		/* the time that a state needs */
 #define SECONDS_MORE 2.0
@@ -77,7 +81,7 @@ bool servo_home_begin(struct servo_home *home, struct servo *servo, uint64_t now
 	}
 	home->end = SERVO_HOME_NONE;
 	home->pressed = false;
-	home->alike = home->rounds = 0;
+	home->alike = home->rounds = home->readings = 0;
 	home->read_ns = now_ns;
 	home->interval_ns = 0;
 	servo->homed = false;
@@ -89,6 +93,7 @@ static void finish(struct servo_home *home, enum servo_home_end end)
 {
 	home->state = SERVO_HOME_HOLD;
 	home->end = end;
+	home->asked = NAN;
 }
 
 static bool works(const struct servo_home *home)
@@ -162,35 +167,54 @@ static double place_of(const struct servo *servo, uint64_t before_ns, uint64_t r
 	return servo->position + servo->rate * (middle_ns - (double)servo->read_ns) / SECOND;
 }
 
+/* The first one is not known; and one that was long is none of the usual ones. */
+static void note_interval(struct servo_home *home, double passed_ns)
+{
+	if (home->readings == 1)
+		home->interval_ns = passed_ns;
+	else if (home->readings)
+		home->interval_ns += (fmin(passed_ns, LOST * home->interval_ns) -
+				      home->interval_ns) / AVERAGE;
+	home->readings++;
+}
+
 /* A new reading of the switch. */
 static void take(struct servo_home *home, const struct servo *servo,
 		 const struct servo_home_input *input)
 {
 	const double passed_ns = (double)(input->read_ns - home->read_ns);
-	const bool first = !home->alike;
-
-	if (input->active != home->active || first) {
+	if (input->active != home->active || !home->alike) {
 		home->alike = 0;
 		home->active = input->active;
 		home->edge = place_of(servo, home->read_ns, input->read_ns);
-		home->exact = home->speed * home->config.search > 0 &&
-			      passed_ns <= LOST * home->interval_ns;
+		home->exact = home->state == SERVO_HOME_APPROACH &&
+			      home->speed * home->config.search > 0 &&
+			      home->readings > AVERAGE && passed_ns <= LOST * home->interval_ns;
+		home->run_ns = input->read_ns;
 	}
 	home->alike++;
-	if (!first)
-		home->interval_ns = home->interval_ns > 0 ?
-			home->interval_ns + (passed_ns - home->interval_ns) / AVERAGE : passed_ns;
+	note_interval(home, passed_ns);
 	home->read_ns = input->read_ns;
 }
 
 static bool has_closed(const struct servo_home *home)
 {
-	return home->active && home->alike >= CLOSED;
+	return home->active && home->alike >= CLOSED && home->read_ns - home->run_ns >= CLOSED_NS;
 }
 
 static bool has_opened(const struct servo_home *home)
 {
-	return !home->active && home->alike >= OPENED;
+	return !home->active && home->alike >= OPENED && home->read_ns - home->run_ns >= OPENED_NS;
+}
+
+/*
+ * ... and the axis is on its way from it. It turns only then, and the switch has to stay open until
+ * it has: what had opened for a moment closes again while it still moves away.
+ */
+static bool is_left(const struct servo_home *home)
+{
+	return has_opened(home) &&
+	       home->speed * copysign(1, home->config.search) <= -FULL * fabs(home->config.search);
 }
 
 /* To stop from the search, and as much again. */
@@ -202,8 +226,10 @@ static double overrun(const struct servo_home *home)
 /* The switch was reached a moment ago, so it has to open soon. */
 static void go_back(struct servo_home *home, const struct servo *servo, uint64_t now_ns)
 {
-	enter(home, SERVO_HOME_BACK, overrun(home) + fabs(home->config.search) * LEFT_S +
-	      servo->config.follow_most, now_ns);
+	const double read_s = (CLOSED + OPENED) * home->interval_ns / SECOND;
+
+	enter(home, SERVO_HOME_BACK, overrun(home) + 2 * servo->config.follow_most +
+	      fabs(home->config.search) * (LEFT_S + read_s), now_ns);
 }
 
 /* The switch has opened: it has to close there again. */
@@ -242,9 +268,9 @@ static void look(struct servo_home *home, struct servo *servo, uint64_t now_ns)
 	switch (home->state) {
 	case SERVO_HOME_LEAVE:
 		home->pressed = home->pressed || has_closed(home);
-		if (has_opened(home) && home->pressed)
+		if (home->pressed && is_left(home))
 			approach(home, servo, now_ns);
-		else if (has_opened(home))
+		else if (!home->pressed && has_opened(home))
 			enter(home, SERVO_HOME_SEARCH, home->config.distance, now_ns);
 		break;
 	case SERVO_HOME_SEARCH:
@@ -252,7 +278,7 @@ static void look(struct servo_home *home, struct servo *servo, uint64_t now_ns)
 			go_back(home, servo, now_ns);
 		break;
 	case SERVO_HOME_BACK:
-		if (has_opened(home))
+		if (is_left(home))
 			approach(home, servo, now_ns);
 		break;
 	case SERVO_HOME_APPROACH:
@@ -308,18 +334,27 @@ static void work(struct servo_home *home, struct servo *servo,
 		finish(home, wrong);
 }
 
+/* One that only passes by does not mean it. */
+static bool stays(struct servo_home *home, const struct servo_wish *wish, uint64_t now_ns)
+{
+	if (!(wish->position == home->asked) || fabs(wish->velocity) > 0) {
+		home->asked = wish->position;
+		home->asked_ns = now_ns;
+	}
+	return since(home->asked_ns, now_ns) >= STAYS_NS;
+}
+
 /*
  * The commander's position is where the axis is held, or almost, and stays there: it gets there
- * slowly, and then goes on with the commander. One that only passes by does not mean it.
+ * slowly, and then goes on with the commander.
  */
 static bool is_handed_over(struct servo_home *home, const struct servo *servo,
-			   const struct servo_wish *wish, double seconds)
+			   const struct servo_wish *wish, double seconds, uint64_t now_ns)
 {
 	const double rest = wish->position - home->path, step = home->config.latch * seconds;
-	const bool stays = wish->position == home->asked && !(fabs(wish->velocity) > 0);
 
-	home->asked = wish->position;
-	if (home->speed != 0 || !stays || !(fabs(rest) <= servo->config.follow_least))
+	if (!stays(home, wish, now_ns) || home->speed != 0 ||
+	    !(fabs(rest) <= servo->config.follow_least))
 		return false;
 	home->path += fmax(-step, fmin(rest, step));
 	return home->path == wish->position || fabs(rest) <= step;
@@ -330,6 +365,7 @@ void servo_home_step(struct servo_home *home, struct servo *servo,
 		     uint64_t now_ns)
 {
 	const double seconds = fmin((double)since(home->step_ns, now_ns) / SECOND, STEP_MOST_S);
+	const bool moved = servo_home_moves(home);
 
 	if (home->state == SERVO_HOME_IDLE)
 		return;
@@ -343,12 +379,12 @@ void servo_home_step(struct servo_home *home, struct servo *servo,
 		work(home, servo, input, now_ns);
 	advance(home, servo, seconds);
 	if (home->state == SERVO_HOME_HOLD) {
-		if (is_handed_over(home, servo, wish, seconds)) {
+		if (is_handed_over(home, servo, wish, seconds, now_ns)) {
 			home->state = SERVO_HOME_IDLE;
 			return;
 		}
-		/* it may stand on its switch, and go no further */
-		servo_watch_switches(servo);
+		if (moved && !servo_home_moves(home))
+			servo_watch_switch(servo, home->path, home->config.search < 0);
 	}
 	wish->position = home->path;
 	wish->velocity = home->speed;

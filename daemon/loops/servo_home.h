@@ -59,15 +59,18 @@ struct servo_home {
 	double path, speed;	/* what is commanded, units and units/s */
 	double from;		/* the path when this state began */
 	double way;		/* allowed in this state, units */
-	double asked;		/* HOLD: the commander's position of the step before */
+	double asked;		/* HOLD: the commander's position; NAN: not seen yet */
+	uint64_t asked_ns;	/* ... since then */
 	uint64_t since_ns;	/* of this state */
 	uint64_t step_ns;	/* of the last step */
 	uint64_t read_ns;	/* newest reading of the switch */
 	double interval_ns;	/* usual time between two of them; 0: not known */
 	bool active;		/* what it told */
 	unsigned int alike;	/* ... and those before it in a row */
-	double edge;		/* where the first of these was */
-	bool exact;		/* ... on the way to the switch, and soon after the one before */
+	uint64_t run_ns;	/* when the first of these was read */
+	double edge;		/* ... and where */
+	bool exact;		/* ... on the slow way, and soon after the one before */
+	unsigned int readings;	/* since the beginning */
 	unsigned int rounds;	/* approaches that have told no exact place */
 };
 

@@ -31,12 +31,14 @@ void servo_watch_soft(struct servo *servo, double wanted)
 	servo->soft_most = fmax(servo->config.most, fmax(servo->position, wanted));
 }
 
-void servo_watch_switches(struct servo *servo)
+void servo_watch_switch(struct servo *servo, double wanted, bool low)
 {
 	const double slack = servo->config.follow_least, noise = noise_of(servo);
 
-	servo->low_stop = fmin(servo->low_at - slack, servo->wanted - noise);
-	servo->high_stop = fmax(servo->high_at + slack, servo->wanted + noise);
+	if (low)
+		servo->low_stop = fmin(servo->low_at - slack, wanted - noise);
+	else
+		servo->high_stop = fmax(servo->high_at + slack, wanted + noise);
 }
 
 void servo_watch_begin(struct servo *servo, double wanted)

@@ -87,7 +87,7 @@ static void expect_homed(double within)
 	assert_true(fabs(servo_shown(SIGN)->position - 15) < 0.02);
 	/* from there on it is the commander's */
 	world.command.servo[SIGN].position = servo_shown(SIGN)->commanded;
-	run(5 * MS);
+	run(120 * MS);
 	assert_int_equal(servo_shown(SIGN)->homing, POKEYS_SERVO_HOMING_NONE);
 	for (unsigned int k = 0; k < 500; k++) {
 		world.command.servo[SIGN].position += 0.01;
@@ -144,7 +144,7 @@ static void aborted_on_its_limit_switch_it_is_held(void **state)
 	assert_int_equal(servo_shown(SIGN)->homing, POKEYS_SERVO_HOMING_HOLD);
 	/* and may leave it */
 	world.command.servo[SIGN].position = servo_shown(SIGN)->commanded;
-	run(5 * MS);
+	run(120 * MS);
 	for (unsigned int k = 0; k < 500; k++) {
 		world.command.servo[SIGN].position += 0.01;
 		cycle();
@@ -221,7 +221,7 @@ static void it_stops_where_no_switch_is(void **state)
 	assert_true(place() < -40 && place() > -43);
 	/* on request as well */
 	world.command.servo[SIGN].position = servo_shown(SIGN)->commanded;
-	run(5 * MS);
+	run(120 * MS);
 	assert_int_equal(home(POKEYS_SERVO_END_HOMING), POKEYS_OUTCOME_REFUSED);
 	assert_int_equal(home(0), POKEYS_OUTCOME_DONE);
 	run(50 * MS);

@@ -153,7 +153,9 @@ static void expect_homed(void)
 	run(0.5);
 	assert_int_equal(home.state, SERVO_HOME_HOLD);
 	axis.wish.position = home.config.position;
-	run(0.002);
+	run(0.09);
+	assert_int_equal(home.state, SERVO_HOME_HOLD);
+	run(0.02);
 	assert_int_equal(home.state, SERVO_HOME_IDLE);
 	for (int i = 0; i < 500; i++) {
 		axis.wish.position += 0.01;
@@ -272,6 +274,22 @@ static void a_switch_that_is_left_is_no_place(void **state)
 	}
 }
 
+/* Where it opens for some moments while it is pressed, it is not left. */
+static void a_contact_that_opens_is_not_left(void **state)
+{
+	(void)state;
+	for (int first = 1; first <= 60; first += 2)
+		for (int deep = 0; deep < 2; deep++) {
+			begin_homing(&usual, deep ? -10 : 5);
+			until_state(deep ? SERVO_HOME_LEAVE : SERVO_HOME_BACK);
+			run(first / 1000.0);
+			contact.cut = true;
+			run(0.015);
+			contact.cut = false;
+			expect_homed();
+		}
+}
+
 static void one_reading_at_the_beginning_is_no_switch(void **state)
 {
 	(void)state;
@@ -355,7 +373,7 @@ static void ended_on_its_limit_switch_it_is_held(void **state)
 		/* taken over there, it goes no further */
 		axis.wish.position = home.path;
 		axis.wish.velocity = 0;
-		run(0.01);
+		run(0.11);
 		assert_int_equal(home.state, SERVO_HOME_IDLE);
 		axis_expect_fault(&axis, SERVO_FINE);
 		for (int k = 0; k < 100 && !axis.servo.fault; k++) {
@@ -365,6 +383,34 @@ static void ended_on_its_limit_switch_it_is_held(void **state)
 		axis_expect_fault(&axis, i % 2 ? SERVO_FINE : SERVO_SWITCH);
 	}
 	assert_true(on > 20);
+}
+
+/* Nor may it creep there, in whatever small steps it is commanded to. */
+static void held_on_its_limit_switch_it_goes_no_further(void **state)
+{
+	double from;
+
+	(void)state;
+	begin_homing(&usual, 5);
+	contact.limits = true;
+	until_state(SERVO_HOME_BACK);
+	assert_true(servo_home_abort(&home));
+	expect_held(SERVO_HOME_ABORTED);
+	assert_true(is_active());
+	from = place();
+	axis.wish.velocity = NAN;
+	axis.wish.position = home.path - 0.1;
+	for (int i = 0; i < 1000; i++) {
+		if (i % 4 == 0)
+			axis.wish.position -= 0.006;
+		step();
+	}
+	assert_int_equal(home.state, SERVO_HOME_HOLD);
+	assert_true(fabs(place() - from) < 0.01);
+	axis.wish.position = home.path - 0.4;
+	run(1);
+	axis_expect_fault(&axis, SERVO_SWITCH);
+	assert_true(fabs(place() - from) < 0.1);
 }
 
 /* One that sticks where it was found is not fled from. */
@@ -519,7 +565,7 @@ static void soft_limits_hold_once_it_is_homed(void **state)
 	begin_homing(&usual, 40);
 	expect_held(SERVO_HOME_DONE);
 	axis.wish.position = usual.position;
-	run(0.002);
+	run(0.11);
 	for (int i = 0; i < 1000 && !axis.servo.fault; i++) {
 		axis.wish.position -= 0.02;
 		axis.wish.velocity = -20;
@@ -581,10 +627,12 @@ int main(void)
 		cmocka_unit_test_setup(it_is_handed_over_without_a_jump, begin),
 		cmocka_unit_test_setup(it_begins_from_standstill, begin),
 		cmocka_unit_test_setup(a_switch_that_is_left_is_no_place, begin),
+		cmocka_unit_test_setup(a_contact_that_opens_is_not_left, begin),
 		cmocka_unit_test_setup(one_reading_at_the_beginning_is_no_switch, begin),
 		cmocka_unit_test_setup(readings_that_are_lost_are_no_place, begin),
 		cmocka_unit_test_setup(an_axis_that_carries_a_load_homes, begin),
 		cmocka_unit_test_setup(ended_on_its_limit_switch_it_is_held, begin),
+		cmocka_unit_test_setup(held_on_its_limit_switch_it_goes_no_further, begin),
 		cmocka_unit_test_setup(a_switch_that_stays_closed_is_not_run_away_from, begin),
 		cmocka_unit_test_setup(a_disturbance_is_no_switch, begin),
 		cmocka_unit_test_setup(without_a_switch_it_ends, begin),
