@@ -45,5 +45,6 @@ bool servoing_may_arm(const struct device *device, unsigned int encoder)
 void servoing_written(struct device *device, uint32_t encoders)
 {
 	for (unsigned int i = 0; i < POKEYS_ENCODERS; i++)
-		device->servoings.counts_epoch[i] += encoders >> i & 1;
+		if (encoders >> i & 1)
+			device->servoings.counts_epoch[i]++;
 }
