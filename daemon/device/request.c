@@ -18,6 +18,7 @@
 enum {
 	SAY_MAX = 20,		/* events of a kind in a second */
 	SAY_CHANGED_MAX = 160,	/* settings are many at once, when a device is set up anew */
+	HELD_MOST = 2,		/* 0xCC and 0xCB */
 };
 
 _Static_assert((int)POKEYS_CLASS_READ == (int)WIRE_READ, "classes are one list");
@@ -48,6 +49,14 @@ static uint32_t held(const struct device *device)
 	return places;
 }
 
+/* Asked for each request, so the loops are looked at only where it matters. */
+static bool is_full(const struct device *device)
+{
+	const uint32_t open = device->mailbox.open_count, window = device->mailbox.options.window;
+
+	return running(device) && open + HELD_MOST >= window && open + held(device) >= window;
+}
+
 static bool send(struct device *device, enum wire_op op, const void *value,
 		 const struct ends *ends)
 {
@@ -56,9 +65,7 @@ static bool send(struct device *device, enum wire_op op, const void *value,
 	enum wire_class class;
 	int id;
 
-	if (!device->budget ||
-	    (!ends->first && running(device) &&
-	     device->mailbox.open_count + held(device) >= device->mailbox.options.window))
+	if (!device->budget || (!ends->first && is_full(device)))
 		return false;
 	wire_encode_req(op, packet, value);
 	class = wire_request_class(row, packet);

@@ -292,7 +292,10 @@ bool heater_is_off(const struct heater *heater)
 	return !(heater->target > 0);
 }
 
-/* While the device is not ready, its own fault is not over, nor one that is not noticed yet. */
+/*
+ * A reset is refused while the cause of the fault is still there. If the device is not ready, that
+ * is the cause of two faults: "device not ready", and the same fault before a step has found it.
+ */
 static bool is_over(const struct heater *heater)
 {
 	if (heater->sensed)

@@ -167,7 +167,7 @@ static double place_of(const struct servo *servo, uint64_t before_ns, uint64_t r
 	return servo->position + servo->rate * (middle_ns - (double)servo->read_ns) / SECOND;
 }
 
-/* The first one is not known; and one that was long is none of the usual ones. */
+/* The usual time between two readings. A long gap counts as LOST times the usual one at most. */
 static void note_interval(struct servo_home *home, double passed_ns)
 {
 	if (home->readings == 1)

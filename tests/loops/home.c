@@ -455,7 +455,7 @@ static void without_a_switch_it_ends(void **state)
 	assert_true(gone >= usual.distance &&
 		    gone < usual.distance + usual.search * usual.search / usual.acceleration);
 	assert_false(axis.servo.homed);
-	/* one that is always pressed */
+	/* a switch that is always pressed */
 	begin_homing(&usual, 100);
 	contact.stuck = true;
 	expect_held(SERVO_HOME_NOT_LEFT);
