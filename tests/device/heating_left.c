@@ -36,13 +36,19 @@ static void while_nobody_hears_it_it_is_not_called_off(void **state)
 	assert_int_equal(heat_shown(HOTEND)->state, POKEYS_HEATER_FAULT);
 }
 
+/* The device's failsafe leaves PWM as it is. */
+static void prepare_without_failsafe(void)
+{
+	heat_prepare(NULL);
+	world.config.settings.failsafe_peripherals = WIRE_FAILSAFE_DIGITAL;
+	world.config.heater[HOTEND].without_failsafe = true;
+}
+
 /* Nor that which the failsafe does not switch off. */
 static void one_without_failsafe_is_off_when_it_says_so(void **state)
 {
 	(void)state;
-	heat_prepare(NULL);
-	world.config.settings.failsafe_peripherals = WIRE_FAILSAFE_DIGITAL;
-	world.config.heater[HOTEND].without_failsafe = true;
+	prepare_without_failsafe();
 	heat_start();
 	heat_up();
 	heat_silence(3 * SECOND);
@@ -75,9 +81,7 @@ static void expect_stopping(uint64_t for_ns)
 static void one_that_the_failsafe_leaves_on_is_not_left_alone(void **state)
 {
 	(void)state;
-	heat_prepare(NULL);
-	world.config.settings.failsafe_peripherals = WIRE_FAILSAFE_DIGITAL;
-	world.config.heater[HOTEND].without_failsafe = true;
+	prepare_without_failsafe();
 	heat_start();
 	heat_up();
 	world.watch = swallow_duties;
@@ -131,9 +135,7 @@ static void what_another_failsafe_leaves_on_is_not_called_off(void **state)
 static void a_device_without_pwm_heats_nothing(void **state)
 {
 	(void)state;
-	heat_prepare(NULL);
-	world.config.settings.failsafe_peripherals = WIRE_FAILSAFE_DIGITAL;
-	world.config.heater[HOTEND].without_failsafe = true;
+	prepare_without_failsafe();
 	world.config.settings.set &= ~(uint32_t)POKEYS_SET_PWM_PERIOD;
 	world.rig.device.config.pwm.period = PERIOD;
 	heat_start();

@@ -394,82 +394,6 @@ static void off_does_not_wait_for_an_answer(void **state)
 	}
 }
 
-static void patient_motors(void)
-{
-	for (unsigned int motor = 0; motor < MOTORS; motor++) {
-		struct servo_config *loop = &world.config.servo[motor].servo;
-
-		loop->stale_ns = 100 * MS;
-		loop->follow_least = loop->follow_most = 5;
-	}
-}
-
-static bool lose_every_reply(struct world *w, const uint8_t *packet)
-{
-	(void)w;
-	(void)packet;
-	return true;
-}
-
-/* Questions that nobody answers may take every other place, but not that of an off. */
-static void off_finds_a_place_beside_open_questions(void **state)
-{
-	(void)state;
-	servo_prepare(NULL);
-	world.config.stale_after_ns = 5 * SECOND;
-	world.config.lost_after_ns = 6 * SECOND;
-	world.config.mailbox.window = 4;
-	world.config.mailbox.deadline_floor_ns = 40 * MS;
-	world.config.mailbox.retries = 20;
-	patient_motors();
-	world.config.servo[TWO_PWM].servo.gains = (struct servo_gains){ .p = 0.05 };
-	servo_start();
-	servo_enable(TWO_PWM);
-	/* a constant duty: its place is free */
-	servo_motor(TWO_PWM)->torque = 0.05;
-	servo_run(1 * SECOND);
-	world.lose_reply = lose_every_reply;
-	servo_run(80 * MS);
-	assert_true(fabs(servo_output(TWO_PWM)) > 0);
-	assert_int_equal(servo_shown(TWO_PWM)->state, POKEYS_SERVO_ENABLED);
-	servo_motor(TWO_PWM)->torque = 0;
-	world.command.servo[TWO_PWM].enable = 0;
-	servo_run(2 * MS);
-	assert_true(fabs(servo_output(TWO_PWM)) <= 0);
-}
-
-static bool lose_duties(struct world *w, const uint8_t *packet)
-{
-	(void)w;
-	return packet[1] == 0xCB;
-}
-
-/* A repetition that the network has not taken, at whatever time it was due, is no off. */
-static void what_the_network_refused_is_sent_again_at_once(void **state)
-{
-	(void)state;
-	for (unsigned int refused = 1; refused < 100; refused += 2) {
-		servo_prepare(NULL);
-		world.config.mailbox.deadline_floor_ns = 5 * MS;
-		patient_motors();
-		servo_start();
-		servo_enable(TWO_PWM);
-		servo_motor(TWO_PWM)->torque = 0.05;
-		servo_run(200 * MS);
-		world.lose_reply = lose_duties;
-		servo_run(20 * MS);
-		assert_true(fabs(servo_output(TWO_PWM)) > 0);
-		servo_motor(TWO_PWM)->torque = 0;
-		world.command.servo[TWO_PWM].enable = 0;
-		world.unplugged = true;
-		servo_run(refused * MS);
-		world.unplugged = false;
-		servo_cycle();
-		servo_cycle();
-		assert_true(fabs(servo_output(TWO_PWM)) <= 0);
-	}
-}
-
 /* A duty of before a gap may be that of another device, which has not acknowledged anything. */
 static void an_answer_from_before_a_gap_is_no_acknowledgement(void **state)
 {
@@ -617,8 +541,6 @@ int main(void)
 		cmocka_unit_test_setup(without_answers_it_stops_all_the_same, servo_begin),
 		cmocka_unit_test_setup(none_is_enabled_over_a_duty_that_is_not_known, servo_begin),
 		cmocka_unit_test_setup(another_period_is_refused, servo_begin),
-		cmocka_unit_test(off_finds_a_place_beside_open_questions),
-		cmocka_unit_test(what_the_network_refused_is_sent_again_at_once),
 		cmocka_unit_test(a_short_doubt_stops_nothing),
 		cmocka_unit_test(antiphase_is_enabled_at_standstill_only),
 		cmocka_unit_test_setup(an_encoder_that_is_set_up_again_is_another_place,
