@@ -130,7 +130,7 @@ static void stop(struct servo *servo)
 {
 	servo->enabled = false;
 	servo->armed = false;
-	servo->output = servo->integral = servo->bridge = servo->error = 0;
+	servo->output = servo->integral = servo->bridge = servo->error = servo->rate_error = 0;
 	servo->wanted_rate = servo->wanted_acceleration = 0;
 }
 
@@ -242,10 +242,25 @@ static bool is_too_far(const struct servo *servo)
 	return fabs(servo->error) > fmax(config->follow_least, config->follow_most * part);
 }
 
+/*
+ * What was commanded when the encoder was read: the axis has moved on since then, as the command
+ * has. So one that does as it is commanded has no error, however old its count is. Its speed is
+ * that between two readings, and comes later by the time constant that smooths it.
+ */
+static void compare(struct servo *servo, const struct servo_wish *wish, double seconds,
+		    uint64_t now_ns)
+{
+	const double age_s = (double)since(servo->read_ns, now_ns) / SECOND;
+	const double lag_s = age_s + servo->config.smooth + seconds / 2;
+
+	servo->error = wish->position - servo->wanted_rate * age_s - servo->position;
+	servo->rate_error = servo->wanted_rate - servo->wanted_acceleration * lag_s - servo->rate;
+}
+
 /* The output but for the integral; `error`: what is counted as one. */
 static double unintegrated(const struct servo *servo, const struct servo_gains *gains, double error)
 {
-	return gains->p * error + gains->d * (servo->wanted_rate - servo->rate) +
+	return gains->p * error + gains->d * servo->rate_error +
 	       gains->velocity * servo->wanted_rate +
 	       gains->acceleration * servo->wanted_acceleration;
 }
@@ -286,7 +301,7 @@ static enum servo_fault run(struct servo *servo, const struct servo_input *input
 	if (found)
 		return found;
 	follow_command(servo, wish, seconds, now_ns);
-	servo->error = wish->position - servo->position;
+	compare(servo, wish, seconds, now_ns);
 	if (is_too_far(servo))
 		return SERVO_FOLLOWING;
 	servo->output = controlled(servo, seconds);

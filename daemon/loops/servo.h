@@ -128,7 +128,8 @@ struct servo {
 	double wanted_rate, wanted_acceleration;
 	uint64_t changed_ns, interval_ns;	/* of the commanded position: when, and how often */
 
-	double error;		/* units */
+	double error;		/* off what was commanded when the encoder was read, units */
+	double rate_error;	/* ... likewise, of the speed, units/s */
 	double integral;	/* in units of the output */
 	double bridge;		/* ... from the gains of before to those of now; goes to 0 */
 	double output;
