@@ -26,6 +26,7 @@ ORDER = (
     "loss",
     "motion",
     "loops",
+    "control",
     "shared_memory",
     "readers",
     "python",

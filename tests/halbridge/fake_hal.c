@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * The functions of HAL and RTAPI that pokeys_shm.so uses, on fixed arrays.
+ * The functions of HAL and RTAPI that pokeys_shm.so and LinuxCNC's own pid.so use, on fixed arrays.
  * The module finds them in the executable (linked with its symbols exported).
  */
 #include "tests/halbridge/fake_hal.h"
@@ -36,7 +36,7 @@ static _Atomic unsigned int complaint_count;
 
 int hal_init(const char *name)
 {
-	return strcmp(name, "pokeys_shm") ? -EINVAL : 1;
+	return strcmp(name, "pokeys_shm") && strcmp(name, "pid") ? -EINVAL : 1;
 }
 
 int hal_exit(int component)
@@ -95,6 +95,57 @@ int hal_pin_new(const char *name, hal_type_t type, hal_pin_dir_t direction, void
 	return enter(name, *pointer);
 }
 
+/* The name of a pin is a format. */
+static int new_pin(void **pointer, const char *format, va_list arguments)
+{
+	char name[HAL_NAME_LEN + 1];
+
+	vsnprintf(name, sizeof(name), format, arguments);
+	return hal_pin_new(name, HAL_FLOAT, HAL_IN, pointer, 1);
+}
+
+#define NEW_PIN(type_)									\
+int hal_pin_##type_##_newf(hal_pin_dir_t direction, hal_##type_##_t **pointer, int component,	\
+			   const char *format, ...)					\
+{											\
+	va_list arguments;								\
+	int r;										\
+											\
+	(void)direction;								\
+	(void)component;								\
+	va_start(arguments, format);							\
+	r = new_pin((void **)pointer, format, arguments);				\
+	va_end(arguments);								\
+	return r;									\
+}
+
+NEW_PIN(bit)
+NEW_PIN(float)
+NEW_PIN(s32)
+NEW_PIN(u32)
+
+int rtapi_snprintf(char *text, unsigned long size, const char *format, ...)
+{
+	va_list arguments;
+	int length;
+
+	va_start(arguments, format);
+	length = vsnprintf(text, size, format, arguments);
+	va_end(arguments);
+	return length;
+}
+
+int rtapi_get_msg_level(void)
+{
+	return RTAPI_MSG_ERR;
+}
+
+int rtapi_set_msg_level(int level)
+{
+	(void)level;
+	return 0;
+}
+
 int hal_param_new(const char *name, hal_type_t type, hal_param_dir_t direction, void *value,
 		  int component)
 {
@@ -138,8 +189,7 @@ static void give(void *handle, const char *symbol, const char *word)
 	**address = word ? strdup(word) : NULL;
 }
 
-int fake_hal_load(struct fake_module *module, const char *path, const char *devices,
-		  const char *names, const char *runtime)
+static int open_module(struct fake_module *module, const char *path)
 {
 	module->handle = dlopen(path, RTLD_NOW | RTLD_GLOBAL);
 	if (!module->handle) {
@@ -148,12 +198,29 @@ int fake_hal_load(struct fake_module *module, const char *path, const char *devi
 	}
 	*(void **)&module->main = dlsym(module->handle, "rtapi_app_main");
 	*(void **)&module->exit = dlsym(module->handle, "rtapi_app_exit");
-	give(module->handle, "rtapi_info_address_devices", devices);
-	give(module->handle, "rtapi_info_address_names", names);
-	give(module->handle, "rtapi_info_address_runtime", runtime);
 	said[0] = '\0';
 	errors = 0;
 	complaint_count = 0;
+	return 0;
+}
+
+int fake_hal_load_plain(struct fake_module *module, const char *path)
+{
+	int r = open_module(module, path);
+
+	return r ? r : module->main();
+}
+
+int fake_hal_load(struct fake_module *module, const char *path, const char *devices,
+		  const char *names, const char *runtime)
+{
+	int r = open_module(module, path);
+
+	if (r)
+		return r;
+	give(module->handle, "rtapi_info_address_devices", devices);
+	give(module->handle, "rtapi_info_address_names", names);
+	give(module->handle, "rtapi_info_address_runtime", runtime);
 	return module->main();
 }
 

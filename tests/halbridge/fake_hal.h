@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * A HAL that consists of arrays: enough to load pokeys_shm.so into a test and
- * run its functs by hand.
+ * A HAL that consists of arrays: enough to load pokeys_shm.so, or LinuxCNC's pid.so, and run its
+ * functs by hand.
  */
 #ifndef TESTS_HALBRIDGE_FAKE_HAL_H
 #define TESTS_HALBRIDGE_FAKE_HAL_H
@@ -20,6 +20,8 @@ struct fake_module {
  */
 int fake_hal_load(struct fake_module *module, const char *path, const char *devices,
 		  const char *names, const char *runtime);
+/* One that gets no parameters. */
+int fake_hal_load_plain(struct fake_module *module, const char *path);
 void fake_hal_unload(struct fake_module *module);
 
 /* Run an exported funct; aborts if there is none of that name. */
