@@ -34,7 +34,8 @@ def apart(m):
 
 
 def settled(m):
-    m.until("the motors where they were sent", lambda _: apart(m) <= NEAR, 60)
+    """At rest: a motor that follows well is where it is commanded to be at any time."""
+    m.until("the motors where they were sent", lambda s: s.inpos and not s.queue and apart(m) <= NEAR, 60)
 
 
 def voltage(m):
