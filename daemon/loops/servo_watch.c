@@ -68,13 +68,19 @@ static void track_stall(struct servo *servo, double seconds)
 		servo->stalled = fmax(servo->stalled - seconds, 0);
 }
 
+/*
+ * What braked the axis to a stop is gone when it stands, and nothing moves: that part of the output
+ * is none that has to be seen.
+ */
 static void track_silence(struct servo *servo, const struct servo_way *way, double seconds)
 {
-	const double more = fabs(servo->output - servo->idle_output) -
-			    servo->config.silent_output;
+	const double brakes = servo->wanted_acceleration * servo->wanted_rate <= 0 ?
+			      servo->config.gains.acceleration * servo->wanted_acceleration : 0;
+	const double holds = servo->output - brakes;
+	const double more = fabs(holds - servo->idle_output) - servo->config.silent_output;
 
 	if (way->moved != 0) {
-		servo->idle_output = servo->output;
+		servo->idle_output = holds;
 		servo->idle_push = 0;
 	} else if (more > 0) {
 		servo->idle_push += more * seconds;

@@ -574,9 +574,34 @@ static void an_output_only_while_nothing_is_wrong(void **state)
 	}
 }
 
+/* What has braked it is gone when it stands, and there is nothing to be counted. */
+static void one_that_brakes_hard_is_not_silent(void **state)
+{
+	const struct sim_motor_config motor = {
+		.volts = 36, .ohm = 4, .constant = 0.05, .inertia = 2.5e-4, .viscous = 1e-5,
+		.friction = 0.03, .counts = 1312,
+	};
+	struct servo_config config = axis_config;
+
+	(void)state;
+	config.scale = motor.counts / 5;
+	config.gains = (struct servo_gains){ .p = 0.19, .i = 0.31, .d = 0.019, .velocity = 0.00175,
+					     .acceleration = 0.0007 };
+	config.follow_least = 2;
+	config.follow_most = 10;
+	for (double way = 80; way < 120; way++) {
+		axis_init(&axis, &config, &motor);
+		axis_enable(&axis);
+		axis_move(&axis, way, 190, 560);
+		axis_run(&axis, 1);
+		axis_expect_fault(&axis, SERVO_FINE);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(one_that_brakes_hard_is_not_silent),
 		cmocka_unit_test_setup(the_device_is_lost, begin),
 		cmocka_unit_test_setup(readings_are_old, begin),
 		cmocka_unit_test_setup(it_was_not_called_for_a_while, begin),
