@@ -4,6 +4,7 @@
 
 #define SERVO(name_, member_, ...)	\
 	EACH_NUMBER("servo.%02u." name_, servo, member_, __VA_ARGS__)
+#define MOVES(name_, member_, ...)	NUMBER("moves." name_, moves.member_, __VA_ARGS__)
 
 static const struct model_row rows[] = {
 	EACH("servo.%02u.name", MODEL_TEXT, servo, name, "",
@@ -45,6 +46,19 @@ static const struct model_row rows[] = {
 	      HELP("feed-forward, output for each unit/s that is commanded")),
 	SERVO("acceleration-gain", acceleration_gain, "",
 	      HELP("feed-forward, output for each unit/s^2 that is commanded")),
+	MOVES("state", state, "", WORDS(pokeys_moves_state_name),
+	      HELP("0 = no path of servo motors, 1 moving, 2 held, 3 aborting, 4 over, and held "
+		   "until the commanded positions are there")),
+	MOVES("waiting", waiting, "", HELP("moves that wait, with the one under way")),
+	MOVES("taken", taken, "", HELP("moves since the daemon's start")),
+	MOVES("held", held, "", HELP("1 = the motors wait on the path until they are resumed")),
+	MOVES("speed", speed, "1/s", HELP("speed along the path, units/s")),
+	MOVES("feed", feed, "", HELP("part of the commanded speeds, 0 to 2")),
+	MOVES("end", end, "", WORDS(pokeys_moves_end_name),
+	      HELP("how the last path has ended; 0 = there was none, or it has not; 1 = done")),
+	MOVES("refusal", refused, "", WORDS(pokeys_moves_refusal_name),
+	      HELP("why the last move was not taken; 0 = it was")),
+	MOVES("motors", motors, "", HELP("servo motors that are moved, one bit each")),
 };
 
 MODEL_GROUP(model_servo, rows);

@@ -81,14 +81,19 @@ static bool is_answered(const struct loop_run *run)
 	return commander_outcome(&run->command, &run->state) != POKEYS_OUTCOME_NONE;
 }
 
-enum pokeys_outcome loop_order(struct loop_run *run, struct pokeys_one_shot shot)
+enum pokeys_outcome loop_give(struct loop_run *run, struct pokeys_one_shot shot)
 {
-	shot.index = (uint8_t)run->index;
 	commander_order(&run->command, shot);
 	pokeys_client_command(run->client, &run->command);
 	if (!loop_await(run, "the daemon does not answer", is_answered))
 		return POKEYS_OUTCOME_NONE;
 	return commander_outcome(&run->command, &run->state);
+}
+
+enum pokeys_outcome loop_order(struct loop_run *run, struct pokeys_one_shot shot)
+{
+	shot.index = (uint8_t)run->index;
+	return loop_give(run, shot);
 }
 
 enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operation operation,
@@ -231,6 +236,12 @@ void loop_show(struct loop_run *run, const char *text, bool mark)
 	fflush(stdout);
 }
 
+void loop_choose(struct loop_run *run, unsigned int index)
+{
+	run->index = index;
+	print_clean(run->kind->name(&run->state, index), sizeof(run->name), run->name);
+}
+
 /* By its name, or by its number. */
 static bool find(struct loop_run *run)
 {
@@ -240,7 +251,7 @@ static bool find(struct loop_run *run)
 	for (run->index = 0; run->index < kind->most; run->index++) {
 		if (!kind->is_there(&run->state, run->index))
 			break;
-		print_clean(kind->name(&run->state, run->index), sizeof(run->name), run->name);
+		loop_choose(run, run->index);
 		snprintf(number, sizeof(number), "%u", run->index);
 		if (!strcmp(run->name, run->written) || !strcmp(number, run->written))
 			return true;
@@ -256,19 +267,25 @@ static bool find(struct loop_run *run)
 	return false;
 }
 
-bool loop_open(struct loop_run *run, const struct loop_kind *kind, const struct options *options,
-	       int *status)
+bool loop_open_device(struct loop_run *run, const struct loop_kind *kind,
+		      const struct options *options, int *status)
 {
 	run->kind = kind;
 	run->device = options->names[0];
-	run->written = options->names[1];
 	run->terminal = isatty(STDOUT_FILENO);
 	run->client = commander_open(options, run->device, &run->state, status);
 	if (!run->client)
 		return false;
 	run->command.session = commander_session();
 	run->fresh_ms = commander_ms();
-	return find(run);
+	return true;
+}
+
+bool loop_open(struct loop_run *run, const struct loop_kind *kind, const struct options *options,
+	       int *status)
+{
+	run->written = options->names[1];
+	return loop_open_device(run, kind, options, status) && find(run);
 }
 
 void loop_close(struct loop_run *run)

@@ -57,12 +57,18 @@ struct loop_run {
 };
 
 /*
- * Become the commander of the device that the command line names, and find the loop. False after
- * an error message; then *status is what to exit with. loop_close() in any case.
+ * Become the commander of the device that the command line names; loop_open() also finds the loop
+ * that it names. False after an error message; then *status is what to exit with. loop_close() in
+ * any case.
  */
+bool loop_open_device(struct loop_run *run, const struct loop_kind *kind,
+		      const struct options *options, int *status);
 bool loop_open(struct loop_run *run, const struct loop_kind *kind, const struct options *options,
 	       int *status);
 void loop_close(struct loop_run *run);
+
+/* What follows is about this loop, which is there. */
+void loop_choose(struct loop_run *run, unsigned int index);
 
 /* Print the first error only, as the others follow from it. Returns false. */
 bool loop_fails(struct loop_run *run, const char *format, ...)
@@ -75,7 +81,8 @@ bool loop_look(struct loop_run *run);
 bool loop_await(struct loop_run *run, const char *what,
 		bool (*is_so)(const struct loop_run *run));
 
-/* Give a one-shot for this loop and wait for its outcome; NONE after an error message. */
+/* Give a one-shot, or one for this loop, and wait for its outcome; NONE after an error message. */
+enum pokeys_outcome loop_give(struct loop_run *run, struct pokeys_one_shot shot);
 enum pokeys_outcome loop_order(struct loop_run *run, struct pokeys_one_shot shot);
 enum pokeys_outcome loop_ask(struct loop_run *run, enum pokeys_one_shot_operation operation,
 			     double parameter);

@@ -56,6 +56,7 @@ int command_get(const struct options *options);
 int command_heater(const struct options *options);
 int command_servo(const struct options *options);
 int command_latency(const struct options *options);
+int command_moves(const struct options *options);
 int command_names(const struct options *options);
 int command_output(const struct options *options);
 int command_pwm(const struct options *options);

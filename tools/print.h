@@ -52,6 +52,7 @@ const char *print_obstacle(uint8_t obstacle, char text[PRINT_OBSTACLE_MAX]);
 enum { PRINT_SERVO_MAX = 400 };
 bool print_has_servo(const struct pokeys_state *state, unsigned int servo);
 const char *print_servo(const struct pokeys_servo *servo, char text[PRINT_SERVO_MAX]);
+const char *print_moves(const struct pokeys_moves *moves, char text[PRINT_SERVO_MAX]);
 void print_servos(const struct pokeys_state *state, FILE *to);
 /* A number as it is printed with so many digits, but 0 for "-0". */
 double print_rounded(double value, unsigned int digits);

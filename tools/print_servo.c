@@ -64,6 +64,19 @@ const char *print_servo(const struct pokeys_servo *servo, char text[PRINT_SERVO_
 	return text;
 }
 
+const char *print_moves(const struct pokeys_moves *moves, char text[PRINT_SERVO_MAX])
+{
+	struct line line = { .text = text, .size = PRINT_SERVO_MAX };
+
+	put(&line, "%s, %u waiting, %.2f units/s", pokeys_moves_state_name(moves->state),
+	    moves->waiting, (double)moves->speed);
+	if (moves->held)
+		put(&line, ", held");
+	if (fabs((double)moves->feed - 1) > 1e-6)
+		put(&line, ", feed %.0f %%", (double)moves->feed * 100);
+	return text;
+}
+
 bool print_has_servo(const struct pokeys_state *state, unsigned int servo)
 {
 	return state->servo[servo].state != POKEYS_SERVO_NONE;
@@ -76,6 +89,8 @@ void print_servos(const struct pokeys_state *state, FILE *to)
 	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
 		if (print_has_servo(state, i))
 			fprintf(to, "  servo %u     %s\n", i, print_servo(&state->servo[i], text));
+	if (state->moves.state)
+		fprintf(to, "  moves       %s\n", print_moves(&state->moves, text));
 }
 
 static void put_gains(struct json *json, const struct pokeys_servo *servo)
@@ -124,9 +139,22 @@ static void put_servo(struct json *json, unsigned int index, const struct pokeys
 
 void print_json_servos(struct json *json, const struct pokeys_state *state)
 {
+	const struct pokeys_moves *moves = &state->moves;
+
 	json_array(json, "servos");
 	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
 		if (print_has_servo(state, i))
 			put_servo(json, i, &state->servo[i]);
+	json_end(json);
+	json_object(json, "moves");
+	json_text(json, "state", pokeys_moves_state_name(moves->state));
+	json_unsigned(json, "waiting", moves->waiting);
+	json_unsigned(json, "taken", moves->taken);
+	json_real(json, "speed", (double)moves->speed);
+	json_real(json, "feed", (double)moves->feed);
+	json_bool(json, "on_hold", moves->held);
+	json_text(json, "end", pokeys_moves_end_name(moves->end));
+	json_text(json, "refused", pokeys_moves_refusal_name(moves->refused));
+	json_unsigned(json, "motors", moves->motors);
 	json_end(json);
 }

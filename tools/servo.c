@@ -20,6 +20,7 @@
 #include "tools/loop_run.h"
 #include "tools/pokeysctl.h"
 #include "tools/print.h"
+#include "tools/servo_run.h"
 #include "tools/view.h"
 
 #define LATE_S 0.003		/* the path goes on by no more at once */
@@ -43,62 +44,11 @@ struct report {
 	double strongest;		/* output, 0 to 1 */
 };
 
-static const struct pokeys_servo *servo_of(const struct loop_run *run)
-{
-	return &run->state.servo[run->index];
-}
-
-static bool is_enabled(const struct loop_run *run)
-{
-	return servo_of(run)->state == POKEYS_SERVO_ENABLED;
-}
-
-static bool is_off(const struct loop_run *run)
-{
-	return servo_of(run)->state == POKEYS_SERVO_OFF ||
-	       servo_of(run)->state == POKEYS_SERVO_FAULT;
-}
-
-static bool is_decided(const struct loop_run *run)
-{
-	return is_enabled(run) || servo_of(run)->refused || servo_of(run)->fault;
-}
-
-static void want(struct loop_run *run, bool enable, double position, double velocity)
-{
-	struct pokeys_servo_command *servo = &run->command.servo[run->index];
-
-	servo->enable = enable;
-	servo->position = position;
-	servo->velocity = (float)velocity;
-	run->command.t_thread_ns = run->fresh_ms * 1000000;
-	pokeys_client_command(run->client, &run->command);
-}
-
 static void note(struct report *report, const struct pokeys_servo *servo)
 {
 	report->worst = fmax(report->worst, fabs((double)servo->error));
 	report->rest = fabs((double)servo->error);
 	report->strongest = fmax(report->strongest, fabs((double)servo->output));
-}
-
-/* Enabled where it is; off first, as the daemon asks for. */
-static bool begin(struct loop_run *run)
-{
-	want(run, false, servo_of(run)->position, 0);
-	if (!loop_is_ready(run))
-		return false;
-	want(run, true, servo_of(run)->position, 0);
-	if (!loop_await(run, "the daemon does not enable the motor", is_decided))
-		return false;
-	return is_enabled(run) || loop_explain(run);
-}
-
-static bool finish(struct loop_run *run)
-{
-	loop_end_line(run);
-	want(run, false, servo_of(run)->position, 0);
-	return loop_await(run, "the daemon does not confirm that it is off", is_off);
 }
 
 static double seconds_now(void)
@@ -113,10 +63,10 @@ static bool turn(struct loop_run *run, struct report *report)
 
 	if (!loop_look(run))
 		return false;
-	if (!is_enabled(run))
+	if (!servo_run_is_enabled(run))
 		return loop_explain(run);
-	note(report, servo_of(run));
-	loop_show(run, print_servo(servo_of(run), text), false);
+	note(report, servo_run_of(run));
+	loop_show(run, print_servo(servo_run_of(run), text), false);
 	return true;
 }
 
@@ -125,7 +75,7 @@ static bool rest(struct loop_run *run, double at, struct report *report)
 	const double end = seconds_now() + REST_S;
 
 	while (seconds_now() < end) {
-		want(run, true, at, 0);
+		servo_run_want(run, true, at, 0);
 		if (!turn(run, report))
 			return false;
 	}
@@ -162,7 +112,7 @@ static bool travel(struct loop_run *run, double *at, double way, double speed,
 			pace = fmax(pace - passed / RISE_S, 0);
 		t = fmin(t + pace * passed / total, 1);
 		*at = from + way * part_of_way(t);
-		want(run, true, *at, way * part_of_velocity(t) * pace / total);
+		servo_run_want(run, true, *at, way * part_of_velocity(t) * pace / total);
 		if (!turn(run, report))
 			return false;
 	}
@@ -185,7 +135,7 @@ static bool swing(struct loop_run *run, double *at, const struct order *order,
 
 static bool is_within_limits(struct loop_run *run, double to)
 {
-	const struct pokeys_servo *servo = servo_of(run);
+	const struct pokeys_servo *servo = servo_run_of(run);
 
 	if (!servo->homed || (to >= (double)servo->minimum && to <= (double)servo->maximum))
 		return true;
@@ -199,7 +149,7 @@ static bool move(struct loop_run *run, const struct order *order)
 	double at, to;
 	bool well;
 
-	if (!begin(run))
+	if (!servo_run_begin(run))
 		return false;
 	at = run->command.servo[run->index].position;
 	to = order->verb == MOVE_TO ? order->units : at + order->units;
@@ -208,11 +158,11 @@ static bool move(struct loop_run *run, const struct order *order)
 		well = swing(run, &at, order, &report);
 	else if (well)
 		well = travel(run, &at, to - at, order->speed, &report);
-	well = finish(run) && well;
+	well = servo_run_finish(run) && well;
 	if (!well)
 		return false;
 	printf("%s: servo %s: at %.4f; following error at most %.4f, %.4f at rest; output at most "
-	       "%.0f %%\n", run->device, run->name, print_rounded(servo_of(run)->position, 4),
+	       "%.0f %%\n", run->device, run->name, print_rounded(servo_run_of(run)->position, 4),
 	       report.worst, report.rest, report.strongest * 100);
 	return true;
 }
@@ -227,7 +177,7 @@ static enum pokeys_outcome ask_home(struct loop_run *run, uint8_t flags)
 /* Command the position that the daemon commands, so that the daemon can end its hold. */
 static bool follow(struct loop_run *run, struct report *report)
 {
-	want(run, true, servo_of(run)->commanded, 0);
+	servo_run_want(run, true, servo_run_of(run)->commanded, 0);
 	return turn(run, report);
 }
 
@@ -237,7 +187,7 @@ static bool seek(struct loop_run *run)
 	struct report report = { .worst = 0 };
 	bool ending = false;
 
-	while (servo_of(run)->home_end == POKEYS_SERVO_HOME_NONE) {
+	while (servo_run_of(run)->home_end == POKEYS_SERVO_HOME_NONE) {
 		if (commander_ended() && !ending) {
 			ending = true;
 			if (ask_home(run, POKEYS_SERVO_END_HOMING) == POKEYS_OUTCOME_NONE)
@@ -246,43 +196,43 @@ static bool seek(struct loop_run *run)
 		if (!follow(run, &report))
 			return false;
 	}
-	while (servo_of(run)->homing != POKEYS_SERVO_HOMING_NONE)
+	while (servo_run_of(run)->homing != POKEYS_SERVO_HOMING_NONE)
 		if (!follow(run, &report))
 			return false;
-	return rest(run, servo_of(run)->commanded, &report);
+	return rest(run, servo_run_of(run)->commanded, &report);
 }
 
 static bool home(struct loop_run *run)
 {
 	bool well;
 
-	if (!begin(run))
+	if (!servo_run_begin(run))
 		return false;
 	if (ask_home(run, 0) != POKEYS_OUTCOME_DONE)
 		well = loop_fails(run, "not homed: pokeysd.conf has no home-search-speed for "
 				  "this motor, or the motor is off");
 	else
 		well = seek(run);
-	well = finish(run) && well;
+	well = servo_run_finish(run) && well;
 	if (!well)
 		return false;
-	if (servo_of(run)->home_end != POKEYS_SERVO_HOME_DONE)
+	if (servo_run_of(run)->home_end != POKEYS_SERVO_HOME_DONE)
 		return loop_fails(run, "not homed: %s",
-				  pokeys_servo_home_end_name(servo_of(run)->home_end));
+				  pokeys_servo_home_end_name(servo_run_of(run)->home_end));
 	printf("%s: servo %s: homed, at %.4f\n", run->device, run->name,
-	       print_rounded(servo_of(run)->position, 4));
+	       print_rounded(servo_run_of(run)->position, 4));
 	return true;
 }
 
 static bool reset(struct loop_run *run)
 {
-	want(run, false, servo_of(run)->position, 0);
+	servo_run_want(run, false, servo_run_of(run)->position, 0);
 	return loop_reset(run, POKEYS_ONE_SHOT_SERVO_RESET, "it can be enabled again");
 }
 
 static bool regain(struct loop_run *run, const struct order *order)
 {
-	want(run, false, servo_of(run)->position, 0);
+	servo_run_want(run, false, servo_run_of(run)->position, 0);
 	return loop_regain(run, POKEYS_ONE_SHOT_SERVO_GAIN, &order->gain);
 }
 
@@ -294,32 +244,6 @@ static bool carry_out(struct loop_run *run, const struct order *order)
 		return home(run);
 	return order->verb == GAIN ? regain(run, order) : move(run, order);
 }
-
-static struct loop_trouble trouble(const struct pokeys_state *state, unsigned int index)
-{
-	const struct pokeys_servo *servo = &state->servo[index];
-
-	return (struct loop_trouble){
-		.fault = servo->fault ? pokeys_servo_fault_name(servo->fault) : NULL,
-		.condition = servo->condition ? pokeys_servo_fault_name(servo->condition) : NULL,
-		.obstacle = servo->obstacle,
-		.refusal = servo->refused ? pokeys_servo_refusal_name(servo->refused) : NULL,
-	};
-}
-
-static const char *name(const struct pokeys_state *state, unsigned int index)
-{
-	return state->servo[index].name;
-}
-
-static const struct loop_kind kind = {
-	.word = "servo", .most = POKEYS_SERVOS, .turn_ms = 1, .gains = POKEYS_GAINS,
-	.gain_most = 1e6,
-	.lapsed = "this program was suspended, or pokeysd was away; the motor was switched off",
-	.silent = "the device or pokeysd does not answer any more; the daemon or the device's "
-		  "failsafe switches the motor off",
-	.is_there = print_has_servo, .name = name, .trouble = trouble,
-};
 
 static bool take_units(const char *text, double *units)
 {
@@ -370,7 +294,7 @@ static bool take(const struct options *options, struct order *order)
 		return false;
 	}
 	if (verb == GAIN)
-		return loop_take_gain(&kind, &names[3], &order->gain);
+		return loop_take_gain(&servo_run_kind, &names[3], &order->gain);
 	return verb == RESET || verb == HOME || take_move(options, order);
 }
 
@@ -383,7 +307,7 @@ int command_servo(const struct options *options)
 
 	if (!take(options, &order))
 		return STATUS_USAGE;
-	if (loop_open(&run, &kind, options, &status))
+	if (loop_open(&run, &servo_run_kind, options, &status))
 		well = carry_out(&run, &order);
 	loop_close(&run);
 	return well ? STATUS_OK : status;

@@ -27,6 +27,7 @@ static uint64_t ms(double value)
 #define STALL_PART		0.9
 #define LATCH_PART		0.1	/* of home-search-speed */
 #define HOME_REACHED_S		0.1
+#define REACHED_S		0.2
 #define HOME_TIMES		1.1	/* from one soft limit to the other */
 
 static int by_place(const void *a, const void *b)
@@ -94,6 +95,7 @@ void config_convert_device(const struct config_raw_device *raw, uint64_t period_
 	convert_resume(raw, out);
 	out->emergency_holds = raw->on_emergency;
 	out->heater_watts = raw->heater_watts;
+	out->corner_deviation = raw->corner_deviation;
 	out->settings = raw->settings;
 	out->have_password = *raw->password_file;
 	memcpy(out->password, raw->password, sizeof(out->password));
@@ -269,6 +271,7 @@ void config_convert_servo(const struct config_raw_servo *raw, struct servoing_co
 	out->low_inverted = raw->limit_minus_invert;
 	out->high_inverted = raw->limit_plus_invert;
 	convert_home(raw, out);
+	out->acceleration = or_auto(raw->acceleration_most, raw->speed_most / REACHED_S);
 	out->inverted = raw->invert_output;
 	out->without_failsafe = raw->without_failsafe;
 }

@@ -102,6 +102,7 @@ struct config_raw_device {
 	uint64_t safe_on, safe_hold, resume;
 	int64_t failsafe, on_emergency;
 	double heater_watts;		/* 0: not given */
+	double corner_deviation;	/* units */
 	char password_file[256];
 	char password[33];		/* its content, once it was judged */
 	struct pokeys_settings settings;
@@ -144,6 +145,7 @@ struct config_raw_servo {
 	double home_offset, home_position;
 	double least, most;			/* -+CONFIG_UNLIMITED */
 	double speed_most, speed_jump;		/* speed_jump: or CONFIG_SERVO_AUTO */
+	double acceleration_most;		/* or CONFIG_SERVO_AUTO */
 	double p, i, d, velocity, acceleration;
 	double deadband, integral_most;		/* integral_most: or CONFIG_SERVO_AUTO */
 	double output_most, smooth_s;

@@ -65,6 +65,7 @@ struct device_config {
 	uint8_t heaters;
 	struct servoing_config servo[POKEYS_SERVOS];
 	uint8_t servos;
+	double corner_deviation;	/* of their paths, units */
 	char password[33];		/* of the device, NUL terminated; protocol section 1.11 */
 	bool have_password;
 };

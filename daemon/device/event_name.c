@@ -58,6 +58,7 @@ static const char *const kind_names[EVENT_CODES] = {
 	[EVENT_HEATER_GAIN] = "heater-gain",
 	[EVENT_SERVO_GAIN] = "servo-gain",
 	[EVENT_SERVO_HOME] = "servo-home",
+	[EVENT_MOVES] = "moves",
 };
 
 const char *event_kind_name(uint32_t code)
@@ -148,6 +149,8 @@ static const char *const one_shot_names[] = {
 	[POKEYS_ONE_SHOT_HEATER_GAIN] = "gain of heater",
 	[POKEYS_ONE_SHOT_SERVO_GAIN] = "gain of servo",
 	[POKEYS_ONE_SHOT_SERVO_HOME] = "home servo",
+	[POKEYS_ONE_SHOT_MOVE] = "move",
+	[POKEYS_ONE_SHOT_MOVES_CONTROL] = "control of moves",
 };
 
 const char *event_one_shot_name(int64_t operation)

@@ -512,6 +512,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_HEATER_GAIN] = event_put_heater_gain,
 	[EVENT_SERVO_GAIN] = event_put_servo_gain,
 	[EVENT_SERVO_HOME] = event_put_servo_home,
+	[EVENT_MOVES] = event_put_moves,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -120,3 +120,14 @@ void event_put_servo_home(struct line *line, const struct event *e)
 		put(line, "servo %lld: not homed: %s", (long long)e->a,
 		    pokeys_servo_home_end_name((uint8_t)e->b));
 }
+
+void event_put_moves(struct line *line, const struct event *e)
+{
+	const char *plural = e->c == 1 ? "" : "s";
+
+	if (e->a == POKEYS_MOVES_STOPPED)
+		put(line, "servo %lld: off, so its path ends, with %lld move%s left out",
+		    (long long)e->b, (long long)e->c, plural);
+	else
+		put(line, "moves: aborted, with %lld move%s left out", (long long)e->c, plural);
+}

@@ -17,6 +17,7 @@
 #include "daemon/device/histogram.h"
 #include "daemon/device/life.h"
 #include "daemon/device/loops.h"
+#include "daemon/device/moving.h"
 #include "daemon/device/operation.h"
 #include "daemon/device/output.h"
 #include "daemon/device/place.h"
@@ -234,6 +235,7 @@ struct device {
 	struct safe safe;
 	struct heatings heatings;
 	struct servoings servoings;
+	struct moving moving;
 	struct outputs outputs;
 	struct ponet ponet;
 	struct motion motion;

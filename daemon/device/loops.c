@@ -38,18 +38,22 @@ void loops_init(struct device *device)
 {
 	heating_init(device);
 	servoing_init(device);
+	moving_init(device);
 }
 
 void loops_cycle(struct device *device)
 {
 	heating_cycle(device);
+	moving_cycle(device);
 	servoing_cycle(device);
+	moving_show(device);
 }
 
 void loops_session(struct device *device)
 {
 	heating_session(device);
 	servoing_session(device);
+	moving_session(device);
 }
 
 uint64_t loops_pins(const struct device *device)

@@ -31,6 +31,8 @@ static void record(struct device *device, uint32_t id, uint8_t operation,
 				.id = id, .operation = operation, .outcome = (uint8_t)outcome,
 			};
 	device->one_shots.refused += outcome == POKEYS_OUTCOME_REFUSED;
+	if (operation == POKEYS_ONE_SHOT_MOVE && moving_is_usual(device))
+		return;		/* hundreds a second */
 	device_say(device, EVENT_ONE_SHOT,
 		   outcome == POKEYS_OUTCOME_DONE ? EVENT_INFO : EVENT_WARNING, operation,
 		   device->one_shots.ordered ? EVENT_ORDERED : (int64_t)id, outcome);

@@ -306,6 +306,8 @@ const struct operation *operation_find(uint8_t operation)
 		[POKEYS_ONE_SHOT_HEATER_GAIN] = &operation_heater_gain,
 		[POKEYS_ONE_SHOT_SERVO_GAIN] = &operation_servo_gain,
 		[POKEYS_ONE_SHOT_SERVO_HOME] = &operation_servo_home,
+		[POKEYS_ONE_SHOT_MOVE] = &operation_move,
+		[POKEYS_ONE_SHOT_MOVES_CONTROL] = &operation_moves_control,
 	};
 
 	return operation < sizeof(offered) / sizeof(offered[0]) ? offered[operation] : NULL;

@@ -27,7 +27,19 @@ static bool home(struct device *device, const struct pokeys_one_shot *shot)
 	return servoing_home(device, shot->index, shot->flags & POKEYS_SERVO_END_HOMING);
 }
 
+static bool move(struct device *device, const struct pokeys_one_shot *shot)
+{
+	return moving_add(device, shot);
+}
+
+static bool control(struct device *device, const struct pokeys_one_shot *shot)
+{
+	return moving_control(device, shot->index, (double)shot->parameter[0]);
+}
+
 const struct operation operation_servo_reset = { .act = reset };
 const struct operation operation_servo_place = { .act = place };
 const struct operation operation_servo_gain = { .act = gain };
 const struct operation operation_servo_home = { .act = home };
+const struct operation operation_move = { .act = move };
+const struct operation operation_moves_control = { .act = control };

@@ -290,6 +290,7 @@ static void step(struct device *device, unsigned int i)
 	double output;
 
 	servoing_home_step(device, i, &wish);
+	moving_wish(device, i, &wish);
 	input = input_of(device, i);
 	output = servo_step(&servoing->servo, &input, &wish, device->now_ns);
 	/* in a doubt only off is written (plan.c): what is enabled keeps what it has */

@@ -33,6 +33,7 @@ struct servoing_config {
 	uint8_t home_pin;		/* home switch: one of those, or another pin, from 0 */
 	bool home_inverted;
 	struct servo_home_config home;
+	double acceleration;		/* on a path, units/s^2 */
 	bool inverted;			/* an output above 0 makes the position shrink */
 	bool without_failsafe;		/* it may run although the device cannot stop it */
 };

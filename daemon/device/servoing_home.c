@@ -76,13 +76,14 @@ bool servoing_home(struct device *device, unsigned int index, bool end)
 	struct servoing *servoing;
 	bool taken;
 
-	if (index >= device->servoings.count)
+	if (index >= device->servoings.count || moving_moves(device, index))
 		return false;
 	servoing = &device->servoings.servoing[index];
 	taken = end ? servo_home_abort(&servoing->home) :
 		      servo_home_begin(&servoing->home, &servoing->servo, device->now_ns);
 	if (!taken)
 		return false;
+	moving_leave(device, index);
 	say(device, index, servoing->home.end);
 	servoing_home_show(device, index);
 	return true;

@@ -25,7 +25,6 @@
 #define OPENED 10
 #define CLOSED_NS UINT64_C(2000000)	/* ... and for so long */
 #define OPENED_NS UINT64_C(9000000)
-#define STAYS_NS UINT64_C(100000000)	/* a commander that means it */
 #define LOST 3			/* times the usual time from one reading to the next */
 #define AVERAGE 16		/* readings */
 #define ROUNDS 5
@@ -93,7 +92,7 @@ static void finish(struct servo_home *home, enum servo_home_end end)
 {
 	home->state = SERVO_HOME_HOLD;
 	home->end = end;
-	home->asked = NAN;
+	handover_begin(&home->handover);
 }
 
 static bool works(const struct servo_home *home)
@@ -104,6 +103,14 @@ static bool works(const struct servo_home *home)
 bool servo_home_moves(const struct servo_home *home)
 {
 	return works(home) || (home->state == SERVO_HOME_HOLD && home->speed != 0);
+}
+
+bool servo_home_leave(struct servo_home *home)
+{
+	if (servo_home_moves(home))
+		return false;
+	home->state = SERVO_HOME_IDLE;
+	return true;
 }
 
 bool servo_home_abort(struct servo_home *home)
@@ -334,32 +341,6 @@ static void work(struct servo_home *home, struct servo *servo,
 		finish(home, wrong);
 }
 
-/* One that only passes by does not mean it. */
-static bool stays(struct servo_home *home, const struct servo_wish *wish, uint64_t now_ns)
-{
-	if (!(wish->position == home->asked) || fabs(wish->velocity) > 0) {
-		home->asked = wish->position;
-		home->asked_ns = now_ns;
-	}
-	return since(home->asked_ns, now_ns) >= STAYS_NS;
-}
-
-/*
- * The commander's position is where the axis is held, or almost, and stays there: it gets there
- * slowly, and then goes on with the commander.
- */
-static bool is_handed_over(struct servo_home *home, const struct servo *servo,
-			   const struct servo_wish *wish, double seconds, uint64_t now_ns)
-{
-	const double rest = wish->position - home->path, step = home->config.latch * seconds;
-
-	if (!stays(home, wish, now_ns) || home->speed != 0 ||
-	    !(fabs(rest) <= servo->config.follow_least))
-		return false;
-	home->path += fmax(-step, fmin(rest, step));
-	return home->path == wish->position || fabs(rest) <= step;
-}
-
 void servo_home_step(struct servo_home *home, struct servo *servo,
 		     const struct servo_home_input *input, struct servo_wish *wish,
 		     uint64_t now_ns)
@@ -379,7 +360,9 @@ void servo_home_step(struct servo_home *home, struct servo *servo,
 		work(home, servo, input, now_ns);
 	advance(home, servo, seconds);
 	if (home->state == SERVO_HOME_HOLD) {
-		if (is_handed_over(home, servo, wish, seconds, now_ns)) {
+		if (home->speed == 0 &&
+		    handover_step(&home->handover, servo, wish,
+				  home->config.latch * seconds, &home->path, now_ns)) {
 			home->state = SERVO_HOME_IDLE;
 			return;
 		}

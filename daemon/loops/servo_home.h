@@ -16,6 +16,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include "daemon/loops/handover.h"
 #include "daemon/loops/servo.h"
 
 enum servo_home_state {
@@ -59,8 +60,7 @@ struct servo_home {
 	double path, speed;	/* what is commanded, units and units/s */
 	double from;		/* the path when this state began */
 	double way;		/* allowed in this state, units */
-	double asked;		/* HOLD: the commander's position; NAN: not seen yet */
-	uint64_t asked_ns;	/* ... since then */
+	struct handover handover;	/* HOLD */
 	uint64_t since_ns;	/* of this state */
 	uint64_t step_ns;	/* of the last step */
 	uint64_t read_ns;	/* newest reading of the switch */
@@ -98,6 +98,9 @@ bool servo_home_abort(struct servo_home *home);
 
 /* It is at work, or still slows down: its switch may be pressed. */
 bool servo_home_moves(const struct servo_home *home);
+
+/* Something else holds the axis from now on, where it is. False: it is at work. */
+bool servo_home_leave(struct servo_home *home);
 
 /*
  * One cycle, before servo_step(), of which it replaces position and speed in `wish` while the axis

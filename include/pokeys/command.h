@@ -40,8 +40,8 @@ extern "C" {
 #endif
 
 #define POKEYS_COMMAND_MAGIC	UINT32_C(0x4d434b50)	/* "PKCM" */
-#define POKEYS_COMMAND_VERSION	5
-#define POKEYS_COMMAND_HASH	UINT64_C(0xe54ca3b1e706f1be)
+#define POKEYS_COMMAND_VERSION	6
+#define POKEYS_COMMAND_HASH	UINT64_C(0xc06793d84e920364)
 
 enum {
 	POKEYS_ONE_SHOTS = 64,
@@ -97,13 +97,14 @@ struct pokeys_servo_command {
 	uint8_t reserved[3];
 };
 
-/* one_shot.flags of HOME, PROBE, SERVO_PLACE and SERVO_HOME */
+/* one_shot.flags of HOME, PROBE, SERVO_PLACE, SERVO_HOME and MOVE */
 enum {
 	POKEYS_HOME_FINISH_ITSELF = 1u << 0,	/* do not wait for HOME_FINISH */
 	POKEYS_PROBE_ACTIVE_HIGH = 1u << 0,
 	POKEYS_PROBE_HYBRID = 1u << 1,		/* the commander moves: no mask, positions, speed */
 	POKEYS_SERVO_HOMED = 1u << 0,		/* that is its position on the machine */
 	POKEYS_SERVO_END_HOMING = 1u << 1,
+	POKEYS_MOVE_BEGINS = 1u << 0,		/* it need not go on from the move before */
 };
 
 enum pokeys_one_shot_operation {
@@ -187,6 +188,28 @@ enum pokeys_one_shot_operation {
 	 * state.servo[].homing and .home_end show its progress.
 	 */
 	POKEYS_ONE_SHOT_SERVO_HOME = 27,
+	/*
+	 * One more straight move of servo motors (mask) that are enabled: value[] and fraction[] =
+	 * where each of them goes, in the order of their numbers, in counts of its encoder as
+	 * SERVO_PLACE has them; parameter[0] = speed along the path, units/s, 0 = as fast as they
+	 * can. Done when it is in the queue; why one was refused says state.moves.refused. After
+	 * one that was refused, after a path that has ended early and at the beginning of a
+	 * session, all are refused until one has POKEYS_MOVE_BEGINS.
+	 * The motors have to stay enabled; their commanded positions do not matter meanwhile.
+	 * Afterwards the daemon holds each until its commanded position is where it is.
+	 */
+	POKEYS_ONE_SHOT_MOVE = 28,
+	/* index = enum pokeys_moves_control; of FEED, parameter[0] = 0 to 2 */
+	POKEYS_ONE_SHOT_MOVES_CONTROL = 29,
+};
+
+/* What is done to moves that are under way. ABORT and STOP are refused if there are none. */
+enum pokeys_moves_control {
+	POKEYS_MOVES_HOLD = 0,		/* slow down on the path, and wait there */
+	POKEYS_MOVES_RESUME = 1,
+	POKEYS_MOVES_FEED = 2,		/* part of the commanded speeds, until the session ends */
+	POKEYS_MOVES_ABORT = 3,		/* slow down on the path, and forget the rest of it */
+	POKEYS_MOVES_STOP = 4,		/* the commanded positions stop at once; forget the rest */
 };
 
 struct pokeys_one_shot {
@@ -197,7 +220,7 @@ struct pokeys_one_shot {
 	uint8_t flags;
 	int32_t value[8];
 	float parameter[4];
-	uint8_t reserved[8];
+	uint8_t fraction[8];		/* MOVE: 256ths, added to value[] */
 };
 
 struct pokeys_command {

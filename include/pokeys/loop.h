@@ -189,7 +189,8 @@ struct pokeys_servo {
 	double counts_per_unit;		/* below 0: the encoder counts down */
 	float velocity;			/* measured, units/s */
 	float commanded_velocity;	/* as given, or as estimated from the positions */
-	float error;			/* commanded - position, units; that of a fault stays */
+	float error;			/* of position, from what was commanded when it was read,
+					 * units; that of a fault stays */
 	float output;			/* -1 to 1; above 0 the position grows */
 	float minimum, maximum;		/* soft limits, units; infinite: none */
 	float p, i, d;			/* gains in effect */
@@ -208,6 +209,53 @@ struct pokeys_servo {
 	uint8_t home;			/* the home switch is pressed */
 	uint8_t reserved[4];
 	char name[32];			/* of its section, NUL terminated */
+};
+
+enum {
+	POKEYS_MOVES = 32,		/* moves that wait, at most, with the one under way */
+};
+
+enum pokeys_moves_state {
+	POKEYS_MOVES_IDLE = 0,
+	POKEYS_MOVES_MOVING = 1,
+	POKEYS_MOVES_HELD = 2,		/* stands on the path, or slows down to that */
+	POKEYS_MOVES_ABORTING = 3,	/* slows down, then forgets what waits */
+	POKEYS_MOVES_HANDOVER = 4,	/* over; held until the commanded positions are there */
+};
+
+/* How the last path has ended. */
+enum pokeys_moves_end {
+	POKEYS_MOVES_NONE = 0,		/* there was none, or it has not ended */
+	POKEYS_MOVES_DONE = 1,
+	POKEYS_MOVES_ABORTED = 2,	/* on request */
+	POKEYS_MOVES_STOPPED = 3,	/* a motor of it was switched off, or had a fault */
+};
+
+/* Why the last move was not taken, or the first of those since then that were not. */
+enum pokeys_moves_refusal {
+	POKEYS_MOVES_TAKEN = 0,
+	POKEYS_MOVES_FULL = 1,		/* POKEYS_MOVES are waiting */
+	POKEYS_MOVES_ODD = 2,		/* no such motor, or a speed that is no number */
+	POKEYS_MOVES_ENDING = 3,	/* the path slows down to its end */
+	POKEYS_MOVES_OFF = 4,		/* a motor of it is not enabled */
+	POKEYS_MOVES_HOMING = 5,	/* ... is homing */
+	POKEYS_MOVES_COMMANDED = 6,	/* ... is moved by its commander */
+	POKEYS_MOVES_LIMIT = 7,		/* it ends beyond a soft limit */
+	POKEYS_MOVES_BROKEN = 8,	/* one before it was refused, or its path has ended early */
+};
+
+/* Servo motors that the daemon moves together along a path. */
+struct pokeys_moves {
+	uint32_t taken;			/* moves since the daemon's start */
+	float feed;			/* part of the commanded speeds, 0 to 2 */
+	float speed;			/* along the path, units/s */
+	uint8_t waiting;		/* moves, with the one under way */
+	uint8_t motors;			/* bit = motor that is moved, or held at the end */
+	uint8_t state;			/* enum pokeys_moves_state */
+	uint8_t end;			/* enum pokeys_moves_end */
+	uint8_t refused;		/* enum pokeys_moves_refusal */
+	uint8_t held;			/* 1 = POKEYS_MOVES_HOLD is in effect */
+	uint8_t reserved[6];
 };
 
 #ifdef __cplusplus

@@ -383,6 +383,48 @@ static inline const char *pokeys_servo_home_end_name(uint8_t end)
 	}
 }
 
+/* enum pokeys_moves_state */
+static inline const char *pokeys_moves_state_name(uint8_t state)
+{
+	switch (state) {
+	case POKEYS_MOVES_IDLE:		return "idle";
+	case POKEYS_MOVES_MOVING:	return "moving";
+	case POKEYS_MOVES_HELD:		return "held";
+	case POKEYS_MOVES_ABORTING:	return "aborting";
+	case POKEYS_MOVES_HANDOVER:	return "holds its position";
+	default:			return "unknown";
+	}
+}
+
+/* enum pokeys_moves_end */
+static inline const char *pokeys_moves_end_name(uint8_t end)
+{
+	switch (end) {
+	case POKEYS_MOVES_NONE:		return "none";
+	case POKEYS_MOVES_DONE:		return "done";
+	case POKEYS_MOVES_ABORTED:	return "aborted";
+	case POKEYS_MOVES_STOPPED:	return "a motor was switched off, or had a fault";
+	default:			return "unknown";
+	}
+}
+
+/* enum pokeys_moves_refusal */
+static inline const char *pokeys_moves_refusal_name(uint8_t refusal)
+{
+	switch (refusal) {
+	case POKEYS_MOVES_TAKEN:	return "none";
+	case POKEYS_MOVES_FULL:		return "the queue is full";
+	case POKEYS_MOVES_ODD:		return "no such motor, or not a number";
+	case POKEYS_MOVES_ENDING:	return "the path is being aborted";
+	case POKEYS_MOVES_OFF:		return "a motor is not enabled";
+	case POKEYS_MOVES_HOMING:	return "a motor is homing";
+	case POKEYS_MOVES_COMMANDED:	return "a motor is being moved by its commander";
+	case POKEYS_MOVES_LIMIT:	return "its end is beyond a soft limit";
+	case POKEYS_MOVES_BROKEN:	return "the path has ended before it";
+	default:			return "unknown";
+	}
+}
+
 #ifdef __cplusplus
 }
 #endif

@@ -33,9 +33,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	15
+#define POKEYS_STATE_VERSION	16
 #define POKEYS_DIAG_VERSION	4
-#define POKEYS_STATE_HASH	UINT64_C(0xeac6d6a55c9081c3)
+#define POKEYS_STATE_HASH	UINT64_C(0xee81dc816b2cc416)
 #define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
 
 enum {
@@ -446,6 +446,7 @@ struct pokeys_state {
 	struct pokeys_link_statistics statistics;
 	struct pokeys_heater heater[POKEYS_HEATERS];
 	struct pokeys_servo servo[POKEYS_SERVOS];
+	struct pokeys_moves moves;
 };
 
 /*

@@ -1188,6 +1188,76 @@ class StateServo(Parts[StateServoItem]):
     _count = 6
 
 
+class StateMoves(Part):
+    """moves"""
+
+    __slots__ = ()
+    state = Word(
+        "moves.state", 1, (4214, 0),
+        "0 = no path of servo motors, 1 moving, 2 held, 3 aborting, 4 over, and held until the "
+        "commanded positions are there",
+        code="B",
+        words={
+            0: "idle",
+            1: "moving",
+            2: "held",
+            3: "aborting",
+            4: "holds its position",
+        })
+    waiting = Integer(
+        "moves.waiting", 1, (4212, 0),
+        "moves that wait, with the one under way",
+        code="B")
+    taken = Integer(
+        "moves.taken", 1, (4200, 0),
+        "moves since the daemon's start",
+        code="I")
+    held = Integer(
+        "moves.held", 1, (4217, 0),
+        "1 = the motors wait on the path until they are resumed",
+        code="B")
+    speed = Measured(
+        "moves.speed", 1, (4208, 0),
+        "speed along the path, units/s",
+        "1/s",
+        code="f",
+        factor=1)
+    feed = Measured(
+        "moves.feed", 1, (4204, 0),
+        "part of the commanded speeds, 0 to 2",
+        code="f",
+        factor=1)
+    end = Word(
+        "moves.end", 1, (4215, 0),
+        "how the last path has ended; 0 = there was none, or it has not; 1 = done",
+        code="B",
+        words={
+            0: "none",
+            1: "done",
+            2: "aborted",
+            3: "a motor was switched off, or had a fault",
+        })
+    refusal = Word(
+        "moves.refusal", 1, (4216, 0),
+        "why the last move was not taken; 0 = it was",
+        code="B",
+        words={
+            0: "none",
+            1: "the queue is full",
+            2: "no such motor, or not a number",
+            3: "the path is being aborted",
+            4: "a motor is not enabled",
+            5: "a motor is homing",
+            6: "a motor is being moved by its commander",
+            7: "its end is beyond a soft limit",
+            8: "the path has ended before it",
+        })
+    motors = Integer(
+        "moves.motors", 1, (4213, 0),
+        "servo motors that are moved, one bit each",
+        code="B")
+
+
 class StateInfo(Part):
     """info"""
 
@@ -1813,6 +1883,11 @@ class StateValues(Part):
         return StateServo(self._image, self._index)
 
     @property
+    def moves(self) -> StateMoves:
+        """moves"""
+        return StateMoves(self._image, self._index)
+
+    @property
     def info(self) -> StateInfo:
         """info"""
         return StateInfo(self._image, self._index)
@@ -1863,7 +1938,7 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
-STATE_HASH, STATE_SIZE = 0xeac6d6a55c9081c3, 4200
+STATE_HASH, STATE_SIZE = 0xee81dc816b2cc416, 4224
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -1925,13 +2000,14 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateServoItem.limit_plus, StateServoItem.home_state, StateServoItem.home_end, StateServoItem.home_switch,
     StateServoItem.faults, StateServoItem.encoder, StateServoItem.counts_per_unit,
     StateServoItem.min_position, StateServoItem.max_position, StateServoItem.pid_p, StateServoItem.pid_i,
-    StateServoItem.pid_d, StateServoItem.velocity_gain, StateServoItem.acceleration_gain,
-    StateInfo.SerialNumber, StateInfo.type, StateInfo.name, StateInfo.build, StateInfo.address,
-    StateInfo.DeviceTypeID, StateInfo.FirmwareMajor, StateInfo.FirmwareMinor, StateInfo.FirmwareRevision,
-    StateInfo.UserID, StateInfo.ActivatedOptions, StateDevice.locked, StateDevice.load, StateDevice.tick,
-    StateDevice.access, StateInfo.PinCount, StateInfo.PWMCount, StateInfo.BasicEncoderCount,
-    StateInfo.EncodersCount, StateInfo.FastEncoders, StateInfo.UltraFastEncoders,
-    StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
+    StateServoItem.pid_d, StateServoItem.velocity_gain, StateServoItem.acceleration_gain, StateMoves.state,
+    StateMoves.waiting, StateMoves.taken, StateMoves.held, StateMoves.speed, StateMoves.feed, StateMoves.end,
+    StateMoves.refusal, StateMoves.motors, StateInfo.SerialNumber, StateInfo.type, StateInfo.name,
+    StateInfo.build, StateInfo.address, StateInfo.DeviceTypeID, StateInfo.FirmwareMajor,
+    StateInfo.FirmwareMinor, StateInfo.FirmwareRevision, StateInfo.UserID, StateInfo.ActivatedOptions,
+    StateDevice.locked, StateDevice.load, StateDevice.tick, StateDevice.access, StateInfo.PinCount,
+    StateInfo.PWMCount, StateInfo.BasicEncoderCount, StateInfo.EncodersCount, StateInfo.FastEncoders,
+    StateInfo.UltraFastEncoders, StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
     StateInfo.TriggeredKeyMapping, StateInfo.KeyRepeatDelay, StateInfo.DigitalCounters,
     StateInfo.JoystickButtonAxisMapping, StateInfo.JoystickAnalogToDigitalMapping,
     StateInfo.JoystickHATswitch, StateInfo.Macros, StateInfo.MatrixKeyboard,
@@ -2685,7 +2761,7 @@ class CommandValues(Part):
 COMMAND_READ_TIME = 32
 
 
-COMMAND_HASH, COMMAND_SIZE = 0xe54ca3b1e706f1be, 4856
+COMMAND_HASH, COMMAND_SIZE = 0xc06793d84e920364, 4856
 COMMAND_VALUES: tuple[Value[Any], ...] = (
     CommandPinItem.out, CommandPwmItem.value, CommandExternalItem.out, CommandExternalRelayItem.out,
     CommandPoExtBusItem.out, CommandPoNETItem.out_0, CommandPoNETItem.out_1, CommandPoNETItem.out_2,

@@ -50,6 +50,7 @@ static const struct {
 	PART(counter[POKEYS_PINS], "no counter"),
 	{ offsetof(struct pokeys_state, pwm_enabled) + 1, 3, "no channel" },
 	PART(engine.reserved, "nothing"),
+	PART(moves.reserved, "nothing"),
 	PART(poextbus[10], "no byte of the bus"),
 	PART(poextbus[11], "no byte of the bus"),
 	PART(poextbus[12], "no byte of the bus"),

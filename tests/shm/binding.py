@@ -122,8 +122,13 @@ class Servo(Structure):
         ("reserved", c_uint8 * 4), ("name", c_char * 32)]
 
 
+class Moves(Structure):
+    _fields_ = [("taken", c_uint32), ("feed", c_float), ("speed", c_float)] + [
+        (name, c_uint8) for name in "waiting motors state end refused held".split()] + [("reserved", c_uint8 * 6)]
+
+
 class State(Structure):
-    VERSION, HASH = 15, 0xeac6d6a55c9081c3
+    VERSION, HASH = 16, 0xee81dc816b2cc416
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "
@@ -149,7 +154,8 @@ class State(Structure):
         ("config_foreign", c_uint32), ("phase", Phase),
         ("t_postep_ns", c_uint64), ("backlash", c_int16 * AXES), ("threading", Threading),
         ("postep", Postep * AXES),
-        ("statistics", LinkStatistics), ("heater", Heater * HEATERS), ("servo", Servo * SERVOS)]
+        ("statistics", LinkStatistics), ("heater", Heater * HEATERS), ("servo", Servo * SERVOS),
+        ("moves", Moves)]
 
 
 class Histogram(Structure):
@@ -181,11 +187,11 @@ class ServoCommand(Structure):
 class OneShot(Structure):
     _fields_ = [("id", c_uint32), ("operation", c_uint8), ("index", c_uint8), ("mask", c_uint8),
                 ("flags", c_uint8), ("value", c_int32 * 8), ("parameter", c_float * 4),
-                ("reserved", c_uint8 * 8)]
+                ("fraction", c_uint8 * 8)]
 
 
 class Command(Structure):
-    VERSION, HASH = 4, 0xe54ca3b1e706f1be
+    VERSION, HASH = 4, 0xc06793d84e920364
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64), ("heartbeat", c_uint64), ("t_ns", c_uint64),
                 ("t_thread_ns", c_uint64), ("period_ns", c_uint64), ("session", c_uint32),

@@ -86,6 +86,14 @@ static const struct member heater_members[] = {
 };
 #undef OF
 
+#define OF struct pokeys_moves
+static const struct member moves_members[] = {
+	M(taken), M(feed), M(speed), M(waiting), M(motors), M(state), M(end), M(refused),
+	M(held), M(reserved),
+	END
+};
+#undef OF
+
 #define OF struct pokeys_servo
 static const struct member servo_members[] = {
 	M(t_ns), M(position), M(commanded), M(counts_per_unit), M(velocity),
@@ -169,7 +177,7 @@ static const struct member state_members[] = {
 	M(t_postep_ns), M(backlash), NESTED(threading, threading_members),
 	NESTED(postep, postep_members), NESTED(statistics, link_statistics_members),
 	NESTED(heater, heater_members),
-	NESTED(servo, servo_members),
+	NESTED(servo, servo_members), NESTED(moves, moves_members),
 	END
 };
 #undef OF
@@ -214,7 +222,7 @@ static const struct member servo_command_members[] = {
 
 #define OF struct pokeys_one_shot
 static const struct member one_shot_members[] = {
-	M(id), M(operation), M(index), M(mask), M(flags), M(value), M(parameter), M(reserved),
+	M(id), M(operation), M(index), M(mask), M(flags), M(value), M(parameter), M(fraction),
 	END
 };
 #undef OF

@@ -6,6 +6,7 @@ Their control and their faults are tested in virtual time (device / servoing). H
 states, and who stops a motor when the daemon itself cannot. A computer that is busy for a tenth of a second stops
 a motor, as it must; then it is reset and begins again."""
 import contextlib
+import os
 import re
 import signal
 import subprocess
@@ -114,10 +115,10 @@ def test_a_broken_motor_is_a_fault_until_it_is_reset():
         enable(house, commander)
 
 
-def ended(house, *words, until=None):
+def ended(house, *words, until=None, command="servo"):
     """Status and text of pokeysctl servo, which ends by itself, or by a signal when `until` is true."""
     log = f"ctl{len(house.children)}.log"
-    ran = house.spawn("pokeysctl", "-r", house.runtime, "servo", "mill", *words, log=log)
+    ran = house.spawn("pokeysctl", "-r", house.runtime, command, "mill", *words, log=log)
     if until:
         wait_for("it to go on", lambda: until() or ran.poll() is not None, say=lambda: house.log(log))
         ran.send_signal(signal.SIGINT)
@@ -152,6 +153,91 @@ def test_pokeysctl_moves_a_motor_and_leaves_it_off():
         begin = servos(house)[0]["position"]
         succeeds(house, "x", "swing", "10", "--speed", "50", until=lambda: abs(servos(house)[0]["position"] - begin) > 5)
         equal((servos(house)[0]["state"], motor(house, sim, 0)["output"]), ("off", 0))
+
+
+def program(house, *lines):
+    """A file of moves."""
+    path = os.path.join(house.folder, "moves.txt")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines) + "\n")
+    return path
+
+
+def moves(house, *lines, until=None):
+    """Status and text of pokeysctl moves; what a busy computer has stopped is tried again."""
+    results = []
+
+    def did():
+        results.append(ended(house, program(house, *lines), command="moves", until=until))
+        stopped = "off by a fault" in results[-1][1]
+        for name in "xyz" if stopped else "":
+            ended(house, name, "reset")
+        return not stopped
+    wait_for("an end", did, say=lambda: results)
+    return results[-1]
+
+
+def test_pokeysctl_moves_motors_together():
+    with uncommanded() as (house, sim, _daemon):
+        sides = [f"x {x} y {y}" for n in range(20) for x, y in ((5, 0), (5, 5), (0, 5), (0, 0))]
+        status, text = moves(house, "speed 80  # of all", *sides, "", "; the last one", "z -2.5 x 1 speed 20")
+        equal(status, 0)
+        assert re.search(r"^mill: all of 81 moves\n  x: at (1|0\.9)\S*; following error at most \S+\n  y: at \S+; .*\n"
+                         r"  z: at -2\.[45]\S*; ", text, re.MULTILINE), text
+        for number, place in enumerate((1, 0, -2.5)):
+            assert abs(servos(house)[number]["position"] - place) < 0.1
+            equal((servos(house)[number]["state"], motor(house, sim, number)["output"]), ("off", 0))
+        wait_for("the shaft to be there", lambda: abs(motor(house, sim, 2)["turns"] + 0.5) < 0.05)
+        shown = house.state()["moves"]
+        assert shown["taken"] >= 81
+        equal((shown["state"], shown["waiting"], shown["end"]), ("idle", 0, "done"))
+
+
+def test_pokeysctl_ends_moves_by_a_signal():
+    with uncommanded() as (house, sim, _daemon):
+        status, text = moves(house, "x 90 y 90 speed 20", "x 0 y 0", until=lambda: servos(house)[0]["position"] > 5)
+        equal(status, 1)
+        assert "mill: aborted; not all of 2 moves" in text, text
+        equal(house.state()["moves"]["end"], "aborted")
+        assert 4 < servos(house)[0]["position"] < 90
+        assert "moves: aborted, with " in house.log()
+        equal([motor(house, sim, number)["output"] for number in range(3)], [0] * 3)
+
+
+def test_a_fault_stops_the_moves_of_all():
+    with uncommanded(**{"min-following-error": 2, "max-following-error": 4}) as (house, sim, _daemon):
+        def broke():
+            house.ask_sim(sim, "motor", 0, "stalled")
+            return True
+        status, text = ended(house, program(house, "x 90 y 90 speed 20", "x 0 y 0"), command="moves",
+                             until=lambda: servos(house)[1]["position"] > 5 and broke() and servos(house)[0]["fault"] != "none")
+        equal(status, 1)
+        assert "servo x: off by a fault: " in text, text
+        equal(house.state()["moves"]["end"], "a motor was switched off, or had a fault")
+        wait_for("y to be off", lambda: servos(house)[1]["state"] == "off")
+        equal([motor(house, sim, number)["output"] for number in range(3)], [0] * 3)
+
+
+def test_moves_that_cannot_be_taken_move_nothing():
+    with uncommanded() as (house, sim, _daemon):
+        for lines, why in (
+                (["x 1", "x 5"], 'moves.txt:1: no speed is given; write "speed 20" before, or give --speed 20'),
+                (["speed 9", "x 5", "w 3"], 'moves.txt:3: "w" is no servo motor of mill; a line has motors and positions, '
+                 "or speed and a number; its motors: x, y, z"),
+                (["speed 9", "x 5 x 6"], "moves.txt:2: x is given twice"),
+                (["speed 0"], "moves.txt:1: speed is a number above 0, up to 1000000 units/s"),
+                (["speed 5 x"], "moves.txt:1: there is no number after x"),
+                (["speed 5 x 1e"], 'moves.txt:1: "1e" is no number'),
+                (["speed 5 x nan"], 'moves.txt:1: "nan" is no number'),
+                (["speed 5 x 1e300"], "moves.txt:1: x 1e+300 is more than the encoder counts"),
+                ([""], "moves.txt: no moves in it; a line of it may be: x 10 y 5 speed 20"),
+                (["# nothing"], "moves.txt: no moves in it; a line of it may be: x 10 y 5 speed 20")):
+            status, text = ended(house, program(house, *lines), command="moves")
+            equal(status, 1)
+            assert text.startswith("pokeysctl: ") and text.endswith(why + "\n"), text
+        equal(ended(house, "/dev/null", command="moves"), (1, "pokeysctl: /dev/null: it is empty\n"))
+        equal(house.state()["moves"]["taken"], 0)
+        equal([motor(house, sim, number)["count"] for number in range(3)], [0] * 3)
 
 
 def test_pokeysctl_homes_a_motor():

@@ -40,7 +40,7 @@ layout! {
         flags: u8,
         value: [i32; 8],
         parameter: [f32; 4],
-        reserved: [u8; 8],
+        fraction: [u8; 8],
     }
 }
 
@@ -88,6 +88,6 @@ layout! {
 }
 
 published! {
-    PokeysCommand, "command", magic 0x4d43_4b50, version 5, size 4856,
-    hash 0xe54ca3b1e706f1be, hash_function iox_command_hash
+    PokeysCommand, "command", magic 0x4d43_4b50, version 6, size 4856,
+    hash 0xc06793d84e920364, hash_function iox_command_hash
 }

@@ -308,6 +308,21 @@ layout! {
 }
 
 layout! {
+    PokeysMoves {
+        taken: u32,
+        feed: f32,
+        speed: f32,
+        waiting: u8,
+        motors: u8,
+        state: u8,
+        end: u8,
+        refused: u8,
+        held: u8,
+        reserved: [u8; 6],
+    }
+}
+
+layout! {
     PokeysPhase {
         state: u8,
         master: u8,
@@ -403,6 +418,7 @@ layout! {
         statistics: PokeysLinkStatistics,
         heater: [PokeysHeater; HEATERS],
         servo: [PokeysServo; SERVOS],
+        moves: PokeysMoves,
     }
 }
 
@@ -455,8 +471,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 15, size 4200,
-    hash 0xeac6d6a55c9081c3, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 16, size 4224,
+    hash 0xee81dc816b2cc416, hash_function iox_state_hash
 }
 
 published! {
