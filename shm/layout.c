@@ -14,7 +14,7 @@
 	_Static_assert(sizeof(struct type) == (bytes) && _Alignof(struct type) == 8, \
 		       #type " has another size or alignment")
 
-WHOLE(pokeys_state, 4224);
+WHOLE(pokeys_state, 4368);
 SAME(pokeys_state, identity, 136);
 SAME(pokeys_state, capability, 216);
 SAME(pokeys_state, digital_in, 304);
@@ -25,7 +25,7 @@ SAME(pokeys_state, postep, 2272);
 SAME(pokeys_state, statistics, 2528);
 SAME(pokeys_state, heater, 2704);
 SAME(pokeys_state, servo, 3432);
-SAME(pokeys_state, moves, 4200);
+SAME(pokeys_state, moves, 4344);
 
 WHOLE(pokeys_diag, 9664);
 SAME(pokeys_diag, wakeup, 160);

@@ -194,6 +194,14 @@ static const char *name(const struct pokeys_state *state, unsigned int index)
 	return state->heater[index].name;
 }
 
+static void csv_line(FILE *to, const struct pokeys_state *state, unsigned int index)
+{
+	const struct pokeys_heater *heater = &state->heater[index];
+
+	fprintf(to, "%.2f,%.2f,%.4f\n", (double)heater->temperature, (double)heater->target,
+		(double)heater->power);
+}
+
 static const struct loop_kind kind = {
 	.word = "heater", .most = POKEYS_HEATERS, .turn_ms = COMMANDER_TURN_MS,
 	.gains = POKEYS_GAIN_D + 1, .gain_most = 100000,
@@ -201,6 +209,7 @@ static const struct loop_kind kind = {
 	.silent = "the device or pokeysd does not answer any more; the daemon or the device's "
 		  "failsafe switches the heater off",
 	.is_there = print_has_heater, .name = name, .trouble = trouble,
+	.csv_head = "temperature,target,power", .csv_line = csv_line,
 };
 
 static bool take(const struct options *options, struct order *order)

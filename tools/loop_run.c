@@ -4,6 +4,7 @@
  * a line on the terminal. If it is killed or hangs, the daemon ends what it commanded.
  */
 #include "tools/loop_run.h"
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,6 +39,18 @@ bool loop_fails(struct loop_run *run, const char *format, ...)
 	return false;
 }
 
+static void write_csv(struct loop_run *run)
+{
+	const uint64_t now_ns = run->state.t_cycle_ns;
+
+	if (!run->csv || now_ns == run->csv_ns)
+		return;
+	run->csv_begin_ns = run->csv_begin_ns ? run->csv_begin_ns : now_ns;
+	run->csv_ns = now_ns;
+	fprintf(run->csv, "%.6f,", (double)(now_ns - run->csv_begin_ns) / 1e9);
+	run->kind->csv_line(run->csv, &run->state, run->index);
+}
+
 bool loop_look(struct loop_run *run)
 {
 	struct pokeys_state state;
@@ -49,6 +62,7 @@ bool loop_look(struct loop_run *run)
 	if (run->fresh) {
 		run->state = state;
 		run->fresh_ms = commander_ms();
+		write_csv(run);
 	} else if (commander_ms() - run->fresh_ms > LOST_MS) {
 		if (pokeys_client_renew(run->client))
 			return loop_fails(run, "%s", run->kind->lapsed);
@@ -281,15 +295,32 @@ bool loop_open_device(struct loop_run *run, const struct loop_kind *kind,
 	return true;
 }
 
+static bool begin_csv(struct loop_run *run, const char *name)
+{
+	if (!name)
+		return true;
+	run->csv_name = name;
+	run->csv = fopen(name, "w");
+	if (!run->csv) {
+		complain("--csv: %s: %s", name, strerror(errno));
+		return false;
+	}
+	fprintf(run->csv, "time_s,%s\n", run->kind->csv_head);
+	return true;
+}
+
 bool loop_open(struct loop_run *run, const struct loop_kind *kind, const struct options *options,
 	       int *status)
 {
 	run->written = options->names[1];
-	return loop_open_device(run, kind, options, status) && find(run);
+	return loop_open_device(run, kind, options, status) && find(run) &&
+	       begin_csv(run, options->csv);
 }
 
 void loop_close(struct loop_run *run)
 {
+	if (run->csv && (ferror(run->csv) | fclose(run->csv)))
+		complain("--csv: %s: %s; the file is not whole", run->csv_name, strerror(errno));
 	if (run->client)
 		pokeys_client_close(run->client);
 }

@@ -5,6 +5,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 #include "tools/commander.h"
 
 /* What keeps a loop off, in words; NULL = nothing. */
@@ -36,6 +37,8 @@ struct loop_kind {
 	bool (*is_there)(const struct pokeys_state *state, unsigned int index);
 	const char *(*name)(const struct pokeys_state *state, unsigned int index);
 	struct loop_trouble (*trouble)(const struct pokeys_state *state, unsigned int index);
+	const char *csv_head;		/* the columns after time_s */
+	void (*csv_line)(FILE *to, const struct pokeys_state *state, unsigned int index);
 };
 
 struct loop_run {
@@ -54,12 +57,15 @@ struct loop_run {
 	bool drawn;			/* the cursor is in such a line */
 	bool mark;			/* of the last line */
 	bool told;			/* an error was printed */
+	const char *csv_name;
+	FILE *csv;			/* what happens to the loop; NULL = nowhere */
+	uint64_t csv_begin_ns, csv_ns;	/* cycles of the first and of the last line */
 };
 
 /*
  * Become the commander of the device that the command line names; loop_open() also finds the loop
- * that it names. False after an error message; then *status is what to exit with. loop_close() in
- * any case.
+ * that it names, and begins the file of --csv. False after an error message; then *status is what
+ * to exit with. loop_close() in any case.
  */
 bool loop_open_device(struct loop_run *run, const struct loop_kind *kind,
 		      const struct options *options, int *status);

@@ -134,6 +134,9 @@ static bool take_option(struct options *options, int option)
 	case 'v':
 		good = take_measure(options, option);
 		break;
+	case 'x':
+		options->csv = optarg;
+		break;
 	case 'f':
 		options->follow = true;
 		break;

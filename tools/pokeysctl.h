@@ -28,7 +28,7 @@ struct options {
 	uint32_t address[ADDRESSES_MAX];
 	size_t addresses;
 	int cpu;			/* -1 = not said */
-	const char *config, *root, *svg;	/* NULL = not said */
+	const char *config, *root, *svg, *csv;	/* NULL = not said */
 	double seconds;
 	double duration_s;		/* 0 = not said */
 	double speed;			/* pulses/s, or units/s; 0 = not said */

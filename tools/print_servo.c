@@ -40,6 +40,8 @@ static void put_rest(struct line *line, const struct pokeys_servo *servo)
 		    print_obstacle(servo->obstacle, why));
 	if (servo->refused)
 		put(line, ", not enabled: %s", pokeys_servo_refusal_name(servo->refused));
+	if (servo->tuning == POKEYS_SERVO_TUNING_RUNS)
+		put(line, ", searching for its gains");
 	if (servo->homing)
 		put(line, ", homing: %s", pokeys_servo_homing_name(servo->homing));
 	if (servo->homed)
@@ -104,6 +106,18 @@ static void put_gains(struct json *json, const struct pokeys_servo *servo)
 	json_end(json);
 }
 
+static void put_tuned(struct json *json, const struct pokeys_servo *servo)
+{
+	json_object(json, "tuned");
+	json_real(json, "p", (double)servo->tuned_p);
+	json_real(json, "i", (double)servo->tuned_i);
+	json_real(json, "d", (double)servo->tuned_d);
+	json_real(json, "velocity", (double)servo->tuned_velocity_gain);
+	json_real(json, "acceleration", (double)servo->tuned_acceleration_gain);
+	json_real(json, "max_acceleration", (double)servo->tuned_acceleration);
+	json_end(json);
+}
+
 static void put_servo(struct json *json, unsigned int index, const struct pokeys_servo *servo)
 {
 	char name[32];
@@ -133,7 +147,10 @@ static void put_servo(struct json *json, unsigned int index, const struct pokeys
 	json_real(json, "counts_per_unit", servo->counts_per_unit);
 	json_real(json, "min_position", (double)servo->minimum);
 	json_real(json, "max_position", (double)servo->maximum);
+	json_text(json, "tuning", pokeys_servo_tuning_name(servo->tuning));
+	json_text(json, "tune_reason", pokeys_servo_tune_reason_name(servo->tune_reason));
 	put_gains(json, servo);
+	put_tuned(json, servo);
 	json_end(json);
 }
 

@@ -29,7 +29,7 @@
 #define RISE_S 0.2		/* from rest to the speed in no less */
 #define REST_S 0.3		/* at each end of a swing, and of the whole */
 
-enum verb { MOVE, MOVE_TO, SWING, HOME, GAIN, RESET, VERBS };
+enum verb { MOVE, MOVE_TO, SWING, HOME, TUNE, GAIN, RESET, VERBS };
 
 struct order {
 	enum verb verb;
@@ -224,6 +224,67 @@ static bool home(struct loop_run *run)
 	return true;
 }
 
+static enum pokeys_outcome ask_tune(struct loop_run *run, double distance)
+{
+	return loop_order(run, (struct pokeys_one_shot){
+		.operation = POKEYS_ONE_SHOT_SERVO_TUNE, .parameter = { (float)distance },
+	});
+}
+
+/* Until gains are found, or not; a signal ends it. False after an error message. */
+static bool search(struct loop_run *run)
+{
+	char text[PRINT_SERVO_MAX];
+	bool ending = false;
+
+	while (servo_run_of(run)->tuning == POKEYS_SERVO_TUNING_RUNS) {
+		if (commander_ended() && !ending) {
+			ending = true;
+			if (ask_tune(run, 0) == POKEYS_OUTCOME_NONE)
+				return false;
+		}
+		if (!loop_look(run))
+			return false;
+		loop_show(run, print_servo(servo_run_of(run), text), false);
+	}
+	return true;
+}
+
+/* What to write into pokeysd.conf; three digits are what is known. */
+static void print_gains(const struct loop_run *run)
+{
+	const struct pokeys_servo *servo = servo_run_of(run);
+
+	printf("%s: servo %s: gains found; with its full output, the motor reaches %.3g units/s^2\n"
+	       "\n[servo %s]\npid-p = %.3g\npid-i = %.3g\npid-d = %.3g\nvelocity-gain = %.3g\n"
+	       "acceleration-gain = %.3g\n", run->device, run->name,
+	       (double)servo->tuned_acceleration, run->name, (double)servo->tuned_p,
+	       (double)servo->tuned_i, (double)servo->tuned_d,
+	       (double)servo->tuned_velocity_gain, (double)servo->tuned_acceleration_gain);
+}
+
+static bool tune(struct loop_run *run, double distance)
+{
+	bool well;
+
+	if (!servo_run_begin(run))
+		return false;
+	if (ask_tune(run, distance) == POKEYS_OUTCOME_DONE)
+		well = search(run);
+	else
+		well = loop_fails(run, "refused: %g is less than 96 counts of the encoder, or the "
+				  "motor moves", distance);
+	well = servo_run_finish(run) && well;
+	if (!well)
+		return false;
+	if (servo_run_of(run)->tuning != POKEYS_SERVO_TUNING_DONE)
+		return servo_run_of(run)->fault ? loop_explain(run) :
+		       loop_fails(run, "no gains found: %s",
+				  pokeys_servo_tune_reason_name(servo_run_of(run)->tune_reason));
+	print_gains(run);
+	return true;
+}
+
 static bool reset(struct loop_run *run)
 {
 	servo_run_want(run, false, servo_run_of(run)->position, 0);
@@ -242,6 +303,8 @@ static bool carry_out(struct loop_run *run, const struct order *order)
 		return reset(run);
 	if (order->verb == HOME)
 		return home(run);
+	if (order->verb == TUNE)
+		return tune(run, order->units);
 	return order->verb == GAIN ? regain(run, order) : move(run, order);
 }
 
@@ -263,6 +326,13 @@ static bool take_move(const struct options *options, struct order *order)
 			 "counts-per-unit", argument_written(names[3]));
 		return false;
 	}
+	if (order->verb == TUNE) {
+		if (order->units > 0 && order->speed <= 0)
+			return true;
+		complain(order->units > 0 ? "--speed is for move, move-to and swing" :
+			 "tune needs the distance that the motor may move, above 0");
+		return false;
+	}
 	if (order->speed <= 0) {
 		complain("%s needs --speed, in units/s", names[2]);
 		return false;
@@ -274,12 +344,13 @@ static bool take(const struct options *options, struct order *order)
 {
 	static const struct loop_verb verbs[VERBS] = {
 		[MOVE] = { "move", 4 }, [MOVE_TO] = { "move-to", 4 }, [SWING] = { "swing", 4 },
-		[HOME] = { "home", 3 }, [GAIN] = { "gain", 5 }, [RESET] = { "reset", 3 },
+		[HOME] = { "home", 3 }, [TUNE] = { "tune", 4 }, [GAIN] = { "gain", 5 },
+		[RESET] = { "reset", 3 },
 	};
 	char *const *names = options->names;
 	const size_t verb = loop_take_verb(options, verbs, VERBS,
 		"servo needs a device, a motor, and what to do: pokeysctl servo mill x move 10 "
-		"--speed 5 (or move-to 0, swing 10, home, gain pid-p 0.3, reset)");
+		"--speed 5 (or move-to 0, swing 10, home, tune 20, gain pid-p 0.3, reset)");
 
 	if (verb == VERBS)
 		return false;

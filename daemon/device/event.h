@@ -101,6 +101,8 @@ enum event_code {
 				 * begun), c = position, thousandths of a unit */
 	EVENT_MOVES,		/* a path has ended before its end: a = enum pokeys_moves_end, b =
 				 * servo motor that has stopped it, c = moves that are left out */
+	EVENT_SERVO_TUNED,	/* a = servo motor, b = enum pokeys_servo_tuning, c = enum
+				 * pokeys_servo_tune_reason */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

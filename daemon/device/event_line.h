@@ -20,5 +20,6 @@ void event_put_heater_gain(struct line *line, const struct event *e);
 void event_put_servo_gain(struct line *line, const struct event *e);
 void event_put_servo_home(struct line *line, const struct event *e);
 void event_put_moves(struct line *line, const struct event *e);
+void event_put_servo_tuned(struct line *line, const struct event *e);
 
 #endif

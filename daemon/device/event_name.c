@@ -59,6 +59,7 @@ static const char *const kind_names[EVENT_CODES] = {
 	[EVENT_SERVO_GAIN] = "servo-gain",
 	[EVENT_SERVO_HOME] = "servo-home",
 	[EVENT_MOVES] = "moves",
+	[EVENT_SERVO_TUNED] = "servo-tuned",
 };
 
 const char *event_kind_name(uint32_t code)
@@ -151,6 +152,7 @@ static const char *const one_shot_names[] = {
 	[POKEYS_ONE_SHOT_SERVO_HOME] = "home servo",
 	[POKEYS_ONE_SHOT_MOVE] = "move",
 	[POKEYS_ONE_SHOT_MOVES_CONTROL] = "control of moves",
+	[POKEYS_ONE_SHOT_SERVO_TUNE] = "tune servo",
 };
 
 const char *event_one_shot_name(int64_t operation)

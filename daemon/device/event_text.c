@@ -513,6 +513,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_SERVO_GAIN] = event_put_servo_gain,
 	[EVENT_SERVO_HOME] = event_put_servo_home,
 	[EVENT_MOVES] = event_put_moves,
+	[EVENT_SERVO_TUNED] = event_put_servo_tuned,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

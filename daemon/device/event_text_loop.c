@@ -131,3 +131,14 @@ void event_put_moves(struct line *line, const struct event *e)
 	else
 		put(line, "moves: aborted, with %lld move%s left out", (long long)e->c, plural);
 }
+
+void event_put_servo_tuned(struct line *line, const struct event *e)
+{
+	if (e->b == POKEYS_SERVO_TUNING_RUNS)
+		put(line, "servo %lld: searches for its gains", (long long)e->a);
+	else if (e->b == POKEYS_SERVO_TUNING_DONE)
+		put(line, "servo %lld: gains found; the motor is off", (long long)e->a);
+	else
+		put(line, "servo %lld: no gains found: %s; the motor is off", (long long)e->a,
+		    pokeys_servo_tune_reason_name((uint8_t)e->c));
+}

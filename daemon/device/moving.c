@@ -195,6 +195,8 @@ static enum pokeys_moves_refusal judge_motor(const struct device *device, unsign
 		return POKEYS_MOVES_OFF;
 	if (servo_home_moves(&servoing->home))
 		return POKEYS_MOVES_HOMING;
+	if (servoing_tunes(device, i))
+		return POKEYS_MOVES_COMMANDED;
 	if (!has(device, i) && servoing->home.state == SERVO_HOME_IDLE &&
 	    (fabs(servo->wanted_rate) > servo->config.speed_most * STANDS_PART ||
 	     fabs(servo->rate) > servo->config.speed_most * RESTS_PART))

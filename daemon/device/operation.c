@@ -308,6 +308,7 @@ const struct operation *operation_find(uint8_t operation)
 		[POKEYS_ONE_SHOT_SERVO_HOME] = &operation_servo_home,
 		[POKEYS_ONE_SHOT_MOVE] = &operation_move,
 		[POKEYS_ONE_SHOT_MOVES_CONTROL] = &operation_moves_control,
+		[POKEYS_ONE_SHOT_SERVO_TUNE] = &operation_servo_tune,
 	};
 
 	return operation < sizeof(offered) / sizeof(offered[0]) ? offered[operation] : NULL;

@@ -37,7 +37,8 @@ extern const struct operation operation_heater_reset, operation_heater_tune,
 	operation_heater_gain;
 /* operation_servo.c */
 extern const struct operation operation_servo_reset, operation_servo_place,
-	operation_servo_gain, operation_servo_home, operation_move, operation_moves_control;
+	operation_servo_gain, operation_servo_home, operation_servo_tune, operation_move,
+	operation_moves_control;
 /* operation_thread.c */
 extern const struct operation operation_thread_begin, operation_thread_arm,
 	operation_thread_release, operation_thread_cancel;

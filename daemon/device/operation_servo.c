@@ -27,6 +27,12 @@ static bool home(struct device *device, const struct pokeys_one_shot *shot)
 	return servoing_home(device, shot->index, shot->flags & POKEYS_SERVO_END_HOMING);
 }
 
+static bool tune(struct device *device, const struct pokeys_one_shot *shot)
+{
+	return servoing_tune(device, shot->index, (double)shot->parameter[0],
+			     (double)shot->parameter[1]);
+}
+
 static bool move(struct device *device, const struct pokeys_one_shot *shot)
 {
 	return moving_add(device, shot);
@@ -41,5 +47,6 @@ const struct operation operation_servo_reset = { .act = reset };
 const struct operation operation_servo_place = { .act = place };
 const struct operation operation_servo_gain = { .act = gain };
 const struct operation operation_servo_home = { .act = home };
+const struct operation operation_servo_tune = { .act = tune };
 const struct operation operation_move = { .act = move };
 const struct operation operation_moves_control = { .act = control };

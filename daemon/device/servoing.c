@@ -291,6 +291,7 @@ static void step(struct device *device, unsigned int i)
 
 	servoing_home_step(device, i, &wish);
 	moving_wish(device, i, &wish);
+	servoing_tune_step(device, i);
 	input = input_of(device, i);
 	output = servo_step(&servoing->servo, &input, &wish, device->now_ns);
 	/* in a doubt only off is written (plan.c): what is enabled keeps what it has */
@@ -370,6 +371,7 @@ static void show(struct device *device, unsigned int i)
 	image->high = servoing_is_pressed(device, config->high, config->high_inverted);
 	image->encoder = config->encoder;
 	servoing_home_show(device, i);
+	servoing_tune_show(device, i);
 	memcpy(image->name, config->name, sizeof(image->name));
 }
 

@@ -12,6 +12,7 @@
 #include "daemon/loops/drive.h"
 #include "daemon/loops/servo.h"
 #include "daemon/loops/servo_home.h"
+#include "daemon/loops/servo_tune.h"
 #include "wire/io.h"
 
 enum {
@@ -42,6 +43,7 @@ struct servoing_config {
 struct servoing {
 	struct servo servo;
 	struct servo_home home;
+	struct servo_tune tune;
 	struct drive drive;
 	struct drive_wires wires;
 	bool good;			/* its configuration can be used */
@@ -49,7 +51,7 @@ struct servoing {
 	struct left_on driven;		/* it was enabled, or is */
 	uint32_t faults;
 	/* what was said last */
-	uint8_t fault, refusal, home_end;
+	uint8_t fault, refusal, home_end, tuning;
 };
 
 struct servoings {
@@ -124,6 +126,12 @@ void servoing_home_step(struct device *device, unsigned int index, struct servo_
 bool servoing_seeks(const struct device *device, unsigned int index, bool low);
 void servoing_home_show(struct device *device, unsigned int index);
 
+/* Likewise: its output while it searches for its gains. */
+void servoing_tune_step(struct device *device, unsigned int index);
+void servoing_tune_show(struct device *device, unsigned int index);
+/* It searches: nothing else may move it. */
+bool servoing_tunes(const struct device *device, unsigned int index);
+
 /* May this encoder's counter be written? That of its bank are written with it. */
 bool servoing_may_write(const struct device *device, unsigned int encoder);
 /* May it be set to 0 by its index? The fast ones have one switch for it. */
@@ -136,6 +144,8 @@ bool servoing_reset(struct device *device, unsigned int index);
 bool servoing_place(struct device *device, unsigned int index, int32_t counts, bool homed);
 /* Begin homing, or end it. */
 bool servoing_home(struct device *device, unsigned int index, bool end);
+/* Search for gains, within so many units; 0: end it. */
+bool servoing_tune(struct device *device, unsigned int index, double distance, double most);
 /* `which` is enum pokeys_gain. */
 bool servoing_regain(struct device *device, unsigned int index, unsigned int which, double value);
 

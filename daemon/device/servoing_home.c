@@ -76,7 +76,8 @@ bool servoing_home(struct device *device, unsigned int index, bool end)
 	struct servoing *servoing;
 	bool taken;
 
-	if (index >= device->servoings.count || moving_moves(device, index))
+	if (index >= device->servoings.count || moving_moves(device, index) ||
+	    servoing_tunes(device, index))
 		return false;
 	servoing = &device->servoings.servoing[index];
 	taken = end ? servo_home_abort(&servoing->home) :

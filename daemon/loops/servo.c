@@ -289,17 +289,41 @@ static double controlled(struct servo *servo, double seconds)
 	return limited(rest + servo->integral, config->output_most);
 }
 
+void servo_force(struct servo *servo, double output)
+{
+	servo->forced = true;
+	servo->force = limited(output, servo->config.output_most);
+}
+
+void servo_off(struct servo *servo)
+{
+	stop(servo);
+}
+
+/* It is commanded to be where it is. No speed is as commanded: what runs away is found. */
+static void follow_itself(struct servo *servo)
+{
+	servo->wanted = servo->position;
+	servo->wanted_rate = servo->wanted_acceleration = 0;
+	servo->error = servo->rate_error = servo->integral = servo->bridge = 0;
+}
+
 /* What is wrong while it is enabled. */
 static enum servo_fault run(struct servo *servo, const struct servo_input *input,
 			    const struct servo_wish *wish, const struct servo_way *way,
 			    double seconds, uint64_t now_ns)
 {
+	const double wanted = servo->forced ? servo->position : wish->position;
 	const enum servo_fault found =
-		servo->condition ? servo->condition :
-				   servo_watch(servo, input, wish->position, way);
+		servo->condition ? servo->condition : servo_watch(servo, input, wanted, way);
 
 	if (found)
 		return found;
+	if (servo->forced) {
+		follow_itself(servo);
+		servo->output = servo->force;
+		return SERVO_FINE;
+	}
 	follow_command(servo, wish, seconds, now_ns);
 	compare(servo, wish, seconds, now_ns);
 	if (is_too_far(servo))
@@ -330,6 +354,7 @@ double servo_step(struct servo *servo, const struct servo_input *input,
 		if (found)
 			fail(servo, found);
 	}
+	servo->forced = false;
 	servo->step_ns = now_ns;
 	return servo->output;
 }

@@ -133,6 +133,8 @@ struct servo {
 	double integral;	/* in units of the output */
 	double bridge;		/* ... from the gains of before to those of now; goes to 0 */
 	double output;
+	bool forced;		/* its output in the next step is this one */
+	double force;
 	uint64_t step_ns;	/* of the last step; 0: there was none */
 	enum servo_fault condition;	/* what is wrong now */
 	enum servo_fault fault;		/* what has stopped it; stays until servo_reset() */
@@ -165,6 +167,15 @@ double servo_step(struct servo *servo, const struct servo_input *input,
  */
 bool servo_reset(struct servo *servo, const struct servo_input *input,
 		 const struct servo_wish *wish);
+
+/*
+ * Before a step: its output is this one then, whatever is commanded, and its command is where it
+ * is. All that stops it does so as before.
+ */
+void servo_force(struct servo *servo, double output);
+
+/* Off, as if that was commanded. */
+void servo_off(struct servo *servo);
 
 /* Another one commands from now on: off has to be commanded before it is enabled (again). */
 void servo_another(struct servo *servo);

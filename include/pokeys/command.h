@@ -201,6 +201,13 @@ enum pokeys_one_shot_operation {
 	POKEYS_ONE_SHOT_MOVE = 28,
 	/* index = enum pokeys_moves_control; of FEED, parameter[0] = 0 to 2 */
 	POKEYS_ONE_SHOT_MOVES_CONTROL = 29,
+	/*
+	 * Search for a servo motor's gains: it is pushed back and forth, within parameter[0] units
+	 * around where it is, with an output of at most parameter[1] (0 = max-output). Refused
+	 * while it is not enabled or moves; it has to stay enabled, and is off at the end. Distance
+	 * 0 ends the search. Done when it has begun; state.servo[].tuning shows its progress.
+	 */
+	POKEYS_ONE_SHOT_SERVO_TUNE = 30,
 };
 
 /* What is done to moves that are under way. ABORT and STOP are refused if there are none. */

@@ -175,6 +175,25 @@ enum pokeys_servo_home_end {
 	POKEYS_SERVO_HOME_UNREAD = 7,	/* no readings of the switch */
 };
 
+enum pokeys_servo_tuning {
+	POKEYS_SERVO_TUNING_NONE = 0,
+	POKEYS_SERVO_TUNING_RUNS = 1,
+	POKEYS_SERVO_TUNING_DONE = 2,
+	POKEYS_SERVO_TUNING_FAILED = 3,
+};
+
+/* Why the last search for gains has found none. */
+enum pokeys_servo_tune_reason {
+	POKEYS_SERVO_TUNE_FINE = 0,
+	POKEYS_SERVO_TUNE_STOPPED = 1,	/* on request, switched off, or a fault */
+	POKEYS_SERVO_TUNE_STILL = 2,	/* the motor does not move */
+	POKEYS_SERVO_TUNE_REVERSED = 3,	/* it moves against its output */
+	POKEYS_SERVO_TUNE_SILENT = 4,	/* it moved, and the encoder does not count any more */
+	POKEYS_SERVO_TUNE_FAR = 5,	/* it went further than it was to */
+	POKEYS_SERVO_TUNE_UNLIKE = 6,	/* it does not answer as a motor does */
+	POKEYS_SERVO_TUNE_LATE = 7,	/* not enough readings in 30 s */
+};
+
 /* max-age-ms is at most this: the daemon stops a motor that it could not watch for as long. */
 #define POKEYS_SERVO_STALE_MOST_NS UINT64_C(100000000)
 
@@ -207,7 +226,13 @@ struct pokeys_servo {
 	uint8_t homing;			/* enum pokeys_servo_homing */
 	uint8_t home_end;		/* enum pokeys_servo_home_end */
 	uint8_t home;			/* the home switch is pressed */
-	uint8_t reserved[4];
+	uint8_t tuning;			/* enum pokeys_servo_tuning */
+	uint8_t tune_reason;		/* enum pokeys_servo_tune_reason */
+	uint8_t reserved[2];
+	/* found by the last tuning; valid if it is done */
+	float tuned_p, tuned_i, tuned_d;
+	float tuned_velocity_gain, tuned_acceleration_gain;
+	float tuned_acceleration;	/* that the motor can do with its full output, units/s^2 */
 	char name[32];			/* of its section, NUL terminated */
 };
 

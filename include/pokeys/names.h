@@ -383,6 +383,34 @@ static inline const char *pokeys_servo_home_end_name(uint8_t end)
 	}
 }
 
+/* enum pokeys_servo_tuning */
+static inline const char *pokeys_servo_tuning_name(uint8_t tuning)
+{
+	switch (tuning) {
+	case POKEYS_SERVO_TUNING_NONE:		return "none";
+	case POKEYS_SERVO_TUNING_RUNS:		return "runs";
+	case POKEYS_SERVO_TUNING_DONE:		return "done";
+	case POKEYS_SERVO_TUNING_FAILED:	return "failed";
+	default:				return "unknown";
+	}
+}
+
+/* enum pokeys_servo_tune_reason */
+static inline const char *pokeys_servo_tune_reason_name(uint8_t reason)
+{
+	switch (reason) {
+	case POKEYS_SERVO_TUNE_FINE:		return "none";
+	case POKEYS_SERVO_TUNE_STOPPED:		return "the motor was switched off, or had a fault";
+	case POKEYS_SERVO_TUNE_STILL:		return "the motor does not move";
+	case POKEYS_SERVO_TUNE_REVERSED:	return "the motor moves against its output";
+	case POKEYS_SERVO_TUNE_SILENT:		return "the encoder stopped counting";
+	case POKEYS_SERVO_TUNE_FAR:		return "the motor went too far";
+	case POKEYS_SERVO_TUNE_UNLIKE:		return "it does not respond like a motor";
+	case POKEYS_SERVO_TUNE_LATE:		return "not enough readings in 30 s";
+	default:				return "unknown";
+	}
+}
+
 /* enum pokeys_moves_state */
 static inline const char *pokeys_moves_state_name(uint8_t state)
 {

@@ -969,11 +969,11 @@ class StateServoItem(Part):
 
     __slots__ = ()
     name = Text(
-        "servo.%02u.name", 6, (3528, 128),
+        "servo.%02u.name", 6, (3552, 152),
         "name of the motor in pokeysd.conf; empty = there is none",
         size=32)
     state = Word(
-        "servo.%02u.state", 6, (3512, 128),
+        "servo.%02u.state", 6, (3512, 152),
         "0 = no such motor, 1 off, 2 enabled, 3 fault, 4 off, but not acknowledged by the device",
         code="B",
         words={
@@ -984,44 +984,44 @@ class StateServoItem(Part):
             4: "stopping",
         })
     pos_fb = Measured(
-        "servo.%02u.pos-fb", 6, (3440, 128),
+        "servo.%02u.pos-fb", 6, (3440, 152),
         "position of the encoder, units of counts-per-unit",
         code="d",
         factor=1)
     age_ms = Age(
-        "servo.%02u.age-ms", 6, (3432, 128),
+        "servo.%02u.age-ms", 6, (3432, 152),
         "time since the encoder was read",
         "ms",
         factor=1e-06)
     vel_fb = Measured(
-        "servo.%02u.vel-fb", 6, (3464, 128),
+        "servo.%02u.vel-fb", 6, (3464, 152),
         "its velocity, units/s",
         "1/s",
         code="f",
         factor=1)
     commanded = Measured(
-        "servo.%02u.commanded", 6, (3448, 128),
+        "servo.%02u.commanded", 6, (3448, 152),
         "commanded position while it is enabled, else its position, units",
         code="d",
         factor=1)
     commanded_velocity = Measured(
-        "servo.%02u.commanded-velocity", 6, (3468, 128),
+        "servo.%02u.commanded-velocity", 6, (3468, 152),
         "commanded velocity, or what was found from the positions, units/s",
         "1/s",
         code="f",
         factor=1)
     error = Measured(
-        "servo.%02u.error", 6, (3472, 128),
+        "servo.%02u.error", 6, (3472, 152),
         "following error, pos-cmd - pos-fb; after a fault as it was then",
         code="f",
         factor=1)
     output = Measured(
-        "servo.%02u.output", 6, (3476, 128),
+        "servo.%02u.output", 6, (3476, 152),
         "part of the full voltage, -1..1",
         code="f",
         factor=1)
     fault_code = Word(
-        "servo.%02u.fault-code", 6, (3513, 128),
+        "servo.%02u.fault-code", 6, (3513, 152),
         "which fault: 0 none, 1 device not ready, 2 no readings, 3 emergency stop, 4 encoder jumps,"
         " 5 command is impossible, 6 following error, 7 stalled, 8 encoder silent, 9 runs away, 10 "
         "soft limit, 11 limit switch, 12 heater fault",
@@ -1042,7 +1042,7 @@ class StateServoItem(Part):
             12: "heater fault",
         })
     condition = Word(
-        "servo.%02u.condition", 6, (3514, 128),
+        "servo.%02u.condition", 6, (3514, 152),
         "what is wrong now, as fault-code has it",
         code="B",
         words={
@@ -1061,7 +1061,7 @@ class StateServoItem(Part):
             12: "heater fault",
         })
     obstacle = Word(
-        "servo.%02u.obstacle", 6, (3520, 128),
+        "servo.%02u.obstacle", 6, (3520, 152),
         "why the device is not ready for it; 0 = it is",
         code="B",
         words={
@@ -1080,7 +1080,7 @@ class StateServoItem(Part):
             12: "its configuration cannot be used",
         })
     refused = Word(
-        "servo.%02u.refused", 6, (3515, 128),
+        "servo.%02u.refused", 6, (3515, 152),
         "why it was not enabled: 0 it was, 1 the fault has to be reset first, 2 encoder or device "
         "not ready (condition), 3 not at the commanded position, 4 off has to be commanded first, 5"
         " its commander does not read the position",
@@ -1093,15 +1093,15 @@ class StateServoItem(Part):
             4: "off has to be commanded first",
             5: "its commander does not read the position",
         })
-    homed = Flag("servo.%02u.homed", 6, (3516, 128), "the position is that of the machine")
+    homed = Flag("servo.%02u.homed", 6, (3516, 152), "the position is that of the machine")
     limit_minus = Flag(
-        "servo.%02u.limit-minus", 6, (3517, 128),
+        "servo.%02u.limit-minus", 6, (3517, 152),
         "the limit switch at the lower end is pressed")
     limit_plus = Flag(
-        "servo.%02u.limit-plus", 6, (3518, 128),
+        "servo.%02u.limit-plus", 6, (3518, 152),
         "the limit switch at the upper end is pressed")
     home_state = Word(
-        "servo.%02u.home-state", 6, (3521, 128),
+        "servo.%02u.home-state", 6, (3521, 152),
         "what the daemon does to find its home switch; 0 = it is not homing",
         code="B",
         words={
@@ -1114,7 +1114,7 @@ class StateServoItem(Part):
             6: "holds its position",
         })
     home_end = Word(
-        "servo.%02u.home-end", 6, (3522, 128),
+        "servo.%02u.home-end", 6, (3522, 152),
         "how the last homing has ended: 0 there was none, or it has not ended, 1 it is homed, 2 "
         "aborted, 3 the motor was switched off, or had a fault, 4 the home switch did not close, 5 "
         "it did not open, 6 homing took too long, 7 no readings of the home switch",
@@ -1129,52 +1129,106 @@ class StateServoItem(Part):
             6: "homing took too long",
             7: "no readings of the home switch",
         })
-    home_switch = Flag("servo.%02u.home-switch", 6, (3523, 128), "its home switch is pressed")
+    home_switch = Flag("servo.%02u.home-switch", 6, (3523, 152), "its home switch is pressed")
+    tuning = Word(
+        "servo.%02u.tuning", 6, (3524, 152),
+        "search for gains: 0 = none yet, 1 runs, 2 done, 3 failed",
+        code="B",
+        words={
+            0: "none",
+            1: "runs",
+            2: "done",
+            3: "failed",
+        })
+    tune_reason = Word(
+        "servo.%02u.tune-reason", 6, (3525, 152),
+        "why the last search for gains has found none; 0 = it has",
+        code="B",
+        words={
+            0: "none",
+            1: "the motor was switched off, or had a fault",
+            2: "the motor does not move",
+            3: "the motor moves against its output",
+            4: "the encoder stopped counting",
+            5: "the motor went too far",
+            6: "it does not respond like a motor",
+            7: "not enough readings in 30 s",
+        })
+    tuned_p = Measured(
+        "servo.%02u.tuned-p", 6, (3528, 152),
+        "pid-p that the last search has found",
+        code="f",
+        factor=1)
+    tuned_i = Measured(
+        "servo.%02u.tuned-i", 6, (3532, 152),
+        "pid-i that the last search has found",
+        code="f",
+        factor=1)
+    tuned_d = Measured(
+        "servo.%02u.tuned-d", 6, (3536, 152),
+        "pid-d that the last search has found",
+        code="f",
+        factor=1)
+    tuned_velocity_gain = Measured(
+        "servo.%02u.tuned-velocity-gain", 6, (3540, 152),
+        "velocity-gain that the last search has found",
+        code="f",
+        factor=1)
+    tuned_acceleration_gain = Measured(
+        "servo.%02u.tuned-acceleration-gain", 6, (3544, 152),
+        "acceleration-gain that the last search has found",
+        code="f",
+        factor=1)
+    tuned_acceleration = Measured(
+        "servo.%02u.tuned-acceleration", 6, (3548, 152),
+        "acceleration with the full output that the last search has found, units/s^2",
+        code="f",
+        factor=1)
     faults = Integer(
-        "servo.%02u.faults", 6, (3508, 128),
+        "servo.%02u.faults", 6, (3508, 152),
         "faults of the motor since the daemon's start",
         code="I")
     encoder = Integer(
-        "servo.%02u.encoder", 6, (3519, 128),
+        "servo.%02u.encoder", 6, (3519, 152),
         "number of its encoder",
         code="B")
     counts_per_unit = Measured(
-        "servo.%02u.counts-per-unit", 6, (3456, 128),
+        "servo.%02u.counts-per-unit", 6, (3456, 152),
         "counts of the encoder for each unit of the axis",
         code="d",
         factor=1)
     min_position = Measured(
-        "servo.%02u.min-position", 6, (3480, 128),
+        "servo.%02u.min-position", 6, (3480, 152),
         "soft limit, units",
         code="f",
         factor=1)
     max_position = Measured(
-        "servo.%02u.max-position", 6, (3484, 128),
+        "servo.%02u.max-position", 6, (3484, 152),
         "soft limit, units",
         code="f",
         factor=1)
     pid_p = Measured(
-        "servo.%02u.pid-p", 6, (3488, 128),
+        "servo.%02u.pid-p", 6, (3488, 152),
         "proportional gain, output for each unit of error",
         code="f",
         factor=1)
     pid_i = Measured(
-        "servo.%02u.pid-i", 6, (3492, 128),
+        "servo.%02u.pid-i", 6, (3492, 152),
         "integral gain, output for each unit of error and second",
         code="f",
         factor=1)
     pid_d = Measured(
-        "servo.%02u.pid-d", 6, (3496, 128),
+        "servo.%02u.pid-d", 6, (3496, 152),
         "derivative gain, output for each unit/s",
         code="f",
         factor=1)
     velocity_gain = Measured(
-        "servo.%02u.velocity-gain", 6, (3500, 128),
+        "servo.%02u.velocity-gain", 6, (3500, 152),
         "feed-forward, output for each unit/s that is commanded",
         code="f",
         factor=1)
     acceleration_gain = Measured(
-        "servo.%02u.acceleration-gain", 6, (3504, 128),
+        "servo.%02u.acceleration-gain", 6, (3504, 152),
         "feed-forward, output for each unit/s^2 that is commanded",
         code="f",
         factor=1)
@@ -1193,7 +1247,7 @@ class StateMoves(Part):
 
     __slots__ = ()
     state = Word(
-        "moves.state", 1, (4214, 0),
+        "moves.state", 1, (4358, 0),
         "0 = no path of servo motors, 1 moving, 2 held, 3 aborting, 4 over, and held until the "
         "commanded positions are there",
         code="B",
@@ -1205,30 +1259,30 @@ class StateMoves(Part):
             4: "holds its position",
         })
     waiting = Integer(
-        "moves.waiting", 1, (4212, 0),
+        "moves.waiting", 1, (4356, 0),
         "moves that wait, with the one under way",
         code="B")
     taken = Integer(
-        "moves.taken", 1, (4200, 0),
+        "moves.taken", 1, (4344, 0),
         "moves since the daemon's start",
         code="I")
     held = Integer(
-        "moves.held", 1, (4217, 0),
+        "moves.held", 1, (4361, 0),
         "1 = the motors wait on the path until they are resumed",
         code="B")
     speed = Measured(
-        "moves.speed", 1, (4208, 0),
+        "moves.speed", 1, (4352, 0),
         "speed along the path, units/s",
         "1/s",
         code="f",
         factor=1)
     feed = Measured(
-        "moves.feed", 1, (4204, 0),
+        "moves.feed", 1, (4348, 0),
         "part of the commanded speeds, 0 to 2",
         code="f",
         factor=1)
     end = Word(
-        "moves.end", 1, (4215, 0),
+        "moves.end", 1, (4359, 0),
         "how the last path has ended; 0 = there was none, or it has not; 1 = done",
         code="B",
         words={
@@ -1238,7 +1292,7 @@ class StateMoves(Part):
             3: "a motor was switched off, or had a fault",
         })
     refusal = Word(
-        "moves.refusal", 1, (4216, 0),
+        "moves.refusal", 1, (4360, 0),
         "why the last move was not taken; 0 = it was",
         code="B",
         words={
@@ -1253,7 +1307,7 @@ class StateMoves(Part):
             8: "the path has ended before it",
         })
     motors = Integer(
-        "moves.motors", 1, (4213, 0),
+        "moves.motors", 1, (4357, 0),
         "servo motors that are moved, one bit each",
         code="B")
 
@@ -1938,7 +1992,7 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
-STATE_HASH, STATE_SIZE = 0xee81dc816b2cc416, 4224
+STATE_HASH, STATE_SIZE = 0xe252fa44b9b871af, 4368
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -1998,16 +2052,19 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateServoItem.error, StateServoItem.output, StateServoItem.fault_code, StateServoItem.condition,
     StateServoItem.obstacle, StateServoItem.refused, StateServoItem.homed, StateServoItem.limit_minus,
     StateServoItem.limit_plus, StateServoItem.home_state, StateServoItem.home_end, StateServoItem.home_switch,
-    StateServoItem.faults, StateServoItem.encoder, StateServoItem.counts_per_unit,
-    StateServoItem.min_position, StateServoItem.max_position, StateServoItem.pid_p, StateServoItem.pid_i,
-    StateServoItem.pid_d, StateServoItem.velocity_gain, StateServoItem.acceleration_gain, StateMoves.state,
-    StateMoves.waiting, StateMoves.taken, StateMoves.held, StateMoves.speed, StateMoves.feed, StateMoves.end,
-    StateMoves.refusal, StateMoves.motors, StateInfo.SerialNumber, StateInfo.type, StateInfo.name,
-    StateInfo.build, StateInfo.address, StateInfo.DeviceTypeID, StateInfo.FirmwareMajor,
-    StateInfo.FirmwareMinor, StateInfo.FirmwareRevision, StateInfo.UserID, StateInfo.ActivatedOptions,
-    StateDevice.locked, StateDevice.load, StateDevice.tick, StateDevice.access, StateInfo.PinCount,
-    StateInfo.PWMCount, StateInfo.BasicEncoderCount, StateInfo.EncodersCount, StateInfo.FastEncoders,
-    StateInfo.UltraFastEncoders, StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
+    StateServoItem.tuning, StateServoItem.tune_reason, StateServoItem.tuned_p, StateServoItem.tuned_i,
+    StateServoItem.tuned_d, StateServoItem.tuned_velocity_gain, StateServoItem.tuned_acceleration_gain,
+    StateServoItem.tuned_acceleration, StateServoItem.faults, StateServoItem.encoder,
+    StateServoItem.counts_per_unit, StateServoItem.min_position, StateServoItem.max_position,
+    StateServoItem.pid_p, StateServoItem.pid_i, StateServoItem.pid_d, StateServoItem.velocity_gain,
+    StateServoItem.acceleration_gain, StateMoves.state, StateMoves.waiting, StateMoves.taken, StateMoves.held,
+    StateMoves.speed, StateMoves.feed, StateMoves.end, StateMoves.refusal, StateMoves.motors,
+    StateInfo.SerialNumber, StateInfo.type, StateInfo.name, StateInfo.build, StateInfo.address,
+    StateInfo.DeviceTypeID, StateInfo.FirmwareMajor, StateInfo.FirmwareMinor, StateInfo.FirmwareRevision,
+    StateInfo.UserID, StateInfo.ActivatedOptions, StateDevice.locked, StateDevice.load, StateDevice.tick,
+    StateDevice.access, StateInfo.PinCount, StateInfo.PWMCount, StateInfo.BasicEncoderCount,
+    StateInfo.EncodersCount, StateInfo.FastEncoders, StateInfo.UltraFastEncoders,
+    StateInfo.PWMinternalFrequency, StateInfo.AnalogInputs, StateInfo.KeyMapping,
     StateInfo.TriggeredKeyMapping, StateInfo.KeyRepeatDelay, StateInfo.DigitalCounters,
     StateInfo.JoystickButtonAxisMapping, StateInfo.JoystickAnalogToDigitalMapping,
     StateInfo.JoystickHATswitch, StateInfo.Macros, StateInfo.MatrixKeyboard,

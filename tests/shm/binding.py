@@ -118,8 +118,11 @@ class Servo(Structure):
         (name, c_float) for name in (
             "velocity commanded_velocity error output minimum maximum p i d velocity_gain acceleration_gain").split()] + [
         ("fault_count", c_uint32)] + [
-        (name, c_uint8) for name in "state fault condition refused homed low high encoder obstacle homing home_end home".split()] + [
-        ("reserved", c_uint8 * 4), ("name", c_char * 32)]
+        (name, c_uint8) for name in ("state fault condition refused homed low high encoder obstacle homing home_end home tuning "
+                                     "tune_reason").split()] + [("reserved", c_uint8 * 2)] + [
+        (name, c_float) for name in (
+            "tuned_p tuned_i tuned_d tuned_velocity_gain tuned_acceleration_gain tuned_acceleration").split()] + [
+        ("name", c_char * 32)]
 
 
 class Moves(Structure):
@@ -128,7 +131,7 @@ class Moves(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 16, 0xee81dc816b2cc416
+    VERSION, HASH = 17, 0xe252fa44b9b871af
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

@@ -151,8 +151,43 @@ def test_pokeysctl_moves_a_motor_and_leaves_it_off():
         succeeds(house, "1", "move", "-2.5", "--speed", "20")
         assert abs(servos(house)[1]["position"] + 2.5) < 0.1
         begin = servos(house)[0]["position"]
+        table = house.folder / "x.csv"
+        succeeds(house, "x", "move", "2", "--speed", "20", "--csv", str(table))
+        lines = table.read_text(encoding="utf-8").splitlines()
+        equal(lines[0], "time_s,commanded,position,error,commanded_velocity,velocity,output")
+        rows = [[float(cell) for cell in line.split(",")] for line in lines[1:]]
+        assert len(rows) > 20 and rows == sorted(rows) and abs(rows[-1][2] - begin - 2) < 0.1, lines
+        equal(ended(house, "x", "move", "1", "--speed", "1", "--csv", "/nowhere/x"),
+              (1, "pokeysctl: --csv: /nowhere/x: No such file or directory\n"))
         succeeds(house, "x", "swing", "10", "--speed", "50", until=lambda: abs(servos(house)[0]["position"] - begin) > 5)
         equal((servos(house)[0]["state"], motor(house, sim, 0)["output"]), ("off", 0))
+
+
+def test_pokeysctl_finds_gains():
+    with uncommanded(**{"pid-p": 0.2, "pid-i": 0, "pid-d": 0, "velocity-gain": 0}) as (house, sim, _daemon):
+        texts = []
+
+        def found():
+            status, text = ended(house, "x", "tune", "40")
+            texts.append(text)
+            if "off by a fault" in text:
+                ended(house, "x", "reset")
+            return not status
+        wait_for("gains", found, say=lambda: texts)
+        gains = dict(re.findall(r"^(\S+) = (\S+)$", texts[-1], re.MULTILINE))
+        equal(list(gains), ["pid-p", "pid-i", "pid-d", "velocity-gain", "acceleration-gain"])
+        assert "\n[servo x]\npid-p = " in texts[-1], texts
+        # those of the simulated motor, whatever else this computer does
+        assert 0.002 < float(gains["velocity-gain"]) < 0.0035, texts
+        assert 2e-5 < float(gains["acceleration-gain"]) < 1e-4, texts
+        equal([servos(house)[0][key] for key in ("state", "tuning")], ["off", "done"])
+        equal(motor(house, sim, 0)["output"], 0)
+        for name, value in gains.items():
+            equal(ended(house, "x", "gain", name, value)[0], 0)
+        succeeds(house, "x", "move-to", "10", "--speed", "20")
+        status, text = ended(house, "x", "tune", "0.1")
+        equal((status, text), (1, "pokeysctl: mill: servo x: refused: 0.1 is less than 96 counts of the encoder, or the "
+                                  "motor moves\n"))
 
 
 def program(house, *lines):

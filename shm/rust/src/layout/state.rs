@@ -302,7 +302,15 @@ layout! {
         homing: u8,
         home_end: u8,
         home: u8,
-        reserved: [u8; 4],
+        tuning: u8,
+        tune_reason: u8,
+        reserved: [u8; 2],
+        tuned_p: f32,
+        tuned_i: f32,
+        tuned_d: f32,
+        tuned_velocity_gain: f32,
+        tuned_acceleration_gain: f32,
+        tuned_acceleration: f32,
         name: [u8; 32],
     }
 }
@@ -471,8 +479,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 16, size 4224,
-    hash 0xee81dc816b2cc416, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 17, size 4368,
+    hash 0xe252fa44b9b871af, hash_function iox_state_hash
 }
 
 published! {

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Gains for a servo motor, from how it answers to steps of its output. Pure: the time is a
+ * parameter, nothing is allocated, nothing is sent. Realtime thread only.
+ *
+ * The motor is enabled, and stands. It is pushed back and forth, by no more than half of a distance
+ * from where it was; at the end it is off. What stops a motor otherwise stops it here as well.
+ */
+#ifndef LOOPS_SERVO_TUNE_H
+#define LOOPS_SERVO_TUNE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include "daemon/loops/servo.h"
+
+enum {
+	SERVO_TUNE_WINDOW = 33,	/* readings */
+	SERVO_TUNE_TERMS = 4,
+};
+
+enum servo_tune_state {
+	SERVO_TUNE_NONE,
+	SERVO_TUNE_RUNS,
+	SERVO_TUNE_DONE,
+	SERVO_TUNE_FAILED,
+};
+
+/* Why it has found nothing. */
+enum servo_tune_reason {
+	SERVO_TUNE_FINE,
+	SERVO_TUNE_STOPPED,	/* on request, switched off, or a fault */
+	SERVO_TUNE_STILL,	/* it does not move with the highest output */
+	SERVO_TUNE_REVERSED,	/* it moves against its output */
+	SERVO_TUNE_SILENT,	/* it was moving, and the encoder does not count any more */
+	SERVO_TUNE_FAR,		/* it went further than it was to */
+	SERVO_TUNE_UNLIKE,	/* it does not answer as a motor does */
+	SERVO_TUNE_LATE,	/* not enough readings in 30 s */
+};
+
+struct servo_tune {
+	enum servo_tune_state state;
+	enum servo_tune_reason reason;
+	double distance;	/* units */
+	double most;		/* output, 0 to 1 */
+	double from;		/* position at the beginning */
+	double push;		/* output that it is pushed with; 0: it is sought */
+	double output;		/* now */
+	double turned_at;	/* position where it turned last */
+	double sign;		/* of its speed then */
+	double braking;		/* units/s^2: what it did when it was turned last; 0: not known */
+	double turned_rate;	/* speed when its output was turned, units/s; 0: it has turned */
+	double turned_from;	/* ... and its position */
+	double peak;		/* highest speed of this push */
+	double moved_at;	/* position where it has moved last */
+	uint64_t moved_ns;
+	unsigned int turns;
+	uint64_t begun_ns, turned_ns, read_ns, step_ns;
+	double delay;		/* from a reading to its output, seconds, smoothed */
+	double interval;	/* ... from one to the next; 0: not known */
+	/* the last readings */
+	double place[SERVO_TUNE_WINDOW];
+	uint64_t place_ns[SERVO_TUNE_WINDOW];
+	unsigned int places;	/* since the output has changed */
+	double moment[SERVO_TUNE_TERMS][SERVO_TUNE_TERMS];	/* of the equations' terms */
+	unsigned int equations;
+	/* what was found */
+	double rate;		/* units/s^2 for an output of 1 */
+	double slowing;		/* units/s^2 for each unit/s */
+	double friction;	/* units/s^2 */
+	struct servo_gains gains;
+};
+
+/*
+ * False: the motor is not enabled, or moves, or these are no numbers. `distance`: it stays so near
+ * to where it is, both ways together, units. `most`: largest output, 0 to 1; 0: its own.
+ */
+bool servo_tune_begin(struct servo_tune *tune, const struct servo *servo, double distance,
+		      double most, uint64_t now_ns);
+
+/* The motor is off in the next step. False: none runs. */
+bool servo_tune_abort(struct servo_tune *tune);
+
+/* One cycle, before servo_step(). True: the motor has to be off. */
+bool servo_tune_step(struct servo_tune *tune, struct servo *servo, uint64_t now_ns);
+
+#endif
