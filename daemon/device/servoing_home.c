@@ -34,6 +34,12 @@ static bool is_active(const struct device *device, const struct servoing_config 
 	       servoing_is_pressed(device, config->home_pin, config->home_inverted);
 }
 
+/* The home switch is the limit switch in the direction of the search. */
+static bool is_limit(const struct servoing_config *config)
+{
+	return config->home_pin == (config->home.search < 0 ? config->low : config->high);
+}
+
 bool servoing_seeks(const struct device *device, unsigned int index, bool low)
 {
 	const struct servoing_config *config = &device->config.servo[index];
@@ -51,7 +57,7 @@ void servoing_home_step(struct device *device, unsigned int index, struct servo_
 	const bool is_read = servoing_is_as_wanted(device, config->home_pin, WIRE_PIN_INPUT) &&
 			     !plan_doubts(device);
 	const struct servo_home_input input = {
-		.active = is_active(device, config),
+		.active = is_active(device, config), .limit = is_limit(config),
 		.read_ns = is_read ? device->image.t_digital_ns : 0,
 	};
 
@@ -80,7 +86,7 @@ bool servoing_home(struct device *device, unsigned int index, bool end)
 	    servoing_tunes(device, index))
 		return false;
 	servoing = &device->servoings.servoing[index];
-	taken = end ? servo_home_abort(&servoing->home) :
+	taken = end ? servo_home_abort(&servoing->home, &servoing->servo) :
 		      servo_home_begin(&servoing->home, &servoing->servo, device->now_ns);
 	if (!taken)
 		return false;

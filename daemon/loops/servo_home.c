@@ -28,6 +28,8 @@
 #define LOST 3			/* times the usual time from one reading to the next */
 #define AVERAGE 16		/* readings */
 #define ROUNDS 5
+#define EDGE_READINGS 1.5	/* at the speed of the search, and */
+#define EDGE_COUNTS 8		/* ... so many counts: a place where the switch has opened */
 #define FULL 0.99		/* of the speed */
 #define LEFT_S 0.1		/* a switch has opened so long after it was reached, and the rest */
 #define TIMES_MORE 2.0		/* the time that a state needs */
@@ -49,6 +51,12 @@ static const char *judge(const struct servo_home_config *config, const struct se
 		return "home-offset and home-position have to be numbers";
 	if (!(config->position >= servo->least && config->position <= servo->most))
 		return "home-position has to be from min-position to max-position";
+	if (config->search * config->search / config->acceleration > config->distance)
+		return "home-distance is too short to stop from home-search-speed with "
+		       "home-acceleration, and to go back as far";
+	if (fabs(config->position - config->offset) > config->distance)
+		return "home-position is further than home-distance from the home switch "
+		       "(home-offset)";
 	return NULL;
 }
 
@@ -92,6 +100,7 @@ static void finish(struct servo_home *home, enum servo_home_end end)
 {
 	home->state = SERVO_HOME_HOLD;
 	home->end = end;
+	home->stands = false;
 	handover_begin(&home->handover);
 }
 
@@ -113,16 +122,25 @@ bool servo_home_leave(struct servo_home *home)
 	return true;
 }
 
-bool servo_home_abort(struct servo_home *home)
+bool servo_home_abort(struct servo_home *home, const struct servo *servo)
 {
-	if (!works(home))
+	if (!works(home) || !servo->enabled)
 		return false;
 	finish(home, SERVO_HOME_ABORTED);
 	return true;
 }
 
+/* The highest speed after this step from which it can still stop in what is left then of `rest`. */
+static double stopping_speed(const struct servo_home *home, double rest, double change)
+{
+	const double room = 2 * home->config.acceleration * fabs(rest) -
+			    change * home->speed * copysign(1, rest);
+
+	return room > 0 ? (sqrt(change * change + 4 * room) - change) / 2 : 0;
+}
+
 /* How fast it shall be in this state. */
-static double wanted_speed(const struct servo_home *home)
+static double wanted_speed(const struct servo_home *home, double change)
 {
 	const struct servo_home_config *config = &home->config;
 	const double rest = config->position - home->path;
@@ -137,8 +155,8 @@ static double wanted_speed(const struct servo_home *home)
 	case SERVO_HOME_APPROACH:
 		return copysign(config->latch, config->search);
 	case SERVO_HOME_GO:
-		return copysign(fmin(fabs(config->search),
-				     sqrt(2 * config->acceleration * fabs(rest))), rest);
+		return copysign(fmin(fabs(config->search), stopping_speed(home, rest, change)),
+				rest);
 	case SERVO_HOME_IDLE:
 	case SERVO_HOME_HOLD:
 	case SERVO_HOME_STATES:
@@ -151,7 +169,7 @@ static double wanted_speed(const struct servo_home *home)
 static void advance(struct servo_home *home, struct servo *servo, double seconds)
 {
 	const double change = home->config.acceleration * seconds, before = home->speed;
-	const double more = wanted_speed(home) - before;
+	const double more = wanted_speed(home, change) - before;
 	const double rest = home->config.position - home->path;
 
 	home->speed += fmax(-change, fmin(more, change));
@@ -196,7 +214,9 @@ static void take(struct servo_home *home, const struct servo *servo,
 		home->edge = place_of(servo, home->read_ns, input->read_ns);
 		home->exact = home->state == SERVO_HOME_APPROACH &&
 			      home->speed * home->config.search > 0 &&
-			      home->readings > AVERAGE && passed_ns <= LOST * home->interval_ns;
+			      home->readings > AVERAGE && passed_ns <= LOST * home->interval_ns &&
+			      (double)since(servo->read_ns, input->read_ns) <=
+			      LOST * home->interval_ns;
 		home->run_ns = input->read_ns;
 	}
 	home->alike++;
@@ -235,15 +255,31 @@ static void go_back(struct servo_home *home, const struct servo *servo, uint64_t
 {
 	const double read_s = (CLOSED + OPENED) * home->interval_ns / SECOND;
 
-	enter(home, SERVO_HOME_BACK, overrun(home) + 2 * servo->config.follow_most +
-	      fabs(home->config.search) * (LEFT_S + read_s), now_ns);
+	const double way = overrun(home) + 2 * servo->config.follow_most +
+			   fabs(home->config.search) * (LEFT_S + read_s);
+
+	enter(home, SERVO_HOME_BACK, fmin(way, home->config.distance), now_ns);
 }
 
 /* The switch has opened: it has to close there again. */
 static void approach(struct servo_home *home, const struct servo *servo, uint64_t now_ns)
 {
-	enter(home, SERVO_HOME_APPROACH, fabs(home->path - home->edge) + overrun(home) +
-	      servo->config.follow_most, now_ns);
+	const double way = fabs(home->path - home->edge) + overrun(home) +
+			   servo->config.follow_most;
+
+	home->left = home->edge;
+	enter(home, SERVO_HOME_APPROACH, fmin(way, home->config.distance), now_ns);
+}
+
+/* A switch closes where it has opened, or beyond: what closes before that is a disturbance. */
+static bool is_beyond(const struct servo_home *home, const struct servo *servo)
+{
+	const double direction = copysign(1, home->config.search);
+	const double read_s = home->interval_ns / SECOND;
+	const double slack = EDGE_READINGS * fabs(home->config.search) * read_s +
+			     EDGE_COUNTS / fabs(servo->config.scale);
+
+	return (home->edge - home->left) * direction >= -slack;
 }
 
 /*
@@ -262,7 +298,7 @@ static void know(struct servo_home *home, struct servo *servo, uint64_t now_ns)
 /* It has closed on the approach. */
 static void close_in(struct servo_home *home, struct servo *servo, uint64_t now_ns)
 {
-	if (home->exact)
+	if (home->exact && is_beyond(home, servo))
 		know(home, servo, now_ns);
 	else if (++home->rounds >= ROUNDS)
 		finish(home, SERVO_HOME_LATE);
@@ -346,7 +382,6 @@ void servo_home_step(struct servo_home *home, struct servo *servo,
 		     uint64_t now_ns)
 {
 	const double seconds = fmin((double)since(home->step_ns, now_ns) / SECOND, STEP_MOST_S);
-	const bool moved = servo_home_moves(home);
 
 	if (home->state == SERVO_HOME_IDLE)
 		return;
@@ -360,14 +395,17 @@ void servo_home_step(struct servo_home *home, struct servo *servo,
 		work(home, servo, input, now_ns);
 	advance(home, servo, seconds);
 	if (home->state == SERVO_HOME_HOLD) {
+		if (home->speed == 0 && !home->stands) {
+			home->stands = true;
+			if (input->limit)
+				servo_watch_switch(servo, home->path, home->config.search < 0);
+		}
 		if (home->speed == 0 &&
 		    handover_step(&home->handover, servo, wish,
 				  home->config.latch * seconds, &home->path, now_ns)) {
 			home->state = SERVO_HOME_IDLE;
 			return;
 		}
-		if (moved && !servo_home_moves(home))
-			servo_watch_switch(servo, home->path, home->config.search < 0);
 	}
 	wish->position = home->path;
 	wish->velocity = home->speed;

@@ -69,14 +69,17 @@ struct servo_home {
 	unsigned int alike;	/* ... and those before it in a row */
 	uint64_t run_ns;	/* when the first of these was read */
 	double edge;		/* ... and where */
+	double left;		/* where the switch has opened before the approach */
 	bool exact;		/* ... on the slow way, and soon after the one before */
 	unsigned int readings;	/* since the beginning */
 	unsigned int rounds;	/* approaches that have told no exact place */
+	bool stands;		/* HOLD: it does, and the limit switch is watched again */
 };
 
 /* The home switch in this cycle. */
 struct servo_home_input {
 	bool active;
+	bool limit;		/* it is the limit switch in the direction of the search */
 	uint64_t read_ns;	/* when it was read; 0: never */
 };
 
@@ -93,8 +96,8 @@ const char *servo_home_init(struct servo_home *home, const struct servo_home_con
  */
 bool servo_home_begin(struct servo_home *home, struct servo *servo, uint64_t now_ns);
 
-/* Slow down, and hold the axis. False: none is at work. */
-bool servo_home_abort(struct servo_home *home);
+/* Slow down, and hold the axis. False: none is at work, or the motor is off. */
+bool servo_home_abort(struct servo_home *home, const struct servo *servo);
 
 /* It is at work, or still slows down: its switch may be pressed. */
 bool servo_home_moves(const struct servo_home *home);

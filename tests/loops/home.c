@@ -60,7 +60,8 @@ static void step(void)
 	const double speed = home.speed, before = home.path;
 	const enum servo_home_state state = home.state;
 	const struct servo_home_input input = {
-		.active = is_active(), .read_ns = contact.deaf ? read_ns : axis.count_ns,
+		.active = is_active(), .limit = contact.limits,
+		.read_ns = contact.deaf ? read_ns : axis.count_ns,
 	};
 	double jump;
 
@@ -369,7 +370,7 @@ static void ended_on_its_limit_switch_it_is_held(void **state)
 		assert_true(servo_home_begin(&home, &axis.servo, axis.now_ns));
 		axis.wish.position = 1e6;
 		run(0.01 + i % 60 * 0.006);
-		if (!servo_home_abort(&home))
+		if (!servo_home_abort(&home, &axis.servo))
 			break;
 		expect_held(SERVO_HOME_ABORTED);
 		axis_expect_fault(&axis, SERVO_FINE);
@@ -400,7 +401,7 @@ static void held_on_its_limit_switch_it_goes_no_further(void **state)
 	begin_homing(&usual, 5);
 	contact.limits = true;
 	until_state(SERVO_HOME_BACK);
-	assert_true(servo_home_abort(&home));
+	assert_true(servo_home_abort(&home, &axis.servo));
 	expect_held(SERVO_HOME_ABORTED);
 	assert_true(is_active());
 	from = place();
@@ -502,8 +503,8 @@ static void it_can_be_aborted_in_each_state(void **state)
 	for (unsigned int i = 0; i < STATES; i++) {
 		in_state(i);
 		from = place();
-		assert_true(servo_home_abort(&home));
-		assert_false(servo_home_abort(&home));
+		assert_true(servo_home_abort(&home, &axis.servo));
+		assert_false(servo_home_abort(&home, &axis.servo));
 		expect_held(SERVO_HOME_ABORTED);
 		assert_true(fabs(place() - from) <
 			    usual.search * usual.search / usual.acceleration);
@@ -588,7 +589,7 @@ static void one_without_a_switch_has_no_homing(void **state)
 	(void)state;
 	begin_at(&none, 0);
 	assert_false(servo_home_begin(&home, &axis.servo, axis.now_ns));
-	assert_false(servo_home_abort(&home));
+	assert_false(servo_home_abort(&home, &axis.servo));
 	run(0.1);
 	assert_int_equal(home.state, SERVO_HOME_IDLE);
 	/* nor has a motor that is off */
@@ -618,6 +619,8 @@ static void what_cannot_be_is_refused(void **state)
 	REFUSES(latch, NAN, "home-latch-speed");
 	REFUSES(acceleration, 0, "home-acceleration");
 	REFUSES(acceleration, INFINITY, "home-acceleration");
+	REFUSES(acceleration, 8, "home-distance");
+	REFUSES(position, 311, "home-position");
 	REFUSES(distance, INFINITY, "home-distance");
 	REFUSES(distance, 0, "home-distance");
 	REFUSES(offset, NAN, "home-offset");
@@ -625,9 +628,43 @@ static void what_cannot_be_is_refused(void **state)
 	REFUSES(position, 20, "home-position");
 }
 
+/* What closes on the slow way before the switch has to be there is a disturbance. */
+static void a_disturbance_on_the_approach_is_no_place(void **state)
+{
+	(void)state;
+	for (int first = 20; first < 400; first += 10) {
+		begin_homing(&usual, 30);
+		until_state(SERVO_HOME_APPROACH);
+		for (int k = 0; k < first && home.state == SERVO_HOME_APPROACH; k++)
+			step();
+		contact.stuck = true;
+		for (int k = 0; k < 8; k++)
+			step();
+		contact.stuck = false;
+		expect_held(SERVO_HOME_DONE);
+		assert_true(fabs(axis.servo.position - (place() - contact.at) - usual.offset) <
+			    0.05);
+	}
+}
+
+/* Where it ends it does not go beyond. */
+static void it_does_not_pass_its_home_position(void **state)
+{
+	(void)state;
+	begin_homing(&usual, 30);
+	until_state(SERVO_HOME_GO);
+	while (home.state == SERVO_HOME_GO) {
+		assert_true(home.path <= usual.position + 2e-3);
+		step();
+	}
+	assert_int_equal(home.end, SERVO_HOME_DONE);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(a_disturbance_on_the_approach_is_no_place, begin),
+		cmocka_unit_test_setup(it_does_not_pass_its_home_position, begin),
 		cmocka_unit_test_setup(it_finds_its_switch_from_wherever_it_is, begin),
 		cmocka_unit_test_setup(any_speeds_and_switches_will_do, begin),
 		cmocka_unit_test_setup(it_is_handed_over_without_a_jump, begin),
