@@ -60,8 +60,8 @@ static const struct model_row rows[] = {
 	SERVO("acceleration-gain", acceleration_gain, "",
 	      HELP("feed-forward, output for each unit/s^2 that is commanded")),
 	MOVES("state", state, "", WORDS(pokeys_moves_state_name),
-	      HELP("0 = no path of servo motors, 1 moving, 2 held, 3 aborting, 4 over, and held "
-		   "until the commanded positions are there")),
+	      HELP("0 = no path of servo motors, 1 moving, 2 held, 3 aborting, 4 ended, and held "
+		   "until the commanded positions match")),
 	MOVES("waiting", waiting, "", HELP("moves that wait, with the one under way")),
 	MOVES("taken", taken, "", HELP("moves since the daemon's start")),
 	MOVES("held", held, "", HELP("1 = the motors wait on the path until they are resumed")),

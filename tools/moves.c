@@ -2,10 +2,10 @@
 /*
  * pokeysctl moves: servo motors go along a path together, without LinuxCNC.
  *
- * The path is a file of straight moves, one in each line. The daemon plans speeds over the moves
- * that wait in its queue, and makes each position of the path; this program only keeps the queue
- * filled, so nothing here has to be in time. If it is late, the motors slow down on the path, as at
- * its end. The whole file is read and judged before anything moves.
+ * The path is a file of straight moves, one in each line. The daemon plans the speeds over the
+ * queued moves and computes the trajectory. This program only keeps the queue filled, so it has no
+ * deadlines. If it is late, the motors slow down on the path, as they do at its end. The program
+ * checks the whole file before any motor moves.
  *
  * The motors are off when the program ends. A signal slows them down on the path first. If the
  * program is killed or hangs, the daemon switches them off after the loss of its commander.
@@ -74,7 +74,7 @@ static unsigned int motor_of(struct loop_run *run, const char *word)
 			return i;
 		snprintf(names + strlen(names), sizeof(names) - strlen(names), ", %s", name);
 	}
-	wrong("\"%s\" is no servo motor of %s; a line has motors and positions, or speed and a "
+	wrong("\"%s\" is not a servo motor of %s; a line has motors and positions, or speed and a "
 	      "number%s%s", argument_written(word), run->device, *names ? "; its motors: " : "",
 	      *names ? names + 2 : "");
 	return POKEYS_SERVOS;
@@ -85,11 +85,11 @@ static bool take_number(const char *word, const char *after_what, double *number
 	char *after;
 
 	if (!word)
-		return wrong("there is no number after %s", argument_written(after_what));
+		return wrong("there is not a number after %s", argument_written(after_what));
 	*number = strtod(word, &after);
 	if (after != word && !*after && isfinite(*number))
 		return true;
-	return wrong("\"%s\" is no number", argument_written(word));
+	return wrong("\"%s\" is not a number", argument_written(word));
 }
 
 static bool take_speed(double speed)
@@ -204,9 +204,9 @@ static char *read_file(const char *name)
 		return NULL;
 	}
 	if (getdelim(&text, &size, '\0', file) < 0)
-		complain("%s: %s", program.name, ferror(file) ? strerror(errno) : "it is empty");
+		complain("%s: %s", program.name, ferror(file) ? strerror(errno) : "is empty");
 	else if (!feof(file))
-		complain("%s: no text file", program.name);
+		complain("%s: not a text file", program.name);
 	else
 		whole = true;
 	if (!is_input)
@@ -228,7 +228,7 @@ static bool take(struct loop_run *run, char *text)
 	}
 	if (program.count)
 		return true;
-	complain("%s: no moves in it; a line of it may be: x 10 y 5 speed 20", program.name);
+	complain("%s: contains no moves; example of a line: x 10 y 5 speed 20", program.name);
 	return false;
 }
 
@@ -393,8 +393,8 @@ static bool carry_out(struct loop_run *run)
 	well = for_all(run, servo_run_finish) && well;
 	if (!well)
 		return false;
-	printf("%s: %s of %zu moves\n", run->device, ended ? "aborted; not all" : "all",
-	       program.count);
+	printf("%s: %s all %zu moves\n", run->device,
+	       ended ? "path ended early: did not complete" : "completed", program.count);
 	for_all(run, report);
 	return !ended;
 }

@@ -29,6 +29,8 @@
 #define RISE_S 0.2		/* from rest to the speed in no less */
 #define REST_S 0.3		/* at each end of a swing, and of the whole */
 
+#define NEAREST_PART 0.55	/* of the distance of tune, to a soft limit */
+
 enum verb { MOVE, MOVE_TO, SWING, HOME, TUNE, GAIN, RESET, VERBS };
 
 struct order {
@@ -272,8 +274,9 @@ static bool tune(struct loop_run *run, double distance)
 	if (ask_tune(run, distance) == POKEYS_OUTCOME_DONE)
 		well = search(run);
 	else
-		well = loop_fails(run, "refused: %g is less than 96 counts of the encoder, or the "
-				  "motor moves", distance);
+		well = loop_fails(run, "refused: %g is less than 96 counts of the encoder, a "
+				  "soft limit is nearer than %g, a limit switch is pressed, "
+				  "or the motor moves", distance, distance * NEAREST_PART);
 	well = servo_run_finish(run) && well;
 	if (!well)
 		return false;

@@ -233,9 +233,10 @@ static const struct config_key own[] = {
 		    "output-pin are not limited. Each heater needs rated-power-w."),
 	KEY(DEVICE(corner_deviation), "corner-deviation", CONFIG_REAL, RANGE(0, 1e3),
 	    .fallback = "0.01", .unit = "units",
-	    .help = "How fast servo motors pass a corner of a path (moves of pokeysctl): as fast "
-		    "as a rounded corner would be passed that is off the corner by no more than "
-		    "this. 0: they stop at each corner."),
+	    .help = "Sets the speed of servo motors at a corner of a path (moves of pokeysctl). It "
+		    "is the highest speed at which they could follow a rounded corner that "
+		    "deviates from the programmed corner by no more than this. 0: they stop at "
+		    "each corner."),
 	KEY(DEVICE(password_file), "password-file", CONFIG_FILE,
 	    .help = "File whose only line is the device's password. It has to be owned by the "
 		    "daemon's user, which is pokeys in the installed unit, and readable by nobody "

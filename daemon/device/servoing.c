@@ -286,19 +286,20 @@ static void step(struct device *device, unsigned int i)
 	struct servoing *servoing = &device->servoings.servoing[i];
 	struct servo_wish wish = wish_of(device, i);
 	const bool was_enabled = servoing->servo.enabled;
+	const bool settled = is_settled(device, i);
 	struct servo_input input;
 	double output;
 
 	servoing_home_step(device, i, &wish);
 	moving_wish(device, i, &wish);
-	servoing_tune_step(device, i);
+	servoing_tune_step(device, i, settled);
 	input = input_of(device, i);
 	output = servo_step(&servoing->servo, &input, &wish, device->now_ns);
 	/* in a doubt only off is written (plan.c): what is enabled keeps what it has */
 	if (!servoing->servo.enabled || !plan_doubts(device))
 		servoing->wires = drive_step(&servoing->drive, &config->drive,
 					     config->inverted ? -output : output,
-					     servoing->servo.enabled, is_settled(device, i),
+					     servoing->servo.enabled, settled,
 					     device->now_ns);
 	say(device, i, was_enabled);
 	if (servoing->servo.enabled)

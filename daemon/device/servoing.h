@@ -126,8 +126,11 @@ void servoing_home_step(struct device *device, unsigned int index, struct servo_
 bool servoing_seeks(const struct device *device, unsigned int index, bool low);
 void servoing_home_show(struct device *device, unsigned int index);
 
-/* Likewise: its output while it searches for its gains. */
-void servoing_tune_step(struct device *device, unsigned int index);
+/*
+ * Likewise: its output while it searches for its gains. `settled`: the device has acknowledged what
+ * is on the wires.
+ */
+void servoing_tune_step(struct device *device, unsigned int index, bool settled);
 void servoing_tune_show(struct device *device, unsigned int index);
 /* It searches: nothing else may move it. */
 bool servoing_tunes(const struct device *device, unsigned int index);

@@ -33,13 +33,17 @@ bool servoing_tunes(const struct device *device, unsigned int index)
 	return device->servoings.servoing[index].tune.state == SERVO_TUNE_RUNS;
 }
 
-void servoing_tune_step(struct device *device, unsigned int index)
+void servoing_tune_step(struct device *device, unsigned int index, bool settled)
 {
+	const struct servoing_config *config = &device->config.servo[index];
 	struct servoing *servoing = &device->servoings.servoing[index];
+	const double output = servoing->servo.output;
+	const bool applied = settled && drive_passes(&servoing->drive, &config->drive,
+						     config->inverted ? -output : output);
 
 	if (plan_doubts(device))
 		servo_tune_abort(&servoing->tune);
-	if (servo_tune_step(&servoing->tune, &servoing->servo, device->now_ns) ||
+	if (servo_tune_step(&servoing->tune, &servoing->servo, applied, device->now_ns) ||
 	    (servoing->tuning == SERVO_TUNE_RUNS && !servoing_tunes(device, index)))
 		servo_off(&servoing->servo);
 	if (servoing->tune.state != (enum servo_tune_state)servoing->tuning)

@@ -54,6 +54,12 @@ static double signed_duty(struct drive *drive, const struct drive_config *config
 	return 0;
 }
 
+bool drive_passes(const struct drive *drive, const struct drive_config *config, double output)
+{
+	return drive->ready && (config->kind != DRIVE_SIGN || output == 0 ||
+				(drive->known && drive->reverse == (output < 0)));
+}
+
 struct drive_wires drive_step(struct drive *drive, const struct drive_config *config,
 			      double output, bool enabled, bool settled, uint64_t now_ns)
 {

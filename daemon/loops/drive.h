@@ -39,6 +39,9 @@ struct drive_wires {
 	bool enable;
 };
 
+/* The last output, this one, is on the wires: none but 0 is while the direction changes. */
+bool drive_passes(const struct drive *drive, const struct drive_config *config, double output);
+
 /*
  * One cycle. An axis that is not enabled has no output, whatever `output` is. `settled`: the device
  * has acknowledged what the last cycle had on the wires.

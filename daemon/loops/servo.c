@@ -247,13 +247,14 @@ static bool is_too_far(const struct servo *servo)
  * has. So one that does as it is commanded has no error, however old its count is. Its speed is
  * that between two readings, and comes later by the time constant that smooths it.
  */
-static void compare(struct servo *servo, const struct servo_wish *wish, double seconds,
-		    uint64_t now_ns)
+static void compare(struct servo *servo, const struct servo_wish *wish, uint64_t now_ns)
 {
 	const double age_s = (double)since(servo->read_ns, now_ns) / SECOND;
-	const double lag_s = age_s + servo->config.smooth + seconds / 2;
+	const double lag_s = age_s + servo->config.smooth + servo->span / 2;
+	/* a jump of the command is no speed */
+	const double rate = limited(servo->wanted_rate, servo->config.speed_most);
 
-	servo->error = wish->position - servo->wanted_rate * age_s - servo->position;
+	servo->error = wish->position - rate * age_s - servo->position;
 	servo->rate_error = servo->wanted_rate - servo->wanted_acceleration * lag_s - servo->rate;
 }
 
@@ -325,7 +326,8 @@ static enum servo_fault run(struct servo *servo, const struct servo_input *input
 		return SERVO_FINE;
 	}
 	follow_command(servo, wish, seconds, now_ns);
-	compare(servo, wish, seconds, now_ns);
+	servo->span = way->seconds > 0 ? way->seconds : servo->span;
+	compare(servo, wish, now_ns);
 	if (is_too_far(servo))
 		return SERVO_FOLLOWING;
 	servo->output = controlled(servo, seconds);

@@ -130,6 +130,7 @@ struct servo {
 
 	double error;		/* off what was commanded when the encoder was read, units */
 	double rate_error;	/* ... likewise, of the speed, units/s */
+	double span;		/* seconds between the last two readings */
 	double integral;	/* in units of the output */
 	double bridge;		/* ... from the gains of before to those of now; goes to 0 */
 	double output;

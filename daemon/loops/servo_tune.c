@@ -49,10 +49,25 @@
 #define DAMPING 0.9
 #define INTEGRAL_PART 0.1
 #define HEARD 0.03		/* output for a count */
-#define STANDS_PART 0.01	/* of max-speed */
+#define STANDS_PART 0.01	/* of max-speed: it is not commanded to move, */
+#define RESTS_PART 0.05		/* ... nor does it */
+#define ROUNDED 1e-6		/* a limit that came as a float */
+#define STILL_MORE 0.1		/* above silent-output: the watch would say that it is silent */
 
 /* The terms of an equation. */
 enum { PUSHED, MOVED, RUBBED, SPED_UP };
+
+/* It stands, and nothing is so near that it would stop there. */
+static bool has_room(const struct servo *servo, double distance)
+{
+	const double low = servo->position - FAR * distance;
+	const double high = servo->position + FAR * distance;
+
+	return fabs(servo->wanted_rate) <= servo->config.speed_most * STANDS_PART &&
+	       fabs(servo->rate) <= servo->config.speed_most * RESTS_PART &&
+	       isnan(servo->low_at) && isnan(servo->high_at) &&
+	       (!servo->homed || (low >= servo->config.least && high <= servo->config.most));
+}
 
 bool servo_tune_begin(struct servo_tune *tune, const struct servo *servo, double distance,
 		      double most, uint64_t now_ns)
@@ -60,13 +75,12 @@ bool servo_tune_begin(struct servo_tune *tune, const struct servo *servo, double
 	const double output_most = servo->config.output_most;
 
 	if (!servo->enabled || tune->state == SERVO_TUNE_RUNS || !(distance > 0) ||
-	    !isfinite(distance) || !(most >= 0 && most <= output_most) ||
-	    distance * fabs(servo->config.scale) < 8 * MOVED_COUNTS ||
-	    fabs(servo->wanted_rate) > servo->config.speed_most * STANDS_PART)
+	    !isfinite(distance) || !(most >= 0 && most <= output_most * (1 + ROUNDED)) ||
+	    distance * fabs(servo->config.scale) < 8 * MOVED_COUNTS || !has_room(servo, distance))
 		return false;
 	*tune = (struct servo_tune){
 		.state = SERVO_TUNE_RUNS, .distance = distance,
-		.most = most > 0 ? most : output_most, .from = servo->position,
+		.most = most > 0 ? fmin(most, output_most) : output_most, .from = servo->position,
 		.turned_at = servo->position, .begun_ns = now_ns, .turned_ns = now_ns,
 		.step_ns = now_ns, .sign = 1,
 	};
@@ -153,25 +167,30 @@ static void note_braking(struct servo_tune *tune, const struct servo *servo)
 
 	tune->turned_at = servo->position;
 	if (tune->turned_rate > 0 && way * fabs(servo->config.scale) >= MOVED_COUNTS)
-		tune->braking = tune->turned_rate * tune->turned_rate / (2 * way);
+		tune->braking[tune->sign > 0] = tune->turned_rate * tune->turned_rate / (2 * way);
 	tune->turned_rate = 0;
 }
 
 /* How far it would go on, if its output were turned now. */
 static double way_on(const struct servo_tune *tune, const struct servo *servo)
 {
-	const double rate = fabs(servo->rate);
+	const double rate = fabs(servo->rate), braking = tune->braking[tune->sign < 0];
+	const double late = rate * (tune->delay + servo->config.smooth + tune->dead);
 
-	if (tune->braking <= 0)
-		return fabs(servo->position - tune->turned_at);
-	return rate * rate / (2 * tune->braking);
+	if (braking <= 0)
+		return fabs(servo->position - tune->turned_at) + late;
+	return rate * rate / (2 * braking) + late;
 }
 
 static void turn(struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
 {
 	const double seconds = (double)since(tune->turned_ns, now_ns) / SECOND;
+	const double least = SHORTEST * tune->interval;
+	const double fastest = FASTEST * servo->config.speed_most;
 
-	if (seconds > SHORTEST * tune->interval && tune->peak < FASTEST * servo->config.speed_most)
+	if (seconds < least / 2)
+		tune->push /= GROW;
+	else if (seconds > least && tune->peak < fastest)
 		tune->push = fmin(tune->push * (seconds > LONG_S ? GROW_SOON : GROW),
 				  tune->most);
 	tune->turned_rate = fabs(servo->rate);
@@ -287,7 +306,8 @@ static bool find_model(struct servo_tune *tune)
 
 static void choose_gains(struct servo_tune *tune, const struct servo *servo)
 {
-	const double delay = tune->delay + servo->config.smooth + MORE_DELAY_S;
+	/* a direction that takes its time to change is in the loop as well */
+	const double delay = fmax(tune->delay, tune->dead) + servo->config.smooth + MORE_DELAY_S;
 	const double count = 1 / fabs(servo->config.scale);
 	const double noise = count / (tune->delay / 2 + servo->config.smooth);
 	struct servo_gains *gains = &tune->gains;
@@ -313,7 +333,7 @@ static bool conclude(struct servo_tune *tune, const struct servo *servo)
 	return true;
 }
 
-bool servo_tune_step(struct servo_tune *tune, struct servo *servo, uint64_t now_ns)
+bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied, uint64_t now_ns)
 {
 	const double seconds = (double)since(tune->step_ns, now_ns) / SECOND;
 	double late_s;
@@ -326,6 +346,10 @@ bool servo_tune_step(struct servo_tune *tune, struct servo *servo, uint64_t now_
 	/* until an output acts on the whole of the next reading */
 	late_s = (double)since(servo->read_ns, now_ns) / SECOND + seconds;
 	tune->delay += (late_s - tune->delay) / 64;
+	if (!applied && tune->push > 0) {
+		tune->dead = fmax(tune->dead, (double)since(tune->turned_ns, now_ns) / SECOND);
+		tune->places = 0;
+	}
 	if (servo->read_ns > tune->read_ns)
 		take_place(tune, servo);
 	tune->read_ns = servo->read_ns;
@@ -338,7 +362,8 @@ bool servo_tune_step(struct servo_tune *tune, struct servo *servo, uint64_t now_
 	if (is_silent(tune, servo, now_ns))
 		return fail(tune, SERVO_TUNE_SILENT);
 	push(tune, servo, seconds, now_ns);
-	if (tune->push <= 0 && tune->output > tune->most)
+	if (tune->push <= 0 &&
+	    tune->output > fmin(tune->most, servo->config.silent_output + STILL_MORE))
 		return fail(tune, SERVO_TUNE_STILL);
 	/* it is slow where it has just turned */
 	if (tune->turns >= TURNS && tune->equations >= EQUATIONS && tune->turned_rate <= 0)

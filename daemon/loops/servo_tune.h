@@ -3,8 +3,9 @@
  * Gains for a servo motor, from how it answers to steps of its output. Pure: the time is a
  * parameter, nothing is allocated, nothing is sent. Realtime thread only.
  *
- * The motor is enabled, and stands. It is pushed back and forth, by no more than half of a distance
- * from where it was; at the end it is off. What stops a motor otherwise stops it here as well.
+ * The motor is enabled, and stands. It is pushed back and forth, by little more than half of a
+ * distance from where it was, and coasts from there if it has to be stopped. At the end it is off.
+ * What stops a motor otherwise stops it here as well, but for a following error: there is none.
  */
 #ifndef LOOPS_SERVO_TUNE_H
 #define LOOPS_SERVO_TUNE_H
@@ -47,7 +48,7 @@ struct servo_tune {
 	double output;		/* now */
 	double turned_at;	/* position where it turned last */
 	double sign;		/* of its speed then */
-	double braking;		/* units/s^2: what it did when it was turned last; 0: not known */
+	double braking[2];	/* units/s^2, from its way up, down: as last; 0: not known */
 	double turned_rate;	/* speed when its output was turned, units/s; 0: it has turned */
 	double turned_from;	/* ... and its position */
 	double peak;		/* highest speed of this push */
@@ -55,6 +56,7 @@ struct servo_tune {
 	uint64_t moved_ns;
 	unsigned int turns;
 	uint64_t begun_ns, turned_ns, read_ns, step_ns;
+	double dead;		/* longest time until an output was applied, seconds */
 	double delay;		/* from a reading to its output, seconds, smoothed */
 	double interval;	/* ... from one to the next; 0: not known */
 	/* the last readings */
@@ -71,7 +73,8 @@ struct servo_tune {
 };
 
 /*
- * False: the motor is not enabled, or moves, or these are no numbers. `distance`: it stays so near
+ * False: the motor is not enabled, or moves, or is on a limit switch; a soft limit is too near; or
+ * these are no numbers, or too few counts. `distance`: it stays so near
  * to where it is, both ways together, units. `most`: largest output, 0 to 1; 0: its own.
  */
 bool servo_tune_begin(struct servo_tune *tune, const struct servo *servo, double distance,
@@ -80,7 +83,10 @@ bool servo_tune_begin(struct servo_tune *tune, const struct servo *servo, double
 /* The motor is off in the next step. False: none runs. */
 bool servo_tune_abort(struct servo_tune *tune);
 
-/* One cycle, before servo_step(). True: the motor has to be off. */
-bool servo_tune_step(struct servo_tune *tune, struct servo *servo, uint64_t now_ns);
+/*
+ * One cycle, before servo_step(). `applied`: the device has the output of the last one. True: the
+ * motor has to be off.
+ */
+bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied, uint64_t now_ns);
 
 #endif

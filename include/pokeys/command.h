@@ -104,7 +104,7 @@ enum {
 	POKEYS_PROBE_HYBRID = 1u << 1,		/* the commander moves: no mask, positions, speed */
 	POKEYS_SERVO_HOMED = 1u << 0,		/* that is its position on the machine */
 	POKEYS_SERVO_END_HOMING = 1u << 1,
-	POKEYS_MOVE_BEGINS = 1u << 0,		/* it need not go on from the move before */
+	POKEYS_MOVE_BEGINS = 1u << 0,		/* a path: need not follow a taken move */
 };
 
 enum pokeys_one_shot_operation {
@@ -189,34 +189,38 @@ enum pokeys_one_shot_operation {
 	 */
 	POKEYS_ONE_SHOT_SERVO_HOME = 27,
 	/*
-	 * One more straight move of servo motors (mask) that are enabled: value[] and fraction[] =
-	 * where each of them goes, in the order of their numbers, in counts of its encoder as
-	 * SERVO_PLACE has them; parameter[0] = speed along the path, units/s, 0 = as fast as they
-	 * can. Done when it is in the queue; why one was refused says state.moves.refused. After
-	 * one that was refused, after a path that has ended early and at the beginning of a
-	 * session, all are refused until one has POKEYS_MOVE_BEGINS.
-	 * The motors have to stay enabled; their commanded positions do not matter meanwhile.
-	 * Afterwards the daemon holds each until its commanded position is where it is.
+	 * Add a straight move of enabled servo motors (mask) to the queue. value[] and fraction[] =
+	 * target position of each motor, in the order of their numbers, in counts of its encoder as
+	 * for SERVO_PLACE; parameter[0] = speed along the path, units/s, 0 = as fast as the motors
+	 * can move. Done when the move is in the queue; if it is refused, state.moves.refused has
+	 * the reason. After a refused move, after a path that ended early and at the beginning of a
+	 * session, the daemon refuses all moves until one has POKEYS_MOVE_BEGINS.
+	 * The motors have to stay enabled; their commanded positions do not matter until the path
+	 * has ended. The daemon then holds each motor until its commanded position matches its held
+	 * position.
 	 */
 	POKEYS_ONE_SHOT_MOVE = 28,
 	/* index = enum pokeys_moves_control; of FEED, parameter[0] = 0 to 2 */
 	POKEYS_ONE_SHOT_MOVES_CONTROL = 29,
 	/*
-	 * Search for a servo motor's gains: it is pushed back and forth, within parameter[0] units
-	 * around where it is, with an output of at most parameter[1] (0 = max-output). Refused
-	 * while it is not enabled or moves; it has to stay enabled, and is off at the end. Distance
-	 * 0 ends the search. Done when it has begun; state.servo[].tuning shows its progress.
+	 * Search for a servo motor's gains: the daemon drives the motor back and forth around its
+	 * position, by about half of parameter[0] (units) to each side, with an output of at most
+	 * parameter[1] (0 = max-output). Refused if the motor is not enabled or is moving, if a
+	 * limit switch is pressed or a soft limit too near, or if the distance is less than 96
+	 * counts of the encoder. The motor has to stay enabled; it is off at the end. Distance 0
+	 * ends the search. Done when it has begun; state.servo[].tuning shows its progress.
 	 */
 	POKEYS_ONE_SHOT_SERVO_TUNE = 30,
 };
 
-/* What is done to moves that are under way. ABORT and STOP are refused if there are none. */
+/* Controls the path. ABORT and STOP are refused if there is no path. */
 enum pokeys_moves_control {
 	POKEYS_MOVES_HOLD = 0,		/* slow down on the path, and wait there */
 	POKEYS_MOVES_RESUME = 1,
 	POKEYS_MOVES_FEED = 2,		/* part of the commanded speeds, until the session ends */
-	POKEYS_MOVES_ABORT = 3,		/* slow down on the path, and forget the rest of it */
-	POKEYS_MOVES_STOP = 4,		/* the commanded positions stop at once; forget the rest */
+	POKEYS_MOVES_ABORT = 3,		/* slow down on the path, and discard the rest */
+	POKEYS_MOVES_STOP = 4,		/* stop the commanded positions at once, and discard
+					 * the rest */
 };
 
 struct pokeys_one_shot {

@@ -208,8 +208,9 @@ struct pokeys_servo {
 	double counts_per_unit;		/* below 0: the encoder counts down */
 	float velocity;			/* measured, units/s */
 	float commanded_velocity;	/* as given, or as estimated from the positions */
-	float error;			/* of position, from what was commanded when it was read,
-					 * units; that of a fault stays */
+	float error;			/* following error, units: the position commanded at the
+					 * time of the reading - position; after a fault it
+					 * keeps its value */
 	float output;			/* -1 to 1; above 0 the position grows */
 	float minimum, maximum;		/* soft limits, units; infinite: none */
 	float p, i, d;			/* gains in effect */
@@ -243,9 +244,9 @@ enum {
 enum pokeys_moves_state {
 	POKEYS_MOVES_IDLE = 0,
 	POKEYS_MOVES_MOVING = 1,
-	POKEYS_MOVES_HELD = 2,		/* stands on the path, or slows down to that */
-	POKEYS_MOVES_ABORTING = 3,	/* slows down, then forgets what waits */
-	POKEYS_MOVES_HANDOVER = 4,	/* over; held until the commanded positions are there */
+	POKEYS_MOVES_HELD = 2,		/* stopped on the path, or slowing down to stop */
+	POKEYS_MOVES_ABORTING = 3,	/* slowing down; then the rest of the path is discarded */
+	POKEYS_MOVES_HANDOVER = 4,	/* ended; held until the commanded positions match */
 };
 
 /* How the last path has ended. */
@@ -256,11 +257,11 @@ enum pokeys_moves_end {
 	POKEYS_MOVES_STOPPED = 3,	/* a motor of it was switched off, or had a fault */
 };
 
-/* Why the last move was not taken, or the first of those since then that were not. */
+/* Result of the last move. BROKEN does not replace the reason of an earlier refusal. */
 enum pokeys_moves_refusal {
 	POKEYS_MOVES_TAKEN = 0,
 	POKEYS_MOVES_FULL = 1,		/* POKEYS_MOVES are waiting */
-	POKEYS_MOVES_ODD = 2,		/* no such motor, or a speed that is no number */
+	POKEYS_MOVES_ODD = 2,		/* no such motor, or a position or speed is invalid */
 	POKEYS_MOVES_ENDING = 3,	/* the path slows down to its end */
 	POKEYS_MOVES_OFF = 4,		/* a motor of it is not enabled */
 	POKEYS_MOVES_HOMING = 5,	/* ... is homing */

@@ -403,10 +403,10 @@ static inline const char *pokeys_servo_tune_reason_name(uint8_t reason)
 	case POKEYS_SERVO_TUNE_STOPPED:		return "the motor was switched off, or had a fault";
 	case POKEYS_SERVO_TUNE_STILL:		return "the motor does not move";
 	case POKEYS_SERVO_TUNE_REVERSED:	return "the motor moves against its output";
-	case POKEYS_SERVO_TUNE_SILENT:		return "the encoder stopped counting";
+	case POKEYS_SERVO_TUNE_SILENT:		return "the motor, or its encoder, stands still";
 	case POKEYS_SERVO_TUNE_FAR:		return "the motor went too far";
 	case POKEYS_SERVO_TUNE_UNLIKE:		return "it does not respond like a motor";
-	case POKEYS_SERVO_TUNE_LATE:		return "not enough readings in 30 s";
+	case POKEYS_SERVO_TUNE_LATE:		return "not enough readings; try a longer distance";
 	default:				return "unknown";
 	}
 }
@@ -442,13 +442,14 @@ static inline const char *pokeys_moves_refusal_name(uint8_t refusal)
 	switch (refusal) {
 	case POKEYS_MOVES_TAKEN:	return "none";
 	case POKEYS_MOVES_FULL:		return "the queue is full";
-	case POKEYS_MOVES_ODD:		return "no such motor, or not a number";
+	case POKEYS_MOVES_ODD:		return "there is no such motor, or a value is invalid";
 	case POKEYS_MOVES_ENDING:	return "the path is being aborted";
 	case POKEYS_MOVES_OFF:		return "a motor is not enabled";
 	case POKEYS_MOVES_HOMING:	return "a motor is homing";
 	case POKEYS_MOVES_COMMANDED:	return "a motor is being moved by its commander";
 	case POKEYS_MOVES_LIMIT:	return "its end is beyond a soft limit";
-	case POKEYS_MOVES_BROKEN:	return "the path has ended before it";
+	case POKEYS_MOVES_BROKEN:
+		return "an earlier move was refused, or the path ended early";
 	default:			return "unknown";
 	}
 }

@@ -1149,10 +1149,10 @@ class StateServoItem(Part):
             1: "the motor was switched off, or had a fault",
             2: "the motor does not move",
             3: "the motor moves against its output",
-            4: "the encoder stopped counting",
+            4: "the motor, or its encoder, stands still",
             5: "the motor went too far",
             6: "it does not respond like a motor",
-            7: "not enough readings in 30 s",
+            7: "not enough readings; try a longer distance",
         })
     tuned_p = Measured(
         "servo.%02u.tuned-p", 6, (3528, 152),
@@ -1248,8 +1248,8 @@ class StateMoves(Part):
     __slots__ = ()
     state = Word(
         "moves.state", 1, (4358, 0),
-        "0 = no path of servo motors, 1 moving, 2 held, 3 aborting, 4 over, and held until the "
-        "commanded positions are there",
+        "0 = no path of servo motors, 1 moving, 2 held, 3 aborting, 4 ended, and held until the "
+        "commanded positions match",
         code="B",
         words={
             0: "idle",
@@ -1298,13 +1298,13 @@ class StateMoves(Part):
         words={
             0: "none",
             1: "the queue is full",
-            2: "no such motor, or not a number",
+            2: "there is no such motor, or a value is invalid",
             3: "the path is being aborted",
             4: "a motor is not enabled",
             5: "a motor is homing",
             6: "a motor is being moved by its commander",
             7: "its end is beyond a soft limit",
-            8: "the path has ended before it",
+            8: "an earlier move was refused, or the path ended early",
         })
     motors = Integer(
         "moves.motors", 1, (4357, 0),

@@ -116,6 +116,30 @@ static void each_drive_finds_its_gains(void **state)
 	assert_int_equal(world.event_count[EVENT_SERVO_TUNED], 2 * MOTORS);
 }
 
+/* A direction that takes its time: the model is that of the motor, the loop is slower. */
+static void a_dwell_is_no_part_of_the_motor(void **state)
+{
+	float quick;
+
+	(void)state;
+	prepare();
+	assert_int_equal(tune(SIGN, 40, 0), POKEYS_OUTCOME_DONE);
+	until_ended(SIGN, 40);
+	quick = servo_shown(SIGN)->tuned_p;
+	servo_prepare(NULL);
+	world.config.servo[SIGN].servo.gains = (struct servo_gains){ .p = 0.2 };
+	world.config.servo[SIGN].drive.dwell_ns = 10 * MS;
+	servo_start();
+	servo_enable(SIGN);
+	servo_run(100 * MS);
+	assert_int_equal(tune(SIGN, 40, 0), POKEYS_OUTCOME_DONE);
+	until_ended(SIGN, 40);
+	assert_int_equal(servo_shown(SIGN)->tuning, POKEYS_SERVO_TUNING_DONE);
+	found_is(servo_shown(SIGN)->tuned_velocity_gain, 0.00262);
+	found_is(servo_shown(SIGN)->tuned_acceleration_gain, 5.2e-5);
+	assert_true(servo_shown(SIGN)->tuned_p < quick / 2);
+}
+
 static void who_may_begin_it(void **state)
 {
 	const struct pokeys_one_shot move = {
@@ -184,6 +208,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(each_drive_finds_its_gains, begin),
+		cmocka_unit_test(a_dwell_is_no_part_of_the_motor),
 		cmocka_unit_test_setup(who_may_begin_it, begin),
 		cmocka_unit_test(what_stops_a_motor_ends_it),
 	};

@@ -574,6 +574,24 @@ static void an_output_only_while_nothing_is_wrong(void **state)
 	}
 }
 
+/* Whoever gives no speed has none for a jump: it is an error at once. */
+static void a_jump_of_the_command_is_found_at_once(void **state)
+{
+	(void)state;
+	axis_init(&axis, &axis_config, &sim_motor_small);
+	axis_enable(&axis);
+	axis.wish.velocity = NAN;
+	for (int i = 0; i < 100; i++) {
+		axis.wish.position += 0.05;
+		axis_step(&axis);
+	}
+	axis_expect_fault(&axis, SERVO_FINE);
+	axis.wish.position += 20;
+	axis_step(&axis);
+	axis_expect_fault(&axis, SERVO_FOLLOWING);
+	assert_true(axis.output == 0);
+}
+
 /* What has braked it is gone when it stands, and there is nothing to be counted. */
 static void one_that_brakes_hard_is_not_silent(void **state)
 {
@@ -601,6 +619,7 @@ static void one_that_brakes_hard_is_not_silent(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_jump_of_the_command_is_found_at_once),
 		cmocka_unit_test(one_that_brakes_hard_is_not_silent),
 		cmocka_unit_test_setup(the_device_is_lost, begin),
 		cmocka_unit_test_setup(readings_are_old, begin),

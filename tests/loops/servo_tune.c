@@ -22,7 +22,7 @@ static double place(void)
 
 static void step(void)
 {
-	if (servo_tune_step(&tune, &axis.servo, axis.now_ns + AXIS_CYCLE_NS))
+	if (servo_tune_step(&tune, &axis.servo, true, axis.now_ns + AXIS_CYCLE_NS))
 		servo_off(&axis.servo);
 	axis_step(&axis);
 }
@@ -198,8 +198,8 @@ static void what_ends_it(void **state)
 	expect_failed(SERVO_TUNE_STILL);
 	begin_tune(40, 0);
 	sim_motor_break(&axis.motor, SIM_MOTOR_STALLED);
-	expect_failed(SERVO_TUNE_STOPPED);
-	axis_expect_fault(&axis, SERVO_SILENT);
+	expect_failed(SERVO_TUNE_STILL);
+	axis_expect_fault(&axis, SERVO_FINE);
 	/* the encoder's cable breaks: in each of the pushes */
 	for (double seconds = 0.3; seconds < 4; seconds += 0.13) {
 		begin_tune(40, 0);
@@ -213,6 +213,28 @@ static void what_ends_it(void **state)
 	begin_tune(40, 0);
 	sim_motor_break(&axis.motor, SIM_MOTOR_REVERSED);
 	expect_failed(SERVO_TUNE_REVERSED);
+	/* ... from some time on: it runs away, and is stopped soon */
+	for (double seconds = 0.4; seconds < 4; seconds += 0.37) {
+		double at;
+
+		begin_tune(40, 0);
+		run_for(seconds);
+		at = place();
+		sim_motor_break(&axis.motor, SIM_MOTOR_REVERSED);
+		for (long k = 0; tune.state == SERVO_TUNE_RUNS; k++) {
+			assert_in_range(k, 0, 40000);
+			step();
+			assert_true(fabs(place() - at) < 40);
+		}
+		assert_int_equal(tune.state, SERVO_TUNE_FAILED);
+		assert_true(axis.output == 0);
+	}
+	/* held where it turns */
+	begin_tune(40, 0);
+	run_for(2);
+	sim_motor_break(&axis.motor, SIM_MOTOR_STALLED);
+	run_for(0.1);
+	assert_int_equal(tune.state, SERVO_TUNE_FAILED);
 	/* something pulls it away */
 	begin_tune(4, 0.5);
 	run_for(0.3);
@@ -220,6 +242,7 @@ static void what_ends_it(void **state)
 	for (long k = 0; tune.state == SERVO_TUNE_RUNS; k++) {
 		assert_in_range(k, 0, 40000);
 		step();
+		assert_true(fabs(place()) < 6);
 	}
 	assert_int_equal(tune.state, SERVO_TUNE_FAILED);
 	assert_true(axis.output == 0);
@@ -242,6 +265,30 @@ static void what_it_does_not_begin_with(void **state)
 	step();
 	assert_false(servo_tune_begin(&tune, &axis.servo, 10, 0, axis.now_ns));
 	assert_int_equal(tune.state, SERVO_TUNE_NONE);
+	/* while it moves, or is commanded to */
+	axis_enable(&axis);
+	for (int k = 0; k < 100; k++) {
+		axis.wish.position += 0.05;
+		axis.wish.velocity = 50;
+		step();
+	}
+	assert_false(servo_tune_begin(&tune, &axis.servo, 10, 0, axis.now_ns));
+	axis.wish.velocity = 0;
+	step();
+	axis.servo.wanted_rate = 0;
+	assert_false(servo_tune_begin(&tune, &axis.servo, 10, 0, axis.now_ns));
+	run_for(0.5);
+	/* a soft limit is too near, or a limit switch is pressed */
+	axis.servo.homed = true;
+	axis.servo.config.most = axis.servo.position + 5;
+	assert_false(servo_tune_begin(&tune, &axis.servo, 10, 0, axis.now_ns));
+	axis.servo.config.most = axis.servo.position + 6;
+	axis.servo.config.least = axis.servo.position - 5;
+	assert_false(servo_tune_begin(&tune, &axis.servo, 10, 0, axis.now_ns));
+	axis.servo.homed = false;
+	axis.servo.low_at = axis.servo.position;
+	assert_false(servo_tune_begin(&tune, &axis.servo, 10, 0, axis.now_ns));
+	axis.servo.low_at = NAN;
 	axis_enable(&axis);
 	assert_true(servo_tune_begin(&tune, &axis.servo, 10, 0, axis.now_ns));
 	assert_false(servo_tune_begin(&tune, &axis.servo, 10, 0, axis.now_ns));

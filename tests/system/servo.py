@@ -186,8 +186,8 @@ def test_pokeysctl_finds_gains():
             equal(ended(house, "x", "gain", name, value)[0], 0)
         succeeds(house, "x", "move-to", "10", "--speed", "20")
         status, text = ended(house, "x", "tune", "0.1")
-        equal((status, text), (1, "pokeysctl: mill: servo x: refused: 0.1 is less than 96 counts of the encoder, or the "
-                                  "motor moves\n"))
+        equal((status, text), (1, "pokeysctl: mill: servo x: refused: 0.1 is less than 96 counts of the encoder, a soft "
+                                  "limit is nearer than 0.055, a limit switch is pressed, or the motor moves\n"))
 
 
 def program(house, *lines):
@@ -217,7 +217,7 @@ def test_pokeysctl_moves_motors_together():
         sides = [f"x {x} y {y}" for n in range(20) for x, y in ((5, 0), (5, 5), (0, 5), (0, 0))]
         status, text = moves(house, "speed 80  # of all", *sides, "", "; the last one", "z -2.5 x 1 speed 20")
         equal(status, 0)
-        assert re.search(r"^mill: all of 81 moves\n  x: at (1|0\.9)\S*; following error at most \S+\n  y: at \S+; .*\n"
+        assert re.search(r"^mill: completed all 81 moves\n  x: at (1|0\.9)\S*; following error at most \S+\n  y: at \S+; .*\n"
                          r"  z: at -2\.[45]\S*; ", text, re.MULTILINE), text
         for number, place in enumerate((1, 0, -2.5)):
             assert abs(servos(house)[number]["position"] - place) < 0.1
@@ -232,7 +232,7 @@ def test_pokeysctl_ends_moves_by_a_signal():
     with uncommanded() as (house, sim, _daemon):
         status, text = moves(house, "x 90 y 90 speed 20", "x 0 y 0", until=lambda: servos(house)[0]["position"] > 5)
         equal(status, 1)
-        assert "mill: aborted; not all of 2 moves" in text, text
+        assert "mill: path ended early: did not complete all 2 moves" in text, text
         equal(house.state()["moves"]["end"], "aborted")
         assert 4 < servos(house)[0]["position"] < 90
         assert "moves: aborted, with " in house.log()
@@ -257,20 +257,20 @@ def test_moves_that_cannot_be_taken_move_nothing():
     with uncommanded() as (house, sim, _daemon):
         for lines, why in (
                 (["x 1", "x 5"], 'moves.txt:1: no speed is given; write "speed 20" before, or give --speed 20'),
-                (["speed 9", "x 5", "w 3"], 'moves.txt:3: "w" is no servo motor of mill; a line has motors and positions, '
+                (["speed 9", "x 5", "w 3"], 'moves.txt:3: "w" is not a servo motor of mill; a line has motors and positions, '
                  "or speed and a number; its motors: x, y, z"),
                 (["speed 9", "x 5 x 6"], "moves.txt:2: x is given twice"),
                 (["speed 0"], "moves.txt:1: speed is a number above 0, up to 1000000 units/s"),
-                (["speed 5 x"], "moves.txt:1: there is no number after x"),
-                (["speed 5 x 1e"], 'moves.txt:1: "1e" is no number'),
-                (["speed 5 x nan"], 'moves.txt:1: "nan" is no number'),
+                (["speed 5 x"], "moves.txt:1: there is not a number after x"),
+                (["speed 5 x 1e"], 'moves.txt:1: "1e" is not a number'),
+                (["speed 5 x nan"], 'moves.txt:1: "nan" is not a number'),
                 (["speed 5 x 1e300"], "moves.txt:1: x 1e+300 is more than the encoder counts"),
-                ([""], "moves.txt: no moves in it; a line of it may be: x 10 y 5 speed 20"),
-                (["# nothing"], "moves.txt: no moves in it; a line of it may be: x 10 y 5 speed 20")):
+                ([""], "moves.txt: contains no moves; example of a line: x 10 y 5 speed 20"),
+                (["# nothing"], "moves.txt: contains no moves; example of a line: x 10 y 5 speed 20")):
             status, text = ended(house, program(house, *lines), command="moves")
             equal(status, 1)
             assert text.startswith("pokeysctl: ") and text.endswith(why + "\n"), text
-        equal(ended(house, "/dev/null", command="moves"), (1, "pokeysctl: /dev/null: it is empty\n"))
+        equal(ended(house, "/dev/null", command="moves"), (1, "pokeysctl: /dev/null: is empty\n"))
         equal(house.state()["moves"]["taken"], 0)
         equal([motor(house, sim, number)["count"] for number in range(3)], [0] * 3)
 
