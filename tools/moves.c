@@ -94,7 +94,7 @@ static bool take_number(const char *word, const char *after_what, double *number
 
 static bool take_speed(double speed)
 {
-	if (!(speed > 0 && speed <= SPEED_MOST))
+	if (!((float)speed > 0 && speed <= SPEED_MOST))
 		return wrong("speed is a number above 0, up to %.0f units/s", SPEED_MOST);
 	program.speed = speed;
 	return true;

@@ -229,6 +229,12 @@ static bool has_closed(const struct servo_home *home)
 	return home->active && home->alike >= CLOSED && home->read_ns - home->run_ns >= CLOSED_NS;
 }
 
+/* For as long as an opening: on the slow way there is time, and no disturbance is taken for it. */
+static bool stays_closed(const struct servo_home *home)
+{
+	return home->active && home->alike >= OPENED && home->read_ns - home->run_ns >= OPENED_NS;
+}
+
 static bool has_opened(const struct servo_home *home)
 {
 	return !home->active && home->alike >= OPENED && home->read_ns - home->run_ns >= OPENED_NS;
@@ -325,7 +331,7 @@ static void look(struct servo_home *home, struct servo *servo, uint64_t now_ns)
 			approach(home, servo, now_ns);
 		break;
 	case SERVO_HOME_APPROACH:
-		if (has_closed(home))
+		if (stays_closed(home))
 			close_in(home, servo, now_ns);
 		break;
 	case SERVO_HOME_IDLE:

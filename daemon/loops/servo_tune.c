@@ -28,6 +28,7 @@
 #define MOVED_COUNTS 12
 #define BEGIN_TIMES 1.5		/* ... of the output with which it has moved, */
 #define BEGIN_MORE 0.03
+#define LEAST_TIMES 1.1		/* ... with less it may not come loose where it turns */
 #define GROW 1.3		/* from turn to turn */
 #define LONG_S 0.5
 #define GROW_SOON 2.0
@@ -104,7 +105,8 @@ static void change(struct servo_tune *tune, double output, uint64_t now_ns)
 {
 	tune->output = output;
 	tune->places = 0;
-	tune->turned_ns = now_ns;
+	tune->turned_ns = tune->applied_ns = now_ns;
+	tune->applied = false;
 	tune->peak = 0;
 }
 
@@ -184,12 +186,12 @@ static double way_on(const struct servo_tune *tune, const struct servo *servo)
 
 static void turn(struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
 {
-	const double seconds = (double)since(tune->turned_ns, now_ns) / SECOND;
+	const double seconds = (double)since(tune->applied_ns, now_ns) / SECOND;
 	const double least = SHORTEST * tune->interval;
 	const double fastest = FASTEST * servo->config.speed_most;
 
 	if (seconds < least / 2)
-		tune->push /= GROW;
+		tune->push = fmax(tune->push / GROW, tune->least);
 	else if (seconds > least && tune->peak < fastest)
 		tune->push = fmin(tune->push * (seconds > LONG_S ? GROW_SOON : GROW),
 				  tune->most);
@@ -230,6 +232,7 @@ static void push(struct servo_tune *tune, const struct servo *servo, double seco
 		tune->output += RAMP * seconds;
 		if (fabs(off * servo->config.scale) < MOVED_COUNTS)
 			return;
+		tune->least = fmin(tune->output * LEAST_TIMES, tune->most);
 		tune->push = fmin(tune->output * BEGIN_TIMES + BEGIN_MORE, tune->most);
 		change(tune, tune->push, now_ns);
 		return;
@@ -333,6 +336,24 @@ static bool conclude(struct servo_tune *tune, const struct servo *servo)
 	return true;
 }
 
+/*
+ * The time until a turned output is applied is in each turn. That it is in doubt later, by a packet
+ * that was lost, is none of it.
+ */
+static void note_applied(struct servo_tune *tune, bool applied, uint64_t now_ns)
+{
+	if (tune->push <= 0)
+		return;
+	if (!applied)
+		tune->places = 0;
+	if (tune->applied)
+		return;
+	tune->applied = applied;
+	tune->applied_ns = tune->moved_ns = now_ns;	/* without voltage it may stand */
+	if (!applied)
+		tune->dead = fmax(tune->dead, (double)since(tune->turned_ns, now_ns) / SECOND);
+}
+
 bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied, uint64_t now_ns)
 {
 	const double seconds = (double)since(tune->step_ns, now_ns) / SECOND;
@@ -346,10 +367,7 @@ bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied,
 	/* until an output acts on the whole of the next reading */
 	late_s = (double)since(servo->read_ns, now_ns) / SECOND + seconds;
 	tune->delay += (late_s - tune->delay) / 64;
-	if (!applied && tune->push > 0) {
-		tune->dead = fmax(tune->dead, (double)since(tune->turned_ns, now_ns) / SECOND);
-		tune->places = 0;
-	}
+	note_applied(tune, applied, now_ns);
 	if (servo->read_ns > tune->read_ns)
 		take_place(tune, servo);
 	tune->read_ns = servo->read_ns;

@@ -56,7 +56,10 @@ struct servo_tune {
 	uint64_t moved_ns;
 	unsigned int turns;
 	uint64_t begun_ns, turned_ns, read_ns, step_ns;
-	double dead;		/* longest time until an output was applied, seconds */
+	double dead;		/* longest time until a turned output was applied, seconds */
+	bool applied;		/* the output is, since it was turned */
+	uint64_t applied_ns;	/* ... since then */
+	double least;		/* output with which it has moved */
 	double delay;		/* from a reading to its output, seconds, smoothed */
 	double interval;	/* ... from one to the next; 0: not known */
 	/* the last readings */

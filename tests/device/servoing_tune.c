@@ -97,13 +97,13 @@ static void each_drive_finds_its_gains(void **state)
 	}
 	servo_enable_all();
 	/* from one position */
-	for (unsigned int k = 0; k < 400; k++) {
+	for (unsigned int k = 0; k < 800; k++) {
 		for (unsigned int i = 0; i < MOTORS; i++) {
 			world.command.servo[i].position += 0.05;
 			world.command.servo[i].velocity = 50;
 		}
 		servo_cycle();
-		for (unsigned int i = 0; k > 100 && i < MOTORS; i++)
+		for (unsigned int i = 0; k > 400 && i < MOTORS; i++)
 			assert_true(fabs((double)servo_shown(i)->error) < 0.15);
 	}
 	for (unsigned int i = 0; i < MOTORS; i++) {
@@ -138,6 +138,31 @@ static void a_dwell_is_no_part_of_the_motor(void **state)
 	found_is(servo_shown(SIGN)->tuned_velocity_gain, 0.00262);
 	found_is(servo_shown(SIGN)->tuned_acceleration_gain, 5.2e-5);
 	assert_true(servo_shown(SIGN)->tuned_p < quick / 2);
+}
+
+/* What the device has is not known for a moment: that is no delay of the motor. */
+static void a_lost_packet_is_no_part_of_the_motor(void **state)
+{
+	const struct sim_link_faults faults = {
+		.loss = 0.02, .delay = { .low_ns = MS / 10, .high_ns = MS / 5 },
+	};
+	float quick;
+
+	(void)state;
+	prepare();
+	assert_int_equal(tune(ANTIPHASE, 40, 0), POKEYS_OUTCOME_DONE);
+	until_ended(ANTIPHASE, 40);
+	quick = servo_shown(ANTIPHASE)->tuned_p;
+	prepare();
+	for (unsigned int i = 0; i < 2; i++)
+		sim_link_set_faults(&world.rig.link, i, &faults);
+	assert_int_equal(tune(ANTIPHASE, 40, 0), POKEYS_OUTCOME_DONE);
+	until_ended(ANTIPHASE, 40);
+	assert_int_equal(servo_shown(ANTIPHASE)->tuning, POKEYS_SERVO_TUNING_DONE);
+	found_is(servo_shown(ANTIPHASE)->tuned_velocity_gain, 0.00262);
+	if (servo_shown(ANTIPHASE)->tuned_p < quick / 8)
+		fail_msg("p %g instead of %g", (double)servo_shown(ANTIPHASE)->tuned_p,
+			 (double)quick);
 }
 
 static void who_may_begin_it(void **state)
@@ -209,6 +234,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(each_drive_finds_its_gains, begin),
 		cmocka_unit_test(a_dwell_is_no_part_of_the_motor),
+		cmocka_unit_test(a_lost_packet_is_no_part_of_the_motor),
 		cmocka_unit_test_setup(who_may_begin_it, begin),
 		cmocka_unit_test(what_stops_a_motor_ends_it),
 	};

@@ -628,22 +628,38 @@ static void what_cannot_be_is_refused(void **state)
 	REFUSES(position, 20, "home-position");
 }
 
-/* What closes on the slow way before the switch has to be there is a disturbance. */
+static void disturb(int milliseconds)
+{
+	contact.stuck = true;
+	for (int k = 0; k < milliseconds; k++)
+		step();
+	contact.stuck = false;
+}
+
+/* What closes on the slow way before the switch has to be there is a disturbance, or two. */
 static void a_disturbance_on_the_approach_is_no_place(void **state)
 {
 	(void)state;
-	for (int first = 20; first < 400; first += 10) {
-		begin_homing(&usual, 30);
-		until_state(SERVO_HOME_APPROACH);
-		for (int k = 0; k < first && home.state == SERVO_HOME_APPROACH; k++)
-			step();
-		contact.stuck = true;
-		for (int k = 0; k < 8; k++)
-			step();
-		contact.stuck = false;
-		expect_held(SERVO_HOME_DONE);
-		assert_true(fabs(axis.servo.position - (place() - contact.at) - usual.offset) <
-			    0.05);
+	for (int first = 20; first < 900; first += 20) {
+		for (int length = 3; length < 10; length += 2) {
+			begin_homing(&usual, 30);
+			until_state(SERVO_HOME_APPROACH);
+			for (int k = 0; k < first && home.state == SERVO_HOME_APPROACH; k++)
+				step();
+			if (home.state == SERVO_HOME_APPROACH)
+				disturb(length);
+			/* on its second way back as well */
+			for (int k = 0; k < 400 && home.state != SERVO_HOME_APPROACH; k++)
+				step();
+			for (int k = 0; k < 2 * first && home.state == SERVO_HOME_APPROACH; k++)
+				step();
+			if (home.state == SERVO_HOME_APPROACH)
+				disturb(length);
+			expect_held(SERVO_HOME_DONE);
+			assert_int_equal(home.rounds, 0);
+			assert_true(fabs(axis.servo.position - (place() - contact.at) -
+					 usual.offset) < 0.02);
+		}
 	}
 }
 
