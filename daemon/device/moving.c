@@ -272,8 +272,9 @@ static enum pokeys_moves_refusal add(struct device *device, const struct pokeys_
 }
 
 /*
- * Moves are written ahead of their answers. After one that is refused, or a path that has ended
- * early, the next ones would go from somewhere else: they are refused, and the reason stays.
+ * A program sends moves before it knows the outcome of the earlier ones. After a refused move or a
+ * path that ended early, the next ones would begin at another place, so the daemon refuses them
+ * and keeps the first reason.
  */
 bool moving_add(struct device *device, const struct pokeys_one_shot *shot)
 {

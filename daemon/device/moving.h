@@ -45,7 +45,7 @@ void moving_wish(struct device *device, unsigned int index, struct servo_wish *w
 
 /* One-shots. False if they refuse; why is in the image. */
 bool moving_add(struct device *device, const struct pokeys_one_shot *shot);
-/* The last move was taken, or is to be sent again: nothing to be told. */
+/* The last move was accepted, or the queue was full: not worth an event. */
 bool moving_is_usual(const struct device *device);
 /* `which` is enum pokeys_moves_control. */
 bool moving_control(struct device *device, unsigned int which, double value);

@@ -229,15 +229,21 @@ static bool has_closed(const struct servo_home *home)
 	return home->active && home->alike >= CLOSED && home->read_ns - home->run_ns >= CLOSED_NS;
 }
 
-/* For as long as an opening: on the slow way there is time, and no disturbance is taken for it. */
+/* It told the same for long, as a contact does not that bounces. */
+static bool is_sure(const struct servo_home *home)
+{
+	return home->alike >= OPENED && home->read_ns - home->run_ns >= OPENED_NS;
+}
+
+/* On the slow way there is time, and no disturbance is taken for the switch. */
 static bool stays_closed(const struct servo_home *home)
 {
-	return home->active && home->alike >= OPENED && home->read_ns - home->run_ns >= OPENED_NS;
+	return home->active && is_sure(home);
 }
 
 static bool has_opened(const struct servo_home *home)
 {
-	return !home->active && home->alike >= OPENED && home->read_ns - home->run_ns >= OPENED_NS;
+	return !home->active && is_sure(home);
 }
 
 /*

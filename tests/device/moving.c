@@ -206,7 +206,7 @@ static void a_full_queue_loses_nothing(void **state)
 	assert_at(POKEYS_MOVES, 0, 0);
 }
 
-/* Moves are written ahead of their answers: what follows one that is not taken goes elsewhere. */
+/* Moves sent after a refused one would begin at another place. */
 static void after_one_that_is_refused_none_is_taken(void **state)
 {
 	(void)state;
