@@ -60,11 +60,11 @@ static const struct model_row rows[] = {
 	SERVO("acceleration-gain", acceleration_gain, "",
 	      HELP("feed-forward, output for each unit/s^2 that is commanded")),
 	MOVES("state", state, "", WORDS(pokeys_moves_state_name),
-	      HELP("0 = no path of servo motors, 1 moving, 2 held, 3 aborting, 4 ended, and held "
+	      HELP("0 = no path of motors or axes, 1 moving, 2 held, 3 aborting, 4 ended, and held "
 		   "until the commanded positions match")),
 	MOVES("waiting", waiting, "", HELP("moves that wait, with the one under way")),
 	MOVES("taken", taken, "", HELP("moves since the daemon's start")),
-	MOVES("held", held, "", HELP("1 = the motors wait on the path until they are resumed")),
+	MOVES("held", held, "", HELP("1 = what moves waits on the path until it is resumed")),
 	MOVES("speed", speed, "1/s", HELP("speed along the path, units/s")),
 	MOVES("feed", feed, "", HELP("part of the commanded speeds, 0 to 2")),
 	MOVES("end", end, "", WORDS(pokeys_moves_end_name),
@@ -72,6 +72,7 @@ static const struct model_row rows[] = {
 	MOVES("refusal", refused, "", WORDS(pokeys_moves_refusal_name),
 	      HELP("why the last move was not taken; 0 = it was")),
 	MOVES("motors", motors, "", HELP("servo motors that are moved, one bit each")),
+	MOVES("axes", axes, "", HELP("axes of the pulse engine that are moved, one bit each")),
 };
 
 MODEL_GROUP(model_servo, rows);

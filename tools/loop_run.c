@@ -33,8 +33,10 @@ bool loop_fails(struct loop_run *run, const char *format, ...)
 	vsnprintf(text, sizeof(text), format, arguments);
 	va_end(arguments);
 	loop_end_line(run);
-	if (!run->told)
+	if (!run->told && *run->name)
 		complain("%s: %s %s: %s", run->device, run->kind->word, run->name, text);
+	else if (!run->told)
+		complain("%s: %s", run->device, text);
 	run->told = true;
 	return false;
 }

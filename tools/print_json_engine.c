@@ -26,7 +26,11 @@ static void put_postep(struct json *json, const struct pokeys_postep *driver)
 static void put_axis(struct json *json, const struct pokeys_axis *axis,
 		     const struct pokeys_postep *driver)
 {
+	char name[32];
+
 	json_object(json, NULL);
+	json_text(json, "name", print_clean(axis->name, sizeof(axis->name), name));
+	json_real(json, "pulses_per_unit", axis->pulses_per_unit);
 	json_integer(json, "position", axis->position);
 	json_integer(json, "reference", axis->reference);
 	json_text(json, "state", pokeys_axis_state_name(axis->state));

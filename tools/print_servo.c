@@ -173,5 +173,6 @@ void print_json_servos(struct json *json, const struct pokeys_state *state)
 	json_text(json, "end", pokeys_moves_end_name(moves->end));
 	json_text(json, "refused", pokeys_moves_refusal_name(moves->refused));
 	json_unsigned(json, "motors", moves->motors);
+	json_unsigned(json, "axes", moves->axes);
 	json_end(json);
 }

@@ -48,7 +48,7 @@ const struct command table_commands[] = {
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_DURATION | TAKES_SPEED | TAKES_CSV,
 	  command_servo },
 	{ "moves", "DEVICE FILE",
-	  "move servo motors together along a path, without LinuxCNC",
+	  "move servo motors and axes together along a path, without LinuxCNC",
 	  TAKES_RUNTIME | TAKES_NAMES | TAKES_SPEED, command_moves },
 	{ "record", "[DEVICE] FILE",
 	  "write the packets and events of the last seconds to a file for Wireshark",

@@ -64,6 +64,15 @@ static void convert_resume(const struct config_raw_device *raw, struct device_co
 			out->resume_outputs[pin / 8] |= (uint8_t)(1u << pin % 8);
 }
 
+void config_axis_name(const struct config_raw_device *raw, unsigned int axis,
+		      char name[POKEYS_AXIS_NAME])
+{
+	if (*raw->axis[axis].name)
+		memcpy(name, raw->axis[axis].name, POKEYS_AXIS_NAME);
+	else
+		snprintf(name, POKEYS_AXIS_NAME, "axis.%u", axis);
+}
+
 void config_convert_device(const struct config_raw_device *raw, uint64_t period_ns,
 			   struct device_config *out)
 {
@@ -96,6 +105,10 @@ void config_convert_device(const struct config_raw_device *raw, uint64_t period_
 	out->emergency_holds = raw->on_emergency;
 	out->heater_watts = raw->heater_watts;
 	out->corner_deviation = raw->corner_deviation;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		out->axis[i].pulses_per_unit = raw->axis[i].per_unit;
+		config_axis_name(raw, i, out->axis[i].name);
+	}
 	out->settings = raw->settings;
 	out->have_password = *raw->password_file;
 	memcpy(out->password, raw->password, sizeof(out->password));

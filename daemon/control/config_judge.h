@@ -73,6 +73,9 @@ void judge_servos(struct config_file *file);
 void judge_servos_of(const struct judged *j);
 bool judge_has_servo(const struct judged *j, uint32_t servo);
 
+/* Scales and names of axes. */
+void judge_axes(const struct judged *j);
+
 /* Rules about terminals. */
 void judge_terminals(const struct judged *j);
 

@@ -183,6 +183,7 @@ void judge_settings(const struct judged *j)
 		judge_axis(j, i);
 		judge_drive(j, i);
 	}
+	judge_axes(j);
 	judge_synced(j);
 	judge_axis_count(j);
 	judge_failsafe(j);

@@ -103,6 +103,10 @@ struct config_raw_device {
 	int64_t failsafe, on_emergency;
 	double heater_watts;		/* 0: not given */
 	double corner_deviation;	/* units */
+	struct {
+		char name[POKEYS_AXIS_NAME];	/* empty: not given */
+		double per_unit;		/* 0: not given */
+	} axis[POKEYS_AXES];
 	char password_file[256];
 	char password[33];		/* its content, once it was judged */
 	struct pokeys_settings settings;
@@ -226,6 +230,9 @@ uint32_t config_line_of(const struct config_lines *lines, const char *name, uint
 void config_convert_daemon(const struct config_raw_daemon *raw, struct config *out);
 void config_convert_device(const struct config_raw_device *raw, uint64_t period_ns,
 			   struct device_config *out);
+/* What a file of moves calls it. */
+void config_axis_name(const struct config_raw_device *raw, unsigned int axis,
+		      char name[POKEYS_AXIS_NAME]);
 void config_convert_heater(const struct config_raw_heater *raw, struct heating_config *out);
 void config_convert_servo(const struct config_raw_servo *raw, struct servoing_config *out);
 bool config_is_set(const struct config_lines *lines, const char *name, uint32_t index);

@@ -233,10 +233,20 @@ static const struct config_key own[] = {
 		    "output-pin are not limited. Each heater needs rated-power-w."),
 	KEY(DEVICE(corner_deviation), "corner-deviation", CONFIG_REAL, RANGE(0, 1e3),
 	    .fallback = "0.01", .unit = "units",
-	    .help = "Sets the speed of servo motors at a corner of a path (moves of pokeysctl). It "
-		    "is the highest speed at which they could follow a rounded corner that "
-		    "deviates from the programmed corner by no more than this. 0: they stop at "
-		    "each corner."),
+	    .help = "Sets the speed of servo motors and axes at a corner of a path (moves of "
+		    "pokeysctl). It is the highest speed at which they could follow a rounded "
+		    "corner that deviates from the programmed corner by no more than this. 0: "
+		    "they stop at each corner."),
+	KEY(DEVICE(axis[0].per_unit), "axis.#.pulses-per-unit", CONFIG_REAL, RANGE(-1e6, 1e6),
+	    .count = POKEYS_AXES, .stride = sizeof(((struct config_raw_device *)0)->axis[0]),
+	    .words = WORDS({ "none", 0 }), .fallback = "none",
+	    .help = "Pulses of the axis for each of its units (mm or degree), for moves of "
+		    "pokeysctl. Below 0: its count falls when its position grows. none: the axis "
+		    "is on no path. LinuxCNC has its own scale for each joint."),
+	KEY(DEVICE(axis[0].name), "axis.#.name", CONFIG_TEXT, .count = POKEYS_AXES,
+	    .stride = sizeof(((struct config_raw_device *)0)->axis[0]),
+	    .help = "Name of the axis in a file of moves, such as x. Without it, axis.0 is such "
+		    "a name."),
 	KEY(DEVICE(password_file), "password-file", CONFIG_FILE,
 	    .help = "File whose only line is the device's password. It has to be owned by the "
 		    "daemon's user, which is pokeys in the installed unit, and readable by nobody "

@@ -114,7 +114,7 @@ static void wish_at(const struct device *device, uint64_t t_ns, struct buffer_sl
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const int64_t before = buffer->wish_before[i];
-		const int64_t way = device->intake.axis[i].position - before;
+		const int64_t way = moving_axis_wish(device, i)->position - before;
 
 		out->position[i] = (int32_t)(before + (whole > 0 ? way * part / whole : way));
 	}
@@ -131,7 +131,7 @@ static bool at_rest(const struct device *device)
 		if (!(axes >> i & 1))
 			continue;
 		if (buffer->step[i] || (device->motion.driven >> i & 1 &&
-					device->intake.axis[i].position != end->position[i]))
+					moving_axis_wish(device, i)->position != end->position[i]))
 			return false;
 	}
 	return !buffer->pending && !buffer->open;
@@ -160,7 +160,7 @@ bool buffer_arrived(const struct device *device)
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		if (device->motion.driven & buffer_axes(device) & 1u << i &&
-		    device->intake.axis[i].position != end[i])
+		    moving_axis_wish(device, i)->position != end[i])
 			return false;
 	}
 	for (uint32_t n = 0; n < buffer->pending; n++) {
@@ -220,7 +220,7 @@ static void make_slots(struct device *device)
 static void remember_wish(struct device *device)
 {
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		device->buffer.wish_before[i] = device->intake.axis[i].position;
+		device->buffer.wish_before[i] = moving_axis_wish(device, i)->position;
 	device->buffer.tick_ns = device->tick_ns;
 }
 

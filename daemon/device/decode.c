@@ -167,6 +167,12 @@ void decode_axis_setup(struct device *device, unsigned int i,
 		axis->mode = POKEYS_AXIS_OFF;
 	axis->max_speed = isfinite(config->max_speed) ? config->max_speed * 1e3f : 0;
 	axis->max_acceleration = isfinite(config->max_accel) ? config->max_accel * 1e6f : 0;
+	axis->soft_minimum = INT32_MIN;
+	axis->soft_maximum = INT32_MAX;
+	if (config->options & WIRE_AXIS_SOFT_LIMITS) {
+		axis->soft_minimum = config->soft_min;
+		axis->soft_maximum = config->soft_max;
+	}
 }
 
 static bool axis_stands(uint8_t state)
@@ -193,7 +199,7 @@ static void take_axis(struct device *device, unsigned int i,
 	axis->enabled = device->motion.driven >> i & 1;
 	axis->following_error = 0;
 	if (axis->enabled && axis->mode != POKEYS_AXIS_VELOCITY)
-		axis->following_error = (int32_t)((uint32_t)device->intake.axis[i].position -
+		axis->following_error = (int32_t)((uint32_t)moving_axis_wish(device, i)->position -
 						  (uint32_t)axis->position);
 	if (axis->mode == POKEYS_AXIS_BUFFERED)
 		axis->in_position = device->buffer.synced && !device->buffer.busy &&

@@ -28,6 +28,12 @@ enum {
 	DEVICE_RESUME_PONET = 1u << 3,
 };
 
+/* An axis of the pulse engine, for paths. */
+struct device_axis_config {
+	char name[POKEYS_AXIS_NAME];
+	double pulses_per_unit;		/* below 0: the count falls; 0: on no path */
+};
+
 /* From pokeysd.conf (or a test); copied at init, never changed afterwards. */
 struct device_config {
 	char name[32];
@@ -65,7 +71,8 @@ struct device_config {
 	uint8_t heaters;
 	struct servoing_config servo[POKEYS_SERVOS];
 	uint8_t servos;
-	double corner_deviation;	/* of their paths, units */
+	double corner_deviation;	/* of paths, units */
+	struct device_axis_config axis[POKEYS_AXES];
 	char password[33];		/* of the device, NUL terminated; protocol section 1.11 */
 	bool have_password;
 };

@@ -100,7 +100,8 @@ enum event_code {
 	EVENT_SERVO_HOME,	/* a = servo motor, b = enum pokeys_servo_home_end (0 = it has
 				 * begun), c = position, thousandths of a unit */
 	EVENT_MOVES,		/* a path has ended before its end: a = enum pokeys_moves_end, b =
-				 * servo motor that has stopped it, c = moves that are left out */
+				 * what has stopped it (servo motor, or POKEYS_SERVOS + axis),
+				 * c = moves that are left out */
 	EVENT_SERVO_TUNED,	/* a = servo motor, b = enum pokeys_servo_tuning, c = enum
 				 * pokeys_servo_tune_reason */
 	/* records are read by the numbers: new ones come last */

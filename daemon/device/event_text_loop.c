@@ -124,10 +124,12 @@ void event_put_servo_home(struct line *line, const struct event *e)
 void event_put_moves(struct line *line, const struct event *e)
 {
 	const char *plural = e->c == 1 ? "" : "s";
+	const bool axis = e->b >= POKEYS_SERVOS;
 
 	if (e->a == POKEYS_MOVES_STOPPED)
-		put(line, "servo %lld: off, so its path ends, with %lld move%s left out",
-		    (long long)e->b, (long long)e->c, plural);
+		put(line, "%s %lld: off, so its path ends, with %lld move%s left out",
+		    axis ? "axis" : "servo", (long long)(e->b - (axis ? POKEYS_SERVOS : 0)),
+		    (long long)e->c, plural);
 	else
 		put(line, "moves: aborted, with %lld move%s left out", (long long)e->c, plural);
 }

@@ -102,9 +102,9 @@ static enum command_fault setup_fault(const struct device *device, unsigned int 
 	       COMMAND_FAULT_AXIS_SOFT_LIMIT : COMMAND_FAULT_NONE;
 }
 
-static int32_t position_max(const struct pokeys_axis_command *axis)
+int32_t intake_furthest(uint8_t mode)
 {
-	return axis->mode == POKEYS_AXIS_BUFFERED ? BUFFERED_MAX : MOTION_POSITION_MAX;
+	return mode == POKEYS_AXIS_BUFFERED ? BUFFERED_MAX : MOTION_POSITION_MAX;
 }
 
 /* What is wrong with an axis as commanded. */
@@ -117,7 +117,8 @@ static enum command_fault axis_fault(const struct device *device, unsigned int i
 		return COMMAND_FAULT_NONE;
 	if (axis->mode > POKEYS_AXIS_BUFFERED)
 		return COMMAND_FAULT_AXIS_MODE;
-	if (axis->position > position_max(axis) || axis->position < -position_max(axis))
+	if (axis->position > intake_furthest(axis->mode) ||
+	    axis->position < -intake_furthest(axis->mode))
 		return COMMAND_FAULT_AXIS_POSITION;
 	if (!isfinite(axis->velocity) || fabsf(axis->velocity) > VELOCITY_MAX)
 		return COMMAND_FAULT_AXIS_VELOCITY;

@@ -87,15 +87,6 @@ struct access {
 };
 
 /* intake.c */
-struct axis_wish {
-	int32_t position;
-	float velocity;			/* with a sign in velocity mode */
-	uint8_t mode;			/* enum pokeys_axis_mode */
-	bool enable;
-	bool good;			/* nothing was wrong with it in the newest image */
-	uint64_t moved_ns, moved_before_ns;	/* position changed, the last times; 0 = never */
-};
-
 struct intake {
 	uint32_t session;		/* 0 = none seen */
 	uint64_t heartbeat;
@@ -473,6 +464,8 @@ void intake_forget(struct device *device);
 void intake_outputs(struct device *device, const struct pokeys_command *command);
 void intake_refuse(struct device *device, enum command_fault fault, int64_t index);
 /* Further out than the soft limits and than the axis already is: back in is always allowed. */
+/* Pulses that an axis in this mode can be commanded, to either side. */
+int32_t intake_furthest(uint8_t mode);
 bool intake_beyond_soft_limits(const struct device *device, unsigned int axis, int32_t position);
 
 /* safe.c */
@@ -517,6 +510,8 @@ bool motion_drivable(const struct device *device, unsigned int axis);
 /* References go out with a mask (0x25), so axes that are not told are not touched. */
 bool reference_by_mask(const struct device *device);
 /* Some axis takes references at all. */
+/* A position that is commanded in a stream. */
+bool reference_moves_on(const struct device *device, const struct axis_wish *wish);
 bool reference_any(const struct device *device);
 bool reference_due(const struct device *device);
 bool reference_send(struct device *device);

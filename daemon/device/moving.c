@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * The servo motors of a device go along a path together, without a commander that is in time.
+ * The servo motors and axes of a device go along a path together, without a commander that is in
+ * time.
  *
- * Its commander has enabled the motors, and goes on holding them enabled; only their positions come
- * from here. If it is gone, they are switched off as at any other time. If one of them is off,
- * whyever, the others slow down on the path and stand: what is left of it is no path of all of them
- * any more. Afterwards each is held until its commander's position is where it is.
+ * Its commander has enabled them, and goes on holding them enabled; only their positions come from
+ * here. If it is gone, they are switched off as at any other time. If one of them is off, whyever,
+ * the others slow down on the path and stand: what is left of it is no path of all of them any
+ * more. Afterwards each is held until its commander's position is where it is.
  *
- * A path begins where the motors are commanded to be. A motor that is homing, or that its commander
+ * A path begins where its members are commanded to be. One that is homing, or that its commander
  * moves, is on no path.
  */
 
@@ -16,7 +17,8 @@
 #include "daemon/device/internal.h"
 
 #define HALF_COUNT 0.501
-#define FRACTIONS 256.0		/* of a count */
+#define FRACTIONS 256.0		/* of a count, or of a pulse */
+#define VALUES 8		/* of a one-shot */
 #define HANDOVER_S 0.1		/* an axis that is allowed to be off by so much gets there in it */
 #define STANDS_PART 0.001	/* of max-speed: it is not commanded to move, */
 #define RESTS_PART 0.05		/* ... nor does it */
@@ -32,57 +34,71 @@ static const struct servoing *motor_of(const struct device *device, unsigned int
 	return &device->servoings.servoing[i];
 }
 
-static bool has(const struct device *device, unsigned int i)
+static bool is_motor(unsigned int member)
 {
-	return device->moving.motors >> i & 1;
+	return member < MOVING_AXIS;
 }
 
+bool moving_has(const struct device *device, unsigned int member)
+{
+	return device->moving.members >> member & 1;
+}
+
+/* The axes of the pulse engine have limits when the device's settings are known. */
 void moving_init(struct device *device)
 {
 	struct path_config config = {
-		.axes = device->servoings.count, .deviation = device->config.corner_deviation,
+		.axes = MOVING_MEMBERS, .deviation = device->config.corner_deviation,
 	};
 
-	for (unsigned int i = 0; i < config.axes; i++)
+	for (unsigned int i = 0; i < device->servoings.count; i++)
 		config.axis[i] = (struct path_axis_config){
 			.speed = device->config.servo[i].servo.speed_most,
 			.acceleration = device->config.servo[i].acceleration,
 		};
 	device->moving.good = !path_init(&device->moving.path, &config);
+	moving_axis_init(device);
+	device->moving.any = device->servoings.count || moving_axis_any(device);
 }
 
 /* Without an end, one that had ended stays to be seen. */
-static void finish(struct device *device, enum pokeys_moves_end end, unsigned int motor)
+static void finish(struct device *device, enum pokeys_moves_end end, unsigned int member)
 {
 	device->moving.end = (uint8_t)end;
 	device->moving.open = device->moving.open && end == POKEYS_MOVES_DONE;
 	if (end != POKEYS_MOVES_DONE)
 		device_say(device, EVENT_MOVES, end == POKEYS_MOVES_STOPPED ? EVENT_WARNING :
 									      EVENT_NOTICE,
-			   (int64_t)end, motor, device->moving.path.count);
+			   (int64_t)end, member, device->moving.path.count);
 }
 
-/* Motors that are not enabled are on no path, and end it. */
-static void drop_motors(struct device *device)
+static bool is_on(const struct device *device, unsigned int member)
+{
+	return is_motor(member) ? motor_of(device, member)->servo.enabled :
+				  moving_axis_is_on(device, member - MOVING_AXIS);
+}
+
+/* What is not enabled is on no path, and ends it. */
+static void drop_members(struct device *device)
 {
 	struct moving *moving = &device->moving;
 	struct path *path = &moving->path;
 
-	for (unsigned int i = 0; i < device->servoings.count; i++) {
-		if (!has(device, i) || motor_of(device, i)->servo.enabled)
+	for (unsigned int i = 0; i < MOVING_MEMBERS; i++) {
+		if (!moving_has(device, i) || is_on(device, i))
 			continue;
-		moving->motors &= (uint8_t)~(1u << i);
+		moving_leave(device, i);
 		if (!(path->axes >> i & 1) || path_is_idle(path))
 			continue;
 		if (moving->end != POKEYS_MOVES_STOPPED)
 			finish(device, POKEYS_MOVES_STOPPED, i);
 		path_abort(path);
 	}
-	if (!(moving->motors & path->axes) && !path_is_idle(path))
+	if (!(moving->members & path->axes) && !path_is_idle(path))
 		path_stop(path);
 }
 
-/* It is over: each motor is held where it is. */
+/* It is over: each member is held where it is. */
 static void release(struct device *device)
 {
 	struct moving *moving = &device->moving;
@@ -90,20 +106,34 @@ static void release(struct device *device)
 	for (unsigned int i = 0; i < device->servoings.count; i++)
 		if (moving->path.axes >> i & 1)
 			handover_begin(&moving->handover[i]);
+	moving->released_ns = device->now_ns;
 	path_leave(&moving->path, moving->path.axes);
 	if (moving->end == POKEYS_MOVES_NONE)
 		finish(device, POKEYS_MOVES_DONE, 0);
 }
 
-/* Where the path has its motors now. */
-static void take_path(struct moving *moving)
+/* Where the path has its members now. */
+static void take_path(struct device *device)
 {
+	struct moving *moving = &device->moving;
+
 	for (unsigned int i = 0; i < moving->path.config.axes; i++) {
 		if (!(moving->path.axes >> i & 1))
 			continue;
 		moving->place[i] = moving->path.position[i];
 		moving->velocity[i] = moving->path.velocity[i];
+		if (!is_motor(i))
+			moving_axis_follow(device, i - MOVING_AXIS);
 	}
+}
+
+/* An axis whose path has ended is its commander's as soon as that is where it is held. */
+static void hand_over_axes(struct device *device)
+{
+	for (unsigned int i = MOVING_AXIS; i < MOVING_MEMBERS; i++)
+		if (moving_has(device, i) && !moving_moves(device, i) &&
+		    moving_axis_met(device, i - MOVING_AXIS))
+			moving_leave(device, i);
 }
 
 void moving_cycle(struct device *device)
@@ -111,40 +141,48 @@ void moving_cycle(struct device *device)
 	struct moving *moving = &device->moving;
 	struct path *path = &moving->path;
 
-	drop_motors(device);
+	if (path_is_idle(path))
+		moving_axis_limit(device);
+	drop_members(device);
 	path_step(path, device->now_ns);
-	take_path(moving);
+	take_path(device);
 	if (path->axes && path_is_idle(path))
 		release(device);
+	hand_over_axes(device);
 }
 
-void moving_wish(struct device *device, unsigned int index, struct servo_wish *wish)
+void moving_wish(struct device *device, unsigned int motor, struct servo_wish *wish)
 {
-	const struct servo *servo = &motor_of(device, index)->servo;
+	const struct servo *servo = &motor_of(device, motor)->servo;
 	struct moving *moving = &device->moving;
 	const double step = servo->config.follow_least / HANDOVER_S *
 			    ((double)device->config.period_ns / SECOND);
 
-	if (!has(device, index))
+	if (!moving_has(device, motor))
 		return;
-	if (!(moving->path.axes >> index & 1) &&
-	    handover_step(&moving->handover[index], servo, wish, step,
-			  &moving->place[index], device->now_ns)) {
-		moving_leave(device, index);
+	if (!moving_moves(device, motor) &&
+	    handover_step(&moving->handover[motor], servo, wish, step,
+			  &moving->place[motor], device->now_ns)) {
+		moving_leave(device, motor);
 		return;
 	}
-	wish->position = moving->place[index];
-	wish->velocity = moving->velocity[index];
+	wish->position = moving->place[motor];
+	wish->velocity = moving->velocity[motor];
 }
 
-bool moving_moves(const struct device *device, unsigned int index)
+bool moving_moves(const struct device *device, unsigned int member)
 {
-	return device->moving.path.axes >> index & 1;
+	return device->moving.path.axes >> member & 1;
 }
 
-void moving_leave(struct device *device, unsigned int index)
+bool moving_moves_axes(const struct device *device)
 {
-	device->moving.motors &= (uint8_t)~(1u << index);
+	return device->moving.path.axes >> MOVING_AXIS;
+}
+
+void moving_leave(struct device *device, unsigned int member)
+{
+	device->moving.members &= (uint16_t)~(1u << member);
 }
 
 /* What was held belongs to who has commanded it. */
@@ -163,7 +201,7 @@ static enum pokeys_moves_state state_of(const struct device *device)
 	const struct path *path = &device->moving.path;
 
 	if (path_is_idle(path))
-		return device->moving.motors ? POKEYS_MOVES_HANDOVER : POKEYS_MOVES_IDLE;
+		return device->moving.members ? POKEYS_MOVES_HANDOVER : POKEYS_MOVES_IDLE;
 	if (path->ends)
 		return POKEYS_MOVES_ABORTING;
 	return path->held || path->feed <= 0 ? POKEYS_MOVES_HELD : POKEYS_MOVES_MOVING;
@@ -178,7 +216,8 @@ void moving_show(struct device *device)
 	image->feed = (float)moving->path.feed;
 	image->speed = (float)moving->path.speed;
 	image->waiting = (uint8_t)moving->path.count;
-	image->motors = moving->motors;
+	image->motors = moving->members & ((1u << MOVING_AXIS) - 1);
+	image->axes = (uint8_t)(moving->members >> MOVING_AXIS);
 	image->held = moving->path.held;
 	image->state = (uint8_t)state_of(device);
 	image->end = moving->end;
@@ -186,7 +225,8 @@ void moving_show(struct device *device)
 }
 
 /* May this motor be moved from here? */
-static enum pokeys_moves_refusal judge_motor(const struct device *device, unsigned int i)
+static enum pokeys_moves_refusal judge_motor(const struct device *device, unsigned int i,
+					     double place, double counts)
 {
 	const struct servoing *servoing = motor_of(device, i);
 	const struct servo *servo = &servoing->servo;
@@ -197,54 +237,88 @@ static enum pokeys_moves_refusal judge_motor(const struct device *device, unsign
 		return POKEYS_MOVES_HOMING;
 	if (servoing_tunes(device, i))
 		return POKEYS_MOVES_COMMANDED;
-	if (!has(device, i) && servoing->home.state == SERVO_HOME_IDLE &&
+	if (!moving_has(device, i) && servoing->home.state == SERVO_HOME_IDLE &&
 	    (fabs(servo->wanted_rate) > servo->config.speed_most * STANDS_PART ||
 	     fabs(servo->rate) > servo->config.speed_most * RESTS_PART))
 		return POKEYS_MOVES_COMMANDED;
-	return POKEYS_MOVES_TAKEN;
+	return fabs(place * servo->config.scale - counts) > HALF_COUNT ? POKEYS_MOVES_LIMIT :
+									 POKEYS_MOVES_TAKEN;
 }
 
 /* Where it goes, for its counts. A soft limit may be between two of them. */
-static double place_of(const struct servo *servo, double counts)
+static double motor_place(const struct servo *servo, double counts)
 {
 	const double place = counts / servo->config.scale;
 
 	return servo->homed ? fmin(fmax(place, servo->config.least), servo->config.most) : place;
 }
 
-static bool is_beyond(const struct servo *servo, double place, double counts)
+/* Where it stands, and where it is to go; what is against that. */
+static enum pokeys_moves_refusal take_motor(const struct device *device, unsigned int i,
+					    double counts, double *at, double *end)
 {
-	return fabs(place * servo->config.scale - counts) > HALF_COUNT;
+	const struct servo *servo = &motor_of(device, i)->servo;
+
+	*at = servo->wanted;
+	*end = motor_place(servo, counts);
+	return judge_motor(device, i, *end, counts);
 }
 
-/* Where the motors of a move are to go, and where those stand that are on no path. */
+static enum pokeys_moves_refusal take_axis(const struct device *device, unsigned int axis,
+					   double pulses, double *at, double *end)
+{
+	*at = moving_axis_place(device, axis);
+	*end = pulses / device->config.axis[axis].pulses_per_unit;
+	return moving_axis_judge(device, axis, pulses);
+}
+
+static uint16_t members_of(const struct pokeys_one_shot *shot)
+{
+	return (uint16_t)(shot->mask | shot->index << MOVING_AXIS);
+}
+
+/* Where the members of a move are to go, and where those stand that are on no path. */
 static enum pokeys_moves_refusal take_places(const struct device *device,
 					     const struct pokeys_one_shot *shot,
 					     double at[PATH_AXES], double end[PATH_AXES])
 {
+	const uint16_t members = members_of(shot);
 	unsigned int values = 0;
 
-	if (!device->moving.good || !shot->mask || shot->mask >> device->servoings.count ||
-	    shot->index)
+	if (!device->moving.good || !members || shot->mask >> device->servoings.count)
 		return POKEYS_MOVES_ODD;
-	for (unsigned int i = 0; i < device->servoings.count; i++) {
-		const struct servo *servo = &motor_of(device, i)->servo;
+	for (unsigned int i = 0; i < MOVING_MEMBERS; i++) {
 		enum pokeys_moves_refusal why;
 		double counts;
 
-		if (!(shot->mask >> i & 1))
+		if (!(members >> i & 1))
 			continue;
-		at[i] = has(device, i) ? device->moving.place[i] : servo->wanted;
+		if (values == VALUES)
+			return POKEYS_MOVES_ODD;
 		counts = shot->value[values] + shot->fraction[values] / FRACTIONS;
 		values++;
-		end[i] = place_of(servo, counts);
-		why = judge_motor(device, i);
-		if (!why && is_beyond(servo, end[i], counts))
-			why = POKEYS_MOVES_LIMIT;
+		why = is_motor(i) ? take_motor(device, i, counts, &at[i], &end[i]) :
+				    take_axis(device, i - MOVING_AXIS, counts, &at[i], &end[i]);
 		if (why)
 			return why;
+		if (moving_has(device, i))
+			at[i] = device->moving.place[i];
 	}
 	return POKEYS_MOVES_TAKEN;
+}
+
+/* They are held by the path from now on. */
+static void join(struct device *device, uint16_t members)
+{
+	for (unsigned int i = 0; i < MOVING_MEMBERS; i++) {
+		if (!(members >> i & 1))
+			continue;
+		if (is_motor(i))
+			servo_home_leave(&device->servoings.servoing[i].home);
+		else if (!moving_has(device, i))
+			moving_axis_join(device, i - MOVING_AXIS);
+	}
+	device->moving.members |= members;
 }
 
 static enum pokeys_moves_refusal add(struct device *device, const struct pokeys_one_shot *shot)
@@ -258,14 +332,11 @@ static enum pokeys_moves_refusal add(struct device *device, const struct pokeys_
 	why = take_places(device, shot, at, end);
 	if (why)
 		return why;
-	why = (enum pokeys_moves_refusal)path_add(&moving->path, shot->mask, at, end,
+	why = (enum pokeys_moves_refusal)path_add(&moving->path, members_of(shot), at, end,
 						  (double)shot->parameter[0]);
 	if (why)
 		return why;
-	for (unsigned int i = 0; i < device->servoings.count; i++)
-		if (shot->mask >> i & 1)
-			servo_home_leave(&device->servoings.servoing[i].home);
-	moving->motors |= shot->mask;
+	join(device, members_of(shot));
 	moving->end = POKEYS_MOVES_NONE;
 	moving->open = true;
 	return POKEYS_MOVES_TAKEN;
@@ -305,7 +376,7 @@ static void end_path(struct device *device, bool at_once)
 	if (!at_once)
 		return;
 	path_stop(path);
-	take_path(&device->moving);
+	take_path(device);
 	release(device);
 }
 
@@ -314,7 +385,7 @@ static bool control(struct device *device, unsigned int which, double value)
 	struct path *path = &device->moving.path;
 	const bool moves = !path_is_idle(path);
 
-	if (!device->servoings.count)
+	if (!device->moving.any)
 		return false;
 	switch ((enum pokeys_moves_control)which) {
 	case POKEYS_MOVES_HOLD:

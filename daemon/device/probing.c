@@ -53,7 +53,7 @@ bool probing_allowed(const struct device *device, const struct pokeys_one_shot *
 {
 	const float speed = shot->parameter[1];
 
-	if (!device->safe.permitted || !task_idle(device) || shot->flags & ~FLAGS ||
+	if (!device->safe.permitted || !task_may_begin(device) || shot->flags & ~FLAGS ||
 	    !task_limit_good(shot->parameter[0]) || !shot->index ||
 	    shot->index > POKEYS_PINS + INPUTS_EXTERNAL)
 		return false;

@@ -82,7 +82,7 @@ bool reference_any(const struct device *device)
 	return axes_told(device) != 0;
 }
 
-static bool moves_on(const struct device *device, const struct axis_wish *wish)
+bool reference_moves_on(const struct device *device, const struct axis_wish *wish)
 {
 	return wish->moved_before_ns && wish->moved_ns - wish->moved_before_ns < FOLLOW_NS &&
 	       device->now_ns - wish->moved_ns < FOLLOW_NS;
@@ -91,9 +91,9 @@ static bool moves_on(const struct device *device, const struct axis_wish *wish)
 static void wanted_position(const struct device *device, unsigned int i, bool by_mask,
 			    struct references *out)
 {
-	const struct axis_wish *wish = &device->intake.axis[i];
+	const struct axis_wish *wish = moving_axis_wish(device, i);
 	const float max_speed = device->image.engine.axis[i].max_speed;
-	const float room = moves_on(device, wish) ? CATCH_UP : 1;
+	const float room = reference_moves_on(device, wish) ? CATCH_UP : 1;
 	const bool driven = device->motion.driven >> i & 1;
 
 	out->position[i] = driven ? wish->position : device->motion.hold[i];

@@ -33,15 +33,31 @@ static bool is_above(double value)
 	return value > 0 && isfinite(value);
 }
 
+static bool can_move(const struct path_axis_config *axis)
+{
+	return is_above(axis->speed) && is_above(axis->acceleration);
+}
+
+static bool is_none(const struct path_axis_config *axis)
+{
+	return axis->speed == 0 && axis->acceleration == 0;
+}
+
 const char *path_init(struct path *path, const struct path_config *config)
 {
 	*path = (struct path){ .config = *config, .feed = 1 };
 	if (!(config->deviation >= 0) || !isfinite(config->deviation))
 		return "corner-deviation has to be 0 or more";
 	for (unsigned int i = 0; i < config->axes; i++)
-		if (!is_above(config->axis[i].speed) || !is_above(config->axis[i].acceleration))
+		if (!can_move(&config->axis[i]) && !is_none(&config->axis[i]))
 			return "max-speed and max-acceleration have to be above 0";
 	return NULL;
+}
+
+void path_limit(struct path *path, unsigned int axis, const struct path_axis_config *limits)
+{
+	path->config.axis[axis] = can_move(limits) ? *limits :
+				  (struct path_axis_config){ .speed = 0 };
 }
 
 static struct path_move *move_at(struct path *path, unsigned int index)
@@ -130,6 +146,16 @@ static bool is_place(double value)
 	return fabs(value) <= PATH_PLACE_MOST;
 }
 
+static bool can_all_move(const struct path *path, uint32_t axes)
+{
+	if (axes >> path->config.axes)
+		return false;
+	for (unsigned int i = 0; i < path->config.axes; i++)
+		if (axes >> i & 1 && is_none(&path->config.axis[i]))
+			return false;
+	return true;
+}
+
 /* The move, but for its corner. */
 static bool make_move(struct path *path, struct path_move *move, uint32_t axes, const double *at,
 		      const double *end, double speed)
@@ -177,7 +203,7 @@ enum path_refusal path_add(struct path *path, uint32_t axes, const double *at, c
 		return PATH_ENDS;
 	if (path->count >= PATH_MOVES)
 		return PATH_FULL;
-	if (!(speed >= 0 && speed <= SPEED_MOST) ||
+	if (!(speed >= 0 && speed <= SPEED_MOST) || !can_all_move(path, axes) ||
 	    !make_move(path, &move, axes, at, end, speed))
 		return PATH_ODD;
 	join(path, axes, at);

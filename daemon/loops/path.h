@@ -24,8 +24,8 @@ enum {
 #define PATH_PLACE_MOST 1e9	/* units */
 
 struct path_axis_config {
-	double speed;		/* at most, units/s; above 0 */
-	double acceleration;	/* at most, units/s^2; above 0 */
+	double speed;		/* at most, units/s; above 0, or both 0: it cannot be moved */
+	double acceleration;	/* at most, units/s^2 */
 };
 
 struct path_config {
@@ -41,7 +41,8 @@ struct path_config {
 enum path_refusal {
 	PATH_TAKEN,
 	PATH_FULL,		/* PATH_MOVES are waiting */
-	PATH_ODD,		/* a place or a speed is no number, or too large */
+	PATH_ODD,		/* a place or a speed is no number, or too large, or an axis of it
+				 * cannot be moved */
 	PATH_ENDS,		/* it is slowing down for path_abort() */
 };
 
@@ -78,6 +79,9 @@ struct path {
  * pokeysd.conf(5). Not for realtime.
  */
 const char *path_init(struct path *path, const struct path_config *config);
+
+/* Other limits of an axis, if they are some. Only while the path is idle. */
+void path_limit(struct path *path, unsigned int axis, const struct path_axis_config *limits);
 
 /*
  * One more move: the axes of `axes` (bit = axis) go to end[], units, and all others stay where the

@@ -189,15 +189,16 @@ enum pokeys_one_shot_operation {
 	 */
 	POKEYS_ONE_SHOT_SERVO_HOME = 27,
 	/*
-	 * Add a straight move of enabled servo motors (mask) to the queue. value[] and fraction[] =
-	 * target position of each motor, in the order of their numbers, in counts of its encoder as
-	 * for SERVO_PLACE; parameter[0] = speed along the path, units/s, 0 = as fast as the motors
-	 * can move. Done when the move is in the queue; if it is refused, state.moves.refused has
-	 * the reason. After a refused move, after a path that ended early and at the beginning of a
-	 * session, the daemon refuses all moves until one has POKEYS_MOVE_BEGINS.
-	 * The motors have to stay enabled; their commanded positions do not matter until the path
-	 * has ended. The daemon then holds each motor until its commanded position matches its held
-	 * position.
+	 * Add a straight move of enabled servo motors (mask) and enabled axes of the pulse engine
+	 * (index: one bit each), of 8 in all, to the queue. value[] and fraction[] = target
+	 * position of each, in the order of their numbers, motors first: counts of a motor's
+	 * encoder as for SERVO_PLACE, and pulses of an axis. parameter[0] = speed along the path,
+	 * units/s, 0 = as fast as they can move. Done when the move is in the queue; if it is
+	 * refused, state.moves.refused has the reason. After a refused move, after a path that
+	 * ended early and at the beginning of a session, the daemon refuses all moves until one has
+	 * POKEYS_MOVE_BEGINS.
+	 * They have to stay enabled; their commanded positions do not matter until the path has
+	 * ended. The daemon then holds each until its commanded position matches its held position.
 	 */
 	POKEYS_ONE_SHOT_MOVE = 28,
 	/* index = enum pokeys_moves_control; of FEED, parameter[0] = 0 to 2 */

@@ -254,23 +254,24 @@ enum pokeys_moves_end {
 	POKEYS_MOVES_NONE = 0,		/* there was none, or it has not ended */
 	POKEYS_MOVES_DONE = 1,
 	POKEYS_MOVES_ABORTED = 2,	/* on request */
-	POKEYS_MOVES_STOPPED = 3,	/* a motor of it was switched off, or had a fault */
+	POKEYS_MOVES_STOPPED = 3,	/* a motor or axis of it was switched off, or had a fault */
 };
 
 /* Result of the last move. BROKEN does not replace the reason of an earlier refusal. */
 enum pokeys_moves_refusal {
 	POKEYS_MOVES_TAKEN = 0,
 	POKEYS_MOVES_FULL = 1,		/* POKEYS_MOVES are waiting */
-	POKEYS_MOVES_ODD = 2,		/* no such motor, or a position or speed is invalid */
+	POKEYS_MOVES_ODD = 2,		/* no such motor or axis, or one that cannot be moved, or a
+					 * position or speed is invalid */
 	POKEYS_MOVES_ENDING = 3,	/* the path slows down to its end */
-	POKEYS_MOVES_OFF = 4,		/* a motor of it is not enabled */
+	POKEYS_MOVES_OFF = 4,		/* a motor or axis of it is not enabled */
 	POKEYS_MOVES_HOMING = 5,	/* ... is homing */
 	POKEYS_MOVES_COMMANDED = 6,	/* ... is moved by its commander */
 	POKEYS_MOVES_LIMIT = 7,		/* it ends beyond a soft limit */
 	POKEYS_MOVES_BROKEN = 8,	/* one before it was refused, or its path has ended early */
 };
 
-/* Servo motors that the daemon moves together along a path. */
+/* Servo motors and axes of the pulse engine that the daemon moves together along a path. */
 struct pokeys_moves {
 	uint32_t taken;			/* moves since the daemon's start */
 	float feed;			/* part of the commanded speeds, 0 to 2 */
@@ -281,7 +282,8 @@ struct pokeys_moves {
 	uint8_t end;			/* enum pokeys_moves_end */
 	uint8_t refused;		/* enum pokeys_moves_refusal */
 	uint8_t held;			/* 1 = POKEYS_MOVES_HOLD is in effect */
-	uint8_t reserved[6];
+	uint8_t axes;			/* as motors, of the pulse engine */
+	uint8_t reserved[5];
 };
 
 #ifdef __cplusplus

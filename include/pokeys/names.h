@@ -431,7 +431,7 @@ static inline const char *pokeys_moves_end_name(uint8_t end)
 	case POKEYS_MOVES_NONE:		return "none";
 	case POKEYS_MOVES_DONE:		return "done";
 	case POKEYS_MOVES_ABORTED:	return "aborted";
-	case POKEYS_MOVES_STOPPED:	return "a motor was switched off, or had a fault";
+	case POKEYS_MOVES_STOPPED:	return "a motor or axis was switched off, or had a fault";
 	default:			return "unknown";
 	}
 }
@@ -442,11 +442,12 @@ static inline const char *pokeys_moves_refusal_name(uint8_t refusal)
 	switch (refusal) {
 	case POKEYS_MOVES_TAKEN:	return "none";
 	case POKEYS_MOVES_FULL:		return "the queue is full";
-	case POKEYS_MOVES_ODD:		return "there is no such motor, or a value is invalid";
+	case POKEYS_MOVES_ODD:
+		return "there is no such motor or axis, or a value is invalid";
 	case POKEYS_MOVES_ENDING:	return "the path is being aborted";
-	case POKEYS_MOVES_OFF:		return "a motor is not enabled";
-	case POKEYS_MOVES_HOMING:	return "a motor is homing";
-	case POKEYS_MOVES_COMMANDED:	return "a motor is being moved by its commander";
+	case POKEYS_MOVES_OFF:		return "a motor or axis is not enabled";
+	case POKEYS_MOVES_HOMING:	return "a motor or axis is homing";
+	case POKEYS_MOVES_COMMANDED:	return "a motor or axis is being moved by its commander";
 	case POKEYS_MOVES_LIMIT:	return "its end is beyond a soft limit";
 	case POKEYS_MOVES_BROKEN:
 		return "an earlier move was refused, or the path ended early";

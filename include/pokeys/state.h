@@ -33,9 +33,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	17
+#define POKEYS_STATE_VERSION	18
 #define POKEYS_DIAG_VERSION	4
-#define POKEYS_STATE_HASH	UINT64_C(0xe252fa44b9b871af)
+#define POKEYS_STATE_HASH	UINT64_C(0x855ab81136bf8b4e)
 #define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
 
 enum {
@@ -195,6 +195,8 @@ struct pokeys_capability {
 	uint64_t digital_in, digital_out, analog_in, counter, pwm_pins;	/* bit = pin index */
 };
 
+enum { POKEYS_AXIS_NAME = 16 };
+
 struct pokeys_axis {
 	int32_t position;		/* pulses, as the device reports */
 	int32_t reference;		/* pulses, last reference the device was sent;
@@ -218,6 +220,9 @@ struct pokeys_axis {
 	int64_t probe;			/* pulses, latched */
 	float max_speed;		/* pulses/s, as configured in the device */
 	float max_acceleration;		/* pulses/s^2 */
+	int32_t soft_minimum, soft_maximum;	/* pulses, likewise; the ends of the range: none */
+	double pulses_per_unit;		/* for moves; below 0: the count falls; 0: not given */
+	char name[POKEYS_AXIS_NAME];	/* for moves, ends with 0 */
 };
 
 struct pokeys_engine {

@@ -302,6 +302,56 @@ static void its_counter_is_not_reset_by_an_index(void **state)
 }
 
 /* pokeysctl config apply compares them as bytes, to tell what needs a restart. */
+/* Axes of the pulse engine on a path stand beside motors. */
+static void names_and_scales_of_axes_arrive(void **state)
+{
+	const struct device_axis_config *axis = config.device[0].axis;
+
+	(void)state;
+	assert_int_equal(parse(GOOD X "device = a\n[device b]\naddress = 10.0.0.2\naxes = 3\n"
+			       "axis.2.name = x\naxis.2.pulses-per-unit = -12.5\n"
+			       "axis.1.pulses-per-unit = 200\n"), 0);
+	assert_true(axis[0].pulses_per_unit == 0);
+	axis = config.device[1].axis;
+	assert_string_equal(axis[2].name, "x");
+	assert_near(axis[2].pulses_per_unit, -12.5);
+	assert_string_equal(axis[1].name, "axis.1");
+	assert_near(axis[1].pulses_per_unit, 200);
+	assert_true(axis[0].pulses_per_unit == 0);
+}
+
+static void names_of_axes_mean_nothing_else(void **state)
+{
+	static const struct { const char *name, *why; } bad[] = {
+		{ "x", "\"x\": a servo motor of this device has this name" },
+		{ "y", "\"y\": another axis has this name" },
+		{ "12", "\"12\": a number is that of a servo motor" },
+		{ "speed", "\"speed\": a file of moves has that word for the speed" },
+		{ "a.b", "\"a.b\": a name has the characters A-Z a-z 0-9 _ - only" },
+	};
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
+		char text[512], fault[200];
+
+		snprintf(text, sizeof(text), GOOD "axis.0.name = y\naxis.0.pulses-per-unit = 1\n"
+			 "axis.1.pulses-per-unit = 9\naxis.1.name = %s\n" X, bad[i].name);
+		snprintf(fault, sizeof(fault), "f:7: [device a]: axis.1.name: %s", bad[i].why);
+		assert_fault(text, fault);
+	}
+	assert_fault(GOOD "axis.1.name = y\n", "f:4: [device a]: axis.1.name is for moves, which "
+		     "need axis.1.pulses-per-unit");
+	assert_fault(GOOD "axis.1.pulses-per-unit = 5\naxis.1.mode = velocity\n",
+		     "f:4: [device a]: axis.1.pulses-per-unit is for moves, and an axis with "
+		     "axis.1.mode = velocity has no positions; use position or buffered");
+	assert_fault(GOOD "axes = 1\naxis.1.pulses-per-unit = 5\n",
+		     "f:5: [device a]: axis.1.pulses-per-unit: there is no axis 1 with axes = 1 "
+		     "(they are numbered from 0)");
+	assert_fault(GOOD "axis.1.pulses-per-unit = many\n",
+		     "f:4: [device a]: axis.1.pulses-per-unit: \"many\" is not a number; allowed: "
+		     "none | -1000000..1000000");
+}
+
 static void the_same_file_is_the_same_configuration(void **state)
 {
 	static struct config first;
@@ -329,6 +379,8 @@ int main(void)
 		cmocka_unit_test(nothing_is_used_twice),
 		cmocka_unit_test(the_device_has_to_stop_it),
 		cmocka_unit_test(its_counter_is_not_reset_by_an_index),
+		cmocka_unit_test(names_and_scales_of_axes_arrive),
+		cmocka_unit_test(names_of_axes_mean_nothing_else),
 		cmocka_unit_test(the_same_file_is_the_same_configuration),
 	};
 

@@ -44,7 +44,9 @@ class Axis(Structure):
                 ("error", c_uint8), ("soft_limit", c_uint8), ("in_position", c_uint8),
                 ("homed", c_uint8), ("parked", c_uint8), ("following_error", c_int32),
                 ("t_reference_ns", c_uint64),
-                ("probe", c_int64), ("max_speed", c_float), ("max_acceleration", c_float)]
+                ("probe", c_int64), ("max_speed", c_float), ("max_acceleration", c_float),
+                ("soft_minimum", c_int32), ("soft_maximum", c_int32), ("pulses_per_unit", c_double),
+                ("name", c_char * 16)]
 
 
 class Engine(Structure):
@@ -127,11 +129,11 @@ class Servo(Structure):
 
 class Moves(Structure):
     _fields_ = [("taken", c_uint32), ("feed", c_float), ("speed", c_float)] + [
-        (name, c_uint8) for name in "waiting motors state end refused held".split()] + [("reserved", c_uint8 * 6)]
+        (name, c_uint8) for name in "waiting motors state end refused held axes".split()] + [("reserved", c_uint8 * 5)]
 
 
 class State(Structure):
-    VERSION, HASH = 17, 0xe252fa44b9b871af
+    VERSION, HASH = 18, 0x855ab81136bf8b4e
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

@@ -51,6 +51,7 @@ static const struct member axis_members[] = {
 	M(limit_minus), M(limit_plus), M(home), M(error), M(soft_limit), M(in_position), M(homed),
 	M(parked), M(following_error),
 	M(t_reference_ns), M(probe), M(max_speed), M(max_acceleration),
+	M(soft_minimum), M(soft_maximum), M(pulses_per_unit), M(name),
 	END
 };
 #undef OF
@@ -89,7 +90,7 @@ static const struct member heater_members[] = {
 #define OF struct pokeys_moves
 static const struct member moves_members[] = {
 	M(taken), M(feed), M(speed), M(waiting), M(motors), M(state), M(end), M(refused),
-	M(held), M(reserved),
+	M(held), M(axes), M(reserved),
 	END
 };
 #undef OF

@@ -28,10 +28,10 @@ def machine(**keys):
 
 
 @contextlib.contextmanager
-def uncommanded(own=None, **keys):
-    """Without that program; `own`: what one of the motors has in addition."""
+def uncommanded(own=None, device=None, **keys):
+    """Without that program; `own`: what one of the motors has in addition, `device`: what the device has."""
     with House() as house:
-        house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000, "heartbeat-timeout-ms": 2000,
+        house.device_keys["mill"] |= (device or {}) | {"lost-after-ms": 5000, "stale-after-ms": 4000, "heartbeat-timeout-ms": 2000,
                                       "pwm-period": 1250}
         common = {"counts-per-unit": 400, "max-speed": 300, "pid-p": 1, "pid-i": 10, "pid-d": 0.01, "velocity-gain": 0.0026,
                   "smooth-s": 0.001, "min-following-error": 20, "max-following-error": 40, "max-age-ms": 100,
@@ -228,6 +228,56 @@ def test_pokeysctl_moves_motors_together():
         equal((shown["state"], shown["waiting"], shown["end"]), ("idle", 0, "done"))
 
 
+def with_axes(**keys):
+    """Two axes of the pulse engine beside the motors; one has no name of its own."""
+    axis = {"mode": "position", "invert": "off", "max-speed": 20000, "max-acceleration": 200000, "pulses-per-unit": 200,
+            **keys}
+    return uncommanded(device={"axes": 2, "generator": "external", "axis.0.soft-limits": "off", "axis.0.name": "a", "axis.1.soft-limits": "on", "axis.1.soft-minimum": -1000,
+                               "axis.1.soft-maximum": 4000} |
+                       {f"axis.{i}.{key}": value for i in range(2) for key, value in axis.items()})
+
+
+def axes(house):
+    return house.state()["engine"]["axes"]
+
+
+def test_pokeysctl_moves_axes_and_motors_together():
+    with with_axes() as (house, _sim, _daemon):
+        equal([(axis["name"], axis["pulses_per_unit"]) for axis in axes(house)[:2]], [("a", 200), ("axis.1", 200)])
+        status, text = moves(house, "speed 40", "x 10 a 5 axis.1 -2.5", "a 12.345", "y -3 a 10 axis.1 20")
+        equal(status, 0)
+        assert re.search(r"^mill: completed all 3 moves\n  x: at (10|9\.9)\S*; .*\n  y: .*\n  a: at 10\.0000\n"
+                         r"  axis\.1: at 20\.0000\n$", text, re.M), text
+        equal([axis["position"] for axis in axes(house)[:2]], [2000, 4000])
+        equal([axis["enabled"] for axis in axes(house)[:2]], [False, False])
+        equal(house.state()["flags"]["machine_on"], False)
+        # no motor is needed
+        status, text = moves(house, "a 0 axis.1 0 speed 50")
+        equal((status, text.splitlines()[-3:]), (0, ["mill: completed all 1 moves", "  a: at 0.0000", "  axis.1: at 0.0000"]))
+        for line, why in (("axis.1 20.01", "axis.1 20.01 is beyond its soft limits, -5 to 20"),
+                          ("a 1e6", "a 1e+06 is further than the device can count"),
+                          ("0 1 a 1 a 2", "a is given twice"),
+                          ("axis.0 1", '"axis.0" is not a motor or an axis of mill (x, y, z, a, axis.1); a line has their '
+                           "names and positions, or speed and a number")):
+            status, text = ended(house, program(house, "speed 5", line), command="moves")
+            equal((status, text.split(":2: ")[-1]), (1, why + "\n"))
+
+
+def test_a_limit_switch_stops_the_moves_of_all():
+    with with_axes(**{"limit-plus": "on", "limit-plus-invert": "off", "limit-plus-pin": "dedicated"}) as (house, sim, _daemon):
+        for number, place in enumerate((3000, 9000)):
+            house.ask_sim(sim, "switch", number, "plus", place, 2000000)
+        status, text = moves(house, "x 50 a 50 speed 20")
+        equal(status, 1)
+        assert re.search(r"^pokeysctl: mill: axis a: stopped at 3\d\d\d pulses: stopped by limit, positive limit switch$", text,
+                         re.M), text
+        wait_equal("all off", lambda: [servo["state"] for servo in servos(house)], ["off"] * 3)
+        wait_equal("the machine off", lambda: house.state()["flags"]["machine_on"], False)
+        equal(ended(house, program(house, "a 0 speed 5"), command="moves"),
+              (1, "pokeysctl: mill: axis a: it is on its positive limit switch; move it off first: pokeysctl axis mill 0 "
+               "move PULSES\n"))
+
+
 def test_pokeysctl_ends_moves_by_a_signal():
     with uncommanded() as (house, sim, _daemon):
         status, text = moves(house, "x 90 y 90 speed 20", "x 0 y 0", until=lambda: servos(house)[0]["position"] > 5)
@@ -248,7 +298,7 @@ def test_a_fault_stops_the_moves_of_all():
                              until=lambda: servos(house)[1]["position"] > 5 and broke() and servos(house)[0]["fault"] != "none")
         equal(status, 1)
         assert "servo x: off by a fault: " in text, text
-        equal(house.state()["moves"]["end"], "a motor was switched off, or had a fault")
+        equal(house.state()["moves"]["end"], "a motor or axis was switched off, or had a fault")
         wait_for("y to be off", lambda: servos(house)[1]["state"] == "off")
         equal([motor(house, sim, number)["output"] for number in range(3)], [0] * 3)
 
@@ -257,14 +307,14 @@ def test_moves_that_cannot_be_taken_move_nothing():
     with uncommanded() as (house, sim, _daemon):
         for lines, why in (
                 (["x 1", "x 5"], 'moves.txt:1: no speed is given; write "speed 20" before, or give --speed 20'),
-                (["speed 9", "x 5", "w 3"], 'moves.txt:3: "w" is not a servo motor of mill; a line has motors and positions, '
-                 "or speed and a number; its motors: x, y, z"),
+                (["speed 9", "x 5", "w 3"], 'moves.txt:3: "w" is not a motor or an axis of mill (x, y, z); a line has '
+                 "their names and positions, or speed and a number"),
                 (["speed 9", "x 5 x 6"], "moves.txt:2: x is given twice"),
                 (["speed 0"], "moves.txt:1: speed is a number above 0, up to 1000000 units/s"),
                 (["speed 5 x"], "moves.txt:1: there is not a number after x"),
                 (["speed 5 x 1e"], 'moves.txt:1: "1e" is not a number'),
                 (["speed 5 x nan"], 'moves.txt:1: "nan" is not a number'),
-                (["speed 5 x 1e300"], "moves.txt:1: x 1e+300 is more than the encoder counts"),
+                (["speed 5 x 1e300"], "moves.txt:1: x 1e+300 is further than the device can count"),
                 ([""], "moves.txt: contains no moves; example of a line: x 10 y 5 speed 20"),
                 (["# nothing"], "moves.txt: contains no moves; example of a line: x 10 y 5 speed 20")):
             status, text = ended(house, program(house, *lines), command="moves")

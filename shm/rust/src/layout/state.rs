@@ -101,6 +101,10 @@ layout! {
         probe: i64,
         max_speed: f32,
         max_acceleration: f32,
+        soft_minimum: i32,
+        soft_maximum: i32,
+        pulses_per_unit: f64,
+        name: [u8; 16],
     }
 }
 
@@ -326,7 +330,8 @@ layout! {
         end: u8,
         refused: u8,
         held: u8,
-        reserved: [u8; 6],
+        axes: u8,
+        reserved: [u8; 5],
     }
 }
 
@@ -479,8 +484,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 17, size 4368,
-    hash 0xe252fa44b9b871af, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 18, size 4624,
+    hash 0x855ab81136bf8b4e, hash_function iox_state_hash
 }
 
 published! {

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * Axes of the pulse engine on a path. Their commander has switched the machine on and has enabled
+ * them; only their positions come from the path. They go to the device on the same way as a
+ * commander's positions, in position mode and in buffered mode.
+ *
+ * In position mode the device plans its own ramps to each position, and follows from behind. So the
+ * path leaves it some of its speed and acceleration to catch up with. In buffered mode the device
+ * does what it is told, within the same limits.
+ *
+ * A stop of the engine, for whatever reason, ends the permission to move: then no axis is enabled,
+ * and the path ends.
+ */
+
+#include <math.h>
+#include <string.h>
+#include "daemon/device/internal.h"
+
+#define SPEED_PART 0.95		/* of what the device permits, for a path */
+#define ACCELERATION_PART 0.8
+#define RESTS_NS (100 * MS)	/* a commander that is there to stay */
+#define NEAR 1			/* pulses */
+
+static const struct device_axis_config *config_of(const struct device *device, unsigned int axis)
+{
+	return &device->config.axis[axis];
+}
+
+void moving_axis_init(struct device *device)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		struct pokeys_axis *image = &device->image.engine.axis[i];
+
+		image->pulses_per_unit = config_of(device, i)->pulses_per_unit;
+		memcpy(image->name, config_of(device, i)->name, sizeof(image->name));
+	}
+}
+
+bool moving_axis_any(const struct device *device)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		if (config_of(device, i)->pulses_per_unit != 0)
+			return true;
+	return false;
+}
+
+/* The device has one limit for each direction of a change of speed, the path has one for both. */
+static struct path_axis_config limits_of(const struct device *device, unsigned int axis)
+{
+	const struct wire_axis_config *set =
+		&device->configure.setting[SETTING_AXIS + axis].value.axis.config;
+	const double unit = fabs(config_of(device, axis)->pulses_per_unit);
+	const double rate = fmin((double)set->max_accel, (double)set->max_decel) * 1e6;
+	const uint8_t mode = device->image.engine.axis[axis].mode;
+
+	if (!(unit > 0) || !motion_drivable(device, axis) || mode == POKEYS_AXIS_VELOCITY)
+		return (struct path_axis_config){ .speed = 0 };
+	return (struct path_axis_config){
+		.speed = SPEED_PART * (double)set->max_speed * 1e3 / unit,
+		.acceleration = ACCELERATION_PART * rate / unit,
+	};
+}
+
+void moving_axis_limit(struct device *device)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		const struct path_axis_config limits = limits_of(device, i);
+
+		path_limit(&device->moving.path, MOVING_AXIS + i, &limits);
+	}
+}
+
+bool moving_axis_is_on(const struct device *device, unsigned int axis)
+{
+	return device->safe.permitted && device->motion.driven >> axis & 1;
+}
+
+double moving_axis_place(const struct device *device, unsigned int axis)
+{
+	return device->intake.axis[axis].position / config_of(device, axis)->pulses_per_unit;
+}
+
+/* Its commander does not move it on, and it is where it is commanded to be. */
+static bool is_at_rest(const struct device *device, unsigned int axis)
+{
+	const struct axis_wish *wish = &device->intake.axis[axis];
+
+	return wish->position == device->image.engine.axis[axis].position &&
+	       !reference_moves_on(device, wish);
+}
+
+static bool is_in_range(const struct device *device, unsigned int axis, double pulses)
+{
+	return fabs(pulses) <= intake_furthest(device->image.engine.axis[axis].mode);
+}
+
+enum pokeys_moves_refusal moving_axis_judge(const struct device *device, unsigned int axis,
+					    double pulses)
+{
+	if (config_of(device, axis)->pulses_per_unit == 0 || !is_in_range(device, axis, pulses))
+		return POKEYS_MOVES_ODD;
+	if (!task_idle(device) || device->task.parked >> axis & 1)
+		return POKEYS_MOVES_HOMING;
+	if (!moving_axis_is_on(device, axis))
+		return POKEYS_MOVES_OFF;
+	if (!moving_has(device, MOVING_AXIS + axis) && !is_at_rest(device, axis))
+		return POKEYS_MOVES_COMMANDED;
+	if (intake_beyond_soft_limits(device, axis, (int32_t)lround(pulses)))
+		return POKEYS_MOVES_LIMIT;
+	return POKEYS_MOVES_TAKEN;
+}
+
+void moving_axis_join(struct device *device, unsigned int axis)
+{
+	device->moving.wish[axis] = device->intake.axis[axis];
+	device->moving.wish[axis].velocity = 0;
+}
+
+void moving_axis_follow(struct device *device, unsigned int axis)
+{
+	const double unit = config_of(device, axis)->pulses_per_unit;
+	struct axis_wish *wish = &device->moving.wish[axis];
+	const int32_t position =
+		(int32_t)lround(device->moving.place[MOVING_AXIS + axis] * unit);
+
+	if (position != wish->position) {
+		wish->moved_before_ns = wish->moved_ns;
+		wish->moved_ns = device->now_ns;
+	}
+	wish->position = position;
+	wish->velocity = (float)fabs(device->moving.velocity[MOVING_AXIS + axis] * unit);
+}
+
+/* One from before the path is somewhere else, or it would move the axis by no more than that. */
+bool moving_axis_met(const struct device *device, unsigned int axis)
+{
+	const struct axis_wish *asked = &device->intake.axis[axis];
+	const int64_t apart = (int64_t)asked->position - device->moving.wish[axis].position;
+
+	return device->now_ns - device->moving.released_ns >= RESTS_NS &&
+	       device->now_ns - asked->moved_ns >= RESTS_NS && asked->good &&
+	       apart >= -NEAR && apart <= NEAR;
+}
+
+const struct axis_wish *moving_axis_wish(const struct device *device, unsigned int axis)
+{
+	return moving_has(device, MOVING_AXIS + axis) ? &device->moving.wish[axis] :
+							&device->intake.axis[axis];
+}
