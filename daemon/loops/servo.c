@@ -296,6 +296,11 @@ void servo_force(struct servo *servo, double output)
 	servo->force = limited(output, servo->config.output_most);
 }
 
+void servo_forget_output(struct servo *servo)
+{
+	servo->idle_output = servo->idle_push = 0;
+}
+
 void servo_off(struct servo *servo)
 {
 	stop(servo);

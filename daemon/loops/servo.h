@@ -175,6 +175,9 @@ bool servo_reset(struct servo *servo, const struct servo_input *input,
  */
 void servo_force(struct servo *servo, double output);
 
+/* It stands without output: what has held it before tells nothing about its encoder. */
+void servo_forget_output(struct servo *servo);
+
 /* Off, as if that was commanded. */
 void servo_off(struct servo *servo);
 

@@ -276,8 +276,9 @@ static void go_back(struct servo_home *home, const struct servo *servo, uint64_t
 /* The switch has opened: it has to close there again. */
 static void approach(struct servo_home *home, const struct servo *servo, uint64_t now_ns)
 {
+	const double read_s = (OPENED * home->interval_ns + OPENED_NS) / SECOND;
 	const double way = fabs(home->path - home->edge) + overrun(home) +
-			   servo->config.follow_most;
+			   servo->config.follow_most + home->config.latch * read_s;
 
 	home->left = home->edge;
 	enter(home, SERVO_HOME_APPROACH, fmin(way, home->config.distance), now_ns);

@@ -24,7 +24,10 @@
 
 #include "daemon/loops/duration.h"
 
+#define REST_NS UINT64_C(100000000)	/* it stands for so long without output */
+#define REST_MOST_NS UINT64_C(1000000000)
 #define RAMP 0.4		/* output a second, until it moves */
+#define REST_COUNTS 2
 #define MOVED_COUNTS 12
 #define BEGIN_TIMES 1.5		/* ... of the output with which it has moved, */
 #define BEGIN_MORE 0.03
@@ -34,10 +37,14 @@
 #define GROW_SOON 2.0
 #define SHORTEST 100		/* readings from turn to turn: some windows are in it */
 #define FASTEST 0.5		/* of max-speed */
+#define TOO_FAST 1.1		/* times that */
+#define NEARLY 0.9		/* ... it is expected to reach that */
+#define FASTEST_SOON 0.75	/* ... until there are some readings */
 #define PART 0.4		/* of the distance, to each side */
 #define FAR 0.55
 #define TURNS 16
 #define EQUATIONS 300
+#define BRAKE_MOST_NS UINT64_C(300000000)
 #define LONGEST_NS UINT64_C(30000000000)
 #define SILENT_S 0.06		/* it stands for no longer where it turns, */
 #define SILENT 25		/* ... or for so many readings */
@@ -82,8 +89,9 @@ bool servo_tune_begin(struct servo_tune *tune, const struct servo *servo, double
 	*tune = (struct servo_tune){
 		.state = SERVO_TUNE_RUNS, .distance = distance,
 		.most = most > 0 ? fmin(most, output_most) : output_most, .from = servo->position,
+		.begun_at = servo->position,
 		.turned_at = servo->position, .begun_ns = now_ns, .turned_ns = now_ns,
-		.step_ns = now_ns, .sign = 1,
+		.rested_ns = now_ns, .step_ns = now_ns, .sign = 1,
 	};
 	return true;
 }
@@ -105,7 +113,7 @@ static void change(struct servo_tune *tune, double output, uint64_t now_ns)
 {
 	tune->output = output;
 	tune->places = 0;
-	tune->turned_ns = tune->applied_ns = now_ns;
+	tune->turned_ns = tune->waited_ns = tune->applied_ns = now_ns;
 	tune->applied = false;
 	tune->peak = 0;
 }
@@ -173,6 +181,35 @@ static void note_braking(struct servo_tune *tune, const struct servo *servo)
 	tune->turned_rate = 0;
 }
 
+/* By far: what happens to some of its turns only does not matter. */
+static double median(const double *of, unsigned int count)
+{
+	double sorted[SERVO_TUNE_TURNS];
+
+	for (unsigned int i = 0; i < count; i++) {
+		unsigned int at = i;
+
+		for (; at && sorted[at - 1] > of[i]; at--)
+			sorted[at] = sorted[at - 1];
+		sorted[at] = of[i];
+	}
+	return count ? sorted[count / 2] : 0;
+}
+
+/* A turned output is applied: how long it has taken, as usual, in the slower direction. */
+static void note_dead(struct servo_tune *tune)
+{
+	const unsigned int up = tune->sign > 0;
+	double *dead = tune->dead_of[up];
+
+	memmove(&dead[1], &dead[0], (SERVO_TUNE_TURNS - 1) * sizeof(dead[0]));
+	dead[0] = (double)since(tune->turned_ns, tune->waited_ns) / SECOND;
+	if (tune->deads[up] < SERVO_TUNE_TURNS)
+		tune->deads[up]++;
+	tune->dead = fmax(median(tune->dead_of[0], tune->deads[0]),
+			  median(tune->dead_of[1], tune->deads[1]));
+}
+
 /* How far it would go on, if its output were turned now. */
 static double way_on(const struct servo_tune *tune, const struct servo *servo)
 {
@@ -184,15 +221,20 @@ static double way_on(const struct servo_tune *tune, const struct servo *servo)
 	return rate * rate / (2 * braking) + late;
 }
 
+static double fastest(const struct servo *servo)
+{
+	return FASTEST * servo->config.speed_most;
+}
+
 static void turn(struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
 {
 	const double seconds = (double)since(tune->applied_ns, now_ns) / SECOND;
 	const double least = SHORTEST * tune->interval;
-	const double fastest = FASTEST * servo->config.speed_most;
 
-	if (seconds < least / 2)
+	if (seconds < least / 2 || tune->peak > TOO_FAST * fastest(servo) ||
+	    (seconds < least && tune->peak >= fastest(servo) * NEARLY))
 		tune->push = fmax(tune->push / GROW, tune->least);
-	else if (seconds > least && tune->peak < fastest)
+	else if (seconds > least && tune->peak < fastest(servo))
 		tune->push = fmin(tune->push * (seconds > LONG_S ? GROW_SOON : GROW),
 				  tune->most);
 	tune->turned_rate = fabs(servo->rate);
@@ -207,7 +249,7 @@ static bool is_reversed(const struct servo_tune *tune, const struct servo *servo
 {
 	const double back = (tune->from - servo->position) * fabs(servo->config.scale);
 
-	return tune->push <= 0 && back >= MOVED_COUNTS;
+	return tune->rests && tune->push <= 0 && back >= MOVED_COUNTS;
 }
 
 /* Nothing else would see it: what it is pushed with may be less than silent-output. */
@@ -222,26 +264,69 @@ static bool is_silent(struct servo_tune *tune, const struct servo *servo, uint64
 	return tune->push > 0 && (double)since(tune->moved_ns, now_ns) / SECOND > allowed_s;
 }
 
-/* Until it moves; then back and forth. */
-static void push(struct servo_tune *tune, const struct servo *servo, double seconds,
-		 uint64_t now_ns)
+/*
+ * What held it in its place may have drawn a belt or a spring tight. It has to come to rest without
+ * output, or its first movement would not be that of the push. False: it does not.
+ */
+static bool rest(struct servo_tune *tune, struct servo *servo, uint64_t now_ns)
+{
+	if (fabs((servo->position - tune->from) * servo->config.scale) > REST_COUNTS) {
+		tune->from = tune->turned_at = servo->position;
+		tune->rested_ns = now_ns;
+	}
+	if (since(tune->rested_ns, now_ns) >= REST_NS) {
+		tune->rests = true;
+		servo_forget_output(servo);
+		return has_room(servo, tune->distance);
+	}
+	return since(tune->begun_ns, now_ns) < REST_MOST_NS &&
+	       fabs(servo->position - tune->begun_at) < PART * tune->distance;
+}
+
+/* More and more, until it moves. */
+static void find_push(struct servo_tune *tune, const struct servo *servo, double seconds,
+		      uint64_t now_ns)
+{
+	tune->output += RAMP * seconds;
+	if (fabs((servo->position - tune->from) * servo->config.scale) < MOVED_COUNTS)
+		return;
+	tune->least = fmin(tune->output * LEAST_TIMES, tune->most);
+	tune->push = fmin(tune->output * BEGIN_TIMES + BEGIN_MORE, tune->most);
+	change(tune, tune->push, now_ns);
+}
+
+/* What it would reach, if its output were turned now: it gets faster until that is applied. */
+static double speed_on(const struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
+{
+	const double late_s = tune->delay + servo->config.smooth + tune->dead;
+	const double pushed_s = (double)since(tune->back_ns, now_ns) / SECOND;
+
+	return fabs(servo->rate) * (1 + late_s / fmax(pushed_s, late_s));
+}
+
+/* The speed at which its output is turned. What is pushed for too short a time tells nothing. */
+static double limit(const struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
+{
+	const double pushed_s = (double)since(tune->applied_ns, now_ns) / SECOND;
+
+	return pushed_s > SHORTEST / 2 * tune->interval ? fastest(servo) :
+							  FASTEST_SOON * servo->config.speed_most;
+}
+
+/* Back and forth. */
+static void push(struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
 {
 	const double off = servo->position - tune->from;
 
-	if (tune->push <= 0) {
-		tune->output += RAMP * seconds;
-		if (fabs(off * servo->config.scale) < MOVED_COUNTS)
-			return;
-		tune->least = fmin(tune->output * LEAST_TIMES, tune->most);
-		tune->push = fmin(tune->output * BEGIN_TIMES + BEGIN_MORE, tune->most);
-		change(tune, tune->push, now_ns);
+	tune->peak = fmax(tune->peak, fabs(servo->rate));
+	if (servo->rate * tune->sign <= 0) {
+		tune->back_ns = now_ns;
 		return;
 	}
-	tune->peak = fmax(tune->peak, fabs(servo->rate));
-	if (servo->rate * tune->sign > 0 && tune->turned_rate > 0)
+	if (tune->turned_rate > 0)
 		note_braking(tune, servo);
-	if (servo->rate * tune->sign > 0 &&
-	    off * tune->sign + way_on(tune, servo) >= PART * tune->distance)
+	if (off * tune->sign + way_on(tune, servo) >= PART * tune->distance ||
+	    speed_on(tune, servo, now_ns) >= limit(tune, servo, now_ns))
 		turn(tune, servo, now_ns);
 }
 
@@ -327,11 +412,26 @@ static void choose_gains(struct servo_tune *tune, const struct servo *servo)
 	gains->acceleration = 1 / tune->rate;
 }
 
-static bool conclude(struct servo_tune *tune, const struct servo *servo)
+static bool conclude(struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
 {
 	if (!find_model(tune))
-		return fail(tune, SERVO_TUNE_UNLIKE);
+		return !fail(tune, SERVO_TUNE_UNLIKE);
 	choose_gains(tune, servo);
+	tune->brakes = true;
+	tune->turned_ns = now_ns;
+	return true;
+}
+
+/* An amplifier that is off may let it go on for long, so it is braked by what was found. */
+static bool brake(struct servo_tune *tune, struct servo *servo, uint64_t now_ns)
+{
+	const double output = -tune->gains.d * servo->rate;
+
+	if (fabs(servo->rate) > servo->config.speed_most * RESTS_PART &&
+	    since(tune->turned_ns, now_ns) < BRAKE_MOST_NS) {
+		servo_force(servo, fmax(-tune->push, fmin(output, tune->push)));
+		return false;
+	}
 	tune->state = SERVO_TUNE_DONE;
 	return true;
 }
@@ -348,10 +448,12 @@ static void note_applied(struct servo_tune *tune, bool applied, uint64_t now_ns)
 		tune->places = 0;
 	if (tune->applied)
 		return;
-	tune->applied = applied;
 	tune->applied_ns = tune->moved_ns = now_ns;	/* without voltage it may stand */
-	if (!applied)
-		tune->dead = fmax(tune->dead, (double)since(tune->turned_ns, now_ns) / SECOND);
+	tune->applied = applied;
+	if (applied)
+		note_dead(tune);
+	else
+		tune->waited_ns = now_ns;
 }
 
 bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied, uint64_t now_ns)
@@ -371,6 +473,8 @@ bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied,
 	if (servo->read_ns > tune->read_ns)
 		take_place(tune, servo);
 	tune->read_ns = servo->read_ns;
+	if (tune->brakes)
+		return brake(tune, servo, now_ns);
 	if (fabs(servo->position - tune->from) > FAR * tune->distance)
 		return fail(tune, SERVO_TUNE_FAR);
 	if (since(tune->begun_ns, now_ns) > LONGEST_NS)
@@ -379,13 +483,18 @@ bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied,
 		return fail(tune, SERVO_TUNE_REVERSED);
 	if (is_silent(tune, servo, now_ns))
 		return fail(tune, SERVO_TUNE_SILENT);
-	push(tune, servo, seconds, now_ns);
+	if (!tune->rests && !rest(tune, servo, now_ns))
+		return fail(tune, SERVO_TUNE_UNLIKE);
+	if (tune->push > 0)
+		push(tune, servo, now_ns);
+	else if (tune->rests)
+		find_push(tune, servo, seconds, now_ns);
 	if (tune->push <= 0 &&
 	    tune->output > fmin(tune->most, servo->config.silent_output + STILL_MORE))
 		return fail(tune, SERVO_TUNE_STILL);
-	/* it is slow where it has just turned */
-	if (tune->turns >= TURNS && tune->equations >= EQUATIONS && tune->turned_rate <= 0)
-		return conclude(tune, servo);
+	if (tune->turns >= TURNS && tune->equations >= EQUATIONS && tune->turned_rate <= 0 &&
+	    !conclude(tune, servo, now_ns))
+		return true;
 	servo_force(servo, tune->output);
 	return false;
 }

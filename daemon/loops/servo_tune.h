@@ -17,6 +17,7 @@
 enum {
 	SERVO_TUNE_WINDOW = 33,	/* readings */
 	SERVO_TUNE_TERMS = 4,
+	SERVO_TUNE_TURNS = 9,	/* to each side, for what is usual */
 };
 
 enum servo_tune_state {
@@ -43,7 +44,11 @@ struct servo_tune {
 	enum servo_tune_reason reason;
 	double distance;	/* units */
 	double most;		/* output, 0 to 1 */
-	double from;		/* position at the beginning */
+	bool brakes;		/* all is found, and it is brought to rest */
+	bool rests;		/* it stands without output, as it has to before it is pushed */
+	uint64_t rested_ns;	/* since then */
+	double begun_at;	/* position at the beginning, units */
+	double from;		/* ... and where it rests */
 	double push;		/* output that it is pushed with; 0: it is sought */
 	double output;		/* now */
 	double turned_at;	/* position where it turned last */
@@ -54,11 +59,15 @@ struct servo_tune {
 	double peak;		/* highest speed of this push */
 	double moved_at;	/* position where it has moved last */
 	uint64_t moved_ns;
+	uint64_t back_ns;	/* when it was not going with its output, last */
 	unsigned int turns;
 	uint64_t begun_ns, turned_ns, read_ns, step_ns;
-	double dead;		/* longest time until a turned output was applied, seconds */
+	double dead;		/* usual time until a turned output was applied, seconds */
+	double dead_of[2][SERVO_TUNE_TURNS];	/* the last ones, to go down and up */
+	unsigned int deads[2];
 	bool applied;		/* the output is, since it was turned */
 	uint64_t applied_ns;	/* ... since then */
+	uint64_t waited_ns;	/* when it was not, last */
 	double least;		/* output with which it has moved */
 	double delay;		/* from a reading to its output, seconds, smoothed */
 	double interval;	/* ... from one to the next; 0: not known */

@@ -664,6 +664,25 @@ static void a_disturbance_on_the_approach_is_no_place(void **state)
 }
 
 /* Where it ends it does not go beyond. */
+/* It goes on while it makes sure of its switch: that is way as well. */
+static void an_approach_as_fast_as_the_search_homes(void **state)
+{
+	struct servo_home_config config = usual;
+
+	(void)state;
+	config.search = -20;
+	config.latch = 20;
+	config.acceleration = 2000;
+	motor.follow_least = motor.follow_most = 0.5;
+	begin_homing(&config, 15);
+	for (long k = 0; home.state != SERVO_HOME_HOLD; k++) {
+		assert_in_range(k, 0, 60000);
+		axis.silent = k % 4 > 0;
+		step();
+	}
+	assert_int_equal(home.end, SERVO_HOME_DONE);
+}
+
 static void it_does_not_pass_its_home_position(void **state)
 {
 	(void)state;
@@ -680,6 +699,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup(a_disturbance_on_the_approach_is_no_place, begin),
+		cmocka_unit_test_setup(an_approach_as_fast_as_the_search_homes, begin),
 		cmocka_unit_test_setup(it_does_not_pass_its_home_position, begin),
 		cmocka_unit_test_setup(it_finds_its_switch_from_wherever_it_is, begin),
 		cmocka_unit_test_setup(any_speeds_and_switches_will_do, begin),

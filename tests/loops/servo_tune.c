@@ -27,19 +27,33 @@ static void step(void)
 	axis_step(&axis);
 }
 
+static double peak;	/* speed of a search */
+
+static double speed(void)
+{
+	return fabs(axis.motor.speed) / (2 * M_PI) * UNITS;
+}
+
 /* Wherever the shaft was. */
 static void run_tune(double distance)
 {
 	const double from = place();
 	double furthest = 0;
 
+	peak = 0;
+
 	assert_true(servo_tune_begin(&tune, &axis.servo, distance, 0, axis.now_ns));
 	for (long k = 0; tune.state == SERVO_TUNE_RUNS; k++) {
 		assert_in_range(k, 0, 40000);
 		step();
 		furthest = fmax(furthest, fabs(place() - from));
+		peak = fmax(peak, speed());
 	}
 	assert_true(axis.output == 0 && !axis.servo.enabled);
+	/* slower than it may be, and slow when it is switched off */
+	if (peak > axis.servo.config.speed_most)
+		fail_msg("%g instead of %g", peak, axis.servo.config.speed_most);
+	assert_true(speed() < 0.4 * peak);
 	assert_true(furthest < distance / 2 * 1.15);
 }
 
@@ -201,7 +215,7 @@ static void what_ends_it(void **state)
 	expect_failed(SERVO_TUNE_STILL);
 	axis_expect_fault(&axis, SERVO_FINE);
 	/* the encoder's cable breaks: in each of the pushes */
-	for (double seconds = 0.3; seconds < 4; seconds += 0.13) {
+	for (double seconds = 0.45; seconds < 2.8; seconds += 0.13) {
 		begin_tune(40, 0);
 		run_for(seconds);
 		sim_motor_break(&axis.motor, SIM_MOTOR_SILENT);
@@ -214,7 +228,7 @@ static void what_ends_it(void **state)
 	sim_motor_break(&axis.motor, SIM_MOTOR_REVERSED);
 	expect_failed(SERVO_TUNE_REVERSED);
 	/* ... from some time on: it runs away, and is stopped soon */
-	for (double seconds = 0.4; seconds < 4; seconds += 0.37) {
+	for (double seconds = 0.5; seconds < 3; seconds += 0.37) {
 		double at;
 
 		begin_tune(40, 0);
@@ -312,6 +326,106 @@ static void lost_readings_do_not_matter(void **state)
 	}
 }
 
+/* A motor that could go much faster than its axis may. */
+static void it_keeps_to_half_of_its_speed(void **state)
+{
+	(void)state;
+	for (double most = 20; most < 300; most *= 1.5) {
+		struct servo_config config = axis_config;
+
+		config.speed_most = most;
+		begin_with(&config, &sim_motor_small);
+		run_tune(40);
+		assert_int_equal(tune.state, SERVO_TUNE_DONE);
+		found_is(tune.gains.velocity, axis_config.gains.velocity, 0.2);
+		found_is(tune.gains.acceleration, axis_config.gains.acceleration, 0.2);
+	}
+}
+
+/* It takes 8 ms until some turned outputs are applied: a packet was lost. */
+static double gain_with_losses(unsigned int every)
+{
+	unsigned int turns = 0;
+	long late = 0;
+
+	begin_tune(40, 0);
+	for (long k = 0; tune.state == SERVO_TUNE_RUNS; k++) {
+		bool applied;
+
+		assert_in_range(k, 0, 40000);
+		if (tune.turns != turns && every && tune.turns % every == 0)
+			late = 8;
+		turns = tune.turns;
+		applied = late <= 0;
+		late -= late > 0;
+		/* as long as the device has the output of before */
+		if (servo_tune_step(&tune, &axis.servo, applied, axis.now_ns + AXIS_CYCLE_NS))
+			servo_off(&axis.servo);
+		if (!applied)
+			axis.output = -axis.output;
+		axis_step(&axis);
+	}
+	assert_int_equal(tune.state, SERVO_TUNE_DONE);
+	return tune.gains.p;
+}
+
+static void a_packet_lost_at_a_turn_is_not_its_delay(void **state)
+{
+	const double usual = gain_with_losses(0);
+
+	(void)state;
+	found_is(gain_with_losses(5), usual, 0.3);
+	found_is(gain_with_losses(3), usual, 0.3);
+}
+
+/* What holds it where it is, from outside: a spring that is tight at the beginning. */
+static void spring(double tight)
+{
+	const double slack = axis.motor.angle - tight;
+
+	for (unsigned int k = 0; k < 1000; k++) {
+		axis.motor.torque = -0.2 * fmax(axis.motor.angle - slack, 0);
+		axis_step(&axis);
+	}
+}
+
+static void it_begins_where_it_rests(void **state)
+{
+	double slack;
+
+	(void)state;
+	begin_with(&axis_config, &sim_motor_small);
+	spring(1);
+	assert_true(axis.servo.output > 0.05);
+	slack = axis.motor.angle - 1;
+	assert_true(servo_tune_begin(&tune, &axis.servo, 40, 0, axis.now_ns));
+	for (long k = 0; tune.state == SERVO_TUNE_RUNS; k++) {
+		assert_in_range(k, 0, 40000);
+		axis.motor.torque = tune.push > 0 ? 0 :
+				    -0.2 * fmax(axis.motor.angle - slack, 0);
+		step();
+	}
+	assert_int_equal(tune.state, SERVO_TUNE_DONE);
+	found_is(tune.gains.velocity, axis_config.gains.velocity, 0.15);
+	/* one that falls never rests: it is given up soon */
+	begin_with(&axis_config, &sim_motor_small);
+	axis.motor.torque = -0.05;
+	axis_run(&axis, 0.5);
+	assert_true(servo_tune_begin(&tune, &axis.servo, 40, 0, axis.now_ns));
+	expect_failed(SERVO_TUNE_UNLIKE);
+	assert_true(fabs(place()) < 20);
+	/* one that was pushed against is not taken for one without an encoder */
+	begin_with(&axis_config, &sim_motor_small);
+	sim_motor_break(&axis.motor, SIM_MOTOR_STALLED);
+	axis.wish.position -= 0.1;
+	axis_run(&axis, 0.1);
+	axis.wish.velocity = 0;
+	assert_true(axis.servo.output < -0.1);
+	assert_true(servo_tune_begin(&tune, &axis.servo, 40, 0, axis.now_ns));
+	expect_failed(SERVO_TUNE_STILL);
+	axis_expect_fault(&axis, SERVO_FINE);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -320,6 +434,9 @@ int main(void)
 		cmocka_unit_test(what_ends_it),
 		cmocka_unit_test(what_it_does_not_begin_with),
 		cmocka_unit_test(lost_readings_do_not_matter),
+		cmocka_unit_test(it_keeps_to_half_of_its_speed),
+		cmocka_unit_test(a_packet_lost_at_a_turn_is_not_its_delay),
+		cmocka_unit_test(it_begins_where_it_rests),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
