@@ -234,6 +234,9 @@ static bool switch_on(struct axis *axis)
 {
 	if (axis->state.engine.emergency)
 		return fails(axis, "the emergency input is active");
+	/* what another commander has moved stands, before it is commanded to be where it is */
+	if (!await(axis, "the pulse engine does not stop", is_still))
+		return false;
 	keep_all(axis);
 	axis->command.flags |= POKEYS_COMMAND_MACHINE_ON;
 	give(axis);

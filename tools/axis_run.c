@@ -78,13 +78,18 @@ static bool are_enabled(const struct loop_run *run)
 	return !(axes & ~enabled_axes(run));
 }
 
-void axis_run_keep(struct loop_run *run, uint8_t axes)
+static void command(struct loop_run *run, uint8_t axes, bool enable)
 {
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		run->command.axis[i] = (struct pokeys_axis_command){
+		run->command.axis[i] = axes >> i & 1 ? (struct pokeys_axis_command){
 			.position = axis_of(run, i)->position, .mode = axis_of(run, i)->mode,
-			.enable = axes >> i & 1,
-		};
+			.enable = enable,
+		} : (struct pokeys_axis_command){ .mode = POKEYS_AXIS_OFF };
+}
+
+void axis_run_keep(struct loop_run *run, uint8_t axes)
+{
+	command(run, axes, true);
 }
 
 /* What prevents any motion of this axis. */
@@ -115,19 +120,21 @@ bool axis_run_begin(struct loop_run *run, uint8_t axes)
 	const unsigned int first = (unsigned int)__builtin_ctz(axes);
 
 	run->command.flags = 0;
-	axis_run_keep(run, 0);
+	command(run, axes, false);
 	send(run);
-	if (!loop_await(run, "the daemon does not take the command", is_off))
+	/* what another commander has moved stands, before it is commanded to be where it is */
+	if (!loop_await(run, "the daemon does not take the command", is_off) ||
+	    !loop_await(run, "the pulse engine does not stop", is_still))
 		return false;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		if (axes >> i & 1 && !may_move(run, i))
 			return false;
-	axis_run_keep(run, 0);
+	command(run, axes, false);
 	run->command.flags = POKEYS_COMMAND_MACHINE_ON;
 	send(run);
 	if (!loop_await(run, "the daemon does not permit motion", is_on))
 		return false;
-	axis_run_keep(run, axes);
+	command(run, axes, true);
 	send(run);
 	if (!loop_await(run, "the daemon does not enable the axes", are_enabled))
 		return false;
@@ -143,8 +150,8 @@ bool axis_run_check(struct loop_run *run, uint8_t axes)
 		return true;
 	axis = (unsigned int)__builtin_ctz(off);
 	return fails(run, axis, "stopped at %d pulses: %s%s%s", axis_of(run, axis)->position,
-		     is_on(run) ? "it is not enabled" :
-				  pokeys_engine_state_name(run->state.engine.state),
+		     is_tripped(run) ? pokeys_engine_state_name(run->state.engine.state) :
+				       "it was switched off; \"pokeysctl events\" says why",
 		     axis_of(run, axis)->limit_minus ? ", negative limit switch" : "",
 		     axis_of(run, axis)->limit_plus ? ", positive limit switch" : "");
 }
@@ -160,11 +167,12 @@ bool axis_run_stands(const struct loop_run *run, uint8_t axes)
 void axis_run_switch_off(struct loop_run *run)
 {
 	run->command.flags = 0;
-	axis_run_keep(run, 0);
+	command(run, 0, false);
 	send(run);
 }
 
 bool axis_run_finish(struct loop_run *run)
 {
+	*run->name = '\0';	/* no motor's */
 	return loop_await(run, "the pulse engine does not stop", is_still);
 }

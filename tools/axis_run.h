@@ -13,7 +13,7 @@
 /* The machine goes on, and these axes are enabled. False after an error message. */
 bool axis_run_begin(struct loop_run *run, uint8_t axes);
 
-/* Command them where they are. Another function sends the command. */
+/* Command them where they are, and no other. Another function sends the command. */
 void axis_run_keep(struct loop_run *run, uint8_t axes);
 
 /* They are enabled. False after an error message. */

@@ -88,7 +88,8 @@ static bool turn(struct loop_run *run)
 
 	if (!loop_look(run) || !axis_run_check(run, program.axes))
 		return false;
-	axis_run_keep(run, program.axes);
+	if (program.axes)
+		axis_run_keep(run, program.axes);
 	if (!for_all(run, follow))
 		return false;
 	send(run);
@@ -143,9 +144,13 @@ static bool settle(struct loop_run *run)
 		if (!turn(run))
 			return false;
 	end_ms = commander_ms() + STOP_MS;
-	while (!axis_run_stands(run, program.axes) && commander_ms() < end_ms)
+	while (!axis_run_stands(run, program.axes)) {
 		if (!turn(run))
 			return false;
+		if (commander_ms() > end_ms)
+			return loop_fails(run, "an axis has not come to the end of the path; "
+					  "\"pokeysctl events\" may say why");
+	}
 	end_ms = commander_ms() + SETTLE_MS;
 	while (commander_ms() < end_ms)
 		if (!turn(run))
@@ -178,7 +183,8 @@ static void slow_down(struct loop_run *run)
 
 	if (run->state.moves.waiting && run->state.moves.state != POKEYS_MOVES_ABORTING)
 		control(run, POKEYS_MOVES_ABORT);
-	while (run->state.moves.waiting && commander_ms() < end_ms && loop_look(run))
+	while ((run->state.moves.waiting || !axis_run_stands(run, program.axes)) &&
+	       commander_ms() < end_ms && loop_look(run))
 		for_all(run, keep_on);
 }
 

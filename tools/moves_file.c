@@ -172,13 +172,21 @@ static bool is_beyond(const struct member *member, double to)
 	       to > member->most + half + fabs(member->most) * (double)FLT_EPSILON;
 }
 
+static bool is_axis_beyond(const struct loop_run *run, const struct member *member, double to)
+{
+	const struct pokeys_axis *axis = &run->state.engine.axis[member->index];
+	const double pulses = round(to * member->per_unit);
+
+	return pulses < axis->soft_minimum || pulses > axis->soft_maximum;
+}
+
 /* In position mode the device's own planner has a shorter range. */
 static double furthest(const struct loop_run *run, const struct member *member)
 {
-	const bool plans = member->is_axis &&
-		run->state.engine.axis[member->index].mode == POKEYS_AXIS_POSITION;
-
-	return plans ? 1 << 24 : INT32_MAX - 1;
+	if (!member->is_axis)
+		return INT32_MAX - 1;
+	return run->state.engine.axis[member->index].mode == POKEYS_AXIS_POSITION ? 1 << 24 :
+										   2100000000;
 }
 
 static bool take_place(const struct program *program, const struct loop_run *run,
@@ -191,7 +199,7 @@ static bool take_place(const struct program *program, const struct loop_run *run
 	if (fabs(to * member->per_unit) > furthest(run, member))
 		return moves_wrong(program, "%.31s %g is further than the device can count",
 				   member->name, to);
-	if (is_beyond(member, to))
+	if (member->is_axis ? is_axis_beyond(run, member, to) : is_beyond(member, to))
 		return moves_wrong(program, "%.31s %g is beyond its soft limits, %g to %g",
 				   member->name, to, member->least, member->most);
 	*given |= (uint8_t)(1u << member->index);

@@ -119,8 +119,12 @@ void buffer_resolve(struct device *device, bool executed);
 
 /* buffer_path.c */
 void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES]);
-/* The next slot of the path, towards these positions; no longer than an axis may step. */
-void buffer_path_step(struct device *device, uint64_t after, const struct buffer_slot *to);
+/*
+ * The next slot of the path, towards these positions, which were `to_before` a slot before. It is
+ * no longer than an axis may step.
+ */
+void buffer_path_step(struct device *device, uint64_t after, const struct buffer_slot *to,
+		      const struct buffer_slot *to_before);
 /* The axes that a task has may be there n slots after all that were sent, as fast as they can. */
 bool buffer_path_reaches(const struct device *device, const struct buffer_slot *to, uint32_t n);
 /* The k slots behind the end have been accepted. */

@@ -51,7 +51,8 @@ static void take_slots(struct device *device)
 
 	for (k = 0; k < most && k < buffer->pending; k++) {
 		buffer_path_step(device, buffer->end + k,
-				 &buffer->slot[(buffer->first + k) % BUFFER_PENDING]);
+				 &buffer->slot[(buffer->first + k) % BUFFER_PENDING],
+				 &buffer->slot[(buffer->first + k - 1) % BUFFER_PENDING]);
 		if (width == WIRE_SLOTS_8BIT && too_wide(buffer)) {
 			width = WIRE_SLOTS_16BIT;
 			most = room(device, width, may);

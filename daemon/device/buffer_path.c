@@ -9,7 +9,9 @@
  *
  * An axis takes no step that is longer than its highest speed, and its speed
  * rises by no more than its acceleration: after a gap it catches up as a motor
- * can. One that is not driven any more slows down in the same way.
+ * can, and brakes in time to go on with what it has caught up with. A command
+ * that stops at once is followed all the same, for the axis never passes it. One
+ * that is not driven any more slows down as well.
  */
 
 #include <math.h>
@@ -64,7 +66,25 @@ static int32_t slower(int32_t step, int32_t change)
 	return step > 0 ? step - change : step + change;
 }
 
-static int32_t step_of(const struct device *device, unsigned int i, int64_t distance)
+/*
+ * The longest step from which it can slow down to that of what it is behind. With steps of r,
+ * r - c, ... 0 more than the other one goes, it comes nearer by r * r / 2c + r / 2.
+ */
+static int64_t braking(int64_t distance, int64_t pace, int32_t change)
+{
+	const int64_t sign = distance < 0 ? -1 : 1;
+	const int64_t behind = sign * (distance - pace);
+	int64_t most;
+
+	if (behind <= 0)
+		return distance;
+	most = sign * pace + (int64_t)(sqrt(change / 4.0 * change + 2.0 * change * (double)behind) -
+				       change / 2.0);
+	return most >= sign * distance ? distance : most > 0 ? sign * most : 0;
+}
+
+/* `pace`: how far goes what it follows in this slot. */
+static int32_t step_of(const struct device *device, unsigned int i, int64_t distance, int64_t pace)
 {
 	const struct pokeys_axis *axis = &device->image.engine.axis[i];
 	const int32_t before = device->buffer.step[i];
@@ -75,10 +95,14 @@ static int32_t step_of(const struct device *device, unsigned int i, int64_t dist
 		return slower(before, change);
 	if (most > abs(before) + change)
 		most = abs(before) + change;
+	/* what the spindle plays has no time of its own */
+	if (!threading_paces(device))
+		distance = braking(distance, pace, change);
 	return limited(distance, most);
 }
 
-void buffer_path_step(struct device *device, uint64_t after, const struct buffer_slot *to)
+void buffer_path_step(struct device *device, uint64_t after, const struct buffer_slot *to,
+		      const struct buffer_slot *to_before)
 {
 	const struct buffer_slot *from = slot_at(device, after);
 	struct buffer_slot *next = slot_at(device, after + 1);
@@ -87,7 +111,8 @@ void buffer_path_step(struct device *device, uint64_t after, const struct buffer
 		const int64_t distance = (int64_t)to->position[i] - from->position[i];
 
 		device->buffer.step[i] = buffer_axes(device) >> i & 1 ?
-					 step_of(device, i, distance) : 0;
+					 step_of(device, i, distance, (int64_t)to->position[i] -
+						 to_before->position[i]) : 0;
 		next->position[i] = from->position[i] + device->buffer.step[i];
 	}
 }

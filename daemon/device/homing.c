@@ -36,7 +36,7 @@ bool task_limit_good(float seconds)
 
 bool homing_allowed(const struct device *device, const struct pokeys_one_shot *shot)
 {
-	if (!device->safe.permitted || !task_may_begin(device) || !shot->mask ||
+	if (!device->safe.permitted || !task_may_begin(device, false) || !shot->mask ||
 	    !task_limit_good(shot->parameter[0]))
 		return false;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {

@@ -463,9 +463,9 @@ void intake_forget(struct device *device);
 /* intake_output.c */
 void intake_outputs(struct device *device, const struct pokeys_command *command);
 void intake_refuse(struct device *device, enum command_fault fault, int64_t index);
-/* Further out than the soft limits and than the axis already is: back in is always allowed. */
 /* Pulses that an axis in this mode can be commanded, to either side. */
 int32_t intake_furthest(uint8_t mode);
+/* Further out than the soft limits and than the axis already is: back in is always allowed. */
 bool intake_beyond_soft_limits(const struct device *device, unsigned int axis, int32_t position);
 
 /* safe.c */
@@ -509,9 +509,9 @@ bool motion_drivable(const struct device *device, unsigned int axis);
 /* reference.c */
 /* References go out with a mask (0x25), so axes that are not told are not touched. */
 bool reference_by_mask(const struct device *device);
-/* Some axis takes references at all. */
 /* A position that is commanded in a stream. */
 bool reference_moves_on(const struct device *device, const struct axis_wish *wish);
+/* Some axis takes references at all. */
 bool reference_any(const struct device *device);
 bool reference_due(const struct device *device);
 bool reference_send(struct device *device);

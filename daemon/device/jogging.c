@@ -39,7 +39,7 @@ uint8_t jogging_axes(const struct device *device)
 
 bool jogging_allowed(const struct device *device, const struct pokeys_one_shot *shot)
 {
-	return device->safe.permitted && task_may_begin(device) && jogging_axes(device) &&
+	return device->safe.permitted && task_may_begin(device, false) && jogging_axes(device) &&
 	       task_limit_good(shot->parameter[0]);
 }
 

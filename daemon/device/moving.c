@@ -136,6 +136,12 @@ static void hand_over_axes(struct device *device)
 			moving_leave(device, i);
 }
 
+/* Steps of the motion buffer belong to ticks, the readings of an encoder to their own time. */
+static uint64_t time_of(const struct device *device)
+{
+	return moving_moves_axes(device) ? device->tick_ns : device->now_ns;
+}
+
 void moving_cycle(struct device *device)
 {
 	struct moving *moving = &device->moving;
@@ -144,7 +150,8 @@ void moving_cycle(struct device *device)
 	if (path_is_idle(path))
 		moving_axis_limit(device);
 	drop_members(device);
-	path_step(path, device->now_ns);
+	path_hold(path, moving->held || moving_axis_waits(device));
+	path_step(path, time_of(device));
 	take_path(device);
 	if (path->axes && path_is_idle(path))
 		release(device);
@@ -180,6 +187,11 @@ bool moving_moves_axes(const struct device *device)
 	return device->moving.path.axes >> MOVING_AXIS;
 }
 
+bool moving_has_axes(const struct device *device)
+{
+	return device->moving.members >> MOVING_AXIS;
+}
+
 void moving_leave(struct device *device, unsigned int member)
 {
 	device->moving.members &= (uint16_t)~(1u << member);
@@ -190,7 +202,7 @@ void moving_session(struct device *device)
 {
 	struct moving *moving = &device->moving;
 
-	path_hold(&moving->path, false);
+	moving->held = false;
 	path_feed(&moving->path, 1);
 	moving->refused = POKEYS_MOVES_TAKEN;
 	moving->open = false;
@@ -204,7 +216,8 @@ static enum pokeys_moves_state state_of(const struct device *device)
 		return device->moving.members ? POKEYS_MOVES_HANDOVER : POKEYS_MOVES_IDLE;
 	if (path->ends)
 		return POKEYS_MOVES_ABORTING;
-	return path->held || path->feed <= 0 ? POKEYS_MOVES_HELD : POKEYS_MOVES_MOVING;
+	return device->moving.held || path->held || path->feed <= 0 ? POKEYS_MOVES_HELD :
+								      POKEYS_MOVES_MOVING;
 }
 
 void moving_show(struct device *device)
@@ -218,7 +231,7 @@ void moving_show(struct device *device)
 	image->waiting = (uint8_t)moving->path.count;
 	image->motors = moving->members & ((1u << MOVING_AXIS) - 1);
 	image->axes = (uint8_t)(moving->members >> MOVING_AXIS);
-	image->held = moving->path.held;
+	image->held = moving->held;
 	image->state = (uint8_t)state_of(device);
 	image->end = moving->end;
 	image->refused = moving->refused;
@@ -371,9 +384,10 @@ static void end_path(struct device *device, bool at_once)
 {
 	struct path *path = &device->moving.path;
 
+	device->moving.held = false;
 	path_hold(path, false);
 	path_abort(path);
-	if (!at_once)
+	if (!at_once || moving_axis_buffered(device))
 		return;
 	path_stop(path);
 	take_path(device);
@@ -389,10 +403,10 @@ static bool control(struct device *device, unsigned int which, double value)
 		return false;
 	switch ((enum pokeys_moves_control)which) {
 	case POKEYS_MOVES_HOLD:
-		path_hold(path, true);
+		device->moving.held = true;
 		return true;
 	case POKEYS_MOVES_RESUME:
-		path_hold(path, false);
+		device->moving.held = false;
 		return true;
 	case POKEYS_MOVES_FEED:
 		return path_feed(path, value);

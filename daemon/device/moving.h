@@ -41,6 +41,7 @@ struct moving {
 	struct handover handover[POKEYS_SERVOS];
 	struct axis_wish wish[POKEYS_AXES];	/* of axes that are members */
 	uint64_t released_ns;		/* when the last path has ended */
+	bool held;			/* its commander holds it */
 	bool open;			/* moves may go on from the last one */
 	uint8_t end;			/* enum pokeys_moves_end */
 	uint8_t refused;		/* enum pokeys_moves_refusal */
@@ -58,7 +59,9 @@ void moving_session(struct device *device);
 
 /* It is on a path that has not ended. */
 bool moving_moves(const struct device *device, unsigned int member);
+/* ... any axis of the pulse engine is; is, or is held at its end. */
 bool moving_moves_axes(const struct device *device);
+bool moving_has_axes(const struct device *device);
 /* It is held on the path, or at its end. */
 bool moving_has(const struct device *device, unsigned int member);
 /* It is homing now: wherever a path has left it. */
@@ -81,6 +84,10 @@ void moving_axis_init(struct device *device);
 bool moving_axis_any(const struct device *device);
 /* What each of them can do, by the device's settings. */
 void moving_axis_limit(struct device *device);
+/* Some axis that moves is in buffered mode: its steps have to slow down. */
+bool moving_axis_buffered(const struct device *device);
+/* Axes in buffered mode wait until it is known where they are. */
+bool moving_axis_waits(const struct device *device);
 bool moving_axis_is_on(const struct device *device, unsigned int axis);
 /* Where it is commanded to be, units, while it is no member. */
 double moving_axis_place(const struct device *device, unsigned int axis);

@@ -20,6 +20,7 @@
 #define ACCELERATION_PART 0.8
 #define RESTS_NS (100 * MS)	/* a commander that is there to stay */
 #define NEAR 1			/* pulses */
+#define CATCH_UP_S 0.1
 
 static const struct device_axis_config *config_of(const struct device *device, unsigned int axis)
 {
@@ -89,6 +90,29 @@ static bool is_at_rest(const struct device *device, unsigned int axis)
 	       !reference_moves_on(device, wish);
 }
 
+bool moving_axis_buffered(const struct device *device)
+{
+	return device->moving.path.axes >> MOVING_AXIS & buffer_axes(device);
+}
+
+bool moving_axis_waits(const struct device *device)
+{
+	return moving_axis_buffered(device) && !device->buffer.synced;
+}
+
+/* Beyond a soft limit, and further out than where it will be before. */
+static bool is_beyond(const struct device *device, unsigned int axis, double pulses)
+{
+	const struct pokeys_axis *image = &device->image.engine.axis[axis];
+	const double unit = config_of(device, axis)->pulses_per_unit;
+	const unsigned int member = MOVING_AXIS + axis;
+	const double from = moving_moves(device, member) ?
+			    path_end(&device->moving.path, member) * unit : image->position;
+	const double to = round(pulses);
+
+	return (to > image->soft_maximum && to > from) || (to < image->soft_minimum && to < from);
+}
+
 static bool is_in_range(const struct device *device, unsigned int axis, double pulses)
 {
 	return fabs(pulses) <= intake_furthest(device->image.engine.axis[axis].mode);
@@ -105,15 +129,25 @@ enum pokeys_moves_refusal moving_axis_judge(const struct device *device, unsigne
 		return POKEYS_MOVES_OFF;
 	if (!moving_has(device, MOVING_AXIS + axis) && !is_at_rest(device, axis))
 		return POKEYS_MOVES_COMMANDED;
-	if (intake_beyond_soft_limits(device, axis, (int32_t)lround(pulses)))
-		return POKEYS_MOVES_LIMIT;
-	return POKEYS_MOVES_TAKEN;
+	return is_beyond(device, axis, pulses) ? POKEYS_MOVES_LIMIT : POKEYS_MOVES_TAKEN;
 }
 
 void moving_axis_join(struct device *device, unsigned int axis)
 {
 	device->moving.wish[axis] = device->intake.axis[axis];
 	device->moving.wish[axis].velocity = 0;
+}
+
+/*
+ * In position mode it follows from behind. What it is behind when it has only little way to go in a
+ * move, it would keep for all of it.
+ */
+static double speed_of(const struct device *device, unsigned int axis, double speed)
+{
+	const struct pokeys_axis *image = &device->image.engine.axis[axis];
+	const double behind = (double)device->moving.wish[axis].position - image->position;
+
+	return fmax(speed, fabs(behind) / CATCH_UP_S);
 }
 
 void moving_axis_follow(struct device *device, unsigned int axis)
@@ -128,7 +162,8 @@ void moving_axis_follow(struct device *device, unsigned int axis)
 		wish->moved_ns = device->now_ns;
 	}
 	wish->position = position;
-	wish->velocity = (float)fabs(device->moving.velocity[MOVING_AXIS + axis] * unit);
+	wish->velocity = (float)speed_of(device, axis, fabs(
+				device->moving.velocity[MOVING_AXIS + axis] * unit));
 }
 
 /* One from before the path is somewhere else, or it would move the axis by no more than that. */

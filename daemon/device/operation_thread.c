@@ -23,7 +23,7 @@ static uint8_t why_not_begin(const struct device *device)
 {
 	if (!task_limit_good(device->one_shots.now.parameter[0]))
 		return POKEYS_THREADING_BAD_LIMIT;
-	if (!task_may_begin(device) || device->threading.dirty)
+	if (!task_may_begin(device, true) || device->threading.dirty)
 		return POKEYS_THREADING_BUSY;
 	if (!settings_taken(device))
 		return POKEYS_THREADING_NOT_SET;

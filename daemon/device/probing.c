@@ -51,13 +51,14 @@ static bool axis_good(const struct device *device, const struct pokeys_one_shot 
 
 bool probing_allowed(const struct device *device, const struct pokeys_one_shot *shot)
 {
+	const bool hybrid = shot->flags & POKEYS_PROBE_HYBRID;
 	const float speed = shot->parameter[1];
 
-	if (!device->safe.permitted || !task_may_begin(device) || shot->flags & ~FLAGS ||
+	if (!device->safe.permitted || !task_may_begin(device, hybrid) || shot->flags & ~FLAGS ||
 	    !task_limit_good(shot->parameter[0]) || !shot->index ||
 	    shot->index > POKEYS_PINS + INPUTS_EXTERNAL)
 		return false;
-	if (shot->flags & POKEYS_PROBE_HYBRID)
+	if (hybrid)
 		return device->motion.phase == MOTION_ON && !shot->mask;
 	if (!shot->mask || !isfinite(speed) || !(speed > 0) || speed > 1)
 		return false;

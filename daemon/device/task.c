@@ -145,9 +145,10 @@ void task_begin(struct device *device, uint8_t kind, const struct pokeys_one_sho
 	enter(device, kind_of(device)->beside ? POKEYS_TASK_STARTING : POKEYS_TASK_PREPARING);
 }
 
-bool task_may_begin(const struct device *device)
+bool task_may_begin(const struct device *device, bool beside)
 {
-	return task_idle(device) && !moving_moves_axes(device);
+	return task_idle(device) && !moving_moves_axes(device) &&
+	       !(beside && moving_has_axes(device));
 }
 
 bool task_idle(const struct device *device)

@@ -61,8 +61,11 @@ extern const struct task_kind task_homing, task_probing, task_hybrid, task_joggi
 /* A one-shot that has been found good; no task is at work. */
 void task_begin(struct device *device, uint8_t task, const struct pokeys_one_shot *shot);
 bool task_idle(const struct device *device);
-/* Another one may begin: none is at work, and no axis is moved along a path. */
-bool task_may_begin(const struct device *device);
+/*
+ * Another one may begin: none is at work, and no axis is moved along a path. `beside`: one during
+ * which the commander moves axes; then none is held at its end.
+ */
+bool task_may_begin(const struct device *device, bool beside);
 /* Once a cycle, before motion decides. */
 void task_update(struct device *device);
 /* The next request, if one is due; true if one was sent. */

@@ -141,6 +141,13 @@ static const double *last_place(struct path *path)
 	return path->count ? move_at(path, path->count - 1)->end : path->position;
 }
 
+double path_end(const struct path *path, unsigned int axis)
+{
+	const unsigned int last = (path->first + path->count + PATH_MOVES - 1) % PATH_MOVES;
+
+	return path->count ? path->move[last].end[axis] : path->position[axis];
+}
+
 static bool is_place(double value)
 {
 	return fabs(value) <= PATH_PLACE_MOST;

@@ -106,6 +106,9 @@ void path_stop(struct path *path);
 /* A part of the commanded speeds from now on; false if it is not from 0 to PATH_FEED_MOST. */
 bool path_feed(struct path *path, double feed);
 
+/* Where an axis of it will be when all that waits is done, units. */
+double path_end(const struct path *path, unsigned int axis);
+
 /* It stands, and nothing waits. */
 bool path_is_idle(const struct path *path);
 

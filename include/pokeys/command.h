@@ -198,7 +198,8 @@ enum pokeys_one_shot_operation {
 	 * ended early and at the beginning of a session, the daemon refuses all moves until one has
 	 * POKEYS_MOVE_BEGINS.
 	 * They have to stay enabled; their commanded positions do not matter until the path has
-	 * ended. The daemon then holds each until its commanded position matches its held position.
+	 * ended. The daemon then holds each until its commanded position has matched its held
+	 * position for 0.1 s.
 	 */
 	POKEYS_ONE_SHOT_MOVE = 28,
 	/* index = enum pokeys_moves_control; of FEED, parameter[0] = 0 to 2 */
@@ -221,7 +222,9 @@ enum pokeys_moves_control {
 	POKEYS_MOVES_FEED = 2,		/* part of the commanded speeds, until the session ends */
 	POKEYS_MOVES_ABORT = 3,		/* slow down on the path, and discard the rest */
 	POKEYS_MOVES_STOP = 4,		/* stop the commanded positions at once, and discard
-					 * the rest */
+					 * the rest; an axis in position mode passes its
+					 * position and comes back to it, and with one in
+					 * buffered mode this is ABORT */
 };
 
 struct pokeys_one_shot {

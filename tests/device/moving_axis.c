@@ -249,6 +249,65 @@ static void the_device_begins_nothing_meanwhile(void **state)
 	refuses(move(1, 0, 0, 0, 5), POKEYS_MOVES_HOMING);
 }
 
+/* Back in is allowed from beyond a soft limit, and then it is one. */
+static void soft_limits_are_those_of_the_whole_path(void **state)
+{
+	const struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { SOFT + 400 },
+	};
+
+	(void)state;
+	world_machine_off(&world);
+	run(100 * MS);
+	assert_int_equal(world_do(&world, &set, 1 * SECOND), POKEYS_OUTCOME_DONE);
+	world.command.axis[0].position = SOFT + 400;
+	world_machine_on(&world);
+	run(100 * MS);
+	refuses(move(1, 17.1, 0, 0, 10), POKEYS_MOVES_LIMIT);
+	assert_int_equal(move(1, 16, 0, 0, 10), POKEYS_OUTCOME_DONE);
+	assert_int_equal(move(1, 2, 0, 0, 50), POKEYS_OUTCOME_DONE);
+	refuses(move(1, 16, 0, 0, 50), POKEYS_MOVES_LIMIT);
+	until_over();
+	assert_at(2, 0, 0);
+}
+
+/* With almost no way to go it would stay behind by what it is behind, for all of the move. */
+static void what_it_is_behind_is_caught_up_with(void **state)
+{
+	(void)state;
+	assert_int_equal(move(3, 10, 0, 0, 80), POKEYS_OUTCOME_DONE);
+	assert_int_equal(move(3, 10.02, 14, 0, 5), POKEYS_OUTCOME_DONE);
+	while (moves()->waiting == 2)
+		run(1 * MS);
+	run(300 * MS);
+	assert_int_equal(moves()->waiting, 1);
+	assert_true(fabs(place(0) - 10) < 0.02);
+	until_over();
+	assert_at(10.02, 14, 0);
+}
+
+/* What is held is not the commander's, which would have to move it. */
+static void what_is_held_takes_part_in_nothing(void **state)
+{
+	const struct pokeys_one_shot probe = {
+		.operation = POKEYS_ONE_SHOT_PROBE, .flags = POKEYS_PROBE_HYBRID, .index = 1,
+		.parameter = { 10 },
+	};
+
+	(void)state;
+	assert_int_equal(move(1, 5, 0, 0, 40), POKEYS_OUTCOME_DONE);
+	until_over();
+	assert_int_equal(moves()->state, POKEYS_MOVES_HANDOVER);
+	assert_int_equal(world.state.engine.axis[0].following_error, -5 * PER_UNIT);
+	assert_int_equal(world_do(&world, &probe, 1 * SECOND), POKEYS_OUTCOME_REFUSED);
+	world.command.axis[0].position = 5 * PER_UNIT;
+	run(200 * MS);
+	assert_int_equal(world.state.engine.axis[0].following_error, 0);
+	world_one_shot(&world, &probe);
+	run(100 * MS);
+	assert_int_equal(world.state.engine.task, POKEYS_TASK_HYBRID_PROBING);
+}
+
 static bool stands(void)
 {
 	const uint8_t engine = world_engine_state(&world);
@@ -369,6 +428,9 @@ int main(void)
 		cmocka_unit_test_setup(what_the_commander_says_moves_none_of_them, begin),
 		cmocka_unit_test_setup(what_cannot_be_moved_is_refused, begin),
 		cmocka_unit_test_setup(the_device_begins_nothing_meanwhile, begin),
+		cmocka_unit_test_setup(soft_limits_are_those_of_the_whole_path, begin),
+		cmocka_unit_test_setup(what_it_is_behind_is_caught_up_with, begin),
+		cmocka_unit_test_setup(what_is_held_takes_part_in_nothing, begin),
 		cmocka_unit_test(it_ends_with_the_permission_to_move),
 		cmocka_unit_test_setup(the_others_slow_down, begin),
 		cmocka_unit_test_setup(it_can_be_held_and_ended, begin),

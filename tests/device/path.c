@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * The path of a motion buffer after 49.7 days of motion: slots are found as on the first.
+ * The path of a motion buffer after 49.7 days of motion: slots are found as on the first. No step
+ * is longer, and no change of steps larger, than the axis can do while it catches up.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -39,8 +40,10 @@ static void walk(uint64_t from)
 	device->buffer.seen = device->buffer.end = from;
 	device->buffer.path[from % BUFFER_PATH].position[0] = 0;
 	for (int32_t i = 1; i <= 100; i++) {
+		const struct buffer_slot before = to;
+
 		to.position[0] = i;
-		buffer_path_step(device, device->buffer.end, &to);
+		buffer_path_step(device, device->buffer.end, &to, &before);
 		buffer_path_accept(device, 1);
 	}
 }
@@ -70,10 +73,85 @@ static void slots_are_found_beyond_32_bits(void **state)
 	}
 }
 
+enum { MOST = 40, CHANGE = 3 };
+
+static struct buffer_slot wish;
+static int32_t step_before;
+
+static void begin_follow(void)
+{
+	device->image.engine.axis[0].max_speed = MOST * 1e3f;
+	device->image.engine.axis[0].max_acceleration = (CHANGE - 1) * 1e6f;
+	wish.position[0] = 0;
+	step_before = 0;
+	buffer_path_begin(device, wish.position);
+}
+
+/* A slot in which the wish goes on by so much; where the axis is then. */
+static int32_t follow(int32_t pace)
+{
+	const struct buffer_slot before = wish;
+	int32_t step;
+
+	wish.position[0] += pace;
+	buffer_path_step(device, device->buffer.end, &wish, &before);
+	buffer_path_accept(device, 1);
+	step = device->buffer.step[0];
+	assert_in_range(step + MOST, 0, 2 * MOST);
+	assert_in_range(step - step_before + CHANGE, 0, 2 * CHANGE);
+	step_before = step;
+	return device->buffer.path[device->buffer.end % BUFFER_PATH].position[0];
+}
+
+static void follow_exactly(int32_t pace)
+{
+	const int32_t at = follow(pace);
+
+	assert_int_equal(at, wish.position[0]);
+}
+
+/* After a gap it is far behind. It catches up, passes nothing, and goes on with it. */
+static void it_brakes_to_what_it_has_caught_up_with(void **state)
+{
+	(void)state;
+	for (int32_t pace = -30; pace <= 30; pace += 5) {
+		for (int32_t gap = -3000; gap <= 3000; gap += 125) {
+			begin_follow();
+			wish.position[0] = gap;
+			for (unsigned int k = 0; k < 1000; k++) {
+				const int32_t at = follow(pace);
+				const int32_t off = wish.position[0] - at;
+
+				if (gap > 0 && pace >= 0)
+					assert_true(off >= 0);
+				if (gap < 0 && pace <= 0)
+					assert_true(off <= 0);
+			}
+			follow_exactly(pace);
+			assert_int_equal(step_before, pace);
+		}
+	}
+}
+
+/* As far as it can slow down, and it is not passed in any case. */
+static void what_it_can_follow_is_followed_exactly(void **state)
+{
+	(void)state;
+	begin_follow();
+	for (int32_t pace = 0; pace < 30; pace += CHANGE)
+		follow_exactly(pace);
+	for (int32_t pace = 30; pace > -30; pace -= CHANGE)
+		follow_exactly(pace);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup_teardown(slots_are_found_beyond_32_bits, begin, end),
+		cmocka_unit_test_setup_teardown(it_brakes_to_what_it_has_caught_up_with, begin,
+						end),
+		cmocka_unit_test_setup_teardown(what_it_can_follow_is_followed_exactly, begin,
+						end),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);
