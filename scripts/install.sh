@@ -31,6 +31,7 @@ PACKAGES_REMOTE=(python3-zmq python3-protobuf python3-zeroconf)	# pokeys-remote
 PACKAGES_GATEWAY=(python3-aiohttp python3-prometheus-client python3-serial)	# the gateway, for Debian's Python
 PACKAGES_WEB=(nodejs npm)	# the gateway's page; npm fetches what package-lock.json names
 PACKAGES_BROWSER=(chromium)	# the page in a browser
+PACKAGES_PLOTS=(gnuplot-nox)	# ./run plots
 PACKAGES_FUZZ=(libclang-rt-14-dev)	# libFuzzer
 PACKAGES_VM=(qemu-system-x86 mmdebstrap e2fsprogs)	# a PREEMPT_RT machine
 PACKAGES_RUST=(rustc-web cargo-web)
@@ -94,6 +95,11 @@ install_for_build() {
 	command -v npm >/dev/null || install_packages "${PACKAGES_WEB[@]}"
 	rust_is_new_enough || install_packages "${PACKAGES_RUST[@]}"
 	rust_is_new_enough || die "rustc $RUST_MINIMUM or newer is needed, found: $(rustc --version 2>&1 || true)"
+}
+
+install_for_plots() {
+	install_for_build
+	install_packages "${PACKAGES_PLOTS[@]}"
 }
 
 install_for_gateway() {
