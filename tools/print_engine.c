@@ -150,13 +150,27 @@ const char *print_threading(const struct pokeys_state *state, char text[200])
 	return text;
 }
 
+/* What moves call it, and where it is in units; empty without a scale. */
+static const char *in_units(const struct pokeys_axis *axis, char text[60])
+{
+	char name[32];
+
+	text[0] = '\0';
+	if (axis->pulses_per_unit != 0)
+		snprintf(text, 60, ", %s at %.4f",
+			 print_clean(axis->name, sizeof(axis->name), name),
+			 print_rounded(axis->position / axis->pulses_per_unit, 4));
+	return text;
+}
+
 static void print_axes(const struct pokeys_engine *engine, FILE *to)
 {
 	for (unsigned int i = 0; i < engine->axes_enabled && i < POKEYS_AXES; i++) {
 		const struct pokeys_axis *axis = &engine->axis[i];
+		char text[60];
 
-		fprintf(to, "  axis %u      %d (reference %d) %s%s%s%s%s%s\n", i, axis->position,
-			axis->reference, pokeys_axis_state_name(axis->state),
+		fprintf(to, "  axis %u      %d (reference %d) %s%s%s%s%s%s%s\n", i, axis->position,
+			axis->reference, pokeys_axis_state_name(axis->state), in_units(axis, text),
 			axis->homed ? ", homed" : "", axis->limit_minus ? ", LIMIT -" : "",
 			axis->limit_plus ? ", LIMIT +" : "", axis->home ? ", at home switch" : "",
 			axis->error ? ", DRIVER ERROR" : "");

@@ -24,6 +24,7 @@ import gantry  # noqa: E402
 import jogging  # noqa: E402
 import lathe  # noqa: E402
 import one_switch  # noqa: E402
+import printer_bed  # noqa: E402
 import restarts  # noqa: E402
 import servo_mill  # noqa: E402
 import track  # noqa: E402
@@ -445,7 +446,7 @@ WORK = {"first_cut": first_cut, "device_homing": device_homing,
         "one_switch": one_switch_is_home_and_limit, "one_switch_device_homing": one_switch_for_the_device,
         "jogging": jogging.jogging,
         "gantry": gantry.gantry, "lathe": lathe.lathe,
-        "servo_mill": servo_mill.servo_mill,
+        "servo_mill": servo_mill.servo_mill, "printer_bed": printer_bed.printer_bed,
         "device_thread": lathe.device_thread, "restarts": restarts.restarts}
 
 

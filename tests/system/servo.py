@@ -249,6 +249,7 @@ def test_pokeysctl_moves_axes_and_motors_together():
         assert re.search(r"^mill: completed all 3 moves\n  x: at (10|9\.9)\S*; .*\n  y: .*\n  a: at 10\.0000\n"
                          r"  axis\.1: at 20\.0000\n$", text, re.M), text
         equal([axis["position"] for axis in axes(house)[:2]], [2000, 4000])
+        house.tells("axis 0      2000 (reference 2000) stopped, a at 10.0000", "status", "mill")
         equal([axis["enabled"] for axis in axes(house)[:2]], [False, False])
         equal(house.state()["flags"]["machine_on"], False)
         # no motor is needed
