@@ -159,7 +159,7 @@ bool axis_run_check(struct loop_run *run, uint8_t axes)
 bool axis_run_stands(const struct loop_run *run, uint8_t axes)
 {
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		if (axes >> i & 1 && !axis_of(run, i)->in_position)
+		if (axes >> i & 1 && axis_of(run, i)->enabled && !axis_of(run, i)->in_position)
 			return false;
 	return true;
 }

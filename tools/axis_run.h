@@ -19,7 +19,7 @@ void axis_run_keep(struct loop_run *run, uint8_t axes);
 /* They are enabled. False after an error message. */
 bool axis_run_check(struct loop_run *run, uint8_t axes);
 
-/* They stand where they were sent. */
+/* Those that are enabled stand where they were sent. */
 bool axis_run_stands(const struct loop_run *run, uint8_t axes);
 
 /* The machine goes off, whatever has happened; that it is. False after an error message. */

@@ -66,21 +66,41 @@ static int32_t slower(int32_t step, int32_t change)
 	return step > 0 ? step - change : step + change;
 }
 
+/* Pulses/ms^2 by which it can slow down, without what rounding needs. */
+static double slowing(const struct device *device, unsigned int i)
+{
+	const struct wire_axis_config *set =
+		&device->configure.setting[SETTING_AXIS + i].value.axis.config;
+	const double rate = fmin((double)set->max_accel, (double)set->max_decel);
+
+	return rate > 0 && rate < STEP_MAX ? rate : change_max(&device->image.engine.axis[i]);
+}
+
 /*
- * The longest step from which it can slow down to that of what it is behind. With steps of r,
- * r - c, ... 0 more than the other one goes, it comes nearer by r * r / 2c + r / 2.
+ * The longest step from which it can slow down to what it is behind, though that slows down as well
+ * as it can. With steps of s, s - c, ... it goes s * s / 2c + s / 2 until it stands, the other one
+ * as much from its own step, and the difference is what it is behind.
  */
-static int64_t braking(int64_t distance, int64_t pace, int32_t change)
+static double longest(double behind, double pace, double c)
+{
+	if (pace < 0)
+		return pace + sqrt(c * c / 4 + 2 * c * behind) - c / 2;
+	return fmax(sqrt((pace + c / 2) * (pace + c / 2) + 2 * c * behind) - c / 2, pace + 1);
+}
+
+/* ... or a little less than the last one: that its command stood for a moment is no reason. */
+static int64_t braking(const struct device *device, unsigned int i, int64_t distance, int64_t pace)
 {
 	const int64_t sign = distance < 0 ? -1 : 1;
 	const int64_t behind = sign * (distance - pace);
-	int64_t most;
+	const int64_t before = sign * device->buffer.step[i];
+	double most;
 
 	if (behind <= 0)
 		return distance;
-	most = sign * pace + (int64_t)(sqrt(change / 4.0 * change + 2.0 * change * (double)behind) -
-				       change / 2.0);
-	return most >= sign * distance ? distance : most > 0 ? sign * most : 0;
+	most = longest((double)behind, (double)(sign * pace), slowing(device, i));
+	most = fmax(most, (double)(before - change_max(&device->image.engine.axis[i])));
+	return most >= (double)(sign * distance) ? distance : most > 0 ? sign * (int64_t)most : 0;
 }
 
 /* `pace`: how far goes what it follows in this slot. */
@@ -97,7 +117,7 @@ static int32_t step_of(const struct device *device, unsigned int i, int64_t dist
 		most = abs(before) + change;
 	/* what the spindle plays has no time of its own */
 	if (!threading_paces(device))
-		distance = braking(distance, pace, change);
+		distance = braking(device, i, distance, pace);
 	return limited(distance, most);
 }
 

@@ -22,14 +22,17 @@ static void learn_slots(struct buffer *buffer, uint8_t slots)
 	buffer->tells_free = buffer->tells_free || slots < buffer->slots_high;
 }
 
+/* Others may move as they like: what is in the buffer is none of theirs. */
 static void watch_rest(struct device *device, const int32_t position[POKEYS_AXES])
 {
 	struct buffer *buffer = &device->buffer;
 
-	if (!memcmp(buffer->still, position, sizeof(buffer->still)))
-		return;
-	memcpy(buffer->still, position, sizeof(buffer->still));
-	buffer->still_ns = device->now_ns;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		if (!(buffer_axes(device) >> i & 1) || buffer->still[i] == position[i])
+			continue;
+		buffer->still[i] = position[i];
+		buffer->still_ns = device->now_ns;
+	}
 }
 
 static uint32_t used(const struct buffer *buffer, const struct wire_pulse_status_rep *status)

@@ -106,6 +106,8 @@ static void release(struct device *device)
 	for (unsigned int i = 0; i < device->servoings.count; i++)
 		if (moving->path.axes >> i & 1)
 			handover_begin(&moving->handover[i]);
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		moving->wish[i].velocity = 0;	/* what is left of its way, as fast as it can */
 	moving->released_ns = device->now_ns;
 	path_leave(&moving->path, moving->path.axes);
 	if (moving->end == POKEYS_MOVES_NONE)
@@ -175,6 +177,10 @@ void moving_wish(struct device *device, unsigned int motor, struct servo_wish *w
 	}
 	wish->position = moving->place[motor];
 	wish->velocity = moving->velocity[motor];
+	/* where the path has it in the time of the encoder's readings */
+	if (moving_moves(device, motor) && device->now_ns > time_of(device))
+		wish->position += wish->velocity *
+				  ((double)(device->now_ns - time_of(device)) / (double)SECOND);
 }
 
 bool moving_moves(const struct device *device, unsigned int member)

@@ -100,14 +100,21 @@ bool moving_axis_waits(const struct device *device)
 	return moving_axis_buffered(device) && !device->buffer.synced;
 }
 
+/* Where a member will be, or is held; `at` if it is none. Units. */
+static double ends_at(const struct device *device, unsigned int member, double at)
+{
+	if (moving_moves(device, member))
+		return path_end(&device->moving.path, member);
+	return moving_has(device, member) ? device->moving.place[member] : at;
+}
+
 /* Beyond a soft limit, and further out than where it will be before. */
 static bool is_beyond(const struct device *device, unsigned int axis, double pulses)
 {
 	const struct pokeys_axis *image = &device->image.engine.axis[axis];
 	const double unit = config_of(device, axis)->pulses_per_unit;
-	const unsigned int member = MOVING_AXIS + axis;
-	const double from = moving_moves(device, member) ?
-			    path_end(&device->moving.path, member) * unit : image->position;
+	const double from = round(ends_at(device, MOVING_AXIS + axis, image->position / unit) *
+				  unit);
 	const double to = round(pulses);
 
 	return (to > image->soft_maximum && to > from) || (to < image->soft_minimum && to < from);

@@ -44,6 +44,7 @@
 #define FAR 0.55
 #define TURNS 16
 #define EQUATIONS 300
+#define BRAKE_TIMES 2.0		/* speed, for what it slows down by until that is seen */
 #define BRAKE_MOST_NS UINT64_C(300000000)
 #define LONGEST_NS UINT64_C(30000000000)
 #define SILENT_S 0.06		/* it stands for no longer where it turns, */
@@ -274,9 +275,9 @@ static bool rest(struct servo_tune *tune, struct servo *servo, uint64_t now_ns)
 		tune->from = tune->turned_at = servo->position;
 		tune->rested_ns = now_ns;
 	}
+	servo_forget_output(servo);
 	if (since(tune->rested_ns, now_ns) >= REST_NS) {
 		tune->rests = true;
-		servo_forget_output(servo);
 		return has_room(servo, tune->distance);
 	}
 	return since(tune->begun_ns, now_ns) < REST_MOST_NS &&
@@ -292,6 +293,7 @@ static void find_push(struct servo_tune *tune, const struct servo *servo, double
 		return;
 	tune->least = fmin(tune->output * LEAST_TIMES, tune->most);
 	tune->push = fmin(tune->output * BEGIN_TIMES + BEGIN_MORE, tune->most);
+	tune->back_ns = now_ns;
 	change(tune, tune->push, now_ns);
 }
 
@@ -412,27 +414,44 @@ static void choose_gains(struct servo_tune *tune, const struct servo *servo)
 	gains->acceleration = 1 / tune->rate;
 }
 
-static bool conclude(struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
+/* All that it has told is told: it is brought to rest. */
+static void end_slowly(struct servo_tune *tune, enum servo_tune_reason reason, uint64_t now_ns)
 {
-	if (!find_model(tune))
-		return !fail(tune, SERVO_TUNE_UNLIKE);
-	choose_gains(tune, servo);
+	tune->reason = reason;
 	tune->brakes = true;
 	tune->turned_ns = now_ns;
-	return true;
 }
 
-/* An amplifier that is off may let it go on for long, so it is braked by what was found. */
+static void conclude(struct servo_tune *tune, const struct servo *servo, uint64_t now_ns)
+{
+	if (!find_model(tune)) {
+		end_slowly(tune, SERVO_TUNE_UNLIKE, now_ns);
+		return;
+	}
+	choose_gains(tune, servo);
+	end_slowly(tune, SERVO_TUNE_FINE, now_ns);
+}
+
+/* The push, as long as it does not turn it before that is seen; then what was found. */
+static double braking_output(const struct servo_tune *tune, const struct servo *servo)
+{
+	const double late_s = tune->delay + servo->config.smooth + tune->dead;
+	const double rate = fabs(servo->rate), braking = tune->braking[servo->rate < 0];
+	const bool pushed = braking > 0 && rate > BRAKE_TIMES * braking * late_s;
+
+	return -copysign(pushed ? tune->push : fmin(tune->gains.d * rate, tune->push), servo->rate);
+}
+
+/* An amplifier that is off may let it go on for long. */
 static bool brake(struct servo_tune *tune, struct servo *servo, uint64_t now_ns)
 {
-	const double output = -tune->gains.d * servo->rate;
-
 	if (fabs(servo->rate) > servo->config.speed_most * RESTS_PART &&
+	    fabs(servo->position - tune->from) < FAR * tune->distance &&
 	    since(tune->turned_ns, now_ns) < BRAKE_MOST_NS) {
-		servo_force(servo, fmax(-tune->push, fmin(output, tune->push)));
+		servo_force(servo, braking_output(tune, servo));
 		return false;
 	}
-	tune->state = SERVO_TUNE_DONE;
+	tune->state = tune->reason == SERVO_TUNE_FINE ? SERVO_TUNE_DONE : SERVO_TUNE_FAILED;
 	return true;
 }
 
@@ -478,7 +497,7 @@ bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied,
 	if (fabs(servo->position - tune->from) > FAR * tune->distance)
 		return fail(tune, SERVO_TUNE_FAR);
 	if (since(tune->begun_ns, now_ns) > LONGEST_NS)
-		return fail(tune, SERVO_TUNE_LATE);
+		end_slowly(tune, SERVO_TUNE_LATE, now_ns);
 	if (is_reversed(tune, servo))
 		return fail(tune, SERVO_TUNE_REVERSED);
 	if (is_silent(tune, servo, now_ns))
@@ -492,9 +511,8 @@ bool servo_tune_step(struct servo_tune *tune, struct servo *servo, bool applied,
 	if (tune->push <= 0 &&
 	    tune->output > fmin(tune->most, servo->config.silent_output + STILL_MORE))
 		return fail(tune, SERVO_TUNE_STILL);
-	if (tune->turns >= TURNS && tune->equations >= EQUATIONS && tune->turned_rate <= 0 &&
-	    !conclude(tune, servo, now_ns))
-		return true;
+	if (tune->turns >= TURNS && tune->equations >= EQUATIONS && tune->turned_rate <= 0)
+		conclude(tune, servo, now_ns);
 	servo_force(servo, tune->output);
 	return false;
 }

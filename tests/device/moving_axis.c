@@ -166,6 +166,37 @@ static void a_bad_network_costs_no_pulse(void **state)
 	make_a_tour(POKEYS_AXIS_BUFFERED, 0.1, INFINITY);
 }
 
+/* A spindle turns all the time: it is not what has to stand until positions are known again. */
+static void one_by_speed_does_not_hold_the_others(void **state)
+{
+	(void)state;
+	world_init(&world, NULL);
+	world_axes(&world);
+	for (unsigned int i = 0; i < AXES; i++) {
+		world.config.settings.axis[i].options = i == 2 ?
+			WIRE_AXIS_ENABLED | WIRE_AXIS_INTERNAL_PLANNER : WIRE_AXIS_ENABLED;
+		world.config.axis[i].pulses_per_unit = i == 2 ? 0 : i == 1 ? -PER_UNIT : PER_UNIT;
+	}
+	world_start(&world);
+	world_commander(&world, 5);
+	world_until(&world, world_is_running, 500 * MS);
+	for (unsigned int i = 0; i < AXES; i++)
+		world.command.axis[i] = (struct pokeys_axis_command){
+			.mode = i == 2 ? POKEYS_AXIS_VELOCITY : POKEYS_AXIS_BUFFERED, .enable = 1,
+			.velocity = i == 2 ? 1000 : 0,
+		};
+	world_machine_on(&world);
+	run(500 * MS);
+	world_loss(&world, 0.1);
+	for (unsigned int i = 0; i < 4; i++)
+		assert_int_equal(move(3, i % 2 ? 0 : 20, i % 2 ? 0 : 10, 0, 40),
+				 POKEYS_OUTCOME_DONE);
+	until_over();
+	assert_at(0, 0, place(2));
+	assert_true(world.state.engine.buffer_resyncs > 0);
+	assert_true(world_pulses(&world, 2) > 1000);
+}
+
 /* Neither while they move, nor where they are held. */
 static void what_the_commander_says_moves_none_of_them(void **state)
 {
@@ -269,6 +300,31 @@ static void soft_limits_are_those_of_the_whole_path(void **state)
 	refuses(move(1, 16, 0, 0, 50), POKEYS_MOVES_LIMIT);
 	until_over();
 	assert_at(2, 0, 0);
+}
+
+/* Where it stays it may stay, whatever rounding makes of it. */
+static void beyond_a_soft_limit_it_may_stay(void **state)
+{
+	const struct pokeys_one_shot set = {
+		.operation = POKEYS_ONE_SHOT_SET_POSITION, .mask = 1, .value = { SOFT + 400 },
+	};
+	struct pokeys_one_shot shot;
+
+	(void)state;
+	world_machine_off(&world);
+	run(100 * MS);
+	assert_int_equal(world_do(&world, &set, 1 * SECOND), POKEYS_OUTCOME_DONE);
+	world.command.axis[0].position = SOFT + 400;
+	world_machine_on(&world);
+	run(100 * MS);
+	for (unsigned int i = 0; i < 3; i++) {
+		shot = move_of(3, 16.5, i, 0, 10);
+		shot.fraction[0] = 160;		/* 0.6 pulses */
+		assert_int_equal(world_do(&world, &shot, 1 * SECOND), POKEYS_OUTCOME_DONE);
+	}
+	until_over();
+	/* held there, it is not the place of before that counts */
+	refuses(move(1, 16.6, 0, 0, 10), POKEYS_MOVES_LIMIT);
 }
 
 /* With almost no way to go it would stay behind by what it is behind, for all of the move. */
@@ -425,10 +481,12 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(axes_keep_to_their_path),
 		cmocka_unit_test(a_bad_network_costs_no_pulse),
+		cmocka_unit_test(one_by_speed_does_not_hold_the_others),
 		cmocka_unit_test_setup(what_the_commander_says_moves_none_of_them, begin),
 		cmocka_unit_test_setup(what_cannot_be_moved_is_refused, begin),
 		cmocka_unit_test_setup(the_device_begins_nothing_meanwhile, begin),
 		cmocka_unit_test_setup(soft_limits_are_those_of_the_whole_path, begin),
+		cmocka_unit_test_setup(beyond_a_soft_limit_it_may_stay, begin),
 		cmocka_unit_test_setup(what_it_is_behind_is_caught_up_with, begin),
 		cmocka_unit_test_setup(what_is_held_takes_part_in_nothing, begin),
 		cmocka_unit_test(it_ends_with_the_permission_to_move),

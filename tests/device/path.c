@@ -133,6 +133,54 @@ static void it_brakes_to_what_it_has_caught_up_with(void **state)
 	}
 }
 
+enum { WINDOW = 10, RUN_MS = 600 };
+
+/* A stepper's 200,000 pulses/s^2: what rounding needs is ten times as much. */
+static const float slowly = 0.2f;	/* pulses/ms^2 */
+
+/* So fast in all, and slower by no more than it can in any ten slots. `paces`: of each slot. */
+static void catch_up(const int32_t paces[RUN_MS], int32_t gap)
+{
+	struct wire_axis_config *config =
+		&device->configure.setting[SETTING_AXIS].value.axis.config;
+	int32_t steps[RUN_MS], fastest = 0;
+
+	begin_follow();
+	config->max_accel = config->max_decel = slowly;
+	device->image.engine.axis[0].max_acceleration = slowly * 1e6f;
+	wish.position[0] = gap;
+	for (int32_t k = 0; k < RUN_MS; k++) {
+		assert_true(follow(paces[k]) <= wish.position[0]);
+		steps[k] = step_before;
+		fastest = steps[k] > fastest ? steps[k] : fastest;
+		if (k >= WINDOW)
+			assert_true((float)(steps[k - WINDOW] - steps[k]) <=
+				    slowly * WINDOW + 2);
+	}
+	assert_true(fastest >= paces[0] + 15);
+}
+
+static void a_stepper_brakes_as_it_can(void **state)
+{
+	int32_t paces[RUN_MS];
+
+	(void)state;
+	for (int32_t k = 0; k < RUN_MS; k++)
+		paces[k] = 5;
+	catch_up(paces, 3000);
+	follow_exactly(5);
+	/* what it follows slows down as well, at four fifths of that */
+	for (int32_t k = 0; k < RUN_MS; k++)
+		paces[k] = k < 60 ? 20 : k < 185 ? 20 - (k - 60) * 4 / 25 : 0;
+	catch_up(paces, 3000);
+	follow_exactly(0);
+	/* a command that has not come for a cycle, and is there in the next */
+	for (int32_t k = 0; k < RUN_MS; k++)
+		paces[k] = k == 40 || k == 90 ? 0 : k == 41 || k == 91 ? 20 : 10;
+	catch_up(paces, 3000);
+	follow_exactly(10);
+}
+
 /* As far as it can slow down, and it is not passed in any case. */
 static void what_it_can_follow_is_followed_exactly(void **state)
 {
@@ -150,6 +198,7 @@ int main(void)
 		cmocka_unit_test_setup_teardown(slots_are_found_beyond_32_bits, begin, end),
 		cmocka_unit_test_setup_teardown(it_brakes_to_what_it_has_caught_up_with, begin,
 						end),
+		cmocka_unit_test_setup_teardown(a_stepper_brakes_as_it_can, begin, end),
 		cmocka_unit_test_setup_teardown(what_it_can_follow_is_followed_exactly, begin,
 						end),
 	};

@@ -415,15 +415,17 @@ static void it_begins_where_it_rests(void **state)
 	expect_failed(SERVO_TUNE_UNLIKE);
 	assert_true(fabs(place()) < 20);
 	/* one that was pushed against is not taken for one without an encoder */
-	begin_with(&axis_config, &sim_motor_small);
-	sim_motor_break(&axis.motor, SIM_MOTOR_STALLED);
-	axis.wish.position -= 0.1;
-	axis_run(&axis, 0.1);
-	axis.wish.velocity = 0;
-	assert_true(axis.servo.output < -0.1);
-	assert_true(servo_tune_begin(&tune, &axis.servo, 40, 0, axis.now_ns));
-	expect_failed(SERVO_TUNE_STILL);
-	axis_expect_fault(&axis, SERVO_FINE);
+	for (double output = 0.15; output < 0.8; output += 0.3) {
+		begin_with(&axis_config, &sim_motor_small);
+		sim_motor_break(&axis.motor, SIM_MOTOR_STALLED);
+		axis.wish.velocity = 0;
+		axis_run(&axis, 0.1);
+		/* at its last count it had that */
+		axis.servo.idle_output = axis.servo.output = -output;
+		assert_true(servo_tune_begin(&tune, &axis.servo, 40, 0, axis.now_ns));
+		expect_failed(SERVO_TUNE_STILL);
+		axis_expect_fault(&axis, SERVO_FINE);
+	}
 }
 
 int main(void)
