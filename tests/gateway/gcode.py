@@ -317,6 +317,93 @@ async def a_stop_gets_through():
         shop.table.quiet()
 
 
+class State(dict):
+    """Of a device: what is not given is 0."""
+
+    heater, servo = range(7), range(6)
+
+    def __missing__(self, name):
+        return "" if name.endswith(".name") else 0
+
+    def word(self, name):
+        return f"word {self[name]}"
+
+
+def heater(i, name, **values):
+    return {f"heater.{i:02}.{key.replace('_', '-')}": value
+            for key, value in {"name": name, "state": 2, "temperature": 20.0, **values}.items()}
+
+
+def show(shop, **states):
+    """Devices of the gateway; None: one that does not run."""
+    readings = {name: types.SimpleNamespace(name=name, state=state, connected=state is not None, reason="no cable")
+                for name, state in states.items()}
+    shop.hub.source.names = lambda: list(readings)
+    shop.hub.source.read = readings.get
+
+
+async def temperatures_are_those_of_heaters():
+    shop = Shop()
+    one, other = shop.table.client(), shop.table.client("b")
+    show(shop)
+    assert shop.ask(one, b"M105\n") == "ok\n"
+    bed = heater(0, "bed", temperature=59.96, target_in_effect=60.0, power=0.5)
+    show(shop, a=State(bed))
+    assert shop.ask(one, b"M105\n") == "ok B:59.96 /60.00 B@:64\n"
+    assert "EXTRUDER_COUNT:0\n" in shop.ask(one, b"M115\n")
+    show(shop, a=State(bed | heater(1, "hotend", temperature=200.126, target_in_effect=210.0, power=1.0)))
+    assert shop.ask(one, numbered(1, "M105")) == "ok T:200.13 /210.00 B:59.96 /60.00 @:127 B@:64\n"
+    assert "EXTRUDER_COUNT:1\nCap:EMERGENCY_PARSER:1\nCap:AUTOREPORT_TEMP:1\n" in shop.ask(one, b"M115\n").replace("\r", "")
+    # several hot ends, of several devices; two beds
+    show(shop, b=State(bed), a=State(bed | heater(1, "left") | heater(2, "Chamber") | heater(3, "none", state=0) |
+                                     heater(4, "right", temperature=21.0)))
+    assert shop.ask(one, b"M105\n") == ("ok T:20.00 /0.00 B:59.96 /60.00 C:20.00 /0.00 T0:20.00 /0.00 T1:21.00 /0.00 "
+                                       "T2:59.96 /60.00 @:0 B@:64 C@:0 T0@:0 T1@:0 T2@:64\n")
+    # what is not known is left out, and said; a fault has a temperature
+    show(shop, a=State(bed | heater(1, "hotend", temperature=None, condition=4)), b=None)
+    assert shop.ask(one, b"M105\n") == "echo:b: no cable\necho:heater hotend: word 4\nok B:59.96 /60.00 B@:64\n"
+    show(shop, a=State(heater(0, "bed", state=4, fault_code=7)))
+    assert shop.ask(one, b"M105\n") == "echo:heater bed: word 7\nok B:20.00 /0.00 B@:0\n"
+    # again and again, to who has asked
+    for line in b"M155", b"M155 S", b"M155 S0.1", b"M155 S61", b"M155 S-1":
+        assert shop.ask(one, line + b"\n") == "echo:not carried out: M155 takes S and seconds, 0.5 to 60, or 0\nok\n", line
+    assert shop.ask(one, b"M155 S0.5\n") == "ok\n"
+    found = ""
+    while found.count("\n") < 2:
+        await asyncio.sleep(0.05)
+        found += shop.table.take(one).decode()
+    assert set(found.splitlines()) == {" B:20.00 /0.00 B@:0"}, found
+    assert shop.ask(one, b"M155 S60\n").endswith("ok\n") and shop.ask(one, b"M155 S0\n") == "ok\n"
+    assert shop.ask(other, b"M155 S0.5\n") == "ok\n"
+    await shop.machine.close()
+    assert shop.table.take(one) == shop.table.take(other) == b""
+    shop.table.quiet()
+
+
+async def places_are_measured():
+    shop = Shop()
+    one = shop.table.client()
+    show(shop, a=State({"servo.00.name": "x", "servo.00.state": 2, "servo.00.pos-fb": 9.9975, "servo.00.commanded": 10.0,
+                        "servo.00.counts-per-unit": 400.0, "servo.00.limit-minus": True,
+                        "servo.01.name": "feed", "servo.01.state": 1, "servo.01.pos-fb": -1.0, "servo.01.commanded": -1.0,
+                        "servo.01.counts-per-unit": -100.0,
+                        "engine.axes-enabled": 2, "joint.00.name": "z", "joint.00.pulses-per-unit": 200.0,
+                        "joint.00.counts": 1999, "joint.00.counts-cmd": 2000, "joint.00.home-sw": True,
+                        "joint.01.name": "axis.1", "joint.01.counts": 7, "joint.01.limit-pos": True}))
+    assert shop.ask(one, b"M114\n") == ("X:9.9975 feed:-1.0000 Z:9.9950 Count X:3999 feed:100 Z:1999 axis.1:7\n"
+                                       "echo:commanded X:10.0000 feed:-1.0000 Z:10.0000\nok\n")
+    assert shop.ask(one, b"M119\n") == (
+        "Reporting endstops status\nx_min: TRIGGERED\nx_max: open\nx_home: open\nfeed_min: open\nfeed_max: open\n"
+        "feed_home: open\nz_min: open\nz_max: open\nz_home: TRIGGERED\naxis.1_min: open\naxis.1_max: TRIGGERED\n"
+        "axis.1_home: open\nok\n")
+    show(shop, a=None)
+    assert shop.ask(one, b"M114\n") == "echo:a: no cable\nok\n"
+    assert shop.ask(one, b"M119\n") == "echo:a: no cable\nReporting endstops status\nok\n"
+    show(shop)
+    assert shop.ask(one, b"M114\n") == "ok\n"
+    shop.table.quiet()
+
+
 def the_manual_page_has_them_all():
     page = pathlib.Path(__file__).resolve().parents[2] / "man/pokeys-gateway.8.scd"
     section = re.search(r"^# G-CODE\n(.*?)^# ", page.read_text(encoding="utf-8"), re.M | re.S)[1]
@@ -330,7 +417,8 @@ def main():
     lines_are_taken_apart()
     any_bytes_are_a_line_or_refused()
     for test in (the_asker_gets_the_reply, numbers_are_in_order, a_stop_is_confirmed_or_said_not_to_be,
-                 nothing_is_wrong_with_a_stop, many_stops, a_stop_gets_through):
+                 nothing_is_wrong_with_a_stop, many_stops, a_stop_gets_through, temperatures_are_those_of_heaters,
+                 places_are_measured):
         asyncio.run(test())
     print(f"{LINES} lines; POKEYS_SEED={SEED}")
 

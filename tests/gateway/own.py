@@ -11,7 +11,7 @@ import urllib.request
 
 from bridge import PAGES, PORT, Telnet
 from house import PATIENCE, free_address, main, wait_for
-from rig import machine
+from rig import OPEN, WARM, loops, machine
 
 
 def until_ok(one):
@@ -58,6 +58,30 @@ def test_it_shows_the_device():
         wait_for("it is lost", lambda: not status()[0].startswith("echo:mill: connected"))
         assert re.match(r"echo:mill: .*(no answer|ms old)", status()[0]), status()
         assert house.log("gateway.log").count("error") == 0, house.log("gateway.log")
+
+
+def test_it_shows_temperatures_and_places():
+    where = free_address()
+    more = f"[machine]\nkind = pokeys\n[telnet]\nlisten = {where}:{PORT}\n[console]\nlevel = user\n"
+    with loops(more=more, axes=1, **{"axis.0.mode": "position", "axis.0.pulses-per-unit": 200, "axis.0.name": "z"}) as (
+            house, sim, _daemon, _gateway):
+        for terminal, reading in ((43, WARM), (44, OPEN)):
+            house.ask_sim(sim, "analog", terminal, reading)
+        one = Telnet(types.SimpleNamespace(console=where))
+
+        def ask(line):
+            one.send(f"{line}\n".encode())
+            found = [one.line()]
+            while not found[-1].startswith("ok"):
+                found.append(one.line())
+            return found
+        wait_for("the temperature", lambda: re.match(r"ok B:2[45]\.", ask("M105")[-1]), say=lambda: ask("M105"))
+        assert re.fullmatch(r"ok B:2[45]\.\d\d /0\.00 B@:0", ask("M105")[-1]), ask("M105")
+        assert ask("M105")[0].startswith("echo:heater hotend: "), ask("M105")
+        assert ask("M114") == ["X:0.0000 Z:0.0000 Count X:0 Z:0", "echo:commanded X:0.0000 Z:0.0000", "ok"], ask("M114")
+        assert {"x_min: open", "z_max: open", "z_home: open"} < set(ask("M119")), ask("M119")
+        assert ask("M155 S1") == ["ok"]
+        assert re.fullmatch(r" B:2[45]\.\d\d /0\.00 B@:0", one.line())
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ import pokeys
 from .. import __version__
 from ..hub import Hub
 from ..source import Reading
+from . import report
 
 
 def _nothing(_hub: Hub) -> str:
@@ -26,7 +27,8 @@ class Command:
     """A command: what it says at once, or a method of :class:`~..operate.Operators` that stops the machine."""
 
     help: str
-    run: Callable[[Hub], str] = _nothing
+    run: Callable[[Hub], str] = _nothing        # lines before the one with ok
+    answer: Callable[[Hub], str] = _nothing     # ... and what stands behind it
     stop: str = ""
 
 
@@ -60,20 +62,25 @@ def _state(hub: Hub) -> str:
     return "\n".join(f"echo:{line}" for line in lines)
 
 
-def _firmware(_hub: Hub) -> str:
+def _firmware(hub: Hub) -> str:
     return "\n".join((
-        f"FIRMWARE_NAME:pokeys-gateway {__version__} PROTOCOL_VERSION:1.0 MACHINE_TYPE:PoKeys EXTRUDER_COUNT:0",
-        "Cap:EMERGENCY_PARSER:1", "Cap:AUTOREPORT_TEMP:0",
+        f"FIRMWARE_NAME:pokeys-gateway {__version__} PROTOCOL_VERSION:1.0 MACHINE_TYPE:PoKeys "
+        f"EXTRUDER_COUNT:{report.hot_ends(hub)}",
+        "Cap:EMERGENCY_PARSER:1", "Cap:AUTOREPORT_TEMP:1",
         *(f"echo:{name} - {one.help}" for name, one in COMMANDS.items())))
 
 
 RENUMBER = "M110"
+AUTOREPORT = "M155"
 COMMANDS = {
     "?": Command("show the PoKeys devices", _state),
-    "M105": Command("show temperatures, of which there are none: ok"),
+    "M105": Command("show temperatures, targets and powers of heaters", report.trouble, report.temperatures),
     "M108": Command("wait no more; nothing waits: ok"),
     RENUMBER: Command("N and a number: set the number of the last line"),
     "M112": Command("emergency stop of LinuxCNC", stop="emergency_stop"),
+    "M114": Command("show where the axes are, and where they are commanded to be", report.positions),
     "M115": Command("show version, abilities and commands", _firmware),
+    "M119": Command("show limit switches and home switches", report.switches),
+    AUTOREPORT: Command("S and seconds: show temperatures again and again, S0: no more"),
     "M410": Command("stop LinuxCNC's program and its axes", stop="stop"),
 }

@@ -22,7 +22,8 @@ from ..console.message import Message
 from ..console.urgent import STOP
 from ..hub import Hub
 from ..wire import NotDone
-from .commands import COMMANDS, RENUMBER
+from . import report
+from .commands import AUTOREPORT, COMMANDS, RENUMBER
 from .parser import LINE_MOST, BadLine, BadWords, Line, parse
 
 NAME = "PoKeys devices"
@@ -31,6 +32,7 @@ KEPT = 4 * LINE_MOST        # of a line that is too long
 SHOWN = 64                  # characters of a line in a message
 JOIN_S = 0.1                # a stop so soon after the same one is the same
 DUE_MOST = 64               # replies to stops that a client can wait for
+REPORT_S = 0.5, 60.0        # from one report of temperatures to the next
 LAST_S = 2.0                # for stops under way when the gateway ends
 TOO_LONG = f"echo:not carried out: a line has at most {LINE_MOST} characters: "
 NO_STOP = "the gateway may not operate LinuxCNC ([linuxcnc] operate = no); use the machine's own switch"
@@ -67,9 +69,12 @@ class Machine:
         self._last: WeakKeyDictionary[Client, int] = WeakKeyDictionary()        # number of a client's last line
         self._stops: dict[str, _Stop] = {}      # the last one of each kind
         self._under_way: set[asyncio.Future[None]] = set()
+        self._reports: WeakKeyDictionary[Client, asyncio.TimerHandle] = WeakKeyDictionary()     # the next ones
 
     async def close(self) -> None:
         """Stops that are under way have a moment to get through."""
+        for timer in self._reports.values():
+            timer.cancel()
         if self._under_way:
             await asyncio.wait(self._under_way, timeout=LAST_S)
 
@@ -123,8 +128,7 @@ class Machine:
             elif too_long:
                 self._tell(asker, f"{_too_long(data.decode('utf-8', 'replace'))}\nok", request)
             elif line := parse(data):
-                text = self._carry_out(asker, line)
-                self._tell(asker, f"{text}\nok" if text else "ok", request)
+                self._tell(asker, self._carry_out(asker, line), request)
         except BadLine as why:
             last = self._last.get(asker, 0)
             self._tell(asker, f"Error:{why}, Last Line: {last}\nResend: {last + 1}\nok", request)
@@ -135,19 +139,49 @@ class Machine:
             self._tell(asker, "Error:an error of the gateway; its log says more\nok", request)
 
     def _carry_out(self, asker: Client, line: Line) -> str:
-        """What is said of it."""
+        """The reply."""
         last = self._last.get(asker, 0)
         if line.name != RENUMBER and line.number is not None:
             if line.number != last + 1:
                 raise BadLine("Line Number is not Last Line Number+1")
             self._last[asker] = line.number
         if len(line.text) > LINE_MOST:
-            return _too_long(line.text)
+            return f"{_too_long(line.text)}\nok"
         if line.name == RENUMBER:
             self._renumber(asker, line)
-        if line.text and line.name not in COMMANDS:
-            return f'echo:Unknown command: "{line.text[:SHOWN]}"; M115 lists what there is'
-        return COMMANDS[line.name].run(self._hub) if line.text else ""
+        if line.name == AUTOREPORT:
+            self._report_from_now(asker, line)
+        if not line.text:
+            return "ok"
+        if line.name not in COMMANDS:
+            return f'echo:Unknown command: "{line.text[:SHOWN]}"; M115 lists what there is\nok'
+        command = COMMANDS[line.name]
+        before, behind = command.run(self._hub), command.answer(self._hub)
+        return f"{before}\n" * bool(before) + f"ok {behind}".rstrip()
+
+    # ---- reports of temperatures
+
+    def _report_from_now(self, asker: Client, line: Line) -> None:
+        seconds = line.words().get("S")
+        least, most = REPORT_S
+        if seconds is None or (seconds != 0 and not least <= seconds <= most):
+            raise BadWords(f"{AUTOREPORT} takes S and seconds, {least:g} to {most:g}, or 0")
+        if timer := self._reports.pop(asker, None):
+            timer.cancel()
+        if seconds:
+            self._report_in(asker, seconds)
+
+    def _report_in(self, asker: Client, seconds: float) -> None:
+        self._reports[asker] = asyncio.get_running_loop().call_later(seconds, self._report, asker, seconds)
+
+    def _report(self, asker: Client, seconds: float) -> None:
+        """What is missing is said by M105."""
+        self._reports.pop(asker, None)
+        if not asker.connected:
+            return
+        if text := report.temperatures(self._hub):
+            self._tell(asker, f" {text}", 0)
+        self._report_in(asker, seconds)
 
     def _renumber(self, asker: Client, line: Line) -> None:
         number = line.words().get("N", line.number)
