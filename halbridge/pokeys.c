@@ -73,9 +73,9 @@ static struct ini_file read_ini(void)
 static int make_instance(const struct pokeys_options *options, const struct ini_file *file,
 			 unsigned int number)
 {
-	const unsigned int schemes = (number ? TABLE_LEGACY : TABLE_BOTH) | TABLE_FORMER;
+	const unsigned int schemes = number ? TABLE_LEGACY : TABLE_BOTH | options->schemes;
 	int r = instance_make(&instances[number], component, number, options->prefix[number],
-			      schemes);
+			      schemes | TABLE_FORMER);
 
 	if (r)
 		return r;
@@ -163,12 +163,14 @@ static bool answer(const char *word)
 	if (strcmp(word, "--help") && strcmp(word, "-h"))
 		return false;
 	puts("usage: loadusr -W pokeys [count=N | names=NAME[,NAME]...] [runtime=FOLDER]\n"
+	     "                          [loops=heaters|servos|all]\n"
 	     "\n"
 	     "LinuxCNC userspace component for the devices of pokeysd, under the older names.\n"
 	     "\n"
 	     "  count=N          instances pokeys.0 to pokeys.N-1 (1)\n"
 	     "  names=NAME,...   instances with names of their own\n"
 	     "  runtime=FOLDER   the daemon's runtime-directory\n"
+	     "  loops=WORD       names of heaters, servos or all, for the first instance\n"
 	     "  --help           this text\n"
 	     "  --version        the version\n"
 	     "\n"

@@ -84,6 +84,24 @@ static int read_runtime(struct pokeys_options *options, const char *text, char *
 	return runtime_check_directory(text, why + length, size - (size_t)length) ? -EINVAL : 0;
 }
 
+static int read_loops(struct pokeys_options *options, const char *text, char *why, size_t size)
+{
+	static const struct { const char *word; unsigned int schemes; } loops[] = {
+		{ "heaters", TABLE_HEATER | TABLE_HEATER_GAIN },
+		{ "servos", TABLE_SERVO | TABLE_SERVO_GAIN },
+		{ "all", TABLE_HEATER | TABLE_HEATER_GAIN | TABLE_SERVO | TABLE_SERVO_GAIN },
+	};
+
+	for (size_t i = 0; i < sizeof(loops) / sizeof(loops[0]); i++) {
+		if (strcmp(text, loops[i].word))
+			continue;
+		options->schemes = loops[i].schemes;
+		return 0;
+	}
+	snprintf(why, size, "loops=%s: must be heaters, servos or all", text);
+	return -EINVAL;
+}
+
 int pokeys_options_read(struct pokeys_options *options, int argc, char **argv, char *why,
 			size_t size)
 {
@@ -98,6 +116,8 @@ int pokeys_options_read(struct pokeys_options *options, int argc, char **argv, c
 			r = read_names(options, argv[i] + 6, why, size);
 		} else if (!strncmp(argv[i], "runtime=", 8)) {
 			r = read_runtime(options, argv[i] + 8, why, size);
+		} else if (!strncmp(argv[i], "loops=", 6)) {
+			r = read_loops(options, argv[i] + 6, why, size);
 		} else {
 			snprintf(why, size, "there is no option %s; pokeys --help lists them",
 				 argv[i]);

@@ -232,7 +232,14 @@ def names_and_count_are_options(rig):
     rig.hal.ok("halcmd setp panel.PEv2.0.AxisInverted 2")
     rig.hal.says("panel.PEv2.0.AxisInverted = 2: must be 0 to 1")
     unloadusr(rig)
-    for option, text in (("count=9", "count=9: must be 1 to 8"),
+    for loops, there, elsewhere in (("heaters", "heater.00.target", "servo.00.enable"), ("servos", "servo.00.enable", "heater.00.target"),
+                                    ("all", "heater.00.pid-p", None), ("all", "servo.00.velocity-gain", None)):
+        rig.hal.ok(f"halcmd loadusr -Wn pokeys pokeys loops={loops} count=2")
+        rig.hal.ok(f"halcmd getp pokeys.0.{there} && halcmd getp pokeys.0.PEv2.0.AxesState")
+        assert not elsewhere or rig.hal.run(f"halcmd getp pokeys.0.{elsewhere}")[0]
+        assert rig.hal.run(f"halcmd getp pokeys.1.{there}")[0], "only the first one has them"
+        unloadusr(rig)
+    for option, text in (("count=9", "count=9: must be 1 to 8"), ("loops=yes", "loops=yes: must be heaters, servos or all"),
                          ("names=much-too-long", "names=much-too-long: at most"),
                          ("names=mill,mill", "names=mill,mill: 'mill' is there twice"),
                          ("'names=a b'", "names=a b: at most"),

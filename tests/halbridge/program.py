@@ -19,7 +19,7 @@ def main():
     for word in ("--help", "-h"):
         status, said, error = ask(word)
         assert (status, error) == (0, ""), (status, error)
-        for option in ("count=", "names=", "runtime=", "--help", "--version"):
+        for option in ("count=", "names=", "runtime=", "loops=", "--help", "--version"):
             assert option in said, (option, said)
     for words in (("--nonsense",), ("count=0",), ("--help", "count=0")):
         status, said, error = ask(*words)
