@@ -240,13 +240,13 @@ static const struct config_key own[] = {
 	KEY(DEVICE(axis[0].per_unit), "axis.#.pulses-per-unit", CONFIG_REAL, RANGE(-1e6, 1e6),
 	    .count = POKEYS_AXES, .stride = sizeof(((struct config_raw_device *)0)->axis[0]),
 	    .words = WORDS({ "none", 0 }), .fallback = "none",
-	    .help = "Pulses of the axis for each of its units (mm or degree), for moves of "
-		    "pokeysctl. Below 0: its count falls when its position grows. none: the axis "
-		    "is on no path. LinuxCNC has its own scale for each joint."),
+	    .help = "Pulses per unit of the axis (mm or degree), for pokeysctl moves. If negative, "
+		    "the count decreases when the position increases. none: the axis cannot be "
+		    "part of a path. LinuxCNC has its own scale for each joint."),
 	KEY(DEVICE(axis[0].name), "axis.#.name", CONFIG_TEXT, .count = POKEYS_AXES,
 	    .stride = sizeof(((struct config_raw_device *)0)->axis[0]),
-	    .help = "Name of the axis in a file of moves, such as x. Without it, axis.0 is such "
-		    "a name."),
+	    .help = "Name of the axis in a file of moves, such as x. If it is not set, the name is "
+		    "axis.0 for axis 0."),
 	KEY(DEVICE(password_file), "password-file", CONFIG_FILE,
 	    .help = "File whose only line is the device's password. It has to be owned by the "
 		    "daemon's user, which is pokeys in the installed unit, and readable by nobody "

@@ -237,11 +237,11 @@ const struct config_key config_loop_keys[] = {
 		    "is a limit switch, it has to be at least min-following-error off the switch."),
 	KEY(SERVO(home_distance), "home-distance", CONFIG_REAL, RANGE(1e-6, 1e9),
 	    .words = WORDS({ "auto", CONFIG_SERVO_AUTO }), .fallback = "auto", .unit = "units",
-	    .help = "Longest distance of the search, and of each movement off the switch. After "
-		    "it, homing has failed, and the axis decelerates to a stop. It has to be at "
-		    "least the square of home-search-speed, divided by home-acceleration. auto: "
-		    "1.1 times the distance from min-position to max-position, both of which then "
-		    "have to be given."),
+	    .help = "Longest distance of the search, and of each movement off the switch. If the "
+		    "axis moves further, homing fails, and the axis decelerates to a stop. The "
+		    "distance has to be at least the square of home-search-speed, divided by "
+		    "home-acceleration. auto: 1.1 times the distance from min-position to "
+		    "max-position, both of which then have to be given."),
 	KEY(SERVO(least), "min-position", CONFIG_REAL, RANGE(-1e9, 1e9),
 	    .words = WORDS({ "none", -CONFIG_UNLIMITED }), .fallback = "none", .unit = "units",
 	    .help = "Soft limit, in effect once the axis is homed."),

@@ -115,6 +115,9 @@ static int32_t step_of(const struct device *device, unsigned int i, int64_t dist
 		return slower(before, change);
 	if (most > abs(before) + change)
 		most = abs(before) + change;
+	/* nor does it turn faster than from rest */
+	if (before * distance < 0 && most > change)
+		most = change;
 	/* what the spindle plays has no time of its own */
 	if (!threading_paces(device))
 		distance = braking(device, i, distance, pace);

@@ -160,6 +160,17 @@ void moving_cycle(struct device *device)
 	hand_over_axes(device);
 }
 
+/* So much later, but not beyond a soft limit that the path keeps to. */
+static double ahead(const struct servo *servo, const struct servo_wish *wish, uint64_t later_ns)
+{
+	const double place = wish->position;
+	const double then = place + wish->velocity * ((double)later_ns / (double)SECOND);
+
+	if (!servo->homed)
+		return then;
+	return fmin(fmax(then, fmin(place, servo->config.least)), fmax(place, servo->config.most));
+}
+
 void moving_wish(struct device *device, unsigned int motor, struct servo_wish *wish)
 {
 	const struct servo *servo = &motor_of(device, motor)->servo;
@@ -179,8 +190,7 @@ void moving_wish(struct device *device, unsigned int motor, struct servo_wish *w
 	wish->velocity = moving->velocity[motor];
 	/* where the path has it in the time of the encoder's readings */
 	if (moving_moves(device, motor) && device->now_ns > time_of(device))
-		wish->position += wish->velocity *
-				  ((double)(device->now_ns - time_of(device)) / (double)SECOND);
+		wish->position = ahead(servo, wish, device->now_ns - time_of(device));
 }
 
 bool moving_moves(const struct device *device, unsigned int member)

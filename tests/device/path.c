@@ -181,6 +181,18 @@ static void a_stepper_brakes_as_it_can(void **state)
 	follow_exactly(10);
 }
 
+/* What is suddenly on the other side is followed from rest. */
+static void it_turns_from_rest(void **state)
+{
+	(void)state;
+	begin_follow();
+	for (unsigned int k = 0; k < 100; k++)
+		follow(-10);
+	wish.position[0] += 5000;
+	buffer_path_step(device, device->buffer.end, &wish, &wish);
+	assert_in_range(device->buffer.step[0], 0, CHANGE);
+}
+
 /* As far as it can slow down, and it is not passed in any case. */
 static void what_it_can_follow_is_followed_exactly(void **state)
 {
@@ -198,6 +210,7 @@ int main(void)
 		cmocka_unit_test_setup_teardown(slots_are_found_beyond_32_bits, begin, end),
 		cmocka_unit_test_setup_teardown(it_brakes_to_what_it_has_caught_up_with, begin,
 						end),
+		cmocka_unit_test_setup_teardown(it_turns_from_rest, begin, end),
 		cmocka_unit_test_setup_teardown(a_stepper_brakes_as_it_can, begin, end),
 		cmocka_unit_test_setup_teardown(what_it_can_follow_is_followed_exactly, begin,
 						end),

@@ -107,7 +107,7 @@ class Shop:
         self.stops = []
         self.hub = desk.hub_of(operate=operate)
         self.hub.operators.begin_stop = stops or self.begin_stop
-        self.hub.source.trouble = "no daemon in /nowhere; is pokeysd running?"
+        show(self, a=State())       # a device without heaters
 
         def machine(_name, most):
             one = table.connect()
@@ -136,9 +136,12 @@ LONG = 'echo:not carried out: a line has at most 256 characters: "{}"\nok\n'
 async def the_asker_gets_the_reply():
     shop = Shop()
     one, other = shop.table.client(), shop.table.client("b")
-    assert shop.ask(one, b"?\n") == "echo:no daemon in /nowhere; is pokeysd running?\nok\n"
-    shop.hub.source.trouble = ""
+    show(shop)
+    shop.hub.source.trouble = "no daemon in /nowhere; is pokeysd running?"
+    assert shop.ask(one, b"?\n") == shop.ask(one, b"M105\n") == "echo:no daemon in /nowhere; is pokeysd running?\nok\n"
+    show(shop)
     assert shop.ask(one, b"?\n") == "echo:no device\nok\n"
+    show(shop, a=State())
     assert shop.ask(one, b"M105\nM105\r\n; nothing\n\n") == "ok\nok\n"
     assert shop.ask(one, b"G999 X1\n") == UNKNOWN.format("G999 X1")
     assert shop.ask(one, b"$$\n") == UNKNOWN.format("$$")
@@ -320,7 +323,7 @@ async def a_stop_gets_through():
 class State(dict):
     """Of a device: what is not given is 0."""
 
-    heater, servo = range(7), range(6)
+    heater, servo, joint = range(7), range(6), range(8)
 
     def __missing__(self, name):
         return "" if name.endswith(".name") else 0
@@ -334,10 +337,11 @@ def heater(i, name, **values):
             for key, value in {"name": name, "state": 2, "temperature": 20.0, **values}.items()}
 
 
-def show(shop, **states):
-    """Devices of the gateway; None: one that does not run."""
-    readings = {name: types.SimpleNamespace(name=name, state=state, connected=state is not None, reason="no cable")
-                for name, state in states.items()}
+def show(shop, away=(), **states):
+    """Devices of the gateway; None: one that has not been read."""
+    readings = {name: types.SimpleNamespace(name=name, state=state, connected=state is not None and name not in away,
+                                            reason="no cable") for name, state in states.items()}
+    shop.hub.source.trouble = ""
     shop.hub.source.names = lambda: list(readings)
     shop.hub.source.read = readings.get
 
@@ -346,7 +350,7 @@ async def temperatures_are_those_of_heaters():
     shop = Shop()
     one, other = shop.table.client(), shop.table.client("b")
     show(shop)
-    assert shop.ask(one, b"M105\n") == "ok\n"
+    assert shop.ask(one, b"M105\n") == "echo:no device\nok\n"
     bed = heater(0, "bed", temperature=59.96, target_in_effect=60.0, power=0.5)
     show(shop, a=State(bed))
     assert shop.ask(one, b"M105\n") == "ok B:59.96 /60.00 B@:64\n"
@@ -359,10 +363,16 @@ async def temperatures_are_those_of_heaters():
                                      heater(4, "right", temperature=21.0)))
     assert shop.ask(one, b"M105\n") == ("ok T:20.00 /0.00 B:59.96 /60.00 C:20.00 /0.00 T0:20.00 /0.00 T1:21.00 /0.00 "
                                        "T2:59.96 /60.00 @:0 B@:64 C@:0 T0@:0 T1@:0 T2@:64\n")
+    # one that is away changes no other's letter, and what is plain T is the first one or none
+    show(shop, away="a", b=State(bed), a=State(bed | heater(1, "left")))
+    assert shop.ask(one, b"M105\n") == "echo:a: no cable\nok T1:59.96 /60.00 T1@:64\n"
+    assert "EXTRUDER_COUNT:2\n" in shop.ask(one, b"M115\n")
     # what is not known is left out, and said; a fault has a temperature
     show(shop, a=State(bed | heater(1, "hotend", temperature=None, condition=4)), b=None)
     assert shop.ask(one, b"M105\n") == "echo:b: no cable\necho:heater hotend: word 4\nok B:59.96 /60.00 B@:64\n"
-    show(shop, a=State(heater(0, "bed", state=4, fault_code=7)))
+    show(shop, a=State(heater(0, "hotend", temperature=None)))
+    assert shop.ask(one, b"M105\n") == "echo:heater hotend: no temperature yet\nok\n"
+    show(shop, a=State(heater(0, "bed", state=4, fault_code=7, power=None)))
     assert shop.ask(one, b"M105\n") == "echo:heater bed: word 7\nok B:20.00 /0.00 B@:0\n"
     # again and again, to who has asked
     for line in b"M155", b"M155 S", b"M155 S0.1", b"M155 S61", b"M155 S-1":
@@ -373,6 +383,13 @@ async def temperatures_are_those_of_heaters():
         await asyncio.sleep(0.05)
         found += shop.table.take(one).decode()
     assert set(found.splitlines()) == {" B:20.00 /0.00 B@:0"}, found
+    brief, gone = shop.table.client("c"), shop.table.client("d")
+    brief.hears = False         # a request
+    assert "M155 is for connections that stay" in shop.ask(brief, b"M155 S1\n")
+    assert shop.ask(gone, b"M155 S0.5\n") == "ok\n"
+    gone._level = lambda: ""    # its log-in has ended
+    await asyncio.sleep(0.6)
+    assert shop.table.take(gone) == b"" and gone not in shop.machine._reports
     assert shop.ask(one, b"M155 S60\n").endswith("ok\n") and shop.ask(one, b"M155 S0\n") == "ok\n"
     assert shop.ask(other, b"M155 S0.5\n") == "ok\n"
     await shop.machine.close()
@@ -387,20 +404,25 @@ async def places_are_measured():
                         "servo.00.counts-per-unit": 400.0, "servo.00.limit-minus": True,
                         "servo.01.name": "feed", "servo.01.state": 1, "servo.01.pos-fb": -1.0, "servo.01.commanded": -1.0,
                         "servo.01.counts-per-unit": -100.0,
-                        "engine.axes-enabled": 2, "joint.00.name": "z", "joint.00.pulses-per-unit": 200.0,
+                        "engine.axes-enabled": 3, "joint.00.name": "z", "joint.00.pulses-per-unit": 200.0,
                         "joint.00.counts": 1999, "joint.00.counts-cmd": 2000, "joint.00.home-sw": True,
+                        "joint.00.mode-in-effect": 1, "joint.00.enabled": True,
+                        "joint.02.name": "s", "joint.02.pulses-per-unit": -10.0, "joint.02.counts-cmd": 5000,
+                        "joint.02.mode-in-effect": 2, "joint.02.enabled": True,
                         "joint.01.name": "axis.1", "joint.01.counts": 7, "joint.01.limit-pos": True}))
-    assert shop.ask(one, b"M114\n") == ("X:9.9975 feed:-1.0000 Z:9.9950 Count X:3999 feed:100 Z:1999 axis.1:7\n"
-                                       "echo:commanded X:10.0000 feed:-1.0000 Z:10.0000\nok\n")
+    assert shop.ask(one, b"M114\n") == ("X:9.9975 feed:-1.0000 Z:9.9950 S:0.0000 Count X:3999 feed:100 Z:1999 axis.1:7 S:0\n"
+                                       "echo:commanded X:10.0000 feed:-1.0000 Z:10.0000 S:0.0000\nok\n")
     assert shop.ask(one, b"M119\n") == (
         "Reporting endstops status\nx_min: TRIGGERED\nx_max: open\nx_home: open\nfeed_min: open\nfeed_max: open\n"
         "feed_home: open\nz_min: open\nz_max: open\nz_home: TRIGGERED\naxis.1_min: open\naxis.1_max: TRIGGERED\n"
-        "axis.1_home: open\nok\n")
+        "axis.1_home: open\ns_min: open\ns_max: open\ns_home: open\nok\n")
     show(shop, a=None)
     assert shop.ask(one, b"M114\n") == "echo:a: no cable\nok\n"
     assert shop.ask(one, b"M119\n") == "echo:a: no cable\nReporting endstops status\nok\n"
+    show(shop, a=State({"engine.axes-enabled": 200}))
+    assert shop.ask(one, b"M114\n").endswith(" axis.7:0\nok\n")
     show(shop)
-    assert shop.ask(one, b"M114\n") == "ok\n"
+    assert shop.ask(one, b"M114\n") == "echo:no device\nok\n"
     shop.table.quiet()
 
 

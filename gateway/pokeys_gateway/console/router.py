@@ -166,8 +166,12 @@ class Router:
     def _all(self) -> Iterable[Client]:
         return (*self.clients, self.machine) if self.machine else tuple(self.clients)
 
+    def hears(self, client: Client) -> bool:
+        """It stays, and may read what is not asked for."""
+        return client.connected and client.hears and bool(client.level(self._access))
+
     def _hearers(self) -> Iterable[Client]:
-        return (client for client in self.clients if client.hears and client.level(self._access))
+        return (client for client in self.clients if self.hears(client))
 
     def _wake(self, client: Client) -> None:
         if client not in self._ready:

@@ -81,6 +81,6 @@ COMMANDS = {
     "M114": Command("show where the axes are, and where they are commanded to be", report.positions),
     "M115": Command("show version, abilities and commands", _firmware),
     "M119": Command("show limit switches and home switches", report.switches),
-    AUTOREPORT: Command("S and seconds: show temperatures again and again, S0: no more"),
+    AUTOREPORT: Command("S and seconds: report temperatures periodically; S0 ends the reports"),
     "M410": Command("stop LinuxCNC's program and its axes", stop="stop"),
 }

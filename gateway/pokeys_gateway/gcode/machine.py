@@ -14,7 +14,7 @@ import logging
 import re
 from collections import deque
 from dataclasses import dataclass, field
-from weakref import WeakKeyDictionary
+from weakref import ReferenceType, WeakKeyDictionary, ref
 
 from ..console.client import Client
 from ..console.console import Console
@@ -70,9 +70,11 @@ class Machine:
         self._stops: dict[str, _Stop] = {}      # the last one of each kind
         self._under_way: set[asyncio.Future[None]] = set()
         self._reports: WeakKeyDictionary[Client, asyncio.TimerHandle] = WeakKeyDictionary()     # the next ones
+        self._closed = False
 
     async def close(self) -> None:
         """Stops that are under way have a moment to get through."""
+        self._closed = True
         for timer in self._reports.values():
             timer.cancel()
         if self._under_way:
@@ -166,22 +168,28 @@ class Machine:
         least, most = REPORT_S
         if seconds is None or (seconds != 0 and not least <= seconds <= most):
             raise BadWords(f"{AUTOREPORT} takes S and seconds, {least:g} to {most:g}, or 0")
+        if not self._router.hears(asker):
+            raise BadWords(f"{AUTOREPORT} is for connections that stay; ask with M105")
         if timer := self._reports.pop(asker, None):
             timer.cancel()
         if seconds:
             self._report_in(asker, seconds)
 
     def _report_in(self, asker: Client, seconds: float) -> None:
-        self._reports[asker] = asyncio.get_running_loop().call_later(seconds, self._report, asker, seconds)
+        if not self._closed:
+            self._reports[asker] = asyncio.get_running_loop().call_later(seconds, self._report, ref(asker), seconds)
 
-    def _report(self, asker: Client, seconds: float) -> None:
+    def _report(self, whose: ReferenceType[Client], seconds: float) -> None:
         """What is missing is said by M105."""
-        self._reports.pop(asker, None)
-        if not asker.connected:
+        asker = whose()
+        if not asker:
             return
+        self._reports.pop(asker, None)
+        if not self._router.hears(asker):
+            return
+        self._report_in(asker, seconds)
         if text := report.temperatures(self._hub):
             self._tell(asker, f" {text}", 0)
-        self._report_in(asker, seconds)
 
     def _renumber(self, asker: Client, line: Line) -> None:
         number = line.words().get("N", line.number)

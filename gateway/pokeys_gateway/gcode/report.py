@@ -16,6 +16,7 @@ from ..hub import Hub
 from ..source import Reading
 
 POWER = 127                 # of M105, at full power
+BY_PLACE = 1, 3             # joint.NN.mode-in-effect: positions, motion buffer
 LETTERS = {"bed": "B", "chamber": "C"}      # by their names in pokeysd.conf; all other heaters are hot ends
 
 
@@ -47,6 +48,10 @@ def _number(value: object) -> float:
     return float(value) if isinstance(value, int | float) else math.nan
 
 
+def _known(number: float) -> float:
+    return number if math.isfinite(number) else 0.0
+
+
 def _readings(hub: Hub) -> list[Reading]:
     return [reading for name in sorted(hub.source.names()) if (reading := hub.source.read(name))]
 
@@ -54,33 +59,33 @@ def _readings(hub: Hub) -> list[Reading]:
 def _fresh(hub: Hub) -> Iterator[pokeys.State]:
     """Of devices that run; old values would be taken for those of now."""
     for reading in _readings(hub):
-        if reading.state and reading.connected:
+        if reading.state is not None and reading.connected:
             yield reading.state
 
 
+def _heater(state: pokeys.State, at: str, letter: str, connected: bool) -> _Heater:
+    celsius = _number(state[at + "temperature"]) if connected else math.nan
+    word = at + ("fault-code" if state[at + "fault-code"] else "condition")
+    trouble = state.word(word) if state[word] else "" if math.isfinite(celsius) else "no temperature yet"
+    return _Heater(str(state[at + "name"]), letter, celsius, _known(_number(state[at + "target-in-effect"])),
+                   _known(_number(state[at + "power"])), trouble if connected else "")
+
+
 def _heaters(hub: Hub) -> list[_Heater]:
+    """Also of a device that is away, so that the others keep their letters."""
     found: list[_Heater] = []
     hot_ends = 0
-    for state in _fresh(hub):
-        for i in range(len(state.heater)):
+    for reading in _readings(hub):
+        state = reading.state
+        for i in range(len(state.heater)) if state is not None else ():
             at = f"heater.{i:02}."
-            name = str(state[at + "name"])
-            if not state[at + "state"]:
+            if state is None or not state[at + "state"]:
                 continue
-            letter = LETTERS.get(name.lower(), "")
+            letter = LETTERS.get(str(state[at + "name"]).lower(), "")
             if not letter or any(heater.letter == letter for heater in found):
                 letter, hot_ends = f"T{hot_ends}", hot_ends + 1
-            word = at + ("fault-code" if state[at + "fault-code"] else "condition")
-            found.append(_Heater(name, letter, _number(state[at + "temperature"]),
-                                 _number(state[at + "target-in-effect"]), _number(state[at + "power"]),
-                                 state.word(word) if state[word] else ""))
+            found.append(_heater(state, at, letter, reading.connected))
     return found
-
-
-def _of(letter: str, heaters: list[_Heater]) -> str:
-    """T alone is the first hot end, and the only one that is named so if there are no others."""
-    alone = sum(heater.letter[0] == "T" for heater in heaters) == 1
-    return "T" if letter == "T0" and alone else letter
 
 
 def hot_ends(hub: Hub) -> int:
@@ -90,10 +95,12 @@ def hot_ends(hub: Hub) -> int:
 
 def temperatures(hub: Hub) -> str:
     """Such as ``T:200.1 /200.0 B:60.0 /60.0 @:45 B@:12``; "" without heaters."""
-    heaters = [heater for heater in _heaters(hub) if math.isfinite(heater.celsius)]
-    named = [(_of(heater.letter, heaters), heater) for heater in heaters]
-    if len(hot := [heater for heater in heaters if heater.letter[0] == "T"]) > 1:
-        named.append(("T", hot[0]))
+    heaters = _heaters(hub)
+    named = [(heater.letter, heater) for heater in heaters if math.isfinite(heater.celsius)]
+    # T is the first hot end; it is the only name of one that is alone
+    named += [("T", heater) for letter, heater in named if letter == "T0"]
+    if sum(heater.letter[0] == "T" for heater in heaters) == 1:
+        named = [(letter, heater) for letter, heater in named if letter != "T0"]
     named.sort(key=lambda one: "TBC".find(one[0]) % 4)      # T0, T1, ... are the last ones
     powers = (("" if letter == "T" else letter, round(heater.power * POWER)) for letter, heater in named)
     return " ".join([*(f"{letter}:{heater.celsius:.2f} /{heater.target:.2f}" for letter, heater in named),
@@ -102,7 +109,10 @@ def temperatures(hub: Hub) -> str:
 
 def _missing(hub: Hub) -> list[str]:
     """Devices that are left out, and why."""
-    return [f"echo:{reading.name}: {reading.reason}" for reading in _readings(hub) if not reading.connected]
+    readings = _readings(hub)
+    if not readings or hub.source.trouble:
+        return [f"echo:{hub.source.trouble or 'no device'}"]
+    return [f"echo:{reading.name}: {reading.reason}" for reading in readings if not reading.connected]
 
 
 def trouble(hub: Hub) -> str:
@@ -123,11 +133,12 @@ def _motors(state: pokeys.State) -> Iterator[_Axis]:
 
 
 def _axes(state: pokeys.State) -> Iterator[_Axis]:
-    for i in range(int(state["engine.axes-enabled"])):
+    for i in range(min(int(state["engine.axes-enabled"]), len(state.joint))):
         at = f"joint.{i:02}."
         scale, counts = _number(state[at + "pulses-per-unit"]), _number(state[at + "counts"])
+        by_place = state[at + "mode-in-effect"] in BY_PLACE and state[at + "enabled"]
         yield _Axis(str(state[at + "name"]) or f"axis.{i}", counts, counts / scale if scale else math.nan,
-                    _number(state[at + "counts-cmd"]) / scale if scale else math.nan,
+                    (_number(state[at + "counts-cmd"]) if by_place else counts) / scale if scale else math.nan,
                     tuple((word, bool(state[at + name])) for word, name in
                           (("min", "limit-neg"), ("max", "limit-pos"), ("home", "home-sw"))))
 
@@ -141,14 +152,19 @@ def _name(axis: _Axis) -> str:
     return axis.name.upper() if len(axis.name) == 1 else axis.name
 
 
+def _rounded(number: float, digits: int) -> str:
+    """Without a -0."""
+    return f"{round(number, digits) + 0.0:.{digits}f}"
+
+
 def _places(state: pokeys.State) -> Iterator[str]:
     axes = _all_axes(state)
     scaled = [axis for axis in axes if math.isfinite(axis.measured)]
     if axes:
-        yield " ".join([*(f"{_name(axis)}:{axis.measured:.4f}" for axis in scaled), "Count",
-                        *(f"{_name(axis)}:{axis.counts:.0f}" for axis in axes if math.isfinite(axis.counts))])
+        yield " ".join([*(f"{_name(axis)}:{_rounded(axis.measured, 4)}" for axis in scaled), "Count",
+                        *(f"{_name(axis)}:{_rounded(axis.counts, 0)}" for axis in axes if math.isfinite(axis.counts))])
     if scaled:
-        yield "echo:commanded " + " ".join(f"{_name(axis)}:{axis.commanded:.4f}" for axis in scaled)
+        yield "echo:commanded " + " ".join(f"{_name(axis)}:{_rounded(axis.commanded, 4)}" for axis in scaled)
 
 
 def positions(hub: Hub) -> str:
