@@ -195,8 +195,10 @@ def main() -> None:
         lines += class_of(root)
         places = [place if place.split(".")[0] != title else root.title + "." + place.split(".")[1]
                   for place in places]
-        if "read_time_offset" in known:
-            lines += ["", "", f"{image.upper()}_READ_TIME = {known['read_time_offset']}"]
+        offsets = [key for key in known if key.endswith("_offset")]
+        if offsets:
+            lines += ["", ""]
+        lines += [f"{image.upper()}_{key.removesuffix('_offset').upper()} = {known[key]}" for key in offsets]
         lines += ["", "", f"{image.upper()}_HASH, {image.upper()}_SIZE = {known['hash']}, {known['size']}",
                   f"{image.upper()}_VALUES: tuple[Value[Any], ...] = ("]
         lines += textwrap.wrap(", ".join(places) + ")", 110, initial_indent=" " * 4, subsequent_indent=" " * 4)

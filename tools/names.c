@@ -227,6 +227,10 @@ static void put_all(const struct choice *choice)
 	json_object(&json, "images");
 	put_image(&json, "state", POKEYS_STATE_VERSION, POKEYS_STATE_HASH,
 		  sizeof(struct pokeys_state));
+	json_unsigned(&json, "session_offset", offsetof(struct pokeys_state, one_shot_session));
+	json_unsigned(&json, "one_shot_ack_offset", offsetof(struct pokeys_state, one_shot_ack));
+	json_unsigned(&json, "one_shots_offset", offsetof(struct pokeys_state, one_shot));
+	json_unsigned(&json, "command_time_offset", offsetof(struct pokeys_state, command_t_ns));
 	json_end(&json);
 	put_image(&json, "diag", POKEYS_DIAG_VERSION, POKEYS_DIAG_HASH,
 		  sizeof(struct pokeys_diag));
@@ -234,6 +238,10 @@ static void put_all(const struct choice *choice)
 	put_image(&json, "command", POKEYS_COMMAND_VERSION, POKEYS_COMMAND_HASH,
 		  sizeof(struct pokeys_command));
 	json_unsigned(&json, "read_time_offset", offsetof(struct pokeys_command, t_thread_ns));
+	json_unsigned(&json, "session_offset", offsetof(struct pokeys_command, session));
+	json_unsigned(&json, "one_shot_head_offset",
+		      offsetof(struct pokeys_command, one_shot_head));
+	json_unsigned(&json, "one_shots_offset", offsetof(struct pokeys_command, one_shot));
 	json_end(&json);
 	json_end(&json);
 	json_array(&json, "names");

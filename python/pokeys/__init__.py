@@ -11,12 +11,13 @@ Values have the names of LinuxCNC's HAL (``pokeysctl names`` lists them). The pa
 libpokeys_shm.so.0 and no other Python package; the user must be in group pokeys-monitor.
 """
 from .client import Device, attach, devices
-from .commander import Command, Commander
+from .commander import Command, Commander, Order
 from .errors import Error, Lapsed, LibraryMissing, NoDaemon, NoSuchDevice, Refused, Stale, ToolFailed
 from .events import Event
+from .one_shot import OneShot, Outcome
 from .pokeysctl import Found, discover
 from .snapshot import Diagnostics, Histogram, State, describe, names
 
 __all__ = ["Command", "Commander", "Device", "Diagnostics", "Error", "Event", "Found", "Histogram", "Lapsed",
-           "LibraryMissing", "NoDaemon", "NoSuchDevice", "Refused", "Stale", "State", "ToolFailed", "attach",
-           "describe", "devices", "discover", "names"]
+           "LibraryMissing", "NoDaemon", "NoSuchDevice", "OneShot", "Order", "Outcome", "Refused", "Stale", "State",
+           "ToolFailed", "attach", "describe", "devices", "discover", "names"]

@@ -2016,6 +2016,12 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
+STATE_SESSION = 2288
+STATE_ONE_SHOT_ACK = 2292
+STATE_ONE_SHOTS = 2296
+STATE_COMMAND_TIME = 2432
+
+
 STATE_HASH, STATE_SIZE = 0x855ab81136bf8b4e, 4624
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
@@ -2841,6 +2847,9 @@ class CommandValues(Part):
 
 
 COMMAND_READ_TIME = 32
+COMMAND_SESSION = 48
+COMMAND_ONE_SHOT_HEAD = 752
+COMMAND_ONE_SHOTS = 760
 
 
 COMMAND_HASH, COMMAND_SIZE = 0xc06793d84e920364, 4856

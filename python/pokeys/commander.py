@@ -21,9 +21,10 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any, NoReturn
 
-from . import _library, _names
+from . import _library, _names, one_shot
 from ._values import Draft, Writable
 from .errors import Lapsed, Refused
+from .one_shot import OneShot, Outcome
 from .snapshot import RUNNING, Shot, State
 
 PERIOD_MS = 2
@@ -62,8 +63,10 @@ class _Held(Draft):
         self._library = library
         self._client = client
         self._lapsed = False
-        self._seen = 0          # the heartbeat that the daemon had seen at our last command
+        self._given_ns = 0      # when our last command was given
         self._on = False
+        self._session = _new_session()
+        self._head = 0          # one-shots of this session
         self._lock = lock
         self._state = ctypes.create_string_buffer(_names.STATE_SIZE)
 
@@ -72,10 +75,16 @@ class _Held(Draft):
 
         So a machine-is-on that follows is a rising edge. :class:`Refused`.
         """
-        self.image[:] = bytes(len(self.image))
+        self._clear()
         self._give()
         self._lapsed = self._on = False
         self._wait()
+
+    def _clear(self) -> None:
+        """Command nothing. A one-shot that the daemon has not taken yet is refused then, as it is not there."""
+        self.image[:] = bytes(len(self.image))
+        struct.pack_into("<I", self.image, _names.COMMAND_SESSION, self._session)
+        struct.pack_into("<I", self.image, _names.COMMAND_ONE_SHOT_HEAD, self._head)
 
     def renew(self) -> None:
         """Renew the lease. :class:`Lapsed`, :class:`ValueError` when it is closed."""
@@ -123,41 +132,105 @@ class _Held(Draft):
         self._on = on
         if self._give():
             # it ran out just now, and the library has taken the command
-            self.image[:] = bytes(len(self.image))
+            self._clear()
             self._give()
             self._lapse()
 
     def _lapse(self) -> NoReturn:
         """Nothing of what was commanded is commanded again by itself."""
-        self.image[:] = bytes(len(self.image))
+        self._clear()
         self._lapsed = True
         raise Lapsed(f"{self.name}: the lease had run out, or pokeysd was away; the device was in its safe state, and "
                      "nothing is commanded until a value is set again")
+
+    def order(self, operation: OneShot, index: int, mask: int, flags: int, values: Sequence[int],
+              parameters: Sequence[float], fractions: Sequence[int]) -> int:
+        """Queue a one-shot: its number."""
+        with self._lock.held:
+            self.renew()
+            session, taken = self._taken()
+            if session != self._session:
+                raise Refused(f"{self.name}: the daemon does not take the command")
+            if self._head - taken >= one_shot.SLOTS:
+                raise Refused(f"{self.name}: {one_shot.SLOTS} one-shots wait for the daemon, which is the most")
+            shot = one_shot.pack(self._head, operation, index, mask, flags, values, parameters, fractions)
+            at = _names.COMMAND_ONE_SHOTS + self._head % one_shot.SLOTS * one_shot.SIZE
+            self.image[at:at + len(shot)] = shot
+            struct.pack_into("<I", self.image, _names.COMMAND_ONE_SHOT_HEAD, self._head + 1)
+            self._head += 1
+            self._commit()
+            return self._head - 1
+
+    def _taken(self) -> tuple[int, int]:
+        """The session whose one-shots the daemon takes, and how many it has taken."""
+        if self._library.fast.pokeys_client_read(self._client, self._state):
+            return 0, 0
+        return struct.unpack_from("<I", self._state.raw, _names.STATE_SESSION)[0], \
+            struct.unpack_from("<I", self._state.raw, _names.STATE_ONE_SHOT_ACK)[0]
+
+    def outcome(self, number: int) -> Outcome | None:
+        with self._lock.held:
+            self._check_open()
+            session, taken = self._taken()
+            if session != self._session or taken <= number:
+                return None
+            size = one_shot.RESULTS * one_shot.RESULT_SIZE
+            at = _names.STATE_ONE_SHOTS
+            return one_shot.outcome(self._state.raw[at:at + size], number)
+
+    def wait(self) -> None:
+        with self._lock.held:
+            self.renew()
+            self._wait()
 
     def _give(self) -> bool:
         """Command the image. True if there was a lapse."""
         # the daemon permits nothing to somebody who has not looked
         looked = time.monotonic_ns()
-        self._seen = self.heartbeat() or 0
         struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, looked)
         whole = (ctypes.c_char * len(self.image)).from_buffer(self.image)
-        return bool(self._library.cold.pokeys_client_command(self._client, whole))
+        lapsed = bool(self._library.cold.pokeys_client_command(self._client, whole))
+        # what the library's thread writes from now on is this command, whatever it was about to write
+        self._given_ns = time.monotonic_ns()
+        return lapsed
 
-    def heartbeat(self) -> int | None:
-        """Of our command that the daemon has seen last; None = it has seen none."""
+    def _is_seen(self) -> bool:
+        """The daemon has seen what was given last."""
         if self._library.fast.pokeys_client_read(self._client, self._state):
-            return None
-        state = State(Shot(self._state.raw, time.monotonic_ns()))
-        return state.command.heartbeat if state.commander_alive else None
+            return False
+        written_ns = struct.unpack_from("<Q", self._state.raw, _names.STATE_COMMAND_TIME)[0]
+        return State(Shot(self._state.raw, time.monotonic_ns())).commander_alive and written_ns >= self._given_ns
 
     def _wait(self) -> None:
         """Until the daemon has seen what was given last; :class:`Refused` if it does not."""
         end = time.monotonic() + ATTACH_S
-        while (now := self.heartbeat()) is None or now < self._seen + 2:
+        while not self._is_seen():
             if time.monotonic() >= end:
                 raise Refused(f"{self.name}: the daemon does not take the command")
             self._library.cold.pokeys_client_renew(self._client)
             time.sleep(TURN_S / 4)
+
+
+def _new_session() -> int:
+    """Differs for each start, and from that of another process; never 0."""
+    return (time.monotonic_ns() >> 10 ^ os.getpid() << 16) & 0xffffffff | 1
+
+
+class Order:
+    """A one-shot that was given to the daemon."""
+
+    __slots__ = ("_image", "_number")
+
+    def __init__(self, image: _Held, number: int) -> None:
+        self._image, self._number = image, number
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it has ended; None = it has not yet, or the daemon has forgotten it: it knows the last 16 outcomes.
+
+        ValueError when the with statement has ended.
+        """
+        return self._image.outcome(self._number)
 
 
 class Command(_names.CommandValues):
@@ -172,6 +245,22 @@ class Command(_names.CommandValues):
     def renew(self) -> None:
         """Renew the lease without a change. :class:`Lapsed` if it had run out."""
         self._image.renew()
+
+    def wait(self) -> None:
+        """Until the daemon has seen what was commanded last, usually some milliseconds. Renews the lease.
+
+        :class:`Lapsed`, and :class:`Refused` if it has not after three seconds.
+        """
+        self._image.wait()
+
+    def order(self, operation: OneShot, *, index: int = 0, mask: int = 0, flags: int = 0, values: Sequence[int] = (),
+              parameters: Sequence[float] = (), fractions: Sequence[int] = ()) -> Order:
+        """Give the daemon a one-shot, such as ``OneShot.HEATER_RESET``. Does not wait, and renews the lease.
+
+        What the numbers mean depends on the operation, see pokeys/command.h. ValueError if one does not fit,
+        :class:`Lapsed`, and :class:`Refused` if the daemon takes none.
+        """
+        return Order(self._image, self._image.order(operation, index, mask, flags, values, parameters, fractions))
 
     def __setitem__(self, name: str, value: Any) -> None:
         """Command one value by HAL's name. KeyError, TypeError, ValueError, :class:`Lapsed`."""

@@ -3,9 +3,11 @@
 """Commanding from Python: what is set happens in the device, and is over whatever becomes of the
 program."""
 import contextlib
+import ctypes
 import os
 import pathlib
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -45,6 +47,41 @@ def renewed(command, what, test):
         command.renew()
         return test()
     wait_for(what, tried)
+
+
+class Slow:
+    """A library whose daemon shows other heartbeats first, and then that it has seen the command."""
+
+    def __init__(self):
+        self.fast = self.cold = self
+        self.reads, self.given_ns = 0, 0
+
+    def pokeys_client_command(self, _client, _image):
+        self.given_ns = time.monotonic_ns()
+        return 0
+
+    def pokeys_client_renew(self, _client):
+        return 0
+
+    def pokeys_client_read(self, _client, state):
+        self.reads += 1
+        names = pokeys._names
+        alive, heartbeat = names.StateValues.commander_alive.offset, names.StateCommand.heartbeat.offset
+        state[alive // 8] = bytes([1 << alive % 8])
+        struct.pack_into("<Q", state, heartbeat, self.reads)
+        written_ns = 0 if self.reads < 20 else self.given_ns - 1 if self.reads < 40 else time.monotonic_ns()
+        struct.pack_into("<Q", state, names.STATE_COMMAND_TIME, written_ns)
+        return 0
+
+
+def test_what_is_seen_is_the_command_and_no_heartbeat_before_it():
+    library = Slow()
+    held = pokeys.commander._Held(library, ctypes.c_void_p(1), pokeys.commander.Lock(), "mill", 1000)
+    held.begin()
+    assert library.reads >= 40, library.reads
+    library.reads = 0
+    held.wait()
+    assert library.reads >= 40, library.reads
 
 
 def test_outputs_are_what_is_set_and_safe_at_the_end():

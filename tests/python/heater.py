@@ -92,6 +92,22 @@ def test_a_target_heats_and_is_shown():
         wait_equal("both off", lambda: heated(house, sim), (False, False))
 
 
+def test_a_fault_is_reset_by_an_order():
+    with machine() as (house, sim, _daemon, mill), heating(house, sim, mill) as command:
+        def reset():
+            order = command.order(pokeys.OneShot.HEATER_RESET, index=1)
+            wait_for("the outcome", lambda: order.outcome)
+            return order.outcome
+        house.ask_sim(sim, "analog", 43, OPEN)
+        wait_equal("the fault", lambda: heaters(house)[1]["state"], "fault")
+        command.heater[1].target = 0
+        equal(reset(), pokeys.Outcome.REFUSED)
+        house.ask_sim(sim, "analog", 43, COLD)
+        wait_equal("the cause gone", lambda: heaters(house)[1]["condition"], "none")
+        equal(reset(), pokeys.Outcome.DONE)
+        wait_equal("it off", lambda: heaters(house)[1]["state"], "off")
+
+
 def test_a_printer_gets_hot():
     with House() as house:
         house.device_keys["mill"] |= {"lost-after-ms": 5000, "stale-after-ms": 4000, "heartbeat-timeout-ms": 20000,
