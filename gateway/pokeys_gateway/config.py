@@ -28,6 +28,7 @@ SERIAL, POKEYS = "serial", "pokeys"     # kinds of machines
 SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
 DIRECTORY_MOST = 49         # pokeysd's sockets lie below it
 _PROXY = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,46}")
+_DEVICE = re.compile(r"[A-Za-z0-9_-]{1,31}")
 _NAME = re.compile(r"[a-z0-9]([a-z0-9.-]{0,252}[a-z0-9])?")
 
 
@@ -66,6 +67,7 @@ class Config:
     operate: bool = False
     proxy: str = "pokeys-remote"
     machine_kind: str | None = None         # None: as there is a port or not
+    machine_device: str | None = None       # that G-code commands
     machine_port: Path | None = None
     machine_baud: int = 115200
     machine_flow_control: str = "none"
@@ -150,6 +152,13 @@ def proxy_name(text: str) -> str:
     return text
 
 
+def device(text: str) -> str:
+    """A device's name in pokeysd.conf."""
+    if not _DEVICE.fullmatch(text):
+        raise ValueError("the name of a device in pokeysd.conf, of letters, digits, _ and -")
+    return text
+
+
 def baud(text: str) -> int:
     """Bits a second. ValueError says what is allowed."""
     if not re.fullmatch(r"[0-9]{2,8}", text) or not BAUD_LEAST <= int(text) <= BAUD_MOST:
@@ -189,6 +198,7 @@ KEYS = (
     Key("linuxcnc", "operate", yes_or_no),
     Key("linuxcnc", "proxy", proxy_name),
     Key("machine", "kind", one_of(SERIAL, POKEYS)),
+    Key("machine", "device", device),
     Key("machine", "port", path),
     Key("machine", "baud", baud),
     Key("machine", "flow-control", one_of("none", "hardware", "software")),
@@ -268,6 +278,11 @@ def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, 
         yield "machine_kind", f"kind = {SERIAL} needs port"
     if config.machine_kind == POKEYS and config.machine_port:
         yield "machine_kind", f"kind = {POKEYS} has no port"
+    if config.machine_device and config.machine_kind != POKEYS:
+        yield "machine_device", f"device needs kind = {POKEYS}"
+    if config.machine_device and config.operate:
+        yield "machine_device", ("G-code either commands a device or stops LinuxCNC, which has its own devices; set "
+                                 "either device or operate = yes in [linuxcnc]")
     if config.pty_path and config.pty_path == config.machine_port:
         yield "pty_path", "this is the machine's port; the pseudoterminal needs a path of its own"
     if config.machine_kind == POKEYS and config.machine_firmware != "marlin":

@@ -166,6 +166,12 @@ class Router:
     def _all(self) -> Iterable[Client]:
         return (*self.clients, self.machine) if self.machine else tuple(self.clients)
 
+    def hold(self, client: Client, held: bool) -> None:
+        """Route nothing of it but stops, until it is let go: what it has sent already takes time."""
+        client.busy = held
+        if not held and client.connected:
+            self._wake(client)
+
     def hears(self, client: Client) -> bool:
         """It stays, and may read what is not asked for."""
         return client.connected and client.hears and bool(client.level(self._access))

@@ -7,7 +7,7 @@ failed is an ``Error:``. Words that a command does not take are not looked at, a
 """
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from dataclasses import dataclass
 
 import pokeys
@@ -15,7 +15,12 @@ import pokeys
 from .. import __version__
 from ..hub import Hub
 from ..source import Reading
-from . import report
+from . import heating, report
+from .lane import Job
+from .operation import RESUME, Operation
+
+__all__ = ["AUTOREPORT", "COMMANDS", "GIVE_UP", "RENUMBER", "RESUME", "STATE", "Command"]
+Work = Callable[[Operation, Job], Awaitable[str]]
 
 
 def _nothing(_hub: Hub) -> str:
@@ -24,12 +29,14 @@ def _nothing(_hub: Hub) -> str:
 
 @dataclass(frozen=True)
 class Command:
-    """A command: what it says at once, or a method of :class:`~..operate.Operators` that stops the machine."""
+    """A command: what it says at once, or what it does, or a method that stops the machine."""
 
     help: str
     run: Callable[[Hub], str] = _nothing        # lines before the one with ok
     answer: Callable[[Hub], str] = _nothing     # ... and what stands behind it
-    stop: str = ""
+    stop: str = ""          # a method of LinuxCNC
+    work: Work | None = None        # lines before the ok, which comes when it is done
+    at_once: bool = False           # it does not wait for lines that came before it
 
 
 def _axes(state: pokeys.State) -> str:
@@ -70,17 +77,48 @@ def _firmware(hub: Hub) -> str:
         *(f"echo:{name} - {one.help}" for name, one in COMMANDS.items())))
 
 
+def _set(kind: str) -> Work:
+    async def work(operation: Operation, job: Job) -> str:
+        await operation.heating.set(job, kind, "S")
+        return ""
+    return work
+
+
+def _reach(kind: str) -> Work:
+    async def work(operation: Operation, job: Job) -> str:
+        await operation.heating.reach(job, kind)
+        return ""
+    return work
+
+
+async def _resume(operation: Operation, _job: Job) -> str:
+    return await operation.resume()
+
+
 RENUMBER = "M110"
 AUTOREPORT = "M155"
+GIVE_UP = "M108"
+STATE = "?"
 COMMANDS = {
-    "?": Command("show the PoKeys devices", _state),
-    "M105": Command("show temperatures, targets and powers of heaters", report.trouble, report.temperatures),
-    "M108": Command("wait no more; nothing waits: ok"),
+    STATE: Command("show the PoKeys devices", _state, at_once=True),
+    "M104": Command("S and degrees C: set the target of a hot end, T0 or T and its number", work=_set(heating.HOT_END)),
+    "M105": Command("show temperatures, targets and powers of heaters", report.trouble, report.temperatures,
+                    at_once=True),
+    GIVE_UP: Command("wait for no temperature any more", at_once=True),
+    "M109": Command("as M104, and wait while it is colder; R and degrees C: also while it is warmer",
+                    work=_reach(heating.HOT_END)),
     RENUMBER: Command("N and a number: set the number of the last line"),
-    "M112": Command("emergency stop of LinuxCNC", stop="emergency_stop"),
-    "M114": Command("show where the axes are, and where they are commanded to be", report.positions),
+    "M112": Command("emergency stop of LinuxCNC, or of the device that G-code commands", stop="emergency_stop"),
+    "M114": Command("show where the axes are, and where they are commanded to be", report.positions, at_once=True),
     "M115": Command("show version, abilities and commands", _firmware),
-    "M119": Command("show limit switches and home switches", report.switches),
-    AUTOREPORT: Command("S and seconds: report temperatures periodically; S0 ends the reports"),
+    "M119": Command("show limit switches and home switches", report.switches, at_once=True),
+    "M140": Command("S and degrees C: set the target of the bed", work=_set(heating.BED)),
+    "M141": Command("S and degrees C: set the target of the chamber", work=_set(heating.CHAMBER)),
+    AUTOREPORT: Command("S and seconds: report temperatures periodically; S0 ends the reports", at_once=True),
+    "M190": Command("as M140, and wait while it is colder; R and degrees C: also while it is warmer",
+                    work=_reach(heating.BED)),
+    "M191": Command("as M141, and wait while it is colder; R and degrees C: also while it is warmer",
+                    work=_reach(heating.CHAMBER)),
     "M410": Command("stop LinuxCNC's program and its axes", stop="stop"),
+    RESUME: Command("after M112 or a fault: reset heaters, and permit commands", work=_resume),
 }

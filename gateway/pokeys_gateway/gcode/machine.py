@@ -23,7 +23,9 @@ from ..console.urgent import STOP
 from ..hub import Hub
 from ..wire import NotDone
 from . import report
-from .commands import AUTOREPORT, COMMANDS, RENUMBER
+from .commands import AUTOREPORT, COMMANDS, GIVE_UP, RENUMBER, RESUME, STATE
+from .lane import Job, Lane
+from .operation import Operation
 from .parser import LINE_MOST, BadLine, BadWords, Line, parse
 
 NAME = "PoKeys devices"
@@ -35,7 +37,9 @@ DUE_MOST = 64               # replies to stops that a client can wait for
 REPORT_S = 0.5, 60.0        # from one report of temperatures to the next
 LAST_S = 2.0                # for stops under way when the gateway ends
 TOO_LONG = f"echo:not carried out: a line has at most {LINE_MOST} characters: "
-NO_STOP = "the gateway may not operate LinuxCNC ([linuxcnc] operate = no); use the machine's own switch"
+NO_STOP = ("the gateway may not operate LinuxCNC ([linuxcnc] operate = no), and commands no device ([machine] device); "
+           "use the machine's own switch")
+NO_DEVICE = "no device is named that G-code commands; see [machine] in pokeys-gateway.conf(5)"
 _END = re.compile(rb"\r\n|\r|\n")
 _LOG = logging.getLogger("pokeys-gateway")
 
@@ -70,6 +74,9 @@ class Machine:
         self._stops: dict[str, _Stop] = {}      # the last one of each kind
         self._under_way: set[asyncio.Future[None]] = set()
         self._reports: WeakKeyDictionary[Client, asyncio.TimerHandle] = WeakKeyDictionary()     # the next ones
+        self._lanes: WeakKeyDictionary[Client, Lane] = WeakKeyDictionary()
+        device = hub.config.machine_device
+        self._operation = Operation(hub, device, self._halt) if device else None
         self._closed = False
 
     async def close(self) -> None:
@@ -79,15 +86,32 @@ class Machine:
             timer.cancel()
         if self._under_way:
             await asyncio.wait(self._under_way, timeout=LAST_S)
+        for lane in self._lanes.values():
+            lane.clear()
+        if self._operation:
+            await self._operation.close()
 
     def _forget(self) -> int:
         """A stop has come: lines that are here are not carried out; how many that are."""
-        lines = len(self._taken) + bool(self._begun)
+        lines = len(self._taken) + bool(self._begun) + self._clear_lanes()
         while self._taken:
             self._taken.popleft().release()
         self._begun.clear()
         self._long = False
         return lines
+
+    def _clear_lanes(self) -> int:
+        """Carry out nothing that waits; how many lines that are."""
+        lines = 0
+        for asker, lane in self._lanes.items():
+            lines += lane.clear()
+            self._let_go(asker, lane)
+        return lines
+
+    def _let_go(self, asker: Client, lane: Lane) -> None:
+        if lane.held and not lane.full:
+            lane.held = False
+            self._router.hold(asker, False)
 
     def _take(self) -> None:
         self._taken += self._client.outbox.take(TAKE)
@@ -130,36 +154,90 @@ class Machine:
             elif too_long:
                 self._tell(asker, f"{_too_long(data.decode('utf-8', 'replace'))}\nok", request)
             elif line := parse(data):
-                self._tell(asker, self._carry_out(asker, line), request)
+                self._carry_out(asker, line, request)
         except BadLine as why:
             last = self._last.get(asker, 0)
             self._tell(asker, f"Error:{why}, Last Line: {last}\nResend: {last + 1}\nok", request)
-        except BadWords as why:
-            self._tell(asker, f"echo:not carried out: {why}\nok", request)
-        except Exception:
-            _LOG.exception("a line of %s", asker)
-            self._tell(asker, "Error:an error of the gateway; its log says more\nok", request)
+        except Exception as why:
+            self._tell(asker, self._reason(asker, why), request)
 
-    def _carry_out(self, asker: Client, line: Line) -> str:
-        """The reply."""
+    @staticmethod
+    def _reason(asker: Client, why: Exception, name: str = "") -> str:
+        """The reply to a line that was not carried out."""
+        if isinstance(why, BadWords):
+            return f"echo:not carried out: {why}\nok"
+        asker.failed = True
+        if isinstance(why, NotDone):
+            return f"Error:{name}: {why}\nok"
+        _LOG.error("a line of %s", asker, exc_info=why)
+        return "Error:an error of the gateway; its log says more\nok"
+
+    def _carry_out(self, asker: Client, line: Line, request: int) -> None:
         last = self._last.get(asker, 0)
         if line.name != RENUMBER and line.number is not None:
             if line.number != last + 1:
                 raise BadLine("Line Number is not Last Line Number+1")
             self._last[asker] = line.number
         if len(line.text) > LINE_MOST:
-            return f"{_too_long(line.text)}\nok"
+            self._tell(asker, f"{_too_long(line.text)}\nok", request)
+            return
         if line.name == RENUMBER:
             self._renumber(asker, line)
+        command = COMMANDS.get(line.name)
+        if command and command.work and not self._operation:
+            raise BadWords(NO_DEVICE)
+        lane = self._lanes.setdefault(asker, Lane(self._work, functools.partial(self._room, ref(asker))))
+        if (command and command.work) or (lane.busy and not (command and command.at_once)):
+            lane.put(Job(asker, line, request, functools.partial(self._tell, asker, request=request)))
+            if lane.full and not lane.held:
+                lane.held = True
+                self._router.hold(asker, True)
+            return
+        self._tell(asker, self._reply(asker, line), request)
+
+    def _reply(self, asker: Client, line: Line) -> str:
+        """To a command that takes no time."""
         if line.name == AUTOREPORT:
             self._report_from_now(asker, line)
+        if line.name == GIVE_UP and self._operation:
+            self._operation.heating.give_up()
         if not line.text:
             return "ok"
         if line.name not in COMMANDS:
             return f'echo:Unknown command: "{line.text[:SHOWN]}"; M115 lists what there is\nok'
         command = COMMANDS[line.name]
+        if line.name == STATE and self._operation and self._operation.halted:
+            return f"{command.run(self._hub)}\necho:{self._operation.halted}; {RESUME} permits commands again\nok"
         before, behind = command.run(self._hub), command.answer(self._hub)
         return f"{before}\n" * bool(before) + f"ok {behind}".rstrip()
+
+    # ---- commands that take time
+
+    def _room(self, whose: ReferenceType[Client]) -> None:
+        """The lane of a client has room again."""
+        if asker := whose():
+            self._let_go(asker, self._lanes[asker])
+
+    async def _work(self, job: Job) -> None:
+        """Carry out a line, with its reply."""
+        if not job.asker.connected:
+            return
+        command, operation = COMMANDS.get(job.line.name), self._operation
+        try:
+            if command and command.work and operation:
+                if job.line.name != RESUME:
+                    operation.check()
+                before = await command.work(operation, job)
+                job.tell(f"{before}\n" * bool(before) + "ok")
+            else:
+                job.tell(self._reply(job.asker, job.line))
+        except Exception as why:
+            job.tell(self._reason(job.asker, why, job.line.name))
+
+    def _halt(self, why: str) -> None:
+        """Nothing is commanded any more: hosts end their job at an error."""
+        self._clear_lanes()
+        self._router.tell_all(f"Error:{why}; {RESUME} permits commands again")
 
     # ---- reports of temperatures
 
@@ -209,7 +287,7 @@ class Machine:
             self._last[asker] = line.number if line and line.number is not None else self._last.get(asker, 0)
         except BadLine:
             pass
-        if not self._hub.config.operate:
+        if not self._hub.config.operate and not self._operation:
             self._failed(asker, name, f"[not stopped: {NO_STOP}]", NO_STOP, request)
             return
         stop = self._begin(COMMANDS[name].stop)
@@ -225,7 +303,8 @@ class Machine:
         last = self._stops.get(method)
         if last and not last.done.done() and loop.time() < last.at + JOIN_S:
             return last
-        stop = self._stops[method] = _Stop(loop.time(), self._hub.operators.begin_stop(method))
+        begin = self._operation.begin_stop if self._operation else self._hub.operators.begin_stop
+        stop = self._stops[method] = _Stop(loop.time(), begin(method))
         self._under_way.add(stop.done)
         stop.done.add_done_callback(functools.partial(self._stopped, stop))
         return stop

@@ -21,15 +21,21 @@ LETTERS = {"bed": "B", "chamber": "C"}      # by their names in pokeysd.conf; al
 
 
 @dataclass(frozen=True)
-class _Heater:
+class Heater:
     """One that has a place in pokeysd.conf."""
 
+    device: str
+    index: int              # among the device's heaters
     title: str              # for a person
     letter: str             # B, C, or T and its number
     celsius: float          # NaN: not known
-    target: float
+    target: float           # which the daemon controls to
+    most: float             # its highest one
+    reached: bool           # it has a target, and is there
     power: float            # 0 to 1
+    fault: bool             # it is off until it is reset
     trouble: str            # what is wrong with it; "": nothing
+    refusal: str            # why the daemon has not taken its last target; "": it has
 
 
 @dataclass(frozen=True)
@@ -63,17 +69,21 @@ def _fresh(hub: Hub) -> Iterator[pokeys.State]:
             yield reading.state
 
 
-def _heater(state: pokeys.State, at: str, letter: str, connected: bool) -> _Heater:
+def _heater(reading: Reading, state: pokeys.State, index: int, letter: str) -> Heater:
+    connected, at = reading.connected, f"heater.{index:02}."
     celsius = _number(state[at + "temperature"]) if connected else math.nan
     word = at + ("fault-code" if state[at + "fault-code"] else "condition")
     trouble = state.word(word) if state[word] else "" if math.isfinite(celsius) else "no temperature yet"
-    return _Heater(str(state[at + "name"]), letter, celsius, _known(_number(state[at + "target-in-effect"])),
-                   _known(_number(state[at + "power"])), trouble if connected else "")
+    return Heater(reading.name, index, str(state[at + "name"]), letter, celsius,
+                  _known(_number(state[at + "target-in-effect"])), _known(_number(state[at + "max-target"])),
+                  bool(state[at + "at-temperature"]), _known(_number(state[at + "power"])),
+                  connected and bool(state[at + "fault"]), trouble if connected else "",
+                  state.word(at + "refused") if state[at + "refused"] else "")
 
 
-def _heaters(hub: Hub) -> list[_Heater]:
+def heaters(hub: Hub) -> list[Heater]:
     """Also of a device that is away, so that the others keep their letters."""
-    found: list[_Heater] = []
+    found: list[Heater] = []
     hot_ends = 0
     for reading in _readings(hub):
         state = reading.state
@@ -84,22 +94,22 @@ def _heaters(hub: Hub) -> list[_Heater]:
             letter = LETTERS.get(str(state[at + "name"]).lower(), "")
             if not letter or any(heater.letter == letter for heater in found):
                 letter, hot_ends = f"T{hot_ends}", hot_ends + 1
-            found.append(_heater(state, at, letter, reading.connected))
+            found.append(_heater(reading, state, i, letter))
     return found
 
 
 def hot_ends(hub: Hub) -> int:
     """How many heaters are neither bed nor chamber."""
-    return sum(heater.letter[0] == "T" for heater in _heaters(hub))
+    return sum(heater.letter[0] == "T" for heater in heaters(hub))
 
 
 def temperatures(hub: Hub) -> str:
     """Such as ``T:200.1 /200.0 B:60.0 /60.0 @:45 B@:12``; "" without heaters."""
-    heaters = _heaters(hub)
-    named = [(heater.letter, heater) for heater in heaters if math.isfinite(heater.celsius)]
+    found = heaters(hub)
+    named = [(heater.letter, heater) for heater in found if math.isfinite(heater.celsius)]
     # T is the first hot end; it is the only name of one that is alone
     named += [("T", heater) for letter, heater in named if letter == "T0"]
-    if sum(heater.letter[0] == "T" for heater in heaters) == 1:
+    if sum(heater.letter[0] == "T" for heater in found) == 1:
         named = [(letter, heater) for letter, heater in named if letter != "T0"]
     named.sort(key=lambda one: "TBC".find(one[0]) % 4)      # T0, T1, ... are the last ones
     powers = (("" if letter == "T" else letter, round(heater.power * POWER)) for letter, heater in named)
@@ -117,7 +127,7 @@ def _missing(hub: Hub) -> list[str]:
 
 def trouble(hub: Hub) -> str:
     """Why a device or a heater is left out of the temperatures, or is off by a fault."""
-    return "\n".join([*_missing(hub), *(f"echo:heater {heater.title}: {heater.trouble}" for heater in _heaters(hub)
+    return "\n".join([*_missing(hub), *(f"echo:heater {heater.title}: {heater.trouble}" for heater in heaters(hub)
                                         if heater.trouble)])
 
 

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The lines of one client that take time, carried out one after the other. Other clients do not wait for them."""
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+
+from ..console.client import Client
+from .parser import Line
+
+LANE_MOST = 8               # lines that wait; the client's next ones stay with the router
+BUSY_S = 2.0
+BUSY = "echo:busy: processing"
+
+
+@dataclass(frozen=True)
+class Job:
+    """A line that is to be carried out."""
+
+    asker: Client
+    line: Line
+    request: int
+    tell: Callable[[str], None]
+
+
+class Lane:
+    """Belongs to the event loop's thread."""
+
+    def __init__(self, run: Callable[[Job], Awaitable[None]], on_room: Callable[[], None]) -> None:
+        """``run`` carries a job out, with its reply, and raises nothing."""
+        self._run, self._on_room = run, on_room
+        self._jobs: deque[Job] = deque()        # the first one is under way
+        self._task: asyncio.Task[None] | None = None
+        self.held = False           # the router keeps what the client sends
+
+    @property
+    def busy(self) -> bool:
+        """Something is under way."""
+        return bool(self._jobs)
+
+    @property
+    def full(self) -> bool:
+        """It takes no more."""
+        return len(self._jobs) > LANE_MOST
+
+    def put(self, job: Job) -> None:
+        """Carry it out after the others."""
+        self._jobs.append(job)
+        job.asker.due += 1
+        if not self._task:
+            self._task = asyncio.get_running_loop().create_task(self._go())
+
+    def clear(self) -> int:
+        """Carry out nothing any more, and end what is under way, without replies; how many lines that are."""
+        lines = len(self._jobs)
+        for job in self._jobs:
+            job.asker.due -= 1
+        self._jobs.clear()
+        if self._task:
+            self._task.cancel()
+            self._task = None
+        return lines
+
+    async def _go(self) -> None:
+        while self._jobs:
+            job = self._jobs[0]
+            busy = asyncio.get_running_loop().create_task(_tell_busy(job))
+            try:
+                await self._run(job)
+            finally:
+                busy.cancel()
+            if not self._jobs or self._jobs[0] is not job:
+                return      # cleared meanwhile
+            self._jobs.popleft()
+            job.asker.due -= 1
+            self._on_room()
+        self._task = None
+
+
+async def _tell_busy(job: Job) -> None:
+    while True:
+        await asyncio.sleep(BUSY_S)
+        job.tell(BUSY)
