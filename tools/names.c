@@ -242,6 +242,8 @@ static void put_all(const struct choice *choice)
 	json_unsigned(&json, "one_shot_head_offset",
 		      offsetof(struct pokeys_command, one_shot_head));
 	json_unsigned(&json, "one_shots_offset", offsetof(struct pokeys_command, one_shot));
+	json_unsigned(&json, "axes_offset", offsetof(struct pokeys_command, axis));
+	json_unsigned(&json, "servos_offset", offsetof(struct pokeys_command, servo));
 	json_end(&json);
 	json_end(&json);
 	json_array(&json, "names");

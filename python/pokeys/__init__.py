@@ -11,13 +11,13 @@ Values have the names of LinuxCNC's HAL (``pokeysctl names`` lists them). The pa
 libpokeys_shm.so.0 and no other Python package; the user must be in group pokeys-monitor.
 """
 from .client import Device, attach, devices
-from .commander import Command, Commander, Order
+from .commander import Axis, Command, Commander, Order, Servo
 from .errors import Error, Lapsed, LibraryMissing, NoDaemon, NoSuchDevice, Refused, Stale, ToolFailed
 from .events import Event
-from .one_shot import OneShot, Outcome
+from .one_shot import MovesControl, OneShot, Outcome
 from .pokeysctl import Found, discover
 from .snapshot import Diagnostics, Histogram, State, describe, names
 
-__all__ = ["Command", "Commander", "Device", "Diagnostics", "Error", "Event", "Found", "Histogram", "Lapsed",
-           "LibraryMissing", "NoDaemon", "NoSuchDevice", "OneShot", "Order", "Outcome", "Refused", "Stale", "State",
-           "ToolFailed", "attach", "describe", "devices", "discover", "names"]
+__all__ = ["Axis", "Command", "Commander", "Device", "Diagnostics", "Error", "Event", "Found", "Histogram", "Lapsed",
+           "LibraryMissing", "MovesControl", "NoDaemon", "NoSuchDevice", "OneShot", "Order", "Outcome", "Refused", "Servo",
+           "Stale", "State", "ToolFailed", "attach", "describe", "devices", "discover", "names"]

@@ -18,6 +18,7 @@ import threading
 import time
 import weakref
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, NoReturn
 
@@ -32,6 +33,28 @@ ATTACH_S, REFUSED_S, TURN_S = 3.0, 1.0, 0.01
 USUAL_HZ = 1000
 SHORTEST_S, LONGEST_S = 0.01, 60.0
 OUTPUT = "pin.%02u.out"
+_AXIS, _SERVO = struct.Struct("<ifBB6x"), struct.Struct("<dfB3x")
+AXES, SERVOS = 8, 6
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What an axis of the pulse engine is commanded to do, for a program that moves along paths of the daemon.
+
+    ``mode`` is that of its settings: 1 = positions, 3 = motion buffer. ``position`` is in pulses.
+    """
+
+    position: int
+    mode: int
+    enable: bool
+
+
+@dataclass(frozen=True)
+class Servo:
+    """... and a servo motor; ``position`` is in its units."""
+
+    position: float
+    enable: bool
 
 
 @functools.cache
@@ -93,7 +116,8 @@ class _Held(Draft):
             if self._lapsed or self._library.cold.pokeys_client_renew(self._client):
                 self._lapse()
 
-    def change(self, values: Sequence[tuple[Writable[Any], int, Any]]) -> None:
+    def change(self, values: Sequence[tuple[Writable[Any], int, Any]], axes: Mapping[int, Axis] | None = None,
+               servos: Mapping[int, Servo] | None = None) -> None:
         with self._lock.held:
             self._check_open()
             before = bytes(self.image)
@@ -101,6 +125,17 @@ class _Held(Draft):
                 for value, index, wanted in values:
                     value.enter(self, index, wanted)
                     self._check_output(value, index)
+                for index, axis in (axes or {}).items():
+                    _fit(index, AXES)
+                    _AXIS.pack_into(self.image, _names.COMMAND_AXES + index * _AXIS.size, axis.position, 0.0, axis.mode,
+                                    axis.enable)
+                for index, servo in (servos or {}).items():
+                    _fit(index, SERVOS)
+                    _SERVO.pack_into(self.image, _names.COMMAND_SERVOS + index * _SERVO.size, servo.position, 0.0,
+                                     servo.enable)
+            except struct.error as error:
+                self.image[:] = before
+                raise ValueError(str(error)) from None
             except BaseException:
                 self.image[:] = before
                 raise
@@ -187,6 +222,7 @@ class _Held(Draft):
         """Command the image. True if there was a lapse."""
         # the daemon permits nothing to somebody who has not looked
         looked = time.monotonic_ns()
+        self._library.fast.pokeys_client_read(self._client, self._state)
         struct.pack_into("<Q", self.image, _names.COMMAND_READ_TIME, looked)
         whole = (ctypes.c_char * len(self.image)).from_buffer(self.image)
         lapsed = bool(self._library.cold.pokeys_client_command(self._client, whole))
@@ -209,6 +245,11 @@ class _Held(Draft):
                 raise Refused(f"{self.name}: the daemon does not take the command")
             self._library.cold.pokeys_client_renew(self._client)
             time.sleep(TURN_S / 4)
+
+
+def _fit(index: int, count: int) -> None:
+    if not 0 <= index < count:
+        raise ValueError(f"{index}: the numbers are 0 to {count - 1}")
 
 
 def _new_session() -> int:
@@ -266,9 +307,14 @@ class Command(_names.CommandValues):
         """Command one value by HAL's name. KeyError, TypeError, ValueError, :class:`Lapsed`."""
         self.update({name: value})
 
-    def update(self, values: Mapping[str, Any]) -> None:
-        """Command several values at once. Nothing is commanded if one of them cannot be."""
-        self._image.change([(*_place(name), value) for name, value in values.items()])
+    def update(self, values: Mapping[str, Any], *, axes: Mapping[int, Axis] | None = None,
+               servos: Mapping[int, Servo] | None = None) -> None:
+        """Command several values at once, and axes and servo motors by their numbers.
+
+        Nothing is commanded if one of them cannot be. Positions of what the daemon moves along a path do not matter
+        until the path has ended; then they have to become where it is. See docs/servos.md.
+        """
+        self._image.change([(*_place(name), value) for name, value in values.items()], axes, servos)
 
 
 _ALL: weakref.WeakSet[Commander] = weakref.WeakSet()

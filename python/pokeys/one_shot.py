@@ -9,6 +9,10 @@ from collections.abc import Sequence
 SLOTS, RESULTS = 64, 16     # in the command image, and in the state image
 SIZE, RESULT_SIZE = 64, 8
 VALUES, PARAMETERS = 8, 4
+# flags, by their operations
+HOME_FINISH_ITSELF, PROBE_ACTIVE_HIGH, PROBE_HYBRID = 1, 1, 2
+SERVO_HOMED, SERVO_END_HOMING = 1, 2
+MOVE_BEGINS = 1
 _LAYOUT = struct.Struct("<IBBBB8i4f8B")
 _RESULT = struct.Struct("<IBBxx")
 
@@ -47,6 +51,16 @@ class OneShot(enum.IntEnum):
     MOVE = 28
     MOVES_CONTROL = 29
     SERVO_TUNE = 30
+
+
+class MovesControl(enum.IntEnum):
+    """``index`` of MOVES_CONTROL."""
+
+    HOLD = 0
+    RESUME = 1
+    FEED = 2
+    ABORT = 3
+    STOP = 4
 
 
 class Outcome(enum.IntEnum):

@@ -82,6 +82,15 @@ def test_what_is_seen_is_the_command_and_no_heartbeat_before_it():
     library.reads = 0
     held.wait()
     assert library.reads >= 40, library.reads
+    # axes and servo motors: those that are there, with numbers that fit
+    held.change([], {7: pokeys.Axis(-5, 1, True)}, {5: pokeys.Servo(2.5, True)})
+    before = bytes(held.image)
+    for axes, servos, text in (({8: pokeys.Axis(0, 1, True)}, {}, "the numbers are 0 to 7"),
+                               ({0: pokeys.Axis(1, 1, True)}, {-1: pokeys.Servo(0.0, True)}, "the numbers are 0 to 5"),
+                               ({0: pokeys.Axis(1 << 31, 1, True)}, {}, "format requires")):
+        with raises(ValueError, text):
+            held.change([], axes, servos)
+        equal(bytes(held.image), before)
 
 
 def test_outputs_are_what_is_set_and_safe_at_the_end():

@@ -65,7 +65,7 @@ def main():
     documented -= {"get", "names", "values", "words", "images", "version", "hash", "size", "unit", "help", "hal",
                    "inner", "image", "storage", "offset", "stride", "inner_stride", "bit", "factor",
                    "divisor_offset", "quantile", "writable", "low", "high", "command", "mask_offset", "mask_bit", "read_time_offset", "t_thread_ns", "command_t_ns",
-                   "session_offset", "one_shot_ack_offset", "one_shot_head_offset", "one_shots_offset", "command_time_offset",
+                   "session_offset", "one_shot_ack_offset", "one_shot_head_offset", "one_shots_offset", "axes_offset", "servos_offset", "command_time_offset",
                    "mask_stride", "judgement", "boards", "labels", "pwm", "pin", "terminal",
                    "terminals", "model", "pokeys_histogram_percentile"}
     # and those of terminals, which tools / terminals reads
