@@ -102,10 +102,10 @@ def any_bytes_are_a_line_or_refused():
 class Shop:
     """A router whose machine is the gateway, in virtual time; LinuxCNC is one that confirms when it is said to."""
 
-    def __init__(self, operate=True, stops=None):
+    def __init__(self, operate=True, stops=None, **settings):
         self.table = table = desk.Table(machine=False)
         self.stops = []
-        self.hub = desk.hub_of(operate=operate)
+        self.hub = desk.hub_of(operate=operate, **settings)
         self.hub.operators.begin_stop = stops or self.begin_stop
         show(self, a=State())       # a device without heaters
 
@@ -147,7 +147,7 @@ async def the_asker_gets_the_reply():
     assert shop.ask(one, b"$$\n") == UNKNOWN.format("$$")
     # what other firmwares have behind these is no fault: programs would end their job
     for line in b"M104 S200", b"M109 R20", b"M999":
-        assert re.fullmatch(r"echo:not carried out: no device is named that G-code commands; .*\nok\n",
+        assert re.fullmatch(r"Error:[MG]\d+: no device is named that G-code commands; .*\nok\n",
                             shop.ask(one, line + b"\n")), line
     for line in b"M105 T0 R", b"M105*37", b"M108 all", b"M110":
         assert shop.ask(one, line + b"\n") == "ok\n", line

@@ -133,8 +133,8 @@ def test_a_sensor_breaks_while_it_waits():
         assert other.ask("M104 S300") == ["Error:M104: heater hotend takes 0 to 265 degrees C", "ok"]
         assert other.ask("M104 T1 S30") == ["Error:M104: there is no hot end T1", "ok"]
         assert other.ask("M141 S30") == ["Error:M141: there is no chamber", "ok"]
-        assert other.ask("M104") == ["echo:not carried out: M104 takes S and degrees C", "ok"]
-        assert other.ask("M109 T0") == ["echo:not carried out: M109 takes S or R and degrees C", "ok"]
+        assert other.ask("M104") == ["Error:M104: takes S and degrees C", "ok"]
+        assert other.ask("M109 T0") == ["Error:M109: takes S or R and degrees C", "ok"]
 
 
 def test_the_gateway_dies():

@@ -142,7 +142,7 @@ def a_stop_goes_past_all_that_came_before():
         table.run()
         assert len(table.machine.outbox) == router.MACHINE_LINES and a.pending and b.pending
         # the rest of the wire's lines are forgotten too
-        table.machine.on_stop = lambda: 3
+        table.machine.on_stop = lambda: {None: 3}
         table.send(c, b"G4 P1\n" + text + b"M105\n")
         assert table.take(table.machine) == b"\n" + text + b"M105\n"
         said = f"[stop by telnet c; lines not sent: {200 + 1 + 1 + 3 + 1}]\n".encode()

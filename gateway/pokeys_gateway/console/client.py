@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from ..access import Access, Who
 from .framing import Framer
@@ -40,7 +40,8 @@ class Client:
         self.skips = False          # the rest of a line that was refused is not looked at
         self.continues = False      # the rest of a line whose beginning was a command is none
         self.lines = 0              # that it has sent
-        self.on_stop: Callable[[], int] = lambda: 0     # of the machine: forget what is under way, and count it
+        # of the machine: forget what is under way, and count the lines; those of clients that it knows by clients
+        self.on_stop: Callable[[], Mapping[Client | None, int]] = dict
         self.on_data: Callable[[Client], None] = lambda client: None
         self.take_urgent: Callable[[Client, bytes], bytes] = lambda client, data: data
         self.on_room: Callable[[], None] = lambda: None

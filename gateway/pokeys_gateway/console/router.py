@@ -278,10 +278,14 @@ class Router:
         """A stop has come: what came before it is forgotten, `lines` of this client already."""
         assert self.machine
         self.stops += 1
-        lines += client.forget_held() + self.machine.on_stop() + self.machine.outbox.clear(urgent=False)
+        under_way = self.machine.on_stop()
+        lines += client.forget_held() + sum(under_way.values()) + self.machine.outbox.clear(urgent=False)
         for one in self.clients:
-            if one is not client and (forgotten := one.forget()):
-                lines += forgotten
+            if one is client:
+                continue
+            forgotten = one.forget()
+            lines += forgotten
+            if forgotten or under_way.get(one):
                 one.deaf_until = client.last_at + DEAF_S
                 self.tell(one, DEAF)
         client.deaf_until = 0.0

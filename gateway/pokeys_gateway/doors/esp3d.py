@@ -48,6 +48,7 @@ BLOCKED_S = 60.0            # a client that takes nothing for so long is closed
 PAGE, DATA = "webui-v3", "arduino"      # the subprotocols
 FORWARDED = "ESP3D says: command forwarded"     # clients look for these words
 LATE = "error: the machine takes nothing; what waits of this request is not sent\n"
+UNDER_WAY = "error: still under way; lines of this request that come after it are not carried out\n"
 COOKIE = "pokeys-console"
 _LOG = logging.getLogger("pokeys-gateway")
 # what ESP3D-WEBUI is made of; it is one file, with everything in it
@@ -233,7 +234,7 @@ class Esp3d:
             while client.pending and loop.time() < end and not _gone(request.transport):
                 await asyncio.sleep(pause)
                 pause = min(0.05, pause + 0.002)
-            late = client.pending
+            late = (UNDER_WAY if client.due else LATE) if client.pending else ""
             messages = client.outbox.take(1 << 30)
             text = b"".join(one.data for one in messages).decode("utf-8", "replace")
             for one in messages:
@@ -241,7 +242,7 @@ class Esp3d:
         finally:
             self._console.router.leave(client, at_once=client.pending)
         if late:
-            return web.Response(status=HTTPStatus.SERVICE_UNAVAILABLE, text=LATE)
+            return web.Response(status=HTTPStatus.SERVICE_UNAVAILABLE, text=late if late == LATE else text + late)
         if not text:
             return web.Response(text=FORWARDED)
         if client.refused:

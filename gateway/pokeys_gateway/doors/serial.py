@@ -113,8 +113,8 @@ class Port:
         _LOG.info("%s: connected, %d baud", self.path, self._baud)
         self._console.router.tell_all("[machine connected]")
         machine = self._console.machine(str(self.path), LINE_MOST)
-        self._link = Link(machine, port.fd)
-        machine.on_stop = self._link.forget
+        self._link = link = Link(machine, port.fd)
+        machine.on_stop = lambda: {None: link.forget()}
         why = ""
         try:
             why = await self._link.serve()

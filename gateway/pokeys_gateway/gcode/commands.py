@@ -18,13 +18,27 @@ from ..source import Reading
 from . import heating, report
 from .lane import Job
 from .operation import RESUME, Operation
+from .parser import BadWords, Line
 
-__all__ = ["AUTOREPORT", "COMMANDS", "GIVE_UP", "RENUMBER", "RESUME", "STATE", "Command"]
+__all__ = ["AUTOREPORT", "COMMANDS", "GIVE_UP", "RENUMBER", "RESUME", "STATE", "Command", "switches_off"]
 Work = Callable[[Operation, Job], Awaitable[str]]
 
 
-def _nothing(_hub: Hub) -> str:
+Show = Callable[[Hub, Operation | None], str]
+
+
+def _nothing(_hub: Hub, _operation: Operation | None) -> str:
     return ""
+
+
+def _of(show: Callable[[Hub], str]) -> Show:
+    return lambda hub, _operation: show(hub)
+
+
+def _positions(hub: Hub, operation: Operation | None) -> str:
+    if not operation:
+        return report.positions(hub, "", {})
+    return report.positions(hub, operation.holder.device, operation.motion.shifts)
 
 
 @dataclass(frozen=True)
@@ -32,8 +46,8 @@ class Command:
     """A command: what it says at once, or what it does, or a method that stops the machine."""
 
     help: str
-    run: Callable[[Hub], str] = _nothing        # lines before the one with ok
-    answer: Callable[[Hub], str] = _nothing     # ... and what stands behind it
+    run: Show = _nothing        # lines before the one with ok
+    answer: Show = _nothing     # ... and what stands behind it
     stop: str = ""          # a method of LinuxCNC
     work: Work | None = None        # lines before the ok, which comes when it is done
     at_once: bool = False           # it does not wait for lines that came before it
@@ -91,27 +105,102 @@ def _reach(kind: str) -> Work:
     return work
 
 
+def _move(*, rapid: bool) -> Work:
+    async def work(operation: Operation, job: Job) -> str:
+        await operation.motion.move(job, rapid=rapid)
+        return ""
+    return work
+
+
+def _mode(**modes: bool | float) -> Work:
+    async def work(_operation: Operation, job: Job) -> str:
+        for name, value in modes.items():
+            setattr(job.modes, name, value)
+        return ""
+    return work
+
+
+async def _dwell(operation: Operation, job: Job) -> str:
+    await operation.motion.dwell(job)
+    return ""
+
+
+async def _home(operation: Operation, job: Job) -> str:
+    await operation.motion.home(job)
+    return ""
+
+
+async def _set_place(operation: Operation, job: Job) -> str:
+    operation.motion.set_place(job)
+    return ""
+
+
+async def _enable(operation: Operation, job: Job) -> str:
+    await operation.motion.enable(job)
+    return ""
+
+
+async def _disable(operation: Operation, _job: Job) -> str:
+    await operation.motion.disable()
+    return ""
+
+
+async def _override(operation: Operation, job: Job) -> str:
+    return await operation.motion.override(job)
+
+
+async def _finish(operation: Operation, _job: Job) -> str:
+    await operation.motion.finish()
+    return ""
+
+
 async def _resume(operation: Operation, _job: Job) -> str:
     return await operation.resume()
+
+
+def switches_off(line: Line) -> bool:
+    """It switches something off, and nothing on."""
+    if line.name in ("M18", "M84"):
+        return True
+    try:
+        words = line.words()
+    except BadWords:
+        return False
+    return line.name in ("M104", "M109", "M140", "M141", "M190", "M191") and words.get("S", words.get("R")) == 0
 
 
 RENUMBER = "M110"
 AUTOREPORT = "M155"
 GIVE_UP = "M108"
 STATE = "?"
+INCH = 25.4
 COMMANDS = {
-    STATE: Command("show the PoKeys devices", _state, at_once=True),
+    STATE: Command("show the PoKeys devices", _of(_state), at_once=True),
+    "G0": Command("axes and positions: move there, as fast as they can unless F was given", work=_move(rapid=True)),
+    "G1": Command("axes and positions, F and units/min: move there in a straight line", work=_move(rapid=False)),
+    "G4": Command("P and milliseconds, S and seconds: wait when all moves have ended", work=_dwell),
+    "G20": Command("units are inches", work=_mode(scale=INCH)),
+    "G21": Command("units are millimetres", work=_mode(scale=1.0)),
+    "G28": Command("axes: find their home switches, one after the other; none: all but E", work=_home),
+    "G90": Command("positions are absolute", work=_mode(relative=False, relative_extruder=False)),
+    "G91": Command("positions are relative", work=_mode(relative=True, relative_extruder=True)),
+    "G92": Command("axes and numbers: these are their positions from now on", work=_set_place),
+    "M17": Command("enable all axes, or those that are named", work=_enable),
+    "M18": Command("disable all axes when they stand", work=_disable),
+    "M82": Command("positions of E are absolute", work=_mode(relative_extruder=False)),
+    "M83": Command("positions of E are relative", work=_mode(relative_extruder=True)),
+    "M84": Command("as M18", work=_disable),
     "M104": Command("S and degrees C: set the target of a hot end, T0 or T and its number", work=_set(heating.HOT_END)),
-    "M105": Command("show temperatures, targets and powers of heaters", report.trouble, report.temperatures,
+    "M105": Command("show temperatures, targets and powers of heaters", _of(report.trouble), _of(report.temperatures),
                     at_once=True),
     GIVE_UP: Command("wait for no temperature any more", at_once=True),
     "M109": Command("as M104, and wait while it is colder; R and degrees C: also while it is warmer",
                     work=_reach(heating.HOT_END)),
     RENUMBER: Command("N and a number: set the number of the last line"),
     "M112": Command("emergency stop of LinuxCNC, or of the device that G-code commands", stop="emergency_stop"),
-    "M114": Command("show where the axes are, and where they are commanded to be", report.positions, at_once=True),
-    "M115": Command("show version, abilities and commands", _firmware),
-    "M119": Command("show limit switches and home switches", report.switches, at_once=True),
+    "M114": Command("show where the axes are, and where they are commanded to be", _positions, at_once=True),
+    "M115": Command("show version, abilities and commands", _of(_firmware)),
+    "M119": Command("show limit switches and home switches", _of(report.switches), at_once=True),
     "M140": Command("S and degrees C: set the target of the bed", work=_set(heating.BED)),
     "M141": Command("S and degrees C: set the target of the chamber", work=_set(heating.CHAMBER)),
     AUTOREPORT: Command("S and seconds: report temperatures periodically; S0 ends the reports", at_once=True),
@@ -119,6 +208,8 @@ COMMANDS = {
                     work=_reach(heating.BED)),
     "M191": Command("as M141, and wait while it is colder; R and degrees C: also while it is warmer",
                     work=_reach(heating.CHAMBER)),
+    "M220": Command("S and percent, 0 to 200: part of the feed rates; alone: show it", work=_override),
+    "M400": Command("wait until all moves have ended", work=_finish),
     "M410": Command("stop LinuxCNC's program and its axes", stop="stop"),
     RESUME: Command("after M112 or a fault: reset heaters, and permit commands", work=_resume),
 }

@@ -7,6 +7,7 @@ print on with it.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 
 import pokeys
@@ -40,6 +41,7 @@ class Heating:
         self._seen = 0.0            # when the device was connected
         self._order = asyncio.Lock()
         self._given_up: set[asyncio.Event] = set()      # of those who wait
+        self._giving: set[asyncio.Task[None]] = set()
 
     @property
     def commanded(self) -> bool:
@@ -59,7 +61,7 @@ class Heating:
         letter = next((letter for letter in letters if words.get(letter) is not None), "")
         celsius = words.get(letter)
         if celsius is None:
-            raise BadWords(f"{job.line.name} takes {' or '.join(letters)} and degrees C")
+            raise BadWords(f"takes {' or '.join(letters)} and degrees C")
         index = await self._set(self._find(kind, words.get("T")), celsius)
         return index, letter == letters[0]
 
@@ -82,10 +84,11 @@ class Heating:
             event.set()
 
     def forget(self) -> dict[str, float]:
-        """They are switched off, by these values or by the end of our command."""
+        """They are to be switched off, by these values."""
+        indices = {*self._targets, *(heater.index for heater in self._all())}
         self._targets.clear()
         self._since.clear()
-        return {_name(heater.index): 0.0 for heater in self._all()}
+        return {_name(index): 0.0 for index in sorted(indices)}
 
     async def reset(self) -> list[str]:
         """Clear the faults; what could not be cleared, and why."""
@@ -144,36 +147,58 @@ class Heating:
         raise NotDone(f"there is no {KINDS[kind]}{letter[1:] and ' ' + letter}")
 
     async def _set(self, heater: Heater, celsius: float) -> int:
-        index, name = heater.index, _name(heater.index)
         if not 0 <= celsius <= heater.most:
             raise NotDone(f"heater {heater.title} takes 0 to {heater.most:g} degrees C")
         if celsius and heater.trouble:
             what = "off by a fault" if heater.fault else "not ready"
             raise NotDone(f"heater {heater.title} is {what}: {heater.trouble}")
+        # a stop ends the wait for it, and not what is half done
+        giving = asyncio.get_running_loop().create_task(self._give(heater.index, celsius))
+        self._giving.add(giving)
+        giving.add_done_callback(self._given)
+        await asyncio.shield(giving)
+        return heater.index
+
+    def _given(self, giving: asyncio.Task[None]) -> None:
+        self._giving.discard(giving)
+        if not giving.cancelled():
+            giving.exception()      # whoever waits for it has it
+
+    async def _give(self, index: int, celsius: float) -> None:
+        name = _name(index)
         async with self._order:
-            if not celsius and not self._holder.held:
-                return index        # nothing heats by us
+            self._holder.check()
+            if not celsius and not self._holder.held and not self._of(index).target:
+                return
             await self._holder.take()
             if celsius and index not in self._targets:
                 # the daemon heats only who was off
                 await self._holder.update({name: 0.0})
                 await self._holder.wait()
+            before = self._targets.get(index), self._since.get(index)
             self._targets[index] = celsius
             self._since[index] = asyncio.get_running_loop().time()
             try:
                 await self._holder.update({name: celsius})
             except NotDone:
-                self._targets.pop(index, None)
+                self._restore(index, *before)
                 raise
             if not celsius:
                 self._targets.pop(index, None)
-        return index
+
+    def _restore(self, index: int, celsius: float | None, since: float | None) -> None:
+        """It is still commanded, unless a stop has come meanwhile."""
+        self._targets.pop(index, None)
+        with contextlib.suppress(NotDone):
+            self._holder.check()
+            if celsius is not None and since is not None:
+                self._targets[index], self._since[index] = celsius, since
 
     async def _reach(self, job: Job, index: int, given_up: asyncio.Event) -> None:
         loop = asyncio.get_running_loop()
         end, reported = loop.time() + REACH_S, loop.time()
         since: float | None = None
-        while (celsius := self._targets.get(index, 0.0)) and not given_up.is_set():
+        while (celsius := self._targets.get(index, 0.0)) and job.asker.connected and not given_up.is_set():
             heater, now = self._of(index), loop.time()
             if not heater.reached or abs(heater.target - celsius) > NEAR_K:
                 since = None

@@ -5,15 +5,16 @@ Nothing here keeps anybody safe: the daemon ends what was commanded when the lea
 the gateway does. The event loop renews the lease, so a loop that hangs loses it.
 
 Whatever may take a moment is done by one thread, in the order in which it was asked for. A stop has its place in
-that order too, but what was asked for before it and has not begun is not done.
+that order too. What belongs to a line that was begun before the stop (:meth:`Holder.begin`) is not done any more.
 """
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import Context, ContextVar
 from typing import Any, TypeVar
 
 import pokeys
@@ -22,11 +23,19 @@ from ..wire import NotDone
 
 LEASE_S = 1.0
 BEAT_S = 0.1                # from one renewal to the next
-LOOK_S = 0.01               # ... for an outcome
+LOOK_S = 0.005              # ... for an outcome
 OUTCOME_S = 3.0
+AXES, SERVOS = 8, 6         # of the command image
 STOPPED = "stopped"
 Result = TypeVar("Result")
+# how many stops there were when the line was begun that this task carries out; None: it belongs to no line
+_TURN: ContextVar[int | None] = ContextVar("turn", default=None)
 _LOG = logging.getLogger("pokeys-gateway")
+
+
+def begin(work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+    """A task that belongs to no line, whoever begins it."""
+    return asyncio.get_running_loop().create_task(work, context=Context())
 
 
 class Holder:
@@ -43,24 +52,34 @@ class Holder:
         self._command: pokeys.Command | None = None
         self._opening: asyncio.Task[None] | None = None
         self._beating: asyncio.Task[None] | None = None
+        self._leaving: set[asyncio.Task[None]] = set()
 
     @property
     def held(self) -> bool:
         """The gateway commands the device."""
         return self._command is not None
 
+    def begin(self) -> None:
+        """A line is begun, by this task and those that it begins."""
+        _TURN.set(self._turn)
+
+    def check(self) -> None:
+        """:class:`NotDone` if a stop has come since the line was begun."""
+        if _TURN.get() not in (None, self._turn):
+            raise NotDone(STOPPED)
+
     def interrupt(self) -> None:
-        """A stop has come: what was asked for before is not done, unless it is done already."""
+        """A stop has come: what belongs to lines is not done any more, unless it is done already."""
         self._turn += 1
 
     async def take(self) -> None:
         """Become the commander, unless the gateway is it. May take three seconds."""
-        if self._command:
-            return
-        if not self._opening:
-            self._opening = asyncio.get_running_loop().create_task(self._open())
-            self._opening.add_done_callback(self._opened)
-        await asyncio.shield(self._opening)
+        if not self._command:
+            if not self._opening:
+                self._opening = begin(self._open())
+                self._opening.add_done_callback(self._opened)
+            await asyncio.shield(self._opening)
+        self.check()
 
     async def settle(self) -> bool:
         """Until an attempt to become it has ended; whether the gateway is it."""
@@ -69,53 +88,71 @@ class Holder:
                 await asyncio.shield(self._opening)
         return self.held
 
-    async def update(self, values: Mapping[str, Any]) -> None:
+    async def update(self, values: Mapping[str, Any], *, axes: Mapping[int, pokeys.Axis] | None = None,
+                     servos: Mapping[int, pokeys.Servo] | None = None) -> None:
         """Command these values."""
         command = self._commanding()
-        await self._do(lambda: command.update(values))
-
-    async def stop(self, values: Mapping[str, Any]) -> None:
-        """Command these values, whatever comes meanwhile, and wait until the daemon has seen them."""
-        command = self._commanding()
-
-        def both() -> None:
-            command.update(values)
-            command.wait()
-        await self._do(both, always=True)
+        await self._do(lambda: command.update(values, axes=axes, servos=servos))
 
     async def wait(self) -> None:
         """Until the daemon has seen what was commanded."""
         await self._do(self._commanding().wait)
 
-    async def order(self, operation: pokeys.OneShot, *, index: int = 0, mask: int = 0, flags: int = 0,
-                    values: Sequence[int] = (), parameters: Sequence[float] = (),
-                    fractions: Sequence[int] = ()) -> pokeys.Outcome:
-        """Give a one-shot, and wait for its outcome."""
-        command = self._commanding()
-        order = await self._do(lambda: command.order(operation, index=index, mask=mask, flags=flags, values=values,
-                                                     parameters=parameters, fractions=fractions))
-        loop = asyncio.get_running_loop()
-        end = loop.time() + OUTCOME_S
-        while loop.time() < end:
-            if outcome := await self._do(lambda: order.outcome):
-                return outcome
-            await asyncio.sleep(LOOK_S)
-        raise NotDone("the daemon does not answer")
+    async def stop(self, values: Mapping[str, Any], *, motion: bool) -> None:
+        """Command these values, whatever comes meanwhile, and wait until the daemon has seen them.
 
-    async def release(self) -> None:
-        """Command nothing any more; the daemon switches off what was commanded."""
+        ``motion``: also switch off the machine with all axes and servo motors.
+        """
+        command = self._commanding()
+        off = pokeys.Axis(0, 0, enable=False), pokeys.Servo(0.0, enable=False)
+
+        def both() -> None:
+            if motion:
+                command.update({"machine-is-on": False, **values}, axes=dict.fromkeys(range(AXES), off[0]),
+                               servos=dict.fromkeys(range(SERVOS), off[1]))
+            else:
+                command.update(values)
+            command.wait()
+        await self._do(both, always=True)
+
+    async def order(self, operation: pokeys.OneShot, *, index: int = 0, mask: int = 0, flags: int = 0,
+                    values: Sequence[int] = (), parameters: Sequence[float] = (), fractions: Sequence[int] = (),
+                    seconds: float = OUTCOME_S, always: bool = False) -> pokeys.Outcome:
+        """Give a one-shot, and wait for its outcome; ``always``: it belongs to a stop."""
+        command = self._commanding()
+
+        def give() -> pokeys.Order:
+            order = command.order(operation, index=index, mask=mask, flags=flags, values=values, parameters=parameters,
+                                  fractions=fractions)
+            command.wait()      # most have an outcome then
+            return order
+        order = await self._do(give, always=always)
+        loop = asyncio.get_running_loop()
+        end = loop.time() + seconds
+        while not (outcome := await self._do(lambda: order.outcome, always=always)):
+            if loop.time() >= end:
+                raise NotDone("the daemon does not answer")
+            await asyncio.sleep(LOOK_S)
+        return outcome
+
+    def release(self) -> asyncio.Task[None] | None:
+        """Command nothing any more, from now on."""
         place, self._place, self._command = self._place, None, None
-        if self._beating:
+        if self._beating and self._beating is not asyncio.current_task():
             self._beating.cancel()
-            self._beating = None
-        if place:
-            await asyncio.get_running_loop().run_in_executor(self._thread, _leave, place)
+        self._beating = None
+        if not place:
+            return None
+        leaving = begin(self._leave(place))
+        self._leaving.add(leaving)
+        leaving.add_done_callback(self._leaving.discard)
+        return leaving
 
     async def close(self) -> None:
         """The gateway ends."""
-        self.interrupt()
-        await self.settle()
-        await self.release()
+        self.release()
+        if self._leaving:
+            await asyncio.wait(self._leaving)
         self._thread.shutdown(wait=False)
 
     # ---- the thread
@@ -126,14 +163,18 @@ class Holder:
         return self._command
 
     async def _do(self, work: Callable[[], Result], *, always: bool = False) -> Result:
-        turn = self._turn
+        turn = None if always else _TURN.get()
 
         def whole() -> Result:
-            if turn != self._turn and not always:
+            if turn not in (None, self._turn):
                 raise NotDone(STOPPED)
             return work()
         try:
             return await asyncio.get_running_loop().run_in_executor(self._thread, whole)
+        except pokeys.Lapsed as error:
+            # it would be taken for commanded again
+            self._lose(str(error))
+            raise NotDone(str(error)) from None
         except (pokeys.Error, OSError, KeyError, TypeError, ValueError) as error:
             raise NotDone(str(error) or type(error).__name__) from None
 
@@ -143,36 +184,38 @@ class Holder:
         return place, place.__enter__()
 
     async def _open(self) -> None:
-        self._place, command = await self._do(self._enter)
-        self._command = command
+        place, command = await self._do(self._enter)
+        self._place, self._command = place, command
         _LOG.info("%s: G-code commands it", self.device)
-        self._beating = asyncio.get_running_loop().create_task(self._beat(command))
+        self._beating = begin(self._beat(command))
 
     def _opened(self, opening: asyncio.Task[None]) -> None:
         self._opening = None
         if not opening.cancelled():
             opening.exception()     # whoever waits for it has it
 
+    async def _leave(self, place: pokeys.Commander) -> None:
+        await asyncio.get_running_loop().run_in_executor(self._thread, place.__exit__, None, None, None)
+
     async def _beat(self, command: pokeys.Command) -> None:
         """Renew the lease, as long as it is held."""
         loop = asyncio.get_running_loop()
-        while True:
+        while self._command is command:
             try:
                 await loop.run_in_executor(self._thread, command.renew)
-                self.on_beat()
+                if self._command is command:
+                    self.on_beat()
             except (pokeys.Error, ValueError) as error:
-                await self._lose(str(error))
+                if self._command is command:
+                    self._lose(str(error))
                 return
             except Exception:
                 _LOG.exception("watching what is commanded")
             await asyncio.sleep(BEAT_S)
 
-    async def _lose(self, why: str) -> None:
+    def _lose(self, why: str) -> None:
+        if not self._command:
+            return
         _LOG.warning("%s: G-code commands it no more: %s", self.device, why)
-        self._beating = None        # this task, which goes on
-        await self.release()
+        self.release()
         self.on_lost(why)
-
-
-def _leave(place: pokeys.Commander) -> None:
-    place.__exit__(None, None, None)

@@ -15,13 +15,22 @@ BUSY_S = 2.0
 BUSY = "echo:busy: processing"
 
 
+class Modes:
+    """What the lines of one client have set. Those of another one change nothing of it."""
+
+    def __init__(self) -> None:
+        self.relative = self.relative_extruder = False
+        self.scale = 1.0                    # mm for each unit
+        self.feed: float | None = None      # mm/s
+
+
 @dataclass(frozen=True)
 class Job:
     """A line that is to be carried out."""
 
     asker: Client
     line: Line
-    request: int
+    modes: Modes
     tell: Callable[[str], None]
 
 
@@ -33,6 +42,7 @@ class Lane:
         self._run, self._on_room = run, on_room
         self._jobs: deque[Job] = deque()        # the first one is under way
         self._task: asyncio.Task[None] | None = None
+        self.modes = Modes()
         self.held = False           # the router keeps what the client sends
 
     @property
@@ -51,6 +61,10 @@ class Lane:
         job.asker.due += 1
         if not self._task:
             self._task = asyncio.get_running_loop().create_task(self._go())
+
+    def tell(self, text: str) -> None:
+        """A reply to the line that is under way."""
+        self._jobs[0].tell(text)
 
     def clear(self) -> int:
         """Carry out nothing any more, and end what is under way, without replies; how many lines that are."""

@@ -23,7 +23,8 @@ from ..console.urgent import STOP
 from ..hub import Hub
 from ..wire import NotDone
 from . import report
-from .commands import AUTOREPORT, COMMANDS, GIVE_UP, RENUMBER, RESUME, STATE
+from .commands import AUTOREPORT, COMMANDS, GIVE_UP, RENUMBER, RESUME, STATE, switches_off
+from .holder import STOPPED
 from .lane import Job, Lane
 from .operation import Operation
 from .parser import LINE_MOST, BadLine, BadWords, Line, parse
@@ -91,20 +92,26 @@ class Machine:
         if self._operation:
             await self._operation.close()
 
-    def _forget(self) -> int:
+    def _forget(self) -> dict[Client | None, int]:
         """A stop has come: lines that are here are not carried out; how many that are."""
-        lines = len(self._taken) + bool(self._begun) + self._clear_lanes()
+        lines: dict[Client | None, int] = {None: len(self._taken) + bool(self._begun)}
+        lines |= self._clear_lanes(STOPPED)
         while self._taken:
             self._taken.popleft().release()
         self._begun.clear()
         self._long = False
         return lines
 
-    def _clear_lanes(self) -> int:
-        """Carry out nothing that waits; how many lines that are."""
-        lines = 0
+    def _clear_lanes(self, why: str) -> dict[Client | None, int]:
+        """Carry out nothing that waits; how many lines that are. Who hears nothing of that is told."""
+        lines: dict[Client | None, int] = {}
         for asker, lane in self._lanes.items():
-            lines += lane.clear()
+            if not lane.busy:
+                continue
+            asker.failed = True
+            if not self._router.hears(asker):
+                lane.tell(f"Error:{why}\nok")
+            lines[asker] = lane.clear()
             self._let_go(asker, lane)
         return lines
 
@@ -163,11 +170,11 @@ class Machine:
 
     @staticmethod
     def _reason(asker: Client, why: Exception, name: str = "") -> str:
-        """The reply to a line that was not carried out."""
-        if isinstance(why, BadWords):
+        """The reply to a line that was not carried out; `name` is that of a command without which a job is spoilt."""
+        if isinstance(why, BadWords) and not name:
             return f"echo:not carried out: {why}\nok"
         asker.failed = True
-        if isinstance(why, NotDone):
+        if isinstance(why, NotDone | BadWords):
             return f"Error:{name}: {why}\nok"
         _LOG.error("a line of %s", asker, exc_info=why)
         return "Error:an error of the gateway; its log says more\nok"
@@ -185,10 +192,11 @@ class Machine:
             self._renumber(asker, line)
         command = COMMANDS.get(line.name)
         if command and command.work and not self._operation:
-            raise BadWords(NO_DEVICE)
+            self._tell(asker, self._reason(asker, NotDone(NO_DEVICE), line.name), request)
+            return
         lane = self._lanes.setdefault(asker, Lane(self._work, functools.partial(self._room, ref(asker))))
         if (command and command.work) or (lane.busy and not (command and command.at_once)):
-            lane.put(Job(asker, line, request, functools.partial(self._tell, asker, request=request)))
+            lane.put(Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request)))
             if lane.full and not lane.held:
                 lane.held = True
                 self._router.hold(asker, True)
@@ -207,8 +215,8 @@ class Machine:
             return f'echo:Unknown command: "{line.text[:SHOWN]}"; M115 lists what there is\nok'
         command = COMMANDS[line.name]
         if line.name == STATE and self._operation and self._operation.halted:
-            return f"{command.run(self._hub)}\necho:{self._operation.halted}; {RESUME} permits commands again\nok"
-        before, behind = command.run(self._hub), command.answer(self._hub)
+            return f"{command.run(self._hub, None)}\necho:{self._operation.halted}; {RESUME} permits commands again\nok"
+        before, behind = command.run(self._hub, self._operation), command.answer(self._hub, self._operation)
         return f"{before}\n" * bool(before) + f"ok {behind}".rstrip()
 
     # ---- commands that take time
@@ -220,11 +228,13 @@ class Machine:
 
     async def _work(self, job: Job) -> None:
         """Carry out a line, with its reply."""
-        if not job.asker.connected:
+        # what switches off is carried out for who is gone, too
+        if not job.asker.connected and not switches_off(job.line):
             return
         command, operation = COMMANDS.get(job.line.name), self._operation
         try:
             if command and command.work and operation:
+                operation.holder.begin()
                 if job.line.name != RESUME:
                     operation.check()
                 before = await command.work(operation, job)
@@ -232,11 +242,11 @@ class Machine:
             else:
                 job.tell(self._reply(job.asker, job.line))
         except Exception as why:
-            job.tell(self._reason(job.asker, why, job.line.name))
+            job.tell(self._reason(job.asker, why, job.line.name if command and command.work else ""))
 
     def _halt(self, why: str) -> None:
         """Nothing is commanded any more: hosts end their job at an error."""
-        self._clear_lanes()
+        self._clear_lanes(why)
         self._router.tell_all(f"Error:{why}; {RESUME} permits commands again")
 
     # ---- reports of temperatures

@@ -2,12 +2,13 @@
 """The device that G-code commands: what is commanded, what stops it, and when the gateway is its commander.
 
 The gateway takes the commander's place with the first command that needs it, and leaves it when nothing is
-commanded any more, so that others can have it. After an emergency stop, a heater's fault or the loss of the place,
-nothing is commanded until M999: a host that goes on sending lines must not go on printing.
+commanded any more, so that others can have it. After an emergency stop, a fault or the loss of the place,
+nothing is commanded until M999: a host that goes on sending lines must not go on with its job.
 """
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Any
@@ -15,10 +16,12 @@ from typing import Any
 from ..hub import Hub
 from ..wire import NotDone
 from .heating import Heating
-from .holder import Holder
+from .holder import Holder, begin
+from .motion import Motion
 
 IDLE_S = 5.0                # commanding nothing
-STOP_S = 2.0                # to be confirmed
+OFF_AFTER_S = 600.0         # without a move: motors and axes are switched off
+STOP_S = 5.0                # to be confirmed: what moves needs its time
 LOOK_S = 0.005
 EMERGENCY = "emergency_stop"
 RESUME = "M999"
@@ -34,11 +37,15 @@ class Operation:
         self._failed = failed
         self.holder = Holder(device, hub.config.runtime_directory)
         self.holder.on_beat = self._look
-        self.holder.on_lost = self._lost
+        self.holder.on_lost = self._fail
         self.heating = Heating(hub, self.holder)
+        self.motion = Motion(hub, self.holder)
         self.halted = ""            # why nothing is commanded; "": it may be
+        self._emergency = False     # it is commanded, until M999
+        self._resuming = 0
         self._idle_since: float | None = None
         self._tasks: set[asyncio.Task[None]] = set()
+        self._stops: set[asyncio.Task[None]] = set()
 
     def check(self) -> None:
         """:class:`NotDone` if nothing may be commanded."""
@@ -47,32 +54,48 @@ class Operation:
 
     def begin_stop(self, method: str) -> asyncio.Future[None]:
         """It is under way from now on, and done when the daemon has confirmed it; or :class:`NotDone`."""
+        emergency = method == EMERGENCY
         self.holder.interrupt()
-        if method == EMERGENCY:
-            self.halted = "stopped by M112"
-        stop = self._begin(self._stop(method == EMERGENCY))
+        if emergency:
+            self.halted, self._emergency = "stopped by M112", True
+        stop = self._begin(self._stop(emergency))
+        self._stops.add(stop)
+        stop.add_done_callback(self._stops.discard)
         stop.add_done_callback(lambda done: done.cancelled() or done.exception())
         return stop
 
     async def resume(self) -> str:
-        """After a stop or a fault: reset the heaters, and permit commands. What is still wrong, as lines."""
-        if self.holder.held:
-            await self.holder.update({"emergency-stop": False})
-            await self.holder.wait()
-        self.halted = ""
-        if not self.heating.faulty:
-            return ""
-        await self.holder.take()
-        return "\n".join(f"echo:{line}" for line in await self.heating.reset())
+        """After a stop or a fault: reset what has one, and permit commands. What is still wrong, as lines."""
+        while self._stops:
+            await asyncio.wait(set(self._stops))
+        self.holder.begin()
+        self._resuming += 1
+        try:
+            left: list[str] = []
+            if self.holder.held:
+                await self.holder.update({"emergency-stop": False})
+                await self.holder.wait()
+            if self.heating.faulty or self.motion.faulty:
+                await self.holder.take()
+                left = await self.heating.reset() + await self.motion.reset()
+            self.holder.check()
+            self.halted, self._emergency = "", False
+        finally:
+            self._resuming -= 1
+        return "\n".join(f"echo:{line}" for line in left)
 
     async def close(self) -> None:
-        """The gateway ends: the daemon switches off what was commanded."""
+        """The gateway ends: everything is switched off."""
+        self.holder.interrupt()
+        if await self.holder.settle():
+            with contextlib.suppress(NotDone):
+                await self.holder.stop(self.heating.forget(), motion=True)
         await self.holder.close()
 
     # ---- what happens
 
     def _begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
-        task = asyncio.get_running_loop().create_task(work)
+        task = begin(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
         return task
@@ -80,51 +103,89 @@ class Operation:
     def _look(self) -> None:
         """While the place is held."""
         now = asyncio.get_running_loop().time()
-        if why := self.heating.trouble(now):
+        idle = not (self.heating.commanded or self.motion.commanded or self._tasks or self._resuming or self._emergency)
+        # what a stop is about to end is not judged
+        if not self._stops and (why := self.heating.trouble(now) or self.motion.trouble()):
             self._fail(why)
-        if self.heating.commanded or self._tasks:
+        elif self.motion.commanded:
+            self._begin(self._motors_off() if self.motion.unused_since(now - OFF_AFTER_S) else self._follow())
+        if not idle:
             self._idle_since = None
         elif self._idle_since is None:
             self._idle_since = now
         elif now - self._idle_since >= IDLE_S:
             self._idle_since = None
-            self._begin(self.holder.release())
+            self.holder.release()
 
-    def _lost(self, why: str) -> None:
-        """The daemon has switched off what was commanded."""
-        if self.heating.commanded:
-            self._fail(why)
+    async def _follow(self) -> None:
+        try:
+            await self.motion.follow()
+        except NotDone as error:
+            _LOG.debug("%s: %s", self.holder.device, error)
+
+    async def _motors_off(self) -> None:
+        """Nobody needs them: they would be held for ever."""
+        try:
+            await self.motion.disable()
+        except NotDone as error:
+            _LOG.debug("%s: %s", self.holder.device, error)
 
     def _fail(self, why: str) -> None:
+        """Nothing is commanded from now on."""
         _LOG.error("%s: %s", self.holder.device, why)
-        self.halted = why
+        self.halted = self.halted or why
         self.holder.interrupt()
         values = self.heating.forget()
-        if self.holder.held:
-            self._begin(self._all_off(values))
+        self.motion.forget()
+        self._begin(self._all_off(values))
         self._failed(why)
 
     async def _all_off(self, values: Mapping[str, float]) -> None:
+        """Also if the place was lost: a heater with hold-s goes on without a commander."""
         try:
-            await self.holder.stop(values)
+            if not self.holder.held and not self.heating.off():
+                await self.holder.take()
+            if self.holder.held:
+                await self.holder.stop(values, motion=True)
         except NotDone as error:
             _LOG.warning("%s: %s", self.holder.device, error)
 
+    # ---- stops
+
     async def _stop(self, emergency: bool) -> None:
-        held = await self.holder.settle()
-        if held:
-            await self.holder.stop({"emergency-stop": True, **self.heating.forget()} if emergency else {})
+        await self.holder.settle()
+        if emergency:
+            values = self.heating.forget()
+            self.motion.forget()
+            if not self.holder.held and self._is_free() and not self.heating.off():
+                await self.holder.take()
+            if self.holder.held:
+                await self.holder.stop({"emergency-stop": True, **values}, motion=True)
+        elif self.holder.held:
+            await self.motion.stop()
         loop = asyncio.get_running_loop()
         end = loop.time() + STOP_S
-        while not self._stopped(held, emergency):
+        while not self._stopped(emergency):
             if loop.time() >= end:
-                raise NotDone("a heater is still on" if held else f"another program commands {self.holder.device}")
+                raise NotDone(self._still_on(emergency))
             await asyncio.sleep(LOOK_S)
 
-    def _stopped(self, held: bool, emergency: bool) -> bool:
+    def _is_free(self) -> bool:
+        """Nobody commands the device, and somebody could."""
         reading = self._hub.source.read(self.holder.device)
-        if not reading or not reading.state:
+        return bool(reading and reading.state is not None and reading.connected and not reading.state.commander_alive)
+
+    def _stopped(self, emergency: bool) -> bool:
+        reading = self._hub.source.read(self.holder.device)
+        if not reading or reading.state is None:
             raise NotDone(reading.reason if reading else self._hub.no_such_device(self.holder.device))
-        if held:
-            return not emergency or self.heating.off()
-        return not reading.state.commander_alive
+        if not self.holder.held and reading.state.commander_alive:
+            return False
+        return self.heating.off() and self.motion.off() if emergency else self.motion.still()
+
+    def _still_on(self, emergency: bool) -> str:
+        if not self.holder.held and not self._is_free():
+            return f"another program commands {self.holder.device}"
+        if not emergency:
+            return "something still moves"
+        return "a motor or an axis is still on" if self.heating.off() else "a heater is still on"

@@ -7,8 +7,8 @@ is none as a temperature.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import pokeys
 
@@ -62,11 +62,11 @@ def _readings(hub: Hub) -> list[Reading]:
     return [reading for name in sorted(hub.source.names()) if (reading := hub.source.read(name))]
 
 
-def _fresh(hub: Hub) -> Iterator[pokeys.State]:
+def _fresh(hub: Hub) -> Iterator[tuple[str, pokeys.State]]:
     """Of devices that run; old values would be taken for those of now."""
     for reading in _readings(hub):
         if reading.state is not None and reading.connected:
-            yield reading.state
+            yield reading.name, reading.state
 
 
 def _heater(reading: Reading, state: pokeys.State, index: int, letter: str) -> Heater:
@@ -167,8 +167,9 @@ def _rounded(number: float, digits: int) -> str:
     return f"{round(number, digits) + 0.0:.{digits}f}"
 
 
-def _places(state: pokeys.State) -> Iterator[str]:
-    axes = _all_axes(state)
+def _places(state: pokeys.State, shifts: Mapping[str, float]) -> Iterator[str]:
+    axes = [replace(axis, measured=axis.measured - shifts.get(axis.name.upper(), 0.0),
+                    commanded=axis.commanded - shifts.get(axis.name.upper(), 0.0)) for axis in _all_axes(state)]
     scaled = [axis for axis in axes if math.isfinite(axis.measured)]
     if axes:
         yield " ".join([*(f"{_name(axis)}:{_rounded(axis.measured, 4)}" for axis in scaled), "Count",
@@ -177,13 +178,17 @@ def _places(state: pokeys.State) -> Iterator[str]:
         yield "echo:commanded " + " ".join(f"{_name(axis)}:{_rounded(axis.commanded, 4)}" for axis in scaled)
 
 
-def positions(hub: Hub) -> str:
-    """Where the encoders and the pulse engine have the axes, and beside it where they are commanded to be."""
-    return "\n".join([*_missing(hub), *(line for state in _fresh(hub) for line in _places(state))])
+def positions(hub: Hub, device: str, shifts: Mapping[str, float]) -> str:
+    """Where the encoders and the pulse engine have the axes, and beside it where they are commanded to be.
+
+    ``shifts`` are those of the device's axes, from their positions to the logical ones.
+    """
+    return "\n".join([*_missing(hub), *(line for name, state in _fresh(hub)
+                                        for line in _places(state, shifts if name == device else {}))])
 
 
 def switches(hub: Hub) -> str:
     """Of each axis: both ends, and its home switch."""
     lines = [f"{axis.name}_{word}: {'TRIGGERED' if pressed else 'open'}"
-             for state in _fresh(hub) for axis in _all_axes(state) for word, pressed in axis.switches]
+             for _, state in _fresh(hub) for axis in _all_axes(state) for word, pressed in axis.switches]
     return "\n".join([*_missing(hub), "Reporting endstops status", *lines])

@@ -1,0 +1,505 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Moves of servo motors and axes along paths that the daemon computes, as G-code describes them.
+
+A motor or an axis takes part if its name in pokeysd.conf is one of :data:`LETTERS`. The daemon queues up to
+32 moves; a line that finds no room waits, and its client with it. The gateway only adds moves: if it is late, the
+machine slows down on its path.
+
+Positions: what a line says is logical, and G92 shifts it against the position of the machine. Where the next move
+begins is where the last one ends, which may be in the future.
+"""
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import pokeys
+from pokeys import MovesControl, OneShot, Outcome
+from pokeys.one_shot import HOME_FINISH_ITSELF, MOVE_BEGINS, SERVO_END_HOMING
+
+from ..hub import Hub
+from ..wire import NotDone
+from .holder import Holder
+from .lane import Job, Modes
+from .parser import BadWords
+
+LETTERS = "XYZABCUVWE"
+LINEAR = "XYZUVW"           # the feed rate is that of these, if one of them moves
+EXTRUDER = "E"
+QUEUE = 32                  # moves, with the one under way
+FRACTIONS = 256             # parts of a count
+PULSES_MOST, COUNTS_MOST = 2_100_000_000, 2**31 - 2
+FEED_MOST = 200.0           # percent
+LOOK_S = 0.005
+ENABLE_S = 3.0
+REST_S = 1.0                # what was enabled just now is at rest then
+STILL_S = 600.0             # so long may a path wait for something, such as a feed override of 0
+CANCEL_S = 5.0
+HOME_S = 125.0              # the device's own limit is 120 s
+DWELL_MOST_S = 3600.0
+TRIPPED = 100, 101          # engine-state: by a limit switch, by emergency
+POSITION, BUFFERED = 1, 3   # joint.NN.mode-in-effect
+ENABLED = 2                 # servo.NN.state
+ENDED_WELL = 1              # moves.end
+COMMANDED = 6               # moves.refusal
+
+
+@dataclass(frozen=True)
+class Member:
+    """A servo motor or an axis, as the daemon has it now."""
+
+    letter: str
+    motor: bool
+    index: int
+    scale: float            # counts or pulses for each unit
+    place: float            # commanded position in units, or the measured one if it is off
+    counts: int             # of an axis: where it is
+    mode: int
+    enabled: bool
+    still: bool             # it is where it is commanded to be
+    trouble: str            # what prevents it from moving; "": nothing
+    on_limit: bool = False
+
+
+class Motion:
+    """The motors and axes of the device that G-code commands. Belongs to the event loop's thread."""
+
+    def __init__(self, hub: Hub, holder: Holder) -> None:
+        self._hub = hub
+        self._holder = holder
+        self._order = asyncio.Lock()
+        self._on: set[str] = set()          # letters of those that we have enabled
+        self._ends: dict[str, float] = {}   # where the queued moves end, units
+        self._begins = True                 # the next move need not follow another one
+        self._moved = False                 # a path is under way, as far as we know
+        self._percent = 100.0
+        self._fed = False                   # the daemon has the override
+        self._used_at = 0.0         # when something was commanded last
+        self.shifts: dict[str, float] = {}  # position of the machine - logical position
+
+    @property
+    def commanded(self) -> bool:
+        """Something is enabled, or about to be."""
+        return bool(self._on) or self._order.locked()
+
+    def unused_since(self, then: float) -> bool:
+        """What is enabled stands, and nothing was commanded since then."""
+        return bool(self._on) and not self._order.locked() and self._used_at < then and not self._moved
+
+    # ---- commands
+
+    async def move(self, job: Job, *, rapid: bool) -> None:
+        """G0 and G1."""
+        words, modes = _numbers(job), job.modes
+        if "F" in words:
+            if not words["F"] > 0:
+                raise BadWords("F is more than 0")
+            modes.feed = words["F"] * modes.scale / 60
+        given = {letter: words[letter] * (modes.scale if letter in LINEAR + EXTRUDER else 1.0)
+                 for letter in LETTERS if letter in words}
+        if not given:
+            return
+        if modes.feed is None and not rapid:
+            raise NotDone("no feed rate is given; add F and units/min")
+        async with self._order:
+            await self._move(given, modes)
+
+    async def dwell(self, job: Job) -> None:
+        """G4: P and milliseconds, or S and seconds."""
+        words = _numbers(job)
+        seconds = words.get("S", words.get("P", 0.0) / 1000)
+        if not 0 <= seconds <= DWELL_MOST_S:
+            raise BadWords(f"a dwell is 0 to {DWELL_MOST_S:g} seconds")
+        await self.finish()
+        await asyncio.sleep(seconds)
+
+    async def finish(self) -> None:
+        """M400: until all moves have ended, and everything stands."""
+        if not self._holder.held:
+            return
+        loop = asyncio.get_running_loop()
+        last, since = -1, loop.time()
+        while True:
+            state = self._state()
+            waiting = int(state["moves.waiting"])
+            if not waiting and all(member.still for member in self._members(state).values() if member.enabled):
+                return
+            if waiting != last:
+                last, since = waiting, loop.time()
+            elif loop.time() - since > STILL_S:
+                raise NotDone(f"nothing has moved for {STILL_S / 60:.0f} minutes")
+            await asyncio.sleep(LOOK_S)
+
+    def set_place(self, job: Job) -> None:
+        """G92: what the logical position is now."""
+        words, modes = _numbers(job), job.modes
+        state = self._state()
+        members = self._members(state)
+        given = [letter for letter in LETTERS if letter in words] or [letter for letter in LETTERS if letter in members]
+        for letter in given:
+            member = self._member(members, letter)
+            factor = modes.scale if letter in LINEAR + EXTRUDER else 1.0
+            self.shifts[letter] = self._begin_of(state, member) - words.get(letter, 0.0) * factor
+
+    async def home(self, job: Job) -> None:
+        """G28: one after the other, in the order in which they are named."""
+        words = job.line.words()
+        await self._holder.take()
+        async with self._order:
+            await self.finish()
+            members = self._members(self._state())
+            letters = [letter for letter in words if letter in LETTERS]
+            for letter in letters or [letter for letter in LETTERS if letter in members and letter != EXTRUDER]:
+                await self._home(self._member(members, letter))
+
+    async def enable(self, job: Job) -> None:
+        """M17: those that are named, or all."""
+        await self._holder.take()
+        async with self._order:
+            members = self._members(self._state())
+            named = [letter for letter in job.line.words() if letter in LETTERS]
+            await self._enable([self._member(members, letter) for letter in named or members])
+
+    async def disable(self) -> None:
+        """M18, M84: all, when they stand."""
+        if not self._holder.held:
+            return
+        async with self._order:
+            await self.finish()
+            await self._holder.stop({}, motion=True)
+            self.forget()
+
+    async def override(self, job: Job) -> str:
+        """M220: S and percent; without it, what it is."""
+        percent = _numbers(job).get("S")
+        if percent is None:
+            return f"FR:{self._percent:g}%"
+        if not 0 <= percent <= FEED_MOST:
+            raise BadWords(f"the feed override is 0 to {FEED_MOST:g} percent")
+        self._percent, self._fed = percent, False
+        if self._on:
+            await self._feed()
+        return ""
+
+    # ---- stops
+
+    def forget(self) -> None:
+        """They are off, and no path is under way."""
+        self._on.clear()
+        self.halt()
+        self._fed = False
+
+    def halt(self) -> None:
+        """No path is under way any more; they stay enabled."""
+        self._ends.clear()
+        self._begins, self._moved = True, False
+
+    async def stop(self) -> None:
+        """M410: as soon as they can; they stay enabled."""
+        self.halt()
+        state = self._state()
+        if state["moves.waiting"]:
+            await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.STOP, always=True)
+        homing = [i for i in range(len(state.servo)) if state[f"servo.{i:02}.home-state"]]
+        for index in homing:
+            await self._holder.order(OneShot.SERVO_HOME, index=index, flags=SERVO_END_HOMING, always=True)
+        if state.word("engine-state") in ("homing", "home"):
+            # those that were homing are off then
+            await self._holder.order(OneShot.HOME_CANCEL, always=True, seconds=CANCEL_S)
+            members = self._members(self._state())
+            self._on = {letter for letter in self._on if letter in members and members[letter].enabled}
+
+    def off(self) -> bool:
+        """Nothing is enabled or moves."""
+        state = self._state()
+        return not any(member.enabled for member in self._members(state).values()) and not state["moves.waiting"]
+
+    def still(self) -> bool:
+        """Nothing moves."""
+        state = self._state()
+        members = self._members(state).values()
+        return not state["moves.waiting"] and all(member.still for member in members if member.enabled)
+
+    async def reset(self) -> list[str]:
+        """Clear the faults; what could not be cleared, and why."""
+        state, left = self._state(), []
+        for index in range(len(state.servo)):
+            if state[f"servo.{index:02}.fault-code"] and \
+                    await self._holder.order(OneShot.SERVO_RESET, index=index) != Outcome.DONE:
+                at = f"servo.{index:02}."
+                left.append(f"motor {state[at + 'name']}: the cause of its fault is still present: "
+                            f"{state.word(at + 'condition')}")
+        if state["engine-state"] in TRIPPED and await self._holder.order(OneShot.CLEAR_FAULT) != Outcome.DONE:
+            left.append(f"the pulse engine is {state.word('engine-state')}")
+        return left
+
+    @property
+    def faulty(self) -> bool:
+        """Something is off by a fault."""
+        reading = self._hub.source.read(self._holder.device)
+        state = reading.state if reading else None
+        return state is not None and (state["engine-state"] in TRIPPED or
+                                      any(state[f"servo.{i:02}.fault-code"] for i in range(len(state.servo))))
+
+    # ---- what the daemon does
+
+    def trouble(self) -> str:
+        """Why something that is enabled is off now, or a path has ended; "": nothing is wrong."""
+        reading = self._hub.source.read(self._holder.device)
+        state = reading.state if reading else None
+        if state is None or not self._on or self._order.locked():
+            return ""
+        members = self._members(state)
+        enabled = {letter for letter, member in members.items() if member.enabled}
+        off = [letter for letter in LETTERS if letter in self._on - enabled]
+        if off:
+            # one that is on a limit switch stops all
+            letter = next((one for one in off if one in members and members[one].on_limit), off[0])
+            why = members[letter].trouble if letter in members else ""
+            return f"{letter} was switched off: {why or 'pokeysctl events may say why'}"
+        if self._moved and not state["moves.waiting"]:
+            self._moved = False
+            if state["moves.end"] != ENDED_WELL:
+                return f"the path has ended early: {state.word('moves.end')}"
+        return ""
+
+    async def follow(self) -> None:
+        """Command the positions that the daemon holds, so that it goes on holding them when a path has ended."""
+        reading = self._hub.source.read(self._holder.device)
+        if not reading or reading.state is None or not reading.connected or self._order.locked():
+            return
+        members = self._members(reading.state)
+        await self._command([members[letter] for letter in self._on if letter in members], enable=True)
+
+    # ---- one step
+
+    def _state(self) -> pokeys.State:
+        reading = self._hub.source.read(self._holder.device)
+        if not reading or reading.state is None or not reading.connected:
+            raise NotDone(reading.reason if reading else self._hub.no_such_device(self._holder.device))
+        return reading.state
+
+    def _members(self, state: pokeys.State) -> dict[str, Member]:
+        found: dict[str, Member] = {}
+        for member in (*_motors(state), *_axes(state)):
+            if member.letter in LETTERS and len(member.letter) == 1:
+                found.setdefault(member.letter, member)
+        return {letter: found[letter] for letter in LETTERS if letter in found}
+
+    def _member(self, members: Mapping[str, Member], letter: str) -> Member:
+        if letter not in members:
+            raise NotDone(f"{self._holder.device} has no axis {letter}; there are: {' '.join(members) or 'none'}")
+        return members[letter]
+
+    def _begin_of(self, state: pokeys.State, member: Member) -> float:
+        """Where its next move begins."""
+        end = self._ends.get(member.letter)
+        if end is not None and (state["moves.waiting"] or abs(end - member.place) <= 1.5 / abs(member.scale)):
+            return end
+        return member.place
+
+    async def _command(self, members: Iterable[Member], *, enable: bool, **values: bool) -> None:
+        members = list(members)
+        await self._holder.update(
+            {name.replace("_", "-"): value for name, value in values.items()},
+            axes={one.index: pokeys.Axis(one.counts, one.mode, enable) for one in members if not one.motor},
+            servos={one.index: pokeys.Servo(one.place, enable) for one in members if one.motor})
+
+    async def _until(self, what: str, holds: Iterable[str] = (), *, machine_on: bool | None = None,
+                     still: bool = False) -> None:
+        """Until these are enabled, or the machine is on or off, or the pulse engine stands."""
+        loop = asyncio.get_running_loop()
+        end = loop.time() + ENABLE_S
+        while True:
+            state = self._state()
+            members = self._members(state)
+            if all(members[letter].enabled for letter in holds) and \
+                    (machine_on is None or bool(state["machine-on-permitted"]) == machine_on) and \
+                    (not still or state["engine-state"] in (0, *TRIPPED)):
+                return
+            if loop.time() >= end:
+                why = next((members[letter].trouble for letter in holds if members[letter].trouble), "")
+                raise NotDone(f"{what}: {why or 'pokeysctl events may say why'}")
+            await asyncio.sleep(LOOK_S)
+
+    async def _enable(self, wanted: Iterable[Member]) -> None:
+        """Switch on those that are off, where they are."""
+        letters = [member.letter for member in wanted if not (member.enabled and member.letter in self._on)]
+        if not letters:
+            return
+        state = self._state()
+        members = self._members(state)
+        for letter in letters:
+            if members[letter].trouble:
+                hint = "; pokeysctl axis can move it off" if members[letter].on_limit else ""
+                raise NotDone(f"{letter} cannot move: {members[letter].trouble}{hint}")
+        axes = [letter for letter in letters if not members[letter].motor]
+        if axes and not state["machine-on-permitted"]:
+            await self._command((), enable=False, machine_is_on=False)
+            await self._holder.wait()
+            await self._until("the pulse engine does not stop", machine_on=False, still=True)
+        members = self._members(self._state())
+        await self._command([members[letter] for letter in letters], enable=False)
+        await self._holder.wait()
+        if axes and not state["machine-on-permitted"]:
+            await self._command((), enable=False, machine_is_on=True)
+            await self._until("the daemon does not permit motion", machine_on=True)
+        members = self._members(self._state())
+        await self._command([members[letter] for letter in letters], enable=True)
+        await self._until(f"the daemon does not enable {', '.join(letters)}", letters)
+        self._on |= set(letters)
+        self._used_at = asyncio.get_running_loop().time()
+
+    async def _move(self, given: Mapping[str, float], modes: Modes) -> None:
+        await self._holder.take()
+        members = self._members(self._state())
+        await self._enable([self._member(members, letter) for letter in given])
+        if not self._fed:
+            await self._feed()
+        await self._room()
+        state = self._state()
+        members = self._members(state)
+        ends: dict[str, float] = {}
+        lengths: dict[str, float] = {}
+        for letter, number in given.items():
+            member = self._member(members, letter)
+            begin = self._begin_of(state, member)
+            relative = modes.relative_extruder if letter == EXTRUDER else modes.relative
+            ends[letter] = begin + number if relative else number + self.shifts.get(letter, 0.0)
+            lengths[letter] = ends[letter] - begin
+            if not abs(ends[letter] * member.scale) <= (COUNTS_MOST if member.motor else PULSES_MOST):
+                raise NotDone(f"{letter}{number:g} is further than the device can count")
+        if all(abs(length * members[letter].scale) < 0.5 / FRACTIONS for letter, length in lengths.items()):
+            return
+        await self._queue([members[letter] for letter in members if letter in ends], ends, _speed(lengths, modes.feed))
+        self._ends |= ends
+        self._begins, self._moved = False, True
+        self._used_at = asyncio.get_running_loop().time()
+
+    async def _queue(self, members: list[Member], ends: Mapping[str, float], speed: float) -> None:
+        """Motors first, each in the order of the daemon's numbers."""
+        members = sorted(members, key=lambda member: (not member.motor, member.index))
+        parts = [round(ends[member.letter] * member.scale * FRACTIONS) for member in members]
+        loop = asyncio.get_running_loop()
+        end = loop.time() + REST_S
+        while await self._holder.order(
+                OneShot.MOVE, mask=sum(1 << member.index for member in members if member.motor),
+                index=sum(1 << member.index for member in members if not member.motor),
+                flags=MOVE_BEGINS if self._begins else 0, values=[part // FRACTIONS for part in parts],
+                fractions=[part % FRACTIONS for part in parts], parameters=[speed]) != Outcome.DONE:
+            state = self._state()
+            if state["moves.refusal"] != COMMANDED or not self._begins or loop.time() >= end:
+                self.halt()
+                raise NotDone(f"this move is refused: {state.word('moves.refusal')}")
+            # where it is commanded to be has changed just now
+            now = self._members(state)
+            await self._command([now[member.letter] for member in members], enable=True)
+            await asyncio.sleep(LOOK_S)
+
+    async def _room(self) -> None:
+        """Until the daemon's queue has a place."""
+        loop = asyncio.get_running_loop()
+        last, since = -1, loop.time()
+        while (waiting := int(self._state()["moves.waiting"])) >= QUEUE:
+            taken = int(self._state()["moves.taken"])
+            if taken != last:
+                last, since = taken, loop.time()
+            elif loop.time() - since > STILL_S:
+                raise NotDone(f"no move has ended for {STILL_S / 60:.0f} minutes ({waiting} wait)")
+            await asyncio.sleep(LOOK_S)
+
+    async def _feed(self) -> None:
+        outcome = await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.FEED,
+                                           parameters=[self._percent / 100])
+        if outcome != Outcome.DONE:
+            raise NotDone("the feed override is refused")
+        self._fed = True
+
+    async def _home(self, member: Member) -> None:
+        await self._enable([member])
+        self.shifts.pop(member.letter, None)
+        self._ends.pop(member.letter, None)
+        if not member.motor:
+            outcome = await self._holder.order(OneShot.HOME, mask=1 << member.index, flags=HOME_FINISH_ITSELF,
+                                               seconds=HOME_S)
+            if outcome != Outcome.DONE:
+                raise NotDone(f"{member.letter} is not homed: {self._state().word('engine-state')}; "
+                              "pokeysctl events may say why")
+            await self._settle(member.letter)
+            return
+        if await self._holder.order(OneShot.SERVO_HOME, index=member.index) != Outcome.DONE:
+            raise NotDone(f"{member.letter} is not homed: pokeysd.conf has no home-search-speed for it, or it moves")
+        end = f"servo.{member.index:02}.home-end"
+        while not (state := self._state())[end]:
+            if not self._members(state)[member.letter].enabled:
+                break
+            await asyncio.sleep(LOOK_S)
+        if state.word(end) != "done":
+            raise NotDone(f"{member.letter} is not homed: {state.word(end)}")
+        await self._settle(member.letter)
+
+    async def _settle(self, letter: str) -> None:
+        """Command the position at which the daemon holds it after homing, until it follows that."""
+        loop = asyncio.get_running_loop()
+        end = loop.time() + ENABLE_S
+        while not ((member := self._members(self._state())[letter]).enabled and member.still):
+            if loop.time() >= end:
+                raise NotDone(f"{letter} does not come to rest")
+            await self._command([member], enable=True)
+            await asyncio.sleep(LOOK_S)
+
+
+def _numbers(job: Job) -> dict[str, float]:
+    """The words of a line; those of axes need numbers."""
+    words = job.line.words()
+    missing = [letter for letter in (*LETTERS, "F") if letter in words and words[letter] is None]
+    if missing:
+        raise BadWords(f"{missing[0]} needs a number")
+    return {letter: number for letter, number in words.items() if number is not None}
+
+
+def _speed(lengths: Mapping[str, float], feed: float | None) -> float:
+    """Of the path over all axes, so that linear axes have the feed rate; 0 = as fast as they can."""
+    if feed is None:
+        return 0.0
+    whole = math.hypot(*lengths.values())
+    linear = math.hypot(*(length for letter, length in lengths.items() if letter in LINEAR))
+    return feed * whole / linear if linear else feed
+
+
+def _motors(state: pokeys.State) -> Iterable[Member]:
+    for index in range(len(state.servo)):
+        at = f"servo.{index:02}."
+        if not state[at + "state"]:
+            continue
+        enabled = state[at + "state"] == ENABLED
+        code = at + ("fault-code" if state[at + "fault-code"] else "condition")
+        trouble = state.word(code) if state[code] else ""
+        if state[at + "fault-code"]:
+            trouble = f"off by a fault: {trouble}"
+        yield Member(str(state[at + "name"]).upper(), True, index, float(state[at + "counts-per-unit"] or 1.0),
+                     float(state[at + ("commanded" if enabled else "pos-fb")] or 0.0), 0, 0, enabled,
+                     not state[at + "home-state"], trouble)
+
+
+def _axes(state: pokeys.State) -> Iterable[Member]:
+    for index in range(min(int(state["engine.axes-enabled"]), len(state.joint))):
+        at = f"joint.{index:02}."
+        scale, counts = float(state[at + "pulses-per-unit"] or 0.0), int(state[at + "counts"])
+        mode = int(state[at + "mode-in-effect"])
+        if not scale:
+            continue
+        limits = [word for word, name in (("negative", "limit-neg"), ("positive", "limit-pos")) if state[at + name]]
+        troubles = [f"on its {limit} limit switch" for limit in limits]
+        if state["engine-state"] in TRIPPED:
+            troubles.insert(0, f"the pulse engine is {state.word('engine-state')}")
+        trouble = ", ".join(troubles)
+        if not trouble and mode not in (POSITION, BUFFERED):
+            trouble = "it is not set up for positions (axis.N.mode)"
+        enabled = bool(state[at + "enabled"])
+        commanded = counts if state[at + "parked"] or not enabled else int(state[at + "counts-cmd"])
+        still = bool(state[at + "at-counts-cmd"]) and not state[at + "parked"]
+        yield Member(str(state[at + "name"]).upper(), False, index, scale, commanded / scale, counts, mode, enabled,
+                     still, trouble, bool(limits))

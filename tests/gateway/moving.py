@@ -1,0 +1,208 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Moves by G-code, on simulated axes of a pulse engine and simulated servo motors: positions, waits, stops, and who
+stops them."""
+import contextlib
+import re
+import signal
+import sys
+import types
+
+from bridge import PORT
+from heating import Client, nobody_commands
+from house import free_address, main, wait_for
+from rig import machine
+
+AXIS = {"mode": "position", "invert": "off", "max-speed": 20000, "max-acceleration": 200000, "pulses-per-unit": 200,
+        "limit-minus": "on", "limit-plus": "on", "home": "on", "limit-minus-invert": "off", "limit-plus-invert": "off",
+        "home-invert": "off", "limit-minus-pin": "dedicated", "limit-plus-pin": "dedicated", "home-pin": "dedicated",
+        "homing-invert": "off", "homing-speed": 24, "homing-return-speed": 15, "homing-algorithm": 131,
+        "homing-back-off": 0, "soft-limits": "off"}
+MOTOR = {"encoder": 0, "pwm": 0, "direction-pin": 31, "enable-pin": 35, "counts-per-unit": 400, "max-speed": 300, "pid-p": 1,
+         "pid-i": 10, "pid-d": 0.01, "velocity-gain": 0.0026, "smooth-s": 0.001, "min-following-error": 20,
+         "max-following-error": 40, "max-age-ms": 100, "stall-s": 3, "silent-s": 1, "home-pin": 7, "home-search-speed": -50,
+         "home-position": 5, "home-distance": 30}
+
+
+@contextlib.contextmanager
+def mill(servos=None, **keys):
+    """Axes x, y and e of the pulse engine, and motors."""
+    where = free_address()
+    more = f"[machine]\nkind = pokeys\ndevice = mill\n[telnet]\nlisten = {where}:{PORT}\n[console]\nlevel = user\n"
+    axes = {f"axis.{i}.{key}": value for i, name in enumerate("xye") for key, value in {**AXIS, "name": name}.items()}
+    with machine("--preset", "servo-mill", more=more, servos=servos,
+                 **{"axes": 3, "generator": "external", "pwm-period": 1250, "heartbeat-timeout-ms": 2000, **axes, **keys}) as (
+            house, sim, daemon, gateway):
+        house.console = where
+        for i in range(3):
+            house.ask_sim(sim, "switch", i, "home", -2000000, -4000)
+            house.ask_sim(sim, "switch", i, "minus", -2000000, -6000)
+            house.ask_sim(sim, "switch", i, "plus", 60000, 2000000)
+        yield types.SimpleNamespace(house=house, sim=sim, daemon=daemon, gateway=gateway, one=Client(house))
+
+
+def do(one, *lines):
+    """Each of them is done, without anything to be said."""
+    for line in lines:
+        said = one.ask(line)
+        assert said == ["ok"], (line, said)
+
+
+def places(shop):
+    return [axis["position"] for axis in shop.house.state()["engine"]["axes"][:3]]
+
+
+def moves(shop):
+    before = places(shop)
+    wait_for("it moves", lambda: places(shop) != before)
+
+
+def stand(shop):
+    """They stand, and stay there."""
+    wait_for("they stand", lambda: not shop.house.state()["moves"]["waiting"], say=shop.house.log)
+    last = []
+
+    def still():
+        last.append(places(shop))
+        return last[-3:] == 3 * [last[-1]]
+    wait_for("they stand", still)
+
+
+def test_positions():
+    with mill() as shop:
+        one, other = shop.one, Client(shop.house)
+        assert one.ask("G1 X10") == ["Error:G1: no feed rate is given; add F and units/min", "ok"]
+        do(one, "G1 X10 Y-5 F6000", "M400")
+        assert places(shop) == [2000, -1000, 0]
+        assert one.ask("M114")[:2] == ["X:10.0000 Y:-5.0000 E:0.0000 Count X:2000 Y:-1000 E:0",
+                                       "echo:commanded X:10.0000 Y:-5.0000 E:0.0000"]
+        # relative ones, of which none is lost by rounding; of another client they are absolute
+        do(one, "G91")
+        for _ in range(100):
+            do(one, "G1 X0.001")
+        do(other, "G0 Y1")
+        do(one, "G1 Y1 E2", "M400")
+        assert places(shop) == [2020, 400, 400], places(shop)
+        # the logical position is another one
+        do(one, "G92 X0 E0", "G90", "M83")
+        do(one, "G1 X-1 E1 F3000", "G1 E1", "M400")
+        assert places(shop) == [1820, 400, 800], places(shop)
+        assert one.ask("M114")[0].startswith("X:-1.0000 Y:2.0000 E:2.0000 Count X:1820 ")
+        do(one, "G20", "G1 X1 F100", "M400")
+        assert places(shop)[0] == 2020 + 5080
+        do(one, "G4 P1")
+        # what is not there, and what is odd
+        assert one.ask("G1 Z1") == ["Error:G1: mill has no axis Z; there are: X Y E", "ok"]
+        assert one.ask("G1 X F1") == ["Error:G1: X needs a number", "ok"]
+        assert one.ask("G1 F0") == ["Error:G1: F is more than 0", "ok"]
+        assert re.match("Error:G1: .* further than the device can count", one.ask("G1 X999999999")[0])
+        do(one, "M220 S50")
+        assert one.ask("M220") == ["FR:50%", "ok"]
+        assert one.ask("M220 S201")[0].startswith("Error:M220: the feed override is 0 to 200 percent")
+        do(one, "M84")
+        nobody_commands(shop)
+
+
+def test_a_job_waits_for_room_and_is_stopped():
+    with mill() as shop:
+        job, other = shop.one, Client(shop.house)
+        sides = [f"G1 X{x} Y{y} F6000\n".encode() for _ in range(25) for x, y in ((10, 0), (10, 10), (0, 10), (0, 0))]
+        job.send(b"".join(sides))
+        wait_for("the queue is full", lambda: shop.house.state()["moves"]["waiting"] == 32)
+        do(other, "M105")
+        assert other.ask("M114")[0].startswith("X:")
+        assert other.ask("M410")[-1] == "ok"
+        assert shop.house.state()["moves"]["waiting"] == 0
+        stand(shop)
+        assert shop.house.state()["moves"]["end"] == "aborted"
+        assert job.until("[stop by")[-1].startswith("[stop by telnet")
+        # it goes on from where it stands
+        do(other, "G0 X3 Y4", "M400")
+        assert places(shop)[:2] == [600, 800]
+        # a move to the end of a job, and the next one from another client, in the order of their coming
+        do(other, "G91", "G1 X5 F600", "G1 X5")
+        moves(shop)
+        other.send(b"M112\n")
+        assert other.until("ok")[-1] == "ok"
+        state = shop.house.state()
+        assert (state["moves"]["waiting"], state["flags"]["machine_on"]) == (0, False)
+        assert [axis["enabled"] for axis in state["engine"]["axes"][:3]] == 3 * [False]
+        stand(shop)
+        assert other.ask("G1 X1") == ["Error:G1: stopped by M112; M999 permits commands again", "ok"]
+        do(other, "M999")
+        before = places(shop)[0]
+        do(other, "G1 X1 F600", "M400")
+        assert places(shop)[0] == before + 200
+
+
+def test_the_gateway_dies():
+    for number in signal.SIGKILL, signal.SIGSTOP:
+        with mill() as shop:
+            shop.one.send(b"".join(b"G1 X%d F600\n" % (100 * (i % 2)) for i in range(20)))
+            moves(shop)
+            shop.gateway.child.send_signal(number)
+            wait_for("the machine is off", lambda: not shop.house.state()["flags"]["machine_on"])
+            stand(shop)
+
+
+def test_a_limit_switch_ends_all():
+    with mill() as shop:
+        shop.house.ask_sim(shop.sim, "switch", 0, "plus", 1000, 2000000)
+        one, other = shop.one, Client(shop.house)
+        one.send(b"G91\nG1 X20 Y3 F1200\nG1 X20\n")
+        said = other.until("Error:")[-1]
+        assert re.match("Error:X was switched off: .*; M999 permits commands again", said), said
+        stand(shop)
+        assert 1000 <= places(shop)[0] < 1600
+        assert other.ask("M119").count("x_max: TRIGGERED") == 1
+        shop.house.ask_sim(shop.sim, "switch", 0, "plus", 900000, 2000000)
+        do(other, "M999")
+        do(other, "G1 Y0 F600", "M400")
+        assert places(shop)[1] == 0
+
+
+def test_home_switches_are_found():
+    with mill() as shop:
+        one, other = shop.one, Client(shop.house)
+        do(one, "G1 X10 Y10 F6000")
+        one.send(b"G28 X Y\n")
+        assert other.ask("M114")[0].startswith("X:")
+        said = one.until("ok")
+        assert said[-1] == "ok" and not [line for line in said if line.startswith("Error:")], said
+        assert [axis["homed"] for axis in shop.house.state()["engine"]["axes"][:3]] == [True, True, False]
+        at = places(shop)[0] / 200
+        do(one, f"G1 X{at + 5:.3f} F6000", "M400")
+        assert abs(places(shop)[0] / 200 - at - 5) < 0.01
+        # a stop ends the search
+        one.send(b"G28 X\n")
+        moves(shop)
+        assert other.ask("M410")[-1] == "ok"
+        stand(shop)
+        do(other, "G1 Y1 F600", "M400")
+
+
+def test_motors_move_with_axes():
+    """What a busy computer stops is begun again."""
+    with mill(servos={"z": MOTOR}) as shop:
+        one, tries = shop.one, []
+
+        def moved():
+            tries.append([one.ask(line)[-2:] for line in ("M999", "G90", "G1 X2 Z3 F3000", "G91", "G1 Z0.5", "M400")])
+            return [said for said in tries[-1] if said != ["ok"]] == []
+        wait_for("the moves", moved, say=lambda: tries)
+        wait_for("the place", lambda: abs(shop.house.state()["servos"][0]["position"] - 3.5) < 0.1)
+        assert places(shop)[0] == 400
+        shop.house.ask_sim(shop.sim, "motor", 0, "home", -2000000, -4000, 7)
+
+        def homed():
+            tries.append([one.ask(line)[-2:] for line in ("M999", "G28 Z")])
+            return tries[-1] == [["ok"], ["ok"]]
+        wait_for("the switch", homed, say=lambda: tries)
+        assert abs(shop.house.state()["servos"][0]["position"] - 5) < 0.2
+        assert shop.house.state()["servos"][0]["homed"]
+        do(one, "M18")
+        wait_for("it is off", lambda: shop.house.state()["servos"][0]["state"] == "off")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.modules[__name__], beside=2))

@@ -1,0 +1,248 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Stops, faults and losses at any moment of a command: what is commanded then, and what is said. The daemon is a fake
+that waits and fails when it is told to."""
+import asyncio
+import contextlib
+import math
+import threading
+
+import desk
+import pokeys
+from gcode import Shop, State, heater, show
+from operators import until
+from pokeys_gateway.gcode import holder, motion, operation
+
+NAME, OFF = "heater.00.target", {"heater.00.target": 0.0}
+
+
+class Fake:
+    """A device that is commanded, by pokeys.attach()."""
+
+    def __init__(self):
+        self.updates, self.orders = [], []
+        self.free = threading.Event()       # what is done now may go on
+        self.free.set()
+        self.began = threading.Event()      # something is being done
+        self.places = self.left = self.lapsed = 0       # the first so many have lapsed
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def command(self, lease):
+        assert lease <= 1
+        return Place(self)
+
+    def pause(self):
+        self.began.clear()
+        self.free.clear()
+
+    def do(self):
+        self.began.set()
+        assert self.free.wait(30)
+
+
+class Place:
+    """... and its commander's place."""
+
+    def __init__(self, fake):
+        self.fake = fake
+
+    def __enter__(self):
+        self.fake.do()
+        self.fake.places += 1
+        self.number = self.fake.places
+        return self
+
+    def __exit__(self, *_):
+        self.fake.left += 1
+
+    def update(self, values, axes=None, servos=None):
+        self.fake.do()
+        self.renew()
+        self.fake.updates.append((dict(values), dict(axes or {}), dict(servos or {})))
+
+    def wait(self):
+        pass
+
+    def renew(self):
+        if self.number <= self.fake.lapsed:
+            raise pokeys.Lapsed("mill: the lease had run out")
+
+    def order(self, shot, **_):
+        self.fake.orders.append(shot)
+        return type("Order", (), {"outcome": pokeys.Outcome.DONE})
+
+
+@contextlib.asynccontextmanager
+async def shop(**settings):
+    """A console with a client, and the fake device with a hot end."""
+    fake, before = Fake(), pokeys.attach
+    pokeys.attach = lambda name, runtime: fake
+    one = Shop(operate=False, machine_kind="pokeys", machine_device="mill", **settings)
+    one.fake, one.client, one.operation = fake, one.table.client(), one.machine._operation
+    lit(one, 0.0)
+    try:
+        yield one
+    finally:
+        fake.free.set()
+        await one.machine.close()
+        pokeys.attach = before
+
+
+def lit(one, target, **values):
+    """What the daemon shows of the hot end."""
+    state = State(heater(0, "hotend", target_in_effect=target, max_target=250.0, **values) | {"connected": True})
+    state.commander_alive = one.operation.holder.held
+    show(one, mill=state)
+
+
+def targets(one):
+    """Of the hot end, in the order in which they were commanded."""
+    return [values[NAME] for values, _, _ in one.fake.updates if NAME in values]
+
+
+def said(one, who=None):
+    return one.table.take(who or one.client).decode().splitlines()
+
+
+async def busy(one):
+    """The thread does something, and waits."""
+    await until("something is done", one.fake.began.is_set)
+
+
+async def a_stop_while_the_place_is_taken():
+    async with shop() as one:
+        one.fake.pause()
+        one.table.send(one.client, b"M104 S200\n")
+        await busy(one)
+        one.table.send(one.client, b"M112\n")
+        one.fake.free.set()
+        await until("the stop", lambda: not one.client.pending)
+        assert said(one)[-1] == "ok" and 200 not in targets(one), one.fake.updates
+        assert one.fake.updates[-1][0] == {"machine-is-on": False, "emergency-stop": True, **OFF}
+
+
+async def a_stop_in_the_middle_of_a_target():
+    """The job has begun or not: what is commanded last is off."""
+    for name in b"M112\n", b"M410\n":
+        async with shop() as one:
+            one.table.send(one.client, b"M104 S200\n")
+            await until("it heats", lambda: targets(one)[-1:] == [200] and not one.client.pending)
+            lit(one, 200.0)
+            one.fake.pause()
+            one.table.send(one.client, b"M104 S100\nM104 S0\nM104 S210\n")
+            await busy(one)
+            one.table.send(one.client, name)
+            lit(one, 0.0 if name == b"M112\n" else 100.0)
+            one.fake.free.set()
+            await until("the stop", lambda: not one.client.pending)
+            await asyncio.sleep(3 * holder.BEAT_S)
+            # what M410 leaves is what was commanded, and is known
+            assert targets(one)[-1] == (0 if name == b"M112\n" else 100), targets(one)
+            assert one.operation.heating._targets == ({} if name == b"M112\n" else {0: 100.0})
+            assert bool(one.operation.halted) == (name == b"M112\n"), one.operation.halted
+
+
+async def a_lapse_is_no_chance_to_go_on():
+    async with shop() as one:
+        other = one.table.client("b")
+        one.table.send(one.client, b"M109 S200\n")
+        await until("it heats", lambda: targets(one)[-1:] == [200])
+        lit(one, 200.0)
+        one.fake.lapsed = 1
+        one.table.send(other, b"M104 S210\n")
+        await until("it is noticed", lambda: one.operation.halted)
+        assert "Error:mill: the lease had run out; M999 permits commands again" in said(one)
+        assert "ok" not in said(one)
+        # a heater with hold-s goes on without a commander: it is switched off by the next one
+        await until("it is off", lambda: targets(one)[-1] == 0 and one.fake.places == 2)
+        one.table.send(other, b"M104 S210\n")
+        await until("the answer", lambda: not other.pending)
+        assert any(line.startswith("Error:M104: mill: the lease had run out") for line in said(one, other))
+        assert 210 not in targets(one)
+
+
+async def faults_and_what_is_not_seen():
+    async with shop() as one:
+        one.table.send(one.client, b"M104 S200\n")
+        await until("it heats", lambda: targets(one)[-1:] == [200])
+        # the state cannot be read any more: what was commanded is switched off all the same
+        show(one, mill=None)
+        one.operation.heating._seen -= 10
+        await until("it is noticed", lambda: one.operation.halted)
+        await until("it is off", lambda: targets(one)[-1] == 0)
+        assert "Error:no cable; M999 permits commands again" in said(one)
+        lit(one, 0.0, fault=True, fault_code=4)
+        one.table.send(one.client, b"M999\n")
+        await until("the answer", lambda: not one.client.pending)
+        assert one.fake.orders == [pokeys.OneShot.HEATER_RESET] and said(one) == ["ok"]
+
+
+async def a_stop_and_the_permission_after_it():
+    async with shop() as one:
+        one.table.send(one.client, b"M104 S200\n")
+        await until("it heats", lambda: targets(one)[-1:] == [200] and not one.client.pending)
+        lit(one, 200.0)
+        other = one.table.client("b")
+        one.table.send(one.client, b"M112\n")
+        one.table.send(other, b"M999\n")
+        await asyncio.sleep(3 * holder.BEAT_S)
+        assert one.operation.halted and one.client.pending and other.pending, "it waits for the stop"
+        lit(one, 0.0)
+        await until("both", lambda: not one.client.pending and not other.pending)
+        assert not one.operation.halted and one.fake.updates[-1][0] == {"emergency-stop": False}
+        # the place is given up when nothing is commanded, but not while the emergency stop is
+        operation.IDLE_S, before = 0.2, operation.IDLE_S
+        one.table.send(one.client, b"M112\n")
+        await until("the stop", lambda: not one.client.pending)
+        await asyncio.sleep(5 * holder.BEAT_S)
+        assert one.operation.holder.held
+        one.table.send(one.client, b"M999\n")
+        await until("it is free", lambda: one.fake.left == 1)
+        operation.IDLE_S = before
+
+
+async def others_are_told():
+    async with shop() as one:
+        request = one.table.client("c")
+        request.hears = False       # over HTTP
+        one.table.send(request, b"M109 S200\nM104 S210\n")
+        await until("it heats", lambda: targets(one)[-1:] == [200])
+        lit(one, 200.0)
+        one.table.send(one.client, b"M410\n")
+        await until("the stop", lambda: not one.client.pending)
+        assert said(one, request)[:2] == ["Error:stopped", "ok"] and request.failed and not request.pending
+        assert request.deaf_until > one.table.now - 1, "its next lines belong to what was stopped"
+    async with shop() as one:
+        # who is gone: nothing of it heats any more, and what switches off is done
+        gone = one.table.client("d")
+        one.table.send(gone, b"M109 S200\nM104 S220\nM104 S0\n")
+        await until("it heats", lambda: targets(one)[-1:] == [200])
+        lit(one, 200.0)
+        one.table.router.leave(gone)
+        await until("it is off", lambda: targets(one)[-1] == 0)
+        assert 220 not in targets(one)
+
+
+def speeds_are_those_of_linear_axes():
+    """Whatever else moves beside them has to be there at the same time."""
+    for lengths, feed, speed in (({"X": 3.0, "Y": 4.0}, 10.0, 10.0), ({"X": 3.0, "E": 4.0}, 6.0, 10.0),
+                                 ({"E": 2.0}, 5.0, 5.0), ({"X": 0.0, "E": 2.0}, 5.0, 5.0), ({"X": 3.0}, None, 0.0)):
+        assert math.isclose(motion._speed(lengths, feed), speed), (lengths, feed)
+
+
+def main():
+    speeds_are_those_of_linear_axes()
+    for test in (a_stop_while_the_place_is_taken, a_stop_in_the_middle_of_a_target, a_lapse_is_no_chance_to_go_on,
+                 faults_and_what_is_not_seen, a_stop_and_the_permission_after_it, others_are_told):
+        asyncio.run(asyncio.wait_for(test(), 60))
+        print(f"ok: {test.__name__}")
+    assert desk.hub_of().config.machine_device is None
+
+
+if __name__ == "__main__":
+    main()
