@@ -68,6 +68,7 @@ class Config:
     proxy: str = "pokeys-remote"
     machine_kind: str | None = None         # None: as there is a port or not
     machine_device: str | None = None       # that G-code commands
+    machine_folder: Path | None = None      # of files of G-code
     machine_port: Path | None = None
     machine_baud: int = 115200
     machine_flow_control: str = "none"
@@ -199,6 +200,7 @@ KEYS = (
     Key("linuxcnc", "proxy", proxy_name),
     Key("machine", "kind", one_of(SERIAL, POKEYS)),
     Key("machine", "device", device),
+    Key("machine", "folder", path),
     Key("machine", "port", path),
     Key("machine", "baud", baud),
     Key("machine", "flow-control", one_of("none", "hardware", "software")),
@@ -280,6 +282,8 @@ def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, 
         yield "machine_kind", f"kind = {POKEYS} has no port"
     if config.machine_device and config.machine_kind != POKEYS:
         yield "machine_device", f"device needs kind = {POKEYS}"
+    if config.machine_folder and not config.machine_device:
+        yield "machine_folder", "folder needs device: files are carried out by it"
     if config.machine_device and config.operate:
         yield "machine_device", ("G-code either commands a device or stops LinuxCNC, which has its own devices; set "
                                  "either device or operate = yes in [linuxcnc]")

@@ -169,6 +169,23 @@ class Folder:
                 "occupation": str(round(100 * (1 - free / max(1, total)))),
                 "total": _size(total), "used": _size(total - free)}
 
+    def files(self) -> list[tuple[str, int]]:
+        """All files, also those in folders, by their names from the top, with their sizes in bytes. OSError."""
+        top = self._top.resolve(strict=True)
+        os.listdir(top)
+        found: list[tuple[str, int]] = []
+        for at, folders, names in os.walk(top):
+            folders[:] = sorted(name for name in folders if not name.startswith("."))
+            for name in sorted(names):
+                path = Path(at, name)
+                shown = os.fsencode(path.relative_to(top)).decode("utf-8", "replace")
+                with contextlib.suppress(OSError):
+                    if not name.startswith(".") and _is_text(shown) and path.is_file():
+                        found.append((shown, path.stat().st_size))
+                if len(found) >= LISTED_MOST:
+                    return found
+        return found
+
     def act(self, action: str, folder: str, name: str, level: str) -> str:
         """ESP3D's actions: delete, deletedir, createdir, create; what is said of it.
 

@@ -534,7 +534,7 @@ def test_what_is_configured():
         # what the chapter says
         page = (rig.ROOT / "docs/console.md").read_text(encoding="utf-8")
         examples = re.findall(r"^```\n(\[machine\].*?)^```$", page, re.M | re.S)
-        assert len(examples) == 3 and not any(judged(one).returncode for one in examples), list(map(judged, examples))
+        assert len(examples) == 4 and not any(judged(one).returncode for one in examples), list(map(judged, examples))
         fails("[telnet]\nlisten = 192.168.1.5:23\n", "gateway.conf:2: [telnet] listen: 192.168.1.5:23 is reached from other "
               "computers, and telnet has no encryption")
         fails("[telnet]\nlisten = 192.168.1.5:23\nplaintext = yes\n", "this needs a user, which pokeys-gateway")

@@ -68,6 +68,7 @@ BAD = (
     ("[machine]\nport = /dev/ttyUSB0\nkind = pokeys\n", 3, "kind = pokeys has no port"),
     ("[machine]\nkind = pokeys\nfirmware = grbl\n", 3, "[machine] firmware: kind = pokeys takes lines as marlin does"),
     ("[machine]\ndevice = mill\n", 2, "[machine] device: device needs kind = pokeys"),
+    ("[machine]\nkind = pokeys\nfolder = /tmp\n", 3, "[machine] folder: folder needs device"),
     ("[machine]\nkind = pokeys\ndevice = a mill\n", 3, '"a mill" is not allowed; allowed: the name of a device in pokeysd.conf'),
     ("[machine]\nkind = pokeys\ndevice = mill\n[linuxcnc]\noperate = yes\n", 3, "G-code either commands a device or stops"),
     ("[machine]\nport = /dev/a\n[pty]\npath = /dev/a\n", 4, "[pty] path: this is the machine's port"),

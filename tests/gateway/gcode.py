@@ -41,8 +41,8 @@ BAD = (
     (b"N10 G1 X1*", "No Checksum with line number"),
     (b"N10 G1 X1*80x", "No Checksum with line number"),
 )
-WORDS = ((b"G1 X1 X2", "X is there twice"), (b"G1 X1 Y--2", '"--2" is no letter with a number'),
-         (b"G1 X1,5", '",5" is no letter with a number'), (b"G1 X1 (a", '"(a" is no letter with a number'))
+WORDS = ((b"G1 X1 X2", "X occurs twice"), (b"G1 X1 Y--2", '"--2" is not a letter with a number'),
+         (b"G1 X1,5", '",5" is not a letter with a number'), (b"G1 X1 (a", '"(a" is not a letter with a number'))
 
 
 def lines_are_taken_apart():
@@ -129,7 +129,7 @@ def numbered(number, text, good=True):
     return body + b"*%d\n" % (checksum(body) ^ (not good))
 
 
-UNKNOWN = 'echo:Unknown command: "{}"; M115 lists what there is\nok\n'
+UNKNOWN = 'echo:Unknown command: "{}"; M115 lists the commands\nok\n'
 LONG = 'echo:not carried out: a line has at most 256 characters: "{}"\nok\n'
 
 
@@ -147,7 +147,7 @@ async def the_asker_gets_the_reply():
     assert shop.ask(one, b"$$\n") == UNKNOWN.format("$$")
     # what other firmwares have behind these is no fault: programs would end their job
     for line in b"M104 S200", b"M109 R20", b"M999":
-        assert re.fullmatch(r"Error:[MG]\d+: no device is named that G-code commands; .*\nok\n",
+        assert re.fullmatch(r"Error:[MG]\d+: G-code has no device to command; .*\nok\n",
                             shop.ask(one, line + b"\n")), line
     for line in b"M105 T0 R", b"M105*37", b"M108 all", b"M110":
         assert shop.ask(one, line + b"\n") == "ok\n", line
@@ -388,7 +388,7 @@ async def temperatures_are_those_of_heaters():
     assert set(found.splitlines()) == {" B:20.00 /0.00 B@:0"}, found
     brief, gone = shop.table.client("c"), shop.table.client("d")
     brief.hears = False         # a request
-    assert "M155 is for connections that stay" in shop.ask(brief, b"M155 S1\n")
+    assert "M155 needs a lasting connection" in shop.ask(brief, b"M155 S1\n")
     assert shop.ask(gone, b"M155 S0.5\n") == "ok\n"
     gone._level = lambda: ""    # its log-in has ended
     await asyncio.sleep(0.6)

@@ -130,11 +130,11 @@ def test_a_sensor_breaks_while_it_waits():
         # the bed has kept its target
         assert shop.house.state()["heaters"][1]["target"] == 40
         # the daemon takes no such targets, nor are there such heaters
-        assert other.ask("M104 S300") == ["Error:M104: heater hotend takes 0 to 265 degrees C", "ok"]
+        assert other.ask("M104 S300") == ["Error:M104: the target of heater hotend must be 0 to 265 degrees C", "ok"]
         assert other.ask("M104 T1 S30") == ["Error:M104: there is no hot end T1", "ok"]
         assert other.ask("M141 S30") == ["Error:M141: there is no chamber", "ok"]
-        assert other.ask("M104") == ["Error:M104: takes S and degrees C", "ok"]
-        assert other.ask("M109 T0") == ["Error:M109: takes S or R and degrees C", "ok"]
+        assert other.ask("M104") == ["Error:M104: needs S with a temperature in degrees C", "ok"]
+        assert other.ask("M109 T0") == ["Error:M109: needs S or R with a temperature in degrees C", "ok"]
 
 
 def test_the_gateway_dies():

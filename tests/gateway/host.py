@@ -8,10 +8,13 @@ $POKEYS_HOST_LINES: how many. printcore sends again what the printer asks for.
 import contextlib
 import os
 import random
+import select
 import subprocess
 import sys
 import threading
+import tty
 
+import moving
 import rig
 from bridge import PORT, Printer, Telnet, bridge, console, quiet
 from house import PATIENCE, main, wait_for
@@ -33,7 +36,7 @@ core = printcore()
 core.recvcb = lambda line: print(line, end="", flush=True)
 core.connect(sys.argv[1], 115200)
 wait(lambda: core.online)
-core.startprint(gcoder.LightGCode([f"G1 X{i % 200} E{i}" for i in range(int(sys.argv[2]))]))
+core.startprint(gcoder.LightGCode(open(sys.argv[2]).read().splitlines()))
 wait(lambda: not core.printing and not core.print_thread and core.clear)
 # it begins its sender again after that, and cannot end one that has not begun
 wait(lambda: core.send_thread and core.send_thread.is_alive())
@@ -93,9 +96,11 @@ def expected():
 
 
 @contextlib.contextmanager
-def printing(house, port):
+def printing(house, port, lines=None):
     """printcore, which prints at a port; its exit status has to be good."""
-    child = subprocess.Popen([os.environ["POKEYS_HOST_PYTHON"], "-c", PROGRAM, str(port), str(LINES)],
+    part = house.folder / "part.gcode"
+    part.write_text("\n".join(lines or [line.decode() for line in expected()]), encoding="utf-8")
+    child = subprocess.Popen([os.environ["POKEYS_HOST_PYTHON"], "-c", PROGRAM, str(port), str(part)],
                              stdout=(house.folder / "host.log").open("wb"), stderr=subprocess.STDOUT,
                              env={"HOME": str(house.folder), "PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8"})
     try:
@@ -160,9 +165,60 @@ def itself(port):
             pass
         said = house.log("host.log").splitlines()
         told = [line for line in said if line.startswith("Error:")]
-        assert told == LINES * ["Error:G1: no device is named that G-code commands; see [machine] in pokeys-gateway.conf(5)"]
+        assert told == LINES * ["Error:G1: G-code has no device to command; set device in [machine], see pokeys-gateway.conf(5)"]
         assert not [line for line in said if "Resend" in line]
         assert watcher.all() == ["user"], "others get no answer of it"
+
+
+class Wire(threading.Thread):
+    """Between a serial port that a program opens, and one that we open: it damages lines with numbers."""
+
+    def __init__(self, port):
+        super().__init__(daemon=True)
+        self.rng, self.numbered, self.damaged = random.Random(SEED), 0, 0
+        self.port, (self.master, self.slave) = os.open(port, os.O_RDWR | os.O_NOCTTY), os.openpty()
+        tty.setraw(self.slave)
+        self.name = os.ttyname(self.slave)
+        self.start()
+
+    def run(self):
+        begun = b""
+        while True:
+            for ready in select.select((self.master, self.port), (), ())[0]:
+                data = os.read(ready, 65536)
+                if ready == self.port:
+                    os.write(self.master, data)
+                    continue
+                *lines, begun = (begun + data).split(b"\n")
+                for line in lines:
+                    self.pass_on(line + b"\n")
+
+    def pass_on(self, line):
+        if line.startswith(b"N"):
+            self.numbered += 1
+            if self.numbered % DAMAGED == 0 and b"M110" not in line:
+                self.damaged += 1
+                damaged = bytearray(line)
+                damaged[self.rng.randrange(3, line.rindex(b"*"))] ^= 1 << self.rng.randrange(6)
+                line = bytes(damaged).replace(b"\n", b"j").replace(b"\r", b"m")[:-1] + b"\n"
+        os.write(self.port, line)
+
+
+def test_the_gateway_prints_itself():
+    """Each line is done once, whatever the wire does: relative moves would end elsewhere."""
+    with moving.mill(pty=True) as shop:
+        frozen, watcher = Telnet(shop.house, buffer=2048), Telnet(shop.house)
+        frozen.send(b"M155 S0.5\n")
+        wire = Wire(shop.house.folder / "pty")
+        lines = ["G91", "G1 F12000", *(f"G1 X{0.05 if i % 2 else -0.04} E0.05" for i in range(LINES)), "M400"]
+        with printing(shop.house, wire.name, lines):
+            pass
+        said = shop.house.log("host.log")
+        assert wire.damaged and wire.damaged >= wire.numbered // DAMAGED - 1, (wire.damaged, wire.numbered)
+        assert said.count("Resend: ") >= wire.damaged, said[-500:]
+        assert shop.house.state()["moves"]["taken"] == LINES, said[-500:]
+        assert moving.places(shop) == [LINES, 0, 10 * LINES], moving.places(shop)
+        assert watcher.ask("[ESP500]") == "user"
 
 
 def test_the_gateway_itself_over_telnet():

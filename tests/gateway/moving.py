@@ -3,14 +3,16 @@
 """Moves by G-code, on simulated axes of a pulse engine and simulated servo motors: positions, waits, stops, and who
 stops them."""
 import contextlib
+import random
 import re
 import signal
 import sys
+import time
 import types
 
 from bridge import PORT
 from heating import Client, nobody_commands
-from house import free_address, main, wait_for
+from house import SEED, free_address, main, wait_for
 from rig import machine
 
 AXIS = {"mode": "position", "invert": "off", "max-speed": 20000, "max-acceleration": 200000, "pulses-per-unit": 200,
@@ -25,10 +27,14 @@ MOTOR = {"encoder": 0, "pwm": 0, "direction-pin": 31, "enable-pin": 35, "counts-
 
 
 @contextlib.contextmanager
-def mill(servos=None, **keys):
+def mill(servos=None, folder=None, pty=False, **keys):
     """Axes x, y and e of the pulse engine, and motors."""
     where = free_address()
     more = f"[machine]\nkind = pokeys\ndevice = mill\n[telnet]\nlisten = {where}:{PORT}\n[console]\nlevel = user\n"
+    if pty:
+        more += "[pty]\npath = @folder@/pty\n"
+    if folder:
+        more = more.replace("[telnet]", f"folder = {folder}\n[telnet]")
     axes = {f"axis.{i}.{key}": value for i, name in enumerate("xye") for key, value in {**AXIS, "name": name}.items()}
     with machine("--preset", "servo-mill", more=more, servos=servos,
                  **{"axes": 3, "generator": "external", "pwm-period": 1250, "heartbeat-timeout-ms": 2000, **axes, **keys}) as (
@@ -71,7 +77,7 @@ def stand(shop):
 def test_positions():
     with mill() as shop:
         one, other = shop.one, Client(shop.house)
-        assert one.ask("G1 X10") == ["Error:G1: no feed rate is given; add F and units/min", "ok"]
+        assert one.ask("G1 X10") == ["Error:G1: no feed rate yet; add F with units/min", "ok"]
         do(one, "G1 X10 Y-5 F6000", "M400")
         assert places(shop) == [2000, -1000, 0]
         assert one.ask("M114")[:2] == ["X:10.0000 Y:-5.0000 E:0.0000 Count X:2000 Y:-1000 E:0",
@@ -94,11 +100,11 @@ def test_positions():
         # what is not there, and what is odd
         assert one.ask("G1 Z1") == ["Error:G1: mill has no axis Z; there are: X Y E", "ok"]
         assert one.ask("G1 X F1") == ["Error:G1: X needs a number", "ok"]
-        assert one.ask("G1 F0") == ["Error:G1: F is more than 0", "ok"]
+        assert one.ask("G1 F0") == ["Error:G1: F must be greater than 0", "ok"]
         assert re.match("Error:G1: .* further than the device can count", one.ask("G1 X999999999")[0])
         do(one, "M220 S50")
         assert one.ask("M220") == ["FR:50%", "ok"]
-        assert one.ask("M220 S201")[0].startswith("Error:M220: the feed override is 0 to 200 percent")
+        assert one.ask("M220 S201")[0].startswith("Error:M220: the feed override must be 0 to 200 percent")
         do(one, "M84")
         nobody_commands(shop)
 
@@ -133,6 +139,34 @@ def test_a_job_waits_for_room_and_is_stopped():
         before = places(shop)[0]
         do(other, "G1 X1 F600", "M400")
         assert places(shop)[0] == before + 200
+
+
+def test_a_stop_that_is_confirmed_is_one():
+    """Whatever was on its way to the daemon just then."""
+    with mill() as shop:
+        one, other, rng = shop.one, Client(shop.house), random.Random(SEED)
+        do(one, "G91", "G1 X0.1 F60")
+        for i in range(25):
+            one.send(b"G1 X%d F600\n" % (1 - i % 2 * 2))
+            time.sleep(rng.uniform(0, 0.006))
+            assert other.ask("M410")[-1] == "ok"
+            before = places(shop)
+            time.sleep(0.03)
+            assert places(shop) == before, (i, before, places(shop))
+
+
+def test_a_refused_move_spoils_what_comes_after_it():
+    with mill(**{"axis.0.soft-limits": "on", "axis.0.soft-minimum": -1000, "axis.0.soft-maximum": 4000}) as shop:
+        one, other = shop.one, Client(shop.house)
+        do(other, "G91")
+        one.send(b"G1 X5 F300\nG1 X50\nG1 Y5\nM104 S0\nM400\n")
+        said = [one.until("ok") for _ in range(5)]
+        assert said[0] == ["ok"] and said[1][0] == "Error:G1: the daemon refused this move: its end is beyond a soft limit", said
+        assert said[2][0] == said[4][0].replace("M400", "G1") == "Error:G1: not carried out, as a line before it has failed"
+        assert said[3] == ["Error:M104: there is no hot end T0", "ok"], said
+        # the path goes on, and the next one begins at its end
+        do(other, "G1 X1 F600", "M400")
+        assert places(shop)[:2] == [1200, 0], places(shop)
 
 
 def test_the_gateway_dies():

@@ -12,6 +12,7 @@ import pokeys
 from gcode import Shop, State, heater, show
 from operators import until
 from pokeys_gateway.gcode import holder, motion, operation
+from pokeys_gateway.gcode.lane import Modes
 
 NAME, OFF = "heater.00.target", {"heater.00.target": 0.0}
 
@@ -232,13 +233,33 @@ def speeds_are_those_of_linear_axes():
     """Whatever else moves beside them has to be there at the same time."""
     for lengths, feed, speed in (({"X": 3.0, "Y": 4.0}, 10.0, 10.0), ({"X": 3.0, "E": 4.0}, 6.0, 10.0),
                                  ({"E": 2.0}, 5.0, 5.0), ({"X": 0.0, "E": 2.0}, 5.0, 5.0), ({"X": 3.0}, None, 0.0)):
-        assert math.isclose(motion._speed(lengths, feed), speed), (lengths, feed)
+        modes = Modes()
+        modes.feed = feed
+        assert math.isclose(motion._speed(lengths, modes), speed), (lengths, feed)
+    modes.feed, modes.feed_scale = 2.0, 25.4
+    assert motion._speed({"A": 90.0}, modes) == 2 and motion._speed({"X": 1.0}, modes) == 50.8
+
+
+async def a_fault_is_seen_while_others_move():
+    """Somebody always waits for room in the queue then."""
+    async with shop() as one:
+        motors = motion.Motion(one.hub, one.operation.holder)
+        motors._on = {"Z"}
+        values = {"servo.00.name": "z", "servo.00.counts-per-unit": 400.0, "connected": True}
+        async with motors._order:
+            show(one, mill=State(values | {"servo.00.state": 2}))
+            assert not motors.trouble()
+            show(one, mill=State(values | {"servo.00.state": 3, "servo.00.fault-code": 6}))
+            assert motors.trouble() == "Z was switched off: off by a fault: word 6"
+            motors._changing = {"Z"}
+            assert not motors.trouble(), "it is being enabled"
 
 
 def main():
     speeds_are_those_of_linear_axes()
     for test in (a_stop_while_the_place_is_taken, a_stop_in_the_middle_of_a_target, a_lapse_is_no_chance_to_go_on,
-                 faults_and_what_is_not_seen, a_stop_and_the_permission_after_it, others_are_told):
+                 faults_and_what_is_not_seen, a_stop_and_the_permission_after_it, others_are_told,
+                 a_fault_is_seen_while_others_move):
         asyncio.run(asyncio.wait_for(test(), 60))
         print(f"ok: {test.__name__}")
     assert desk.hub_of().config.machine_device is None

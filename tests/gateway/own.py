@@ -41,7 +41,7 @@ def test_it_shows_the_device():
         assert status()[1:] == [f"echo:mill: axes at {', '.join('0' * 8)} pulses"], status()
         # over HTTP the answer is that of the request, and only that
         assert re.fullmatch(r"echo:mill: connected, .*\nok\n", command("?"), re.S), command("?")
-        assert command("G999") == 'echo:Unknown command: "G999"; M115 lists what there is\nok\n'
+        assert command("G999") == 'echo:Unknown command: "G999"; M115 lists the commands\nok\n'
         assert command("M105") == "ok\n"
         shown = {row["id"]: row["value"] for row in json.loads(command("[ESP420]json"))["data"]}
         assert shown["machine"].startswith("PoKeys devices, lines sent: ") and "baud" not in shown, shown

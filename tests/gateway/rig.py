@@ -87,7 +87,7 @@ def machine(*sim_words, more="", heaters=None, servos=None, **keys):
     """A House with a device that runs, and a gateway that shows it: house, simulator, daemon, gateway.
 
     `keys` go into the device's section, `heaters` and `servos` are sections by their names, and `more` goes into the
-    gateway's configuration. The deadlines are those of a busy computer, unless they are given.
+    gateway's configuration, where @folder@ is that of the House. The deadlines are those of a busy computer, unless they are given.
     """
     need_libraries()
     with House() as house:
@@ -99,7 +99,8 @@ def machine(*sim_words, more="", heaters=None, servos=None, **keys):
         daemon = house.start_daemon()
         house.wait_fresh()
         (conf := house.folder / "gateway.conf").write_text(
-            f"[gateway]\nrecord-folder = {records}\ndoctor-socket = {house.folder / 'doctor'}\n{more}", encoding="utf-8")
+            f"[gateway]\nrecord-folder = {records}\ndoctor-socket = {house.folder / 'doctor'}\n"
+            f"{more.replace('@folder@', str(house.folder))}", encoding="utf-8")
         gateway = Gateway(house, "--config", conf)
         gateway.wait_running()
         yield house, sim, daemon, gateway

@@ -15,12 +15,13 @@ import pokeys
 from .. import __version__
 from ..hub import Hub
 from ..source import Reading
+from ..wire import NotDone
 from . import heating, report
 from .lane import Job
 from .operation import RESUME, Operation
 from .parser import BadWords, Line
 
-__all__ = ["AUTOREPORT", "COMMANDS", "GIVE_UP", "RENUMBER", "RESUME", "STATE", "Command", "switches_off"]
+__all__ = ["AUTOREPORT", "COMMANDS", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command", "switches_off"]
 Work = Callable[[Operation, Job], Awaitable[str]]
 
 
@@ -51,6 +52,9 @@ class Command:
     stop: str = ""          # a method of LinuxCNC
     work: Work | None = None        # lines before the ok, which comes when it is done
     at_once: bool = False           # it does not wait for lines that came before it
+    act: Callable[[Operation], None] | None = None      # it does this at once
+    commands: bool = True           # it is not done after a stop or a fault
+    in_files: bool = True           # a file may have it
 
 
 def _axes(state: pokeys.State) -> str:
@@ -131,7 +135,7 @@ async def _home(operation: Operation, job: Job) -> str:
 
 
 async def _set_place(operation: Operation, job: Job) -> str:
-    operation.motion.set_place(job)
+    await operation.motion.set_place(job)
     return ""
 
 
@@ -171,30 +175,101 @@ def switches_off(line: Line) -> bool:
 
 RENUMBER = "M110"
 AUTOREPORT = "M155"
-GIVE_UP = "M108"
+async def _list(operation: Operation, _job: Job) -> str:
+    return await operation.card.listing()
+
+
+async def _select(operation: Operation, job: Job) -> str:
+    return await operation.card.select(_name(job))
+
+
+async def _start(operation: Operation, _job: Job) -> str:
+    operation.card.start()
+    return ""
+
+
+async def _begin_at(operation: Operation, job: Job) -> str:
+    words = job.line.words()
+    await operation.card.begin_at(words.get("S"), words.get("L"))
+    return ""
+
+
+async def _remove(operation: Operation, job: Job) -> str:
+    return await operation.card.remove(_name(job))
+
+
+async def _select_and_start(operation: Operation, job: Job) -> str:
+    said = await operation.card.select(_name(job).strip("!#"))
+    operation.card.start()
+    return said
+
+
+def _name(job: Job) -> str:
+    if not job.line.argument:
+        raise BadWords("needs the name of a file")
+    return job.line.argument
+
+
+async def _store(_operation: Operation, _job: Job) -> str:
+    raise AssertionError("the machine does it")
+
+
+def _progress(_hub: Hub, operation: Operation | None) -> str:
+    try:
+        return operation.card.progress() if operation else "Not SD printing"
+    except NotDone as error:
+        return f"echo:{error}"
+
+
+def _pause(operation: Operation) -> None:
+    operation.card.pause()
+
+
+def _abort(operation: Operation) -> None:
+    if not operation.card.abort("ended by M524"):
+        raise NotDone("no job is under way")
+    operation.begin_stop("stop")
+
+
+STORE, STORED = "M28", "M29"
 STATE = "?"
 INCH = 25.4
 COMMANDS = {
     STATE: Command("show the PoKeys devices", _of(_state), at_once=True),
-    "G0": Command("axes and positions: move there, as fast as they can unless F was given", work=_move(rapid=True)),
-    "G1": Command("axes and positions, F and units/min: move there in a straight line", work=_move(rapid=False)),
-    "G4": Command("P and milliseconds, S and seconds: wait when all moves have ended", work=_dwell),
+    "G0": Command("axes and positions: move there, as fast as the axes can unless F was given", work=_move(rapid=True)),
+    "G1": Command("axes and positions, F and units/min: move there in a straight line at this speed",
+                  work=_move(rapid=False)),
+    "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended", work=_dwell),
     "G20": Command("units are inches", work=_mode(scale=INCH)),
     "G21": Command("units are millimetres", work=_mode(scale=1.0)),
-    "G28": Command("axes: find their home switches, one after the other; none: all but E", work=_home),
+    "G28": Command("axes: find their home switches, one after the other; without axes: all but E", work=_home),
     "G90": Command("positions are absolute", work=_mode(relative=False, relative_extruder=False)),
     "G91": Command("positions are relative", work=_mode(relative=True, relative_extruder=True)),
     "G92": Command("axes and numbers: these are their positions from now on", work=_set_place),
     "M17": Command("enable all axes, or those that are named", work=_enable),
-    "M18": Command("disable all axes when they stand", work=_disable),
+    "M18": Command("wait until all axes stand still, then disable them", work=_disable),
+    "M20": Command("list the files", work=_list, commands=False, in_files=False),
+    "M21": Command("nothing has to be done for files: ok"),
+    "M22": Command("nothing has to be done for files: ok"),
+    "M23": Command("a name: select a file", work=_select, commands=False, in_files=False),
+    "M24": Command("begin the job of the selected file, or go on with it", work=_start, in_files=False),
+    "M25": Command("the job waits until M24", at_once=True, act=_pause),
+    "M26": Command("S and a byte, or L and a line: the job begins there", work=_begin_at, commands=False,
+                   in_files=False),
+    "M27": Command("show how far the job has come", _progress, at_once=True),
+    STORE: Command("a name: write this client's lines into a file, until M29", work=_store, in_files=False),
+    STORED: Command("the file is complete", work=_store, in_files=False),
+    "M30": Command("a name: delete a file", work=_remove, commands=False, in_files=False),
+    "M32": Command("a name: select a file, and begin its job", work=_select_and_start, in_files=False),
     "M82": Command("positions of E are absolute", work=_mode(relative_extruder=False)),
     "M83": Command("positions of E are relative", work=_mode(relative_extruder=True)),
     "M84": Command("as M18", work=_disable),
     "M104": Command("S and degrees C: set the target of a hot end, T0 or T and its number", work=_set(heating.HOT_END)),
     "M105": Command("show temperatures, targets and powers of heaters", _of(report.trouble), _of(report.temperatures),
                     at_once=True),
-    GIVE_UP: Command("wait for no temperature any more", at_once=True),
-    "M109": Command("as M104, and wait while it is colder; R and degrees C: also while it is warmer",
+    "M108": Command("end all waits for temperatures", at_once=True, commands=False,
+                    act=lambda operation: operation.heating.give_up()),
+    "M109": Command("as M104, and wait until it is warm; with R instead of S also until it has cooled down",
                     work=_reach(heating.HOT_END)),
     RENUMBER: Command("N and a number: set the number of the last line"),
     "M112": Command("emergency stop of LinuxCNC, or of the device that G-code commands", stop="emergency_stop"),
@@ -204,12 +279,14 @@ COMMANDS = {
     "M140": Command("S and degrees C: set the target of the bed", work=_set(heating.BED)),
     "M141": Command("S and degrees C: set the target of the chamber", work=_set(heating.CHAMBER)),
     AUTOREPORT: Command("S and seconds: report temperatures periodically; S0 ends the reports", at_once=True),
-    "M190": Command("as M140, and wait while it is colder; R and degrees C: also while it is warmer",
+    "M190": Command("as M140, and wait until it is warm; with R instead of S also until it has cooled down",
                     work=_reach(heating.BED)),
-    "M191": Command("as M141, and wait while it is colder; R and degrees C: also while it is warmer",
+    "M191": Command("as M141, and wait until it is warm; with R instead of S also until it has cooled down",
                     work=_reach(heating.CHAMBER)),
-    "M220": Command("S and percent, 0 to 200: part of the feed rates; alone: show it", work=_override),
+    "M220": Command("S and percent, 0 to 200: set the feed override; without S: show it", work=_override),
     "M400": Command("wait until all moves have ended", work=_finish),
-    "M410": Command("stop LinuxCNC's program and its axes", stop="stop"),
-    RESUME: Command("after M112 or a fault: reset heaters, and permit commands", work=_resume),
+    "M410": Command("stop LinuxCNC's program and axes, or the axes of the device that G-code commands", stop="stop"),
+    "M524": Command("end the job, and stop the axes", at_once=True, act=_abort),
+    RESUME: Command("after M112 or a fault: reset faults and permit commands again", work=_resume, commands=False,
+                    in_files=False),
 }

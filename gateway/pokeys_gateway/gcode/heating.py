@@ -61,7 +61,7 @@ class Heating:
         letter = next((letter for letter in letters if words.get(letter) is not None), "")
         celsius = words.get(letter)
         if celsius is None:
-            raise BadWords(f"takes {' or '.join(letters)} and degrees C")
+            raise BadWords(f"needs {' or '.join(letters)} with a temperature in degrees C")
         index = await self._set(self._find(kind, words.get("T")), celsius)
         return index, letter == letters[0]
 
@@ -117,7 +117,7 @@ class Heating:
             if heater.fault:
                 return f"heater {heater.title} is off by a fault: {heater.trouble}"
             if abs(heater.target - celsius) > NEAR_K and now - self._since[index] > FOLLOW_S:
-                why = heater.refusal or heater.trouble or "pokeysctl events may say why"
+                why = heater.refusal or heater.trouble or "pokeysctl events may show the reason"
                 return f"heater {heater.title} was switched off: {why}"
         return ""
 
@@ -139,7 +139,7 @@ class Heating:
         for heater in report.heaters(self._hub):
             if heater.letter == letter:
                 if heater.device != self._holder.device:
-                    raise NotDone(f"heater {heater.title} is one of {heater.device}, which G-code does not command")
+                    raise NotDone(f"heater {heater.title} belongs to {heater.device}, which G-code does not command")
                 return heater
         reading = self._hub.source.read(self._holder.device)
         if not reading or not reading.state:
@@ -148,7 +148,7 @@ class Heating:
 
     async def _set(self, heater: Heater, celsius: float) -> int:
         if not 0 <= celsius <= heater.most:
-            raise NotDone(f"heater {heater.title} takes 0 to {heater.most:g} degrees C")
+            raise NotDone(f"the target of heater {heater.title} must be 0 to {heater.most:g} degrees C")
         if celsius and heater.trouble:
             what = "off by a fault" if heater.fault else "not ready"
             raise NotDone(f"heater {heater.title} is {what}: {heater.trouble}")
@@ -198,7 +198,7 @@ class Heating:
         loop = asyncio.get_running_loop()
         end, reported = loop.time() + REACH_S, loop.time()
         since: float | None = None
-        while (celsius := self._targets.get(index, 0.0)) and job.asker.connected and not given_up.is_set():
+        while (celsius := self._targets.get(index, 0.0)) and not job.gone and not given_up.is_set():
             heater, now = self._of(index), loop.time()
             if not heater.reached or abs(heater.target - celsius) > NEAR_K:
                 since = None

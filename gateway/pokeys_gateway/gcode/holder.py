@@ -186,7 +186,7 @@ class Holder:
     async def _open(self) -> None:
         place, command = await self._do(self._enter)
         self._place, self._command = place, command
-        _LOG.info("%s: G-code commands it", self.device)
+        _LOG.info("%s: the gateway commands it for G-code", self.device)
         self._beating = begin(self._beat(command))
 
     def _opened(self, opening: asyncio.Task[None]) -> None:
@@ -216,6 +216,6 @@ class Holder:
     def _lose(self, why: str) -> None:
         if not self._command:
             return
-        _LOG.warning("%s: G-code commands it no more: %s", self.device, why)
+        _LOG.warning("%s: G-code no longer commands it: %s", self.device, why)
         self.release()
         self.on_lost(why)

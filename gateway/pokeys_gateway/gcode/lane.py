@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
 from ..console.client import Client
+from ..folder import Upload
 from .parser import Line
 
 LANE_MOST = 8               # lines that wait; the client's next ones stay with the router
@@ -21,17 +22,29 @@ class Modes:
     def __init__(self) -> None:
         self.relative = self.relative_extruder = False
         self.scale = 1.0                    # mm for each unit
-        self.feed: float | None = None      # mm/s
+        self.feed: float | None = None      # as given, units/s
+        self.feed_scale = 1.0               # mm for each of them
 
 
 @dataclass(frozen=True)
 class Job:
     """A line that is to be carried out."""
 
-    asker: Client
+    asker: Client | None    # None: a file
     line: Line
     modes: Modes
     tell: Callable[[str], None]
+    stores: bool = False    # it goes into a file
+
+    @property
+    def gone(self) -> bool:
+        """Nobody waits for it any more."""
+        return self.asker is not None and not self.asker.connected
+
+    def owe(self, replies: int) -> None:
+        """Its asker has so many more to come."""
+        if self.asker:
+            self.asker.due += replies
 
 
 class Lane:
@@ -42,7 +55,10 @@ class Lane:
         self._run, self._on_room = run, on_room
         self._jobs: deque[Job] = deque()        # the first one is under way
         self._task: asyncio.Task[None] | None = None
+        self._skips = 0             # so many of the first ones
         self.modes = Modes()
+        self.stores = False         # lines that come now go into a file
+        self.upload: Upload | None = None       # this one
         self.held = False           # the router keeps what the client sends
 
     @property
@@ -58,9 +74,17 @@ class Lane:
     def put(self, job: Job) -> None:
         """Carry it out after the others."""
         self._jobs.append(job)
-        job.asker.due += 1
+        job.owe(1)
         if not self._task:
             self._task = asyncio.get_running_loop().create_task(self._go())
+
+    def skip(self) -> None:
+        """A line has failed: those that are here already count on it."""
+        self._skips = len(self._jobs)
+
+    def skips(self, job: Job) -> bool:
+        """Is this one of them?"""
+        return self._skips > 0 and job is self._jobs[0]
 
     def tell(self, text: str) -> None:
         """A reply to the line that is under way."""
@@ -70,8 +94,9 @@ class Lane:
         """Carry out nothing any more, and end what is under way, without replies; how many lines that are."""
         lines = len(self._jobs)
         for job in self._jobs:
-            job.asker.due -= 1
+            job.owe(-1)
         self._jobs.clear()
+        self._skips = 0
         if self._task:
             self._task.cancel()
             self._task = None
@@ -88,7 +113,8 @@ class Lane:
             if not self._jobs or self._jobs[0] is not job:
                 return      # cleared meanwhile
             self._jobs.popleft()
-            job.asker.due -= 1
+            self._skips = max(0, self._skips - 1)
+            job.owe(-1)
             self._on_room()
         self._task = None
 

@@ -23,7 +23,7 @@ from ..console.urgent import STOP
 from ..hub import Hub
 from ..wire import NotDone
 from . import report
-from .commands import AUTOREPORT, COMMANDS, GIVE_UP, RENUMBER, RESUME, STATE, switches_off
+from .commands import AUTOREPORT, COMMANDS, RENUMBER, RESUME, STATE, STORE, STORED, switches_off
 from .holder import STOPPED
 from .lane import Job, Lane
 from .operation import Operation
@@ -40,7 +40,7 @@ LAST_S = 2.0                # for stops under way when the gateway ends
 TOO_LONG = f"echo:not carried out: a line has at most {LINE_MOST} characters: "
 NO_STOP = ("the gateway may not operate LinuxCNC ([linuxcnc] operate = no), and commands no device ([machine] device); "
            "use the machine's own switch")
-NO_DEVICE = "no device is named that G-code commands; see [machine] in pokeys-gateway.conf(5)"
+NO_DEVICE = "G-code has no device to command; set device in [machine], see pokeys-gateway.conf(5)"
 _END = re.compile(rb"\r\n|\r|\n")
 _LOG = logging.getLogger("pokeys-gateway")
 
@@ -77,8 +77,14 @@ class Machine:
         self._reports: WeakKeyDictionary[Client, asyncio.TimerHandle] = WeakKeyDictionary()     # the next ones
         self._lanes: WeakKeyDictionary[Client, Lane] = WeakKeyDictionary()
         device = hub.config.machine_device
-        self._operation = Operation(hub, device, self._halt) if device else None
+        self._operation = Operation(hub, device, self._halt, self._router.tell_all) if device else None
         self._closed = False
+
+    async def open(self) -> None:
+        """Look for what another gateway has left."""
+        if self._operation:
+            self._operation.busy = lambda: any(lane.busy for lane in self._lanes.values())
+            await self._operation.open(self._run)
 
     async def close(self) -> None:
         """Stops that are under way have a moment to get through."""
@@ -96,6 +102,8 @@ class Machine:
         """A stop has come: lines that are here are not carried out; how many that are."""
         lines: dict[Client | None, int] = {None: len(self._taken) + bool(self._begun)}
         lines |= self._clear_lanes(STOPPED)
+        if self._operation:
+            self._operation.abort(STOPPED)
         while self._taken:
             self._taken.popleft().release()
         self._begun.clear()
@@ -177,7 +185,7 @@ class Machine:
         if isinstance(why, NotDone | BadWords):
             return f"Error:{name}: {why}\nok"
         _LOG.error("a line of %s", asker, exc_info=why)
-        return "Error:an error of the gateway; its log says more\nok"
+        return "Error:internal error of the gateway; see its log\nok"
 
     def _carry_out(self, asker: Client, line: Line, request: int) -> None:
         last = self._last.get(asker, 0)
@@ -191,12 +199,14 @@ class Machine:
         if line.name == RENUMBER:
             self._renumber(asker, line)
         command = COMMANDS.get(line.name)
-        if command and command.work and not self._operation:
+        if command and (command.work or (command.act and command.commands)) and not self._operation:
             self._tell(asker, self._reason(asker, NotDone(NO_DEVICE), line.name), request)
             return
         lane = self._lanes.setdefault(asker, Lane(self._work, functools.partial(self._room, ref(asker))))
-        if (command and command.work) or (lane.busy and not (command and command.at_once)):
-            lane.put(Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request)))
+        stores, lane.stores = lane.stores, line.name == STORE or (lane.stores and line.name != STORED)
+        if stores or (command and command.work) or (lane.busy and not (command and command.at_once)):
+            lane.put(Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request),
+                         stores and lane.stores))
             if lane.full and not lane.held:
                 lane.held = True
                 self._router.hold(asker, True)
@@ -207,13 +217,16 @@ class Machine:
         """To a command that takes no time."""
         if line.name == AUTOREPORT:
             self._report_from_now(asker, line)
-        if line.name == GIVE_UP and self._operation:
-            self._operation.heating.give_up()
         if not line.text:
             return "ok"
         if line.name not in COMMANDS:
-            return f'echo:Unknown command: "{line.text[:SHOWN]}"; M115 lists what there is\nok'
+            return f'echo:Unknown command: "{line.text[:SHOWN]}"; M115 lists the commands\nok'
         command = COMMANDS[line.name]
+        if command.act and self._operation:
+            try:
+                command.act(self._operation)
+            except NotDone as why:
+                return self._reason(asker, why, line.name)
         if line.name == STATE and self._operation and self._operation.halted:
             return f"{command.run(self._hub, None)}\necho:{self._operation.halted}; {RESUME} permits commands again\nok"
         before, behind = command.run(self._hub, self._operation), command.answer(self._hub, self._operation)
@@ -228,25 +241,73 @@ class Machine:
 
     async def _work(self, job: Job) -> None:
         """Carry out a line, with its reply."""
-        # what switches off is carried out for who is gone, too
-        if not job.asker.connected and not switches_off(job.line):
-            return
+        assert job.asker
         command, operation = COMMANDS.get(job.line.name), self._operation
         try:
-            if command and command.work and operation:
+            if job.stores or job.line.name in (STORE, STORED):
+                await self._store(job, self._lanes[job.asker])
+            elif job.gone and not switches_off(job.line):
+                return      # what switches off is carried out for who is gone, too
+            elif self._lanes[job.asker].skips(job) and not switches_off(job.line):
+                raise NotDone("not carried out, as a line before it has failed")
+            elif command and command.work and operation:
+                if command.commands:
+                    await operation.ready()
                 operation.holder.begin()
-                if job.line.name != RESUME:
-                    operation.check()
                 before = await command.work(operation, job)
                 job.tell(f"{before}\n" * bool(before) + "ok")
             else:
                 job.tell(self._reply(job.asker, job.line))
         except Exception as why:
-            job.tell(self._reason(job.asker, why, job.line.name if command and command.work else ""))
+            failed = bool(command and command.work)
+            job.tell(self._reason(job.asker, why, job.line.name if failed else ""))
+            if failed and job.asker.connected:
+                self._lanes[job.asker].skip()
+                if lines := job.asker.forget():
+                    self._tell(job.asker, f"echo:not carried out, as a line before them has failed: {lines} lines", 0)
+
+    async def _store(self, job: Job, lane: Lane) -> None:
+        """M28, M29, and the lines between them."""
+        assert self._operation
+        card, upload = self._operation.card, lane.upload
+        if job.gone or job.line.name == STORE:
+            lane.upload = None
+            if upload:
+                await card.discard(upload)
+        if job.gone:
+            return
+        before = ""
+        if job.line.name == STORE and not job.stores:
+            lane.upload = await card.begin_file(job.line.argument)
+            before = f"Writing to file: {job.line.argument.strip('/')}\n"
+        elif not upload:
+            raise NotDone("nothing is being written")
+        elif job.stores:
+            await card.write(upload, f"{job.line.text}\n".encode())
+        else:
+            lane.upload = None
+            await card.finish(upload)
+            before = "Done saving file.\n"
+        job.tell(f"{before}ok")
+
+    async def _run(self, job: Job) -> bool:
+        """Carry out a line of a file. False: there is no such command."""
+        command, operation = COMMANDS.get(job.line.name), self._operation
+        if not command or not operation:
+            return False
+        if command.stop or command.act or (command.work and not command.in_files):
+            raise NotDone(f"{job.line.name} cannot be in a file")
+        if command.work:
+            await operation.ready()
+            operation.holder.begin()
+            await command.work(operation, job)
+        return True
 
     def _halt(self, why: str) -> None:
         """Nothing is commanded any more: hosts end their job at an error."""
         self._clear_lanes(why)
+        if self._operation:
+            self._operation.abort(why)
         self._router.tell_all(f"Error:{why}; {RESUME} permits commands again")
 
     # ---- reports of temperatures
@@ -257,7 +318,7 @@ class Machine:
         if seconds is None or (seconds != 0 and not least <= seconds <= most):
             raise BadWords(f"{AUTOREPORT} takes S and seconds, {least:g} to {most:g}, or 0")
         if not self._router.hears(asker):
-            raise BadWords(f"{AUTOREPORT} is for connections that stay; ask with M105")
+            raise BadWords(f"{AUTOREPORT} needs a lasting connection; use M105 instead")
         if timer := self._reports.pop(asker, None):
             timer.cancel()
         if seconds:
@@ -321,7 +382,7 @@ class Machine:
 
     def _stopped(self, stop: _Stop, done: asyncio.Future[None]) -> None:
         self._under_way.discard(done)
-        why = done.exception() if not done.cancelled() else NotDone("the gateway ends")
+        why = done.exception() if not done.cancelled() else NotDone("the gateway is shutting down")
         said = False
         for asker, name, request in stop.askers:
             asker.due -= 1

@@ -11,8 +11,9 @@ begins is where the last one ends, which may be in the future.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import AsyncGenerator, Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import pokeys
@@ -70,7 +71,9 @@ class Motion:
         self._hub = hub
         self._holder = holder
         self._order = asyncio.Lock()
-        self._on: set[str] = set()          # letters of those that we have enabled
+        self._on: set[str] = set()          # letters of those that we have enabled, or are enabling
+        self._changing: set[str] = set()    # ... that are being enabled or homed
+        self._homing: Member | None = None  # until that has ended, or a stop has ended it
         self._ends: dict[str, float] = {}   # where the queued moves end, units
         self._begins = True                 # the next move need not follow another one
         self._moved = False                 # a path is under way, as far as we know
@@ -88,6 +91,10 @@ class Motion:
         """What is enabled stands, and nothing was commanded since then."""
         return bool(self._on) and not self._order.locked() and self._used_at < then and not self._moved
 
+    def use(self) -> None:
+        """Somebody is at work: they stay enabled."""
+        self._used_at = asyncio.get_running_loop().time()
+
     # ---- commands
 
     async def move(self, job: Job, *, rapid: bool) -> None:
@@ -95,46 +102,52 @@ class Motion:
         words, modes = _numbers(job), job.modes
         if "F" in words:
             if not words["F"] > 0:
-                raise BadWords("F is more than 0")
-            modes.feed = words["F"] * modes.scale / 60
+                raise BadWords("F must be greater than 0")
+            modes.feed, modes.feed_scale = words["F"] / 60, modes.scale
         given = {letter: words[letter] * (modes.scale if letter in LINEAR + EXTRUDER else 1.0)
                  for letter in LETTERS if letter in words}
         if not given:
             return
         if modes.feed is None and not rapid:
-            raise NotDone("no feed rate is given; add F and units/min")
-        async with self._order:
-            await self._move(given, modes)
+            raise NotDone("no feed rate yet; add F with units/min")
+        await self._holder.take()
+        # others must not wait for room in the queue because this one does
+        while True:
+            await self._room()
+            async with self._order:
+                if int(self._state()["moves.waiting"]) < QUEUE:
+                    await self._move(given, modes)
+                    return
 
     async def dwell(self, job: Job) -> None:
         """G4: P and milliseconds, or S and seconds."""
         words = _numbers(job)
         seconds = words.get("S", words.get("P", 0.0) / 1000)
         if not 0 <= seconds <= DWELL_MOST_S:
-            raise BadWords(f"a dwell is 0 to {DWELL_MOST_S:g} seconds")
+            raise BadWords(f"the dwell must be 0 to {DWELL_MOST_S:g} seconds")
         await self.finish()
         await asyncio.sleep(seconds)
 
     async def finish(self) -> None:
-        """M400: until all moves have ended, and everything stands."""
+        """M400: until all moves that there are have ended; if no others have come, until everything stands."""
         if not self._holder.held:
             return
-        loop = asyncio.get_running_loop()
-        last, since = -1, loop.time()
+        progress = self._progress()
+        moves = int(self._state()["moves.taken"])
         while True:
             state = self._state()
             waiting = int(state["moves.waiting"])
-            if not waiting and all(member.still for member in self._members(state).values() if member.enabled):
+            if int(state["moves.taken"]) - waiting >= moves and (waiting or self._stands(state)):
                 return
-            if waiting != last:
-                last, since = waiting, loop.time()
-            elif loop.time() - since > STILL_S:
-                raise NotDone(f"nothing has moved for {STILL_S / 60:.0f} minutes")
+            progress(state)
             await asyncio.sleep(LOOK_S)
 
-    def set_place(self, job: Job) -> None:
+    async def set_place(self, job: Job) -> None:
         """G92: what the logical position is now."""
-        words, modes = _numbers(job), job.modes
+        async with self._order:
+            self._set_place(_numbers(job), job.modes)
+
+    def _set_place(self, words: Mapping[str, float], modes: Modes) -> None:
         state = self._state()
         members = self._members(state)
         given = [letter for letter in LETTERS if letter in words] or [letter for letter in LETTERS if letter in members]
@@ -147,8 +160,7 @@ class Motion:
         """G28: one after the other, in the order in which they are named."""
         words = job.line.words()
         await self._holder.take()
-        async with self._order:
-            await self.finish()
+        async with self._standing():
             members = self._members(self._state())
             letters = [letter for letter in words if letter in LETTERS]
             for letter in letters or [letter for letter in LETTERS if letter in members and letter != EXTRUDER]:
@@ -166,10 +178,19 @@ class Motion:
         """M18, M84: all, when they stand."""
         if not self._holder.held:
             return
-        async with self._order:
-            await self.finish()
-            await self._holder.stop({}, motion=True)
+        async with self._standing():
             self.forget()
+            await self._holder.stop({}, motion=True)
+
+    @contextlib.asynccontextmanager
+    async def _standing(self) -> AsyncGenerator[None, None]:
+        """While nobody moves anything. Others go on while it is waited for."""
+        while True:
+            await self.finish()
+            async with self._order:
+                if self.still():
+                    yield
+                    return
 
     async def override(self, job: Job) -> str:
         """M220: S and percent; without it, what it is."""
@@ -177,7 +198,7 @@ class Motion:
         if percent is None:
             return f"FR:{self._percent:g}%"
         if not 0 <= percent <= FEED_MOST:
-            raise BadWords(f"the feed override is 0 to {FEED_MOST:g} percent")
+            raise BadWords(f"the feed override must be 0 to {FEED_MOST:g} percent")
         self._percent, self._fed = percent, False
         if self._on:
             await self._feed()
@@ -188,6 +209,8 @@ class Motion:
     def forget(self) -> None:
         """They are off, and no path is under way."""
         self._on.clear()
+        self._changing.clear()
+        self._homing = None
         self.halt()
         self._fed = False
 
@@ -197,19 +220,28 @@ class Motion:
         self._begins, self._moved = True, False
 
     async def stop(self) -> None:
-        """M410: as soon as they can; they stay enabled."""
+        """M410: as soon as they can; they stay enabled, but those that were being enabled or homed."""
         self.halt()
+        homing, self._homing = self._homing, None
+        # whatever was given before is taken then
+        await self._holder.order(OneShot.NOP, always=True)
+        if homing and not homing.motor:
+            await self._holder.order(OneShot.HOME_CANCEL, always=True, seconds=CANCEL_S)
         state = self._state()
         if state["moves.waiting"]:
             await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.STOP, always=True)
-        homing = [i for i in range(len(state.servo)) if state[f"servo.{i:02}.home-state"]]
-        for index in homing:
-            await self._holder.order(OneShot.SERVO_HOME, index=index, flags=SERVO_END_HOMING, always=True)
-        if state.word("engine-state") in ("homing", "home"):
-            # those that were homing are off then
-            await self._holder.order(OneShot.HOME_CANCEL, always=True, seconds=CANCEL_S)
-            members = self._members(self._state())
-            self._on = {letter for letter in self._on if letter in members and members[letter].enabled}
+        for index in range(len(state.servo)):
+            if state[f"servo.{index:02}.home-state"]:
+                await self._holder.order(OneShot.SERVO_HOME, index=index, flags=SERVO_END_HOMING, always=True)
+        await self._keep_enabled()
+        self._changing.clear()
+
+    async def _keep_enabled(self) -> None:
+        """Those that are off stay off."""
+        members = self._members(self._state())
+        off = {letter for letter in self._on if not (letter in members and members[letter].enabled)}
+        self._on -= off
+        await self._command([members[letter] for letter in off if letter in members], enable=False)
 
     def off(self) -> bool:
         """Nothing is enabled or moves."""
@@ -218,9 +250,11 @@ class Motion:
 
     def still(self) -> bool:
         """Nothing moves."""
-        state = self._state()
-        members = self._members(state).values()
-        return not state["moves.waiting"] and all(member.still for member in members if member.enabled)
+        return self._stands(self._state())
+
+    def _stands(self, state: pokeys.State) -> bool:
+        enabled = [member for member in self._members(state).values() if member.enabled]
+        return not state["moves.waiting"] and not self._homing and all(member.still for member in enabled)
 
     async def reset(self) -> list[str]:
         """Clear the faults; what could not be cleared, and why."""
@@ -249,16 +283,16 @@ class Motion:
         """Why something that is enabled is off now, or a path has ended; "": nothing is wrong."""
         reading = self._hub.source.read(self._holder.device)
         state = reading.state if reading else None
-        if state is None or not self._on or self._order.locked():
+        if state is None or not self._on:
             return ""
         members = self._members(state)
         enabled = {letter for letter, member in members.items() if member.enabled}
-        off = [letter for letter in LETTERS if letter in self._on - enabled]
+        off = [letter for letter in LETTERS if letter in self._on - self._changing - enabled]
         if off:
             # one that is on a limit switch stops all
             letter = next((one for one in off if one in members and members[one].on_limit), off[0])
             why = members[letter].trouble if letter in members else ""
-            return f"{letter} was switched off: {why or 'pokeysctl events may say why'}"
+            return f"{letter} was switched off: {why or 'pokeysctl events may show the reason'}"
         if self._moved and not state["moves.waiting"]:
             self._moved = False
             if state["moves.end"] != ENDED_WELL:
@@ -268,10 +302,10 @@ class Motion:
     async def follow(self) -> None:
         """Command the positions that the daemon holds, so that it goes on holding them when a path has ended."""
         reading = self._hub.source.read(self._holder.device)
-        if not reading or reading.state is None or not reading.connected or self._order.locked():
+        if not reading or reading.state is None or not reading.connected:
             return
         members = self._members(reading.state)
-        await self._command([members[letter] for letter in self._on if letter in members], enable=True)
+        await self._command([members[letter] for letter in self._on - self._changing if letter in members], enable=True)
 
     # ---- one step
 
@@ -321,7 +355,7 @@ class Motion:
                 return
             if loop.time() >= end:
                 why = next((members[letter].trouble for letter in holds if members[letter].trouble), "")
-                raise NotDone(f"{what}: {why or 'pokeysctl events may say why'}")
+                raise NotDone(f"{what}: {why or 'pokeysctl events may show the reason'}")
             await asyncio.sleep(LOOK_S)
 
     async def _enable(self, wanted: Iterable[Member]) -> None:
@@ -329,12 +363,28 @@ class Motion:
         letters = [member.letter for member in wanted if not (member.enabled and member.letter in self._on)]
         if not letters:
             return
-        state = self._state()
-        members = self._members(state)
+        members = self._members(self._state())
         for letter in letters:
             if members[letter].trouble:
                 hint = "; pokeysctl axis can move it off" if members[letter].on_limit else ""
                 raise NotDone(f"{letter} cannot move: {members[letter].trouble}{hint}")
+        self._changing |= set(letters)
+        self._on |= set(letters)
+        try:
+            await self._switch_on(letters)
+        except NotDone:
+            self._on -= set(letters)
+            self._changing -= set(letters)
+            with contextlib.suppress(NotDone):
+                await self._command([members[letter] for letter in letters], enable=False)
+            raise
+        self._changing -= set(letters)
+        self.use()
+
+    async def _switch_on(self, letters: list[str]) -> None:
+        """The daemon's steps: off, where they are; the machine on; on."""
+        state = self._state()
+        members = self._members(state)
         axes = [letter for letter in letters if not members[letter].motor]
         if axes and not state["machine-on-permitted"]:
             await self._command((), enable=False, machine_is_on=False)
@@ -349,34 +399,36 @@ class Motion:
         members = self._members(self._state())
         await self._command([members[letter] for letter in letters], enable=True)
         await self._until(f"the daemon does not enable {', '.join(letters)}", letters)
-        self._on |= set(letters)
-        self._used_at = asyncio.get_running_loop().time()
 
     async def _move(self, given: Mapping[str, float], modes: Modes) -> None:
-        await self._holder.take()
         members = self._members(self._state())
         await self._enable([self._member(members, letter) for letter in given])
         if not self._fed:
             await self._feed()
-        await self._room()
+        if why := self.trouble():
+            raise NotDone(why)
         state = self._state()
         members = self._members(state)
         ends: dict[str, float] = {}
         lengths: dict[str, float] = {}
+        moved = False
         for letter, number in given.items():
             member = self._member(members, letter)
             begin = self._begin_of(state, member)
             relative = modes.relative_extruder if letter == EXTRUDER else modes.relative
             ends[letter] = begin + number if relative else number + self.shifts.get(letter, 0.0)
-            lengths[letter] = ends[letter] - begin
             if not abs(ends[letter] * member.scale) <= (COUNTS_MOST if member.motor else PULSES_MOST):
                 raise NotDone(f"{letter}{number:g} is further than the device can count")
-        if all(abs(length * members[letter].scale) < 0.5 / FRACTIONS for letter, length in lengths.items()):
+            parts = round(ends[letter] * member.scale * FRACTIONS) - round(begin * member.scale * FRACTIONS)
+            moved = moved or parts != 0
+            # what is less than a count has no direction
+            lengths[letter] = parts / FRACTIONS / member.scale if abs(parts) >= FRACTIONS else 0.0
+        if not moved:
             return
-        await self._queue([members[letter] for letter in members if letter in ends], ends, _speed(lengths, modes.feed))
+        await self._queue([members[letter] for letter in members if letter in ends], ends, _speed(lengths, modes))
         self._ends |= ends
         self._begins, self._moved = False, True
-        self._used_at = asyncio.get_running_loop().time()
+        self.use()
 
     async def _queue(self, members: list[Member], ends: Mapping[str, float], speed: float) -> None:
         """Motors first, each in the order of the daemon's numbers."""
@@ -391,8 +443,8 @@ class Motion:
                 fractions=[part % FRACTIONS for part in parts], parameters=[speed]) != Outcome.DONE:
             state = self._state()
             if state["moves.refusal"] != COMMANDED or not self._begins or loop.time() >= end:
-                self.halt()
-                raise NotDone(f"this move is refused: {state.word('moves.refusal')}")
+                self._begins = True
+                raise NotDone(f"the daemon refused this move: {state.word('moves.refusal')}")
             # where it is commanded to be has changed just now
             now = self._members(state)
             await self._command([now[member.letter] for member in members], enable=True)
@@ -400,45 +452,74 @@ class Motion:
 
     async def _room(self) -> None:
         """Until the daemon's queue has a place."""
-        loop = asyncio.get_running_loop()
-        last, since = -1, loop.time()
-        while (waiting := int(self._state()["moves.waiting"])) >= QUEUE:
-            taken = int(self._state()["moves.taken"])
-            if taken != last:
-                last, since = taken, loop.time()
-            elif loop.time() - since > STILL_S:
-                raise NotDone(f"no move has ended for {STILL_S / 60:.0f} minutes ({waiting} wait)")
+        progress = self._progress()
+        while int((state := self._state())["moves.waiting"]) >= QUEUE:
+            progress(state)
             await asyncio.sleep(LOOK_S)
+
+    def _progress(self) -> Callable[[pokeys.State], None]:
+        """To be called with each state: :class:`NotDone` if nothing moves for long, unless that was commanded."""
+        loop = asyncio.get_running_loop()
+        last, since = (0, 0.0), loop.time()
+
+        def look(state: pokeys.State) -> None:
+            nonlocal last, since
+            self._holder.check()
+            mark = int(state["moves.waiting"]), sum(member.place for member in self._members(state).values())
+            if mark != last or self._percent == 0:
+                last, since = mark, loop.time()
+            elif loop.time() - since > STILL_S:
+                raise NotDone(f"nothing has moved for {STILL_S / 60:.0f} minutes")
+        return look
 
     async def _feed(self) -> None:
         outcome = await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.FEED,
                                            parameters=[self._percent / 100])
         if outcome != Outcome.DONE:
-            raise NotDone("the feed override is refused")
+            raise NotDone("the daemon refused the feed override")
         self._fed = True
 
     async def _home(self, member: Member) -> None:
         await self._enable([member])
         self.shifts.pop(member.letter, None)
         self._ends.pop(member.letter, None)
+        self._homing = member
+        # the daemon drives no axis while the pulse engine finds a switch
+        axes = {} if member.motor else self._members(self._state())
+        self._changing |= {member.letter, *(letter for letter in self._on if letter in axes and not axes[letter].motor)}
+        try:
+            await self._seek(member)
+            self._homing = None
+            await self._settle(member.letter)
+            await self._until("the daemon does not drive all axes again", self._on)
+        except NotDone:
+            self._homing = None
+            await self._keep_enabled()
+            raise
+        finally:
+            # a stop has its own way
+            if not self._homing:
+                self._changing.clear()
+        self.use()
+
+    async def _seek(self, member: Member) -> None:
+        """Find its home switch."""
         if not member.motor:
             outcome = await self._holder.order(OneShot.HOME, mask=1 << member.index, flags=HOME_FINISH_ITSELF,
                                                seconds=HOME_S)
             if outcome != Outcome.DONE:
-                raise NotDone(f"{member.letter} is not homed: {self._state().word('engine-state')}; "
-                              "pokeysctl events may say why")
-            await self._settle(member.letter)
+                raise NotDone(f"{member.letter} was not homed: {self._state().word('engine-state')}; "
+                              "pokeysctl events may show the reason")
             return
         if await self._holder.order(OneShot.SERVO_HOME, index=member.index) != Outcome.DONE:
-            raise NotDone(f"{member.letter} is not homed: pokeysd.conf has no home-search-speed for it, or it moves")
+            raise NotDone(f"{member.letter} was not homed: pokeysd.conf has no home-search-speed for it, or it moves")
         end = f"servo.{member.index:02}.home-end"
         while not (state := self._state())[end]:
             if not self._members(state)[member.letter].enabled:
                 break
             await asyncio.sleep(LOOK_S)
         if state.word(end) != "done":
-            raise NotDone(f"{member.letter} is not homed: {state.word(end)}")
-        await self._settle(member.letter)
+            raise NotDone(f"{member.letter} was not homed: {state.word(end)}")
 
     async def _settle(self, letter: str) -> None:
         """Command the position at which the daemon holds it after homing, until it follows that."""
@@ -460,10 +541,12 @@ def _numbers(job: Job) -> dict[str, float]:
     return {letter: number for letter, number in words.items() if number is not None}
 
 
-def _speed(lengths: Mapping[str, float], feed: float | None) -> float:
+def _speed(lengths: Mapping[str, float], modes: Modes) -> float:
     """Of the path over all axes, so that linear axes have the feed rate; 0 = as fast as they can."""
-    if feed is None:
+    if modes.feed is None:
         return 0.0
+    # angles have no inches
+    feed = modes.feed * (modes.feed_scale if any(letter in LINEAR + EXTRUDER for letter in lengths) else 1.0)
     whole = math.hypot(*lengths.values())
     linear = math.hypot(*(length for letter, length in lengths.items() if letter in LINEAR))
     return feed * whole / linear if linear else feed

@@ -10,13 +10,15 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import Any
 
 from ..hub import Hub
 from ..wire import NotDone
+from .card import Card
 from .heating import Heating
 from .holder import Holder, begin
+from .lane import Job
 from .motion import Motion
 
 IDLE_S = 5.0                # commanding nothing
@@ -31,15 +33,18 @@ _LOG = logging.getLogger("pokeys-gateway")
 class Operation:
     """Belongs to the event loop's thread."""
 
-    def __init__(self, hub: Hub, device: str, failed: Callable[[str], None]) -> None:
-        """``failed`` is told why nothing is commanded any more."""
+    def __init__(self, hub: Hub, device: str, failed: Callable[[str], None], say: Callable[[str], None]) -> None:
+        """``failed`` is told why nothing is commanded any more; ``say`` tells all clients."""
         self._hub = hub
-        self._failed = failed
+        self._failed, self._say = failed, say
+        self.busy: Callable[[], bool] = lambda: False       # lines are being carried out
         self.holder = Holder(device, hub.config.runtime_directory)
         self.holder.on_beat = self._look
         self.holder.on_lost = self._fail
         self.heating = Heating(hub, self.holder)
         self.motion = Motion(hub, self.holder)
+        folder = hub.config.machine_folder
+        self._card = Card(folder, say) if folder else None
         self.halted = ""            # why nothing is commanded; "": it may be
         self._emergency = False     # it is commanded, until M999
         self._resuming = 0
@@ -47,10 +52,29 @@ class Operation:
         self._tasks: set[asyncio.Task[None]] = set()
         self._stops: set[asyncio.Task[None]] = set()
 
-    def check(self) -> None:
-        """:class:`NotDone` if nothing may be commanded."""
+    async def ready(self) -> None:
+        """When no stop is under way; :class:`NotDone` if nothing may be commanded."""
+        while self._stops:
+            await asyncio.wait(set(self._stops))
         if self.halted:
             raise NotDone(f"{self.halted}; {RESUME} permits commands again")
+
+    @property
+    def card(self) -> Card:
+        """:class:`NotDone` if there is none."""
+        if not self._card:
+            raise NotDone("no folder of files is set; see folder in [machine] in pokeys-gateway.conf(5)")
+        return self._card
+
+    async def open(self, run: Callable[[Job], Awaitable[bool]]) -> None:
+        """``run`` carries out a line of a file, and says if there is such a command."""
+        if self._card:
+            self._card.run = run
+            await self._card.open()
+
+    def abort(self, why: str) -> int:
+        """End the job of a file; how many that were."""
+        return self._card.abort(why) if self._card else 0
 
     def begin_stop(self, method: str) -> asyncio.Future[None]:
         """It is under way from now on, and done when the daemon has confirmed it; or :class:`NotDone`."""
@@ -66,8 +90,8 @@ class Operation:
 
     async def resume(self) -> str:
         """After a stop or a fault: reset what has one, and permit commands. What is still wrong, as lines."""
-        while self._stops:
-            await asyncio.wait(set(self._stops))
+        with contextlib.suppress(NotDone):
+            await self.ready()
         self.holder.begin()
         self._resuming += 1
         try:
@@ -86,6 +110,8 @@ class Operation:
 
     async def close(self) -> None:
         """The gateway ends: everything is switched off."""
+        if self._card:
+            await self._card.close()
         self.holder.interrupt()
         if await self.holder.settle():
             with contextlib.suppress(NotDone):
@@ -108,6 +134,8 @@ class Operation:
         if not self._stops and (why := self.heating.trouble(now) or self.motion.trouble()):
             self._fail(why)
         elif self.motion.commanded:
+            if self.busy() or (self._card and self._card.running):
+                self.motion.use()
             self._begin(self._motors_off() if self.motion.unused_since(now - OFF_AFTER_S) else self._follow())
         if not idle:
             self._idle_since = None
@@ -115,6 +143,7 @@ class Operation:
             self._idle_since = now
         elif now - self._idle_since >= IDLE_S:
             self._idle_since = None
+            self.motion.forget()
             self.holder.release()
 
     async def _follow(self) -> None:
@@ -127,6 +156,7 @@ class Operation:
         """Nobody needs them: they would be held for ever."""
         try:
             await self.motion.disable()
+            self._say(f"echo:motors and axes are disabled: no move came for {OFF_AFTER_S / 60:.0f} minutes")
         except NotDone as error:
             _LOG.debug("%s: %s", self.holder.device, error)
 
@@ -157,7 +187,7 @@ class Operation:
         if emergency:
             values = self.heating.forget()
             self.motion.forget()
-            if not self.holder.held and self._is_free() and not self.heating.off():
+            if not self.holder.held and self._is_free():
                 await self.holder.take()
             if self.holder.held:
                 await self.holder.stop({"emergency-stop": True, **values}, motion=True)

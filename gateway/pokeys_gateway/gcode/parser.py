@@ -43,10 +43,10 @@ class Line:
         while at < len(text):
             word = _WORD.match(text, at)
             if not word:
-                raise BadWords(f'"{text[at:at + 16]}" is no letter with a number')
+                raise BadWords(f'"{text[at:at + 16]}" is not a letter with a number')
             letter = word[1].upper()
             if letter in found:
-                raise BadWords(f"{letter} is there twice")
+                raise BadWords(f"{letter} occurs twice")
             found[letter] = float(word[2]) if word[2] else None
             at = word.end()
         return found
