@@ -233,7 +233,7 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
         if port:
             port.open()
         if machine:
-            await machine.open()
+            machine.open()
         if settings.pty_path:
             _LOG.info("the console is at %s", pty.open(settings.pty_path, settings.pty_group))
         for address in await telnet.open(settings.telnet_listen) + await esp3d.open(settings.esp3d_listen):

@@ -233,7 +233,30 @@ def _methods() -> dict[str, tuple[str, Schema, Schema]]:
         "events.list": ("What has happened to a device", _only({"device": TEXT}, since=_object(
             {"epoch": COUNT, "number": COUNT})),
                         _object({"events": _list(ref("Event"))})),
+        **_console(none),
         **_operating(none),
+    }
+
+
+def _console(none: Schema) -> dict[str, tuple[str, Schema, Schema]]:
+    """Methods of the console."""
+    nothing = _only({})
+    job = _object({"file": TEXT, "line": COUNT, "byte": COUNT, "size": COUNT, "waits": FLAG})
+    heater = _object({"name": TEXT, "letter": {**TEXT, "description": "As M105 shows it: T0, B, C"}, "most": {
+        "type": "number", "description": "Highest target, degrees C"}})
+    return {
+        "console.info": ("About the machine of the console", nothing, _object(
+            {"machine": {"type": ["string", "null"], "description": "null = there is none now"},
+             "why": {"type": "string", "description": 'Why there is none; "" if there is one'},
+             "send": {**FLAG, "description": "Lines of this client go to the machine, after console.subscribe"}},
+            device={"type": ["string", "null"], "description": "That G-code commands"}, heaters=_list(heater),
+            axes={**_list(TEXT), "description": "Their letters"},
+            files={**FLAG, "description": "There is a folder of G-code files"},
+            halted={"type": "string", "description": 'Why nothing is commanded until M999; "" = it is'},
+            job={**_null_or(job), "description": "Of a file; null = none is under way"})),
+        "console.subscribe": ("Be a client of the console, and get what the machine says", nothing, none),
+        "console.send": ("Send a line to the machine, or a command of the console; replies come as console.said",
+                         _only({"line": {**TEXT, "description": "Of at most 256 bytes, without its end"}}), none),
     }
 
 
@@ -274,6 +297,7 @@ def _notifications() -> dict[str, Schema]:
         "linuxcnc.done": notification("linuxcnc.done", _object({
             "id": {"type": ["string", "number", "null"], "description": "Of the request"},
             "error": {"type": ["string", "null"], "description": "Why LinuxCNC has not taken the command"}})),
+        "console.said": notification("console.said", _object({"lines": _list(TEXT)})),
         "linuxcnc.said": notification("linuxcnc.said", _object({"kind": {"enum": ["error", "text"]}, "text": TEXT})),
         "linuxcnc.state": notification("linuxcnc.state", _object(
             {}, connected={**FLAG, "description": "What was sent before it is to be forgotten"}, why=TEXT, **words,

@@ -161,7 +161,10 @@ def test_messages_are_as_the_schema_says():
                     ("objects.subscribe", False, {"objects": {"mill": None}, "how": 1}),
                     ("objects.unsubscribe", True, {}),
                     ("objects.subscribe", True, {"objects": {"mill": None}, "rate": 2}),
-                    ("objects.subscribe", True, {"objects": {"mill": ["pin.03.in"]}, "rate": 30})):
+                    ("objects.subscribe", True, {"objects": {"mill": ["pin.03.in"]}, "rate": 30}),
+                    ("console.info", True, {}), ("console.send", False, {}),
+                    ("console.subscribe", True, {}), ("console.send", True, {"line": "M105"}),
+                    ("console.send", False, {"line": 3})):
                 await client.ask(method, good, **params)
                 tried.add(method)
             # without LinuxCNC; the rest is in tests/remote/gateway.py

@@ -31,9 +31,9 @@ def shop_with(**files):
             yield shop
 
 
-def begin(one, name):
+def begin(one, name, found=""):
     said = one.ask(f"M23 {name}")
-    assert said[0].startswith(f"File opened: {name} Size: ") and said[1:] == ["File selected", "ok"], said
+    assert said[0].startswith(f"File opened: {found or name} Size: ") and said[1:] == ["File selected", "ok"], said
     do(one, "M24")
 
 
@@ -56,20 +56,41 @@ def test_a_file_is_carried_out():
         for who in one, other:
             assert who.until("echo:square")[-1] == "echo:square.gcode has ended, 11 lines; commands that do not exist: M73, M204"
             assert who.line() == "Done printing file"
-        do(one, "M400")
         assert places(shop)[:2] == [0, 0] and shop.house.state()["moves"]["taken"] == 4
         assert not (shop.folder / ".job").exists()
         # from a line, and from a byte in it
         for words in "L6", f"S{SQUARE.index(b'to the right')}":
             do(one, "G90", "G0 X1 Y1", "M400", f"M26 {words}", "M24")
             one.until("Done printing")
-            do(one, "M400")
             assert places(shop)[:2] == [0, 0], words
         # what was set before that is not set
         do(one, "M26 L8", "M24")
         assert one.until("Error:")[-1] == "Error:square.gcode, line 8: no feed rate yet; add F with units/min; the job has ended"
-        assert one.ask("M26 L13")[0] == "Error:M26: the file has 11 lines"
-        assert one.ask("M26 S9999")[0].startswith("Error:M26: takes S and a byte")
+        assert one.ask("M26 L13")[0] == "Error:M26: square.gcode: the file has 11 lines"
+        assert one.ask("M26 S9999")[0].startswith("Error:M26: needs S and a byte")
+        # a job that waits is ended by it, as hosts have it
+        (shop.folder / "Wait.gcode").write_bytes(b"G1 X1 F600\nM0\nG1 X2\nM2\nG1 X9\n")
+        begin(one, "wait.gcode", "Wait.gcode")
+        assert other.until("echo:Wait")[-1] == "echo:Wait.gcode, line 2: M0: it waits; M24 lets it go on"
+        assert one.ask("M27")[-2] == "echo:it waits; M24 lets it go on"
+        do(one, "M24")
+        assert one.until("Done printing")[0] == "echo:Wait.gcode has ended, 4 lines"
+        do(one, "M400")
+        assert places(shop)[0] == 400
+        begin(one, "wait.gcode", "Wait.gcode")
+        wait_for("it waits", lambda: len(one.ask("M27")) == 4)
+        assert re.match("echo:Wait.gcode has ended at line 2 .*: ended by M26", one.ask("M26 S0")[0])
+        # what must not be left out
+        for text, line, why in ((b"G1 X1 F600\nG2 X2 I1\n", 2, '"G2 X2 I1" cannot be carried out'),
+                                (b"G90\nX5 Y5\n", 2, '"X5 Y5" cannot be carried out'), (b"T1\n", 1, '"T1" cannot be carried out'),
+                                (b"M6 T1\n", 1, '"M6 T1" cannot be carried out'), (b"\0\0G1 X1\n", 1, "cannot be carried out"),
+                                (b"G90 G1 X5 F600\n", 1, "one line has one command"),
+                                (b"G1 X1\rG1 X2\n", 1, "a carriage return is in the middle of it"),
+                                (b"; " + 9000 * b"x" + b"\r\nM117 " + 300 * b"x", 2, "a line has at most 256 characters")):
+            (shop.folder / "odd.gcode").write_bytes(text)
+            begin(one, "odd.gcode")
+            said = one.until("Error:")[-1]
+            assert said.startswith(f"Error:odd.gcode, line {line}: ") and said.endswith(f"{why}; the job has ended"), (text, said)
 
 
 def test_a_file_is_written_by_a_client():
@@ -87,6 +108,27 @@ def test_a_file_is_written_by_a_client():
         assert one.ask("M29")[0] == "Error:M29: nothing is being written"
         assert one.ask("M30 part.gcode") == ["File deleted: part.gcode", "ok"]
         assert one.ask("M30 part.gcode")[0] == "Error:M30: part.gcode: No such file or directory"
+        # a hole in it, and a stop: nothing stays, and nothing is carried out as if it were no part of it
+        for spoil, why in ((b"M117 " + 300 * b"x" + b"\n", "a line is too long"), (None, "stopped")):
+            assert one.ask("M28 hole.gcode")[-1] == "ok"
+            if spoil:
+                one.send(spoil)
+                assert one.until("ok")[-1] == "ok"
+            else:
+                assert other.ask("M410")[-1] == "ok"
+                one.until("[stop by")
+            said = one.ask("G1 X1 F600")
+            assert said[0] == f"Error:G1: hole.gcode is not kept: {why}; M29 ends the writing", said
+            assert one.ask("M29")[0] == f"Error:M29: hole.gcode is not kept: {why}; M29 ends the writing"
+        assert one.ask("M28 again.gcode")[-1] == "ok" and one.ask("M28 again.gcode")[-1] == "ok"
+        do(one, "G1 X1")
+        assert one.ask("M999") == ["ok"] and one.ask("M20") == ["Begin file list", "End file list", "ok"]
+        assert one.ask("M28 x.html")[0] == "Error:M28: this needs level admin" and one.ask("M29")[0].startswith("Error:")
+        assert one.ask("M28 idle.gcode")[-1] == "ok"
+        idle = Client(shop.house)
+        assert idle.ask("M28 gone.gcode")[-1] == "ok"
+        idle.reset()
+        assert one.ask("M29")[-1] == "ok" and one.ask("M30 idle.gcode")[-1] == "ok"
         # half of it comes: nothing stays
         assert one.ask("M28 half.gcode")[-1] == "ok"
         one.send(b"G1 X1\n" * 20)
@@ -109,7 +151,8 @@ def test_a_job_waits_and_needs_no_client():
         do(other, "M24")
         wait_for("it goes on", lambda: other.ask("M27")[1] != line)
         said = other.ask("M524")
-        assert re.match(r"echo:long.gcode has ended at line \d+ \(byte \d+ of \d+\): ended by M524", said[0]), said
+        assert re.match(r"echo:long.gcode has ended at line \d+ \(byte \d+ of \d+\): stopped", said[0]), said
+        assert shop.house.state()["moves"]["waiting"] == 0
         assert other.ask("M524")[0] == "Error:M524: no job is under way"
         do(other, "M400")
         # a line that cannot be carried out ends it, and is said

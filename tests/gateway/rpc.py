@@ -81,6 +81,74 @@ def run(work):
     return asyncio.run(asyncio.wait_for(work, 2 * PATIENCE))
 
 
+class Talker(Client):
+    """... that keeps what the console's machine says."""
+
+    def __init__(self, ws):
+        super().__init__(ws)
+        self.lines = []
+
+    def take(self, message):
+        if message["method"] == "console.said":
+            self.lines += message["params"]["lines"]
+        else:
+            super().take(message)
+
+    async def line(self, text, end="ok"):
+        """What is said until a line begins so."""
+        self.lines.clear()
+        equal(await self.ask("console.send", line=text), {})
+        while not any(line.startswith(end) for line in self.lines):
+            self.take(await self.read())
+        return list(self.lines)
+
+
+def test_the_console():
+    async def talk(house, gateway):
+        async with connected(gateway) as first, connected(gateway) as second:
+            one, other = Talker(first.ws), Talker(second.ws)
+            info = await one.ask("console.info")
+            equal({"machine": "PoKeys devices", "why": "", "send": False, "device": "mill", "axes": ["X"], "files": False,
+                   "halted": "", "job": None, "heaters": []}, info)
+            equal((await one.ask("console.send", line="M105"))["code"], -32003)
+            for client in one, other:
+                equal(await client.ask("console.subscribe"), {})
+                equal((await client.ask("console.info"))["send"], True)
+            for wrong in "G1\nM105", 257 * "x", None, 3, "\x01":
+                equal((await one.ask("console.send", line=wrong))["code"], -32602)
+            equal(await one.line("M105"), ["ok"])
+            assert (await one.line("M114"))[0].startswith("X:0.0000 Count X:0"), one.lines
+            assert (await one.line("[ESP500]", "user"))[-1] == "user"
+            equal(await one.line("G1 X5 F600"), ["ok"])
+            # from a client that takes nothing: it is heard all the same
+            for _ in range(30):
+                await other.ws.send_json({"jsonrpc": "2.0", "id": 1, "method": "objects.query", "params": {"objects": {"mill": None}}})
+            await other.ws.send_json({"jsonrpc": "2.0", "id": 2, "method": "console.send", "params": {"line": "M112"}})
+            one.lines.clear()
+            while not any(line.startswith("[stop by page") for line in one.lines):
+                one.take(await one.read())
+            while not (await one.ask("console.info"))["halted"]:
+                await asyncio.sleep(0.05)
+            assert (await one.line("G1 X1", "ok"))[0].startswith("Error:G1: stopped by M112"), one.lines
+            await asyncio.to_thread(wait_equal, "the machine off", lambda: house.state()["flags"]["machine_on"], False)
+    keys = {"axes": 1, "generator": "external", "axis.0.mode": "position", "axis.0.pulses-per-unit": 200, "axis.0.name": "x",
+            "axis.0.max-speed": 20000, "axis.0.max-acceleration": 200000, "axis.0.invert": "off"}
+    with machine(more="[machine]\nkind = pokeys\ndevice = mill\n[console]\nlevel = user\n", **keys) as (
+            house, _sim, _daemon, gateway):
+        run(talk(house, gateway))
+
+
+def test_the_console_of_a_guest():
+    async def talk(gateway):
+        async with connected(gateway) as first:
+            one = Talker(first.ws)
+            equal(await one.ask("console.subscribe"), {})
+            equal((await one.ask("console.info"))["send"], False)
+            assert "needs level user" in (await one.line("M112", "error: "))[0]
+    with machine(more="[machine]\nkind = pokeys\n") as (_house, _sim, _daemon, gateway):
+        run(talk(gateway))
+
+
 def test_what_is_subscribed_comes():
     async def watch(house, sim, gateway):
         async with connected(gateway) as one, connected(gateway) as other:

@@ -46,6 +46,7 @@ class Client:
         self.take_urgent: Callable[[Client, bytes], bytes] = lambda client, data: data
         self.on_room: Callable[[], None] = lambda: None
         self.on_close: Callable[[], None] = lambda: None        # end its connection
+        self.on_end: Callable[[], None] = lambda: None          # it is gone
         self.last_at = 0.0          # when something came
         self.deaf_until = 0.0       # nothing of it is taken, as somebody has stopped the machine
         self.framer = Framer(most)
@@ -124,5 +125,6 @@ class Client:
     def end(self) -> None:
         """It is gone: nothing of it is obeyed any more, and nothing is sent."""
         self.connected = False
+        self.on_end()
         self.forget()
         self.outbox.clear()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Callable
+from typing import Any
 
 from ..access import LEVELS, Access
 from ..gate import host_of, is_loopback
@@ -24,9 +26,12 @@ class Console:
 
     def __init__(self, access: Access, hub: Hub) -> None:
         self.ledger = Ledger()
+        self.configured = bool(hub.config.machine_port or hub.config.machine_kind)     # a machine
         self.refused = 0            # connections, because there were too many
         self.closed_slow = 0        # connections that took nothing
         self.connections = 0        # how often the machine was found
+        # what can be said of the machine, besides its lines
+        self.about: Callable[[], dict[str, Any]] = dict
         self._access = access
         self._level = hub.config.console_level      # of clients of this computer; None: as for HTTP
         self.commands = Commands(access, TABLE, hub)
@@ -53,6 +58,10 @@ class Console:
     def level(self, client: Client) -> str:
         """What it may do; "": it may not even read."""
         return client.level(self._access)
+
+    def may_send(self, client: Client) -> bool:
+        """Its lines go to the machine."""
+        return self.level(client) in LEVELS[1:]
 
     def machine(self, name: str, most: int) -> Client:
         """The machine, which is there from now on."""

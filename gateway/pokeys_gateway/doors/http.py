@@ -184,7 +184,7 @@ class Http:
         self._tls = tls
         self._session = Session(hub.config, access)
         self._gate = Gate(hub.config.behind_proxy)
-        self._rpc = Rpc(hub, self._gate, access)
+        self._rpc = Rpc(hub, self._gate, access, console)
         self._records = Records(hub, self._gate)
         self._doctor = Doctor(doctor_socket(hub.config), hub.config.runtime_directory)
         self._metrics = Metrics(hub, self._gate, self._rpc, access, console)

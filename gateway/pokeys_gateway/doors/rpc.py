@@ -27,6 +27,9 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from .. import __version__
 from ..access import LEVELS, Access, Who
+from ..console.console import Console
+from ..console.talk import LINE_MOST, Talk
+from ..console.urgent import STOP
 from ..feeds import (
     ANSWER_BYTES_MOST,
     RATE_LEAST,
@@ -70,6 +73,7 @@ SHOWN = 80                  # characters of a client's text in an error
 NO_DEVICE, TOO_MUCH, NOT_ALLOWED, NOT_DONE = -32001, -32002, -32003, -32004
 DIGITS_MOST, FRAMES_MOST = 18, 64
 CLOSE_S = 1.0
+TOO_OLD = f"this may have been on its way for more than {AGE_MOST_S:g} s; send it again"
 _LOG = logging.getLogger("pokeys-gateway")
 
 
@@ -93,8 +97,11 @@ class _Way:
 class _Connection:
     """One client."""
 
-    def __init__(self, door: Rpc, who: Who) -> None:
+    def __init__(self, door: Rpc, who: Who, address: str) -> None:
         self.who = who
+        self._address = address
+        self._talk: Talk | None = None      # its part in the console
+        self._way = _Way(0.0, 0)            # of the request that is being answered
         self._door = door
         self._hub = door.hub
         self.subscriber = Subscriber(door.count_skipped)
@@ -109,6 +116,9 @@ class _Connection:
             "objects.subscribe": self._subscribe,
             "objects.unsubscribe": self._unsubscribe,
             "events.list": self._events,
+            "console.info": self._console_info,
+            "console.subscribe": self._console_subscribe,
+            "console.send": self._console_send,
         }
         self._operator = Operator(door.hub.operators, self._offer, self._say, self._tell)
         self._under_way: set[asyncio.Task[None]] = set()
@@ -176,6 +186,7 @@ class _Connection:
                 request.get("method"), str) or not _is_id(request.get("id")):
             return _error(None, INVALID_REQUEST, 'a request of JSON-RPC 2.0 has "jsonrpc", "method" and "id"')
         number = request.get("id")
+        self._way = way
         try:
             name = request["method"]
             method = self._methods.get(name)
@@ -203,6 +214,16 @@ class _Connection:
         """May it operate LinuxCNC?"""
         return self._hub.config.operate and self.who.level != LEVELS[0]
 
+    @property
+    def commands(self) -> bool:
+        """May it command a machine? Then it is heard while it takes no answers: it may stop it."""
+        return self.operates or (self._talk is not None and self._talk.may_send)
+
+    async def stop(self, request: dict[str, Any], way: _Way) -> None:
+        """A stop of the console, before what came before it."""
+        if answer := await self._one(request, way):
+            self.subscriber.answer(encode(answer))
+
     def _refusal(self) -> str | None:
         """Why it may not operate."""
         if not self._hub.config.operate:
@@ -224,7 +245,7 @@ class _Connection:
             if way.stop and (not way.stop.done() or way.stop.exception()):
                 raise NotDone("the stop before it is not confirmed")
             if time.monotonic() > way.until:
-                raise NotDone(f"this may have been on its way for more than {AGE_MOST_S:g} s; send it again")
+                raise NotDone(TOO_OLD)
         try:
             judge(True)
             if way.stop and method in STOPS:
@@ -250,6 +271,8 @@ class _Connection:
         """The client is gone."""
         self.ended = True
         self.leave()
+        if self._talk:
+            self._talk.close()
         self._operator.close()
         # the task of who asks this is not one of them
         for task in self._under_way:
@@ -307,6 +330,36 @@ class _Connection:
         self.leave()
         return {}
 
+    def _console_info(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params)
+        console, machine = self._door.console, self._door.console.router.machine
+        return {"machine": machine.name if machine else None, "why": "" if machine else console.router.why_no_machine,
+                "send": self._talk is not None and self._talk.may_send, **console.about()}
+
+    def _console_subscribe(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params)
+        if not self._talk:
+            self._talk = Talk(self._door.console, self.who, self._address, self._said)
+        return {}
+
+    def _console_send(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params, "line")
+        line = params.get("line")
+        if not isinstance(line, str) or len(line.encode("utf-8", "replace")) > LINE_MOST or not line.isprintable():
+            raise RpcError(INVALID_PARAMS, f"line has to be one line of text, of at most {LINE_MOST} bytes")
+        if not self._talk:
+            raise RpcError(NOT_ALLOWED, "console.subscribe comes before it")
+        if not STOP.match(line.encode()):
+            if time.monotonic() > self._way.until:
+                raise RpcError(NOT_DONE, TOO_OLD)
+            if self._talk.client.full:
+                raise RpcError(TOO_MUCH, "the machine takes nothing more of this client now; stops are taken")
+        self._talk.send(line)
+        return {}
+
+    async def _said(self, lines: list[str]) -> None:
+        await self._tell({"jsonrpc": "2.0", "method": "console.said", "params": {"lines": lines}})
+
     def _events(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params, "device", "since")
         device, since = params.get("device"), params.get("since")
@@ -317,6 +370,13 @@ class _Connection:
         if not isinstance(since, dict) or not all(type(since.get(key)) is int for key in ("epoch", "number")):
             raise RpcError(INVALID_PARAMS, "since has to be an event, with epoch and number")
         return {"events": self._hub.events(str(device), (since["epoch"], since["number"]))}
+
+
+def _stops_console(message: Any) -> bool:
+    """A request that sends a stop to the console's machine."""
+    return isinstance(message, dict) and message.get("method") == "console.send" and isinstance(
+        params := message.get("params"), dict) and isinstance(line := params.get("line"), str) and bool(
+            STOP.match(line.encode("utf-8", "replace")))
 
 
 def _error(number: Any, code: int, message: str) -> dict[str, Any]:
@@ -385,8 +445,9 @@ def _of_the_kernel(transport: Any) -> int:
 class Rpc:
     """The door. Belongs to the event loop's thread."""
 
-    def __init__(self, hub: Hub, gate: Gate, access: Access) -> None:
+    def __init__(self, hub: Hub, gate: Gate, access: Access, console: Console) -> None:
         self.hub = hub
+        self.console = console
         self.access = access
         self._gate = gate
         self.feeds = Feeds(hub.source)
@@ -419,9 +480,9 @@ class Rpc:
             return ws
         if self._ending:
             return ws
-        connection = _Connection(self, request[WHO])
+        connection = _Connection(self, request[WHO], request.remote or "")
         # who may stop a machine is heard also while it takes no answers
-        self._gate.stream(transport, lambda: _frames(ws) >= FRAMES_MOST or (not connection.operates and (
+        self._gate.stream(transport, lambda: _frames(ws) >= FRAMES_MOST or (not connection.commands and (
             connection.subscriber.full or transport.get_write_buffer_size() > WRITE_LIMIT)))
         transport.set_write_buffer_limits(high=WRITE_LIMIT)
         with contextlib.suppress(OSError):
@@ -432,7 +493,8 @@ class Rpc:
                 peer.setsockopt(socket.IPPROTO_TCP, option, value)
         self.connections[ws] = connection
         writer = asyncio.get_running_loop().create_task(self._write(ws, connection, transport))
-        beat = asyncio.get_running_loop().create_task(self._beat(ws)) if connection.operates else None
+        commands = connection.operates or self.console.configured
+        beat = asyncio.get_running_loop().create_task(self._beat(ws)) if commands else None
         watch = asyncio.get_running_loop().create_task(self._watch(connection, transport))
         self._watches.add(watch)
         watch.add_done_callback(self._watches.discard)
@@ -473,7 +535,9 @@ class Rpc:
                 if any(map(_stops, _requests(parsed))) and 0 < len(_requests(parsed)) <= BATCH_MOST:
                     connection.later(parsed, connection.way())
                     continue
-                if not connection.operates:
+                if _stops_console(parsed):
+                    await connection.stop(parsed, connection.way())
+                elif not connection.commands:
                     # one after the other, and nothing is read meanwhile
                     await self._do(ws, connection, parsed, connection.way())
                 elif not await _put(waiting, (parsed, connection.way()), work):

@@ -2,10 +2,13 @@
 """Files of G-code in a folder, which printers have on an SD card, and the job that carries one out.
 
 A job belongs to the machine and to no client: it goes on when whoever has started it is gone. Its lines are carried
-out one after the other, as those of a client are. It ends at the first line that cannot be carried out.
+out one after the other, as those of a client are. It ends at the first line that cannot be carried out: who skips a
+move or a tool change makes the next move from the wrong place.
 
 How far it has come is written into the folder. If the gateway dies, the next one says where the job was; nothing
 is resumed by itself.
+
+A disk may hang. So no file stays open between two pieces of work, and each piece is done by one thread as a whole.
 """
 from __future__ import annotations
 
@@ -15,21 +18,102 @@ import errno
 import json
 import logging
 import os
-from collections.abc import Awaitable, Callable
+import threading
+from collections.abc import AsyncGenerator, Awaitable, Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from ..folder import Folder, TooLarge, Upload
+from ..folder import Folder, NotPermitted, TooLarge, Upload
 from ..wire import NotDone
 from .lane import Job, Modes
 from .parser import LINE_MOST, BadLine, BadWords, parse
 
 CHUNK = 64 << 10            # bytes that are read at once
-LONG = 4 * LINE_MOST        # a line is not longer, with its comment
 SAVE_S = 5.0                # from one note of the progress to the next
+CLOSE_S = 2.0               # for the last note
 NAMED_MOST = 8              # unknown commands, at the end
 NOTE = ".job"
+ENDS, WAITS = ("M2", "M30"), ("M0", "M1", "M226")
+NEEDED = ("M3", "M4", "M6", "M600")         # without these, the next move is a mistake
+Result = TypeVar("Result")
 _LOG = logging.getLogger("pokeys-gateway")
+
+
+class _Ended(Exception):
+    """The program says that it ends."""
+
+
+class Storing:
+    """Lines of a client that go into a file, from M28 to M29. A file with a hole is not kept."""
+
+    def __init__(self, card: Card, name: str) -> None:
+        self.name = name.strip("/")
+        self.why = ""               # nothing is kept; "": all is well
+        self._card = card
+        self._upload: Upload | None = None
+        self._tasks: set[asyncio.Task[Any]] = set()
+
+    async def begin(self) -> None:
+        """M28."""
+        # a stop ends the wait for it, and the file must not stay
+        opening = self._begin(self._open())
+        await asyncio.shield(opening)
+        self._check()
+
+    async def write(self, line: str) -> None:
+        """One more line."""
+        self._check()
+        upload = self._upload
+        if not upload:
+            raise NotDone(f"lines go into {self.name}, which is not begun; M29 ends that")
+        try:
+            await self._card.aside(upload.write, f"{line}\n".encode())
+        except NotDone as error:
+            self.spoil(str(error))
+            raise
+        self._check()
+
+    async def finish(self) -> None:
+        """M29."""
+        self._check()
+        upload, self._upload = self._upload, None
+        if not upload:
+            raise NotDone("nothing is being written")
+        await self._card.aside(_finish, upload)
+
+    def spoil(self, why: str) -> None:
+        """A line is missing: nothing of it is kept."""
+        self.why = self.why or why
+        upload, self._upload = self._upload, None
+        if upload:
+            self._begin(self._discard(upload))
+
+    def _check(self) -> None:
+        if self.why:
+            raise NotDone(f"{self.name} is not kept: {self.why}; M29 ends the writing")
+
+    async def _open(self) -> None:
+        upload = await self._card.begin_file(self.name)
+        if self.why:
+            await self._discard(upload)
+        else:
+            self._upload = upload
+
+    async def _discard(self, upload: Upload) -> None:
+        with contextlib.suppress(NotDone):
+            await self._card.aside(upload.close)
+
+    def _begin(self, work: Awaitable[Any]) -> asyncio.Task[Any]:
+        task = asyncio.ensure_future(work)
+        assert isinstance(task, asyncio.Task)
+        self._tasks.add(task)
+        task.add_done_callback(self._done)
+        return task
+
+    def _done(self, task: asyncio.Task[Any]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled():
+            task.exception()        # whoever waits for it has it
 
 
 class Card:
@@ -41,18 +125,25 @@ class Card:
         self.run: Callable[[Job], Awaitable[bool]]
         self._top, self._say = folder, say
         self._folder = Folder(folder)
-        self._file: int | None = None       # the selected one
-        self._name, self._size = "", 0
+        self._order = asyncio.Lock()        # of what chooses a file and begins its job
+        self._name = ""                     # of the selected file; "": none
+        self._made = (0, 0)                 # its size, and when it was changed
         self._at = self._line = 0           # how far the job has come: bytes, lines
         self._job: asyncio.Task[None] | None = None
-        self._saving: asyncio.Task[None] | None = None
         self._go_on = asyncio.Event()
         self._interrupted = ""              # a job of a gateway that has died
+        self._notes = threading.Lock()
+        self._generation = 0                # of the note: jobs that have begun or ended
+        self._noting: set[asyncio.Future[None]] = set()
+        self._saving: asyncio.Task[None] | None = None
 
     async def open(self) -> None:
-        """Look for a job that was not ended."""
+        """Look for a job that was not ended. The disk may hang: nobody waits for this."""
         try:
             await self._folder.aside(self._folder.sweep)
+        except OSError as error:
+            _LOG.warning("[machine] folder: %s: %s", self._top, error.strerror)
+        try:
             note = json.loads(await self._folder.aside((self._top / NOTE).read_text, "utf-8"))
             name, at, size, line = str(note["name"]), int(note["byte"]), int(note["size"]), int(note["line"])
             self._interrupted = (f"{name} was under way when the gateway ended, at line {line} (byte {at} of {size}); "
@@ -61,7 +152,7 @@ class Card:
         except FileNotFoundError:
             pass
         except (OSError, ValueError, KeyError, TypeError) as error:
-            _LOG.warning("[machine] folder: %s: %s", self._top, error)
+            _LOG.warning("[machine] folder: %s: %s", self._top / NOTE, error)
 
     # ---- what is said of it
 
@@ -74,150 +165,180 @@ class Card:
         """As M27 says it."""
         if self._job:
             waits = "" if self._go_on.is_set() else "\necho:it waits; M24 lets it go on"
-            return f"SD printing byte {self._at}/{self._size}\necho:{self._name}, line {self._line}{waits}"
+            return f"SD printing byte {self._at}/{self._made[0]}\necho:{self._name}, line {self._line}{waits}"
         more = f"\necho:{self._interrupted}" if self._interrupted else ""
         return f"Not SD printing{more}"
 
+    def about(self) -> dict[str, Any] | None:
+        """The job, for a page."""
+        if not self._job:
+            return None
+        return {"file": self._name, "line": self._line, "byte": self._at, "size": self._made[0],
+                "waits": not self._go_on.is_set()}
+
     async def listing(self) -> str:
         """M20: names and sizes."""
-        found = await self._aside(self._folder.files)
+        found = await self.aside(self._folder.files)
         return "\n".join(("Begin file list", *(f"{name} {size}" for name, size in found), "End file list"))
 
     # ---- commands
 
     async def select(self, name: str) -> str:
         """M23: the file of the next job."""
-        self._need_no_job()
-        file, size, packed = await self._aside(self._folder.open, name)
-        if packed:
-            await self._aside(os.close, file)
-            raise NotDone(f"{name}: No such file or directory")
-        await self._close()
-        self._file, self._name, self._size = file, name.strip("/"), size
-        self._at = self._line = 0
-        return f"File opened: {self._name} Size: {size}\nFile selected"
+        async with self._order:
+            return await self._select(name)
 
-    def start(self) -> None:
+    async def start(self) -> None:
         """M24: begin, or go on."""
-        if self._file is None:
-            raise NotDone("no file is selected; M23 and its name select one")
-        self._go_on.set()
-        if not self._job:
-            self._interrupted = ""
-            self._job = asyncio.get_running_loop().create_task(self._print(self._file))
-            self._saving = asyncio.get_running_loop().create_task(self._save())
-            _LOG.info("%s: begins at line %d", self._name, self._line)
+        async with self._order:
+            self._start()
 
-    def pause(self) -> None:
+    async def select_and_start(self, name: str) -> str:
+        """M32."""
+        async with self._order:
+            said = await self._select(name)
+            self._start()
+        return said
+
+    def pause(self, why: str = "") -> None:
         """M25: no further line, until M24. Moves that are in the queue are still carried out."""
         if not self._job:
             raise NotDone("no job is under way")
         self._go_on.clear()
+        if why:
+            self._say(f"echo:{self._name}, line {self._line}: {why}: it waits; M24 lets it go on")
 
     async def begin_at(self, byte: float | None, line: float | None) -> None:
-        """M26: where the job begins: a byte, or a line, from 1."""
-        self._need_no_job()
-        if self._file is None:
-            raise NotDone("no file is selected; M23 and its name select one")
-        wanted = byte if line is None else line
-        if wanted is None or wanted != int(wanted) or not 0 <= wanted <= self._size:
-            raise BadWords("takes S and a byte, or L and the number of a line")
-        self._at, self._line = await self._aside(_find, self._file, None if line is None else int(line) - 1,
-                                                 0 if byte is None else int(byte))
+        """M26: where the job begins: a byte, or a line, from 1. A job that waits is ended by it."""
+        async with self._order:
+            if self._job and not self._go_on.is_set():
+                self.abort("ended by M26")
+            self._need_no_job()
+            if not self._name:
+                raise NotDone("no file is selected; M23 and its name select one")
+            wanted, least = (byte, 0) if line is None else (line, 1)
+            if wanted is None or wanted != int(wanted) or not least <= wanted <= max(1, self._made[0]):
+                raise BadWords("needs S and a byte, or L and the number of a line")
+            lines = None if line is None else int(line) - 1
+            self._at, self._line = await self.aside(self._find, self._name, self._made, lines, int(wanted))
 
     async def remove(self, name: str) -> str:
         """M30."""
-        if self._job and name.strip("/") == self._name:
+        name = (await self.aside(self._look, name))[0]
+        if self._job and name == self._name:
             raise NotDone("a job of this file is under way")
-        await self._aside(self._folder.act, "delete", "/", name, "user")
-        return f"File deleted: {name.strip('/')}"
+        await self.aside(self._folder.act, "delete", "/", name, "user")
+        return f"File deleted: {name}"
 
     async def begin_file(self, name: str) -> Upload:
-        """M28: a file that is to be written."""
-        upload: Upload = await self._aside(self._folder.begin, "/", name, "user", None, False)
-        return upload
-
-    async def write(self, upload: Upload, data: bytes) -> None:
-        """More of it."""
-        await self._aside(upload.write, data)
-
-    async def finish(self, upload: Upload) -> None:
-        """It is complete."""
-        await self._aside(upload.finish)
-        await self._aside(upload.close)
-
-    async def discard(self, upload: Upload) -> None:
-        """It is not kept."""
-        with contextlib.suppress(NotDone):
-            await self._aside(upload.close)
+        """A file that is to be written."""
+        return await self.aside(self._folder.begin, "/", name, "user", None, False)
 
     def abort(self, why: str) -> int:
-        """A stop, a fault, or M524: no further line; how many jobs that were."""
+        """A stop or a fault: no further line; how many jobs that were."""
         if not self._job:
             return 0
         self._job.cancel()
-        self._end(f"{self._name} has ended at line {self._line} (byte {self._at} of {self._size}): {why}")
+        self._end(f"{self._name} has ended at line {self._line} (byte {self._at} of {self._made[0]}): {why}")
         return 1
 
     async def close(self) -> None:
         """The gateway ends. The job's note stays."""
+        if self._saving:
+            self._saving.cancel()
         if self._job:
             self._job.cancel()
             self._job = None
-            await self._note()
-        if self._saving:
-            self._saving.cancel()
-        await self._close()
+            self._note(self._text())
+        if self._noting:
+            await asyncio.wait(set(self._noting), timeout=CLOSE_S)
 
     # ---- the job
 
-    async def _print(self, file: int) -> None:
+    async def _select(self, name: str) -> str:
+        self._need_no_job()
+        found, made = await self.aside(self._look, name)
+        self._name, self._made, self._at, self._line = found, made, 0, 0
+        return f"File opened: {found} Size: {made[0]}\nFile selected"
+
+    def _start(self) -> None:
+        if not self._name:
+            raise NotDone("no file is selected; M23 and its name select one")
+        self._go_on.set()
+        if self._job:
+            return
+        self._interrupted = ""
+        self._generation += 1
+        self._job = asyncio.get_running_loop().create_task(self._print())
+        self._saving = asyncio.get_running_loop().create_task(self._save())
+        _LOG.info("%s: begins at line %d", self._name, self._line + 1)
+
+    async def _print(self) -> None:
         modes, unknown = Modes(), dict[str, None]()
+        text, error = "", True
         try:
-            async for data in self._lines(file):
-                await self._go_on.wait()
-                name = await self._carry_out(data, modes)
-                if name:
-                    unknown[name] = None
-        except (NotDone, BadWords, BadLine, OSError) as error:
-            why = error.strerror if isinstance(error, OSError) else str(error)
-            self._end(f"{self._name}, line {self._line}: {why}; the job has ended", error=True)
+            with contextlib.suppress(_Ended):
+                async for data in self._lines():
+                    await self._go_on.wait()
+                    if name := await self._carry_out(data, modes):
+                        unknown[name] = None
+            # it has ended when its last move has
+            await self._carry_out(b"M400", modes)
+            error = False
+        except (NotDone, BadWords, BadLine) as why:
+            text = f"{self._name}, line {self._line}: {why}; the job has ended"
         except Exception:
             _LOG.exception("%s, line %d", self._name, self._line)
-            self._end(f"{self._name}, line {self._line}: internal error of the gateway; see its log", error=True)
-        else:
+            text = f"{self._name}, line {self._line}: internal error of the gateway; see its log"
+        # a fault that it has met itself has ended it already
+        if self._job is asyncio.current_task():
             more = f"; commands that do not exist: {', '.join([*unknown][:NAMED_MOST])}" if unknown else ""
-            self._end(f"{self._name} has ended, {self._line} lines{more}", done=True)
+            self._end(text or f"{self._name} has ended, {self._line} lines{more}", error=error, done=not error)
 
     async def _carry_out(self, data: bytes, modes: Modes) -> str:
-        """A line; the name of its command if there is none of it."""
+        """A line; the name of its command if it was skipped, as there is none of it and nothing depends on it."""
         line = parse(data)
-        if line and line.text:
-            job = Job(None, line, modes, lambda text: None)
-            if not await self.run(job):
-                return line.name or line.text.split()[0][:LINE_MOST]
-        return ""
+        if not line or not line.text:
+            return ""
+        if line.name in ENDS and not line.argument:
+            raise _Ended
+        if line.name in WAITS:
+            self.pause(line.name)
+            await self._go_on.wait()
+            return ""
+        if line.name == "T0" or await self.run(Job(None, line, modes, lambda text: None)):
+            return ""
+        if line.name[:1] != "M" or line.name in NEEDED:
+            raise NotDone(f'"{line.text[:LINE_MOST]}" cannot be carried out')
+        return line.name
 
-    async def _lines(self, file: int) -> Any:
-        """The lines from where the job begins; it has come so far when the next one is asked for."""
-        rest, at = b"", self._at
+    async def _lines(self) -> AsyncGenerator[bytes, None]:
+        """The lines from where the job begins, without comments; it has come so far when the next one is asked for."""
+        at, size = self._at, 0
+        code, comment = bytearray(), False
         while True:
-            data = await self._folder.aside(os.pread, file, CHUNK, at)
+            data = await self.aside(self._read, self._name, self._made, at)
             at += len(data)
-            *lines, rest = (rest + data).split(b"\n")
-            if not data and rest:
-                lines, rest = [rest], b""
-            for line in lines:
-                self._line += 1
-                if len(line) > LONG:
-                    raise BadLine(f"a line has at most {LINE_MOST} characters")
-                yield line
-                self._at = min(self._size, self._at + len(line) + 1)
             if not data:
+                if size:
+                    self._line += 1
+                    yield _good(code)
+                    self._at += size
                 return
-            if len(rest) > LONG:
+            for i, piece in enumerate(data.split(b"\n")):
+                if i:
+                    self._line += 1
+                    yield _good(code)
+                    self._at += size + 1
+                    size, comment = 0, False
+                    code.clear()
+                before, semicolon, _ = piece.partition(b";")
+                code += b"" if comment else before
+                comment = comment or bool(semicolon)
+                size += len(piece)
+            if len(code) > 4 * LINE_MOST:
                 self._line += 1
-                raise BadLine(f"a line has at most {LINE_MOST} characters")
+                _good(code)
 
     def _end(self, text: str, *, error: bool = False, done: bool = False) -> None:
         self._job = None
@@ -225,54 +346,126 @@ class Card:
             self._saving.cancel()
             self._saving = None
         self._at = self._line = 0
+        self._generation += 1
+        self._note(None)
         _LOG.log(logging.WARNING if error else logging.INFO, "%s", text)
         self._say("\n".join((f"{'Error' if error else 'echo'}:{text}", *["Done printing file"] * done)))
-        self._saving = asyncio.get_running_loop().create_task(self._unnote())
+
+    # ---- its note
 
     async def _save(self) -> None:
         while True:
-            await self._note()
+            self._note(self._text())
             await asyncio.sleep(SAVE_S)
 
-    async def _note(self) -> None:
-        text = json.dumps({"name": self._name, "size": self._size, "byte": self._at, "line": self._line})
+    def _text(self) -> str:
+        return json.dumps({"name": self._name, "size": self._made[0], "byte": self._at, "line": self._line})
+
+    def _note(self, text: str | None) -> None:
+        """Write it, or remove it; a thread that was slow writes nothing over what came after it."""
+        generation = self._generation
 
         def write() -> None:
-            new = self._top / f"{NOTE}.new"
-            new.write_text(text, "utf-8")
-            new.replace(self._top / NOTE)
-        with contextlib.suppress(OSError):
-            await self._folder.aside(write)
+            with self._notes, contextlib.suppress(OSError):
+                if generation != self._generation:
+                    return
+                if text is None:
+                    (self._top / NOTE).unlink(missing_ok=True)
+                    return
+                new = self._top / f"{NOTE}.new"
+                new.write_text(text, "utf-8")
+                new.replace(self._top / NOTE)
+        try:
+            noting = self._folder.aside(write)
+        except OSError:
+            return      # the disk has too much to do
+        self._noting.add(noting)
+        noting.add_done_callback(self._noting.discard)
 
-    async def _unnote(self) -> None:
-        with contextlib.suppress(OSError):
-            await self._folder.aside((self._top / NOTE).unlink)
-
-    # ---- the folder
+    # ---- the folder; in threads
 
     def _need_no_job(self) -> None:
         if self._job:
             raise NotDone(f"{self._name} is under way; M524 ends it")
 
-    async def _close(self) -> None:
-        file, self._file = self._file, None
-        if file is not None:
-            with contextlib.suppress(NotDone):
-                await self._aside(os.close, file)
+    def _open(self, name: str, made: tuple[int, int] | None = None) -> int:
+        """OSError, also if it is not as it was."""
+        file, _size, packed = self._folder.open(name)
+        try:
+            status = os.fstat(file)
+            if packed:
+                raise OSError(errno.ENOENT, os.strerror(errno.ENOENT))
+            if made and made != (status.st_size, status.st_mtime_ns):
+                raise OSError(errno.ESTALE, "the file has changed; M23 selects it again")
+        except OSError:
+            os.close(file)
+            raise
+        return file
 
-    async def _aside(self, work: Callable[..., Any], *arguments: Any) -> Any:
+    def _look(self, name: str) -> tuple[str, tuple[int, int]]:
+        """The name of a file, which may be written in other cases, as on a card; its size, and when it was changed."""
+        name = name.strip("/")
+        try:
+            file = self._open(name)
+        except FileNotFoundError:
+            found = [one for one, _ in self._folder.files() if one.lower() == name.lower()]
+            if len(found) != 1:
+                raise
+            name, file = found[0], self._open(found[0])
+        try:
+            status = os.fstat(file)
+            return name, (status.st_size, status.st_mtime_ns)
+        finally:
+            os.close(file)
+
+    def _read(self, name: str, made: tuple[int, int], at: int) -> bytes:
+        """What comes there; nothing at its end."""
+        file = self._open(name, made)
+        try:
+            return os.pread(file, CHUNK, at)
+        finally:
+            os.close(file)
+
+    def _find(self, name: str, made: tuple[int, int], lines: int | None, byte: int) -> tuple[int, int]:
+        """The place behind so many lines, or at the beginning of the line that this byte is in: its byte and line."""
+        file = self._open(name, made)
+        try:
+            return find(file, lines, byte)
+        finally:
+            os.close(file)
+
+    async def aside(self, work: Callable[..., Result], *arguments: Any) -> Result:
+        """By a thread that may wait for the disk."""
         try:
             return await self._folder.aside(work, *arguments)
-        except TooLarge as error:
+        except (TooLarge, NotPermitted) as error:
             raise NotDone(str(error)) from None
         except OSError as error:
             name = next((one for one in arguments if isinstance(one, str) and one not in ("/", "user", "delete")), "")
-            why = os.strerror(errno.ENOENT) if error.errno == errno.EISDIR else error.strerror or str(error)
+            missing = error.errno in (errno.EISDIR, errno.EINVAL) and name
+            why = os.strerror(errno.ENOENT) if missing and error.errno == errno.EISDIR else error.strerror or str(error)
             raise NotDone(f"{name}: {why}" if name else why) from None
 
 
-def _find(file: int, lines: int | None, byte: int) -> tuple[int, int]:
-    """The place behind so many lines, or at the beginning of the line that this byte is in: its byte and line."""
+def _finish(upload: Upload) -> None:
+    try:
+        upload.finish()
+    finally:
+        upload.close()
+
+
+def _good(code: bytearray) -> bytes:
+    """A line without its comment. :class:`BadLine`."""
+    line = bytes(code).removesuffix(b"\r")
+    if len(line) > LINE_MOST:
+        raise BadLine(f"a line has at most {LINE_MOST} characters")
+    if b"\r" in line.strip():
+        raise BadLine("a carriage return is in the middle of it")
+    return line
+
+
+def find(file: int, lines: int | None, byte: int) -> tuple[int, int]:
+    """In an open file: the place behind so many lines, or at the beginning of the line that this byte is in."""
     at = start = count = 0
     while data := os.pread(file, CHUNK, at):
         begin = 0

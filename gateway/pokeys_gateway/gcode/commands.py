@@ -21,7 +21,8 @@ from .lane import Job
 from .operation import RESUME, Operation
 from .parser import BadWords, Line
 
-__all__ = ["AUTOREPORT", "COMMANDS", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command", "switches_off"]
+__all__ = ["AUTOREPORT", "COMMANDS", "END_JOB", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command",
+           "switches_off"]
 Work = Callable[[Operation, Job], Awaitable[str]]
 
 
@@ -55,6 +56,7 @@ class Command:
     act: Callable[[Operation], None] | None = None      # it does this at once
     commands: bool = True           # it is not done after a stop or a fault
     in_files: bool = True           # a file may have it
+    text: bool = False              # what stands behind it are no words
 
 
 def _axes(state: pokeys.State) -> str:
@@ -184,7 +186,7 @@ async def _select(operation: Operation, job: Job) -> str:
 
 
 async def _start(operation: Operation, _job: Job) -> str:
-    operation.card.start()
+    await operation.card.start()
     return ""
 
 
@@ -199,9 +201,7 @@ async def _remove(operation: Operation, job: Job) -> str:
 
 
 async def _select_and_start(operation: Operation, job: Job) -> str:
-    said = await operation.card.select(_name(job).strip("!#"))
-    operation.card.start()
-    return said
+    return await operation.card.select_and_start(_name(job).strip("!#"))
 
 
 def _name(job: Job) -> str:
@@ -211,7 +211,7 @@ def _name(job: Job) -> str:
 
 
 async def _store(_operation: Operation, _job: Job) -> str:
-    raise AssertionError("the machine does it")
+    raise NotDone("nothing is being written")
 
 
 def _progress(_hub: Hub, operation: Operation | None) -> str:
@@ -225,13 +225,13 @@ def _pause(operation: Operation) -> None:
     operation.card.pause()
 
 
-def _abort(operation: Operation) -> None:
-    if not operation.card.abort("ended by M524"):
+def _no_job(operation: Operation) -> None:
+    if not operation.running:
         raise NotDone("no job is under way")
-    operation.begin_stop("stop")
 
 
 STORE, STORED = "M28", "M29"
+END_JOB = "M524"
 STATE = "?"
 INCH = 25.4
 COMMANDS = {
@@ -251,16 +251,16 @@ COMMANDS = {
     "M20": Command("list the files", work=_list, commands=False, in_files=False),
     "M21": Command("nothing has to be done for files: ok"),
     "M22": Command("nothing has to be done for files: ok"),
-    "M23": Command("a name: select a file", work=_select, commands=False, in_files=False),
+    "M23": Command("a name: select a file", work=_select, commands=False, in_files=False, text=True),
     "M24": Command("begin the job of the selected file, or go on with it", work=_start, in_files=False),
     "M25": Command("the job waits until M24", at_once=True, act=_pause),
     "M26": Command("S and a byte, or L and a line: the job begins there", work=_begin_at, commands=False,
                    in_files=False),
     "M27": Command("show how far the job has come", _progress, at_once=True),
-    STORE: Command("a name: write this client's lines into a file, until M29", work=_store, in_files=False),
+    STORE: Command("a name: write this client's lines into a file, until M29", work=_store, in_files=False, text=True),
     STORED: Command("the file is complete", work=_store, in_files=False),
-    "M30": Command("a name: delete a file", work=_remove, commands=False, in_files=False),
-    "M32": Command("a name: select a file, and begin its job", work=_select_and_start, in_files=False),
+    "M30": Command("a name: delete a file", work=_remove, commands=False, in_files=False, text=True),
+    "M32": Command("a name: select a file, and begin its job", work=_select_and_start, in_files=False, text=True),
     "M82": Command("positions of E are absolute", work=_mode(relative_extruder=False)),
     "M83": Command("positions of E are relative", work=_mode(relative_extruder=True)),
     "M84": Command("as M18", work=_disable),
@@ -286,7 +286,7 @@ COMMANDS = {
     "M220": Command("S and percent, 0 to 200: set the feed override; without S: show it", work=_override),
     "M400": Command("wait until all moves have ended", work=_finish),
     "M410": Command("stop LinuxCNC's program and axes, or the axes of the device that G-code commands", stop="stop"),
-    "M524": Command("end the job, and stop the axes", at_once=True, act=_abort),
+    END_JOB: Command("end the job, and stop the axes", stop="stop", at_once=True, act=_no_job),
     RESUME: Command("after M112 or a fault: reset faults and permit commands again", work=_resume, commands=False,
                     in_files=False),
 }

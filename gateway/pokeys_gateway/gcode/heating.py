@@ -51,7 +51,7 @@ class Heating:
     @property
     def faulty(self) -> bool:
         """A heater is off by a fault."""
-        return any(heater.fault for heater in self._all())
+        return any(heater.fault for heater in self.all())
 
     # ---- commands
 
@@ -85,7 +85,7 @@ class Heating:
 
     def forget(self) -> dict[str, float]:
         """They are to be switched off, by these values."""
-        indices = {*self._targets, *(heater.index for heater in self._all())}
+        indices = {*self._targets, *(heater.index for heater in self.all())}
         self._targets.clear()
         self._since.clear()
         return {_name(index): 0.0 for index in sorted(indices)}
@@ -93,7 +93,7 @@ class Heating:
     async def reset(self) -> list[str]:
         """Clear the faults; what could not be cleared, and why."""
         left = []
-        for heater in [heater for heater in self._all() if heater.fault]:
+        for heater in [heater for heater in self.all() if heater.fault]:
             await self._holder.update({_name(heater.index): 0.0})
             outcome = await self._holder.order(pokeys.OneShot.HEATER_RESET, index=heater.index)
             if outcome != pokeys.Outcome.DONE:
@@ -123,16 +123,17 @@ class Heating:
 
     def off(self) -> bool:
         """The daemon heats nothing."""
-        return not any(heater.target for heater in self._all())
+        return not any(heater.target for heater in self.all())
 
     # ---- one heater
 
-    def _all(self) -> list[Heater]:
+    def all(self) -> list[Heater]:
+        """Those of the device."""
         return [heater for heater in report.heaters(self._hub) if heater.device == self._holder.device]
 
     def _of(self, index: int) -> Heater:
         nothing = Heater(self._holder.device, index, "", "", math.nan, 0.0, 0.0, False, 0.0, False, "", "")
-        return next((heater for heater in self._all() if heater.index == index), nothing)
+        return next((heater for heater in self.all() if heater.index == index), nothing)
 
     def _find(self, kind: str, number: float | None) -> Heater:
         letter = kind if kind != HOT_END else f"{kind}{number or 0:g}"

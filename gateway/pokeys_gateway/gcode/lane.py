@@ -6,10 +6,13 @@ import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ..console.client import Client
-from ..folder import Upload
 from .parser import Line
+
+if TYPE_CHECKING:
+    from .card import Storing
 
 LANE_MOST = 8               # lines that wait; the client's next ones stay with the router
 BUSY_S = 2.0
@@ -34,7 +37,7 @@ class Job:
     line: Line
     modes: Modes
     tell: Callable[[str], None]
-    stores: bool = False    # it goes into a file
+    storing: Storing | None = None      # it is part of a file
 
     @property
     def gone(self) -> bool:
@@ -57,8 +60,7 @@ class Lane:
         self._task: asyncio.Task[None] | None = None
         self._skips = 0             # so many of the first ones
         self.modes = Modes()
-        self.stores = False         # lines that come now go into a file
-        self.upload: Upload | None = None       # this one
+        self.storing: Storing | None = None     # lines that come now go into this file
         self.held = False           # the router keeps what the client sends
 
     @property
@@ -82,9 +84,13 @@ class Lane:
         """A line has failed: those that are here already count on it."""
         self._skips = len(self._jobs)
 
+    def has(self, job: Job) -> bool:
+        """It is still under way."""
+        return bool(self._jobs) and self._jobs[0] is job
+
     def skips(self, job: Job) -> bool:
         """Is this one of them?"""
-        return self._skips > 0 and job is self._jobs[0]
+        return self._skips > 0 and self.has(job)
 
     def tell(self, text: str) -> None:
         """A reply to the line that is under way."""

@@ -23,7 +23,8 @@ from ..console.urgent import STOP
 from ..hub import Hub
 from ..wire import NotDone
 from . import report
-from .commands import AUTOREPORT, COMMANDS, RENUMBER, RESUME, STATE, STORE, STORED, switches_off
+from .card import Storing
+from .commands import AUTOREPORT, COMMANDS, END_JOB, RENUMBER, RESUME, STATE, STORE, STORED, Command, switches_off
 from .holder import STOPPED
 from .lane import Job, Lane
 from .operation import Operation
@@ -43,6 +44,12 @@ NO_STOP = ("the gateway may not operate LinuxCNC ([linuxcnc] operate = no), and 
 NO_DEVICE = "G-code has no device to command; set device in [machine], see pokeys-gateway.conf(5)"
 _END = re.compile(rb"\r\n|\r|\n")
 _LOG = logging.getLogger("pokeys-gateway")
+
+
+def _judge(command: Command, line: Line) -> None:
+    """:class:`BadWords` for what would be left out, such as the move in "G90 G1 X5"."""
+    if not command.text and {"G", "M"} & set(line.words()):
+        raise BadWords("one line has one command")
 
 
 def _too_long(text: str) -> str:
@@ -78,13 +85,16 @@ class Machine:
         self._lanes: WeakKeyDictionary[Client, Lane] = WeakKeyDictionary()
         device = hub.config.machine_device
         self._operation = Operation(hub, device, self._halt, self._router.tell_all) if device else None
+        if self._operation:
+            console.about = self._operation.about
         self._closed = False
 
-    async def open(self) -> None:
+    def open(self) -> None:
         """Look for what another gateway has left."""
         if self._operation:
+            # a disk that hangs keeps nobody waiting
             self._operation.busy = lambda: any(lane.busy for lane in self._lanes.values())
-            await self._operation.open(self._run)
+            self._operation.open(self._run)
 
     async def close(self) -> None:
         """Stops that are under way have a moment to get through."""
@@ -114,12 +124,16 @@ class Machine:
         """Carry out nothing that waits; how many lines that are. Who hears nothing of that is told."""
         lines: dict[Client | None, int] = {}
         for asker, lane in self._lanes.items():
+            if lane.storing:
+                lane.storing.spoil(why)
             if not lane.busy:
                 continue
             asker.failed = True
             if not self._router.hears(asker):
                 lane.tell(f"Error:{why}\nok")
             lines[asker] = lane.clear()
+            if lane.storing:
+                lane.storing.spoil(why)
             self._let_go(asker, lane)
         return lines
 
@@ -167,6 +181,7 @@ class Machine:
             if found := STOP.match(data):
                 self._stop(asker, f"M{found[1].decode()}", data, told, request)
             elif too_long:
+                self._spoil(asker)
                 self._tell(asker, f"{_too_long(data.decode('utf-8', 'replace'))}\nok", request)
             elif line := parse(data):
                 self._carry_out(asker, line, request)
@@ -194,24 +209,54 @@ class Machine:
                 raise BadLine("Line Number is not Last Line Number+1")
             self._last[asker] = line.number
         if len(line.text) > LINE_MOST:
+            self._spoil(asker)
             self._tell(asker, f"{_too_long(line.text)}\nok", request)
             return
         if line.name == RENUMBER:
             self._renumber(asker, line)
         command = COMMANDS.get(line.name)
+        if line.name == END_JOB and self._operation and self._operation.running:
+            self._stop(asker, END_JOB, b"", False, request)
+            return
         if command and (command.work or (command.act and command.commands)) and not self._operation:
             self._tell(asker, self._reason(asker, NotDone(NO_DEVICE), line.name), request)
             return
         lane = self._lanes.setdefault(asker, Lane(self._work, functools.partial(self._room, ref(asker))))
-        stores, lane.stores = lane.stores, line.name == STORE or (lane.stores and line.name != STORED)
-        if stores or (command and command.work) or (lane.busy and not (command and command.at_once)):
-            lane.put(Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request),
-                         stores and lane.stores))
+        storing = self._storing(asker, lane, line)
+        if storing or (command and command.work) or (lane.busy and not (command and command.at_once)):
+            lane.put(Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request), storing))
             if lane.full and not lane.held:
                 lane.held = True
                 self._router.hold(asker, True)
             return
         self._tell(asker, self._reply(asker, line), request)
+
+    def _storing(self, asker: Client, lane: Lane, line: Line) -> Storing | None:
+        """The file that this line is a part of: from M28 to M29, or to M999."""
+        storing = lane.storing
+        if line.name == STORE and self._operation:
+            if storing:
+                storing.spoil("another M28 has come")
+            storing = lane.storing = self._operation.store(line.argument)
+            asker.on_end = functools.partial(self._spoil_of, ref(lane))
+        elif line.name in (STORED, RESUME):
+            lane.storing = None
+            if storing and line.name == RESUME:
+                storing.spoil("M999 has come")
+                return None
+        return storing
+
+    def _spoil(self, asker: Client) -> None:
+        """A line of it is missing."""
+        lane = self._lanes.get(asker)
+        if lane and lane.storing:
+            lane.storing.spoil("a line is too long")
+
+    @staticmethod
+    def _spoil_of(whose: ReferenceType[Lane]) -> None:
+        lane = whose()
+        if lane and lane.storing:
+            lane.storing.spoil("its client is gone")
 
     def _reply(self, asker: Client, line: Line) -> str:
         """To a command that takes no time."""
@@ -242,53 +287,45 @@ class Machine:
     async def _work(self, job: Job) -> None:
         """Carry out a line, with its reply."""
         assert job.asker
-        command, operation = COMMANDS.get(job.line.name), self._operation
+        command, operation, lane = COMMANDS.get(job.line.name), self._operation, self._lanes[job.asker]
         try:
-            if job.stores or job.line.name in (STORE, STORED):
-                await self._store(job, self._lanes[job.asker])
+            if job.storing:
+                job.tell(await self._store(job, job.storing))
             elif job.gone and not switches_off(job.line):
                 return      # what switches off is carried out for who is gone, too
-            elif self._lanes[job.asker].skips(job) and not switches_off(job.line):
+            elif lane.skips(job) and not switches_off(job.line):
                 raise NotDone("not carried out, as a line before it has failed")
             elif command and command.work and operation:
                 if command.commands:
                     await operation.ready()
                 operation.holder.begin()
+                _judge(command, job.line)
                 before = await command.work(operation, job)
-                job.tell(f"{before}\n" * bool(before) + "ok")
+                if lane.has(job):
+                    job.tell(f"{before}\n" * bool(before) + "ok")
             else:
                 job.tell(self._reply(job.asker, job.line))
         except Exception as why:
-            failed = bool(command and command.work)
-            job.tell(self._reason(job.asker, why, job.line.name if failed else ""))
-            if failed and job.asker.connected:
-                self._lanes[job.asker].skip()
+            if not lane.has(job):
+                return      # a fault that it has met itself has ended it already
+            failed = bool(job.storing or (command and command.work))
+            job.tell(self._reason(job.asker, why, (job.line.name or "line") if failed else ""))
+            if failed and not job.storing and job.asker.connected:
+                lane.skip()
                 if lines := job.asker.forget():
                     self._tell(job.asker, f"echo:not carried out, as a line before them has failed: {lines} lines", 0)
 
-    async def _store(self, job: Job, lane: Lane) -> None:
+    @staticmethod
+    async def _store(job: Job, storing: Storing) -> str:
         """M28, M29, and the lines between them."""
-        assert self._operation
-        card, upload = self._operation.card, lane.upload
-        if job.gone or job.line.name == STORE:
-            lane.upload = None
-            if upload:
-                await card.discard(upload)
-        if job.gone:
-            return
-        before = ""
-        if job.line.name == STORE and not job.stores:
-            lane.upload = await card.begin_file(job.line.argument)
-            before = f"Writing to file: {job.line.argument.strip('/')}\n"
-        elif not upload:
-            raise NotDone("nothing is being written")
-        elif job.stores:
-            await card.write(upload, f"{job.line.text}\n".encode())
-        else:
-            lane.upload = None
-            await card.finish(upload)
-            before = "Done saving file.\n"
-        job.tell(f"{before}ok")
+        if job.line.name == STORE:
+            await storing.begin()
+            return f"Writing to file: {storing.name}\nok"
+        if job.line.name == STORED:
+            await storing.finish()
+            return "Done saving file.\nok"
+        await storing.write(job.line.text)
+        return "ok"
 
     async def _run(self, job: Job) -> bool:
         """Carry out a line of a file. False: there is no such command."""
@@ -300,6 +337,7 @@ class Machine:
         if command.work:
             await operation.ready()
             operation.holder.begin()
+            _judge(command, job.line)
             await command.work(operation, job)
         return True
 

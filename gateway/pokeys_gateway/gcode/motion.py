@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import functools
 import math
-from collections.abc import AsyncGenerator, Callable, Iterable, Mapping
+from collections.abc import AsyncGenerator, Awaitable, Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import pokeys
@@ -223,18 +224,27 @@ class Motion:
         """M410: as soon as they can; they stay enabled, but those that were being enabled or homed."""
         self.halt()
         homing, self._homing = self._homing, None
-        # whatever was given before is taken then
-        await self._holder.order(OneShot.NOP, always=True)
+        try:
+            await _each(
+                # whatever was given before is taken then
+                functools.partial(self._holder.order, OneShot.NOP, always=True),
+                self._end_path,
+                functools.partial(self._end_homing, homing),
+                self._keep_enabled)
+        finally:
+            self._changing.clear()
+
+    async def _end_path(self) -> None:
+        if self._state()["moves.waiting"]:
+            await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.STOP, always=True)
+
+    async def _end_homing(self, homing: Member | None) -> None:
         if homing and not homing.motor:
             await self._holder.order(OneShot.HOME_CANCEL, always=True, seconds=CANCEL_S)
         state = self._state()
-        if state["moves.waiting"]:
-            await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.STOP, always=True)
         for index in range(len(state.servo)):
             if state[f"servo.{index:02}.home-state"]:
                 await self._holder.order(OneShot.SERVO_HOME, index=index, flags=SERVO_END_HOMING, always=True)
-        await self._keep_enabled()
-        self._changing.clear()
 
     async def _keep_enabled(self) -> None:
         """Those that are off stay off."""
@@ -276,6 +286,11 @@ class Motion:
         state = reading.state if reading else None
         return state is not None and (state["engine-state"] in TRIPPED or
                                       any(state[f"servo.{i:02}.fault-code"] for i in range(len(state.servo))))
+
+    def letters(self) -> list[str]:
+        """Of what can be moved."""
+        reading = self._hub.source.read(self._holder.device)
+        return list(self._members(reading.state)) if reading and reading.state is not None else []
 
     # ---- what the daemon does
 
@@ -372,7 +387,7 @@ class Motion:
         self._on |= set(letters)
         try:
             await self._switch_on(letters)
-        except NotDone:
+        except Exception:
             self._on -= set(letters)
             self._changing -= set(letters)
             with contextlib.suppress(NotDone):
@@ -426,6 +441,7 @@ class Motion:
         if not moved:
             return
         await self._queue([members[letter] for letter in members if letter in ends], ends, _speed(lengths, modes))
+        self._holder.check()
         self._ends |= ends
         self._begins, self._moved = False, True
         self.use()
@@ -483,18 +499,19 @@ class Motion:
         await self._enable([member])
         self.shifts.pop(member.letter, None)
         self._ends.pop(member.letter, None)
-        self._homing = member
         # the daemon drives no axis while the pulse engine finds a switch
         axes = {} if member.motor else self._members(self._state())
+        self._homing = member
         self._changing |= {member.letter, *(letter for letter in self._on if letter in axes and not axes[letter].motor)}
         try:
             await self._seek(member)
             self._homing = None
             await self._settle(member.letter)
             await self._until("the daemon does not drive all axes again", self._on)
-        except NotDone:
+        except Exception:
             self._homing = None
-            await self._keep_enabled()
+            with contextlib.suppress(NotDone):
+                await self._keep_enabled()
             raise
         finally:
             # a stop has its own way
@@ -530,6 +547,18 @@ class Motion:
                 raise NotDone(f"{letter} does not come to rest")
             await self._command([member], enable=True)
             await asyncio.sleep(LOOK_S)
+
+
+async def _each(*steps: Callable[[], Awaitable[object]]) -> None:
+    """All of them, also if one fails; then the first failure."""
+    failed: Exception | None = None
+    for step in steps:
+        try:
+            await step()
+        except Exception as error:
+            failed = failed or error
+    if failed:
+        raise failed
 
 
 def _numbers(job: Job) -> dict[str, float]:

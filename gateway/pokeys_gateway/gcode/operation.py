@@ -15,7 +15,7 @@ from typing import Any
 
 from ..hub import Hub
 from ..wire import NotDone
-from .card import Card
+from .card import Card, Storing
 from .heating import Heating
 from .holder import Holder, begin
 from .lane import Job
@@ -45,6 +45,7 @@ class Operation:
         self.motion = Motion(hub, self.holder)
         folder = hub.config.machine_folder
         self._card = Card(folder, say) if folder else None
+        self._looking: asyncio.Task[None] | None = None
         self.halted = ""            # why nothing is commanded; "": it may be
         self._emergency = False     # it is commanded, until M999
         self._resuming = 0
@@ -66,11 +67,27 @@ class Operation:
             raise NotDone("no folder of files is set; see folder in [machine] in pokeys-gateway.conf(5)")
         return self._card
 
-    async def open(self, run: Callable[[Job], Awaitable[bool]]) -> None:
+    def about(self) -> dict[str, Any]:
+        """For a page: what is commanded."""
+        return {"device": self.holder.device, "axes": self.motion.letters(), "halted": self.halted,
+                "heaters": [{"name": one.title, "letter": one.letter, "most": one.most} for one in self.heating.all()],
+                "files": self._card is not None, "job": self._card.about() if self._card else None}
+
+    @property
+    def running(self) -> bool:
+        """A job of a file is under way, or waits."""
+        return self._card is not None and self._card.running
+
+    def store(self, name: str) -> Storing | None:
+        """A file that is to be written, if there is a folder."""
+        return Storing(self._card, name) if self._card else None
+
+    def open(self, run: Callable[[Job], Awaitable[bool]]) -> None:
         """``run`` carries out a line of a file, and says if there is such a command."""
         if self._card:
             self._card.run = run
-            await self._card.open()
+            # the disk may hang
+            self._looking = begin(self._card.open())
 
     def abort(self, why: str) -> int:
         """End the job of a file; how many that were."""
@@ -110,13 +127,14 @@ class Operation:
 
     async def close(self) -> None:
         """The gateway ends: everything is switched off."""
-        if self._card:
-            await self._card.close()
         self.holder.interrupt()
         if await self.holder.settle():
             with contextlib.suppress(NotDone):
                 await self.holder.stop(self.heating.forget(), motion=True)
         await self.holder.close()
+        # the disk may hang
+        if self._card:
+            await self._card.close()
 
     # ---- what happens
 
@@ -134,7 +152,7 @@ class Operation:
         if not self._stops and (why := self.heating.trouble(now) or self.motion.trouble()):
             self._fail(why)
         elif self.motion.commanded:
-            if self.busy() or (self._card and self._card.running):
+            if self.busy() or self.running:
                 self.motion.use()
             self._begin(self._motors_off() if self.motion.unused_since(now - OFF_AFTER_S) else self._follow())
         if not idle:

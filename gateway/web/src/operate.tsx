@@ -11,7 +11,7 @@ const SPEEDS = [1, 2, 5, 10, 20, 50, 100];
 const OVERRIDES = { feed: "Feed", rapid: "Rapid", spindle: "Spindle" };
 
 /** One touch, also while another finger holds something: then there is no click. A key makes a click without a pointer. */
-function StopButton({ look, text, stop }: { look: string; text: string; stop: () => void }) {
+export function StopButton({ look, text, stop }: { look: string; text: string; stop: () => void }) {
 	return <button type="button" class={look} onPointerDown={event => event.button === 0 && stop()}
 		onClick={event => event.detail === 0 && stop()}>{text}</button>;
 }
@@ -121,11 +121,10 @@ function State({ cnc }: { cnc: LinuxCnc }) {
 	</>;
 }
 
-/** LinuxCNC's state, and its buttons. */
-export function Operate({ cnc }: { cnc: LinuxCnc }) {
+/** Buttons that are unlocked, until nobody has touched them for two minutes, or the page is not seen. */
+export function useArmed(locked: () => void): { armed: boolean; setArmed: (armed: boolean) => void; touch: () => void } {
 	const [armed, setArmed] = useState(false);
 	const [touched, setTouched] = useState(0);
-	const { state, connected } = cnc;
 	useEffect(() => {
 		if (!armed)
 			return;
@@ -137,13 +136,19 @@ export function Operate({ cnc }: { cnc: LinuxCnc }) {
 			document.removeEventListener("visibilitychange", hidden);
 		};
 	}, [armed, touched]);
+	useEffect(() => locked, [armed]);
+	return { armed, setArmed, touch: () => setTouched(Date.now()) };
+}
+
+/** LinuxCNC's state, and its buttons. */
+export function Operate({ cnc }: { cnc: LinuxCnc }) {
+	const { state, connected } = cnc;
 	// locked buttons hold nothing
-	useEffect(() => () => cnc.release(), [armed]);
+	const { armed, setArmed, touch } = useArmed(() => cnc.release());
 	const off = !armed || !connected;
 	const busy = state.interpreter !== "idle";
 	const mode = (state.mode ?? "") as keyof typeof MODES;
-	return <section class={connected ? "device cnc" : "device cnc old"} aria-label="LinuxCNC" onPointerDown={() => setTouched(Date.now())}
-		onKeyDown={() => setTouched(Date.now())}>
+	return <section class={connected ? "device cnc" : "device cnc old"} aria-label="LinuxCNC" onPointerDown={touch} onKeyDown={touch}>
 		<header><h2>LinuxCNC</h2>
 			{connected && <button type="button" aria-pressed={armed} onClick={() => setArmed(!armed)}>
 				{armed ? "Lock the buttons" : "Unlock the buttons"}</button>}

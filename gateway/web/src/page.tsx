@@ -4,6 +4,8 @@
 import "uplot/dist/uPlot.min.css";
 import "./page.css";
 import { render } from "preact";
+import { Console } from "./console.js";
+import { ConsoleStop, Machine as Gcode } from "./gcode.js";
 import { Doctor } from "./doctor.js";
 import { Latency } from "./latency.js";
 import { Link } from "./link.js";
@@ -70,6 +72,8 @@ async function look(signal: AbortSignal | null): Promise<void> {
 	({ trouble, version } = info);
 	cnc.allowed = info.operate;
 	cnc.look();
+	await gcode.look();
+	signal?.throwIfAborted();
 	for (const name of devices.keys())
 		if (!info.devices.includes(name))
 			devices.delete(name);
@@ -91,6 +95,7 @@ function belong(found: Session): void {
 	link.held = found.required && !found.user;
 	if (other) {
 		devices.clear();
+		gcode.lines = [];
 		records = null;
 	}
 	if (other || held !== link.held)
@@ -101,6 +106,7 @@ function belong(found: Session): void {
 async function opened(signal: AbortSignal): Promise<void> {
 	wished = "";
 	cnc.forget();
+	gcode.forget();
 	const [found] = await Promise.all([get<{ words: Words }>("api/words"), look(signal)]);
 	signal.throwIfAborted();
 	({ words } = found);
@@ -156,12 +162,13 @@ function Page() {
 		<p role="status" class={wrong ? "bad" : ""}>{wrong ? "⚠ " : "● "}{line}</p>
 		{session?.plaintext && <p class="bad">⚠ not encrypted: whoever is on the network can read passwords</p>}
 		{cnc.allowed && <Stop cnc={cnc} />}
+		{gcode.commands && <ConsoleStop console={gcode} />}
 		{session && <User session={session} done={belong} />}</header>;
 	if (session?.required && !session.user)
 		return <>{top("not logged in", true)}<main><Login done={belong} /></main></>;
 	return <>
 		{top(text, bad)}
-		<main>{cnc.allowed && <Operate cnc={cnc} />}{[...devices.values()].map(device => <One key={device.name} device={device} />)}
+		<main>{cnc.allowed && <Operate cnc={cnc} />}<Gcode console={gcode} />{[...devices.values()].map(device => <One key={device.name} device={device} />)}
 			<Recorder found={records} /><Doctor /></main>
 		<footer><a href="api/devices">data</a> <a href="api/openapi.json">interface</a> <a href="metrics">metrics</a> <a
 			href="licenses.txt">licences</a></footer>
@@ -187,8 +194,9 @@ function draw(): void {
 }
 
 const link = new Link(new URL("websocket", location.href.replace(/^http/, "ws")).href, opened, draw,
-	(method, params) => cnc.hear(method, params), true);
+	(method, params) => method === "console.said" ? gcode.hear((params as { lines: string[] }).lines) : cnc.hear(method, params), true);
 const cnc = new LinuxCnc(link, draw);
+const gcode = new Console(link, draw);
 setInterval(draw, OLD_MS / 3);
 get<Session>("api/session").then(belong, () => undefined);
 setInterval(() => {
