@@ -149,6 +149,18 @@ void decode_pwm(struct device *device, const struct wire_pwm_rep *pwm)
 	memcpy(device->image.pwm_duty, pwm->duty, sizeof(pwm->duty));
 }
 
+static void no_soft_limits(struct pokeys_axis *axis)
+{
+	axis->soft_minimum = INT32_MIN;
+	axis->soft_maximum = INT32_MAX;
+}
+
+void decode_init(struct device *device)
+{
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		no_soft_limits(&device->image.engine.axis[i]);
+}
+
 void decode_axis_setup(struct device *device, unsigned int i,
 		       const struct wire_axis_config *config)
 {
@@ -167,8 +179,7 @@ void decode_axis_setup(struct device *device, unsigned int i,
 		axis->mode = POKEYS_AXIS_OFF;
 	axis->max_speed = isfinite(config->max_speed) ? config->max_speed * 1e3f : 0;
 	axis->max_acceleration = isfinite(config->max_accel) ? config->max_accel * 1e6f : 0;
-	axis->soft_minimum = INT32_MIN;
-	axis->soft_maximum = INT32_MAX;
+	no_soft_limits(axis);
 	if (config->options & WIRE_AXIS_SOFT_LIMITS) {
 		axis->soft_minimum = config->soft_min;
 		axis->soft_maximum = config->soft_max;

@@ -75,16 +75,11 @@ static void take_outputs(struct device *device, const struct pokeys_command *com
 	device->intake.outputs_mask = mask;
 }
 
-bool intake_beyond_soft_limits(const struct device *device, unsigned int i, int32_t position)
+bool intake_beyond_soft_limits(const struct device *device, unsigned int i, double from, double to)
 {
-	const struct wire_axis_config *config =
-		&device->configure.setting[SETTING_AXIS + i].value.axis.config;
-	const int32_t here = device->image.engine.axis[i].position;
+	const struct pokeys_axis *axis = &device->image.engine.axis[i];
 
-	if (!(config->options & WIRE_AXIS_SOFT_LIMITS))
-		return false;
-	return (position > config->soft_max && position > here) ||
-	       (position < config->soft_min && position < here);
+	return (to > axis->soft_maximum && to > from) || (to < axis->soft_minimum && to < from);
 }
 
 /* ... as this device is set up. */
@@ -98,7 +93,7 @@ static enum command_fault setup_fault(const struct device *device, unsigned int 
 	if (axis->mode == POKEYS_AXIS_VELOCITY)
 		return fabsf(axis->velocity) > known->max_speed * SPEED_MARGIN ?
 		       COMMAND_FAULT_AXIS_SPEED : COMMAND_FAULT_NONE;
-	return intake_beyond_soft_limits(device, i, axis->position) ?
+	return intake_beyond_soft_limits(device, i, known->position, axis->position) ?
 	       COMMAND_FAULT_AXIS_SOFT_LIMIT : COMMAND_FAULT_NONE;
 }
 

@@ -453,6 +453,8 @@ void decode_encoders_forget(struct device *device);
 /* Its counters may have begun again: the next counts are of another epoch. */
 void decode_encoders_anew(struct device *device);
 void decode_pwm(struct device *device, const struct wire_pwm_rep *pwm);
+/* Nothing is known of the device yet. */
+void decode_init(struct device *device);
 void decode_axis_setup(struct device *device, unsigned int axis,
 		       const struct wire_axis_config *config);
 
@@ -465,8 +467,11 @@ void intake_outputs(struct device *device, const struct pokeys_command *command)
 void intake_refuse(struct device *device, enum command_fault fault, int64_t index);
 /* Pulses that an axis in this mode can be commanded, to either side. */
 int32_t intake_furthest(uint8_t mode);
-/* Further out than the soft limits and than the axis already is: back in is always allowed. */
-bool intake_beyond_soft_limits(const struct device *device, unsigned int axis, int32_t position);
+/*
+ * Pulses. Further out than the soft limits and than where it comes from: back in is always allowed.
+ */
+bool intake_beyond_soft_limits(const struct device *device, unsigned int axis, double from,
+			       double to);
 
 /* safe.c */
 void safe_begin(struct device *device);

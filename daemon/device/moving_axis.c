@@ -108,16 +108,14 @@ static double ends_at(const struct device *device, unsigned int member, double a
 	return moving_has(device, member) ? device->moving.place[member] : at;
 }
 
-/* Beyond a soft limit, and further out than where it will be before. */
+/* From where it will be before. */
 static bool is_beyond(const struct device *device, unsigned int axis, double pulses)
 {
 	const struct pokeys_axis *image = &device->image.engine.axis[axis];
 	const double unit = config_of(device, axis)->pulses_per_unit;
-	const double from = round(ends_at(device, MOVING_AXIS + axis, image->position / unit) *
-				  unit);
-	const double to = round(pulses);
+	const double from = ends_at(device, MOVING_AXIS + axis, image->position / unit) * unit;
 
-	return (to > image->soft_maximum && to > from) || (to < image->soft_minimum && to < from);
+	return intake_beyond_soft_limits(device, axis, round(from), round(pulses));
 }
 
 static bool is_in_range(const struct device *device, unsigned int axis, double pulses)

@@ -46,7 +46,8 @@ static bool axis_good(const struct device *device, const struct pokeys_one_shot 
 	return motion_drivable(device, i) && shot->value[i] <= MOTION_POSITION_MAX &&
 	       shot->value[i] >= -MOTION_POSITION_MAX &&
 	       device->image.engine.axis[i].mode != POKEYS_AXIS_BUFFERED &&
-	       !intake_beyond_soft_limits(device, i, shot->value[i]);
+	       !intake_beyond_soft_limits(device, i, device->image.engine.axis[i].position,
+					  shot->value[i]);
 }
 
 bool probing_allowed(const struct device *device, const struct pokeys_one_shot *shot)

@@ -183,6 +183,15 @@ static void axis_block_is_read_changed_and_written_whole(void **state)
 	assert_int_equal(axis_writes, 1);
 }
 
+static void an_axis_that_is_not_known_has_no_soft_limits(void **state)
+{
+	(void)state;
+	restart();
+	assert_int_equal(world.state.engine.axis[0].mode, POKEYS_AXIS_OFF);
+	assert_int_equal(world.state.engine.axis[0].soft_minimum, INT32_MIN);
+	assert_int_equal(world.state.engine.axis[0].soft_maximum, INT32_MAX);
+}
+
 static void number_of_axes_and_emergency_pin_are_set(void **state)
 {
 	(void)state;
@@ -399,6 +408,7 @@ int main(void)
 		cmocka_unit_test_setup(only_pins_that_differ_are_written_and_others_stay, begin),
 		cmocka_unit_test_setup(encoders_are_set_up, begin),
 		cmocka_unit_test_setup(axis_block_is_read_changed_and_written_whole, begin),
+		cmocka_unit_test_setup(an_axis_that_is_not_known_has_no_soft_limits, begin),
 		cmocka_unit_test_setup(number_of_axes_and_emergency_pin_are_set, begin),
 		cmocka_unit_test_setup(
 			period_filter_bus_matrix_and_name_are_set_and_the_rest_of_them_stays,
