@@ -255,6 +255,10 @@ def _console(none: Schema) -> dict[str, tuple[str, Schema, Schema]]:
             halted={"type": "string", "description": 'Why nothing is commanded until M999; "" = it is'},
             job={**_null_or(job), "description": "Of a file; null = none is under way"})),
         "console.subscribe": ("Be a client of the console, and get what the machine says", nothing, none),
+        "files.begin": ("Begin a file of G-code for the machine; it appears with files.finish",
+                        _only({"name": TEXT}), none),
+        "files.write": ("More of it", _only({"data": TEXT}), none),
+        "files.finish": ("It is complete", nothing, none),
         "console.send": ("Send a line to the machine, or a command of the console; replies come as console.said",
                          _only({"line": {**TEXT, "description": "Of at most 256 bytes, without its end"}}), none),
     }

@@ -69,7 +69,7 @@ def test_a_file_is_carried_out():
         assert one.ask("M26 L13")[0] == "Error:M26: square.gcode: the file has 11 lines"
         assert one.ask("M26 S9999")[0].startswith("Error:M26: needs S and a byte")
         # a job that waits is ended by it, as hosts have it
-        (shop.folder / "Wait.gcode").write_bytes(b"G1 X1 F600\nM0\nG1 X2\nM2\nG1 X9\n")
+        (shop.folder / "Wait.gcode").write_bytes(b"G1 X1 F600\nM0\nG1 X2\nM2 (end)\nG1 X9\n")
         begin(one, "wait.gcode", "Wait.gcode")
         assert other.until("echo:Wait")[-1] == "echo:Wait.gcode, line 2: M0: it waits; M24 lets it go on"
         assert one.ask("M27")[-2] == "echo:it waits; M24 lets it go on"
@@ -85,6 +85,8 @@ def test_a_file_is_carried_out():
                                 (b"G90\nX5 Y5\n", 2, '"X5 Y5" cannot be carried out'), (b"T1\n", 1, '"T1" cannot be carried out'),
                                 (b"M6 T1\n", 1, '"M6 T1" cannot be carried out'), (b"\0\0G1 X1\n", 1, "cannot be carried out"),
                                 (b"G90 G1 X5 F600\n", 1, "one line has one command"),
+                                (b"M5 G0 Z5\n", 1, "one line has one command"), (b"T0 M6\n", 1, "one line has one command"),
+                                (b"M104 T0 S0\n", 1, "there is no hot end T0"), (b"M98 P1\n", 1, '"M98 P1" cannot be carried out'),
                                 (b"G1 X1\rG1 X2\n", 1, "a carriage return is in the middle of it"),
                                 (b"; " + 9000 * b"x" + b"\r\nM117 " + 300 * b"x", 2, "a line has at most 256 characters")):
             (shop.folder / "odd.gcode").write_bytes(text)

@@ -97,6 +97,12 @@ def test_positions():
         do(one, "G20", "G1 X1 F100", "M400")
         assert places(shop)[0] == 2020 + 5080
         do(one, "G4 P1")
+        # a jog has modes of its own
+        do(one, "$J=G91 X1 F6000", "$j = g20 g90 Y0.1 F100", "M400")
+        assert places(shop)[:2] == [2020 + 5080 + 200, 508]
+        do(one, "G1 X0 F100", "M400")
+        assert places(shop)[0] == 2020, "inches, as before"
+        do(one, "G1 X1", "M400")
         # what is not there, and what is odd
         assert one.ask("G1 Z1") == ["Error:G1: mill has no axis Z; there are: X Y E", "ok"]
         assert one.ask("G1 X F1") == ["Error:G1: X needs a number", "ok"]

@@ -120,6 +120,22 @@ def test_the_console():
             assert (await one.line("M114"))[0].startswith("X:0.0000 Count X:0"), one.lines
             assert (await one.line("[ESP500]", "user"))[-1] == "user"
             equal(await one.line("G1 X5 F600"), ["ok"])
+            # of a page: for this line only; and what came before a stop is not done after it
+            equal(await one.line("$J=G91 G21 X1 F6000"), ["ok"])
+            for message in ({"method": "console.send", "params": {"line": "M410\n"}, "id": 7},
+                            [{"method": "console.send", "params": {"line": line}, "id": i}
+                             for i, line in enumerate(("G1 X9 F600", "M410 now", "G1 X8"))]):
+                await other.ws.send_json([{"jsonrpc": "2.0", **request} for request in message] if isinstance(message, list) else
+                                         {"jsonrpc": "2.0", **message})
+            found = {}
+            while len(found) < 4:
+                said = await other.read()
+                for answer in said if isinstance(said, list) else [said]:
+                    if "id" in answer:
+                        found[answer["id"]] = answer
+                    elif answer["method"] == "console.said":
+                        other.lines += answer["params"]["lines"]
+            equal([number for number, answer in found.items() if "error" in answer], [])
             # from a client that takes nothing: it is heard all the same
             for _ in range(30):
                 await other.ws.send_json({"jsonrpc": "2.0", "id": 1, "method": "objects.query", "params": {"objects": {"mill": None}}})

@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..access import LEVELS, Access
 from ..gate import host_of, is_loopback
 from ..hub import Hub
+from ..wire import NotDone
 from . import urgent
 from .client import Client
 from .commands import Commands
@@ -18,7 +19,14 @@ from .outbox import Outbox
 from .router import MACHINE_BYTES, MACHINE_LINES, Router
 from .table import TABLE
 
+if TYPE_CHECKING:
+    from ..gcode.card import Storing
+
 _LOG = logging.getLogger("pokeys-gateway")
+
+
+def _no_files(_name: str) -> Storing:
+    raise NotDone("the machine has no folder of files")
 
 
 class Console:
@@ -32,6 +40,8 @@ class Console:
         self.connections = 0        # how often the machine was found
         # what can be said of the machine, besides its lines
         self.about: Callable[[], dict[str, Any]] = dict
+        # a file that is to be written for the machine; NotDone if it has none
+        self.store: Callable[[str], Storing] = _no_files
         self._access = access
         self._level = hub.config.console_level      # of clients of this computer; None: as for HTTP
         self.commands = Commands(access, TABLE, hub)

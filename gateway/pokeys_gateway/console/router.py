@@ -263,6 +263,11 @@ class Router:
             self.tell(client, f"error: {NOT_ALLOWED if self.machine else self.why_no_machine}")
         return rest
 
+    @property
+    def takes_bytes(self) -> bool:
+        """The firmware obeys single bytes, which other characters have too."""
+        return self._urgent.byte is not None
+
     def _is_stop(self, data: bytes) -> bool:
         return bool(self._urgent.stop and self._urgent.stop.match(data))
 

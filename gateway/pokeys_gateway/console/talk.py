@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Awaitable, Callable
 
 from ..access import Who
@@ -10,6 +11,8 @@ from .console import Console
 
 LINE_MOST = 256
 TAKE = 16 << 10             # bytes at once
+REST_MOST = 1024            # of a line that has no end
+_END = re.compile(rb"\r\n|\r(?=.)|\n", re.S)       # a CR at the end may be half of one
 
 
 class Talk:
@@ -48,7 +51,9 @@ class Talk:
                 data = rest + b"".join(message.data for message in messages)
                 for message in messages:
                     message.release()
-                *lines, rest = data.replace(b"\r\n", b"\n").split(b"\n")
+                *lines, rest = _END.split(data)
+                if len(rest) > REST_MOST:
+                    lines, rest = [*lines, rest], b""
                 try:
                     if lines:
                         await self._tell([line.decode("utf-8", "replace") for line in lines])

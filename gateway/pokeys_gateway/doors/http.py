@@ -184,7 +184,7 @@ class Http:
         self._tls = tls
         self._session = Session(hub.config, access)
         self._gate = Gate(hub.config.behind_proxy)
-        self._rpc = Rpc(hub, self._gate, access, console)
+        self._rpc = Rpc(hub, self._gate, access, console, self._address)
         self._records = Records(hub, self._gate)
         self._doctor = Doctor(doctor_socket(hub.config), hub.config.runtime_directory)
         self._metrics = Metrics(hub, self._gate, self._rpc, access, console)
@@ -195,6 +195,10 @@ class Http:
         self._page = {path: ((folder / name).read_bytes(), kind) for path, (name, kind) in PAGE.items()
                       if (folder / name).exists()}
         self._runner: web.AppRunner | None = None
+
+    def _address(self, request: web.Request) -> str:
+        """Of the client: whoever comes through a proxy is not of this computer because the proxy is."""
+        return self._session.address(request) if self._hub.config.behind_proxy else request.remote or ""
 
     async def open(self, sockets: list[socket.socket]) -> list[str]:
         """Listen: on sockets that were inherited, or on those of the configuration. Where, as addresses of pages.

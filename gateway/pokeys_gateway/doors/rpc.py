@@ -12,6 +12,7 @@ import asyncio
 import contextlib
 import fcntl
 import functools
+import inspect
 import itertools
 import json
 import logging
@@ -19,7 +20,7 @@ import math
 import socket
 import termios
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -46,6 +47,7 @@ from ..feeds import (
     whole,
 )
 from ..gate import Gate, cut
+from ..gcode.card import Storing
 from ..hub import Hub
 from ..operate import METHODS, STOPS, UNDER_WAY_MOST, Operator
 from ..wire import NotDone
@@ -92,6 +94,7 @@ class _Way:
     until: float                # when it is too old
     turn: int                   # how many stops came before it
     stop: asyncio.Future[None] | None = None    # the last stop before it in a batch, or itself
+    stops: int = 0              # of the console, that came before it
 
 
 class _Connection:
@@ -102,6 +105,7 @@ class _Connection:
         self._address = address
         self._talk: Talk | None = None      # its part in the console
         self._way = _Way(0.0, 0)            # of the request that is being answered
+        self._storing: Storing | None = None        # a file that it sends
         self._door = door
         self._hub = door.hub
         self.subscriber = Subscriber(door.count_skipped)
@@ -119,6 +123,9 @@ class _Connection:
             "console.info": self._console_info,
             "console.subscribe": self._console_subscribe,
             "console.send": self._console_send,
+            "files.begin": self._files_begin,
+            "files.write": self._files_write,
+            "files.finish": self._files_finish,
         }
         self._operator = Operator(door.hub.operators, self._offer, self._say, self._tell)
         self._under_way: set[asyncio.Task[None]] = set()
@@ -133,7 +140,7 @@ class _Connection:
 
     def way(self) -> _Way:
         """How what comes now has come."""
-        return _Way(self.fresh + AGE_MOST_S, self._hub.operators.turn)
+        return _Way(self.fresh + AGE_MOST_S, self._hub.operators.turn, stops=self._door.console.router.stops)
 
     async def take(self, message: Any, way: _Way) -> str | None:
         """The answer to a message of :func:`_parsed`; None if it needs none, or gets it later."""
@@ -201,7 +208,9 @@ class _Connection:
                 raise RpcError(INVALID_PARAMS, "params has to be an object")
             if method == self._subscribe and "id" not in request:
                 raise RpcError(INVALID_REQUEST, "its answer is the first state")
-            result = method(params) if method else await self._operate(operates or "", params, number, way)
+            result = method(params) if method else self._operate(operates or "", params, number, way)
+            if inspect.isawaitable(result):
+                result = await result
         except RpcError as error:
             return _error(number, error.code, str(error)) if "id" in request else None
         except Exception:
@@ -221,7 +230,8 @@ class _Connection:
 
     async def stop(self, request: dict[str, Any], way: _Way) -> None:
         """A stop of the console, before what came before it."""
-        if answer := await self._one(request, way):
+        answer = await self._one(request, way)
+        if answer and not self.subscriber.full:
             self.subscriber.answer(encode(answer))
 
     def _refusal(self) -> str | None:
@@ -273,6 +283,8 @@ class _Connection:
         self.leave()
         if self._talk:
             self._talk.close()
+        if self._storing:
+            self._storing.spoil("its client is gone")
         self._operator.close()
         # the task of who asks this is not one of them
         for task in self._under_way:
@@ -345,16 +357,64 @@ class _Connection:
     def _console_send(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params, "line")
         line = params.get("line")
+        if isinstance(line, str) and (stop := STOP.match(line.encode("utf-8", "replace"))):
+            # whatever else is in it, and whatever came before
+            self._console_subscribe({})
+            assert self._talk
+            self._talk.send(f"M{stop[1].decode()}")
+            return {}
         if not isinstance(line, str) or len(line.encode("utf-8", "replace")) > LINE_MOST or not line.isprintable():
             raise RpcError(INVALID_PARAMS, f"line has to be one line of text, of at most {LINE_MOST} bytes")
         if not self._talk:
             raise RpcError(NOT_ALLOWED, "console.subscribe comes before it")
-        if not STOP.match(line.encode()):
-            if time.monotonic() > self._way.until:
-                raise RpcError(NOT_DONE, TOO_OLD)
-            if self._talk.client.full:
-                raise RpcError(TOO_MUCH, "the machine takes nothing more of this client now; stops are taken")
+        self._judge_way()
+        if not line.isascii() and self._door.console.router.takes_bytes and not line.startswith("[ESP"):
+            raise RpcError(INVALID_PARAMS, "line has to be of ASCII characters: the firmware obeys bytes of others")
+        if self._talk.client.full:
+            raise RpcError(TOO_MUCH, "the machine takes nothing more of this client now; stops are taken")
         self._talk.send(line)
+        return {}
+
+    def _judge_way(self) -> None:
+        """What comes late, or came before a stop, is not done."""
+        if self._way.stops != self._door.console.router.stops:
+            raise RpcError(NOT_DONE, "it was stopped")
+        if time.monotonic() > self._way.until:
+            raise RpcError(NOT_DONE, TOO_OLD)
+
+    async def _files_begin(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params, "name")
+        if not isinstance(name := params.get("name"), str) or not name.strip("/"):
+            raise RpcError(INVALID_PARAMS, "name has to be the name of a file")
+        if not self._talk or not self._talk.may_send:
+            raise RpcError(NOT_ALLOWED, "this needs level user, and console.subscribe before it")
+        if self._storing:
+            self._storing.spoil("another file is begun")
+        try:
+            self._storing = self._door.console.store(name)
+            await self._storing.begin()
+        except NotDone as error:
+            raise RpcError(NOT_DONE, str(error)) from None
+        return {}
+
+    async def _files_write(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params, "data")
+        if not isinstance(data := params.get("data"), str):
+            raise RpcError(INVALID_PARAMS, "data has to be text")
+        raw = data.encode("utf-8", "replace")
+        return await self._store(lambda storing: storing.add(raw))
+
+    async def _files_finish(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params)
+        return await self._store(lambda storing: storing.finish())
+
+    async def _store(self, work: Callable[[Storing], Awaitable[None]]) -> dict[str, Any]:
+        if not self._storing:
+            raise RpcError(NOT_ALLOWED, "files.begin comes before it")
+        try:
+            await work(self._storing)
+        except NotDone as error:
+            raise RpcError(NOT_DONE, str(error)) from None
         return {}
 
     async def _said(self, lines: list[str]) -> None:
@@ -445,7 +505,10 @@ def _of_the_kernel(transport: Any) -> int:
 class Rpc:
     """The door. Belongs to the event loop's thread."""
 
-    def __init__(self, hub: Hub, gate: Gate, access: Access, console: Console) -> None:
+    def __init__(self, hub: Hub, gate: Gate, access: Access, console: Console,
+                 address: Callable[[web.Request], str]) -> None:
+        """``address`` is that of who has sent a request, also through a proxy."""
+        self._address = address
         self.hub = hub
         self.console = console
         self.access = access
@@ -480,7 +543,7 @@ class Rpc:
             return ws
         if self._ending:
             return ws
-        connection = _Connection(self, request[WHO], request.remote or "")
+        connection = _Connection(self, request[WHO], self._address(request))
         # who may stop a machine is heard also while it takes no answers
         self._gate.stream(transport, lambda: _frames(ws) >= FRAMES_MOST or (not connection.commands and (
             connection.subscriber.full or transport.get_write_buffer_size() > WRITE_LIMIT)))
@@ -535,9 +598,13 @@ class Rpc:
                 if any(map(_stops, _requests(parsed))) and 0 < len(_requests(parsed)) <= BATCH_MOST:
                     connection.later(parsed, connection.way())
                     continue
-                if _stops_console(parsed):
-                    await connection.stop(parsed, connection.way())
-                elif not connection.commands:
+                if stops := [one for one in _requests(parsed) if _stops_console(one)]:
+                    for one in stops:
+                        await connection.stop(one, connection.way())
+                    parsed = [one for one in _requests(parsed) if not _stops_console(one)]
+                    if not parsed:
+                        continue
+                if not connection.commands:
                     # one after the other, and nothing is read meanwhile
                     await self._do(ws, connection, parsed, connection.way())
                 elif not await _put(waiting, (parsed, connection.way()), work):

@@ -18,11 +18,13 @@ import errno
 import json
 import logging
 import os
+import re
 import threading
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+from ..aside import aside
 from ..folder import Folder, NotPermitted, TooLarge, Upload
 from ..wire import NotDone
 from .lane import Job, Modes
@@ -33,8 +35,10 @@ SAVE_S = 5.0                # from one note of the progress to the next
 CLOSE_S = 2.0               # for the last note
 NAMED_MOST = 8              # unknown commands, at the end
 NOTE = ".job"
-ENDS, WAITS = ("M2", "M30"), ("M0", "M1", "M226")
-NEEDED = ("M3", "M4", "M6", "M600")         # without these, the next move is a mistake
+WAITS = ("M0", "M1", "M226")
+TEXTS = ("M117", "M118", "$J")
+_COMMAND = re.compile(r"[GM]\s*\d", re.I)
+NEEDED = ("M3", "M4", "M6", "M98", "M600")         # without these, the next move is a mistake
 Result = TypeVar("Result")
 _LOG = logging.getLogger("pokeys-gateway")
 
@@ -46,15 +50,17 @@ class _Ended(Exception):
 class Storing:
     """Lines of a client that go into a file, from M28 to M29. A file with a hole is not kept."""
 
-    def __init__(self, card: Card, name: str) -> None:
-        self.name = name.strip("/")
-        self.why = ""               # nothing is kept; "": all is well
+    def __init__(self, card: Card | None, name: str) -> None:
+        """Without a card: of lines that are not to be carried out."""
+        self.name = name.strip("/") or "the file"
+        self.why = "" if card else "the machine has no folder of files"     # nothing is kept; "": all is well
         self._card = card
         self._upload: Upload | None = None
         self._tasks: set[asyncio.Task[Any]] = set()
 
     async def begin(self) -> None:
         """M28."""
+        self._check()
         # a stop ends the wait for it, and the file must not stay
         opening = self._begin(self._open())
         await asyncio.shield(opening)
@@ -62,12 +68,16 @@ class Storing:
 
     async def write(self, line: str) -> None:
         """One more line."""
+        await self.add(f"{line}\n".encode())
+
+    async def add(self, data: bytes) -> None:
+        """More of it."""
         self._check()
-        upload = self._upload
-        if not upload:
+        upload, card = self._upload, self._card
+        if not upload or not card:
             raise NotDone(f"lines go into {self.name}, which is not begun; M29 ends that")
         try:
-            await self._card.aside(upload.write, f"{line}\n".encode())
+            await card.aside(upload.write, data)
         except NotDone as error:
             self.spoil(str(error))
             raise
@@ -76,10 +86,14 @@ class Storing:
     async def finish(self) -> None:
         """M29."""
         self._check()
-        upload, self._upload = self._upload, None
-        if not upload:
+        (upload, self._upload), card = (self._upload, None), self._card
+        if not upload or not card:
             raise NotDone("nothing is being written")
-        await self._card.aside(_finish, upload)
+        try:
+            await card.aside(_finish, upload)
+        except NotDone:
+            self._begin(self._discard(upload))
+            raise
 
     def spoil(self, why: str) -> None:
         """A line is missing: nothing of it is kept."""
@@ -93,15 +107,18 @@ class Storing:
             raise NotDone(f"{self.name} is not kept: {self.why}; M29 ends the writing")
 
     async def _open(self) -> None:
+        assert self._card
         upload = await self._card.begin_file(self.name)
         if self.why:
             await self._discard(upload)
         else:
             self._upload = upload
 
-    async def _discard(self, upload: Upload) -> None:
-        with contextlib.suppress(NotDone):
-            await self._card.aside(upload.close)
+    @staticmethod
+    async def _discard(upload: Upload) -> None:
+        # by a thread of its own: there may be too much to do
+        with contextlib.suppress(OSError):
+            await aside(upload.close)
 
     def _begin(self, work: Awaitable[Any]) -> asyncio.Task[Any]:
         task = asyncio.ensure_future(work)
@@ -131,6 +148,7 @@ class Card:
         self._at = self._line = 0           # how far the job has come: bytes, lines
         self._job: asyncio.Task[None] | None = None
         self._go_on = asyncio.Event()
+        self._between = False               # the job waits between two lines
         self._interrupted = ""              # a job of a gateway that has died
         self._notes = threading.Lock()
         self._generation = 0                # of the note: jobs that have begun or ended
@@ -185,18 +203,20 @@ class Card:
 
     async def select(self, name: str) -> str:
         """M23: the file of the next job."""
-        async with self._order:
+        async with self._alone():
             return await self._select(name)
 
     async def start(self) -> None:
         """M24: begin, or go on."""
-        async with self._order:
+        async with self._alone():
             self._start()
 
-    async def select_and_start(self, name: str) -> str:
+    async def select_and_start(self, job: Job, name: str) -> str:
         """M32."""
-        async with self._order:
+        async with self._alone():
             said = await self._select(name)
+            if job.gone:
+                raise NotDone("its client is gone")
             self._start()
         return said
 
@@ -210,15 +230,15 @@ class Card:
 
     async def begin_at(self, byte: float | None, line: float | None) -> None:
         """M26: where the job begins: a byte, or a line, from 1. A job that waits is ended by it."""
-        async with self._order:
-            if self._job and not self._go_on.is_set():
+        async with self._alone():
+            wanted, least = (byte, 0) if line is None else (line, 1)
+            if wanted is None or wanted != int(wanted) or not least <= wanted <= max(1, self._made[0]):
+                raise BadWords("needs S and a byte, or L and the number of a line")
+            if self._between:
                 self.abort("ended by M26")
             self._need_no_job()
             if not self._name:
                 raise NotDone("no file is selected; M23 and its name select one")
-            wanted, least = (byte, 0) if line is None else (line, 1)
-            if wanted is None or wanted != int(wanted) or not least <= wanted <= max(1, self._made[0]):
-                raise BadWords("needs S and a byte, or L and the number of a line")
             lines = None if line is None else int(line) - 1
             self._at, self._line = await self.aside(self._find, self._name, self._made, lines, int(wanted))
 
@@ -255,6 +275,22 @@ class Card:
 
     # ---- the job
 
+    @contextlib.asynccontextmanager
+    async def _alone(self) -> AsyncGenerator[None, None]:
+        """Nobody else chooses a file; nobody waits for a disk that hangs for somebody else."""
+        if self._order.locked():
+            raise NotDone("another client is choosing a file")
+        async with self._order:
+            yield
+
+    async def _pause(self) -> None:
+        """Until it may go on."""
+        self._between = True
+        try:
+            await self._go_on.wait()
+        finally:
+            self._between = False
+
     async def _select(self, name: str) -> str:
         self._need_no_job()
         found, made = await self.aside(self._look, name)
@@ -279,7 +315,7 @@ class Card:
         try:
             with contextlib.suppress(_Ended):
                 async for data in self._lines():
-                    await self._go_on.wait()
+                    await self._pause()
                     if name := await self._carry_out(data, modes):
                         unknown[name] = None
             # it has ended when its last move has
@@ -300,11 +336,14 @@ class Card:
         line = parse(data)
         if not line or not line.text:
             return ""
-        if line.name in ENDS and not line.argument:
+        argument = line.arguments
+        if line.name not in TEXTS and _COMMAND.search(argument):
+            raise NotDone(f'"{line.text[:LINE_MOST]}": one line has one command')
+        if line.name == "M2" or (line.name == "M30" and not argument):
             raise _Ended
         if line.name in WAITS:
             self.pause(line.name)
-            await self._go_on.wait()
+            await self._pause()
             return ""
         if line.name == "T0" or await self.run(Job(None, line, modes, lambda text: None)):
             return ""

@@ -18,6 +18,7 @@ from ..source import Reading
 from ..wire import NotDone
 from . import heating, report
 from .lane import Job
+from .motion import INCH
 from .operation import RESUME, Operation
 from .parser import BadWords, Line
 
@@ -118,6 +119,11 @@ def _move(*, rapid: bool) -> Work:
     return work
 
 
+async def _jog(operation: Operation, job: Job) -> str:
+    await operation.motion.jog(job)
+    return ""
+
+
 def _mode(**modes: bool | float) -> Work:
     async def work(_operation: Operation, job: Job) -> str:
         for name, value in modes.items():
@@ -201,7 +207,7 @@ async def _remove(operation: Operation, job: Job) -> str:
 
 
 async def _select_and_start(operation: Operation, job: Job) -> str:
-    return await operation.card.select_and_start(_name(job).strip("!#"))
+    return await operation.card.select_and_start(job, _name(job).strip("!#"))
 
 
 def _name(job: Job) -> str:
@@ -233,12 +239,12 @@ def _no_job(operation: Operation) -> None:
 STORE, STORED = "M28", "M29"
 END_JOB = "M524"
 STATE = "?"
-INCH = 25.4
 COMMANDS = {
     STATE: Command("show the PoKeys devices", _of(_state), at_once=True),
     "G0": Command("axes and positions: move there, as fast as the axes can unless F was given", work=_move(rapid=True)),
     "G1": Command("axes and positions, F and units/min: move there in a straight line at this speed",
                   work=_move(rapid=False)),
+    "$J": Command("=, axes and F: as G1, with G90, G91, G20 and G21 for this line only", work=_jog, text=True),
     "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended", work=_dwell),
     "G20": Command("units are inches", work=_mode(scale=INCH)),
     "G21": Command("units are millimetres", work=_mode(scale=1.0)),

@@ -96,11 +96,13 @@ class Lane:
         """A reply to the line that is under way."""
         self._jobs[0].tell(text)
 
-    def clear(self) -> int:
+    def clear(self, why: str) -> int:
         """Carry out nothing any more, and end what is under way, without replies; how many lines that are."""
         lines = len(self._jobs)
         for job in self._jobs:
             job.owe(-1)
+            if job.storing:
+                job.storing.spoil(why)
         self._jobs.clear()
         self._skips = 0
         if self._task:

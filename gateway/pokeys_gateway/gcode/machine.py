@@ -87,6 +87,7 @@ class Machine:
         self._operation = Operation(hub, device, self._halt, self._router.tell_all) if device else None
         if self._operation:
             console.about = self._operation.about
+            console.store = self._operation.store
         self._closed = False
 
     def open(self) -> None:
@@ -104,7 +105,7 @@ class Machine:
         if self._under_way:
             await asyncio.wait(self._under_way, timeout=LAST_S)
         for lane in self._lanes.values():
-            lane.clear()
+            lane.clear(STOPPED)
         if self._operation:
             await self._operation.close()
 
@@ -131,9 +132,7 @@ class Machine:
             asker.failed = True
             if not self._router.hears(asker):
                 lane.tell(f"Error:{why}\nok")
-            lines[asker] = lane.clear()
-            if lane.storing:
-                lane.storing.spoil(why)
+            lines[asker] = lane.clear(why)
             self._let_go(asker, lane)
         return lines
 
@@ -237,7 +236,9 @@ class Machine:
         if line.name == STORE and self._operation:
             if storing:
                 storing.spoil("another M28 has come")
-            storing = lane.storing = self._operation.store(line.argument)
+            # without a folder, its lines must not be carried out either
+            storing = lane.storing = self._operation.store(line.argument) if self._operation.files else Storing(
+                None, line.argument)
             asker.on_end = functools.partial(self._spoil_of, ref(lane))
         elif line.name in (STORED, RESUME):
             lane.storing = None

@@ -14,8 +14,9 @@ import asyncio
 import contextlib
 import functools
 import math
+import re
 from collections.abc import AsyncGenerator, Awaitable, Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pokeys
 from pokeys import MovesControl, OneShot, Outcome
@@ -35,6 +36,8 @@ FRACTIONS = 256             # parts of a count
 PULSES_MOST, COUNTS_MOST = 2_100_000_000, 2**31 - 2
 FEED_MOST = 200.0           # percent
 LOOK_S = 0.005
+INCH = 25.4
+_WORDS = re.compile(r"[A-Za-z][^A-Za-z]*")
 ENABLE_S = 3.0
 REST_S = 1.0                # what was enabled just now is at rest then
 STILL_S = 600.0             # so long may a path wait for something, such as a feed override of 0
@@ -100,7 +103,23 @@ class Motion:
 
     async def move(self, job: Job, *, rapid: bool) -> None:
         """G0 and G1."""
-        words, modes = _numbers(job), job.modes
+        await self._go(_numbers(job), job.modes, rapid=rapid)
+
+    async def jog(self, job: Job) -> None:
+        """$J=: its modes are those of this line."""
+        modes, rest = Modes(), []
+        for word in _WORDS.findall(job.line.arguments):
+            match word.upper().replace(" ", ""):
+                case "G90" | "G91" as name:
+                    modes.relative = modes.relative_extruder = name == "G91"
+                case "G20" | "G21" as name:
+                    modes.scale = INCH if name == "G20" else 1.0
+                case _:
+                    rest.append(word)
+        line = replace(job.line, argument=" ".join(rest))
+        await self._go(_numbers(replace(job, line=line)), modes, rapid=False)
+
+    async def _go(self, words: dict[str, float], modes: Modes, *, rapid: bool) -> None:
         if "F" in words:
             if not words["F"] > 0:
                 raise BadWords("F must be greater than 0")

@@ -74,13 +74,18 @@ class Operation:
                 "files": self._card is not None, "job": self._card.about() if self._card else None}
 
     @property
+    def files(self) -> bool:
+        """There is a folder of files."""
+        return self._card is not None
+
+    @property
     def running(self) -> bool:
         """A job of a file is under way, or waits."""
         return self._card is not None and self._card.running
 
-    def store(self, name: str) -> Storing | None:
-        """A file that is to be written, if there is a folder."""
-        return Storing(self._card, name) if self._card else None
+    def store(self, name: str) -> Storing:
+        """A file that is to be written; :class:`NotDone` if there is no folder."""
+        return Storing(self.card, name)
 
     def open(self, run: Callable[[Job], Awaitable[bool]]) -> None:
         """``run`` carries out a line of a file, and says if there is such a command."""

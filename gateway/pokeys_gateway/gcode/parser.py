@@ -16,6 +16,7 @@ _SUM = re.compile(rb"\*[ \t]*(\d{1,3})\Z")
 _COMMAND = re.compile(r"([GMT])\s*(\d{1,5})(?:\.(\d{1,2}))?(?![\d.])", re.I | re.A)
 _WORD = re.compile(r"([A-Z])\s*([+-]?(?:\d+\.?\d*|\.\d+))?\s*", re.I | re.A)
 _TEXT = re.compile(rb"[Mm][ \t]*(?:117|118)(?!\d)")        # commands that take a text
+_JOG = re.compile(r"\$J\s*=", re.I)         # as grbl has it
 _PARENTHESES = re.compile(r"\([^()]*\)")
 
 
@@ -32,14 +33,19 @@ class Line:
     """A line that is as it was sent."""
 
     number: int | None      # None: its sender does not number
-    name: str               # such as G1, M105, G38.2, or ?; "": no command
+    name: str               # such as G1, M105, G38.2, $J or ?; "": no command
     argument: str           # what stands behind it
     text: str               # both, for messages
+
+    @property
+    def arguments(self) -> str:
+        """The argument without comments."""
+        return _PARENTHESES.sub(" ", self.argument).strip()
 
     def words(self) -> dict[str, float | None]:
         """The argument's letters and their numbers, None if a letter stands alone. :class:`BadWords`."""
         found: dict[str, float | None] = {}
-        text, at = _PARENTHESES.sub(" ", self.argument).strip(), 0
+        text, at = self.arguments, 0
         while at < len(text):
             word = _WORD.match(text, at)
             if not word:
@@ -75,6 +81,8 @@ def parse(data: bytes) -> Line | None:
         return None
     if text == "?":
         return Line(number, text, "", text)
+    if jog := _JOG.match(text):
+        return Line(number, "$J", text[jog.end():].strip(), text)
     command = _COMMAND.match(text)
     if not command:
         return Line(number, "", "", text)

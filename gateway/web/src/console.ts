@@ -42,8 +42,9 @@ export interface File {
 	size: number;
 }
 
-const LINES_MOST = 500, HISTORY_MOST = 100, AHEAD_MOST = 6, SILENT_MS = 20000;
+const LINES_MOST = 500, HISTORY_MOST = 100, PART = 16384;
 const LIST = { begin: "Begin file list", end: "End file list" };
+const SECRET = /(\bpwd=).*/i;
 /** Reports that come again and again are shown elsewhere. */
 const REPORT = /^ (?:T\d*|B|C):-?\d/;
 
@@ -55,17 +56,30 @@ export class Console {
 	files: File[] | null = null;
 	/** A file that is being sent. */
 	upload: { name: string; done: number; all: number } | null = null;
+	/** Why the last stop was not sent. */
+	unsent = "";
 	private numbers = 0;
 	private listed: File[] | null = null;
 	private subscribed = false;
-	/** Called at each reply that ends with ok or Error. */
-	private replied: ((text: string) => void) | null = null;
 
 	constructor(private link: Link, private changed: () => void) { }
 
 	/** May this browser command a device by G-code? */
 	get commands(): boolean {
 		return Boolean(this.info?.send && this.info.device);
+	}
+
+	/** Somebody else has logged in. */
+	reset(): void {
+		this.lines = [];
+		this.history = [];
+		this.files = null;
+		this.info = null;
+	}
+
+	/** Is there a connection? */
+	get reachable(): boolean {
+		return this.link.lostSince === null;
 	}
 
 	/** There is a new connection, and nobody has subscribed. */
@@ -99,10 +113,8 @@ export class Console {
 				const found = /^(.*) (\d+)$/.exec(text);
 				if (found)
 					this.listed.push({ name: found[1]!, size: Number(found[2]) });
-			} else if (!REPORT.test(text) && !(this.upload && text === "ok"))
+			} else if (!REPORT.test(text))
 				this.add(text, /^(?:Error:|error: |\[not stopped|\[the stop is not)/.test(text) ? "bad" : "said");
-			if (/^ok\b|^Error:|^error: /.test(text))
-				this.replied?.(text);
 		}
 		this.changed();
 	}
@@ -110,16 +122,34 @@ export class Console {
 	/** Lines for the machine, one after the other; they are shown. */
 	send(...lines: string[]): void {
 		for (const line of lines) {
-			this.add(line, "sent");
-			this.link.ask("console.send", { line }).catch((error: Error) => this.add(`${line}: ${error.message}`, "bad"));
+			const shown = line.replace(SECRET, "$1…");
+			this.add(shown, "sent");
+			this.link.ask("console.send", { line }).catch((error: Error) => {
+				this.add(`${shown}: ${error.message}`, "bad");
+				this.changed();
+			});
 		}
 		this.changed();
 	}
 
 	/** What somebody has typed. */
 	type(line: string): void {
-		this.history = [...this.history.filter(one => one !== line), line].slice(-HISTORY_MOST);
+		// the next one at this browser need not know a password
+		if (!SECRET.test(line))
+			this.history = [...this.history.filter(one => one !== line), line].slice(-HISTORY_MOST);
 		this.send(line);
+	}
+
+	/** One of the stops; it is said where the button is if it was not sent. */
+	stop(line: "M410" | "M112"): void {
+		this.unsent = "";
+		this.add(line, "sent");
+		this.link.ask("console.send", { line }).catch((error: Error) => {
+			this.unsent = `${line === "M112" ? "Emergency stop" : "Stop"} was not sent: ${error.message}`;
+			this.add(this.unsent, "bad");
+			this.changed();
+		});
+		this.changed();
 	}
 
 	/** The files of the machine. */
@@ -127,57 +157,27 @@ export class Console {
 		this.link.ask("console.send", { line: "M20" }).catch(() => undefined);
 	}
 
-	/** Send a file, a line for each ok. */
+	/** Send a file. Of what is not sent as a whole, nothing is kept. */
 	async put(name: string, text: string): Promise<void> {
-		const lines = text.split(/\r?\n/).map(line => line.replace(/;.*/, "").trim()).filter(line => line);
-		this.upload = { name, done: 0, all: lines.length };
+		if (this.upload)
+			return;
+		this.upload = { name, done: 0, all: text.length };
 		try {
-			await this.flow([`M28 ${name}`]);
-			await this.flow(lines);
-			await this.flow(["M29"]);
-			this.add(`${name}: ${lines.length} lines were sent`, "said");
+			await this.link.ask("files.begin", { name });
+			for (let at = 0; at < text.length; at += PART) {
+				await this.link.ask("files.write", { data: text.slice(at, at + PART) });
+				this.upload.done = at + PART;
+				this.changed();
+			}
+			await this.link.ask("files.finish");
+			this.add(`${name} was sent`, "said");
 		} catch (error) {
 			this.add(`${name}: ${error instanceof Error ? error.message : String(error)}; nothing is kept`, "bad");
-			this.link.ask("console.send", { line: "M28" }).catch(() => undefined);
-			this.link.ask("console.send", { line: "M29" }).catch(() => undefined);
 		} finally {
 			this.upload = null;
-			this.replied = null;
 			this.list();
 			this.changed();
 		}
-	}
-
-	/** Lines whose replies are waited for, some at once. */
-	private flow(lines: string[]): Promise<void> {
-		let sent = 0, answered = 0, timer = 0;
-		return new Promise((resolve, reject) => {
-			const fail = (why: string) => {
-				clearTimeout(timer);
-				reject(new Error(why));
-			};
-			const go = () => {
-				clearTimeout(timer);
-				if (answered === lines.length) {
-					resolve();
-					return;
-				}
-				timer = window.setTimeout(() => fail("the machine does not answer"), SILENT_MS);
-				while (sent < lines.length && sent < answered + AHEAD_MOST)
-					this.link.ask("console.send", { line: lines[sent++]! }).catch((error: Error) => fail(error.message));
-			};
-			this.replied = text => {
-				if (!text.startsWith("ok")) {
-					fail(text);
-					return;
-				}
-				answered++;
-				if (this.upload)
-					this.upload.done += lines.length > 1 ? 1 : 0;
-				go();
-			};
-			go();
-		});
 	}
 
 	private add(text: string, kind: Line["kind"]): void {

@@ -27,7 +27,10 @@ function kept(): Macro[] {
 
 /** Always to be seen. */
 export function ConsoleStop({ console }: { console: Console }) {
-	return <StopButton look="stop" text="■ Stop" stop={() => console.send("M410")} />;
+	const device = console.info?.device ?? "";
+	return <><StopButton look="stop" text={console.reachable ? `■ Stop ${device}` : `■ Stop ${device}: no connection`}
+		stop={() => console.stop("M410")} />
+		{console.unsent && <p class="bad" role="alert">⚠ {console.unsent}</p>}</>;
 }
 
 function Log({ console }: { console: Console }) {
@@ -101,7 +104,7 @@ function Jogs({ console, off }: { console: Console; off: boolean }) {
 		<div class="jogs" role="group" aria-label="Move by a step">{axes.flatMap(axis => [-step, step].map(way =>
 			<button key={`${axis}${Math.sign(way)}`} type="button" class="jog" aria-disabled={off}
 				aria-label={`Move ${axis} by ${way}`}
-				onClick={() => press("G91", `G1 ${axis}${way} F${speed}`, "G90")}>{axis} {way < 0 ? "−" : "+"}</button>))}</div>
+				onClick={() => press(`$J=G91 G21 ${axis}${way} F${speed}`)}>{axis} {way < 0 ? "−" : "+"}</button>))}</div>
 	</div>;
 }
 
@@ -179,7 +182,7 @@ export function Machine({ console }: { console: Console }) {
 		<header><h2>Console</h2>
 			{console.commands && <button type="button" aria-pressed={armed} onClick={() => setArmed(!armed)}>
 				{armed ? "Lock the buttons" : "Unlock the buttons"}</button>}
-			{console.commands && <StopButton look="bad" text="Emergency stop" stop={() => console.send("M112")} />}
+			{console.commands && <StopButton look="bad" text={`Emergency stop of ${info.device}`} stop={() => console.stop("M112")} />}
 			<p>{info.device ? `G-code commands ${info.device}` : info.machine ?? ""}</p>
 		</header>
 		{info.machine === null && <p class="bad">⚠ {info.why}</p>}
@@ -187,7 +190,7 @@ export function Machine({ console }: { console: Console }) {
 			onClick={() => info.send && console.send("M999")}>Permit commands again (M999)</button></p>}
 		{!info.send && <p>Log in to send lines.</p>}
 		<div class="parts">
-			<div class="part"><Log console={console} /><Entry console={console} off={!info.send || Boolean(console.upload)} /></div>
+			<div class="part"><Log console={console} /><Entry console={console} off={!info.send} /></div>
 			{console.commands && Boolean(info.heaters?.length) && <div class="part"><h3>Targets</h3>
 				{info.heaters?.map(heater => <Target key={heater.letter} console={console} heater={heater} off={off} />)}</div>}
 			{console.commands && Boolean(info.axes?.length) && <Jogs console={console} off={off} />}

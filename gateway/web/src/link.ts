@@ -92,8 +92,8 @@ export class Link {
 				return;
 			}
 			this.waiting.set(id, { resolve, reject });
-			// LinuxCNC may hang while the gateway is well
-			if (!method.startsWith("linuxcnc.") && method !== "emergency_stop")
+			// LinuxCNC or a disk may hang while the gateway is well
+			if (!/^(?:linuxcnc|files)\./.test(method) && method !== "emergency_stop")
 				this.askedAt ??= performance.now();
 			this.socket.send(JSON.stringify({ jsonrpc: "2.0", id, method, params }));
 		});

@@ -95,7 +95,7 @@ function belong(found: Session): void {
 	link.held = found.required && !found.user;
 	if (other) {
 		devices.clear();
-		gcode.lines = [];
+		gcode.reset();
 		records = null;
 	}
 	if (other || held !== link.held)
