@@ -255,6 +255,11 @@ def _console(none: Schema) -> dict[str, tuple[str, Schema, Schema]]:
             halted={"type": "string", "description": 'Why nothing is commanded until M999; "" = it is'},
             job={**_null_or(job), "description": "Of a file; null = none is under way"})),
         "console.subscribe": ("Be a client of the console, and get what the machine says", nothing, none),
+        "console.jog": (
+            "Move an axis for a tenth of a second, to be repeated as long as a key is held; speed 0 ends it", _only({
+                "axis": {**TEXT, "description": "Its letter"},
+                "speed": {"type": "number", "description": "Units per second"},
+                "press": {"type": "integer", "description": "Another number each time the key is pressed"}}), none),
         "files.begin": ("Begin a file of G-code for the machine; it appears with files.finish",
                         _only({"name": TEXT}), none),
         "files.write": ("More of it", _only({"data": TEXT}), none),

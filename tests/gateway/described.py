@@ -164,6 +164,7 @@ def test_messages_are_as_the_schema_says():
                     ("objects.subscribe", True, {"objects": {"mill": ["pin.03.in"]}, "rate": 30}),
                     ("console.info", True, {}), ("console.send", False, {}),
                     ("console.subscribe", True, {}), ("console.send", True, {"line": "M105"}), ("files.begin", False, {}),
+                    ("console.jog", False, {"axis": "x"}), ("console.jog", True, {"axis": "x", "speed": 0, "press": 1}),
                     ("files.write", False, {}), ("files.finish", False, {"name": "x"}),
                     ("console.send", False, {"line": 3})):
                 await client.ask(method, good, **params)

@@ -104,6 +104,18 @@ def test_a_machine_is_worked_with():
             await said(page, "my_part.gcode has ended, 43 lines")
             await asyncio.sleep(0.5)
             equal(await asyncio.to_thread(axes), [400, 600, 0])
+            # as long as it is held, and not longer
+            await page.value("""(() => { const select = document.querySelector('[aria-label="Console"] select');
+                select.value = '0'; select.dispatchEvent(new Event('change', { bubbles: true })); })()""")
+            jog = "Jog Z + while it is held"
+            await page.until(jog, f"({button(jog)}) !== undefined")
+            await touch(page, jog)
+            await asyncio.sleep(0.6)
+            await page.value("document.dispatchEvent(new PointerEvent('pointerup', { pointerId: 0, bubbles: true }))")
+            last = (await asyncio.to_thread(axes))[2]
+            assert last > 0, last
+            await asyncio.sleep(0.5)
+            assert 0 <= (await asyncio.to_thread(axes))[2] - last <= 0.25 * 20 * 200, last
             # a macro is kept by the browser
             await press(page, "Edit")
             await fill(page, "form.macro input", "Park")

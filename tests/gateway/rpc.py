@@ -136,6 +136,24 @@ def test_the_console():
                     elif answer["method"] == "console.said":
                         other.lines += answer["params"]["lines"]
             equal([number for number, answer in found.items() if "error" in answer], [])
+            # a jog, as long as it is asked for; it is counted in pulses how far it goes afterwards
+            def place():
+                return house.state()["engine"]["axes"][0]["position"]
+            speed, begun = 10.0, await asyncio.to_thread(place)
+            for _ in range(20):
+                equal(await one.ask("console.jog", axis="x", speed=speed, press=1), {})
+                await asyncio.sleep(0.05)
+            last = await asyncio.to_thread(place)
+            assert last > begun, (begun, last)
+            await one.line("M400")
+            assert 0 <= await asyncio.to_thread(place) - last <= 0.25 * speed * 200, (last, place())
+            # a stop ends the press
+            equal(await one.ask("console.jog", axis="x", speed=-speed, press=2), {})
+            await one.line("M410")
+            equal((await one.ask("console.jog", axis="x", speed=-speed, press=2))["message"], "this press has ended")
+            for wrong in ({"axis": "xy", "speed": 1, "press": 3}, {"axis": "x", "speed": "1", "press": 3}, {"axis": "x", "speed": 1}):
+                equal((await one.ask("console.jog", **wrong))["code"], -32602)
+            assert "no axis Z" in (await one.ask("console.jog", axis="z", speed=1, press=4))["message"]
             # from a client that takes nothing: it is heard all the same
             for _ in range(30):
                 await other.ws.send_json({"jsonrpc": "2.0", "id": 1, "method": "objects.query", "params": {"objects": {"mill": None}}})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
 from ..access import LEVELS, Access
@@ -29,6 +29,10 @@ def _no_files(_name: str) -> Storing:
     raise NotDone("the machine has no folder of files")
 
 
+async def _no_axes(_axis: str, _speed: float) -> None:
+    raise NotDone("G-code commands no axes here")
+
+
 class Console:
     """What the doors of the console share. Belongs to the event loop's thread."""
 
@@ -40,6 +44,8 @@ class Console:
         self.connections = 0        # how often the machine was found
         # what can be said of the machine, besides its lines
         self.about: Callable[[], dict[str, Any]] = dict
+        # move an axis for a moment, at so many units/s; NotDone
+        self.jog: Callable[[str, float], Awaitable[None]] = _no_axes
         # a file that is to be written for the machine; NotDone if it has none
         self.store: Callable[[str], Storing] = _no_files
         self._access = access

@@ -75,6 +75,7 @@ SHOWN = 80                  # characters of a client's text in an error
 NO_DEVICE, TOO_MUCH, NOT_ALLOWED, NOT_DONE = -32001, -32002, -32003, -32004
 DIGITS_MOST, FRAMES_MOST = 18, 64
 CLOSE_S = 1.0
+SPEED_MOST = 1e6            # units/s
 TOO_OLD = f"this may have been on its way for more than {AGE_MOST_S:g} s; send it again"
 _LOG = logging.getLogger("pokeys-gateway")
 
@@ -106,6 +107,8 @@ class _Connection:
         self._talk: Talk | None = None      # its part in the console
         self._way = _Way(0.0, 0)            # of the request that is being answered
         self._storing: Storing | None = None        # a file that it sends
+        # the newest press of a jog, and how many stops came before it; -1: it is over
+        self._press = 0, -1
         self._door = door
         self._hub = door.hub
         self.subscriber = Subscriber(door.count_skipped)
@@ -123,6 +126,7 @@ class _Connection:
             "console.info": self._console_info,
             "console.subscribe": self._console_subscribe,
             "console.send": self._console_send,
+            "console.jog": self._console_jog,
             "files.begin": self._files_begin,
             "files.write": self._files_write,
             "files.finish": self._files_finish,
@@ -373,6 +377,32 @@ class _Connection:
         if self._talk.client.full:
             raise RpcError(TOO_MUCH, "the machine takes nothing more of this client now; stops are taken")
         self._talk.send(line)
+        return {}
+
+    async def _console_jog(self, params: dict[str, Any]) -> dict[str, Any]:
+        _only(params, "axis", "speed", "press")
+        axis, speed, press = params.get("axis"), params.get("speed"), params.get("press")
+        if not isinstance(axis, str) or len(axis) != 1 or isinstance(speed, bool) or not isinstance(
+                speed, int | float) or not abs(speed) <= SPEED_MOST or type(press) is not int:
+            raise RpcError(INVALID_PARAMS, f"a jog needs axis, a letter, speed, at most {SPEED_MOST:g} units/s, and "
+                                           "press, a number")
+        stops = self._door.console.router.stops
+        if speed == 0:
+            self._press = press, -1
+            return {}
+        if not self._talk or not self._talk.may_send:
+            raise RpcError(NOT_ALLOWED, "this needs level user, and console.subscribe before it")
+        self._judge_way()
+        # what was stopped or refused does not begin while the key is still down
+        if self._press[0] != press:
+            self._press = press, stops
+        elif self._press[1] != stops:
+            raise RpcError(NOT_DONE, "this press has ended")
+        try:
+            await self._door.console.jog(axis, speed)
+        except NotDone as error:
+            self._press = press, -1
+            raise RpcError(NOT_DONE, str(error)) from None
         return {}
 
     def _judge_way(self) -> None:

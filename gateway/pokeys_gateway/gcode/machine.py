@@ -88,6 +88,7 @@ class Machine:
         if self._operation:
             console.about = self._operation.about
             console.store = self._operation.store
+            console.jog = self._operation.jog
         self._closed = False
 
     def open(self) -> None:

@@ -37,6 +37,7 @@ PULSES_MOST, COUNTS_MOST = 2_100_000_000, 2**31 - 2
 FEED_MOST = 200.0           # percent
 LOOK_S = 0.005
 INCH = 25.4
+NUDGE_S = 0.1
 _WORDS = re.compile(r"[A-Za-z][^A-Za-z]*")
 ENABLE_S = 3.0
 REST_S = 1.0                # what was enabled just now is at rest then
@@ -138,6 +139,26 @@ class Motion:
                 if int(self._state()["moves.waiting"]) < QUEUE:
                     await self._move(given, modes)
                     return
+
+    async def nudge(self, letter: str, speed: float) -> None:
+        """A jog while something is held: a short move, unless two of them wait already. ``speed`` is in units/s.
+
+        Who stops asking for it comes to rest by that: the queue has no more than 2 * :data:`NUDGE_S`.
+        """
+        loop = asyncio.get_running_loop()
+        begun = loop.time()
+        await self._holder.take()
+        if self._order.locked():
+            return      # somebody moves just now; the next one comes soon
+        async with self._order:
+            await self._enable([self._member(self._members(self._state()), letter)])
+            # it may not be held any more
+            if loop.time() - begun > NUDGE_S or int(self._state()["moves.waiting"]) > 1:
+                return
+            modes = Modes()
+            modes.relative = modes.relative_extruder = True
+            modes.feed = abs(speed)
+            await self._move({letter: speed * NUDGE_S}, modes)
 
     async def dwell(self, job: Job) -> None:
         """G4: P and milliseconds, or S and seconds."""

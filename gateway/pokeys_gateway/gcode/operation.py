@@ -94,6 +94,12 @@ class Operation:
             # the disk may hang
             self._looking = begin(self._card.open())
 
+    async def jog(self, axis: str, speed: float) -> None:
+        """For a moment, units/s; to be repeated as long as it is held."""
+        await self.ready()
+        self.holder.begin()
+        await self.motion.nudge(axis.upper(), speed)
+
     def abort(self, why: str) -> int:
         """End the job of a file; how many that were."""
         return self._card.abort(why) if self._card else 0

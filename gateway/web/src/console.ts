@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // The console of the gateway: lines to the machine, and what it says.
 
+import { Hands } from "./hands.js";
 import type { Link } from "./link.js";
 
 export interface Heater {
@@ -42,7 +43,7 @@ export interface File {
 	size: number;
 }
 
-const LINES_MOST = 500, HISTORY_MOST = 100, PART = 16384;
+const LINES_MOST = 500, HISTORY_MOST = 100, PART = 16384, JOG_MS = 60;
 const LIST = { begin: "Begin file list", end: "End file list" };
 const SECRET = /(\bpwd=).*/i;
 /** Reports that come again and again are shown elsewhere. */
@@ -62,7 +63,15 @@ export class Console {
 	private listed: File[] | null = null;
 	private subscribed = false;
 
-	constructor(private link: Link, private changed: () => void) { }
+	/** What is jogged. */
+	readonly hands: Hands;
+
+	constructor(private link: Link, private changed: () => void) {
+		this.hands = new Hands(link, "console.jog", JOG_MS, why => {
+			this.add(why, "bad");
+			this.changed();
+		});
+	}
 
 	/** May this browser command a device by G-code? */
 	get commands(): boolean {
@@ -84,6 +93,7 @@ export class Console {
 
 	/** There is a new connection, and nobody has subscribed. */
 	forget(): void {
+		this.hands.release();
 		this.subscribed = false;
 		this.listed = null;
 	}
@@ -142,6 +152,7 @@ export class Console {
 
 	/** One of the stops; it is said where the button is if it was not sent. */
 	stop(line: "M410" | "M112"): void {
+		this.hands.release();
 		this.unsent = "";
 		this.add(line, "sent");
 		this.link.ask("console.send", { line }).catch((error: Error) => {

@@ -4,9 +4,9 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Console, Heater } from "./console.js";
-import { StopButton, useArmed } from "./operate.js";
+import { Jog, StopButton, useArmed } from "./operate.js";
 
-const STEPS = [0.1, 1, 10, 100], SPEEDS = [60, 300, 1200, 3000, 6000];
+const HELD = 0, STEPS = [0.1, 1, 10, 100], SPEEDS = [60, 300, 1200, 3000, 6000];
 const MACROS = "macros", MACROS_MOST = 24;
 const kilobytes = (size: number): string => size < 1000 ? `${size} B` : `${(size / 1000).toFixed(size < 10000 ? 1 : 0)} kB`;
 
@@ -98,10 +98,11 @@ function Jogs({ console, off }: { console: Console; off: boolean }) {
 		<p class="buttons"><button type="button" aria-disabled={off} onClick={() => press("G28")}>Home all</button>
 			<button type="button" onClick={() => console.send("M84")}>Disable motors</button></p>
 		<p class="buttons"><label>step <select value={step} onChange={event => setStep(Number(event.currentTarget.value))}>
-			{STEPS.map(one => <option key={one} value={one}>{one}</option>)}</select></label>
+			{STEPS.map(one => <option key={one} value={one}>{one}</option>)}<option value={HELD}>while held</option></select></label>
 			<label>speed <select value={speed} onChange={event => setSpeed(Number(event.currentTarget.value))}>
 				{SPEEDS.map(one => <option key={one} value={one}>{one}/min</option>)}</select></label></p>
-		<div class="jogs" role="group" aria-label="Move by a step">{axes.flatMap(axis => [-step, step].map(way =>
+		<div class="jogs" role="group" aria-label="Move">{axes.flatMap(axis => [-1, 1].map(sign => sign * step).map((way, i) =>
+			step === HELD ? <Jog key={`${axis}${i}`} hands={console.hands} axis={axis} speed={(i ? speed : -speed) / 60} disabled={off} /> :
 			<button key={`${axis}${Math.sign(way)}`} type="button" class="jog" aria-disabled={off}
 				aria-label={`Move ${axis} by ${way}`}
 				onClick={() => press(`$J=G91 G21 ${axis}${way} F${speed}`)}>{axis} {way < 0 ? "−" : "+"}</button>))}</div>
@@ -173,7 +174,7 @@ function Macros({ console, off }: { console: Console; off: boolean }) {
 
 /** The machine of the console. */
 export function Machine({ console }: { console: Console }) {
-	const { armed, setArmed, touch } = useArmed(() => undefined);
+	const { armed, setArmed, touch } = useArmed(() => console.hands.release());
 	const { info } = console;
 	if (!info || (info.machine === null && !console.lines.length))
 		return null;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 // LinuxCNC, as the gateway tells of it, and what is asked of it.
 
+import { Hands } from "./hands.js";
 import type { Link } from "./link.js";
 
 /** As linuxcnc.state has it; what is not there is not known. */
@@ -27,18 +28,6 @@ export interface Cnc {
 	max_spindle_override?: number;
 }
 
-/** What holds something: a pointer's number, or a key. */
-export const KEY = "key";
-type Hand = number | typeof KEY;
-
-interface Held {
-	hand: Hand;
-	timer: number;
-	press: number;
-	/** Its requests. */
-	ids: Set<number>;
-}
-
 const SAID_MOST = 5, JOG_MS = 100;
 const STOPS = { "linuxcnc.stop": "Stop", emergency_stop: "Emergency stop" };
 
@@ -49,18 +38,11 @@ export class LinuxCnc {
 	/** The newest of what went wrong, and of LinuxCNC's messages. */
 	said: { text: string; bad: boolean; number: number }[] = [];
 	private numbers = 0;
-	private press = 0;
-	/** What is held, by axis. */
-	private held = new Map<string, Held>();
+	/** What is jogged. */
+	readonly hands: Hands;
 
 	constructor(private link: Link, private changed: () => void) {
-		// a button may be gone before the hand is: nothing is held without a hand
-		for (const event of ["pointerup", "pointercancel"] as const)
-			document.addEventListener(event, ({ pointerId }) => this.release(pointerId), true);
-		document.addEventListener("keyup", () => this.release(KEY), true);
-		document.addEventListener("visibilitychange", () => document.hidden && this.release());
-		for (const event of ["blur", "pagehide"])
-			window.addEventListener(event, () => this.release());
+		this.hands = new Hands(link, "linuxcnc.jog", JOG_MS, why => this.tell(why, true));
 	}
 
 	/** Does the gateway get what is asked? */
@@ -84,7 +66,7 @@ export class LinuxCnc {
 	/** The connection is a new one, or another one's. */
 	forget(): void {
 		this.state = {};
-		this.release();
+		this.hands.release();
 	}
 
 	/** A notification. */
@@ -95,14 +77,12 @@ export class LinuxCnc {
 			this.state = state.connected === undefined ? { ...this.state, ...state } : state;
 			// the buttons are those of other joints or axes
 			if (this.state.motion !== motion)
-				this.release();
+				this.hands.release();
 		} else if (method === "linuxcnc.done") {
 			const { id, error } = params as { id: number; error: string | null };
 			if (error) {
 				// what was refused or stopped does not begin while the key is still down
-				for (const [axis, { ids }] of [...this.held])
-					if (ids.has(id))
-						this.up(axis);
+				this.hands.refused(id);
 				this.tell(error, true);
 			}
 		} else if (method === "linuxcnc.said") {
@@ -110,7 +90,7 @@ export class LinuxCnc {
 			this.tell(text, kind === "error");
 		}
 		if (this.state.task !== "on" || this.state.mode !== "manual")
-			this.release();
+			this.hands.release();
 		this.changed();
 	}
 
@@ -121,49 +101,10 @@ export class LinuxCnc {
 
 	/** Stop. The result is shown each time. */
 	stop(method: keyof typeof STOPS): void {
-		this.release();
+		this.hands.release();
 		const what = `${STOPS[method]} at ${new Date().toLocaleTimeString()}`;
 		this.link.ask(method).then(() => this.tell(`${what}: done.`, false),
 			(error: Error) => this.tell(`${what} is not confirmed: ${error.message}`, true));
-	}
-
-	/** A key is pressed. It repeats its wish as long as the answers come back, until it is up. */
-	hold(axis: string, speed: number, hand: Hand): void {
-		if (this.held.has(axis))
-			return;
-		const press = ++this.press;
-		let waits = false;
-		const jog = () => {
-			if (waits)
-				return;
-			waits = true;
-			const { id, answer } = this.link.send("linuxcnc.jog", { axis, speed, press });
-			held.ids.add(id);
-			answer.catch((error: Error) => {
-				this.up(axis);
-				this.tell(error.message, true);
-			}).finally(() => waits = false);
-		};
-		const held = { hand, timer: window.setInterval(jog, JOG_MS), press, ids: new Set<number>() };
-		this.held.set(axis, held);
-		jog();
-	}
-
-	/** It is up again. */
-	up(axis: string): void {
-		const held = this.held.get(axis);
-		if (!held)
-			return;
-		clearInterval(held.timer);
-		this.held.delete(axis);
-		this.link.ask("linuxcnc.jog", { axis, speed: 0, press: held.press }).catch(() => undefined);
-	}
-
-	/** Nobody holds anything any more; or not with this hand. */
-	release(hand?: Hand): void {
-		for (const [axis, held] of [...this.held])
-			if (hand === undefined || held.hand === hand)
-				this.up(axis);
 	}
 
 	private tell(text: string, bad: boolean): void {

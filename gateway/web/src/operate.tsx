@@ -2,7 +2,8 @@
 // The buttons for LinuxCNC. They are armed first, and not for long; to stop needs nothing.
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { KEY, type LinuxCnc } from "./linuxcnc.js";
+import { KEY, type Hands } from "./hands.js";
+import type { LinuxCnc } from "./linuxcnc.js";
 
 const ARMED_MS = 120000, SET_MS = 500;
 const MODES = { manual: "Manual", mdi: "MDI", auto: "Automatic" };
@@ -22,12 +23,12 @@ export function Stop({ cnc }: { cnc: LinuxCnc }) {
 }
 
 /** A button that jogs as long as it is held, by hand or by the space bar. */
-function Jog({ cnc, axis, speed, disabled }: { cnc: LinuxCnc; axis: string; speed: number; disabled: boolean }) {
+export function Jog({ hands, axis, speed, disabled }: { hands: Hands; axis: string; speed: number; disabled: boolean }) {
 	const name = `${axis.toUpperCase()} ${speed < 0 ? "−" : "+"}`;
-	const down = (hand: number | typeof KEY) => !disabled && cnc.hold(axis, speed, hand);
-	const up = () => cnc.up(axis);
+	const down = (hand: number | typeof KEY) => !disabled && hands.hold(axis, speed, hand);
+	const up = () => hands.up(axis);
 	// a button that is gone gets no event
-	useEffect(() => up, [cnc, axis]);
+	useEffect(() => up, [hands, axis]);
 	return <button type="button" class="jog" aria-disabled={disabled} aria-label={`Jog ${name} while it is held`}
 		onPointerDown={event => {
 			if (event.button === 0)
@@ -51,7 +52,7 @@ function Manual({ cnc, off }: { cnc: LinuxCnc; off: boolean }) {
 			<label> speed <select value={speed} onChange={event => setSpeed(Number(event.currentTarget.value))}>
 				{SPEEDS.map(one => <option key={one} value={one}>{one} units/s</option>)}</select></label></p>
 		<div class="jogs" role="group" aria-label="Jog">{moved.flatMap(axis => [-speed, speed].map(way =>
-			<Jog key={`${axis}${Math.sign(way)}`} cnc={cnc} axis={axis} speed={way} disabled={off} />))}</div>
+			<Jog key={`${axis}${Math.sign(way)}`} hands={cnc.hands} axis={axis} speed={way} disabled={off} />))}</div>
 	</>;
 }
 
@@ -144,7 +145,7 @@ export function useArmed(locked: () => void): { armed: boolean; setArmed: (armed
 export function Operate({ cnc }: { cnc: LinuxCnc }) {
 	const { state, connected } = cnc;
 	// locked buttons hold nothing
-	const { armed, setArmed, touch } = useArmed(() => cnc.release());
+	const { armed, setArmed, touch } = useArmed(() => cnc.hands.release());
 	const off = !armed || !connected;
 	const busy = state.interpreter !== "idle";
 	const mode = (state.mode ?? "") as keyof typeof MODES;
