@@ -135,10 +135,12 @@ def test_the_console():
                         found[answer["id"]] = answer
                     elif answer["method"] == "console.said":
                         other.lines += answer["params"]["lines"]
-            equal([number for number, answer in found.items() if "error" in answer], [])
+            equal(sorted(number for number, answer in found.items() if "error" in answer), [0, 2])
+            equal(found[0]["error"]["message"], "it was stopped")
             # a jog, as long as it is asked for; it is counted in pulses how far it goes afterwards
             def place():
                 return house.state()["engine"]["axes"][0]["position"]
+            await one.line("M400")
             speed, begun = 10.0, await asyncio.to_thread(place)
             for _ in range(20):
                 equal(await one.ask("console.jog", axis="x", speed=speed, press=1), {})
@@ -147,6 +149,23 @@ def test_the_console():
             assert last > begun, (begun, last)
             await one.line("M400")
             assert 0 <= await asyncio.to_thread(place) - last <= 0.25 * speed * 200, (last, place())
+            # faster than the axis can, and slower by the override: it stands all the same; 100 units/s are its most
+            for press, wish, words in (20, 1e6, "M220 S100"), (21, 5.0, "M220 S10"):
+                await one.line(words)
+                equal(await one.ask("console.jog", axis="x", speed=-wish, press=press), {})
+                equal(await one.ask("console.jog", axis="x", speed=-wish, press=press), {})
+                last = await asyncio.to_thread(place)
+                equal(await one.ask("console.jog", axis="x", speed=0, press=press), {})
+                await one.line("M400")
+                assert abs(await asyncio.to_thread(place) - last) <= 0.25 * 100 * 200, (wish, last, place())
+            await one.line("M220 S0")
+            equal((await one.ask("console.jog", axis="x", speed=1, press=23))["message"], "the feed override is 0 %")
+            await one.line("M220 S100")
+            # nothing is queued behind what somebody else does
+            await one.line("G91")
+            await one.line("G1 X2 F60")
+            equal((await one.ask("console.jog", axis="x", speed=1, press=22))["message"], "something else moves")
+            await one.line("M410")
             # a stop ends the press
             equal(await one.ask("console.jog", axis="x", speed=-speed, press=2), {})
             await one.line("M410")

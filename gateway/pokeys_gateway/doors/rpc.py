@@ -17,6 +17,7 @@ import itertools
 import json
 import logging
 import math
+import re
 import socket
 import termios
 import time
@@ -75,6 +76,7 @@ SHOWN = 80                  # characters of a client's text in an error
 NO_DEVICE, TOO_MUCH, NOT_ALLOWED, NOT_DONE = -32001, -32002, -32003, -32004
 DIGITS_MOST, FRAMES_MOST = 18, 64
 CLOSE_S = 1.0
+JOG_AGE_MOST_S = BEAT_S + 0.2       # of a wish to jog
 SPEED_MOST = 1e6            # units/s
 TOO_OLD = f"this may have been on its way for more than {AGE_MOST_S:g} s; send it again"
 _LOG = logging.getLogger("pokeys-gateway")
@@ -107,8 +109,8 @@ class _Connection:
         self._talk: Talk | None = None      # its part in the console
         self._way = _Way(0.0, 0)            # of the request that is being answered
         self._storing: Storing | None = None        # a file that it sends
-        # the newest press of a jog, and how many stops came before it; -1: it is over
-        self._press = 0, -1
+        # by axis, the newest press of a jog, and how many stops came before it; -1: it is over
+        self._presses: dict[str, tuple[int, int]] = {}
         self._door = door
         self._hub = door.hub
         self.subscriber = Subscriber(door.count_skipped)
@@ -382,41 +384,46 @@ class _Connection:
     async def _console_jog(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params, "axis", "speed", "press")
         axis, speed, press = params.get("axis"), params.get("speed"), params.get("press")
-        if not isinstance(axis, str) or len(axis) != 1 or isinstance(speed, bool) or not isinstance(
+        if not isinstance(axis, str) or not re.fullmatch("[A-Za-z]", axis) or isinstance(speed, bool) or not isinstance(
                 speed, int | float) or not abs(speed) <= SPEED_MOST or type(press) is not int:
             raise RpcError(INVALID_PARAMS, f"a jog needs axis, a letter, speed, at most {SPEED_MOST:g} units/s, and "
                                            "press, a number")
-        stops = self._door.console.router.stops
+        stops, axis = self._door.console.router.stops, axis.upper()
         if speed == 0:
-            self._press = press, -1
+            known = self._presses.get(axis)
+            self._presses[axis] = press, -1
+            # of who has begun it, and not while it goes on by another press
+            if known and known[0] == press and known[1] >= 0:
+                await self._door.console.jog(axis, 0)
             return {}
         if not self._talk or not self._talk.may_send:
             raise RpcError(NOT_ALLOWED, "this needs level user, and console.subscribe before it")
-        self._judge_way()
+        self._judge_way(JOG_AGE_MOST_S)
         # what was stopped or refused does not begin while the key is still down
-        if self._press[0] != press:
-            self._press = press, stops
-        elif self._press[1] != stops:
+        known = self._presses.get(axis)
+        if not known or known[0] != press:
+            self._presses[axis] = press, stops
+        elif known[1] != stops:
             raise RpcError(NOT_DONE, "this press has ended")
         try:
             await self._door.console.jog(axis, speed)
         except NotDone as error:
-            self._press = press, -1
+            self._presses[axis] = press, -1
             raise RpcError(NOT_DONE, str(error)) from None
         return {}
 
-    def _judge_way(self) -> None:
+    def _judge_way(self, age: float = AGE_MOST_S) -> None:
         """What comes late, or came before a stop, is not done."""
         if self._way.stops != self._door.console.router.stops:
             raise RpcError(NOT_DONE, "it was stopped")
-        if time.monotonic() > self._way.until:
+        if time.monotonic() > self._way.until - AGE_MOST_S + age:
             raise RpcError(NOT_DONE, TOO_OLD)
 
     async def _files_begin(self, params: dict[str, Any]) -> dict[str, Any]:
         _only(params, "name")
         if not isinstance(name := params.get("name"), str) or not name.strip("/"):
             raise RpcError(INVALID_PARAMS, "name has to be the name of a file")
-        if not self._talk or not self._talk.may_send:
+        if self.ended or not self._talk or not self._talk.may_send:
             raise RpcError(NOT_ALLOWED, "this needs level user, and console.subscribe before it")
         if self._storing:
             self._storing.spoil("another file is begun")
@@ -441,6 +448,9 @@ class _Connection:
     async def _store(self, work: Callable[[Storing], Awaitable[None]]) -> dict[str, Any]:
         if not self._storing:
             raise RpcError(NOT_ALLOWED, "files.begin comes before it")
+        if self.ended or not self._talk or not self._talk.may_send:
+            self._storing.spoil("its client may not write it any more")
+            raise RpcError(NOT_ALLOWED, "this needs level user")
         try:
             await work(self._storing)
         except NotDone as error:
@@ -625,19 +635,20 @@ class Rpc:
                     await ws.close(code=WSCloseCode.UNSUPPORTED_DATA, message=b"text is expected")
                     break
                 parsed = message if message.type is WSMsgType.PING else _parsed(message.data)
-                if any(map(_stops, _requests(parsed))) and 0 < len(_requests(parsed)) <= BATCH_MOST:
-                    connection.later(parsed, connection.way())
-                    continue
-                if stops := [one for one in _requests(parsed) if _stops_console(one)]:
-                    for one in stops:
-                        await connection.stop(one, connection.way())
+                way = connection.way()
+                for one in filter(_stops_console, _requests(parsed)):
+                    await connection.stop(one, way)
+                if any(map(_stops_console, _requests(parsed))):
+                    # what stands beside a stop was sent before it, as far as anybody knows
                     parsed = [one for one in _requests(parsed) if not _stops_console(one)]
                     if not parsed:
                         continue
-                if not connection.commands:
+                if any(map(_stops, _requests(parsed))) and 0 < len(_requests(parsed)) <= BATCH_MOST:
+                    connection.later(parsed, way)
+                elif not connection.commands:
                     # one after the other, and nothing is read meanwhile
-                    await self._do(ws, connection, parsed, connection.way())
-                elif not await _put(waiting, (parsed, connection.way()), work):
+                    await self._do(ws, connection, parsed, way)
+                elif not await _put(waiting, (parsed, way), work):
                     break
         finally:
             work.cancel()

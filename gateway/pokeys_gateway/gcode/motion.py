@@ -67,6 +67,7 @@ class Member:
     still: bool             # it is where it is commanded to be
     trouble: str            # what prevents it from moving; "": nothing
     on_limit: bool = False
+    speed: float = math.inf     # its highest, units/s; inf: the daemon limits it
 
 
 class Motion:
@@ -140,25 +141,40 @@ class Motion:
                     await self._move(given, modes)
                     return
 
-    async def nudge(self, letter: str, speed: float) -> None:
-        """A jog while something is held: a short move, unless two of them wait already. ``speed`` is in units/s.
+    async def nudge(self, letter: str, speed: float, until: float) -> int | None:
+        """A short move of a jog, at so many units/s. The daemon's count of moves then; None: nothing was queued.
 
-        Who stops asking for it comes to rest by that: the queue has no more than 2 * :data:`NUDGE_S`.
+        Not after ``until``, as it may not be held any more, and not while somebody else gives moves.
         """
-        loop = asyncio.get_running_loop()
-        begun = loop.time()
-        await self._holder.take()
+        if self._percent == 0:
+            raise NotDone("the feed override is 0 %")
         if self._order.locked():
-            return      # somebody moves just now; the next one comes soon
+            return None
         async with self._order:
-            await self._enable([self._member(self._members(self._state()), letter)])
-            # it may not be held any more
-            if loop.time() - begun > NUDGE_S or int(self._state()["moves.waiting"]) > 1:
-                return
+            member = self._member(self._members(self._state()), letter)
+            await self._enable([member])
+            if asyncio.get_running_loop().time() > until:
+                return None
+            speed = math.copysign(min(abs(speed), member.speed), speed)
             modes = Modes()
             modes.relative = modes.relative_extruder = True
             modes.feed = abs(speed)
-            await self._move({letter: speed * NUDGE_S}, modes)
+            await self._move({letter: speed * NUDGE_S * min(1.0, self._percent / 100)}, modes)
+            return int(self._state()["moves.taken"])
+
+    def waiting(self) -> int:
+        """Moves in the daemon's queue."""
+        return int(self._state()["moves.waiting"])
+
+    def is_idle(self, moves: int | None) -> bool:
+        """Nothing moves but what was queued up to this count of moves."""
+        state = self._state()
+        return not self._homing and (not state["moves.waiting"] or int(state["moves.taken"]) == moves)
+
+    async def abort(self) -> None:
+        """Slow down on the path, and drop the rest."""
+        await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.ABORT)
+        self.halt()
 
     async def dwell(self, job: Job) -> None:
         """G4: P and milliseconds, or S and seconds."""
@@ -340,18 +356,24 @@ class Motion:
         state = reading.state if reading else None
         if state is None or not self._on:
             return ""
-        members = self._members(state)
-        enabled = {letter for letter, member in members.items() if member.enabled}
-        off = [letter for letter in LETTERS if letter in self._on - self._changing - enabled]
-        if off:
-            # one that is on a limit switch stops all
-            letter = next((one for one in off if one in members and members[one].on_limit), off[0])
-            why = members[letter].trouble if letter in members else ""
-            return f"{letter} was switched off: {why or 'pokeysctl events may show the reason'}"
+        if why := self._off(state):
+            return why
         if self._moved and not state["moves.waiting"]:
             self._moved = False
             if state["moves.end"] != ENDED_WELL:
                 return f"the path has ended early: {state.word('moves.end')}"
+        return ""
+
+    def _off(self, state: pokeys.State) -> str:
+        """Which axis is off that has to be enabled, and why; "": none."""
+        members = self._members(state)
+        enabled = {letter for letter, member in members.items() if member.enabled}
+        off = [letter for letter in LETTERS if letter in self._on - self._changing - enabled]
+        if off:
+            # an axis on its limit switch has stopped all the others
+            letter = next((one for one in off if one in members and members[one].on_limit), off[0])
+            why = members[letter].trouble if letter in members else ""
+            return f"{letter} was switched off: {why or 'pokeysctl events may show the reason'}"
         return ""
 
     async def follow(self) -> None:
@@ -460,7 +482,7 @@ class Motion:
         await self._enable([self._member(members, letter) for letter in given])
         if not self._fed:
             await self._feed()
-        if why := self.trouble():
+        if why := self._off(self._state()):
             raise NotDone(why)
         state = self._state()
         members = self._members(state)
@@ -654,4 +676,4 @@ def _axes(state: pokeys.State) -> Iterable[Member]:
         commanded = counts if state[at + "parked"] or not enabled else int(state[at + "counts-cmd"])
         still = bool(state[at + "at-counts-cmd"]) and not state[at + "parked"]
         yield Member(str(state[at + "name"]).upper(), False, index, scale, commanded / scale, counts, mode, enabled,
-                     still, trouble, bool(limits))
+                     still, trouble, bool(limits), float(state[at + "max-rate"] or math.inf) / abs(scale))

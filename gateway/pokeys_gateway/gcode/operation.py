@@ -18,6 +18,7 @@ from ..wire import NotDone
 from .card import Card, Storing
 from .heating import Heating
 from .holder import Holder, begin
+from .jog import Jog
 from .lane import Job
 from .motion import Motion
 
@@ -43,6 +44,7 @@ class Operation:
         self.holder.on_lost = self._fail
         self.heating = Heating(hub, self.holder)
         self.motion = Motion(hub, self.holder)
+        self._jog = Jog(self.motion, self.holder)
         folder = hub.config.machine_folder
         self._card = Card(folder, say) if folder else None
         self._looking: asyncio.Task[None] | None = None
@@ -95,10 +97,17 @@ class Operation:
             self._looking = begin(self._card.open())
 
     async def jog(self, axis: str, speed: float) -> None:
-        """For a moment, units/s; to be repeated as long as it is held."""
+        """Units/s, to be repeated as long as it is held; 0: it is up."""
+        if speed == 0:
+            self._jog.end()
+            return
+        if self._stops:
+            raise NotDone("a stop is under way")
+        if self.running or self.busy():
+            raise NotDone("something else moves")
         await self.ready()
         self.holder.begin()
-        await self.motion.nudge(axis.upper(), speed)
+        await self._jog.wish(axis.upper(), speed)
 
     def abort(self, why: str) -> int:
         """End the job of a file; how many that were."""
@@ -108,6 +117,7 @@ class Operation:
         """It is under way from now on, and done when the daemon has confirmed it; or :class:`NotDone`."""
         emergency = method == EMERGENCY
         self.holder.interrupt()
+        self._jog.forget()
         if emergency:
             self.halted, self._emergency = "stopped by M112", True
         stop = self._begin(self._stop(emergency))
@@ -194,6 +204,7 @@ class Operation:
         _LOG.error("%s: %s", self.holder.device, why)
         self.halted = self.halted or why
         self.holder.interrupt()
+        self._jog.forget()
         values = self.heating.forget()
         self.motion.forget()
         self._begin(self._all_off(values))
