@@ -79,6 +79,18 @@ class Page:
         shot = await self.call("Page.captureScreenshot", captureBeyondViewport=True)
         pathlib.Path(path).write_bytes(base64.b64decode(shot["data"]))
 
+    async def sizes(self, pictures, name):
+        """In each size, light and dark: nothing is wider than the window. Pictures are left in a folder, if there is one."""
+        for size, (width, height) in SIZES.items():
+            for dark in False, True:
+                await self.size(width, height, dark, phone=size == "phone")
+                await asyncio.sleep(0.7)
+                over = await self.value("[document.scrollingElement.scrollWidth, document.scrollingElement.clientWidth]")
+                assert over[0] <= over[1], (size, over)
+                if pictures:
+                    await self.picture(pathlib.Path(pictures) / f"{name}{size}-{'dark' if dark else 'light'}.png")
+                yield f"{size}, dark: {dark}"
+
     async def tree(self):
         """Role and name of all that a screen reader gets."""
         nodes = (await self.call("Accessibility.getFullAXTree"))["nodes"]

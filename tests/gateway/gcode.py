@@ -366,7 +366,7 @@ async def temperatures_are_those_of_heaters():
                                      heater(4, "right", temperature=21.0)))
     assert shop.ask(one, b"M105\n") == ("ok T:20.00 /0.00 B:59.96 /60.00 C:20.00 /0.00 T0:20.00 /0.00 T1:21.00 /0.00 "
                                        "T2:59.96 /60.00 @:0 B@:64 C@:0 T0@:0 T1@:0 T2@:64\n")
-    # one that is away changes no other's letter, and what is plain T is the first one or none
+    # the heaters of a device that is away keep their numbers, and T is never another hot end than the first
     show(shop, away="a", b=State(bed), a=State(bed | heater(1, "left")))
     assert shop.ask(one, b"M105\n") == "echo:a: no cable\nok T1:59.96 /60.00 T1@:64\n"
     assert "EXTRUDER_COUNT:2\n" in shop.ask(one, b"M115\n")

@@ -210,14 +210,14 @@ def test_the_gateway_prints_itself():
         frozen, watcher = Telnet(shop.house, buffer=2048), Telnet(shop.house)
         frozen.send(b"M155 S0.5\n")
         wire = Wire(shop.house.folder / "pty")
-        lines = ["G91", "G1 F12000", *(f"G1 X{0.05 if i % 2 else -0.04} E0.05" for i in range(LINES)), "M400"]
+        lines = ["G91", "G1 F12000", *(f"G1 X{0.05 if i % 2 else -0.04} E0.01" for i in range(LINES)), "M400"]
         with printing(shop.house, wire.name, lines):
             pass
         said = shop.house.log("host.log")
         assert wire.damaged and wire.damaged >= wire.numbered // DAMAGED - 1, (wire.damaged, wire.numbered)
         assert said.count("Resend: ") >= wire.damaged, said[-500:]
         assert shop.house.state()["moves"]["taken"] == LINES, said[-500:]
-        assert moving.places(shop) == [LINES, 0, 10 * LINES], moving.places(shop)
+        assert moving.places(shop) == [LINES, 0, 2 * LINES], moving.places(shop)
         assert watcher.ask("[ESP500]") == "user"
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Stops, faults and losses at any moment of a command: what is commanded then, and what is said. The daemon is a fake
-that waits and fails when it is told to."""
+"""Stops, faults and losses at any moment of a command: what is commanded then, and what clients get. A fake daemon waits
+and fails where a test needs it."""
 import asyncio
 import contextlib
 import math
@@ -11,7 +11,7 @@ import desk
 import pokeys
 from gcode import Shop, State, heater, show
 from operators import until
-from pokeys_gateway.gcode import holder, motion, operation
+from pokeys_gateway.gcode import holder, member, motion, operation
 from pokeys_gateway.gcode.lane import Modes
 
 NAME, OFF = "heater.00.target", {"heater.00.target": 0.0}
@@ -235,9 +235,9 @@ def speeds_are_those_of_linear_axes():
                                  ({"E": 2.0}, 5.0, 5.0), ({"X": 0.0, "E": 2.0}, 5.0, 5.0), ({"X": 3.0}, None, 0.0)):
         modes = Modes()
         modes.feed = feed
-        assert math.isclose(motion._speed(lengths, modes), speed), (lengths, feed)
+        assert math.isclose(member.path_speed(lengths, modes), speed), (lengths, feed)
     modes.feed, modes.feed_scale = 2.0, 25.4
-    assert motion._speed({"A": 90.0}, modes) == 2 and motion._speed({"X": 1.0}, modes) == 50.8
+    assert member.path_speed({"A": 90.0}, modes) == 2 and member.path_speed({"X": 1.0}, modes) == 50.8
 
 
 async def a_fault_is_seen_while_others_move():

@@ -108,12 +108,8 @@ def test_it_shows_heaters_and_motors():
             # a busy computer may stop it
             await page.until("it moves", f"/enabled|fault/.test({part('Servo motors')})")
             equal(await page.value(CONTRAST), [])
-            if PICTURES:
-                for name, (width, height) in SIZES.items():
-                    for dark in False, True:
-                        await page.size(width, height, dark, phone=name == "phone")
-                        await asyncio.sleep(0.7)
-                        await page.picture(pathlib.Path(PICTURES) / f"loops-{name}-{'dark' if dark else 'light'}.png")
+            async for size in page.sizes(PICTURES, "loops-"):
+                equal(await page.value(CONTRAST), [], size)
             await asyncio.to_thread(end, moving)
             equal(page.complaints, [])
     if "page.js" not in House.programs:
@@ -202,15 +198,8 @@ def test_it_fits_and_can_be_read():
             await page.value("document.querySelector('[aria-label=\"Computer\"] button').click()")
             await page.until("findings", "document.querySelectorAll('.findings li').length > 10")
             await page.value("document.querySelectorAll('[aria-label=\"Computer\"] details').forEach(one => one.open = true)")
-            for name, (width, height) in SIZES.items():
-                for dark in False, True:
-                    await page.size(width, height, dark, phone=name == "phone")
-                    await asyncio.sleep(0.7)
-                    over = await page.value(
-                        "[document.scrollingElement.scrollWidth, document.scrollingElement.clientWidth]")
-                    assert over[0] <= over[1], (name, over)
-                    if PICTURES:
-                        await page.picture(pathlib.Path(PICTURES) / f"{name}-{'dark' if dark else 'light'}.png")
+            async for _ in page.sizes(PICTURES, ""):
+                pass
             nameless = [role for role, text in await page.tree() if role in NAMED and not text]
             equal(nameless, [])
             # every value has enough contrast with what is behind it (WCAG 2: 4.5)

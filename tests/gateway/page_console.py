@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 from rig import House, Skip, machine
-from browser import CONTRAST, NAMED, SIZES, browser  # noqa: E402  (it needs house, which rig.py finds)
+from browser import CONTRAST, NAMED, browser  # noqa: E402  (it needs house, which rig.py finds)
 from house import equal, main  # noqa: E402
 
 PICTURES = os.environ.get("POKEYS_SCREENSHOTS")
@@ -123,16 +123,8 @@ def test_a_machine_is_worked_with():
             await press(page, "Save")
             await press(page, "Park")
             await said(page, "› G1 X0 Y0 F6000")
-            for name, (width, height) in SIZES.items():
-                for dark in False, True:
-                    await page.size(width, height, dark, phone=name == "phone")
-                    await asyncio.sleep(0.7)
-                    over = await page.value(
-                        "[document.scrollingElement.scrollWidth, document.scrollingElement.clientWidth]")
-                    assert over[0] <= over[1], (name, over)
-                    if PICTURES:
-                        await page.picture(pathlib.Path(PICTURES) / f"console-{name}-{'dark' if dark else 'light'}.png")
-                    equal(await page.value(CONTRAST), [], f"{name}, dark: {dark}")
+            async for size in page.sizes(PICTURES, "console-"):
+                equal(await page.value(CONTRAST), [], size)
             equal([role for role, text in await page.tree() if role in NAMED and not text], [])
             # an emergency stop is for all, and the page says what to do
             await touch(page, "Emergency stop of mill")

@@ -17,12 +17,11 @@ import itertools
 import json
 import logging
 import math
-import re
 import socket
 import termios
 import time
-from collections.abc import Awaitable, Callable, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
@@ -30,8 +29,6 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 from .. import __version__
 from ..access import LEVELS, Access, Who
 from ..console.console import Console
-from ..console.talk import LINE_MOST, Talk
-from ..console.urgent import STOP
 from ..feeds import (
     ANSWER_BYTES_MOST,
     RATE_LEAST,
@@ -48,11 +45,29 @@ from ..feeds import (
     whole,
 )
 from ..gate import Gate, cut
-from ..gcode.card import Storing
 from ..hub import Hub
 from ..operate import METHODS, STOPS, UNDER_WAY_MOST, Operator
 from ..wire import NotDone
+from .request import (
+    AGE_MOST_S,
+    BEAT_S,
+    INTERNAL,
+    INVALID_PARAMS,
+    INVALID_REQUEST,
+    NO_DEVICE,
+    NO_METHOD,
+    NOT_ALLOWED,
+    NOT_DONE,
+    PARSE_ERROR,
+    SHOWN,
+    TOO_MUCH,
+    TOO_OLD,
+    RpcError,
+    Way,
+    only,
+)
 from .session import WHO
+from .talking import Talking, stops_console
 
 MESSAGE_MOST = 64 * 1024
 BATCH_MOST = 16
@@ -65,39 +80,13 @@ TCP_USER_TIMEOUT = 18       # tcp(7); the module has no name for it
 KEEP_ALIVE = {socket.TCP_KEEPIDLE: 20, socket.TCP_KEEPINTVL: 5, socket.TCP_KEEPCNT: 4,
               # the same when something is sent, such as the pings below
               TCP_USER_TIMEOUT: 40000}
-# between pings to clients that may operate, and the age that a command of theirs may have
-BEAT_S, AGE_MOST_S = 0.4, 1.5
 USUAL_RATE = 2.0
-PARSE_ERROR, INVALID_REQUEST, NO_METHOD, INVALID_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
 OPERATES = {"emergency_stop": "emergency_stop", **{
     f"linuxcnc.{name}": name for name in (*METHODS, *STOPS) if name != "emergency_stop"}}
 NOT_JSON = object()
-SHOWN = 80                  # characters of a client's text in an error
-NO_DEVICE, TOO_MUCH, NOT_ALLOWED, NOT_DONE = -32001, -32002, -32003, -32004
 DIGITS_MOST, FRAMES_MOST = 18, 64
 CLOSE_S = 1.0
-JOG_AGE_MOST_S = BEAT_S + 0.2       # of a wish to jog
-SPEED_MOST = 1e6            # units/s
-TOO_OLD = f"this may have been on its way for more than {AGE_MOST_S:g} s; send it again"
 _LOG = logging.getLogger("pokeys-gateway")
-
-
-class RpcError(Exception):
-    """The error of an answer."""
-
-    def __init__(self, code: int, message: str) -> None:
-        super().__init__(message)
-        self.code = code
-
-
-@dataclass(frozen=True)
-class _Way:
-    """How a request that operates LinuxCNC came."""
-
-    until: float                # when it is too old
-    turn: int                   # how many stops came before it
-    stop: asyncio.Future[None] | None = None    # the last stop before it in a batch, or itself
-    stops: int = 0              # of the console, that came before it
 
 
 class _Connection:
@@ -105,12 +94,6 @@ class _Connection:
 
     def __init__(self, door: Rpc, who: Who, address: str) -> None:
         self.who = who
-        self._address = address
-        self._talk: Talk | None = None      # its part in the console
-        self._way = _Way(0.0, 0)            # of the request that is being answered
-        self._storing: Storing | None = None        # a file that it sends
-        # by axis, the newest press of a jog, and how many stops came before it; -1: it is over
-        self._presses: dict[str, tuple[int, int]] = {}
         self._door = door
         self._hub = door.hub
         self.subscriber = Subscriber(door.count_skipped)
@@ -125,14 +108,9 @@ class _Connection:
             "objects.subscribe": self._subscribe,
             "objects.unsubscribe": self._unsubscribe,
             "events.list": self._events,
-            "console.info": self._console_info,
-            "console.subscribe": self._console_subscribe,
-            "console.send": self._console_send,
-            "console.jog": self._console_jog,
-            "files.begin": self._files_begin,
-            "files.write": self._files_write,
-            "files.finish": self._files_finish,
         }
+        self._talking = Talking(door.console, who, address, self._tell)
+        self._methods |= self._talking.methods
         self._operator = Operator(door.hub.operators, self._offer, self._say, self._tell)
         self._under_way: set[asyncio.Task[None]] = set()
 
@@ -144,11 +122,11 @@ class _Connection:
 
     # ---- requests
 
-    def way(self) -> _Way:
+    def way(self) -> Way:
         """How what comes now has come."""
-        return _Way(self.fresh + AGE_MOST_S, self._hub.operators.turn, stops=self._door.console.router.stops)
+        return Way(self.fresh + AGE_MOST_S, self._hub.operators.turn, stops=self._door.console.router.stops)
 
-    async def take(self, message: Any, way: _Way) -> str | None:
+    async def take(self, message: Any, way: Way) -> str | None:
         """The answer to a message of :func:`_parsed`; None if it needs none, or gets it later."""
         if message is NOT_JSON:
             return encode(_error(None, PARSE_ERROR, "not JSON"))
@@ -160,7 +138,7 @@ class _Connection:
             return None
         return await self._answer(message, itertools.repeat(way))
 
-    async def _answer(self, message: Any, ways: Iterable[_Way]) -> str | None:
+    async def _answer(self, message: Any, ways: Iterable[Way]) -> str | None:
         if not isinstance(message, list):
             answer = await self._one(message, next(iter(ways)))
             return encode(answer) if answer else None
@@ -172,7 +150,7 @@ class _Connection:
             await asyncio.sleep(0)
         return f"[{','.join(answers)}]" if answers else None
 
-    def later(self, message: Any, way: _Way) -> None:
+    def later(self, message: Any, way: Way) -> None:
         """Answer it while others are answered. Stops in it are sent at once."""
         requests = _requests(message)
         # stops have as many places of their own
@@ -194,12 +172,12 @@ class _Connection:
         self._under_way.add(task)
         task.add_done_callback(self._under_way.discard)
 
-    async def _one(self, request: Any, way: _Way, room: bool = True) -> dict[str, Any] | None:
+    async def _one(self, request: Any, way: Way, room: bool = True) -> dict[str, Any] | None:
         if not isinstance(request, dict) or request.get("jsonrpc") != "2.0" or not isinstance(
                 request.get("method"), str) or not _is_id(request.get("id")):
             return _error(None, INVALID_REQUEST, 'a request of JSON-RPC 2.0 has "jsonrpc", "method" and "id"')
         number = request.get("id")
-        self._way = way
+        self._talking.way = way
         try:
             name = request["method"]
             method = self._methods.get(name)
@@ -232,9 +210,9 @@ class _Connection:
     @property
     def commands(self) -> bool:
         """May it command a machine? Then it is heard while it takes no answers: it may stop it."""
-        return self.operates or (self._talk is not None and self._talk.may_send)
+        return self.operates or self._talking.may_send
 
-    async def stop(self, request: dict[str, Any], way: _Way) -> None:
+    async def stop(self, request: dict[str, Any], way: Way) -> None:
         """A stop of the console, before what came before it."""
         answer = await self._one(request, way)
         if answer and not self.subscriber.full:
@@ -250,7 +228,7 @@ class _Connection:
             return "this client is not logged in any more"
         return None
 
-    async def _operate(self, method: str, params: dict[str, Any], number: Any, way: _Way) -> dict[str, Any]:
+    async def _operate(self, method: str, params: dict[str, Any], number: Any, way: Way) -> dict[str, Any]:
         def judge(takes_back: bool) -> None:
             if why := self._refusal():
                 raise RpcError(NOT_ALLOWED, why)
@@ -287,10 +265,7 @@ class _Connection:
         """The client is gone."""
         self.ended = True
         self.leave()
-        if self._talk:
-            self._talk.close()
-        if self._storing:
-            self._storing.spoil("its client is gone")
+        self._talking.end()
         self._operator.close()
         # the task of who asks this is not one of them
         for task in self._under_way:
@@ -299,14 +274,14 @@ class _Connection:
     # ---- methods
 
     def _info(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params)
+        only(params)
         return {"format": 1, "version": __version__, "user": self.who.name or None, "level": self.who.level,
                 "operate": self.operates,
                 "trouble": self._hub.source.trouble, "devices": self._hub.source.names(),
                 "clients": len(self._door.connections), "skipped": self.subscriber.skipped}
 
     def _list(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params)
+        only(params)
         return {"objects": self._hub.source.names()}
 
     def _objects(self, params: dict[str, Any]) -> Objects:
@@ -329,12 +304,12 @@ class _Connection:
         return tuple(sorted(found, key=lambda part: part.device))
 
     def _query(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params, "objects")
+        only(params, "objects")
         objects = self._objects(params)
         return {"eventtime": time.time(), "status": look(functools.partial(whole, self._hub.source), objects)}
 
     def _subscribe(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params, "objects", "rate")
+        only(params, "objects", "rate")
         rate = params.get("rate", USUAL_RATE)
         if isinstance(rate, bool) or not isinstance(rate, (int, float)) or not RATE_LEAST <= rate <= RATE_MOST:
             raise RpcError(INVALID_PARAMS, f"rate has to be {RATE_LEAST} to {RATE_MOST:g} a second")
@@ -344,124 +319,12 @@ class _Connection:
         return {"status": status, "eventtime": time.time(), "serial": self._feed.serial, "rate": wish.rate}
 
     def _unsubscribe(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params)
+        only(params)
         self.leave()
         return {}
 
-    def _console_info(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params)
-        console, machine = self._door.console, self._door.console.router.machine
-        return {"machine": machine.name if machine else None, "why": "" if machine else console.router.why_no_machine,
-                "send": self._talk is not None and self._talk.may_send, **console.about()}
-
-    def _console_subscribe(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params)
-        if not self._talk:
-            self._talk = Talk(self._door.console, self.who, self._address, self._said)
-        return {}
-
-    def _console_send(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params, "line")
-        line = params.get("line")
-        if isinstance(line, str) and (stop := STOP.match(line.encode("utf-8", "replace"))):
-            # whatever else is in it, and whatever came before
-            self._console_subscribe({})
-            assert self._talk
-            self._talk.send(f"M{stop[1].decode()}")
-            return {}
-        if not isinstance(line, str) or len(line.encode("utf-8", "replace")) > LINE_MOST or not line.isprintable():
-            raise RpcError(INVALID_PARAMS, f"line has to be one line of text, of at most {LINE_MOST} bytes")
-        if not self._talk:
-            raise RpcError(NOT_ALLOWED, "console.subscribe comes before it")
-        self._judge_way()
-        if not line.isascii() and self._door.console.router.takes_bytes and not line.startswith("[ESP"):
-            raise RpcError(INVALID_PARAMS, "line has to be of ASCII characters: the firmware obeys bytes of others")
-        if self._talk.client.full:
-            raise RpcError(TOO_MUCH, "the machine takes nothing more of this client now; stops are taken")
-        self._talk.send(line)
-        return {}
-
-    async def _console_jog(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params, "axis", "speed", "press")
-        axis, speed, press = params.get("axis"), params.get("speed"), params.get("press")
-        if not isinstance(axis, str) or not re.fullmatch("[A-Za-z]", axis) or isinstance(speed, bool) or not isinstance(
-                speed, int | float) or not abs(speed) <= SPEED_MOST or type(press) is not int:
-            raise RpcError(INVALID_PARAMS, f"a jog needs axis, a letter, speed, at most {SPEED_MOST:g} units/s, and "
-                                           "press, a number")
-        stops, axis = self._door.console.router.stops, axis.upper()
-        if speed == 0:
-            known = self._presses.get(axis)
-            self._presses[axis] = press, -1
-            # of who has begun it, and not while it goes on by another press
-            if known and known[0] == press and known[1] >= 0:
-                await self._door.console.jog(axis, 0)
-            return {}
-        if not self._talk or not self._talk.may_send:
-            raise RpcError(NOT_ALLOWED, "this needs level user, and console.subscribe before it")
-        self._judge_way(JOG_AGE_MOST_S)
-        # what was stopped or refused does not begin while the key is still down
-        known = self._presses.get(axis)
-        if not known or known[0] != press:
-            self._presses[axis] = press, stops
-        elif known[1] != stops:
-            raise RpcError(NOT_DONE, "this press has ended")
-        try:
-            await self._door.console.jog(axis, speed)
-        except NotDone as error:
-            self._presses[axis] = press, -1
-            raise RpcError(NOT_DONE, str(error)) from None
-        return {}
-
-    def _judge_way(self, age: float = AGE_MOST_S) -> None:
-        """What comes late, or came before a stop, is not done."""
-        if self._way.stops != self._door.console.router.stops:
-            raise RpcError(NOT_DONE, "it was stopped")
-        if time.monotonic() > self._way.until - AGE_MOST_S + age:
-            raise RpcError(NOT_DONE, TOO_OLD)
-
-    async def _files_begin(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params, "name")
-        if not isinstance(name := params.get("name"), str) or not name.strip("/"):
-            raise RpcError(INVALID_PARAMS, "name has to be the name of a file")
-        if self.ended or not self._talk or not self._talk.may_send:
-            raise RpcError(NOT_ALLOWED, "this needs level user, and console.subscribe before it")
-        if self._storing:
-            self._storing.spoil("another file is begun")
-        try:
-            self._storing = self._door.console.store(name)
-            await self._storing.begin()
-        except NotDone as error:
-            raise RpcError(NOT_DONE, str(error)) from None
-        return {}
-
-    async def _files_write(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params, "data")
-        if not isinstance(data := params.get("data"), str):
-            raise RpcError(INVALID_PARAMS, "data has to be text")
-        raw = data.encode("utf-8", "replace")
-        return await self._store(lambda storing: storing.add(raw))
-
-    async def _files_finish(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params)
-        return await self._store(lambda storing: storing.finish())
-
-    async def _store(self, work: Callable[[Storing], Awaitable[None]]) -> dict[str, Any]:
-        if not self._storing:
-            raise RpcError(NOT_ALLOWED, "files.begin comes before it")
-        if self.ended or not self._talk or not self._talk.may_send:
-            self._storing.spoil("its client may not write it any more")
-            raise RpcError(NOT_ALLOWED, "this needs level user")
-        try:
-            await work(self._storing)
-        except NotDone as error:
-            raise RpcError(NOT_DONE, str(error)) from None
-        return {}
-
-    async def _said(self, lines: list[str]) -> None:
-        await self._tell({"jsonrpc": "2.0", "method": "console.said", "params": {"lines": lines}})
-
     def _events(self, params: dict[str, Any]) -> dict[str, Any]:
-        _only(params, "device", "since")
+        only(params, "device", "since")
         device, since = params.get("device"), params.get("since")
         if device not in self._hub.source.names():
             raise RpcError(NO_DEVICE, self._hub.no_such_device(str(device)[:SHOWN]))
@@ -470,13 +333,6 @@ class _Connection:
         if not isinstance(since, dict) or not all(type(since.get(key)) is int for key in ("epoch", "number")):
             raise RpcError(INVALID_PARAMS, "since has to be an event, with epoch and number")
         return {"events": self._hub.events(str(device), (since["epoch"], since["number"]))}
-
-
-def _stops_console(message: Any) -> bool:
-    """A request that sends a stop to the console's machine."""
-    return isinstance(message, dict) and message.get("method") == "console.send" and isinstance(
-        params := message.get("params"), dict) and isinstance(line := params.get("line"), str) and bool(
-            STOP.match(line.encode("utf-8", "replace")))
 
 
 def _error(number: Any, code: int, message: str) -> dict[str, Any]:
@@ -509,13 +365,6 @@ def _refuse(word: str) -> None:
 def _is_id(number: Any) -> bool:
     return number is None or (isinstance(number, (str, int, float)) and not isinstance(number, bool) and
                               number not in (float("inf"), float("-inf")))
-
-
-def _only(params: dict[str, Any], *known: str) -> None:
-    unknown = [name for name in params if name not in known]
-    if unknown:
-        has = f"there are: {', '.join(known)}" if known else "there are none"
-        raise RpcError(INVALID_PARAMS, f"there is no parameter {unknown[0][:SHOWN]}; {has}")
 
 
 async def _put(queue: asyncio.Queue[Any], item: Any, work: asyncio.Task[None]) -> bool:
@@ -620,7 +469,7 @@ class Rpc:
         return ws
 
     async def _read(self, ws: web.WebSocketResponse, connection: _Connection) -> None:
-        waiting: asyncio.Queue[tuple[Any, _Way]] = asyncio.Queue(FRAMES_MOST)
+        waiting: asyncio.Queue[tuple[Any, Way]] = asyncio.Queue(FRAMES_MOST)
         work = asyncio.get_running_loop().create_task(self._work(ws, connection, waiting))
         try:
             async for message in ws:
@@ -636,11 +485,11 @@ class Rpc:
                     break
                 parsed = message if message.type is WSMsgType.PING else _parsed(message.data)
                 way = connection.way()
-                for one in filter(_stops_console, _requests(parsed)):
+                for one in filter(stops_console, _requests(parsed)):
                     await connection.stop(one, way)
-                if any(map(_stops_console, _requests(parsed))):
+                if any(map(stops_console, _requests(parsed))):
                     # what stands beside a stop was sent before it, as far as anybody knows
-                    parsed = [one for one in _requests(parsed) if not _stops_console(one)]
+                    parsed = [one for one in _requests(parsed) if not stops_console(one)]
                     if not parsed:
                         continue
                 if any(map(_stops, _requests(parsed))) and 0 < len(_requests(parsed)) <= BATCH_MOST:
@@ -656,14 +505,14 @@ class Rpc:
                 await work
 
     async def _work(self, ws: web.WebSocketResponse, connection: _Connection,
-                    waiting: asyncio.Queue[tuple[Any, _Way]]) -> None:
+                    waiting: asyncio.Queue[tuple[Any, Way]]) -> None:
         """Do what was read of one who may operate, and so is read on."""
         while True:
             message, way = await waiting.get()
             await self._do(ws, connection, message, way)
 
     @staticmethod
-    async def _do(ws: web.WebSocketResponse, connection: _Connection, message: Any, way: _Way) -> None:
+    async def _do(ws: web.WebSocketResponse, connection: _Connection, message: Any, way: Way) -> None:
         """Answer a message, and wait until there is room for more answers."""
         if isinstance(message, WSMessage):
             await ws.pong(message.data)

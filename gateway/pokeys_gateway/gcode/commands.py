@@ -98,30 +98,12 @@ def _firmware(hub: Hub) -> str:
         *(f"echo:{name} - {one.help}" for name, one in COMMANDS.items())))
 
 
-def _set(kind: str) -> Work:
-    async def work(operation: Operation, job: Job) -> str:
-        await operation.heating.set(job, kind, "S")
-        return ""
-    return work
-
-
-def _reach(kind: str) -> Work:
-    async def work(operation: Operation, job: Job) -> str:
-        await operation.heating.reach(job, kind)
-        return ""
-    return work
-
-
-def _move(*, rapid: bool) -> Work:
-    async def work(operation: Operation, job: Job) -> str:
-        await operation.motion.move(job, rapid=rapid)
-        return ""
-    return work
-
-
-async def _jog(operation: Operation, job: Job) -> str:
-    await operation.motion.jog(job)
-    return ""
+def _does(work: Callable[[Operation, Job], Awaitable[object]]) -> Work:
+    """A command whose lines before the ok are the text that its work returns, if it returns one."""
+    async def whole(operation: Operation, job: Job) -> str:
+        text = await work(operation, job)
+        return text if isinstance(text, str) else ""
+    return whole
 
 
 def _mode(**modes: bool | float) -> Work:
@@ -130,44 +112,6 @@ def _mode(**modes: bool | float) -> Work:
             setattr(job.modes, name, value)
         return ""
     return work
-
-
-async def _dwell(operation: Operation, job: Job) -> str:
-    await operation.motion.dwell(job)
-    return ""
-
-
-async def _home(operation: Operation, job: Job) -> str:
-    await operation.motion.home(job)
-    return ""
-
-
-async def _set_place(operation: Operation, job: Job) -> str:
-    await operation.motion.set_place(job)
-    return ""
-
-
-async def _enable(operation: Operation, job: Job) -> str:
-    await operation.motion.enable(job)
-    return ""
-
-
-async def _disable(operation: Operation, _job: Job) -> str:
-    await operation.motion.disable()
-    return ""
-
-
-async def _override(operation: Operation, job: Job) -> str:
-    return await operation.motion.override(job)
-
-
-async def _finish(operation: Operation, _job: Job) -> str:
-    await operation.motion.finish()
-    return ""
-
-
-async def _resume(operation: Operation, _job: Job) -> str:
-    return await operation.resume()
 
 
 def switches_off(line: Line) -> bool:
@@ -183,31 +127,9 @@ def switches_off(line: Line) -> bool:
 
 RENUMBER = "M110"
 AUTOREPORT = "M155"
-async def _list(operation: Operation, _job: Job) -> str:
-    return await operation.card.listing()
-
-
-async def _select(operation: Operation, job: Job) -> str:
-    return await operation.card.select(_name(job))
-
-
-async def _start(operation: Operation, _job: Job) -> str:
-    await operation.card.start()
-    return ""
-
-
-async def _begin_at(operation: Operation, job: Job) -> str:
+async def _begin_at(operation: Operation, job: Job) -> None:
     words = job.line.words()
     await operation.card.begin_at(words.get("S"), words.get("L"))
-    return ""
-
-
-async def _remove(operation: Operation, job: Job) -> str:
-    return await operation.card.remove(_name(job))
-
-
-async def _select_and_start(operation: Operation, job: Job) -> str:
-    return await operation.card.select_and_start(job, _name(job).strip("!#"))
 
 
 def _name(job: Job) -> str:
@@ -241,58 +163,78 @@ END_JOB = "M524"
 STATE = "?"
 COMMANDS = {
     STATE: Command("show the PoKeys devices", _of(_state), at_once=True),
-    "G0": Command("axes and positions: move there, as fast as the axes can unless F was given", work=_move(rapid=True)),
+    "G0": Command("axes and positions: move there, as fast as the axes can unless F was given",
+                  work=_does(lambda operation, job: operation.motion.move(job, rapid=True))),
     "G1": Command("axes and positions, F and units/min: move there in a straight line at this speed",
-                  work=_move(rapid=False)),
-    "$J": Command("=, axes and F: as G1, with G90, G91, G20 and G21 for this line only", work=_jog, text=True),
-    "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended", work=_dwell),
+                  work=_does(lambda operation, job: operation.motion.move(job, rapid=False))),
+    "$J": Command("=, axes and F: as G1, with G90, G91, G20 and G21 for this line only",
+                  work=_does(lambda operation, job: operation.motion.jog(job)), text=True),
+    "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended",
+                  work=_does(lambda operation, job: operation.motion.dwell(job))),
     "G20": Command("units are inches", work=_mode(scale=INCH)),
     "G21": Command("units are millimetres", work=_mode(scale=1.0)),
-    "G28": Command("axes: find their home switches, one after the other; without axes: all but E", work=_home),
+    "G28": Command("axes: find their home switches, one after the other; without axes: all but E",
+                   work=_does(lambda operation, job: operation.motion.home(job))),
     "G90": Command("positions are absolute", work=_mode(relative=False, relative_extruder=False)),
     "G91": Command("positions are relative", work=_mode(relative=True, relative_extruder=True)),
-    "G92": Command("axes and numbers: these are their positions from now on", work=_set_place),
-    "M17": Command("enable all axes, or those that are named", work=_enable),
-    "M18": Command("wait until all axes stand still, then disable them", work=_disable),
-    "M20": Command("list the files", work=_list, commands=False, in_files=False),
+    "G92": Command("axes and numbers: these are their positions from now on",
+                   work=_does(lambda operation, job: operation.motion.set_place(job))),
+    "M17": Command("enable all axes, or those that are named",
+                   work=_does(lambda operation, job: operation.motion.enable(job))),
+    "M18": Command("wait until all axes stand still, then disable them",
+                   work=_does(lambda operation, _job: operation.motion.disable())),
+    "M20": Command("list the files",
+                   work=_does(lambda operation, _job: operation.card.listing()), commands=False, in_files=False),
     "M21": Command("nothing has to be done for files: ok"),
     "M22": Command("nothing has to be done for files: ok"),
-    "M23": Command("a name: select a file", work=_select, commands=False, in_files=False, text=True),
-    "M24": Command("begin the job of the selected file, or go on with it", work=_start, in_files=False),
+    "M23": Command("a name: select a file",
+                   work=_does(lambda operation, job: operation.card.select(_name(job))),
+                   commands=False, in_files=False, text=True),
+    "M24": Command("begin the job of the selected file, or go on with it",
+                   work=_does(lambda operation, _job: operation.card.start()), in_files=False),
     "M25": Command("the job waits until M24", at_once=True, act=_pause),
-    "M26": Command("S and a byte, or L and a line: the job begins there", work=_begin_at, commands=False,
+    "M26": Command("S and a byte, or L and a line: the job begins there", work=_does(_begin_at), commands=False,
                    in_files=False),
     "M27": Command("show how far the job has come", _progress, at_once=True),
     STORE: Command("a name: write this client's lines into a file, until M29", work=_store, in_files=False, text=True),
     STORED: Command("the file is complete", work=_store, in_files=False),
-    "M30": Command("a name: delete a file", work=_remove, commands=False, in_files=False, text=True),
-    "M32": Command("a name: select a file, and begin its job", work=_select_and_start, in_files=False, text=True),
+    "M30": Command("a name: delete a file",
+                   work=_does(lambda operation, job: operation.card.remove(_name(job))),
+                   commands=False, in_files=False, text=True),
+    "M32": Command("a name: select a file, and begin its job",
+                   work=_does(lambda operation, job: operation.card.select_and_start(job, _name(job).strip("!#"))),
+                   in_files=False, text=True),
     "M82": Command("positions of E are absolute", work=_mode(relative_extruder=False)),
     "M83": Command("positions of E are relative", work=_mode(relative_extruder=True)),
-    "M84": Command("as M18", work=_disable),
-    "M104": Command("S and degrees C: set the target of a hot end, T0 or T and its number", work=_set(heating.HOT_END)),
+    "M84": Command("as M18", work=_does(lambda operation, _job: operation.motion.disable())),
+    "M104": Command("S and degrees C: set the target of a hot end, T0 or T and its number",
+                    work=_does(lambda operation, job: operation.heating.set(job, heating.HOT_END, "S"))),
     "M105": Command("show temperatures, targets and powers of heaters", _of(report.trouble), _of(report.temperatures),
                     at_once=True),
     "M108": Command("end all waits for temperatures", at_once=True, commands=False,
                     act=lambda operation: operation.heating.give_up()),
     "M109": Command("as M104, and wait until it is warm; with R instead of S also until it has cooled down",
-                    work=_reach(heating.HOT_END)),
+                    work=_does(lambda operation, job: operation.heating.reach(job, heating.HOT_END))),
     RENUMBER: Command("N and a number: set the number of the last line"),
     "M112": Command("emergency stop of LinuxCNC, or of the device that G-code commands", stop="emergency_stop"),
     "M114": Command("show where the axes are, and where they are commanded to be", _positions, at_once=True),
     "M115": Command("show version, abilities and commands", _of(_firmware)),
     "M119": Command("show limit switches and home switches", _of(report.switches), at_once=True),
-    "M140": Command("S and degrees C: set the target of the bed", work=_set(heating.BED)),
-    "M141": Command("S and degrees C: set the target of the chamber", work=_set(heating.CHAMBER)),
+    "M140": Command("S and degrees C: set the target of the bed",
+                    work=_does(lambda operation, job: operation.heating.set(job, heating.BED, "S"))),
+    "M141": Command("S and degrees C: set the target of the chamber",
+                    work=_does(lambda operation, job: operation.heating.set(job, heating.CHAMBER, "S"))),
     AUTOREPORT: Command("S and seconds: report temperatures periodically; S0 ends the reports", at_once=True),
     "M190": Command("as M140, and wait until it is warm; with R instead of S also until it has cooled down",
-                    work=_reach(heating.BED)),
+                    work=_does(lambda operation, job: operation.heating.reach(job, heating.BED))),
     "M191": Command("as M141, and wait until it is warm; with R instead of S also until it has cooled down",
-                    work=_reach(heating.CHAMBER)),
-    "M220": Command("S and percent, 0 to 200: set the feed override; without S: show it", work=_override),
-    "M400": Command("wait until all moves have ended", work=_finish),
+                    work=_does(lambda operation, job: operation.heating.reach(job, heating.CHAMBER))),
+    "M220": Command("S and percent, 0 to 200: set the feed override; without S: show it",
+                    work=_does(lambda operation, job: operation.motion.override(job))),
+    "M400": Command("wait until all moves have ended", work=_does(lambda operation, _job: operation.motion.finish())),
     "M410": Command("stop LinuxCNC's program and axes, or the axes of the device that G-code commands", stop="stop"),
     END_JOB: Command("end the job, and stop the axes", stop="stop", at_once=True, act=_no_job),
-    RESUME: Command("after M112 or a fault: reset faults and permit commands again", work=_resume, commands=False,
+    RESUME: Command("after M112 or a fault: reset faults and permit commands again",
+                    work=_does(lambda operation, _job: operation.resume()), commands=False,
                     in_files=False),
 }

@@ -66,7 +66,7 @@ class Heating:
         return index, letter == letters[0]
 
     async def reach(self, job: Job, kind: str) -> None:
-        """Set a target, and wait until it is reached: S is one that is warmer, R is any."""
+        """Set a target and wait for it: after S only while the heater is colder, after R also while it is warmer."""
         index, heats = await self.set(job, kind, "S", "R")
         heater = self._of(index)
         if heats and heater.celsius > self._targets.get(index, 0.0):

@@ -123,7 +123,7 @@ class Machine:
         return lines
 
     def _clear_lanes(self, why: str) -> dict[Client | None, int]:
-        """Carry out nothing that waits; how many lines that are. Who hears nothing of that is told."""
+        """Discard the lines that wait, and count them. A client that does not hear the stop gets a reply."""
         lines: dict[Client | None, int] = {}
         for asker, lane in self._lanes.items():
             if lane.storing:

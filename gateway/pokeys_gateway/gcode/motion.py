@@ -16,7 +16,7 @@ import functools
 import math
 import re
 from collections.abc import AsyncGenerator, Awaitable, Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import pokeys
 from pokeys import MovesControl, OneShot, Outcome
@@ -26,11 +26,10 @@ from ..hub import Hub
 from ..wire import NotDone
 from .holder import Holder
 from .lane import Job, Modes
+from .member import EXTRUDER, LETTERS, LINEAR, TRIPPED, Member, numbers, path_speed
+from .member import members as members_of
 from .parser import BadWords
 
-LETTERS = "XYZABCUVWE"
-LINEAR = "XYZUVW"           # the feed rate is that of these, if one of them moves
-EXTRUDER = "E"
 QUEUE = 32                  # moves, with the one under way
 FRACTIONS = 256             # parts of a count
 PULSES_MOST, COUNTS_MOST = 2_100_000_000, 2**31 - 2
@@ -45,29 +44,8 @@ STILL_S = 600.0             # so long may a path wait for something, such as a f
 CANCEL_S = 5.0
 HOME_S = 125.0              # the device's own limit is 120 s
 DWELL_MOST_S = 3600.0
-TRIPPED = 100, 101          # engine-state: by a limit switch, by emergency
-POSITION, BUFFERED = 1, 3   # joint.NN.mode-in-effect
-ENABLED = 2                 # servo.NN.state
 ENDED_WELL = 1              # moves.end
 COMMANDED = 6               # moves.refusal
-
-
-@dataclass(frozen=True)
-class Member:
-    """A servo motor or an axis, as the daemon has it now."""
-
-    letter: str
-    motor: bool
-    index: int
-    scale: float            # counts or pulses for each unit
-    place: float            # commanded position in units, or the measured one if it is off
-    counts: int             # of an axis: where it is
-    mode: int
-    enabled: bool
-    still: bool             # it is where it is commanded to be
-    trouble: str            # what prevents it from moving; "": nothing
-    on_limit: bool = False
-    speed: float = math.inf     # its highest, units/s; inf: the daemon limits it
 
 
 class Motion:
@@ -105,7 +83,7 @@ class Motion:
 
     async def move(self, job: Job, *, rapid: bool) -> None:
         """G0 and G1."""
-        await self._go(_numbers(job), job.modes, rapid=rapid)
+        await self._go(numbers(job), job.modes, rapid=rapid)
 
     async def jog(self, job: Job) -> None:
         """$J=: its modes are those of this line."""
@@ -119,7 +97,7 @@ class Motion:
                 case _:
                     rest.append(word)
         line = replace(job.line, argument=" ".join(rest))
-        await self._go(_numbers(replace(job, line=line)), modes, rapid=False)
+        await self._go(numbers(replace(job, line=line)), modes, rapid=False)
 
     async def _go(self, words: dict[str, float], modes: Modes, *, rapid: bool) -> None:
         if "F" in words:
@@ -151,7 +129,7 @@ class Motion:
         if self._order.locked():
             return None
         async with self._order:
-            member = self._member(self._members(self._state()), letter)
+            member = self._member(members_of(self._state()), letter)
             await self._enable([member])
             if asyncio.get_running_loop().time() > until:
                 return None
@@ -178,7 +156,7 @@ class Motion:
 
     async def dwell(self, job: Job) -> None:
         """G4: P and milliseconds, or S and seconds."""
-        words = _numbers(job)
+        words = numbers(job)
         seconds = words.get("S", words.get("P", 0.0) / 1000)
         if not 0 <= seconds <= DWELL_MOST_S:
             raise BadWords(f"the dwell must be 0 to {DWELL_MOST_S:g} seconds")
@@ -202,11 +180,11 @@ class Motion:
     async def set_place(self, job: Job) -> None:
         """G92: what the logical position is now."""
         async with self._order:
-            self._set_place(_numbers(job), job.modes)
+            self._set_place(numbers(job), job.modes)
 
     def _set_place(self, words: Mapping[str, float], modes: Modes) -> None:
         state = self._state()
-        members = self._members(state)
+        members = members_of(state)
         given = [letter for letter in LETTERS if letter in words] or [letter for letter in LETTERS if letter in members]
         for letter in given:
             member = self._member(members, letter)
@@ -218,7 +196,7 @@ class Motion:
         words = job.line.words()
         await self._holder.take()
         async with self._standing():
-            members = self._members(self._state())
+            members = members_of(self._state())
             letters = [letter for letter in words if letter in LETTERS]
             for letter in letters or [letter for letter in LETTERS if letter in members and letter != EXTRUDER]:
                 await self._home(self._member(members, letter))
@@ -227,7 +205,7 @@ class Motion:
         """M17: those that are named, or all."""
         await self._holder.take()
         async with self._order:
-            members = self._members(self._state())
+            members = members_of(self._state())
             named = [letter for letter in job.line.words() if letter in LETTERS]
             await self._enable([self._member(members, letter) for letter in named or members])
 
@@ -251,7 +229,7 @@ class Motion:
 
     async def override(self, job: Job) -> str:
         """M220: S and percent; without it, what it is."""
-        percent = _numbers(job).get("S")
+        percent = numbers(job).get("S")
         if percent is None:
             return f"FR:{self._percent:g}%"
         if not 0 <= percent <= FEED_MOST:
@@ -304,7 +282,7 @@ class Motion:
 
     async def _keep_enabled(self) -> None:
         """Those that are off stay off."""
-        members = self._members(self._state())
+        members = members_of(self._state())
         off = {letter for letter in self._on if not (letter in members and members[letter].enabled)}
         self._on -= off
         await self._command([members[letter] for letter in off if letter in members], enable=False)
@@ -312,14 +290,14 @@ class Motion:
     def off(self) -> bool:
         """Nothing is enabled or moves."""
         state = self._state()
-        return not any(member.enabled for member in self._members(state).values()) and not state["moves.waiting"]
+        return not any(member.enabled for member in members_of(state).values()) and not state["moves.waiting"]
 
     def still(self) -> bool:
         """Nothing moves."""
         return self._stands(self._state())
 
     def _stands(self, state: pokeys.State) -> bool:
-        enabled = [member for member in self._members(state).values() if member.enabled]
+        enabled = [member for member in members_of(state).values() if member.enabled]
         return not state["moves.waiting"] and not self._homing and all(member.still for member in enabled)
 
     async def reset(self) -> list[str]:
@@ -346,7 +324,7 @@ class Motion:
     def letters(self) -> list[str]:
         """Of what can be moved."""
         reading = self._hub.source.read(self._holder.device)
-        return list(self._members(reading.state)) if reading and reading.state is not None else []
+        return list(members_of(reading.state)) if reading and reading.state is not None else []
 
     # ---- what the daemon does
 
@@ -366,7 +344,7 @@ class Motion:
 
     def _off(self, state: pokeys.State) -> str:
         """Which axis is off that has to be enabled, and why; "": none."""
-        members = self._members(state)
+        members = members_of(state)
         enabled = {letter for letter, member in members.items() if member.enabled}
         off = [letter for letter in LETTERS if letter in self._on - self._changing - enabled]
         if off:
@@ -381,7 +359,7 @@ class Motion:
         reading = self._hub.source.read(self._holder.device)
         if not reading or reading.state is None or not reading.connected:
             return
-        members = self._members(reading.state)
+        members = members_of(reading.state)
         await self._command([members[letter] for letter in self._on - self._changing if letter in members], enable=True)
 
     # ---- one step
@@ -391,13 +369,6 @@ class Motion:
         if not reading or reading.state is None or not reading.connected:
             raise NotDone(reading.reason if reading else self._hub.no_such_device(self._holder.device))
         return reading.state
-
-    def _members(self, state: pokeys.State) -> dict[str, Member]:
-        found: dict[str, Member] = {}
-        for member in (*_motors(state), *_axes(state)):
-            if member.letter in LETTERS and len(member.letter) == 1:
-                found.setdefault(member.letter, member)
-        return {letter: found[letter] for letter in LETTERS if letter in found}
 
     def _member(self, members: Mapping[str, Member], letter: str) -> Member:
         if letter not in members:
@@ -425,7 +396,7 @@ class Motion:
         end = loop.time() + ENABLE_S
         while True:
             state = self._state()
-            members = self._members(state)
+            members = members_of(state)
             if all(members[letter].enabled for letter in holds) and \
                     (machine_on is None or bool(state["machine-on-permitted"]) == machine_on) and \
                     (not still or state["engine-state"] in (0, *TRIPPED)):
@@ -440,7 +411,7 @@ class Motion:
         letters = [member.letter for member in wanted if not (member.enabled and member.letter in self._on)]
         if not letters:
             return
-        members = self._members(self._state())
+        members = members_of(self._state())
         for letter in letters:
             if members[letter].trouble:
                 hint = "; pokeysctl axis can move it off" if members[letter].on_limit else ""
@@ -461,31 +432,31 @@ class Motion:
     async def _switch_on(self, letters: list[str]) -> None:
         """The daemon's steps: off, where they are; the machine on; on."""
         state = self._state()
-        members = self._members(state)
+        members = members_of(state)
         axes = [letter for letter in letters if not members[letter].motor]
         if axes and not state["machine-on-permitted"]:
             await self._command((), enable=False, machine_is_on=False)
             await self._holder.wait()
             await self._until("the pulse engine does not stop", machine_on=False, still=True)
-        members = self._members(self._state())
+        members = members_of(self._state())
         await self._command([members[letter] for letter in letters], enable=False)
         await self._holder.wait()
         if axes and not state["machine-on-permitted"]:
             await self._command((), enable=False, machine_is_on=True)
             await self._until("the daemon does not permit motion", machine_on=True)
-        members = self._members(self._state())
+        members = members_of(self._state())
         await self._command([members[letter] for letter in letters], enable=True)
         await self._until(f"the daemon does not enable {', '.join(letters)}", letters)
 
     async def _move(self, given: Mapping[str, float], modes: Modes) -> None:
-        members = self._members(self._state())
+        members = members_of(self._state())
         await self._enable([self._member(members, letter) for letter in given])
         if not self._fed:
             await self._feed()
         if why := self._off(self._state()):
             raise NotDone(why)
         state = self._state()
-        members = self._members(state)
+        members = members_of(state)
         ends: dict[str, float] = {}
         lengths: dict[str, float] = {}
         moved = False
@@ -502,7 +473,7 @@ class Motion:
             lengths[letter] = parts / FRACTIONS / member.scale if abs(parts) >= FRACTIONS else 0.0
         if not moved:
             return
-        await self._queue([members[letter] for letter in members if letter in ends], ends, _speed(lengths, modes))
+        await self._queue([members[letter] for letter in members if letter in ends], ends, path_speed(lengths, modes))
         self._holder.check()
         self._ends |= ends
         self._begins, self._moved = False, True
@@ -524,7 +495,7 @@ class Motion:
                 self._begins = True
                 raise NotDone(f"the daemon refused this move: {state.word('moves.refusal')}")
             # where it is commanded to be has changed just now
-            now = self._members(state)
+            now = members_of(state)
             await self._command([now[member.letter] for member in members], enable=True)
             await asyncio.sleep(LOOK_S)
 
@@ -543,7 +514,7 @@ class Motion:
         def look(state: pokeys.State) -> None:
             nonlocal last, since
             self._holder.check()
-            mark = int(state["moves.waiting"]), sum(member.place for member in self._members(state).values())
+            mark = int(state["moves.waiting"]), sum(member.place for member in members_of(state).values())
             if mark != last or self._percent == 0:
                 last, since = mark, loop.time()
             elif loop.time() - since > STILL_S:
@@ -562,7 +533,7 @@ class Motion:
         self.shifts.pop(member.letter, None)
         self._ends.pop(member.letter, None)
         # the daemon drives no axis while the pulse engine finds a switch
-        axes = {} if member.motor else self._members(self._state())
+        axes = {} if member.motor else members_of(self._state())
         self._homing = member
         self._changing |= {member.letter, *(letter for letter in self._on if letter in axes and not axes[letter].motor)}
         try:
@@ -594,7 +565,7 @@ class Motion:
             raise NotDone(f"{member.letter} was not homed: pokeysd.conf has no home-search-speed for it, or it moves")
         end = f"servo.{member.index:02}.home-end"
         while not (state := self._state())[end]:
-            if not self._members(state)[member.letter].enabled:
+            if not members_of(state)[member.letter].enabled:
                 break
             await asyncio.sleep(LOOK_S)
         if state.word(end) != "done":
@@ -604,7 +575,7 @@ class Motion:
         """Command the position at which the daemon holds it after homing, until it follows that."""
         loop = asyncio.get_running_loop()
         end = loop.time() + ENABLE_S
-        while not ((member := self._members(self._state())[letter]).enabled and member.still):
+        while not ((member := members_of(self._state())[letter]).enabled and member.still):
             if loop.time() >= end:
                 raise NotDone(f"{letter} does not come to rest")
             await self._command([member], enable=True)
@@ -621,59 +592,3 @@ async def _each(*steps: Callable[[], Awaitable[object]]) -> None:
             failed = failed or error
     if failed:
         raise failed
-
-
-def _numbers(job: Job) -> dict[str, float]:
-    """The words of a line; those of axes need numbers."""
-    words = job.line.words()
-    missing = [letter for letter in (*LETTERS, "F") if letter in words and words[letter] is None]
-    if missing:
-        raise BadWords(f"{missing[0]} needs a number")
-    return {letter: number for letter, number in words.items() if number is not None}
-
-
-def _speed(lengths: Mapping[str, float], modes: Modes) -> float:
-    """Of the path over all axes, so that linear axes have the feed rate; 0 = as fast as they can."""
-    if modes.feed is None:
-        return 0.0
-    # angles have no inches
-    feed = modes.feed * (modes.feed_scale if any(letter in LINEAR + EXTRUDER for letter in lengths) else 1.0)
-    whole = math.hypot(*lengths.values())
-    linear = math.hypot(*(length for letter, length in lengths.items() if letter in LINEAR))
-    return feed * whole / linear if linear else feed
-
-
-def _motors(state: pokeys.State) -> Iterable[Member]:
-    for index in range(len(state.servo)):
-        at = f"servo.{index:02}."
-        if not state[at + "state"]:
-            continue
-        enabled = state[at + "state"] == ENABLED
-        code = at + ("fault-code" if state[at + "fault-code"] else "condition")
-        trouble = state.word(code) if state[code] else ""
-        if state[at + "fault-code"]:
-            trouble = f"off by a fault: {trouble}"
-        yield Member(str(state[at + "name"]).upper(), True, index, float(state[at + "counts-per-unit"] or 1.0),
-                     float(state[at + ("commanded" if enabled else "pos-fb")] or 0.0), 0, 0, enabled,
-                     not state[at + "home-state"], trouble)
-
-
-def _axes(state: pokeys.State) -> Iterable[Member]:
-    for index in range(min(int(state["engine.axes-enabled"]), len(state.joint))):
-        at = f"joint.{index:02}."
-        scale, counts = float(state[at + "pulses-per-unit"] or 0.0), int(state[at + "counts"])
-        mode = int(state[at + "mode-in-effect"])
-        if not scale:
-            continue
-        limits = [word for word, name in (("negative", "limit-neg"), ("positive", "limit-pos")) if state[at + name]]
-        troubles = [f"on its {limit} limit switch" for limit in limits]
-        if state["engine-state"] in TRIPPED:
-            troubles.insert(0, f"the pulse engine is {state.word('engine-state')}")
-        trouble = ", ".join(troubles)
-        if not trouble and mode not in (POSITION, BUFFERED):
-            trouble = "it is not set up for positions (axis.N.mode)"
-        enabled = bool(state[at + "enabled"])
-        commanded = counts if state[at + "parked"] or not enabled else int(state[at + "counts-cmd"])
-        still = bool(state[at + "at-counts-cmd"]) and not state[at + "parked"]
-        yield Member(str(state[at + "name"]).upper(), False, index, scale, commanded / scale, counts, mode, enabled,
-                     still, trouble, bool(limits), float(state[at + "max-rate"] or math.inf) / abs(scale))

@@ -35,7 +35,7 @@ class Operation:
     """Belongs to the event loop's thread."""
 
     def __init__(self, hub: Hub, device: str, failed: Callable[[str], None], say: Callable[[str], None]) -> None:
-        """``failed`` is told why nothing is commanded any more; ``say`` tells all clients."""
+        """``failed`` takes the reason when nothing is commanded any more; ``say`` sends a line to all clients."""
         self._hub = hub
         self._failed, self._say = failed, say
         self.busy: Callable[[], bool] = lambda: False       # lines are being carried out

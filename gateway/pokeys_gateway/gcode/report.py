@@ -107,7 +107,7 @@ def temperatures(hub: Hub) -> str:
     """Such as ``T:200.1 /200.0 B:60.0 /60.0 @:45 B@:12``; "" without heaters."""
     found = heaters(hub)
     named = [(heater.letter, heater) for heater in found if math.isfinite(heater.celsius)]
-    # T is the first hot end; it is the only name of one that is alone
+    # a hot end that is the only one is shown as T, the first of several as T and T0
     named += [("T", heater) for letter, heater in named if letter == "T0"]
     if sum(heater.letter[0] == "T" for heater in found) == 1:
         named = [(letter, heater) for letter, heater in named if letter != "T0"]

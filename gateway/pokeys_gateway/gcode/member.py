@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Servo motors and axes that G-code can move, as the daemon has them at one moment."""
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import pokeys
+
+from .lane import Job, Modes
+from .parser import BadWords
+
+LETTERS = "XYZABCUVWE"      # names in pokeysd.conf, in either case
+LINEAR = "XYZUVW"           # the feed rate is that of these, if one of them moves
+EXTRUDER = "E"
+TRIPPED = 100, 101          # engine-state: by a limit switch, by emergency
+POSITION, BUFFERED = 1, 3   # joint.NN.mode-in-effect
+ENABLED = 2                 # servo.NN.state
+
+
+@dataclass(frozen=True)
+class Member:
+    """A servo motor or an axis, as the daemon has it now."""
+
+    letter: str
+    motor: bool
+    index: int
+    scale: float            # counts or pulses for each unit
+    place: float            # commanded position in units, or the measured one if it is off
+    counts: int             # of an axis: where it is
+    mode: int
+    enabled: bool
+    still: bool             # it is where it is commanded to be
+    trouble: str            # what prevents it from moving; "": nothing
+    on_limit: bool = False
+    speed: float = math.inf     # its highest, units/s; inf: the daemon limits it
+
+
+def members(state: pokeys.State) -> dict[str, Member]:
+    """By their letters, in the order of :data:`LETTERS`; a motor goes before an axis of the same name."""
+    found: dict[str, Member] = {}
+    for member in (*_motors(state), *_axes(state)):
+        if member.letter in LETTERS and len(member.letter) == 1:
+            found.setdefault(member.letter, member)
+    return {letter: found[letter] for letter in LETTERS if letter in found}
+
+
+def numbers(job: Job) -> dict[str, float]:
+    """The words of a line; those of axes need numbers."""
+    words = job.line.words()
+    missing = [letter for letter in (*LETTERS, "F") if letter in words and words[letter] is None]
+    if missing:
+        raise BadWords(f"{missing[0]} needs a number")
+    return {letter: number for letter, number in words.items() if number is not None}
+
+
+def path_speed(lengths: Mapping[str, float], modes: Modes) -> float:
+    """Of the path over all axes, so that linear axes have the feed rate; 0 = as fast as they can."""
+    if modes.feed is None:
+        return 0.0
+    # angles have no inches
+    feed = modes.feed * (modes.feed_scale if any(letter in LINEAR + EXTRUDER for letter in lengths) else 1.0)
+    whole = math.hypot(*lengths.values())
+    linear = math.hypot(*(length for letter, length in lengths.items() if letter in LINEAR))
+    return feed * whole / linear if linear else feed
+
+
+def _motors(state: pokeys.State) -> Iterator[Member]:
+    for index in range(len(state.servo)):
+        at = f"servo.{index:02}."
+        if not state[at + "state"]:
+            continue
+        enabled = state[at + "state"] == ENABLED
+        code = at + ("fault-code" if state[at + "fault-code"] else "condition")
+        trouble = state.word(code) if state[code] else ""
+        if state[at + "fault-code"]:
+            trouble = f"off by a fault: {trouble}"
+        yield Member(str(state[at + "name"]).upper(), True, index, float(state[at + "counts-per-unit"] or 1.0),
+                     float(state[at + ("commanded" if enabled else "pos-fb")] or 0.0), 0, 0, enabled,
+                     not state[at + "home-state"], trouble)
+
+
+def _axes(state: pokeys.State) -> Iterator[Member]:
+    for index in range(min(int(state["engine.axes-enabled"]), len(state.joint))):
+        at = f"joint.{index:02}."
+        scale, counts = float(state[at + "pulses-per-unit"] or 0.0), int(state[at + "counts"])
+        mode = int(state[at + "mode-in-effect"])
+        if not scale:
+            continue
+        limits = [word for word, name in (("negative", "limit-neg"), ("positive", "limit-pos")) if state[at + name]]
+        troubles = [f"on its {limit} limit switch" for limit in limits]
+        if state["engine-state"] in TRIPPED:
+            troubles.insert(0, f"the pulse engine is {state.word('engine-state')}")
+        trouble = ", ".join(troubles)
+        if not trouble and mode not in (POSITION, BUFFERED):
+            trouble = "it is not set up for positions (axis.N.mode)"
+        enabled = bool(state[at + "enabled"])
+        commanded = counts if state[at + "parked"] or not enabled else int(state[at + "counts-cmd"])
+        still = bool(state[at + "at-counts-cmd"]) and not state[at + "parked"]
+        yield Member(str(state[at + "name"]).upper(), False, index, scale, commanded / scale, counts, mode, enabled,
+                     still, trouble, bool(limits), float(state[at + "max-rate"] or math.inf) / abs(scale))
