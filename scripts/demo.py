@@ -13,7 +13,6 @@ import argparse
 import errno
 import math
 import os
-import pathlib
 import signal
 import sys
 import time
@@ -40,7 +39,6 @@ SERVO = {"encoder": MOTOR, "counts-per-unit": 400, "pwm": MOTOR_PWM, "direction-
          "max-age-ms": 100, "stall-s": 3, "silent-s": 1, "runaway-distance": 50}
 OFF = 0.1  # mm; as near is the motor to its command in the end
 STEP = 0.5  # mm; its command changes by no more at once
-SOCKET = 3  # of scripts/listen
 # what the daemon's log says where it withdraws the permission to move
 WITHDREW = "lost (was", "safe state", "heartbeat is", "stopped by"
 
@@ -62,15 +60,14 @@ class Demo(Rig):
         super().__init__(build, "demo")
         self.seconds, self.pins, self.followed, self.cold_since = seconds, None, 0.0, 0.0
         self.stood_since, self.begin = 0.0, 0.0  # of the motor; its position less the path
-        self.records = self.run / "records"
 
     def start(self):
         cpus = sorted(os.sched_getaffinity(0))
-        self.records.mkdir()
+        (records := self.run / "records").mkdir()
         (script := self.run / "bench").write_text(f"heat {HEATER_PIN} hotend pwm {HEATER_PWM}\n"
                                                   f"motor {MOTOR} sign {MOTOR_PWM} {MOTOR_DIRECTION} {MOTOR_ENABLE}\n")
         self.start_simulator("--service-us", "100", "--script", script)
-        self.start_daemon({"record-folder": self.records, **({"cpu": cpus[-1]} if len(cpus) > 1 else {})},
+        self.start_daemon({"record-folder": records, **({"cpu": cpus[-1]} if len(cpus) > 1 else {})},
                           {"digital-outputs": OUT_PIN + 1, "axes": 3, "axis.0.mode": "position", "pwm-period": 1250,
                            f"encoder.{MOTOR}.enable": "on", f"encoder.{MOTOR}.sampling": 4,
                            f"encoder.{MOTOR}.pins": "{}, {}".format(*MOTOR_ENCODER),
@@ -159,20 +156,6 @@ class Demo(Rig):
         return (self.get("servo.00.enabled") and
                 abs(self.get("servo.00.pos-fb") - self.begin - self.pins["pos"]) < OFF)
 
-    def start_gateway(self):
-        """On the socket that scripts/listen has made. Returns the address of the page."""
-        gateway = pathlib.Path(__file__).resolve().parents[1] / "gateway"
-        (conf := self.run / "gateway.conf").write_text(f"[gateway]\nrecord-folder = {self.records}\n")
-        self.spawn("gateway", "env", f"PYTHONPATH={gateway}:{gateway.parent / 'python'}", "PYTHONDONTWRITEBYTECODE=1",
-                   f"POKEYS_SHM_LIBRARY={self.build / 'shm/libpokeys_shm.so.0'}",
-                   f"POKEYSCTL={self.build / 'tools/pokeysctl'}",
-                   f"POKEYS_GATEWAY_WEB={self.build / 'gateway/web'}", "LISTEN_FDS=1",
-                   "sh", "-c", 'LISTEN_PID=$$ exec "$0" "$@"', gateway / "pokeys-gateway",
-                   "--config", conf, "--runtime-directory", self.run / "pokeysd", inherited=(SOCKET,))
-        self.wait_for("the gateway", lambda: "the page is at" in (self.run / "gateway.log").read_text(), PATIENCE_S,
-                      "gateway")
-        return f"http://127.0.0.1:{os.environ['DEMO_WEB_PORT']}/"
-
     def drive(self, seconds):
         """Drive the axis, which begins at 0, and the output. Yields the time since the start again and again."""
         self.followed = begin = time.monotonic()
@@ -200,13 +183,6 @@ class Demo(Rig):
         if terminal:
             say("")
         return ages, behind
-
-    def go_on(self):
-        """Until Ctrl-C, for the page."""
-        self.go_to(0.0)
-        for _ in self.drive(math.inf):
-            if self.started["gateway"].poll() is not None:
-                raise Fault(f"the gateway ended: {self.log_tail('gateway')}")
 
     def go_to(self, target):
         """Move the axis to the target, exact to the pulse; how long it takes is not judged."""
@@ -251,24 +227,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", required=True)
     parser.add_argument("--seconds", type=float, default=20)
-    parser.add_argument("--web", action="store_true")
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     demo, last = Demo(options.build, options.seconds), "demo"
     try:
         demo.start()
         demo.enable()
-        page = demo.start_gateway() if options.web else None
-        if page:
-            say(f"the page is at {page}")
         say(f"PoKeys57CNC (simulated) -> pokeysd -> shared memory -> pokeys_shm, for {options.seconds:g} s")
         last = demo.judge(*demo.play())
         status = 0
-        if page:
-            say(last)
-            last = None
-            say(f"demo: {page} shows it moving; Ctrl-C ends it")
-            demo.go_on()
     except Fault as fault:
         last, status = f"demo: failed: {fault}", 1
     except KeyboardInterrupt:

@@ -90,14 +90,14 @@ class Rig:
         except Fault:
             return False
 
-    def start_simulator(self, *options):
-        self.start_simulator_at(self.address, "pokeys-sim", *options)
+    def start_simulator(self, *options, preset="demo"):
+        self.start_simulator_at(self.address, "pokeys-sim", *options, preset=preset)
 
-    def start_simulator_at(self, address, name, *options):
+    def start_simulator_at(self, address, name, *options, preset="demo"):
         socket = self.run / f"{name}.sock"
         socket.unlink(missing_ok=True)
         self.spawn(name, *self.there, self.build / "sim/pokeys-sim", "--model", "57CNC",
-                   "--address", address, "--control", socket, "--preset", "demo", *options)
+                   "--address", address, "--control", socket, "--preset", preset, *options)
         self.wait_for("the simulator's control socket", socket.exists, PATIENCE_S, name)
 
     def start_daemon(self, daemon, device, loops=None):

@@ -17,6 +17,8 @@
 #define DEMO_MINUS -8000
 #define DEMO_PLUS 200000
 #define PRINTER_PERIOD 2500000	/* 10 Hz */
+#define PRINTER_HOME -4000	/* 50 mm away at 80 pulses per mm */
+#define PRINTER_HOME_Z -2000
 #define SERVO_PERIOD 1250	/* 20 kHz */
 
 static void set_function(struct sim_device *dev, unsigned int pin, uint8_t function)
@@ -120,6 +122,13 @@ static void demo(struct sim_device *dev)
 		demo_axis(dev, i);
 }
 
+static void home_switch(struct sim_device *dev, unsigned int axis, int32_t to)
+{
+	dev->bench.machine.axis[axis].home = (struct sim_switch){
+		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = to,
+	};
+}
+
 static void printer(struct sim_device *dev)
 {
 	set_function(dev, 43, SIM_PIN_ANALOG_IN);
@@ -127,6 +136,9 @@ static void printer(struct sim_device *dev)
 	dev->config.pwm.period = PRINTER_PERIOD;
 	sim_oven_fit(dev, 43 - 41, &sim_heat_hotend, true, 0);
 	sim_oven_fit(dev, 44 - 41, &sim_heat_bed, true, 1);
+	home_switch(dev, 0, PRINTER_HOME);
+	home_switch(dev, 1, PRINTER_HOME);
+	home_switch(dev, 2, PRINTER_HOME_Z);
 }
 
 static void servo_mill(struct sim_device *dev)

@@ -13,7 +13,7 @@
  *	factory		nothing configured, nothing wired (the default)
  *	loopback	eight outputs wired to eight inputs, analog inputs, two encoders
  *	demo		inputs, outputs, encoders, and three axes with switches
- *	printer		a hot end and a bed with thermistors
+ *	printer		a hot end and a bed with thermistors, and home switches of three axes
  *
  * What exactly they set is in the manual page pokeys-sim(1).
  */

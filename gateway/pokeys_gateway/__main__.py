@@ -170,12 +170,16 @@ def _change_users(settings: config.Config, options: argparse.Namespace) -> int:
     return 0
 
 
-def _inherited() -> list[socket.socket]:
-    """Sockets of systemd or of another starter (sd_listen_fds(3))."""
+def _inherited() -> tuple[list[socket.socket], list[socket.socket]]:
+    """Sockets of systemd or of another starter (sd_listen_fds_with_names(3)): for pages, and for telnet."""
     count, pid = os.environ.pop("LISTEN_FDS", "0"), os.environ.pop("LISTEN_PID", "")
-    if pid != str(os.getpid()) or not count.isdigit():
-        return []
-    return [socket.socket(fileno=FIRST_SOCKET + i) for i in range(int(count))]
+    names = os.environ.pop("LISTEN_FDNAMES", "").split(":")
+    pages: list[socket.socket] = []
+    telnet: list[socket.socket] = []
+    if pid == str(os.getpid()) and count.isdigit():
+        for i in range(int(count)):
+            (telnet if names[i:i + 1] == ["telnet"] else pages).append(socket.socket(fileno=FIRST_SOCKET + i))
+    return pages, telnet
 
 
 def _notify(state: str) -> None:
@@ -207,7 +211,7 @@ def _reload(settings: config.Config, users: access.Access, tls: ssl.SSLContext |
 
 
 async def _serve(settings: config.Config, names: model.Model, users: dict[str, access.User] | None,
-                 sockets: list[socket.socket]) -> bool:
+                 sockets: list[socket.socket], for_telnet: list[socket.socket]) -> bool:
     """Until it is to end; True: to begin again."""
     end = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -236,7 +240,7 @@ async def _serve(settings: config.Config, names: model.Model, users: dict[str, a
             machine.open()
         if settings.pty_path:
             _LOG.info("the console is at %s", pty.open(settings.pty_path, settings.pty_group))
-        for address in await telnet.open(settings.telnet_listen) + await esp3d.open(settings.esp3d_listen):
+        for address in await telnet.open(settings.telnet_listen, for_telnet) + await esp3d.open(settings.esp3d_listen):
             _LOG.info("the console is at %s", address)
         for address in await door.open(sockets):
             _LOG.info("the page is at %s", address)
@@ -272,10 +276,11 @@ def main(words: list[str] | None = None) -> int:
         settings, places = _configuration(options)
         if options.set_user is not None or options.remove_user is not None:
             return _change_users(settings, options)
-        sockets = [] if options.check_config else _inherited()
-        if sockets:
-            settings = replace(settings, listen=tuple(map(endpoint_of, sockets)))
-            places.pop("listen", None)
+        sockets, for_telnet = ([], []) if options.check_config else _inherited()
+        for name, given in ("listen", sockets), ("telnet_listen", for_telnet):
+            if given:
+                settings = replace(settings, **{name: tuple(map(endpoint_of, given))})
+                places.pop(name, None)
         users = _judged(settings, places)
     except ValueError as error:
         _LOG.error("%s", error)
@@ -289,11 +294,11 @@ def main(words: list[str] | None = None) -> int:
         print(f"{PROGRAM}: {path} {'is valid' if path.exists() else 'does not exist; defaults apply'}")
         return 0
     try:
-        again = asyncio.run(_serve(settings, model.load(), users, sockets))
+        again = asyncio.run(_serve(settings, model.load(), users, sockets, for_telnet))
     except (OSError, ValueError, NoSerial, model.NoNames, pokeys.LibraryMissing) as error:
         _LOG.error("%s", error.strerror if isinstance(error, OSError) and error.strerror else error)
         return STATUS_FAILED
-    if again and sockets:
+    if again and (sockets or for_telnet):
         return STATUS_AGAIN         # whoever has opened them has to do it again
     if again:
         os.execv(sys.executable, sys.orig_argv)

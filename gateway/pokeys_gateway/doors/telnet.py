@@ -259,10 +259,10 @@ class Telnet:
         self._addresses: Counter[str] = Counter()
         self._serving: set[asyncio.Task[None]] = set()
 
-    async def open(self, endpoints: tuple[Endpoint, ...]) -> list[str]:
-        """Listen; where. OSError."""
-        for one in endpoints:
-            self._servers.append(await serve(self._protocol, listener(one)))
+    async def open(self, endpoints: tuple[Endpoint, ...], sockets: list[socket.socket]) -> list[str]:
+        """Listen: on sockets that were inherited, or on new ones. Where. OSError."""
+        for one in sockets or (listener(where) for where in endpoints):
+            self._servers.append(await serve(self._protocol, one))
         return [f"telnet {host}:{port}" if ":" not in host else f"telnet [{host}]:{port}"
                 for server in self._servers for host, port, *_ in (sock.getsockname() for sock in server.sockets)]
 
