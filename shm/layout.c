@@ -14,7 +14,7 @@
 	_Static_assert(sizeof(struct type) == (bytes) && _Alignof(struct type) == 8, \
 		       #type " has another size or alignment")
 
-WHOLE(pokeys_state, 4624);
+WHOLE(pokeys_state, 4672);
 SAME(pokeys_state, identity, 136);
 SAME(pokeys_state, capability, 216);
 SAME(pokeys_state, digital_in, 304);
@@ -25,7 +25,7 @@ SAME(pokeys_state, postep, 2528);
 SAME(pokeys_state, statistics, 2784);
 SAME(pokeys_state, heater, 2960);
 SAME(pokeys_state, servo, 3688);
-SAME(pokeys_state, moves, 4600);
+SAME(pokeys_state, moves, 4648);
 
 WHOLE(pokeys_diag, 9664);
 SAME(pokeys_diag, wakeup, 160);

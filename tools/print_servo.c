@@ -147,6 +147,8 @@ static void put_servo(struct json *json, unsigned int index, const struct pokeys
 	json_real(json, "counts_per_unit", servo->counts_per_unit);
 	json_real(json, "min_position", (double)servo->minimum);
 	json_real(json, "max_position", (double)servo->maximum);
+	json_real(json, "max_speed", (double)servo->max_speed);
+	json_real(json, "max_acceleration", (double)servo->max_acceleration);
 	json_text(json, "tuning", pokeys_servo_tuning_name(servo->tuning));
 	json_text(json, "tune_reason", pokeys_servo_tune_reason_name(servo->tune_reason));
 	put_gains(json, servo);

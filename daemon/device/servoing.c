@@ -359,6 +359,8 @@ static void show(struct device *device, unsigned int i)
 	image->output = (float)servo->output;
 	image->minimum = (float)config->servo.least;
 	image->maximum = (float)config->servo.most;
+	image->max_speed = (float)config->servo.speed_most;
+	image->max_acceleration = (float)config->acceleration;
 	show_gains(image, &servo->config.gains);
 	image->fault_count = servoing->faults;
 	image->state = (uint8_t)state_of(servoing);

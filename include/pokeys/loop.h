@@ -215,6 +215,7 @@ struct pokeys_servo {
 	float minimum, maximum;		/* soft limits, units; infinite: none */
 	float p, i, d;			/* gains in effect */
 	float velocity_gain, acceleration_gain;
+	float max_speed, max_acceleration;	/* of moves, units/s and units/s^2 */
 	uint32_t fault_count;		/* faults since the daemon's start */
 	uint8_t state;			/* enum pokeys_servo_state */
 	uint8_t fault;			/* enum pokeys_servo_fault: this stopped it */

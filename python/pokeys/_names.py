@@ -989,11 +989,11 @@ class StateServoItem(Part):
 
     __slots__ = ()
     name = Text(
-        "servo.%02u.name", 6, (3808, 152),
+        "servo.%02u.name", 6, (3816, 160),
         "name of the motor in pokeysd.conf; empty = there is none",
         size=32)
     state = Word(
-        "servo.%02u.state", 6, (3768, 152),
+        "servo.%02u.state", 6, (3776, 160),
         "0 = no such motor, 1 off, 2 enabled, 3 fault, 4 off, but not acknowledged by the device",
         code="B",
         words={
@@ -1004,44 +1004,44 @@ class StateServoItem(Part):
             4: "stopping",
         })
     pos_fb = Measured(
-        "servo.%02u.pos-fb", 6, (3696, 152),
+        "servo.%02u.pos-fb", 6, (3696, 160),
         "position of the encoder, units of counts-per-unit",
         code="d",
         factor=1)
     age_ms = Age(
-        "servo.%02u.age-ms", 6, (3688, 152),
+        "servo.%02u.age-ms", 6, (3688, 160),
         "time since the encoder was read",
         "ms",
         factor=1e-06)
     vel_fb = Measured(
-        "servo.%02u.vel-fb", 6, (3720, 152),
+        "servo.%02u.vel-fb", 6, (3720, 160),
         "its velocity, units/s",
         "1/s",
         code="f",
         factor=1)
     commanded = Measured(
-        "servo.%02u.commanded", 6, (3704, 152),
+        "servo.%02u.commanded", 6, (3704, 160),
         "commanded position while it is enabled, else its position, units",
         code="d",
         factor=1)
     commanded_velocity = Measured(
-        "servo.%02u.commanded-velocity", 6, (3724, 152),
+        "servo.%02u.commanded-velocity", 6, (3724, 160),
         "commanded velocity, or what was found from the positions, units/s",
         "1/s",
         code="f",
         factor=1)
     error = Measured(
-        "servo.%02u.error", 6, (3728, 152),
+        "servo.%02u.error", 6, (3728, 160),
         "following error, pos-cmd - pos-fb; after a fault as it was then",
         code="f",
         factor=1)
     output = Measured(
-        "servo.%02u.output", 6, (3732, 152),
+        "servo.%02u.output", 6, (3732, 160),
         "part of the full voltage, -1..1",
         code="f",
         factor=1)
     fault_code = Word(
-        "servo.%02u.fault-code", 6, (3769, 152),
+        "servo.%02u.fault-code", 6, (3777, 160),
         "which fault: 0 none, 1 device not ready, 2 no readings, 3 emergency stop, 4 encoder jumps,"
         " 5 command is impossible, 6 following error, 7 stalled, 8 encoder silent, 9 runs away, 10 "
         "soft limit, 11 limit switch, 12 heater fault",
@@ -1062,7 +1062,7 @@ class StateServoItem(Part):
             12: "heater fault",
         })
     condition = Word(
-        "servo.%02u.condition", 6, (3770, 152),
+        "servo.%02u.condition", 6, (3778, 160),
         "what is wrong now, as fault-code has it",
         code="B",
         words={
@@ -1081,7 +1081,7 @@ class StateServoItem(Part):
             12: "heater fault",
         })
     obstacle = Word(
-        "servo.%02u.obstacle", 6, (3776, 152),
+        "servo.%02u.obstacle", 6, (3784, 160),
         "why the device is not ready for it; 0 = it is",
         code="B",
         words={
@@ -1100,7 +1100,7 @@ class StateServoItem(Part):
             12: "its configuration cannot be used",
         })
     refused = Word(
-        "servo.%02u.refused", 6, (3771, 152),
+        "servo.%02u.refused", 6, (3779, 160),
         "why it was not enabled: 0 it was, 1 the fault has to be reset first, 2 encoder or device "
         "not ready (condition), 3 not at the commanded position, 4 off has to be commanded first, 5"
         " its commander does not read the position",
@@ -1113,15 +1113,15 @@ class StateServoItem(Part):
             4: "off has to be commanded first",
             5: "its commander does not read the position",
         })
-    homed = Flag("servo.%02u.homed", 6, (3772, 152), "the position is that of the machine")
+    homed = Flag("servo.%02u.homed", 6, (3780, 160), "the position is that of the machine")
     limit_minus = Flag(
-        "servo.%02u.limit-minus", 6, (3773, 152),
+        "servo.%02u.limit-minus", 6, (3781, 160),
         "the limit switch at the lower end is pressed")
     limit_plus = Flag(
-        "servo.%02u.limit-plus", 6, (3774, 152),
+        "servo.%02u.limit-plus", 6, (3782, 160),
         "the limit switch at the upper end is pressed")
     home_state = Word(
-        "servo.%02u.home-state", 6, (3777, 152),
+        "servo.%02u.home-state", 6, (3785, 160),
         "what the daemon does to find its home switch; 0 = it is not homing",
         code="B",
         words={
@@ -1134,7 +1134,7 @@ class StateServoItem(Part):
             6: "holds its position",
         })
     home_end = Word(
-        "servo.%02u.home-end", 6, (3778, 152),
+        "servo.%02u.home-end", 6, (3786, 160),
         "how the last homing has ended: 0 there was none, or it has not ended, 1 it is homed, 2 "
         "aborted, 3 the motor was switched off, or had a fault, 4 the home switch did not close, 5 "
         "it did not open, 6 homing took too long, 7 no readings of the home switch",
@@ -1149,9 +1149,9 @@ class StateServoItem(Part):
             6: "homing took too long",
             7: "no readings of the home switch",
         })
-    home_switch = Flag("servo.%02u.home-switch", 6, (3779, 152), "its home switch is pressed")
+    home_switch = Flag("servo.%02u.home-switch", 6, (3787, 160), "its home switch is pressed")
     tuning = Word(
-        "servo.%02u.tuning", 6, (3780, 152),
+        "servo.%02u.tuning", 6, (3788, 160),
         "search for gains: 0 = none yet, 1 runs, 2 done, 3 failed",
         code="B",
         words={
@@ -1161,7 +1161,7 @@ class StateServoItem(Part):
             3: "failed",
         })
     tune_reason = Word(
-        "servo.%02u.tune-reason", 6, (3781, 152),
+        "servo.%02u.tune-reason", 6, (3789, 160),
         "why the last search for gains has found none; 0 = it has",
         code="B",
         words={
@@ -1175,81 +1175,91 @@ class StateServoItem(Part):
             7: "not enough readings; try a longer distance",
         })
     tuned_p = Measured(
-        "servo.%02u.tuned-p", 6, (3784, 152),
+        "servo.%02u.tuned-p", 6, (3792, 160),
         "pid-p that the last search has found",
         code="f",
         factor=1)
     tuned_i = Measured(
-        "servo.%02u.tuned-i", 6, (3788, 152),
+        "servo.%02u.tuned-i", 6, (3796, 160),
         "pid-i that the last search has found",
         code="f",
         factor=1)
     tuned_d = Measured(
-        "servo.%02u.tuned-d", 6, (3792, 152),
+        "servo.%02u.tuned-d", 6, (3800, 160),
         "pid-d that the last search has found",
         code="f",
         factor=1)
     tuned_velocity_gain = Measured(
-        "servo.%02u.tuned-velocity-gain", 6, (3796, 152),
+        "servo.%02u.tuned-velocity-gain", 6, (3804, 160),
         "velocity-gain that the last search has found",
         code="f",
         factor=1)
     tuned_acceleration_gain = Measured(
-        "servo.%02u.tuned-acceleration-gain", 6, (3800, 152),
+        "servo.%02u.tuned-acceleration-gain", 6, (3808, 160),
         "acceleration-gain that the last search has found",
         code="f",
         factor=1)
     tuned_acceleration = Measured(
-        "servo.%02u.tuned-acceleration", 6, (3804, 152),
+        "servo.%02u.tuned-acceleration", 6, (3812, 160),
         "acceleration with the full output that the last search has found, units/s^2",
         code="f",
         factor=1)
     faults = Integer(
-        "servo.%02u.faults", 6, (3764, 152),
+        "servo.%02u.faults", 6, (3772, 160),
         "faults of the motor since the daemon's start",
         code="I")
     encoder = Integer(
-        "servo.%02u.encoder", 6, (3775, 152),
+        "servo.%02u.encoder", 6, (3783, 160),
         "number of its encoder",
         code="B")
     counts_per_unit = Measured(
-        "servo.%02u.counts-per-unit", 6, (3712, 152),
+        "servo.%02u.counts-per-unit", 6, (3712, 160),
         "counts of the encoder for each unit of the axis",
         code="d",
         factor=1)
     min_position = Measured(
-        "servo.%02u.min-position", 6, (3736, 152),
+        "servo.%02u.min-position", 6, (3736, 160),
         "soft limit, units",
         code="f",
         factor=1)
     max_position = Measured(
-        "servo.%02u.max-position", 6, (3740, 152),
+        "servo.%02u.max-position", 6, (3740, 160),
         "soft limit, units",
         code="f",
         factor=1)
     pid_p = Measured(
-        "servo.%02u.pid-p", 6, (3744, 152),
+        "servo.%02u.pid-p", 6, (3744, 160),
         "proportional gain, output for each unit of error",
         code="f",
         factor=1)
     pid_i = Measured(
-        "servo.%02u.pid-i", 6, (3748, 152),
+        "servo.%02u.pid-i", 6, (3748, 160),
         "integral gain, output for each unit of error and second",
         code="f",
         factor=1)
     pid_d = Measured(
-        "servo.%02u.pid-d", 6, (3752, 152),
+        "servo.%02u.pid-d", 6, (3752, 160),
         "derivative gain, output for each unit/s",
         code="f",
         factor=1)
     velocity_gain = Measured(
-        "servo.%02u.velocity-gain", 6, (3756, 152),
+        "servo.%02u.velocity-gain", 6, (3756, 160),
         "feed-forward, output for each unit/s that is commanded",
         code="f",
         factor=1)
     acceleration_gain = Measured(
-        "servo.%02u.acceleration-gain", 6, (3760, 152),
+        "servo.%02u.acceleration-gain", 6, (3760, 160),
         "feed-forward, output for each unit/s^2 that is commanded",
+        code="f",
+        factor=1)
+    max_rate = Measured(
+        "servo.%02u.max-rate", 6, (3764, 160),
+        "highest speed of moves, units/s",
+        code="f",
+        factor=1)
+    max_rate_change = Measured(
+        "servo.%02u.max-rate-change", 6, (3768, 160),
+        "acceleration of moves, units/s^2",
         code="f",
         factor=1)
 
@@ -1267,7 +1277,7 @@ class StateMoves(Part):
 
     __slots__ = ()
     state = Word(
-        "moves.state", 1, (4614, 0),
+        "moves.state", 1, (4662, 0),
         "0 = no path of motors or axes, 1 moving, 2 held, 3 aborting, 4 ended, and held until the "
         "commanded positions match",
         code="B",
@@ -1279,30 +1289,30 @@ class StateMoves(Part):
             4: "holds its position",
         })
     waiting = Integer(
-        "moves.waiting", 1, (4612, 0),
+        "moves.waiting", 1, (4660, 0),
         "moves that wait, with the one under way",
         code="B")
     taken = Integer(
-        "moves.taken", 1, (4600, 0),
+        "moves.taken", 1, (4648, 0),
         "moves since the daemon's start",
         code="I")
     held = Integer(
-        "moves.held", 1, (4617, 0),
+        "moves.held", 1, (4665, 0),
         "1 = what moves waits on the path until it is resumed",
         code="B")
     speed = Measured(
-        "moves.speed", 1, (4608, 0),
+        "moves.speed", 1, (4656, 0),
         "speed along the path, units/s",
         "1/s",
         code="f",
         factor=1)
     feed = Measured(
-        "moves.feed", 1, (4604, 0),
+        "moves.feed", 1, (4652, 0),
         "part of the commanded speeds, 0 to 2",
         code="f",
         factor=1)
     end = Word(
-        "moves.end", 1, (4615, 0),
+        "moves.end", 1, (4663, 0),
         "how the last path has ended; 0 = there was none, or it has not; 1 = done",
         code="B",
         words={
@@ -1312,7 +1322,7 @@ class StateMoves(Part):
             3: "a motor or axis was switched off, or had a fault",
         })
     refusal = Word(
-        "moves.refusal", 1, (4616, 0),
+        "moves.refusal", 1, (4664, 0),
         "why the last move was not taken; 0 = it was",
         code="B",
         words={
@@ -1327,11 +1337,11 @@ class StateMoves(Part):
             8: "an earlier move was refused, or the path ended early",
         })
     motors = Integer(
-        "moves.motors", 1, (4613, 0),
+        "moves.motors", 1, (4661, 0),
         "servo motors that are moved, one bit each",
         code="B")
     axes = Integer(
-        "moves.axes", 1, (4618, 0),
+        "moves.axes", 1, (4666, 0),
         "axes of the pulse engine that are moved, one bit each",
         code="B")
 
@@ -2022,7 +2032,7 @@ STATE_ONE_SHOTS = 2296
 STATE_COMMAND_TIME = 2432
 
 
-STATE_HASH, STATE_SIZE = 0x855ab81136bf8b4e, 4624
+STATE_HASH, STATE_SIZE = 0x3cb664f71f3f6796, 4672
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -2088,8 +2098,9 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateServoItem.tuned_acceleration, StateServoItem.faults, StateServoItem.encoder,
     StateServoItem.counts_per_unit, StateServoItem.min_position, StateServoItem.max_position,
     StateServoItem.pid_p, StateServoItem.pid_i, StateServoItem.pid_d, StateServoItem.velocity_gain,
-    StateServoItem.acceleration_gain, StateMoves.state, StateMoves.waiting, StateMoves.taken, StateMoves.held,
-    StateMoves.speed, StateMoves.feed, StateMoves.end, StateMoves.refusal, StateMoves.motors, StateMoves.axes,
+    StateServoItem.acceleration_gain, StateServoItem.max_rate, StateServoItem.max_rate_change,
+    StateMoves.state, StateMoves.waiting, StateMoves.taken, StateMoves.held, StateMoves.speed,
+    StateMoves.feed, StateMoves.end, StateMoves.refusal, StateMoves.motors, StateMoves.axes,
     StateInfo.SerialNumber, StateInfo.type, StateInfo.name, StateInfo.build, StateInfo.address,
     StateInfo.DeviceTypeID, StateInfo.FirmwareMajor, StateInfo.FirmwareMinor, StateInfo.FirmwareRevision,
     StateInfo.UserID, StateInfo.ActivatedOptions, StateDevice.locked, StateDevice.load, StateDevice.tick,

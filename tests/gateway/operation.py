@@ -6,13 +6,15 @@ import asyncio
 import contextlib
 import math
 import threading
+import time
 
 import desk
 import pokeys
 from gcode import Shop, State, heater, show
 from operators import until
-from pokeys_gateway.gcode import holder, member, motion, operation
+from pokeys_gateway.gcode import holder, jog, member, motion, operation
 from pokeys_gateway.gcode.lane import Modes
+from pokeys_gateway.wire import NotDone
 
 NAME, OFF = "heater.00.target", {"heater.00.target": 0.0}
 
@@ -21,7 +23,7 @@ class Fake:
     """A device that is commanded, by pokeys.attach()."""
 
     def __init__(self):
-        self.updates, self.orders = [], []
+        self.updates, self.orders, self.slow = [], [], 0.0
         self.free = threading.Event()       # what is done now may go on
         self.free.set()
         self.began = threading.Event()      # something is being done
@@ -75,6 +77,7 @@ class Place:
 
     def order(self, shot, **_):
         self.fake.orders.append(shot)
+        time.sleep(self.fake.slow)
         return type("Order", (), {"outcome": pokeys.Outcome.DONE})
 
 
@@ -229,6 +232,26 @@ async def others_are_told():
         assert 220 not in targets(one)
 
 
+async def heaters_that_nobody_needs_are_switched_off():
+    operation.COLD_AFTER_S, before = 0.5, operation.COLD_AFTER_S
+    async with shop() as one:
+        one.machine.open()
+        one.table.send(one.client, b"M109 S200\n")
+        await until("it heats", lambda: targets(one)[-1:] == [200])
+        lit(one, 200.0)
+        # somebody waits for it
+        await asyncio.sleep(1.0)
+        assert targets(one)[-1] == 200 and one.client.pending
+        lit(one, 200.0, at_temperature=True)
+        await until("it is warm", lambda: not one.client.pending)
+        await until("it is off", lambda: targets(one)[-1] == 0)
+        lit(one, 0.0)
+        # a host that was paused must not print on with a cold hot end
+        why = "no line has moved or heated for 0 minutes, so everything was switched off"
+        assert f"Error:{why}; M999 permits commands again" in said(one) and one.operation.halted == why
+    operation.COLD_AFTER_S = before
+
+
 def speeds_are_those_of_linear_axes():
     """Whatever else moves beside them has to be there at the same time."""
     for lengths, feed, speed in (({"X": 3.0, "Y": 4.0}, 10.0, 10.0), ({"X": 3.0, "E": 4.0}, 6.0, 10.0),
@@ -255,11 +278,110 @@ async def a_fault_is_seen_while_others_move():
             assert not motors.trouble(), "it is being enabled"
 
 
+async def a_stop_while_a_motor_is_being_enabled():
+    """A jog is not cancelled by it, as a line is: what it has begun is the stop's."""
+    async with shop() as one:
+        values = {"servo.00.name": "z", "servo.00.counts-per-unit": 400.0, "servo.00.state": 1, "connected": True}
+        state = State(values)
+        state.commander_alive = False
+        show(one, mill=state)
+        one.machine.open()
+        jogging = asyncio.create_task(one.operation.jog("a", "z", 1.0))
+        await until("it is being enabled", lambda: one.fake.updates and one.fake.updates[-1][2])
+        assert one.fake.updates[-1][2][0].enable
+        state.commander_alive = True
+        one.fake.slow = 0.05
+        stop = one.operation.begin_stop("stop")
+        await until("it is stopped", stop.done)
+        assert stop.exception() is None and not one.fake.updates[-1][2][0].enable, one.fake.updates
+        await until("the jog has ended", jogging.done)
+        assert isinstance(jogging.exception(), NotDone) and not one.operation.motion._on
+
+
+class Axis:
+    """Motion of one axis, and its holder."""
+
+    def __init__(self):
+        self.device, self.held, self.taken, self.nudges, self.ended = "mill", True, 0, [], []
+        self.ending = asyncio.Event()
+        self.ending.set()
+
+    async def take(self):
+        pass
+
+    def is_idle(self, moves):
+        return moves is None or moves == self.taken
+
+    def waiting(self):
+        return 0
+
+    async def nudge(self, letter, speed, _until):
+        self.taken += 1
+        self.nudges.append((letter, speed))
+        return self.taken
+
+    async def end_path(self, moves):
+        await self.ending.wait()
+        self.ended.append(moves)
+
+
+async def a_jog_belongs_to_who_holds_it():
+    axis, before = Axis(), jog.QUIET_S
+    jog.QUIET_S = 60
+    one = jog.Jog(axis, axis, lambda: axis.ended.append("stuck"))
+    await one.wish("a", "X", 1.0)
+    for owner in "b", "c":
+        try:
+            await one.wish(owner, "X", -1.0)
+        except NotDone as error:
+            assert str(error) == "X is jogged already, and one axis at a time"
+        else:
+            raise AssertionError("it has another owner")
+    # an end of somebody else's is none of it
+    one.end("b")
+    await one.wish("a", "X", 1.0)
+    assert axis.nudges == 2 * [("X", 1.0)] and not axis.ended
+    # while it slows down, wishes are neither done nor refused
+    axis.ending.clear()
+    one.end("a")
+    await one.wish("b", "Y", 2.0)
+    assert len(axis.nudges) == 2
+    axis.ending.set()
+    await until("its path has ended", lambda: axis.ended == [2])
+    await one.wish("b", "Y", 2.0)
+    assert axis.nudges[-1] == ("Y", 2.0)
+    # nobody says that it is up
+    jog.QUIET_S = 0.05
+    await one.wish("b", "Y", 2.0)
+    await until("it has ended", lambda: axis.ended == [2, 4])
+    # the end fails: it is stopped
+    await one.wish("b", "Y", 2.0)
+
+    async def fail(_moves):
+        raise NotDone("no answer")
+    axis.end_path = fail
+    await until("it is stopped", lambda: axis.ended[-1] == "stuck")
+    jog.QUIET_S = before
+
+
+def modes_of_a_jog():
+    modes, rest = member.modes_of("g020 G91 X1 F6")
+    assert (modes.scale, modes.relative, rest.split()) == (25.4, True, ["X1", "F6"])
+    for text in "G53 X0", "M3 X1", "10 X5", "G1 X1", "":
+        try:
+            member.modes_of(text)
+        except member.BadWords:
+            continue
+        raise AssertionError(text)
+
+
 def main():
     speeds_are_those_of_linear_axes()
+    modes_of_a_jog()
     for test in (a_stop_while_the_place_is_taken, a_stop_in_the_middle_of_a_target, a_lapse_is_no_chance_to_go_on,
                  faults_and_what_is_not_seen, a_stop_and_the_permission_after_it, others_are_told,
-                 a_fault_is_seen_while_others_move):
+                 a_fault_is_seen_while_others_move, heaters_that_nobody_needs_are_switched_off,
+                 a_jog_belongs_to_who_holds_it, a_stop_while_a_motor_is_being_enabled):
         asyncio.run(asyncio.wait_for(test(), 60))
         print(f"ok: {test.__name__}")
     assert desk.hub_of().config.machine_device is None

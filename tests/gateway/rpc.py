@@ -166,6 +166,21 @@ def test_the_console():
             await one.line("G1 X2 F60")
             equal((await one.ask("console.jog", axis="x", speed=1, press=22))["message"], "something else moves")
             await one.line("M410")
+            # moves wait until it has slowed down, and are carried out
+            equal(await one.ask("console.jog", axis="x", speed=speed, press=30), {})
+            equal(await one.ask("console.jog", axis="x", speed=0, press=30), {})
+            equal(await one.line("G1 X0.5 F600"), ["ok"])
+            equal(await one.line("M400"), ["ok"])
+            # a wish that came before a stop is not done after it, and its press has ended
+            way = {"jsonrpc": "2.0", "method": "console.jog", "params": {"axis": "x", "speed": speed, "press": 31}}
+            await one.ws.send_json([{**way, "id": 900}, {"method": "console.send", "params": {"line": "M410", "x": 1}, "id": 901}])
+            answers = {}
+            while len(answers) < 2:
+                said = await one.read()
+                answers |= {answer["id"]: answer for answer in (said if isinstance(said, list) else [said]) if "id" in answer}
+            equal((answers[900]["error"]["message"], answers[901]["result"]), ("it was stopped", {}))
+            equal((await one.ask("console.jog", axis="x", speed=speed, press=31))["message"], "this press has ended")
+            await one.line("M400")
             # a stop ends the press
             equal(await one.ask("console.jog", axis="x", speed=-speed, press=2), {})
             await one.line("M410")

@@ -118,7 +118,8 @@ class Heater(Structure):
 class Servo(Structure):
     _fields_ = [("t_ns", c_uint64)] + [(name, c_double) for name in "position commanded counts_per_unit".split()] + [
         (name, c_float) for name in (
-            "velocity commanded_velocity error output minimum maximum p i d velocity_gain acceleration_gain").split()] + [
+            "velocity commanded_velocity error output minimum maximum p i d velocity_gain acceleration_gain max_speed "
+            "max_acceleration").split()] + [
         ("fault_count", c_uint32)] + [
         (name, c_uint8) for name in ("state fault condition refused homed low high encoder obstacle homing home_end home tuning "
                                      "tune_reason").split()] + [("reserved", c_uint8 * 2)] + [
@@ -133,7 +134,7 @@ class Moves(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 18, 0x855ab81136bf8b4e
+    VERSION, HASH = 19, 0x3cb664f71f3f6796
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

@@ -99,7 +99,8 @@ static const struct member moves_members[] = {
 static const struct member servo_members[] = {
 	M(t_ns), M(position), M(commanded), M(counts_per_unit), M(velocity),
 	M(commanded_velocity), M(error), M(output), M(minimum), M(maximum), M(p), M(i), M(d),
-	M(velocity_gain), M(acceleration_gain), M(fault_count), M(state), M(fault), M(condition),
+	M(velocity_gain), M(acceleration_gain), M(max_speed), M(max_acceleration),
+	M(fault_count), M(state), M(fault), M(condition),
 	M(refused), M(homed), M(low), M(high), M(encoder), M(obstacle),
 	M(homing), M(home_end), M(home), M(tuning), M(tune_reason), M(reserved), M(tuned_p),
 	M(tuned_i), M(tuned_d), M(tuned_velocity_gain), M(tuned_acceleration_gain),

@@ -29,7 +29,7 @@ def _no_files(_name: str) -> Storing:
     raise NotDone("the machine has no folder of files")
 
 
-async def _no_axes(_axis: str, _speed: float) -> None:
+async def _no_axes(_owner: object, _axis: str, _speed: float) -> None:
     raise NotDone("G-code commands no axes here")
 
 
@@ -45,7 +45,7 @@ class Console:
         # what can be said of the machine, besides its lines
         self.about: Callable[[], dict[str, Any]] = dict
         # move an axis for a moment, at so many units/s; NotDone
-        self.jog: Callable[[str, float], Awaitable[None]] = _no_axes
+        self.jog: Callable[[object, str, float], Awaitable[None]] = _no_axes
         # a file that is to be written for the machine; NotDone if it has none
         self.store: Callable[[str], Storing] = _no_files
         self._access = access

@@ -67,7 +67,7 @@ from .request import (
     only,
 )
 from .session import WHO
-from .talking import Talking, stops_console
+from .talking import Talking, ends_jog, stop_of
 
 MESSAGE_MOST = 64 * 1024
 BATCH_MOST = 16
@@ -212,11 +212,20 @@ class _Connection:
         """May it command a machine? Then it is heard while it takes no answers: it may stop it."""
         return self.operates or self._talking.may_send
 
-    async def stop(self, request: dict[str, Any], way: Way) -> None:
-        """A stop of the console, before what came before it."""
-        answer = await self._one(request, way)
+    async def begin(self, request: Any, way: Way) -> bool:
+        """Do what does not wait for what came before it: a stop of the console, whatever is wrong with the request, and
+        the end of a jog. False: it is neither."""
+        if stop := stop_of(request):
+            self._talking.stop(stop)
+            number = request.get("id")
+            answer = {"jsonrpc": "2.0", "id": number, "result": {}} if "id" in request and _is_id(number) else None
+        elif ends_jog(request):
+            answer = await self._one(request, way)
+        else:
+            return False
         if answer and not self.subscriber.full:
             self.subscriber.answer(encode(answer))
+        return True
 
     def _refusal(self) -> str | None:
         """Why it may not operate."""
@@ -485,13 +494,12 @@ class Rpc:
                     break
                 parsed = message if message.type is WSMsgType.PING else _parsed(message.data)
                 way = connection.way()
-                for one in filter(stops_console, _requests(parsed)):
-                    await connection.stop(one, way)
-                if any(map(stops_console, _requests(parsed))):
-                    # what stands beside a stop was sent before it, as far as anybody knows
-                    parsed = [one for one in _requests(parsed) if not stops_console(one)]
-                    if not parsed:
+                # what stands beside a stop was sent before it, as far as anybody knows
+                left = [one for one in _requests(parsed) if not await connection.begin(one, way)]
+                if len(left) < len(_requests(parsed)):
+                    if not left:
                         continue
+                    parsed = left
                 if any(map(_stops, _requests(parsed))) and 0 < len(_requests(parsed)) <= BATCH_MOST:
                     connection.later(parsed, way)
                 elif not connection.commands:

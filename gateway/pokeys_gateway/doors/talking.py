@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -17,13 +18,22 @@ from .request import AGE_MOST_S, BEAT_S, INVALID_PARAMS, NOT_ALLOWED, NOT_DONE, 
 
 JOG_AGE_MOST_S = BEAT_S + 0.2       # of a wish to jog
 SPEED_MOST = 1e6            # units/s
+PRESSES = 16                # of an axis, that are remembered
 
 
-def stops_console(message: Any) -> bool:
-    """A request that sends a stop to the console's machine."""
-    return isinstance(message, dict) and message.get("method") == "console.send" and isinstance(
-        params := message.get("params"), dict) and isinstance(line := params.get("line"), str) and bool(
-            STOP.match(line.encode("utf-8", "replace")))
+def stop_of(message: Any) -> str:
+    """The stop that a request sends to the console's machine, whatever else is in it; "": none."""
+    if isinstance(message, dict) and message.get("method") == "console.send" and isinstance(
+            params := message.get("params"), dict) and isinstance(line := params.get("line"), str) and (
+                stop := STOP.match(line.encode("utf-8", "replace"))):
+        return f"M{stop[1].decode()}"
+    return ""
+
+
+def ends_jog(message: Any) -> bool:
+    """A request that says that a button is up."""
+    return isinstance(message, dict) and message.get("method") == "console.jog" and isinstance(
+        params := message.get("params"), dict) and params.get("speed") == 0
 
 
 class Talking:
@@ -36,8 +46,9 @@ class Talking:
         self.way = Way(0.0, 0)              # of the request that is being answered
         self._talk: Talk | None = None      # its part in the console
         self._storing: Storing | None = None        # a file that it sends
-        # by axis, the newest press of a jog, and how many stops came before it; -1: it is over
+        # by axis, the newest press of a jog, and how many stops came before it
         self._presses: dict[str, tuple[int, int]] = {}
+        self._over: dict[str, deque[int]] = {}      # presses that do not begin any more
         self._ended = False
         self.methods: dict[str, Callable[[dict[str, Any]], Any]] = {
             "console.info": self._console_info,
@@ -62,6 +73,12 @@ class Talking:
         if self._storing:
             self._storing.spoil("its client is gone")
 
+    def stop(self, name: str) -> None:
+        """Before all that came before it."""
+        self._console_subscribe({})
+        assert self._talk
+        self._talk.send(name)
+
     def _console_info(self, params: dict[str, Any]) -> dict[str, Any]:
         only(params)
         console, machine = self._console, self._console.router.machine
@@ -77,12 +94,6 @@ class Talking:
     def _console_send(self, params: dict[str, Any]) -> dict[str, Any]:
         only(params, "line")
         line = params.get("line")
-        if isinstance(line, str) and (stop := STOP.match(line.encode("utf-8", "replace"))):
-            # whatever else is in it, and whatever came before
-            self._console_subscribe({})
-            assert self._talk
-            self._talk.send(f"M{stop[1].decode()}")
-            return {}
         if not isinstance(line, str) or len(line.encode("utf-8", "replace")) > LINE_MOST or not line.isprintable():
             raise RpcError(INVALID_PARAMS, f"line has to be one line of text, of at most {LINE_MOST} bytes")
         if not self._talk:
@@ -103,26 +114,27 @@ class Talking:
             raise RpcError(INVALID_PARAMS, f"a jog needs axis, a letter, speed, at most {SPEED_MOST:g} units/s, and "
                                            "press, a number")
         stops, axis = self._console.router.stops, axis.upper()
+        over = self._over.setdefault(axis, deque(maxlen=PRESSES))
+        known = self._presses.get(axis)
         if speed == 0:
-            known = self._presses.get(axis)
-            self._presses[axis] = press, -1
-            # of who has begun it, and not while it goes on by another press
-            if known and known[0] == press and known[1] >= 0:
-                await self._console.jog(axis, 0)
+            # not while it goes on by another press
+            if known and known[0] == press and press not in over:
+                await self._console.jog((self, axis), axis, 0)
+            over.append(press)
             return {}
         if not self.may_send:
             raise RpcError(NOT_ALLOWED, "this needs level user, and console.subscribe before it")
-        self._judge_way(JOG_AGE_MOST_S)
         # what was stopped or refused does not begin while the key is still down
-        known = self._presses.get(axis)
-        if not known or known[0] != press:
-            self._presses[axis] = press, stops
-        elif known[1] != stops:
+        if self.way.stops != stops or (known and known[0] == press and known[1] != stops):
+            over.append(press)
+        self._judge_way(JOG_AGE_MOST_S)
+        if press in over:
             raise RpcError(NOT_DONE, "this press has ended")
+        self._presses[axis] = press, stops
         try:
-            await self._console.jog(axis, speed)
+            await self._console.jog((self, axis), axis, speed)
         except NotDone as error:
-            self._presses[axis] = press, -1
+            over.append(press)
             raise RpcError(NOT_DONE, str(error)) from None
         return {}
 

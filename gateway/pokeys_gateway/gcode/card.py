@@ -90,6 +90,7 @@ class Storing:
         if not upload or not card:
             raise NotDone("nothing is being written")
         try:
+            card.need_free(self.name)
             await card.aside(_finish, upload)
         except NotDone:
             self._begin(self._discard(upload))
@@ -179,6 +180,11 @@ class Card:
         """A job is under way, or waits."""
         return self._job is not None
 
+    @property
+    def goes_on(self) -> bool:
+        """A job is under way, and does not wait between two lines."""
+        return self._job is not None and not self._between
+
     def progress(self) -> str:
         """As M27 says it."""
         if self._job:
@@ -245,14 +251,19 @@ class Card:
     async def remove(self, name: str) -> str:
         """M30."""
         name = (await self.aside(self._look, name))[0]
-        if self._job and name == self._name:
-            raise NotDone("a job of this file is under way")
+        self.need_free(name)
         await self.aside(self._folder.act, "delete", "/", name, "user")
         return f"File deleted: {name}"
 
     async def begin_file(self, name: str) -> Upload:
         """A file that is to be written."""
+        self.need_free(name)
         return await self.aside(self._folder.begin, "/", name, "user", None, False)
+
+    def need_free(self, name: str) -> None:
+        """:class:`NotDone` if a job of this file is under way: it would end."""
+        if self._job and name.strip("/") == self._name:
+            raise NotDone("a job of this file is under way")
 
     def abort(self, why: str) -> int:
         """A stop or a fault: no further line; how many jobs that were."""

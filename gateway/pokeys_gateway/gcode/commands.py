@@ -18,7 +18,7 @@ from ..source import Reading
 from ..wire import NotDone
 from . import heating, report
 from .lane import Job
-from .motion import INCH
+from .member import INCH
 from .operation import RESUME, Operation
 from .parser import BadWords, Line
 

@@ -39,6 +39,7 @@ class Heating:
         self._targets: dict[int, float] = {}        # commanded, by the device's numbers
         self._since: dict[int, float] = {}          # when
         self._seen = 0.0            # when the device was connected
+        self.used_at = 0.0          # when a target was commanded last
         self._order = asyncio.Lock()
         self._given_up: set[asyncio.Event] = set()      # of those who wait
         self._giving: set[asyncio.Task[None]] = set()
@@ -77,6 +78,10 @@ class Heating:
             await self._reach(job, index, given_up)
         finally:
             self._given_up.discard(given_up)
+
+    def unused_since(self, then: float) -> bool:
+        """They heat, and nothing was commanded since then."""
+        return bool(self._targets) and not self._order.locked() and self.used_at < then
 
     def give_up(self) -> None:
         """Nobody waits for a temperature any more."""
@@ -178,7 +183,7 @@ class Heating:
                 await self._holder.wait()
             before = self._targets.get(index), self._since.get(index)
             self._targets[index] = celsius
-            self._since[index] = asyncio.get_running_loop().time()
+            self._since[index] = self.used_at = asyncio.get_running_loop().time()
             try:
                 await self._holder.update({name: celsius})
             except NotDone:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -17,6 +18,9 @@ EXTRUDER = "E"
 TRIPPED = 100, 101          # engine-state: by a limit switch, by emergency
 POSITION, BUFFERED = 1, 3   # joint.NN.mode-in-effect
 ENABLED = 2                 # servo.NN.state
+INCH = 25.4
+_WORDS = re.compile(r"[A-Za-z][^A-Za-z]*")
+_MODE = re.compile(r"[Gg]\s*0*(90|91|20|21)\s*")
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,8 @@ class Member:
     still: bool             # it is where it is commanded to be
     trouble: str            # what prevents it from moving; "": nothing
     on_limit: bool = False
-    speed: float = math.inf     # its highest, units/s; inf: the daemon limits it
+    speed: float = math.inf     # its highest, units/s
+    acceleration: float = math.inf      # units/s^2
 
 
 def members(state: pokeys.State) -> dict[str, Member]:
@@ -53,6 +58,24 @@ def numbers(job: Job) -> dict[str, float]:
     if missing:
         raise BadWords(f"{missing[0]} needs a number")
     return {letter: number for letter, number in words.items() if number is not None}
+
+
+def modes_of(arguments: str) -> tuple[Modes, str]:
+    """Of a $J= line: the modes of this line only, and its other words. :class:`BadWords`."""
+    if not arguments[:1].isalpha():
+        raise BadWords(f'"{arguments[:16]}" is not a letter with a number')
+    modes, rest = Modes(), []
+    for word in _WORDS.findall(arguments):
+        if mode := _MODE.fullmatch(word):
+            if mode[1] in ("90", "91"):
+                modes.relative = modes.relative_extruder = mode[1] == "91"
+            else:
+                modes.scale = INCH if mode[1] == "20" else 1.0
+        elif word[0].upper() in "GM":
+            raise BadWords(f"{word.strip()} is not for a jog; G20, G21, G90 and G91 are")
+        else:
+            rest.append(word)
+    return modes, " ".join(rest)
 
 
 def path_speed(lengths: Mapping[str, float], modes: Modes) -> float:
@@ -78,7 +101,8 @@ def _motors(state: pokeys.State) -> Iterator[Member]:
             trouble = f"off by a fault: {trouble}"
         yield Member(str(state[at + "name"]).upper(), True, index, float(state[at + "counts-per-unit"] or 1.0),
                      float(state[at + ("commanded" if enabled else "pos-fb")] or 0.0), 0, 0, enabled,
-                     not state[at + "home-state"], trouble)
+                     not state[at + "home-state"], trouble, speed=float(state[at + "max-rate"] or math.inf),
+                     acceleration=float(state[at + "max-rate-change"] or math.inf))
 
 
 def _axes(state: pokeys.State) -> Iterator[Member]:
@@ -99,4 +123,5 @@ def _axes(state: pokeys.State) -> Iterator[Member]:
         commanded = counts if state[at + "parked"] or not enabled else int(state[at + "counts-cmd"])
         still = bool(state[at + "at-counts-cmd"]) and not state[at + "parked"]
         yield Member(str(state[at + "name"]).upper(), False, index, scale, commanded / scale, counts, mode, enabled,
-                     still, trouble, bool(limits), float(state[at + "max-rate"] or math.inf) / abs(scale))
+                     still, trouble, bool(limits), float(state[at + "max-rate"] or math.inf) / abs(scale),
+                     float(state[at + "max-rate-change"] or math.inf) / abs(scale))

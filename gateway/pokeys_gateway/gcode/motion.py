@@ -14,7 +14,6 @@ import asyncio
 import contextlib
 import functools
 import math
-import re
 from collections.abc import AsyncGenerator, Awaitable, Callable, Iterable, Mapping
 from dataclasses import replace
 
@@ -26,7 +25,7 @@ from ..hub import Hub
 from ..wire import NotDone
 from .holder import Holder
 from .lane import Job, Modes
-from .member import EXTRUDER, LETTERS, LINEAR, TRIPPED, Member, numbers, path_speed
+from .member import EXTRUDER, LETTERS, LINEAR, TRIPPED, Member, modes_of, numbers, path_speed
 from .member import members as members_of
 from .parser import BadWords
 
@@ -35,13 +34,11 @@ FRACTIONS = 256             # parts of a count
 PULSES_MOST, COUNTS_MOST = 2_100_000_000, 2**31 - 2
 FEED_MOST = 200.0           # percent
 LOOK_S = 0.005
-INCH = 25.4
 NUDGE_S = 0.1
-_WORDS = re.compile(r"[A-Za-z][^A-Za-z]*")
 ENABLE_S = 3.0
 REST_S = 1.0                # what was enabled just now is at rest then
 STILL_S = 600.0             # so long may a path wait for something, such as a feed override of 0
-CANCEL_S = 5.0
+CANCEL_S = END_S = 5.0
 HOME_S = 125.0              # the device's own limit is 120 s
 DWELL_MOST_S = 3600.0
 ENDED_WELL = 1              # moves.end
@@ -63,7 +60,7 @@ class Motion:
         self._moved = False                 # a path is under way, as far as we know
         self._percent = 100.0
         self._fed = False                   # the daemon has the override
-        self._used_at = 0.0         # when something was commanded last
+        self.used_at = 0.0         # when something was commanded last
         self.shifts: dict[str, float] = {}  # position of the machine - logical position
 
     @property
@@ -73,11 +70,11 @@ class Motion:
 
     def unused_since(self, then: float) -> bool:
         """What is enabled stands, and nothing was commanded since then."""
-        return bool(self._on) and not self._order.locked() and self._used_at < then and not self._moved
+        return bool(self._on) and not self._order.locked() and self.used_at < then and not self._moved
 
     def use(self) -> None:
         """Somebody is at work: they stay enabled."""
-        self._used_at = asyncio.get_running_loop().time()
+        self.used_at = asyncio.get_running_loop().time()
 
     # ---- commands
 
@@ -87,16 +84,8 @@ class Motion:
 
     async def jog(self, job: Job) -> None:
         """$J=: its modes are those of this line."""
-        modes, rest = Modes(), []
-        for word in _WORDS.findall(job.line.arguments):
-            match word.upper().replace(" ", ""):
-                case "G90" | "G91" as name:
-                    modes.relative = modes.relative_extruder = name == "G91"
-                case "G20" | "G21" as name:
-                    modes.scale = INCH if name == "G20" else 1.0
-                case _:
-                    rest.append(word)
-        line = replace(job.line, argument=" ".join(rest))
+        modes, rest = modes_of(job.line.arguments)
+        line = replace(job.line, argument=rest)
         await self._go(numbers(replace(job, line=line)), modes, rapid=False)
 
     async def _go(self, words: dict[str, float], modes: Modes, *, rapid: bool) -> None:
@@ -133,10 +122,11 @@ class Motion:
             await self._enable([member])
             if asyncio.get_running_loop().time() > until:
                 return None
-            speed = math.copysign(min(abs(speed), member.speed), speed)
+            # what two of them need to begin and to end is no more than a moment either
+            speed = math.copysign(min(abs(speed), member.speed, member.acceleration * NUDGE_S), speed)
             modes = Modes()
             modes.relative = modes.relative_extruder = True
-            modes.feed = abs(speed)
+            modes.feed = abs(speed) / max(1.0, self._percent / 100)
             await self._move({letter: speed * NUDGE_S * min(1.0, self._percent / 100)}, modes)
             return int(self._state()["moves.taken"])
 
@@ -149,10 +139,22 @@ class Motion:
         state = self._state()
         return not self._homing and (not state["moves.waiting"] or int(state["moves.taken"]) == moves)
 
-    async def abort(self) -> None:
-        """Slow down on the path, and drop the rest."""
-        await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.ABORT)
-        self.halt()
+    async def end_path(self, moves: int) -> None:
+        """Slow down on the path, and drop the rest, unless others' moves follow those up to this count."""
+        # a move that comes meanwhile waits: the daemon takes none while a path ends
+        async with self._order:
+            if not self._holder.held or not self.waiting() or not self.is_idle(moves):
+                return
+            # it does not end early
+            self.halt()
+            await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.ABORT)
+            loop = asyncio.get_running_loop()
+            end = loop.time() + END_S
+            while self.waiting():
+                if loop.time() >= end:
+                    raise NotDone("the path does not end")
+                await asyncio.sleep(LOOK_S)
+            self.halt()
 
     async def dwell(self, job: Job) -> None:
         """G4: P and milliseconds, or S and seconds."""
@@ -395,6 +397,7 @@ class Motion:
         loop = asyncio.get_running_loop()
         end = loop.time() + ENABLE_S
         while True:
+            self._holder.check()
             state = self._state()
             members = members_of(state)
             if all(members[letter].enabled for letter in holds) and \
@@ -421,6 +424,7 @@ class Motion:
         try:
             await self._switch_on(letters)
         except Exception:
+            self._holder.check()    # a stop switches off what is half on
             self._on -= set(letters)
             self._changing -= set(letters)
             with contextlib.suppress(NotDone):
@@ -565,6 +569,7 @@ class Motion:
             raise NotDone(f"{member.letter} was not homed: pokeysd.conf has no home-search-speed for it, or it moves")
         end = f"servo.{member.index:02}.home-end"
         while not (state := self._state())[end]:
+            self._holder.check()
             if not members_of(state)[member.letter].enabled:
                 break
             await asyncio.sleep(LOOK_S)
@@ -576,6 +581,7 @@ class Motion:
         loop = asyncio.get_running_loop()
         end = loop.time() + ENABLE_S
         while not ((member := members_of(self._state())[letter]).enabled and member.still):
+            self._holder.check()
             if loop.time() >= end:
                 raise NotDone(f"{letter} does not come to rest")
             await self._command([member], enable=True)

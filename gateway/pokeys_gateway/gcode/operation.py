@@ -24,6 +24,7 @@ from .motion import Motion
 
 IDLE_S = 5.0                # commanding nothing
 OFF_AFTER_S = 600.0         # without a move: motors and axes are switched off
+COLD_AFTER_S = 1800.0       # without a line that moves or heats: heaters are switched off
 STOP_S = 5.0                # to be confirmed: what moves needs its time
 LOOK_S = 0.005
 EMERGENCY = "emergency_stop"
@@ -44,7 +45,7 @@ class Operation:
         self.holder.on_lost = self._fail
         self.heating = Heating(hub, self.holder)
         self.motion = Motion(hub, self.holder)
-        self._jog = Jog(self.motion, self.holder)
+        self._jog = Jog(self.motion, self.holder, lambda: self.begin_stop("stop"))
         folder = hub.config.machine_folder
         self._card = Card(folder, say) if folder else None
         self._looking: asyncio.Task[None] | None = None
@@ -52,6 +53,7 @@ class Operation:
         self._emergency = False     # it is commanded, until M999
         self._resuming = 0
         self._idle_since: float | None = None
+        self._worked_at = 0.0       # when a line was carried out that took time
         self._tasks: set[asyncio.Task[None]] = set()
         self._stops: set[asyncio.Task[None]] = set()
 
@@ -96,18 +98,20 @@ class Operation:
             # the disk may hang
             self._looking = begin(self._card.open())
 
-    async def jog(self, axis: str, speed: float) -> None:
-        """Units/s, to be repeated as long as it is held; 0: it is up."""
+    async def jog(self, owner: object, axis: str, speed: float) -> None:
+        """Units/s, to be repeated as long as `owner`, who differs for each client and axis, holds it; 0: it is up."""
         if speed == 0:
-            self._jog.end()
+            self._jog.end(owner)
             return
         if self._stops:
             raise NotDone("a stop is under way")
-        if self.running or self.busy():
-            raise NotDone("something else moves")
+        if self._card and self._card.goes_on:
+            raise NotDone("a job is under way")
+        if self.busy():
+            raise NotDone("lines of G-code are being carried out")
         await self.ready()
         self.holder.begin()
-        await self._jog.wish(axis.upper(), speed)
+        await self._jog.wish(owner, axis.upper(), speed)
 
     def abort(self, why: str) -> int:
         """End the job of a file; how many that were."""
@@ -172,7 +176,14 @@ class Operation:
         # what a stop is about to end is not judged
         if not self._stops and (why := self.heating.trouble(now) or self.motion.trouble()):
             self._fail(why)
-        elif self.motion.commanded:
+        elif self.busy() or self.running:
+            self._worked_at = now
+        elif max(self._worked_at, self.motion.used_at) < now - COLD_AFTER_S and self.heating.unused_since(
+                now - COLD_AFTER_S):
+            # a host that goes on after that would print with a cold hot end
+            self._fail(f"no line has moved or heated for {COLD_AFTER_S / 60:.0f} minutes, so everything was "
+                       "switched off")
+        if not self.halted and self.motion.commanded:
             if self.busy() or self.running:
                 self.motion.use()
             self._begin(self._motors_off() if self.motion.unused_since(now - OFF_AFTER_S) else self._follow())

@@ -293,6 +293,8 @@ layout! {
         d: f32,
         velocity_gain: f32,
         acceleration_gain: f32,
+        max_speed: f32,
+        max_acceleration: f32,
         fault_count: u32,
         state: u8,
         fault: u8,
@@ -484,8 +486,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 18, size 4624,
-    hash 0x855ab81136bf8b4e, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 19, size 4672,
+    hash 0x3cb664f71f3f6796, hash_function iox_state_hash
 }
 
 published! {
