@@ -24,6 +24,8 @@ RUNTIME, PORT = "/run/pokeysd", 8580
 RECORDS = Path("/var/log/pokeysd")
 DOCTOR = Path("/run/pokeys-doctor")     # for the daemon of RUNTIME
 BAUD_LEAST, BAUD_MOST = 50, 4_000_000
+PINS, CHANNELS = 55, 6      # of a PoKeys device
+ANALOG = 64                 # outputs of LinuxCNC's motion
 SERIAL, POKEYS = "serial", "pokeys"     # kinds of machines
 SOCKET_MOST = 107           # bytes of a socket's path (unix(7))
 DIRECTORY_MOST = 49         # pokeysd's sockets lie below it
@@ -49,6 +51,19 @@ class Endpoint:
 
 
 @dataclass(frozen=True)
+class Output:
+    """An output of a PoKeys device: a digital one by its terminal, or a channel of PWM."""
+
+    digital: bool
+    number: int             # of the terminal, as printed on the board, or of the channel
+
+    @property
+    def index(self) -> int:
+        """In names of values."""
+        return self.number - 1 if self.digital else self.number
+
+
+@dataclass(frozen=True)
 class Config:
     """All settings."""
 
@@ -66,9 +81,18 @@ class Config:
     guests: bool = False
     operate: bool = False
     proxy: str = "pokeys-remote"
+    hotend: int | None = None               # numbers of motion.analog-out, for G-code's targets
+    bed: int | None = None
+    chamber: int | None = None
+    fan: int | None = None
     machine_kind: str | None = None         # None: as there is a port or not
     machine_device: str | None = None       # that G-code commands
     machine_folder: Path | None = None      # of files of G-code
+    machine_fan: tuple[Output, ...] = ()
+    machine_spindle: Output | None = None           # on
+    machine_spindle_speed: Output | None = None
+    machine_spindle_reverse: Output | None = None
+    machine_spindle_max: float = 0.0                # revolutions/min, at the full duty
     machine_port: Path | None = None
     machine_baud: int = 115200
     machine_flow_control: str = "none"
@@ -160,6 +184,44 @@ def device(text: str) -> str:
     return text
 
 
+def outputs(text: str) -> tuple[Output, ...]:
+    """One or several outputs, separated by commas. ValueError says what is allowed."""
+    return tuple(_output(word.strip(), "pin", "pwm") for word in text.split(","))
+
+
+def pin(text: str) -> Output:
+    """A digital output."""
+    return _output(text, "pin")
+
+
+def pwm(text: str) -> Output:
+    """A channel of PWM."""
+    return _output(text, "pwm")
+
+
+def _output(text: str, *kinds: str) -> Output:
+    found = re.fullmatch(r"(pin|pwm)\s+(\d{1,2})", text)
+    numbers = range(1, PINS + 1) if found and found[1] == "pin" else range(CHANNELS)
+    if not found or found[1] not in kinds or int(found[2]) not in numbers:
+        raise ValueError(", ".join({"pin": f"pin and a terminal, 1 to {PINS}",
+                                    "pwm": f"pwm and a channel, 0 to {CHANNELS - 1}"}[kind] for kind in kinds))
+    return Output(found[1] == "pin", int(found[2]))
+
+
+def analog(text: str) -> int:
+    """The number of an analog output of LinuxCNC."""
+    if not re.fullmatch(r"\d{1,2}", text) or int(text) >= ANALOG:
+        raise ValueError(f"the N of motion.analog-out-N, 0 to {ANALOG - 1}")
+    return int(text)
+
+
+def revolutions(text: str) -> float:
+    """Revolutions a minute."""
+    if not re.fullmatch(r"[0-9]{1,6}(\.[0-9]{1,3})?", text) or not float(text):
+        raise ValueError("revolutions per minute, such as 24000")
+    return float(text)
+
+
 def baud(text: str) -> int:
     """Bits a second. ValueError says what is allowed."""
     if not re.fullmatch(r"[0-9]{2,8}", text) or not BAUD_LEAST <= int(text) <= BAUD_MOST:
@@ -198,9 +260,18 @@ KEYS = (
     Key("access", "guests", yes_or_no),
     Key("linuxcnc", "operate", yes_or_no),
     Key("linuxcnc", "proxy", proxy_name),
+    Key("linuxcnc", "hotend", analog),
+    Key("linuxcnc", "bed", analog),
+    Key("linuxcnc", "chamber", analog),
+    Key("linuxcnc", "fan", analog),
     Key("machine", "kind", one_of(SERIAL, POKEYS)),
     Key("machine", "device", device),
     Key("machine", "folder", path),
+    Key("machine", "fan", outputs),
+    Key("machine", "spindle", pin),
+    Key("machine", "spindle-speed", pwm),
+    Key("machine", "spindle-reverse", pin),
+    Key("machine", "spindle-max", revolutions),
     Key("machine", "port", path),
     Key("machine", "baud", baud),
     Key("machine", "flow-control", one_of("none", "hardware", "software")),
@@ -261,6 +332,29 @@ def read_users(config: Config) -> dict[str, User] | None:
     return users
 
 
+def _judge_outputs(config: Config) -> Iterator[tuple[str, str]]:
+    for name in "hotend", "bed", "chamber", "fan":
+        if getattr(config, name) is not None and (not config.operate or config.machine_kind != POKEYS):
+            yield name, f"{name} needs operate = yes and kind = {POKEYS} in [machine]: it is for G-code of the console"
+    given = [name for name in ("machine_fan", "machine_spindle", "machine_spindle_speed", "machine_spindle_reverse",
+                               "machine_spindle_max") if getattr(config, name)]
+    if given and not config.machine_device:
+        yield given[0], "outputs need device: they are that device's"
+        return
+    if bool(config.machine_spindle_speed) != bool(config.machine_spindle_max):
+        yield (("machine_spindle_speed", "spindle-max is missing") if config.machine_spindle_speed else
+               ("machine_spindle_max", "spindle-speed is missing"))
+    if config.machine_spindle_reverse and not (config.machine_spindle or config.machine_spindle_speed):
+        yield "machine_spindle_reverse", "spindle or spindle-speed is missing"
+    used: set[Output] = set()
+    for name in given:
+        value = getattr(config, name)
+        for one in value if isinstance(value, tuple) else (value,) if isinstance(value, Output) else ():
+            if one in used:
+                yield name, f"{'pin' if one.digital else 'pwm'} {one.number} is used twice"
+            used.add(one)
+
+
 def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, str]]:
     """What does not go together: the key's attribute, and why."""
     if (config.certificate is None) != (config.key is None):
@@ -284,6 +378,7 @@ def judge(config: Config, users: dict[str, User] | None) -> Iterator[tuple[str, 
         yield "machine_device", f"device needs kind = {POKEYS}"
     if config.machine_folder and not config.machine_device:
         yield "machine_folder", "folder needs device: files are carried out by it"
+    yield from _judge_outputs(config)
     if config.machine_device and config.operate:
         yield "machine_device", ("G-code either commands a device or stops LinuxCNC, which has its own devices; set "
                                  "either device or operate = yes in [linuxcnc]")

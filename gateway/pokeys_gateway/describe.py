@@ -253,6 +253,7 @@ def _console(none: Schema) -> dict[str, tuple[str, Schema, Schema]]:
             axes={**_list(TEXT), "description": "Their letters"},
             files={**FLAG, "description": "There is a folder of G-code files"},
             halted={"type": "string", "description": 'Why nothing is commanded until M999; "" = it is'},
+            message={"type": "string", "description": "The text of the last M117"},
             job={**_null_or(job), "description": "Of a file; null = none is under way"})),
         "console.subscribe": ("Be a client of the console, and get what the machine says", nothing, none),
         "console.jog": (

@@ -39,6 +39,7 @@ class Operators:
         self.proxy = proxy
         self.turn = 0               # how many stops there were
         self.commanding: set[Operator] = set()
+        self.on_stop: Callable[[], None] = lambda: None     # one has come, from whomever
         self._subscribed: set[Operator] = set()
         self._state: dict[str, Any] = {}
         self._silent = ""           # why what is in the state is not shown
@@ -52,6 +53,7 @@ class Operators:
         """One has come: nothing is sent any more of what came before it. Done when LinuxCNC has taken it; or
         :class:`NotDone`. It goes on if nobody waits for it."""
         self.turn += 1
+        self.on_stop()
         for operator in list(self.commanding):
             operator.cut()
         stop = asyncio.get_running_loop().create_task(self._stop(method))
@@ -180,6 +182,7 @@ class Operator:
         ``tell`` waits for room."""
         self._shared, self._offer, self.say, self._tell = shared, offer, say, tell
         self.closed = False
+        self.on_lost: Callable[[str], None] = lambda why: None      # what pokeys-remote has not done is lost
         self._wire: Wire | None = None
         self._numbers = itertools.count(1)
         self._order = asyncio.Lock()
@@ -263,8 +266,9 @@ class Operator:
             with contextlib.suppress(ConnectionResetError):
                 await self._tell(said)
 
-    def _lost(self, _wire: Wire) -> None:
+    def _lost(self, wire: Wire) -> None:
         self._commands.clear()
+        self.on_lost(wire.why)
         # pokeys-remote has forgotten these
         for axis, press in self._pressed.items():
             self._end_press(axis, press)
@@ -285,6 +289,11 @@ class Operator:
         return {"jsonrpc": "2.0", "method": "linuxcnc.state", "params": news}
 
     # the end
+
+    def abandon(self, why: str) -> None:
+        """What LinuxCNC has not taken yet is not given to it any more."""
+        if self._wire:
+            self._wire.close(why)
 
     def cut(self) -> None:
         """A stop has come: the kernel takes nothing more of what waits here."""

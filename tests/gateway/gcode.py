@@ -29,7 +29,7 @@ GOOD = (
     (b"N10 G1 X1*80 ; a comment is not in the checksum *3", 10, "G1", {"X": 1}),
     (b"N-1 M110*15", -1, "M110", {}),
     (b"M110 N7", None, "M110", {"N": 7}),
-    (b"T0", None, "T0", {}),
+    (b"T0", None, "T", {"T": 0.0}), (b"t 2 ; hot end", None, "T", {"T": 2.0}),
     (b"?", None, "?", {}),
 )
 ODD = ((b"M117 5 * 3 is 15", "M117", "5 * 3 is 15"), (b"M117Hello N1", "M117", "Hello N1"), (b"$$", "", ""),
@@ -84,7 +84,7 @@ def any_bytes_are_a_line_or_refused():
             continue
         taken += 1
         assert all(re.fullmatch("[A-Z]", letter) for letter in words), (data, words)
-        assert not line or line.name in ("?", "$J") or re.fullmatch(r"(?:[GMT]\d+(?:\.\d+)?)?", line.name), (data, line)
+        assert not line or line.name in ("?", "$J") or re.fullmatch(r"(?:[GM]\d+(?:\.\d+)?|T)?", line.name), (data, line)
     assert taken > LINES / 10, taken
     # one bit of a line with a checksum: never taken as another line
     good = b"N10 G1 X10.5 Y20 E3"
@@ -134,7 +134,7 @@ LONG = 'echo:not carried out: a line has at most 256 characters: "{}"\nok\n'
 
 
 async def the_asker_gets_the_reply():
-    shop = Shop()
+    shop = Shop(operate=False)
     one, other = shop.table.client(), shop.table.client("b")
     show(shop)
     shop.hub.source.trouble = "no daemon in /nowhere; is pokeysd running?"
@@ -149,6 +149,7 @@ async def the_asker_gets_the_reply():
     for line in b"M104 S200", b"M109 R20", b"M999":
         assert re.fullmatch(r"Error:[MG]\d+: G-code has no device to command; .*\nok\n",
                             shop.ask(one, line + b"\n")), line
+    assert shop.ask(one, b"M503\n") == "echo:G-code commands no device\nok\n"
     for line in b"M105 T0 R", b"M105*37", b"M108 all", b"M110":
         assert shop.ask(one, line + b"\n") == "ok\n", line
     assert shop.ask(one, b"M115 U3.1.0\n").endswith("\nok\n")
@@ -176,7 +177,7 @@ async def the_asker_gets_the_reply():
 
 
 async def numbers_are_in_order():
-    shop = Shop()
+    shop = Shop(operate=False)
     one, other = shop.table.client(), shop.table.client("b")
 
     def send(number, text, to=one, good=True):
@@ -350,7 +351,7 @@ def show(shop, away=(), **states):
 
 
 async def temperatures_are_those_of_heaters():
-    shop = Shop()
+    shop = Shop(operate=False)
     one, other = shop.table.client(), shop.table.client("b")
     show(shop)
     assert shop.ask(one, b"M105\n") == "echo:no device\nok\n"
@@ -401,7 +402,7 @@ async def temperatures_are_those_of_heaters():
 
 
 async def places_are_measured():
-    shop = Shop()
+    shop = Shop(operate=False)
     one = shop.table.client()
     show(shop, a=State({"servo.00.name": "x", "servo.00.state": 2, "servo.00.pos-fb": 9.9975, "servo.00.commanded": 10.0,
                         "servo.00.counts-per-unit": 400.0, "servo.00.limit-minus": True,
@@ -432,8 +433,8 @@ async def places_are_measured():
 def the_manual_page_has_them_all():
     page = pathlib.Path(__file__).resolve().parents[2] / "man/pokeys-gateway.8.scd"
     section = re.search(r"^# G-CODE\n(.*?)^# ", page.read_text(encoding="utf-8"), re.M | re.S)[1]
-    listed = {name for line in re.findall(r"^(\*(?:\?|\$J|[GMT]\d+)\*.*)$", section, re.M)
-              for name in re.findall(r"\*(\?|\$J|[GMT]\d+)\*", line)}
+    listed = {name for line in re.findall(r"^(\*(?:\?|\$J|[GM]\d+|T)\*.*)$", section, re.M)
+              for name in re.findall(r"\*(\?|\$J|[GM]\d+|T)\*", line)}
     assert listed == set(commands.COMMANDS), listed ^ set(commands.COMMANDS)
 
 

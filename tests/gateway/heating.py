@@ -86,6 +86,24 @@ def test_targets_and_waits():
         heats(shop, False, BED_SENSOR)
         # the place is free for others
         nobody_commands(shop)
+        # gains, in Marlin's units
+        assert one.ask("M301") == ["echo: p:22.20 i:1.08 d:114.00", "ok"]
+        assert one.ask("M301 E0 I0 P30.5") == ["ok"] and one.ask("M304 D270") == ["ok"]
+        assert one.ask("M301 E1")[0] == "Error:M301: there is no hot end T1"
+        assert one.ask("M301 P-1")[0] == "Error:M301: P needs a number that is not negative"
+        assert one.ask("M301 P0")[0] == "Error:M301: the daemon refused P0"
+        wait_for("they are shown", lambda: one.ask("M301")[0] == "echo: p:30.50 i:0.00 d:114.00", say=lambda: one.ask("M301"))
+        said = one.ask("M503")
+        assert {"echo:M301 E0 P30.50 I0.00 D114.00", "echo:M304 P22.20 I1.08 D270.00", "echo:M220 S100"} < {*said}, said
+        # a hot end that is selected, for this client
+        assert one.ask("T0") == ["ok"] and one.ask("T1")[0] == "Error:T: there is no hot end T1"
+        # a search begins, and another client's stop ends it
+        one.send(b"M303 S100\n")
+        heats(shop)
+        assert other.ask("M104 S50")[0].startswith("Error:M104: the gains of heater hotend are being searched for; M104 S0")
+        assert other.ask("M410")[-1] == "ok"
+        heats(shop, False)
+        nobody_commands(shop)
 
 
 def test_a_stop_while_it_waits():

@@ -165,7 +165,8 @@ def itself(port):
             pass
         said = house.log("host.log").splitlines()
         told = [line for line in said if line.startswith("Error:")]
-        assert told == LINES * ["Error:G1: G-code has no device to command; set device in [machine], see pokeys-gateway.conf(5)"]
+        assert told == LINES * ["Error:G1: G-code has no device to command; set device in [machine], or operate = yes in [linuxcnc], "
+                                "see pokeys-gateway.conf(5)"]
         assert not [line for line in said if "Resend" in line]
         assert watcher.all() == ["user"], "others get no answer of it"
 

@@ -12,6 +12,7 @@ import desk
 import pokeys
 from gcode import Shop, State, heater, show
 from operators import until
+from pokeys_gateway import config
 from pokeys_gateway.gcode import holder, jog, member, motion, operation
 from pokeys_gateway.gcode.lane import Modes
 from pokeys_gateway.wire import NotDone
@@ -252,6 +253,56 @@ async def heaters_that_nobody_needs_are_switched_off():
     operation.COLD_AFTER_S = before
 
 
+async def a_stop_while_the_spindle_is_being_switched_on():
+    """M410 leaves it on; it is known, and M5 switches it off."""
+    async with shop(machine_spindle=config.Output(True, 31)) as one:
+        values = {"pin.30.is-output": 1, "connected": True}
+        state = State(values)
+        show(one, mill=state)
+        await one.operation.holder.take()
+        state.commander_alive = True
+        one.fake.pause()
+        one.table.send(one.client, b"M3\n")
+        await busy(one)
+        other = one.table.client("b")
+        one.table.send(other, b"M410\n")
+        one.fake.free.set()
+        await until("the stop", lambda: not other.pending)
+        given = [values["pin.30.out"] for values, _, _ in one.fake.updates if "pin.30.out" in values]
+        assert one.operation.outputs.commanded == any(given), given
+        one.table.send(other, b"M5\n")
+        await until("it is off", lambda: not other.pending)
+        assert [values["pin.30.out"] for values, _, _ in one.fake.updates if "pin.30.out" in values][-1] is False
+        assert not one.operation.outputs.commanded and not one.operation.outputs.turns
+
+
+async def gains_are_searched_for():
+    async with shop() as one:
+        lit(one, 0.0, tuning=1)
+        one.table.send(one.client, b"M303 S100 U1\n")
+        await until("it searches", lambda: one.fake.orders == [pokeys.OneShot.HEATER_TUNE])
+        assert one.operation.heating.searching == {0} and targets(one) == [0]
+        lit(one, 0.0, tuning=2, tuned_p=20.0, tuned_i=1.5, tuned_d=90.25)
+        await until("they are found", lambda: not one.client.pending)
+        assert said(one) == ["PID Autotune start", "PID Autotune finished!", "#define DEFAULT_Kp 20.00", "#define DEFAULT_Ki 1.50",
+                             "#define DEFAULT_Kd 90.25", "ok"]
+        assert one.fake.orders[2:] == 3 * [pokeys.OneShot.HEATER_GAIN] and not one.operation.heating.searching
+        # a stop ends it, and so does a fault of it
+        lit(one, 0.0, tuning=1)
+        one.fake.orders.clear()
+        one.table.send(one.client, b"M303\n")
+        await until("it searches", lambda: one.fake.orders)
+        other = one.table.client("b")
+        one.table.send(other, b"M410\n")
+        await until("it has ended", lambda: not other.pending and len(one.fake.orders) > 1)
+        await until("it is stopped", lambda: not one.operation.heating.searching)
+        assert one.fake.orders.count(pokeys.OneShot.HEATER_TUNE) == 2
+        lit(one, 0.0, tuning=3)
+        one.client.deaf_until = 0.0
+        one.table.send(one.client, b"M303\n")
+        await until("the answer", lambda: "Error:M303: no gains were found; pokeysctl events may show the reason" in said(one))
+
+
 def speeds_are_those_of_linear_axes():
     """Whatever else moves beside them has to be there at the same time."""
     for lengths, feed, speed in (({"X": 3.0, "Y": 4.0}, 10.0, 10.0), ({"X": 3.0, "E": 4.0}, 6.0, 10.0),
@@ -381,7 +432,7 @@ def main():
     for test in (a_stop_while_the_place_is_taken, a_stop_in_the_middle_of_a_target, a_lapse_is_no_chance_to_go_on,
                  faults_and_what_is_not_seen, a_stop_and_the_permission_after_it, others_are_told,
                  a_fault_is_seen_while_others_move, heaters_that_nobody_needs_are_switched_off,
-                 a_jog_belongs_to_who_holds_it, a_stop_while_a_motor_is_being_enabled):
+                 a_stop_while_the_spindle_is_being_switched_on, gains_are_searched_for, a_jog_belongs_to_who_holds_it, a_stop_while_a_motor_is_being_enabled):
         asyncio.run(asyncio.wait_for(test(), 60))
         print(f"ok: {test.__name__}")
     assert desk.hub_of().config.machine_device is None

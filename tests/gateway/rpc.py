@@ -109,7 +109,7 @@ def test_the_console():
             one, other = Talker(first.ws), Talker(second.ws)
             info = await one.ask("console.info")
             equal({"machine": "PoKeys devices", "why": "", "send": False, "device": "mill", "axes": ["X"], "files": False,
-                   "halted": "", "job": None, "heaters": []}, info)
+                   "halted": "", "message": "", "job": None, "heaters": []}, info)
             equal((await one.ask("console.send", line="M105"))["code"], -32003)
             for client in one, other:
                 equal(await client.ask("console.subscribe"), {})

@@ -12,9 +12,9 @@ import sys
 
 import rig
 from linuxcncrig import LinuxCNC, position, stands, switch_on
-from rig import wait
+from rig import halcmd, wait
 
-PORT = 8580
+PORT, TELNET = 8580, 2323
 BUILD = pathlib.Path(sys.argv[2]).resolve().parents[1]
 PROGRAM = rig.ROOT / "gateway/pokeys-gateway"
 ENVIRONMENT = {**os.environ, "PYTHONPATH": f"{rig.ROOT}/gateway:{rig.ROOT}/python",
@@ -30,7 +30,9 @@ class Gateway:
         self.log = folder / "gateway.log"
         conf = folder / "gateway.conf"
         conf.write_text(f"[http]\nlisten = 127.0.0.1:{PORT}\n[access]\nusers = {folder}/users\n[linuxcnc]\n"
-                        f"operate = {operate}\n[gateway]\nruntime-directory = {folder}/run\n", encoding="utf-8")
+                        f"operate = {operate}\n" + "hotend = 1\n" * (operate == "yes") +
+                        f"[gateway]\nruntime-directory = {folder}/run\n[machine]\nkind = pokeys\n"
+                        f"[telnet]\nlisten = 127.0.0.1:{TELNET}\n[console]\nlevel = user\n", encoding="utf-8")
         words = ["/usr/bin/python3", "-B", PROGRAM, "--config", conf]
         for name, level in (("gus", "guest"), ("ulla", "user")):
             # the file has to be there if the configuration names it
@@ -254,6 +256,42 @@ async def does_not_obey_what_is_old(machine):
         assert await asyncio.to_thread(stands, 0) == 5
 
 
+async def obeys_g_code(_machine):
+    """Of a program at the console."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", TELNET)
+
+    async def ask(line):
+        writer.write(line.encode() + b"\n")
+        said = []
+        while not said or not said[-1].startswith("ok"):
+            said.append((await asyncio.wait_for(reader.readline(), rig.PATIENCE)).decode().rstrip())
+        return [one for one in said if one != "echo:busy: processing"]
+    assert await ask("G0 X12") == ["ok"] and await ask("M400") == ["ok"]
+    assert position(0) == 12, position(0)
+    assert (await ask("M114"))[0].startswith("X:12.0000 Y:"), await ask("M114")
+    # moves wait for each other, and are where they should be in the end
+    for i in range(5):
+        assert await ask(f"G1 X{12 + i} F3000 (move {i})") == ["ok"]
+    assert await ask("M400") == ["ok"] and position(0) == 16
+    # what LinuxCNC says of a line is in its answer
+    said = await ask("G1 X1 Q5")
+    assert any(line.startswith("Error:G1: LinuxCNC refuses it: ") and "q" in line.lower() for line in said), said
+    assert await ask("M104 S200") == ["ok"]
+    await asyncio.to_thread(wait, "the target", lambda: float(halcmd("getp", "motion.analog-out-01")) == 200)
+    assert await ask("M220 S50") == ["ok"]
+    while await ask("M220") != ["FR:50%", "ok"]:
+        await asyncio.sleep(0.05)
+    assert await ask("M220 S100") == ["ok"]
+    said = await ask("M24")
+    assert said[-2:] == ["Error:M24: no programme is loaded", "ok"], said
+    assert await ask("G1 X90 F300") == ["ok"]
+    begun = position(0)
+    await asyncio.to_thread(wait, "it moves", lambda: position(0) > begun + 0.5)
+    said = await ask("M410")
+    assert said[0].startswith("[stop by telnet") and await asyncio.to_thread(stands, 0) < 80, said
+    writer.close()
+
+
 async def refuses(_machine):
     """Nobody operates unless it is configured."""
     async with connect("ulla") as ws:
@@ -265,7 +303,7 @@ async def refuses(_machine):
 
 def one_machine(machine):
     """All of it with one LinuxCNC, whose start takes longest."""
-    for operate, tests in (("yes", (operates, does_not_obey_what_is_old)), ("no", (refuses,))):
+    for operate, tests in (("yes", (operates, does_not_obey_what_is_old, obeys_g_code)), ("no", (refuses,))):
         gateway = Gateway(machine, operate)
         try:
             for test in tests:

@@ -279,26 +279,29 @@ class Router:
         self.halt(client, lines)
         self._past_all(client, data)
 
-    def halt(self, client: Client, lines: int = 0) -> None:
-        """A stop has come: what came before it is forgotten, `lines` of this client already."""
+    def halt(self, client: Client | None, lines: int = 0, by: str = "") -> None:
+        """A stop has come: what came before it is forgotten, `lines` of this client already. Without a client, it has
+        come another way, and ``by`` says whose it is."""
         assert self.machine
         self.stops += 1
         under_way = self.machine.on_stop()
-        lines += client.forget_held() + sum(under_way.values()) + self.machine.outbox.clear(urgent=False)
+        lines += client.forget_held() if client else 0
+        lines += sum(under_way.values()) + self.machine.outbox.clear(urgent=False)
         for one in self.clients:
             if one is client:
                 continue
             forgotten = one.forget()
             lines += forgotten
             if forgotten or under_way.get(one):
-                one.deaf_until = client.last_at + DEAF_S
+                one.deaf_until = (client or one).last_at + DEAF_S
                 self.tell(one, DEAF)
-        client.deaf_until = 0.0
+        if client:
+            client.deaf_until = 0.0
         if self._owner and self._owner is not client:
             self._owner.skips = True        # the rest of its line
         self._owner = None
         self._go_on()
-        self.tell_all(f"[stop by {client}; lines not sent: {lines}]")
+        self.tell_all(f"[stop by {client or by}; lines not sent: {lines}]")
 
     def _past_all(self, client: Client, data: bytes) -> None:
         """Send something urgent."""

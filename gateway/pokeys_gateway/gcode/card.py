@@ -21,6 +21,7 @@ import os
 import re
 import threading
 from collections.abc import AsyncGenerator, Awaitable, Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -38,7 +39,8 @@ NOTE = ".job"
 WAITS = ("M0", "M1", "M226")
 TEXTS = ("M117", "M118", "$J")
 _COMMAND = re.compile(r"[GM]\s*\d", re.I)
-NEEDED = ("M3", "M4", "M6", "M98", "M600")         # without these, the next move is a mistake
+NEEDED = ("M6", "M98", "M600")         # without these, the next move is a mistake
+SPINDLE_OFF = "M5"          # a program's end does that, too
 Result = TypeVar("Result")
 _LOG = logging.getLogger("pokeys-gateway")
 
@@ -351,12 +353,13 @@ class Card:
         if line.name not in TEXTS and _COMMAND.search(argument):
             raise NotDone(f'"{line.text[:LINE_MOST]}": one line has one command')
         if line.name == "M2" or (line.name == "M30" and not argument):
+            await self.run(Job(None, replace(line, name=SPINDLE_OFF), modes, lambda text: None))
             raise _Ended
         if line.name in WAITS:
             self.pause(line.name)
             await self._pause()
             return ""
-        if line.name == "T0" or await self.run(Job(None, line, modes, lambda text: None)):
+        if await self.run(Job(None, line, modes, lambda text: None)):
             return ""
         if line.name[:1] != "M" or line.name in NEEDED:
             raise NotDone(f'"{line.text[:LINE_MOST]}" cannot be carried out')

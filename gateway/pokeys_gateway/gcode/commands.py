@@ -24,6 +24,7 @@ from .parser import BadWords, Line
 
 __all__ = ["AUTOREPORT", "COMMANDS", "END_JOB", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command",
            "switches_off"]
+NO_SETTINGS = "echo:G-code commands no device"
 Work = Callable[[Operation, Job], Awaitable[str]]
 
 
@@ -116,7 +117,7 @@ def _mode(**modes: bool | float) -> Work:
 
 def switches_off(line: Line) -> bool:
     """It switches something off, and nothing on."""
-    if line.name in ("M18", "M84"):
+    if line.name in ("M5", "M18", "M84", "M107"):
         return True
     try:
         words = line.words()
@@ -130,6 +131,30 @@ AUTOREPORT = "M155"
 async def _begin_at(operation: Operation, job: Job) -> None:
     words = job.line.words()
     await operation.card.begin_at(words.get("S"), words.get("L"))
+
+
+async def _tool(operation: Operation, job: Job) -> None:
+    tool = job.line.words().get("T") or 0.0
+    if tool:        # without heaters, there is one tool all the same
+        operation.heating.find(heating.HOT_END, tool)
+    job.modes.tool = int(tool)
+
+
+async def _when_still(operation: Operation, work: Callable[[], Awaitable[None]]) -> None:
+    await operation.motion.finish()
+    await work()
+
+
+async def _show(operation: Operation, job: Job) -> None:
+    operation.show(job.line.argument)
+
+
+async def _tell(operation: Operation, job: Job) -> None:
+    operation.tell(job.line.argument)
+
+
+def _settings(hub: Hub, operation: Operation | None) -> str:
+    return report.settings(hub, operation.holder.device, operation.motion.percent) if operation else NO_SETTINGS
 
 
 def _name(job: Job) -> str:
@@ -169,6 +194,13 @@ COMMANDS = {
                   work=_does(lambda operation, job: operation.motion.move(job, rapid=False))),
     "$J": Command("=, axes and F: as G1, with G90, G91, G20 and G21 for this line only",
                   work=_does(lambda operation, job: operation.motion.jog(job)), text=True),
+    "T": Command("and a number: this client's M104 and M109 without T are for this hot end", work=_does(_tool)),
+    "M3": Command("S and revolutions/min: turn the spindle clockwise, when all moves have ended",
+                  work=_does(lambda operation, job: _when_still(operation, lambda: operation.outputs.turn(job)))),
+    "M4": Command("S and revolutions/min: turn the spindle counterclockwise, when all moves have ended",
+                  work=_does(lambda operation, job: _when_still(operation, lambda: operation.outputs.turn(job)))),
+    "M5": Command("stop the spindle, when all moves have ended",
+                  work=_does(lambda operation, _job: _when_still(operation, operation.outputs.stand))),
     "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended",
                   work=_does(lambda operation, job: operation.motion.dwell(job))),
     "G20": Command("units are inches", work=_mode(scale=INCH)),
@@ -211,6 +243,10 @@ COMMANDS = {
                     work=_does(lambda operation, job: operation.heating.set(job, heating.HOT_END, "S"))),
     "M105": Command("show temperatures, targets and powers of heaters", _of(report.trouble), _of(report.temperatures),
                     at_once=True),
+    "M106": Command("S and 0 to 255: a fan, P and its number", work=_does(
+        lambda operation, job: operation.outputs.fan(job, on=True))),
+    "M107": Command("a fan is off, P and its number", work=_does(
+        lambda operation, job: operation.outputs.fan(job, on=False))),
     "M108": Command("end all waits for temperatures", at_once=True, commands=False,
                     act=lambda operation: operation.heating.give_up()),
     "M109": Command("as M104, and wait until it is warm; with R instead of S also until it has cooled down",
@@ -218,6 +254,8 @@ COMMANDS = {
     RENUMBER: Command("N and a number: set the number of the last line"),
     "M112": Command("emergency stop of LinuxCNC, or of the device that G-code commands", stop="emergency_stop"),
     "M114": Command("show where the axes are, and where they are commanded to be", _positions, at_once=True),
+    "M117": Command("a text: show it on the page", work=_does(_show), commands=False, text=True),
+    "M118": Command("a text: show it to all clients", work=_does(_tell), commands=False, text=True),
     "M115": Command("show version, abilities and commands", _of(_firmware)),
     "M119": Command("show limit switches and home switches", _of(report.switches), at_once=True),
     "M140": Command("S and degrees C: set the target of the bed",
@@ -231,6 +269,13 @@ COMMANDS = {
                     work=_does(lambda operation, job: operation.heating.reach(job, heating.CHAMBER))),
     "M220": Command("S and percent, 0 to 200: set the feed override; without S: show it",
                     work=_does(lambda operation, job: operation.motion.override(job))),
+    "M301": Command("P, I, D and numbers: set the gains of a hot end, E and its number; without P, I, D: show them",
+                    work=_does(lambda operation, job: operation.tuning.gains(job, heating.HOT_END))),
+    "M303": Command("E and a hot end, or E-1 for the bed, S and degrees C: search for its gains; U1: use them",
+                    work=_does(lambda operation, job: operation.tuning.search(job))),
+    "M304": Command("as M301, for the bed",
+                    work=_does(lambda operation, job: operation.tuning.gains(job, heating.BED))),
+    "M503": Command("show the settings of axes and heaters", _settings),
     "M400": Command("wait until all moves have ended", work=_does(lambda operation, _job: operation.motion.finish())),
     "M410": Command("stop LinuxCNC's program and axes, or the axes of the device that G-code commands", stop="stop"),
     END_JOB: Command("end the job, and stop the axes", stop="stop", at_once=True, act=_no_job),

@@ -38,6 +38,7 @@ class Heating:
         self._holder = holder
         self._targets: dict[int, float] = {}        # commanded, by the device's numbers
         self._since: dict[int, float] = {}          # when
+        self.searching: set[int] = set()            # those whose gains are searched for
         self._seen = 0.0            # when the device was connected
         self.used_at = 0.0          # when a target was commanded last
         self._order = asyncio.Lock()
@@ -46,8 +47,8 @@ class Heating:
 
     @property
     def commanded(self) -> bool:
-        """A heater has a target, or is about to get one."""
-        return bool(self._targets) or self._order.locked()
+        """A heater has a target, or is about to get one, or heats to find its gains."""
+        return bool(self._targets or self.searching) or self._order.locked()
 
     @property
     def faulty(self) -> bool:
@@ -63,7 +64,8 @@ class Heating:
         celsius = words.get(letter)
         if celsius is None:
             raise BadWords(f"needs {' or '.join(letters)} with a temperature in degrees C")
-        index = await self._set(self._find(kind, words.get("T")), celsius)
+        tool = words.get("T")
+        index = await self._set(self.find(kind, job.modes.tool if tool is None else tool), celsius)
         return index, letter == letters[0]
 
     async def reach(self, job: Job, kind: str) -> None:
@@ -79,10 +81,6 @@ class Heating:
         finally:
             self._given_up.discard(given_up)
 
-    def unused_since(self, then: float) -> bool:
-        """They heat, and nothing was commanded since then."""
-        return bool(self._targets) and not self._order.locked() and self.used_at < then
-
     def give_up(self) -> None:
         """Nobody waits for a temperature any more."""
         for event in self._given_up:
@@ -92,6 +90,7 @@ class Heating:
         """They are to be switched off, by these values."""
         indices = {*self._targets, *(heater.index for heater in self.all())}
         self._targets.clear()
+        self.searching.clear()
         self._since.clear()
         return {_name(index): 0.0 for index in sorted(indices)}
 
@@ -140,7 +139,8 @@ class Heating:
         nothing = Heater(self._holder.device, index, "", "", math.nan, 0.0, 0.0, False, 0.0, False, "", "")
         return next((heater for heater in self.all() if heater.index == index), nothing)
 
-    def _find(self, kind: str, number: float | None) -> Heater:
+    def find(self, kind: str, number: float | None) -> Heater:
+        """The hot end with this number, or the bed or the chamber. :class:`NotDone`."""
         letter = kind if kind != HOT_END else f"{kind}{number or 0:g}"
         for heater in report.heaters(self._hub):
             if heater.letter == letter:
@@ -158,6 +158,9 @@ class Heating:
         if celsius and heater.trouble:
             what = "off by a fault" if heater.fault else "not ready"
             raise NotDone(f"heater {heater.title} is {what}: {heater.trouble}")
+        if celsius and heater.index in self.searching:
+            raise NotDone(f"the gains of heater {heater.title} are being searched for; M104 S0 or M140 S0 ends that")
+        self.searching.discard(heater.index)
         # a stop ends the wait for it, and not what is half done
         giving = asyncio.get_running_loop().create_task(self._give(heater.index, celsius))
         self._giving.add(giving)
@@ -176,6 +179,7 @@ class Heating:
             self._holder.check()
             if not celsius and not self._holder.held and not self._of(index).target:
                 return
+            self.used_at = asyncio.get_running_loop().time()
             await self._holder.take()
             if celsius and index not in self._targets:
                 # the daemon heats only who was off
@@ -183,7 +187,7 @@ class Heating:
                 await self._holder.wait()
             before = self._targets.get(index), self._since.get(index)
             self._targets[index] = celsius
-            self._since[index] = self.used_at = asyncio.get_running_loop().time()
+            self._since[index] = asyncio.get_running_loop().time()
             try:
                 await self._holder.update({name: celsius})
             except NotDone:

@@ -45,6 +45,7 @@ class Holder:
         self.device = device
         self.on_beat: Callable[[], None] = lambda: None             # while the place is held
         self.on_lost: Callable[[str], None] = lambda why: None      # it is not held any more
+        self.moving = asyncio.Lock()        # of who enables axes, moves them, or switches the machine on
         self._runtime = runtime
         self._thread = ThreadPoolExecutor(1, "commander")
         self._turn = 0              # how many stops there were

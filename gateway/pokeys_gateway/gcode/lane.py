@@ -27,6 +27,7 @@ class Modes:
         self.scale = 1.0                    # mm for each unit
         self.feed: float | None = None      # as given, units/s
         self.feed_scale = 1.0               # mm for each of them
+        self.tool = 0                       # hot end
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,10 @@ class Lane:
     def has(self, job: Job) -> bool:
         """It is still under way."""
         return bool(self._jobs) and self._jobs[0] is job
+
+    def holds(self, name: str) -> bool:
+        """A line with this command is under way, or waits."""
+        return any(job.line.name == name for job in self._jobs)
 
     def skips(self, job: Job) -> bool:
         """Is this one of them?"""

@@ -27,6 +27,7 @@ from .card import Storing
 from .commands import AUTOREPORT, COMMANDS, END_JOB, RENUMBER, RESUME, STATE, STORE, STORED, Command, switches_off
 from .holder import STOPPED
 from .lane import Job, Lane
+from .linuxcnc import PAUSE, RUN, LinuxCnc
 from .operation import Operation
 from .parser import LINE_MOST, BadLine, BadWords, Line, parse
 
@@ -35,13 +36,15 @@ TAKE = 1 << 20              # bytes at once: all that the router lets wait
 KEPT = 4 * LINE_MOST        # of a line that is too long
 SHOWN = 64                  # characters of a line in a message
 JOIN_S = 0.1                # a stop so soon after the same one is the same
+NOW_MOST = 64               # lines that go past others
 DUE_MOST = 64               # replies to stops that a client can wait for
 REPORT_S = 0.5, 60.0        # from one report of temperatures to the next
 LAST_S = 2.0                # for stops under way when the gateway ends
 TOO_LONG = f"echo:not carried out: a line has at most {LINE_MOST} characters: "
 NO_STOP = ("the gateway may not operate LinuxCNC ([linuxcnc] operate = no), and commands no device ([machine] device); "
            "use the machine's own switch")
-NO_DEVICE = "G-code has no device to command; set device in [machine], see pokeys-gateway.conf(5)"
+NO_DEVICE = ("G-code has no device to command; set device in [machine], or operate = yes in [linuxcnc], see "
+             "pokeys-gateway.conf(5)")
 _END = re.compile(rb"\r\n|\r|\n")
 _LOG = logging.getLogger("pokeys-gateway")
 
@@ -85,6 +88,11 @@ class Machine:
         self._lanes: WeakKeyDictionary[Client, Lane] = WeakKeyDictionary()
         device = hub.config.machine_device
         self._operation = Operation(hub, device, self._halt, self._router.tell_all) if device else None
+        self._linuxcnc = LinuxCnc(hub, self._router.tell_all) if hub.config.operate and not device else None
+        self._now: set[asyncio.Task[None]] = set()      # lines that wait for no other
+        self._own_stop = False          # a stop of ours is being begun
+        if self._linuxcnc:
+            hub.operators.on_stop = self._stopped_elsewhere
         if self._operation:
             console.about = self._operation.about
             console.store = self._operation.store
@@ -109,11 +117,15 @@ class Machine:
             lane.clear(STOPPED)
         if self._operation:
             await self._operation.close()
+        if self._linuxcnc:
+            self._linuxcnc.close()
 
     def _forget(self) -> dict[Client | None, int]:
         """A stop has come: lines that are here are not carried out; how many that are."""
         lines: dict[Client | None, int] = {None: len(self._taken) + bool(self._begun)}
         lines |= self._clear_lanes(STOPPED)
+        for task in self._now:
+            task.cancel()
         if self._operation:
             self._operation.abort(STOPPED)
         while self._taken:
@@ -215,21 +227,44 @@ class Machine:
         if line.name == RENUMBER:
             self._renumber(asker, line)
         command = COMMANDS.get(line.name)
-        if line.name == END_JOB and self._operation and self._operation.running:
+        linuxcnc = self._linuxcnc if self._linuxcnc and self._linuxcnc.takes(line) else None
+        if line.name == END_JOB and (self._linuxcnc or (self._operation and self._operation.running)):
             self._stop(asker, END_JOB, b"", False, request)
             return
-        if command and (command.work or (command.act and command.commands)) and not self._operation:
+        if command and (command.work or (command.act and command.commands)) and not self._operation and not linuxcnc:
             self._tell(asker, self._reason(asker, NotDone(NO_DEVICE), line.name), request)
             return
         lane = self._lanes.setdefault(asker, Lane(self._work, functools.partial(self._room, ref(asker))))
         storing = self._storing(asker, lane, line)
-        if storing or (command and command.work) or (lane.busy and not (command and command.at_once)):
-            lane.put(Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request), storing))
+        job = Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request), storing)
+        if linuxcnc and self._goes_past(linuxcnc, lane, line.name):
+            job.owe(1)
+            task = asyncio.get_running_loop().create_task(self._pause(linuxcnc, job))
+            self._now.add(task)
+            task.add_done_callback(self._now.discard)
+            return
+        if storing or linuxcnc or (command and command.work) or (lane.busy and not (command and command.at_once)):
+            lane.put(job)
             if lane.full and not lane.held:
                 lane.held = True
                 self._router.hold(asker, True)
             return
         self._tell(asker, self._reply(asker, line), request)
+
+    def _goes_past(self, linuxcnc: LinuxCnc, lane: Lane, name: str) -> bool:
+        """A pause and its end do not wait for the line that is paused."""
+        return lane.busy and len(self._now) < NOW_MOST and ((name == PAUSE and not lane.holds(RUN)) or
+                                                           (name == RUN and linuxcnc.paused))
+
+    async def _pause(self, linuxcnc: LinuxCnc, job: Job) -> None:
+        assert job.asker
+        try:
+            await linuxcnc.carry_out(job)
+            job.tell("ok")
+        except Exception as why:
+            job.tell(self._reason(job.asker, why, job.line.name))
+        finally:
+            job.owe(-1)
 
     def _storing(self, asker: Client, lane: Lane, line: Line) -> Storing | None:
         """The file that this line is a part of: from M28 to M29, or to M999."""
@@ -264,6 +299,8 @@ class Machine:
         """To a command that takes no time."""
         if line.name == AUTOREPORT:
             self._report_from_now(asker, line)
+        if self._linuxcnc and line.name in ("M27", "M108", "M114"):
+            return self._of_linuxcnc(self._linuxcnc, line.name)
         if not line.text:
             return "ok"
         if line.name not in COMMANDS:
@@ -279,6 +316,14 @@ class Machine:
         before, behind = command.run(self._hub, self._operation), command.answer(self._hub, self._operation)
         return f"{before}\n" * bool(before) + f"ok {behind}".rstrip()
 
+    @staticmethod
+    def _of_linuxcnc(linuxcnc: LinuxCnc, name: str) -> str:
+        if name == "M108":
+            linuxcnc.give_up()
+            return "ok"
+        linuxcnc.watch()
+        return f"{linuxcnc.positions() if name == 'M114' else linuxcnc.progress()}\nok"
+
     # ---- commands that take time
 
     def _room(self, whose: ReferenceType[Client]) -> None:
@@ -290,6 +335,7 @@ class Machine:
         """Carry out a line, with its reply."""
         assert job.asker
         command, operation, lane = COMMANDS.get(job.line.name), self._operation, self._lanes[job.asker]
+        linuxcnc = self._linuxcnc if self._linuxcnc and self._linuxcnc.takes(job.line) else None
         try:
             if job.storing:
                 job.tell(await self._store(job, job.storing))
@@ -297,6 +343,9 @@ class Machine:
                 return      # what switches off is carried out for who is gone, too
             elif lane.skips(job) and not switches_off(job.line):
                 raise NotDone("not carried out, as a line before it has failed")
+            elif linuxcnc:
+                before = await linuxcnc.carry_out(job)
+                job.tell(f"{before}\n" * bool(before) + "ok")
             elif command and command.work and operation:
                 if command.commands:
                     await operation.ready()
@@ -310,7 +359,7 @@ class Machine:
         except Exception as why:
             if not lane.has(job):
                 return      # a fault that it has met itself has ended it already
-            failed = bool(job.storing or (command and command.work))
+            failed = bool(job.storing or linuxcnc or (command and command.work))
             job.tell(self._reason(job.asker, why, (job.line.name or "line") if failed else ""))
             if failed and not job.storing and job.asker.connected:
                 lane.skip()
@@ -415,10 +464,19 @@ class Machine:
         if last and not last.done.done() and loop.time() < last.at + JOIN_S:
             return last
         begin = self._operation.begin_stop if self._operation else self._hub.operators.begin_stop
-        stop = self._stops[method] = _Stop(loop.time(), begin(method))
+        self._own_stop = True
+        try:
+            stop = self._stops[method] = _Stop(loop.time(), begin(method))
+        finally:
+            self._own_stop = False
         self._under_way.add(stop.done)
         stop.done.add_done_callback(functools.partial(self._stopped, stop))
         return stop
+
+    def _stopped_elsewhere(self) -> None:
+        """LinuxCNC was stopped by another way into the gateway: lines that wait here belong to what was stopped."""
+        if not self._own_stop:
+            self._router.halt(None, by="an operator of LinuxCNC")
 
     def _stopped(self, stop: _Stop, done: asyncio.Future[None]) -> None:
         self._under_way.discard(done)

@@ -51,14 +51,14 @@ class Motion:
     def __init__(self, hub: Hub, holder: Holder) -> None:
         self._hub = hub
         self._holder = holder
-        self._order = asyncio.Lock()
+        self._order = holder.moving
         self._on: set[str] = set()          # letters of those that we have enabled, or are enabling
         self._changing: set[str] = set()    # ... that are being enabled or homed
         self._homing: Member | None = None  # until that has ended, or a stop has ended it
         self._ends: dict[str, float] = {}   # where the queued moves end, units
         self._begins = True                 # the next move need not follow another one
         self._moved = False                 # a path is under way, as far as we know
-        self._percent = 100.0
+        self.percent = 100.0        # feed override
         self._fed = False                   # the daemon has the override
         self.used_at = 0.0         # when something was commanded last
         self.shifts: dict[str, float] = {}  # position of the machine - logical position
@@ -113,7 +113,7 @@ class Motion:
 
         Not after ``until``, as it may not be held any more, and not while somebody else gives moves.
         """
-        if self._percent == 0:
+        if self.percent == 0:
             raise NotDone("the feed override is 0 %")
         if self._order.locked():
             return None
@@ -126,8 +126,8 @@ class Motion:
             speed = math.copysign(min(abs(speed), member.speed, member.acceleration * NUDGE_S), speed)
             modes = Modes()
             modes.relative = modes.relative_extruder = True
-            modes.feed = abs(speed) / max(1.0, self._percent / 100)
-            await self._move({letter: speed * NUDGE_S * min(1.0, self._percent / 100)}, modes)
+            modes.feed = abs(speed) / max(1.0, self.percent / 100)
+            await self._move({letter: speed * NUDGE_S * min(1.0, self.percent / 100)}, modes)
             return int(self._state()["moves.taken"])
 
     def waiting(self) -> int:
@@ -233,10 +233,10 @@ class Motion:
         """M220: S and percent; without it, what it is."""
         percent = numbers(job).get("S")
         if percent is None:
-            return f"FR:{self._percent:g}%"
+            return f"FR:{self.percent:g}%"
         if not 0 <= percent <= FEED_MOST:
             raise BadWords(f"the feed override must be 0 to {FEED_MOST:g} percent")
-        self._percent, self._fed = percent, False
+        self.percent, self._fed = percent, False
         if self._on:
             await self._feed()
         return ""
@@ -519,7 +519,7 @@ class Motion:
             nonlocal last, since
             self._holder.check()
             mark = int(state["moves.waiting"]), sum(member.place for member in members_of(state).values())
-            if mark != last or self._percent == 0:
+            if mark != last or self.percent == 0:
                 last, since = mark, loop.time()
             elif loop.time() - since > STILL_S:
                 raise NotDone(f"nothing has moved for {STILL_S / 60:.0f} minutes")
@@ -527,7 +527,7 @@ class Motion:
 
     async def _feed(self) -> None:
         outcome = await self._holder.order(OneShot.MOVES_CONTROL, index=MovesControl.FEED,
-                                           parameters=[self._percent / 100])
+                                           parameters=[self.percent / 100])
         if outcome != Outcome.DONE:
             raise NotDone("the daemon refused the feed override")
         self._fed = True

@@ -15,12 +15,15 @@ from typing import Any
 
 from ..hub import Hub
 from ..wire import NotDone
+from . import report
 from .card import Card, Storing
 from .heating import Heating
 from .holder import Holder, begin
 from .jog import Jog
 from .lane import Job
 from .motion import Motion
+from .outputs import Outputs
+from .tuning import Tuning
 
 IDLE_S = 5.0                # commanding nothing
 OFF_AFTER_S = 600.0         # without a move: motors and axes are switched off
@@ -45,6 +48,9 @@ class Operation:
         self.holder.on_lost = self._fail
         self.heating = Heating(hub, self.holder)
         self.motion = Motion(hub, self.holder)
+        self.outputs = Outputs(hub, self.holder)
+        self.tuning = Tuning(hub, self.holder, self.heating)
+        self.message = ""           # of M117
         self._jog = Jog(self.motion, self.holder, lambda: self.begin_stop("stop"))
         folder = hub.config.machine_folder
         self._card = Card(folder, say) if folder else None
@@ -74,6 +80,7 @@ class Operation:
     def about(self) -> dict[str, Any]:
         """For a page: what is commanded."""
         return {"device": self.holder.device, "axes": self.motion.letters(), "halted": self.halted,
+                "message": self.message,
                 "heaters": [{"name": one.title, "letter": one.letter, "most": one.most} for one in self.heating.all()],
                 "files": self._card is not None, "job": self._card.about() if self._card else None}
 
@@ -86,6 +93,14 @@ class Operation:
     def running(self) -> bool:
         """A job of a file is under way, or waits."""
         return self._card is not None and self._card.running
+
+    def show(self, text: str) -> None:
+        """M117: on the page."""
+        self.message = text
+
+    def tell(self, text: str) -> None:
+        """M118: to all clients."""
+        self._say(report.message(text))
 
     def store(self, name: str) -> Storing:
         """A file that is to be written; :class:`NotDone` if there is no folder."""
@@ -155,13 +170,17 @@ class Operation:
         self.holder.interrupt()
         if await self.holder.settle():
             with contextlib.suppress(NotDone):
-                await self.holder.stop(self.heating.forget(), motion=True)
+                await self.holder.stop(self._forget(), motion=True)
         await self.holder.close()
         # the disk may hang
         if self._card:
             await self._card.close()
 
     # ---- what happens
+
+    def _forget(self) -> dict[str, float | bool]:
+        """Heaters and outputs are to be switched off, by these values."""
+        return {**self.heating.forget(), **self.outputs.forget()}
 
     def _begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         task = begin(work)
@@ -172,14 +191,15 @@ class Operation:
     def _look(self) -> None:
         """While the place is held."""
         now = asyncio.get_running_loop().time()
-        idle = not (self.heating.commanded or self.motion.commanded or self._tasks or self._resuming or self._emergency)
+        idle = not (self.heating.commanded or self.motion.commanded or self.outputs.commanded or
+                    self._tasks or self._resuming or self._emergency)
         # what a stop is about to end is not judged
         if not self._stops and (why := self.heating.trouble(now) or self.motion.trouble()):
             self._fail(why)
         elif self.busy() or self.running:
             self._worked_at = now
-        elif max(self._worked_at, self.motion.used_at) < now - COLD_AFTER_S and self.heating.unused_since(
-                now - COLD_AFTER_S):
+        elif (self.heating.commanded or self.outputs.commanded) and max(
+                self._worked_at, self.motion.used_at, self.heating.used_at, self.outputs.used_at) < now - COLD_AFTER_S:
             # a host that goes on after that would print with a cold hot end
             self._fail(f"no line has moved or heated for {COLD_AFTER_S / 60:.0f} minutes, so everything was "
                        "switched off")
@@ -216,12 +236,12 @@ class Operation:
         self.halted = self.halted or why
         self.holder.interrupt()
         self._jog.forget()
-        values = self.heating.forget()
+        values = self._forget()
         self.motion.forget()
         self._begin(self._all_off(values))
         self._failed(why)
 
-    async def _all_off(self, values: Mapping[str, float]) -> None:
+    async def _all_off(self, values: Mapping[str, float | bool]) -> None:
         """Also if the place was lost: a heater with hold-s goes on without a commander."""
         try:
             if not self.holder.held and not self.heating.off():
@@ -236,7 +256,7 @@ class Operation:
     async def _stop(self, emergency: bool) -> None:
         await self.holder.settle()
         if emergency:
-            values = self.heating.forget()
+            values = self._forget()
             self.motion.forget()
             if not self.holder.held and self._is_free():
                 await self.holder.take()
@@ -262,11 +282,13 @@ class Operation:
             raise NotDone(reading.reason if reading else self._hub.no_such_device(self.holder.device))
         if not self.holder.held and reading.state.commander_alive:
             return False
-        return self.heating.off() and self.motion.off() if emergency else self.motion.still()
+        return self.heating.off() and self.outputs.off() and self.motion.off() if emergency else self.motion.still()
 
     def _still_on(self, emergency: bool) -> str:
         if not self.holder.held and not self._is_free():
             return f"another program commands {self.holder.device}"
         if not emergency:
             return "something still moves"
+        if not self.outputs.off():
+            return "the spindle is still on"
         return "a motor or an axis is still on" if self.heating.off() else "a heater is still on"

@@ -33,7 +33,7 @@ class Line:
     """A line that is as it was sent."""
 
     number: int | None      # None: its sender does not number
-    name: str               # such as G1, M105, G38.2, $J or ?; "": no command
+    name: str               # such as G1, M105, G38.2, T, $J or ?; "": no command
     argument: str           # what stands behind it
     text: str               # both, for messages
 
@@ -87,6 +87,8 @@ def parse(data: bytes) -> Line | None:
     if not command:
         return Line(number, "", "", text)
     name = f"{command[1].upper()}{int(command[2])}" + (f".{command[3]}" if command[3] else "")
+    if name[0] == "T":
+        return Line(number, "T", text, text)        # its number is a word
     return Line(number, name, text[command.end():].strip(), text)
 
 

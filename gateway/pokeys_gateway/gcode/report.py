@@ -7,6 +7,7 @@ is none as a temperature.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -14,9 +15,11 @@ import pokeys
 
 from ..hub import Hub
 from ..source import Reading
+from .member import members
 
 POWER = 127                 # of M105, at full power
 BY_PLACE = 1, 3             # joint.NN.mode-in-effect: positions, motion buffer
+_FLAGS = re.compile(r"((?:[AEP]\d?(?:\s+|\Z))+)", re.I)    # in front of the text of M118
 LETTERS = {"bed": "B", "chamber": "C"}      # by their names in pokeysd.conf; all other heaters are hot ends
 
 
@@ -185,6 +188,37 @@ def positions(hub: Hub, device: str, shifts: Mapping[str, float]) -> str:
     """
     return "\n".join([*_missing(hub), *(line for name, state in _fresh(hub)
                                         for line in _places(state, shifts if name == device else {}))])
+
+
+def message(text: str) -> str:
+    """What M118 shows to all clients. A line that looks like an answer would be taken for one."""
+    words = _FLAGS.match(text)
+    flags, rest = (words[1].upper(), text[words.end():]) if words else ("", text)
+    return f"//{rest}" if "A1" in flags else f"echo:{rest}"
+
+
+def settings(hub: Hub, device: str, percent: float) -> str:
+    """As M503 shows them, in the form of commands: scales, speeds and accelerations of axes, gains of heaters."""
+    reading = hub.source.read(device)
+    state = reading.state if reading else None
+    if not reading or state is None or not reading.connected:
+        return f"echo:{reading.reason if reading else hub.no_such_device(device)}"
+    lines = []
+    axes = members(state)
+    for name, what, values in (
+            ("M92", "counts or pulses per unit", {letter: abs(one.scale) for letter, one in axes.items()}),
+            ("M203", "highest speeds, units/s", {letter: one.speed for letter, one in axes.items()}),
+            ("M201", "accelerations, units/s^2", {letter: one.acceleration for letter, one in axes.items()})):
+        words = [f"{letter}{value:.2f}" for letter, value in values.items() if math.isfinite(value)]
+        if words:
+            lines += [f"; {what}:", " ".join((name, *words))]
+    for heater in heaters(hub):
+        if heater.device == device and heater.letter != LETTERS["chamber"]:
+            name = f"M301 E{heater.letter[1:]}" if heater.letter[0] == "T" else "M304"
+            at = f"heater.{heater.index:02}.pid-"
+            lines += [f"; gains of heater {heater.title}:",
+                      " ".join((name, *(f"{gain}{_known(_number(state[at + gain.lower()])):.2f}" for gain in "PID")))]
+    return "\n".join(f"echo:{line}" for line in (*lines, "; feed override, percent:", f"M220 S{percent:g}"))
 
 
 def switches(hub: Hub) -> str:

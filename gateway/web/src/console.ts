@@ -29,6 +29,7 @@ export interface Info {
 	axes?: string[];
 	files?: boolean;
 	halted?: string;
+	message?: string;
 	job?: Job | null;
 }
 

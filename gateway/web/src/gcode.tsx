@@ -189,6 +189,7 @@ export function Machine({ console }: { console: Console }) {
 		{info.machine === null && <p class="bad">⚠ {info.why}</p>}
 		{info.halted && <p class="bad">⚠ {info.halted}. <button type="button" aria-disabled={!info.send}
 			onClick={() => info.send && console.send("M999")}>Permit commands again (M999)</button></p>}
+		{info.message && <p>{info.message}</p>}
 		{!info.send && <p>Log in to send lines.</p>}
 		<div class="parts">
 			<div class="part"><Log console={console} /><Entry console={console} off={!info.send} /></div>

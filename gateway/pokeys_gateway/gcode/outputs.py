@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Fans and a spindle at outputs of the device that G-code commands: M106, M107, M3 to M5.
+
+Nothing here is a safety function: the daemon and the device switch outputs off when the gateway is gone.
+"""
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+
+import pokeys
+
+from ..config import Output
+from ..hub import Hub
+from ..wire import NotDone
+from .holder import Holder
+from .lane import Job
+from .parser import BadWords
+
+FULL = 255.0                # of S of M106
+PERMIT_S = 3.0
+LOOK_S = 0.005
+NO_FAN = "echo:no fan is set; see fan in [machine] in pokeys-gateway.conf(5)"
+NO_SPINDLE = "no spindle is set; see spindle in [machine] in pokeys-gateway.conf(5)"
+FORWARD, REVERSE = "M3", "M4"
+
+
+class Outputs:
+    """Belongs to the event loop's thread."""
+
+    def __init__(self, hub: Hub, holder: Holder) -> None:
+        self._hub = hub
+        self._holder = holder
+        self._fans = hub.config.machine_fan
+        self._switch, self._pwm = hub.config.machine_spindle, hub.config.machine_spindle_speed
+        self._reverse, self._most = hub.config.machine_spindle_reverse, hub.config.machine_spindle_max
+        self._spindle = [one for one in (self._switch, self._pwm, self._reverse) if one]
+        self._order = asyncio.Lock()
+        self._on: set[str] = set()      # names of values that are not off
+        self._turns = ""                # the command that has begun it
+        self._speed: float | None = None        # the last S
+        self.used_at = 0.0              # when something was commanded last
+        self._giving: set[asyncio.Task[None]] = set()
+
+    @property
+    def commanded(self) -> bool:
+        """Something is on, or about to be."""
+        return bool(self._on) or self._order.locked()
+
+    @property
+    def turns(self) -> bool:
+        """The spindle is commanded to turn."""
+        return bool(self._turns)
+
+    async def fan(self, job: Job, *, on: bool) -> str:
+        """M106: P and the number of a fan, S and 0 to 255. M107: off."""
+        words = job.line.words()
+        number, speed = words.get("P") or 0.0, FULL if words.get("S") is None else words["S"] or 0.0
+        if not self._fans:
+            return NO_FAN
+        if number not in range(len(self._fans)):
+            raise NotDone(f"there is no fan P{number:g}; fan in [machine] has {len(self._fans)}")
+        if not 0 <= speed <= FULL:
+            raise BadWords(f"S must be 0 to {FULL:g}")
+        await self._give({self._fans[int(number)]: speed / FULL if on else 0.0})
+        return ""
+
+    async def turn(self, job: Job) -> None:
+        """M3 and M4: S and revolutions per minute."""
+        name, speed = job.line.name, job.line.words().get("S", self._speed)
+        if not self._spindle:
+            raise NotDone(NO_SPINDLE)
+        if name == REVERSE and not self._reverse:
+            raise NotDone("the spindle has one direction; see spindle-reverse in pokeys-gateway.conf(5)")
+        if self._turns not in ("", name):
+            raise NotDone(f"the spindle turns already, by {self._turns}; M5 stops it")
+        if self._pwm and speed is None:
+            raise BadWords("needs S with revolutions per minute")
+        if self._pwm and not 0 <= (speed or 0.0) <= self._most:
+            raise NotDone(f"the spindle's speed must be 0 to {self._most:g} revolutions per minute")
+        before, self._turns = self._turns, name
+        values = {one: 1.0 for one in (self._switch, self._reverse if name == REVERSE else None) if one}
+        if self._pwm:
+            values[self._pwm] = (speed or 0.0) / self._most
+        try:
+            await self._give(values)
+        except NotDone:
+            if self._turns == name:
+                self._turns = before
+            raise
+        self._speed = speed
+
+    async def stand(self) -> None:
+        """M5."""
+        await self._give(dict.fromkeys(self._spindle, 0.0))
+        self._turns = ""
+
+    def forget(self) -> dict[str, float | bool]:
+        """They are to be switched off, by these values."""
+        self._on.clear()
+        self._turns = ""
+        return dict(_value(one, 0.0) for one in (*self._fans, *self._spindle))
+
+    def off(self) -> bool:
+        """The device has the spindle off."""
+        state = self._state()
+        return not any(state[f"pin.{one.index:02}.out-fb"] if one.digital else state[f"pwm.{one.index:02}.enabled"] and
+                       state[f"pwm.{one.index:02}.duty"] for one in self._spindle)
+
+    # ---- one step
+
+    def _state(self) -> pokeys.State:
+        reading = self._hub.source.read(self._holder.device)
+        if not reading or reading.state is None or not reading.connected:
+            raise NotDone(reading.reason if reading else self._hub.no_such_device(self._holder.device))
+        return reading.state
+
+    async def _give(self, wanted: Mapping[Output, float]) -> None:
+        # a stop ends the wait for it, and not what is half done
+        giving = asyncio.get_running_loop().create_task(self._command(wanted))
+        self._giving.add(giving)
+        giving.add_done_callback(self._given)
+        await asyncio.shield(giving)
+
+    def _given(self, giving: asyncio.Task[None]) -> None:
+        self._giving.discard(giving)
+        if not giving.cancelled():
+            giving.exception()      # whoever waits for it has it
+
+    async def _command(self, wanted: Mapping[Output, float]) -> None:
+        async with self._order:
+            self._holder.check()
+            values = dict(_value(one, part) for one, part in wanted.items())
+            if not any(values.values()) and not self._holder.held:
+                return
+            for one in wanted:
+                self._judge(one)
+            self.used_at = asyncio.get_running_loop().time()
+            await self._holder.take()
+            if any(values.values()):
+                await self._permit()
+            before = self._on & values.keys()
+            self._on |= values.keys()
+            try:
+                await self._holder.update(values)
+            except NotDone:
+                self._on -= values.keys() - before
+                raise
+            # it is so now, also if a stop has come meanwhile, which leaves outputs on or has switched them off
+            self._on -= {name for name, value in values.items() if not value}
+
+    def _judge(self, one: Output) -> None:
+        state, device = self._state(), self._holder.device
+        if one.digital and not state[f"pin.{one.index:02}.is-output"]:
+            raise NotDone(f"terminal {one.number} of {device} is no digital output; add it to digital-outputs in "
+                          "pokeysd.conf")
+        if not one.digital and not state["pwm.period-ticks"]:
+            raise NotDone(f"{device} has no PWM; see pwm-period in pokeysd.conf(5)")
+
+    async def _permit(self) -> None:
+        """After a loss, the daemon holds outputs off until the machine is switched on."""
+        if not self._state()["outputs-held"]:
+            return
+        async with self._holder.moving:
+            await self._switch_on()
+
+    async def _switch_on(self) -> None:
+        # a move may have done it meanwhile
+        if not self._state()["outputs-held"]:
+            return
+        await self._holder.update({"machine-is-on": False})
+        await self._holder.wait()
+        await self._holder.update({"machine-is-on": True})
+        loop = asyncio.get_running_loop()
+        end = loop.time() + PERMIT_S
+        while self._state()["outputs-held"]:
+            self._holder.check()
+            if loop.time() >= end:
+                raise NotDone("the daemon holds the outputs off; pokeysctl events may show the reason")
+            await asyncio.sleep(LOOK_S)
+
+
+def _value(one: Output, part: float) -> tuple[str, float | bool]:
+    """Of the command image."""
+    return (f"pin.{one.index:02}.out", part > 0) if one.digital else (f"pwm.{one.index:02}.value", part)
