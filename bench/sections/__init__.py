@@ -32,6 +32,7 @@ ORDER = (
     "python",
     "gateway",
     "console",
+    "stops",
     "exchange",
     "hal",
     "remote",

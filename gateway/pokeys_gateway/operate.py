@@ -53,13 +53,16 @@ class Operators:
         """One has come: nothing is sent any more of what came before it. Done when LinuxCNC has taken it; or
         :class:`NotDone`. It goes on if nobody waits for it."""
         self.turn += 1
-        self.on_stop()
         for operator in list(self.commanding):
             operator.cut()
         stop = asyncio.get_running_loop().create_task(self._stop(method))
         self._stops.add(stop)
         stop.add_done_callback(self._stops.discard)
         stop.add_done_callback(lambda done: done.cancelled() or done.exception())
+        try:
+            self.on_stop()
+        except Exception:
+            _LOG.exception("a stop that goes on")
         return stop
 
     async def _stop(self, method: str) -> None:
@@ -242,7 +245,7 @@ class Operator:
             # what it was asked for must not happen later
             wire.close(f"{self._shared.proxy} does not answer")
             raise NotDone(wire.why) from None
-        except Exception:
+        except BaseException:
             self._commands.pop(number, None)
             raise
 

@@ -16,7 +16,7 @@ class LinuxCnc(Fake):
         super().__init__()
         self.values = {"connected": True, "task": "on", "mode": "manual", "interpreter": "idle", "paused": False, "file": "",
                        "line": 0, "moving": False, "position": {"x": 1.0, "y": -2.5}, "feed_override": 1.0}
-        self.done, self.faults, self.watcher = [], {}, None
+        self.done, self.faults, self.watcher, self.really = [], {}, None, "mdi"
         self.free = asyncio.Event()
         self.free.set()
 
@@ -35,10 +35,13 @@ class LinuxCnc(Fake):
                 fault = self.faults.get(params.get("line"))
                 if fault:
                     self.send({"method": "linuxcnc.said", "params": {"kind": "error", "text": fault}}, self.watcher)
+                error = fault and "LinuxCNC refuses it; its message says why"
                 if method == "mode":
+                    self.really = params["mode"]
                     self.set(mode=params["mode"])
-                self.send({"method": "linuxcnc.done", "params": {
-                    "id": one["id"], "error": fault and "LinuxCNC refuses it; its message says why"}}, writer)
+                elif method == "mdi" and self.really != "mdi":
+                    error = "the mode is not MDI"
+                self.send({"method": "linuxcnc.done", "params": {"id": one["id"], "error": error}}, writer)
 
     def set(self, **values):
         self.values |= values
@@ -106,6 +109,11 @@ async def a_line_waits_for_the_one_before_it():
         await until("it is seen", lambda: shop.machine._linuxcnc.paused)
         shop.table.send(one, b"G0 X2.5\nM24\n")
         await until("it goes on", lambda: fake.done[-1] == ("resume",))
+        # at once after a pause, which is not seen yet: it goes on, and no programme begins
+        fake.set(paused=False)
+        await until("it is seen", lambda: not shop.machine._linuxcnc.paused)
+        shop.table.send(one, b"M25\nM24\n")
+        await until("it goes on", lambda: fake.done[-2:] == [("pause",), ("resume",)])
         fake.set(interpreter="idle", paused=False)
         await until("the line", lambda: fake.done[-1] == ("mdi", "G0 X2.5") and not one.pending)
         # of two clients, one is first, and the other one waits for its end
@@ -117,12 +125,15 @@ async def a_line_waits_for_the_one_before_it():
         fake.free.set()
         await asyncio.sleep(0.5)
         assert fake.done[-1] == ("mdi", "G0 X2.6") and other.pending
-        # a stop of the page takes away what waits
+        # a stop of the page takes away what waits, and what comes soon after it, however long its client was silent
         assert shop.machine._linuxcnc._order.locked()
+        loop, shop.table.now = asyncio.get_running_loop(), asyncio.get_running_loop().time()
+        other.last_at = loop.time() - 5
         shop.hub.operators.on_stop()
+        shop.table.send(other, b"G0 X7\n")
         fake.set(interpreter="idle")
         await asyncio.sleep(0.3)
-        assert fake.done[-1] == ("mdi", "G0 X2.6") and not other.pending
+        assert fake.done[-1] == ("mdi", "G0 X2.6") and not other.pending, fake.done
         assert any(line.startswith("[stop by an operator of LinuxCNC") for line in shop.table.take(other).decode().splitlines())
         other.deaf_until = one.deaf_until = 0.0
         # a stop takes away what waits
@@ -153,6 +164,12 @@ async def programmes_and_overrides():
         await until("it is seen", lambda: shop.machine._linuxcnc._state["paused"])
         one.deaf_until = 0.0
         assert await asked(shop, one, "M24") == ["ok"] and fake.done[-1] == ("resume",)
+        # somebody has changed the mode, and the state does not say so yet
+        fake.set(interpreter="idle", paused=False, mode="mdi")
+        await until("it is seen", lambda: shop.machine._linuxcnc._state["mode"] == "mdi")
+        fake.really = "auto"
+        assert await asked(shop, one, "G0 X5") == ["ok"]
+        assert fake.done[-3:] == [("mdi", "G0 X5"), ("mode", "mdi"), ("mdi", "G0 X5")], fake.done
         shop.table.send(one, b"M524\n")
         await until("the stop", lambda: shop.stops and shop.stops[-1][0] == "stop")
         shop.machine._linuxcnc.close()
@@ -185,15 +202,20 @@ async def targets_go_to_outputs():
 
 async def who_is_gone_still_switches_off():
     async with LinuxCnc() as fake:
-        shop = shop_of(fake, fan=3)
+        shop = shop_of(fake, fan=3, hotend=1)
         one = shop.table.client()
         assert await asked(shop, one, "G0 X1") == ["ok"]
         fake.set(interpreter="waiting")
         await until("it is seen", lambda: shop.machine._linuxcnc._state["interpreter"] == "waiting")
         shop.table.send(one, b"G0 X2\nG0 X3\nM107\n")
         shop.table.router.leave(one)
+        # ... also if it is gone while this waits
+        two = shop.table.client("b")
+        shop.table.send(two, b"M104 S0\n")
+        await asyncio.sleep(0.2)
+        shop.table.router.leave(two)
         fake.set(interpreter="idle")
-        await until("it is off", lambda: fake.done[-1] == ("mdi", "M68 E3 Q0.0000"))
+        await until("they are off", lambda: {("mdi", "M68 E3 Q0.0000"), ("mdi", "M68 E1 Q0")} <= set(fake.done))
         assert ("mdi", "G0 X3") not in fake.done
         await until("its place is free", lambda: not shop.hub.operators.commanding)
         shop.machine._linuxcnc.close()

@@ -415,6 +415,22 @@ async def a_jog_belongs_to_who_holds_it():
     jog.QUIET_S = before
 
 
+def a_jog_ends_at_a_soft_limit():
+    axis = member.Member("X", False, 0, 200.0, 0.0, 0, 1, True, True, "", speed=100.0, acceleration=500.0, least=-3.0, most=10.0)
+    for begin, speed, override, length, feed in (
+            (0.0, 10.0, 1.0, 1.0, 10.0), (0.0, -1000.0, 1.0, -3.0, 50.0), (9.5, 20.0, 1.0, 0.5, 20.0), (0.0, 20.0, 0.5, 1.0, 20.0),
+            (0.0, 20.0, 2.0, 2.0, 10.0), (12.0, -20.0, 1.0, -2.0, 20.0), (-5.0, 20.0, 1.0, 2.0, 20.0)):
+        found, modes = member.nudge_of(axis, begin, speed, override)
+        assert math.isclose(found["X"], length) and math.isclose(modes.feed, feed) and modes.relative, (begin, speed, found, modes.feed)
+    for begin, speed in (10.0, 1.0), (10.0, 1000.0), (-3.001, -1.0), (11.0, 1.0):
+        try:
+            member.nudge_of(axis, begin, speed, 1.0)
+        except NotDone as error:
+            assert str(error) == "X is at its soft limit"
+            continue
+        raise AssertionError((begin, speed))
+
+
 def modes_of_a_jog():
     modes, rest = member.modes_of("g020 G91 X1 F6")
     assert (modes.scale, modes.relative, rest.split()) == (25.4, True, ["X1", "F6"])
@@ -429,6 +445,7 @@ def modes_of_a_jog():
 def main():
     speeds_are_those_of_linear_axes()
     modes_of_a_jog()
+    a_jog_ends_at_a_soft_limit()
     for test in (a_stop_while_the_place_is_taken, a_stop_in_the_middle_of_a_target, a_lapse_is_no_chance_to_go_on,
                  faults_and_what_is_not_seen, a_stop_and_the_permission_after_it, others_are_told,
                  a_fault_is_seen_while_others_move, heaters_that_nobody_needs_are_switched_off,

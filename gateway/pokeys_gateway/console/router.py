@@ -279,9 +279,9 @@ class Router:
         self.halt(client, lines)
         self._past_all(client, data)
 
-    def halt(self, client: Client | None, lines: int = 0, by: str = "") -> None:
+    def halt(self, client: Client | None, lines: int = 0, by: str = "", now: float = 0.0) -> None:
         """A stop has come: what came before it is forgotten, `lines` of this client already. Without a client, it has
-        come another way, and ``by`` says whose it is."""
+        come another way, just now, and ``by`` says whose it is."""
         assert self.machine
         self.stops += 1
         under_way = self.machine.on_stop()
@@ -293,7 +293,7 @@ class Router:
             forgotten = one.forget()
             lines += forgotten
             if forgotten or under_way.get(one):
-                one.deaf_until = (client or one).last_at + DEAF_S
+                one.deaf_until = (client.last_at if client else now) + DEAF_S
                 self.tell(one, DEAF)
         if client:
             client.deaf_until = 0.0

@@ -14,7 +14,8 @@ from collections.abc import Callable
 
 from ..wire import NotDone
 from .holder import Holder, begin
-from .motion import NUDGE_S, Motion
+from .member import NUDGE_S
+from .motion import Motion
 
 QUIET_S = 0.15
 AHEAD_MOST = 2              # short moves in the queue

@@ -11,10 +11,11 @@ has one line at a time, and a stop has nothing to catch up with.
 from __future__ import annotations
 
 import asyncio
+import functools
 import itertools
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -23,6 +24,7 @@ from ..hub import Hub
 from ..operate import Operator
 from ..wire import NotDone
 from . import report
+from .commands import switches_off
 from .heating import BED, CHAMBER, HOT_END, KINDS
 from .lane import Job
 from .parser import BadWords, Line
@@ -33,6 +35,7 @@ DONE_S = 30.0               # a command of somebody else's may be before it
 SAID_S = 0.3                # LinuxCNC's message about a line comes soon after it was refused
 REACH_S, REACHED_S, REPORT_S = 3600.0, 2.0, 1.0
 NEAR_K = 0.01
+NO_MDI = "the mode is not MDI"      # of pokeys-remote
 WHY = "; its message says why"      # of pokeys-remote, about a line that LinuxCNC has refused
 TARGETS = {"M104": HOT_END, "M109": HOT_END, "M140": BED, "M190": BED, "M141": CHAMBER, "M191": CHAMBER}
 WAITS = ("M109", "M190", "M191")
@@ -45,6 +48,9 @@ RUN, PAUSE = "M24", "M25"
 SAID_MOST = 8               # messages of LinuxCNC about a line
 
 
+Do = Callable[..., Awaitable[None]]     # a command of LinuxCNC and its parameters, as _Asker.do() in a turn
+
+
 class _Asker:
     """One client's way to LinuxCNC."""
 
@@ -55,9 +61,10 @@ class _Asker:
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[None]] = {}
 
-    async def do(self, method: str, **params: Any) -> None:
-        """Until LinuxCNC has done it, or has taken what takes longer. :class:`NotDone`."""
-        number, turn = next(self._numbers), self._shared.turn
+    async def do(self, turn: int, method: str, **params: Any) -> None:
+        """Until LinuxCNC has done it, or has taken what takes longer; not after a stop that came since this turn.
+        :class:`NotDone`."""
+        number = next(self._numbers)
         done = self._waiting[number] = asyncio.get_running_loop().create_future()
 
         def judge(_takes_back: bool) -> None:
@@ -106,6 +113,8 @@ class LinuxCnc:
         self._said: deque[str] = deque(maxlen=SAID_MOST)        # LinuxCNC's last errors
         self._order = asyncio.Lock()    # of lines, so that LinuxCNC has one at a time
         self._watch: Operator | None = None
+        self._pauses = asyncio.Lock()   # of pauses, and of what goes on
+        self._pausing = False           # a pause is under way
         self._given_up = 0              # how often all waits for temperatures were ended
         config = hub.config
         self._outputs = {HOT_END: config.hotend, BED: config.bed, CHAMBER: config.chamber}
@@ -117,36 +126,56 @@ class LinuxCnc:
 
     async def carry_out(self, job: Job) -> str:
         """Lines before the ok. :class:`NotDone`, :class:`BadWords`."""
-        assert job.asker
-        if job.gone:
-            # what switches off is carried out all the same
+        turn = self._hub.operators.turn
+        if switches_off(job.line):
+            # it is carried out although its client is gone
             asker = _Asker(self._hub)
             try:
-                return await self._carry_out(asker, job)
+                return await self._carry_out(functools.partial(asker.do, turn), job)
             finally:
                 asker.close()
+        return await self._carry_out(functools.partial(self._of(job).do, turn), job)
+
+    def begin(self, name: str) -> int:
+        """M25 or M24 has come, and is carried out soon, in the turn that is returned."""
+        self._pausing = self._pausing or name == PAUSE
+        return self._hub.operators.turn
+
+    async def pause(self, job: Job, turn: int) -> None:
+        """... now: pause, or let what is paused go on."""
+        try:
+            await self._connected()
+            async with self._pauses:
+                await self._of(job).do(turn, "pause" if job.line.name == PAUSE else "resume")
+                await asyncio.sleep(SETTLE_S)
+        finally:
+            self._pausing = False
+
+    @property
+    def paused(self) -> bool:
+        """LinuxCNC waits, with a programme or a line, or will do so at once."""
+        return bool(self._state.get("paused")) or self._pausing
+
+    def _of(self, job: Job) -> _Asker:
+        """The way of its client."""
+        assert job.asker
         if job.asker not in self._askers:
             self._askers[job.asker] = asker = _Asker(self._hub)
             # it has no file that is being written
             job.asker.on_end = asker.close
-        return await self._carry_out(self._askers[job.asker], job)
+        return self._askers[job.asker]
 
-    @property
-    def paused(self) -> bool:
-        """LinuxCNC waits, with a programme or a line."""
-        return bool(self._state.get("paused"))
-
-    async def _carry_out(self, asker: _Asker, job: Job) -> str:
+    async def _carry_out(self, do: Do, job: Job) -> str:
         await self._connected()
         name = job.line.name
         if name in TARGETS:
-            await self._target(asker, job)
+            await self._target(do, job)
         elif name in FANS:
-            await self._blow(asker, job.line)
+            await self._blow(do, job.line)
         elif name == "M220":
-            return await self._override(asker, job.line)
+            return await self._override(do, job.line)
         elif name in (RUN, PAUSE):
-            await self._pause(asker, go_on=name == RUN)
+            await self._run(do, go_on=name == RUN)
         elif name == "M118":
             self._say(report.message(job.line.argument))
         elif name == "M400":
@@ -156,7 +185,7 @@ class LinuxCnc:
         elif name in OF_A_DEVICE:
             raise NotDone("LinuxCNC moves the machine; this is for a device that G-code commands itself")
         else:
-            await self._mdi(asker, f"(MSG, {_plain(job.line.argument)})" if name == "M117" else job.line.text)
+            await self._mdi(do, f"(MSG, {_plain(job.line.argument)})" if name == "M117" else job.line.text)
         return ""
 
     def give_up(self) -> None:
@@ -240,17 +269,24 @@ class LinuxCnc:
 
     # ---- commands
 
-    async def _mdi(self, asker: _Asker, text: str) -> None:
+    async def _mdi(self, do: Do, text: str) -> None:
         async with self._order:
             await self._idle()
             if self._state["mode"] != "mdi":
-                await asker.do("mode", mode="mdi")
-            await self._give(asker, text)
+                await do("mode", mode="mdi")
+            try:
+                await self._give(do, text)
+            except NotDone as error:
+                # the state that is known is a moment old
+                if str(error) != NO_MDI:
+                    raise
+                await do("mode", mode="mdi")
+                await self._give(do, text)
 
-    async def _give(self, asker: _Asker, text: str) -> None:
+    async def _give(self, do: Do, text: str) -> None:
         self._said.clear()
         try:
-            await asker.do("mdi", line=text)
+            await do("mdi", line=text)
         except NotDone as error:
             if not str(error).endswith(WHY):
                 raise
@@ -259,32 +295,34 @@ class LinuxCnc:
         # the state that is known is as old as LinuxCNC's period of it, and the way here
         await asyncio.sleep(SETTLE_S)
 
-    async def _pause(self, asker: _Asker, *, go_on: bool) -> None:
-        if not go_on:
-            await asker.do("pause")
-        elif self._state["paused"]:
-            await asker.do("resume")
-        else:
-            if self._state["mode"] != "auto":
-                await asker.do("mode", mode="auto")
-            await asker.do("run")
+    async def _run(self, do: Do, *, go_on: bool) -> None:
+        async with self._pauses:
+            if not go_on:
+                await do("pause")
+            elif self._state["paused"]:
+                await do("resume")
+            else:
+                if self._state["mode"] != "auto":
+                    await do("mode", mode="auto")
+                await do("run")
+            await asyncio.sleep(SETTLE_S)
 
-    async def _override(self, asker: _Asker, line: Line) -> str:
+    async def _override(self, do: Do, line: Line) -> str:
         percent = line.words().get("S")
         if percent is None:
             return f"FR:{(self._state['feed_override'] or 0.0) * 100:g}%"
-        await asker.do("override", what="feed", value=percent / 100)
+        await do("override", what="feed", value=percent / 100)
         return ""
 
-    async def _blow(self, asker: _Asker, line: Line) -> None:
+    async def _blow(self, do: Do, line: Line) -> None:
         if self._fan is None:
             raise NotDone("no output of LinuxCNC is set for it; see fan in [linuxcnc] in pokeys-gateway.conf(5)")
         speed = line.words().get("S", 255.0) if line.name == "M106" else 0.0
         if speed is None or not 0 <= speed <= 255:
             raise BadWords("S must be 0 to 255")
-        await self._mdi(asker, f"M68 E{self._fan} Q{speed / 255:.4f}")
+        await self._mdi(do, f"M68 E{self._fan} Q{speed / 255:.4f}")
 
-    async def _target(self, asker: _Asker, job: Job) -> None:
+    async def _target(self, do: Do, job: Job) -> None:
         name, words = job.line.name, job.line.words()
         kind = TARGETS[name]
         cools = words.get("S") is None and name in WAITS and words.get("R") is not None
@@ -299,7 +337,7 @@ class LinuxCnc:
             raise NotDone(f"no output of LinuxCNC is set for the {KINDS[kind]}; see {key} in [linuxcnc] in "
                           "pokeys-gateway.conf(5)")
         given_up = self._given_up
-        await self._mdi(asker, f"M68 E{output} Q{celsius:g}")
+        await self._mdi(do, f"M68 E{output} Q{celsius:g}")
         if name in WAITS and celsius:
             await self._reach(lambda: job.gone or given_up != self._given_up, job.tell,
                               "T0" if kind == HOT_END else kind, celsius, cools=cools)

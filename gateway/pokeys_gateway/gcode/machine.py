@@ -89,7 +89,7 @@ class Machine:
         device = hub.config.machine_device
         self._operation = Operation(hub, device, self._halt, self._router.tell_all) if device else None
         self._linuxcnc = LinuxCnc(hub, self._router.tell_all) if hub.config.operate and not device else None
-        self._now: set[asyncio.Task[None]] = set()      # lines that wait for no other
+        self._now: dict[asyncio.Task[None], Job] = {}       # lines that wait for no other
         self._own_stop = False          # a stop of ours is being begun
         if self._linuxcnc:
             hub.operators.on_stop = self._stopped_elsewhere
@@ -124,8 +124,10 @@ class Machine:
         """A stop has come: lines that are here are not carried out; how many that are."""
         lines: dict[Client | None, int] = {None: len(self._taken) + bool(self._begun)}
         lines |= self._clear_lanes(STOPPED)
-        for task in self._now:
+        for task, job in self._now.items():
             task.cancel()
+            if job.asker and not self._router.hears(job.asker):
+                job.tell(f"Error:{STOPPED}\nok")
         if self._operation:
             self._operation.abort(STOPPED)
         while self._taken:
@@ -239,9 +241,9 @@ class Machine:
         job = Job(asker, line, lane.modes, functools.partial(self._tell, asker, request=request), storing)
         if linuxcnc and self._goes_past(linuxcnc, lane, line.name):
             job.owe(1)
-            task = asyncio.get_running_loop().create_task(self._pause(linuxcnc, job))
-            self._now.add(task)
-            task.add_done_callback(self._now.discard)
+            task = asyncio.get_running_loop().create_task(self._pause(linuxcnc, job, linuxcnc.begin(line.name)))
+            self._now[task] = job
+            task.add_done_callback(self._paused)
             return
         if storing or linuxcnc or (command and command.work) or (lane.busy and not (command and command.at_once)):
             lane.put(job)
@@ -256,15 +258,17 @@ class Machine:
         return lane.busy and len(self._now) < NOW_MOST and ((name == PAUSE and not lane.holds(RUN)) or
                                                            (name == RUN and linuxcnc.paused))
 
-    async def _pause(self, linuxcnc: LinuxCnc, job: Job) -> None:
+    async def _pause(self, linuxcnc: LinuxCnc, job: Job, turn: int) -> None:
         assert job.asker
         try:
-            await linuxcnc.carry_out(job)
+            await linuxcnc.pause(job, turn)
             job.tell("ok")
         except Exception as why:
             job.tell(self._reason(job.asker, why, job.line.name))
-        finally:
-            job.owe(-1)
+
+    def _paused(self, done: asyncio.Task[None]) -> None:
+        # also if it was cancelled before it began
+        self._now.pop(done).owe(-1)
 
     def _storing(self, asker: Client, lane: Lane, line: Line) -> Storing | None:
         """The file that this line is a part of: from M28 to M29, or to M999."""
@@ -345,7 +349,8 @@ class Machine:
                 raise NotDone("not carried out, as a line before it has failed")
             elif linuxcnc:
                 before = await linuxcnc.carry_out(job)
-                job.tell(f"{before}\n" * bool(before) + "ok")
+                if lane.has(job):
+                    job.tell(f"{before}\n" * bool(before) + "ok")
             elif command and command.work and operation:
                 if command.commands:
                     await operation.ready()
@@ -476,7 +481,7 @@ class Machine:
     def _stopped_elsewhere(self) -> None:
         """LinuxCNC was stopped by another way into the gateway: lines that wait here belong to what was stopped."""
         if not self._own_stop:
-            self._router.halt(None, by="an operator of LinuxCNC")
+            self._router.halt(None, by="an operator of LinuxCNC", now=asyncio.get_running_loop().time())
 
     def _stopped(self, stop: _Stop, done: asyncio.Future[None]) -> None:
         self._under_way.discard(done)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import pokeys
 
+from ..wire import NotDone
 from .lane import Job, Modes
 from .parser import BadWords
 
@@ -19,6 +20,8 @@ TRIPPED = 100, 101          # engine-state: by a limit switch, by emergency
 POSITION, BUFFERED = 1, 3   # joint.NN.mode-in-effect
 ENABLED = 2                 # servo.NN.state
 INCH = 25.4
+NUDGE_S = 0.1               # of a jog, until the next one
+RANGE = -2**31, 2**31 - 1   # soft limits of an axis that has none
 _WORDS = re.compile(r"[A-Za-z][^A-Za-z]*")
 _MODE = re.compile(r"[Gg]\s*0*(90|91|20|21)\s*")
 
@@ -40,6 +43,8 @@ class Member:
     on_limit: bool = False
     speed: float = math.inf     # its highest, units/s
     acceleration: float = math.inf      # units/s^2
+    least: float = -math.inf    # soft limits, units
+    most: float = math.inf
 
 
 def members(state: pokeys.State) -> dict[str, Member]:
@@ -78,6 +83,35 @@ def modes_of(arguments: str) -> tuple[Modes, str]:
     return modes, " ".join(rest)
 
 
+def nudge_of(member: Member, begin: float, speed: float, override: float) -> tuple[dict[str, float], Modes]:
+    """A short move of a jog at so many units/s, no further than to a soft limit; and its modes. :class:`NotDone`: the
+    axis is there."""
+    # what two of them need to begin and to end is no more than a moment either
+    speed = math.copysign(min(abs(speed), member.speed, member.acceleration * NUDGE_S), speed)
+    end = min(max(begin + speed * NUDGE_S * min(1.0, override), member.least), member.most)
+    if (end - begin) * math.copysign(1.0, speed) * abs(member.scale) < 1:
+        raise NotDone(f"{member.letter} is at its soft limit")
+    modes = Modes()
+    modes.relative = modes.relative_extruder = True
+    modes.feed = abs(speed) / max(1.0, override)
+    return {member.letter: end - begin}, modes
+
+
+def _limit(state: pokeys.State, name: str, none: float) -> float:
+    """Of a motor, in units. It has them as soon as it is homed."""
+    value = state[name]
+    return float(value) if state[name.rpartition(".")[0] + ".homed"] and isinstance(value, int | float) else none
+
+
+def _soft_limits(state: pokeys.State, at: str, scale: float) -> tuple[float, float]:
+    """Of an axis, in units."""
+    ends = [end if int(end) != none else math.copysign(math.inf, none) for end, none in
+            ((float(state[at + "soft-min"] or 0), RANGE[0]), (float(state[at + "soft-max"] or 0), RANGE[1]))]
+    if not any(map(math.isfinite, ends)) or ends[0] >= ends[1]:
+        return -math.inf, math.inf
+    return min(end / scale for end in ends), max(end / scale for end in ends)
+
+
 def path_speed(lengths: Mapping[str, float], modes: Modes) -> float:
     """Of the path over all axes, so that linear axes have the feed rate; 0 = as fast as they can."""
     if modes.feed is None:
@@ -102,7 +136,9 @@ def _motors(state: pokeys.State) -> Iterator[Member]:
         yield Member(str(state[at + "name"]).upper(), True, index, float(state[at + "counts-per-unit"] or 1.0),
                      float(state[at + ("commanded" if enabled else "pos-fb")] or 0.0), 0, 0, enabled,
                      not state[at + "home-state"], trouble, speed=float(state[at + "max-rate"] or math.inf),
-                     acceleration=float(state[at + "max-rate-change"] or math.inf))
+                     acceleration=float(state[at + "max-rate-change"] or math.inf),
+                     least=_limit(state, at + "min-position", -math.inf),
+                     most=_limit(state, at + "max-position", math.inf))
 
 
 def _axes(state: pokeys.State) -> Iterator[Member]:
@@ -124,4 +160,4 @@ def _axes(state: pokeys.State) -> Iterator[Member]:
         still = bool(state[at + "at-counts-cmd"]) and not state[at + "parked"]
         yield Member(str(state[at + "name"]).upper(), False, index, scale, commanded / scale, counts, mode, enabled,
                      still, trouble, bool(limits), float(state[at + "max-rate"] or math.inf) / abs(scale),
-                     float(state[at + "max-rate-change"] or math.inf) / abs(scale))
+                     float(state[at + "max-rate-change"] or math.inf) / abs(scale), *_soft_limits(state, at, scale))

@@ -13,7 +13,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import functools
-import math
 from collections.abc import AsyncGenerator, Awaitable, Callable, Iterable, Mapping
 from dataclasses import replace
 
@@ -25,7 +24,7 @@ from ..hub import Hub
 from ..wire import NotDone
 from .holder import Holder
 from .lane import Job, Modes
-from .member import EXTRUDER, LETTERS, LINEAR, TRIPPED, Member, modes_of, numbers, path_speed
+from .member import EXTRUDER, LETTERS, LINEAR, TRIPPED, Member, modes_of, nudge_of, numbers, path_speed
 from .member import members as members_of
 from .parser import BadWords
 
@@ -34,7 +33,6 @@ FRACTIONS = 256             # parts of a count
 PULSES_MOST, COUNTS_MOST = 2_100_000_000, 2**31 - 2
 FEED_MOST = 200.0           # percent
 LOOK_S = 0.005
-NUDGE_S = 0.1
 ENABLE_S = 3.0
 REST_S = 1.0                # what was enabled just now is at rest then
 STILL_S = 600.0             # so long may a path wait for something, such as a feed override of 0
@@ -118,16 +116,12 @@ class Motion:
         if self._order.locked():
             return None
         async with self._order:
-            member = self._member(members_of(self._state()), letter)
-            await self._enable([member])
+            await self._enable([self._member(members_of(self._state()), letter)])
             if asyncio.get_running_loop().time() > until:
                 return None
-            # what two of them need to begin and to end is no more than a moment either
-            speed = math.copysign(min(abs(speed), member.speed, member.acceleration * NUDGE_S), speed)
-            modes = Modes()
-            modes.relative = modes.relative_extruder = True
-            modes.feed = abs(speed) / max(1.0, self.percent / 100)
-            await self._move({letter: speed * NUDGE_S * min(1.0, self.percent / 100)}, modes)
+            state = self._state()
+            member = self._member(members_of(state), letter)
+            await self._move(*nudge_of(member, self._begin_of(state, member), speed, self.percent / 100))
             return int(self._state()["moves.taken"])
 
     def waiting(self) -> int:
@@ -262,9 +256,10 @@ class Motion:
         homing, self._homing = self._homing, None
         try:
             await _each(
+                self._end_path,
                 # whatever was given before is taken then
                 functools.partial(self._holder.order, OneShot.NOP, always=True),
-                self._end_path,
+                self._end_path,         # of that
                 functools.partial(self._end_homing, homing),
                 self._keep_enabled)
         finally:

@@ -27,7 +27,7 @@ from .tuning import Tuning
 
 IDLE_S = 5.0                # commanding nothing
 OFF_AFTER_S = 600.0         # without a move: motors and axes are switched off
-COLD_AFTER_S = 1800.0       # without a line that moves or heats: heaters are switched off
+COLD_AFTER_S = 1800.0       # without a line that commands something: everything is switched off
 STOP_S = 5.0                # to be confirmed: what moves needs its time
 LOOK_S = 0.005
 EMERGENCY = "emergency_stop"

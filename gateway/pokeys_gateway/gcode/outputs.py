@@ -38,6 +38,7 @@ class Outputs:
         self._order = asyncio.Lock()
         self._on: set[str] = set()      # names of values that are not off
         self._turns = ""                # the command that has begun it
+        self._forgotten = 0             # how often all was switched off
         self._speed: float | None = None        # the last S
         self.used_at = 0.0              # when something was commanded last
         self._giving: set[asyncio.Task[None]] = set()
@@ -72,33 +73,25 @@ class Outputs:
             raise NotDone(NO_SPINDLE)
         if name == REVERSE and not self._reverse:
             raise NotDone("the spindle has one direction; see spindle-reverse in pokeys-gateway.conf(5)")
-        if self._turns not in ("", name):
-            raise NotDone(f"the spindle turns already, by {self._turns}; M5 stops it")
         if self._pwm and speed is None:
             raise BadWords("needs S with revolutions per minute")
         if self._pwm and not 0 <= (speed or 0.0) <= self._most:
             raise NotDone(f"the spindle's speed must be 0 to {self._most:g} revolutions per minute")
-        before, self._turns = self._turns, name
         values = {one: 1.0 for one in (self._switch, self._reverse if name == REVERSE else None) if one}
         if self._pwm:
             values[self._pwm] = (speed or 0.0) / self._most
-        try:
-            await self._give(values)
-        except NotDone:
-            if self._turns == name:
-                self._turns = before
-            raise
+        await self._give(values, name)
         self._speed = speed
 
     async def stand(self) -> None:
         """M5."""
-        await self._give(dict.fromkeys(self._spindle, 0.0))
-        self._turns = ""
+        await self._give(dict.fromkeys(self._spindle, 0.0), "")
 
     def forget(self) -> dict[str, float | bool]:
         """They are to be switched off, by these values."""
         self._on.clear()
         self._turns = ""
+        self._forgotten += 1
         return dict(_value(one, 0.0) for one in (*self._fans, *self._spindle))
 
     def off(self) -> bool:
@@ -115,9 +108,10 @@ class Outputs:
             raise NotDone(reading.reason if reading else self._hub.no_such_device(self._holder.device))
         return reading.state
 
-    async def _give(self, wanted: Mapping[Output, float]) -> None:
+    async def _give(self, wanted: Mapping[Output, float], turns: str | None = None) -> None:
+        """``turns``: the command that the spindle turns by from then on."""
         # a stop ends the wait for it, and not what is half done
-        giving = asyncio.get_running_loop().create_task(self._command(wanted))
+        giving = asyncio.get_running_loop().create_task(self._command(wanted, turns))
         self._giving.add(giving)
         giving.add_done_callback(self._given)
         await asyncio.shield(giving)
@@ -127,19 +121,21 @@ class Outputs:
         if not giving.cancelled():
             giving.exception()      # whoever waits for it has it
 
-    async def _command(self, wanted: Mapping[Output, float]) -> None:
+    async def _command(self, wanted: Mapping[Output, float], turns: str | None) -> None:
         async with self._order:
             self._holder.check()
+            if turns and self._turns not in ("", turns):
+                raise NotDone(f"the spindle turns already, by {self._turns}; M5 stops it")
             values = dict(_value(one, part) for one, part in wanted.items())
             if not any(values.values()) and not self._holder.held:
-                return
+                return      # all are off
             for one in wanted:
                 self._judge(one)
             self.used_at = asyncio.get_running_loop().time()
             await self._holder.take()
             if any(values.values()):
                 await self._permit()
-            before = self._on & values.keys()
+            before, forgotten = self._on & values.keys(), self._forgotten
             self._on |= values.keys()
             try:
                 await self._holder.update(values)
@@ -148,6 +144,8 @@ class Outputs:
                 raise
             # it is so now, also if a stop has come meanwhile, which leaves outputs on or has switched them off
             self._on -= {name for name, value in values.items() if not value}
+            if turns is not None and forgotten == self._forgotten:
+                self._turns = turns
 
     def _judge(self, one: Output) -> None:
         state, device = self._state(), self._holder.device
