@@ -28,10 +28,13 @@ class Lines:
     def __init__(self, reader, write):
         self.reader, self.send = reader, write
 
+    async def confirmed(self):
+        while not (await self.reader.readline()).startswith(b"ok"):
+            pass
+
     async def ask(self, line):
         self.send(f"{line}\n".encode())
-        while not (await asyncio.wait_for(self.reader.readline(), PATIENCE_S)).startswith(b"ok"):
-            pass
+        await asyncio.wait_for(self.confirmed(), PATIENCE_S)
 
 
 async def serial(path):
@@ -85,6 +88,8 @@ async def main(name, runtime, telnet, pty, port, count):
                         {"telnet": host, "serial": wire}[way].send(b"M410\n")
                 found[way].append(await stop(device, host, sends, 100 if i % 2 else -100))
                 # confirmed, and nothing of it is left
+                if way != "page":
+                    await asyncio.wait_for({"telnet": host, "serial": wire}[way].confirmed(), PATIENCE_S)
                 await asyncio.sleep(0.3)
                 await host.ask("M400")
     print(json.dumps({way: {"p50_ms": statistics.median(values), "stops": len(values)} for way, values in found.items()}))

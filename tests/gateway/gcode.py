@@ -41,7 +41,8 @@ BAD = (
     (b"N10 G1 X1*", "No Checksum with line number"),
     (b"N10 G1 X1*80x", "No Checksum with line number"),
 )
-WORDS = ((b"G1 X1 X2", "X occurs twice"), (b"G1 X1 Y--2", '"--2" is not a letter with a number'),
+WORDS = ((b"G1 X20 Y2O F6000", '"2O F6000" is not a number'), (b"M104 S6O", '"6O" is not a number'),
+         (b"G1 X1 X2", "X occurs twice"), (b"G1 X1 Y--2", '"--2" is not a letter with a number'),
          (b"G1 X1,5", '",5" is not a letter with a number'), (b"G1 X1 (a", '"(a" is not a letter with a number'))
 
 
@@ -329,6 +330,10 @@ class State(dict):
 
     heater, servo, joint = range(7), range(6), range(8)
 
+    @property
+    def connected(self):
+        return bool(self["connected"])
+
     def __missing__(self, name):
         return "" if name.endswith(".name") else 0
 
@@ -433,8 +438,8 @@ async def places_are_measured():
 def the_manual_page_has_them_all():
     page = pathlib.Path(__file__).resolve().parents[2] / "man/pokeys-gateway.8.scd"
     section = re.search(r"^# G-CODE\n(.*?)^# ", page.read_text(encoding="utf-8"), re.M | re.S)[1]
-    listed = {name for line in re.findall(r"^(\*(?:\?|\$J|[GM]\d+|T)\*.*)$", section, re.M)
-              for name in re.findall(r"\*(\?|\$J|[GM]\d+|T)\*", line)}
+    listed = {name for line in re.findall(r"^(\*(?:\?|\$J|[GM][\d.]+|T)\*.*)$", section, re.M)
+              for name in re.findall(r"\*(\?|\$J|[GM][\d.]+|T)\*", line)}
     assert listed == set(commands.COMMANDS), listed ^ set(commands.COMMANDS)
 
 

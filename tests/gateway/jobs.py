@@ -81,12 +81,12 @@ def test_a_file_is_carried_out():
         wait_for("it waits", lambda: len(one.ask("M27")) == 4)
         assert re.match("echo:Wait.gcode has ended at line 2 .*: ended by M26", one.ask("M26 S0")[0])
         # what must not be left out
-        for text, line, why in ((b"G1 X1 F600\nG2 X2 I1\n", 2, '"G2 X2 I1" cannot be carried out'),
-                                (b"G90\nX5 Y5\n", 2, '"X5 Y5" cannot be carried out'), (b"T1\n", 1, "there is no hot end T1"),
-                                (b"M6 T1\n", 1, '"M6 T1" cannot be carried out'), (b"\0\0G1 X1\n", 1, "cannot be carried out"),
+        for text, line, why in ((b"G1 X1 F600\nG5 X2 I1\n", 2, '"G5 X2 I1" cannot be carried out: there is no such command'),
+                                (b"G90\nX5 Y5\n", 2, '"X5 Y5" cannot be carried out: there is no such command'), (b"G17\nG40\nG49\nG54\nG80\nG94\nG18\n", 7, "there is none of that here; what follows would be carried out in another way"), (b"T1\n", 1, "there is no hot end T1"),
+                                (b"M6 T1\n", 1, '"M6 T1" cannot be carried out: there is no such command'), (b"\0\0G1 X1\n", 1, "cannot be carried out: there is no such command"),
                                 (b"G90 G1 X5 F600\n", 1, "one line has one command"),
                                 (b"M5 G0 Z5\n", 1, "one line has one command"), (b"T0 M6\n", 1, "one line has one command"),
-                                (b"M104 T0 S0\n", 1, "there is no hot end T0"), (b"M98 P1\n", 1, '"M98 P1" cannot be carried out'),
+                                (b"M104 T0 S0\n", 1, "there is no hot end T0"), (b"M98 P1\n", 1, '"M98 P1" cannot be carried out: there is no such command'),
                                 (b"G1 X1\rG1 X2\n", 1, "a carriage return is in the middle of it"),
                                 (b"; " + 9000 * b"x" + b"\r\nM117 " + 300 * b"x", 2, "a line has at most 256 characters")):
             (shop.folder / "odd.gcode").write_bytes(text)
@@ -179,6 +179,9 @@ def test_the_gateway_dies():
     with shop_with(long=LONG) as shop:
         begin(shop.one, "long.gcode")
         under_way(shop.one, 40)
+        # beside it, nobody moves, and what was selected before is not begun by mistake
+        for line in "G1 X1 F600", "G92 X0", "G28", "$J=X1 F600":
+            assert shop.one.ask(line)[0].endswith(": a job is under way; M25 lets it wait, and M524 ends it"), line
         wait_for("its note", lambda: '"line": 0' not in (shop.folder / ".job").read_text(encoding="utf-8"))
         shop.gateway.child.send_signal(signal.SIGKILL)
         shop.gateway.child.wait()

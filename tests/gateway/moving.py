@@ -115,6 +115,53 @@ def test_positions():
         nobody_commands(shop)
 
 
+def test_a_search_moves_nothing_else():
+    """Axes that have moved just before it stay where they are."""
+    with mill() as shop:
+        do(shop.one, "G1 X5 F6000", "G91")
+        for i in range(1, 5):
+            shop.one.send(b"G1 E-5 F3000\nG28 X\nM400\n")
+            said = [shop.one.until("ok") for _ in range(3)]
+            assert places(shop)[2] == -1000 * i, (i, places(shop), said)
+
+
+def test_arcs():
+    """A quarter, the rest of the circle, and helices, in both modes; where they pass is seen at the motors."""
+    with mill() as shop:
+        one = shop.one
+        do(one, "G1 X10 F6000", "G3 X0 Y10 I-10 F6000", "M400")
+        assert places(shop) == [0, 2000, 0], places(shop)
+        do(one, "G91", "G2 X10 Y-10 R10 E1", "M400")
+        assert places(shop) == [2000, 0, 200], places(shop)
+        # the long way, far outside of the straight one
+        do(one, "G90", "G1 F400")
+        one.send(b"G3 X10 Y0 I-10 E3\n")
+        seen = []
+
+        def went_around():
+            seen.append(tuple(places(shop)[:2]))
+            return min(x for x, _ in seen) < -1900 and max(y for _, y in seen) > 1900 and min(y for _, y in seen) < -1900
+        wait_for("it goes around", went_around, say=lambda: seen[-3:])
+        one.until("ok")
+        one.send(b"M400\n")
+        one.until("ok")
+        assert places(shop) == [2000, 0, 600], places(shop)
+        assert all(abs((x * x + y * y) ** 0.5 - 2000) < 8 for x, y in seen), seen
+        do(one, "G20", "G92 X0 Y0", "G2 X1 Y0 I0.5 F240", "M400")
+        assert places(shop)[:2] == [2000 + 5080, 0], places(shop)
+        for line, why in (("G2 X1", "needs I and J, or R"), ("G2 I1 P2", "an arc takes no P"), ("G2 X1 R1 I1", "needs either"),
+                          ("G17 G91", "one line has one command"), ("G18", "there is none of that here"), ("G3 X5 Y5 I1", "the end is not on this arc"),
+                          ("G2 X9 R1", "R25.4 is too small: ")):
+            assert one.ask(line)[0].startswith(f"Error:{line.split()[0]}: {why}"), one.ask(line)
+        # a stop in the middle of it
+        do(one, "G21", "G91")
+        one.send(b"G2 I500 F600\n")
+        moves(shop)
+        assert one.ask("M410")[-1] == "ok"
+        stand(shop)
+        assert not shop.house.state()["moves"]["waiting"]
+
+
 def test_a_job_waits_for_room_and_is_stopped():
     with mill() as shop:
         job, other = shop.one, Client(shop.house)

@@ -5,15 +5,17 @@ and fails where a test needs it."""
 import asyncio
 import contextlib
 import math
+import random
 import threading
 import time
+import types
 
 import desk
 import pokeys
 from gcode import Shop, State, heater, show
 from operators import until
 from pokeys_gateway import config
-from pokeys_gateway.gcode import holder, jog, member, motion, operation
+from pokeys_gateway.gcode import arcs, holder, jog, member, motion, operation, seen
 from pokeys_gateway.gcode.lane import Modes
 from pokeys_gateway.wire import NotDone
 
@@ -419,7 +421,8 @@ def a_jog_ends_at_a_soft_limit():
     axis = member.Member("X", False, 0, 200.0, 0.0, 0, 1, True, True, "", speed=100.0, acceleration=500.0, least=-3.0, most=10.0)
     for begin, speed, override, length, feed in (
             (0.0, 10.0, 1.0, 1.0, 10.0), (0.0, -1000.0, 1.0, -3.0, 50.0), (9.5, 20.0, 1.0, 0.5, 20.0), (0.0, 20.0, 0.5, 1.0, 20.0),
-            (0.0, 20.0, 2.0, 2.0, 10.0), (12.0, -20.0, 1.0, -2.0, 20.0), (-5.0, 20.0, 1.0, 2.0, 20.0)):
+            (0.0, 20.0, 2.0, 2.0, 10.0), (12.0, -20.0, 1.0, -2.0, 20.0), (-5.0, 20.0, 1.0, 2.0, 20.0),
+            (50.0, -20.0, 1.0, -2.0, 20.0), (0.0, 0.01, 1.0, 0.001, 0.01)):
         found, modes = member.nudge_of(axis, begin, speed, override)
         assert math.isclose(found["X"], length) and math.isclose(modes.feed, feed) and modes.relative, (begin, speed, found, modes.feed)
     for begin, speed in (10.0, 1.0), (10.0, 1000.0), (-3.001, -1.0), (11.0, 1.0):
@@ -429,6 +432,59 @@ def a_jog_ends_at_a_soft_limit():
             assert str(error) == "X is at its soft limit"
             continue
         raise AssertionError((begin, speed))
+
+
+def a_late_reading_is_no_fault():
+    readings = []
+    hub = types.SimpleNamespace(source=types.SimpleNamespace(read=lambda _name: readings[-1]),
+                                no_such_device=lambda name: f"there is no {name}")
+    look, state = seen.Seen(hub, "mill"), object()
+
+    def reading(state, connected):
+        readings.append(types.SimpleNamespace(state=state, connected=connected, reason="data is 8 ms old"))
+    for now, (what, connected), fails in ((0, (state, False), True), (1, (state, True), False), (2.5, (state, False), False),
+                                          (3.1, (state, False), True), (4, (state, True), False), (4.1, (None, False), True)):
+        seen.time = types.SimpleNamespace(monotonic=lambda now=now: now)
+        reading(what, connected)
+        try:
+            assert look() is state and not fails, now
+        except NotDone as error:
+            assert fails and str(error) == "data is 8 ms old", now
+    seen.time = time
+
+
+def arcs_are_what_they_should_be():
+    """Random ones, from their centre and by their radius; each chord is near enough, and the way has the length of the arc."""
+    rng = random.Random(2033)
+    for _ in range(2000):
+        clockwise, radius = rng.random() < 0.5, 10 ** rng.uniform(-1.5, 3)
+        centre, begin = (rng.uniform(-500, 500), rng.uniform(-500, 500)), rng.uniform(-math.pi, math.pi)
+        sweep = rng.uniform(0.01, 6.2) * (-1 if clockwise else 1)
+        ends = [(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle)) for angle in (begin, begin + sweep)]
+        ways = {"I": centre[0] - ends[0][0], "J": centre[1] - ends[0][1]}, {"R": radius if abs(sweep) < math.pi else -radius}
+        for words in ways:
+            if "R" in words and abs(abs(sweep) - math.pi) < 0.05:
+                continue        # half a circle: which side it is on is rounding
+            found = arcs.arc_of(*ends, words, clockwise=clockwise)
+            assert math.isclose(found.sweep, sweep, abs_tol=1e-5), (found, sweep, words)
+            points = [found.at(i / found.chords) for i in range(found.chords + 1)]
+            assert math.dist(points[-1], ends[1]) < 1e-5 and math.dist(points[0], ends[0]) < 1e-5
+            for one, other in zip(points, points[1:], strict=False):
+                middle = (one[0] + other[0]) / 2, (one[1] + other[1]) / 2
+                assert radius - math.dist(middle, centre) <= arcs.DEVIATION * 1.01
+    # as a file has rounded them
+    half = arcs.arc_of((50.0, 0.0), (-50.001, 0.0), {"R": 50.0}, clockwise=False)
+    assert math.isclose(half.sweep, math.pi, abs_tol=0.02) and half.at(0.5)[1] > 49
+    assert abs(arcs.arc_of((10.0, 0.0), (10.0003, 0.0), {"I": -10.0}, clockwise=False).sweep) == math.tau
+    whole = arcs.arc_of((10.0, 0.0), (10.0, 0.0), {"I": -10.0}, clockwise=True)
+    assert whole.sweep == -math.tau and whole.chords > 50
+    for begin, end, words in (((0, 0), (1, 1), {}), ((0, 0), (1, 0), {"R": 0.3}), ((0, 0), (0, 0), {"R": 1}), ((0, 0), (5, 0), {"I": 1}),
+                              ((0, 0), (0, 0), {"I": 0, "J": 0})):
+        try:
+            arcs.arc_of(begin, end, words, clockwise=True)
+        except member.BadWords:
+            continue
+        raise AssertionError((begin, end, words))
 
 
 def modes_of_a_jog():
@@ -445,6 +501,8 @@ def modes_of_a_jog():
 def main():
     speeds_are_those_of_linear_axes()
     modes_of_a_jog()
+    arcs_are_what_they_should_be()
+    a_late_reading_is_no_fault()
     a_jog_ends_at_a_soft_limit()
     for test in (a_stop_while_the_place_is_taken, a_stop_in_the_middle_of_a_target, a_lapse_is_no_chance_to_go_on,
                  faults_and_what_is_not_seen, a_stop_and_the_permission_after_it, others_are_told,

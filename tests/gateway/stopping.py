@@ -121,6 +121,15 @@ def at_once(ways, line):
     return [answers.get(way) for way in ways]
 
 
+def told(shop):
+    """Everybody is told of each of them, and of nothing else that is left."""
+    stops = 0
+    shop.one.send(b"M118 that is all\n")
+    while (line := shop.one.line()) != "echo:that is all":
+        stops += line.startswith("[stop by")
+    assert shop.one.until("ok")[-1] == "ok" and stops == 3, stops
+
+
 def test_three_stops_at_once():
     with printer() as shop:
         ways = [Telnet(shop.house), Serial(shop.house), Page(shop.gateway)]
@@ -139,7 +148,7 @@ def test_three_stops_at_once():
             # confirmed is: it stands
             stood = place()
             assert place() == stood and shop.house.state()["moves"]["waiting"] == 0
-            shop.one.until("[stop by")
+            told(shop)
             assert shop.house.state()["heaters"][0]["target"] == 200
         for _ in range(ROUNDS):
             shop.one.send(b"G1 X50 F600\n")
@@ -149,7 +158,7 @@ def test_three_stops_at_once():
             assert not state["flags"]["machine_on"] and state["heaters"][0]["target"] == 0 and not state["moves"]["waiting"]
             stood = place()
             assert place() == stood
-            shop.one.until("[stop by")
+            told(shop)
             wait_for("commands are permitted", lambda: shop.one.ask("M999")[-1] == "ok" and shop.one.ask("G91") == ["ok"] and
                      shop.one.ask("M104 S200") == ["ok"], say=shop.house.log)
         ways[-1].close()

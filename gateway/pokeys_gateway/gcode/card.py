@@ -55,7 +55,8 @@ class Storing:
     def __init__(self, card: Card | None, name: str) -> None:
         """Without a card: of lines that are not to be carried out."""
         self.name = name.strip("/") or "the file"
-        self.why = "" if card else "the machine has no folder of files"     # nothing is kept; "": all is well
+        # nothing is kept; "": all is well
+        self.why = "the machine has no folder of files" if not card else "" if name.strip("/") else "M28 needs its name"
         self._card = card
         self._upload: Upload | None = None
         self._tasks: set[asyncio.Task[Any]] = set()
@@ -306,6 +307,7 @@ class Card:
 
     async def _select(self, name: str) -> str:
         self._need_no_job()
+        self._name = ""     # M24 must not begin another one if this fails
         found, made = await self.aside(self._look, name)
         self._name, self._made, self._at, self._line = found, made, 0, 0
         return f"File opened: {found} Size: {made[0]}\nFile selected"
@@ -362,7 +364,7 @@ class Card:
         if await self.run(Job(None, line, modes, lambda text: None)):
             return ""
         if line.name[:1] != "M" or line.name in NEEDED:
-            raise NotDone(f'"{line.text[:LINE_MOST]}" cannot be carried out')
+            raise NotDone(f'"{line.text[:LINE_MOST]}" cannot be carried out: there is no such command')
         return line.name
 
     async def _lines(self) -> AsyncGenerator[bytes, None]:

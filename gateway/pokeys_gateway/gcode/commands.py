@@ -17,12 +17,13 @@ from ..hub import Hub
 from ..source import Reading
 from ..wire import NotDone
 from . import heating, report
+from .arcs import arc
 from .lane import Job
 from .member import INCH
 from .operation import RESUME, Operation
 from .parser import BadWords, Line
 
-__all__ = ["AUTOREPORT", "COMMANDS", "END_JOB", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command",
+__all__ = ["AUTOREPORT", "COMMANDS", "END_JOB", "MOVES", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command",
            "switches_off"]
 NO_SETTINGS = "echo:G-code commands no device"
 Work = Callable[[Operation, Job], Awaitable[str]]
@@ -133,6 +134,10 @@ async def _begin_at(operation: Operation, job: Job) -> None:
     await operation.card.begin_at(words.get("S"), words.get("L"))
 
 
+async def _refuse(_operation: Operation, _job: Job) -> str:
+    raise NotDone("there is none of that here; what follows would be carried out in another way")
+
+
 async def _tool(operation: Operation, job: Job) -> None:
     tool = job.line.words().get("T") or 0.0
     if tool:        # without heaters, there is one tool all the same
@@ -183,6 +188,8 @@ def _no_job(operation: Operation) -> None:
         raise NotDone("no job is under way")
 
 
+# which nobody may do beside a job of a file
+MOVES = ("G0", "G1", "G2", "G3", "$J", "G28", "G92", "M3", "M4", "M17", "M18", "M84")
 STORE, STORED = "M28", "M29"
 END_JOB = "M524"
 STATE = "?"
@@ -192,6 +199,10 @@ COMMANDS = {
                   work=_does(lambda operation, job: operation.motion.move(job, rapid=True))),
     "G1": Command("axes and positions, F and units/min: move there in a straight line at this speed",
                   work=_does(lambda operation, job: operation.motion.move(job, rapid=False))),
+    "G2": Command("X and Y, I and J or R, and F: move there on an arc, clockwise; other axes at the same time",
+                  work=_does(lambda operation, job: arc(operation.motion, job, clockwise=True))),
+    "G3": Command("as G2, counterclockwise",
+                  work=_does(lambda operation, job: arc(operation.motion, job, clockwise=False))),
     "$J": Command("=, axes and F: as G1, with G90, G91, G20 and G21 for this line only",
                   work=_does(lambda operation, job: operation.motion.jog(job)), text=True),
     "T": Command("and a number: this client's M104 and M109 without T are for this hot end", work=_does(_tool)),
@@ -203,6 +214,19 @@ COMMANDS = {
                   work=_does(lambda operation, _job: _when_still(operation, operation.outputs.stand))),
     "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended",
                   work=_does(lambda operation, job: operation.motion.dwell(job))),
+    # with work, so that nothing else may stand in their line
+    **{name: Command(f"{what}: it is so, ok", work=_mode(), commands=False) for name, what in (
+        ("G17", "arcs are in the XY plane"), ("G40", "no compensation of a tool's radius"),
+        ("G49", "no offset for a tool's length"), ("G54", "the first coordinate system"), ("G80", "no canned cycle"),
+        ("G94", "speeds are in units/min"))},
+    # what follows them would be carried out in another way than they say
+    **{name: Command(f"{what}: refused", work=_refuse) for name, what in (
+        ("G18", "arcs are in the XZ plane"), ("G19", "arcs are in the YZ plane"), ("G41", "a tool's radius"),
+        ("G42", "a tool's radius"), ("G43", "a tool's length"), ("G55", "another coordinate system"),
+        ("G56", "another coordinate system"), ("G57", "another coordinate system"),
+        ("G58", "another coordinate system"),
+        ("G59", "another coordinate system"), ("G90.1", "centres of arcs are absolute"),
+        ("G93", "times in place of speeds"), ("G95", "speeds for each revolution"))},
     "G20": Command("units are inches", work=_mode(scale=INCH)),
     "G21": Command("units are millimetres", work=_mode(scale=1.0)),
     "G28": Command("axes: find their home switches, one after the other; without axes: all but E",

@@ -12,7 +12,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable, Coroutine, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import Context, ContextVar
 from typing import Any, TypeVar
@@ -38,11 +38,24 @@ def begin(work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
     return asyncio.get_running_loop().create_task(work, context=Context())
 
 
+async def each(*steps: Callable[[], Awaitable[object]]) -> None:
+    """All of them, also if one fails; then the first failure."""
+    failed: Exception | None = None
+    for step in steps:
+        try:
+            await step()
+        except Exception as error:
+            failed = failed or error
+    if failed:
+        raise failed
+
+
 class Holder:
     """Belongs to the event loop's thread. What is asked for raises :class:`NotDone` with the reason."""
 
-    def __init__(self, device: str, runtime: str) -> None:
-        self.device = device
+    def __init__(self, device: str, runtime: str, seen: Callable[[], pokeys.State]) -> None:
+        """``seen`` is the device's state, for those who command it."""
+        self.device, self.seen = device, seen
         self.on_beat: Callable[[], None] = lambda: None             # while the place is held
         self.on_lost: Callable[[str], None] = lambda why: None      # it is not held any more
         self.moving = asyncio.Lock()        # of who enables axes, moves them, or switches the machine on

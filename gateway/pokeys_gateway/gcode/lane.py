@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..console.client import Client
-from .parser import Line
+from .parser import BadWords, Line
 
 if TYPE_CHECKING:
     from .card import Storing
@@ -28,6 +28,12 @@ class Modes:
         self.feed: float | None = None      # as given, units/s
         self.feed_scale = 1.0               # mm for each of them
         self.tool = 0                       # hot end
+
+    def set_feed(self, number: float) -> None:
+        """F: units/min. :class:`BadWords`."""
+        if not number > 0:
+            raise BadWords("F must be greater than 0")
+        self.feed, self.feed_scale = number / 60, self.scale
 
 
 @dataclass(frozen=True)

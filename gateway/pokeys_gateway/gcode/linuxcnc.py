@@ -114,7 +114,7 @@ class LinuxCnc:
         self._order = asyncio.Lock()    # of lines, so that LinuxCNC has one at a time
         self._watch: Operator | None = None
         self._pauses = asyncio.Lock()   # of pauses, and of what goes on
-        self._pausing = False           # a pause is under way
+        self._pausing = 0               # pauses that are under way
         self._given_up = 0              # how often all waits for temperatures were ended
         config = hub.config
         self._outputs = {HOT_END: config.hotend, BED: config.bed, CHAMBER: config.chamber}
@@ -138,23 +138,24 @@ class LinuxCnc:
 
     def begin(self, name: str) -> int:
         """M25 or M24 has come, and is carried out soon, in the turn that is returned."""
-        self._pausing = self._pausing or name == PAUSE
+        self._pausing += name == PAUSE
         return self._hub.operators.turn
 
     async def pause(self, job: Job, turn: int) -> None:
         """... now: pause, or let what is paused go on."""
-        try:
-            await self._connected()
-            async with self._pauses:
-                await self._of(job).do(turn, "pause" if job.line.name == PAUSE else "resume")
-                await asyncio.sleep(SETTLE_S)
-        finally:
-            self._pausing = False
+        await self._connected()
+        async with self._pauses:
+            await self._of(job).do(turn, "pause" if job.line.name == PAUSE else "resume")
+            await asyncio.sleep(SETTLE_S)
+
+    def end(self, name: str) -> None:
+        """It has been carried out, or not."""
+        self._pausing -= name == PAUSE
 
     @property
     def paused(self) -> bool:
         """LinuxCNC waits, with a programme or a line, or will do so at once."""
-        return bool(self._state.get("paused")) or self._pausing
+        return bool(self._state.get("paused") or self._pausing)
 
     def _of(self, job: Job) -> _Asker:
         """The way of its client."""

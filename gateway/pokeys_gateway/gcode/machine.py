@@ -24,7 +24,19 @@ from ..hub import Hub
 from ..wire import NotDone
 from . import report
 from .card import Storing
-from .commands import AUTOREPORT, COMMANDS, END_JOB, RENUMBER, RESUME, STATE, STORE, STORED, Command, switches_off
+from .commands import (
+    AUTOREPORT,
+    COMMANDS,
+    END_JOB,
+    MOVES,
+    RENUMBER,
+    RESUME,
+    STATE,
+    STORE,
+    STORED,
+    Command,
+    switches_off,
+)
 from .holder import STOPPED
 from .lane import Job, Lane
 from .linuxcnc import PAUSE, RUN, LinuxCnc
@@ -125,8 +137,7 @@ class Machine:
         lines: dict[Client | None, int] = {None: len(self._taken) + bool(self._begun)}
         lines |= self._clear_lanes(STOPPED)
         for task, job in self._now.items():
-            task.cancel()
-            if job.asker and not self._router.hears(job.asker):
+            if task.cancel() and job.asker and not self._router.hears(job.asker):
                 job.tell(f"Error:{STOPPED}\nok")
         if self._operation:
             self._operation.abort(STOPPED)
@@ -268,7 +279,10 @@ class Machine:
 
     def _paused(self, done: asyncio.Task[None]) -> None:
         # also if it was cancelled before it began
-        self._now.pop(done).owe(-1)
+        job = self._now.pop(done)
+        job.owe(-1)
+        if self._linuxcnc:
+            self._linuxcnc.end(job.line.name)
 
     def _storing(self, asker: Client, lane: Lane, line: Line) -> Storing | None:
         """The file that this line is a part of: from M28 to M29, or to M999."""
@@ -354,6 +368,8 @@ class Machine:
             elif command and command.work and operation:
                 if command.commands:
                     await operation.ready()
+                if job.line.name in MOVES and operation.prints:
+                    raise NotDone("a job is under way; M25 lets it wait, and M524 ends it")
                 operation.holder.begin()
                 _judge(command, job.line)
                 before = await command.work(operation, job)

@@ -88,8 +88,10 @@ def nudge_of(member: Member, begin: float, speed: float, override: float) -> tup
     axis is there."""
     # what two of them need to begin and to end is no more than a moment either
     speed = math.copysign(min(abs(speed), member.speed, member.acceleration * NUDGE_S), speed)
-    end = min(max(begin + speed * NUDGE_S * min(1.0, override), member.least), member.most)
-    if (end - begin) * math.copysign(1.0, speed) * abs(member.scale) < 1:
+    there = begin + speed * NUDGE_S * min(1.0, override)
+    # who is outside may come back
+    end = min(there, max(member.most, begin)) if speed > 0 else max(there, min(member.least, begin))
+    if end != there and abs(end - begin) * abs(member.scale) < 1:
         raise NotDone(f"{member.letter} is at its soft limit")
     modes = Modes()
     modes.relative = modes.relative_extruder = True

@@ -13,7 +13,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import functools
-from collections.abc import AsyncGenerator, Awaitable, Callable, Iterable, Mapping
+from collections.abc import AsyncGenerator, Callable, Iterable, Mapping
 from dataclasses import replace
 
 import pokeys
@@ -22,7 +22,7 @@ from pokeys.one_shot import HOME_FINISH_ITSELF, MOVE_BEGINS, SERVO_END_HOMING
 
 from ..hub import Hub
 from ..wire import NotDone
-from .holder import Holder
+from .holder import Holder, each
 from .lane import Job, Modes
 from .member import EXTRUDER, LETTERS, LINEAR, TRIPPED, Member, modes_of, nudge_of, numbers, path_speed
 from .member import members as members_of
@@ -34,6 +34,7 @@ PULSES_MOST, COUNTS_MOST = 2_100_000_000, 2**31 - 2
 FEED_MOST = 200.0           # percent
 LOOK_S = 0.005
 ENABLE_S = 3.0
+NO_FEED = "no feed rate yet; add F with units/min"
 REST_S = 1.0                # what was enabled just now is at rest then
 STILL_S = 600.0             # so long may a path wait for something, such as a feed override of 0
 CANCEL_S = END_S = 5.0
@@ -88,15 +89,17 @@ class Motion:
 
     async def _go(self, words: dict[str, float], modes: Modes, *, rapid: bool) -> None:
         if "F" in words:
-            if not words["F"] > 0:
-                raise BadWords("F must be greater than 0")
-            modes.feed, modes.feed_scale = words["F"] / 60, modes.scale
+            modes.set_feed(words["F"])
         given = {letter: words[letter] * (modes.scale if letter in LINEAR + EXTRUDER else 1.0)
                  for letter in LETTERS if letter in words}
         if not given:
             return
         if modes.feed is None and not rapid:
-            raise NotDone("no feed rate yet; add F with units/min")
+            raise NotDone(NO_FEED)
+        await self.go(given, modes)
+
+    async def go(self, given: Mapping[str, float], modes: Modes) -> None:
+        """A move to these positions or by these ways, in mm; it waits for room in the queue."""
         await self._holder.take()
         # others must not wait for room in the queue because this one does
         while True:
@@ -105,6 +108,13 @@ class Motion:
                 if int(self._state()["moves.waiting"]) < QUEUE:
                     await self._move(given, modes)
                     return
+
+    def logical(self, letters: Iterable[str]) -> dict[str, float]:
+        """Where the next move begins, as G-code says it, in mm."""
+        state = self._state()
+        members = members_of(state)
+        return {letter: self._begin_of(state, self._member(members, letter)) - self.shifts.get(letter, 0.0)
+                for letter in letters}
 
     async def nudge(self, letter: str, speed: float, until: float) -> int | None:
         """A short move of a jog, at so many units/s. The daemon's count of moves then; None: nothing was queued.
@@ -193,8 +203,9 @@ class Motion:
         await self._holder.take()
         async with self._standing():
             members = members_of(self._state())
-            letters = [letter for letter in words if letter in LETTERS]
-            for letter in letters or [letter for letter in LETTERS if letter in members and letter != EXTRUDER]:
+            for letter in words:
+                self._member(members, letter)
+            for letter in [*words] or [letter for letter in LETTERS if letter in members and letter != EXTRUDER]:
                 await self._home(self._member(members, letter))
 
     async def enable(self, job: Job) -> None:
@@ -202,7 +213,7 @@ class Motion:
         await self._holder.take()
         async with self._order:
             members = members_of(self._state())
-            named = [letter for letter in job.line.words() if letter in LETTERS]
+            named = [*job.line.words()]
             await self._enable([self._member(members, letter) for letter in named or members])
 
     async def disable(self) -> None:
@@ -255,7 +266,7 @@ class Motion:
         self.halt()
         homing, self._homing = self._homing, None
         try:
-            await _each(
+            await each(
                 self._end_path,
                 # whatever was given before is taken then
                 functools.partial(self._holder.order, OneShot.NOP, always=True),
@@ -294,8 +305,9 @@ class Motion:
         return self._stands(self._state())
 
     def _stands(self, state: pokeys.State) -> bool:
+        # old values may be from before a move
         enabled = [member for member in members_of(state).values() if member.enabled]
-        return not state["moves.waiting"] and not self._homing and all(member.still for member in enabled)
+        return state.connected and not (state["moves.waiting"] or self._homing) and all(one.still for one in enabled)
 
     async def reset(self) -> list[str]:
         """Clear the faults; what could not be cleared, and why."""
@@ -357,15 +369,14 @@ class Motion:
         if not reading or reading.state is None or not reading.connected:
             return
         members = members_of(reading.state)
-        await self._command([members[letter] for letter in self._on - self._changing if letter in members], enable=True)
+        # one that still moves is on the daemon's path, and is behind it
+        await self._command([members[letter] for letter in self._on - self._changing
+                             if letter in members and members[letter].still], enable=True)
 
     # ---- one step
 
     def _state(self) -> pokeys.State:
-        reading = self._hub.source.read(self._holder.device)
-        if not reading or reading.state is None or not reading.connected:
-            raise NotDone(reading.reason if reading else self._hub.no_such_device(self._holder.device))
-        return reading.state
+        return self._holder.seen()
 
     def _member(self, members: Mapping[str, Member], letter: str) -> Member:
         if letter not in members:
@@ -533,6 +544,8 @@ class Motion:
         self._ends.pop(member.letter, None)
         # the daemon drives no axis while the pulse engine finds a switch
         axes = {} if member.motor else members_of(self._state())
+        # ... and then goes to where they are commanded to be, which may be from before their last move
+        await self._command([one for letter, one in axes.items() if letter in self._on], enable=True)
         self._homing = member
         self._changing |= {member.letter, *(letter for letter in self._on if letter in axes and not axes[letter].motor)}
         try:
@@ -575,21 +588,9 @@ class Motion:
         """Command the position at which the daemon holds it after homing, until it follows that."""
         loop = asyncio.get_running_loop()
         end = loop.time() + ENABLE_S
-        while not ((member := members_of(self._state())[letter]).enabled and member.still):
+        while not ((member := members_of(state := self._state())[letter]).enabled and member.still and state.connected):
             self._holder.check()
             if loop.time() >= end:
                 raise NotDone(f"{letter} does not come to rest")
             await self._command([member], enable=True)
             await asyncio.sleep(LOOK_S)
-
-
-async def _each(*steps: Callable[[], Awaitable[object]]) -> None:
-    """All of them, also if one fails; then the first failure."""
-    failed: Exception | None = None
-    for step in steps:
-        try:
-            await step()
-        except Exception as error:
-            failed = failed or error
-    if failed:
-        raise failed

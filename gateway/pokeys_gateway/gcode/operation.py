@@ -23,6 +23,7 @@ from .jog import Jog
 from .lane import Job
 from .motion import Motion
 from .outputs import Outputs
+from .seen import Seen
 from .tuning import Tuning
 
 IDLE_S = 5.0                # commanding nothing
@@ -43,7 +44,7 @@ class Operation:
         self._hub = hub
         self._failed, self._say = failed, say
         self.busy: Callable[[], bool] = lambda: False       # lines are being carried out
-        self.holder = Holder(device, hub.config.runtime_directory)
+        self.holder = Holder(device, hub.config.runtime_directory, Seen(hub, device))
         self.holder.on_beat = self._look
         self.holder.on_lost = self._fail
         self.heating = Heating(hub, self.holder)
@@ -94,6 +95,11 @@ class Operation:
         """A job of a file is under way, or waits."""
         return self._card is not None and self._card.running
 
+    @property
+    def prints(self) -> bool:
+        """A job of a file is under way, and does not wait."""
+        return self._card is not None and self._card.goes_on
+
     def show(self, text: str) -> None:
         """M117: on the page."""
         self.message = text
@@ -120,7 +126,7 @@ class Operation:
             return
         if self._stops:
             raise NotDone("a stop is under way")
-        if self._card and self._card.goes_on:
+        if self.prints:
             raise NotDone("a job is under way")
         if self.busy():
             raise NotDone("lines of G-code are being carried out")

@@ -103,10 +103,7 @@ class Outputs:
     # ---- one step
 
     def _state(self) -> pokeys.State:
-        reading = self._hub.source.read(self._holder.device)
-        if not reading or reading.state is None or not reading.connected:
-            raise NotDone(reading.reason if reading else self._hub.no_such_device(self._holder.device))
-        return reading.state
+        return self._holder.seen()
 
     async def _give(self, wanted: Mapping[Output, float], turns: str | None = None) -> None:
         """``turns``: the command that the spindle turns by from then on."""
@@ -128,7 +125,9 @@ class Outputs:
                 raise NotDone(f"the spindle turns already, by {self._turns}; M5 stops it")
             values = dict(_value(one, part) for one, part in wanted.items())
             if not any(values.values()) and not self._holder.held:
-                return      # all are off
+                # all are off
+                self._turns = self._turns if turns is None else turns
+                return
             for one in wanted:
                 self._judge(one)
             self.used_at = asyncio.get_running_loop().time()

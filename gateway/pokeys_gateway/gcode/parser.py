@@ -51,6 +51,9 @@ class Line:
             if not word:
                 raise BadWords(f'"{text[at:at + 16]}" is not a letter with a number')
             letter = word[1].upper()
+            # an O in place of a 0 would make another number of it
+            if not word[2] and at and (text[at - 1].isdigit() or text[at - 1] == "."):
+                raise BadWords(f'"{text[at - 1:at + 15]}" is not a number')
             if letter in found:
                 raise BadWords(f"{letter} occurs twice")
             found[letter] = float(word[2]) if word[2] else None

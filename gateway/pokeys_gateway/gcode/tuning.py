@@ -75,10 +75,7 @@ class Tuning:
     # ---- one step
 
     def _state(self) -> pokeys.State:
-        reading = self._hub.source.read(self._holder.device)
-        if not reading or reading.state is None or not reading.connected:
-            raise NotDone(reading.reason if reading else self._hub.no_such_device(self._holder.device))
-        return reading.state
+        return self._holder.seen()
 
     def _gain(self, index: int, letter: str, source: str = "pid") -> float:
         return float(self._state()[f"heater.{index:02}.{source}-{letter.lower()}"] or 0.0)
