@@ -34,6 +34,16 @@ bool task_limit_good(float seconds)
 	return isfinite(seconds) && seconds >= 0 && seconds <= LIMIT_MAX_S;
 }
 
+/* An axis without one would go on until its time limit. Not judged before the device has told. */
+static bool has_home_switch(const struct device *device, unsigned int axis)
+{
+	const struct pokeys_axis_settings *known = &device->wishes.known.axis[axis];
+
+	return !known->switches_mask ||
+	       known->switches &
+		       (WIRE_SWITCH_HOME | WIRE_SWITCH_HOME_ON_N | WIRE_SWITCH_HOME_ON_P);
+}
+
 bool homing_allowed(const struct device *device, const struct pokeys_one_shot *shot)
 {
 	if (!device->safe.permitted || !task_may_begin(device, false) || !shot->mask ||
@@ -41,7 +51,8 @@ bool homing_allowed(const struct device *device, const struct pokeys_one_shot *s
 		return false;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		if (shot->mask >> i & 1 &&
-		    (!motion_drivable(device, i) || shot->value[i] > MOTION_POSITION_MAX ||
+		    (!motion_drivable(device, i) || !has_home_switch(device, i) ||
+		     shot->value[i] > MOTION_POSITION_MAX ||
 		     shot->value[i] < -MOTION_POSITION_MAX))
 			return false;
 	}

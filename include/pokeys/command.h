@@ -120,7 +120,8 @@ enum pokeys_one_shot_operation {
 	/*
 	 * Homing: mask of axes that are homed together, value[] = home offsets,
 	 * parameter[0] = time limit in s (0 = 120). Its outcome comes when all of
-	 * them are homed, or when that has failed and they stand again.
+	 * them are homed, or when that has failed and they stand again. Refused if
+	 * one of them has no home switch (axis.N.home).
 	 */
 	POKEYS_ONE_SHOT_HOME = 5,
 	POKEYS_ONE_SHOT_HOME_CANCEL = 6,	/* done when the engine stands */

@@ -24,6 +24,11 @@ void wire_limit(unsigned int axis, int32_t from, int32_t to)
 
 void set_up(uint8_t options, uint8_t switches)
 {
+	set_up_without(options, switches, 0);
+}
+
+void set_up_without(uint8_t options, uint8_t switches, uint8_t without)
+{
 	const struct sim_switch home = {
 		.wired = true, .pin = SIM_DEDICATED, .from = INT32_MIN, .to = HOME_AT,
 	};
@@ -36,6 +41,8 @@ void set_up(uint8_t options, uint8_t switches)
 		axis->options |= options;
 		axis->options_mask |= options;
 		axis->switches = axis->switches_mask = WIRE_SWITCH_HOME | switches;
+		if (without >> i & 1)
+			axis->switches = switches;
 		axis->set |= POKEYS_AXIS_SET_HOMING_SPEED | POKEYS_AXIS_SET_HOMING_RETURN;
 		axis->homing_speed = axis->homing_return = 50;
 		sim_bench_switch(&world.rig.device, &world.rig.device.bench.machine.axis[i].home,

@@ -17,6 +17,8 @@ void wire_limit(unsigned int axis, int32_t from, int32_t to);
 
 /* All of it from the start, machine on; `options` (WIRE_AXIS_) and `switches` for each axis. */
 void set_up(uint8_t options, uint8_t switches);
+/* ... some of which (one bit each) have no home switch. */
+void set_up_without(uint8_t options, uint8_t switches, uint8_t without);
 int begin(void **state);	/* for cmocka, without any */
 
 /* Axes to home; their counts are to be 100, 200, 300 at the switch. */

@@ -277,6 +277,20 @@ static void outputs_that_are_enabled_one_by_one_are_on_while_homing(void **state
 	assert_false(sim_axis_powered(&world.rig.device, 0));
 }
 
+/* It would go on until its time limit. */
+static void axis_without_a_home_switch_is_refused(void **state)
+{
+	struct pokeys_one_shot shot = home(2, POKEYS_HOME_FINISH_ITSELF);
+
+	(void)state;
+	set_up_without(0, 0, 2);
+	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	shot.mask = 3;
+	assert_int_equal(world_do(&world, &shot, 100 * MS), POKEYS_OUTCOME_REFUSED);
+	shot.mask = 1;
+	assert_int_equal(world_do(&world, &shot, 20 * SECOND), POKEYS_OUTCOME_DONE);
+}
+
 static void what_is_not_valid_is_refused(void **state)
 {
 	const float bad[] = { NAN, INFINITY, -1, 4000 };
@@ -322,6 +336,7 @@ int main(void)
 		cmocka_unit_test_setup(time_limit_ends_it, begin),
 		cmocka_unit_test_setup(link_that_is_lost_ends_it_and_nothing_is_replayed, begin),
 		cmocka_unit_test(outputs_that_are_enabled_one_by_one_are_on_while_homing),
+		cmocka_unit_test(axis_without_a_home_switch_is_refused),
 		cmocka_unit_test_setup(what_is_not_valid_is_refused, begin),
 	};
 

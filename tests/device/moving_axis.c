@@ -26,6 +26,7 @@ static void begin_in(enum pokeys_axis_mode mode, double loss)
 	for (unsigned int i = 0; i < AXES; i++) {
 		struct pokeys_axis_settings *axis = &world.config.settings.axis[i];
 
+		axis->switches = axis->switches_mask = WIRE_SWITCH_HOME;
 		if (mode == POKEYS_AXIS_BUFFERED)
 			axis->options = WIRE_AXIS_ENABLED;
 		axis->options |= WIRE_AXIS_SOFT_LIMITS;

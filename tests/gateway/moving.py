@@ -115,6 +115,13 @@ def test_positions():
         nobody_commands(shop)
 
 
+def test_an_axis_without_a_home_switch():
+    with mill(**{"axis.2.home": "off"}) as shop:
+        before = places(shop)
+        assert shop.one.ask("G28 E")[-2].startswith("Error:G28: E cannot be homed: it has no home switch (axis.2.home)")
+        assert places(shop) == before and shop.one.ask("G28 X")[-1] == "ok" and places(shop)[2] == before[2]
+
+
 def test_a_search_moves_nothing_else():
     """Axes that have moved just before it stay where they are."""
     with mill() as shop:

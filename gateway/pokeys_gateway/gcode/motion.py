@@ -569,6 +569,9 @@ class Motion:
         if not member.motor:
             outcome = await self._holder.order(OneShot.HOME, mask=1 << member.index, flags=HOME_FINISH_ITSELF,
                                                seconds=HOME_S)
+            if outcome == Outcome.REFUSED:
+                raise NotDone(f"{member.letter} cannot be homed: it has no home switch (axis.{member.index}.home), or the "
+                              "pulse engine is busy")
             if outcome != Outcome.DONE:
                 raise NotDone(f"{member.letter} was not homed: {self._state().word('engine-state')}; "
                               "pokeysctl events may show the reason")
