@@ -386,9 +386,8 @@ class Motion:
     def _begin_of(self, state: pokeys.State, member: Member) -> float:
         """Where its next move begins."""
         end = self._ends.get(member.letter)
-        if end is not None and (state["moves.waiting"] or abs(end - member.place) <= 1.5 / abs(member.scale)):
-            return end
-        return member.place
+        # what the device was commanded last may be from before the end; what ends a path early forgets the ends
+        return member.place if end is None or not (member.enabled or state["moves.waiting"]) else end
 
     async def _command(self, members: Iterable[Member], *, enable: bool, **values: bool) -> None:
         members = list(members)
@@ -570,8 +569,8 @@ class Motion:
             outcome = await self._holder.order(OneShot.HOME, mask=1 << member.index, flags=HOME_FINISH_ITSELF,
                                                seconds=HOME_S)
             if outcome == Outcome.REFUSED:
-                raise NotDone(f"{member.letter} cannot be homed: it has no home switch (axis.{member.index}.home), or the "
-                              "pulse engine is busy")
+                raise NotDone(f"{member.letter} cannot be homed: it has no home switch (axis.{member.index}.home), "
+                              "or the pulse engine is busy")
             if outcome != Outcome.DONE:
                 raise NotDone(f"{member.letter} was not homed: {self._state().word('engine-state')}; "
                               "pokeysctl events may show the reason")
