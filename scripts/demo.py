@@ -56,6 +56,8 @@ class Unwritten(Fault):
 
 
 class Demo(Rig):
+    done = False
+
     def __init__(self, build, seconds):
         super().__init__(build, "demo")
         self.seconds, self.pins, self.followed, self.cold_since = seconds, None, 0.0, 0.0
@@ -228,18 +230,25 @@ def main():
     parser.add_argument("--build", required=True)
     parser.add_argument("--seconds", type=float, default=20)
     options = parser.parse_args()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    demo, last = Demo(options.build, options.seconds), "demo"
-    try:
+    demo = Demo(options.build, options.seconds)
+
+    def work():
         demo.start()
         demo.enable()
         say(f"PoKeys57CNC (simulated) -> pokeysd -> shared memory -> pokeys_shm, for {options.seconds:g} s")
-        last = demo.judge(*demo.play())
-        status = 0
+        return demo.judge(*demo.play())
+    return run(demo, work)
+
+
+def run(demo, work):
+    """The status. `work` returns the last line; a demo that is `done` has said it, and has none when it is interrupted."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    try:
+        last, status = work(), 0
     except Fault as fault:
         last, status = f"demo: failed: {fault}", 1
     except KeyboardInterrupt:
-        last, status = last and "demo: interrupted", 130
+        last, status = None if demo.done else "demo: interrupted", 130
     finally:
         demo.close()
     return end(last, status)

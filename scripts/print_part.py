@@ -13,11 +13,10 @@ import pathlib
 import re
 import select
 import shutil
-import signal
 import sys
 import time
 
-from demo import end, say
+from demo import run, say
 from rig import PATIENCE_S, Fault, Rig
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -114,6 +113,8 @@ class Host:
 
 
 class Print(Rig):
+    done = False
+
     def __init__(self, build, part):
         super().__init__(build, "printer")
         self.part, self.text = part, part.read_text(encoding="utf-8", errors="replace")
@@ -214,24 +215,17 @@ def main():
     parser.add_argument("--file", required=True, type=pathlib.Path)
     parser.add_argument("--judge", action="store_true", help="the file has one command a line, in capitals, and millimetres")
     options = parser.parse_args()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    demo, last = Print(options.build, options.file), "demo"
-    try:
+    demo = Print(options.build, options.file)
+
+    def work():
         page, telnet = demo.start()
         say(f"the page is at {page}, the console at telnet {telnet}")
         if demo.print():
             say(demo.judge() if options.judge else "demo: ok")
             say("demo: it is printed again and again; Ctrl-C ends it")
-        last = None
+        demo.done = True
         demo.again()
-        status = 0
-    except Fault as fault:
-        last, status = f"demo: failed: {fault}", 1
-    except KeyboardInterrupt:
-        last, status = last and "demo: interrupted", 130
-    finally:
-        demo.close()
-    return end(last, status)
+    return run(demo, work)
 
 
 if __name__ == "__main__":

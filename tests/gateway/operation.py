@@ -275,7 +275,19 @@ async def a_stop_while_the_spindle_is_being_switched_on():
         one.table.send(other, b"M5\n")
         await until("it is off", lambda: not other.pending)
         assert [values["pin.30.out"] for values, _, _ in one.fake.updates if "pin.30.out" in values][-1] is False
-        assert not one.operation.outputs.commanded and not one.operation.outputs.turns
+        assert not one.operation.outputs.commanded and not one.operation.outputs._turns
+
+
+async def a_move_begins_where_the_last_one_ends():
+    """Also if the queue is empty, and what the device was commanded last is from before the end."""
+    async with shop() as one:
+        motors, values = motion.Motion(one.hub, one.operation.holder), {
+            "joint.00.name": "x", "joint.00.pulses-per-unit": 100.0, "joint.00.mode-in-effect": 1, "engine.axes-enabled": 1,
+            "joint.00.counts-cmd": 420, "joint.00.counts": 390, "connected": True}
+        for on, end, wanted in (1, 5.0, 5.0), (1, None, 4.2), (0, 5.0, 3.9):
+            state = State(values | {"joint.00.enabled": on})
+            motors._ends = {} if end is None else {"X": end}
+            assert motors._begin_of(state, member.members(state)["X"]) == wanted, (on, end)
 
 
 async def gains_are_searched_for():
@@ -507,7 +519,8 @@ def main():
     for test in (a_stop_while_the_place_is_taken, a_stop_in_the_middle_of_a_target, a_lapse_is_no_chance_to_go_on,
                  faults_and_what_is_not_seen, a_stop_and_the_permission_after_it, others_are_told,
                  a_fault_is_seen_while_others_move, heaters_that_nobody_needs_are_switched_off,
-                 a_stop_while_the_spindle_is_being_switched_on, gains_are_searched_for, a_jog_belongs_to_who_holds_it, a_stop_while_a_motor_is_being_enabled):
+                 a_stop_while_the_spindle_is_being_switched_on, a_move_begins_where_the_last_one_ends, gains_are_searched_for,
+                 a_jog_belongs_to_who_holds_it, a_stop_while_a_motor_is_being_enabled):
         asyncio.run(asyncio.wait_for(test(), 60))
         print(f"ok: {test.__name__}")
     assert desk.hub_of().config.machine_device is None

@@ -122,7 +122,7 @@ def at_once(ways, line):
 
 
 def told(shop):
-    """Everybody is told of each of them, and of nothing else that is left."""
+    """Another client got one line for each of the three stops."""
     stops = 0
     shop.one.send(b"M118 that is all\n")
     while (line := shop.one.line()) != "echo:that is all":

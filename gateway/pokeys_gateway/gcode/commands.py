@@ -214,7 +214,7 @@ COMMANDS = {
                   work=_does(lambda operation, _job: _when_still(operation, operation.outputs.stand))),
     "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended",
                   work=_does(lambda operation, job: operation.motion.dwell(job))),
-    # with work, so that nothing else may stand in their line
+    # they have work, so that a second command in their line is refused and not ignored
     **{name: Command(f"{what}: it is so, ok", work=_mode(), commands=False) for name, what in (
         ("G17", "arcs are in the XY plane"), ("G40", "no compensation of a tool's radius"),
         ("G49", "no offset for a tool's length"), ("G54", "the first coordinate system"), ("G80", "no canned cycle"),

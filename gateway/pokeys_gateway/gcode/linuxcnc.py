@@ -330,7 +330,7 @@ class LinuxCnc:
         celsius = words.get("R") if cools else words.get("S")
         if celsius is None or not math.isfinite(celsius) or celsius < 0:
             raise BadWords(f"needs S{' or R' * (name in WAITS)} with a temperature in degrees C")
-        if words.get("T") or job.modes.tool:
+        if words.get("T"):
             raise NotDone("LinuxCNC has one hot end here")
         output = self._outputs[kind]
         if output is None:

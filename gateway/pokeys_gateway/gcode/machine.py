@@ -123,6 +123,8 @@ class Machine:
         self._closed = True
         for timer in self._reports.values():
             timer.cancel()
+        for task in self._now:
+            task.cancel()
         if self._under_way:
             await asyncio.wait(self._under_way, timeout=LAST_S)
         for lane in self._lanes.values():

@@ -29,7 +29,6 @@ class Outputs:
     """Belongs to the event loop's thread."""
 
     def __init__(self, hub: Hub, holder: Holder) -> None:
-        self._hub = hub
         self._holder = holder
         self._fans = hub.config.machine_fan
         self._switch, self._pwm = hub.config.machine_spindle, hub.config.machine_spindle_speed
@@ -47,11 +46,6 @@ class Outputs:
     def commanded(self) -> bool:
         """Something is on, or about to be."""
         return bool(self._on) or self._order.locked()
-
-    @property
-    def turns(self) -> bool:
-        """The spindle is commanded to turn."""
-        return bool(self._turns)
 
     async def fan(self, job: Job, *, on: bool) -> str:
         """M106: P and the number of a fan, S and 0 to 255. M107: off."""
