@@ -242,8 +242,9 @@ def _console(none: Schema) -> dict[str, tuple[str, Schema, Schema]]:
     """Methods of the console."""
     nothing = _only({})
     job = _object({"file": TEXT, "line": COUNT, "byte": COUNT, "size": COUNT, "waits": FLAG})
-    heater = _object({"name": TEXT, "letter": {**TEXT, "description": "As M105 shows it: T0, B, C"}, "most": {
-        "type": "number", "description": "Highest target, degrees C"}})
+    heater = _object({"name": TEXT, "index": {**COUNT, "description": "Its number in names such as heater.00.target"},
+                      "letter": {**TEXT, "description": "As M105 shows it: T0, B, C"},
+                      "most": {"type": "number", "description": "Highest target, degrees C"}})
     return {
         "console.info": ("About the machine of the console", nothing, _object(
             {"machine": {"type": ["string", "null"], "description": "null = there is none now"},

@@ -79,8 +79,10 @@ def test_a_file_is_carried_out():
         assert places(shop)[0] == 400
         begin(one, "wait.gcode", "Wait.gcode")
         wait_for("it waits", lambda: len(one.ask("M27")) == 4)
-        assert re.match("echo:Wait.gcode has ended at line 2 .*: ended by M26", one.ask("M26 S0")[0])
+        said = one.ask("M26 S0")
+        assert re.match("echo:Wait.gcode has ended at line 2 .*: ended by M26", said[0]), said
         # what must not be left out
+        place = places(shop)[0]
         for text, line, why in ((b"G1 X1 F600\nG5 X2 I1\n", 2, '"G5 X2 I1" cannot be carried out: there is no such command'),
                                 (b"G90\nX5 Y5\n", 2, '"X5 Y5" cannot be carried out: there is no such command'), (b"G17\nG40\nG49\nG54\nG80\nG94\nG18\n", 7, "there is none of that here; what follows would be carried out in another way"), (b"T1\n", 1, "there is no hot end T1"),
                                 (b"M6 T1\n", 1, '"M6 T1" cannot be carried out: there is no such command'), (b"\0\0G1 X1\n", 1, "cannot be carried out: there is no such command"),
@@ -90,9 +92,67 @@ def test_a_file_is_carried_out():
                                 (b"G1 X1\rG1 X2\n", 1, "a carriage return is in the middle of it"),
                                 (b"; " + 9000 * b"x" + b"\r\nM117 " + 300 * b"x", 2, "a line has at most 256 characters")):
             (shop.folder / "odd.gcode").write_bytes(text)
-            begin(one, "odd.gcode")
-            said = one.until("Error:")[-1]
-            assert said.startswith(f"Error:odd.gcode, line {line}: ") and said.endswith(f"{why}; the job has ended"), (text, said)
+            assert one.ask("M23 odd.gcode")[-1] == "ok"
+            said = one.ask("M24")
+            assert said[0].startswith(f"Error:M24: odd.gcode, line {line}: ") and said[0].endswith(f"{why}; the job has not begun"), (text, said)
+        assert one.ask("M27") == ["Not SD printing", "ok"] and places(shop)[0] == place
+
+
+def test_a_file_is_judged_before_its_job_begins():
+    """What can never be carried out is said before a heater is warm, wherever it is in the file, and only that."""
+    many = b"G1 X1 F600\r\n" + 9000 * b"G1 X1.5 Y-.5 E1 ; there and back\n"
+    with shop_with(late=many + b"M600\n", comment=many + b";" + 200000 * b"M600 " + b"\n" + many + b"G4 P0 ; M600\nM600",
+                   end=b"G1 X.1 F6000\nM2\nM600\n", low=b"g4 p0\ng5 x1\n",
+                   mill=b"%\r\nN10 G21 (mm)\r\nN20 G90\r\nN30 G1 X0.1 F6000\r\nN40 M30\r\n%\r\n") as shop:
+        one = shop.one
+        assert one.ask("M32 late.gcode")[0] == ('Error:M32: late.gcode, line 9002: "M600" cannot be carried out: there is no such command; '
+                                                "the job has not begun")
+        assert one.ask("M32 comment.gcode")[0].startswith('Error:M32: comment.gcode, line 18005: "M600" ')
+        assert one.ask("M32 low.gcode")[0].startswith('Error:M32: low.gcode, line 2: "g5 x1" ')
+        assert not shop.house.state()["moves"]["taken"] and one.ask("M27") == ["Not SD printing", "ok"]
+        # also from there
+        assert one.ask("M23 late.gcode")[-1] == "ok"
+        do(one, "M26 L9002")
+        assert one.ask("M24")[0].startswith("Error:M24: late.gcode, line 9002: ")
+        for name in "end", "mill":
+            assert one.ask(f"M32 {name}.gcode")[-1] == "ok"
+            assert one.until("Done printing")[0] == f"echo:{name}.gcode has ended, {2 if name == 'end' else 5} lines"
+        assert places(shop)[0] == 20
+
+
+def test_waits_for_a_person():
+    with shop_with(wait=b"G1 X1 F6000\nM0 turn the part\nG1 X2\nM0 P1\nM1") as shop:
+        one, other = shop.one, Client(shop.house)
+        # of a client: other clients do not wait, and M108 of anybody ends it
+        one.send(b"G91\nG1 X0.1 F600\nM0 turn it\nG1 X0.1\n")
+        assert other.until("echo:M0")[-1] == "echo:M0 turn it: it waits; M108 lets it go on"
+        assert one.until("echo:busy")[-1] == "echo:busy: paused for user"
+        assert places(shop)[0] == 20 and other.ask("M108") == ["ok"]
+        assert one.until("ok") == ["ok"] and one.until("ok") == ["ok"]
+        do(one, "M400")
+        assert places(shop)[0] == 40
+        do(one, "M0 S0.01", "M1 P1", "M226 S0.01")
+        said = one.ask("M0 S-1")
+        assert said == ["Error:M0: its time must not be negative", "ok"], said
+        # a program's end: positions are absolute
+        for end in "M2", "M30":
+            do(one, "G91", end, "G1 X0.2 F600", "M400")
+            assert places(shop)[0] == 40
+        # of a file: until M24, wherever it is
+        assert one.ask("M32 wait.gcode")[-1] == "ok"
+        assert other.until("echo:wait")[-1] == "echo:wait.gcode, line 2: M0 turn the part: it waits; M24 lets it go on"
+        assert places(shop)[0] == 200
+        assert one.ask("M24")[-1] == "ok"
+        assert other.until("echo:wait")[-1] == "echo:wait.gcode, line 5: M1: it waits; M24 lets it go on"
+        assert places(shop)[0] == 400 and one.ask("M27")[-2] == "echo:it waits; M24 lets it go on"
+        assert one.ask("M24")[-1] == "ok"
+        assert other.until("Done")[-2] == "echo:wait.gcode has ended, 5 lines"
+        # a stop ends the wait of a client
+        one.send(b"M0\nG1 X0.1\n")
+        other.until("echo:M0")
+        assert other.ask("M410")[-1] == "ok"
+        stand(shop)
+        assert places(shop)[0] == 400
 
 
 def test_a_file_is_written_by_a_client():
@@ -139,7 +199,8 @@ def test_a_file_is_written_by_a_client():
 
 
 def test_a_job_waits_and_needs_no_client():
-    with shop_with(long=LONG, wrong=b"G91\nG1 X1 F6000\nG1 Z5\nG1 X1\n", stop=b"M112\n") as shop:
+    with shop_with(long=LONG, wrong=b"G91\nG1 X1 F6000\nG1 X1 F0\nG1 X1\n", axis=b"G91\nG1 Z5 F6000\n",
+                   stop=b"M112\n") as shop:
         one, other = shop.one, Client(shop.house)
         begin(one, "long.gcode")
         one.reset()
@@ -159,12 +220,12 @@ def test_a_job_waits_and_needs_no_client():
         do(other, "M400")
         # a line that cannot be carried out ends it, and is said
         before = places(shop)[0]
+        assert other.ask("M32 axis.gcode")[0] == "Error:M32: axis.gcode, line 2: mill has no axis Z; there are: X Y E; the job has not begun"
         begin(other, "wrong.gcode")
-        assert other.until("Error:")[-1] == "Error:wrong.gcode, line 3: mill has no axis Z; there are: X Y E; the job has ended"
+        assert other.until("Error:")[-1] == "Error:wrong.gcode, line 3: F must be greater than 0; the job has ended"
         do(other, "M400")
         assert places(shop)[0] == before + 200
-        begin(other, "stop.gcode")
-        assert other.until("Error:")[-1] == "Error:stop.gcode, line 1: M112 cannot be in a file; the job has ended"
+        assert other.ask("M32 stop.gcode")[0] == "Error:M32: stop.gcode, line 1: M112 cannot be in a file; the job has not begun"
         # a stop ends it
         begin(other, "long.gcode")
         under_way(other, 40)

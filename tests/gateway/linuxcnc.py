@@ -104,6 +104,12 @@ async def a_line_waits_for_the_one_before_it():
         assert other.pending, "it still moves"
         fake.set(moving=False)
         await until("all", lambda: not one.pending and not other.pending)
+        # a program's end is a line, and the deletion of a file is not
+        shop.table.take(one)
+        said = await asked(shop, one, "M30", "M30 a.gcode")
+        assert said == [
+            "ok", "Error:M30: LinuxCNC has its own files; load one on its screen, and M24 runs it", "ok"], said
+        assert fake.done[-1] == ("mdi", "M30")
         # a pause goes past the line that is paused, and so does its end
         fake.set(interpreter="paused", paused=True)
         await until("it is seen", lambda: shop.machine._linuxcnc.paused)

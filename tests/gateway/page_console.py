@@ -93,6 +93,8 @@ def test_a_machine_is_worked_with():
                     break
                 await asyncio.sleep(0.1)
             equal((await asyncio.to_thread(house.state))["heaters"][0]["target"], 60)
+            shown = "document.querySelector('form.target .number').innerText"
+            await page.until("how warm it is, and its target", f"/^\\d+\\.\\d → 60.0 °C$/.test({shown})")
             # a file is sent, and its job is done; its name has no spaces
             await page.value("""(() => { const input = document.querySelector('input[type=file]'), all = new DataTransfer();
                 all.items.add(new File(['G90 ; a part\\n\\nG1 X2 Y3 F6000\\n' + 'G1 X2.5\\nG1 X2\\n'.repeat(20)], 'my part.gcode'));

@@ -29,18 +29,20 @@ from ..aside import aside
 from ..folder import Folder, NotPermitted, TooLarge, Upload
 from ..wire import NotDone
 from .lane import Job, Modes
-from .parser import LINE_MOST, BadLine, BadWords, parse
+from .lines import CHUNK, find, good, unusual, unusual_of
+from .parser import LINE_MOST, BadLine, BadWords, Line, parse
 
-CHUNK = 64 << 10            # bytes that are read at once
 SAVE_S = 5.0                # from one note of the progress to the next
 CLOSE_S = 2.0               # for the last note
 NAMED_MOST = 8              # unknown commands, at the end
 NOTE = ".job"
-WAITS = ("M0", "M1", "M226")
-TEXTS = ("M117", "M118", "$J")
+JUDGED_MOST = 32            # lines at once, before a job begins
+TEXTS = ("M0", "M1", "M117", "M118", "M226", "$J")
 _COMMAND = re.compile(r"[GM]\s*\d", re.I)
 NEEDED = ("M6", "M98", "M600")         # without these, the next move is a mistake
-SPINDLE_OFF = "M5"          # a program's end does that, too
+END, DELETE = "M2", "M30"   # a program may end with M30, too; with the name of a file, that deletes it
+# lines of a file have numbers for people
+_NUMBER = re.compile(rb"[ \t]*[Nn][ \t]*\d+[ \t]*")
 Result = TypeVar("Result")
 _LOG = logging.getLogger("pokeys-gateway")
 
@@ -142,8 +144,10 @@ class Card:
 
     def __init__(self, folder: Path, say: Callable[[str], None]) -> None:
         """``say`` tells all clients."""
-        # carries out a line, and says if there is such a command
-        self.run: Callable[[Job], Awaitable[bool]]
+        # raises why a line can never be carried out, or says if there is such a command
+        self.judge: Callable[[Line], bool]
+        self.axes: Callable[[], list[str]]              # their letters
+        self.run: Callable[[Job], Awaitable[None]]      # carries it out
         self._top, self._say = folder, say
         self._folder = Folder(folder)
         self._order = asyncio.Lock()        # of what chooses a file and begins its job
@@ -215,22 +219,20 @@ class Card:
         async with self._alone():
             return await self._select(name)
 
-    async def start(self) -> None:
+    async def start(self, job: Job) -> None:
         """M24: begin, or go on."""
         async with self._alone():
-            self._start()
+            await self._start(job)
 
     async def select_and_start(self, job: Job, name: str) -> str:
         """M32."""
         async with self._alone():
             said = await self._select(name)
-            if job.gone:
-                raise NotDone("its client is gone")
-            self._start()
+            await self._start(job)
         return said
 
     def pause(self, why: str = "") -> None:
-        """M25: no further line, until M24. Moves that are in the queue are still carried out."""
+        """M25, and M0 of its file: no further line, until M24. Moves that are in the queue are still carried out."""
         if not self._job:
             raise NotDone("no job is under way")
         self._go_on.clear()
@@ -312,17 +314,40 @@ class Card:
         self._name, self._made, self._at, self._line = found, made, 0, 0
         return f"File opened: {found} Size: {made[0]}\nFile selected"
 
-    def _start(self) -> None:
+    async def _start(self, job: Job) -> None:
         if not self._name:
             raise NotDone("no file is selected; M23 and its name select one")
-        self._go_on.set()
         if self._job:
+            self._go_on.set()
             return
+        await self._look_through()
+        if job.gone:
+            raise NotDone("its client is gone")
+        self._go_on.set()
         self._interrupted = ""
         self._generation += 1
         self._job = asyncio.get_running_loop().create_task(self._print())
         self._saving = asyncio.get_running_loop().create_task(self._save())
         _LOG.info("%s: begins at line %d", self._name, self._line + 1)
+
+    async def _look_through(self) -> None:
+        """:class:`NotDone` if a line can never be carried out: better now than in the middle of the job."""
+        at, number, pattern = self._at, self._line, unusual_of("".join(self.axes()))
+        while True:
+            lines, at, count = await self.aside(self._unusual, self._name, self._made, at, pattern)
+            for i, (line, data) in enumerate(lines):
+                # nobody else waits for this
+                if i % JUDGED_MOST == 0:
+                    await asyncio.sleep(0)
+                try:
+                    understood = self._understand(good(bytearray(data)))
+                    if understood and understood[0].name == END:
+                        return
+                except (NotDone, BadWords, BadLine) as why:
+                    raise NotDone(f"{self._name}, line {number + line}: {why}; the job has not begun") from None
+            number += count
+            if not count:
+                return
 
     async def _print(self) -> None:
         modes, unknown = Modes(), dict[str, None]()
@@ -348,24 +373,33 @@ class Card:
 
     async def _carry_out(self, data: bytes, modes: Modes) -> str:
         """A line; the name of its command if it was skipped, as there is none of it and nothing depends on it."""
-        line = parse(data)
-        if not line or not line.text:
+        understood = self._understand(data)
+        if not understood:
             return ""
-        argument = line.arguments
-        if line.name not in TEXTS and _COMMAND.search(argument):
-            raise NotDone(f'"{line.text[:LINE_MOST]}": one line has one command')
-        if line.name == "M2" or (line.name == "M30" and not argument):
-            await self.run(Job(None, replace(line, name=SPINDLE_OFF), modes, lambda text: None))
+        line, known = understood
+        if not known:
+            return line.name
+        await self.run(Job(None, line, modes, lambda text: None))
+        await self._pause()
+        if line.name == END:
             raise _Ended
-        if line.name in WAITS:
-            self.pause(line.name)
-            await self._pause()
-            return ""
-        if await self.run(Job(None, line, modes, lambda text: None)):
-            return ""
-        if line.name[:1] != "M" or line.name in NEEDED:
+        return ""
+
+    def _understand(self, data: bytes) -> tuple[Line, bool] | None:
+        """A line, and is there such a command? None: nothing is in it. Raises why it can never be carried out."""
+        if b"*" not in data:
+            data = _NUMBER.sub(b"", data, 1) if _NUMBER.match(data) else data
+        line = parse(data) if data.strip() != b"%" else None
+        if not line or not line.text:
+            return None
+        if line.name not in TEXTS and _COMMAND.search(line.arguments):
+            raise NotDone(f'"{line.text[:LINE_MOST]}": one line has one command')
+        if line.name == DELETE and not line.arguments:
+            line = replace(line, name=END)
+        known = self.judge(line)
+        if not known and (line.name[:1] != "M" or line.name in NEEDED):
             raise NotDone(f'"{line.text[:LINE_MOST]}" cannot be carried out: there is no such command')
-        return line.name
+        return line, known
 
     async def _lines(self) -> AsyncGenerator[bytes, None]:
         """The lines from where the job begins, without comments; it has come so far when the next one is asked for."""
@@ -377,13 +411,13 @@ class Card:
             if not data:
                 if size:
                     self._line += 1
-                    yield _good(code)
+                    yield good(code)
                     self._at += size
                 return
             for i, piece in enumerate(data.split(b"\n")):
                 if i:
                     self._line += 1
-                    yield _good(code)
+                    yield good(code)
                     self._at += size + 1
                     size, comment = 0, False
                     code.clear()
@@ -393,7 +427,7 @@ class Card:
                 size += len(piece)
             if len(code) > 4 * LINE_MOST:
                 self._line += 1
-                _good(code)
+                good(code)
 
     def _end(self, text: str, *, error: bool = False, done: bool = False) -> None:
         self._job = None
@@ -481,6 +515,14 @@ class Card:
         finally:
             os.close(file)
 
+    def _unusual(self, name: str, made: tuple[int, int], at: int,
+                 pattern: re.Pattern[bytes]) -> tuple[list[tuple[int, bytes]], int, int]:
+        file = self._open(name, made)
+        try:
+            return unusual(file, at, pattern)
+        finally:
+            os.close(file)
+
     def _find(self, name: str, made: tuple[int, int], lines: int | None, byte: int) -> tuple[int, int]:
         """The place behind so many lines, or at the beginning of the line that this byte is in: its byte and line."""
         file = self._open(name, made)
@@ -507,29 +549,3 @@ def _finish(upload: Upload) -> None:
         upload.finish()
     finally:
         upload.close()
-
-
-def _good(code: bytearray) -> bytes:
-    """A line without its comment. :class:`BadLine`."""
-    line = bytes(code).removesuffix(b"\r")
-    if len(line) > LINE_MOST:
-        raise BadLine(f"a line has at most {LINE_MOST} characters")
-    if b"\r" in line.strip():
-        raise BadLine("a carriage return is in the middle of it")
-    return line
-
-
-def find(file: int, lines: int | None, byte: int) -> tuple[int, int]:
-    """In an open file: the place behind so many lines, or at the beginning of the line that this byte is in."""
-    at = start = count = 0
-    while data := os.pread(file, CHUNK, at):
-        begin = 0
-        while (end := data.find(b"\n", begin)) >= 0:
-            if (lines is not None and count >= lines) or (lines is None and at + end >= byte):
-                return start, count
-            count, begin = count + 1, end + 1
-            start = at + begin
-        at += len(data)
-    if lines is not None and count < lines:
-        raise OSError(errno.EINVAL, f"the file has {count + (at > start)} lines")
-    return start, count

@@ -19,16 +19,15 @@ from ..wire import NotDone
 from . import heating, report
 from .arcs import arc
 from .lane import Job
-from .member import INCH
+from .member import INCH, LETTERS
 from .operation import RESUME, Operation
 from .parser import BadWords, Line
 
-__all__ = ["AUTOREPORT", "COMMANDS", "END_JOB", "MOVES", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command",
+__all__ = ["AUTOREPORT", "COMMANDS", "END_JOB", "RENUMBER", "RESUME", "STATE", "STORE", "STORED", "Command",
            "switches_off"]
 NO_SETTINGS = "echo:G-code commands no device"
 Work = Callable[[Operation, Job], Awaitable[str]]
-
-
+Judge = Callable[[Operation, Line], object]
 Show = Callable[[Hub, Operation | None], str]
 
 
@@ -60,6 +59,8 @@ class Command:
     commands: bool = True           # it is not done after a stop or a fault
     in_files: bool = True           # a file may have it
     text: bool = False              # what stands behind it are no words
+    moves: bool = False             # nobody may do it beside a job of a file
+    judge: Judge | None = None      # raises what is known before a job begins: the line can never be carried out
 
 
 def _axes(state: pokeys.State) -> str:
@@ -127,22 +128,74 @@ def switches_off(line: Line) -> bool:
     return line.name in ("M104", "M109", "M140", "M141", "M190", "M191") and words.get("S", words.get("R")) == 0
 
 
-RENUMBER = "M110"
-AUTOREPORT = "M155"
 async def _begin_at(operation: Operation, job: Job) -> None:
     words = job.line.words()
     await operation.card.begin_at(words.get("S"), words.get("L"))
 
 
-async def _refuse(_operation: Operation, _job: Job) -> str:
+def _refused(_operation: Operation, _line: Line) -> None:
     raise NotDone("there is none of that here; what follows would be carried out in another way")
 
 
-async def _tool(operation: Operation, job: Job) -> None:
-    tool = job.line.words().get("T") or 0.0
+async def _refuse(operation: Operation, job: Job) -> None:
+    _refused(operation, job.line)
+
+
+def _tool_of(operation: Operation, line: Line) -> int:
+    tool = line.words().get("T") or 0.0
     if tool:        # without heaters, there is one tool all the same
         operation.heating.find(heating.HOT_END, tool)
-    job.modes.tool = int(tool)
+    return int(tool)
+
+
+async def _tool(operation: Operation, job: Job) -> None:
+    job.modes.tool = _tool_of(operation, job.line)
+
+
+def _axes_of(operation: Operation, line: Line) -> None:
+    operation.motion.logical({letter for letter in LETTERS if letter in line.words()})
+
+
+def _heat(kind: str, what: str) -> Command:
+    """Set a heater's target."""
+    return Command(what, work=_does(lambda operation, job: operation.heating.set(job, kind, "S")),
+                   judge=lambda operation, line: operation.heating.judge(line, kind, ("S",), 0))
+
+
+def _reach(kind: str, like: str) -> Command:
+    """... and wait for it."""
+    return Command(f"as {like}, and wait until it is warm; with R instead of S also until it has cooled down",
+                   work=_does(lambda operation, job: operation.heating.reach(job, kind)),
+                   judge=lambda operation, line: operation.heating.judge(line, kind, ("S", "R"), 0))
+
+
+def _fan(what: str, *, on: bool) -> Command:
+    return Command(what, work=_does(lambda operation, job: operation.outputs.fan(job, on=on)),
+                   judge=lambda operation, line: operation.outputs.fan_of(line))
+
+
+def _turn(way: str) -> Command:
+    return Command(f"S and revolutions/min: turn the spindle {way}, when all moves have ended", moves=True,
+                   work=_does(lambda operation, job: _when_still(operation, lambda: operation.outputs.turn(job))),
+                   judge=lambda operation, line: operation.outputs.speed_of(line, 0.0))
+
+
+def _wait(what: str) -> Command:
+    return Command(what, work=_does(lambda operation, job: operation.wait(job)), commands=False, text=True)
+
+
+async def _end_program(operation: Operation, job: Job) -> None:
+    """M2, as RS274/NGC has it: the spindle stands, and positions are absolute."""
+    await _when_still(operation, operation.outputs.stand)
+    job.modes.relative = job.modes.relative_extruder = False
+
+
+async def _remove(operation: Operation, job: Job) -> str:
+    """M30: of a host, it deletes a file; without a name, it is a program's end."""
+    if job.line.arguments:
+        return await operation.card.remove(job.line.argument)
+    await _end_program(operation, job)
+    return ""
 
 
 async def _when_still(operation: Operation, work: Callable[[], Awaitable[None]]) -> None:
@@ -188,28 +241,34 @@ def _no_job(operation: Operation) -> None:
         raise NotDone("no job is under way")
 
 
-# which nobody may do beside a job of a file
-MOVES = ("G0", "G1", "G2", "G3", "$J", "G28", "G92", "M3", "M4", "M17", "M18", "M84")
+RENUMBER, AUTOREPORT = "M110", "M155"
 STORE, STORED = "M28", "M29"
 END_JOB = "M524"
 STATE = "?"
 COMMANDS = {
     STATE: Command("show the PoKeys devices", _of(_state), at_once=True),
     "G0": Command("axes and positions: move there, as fast as the axes can unless F was given",
-                  work=_does(lambda operation, job: operation.motion.move(job, rapid=True))),
+                  work=_does(lambda operation, job: operation.motion.move(job, rapid=True)),
+                  moves=True, judge=_axes_of),
     "G1": Command("axes and positions, F and units/min: move there in a straight line at this speed",
-                  work=_does(lambda operation, job: operation.motion.move(job, rapid=False))),
+                  work=_does(lambda operation, job: operation.motion.move(job, rapid=False)),
+                  moves=True, judge=_axes_of),
     "G2": Command("X and Y, I and J or R, and F: move there on an arc, clockwise; other axes at the same time",
-                  work=_does(lambda operation, job: arc(operation.motion, job, clockwise=True))),
+                  work=_does(lambda operation, job: arc(operation.motion, job, clockwise=True)),
+                  moves=True, judge=_axes_of),
     "G3": Command("as G2, counterclockwise",
-                  work=_does(lambda operation, job: arc(operation.motion, job, clockwise=False))),
+                  work=_does(lambda operation, job: arc(operation.motion, job, clockwise=False)),
+                  moves=True, judge=_axes_of),
     "$J": Command("=, axes and F: as G1, with G90, G91, G20 and G21 for this line only",
-                  work=_does(lambda operation, job: operation.motion.jog(job)), text=True),
-    "T": Command("and a number: this client's M104 and M109 without T are for this hot end", work=_does(_tool)),
-    "M3": Command("S and revolutions/min: turn the spindle clockwise, when all moves have ended",
-                  work=_does(lambda operation, job: _when_still(operation, lambda: operation.outputs.turn(job)))),
-    "M4": Command("S and revolutions/min: turn the spindle counterclockwise, when all moves have ended",
-                  work=_does(lambda operation, job: _when_still(operation, lambda: operation.outputs.turn(job)))),
+                  work=_does(lambda operation, job: operation.motion.jog(job)), text=True, moves=True),
+    "T": Command("and a number: this client's M104 and M109 without T are for this hot end", work=_does(_tool),
+                 judge=_tool_of),
+    "M0": _wait("wait until M108, or for P milliseconds or S seconds; of a file: until M24"),
+    "M1": _wait("as M0"),
+    "M2": Command("the program ends: stop the spindle when all moves have ended; positions are absolute",
+                  work=_does(_end_program)),
+    "M3": _turn("clockwise"),
+    "M4": _turn("counterclockwise"),
     "M5": Command("stop the spindle, when all moves have ended",
                   work=_does(lambda operation, _job: _when_still(operation, operation.outputs.stand))),
     "G4": Command("P and milliseconds, S and seconds: wait this long after all moves have ended",
@@ -220,7 +279,7 @@ COMMANDS = {
         ("G49", "no offset for a tool's length"), ("G54", "the first coordinate system"), ("G80", "no canned cycle"),
         ("G94", "speeds are in units/min"))},
     # what follows them would be carried out in another way than they say
-    **{name: Command(f"{what}: refused", work=_refuse) for name, what in (
+    **{name: Command(f"{what}: refused", work=_does(_refuse), judge=_refused) for name, what in (
         ("G18", "arcs are in the XZ plane"), ("G19", "arcs are in the YZ plane"), ("G41", "a tool's radius"),
         ("G42", "a tool's radius"), ("G43", "a tool's length"), ("G55", "another coordinate system"),
         ("G56", "another coordinate system"), ("G57", "another coordinate system"),
@@ -230,15 +289,17 @@ COMMANDS = {
     "G20": Command("units are inches", work=_mode(scale=INCH)),
     "G21": Command("units are millimetres", work=_mode(scale=1.0)),
     "G28": Command("axes: find their home switches, one after the other; without axes: all but E",
-                   work=_does(lambda operation, job: operation.motion.home(job))),
+                   work=_does(lambda operation, job: operation.motion.home(job)),
+                   moves=True, judge=_axes_of),
     "G90": Command("positions are absolute", work=_mode(relative=False, relative_extruder=False)),
     "G91": Command("positions are relative", work=_mode(relative=True, relative_extruder=True)),
     "G92": Command("axes and numbers: these are their positions from now on",
-                   work=_does(lambda operation, job: operation.motion.set_place(job))),
+                   work=_does(lambda operation, job: operation.motion.set_place(job)),
+                   moves=True, judge=_axes_of),
     "M17": Command("enable all axes, or those that are named",
-                   work=_does(lambda operation, job: operation.motion.enable(job))),
+                   work=_does(lambda operation, job: operation.motion.enable(job)), moves=True),
     "M18": Command("wait until all axes stand still, then disable them",
-                   work=_does(lambda operation, _job: operation.motion.disable())),
+                   work=_does(lambda operation, _job: operation.motion.disable()), moves=True),
     "M20": Command("list the files",
                    work=_does(lambda operation, _job: operation.card.listing()), commands=False, in_files=False),
     "M21": Command("nothing has to be done for files: ok"),
@@ -247,34 +308,29 @@ COMMANDS = {
                    work=_does(lambda operation, job: operation.card.select(_name(job))),
                    commands=False, in_files=False, text=True),
     "M24": Command("begin the job of the selected file, or go on with it",
-                   work=_does(lambda operation, _job: operation.card.start()), in_files=False),
+                   work=_does(lambda operation, job: operation.card.start(job)), in_files=False),
     "M25": Command("the job waits until M24", at_once=True, act=_pause),
     "M26": Command("S and a byte, or L and a line: the job begins there", work=_does(_begin_at), commands=False,
                    in_files=False),
     "M27": Command("show how far the job has come", _progress, at_once=True),
     STORE: Command("a name: write this client's lines into a file, until M29", work=_store, in_files=False, text=True),
     STORED: Command("the file is complete", work=_store, in_files=False),
-    "M30": Command("a name: delete a file",
-                   work=_does(lambda operation, job: operation.card.remove(_name(job))),
-                   commands=False, in_files=False, text=True),
+    "M30": Command("a name: delete a file; without a name: as M2", work=_does(_remove), commands=False, in_files=False,
+                   text=True),
     "M32": Command("a name: select a file, and begin its job",
                    work=_does(lambda operation, job: operation.card.select_and_start(job, _name(job).strip("!#"))),
                    in_files=False, text=True),
     "M82": Command("positions of E are absolute", work=_mode(relative_extruder=False)),
     "M83": Command("positions of E are relative", work=_mode(relative_extruder=True)),
-    "M84": Command("as M18", work=_does(lambda operation, _job: operation.motion.disable())),
-    "M104": Command("S and degrees C: set the target of a hot end, T0 or T and its number",
-                    work=_does(lambda operation, job: operation.heating.set(job, heating.HOT_END, "S"))),
+    "M84": Command("as M18", work=_does(lambda operation, _job: operation.motion.disable()), moves=True),
+    "M104": _heat(heating.HOT_END, "S and degrees C: set the target of a hot end, T0 or T and its number"),
     "M105": Command("show temperatures, targets and powers of heaters", _of(report.trouble), _of(report.temperatures),
                     at_once=True),
-    "M106": Command("S and 0 to 255: a fan, P and its number", work=_does(
-        lambda operation, job: operation.outputs.fan(job, on=True))),
-    "M107": Command("a fan is off, P and its number", work=_does(
-        lambda operation, job: operation.outputs.fan(job, on=False))),
-    "M108": Command("end all waits for temperatures", at_once=True, commands=False,
-                    act=lambda operation: operation.heating.give_up()),
-    "M109": Command("as M104, and wait until it is warm; with R instead of S also until it has cooled down",
-                    work=_does(lambda operation, job: operation.heating.reach(job, heating.HOT_END))),
+    "M106": _fan("S and 0 to 255: a fan, P and its number", on=True),
+    "M107": _fan("a fan is off, P and its number", on=False),
+    "M108": Command("end all waits for temperatures, and M0", at_once=True, commands=False,
+                    act=lambda operation: operation.waits.end()),
+    "M109": _reach(heating.HOT_END, "M104"),
     RENUMBER: Command("N and a number: set the number of the last line"),
     "M112": Command("emergency stop of LinuxCNC, or of the device that G-code commands", stop="emergency_stop"),
     "M114": Command("show where the axes are, and where they are commanded to be", _positions, at_once=True),
@@ -282,17 +338,14 @@ COMMANDS = {
     "M118": Command("a text: show it to all clients", work=_does(_tell), commands=False, text=True),
     "M115": Command("show version, abilities and commands", _of(_firmware)),
     "M119": Command("show limit switches and home switches", _of(report.switches), at_once=True),
-    "M140": Command("S and degrees C: set the target of the bed",
-                    work=_does(lambda operation, job: operation.heating.set(job, heating.BED, "S"))),
-    "M141": Command("S and degrees C: set the target of the chamber",
-                    work=_does(lambda operation, job: operation.heating.set(job, heating.CHAMBER, "S"))),
+    "M140": _heat(heating.BED, "S and degrees C: set the target of the bed"),
+    "M141": _heat(heating.CHAMBER, "S and degrees C: set the target of the chamber"),
     AUTOREPORT: Command("S and seconds: report temperatures periodically; S0 ends the reports", at_once=True),
-    "M190": Command("as M140, and wait until it is warm; with R instead of S also until it has cooled down",
-                    work=_does(lambda operation, job: operation.heating.reach(job, heating.BED))),
-    "M191": Command("as M141, and wait until it is warm; with R instead of S also until it has cooled down",
-                    work=_does(lambda operation, job: operation.heating.reach(job, heating.CHAMBER))),
+    "M190": _reach(heating.BED, "M140"),
+    "M191": _reach(heating.CHAMBER, "M141"),
     "M220": Command("S and percent, 0 to 200: set the feed override; without S: show it",
                     work=_does(lambda operation, job: operation.motion.override(job))),
+    "M226": _wait("as M0"),
     "M301": Command("P, I, D and numbers: set the gains of a hot end, E and its number; without P, I, D: show them",
                     work=_does(lambda operation, job: operation.tuning.gains(job, heating.HOT_END))),
     "M303": Command("E and a hot end, or E-1 for the bed, S and degrees C: search for its gains; U1: use them",

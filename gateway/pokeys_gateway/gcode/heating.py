@@ -17,8 +17,9 @@ from ..wire import NotDone
 from . import report
 from .holder import Holder
 from .lane import Job
-from .parser import BadWords
+from .parser import BadWords, Line
 from .report import Heater
+from .waits import Waits
 
 LOOK_S = 0.1
 REPORT_S = 1.0              # temperatures, while somebody waits for them
@@ -33,16 +34,15 @@ KINDS = {HOT_END: "hot end", BED: "bed", CHAMBER: "chamber"}
 class Heating:
     """The heaters of the device that G-code commands. Belongs to the event loop's thread."""
 
-    def __init__(self, hub: Hub, holder: Holder) -> None:
+    def __init__(self, hub: Hub, holder: Holder, waits: Waits) -> None:
         self._hub = hub
-        self._holder = holder
+        self._holder, self._waits = holder, waits
         self._targets: dict[int, float] = {}        # commanded, by the device's numbers
         self._since: dict[int, float] = {}          # when
         self.searching: set[int] = set()            # those whose gains are searched for
         self._seen = 0.0            # when the device was connected
         self.used_at = 0.0          # when a target was commanded last
         self._order = asyncio.Lock()
-        self._given_up: set[asyncio.Event] = set()      # of those who wait
         self._giving: set[asyncio.Task[None]] = set()
 
     @property
@@ -59,14 +59,22 @@ class Heating:
 
     async def set(self, job: Job, kind: str, *letters: str) -> tuple[int, bool]:
         """Set the target that stands behind the first of these letters. Which heater, and is it that letter?"""
-        words = job.line.words()
+        heater, celsius, letter = self.judge(job.line, kind, letters, job.modes.tool)
+        return await self._set(heater, celsius), letter == letters[0]
+
+    def judge(self, line: Line, kind: str, letters: tuple[str, ...], tool: float) -> tuple[Heater, float, str]:
+        """Which heater a line is for, its target and the letter before that; `tool` is selected. :class:`BadWords`,
+        :class:`NotDone` for what the heater cannot have at any time."""
+        words = line.words()
         letter = next((letter for letter in letters if words.get(letter) is not None), "")
         celsius = words.get(letter)
         if celsius is None:
             raise BadWords(f"needs {' or '.join(letters)} with a temperature in degrees C")
-        tool = words.get("T")
-        index = await self._set(self.find(kind, job.modes.tool if tool is None else tool), celsius)
-        return index, letter == letters[0]
+        number = words.get("T")
+        heater = self.find(kind, tool if number is None else number)
+        if not 0 <= celsius <= heater.most:
+            raise NotDone(f"the target of heater {heater.title} must be 0 to {heater.most:g} degrees C")
+        return heater, celsius, letter
 
     async def reach(self, job: Job, kind: str) -> None:
         """Set a target and wait for it: after S only while the heater is colder, after R also while it is warmer."""
@@ -74,17 +82,8 @@ class Heating:
         heater = self._of(index)
         if heats and heater.celsius > self._targets.get(index, 0.0):
             return
-        given_up = asyncio.Event()
-        self._given_up.add(given_up)
-        try:
+        with self._waits.one() as given_up:
             await self._reach(job, index, given_up)
-        finally:
-            self._given_up.discard(given_up)
-
-    def give_up(self) -> None:
-        """Nobody waits for a temperature any more."""
-        for event in self._given_up:
-            event.set()
 
     def forget(self) -> dict[str, float]:
         """They are to be switched off, by these values."""
@@ -153,8 +152,6 @@ class Heating:
         raise NotDone(f"there is no {KINDS[kind]}{letter[1:] and ' ' + letter}")
 
     async def _set(self, heater: Heater, celsius: float) -> int:
-        if not 0 <= celsius <= heater.most:
-            raise NotDone(f"the target of heater {heater.title} must be 0 to {heater.most:g} degrees C")
         if celsius and heater.trouble:
             what = "off by a fault" if heater.fault else "not ready"
             raise NotDone(f"heater {heater.title} is {what}: {heater.trouble}")

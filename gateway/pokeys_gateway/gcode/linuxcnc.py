@@ -44,7 +44,7 @@ FILES = ("M20", "M21", "M22", "M23", "M26", "M28", "M29", "M30", "M32")
 OF_A_DEVICE = ("$J", "M17", "M18", "M84", "M301", "M303", "M304", "M999")
 # about devices and the console
 OURS = ("?", "M27", "M105", "M108", "M110", "M112", "M114", "M115", "M119", "M155", "M410", "M503", "M524")
-RUN, PAUSE = "M24", "M25"
+RUN, PAUSE, END = "M24", "M25", "M30"       # of a host, M30 deletes a file; without a name, it is a program's end
 SAID_MOST = 8               # messages of LinuxCNC about a line
 
 
@@ -181,7 +181,7 @@ class LinuxCnc:
             self._say(report.message(job.line.argument))
         elif name == "M400":
             await self._idle(still=True)
-        elif name in FILES:
+        elif name in FILES and (name != END or job.line.arguments):
             raise NotDone("LinuxCNC has its own files; load one on its screen, and M24 runs it")
         elif name in OF_A_DEVICE:
             raise NotDone("LinuxCNC moves the machine; this is for a device that G-code commands itself")

@@ -28,7 +28,6 @@ from .commands import (
     AUTOREPORT,
     COMMANDS,
     END_JOB,
-    MOVES,
     RENUMBER,
     RESUME,
     STATE,
@@ -61,7 +60,7 @@ _END = re.compile(rb"\r\n|\r|\n")
 _LOG = logging.getLogger("pokeys-gateway")
 
 
-def _judge(command: Command, line: Line) -> None:
+def _need_one(command: Command, line: Line) -> None:
     """:class:`BadWords` for what would be left out, such as the move in "G90 G1 X5"."""
     if not command.text and {"G", "M"} & set(line.words()):
         raise BadWords("one line has one command")
@@ -116,7 +115,7 @@ class Machine:
         if self._operation:
             # a disk that hangs keeps nobody waiting
             self._operation.busy = lambda: any(lane.busy for lane in self._lanes.values())
-            self._operation.open(self._run)
+            self._operation.open(self._judge, self._run)
 
     async def close(self) -> None:
         """Stops that are under way have a moment to get through."""
@@ -370,10 +369,10 @@ class Machine:
             elif command and command.work and operation:
                 if command.commands:
                     await operation.ready()
-                if job.line.name in MOVES and operation.prints:
+                if command.moves and operation.prints:
                     raise NotDone("a job is under way; M25 lets it wait, and M524 ends it")
                 operation.holder.begin()
-                _judge(command, job.line)
+                _need_one(command, job.line)
                 before = await command.work(operation, job)
                 if lane.has(job):
                     job.tell(f"{before}\n" * bool(before) + "ok")
@@ -401,19 +400,26 @@ class Machine:
         await storing.write(job.line.text)
         return "ok"
 
-    async def _run(self, job: Job) -> bool:
-        """Carry out a line of a file. False: there is no such command."""
-        command, operation = COMMANDS.get(job.line.name), self._operation
+    def _judge(self, line: Line) -> bool:
+        """Raises why a line of a file can never be carried out. False: there is no such command."""
+        command, operation = COMMANDS.get(line.name), self._operation
         if not command or not operation:
             return False
         if command.stop or command.act or (command.work and not command.in_files):
-            raise NotDone(f"{job.line.name} cannot be in a file")
+            raise NotDone(f"{line.name} cannot be in a file")
         if command.work:
+            _need_one(command, line)
+        if command.judge:
+            command.judge(operation, line)
+        return True
+
+    async def _run(self, job: Job) -> None:
+        """Carry out a line of a file, which is judged."""
+        command, operation = COMMANDS.get(job.line.name), self._operation
+        if command and command.work and operation:
             await operation.ready()
             operation.holder.begin()
-            _judge(command, job.line)
             await command.work(operation, job)
-        return True
 
     def _halt(self, why: str) -> None:
         """Nothing is commanded any more: hosts end their job at an error."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import math
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from typing import Any
 
@@ -23,17 +24,36 @@ from .jog import Jog
 from .lane import Job
 from .motion import Motion
 from .outputs import Outputs
+from .parser import BadWords, Line
 from .seen import Seen
 from .tuning import Tuning
+from .waits import Waits
 
 IDLE_S = 5.0                # commanding nothing
 OFF_AFTER_S = 600.0         # without a move: motors and axes are switched off
 COLD_AFTER_S = 1800.0       # without a line that commands something: everything is switched off
 STOP_S = 5.0                # to be confirmed: what moves needs its time
 LOOK_S = 0.005
+PERSON_S = 0.1              # to look for M108
 EMERGENCY = "emergency_stop"
 RESUME = "M999"
+PAUSED = "echo:busy: paused for user"       # as Marlin says it
 _LOG = logging.getLogger("pokeys-gateway")
+
+
+def _pause_of(line: Line) -> tuple[float | None, str]:
+    """Of M0: seconds, None: until M108; a text."""
+    try:
+        words = line.words()
+    except BadWords:
+        return None, line.argument
+    given = [(words.get(letter), scale) for letter, scale in (("P", 0.001), ("S", 1.0)) if letter in words]
+    if words.keys() - {"P", "S"} or any(value is None for value, _ in given):
+        return None, line.argument
+    seconds = sum((value or 0.0) * scale for value, scale in given)
+    if seconds < 0:
+        raise BadWords("its time must not be negative")
+    return seconds or None, ""
 
 
 class Operation:
@@ -47,7 +67,8 @@ class Operation:
         self.holder = Holder(device, hub.config.runtime_directory, Seen(hub, device))
         self.holder.on_beat = self._look
         self.holder.on_lost = self._fail
-        self.heating = Heating(hub, self.holder)
+        self.waits = Waits()
+        self.heating = Heating(hub, self.holder, self.waits)
         self.motion = Motion(hub, self.holder)
         self.outputs = Outputs(hub, self.holder)
         self.tuning = Tuning(hub, self.holder, self.heating)
@@ -82,7 +103,8 @@ class Operation:
         """For a page: what is commanded."""
         return {"device": self.holder.device, "axes": self.motion.letters(), "halted": self.halted,
                 "message": self.message,
-                "heaters": [{"name": one.title, "letter": one.letter, "most": one.most} for one in self.heating.all()],
+                "heaters": [{"name": one.title, "index": one.index, "letter": one.letter, "most": one.most}
+                            for one in self.heating.all()],
                 "files": self._card is not None, "job": self._card.about() if self._card else None}
 
     @property
@@ -108,14 +130,33 @@ class Operation:
         """M118: to all clients."""
         self._say(report.message(text))
 
+    async def wait(self, job: Job) -> None:
+        """M0, when all moves have ended: until M108, or for a time; all clients are told its text."""
+        seconds, text = _pause_of(job.line)
+        await self.motion.finish()
+        if text:
+            self.show(text)
+        if seconds is None and not job.asker:
+            self.card.pause(f"{job.line.name} {text}".strip())
+            return
+        if seconds is None:
+            self._say(f"echo:{f'{job.line.name} {text}'.strip()}: it waits; M108 lets it go on")
+            job.tell(PAUSED)
+        loop = asyncio.get_running_loop()
+        end = math.inf if seconds is None else loop.time() + seconds
+        with self.waits.one() as given_up:
+            while not given_up.is_set() and not job.gone and loop.time() < end:
+                await asyncio.sleep(PERSON_S)
+
     def store(self, name: str) -> Storing:
         """A file that is to be written; :class:`NotDone` if there is no folder."""
         return Storing(self.card, name)
 
-    def open(self, run: Callable[[Job], Awaitable[bool]]) -> None:
-        """``run`` carries out a line of a file, and says if there is such a command."""
+    def open(self, judge: Callable[[Line], bool], run: Callable[[Job], Awaitable[None]]) -> None:
+        """``judge`` raises why a line of a file cannot be carried out, or says if there is such a command; ``run``
+        carries it out."""
         if self._card:
-            self._card.run = run
+            self._card.judge, self._card.run, self._card.axes = judge, run, self.motion.letters
             # the disk may hang
             self._looking = begin(self._card.open())
 

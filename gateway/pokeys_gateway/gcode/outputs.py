@@ -15,7 +15,7 @@ from ..hub import Hub
 from ..wire import NotDone
 from .holder import Holder
 from .lane import Job
-from .parser import BadWords
+from .parser import BadWords, Line
 
 FULL = 255.0                # of S of M106
 PERMIT_S = 3.0
@@ -49,33 +49,45 @@ class Outputs:
 
     async def fan(self, job: Job, *, on: bool) -> str:
         """M106: P and the number of a fan, S and 0 to 255. M107: off."""
-        words = job.line.words()
-        number, speed = words.get("P") or 0.0, FULL if words.get("S") is None else words["S"] or 0.0
         if not self._fans:
             return NO_FAN
+        number, speed = self.fan_of(job.line)
+        await self._give({self._fans[number]: speed / FULL if on else 0.0})
+        return ""
+
+    def fan_of(self, line: Line) -> tuple[int, float]:
+        """Of M106: the fan's number, 0 if there are no fans; 0 to 255. :class:`NotDone`, :class:`BadWords`."""
+        words = line.words()
+        number, speed = words.get("P") or 0.0, FULL if words.get("S") is None else words["S"] or 0.0
+        if not self._fans:
+            return 0, speed
         if number not in range(len(self._fans)):
             raise NotDone(f"there is no fan P{number:g}; fan in [machine] has {len(self._fans)}")
         if not 0 <= speed <= FULL:
             raise BadWords(f"S must be 0 to {FULL:g}")
-        await self._give({self._fans[int(number)]: speed / FULL if on else 0.0})
-        return ""
+        return int(number), speed
 
     async def turn(self, job: Job) -> None:
         """M3 and M4: S and revolutions per minute."""
-        name, speed = job.line.name, job.line.words().get("S", self._speed)
-        if not self._spindle:
-            raise NotDone(NO_SPINDLE)
-        if name == REVERSE and not self._reverse:
-            raise NotDone("the spindle has one direction; see spindle-reverse in pokeys-gateway.conf(5)")
+        name, speed = job.line.name, self.speed_of(job.line, self._speed)
         if self._pwm and speed is None:
             raise BadWords("needs S with revolutions per minute")
-        if self._pwm and not 0 <= (speed or 0.0) <= self._most:
-            raise NotDone(f"the spindle's speed must be 0 to {self._most:g} revolutions per minute")
         values = {one: 1.0 for one in (self._switch, self._reverse if name == REVERSE else None) if one}
         if self._pwm:
             values[self._pwm] = (speed or 0.0) / self._most
         await self._give(values, name)
         self._speed = speed
+
+    def speed_of(self, line: Line, last: float | None) -> float | None:
+        """Of M3 and M4, in revolutions per minute; `last`: without S. :class:`NotDone`."""
+        speed = line.words().get("S", last)
+        if not self._spindle:
+            raise NotDone(NO_SPINDLE)
+        if line.name == REVERSE and not self._reverse:
+            raise NotDone("the spindle has one direction; see spindle-reverse in pokeys-gateway.conf(5)")
+        if self._pwm and not 0 <= (speed or 0.0) <= self._most:
+            raise NotDone(f"the spindle's speed must be 0 to {self._most:g} revolutions per minute")
+        return speed
 
     async def stand(self) -> None:
         """M5."""

@@ -6,6 +6,8 @@ import type { Link } from "./link.js";
 
 export interface Heater {
 	name: string;
+	/** The daemon's number of it. */
+	index: number;
 	/** As M105 shows it: T0, B, C. */
 	letter: string;
 	most: number;

@@ -4,6 +4,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Console, Heater } from "./console.js";
+import { two, type Device } from "./model.js";
 import { Jog, StopButton, useArmed } from "./operate.js";
 
 const HELD = 0, STEPS = [0.1, 1, 10, 100], SPEEDS = [60, 300, 1200, 3000, 6000];
@@ -77,7 +78,15 @@ function command({ letter }: Heater, celsius: number): string {
 	return letter === "B" ? `M140 S${celsius}` : letter === "C" ? `M141 S${celsius}` : `M104 ${letter} S${celsius}`;
 }
 
-function Target({ console, heater, off }: { console: Console; heater: Heater; off: boolean }) {
+/** How warm it is, and where it goes. */
+function temperature({ values, fresh }: Device, { index }: Heater): string {
+	const [celsius, target] = ["temperature", "target-in-effect"].map(name => values[`heater.${two(index)}.${name}`]);
+	if (!fresh || typeof celsius !== "number")
+		return "–";
+	return `${celsius.toFixed(1)}${typeof target === "number" && target > 0 ? ` → ${target.toFixed(1)}` : ""} °C`;
+}
+
+function Target({ console, heater, device, off }: { console: Console; heater: Heater; device: Device | undefined; off: boolean }) {
 	const [celsius, setCelsius] = useState("");
 	const wanted = Number(celsius), good = celsius.trim() !== "" && wanted >= 0 && wanted <= heater.most;
 	return <form class="target" onSubmit={event => {
@@ -87,7 +96,8 @@ function Target({ console, heater, off }: { console: Console; heater: Heater; of
 	}}><label>{heater.name}, °C <input type="number" min="0" max={heater.most} step="any" inputMode="decimal" value={celsius}
 		onInput={event => setCelsius(event.currentTarget.value)} /></label>
 		<button type="submit" aria-disabled={off || !good}>Set</button>
-		<button type="button" onClick={() => console.send(command(heater, 0))}>Off</button></form>;
+		<button type="button" onClick={() => console.send(command(heater, 0))}>Off</button>
+		{device && <span class="number">{temperature(device, heater)}</span>}</form>;
 }
 
 function Jogs({ console, off }: { console: Console; off: boolean }) {
@@ -172,8 +182,8 @@ function Macros({ console, off }: { console: Console; off: boolean }) {
 	</div>;
 }
 
-/** The machine of the console. */
-export function Machine({ console }: { console: Console }) {
+/** The machine of the console; `device` is the one that G-code commands. */
+export function Machine({ console, device }: { console: Console; device: Device | undefined }) {
 	const { armed, setArmed, touch } = useArmed(() => console.hands.release());
 	const { info } = console;
 	if (!info || (info.machine === null && !console.lines.length))
@@ -194,7 +204,7 @@ export function Machine({ console }: { console: Console }) {
 		<div class="parts">
 			<div class="part"><Log console={console} /><Entry console={console} off={!info.send} /></div>
 			{console.commands && Boolean(info.heaters?.length) && <div class="part"><h3>Targets</h3>
-				{info.heaters?.map(heater => <Target key={heater.letter} console={console} heater={heater} off={off} />)}</div>}
+				{info.heaters?.map(heater => <Target key={heater.letter} console={console} heater={heater} device={device} off={off} />)}</div>}
 			{console.commands && Boolean(info.axes?.length) && <Jogs console={console} off={off} />}
 			{console.commands && info.files && <Files console={console} off={off} />}
 			{info.send && <Macros console={console} off={info.device ? off : false} />}

@@ -28,13 +28,15 @@ function Troubles({ device, one, words, refusal }: { device: Device; one: string
 	return <>{texts.filter(Boolean).map(text => <p class="bad trouble">⚠ {of("name") ?? one}: {text}</p>)}</>;
 }
 
-/** Temperatures now and of the last minutes. */
+/** Temperatures and targets, now and of the last minutes. */
 export function Heaters({ device, words }: { device: Device; words: Words }) {
 	const heaters = device.loops("heater");
 	if (!heaters.length)
 		return null;
 	const of = (one: string, name: string) => device.values[`${one}.${name}`];
 	const name = (one: string) => String(of(one, "name") ?? one);
+	const now = (one: string) => (of(one, "target-in-effect") ? `${fixed(of(one, "temperature"), 1)} → ${
+		fixed(of(one, "target-in-effect"), 1, " °C")}` : fixed(of(one, "temperature"), 1, " °C"));
 	const rows = heaters.map(one => {
 		const state = of(one, "state");
 		return [name(one), <span class="number">{fixed(of(one, "temperature"), 1, " °C")}</span>,
@@ -51,7 +53,8 @@ export function Heaters({ device, words }: { device: Device; words: Words }) {
 				{of(one, "fan") === FAN_ON && <Mark kind="plain" text="fan on" />}
 			</span>];
 	});
-	const lines = heaters.map(one => ({ name: `${one}.temperature`, label: name(one), now: fixed(of(one, "temperature"), 1, " °C") }));
+	const lines = heaters.map(one => ({ name: `${one}.temperature`, label: name(one), now: now(one),
+		target: `${one}.target-in-effect` }));
 	return <Part device={device} title="Heaters">
 		<Table label="Heaters" heads={["heater", "temperature", "target", "power", "state"]} rows={rows} />
 		{heaters.map(one => <Troubles key={one} device={device} one={one} words={words} refusal="target refused" />)}

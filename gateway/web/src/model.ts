@@ -159,8 +159,9 @@ export class Device {
 			this.values = state.values;
 		const analog = this.terminals.filter(({ kind }) => kind === "analog").map(({ name }) => name);
 		const volts = Object.fromEntries(analog.map(name => [name, this.volts(name)]));
-		const heaters = this.loops("heater").map(one => `${one}.temperature`);
-		const celsius = Object.fromEntries(heaters.map(name => [name, this.values[name] ?? null]));
+		const heaters = this.loops("heater").flatMap(one => [`${one}.temperature`, `${one}.target-in-effect`]);
+		// a target of 0 is none
+		const celsius = Object.fromEntries(heaters.map(name => [name, this.values[name] || (name.endsWith(".temperature") ? this.values[name] ?? null : null)]));
 		this.history.take([...analog, ...heaters], this.fresh ? { ...volts, ...celsius } : null);
 	}
 }

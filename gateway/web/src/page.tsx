@@ -168,7 +168,7 @@ function Page() {
 		return <>{top("not logged in", true)}<main><Login done={belong} /></main></>;
 	return <>
 		{top(text, bad)}
-		<main>{cnc.allowed && <Operate cnc={cnc} />}<Gcode console={gcode} />{[...devices.values()].map(device => <One key={device.name} device={device} />)}
+		<main>{cnc.allowed && <Operate cnc={cnc} />}<Gcode console={gcode} device={devices.get(gcode.info?.device ?? "")} />{[...devices.values()].map(device => <One key={device.name} device={device} />)}
 			<Recorder found={records} /><Doctor /></main>
 		<footer><a href="api/devices">data</a> <a href="api/openapi.json">interface</a> <a href="metrics">metrics</a> <a
 			href="licenses.txt">licences</a></footer>

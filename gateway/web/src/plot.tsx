@@ -7,7 +7,7 @@ import { KEPT_MS, type History } from "./model.js";
 
 const COLOURS = 6, HEIGHT_REM = 12, EVERY_MS = 500;
 // what a colour does not tell apart: whole, dashes, dots
-const DASHES = [[], [9, 5], [2, 4]];
+const DASHES = [[], [9, 5], [2, 4]], TARGET_DASH = [1, 3];
 
 /** A line of a plot. */
 export interface Line {
@@ -15,6 +15,8 @@ export interface Line {
 	label: string;
 	/** its value now, as it is written beside its name */
 	now: string;
+	/** the name of what it should be, a thin line of the same colour */
+	target?: string;
 }
 
 const clock = new Intl.DateTimeFormat(undefined, { timeStyle: "short" });
@@ -23,8 +25,10 @@ const dash = (i: number): number[] => DASHES[i % DASHES.length] ?? [];
 /** A plot of some of the values of a history; `unit` is written at the axis. */
 export function Plot({ history, lines, unit }: { history: History; lines: Line[]; unit: string }) {
 	const place = useRef<HTMLDivElement>(null);
-	const names = lines.map(({ name }) => name);
-	const what = names.join();
+	// lines, and then their targets
+	const drawn = [...lines.map(({ name }, i) => ({ name, i, target: false })),
+		...lines.flatMap(({ target }, i) => target ? [{ name: target, i, target: true }] : [])];
+	const what = drawn.map(({ name }) => name).join();
 	useEffect(() => {
 		const element = place.current;
 		if (!element)
@@ -36,7 +40,7 @@ export function Plot({ history, lines, unit }: { history: History; lines: Line[]
 		const font = `${rem * 0.75}px system-ui, sans-serif`, height = rem * HEIGHT_REM;
 		const width = () => Math.max(200, element.clientWidth);
 		const data = (): uPlot.AlignedData => [history.times,
-			...names.map(name => history.series.get(name) ?? history.times.map(() => null))];
+			...drawn.map(({ name }) => history.series.get(name) ?? history.times.map(() => null))];
 		const plot = new uPlot({
 			width: width(), height, pxAlign: false, cursor: { show: false }, legend: { show: false },
 			scales: { x: { range: () => [(Date.now() - KEPT_MS) / 1000, Date.now() / 1000] } },
@@ -45,7 +49,7 @@ export function Plot({ history, lines, unit }: { history: History; lines: Line[]
 					values: (_, times) => times.map(time => clock.format(time * 1000)) },
 				{ stroke: ink, grid, ticks: grid, font, size: rem * 3, label: unit, labelFont: font, labelSize: rem * 1.2 },
 			],
-			series: [{}, ...names.map((_, i) => ({ width: 2, dash: dash(i), spanGaps: false, points: { show: false },
+			series: [{}, ...drawn.map(({ i, target }) => ({ width: target ? 1 : 2, dash: target ? TARGET_DASH : dash(i), spanGaps: false, points: { show: false },
 				stroke: () => style.getPropertyValue(`--series-${i % COLOURS}`) }))],
 		}, data(), element);
 		const timer = setInterval(() => {
