@@ -17,7 +17,7 @@ DAEMONS = {"sleep": "pokeysd, mode sleep, slow = together", "spin": "pokeysd, mo
 ORDER = ("sleep", "blocking", "spin", "batching", "ring")
 NAMES = {**CLIENTS, **DAEMONS}
 PLACES = {"direct": ("simulator without delay", ()), "wire": (f"{WIRE_US} µs each way", ("--delay-us", WIRE_US))}
-TOGETHER = {"slow": "together", "slow-hz": 100, "window": 20}
+TOGETHER = {"slow": "together", "slow-hz": 100}
 
 
 def one(bench, name):
