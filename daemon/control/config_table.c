@@ -185,9 +185,11 @@ static const struct config_key own[] = {
 		    "before this time has passed."),
 	KEY(DEVICE(retries), "retries", CONFIG_INTEGER, RANGE(0, 20), .fallback = "3",
 	    .help = "How often a request that may be repeated is repeated; 0 means never."),
-	KEY(DEVICE(window), "window", CONFIG_INTEGER, RANGE(2, 64), .fallback = "8",
+	KEY(DEVICE(window), "window", CONFIG_INTEGER, RANGE(2, 64), .fallback = "32",
 	    .unit = "requests",
-	    .help = "Largest number of requests in flight at once."),
+	    .help = "Largest number of requests in flight at once. Inputs, positions and "
+		    "references are asked for in every cycle although older requests are "
+		    "unanswered, as far as this permits and the device is fast enough."),
 	KEY(DEVICE(retry_budget), "retry-budget", CONFIG_INTEGER, RANGE(1, 100000),
 	    .fallback = "200", .unit = "/s",
 	    .help = "Largest number of repetitions per second, so that a bad line is not made "

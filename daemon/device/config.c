@@ -29,6 +29,7 @@ void device_config_defaults(struct device_config *config)
 	config->slow_hz = 5;
 	config->encoder_hz = 50;
 	config->analog_hz = 50;
+	config->mailbox.window = 32;
 	config->resume_auto = true;
 }
 

@@ -116,8 +116,3 @@ uint64_t device_next_deadline(const struct device *device)
 {
 	return pokeys_device_next_deadline(&device->mailbox);
 }
-
-bool device_fast_complete(const struct device *device)
-{
-	return !device->plan.io_open && !device->plan.status_open;
-}

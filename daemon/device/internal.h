@@ -20,6 +20,7 @@
 #include "daemon/device/moving.h"
 #include "daemon/device/operation.h"
 #include "daemon/device/output.h"
+#include "daemon/device/pipeline.h"
 #include "daemon/device/place.h"
 #include "daemon/device/plan.h"
 #include "daemon/device/restart.h"
@@ -152,8 +153,11 @@ struct motion {
 	uint8_t mask_sent;		/* output enables as last told */
 	uint8_t mask_stopped;		/* ... with a stop */
 	int32_t hold[POKEYS_AXES];
-	bool reference_open;
-	bool reference_mixed;		/* resent with other values than first */
+	uint64_t reference_sent;	/* serial of the newest one */
+	uint64_t reference_taken;	/* ... that was answered */
+	uint64_t reference_mixed;	/* ... that was sent again with other values than first */
+	uint64_t reference_clear;	/* from this one on, answers acknowledge */
+	bool answered;			/* the newest one was, and older ones are awaited */
 	bool known;			/* acked is what the device has */
 	uint64_t reference_ns;		/* when it was last sent */
 	struct references sent, acked;
@@ -190,6 +194,7 @@ struct meter {
 	uint64_t said_ns[EVENT_PACKETS_KINDS];
 	uint64_t said_count[EVENT_PACKETS_KINDS];
 	uint64_t cycles_late, reconnects;
+	uint64_t overtaken;			/* replies, by those to newer requests */
 	uint64_t odd;			/* answers that those before and after them contradict */
 	uint32_t level;
 	bool stale, stale_said;
@@ -222,6 +227,8 @@ struct device {
 	struct wishes wishes;
 	struct shared shared;
 	struct plan plan;
+	struct fast fast;
+	struct pipeline pipeline;
 	struct intake intake;
 	struct safe safe;
 	struct heatings heatings;
@@ -287,6 +294,9 @@ bool request_send(struct device *device, enum wire_op op, const void *value,
 /* ... into the last places, which are kept for what may switch a heater or a motor off. */
 bool request_send_first(struct device *device, enum wire_op op, const void *value,
 			pokeys_parser_t parser, pokeys_refresh_t refresh, void *context);
+/* ... which a newer one will replace, so that it is not repeated; 0xCC into the last places. */
+bool request_send_once(struct device *device, enum wire_op op, const void *value,
+		       pokeys_parser_t parser, pokeys_refresh_t refresh, void *context);
 bool request_send_patiently(struct device *device, enum wire_op op, const void *value,
 			    pokeys_parser_t parser, uint64_t deadline_ns);
 
@@ -416,8 +426,44 @@ bool plan_doubts(const struct device *device);
 /* It is: so its clock says, and its identity. */
 void plan_tick_right(struct device *device);
 void plan_identity_right(struct device *device);
+/* A reply to 0xCC has come. */
+void plan_heard(struct device *device);
 /* Requests of it are awaited. */
 bool plan_busy(const struct device *device);
+
+/* fast.c */
+void fast_begin(struct device *device);
+/* As far as one more may be under way. */
+void fast_send_io(struct device *device);
+void fast_send_status(struct device *device);
+/* How many 0xCC are under way. */
+unsigned int fast_io_open(const struct device *device);
+/* From this tick on, until both replies are in. */
+void fast_measure(struct device *device);
+/* A heater or a motor is to be off, and no request says so. */
+bool fast_hides_off(const struct device *device);
+/* No request that is under way says anything else of these pins. */
+bool fast_pins_settled(const struct device *device, uint64_t pins, uint64_t on);
+/* What was acknowledged of these, or is by replies to what was sent until now, says nothing. */
+void fast_doubt(struct device *device, uint64_t pins);
+/* How many are under way, also those whose replies are late. */
+unsigned int fast_open(const struct device *device);
+
+/* pipeline.c */
+void pipeline_begin(struct device *device);
+/* How many with this parser are under way; of them, those whose replies are not late. */
+unsigned int pipeline_open(const struct device *device, pokeys_parser_t parser);
+unsigned int pipeline_awaited(const struct device *device, pokeys_parser_t parser);
+/* Whether one more may be sent. first: it is tried first with this kind. */
+bool pipeline_may(const struct device *device, pokeys_parser_t parser, bool first);
+/* The one that is under way with this serial, or NULL. */
+const mailbox_entry_t *pipeline_find(const struct device *device, uint64_t serial);
+bool pipeline_send(struct device *device, enum wire_op op, const void *value,
+		   pokeys_parser_t parser, pokeys_refresh_t refresh);
+/* A request was answered: is it newer than that of *taken? Then it is *taken now. */
+bool pipeline_take(struct device *device, const mailbox_entry_t *entry, uint64_t *taken);
+/* How long it took: is the device fast enough? */
+void pipeline_learn(struct device *device, const mailbox_entry_t *entry);
 
 /* slow.c */
 void slow_begin(struct device *device);
@@ -520,6 +566,10 @@ bool reference_moves_on(const struct device *device, const struct axis_wish *wis
 bool reference_any(const struct device *device);
 bool reference_due(const struct device *device);
 bool reference_send(struct device *device);
+/* How many are under way, also those whose replies are late. */
+unsigned int reference_under_way(const struct device *device);
+/* What was acknowledged is not what the device has. */
+void reference_forget(struct device *device);
 
 /* one_shot.c */
 

@@ -103,9 +103,7 @@ void loops_doubt(struct device *device)
 {
 	struct output *pwm = &device->outputs.output[OUTPUT_PWM];
 
-	device->safe.acked_mask &= ~loops_pins(device);
-	/* nor does an answer to what was sent before say anything */
-	device->plan.io_mixed = true;
+	fast_doubt(device, loops_pins(device));
 	if (loops_channels(device)) {
 		pwm->known = false;
 		pwm->mixed = true;

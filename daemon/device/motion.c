@@ -107,7 +107,7 @@ static void enter_off(struct device *device)
 {
 	device->motion.phase = MOTION_OFF;
 	device->motion.stop_wanted = !engine_tripped(device->image.engine.state);
-	device->motion.known = false;
+	reference_forget(device);
 }
 
 uint8_t motion_masked(const struct device *device, uint8_t axes)
@@ -165,7 +165,7 @@ static void update_off(struct device *device, uint8_t axes)
 	if (!axes || !task_idle(device))
 		return;
 	motion->phase = MOTION_HOLD;
-	motion->known = false;
+	reference_forget(device);
 	hold(device, UINT8_MAX);
 }
 
@@ -210,7 +210,7 @@ static void update_phase(struct device *device, uint8_t axes)
 		    device->image.engine.state != WIRE_ENGINE_RUNNING)
 			break;
 		motion->phase = MOTION_ON;
-		motion->known = false;
+		reference_forget(device);
 		break;
 	case MOTION_ON:
 		update_on(device);
@@ -262,7 +262,7 @@ static void run_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, vo
 	place_moves(device);
 	device->motion.run_open = false;
 	device->motion.run_after_ns = now_ns + RUN_AGAIN_NS;
-	device->motion.known = false;
+	reference_forget(device);
 }
 
 static void stop_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,

@@ -3,11 +3,9 @@
  * What is asked in a cycle (protocol section 3.25).
  *
  * Two requests carry everything fast: 0xCC, which also writes the outputs,
- * and the pulse engine's status. Each of them has one place: while its answer
- * is awaited no second one is sent, so a slow device or a lossy cable makes
- * the data older but never a heap of requests. Outputs that change meanwhile
- * are put into the resend, or go out with the next one. Only for a heater or a motor
- * that is to be off the request is sent again at once.
+ * and the pulse engine's status (fast.c). They and the axes' references go out in
+ * every cycle, also while older ones are under way, unless the device is too slow
+ * for that (pipeline.c).
  *
  * After a silence of some cycles only questions are asked until the device has said
  * that it is the same start of the same device: until then a patient lost-after may
@@ -44,54 +42,6 @@ bool plan_doubts(const struct device *device)
 	return device->plan.doubt_tick || device->plan.doubt_identity || restart_doubted(device);
 }
 
-static void io_request(const struct device *device, struct wire_io_req *io)
-{
-	uint64_t outputs, mask;
-
-	memset(io, 0, sizeof(*io));
-	safe_outputs(device, &outputs, &mask);
-	if (plan_doubts(device)) {
-		mask = loops_pins_stopping(device);
-		outputs &= mask;
-	}
-	/* always one that can be sent again with an off in it: a read keeps what it asks */
-	io->write = mask != 0 || loops_pins(device) != 0;
-	io->outputs = outputs;
-	io->ignore = ~mask & ((UINT64_C(1) << 56) - 1);
-}
-
-static uint64_t mask_of(const struct wire_io_req *io)
-{
-	return ~io->ignore & OUTPUT_PINS;
-}
-
-/* Sent again: with the newest outputs. */
-static void io_refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *context)
-{
-	struct device *device = device_of(mailbox);
-	struct wire_io_req io;
-
-	(void)context;
-	io_request(device, &io);
-	if (io.outputs == device->plan.io_outputs && mask_of(&io) == device->plan.io_mask &&
-	    !device->plan.io_mixed)
-		return;
-	device->plan.io_mixed = true;
-	device->plan.io_outputs = io.outputs;
-	device->plan.io_mask = mask_of(&io);
-	io.write = 1;
-	wire_io_encode_req(entry->request_buffer, &io);
-}
-
-/* Both fast answers of this cycle are in. */
-static void measure(struct device *device)
-{
-	if (!device->plan.measuring || !device_fast_complete(device))
-		return;
-	device->plan.measuring = false;
-	histogram_add(&device->meter.fresh, device->now_ns - device->plan.measured_tick_ns);
-}
-
 /* From now on only questions, until it has said who it is. */
 static void begin_doubt(struct device *device)
 {
@@ -122,8 +72,9 @@ static void look_for_gap(struct device *device)
 	begin_doubt(device);
 }
 
-static void answered_after_gap(struct device *device)
+void plan_heard(struct device *device)
 {
+	look_for_gap(device);
 	if (plan_doubts(device))
 		slow_identity_now(device);
 }
@@ -138,128 +89,25 @@ void plan_identity_right(struct device *device)
 	device->plan.doubt_identity = false;
 }
 
-/* What a locked device answers, nobody knows. */
-static bool believable(const struct device *device, const mailbox_entry_t *entry)
-{
-	return answered(entry) && device->access.phase == ACCESS_OPEN;
-}
-
-static void io_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-		     uint64_t now_ns)
-{
-	struct device *device = device_of(mailbox);
-	struct plan *plan = &device->plan;
-
-	(void)context;
-	device->now_ns = now_ns;
-	plan->io_open = false;
-	/* With two versions under way nobody knows which one was executed last, and if any was. */
-	if (!believable(device, entry) || plan->io_mixed)
-		device->safe.acked_mask &= ~loops_pins(device);
-	if (!believable(device, entry))
-		return;
-	look_for_gap(device);
-	answered_after_gap(device);
-	plan->last_io_ns = entry->timestamp_received;
-	decode_io(device, entry);
-	if (plan->io_write && !plan->io_mixed)
-		safe_outputs_acked(device, plan->io_outputs, plan->io_mask);
-	meter_reply(device, entry, true);
-	measure(device);
-}
-
-/* A pin of a loop is to be off, and what was sent last, or is acknowledged, has it on. */
-static bool hides_off(const struct device *device)
-{
-	const struct plan *plan = &device->plan;
-	const uint64_t pins = loops_pins_stopping(device);
-	const uint64_t mask = plan->io_open ? plan->io_mask : device->safe.acked_mask;
-	const uint64_t outputs = plan->io_open ? plan->io_outputs : device->safe.acked;
-
-	if (!pins)
-		return false;
-	return (mask & pins) != pins || (outputs & pins) != (loops_pins_on(device) & pins) ||
-	       request_unsent(device, io_ended, NULL);
-}
-
-static void send_io_again(struct device *device)
-{
-	struct plan *plan = &device->plan;
-	const uint64_t outputs = plan->io_outputs, mask = plan->io_mask;
-
-	if (request_again(device, io_ended, NULL))
-		return;
-	/* the transport has not taken it */
-	plan->io_outputs = outputs;
-	plan->io_mask = mask;
-}
-
-static void send_io(struct device *device)
-{
-	struct plan *plan = &device->plan;
-	struct wire_io_req io;
-
-	if (plan->io_open) {
-		if (hides_off(device))
-			send_io_again(device);
-		return;
-	}
-	io_request(device, &io);
-	if (!request_send_first(device, WIRE_OP_IO, &io, io_ended, io_refresh, NULL))
-		return;
-	plan->io_open = true;
-	plan->io_write = io.write;
-	plan->io_mixed = false;
-	plan->io_outputs = io.outputs;
-	plan->io_mask = mask_of(&io);
-}
-
-static void status_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
-			 uint64_t now_ns)
-{
-	struct device *device = device_of(mailbox);
-
-	(void)context;
-	device->now_ns = now_ns;
-	device->plan.status_open = false;
-	if (!believable(device, entry))
-		return;
-	if (decode_status(device, entry))
-		motion_status(device, entry->timestamp_first_sent);
-	meter_reply(device, entry, true);
-	measure(device);
-}
-
-static void send_status(struct device *device)
-{
-	/* the mailbox picks the check byte */
-	static const struct wire_pulse_status_req request;
-
-	if (device->plan.status_open ||
-	    !request_send(device, WIRE_OP_PULSE_STATUS, &request, status_ended, NULL, NULL))
-		return;
-	device->plan.status_open = true;
-}
-
 static void send_fast(struct device *device)
 {
 	struct plan *plan = &device->plan;
 
 	plan->next_cycle = device->cycle + device->config.fast_divider;
-	device->meter.cycles_late += plan->io_open;
-	send_io(device);
+	device->meter.cycles_late += device->fast.io_open;
+	fast_send_io(device);
 	if (threading_asks(device))
 		threading_ask(device);
 	else if (device->image.capability.pulse_engine >= 2)
-		send_status(device);
-	if (!plan->measuring)
-		plan->measured_tick_ns = device->tick_ns;
-	plan->measuring = true;
+		fast_send_status(device);
+	fast_measure(device);
 }
 
 void plan_begin(struct device *device)
 {
 	memset(&device->plan, 0, sizeof(device->plan));
+	fast_begin(device);
+	pipeline_begin(device);
 	slow_begin(device);
 	ponet_begin(device);
 	output_begin(device);
@@ -273,7 +121,7 @@ bool plan_busy(const struct device *device)
 		if (device->outputs.output[i].open)
 			return true;
 	}
-	return device->plan.io_open || device->plan.status_open || device->motion.stop_open ||
+	return fast_open(device) || device->motion.stop_open ||
 	       device->threading.open || device->threading.cancel_open;
 }
 
@@ -286,11 +134,11 @@ void plan_blocked(struct device *device)
 	    device->now_ns < plan->blocked_ns)
 		return;
 	plan->blocked_ns = device->now_ns + BLOCKED_NS;
-	send_io(device);
+	fast_send_io(device);
 	if (threading_asks(device))
 		threading_ask(device);
 	else if (device->image.capability.pulse_engine >= 2)
-		send_status(device);
+		fast_send_status(device);
 }
 
 /* Outputs that change in every cycle must not starve the slow groups, nor these them. */
@@ -322,10 +170,8 @@ static uint32_t kept(const struct device *device)
  */
 static bool room(const struct device *device)
 {
-	uint32_t urgent = device->plan.io_open;
+	uint32_t urgent = fast_open(device) + reference_under_way(device);
 
-	urgent += device->plan.status_open;
-	urgent += device->motion.reference_open;
 	urgent += device->motion.run_open || device->motion.stop_open;
 	urgent += device->buffer.open;
 	urgent += loops_channels(device) && device->outputs.output[OUTPUT_PWM].open;
@@ -344,8 +190,8 @@ void plan_cycle(struct device *device)
 	look_for_gap(device);
 	if (device->cycle >= device->plan.next_cycle)
 		send_fast(device);
-	else if (hides_off(device))
-		send_io(device);
+	else if (fast_hides_off(device))
+		fast_send_io(device);
 	if ((plan_doubts(device) ? loops_channels_stopping(device) : loops_channels(device)) &&
 	    output_send_loops(device))
 		device->budget++;

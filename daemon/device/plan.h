@@ -98,15 +98,22 @@ struct slow {
 
 enum { PLAN_GAP = 8 };	/* so many fast answers missing in a row: is it still the same device? */
 
+/* fast.c. Serials are the mailbox's, of requests. */
+struct fast {
+	bool io_open, status_open;		/* the newest one is awaited */
+	bool measuring;				/* the replies are still awaited ... */
+	uint64_t measured_tick_ns;		/* ... of this tick */
+	uint64_t io_sent, io_taken;		/* the newest one, and of the reply taken last */
+	uint64_t status_sent, status_taken;
+	uint64_t io_outputs, io_mask;		/* as they were sent last */
+	uint64_t clear[POKEYS_PINS];		/* from this one on, answers tell an output */
+	uint64_t clear_high;			/* the highest of them */
+};
+
 struct plan {
 	uint64_t cycle;				/* the last one that was planned */
 	uint64_t next_cycle;			/* in which to ask for everything fast */
-	bool io_open, io_write, io_mixed;	/* mixed: resent with other outputs than first */
-	bool status_open;
-	bool measuring;				/* the fast replies are still awaited ... */
-	uint64_t measured_tick_ns;		/* ... of this tick */
-	uint64_t io_outputs, io_mask;		/* as they were sent last */
-	uint64_t last_io_ns;			/* when the last one was answered */
+	uint64_t last_io_ns;			/* when the last 0xCC was answered */
 	bool doubt_tick, doubt_identity;	/* was it another one that answered? */
 	struct slow slow[SLOW_GROUPS];
 	uint64_t blocked_ns;			/* the next safe 0xCC while the link cannot run */

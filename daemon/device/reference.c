@@ -5,11 +5,12 @@
  *
  * An absolute reference may be lost, repeated or overtaken without harm, as
  * long as the newest one arrives in the end. So the rule is: send whenever
- * what is wanted differs from what was last acknowledged; put the newest
- * values into a resend; and do not count an answer as an acknowledgement when
- * two versions were under way. An axis that stands somewhere else than at its
- * acknowledged reference is told again: an older packet has overtaken, or the
- * device had not been ready to listen.
+ * what is wanted differs from what was sent last, or if that may be lost, also
+ * while older ones are under way; put the newest values into a resend; and count
+ * the answer to the newest one as an acknowledgement when none of the older ones
+ * is awaited any more, and not if it was resent with other values. An axis that
+ * stands somewhere else than at its acknowledged reference is told again: an
+ * older packet has overtaken, or the device had not been ready to listen.
  *
  * 0x20 has no mask, all eight values count. An axis that we do not drive gets
  * the place where it is held, and one that the device runs by speed gets
@@ -144,16 +145,32 @@ static bool astray(const struct device *device)
 	return false;
 }
 
+static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
+		  uint64_t now_ns);
+
+unsigned int reference_under_way(const struct device *device)
+{
+	return pipeline_open(device, ended);
+}
+
+/* They are on their way, and there is no reason to think that they are lost. */
+static bool is_under_way(const struct device *device, const struct references *want)
+{
+	return pipeline_awaited(device, ended) && same(want, &device->motion.sent);
+}
+
 bool reference_due(const struct device *device)
 {
 	const struct motion *motion = &device->motion;
 	struct references want;
 
-	if (motion->reference_open ||
-	    (motion->phase != MOTION_HOLD && motion->phase != MOTION_ON))
+	if ((motion->phase != MOTION_HOLD && motion->phase != MOTION_ON) ||
+	    !pipeline_may(device, ended, false))
 		return false;
 	wanted(device, &want);
 	if (!want.mask && !(motion->phase == MOTION_ON && any_by_speed(device)))
+		return false;
+	if (is_under_way(device, &want))
 		return false;
 	return !motion->known || !same(&want, &motion->acked) ||
 	       (motion->phase == MOTION_ON && astray(device));
@@ -187,9 +204,11 @@ static void refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *cont
 
 	(void)context;
 	wanted(device, &want);
-	if (same(&want, &device->motion.sent) && !device->motion.reference_mixed)
+	if (same(&want, &device->motion.sent) || entry->serial != device->motion.reference_sent)
 		return;
-	device->motion.reference_mixed = true;
+	device->motion.reference_mixed = entry->serial;
+	device->motion.known = false;
+	device->motion.sent = want;
 	show(device, &want);
 	if (entry->request_buffer[WIRE_AT_P1] == SUB_MOVE_PV) {
 		encode_pv(&want, &pv);
@@ -206,22 +225,42 @@ static void acknowledge(struct device *device)
 
 	motion->acked = motion->sent;
 	motion->known = true;
+	motion->answered = false;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		if (motion->acked.mask >> i & 1 && motion->acked.position[i] == motion->hold[i])
 			motion->releasing &= (uint8_t)~(1u << i);
 	}
 }
 
+void reference_forget(struct device *device)
+{
+	device->motion.known = false;
+	device->motion.answered = false;
+}
+
 static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
 		  uint64_t now_ns)
 {
 	struct device *device = device_of(mailbox);
+	struct motion *motion = &device->motion;
 
 	(void)context;
 	device->now_ns = now_ns;
-	device->motion.reference_open = false;
-	device->motion.known = false;
-	if (answered(entry) && !device->motion.reference_mixed)
+	if (!answered(entry)) {
+		/* an older one: the device may get it after the newest */
+		if (entry->tries && entry->serial < motion->reference_sent)
+			motion->reference_clear = mailbox->serial + 1;
+		if (motion->reference_clear > motion->reference_taken)
+			motion->answered = false;
+	} else if (pipeline_take(device, entry, &motion->reference_taken)) {
+		motion->known = false;
+		motion->answered = entry->serial == motion->reference_sent &&
+				   entry->serial != motion->reference_mixed &&
+				   entry->serial >= motion->reference_clear;
+	} else {
+		reference_forget(device);	/* it may have got this one last */
+	}
+	if (motion->answered && !pipeline_awaited(device, ended))
 		acknowledge(device);
 }
 
@@ -232,26 +271,30 @@ static bool send(struct device *device, const struct references *want)
 
 	if (reference_by_mask(device)) {
 		encode_pv(want, &pv);
-		return request_send(device, WIRE_OP_PULSE_MOVE_PV, &pv, ended, refresh, NULL);
+		return pipeline_send(device, WIRE_OP_PULSE_MOVE_PV, &pv, ended, refresh);
 	}
 	memcpy(move.reference, want->position, sizeof(move.reference));
-	return request_send(device, WIRE_OP_PULSE_MOVE, &move, ended, refresh, NULL);
+	return pipeline_send(device, WIRE_OP_PULSE_MOVE, &move, ended, refresh);
 }
 
 bool reference_send(struct device *device)
 {
 	struct motion *motion = &device->motion;
+	const struct motion before = *motion;
 	struct references want;
 
 	if (!reference_due(device))
 		return false;
 	wanted(device, &want);
-	if (!send(device, &want))
-		return false;
 	motion->sent = want;
-	motion->reference_open = true;
-	motion->reference_mixed = false;
+	motion->answered = false;
+	motion->known = motion->known && same(&want, &motion->acked);
+	motion->reference_sent = device->mailbox.serial + 1;
 	motion->reference_ns = device->now_ns;
+	if (!send(device, &want)) {
+		*motion = before;
+		return false;
+	}
 	show(device, &want);
 	return true;
 }

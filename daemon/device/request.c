@@ -31,7 +31,7 @@ struct ends {
 	pokeys_refresh_t refresh;
 	void *context;
 	uint64_t deadline_ns;
-	bool first;
+	bool first, once;
 };
 
 /*
@@ -43,7 +43,7 @@ static uint32_t held(const struct device *device)
 	uint32_t places = 0;
 
 	if (loops_pins(device))
-		places += !device->plan.io_open;
+		places += !fast_io_open(device);
 	if (loops_channels(device))
 		places += !device->outputs.output[OUTPUT_PWM].open;
 	return places;
@@ -75,6 +75,8 @@ static bool send(struct device *device, enum wire_op op, const void *value,
 		return false;
 	if (ends->deadline_ns)
 		pokeys_request_set_deadline(&device->mailbox, (uint8_t)id, ends->deadline_ns);
+	if (ends->once)
+		pokeys_request_set_once(&device->mailbox, (uint8_t)id);
 	if (pokeys_request_send(&device->mailbox, (uint8_t)id, device->now_ns) < 0) {
 		pokeys_request_cancel(&device->mailbox, (uint8_t)id, device->now_ns);
 		return false;
@@ -97,6 +99,17 @@ bool request_send_first(struct device *device, enum wire_op op, const void *valu
 {
 	const struct ends ends = {
 		.parser = parser, .refresh = refresh, .context = context, .first = true,
+	};
+
+	return send(device, op, value, &ends);
+}
+
+bool request_send_once(struct device *device, enum wire_op op, const void *value,
+		       pokeys_parser_t parser, pokeys_refresh_t refresh, void *context)
+{
+	const struct ends ends = {
+		.parser = parser, .refresh = refresh, .context = context,
+		.first = op == WIRE_OP_IO, .once = true,
 	};
 
 	return send(device, op, value, &ends);

@@ -203,12 +203,9 @@ static void judge_safe(struct device *device)
 bool safe_pins_settled(const struct device *device, uint64_t pins, uint64_t on)
 {
 	const struct safe *safe = &device->safe;
-	const struct plan *plan = &device->plan;
 
 	return (safe->acked_mask & pins) == pins && (safe->acked & pins) == on &&
-	       (!plan->io_open || !pins ||
-		(!plan->io_mixed &&
-		 (plan->io_outputs & plan->io_mask & pins) == (on & plan->io_mask)));
+	       (!pins || fast_pins_settled(device, pins, on));
 }
 
 static bool outputs_safe(const struct device *device)

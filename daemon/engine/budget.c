@@ -55,6 +55,12 @@ bool mailbox_budget_send(pokeys_device_t *dev)
 	return true;
 }
 
+/* The second half of the bucket is for what has to arrive. */
+bool mailbox_budget_spares_resend(const pokeys_device_t *dev)
+{
+	return dev->retry_tokens >= bucket_size(dev->options.retry_budget) * TOKEN / 2;
+}
+
 bool mailbox_budget_resend(pokeys_device_t *dev)
 {
 	if (dev->retry_tokens < TOKEN || !mailbox_budget_send(dev))

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * How long to wait for an answer: RFC 6298's smoothed round trip and
- * variation, with four differences that a device polled a thousand times a
+ * variation, with five differences that a device polled a thousand times a
  * second asks for.
  *
  * - RFC 6298 takes one sample a round trip; here every request gives one, and
@@ -16,6 +16,8 @@
  * - One-shots neither teach nor double. Some keep the device busy for long
  *   (flash), some are never answered (reboot). As there is no second try to
  *   hurry for, they get the ceiling.
+ * - Of what is asked in every cycle, a part is always lost on a bad link. It doubles the
+ *   deadline only when several in a row are missed: then it is too short.
  *
  * A request that was sent more than once teaches nothing, for it is unknown
  * which try was answered (Karn); the doubled deadline stays until a request
@@ -36,6 +38,7 @@ enum {
 	VARIATION_FALL = 64,
 	VARIATIONS = 4,
 	BACKOFF_MAX = 20,
+	IN_ROW = 4,
 };
 
 static uint64_t adaptive(const pokeys_device_t *dev)
@@ -132,6 +135,7 @@ void mailbox_deadline_learn(pokeys_device_t *dev, const mailbox_entry_t *entry)
 	if (rtt > s->rtt_max_ns)
 		s->rtt_max_ns = rtt;
 	dev->backoff = 0;
+	dev->missed_in_row = 0;
 }
 
 void mailbox_deadline_missed(pokeys_device_t *dev, const mailbox_entry_t *entry, uint64_t now_ns)
@@ -140,6 +144,10 @@ void mailbox_deadline_missed(pokeys_device_t *dev, const mailbox_entry_t *entry,
 	    entry->fixed_deadline_ns || dev->timeout_ns)
 		return;
 	if (entry->timestamp_sent < dev->backoff_time || dev->backoff >= BACKOFF_MAX)
+		return;
+	if (dev->missed_in_row < IN_ROW)
+		dev->missed_in_row++;
+	if (entry->once && dev->missed_in_row < IN_ROW)
 		return;
 	dev->backoff++;
 	dev->backoff_time = now_ns;
@@ -152,4 +160,5 @@ void mailbox_deadline_forget(pokeys_device_t *dev)
 	s->rtt_last_ns = s->rtt_smoothed_ns = s->rtt_variation_ns = 0;
 	s->rtt_min_ns = s->rtt_max_ns = 0;
 	dev->backoff = 0;
+	dev->missed_in_row = 0;
 }

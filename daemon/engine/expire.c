@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What happens when a deadline passes: resend, or end.
+ * What happens when a deadline passes: resend, or end, or wait on for a late answer.
  *
  * The list of what is in flight is copied first, for parsers and refresh
  * callbacks may create, send and cancel while we go through it; each id is
@@ -29,19 +29,46 @@ static int resend(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 	return 1;
 }
 
+static void count_unsent(pokeys_device_t *dev, const mailbox_entry_t *entry)
+{
+	if (entry->tries)
+		return;
+	dev->statistics.missed++;
+	dev->statistics.lost++;
+}
+
+/* A newer one takes its place. Until then its answer is welcome, and it is sent once more. */
+static int expire_once(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
+{
+	const uint64_t end = entry->waiting_since + dev->options.deadline_ceiling_ns;
+
+	if (entry->tries == 1 && entry->retries_left > 0 && mailbox_once_is_newest(dev, entry) &&
+	    mailbox_budget_spares_resend(dev)) {
+		entry->retries_left = 1;
+		return resend(dev, entry, now_ns);
+	}
+	if (entry->tries && end > now_ns) {
+		entry->deadline = end;
+		return 0;
+	}
+	count_unsent(dev, entry);
+	mailbox_end(dev, entry, POKEYS_REQUEST_CANCELLED, now_ns);
+	return 1;
+}
+
 static int expire(pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t now_ns)
 {
-	mailbox_deadline_missed(dev, entry, now_ns);
+	if (!entry->once || entry->missed < entry->tries)
+		mailbox_deadline_missed(dev, entry, now_ns);
 	mailbox_try_missed(dev, entry);
+	if (entry->once)
+		return expire_once(dev, entry, now_ns);
 	if (entry->request_class == POKEYS_CLASS_ONESHOT) {
 		mailbox_end(dev, entry, POKEYS_REQUEST_UNKNOWN, now_ns);
 		return 1;
 	}
 	if (entry->retries_left <= 0) {
-		if (!entry->tries) {	/* the transport took none of them */
-			dev->statistics.missed++;
-			dev->statistics.lost++;
-		}
+		count_unsent(dev, entry);	/* the transport took none of them */
 		mailbox_end(dev, entry, POKEYS_REQUEST_TIMED_OUT, now_ns);
 		return 1;
 	}

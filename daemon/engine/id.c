@@ -21,6 +21,12 @@
  *   operations take turns, this alone doubles the distance. Replies with a
  *   check byte never look alike.
  *
+ * - Of what is asked in every cycle, a third may go unanswered on a bad link: a
+ *   thousand ids a second. These rest for 100 ms at least, and longer as long as
+ *   there are others. An answer that is older than that, and to the same
+ *   operation, shows old inputs for a cycle, or acknowledges a write that was lost;
+ *   a status has its check byte.
+ *
  * An ended request keeps its entry, and so its id, until its caller gives it
  * back. One that never does must not run out of ids after 256 requests: where
  * no other id is free, the entry is taken from a request that has ended and
@@ -32,6 +38,8 @@
 
 #include <errno.h>
 #include "daemon/engine/mailbox.h"
+
+#define ONCE_REST_NS UINT64_C(100000000)
 
 enum {
 	LOOK_AHEAD = 8,		/* free ids looked at for one of another operation */
@@ -100,6 +108,7 @@ static void block_until(pokeys_device_t *dev, uint8_t id, uint64_t until_ns)
 
 void mailbox_id_rest(pokeys_device_t *dev, const mailbox_entry_t *entry, uint64_t now_ns)
 {
+	const uint64_t lifetime_ns = dev->options.reply_lifetime_ns;
 	const uint8_t id = entry->request_id;
 
 	if (!entry->tries)
@@ -108,7 +117,8 @@ void mailbox_id_rest(pokeys_device_t *dev, const mailbox_entry_t *entry, uint64_
 		block_until(dev, id, now_ns + dev->options.id_rest_ns);
 		return;
 	}
-	block_until(dev, id, now_ns + dev->options.reply_lifetime_ns);
+	block_until(dev, id, now_ns + (entry->once && ONCE_REST_NS < lifetime_ns ? ONCE_REST_NS :
+									      lifetime_ns));
 	dev->id_shun_until[id] = dev->serial + SHUN_REQUESTS;
 }
 

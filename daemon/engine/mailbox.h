@@ -74,11 +74,25 @@ void mailbox_id_rest(pokeys_device_t *dev, const mailbox_entry_t *entry, uint64_
 /* A copy of the answer came: rest anew. */
 void mailbox_id_copy_seen(pokeys_device_t *dev, uint8_t id, uint64_t now_ns);
 
+/* once.c; of requests that are not for once, these do nothing */
+
+/* It is answered: older ones of its kind that are late end. */
+void mailbox_once_answered(pokeys_device_t *dev, const mailbox_entry_t *entry, uint64_t now_ns);
+/* No newer one of its kind is in flight. */
+bool mailbox_once_is_newest(const pokeys_device_t *dev, const mailbox_entry_t *entry);
+/* It is about to leave: of older ones that are late, only the newest waits on. */
+void mailbox_once_sends(pokeys_device_t *dev, const mailbox_entry_t *entry, uint64_t now_ns);
+/* The window is full: the oldest one of this kind ends. False: there is none. */
+bool mailbox_once_makes_room(pokeys_device_t *dev, uint8_t command, const void *operation,
+			     uint64_t now_ns);
+
 /* budget.c */
 void mailbox_budget_init(pokeys_device_t *dev);
 void mailbox_budget_fill(pokeys_device_t *dev, uint64_t now_ns);
 bool mailbox_budget_send(pokeys_device_t *dev);
 bool mailbox_budget_resend(pokeys_device_t *dev);
+/* Whether there is one to spare for what a newer request replaces in any case. */
+bool mailbox_budget_spares_resend(const pokeys_device_t *dev);
 
 /* deadline.c */
 

@@ -168,6 +168,7 @@ static void accept(pokeys_device_t *dev, mailbox_entry_t *entry, const uint8_t *
 	if (entry->missed >= entry->tries)
 		mailbox_try_late(dev, entry);
 	mailbox_deadline_learn(dev, entry);
+	mailbox_once_answered(dev, entry, now_ns);
 	mailbox_end(dev, entry, POKEYS_REQUEST_DONE, now_ns);
 }
 

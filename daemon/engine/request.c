@@ -59,7 +59,8 @@ static mailbox_entry_t *take_entry(pokeys_device_t *dev, const uint8_t *packet, 
 	mailbox_entry_t *entry;
 	int id;
 
-	if (dev->open_count >= dev->options.window) {
+	if (dev->open_count >= dev->options.window &&
+	    !mailbox_once_makes_room(dev, packet[WIRE_AT_OP], row, dev->now)) {
 		dev->statistics.refused_window++;
 		*error = -EBUSY;
 		return NULL;
@@ -214,6 +215,7 @@ int pokeys_request_send(pokeys_device_t *dev, uint8_t request_id, uint64_t now_n
 		dev->statistics.refused_budget++;
 		return -EAGAIN;
 	}
+	mailbox_once_sends(dev, entry, now);
 	mailbox_fly(dev, entry);
 	r = mailbox_transmit(dev, entry, now);
 	if (r >= 0 || entry->request_class != POKEYS_CLASS_ONESHOT)

@@ -73,7 +73,8 @@ static struct frame_path path_of(const struct exporter *e, const struct recorder
 static void describe(const struct recorder_slot *slot, char *text, size_t size)
 {
 	if (slot->kind == RECORDER_SENT)
-		snprintf(text, size, WORDS_SENT, slot->cycle, slot->tries);
+		snprintf(text, size, WORDS_SENT "%s", slot->cycle, slot->tries,
+			 slot->once ? WORDS_ONCE : "");
 	else if (slot->stamped)
 		snprintf(text, size, WORDS_RECEIVED WORDS_TAKEN, slot->cycle,
 			 words_verdict(slot->verdict), slot->taken_ns - slot->t_ns);

@@ -58,6 +58,7 @@ static void take_comment(struct replay_line *line, const char *comment)
 		line->known = sscanf(comment, "cycle %" SCNu32 ", try %u", &line->cycle,
 				     &tries) == 2;
 		line->tries = line->known ? (uint8_t)tries : 0;
+		line->once = line->known && strstr(comment, WORDS_ONCE);
 		return;
 	}
 	words = strstr(comment, ", ");

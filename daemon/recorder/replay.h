@@ -30,6 +30,7 @@ struct replay_line {
 	bool known;			/* the daemon has told try or verdict, cycle and taken_ns */
 	bool stamped;			/* reply: taken_ns is known */
 	uint8_t tries;			/* request */
+	bool once;			/* request: a newer one replaces it */
 	uint8_t verdict;		/* reply: enum pokeys_verdict */
 	uint64_t taken_ns;		/* reply: until the daemon looked at it */
 	ptrdiff_t partner;		/* line of the reply, or of the try before; REPLAY_NONE */

@@ -50,7 +50,7 @@ struct recorder_slot {
 	uint8_t verdict;		/* received: enum pokeys_verdict */
 	uint8_t tries;			/* sent: the n-th transmission of this request */
 	bool stamped;			/* received: t_ns is the kernel's, else taken_ns */
-	uint8_t reserved;
+	bool once;			/* sent: a newer one will replace it */
 	uint32_t cycle;			/* the cycle it fell into, low 32 bits */
 	uint8_t data[RECORDER_DATA];
 };

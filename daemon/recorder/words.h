@@ -10,6 +10,8 @@
 
 /* cycle, number of the try */
 #define WORDS_SENT "cycle %" PRIu32 ", try %u"
+/* ... of a request that is asked in every cycle, so that a newer one replaces it */
+#define WORDS_ONCE ", replaced by the next"
 /* cycle, words_verdict() */
 #define WORDS_RECEIVED "cycle %" PRIu32 ", %s"
 /* ns from the kernel's time stamp until the daemon looked at it */

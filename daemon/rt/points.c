@@ -31,14 +31,15 @@ void point_sent(struct loop *loop, uint32_t channel, const uint8_t *packet, size
 	const struct loop_private *own = loop->own;
 	const struct transport_address *local = &loop->transport->local[channel];
 	const pokeys_device_t *mailbox = device_mailbox(loop->devices[channel].device);
-	const uint8_t tries = mailbox->mailbox[packet[AT_ID]].tries;
+	const mailbox_entry_t *entry = &mailbox->mailbox[packet[AT_ID]];
+	const uint8_t tries = entry->tries;
 	const struct recorder_slot slot = {
 		.t_ns = own->now_ns,
 		.peer = (uint32_t)(own->member[channel].address >> 16),
 		.peer_port = (uint16_t)own->member[channel].address,
 		.local = local->address, .local_port = local->port, .length = (uint16_t)length,
 		.kind = RECORDER_SENT, .device = (uint8_t)channel, .tries = tries,
-		.cycle = (uint32_t)own->cycle,
+		.once = entry->once, .cycle = (uint32_t)own->cycle,
 	};
 
 	recorder_write(&loop->recorder, &slot, packet, length);

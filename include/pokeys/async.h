@@ -185,6 +185,7 @@ struct mailbox_entry {
 	uint8_t response_buffer[POKEYS_PACKET_SIZE];
 	uint64_t serial;		/* counts the requests of this mailbox, from 1 */
 	uint64_t fixed_deadline_ns;	/* pokeys_request_set_deadline(), 0 = adaptive */
+	bool once;			/* pokeys_request_set_once() */
 	const void *operation;		/* the engine's: row of the operation table */
 };
 
@@ -246,6 +247,7 @@ struct pokeys_device {
 	uint32_t in_flight_count;
 	uint8_t next_id;
 	uint8_t backoff;				/* doublings of the deadline */
+	uint8_t missed_in_row;				/* tries, up to 4 */
 	uint64_t now;					/* latest time seen */
 	uint64_t retry_tokens, send_tokens, tokens_time;
 	uint64_t serial;				/* of the newest request */
@@ -329,6 +331,20 @@ int pokeys_request_create(pokeys_device_t *dev, const uint8_t packet[POKEYS_PACK
  * (sent), -EINVAL.
  */
 int pokeys_request_set_deadline(pokeys_device_t *dev, uint8_t request_id, uint64_t deadline_ns);
+
+/*
+ * A created request that is asked again and again, so that a newer one takes its place. When
+ * its deadline passes, it counts as missed. If it is then the newest of its operation, it is
+ * sent again, but only once (a write as its refresh callback has it then). It goes on waiting
+ * until deadline_ceiling_ns after it was sent, for its answer may still be the newest there
+ * is; or until a newer one of the same operation is answered, or is late as well when another
+ * one is sent (in a window of less than 16, as soon as one is sent). Then it ends as
+ * POKEYS_REQUEST_CANCELLED. In a full window the oldest gives its place to the next one, late
+ * or not. Without an answer its id rests for 100 ms at least, not for the whole
+ * reply_lifetime_ns, if no others are free: on a bad link, hundreds of them are unanswered in a
+ * second. 0, -ENOENT, -EALREADY (sent), -EINVAL (a one-shot). Realtime safe.
+ */
+int pokeys_request_set_once(pokeys_device_t *dev, uint8_t request_id);
 
 /*
  * Transmit a created request and stamp it. 0; -ENOENT (no such request),

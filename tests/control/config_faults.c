@@ -181,8 +181,8 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 	assert_fault(GOOD "lost-after-ms = 8\n",
 		     "f:3: [device a]: lost-after-ms = 8 has to be longer than stale-after-ms, "
 		     "which is 8");
-	assert_fault(GOOD "slow = together\n",
-		     "f:1: [device a]: window = 8 is too small for slow = together, which needs 20 "
+	assert_fault(GOOD "slow = together\nwindow = 8\n",
+		     "f:4: [device a]: window = 8 is too small for slow = together, which needs 20 "
 		     "or more");
 	assert_fault(GOOD "deadline-floor-us = 60000\n",
 		     "f:1: [device a]: deadline-ceiling-ms = 50 must not be shorter than "

@@ -371,7 +371,8 @@ static void slow_device_is_never_flooded(void **state)
 	assert_int_equal(world.state.link, POKEYS_LINK_RUNNING);
 	world.rig.stats.high_water = 0;
 	world_run(&world, 5 * SECOND);
-	assert_in_range(world.rig.stats.high_water, 1, 5);
+	/* now and then, with one more 0xCC, it is tried if it has become faster */
+	assert_in_range(world.rig.stats.high_water, 1, 6);
 	assert_int_equal(world.rig.stats.overflow, 0);
 	assert_true(world.state.statistics.cycles_late > 100);
 }

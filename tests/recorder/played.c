@@ -32,6 +32,8 @@ static void write_packet(enum recorder_kind kind, const uint8_t *packet, size_t 
 		.peer = world.config.address, .peer_port = 20055, .local = 1, .local_port = 40000,
 		.length = (uint16_t)size, .kind = (uint8_t)kind, .tries = tries,
 		.verdict = verdict,
+		.once = kind == RECORDER_SENT &&
+			device_mailbox(world.device)->mailbox[packet[6]].once,
 	};
 
 	recorder_write(&recorder, &slot, packet, size);

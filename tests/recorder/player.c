@@ -35,7 +35,7 @@ struct player {
 	bool open[POKEYS_MAILBOX_SIZE];
 	size_t last_try[POKEYS_MAILBOX_SIZE];	/* line */
 	size_t delivering;		/* line of the reply */
-	unsigned int ended_now;		/* requests that ended in this delivery */
+	unsigned int ended_now;		/* requests that this delivery has answered */
 };
 
 enum { NOBODY = -1 };
@@ -108,7 +108,6 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	if (!p->open[entry->request_id])
 		differ(p, "ended twice", p->last_try[entry->request_id]);
 	p->open[entry->request_id] = false;
-	p->ended_now++;
 	if (entry->state != POKEYS_REQUEST_DONE) {
 		p->out->unanswered += entry->state != POKEYS_REQUEST_CANCELLED;
 		p->out->cancelled += entry->state == POKEYS_REQUEST_CANCELLED;
@@ -117,6 +116,7 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 		return;
 	}
 	p->out->accepted++;
+	p->ended_now++;
 	if (p->delivering == NOTHING)
 		differ(p, "answered by nothing", p->last_try[entry->request_id]);
 	else if (replay_answer(p->record, line) != &p->record->line[p->delivering] ||
@@ -154,12 +154,29 @@ static void steer(struct player *p, int closed)
 			entry->deadline = p->record->line[line->again].t_ns;
 		if (line->again == REPLAY_NONE && entry->request_id == closed &&
 		    !replay_answer(p->record, line)) {
-			entry->deadline = 0;
+			entry->deadline = entry->waiting_since = 0;
 			entry->retries_left = 0;
 		}
 	}
 	if (closed != NOBODY)
 		pokeys_device_check(&p->mailbox, p->now);
+}
+
+/*
+ * What a newer one replaces, and was neither sent again nor answered, has ended at the ceiling
+ * at the latest; or before that, so those that are in the way do.
+ */
+static void end_replaced(struct player *p)
+{
+	for (uint32_t i = p->mailbox.in_flight_count; i-- > 0;) {
+		const mailbox_entry_t *entry = &p->mailbox.mailbox[p->mailbox.in_flight[i]];
+		const struct replay_line *line = &p->record->line[p->last_try[entry->request_id]];
+		const uint64_t end = entry->waiting_since + p->mailbox.options.deadline_ceiling_ns;
+
+		if (entry->once && line->again == REPLAY_NONE && !replay_answer(p->record, line) &&
+		    (end <= p->now || p->mailbox.open_count == POKEYS_WINDOW_MAX))
+			pokeys_request_cancel(&p->mailbox, entry->request_id, p->now);
+	}
 }
 
 /* Deadlines that pass before this step. */
@@ -194,6 +211,7 @@ static int create(struct player *p, const struct replay_line *line, size_t numbe
 	class = wire_request_class(row, packet);
 	if (!p->options->exact) {
 		steer(p, id);
+		end_replaced(p);
 		if (p->mailbox.mailbox[id].state != POKEYS_REQUEST_FREE)
 			differ(p, "its id was still in use", number);
 		p->mailbox.next_id = id;
@@ -221,6 +239,8 @@ static void ask(struct player *p, size_t number)
 	p->open[id] = true;
 	p->last_try[id] = number;
 	p->out->requests++;
+	if (line->once)
+		pokeys_request_set_once(&p->mailbox, (uint8_t)id);
 	if (pokeys_request_send(&p->mailbox, (uint8_t)id, p->now) < 0)
 		differ(p, "was not sent", number);
 }
