@@ -45,9 +45,8 @@ static void describe(const struct config_key *key, char *out, size_t size)
 	config_allowed(key, allowed, sizeof(allowed));
 	if (key->count)
 		snprintf(index, sizeof(index), "; # = 0..%u", key->count - 1);
-	snprintf(out, size, "%s%s%s%s; %s%s", allowed, key->unit ? " " : "",
-		 key->unit ? key->unit : "", index, key->fallback ? "default " : "no default",
-		 key->fallback ? key->fallback : "");
+	snprintf(out, size, "%s%s; %s%s", allowed, index,
+		 key->fallback ? "default " : "no default", key->fallback ? key->fallback : "");
 }
 
 void config_help(FILE *to)

@@ -202,7 +202,7 @@ void config_defaults(enum config_section section, void *raw);
  */
 const char *config_store(const struct config_key *key, uint32_t index, const char *text, void *raw);
 
-/* What may be written for a key, for a person: "250..4000", "sleep | spin". */
+/* What may be written for a key, for a person: "250..4000 us", "sleep | spin". */
 size_t config_allowed(const struct config_key *key, char *text, size_t size);
 
 /* The key that a name means, with its index; NULL and *why if none. */

@@ -46,6 +46,7 @@ const struct config_key config_loop_keys[] = {
 	    .fallback = "0.01", .unit = "V/K",
 	    .help = "By how much that voltage changes with each kelvin."),
 	KEY(HEATER(pwm), "pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
+	    .unit = "(terminals 22 to 17)",
 	    .words = WORDS({ "none", -1 }), .fallback = "none",
 	    .help = "PWM output that drives the heater; 0 to 5 are pwm.00 to pwm.05 in HAL. The "
 		    "device needs pwm-period, which applies to all its PWM outputs."),
@@ -63,6 +64,7 @@ const struct config_key config_loop_keys[] = {
 	    .help = "Electrical power of the heater when its output is fully on. It is needed if "
 		    "its device has max-heater-power-w."),
 	KEY(HEATER(fan_pwm), "fan-pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
+	    .unit = "(terminals 22 to 17)",
 	    .words = WORDS({ "none", -1 }), .fallback = "none",
 	    .help = "PWM output of a fan that cools the heater's surroundings, such as the cold "
 		    "end of a hot end. The fan runs while the heater is hotter than fan-above, "
@@ -163,10 +165,12 @@ const struct config_key config_loop_keys[] = {
 		    "antiphase: pwm, whose duty of 50 % is standstill, and enable-pin. two-pwm: "
 		    "pwm for one direction and reverse-pwm for the other."),
 	KEY(SERVO(pwm), "pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
+	    .unit = "(terminals 22 to 17)",
 	    .words = WORDS({ "none", -1 }), .fallback = "none",
 	    .help = "PWM output to the amplifier; 0 to 5 are pwm.00 to pwm.05 in HAL. The device "
 		    "needs pwm-period, which applies to all its PWM outputs; 1250 is 20 kHz."),
 	KEY(SERVO(reverse_pwm), "reverse-pwm", CONFIG_INTEGER, RANGE(0, POKEYS_PWM - 1),
+	    .unit = "(terminals 22 to 17)",
 	    .words = WORDS({ "none", -1 }), .fallback = "none",
 	    .help = "With drive = two-pwm, which needs it: PWM output for the other direction."),
 	KEY(SERVO(direction_pin), "direction-pin", CONFIG_INTEGER, RANGE(1, POKEYS_PINS),

@@ -198,7 +198,7 @@ const char *config_store(const struct config_key *key, uint32_t index, const cha
 	return settings_not_allowed;
 }
 
-size_t config_allowed(const struct config_key *key, char *text, size_t size)
+static size_t allowed(const struct config_key *key, char *text, size_t size)
 {
 	size_t at = settings_append(text, size, 0, "%s", "");
 
@@ -233,6 +233,13 @@ size_t config_allowed(const struct config_key *key, char *text, size_t size)
 		return settings_allowed(key->setting, text, size);
 	}
 	return at;
+}
+
+size_t config_allowed(const struct config_key *key, char *text, size_t size)
+{
+	const size_t at = allowed(key, text, size);
+
+	return key->unit ? settings_append(text, size, at, " %s", key->unit) : at;
 }
 
 /*

@@ -6,6 +6,7 @@ stops at the first fault of syntax, and knows no line numbers afterwards.
 """
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -122,7 +123,9 @@ class File:
         of_section = {key.name: key for key in self._keys if key.section == self._section[0]}
         where = f"[{' '.join(filter(None, self._section))}] {name}"
         if name not in of_section:
-            self._complain(f"{where}: there is no such key; there are {', '.join(of_section)}")
+            near = difflib.get_close_matches(name, of_section, 1)
+            self._complain(f"{where}: there is no such key; " +
+                           (f"did you mean {near[0]}?" if near else f"there are {', '.join(of_section)}"))
             return
         key = of_section[name]
         if (*self._section, key.attribute) in self.places:

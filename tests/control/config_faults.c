@@ -10,7 +10,7 @@ static void a_fault_names_line_section_key_and_range(void **state)
 {
 	(void)state;
 	assert_fault("[daemon]\n\nperiod-us = 100\n" GOOD,
-		     "f:3: [daemon]: period-us: \"100\" is out of range; allowed: 250..4000");
+		     "f:3: [daemon]: period-us: \"100\" is out of range; allowed: 250..4000 us");
 	assert_fault("[daemon]\nmode = fast\n" GOOD,
 		     "f:2: [daemon]: mode: \"fast\" is not allowed; allowed: auto | sleep | napi | "
 		     "spin");
@@ -189,10 +189,10 @@ static void values_that_are_wrong_together_are_a_fault(void **state)
 		     "deadline-floor-us, which is 60000 us");
 	assert_fault(GOOD "axis.1.backlash-width = 13\nbacklash = on\n",
 		     "f:3: [device a]: axis.1.backlash-width: \"13\" is between two steps; "
-		     "allowed: leave | 0..131070");
+		     "allowed: leave | 0..131070 pulses");
 	assert_fault(GOOD "axis.1.backlash-acceleration = 256000000\n",
 		     "f:3: [device a]: axis.1.backlash-acceleration: \"256000000\" is out of "
-		     "range; allowed: leave | 0..255000000");
+		     "range; allowed: leave | 0..255000000 pulses/s^2");
 	assert_fault(GOOD "axis.1.backlash-width = 12\n",
 		     "f:3: [device a]: axis.1.backlash-width wants backlash = on (or off, if that "
 		     "is meant)");

@@ -142,7 +142,8 @@ static void a_fan_or_a_supply_that_cannot_be_is_refused(void **state)
 	assert_fault(GOOD BED "fan-pin = 13\nfan-pwm = 1\n",
 		     "f:9: [heater bed]: fan-pin and fan-pwm are both given; give only one");
 	assert_fault(GOOD BED "fan-speed = 0.5\nfan-pwm = 6\n",
-		     "f:10: [heater bed]: fan-pwm: \"6\" is out of range; allowed: none | 0..5");
+		     "f:10: [heater bed]: fan-pwm: \"6\" is out of range; allowed: none | 0..5 "
+		     "(terminals 22 to 17)");
 	assert_fault(GOOD BED "fan-pwm = 0\n",
 		     "f:9: [heater bed]: fan-pwm: terminal 22 is used by pwm (line 7) as well, and "
 		     "can only be used by one of them; remove the other");
@@ -160,13 +161,14 @@ static void a_fan_or_a_supply_that_cannot_be_is_refused(void **state)
 	/* one complaint about what is out of range, and none that follows from it */
 	assert_fault(GOOD "max-heater-power-w = 0\n" BED "rated-power-w = 40\n",
 		     "f:4: [device a]: max-heater-power-w: \"0\" is out of range; allowed: "
-		     "unlimited | 1..1000000");
+		     "unlimited | 1..1000000 W");
 	assert_fault(GOOD "max-heater-power-w = 200\n" BED "rated-power-w = 0\n",
 		     "f:10: [heater bed]: rated-power-w: \"0\" is out of range; allowed: unknown | "
-		     "0.1..100000");
+		     "0.1..100000 W");
 	assert_fault(GOOD "max-heater-power-w = 200\n[heater x]\nsensor-pin = 43\n"
 		     "sensor = pt1000\npwm = 9\nmax-temperature = 99\nrated-power-w = 300\n",
-		     "f:8: [heater x]: pwm: \"9\" is out of range; allowed: none | 0..5");
+		     "f:8: [heater x]: pwm: \"9\" is out of range; allowed: none | 0..5 "
+		     "(terminals 22 to 17)");
 	assert_fault(GOOD "max-heater-power-w = 200\n",
 		     "f:4: [device a]: max-heater-power-w has no effect without a [heater NAME]");
 	snprintf(text, sizeof(text), GOOD "max-heater-power-w = 299\n%s", relay);

@@ -85,6 +85,7 @@ BAD = (
     ("[machine]\nbaud = 0\n", 2, '[machine] baud: "0" is not allowed; allowed: bits a second, 50 to 4000000'),
     ("[machine]\nfirmware = klipper\n", 2, '"klipper" is not allowed; allowed: marlin, grbl, grblhal, smoothieware'),
     ("[machine]\nflow-control = yes\n", 2, "allowed: none, hardware, software"),
+    ("[telnet]\nlistn = 1.1.1.1:1\n", 2, "[telnet] listn: there is no such key; did you mean listen?"),
     ("[telnet]\nport = 23\n", 2, "[telnet] port: there is no such key; there are listen, plaintext"),
     ("[pty]\ngroup = nosuchgroup\n", 2, '"nosuchgroup" is not allowed; allowed: the name of a group that is there'),
     ("[esp3d]\nfolder = pages\n", 2, '[esp3d] folder: "pages" is not allowed; allowed: a path from /'),
