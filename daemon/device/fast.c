@@ -62,8 +62,7 @@ static bool believable(const struct device *device, const mailbox_entry_t *entry
 static void io_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
 		     uint64_t now_ns);
 
-/* Only requests that are made from now on tell these. */
-static void unsettle(struct device *device, uint64_t pins)
+void fast_doubt(struct device *device, uint64_t pins)
 {
 	struct fast *fast = &device->fast;
 
@@ -74,8 +73,8 @@ static void unsettle(struct device *device, uint64_t pins)
 		fast->clear[__builtin_ctzll(pins)] = fast->clear_high;
 }
 
-/* Pins of which a request with this serial tells nothing. */
-static uint64_t unsettled(const struct device *device, uint64_t serial)
+/* Pins of which the reply to a request with this serial says nothing. */
+static uint64_t doubted(const struct device *device, uint64_t serial)
 {
 	const struct fast *fast = &device->fast;
 	uint64_t pins = 0;
@@ -90,7 +89,7 @@ static uint64_t unsettled(const struct device *device, uint64_t serial)
 static void acknowledge(struct device *device, const mailbox_entry_t *entry,
 			const struct wire_io_req *io)
 {
-	const uint64_t mask = mask_of(io) & ~unsettled(device, entry->serial);
+	const uint64_t mask = mask_of(io) & ~doubted(device, entry->serial);
 
 	safe_outputs_acked(device, io->outputs & mask, mask);
 }
@@ -102,7 +101,7 @@ static void lose(struct device *device, const struct wire_io_req *io)
 	const uint64_t mask = mask_of(io);
 
 	device->safe.acked_mask &= ~((io->outputs ^ device->safe.acked) & mask);
-	unsettle(device, (io->outputs ^ fast->io_outputs) & mask & fast->io_mask);
+	fast_doubt(device, (io->outputs ^ fast->io_outputs) & mask & fast->io_mask);
 }
 
 static void io_taken(struct device *device, const mailbox_entry_t *entry)
@@ -148,7 +147,7 @@ static bool is_said(const struct device *device, uint64_t pins, uint64_t on)
 	if (!newest)
 		return !fast_io_open(device) && (device->safe.acked_mask & pins) == pins &&
 		       (device->safe.acked & pins) == on;
-	return newest->tries && !(unsettled(device, newest->serial) & pins) &&
+	return newest->tries && !(doubted(device, newest->serial) & pins) &&
 	       (fast->io_mask & pins) == pins && (fast->io_outputs & pins) == on;
 }
 
@@ -172,8 +171,8 @@ static void io_refresh(pokeys_device_t *mailbox, mailbox_entry_t *entry, void *c
 	mask = mask_of(&io);
 	if (io.outputs == fast->io_outputs && mask == fast->io_mask)
 		return;
-	unsettle(device, ((io.outputs ^ fast->io_outputs) | (mask ^ fast->io_mask)) &
-			 (mask | fast->io_mask));
+	fast_doubt(device, ((io.outputs ^ fast->io_outputs) | (mask ^ fast->io_mask)) &
+			   (mask | fast->io_mask));
 	fast->io_outputs = io.outputs;
 	fast->io_mask = mask;
 	io.write = 1;
@@ -213,18 +212,13 @@ bool fast_pins_settled(const struct device *device, uint64_t pins, uint64_t on)
 
 		if (entry->parser != io_ended)
 			continue;
-		if (unsettled(device, entry->serial) & pins)
+		if (doubted(device, entry->serial) & pins)
 			return false;
 		wire_io_decode_req(entry->request_buffer, &io);
 		if ((io.outputs & mask_of(&io) & pins) != (on & mask_of(&io)))
 			return false;
 	}
 	return true;
-}
-
-void fast_doubt(struct device *device, uint64_t pins)
-{
-	unsettle(device, pins);
 }
 
 static void status_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
@@ -282,5 +276,5 @@ void fast_begin(struct device *device)
 {
 	device->fast = (struct fast){ 0 };
 	/* requests of before may still be under way */
-	unsettle(device, OUTPUT_PINS);
+	fast_doubt(device, OUTPUT_PINS);
 }

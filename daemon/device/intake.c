@@ -141,11 +141,7 @@ static void take_axis(struct device *device, unsigned int i,
 	}
 	wish->enable = axis->enable && axis->mode != POKEYS_AXIS_OFF;
 	wish->mode = axis->mode;
-	if (axis->position != wish->position) {
-		wish->moved_before_ns = wish->moved_ns;
-		wish->moved_ns = device->now_ns;
-	}
-	wish->position = axis->position;
+	axis_wish_move(wish, axis->position, device->now_ns);
 	wish->velocity = axis->mode == POKEYS_AXIS_VELOCITY ? axis->velocity :
 							      fabsf(axis->velocity);
 }

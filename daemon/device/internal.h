@@ -444,26 +444,10 @@ void fast_measure(struct device *device);
 bool fast_hides_off(const struct device *device);
 /* No request that is under way says anything else of these pins. */
 bool fast_pins_settled(const struct device *device, uint64_t pins, uint64_t on);
-/* What was acknowledged of these, or is by replies to what was sent until now, says nothing. */
+/* Of these, only replies to requests that are made from now on say something. */
 void fast_doubt(struct device *device, uint64_t pins);
 /* How many are under way, also those whose replies are late. */
 unsigned int fast_open(const struct device *device);
-
-/* pipeline.c */
-void pipeline_begin(struct device *device);
-/* How many with this parser are under way; of them, those whose replies are not late. */
-unsigned int pipeline_open(const struct device *device, pokeys_parser_t parser);
-unsigned int pipeline_awaited(const struct device *device, pokeys_parser_t parser);
-/* Whether one more may be sent. first: it is tried first with this kind. */
-bool pipeline_may(const struct device *device, pokeys_parser_t parser, bool first);
-/* The one that is under way with this serial, or NULL. */
-const mailbox_entry_t *pipeline_find(const struct device *device, uint64_t serial);
-bool pipeline_send(struct device *device, enum wire_op op, const void *value,
-		   pokeys_parser_t parser, pokeys_refresh_t refresh);
-/* A request was answered: is it newer than that of *taken? Then it is *taken now. */
-bool pipeline_take(struct device *device, const mailbox_entry_t *entry, uint64_t *taken);
-/* How long it took: is the device fast enough? */
-void pipeline_learn(struct device *device, const mailbox_entry_t *entry);
 
 /* slow.c */
 void slow_begin(struct device *device);
@@ -560,8 +544,6 @@ bool motion_drivable(const struct device *device, unsigned int axis);
 /* reference.c */
 /* References go out with a mask (0x25), so axes that are not told are not touched. */
 bool reference_by_mask(const struct device *device);
-/* A position that is commanded in a stream. */
-bool reference_moves_on(const struct device *device, const struct axis_wish *wish);
 /* Some axis takes references at all. */
 bool reference_any(const struct device *device);
 bool reference_due(const struct device *device);

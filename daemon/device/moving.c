@@ -107,7 +107,7 @@ static void release(struct device *device)
 		if (moving->path.axes >> i & 1)
 			handover_begin(&moving->handover[i]);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		moving->wish[i].velocity = 0;	/* what is left of its way, as fast as it can */
+		axis_wish_rest(&moving->wish[i]);	/* the rest of its way as fast as it can */
 	moving->released_ns = device->now_ns;
 	path_leave(&moving->path, moving->path.axes);
 	if (moving->end == POKEYS_MOVES_NONE)

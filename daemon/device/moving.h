@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <pokeys/command.h>
+#include "daemon/device/axis_wish.h"
 #include "daemon/loops/handover.h"
 #include "daemon/loops/path.h"
 #include "daemon/loops/servo.h"
@@ -20,16 +21,6 @@ enum {
 };
 
 struct device;
-
-/* What an axis of the pulse engine is commanded. */
-struct axis_wish {
-	int32_t position;		/* pulses */
-	float velocity;			/* pulses/s, with a sign in velocity mode */
-	uint8_t mode;			/* enum pokeys_axis_mode */
-	bool enable;
-	bool good;			/* nothing was wrong with it in the newest image */
-	uint64_t moved_ns, moved_before_ns;	/* position changed, the last times; 0 = never */
-};
 
 struct moving {
 	struct path path;		/* its axes are the members */

@@ -87,7 +87,7 @@ static bool is_at_rest(const struct device *device, unsigned int axis)
 	const struct axis_wish *wish = &device->intake.axis[axis];
 
 	return wish->position == device->image.engine.axis[axis].position &&
-	       !reference_moves_on(device, wish);
+	       !axis_wish_moves_on(wish, device->now_ns);
 }
 
 bool moving_axis_buffered(const struct device *device)
@@ -162,11 +162,7 @@ void moving_axis_follow(struct device *device, unsigned int axis)
 	const int32_t position =
 		(int32_t)lround(device->moving.place[MOVING_AXIS + axis] * unit);
 
-	if (position != wish->position) {
-		wish->moved_before_ns = wish->moved_ns;
-		wish->moved_ns = device->now_ns;
-	}
-	wish->position = position;
+	axis_wish_move(wish, position, device->now_ns);
 	wish->velocity = (float)speed_of(device, axis, fabs(
 				device->moving.velocity[MOVING_AXIS + axis] * unit));
 }

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * How many requests of a kind may be under way at once. Part of struct device; the
- * functions are in internal.h.
+ * How many requests of a kind may be under way at once. Part of struct device. Realtime
+ * thread only.
  */
 #ifndef DEVICE_PIPELINE_H
 #define DEVICE_PIPELINE_H
 
 #include <stdbool.h>
 #include <stdint.h>
+#include "daemon/engine/mailbox.h"
 
 /* Round trips, as a mean over the last ones. */
 struct pipeline_mean {
@@ -25,5 +26,22 @@ struct pipeline {
 	struct pipeline_mean alone;	/* of requests that had none of their kind before them */
 	struct pipeline_mean behind;	/* ... that had */
 };
+
+struct device;
+
+void pipeline_begin(struct device *device);
+/* How many with this parser are under way; of them, those whose replies are not late. */
+unsigned int pipeline_open(const struct device *device, pokeys_parser_t parser);
+unsigned int pipeline_awaited(const struct device *device, pokeys_parser_t parser);
+/* Whether one more may be sent. first: it is tried first with this kind. */
+bool pipeline_may(const struct device *device, pokeys_parser_t parser, bool first);
+/* The one that is under way with this serial, or NULL. */
+const mailbox_entry_t *pipeline_find(const struct device *device, uint64_t serial);
+bool pipeline_send(struct device *device, enum wire_op op, const void *value,
+		   pokeys_parser_t parser, pokeys_refresh_t refresh);
+/* A request was answered: is it newer than that of *taken? Then it is *taken now. */
+bool pipeline_take(struct device *device, const mailbox_entry_t *entry, uint64_t *taken);
+/* How long it took: is the device fast enough? */
+void pipeline_learn(struct device *device, const mailbox_entry_t *entry);
 
 #endif

@@ -18,11 +18,13 @@
  * speeds, so a device with one such axis is driven by it alone; its other axes
  * then go as fast as they are allowed to.
  *
- * The device brakes towards each position that it is told, so it follows a
- * moving one from behind. Were it never faster than that one, it could not come
- * closer while both slow down, and would stand behind by all of it when the
- * other has stopped. So while a position moves on, its speed is twice what was
- * said with it.
+ * The device brakes towards each position, so it would follow a moving one from
+ * behind, by the way that it needs to brake. So while a position moves on, its
+ * reference is ahead of it by this way. If no further command comes, the axis
+ * brakes and stops there, no later than it could have stopped anyway. Were it
+ * never faster than the position, it could not catch up with what it is behind
+ * for other reasons, and would stand behind by all of it at the end. So
+ * meanwhile it may go at twice the speed that was said with the position.
  *
  * A speed cannot be read back. An older packet that has overtaken would leave
  * the axis running, so speeds are told again all the time.
@@ -35,7 +37,6 @@
 #define FULL_SPEED 65535
 #define SUB_MOVE_PV 0x25
 #define AFFIRM_NS (10 * MS)
-#define FOLLOW_NS (100 * MS)	/* between changes of a position that moves on */
 #define CATCH_UP 2.0f
 
 static bool any_by_speed(const struct device *device)
@@ -83,10 +84,30 @@ bool reference_any(const struct device *device)
 	return axes_told(device) != 0;
 }
 
-bool reference_moves_on(const struct device *device, const struct axis_wish *wish)
+/* How far before its reference the axis begins to brake, at this speed or its highest. */
+static double braking_way(const struct device *device, unsigned int i, double speed)
 {
-	return wish->moved_before_ns && wish->moved_ns - wish->moved_before_ns < FOLLOW_NS &&
-	       device->now_ns - wish->moved_ns < FOLLOW_NS;
+	const double highest = (double)device->image.engine.axis[i].max_speed;
+	const struct wire_axis_config *set =
+		&device->configure.setting[SETTING_AXIS + i].value.axis.config;
+	const double rate = (double)set->max_decel * 1e6;	/* pulses/s^2 */
+
+	speed = fmin(fabs(speed), highest);
+	return rate > 0 ? speed * speed / (2 * rate) : 0;
+}
+
+/* The braking way ahead of a position that moves on, but not beyond what is permitted. */
+static int32_t leading_position(const struct device *device, unsigned int i,
+				const struct axis_wish *wish)
+{
+	const struct pokeys_axis *axis = &device->image.engine.axis[i];
+	const double position = wish->position, speed = (double)axis_wish_speed(wish);
+	const double way = copysign(braking_way(device, i, speed), speed);
+	const double furthest = intake_furthest(axis->mode);
+	const double least = fmin(position, fmax(axis->soft_minimum, -furthest));
+	const double most = fmax(position, fmin(axis->soft_maximum, furthest));
+
+	return (int32_t)lround(fmin(fmax(position + way, least), most));
 }
 
 static void wanted_position(const struct device *device, unsigned int i, bool by_mask,
@@ -94,10 +115,10 @@ static void wanted_position(const struct device *device, unsigned int i, bool by
 {
 	const struct axis_wish *wish = moving_axis_wish(device, i);
 	const float max_speed = device->image.engine.axis[i].max_speed;
-	const float room = reference_moves_on(device, wish) ? CATCH_UP : 1;
+	const float room = axis_wish_moves_on(wish, device->now_ns) ? CATCH_UP : 1;
 	const bool driven = device->motion.driven >> i & 1;
 
-	out->position[i] = driven ? wish->position : device->motion.hold[i];
+	out->position[i] = driven ? leading_position(device, i, wish) : device->motion.hold[i];
 	out->velocity[i] = driven && by_mask ? ratio(room * wish->velocity, max_speed) : FULL_SPEED;
 }
 
@@ -292,7 +313,11 @@ bool reference_send(struct device *device)
 	motion->reference_sent = device->mailbox.serial + 1;
 	motion->reference_ns = device->now_ns;
 	if (!send(device, &want)) {
+		/* older ones may have ended for want of room */
+		const uint64_t clear = motion->reference_clear;
 		*motion = before;
+		motion->reference_clear = clear;
+		motion->answered &= clear == before.reference_clear;
 		return false;
 	}
 	show(device, &want);

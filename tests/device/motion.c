@@ -62,11 +62,17 @@ static void reference_that_changes_each_cycle_is_followed(void **state)
 	for (int32_t i = 0; i < 3000; i++) {
 		world_go(&world, 0, i * 8, 0);
 		world_cycle(&world);
+		/* ahead by the way that the axis needs to brake: 8000^2 / 2 / 500000 */
 		assert_true(world.state.engine.axis[0].reference >= i * 8 - 8);
-		assert_true(world.state.engine.axis[0].reference <= i * 8);
+		assert_true(world.state.engine.axis[0].reference <= i * 8 + 64);
+		if (i > 20)
+			assert_true(world.state.engine.axis[0].reference >= i * 8 + 64 - 8);
 		if (i > 300)
-			assert_in_range(i * 8 - world_pulses(&world, 0), 0, 100);
+			assert_in_range(i * 8 - world_pulses(&world, 0), 0, 24);
 	}
+	world_run(&world, 200 * MS);
+	assert_int_equal(world.state.engine.axis[0].reference, 2999 * 8);
+	assert_int_equal(world_pulses(&world, 0), 2999 * 8);
 	/* and the slow groups had their turn all the same */
 	assert_true(world.sent.operation[0xCF] > 10);
 	assert_true(world.state.t_publish_ns - world.state.t_slow_ns < 100 * MS);
@@ -108,34 +114,6 @@ static void velocity_is_a_part_of_the_highest_speed(void **state)
 	world_go(&world, 0, 100000, 1e-6f);
 	world_run(&world, 500 * MS);
 	assert_true(world.rig.device.engine.axis[0].planner.speed < 0.01);
-}
-
-/*
- * As LinuxCNC does: a position and the speed of it in each period, braking by a quarter of
- * what the device could. The way that the device is behind, 15000^2 / 2 / 500000, has to
- * become less meanwhile; an axis that stands behind at the end trips LinuxCNC.
- */
-static void what_follows_is_there_when_the_position_has_stopped(void **state)
-{
-	const double highest = 15000, braking = 125000, period = 0.001;
-	double position = 0, speed = 0;
-	int64_t behind = 0;
-
-	(void)state;
-	for (unsigned int i = 0; i < 400; i++) {
-		speed += i < 200 ? braking * period : -braking * period;
-		speed = fmin(fmax(speed, 0), highest);
-		position += speed * period;
-		world_go(&world, 0, (int32_t)lrint(position), (float)speed);
-		world_cycle(&world);
-		if (i == 199)
-			behind = lrint(position) - world_pulses(&world, 0);
-		if (i > 200 && speed == 0)
-			break;
-	}
-	assert_in_range(behind, 150, 300);
-	behind = lrint(position) - world_pulses(&world, 0);
-	assert_in_range(behind, 0, 30);
 }
 
 static void old_firmware_is_driven_by_the_old_command(void **state)
@@ -302,8 +280,6 @@ int main(void)
 		cmocka_unit_test_setup(new_position_leaves_in_the_cycle_that_reads_it,
 				       begin_moving),
 		cmocka_unit_test_setup(velocity_is_a_part_of_the_highest_speed, begin_moving),
-		cmocka_unit_test_setup(what_follows_is_there_when_the_position_has_stopped,
-				       begin_moving),
 		cmocka_unit_test_setup(old_firmware_is_driven_by_the_old_command,
 				       begin_old_firmware),
 		cmocka_unit_test_setup(axis_not_driven_holds_its_place_under_the_old_command,

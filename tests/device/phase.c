@@ -29,10 +29,10 @@ static int32_t position;
 static uint8_t mode;
 static bool following, still;
 
-static void go(int32_t to)
+static void go(int32_t to, float velocity)
 {
 	world.command.axis[0] = (struct pokeys_axis_command){
-		.position = to, .mode = mode, .enable = 1,
+		.position = to, .velocity = velocity, .mode = mode, .enable = 1,
 	};
 }
 
@@ -54,7 +54,7 @@ static void begin(uint8_t axis_mode)
 	world_start(&world);
 	world_commander(&world, 5);
 	world_until(&world, world_is_running, 500 * MS);
-	go(0);
+	go(0, 0);
 	world_machine_on(&world);
 	world_until(&world, world_is_machine_on, 500 * MS);
 	world_run(&world, 100 * MS);
@@ -71,7 +71,7 @@ static void cycle(void)
 	world.commanding = false;
 	while (read_ns + WRITE_NS <= world.tick) {
 		position += still ? 0 : STEPS;
-		go(position);
+		go(position, still ? 0 : STEPS * 1e9f / (float)period_ns);
 		stamp.read_ns = read_ns;
 		stamp.write_ns = read_ns + WRITE_NS;
 		read_ns += period_ns;
@@ -146,7 +146,10 @@ static void each_reference_reaches_the_device_while_the_cycle_is_shifted(void **
 		for (int i = 0; i < 1500; i++) {
 			before = world.state.engine.axis[0].reference;
 			cycle();
-			assert_int_equal(world.state.engine.axis[0].reference - before, STEPS);
+			/* from then on it leads, by what this speed needs for braking */
+			if (i >= RAMP)
+				assert_int_equal(world.state.engine.axis[0].reference - before,
+						 STEPS);
 		}
 		assert_true(phase.locked && phase.losses == 0);
 		still = true;

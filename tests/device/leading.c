@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * References lead a position that moves on by the way that the axis needs to brake, and by
+ * no more.
+ */
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <cmocka.h>
+#include "tests/device/world.h"
+#include "wire/pulse.h"
+
+static struct world world;
+
+static int begin(void **state)
+{
+	(void)state;
+	world_moving(&world, NULL);
+	return 0;
+}
+
+static int begin_with_soft_limits(void **state)
+{
+	struct pokeys_axis_settings *axis = &world.config.settings.axis[0];
+
+	(void)state;
+	world_init(&world, NULL);
+	world_axes(&world);
+	axis->options |= WIRE_AXIS_SOFT_LIMITS;
+	axis->options_mask |= WIRE_AXIS_SOFT_LIMITS;
+	axis->set |= POKEYS_AXIS_SET_SOFT_MINIMUM | POKEYS_AXIS_SET_SOFT_MAXIMUM;
+	axis->soft_minimum = -500;
+	axis->soft_maximum = 3000;
+	world_all_moving(&world);
+	return 0;
+}
+
+/*
+ * As LinuxCNC does: a position in each period, and the speed of it (`said` times that is
+ * commanded with it). Returns how far the axis is ahead at most; *behind: at constant speed,
+ * and *rest: when the position has stopped.
+ */
+static double follow(double braking, double said, double *behind, double *rest)
+{
+	const double highest = 15000, period = 0.001;
+	double position = 0, speed = 0, ahead = 0;
+
+	for (unsigned int i = 0; i < 1000; i++) {
+		speed += i < 200 ? braking * period : -braking * period;
+		speed = fmin(fmax(speed, 0), highest);
+		position += speed * period;
+		world_go(&world, 0, (int32_t)lrint(position), (float)(said * speed));
+		world_cycle(&world);
+		ahead = fmax(ahead, (double)world_pulses(&world, 0) - position);
+		if (i == 199)
+			*behind = position - (double)world_pulses(&world, 0);
+		if (i > 200 && speed == 0)
+			break;
+	}
+	*rest = position - (double)world_pulses(&world, 0);
+	world_run(&world, 100 * MS);
+	assert_int_equal(world_pulses(&world, 0), lrint(position));
+	return ahead;
+}
+
+/* A quarter of what the device could, and nearly all of it. The way to brake is 225 pulses. */
+static void position_is_followed_at_its_own_speed(void **state)
+{
+	const double brakings[] = { 125000, 450000 };
+	double behind, rest;
+
+	(void)state;
+	for (unsigned int i = 0; i < 2; i++) {
+		assert_true(follow(brakings[i], 1, &behind, &rest) < 8);
+		assert_true(behind >= 0 && behind < 45);
+		assert_true(fabs(rest) < 45);
+		world_go(&world, 0, 0, 0);
+		world_run(&world, 2 * SECOND);
+	}
+}
+
+/* No velocity, and one that is just a limit: how fast it moves on is seen all the same. */
+static void velocity_beside_the_position_need_not_be_its_own(void **state)
+{
+	const double said[] = { 0, 5 };
+	double behind, rest;
+
+	(void)state;
+	for (unsigned int i = 0; i < 2; i++) {
+		assert_true(follow(125000, said[i], &behind, &rest) < 8);
+		assert_true(behind >= 0 && behind < 45);
+		assert_true(fabs(rest) < 45);
+		world_go(&world, 0, 0, 0);
+		world_run(&world, 2 * SECOND);
+	}
+}
+
+/* As from a commander that steps, and for a position that swings by less than it moves. */
+static void position_that_jumps_is_not_led(void **state)
+{
+	(void)state;
+	for (int32_t i = 1; i <= 20; i++) {
+		world_go(&world, 0, i * 400, 20000);
+		for (unsigned int ms = 0; ms < 25; ms++) {
+			world_cycle(&world);
+			assert_true(world.state.engine.axis[0].reference <= i * 400);
+		}
+	}
+	for (int32_t i = 0; i < 100; i++) {
+		world_go(&world, 0, 8000 + (i & 1) * 20, 20000);
+		world_cycle(&world);
+		assert_true(world.state.engine.axis[0].reference <= 8020);
+	}
+}
+
+/* Wherever it jumps to, in each cycle: 20000^2 / 2 / 500000 is the way from the highest speed. */
+static void the_way_is_that_of_the_highest_speed_at_most(void **state)
+{
+	const struct pokeys_axis *axis = &world.state.engine.axis[0];
+	int32_t position = 0;
+
+	(void)state;
+	for (int32_t i = 1; i <= 200; i++) {
+		position += i < 100 ? i * 100 : -i * 100;
+		world_go(&world, 0, position, i & 8 ? 0 : 1e6f);
+		world_cycle(&world);
+		assert_true(abs(axis->reference - position) <= 400);
+	}
+}
+
+static void references_do_not_lead_beyond_a_soft_limit(void **state)
+{
+	const struct pokeys_axis *axis = &world.state.engine.axis[0];
+
+	(void)state;
+	for (int32_t i = 0; i <= 3000; i += 10) {
+		world_go(&world, 0, i, 10000);
+		world_cycle(&world);
+		assert_true(axis->reference <= 3000);
+	}
+	assert_int_equal(axis->reference, 3000);
+	for (int32_t i = 3000; i >= -500; i -= 10) {
+		world_go(&world, 0, i, 10000);
+		world_cycle(&world);
+		assert_true(axis->reference >= -500);
+	}
+	world_run(&world, 100 * MS);
+	assert_int_equal(world_pulses(&world, 0), -500);
+}
+
+/* Its commander ends in mid-way: the axis brakes, and does not come back. */
+static void axis_brakes_where_its_position_ends(void **state)
+{
+	int64_t before = 0;
+
+	(void)state;
+	for (int32_t i = 1; i <= 300; i++) {
+		world_go(&world, 0, i * 15, 15000);
+		world_cycle(&world);
+	}
+	world.commanding = false;
+	for (unsigned int ms = 0; ms < 400; ms++) {
+		world_cycle(&world);
+		assert_true(world_pulses(&world, 0) >= before);
+		before = world_pulses(&world, 0);
+	}
+	assert_in_range(before, 4500, 4500 + 225);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test_setup(position_is_followed_at_its_own_speed, begin),
+		cmocka_unit_test_setup(velocity_beside_the_position_need_not_be_its_own, begin),
+		cmocka_unit_test_setup(position_that_jumps_is_not_led, begin),
+		cmocka_unit_test_setup(the_way_is_that_of_the_highest_speed_at_most, begin),
+		cmocka_unit_test_setup(references_do_not_lead_beyond_a_soft_limit,
+				       begin_with_soft_limits),
+		cmocka_unit_test_setup(axis_brakes_where_its_position_ends, begin),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
