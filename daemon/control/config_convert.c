@@ -107,6 +107,7 @@ void config_convert_device(const struct config_raw_device *raw, uint64_t period_
 	out->corner_deviation = raw->corner_deviation;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		out->axis[i].pulses_per_unit = raw->axis[i].per_unit;
+		out->axis[i].lead = raw->axis[i].lead;
 		config_axis_name(raw, i, out->axis[i].name);
 	}
 	out->settings = raw->settings;

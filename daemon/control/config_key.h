@@ -106,6 +106,7 @@ struct config_raw_device {
 	struct {
 		char name[POKEYS_AXIS_NAME];	/* empty: not given */
 		double per_unit;		/* 0: not given */
+		int64_t lead;
 	} axis[POKEYS_AXES];
 	char password_file[256];
 	char password[33];		/* its content, once it was judged */

@@ -1,59 +1,36 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * How fast a commanded position moves on, by its own changes. Each image counts when it is
- * seen: the times that its commander writes into it may be anything. As images and cycles have
- * different clocks, sometimes two come in the time of one, or none. So changes are counted over
- * several milliseconds, in two spans that follow each other. A position that jumps once has
- * changed in one of them only.
+ * How fast a commanded position moves on, by its own changes: the velocity beside it may be just
+ * a limit. Time is counted in images, which their commander writes at regular times, and not by
+ * when they are seen: cycles are not in step with images, and a commander that was late goes on
+ * from where it was.
+ *
+ * Two spans of some images each have to agree on the direction, and the slower one counts. So a
+ * jump, which is in one of them, is not taken for a speed. As this has to be so for a few images,
+ * a position that moves by steps has no speed now and then.
+ *
+ * The velocity that is commanded is more exact, while the position gets faster or slower, but only
+ * as far as the spans permit.
  */
 
 #include <math.h>
 #include <string.h>
 #include "daemon/device/axis_wish.h"
 
-#define MS UINT64_C(1000000)
-#define MARK_NS (4 * MS)
-#define FOLLOW_NS (100 * MS)	/* between changes of a position that moves on */
-#define LIKELY 1.5f		/* a velocity above so many times what is seen is a limit */
+#define FOLLOW_NS UINT64_C(100000000)	/* between changes of a position that moves on */
 
-static float speed_between(const struct axis_mark *from, const struct axis_mark *to)
+enum {
+	SPAN = AXIS_PAST / 2,		/* images */
+	STEADY = 8,
+};
+
+void axis_wish_position(struct axis_wish *wish, int32_t position, uint64_t now_ns)
 {
-	const double pulses = (double)to->position - from->position;
-
-	return to->ns > from->ns ? (float)(pulses * 1e9 / (double)(to->ns - from->ns)) : 0;
-}
-
-static float slower(float a, float b)
-{
-	if (a * b <= 0)
-		return 0;
-	return fabsf(a) < fabsf(b) ? a : b;
-}
-
-void axis_wish_move(struct axis_wish *wish, int32_t position, uint64_t now_ns)
-{
-	const struct axis_mark now = { position, now_ns };
-	struct axis_mark *mark = wish->mark;
-
 	if (position != wish->position) {
 		wish->moved_before_ns = wish->moved_ns;
 		wish->moved_ns = now_ns;
 	}
 	wish->position = position;
-	if (now_ns - mark[2].ns >= MARK_NS) {
-		memmove(mark, mark + 1, 2 * sizeof(*mark));
-		mark[2] = now;
-	}
-	wish->forward = 0;
-	if (mark[0].ns && now_ns - mark[0].ns < FOLLOW_NS)
-		wish->forward = slower(speed_between(&mark[0], &mark[1]),
-				       speed_between(&mark[1], &now));
-}
-
-void axis_wish_rest(struct axis_wish *wish)
-{
-	wish->velocity = 0;
-	wish->forward = 0;
 }
 
 bool axis_wish_moves_on(const struct axis_wish *wish, uint64_t now_ns)
@@ -62,9 +39,63 @@ bool axis_wish_moves_on(const struct axis_wish *wish, uint64_t now_ns)
 	       now_ns - wish->moved_ns < FOLLOW_NS;
 }
 
-float axis_wish_speed(const struct axis_wish *wish)
+/* Images that were not seen had positions in between. */
+static void remember(struct axis_wish *wish, uint64_t count)
 {
-	const float said = fabsf(wish->velocity), seen = fabsf(wish->forward);
+	const double from = wish->past[0], change = wish->position - from;
 
-	return said > 0 && said < LIKELY * seen ? copysignf(said, wish->forward) : wish->forward;
+	if (count >= AXIS_PAST || !wish->known) {
+		wish->known = 0;
+		count = 1;
+	}
+	for (uint64_t i = 1; i <= count; i++) {
+		memmove(wish->past + 1, wish->past, sizeof(wish->past) - sizeof(wish->past[0]));
+		wish->past[0] = (int32_t)lrint(from + change * (double)i / (double)count);
+		if (wish->known < AXIS_PAST)
+			wish->known++;
+	}
+	wish->past[0] = wish->position;
+}
+
+/* Pulses in a span, of the slower one, and what they would be now; 0 if they do not agree. */
+static double slower_span(const struct axis_wish *wish, double *now)
+{
+	const double before = (double)wish->past[SPAN] - wish->past[2 * SPAN];
+	const double after = (double)wish->past[0] - wish->past[SPAN];
+
+	if (wish->known < AXIS_PAST || before * after <= 0)
+		return 0;
+	if (fabs(before) >= fabs(after))
+		return *now = after;
+	*now = fabs(after) < 2 * fabs(before) ? after + (after - before) / 2 : 2 * before;
+	return before;
+}
+
+void axis_wish_follow(struct axis_wish *wish, const struct axis_images *images)
+{
+	const double said = fabs((double)wish->velocity);
+	double pulses, now = 0, per_second;
+
+	remember(wish, images->count);
+	pulses = slower_span(wish, &now);
+	wish->forward = 0;
+	if (pulses == 0 || !images->apart_ns) {
+		wish->steady = 0;
+		return;
+	}
+	if (wish->steady < STEADY) {
+		wish->steady++;
+		return;
+	}
+	per_second = 1e9 / ((double)SPAN * (double)images->apart_ns);
+	if (said > 0)
+		wish->forward = (float)copysign(fmin(said, fabs(now) * per_second), pulses);
+	else
+		wish->forward = (float)(pulses * per_second);
+}
+
+void axis_wish_rest(struct axis_wish *wish)
+{
+	wish->known = wish->steady = 0;
+	wish->forward = 0;
 }

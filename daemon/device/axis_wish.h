@@ -9,13 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Where the position was. */
-struct axis_mark {
-	int32_t position;
-	uint64_t ns;			/* 0 = never */
-};
-
-enum { AXIS_MARKS = 3 };
+enum { AXIS_PAST = 9 };			/* positions: two spans of four images each */
 
 struct axis_wish {
 	int32_t position;		/* pulses */
@@ -24,20 +18,29 @@ struct axis_wish {
 	bool enable;
 	bool good;			/* nothing was wrong with it in the newest image */
 	uint64_t moved_ns, moved_before_ns;	/* position changed, the last times; 0 = never */
-	struct axis_mark mark[AXIS_MARKS];	/* oldest first */
-	float forward;			/* pulses/s: how fast the position has changed of late */
+	int32_t past[AXIS_PAST];	/* the positions of the last images, newest first */
+	uint8_t known;			/* so many of them */
+	uint8_t steady;			/* for so many images it has moved on one way */
+	float forward;			/* it moves on so fast, pulses/s with a sign; 0 = unknown */
 };
 
-/* The position in an image, or of a path in a cycle, also if it is the same as before. */
-void axis_wish_move(struct axis_wish *wish, int32_t position, uint64_t now_ns);
-/* No further position will come: it goes to this one as fast as it can. */
-void axis_wish_rest(struct axis_wish *wish);
+/* New images of a commander: how many there were, and how far apart it writes them. */
+struct axis_images {
+	uint64_t count;			/* 1 or more */
+	uint64_t apart_ns;
+};
+
+/* The position in the newest image, or of a path in a cycle, also if it is the same as before. */
+void axis_wish_position(struct axis_wish *wish, int32_t position, uint64_t now_ns);
 /* A position that is commanded in a stream. */
 bool axis_wish_moves_on(const struct axis_wish *wish, uint64_t now_ns);
+
 /*
- * How fast the position moves on, pulses/s with a sign; 0 if it stands, jumps or turns. This is
- * the commanded velocity where that may be it. It may also be just a limit.
+ * After position and velocity of the newest image: how fast the position moves on. It is not known
+ * while the position stands, has jumped or turned, or has moved for a few images only.
  */
-float axis_wish_speed(const struct axis_wish *wish);
+void axis_wish_follow(struct axis_wish *wish, const struct axis_images *images);
+/* It is not known, and what was before does not count: the axis is not driven, or has stopped. */
+void axis_wish_rest(struct axis_wish *wish);
 
 #endif

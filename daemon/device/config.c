@@ -31,6 +31,8 @@ void device_config_defaults(struct device_config *config)
 	config->analog_hz = 50;
 	config->mailbox.window = 32;
 	config->resume_auto = true;
+	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+		config->axis[i].lead = true;
 }
 
 static uint64_t terminal_of(uint8_t pin)

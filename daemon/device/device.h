@@ -28,10 +28,11 @@ enum {
 	DEVICE_RESUME_PONET = 1u << 3,
 };
 
-/* An axis of the pulse engine, for paths. */
+/* An axis of the pulse engine, as the daemon drives it. */
 struct device_axis_config {
 	char name[POKEYS_AXIS_NAME];
 	double pulses_per_unit;		/* below 0: the count falls; 0: on no path */
+	bool lead;			/* references lead a position that moves on */
 };
 
 /* From pokeysd.conf (or a test); copied at init, never changed afterwards. */

@@ -125,8 +125,21 @@ static enum command_fault axis_fault(const struct device *device, unsigned int i
 	return setup_fault(device, i, axis);
 }
 
+/* Only while the device follows it, the way in which it moves on counts. */
+static void follow(struct device *device, unsigned int i, int32_t position,
+		   const struct axis_images *images)
+{
+	struct axis_wish *wish = &device->intake.axis[i];
+
+	axis_wish_position(wish, position, device->now_ns);
+	if (device->motion.driven >> i & 1)
+		axis_wish_follow(wish, images);
+	else
+		axis_wish_rest(wish);
+}
+
 static void take_axis(struct device *device, unsigned int i,
-		      const struct pokeys_axis_command *axis)
+		      const struct pokeys_axis_command *axis, const struct axis_images *images)
 {
 	const enum command_fault fault = axis_fault(device, i, axis);
 	struct axis_wish *wish = &device->intake.axis[i];
@@ -137,22 +150,24 @@ static void take_axis(struct device *device, unsigned int i,
 		wish->enable &= axis->enable != 0;
 		if (wish->mode == POKEYS_AXIS_VELOCITY)
 			wish->velocity = 0;
+		follow(device, i, wish->position, images);
 		return;
 	}
 	wish->enable = axis->enable && axis->mode != POKEYS_AXIS_OFF;
 	wish->mode = axis->mode;
-	axis_wish_move(wish, axis->position, device->now_ns);
 	wish->velocity = axis->mode == POKEYS_AXIS_VELOCITY ? axis->velocity :
 							      fabsf(axis->velocity);
+	follow(device, i, axis->position, images);
 }
 
-static void take_values(struct device *device, const struct pokeys_command *command)
+static void take_values(struct device *device, const struct pokeys_command *command,
+			const struct axis_images *images)
 {
 	device->intake.bad = false;
 	take_flags(device, command->flags);
 	take_outputs(device, command);
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		take_axis(device, i, &command->axis[i]);
+		take_axis(device, i, &command->axis[i], images);
 	intake_outputs(device, command);
 }
 
@@ -239,9 +254,30 @@ static void take_read(struct intake *intake, const struct pokeys_command *comman
 	intake->read_recently = intake->read_age_ns <= POKEYS_READ_OLD_NS + 4 * period;
 }
 
+/*
+ * Since the last image that was looked at. A period that the commander does not say, or that
+ * cannot be, is measured.
+ */
+static struct axis_images new_images(const struct device *device,
+				     const struct pokeys_command *command)
+{
+	const struct intake *intake = &device->intake;
+	const uint64_t count = command->heartbeat - intake->heartbeat;
+	const bool said = command->period_ns && command->period_ns < SECOND;
+
+	if (!intake->seen_ns || count > UINT32_MAX)	/* the first one, or it went back */
+		return (struct axis_images){ .count = 1 };
+	return (struct axis_images){
+		.count = count,
+		.apart_ns = said ? command->period_ns :
+				   (device->now_ns - intake->seen_ns) / count,
+	};
+}
+
 static void take(struct device *device, const struct pokeys_command *command)
 {
 	struct intake *intake = &device->intake;
+	struct axis_images images;
 
 	if (command->session != intake->session) {
 		begin_session(device, command);
@@ -249,11 +285,12 @@ static void take(struct device *device, const struct pokeys_command *command)
 	}
 	if (command->heartbeat != intake->heartbeat) {
 		take_ages(device, command);
+		images = new_images(device, command);
 		intake->heartbeat = command->heartbeat;
 		intake->t_ns = command->t_ns;
 		take_read(intake, command);
 		intake->seen_ns = device->now_ns;
-		take_values(device, command);
+		take_values(device, command, &images);
 	}
 	if (heartbeat_fresh(device))
 		one_shot_intake(device, command);

@@ -544,6 +544,12 @@ bool motion_drivable(const struct device *device, unsigned int axis);
 /* reference.c */
 /* References go out with a mask (0x25), so axes that are not told are not touched. */
 bool reference_by_mask(const struct device *device);
+/*
+ * Where a position that moves on is by the way that the axis needs to brake, within what is
+ * permitted; pulses.
+ */
+int32_t reference_ahead(const struct device *device, unsigned int axis,
+			const struct axis_wish *wish);
 /* Some axis takes references at all. */
 bool reference_any(const struct device *device);
 bool reference_due(const struct device *device);

@@ -106,26 +106,34 @@ static void release(struct device *device)
 	for (unsigned int i = 0; i < device->servoings.count; i++)
 		if (moving->path.axes >> i & 1)
 			handover_begin(&moving->handover[i]);
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
-		axis_wish_rest(&moving->wish[i]);	/* the rest of its way as fast as it can */
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		axis_wish_rest(&moving->wish[i]);
+		moving->wish[i].velocity = 0;	/* what is left of its way, as fast as it can */
+	}
 	moving->released_ns = device->now_ns;
 	path_leave(&moving->path, moving->path.axes);
 	if (moving->end == POKEYS_MOVES_NONE)
 		finish(device, POKEYS_MOVES_DONE, 0);
 }
 
-/* Where the path has its members now. */
-static void take_path(struct device *device)
+static void take_member(struct device *device, unsigned int i)
 {
 	struct moving *moving = &device->moving;
 
-	for (unsigned int i = 0; i < moving->path.config.axes; i++) {
-		if (!(moving->path.axes >> i & 1))
-			continue;
-		moving->place[i] = moving->path.position[i];
-		moving->velocity[i] = moving->path.velocity[i];
-		if (!is_motor(i))
-			moving_axis_follow(device, i - MOVING_AXIS);
+	moving->place[i] = moving->path.position[i];
+	moving->velocity[i] = moving->path.velocity[i];
+	if (!is_motor(i))
+		moving_axis_follow(device, i - MOVING_AXIS);
+}
+
+/* Where the path has its members now. */
+static void take_path(struct device *device)
+{
+	const struct path *path = &device->moving.path;
+
+	for (unsigned int i = 0; i < path->config.axes; i++) {
+		if (path->axes >> i & 1)
+			take_member(device, i);
 	}
 }
 
@@ -406,7 +414,14 @@ static void end_path(struct device *device, bool at_once)
 	if (!at_once || moving_axis_buffered(device))
 		return;
 	path_stop(path);
-	take_path(device);
+	for (unsigned int i = 0; i < path->config.axes; i++) {
+		if (!(path->axes >> i & 1))
+			continue;
+		if (is_motor(i))
+			take_member(device, i);
+		else
+			moving_axis_halt(device, i - MOVING_AXIS);
+	}
 	release(device);
 }
 

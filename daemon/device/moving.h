@@ -88,6 +88,8 @@ enum pokeys_moves_refusal moving_axis_judge(const struct device *device, unsigne
 /* It becomes a member; it follows the path for a cycle; its commander is where it is held. */
 void moving_axis_join(struct device *device, unsigned int axis);
 void moving_axis_follow(struct device *device, unsigned int axis);
+/* It stops at once: where it can. */
+void moving_axis_halt(struct device *device, unsigned int axis);
 bool moving_axis_met(const struct device *device, unsigned int axis);
 
 #endif

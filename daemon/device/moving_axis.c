@@ -141,6 +141,7 @@ void moving_axis_join(struct device *device, unsigned int axis)
 {
 	device->moving.wish[axis] = device->intake.axis[axis];
 	device->moving.wish[axis].velocity = 0;
+	axis_wish_rest(&device->moving.wish[axis]);
 }
 
 /*
@@ -162,9 +163,25 @@ void moving_axis_follow(struct device *device, unsigned int axis)
 	const int32_t position =
 		(int32_t)lround(device->moving.place[MOVING_AXIS + axis] * unit);
 
-	axis_wish_move(wish, position, device->now_ns);
-	wish->velocity = (float)speed_of(device, axis, fabs(
-				device->moving.velocity[MOVING_AXIS + axis] * unit));
+	const double speed = device->moving.velocity[MOVING_AXIS + axis] * unit;
+
+	axis_wish_position(wish, position, device->now_ns);
+	wish->velocity = (float)speed_of(device, axis, fabs(speed));
+	wish->forward = (float)speed;
+}
+
+void moving_axis_halt(struct device *device, unsigned int axis)
+{
+	struct axis_wish *wish = &device->moving.wish[axis];
+	struct moving *moving = &device->moving;
+
+	if (device->image.engine.axis[axis].mode == POKEYS_AXIS_POSITION &&
+	    moving_axis_is_on(device, axis)) {
+		wish->position = reference_ahead(device, axis, wish);
+		moving->place[MOVING_AXIS + axis] =
+			wish->position / config_of(device, axis)->pulses_per_unit;
+	}
+	moving->velocity[MOVING_AXIS + axis] = 0;
 }
 
 /* One from before the path is somewhere else, or it would move the axis by no more than that. */

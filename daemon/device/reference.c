@@ -21,10 +21,10 @@
  * The device brakes towards each position, so it would follow a moving one from
  * behind, by the way that it needs to brake. So while a position moves on, its
  * reference is ahead of it by this way. If no further command comes, the axis
- * brakes and stops there, no later than it could have stopped anyway. Were it
- * never faster than the position, it could not catch up with what it is behind
- * for other reasons, and would stand behind by all of it at the end. So
- * meanwhile it may go at twice the speed that was said with the position.
+ * brakes and stops there, where it could stop at all. Were it never faster than
+ * the position, it could not catch up with what it is behind for other reasons,
+ * and would stand behind by all of it at the end. So meanwhile it may go at
+ * twice the speed that was said with the position.
  *
  * A speed cannot be read back. An older packet that has overtaken would leave
  * the axis running, so speeds are told again all the time.
@@ -38,6 +38,8 @@
 #define SUB_MOVE_PV 0x25
 #define AFFIRM_NS (10 * MS)
 #define CATCH_UP 2.0f
+#define LEAD_MOST_S 0.1
+#define UNDER_WAY 2		/* cycles and round trips that a good axis is late by, at most */
 
 static bool any_by_speed(const struct device *device)
 {
@@ -93,16 +95,41 @@ static double braking_way(const struct device *device, unsigned int i, double sp
 	const double rate = (double)set->max_decel * 1e6;	/* pulses/s^2 */
 
 	speed = fmin(fabs(speed), highest);
-	return rate > 0 ? speed * speed / (2 * rate) : 0;
+	return rate > 0 ? fmin(speed * speed / (2 * rate), speed * LEAD_MOST_S) : 0;
 }
 
-/* The braking way ahead of a position that moves on, but not beyond what is permitted. */
-static int32_t leading_position(const struct device *device, unsigned int i,
-				const struct axis_wish *wish)
+/*
+ * How far the axis is behind now: since its position was read, it has gone on, and it is late by
+ * what is under way.
+ */
+static double behind(const struct device *device, unsigned int i, double position, double speed)
+{
+	const double known = (double)device->image.engine.axis[i].position;
+	const uint64_t late_ns = device->now_ns - device->image.t_motion_ns +
+				 plan_answers_ns(device, UNDER_WAY);
+
+	return (position - known) * copysign(1, speed) -
+	       fabs(speed) * (double)late_ns / (double)SECOND;
+}
+
+/*
+ * One that is not led is behind by this way. One that is behind by more has not the speed of the
+ * position, and could stop earlier.
+ */
+static double way_of(const struct device *device, unsigned int i, double position, double speed)
+{
+	const double way = braking_way(device, i, speed);
+	const double more = behind(device, i, position, speed) - way;
+
+	return copysign(fmax(way - fmax(more, 0), 0), speed);
+}
+
+int32_t reference_ahead(const struct device *device, unsigned int i,
+			const struct axis_wish *wish)
 {
 	const struct pokeys_axis *axis = &device->image.engine.axis[i];
-	const double position = wish->position, speed = (double)axis_wish_speed(wish);
-	const double way = copysign(braking_way(device, i, speed), speed);
+	const double position = wish->position, speed = (double)wish->forward;
+	const double way = device->config.axis[i].lead ? way_of(device, i, position, speed) : 0;
 	const double furthest = intake_furthest(axis->mode);
 	const double least = fmin(position, fmax(axis->soft_minimum, -furthest));
 	const double most = fmax(position, fmin(axis->soft_maximum, furthest));
@@ -118,7 +145,7 @@ static void wanted_position(const struct device *device, unsigned int i, bool by
 	const float room = axis_wish_moves_on(wish, device->now_ns) ? CATCH_UP : 1;
 	const bool driven = device->motion.driven >> i & 1;
 
-	out->position[i] = driven ? leading_position(device, i, wish) : device->motion.hold[i];
+	out->position[i] = driven ? reference_ahead(device, i, wish) : device->motion.hold[i];
 	out->velocity[i] = driven && by_mask ? ratio(room * wish->velocity, max_speed) : FULL_SPEED;
 }
 

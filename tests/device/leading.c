@@ -84,11 +84,11 @@ static void position_is_followed_at_its_own_speed(void **state)
 /* No velocity, and one that is just a limit: how fast it moves on is seen all the same. */
 static void velocity_beside_the_position_need_not_be_its_own(void **state)
 {
-	const double said[] = { 0, 5 };
+	const double said[] = { 0, 1.2, 1.45, 5 };
 	double behind, rest;
 
 	(void)state;
-	for (unsigned int i = 0; i < 2; i++) {
+	for (unsigned int i = 0; i < 4; i++) {
 		assert_true(follow(125000, said[i], &behind, &rest) < 8);
 		assert_true(behind >= 0 && behind < 45);
 		assert_true(fabs(rest) < 45);
@@ -113,6 +113,127 @@ static void position_that_jumps_is_not_led(void **state)
 		world_cycle(&world);
 		assert_true(world.state.engine.axis[0].reference <= 8020);
 	}
+}
+
+/* Two steps that follow each other closely are no speed either, nor is one each few images. */
+static void position_that_moves_by_steps_is_not_led(void **state)
+{
+	int32_t position = 0;
+
+	(void)state;
+	for (int32_t apart = 5; apart < 12; apart++) {
+		for (unsigned int i = 0; i < 100; i++) {
+			position += i % (unsigned int)apart ? 0 : 200;
+			world_go(&world, 0, position, 0);
+			world_cycle(&world);
+			assert_true(world.state.engine.axis[0].reference <= position);
+		}
+		world_run(&world, 500 * MS);
+	}
+}
+
+/* It goes at 15 pulses/ms, in images that come each 4 ms, or only now and then. */
+static void images_need_not_come_in_each_cycle(void **state)
+{
+	const struct pokeys_axis *axis = &world.state.engine.axis[0];
+
+	(void)state;
+	world.command.period_ns = 4 * MS;
+	for (int32_t i = 1; i <= 400; i++) {
+		world.commanding = i % 4 == 0;
+		if (world.commanding)
+			world_go(&world, 0, i * 15, 15000);
+		world_cycle(&world);
+		if (i > 100)
+			assert_in_range(axis->reference - i / 4 * 4 * 15, 223, 226);
+	}
+}
+
+/*
+ * Its commander is late by 60 ms, and goes on from where it was: the axis waits for it at the
+ * reference, and does not go back.
+ */
+static void axis_waits_for_a_late_commander(void **state)
+{
+	int64_t before = 0;
+
+	(void)state;
+	world.config.heartbeat_timeout_ns = 1 * SECOND;
+	world_all_moving(&world);
+	world.command.period_ns = MS;
+	for (int32_t i = 1; i <= 600; i++) {
+		world_go(&world, 0, i * 15, 15000);
+		if (i == 300) {
+			world.commanding = false;
+			world_run(&world, 60 * MS);
+			world.commanding = true;
+			assert_in_range(world_pulses(&world, 0), 4500 - 15, 4500 + 225);
+		}
+		world_cycle(&world);
+		assert_true(world_pulses(&world, 0) >= before);
+		before = world_pulses(&world, 0);
+	}
+	assert_in_range(before, 9000 - 45, 9000);
+}
+
+/* An axis that is far behind can stop at its position, so that is where it is sent. */
+static void axis_that_is_far_behind_is_not_led(void **state)
+{
+	const struct pokeys_axis *axis = &world.state.engine.axis[0];
+
+	(void)state;
+	for (int32_t i = 1; i <= 200; i++) {	/* three times as fast as it can go */
+		world_go(&world, 0, i * 60, 60000);
+		world_cycle(&world);
+		assert_true(axis->reference - i * 60 <= 400);
+		if (i > 60)
+			assert_int_equal(axis->reference, i * 60);
+	}
+}
+
+/* The last good position is where it stays. */
+static void axis_that_is_refused_goes_to_its_last_position(void **state)
+{
+	(void)state;
+	for (int32_t i = 1; i <= 100; i++) {
+		world_go(&world, 0, i * 15, 15000);
+		world_cycle(&world);
+	}
+	world_go(&world, 0, 1515, NAN);
+	world_run(&world, 200 * MS);
+	assert_int_equal(world_pulses(&world, 0), 1500);
+	assert_int_equal(world.state.engine.axis[0].reference, 1500);
+}
+
+/* While an axis is disabled, its commander follows it: that is no speed of a command. */
+static void what_was_before_it_was_enabled_does_not_count(void **state)
+{
+	const struct pokeys_axis *axis = &world.state.engine.axis[0];
+
+	(void)state;
+	for (int32_t i = 1; i <= 100; i++) {
+		world_go(&world, 0, 0, 0);
+		world.command.axis[0].enable = 0;
+		world.command.axis[0].position = i * 15 - 1500;
+		world_cycle(&world);
+	}
+	for (unsigned int i = 0; i < 20; i++) {
+		world_go(&world, 0, 0, 0);
+		world_cycle(&world);
+		assert_int_equal(axis->reference, 0);
+	}
+}
+
+static void lead_can_be_switched_off(void **state)
+{
+	double behind, rest;
+
+	(void)state;
+	world.config.axis[0].lead = false;
+	world_all_moving(&world);
+	assert_true(follow(125000, 1, &behind, &rest) < 8);
+	assert_in_range(behind, 150, 300);
+	assert_true(fabs(rest) < 30);
 }
 
 /* Wherever it jumps to, in each cycle: 20000^2 / 2 / 500000 is the way from the highest speed. */
@@ -175,6 +296,13 @@ int main(void)
 		cmocka_unit_test_setup(position_is_followed_at_its_own_speed, begin),
 		cmocka_unit_test_setup(velocity_beside_the_position_need_not_be_its_own, begin),
 		cmocka_unit_test_setup(position_that_jumps_is_not_led, begin),
+		cmocka_unit_test_setup(position_that_moves_by_steps_is_not_led, begin),
+		cmocka_unit_test_setup(images_need_not_come_in_each_cycle, begin),
+		cmocka_unit_test_setup(axis_waits_for_a_late_commander, begin),
+		cmocka_unit_test_setup(axis_that_is_far_behind_is_not_led, begin),
+		cmocka_unit_test_setup(axis_that_is_refused_goes_to_its_last_position, begin),
+		cmocka_unit_test_setup(what_was_before_it_was_enabled_does_not_count, begin),
+		cmocka_unit_test_setup(lead_can_be_switched_off, begin),
 		cmocka_unit_test_setup(the_way_is_that_of_the_highest_speed_at_most, begin),
 		cmocka_unit_test_setup(references_do_not_lead_beyond_a_soft_limit,
 				       begin_with_soft_limits),

@@ -71,6 +71,7 @@ static void cycle(void)
 	world.commanding = false;
 	while (read_ns + WRITE_NS <= world.tick) {
 		position += still ? 0 : STEPS;
+		world.command.period_ns = period_ns;
 		go(position, still ? 0 : STEPS * 1e9f / (float)period_ns);
 		stamp.read_ns = read_ns;
 		stamp.write_ns = read_ns + WRITE_NS;
