@@ -109,7 +109,7 @@ static void io_taken(struct device *device, const mailbox_entry_t *entry)
 	plan_heard(device);
 	device->plan.last_io_ns = entry->timestamp_received;
 	decode_io(device, entry);
-	pipeline_learn(device, entry);
+	pipeline_learn(device, entry, false);
 	meter_reply(device, entry, true);
 }
 
@@ -234,6 +234,7 @@ static void status_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 	if (believable(device, entry) && pipeline_take(device, entry, &fast->status_taken)) {
 		if (decode_status(device, entry))
 			motion_status(device, entry->timestamp_first_sent);
+		pipeline_learn(device, entry, true);
 		meter_reply(device, entry, true);
 	}
 	measured(device);

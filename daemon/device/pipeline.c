@@ -7,15 +7,16 @@
  * each other; one is taken if its request is newer than that of the one taken before.
  *
  * A device that needs longer for the requests of a cycle than a cycle lasts must not get
- * one more before it has replied: they would queue up in it, and all values would be older
- * by the length of the queue. Whether replies are slow because the device is or because the
- * way is long cannot be seen from one of them. But in a device that works them off one after
- * the other, a request waits for those before it, while on a long way it does not. So the
- * round trips of requests with others before them are compared with those of requests that
- * had none. This is tried with one of the kinds, and with one more at a time. If they take
- * longer by the better part of a cycle, there is one at a time again, for a while that grows
- * as long as this happens. Round trips come in waves, so what was found good is given up
- * only if two comparisons say so.
+ * one more before it has replied: they would queue up in it, and everything would reach it
+ * later by the length of the queue. Whether a long way or a slow device makes replies late
+ * cannot be seen from one of them, nor from how much later they are with others before them:
+ * a way on which packets do not overtake each other has its own queue. What counts is the
+ * delay: a round trip, and the time until the next reply. More requests at a time shorten
+ * the second part and, in a queue, lengthen the first part by more. So one 0xCC more is tried.
+ * If that makes the delay of the status no longer, which a queue in the device would, one more of
+ * all is, and so on. If the delay gets longer than it was with one at a time, there is one at a
+ * time again, for a while that grows as long as this happens. Round trips come in waves, so
+ * what was found good is given up only if two comparisons say so.
  *
  * When nothing is heard, one at a time is enough to find the device again.
  */
@@ -26,42 +27,69 @@
 #define HOLD_MAX_NS (10 * SECOND)
 
 enum {
-	SAMPLES = 32,
-	FEW = 16,		/* show a queue */
+	SPAN = 32,		/* replies that tell the delay with one at a time */
+	FEW = 16,		/* with others before them show a queue */
 	VERY_FEW = 3,		/* ... if it is long */
+	TOLERANCE = 8,		/* one part in so many */
 	FOUND_GOOD = 2,		/* a depth above this was tried before */
 	DEPTH_MAX = 16,
 	SILENT = 32,		/* so many replies missing in a row */
 	KEPT = 6,		/* places for everything else */
 };
 
-static uint64_t towards(uint64_t mean_ns, uint64_t ns, uint32_t samples)
+static void add(struct device *device, const mailbox_entry_t *entry)
 {
-	return ns > mean_ns ? mean_ns + (ns - mean_ns) / samples :
-			      mean_ns - (mean_ns - ns) / samples;
+	struct pipeline *pipeline = &device->pipeline;
+	struct pipeline_span *span = &pipeline->span;
+	const uint64_t before_ns = pipeline->reply_ns, now_ns = entry->timestamp_received;
+
+	pipeline->reply_ns = now_ns;
+	/* it was not asked for longer ones: the device was not heard, or threading has its place */
+	if (before_ns && now_ns >= before_ns &&
+	    now_ns - before_ns <= plan_answers_ns(device, SILENT)) {
+		span->intervals++;
+		span->interval_ns += now_ns - before_ns;
+	}
+	if (entry->tries == 1 && now_ns >= entry->timestamp_sent) {
+		span->round_trips++;
+		span->round_trip_ns += now_ns - entry->timestamp_sent;
+	}
 }
 
-static void add(struct pipeline_mean *mean, uint64_t ns)
+static uint64_t delay_ns(const struct pipeline_span *span)
 {
-	if (mean->samples < SAMPLES)
-		mean->samples++;
-	mean->ns = towards(mean->ns, ns, mean->samples);
-	mean->off_ns = towards(mean->off_ns, ns > mean->ns ? ns - mean->ns : mean->ns - ns,
-			       mean->samples);
+	return span->round_trips && span->intervals ?
+	       span->round_trip_ns / span->round_trips + span->interval_ns / span->intervals : 0;
 }
 
 static bool queues_up(struct device *device)
 {
 	struct pipeline *pipeline = &device->pipeline;
-	bool before = pipeline->doubted;
 	const uint64_t cycle_ns = device->config.period_ns * device->config.fast_divider;
-	const uint64_t alone_ns = pipeline->alone.ns, behind_ns = pipeline->behind.ns;
+	const uint64_t ns = delay_ns(&pipeline->span), one_ns = pipeline->one_by_one_ns;
+	const bool before = pipeline->doubted;
 
-	if (pipeline->behind.samples < FEW)
-		return pipeline->behind.samples >= VERY_FEW &&
-		       behind_ns > 2 * alone_ns + cycle_ns;
-	pipeline->doubted = behind_ns > alone_ns + (pipeline->alone.off_ns + cycle_ns) / 4 * 3;
+	if (pipeline->depth == 1 && !pipeline->trying)
+		return false;
+	if (pipeline->span.behind < FEW || pipeline->span.round_trips < FEW)
+		return pipeline->span.behind >= VERY_FEW && ns > 2 * one_ns + cycle_ns;
+	pipeline->doubted = ns > one_ns + one_ns / TOLERANCE;
 	return pipeline->doubted && (before || pipeline->depth <= FOUND_GOOD);
+}
+
+/* With one at a time: how long is the delay? */
+static void look(struct device *device)
+{
+	struct pipeline *pipeline = &device->pipeline;
+
+	if (pipeline->span.round_trips < SPAN)
+		return;
+	pipeline->one_by_one_ns = delay_ns(&pipeline->span);
+	pipeline->span = (struct pipeline_span){ 0 };
+	if (device->now_ns - pipeline->since_ns < pipeline->hold_ns)
+		return;
+	pipeline->trying = true;
+	pipeline->since_ns = device->now_ns;
 }
 
 static void go_on(struct device *device)
@@ -69,18 +97,14 @@ static void go_on(struct device *device)
 	struct pipeline *pipeline = &device->pipeline;
 
 	if (pipeline->depth == 1 && !pipeline->trying) {
-		if (pipeline->alone.samples < SAMPLES ||
-		    device->now_ns - pipeline->since_ns < pipeline->hold_ns)
-			return;
-		pipeline->trying = true;
-		pipeline->since_ns = device->now_ns;
-	} else {
-		if (pipeline->behind.samples < FEW)
-			return;
-		pipeline->trying = false;
-		pipeline->depth += pipeline->depth < DEPTH_MAX && !pipeline->doubted;
+		look(device);
+		return;
 	}
-	pipeline->behind = (struct pipeline_mean){ 0 };
+	if (pipeline->span.behind < FEW || pipeline->span.round_trips < FEW)
+		return;
+	pipeline->trying = false;
+	pipeline->depth += pipeline->depth < DEPTH_MAX && !pipeline->doubted;
+	pipeline->span = (struct pipeline_span){ 0 };
 }
 
 static void go_back(struct device *device)
@@ -96,14 +120,12 @@ static void go_back(struct device *device)
 	};
 }
 
-void pipeline_learn(struct device *device, const mailbox_entry_t *entry)
+void pipeline_learn(struct device *device, const mailbox_entry_t *entry, bool status)
 {
-	struct pipeline *pipeline = &device->pipeline;
-
-	if (entry->tries != 1 || entry->timestamp_received < entry->timestamp_sent)
-		return;
-	add(entry->context ? &pipeline->behind : &pipeline->alone,
-	    entry->timestamp_received - entry->timestamp_sent);
+	if (!status)
+		device->pipeline.span.behind += entry->context != NULL && entry->tries == 1;
+	if (status == (device->image.capability.pulse_engine >= 2))
+		add(device, entry);
 	if (queues_up(device))
 		go_back(device);
 	else

@@ -10,11 +10,11 @@
 #include <stdint.h>
 #include "daemon/engine/mailbox.h"
 
-/* Round trips, as a mean over the last ones. */
-struct pipeline_mean {
-	uint32_t samples;
-	uint64_t ns;
-	uint64_t off_ns;		/* how far samples are from it */
+/* Replies to the status, or to 0xCC if there is no pulse engine, one after the other. */
+struct pipeline_span {
+	uint32_t round_trips, intervals;	/* so many */
+	uint32_t behind;			/* 0xCC that had others before them */
+	uint64_t round_trip_ns, interval_ns;	/* sums: from the reply before */
 };
 
 struct pipeline {
@@ -23,8 +23,9 @@ struct pipeline {
 	bool doubted;			/* the last comparison showed a queue */
 	uint64_t since_ns;		/* since then it is 1, or more */
 	uint64_t hold_ns;		/* 1 for so long at least */
-	struct pipeline_mean alone;	/* of requests that had none of their kind before them */
-	struct pipeline_mean behind;	/* ... that had */
+	uint64_t reply_ns;		/* the last one came */
+	uint64_t one_by_one_ns;		/* the delay with depth 1; 0 = not known */
+	struct pipeline_span span;
 };
 
 struct device;
@@ -41,7 +42,7 @@ bool pipeline_send(struct device *device, enum wire_op op, const void *value,
 		   pokeys_parser_t parser, pokeys_refresh_t refresh);
 /* A request was answered: is it newer than that of *taken? Then it is *taken now. */
 bool pipeline_take(struct device *device, const mailbox_entry_t *entry, uint64_t *taken);
-/* How long it took: is the device fast enough? */
-void pipeline_learn(struct device *device, const mailbox_entry_t *entry);
+/* How long 0xCC or the status took: is the device fast enough? */
+void pipeline_learn(struct device *device, const mailbox_entry_t *entry, bool status);
 
 #endif

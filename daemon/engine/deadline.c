@@ -17,7 +17,9 @@
  *   (flash), some are never answered (reboot). As there is no second try to
  *   hurry for, they get the ceiling.
  * - Of what is asked in every cycle, a part is always lost on a bad link. It doubles the
- *   deadline only when several in a row are missed: then it is too short.
+ *   deadline only when several in a row are missed: then it is too short. For these requests it
+ *   is doubled only once, as long as it is no silence: the first one that is answered ends a
+ *   gap, and others find out how long answers take now.
  *
  * A request that was sent more than once teaches nothing, for it is unknown
  * which try was answered (Karn); the doubled deadline stays until a request
@@ -39,9 +41,11 @@ enum {
 	VARIATIONS = 4,
 	BACKOFF_MAX = 20,
 	IN_ROW = 4,
+	SILENT = 64,		/* in a row */
+	ONCE_MAX = 1,
 };
 
-static uint64_t adaptive(const pokeys_device_t *dev)
+static uint64_t adaptive(const pokeys_device_t *dev, unsigned int doublings)
 {
 	const struct pokeys_statistics *s = &dev->statistics;
 	const uint64_t ceiling = dev->options.deadline_ceiling_ns;
@@ -55,7 +59,7 @@ static uint64_t adaptive(const pokeys_device_t *dev)
 	}
 	if (deadline < dev->options.deadline_floor_ns)
 		deadline = dev->options.deadline_floor_ns;
-	deadline = deadline < ceiling ? deadline << dev->backoff : ceiling;
+	deadline = deadline < ceiling ? deadline << doublings : ceiling;
 	return deadline < ceiling ? deadline : ceiling;
 }
 
@@ -72,7 +76,11 @@ uint64_t mailbox_deadline(const pokeys_device_t *dev, const mailbox_entry_t *ent
 		return entry->fixed_deadline_ns;
 	if (entry && entry->request_class == POKEYS_CLASS_ONESHOT)
 		return of_oneshot(dev);
-	return dev->timeout_ns ? dev->timeout_ns : adaptive(dev);
+	if (dev->timeout_ns)
+		return dev->timeout_ns;
+	if (entry && entry->once && dev->missed_in_row < SILENT && dev->backoff > ONCE_MAX)
+		return adaptive(dev, ONCE_MAX);
+	return adaptive(dev, dev->backoff);
 }
 
 void mailbox_wait(const pokeys_device_t *dev, mailbox_entry_t *entry, uint64_t since_ns)
@@ -143,10 +151,10 @@ void mailbox_deadline_missed(pokeys_device_t *dev, const mailbox_entry_t *entry,
 	if (!entry->tries || entry->request_class == POKEYS_CLASS_ONESHOT ||
 	    entry->fixed_deadline_ns || dev->timeout_ns)
 		return;
+	if (dev->missed_in_row < SILENT)
+		dev->missed_in_row++;
 	if (entry->timestamp_sent < dev->backoff_time || dev->backoff >= BACKOFF_MAX)
 		return;
-	if (dev->missed_in_row < IN_ROW)
-		dev->missed_in_row++;
 	if (entry->once && dev->missed_in_row < IN_ROW)
 		return;
 	dev->backoff++;

@@ -115,6 +115,26 @@ static void a_long_way_makes_nothing_rarer(void **state)
 	assert_int_equal(world.state.statistics.resent, 0);
 }
 
+/*
+ * Packets take up to 5 ms each way and do not overtake each other: those behind a late one are
+ * late as well, though the device has no queue. One at a time would make values 11 ms old.
+ */
+static void a_way_with_a_queue_of_its_own_is_no_slow_device(void **state)
+{
+	static const double loss[] = { 0, 0.01, 0.05 };
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(loss) / sizeof(loss[0]); i++) {
+		const struct sim_rig_options options = way(loss[i], 5 * MS, 100 * US);
+
+		measure(&options, 0);
+		assert_in_range(quantile(digital, 0.5), 0, 1500 * US);
+		assert_in_range(quantile(digital, 0.99), 0, 6 * MS);
+		assert_in_range(quantile(motion, 0.99), 0, 6 * MS);
+		assert_in_range(world.sent.pulse[0x25], CYCLES * 2 / 3, CYCLES * 5 / 4);
+	}
+}
+
 /* It works off a cycle's requests in more than a cycle: as one at a time, not older by a queue. */
 static void a_slow_device_gets_no_queue(void **state)
 {
@@ -243,6 +263,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_lost_packet_costs_only_itself),
 		cmocka_unit_test(a_long_way_makes_nothing_rarer),
+		cmocka_unit_test(a_way_with_a_queue_of_its_own_is_no_slow_device),
 		cmocka_unit_test(a_slow_device_gets_no_queue),
 		cmocka_unit_test(silence_is_not_talked_into),
 		cmocka_unit_test(an_output_ends_as_it_was_commanded_last),
