@@ -13,12 +13,17 @@
 #include "tests/device/thread_rig.h"
 #include "wire/pulse.h"
 
-static void ends_exactly(int32_t ms)
+static void ends_there(int32_t ms)
 {
 	world_run(&world, 500 * MS);
 	assert_int_equal(pulses(Z), -ms * FEED);
 	assert_int_equal(pulses(X), ms * FEED / 2);
 	assert_int_equal(engine()->axis[Z].following_error, 0);
+}
+
+static void ends_exactly(int32_t ms)
+{
+	ends_there(ms);
 	assert_int_equal(engine()->buffer_underruns, 0);
 }
 
@@ -295,8 +300,9 @@ static unsigned int whole_threads(bool count_free, double loss, double copies, u
 		}
 		whole += engine()->task_result == POKEYS_TASK_DONE;
 		world_loss(&world, 0);
+		/* a lost packet may make it late when it is released */
 		if (engine()->task_result == POKEYS_TASK_DONE)
-			ends_exactly(1500);
+			ends_there(1500);
 		else
 			stopped(engine()->task_result);
 	}
@@ -316,7 +322,7 @@ static void exact_or_stopped_whatever_the_network_does(void **state)
 	(void)state;
 	whole_threads(true, 0.01, 0.01, 10);
 	whole_threads(false, 0.001, 0, 10);
-	whole_threads(false, 0.01, 0.01, 10);
+	whole_threads(false, 0.01, 0.01, 40);
 }
 
 int main(void)
