@@ -166,6 +166,11 @@ ERROR = "net z-apart pokeys.0.joint.01.following-error => sampler.0.pin.6\n"
 WORKS = {
     "first_cut": ("mill", {}, (), "first_cut"),
     "buffered": ("mill", BUFFERED, ("--count-free",), "first_cut"),
+    # the programme alone: short enough to be run for each change
+    "buffered_lossy": ("mill", BUFFERED, ("--count-free",), "lossy_cut"),
+    # what each wire does to the path, in each mode
+    "wires": ("mill", {}, (), "wires"),
+    "wires_buffered": ("mill", BUFFERED, ("--count-free",), "wires"),
     # its status does not tell how full the buffer is: positions have to
     "buffered_untold": ("mill", BUFFERED, (), "first_cut"),
     "device_homing": ("mill", DEVICE_HOMING, (), "device_homing"),

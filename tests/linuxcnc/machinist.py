@@ -28,6 +28,7 @@ import printer_bed  # noqa: E402
 import restarts  # noqa: E402
 import servo_mill  # noqa: E402
 import track  # noqa: E402
+import wires  # noqa: E402
 from safety import safety, status  # noqa: E402
 
 FOLDER = pathlib.Path(os.environ["MACHINIST_FOLDER"])
@@ -384,6 +385,16 @@ def first_cut(m):
     a_driver_error_unhomes(m)
 
 
+def lossy_cut(m):
+    """The programme alone, over a bad wire."""
+    m.switch_on()
+    m.home()
+    before = [p - k for p, k in zip(*m.pulses())]
+    m.lossy()
+    the_programme_runs(m, "lossy")
+    assert [p - k for p, k in zip(*m.pulses())] == before, f"counts and machine have parted, {m.lost()}"
+
+
 def one_switch_is_home_and_limit(m):
     homing_finds_the_switches(m)
     one_switch.jogs_onto_the_switch(m, HOME[0][0])
@@ -442,7 +453,8 @@ def one_switch_for_the_device(m):
     the_device_homes(m, SHARED_HOME)
 
 
-WORK = {"first_cut": first_cut, "device_homing": device_homing,
+WORK = {"first_cut": first_cut, "lossy_cut": lossy_cut, "wires": lambda m: wires.all_wires(m, FOLDER),
+        "device_homing": device_homing,
         "one_switch": one_switch_is_home_and_limit, "one_switch_device_homing": one_switch_for_the_device,
         "jogging": jogging.jogging,
         "gantry": gantry.gantry, "lathe": lathe.lathe,

@@ -10,6 +10,7 @@ import math
 
 WINDOW = 400  # periods back in which the nearest piece of path is looked for
 EVERY = 5  # feedback points judged: one in so many
+MOST_DELAY = 60  # periods
 
 
 def read(path):
@@ -65,12 +66,24 @@ def spread(values):
             f" most {ordered[-1]:.4f}")
 
 
-def describe(samples):
+def behind(commands, feedback, periods):
+    """Distances in X Y Z of the feedback from the command of so many periods before."""
+    return [math.dist(f[:3], c[:3]) for c, f in zip(commands[:len(commands) - periods], feedback[periods:])]
+
+
+def delay(commands, feedback):
+    """The delay in periods that leaves the least between command and feedback."""
+    return min(range(MOST_DELAY), key=lambda periods: sum(behind(commands, feedback, periods)[::EVERY]))
+
+
+def describe(samples, joints="XYZA"):
     """Lines for a report."""
     commands, feedback, gaps = samples
     assert len(commands) > 1000, f"only {len(commands)} periods recorded"
     yield f"{len(commands)} servo periods recorded, {gaps} gaps"
-    for joint, name in enumerate("XYZA"):
+    late = delay(commands, feedback)
+    yield f"delay: {late} periods; apart from that: {spread(behind(commands, feedback, late))} mm"
+    for joint, name in enumerate(joints):
         moving = [abs(c[joint] - f[joint]) for c, f in zip(commands, feedback)]
         yield f"following error {name}: {spread(moving)} {'degrees' if name == 'A' else 'mm'}"
     yield f"path error X Y Z: {spread(path_errors(commands, feedback))} mm"
