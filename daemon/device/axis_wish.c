@@ -3,7 +3,7 @@
  * How fast a commanded position moves on, by its own changes: the velocity beside it may be just
  * a limit. Time is counted in images, which their commander writes at regular times, and not by
  * when they are seen: cycles are not in step with images, and a commander that was late goes on
- * from where it was.
+ * from where it was. How far they are apart is what it says, unless it is seen to be more.
  *
  * Two spans of some images each have to agree on the direction, and the slower one counts. So a
  * jump, which is in one of them, is not taken for a speed. As this has to be so for a few images,
@@ -21,6 +21,7 @@
 
 enum {
 	SPAN = AXIS_PAST / 2,		/* images */
+	MANY = 100,
 	STEADY = 8,
 };
 
@@ -39,22 +40,51 @@ bool axis_wish_moves_on(const struct axis_wish *wish, uint64_t now_ns)
 	       now_ns - wish->moved_ns < FOLLOW_NS;
 }
 
-/* Images that were not seen had positions in between. */
-static void remember(struct axis_wish *wish, uint64_t count)
+static void push(struct axis_wish *wish, double position, uint64_t seen_ns)
+{
+	memmove(wish->past + 1, wish->past, sizeof(wish->past) - sizeof(wish->past[0]));
+	memmove(wish->past_ns + 1, wish->past_ns, sizeof(wish->past_ns) - sizeof(wish->past_ns[0]));
+	wish->past[0] = (int32_t)lrint(position);
+	wish->past_ns[0] = seen_ns;
+	if (wish->known < AXIS_PAST)
+		wish->known++;
+}
+
+/* Images that were not seen had positions in between. Of many, only a steady motion is likely. */
+static void remember(struct axis_wish *wish, const struct axis_images *images)
 {
 	const double from = wish->past[0], change = wish->position - from;
+	const double since_ns = (double)(images->seen_ns - wish->past_ns[0]);
+	const double each = change / (double)images->count;
+	const double before = ((double)from - wish->past[SPAN]) / SPAN;
+	const uint64_t from_ns = wish->past_ns[0];
+	uint64_t i = 1;
 
-	if (count >= AXIS_PAST || !wish->known) {
+	if (!wish->known || (images->count >= AXIS_PAST &&
+			     (!wish->forward || images->count > MANY || each * before <= 0 ||
+			      fabs(each) > 2 * fabs(before)))) {
 		wish->known = 0;
-		count = 1;
+		i = images->count;
+	} else if (images->count > AXIS_PAST) {
+		i = images->count - AXIS_PAST;
 	}
-	for (uint64_t i = 1; i <= count; i++) {
-		memmove(wish->past + 1, wish->past, sizeof(wish->past) - sizeof(wish->past[0]));
-		wish->past[0] = (int32_t)lrint(from + change * (double)i / (double)count);
-		if (wish->known < AXIS_PAST)
-			wish->known++;
-	}
+	for (; i <= images->count; i++)
+		push(wish, from + each * (double)i,
+		     from_ns + (uint64_t)(since_ns * (double)i / (double)images->count));
 	wish->past[0] = wish->position;
+}
+
+/* A commander that was late once is late in one of the spans. */
+static double apart_ns(const struct axis_wish *wish, const struct axis_images *images)
+{
+	const double after = (double)(wish->past_ns[0] - wish->past_ns[SPAN]) / SPAN;
+	const double before = (double)(wish->past_ns[SPAN] - wish->past_ns[2 * SPAN]) / SPAN;
+
+	if (!images->apart_ns)
+		return (after + before) / 2;
+	/* it may be seen earlier or later by a cycle, which is no reason to doubt what it says */
+	return fmin(after, before) > 2 * (double)images->apart_ns ? fmin(after, before) :
+								     (double)images->apart_ns;
 }
 
 /* Pulses in a span, of the slower one, and what they would be now; 0 if they do not agree. */
@@ -74,12 +104,13 @@ static double slower_span(const struct axis_wish *wish, double *now)
 void axis_wish_follow(struct axis_wish *wish, const struct axis_images *images)
 {
 	const double said = fabs((double)wish->velocity);
-	double pulses, now = 0, per_second;
+	double pulses, now = 0, apart, per_second;
 
-	remember(wish, images->count);
+	remember(wish, images);
 	pulses = slower_span(wish, &now);
 	wish->forward = 0;
-	if (pulses == 0 || !images->apart_ns) {
+	apart = pulses == 0 ? 0 : apart_ns(wish, images);
+	if (!(apart > 0)) {
 		wish->steady = 0;
 		return;
 	}
@@ -87,7 +118,7 @@ void axis_wish_follow(struct axis_wish *wish, const struct axis_images *images)
 		wish->steady++;
 		return;
 	}
-	per_second = 1e9 / ((double)SPAN * (double)images->apart_ns);
+	per_second = 1e9 / (SPAN * apart);
 	if (said > 0)
 		wish->forward = (float)copysign(fmin(said, fabs(now) * per_second), pulses);
 	else
@@ -97,5 +128,5 @@ void axis_wish_follow(struct axis_wish *wish, const struct axis_images *images)
 void axis_wish_rest(struct axis_wish *wish)
 {
 	wish->known = wish->steady = 0;
-	wish->forward = 0;
+	wish->forward = wish->way = 0;
 }

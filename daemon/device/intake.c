@@ -132,10 +132,12 @@ static void follow(struct device *device, unsigned int i, int32_t position,
 	struct axis_wish *wish = &device->intake.axis[i];
 
 	axis_wish_position(wish, position, device->now_ns);
-	if (device->motion.driven >> i & 1)
-		axis_wish_follow(wish, images);
-	else
+	if (!(device->motion.driven >> i & 1) || moving_has(device, MOVING_AXIS + i)) {
 		axis_wish_rest(wish);
+		return;
+	}
+	axis_wish_follow(wish, images);
+	reference_lead(device, i, wish);
 }
 
 static void take_axis(struct device *device, unsigned int i,
@@ -254,23 +256,18 @@ static void take_read(struct intake *intake, const struct pokeys_command *comman
 	intake->read_recently = intake->read_age_ns <= POKEYS_READ_OLD_NS + 4 * period;
 }
 
-/*
- * Since the last image that was looked at. A period that the commander does not say, or that
- * cannot be, is measured.
- */
+/* Since the last image that was looked at. */
 static struct axis_images new_images(const struct device *device,
 				     const struct pokeys_command *command)
 {
 	const struct intake *intake = &device->intake;
 	const uint64_t count = command->heartbeat - intake->heartbeat;
-	const bool said = command->period_ns && command->period_ns < SECOND;
 
-	if (!intake->seen_ns || count > UINT32_MAX)	/* the first one, or it went back */
-		return (struct axis_images){ .count = 1 };
 	return (struct axis_images){
-		.count = count,
-		.apart_ns = said ? command->period_ns :
-				   (device->now_ns - intake->seen_ns) / count,
+		/* it is 1, too, if this is the first one, or the heartbeat went back */
+		.count = intake->seen_ns && count < UINT32_MAX ? count : 1,
+		.apart_ns = command->period_ns < SECOND ? command->period_ns : 0,
+		.seen_ns = device->now_ns,
 	};
 }
 

@@ -544,10 +544,9 @@ bool motion_drivable(const struct device *device, unsigned int axis);
 /* reference.c */
 /* References go out with a mask (0x25), so axes that are not told are not touched. */
 bool reference_by_mask(const struct device *device);
-/*
- * Where a position that moves on is by the way that the axis needs to brake, within what is
- * permitted; pulses.
- */
+/* After a new position: by how much its reference is to lead it. */
+void reference_lead(const struct device *device, unsigned int axis, struct axis_wish *wish);
+/* The reference: the position, and what it leads by, within what is permitted; pulses. */
 int32_t reference_ahead(const struct device *device, unsigned int axis,
 			const struct axis_wish *wish);
 /* Some axis takes references at all. */

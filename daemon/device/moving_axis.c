@@ -168,6 +168,7 @@ void moving_axis_follow(struct device *device, unsigned int axis)
 	axis_wish_position(wish, position, device->now_ns);
 	wish->velocity = (float)speed_of(device, axis, fabs(speed));
 	wish->forward = (float)speed;
+	reference_lead(device, axis, wish);
 }
 
 void moving_axis_halt(struct device *device, unsigned int axis)

@@ -39,6 +39,7 @@
 #define AFFIRM_NS (10 * MS)
 #define CATCH_UP 2.0f
 #define LEAD_MOST_S 0.1
+#define AGE_MOST_NS (50 * MS)	/* of positions: it may stand since then */
 #define UNDER_WAY 2		/* cycles and round trips that a good axis is late by, at most */
 
 static bool any_by_speed(const struct device *device)
@@ -86,15 +87,14 @@ bool reference_any(const struct device *device)
 	return axes_told(device) != 0;
 }
 
-/* How far before its reference the axis begins to brake, at this speed or its highest. */
+/* How far before its reference the axis begins to brake. */
 static double braking_way(const struct device *device, unsigned int i, double speed)
 {
-	const double highest = (double)device->image.engine.axis[i].max_speed;
 	const struct wire_axis_config *set =
 		&device->configure.setting[SETTING_AXIS + i].value.axis.config;
 	const double rate = (double)set->max_decel * 1e6;	/* pulses/s^2 */
 
-	speed = fmin(fabs(speed), highest);
+	speed = fabs(speed);
 	return rate > 0 ? fmin(speed * speed / (2 * rate), speed * LEAD_MOST_S) : 0;
 }
 
@@ -105,7 +105,8 @@ static double braking_way(const struct device *device, unsigned int i, double sp
 static double behind(const struct device *device, unsigned int i, double position, double speed)
 {
 	const double known = (double)device->image.engine.axis[i].position;
-	const uint64_t late_ns = device->now_ns - device->image.t_motion_ns +
+	const uint64_t age_ns = device->now_ns - device->image.t_motion_ns;
+	const uint64_t late_ns = (age_ns < AGE_MOST_NS ? age_ns : AGE_MOST_NS) +
 				 plan_answers_ns(device, UNDER_WAY);
 
 	return (position - known) * copysign(1, speed) -
@@ -124,12 +125,21 @@ static double way_of(const struct device *device, unsigned int i, double positio
 	return copysign(fmax(way - fmax(more, 0), 0), speed);
 }
 
+void reference_lead(const struct device *device, unsigned int i, struct axis_wish *wish)
+{
+	const double highest = (double)device->image.engine.axis[i].max_speed;
+	const double speed = fmin(fmax((double)wish->forward, -highest), highest);
+
+	wish->way = 0;
+	if (device->config.axis[i].lead && speed != 0)
+		wish->way = (float)way_of(device, i, wish->position, speed);
+}
+
 int32_t reference_ahead(const struct device *device, unsigned int i,
 			const struct axis_wish *wish)
 {
 	const struct pokeys_axis *axis = &device->image.engine.axis[i];
-	const double position = wish->position, speed = (double)wish->forward;
-	const double way = device->config.axis[i].lead ? way_of(device, i, position, speed) : 0;
+	const double position = wish->position, way = (double)wish->way;
 	const double furthest = intake_furthest(axis->mode);
 	const double least = fmin(position, fmax(axis->soft_minimum, -furthest));
 	const double most = fmax(position, fmin(axis->soft_maximum, furthest));

@@ -191,6 +191,60 @@ static void axis_that_is_far_behind_is_not_led(void **state)
 	}
 }
 
+/* It catches up after its commander has gone, and goes no further than it was commanded. */
+static void axis_that_catches_up_ends_at_the_position(void **state)
+{
+	(void)state;
+	for (int32_t i = 1; i <= 200; i++) {
+		world_go(&world, 0, i * 30, 30000);
+		world_cycle(&world);
+	}
+	world.commanding = false;
+	world_run(&world, 90 * MS);
+	assert_true(world.state.flags & POKEYS_STATE_MACHINE_ON);
+	assert_int_equal(world.state.engine.axis[0].reference, 6000);
+	world_run(&world, 500 * MS);
+	assert_true(world_pulses(&world, 0) <= 6000);
+}
+
+/* It says that it writes each millisecond, and does so each four. */
+static void what_a_commander_says_of_its_period_is_looked_at(void **state)
+{
+	const struct pokeys_axis *axis = &world.state.engine.axis[0];
+
+	(void)state;
+	world.command.period_ns = MS;
+	for (int32_t i = 1; i <= 400; i++) {
+		world.commanding = i % 4 == 0;
+		if (world.commanding)
+			world_go(&world, 0, i * 15, 0);
+		world_cycle(&world);
+		assert_true(axis->reference - i / 4 * 4 * 15 <= 226);
+	}
+}
+
+/* This computer stands still for some images: the reference goes on from where it was. */
+static void a_pause_of_the_daemon_ends_no_lead(void **state)
+{
+	const struct pokeys_axis *axis = &world.state.engine.axis[0];
+	int32_t before = 0;
+
+	(void)state;
+	world.command.period_ns = MS;
+	for (int32_t i = 1; i <= 460; i++) {
+		if (i % 100 == 0) {
+			world_stall(&world, (uint64_t)(i / 50) * MS);
+			i += i / 50;
+		}
+		world_go(&world, 0, i * 15, 15000);
+		world_cycle(&world);
+		assert_true(axis->reference >= before);
+		before = axis->reference;
+		if (i > 99)
+			assert_in_range(before - i * 15, 200, 226);
+	}
+}
+
 /* The last good position is where it stays. */
 static void axis_that_is_refused_goes_to_its_last_position(void **state)
 {
@@ -300,6 +354,9 @@ int main(void)
 		cmocka_unit_test_setup(images_need_not_come_in_each_cycle, begin),
 		cmocka_unit_test_setup(axis_waits_for_a_late_commander, begin),
 		cmocka_unit_test_setup(axis_that_is_far_behind_is_not_led, begin),
+		cmocka_unit_test_setup(axis_that_catches_up_ends_at_the_position, begin),
+		cmocka_unit_test_setup(what_a_commander_says_of_its_period_is_looked_at, begin),
+		cmocka_unit_test_setup(a_pause_of_the_daemon_ends_no_lead, begin),
 		cmocka_unit_test_setup(axis_that_is_refused_goes_to_its_last_position, begin),
 		cmocka_unit_test_setup(what_was_before_it_was_enabled_does_not_count, begin),
 		cmocka_unit_test_setup(lead_can_be_switched_off, begin),
