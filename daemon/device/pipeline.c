@@ -14,9 +14,10 @@
  * delay: a round trip, and the time until the next reply. More requests at a time shorten
  * the second part and, in a queue, lengthen the first part by more. So one 0xCC more is tried.
  * If that makes the delay of the status no longer, which a queue in the device would, one more of
- * all is, and so on. If the delay gets longer than it was with one at a time, there is one at a
- * time again, for a while that grows as long as this happens. Round trips come in waves, so
- * what was found good is given up only if two comparisons say so.
+ * all is, and so on. If the delay gets longer than it was with one at a time, or twice as long
+ * as it was with fewer, there is one at a time again, for a while that grows as long as this
+ * happens. Round trips come in waves, so what was found good is given up only if two comparisons
+ * say so.
  *
  * When nothing is heard, one at a time is enough to find the device again.
  */
@@ -30,7 +31,7 @@ enum {
 	SPAN = 32,		/* replies that tell the delay with one at a time */
 	FEW = 16,		/* with others before them show a queue */
 	VERY_FEW = 3,		/* ... if it is long */
-	TOLERANCE = 8,		/* one part in so many */
+	LONG = 1024,
 	FOUND_GOOD = 2,		/* a depth above this was tried before */
 	DEPTH_MAX = 16,
 	SILENT = 32,		/* so many replies missing in a row */
@@ -44,12 +45,14 @@ static void add(struct device *device, const mailbox_entry_t *entry)
 	const uint64_t before_ns = pipeline->reply_ns, now_ns = entry->timestamp_received;
 
 	pipeline->reply_ns = now_ns;
-	/* it was not asked for longer ones: the device was not heard, or threading has its place */
-	if (before_ns && now_ns >= before_ns &&
+	if (span->round_trips >= LONG)		/* nothing is behind others: this is the past */
+		*span = (struct pipeline_span){ .behind = span->behind };
+	if (before_ns && now_ns >= before_ns && !pipeline->skipped &&
 	    now_ns - before_ns <= plan_answers_ns(device, SILENT)) {
 		span->intervals++;
 		span->interval_ns += now_ns - before_ns;
 	}
+	pipeline->skipped = false;
 	if (entry->tries == 1 && now_ns >= entry->timestamp_sent) {
 		span->round_trips++;
 		span->round_trip_ns += now_ns - entry->timestamp_sent;
@@ -73,7 +76,7 @@ static bool queues_up(struct device *device)
 		return false;
 	if (pipeline->span.behind < FEW || pipeline->span.round_trips < FEW)
 		return pipeline->span.behind >= VERY_FEW && ns > 2 * one_ns + cycle_ns;
-	pipeline->doubted = ns > one_ns + one_ns / TOLERANCE;
+	pipeline->doubted = ns > one_ns + one_ns / 8 || ns > 2 * pipeline->least_ns;
 	return pipeline->doubted && (before || pipeline->depth <= FOUND_GOOD);
 }
 
@@ -84,7 +87,7 @@ static void look(struct device *device)
 
 	if (pipeline->span.round_trips < SPAN)
 		return;
-	pipeline->one_by_one_ns = delay_ns(&pipeline->span);
+	pipeline->one_by_one_ns = pipeline->least_ns = delay_ns(&pipeline->span);
 	pipeline->span = (struct pipeline_span){ 0 };
 	if (device->now_ns - pipeline->since_ns < pipeline->hold_ns)
 		return;
@@ -102,6 +105,8 @@ static void go_on(struct device *device)
 	}
 	if (pipeline->span.behind < FEW || pipeline->span.round_trips < FEW)
 		return;
+	if (delay_ns(&pipeline->span) < pipeline->least_ns)
+		pipeline->least_ns = delay_ns(&pipeline->span);
 	pipeline->trying = false;
 	pipeline->depth += pipeline->depth < DEPTH_MAX && !pipeline->doubted;
 	pipeline->span = (struct pipeline_span){ 0 };
@@ -118,6 +123,11 @@ static void go_back(struct device *device)
 		.hold_ns = !soon ? 0 : longer_ns < HOLD_NS ? HOLD_NS :
 			   longer_ns < HOLD_MAX_NS ? longer_ns : HOLD_MAX_NS,
 	};
+}
+
+void pipeline_skip(struct device *device)
+{
+	device->pipeline.skipped = true;
 }
 
 void pipeline_learn(struct device *device, const mailbox_entry_t *entry, bool status)

@@ -25,6 +25,8 @@ struct pipeline {
 	uint64_t hold_ns;		/* 1 for so long at least */
 	uint64_t reply_ns;		/* the last one came */
 	uint64_t one_by_one_ns;		/* the delay with depth 1; 0 = not known */
+	uint64_t least_ns;		/* ... of all depths since then */
+	bool skipped;			/* a cycle did without the status */
 	struct pipeline_span span;
 };
 
@@ -42,6 +44,8 @@ bool pipeline_send(struct device *device, enum wire_op op, const void *value,
 		   pokeys_parser_t parser, pokeys_refresh_t refresh);
 /* A request was answered: is it newer than that of *taken? Then it is *taken now. */
 bool pipeline_take(struct device *device, const mailbox_entry_t *entry, uint64_t *taken);
+/* In this cycle another request takes the place of the status. */
+void pipeline_skip(struct device *device);
 /* How long 0xCC or the status took: is the device fast enough? */
 void pipeline_learn(struct device *device, const mailbox_entry_t *entry, bool status);
 

@@ -96,10 +96,12 @@ static void send_fast(struct device *device)
 	plan->next_cycle = device->cycle + device->config.fast_divider;
 	device->meter.cycles_late += device->fast.io_open;
 	fast_send_io(device);
-	if (threading_asks(device))
+	if (threading_asks(device)) {
 		threading_ask(device);
-	else if (device->image.capability.pulse_engine >= 2)
+		pipeline_skip(device);
+	} else if (device->image.capability.pulse_engine >= 2) {
 		fast_send_status(device);
+	}
 	fast_measure(device);
 }
 

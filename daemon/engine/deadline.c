@@ -17,9 +17,9 @@
  *   (flash), some are never answered (reboot). As there is no second try to
  *   hurry for, they get the ceiling.
  * - Of what is asked in every cycle, a part is always lost on a bad link. It doubles the
- *   deadline only when several in a row are missed: then it is too short. For these requests it
- *   is doubled only once, as long as it is no silence: the first one that is answered ends a
- *   gap, and others find out how long answers take now.
+ *   deadline only when several in a row are missed: then it is too short. They double it
+ *   once, and for them it is not longer, as long as it is no silence: the first one that is
+ *   answered ends a gap, and others find out how long answers take now.
  *
  * A request that was sent more than once teaches nothing, for it is unknown
  * which try was answered (Karn); the doubled deadline stays until a request
@@ -41,7 +41,7 @@ enum {
 	VARIATIONS = 4,
 	BACKOFF_MAX = 20,
 	IN_ROW = 4,
-	SILENT = 64,		/* in a row */
+	SILENT = 24,		/* in a row */
 	ONCE_MAX = 1,
 };
 
@@ -155,7 +155,8 @@ void mailbox_deadline_missed(pokeys_device_t *dev, const mailbox_entry_t *entry,
 		dev->missed_in_row++;
 	if (entry->timestamp_sent < dev->backoff_time || dev->backoff >= BACKOFF_MAX)
 		return;
-	if (entry->once && dev->missed_in_row < IN_ROW)
+	if (entry->once && (dev->missed_in_row < IN_ROW ||
+			    (dev->missed_in_row < SILENT && dev->backoff >= ONCE_MAX)))
 		return;
 	dev->backoff++;
 	dev->backoff_time = now_ns;

@@ -247,7 +247,7 @@ struct pokeys_device {
 	uint32_t in_flight_count;
 	uint8_t next_id;
 	uint8_t backoff;				/* doublings of the deadline */
-	uint8_t missed_in_row;				/* tries, up to 64 */
+	uint8_t missed_in_row;				/* tries, up to 24 */
 	uint64_t now;					/* latest time seen */
 	uint64_t retry_tokens, send_tokens, tokens_time;
 	uint64_t serial;				/* of the newest request */

@@ -155,6 +155,29 @@ static void a_slow_device_gets_no_queue(void **state)
 	}
 }
 
+/* What was measured in a bad moment is not the measure of all that follows. */
+static void a_bad_begin_hides_no_queue(void **state)
+{
+	const struct sim_rig_options options = way(0, 0, 450 * US);
+	struct sim_rig_options bad = way(0, 0, 450 * US);
+	uint64_t median;
+
+	(void)state;
+	measure(&options, 0);
+	median = quantile(digital, 0.5);
+	bad.link.faults[0].delay.low_ns = bad.link.faults[0].delay.high_ns = 12 * MS;
+	world_moving(&world, &bad);
+	world_run(&world, 400 * MS);
+	world_faults(&world, &options.link.faults[0]);
+	world_run(&world, 1 * SECOND);
+	for (unsigned int i = 0; i < CYCLES; i++) {
+		world_go(&world, 0, (int32_t)i, 0);
+		world_cycle(&world);
+		digital[i] = world.state.t_publish_ns - world.state.t_digital_ns;
+	}
+	assert_in_range(quantile(digital, 0.5), 0, median * 11 / 10);
+}
+
 /* Nobody is there: no more than is needed to see when somebody is. */
 static void silence_is_not_talked_into(void **state)
 {
@@ -265,6 +288,7 @@ int main(void)
 		cmocka_unit_test(a_long_way_makes_nothing_rarer),
 		cmocka_unit_test(a_way_with_a_queue_of_its_own_is_no_slow_device),
 		cmocka_unit_test(a_slow_device_gets_no_queue),
+		cmocka_unit_test(a_bad_begin_hides_no_queue),
 		cmocka_unit_test(silence_is_not_talked_into),
 		cmocka_unit_test(an_output_ends_as_it_was_commanded_last),
 		cmocka_unit_test(safe_is_what_the_device_has_confirmed),

@@ -195,6 +195,17 @@ static void several_in_a_row_double_the_deadline(void **state)
 		script_after(&s, 10 * MS);
 	}
 	assert_int_equal(s.dev.backoff, 1);
+	/* no more than that, until it is a silence: a stop may have to be sent again meanwhile */
+	for (unsigned int i = 4; i < 23; i++) {
+		once(OP_READ);
+		script_after(&s, 10 * MS);
+		assert_int_equal(s.dev.backoff, 1);
+	}
+	for (unsigned int i = 0; i < 4; i++) {
+		once(OP_READ);
+		script_after(&s, 100 * MS);
+	}
+	assert_true(s.dev.backoff > 1);
 }
 
 static void it_can_only_be_said_before_it_is_sent(void **state)
