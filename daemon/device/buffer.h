@@ -72,6 +72,9 @@ bool buffer_ready(const struct device *device);
 /* A status came, to a request of asked_ns. */
 void buffer_status(struct device *device, const struct wire_pulse_status_rep *status,
 		   uint64_t asked_ns);
+/* ... and that came: is all of what was sent there? */
+void buffer_watch(struct device *device, const struct wire_pulse_status_rep *status,
+		  uint64_t asked_ns);
 /* Bit = axis that is set up for it. */
 uint8_t buffer_axes(const struct device *device);
 /* All that is wished has been sent or stands still, and nothing moves any more. */

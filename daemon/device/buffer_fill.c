@@ -160,12 +160,15 @@ static void sent(struct device *device)
 	struct buffer *buffer = &device->buffer;
 	const uint64_t now = device->now_ns;
 	const uint32_t k = buffer->fill.slots;
+	/* its clock may be slower than ours, for as long as the motion has lasted */
+	const uint64_t played_ns = now + buffer_level(device) * BUFFER_SLOT_NS;
 
 	buffer->open = true;
 	buffer->sent = (uint8_t)k;
 	buffer->first = (buffer->first + k) % BUFFER_PENDING;
 	buffer->pending -= k;
-	buffer->empty_ns = (buffer->empty_ns > now ? buffer->empty_ns : now) + k * BUFFER_SLOT_NS;
+	buffer->empty_ns = (buffer->empty_ns > played_ns ? buffer->empty_ns : played_ns) +
+			   k * BUFFER_SLOT_NS;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		if (buffer_axes(device) >> i & 1) {
 			device->image.engine.axis[i].reference =

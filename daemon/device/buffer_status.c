@@ -156,14 +156,17 @@ static bool follow(struct device *device, const struct wire_pulse_status_rep *st
  * All that was sent should have been played, and the axes stand somewhere else on the path: some of
  * it is not in the device, though it was accepted. A device that tells how much is left says so.
  */
-static bool is_stuck(const struct device *device, const struct wire_pulse_status_rep *status)
+void buffer_watch(struct device *device, const struct wire_pulse_status_rep *status,
+		  uint64_t asked_ns)
 {
 	const struct buffer *buffer = &device->buffer;
 
-	return !buffer->tells_free && !threading_paces(device) &&
-	       device->now_ns >= buffer->empty_ns + STILL_NS &&
-	       device->now_ns - buffer->still_ns >= STILL_NS &&
-	       !buffer_path_is(device, status->position, buffer->end);
+	if (buffer->synced && !buffer->doubt && !buffer->open && !buffer->tells_free &&
+	    status->engine_state == WIRE_ENGINE_RUNNING && !threading_paces(device) &&
+	    asked_ns >= buffer->ended_ns &&
+	    asked_ns >= buffer->empty_ns + STILL_NS && asked_ns >= buffer->still_ns + STILL_NS &&
+	    !buffer_path_is(device, status->position, buffer->end))
+		buffer_lose_sync(device);
 }
 
 void buffer_status(struct device *device, const struct wire_pulse_status_rep *status,
@@ -191,8 +194,7 @@ void buffer_status(struct device *device, const struct wire_pulse_status_rep *st
 		else
 			judge_by_position(device, status);
 	}
-	if (buffer->synced && (!follow(device, status, newest && !buffer->doubt) ||
-			       (newest && !buffer->doubt && is_stuck(device, status))))
+	if (buffer->synced && !follow(device, status, newest && !buffer->doubt))
 		buffer_lose_sync(device);
 	if (newest)
 		buffer_judge_dry(device, status->position);

@@ -267,6 +267,7 @@ bool decode_status(struct device *device, const mailbox_entry_t *entry)
 			   entry->timestamp_received))
 		return false;
 	buffer_status(device, &status, entry->timestamp_first_sent);
+	buffer_watch(device, &status, entry->timestamp_first_sent);
 	return true;
 }
 
