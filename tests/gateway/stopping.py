@@ -9,6 +9,7 @@ import os
 import re
 import sys
 import threading
+import time
 import types
 
 from bridge import PORT
@@ -156,6 +157,8 @@ def test_three_stops_at_once():
             assert at_once(ways, "M112") == 3 * ["ok"], shop.house.log("gateway.log")
             state = shop.house.state()
             assert not state["flags"]["machine_on"] and state["heaters"][0]["target"] == 0 and not state["moves"]["waiting"]
+            # what is off brakes before it stands
+            wait_for("it stands", lambda: place() == (time.sleep(0.05), place())[1], say=shop.house.log)
             stood = place()
             assert place() == stood
             told(shop)
