@@ -16,7 +16,7 @@ import sys
 import threading
 import time
 
-from figures import Figure, middle, spread, table, us
+from figures import Figure, interval, middle, table, us
 from rig import Fault
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "examples" / "python"))
@@ -142,7 +142,7 @@ def figures(found):
         base = middle(found[way], "round_trip", "p50_ns")[0]
         samples = sum(run["age"]["samples"] for run in found[way])
         for part in ("50", "99"):
-            value, low, high = spread([run["age"][f"p{part}_ns"] / 1000 for run in found[way]])
+            value, low, high = interval([run["age"][f"p{part}_ns"] / 1000 for run in found[way]])
             most = base / 1000 + ALLOWED_US if way != "free" and part == "99" else None
             rows.append(Figure(f"age at LinuxCNC's read, {text}, p{part}", value, "µs", samples, low, high, most,
                                f"age of the data at LinuxCNC's read, {text}, p{part}"))

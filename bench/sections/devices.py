@@ -88,5 +88,5 @@ def report(found):
     return ["One simulator for each device, all on the other core, mode sleep. The times are those of the first device,"
             " from the start of the cycle until its image is published. Slowest to fastest is over all devices, from"
             " histograms whose buckets are a fifth wide. The dead one dies when the measuring begins.", "",
-            *table(("devices", "busy % of the period", "published p50 µs", "over the rounds", "p99 µs",
+            *table(("devices", "busy % of the period", "published p50 µs", "95 % interval", "p99 µs",
                     "slowest to fastest", "samples", "cycles missed", "late"), rows)]

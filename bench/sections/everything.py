@@ -72,5 +72,5 @@ def report(found):
             " the kernel's receive stamp). pokeysd does so in every tenth cycle, with the two fast ones only in between. What a"
             " packet costs the simulator bounds the first part: no client can be quicker than the one that batches"
             " and spins.", "",
-            *table(("simulator", "contender", "questions", "p50 µs", "over the rounds", "ratio to blocking", "p99 µs",
+            *table(("simulator", "contender", "questions", "p50 µs", "95 % interval", "ratio to blocking", "p99 µs",
                     "samples", "lost"), rows)]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What heaters and servo motors cost the realtime thread in each cycle."""
-from figures import Figure, middle, pick, spread, table, total
+from figures import Figure, interval, middle, pick, table, total
 
 TITLE = "Closed loops: heaters and servo motors"
 SECONDS = 40
@@ -14,7 +14,7 @@ def measure(bench):
 
 def more(runs, machine, part):
     """Microseconds that the loops add to a cycle: of each run with and without, which take turns in it."""
-    return tuple(ns / 1000 for ns in spread([pick(run, machine, part) - pick(run, "none", part) for run in runs]))
+    return tuple(ns / 1000 for ns in interval([pick(run, machine, part) - pick(run, "none", part) for run in runs]))
 
 
 def figures(found):

@@ -37,4 +37,4 @@ def report(runs):
         value, low, high = middle(runs, name, "p50_ns")
         ratio = ratios([run[name] for run in runs], [run["plain"] for run in runs], "p50_ns")
         rows.append((text, f"{value / 1000:.2f}", f"{low / 1000:.2f} to {high / 1000:.2f}", f"{ratio[0]:.1f}"))
-    return table(("what", "p50 us", "over the rounds", "ratio to plain ctypes"), rows)
+    return table(("what", "p50 us", "95 % interval", "ratio to plain ctypes"), rows)

@@ -49,4 +49,4 @@ def report(runs):
             " image's place back, as it does while a device answers; each reader is a process on the other cores that"
             " reads a thousand times a second. The target says \"the same within noise\"; 1.15 is what is taken for"
             " that.", "",
-            *table(("readers", "p50 ns", "over the rounds", "mirror p50 ns", "taking back p50 ns", "p99 ns", "samples", "reads meanwhile"), rows)]
+            *table(("readers", "p50 ns", "95 % interval", "mirror p50 ns", "taking back p50 ns", "p99 ns", "samples", "reads meanwhile"), rows)]

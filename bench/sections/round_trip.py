@@ -113,6 +113,6 @@ def report(found):
             " was asked for: of two that are on their way together, or of one alone where a client asks one after the"
             " other; pokeysd's ends with the kernel's receive stamp, a client's when it has the answer. A cycle that pokeysd published without an answer counts"
             " as one of a whole period.", "",
-            *table(("contender", "round trip p50 µs", "from the start of the cycle p50 µs", "over the rounds",
+            *table(("contender", "round trip p50 µs", "from the start of the cycle p50 µs", "95 % interval",
                     "ratio to spinning socket", "from the start of the cycle p99 µs", "processor µs a cycle",
                     "samples", "lost"), rows), *(["", *missing] if missing else [])]

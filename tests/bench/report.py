@@ -8,6 +8,7 @@ import contextlib
 import io
 import json
 import pathlib
+import random
 import sys
 import tempfile
 import types
@@ -72,7 +73,7 @@ class Report(unittest.TestCase):
         self.assertIn("| good | 0.25 | 0.20 to 0.30 | 10 | ≤ 0.30 | met |", text)
         self.assertIn("| bad | 0.50 | 0.40 to 0.60 | 10 | ≤ 0.30 | **not met** |", text)
         self.assertIn("| without | 12.3 µs |  | 10 |  |  |", text)
-        self.assertEqual([f["met"] for f in report["sections"]["a"]["figures"]], [True, False, None])
+        self.assertEqual([f["verdict"] for f in report["sections"]["a"]["figures"]], ["met", "not met", None])
 
     def test_skipped_and_failed_are_named_and_the_rest_is_there(self):
         text, report = self.written(a=section(Skip("no AF_XDP here")), b=section(Fault("it died")), c=section())
@@ -129,7 +130,31 @@ class Report(unittest.TestCase):
         self.assertEqual(ratios(runs, bases, "p"), (2.5, 2, 3))
         self.assertEqual(ratios([{"p": 0}], [{"p": 1}], "p"), (None, None, None))
         self.assertEqual(Figure("f", None, "µs", 0, most=1).cells()[1], "no answer")
-        self.assertIsNone(Figure("f", None, "µs", 0, most=1).met)
+        self.assertIsNone(Figure("f", None, "µs", 0, most=1).verdict)
+
+    def test_a_target_is_decided_by_the_interval(self):
+        for low, high, most, verdict in ((1, 2, 3, "met"), (1, 3, 3, "met"), (4, 5, 3, "not met"), (2, 4, 3, "undecided"),
+                                         (3, 4, 3, "undecided"), (2, 2, 3, "undecided"), (None, None, 3, "undecided"),
+                                         (1, 2, None, None)):
+            figure = Figure("f", 2.5, "µs", 9, low, high, most)
+            self.assertEqual(figure.verdict, verdict, (low, high, most))
+            self.assertEqual(figure.cells()[5], {"not met": "**not met**", None: ""}.get(verdict, verdict))
+
+    def test_the_interval_is_that_of_the_median(self):
+        self.assertEqual(figures.interval([]), (None, None, None))
+        self.assertEqual(figures.interval([7]), (7, 7, 7))
+        self.assertEqual(figures.interval([1, 3]), (2, 1, 3))
+        # one slow round of many is no reason for a wide one; the same values give the same interval
+        many = [10 + i % 3 for i in range(20)] + [500]
+        self.assertEqual(figures.interval(many), figures.interval(many))
+        value, low, high = figures.interval(many)
+        self.assertTrue(10 <= low <= value <= high <= 12)
+        # it nearly always has the median of what the rounds are drawn from
+        draw, right = random.Random(1), 0
+        for _ in range(100):
+            _, low, high = figures.interval([draw.gauss(50, 10) for _ in range(15)])
+            right += low <= 50 <= high
+        self.assertGreater(right, 85)
 
     def test_numbers_have_three_digits(self):
         self.assertEqual([figures.number(v) for v in (0, 0.123, 9.876, 45.67, 1234.5)],
