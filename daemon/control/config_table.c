@@ -248,11 +248,12 @@ static const struct config_key own[] = {
 	KEY(DEVICE(axis[0].lead), "axis.#.lead", CONFIG_INTEGER, WORDS_ONLY, .count = POKEYS_AXES,
 	    .stride = sizeof(((struct config_raw_device *)0)->axis[0]),
 	    .words = WORDS({ "off", 0 }, { "on", 1 }), .fallback = "on",
-	    .help = "Position mode. on: while a commanded position moves on, the device gets "
-		    "one that is ahead by the distance that it needs for braking from this "
-		    "speed with max-deceleration. Without this, the axis lags by this distance. "
-		    "off: the commanded position, for an axis that is ahead of its command when "
-		    "it moves because the device brakes harder than that."),
+	    .help = "Position mode. on: while the commanded position moves, the reference "
+		    "that is sent to the device is ahead of it by the braking distance "
+		    "(the square of the speed, divided by twice max-deceleration). This "
+		    "prevents a lag of the same distance. off: the commanded position is sent "
+		    "unchanged. Use off if a moving axis runs ahead of its command; the "
+		    "device then brakes harder than max-deceleration."),
 	KEY(DEVICE(axis[0].name), "axis.#.name", CONFIG_TEXT, .count = POKEYS_AXES,
 	    .stride = sizeof(((struct config_raw_device *)0)->axis[0]),
 	    .help = "Name of the axis in a file of moves, such as x. If it is not set, the name is "

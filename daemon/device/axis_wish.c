@@ -1,16 +1,14 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * How fast a commanded position moves on, by its own changes: the velocity beside it may be just
- * a limit. Time is counted in images, which their commander writes at regular times, and not by
- * when they are seen: cycles are not in step with images, and a commander that was late goes on
- * from where it was. How far they are apart is what it says, unless it is seen to be more.
+ * The speed of a commanded position by its changes, because the commanded velocity may be only
+ * a limit. Time is counted in images, and not by when they are seen: cycles and images are not
+ * synchronised, and a late commander continues from where it was. The period of the images is
+ * the one that the commander states, unless the observed one is more than twice as long.
  *
- * Two spans of some images each have to agree on the direction, and the slower one counts. So a
- * jump, which is in one of them, is not taken for a speed. As this has to be so for a few images,
- * a position that moves by steps has no speed now and then.
- *
- * The velocity that is commanded is more exact, while the position gets faster or slower, but only
- * as far as the spans permit.
+ * Two spans of four periods have to agree on the direction, and the slower one counts, so a jump
+ * within one span is not taken for a speed. They have to agree for several images in a row, so
+ * steps now and then are not taken for a speed either. While the position gets faster or slower,
+ * the commanded velocity is more exact. It is used up to the limit that the spans give.
  */
 
 #include <math.h>

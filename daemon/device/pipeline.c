@@ -1,25 +1,26 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What is asked in every cycle, although older requests of the same kind are under way.
+ * Requests that are sent in every cycle, also while older ones of the same kind are open.
  *
  * A reply that is lost, or late, then costs nothing but itself: the next request is out
  * already. Only one that is late while it is the newest is repeated. Replies may overtake
  * each other; one is taken if its request is newer than that of the one taken before.
  *
- * A device that needs longer for the requests of a cycle than a cycle lasts must not get
- * one more before it has replied: they would queue up in it, and everything would reach it
- * later by the length of the queue. Whether a long way or a slow device makes replies late
- * cannot be seen from one of them, nor from how much later they are with others before them:
- * a way on which packets do not overtake each other has its own queue. What counts is the
- * delay: a round trip, and the time until the next reply. More requests at a time shorten
- * the second part and, in a queue, lengthen the first part by more. So one 0xCC more is tried.
- * If that makes the delay of the status no longer, which a queue in the device would, one more of
- * all is, and so on. If the delay gets longer than it was with one at a time, or twice as long
- * as it was with fewer, there is one at a time again, for a while that grows as long as this
- * happens. Round trips come in waves, so what was found good is given up only if two comparisons
- * say so.
+ * A device that needs more than a cycle for the requests of a cycle must not get another one
+ * before it has replied. Otherwise requests queue in the device, and everything reaches it
+ * later by the length of the queue. Round trips alone do not show whether the connection or
+ * the device is slow, because a connection that keeps packets in order has a queue of its own.
+ * The delay does show it: the round trip and the time to the next reply. On a slow
+ * connection, more open requests shorten the second part. In a slow device, they lengthen the
+ * first part by more than that.
  *
- * When nothing is heard, one at a time is enough to find the device again.
+ * So one additional 0xCC is tried first. If it does not make the delay of the status longer,
+ * the depth of all is raised by one, and so on. It returns to one if the delay gets longer than
+ * it was with one at a time, or twice as long as the least one since then. Above a depth of
+ * 2, two comparisons in a row have to say so, because round trips come in waves. The pause
+ * until the next attempt doubles if failures repeat.
+ *
+ * If no replies arrive, one open request is enough to find the device again.
  */
 
 #include "daemon/device/internal.h"

@@ -8,9 +8,9 @@
  * what is wanted differs from what was sent last, or if that may be lost, also
  * while older ones are under way; put the newest values into a resend; and count
  * the answer to the newest one as an acknowledgement when none of the older ones
- * is awaited any more, and not if it was resent with other values. An axis that
- * stands somewhere else than at its acknowledged reference is told again: an
- * older packet has overtaken, or the device had not been ready to listen.
+ * is awaited any more, and not if it was resent with other values. If an
+ * axis has stopped elsewhere than at its acknowledged reference, that is sent
+ * again: an older packet has overtaken, or the device had not been ready.
  *
  * 0x20 has no mask, all eight values count. An axis that we do not drive gets
  * the place where it is held, and one that the device runs by speed gets
@@ -18,16 +18,15 @@
  * speeds, so a device with one such axis is driven by it alone; its other axes
  * then go as fast as they are allowed to.
  *
- * The device brakes towards each position, so it would follow a moving one from
- * behind, by the way that it needs to brake. So while a position moves on, its
- * reference is ahead of it by this way. If no further command comes, the axis
- * brakes and stops there, where it could stop at all. Were it never faster than
- * the position, it could not catch up with what it is behind for other reasons,
- * and would stand behind by all of it at the end. So meanwhile it may go at
- * twice the speed that was said with the position.
+ * The device brakes towards each reference, so an axis would follow a moving
+ * position at its braking distance. While the position moves, the reference is
+ * ahead of it by this distance. If no further command arrives, the axis brakes
+ * and stops there, where it could stop at all. An axis that is limited to the
+ * commanded speed could never make up a lag with another cause. So it may move
+ * at twice that speed while the position moves.
  *
- * A speed cannot be read back. An older packet that has overtaken would leave
- * the axis running, so speeds are told again all the time.
+ * A speed cannot be read back, and an older packet that arrives late would leave
+ * the axis running. So speeds are sent again all the time.
  */
 
 #include <math.h>

@@ -13,13 +13,14 @@
  * - Several requests time out together when a packet burst is lost. The
  *   deadline doubles once for all of them: only a try that was sent after the
  *   last doubling can double it again.
- * - One-shots neither teach nor double. Some keep the device busy for long
- *   (flash), some are never answered (reboot). As there is no second try to
- *   hurry for, they get the ceiling.
- * - Of what is asked in every cycle, a part is always lost on a bad link. It doubles the
- *   deadline only when several in a row are missed: then it is too short. They double it
- *   once, and for them it is not longer, as long as it is no silence: the first one that is
- *   answered ends a gap, and others find out how long answers take now.
+ * - One-shots neither update the estimate nor double the deadline. Some keep
+ *   the device busy for long (flash), some are never answered (reboot). As there
+ *   is no second try to hurry for, they get the ceiling.
+ * - On a bad link, some of the requests that are sent in every cycle are always lost. They
+ *   double the deadline only after several misses in a row, and only once; their own is never
+ *   doubled more than once. A longer wait would only extend a gap, which the first reply
+ *   ends; other requests find out how long replies take now. In a silence, after many misses
+ *   in a row, both limits end.
  *
  * A request that was sent more than once teaches nothing, for it is unknown
  * which try was answered (Karn); the doubled deadline stays until a request
