@@ -86,6 +86,18 @@ static void the_status_line_names_every_device(void **state)
 	report.devices = 1;
 	report_status(&report, text, sizeof(text));
 	assert_string_equal(text, "mill running (safe state), 212 us");
+	report.device[0].state.servo[2].state = POKEYS_SERVO_ENABLED;
+	report_status(&report, text, sizeof(text));
+	assert_string_equal(text, "mill running (safe state), a motor on, 212 us");
+	report.device[0].state.servo[2].state = POKEYS_SERVO_OFF;
+	report.device[0].state.heater[1].target = 60;
+	report_status(&report, text, sizeof(text));
+	assert_string_equal(text, "mill running (safe state), a heater on, 212 us");
+	report.device[0].state.flags = POKEYS_STATE_MACHINE_ON;
+	report_status(&report, text, sizeof(text));
+	assert_string_equal(text, "mill running, machine on, 212 us");
+	report.device[0].state.heater[1].target = 0;
+	report.device[0].state.flags = POKEYS_STATE_SAFE;
 	report.devices = 3;
 	assert_int_equal(report_status(&report, small, sizeof(small)), sizeof(small) - 1);
 	assert_string_equal(small, "mill running (safe stat");
