@@ -1,15 +1,24 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-or-later
 # Check and bundle the page.
-# usage: build.sh SOURCE WORK OUTPUT
+# usage: build.sh SOURCE WORK OUTPUT [PACKAGES]
 # SOURCE is this folder. The packages of package-lock.json are installed into WORK, and again only if that file
-# changes. OUTPUT gets index.html, page.js, page.css and licenses.txt.
+# changes. OUTPUT gets index.html, page.js, page.css and licenses.txt. If PACKAGES is given, preact and uplot are
+# taken from that folder and the tools from the path.
 set -eu
 
-source=$1 work=$2 output=$3
+source=$1 work=$2 output=$3 packages=${4:-}
 
 mkdir -p "$work"
-if ! cmp -s "$source/package-lock.json" "$work/installed-lock.json"; then
+if [ -n "$packages" ]; then
+	rm -rf "$work/node_modules"
+	ln -s "$packages" "$work/node_modules"
+	export NODE_PATH="$packages"	# they import each other
+	esbuild=esbuild tsc=$(command -v tsc || echo true)
+else
+	esbuild=node_modules/.bin/esbuild tsc=node_modules/.bin/tsc
+fi
+if [ -z "$packages" ] && ! cmp -s "$source/package-lock.json" "$work/installed-lock.json"; then
 	rm -f "$work/installed-lock.json"
 	cp "$source/package.json" "$source/package-lock.json" "$work"
 	# npm says on standard output what it has done, and nobody asked
@@ -24,12 +33,13 @@ fi
 rm -rf "$work/src"
 cp -r "$source/src" "$source/tsconfig.json" "$work"
 cd "$work"
-node_modules/.bin/tsc --project tsconfig.json
-node_modules/.bin/esbuild src/page.tsx --bundle --minify --format=esm --target=es2022 --jsx=automatic \
+"$tsc" --project tsconfig.json
+"$esbuild" src/page.tsx --bundle --minify --format=esm --target=es2022 --jsx=automatic \
 	--jsx-import-source=preact --log-level=warning --outdir="$output"
 cp "$source/index.html" "$output"
 for package in preact uplot; do
-	printf '%s %s\n\n' "$package" "$(node -p "require('./node_modules/$package/package.json').version")"
+	printf '%s %s\n\n' "$package" \
+		"$(sed -n 's/^ *"version": "\(.*\)".*/\1/p' "node_modules/$package/package.json" | head -n 1)"
 	cat "node_modules/$package/LICENSE"
 	echo
 done >"$output/licenses.txt"
