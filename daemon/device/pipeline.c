@@ -66,6 +66,12 @@ static uint64_t delay_ns(const struct pipeline_span *span)
 	       span->round_trip_ns / span->round_trips + span->interval_ns / span->intervals : 0;
 }
 
+/* Enough replies to compare. */
+static bool is_long(const struct pipeline_span *span)
+{
+	return span->behind >= FEW && span->round_trips >= FEW;
+}
+
 static bool queues_up(struct device *device)
 {
 	struct pipeline *pipeline = &device->pipeline;
@@ -75,7 +81,7 @@ static bool queues_up(struct device *device)
 
 	if (pipeline->depth == 1 && !pipeline->trying)
 		return false;
-	if (pipeline->span.behind < FEW || pipeline->span.round_trips < FEW)
+	if (!is_long(&pipeline->span))
 		return pipeline->span.behind >= VERY_FEW && ns > 2 * one_ns + cycle_ns;
 	pipeline->doubted = ns > one_ns + one_ns / 8 || ns > 2 * pipeline->least_ns;
 	return pipeline->doubted && (before || pipeline->depth <= FOUND_GOOD);
@@ -104,7 +110,7 @@ static void go_on(struct device *device)
 		look(device);
 		return;
 	}
-	if (pipeline->span.behind < FEW || pipeline->span.round_trips < FEW)
+	if (!is_long(&pipeline->span))
 		return;
 	if (delay_ns(&pipeline->span) < pipeline->least_ns)
 		pipeline->least_ns = delay_ns(&pipeline->span);

@@ -38,7 +38,7 @@ unsigned int pipeline_open(const struct device *device, pokeys_parser_t parser);
 unsigned int pipeline_awaited(const struct device *device, pokeys_parser_t parser);
 /* Whether one more may be sent. first: it is tried first with this kind. */
 bool pipeline_may(const struct device *device, pokeys_parser_t parser, bool first);
-/* The one that is under way with this serial, or NULL. */
+/* The open request with this serial number, or NULL. */
 const mailbox_entry_t *pipeline_find(const struct device *device, uint64_t serial);
 bool pipeline_send(struct device *device, enum wire_op op, const void *value,
 		   pokeys_parser_t parser, pokeys_refresh_t refresh);

@@ -310,13 +310,14 @@ static void names_and_scales_of_axes_arrive(void **state)
 	(void)state;
 	assert_int_equal(parse(GOOD X "device = a\n[device b]\naddress = 10.0.0.2\naxes = 3\n"
 			       "axis.2.name = x\naxis.2.pulses-per-unit = -12.5\n"
-			       "axis.1.pulses-per-unit = 200\n"), 0);
+			       "axis.1.pulses-per-unit = 200\naxis.1.lead = off\n"), 0);
 	assert_true(axis[0].pulses_per_unit == 0);
 	axis = config.device[1].axis;
 	assert_string_equal(axis[2].name, "x");
 	assert_near(axis[2].pulses_per_unit, -12.5);
 	assert_string_equal(axis[1].name, "axis.1");
 	assert_near(axis[1].pulses_per_unit, 200);
+	assert_true(axis[0].lead && !axis[1].lead && axis[2].lead);
 	assert_true(axis[0].pulses_per_unit == 0);
 }
 

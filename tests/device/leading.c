@@ -81,7 +81,7 @@ static void position_is_followed_at_its_own_speed(void **state)
 	}
 }
 
-/* No velocity, and one that is just a limit: how fast it moves on is seen all the same. */
+/* Without a commanded velocity, or with one that is only a limit, the positions tell the speed. */
 static void velocity_beside_the_position_need_not_be_its_own(void **state)
 {
 	const double said[] = { 0, 1.2, 1.45, 5 };
@@ -132,7 +132,7 @@ static void position_that_moves_by_steps_is_not_led(void **state)
 	}
 }
 
-/* It goes at 15 pulses/ms, in images that come each 4 ms, or only now and then. */
+/* The position moves by 15 pulses/ms, in images that come every 4 ms. */
 static void images_need_not_come_in_each_cycle(void **state)
 {
 	const struct pokeys_axis *axis = &world.state.engine.axis[0];
@@ -259,7 +259,7 @@ static void axis_that_is_refused_goes_to_its_last_position(void **state)
 	assert_int_equal(world.state.engine.axis[0].reference, 1500);
 }
 
-/* While an axis is disabled, its commander follows it: that is no speed of a command. */
+/* The commander of a disabled axis follows its position. These changes are not a command. */
 static void what_was_before_it_was_enabled_does_not_count(void **state)
 {
 	const struct pokeys_axis *axis = &world.state.engine.axis[0];

@@ -10,7 +10,7 @@ import math
 
 WINDOW = 400  # periods back in which the nearest piece of path is looked for
 EVERY = 5  # feedback points judged: one in so many
-MOST_DELAY = 60  # periods
+MOST_DELAY = 250  # periods; a delay of one less may be a longer one
 
 
 def read(path):

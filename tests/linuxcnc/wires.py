@@ -68,5 +68,6 @@ def all_wires(m, folder):
             cut(m, folder, programme, way)
             assert [p - k for p, k in zip(*m.pulses())] == before, f"{programme[0]}, {way[0]}: steps were lost"
     wire(m, ())
+    m.tell(m.lost())
     m.tell(f"buffer: {hal.get_value('pokeys.0.engine.buffer-underruns')} underruns, "
            f"{hal.get_value('pokeys.0.engine.buffer-resyncs')} times read back")
