@@ -34,6 +34,7 @@ PACKAGES_BROWSER=(chromium)	# the page in a browser
 PACKAGES_PLOTS=(gnuplot-nox)	# ./run plots
 PACKAGES_FUZZ=(libclang-rt-14-dev)	# libFuzzer
 PACKAGES_VM=(qemu-system-x86 mmdebstrap e2fsprogs)	# a PREEMPT_RT machine
+PACKAGES_PACKAGE=(debhelper dpkg-dev dh-python esbuild apt-utils xz-utils systemd udev)	# ./run package
 PACKAGES_RUST=(rustc-web cargo-web)
 RUST_MINIMUM=1.89
 
@@ -102,6 +103,11 @@ install_for_plots() {
 	install_packages "${PACKAGES_PLOTS[@]}"
 }
 
+install_for_package() {
+	install_for_build
+	install_packages "${PACKAGES_PACKAGE[@]}"
+}
+
 install_for_gateway() {
 	install_for_build
 	install_packages "${PACKAGES_GATEWAY[@]}"
@@ -115,6 +121,7 @@ install_for_test() {
 	[[ " $* " != *" web "* ]] || packages+=("${PACKAGES_BROWSER[@]}")
 	[[ " $* " != *" fuzz "* ]] || packages+=("${PACKAGES_FUZZ[@]}")
 	[[ " $* " != *" vm "* ]] || packages+=("${PACKAGES_VM[@]}")
+	[[ " $* " != *" package "* ]] || packages+=("${PACKAGES_PACKAGE[@]}" lintian mmdebstrap)
 	install_for_build
 	install_packages "${packages[@]}"
 }

@@ -4,8 +4,8 @@
 #
 # There are two tiers. The first must pass before a change lands and is short enough
 # to be run for every change: unit, sim, net, gateway, and hal with one whole LinuxCNC machine.
-# `all` adds the other LinuxCNC machines, the page in a browser, PREEMPT_RT machines, fuzzing, long
-# runs of the gateway, and unit and sim again in sanitized builds. The end of the output lists the suites left out.
+# `all` adds the other LinuxCNC machines, the page in a browser, PREEMPT_RT machines, the Debian packages,
+# fuzzing, long runs of the gateway, and unit and sim again in sanitized builds. The end of the output lists the suites left out.
 #
 # Tests run two at a time, also in sanitized builds. Those of net and gateway spend most of their time waiting
 # and run three at a time. HAL's have a thread with a period each, and gain little from a third. Those of web,
@@ -21,7 +21,7 @@
 export POKEYS_SEED=${POKEYS_SEED:-20055}
 
 SUITES_LANDING=(unit sim net gateway hal)
-SUITES_ALL=("${SUITES_LANDING[@]}" linuxcnc web vm fuzz soak asan tsan)
+SUITES_ALL=("${SUITES_LANDING[@]}" linuxcnc web vm package fuzz soak asan tsan)
 
 # Time limits are for tests that hang, so that a hang costs minutes and not the whole run.
 # In tests/*/meson.build a limit is three to four times the duration of the test on two
@@ -105,6 +105,7 @@ run_round() {
 	run_group hal-linuxcnc 2 hal linuxcnc
 	run_group web 1 web
 	run_group vm 1 vm
+	run_group package 1 package
 	run_group fuzz 2 fuzz
 	run_group soak 1 soak
 	# char is unsigned on arm64

@@ -102,7 +102,7 @@ static void tell(struct daemon *daemon, uint64_t now_ns)
 {
 	bool status = due(&daemon->next_status_ns, STATUS_NS, now_ns);
 	bool metrics = metrics_due(&daemon->metrics, now_ns);
-	char text[256];
+	char text[REPORT_STATUS_SIZE];
 
 	if (!status && !metrics)
 		return;
@@ -184,7 +184,7 @@ static int begin(struct daemon *daemon)
 {
 	const struct config *config = daemon->config;
 	uint64_t now_ns = clock_now();
-	char text[256];
+	char text[REPORT_STATUS_SIZE];
 	int result;
 
 	daemon->report.devices = config->devices;

@@ -22,8 +22,9 @@
 #include <sys/un.h>
 #include <unistd.h>
 #include "daemon/control/notify.h"
+#include "daemon/control/report.h"
 
-static char last[256];
+static char last[REPORT_STATUS_SIZE];
 static bool said_ready;
 
 /* $NOTIFY_SOCKET: a path, or "@" and a name in the abstract namespace. 0 = there is none. */

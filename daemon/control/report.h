@@ -27,6 +27,9 @@ struct report {
 	struct report_device device[TRANSPORT_CHANNELS];
 };
 
+/* Enough for every device: an upgrade looks for one that is on. */
+enum { REPORT_STATUS_SIZE = 128 * TRANSPORT_CHANNELS };
+
 /* "mill running, 212 us; lathe searching: no answer". Returns the length. */
 size_t report_status(const struct report *report, char *text, size_t size);
 

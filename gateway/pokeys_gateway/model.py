@@ -102,6 +102,6 @@ def load() -> Model:
                              check=True)
         return Model(json.loads(ran.stdout))
     except OSError as error:
-        raise NoNames(f"{program()}: {error.strerror}; install pokeysd, or set POKEYSCTL to its path") from error
+        raise NoNames(f"{program()}: {error.strerror}; install pokeys-tools, or set POKEYSCTL to its path") from error
     except (subprocess.SubprocessError, ValueError, LookupError) as error:
         raise NoNames(f"{program()} names --json: {error}; install pokeysd and the gateway of one version") from error

@@ -33,7 +33,7 @@ def _ask(*words: str, patience: float = PATIENCE_S) -> Any:
     try:
         ran = subprocess.run(command, capture_output=True, text=True, timeout=patience, check=False)
     except OSError as error:
-        why = f"{command[0]}: {error.strerror}; install pokeysd, or set POKEYSCTL to its path"
+        why = f"{command[0]}: {error.strerror}; install pokeys-tools, or set POKEYSCTL to its path"
         raise ToolFailed(why) from error
     except subprocess.TimeoutExpired:
         raise ToolFailed(f"{command[0]} {words[0]}: no answer within {patience:g} s") from None

@@ -103,6 +103,25 @@ static void the_status_line_names_every_device(void **state)
 	assert_string_equal(small, "mill running (safe stat");
 }
 
+/* The longest names and faults, and the last device is on. */
+static void the_status_line_has_room_for_every_device(void **state)
+{
+	char text[REPORT_STATUS_SIZE];
+
+	(void)state;
+	report.devices = TRANSPORT_CHANNELS;
+	for (uint32_t i = 0; i < report.devices; i++) {
+		report.device[i].name = "a-device-of-the-longest-name-01";
+		report.device[i].known = true;
+		report.device[i].state.link = POKEYS_LINK_CONFIGURING;
+		report.device[i].state.fault = POKEYS_FAULT_WRONG_SERIAL;
+	}
+	report.device[report.devices - 1].state.link = POKEYS_LINK_RUNNING;
+	report.device[report.devices - 1].state.flags = POKEYS_STATE_MACHINE_ON;
+	report_status(&report, text, sizeof(text));
+	assert_non_null(strstr(text, " running, machine on, "));
+}
+
 static void the_age_is_that_of_the_older_data(void **state)
 {
 	struct pokeys_state *mill = &report.device[0].state;
@@ -233,6 +252,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		TEST(the_status_line_names_every_device),
+		TEST(the_status_line_has_room_for_every_device),
 		TEST(the_age_is_that_of_the_older_data),
 		TEST(metrics_are_in_prometheus_format),
 		TEST(a_reader_sees_a_whole_file),

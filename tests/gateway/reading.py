@@ -347,7 +347,7 @@ def test_it_says_where_it_is_and_why_it_cannot_begin():
         options["env"] = good | {"POKEYSCTL": "/nowhere/pokeysctl"}
         ran = subprocess.run(program, **options)
         equal((ran.returncode, ran.stderr.splitlines()[-1]), (1, "pokeys-gateway: /nowhere/pokeysctl: No such file or "
-              "directory; install pokeysd, or set POKEYSCTL to its path"))
+              "directory; install pokeys-tools, or set POKEYSCTL to its path"))
         gateway = Gateway(house)
         address = gateway.wait("its address", lambda: re.search(r"the page is at (http://\S+)",
                                                                 house.log("gateway.log")))

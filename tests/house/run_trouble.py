@@ -293,9 +293,9 @@ def what_is_left_out(fake):
 
 def tiers(fake):
     """A command runs its suites, each test once, and lists the suites that it leaves out."""
-    for words, ran, left in (("", {"unit", "sim", "net", "gateway", "hal"}, "linuxcnc web vm fuzz soak asan tsan"),
-                             ("all", {"unit", "sim", "net", "gateway", "hal", "linuxcnc", "web", "vm", "fuzz", "soak"}, ""),
-                             ("hal linuxcnc", {"hal", "linuxcnc"}, "unit sim net gateway web vm fuzz soak asan tsan")):
+    for words, ran, left in (("", {"unit", "sim", "net", "gateway", "hal"}, "linuxcnc web vm package fuzz soak asan tsan"),
+                             ("all", {"unit", "sim", "net", "gateway", "hal", "linuxcnc", "web", "vm", "package", "fuzz", "soak"}, ""),
+                             ("hal linuxcnc", {"hal", "linuxcnc"}, "unit sim net gateway web vm package fuzz soak asan tsan")):
         for folder in ("build", "build/asan", "build/tsan"):
             (fake.folder / folder).mkdir(exist_ok=True)
             (fake.folder / folder / "build.ninja").write_text("fuzz-wire\n")

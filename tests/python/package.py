@@ -448,7 +448,7 @@ def test_pokeysctl_is_asked_for_the_rest():
         with raises(pokeys.ToolFailed, "no such interface"):
             pokeys.discover(interface="nowhere0")
         os.environ["POKEYSCTL"], before = "/nowhere/pokeysctl", os.environ["POKEYSCTL"]
-        with raises(pokeys.ToolFailed, "install pokeysd"):
+        with raises(pokeys.ToolFailed, "install pokeys-tools"):
             pokeys.discover()
         os.environ["POKEYSCTL"] = before
 
