@@ -26,7 +26,7 @@ const char *config_print_state(uint8_t state)
 	return PICK(state_names, state);
 }
 
-static bool is_pin_list(const struct settings_key *key)
+bool config_is_pin_list(const struct settings_key *key)
 {
 	return key->type == SETTINGS_PIN_FUNCTION || key->type == SETTINGS_PIN_FLAG;
 }
@@ -51,17 +51,13 @@ static void show_key(const struct settings_key *key, uint32_t index,
 	bool said = settings_print(key, index, device, text);
 
 	settings_name(key, index, name);
-	if (said && !(is_pin_list(key) && !strcmp(text, "none")))
+	if (said && !(config_is_pin_list(key) && !strcmp(text, "none")))
 		fprintf(to, "%s = %s\n", name, text);
 	else if (!said && *text)
 		fprintf(to, "; %s: the device has %s, for which there is no word\n", name, text);
 }
 
-/*
- * What a device has of encoders that do not count and of axes that it does not
- * drive says nothing, and of the latter a file may not say anything.
- */
-static bool is_idle(const struct settings_key *key, uint32_t index,
+bool config_is_idle(const struct settings_key *key, uint32_t index,
 		    const struct pokeys_settings *device)
 {
 	if (!strncmp(key->name, "axis.#.", 7))
@@ -71,8 +67,7 @@ static bool is_idle(const struct settings_key *key, uint32_t index,
 	return false;
 }
 
-/* Keys from `first` on that are of the same thing: "axis.#.", "encoder.#.". */
-static size_t group_of(size_t first)
+size_t config_group(size_t first)
 {
 	const char *hash = strchr(settings_keys[first].name, '#');
 	size_t length = hash ? (size_t)(hash - settings_keys[first].name) + 1 : 0;
@@ -90,11 +85,11 @@ static void show_group(const struct settings_key *keys, size_t count,
 {
 	for (uint32_t n = 0; n < config_indices(keys); n++)
 		for (size_t i = 0; i < count; i++)
-			if (!is_idle(&keys[i], n, device))
+			if (!config_is_idle(&keys[i], n, device))
 				show_key(&keys[i], n, device, to);
 }
 
-static void show_odd_pins(const struct pokeys_settings *device, FILE *to)
+void config_print_odd_pins(const struct pokeys_settings *device, FILE *to)
 {
 	char text[SETTINGS_VALUE_MAX];
 
@@ -107,9 +102,9 @@ static void show_odd_pins(const struct pokeys_settings *device, FILE *to)
 void config_print_show(const char *device, const struct pokeys_report *report, FILE *to)
 {
 	fprintf(to, "[device %s]\n", device);
-	for (size_t i = 0; i < settings_key_count; i += group_of(i))
-		show_group(&settings_keys[i], group_of(i), &report->device, to);
-	show_odd_pins(&report->device, to);
+	for (size_t i = 0; i < settings_key_count; i += config_group(i))
+		show_group(&settings_keys[i], config_group(i), &report->device, to);
+	config_print_odd_pins(&report->device, to);
 }
 
 /* A number as such, all else as it stands in a file. */

@@ -20,6 +20,22 @@ unsigned int config_print_diff_json(const char *device, const struct pokeys_repo
 /* What both JSON documents begin with. */
 void config_print_head(struct json *json, const char *device, const struct pokeys_report *report);
 
+/* It is a list of the terminals that have a function. */
+bool config_is_pin_list(const struct settings_key *key);
+
+/*
+ * What a device has of encoders that do not count and of axes that it does not
+ * drive says nothing, and of the latter a file may not say anything.
+ */
+bool config_is_idle(const struct settings_key *key, uint32_t index,
+		    const struct pokeys_settings *device);
+
+/* How many keys from `first` on are of the same thing: "axis.#.", "encoder.#.". */
+size_t config_group(size_t first);
+
+/* Functions of pins that no list of the file holds, as comments. */
+void config_print_odd_pins(const struct pokeys_settings *device, FILE *to);
+
 static inline uint32_t config_indices(const struct settings_key *key)
 {
 	return key->count ? key->count : 1;

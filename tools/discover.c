@@ -12,16 +12,12 @@
 #include <stdlib.h>
 #include <string.h>
 #include "daemon/transport/discovery.h"
+#include "tools/discover.h"
 #include "tools/json.h"
 #include "tools/pokeysctl.h"
 #include "wire/model.h"
 
 enum { FOUND_MAX = 256 };
-
-struct found {
-	struct wire_discovery answer;
-	uint32_t address;
-};
 
 struct search {
 	size_t count;
@@ -40,11 +36,11 @@ static bool take(void *context, const uint8_t *data, size_t length,
 		return false;
 	}
 	for (size_t i = 0; i < search->count; i++)
-		if (search->found[i].address == from->address &&
+		if (search->found[i].from.address == from->address &&
 		    search->found[i].answer.serial == answer.serial)
 			return false;
 	search->found[search->count].answer = answer;
-	search->found[search->count++].address = from->address;
+	search->found[search->count++].from = *from;
 	return search->count == FOUND_MAX;
 }
 
@@ -54,10 +50,12 @@ static int by_serial(const void *a, const void *b)
 
 	if (one->answer.serial != other->answer.serial)
 		return one->answer.serial < other->answer.serial ? -1 : 1;
-	return one->address < other->address ? -1 : one->address > other->address;
+	if (one->from.address != other->from.address)
+		return one->from.address < other->from.address ? -1 : 1;
+	return 0;
 }
 
-static void address_text(uint32_t address, char text[16])
+void discover_address(uint32_t address, char text[16])
 {
 	snprintf(text, 16, "%u.%u.%u.%u", address >> 24, address >> 16 & 255, address >> 8 & 255,
 		 address & 255);
@@ -84,7 +82,7 @@ static void print_table(const struct search *search)
 		const struct found *found = &search->found[i];
 		char address[16], firmware[16];
 
-		address_text(found->address, address);
+		discover_address(found->from.address, address);
 		firmware_text(&found->answer, firmware);
 		printf("%-10u  %-20s  %-9s  %-15s  %u\n", found->answer.serial,
 		       type_name(&found->answer), firmware, address, found->answer.user_id);
@@ -103,7 +101,7 @@ static void print_json(const struct search *search)
 		const struct found *found = &search->found[i];
 		char address[16], firmware[16];
 
-		address_text(found->address, address);
+		discover_address(found->from.address, address);
 		firmware_text(&found->answer, firmware);
 		json_object(&json, NULL);
 		json_unsigned(&json, "serial", found->answer.serial);
@@ -125,8 +123,8 @@ static void say_network(const struct discovery_network *network, uint16_t port)
 	char name[IF_NAMESIZE] = "", address[16], broadcast[16];
 
 	if_indextoname(own->interface, name);
-	address_text(own->address, address);
-	address_text(own->broadcast, broadcast);
+	discover_address(own->address, address);
+	discover_address(own->broadcast, broadcast);
 	if (network->error)
 		fprintf(stderr, "  not asked at %s (%s/%u): %s\n", name, address, own->prefix,
 			network->error == -EOPNOTSUPP ?
@@ -151,7 +149,7 @@ static void say_why(const struct discovery_report *report, unsigned int strange,
 	for (int i = 0; i < report->unheard; i++) {
 		char address[16];
 
-		address_text(report->unheard_from[i], address);
+		discover_address(report->unheard_from[i], address);
 		fprintf(stderr, "  %s has answered, but this computer dropped the answer: let its "
 			"firewall accept UDP from port 20055 (or see rp_filter), or set "
 			"address = %s in pokeysd.conf\n", address, address);
@@ -183,6 +181,10 @@ int command_discover(const struct options *options)
 	};
 	int result;
 
+	if (options->draft && options->json) {
+		complain("discover --config takes no --json");
+		return STATUS_USAGE;
+	}
 	for (size_t i = 0; i < options->addresses; i++)
 		also[i].address = options->address[i];
 	result = discovery_search(&ask, take, &search);
@@ -195,9 +197,11 @@ int command_discover(const struct options *options)
 		return STATUS_FAILED;
 	}
 	qsort(search.found, search.count, sizeof(search.found[0]), by_serial);
+	if (options->draft && search.count)
+		return discover_draft(search.found, search.count, options, stdout);
 	if (options->json)
 		print_json(&search);
-	else
+	else if (!options->draft)
 		print_table(&search);
 	if (search.count)
 		return STATUS_OK;

@@ -110,6 +110,9 @@ static bool take_option(struct options *options, int option)
 	case 'o':
 		options->config = optarg;
 		break;
+	case 'D':
+		options->draft = true;
+		break;
 	case 'R':
 		options->root = optarg;
 		break;
@@ -157,6 +160,16 @@ static const struct command *find_command(const char *name)
 	return NULL;
 }
 
+/* What the command takes that the line names first; options may stand before it. */
+static unsigned int named_takes(int argc, char **argv)
+{
+	const struct command *command = NULL;
+
+	for (int i = 1; i < argc && !command; i++)
+		command = find_command(argv[i]);
+	return command ? command->takes : 0;
+}
+
 /* "-1000" is a number and no option: with a space before it, getopt(3) takes it for none. */
 static void keep_numbers(int argc, char **argv)
 {
@@ -178,7 +191,7 @@ static bool take_line(struct options *options, int argc, char **argv,
 	bool helps = false;
 	int option;
 
-	table_long_options(long_options);
+	table_long_options(named_takes(argc, argv), long_options);
 	keep_numbers(argc, argv);
 	*status = STATUS_USAGE;
 	while ((option = usage_option("pokeysctl", argc, argv, TABLE_LETTERS, long_options)) >= 0) {

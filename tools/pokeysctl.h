@@ -37,6 +37,7 @@ struct options {
 	int priority;
 	bool no_realtime;
 	bool follow;
+	bool draft;			/* a pokeysd.conf is to be printed */
 	char *const *names;		/* devices */
 	size_t name_count;
 };

@@ -9,7 +9,7 @@
 
 const struct command table_commands[] = {
 	{ "discover", "", "search the network for devices",
-	  TAKES_TIMEOUT | TAKES_ADDRESS | TAKES_INTERFACE, command_discover },
+	  TAKES_TIMEOUT | TAKES_ADDRESS | TAKES_INTERFACE | TAKES_DRAFT, command_discover },
 	{ "devices", "", "list the devices of the running daemon", TAKES_RUNTIME,
 	  command_devices },
 	{ "status", "[DEVICE ...]", "show the state of the devices once",
@@ -77,6 +77,8 @@ const struct option_row table_options[] = {
 	{ "interval", 'd', "S", TAKES_INTERVAL, "seconds between redraws (0.5)" },
 	{ "cpu", 'c', "N", TAKES_CPU, "the core to check or measure (the daemon's)" },
 	{ "config", 'o', "FILE", TAKES_CONFIG, "the daemon's configuration file" },
+	{ "config", 'D', NULL, TAKES_DRAFT,
+	  "print a pokeysd.conf for the devices found, with their present settings" },
 	{ "root", 'R', "DIR", TAKES_ROOT, "examine another machine, whose files are in DIR" },
 	{ "seconds", 's', "S", TAKES_SECONDS, "how long to measure (10)" },
 	{ "for", 'F', "S", TAKES_DURATION,
@@ -98,14 +100,22 @@ const struct option_row table_options[] = {
 _Static_assert(sizeof(table_options) / sizeof(table_options[0]) <= TABLE_OPTIONS_MAX,
 	       "more options than getopt's table has places");
 
-void table_long_options(struct option options[TABLE_OPTIONS_MAX])
+/* Another option of the same name is meant. */
+static bool is_hidden(const struct option_row *row, unsigned int takes)
 {
-	const struct option_row *row = table_options;
+	for (const struct option_row *other = table_options; other->name; other++)
+		if (other != row && !strcmp(other->name, row->name) && !(row->takes & takes))
+			return other < row || other->takes & takes;
+	return false;
+}
 
+void table_long_options(unsigned int takes, struct option options[TABLE_OPTIONS_MAX])
+{
 	memset(options, 0, TABLE_OPTIONS_MAX * sizeof(*options));
-	for (; row->name; row++)
-		*options++ = (struct option){ row->name, row->value ? required_argument :
-					      no_argument, NULL, row->letter };
+	for (const struct option_row *row = table_options; row->name; row++)
+		if (!is_hidden(row, takes))
+			*options++ = (struct option){ row->name, row->value ? required_argument :
+						      no_argument, NULL, row->letter };
 }
 
 unsigned int table_takes(int letter)

@@ -13,7 +13,7 @@ enum {
 	TAKES_COUNT = 16, TAKES_INTERVAL = 32, TAKES_NAMES = 64, TAKES_CPU = 128,
 	TAKES_CONFIG = 256, TAKES_ROOT = 512, TAKES_MEASURE = 1024, TAKES_SECONDS = 2048,
 	TAKES_TRACE = 4096, TAKES_DURATION = 8192, TAKES_SPEED = 16384,
-	TAKES_FOLLOW = 32768, TAKES_CSV = 65536,
+	TAKES_FOLLOW = 32768, TAKES_CSV = 65536, TAKES_DRAFT = 131072,
 };
 
 struct command {
@@ -39,8 +39,11 @@ enum { TABLE_OPTIONS_MAX = 32 };
 extern const struct command table_commands[];
 extern const struct option_row table_options[];
 
-/* The options for getopt_long(3). */
-void table_long_options(struct option options[TABLE_OPTIONS_MAX]);
+/*
+ * The options for getopt_long(3). Of two that have the same name, the one that a command with
+ * these bits takes; the first one if it takes neither.
+ */
+void table_long_options(unsigned int takes, struct option options[TABLE_OPTIONS_MAX]);
 
 /* The bit of this letter's option, 0 = all commands take it. */
 unsigned int table_takes(int letter);

@@ -31,8 +31,9 @@ MAY_USE = {
     "halbridge": ["include", "shm", "usage"],
     # its names and help texts are HAL's
     "model": ["halbridge", "shm", "wire", "include"],
-    # discovery is a socket's work, and the tools' search is the daemon's search
-    "tools": ["include", "model", "settings", "shm", "usage", "wire", "daemon/transport", "daemon/recorder"],
+    # discovery is a socket's work, and the tools' search is the daemon's search; device: survey.h
+    "tools": ["include", "model", "settings", "shm", "usage", "wire", "daemon/transport", "daemon/recorder",
+              "daemon/device"],
     "examples": ["include"],
 }
 GENERATED = {"version.h", "guard.skel.h", "trace.skel.h"}  # made by the build, belongs to no room

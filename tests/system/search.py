@@ -174,6 +174,13 @@ def test_the_daemon_says_where_it_has_searched():
             wait_for("nobody in the log", lambda: "at v0 (10.9.9.1/24); sudo pokeysctl discover tells" in house.log())
 
 
+def test_a_new_configuration_names_the_interface():
+    with cable("v0", "10.9.9.1/24", device="10.9.9.3/24"), House() as house:
+        start_far(house, "v0", "10.9.9.3", SERIAL)
+        out = run(house.programs["pokeysctl"], "discover", "--config", "--timeout", "2000")
+        assert "\n; interface = v0\n" in out.stdout and f"\nserial = {SERIAL}\n" in out.stdout, out
+
+
 def test_an_interface_that_does_not_exist_is_named():
     with House() as house:
         assert "v7" in found(house, "--interface", "v7")

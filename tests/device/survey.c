@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * A device's settings, read without driving it: the same ones that the daemon reads, over a
+ * bad network as well, and nothing but reads is sent.
+ */
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <cmocka.h>
+#include "daemon/device/survey.h"
+#include "settings/key.h"
+#include "sim/preset.h"
+#include "tests/device/world.h"
+#include "wire/op.h"
+#include "wire/pulse.h"
+
+#define LOSS 0.1	/* each way */
+
+static struct world world;
+static struct sim_rig_options options;
+static struct survey *survey;
+static uint64_t now, sent, writes;
+
+/* A read is one by wire's table, which the daemon's mailbox goes by. */
+static int send_packet(void *context, const uint8_t *packet, size_t length)
+{
+	const struct wire_op_row *row = wire_op_find(packet[1], packet[2]);
+
+	(void)context;
+	assert_non_null(row);
+	writes += wire_request_class(row, packet) != WIRE_READ;
+	sent++;
+	sim_rig_send(&world.rig, now, packet, length);
+	return 0;
+}
+
+static enum survey_state read_all(void)
+{
+	const struct pokeys_io io = { .send = send_packet };
+	const uint64_t begin = now;
+	enum survey_state state;
+
+	survey = aligned_alloc(64, survey_size());
+	assert_non_null(survey);
+	sent = writes = 0;
+	survey_begin(survey, &io, now);
+	while ((state = survey_turn(survey, now)) == SURVEY_READING) {
+		uint8_t reply[WIRE_PK];
+		size_t length;
+
+		assert_true(now - begin < 60 * SECOND);
+		now += 2 * MS;
+		while ((length = sim_rig_receive(&world.rig, now, reply, sizeof(reply))) > 0)
+			survey_deliver(survey, reply, length, NULL, now);
+	}
+	assert_int_equal(writes, 0);
+	return state;
+}
+
+static int begin(void **state)
+{
+	(void)state;
+	memset(&options, 0, sizeof(options));
+	return 0;
+}
+
+static int end(void **state)
+{
+	(void)state;
+	free(survey);
+	survey = NULL;
+	return 0;
+}
+
+static void set_up(const char *preset)
+{
+	struct sim_text why;
+
+	world_init(&world, &options);
+	assert_true(sim_preset_apply(&world.rig.device, preset, &why));
+	now = world.now;
+}
+
+/* Each key in words, from both. */
+static void compare(const struct pokeys_settings *daemons)
+{
+	unsigned int said = 0;
+
+	for (size_t i = 0; i < settings_key_count; i++) {
+		const struct settings_key *key = &settings_keys[i];
+
+		/* these are asked of the motor drivers, through the device */
+		if (!strcmp(key->name, "axis.#.postep-microsteps") ||
+		    !strcmp(key->name, "axis.#.postep-temperature-limit"))
+			continue;
+		for (uint32_t n = 0; n < (key->count ? key->count : 1); n++) {
+			char ours[SETTINGS_VALUE_MAX], theirs[SETTINGS_VALUE_MAX];
+
+			settings_print(key, n, survey_settings(survey), ours);
+			settings_print(key, n, daemons, theirs);
+			if (strcmp(ours, theirs) != 0)
+				fail_msg("%s (%u): \"%s\", and the daemon reads \"%s\"", key->name,
+					 n, ours, theirs);
+			said += *ours != '\0';
+		}
+	}
+	assert_true(said > 100);
+}
+
+static void the_same_as_the_daemon_reads(void **state)
+{
+	static const char *const presets[] = { "factory", "demo", "printer", "servo-mill" };
+	static struct pokeys_report report;
+
+	(void)state;
+	for (size_t i = 0; i < sizeof(presets) / sizeof(presets[0]); i++) {
+		set_up(presets[i]);
+		world_until(&world, world_is_running, 5 * SECOND);
+		assert_true(device_report(world.device, &report));
+		now = world.now + 1 * SECOND;
+		assert_int_equal(read_all(), SURVEY_DONE);
+		assert_int_equal(survey_identity(survey)->serial, 65432);
+		assert_string_equal(survey_identity(survey)->type, "PoKeys57CNC");
+		assert_string_equal(survey_identity(survey)->name, "SimPoKeys57CNC");
+		assert_int_equal(survey_capability(survey)->pulse_engine, 2);
+		compare(&report.device);
+		end(NULL);
+	}
+}
+
+/* Reads do not change it, and neither stop it. */
+static void the_device_is_as_before(void **state)
+{
+	static struct sim_config before;
+
+	(void)state;
+	set_up("demo");
+	sim_rig_run(&world.rig, now);
+	before = world.rig.device.config;
+	world.rig.device.engine.state = WIRE_ENGINE_RUNNING;
+	assert_int_equal(read_all(), SURVEY_DONE);
+	assert_memory_equal(&before, &world.rig.device.config, sizeof(before));
+	assert_int_equal(world.rig.device.engine.state, WIRE_ENGINE_RUNNING);
+}
+
+static void lost_packets_cost_time_only(void **state)
+{
+	const uint64_t seed = world_seed();
+
+	(void)state;
+	for (uint64_t i = 0; i < 10; i++) {
+		static struct pokeys_settings clean;
+
+		set_up("demo");
+		assert_int_equal(read_all(), SURVEY_DONE);
+		clean = *survey_settings(survey);
+		end(NULL);
+		options.seed = seed + i;
+		options.link.faults[SIM_LINK_REQUEST].loss = LOSS;
+		options.link.faults[SIM_LINK_REPLY].loss = LOSS;
+		set_up("demo");
+		assert_int_equal(read_all(), SURVEY_DONE);
+		compare(&clean);
+		end(NULL);
+		begin(NULL);
+	}
+}
+
+static void who_does_not_answer_is_silent(void **state)
+{
+	uint64_t start;
+
+	(void)state;
+	set_up("demo");
+	sim_rig_silence(&world.rig, now, 3600 * SECOND);
+	start = now;
+	assert_int_equal(read_all(), SURVEY_SILENT);
+	assert_in_range(now - start, 100 * MS, 10 * SECOND);
+}
+
+/* A firmware that does not know a question does not answer it. */
+static void what_is_not_answered_is_not_known(void **state)
+{
+	(void)state;
+	options.device.choices.drop_unknown = true;
+	options.device.firmware_major = 0x36;
+	set_up("demo");
+	assert_int_equal(read_all(), SURVEY_DONE);
+	assert_true(survey_settings(survey)->set & POKEYS_SET_AXES);
+}
+
+static void a_password_is_said(void **state)
+{
+	(void)state;
+	set_up("demo");
+	world.rig.device.options.choices.enforce_security = true;
+	memcpy(world.rig.device.config.security.password, "open sesame", 11);
+	world.rig.device.config.security.level = 255;
+	world.rig.device.run.security_level = 255;
+	assert_int_equal(read_all(), SURVEY_LOCKED);
+	assert_int_equal(survey_identity(survey)->serial, 65432);
+	assert_int_equal(survey_settings(survey)->set, 0);
+}
+
+static void an_unknown_type_is_said(void **state)
+{
+	(void)state;
+	options.device.hardware = 10;
+	set_up("factory");
+	assert_int_equal(read_all(), SURVEY_UNSUPPORTED);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		TEST(the_same_as_the_daemon_reads),
+		TEST(the_device_is_as_before),
+		TEST(lost_packets_cost_time_only),
+		TEST(who_does_not_answer_is_silent),
+		TEST(what_is_not_answered_is_not_known),
+		TEST(a_password_is_said),
+		TEST(an_unknown_type_is_said),
+	};
+
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/* pokeysctl discover: what its parts share. */
+#ifndef TOOLS_DISCOVER_H
+#define TOOLS_DISCOVER_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include "daemon/transport/transport.h"
+#include "tools/pokeysctl.h"
+#include "wire/model.h"
+
+struct found {
+	struct wire_discovery answer;
+	struct transport_address from;
+};
+
+/* "192.168.1.20" */
+void discover_address(uint32_t address, char text[16]);
+
+/*
+ * A pokeysd.conf for these devices, with the settings that they have at present: asked of
+ * them, without a daemon. Returns an exit status; what could not be read has been said.
+ */
+int discover_draft(const struct found *found, size_t count, const struct options *options,
+		   FILE *to);
+
+#endif

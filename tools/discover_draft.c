@@ -1,0 +1,253 @@
+/* SPDX-License-Identifier: GPL-2.0-or-later */
+/*
+ * pokeysctl discover --config: a pokeysd.conf for the devices that were found.
+ *
+ * Each device is asked for its settings over the network, by reads only, so it does not matter
+ * whether something drives it meanwhile. What it is set up for becomes lines; what only the
+ * user can know is suggested in comments.
+ */
+#include <errno.h>
+#include <grp.h>
+#include <net/if.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <pokeys/shm.h>
+#include "daemon/device/survey.h"
+#include "daemon/transport/addresses.h"
+#include "tools/config_draft.h"
+#include "tools/discover.h"
+#include "wire/model.h"
+
+#define PORT 20055
+#define TURN_NS UINT64_C(2000000)
+#define NS_PER_S UINT64_C(1000000000)
+
+static uint64_t clock_now(void)
+{
+	struct timespec now;
+
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	return (uint64_t)now.tv_sec * NS_PER_S + (uint64_t)now.tv_nsec;
+}
+
+static int send_packet(void *context, const uint8_t *packet, size_t length)
+{
+	struct transport *t = context;
+
+	return t->ops->send(t, 0, packet, length);
+}
+
+/* Until the device has said all, or nothing more. */
+static enum survey_state read_device(struct transport *t, struct survey *survey)
+{
+	const struct pokeys_io io = { .send = send_packet, .context = t };
+	enum survey_state state;
+	struct transport_packet packet;
+
+	survey_begin(survey, &io, clock_now());
+	while ((state = survey_turn(survey, clock_now())) == SURVEY_READING) {
+		t->ops->wait(t, clock_now() + TURN_NS);
+		while (t->ops->receive(t, &packet) > 0) {
+			const struct pokeys_rx rx = {
+				.address = packet.address, .port = packet.port,
+			};
+
+			survey_deliver(survey, packet.data, packet.length, &rx, clock_now());
+		}
+	}
+	return state;
+}
+
+/* The name of its label in the characters that a section may have, else that of its type. */
+static void name_device(const struct found *found, const char *label,
+			char name[POKEYS_SHM_NAME_MAX])
+{
+	static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+				      "0123456789_-";
+	const char *from = *label ? label : wire_model(found->answer.hardware)->name;
+	size_t length = 0;
+
+	for (; *from && length + 1 < POKEYS_SHM_NAME_MAX; from++)
+		if (strchr(allowed, *from))
+			name[length++] = *from;
+		else if (length && name[length - 1] != '-')
+			name[length++] = '-';
+	while (length && name[length - 1] == '-')
+		length--;
+	name[length] = '\0';
+	if (!length)
+		strcpy(name, "pokeys");
+}
+
+/* Names differ, or there would be two sections of one name. */
+static void make_unique(char names[][POKEYS_SHM_NAME_MAX], size_t count)
+{
+	char *name = names[count];
+	size_t length = strlen(name);
+	unsigned int number = 2;
+
+	if (length > POKEYS_SHM_NAME_MAX - 5)
+		length = POKEYS_SHM_NAME_MAX - 5;
+	for (size_t i = 0; i < count; i++) {
+		if (strcmp(names[i], name) != 0)
+			continue;
+		snprintf(name + length, 5, "-%u", number++ % 1000);
+		i = SIZE_MAX;	/* from the first one: this name may exist as well */
+	}
+}
+
+/* The network card with the smallest network that has this address; 0 = behind a router. */
+static unsigned int interface_to(const struct transport_address *at)
+{
+	static struct own_address own[ADDRESSES_OWN_MAX];
+	const int count = addresses_own(own, ADDRESSES_OWN_MAX, 0);
+	unsigned int interface = 0;
+	uint8_t prefix = 0;
+
+	if (at->interface)
+		return at->interface;
+	for (int i = 0; i < count; i++) {
+		const uint32_t mask = own[i].prefix ? ~UINT32_C(0) << (32 - own[i].prefix) : 0;
+
+		if ((own[i].address ^ at->address) & mask || own[i].prefix < prefix)
+			continue;
+		interface = own[i].loopback ? 0 : own[i].interface;
+		prefix = own[i].prefix;
+	}
+	return interface;
+}
+
+/* The network card that all of them are at; "" = none, or several. */
+static void only_interface(const struct found *found, size_t count, char name[IF_NAMESIZE])
+{
+	const unsigned int interface = interface_to(&found[0].from);
+
+	*name = '\0';
+	for (size_t i = 1; i < count; i++)
+		if (interface_to(&found[i].from) != interface)
+			return;
+	if (interface)
+		if_indextoname(interface, name);
+}
+
+static void print_head(const struct found *found, size_t count, FILE *to)
+{
+	char interface[IF_NAMESIZE];
+
+	only_interface(found, count, interface);
+	fputs("# Devices that answered \"pokeysctl discover --config\", with their settings.\n"
+	      "# Save this as /etc/pokeysd/pokeysd.conf, then run: sudo pokeysd --check-config\n"
+	      "# pokeysd.conf(5) has all keys. To use a line that begins with ; remove the ;\n"
+	      "\n"
+	      "[daemon]\n"
+	      "# Its members may command the devices.\n", to);
+	fprintf(to, "%sgroup = pokeys\n", getgrnam("pokeys") ? "" : "; ");
+	if (*interface)
+		fprintf(to, "# Only this network card is used.\n; interface = %s\n", interface);
+	fputs("# A core for the realtime thread alone; pokeysctl doctor explains how to get one.\n"
+	      "; cpu = 1\n", to);
+}
+
+/* What a machine needs besides, and a device does not know. */
+static void suggest(const struct survey *survey, FILE *to)
+{
+	fputs("\n# When LinuxCNC is silent, all outputs go off, except those that stay as they\n"
+	      "# are and those that go on.\n"
+	      "; safe-hold = 31\n"
+	      "; safe-on = 32\n"
+	      "; heartbeat-timeout-ms = 100\n", to);
+	if (survey_capability(survey)->pulse_engine >= 2 && !survey_settings(survey)->axes)
+		fputs("# Axes that the device's pulse engine drives, and how.\n"
+		      "; axes = 3\n"
+		      "; axis.0.mode = position\n"
+		      "; axis.0.max-speed = 25000\n"
+		      "; axis.0.max-acceleration = 100000\n", to);
+}
+
+static const char *const endings[] = {
+	[SURVEY_SILENT] = "it has answered the search, but not the questions for its settings",
+	[SURVEY_UNSUPPORTED] = "pokeysd does not drive devices of this type",
+	[SURVEY_LOCKED] = "a password locks it, so its settings cannot be read",
+};
+
+static void print_device(const struct found *found, const char *name, const struct survey *survey,
+			 enum survey_state state, FILE *to)
+{
+	const struct wire_version version = wire_firmware(found->answer.firmware,
+							  found->answer.revision);
+	const char *type = found->answer.old_format ? "PoKeys56E" :
+						      wire_model(found->answer.hardware)->name;
+	char address[16];
+
+	discover_address(found->from.address, address);
+	fprintf(to, "\n# %s, firmware %u.%u.%u, at %s\n", type, version.major, version.minor,
+		version.revision, address);
+	if (state != SURVEY_DONE) {
+		complain("%u at %s: %s", found->answer.serial, address, endings[state]);
+		fprintf(to, "# %c%s.\n", endings[state][0] - 'a' + 'A', endings[state] + 1);
+	}
+	if (state == SURVEY_UNSUPPORTED) {
+		fprintf(to, "; [device %s]\n; serial = %u\n", name, found->answer.serial);
+		return;
+	}
+	fprintf(to, "[device %s]\nserial = %u\n# With the address, no search is needed.\n"
+		"; address = %s\n", name, found->answer.serial, address);
+	if (state == SURVEY_LOCKED)
+		fputs("# The only line of this file is the password.\n"
+		      "; password-file = /etc/pokeysd/password\n", to);
+	suggest(survey, to);
+	if (state == SURVEY_DONE)
+		config_draft_settings(survey_settings(survey), to);
+}
+
+static void print_devices(struct transport *t, struct survey *survey, const struct found *found,
+			  size_t count, FILE *to)
+{
+	static char names[TRANSPORT_CHANNELS][POKEYS_SHM_NAME_MAX];
+	size_t printed = 0;
+
+	for (size_t i = 0; i < count; i++) {
+		struct transport_address at = found[i].from;
+		enum survey_state state;
+
+		/* found in two networks */
+		if (i && found[i].answer.serial == found[i - 1].answer.serial)
+			continue;
+		if (printed == TRANSPORT_CHANNELS) {
+			complain("one daemon drives %d devices; the others are left out",
+				 TRANSPORT_CHANNELS);
+			break;
+		}
+		at.port = PORT;
+		state = t->ops->aim(t, 0, &at) ? SURVEY_SILENT : read_device(t, survey);
+		name_device(&found[i], survey_identity(survey)->name, names[printed]);
+		make_unique(names, printed);
+		print_device(&found[i], names[printed++], survey, state, to);
+	}
+}
+
+int discover_draft(const struct found *found, size_t count, const struct options *options, FILE *to)
+{
+	const struct transport_options how = { .interface = options->interface };
+	struct survey *survey = aligned_alloc(64, survey_size());
+	struct transport *t = NULL;
+	const char *why;
+	int result = survey ? transport_open(&t, "socket", &how, &why) : -ENOMEM;
+
+	if (!result)
+		result = t->ops->attach(t, 0);
+	if (!result)
+		result = t->ops->start(t);
+	if (result) {
+		complain("the devices cannot be asked for their settings: %s", strerror(-result));
+	} else {
+		print_head(found, count, to);
+		print_devices(t, survey, found, count, to);
+	}
+	free(survey);
+	if (t)
+		transport_close(t);
+	return result ? STATUS_FAILED : STATUS_OK;
+}
