@@ -1,13 +1,253 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * A device's settings as a commented part of a new pokeysd.conf: help once for each key, then
- * the keys, all of one axis or encoder together.
+ * With the lines that are written here, pokeysd must change nothing in the device. What is not
+ * given in its file is not always left alone: some keys need others, and members of one request
+ * are written together. So the draft is read as the daemon reads it and held against the device,
+ * until both agree; the lines at which they do not become comments.
  */
+#include <errno.h>
+#include <stdlib.h>
 #include <string.h>
+#include "daemon/control/config.h"
 #include "tools/config_draft.h"
 #include "tools/config_print.h"
 
-enum { COLUMNS = 96 };
+enum { COLUMNS = 96, WHY_MAX = SETTINGS_VALUE_MAX + 64, HEAD_LINES = 2, ROUNDS = 200 };
+
+/* A key that the device has said something of. */
+struct entry {
+	const struct settings_key *key;
+	uint32_t index;
+	char text[SETTINGS_VALUE_MAX];
+	bool said;		/* there is a word for it */
+	bool is_line;		/* and no comment */
+	char why[WHY_MAX];	/* it is none; "" = nothing is set up */
+};
+
+struct draft {
+	const struct pokeys_settings *device;
+	struct pokeys_settings listed;	/* the device's, without terminals that are in no list */
+	struct entry *entry;
+	size_t count;
+	struct config config;
+	unsigned int faults;
+	bool changed;
+};
+
+/* Says of everything that it is off, none or 0. */
+static const struct pokeys_settings *nothing_set_up(void)
+{
+	static struct pokeys_settings settings;
+
+	settings.set = UINT32_MAX;
+	memset(settings.pin_set, 0xff, sizeof(settings.pin_set));
+	return &settings;
+}
+
+static bool is_nothing(const struct entry *entry)
+{
+	char blank[SETTINGS_VALUE_MAX];
+
+	settings_print(entry->key, 0, nothing_set_up(), blank);
+	return !strcmp(entry->text, blank);
+}
+
+static bool is_of(const struct entry *entry, const char *prefix)
+{
+	return !strncmp(entry->key->name, prefix, strlen(prefix));
+}
+
+/* They are written together: the daemon takes one of them, and 0 for those that are not given. */
+static bool is_together(const struct entry *one, const struct entry *other)
+{
+	if (config_is_pin_list(one->key) || config_is_pin_list(other->key))
+		return one->key == other->key;
+	return one->index == other->index && one->key->set_offset == other->key->set_offset &&
+	       one->key->set_bits == other->key->set_bits;
+}
+
+static void comment(struct draft *draft, const struct entry *entry, const char *why)
+{
+	for (size_t i = 0; i < draft->count; i++) {
+		struct entry *other = &draft->entry[i];
+
+		if (!other->is_line || !is_together(entry, other))
+			continue;
+		other->is_line = false;
+		draft->changed = true;
+		snprintf(other->why, sizeof(other->why), "%s", why);
+	}
+}
+
+/* Whether one of what is written together says more than nothing. */
+static bool any_is_set_up(const struct draft *draft, const struct entry *entry)
+{
+	for (size_t i = 0; i < draft->count; i++)
+		if (is_together(entry, &draft->entry[i]) && !is_nothing(&draft->entry[i]))
+			return true;
+	return false;
+}
+
+/*
+ * Keys of an axis or encoder that is in use are lines, whatever they say: the daemon has an
+ * opinion about those that are missing. PoStep drivers are left to the device, for any key of
+ * theirs makes the daemon talk to them; and so is a failsafe that is off, for the daemon's own
+ * is better than none.
+ */
+static void choose_lines(struct draft *draft)
+{
+	for (size_t i = 0; i < draft->count; i++) {
+		struct entry *entry = &draft->entry[i];
+
+		entry->is_line = strchr(entry->key->name, '#') || is_of(entry, "axes") ||
+				 is_of(entry, "backlash") || any_is_set_up(draft, entry);
+		if (is_of(entry, "postep") || is_of(entry, "axis.#.postep"))
+			entry->is_line = false;
+	}
+	for (size_t i = 0; i < draft->count; i++) {
+		const struct entry *entry = &draft->entry[i];
+		char why[WHY_MAX];
+
+		if (is_of(entry, "failsafe-timeout-ms") && is_nothing(entry))
+			comment(draft, entry, "");
+		if (entry->said)
+			continue;
+		snprintf(why, sizeof(why), "The device has %s, for which there is no word.",
+			 entry->text);
+		comment(draft, entry, why);
+	}
+}
+
+static void collect(struct draft *draft)
+{
+	for (size_t i = 0; i < settings_key_count; i += config_group(i)) {
+		const size_t keys = config_group(i);
+
+		for (uint32_t n = 0; n < config_indices(&settings_keys[i]); n++) {
+			for (size_t k = i; k < i + keys; k++) {
+				struct entry *entry = &draft->entry[draft->count];
+
+				if (config_is_idle(&settings_keys[k], n, draft->device))
+					continue;
+				entry->key = &settings_keys[k];
+				entry->index = n;
+				entry->said = settings_print(entry->key, n, &draft->listed,
+							     entry->text);
+				draft->count += entry->said || *entry->text;
+			}
+		}
+	}
+}
+
+/* The entry that is the so many-th line, NULL = none is. */
+static const struct entry *line_at(const struct draft *draft, unsigned long line)
+{
+	for (size_t i = 0; i < draft->count; i++)
+		if (draft->entry[i].is_line && line-- == HEAD_LINES + 1)
+			return &draft->entry[i];
+	return NULL;
+}
+
+/* "draft:7: [device x]: terminal 46 is used by analog-inputs (line 3) as well" */
+static void take_fault(void *context, const char *text)
+{
+	struct draft *draft = context;
+	const struct entry *entry;
+	char why[WHY_MAX], *at;
+	const char *said = strstr(text, "]: ");
+
+	draft->faults++;
+	entry = line_at(draft, strtoul(text + strcspn(text, ":") + 1, NULL, 10));
+	if (!entry)
+		return;
+	snprintf(why, sizeof(why), "pokeysd refuses it: %s", said ? said + 3 : text);
+	at = strstr(why, " (line ");
+	if (at)
+		memmove(at, at + strcspn(at, ")") + 1, strlen(at + strcspn(at, ")")));
+	comment(draft, entry, why);
+}
+
+/* False: no memory. */
+static bool judge(struct draft *draft)
+{
+	char *text = NULL, name[SETTINGS_NAME_MAX];
+	size_t length = 0;
+	FILE *to = open_memstream(&text, &length);
+
+	if (!to)
+		return false;
+	fputs("[device draft]\naddress = 127.0.0.1\n", to);
+	for (size_t i = 0; i < draft->count; i++)
+		if (draft->entry[i].is_line)
+			fprintf(to, "%s = %s\n", settings_name(draft->entry[i].key,
+				draft->entry[i].index, name), draft->entry[i].text);
+	if (fclose(to) || !text) {
+		free(text);
+		return false;
+	}
+	draft->faults = 0;
+	config_parse("draft", text, length, &draft->config, take_fault, draft);
+	free(text);
+	return true;
+}
+
+static bool is_same_place(const struct settings_key *one, const struct settings_key *other)
+{
+	const char *hash = strchr(one->name, '#');
+
+	return hash && !strncmp(one->name, other->name, (size_t)(hash - one->name) + 1);
+}
+
+/* The key's line, or all lines of its axis or encoder if it follows from others. */
+static void comment_key(struct draft *draft, const struct settings_key *key, uint32_t index)
+{
+	static const char why[] = "pokeysd would not leave the device as it is.";
+	const bool before = draft->changed;
+
+	draft->changed = false;
+	for (size_t i = 0; i < draft->count; i++)
+		if (draft->entry[i].key == key && draft->entry[i].index == index)
+			comment(draft, &draft->entry[i], why);
+	for (size_t i = 0; !draft->changed && i < draft->count; i++)
+		if (draft->entry[i].index == index && is_same_place(key, draft->entry[i].key) &&
+		    draft->entry[i].is_line) {
+			comment(draft, &draft->entry[i], why);
+			draft->changed = false;
+		}
+	draft->changed = draft->changed || before;
+}
+
+static bool pins_differ(const struct draft *draft)
+{
+	const struct pokeys_settings *wanted = &draft->config.device[0].settings;
+
+	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++)
+		if (config_pin_known(wanted, pin) &&
+		    (!config_pin_known(draft->device, pin) ||
+		     wanted->pin_function[pin] != draft->device->pin_function[pin]))
+			return true;
+	return false;
+}
+
+/* What the daemon would make of the draft, and of what is in the device. */
+static void compare(struct draft *draft)
+{
+	const struct pokeys_settings *wanted = &draft->config.device[0].settings;
+
+	for (size_t i = 0; i < settings_key_count; i++) {
+		const struct settings_key *key = &settings_keys[i];
+
+		if (!strncmp(key->name, "failsafe", 8))
+			continue;
+		for (uint32_t n = 0; n < config_indices(key); n++)
+			if (settings_differ(key, n, wanted, draft->device))
+				comment_key(draft, key, n);
+	}
+	for (size_t i = 0; pins_differ(draft) && i < draft->count; i++)
+		if (config_is_pin_list(draft->entry[i].key))
+			comment(draft, &draft->entry[i],
+				"pokeysd would give a terminal another function than it has.");
+}
 
 static void print_help(const struct settings_key *key, FILE *to)
 {
@@ -30,81 +270,83 @@ static void print_help(const struct settings_key *key, FILE *to)
 	fputc('\n', to);
 }
 
-/* Says of everything that it is off, none or 0. */
-static const struct pokeys_settings *nothing_set_up(void)
+static bool is_first(const struct draft *draft, const struct entry *entry)
 {
-	static struct pokeys_settings settings;
-
-	settings.set = UINT32_MAX;
-	memset(settings.pin_set, 0xff, sizeof(settings.pin_set));
-	for (size_t i = 0; i < sizeof(settings.encoder) / sizeof(settings.encoder[0]); i++) {
-		settings.encoder[i].options_mask = UINT8_MAX;
-		settings.encoder[i].pins_set = UINT8_MAX;
-	}
-	for (size_t i = 0; i < POKEYS_AXES; i++) {
-		settings.axis[i].set = UINT32_MAX;
-		settings.axis[i].options_mask = UINT8_MAX;
-		settings.axis[i].switches_mask = UINT8_MAX;
-	}
-	return &settings;
-}
-
-static bool is_nothing(const struct settings_key *key, uint32_t index, const char *text)
-{
-	char blank[SETTINGS_VALUE_MAX];
-
-	settings_print(key, index, nothing_set_up(), blank);
-	return !strcmp(text, blank);
-}
-
-/* False: the device has said nothing of it. */
-static bool print_key(const struct settings_key *key, uint32_t index,
-		      const struct pokeys_settings *device, bool first, FILE *to)
-{
-	char name[SETTINGS_NAME_MAX], text[SETTINGS_VALUE_MAX];
-	const bool said = settings_print(key, index, device, text);
-
-	if (!said && !*text)
-		return false;
-	settings_name(key, index, name);
-	if (first)
-		print_help(key, to);
-	if (!said)
-		fprintf(to, "; %s: the device has %s, for which there is no word\n", name, text);
-	else if (is_nothing(key, index, text) && strcmp(key->name, "axis.#.mode") != 0)
-		fprintf(to, "; %s =%s%s\n", name, config_is_pin_list(key) ? "" : " ",
-			config_is_pin_list(key) ? "" : text);
-	else
-		fprintf(to, "%s = %s\n", name, text);
+	for (const struct entry *other = draft->entry; other < entry; other++)
+		if (other->key == entry->key)
+			return false;
 	return true;
 }
 
-/* All of one axis, then all of the next one. */
-static void print_group(const struct settings_key *keys, size_t count,
-			const struct pokeys_settings *device, FILE *to)
+static void print_entry(const struct draft *draft, const struct entry *entry, FILE *to)
 {
-	bool first = true;
+	const struct entry *before = entry > draft->entry ? entry - 1 : NULL;
+	char name[SETTINGS_NAME_MAX];
 
-	for (uint32_t n = 0; n < config_indices(keys); n++) {
-		bool any = false;
-
-		for (size_t i = 0; i < count; i++) {
-			if (config_is_idle(&keys[i], n, device))
-				continue;
-			if (!any && strchr(keys->name, '#'))
-				fputc('\n', to);
-			any = true;
-			print_key(&keys[i], n, device, first, to);
-		}
-		first = first && !any;
-	}
+	if (before && strchr(entry->key->name, '#') &&
+	    (before->index != entry->index || !is_same_place(entry->key, before->key)))
+		fputc('\n', to);
+	if (is_first(draft, entry))
+		print_help(entry->key, to);
+	if (*entry->why)
+		fprintf(to, "# %s\n", entry->why);
+	settings_name(entry->key, entry->index, name);
+	if (!entry->is_line && config_is_pin_list(entry->key) && !strcmp(entry->text, "none"))
+		fprintf(to, "; %s =\n", name);
+	else
+		fprintf(to, "%s%s = %s\n", entry->is_line ? "" : "; ", name, entry->text);
 }
 
-void config_draft_settings(const struct pokeys_settings *device, FILE *to)
+/* Lists have only what a list can say; the rest is told of by itself. */
+static void leave_out_odd_pins(struct draft *draft)
 {
+	draft->listed = *draft->device;
+	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++)
+		if (!config_pin_has_list(draft->device->pin_function[pin], pin))
+			draft->listed.pin_set[pin / 8] &= (uint8_t)~(1u << pin % 8);
+}
+
+static int write_draft(struct draft *draft, FILE *to)
+{
+	bool settled = false;
+
+	leave_out_odd_pins(draft);
+	collect(draft);
+	choose_lines(draft);
+	for (int i = 0; !settled && i < ROUNDS; i++) {
+		draft->changed = false;
+		if (!judge(draft))
+			return -ENOMEM;
+		if (!draft->faults)
+			compare(draft);
+		settled = !draft->changed;
+	}
+	for (size_t i = 0; (!settled || draft->faults) && i < draft->count; i++)
+		comment(draft, &draft->entry[i], "pokeysd refuses it together with others.");
 	fputs("\n# What the device is set up for at present. pokeysd changes in the device\n"
 	      "# what is changed here, and leaves all else as it is.\n", to);
-	for (size_t i = 0; i < settings_key_count; i += config_group(i))
-		print_group(&settings_keys[i], config_group(i), device, to);
-	config_print_odd_pins(device, to);
+	for (size_t i = 0; i < draft->count; i++)
+		print_entry(draft, &draft->entry[i], to);
+	config_print_odd_pins(draft->device, to);
+	return 0;
+}
+
+int config_draft_settings(const struct pokeys_settings *device, FILE *to)
+{
+	struct draft *draft = calloc(1, sizeof(*draft));
+	size_t most = 0;
+	int result = -ENOMEM;
+
+	for (size_t i = 0; i < settings_key_count; i++)
+		most += config_indices(&settings_keys[i]);
+	if (draft)
+		draft->entry = calloc(most + 1, sizeof(*draft->entry));
+	if (draft && draft->entry) {
+		draft->device = device;
+		result = write_draft(draft, to);
+	}
+	if (draft)
+		free(draft->entry);
+	free(draft);
+	return result;
 }

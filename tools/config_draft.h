@@ -7,9 +7,11 @@
 #include <pokeys/settings.h>
 
 /*
- * Each key that the device has said anything of, with its help where it comes first. What is
- * off, none or 0 is a comment, so that pokeysd leaves it to the device.
+ * Each key that the device has said anything of, with its help where it comes first. The
+ * lines are judged as the daemon does it: what it would refuse, or write into the device
+ * otherwise than it is there, is a comment with the reason; so is what is not set up at all.
+ * 0 or -ENOMEM. Cold.
  */
-void config_draft_settings(const struct pokeys_settings *device, FILE *to);
+int config_draft_settings(const struct pokeys_settings *device, FILE *to);
 
 #endif

@@ -10,6 +10,8 @@
 #include "tools/config_print.h"
 #include "tools/json.h"
 
+enum { DIGITAL = 0x06, INVERTED = 0x80 };
+
 static const char *const state_names[] = {
 	[POKEYS_CONFIG_UNKNOWN] = "unknown",
 	[POKEYS_CONFIG_WAITING] = "waiting",
@@ -31,9 +33,11 @@ bool config_is_pin_list(const struct settings_key *key)
 	return key->type == SETTINGS_PIN_FUNCTION || key->type == SETTINGS_PIN_FLAG;
 }
 
-/* Whether a list of the file holds this function. */
-static bool pin_has_list(uint8_t function, unsigned int pin)
+bool config_pin_has_list(uint8_t function, unsigned int pin)
 {
+	/* inverted-pins are inputs and outputs */
+	if (function & INVERTED && !(function & DIGITAL))
+		return false;
 	for (size_t i = 0; i < settings_key_count; i++) {
 		const struct settings_key *key = &settings_keys[i];
 
@@ -94,7 +98,8 @@ void config_print_odd_pins(const struct pokeys_settings *device, FILE *to)
 	char text[SETTINGS_VALUE_MAX];
 
 	for (unsigned int pin = 0; pin < POKEYS_PINS; pin++)
-		if (config_pin_known(device, pin) && !pin_has_list(device->pin_function[pin], pin))
+		if (config_pin_known(device, pin) &&
+		    !config_pin_has_list(device->pin_function[pin], pin))
 			fprintf(to, "; terminal %u: %s, for which there is no key\n", pin + 1,
 				settings_pin_text(device->pin_function[pin], text));
 }

@@ -33,6 +33,9 @@ bool config_is_idle(const struct settings_key *key, uint32_t index,
 /* How many keys from `first` on are of the same thing: "axis.#.", "encoder.#.". */
 size_t config_group(size_t first);
 
+/* Whether a list of the file holds this function of a pin, from 0. */
+bool config_pin_has_list(uint8_t function, unsigned int pin);
+
 /* Functions of pins that no list of the file holds, as comments. */
 void config_print_odd_pins(const struct pokeys_settings *device, FILE *to);
 

@@ -20,7 +20,7 @@ void discover_address(uint32_t address, char text[16]);
 
 /*
  * A pokeysd.conf for these devices, with the settings that they have at present: asked of
- * them, without a daemon. Returns an exit status; what could not be read has been said.
+ * them, without a daemon. STATUS_FAILED if those of one are missing; the reason has been said.
  */
 int discover_draft(const struct found *found, size_t count, const struct options *options,
 		   FILE *to);

@@ -40,13 +40,11 @@ static int send_packet(void *context, const uint8_t *packet, size_t length)
 }
 
 /* Until the device has said all, or nothing more. */
-static enum survey_state read_device(struct transport *t, struct survey *survey)
+static enum survey_state converse(struct transport *t, struct survey *survey)
 {
-	const struct pokeys_io io = { .send = send_packet, .context = t };
 	enum survey_state state;
 	struct transport_packet packet;
 
-	survey_begin(survey, &io, clock_now());
 	while ((state = survey_turn(survey, clock_now())) == SURVEY_READING) {
 		t->ops->wait(t, clock_now() + TURN_NS);
 		while (t->ops->receive(t, &packet) > 0) {
@@ -60,14 +58,52 @@ static enum survey_state read_device(struct transport *t, struct survey *survey)
 	return state;
 }
 
+/*
+ * With a socket of its own, so that nothing of another device is in it. 0 and *state, or -errno:
+ * the device cannot be asked; the survey has begun in any case.
+ */
+static int read_device(const struct found *found, const struct options *options,
+		       struct survey *survey, enum survey_state *state)
+{
+	const struct transport_options how = { .interface = options->interface };
+	const struct transport_address at = {
+		.address = found->from.address, .port = PORT, .interface = found->from.interface,
+	};
+	struct transport *t = NULL;
+	const char *why;
+	int result = transport_open(&t, "socket", &how, &why);
+	const struct pokeys_io io = { .send = send_packet, .context = t };
+
+	survey_begin(survey, &io, at.address, found->answer.serial, clock_now());
+	if (!result)
+		result = t->ops->attach(t, 0);
+	if (!result)
+		result = t->ops->start(t);
+	if (!result)
+		result = t->ops->aim(t, 0, &at);
+	if (!result)
+		*state = converse(t, survey);
+	if (t)
+		transport_close(t);
+	return result;
+}
+
+static const char *type_of(const struct found *found)
+{
+	return found->answer.old_format ? "PoKeys56E" : wire_model(found->answer.hardware)->name;
+}
+
 /* The name of its label in the characters that a section may have, else that of its type. */
 static void name_device(const struct found *found, const char *label,
 			char name[POKEYS_SHM_NAME_MAX])
 {
 	static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 				      "0123456789_-";
-	const char *from = *label ? label : wire_model(found->answer.hardware)->name;
+	const char *from = *label ? label : type_of(found);
 	size_t length = 0;
+
+	/* a command would take -x for an option */
+	from += strspn(from, "-");
 
 	for (; *from && length + 1 < POKEYS_SHM_NAME_MAX; from++)
 		if (strchr(allowed, *from))
@@ -151,103 +187,130 @@ static void print_head(const struct found *found, size_t count, FILE *to)
 }
 
 /* What a machine needs besides, and a device does not know. */
-static void suggest(const struct survey *survey, FILE *to)
+static void suggest(FILE *to)
 {
 	fputs("\n# When LinuxCNC is silent, all outputs go off, except those that stay as they\n"
 	      "# are and those that go on.\n"
 	      "; safe-hold = 31\n"
 	      "; safe-on = 32\n"
 	      "; heartbeat-timeout-ms = 100\n", to);
-	if (survey_capability(survey)->pulse_engine >= 2 && !survey_settings(survey)->axes)
-		fputs("# Axes that the device's pulse engine drives, and how.\n"
-		      "; axes = 3\n"
-		      "; axis.0.mode = position\n"
-		      "; axis.0.max-speed = 25000\n"
-		      "; axis.0.max-acceleration = 100000\n", to);
 }
 
 static const char *const endings[] = {
-	[SURVEY_SILENT] = "it has answered the search, but not the questions for its settings",
+	[SURVEY_SILENT] = "it has answered the search, but not all questions for its settings",
+	[SURVEY_OTHER] = "a device with another serial number answers at this address",
 	[SURVEY_UNSUPPORTED] = "pokeysd does not drive devices of this type",
 	[SURVEY_LOCKED] = "a password locks it, so its settings cannot be read",
 };
 
-static void print_device(const struct found *found, const char *name, const struct survey *survey,
-			 enum survey_state state, FILE *to)
+/* A search reaches neither what is behind a router nor this computer itself. */
+static void print_place(const struct found *found, const char *address, FILE *to)
+{
+	if (found->answer.serial)
+		fprintf(to, "serial = %u\n", found->answer.serial);
+	if (interface_to(&found->from))
+		fprintf(to, "# With the address, no search is needed.\n; address = %s\n", address);
+	else
+		fprintf(to, "# A search does not reach it.\naddress = %s\n", address);
+}
+
+/* Whether its settings are in the file. */
+static bool print_device(const struct found *found, const char *name, const struct survey *survey,
+			 enum survey_state state, const char *failure, FILE *to)
 {
 	const struct wire_version version = wire_firmware(found->answer.firmware,
 							  found->answer.revision);
-	const char *type = found->answer.old_format ? "PoKeys56E" :
-						      wire_model(found->answer.hardware)->name;
+	const char *why = failure ? failure : endings[state];
 	char address[16];
+	bool whole;
 
 	discover_address(found->from.address, address);
-	fprintf(to, "\n# %s, firmware %u.%u.%u, at %s\n", type, version.major, version.minor,
-		version.revision, address);
-	if (state != SURVEY_DONE) {
-		complain("%u at %s: %s", found->answer.serial, address, endings[state]);
-		fprintf(to, "# %c%s.\n", endings[state][0] - 'a' + 'A', endings[state] + 1);
+	fprintf(to, "\n# %s, firmware %u.%u.%u, at %s\n", type_of(found), version.major,
+		version.minor, version.revision, address);
+	if (why) {
+		complain("%u at %s: %s", found->answer.serial, address, why);
+		fprintf(to, "# Its settings are not here: %s.\n", why);
 	}
-	if (state == SURVEY_UNSUPPORTED) {
+	if (!failure && (state == SURVEY_UNSUPPORTED || state == SURVEY_OTHER)) {
 		fprintf(to, "; [device %s]\n; serial = %u\n", name, found->answer.serial);
-		return;
+		return false;
 	}
-	fprintf(to, "[device %s]\nserial = %u\n# With the address, no search is needed.\n"
-		"; address = %s\n", name, found->answer.serial, address);
-	if (state == SURVEY_LOCKED)
+	fprintf(to, "[device %s]\n", name);
+	print_place(found, address, to);
+	if (!failure && state == SURVEY_LOCKED)
 		fputs("# The only line of this file is the password.\n"
 		      "; password-file = /etc/pokeysd/password\n", to);
-	suggest(survey, to);
-	if (state == SURVEY_DONE)
-		config_draft_settings(survey_settings(survey), to);
+	suggest(to);
+	whole = !failure && state == SURVEY_DONE;
+	if (whole && survey_unanswered(survey))
+		fprintf(to, "\n# It has not answered %u of the questions for its settings: what is "
+			"missing here\n# is not known.\n", survey_unanswered(survey));
+	if (whole && config_draft_settings(survey_settings(survey), to))
+		complain("%u at %s: no memory for its settings", found->answer.serial, address);
+	return whole;
 }
 
-static void print_devices(struct transport *t, struct survey *survey, const struct found *found,
-			  size_t count, FILE *to)
+static bool is_printed(const uint32_t *serials, size_t count, uint32_t serial)
 {
-	static char names[TRANSPORT_CHANNELS][POKEYS_SHM_NAME_MAX];
+	for (size_t i = 0; i < count; i++)
+		if (serials[i] == serial)
+			return true;
+	return false;
+}
+
+/* Of those found in two networks, the first one that answers; else the last one. */
+static bool is_needed(const struct found *found, size_t count, enum survey_state state, int failure)
+{
+	return (!failure && state == SURVEY_DONE) || count < 2 ||
+	       found[1].answer.serial != found->answer.serial;
+}
+
+/* Whether all settings of all devices are there. */
+static bool print_devices(const struct found *found, size_t count, const struct options *options,
+			  struct survey *survey, FILE *to)
+{
+	static char names[TRANSPORT_CHANNELS + 1][POKEYS_SHM_NAME_MAX];
+	uint32_t serials[TRANSPORT_CHANNELS];
 	size_t printed = 0;
+	bool all = true;
 
 	for (size_t i = 0; i < count; i++) {
-		struct transport_address at = found[i].from;
-		enum survey_state state;
+		enum survey_state state = SURVEY_READING;
+		int failure;
 
-		/* found in two networks */
-		if (i && found[i].answer.serial == found[i - 1].answer.serial)
+		if (is_printed(serials, printed, found[i].answer.serial))
 			continue;
 		if (printed == TRANSPORT_CHANNELS) {
 			complain("one daemon drives %d devices; the others are left out",
 				 TRANSPORT_CHANNELS);
-			break;
+			return false;
 		}
-		at.port = PORT;
-		state = t->ops->aim(t, 0, &at) ? SURVEY_SILENT : read_device(t, survey);
+		failure = read_device(&found[i], options, survey, &state);
+		if (!is_needed(&found[i], count - i, state, failure))
+			continue;
 		name_device(&found[i], survey_identity(survey)->name, names[printed]);
 		make_unique(names, printed);
-		print_device(&found[i], names[printed++], survey, state, to);
+		all = print_device(&found[i], names[printed], survey, state,
+				   failure ? strerror(-failure) : NULL, to) && all;
+		/* others take no place among those that the daemon drives */
+		if (!failure && (state == SURVEY_UNSUPPORTED || state == SURVEY_OTHER))
+			continue;
+		serials[printed++] = found[i].answer.serial;
 	}
+	return all;
 }
 
 int discover_draft(const struct found *found, size_t count, const struct options *options, FILE *to)
 {
-	const struct transport_options how = { .interface = options->interface };
 	struct survey *survey = aligned_alloc(64, survey_size());
-	struct transport *t = NULL;
-	const char *why;
-	int result = survey ? transport_open(&t, "socket", &how, &why) : -ENOMEM;
+	bool all;
 
-	if (!result)
-		result = t->ops->attach(t, 0);
-	if (!result)
-		result = t->ops->start(t);
-	if (result) {
-		complain("the devices cannot be asked for their settings: %s", strerror(-result));
-	} else {
-		print_head(found, count, to);
-		print_devices(t, survey, found, count, to);
+	if (!survey) {
+		complain("no memory to ask the devices for their settings");
+		return STATUS_FAILED;
 	}
+	print_head(found, count, to);
+	all = print_devices(found, count, options, survey, to);
 	free(survey);
-	if (t)
-		transport_close(t);
-	return result ? STATUS_FAILED : STATUS_OK;
+	return all ? STATUS_OK : STATUS_FAILED;
 }

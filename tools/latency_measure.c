@@ -108,7 +108,7 @@ static void *run_sleeper(void *argument)
 	return NULL;
 }
 
-static int start(struct sleeper *sleeper)
+static int create(struct sleeper *sleeper)
 {
 	pthread_attr_t attributes;
 	int result;
@@ -120,6 +120,24 @@ static int start(struct sleeper *sleeper)
 	return -result;
 }
 
+/* A user's limit may be enough for what is there, and not for the stack of one more thread. */
+static int start(struct sleeper *sleeper)
+{
+	int result = create(sleeper);
+
+	if (result != -EAGAIN || sleeper->run->priority)
+		return result;
+	munlockall();
+	return create(sleeper);
+}
+
+static void explain_memory(int result, char *why, size_t size)
+{
+	snprintf(why, size, "memory cannot be locked: %s; run it as root, or raise this "
+		 "user's limit (ulimit -l unlimited), or measure without: --no-realtime",
+		 strerror(-result));
+}
+
 static int explain(const struct sleeper *sleeper, int result, char *why, size_t size)
 {
 	if (result == -EINVAL)
@@ -129,6 +147,8 @@ static int explain(const struct sleeper *sleeper, int result, char *why, size_t 
 		snprintf(why, size, "SCHED_FIFO priority %d is refused; run it as root, or give "
 			 "this user a limit (rtprio in /etc/security/limits.d), or measure "
 			 "without: --no-realtime", sleeper->run->priority);
+	else if (result == -EAGAIN)
+		explain_memory(-ENOMEM, why, size);
 	else
 		snprintf(why, size, "a thread on core %d: %s", sleeper->series->cpu,
 			 strerror(-result));
@@ -152,9 +172,7 @@ int latency_measure(struct latency_run *run, size_t count, char *why, size_t siz
 
 	if (mlockall(MCL_CURRENT | MCL_FUTURE) < 0 && run->priority) {
 		result = -errno;
-		snprintf(why, size, "memory cannot be locked: %s; run it as root, or raise this "
-			 "user's limit (ulimit -l unlimited), or measure without: --no-realtime",
-			 strerror(-result));
+		explain_memory(result, why, size);
 		return result;
 	}
 	sigaction(SIGINT, &action, NULL);

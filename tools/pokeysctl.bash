@@ -52,7 +52,8 @@ _pokeysctl()
 	if [[ $before == -r ]]; then
 		before=--runtime-directory
 	fi
-	if [[ $before == --* && " ${takes[*]}" =~ " $before="([A-Z,]+) ]]; then
+	# what the command takes; before it is named, what any command does
+	if [[ $before == --* && " ${takes[${command:-none}]:-${takes[*]}}" =~ " $before="([A-Z,]+) ]]; then
 		mapfile -t COMPREPLY < <(_pokeysctl_values "${BASH_REMATCH[1]}" "$current")
 		return
 	fi

@@ -160,13 +160,23 @@ static const struct command *find_command(const char *name)
 	return NULL;
 }
 
+/* It is an option that has its value in the next word. */
+static bool takes_next(const char *word)
+{
+	for (const struct option_row *row = table_options; row->name; row++)
+		if (row->value && !strncmp(word, "--", 2) && !strcmp(word + 2, row->name))
+			return true;
+	return !strcmp(word, "-r");
+}
+
 /* What the command takes that the line names first; options may stand before it. */
 static unsigned int named_takes(int argc, char **argv)
 {
 	const struct command *command = NULL;
 
 	for (int i = 1; i < argc && !command; i++)
-		command = find_command(argv[i]);
+		if (i == 1 || !takes_next(argv[i - 1]))
+			command = find_command(argv[i]);
 	return command ? command->takes : 0;
 }
 

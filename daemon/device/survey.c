@@ -13,7 +13,9 @@
 #include "daemon/device/survey.h"
 
 enum {
-	ROUNDS = 3,		/* questions without answer, each with all its retries */
+	PORT = 20055,
+	ROUNDS = 3,		/* of one question, each with all its retries */
+	SILENT = 5,		/* questions in a row without answer: then nobody is there */
 	STEP_IDENTITY = SETTINGS,
 	STEP_ACCESS,
 };
@@ -26,6 +28,7 @@ struct survey {
 	struct pokeys_settings settings;
 	unsigned int step;
 	unsigned int failures;	/* of this step */
+	unsigned int unanswered, silent;	/* steps, and of these the last ones */
 	bool open;
 	enum survey_state state;
 };
@@ -35,14 +38,17 @@ size_t survey_size(void)
 	return (sizeof(struct survey) + 63) & ~(size_t)63;
 }
 
-void survey_begin(struct survey *survey, const struct pokeys_io *io, uint64_t now_ns)
+void survey_begin(struct survey *survey, const struct pokeys_io *io, uint32_t address,
+		  uint32_t serial, uint64_t now_ns)
 {
 	struct device_config config;
 
 	memset(survey, 0, sizeof(*survey));
 	device_config_defaults(&config);
 	config.mailbox.deadline_floor_ns = FLOOR_NS;
+	config.serial = serial;
 	device_init(&survey->device, &config, io, &survey->events);
+	pokeys_device_set_peer(&survey->device.mailbox, address, PORT);
 	survey->device.now_ns = now_ns;
 	survey->step = STEP_IDENTITY;
 }
@@ -60,9 +66,14 @@ static void next_step(struct survey *survey)
 
 static void take_identity(struct survey *survey, const uint8_t *reply)
 {
+	enum pokeys_fault fault;
+
 	if (!identify_believed(&survey->device, reply))
 		return;
-	if (identify_take(&survey->device, reply))
+	fault = identify_take(&survey->device, reply);
+	if (fault == POKEYS_FAULT_WRONG_SERIAL)
+		survey->state = SURVEY_OTHER;
+	else if (fault)
 		survey->state = SURVEY_UNSUPPORTED;
 	else
 		next_step(survey);
@@ -91,6 +102,16 @@ static void take_setting(struct survey *survey, const uint8_t *reply)
 	next_step(survey);
 }
 
+/* A firmware that does not know a question does not answer it. */
+static void pass_over(struct survey *survey)
+{
+	survey->unanswered++;
+	if (survey->step == STEP_IDENTITY || ++survey->silent >= SILENT)
+		survey->state = SURVEY_SILENT;
+	else
+		next_step(survey);
+}
+
 static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *context,
 		  uint64_t now_ns)
 {
@@ -100,14 +121,12 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	survey->device.now_ns = now_ns;
 	survey->open = false;
 	if (!answered(entry)) {
-		if (++survey->failures < ROUNDS)
-			return;
-		/* a firmware that does not know a question does not answer it */
-		if (survey->step == STEP_IDENTITY)
-			survey->state = SURVEY_SILENT;
-		else
-			next_step(survey);
-	} else if (survey->step == STEP_IDENTITY) {
+		if (++survey->failures >= ROUNDS)
+			pass_over(survey);
+		return;
+	}
+	survey->silent = 0;
+	if (survey->step == STEP_IDENTITY) {
 		take_identity(survey, entry->response_buffer);
 	} else if (survey->step == STEP_ACCESS) {
 		take_access(survey, entry->response_buffer);
@@ -176,6 +195,11 @@ const struct pokeys_identity *survey_identity(const struct survey *survey)
 const struct pokeys_capability *survey_capability(const struct survey *survey)
 {
 	return &survey->device.image.capability;
+}
+
+unsigned int survey_unanswered(const struct survey *survey)
+{
+	return survey->unanswered;
 }
 
 const struct pokeys_settings *survey_settings(const struct survey *survey)

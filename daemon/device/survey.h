@@ -17,7 +17,8 @@
 enum survey_state {
 	SURVEY_READING,
 	SURVEY_DONE,		/* what the device did not answer is not set in the settings */
-	SURVEY_SILENT,		/* nobody answers */
+	SURVEY_SILENT,		/* nobody answers, or nobody any more */
+	SURVEY_OTHER,		/* another device answers, of another serial number */
 	SURVEY_UNSUPPORTED,	/* no type that the daemon drives */
 	SURVEY_LOCKED,		/* behind a password: only the identity is known */
 };
@@ -27,8 +28,12 @@ struct survey;
 /* Bytes that a survey needs, 64-byte aligned. */
 size_t survey_size(void);
 
-/* Begin; `memory` has survey_size() bytes. io->receive may be NULL (then survey_deliver()). */
-void survey_begin(struct survey *memory, const struct pokeys_io *io, uint64_t now_ns);
+/*
+ * Begin; `memory` has survey_size() bytes. Only answers from this address (host byte order)
+ * count, and only of the device with this serial number; 0 = of any. io->receive may be NULL.
+ */
+void survey_begin(struct survey *memory, const struct pokeys_io *io, uint32_t address,
+		  uint32_t serial, uint64_t now_ns);
 
 /* Send what is next. To be called every few ms while it returns SURVEY_READING. */
 enum survey_state survey_turn(struct survey *survey, uint64_t now_ns);
@@ -40,6 +45,9 @@ void survey_deliver(struct survey *survey, const uint8_t *data, size_t length,
 /* Known as soon as the survey has ended otherwise than SURVEY_SILENT. */
 const struct pokeys_identity *survey_identity(const struct survey *survey);
 const struct pokeys_capability *survey_capability(const struct survey *survey);
+
+/* So many questions were not answered. */
+unsigned int survey_unanswered(const struct survey *survey);
 
 /* What was read; what is not in its `set` words and masks is not known. */
 const struct pokeys_settings *survey_settings(const struct survey *survey);

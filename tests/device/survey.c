@@ -21,7 +21,8 @@
 static struct world world;
 static struct sim_rig_options options;
 static struct survey *survey;
-static uint64_t now, sent, writes;
+static uint64_t now, sent, writes, silent_from;
+static uint32_t from;
 
 /* A read is one by wire's table, which the daemon's mailbox goes by. */
 static int send_packet(void *context, const uint8_t *packet, size_t length)
@@ -31,8 +32,8 @@ static int send_packet(void *context, const uint8_t *packet, size_t length)
 	(void)context;
 	assert_non_null(row);
 	writes += wire_request_class(row, packet) != WIRE_READ;
-	sent++;
-	sim_rig_send(&world.rig, now, packet, length);
+	if (++sent < silent_from || !silent_from)
+		sim_rig_send(&world.rig, now, packet, length);
 	return 0;
 }
 
@@ -45,7 +46,7 @@ static enum survey_state read_all(void)
 	survey = aligned_alloc(64, survey_size());
 	assert_non_null(survey);
 	sent = writes = 0;
-	survey_begin(survey, &io, now);
+	survey_begin(survey, &io, 0x7F000001, 65432, now);
 	while ((state = survey_turn(survey, now)) == SURVEY_READING) {
 		uint8_t reply[WIRE_PK];
 		size_t length;
@@ -53,7 +54,8 @@ static enum survey_state read_all(void)
 		assert_true(now - begin < 60 * SECOND);
 		now += 2 * MS;
 		while ((length = sim_rig_receive(&world.rig, now, reply, sizeof(reply))) > 0)
-			survey_deliver(survey, reply, length, NULL, now);
+			survey_deliver(survey, reply, length,
+				       &(struct pokeys_rx){ .address = from, .port = 20055 }, now);
 	}
 	assert_int_equal(writes, 0);
 	return state;
@@ -63,6 +65,8 @@ static int begin(void **state)
 {
 	(void)state;
 	memset(&options, 0, sizeof(options));
+	silent_from = 0;
+	from = 0x7F000001;
 	return 0;
 }
 
@@ -191,6 +195,33 @@ static void what_is_not_answered_is_not_known(void **state)
 	assert_true(survey_settings(survey)->set & POKEYS_SET_AXES);
 }
 
+/* Unplugged in the middle: what was read so far is no whole device. */
+static void who_falls_silent_is_told(void **state)
+{
+	(void)state;
+	set_up("demo");
+	silent_from = 12;
+	assert_int_equal(read_all(), SURVEY_SILENT);
+	assert_true(survey_unanswered(survey) >= 5);
+}
+
+static void another_serial_number_is_told(void **state)
+{
+	(void)state;
+	options.device.serial = 7;
+	set_up("demo");
+	assert_int_equal(read_all(), SURVEY_OTHER);
+}
+
+/* A late answer of somebody else, who was asked the same. */
+static void other_addresses_do_not_count(void **state)
+{
+	(void)state;
+	set_up("demo");
+	from = 0x7F000002;
+	assert_int_equal(read_all(), SURVEY_SILENT);
+}
+
 static void a_password_is_said(void **state)
 {
 	(void)state;
@@ -222,6 +253,9 @@ int main(void)
 		TEST(lost_packets_cost_time_only),
 		TEST(who_does_not_answer_is_silent),
 		TEST(what_is_not_answered_is_not_known),
+		TEST(who_falls_silent_is_told),
+		TEST(another_serial_number_is_told),
+		TEST(other_addresses_do_not_count),
 		TEST(a_password_is_said),
 		TEST(an_unknown_type_is_said),
 	};

@@ -31,9 +31,10 @@ MAY_USE = {
     "halbridge": ["include", "shm", "usage"],
     # its names and help texts are HAL's
     "model": ["halbridge", "shm", "wire", "include"],
-    # discovery is a socket's work, and the tools' search is the daemon's search; device: survey.h
+    # discovery is a socket's work, and the tools' search is the daemon's search; device: survey.h; a new
+    # configuration is judged as the daemon does it
     "tools": ["include", "model", "settings", "shm", "usage", "wire", "daemon/transport", "daemon/recorder",
-              "daemon/device"],
+              "daemon/device", "daemon/control"],
     "examples": ["include"],
 }
 GENERATED = {"version.h", "guard.skel.h", "trace.skel.h"}  # made by the build, belongs to no room

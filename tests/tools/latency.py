@@ -5,6 +5,7 @@ somebody without any right. No times are judged: this machine may be busy."""
 import json
 import os
 import pathlib
+import resource
 import signal
 import subprocess
 import sys
@@ -59,8 +60,11 @@ def findings(out):
     return found
 
 
-def without_rights(*words):
+def without_rights(*words, locked=None):
+    """As nobody, who may lock so many bytes of memory (None: as many as users may here)."""
     def drop():
+        if locked is not None:
+            resource.setrlimit(resource.RLIMIT_MEMLOCK, (locked, locked))
         if os.geteuid() == 0:
             os.setgroups([])
             os.setgid(NOBODY)
@@ -234,6 +238,16 @@ def test_who_has_no_right_to_a_priority_is_refused_in_words():
     document = json.loads(out.stdout)
     judge(document, may_be_empty=True)
     assert document["priority"] is None
+
+
+def test_a_limit_of_locked_memory_does_not_keep_it_from_measuring():
+    # enough for the program, and not for its threads, is somewhere among these
+    most = resource.getrlimit(resource.RLIMIT_MEMLOCK)[1]
+    for limit in range(0, 24 << 20, 512 << 10):
+        if 0 <= most < limit:
+            break
+        out = without_rights("latency", "--seconds", "0.1", "--no-realtime", "--json", locked=limit)
+        assert out.returncode == 0, (limit, out.stderr)
 
 
 def test_odd_histograms_stay_documents_and_pictures():
