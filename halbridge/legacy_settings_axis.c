@@ -308,6 +308,6 @@ void legacy_settings_axis(struct legacy_settings *own, struct values *values, un
 		own->terminals[i] = make_terminals(values, &now);
 	if (driven && now.enabled > 0)
 		follow_positions(&values->set.axis[i]);
-	group->put = own->apply;
+	group->put = own->apply && used;
 	own->scale[i] = scale;
 }

@@ -69,6 +69,21 @@ static void what_nobody_set_shows_what_the_device_has(void **state)
 	assert_int_equal(set->options, 1 | 2 | 4 | 8);
 }
 
+/* An INI file sets it before the device is there; whether the axis is in use, the device says. */
+static void what_was_set_before_the_device_is_there_is_handed_on(void **state)
+{
+	(void)state;
+	values.legacy.engine.apply = true;
+	set->max_speed = 3000;
+	look();
+	look();
+	assert_int_equal(set->enabled, -1);
+	know_the_device();
+	look();
+	assert_int_equal(set->enabled, 1);
+	assert_true(fabs(device->max_velocity - 15) < 1e-9);
+}
+
 static void nothing_is_handed_on_without_apply(void **state)
 {
 	(void)state;
@@ -399,6 +414,7 @@ int main(void)
 		cmocka_unit_test_setup(a_wheel_may_turn_the_other_way, setup),
 		cmocka_unit_test_setup(inversion_keeps_the_function_of_a_pin, setup),
 		cmocka_unit_test_setup(encoders_and_engine_are_handed_on, setup),
+		cmocka_unit_test_setup(what_was_set_before_the_device_is_there_is_handed_on, setup),
 		cmocka_unit_test_setup(all_axes_are_enabled_once_something_is_set_up, setup),
 	};
 
