@@ -66,7 +66,7 @@ void device_init(struct device *device, const struct device_config *config,
 	if (pokeys_device_init(&device->mailbox, &own, &device->config.mailbox) < 0)
 		pokeys_device_init(&device->mailbox, &own, NULL);
 	decode_init(device);
-	wish_init(device);
+	device_wish_init(device);
 	loops_init(device);
 }
 

@@ -400,7 +400,7 @@ enum pokeys_failsafe failsafe_state(const struct device *device);
 const struct wire_failsafe_req *failsafe_known(const struct device *device);
 
 /* wish.c */
-void wish_init(struct device *device);
+void device_wish_init(struct device *device);
 /* The device is known now. */
 void wish_begin(struct device *device);
 /* Another commander: what the one before wished does not count any more. */
@@ -577,9 +577,9 @@ bool one_shot_request(struct device *device, enum wire_op op, const void *value)
 bool one_shot_request_patiently(struct device *device, enum wire_op op, const void *value,
 				uint64_t deadline_ns);
 void one_shot_end(struct device *device, enum pokeys_outcome outcome);
-/* What it began goes on beside the queue; its outcome comes by one_shot_outcome(). */
+/* What it began goes on beside the queue; its outcome comes by one_shot_result(). */
 void one_shot_release(struct device *device);
-void one_shot_outcome(struct device *device, uint32_t id, uint8_t operation,
+void one_shot_result(struct device *device, uint32_t id, uint8_t operation,
 		      enum pokeys_outcome outcome);
 
 /* operation_encoder.c */

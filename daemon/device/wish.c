@@ -83,7 +83,7 @@ static void lay(struct device *device)
 	wishes->changed = true;
 }
 
-void wish_init(struct device *device)
+void device_wish_init(struct device *device)
 {
 	lay(device);
 }
