@@ -19,7 +19,7 @@
 #include <string.h>
 #include <strings.h>
 
-enum { LINE = 320, INDICES = 64, SHARED_FROM = 10 };
+enum { LINE = 512, INDICES = 64, SHARED_FROM = 10 };
 
 struct applying {
 	const struct ini_file *file;

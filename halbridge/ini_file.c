@@ -25,6 +25,7 @@ struct reading {
 	FILE *stream;
 	char section[INI_FILE_SECTION];
 	unsigned int line;
+	bool all;			/* sections */
 };
 
 enum { LINE = 1024 };
@@ -85,7 +86,7 @@ static int take(struct reading *reading, char *line)
 	char *equals = strchr(line, '=');
 	struct ini_entry *entry;
 
-	if (!equals || !wanted(reading->section))
+	if (!equals || (!reading->all && !wanted(reading->section)))
 		return 0;
 	*equals = '\0';
 	entry = new_entry(reading->file);
@@ -111,9 +112,9 @@ static int look_at(struct reading *reading, char *line)
 	return 0;
 }
 
-int ini_file_read(struct ini_file *file, const char *path)
+static int read_sections(struct ini_file *file, const char *path, bool all)
 {
-	struct reading reading = { .file = file };
+	struct reading reading = { .file = file, .all = all };
 	char line[LINE];
 	int r = 0;
 
@@ -130,6 +131,16 @@ int ini_file_read(struct ini_file *file, const char *path)
 	if (r)
 		ini_file_free(file);
 	return r;
+}
+
+int ini_file_read(struct ini_file *file, const char *path)
+{
+	return read_sections(file, path, false);
+}
+
+int ini_file_read_all(struct ini_file *file, const char *path)
+{
+	return read_sections(file, path, true);
 }
 
 void ini_file_free(struct ini_file *file)

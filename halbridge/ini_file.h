@@ -7,7 +7,7 @@
 
 #include <stddef.h>
 
-enum { INI_FILE_SECTION = 32, INI_FILE_KEY = 64, INI_FILE_VALUE = 128 };
+enum { INI_FILE_SECTION = 32, INI_FILE_KEY = 64, INI_FILE_VALUE = 256 };
 
 struct ini_entry {
 	char section[INI_FILE_SECTION], key[INI_FILE_KEY], value[INI_FILE_VALUE];
@@ -16,15 +16,18 @@ struct ini_entry {
 
 struct ini_file {
 	const char *path;
-	struct ini_entry *entry;	/* of [POKEYS] and [JOINT_n], in the file's order */
+	struct ini_entry *entry;	/* in the file's order */
 	size_t count, room;
 };
 
 /*
- * Read a file; keep `path` for as long as the file is used. 0, or -errno (what
- * is not a key is passed over: it is not our file). Cold.
+ * Read [POKEYS] and [JOINT_n] of a file; keep `path` for as long as the file is used. 0, or
+ * -errno (what is not a key is passed over: it is not our file). Cold.
  */
 int ini_file_read(struct ini_file *file, const char *path);
+
+/* The same with all sections, for who wants to know what else is in it. */
+int ini_file_read_all(struct ini_file *file, const char *path);
 
 void ini_file_free(struct ini_file *file);
 

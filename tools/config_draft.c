@@ -2,8 +2,8 @@
 /*
  * With the lines that are written here, pokeysd must change nothing in the device. What is not
  * given in its file is not always left alone: some keys need others, and members of one request
- * are written together. So the draft is read as the daemon reads it and held against the device,
- * until both agree; the lines at which they do not become comments.
+ * are written together. The draft is therefore parsed as the daemon parses it and compared with
+ * the device. Lines that differ are commented out, and this is repeated until both agree.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -19,13 +19,15 @@ struct entry {
 	const struct settings_key *key;
 	uint32_t index;
 	char text[SETTINGS_VALUE_MAX];
-	bool said;		/* there is a word for it */
-	bool is_line;		/* and no comment */
-	char why[WHY_MAX];	/* it is none; "" = nothing is set up */
+	bool said;		/* pokeysd.conf can express the value */
+	bool is_line;		/* printed as a line, not as a comment */
+	unsigned long line;	/* its number when the draft was judged last, 0 = it was none */
+	char why[WHY_MAX];	/* the reason why it is a comment; "" = nothing is set up */
 };
 
 struct draft {
 	const struct pokeys_settings *device;
+	bool is_wish;		/* of somebody, who sets what is given, and not what a device has */
 	struct pokeys_settings listed;	/* the device's, without terminals that are in no list */
 	struct entry *entry;
 	size_t count;
@@ -34,7 +36,7 @@ struct draft {
 	bool changed;
 };
 
-/* Says of everything that it is off, none or 0. */
+/* Settings in which every value is off, none or 0. */
 static const struct pokeys_settings *nothing_set_up(void)
 {
 	static struct pokeys_settings settings;
@@ -57,7 +59,7 @@ static bool is_of(const struct entry *entry, const char *prefix)
 	return !strncmp(entry->key->name, prefix, strlen(prefix));
 }
 
-/* They are written together: the daemon takes one of them, and 0 for those that are not given. */
+/* Keys of one request: if only some are given, the daemon writes 0 for the others. */
 static bool is_together(const struct entry *one, const struct entry *other)
 {
 	if (config_is_pin_list(one->key) || config_is_pin_list(other->key))
@@ -79,7 +81,7 @@ static void comment(struct draft *draft, const struct entry *entry, const char *
 	}
 }
 
-/* Whether one of what is written together says more than nothing. */
+/* Whether any key of the same request is set up. */
 static bool any_is_set_up(const struct draft *draft, const struct entry *entry)
 {
 	for (size_t i = 0; i < draft->count; i++)
@@ -89,31 +91,33 @@ static bool any_is_set_up(const struct draft *draft, const struct entry *entry)
 }
 
 /*
- * Keys of an axis or encoder that is in use are lines, whatever they say: the daemon has an
- * opinion about those that are missing. PoStep drivers are left to the device, for any key of
- * theirs makes the daemon talk to them; and so is a failsafe that is off, for the daemon's own
- * is better than none.
+ * Keys of an axis or encoder that is in use are lines, whatever they say, because the daemon
+ * assumes values for some that are missing. PoStep drivers are left to the device: any key of
+ * theirs makes the daemon talk to them. A failsafe that is off is commented out as well, so
+ * that the daemon sets its default failsafe.
  */
 static void choose_lines(struct draft *draft)
 {
 	for (size_t i = 0; i < draft->count; i++) {
 		struct entry *entry = &draft->entry[i];
 
-		entry->is_line = strchr(entry->key->name, '#') || is_of(entry, "axes") ||
-				 is_of(entry, "backlash") || any_is_set_up(draft, entry);
-		if (is_of(entry, "postep") || is_of(entry, "axis.#.postep"))
+		entry->is_line = draft->is_wish || strchr(entry->key->name, '#') ||
+				 is_of(entry, "axes") || is_of(entry, "backlash") ||
+				 any_is_set_up(draft, entry);
+		if (!draft->is_wish &&
+		    (is_of(entry, "postep") || is_of(entry, "axis.#.postep")))
 			entry->is_line = false;
 	}
 	for (size_t i = 0; i < draft->count; i++) {
 		const struct entry *entry = &draft->entry[i];
 		char why[WHY_MAX];
 
-		if (is_of(entry, "failsafe-timeout-ms") && is_nothing(entry))
+		if (!draft->is_wish && is_of(entry, "failsafe-timeout-ms") && is_nothing(entry))
 			comment(draft, entry, "");
 		if (entry->said)
 			continue;
-		snprintf(why, sizeof(why), "The device has %s, for which there is no word.",
-			 entry->text);
+		snprintf(why, sizeof(why), "The device's value is %s, which pokeysd.conf cannot "
+			 "express.", entry->text);
 		comment(draft, entry, why);
 	}
 }
@@ -127,7 +131,8 @@ static void collect(struct draft *draft)
 			for (size_t k = i; k < i + keys; k++) {
 				struct entry *entry = &draft->entry[draft->count];
 
-				if (config_is_idle(&settings_keys[k], n, draft->device))
+				if (!draft->is_wish &&
+				    config_is_idle(&settings_keys[k], n, draft->device))
 					continue;
 				entry->key = &settings_keys[k];
 				entry->index = n;
@@ -139,11 +144,11 @@ static void collect(struct draft *draft)
 	}
 }
 
-/* The entry that is the so many-th line, NULL = none is. */
+/* The entry judged at this line number, or NULL. */
 static const struct entry *line_at(const struct draft *draft, unsigned long line)
 {
-	for (size_t i = 0; i < draft->count; i++)
-		if (draft->entry[i].is_line && line-- == HEAD_LINES + 1)
+	for (size_t i = 0; line && i < draft->count; i++)
+		if (draft->entry[i].line == line)
 			return &draft->entry[i];
 	return NULL;
 }
@@ -160,7 +165,7 @@ static void take_fault(void *context, const char *text)
 	entry = line_at(draft, strtoul(text + strcspn(text, ":") + 1, NULL, 10));
 	if (!entry)
 		return;
-	snprintf(why, sizeof(why), "pokeysd refuses it: %s", said ? said + 3 : text);
+	snprintf(why, sizeof(why), "pokeysd rejects this line: %s", said ? said + 3 : text);
 	at = strstr(why, " (line ");
 	if (at)
 		memmove(at, at + strcspn(at, ")") + 1, strlen(at + strcspn(at, ")")));
@@ -172,15 +177,20 @@ static bool judge(struct draft *draft)
 {
 	char *text = NULL, name[SETTINGS_NAME_MAX];
 	size_t length = 0;
+	unsigned long line = HEAD_LINES;
 	FILE *to = open_memstream(&text, &length);
 
 	if (!to)
 		return false;
 	fputs("[device draft]\naddress = 127.0.0.1\n", to);
-	for (size_t i = 0; i < draft->count; i++)
-		if (draft->entry[i].is_line)
-			fprintf(to, "%s = %s\n", settings_name(draft->entry[i].key,
-				draft->entry[i].index, name), draft->entry[i].text);
+	for (size_t i = 0; i < draft->count; i++) {
+		struct entry *entry = &draft->entry[i];
+
+		entry->line = entry->is_line ? ++line : 0;
+		settings_name(entry->key, entry->index, name);
+		if (entry->is_line)
+			fprintf(to, "%s = %s\n", name, entry->text);
+	}
 	if (fclose(to) || !text) {
 		free(text);
 		return false;
@@ -201,7 +211,7 @@ static bool is_same_place(const struct settings_key *one, const struct settings_
 /* The key's line, or all lines of its axis or encoder if it follows from others. */
 static void comment_key(struct draft *draft, const struct settings_key *key, uint32_t index)
 {
-	static const char why[] = "pokeysd would not leave the device as it is.";
+	static const char why[] = "With this line, pokeysd would change the device.";
 	const bool before = draft->changed;
 
 	draft->changed = false;
@@ -246,7 +256,7 @@ static void compare(struct draft *draft)
 	for (size_t i = 0; pins_differ(draft) && i < draft->count; i++)
 		if (config_is_pin_list(draft->entry[i].key))
 			comment(draft, &draft->entry[i],
-				"pokeysd would give a terminal another function than it has.");
+				"With this line, pokeysd would change the function of a terminal.");
 }
 
 static void print_help(const struct settings_key *key, FILE *to)
@@ -286,10 +296,12 @@ static void print_entry(const struct draft *draft, const struct entry *entry, FI
 	if (before && strchr(entry->key->name, '#') &&
 	    (before->index != entry->index || !is_same_place(entry->key, before->key)))
 		fputc('\n', to);
-	if (is_first(draft, entry))
+	if (is_first(draft, entry) && !draft->is_wish)
 		print_help(entry->key, to);
 	if (*entry->why)
 		fprintf(to, "# %s\n", entry->why);
+	if (draft->is_wish && config_is_pin_list(entry->key) && !strcmp(entry->text, "none"))
+		return;
 	settings_name(entry->key, entry->index, name);
 	if (!entry->is_line && config_is_pin_list(entry->key) && !strcmp(entry->text, "none"))
 		fprintf(to, "; %s =\n", name);
@@ -297,7 +309,7 @@ static void print_entry(const struct draft *draft, const struct entry *entry, FI
 		fprintf(to, "%s%s = %s\n", entry->is_line ? "" : "; ", name, entry->text);
 }
 
-/* Lists have only what a list can say; the rest is told of by itself. */
+/* Keeps only terminals that a list can express; config_print_odd_pins() prints the others. */
 static void leave_out_odd_pins(struct draft *draft)
 {
 	draft->listed = *draft->device;
@@ -317,21 +329,24 @@ static int write_draft(struct draft *draft, FILE *to)
 		draft->changed = false;
 		if (!judge(draft))
 			return -ENOMEM;
-		if (!draft->faults)
+		if (!draft->faults && !draft->is_wish)
 			compare(draft);
 		settled = !draft->changed;
 	}
 	for (size_t i = 0; (!settled || draft->faults) && i < draft->count; i++)
-		comment(draft, &draft->entry[i], "pokeysd refuses it together with others.");
-	fputs("\n# What the device is set up for at present. pokeysd changes in the device\n"
-	      "# what is changed here, and leaves all else as it is.\n", to);
+		comment(draft, &draft->entry[i],
+			"pokeysd rejects this line in combination with others.");
+	if (!draft->is_wish)
+		fputs("\n# The device's present settings. If you change a line, pokeysd changes\n"
+		      "# that setting in the device. Otherwise, it changes only the device's\n"
+		      "# failsafe.\n", to);
 	for (size_t i = 0; i < draft->count; i++)
 		print_entry(draft, &draft->entry[i], to);
 	config_print_odd_pins(draft->device, to);
 	return 0;
 }
 
-int config_draft_settings(const struct pokeys_settings *device, FILE *to)
+static int draft_settings(const struct pokeys_settings *device, bool is_wish, FILE *to)
 {
 	struct draft *draft = calloc(1, sizeof(*draft));
 	size_t most = 0;
@@ -343,10 +358,21 @@ int config_draft_settings(const struct pokeys_settings *device, FILE *to)
 		draft->entry = calloc(most + 1, sizeof(*draft->entry));
 	if (draft && draft->entry) {
 		draft->device = device;
+		draft->is_wish = is_wish;
 		result = write_draft(draft, to);
 	}
 	if (draft)
 		free(draft->entry);
 	free(draft);
 	return result;
+}
+
+int config_draft_settings(const struct pokeys_settings *device, FILE *to)
+{
+	return draft_settings(device, false, to);
+}
+
+int config_draft_wish(const struct pokeys_settings *wish, FILE *to)
+{
+	return draft_settings(wish, true, to);
 }

@@ -7,11 +7,17 @@
 #include <pokeys/settings.h>
 
 /*
- * Each key that the device has said anything of, with its help where it comes first. The
- * lines are judged as the daemon does it: what it would refuse, or write into the device
- * otherwise than it is there, is a comment with the reason; so is what is not set up at all.
+ * Prints each key that the device has reported, with its help text at the first occurrence. A
+ * line that pokeysd would reject, or with which it would change the device, is a comment with
+ * the reason. A key that is not set up is also a comment.
  * 0 or -ENOMEM. Cold.
  */
 int config_draft_settings(const struct pokeys_settings *device, FILE *to);
+
+/*
+ * Prints each key that is given, without help. A line that pokeysd would reject is a comment
+ * with the reason. 0 or -ENOMEM. Cold.
+ */
+int config_draft_wish(const struct pokeys_settings *wish, FILE *to);
 
 #endif

@@ -24,8 +24,8 @@ void config_print_head(struct json *json, const char *device, const struct pokey
 bool config_is_pin_list(const struct settings_key *key);
 
 /*
- * What a device has of encoders that do not count and of axes that it does not
- * drive says nothing, and of the latter a file may not say anything.
+ * Settings of encoders that do not count, and of axes that the device does not drive, are
+ * meaningless. A file must not set those of such axes.
  */
 bool config_is_idle(const struct settings_key *key, uint32_t index,
 		    const struct pokeys_settings *device);

@@ -182,7 +182,7 @@ int command_discover(const struct options *options)
 	int result;
 
 	if (options->draft && options->json) {
-		complain("discover --config takes no --json");
+		complain("discover: --config and --json cannot be combined");
 		return STATUS_USAGE;
 	}
 	for (size_t i = 0; i < options->addresses; i++)

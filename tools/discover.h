@@ -19,8 +19,8 @@ struct found {
 void discover_address(uint32_t address, char text[16]);
 
 /*
- * A pokeysd.conf for these devices, with the settings that they have at present: asked of
- * them, without a daemon. STATUS_FAILED if those of one are missing; the reason has been said.
+ * A pokeysd.conf for these devices, with their present settings, read from the devices without
+ * a daemon. STATUS_FAILED if those of any device are missing; the reason has been printed.
  */
 int discover_draft(const struct found *found, size_t count, const struct options *options,
 		   FILE *to);

@@ -39,7 +39,7 @@ static int send_packet(void *context, const uint8_t *packet, size_t length)
 	return t->ops->send(t, 0, packet, length);
 }
 
-/* Until the device has said all, or nothing more. */
+/* Runs the survey until it ends. */
 static enum survey_state converse(struct transport *t, struct survey *survey)
 {
 	enum survey_state state;
@@ -59,8 +59,8 @@ static enum survey_state converse(struct transport *t, struct survey *survey)
 }
 
 /*
- * With a socket of its own, so that nothing of another device is in it. 0 and *state, or -errno:
- * the device cannot be asked; the survey has begun in any case.
+ * Each device gets a socket of its own, so that no packets from other devices arrive there.
+ * 0 and *state, or -errno if the device cannot be asked; the survey has begun in any case.
  */
 static int read_device(const struct found *found, const struct options *options,
 		       struct survey *survey, enum survey_state *state)
@@ -175,32 +175,36 @@ static void print_head(const struct found *found, size_t count, FILE *to)
 	only_interface(found, count, interface);
 	fputs("# Devices that answered \"pokeysctl discover --config\", with their settings.\n"
 	      "# Save this as /etc/pokeysd/pokeysd.conf, then run: sudo pokeysd --check-config\n"
-	      "# pokeysd.conf(5) has all keys. To use a line that begins with ; remove the ;\n"
+	      "# pokeysd.conf(5) describes all keys. To enable a line that begins with \";\",\n"
+	      "# remove the \";\".\n"
 	      "\n"
 	      "[daemon]\n"
-	      "# Its members may command the devices.\n", to);
+	      "# Members of this group may command the devices.\n", to);
 	fprintf(to, "%sgroup = pokeys\n", getgrnam("pokeys") ? "" : "; ");
 	if (*interface)
-		fprintf(to, "# Only this network card is used.\n; interface = %s\n", interface);
-	fputs("# A core for the realtime thread alone; pokeysctl doctor explains how to get one.\n"
+		fprintf(to, "# To use only this network card, enable this line.\n"
+			"; interface = %s\n",
+			interface);
+	fputs("# The core that runs only the realtime thread; \"pokeysctl doctor\" explains how\n"
+	      "# to reserve one.\n"
 	      "; cpu = 1\n", to);
 }
 
-/* What a machine needs besides, and a device does not know. */
+/* Keys that a machine needs and that cannot be read from the device. */
 static void suggest(FILE *to)
 {
-	fputs("\n# When LinuxCNC is silent, all outputs go off, except those that stay as they\n"
-	      "# are and those that go on.\n"
+	fputs("\n# If LinuxCNC sends no heartbeat for heartbeat-timeout-ms, outputs in safe-hold\n"
+	      "# keep their value, outputs in safe-on go on, and all others go off.\n"
 	      "; safe-hold = 31\n"
 	      "; safe-on = 32\n"
 	      "; heartbeat-timeout-ms = 100\n", to);
 }
 
 static const char *const endings[] = {
-	[SURVEY_SILENT] = "it has answered the search, but not all questions for its settings",
+	[SURVEY_SILENT] = "the device answered the search, but not the requests for its settings",
 	[SURVEY_OTHER] = "a device with another serial number answers at this address",
 	[SURVEY_UNSUPPORTED] = "pokeysd does not drive devices of this type",
-	[SURVEY_LOCKED] = "a password locks it, so its settings cannot be read",
+	[SURVEY_LOCKED] = "the device is locked with a password, so its settings cannot be read",
 };
 
 /* A search reaches neither what is behind a router nor this computer itself. */
@@ -209,9 +213,11 @@ static void print_place(const struct found *found, const char *address, FILE *to
 	if (found->answer.serial)
 		fprintf(to, "serial = %u\n", found->answer.serial);
 	if (interface_to(&found->from))
-		fprintf(to, "# With the address, no search is needed.\n; address = %s\n", address);
+		fprintf(to, "# If the address is set, pokeysd does not search for the device.\n"
+			"; address = %s\n", address);
 	else
-		fprintf(to, "# A search does not reach it.\naddress = %s\n", address);
+		fprintf(to, "# A search does not find this device, so the address is required.\n"
+			"address = %s\n", address);
 }
 
 /* Whether its settings are in the file. */
@@ -229,7 +235,7 @@ static bool print_device(const struct found *found, const char *name, const stru
 		version.minor, version.revision, address);
 	if (why) {
 		complain("%u at %s: %s", found->answer.serial, address, why);
-		fprintf(to, "# Its settings are not here: %s.\n", why);
+		fprintf(to, "# The settings are missing: %s.\n", why);
 	}
 	if (!failure && (state == SURVEY_UNSUPPORTED || state == SURVEY_OTHER)) {
 		fprintf(to, "; [device %s]\n; serial = %u\n", name, found->answer.serial);
@@ -238,15 +244,17 @@ static bool print_device(const struct found *found, const char *name, const stru
 	fprintf(to, "[device %s]\n", name);
 	print_place(found, address, to);
 	if (!failure && state == SURVEY_LOCKED)
-		fputs("# The only line of this file is the password.\n"
+		fputs("# Write the password into the following file, as its only line.\n"
 		      "; password-file = /etc/pokeysd/password\n", to);
 	suggest(to);
 	whole = !failure && state == SURVEY_DONE;
 	if (whole && survey_unanswered(survey))
-		fprintf(to, "\n# It has not answered %u of the questions for its settings: what is "
-			"missing here\n# is not known.\n", survey_unanswered(survey));
+		fprintf(to, "\n# The device did not answer %u of the requests for its settings.\n"
+			"# The settings that are missing below are unknown.\n",
+			survey_unanswered(survey));
 	if (whole && config_draft_settings(survey_settings(survey), to))
-		complain("%u at %s: no memory for its settings", found->answer.serial, address);
+		complain("%u at %s: out of memory while printing its settings",
+			 found->answer.serial, address);
 	return whole;
 }
 
@@ -258,7 +266,7 @@ static bool is_printed(const uint32_t *serials, size_t count, uint32_t serial)
 	return false;
 }
 
-/* Of those found in two networks, the first one that answers; else the last one. */
+/* Of a device found in two networks, the first address that answers counts, else the last. */
 static bool is_needed(const struct found *found, size_t count, enum survey_state state, int failure)
 {
 	return (!failure && state == SURVEY_DONE) || count < 2 ||
@@ -281,7 +289,7 @@ static bool print_devices(const struct found *found, size_t count, const struct 
 		if (is_printed(serials, printed, found[i].answer.serial))
 			continue;
 		if (printed == TRANSPORT_CHANNELS) {
-			complain("one daemon drives %d devices; the others are left out",
+			complain("a daemon drives at most %d devices; the others are omitted",
 				 TRANSPORT_CHANNELS);
 			return false;
 		}
@@ -292,7 +300,7 @@ static bool print_devices(const struct found *found, size_t count, const struct 
 		make_unique(names, printed);
 		all = print_device(&found[i], names[printed], survey, state,
 				   failure ? strerror(-failure) : NULL, to) && all;
-		/* others take no place among those that the daemon drives */
+		/* devices that the daemon cannot drive do not count towards the limit */
 		if (!failure && (state == SURVEY_UNSUPPORTED || state == SURVEY_OTHER))
 			continue;
 		serials[printed++] = found[i].answer.serial;
@@ -306,7 +314,7 @@ int discover_draft(const struct found *found, size_t count, const struct options
 	bool all;
 
 	if (!survey) {
-		complain("no memory to ask the devices for their settings");
+		complain("out of memory, the devices' settings cannot be read");
 		return STATUS_FAILED;
 	}
 	print_head(found, count, to);

@@ -120,7 +120,7 @@ static int create(struct sleeper *sleeper)
 	return -result;
 }
 
-/* A user's limit may be enough for what is there, and not for the stack of one more thread. */
+/* A user's memory limit may suffice for the present memory but not for another thread's stack. */
 static int start(struct sleeper *sleeper)
 {
 	int result = create(sleeper);

@@ -6,7 +6,7 @@ _pokeysctl_values()
 {
 	case $1 in
 	DIR) compgen -d -- "$2" ;;
-	FILE) compgen -f -- "$2" ;;
+	FILE | INI | HAL) compgen -f -- "$2" ;;
 	NIC) compgen -W "$(ls /sys/class/net 2>/dev/null)" -- "$2" ;;
 	DEVICE) compgen -W "$("${COMP_WORDS[0]}" devices ${directory:+-r "$directory"} \
 		2>/dev/null)" -- "$2" ;;
@@ -52,7 +52,7 @@ _pokeysctl()
 	if [[ $before == -r ]]; then
 		before=--runtime-directory
 	fi
-	# what the command takes; before it is named, what any command does
+	# options of the command, or of all commands if none has been typed yet
 	if [[ $before == --* && " ${takes[${command:-none}]:-${takes[*]}}" =~ " $before="([A-Z,]+) ]]; then
 		mapfile -t COMPREPLY < <(_pokeysctl_values "${BASH_REMATCH[1]}" "$current")
 		return

@@ -113,6 +113,9 @@ static bool take_option(struct options *options, int option)
 	case 'D':
 		options->draft = true;
 		break;
+	case 'W':
+		options->write = true;
+		break;
 	case 'R':
 		options->root = optarg;
 		break;
@@ -169,7 +172,7 @@ static bool takes_next(const char *word)
 	return !strcmp(word, "-r");
 }
 
-/* What the command takes that the line names first; options may stand before it. */
+/* Options of the first command on the command line; options may precede the command. */
 static unsigned int named_takes(int argc, char **argv)
 {
 	const struct command *command = NULL;

@@ -38,6 +38,7 @@ struct options {
 	bool no_realtime;
 	bool follow;
 	bool draft;			/* a pokeysd.conf is to be printed */
+	bool write;			/* changed files are to be written */
 	char *const *names;		/* devices */
 	size_t name_count;
 };
@@ -57,6 +58,7 @@ int command_get(const struct options *options);
 int command_heater(const struct options *options);
 int command_servo(const struct options *options);
 int command_latency(const struct options *options);
+int command_migrate(const struct options *options);
 int command_moves(const struct options *options);
 int command_names(const struct options *options);
 int command_output(const struct options *options);

@@ -22,6 +22,9 @@ const struct command table_commands[] = {
 	  "show a device's settings, compare them with the requested ones, apply or "
 	  "save these",
 	  TAKES_RUNTIME | TAKES_NAMES, command_config },
+	{ "migrate", "INI [HAL ...]",
+	  "show what concerns a machine of the older userspace component, and change its files",
+	  TAKES_NAMES | TAKES_WRITE, command_migrate },
 	{ "doctor", "", "find what makes this machine late, and say how to fix it",
 	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_ROOT, command_doctor },
 	{ "latency", "", "measure how late threads wake up, and the daemon's own latency",
@@ -79,6 +82,8 @@ const struct option_row table_options[] = {
 	{ "config", 'o', "FILE", TAKES_CONFIG, "the daemon's configuration file" },
 	{ "config", 'D', NULL, TAKES_DRAFT,
 	  "print a pokeysd.conf for the devices found, with their present settings" },
+	{ "write", 'W', NULL, TAKES_WRITE,
+	  "write the changed files beside the old ones (mill.pokeysd.ini)" },
 	{ "root", 'R', "DIR", TAKES_ROOT, "examine another machine, whose files are in DIR" },
 	{ "seconds", 's', "S", TAKES_SECONDS, "how long to measure (10)" },
 	{ "for", 'F', "S", TAKES_DURATION,
@@ -100,7 +105,7 @@ const struct option_row table_options[] = {
 _Static_assert(sizeof(table_options) / sizeof(table_options[0]) <= TABLE_OPTIONS_MAX,
 	       "more options than getopt's table has places");
 
-/* Another option of the same name is meant. */
+/* Whether another option of the same name takes precedence. */
 static bool is_hidden(const struct option_row *row, unsigned int takes)
 {
 	for (const struct option_row *other = table_options; other->name; other++)

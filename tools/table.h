@@ -14,6 +14,7 @@ enum {
 	TAKES_CONFIG = 256, TAKES_ROOT = 512, TAKES_MEASURE = 1024, TAKES_SECONDS = 2048,
 	TAKES_TRACE = 4096, TAKES_DURATION = 8192, TAKES_SPEED = 16384,
 	TAKES_FOLLOW = 32768, TAKES_CSV = 65536, TAKES_DRAFT = 131072,
+	TAKES_WRITE = 262144,
 };
 
 struct command {
@@ -40,8 +41,8 @@ extern const struct command table_commands[];
 extern const struct option_row table_options[];
 
 /*
- * The options for getopt_long(3). Of two that have the same name, the one that a command with
- * these bits takes; the first one if it takes neither.
+ * The options for getopt_long(3). If two options have the same name, it is the one that a
+ * command with these bits accepts, otherwise the first.
  */
 void table_long_options(unsigned int takes, struct option options[TABLE_OPTIONS_MAX]);
 

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * A device's settings, one request after the other: who it is, whether it is locked, then each
- * setting that setting.c knows. A request that is no read (wire_request_class()) is not sent; a
+ * A device's settings, one request after the other: its identity, whether it is locked, then each
+ * setting that setting.c knows. A request that is not a read (wire_request_class()) is not sent; a
  * setting that has to be made ready first, by other requests, is not read.
  *
- * The device of the realtime loop serves as the store of what was read. It is never cycled, so
- * nothing but these requests leaves it.
+ * The device of the realtime loop serves as the store of what was read. It is never cycled, so it
+ * sends no other requests.
  */
 
 #include <string.h>
@@ -15,7 +15,7 @@
 enum {
 	PORT = 20055,
 	ROUNDS = 3,		/* of one question, each with all its retries */
-	SILENT = 5,		/* questions in a row without answer: then nobody is there */
+	SILENT = 5,		/* unanswered questions in a row: the device is absent then */
 	STEP_IDENTITY = SETTINGS,
 	STEP_ACCESS,
 };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What a device is set up for, read by a program that does not drive it: nothing is written,
- * nothing is stopped, and whoever drives the device meanwhile is not disturbed.
+ * Reads the settings of a device that another program may be driving. It writes nothing, stops
+ * nothing, and does not disturb that program.
  *
  * Pure: no clock, no socket, no allocation. One thread.
  */
@@ -17,9 +17,9 @@
 enum survey_state {
 	SURVEY_READING,
 	SURVEY_DONE,		/* what the device did not answer is not set in the settings */
-	SURVEY_SILENT,		/* nobody answers, or nobody any more */
-	SURVEY_OTHER,		/* another device answers, of another serial number */
-	SURVEY_UNSUPPORTED,	/* no type that the daemon drives */
+	SURVEY_SILENT,		/* the device does not answer, or has stopped answering */
+	SURVEY_OTHER,		/* a device with another serial number answers */
+	SURVEY_UNSUPPORTED,	/* the daemon does not drive this type */
 	SURVEY_LOCKED,		/* behind a password: only the identity is known */
 };
 
@@ -30,7 +30,8 @@ size_t survey_size(void);
 
 /*
  * Begin; `memory` has survey_size() bytes. Only answers from this address (host byte order)
- * count, and only of the device with this serial number; 0 = of any. io->receive may be NULL.
+ * count, and only from the device with this serial number (0 = any device). io->receive may
+ * be NULL.
  */
 void survey_begin(struct survey *memory, const struct pokeys_io *io, uint32_t address,
 		  uint32_t serial, uint64_t now_ns);
@@ -42,11 +43,11 @@ enum survey_state survey_turn(struct survey *survey, uint64_t now_ns);
 void survey_deliver(struct survey *survey, const uint8_t *data, size_t length,
 		    const struct pokeys_rx *rx, uint64_t now_ns);
 
-/* Known as soon as the survey has ended otherwise than SURVEY_SILENT. */
+/* Valid when the survey has ended, unless it ended with SURVEY_SILENT. */
 const struct pokeys_identity *survey_identity(const struct survey *survey);
 const struct pokeys_capability *survey_capability(const struct survey *survey);
 
-/* So many questions were not answered. */
+/* Number of requests that were not answered. */
 unsigned int survey_unanswered(const struct survey *survey);
 
 /* What was read; what is not in its `set` words and masks is not known. */

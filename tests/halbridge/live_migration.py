@@ -7,12 +7,13 @@ usage: live_migration.py MODULE.so POKEYSD POKEYS-SIM POKEYS-PROGRAM [PATTERN]
 import os
 import pathlib
 import shutil
+import subprocess
 import sys
 import hal_live
 import hal_machine
 from safety import safety
 
-POKEYS = pathlib.Path(sys.argv.pop(4)).resolve()
+POKEYS, POKEYSCTL = pathlib.Path(sys.argv.pop(4)).resolve(), pathlib.Path(sys.argv.pop(4)).resolve()
 os.environ["PATH"] = f"{POKEYS.parent}:{os.environ['PATH']}"
 EXAMPLES = hal_live.ROOT / "examples/linuxcnc"
 
@@ -303,8 +304,9 @@ FEED, STALE_MS, ACCELERATION = 10, 1500, 200
 FERROR = FEED * STALE_MS / 1000 + FEED ** 2 / (2 * ACCELERATION)
 
 
-def session(m, *edits, restarted=False):
+def session(m, *edits, restarted=False, migrated=False):
     """LinuxCNC as the example's mill, with nobody as its user (mill_ui.py)."""
+    ini = "mill.pokeysd.ini" if migrated else "mill.ini"
     restart = f"MILL_UI_SIM='{hal_machine.SIM} --ctl {m.folder}/sim' " if restarted else ""
     # a machine without realtime keeps everybody waiting at times; it must not stop for that
     with open(m.folder / "conf", "a", encoding="utf-8") as conf:
@@ -315,7 +317,11 @@ def session(m, *edits, restarted=False):
     to = copy(m, "older-mill", ("mill.ini", "DISPLAY = axis\n", f"DISPLAY = {ui}\n"),
               ("mill.ini", "FERROR = 5\nMIN_FERROR = 2\n", f"FERROR = {FERROR}\nMIN_FERROR = {FERROR}\n"),
               *edits)
-    status, _ = m.hal.run(f"cd {to} && {restart}timeout 300 linuxcnc -r mill.ini > {m.folder}/cnc.log 2>&1", 330)
+    if migrated:
+        out = subprocess.run([POKEYSCTL, "migrate", to / "mill.ini", "--write"], capture_output=True, text=True,
+                             check=True, timeout=120).stdout
+        assert "written: " in out, out
+    status, _ = m.hal.run(f"cd {to} && {restart}timeout 300 linuxcnc -r {ini} > {m.folder}/cnc.log 2>&1", 330)
     log = (m.folder / "cnc.log").read_text(errors="replace")
     assert ("restarted" if restarted else "moved") in log.splitlines(), f"status {status}\n{log[-3000:]}"
     print("\n".join(line for line in log.splitlines() if "axes stand" in line or "switched off" in line))
@@ -339,13 +345,9 @@ def the_older_mill_homes_and_moves_with_loadusr(m):
     assert m.sim("axis 0")["machine"] == "2000", m.sim("axis 0")
 
 
-def the_older_mill_homes_and_moves_with_loadrt_and_two_addf(m):
-    log = session(m, ("mill.hal", "loadusr -W pokeys\n",
-                      f"loadrt pokeys_shm runtime={m.folder}/run\n"
-                      "addf pokeys.0.read servo-thread\n"),
-                  ("mill.hal", "addf motion-controller servo-thread\n",
-                   "addf motion-controller servo-thread\naddf pokeys.0.write servo-thread\n"),
-                  restarted=True)
+def the_older_mill_homes_and_moves_when_it_was_migrated(m):
+    name, old, new = RUNTIME
+    log = session(m, (name, old, new.format(run=m.folder / "run")), restarted=True, migrated=True)
     nothing_is_refused(log)
     assert m.sim("axis 0")["machine"] == "2000", m.sim("axis 0")
 
@@ -363,5 +365,5 @@ if __name__ == "__main__":
         a_dead_device_does_not_disturb_the_other,
         the_panel_of_the_examples_works,
         the_older_mill_homes_and_moves_with_loadusr,
-        the_older_mill_homes_and_moves_with_loadrt_and_two_addf,
+        the_older_mill_homes_and_moves_when_it_was_migrated,
     ]))

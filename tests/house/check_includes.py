@@ -33,7 +33,7 @@ MAY_USE = {
     "model": ["halbridge", "shm", "wire", "include"],
     # discovery is a socket's work, and the tools' search is the daemon's search; device: survey.h; a new
     # configuration is judged as the daemon does it
-    "tools": ["include", "model", "settings", "shm", "usage", "wire", "daemon/transport", "daemon/recorder",
+    "tools": ["include", "halbridge", "model", "settings", "shm", "usage", "wire", "daemon/transport", "daemon/recorder",
               "daemon/device", "daemon/control"],
     "examples": ["include"],
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What an upgrade of the packages restarts, with a systemctl that only writes down what it was asked for.
+"""Checks which units a package upgrade restarts, with a fake systemctl that records its arguments.
 
 usage: restart_if_idle.py SOURCE
 """
@@ -27,12 +27,12 @@ CASES = (
     (BOTH, "mill running (safe state), 212 us; lathe lost: no answer", RESTARTED, ""),
     (BOTH, "iron searching", RESTARTED, ""),
     (BOTH, "mill running, machine on, 212 us", RELOADED,
-     f"so the former version continues. When all machines are off: systemctl restart {BOTH}"),
+     f"the old version keeps running. When all machines are off, run: sudo systemctl restart {BOTH}"),
     (BOTH, "mill running, 212 us; lathe running, a motor on, 98 us", RELOADED, "a machine, a motor or a heater is on"),
     (BOTH, "printer running, a heater on, 212 us", RELOADED, "a machine, a motor or a heater is on"),
-    (BOTH, "", RELOADED, "it is not known whether a machine is on"),
-    (BOTH, "mill running, 212 us; lathe not published yet", RELOADED, "it is not known whether a machine is on"),
-    (BOTH, "bringing the devices to their safe state", RELOADED, "it is not known whether a machine is on"),
+    (BOTH, "", RELOADED, "the daemon's status does not show whether a machine is on"),
+    (BOTH, "mill running, 212 us; lathe not published yet", RELOADED, "the daemon's status does not show whether a machine is on"),
+    (BOTH, "bringing the devices to their safe state", RELOADED, "the daemon's status does not show whether a machine is on"),
     ("pokeysd.service", "mill running, 212 us", f"{RELOADED}restart pokeysd.service\n", ""),
     # without the daemon, no device is commanded
     ("pokeys-guard.service", "", f"{RELOADED}restart pokeys-guard.service\n", ""),

@@ -70,8 +70,8 @@ def is_a_repository(folder):
     if sorted(names) != sorted(sums(folder)):
         raise Fault(f"the repository lists {names}, and there are {sorted(sums(folder))}")
     again = subprocess.run(["scripts/package", "--output", "/"], capture_output=True, text=True, check=False)
-    if again.returncode != 1 or "needs a folder of its own" not in again.stderr:
-        raise Fault(f"--output / was taken: {again.stderr}")
+    if again.returncode != 1 or "contains other files" not in again.stderr:
+        raise Fault(f"--output / was accepted: {again.stderr}")
 
 
 def is_clean(folder):
@@ -127,7 +127,7 @@ def can_be_used(source, folder, work):
     shutil.copytree(folder, root / "build/packages")
     names = sorted(path.name.split("_")[0] for path in folder.glob("*.deb") if "-dbgsym_" not in path.name)
     inside("echo 'deb [trusted=yes] file:/build/packages ./' >/etc/apt/sources.list.d/pokeysd.list; apt-get update -q")
-    # what ours need of Debian stays, so it is there before and after
+    # the Debian dependencies stay, so both listings contain them
     would = inside(f"apt-get install -s -q --no-install-recommends {' '.join(names)}")
     others = set(re.findall(r"^Inst (\S+)", would, re.MULTILINE)) - set(names)
     inside(f"apt-get install -y -q --no-install-recommends {' '.join(sorted(others))}")
@@ -148,7 +148,7 @@ def can_be_used(source, folder, work):
             raise Fault(f"{name} of the older component did not come back")
         (root / name).unlink()
     if "# mine" not in (root / "etc/pokeysd/pokeysd.conf").read_text(encoding="utf-8"):
-        raise Fault("removal has taken the configuration")
+        raise Fault("the removal deleted the configuration")
     inside(f"apt-get purge -y -q {' '.join(names)}")
     after = files(root)
     if after - before or before - after:
@@ -160,7 +160,7 @@ def main():
     source = pathlib.Path(sys.argv[1])
     missing = [tool for tool in NEEDS if not shutil.which(tool)]
     if missing:
-        print(f"not tried: {', '.join(missing)} missing", file=sys.stderr)
+        print(f"skipped: {', '.join(missing)} missing", file=sys.stderr)
         return MISSING
     os.chdir(source)
     with tempfile.TemporaryDirectory(prefix="pokeys-package-", dir="/var/tmp") as name:
@@ -171,7 +171,7 @@ def main():
             is_clean(work / "packages")
             is_reproducible(work / "packages", work)
             if os.geteuid():
-                print("installation not tried: only root can make a clean Debian", file=sys.stderr)
+                print("installation skipped: only root can make a clean Debian", file=sys.stderr)
                 return MISSING
             can_be_used(source, work / "packages", work)
         except Fault as fault:

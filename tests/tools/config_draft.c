@@ -159,6 +159,28 @@ static void a_terminal_inverted_besides_another_function_is_told_of(void **state
 	assert_changes_nothing();
 }
 
+/* The comment is at the line that the reason names, also if there are several. */
+static void a_reason_is_at_its_own_line(void **state)
+{
+	char wanted[300];
+
+	(void)state;
+	device.axes = 4;
+	for (int i = 0; i < 4; i++)
+		device.axis[i].pin_enable = 7;
+	draft();
+	for (int i = 1; i < 4; i++) {
+		snprintf(wanted, sizeof(wanted), "\n# pokeysd rejects this line: "
+			 "axis.%d.enable-pin: terminal 7 is used by axis.0.enable-pin as well, and "
+			 "can only be used by one of them; remove the other\n"
+			 "; axis.%d.enable-pin = 7\n", i, i);
+		if (!strstr(text, wanted))
+			fail_msg("no %s in:\n%s", wanted, text);
+	}
+	assert_line("axis.0.enable-pin = 7");
+	assert_changes_nothing();
+}
+
 static void a_failsafe_that_is_off_is_left_to_pokeysd(void **state)
 {
 	(void)state;
@@ -215,6 +237,7 @@ int main(void)
 		TEST(what_a_feature_has_left_behind_does_no_harm),
 		TEST(a_deceleration_without_a_word_is_not_replaced),
 		TEST(a_terminal_inverted_besides_another_function_is_told_of),
+		TEST(a_reason_is_at_its_own_line),
 		TEST(a_failsafe_that_is_off_is_left_to_pokeysd),
 		TEST(a_name_with_a_blank_at_its_end_stays),
 		TEST(any_device_is_left_as_it_is),
