@@ -19,6 +19,7 @@
 #define SPEED_PART 0.95		/* of what the device permits, for a path */
 #define ACCELERATION_PART 0.8
 #define RESTS_NS (100 * MS)	/* a commander that is there to stay */
+#define LASTS_NS (1 * SECOND)	/* ... and finds no better place */
 #define NEAR 1			/* pulses */
 #define CATCH_UP_S 0.1
 
@@ -185,14 +186,19 @@ void moving_axis_halt(struct device *device, unsigned int axis)
 	moving->velocity[MOVING_AXIS + axis] = 0;
 }
 
-/* One from before the path is somewhere else, or it would move the axis by no more than that. */
+/*
+ * One from before the path is somewhere else, or it would move the axis by no more than NEAR. Who
+ * is that far off has time to see where the axis is: a busy commander may have seen it last a
+ * pulse before its end.
+ */
 bool moving_axis_met(const struct device *device, unsigned int axis)
 {
 	const struct axis_wish *asked = &device->intake.axis[axis];
 	const int64_t apart = (int64_t)asked->position - device->moving.wish[axis].position;
+	const uint64_t rests_ns = apart ? LASTS_NS : RESTS_NS;
 
-	return device->now_ns - device->moving.released_ns >= RESTS_NS &&
-	       device->now_ns - asked->moved_ns >= RESTS_NS && asked->good &&
+	return device->now_ns - device->moving.released_ns >= rests_ns &&
+	       device->now_ns - asked->moved_ns >= rests_ns && asked->good &&
 	       apart >= -NEAR && apart <= NEAR;
 }
 

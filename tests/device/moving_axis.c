@@ -230,6 +230,30 @@ static void what_the_commander_says_moves_none_of_them(void **state)
 	assert_at(0, 5, 1);
 }
 
+/* It saw the axis a pulse before its end, and was busy then: it is waited for. */
+static void a_commander_that_is_late_moves_none_of_them(void **state)
+{
+	(void)state;
+	assert_int_equal(move(1, 1, 0, 0, 40), POKEYS_OUTCOME_DONE);
+	while (moves()->waiting)
+		run(1 * MS);
+	world.command.axis[0].position = PER_UNIT - 1;
+	run(500 * MS);
+	assert_at(1, 0, 0);
+	assert_int_equal(moves()->axes, 1);
+	world.command.axis[0].position = PER_UNIT;
+	run(300 * MS);
+	assert_at(1, 0, 0);
+	assert_int_equal(moves()->axes, 0);
+	/* one that does not find the pulse is its commander all the same */
+	assert_int_equal(move(1, 2, 0, 0, 40), POKEYS_OUTCOME_DONE);
+	while (moves()->waiting)
+		run(1 * MS);
+	world.command.axis[0].position = 2 * PER_UNIT - 1;
+	run(1500 * MS);
+	assert_int_equal(moves()->axes, 0);
+}
+
 static void what_cannot_be_moved_is_refused(void **state)
 {
 	(void)state;
@@ -489,6 +513,7 @@ int main(void)
 		cmocka_unit_test(a_bad_network_costs_no_pulse),
 		cmocka_unit_test(one_by_speed_does_not_hold_the_others),
 		cmocka_unit_test_setup(what_the_commander_says_moves_none_of_them, begin),
+		cmocka_unit_test_setup(a_commander_that_is_late_moves_none_of_them, begin),
 		cmocka_unit_test_setup(what_cannot_be_moved_is_refused, begin),
 		cmocka_unit_test_setup(the_device_begins_nothing_meanwhile, begin),
 		cmocka_unit_test_setup(soft_limits_are_those_of_the_whole_path, begin),
