@@ -26,7 +26,7 @@ struct ini_file {
  */
 int ini_file_read(struct ini_file *file, const char *path);
 
-/* The same with all sections, for who wants to know what else is in it. */
+/* The same with all sections, for callers that need other sections. */
 int ini_file_read_all(struct ini_file *file, const char *path);
 
 void ini_file_free(struct ini_file *file);

@@ -115,7 +115,7 @@ enum { MIGRATE_NAME = 28 };
 void migrate_device_name(const struct migrate *machine, unsigned int device,
 			 char name[MIGRATE_NAME]);
 
-/* A line of a file that has to be another one, or gets company. */
+/* A line of a file that has to be changed, or has a line added before or after it. */
 struct migrate_change {
 	size_t file;			/* as in migrate_line */
 	unsigned int number, last;
@@ -129,8 +129,8 @@ struct migrate_change {
 struct migrate_changes {
 	struct migrate_change *change;
 	size_t count;
-	bool has_no_component;		/* nobody loads it */
-	bool has_no_thread;		/* nobody says where the component's functs belong */
+	bool has_no_component;		/* no line loads it */
+	bool has_no_thread;		/* the place of its functs in the thread is unknown */
 };
 
 /* 0 or -ENOMEM. To be freed in any case. */

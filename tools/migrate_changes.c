@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
  * The lines of a machine's files that have to be others: the component is loaded into the
- * servo thread, what became a parameter is linked no more, and joints are unhomed after an
- * emergency.
+ * servo thread, names that are parameters now are removed from nets, and joints are unhomed
+ * after an emergency.
  */
 #include <errno.h>
 #include <stdarg.h>
@@ -11,7 +11,7 @@
 #include <string.h>
 #include "tools/migrate.h"
 
-/* Of a Tcl file, a line that is not one plain command: nobody but a person changes it. */
+/* False for a Tcl line with more than one command; it is left for the user. */
 static bool is_plain(const struct migrate *machine, const struct migrate_line *line)
 {
 	if (line->file == SIZE_MAX || !machine->file[line->file].is_tcl)
@@ -63,7 +63,7 @@ static bool is_pokeys(const char *word)
 	return !strcmp(slash ? slash + 1 : word, "pokeys");
 }
 
-/* "loadusr -Wn NAME pokeys": behind the options stands the program. */
+/* "loadusr -Wn NAME pokeys": the program follows the options. */
 static bool loads_component(const struct migrate_line *line)
 {
 	size_t i = 1;
@@ -75,7 +75,7 @@ static bool loads_component(const struct migrate_line *line)
 	return i < line->words && is_pokeys(line->word[i]);
 }
 
-/* Waits for the component that is no program any more, or ends it. */
+/* Whether a command waits for or stops the old process. */
 static bool needs_component(const struct migrate_line *line)
 {
 	static const char *const commands[] = { "waitusr", "unloadusr", "unload" };
@@ -134,9 +134,9 @@ static char *load_line(const struct migrate *machine)
 	return text;
 }
 
-static const char realtime[] = "the realtime module moves axes in the servo thread";
+static const char realtime[] = "the realtime module replaces the userspace component";
 
-/* In the same thread, one after the other, and neither at a place of its own. */
+/* In the same thread, one after the other, and without a position argument. */
 static bool is_in_order(const struct migrate_line *reads, const struct migrate_line *writes)
 {
 	return reads && writes && reads < writes && reads->words == 3 && writes->words == 3 &&
@@ -149,11 +149,11 @@ static int add_functs(const struct migrate *machine, const struct migrate_line *
 {
 	int result = add(machine, changes, reads, MIGRATE_BEFORE,
 			 functs(machine, load, "read", reads->word[2]),
-			 "reads the device before motion");
+			 "reads inputs and positions before motion");
 
 	return result ? result : add(machine, changes, writes, MIGRATE_AFTER,
 				     functs(machine, "", "write", writes->word[2]),
-				     "writes to the device after motion");
+				     "sends outputs and commands after motion");
 }
 
 /* Nothing, if it is loaded into realtime already, or if its place there is not known. */
@@ -272,7 +272,8 @@ static int unhome_joints(const struct migrate *machine, struct migrate_changes *
 		line.number = line.last = old ? old->line : entry->line;
 		result = add(machine, changes, &line, old ? MIGRATE_REPLACE : MIGRATE_BEFORE,
 			     strdup("VOLATILE_HOME = 1"),
-			     "after a loss of the device, the joint has to be homed again");
+			     "LinuxCNC then unhomes the joint at each emergency stop and "
+			     "machine-off: its position is unknown after the device was lost");
 	}
 	return result;
 }

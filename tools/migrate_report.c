@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * What of docs/compatibility.md concerns a machine, and nothing else of it: by the names that
- * it uses, and what it does with them.
+ * Selects the rows of docs/compatibility.md that concern a machine: by the names that it uses,
+ * and what it does with them.
  */
 #include <math.h>
 #include <stdint.h>
@@ -142,6 +142,8 @@ static void print_notes(const struct migrate *machine, enum migrate_kind kind, c
 			fprintf(to, "\n%s\n", title);
 		any = true;
 		print_uses(machine, note, to);
+		if (*note->condition)
+			print_text("when:", 4, note->condition, to);
 		for (int n = 0; n < 3; n++)
 			if (heads[n] && *note->text[n])
 				print_text(heads[n], 4, note->text[n], to);
@@ -228,8 +230,8 @@ static void print_choices(const struct migrate *machine, FILE *to)
 		if (!why || !note)
 			continue;
 		if (!any)
-			fputs("\nChoices (a line \"setp pokeys.0.legacy.NAME 1\" or 0 in the HAL "
-			      "file):\n", to);
+			fputs("\nChoices. To change one, add to the HAL file, after the component "
+			      "is loaded: setp pokeys.0.legacy.NAME 1 (or 0):\n", to);
 		any = true;
 		snprintf(head, sizeof(head), "- %s, default %s", note->names, note->text[0]);
 		fprintf(to, "%s (%s at %s:%u)\n", head, why->name,
@@ -244,9 +246,9 @@ static void print_changes(const struct migrate *machine, const struct migrate_ch
 {
 	static const char *const words[] = {
 		[MIGRATE_REPLACE] = "becomes", [MIGRATE_BEFORE] = "add before it",
-		[MIGRATE_AFTER] = "add after it", [MIGRATE_REMOVE] = "goes",
+		[MIGRATE_AFTER] = "add after it", [MIGRATE_REMOVE] = "is removed",
 	};
-	static const char by_hand[] = "has to be changed by hand: it is more than one command";
+	static const char by_hand[] = "contains more than one command; change it by hand to:";
 
 	if (changes->count || changes->has_no_thread || changes->has_no_component)
 		fputs("\nLines to change:\n", to);
@@ -257,7 +259,7 @@ static void print_changes(const struct migrate *machine, const struct migrate_ch
 		fprintf(to, "- %s:%u %s (%s)\n", migrate_file_name(machine, change->file),
 			change->number, change->by_hand ? by_hand : words[change->what],
 			change->why);
-		while (*rest && !change->by_hand) {
+		while (*rest) {
 			const int length = (int)strcspn(rest, "\n");
 
 			fprintf(to, "      %.*s\n", length, rest);
@@ -268,11 +270,12 @@ static void print_changes(const struct migrate *machine, const struct migrate_ch
 		print_text("-", 0, "no line that loads the component (loadusr -W pokeys) was found",
 			   to);
 	if (changes->has_no_thread)
-		print_text("-", 0, "loadusr stays: motion-command-handler and motion-controller "
-			   "are not added to one thread, one after the other, in lines of three "
-			   "words. For the realtime module, replace loadusr by \"loadrt "
-			   "pokeys_shm ini=auto\", and add pokeys.0.read to the servo thread "
-			   "before motion and pokeys.0.write after it", to);
+		print_text("-", 0, "the loadusr line is kept, because the addf lines of "
+			   "motion-command-handler and motion-controller were not found in one "
+			   "thread and in this order. To use the realtime module, replace loadusr "
+			   "with \"loadrt pokeys_shm ini=auto\", then add \"addf pokeys.0.read "
+			   "servo-thread\" before the first and \"addf pokeys.0.write "
+			   "servo-thread\" after the second", to);
 }
 
 static void place(const struct migrate *machine, const struct migrate_use *use, FILE *to)
@@ -289,15 +292,15 @@ static void print_unknown(const struct migrate *machine, FILE *to)
 		if (machine->use[i].row)
 			continue;
 		if (!any)
-			fputs("\nNames that the component does not have (LinuxCNC refuses these "
-			      "lines):\n", to);
+			fputs("\nUnknown names (LinuxCNC stops at these lines; correct or remove "
+			      "them):\n", to);
 		any = true;
 		place(machine, &machine->use[i], to);
 		fputc('\n', to);
 	}
 }
 
-/* Values that only LinuxCNC knows, or nobody. */
+/* Values that these files do not determine. */
 static void print_unread(const struct migrate *machine, FILE *to)
 {
 	bool any = false;
@@ -308,8 +311,8 @@ static void print_unread(const struct migrate *machine, FILE *to)
 		if (use->how != MIGRATE_SET || (!use->is_computed && !isnan(value_of(use))))
 			continue;
 		if (!any)
-			fputs("\nValues that were not understood (they are not in pokeysd.conf "
-			      "below):\n", to);
+			fputs("\nValues that could not be read, so they are missing in the "
+			      "settings below:\n", to);
 		any = true;
 		place(machine, use, to);
 		fprintf(to, ": %s\n", use->other);
@@ -320,10 +323,11 @@ static void print_troubles(const struct migrate *machine, FILE *to)
 {
 	for (size_t i = 0; i < machine->files; i++)
 		if (machine->file[i].is_missing)
-			fprintf(to, "- %s is no file that can be read, so it was not looked at\n",
+			fprintf(to, "- %s: cannot be read, so its lines are not in this report\n",
 				machine->file[i].path);
 	if (machine->has_includes)
-		fputs("- files that #INCLUDE names in the INI file were not looked at\n", to);
+		fputs("- files that the INI file loads with #INCLUDE were not read; name their "
+		      "HAL files on the command line\n", to);
 	print_unknown(machine, to);
 	print_unread(machine, to);
 }
@@ -362,7 +366,7 @@ static int print_section(const struct migrate *machine, unsigned int device, FIL
 	if (serial && strtoul(serial, NULL, 10))
 		fprintf(to, "serial = %s\n", serial);
 	else
-		fputs("# The INI file names no device; pokeysctl discover shows its serial "
+		fputs("# [POKEYS]DEVICE_ID is missing or 0; pokeysctl discover shows the serial "
 		      "number.\n; serial = 12345\n", to);
 	return result ? result : config_draft_wish(&settings, to);
 }
@@ -371,8 +375,8 @@ int migrate_conf(const struct migrate *machine, FILE *to)
 {
 	int result = 0;
 
-	fprintf(to, "# The settings that %s and its HAL files make. pokeysd makes them before\n"
-		"# LinuxCNC starts; the component asks for the same.\n",
+	fprintf(to, "# Settings from %s and its HAL files. Add this section to\n"
+		"# /etc/pokeysd/pokeysd.conf; pokeysd then applies them before LinuxCNC starts.\n",
 		migrate_file_name(machine, SIZE_MAX));
 	for (unsigned int i = 0; !result && i < migrate_devices(machine); i++)
 		result = print_section(machine, i, to);
@@ -385,15 +389,15 @@ int migrate_report(const struct migrate *machine, const struct migrate_changes *
 	static const char *const different[3] = { "before:", "now:", NULL };
 	static const char *const nothing[3] = { "why:", NULL, NULL };
 
-	fprintf(to, "%s: %zu HAL file%s, %zu use%s of names of the older component, %u device%s\n",
-		migrate_file_name(machine, SIZE_MAX), machine->files,
-		machine->files == 1 ? "" : "s", machine->uses, machine->uses == 1 ? "" : "s",
-		migrate_devices(machine), migrate_devices(machine) > 1 ? "s" : "");
+	fprintf(to, "Migration of %s (%zu HAL file%s, %u device%s). Names are printed without "
+		"\"pokeys.0.\".\n", migrate_file_name(machine, SIZE_MAX), machine->files,
+		machine->files == 1 ? "" : "s", migrate_devices(machine),
+		migrate_devices(machine) > 1 ? "s" : "");
 	print_troubles(machine, to);
-	print_changes(machine, changes, to);
 	print_notes(machine, MIGRATE_EARLIER, "Names with another meaning in earlier versions:",
 		    earlier, to);
 	print_choices(machine, to);
+	print_changes(machine, changes, to);
 	print_notes(machine, MIGRATE_DIFFERENT, "Names with a different effect:", different, to);
 	print_notes(machine, MIGRATE_NOTHING, "Names without function:", nothing, to);
 	fputs("\npokeysd.conf:\n", to);

@@ -3,9 +3,8 @@
  * What a machine sets up in its device: the component itself is run here, with the values of
  * the INI and HAL files, without HAL and without a device.
  *
- * The component asks for what differs from what the device has. So it is run with two devices
- * that differ from each other in everything, and what it asks of either is what the machine
- * sets.
+ * The component requests only settings that differ from the device's. It is run twice, with
+ * devices that differ in every byte, so each setting is requested at least once.
  */
 #include <errno.h>
 #include <math.h>
@@ -127,7 +126,7 @@ static void count_axes(struct pokeys_settings *settings)
 	settings->axes = axes;
 }
 
-/* What one of them says is meant, into both. */
+/* Adds the settings of one run to the result. */
 static void add(struct pokeys_settings *to, const struct pokeys_settings *from)
 {
 	for (size_t i = 0; i < settings_key_count; i++) {

@@ -13,7 +13,7 @@
 
 static const char prefix[] = "pokeys.";
 
-/* Behind a number, or behind a variable of Tcl, which may be any number; NULL = neither. */
+/* The text after a number or a Tcl variable, which may be any number; NULL = there is neither. */
 static const char *behind_number(const char *text)
 {
 	const char *end = text;
@@ -33,7 +33,7 @@ static const char *behind_number(const char *text)
 static bool is_index(const char *patterns, const char *at)
 {
 	return strchr("NBM", *at) && at > patterns && strchr(".-", at[-1]) &&
-	       strchr(". -", at[1]);
+	       strchr(". -*", at[1]);
 }
 
 static bool fits_one(const char *patterns, const char *pattern, const char *name)

@@ -2,8 +2,8 @@
 /*
  * The changed files beside the old ones: mill.hal becomes mill.pokeysd.hal, and what loads it
  * loads that. No file is written over, so nothing is lost, and the old machine still runs. All
- * is made in memory first; a file that is there already may have the same text, for several INI
- * files of a machine share their HAL files.
+ * files are made in memory first. An existing file with the same text is accepted, because
+ * several INI files of a machine may share HAL files.
  */
 #include <errno.h>
 #include <stdint.h>
@@ -193,8 +193,8 @@ static bool is_free(struct output *output)
 			   !memcmp(text, output->text, output->length);
 	if (!output->is_there)
 		complain("%s: %s", output->path,
-			 file ? "it is there already, with another text; remove it, and try again" :
-			 strerror(errno));
+			 file ? "the file exists with other contents, so nothing was written; "
+			 "move or delete it" : strerror(errno));
 	if (file)
 		fclose(file);
 	free(text);
@@ -216,6 +216,12 @@ static bool write_one(struct output *output)
 	return true;
 }
 
+static bool is_unchanged(const struct output *output)
+{
+	printf("unchanged: %s\n", output->path);
+	return true;
+}
+
 /* All of them or none. */
 static int write_all(struct outputs *outputs)
 {
@@ -224,7 +230,8 @@ static int write_all(struct outputs *outputs)
 	for (size_t i = 0; i < outputs->count; i++)
 		good = is_free(&outputs->output[i]) && good;
 	for (size_t i = 0; good && i < outputs->count; i++)
-		good = outputs->output[i].is_there || write_one(&outputs->output[i]);
+		good = outputs->output[i].is_there ? is_unchanged(&outputs->output[i]) :
+						     write_one(&outputs->output[i]);
 	for (size_t i = 0; !good && i < outputs->count; i++)
 		if (outputs->output[i].is_ours)
 			unlink(outputs->output[i].path);

@@ -23,7 +23,8 @@ const struct command table_commands[] = {
 	  "save these",
 	  TAKES_RUNTIME | TAKES_NAMES, command_config },
 	{ "migrate", "INI [HAL ...]",
-	  "show what concerns a machine of the older userspace component, and change its files",
+	  "show what to change on a machine written for the older component; --write writes "
+	  "new files",
 	  TAKES_NAMES | TAKES_WRITE, command_migrate },
 	{ "doctor", "", "find what makes this machine late, and say how to fix it",
 	  TAKES_RUNTIME | TAKES_CPU | TAKES_CONFIG | TAKES_ROOT, command_doctor },

@@ -55,7 +55,7 @@ class Machine:
 
     def conf(self, text):
         """The keys of the device in what was printed, accepted by the daemon."""
-        part = text.split("\npokeysd.conf:\n", 1)[1].split("\nwritten:", 1)[0]
+        part = text.split("\npokeysd.conf:\n", 1)[1].split("\n\nwritten:", 1)[0].split("\n\nNext steps:", 1)[0]
         path = self.folder / "judged.conf"
         path.write_text(part, encoding="utf-8")
         ran = subprocess.run([POKEYSD, "--check-config", "--config", path], capture_output=True, text=True, timeout=120,
@@ -101,7 +101,7 @@ def without_a_known_thread_loadusr_stays(folder):
                  "addf motion-controller servo-thread\naddf motion-command-handler servo-thread\n",
                  "addf motion-command-handler base-thread\naddf motion-controller servo-thread\n"):
         said = re.sub(r"\s+", " ", Machine(folder, mill_hal=text + more).migrate())
-        assert "loadusr stays" in said and "add pokeys.0.read to the servo thread before motion" in said, said
+        assert "the loadusr line is kept" in said and '"addf pokeys.0.read servo-thread" before the first' in said, said
         assert "becomes" not in said, said
 
 
@@ -165,7 +165,7 @@ def words_are_read_as_halcmd_reads_them(folder):
                       "setp pokeys.0.PEv2.0.MaxSpeed [NOPE]KEY\nnet long " + " ".join(f"p{i}.in" for i in range(300)) +
                       " pokeys.0.PEv2.0.MaxSpeed\nnet x joint.0.motor-pos-cmd => pokeys.0.PEv2.0.joint-pos-cmd\n")
     text = machine.migrate("--write")
-    assert "does not have" not in text and "MaxSpeed at mill.hal:8: [NOPE]KEY" in text, text
+    assert "Unknown names" not in text and "MaxSpeed at mill.hal:8: [NOPE]KEY" in text, text
     assert machine.conf(text)["axis.0.invert"] == "on", text
     changed = (machine.folder / "mill.pokeysd.hal").read_text(encoding="utf-8")
     assert f"\nnet long {' '.join(f'p{i}.in' for i in range(300))}\n" in changed, changed
@@ -176,7 +176,7 @@ def odd_files_do_no_harm(folder):
     (machine.folder / "post.hal").unlink()
     os.mkfifo(machine.folder / "post.hal")
     text = machine.migrate()
-    assert "post.hal is no file that can be read" in text and "no line that loads the component" in text, text
+    assert "post.hal: cannot be read" in text and "no line that loads the component" in text, text
     ran = subprocess.run([POKEYSCTL, "migrate", folder], capture_output=True, text=True, timeout=120, check=False)
     assert ran.returncode == 1 and "it is no file" in ran.stderr, ran
 
@@ -186,12 +186,12 @@ def several_ini_files_share_their_hal_files(folder):
     machine.migrate("--write")
     machine.ini = machine.ini.rename(machine.folder / "other.ini")
     text = machine.migrate("--write")
-    assert "other.pokeysd.ini" in text and "mill.pokeysd.hal" not in text.split("written:", 1)[1], text
+    assert "written: " in text and re.search(r"^unchanged: .*mill.pokeysd.hal$", text, re.MULTILINE), text
     # another text is left alone, and nothing else is written
     (machine.folder / "mill.pokeysd.hal").write_text("mine\n", encoding="utf-8")
     (machine.folder / "other.pokeysd.ini").unlink()
     said = machine.migrate("--write", status=1)
-    assert "mill.pokeysd.hal: it is there already, with another text; remove it, and try again" in said, said
+    assert "mill.pokeysd.hal: the file exists with other contents, so nothing was written; move or delete it" in said, said
     assert not (machine.folder / "other.pokeysd.ini").exists()
 
 
@@ -231,6 +231,12 @@ def an_emergency_of_the_other_sense_is_found(folder):
     assert "VOLATILE_HOME = 1" in text, text
 
 
+def another_output_of_a_bus_is_found(folder):
+    text = Machine(folder, mill_hal=HAL + "net r x.out => pokeys.0.PoExtBus.0.digout.1.out\n").migrate()
+    earlier = part(text, "Names with another meaning in earlier versions:")
+    assert "PoExtBus.0.digout.1.out at mill.hal:5" in earlier and "a different output is switched" in earlier, text
+
+
 def parameters_are_linked_no_more(folder):
     machine = Machine(folder, mill_hal=HAL + "net v pokeys.0.PEv2.0.MaxSpeed speed.out\n"
                       "net w pokeys.0.PEv2.0.HomingSpeed\nnet z \\\n  pokeys.0.PEv2.0.MaxSpeed \\\n  other.out\n")
@@ -249,7 +255,7 @@ def files_in_other_files_are_read(folder):
     machine = Machine(folder, mill_hal=HAL + "source more.hal\n",
                       more_hal="net w pokeys.0.PEv2.0.HomingSpeed\nsource gone.hal\n")
     text = machine.migrate("--write")
-    assert "gone.hal is no file that can be read" in text, text
+    assert "gone.hal: cannot be read" in text, text
     assert "source more.pokeysd.hal\n" in (machine.folder / "mill.pokeysd.hal").read_text(encoding="utf-8")
 
 
@@ -270,7 +276,7 @@ def tcl_is_read_as_far_as_it_goes(folder):
                                              "foreach i {0 1} { net m$i pokeys.0.PEv2.$i.MaxSpeed }\n"
                                              "net m pokeys.0.PEv2.$i.MaxSpeed; net n x.out\n", encoding="utf-8")
     text = machine.migrate("--write")
-    assert "mill.tcl:5 has to be changed by hand: it is more than one command" in text, text
+    assert "mill.tcl:5 contains more than one command; change it by hand to:" in text, text
     changed = (machine.folder / "mill.pokeysd.tcl").read_text(encoding="utf-8")
     assert "\nnet m pokeys.0.PEv2.$i.MaxSpeed; net n x.out\n" in changed, changed
 
@@ -289,7 +295,7 @@ def the_example_of_an_older_machine(folder):
     machine = Machine(folder)
     machine.ini = EXAMPLES / "older-mill/mill.ini"
     text = machine.migrate()
-    assert "loadrt pokeys_shm ini=auto" in text and "Names that the component does not have" not in text, text
+    assert "loadrt pokeys_shm ini=auto" in text and "Unknown names" not in text, text
     machine.conf(text.replace("; serial = 12345", "serial = 12345"))
 
 
