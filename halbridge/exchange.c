@@ -202,7 +202,7 @@ static void take_news(struct exchange *exchange, struct values *values,
 		buttons_forget(&exchange->buttons, values);
 		joint_home_forget(&exchange->home, values);
 		probe_forget(&exchange->probe, values);
-		threading_drop(&exchange->threading, values);
+		threading_forget(&exchange->threading, values);
 		heaters_forget(&exchange->heaters, values);
 		servos_forget(&exchange->servos, values);
 	}

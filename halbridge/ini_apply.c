@@ -40,7 +40,7 @@ static void complain(struct applying *to, const struct ini_entry *entry, const s
 	to->bad++;
 }
 
-static bool parse_word(const char *text, double *value)
+bool ini_word(const char *text, double *value)
 {
 	static const struct { const char *word; double value; } words[] = {
 		{ "yes", 1 }, { "no", 0 }, { "true", 1 }, { "false", 0 }, { "on", 1 },
@@ -61,7 +61,7 @@ static bool parse(const struct ini_key *key, const char *text, double *value)
 {
 	char *end;
 
-	if (key->form == INI_WORD && parse_word(text, value))
+	if (key->form == INI_WORD && ini_word(text, value))
 		return true;
 	errno = 0;
 	*value = strtod(text, &end);

@@ -23,6 +23,9 @@ enum ini_form { INI_WHOLE, INI_REAL, INI_WORD };	/* INI_WORD: yes, no, LINEAR ..
 extern const struct ini_key ini_pokeys_keys[], ini_joint_keys[];
 extern const size_t ini_pokeys_key_count, ini_joint_key_count;
 
+/* "yes", "OFF", "LINEAR" ...: false if it is no such word. */
+bool ini_word(const char *text, double *value);
+
 /* One line about a value that is not used: file, line, key, range. */
 typedef void (*ini_complaint)(void *argument, const char *line);
 

@@ -129,7 +129,7 @@ bool threading_write(struct threading *threading, struct values *values,
 	return full;
 }
 
-void threading_drop(struct threading *threading, struct values *values)
+void threading_forget(struct threading *threading, struct values *values)
 {
 	for (unsigned int i = 0; i < THREADING_BUTTONS; i++) {
 		if (!press_forget(&threading->press[i]))

@@ -41,7 +41,7 @@ bool threading_write(struct threading *threading, struct values *values,
 		     struct refusals *refusals);
 
 /* The daemon that was asked is gone. Realtime. */
-void threading_drop(struct threading *threading, struct values *values);
+void threading_forget(struct threading *threading, struct values *values);
 
 /*
  * This joint's slots wait for the spindle: where the axis is says nothing of how well

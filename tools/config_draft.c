@@ -11,8 +11,10 @@
 #include "daemon/control/config.h"
 #include "tools/config_draft.h"
 #include "tools/config_print.h"
+#include "tools/print.h"
 
-enum { COLUMNS = 96, WHY_MAX = SETTINGS_VALUE_MAX + 64, HEAD_LINES = 2, ROUNDS = 200 };
+enum { COLUMNS = 96, WHY_MAX = SETTINGS_VALUE_MAX + 64, HEAD_LINES = 2, ROUNDS = 200,
+       HELP_MAX = 600 };
 
 /* A key that the device has said something of. */
 struct entry {
@@ -261,23 +263,11 @@ static void compare(struct draft *draft)
 
 static void print_help(const struct settings_key *key, FILE *to)
 {
-	const char *word = key->help;
-	size_t column = 0;
+	char text[HELP_MAX];
 
-	while (*word) {
-		const size_t length = strcspn(word, " ");
-
-		if (column && column + 1 + length > COLUMNS)
-			column = 0;
-		if (!column)
-			fputs(word == key->help ? "#" : "\n#", to);
-		fprintf(to, " %.*s", (int)length, word);
-		column += 1 + length;
-		word += length + strspn(word + length, " ");
-	}
-	if (key->unit)
-		fprintf(to, " [%s]", key->unit);
-	fputc('\n', to);
+	snprintf(text, sizeof(text), "%s%s%s%s", key->help, key->unit ? " [" : "",
+		 key->unit ? key->unit : "", key->unit ? "]" : "");
+	print_wrapped("# ", "# ", COLUMNS, text, to);
 }
 
 static bool is_first(const struct draft *draft, const struct entry *entry)
@@ -375,4 +365,23 @@ int config_draft_settings(const struct pokeys_settings *device, FILE *to)
 int config_draft_wish(const struct pokeys_settings *wish, FILE *to)
 {
 	return draft_settings(wish, true, to);
+}
+
+void config_draft_name(const char *text, size_t length, const char *otherwise, char *name,
+		       size_t size)
+{
+	static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+				      "0123456789_";
+	size_t at = 0;
+
+	for (size_t i = 0; i < length && text[i] && at + 1 < size; i++)
+		if (strchr(allowed, text[i]))
+			name[at++] = text[i];
+		else if (at && name[at - 1] != '-')	/* -x would be an option */
+			name[at++] = '-';
+	while (at && name[at - 1] == '-')
+		at--;
+	name[at] = '\0';
+	if (!at)
+		snprintf(name, size, "%s", otherwise);
 }

@@ -3,6 +3,7 @@
 #ifndef TOOLS_CONFIG_DRAFT_H
 #define TOOLS_CONFIG_DRAFT_H
 
+#include <stddef.h>
 #include <stdio.h>
 #include <pokeys/settings.h>
 
@@ -19,5 +20,12 @@ int config_draft_settings(const struct pokeys_settings *device, FILE *to);
  * with the reason. 0 or -ENOMEM. Cold.
  */
 int config_draft_wish(const struct pokeys_settings *wish, FILE *to);
+
+/*
+ * The name of a device's section from the first `length` characters of a text: what a name may
+ * not have is a dash. `otherwise` is used if nothing is left. At most size - 1 characters.
+ */
+void config_draft_name(const char *text, size_t length, const char *otherwise, char *name,
+		       size_t size);
 
 #endif

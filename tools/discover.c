@@ -61,12 +61,12 @@ void discover_address(uint32_t address, char text[16])
 		 address & 255);
 }
 
-static const char *type_name(const struct wire_discovery *answer)
+const char *discover_type(const struct wire_discovery *answer)
 {
 	return answer->old_format ? "PoKeys56E" : wire_model(answer->hardware)->name;
 }
 
-static void firmware_text(const struct wire_discovery *answer, char text[16])
+void discover_firmware(const struct wire_discovery *answer, char text[16])
 {
 	struct wire_version version = wire_firmware(answer->firmware, answer->revision);
 
@@ -83,9 +83,9 @@ static void print_table(const struct search *search)
 		char address[16], firmware[16];
 
 		discover_address(found->from.address, address);
-		firmware_text(&found->answer, firmware);
+		discover_firmware(&found->answer, firmware);
 		printf("%-10u  %-20s  %-9s  %-15s  %u\n", found->answer.serial,
-		       type_name(&found->answer), firmware, address, found->answer.user_id);
+		       discover_type(&found->answer), firmware, address, found->answer.user_id);
 	}
 }
 
@@ -102,10 +102,10 @@ static void print_json(const struct search *search)
 		char address[16], firmware[16];
 
 		discover_address(found->from.address, address);
-		firmware_text(&found->answer, firmware);
+		discover_firmware(&found->answer, firmware);
 		json_object(&json, NULL);
 		json_unsigned(&json, "serial", found->answer.serial);
-		json_text(&json, "type", type_name(&found->answer));
+		json_text(&json, "type", discover_type(&found->answer));
 		json_unsigned(&json, "hardware", found->answer.hardware);
 		json_text(&json, "firmware", firmware);
 		json_text(&json, "address", address);

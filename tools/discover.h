@@ -15,6 +15,12 @@ struct found {
 	struct transport_address from;
 };
 
+/* "PoKeys57CNC" */
+const char *discover_type(const struct wire_discovery *answer);
+
+/* "4.7.15" */
+void discover_firmware(const struct wire_discovery *answer, char text[16]);
+
 /* "192.168.1.20" */
 void discover_address(uint32_t address, char text[16]);
 

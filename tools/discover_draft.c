@@ -12,25 +12,16 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <pokeys/shm.h>
 #include "daemon/device/survey.h"
 #include "daemon/transport/addresses.h"
 #include "tools/config_draft.h"
 #include "tools/discover.h"
+#include "tools/view.h"
 #include "wire/model.h"
 
 #define PORT 20055
 #define TURN_NS UINT64_C(2000000)
-#define NS_PER_S UINT64_C(1000000000)
-
-static uint64_t clock_now(void)
-{
-	struct timespec now;
-
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (uint64_t)now.tv_sec * NS_PER_S + (uint64_t)now.tv_nsec;
-}
 
 static int send_packet(void *context, const uint8_t *packet, size_t length)
 {
@@ -45,14 +36,14 @@ static enum survey_state converse(struct transport *t, struct survey *survey)
 	enum survey_state state;
 	struct transport_packet packet;
 
-	while ((state = survey_turn(survey, clock_now())) == SURVEY_READING) {
-		t->ops->wait(t, clock_now() + TURN_NS);
+	while ((state = survey_turn(survey, view_now())) == SURVEY_READING) {
+		t->ops->wait(t, view_now() + TURN_NS);
 		while (t->ops->receive(t, &packet) > 0) {
 			const struct pokeys_rx rx = {
 				.address = packet.address, .port = packet.port,
 			};
 
-			survey_deliver(survey, packet.data, packet.length, &rx, clock_now());
+			survey_deliver(survey, packet.data, packet.length, &rx, view_now());
 		}
 	}
 	return state;
@@ -74,7 +65,7 @@ static int read_device(const struct found *found, const struct options *options,
 	int result = transport_open(&t, "socket", &how, &why);
 	const struct pokeys_io io = { .send = send_packet, .context = t };
 
-	survey_begin(survey, &io, at.address, found->answer.serial, clock_now());
+	survey_begin(survey, &io, at.address, found->answer.serial, view_now());
 	if (!result)
 		result = t->ops->attach(t, 0);
 	if (!result)
@@ -86,35 +77,6 @@ static int read_device(const struct found *found, const struct options *options,
 	if (t)
 		transport_close(t);
 	return result;
-}
-
-static const char *type_of(const struct found *found)
-{
-	return found->answer.old_format ? "PoKeys56E" : wire_model(found->answer.hardware)->name;
-}
-
-/* The name of its label in the characters that a section may have, else that of its type. */
-static void name_device(const struct found *found, const char *label,
-			char name[POKEYS_SHM_NAME_MAX])
-{
-	static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-				      "0123456789_-";
-	const char *from = *label ? label : type_of(found);
-	size_t length = 0;
-
-	/* a command would take -x for an option */
-	from += strspn(from, "-");
-
-	for (; *from && length + 1 < POKEYS_SHM_NAME_MAX; from++)
-		if (strchr(allowed, *from))
-			name[length++] = *from;
-		else if (length && name[length - 1] != '-')
-			name[length++] = '-';
-	while (length && name[length - 1] == '-')
-		length--;
-	name[length] = '\0';
-	if (!length)
-		strcpy(name, "pokeys");
 }
 
 /* Names differ, or there would be two sections of one name. */
@@ -224,15 +186,14 @@ static void print_place(const struct found *found, const char *address, FILE *to
 static bool print_device(const struct found *found, const char *name, const struct survey *survey,
 			 enum survey_state state, const char *failure, FILE *to)
 {
-	const struct wire_version version = wire_firmware(found->answer.firmware,
-							  found->answer.revision);
 	const char *why = failure ? failure : endings[state];
-	char address[16];
+	char address[16], firmware[16];
 	bool whole;
 
 	discover_address(found->from.address, address);
-	fprintf(to, "\n# %s, firmware %u.%u.%u, at %s\n", type_of(found), version.major,
-		version.minor, version.revision, address);
+	discover_firmware(&found->answer, firmware);
+	fprintf(to, "\n# %s, firmware %s, at %s\n", discover_type(&found->answer), firmware,
+		address);
 	if (why) {
 		complain("%u at %s: %s", found->answer.serial, address, why);
 		fprintf(to, "# The settings are missing: %s.\n", why);
@@ -284,6 +245,7 @@ static bool print_devices(const struct found *found, size_t count, const struct 
 
 	for (size_t i = 0; i < count; i++) {
 		enum survey_state state = SURVEY_READING;
+		const char *label;
 		int failure;
 
 		if (is_printed(serials, printed, found[i].answer.serial))
@@ -296,7 +258,10 @@ static bool print_devices(const struct found *found, size_t count, const struct 
 		failure = read_device(&found[i], options, survey, &state);
 		if (!is_needed(&found[i], count - i, state, failure))
 			continue;
-		name_device(&found[i], survey_identity(survey)->name, names[printed]);
+		label = survey_identity(survey)->name;
+		label = *label ? label : discover_type(&found[i].answer);
+		config_draft_name(label, strlen(label), "pokeys", names[printed],
+				  sizeof(names[printed]));
 		make_unique(names, printed);
 		all = print_device(&found[i], names[printed], survey, state,
 				   failure ? strerror(-failure) : NULL, to) && all;

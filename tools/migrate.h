@@ -51,7 +51,7 @@ struct migrate_file {
 struct migrate_load {
 	size_t from;			/* file of the line */
 	unsigned int number;		/* of the line */
-	size_t file;			/* the one that is loaded */
+	size_t file;			/* index of the loaded file */
 	char *path;			/* as the line has it */
 };
 

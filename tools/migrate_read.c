@@ -3,8 +3,8 @@
  * A machine's files: its INI file, and the HAL files that it names, in their order.
  *
  * Words are taken apart as halcmd does it: a comment from # on and blanks between words, both
- * outside of quotes; a line that ends with \ is continued. Of a Tcl file only the commands that
- * stand in a line as they would in a HAL file are understood.
+ * outside of quotes; a line that ends with \ is continued. In a Tcl file, only commands that are
+ * written on one line, as in a HAL file, are read.
  */
 #include <errno.h>
 #include <fcntl.h>

@@ -9,6 +9,7 @@
 #include <string.h>
 #include "tools/config_draft.h"
 #include "tools/migrate.h"
+#include "tools/print.h"
 
 enum { COLUMNS = 96, PLACES = 6 };
 
@@ -22,21 +23,14 @@ const char *migrate_file_name(const struct migrate *machine, size_t file)
 	return slash ? slash + 1 : path;
 }
 
-/* Text in lines of COLUMNS, each behind `indent` blanks; the first one begins with `head`. */
+/* Text behind `head`, which is behind `indent` blanks. */
 static void print_text(const char *head, int indent, const char *text, FILE *to)
 {
-	int column = fprintf(to, "%*s%s", indent, "", head);
+	char first[40], next[40];
 
-	while (*text) {
-		const int length = (int)strcspn(text, " ");
-
-		if (column + 1 + length > COLUMNS)
-			column = fprintf(to, "\n%*s", indent + 1, "") - 1;
-		column += fprintf(to, "%s%.*s", column > indent ? " " : "", length, text);
-		text += length;
-		text += strspn(text, " ");
-	}
-	fputc('\n', to);
+	snprintf(first, sizeof(first), "%*s%s ", indent, "", head);
+	snprintf(next, sizeof(next), "%*s", indent + 2, "");
+	print_wrapped(first, next, COLUMNS, text, to);
 }
 
 /* What is set is this number, and it is known. */
@@ -76,7 +70,7 @@ static bool holds(const struct migrate *machine, const struct migrate_note *note
 		return value > FASTEST;
 	if (!strcmp(note->condition, "of an axis that is driven"))
 		return is_driven(machine, use);
-	if (!strcmp(note->condition, "that are parameters now"))
+	if (!strcmp(note->condition, "linked to a signal"))
 		return use->how == MIGRATE_LINKED && use->row && use->row->kind == TABLE_PARAM;
 	return true;
 }
@@ -335,17 +329,12 @@ static void print_troubles(const struct migrate *machine, FILE *to)
 void migrate_device_name(const struct migrate *machine, unsigned int device,
 			 char name[MIGRATE_NAME])
 {
-	static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-				      "0123456789_-";
-	const char *from = migrate_file_name(machine, SIZE_MAX);
-	size_t length = 0;
+	const char *ini = migrate_file_name(machine, SIZE_MAX);
+	size_t length;
 
-	for (; *from && *from != '.' && length + 4 < MIGRATE_NAME; from++)
-		if (strchr(allowed, *from) && (length || *from != '-'))
-			name[length++] = *from;
-	name[length] = '\0';
-	if (!length)
-		length = (size_t)snprintf(name, MIGRATE_NAME, "mill");
+	/* room for the number */
+	config_draft_name(ini, strcspn(ini, "."), "mill", name, MIGRATE_NAME - 3);
+	length = strlen(name);
 	if (device)
 		snprintf(name + length, MIGRATE_NAME - length, "-%u", device + 1);
 }

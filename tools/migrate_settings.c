@@ -53,7 +53,8 @@ static void set_values(const struct migrate *machine, unsigned int device, struc
 		char *at = (char *)&run->values;
 		double value;
 
-		if (use->device != device || !use->row || use->is_computed)
+		/* ini_apply() has set the keys */
+		if (use->device != device || !use->row || use->is_computed || use->line->is_key)
 			continue;
 		if (use->how == MIGRATE_LINKED &&
 		    migrate_fits("PEv2.N.joint-pos-cmd", use->name) && use->index < POKEYS_AXES)

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
+#include "halbridge/ini_apply.h"
 #include "tools/migrate.h"
 
 static const char prefix[] = "pokeys.";
@@ -168,12 +168,11 @@ static int take_line(struct migrate *machine, const struct migrate_line *line)
 double migrate_value(const char *text)
 {
 	char *end;
-	const double value = strtod(text, &end);
+	double value;
 
-	if (!strcasecmp(text, "true") || !strcasecmp(text, "yes") || !strcasecmp(text, "on"))
-		return 1;
-	if (!strcasecmp(text, "false") || !strcasecmp(text, "no") || !strcasecmp(text, "off"))
-		return 0;
+	if (ini_word(text, &value))
+		return value;
+	value = strtod(text, &end);
 	return *end || end == text ? (double)NAN : value;
 }
 

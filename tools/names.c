@@ -13,10 +13,13 @@
 #include "tools/choose.h"
 #include "tools/json.h"
 #include "tools/pokeysctl.h"
+#include "tools/print.h"
 #include "wire/label.h"
 #include "wire/model.h"
 
-enum { INDENT = 8, COLUMNS = 80, WORDS_MOST = 256 };
+enum { COLUMNS = 80, WORDS_MOST = 256 };
+
+#define INDENT "        "
 
 static bool is_chosen(const struct choice *choice, const struct model_row *row)
 {
@@ -31,25 +34,6 @@ static bool is_chosen(const struct choice *choice, const struct model_row *row)
 			return true;
 	}
 	return false;
-}
-
-/* One paragraph, indented and wrapped. */
-static void print_paragraph(const char *text)
-{
-	int column = 0;
-
-	while (*text) {
-		const int length = (int)strcspn(text, " ");
-
-		if (column && column + 1 + length > COLUMNS) {
-			putchar('\n');
-			column = 0;
-		}
-		column += printf("%*s%.*s", column ? 1 : INDENT, "", length, text);
-		text += length;
-		text += strspn(text, " ");
-	}
-	puts("\n");
 }
 
 static void print_row(const struct model_row *row)
@@ -69,7 +53,8 @@ static void print_row(const struct model_row *row)
 	if (row->inner)
 		printf(" and 0..%u", row->inner - 1u);
 	puts(")");
-	print_paragraph(model_help(row));
+	print_wrapped(INDENT, INDENT, COLUMNS, model_help(row), stdout);
+	putchar('\n');
 }
 
 static void put_words(struct json *json, const struct model_row *row)

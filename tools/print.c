@@ -202,3 +202,23 @@ void print_status(const struct view_device *device, FILE *to)
 	if (device->has_diag)
 		print_latencies(&device->diag, to);
 }
+
+void print_wrapped(const char *first, const char *next, int columns, const char *text, FILE *to)
+{
+	int column = fprintf(to, "%s", first);
+	bool begins = true;
+
+	while (*text) {
+		const int length = (int)strcspn(text, " ");
+
+		if (!begins && column + 1 + length > columns) {
+			column = fprintf(to, "\n%s", next) - 1;
+			begins = true;
+		}
+		column += fprintf(to, "%s%.*s", begins ? "" : " ", length, text);
+		begins = false;
+		text += length;
+		text += strspn(text, " ");
+	}
+	fputc('\n', to);
+}

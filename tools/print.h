@@ -19,6 +19,12 @@ void print_pins(const uint8_t bits[POKEYS_PIN_BYTES], char *text, size_t size);
 /* How the daemon's cycle lies to the commander's reads. */
 const char *print_phase(const struct pokeys_phase *phase, char text[80]);
 
+/*
+ * Words of `text` in lines of at most `columns`, the first one behind `first`, the others behind
+ * `next`, with a newline at the end. A longer word has a line of its own.
+ */
+void print_wrapped(const char *first, const char *next, int columns, const char *text, FILE *to);
+
 bool print_bit(const uint8_t *bits, unsigned int index);
 
 /* The pulse engine with all that hangs on it, a line each; nothing without one. */

@@ -27,7 +27,7 @@ struct report {
 	struct report_device device[TRANSPORT_CHANNELS];
 };
 
-/* Enough for every device: an upgrade looks for one that is on. */
+/* Room for the status of all devices. A package upgrade searches it for a device that is on. */
 enum { REPORT_STATUS_SIZE = 128 * TRANSPORT_CHANNELS };
 
 /* "mill running, 212 us; lathe searching: no answer". Returns the length. */

@@ -298,7 +298,7 @@ static void reboot_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 	memset(&device->configure.synced, 0, sizeof(device->configure.synced));
 	place_lost(device, UINT8_MAX, PLACE_ENGINE);
 	device->life.patient_until_ns = setting->after_ns;
-	threading_forget(device);
+	device_threading_forget(device);
 	motion_displaced(device);
 }
 

@@ -69,7 +69,7 @@ void configure_begin(struct device *device)
 	memset(configure, 0, sizeof(*configure));
 	device->image.encoder_enabled = 0;
 	decode_encoders_forget(device);
-	threading_forget(device);
+	device_threading_forget(device);
 	for (unsigned int i = 0; i < SETTINGS; i++) {
 		unsigned int index;
 		const struct setting_kind *kind = setting_kind(i, &index);

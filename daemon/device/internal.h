@@ -577,10 +577,10 @@ bool one_shot_request(struct device *device, enum wire_op op, const void *value)
 bool one_shot_request_patiently(struct device *device, enum wire_op op, const void *value,
 				uint64_t deadline_ns);
 void one_shot_end(struct device *device, enum pokeys_outcome outcome);
-/* What it began goes on beside the queue; its outcome comes by one_shot_result(). */
+/* What it began goes on beside the queue; its outcome comes by device_one_shot_outcome(). */
 void one_shot_release(struct device *device);
-void one_shot_result(struct device *device, uint32_t id, uint8_t operation,
-		      enum pokeys_outcome outcome);
+void device_one_shot_outcome(struct device *device, uint32_t id, uint8_t operation,
+			     enum pokeys_outcome outcome);
 
 /* operation_encoder.c */
 /* Whether this new count of an armed encoder says that its index zeroed it. */

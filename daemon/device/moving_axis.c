@@ -19,7 +19,7 @@
 #define SPEED_PART 0.95		/* of what the device permits, for a path */
 #define ACCELERATION_PART 0.8
 #define RESTS_NS (100 * MS)	/* a commander that is there to stay */
-#define LASTS_NS (1 * SECOND)	/* ... and finds no better place */
+#define LASTS_NS (1 * SECOND)	/* ... although it is not exact */
 #define NEAR 1			/* pulses */
 #define CATCH_UP_S 0.1
 
@@ -187,9 +187,9 @@ void moving_axis_halt(struct device *device, unsigned int axis)
 }
 
 /*
- * One from before the path is somewhere else, or it would move the axis by no more than NEAR. Who
- * is that far off has time to see where the axis is: a busy commander may have seen it last a
- * pulse before its end.
+ * A command from before the path is somewhere else, or it would move the axis by no more than
+ * NEAR. In that case, the commander gets time to read the position again: a busy one may have
+ * read it last when the axis was a pulse before its end.
  */
 bool moving_axis_met(const struct device *device, unsigned int axis)
 {

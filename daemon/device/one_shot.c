@@ -87,8 +87,8 @@ void one_shot_release(struct device *device)
 	device->one_shots.ordered = false;
 }
 
-void one_shot_result(struct device *device, uint32_t id, uint8_t operation,
-		      enum pokeys_outcome outcome)
+void device_one_shot_outcome(struct device *device, uint32_t id, uint8_t operation,
+			     enum pokeys_outcome outcome)
 {
 	const bool ordered = device->one_shots.ordered;
 

@@ -81,7 +81,7 @@ void task_tell(struct device *device, enum pokeys_outcome outcome)
 		return;
 	task->told = true;
 	if (task->session == device->intake.session)
-		one_shot_result(device, task->shot.id, task->shot.operation, outcome);
+		device_one_shot_outcome(device, task->shot.id, task->shot.operation, outcome);
 }
 
 static void end_homing(struct device *device, bool done)

@@ -50,7 +50,7 @@ void threading_spoil(struct device *device, uint8_t result)
 void threading_answer(struct device *device, struct thread_shot *shot, enum pokeys_outcome outcome)
 {
 	if (shot->open && device->task.session == device->intake.session)
-		one_shot_result(device, shot->id, shot->operation, outcome);
+		device_one_shot_outcome(device, shot->id, shot->operation, outcome);
 	shot->open = false;
 }
 

@@ -60,7 +60,7 @@ void threading_found(struct device *device);
 /* It was found running with axes in buffered mode: ask it whether it is in it, once. */
 void threading_suspect(struct device *device);
 /* The device may have forgotten its parameters. */
-void threading_forget(struct device *device);
+void device_threading_forget(struct device *device);
 /* Once a cycle, before motion decides. */
 void threading_update(struct device *device);
 /* The next request, if one is due; true if one was sent. */

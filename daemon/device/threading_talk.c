@@ -91,7 +91,7 @@ void threading_suspect(struct device *device)
 		setting->state = SETTING_READ;
 }
 
-void threading_forget(struct device *device)
+void device_threading_forget(struct device *device)
 {
 	device->threading.written = false;
 }

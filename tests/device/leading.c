@@ -81,7 +81,7 @@ static void position_is_followed_at_its_own_speed(void **state)
 	}
 }
 
-/* Without a commanded velocity, or with one that is only a limit, the positions tell the speed. */
+/* If no velocity is commanded, or only a limit, the speed is computed from the positions. */
 static void velocity_beside_the_position_need_not_be_its_own(void **state)
 {
 	const double said[] = { 0, 1.2, 1.45, 5 };

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Each file that is installed is in one Debian package, and the packages name none that is not.
+"""Checks that each installed file is in exactly one Debian package, and that the packages list no others.
 
 usage: check_packages.py SOURCE BUILD
 """
