@@ -9,6 +9,7 @@
 #include <ini.h>
 #include <stdlib.h>
 #include <string.h>
+#include "daemon/control/config.h"
 #include "tools/doctor.h"
 #include "tools/neighbour.h"
 
@@ -87,10 +88,17 @@ static int take(void *context, const char *section, const char *name, const char
 void doctor_read_plan(struct doctor *doctor, const char *path)
 {
 	struct doctor_plan *plan = &doctor->plan;
+	char *file[CONFIG_FILES];
+	int files;
 
 	*plan = (struct doctor_plan){ .cpu = -1, .duty = 0.9, .priority = 80 };
 	snprintf(plan->path, sizeof(plan->path), "%s%s", doctor->root, path);
-	plan->read = ini_parse(plan->path, take, doctor) >= 0;
+	files = config_files(plan->path, file);
+	for (int i = 0; i < files; i++)
+		if (ini_parse(file[i], take, doctor) >= 0)
+			plan->read = true;
+	if (files > 0)
+		config_free_files(file, files);
 }
 
 /* As the daemon does: mode = auto spins on an isolated core that LinuxCNC does not take. */

@@ -14,10 +14,12 @@
 #include "daemon/transport/transport.h"
 
 #define CONFIG_PATH "/etc/pokeysd/pokeysd.conf"
+#define CONFIG_FOLDER_ENDING ".d"
 
 enum {
 	CONFIG_PATH_MAX = 50,		/* SHM_DIRECTORY_MAX: sockets live below the folder */
 	CONFIG_ADDRESSES = 8,
+	CONFIG_FILES = 33,		/* of one configuration */
 	CONFIG_FAULTS_MAX = 50,		/* complaints about one file, then no more */
 };
 
@@ -56,7 +58,8 @@ struct config {
 typedef void (*config_complain)(void *context, const char *line);
 
 /*
- * Read a file. 0 and *out filled, or the number of faults found (each was
+ * Read a file, and after it those of the folder "path.d" that end in .conf: of a key of [daemon],
+ * the last file counts. 0 and *out filled, or the number of faults found (each was
  * complained about; *out is untouched). Cold.
  */
 int config_read(const char *path, struct config *out, config_complain complain, void *context);
@@ -86,6 +89,14 @@ int config_read_folder(const char *path, struct config *out, config_complain com
 /* The same as config_read from memory; `name` stands for the file in complaints. */
 int config_parse(const char *name, const char *text, size_t length, struct config *out,
 		 config_complain complain, void *context);
+
+/*
+ * The files that belong to a configuration in the order in which they are read: `path`, which may
+ * be missing, and those of the folder "path.d". Their number, to be freed by
+ * config_free_files(), or -errno; -E2BIG = more than CONFIG_FILES. Cold.
+ */
+int config_files(const char *path, char *file[CONFIG_FILES]);
+void config_free_files(char *file[], int files);
 
 /* The transport's name as transport_open() takes it. */
 const char *config_transport_name(enum config_transport transport);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * From a file to raw sections, every fault with its line.
+ * From text to raw sections, every fault with its line. A second text continues the first: its
+ * sections may be the same, and its keys of [daemon] take the place of earlier ones. Those of a
+ * device do not: most of them are lists, of which nobody knows whether they were meant to grow.
  *
  * libinih splits "key = value"; what it would swallow is caught before it gets
  * a line, in read_line():
@@ -15,16 +17,11 @@
  *
  * All faults are collected: somebody who mends a file wants the whole list.
  */
-#include <errno.h>
-#include <fcntl.h>
 #include <ini.h>
-#include <pwd.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include "daemon/control/config_key.h"
 #include "usage/printable.h"
 
@@ -33,12 +30,12 @@ _Static_assert(!offsetof(struct config_raw_device, name) &&
 	       !offsetof(struct config_raw_heater, name) &&
 	       !offsetof(struct config_raw_servo, name), "sections begin with their name");
 
-enum { FILE_MAX = 1 << 18, SHOWN_MAX = 60 };
+enum { SHOWN_MAX = 60 };
 
 struct reading {
 	struct config_file *file;
 	const char *text, *end;
-	uint32_t line;			/* of what inih has now */
+	uint32_t line;			/* place of what inih has now */
 	bool awaiting;			/* inih has a line that must become a key */
 	char shown[SHOWN_MAX + 4];	/* that line, for a complaint */
 	/* the section we are in; raw NULL = keys are skipped, its header was at fault */
@@ -48,38 +45,61 @@ struct reading {
 	struct config_lines *lines;
 };
 
+static uint32_t line_of(uint32_t place)
+{
+	return place & ((1u << CONFIG_LINE_BITS) - 1);
+}
+
+static bool same_text(uint32_t place, uint32_t other)
+{
+	return place && other && place >> CONFIG_LINE_BITS == other >> CONFIG_LINE_BITS;
+}
+
+const char *config_where(const struct config_file *file, uint32_t place, uint32_t from,
+			 char where[CONFIG_WHERE])
+{
+	if (same_text(place, from))
+		snprintf(where, CONFIG_WHERE, "line %u", line_of(place));
+	else
+		snprintf(where, CONFIG_WHERE, "%s:%u",
+			 file->text[place >> CONFIG_LINE_BITS].name, line_of(place));
+	return where;
+}
+
 __attribute__((format(printf, 3, 0)))
-static void tell(const struct config_file *file, uint32_t line, const char *format,
+static void tell(const struct config_file *file, uint32_t place, const char *format,
 		 va_list arguments)
 {
+	const char *name = file->text[place >> CONFIG_LINE_BITS].name;
+	const uint32_t line = line_of(place);
 	char text[512], whole[1024];
 
 	vsnprintf(text, sizeof(text), format, arguments);
 	if (line)
-		snprintf(whole, sizeof(whole), "%s:%u: %s", file->name, line, text);
+		snprintf(whole, sizeof(whole), "%s:%u: %s", name, line, text);
 	else
-		snprintf(whole, sizeof(whole), "%s: %s", file->name, text);
+		snprintf(whole, sizeof(whole), "%s: %s", name, text);
 	usage_printable(whole);
 	file->complain(file->context, whole);
 }
 
-void config_note(const struct config_file *file, uint32_t line, const char *format, ...)
+void config_note(const struct config_file *file, uint32_t place, const char *format, ...)
 {
 	va_list arguments;
 
 	va_start(arguments, format);
-	tell(file, line, format, arguments);
+	tell(file, place, format, arguments);
 	va_end(arguments);
 }
 
-void config_fault(struct config_file *file, uint32_t line, const char *format, ...)
+void config_fault(struct config_file *file, uint32_t place, const char *format, ...)
 {
 	va_list arguments;
 
 	if (file->faults++ >= CONFIG_FAULTS_MAX)
 		return;
 	va_start(arguments, format);
-	tell(file, line, format, arguments);
+	tell(file, place, format, arguments);
 	va_end(arguments);
 	if (file->faults == CONFIG_FAULTS_MAX)
 		file->complain(file->context, "too many faults, the rest is not shown");
@@ -112,16 +132,19 @@ static bool name_is_good(const char *name)
 static void enter_daemon(struct reading *r)
 {
 	struct config_file *file = r->file;
+	struct config_lines *lines = &file->daemon_lines;
 
-	if (file->daemon_lines.section) {
+	if (same_text(lines->last, r->line)) {
 		config_fault(file, r->line, "[daemon] was there before, at line %u",
-			     file->daemon_lines.section);
+			     line_of(lines->last));
 		return;
 	}
 	r->section = CONFIG_DAEMON;
 	r->raw = &file->daemon;
-	r->lines = &file->daemon_lines;
-	r->lines->section = r->line;
+	r->lines = lines;
+	lines->last = r->line;
+	if (!lines->section)
+		lines->section = r->line;
 	snprintf(r->title, sizeof(r->title), "[daemon]");
 }
 
@@ -135,42 +158,50 @@ struct kind {
 	uint32_t *count, most;
 };
 
-/* Where a new one goes, or NULL: it was complained about. */
-static char *place_for(struct reading *r, const struct kind *kind, const char *name)
+/* An earlier text's section, or a new one. UINT32_MAX: it was complained about. */
+static uint32_t number_of(struct reading *r, const struct kind *kind, const char *name)
 {
 	if (!name_is_good(name)) {
 		config_fault(r->file, r->line, "[%s %s]: a %s's name has 1 to %d of the "
 			     "characters A-Z a-z 0-9 _ -", kind->word, name, kind->word,
 			     POKEYS_SHM_NAME_MAX - 1);
-		return NULL;
+		return UINT32_MAX;
 	}
 	for (uint32_t i = 0; i < *kind->count; i++) {
-		if (!strcmp(kind->raw + i * kind->stride, name)) {
-			config_fault(r->file, r->line, "[%s %s] was there before, at line %u",
-				     kind->word, name, kind->lines[i].section);
-			return NULL;
-		}
+		if (strcmp(kind->raw + i * kind->stride, name) != 0)
+			continue;
+		if (!same_text(kind->lines[i].last, r->line))
+			return i;
+		config_fault(r->file, r->line, "[%s %s] was there before, at line %u", kind->word,
+			     name, line_of(kind->lines[i].last));
+		return UINT32_MAX;
 	}
 	if (*kind->count < kind->most)
-		return kind->raw + *kind->count * kind->stride;
+		return *kind->count;
 	config_fault(r->file, r->line, "[%s %s]: too many %ss, at most %u are allowed",
 		     kind->word, name, kind->word, kind->most);
-	return NULL;
+	return UINT32_MAX;
 }
 
 static void enter_kind(struct reading *r, const struct kind *kind, const char *name)
 {
-	char *raw = place_for(r, kind, name);
+	const uint32_t number = number_of(r, kind, name);
+	char *raw;
 
-	if (!raw)
+	if (number == UINT32_MAX)
 		return;
+	raw = kind->raw + number * kind->stride;
 	r->section = kind->section;
 	r->raw = raw;
-	r->lines = &kind->lines[(*kind->count)++];
+	r->lines = &kind->lines[number];
+	r->lines->last = r->line;
+	snprintf(r->title, sizeof(r->title), "[%s %s]", kind->word, name);
+	if (number < *kind->count)
+		return;
+	++*kind->count;
 	r->lines->section = r->line;
 	config_defaults(kind->section, raw);
 	snprintf(raw, POKEYS_SHM_NAME_MAX, "%s", name);
-	snprintf(r->title, sizeof(r->title), "[%s %s]", kind->word, name);
 }
 
 static void enter_device(struct reading *r, const char *name)
@@ -307,7 +338,7 @@ static char *read_line(char *out, int size, void *stream)
 
 static void take_key(struct reading *r, const char *name, const char *value)
 {
-	char allowed[256], why[256], shown[SHOWN_MAX + 4];
+	char allowed[256], why[256], shown[SHOWN_MAX + 4], where[CONFIG_WHERE];
 	const struct config_key *key;
 	const char *wrong;
 	uint32_t index, *seen;
@@ -321,12 +352,14 @@ static void take_key(struct reading *r, const char *name, const char *value)
 	}
 	number = config_key_number(key);
 	seen = &r->lines->key[number][index];
-	if (*seen) {
-		config_fault(r->file, r->line, "%s: %s was there before, at line %u", r->title,
-			     name, *seen);
+	if (same_text(*seen, r->line) || (*seen && r->section != CONFIG_DAEMON)) {
+		config_fault(r->file, r->line, "%s: %s was there before, at %s", r->title,
+			     name, config_where(r->file, *seen, r->line, where));
 		return;
 	}
 	*seen = r->line;
+	if (r->section == CONFIG_DAEMON)
+		r->lines->faulty[number] = false;
 	wrong = *value ? config_store(key, index, value, r->raw) : "has no value";
 	if (!wrong)
 		return;
@@ -357,9 +390,6 @@ static int handle(void *user, const char *section, const char *name, const char 
 	return 1;
 }
 
-/* For whom a file is read. */
-enum reader { READ_TO_RUN, READ_TO_CHECK, READ_PUBLIC, READ_FOLDER };
-
 static void no_complaint(void *context, const char *line)
 {
 	(void)context;
@@ -387,29 +417,42 @@ static void judge_folder(struct config_file *file, struct config *out, config_co
 		       sizeof(out->runtime_directory));
 }
 
-static int parse(const char *name, const char *text, size_t length, enum reader reader,
-		 struct config *out, config_complain complain, void *context)
+/* One text, into what earlier ones have left. */
+static void read_text(struct config_file *file, uint32_t number)
+{
+	const struct config_text *text = &file->text[number];
+	struct reading reading = {
+		.file = file, .text = text->text, .end = text->text + text->length,
+		.line = number << CONFIG_LINE_BITS,
+	};
+
+	if (text->length >= 3 && !memcmp(text->text, "\xef\xbb\xbf", 3))
+		reading.text += 3;
+	if (ini_parse_stream(read_line, &reading, handle, &reading) < 0)
+		config_fault(file, number << CONFIG_LINE_BITS,
+			     "no memory to read the configuration");
+	settle(&reading);
+}
+
+int config_parse_texts(const struct config_text *text, size_t texts, enum config_reader reader,
+		       struct config *out, config_complain complain, void *context)
 {
 	struct config_file *file = calloc(1, sizeof(*file));
-	struct reading reading = { .file = file, .text = text, .end = text + length };
 	int faults;
 
 	if (!file) {
 		complain(context, "no memory to read the configuration");
 		return 1;
 	}
-	file->name = name;
-	file->complain = reader == READ_FOLDER ? no_complaint : complain;
+	file->text = text;
+	file->complain = reader == CONFIG_FOLDER ? no_complaint : complain;
 	file->context = context;
-	file->here = reader == READ_TO_CHECK;
-	file->public = reader == READ_PUBLIC;
+	file->here = reader == CONFIG_TO_CHECK;
+	file->public = reader == CONFIG_PUBLIC;
 	config_defaults(CONFIG_DAEMON, &file->daemon);
-	if (length >= 3 && !memcmp(text, "\xef\xbb\xbf", 3))
-		reading.text += 3;
-	if (ini_parse_stream(read_line, &reading, handle, &reading) < 0)
-		config_fault(file, 0, "no memory to read the configuration");
-	settle(&reading);
-	if (reader == READ_FOLDER)
+	for (uint32_t i = 0; i < texts; i++)
+		read_text(file, i);
+	if (reader == CONFIG_FOLDER)
 		judge_folder(file, out, complain, context);
 	else
 		config_judge(file, out);
@@ -422,105 +465,7 @@ static int parse(const char *name, const char *text, size_t length, enum reader 
 int config_parse(const char *name, const char *text, size_t length, struct config *out,
 		 config_complain complain, void *context)
 {
-	return parse(name, text, length, READ_TO_RUN, out, complain, context);
-}
+	const struct config_text only = { name, text, length };
 
-/*
- * A file and nothing else: it is read again while the daemon runs, and a FIFO
- * would hold up the thread that hears SIGTERM and feeds the watchdog.
- */
-static int open_file(const char *path)
-{
-	int fd = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-	struct stat status;
-	int error = 0;
-
-	if (fd < 0)
-		return -errno;
-	if (fstat(fd, &status))
-		error = errno;
-	else if (!S_ISREG(status.st_mode))
-		error = S_ISDIR(status.st_mode) ? EISDIR : EPROTO;
-	if (!error)
-		return fd;
-	close(fd);
-	return -error;
-}
-
-/* A whole file, bounded. Its length, or -errno; -EPROTO = it is no file. */
-static ssize_t slurp(const char *path, char *text, size_t size)
-{
-	int fd = open_file(path);
-	size_t length = 0;
-	ssize_t got = 1;
-
-	if (fd < 0)
-		return fd;
-	while (got > 0 && length < size) {
-		got = read(fd, text + length, size - length);
-		if (got > 0)
-			length += (size_t)got;
-		else if (got < 0 && errno == EINTR)
-			got = 1;
-	}
-	got = got < 0 ? -errno : (ssize_t)length;
-	close(fd);
-	return got;
-}
-
-/* Root asks as the service's user (service.h), and shall see that it is not root who may not. */
-static const char *own_name(void)
-{
-	const struct passwd *own = getpwuid(geteuid());
-
-	return own ? own->pw_name : "of this process";
-}
-
-static int read_file(const char *path, enum reader reader, struct config *out,
-		     config_complain complain, void *context)
-{
-	struct config_file file = { .name = path, .complain = complain, .context = context };
-	char *text = malloc(FILE_MAX);
-	ssize_t length = text ? slurp(path, text, FILE_MAX) : -ENOMEM;
-	int faults = 1;
-
-	if (length == -ENOENT)
-		config_fault(&file, 0, "there is no such file; pokeysd.conf(5) says what to write "
-			     "into it");
-	else if (length == -EPROTO)
-		config_fault(&file, 0, "is not a file; the daemon reads it again when it is told "
-			     "to, so it has to stay where it is");
-	else if (length == -EACCES)
-		config_fault(&file, 0, "may not be read by user %s, or a folder above it not be "
-			     "entered", own_name());
-	else if (length < 0)
-		config_fault(&file, 0, "cannot be read: %s", strerror((int)-length));
-	else if (length >= FILE_MAX)
-		config_fault(&file, 0, "is too large, at most %d bytes are allowed", FILE_MAX - 1);
-	else
-		faults = parse(path, text, (size_t)length, reader, out, complain, context);
-	free(text);
-	return faults;
-}
-
-int config_read(const char *path, struct config *out, config_complain complain, void *context)
-{
-	return read_file(path, READ_TO_RUN, out, complain, context);
-}
-
-int config_check(const char *path, struct config *out, config_complain complain, void *context)
-{
-	return read_file(path, READ_TO_CHECK, out, complain, context);
-}
-
-int config_read_public(const char *path, struct config *out, config_complain complain,
-		       void *context)
-{
-	return read_file(path, READ_PUBLIC, out, complain, context);
-}
-
-int config_read_folder(const char *path, struct config *out, config_complain complain,
-		       void *context)
-{
-	return read_file(path, READ_FOLDER, out, complain, context);
+	return config_parse_texts(&only, 1, CONFIG_TO_RUN, out, complain, context);
 }

@@ -133,7 +133,7 @@ static void judge_shared(const struct judged *j, const struct terminal_conflict 
 {
 	struct place place[2];
 	const struct place *first = &place[0], *later = &place[1];
-	char list[TERMINAL_LIST_MAX];
+	char list[TERMINAL_LIST_MAX], where[CONFIG_WHERE];
 	bool elsewhere;
 
 	find_place(j, &conflict->a, &place[0]);
@@ -144,11 +144,12 @@ static void judge_shared(const struct judged *j, const struct terminal_conflict 
 	}
 	elsewhere = strcmp(first->section, later->section) != 0;
 	config_fault(j->file, later->line,
-		     "%s: %s: %s %s used by %s%s%s (line %u) as well, and can only be used by one "
+		     "%s: %s: %s %s used by %s%s%s (%s) as well, and can only be used by one "
 		     "of them; remove the other", later->section, later->key,
 		     terminal_list(conflict->terminals, list),
 		     is_one(conflict->terminals) ? "is" : "are", elsewhere ? first->section : "",
-		     elsewhere ? " " : "", first->key, first->line);
+		     elsewhere ? " " : "", first->key,
+		     config_where(j->file, first->line, later->line, where));
 }
 
 /* What the heaters of this device use. */

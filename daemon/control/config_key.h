@@ -166,16 +166,28 @@ struct config_raw_servo {
 #define CONFIG_SERVO_AUTO	(-1)
 #define CONFIG_UNLIMITED	INT64_MAX
 
-/* Where each key of a section stands in the file; 0 = it does not. */
+/*
+ * A file's content, or that of one in the folder beside it, which is read after it. A place is a
+ * line (from 1) and, in the upper bits, the number of the text.
+ */
+struct config_text {
+	const char *name;		/* its path */
+	const char *text;
+	size_t length;
+};
+
+enum { CONFIG_LINE_BITS = 24 };
+
+/* Where each key of a section stands, as a place; 0 = nowhere. */
 struct config_lines {
-	uint32_t section;
+	uint32_t section, last;		/* first and last header */
 	uint32_t key[CONFIG_KEYS_MAX][CONFIG_INDICES];
 	bool faulty[CONFIG_KEYS_MAX];	/* what stands there was refused */
 };
 
 /* A file while it is read. */
 struct config_file {
-	const char *name;
+	const struct config_text *text;		/* at most CONFIG_FILES of them */
 	config_complain complain;
 	void *context;
 	int faults;
@@ -194,6 +206,13 @@ struct config_file {
 	struct config_lines servo_lines[CONFIG_SERVOS];
 };
 
+/* For whom a configuration is read. */
+enum config_reader { CONFIG_TO_RUN, CONFIG_TO_CHECK, CONFIG_PUBLIC, CONFIG_FOLDER };
+
+/* Texts in their order, judged as one configuration. As config_read(). */
+int config_parse_texts(const struct config_text *text, size_t texts, enum config_reader reader,
+		       struct config *out, config_complain complain, void *context);
+
 /* Put every default into a section. */
 void config_defaults(enum config_section section, void *raw);
 
@@ -210,12 +229,17 @@ size_t config_allowed(const struct config_key *key, char *text, size_t size);
 const struct config_key *config_find(enum config_section section, const char *name,
 				     uint32_t *index, char *why, size_t size);
 
-/* Count and pass on a complaint about a line (0 = about the whole file). */
-void config_fault(struct config_file *file, uint32_t line, const char *format, ...)
+/* "line 3", or "NAME:3" if it is another file than that of `from`. */
+enum { CONFIG_WHERE = 300 };
+const char *config_where(const struct config_file *file, uint32_t place, uint32_t from,
+			 char where[CONFIG_WHERE]);
+
+/* Count and pass on a complaint about a place (line 0 = about the whole file). */
+void config_fault(struct config_file *file, uint32_t place, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
 /* Pass on what is none, for a person who asks. */
-void config_note(const struct config_file *file, uint32_t line, const char *format, ...)
+void config_note(const struct config_file *file, uint32_t place, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
 /* Rules between keys, then raw values into *out. Complains by itself. */
@@ -224,7 +248,7 @@ void config_judge(struct config_file *file, struct config *out);
 /* What is not on this machine: a group, an interface, a core. */
 void config_judge_here(struct config_file *file);
 
-/* Line of a key if it is in the file, else that of the section. */
+/* Place of a key if it is in a file, else that of the section. */
 uint32_t config_line_of(const struct config_lines *lines, const char *name, uint32_t index);
 
 /* Raw values into the units of their users; nothing can go wrong any more. */

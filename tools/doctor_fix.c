@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-2.0-or-later
+/*
+ * pokeysctl doctor --fix shows the files that it would write, asks, and writes them; --undo shows
+ * which of them are there, asks, and removes them. Neither does anything while a machine, a motor
+ * or a heater is on: what is written to the kernel takes effect at once.
+ */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include "tools/doctor_fix.h"
+
+bool fix_is_bad(const struct doctor_finding *finding)
+{
+	return finding->verdict == DOCTOR_ADVICE || finding->verdict == DOCTOR_PROBLEM;
+}
+
+bool fix_is_wanted(const struct doctor_report *report, const char *check)
+{
+	for (size_t i = 0; i < report->count; i++)
+		if (!strcmp(report->finding[i].check, check) && fix_is_bad(&report->finding[i]))
+			return true;
+	return false;
+}
+
+bool fix_mends(const struct fix_plan *plan, const char *check)
+{
+	for (size_t i = 0; i < plan->changes; i++)
+		for (size_t c = 0; c < FIX_CHECKS && plan->change[i].row->check[c]; c++)
+			if (!strcmp(plan->change[i].row->check[c], check))
+				return true;
+	return false;
+}
+
+/* A file of that name that somebody else has written stays as it is. */
+static bool is_somebody_elses(const struct doctor *doctor, const struct fix_row *row,
+			      char why_not[FIX_LINE])
+{
+	char path[FIX_PATH];
+
+	fix_path(doctor, row, path);
+	if (access(path, F_OK) || fix_is_ours(doctor, row))
+		return false;
+	snprintf(why_not, FIX_LINE, "%s is there, and was not written by this command", path);
+	return true;
+}
+
+void fix_make_plan(struct fix_plan *plan)
+{
+	plan->changes = 0;
+	for (size_t i = 0; i < fix_row_count; i++) {
+		struct fix_change *change = &plan->change[plan->changes];
+
+		memset(change, 0, sizeof(*change));
+		plan->left[i][0] = '\0';
+		change->row = &fix_rows[i];
+		if (!fix_rows[i].build(plan, change, plan->left[i]) ||
+		    is_somebody_elses(plan->doctor, change->row, plan->left[i]))
+			continue;
+		fix_compare(plan->doctor, change);
+		plan->changes++;
+	}
+}
+
+/* What would be stopped or held up, NULL if nothing is on. */
+static const char *what_is_on(const struct doctor *doctor)
+{
+	for (size_t i = 0; i < doctor->view.count; i++) {
+		const struct view_device *seen = &doctor->view.device[i];
+
+		if (seen->freshness != VIEW_FRESH)
+			continue;
+		if (seen->state.flags & POKEYS_STATE_MACHINE_ON)
+			return "a machine";
+		for (size_t n = 0; n < POKEYS_SERVOS; n++)
+			if (seen->state.servo[n].state == POKEYS_SERVO_ENABLED)
+				return "a motor";
+		for (size_t n = 0; n < POKEYS_HEATERS; n++)
+			if (seen->state.heater[n].target > 0)
+				return "a heater";
+	}
+	return NULL;
+}
+
+/* True: go on. Whoever cannot be asked has said --yes, or is told of it. */
+static bool may_go_on(const struct doctor *doctor, const struct options *options,
+		      const char *question)
+{
+	const char *on = what_is_on(doctor);
+	char answer[16] = "";
+
+	if (on) {
+		complain("%s is on; switch it off first: a change of the kernel may hold it up",
+			 on);
+		return false;
+	}
+	if (options->yes)
+		return true;
+	if (!isatty(STDIN_FILENO)) {
+		complain("nothing was changed: there is no terminal to ask at; with --yes it is "
+			 "not asked");
+		return false;
+	}
+	printf("%s [y/N] ", question);
+	fflush(stdout);
+	if (fgets(answer, sizeof(answer), stdin) && (*answer == 'y' || *answer == 'Y'))
+		return true;
+	puts("nothing was changed");
+	return false;
+}
+
+/* Status of a program, which says on the terminal what it does; -errno if it cannot be run. */
+static int run(const char *program)
+{
+	int status;
+	pid_t child;
+
+	printf("running %s\n", program);
+	fflush(stdout);
+	child = fork();
+	if (!child) {
+		execlp(program, program, (char *)NULL);
+		_exit(127);
+	}
+	if (child < 0 || waitpid(child, &status, 0) < 0)
+		return -errno;
+	return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+}
+
+/* Into effect what takes a program, and what the user has to do. */
+static bool conclude(const struct doctor *doctor, unsigned int kinds)
+{
+	bool good = true;
+
+	if (kinds & 1u << FIX_KERNEL && *doctor->root) {
+		puts("now run update-grub on that computer, and restart it");
+	} else if (kinds & 1u << FIX_KERNEL) {
+		good = run("update-grub") == 0;
+		if (good)
+			puts("restart the computer: the kernel's command line counts from then on");
+		else
+			complain("update-grub failed: the kernel's command line has not changed");
+	}
+	if (kinds & 1u << FIX_CONF)
+		puts("restart the daemon: systemctl restart pokeysd");
+	return good;
+}
+
+static void show_change(const struct fix_plan *plan, const struct fix_change *change)
+{
+	char path[FIX_PATH];
+
+	fix_path(plan->doctor, change->row, path);
+	printf("%s%s\n  %s\n", path, change->is_there ? " (is there already)" : "",
+	       change->row->why);
+	fix_print_lines(change, "    ", stdout);
+	for (size_t i = 0; i < change->values; i++)
+		printf("  now: %s from %s to %s\n", change->value[i].path,
+		       change->value[i].before, change->value[i].value);
+	puts("");
+}
+
+/* What no change mends, with the command, as the doctor says it. */
+static void show_left(const struct fix_plan *plan)
+{
+	bool any = false;
+
+	for (size_t i = 0; i < fix_row_count; i++)
+		if (*plan->left[i])
+			printf("%s%s: %s\n", any++ ? "" : "Left to you:\n", fix_rows[i].check[0],
+			       plan->left[i]);
+	for (size_t i = 0; i < plan->report->count; i++) {
+		const struct doctor_finding *finding = &plan->report->finding[i];
+
+		if (fix_is_bad(finding) && !fix_mends(plan, finding->check))
+			printf("%s%s%s%s: %s\n", any++ ? "" : "Left to you:\n", finding->check,
+			       *finding->subject ? " " : "", finding->subject,
+			       *finding->mend ? finding->mend : finding->why);
+	}
+	if (any)
+		puts("");
+}
+
+int fix_run(const struct doctor *doctor, const struct doctor_report *report,
+	    const struct options *options)
+{
+	static struct fix_plan plan;
+	char question[64];
+	unsigned int kinds = 0;
+	size_t count = 0;
+
+	plan.doctor = doctor;
+	plan.report = report;
+	fix_make_plan(&plan);
+	for (size_t i = 0; i < plan.changes; i++) {
+		count += !plan.change[i].is_there;
+		show_change(&plan, &plan.change[i]);
+	}
+	show_left(&plan);
+	if (!count) {
+		puts(plan.changes ? "every file is there already; restart the computer if you have "
+				    "not done so since" : "there is nothing to write");
+		return STATUS_OK;
+	}
+	if (!*doctor->root && geteuid()) {
+		complain("nothing was changed: only root may; run: sudo pokeysctl doctor --fix");
+		return STATUS_FAILED;
+	}
+	snprintf(question, sizeof(question), "Write %zu file%s?", count, count == 1 ? "" : "s");
+	if (!may_go_on(doctor, options, question))
+		return STATUS_FAILED;
+	for (size_t i = 0; i < plan.changes; i++) {
+		if (plan.change[i].is_there)
+			continue;
+		if (fix_write(&plan, &plan.change[i]))
+			return STATUS_FAILED;
+		kinds |= 1u << plan.change[i].row->kind;
+	}
+	return conclude(doctor, kinds) ? STATUS_OK : STATUS_FAILED;
+}
+
+int fix_undo(const struct doctor *doctor, const struct options *options)
+{
+	char path[FIX_PATH];
+	unsigned int kinds = 0;
+	size_t count = 0;
+	bool good = true;
+
+	for (size_t i = 0; i < fix_row_count; i++) {
+		if (!fix_is_ours(doctor, &fix_rows[i]))
+			continue;
+		fix_path(doctor, &fix_rows[i], path);
+		puts(path);
+		count++;
+	}
+	if (!count) {
+		puts("there is nothing to take back: no file of pokeysctl doctor --fix is there");
+		return STATUS_OK;
+	}
+	if (!*doctor->root && geteuid()) {
+		complain("nothing was changed: only root may; run: sudo pokeysctl doctor --undo");
+		return STATUS_FAILED;
+	}
+	if (!may_go_on(doctor, options, "Remove these, and set the kernel back?"))
+		return STATUS_FAILED;
+	for (size_t i = 0; i < fix_row_count; i++) {
+		if (!fix_is_ours(doctor, &fix_rows[i]))
+			continue;
+		good = !fix_take_back(doctor, &fix_rows[i]) && good;
+		kinds |= 1u << fix_rows[i].kind;
+	}
+	return conclude(doctor, kinds) && good ? STATUS_OK : STATUS_FAILED;
+}
