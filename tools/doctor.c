@@ -3,14 +3,15 @@
  * pokeysctl doctor: everything about this machine that makes packets late or
  * realtime threads wait, with the command that mends it.
  *
- * It only looks. It needs neither a daemon nor privilege, and what it could not
- * see it calls unknown instead of leaving it out; so the exit status says "no
- * problem was found", and the number of unknowns how much that is worth.
+ * It only looks, unless --fix or --undo is given (doctor_fix.c). It needs neither a daemon nor
+ * privilege, and what it could not see it calls unknown instead of leaving it out; so the exit
+ * status says "no problem was found", and the number of unknowns how much that is worth.
  */
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include "tools/doctor.h"
+#include "tools/doctor_fix.h"
 #include "tools/json.h"
 #include "tools/order.h"
 #include "tools/pokeysctl.h"
@@ -120,9 +121,26 @@ int command_doctor(const struct options *options)
 {
 	static struct doctor doctor;
 	static struct doctor_report report;
+	int status;
 
+	if (options->json && (options->fix || options->undo)) {
+		complain("--json does not go together with --fix and --undo");
+		return STATUS_USAGE;
+	}
+	if (options->fix && options->undo) {
+		complain("--fix and --undo do not go together");
+		return STATUS_USAGE;
+	}
 	gather(&doctor, options);
+	if (options->fix && doctor.cpu < 0)
+		doctor.cpu = doctor_propose_core(&doctor);
 	doctor_judge(&doctor, &report);
+	if (options->fix || options->undo) {
+		status = options->fix ? fix_run(&doctor, &report, options) :
+			 fix_undo(&doctor, options);
+		view_close(&doctor.view);
+		return status;
+	}
 	if (options->json)
 		doctor_print_json(&report, stdout);
 	else

@@ -110,6 +110,18 @@ void doctor_keep(struct doctor_finding *finding, const char *keep, ...);
 /* Read pokeysd.conf at root + path: core, mode, devices' addresses. */
 void doctor_read_plan(struct doctor *doctor, const char *path);
 
+/* The core to give the daemon where nobody has chosen one; -1 = there is none to spare. */
+int doctor_propose_core(const struct doctor *doctor);
+
+/*
+ * The cores to isolate for the daemon's core and LinuxCNC's, and the others, as lists of `size`
+ * bytes. False: there is none to spare.
+ */
+bool doctor_isolate(const struct doctor *doctor, char *list, char *others, size_t size);
+
+/* The interrupts that go to the doctor's core: at most `most` numbers. */
+size_t doctor_irqs_on_core(const struct doctor *doctor, int number[], size_t most);
+
 /* The core to judge: the one asked for, or where that is -1 the plan's; what auto does there. */
 void doctor_choose_core(struct doctor *doctor, int asked);
 

@@ -36,10 +36,15 @@ static void judge_core(const struct doctor *doctor, struct doctor_finding *findi
 	}
 }
 
+static bool is_list(const char *text)
+{
+	return isdigit((unsigned char)*text);	/* not "", "(null)" */
+}
+
 /* A list with our core in it, of a file or of the command line: others' cores stay in it. */
 static void with_core(const struct doctor *doctor, const char *list, char *out)
 {
-	if (!isdigit((unsigned char)*list))	/* "", "(null)" */
+	if (!is_list(list))
 		snprintf(out, LIST, "%d", doctor->cpu);
 	else if (probe_list_has(list, doctor->cpu))
 		snprintf(out, LIST, "%s", list);
@@ -47,29 +52,48 @@ static void with_core(const struct doctor *doctor, const char *list, char *out)
 		snprintf(out, LIST, "%s,%d", list, doctor->cpu);
 }
 
+struct lists {
+	char isolated[LIST], tickless[LIST], offloaded[LIST];
+};
+
+/* Of the three parameters, what is set now. */
+static void find_lists(const struct doctor *doctor, struct lists *found)
+{
+	memset(found, 0, sizeof(*found));
+	probe_text(doctor->root, found->isolated, LIST - 8, CORE "/isolated");
+	probe_text(doctor->root, found->tickless, LIST - 8, CORE "/nohz_full");
+	if (!probe_command_line(doctor->root, "rcu_nocbs", found->offloaded, LIST - 8))
+		*found->offloaded = '\0';
+}
+
 /*
  * The mending of all three is one line of the boot loader's. Core 0 is the one that the
  * kernel keeps for what it takes off the others, and the last one cannot do without itself.
+ * Where nothing is isolated yet, LinuxCNC's core is as well, or that would be ours.
  */
 static void mend_command_line(const struct doctor *doctor, struct doctor_finding *finding)
 {
-	char found[LIST] = "", isolated[LIST], tickless[LIST], offloaded[LIST];
+	struct lists found, set;
+	char others[LIST];
 
 	if (!doctor->cpu) {
 		doctor_mend(finding, "another cpu in pokeysd.conf: core 0 does the kernel's own "
 			    "work and cannot be freed from it");
 		return;
 	}
-	probe_text(doctor->root, found, sizeof(found) - 8, CORE "/isolated");
-	with_core(doctor, found, isolated);
-	probe_text(doctor->root, found, sizeof(found) - 8, CORE "/nohz_full");
-	with_core(doctor, found, tickless);
-	if (!probe_command_line(doctor->root, "rcu_nocbs", found, sizeof(found) - 8))
-		*found = '\0';
-	with_core(doctor, found, offloaded);
+	find_lists(doctor, &found);
+	if (!is_list(found.isolated) && !is_list(found.tickless) && !is_list(found.offloaded) &&
+	    doctor_isolate(doctor, set.isolated, others, LIST)) {
+		memcpy(set.tickless, set.isolated, LIST);
+		memcpy(set.offloaded, set.isolated, LIST);
+	} else {
+		with_core(doctor, found.isolated, set.isolated);
+		with_core(doctor, found.tickless, set.tickless);
+		with_core(doctor, found.offloaded, set.offloaded);
+	}
 	doctor_mend(finding, "kernel command line (GRUB_CMDLINE_LINUX in /etc/default/grub, then "
 		    "update-grub): isolcpus=managed_irq,domain,%s nohz_full=%s rcu_nocbs=%s",
-		    isolated, tickless, offloaded);
+		    set.isolated, set.tickless, set.offloaded);
 }
 
 /* By a cpuset (cpuset.cpus.partition = isolated) and not by the command line. */

@@ -11,6 +11,8 @@
 #include <unistd.h>
 #include "tools/doctor_fix.h"
 
+enum { CHECKS = 80 };
+
 bool fix_is_bad(const struct doctor_finding *finding)
 {
 	return finding->verdict == DOCTOR_ADVICE || finding->verdict == DOCTOR_PROBLEM;
@@ -147,13 +149,24 @@ static bool conclude(const struct doctor *doctor, unsigned int kinds)
 	return good;
 }
 
+/* "isolcpus, nohz-full, rcu-nocbs" */
+static const char *checks_of(const struct fix_row *row, char checks[CHECKS])
+{
+	size_t at = 0;
+
+	for (size_t i = 0; i < FIX_CHECKS && row->check[i] && at < CHECKS; i++)
+		at += (size_t)snprintf(checks + at, CHECKS - at, "%s%s", i ? ", " : "",
+				       row->check[i]);
+	return checks;
+}
+
 static void show_change(const struct fix_plan *plan, const struct fix_change *change)
 {
-	char path[FIX_PATH];
+	char path[FIX_PATH], checks[CHECKS];
 
 	fix_path(plan->doctor, change->row, path);
-	printf("%s%s\n  %s\n", path, change->is_there ? " (is there already)" : "",
-	       change->row->why);
+	printf("%s%s\n  %s: %s\n", path, change->is_there ? " (is there already)" : "",
+	       checks_of(change->row, checks), change->row->why);
 	fix_print_lines(change, "    ", stdout);
 	for (size_t i = 0; i < change->values; i++)
 		printf("  now: %s from %s to %s\n", change->value[i].path,
@@ -161,24 +174,42 @@ static void show_change(const struct fix_plan *plan, const struct fix_change *ch
 	puts("");
 }
 
+static void show_one_left(unsigned int *shown, const char *check, const char *subject,
+			  const char *text)
+{
+	printf("%s%s%s%s: %s\n", *shown ? "" : "Left to you:\n", check, *subject ? " " : "",
+	       subject, text);
+	++*shown;
+}
+
+/* The row for this check says why it makes no change. */
+static bool is_explained(const struct fix_plan *plan, const char *check)
+{
+	for (size_t i = 0; i < fix_row_count; i++)
+		for (size_t c = 0; *plan->left[i] && c < FIX_CHECKS && fix_rows[i].check[c]; c++)
+			if (!strcmp(fix_rows[i].check[c], check))
+				return true;
+	return false;
+}
+
 /* What no change mends, with the command, as the doctor says it. */
 static void show_left(const struct fix_plan *plan)
 {
-	bool any = false;
+	unsigned int shown = 0;
+	char checks[CHECKS];
 
 	for (size_t i = 0; i < fix_row_count; i++)
 		if (*plan->left[i])
-			printf("%s%s: %s\n", any++ ? "" : "Left to you:\n", fix_rows[i].check[0],
-			       plan->left[i]);
+			show_one_left(&shown, checks_of(&fix_rows[i], checks), "", plan->left[i]);
 	for (size_t i = 0; i < plan->report->count; i++) {
 		const struct doctor_finding *finding = &plan->report->finding[i];
 
-		if (fix_is_bad(finding) && !fix_mends(plan, finding->check))
-			printf("%s%s%s%s: %s\n", any++ ? "" : "Left to you:\n", finding->check,
-			       *finding->subject ? " " : "", finding->subject,
-			       *finding->mend ? finding->mend : finding->why);
+		if (fix_is_bad(finding) && !fix_mends(plan, finding->check) &&
+		    !is_explained(plan, finding->check))
+			show_one_left(&shown, finding->check, finding->subject,
+				      *finding->mend ? finding->mend : finding->why);
 	}
-	if (any)
+	if (shown)
 		puts("");
 }
 
@@ -244,7 +275,8 @@ int fix_undo(const struct doctor *doctor, const struct options *options)
 	}
 	if (!may_go_on(doctor, options, "Remove these, and set the kernel back?"))
 		return STATUS_FAILED;
-	for (size_t i = 0; i < fix_row_count; i++) {
+	/* in reverse, so that the one that its folder was made for is the last */
+	for (size_t i = fix_row_count; i-- > 0;) {
 		if (!fix_is_ours(doctor, &fix_rows[i]))
 			continue;
 		good = !fix_take_back(doctor, &fix_rows[i]) && good;

@@ -10,6 +10,7 @@
 #include "tools/doctor.h"
 #include "tools/pokeysctl.h"
 
+#define FIX_SYSCTLS "/proc/sys/kernel/"
 #define FIX_GRUB "/etc/default/grub"
 #define FIX_UPDATE_GRUB "/usr/sbin/update-grub"
 
@@ -20,7 +21,7 @@ enum fix_kind {
 	FIX_CONF,		/* the daemon's configuration, at its next start */
 	FIX_KERNEL,		/* the kernel's command line by GRUB, at the next boot */
 	FIX_TMPFILES,		/* files of the kernel, now and at each boot (tmpfiles.d(5)) */
-	FIX_SYSCTL,		/* the same of /proc/sys (sysctl.d(5)) */
+	FIX_SYSCTL,		/* the same of FIX_SYSCTLS (sysctl.d(5)) */
 };
 
 /* A file of the kernel that is written at once. */
@@ -35,6 +36,7 @@ struct fix_change {
 	size_t values;
 	struct fix_value value[FIX_VALUES];
 	bool is_there;			/* the file says so already */
+	bool made_folder;		/* an earlier one says that its folder was made for it */
 };
 
 struct fix_plan {
@@ -80,7 +82,7 @@ void fix_print_file(const struct fix_plan *plan, const struct fix_change *change
 /* Its lines that are no comments, each after `indent`. */
 void fix_print_lines(const struct fix_change *change, const char *indent, FILE *to);
 
-/* Set is_there, and keep what an earlier file says of the time before it. */
+/* Set is_there and made_folder, and keep what an earlier file says of the time before it. */
 void fix_compare(const struct doctor *doctor, struct fix_change *change);
 
 /* Write the file and then its values. 0, or -errno and a complaint. */

@@ -39,8 +39,8 @@ void fix_print_lines(const struct fix_change *change, const char *indent, FILE *
 		if (change->row->kind == FIX_TMPFILES)
 			fprintf(to, "%sw %s - - - - %s\n", indent, value->path, value->value);
 		else if (change->row->kind == FIX_SYSCTL)
-			fprintf(to, "%s%s = %s\n", indent, value->path + strlen("/proc/sys/"),
-				value->value);
+			fprintf(to, "%skernel.%s = %s\n", indent,
+				value->path + strlen(FIX_SYSCTLS), value->value);
 	}
 }
 
@@ -131,6 +131,8 @@ void fix_compare(const struct doctor *doctor, struct fix_change *change)
 	for (const char *line = text; line; line = strchr(line, '\n')) {
 		line += *line == '\n';
 		keep_before(line, change);
+		if (!strncmp(line, MADE, strlen(MADE)))
+			change->made_folder = true;
 	}
 	change->is_there = says_the_same(text, change);
 	free(text);
@@ -183,7 +185,7 @@ static int put_file(const struct fix_plan *plan, const struct fix_change *change
 		return -errno;
 	fchmod(fd, 0644);
 	fix_print_file(plan, change, to);
-	if (made)
+	if (made || change->made_folder)
 		fputs(MADE "\n", to);
 	error = fflush(to) || fsync(fd) ? errno : 0;
 	if (fclose(to) && !error)

@@ -44,15 +44,22 @@ static bool add_value(const struct doctor *doctor, struct fix_change *change, co
 	return true;
 }
 
+/* Why there is none for the daemon alone. */
+static const char *no_core(const struct doctor *doctor)
+{
+	return doctor->cpu ? "there is no core to spare" :
+	       "core 0 does the kernel's own work and cannot be freed from it; choose another cpu";
+}
+
 static bool build_core(const struct fix_plan *plan, struct fix_change *change,
 		       char why_not[FIX_LINE])
 {
 	const struct doctor *doctor = plan->doctor;
 
-	if (doctor->cpu < 0)
-		return cannot(why_not, "there is no core to spare");
-	if (doctor->cpu == doctor->plan.cpu)
+	if (doctor->cpu == doctor->plan.cpu && doctor->cpu >= 0)
 		return false;
+	if (doctor->cpu <= 0)
+		return cannot(why_not, "%s", no_core(doctor));
 	if (!doctor->plan.read)
 		return cannot(why_not, "there is no %s yet", doctor->plan.path);
 	snprintf(change->line, sizeof(change->line), "cpu = %d", doctor->cpu);
@@ -130,7 +137,7 @@ static bool build_isolation(const struct fix_plan *plan, struct fix_change *chan
 	    !fix_is_wanted(plan->report, "rcu-nocbs"))
 		return false;
 	if (!doctor_isolate(plan->doctor, list, others, sizeof(list)))
-		return cannot(why_not, "there is no core to spare");
+		return cannot(why_not, "%s", no_core(plan->doctor));
 	snprintf(change->line, sizeof(change->line),
 		 "isolcpus=managed_irq,domain,%s nohz_full=%s rcu_nocbs=%s", list, list, list);
 	return may_set(plan, change, names, why_not);
@@ -150,7 +157,7 @@ static bool build_interrupts(const struct fix_plan *plan, struct fix_change *cha
 	    !fix_is_wanted(plan->report, "nic-interrupts") && !fix_mends(plan, "isolcpus"))
 		return false;
 	if (!doctor_isolate(doctor, list, others, sizeof(list)))
-		return cannot(why_not, "there is no other core for them");
+		return cannot(why_not, "%s", no_core(doctor));
 	snprintf(change->line, sizeof(change->line), "irqaffinity=%s", others);
 	count = doctor_irqs_on_core(doctor, irq, FIX_VALUES);
 	for (size_t i = 0; i < count; i++)
@@ -218,7 +225,7 @@ static bool build_timers(const struct fix_plan *plan, struct fix_change *change,
 {
 	(void)why_not;
 	return fix_is_wanted(plan->report, "timer-migration") &&
-	       add_value(plan->doctor, change, "0", "/proc/sys/kernel/timer_migration");
+	       add_value(plan->doctor, change, "0", FIX_SYSCTLS "timer_migration");
 }
 
 /* Only where realtime threads get no time at all: how much they may take is a choice. */
@@ -228,9 +235,9 @@ static bool build_throttling(const struct fix_plan *plan, struct fix_change *cha
 	long runtime;
 
 	(void)why_not;
-	return probe_number(plan->doctor->root, &runtime, "/proc/sys/kernel/sched_rt_runtime_us") &&
+	return probe_number(plan->doctor->root, &runtime, FIX_SYSCTLS "sched_rt_runtime_us") &&
 	       runtime == 0 &&
-	       add_value(plan->doctor, change, "950000", "/proc/sys/kernel/sched_rt_runtime_us");
+	       add_value(plan->doctor, change, "950000", FIX_SYSCTLS "sched_rt_runtime_us");
 }
 
 const struct fix_row fix_rows[] = {
@@ -245,7 +252,7 @@ const struct fix_row fix_rows[] = {
 	  build_isolation },
 	{ "/etc/default/grub.d/pokeysd-interrupts.cfg", FIX_KERNEL,
 	  { "interrupts", "nic-interrupts" },
-	  "Interrupts go to the other cores, also those that are given anew at a boot.",
+	  "Interrupts go to the other cores, also those that the next boot gives other numbers.",
 	  build_interrupts },
 	{ "/etc/tmpfiles.d/pokeysd-idle-states.conf", FIX_TMPFILES, { "idle-states" },
 	  "The daemon's core does not sleep so deeply that it takes long to wake up.",

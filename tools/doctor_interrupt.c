@@ -113,6 +113,21 @@ static size_t on_core(const struct doctor *doctor, const struct irqs *irqs, char
 	return count;
 }
 
+size_t doctor_irqs_on_core(const struct doctor *doctor, int number[], size_t most)
+{
+	struct irqs irqs = { 0 };
+	char path[512], list[256];
+	size_t count = 0;
+
+	snprintf(path, sizeof(path), "%s/proc/irq", doctor->root);
+	add_folder(path, &irqs);
+	for (size_t i = 0; i < irqs.count && count < most; i++)
+		if (target(doctor->root, irqs.number[i], list, sizeof(list)) &&
+		    probe_list_has(list, doctor->cpu) && !is_leaving(doctor, irqs.number[i]))
+			number[count++] = irqs.number[i];
+	return count;
+}
+
 /* The first core that is neither isolated nor the daemon's, -1 if there is none. */
 static int other_core(const struct doctor *doctor)
 {

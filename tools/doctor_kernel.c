@@ -109,8 +109,19 @@ static void judge_timers(const struct doctor *doctor, struct doctor_finding *fin
 
 static void judge_balancer(const struct doctor *doctor, struct doctor_finding *finding)
 {
+	char isolated[256] = "", tickless[256] = "";
+
+	probe_text(doctor->root, isolated, sizeof(isolated),
+		   "/sys/devices/system/cpu/isolated");
+	probe_text(doctor->root, tickless, sizeof(tickless),
+		   "/sys/devices/system/cpu/nohz_full");
 	if (doctor->balancer < 0) {
 		doctor_say(finding, DOCTOR_UNKNOWN, "/proc cannot be read");
+	} else if (doctor->balancer && doctor->cpu >= 0 &&
+		   (probe_list_has(isolated, doctor->cpu) ||
+		    probe_list_has(tickless, doctor->cpu))) {
+		doctor_say(finding, DOCTOR_OK, "irqbalance runs, and leaves isolated cores alone "
+			   "unless /etc/default/irqbalance says otherwise");
 	} else if (doctor->balancer) {
 		doctor_say(finding, DOCTOR_ADVICE, "irqbalance runs and moves interrupts, also "
 			   "those that you have pinned");

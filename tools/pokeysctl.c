@@ -116,6 +116,15 @@ static bool take_option(struct options *options, int option)
 	case 'W':
 		options->write = true;
 		break;
+	case 'X':
+		options->fix = true;
+		break;
+	case 'U':
+		options->undo = true;
+		break;
+	case 'y':
+		options->yes = true;
+		break;
 	case 'R':
 		options->root = optarg;
 		break;

@@ -39,6 +39,7 @@ struct options {
 	bool follow;
 	bool draft;			/* a pokeysd.conf is to be printed */
 	bool write;			/* changed files are to be written */
+	bool fix, undo, yes;		/* of doctor: write its files, remove them, do not ask */
 	char *const *names;		/* devices */
 	size_t name_count;
 };

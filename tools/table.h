@@ -14,7 +14,7 @@ enum {
 	TAKES_CONFIG = 256, TAKES_ROOT = 512, TAKES_MEASURE = 1024, TAKES_SECONDS = 2048,
 	TAKES_TRACE = 4096, TAKES_DURATION = 8192, TAKES_SPEED = 16384,
 	TAKES_FOLLOW = 32768, TAKES_CSV = 65536, TAKES_DRAFT = 131072,
-	TAKES_WRITE = 262144,
+	TAKES_WRITE = 262144, TAKES_FIX = 524288,
 };
 
 struct command {
@@ -34,7 +34,7 @@ struct option_row {
 /* The letters that may be written with one dash, for usage_option(). */
 #define TABLE_LETTERS ":r:jfh"
 
-enum { TABLE_OPTIONS_MAX = 32 };
+enum { TABLE_OPTIONS_MAX = 40 };
 
 /* Each ends with a row without a name. */
 extern const struct command table_commands[];

@@ -138,6 +138,10 @@ VARIANTS = [
       "proc/500/fd/7": pathlib.PurePath("/dev/cpu_dma_latency")}, {"idle-states": "advice"}),
     ({f"{CORE}/cpu3/cpuidle/state2/disable": "0", "dev/cpu_dma_latency": None,
       "proc/500/fd/7": pathlib.PurePath("/dev/cpu_dma_latency")}, {"idle-states": "ok"}),
+    # it keeps off isolated cores by itself
+    (process(700, "irqbalance", [(0, 0, "0-3")]), {"irqbalance": "ok"}),
+    (process(700, "irqbalance", [(0, 0, "0-3")]) | {f"{CORE}/isolated": "", f"{CORE}/nohz_full": "1"},
+     {"irqbalance": "advice"}),
     # a number without a handler goes nowhere, whatever it may
     ({"proc/irq/5/effective_affinity_list": "", "proc/irq/5/smp_affinity_list": "0-3"}, {"interrupts": "ok"}),
     ({"proc/irq/5/effective_affinity_list": "", "proc/irq/5/smp_affinity_list": "0-3",
