@@ -77,7 +77,7 @@ bool moving_axis_any(const struct device *device);
 void moving_axis_limit(struct device *device);
 /* Some axis that moves is in buffered mode: its steps have to slow down. */
 bool moving_axis_buffered(const struct device *device);
-/* Axes in buffered mode wait until it is known where they are. */
+/* The path has to wait: for the motion buffer, or for a device that is silent. */
 bool moving_axis_waits(const struct device *device);
 bool moving_axis_is_on(const struct device *device, unsigned int axis);
 /* Where it is commanded to be, units, while it is no member. */

@@ -96,9 +96,14 @@ bool moving_axis_buffered(const struct device *device)
 	return device->moving.path.axes >> MOVING_AXIS & buffer_axes(device);
 }
 
+/*
+ * With axes in buffered mode, until it is known where their steps begin. Without, as long as the
+ * device's data is stale: if the path went on while the device is silent, axes and motors would be
+ * far behind afterwards, and each of them would catch up by the shortest way.
+ */
 bool moving_axis_waits(const struct device *device)
 {
-	return moving_axis_buffered(device) && !device->buffer.synced;
+	return moving_axis_buffered(device) ? !device->buffer.synced : device->meter.stale;
 }
 
 /* Where a member will be, or is held; `at` if it is none. Units. */

@@ -167,6 +167,41 @@ static void a_bad_network_costs_no_pulse(void **state)
 	make_a_tour(POKEYS_AXIS_BUFFERED, 0.1, INFINITY);
 }
 
+/* From (0, 0) to (12, 0), then to (12, 12): how far axes 0 and 1 are off that. */
+static double off_corner(void)
+{
+	return fmin(fabs(place(1)), fabs(place(0) - 12));
+}
+
+/*
+ * The path waits for a device that is silent for a moment. Otherwise the axes would be far behind
+ * when it is back, and each of them would take the shortest way.
+ */
+static void a_silence_cuts_no_corner(void **state)
+{
+	double worst = 0;
+
+	(void)state;
+	for (int n = 0; n < 10; n++) {
+		begin_in(POKEYS_AXIS_POSITION, 0);
+		assert_int_equal(move(3, 12, 0, 0, 40), POKEYS_OUTCOME_DONE);
+		assert_int_equal(move(3, 12, 12, 0, 40), POKEYS_OUTCOME_DONE);
+		while (place(0) < 9 + 0.3 * n)
+			world_cycle(&world);
+		sim_rig_silence(&world.rig, world.now, 120 * MS);
+		for (unsigned int k = 0; moves()->waiting; k++) {
+			assert_true(k < 60000);
+			world_cycle(&world);
+			worst = fmax(worst, off_corner());
+		}
+		run(300 * MS);
+		assert_at(12, 12, 0);
+		assert_int_equal(moves()->end, POKEYS_MOVES_DONE);
+	}
+	if (worst > 0.3)
+		fail_msg("%.3f off", worst);
+}
+
 /* A spindle turns all the time: it is not what has to stand until positions are known again. */
 static void one_by_speed_does_not_hold_the_others(void **state)
 {
@@ -511,6 +546,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(axes_keep_to_their_path),
 		cmocka_unit_test(a_bad_network_costs_no_pulse),
+		cmocka_unit_test(a_silence_cuts_no_corner),
 		cmocka_unit_test(one_by_speed_does_not_hold_the_others),
 		cmocka_unit_test_setup(what_the_commander_says_moves_none_of_them, begin),
 		cmocka_unit_test_setup(a_commander_that_is_late_moves_none_of_them, begin),
