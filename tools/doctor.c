@@ -8,6 +8,7 @@
  * status says "no problem was found", and the number of unknowns how much that is worth.
  */
 #include <errno.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include "tools/doctor.h"
@@ -59,9 +60,20 @@ static void find_processes(struct doctor *doctor, const char *runtime_directory)
 		doctor->cpu = atoi(thread.cores);
 }
 
+/* "/" is this computer, whose programs are also run. */
+static const char *root_of(const struct options *options)
+{
+	char path[PATH_MAX];
+
+	if (!options->root || (realpath(options->root, path) && !strcmp(path, "/")))
+		return "";
+	return options->root;
+}
+
 static void gather(struct doctor *doctor, const struct options *options)
 {
-	doctor->root = options->root ? options->root : "";
+	doctor->root = root_of(options);
+	doctor->config = options->config;
 	doctor_read_plan(doctor, options->config ? options->config : DOCTOR_PLAN_PATH);
 	doctor_choose_core(doctor, options->cpu);
 	find_processes(doctor, options->runtime_directory);
@@ -133,7 +145,7 @@ int command_doctor(const struct options *options)
 	}
 	gather(&doctor, options);
 	if (options->fix && doctor.cpu < 0)
-		doctor.cpu = doctor_propose_core(&doctor);
+		doctor_choose_core(&doctor, doctor_propose_core(&doctor));
 	doctor_judge(&doctor, &report);
 	if (options->fix || options->undo) {
 		status = options->fix ? fix_run(&doctor, &report, options) :

@@ -38,7 +38,10 @@ struct doctor_device {
 /* The daemon's configuration, as far as it matters here. */
 struct doctor_plan {
 	bool read;
+	const char *unread;		/* why not, NULL = nothing is wrong, or there is none */
 	char path[256];
+	const char *reading;		/* the file that is being read */
+	char cpu_from[320];		/* the file whose cpu = counts */
 	char interface[16];		/* empty = as the routes say */
 	int cpu;			/* -1 = any */
 	bool spin, chosen;		/* chosen: by mode, not left to auto */
@@ -48,6 +51,7 @@ struct doctor_plan {
 
 struct doctor {
 	const char *root;		/* "" or the folder of a copied machine */
+	const char *config;		/* that was named, NULL = the usual one */
 	struct doctor_plan plan;
 	int cpu;			/* the core that is judged, -1 = none */
 	bool hidden;			/* the runtime folder is there, but not for us */
@@ -114,10 +118,10 @@ void doctor_read_plan(struct doctor *doctor, const char *path);
 int doctor_propose_core(const struct doctor *doctor);
 
 /*
- * The cores to isolate for the daemon's core and LinuxCNC's, and the others, as lists of `size`
- * bytes. False: there is none to spare.
+ * The cores to isolate for the daemon and LinuxCNC, and those for everything else, as lists of
+ * `size` bytes. NULL, or why there are none (a static text).
  */
-bool doctor_isolate(const struct doctor *doctor, char *list, char *others, size_t size);
+const char *doctor_isolate(const struct doctor *doctor, char *list, char *others, size_t size);
 
 /* The interrupts that go to the doctor's core: at most `most` numbers. */
 size_t doctor_irqs_on_core(const struct doctor *doctor, int number[], size_t most);

@@ -56,7 +56,7 @@ struct lists {
 	char isolated[LIST], tickless[LIST], offloaded[LIST];
 };
 
-/* Of the three parameters, what is set now. */
+/* The present values of the three parameters. */
 static void find_lists(const struct doctor *doctor, struct lists *found)
 {
 	memset(found, 0, sizeof(*found));
@@ -69,7 +69,8 @@ static void find_lists(const struct doctor *doctor, struct lists *found)
 /*
  * The mending of all three is one line of the boot loader's. Core 0 is the one that the
  * kernel keeps for what it takes off the others, and the last one cannot do without itself.
- * Where nothing is isolated yet, LinuxCNC's core is as well, or that would be ours.
+ * If no core is isolated yet, LinuxCNC's core is isolated as well. Otherwise ours would be the
+ * only isolated core, and LinuxCNC would use it.
  */
 static void mend_command_line(const struct doctor *doctor, struct doctor_finding *finding)
 {
@@ -83,7 +84,7 @@ static void mend_command_line(const struct doctor *doctor, struct doctor_finding
 	}
 	find_lists(doctor, &found);
 	if (!is_list(found.isolated) && !is_list(found.tickless) && !is_list(found.offloaded) &&
-	    doctor_isolate(doctor, set.isolated, others, LIST)) {
+	    !doctor_isolate(doctor, set.isolated, others, LIST)) {
 		memcpy(set.tickless, set.isolated, LIST);
 		memcpy(set.offloaded, set.isolated, LIST);
 	} else {

@@ -65,26 +65,53 @@ int doctor_propose_core(const struct doctor *doctor)
 	return cores > 3 ? core[cores - 2] : core[1];
 }
 
-static void append(char *list, size_t size, int core)
+/* As ranges, such as "0-1,4". False if it is empty or does not fit. */
+static bool put_list(const bool has[CORES], char *list, size_t size)
 {
-	const size_t at = strlen(list);
+	size_t at = 0;
 
-	snprintf(list + at, size - at, "%s%d", at ? "," : "", core);
+	for (int first = 0; first < CORES && at < size; first++) {
+		int end = first;
+
+		if (!has[first])
+			continue;
+		while (end + 1 < CORES && has[end + 1])
+			end++;
+		at += (size_t)snprintf(list + at, size - at, end > first + 1 ? "%s%d-%d" :
+				       end > first ? "%s%d,%d" : "%s%d", at ? "," : "", first, end);
+		first = end;
+	}
+	return at && at < size;
 }
 
-bool doctor_isolate(const struct doctor *doctor, char *list, char *others, size_t size)
+const char *doctor_isolate(const struct doctor *doctor, char *list, char *others, size_t size)
 {
+	bool ours[CORES] = { false }, rest[CORES] = { false };
 	int core[CORES];
-	const int cores = find_cores(doctor->root, core);
-	const int last = cores > 2 ? core[cores - 1] : doctor->cpu;
-	char online[LIST];
+	const int cores = find_cores(doctor->root, core), cpu = doctor->cpu;
+	const int last = cores > 2 ? core[cores - 1] : cpu;
+	char online[LIST] = "", isolated[LIST] = "", tickless[LIST] = "", siblings[LIST] = "";
 
-	*list = *others = '\0';
-	if (cores < 2 || doctor->cpu <= 0 ||
-	    !probe_text(doctor->root, online, sizeof(online), CORE "/online"))
-		return false;
-	for (int i = 0; i < CORES; i++)
-		if (probe_list_has(online, i))
-			append(i == doctor->cpu || i == last ? list : others, size, i);
-	return *list && *others;
+	if (!cpu)
+		return "core 0 does the kernel's own work and cannot be freed from it; choose "
+		       "another cpu";
+	if (cores < 2 || cpu < 0)
+		return "there is no core to spare";
+	probe_text(doctor->root, online, sizeof(online), CORE "/online");
+	probe_text(doctor->root, isolated, sizeof(isolated), CORE "/isolated");
+	probe_text(doctor->root, tickless, sizeof(tickless), CORE "/nohz_full");
+	if (!probe_list_has(online, cpu))
+		return "the core of cpu = does not exist or is switched off; choose another cpu";
+	probe_text(doctor->root, siblings, sizeof(siblings),
+		   CORE "/cpu%d/topology/thread_siblings_list", cpu);
+	if (cores > 2 && (last <= cpu || probe_list_has(siblings, last)))
+		return "LinuxCNC takes the isolated core with the highest number, which would be "
+		       "the daemon's; choose a lower cpu";
+	for (int i = 0; i < CORES; i++) {
+		ours[i] = i == cpu || i == last;
+		rest[i] = probe_list_has(online, i) && !ours[i] && !probe_list_has(siblings, i) &&
+			  !probe_list_has(isolated, i) && !probe_list_has(tickless, i);
+	}
+	return put_list(ours, list, size) && put_list(rest, others, size) ? NULL :
+	       "there is no core left for everything else";
 }

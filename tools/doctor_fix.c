@@ -85,34 +85,45 @@ static const char *what_is_on(const struct doctor *doctor)
 	return NULL;
 }
 
-/* True: go on. Whoever cannot be asked has said --yes, or is told of it. */
-static bool may_go_on(const struct doctor *doctor, const struct options *options,
-		      const char *question)
+static bool is_all_off(struct doctor *doctor)
 {
-	const char *on = what_is_on(doctor);
+	const char *on;
+
+	if (doctor->view.count)
+		view_read(&doctor->view);
+	on = what_is_on(doctor);
+	if (on)
+		complain("nothing was changed: %s is on; switch it off first, because a change to "
+			 "the kernel may disturb it", on);
+	return !on;
+}
+
+/* True if the command may continue. Without a terminal, it continues only with --yes. */
+static bool may_go_on(struct doctor *doctor, const struct options *options, const char *question)
+{
 	char answer[16] = "";
 
-	if (on) {
-		complain("%s is on; switch it off first: a change of the kernel may hold it up",
-			 on);
+	if (!is_all_off(doctor))
 		return false;
-	}
 	if (options->yes)
 		return true;
 	if (!isatty(STDIN_FILENO)) {
-		complain("nothing was changed: there is no terminal to ask at; with --yes it is "
-			 "not asked");
+		complain("nothing was changed: there is no terminal for the question; use --yes "
+			 "to skip it");
 		return false;
 	}
 	printf("%s [y/N] ", question);
 	fflush(stdout);
 	if (fgets(answer, sizeof(answer), stdin) && (*answer == 'y' || *answer == 'Y'))
-		return true;
+		return is_all_off(doctor);	/* the question may have waited for long */
 	puts("nothing was changed");
 	return false;
 }
 
-/* Status of a program, which says on the terminal what it does; -errno if it cannot be run. */
+/*
+ * Run a program; its output goes to the terminal. Its exit status, 127 if it cannot be executed,
+ * 128 if a signal ended it, or -errno.
+ */
 static int run(const char *program)
 {
 	int status;
@@ -122,7 +133,7 @@ static int run(const char *program)
 	fflush(stdout);
 	child = fork();
 	if (!child) {
-		execlp(program, program, (char *)NULL);
+		execl(program, program, (char *)NULL);
 		_exit(127);
 	}
 	if (child < 0 || waitpid(child, &status, 0) < 0)
@@ -130,7 +141,7 @@ static int run(const char *program)
 	return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 
-/* Into effect what takes a program, and what the user has to do. */
+/* Run update-grub if the command line has changed, and print what the user has to do next. */
 static bool conclude(const struct doctor *doctor, unsigned int kinds)
 {
 	bool good = true;
@@ -138,11 +149,13 @@ static bool conclude(const struct doctor *doctor, unsigned int kinds)
 	if (kinds & 1u << FIX_KERNEL && *doctor->root) {
 		puts("now run update-grub on that computer, and restart it");
 	} else if (kinds & 1u << FIX_KERNEL) {
-		good = run("update-grub") == 0;
+		good = run(FIX_UPDATE_GRUB) == 0;
 		if (good)
-			puts("restart the computer: the kernel's command line counts from then on");
+			puts("restart the computer: the new kernel command line takes effect at "
+			     "the next boot");
 		else
-			complain("update-grub failed: the kernel's command line has not changed");
+			complain("update-grub failed, so the next boot has the old command line; "
+				 "run it yourself when its fault is corrected");
 	}
 	if (kinds & 1u << FIX_CONF)
 		puts("restart the daemon: systemctl restart pokeysd");
@@ -160,6 +173,12 @@ static const char *checks_of(const struct fix_row *row, char checks[CHECKS])
 	return checks;
 }
 
+/* The file is missing or says something else, or what it sets is not in effect. */
+static bool is_to_do(const struct fix_change *change)
+{
+	return !change->is_there || change->differs;
+}
+
 static void show_change(const struct fix_plan *plan, const struct fix_change *change)
 {
 	char path[FIX_PATH], checks[CHECKS];
@@ -168,9 +187,9 @@ static void show_change(const struct fix_plan *plan, const struct fix_change *ch
 	printf("%s%s\n  %s: %s\n", path, change->is_there ? " (is there already)" : "",
 	       checks_of(change->row, checks), change->row->why);
 	fix_print_lines(change, "    ", stdout);
-	for (size_t i = 0; i < change->values; i++)
-		printf("  now: %s from %s to %s\n", change->value[i].path,
-		       change->value[i].before, change->value[i].value);
+	for (size_t i = 0; i < change->values && is_to_do(change); i++)
+		printf("  at once: %s changes to %s (before: %s)\n", change->value[i].path,
+		       change->value[i].value, change->value[i].before);
 	puts("");
 }
 
@@ -213,45 +232,48 @@ static void show_left(const struct fix_plan *plan)
 		puts("");
 }
 
-int fix_run(const struct doctor *doctor, const struct doctor_report *report,
+int fix_run(struct doctor *doctor, const struct doctor_report *report,
 	    const struct options *options)
 {
 	static struct fix_plan plan;
 	char question[64];
 	unsigned int kinds = 0;
 	size_t count = 0;
+	bool good = true;
 
 	plan.doctor = doctor;
 	plan.report = report;
 	fix_make_plan(&plan);
 	for (size_t i = 0; i < plan.changes; i++) {
-		count += !plan.change[i].is_there;
+		count += is_to_do(&plan.change[i]);
 		show_change(&plan, &plan.change[i]);
 	}
 	show_left(&plan);
 	if (!count) {
-		puts(plan.changes ? "every file is there already; restart the computer if you have "
-				    "not done so since" : "there is nothing to write");
+		puts(plan.changes ? "every file exists already; run update-grub and restart the "
+				    "computer if you have not done so since they were written" :
+				    "there is nothing to write");
 		return STATUS_OK;
 	}
 	if (!*doctor->root && geteuid()) {
-		complain("nothing was changed: only root may; run: sudo pokeysctl doctor --fix");
+		complain("nothing was changed: root privileges are needed; run: sudo pokeysctl "
+			 "doctor --fix");
 		return STATUS_FAILED;
 	}
-	snprintf(question, sizeof(question), "Write %zu file%s?", count, count == 1 ? "" : "s");
+	snprintf(question, sizeof(question), "Make %zu change%s?", count, count == 1 ? "" : "s");
 	if (!may_go_on(doctor, options, question))
 		return STATUS_FAILED;
 	for (size_t i = 0; i < plan.changes; i++) {
-		if (plan.change[i].is_there)
+		if (!is_to_do(&plan.change[i]))
 			continue;
-		if (fix_write(&plan, &plan.change[i]))
-			return STATUS_FAILED;
-		kinds |= 1u << plan.change[i].row->kind;
+		good = !fix_write(&plan, &plan.change[i]) && good;
+		if (!plan.change[i].is_there)
+			kinds |= 1u << plan.change[i].row->kind;
 	}
-	return conclude(doctor, kinds) ? STATUS_OK : STATUS_FAILED;
+	return conclude(doctor, kinds) && good ? STATUS_OK : STATUS_FAILED;
 }
 
-int fix_undo(const struct doctor *doctor, const struct options *options)
+int fix_undo(struct doctor *doctor, const struct options *options)
 {
 	char path[FIX_PATH];
 	unsigned int kinds = 0;
@@ -266,16 +288,18 @@ int fix_undo(const struct doctor *doctor, const struct options *options)
 		count++;
 	}
 	if (!count) {
-		puts("there is nothing to take back: no file of pokeysctl doctor --fix is there");
+		puts("there is nothing to undo: no file written by pokeysctl doctor --fix exists");
 		return STATUS_OK;
 	}
 	if (!*doctor->root && geteuid()) {
-		complain("nothing was changed: only root may; run: sudo pokeysctl doctor --undo");
+		complain("nothing was changed: root privileges are needed; run: sudo pokeysctl "
+			 "doctor --undo");
 		return STATUS_FAILED;
 	}
-	if (!may_go_on(doctor, options, "Remove these, and set the kernel back?"))
+	if (!may_go_on(doctor, options, "Remove these files and restore the kernel's "
+		       "previous settings?"))
 		return STATUS_FAILED;
-	/* in reverse, so that the one that its folder was made for is the last */
+	/* in reverse order, so the file that notes that its folder was made for it comes last */
 	for (size_t i = fix_row_count; i-- > 0;) {
 		if (!fix_is_ours(doctor, &fix_rows[i]))
 			continue;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
- * The files of pokeysctl doctor --fix: how they are written, known again and taken back. They
- * begin with the same words, by which --undo tells them from a file of somebody else. What the
- * kernel had before is in their comments, so nothing else has to be kept.
+ * The files of pokeysctl doctor --fix: how they are written, recognized and removed. All
+ * begin with the same words, so --undo never removes another program's file. Their comments keep
+ * the kernel's previous values, so nothing else has to be stored.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -15,6 +15,7 @@
 
 #define OURS "# Written by pokeysctl doctor --fix."
 #define BEFORE "# before: "
+#define BOOT "# boot: "
 #define MADE "# The folder was made for this file."
 
 void fix_path(const struct doctor *doctor, const struct fix_row *row, char path[FIX_PATH])
@@ -44,23 +45,6 @@ void fix_print_lines(const struct fix_change *change, const char *indent, FILE *
 	}
 }
 
-void fix_print_file(const struct fix_plan *plan, const struct fix_change *change, FILE *to)
-{
-	fprintf(to, OURS " To take it back: sudo pokeysctl doctor --undo\n# %s\n",
-		change->row->why);
-	for (size_t i = 0; i < FIX_CHECKS && change->row->check[i]; i++)
-		for (size_t f = 0; f < plan->report->count; f++) {
-			const struct doctor_finding *finding = &plan->report->finding[f];
-
-			if (!strcmp(finding->check, change->row->check[i]) &&
-			    fix_is_bad(finding))
-				fprintf(to, "# %s: %s\n", finding->check, finding->why);
-		}
-	for (size_t i = 0; i < change->values; i++)
-		fprintf(to, BEFORE "%s %s\n", change->value[i].path, change->value[i].before);
-	fix_print_lines(change, "", to);
-}
-
 /* The text of a row's file, NULL if there is none or it is not ours. To be freed. */
 static char *read_ours(const struct doctor *doctor, const struct fix_row *row)
 {
@@ -82,19 +66,114 @@ bool fix_is_ours(const struct doctor *doctor, const struct fix_row *row)
 	return text;
 }
 
-/* A line "# before: PATH VALUE"; false if it is none. */
-static bool take_before(const char *line, char path[96], char value[64])
+/* Only what a row may have written. */
+static bool is_path_of_ours(const char *path)
 {
-	return sscanf(line, BEFORE "%95s %63[^\n]", path, value) == 2;
+	static const char *const roots[] = {
+		"/sys/devices/system/cpu/cpu", "/proc/irq/", FIX_SYSCTLS,
+	};
+
+	for (size_t i = 0; i < sizeof(roots) / sizeof(roots[0]); i++)
+		if (!strncmp(path, roots[i], strlen(roots[i])))
+			return !strstr(path, "..");
+	return false;
 }
 
-static void keep_before(const char *line, struct fix_change *change)
+/* A line "# before: PATH VALUE", of which the value may have blanks; false if it is none. */
+static bool take_before(const char *line, struct fix_value *old)
 {
-	char path[96], value[64];
+	const size_t length = strcspn(line, "\n");
+	const char *path = line + strlen(BEFORE), *value;
 
-	for (size_t i = 0; take_before(line, path, value) && i < change->values; i++)
+	if (strncmp(line, BEFORE, strlen(BEFORE)) != 0)
+		return false;
+	value = memchr(path, ' ', (size_t)(line + length - path));
+	if (!value || ++value == line + length ||
+	    value - path > FIX_VALUE_PATH || line + length - value >= FIX_BEFORE)
+		return false;
+	snprintf(old->path, sizeof(old->path), "%.*s", (int)(value - 1 - path), path);
+	snprintf(old->before, sizeof(old->before), "%.*s", (int)(line + length - value), value);
+	return is_path_of_ours(old->path);
+}
+
+/* The next line of a text that has a value from before, from *at on. */
+static bool next_before(const char **at, struct fix_value *old)
+{
+	while (**at) {
+		const char *line = *at;
+
+		*at += strcspn(line, "\n");
+		*at += **at == '\n';
+		if (take_before(line, old))
+			return true;
+	}
+	return false;
+}
+
+static struct fix_value *find_value(struct fix_change *change, const char *path)
+{
+	for (size_t i = 0; i < change->values; i++)
 		if (!strcmp(change->value[i].path, path))
-			memcpy(change->value[i].before, value, sizeof(value));
+			return &change->value[i];
+	return NULL;
+}
+
+static bool boot_of(const char *root, char id[64])
+{
+	return probe_text(root, id, 64, "/proc/sys/kernel/random/boot_id");
+}
+
+/* The numbers of interrupts are those of one boot. */
+static void put_boot(const char *root, FILE *to)
+{
+	char id[64];
+
+	if (boot_of(root, id))
+		fprintf(to, BOOT "%s\n", id);
+}
+
+static bool is_of_this_boot(const char *root, const char *text)
+{
+	char id[64];
+	const char *boot = strstr(text, BOOT);
+
+	return !boot || (boot_of(root, id) && !strncmp(boot + strlen(BOOT), id, strlen(id)));
+}
+
+/* Values of an existing file that this change does not have: these interrupts stay elsewhere. */
+static void put_earlier(const struct doctor *doctor, const struct fix_change *change, FILE *to)
+{
+	char *text = read_ours(doctor, change->row);
+	const char *at = text;
+	struct fix_value old;
+
+	while (text && is_of_this_boot(doctor->root, text) && next_before(&at, &old))
+		if (!find_value((struct fix_change *)change, old.path))
+			fprintf(to, BEFORE "%s %s\n", old.path, old.before);
+	free(text);
+}
+
+void fix_print_file(const struct fix_plan *plan, const struct fix_change *change, FILE *to)
+{
+	const char *config = plan->doctor->config;
+
+	fprintf(to, OURS " To undo it: sudo pokeysctl doctor --undo%s%s\n# %s\n",
+		config ? " --config " : "", config ? config : "", change->row->why);
+	for (size_t i = 0; i < FIX_CHECKS && change->row->check[i]; i++)
+		for (size_t f = 0; f < plan->report->count; f++) {
+			const struct doctor_finding *finding = &plan->report->finding[f];
+
+			if (!strcmp(finding->check, change->row->check[i]) &&
+			    fix_is_bad(finding))
+				fprintf(to, "# %s: %s\n", finding->check, finding->why);
+		}
+	if (change->row->kind == FIX_KERNEL) {
+		put_boot(plan->doctor->root, to);
+		put_earlier(plan->doctor, change, to);
+	}
+	for (size_t i = 0; i < change->values; i++)
+		fprintf(to, BEFORE "%s %s\n", change->value[i].path, change->value[i].before);
+	fix_print_lines(change, "", to);
 }
 
 /* The lines that are no comments, for comparison. */
@@ -125,15 +204,18 @@ static bool says_the_same(const char *text, const struct fix_change *change)
 void fix_compare(const struct doctor *doctor, struct fix_change *change)
 {
 	char *text = read_ours(doctor, change->row);
+	const char *at = text;
+	struct fix_value old;
 
 	if (!text)
 		return;
-	for (const char *line = text; line; line = strchr(line, '\n')) {
-		line += *line == '\n';
-		keep_before(line, change);
-		if (!strncmp(line, MADE, strlen(MADE)))
-			change->made_folder = true;
+	while (is_of_this_boot(doctor->root, text) && next_before(&at, &old)) {
+		struct fix_value *value = find_value(change, old.path);
+
+		if (value)
+			memcpy(value->before, old.before, sizeof(value->before));
 	}
+	change->made_folder = strstr(text, MADE);
 	change->is_there = says_the_same(text, change);
 	free(text);
 }
@@ -157,6 +239,15 @@ static int put_value(const char *root, const char *path, const char *value)
 	return -error;
 }
 
+static void restore(const struct doctor *doctor, const struct fix_value *old)
+{
+	const int error = put_value(doctor->root, old->path, old->before);
+
+	if (error)
+		printf("  %s: cannot be set back to %s now (%s); the old value returns at the next "
+		       "boot\n", old->path, old->before, strerror(-error));
+}
+
 /* The folder of a file, if there is none. 1 = it was made, 0, or -errno. */
 static int make_folder(const char *path)
 {
@@ -164,11 +255,11 @@ static int make_folder(const char *path)
 
 	snprintf(folder, sizeof(folder), "%.*s", (int)(strrchr(path, '/') - path), path);
 	if (!mkdir(folder, 0755))
-		return 1;
+		return chmod(folder, 0755) ? -errno : 1;	/* whatever the umask is */
 	return errno == EEXIST ? 0 : -errno;
 }
 
-/* Beside it first, then in its place, so there is never half a file. */
+/* Write a new file beside the old one and rename it, so the path never holds half a file. */
 static int put_file(const struct fix_plan *plan, const struct fix_change *change, const char *path)
 {
 	char beside[FIX_PATH + 8];
@@ -197,54 +288,51 @@ static int put_file(const struct fix_plan *plan, const struct fix_change *change
 	return -error;
 }
 
+/* What the kernel gets back that the new file does not set any more: of another core, say. */
+static void put_back_others(const struct doctor *doctor, const struct fix_change *change)
+{
+	char *text = change->row->kind == FIX_KERNEL ? NULL : read_ours(doctor, change->row);
+	const char *at = text;
+	struct fix_value old;
+
+	while (text && next_before(&at, &old))
+		if (!find_value((struct fix_change *)change, old.path))
+			restore(doctor, &old);
+	free(text);
+}
+
 int fix_write(const struct fix_plan *plan, const struct fix_change *change)
 {
 	char path[FIX_PATH];
 	int result;
 
 	fix_path(plan->doctor, change->row, path);
-	result = put_file(plan, change, path);
-	if (result) {
-		complain("%s: %s", path, strerror(-result));
-		return result;
+	if (!change->is_there) {
+		put_back_others(plan->doctor, change);
+		result = put_file(plan, change, path);
+		if (result) {
+			complain("%s: %s", path, strerror(-result));
+			return result;
+		}
+		printf("written: %s\n", path);
 	}
-	printf("written: %s\n", path);
 	for (size_t i = 0; i < change->values; i++) {
 		const struct fix_value *value = &change->value[i];
 		const int error = put_value(plan->doctor->root, value->path, value->value);
 
 		/* an interrupt that the kernel does not let go is moved at the next boot */
 		if (error)
-			printf("  not yet in effect, only after the next boot: %s = %s (%s)\n",
-			       value->path, value->value, strerror(-error));
+			printf("  %s: cannot be set to %s now (%s); it takes effect at the next "
+			       "boot\n", value->path, value->value, strerror(-error));
 	}
 	return 0;
-}
-
-/* Returns whether the folder was made for it. */
-static bool put_back(const struct doctor *doctor, const char *text)
-{
-	char path[96], value[64];
-	bool made = false;
-
-	for (const char *line = text; line; line = strchr(line, '\n')) {
-		int error;
-
-		line += *line == '\n';
-		made = made || !strncmp(line, MADE, strlen(MADE));
-		if (!take_before(line, path, value))
-			continue;
-		error = put_value(doctor->root, path, value);
-		if (error)
-			printf("  not yet as before, only after the next boot: %s = %s (%s)\n",
-			       path, value, strerror(-error));
-	}
-	return made;
 }
 
 int fix_take_back(const struct doctor *doctor, const struct fix_row *row)
 {
 	char path[FIX_PATH], *text = read_ours(doctor, row);
+	const char *at = text;
+	struct fix_value old;
 	bool made;
 
 	fix_path(doctor, row, path);
@@ -258,7 +346,9 @@ int fix_take_back(const struct doctor *doctor, const struct fix_row *row)
 		return -error;
 	}
 	printf("removed: %s\n", path);
-	made = put_back(doctor, text);
+	made = strstr(text, MADE);
+	while (is_of_this_boot(doctor->root, text) && next_before(&at, &old))
+		restore(doctor, &old);
 	free(text);
 	*strrchr(path, '/') = '\0';
 	if (made)

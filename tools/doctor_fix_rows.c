@@ -3,6 +3,7 @@
  * The changes that pokeysctl doctor --fix can make, each with what it needs. A row makes no change
  * where a person has chosen something else, or where it cannot be done by a file of its own.
  */
+#include <dirent.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +13,7 @@
 
 enum { LIST = 256, LATE_US = 10, IDLE_STATES = 16 };
 
-/* False, and what to tell. */
+/* Write the reason into why_not and return false. */
 __attribute__((format(printf, 2, 3)))
 static bool cannot(char why_not[FIX_LINE], const char *format, ...)
 {
@@ -24,7 +25,7 @@ static bool cannot(char why_not[FIX_LINE], const char *format, ...)
 	return false;
 }
 
-/* A file of the kernel with its content before; false if there is none, or no room. */
+/* A file of the kernel with its content before; false if that cannot be read whole, or no room. */
 __attribute__((format(printf, 4, 5)))
 static bool add_value(const struct doctor *doctor, struct fix_change *change, const char *value,
 		      const char *path, ...)
@@ -38,30 +39,44 @@ static bool add_value(const struct doctor *doctor, struct fix_change *change, co
 	vsnprintf(next->path, sizeof(next->path), path, arguments);
 	va_end(arguments);
 	snprintf(next->value, sizeof(next->value), "%s", value);
-	if (!probe_text(doctor->root, next->before, sizeof(next->before), "%s", next->path))
+	if (!probe_text(doctor->root, next->before, sizeof(next->before), "%s", next->path) ||
+	    !*next->before || strlen(next->before) == sizeof(next->before) - 1)
 		return false;
+	if (strcmp(next->before, value) != 0)
+		change->differs = true;
 	change->values++;
 	return true;
 }
 
-/* Why there is none for the daemon alone. */
-static const char *no_core(const struct doctor *doctor)
+/* A file of pokeysd.conf.d can be written, and is read after those that set the same. */
+static bool may_configure(const struct fix_plan *plan, char why_not[FIX_LINE])
 {
-	return doctor->cpu ? "there is no core to spare" :
-	       "core 0 does the kernel's own work and cannot be freed from it; choose another cpu";
+	const struct doctor_plan *conf = &plan->doctor->plan;
+
+	if (!conf->read)
+		return cannot(why_not, "%s does not exist yet; write it first, see "
+			      "pokeysd.conf(5)", conf->path);
+	return !conf->unread || cannot(why_not, "%s", conf->unread);
 }
 
 static bool build_core(const struct fix_plan *plan, struct fix_change *change,
 		       char why_not[FIX_LINE])
 {
 	const struct doctor *doctor = plan->doctor;
+	char list[LIST], others[LIST], path[FIX_PATH];
+	const char *why;
 
 	if (doctor->cpu == doctor->plan.cpu && doctor->cpu >= 0)
 		return false;
-	if (doctor->cpu <= 0)
-		return cannot(why_not, "%s", no_core(doctor));
-	if (!doctor->plan.read)
-		return cannot(why_not, "there is no %s yet", doctor->plan.path);
+	why = doctor_isolate(doctor, list, others, sizeof(list));
+	if (why)
+		return cannot(why_not, "%s", why);
+	if (!may_configure(plan, why_not))
+		return false;
+	fix_path(doctor, change->row, path);
+	if (strcmp(doctor->plan.cpu_from, path) > 0)
+		return cannot(why_not, "%s sets cpu =, and is read after the file that would be "
+			      "written; change it there", doctor->plan.cpu_from);
 	snprintf(change->line, sizeof(change->line), "cpu = %d", doctor->cpu);
 	return true;
 }
@@ -71,37 +86,64 @@ static bool build_interface(const struct fix_plan *plan, struct fix_change *chan
 			    char why_not[FIX_LINE])
 {
 	const struct doctor *doctor = plan->doctor;
-	const char *nic = NULL;
-	bool is_aside = false;
+	const char *nic = "";
+	bool is_aside = false, is_one = true;
 
 	for (size_t i = 0; i < doctor->devices; i++) {
 		const struct doctor_device *device = &doctor->device[i];
 
 		is_aside = is_aside || *device->aside;
-		if (nic && strcmp(nic, device->nic) != 0)
-			return is_aside ? cannot(why_not, "the devices are at several interfaces") :
-			       false;
-		nic = device->nic;
+		if (*nic && *device->nic && strcmp(nic, device->nic) != 0)
+			is_one = false;
+		if (*device->nic)
+			nic = device->nic;
 	}
 	if (!is_aside || *doctor->plan.interface)
 		return false;
-	if (!doctor->plan.read)
-		return cannot(why_not, "there is no %s yet", doctor->plan.path);
+	if (!is_one)
+		return cannot(why_not, "the devices are at several interfaces");
 	snprintf(change->line, sizeof(change->line), "interface = %s", nic);
-	return true;
+	return may_configure(plan, why_not);
 }
 
-/* A line of /etc/default/grub that is no comment has the parameter. */
-static bool grub_has(const char *root, const char *parameter)
+/* A line that is no comment has the parameter. */
+static bool file_has(const char *path, const char *parameter)
 {
-	char text[PROBE_TEXT * 4];
+	enum { SIZE = 1 << 16 };
+	char *text = malloc(SIZE), *rest = text, *line;
+	bool has = false;
 
-	if (!probe_text(root, text, sizeof(text), FIX_GRUB))
-		return false;
-	for (char *rest = text, *line; (line = strsep(&rest, "\n"));)
-		if (*line != '#' && strstr(line, parameter))
-			return true;
-	return false;
+	if (text && probe_text("", text, SIZE, "%s", path))
+		while (!has && (line = strsep(&rest, "\n")))
+			has = *line != '#' && strstr(line, parameter);
+	free(text);
+	return has;
+}
+
+/* GRUB's file that has the parameter already, but for ours. False: there is none. */
+static bool find_in_grub(const struct doctor *doctor, const char *parameter, char path[FIX_PATH])
+{
+	char folder[FIX_PATH], *name;
+	const struct dirent *entry;
+	bool found;
+	DIR *all;
+
+	snprintf(path, FIX_PATH, "%s" FIX_GRUB, doctor->root);
+	if (file_has(path, parameter))
+		return true;
+	snprintf(folder, sizeof(folder), "%s" FIX_GRUB_FOLDER, doctor->root);
+	all = opendir(folder);
+	found = false;
+	while (all && !found && (entry = readdir(all))) {
+		name = strrchr(entry->d_name, '.');
+		if (!name || strcmp(name, ".cfg") != 0 || !strncmp(entry->d_name, "pokeysd-", 8))
+			continue;
+		if (snprintf(path, FIX_PATH, "%s%s", folder, entry->d_name) < FIX_PATH)
+			found = file_has(path, parameter);
+	}
+	if (all)
+		closedir(all);
+	return found;
 }
 
 /* True: the kernel's parameters can be set by a file, and nobody has set these elsewhere. */
@@ -109,15 +151,15 @@ static bool may_set(const struct fix_plan *plan, const struct fix_change *change
 		    const char *const names[], char why_not[FIX_LINE])
 {
 	const char *root = plan->doctor->root;
-	char value[LIST], parameter[32];
+	char value[LIST], parameter[32], path[FIX_PATH];
 
 	if (!probe_exists(root, FIX_GRUB) || !probe_exists(root, FIX_UPDATE_GRUB))
-		return cannot(why_not, "there is no GRUB here: add it to the kernel command "
-			      "line of your boot loader: %s", change->line);
+		return cannot(why_not, "GRUB is not installed; add these parameters to the kernel "
+			      "command line in your boot loader: %s", change->line);
 	for (; *names; names++) {
 		snprintf(parameter, sizeof(parameter), "%s=", *names);
-		if (grub_has(root, parameter))
-			return cannot(why_not, FIX_GRUB " has %s already; change it there: %s",
+		if (find_in_grub(plan->doctor, parameter, path))
+			return cannot(why_not, "%s has %s already; change it there: %s", path,
 				      parameter, change->line);
 		if (!fix_is_ours(plan->doctor, change->row) &&
 		    probe_command_line(root, *names, value, sizeof(value)))
@@ -131,19 +173,21 @@ static bool build_isolation(const struct fix_plan *plan, struct fix_change *chan
 			    char why_not[FIX_LINE])
 {
 	static const char *const names[] = { "isolcpus", "nohz_full", "rcu_nocbs", NULL };
-	char list[LIST / 4], others[LIST];
+	char list[LIST / 4], others[LIST / 4];
+	const char *why;
 
 	if (!fix_is_wanted(plan->report, "isolcpus") && !fix_is_wanted(plan->report, "nohz-full") &&
 	    !fix_is_wanted(plan->report, "rcu-nocbs"))
 		return false;
-	if (!doctor_isolate(plan->doctor, list, others, sizeof(list)))
-		return cannot(why_not, "%s", no_core(plan->doctor));
+	why = doctor_isolate(plan->doctor, list, others, sizeof(list));
+	if (why)
+		return cannot(why_not, "%s", why);
 	snprintf(change->line, sizeof(change->line),
 		 "isolcpus=managed_irq,domain,%s nohz_full=%s rcu_nocbs=%s", list, list, list);
 	return may_set(plan, change, names, why_not);
 }
 
-/* With the isolation also where no interrupt goes there now: after a boot it may. */
+/* Isolation also needs this if no interrupt goes to these cores now: after a boot, one may. */
 static bool build_interrupts(const struct fix_plan *plan, struct fix_change *change,
 			     char why_not[FIX_LINE])
 {
@@ -151,13 +195,15 @@ static bool build_interrupts(const struct fix_plan *plan, struct fix_change *cha
 	const struct doctor *doctor = plan->doctor;
 	char list[LIST / 4], others[LIST / 4];
 	int irq[FIX_VALUES];
+	const char *why;
 	size_t count;
 
 	if (!fix_is_wanted(plan->report, "interrupts") &&
 	    !fix_is_wanted(plan->report, "nic-interrupts") && !fix_mends(plan, "isolcpus"))
 		return false;
-	if (!doctor_isolate(doctor, list, others, sizeof(list)))
-		return cannot(why_not, "%s", no_core(doctor));
+	why = doctor_isolate(doctor, list, others, sizeof(list));
+	if (why)
+		return cannot(why_not, "%s", why);
 	snprintf(change->line, sizeof(change->line), "irqaffinity=%s", others);
 	count = doctor_irqs_on_core(doctor, irq, FIX_VALUES);
 	for (size_t i = 0; i < count; i++)
@@ -169,17 +215,14 @@ static bool build_idle(const struct fix_plan *plan, struct fix_change *change,
 		       char why_not[FIX_LINE])
 {
 	const struct doctor *doctor = plan->doctor;
-	long latency, disabled;
+	long latency;
 
 	(void)why_not;
 	if (!fix_is_wanted(plan->report, "idle-states"))
 		return false;
 	for (int i = 0; i < IDLE_STATES; i++) {
-		disabled = 0;
-		probe_number(doctor->root, &disabled, CORE "/cpu%d/cpuidle/state%d/disable",
-			     doctor->cpu, i);
 		if (probe_number(doctor->root, &latency, CORE "/cpu%d/cpuidle/state%d/latency",
-				 doctor->cpu, i) && latency > LATE_US && !disabled)
+				 doctor->cpu, i) && latency > LATE_US)
 			add_value(doctor, change, "1", CORE "/cpu%d/cpuidle/state%d/disable",
 				  doctor->cpu, i);
 	}
@@ -215,7 +258,9 @@ static bool build_sibling(const struct fix_plan *plan, struct fix_change *change
 			CORE "/cpu%d/topology/thread_siblings_list", doctor->cpu))
 		return false;
 	sibling = probe_list_other(list, doctor->cpu);
-	if (sibling <= 0)
+	if (sibling < 0)
+		return false;
+	if (!sibling)
 		return cannot(why_not, "core 0 cannot be switched off");
 	return add_value(doctor, change, "0", CORE "/cpu%d/online", sibling);
 }
@@ -228,7 +273,7 @@ static bool build_timers(const struct fix_plan *plan, struct fix_change *change,
 	       add_value(plan->doctor, change, "0", FIX_SYSCTLS "timer_migration");
 }
 
-/* Only where realtime threads get no time at all: how much they may take is a choice. */
+/* Only where realtime threads get no time at all: any other limit is the user's choice. */
 static bool build_throttling(const struct fix_plan *plan, struct fix_change *change,
 			     char why_not[FIX_LINE])
 {
@@ -241,24 +286,25 @@ static bool build_throttling(const struct fix_plan *plan, struct fix_change *cha
 }
 
 const struct fix_row fix_rows[] = {
-	{ "doctor-cpu.conf", FIX_CONF, { "core" },
-	  "The realtime thread stays on one core, so nothing it has in a cache is elsewhere.",
+	{ "90-doctor-cpu.conf", FIX_CONF, { "core" },
+	  "The realtime thread stays on one core, so its data stays in the caches of that core.",
 	  build_core },
-	{ "doctor-interface.conf", FIX_CONF, { "route" },
-	  "Two interfaces are in the device's network; it is at this one.", build_interface },
-	{ "/etc/default/grub.d/pokeysd-isolation.cfg", FIX_KERNEL,
+	{ "90-doctor-interface.conf", FIX_CONF, { "route" },
+	  "Two interfaces are in the device's network; the device answers on this one.",
+	  build_interface },
+	{ FIX_GRUB_FOLDER "pokeysd-isolation.cfg", FIX_KERNEL,
 	  { "isolcpus", "nohz-full", "rcu-nocbs" },
-	  "No other program, no tick and no RCU callbacks on the cores of pokeysd and LinuxCNC.",
+	  "No other program, timer tick or RCU callback runs on the cores of pokeysd and LinuxCNC.",
 	  build_isolation },
-	{ "/etc/default/grub.d/pokeysd-interrupts.cfg", FIX_KERNEL,
+	{ FIX_GRUB_FOLDER "pokeysd-interrupts.cfg", FIX_KERNEL,
 	  { "interrupts", "nic-interrupts" },
-	  "Interrupts go to the other cores, also those that the next boot gives other numbers.",
+	  "Interrupts go to the other cores, even if their numbers change at the next boot.",
 	  build_interrupts },
 	{ "/etc/tmpfiles.d/pokeysd-idle-states.conf", FIX_TMPFILES, { "idle-states" },
 	  "The daemon's core does not sleep so deeply that it takes long to wake up.",
 	  build_idle },
 	{ "/etc/tmpfiles.d/pokeysd-governor.conf", FIX_TMPFILES, { "governor" },
-	  "The daemon's core does not become slow between two cycles.", build_governor },
+	  "The daemon's core keeps its full clock speed between two cycles.", build_governor },
 	{ "/etc/tmpfiles.d/pokeysd-sibling.conf", FIX_TMPFILES, { "smt-sibling" },
 	  "Nothing else runs on the execution units of the daemon's core.", build_sibling },
 	{ "/etc/sysctl.d/90-pokeysd-timers.conf", FIX_SYSCTL, { "timer-migration" },

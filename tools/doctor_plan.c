@@ -9,6 +9,7 @@
 #include <ini.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include "daemon/control/config.h"
 #include "tools/doctor.h"
 #include "tools/neighbour.h"
@@ -55,6 +56,7 @@ static void take_daemon(struct doctor_plan *plan, const char *name, const char *
 {
 	if (!strcmp(name, "cpu")) {
 		plan->cpu = core_of(value);
+		snprintf(plan->cpu_from, sizeof(plan->cpu_from), "%s", plan->reading);
 	} else if (!strcmp(name, "mode")) {
 		plan->spin = !strcmp(value, "spin");
 		plan->chosen = strcmp(value, "auto") != 0;
@@ -85,6 +87,16 @@ static int take(void *context, const char *section, const char *name, const char
 	return 1;
 }
 
+/* A file and nothing else: a FIFO would never end. */
+static bool read_file(struct doctor *doctor, const char *path)
+{
+	struct stat status;
+
+	doctor->plan.reading = path;
+	return !stat(path, &status) && S_ISREG(status.st_mode) &&
+	       ini_parse(path, take, doctor) >= 0;
+}
+
 void doctor_read_plan(struct doctor *doctor, const char *path)
 {
 	struct doctor_plan *plan = &doctor->plan;
@@ -93,10 +105,15 @@ void doctor_read_plan(struct doctor *doctor, const char *path)
 
 	*plan = (struct doctor_plan){ .cpu = -1, .duty = 0.9, .priority = 80 };
 	snprintf(plan->path, sizeof(plan->path), "%s%s", doctor->root, path);
+	plan->read = read_file(doctor, plan->path);
 	files = config_files(plan->path, file);
-	for (int i = 0; i < files; i++)
-		if (ini_parse(file[i], take, doctor) >= 0)
-			plan->read = true;
+	if (files < 0)
+		plan->unread = "the folder " CONFIG_FOLDER_ENDING " beside pokeysd.conf cannot be "
+			       "read";
+	for (int i = 1; i < files; i++)
+		if (!read_file(doctor, file[i]))
+			plan->unread = "a file in the folder " CONFIG_FOLDER_ENDING " beside "
+				       "pokeysd.conf cannot be read";
 	if (files > 0)
 		config_free_files(file, files);
 }

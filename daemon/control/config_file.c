@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
 /*
  * From text to raw sections, every fault with its line. A second text continues the first: its
- * sections may be the same, and its keys of [daemon] take the place of earlier ones. Those of a
- * device do not: most of them are lists, of which nobody knows whether they were meant to grow.
+ * sections may be the same, and its keys of [daemon] take the place of earlier ones. Keys of a
+ * device may not be repeated: most are lists, and it would be unclear whether the second list
+ * replaces or extends the first.
  *
  * libinih splits "key = value"; what it would swallow is caught before it gets
  * a line, in read_line():

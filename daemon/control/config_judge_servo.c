@@ -137,14 +137,18 @@ static void judge_encoders(struct config_file *file, uint32_t servo)
 {
 	const struct config_raw_servo *raw = &file->servo[servo];
 	const struct judged_part part = judge_servo_part(file, servo);
+	const uint32_t here = config_line_of(part.lines, "encoder", 0);
+	char where[CONFIG_WHERE];
 
 	for (uint32_t i = 0; i < servo && judge_part_has(part, "encoder"); i++)
 		if (file->servo[i].of == raw->of && file->servo[i].encoder == raw->encoder &&
 		    judge_part_has(judge_servo_part(file, i), "encoder"))
 			judge_part_fault(part, "encoder",
-					 "encoder %d is already that of [servo %s] (line %u)",
+					 "encoder %d is already that of [servo %s] (%s)",
 					 (int)raw->encoder, file->servo[i].name,
-					 config_line_of(&file->servo_lines[i], "encoder", 0));
+					 config_where(file, config_line_of(&file->servo_lines[i],
+									   "encoder", 0),
+						      here, where));
 }
 
 void judge_servos(struct config_file *file)

@@ -178,7 +178,7 @@ struct config_text {
 
 enum { CONFIG_LINE_BITS = 24 };
 
-/* Where each key of a section stands, as a place; 0 = nowhere. */
+/* The place of each key of a section; 0 = the key is not set. */
 struct config_lines {
 	uint32_t section, last;		/* first and last header */
 	uint32_t key[CONFIG_KEYS_MAX][CONFIG_INDICES];

@@ -59,7 +59,7 @@ static ssize_t slurp(const char *path, char *text, size_t size)
 	return got;
 }
 
-/* Root asks as the service's user (service.h), and shall see that it is not root who may not. */
+/* Root checks as the service's user (service.h), so the message names who lacks permission. */
 static const char *own_name(void)
 {
 	const struct passwd *own = getpwuid(geteuid());
@@ -73,11 +73,11 @@ static void say_why(struct config_file *file, ssize_t result)
 		config_fault(file, 0, "there is no such file; pokeysd.conf(5) says what to write "
 			     "into it");
 	else if (result == -EPROTO)
-		config_fault(file, 0, "is not a file; the daemon reads it again when it is told "
-			     "to, so it has to stay where it is");
+		config_fault(file, 0, "is not a file; the daemon reads it again at every "
+			     "reload, so it must be a regular file");
 	else if (result == -EACCES)
-		config_fault(file, 0, "may not be read by user %s, or a folder above it not be "
-			     "entered", own_name());
+		config_fault(file, 0, "may not be read by user %s, or that user may not enter "
+			     "a folder above it", own_name());
 	else if (result == -E2BIG)
 		config_fault(file, 0, "has too many files, at most %d are allowed",
 			     CONFIG_FILES - 1);

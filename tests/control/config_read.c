@@ -105,7 +105,7 @@ static void without_the_folder_nothing_is_missing(void **state)
 	assert_read();
 }
 
-static void what_is_wrong_is_told_with_its_own_file_and_line(void **state)
+static void a_fault_names_its_own_file_and_line(void **state)
 {
 	(void)state;
 	put_beside("a.conf", "[daemon]\n\ncpu = two\n");
@@ -114,7 +114,7 @@ static void what_is_wrong_is_told_with_its_own_file_and_line(void **state)
 }
 
 /* Of rules that concern several keys, the place of the key that is named. */
-static void what_is_wrong_together_is_told_with_the_place_of_its_key(void **state)
+static void a_fault_of_several_keys_names_the_place_of_its_key(void **state)
 {
 	(void)state;
 	put_beside("a.conf", "[daemon]\ntransport = xdp\n");
@@ -144,7 +144,7 @@ static void a_section_appears_once_in_a_file(void **state)
 	assert_refused(".d/a.conf:4: [device a] was there before, at line 1");
 }
 
-static void two_that_use_a_terminal_are_told_with_their_files(void **state)
+static void a_shared_terminal_is_reported_with_both_files(void **state)
 {
 	char *wrong;
 
@@ -156,6 +156,25 @@ static void two_that_use_a_terminal_are_told_with_their_files(void **state)
 	assert_non_null(strstr(wrong, ".d/a.conf:2: [device a]: encoder.0.pins"));
 	assert_non_null(strstr(wrong, "digital-outputs (/tmp/pokeysd-config-"));
 	assert_non_null(strstr(wrong, "/mill.conf:3)"));
+}
+
+static void two_motors_of_an_encoder_are_reported_with_both_files(void **state)
+{
+	static const char motor[] = "[servo %s]\nencoder = 4\ncounts-per-unit = 400\npwm = 0\n"
+				    "direction-pin = 31\nmax-following-error = 1\n";
+	char text[512];
+
+	(void)state;
+	snprintf(text, sizeof(text), motor, "x");
+	put_beside("a.conf", text);
+	snprintf(text, sizeof(text), motor, "y");
+	put_beside("b.conf", text);
+	assert_true(config_read(base, &config, hear, &heard) > 0);
+	for (int i = 0; i < heard.count; i++)
+		if (strstr(heard.line[i], ".d/b.conf:2: [servo y]: encoder 4 is already that of "
+					  "[servo x] (") && strstr(heard.line[i], ".d/a.conf:2)"))
+			return;
+	fail_msg("%s", heard.line[0]);
 }
 
 static void what_is_no_file_is_refused(void **state)
@@ -210,11 +229,12 @@ int main(void)
 		TEST(a_file_may_have_a_daemon_section_of_its_own_and_a_device),
 		TEST(only_files_that_end_in_conf_are_read),
 		TEST(without_the_folder_nothing_is_missing),
-		TEST(what_is_wrong_is_told_with_its_own_file_and_line),
-		TEST(what_is_wrong_together_is_told_with_the_place_of_its_key),
+		TEST(a_fault_names_its_own_file_and_line),
+		TEST(a_fault_of_several_keys_names_the_place_of_its_key),
 		TEST(a_device_has_each_key_once_in_all_files),
 		TEST(a_section_appears_once_in_a_file),
-		TEST(two_that_use_a_terminal_are_told_with_their_files),
+		TEST(a_shared_terminal_is_reported_with_both_files),
+		TEST(two_motors_of_an_encoder_are_reported_with_both_files),
 		TEST(what_is_no_file_is_refused),
 		TEST(more_files_than_there_are_places_are_refused),
 		TEST(the_runtime_folder_is_that_of_the_last_file),
