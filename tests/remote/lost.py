@@ -223,7 +223,9 @@ def what_the_manual_says_of_the_watchdog(machine):
     machine.becomes("watchdog.ok-out", False)
     machine.becomes("panel-start.out", False)
     assert machine.get("panel.start") is True and machine.get("panel.link-ok") is True, "HAL keeps what it had"
-    machine.proxy(CONFIG)
+    # for a moment, the component is not there
+    proxy = machine.proxy(CONFIG)
+    wait("it is taken over", lambda: "component panel is taken over from a proxy that is gone" in proxy.said())
     machine.becomes("panel.start", False)
     assert machine.get("watchdog.ok-out") is False
     machine.client().connect().set(start=True)
