@@ -29,6 +29,7 @@ PACKAGES_TEST=(
 )
 PACKAGES_REMOTE=(python3-zmq python3-protobuf python3-zeroconf)	# pokeys-remote
 PACKAGES_GATEWAY=(python3-aiohttp python3-prometheus-client python3-serial)	# the gateway, for Debian's Python
+PACKAGES_PANEL=(xvfb gir1.2-gtk-3.0 python3-gi python3-pil)	# the panel, on a virtual screen
 PACKAGES_WEB=(nodejs npm)	# the gateway's page; npm fetches what package-lock.json names
 PACKAGES_BROWSER=(chromium)	# the page in a browser
 PACKAGES_PLOTS=(gnuplot-nox)	# ./run plots
@@ -118,9 +119,10 @@ install_for_test() {
 	local packages=("${PACKAGES_TEST[@]}" "${PACKAGES_REMOTE[@]}")
 
 	[[ ! " $* " =~ " "(gateway|web|soak)" " ]] || packages+=("${PACKAGES_GATEWAY[@]}")
+	[[ " $* " != *" linuxcnc "* ]] || packages+=("${PACKAGES_PANEL[@]}")
 	[[ " $* " != *" web "* ]] || packages+=("${PACKAGES_BROWSER[@]}")
 	[[ " $* " != *" fuzz "* ]] || packages+=("${PACKAGES_FUZZ[@]}")
-	[[ " $* " != *" vm "* ]] || packages+=("${PACKAGES_VM[@]}")
+	[[ " $* " != *" vm "* ]] || packages+=("${PACKAGES_VM[@]}" "${PACKAGES_PACKAGE[@]}")
 	[[ " $* " != *" package "* ]] || packages+=("${PACKAGES_PACKAGE[@]}" lintian mmdebstrap)
 	install_for_build
 	install_packages "${packages[@]}"

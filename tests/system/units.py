@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 
-EXPOSURE, GUARD_EXPOSURE, GATEWAY_EXPOSURE, DOCTOR_EXPOSURE = 25, 50, 20, 25  # tenths
+EXPOSURE, GUARD_EXPOSURE, GATEWAY_EXPOSURE, DOCTOR_EXPOSURE = 20, 25, 20, 25  # tenths
 ACL_GROUP = 8               # a named group (linux/posix_acl.h)
 
 

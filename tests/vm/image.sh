@@ -3,16 +3,17 @@
 # Build the disk of the virtual machine: Debian 12, its PREEMPT_RT kernel,
 # systemd, cyclictest, stress-ng and LinuxCNC's realtime part.
 #
-#	image.sh FOLDER		leaves FOLDER/{disk.ext4,vmlinuz,initrd}
+#	image.sh FOLDER	[packages]	leaves FOLDER/{disk.ext4,vmlinuz,initrd}
 #
 # LinuxCNC comes out of its package without its dependencies: the graphical
-# half of them would double the disk and nothing here draws. The shares are
+# half of them would double the disk and nothing here draws. With "packages" it
+# is installed, for the packages that depend on it. The shares are
 # mounted by fstab, the test is a unit like any other; all that is tested is
 # brought in from outside, so that a change of ours does not make a new disk.
 set -euo pipefail
 export LC_ALL=C
 
-folder=$1
+folder=$1 kind=${2:-image}
 packages=(
 	systemd systemd-sysv udev kmod initramfs-tools
 	linux-image-rt-amd64
@@ -21,6 +22,10 @@ packages=(
 	rt-tests stress-ng
 	python3 python3-aiohttp python3-prometheus-client python3-serial
 )
+
+if [ "$kind" = packages ]; then
+	packages+=(linuxcnc-uspace python3-zmq python3-protobuf python3-zeroconf libbpf1 libxdp1 grub2-common)
+fi
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -72,8 +77,8 @@ mmdebstrap --quiet --variant=minbase \
 	--dpkgopt='path-exclude=/lib/modules/*/kernel/sound/*' \
 	bookworm "$work/tree"
 
-echo "image: adding LinuxCNC" >&2
-(
+[ "$kind" = packages ] || (
+	echo "image: adding LinuxCNC" >&2
 	cd "$work"
 	apt-get -o Acquire::Retries=5 download -qq linuxcnc-uspace
 	dpkg-deb --fsys-tarfile linuxcnc-uspace_*.deb |
@@ -97,6 +102,8 @@ chroot "$work/tree" useradd --create-home --shell /bin/bash cnc
 
 cp -L "$work"/tree/boot/vmlinuz-* "$folder/vmlinuz"
 cp -L "$work"/tree/boot/initrd.img-* "$folder/initrd"
-rm -rf "$work"/tree/boot/* "$work"/tree/var/lib/apt/lists/* "$work"/tree/var/cache/apt/*
+rm -rf "$work"/tree/boot/* "$work"/tree/var/cache/apt/*
+# apt needs the lists to install a package's file
+[ "$kind" = packages ] || rm -rf "$work"/tree/var/lib/apt/lists/*
 mke2fs -q -t ext4 -d "$work/tree" -O ^has_journal "$folder/disk.ext4" \
 	"$(($(du -sm "$work/tree" | cut -f1) * 5 / 4 + 200))M"
