@@ -202,6 +202,10 @@ def main() -> None:
         lines += ["", "", f"{image.upper()}_HASH, {image.upper()}_SIZE = {known['hash']}, {known['size']}",
                   f"{image.upper()}_VALUES: tuple[Value[Any], ...] = ("]
         lines += textwrap.wrap(", ".join(places) + ")", 110, initial_indent=" " * 4, subsequent_indent=" " * 4)
+    lines += ["", "", "BOARD_OUTPUTS: dict[int, tuple[str, ...]] = {"]
+    lines += [f"    {board['hardware']}: ({', '.join(quoted(label) for label in board['outputs'])}),"
+              for board in model["boards"] if board["outputs"]]
+    lines += ["}"]
     print("\n".join(lines))
 
 

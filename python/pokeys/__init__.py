@@ -16,8 +16,8 @@ from .errors import Error, Lapsed, LibraryMissing, NoDaemon, NoSuchDevice, Refus
 from .events import Event
 from .one_shot import MovesControl, OneShot, Outcome
 from .pokeysctl import Found, discover
-from .snapshot import Diagnostics, Histogram, State, describe, names
+from .snapshot import Diagnostics, Histogram, State, board_outputs, describe, names
 
 __all__ = ["Axis", "Command", "Commander", "Device", "Diagnostics", "Error", "Event", "Found", "Histogram", "Lapsed",
            "LibraryMissing", "MovesControl", "NoDaemon", "NoSuchDevice", "OneShot", "Order", "Outcome", "Refused", "Servo",
-           "Stale", "State", "ToolFailed", "attach", "describe", "devices", "discover", "names"]
+           "Stale", "State", "ToolFailed", "attach", "board_outputs", "describe", "devices", "discover", "names"]

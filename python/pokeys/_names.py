@@ -2872,3 +2872,9 @@ COMMAND_VALUES: tuple[Value[Any], ...] = (
     CommandPoNETItem.out_3, CommandPoNETItem.brightness, CommandKbd48CNCItem.LED, CommandKbd48CNC.brightness,
     CommandHeaterItem.target, CommandValues.machine_is_on, CommandValues.emergency_stop,
     CommandEngine.limit_override)
+
+
+BOARD_OUTPUTS: dict[int, tuple[str, ...]] = {
+    32: ("SSR2", "Relay 2", "Relay 1", "OC1", "OC2", "OC3", "OC4", "SSR1"),
+    33: ("fan", "Relay 1", "Relay 2", "OC1", "OC2", "OC3", "OC4", "plasma relay"),
+}

@@ -95,6 +95,14 @@ def describe(name: str) -> str:
     return f"{value.help} [{value.unit}]" if value.unit else value.help
 
 
+def board_outputs(hardware: int) -> tuple[str, ...]:
+    """Return the names on the board of a device's own outputs and relays (``external.NN.out``), in their order.
+
+    ``hardware`` is ``state.info.DeviceTypeID``. Empty if that board has none.
+    """
+    return _names.BOARD_OUTPUTS.get(hardware, ())
+
+
 class State(_names.StateValues):
     """The state of a device at one moment.
 

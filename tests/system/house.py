@@ -231,6 +231,7 @@ def main(module, beside=1):
         House.programs[path.name] = path
     print(f"POKEYS_SEED={SEED}")
     names = [name for name in dir(module) if name.startswith("test_")]
+    assert names, f"{module} has no tests"
     tests = [getattr(module, name) for name in names]
     faults, skipped = [], 0
     with concurrent.futures.ThreadPoolExecutor(beside) as pool:

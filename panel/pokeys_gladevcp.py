@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""What GladeVCP loads with pokeys_panel.ui: -U NAME shows this device only, -U runtime=DIR reads another daemon."""
+from __future__ import annotations
+
+from typing import Any
+
+import gi
+
+gi.require_version("Gtk", "3.0")
+from gi.repository import Gtk  # noqa: E402  pylint: disable=wrong-import-position
+
+
+def get_handlers(_component: Any, builder: Any, options: list[str]) -> list[Any]:
+    """Fill the box. There are no signals to handle, and no pins: the panel reads shared memory."""
+    named = [option for option in options if "=" not in option]
+    runtime = dict(option.split("=", 1) for option in options if "=" in option).get("runtime")
+    try:
+        from pokeys_panel.view import Panel
+        content = Panel(named, runtime)
+    except Exception as error:      # an empty box would say nothing
+        content = Gtk.Label(label=f"PoKeys: {error}\nIs python3-pokeys installed?", wrap=True, margin=8)
+    builder.get_object("pokeys").pack_start(content, True, True, 0)
+    content.show_all()
+    return []

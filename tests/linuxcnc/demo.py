@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""pokeys-demo as it is installed: LinuxCNC with AXIS drives the simulated mill, and everything ends with it.
+
+usage: demo.py BUILD POKEYS_SHM.so POKEYS_HOMECOMP.so"""
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCREEN, PATIENCE_S = ":76", 60
+
+
+def wait_for(what, condition, child=None):
+    end = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < end, f"not within {PATIENCE_S} s: {what}"
+        assert child is None or child.poll() is None, f"ended before: {what}"
+        time.sleep(0.2)
+
+
+def running():
+    """Programs of the demo in this namespace."""
+    names = {path.read_text(errors="replace").strip() for path in pathlib.Path("/proc").glob("[0-9]*/comm")}
+    return names & {"pokeysd", "pokeys-sim", "milltask", "rtapi_app", "axis"}
+
+
+def run_demo(place, folder, end):
+    """Until LinuxCNC drives the device; then it is ended. Its status and what it printed."""
+    env = os.environ | {"DISPLAY": SCREEN, "PATH": f"{place}/usr/bin:{place}/usr/sbin:{os.environ['PATH']}",
+                        "LD_LIBRARY_PATH": str(next(place.glob("usr/lib/*/libpokeys_shm.so.0")).parent),
+                        "PYTHONPATH": f"{place}/usr/lib/python3/dist-packages", "HOME": str(folder.parent),
+                        "PYTHONDONTWRITEBYTECODE": "1"}
+    log = folder.parent / "demo.log"
+    with open(log, "wb") as to:
+        child = subprocess.Popen([place / "usr/bin/pokeys-demo", folder], env=env, stdout=to, stderr=to,
+                                 stdin=subprocess.DEVNULL, start_new_session=True)
+
+    def is_driven():
+        ran = subprocess.run([place / "usr/bin/pokeysctl", "--runtime-directory", f"/dev/shm/pokeys-demo-{os.getuid()}",
+                              "get", "mill", "commander-alive", "--json"], capture_output=True, text=True, env=env,
+                             check=False)
+        return ran.returncode == 0 and json.loads(ran.stdout)["values"]["commander-alive"] == 1
+    try:
+        wait_for("LinuxCNC drives the device", is_driven, child)
+        # GladeVCP prints its window's number when it is ready, and AXIS goes on then
+        wait_for("the panel in AXIS", lambda: re.search(r"^[0-9]+$", (folder / "linuxcnc.log").read_text(errors="replace"),
+                                                        re.MULTILINE), child)
+        end(child)
+        status = child.wait(60)
+    except (AssertionError, subprocess.TimeoutExpired) as fault:
+        child.kill()
+        logs = "".join(f"{path.name}:\n{path.read_text(errors='replace')[-1500:]}\n" for path in folder.glob("*.log"))
+        raise AssertionError(f"{fault}\n{log.read_text(errors='replace')}\n{logs}") from None
+    wait_for("nothing runs any more", lambda: not running())
+    return status, log.read_text(encoding="utf-8")
+
+
+def close_axis(_child):
+    """As somebody in front of it."""
+    subprocess.run(["axis-remote", "--quit"], env=os.environ | {"DISPLAY": SCREEN}, check=True, timeout=30)
+
+
+def inside(build):
+    with tempfile.TemporaryDirectory() as home:
+        place, folder = pathlib.Path(home, "installed"), pathlib.Path(home, "mill-demo")
+        subprocess.run(["meson", "install", "-C", build, "--no-rebuild", "--quiet", "--destdir", place], check=True,
+                       stdout=subprocess.DEVNULL)
+        screen = subprocess.Popen(["Xvfb", SCREEN, "-screen", "0", "1280x900x24", "-nolisten", "tcp"],
+                                  stderr=subprocess.DEVNULL)
+        try:
+            wait_for("the screen", pathlib.Path(f"/tmp/.X11-unix/X{SCREEN[1:]}").exists)
+            status, said = run_demo(place, folder, lambda child: child.send_signal(signal.SIGINT))
+            assert status == 130 and f"its files and logs in {folder}" in said, (status, said)
+            # what somebody has changed stays
+            conf = folder / "pokeysd.conf"
+            conf.write_text(conf.read_text(encoding="utf-8") + "# mine\n", encoding="utf-8")
+            status, said = run_demo(place, folder, close_axis)
+            assert "# mine" in conf.read_text(encoding="utf-8"), said
+            assert status == 0 and "Traceback" not in said, (status, said)
+        finally:
+            screen.terminate()
+            screen.wait()
+    return 0
+
+
+def main():
+    if sys.argv[1] == "--inside":
+        return inside(pathlib.Path(sys.argv[2]))
+    if not shutil.which("Xvfb") or not shutil.which("axis"):
+        print("not tried: xvfb or linuxcnc-uspace is not installed", file=sys.stderr)
+        return 77
+    build, module, homecomp = (pathlib.Path(word).resolve() for word in sys.argv[1:])
+    os.execv(ROOT / "scripts/hal-isolated",
+             ["hal-isolated", "--module", str(module), "--module", str(homecomp), "--network",
+              "/usr/bin/python3", "-B", __file__, "--inside", str(build)])
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
