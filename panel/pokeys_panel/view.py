@@ -21,6 +21,7 @@ gi.require_version("Gtk", "3.0")
 from gi.repository import Gdk, GLib, Gtk, Pango  # noqa: E402  pylint: disable=wrong-import-position
 
 REFRESH_MS, SEARCH_MS, EVENTS_MS, EVENTS = 100, 1000, 1000, 8
+NO_DATA = "no data"
 LOCK = Path("/tmp/linuxcnc.lock")
 AGES = 10       # so many times less often than the rest, so that a person can read it
 STYLE = b"""
@@ -167,8 +168,8 @@ class DeviceView(Gtk.Box):
         _set_text(self._word, seen.word)
         for level in (picture.GOOD, picture.WARNING, picture.BAD):
             _set_class(self._word, f"pokeys-{level}", level == seen.level)
-        if self._turns % AGES == 0 or not seen.age:
-            _set_text(self._age, f"data {seen.age} old" if seen.age else "no data")
+        if self._turns % AGES == 0 or seen.age == "" or self._age.get_text() == NO_DATA:
+            _set_text(self._age, f"data {seen.age} old" if seen.age else NO_DATA)
         self._turns += 1
         _set_text(self._notes, "\n".join(seen.notes))
         self._notes.set_visible(bool(seen.notes))
@@ -199,12 +200,17 @@ def when(time: datetime, now: datetime | None = None) -> str:
 
 def _again(step: Callable[[Panel], None]) -> Callable[[Panel], bool]:
     """A step of the panel as GLib calls it: whatever fails, it is called again."""
+    said = ""
+
     @functools.wraps(step)
     def run(self: Panel) -> bool:
+        nonlocal said
         try:
             step(self)
-        except Exception:
-            _LOG.exception("%s failed", step.__name__)
+        except Exception as error:
+            if said != repr(error):     # not ten times a second
+                _LOG.exception("%s failed", step.__name__)
+            said = repr(error)
         return True
     return run
 
@@ -214,7 +220,7 @@ class Panel(Gtk.ScrolledWindow):
 
     def __init__(self, names: list[str], runtime: str | None = None) -> None:
         super().__init__(hscrollbar_policy=Gtk.PolicyType.NEVER, vscrollbar_policy=Gtk.PolicyType.AUTOMATIC,
-                         can_focus=False, propagate_natural_height=True)
+                         can_focus=False, propagate_natural_height=True, max_content_height=600)
         self._names, self._runtime = names, runtime
         self._devices: dict[str, pokeys.Device] = {}
         self._views: dict[str, DeviceView] = {}
@@ -230,7 +236,13 @@ class Panel(Gtk.ScrolledWindow):
         for step, pause in ((self._search, SEARCH_MS), (self._refresh, REFRESH_MS), (self._read_events, EVENTS_MS)):
             step()
             timers.append(GLib.timeout_add(pause, step))
-        self.connect("destroy", lambda *_: [GLib.source_remove(timer) for timer in timers])
+        self.connect("destroy", self._end, timers)
+
+    def _end(self, _widget: Gtk.Widget, timers: list[int]) -> None:
+        for timer in timers:
+            GLib.source_remove(timer)
+        while self._devices:
+            self._devices.popitem()[1].close()
 
     @_again
     def _search(self) -> None:
@@ -277,20 +289,28 @@ class Panel(Gtk.ScrolledWindow):
         for name, device in self._devices.items():
             try:
                 events = device.recent_events()
-            except pokeys.Error:
-                events = []         # those of a daemon that has ended are not of now
+            except Exception:
+                events = []         # the daemon has ended, so its events are out of date
             self._views[name].show_events(events)
 
 
 def _end_with_linuxcnc(lock: Path) -> None:
     """LinuxCNC ends only its own programs. Its lock is there from its start to its end."""
-    seen = False
+    def which() -> tuple[int, int] | None:
+        try:
+            found = lock.stat()
+        except OSError:
+            return None
+        return found.st_ino, found.st_mtime_ns
+
+    began = which()
 
     def look() -> bool:
-        nonlocal seen
-        if seen and not lock.exists():
+        nonlocal began
+        now = which()
+        if began and now != began:
             Gtk.main_quit()
-        seen = lock.exists()
+        began = now
         return True
     GLib.timeout_add(SEARCH_MS, look)
 

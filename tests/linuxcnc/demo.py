@@ -29,11 +29,18 @@ def wait_for(what, condition, child=None):
 def running():
     """Programs of the demo in this namespace."""
     names = {path.read_text(errors="replace").strip() for path in pathlib.Path("/proc").glob("[0-9]*/comm")}
-    return names & {"pokeysd", "pokeys-sim", "milltask", "rtapi_app", "axis"}
+    return names & {"pokeysd", "pokeys-sim", "linuxcnc", "milltask", "rtapi_app", "axis", "gladevcp", "halui", "io",
+                    "linuxcncsvr"}
 
 
-def run_demo(place, folder, end):
-    """Until LinuxCNC drives the device; then it is ended. Its status and what it printed."""
+def left():
+    """What it has put into folders of the computer."""
+    return [path for path in (*pathlib.Path("/dev/shm").glob("pokeys-demo-*"), pathlib.Path("/tmp/linuxcnc.lock"))
+            if path.exists()]
+
+
+def run_demo(place, folder, end, ready=True):
+    """Until LinuxCNC drives the device and shows the panel, or at once; then it is ended. Its status and words."""
     env = os.environ | {"DISPLAY": SCREEN, "PATH": f"{place}/usr/bin:{place}/usr/sbin:{os.environ['PATH']}",
                         "LD_LIBRARY_PATH": str(next(place.glob("usr/lib/*/libpokeys_shm.so.0")).parent),
                         "PYTHONPATH": f"{place}/usr/lib/python3/dist-packages", "HOME": str(folder.parent),
@@ -44,14 +51,15 @@ def run_demo(place, folder, end):
                                  stdin=subprocess.DEVNULL, start_new_session=True)
 
     def is_driven():
-        ran = subprocess.run([place / "usr/bin/pokeysctl", "--runtime-directory", f"/dev/shm/pokeys-demo-{os.getuid()}",
-                              "get", "mill", "commander-alive", "--json"], capture_output=True, text=True, env=env,
+        ran = subprocess.run([place / "usr/bin/pokeysctl", "--runtime-directory",
+                              f"/dev/shm/pokeys-demo-{os.getuid()}/pokeysd", "get", "mill", "commander-alive", "--json"], capture_output=True, text=True, env=env,
                              check=False)
         return ran.returncode == 0 and json.loads(ran.stdout)["values"]["commander-alive"] == 1
     try:
-        wait_for("LinuxCNC drives the device", is_driven, child)
+        wait_for("LinuxCNC begins", lambda: "linuxcnc" in running() or child.poll() is not None)
+        wait_for("LinuxCNC drives the device", lambda: not ready or is_driven(), child)
         # GladeVCP prints its window's number when it is ready, and AXIS goes on then
-        wait_for("the panel in AXIS", lambda: re.search(r"^[0-9]+$", (folder / "linuxcnc.log").read_text(errors="replace"),
+        wait_for("the panel in AXIS", lambda: not ready or re.search(r"^[0-9]+$", (folder / "linuxcnc.log").read_text(errors="replace"),
                                                         re.MULTILINE), child)
         end(child)
         status = child.wait(60)
@@ -60,7 +68,32 @@ def run_demo(place, folder, end):
         logs = "".join(f"{path.name}:\n{path.read_text(errors='replace')[-1500:]}\n" for path in folder.glob("*.log"))
         raise AssertionError(f"{fault}\n{log.read_text(errors='replace')}\n{logs}") from None
     wait_for("nothing runs any more", lambda: not running())
+    assert not left(), left()
     return status, log.read_text(encoding="utf-8")
+
+
+def refuses_what_is_not_its_own(place, folder):
+    """Neither a real device, nor another LinuxCNC, nor a folder of somebody else."""
+    def refused(*words):
+        ran = subprocess.run([place / "usr/bin/pokeys-demo", *words], capture_output=True, text=True, check=False,
+                             env=os.environ | {"DISPLAY": SCREEN, "PATH": f"{place}/usr/bin:{place}/usr/sbin:"
+                                                                          f"{os.environ['PATH']}"})
+        assert ran.returncode == 1 and ran.stderr.count("\n") == 1, ran
+        return ran.stderr
+    conf = folder / "pokeysd.conf"
+    text = conf.read_text(encoding="utf-8")
+    conf.write_text(text.replace("address = 127.0.0.1", "address = 192.168.1.250"), encoding="utf-8")
+    assert "address must be 127.0.0.1, and is 192.168.1.250; rename" in refused(folder)
+    conf.write_text(text, encoding="utf-8")
+    lock = pathlib.Path("/tmp/linuxcnc.lock")
+    lock.touch()
+    assert "LinuxCNC runs already; close it first" in refused(folder)
+    lock.unlink()
+    other = pathlib.Path(f"/dev/shm/pokeys-demo-{os.getuid()}")
+    other.symlink_to("/tmp")
+    assert "somebody else may write to it; remove it" in refused(folder)
+    other.unlink()
+    assert "demo.log: File exists" in refused(folder.parent / "demo.log" / "no-such")
 
 
 def close_axis(_child):
@@ -69,6 +102,7 @@ def close_axis(_child):
 
 
 def inside(build):
+    os.environ.pop("XDG_RUNTIME_DIR", None)
     with tempfile.TemporaryDirectory() as home:
         place, folder = pathlib.Path(home, "installed"), pathlib.Path(home, "mill-demo")
         subprocess.run(["meson", "install", "-C", build, "--no-rebuild", "--quiet", "--destdir", place], check=True,
@@ -79,12 +113,15 @@ def inside(build):
             wait_for("the screen", pathlib.Path(f"/tmp/.X11-unix/X{SCREEN[1:]}").exists)
             status, said = run_demo(place, folder, lambda child: child.send_signal(signal.SIGINT))
             assert status == 130 and f"its files and logs in {folder}" in said, (status, said)
+            status, said = run_demo(place, folder, lambda child: child.send_signal(signal.SIGTERM), ready=False)
+            assert status == 143, (status, said)
             # what somebody has changed stays
             conf = folder / "pokeysd.conf"
             conf.write_text(conf.read_text(encoding="utf-8") + "# mine\n", encoding="utf-8")
             status, said = run_demo(place, folder, close_axis)
             assert "# mine" in conf.read_text(encoding="utf-8"), said
             assert status == 0 and "Traceback" not in said, (status, said)
+            refuses_what_is_not_its_own(place, folder)
         finally:
             screen.terminate()
             screen.wait()

@@ -46,11 +46,13 @@ configure_it() {
 
 monitor_reads() { # as somebody who may only read
 	useradd --no-create-home --groups pokeys-monitor watcher
-	runuser -u watcher -- pokeysctl get "$name" info.SerialNumber && ! runuser -u watcher -- halcmd show 2>/dev/null
+	runuser -u watcher -- pokeysctl get "$name" info.SerialNumber || return 1
+	! runuser -u watcher -- pokeysctl output "$name" 31 on --for 1 >/out/refused 2>&1 && grep -qi "group\|permi" /out/refused ||
+		{ cat /out/refused; return 1; }
 }
 
 listens_to_itself_only() {
-	systemctl start pokeys-gateway && within 300 eval '[ "$(ss -Hltn | wc -l)" -gt 0 ]' || return 1
+	systemctl start pokeys-gateway && within 300 eval "ss -Hltnp | grep -q pokeys-gateway" || return 1
 	local far
 	far=$(ss -Hltn | awk '$4 !~ /^(127\.|\[::1\])/')
 	[ -z "$far" ] || { echo "$far"; return 1; }

@@ -11,9 +11,9 @@
                            how long it takes, the same in each run; judged by timing.py
 
 BUILD is the build folder. The disk is in BUILD/vm, built once a week or when image.sh
-changes; results and histograms stay in BUILD/vm/service and so on. For the first two,
-KVM is used where the processor has it and a machine really gets to its end with it;
-emulation does as well. Prints each check of the script; status 77 with the reason where it
+changes; results and histograms stay in BUILD/vm/service and so on. All but timing
+use KVM if the processor has it and the virtual machine finishes with it; otherwise they are
+emulated. Prints each check of the script; status 77 with the reason where it
 cannot run.
 """
 import datetime
@@ -171,8 +171,8 @@ def has_kvm():
     return ("vmx" in flags or "svm" in flags) and os.access("/dev/kvm", os.R_OK | os.W_OK)
 
 
-def run_service(disk, folder, more=(), isolated=True):
-    lines, late = boot(disk, folder, "kvm", KVM_SECONDS, more, isolated) if has_kvm() else ([], False)
+def run_service(disk, folder, more=(), isolated=True, seconds=KVM_SECONDS):
+    lines, late = boot(disk, folder, "kvm", seconds, more, isolated) if has_kvm() else ([], False)
     # where KVM is emulated itself, a machine may begin and crawl; one that broke down is a failure
     if not lines or (late and not any(line.startswith("FAIL") for line in lines)):
         shutil.rmtree(folder / "out")
@@ -187,7 +187,7 @@ def run_card(disk, folder):
 
 def run_packages(disk, folder):
     """On a computer that nobody has prepared for realtime."""
-    return run_service(disk, folder, isolated=False)
+    return run_service(disk, folder, isolated=False, seconds=2 * KVM_SECONDS)
 
 
 def run_timing(disk, folder):
