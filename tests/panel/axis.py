@@ -105,9 +105,8 @@ class Screen(Machine):
     def end(self):
         """LinuxCNC ends by itself when its user interface does."""
         child = self.started.pop("linuxcnc", None)
-        for name in ("axis", "gladevcp"):
-            subprocess.run(["pkill", "-TERM", "-f", f"bin/{name}"], check=False)
         if child:
+            subprocess.run(["axis-remote", "--quit"], timeout=30, check=False)
             try:
                 child.wait(60)
             except subprocess.TimeoutExpired:
