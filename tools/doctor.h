@@ -40,7 +40,6 @@ struct doctor_plan {
 	bool read;
 	const char *unread;		/* why not, NULL = nothing is wrong, or there is none */
 	char path[256];
-	const char *reading;		/* the file that is being read */
 	char cpu_from[320];		/* the file whose cpu = counts */
 	char interface[16];		/* empty = as the routes say */
 	int cpu;			/* -1 = any */

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <pokeys/names.h>
 #include "tools/doctor_fix.h"
 
 enum { CHECKS = 80 };
@@ -68,21 +69,12 @@ void fix_make_plan(struct fix_plan *plan)
 /* What would be stopped or held up, NULL if nothing is on. */
 static const char *what_is_on(const struct doctor *doctor)
 {
-	for (size_t i = 0; i < doctor->view.count; i++) {
-		const struct view_device *seen = &doctor->view.device[i];
+	const char *on = NULL;
 
-		if (seen->freshness != VIEW_FRESH)
-			continue;
-		if (seen->state.flags & POKEYS_STATE_MACHINE_ON)
-			return "a machine";
-		for (size_t n = 0; n < POKEYS_SERVOS; n++)
-			if (seen->state.servo[n].state == POKEYS_SERVO_ENABLED)
-				return "a motor";
-		for (size_t n = 0; n < POKEYS_HEATERS; n++)
-			if (seen->state.heater[n].target > 0)
-				return "a heater";
-	}
-	return NULL;
+	for (size_t i = 0; i < doctor->view.count && !on; i++)
+		if (doctor->view.device[i].freshness == VIEW_FRESH)
+			on = pokeys_what_is_on(&doctor->view.device[i].state);
+	return on;
 }
 
 static bool is_all_off(struct doctor *doctor)
@@ -93,8 +85,8 @@ static bool is_all_off(struct doctor *doctor)
 		view_read(&doctor->view);
 	on = what_is_on(doctor);
 	if (on)
-		complain("nothing was changed: %s is on; switch it off first, because a change to "
-			 "the kernel may disturb it", on);
+		complain("nothing was changed, with %s on; switch it off first, because a change "
+			 "to the kernel may disturb it", on);
 	return !on;
 }
 

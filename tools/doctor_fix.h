@@ -79,9 +79,6 @@ void fix_make_plan(struct fix_plan *plan);
 /* The whole path of a row's file, with the root of the computer. */
 void fix_path(const struct doctor *doctor, const struct fix_row *row, char path[FIX_PATH]);
 
-/* The file as it will be, with comments. */
-void fix_print_file(const struct fix_plan *plan, const struct fix_change *change, FILE *to);
-
 /* Its lines that are no comments, each after `indent`. */
 void fix_print_lines(const struct fix_change *change, const char *indent, FILE *to);
 

@@ -110,12 +110,14 @@ static bool next_before(const char **at, struct fix_value *old)
 	return false;
 }
 
-static struct fix_value *find_value(struct fix_change *change, const char *path)
+/* The number of its value for this path; as many as it has: none. */
+static size_t find_value(const struct fix_change *change, const char *path)
 {
-	for (size_t i = 0; i < change->values; i++)
-		if (!strcmp(change->value[i].path, path))
-			return &change->value[i];
-	return NULL;
+	size_t i = 0;
+
+	while (i < change->values && strcmp(change->value[i].path, path) != 0)
+		i++;
+	return i;
 }
 
 static bool boot_of(const char *root, char id[64])
@@ -148,12 +150,13 @@ static void put_earlier(const struct doctor *doctor, const struct fix_change *ch
 	struct fix_value old;
 
 	while (text && is_of_this_boot(doctor->root, text) && next_before(&at, &old))
-		if (!find_value((struct fix_change *)change, old.path))
+		if (find_value(change, old.path) == change->values)
 			fprintf(to, BEFORE "%s %s\n", old.path, old.before);
 	free(text);
 }
 
-void fix_print_file(const struct fix_plan *plan, const struct fix_change *change, FILE *to)
+/* The file as it will be, with comments. */
+static void print_file(const struct fix_plan *plan, const struct fix_change *change, FILE *to)
 {
 	const char *config = plan->doctor->config;
 
@@ -210,10 +213,10 @@ void fix_compare(const struct doctor *doctor, struct fix_change *change)
 	if (!text)
 		return;
 	while (is_of_this_boot(doctor->root, text) && next_before(&at, &old)) {
-		struct fix_value *value = find_value(change, old.path);
+		const size_t i = find_value(change, old.path);
 
-		if (value)
-			memcpy(value->before, old.before, sizeof(value->before));
+		if (i < change->values)
+			memcpy(change->value[i].before, old.before, sizeof(old.before));
 	}
 	change->made_folder = strstr(text, MADE);
 	change->is_there = says_the_same(text, change);
@@ -275,7 +278,7 @@ static int put_file(const struct fix_plan *plan, const struct fix_change *change
 	if (!to)
 		return -errno;
 	fchmod(fd, 0644);
-	fix_print_file(plan, change, to);
+	print_file(plan, change, to);
 	if (made || change->made_folder)
 		fputs(MADE "\n", to);
 	error = fflush(to) || fsync(fd) ? errno : 0;
@@ -296,7 +299,7 @@ static void put_back_others(const struct doctor *doctor, const struct fix_change
 	struct fix_value old;
 
 	while (text && next_before(&at, &old))
-		if (!find_value((struct fix_change *)change, old.path))
+		if (find_value(change, old.path) == change->values)
 			restore(doctor, &old);
 	free(text);
 }

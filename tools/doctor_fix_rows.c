@@ -106,7 +106,7 @@ static bool build_interface(const struct fix_plan *plan, struct fix_change *chan
 	return may_configure(plan, why_not);
 }
 
-/* A line that is no comment has the parameter. */
+/* True if the file sets the parameter. Comments do not count. */
 static bool file_has(const char *path, const char *parameter)
 {
 	enum { SIZE = 1 << 16 };
@@ -115,7 +115,7 @@ static bool file_has(const char *path, const char *parameter)
 
 	if (text && probe_text("", text, SIZE, "%s", path))
 		while (!has && (line = strsep(&rest, "\n")))
-			has = *line != '#' && strstr(line, parameter);
+			has = line[strspn(line, " \t")] != '#' && strstr(line, parameter);
 	free(text);
 	return has;
 }

@@ -16,6 +16,12 @@
 
 enum { CORE_MAX = 1023 };
 
+/* One file of the configuration. */
+struct reading {
+	struct doctor *doctor;
+	const char *path;
+};
+
 static struct doctor_device *device_named(struct doctor *doctor, const char *name)
 {
 	struct doctor_device *device;
@@ -52,11 +58,13 @@ static int core_of(const char *value)
 	return end != value && !*end && core >= 0 && core <= CORE_MAX ? (int)core : -1;
 }
 
-static void take_daemon(struct doctor_plan *plan, const char *name, const char *value)
+static void take_daemon(const struct reading *reading, const char *name, const char *value)
 {
+	struct doctor_plan *plan = &reading->doctor->plan;
+
 	if (!strcmp(name, "cpu")) {
 		plan->cpu = core_of(value);
-		snprintf(plan->cpu_from, sizeof(plan->cpu_from), "%s", plan->reading);
+		snprintf(plan->cpu_from, sizeof(plan->cpu_from), "%s", reading->path);
 	} else if (!strcmp(name, "mode")) {
 		plan->spin = !strcmp(value, "spin");
 		plan->chosen = strcmp(value, "auto") != 0;
@@ -71,13 +79,14 @@ static void take_daemon(struct doctor_plan *plan, const char *name, const char *
 
 static int take(void *context, const char *section, const char *name, const char *text)
 {
-	struct doctor *doctor = context;
+	const struct reading *reading = context;
+	struct doctor *doctor = reading->doctor;
 	struct in_addr address;
 	char value[64];
 
 	cut_comment(value, sizeof(value), text);
 	if (!strcmp(section, "daemon")) {
-		take_daemon(&doctor->plan, name, value);
+		take_daemon(reading, name, value);
 	} else if (!strncmp(section, "device ", 7)) {
 		struct doctor_device *device = device_named(doctor, section + 7);
 
@@ -90,11 +99,11 @@ static int take(void *context, const char *section, const char *name, const char
 /* A file and nothing else: a FIFO would never end. */
 static bool read_file(struct doctor *doctor, const char *path)
 {
+	struct reading reading = { doctor, path };
 	struct stat status;
 
-	doctor->plan.reading = path;
 	return !stat(path, &status) && S_ISREG(status.st_mode) &&
-	       ini_parse(path, take, doctor) >= 0;
+	       ini_parse(path, take, &reading) >= 0;
 }
 
 void doctor_read_plan(struct doctor *doctor, const char *path)

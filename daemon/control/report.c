@@ -192,31 +192,19 @@ int report_metrics(const struct report *report, FILE *to)
 	return fflush(to) || ferror(to) ? -EIO : 0;
 }
 
-/* What a restart of the daemon would stop. */
-static const char *what_is_on(const struct pokeys_state *state)
-{
-	if (state->flags & POKEYS_STATE_MACHINE_ON)
-		return ", machine on";
-	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
-		if (state->servo[i].state == POKEYS_SERVO_ENABLED)
-			return ", a motor on";
-	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
-		if (state->heater[i].target > 0)
-			return ", a heater on";
-	return "";
-}
-
 static size_t append_device(const struct report_device *device, char *text, size_t size)
 {
 	const struct pokeys_state *state = &device->state;
+	const char *on = pokeys_what_is_on(state);	/* a restart would stop it */
 	int length;
 
 	if (!device->known)
 		length = snprintf(text, size, "%s not published yet", device->name);
 	else if (state->link == POKEYS_LINK_RUNNING)
-		length = snprintf(text, size, "%s running%s%s, %u us", device->name,
+		length = snprintf(text, size, "%s running%s%s%s%s, %u us", device->name,
 				  state->flags & POKEYS_STATE_SAFE ? " (safe state)" : "",
-				  what_is_on(state), state->statistics.rtt_smoothed_ns / 1000);
+				  on ? ", " : "", on ? on : "", on ? " on" : "",
+				  state->statistics.rtt_smoothed_ns / 1000);
 	else if (state->fault)
 		length = snprintf(text, size, "%s %s: %s", device->name,
 				  pokeys_link_name(state->link),

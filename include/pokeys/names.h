@@ -6,6 +6,7 @@
 #ifndef POKEYS_NAMES_H
 #define POKEYS_NAMES_H
 
+#include <stddef.h>
 #include <pokeys/settings.h>
 #include <pokeys/state.h>
 
@@ -453,6 +454,20 @@ static inline const char *pokeys_moves_refusal_name(uint8_t refusal)
 		return "an earlier move was refused, or the path ended early";
 	default:			return "unknown";
 	}
+}
+
+/* What moves or heats, or may begin to, for "... on"; NULL = nothing. */
+static inline const char *pokeys_what_is_on(const struct pokeys_state *state)
+{
+	if (state->flags & POKEYS_STATE_MACHINE_ON)
+		return "machine";
+	for (unsigned int i = 0; i < POKEYS_SERVOS; i++)
+		if (state->servo[i].state == POKEYS_SERVO_ENABLED)
+			return "a motor";
+	for (unsigned int i = 0; i < POKEYS_HEATERS; i++)
+		if (state->heater[i].target > 0)
+			return "a heater";
+	return NULL;
 }
 
 #ifdef __cplusplus

@@ -96,30 +96,26 @@ def _axes(state: pokeys.State) -> list[Line]:
     return found
 
 
+def _loop(state: pokeys.State, where: str, kind: str, value: str, fault: int) -> Line:
+    """A motor or heater; `fault` is the state in which it has one."""
+    faulty = state[where + "state"] == fault
+    words = f"fault: {state.word(where + 'fault-code')}" if faulty else state.word(where + "state")
+    return Line(f"{kind} {state[where + 'name']}", value, words, faulty)
+
+
 def _servos(state: pokeys.State) -> list[Line]:
-    found = []
-    for number in range(SERVOS):
-        motor = f"servo.{number:02}."
-        if not state[motor + "state"]:
-            continue
-        faulty = state[motor + "state"] == _SERVO_FAULT
-        words = f"fault: {state.word(motor + 'fault-code')}" if faulty else state.word(motor + "state")
-        found.append(Line(f"motor {state[motor + 'name']}", _number(state[motor + "pos-fb"], "{:.3f}"), words, faulty))
-    return found
+    return [_loop(state, motor, "motor", _number(state[motor + "pos-fb"], "{:.3f}"), _SERVO_FAULT)
+            for motor in (f"servo.{number:02}." for number in range(SERVOS)) if state[motor + "state"]]
+
+
+def _temperature(state: pokeys.State, heater: str) -> str:
+    target = state[heater + "target-in-effect"]
+    return _number(state[heater + "temperature"], "{:.1f} °C") + (f", target {target:.0f}" if target else "")
 
 
 def _heaters(state: pokeys.State) -> list[Line]:
-    found = []
-    for number in range(HEATERS):
-        heater = f"heater.{number:02}."
-        if not state[heater + "state"]:
-            continue
-        value, target = _number(state[heater + "temperature"], "{:.1f} °C"), state[heater + "target-in-effect"]
-        faulty = state[heater + "state"] == _HEATER_FAULT
-        words = f"fault: {state.word(heater + 'fault-code')}" if faulty else state.word(heater + "state")
-        found.append(Line(f"heater {state[heater + 'name']}", value + (f", target {target:.0f}" if target else ""),
-                          words, faulty))
-    return found
+    return [_loop(state, heater, "heater", _temperature(state, heater), _HEATER_FAULT)
+            for heater in (f"heater.{number:02}." for number in range(HEATERS)) if state[heater + "state"]]
 
 
 def _notes(state: pokeys.State) -> list[str]:

@@ -65,7 +65,7 @@ def _set_class(widget: Gtk.Widget, name: str, on: bool) -> None:
         context.remove_class(name)
 
 
-def _shown(widget: Gtk.Widget) -> Gtk.Widget:
+def _optional(widget: Gtk.Widget) -> Gtk.Widget:
     """It decides itself whether it is to be seen."""
     widget.show_all()
     widget.set_no_show_all(True)
@@ -156,8 +156,8 @@ class DeviceView(Gtk.Box):
         head = Gtk.Box(spacing=8)
         head.pack_start(title, True, True, 0)
         head.pack_end(self._word, False, False, 0)
-        self._notes = _shown(_label("", "pokeys-wrong", wrap=True))
-        self._inputs, self._outputs = _shown(Lamps("Inputs")), _shown(Lamps("Outputs"))
+        self._notes = _optional(_label("", "pokeys-wrong", wrap=True))
+        self._inputs, self._outputs = _optional(Lamps("Inputs")), _optional(Lamps("Outputs"))
         self._lines, self._events = Lines(), _label("", "pokeys-event", wrap=True)
         self._markup = ""
         for widget in (head, self._age, self._notes, self._inputs, self._outputs, self._lines, self._events):
@@ -225,7 +225,7 @@ class Panel(Gtk.ScrolledWindow):
         self._devices: dict[str, pokeys.Device] = {}
         self._views: dict[str, DeviceView] = {}
         self._box = Gtk.Box(orientation=Gtk.Orientation.VERTICAL, spacing=14, border_width=8)
-        self._missing = _shown(_label("", "pokeys-wrong", wrap=True))
+        self._missing = _optional(_label("", "pokeys-wrong", wrap=True))
         self._box.pack_start(self._missing, False, False, 0)
         self.add(self._box)
         style = Gtk.CssProvider()

@@ -19,7 +19,7 @@ ARP = "IP address HW type Flags\n10.0.0.2   0x1 0x6 02:00:00:00:00:01 * enp1\n"
 # four cores, nothing chosen and nothing set; core 2 is the one to take
 FRESH = GOOD | {
     "etc/pokeysd/pokeysd.conf": CONF,
-    "etc/default/grub": "# isolcpus=7 is an example\nGRUB_CMDLINE_LINUX=\"quiet\"\n",
+    "etc/default/grub": "  # isolcpus=7 is an example\nGRUB_CMDLINE_LINUX=\"quiet\"\n",
     "usr/sbin/update-grub": "",
     "etc/tmpfiles.d/other.conf": "", "etc/sysctl.d/other.conf": "",
     "proc/cmdline": "quiet", "proc/sys/kernel/timer_migration": "1",
