@@ -56,7 +56,8 @@ static void place_at(struct guard_place *place, uint32_t index)
 /* Into the link that an earlier loader has pinned. False = there is none that is of use. */
 static bool take_over(uint32_t index)
 {
-	int fd = bpf_obj_get(GUARD_LINK);
+	char pin[GUARD_PATH];
+	int fd = bpf_obj_get(guard_pin("link", pin));
 
 	if (fd < 0)
 		return false;
@@ -66,7 +67,7 @@ static bool take_over(uint32_t index)
 	}
 	bpf_link_detach(fd);
 	close(fd);
-	unlink(GUARD_LINK);
+	unlink(pin);
 	return false;
 }
 
@@ -125,6 +126,7 @@ static int make_best_link(struct guard_place *place, uint32_t index)
 int guard_attach(struct guard_place *place)
 {
 	uint32_t index = if_nametoindex(place->interface);
+	char pin[GUARD_PATH];
 	int fd;
 
 	place->error = 0;
@@ -142,8 +144,8 @@ int guard_attach(struct guard_place *place)
 	fd = make_best_link(place, index);
 	if (fd < 0)
 		return refused(place->interface, -fd);
-	if (bpf_obj_pin(fd, GUARD_LINK)) {
-		log_line(EVENT_ERROR, GUARD_LINK ": %s", strerror(errno));
+	if (bpf_obj_pin(fd, guard_pin("link", pin))) {
+		log_line(EVENT_ERROR, "%s: %s", pin, strerror(errno));
 		close(fd);
 		return GUARD_FAILED;
 	}
@@ -160,19 +162,23 @@ bool guard_is_attached(const struct guard_place *place)
 
 void guard_detach(void)
 {
-	int fd = link_fd >= 0 ? link_fd : bpf_obj_get(GUARD_LINK);
+	char pin[GUARD_PATH];
+	int fd;
 
+	guard_pin("link", pin);
+	fd = link_fd >= 0 ? link_fd : bpf_obj_get(pin);
 	if (fd >= 0) {
 		bpf_link_detach(fd);
 		close(fd);
 	}
-	unlink(GUARD_LINK);
+	unlink(pin);
 	link_fd = -1;
 }
 
 int guard_find(struct guard_place *place)
 {
-	int fd = bpf_obj_get(GUARD_LINK);
+	char pin[GUARD_PATH];
+	int fd = bpf_obj_get(guard_pin("link", pin));
 	uint32_t index;
 
 	memset(place, 0, sizeof(*place));

@@ -13,7 +13,7 @@
 #include "guard/rules.h"
 
 #define GUARD_BPFFS	"/sys/fs/bpf"
-#define GUARD_PINS	GUARD_BPFFS "/pokeysd"
+#define GUARD_PINS	GUARD_BPFFS "/pokeysd"	/* made and removed by the guard */
 #define GUARD_RUN	"/run/pokeys-guard"
 #define GUARD_STATUS	GUARD_RUN "/status"
 
@@ -38,6 +38,12 @@ struct guard_place {
 };
 
 /*
+ * Keep the pins in this folder of a BPF file system, which exists and stays, instead of GUARD_PINS:
+ * the service's user gets into no other. Call it before anything else. False: the path is too long.
+ */
+bool guard_use_pins(const char *folder);
+
+/*
  * Load the program, with the counters and devices of an earlier one if they are
  * still pinned; `sockets`: and able to direct packets to an AF_XDP socket. 0, or
  * an exit status after one line that says what is missing.
@@ -54,9 +60,11 @@ int guard_attach(struct guard_place *place);
 /* False = it is not there any more: the interface went, or somebody detached it. */
 bool guard_is_attached(const struct guard_place *place);
 
-/* Take it off its interface and remove what was pinned, or only the first. Idempotent. */
+/* Take it off its interface. Idempotent. */
 void guard_detach(void);
-void guard_remove(void);
+
+/* The same, and remove what was pinned. Idempotent. 0, or -errno of what could not be removed. */
+int guard_remove(void);
 
 /* Where a pinned one is. 0, or -errno (-ENOENT: there is none, -EACCES: not for us to see). */
 int guard_find(struct guard_place *place);

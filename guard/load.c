@@ -14,12 +14,8 @@
 #include <bpf/bpf.h>
 #include <bpf/libbpf.h>
 #include <errno.h>
-#include <grp.h>
-#include <linux/magic.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <sys/vfs.h>
 #include <unistd.h>
 #include "daemon/control/log.h"
 #include "daemon/device/event.h"
@@ -28,7 +24,7 @@
 
 static struct guard_bpf *program;
 
-static int refused(const char *what, int error)
+int guard_refused(const char *what, int error)
 {
 	bool right = error == EPERM || error == EACCES;
 
@@ -37,37 +33,10 @@ static int refused(const char *what, int error)
 	return right ? GUARD_NO_RIGHT : GUARD_UNAVAILABLE;
 }
 
-static int make_pin_folder(void)
-{
-	struct statfs status;
-
-	if (statfs(GUARD_BPFFS, &status))
-		return refused(GUARD_BPFFS, errno);
-	if ((unsigned long)status.f_type != BPF_FS_MAGIC) {
-		log_line(EVENT_WARNING, GUARD_BPFFS " is no bpf file system (mount -t bpf bpf "
-			 GUARD_BPFFS ")" GUARD_LOSS);
-		return GUARD_UNAVAILABLE;
-	}
-	if (mkdir(GUARD_PINS, 0750) && errno != EEXIST)
-		return refused(GUARD_PINS, errno);
-	return 0;
-}
-
-/* The group may read the counters, where it may get as far as the folder. */
-static void open_to_group(void)
-{
-	const struct group *group = getgrnam("pokeys");
-
-	if (group && (chown(GUARD_PINS, (uid_t)-1, group->gr_gid) ||
-		      chown(GUARD_PINS "/counters", (uid_t)-1, group->gr_gid) ||
-		      chmod(GUARD_PINS "/counters", 0640)))
-		log_line(EVENT_INFO, GUARD_PINS "/counters: cannot be given to group pokeys: %s; "
-			 GUARD_STATUS " has them as well", strerror(errno));
-}
-
 static int try_to_load(bool dedicated, bool sockets)
 {
-	LIBBPF_OPTS(bpf_object_open_opts, options, .pin_root_path = GUARD_PINS);
+	char folder[GUARD_PATH];
+	LIBBPF_OPTS(bpf_object_open_opts, options, .pin_root_path = guard_pin("", folder));
 	int result;
 
 	program = guard_bpf__open_opts(&options);
@@ -87,27 +56,28 @@ static int try_to_load(bool dedicated, bool sockets)
 
 int guard_load(bool dedicated, bool sockets)
 {
-	int result = make_pin_folder();
+	char path[GUARD_PATH];
+	int result = guard_make_pin_folder();
 
 	if (result)
 		return result;
 	if (!getenv("POKEYS_GUARD_DEBUG"))
 		libbpf_set_print(NULL);
 	if (!sockets)
-		unlink(GUARD_PINS "/sockets");
+		unlink(guard_pin("sockets", path));
 	result = try_to_load(dedicated, sockets);
-	if (result == -EINVAL && !access(GUARD_PINS "/devices", F_OK)) {
-		log_line(EVENT_NOTICE, "what another version has pinned in " GUARD_PINS " is "
-			 "created again; counters begin at 0");
+	if (result == -EINVAL && !access(guard_pin("devices", path), F_OK)) {
+		log_line(EVENT_NOTICE, "what another version has pinned in %s is created again; "
+			 "counters begin at 0", guard_pin("", path));
 		guard_remove_pins();
-		result = make_pin_folder();
+		result = guard_make_pin_folder();
 		result = result ? result : try_to_load(dedicated, sockets);
 	}
 	if (result > 0)
 		return result;
 	if (result)
-		return refused("the guard cannot be loaded into this kernel", -result);
-	open_to_group();
+		return guard_refused("the guard cannot be loaded into this kernel", -result);
+	guard_open_pins();
 	return 0;
 }
 
@@ -131,19 +101,12 @@ int guard_ports_fd(void)
 	return bpf_map__fd(program->maps.ports);
 }
 
-void guard_remove_pins(void)
+int guard_remove(void)
 {
-	unlink(GUARD_PINS "/link");
-	unlink(GUARD_PINS "/counters");
-	unlink(GUARD_PINS "/devices");
-	unlink(GUARD_PINS "/ports");
-	unlink(GUARD_PINS "/sockets");
-	rmdir(GUARD_PINS);
-}
+	int result;
 
-void guard_remove(void)
-{
 	guard_detach();
-	guard_remove_pins();
+	result = guard_remove_pins();
 	unlink(GUARD_STATUS);
+	return result;
 }

@@ -18,13 +18,14 @@
 #include "usage/option.h"
 #include "usage/written.h"
 
-enum { VERSION = 256, TEXT_MAX = 4096 };
+enum { VERSION = 256, PINS, TEXT_MAX = 4096 };
 
 static struct config config;
 
 static const struct option table[] = {
 	{ "config", required_argument, NULL, 'c' },
 	{ "help", no_argument, NULL, 'h' },
+	{ "pins", required_argument, NULL, PINS },
 	{ "version", no_argument, NULL, VERSION },
 	{ NULL, 0, NULL, 0 },
 };
@@ -37,6 +38,7 @@ static const char help[] =
 	"  remove             take off what a guard that was killed has left\n"
 	"\n"
 	"  -c, --config FILE  read FILE instead of " CONFIG_PATH "\n"
+	"      --pins FOLDER  keep pins in FOLDER, which exists, instead of " GUARD_PINS "\n"
 	"  -h, --help         this text\n"
 	"  --version          the version\n";
 
@@ -96,18 +98,17 @@ static int status(const char *path)
 
 static int take_off(const char *path)
 {
-	int locked = guard_lock();
+	int locked = guard_lock(), result;
 
 	(void)path;
 	if (locked < 0)
 		return -locked;
-	guard_remove();
+	result = guard_remove();
 	close(locked);
-	if (!access(GUARD_PINS, F_OK)) {
-		fprintf(stderr, "pokeys-guard: " GUARD_PINS " cannot be removed: root may\n");
-		return GUARD_NO_RIGHT;
-	}
-	return GUARD_OK;
+	if (!result)
+		return GUARD_OK;
+	fprintf(stderr, "pokeys-guard: the pins cannot be removed: %s\n", strerror(-result));
+	return result == -EACCES || result == -EPERM ? GUARD_NO_RIGHT : GUARD_FAILED;
 }
 
 static const struct {
@@ -129,6 +130,11 @@ static int take_options(int argc, char **argv, const char **path)
 		case 'c':
 			*path = optarg;
 			break;
+		case PINS:
+			if (guard_use_pins(optarg))
+				break;
+			fprintf(stderr, "pokeys-guard: --pins: the path is too long\n");
+			return -1 - GUARD_USAGE;
 		case 'h':
 			fputs(help, stdout);
 			return -1;

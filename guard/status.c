@@ -14,15 +14,16 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include "guard/guard.h"
+#include "guard/kernel.h"
 
 #define GUARD_NAME(id, name, help) name,
 static const char *const names[] = { GUARD_VERDICT_TABLE(GUARD_NAME) };
 
 int guard_counters(uint64_t out[GUARD_VERDICTS])
 {
+	char pin[GUARD_PATH];
 	int cores = libbpf_num_possible_cpus();
-	int fd = bpf_obj_get_opts(GUARD_PINS "/counters", NULL);
+	int fd = bpf_obj_get_opts(guard_pin("counters", pin), NULL);
 	uint64_t *each;
 	int result = 0;
 

@@ -521,13 +521,48 @@ def whoever_may_not_or_cannot_is_told_in_one_line(w):
     sh("mount", "-t", "bpf", "bpf", "/sys/fs/bpf")
 
 
-def capabilities_of_the_unit_suffice(w):
+def user_and_capabilities_of_the_unit_suffice(w):
+    """Its folder of pins is bound to another place, because only root gets to the first. What another user has
+    left in it is taken over."""
+    nobody, place = 65534, RUN / "pins"
     w.write_conf(f"address = {DEVICE}\n", transport="xdp")
+    sh("chmod", "0700", PINS.parent)
+    PINS.mkdir(mode=0o750)
+    place.mkdir()
+    sh("mount", "--bind", PINS, place)
+    for folder in (PINS, STATUS.parent):
+        os.chown(folder, nobody, nobody)
     keep = "-all,+bpf,+net_admin,+perfmon,+net_raw"
-    w.guard = w.spawn("setpriv", "--bounding-set", keep, "--inh-caps", keep, w.guard_exe, "-c", w.conf, "run")
-    wait_for("the guard", lambda: STATUS.exists() or w.guard.poll() is not None)
-    assert w.guard.poll() is None, w.guard.log.read_text()
+    words = ["setpriv", "--reuid", nobody, "--regid", nobody, "--clear-groups", "--bounding-set", keep, "--inh-caps", keep,
+             "--ambient-caps", keep, w.guard_exe, "--pins", place, "-c", w.conf]
+
+    def start():
+        STATUS.unlink(missing_ok=True)
+        w.guard = w.spawn(*words, "run")
+        wait_for("the guard", lambda: STATUS.exists() or w.guard.poll() is not None)
+        assert w.guard.poll() is None, w.guard.log.read_text()
+    (STATUS.parent / "lock").unlink(missing_ok=True)
+    start()
+    w.arrived()
+    # root sees it without the option
+    got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)), drop_foreign=50)
+    assert got.get("drop_foreign") == 50 and w.arrived() == 0, got
+    before = program_on("pk0")
+    w.end_guard(signal.SIGKILL)
+    assert before and program_on("pk0") == before
+    start()
+    assert w.counters()["drop_foreign"] == 50, w.counters()
     w.end_guard()
+    assert not program_on("pk0") and not list(PINS.iterdir()) and not STATUS.exists()
+    # what a guard that was killed has left can be removed as well
+    start()
+    w.end_guard(signal.SIGKILL)
+    sh(*words, "remove")
+    assert not program_on("pk0") and not list(PINS.iterdir())
+    assert "is no bpf file system" in sh(w.guard_exe, "--pins", RUN, "-c", w.conf, "run", check=False).stderr
+    assert "No such file" in sh(w.guard_exe, "--pins", RUN / "no", "-c", w.conf, "run", check=False).stderr
+    sh("umount", place)
+    PINS.rmdir()
 
 
 def a_socket_is_for_the_daemon_and_not_for_its_group(w):
@@ -558,7 +593,7 @@ CHECKS = [
     an_interface_that_goes_is_waited_for,
     an_interface_without_driver_support_is_guarded_all_the_same,
     whoever_may_not_or_cannot_is_told_in_one_line,
-    capabilities_of_the_unit_suffice,
+    user_and_capabilities_of_the_unit_suffice,
 ]
 
 

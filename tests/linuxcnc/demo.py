@@ -49,6 +49,7 @@ def run_demo(place, folder, end, ready=True):
     with open(log, "wb") as to:
         child = subprocess.Popen([place / "usr/bin/pokeys-demo", folder], env=env, stdout=to, stderr=to,
                                  stdin=subprocess.DEVNULL, start_new_session=True)
+    child.folder = folder
 
     def is_driven():
         ran = subprocess.run([place / "usr/bin/pokeysctl", "--runtime-directory",
@@ -101,6 +102,37 @@ def close_axis(_child):
     subprocess.run(["axis-remote", "--quit"], env=os.environ | {"DISPLAY": SCREEN}, check=True, timeout=30)
 
 
+def ctrl_c_while_a_program_runs(child):
+    """AXIS refuses to be closed then; the demo ends LinuxCNC by its script."""
+    import linuxcnc  # noqa: PLC0415 - for the installed LinuxCNC's Python only
+    command, stat = linuxcnc.command(), linuxcnc.stat()
+
+    def is_so(test):
+        stat.poll()
+        return test(stat)
+
+    def on():
+        command.state(linuxcnc.STATE_ESTOP_RESET)
+        command.wait_complete()
+        command.state(linuxcnc.STATE_ON)
+        command.wait_complete()
+        return is_so(lambda s: s.task_state == linuxcnc.STATE_ON)
+    wait_for("the machine is on", on, child)
+    command.mode(linuxcnc.MODE_MANUAL)
+    command.wait_complete()
+    command.teleop_enable(0)
+    command.wait_complete()
+    command.home(-1)
+    wait_for("all joints are homed", lambda: is_so(lambda s: all(s.homed[:s.joints])), child)
+    command.mode(linuxcnc.MODE_AUTO)
+    command.wait_complete()
+    command.program_open(str(child.folder / "first-cut.ngc"))
+    command.auto(linuxcnc.AUTO_RUN, 0)
+    wait_for("the program moves", lambda: is_so(lambda s: s.current_vel > 0 and s.interp_state != linuxcnc.INTERP_IDLE),
+             child)
+    child.send_signal(signal.SIGINT)
+
+
 def inside(build):
     os.environ.pop("XDG_RUNTIME_DIR", None)
     with tempfile.TemporaryDirectory() as home:
@@ -121,6 +153,8 @@ def inside(build):
             status, said = run_demo(place, folder, close_axis)
             assert "# mine" in conf.read_text(encoding="utf-8"), said
             assert status == 0 and "Traceback" not in said, (status, said)
+            status, said = run_demo(place, folder, ctrl_c_while_a_program_runs)
+            assert status == 130 and "Traceback" not in said, (status, said)
             refuses_what_is_not_its_own(place, folder)
         finally:
             screen.terminate()

@@ -27,7 +27,7 @@ VOLATILE = re.compile(r"/(proc|sys|dev|tmp|run/(mount|lock|systemd)|var/(cache|l
 OLDER = ("usr/bin/pokeys", "usr/lib/linuxcnc/modules/pokeys_homecomp.so")
 USE = """
 set -eux
-getent passwd pokeys pokeys-gateway
+getent passwd pokeys pokeys-guard pokeys-gateway
 getent group pokeys-monitor
 test "$(stat -c %U:%G:%a /run/pokeysd)" = pokeys:pokeys:2751
 pokeysd --version
