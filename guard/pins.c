@@ -38,16 +38,18 @@ const char *guard_pin(const char *name, char path[GUARD_PATH])
 
 int guard_make_pin_folder(void)
 {
-	const char *place = is_given ? folder : GUARD_BPFFS;
+	const char *place = is_given && !access(folder, F_OK) ? folder : GUARD_BPFFS;
 	struct statfs status;
 
 	if (statfs(place, &status))
 		return guard_refused(place, errno);
 	if ((unsigned long)status.f_type != BPF_FS_MAGIC) {
-		log_line(EVENT_WARNING, "%s is no bpf file system (mount -t bpf bpf " GUARD_BPFFS
-			 ")" GUARD_LOSS, place);
+		log_line(EVENT_WARNING, "%s is no bpf file system (mount -t bpf -o mode=0700 bpf "
+			 GUARD_BPFFS ")" GUARD_LOSS, place);
 		return GUARD_UNAVAILABLE;
 	}
+	if (is_given && place != folder)
+		return guard_refused(folder, ENOENT);
 	if (!is_given && mkdir(folder, 0750) && errno != EEXIST)
 		return guard_refused(folder, errno);
 	return 0;

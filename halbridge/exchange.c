@@ -172,13 +172,17 @@ static void read_engine(struct exchange *exchange, struct values *values, bool f
 	for (unsigned int i = 0; i < POKEYS_AXES; i++)
 		changed |= joint_settings(&exchange->joint[i], &values->joint[i], i,
 					  &exchange->refusals);
-	exchange->joints_due |= changed;
+	exchange->joints_due |= changed || exchange->motion_type != values->motion_type;
+	exchange->motion_type = values->motion_type;
 	if (!fresh || !exchange->joints_due)
 		return;
 	exchange->engine_begun = true;
 	exchange->joints_due = false;
-	for (unsigned int i = 0; i < POKEYS_AXES; i++)
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		joint_leave_out_delay(&exchange->joint[i], &values->joint[i], &engine->axis[i],
+				      values->motion_type);
 		joint_read(&exchange->joint[i], &values->joint[i], i, engine);
+	}
 	values_changed(values, BLOCK_JOINT);
 }
 

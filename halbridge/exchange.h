@@ -72,6 +72,7 @@ struct exchange {
 	uint32_t encoders_moved;	/* bit = encoder whose pins have changed at this read */
 	uint32_t encoders_lost;		/* bit = an encoder whose count is lost */
 	bool engine_begun, joints_due, rtc_begun;
+	int32_t motion_type;	/* as the joints were shown last */
 	uint32_t reads;
 	struct legacy legacy;
 };

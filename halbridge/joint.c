@@ -28,6 +28,9 @@
 #define VELOCITY_MOST	1e7		/* pulses/s, far above what any device makes */
 #define SPEED_MARGIN	1.001		/* above the highest speed is still rounding */
 
+/* Of LinuxCNC's motion.motion-type: it stands, jogs or homes; it probes. All others are a path. */
+enum { MOTION_NONE = 0, MOTION_PROBES = 5 };
+
 #define OFFSET(number, member)	\
 	(offsetof(struct values, joint) + (number) * sizeof(struct value_joint) +	\
 	 offsetof(struct value_joint, member))
@@ -89,14 +92,38 @@ static double units_of(const struct joint *joint, int64_t pulses)
 	return (double)(pulses + joint->carry) / joint->scale - joint->offset;
 }
 
+void joint_leave_out_delay(struct joint *joint, const struct value_joint *value,
+			   const struct pokeys_axis *axis, int32_t motion_type)
+{
+	const bool is_path = motion_type != MOTION_NONE && motion_type != MOTION_PROBES;
+	const bool is_driven = axis->mode == POKEYS_AXIS_BUFFERED && axis->enabled &&
+			       (value->enable || joint->enable);
+
+	if (!is_path && !joint->arrives)
+		joint->path_end = joint->position;
+	joint->arrives = joint->undelayed && !is_path;
+	joint->undelayed = is_driven && motion_type != MOTION_PROBES &&
+			   (is_path || (joint->arrives && axis->delayed &&
+					joint->position == joint->path_end));
+}
+
+/* Pulses as the device counts. */
+static int64_t shown(const struct joint *joint, const struct pokeys_axis *axis, bool led)
+{
+	if (joint->held)
+		return joint->held_at;
+	if (led)
+		return joint->position;
+	return axis->position + (joint->undelayed ? (int64_t)axis->delayed : 0);
+}
+
 void joint_read(const struct joint *joint, struct value_joint *value, unsigned int number,
 		const struct pokeys_engine *engine)
 {
 	const struct pokeys_axis *axis = &engine->axis[number];
 
-	value->pos_fb = units_of(joint, joint->held ? joint->held_at :
-					threading_leads(engine, number) ? joint->position :
-									  axis->position);
+	value->pos_fb = units_of(joint, shown(joint, axis, threading_leads(engine, number)));
+	value->pos_reported = units_of(joint, axis->position);
 	value->following_error = axis->following_error / joint->scale;
 	value->state = axis->state;
 	value->in_position = axis->in_position && axis->reference == joint->position;
@@ -164,7 +191,7 @@ static bool beyond(const struct joint *joint, const struct value_joint *value,
 	const double slack = 0.5 / fabs(joint->scale);
 	/* the limits are those of the device's own count */
 	const double carry = (double)joint->carry / joint->scale;
-	const double to = value->pos_cmd - carry, here = value->pos_fb - carry;
+	const double to = value->pos_cmd - carry, here = value->pos_reported - carry;
 
 	return set->soft_limits == 1 && ((to > set->soft_max + slack && to > here) ||
 					 (to < set->soft_min - slack && to < here));

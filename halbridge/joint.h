@@ -35,6 +35,9 @@ struct joint {
 	int32_t held_at;	/* the count that was shown last, pulses */
 	int32_t position;	/* last good command, pulses */
 	int32_t target;		/* last good one for probing, pulses */
+	bool undelayed;		/* pos-fb is without the delay of the device's buffer */
+	bool arrives;		/* ... until it is at path_end */
+	int32_t path_end;	/* the command at the end of a path, pulses */
 	bool scale_late, position_bad, velocity_bad, target_bad, absent, beyond;
 	double shown_scale, shown_offset;	/* the pins were filled with these */
 	int32_t shown_position;
@@ -61,6 +64,14 @@ void joint_carry(struct joint *joint, int64_t carry, int32_t position);
 
 /* The axis is off: pos-fb stays at the count `at`. Or it is not. Realtime. */
 void joint_hold(struct joint *joint, bool held, int32_t at);
+
+/*
+ * A joint in buffered mode is where it was commanded some milliseconds before. While LinuxCNC moves
+ * along a path (motion_type: its motion.motion-type) and until the joint has arrived, pos-fb is
+ * without that delay. For probing, homing and jogging it is the position itself. Realtime.
+ */
+void joint_leave_out_delay(struct joint *joint, const struct value_joint *value,
+			   const struct pokeys_axis *axis, int32_t motion_type);
 
 /* State image to pins. Realtime. */
 void joint_read(const struct joint *joint, struct value_joint *value, unsigned int number,

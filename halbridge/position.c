@@ -5,8 +5,9 @@
  * wrong place. The daemon reports each new count (axis.position_epoch); how long data were
  * stale says nothing, because a device can be back within one period.
  *
- * So pos-fb does not jump: from then on it is what the device counts, plus what was lost,
- * and commands are taken back by the same. Where the axis really stands nobody knows,
+ * So pos-fb does not jump, but for a delay that was left out of it (joint.h): from then on
+ * it is what the device counts, plus what was lost, and commands are taken back by the
+ * same. Where the axis really stands nobody knows,
  * its motor may have had no power. That is what position-lost says, until the joint is
  * homed: by the device (then its own count is valid again), by LinuxCNC (motion-homed
  * rises), or its position is set.

@@ -88,7 +88,7 @@ struct value_encoder {
 };
 
 struct value_joint {
-	double pos_cmd, vel_cmd, pos_fb, following_error, probe_pos, probe_target;
+	double pos_cmd, vel_cmd, pos_fb, pos_reported, following_error, probe_pos, probe_target;
 	uint32_t state;
 	bool enable, enabled, in_position, homed, error;
 	bool limit_neg, limit_pos, soft_limit, home_switch, refused;
@@ -252,6 +252,7 @@ struct values {
 	bool commander, command_refused, input_refused, one_shot_full, read_missing;
 	uint32_t error_code, error_count;
 	bool error_active, emergency_stop;
+	int32_t motion_type;
 	bool machine_is_on, machine_on_permitted, needs_edge, outputs_held, safe_state;
 	bool position_lost, unhome, encoder_count_lost;
 	param_bit encoder_keep_count;

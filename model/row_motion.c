@@ -56,7 +56,11 @@ static const struct model_row rows[] = {
 	     HELP("position last sent to the device; in speed mode (mode-in-effect 2) a speed in "
 		  "pulses/s")),
 	AXIS("counts-error", following_error, "pulses",
-	     HELP("commanded position minus counts; 0 in speed mode or if not driven")),
+	     HELP("commanded position minus counts-delayed minus counts; 0 in speed mode or if not "
+		  "driven")),
+	AXIS("counts-delayed", delayed, "pulses",
+	     HELP("commanded, but still in the buffer of an axis in buffered mode: its usual "
+		  "delay")),
 	AXIS("counts-probed", probe, "pulses", HELP("position at which the probe tripped")),
 	EACH_AGE("joint.%02u.age-cmd-us", engine.axis, t_reference_ns, US,
 		 HELP("time since counts-cmd was sent")),

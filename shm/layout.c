@@ -14,18 +14,18 @@
 	_Static_assert(sizeof(struct type) == (bytes) && _Alignof(struct type) == 8, \
 		       #type " has another size or alignment")
 
-WHOLE(pokeys_state, 4672);
+WHOLE(pokeys_state, 4736);
 SAME(pokeys_state, identity, 136);
 SAME(pokeys_state, capability, 216);
 SAME(pokeys_state, digital_in, 304);
 SAME(pokeys_state, engine, 1080);
-SAME(pokeys_state, one_shot, 2296);
-SAME(pokeys_state, phase, 2456);
-SAME(pokeys_state, postep, 2528);
-SAME(pokeys_state, statistics, 2784);
-SAME(pokeys_state, heater, 2960);
-SAME(pokeys_state, servo, 3688);
-SAME(pokeys_state, moves, 4648);
+SAME(pokeys_state, one_shot, 2360);
+SAME(pokeys_state, phase, 2520);
+SAME(pokeys_state, postep, 2592);
+SAME(pokeys_state, statistics, 2848);
+SAME(pokeys_state, heater, 3024);
+SAME(pokeys_state, servo, 3752);
+SAME(pokeys_state, moves, 4712);
 
 WHOLE(pokeys_diag, 9664);
 SAME(pokeys_diag, wakeup, 160);

@@ -2,7 +2,7 @@
 /*
  * The daemon has no right to look at BPF programs, and shall have none: what
  * it knows of the guard is a file of a few lines "key value" in a folder where
- * only the guard, which is root's, can write. The file says when it was
+ * only the guard can write. The file says when it was
  * written, so that a guard that was killed, or a file of another start of the
  * machine, is not taken for one that is there.
  *

@@ -181,6 +181,7 @@ static void begin_motion(struct device *device)
 	for (unsigned int i = 0; i < buffer->lead && !threading_paces(device); i++)
 		push(device, &here);
 	buffer->made_ns = buffer->tick_ns;
+	buffer->begun = buffer->end + (buffer->open ? buffer->sent : 0) + buffer->pending;
 }
 
 /* Slots that stand still need not be sent. */
@@ -246,6 +247,7 @@ void buffer_update(struct device *device)
 			make_slots(device);
 	}
 	remember_wish(device);
+	buffer_tell_error(device);
 	device->image.engine.buffer_level = (uint8_t)buffer_level(device);
 }
 

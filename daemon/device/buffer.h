@@ -56,10 +56,12 @@ struct buffer {
 	int32_t wish_before[POKEYS_AXES];
 	int32_t step[POKEYS_AXES];	/* of the last slot */
 	uint32_t first, pending;	/* pending slots */
+	uint64_t begun;			/* the last of the slots that motion began with */
 	/* path: the slot executed last, the last one accepted; 32 bits are 49.7 days of motion */
 	uint64_t seen, end;
 	struct buffer_slot slot[BUFFER_PENDING];
 	struct buffer_slot path[BUFFER_PATH];
+	struct buffer_slot wished[BUFFER_PATH];	/* what each slot of the path was made from */
 };
 
 /* buffer.c: once a cycle, after motion has decided; then the request that is due. */
@@ -81,6 +83,11 @@ uint8_t buffer_axes(const struct device *device);
 bool buffer_settled(const struct device *device);
 /* All that is wished has been sent. */
 bool buffer_arrived(const struct device *device);
+/*
+ * Set `delayed` and following_error of the axes in buffered mode: what is commanded and not to be
+ * executed yet, and how far the reported position is from the command of its own time.
+ */
+void buffer_tell_error(struct device *device);
 /* Slots in the device, as far as known. */
 uint32_t buffer_level(const struct device *device);
 /* ... that it is to be ahead of the wire. */

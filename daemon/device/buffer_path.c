@@ -19,6 +19,7 @@
 #include "daemon/device/internal.h"
 
 #define STEP_MAX 32767		/* 15 bits, protocol section 3.24.5 */
+#define LATE_SLOTS 16		/* a position that is older than the lead by more is an error */
 
 static struct buffer_slot *slot_at(struct device *device, uint64_t at)
 {
@@ -32,6 +33,7 @@ void buffer_path_begin(struct device *device, const int32_t position[POKEYS_AXES
 	buffer->seen = buffer->end = 0;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		slot_at(device, 0)->position[i] = position[i];
+		buffer->wished[0].position[i] = position[i];
 		buffer->step[i] = 0;
 	}
 }
@@ -130,6 +132,7 @@ void buffer_path_step(struct device *device, uint64_t after, const struct buffer
 	const struct buffer_slot *from = slot_at(device, after);
 	struct buffer_slot *next = slot_at(device, after + 1);
 
+	device->buffer.wished[(after + 1) % BUFFER_PATH] = *to;
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const int64_t distance = (int64_t)to->position[i] - from->position[i];
 
@@ -140,11 +143,59 @@ void buffer_path_step(struct device *device, uint64_t after, const struct buffer
 	}
 }
 
+static uint64_t last_sent(const struct buffer *buffer)
+{
+	return buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
+}
+
+/* What a slot was made from. It is not sent, or among the last ones that were. */
+static const struct buffer_slot *wished(const struct buffer *buffer, uint64_t slot)
+{
+	const uint64_t last = last_sent(buffer);
+
+	return slot <= last ? &buffer->wished[slot % BUFFER_PATH] :
+	       &buffer->slot[(buffer->first + (uint32_t)(slot - last) - 1) % BUFFER_PENDING];
+}
+
+/*
+ * The slot whose time the reported position is of. If it is older than the lead by more than usual,
+ * a newer one; the slots that motion began with, to be ahead, stand for no command.
+ */
+static uint64_t slot_then(const struct buffer *buffer, uint64_t made)
+{
+	const uint64_t most = (uint64_t)buffer->lead + LATE_SLOTS;
+	uint64_t then = made > buffer->seen + most ? made - most : buffer->seen;
+
+	if (buffer->busy && then <= buffer->begun)
+		then = buffer->begun + 1;
+	return then < made ? then : made;
+}
+
+void buffer_tell_error(struct device *device)
+{
+	const struct buffer *buffer = &device->buffer;
+	const uint64_t made = last_sent(buffer) + buffer->pending;
+	const bool late = buffer->synced && !threading_stretched(device);
+	const uint64_t then = late ? slot_then(buffer, made) : made;
+
+	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
+		struct pokeys_axis *axis = &device->image.engine.axis[i];
+		const bool is_driven = axis->mode == POKEYS_AXIS_BUFFERED && axis->enabled;
+
+		axis->delayed = !is_driven ? 0 :
+			(int32_t)((uint32_t)wished(buffer, made)->position[i] -
+				  (uint32_t)wished(buffer, then)->position[i]);
+		if (is_driven)
+			axis->following_error =
+				(int32_t)((uint32_t)moving_axis_asked(device, i) -
+					  (uint32_t)axis->delayed - (uint32_t)axis->position);
+	}
+}
+
 bool buffer_path_reaches(const struct device *device, const struct buffer_slot *to, uint32_t n)
 {
 	const struct buffer *buffer = &device->buffer;
-	const uint64_t last = buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
-	const struct buffer_slot *from = &buffer->path[last % BUFFER_PATH];
+	const struct buffer_slot *from = &buffer->path[last_sent(buffer) % BUFFER_PATH];
 
 	for (unsigned int i = 0; i < POKEYS_AXES; i++) {
 		const struct pokeys_axis *axis = &device->image.engine.axis[i];

@@ -169,14 +169,12 @@ void buffer_watch(struct device *device, const struct wire_pulse_status_rep *sta
 		buffer_lose_sync(device);
 }
 
-void buffer_status(struct device *device, const struct wire_pulse_status_rep *status,
-		   uint64_t asked_ns)
+static void judge_status(struct device *device, const struct wire_pulse_status_rep *status,
+			 uint64_t asked_ns)
 {
 	struct buffer *buffer = &device->buffer;
 	const bool newest = asked_ns >= buffer->ended_ns && !buffer->open;
 
-	if (!buffer_axes(device))
-		return;
 	learn_slots(buffer, status->buffer_slots);
 	watch_rest(device, status->position);
 	if (device->motion.phase != MOTION_ON || status->engine_state != WIRE_ENGINE_RUNNING)
@@ -198,4 +196,13 @@ void buffer_status(struct device *device, const struct wire_pulse_status_rep *st
 		buffer_lose_sync(device);
 	if (newest)
 		buffer_judge_dry(device, status->position);
+}
+
+void buffer_status(struct device *device, const struct wire_pulse_status_rep *status,
+		   uint64_t asked_ns)
+{
+	if (!buffer_axes(device))
+		return;
+	judge_status(device, status, asked_ns);
+	buffer_tell_error(device);
 }

@@ -186,13 +186,6 @@ void decode_axis_setup(struct device *device, unsigned int i,
 	}
 }
 
-/* By a path, as long as it moves, else by the commander. */
-static int32_t asked_position(const struct device *device, unsigned int i)
-{
-	return moving_moves(device, MOVING_AXIS + i) ? moving_axis_wish(device, i)->position :
-						       device->intake.axis[i].position;
-}
-
 static bool axis_stands(uint8_t state)
 {
 	return state == WIRE_AXIS_STOPPED || state == WIRE_AXIS_READY ||
@@ -217,7 +210,7 @@ static void take_axis(struct device *device, unsigned int i,
 	axis->enabled = device->motion.driven >> i & 1;
 	axis->following_error = 0;
 	if (axis->enabled && axis->mode != POKEYS_AXIS_VELOCITY)
-		axis->following_error = (int32_t)((uint32_t)asked_position(device, i) -
+		axis->following_error = (int32_t)((uint32_t)moving_axis_asked(device, i) -
 						  (uint32_t)axis->position);
 	if (axis->mode == POKEYS_AXIS_BUFFERED)
 		axis->in_position = device->buffer.synced && !device->buffer.busy &&

@@ -61,6 +61,8 @@ void moving_leave(struct device *device, unsigned int member);
 void moving_wish(struct device *device, unsigned int motor, struct servo_wish *wish);
 /* What an axis of the pulse engine is commanded, by the path or by the commander. */
 const struct axis_wish *moving_axis_wish(const struct device *device, unsigned int axis);
+/* The position that it should be at: the path's as long as that moves, else the commander's. */
+int32_t moving_axis_asked(const struct device *device, unsigned int axis);
 
 /* One-shots. False if they refuse; why is in the image. */
 bool moving_add(struct device *device, const struct pokeys_one_shot *shot);

@@ -212,3 +212,9 @@ const struct axis_wish *moving_axis_wish(const struct device *device, unsigned i
 	return moving_has(device, MOVING_AXIS + axis) ? &device->moving.wish[axis] :
 							&device->intake.axis[axis];
 }
+
+int32_t moving_axis_asked(const struct device *device, unsigned int axis)
+{
+	return moving_moves(device, MOVING_AXIS + axis) ? moving_axis_wish(device, axis)->position :
+							  device->intake.axis[axis].position;
+}

@@ -33,9 +33,9 @@ extern "C" {
 
 #define POKEYS_STATE_MAGIC	UINT32_C(0x54534b50)	/* "PKST" */
 #define POKEYS_DIAG_MAGIC	UINT32_C(0x47444b50)	/* "PKDG" */
-#define POKEYS_STATE_VERSION	19
+#define POKEYS_STATE_VERSION	20
 #define POKEYS_DIAG_VERSION	4
-#define POKEYS_STATE_HASH	UINT64_C(0x3cb664f71f3f6796)
+#define POKEYS_STATE_HASH	UINT64_C(0x8d758d41d3294b53)
 #define POKEYS_DIAG_HASH	UINT64_C(0x043bbadfaaa1ea0e)
 
 enum {
@@ -215,7 +215,10 @@ struct pokeys_axis {
 	uint8_t parked;			/* homed or probed: follows again when its enable has been
 					 * low, or its command meets its position */
 	int32_t following_error;	/* pulses, command - position; 0 unless it is driven by
-					 * positions */
+					 * positions; without `delayed` */
+	int32_t delayed;		/* pulses that are commanded and wait in the buffer of an
+					 * axis in buffered mode: its usual delay */
+	uint8_t reserved[4];
 	uint64_t t_reference_ns;	/* when that reference was last sent */
 	int64_t probe;			/* pulses, latched */
 	float max_speed;		/* pulses/s, as configured in the device */

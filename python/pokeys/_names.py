@@ -72,7 +72,7 @@ class StateAge(Part):
         "us",
         factor=0.001)
     postep_us = Age(
-        "age.postep-us", 1, (2480, 0),
+        "age.postep-us", 1, (2544, 0),
         "age of the PoStep drivers' status, microseconds",
         "us",
         factor=0.001)
@@ -82,7 +82,7 @@ class StateAge(Part):
         "us",
         factor=0.001)
     command_us = Age(
-        "age.command-us", 1, (2432, 0),
+        "age.command-us", 1, (2496, 0),
         "age of the commander's last command, microseconds",
         "us",
         factor=0.001)
@@ -122,7 +122,7 @@ class StateCommand(Part):
 
     __slots__ = ()
     heartbeat = Integer(
-        "command.heartbeat", 1, (2424, 0),
+        "command.heartbeat", 1, (2488, 0),
         "heartbeat of the command in effect",
         code="Q")
 
@@ -131,47 +131,47 @@ class StatePackets(Part):
     """packets"""
 
     __slots__ = ()
-    sent = Integer("packets.sent", 1, (2784, 0), "packets sent", code="Q")
-    resent = Integer("packets.resent", 1, (2792, 0), "of these, repeated", code="Q")
-    received = Integer("packets.received", 1, (2800, 0), "packets received", code="Q")
-    accepted = Integer("packets.accepted", 1, (2808, 0), "answers accepted", code="Q")
+    sent = Integer("packets.sent", 1, (2848, 0), "packets sent", code="Q")
+    resent = Integer("packets.resent", 1, (2856, 0), "of these, repeated", code="Q")
+    received = Integer("packets.received", 1, (2864, 0), "packets received", code="Q")
+    accepted = Integer("packets.accepted", 1, (2872, 0), "answers accepted", code="Q")
     missed = Integer(
-        "packets.missed", 1, (2816, 0),
+        "packets.missed", 1, (2880, 0),
         "requests without an answer by their deadline",
         code="Q")
     late = Integer(
-        "packets.late", 1, (2824, 0),
+        "packets.late", 1, (2888, 0),
         "requests answered after their deadline",
         code="Q")
-    lost = Integer("packets.lost", 1, (2832, 0), "requests never answered", code="Q")
-    timed_out = Integer("packets.timed-out", 1, (2840, 0), "requests abandoned", code="Q")
+    lost = Integer("packets.lost", 1, (2896, 0), "requests never answered", code="Q")
+    timed_out = Integer("packets.timed-out", 1, (2904, 0), "requests abandoned", code="Q")
     stray = Integer(
-        "packets.stray", 1, (2848, 0),
+        "packets.stray", 1, (2912, 0),
         "answers that match no request",
         code="Q")
     duplicate = Integer(
-        "packets.duplicate", 1, (2856, 0),
+        "packets.duplicate", 1, (2920, 0),
         "answers that arrived twice",
         code="Q")
     stale = Integer(
-        "packets.stale", 1, (2864, 0),
+        "packets.stale", 1, (2928, 0),
         "answers too old to be accepted",
         code="Q")
-    corrupt = Integer("packets.corrupt", 1, (2872, 0), "damaged packets", code="Q")
+    corrupt = Integer("packets.corrupt", 1, (2936, 0), "damaged packets", code="Q")
     wrong_source = Integer(
-        "packets.wrong-source", 1, (2880, 0),
+        "packets.wrong-source", 1, (2944, 0),
         "packets from another sender",
         code="Q")
     send_failed = Integer(
-        "packets.send-failed", 1, (2888, 0),
+        "packets.send-failed", 1, (2952, 0),
         "packets that the kernel did not send",
         code="Q")
     in_flight = Integer(
-        "packets.in-flight", 1, (2936, 0),
+        "packets.in-flight", 1, (3000, 0),
         "requests currently waiting for an answer",
         code="I")
     error_level = Integer(
-        "packets.error-level", 1, (2940, 0),
+        "packets.error-level", 1, (3004, 0),
         "rises with lost answers, falls with good ones; 0 is normal",
         code="I")
 
@@ -181,7 +181,7 @@ class StatePhase(Part):
 
     __slots__ = ()
     state = Word(
-        "phase.state", 1, (2456, 0),
+        "phase.state", 1, (2520, 0),
         "whether the daemon's cycle follows the commander: 0 off, 1 no commander, 2 the periods do "
         "not match, 3 locking, 4 locked",
         code="B",
@@ -193,24 +193,24 @@ class StatePhase(Part):
             4: "locked",
         })
     master = Integer(
-        "phase.master", 1, (2457, 0),
+        "phase.master", 1, (2521, 0),
         "the daemon's index of the device whose commander it follows; 255 none",
         code="B")
-    losses = Integer("phase.losses", 1, (2460, 0), "times the lock was lost", code="I")
+    losses = Integer("phase.losses", 1, (2524, 0), "times the lock was lost", code="I")
     lead_us = Real(
-        "phase.lead-us", 1, (2468, 0),
+        "phase.lead-us", 1, (2532, 0),
         "from the start of the daemon's cycle to the expected read",
         "us",
         code="I",
         factor=0.001)
     jitter_us = Real(
-        "phase.jitter-us", 1, (2472, 0),
+        "phase.jitter-us", 1, (2536, 0),
         "mean deviation of the reads",
         "us",
         code="I",
         factor=0.001)
     period_us = Real(
-        "phase.period-us", 1, (2476, 0),
+        "phase.period-us", 1, (2540, 0),
         "from the start of the last cycle to that of the next",
         "us",
         code="I",
@@ -499,18 +499,18 @@ class StateJointItemPostep(Part):
 
     __slots__ = ()
     supply = Real(
-        "joint.%02u.postep.supply", 8, (2540, 32),
+        "joint.%02u.postep.supply", 8, (2604, 32),
         "PoStep driver: supply, V",
         "V",
         code="B",
         factor=0.25)
     temperature = Integer(
-        "joint.%02u.postep.temperature", 8, (2541, 32),
+        "joint.%02u.postep.temperature", 8, (2605, 32),
         "PoStep driver: degrees C",
         "deg C",
         code="B")
     state = Word(
-        "joint.%02u.postep.state", 8, (2543, 32),
+        "joint.%02u.postep.state", 8, (2607, 32),
         "PoStep driver: 1 sleep, 2 active, 3 idle, 4 overheated, 5 DC motor",
         code="B",
         words={
@@ -520,64 +520,64 @@ class StateJointItemPostep(Part):
             4: "overheated",
             5: "DC motor",
         })
-    fault = Flag("joint.%02u.postep.fault", 8, (2544, 32), "PoStep driver: any fault")
+    fault = Flag("joint.%02u.postep.fault", 8, (2608, 32), "PoStep driver: any fault")
     faults = Integer(
-        "joint.%02u.postep.faults", 8, (2544, 32),
+        "joint.%02u.postep.faults", 8, (2608, 32),
         "PoStep driver: 1 too hot, 2 and 4 overcurrent A and B, 8 and 16 predriver A and B, 32 "
         "undervoltage, 64 stall, 128 stall latched",
         code="B")
     inputs = Integer(
-        "joint.%02u.postep.inputs", 8, (2542, 32),
+        "joint.%02u.postep.inputs", 8, (2606, 32),
         "PoStep driver: 1 bootloader, 2 sleep, 4 step, 8 direction, 16 BIN1, 32 BIN2, 64 end switch",
         code="B")
     updates = Integer(
-        "joint.%02u.postep.updates", 8, (2536, 32),
+        "joint.%02u.postep.updates", 8, (2600, 32),
         "PoStep driver: number of its answers to the device, as far as observed",
         code="I")
     age_ms = Age(
-        "joint.%02u.postep.age-ms", 8, (2528, 32),
+        "joint.%02u.postep.age-ms", 8, (2592, 32),
         "PoStep driver: time since its last observed answer",
         "ms",
         factor=1e-06)
     mode = Integer(
-        "joint.%02u.postep.mode", 8, (2546, 32),
+        "joint.%02u.postep.mode", 8, (2610, 32),
         "PoStep driver: 1 external, 2 step, 3 DC motor, 4 position, 5 BINx",
         code="B")
     step_mode_in_effect = Integer(
-        "joint.%02u.postep.step-mode-in-effect", 8, (2547, 32),
+        "joint.%02u.postep.step-mode-in-effect", 8, (2611, 32),
         "PoStep driver: 0 full steps, 1 half steps, 2 quarter steps .. 8 1/256 steps",
         code="B")
     temperature_limit_in_effect = Integer(
-        "joint.%02u.postep.temperature-limit-in-effect", 8, (2548, 32),
+        "joint.%02u.postep.temperature-limit-in-effect", 8, (2612, 32),
         "PoStep driver: switches off above this temperature",
         "deg C",
         code="B")
     current_raw = Integer(
-        "joint.%02u.postep.current-raw", 8, (2554, 32),
+        "joint.%02u.postep.current-raw", 8, (2618, 32),
         "PoStep driver: full scale current; unit not documented, never written",
         code="H")
     current_idle_raw = Integer(
-        "joint.%02u.postep.current-idle-raw", 8, (2556, 32),
+        "joint.%02u.postep.current-idle-raw", 8, (2620, 32),
         "PoStep driver: idle current; unit not documented, never written",
         code="H")
     current_overheat_raw = Integer(
-        "joint.%02u.postep.current-overheat-raw", 8, (2558, 32),
+        "joint.%02u.postep.current-overheat-raw", 8, (2622, 32),
         "PoStep driver: current when overheated; unit not documented, never written",
         code="H")
     hardware_major = Integer(
-        "joint.%02u.postep.hardware-major", 8, (2549, 32),
+        "joint.%02u.postep.hardware-major", 8, (2613, 32),
         "PoStep driver: version of its hardware",
         code="B")
     hardware_minor = Integer(
-        "joint.%02u.postep.hardware-minor", 8, (2550, 32),
+        "joint.%02u.postep.hardware-minor", 8, (2614, 32),
         "PoStep driver: version of its hardware",
         code="B")
     firmware_major = Integer(
-        "joint.%02u.postep.firmware-major", 8, (2551, 32),
+        "joint.%02u.postep.firmware-major", 8, (2615, 32),
         "PoStep driver: version of its firmware",
         code="B")
     firmware_minor = Integer(
-        "joint.%02u.postep.firmware-minor", 8, (2552, 32),
+        "joint.%02u.postep.firmware-minor", 8, (2616, 32),
         "PoStep driver: version of its firmware",
         code="B")
 
@@ -587,72 +587,77 @@ class StateJointItem(Part):
 
     __slots__ = ()
     counts = Integer(
-        "joint.%02u.counts", 8, (1120, 80),
+        "joint.%02u.counts", 8, (1120, 88),
         "position reported by the device",
         "pulses",
         code="i")
     counts_cmd = Integer(
-        "joint.%02u.counts-cmd", 8, (1124, 80),
+        "joint.%02u.counts-cmd", 8, (1124, 88),
         "position last sent to the device; in speed mode (mode-in-effect 2) a speed in pulses/s",
         "pulses",
         code="i")
     counts_error = Integer(
-        "joint.%02u.counts-error", 8, (1140, 80),
-        "commanded position minus counts; 0 in speed mode or if not driven",
+        "joint.%02u.counts-error", 8, (1140, 88),
+        "commanded position minus counts-delayed minus counts; 0 in speed mode or if not driven",
+        "pulses",
+        code="i")
+    counts_delayed = Integer(
+        "joint.%02u.counts-delayed", 8, (1144, 88),
+        "commanded, but still in the buffer of an axis in buffered mode: its usual delay",
         "pulses",
         code="i")
     counts_probed = Integer(
-        "joint.%02u.counts-probed", 8, (1152, 80),
+        "joint.%02u.counts-probed", 8, (1160, 88),
         "position at which the probe tripped",
         "pulses",
         code="q")
     age_cmd_us = Age(
-        "joint.%02u.age-cmd-us", 8, (1144, 80),
+        "joint.%02u.age-cmd-us", 8, (1152, 88),
         "time since counts-cmd was sent",
         "us",
         factor=0.001)
     max_rate = Measured(
-        "joint.%02u.max-rate", 8, (1160, 80),
+        "joint.%02u.max-rate", 8, (1168, 88),
         "highest speed configured in the device",
         "pulses/s",
         code="f",
         factor=1)
     max_rate_change = Measured(
-        "joint.%02u.max-rate-change", 8, (1164, 80),
+        "joint.%02u.max-rate-change", 8, (1172, 88),
         "acceleration configured in the device",
         "pulses/s^2",
         code="f",
         factor=1)
     soft_min = Integer(
-        "joint.%02u.soft-min", 8, (1168, 80),
+        "joint.%02u.soft-min", 8, (1176, 88),
         "soft limit configured in the device; -2147483648 = none",
         "pulses",
         code="i")
     soft_max = Integer(
-        "joint.%02u.soft-max", 8, (1172, 80),
+        "joint.%02u.soft-max", 8, (1180, 88),
         "soft limit configured in the device; 2147483647 = none",
         "pulses",
         code="i")
     pulses_per_unit = Measured(
-        "joint.%02u.pulses-per-unit", 8, (1176, 80),
+        "joint.%02u.pulses-per-unit", 8, (1184, 88),
         "scale of the axis for moves of the daemon; 0 = not given",
         "pulses",
         code="d",
         factor=1)
     name = Text(
-        "joint.%02u.name", 8, (1184, 80),
+        "joint.%02u.name", 8, (1192, 88),
         "name of the axis for moves of the daemon",
         size=16)
     mode_in_effect = Integer(
-        "joint.%02u.mode-in-effect", 8, (1130, 80),
+        "joint.%02u.mode-in-effect", 8, (1130, 88),
         "how the axis is driven: 0 not, 1 positions, 2 speed, 3 motion buffer",
         code="B")
     position_epoch = Integer(
-        "joint.%02u.position-epoch", 8, (1131, 80),
+        "joint.%02u.position-epoch", 8, (1131, 88),
         "changes when the device restarts its count; even: position lost, odd: position known",
         code="B")
     state = Word(
-        "joint.%02u.state", 8, (1128, 80),
+        "joint.%02u.state", 8, (1128, 88),
         "0 stopped, 1 ready, 2 running, 8 resetting, 9 backing off, 10 home, 11 homing starts, 12 "
         "homing search, 13 homing back, 14 probed, 15 probe starts, 16 probe search, 20 error, 30 "
         "limit",
@@ -674,20 +679,20 @@ class StateJointItem(Part):
             20: "error",
             30: "limit",
         })
-    enabled = Flag("joint.%02u.enabled", 8, (1129, 80), "the daemon drives this axis")
-    homed = Flag("joint.%02u.homed", 8, (1138, 80), "homed by the device")
+    enabled = Flag("joint.%02u.enabled", 8, (1129, 88), "the daemon drives this axis")
+    homed = Flag("joint.%02u.homed", 8, (1138, 88), "homed by the device")
     at_counts_cmd = Flag(
-        "joint.%02u.at-counts-cmd", 8, (1137, 80),
+        "joint.%02u.at-counts-cmd", 8, (1137, 88),
         "at rest, and counts equals counts-cmd")
     parked = Flag(
-        "joint.%02u.parked", 8, (1139, 80),
+        "joint.%02u.parked", 8, (1139, 88),
         "homed or probed: ignores its command until the command equals counts or its enable has "
         "been false")
-    error = Flag("joint.%02u.error", 8, (1135, 80), "motor driver's error input")
-    limit_neg = Flag("joint.%02u.limit-neg", 8, (1132, 80), "negative limit switch")
-    limit_pos = Flag("joint.%02u.limit-pos", 8, (1133, 80), "positive limit switch")
-    home_sw = Flag("joint.%02u.home-sw", 8, (1134, 80), "home switch")
-    soft_limit = Flag("joint.%02u.soft-limit", 8, (1136, 80), "soft limit reached")
+    error = Flag("joint.%02u.error", 8, (1135, 88), "motor driver's error input")
+    limit_neg = Flag("joint.%02u.limit-neg", 8, (1132, 88), "negative limit switch")
+    limit_pos = Flag("joint.%02u.limit-pos", 8, (1133, 88), "positive limit switch")
+    home_sw = Flag("joint.%02u.home-sw", 8, (1134, 88), "home switch")
+    soft_limit = Flag("joint.%02u.soft-limit", 8, (1136, 88), "soft limit reached")
     limit_neg_raw = Bit(
         "joint.%02u.limit-neg-raw", 8, (8800, 1),
         "bit of the switch in the raw status")
@@ -708,7 +713,7 @@ class StateJointItem(Part):
         "joint.%02u.probed", 8, (8744, 1),
         "the axis' bit of the probe status: counts-probed is from the last probing")
     backlash_taken = Integer(
-        "joint.%02u.backlash-taken", 8, (2488, 2),
+        "joint.%02u.backlash-taken", 8, (2552, 2),
         "pulses that the device has added",
         "pulses",
         code="h")
@@ -731,32 +736,32 @@ class StateThreading(Part):
     """threading"""
 
     __slots__ = ()
-    preparing = Flag("threading.preparing", 1, (2504, 0), "the device empties its buffer")
+    preparing = Flag("threading.preparing", 1, (2568, 0), "the device empties its buffer")
     prepared = Flag(
-        "threading.prepared", 1, (2505, 0),
+        "threading.prepared", 1, (2569, 0),
         "the device plays nothing: the motion may begin, and threading may be armed")
-    waiting = Flag("threading.waiting", 1, (2506, 0), "the device waits for the index")
-    active = Flag("threading.active", 1, (2507, 0), "motion follows the spindle")
+    waiting = Flag("threading.waiting", 1, (2570, 0), "the device waits for the index")
+    active = Flag("threading.active", 1, (2571, 0), "motion follows the spindle")
     velocity = Integer(
-        "threading.velocity", 1, (2512, 0),
+        "threading.velocity", 1, (2576, 0),
         "speed of the spindle as the device estimates it; its unit is not documented",
         code="i")
     position_error = Integer(
-        "threading.position-error", 1, (2516, 0),
+        "threading.position-error", 1, (2580, 0),
         "lag that the device reports; its unit is not documented",
         code="i")
     spindle_rpm = Integer(
-        "threading.spindle-rpm", 1, (2520, 0),
+        "threading.spindle-rpm", 1, (2584, 0),
         "speed of the spindle",
         "rpm",
         code="I")
-    index_count = Integer("threading.index-count", 1, (2524, 0), "index pulses", code="I")
+    index_count = Integer("threading.index-count", 1, (2588, 0), "index pulses", code="I")
     behind = Integer(
-        "threading.behind", 1, (2510, 0),
+        "threading.behind", 1, (2574, 0),
         "milliseconds of commanded motion that have not been played yet",
         code="H")
     refusal = Word(
-        "threading.refusal", 1, (2509, 0),
+        "threading.refusal", 1, (2573, 0),
         "why the last threading request was refused; 0 = it was accepted",
         code="B",
         words={
@@ -771,7 +776,7 @@ class StateThreading(Part):
             8: "the time limit is out of range",
         })
     ignored_axes = Integer(
-        "threading.ignored-axes", 1, (2508, 0),
+        "threading.ignored-axes", 1, (2572, 0),
         "axes that do not take part, one bit each",
         code="B")
 
@@ -781,11 +786,11 @@ class StateHeaterItem(Part):
 
     __slots__ = ()
     name = Text(
-        "heater.%02u.name", 7, (3032, 104),
+        "heater.%02u.name", 7, (3096, 104),
         "name of the heater in pokeysd.conf; empty = there is none",
         size=32)
     state = Word(
-        "heater.%02u.state", 7, (3022, 104),
+        "heater.%02u.state", 7, (3086, 104),
         "0 = no such heater, 1 off, 2 heating, 3 tuning, 4 fault, 5 off, but not acknowledged by "
         "the device",
         code="B",
@@ -798,35 +803,35 @@ class StateHeaterItem(Part):
             5: "stopping",
         })
     temperature = Measured(
-        "heater.%02u.temperature", 7, (2968, 104),
+        "heater.%02u.temperature", 7, (3032, 104),
         "measured temperature, degrees C; nan = not known",
         "deg C",
         code="f",
         factor=1)
     age_ms = Age(
-        "heater.%02u.age-ms", 7, (2960, 104),
+        "heater.%02u.age-ms", 7, (3024, 104),
         "time since the temperature was measured",
         "ms",
         factor=1e-06)
     target_in_effect = Measured(
-        "heater.%02u.target-in-effect", 7, (2972, 104),
+        "heater.%02u.target-in-effect", 7, (3036, 104),
         "target that the daemon controls to, degrees C; 0 = off",
         "deg C",
         code="f",
         factor=1)
     power = Measured(
-        "heater.%02u.power", 7, (2976, 104),
+        "heater.%02u.power", 7, (3040, 104),
         "power of the heater, 0..1",
         code="f",
         factor=1)
     at_temperature = Flag(
-        "heater.%02u.at-temperature", 7, (3027, 104),
+        "heater.%02u.at-temperature", 7, (3091, 104),
         "it has a target, and is within at-temperature-k of it")
     fault = Flag(
-        "heater.%02u.fault", 7, (3023, 104),
+        "heater.%02u.fault", 7, (3087, 104),
         "a fault has switched the heater off, until it is reset")
     fault_code = Word(
-        "heater.%02u.fault-code", 7, (3023, 104),
+        "heater.%02u.fault-code", 7, (3087, 104),
         "which: 0 none, 1 device not ready, 2 no readings, 3 reading is no number, 4 sensor open, 5"
         " sensor shorted, 6 too hot, 7 too cold, 8 temperature jumps, 9 does not get warm, 10 does "
         "not stay warm, 11 full power has no effect",
@@ -846,7 +851,7 @@ class StateHeaterItem(Part):
             11: "full power has no effect",
         })
     condition = Word(
-        "heater.%02u.condition", 7, (3024, 104),
+        "heater.%02u.condition", 7, (3088, 104),
         "what is wrong now, as fault-code has it",
         code="B",
         words={
@@ -864,7 +869,7 @@ class StateHeaterItem(Part):
             11: "full power has no effect",
         })
     obstacle = Word(
-        "heater.%02u.obstacle", 7, (3031, 104),
+        "heater.%02u.obstacle", 7, (3095, 104),
         "why the device is not ready for it; 0 = it is",
         code="B",
         words={
@@ -883,7 +888,7 @@ class StateHeaterItem(Part):
             12: "its configuration cannot be used",
         })
     refused = Word(
-        "heater.%02u.refused", 7, (3025, 104),
+        "heater.%02u.refused", 7, (3089, 104),
         "why the last target was refused: 0 it was not, 1 out of range, 2 it has to be 0 first, 3 "
         "sensor or device not ready (condition)",
         code="B",
@@ -894,14 +899,14 @@ class StateHeaterItem(Part):
             3: "sensor or device not ready",
         })
     faults = Integer(
-        "heater.%02u.faults", 7, (3016, 104),
+        "heater.%02u.faults", 7, (3080, 104),
         "faults of the heater since the daemon's start",
         code="I")
     power_limited = Flag(
-        "heater.%02u.power-limited", 7, (3028, 104),
+        "heater.%02u.power-limited", 7, (3092, 104),
         "max-heater-power-w gives it less power than it asks for")
     fan = Word(
-        "heater.%02u.fan", 7, (3029, 104),
+        "heater.%02u.fan", 7, (3093, 104),
         "fan of the heater: 0 = there is none, 1 off, 2 on",
         code="B",
         words={
@@ -910,43 +915,43 @@ class StateHeaterItem(Part):
             2: "on",
         })
     stops_machine = Flag(
-        "heater.%02u.stops-machine", 7, (3030, 104),
+        "heater.%02u.stops-machine", 7, (3094, 104),
         "its fault also stops the servo motors of its device (on-fault)")
     min_temperature = Measured(
-        "heater.%02u.min-temperature", 7, (2980, 104),
+        "heater.%02u.min-temperature", 7, (3044, 104),
         "below this, it does not heat",
         "deg C",
         code="f",
         factor=1)
     max_temperature = Measured(
-        "heater.%02u.max-temperature", 7, (2984, 104),
+        "heater.%02u.max-temperature", 7, (3048, 104),
         "above this, it has a fault",
         "deg C",
         code="f",
         factor=1)
     max_target = Measured(
-        "heater.%02u.max-target", 7, (2988, 104),
+        "heater.%02u.max-target", 7, (3052, 104),
         "highest target that is accepted",
         "deg C",
         code="f",
         factor=1)
     pid_p = Measured(
-        "heater.%02u.pid-p", 7, (2992, 104),
+        "heater.%02u.pid-p", 7, (3056, 104),
         "proportional gain, 1/255 of full power for each kelvin",
         code="f",
         factor=1)
     pid_i = Measured(
-        "heater.%02u.pid-i", 7, (2996, 104),
+        "heater.%02u.pid-i", 7, (3060, 104),
         "integral gain, 1/255 of full power for each kelvin second",
         code="f",
         factor=1)
     pid_d = Measured(
-        "heater.%02u.pid-d", 7, (3000, 104),
+        "heater.%02u.pid-d", 7, (3064, 104),
         "derivative gain, 1/255 of full power for each kelvin a second",
         code="f",
         factor=1)
     tuning = Word(
-        "heater.%02u.tuning", 7, (3026, 104),
+        "heater.%02u.tuning", 7, (3090, 104),
         "search for gains: 0 = none yet, 1 runs, 2 done, 3 failed",
         code="B",
         words={
@@ -956,21 +961,21 @@ class StateHeaterItem(Part):
             3: "failed",
         })
     tune_cycles = Integer(
-        "heater.%02u.tune-cycles", 7, (3020, 104),
+        "heater.%02u.tune-cycles", 7, (3084, 104),
         "oscillations of the last search for gains",
         code="H")
     tuned_p = Measured(
-        "heater.%02u.tuned-p", 7, (3004, 104),
+        "heater.%02u.tuned-p", 7, (3068, 104),
         "proportional gain that the last search has found",
         code="f",
         factor=1)
     tuned_i = Measured(
-        "heater.%02u.tuned-i", 7, (3008, 104),
+        "heater.%02u.tuned-i", 7, (3072, 104),
         "integral gain that the last search has found",
         code="f",
         factor=1)
     tuned_d = Measured(
-        "heater.%02u.tuned-d", 7, (3012, 104),
+        "heater.%02u.tuned-d", 7, (3076, 104),
         "derivative gain that the last search has found",
         code="f",
         factor=1)
@@ -989,11 +994,11 @@ class StateServoItem(Part):
 
     __slots__ = ()
     name = Text(
-        "servo.%02u.name", 6, (3816, 160),
+        "servo.%02u.name", 6, (3880, 160),
         "name of the motor in pokeysd.conf; empty = there is none",
         size=32)
     state = Word(
-        "servo.%02u.state", 6, (3776, 160),
+        "servo.%02u.state", 6, (3840, 160),
         "0 = no such motor, 1 off, 2 enabled, 3 fault, 4 off, but not acknowledged by the device",
         code="B",
         words={
@@ -1004,44 +1009,44 @@ class StateServoItem(Part):
             4: "stopping",
         })
     pos_fb = Measured(
-        "servo.%02u.pos-fb", 6, (3696, 160),
+        "servo.%02u.pos-fb", 6, (3760, 160),
         "position of the encoder, units of counts-per-unit",
         code="d",
         factor=1)
     age_ms = Age(
-        "servo.%02u.age-ms", 6, (3688, 160),
+        "servo.%02u.age-ms", 6, (3752, 160),
         "time since the encoder was read",
         "ms",
         factor=1e-06)
     vel_fb = Measured(
-        "servo.%02u.vel-fb", 6, (3720, 160),
+        "servo.%02u.vel-fb", 6, (3784, 160),
         "its velocity, units/s",
         "1/s",
         code="f",
         factor=1)
     commanded = Measured(
-        "servo.%02u.commanded", 6, (3704, 160),
+        "servo.%02u.commanded", 6, (3768, 160),
         "commanded position while it is enabled, else its position, units",
         code="d",
         factor=1)
     commanded_velocity = Measured(
-        "servo.%02u.commanded-velocity", 6, (3724, 160),
+        "servo.%02u.commanded-velocity", 6, (3788, 160),
         "commanded velocity, or what was found from the positions, units/s",
         "1/s",
         code="f",
         factor=1)
     error = Measured(
-        "servo.%02u.error", 6, (3728, 160),
+        "servo.%02u.error", 6, (3792, 160),
         "following error, pos-cmd - pos-fb; after a fault as it was then",
         code="f",
         factor=1)
     output = Measured(
-        "servo.%02u.output", 6, (3732, 160),
+        "servo.%02u.output", 6, (3796, 160),
         "part of the full voltage, -1..1",
         code="f",
         factor=1)
     fault_code = Word(
-        "servo.%02u.fault-code", 6, (3777, 160),
+        "servo.%02u.fault-code", 6, (3841, 160),
         "which fault: 0 none, 1 device not ready, 2 no readings, 3 emergency stop, 4 encoder jumps,"
         " 5 command is impossible, 6 following error, 7 stalled, 8 encoder silent, 9 runs away, 10 "
         "soft limit, 11 limit switch, 12 heater fault",
@@ -1062,7 +1067,7 @@ class StateServoItem(Part):
             12: "heater fault",
         })
     condition = Word(
-        "servo.%02u.condition", 6, (3778, 160),
+        "servo.%02u.condition", 6, (3842, 160),
         "what is wrong now, as fault-code has it",
         code="B",
         words={
@@ -1081,7 +1086,7 @@ class StateServoItem(Part):
             12: "heater fault",
         })
     obstacle = Word(
-        "servo.%02u.obstacle", 6, (3784, 160),
+        "servo.%02u.obstacle", 6, (3848, 160),
         "why the device is not ready for it; 0 = it is",
         code="B",
         words={
@@ -1100,7 +1105,7 @@ class StateServoItem(Part):
             12: "its configuration cannot be used",
         })
     refused = Word(
-        "servo.%02u.refused", 6, (3779, 160),
+        "servo.%02u.refused", 6, (3843, 160),
         "why it was not enabled: 0 it was, 1 the fault has to be reset first, 2 encoder or device "
         "not ready (condition), 3 not at the commanded position, 4 off has to be commanded first, 5"
         " its commander does not read the position",
@@ -1113,15 +1118,15 @@ class StateServoItem(Part):
             4: "off has to be commanded first",
             5: "its commander does not read the position",
         })
-    homed = Flag("servo.%02u.homed", 6, (3780, 160), "the position is that of the machine")
+    homed = Flag("servo.%02u.homed", 6, (3844, 160), "the position is that of the machine")
     limit_minus = Flag(
-        "servo.%02u.limit-minus", 6, (3781, 160),
+        "servo.%02u.limit-minus", 6, (3845, 160),
         "the limit switch at the lower end is pressed")
     limit_plus = Flag(
-        "servo.%02u.limit-plus", 6, (3782, 160),
+        "servo.%02u.limit-plus", 6, (3846, 160),
         "the limit switch at the upper end is pressed")
     home_state = Word(
-        "servo.%02u.home-state", 6, (3785, 160),
+        "servo.%02u.home-state", 6, (3849, 160),
         "what the daemon does to find its home switch; 0 = it is not homing",
         code="B",
         words={
@@ -1134,7 +1139,7 @@ class StateServoItem(Part):
             6: "holds its position",
         })
     home_end = Word(
-        "servo.%02u.home-end", 6, (3786, 160),
+        "servo.%02u.home-end", 6, (3850, 160),
         "how the last homing has ended: 0 there was none, or it has not ended, 1 it is homed, 2 "
         "aborted, 3 the motor was switched off, or had a fault, 4 the home switch did not close, 5 "
         "it did not open, 6 homing took too long, 7 no readings of the home switch",
@@ -1149,9 +1154,9 @@ class StateServoItem(Part):
             6: "homing took too long",
             7: "no readings of the home switch",
         })
-    home_switch = Flag("servo.%02u.home-switch", 6, (3787, 160), "its home switch is pressed")
+    home_switch = Flag("servo.%02u.home-switch", 6, (3851, 160), "its home switch is pressed")
     tuning = Word(
-        "servo.%02u.tuning", 6, (3788, 160),
+        "servo.%02u.tuning", 6, (3852, 160),
         "search for gains: 0 = none yet, 1 runs, 2 done, 3 failed",
         code="B",
         words={
@@ -1161,7 +1166,7 @@ class StateServoItem(Part):
             3: "failed",
         })
     tune_reason = Word(
-        "servo.%02u.tune-reason", 6, (3789, 160),
+        "servo.%02u.tune-reason", 6, (3853, 160),
         "why the last search for gains has found none; 0 = it has",
         code="B",
         words={
@@ -1175,90 +1180,90 @@ class StateServoItem(Part):
             7: "not enough readings; try a longer distance",
         })
     tuned_p = Measured(
-        "servo.%02u.tuned-p", 6, (3792, 160),
+        "servo.%02u.tuned-p", 6, (3856, 160),
         "pid-p that the last search has found",
         code="f",
         factor=1)
     tuned_i = Measured(
-        "servo.%02u.tuned-i", 6, (3796, 160),
+        "servo.%02u.tuned-i", 6, (3860, 160),
         "pid-i that the last search has found",
         code="f",
         factor=1)
     tuned_d = Measured(
-        "servo.%02u.tuned-d", 6, (3800, 160),
+        "servo.%02u.tuned-d", 6, (3864, 160),
         "pid-d that the last search has found",
         code="f",
         factor=1)
     tuned_velocity_gain = Measured(
-        "servo.%02u.tuned-velocity-gain", 6, (3804, 160),
+        "servo.%02u.tuned-velocity-gain", 6, (3868, 160),
         "velocity-gain that the last search has found",
         code="f",
         factor=1)
     tuned_acceleration_gain = Measured(
-        "servo.%02u.tuned-acceleration-gain", 6, (3808, 160),
+        "servo.%02u.tuned-acceleration-gain", 6, (3872, 160),
         "acceleration-gain that the last search has found",
         code="f",
         factor=1)
     tuned_acceleration = Measured(
-        "servo.%02u.tuned-acceleration", 6, (3812, 160),
+        "servo.%02u.tuned-acceleration", 6, (3876, 160),
         "acceleration with the full output that the last search has found, units/s^2",
         code="f",
         factor=1)
     faults = Integer(
-        "servo.%02u.faults", 6, (3772, 160),
+        "servo.%02u.faults", 6, (3836, 160),
         "faults of the motor since the daemon's start",
         code="I")
     encoder = Integer(
-        "servo.%02u.encoder", 6, (3783, 160),
+        "servo.%02u.encoder", 6, (3847, 160),
         "number of its encoder",
         code="B")
     counts_per_unit = Measured(
-        "servo.%02u.counts-per-unit", 6, (3712, 160),
+        "servo.%02u.counts-per-unit", 6, (3776, 160),
         "counts of the encoder for each unit of the axis",
         code="d",
         factor=1)
     min_position = Measured(
-        "servo.%02u.min-position", 6, (3736, 160),
+        "servo.%02u.min-position", 6, (3800, 160),
         "soft limit, units",
         code="f",
         factor=1)
     max_position = Measured(
-        "servo.%02u.max-position", 6, (3740, 160),
+        "servo.%02u.max-position", 6, (3804, 160),
         "soft limit, units",
         code="f",
         factor=1)
     pid_p = Measured(
-        "servo.%02u.pid-p", 6, (3744, 160),
+        "servo.%02u.pid-p", 6, (3808, 160),
         "proportional gain, output for each unit of error",
         code="f",
         factor=1)
     pid_i = Measured(
-        "servo.%02u.pid-i", 6, (3748, 160),
+        "servo.%02u.pid-i", 6, (3812, 160),
         "integral gain, output for each unit of error and second",
         code="f",
         factor=1)
     pid_d = Measured(
-        "servo.%02u.pid-d", 6, (3752, 160),
+        "servo.%02u.pid-d", 6, (3816, 160),
         "derivative gain, output for each unit/s",
         code="f",
         factor=1)
     velocity_gain = Measured(
-        "servo.%02u.velocity-gain", 6, (3756, 160),
+        "servo.%02u.velocity-gain", 6, (3820, 160),
         "feed-forward, output for each unit/s that is commanded",
         code="f",
         factor=1)
     acceleration_gain = Measured(
-        "servo.%02u.acceleration-gain", 6, (3760, 160),
+        "servo.%02u.acceleration-gain", 6, (3824, 160),
         "feed-forward, output for each unit/s^2 that is commanded",
         code="f",
         factor=1)
     max_rate = Measured(
-        "servo.%02u.max-rate", 6, (3764, 160),
+        "servo.%02u.max-rate", 6, (3828, 160),
         "highest speed of moves, units/s",
         code="f",
         factor=1)
     max_rate_change = Measured(
-        "servo.%02u.max-rate-change", 6, (3768, 160),
+        "servo.%02u.max-rate-change", 6, (3832, 160),
         "acceleration of moves, units/s^2",
         code="f",
         factor=1)
@@ -1277,7 +1282,7 @@ class StateMoves(Part):
 
     __slots__ = ()
     state = Word(
-        "moves.state", 1, (4662, 0),
+        "moves.state", 1, (4726, 0),
         "0 = no path of motors or axes, 1 moving, 2 held, 3 aborting, 4 ended, and held until the "
         "commanded positions match",
         code="B",
@@ -1289,30 +1294,30 @@ class StateMoves(Part):
             4: "holds its position",
         })
     waiting = Integer(
-        "moves.waiting", 1, (4660, 0),
+        "moves.waiting", 1, (4724, 0),
         "moves that wait, with the one under way",
         code="B")
     taken = Integer(
-        "moves.taken", 1, (4648, 0),
+        "moves.taken", 1, (4712, 0),
         "moves since the daemon's start",
         code="I")
     held = Integer(
-        "moves.held", 1, (4665, 0),
+        "moves.held", 1, (4729, 0),
         "1 = what moves waits on the path until it is resumed",
         code="B")
     speed = Measured(
-        "moves.speed", 1, (4656, 0),
+        "moves.speed", 1, (4720, 0),
         "speed along the path, units/s",
         "1/s",
         code="f",
         factor=1)
     feed = Measured(
-        "moves.feed", 1, (4652, 0),
+        "moves.feed", 1, (4716, 0),
         "part of the commanded speeds, 0 to 2",
         code="f",
         factor=1)
     end = Word(
-        "moves.end", 1, (4663, 0),
+        "moves.end", 1, (4727, 0),
         "how the last path has ended; 0 = there was none, or it has not; 1 = done",
         code="B",
         words={
@@ -1322,7 +1327,7 @@ class StateMoves(Part):
             3: "a motor or axis was switched off, or had a fault",
         })
     refusal = Word(
-        "moves.refusal", 1, (4664, 0),
+        "moves.refusal", 1, (4728, 0),
         "why the last move was not taken; 0 = it was",
         code="B",
         words={
@@ -1337,11 +1342,11 @@ class StateMoves(Part):
             8: "an earlier move was refused, or the path ended early",
         })
     motors = Integer(
-        "moves.motors", 1, (4661, 0),
+        "moves.motors", 1, (4725, 0),
         "servo motors that are moved, one bit each",
         code="B")
     axes = Integer(
-        "moves.axes", 1, (4666, 0),
+        "moves.axes", 1, (4730, 0),
         "axes of the pulse engine that are moved, one bit each",
         code="B")
 
@@ -1474,14 +1479,14 @@ class StateRtc(Part):
     """rtc"""
 
     __slots__ = ()
-    sec = Integer("rtc.sec", 1, (2278, 0), "the device's clock: second", code="B")
-    min = Integer("rtc.min", 1, (2277, 0), "minute", code="B")
-    hour = Integer("rtc.hour", 1, (2276, 0), "hour", code="B")
-    dow = Integer("rtc.dow", 1, (2279, 0), "day of the week, 0..6", code="B")
-    dom = Integer("rtc.dom", 1, (2275, 0), "day of the month, 1..31", code="B")
-    month = Integer("rtc.month", 1, (2274, 0), "month, 1..12", code="B")
-    year = Integer("rtc.year", 1, (2272, 0), "year, e.g. 2026", code="H")
-    doy = Integer("rtc.doy", 1, (2280, 0), "day of the year", code="H")
+    sec = Integer("rtc.sec", 1, (2342, 0), "the device's clock: second", code="B")
+    min = Integer("rtc.min", 1, (2341, 0), "minute", code="B")
+    hour = Integer("rtc.hour", 1, (2340, 0), "hour", code="B")
+    dow = Integer("rtc.dow", 1, (2343, 0), "day of the week, 0..6", code="B")
+    dom = Integer("rtc.dom", 1, (2339, 0), "day of the month, 1..31", code="B")
+    month = Integer("rtc.month", 1, (2338, 0), "month, 1..12", code="B")
+    year = Integer("rtc.year", 1, (2336, 0), "year, e.g. 2026", code="H")
+    doy = Integer("rtc.doy", 1, (2344, 0), "day of the year", code="H")
 
 
 class StateConfig(Part):
@@ -1489,20 +1494,20 @@ class StateConfig(Part):
 
     __slots__ = ()
     state = Integer(
-        "config.state", 1, (2444, 0),
+        "config.state", 1, (2508, 0),
         "state of the device's settings: 0 not known, 1 differences wait for the machine to be off,"
         " 2 being written, 3 as requested, 4 some are refused",
         code="B")
     generation_applied = Integer(
-        "config.generation-applied", 1, (2440, 0),
+        "config.generation-applied", 1, (2504, 0),
         "the one the daemon has in effect",
         code="I")
     foreign_count = Integer(
-        "config.foreign-count", 1, (2452, 0),
+        "config.foreign-count", 1, (2516, 0),
         "settings of the device that another program has changed (see the log)",
         code="I")
     report_count = Integer(
-        "config.report-count", 1, (2448, 0),
+        "config.report-count", 1, (2512, 0),
         "incremented when the reported settings of the device change",
         code="I")
 
@@ -1521,7 +1526,7 @@ class StatePoExtBusItem(Part):
     """PoExtBus.NN"""
 
     __slots__ = ()
-    in_ = Bit("PoExtBus.%02u.in", 80, (14208, 1), "as the device has it")
+    in_ = Bit("PoExtBus.%02u.in", 80, (14720, 1), "as the device has it")
 
 
 class StatePoExtBus(Parts[StatePoExtBusItem]):
@@ -1536,38 +1541,38 @@ class StatePoNETItem(Part):
     """PoNET.NN"""
 
     __slots__ = ()
-    type = Integer("PoNET.%02u.type", 16, (1808, 24), "0 none, 16 kbd48CNC", code="B")
-    address = Integer("PoNET.%02u.address", 16, (1809, 24), "address on the bus", code="B")
-    size = Integer("PoNET.%02u.size", 16, (1810, 24), "bytes of data", code="B")
+    type = Integer("PoNET.%02u.type", 16, (1872, 24), "0 none, 16 kbd48CNC", code="B")
+    address = Integer("PoNET.%02u.address", 16, (1873, 24), "address on the bus", code="B")
+    size = Integer("PoNET.%02u.size", 16, (1874, 24), "bytes of data", code="B")
     options = Integer(
-        "PoNET.%02u.options", 16, (1811, 24),
+        "PoNET.%02u.options", 16, (1875, 24),
         "sum of 1 inputs, 2 outputs, 4 rotated, 8 light sensor, 16 mapped, 32 read, 64 configured, "
         "128 present",
         code="B")
-    status = Integer("PoNET.%02u.status", 16, (1812, 24), "0 data are good", code="B")
-    light = Integer("PoNET.%02u.light", 16, (1813, 24), "ambient light, 0..255", code="B")
+    status = Integer("PoNET.%02u.status", 16, (1876, 24), "0 data are good", code="B")
+    light = Integer("PoNET.%02u.light", 16, (1877, 24), "ambient light, 0..255", code="B")
     version = Integer(
-        "PoNET.%02u.version", 16, (1814, 24),
+        "PoNET.%02u.version", 16, (1878, 24),
         "version of the module's firmware",
         code="B")
     failures = Integer(
-        "PoNET.%02u.failures", 16, (1815, 24),
+        "PoNET.%02u.failures", 16, (1879, 24),
         "consecutive exchanges without data",
         code="B")
     in_0 = Integer(
-        "PoNET.%02u.in-0", 16, (1816, 24),
+        "PoNET.%02u.in-0", 16, (1880, 24),
         "inputs: bytes 4 * n to 4 * n + 3, least first",
         code="I")
     in_1 = Integer(
-        "PoNET.%02u.in-1", 16, (1820, 24),
+        "PoNET.%02u.in-1", 16, (1884, 24),
         "inputs: bytes 4 * n to 4 * n + 3, least first",
         code="I")
     in_2 = Integer(
-        "PoNET.%02u.in-2", 16, (1824, 24),
+        "PoNET.%02u.in-2", 16, (1888, 24),
         "inputs: bytes 4 * n to 4 * n + 3, least first",
         code="I")
     in_3 = Integer(
-        "PoNET.%02u.in-3", 16, (1828, 24),
+        "PoNET.%02u.in-3", 16, (1892, 24),
         "inputs: bytes 4 * n to 4 * n + 3, least first",
         code="I")
 
@@ -1579,10 +1584,10 @@ class StatePoNET(Parts[StatePoNETItem]):
     _kind = StatePoNETItem
     _count = 16
     state = Integer(
-        "PoNET.state", 1, (1792, 0),
+        "PoNET.state", 1, (1856, 0),
         "state of the bus: 10 ready, 0 inactive",
         code="B")
-    count = Integer("PoNET.count", 1, (1793, 0), "modules found", code="B")
+    count = Integer("PoNET.count", 1, (1857, 0), "modules found", code="B")
 
 
 class StateMatrixItem(Bits):
@@ -1591,7 +1596,7 @@ class StateMatrixItem(Bits):
     __slots__ = ()
     _count = 8
     _bit = Bit(
-        "matrix.%02u.%02u", 128, (14080, 1),
+        "matrix.%02u.%02u", 128, (14592, 1),
         "key of the matrix keyboard: row, column")
 
 
@@ -1601,14 +1606,14 @@ class StateMatrix(Parts[StateMatrixItem]):
     __slots__ = ()
     _kind = StateMatrixItem
     _count = 16
-    enabled = Flag("matrix.enabled", 1, (1795, 0), "the device scans it")
+    enabled = Flag("matrix.enabled", 1, (1859, 0), "the device scans it")
 
 
 class StateKbd48CNCItem(Part):
     """kbd48CNC.NN"""
 
     __slots__ = ()
-    Button = Bit("kbd48CNC.%02u.Button", 48, (14400, 1), "key 4 * column + row is pressed")
+    Button = Bit("kbd48CNC.%02u.Button", 48, (14912, 1), "key 4 * column + row is pressed")
 
 
 class StateKbd48CNC(Parts[StateKbd48CNCItem]):
@@ -1618,7 +1623,7 @@ class StateKbd48CNC(Parts[StateKbd48CNCItem]):
     _kind = StateKbd48CNCItem
     _count = 48
     module = Integer(
-        "kbd48CNC.module", 1, (1794, 0),
+        "kbd48CNC.module", 1, (1858, 0),
         "which PoNET module it is; 255 none",
         code="B")
 
@@ -1628,103 +1633,103 @@ class StateRate(Part):
 
     __slots__ = ()
     encoders_low = Real(
-        "rate.encoders-low", 1, (2192, 0),
+        "rate.encoders-low", 1, (2256, 0),
         "encoders 0..12, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     encoders_high = Real(
-        "rate.encoders-high", 1, (2196, 0),
+        "rate.encoders-high", 1, (2260, 0),
         "encoders 13..25, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     analog = Real(
-        "rate.analog", 1, (2200, 0),
+        "rate.analog", 1, (2264, 0),
         "analog inputs, all, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     counters = Real(
-        "rate.counters", 1, (2204, 0),
+        "rate.counters", 1, (2268, 0),
         "digital counters, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     PoExtBus = Real(
-        "rate.PoExtBus", 1, (2208, 0),
+        "rate.PoExtBus", 1, (2272, 0),
         "PoExtBus, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     tick = Real(
-        "rate.tick", 1, (2212, 0),
+        "rate.tick", 1, (2276, 0),
         "the device's time, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     pwm = Real(
-        "rate.pwm", 1, (2216, 0),
+        "rate.pwm", 1, (2280, 0),
         "PWM, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     load = Real(
-        "rate.load", 1, (2220, 0),
+        "rate.load", 1, (2284, 0),
         "the device's load, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     rtc = Real(
-        "rate.rtc", 1, (2224, 0),
+        "rate.rtc", 1, (2288, 0),
         "the device's clock, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     external = Real(
-        "rate.external", 1, (2228, 0),
+        "rate.external", 1, (2292, 0),
         "external outputs, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     identity = Real(
-        "rate.identity", 1, (2232, 0),
+        "rate.identity", 1, (2296, 0),
         "identity, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     PoNET = Real(
-        "rate.PoNET", 1, (2236, 0),
+        "rate.PoNET", 1, (2300, 0),
         "PoNET modules, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     dedicated = Real(
-        "rate.dedicated", 1, (2240, 0),
+        "rate.dedicated", 1, (2304, 0),
         "dedicated inputs of the pulse engine, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     matrix = Real(
-        "rate.matrix", 1, (2244, 0),
+        "rate.matrix", 1, (2308, 0),
         "keys beyond the first 8 x 8, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     backlash = Real(
-        "rate.backlash", 1, (2248, 0),
+        "rate.backlash", 1, (2312, 0),
         "backlash added by the device, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     postep = Real(
-        "rate.postep", 1, (2252, 0),
+        "rate.postep", 1, (2316, 0),
         "status of PoStep drivers, measured, Hz",
         "Hz",
         code="I",
         factor=0.001)
     postep_rare = Real(
-        "rate.postep-rare", 1, (2256, 0),
+        "rate.postep-rare", 1, (2320, 0),
         "their currents, modes and versions, in turns, measured, Hz",
         "Hz",
         code="I",
@@ -1771,7 +1776,7 @@ class StateValues(Part):
         "link faults since the daemon's start",
         code="I")
     reconnects = Integer(
-        "reconnects", 1, (2904, 0),
+        "reconnects", 1, (2968, 0),
         "times the device was found again",
         code="Q")
     cycle = Integer(
@@ -1797,61 +1802,61 @@ class StateValues(Part):
         "the daemon refused values of the last command")
     commander_alive = Bit("commander-alive", 1, (897, 0), "the heartbeat of a commander is fresh")
     command_refused_count = Integer(
-        "command-refused-count", 1, (2944, 0),
+        "command-refused-count", 1, (3008, 0),
         "values the daemon refused",
         code="Q")
     one_shot_refused_count = Integer(
-        "one-shot-refused-count", 1, (2952, 0),
+        "one-shot-refused-count", 1, (3016, 0),
         "one-shot commands that the daemon refused",
         code="Q")
     rtt_us = Real(
-        "rtt-us", 1, (2912, 0),
+        "rtt-us", 1, (2976, 0),
         "last round trip, microseconds",
         "us",
         code="I",
         factor=0.001)
     rtt_avg_us = Real(
-        "rtt-avg-us", 1, (2916, 0),
+        "rtt-avg-us", 1, (2980, 0),
         "smoothed round trip, microseconds",
         "us",
         code="I",
         factor=0.001)
     rtt_min_us = Real(
-        "rtt-min-us", 1, (2924, 0),
+        "rtt-min-us", 1, (2988, 0),
         "shortest round trip, microseconds",
         "us",
         code="I",
         factor=0.001)
     rtt_max_us = Real(
-        "rtt-max-us", 1, (2928, 0),
+        "rtt-max-us", 1, (2992, 0),
         "longest round trip, microseconds",
         "us",
         code="I",
         factor=0.001)
     rtt_jitter_us = Real(
-        "rtt-jitter-us", 1, (2920, 0),
+        "rtt-jitter-us", 1, (2984, 0),
         "mean deviation of the round trip, microseconds",
         "us",
         code="I",
         factor=0.001)
     deadline_us = Real(
-        "deadline-us", 1, (2932, 0),
+        "deadline-us", 1, (2996, 0),
         "time after which a request is sent again, microseconds",
         "us",
         code="I",
         factor=0.001)
     cycles_late = Integer(
-        "cycles-late", 1, (2896, 0),
+        "cycles-late", 1, (2960, 0),
         "cycles whose fast data did not arrive in time",
         code="Q")
     phase_error_us = Real(
-        "phase-error-us", 1, (2464, 0),
+        "phase-error-us", 1, (2528, 0),
         "how much later the last read came than the daemon's cycle was scheduled for, microseconds",
         "us",
         code="i",
         factor=0.001)
     encoder_epoch = Integer(
-        "encoder-epoch", 1, (2445, 0),
+        "encoder-epoch", 1, (2509, 0),
         "changes when the device may have restarted its counts",
         code="B")
     engine_state = Word(
@@ -2026,13 +2031,13 @@ class StateValues(Part):
         return StateRate(self._image, self._index)
 
 
-STATE_SESSION = 2288
-STATE_ONE_SHOT_ACK = 2292
-STATE_ONE_SHOTS = 2296
-STATE_COMMAND_TIME = 2432
+STATE_SESSION = 2352
+STATE_ONE_SHOT_ACK = 2356
+STATE_ONE_SHOTS = 2360
+STATE_COMMAND_TIME = 2496
 
 
-STATE_HASH, STATE_SIZE = 0x3cb664f71f3f6796, 4672
+STATE_HASH, STATE_SIZE = 0x8d758d41d3294b53, 4736
 STATE_VALUES: tuple[Value[Any], ...] = (
     StateValues.link_state, StateValues.fault, StateValues.fault_count, StateValues.reconnects,
     StateValues.cycle, StateAge.publish_us, StateAge.cycle_us, StateAge.digital_us, StateAge.analog_us,
@@ -2062,21 +2067,21 @@ STATE_VALUES: tuple[Value[Any], ...] = (
     StateEngine.limit_override_active, StateEngine.emergency_invert_in_effect,
     StateEngine.emergency_pin_in_effect, StateEngineMiscItem.in_, StateTask.kind, StateTask.phase,
     StateTask.result, StateTask.axes, StateTask.count, StateJointItem.counts, StateJointItem.counts_cmd,
-    StateJointItem.counts_error, StateJointItem.counts_probed, StateJointItem.age_cmd_us,
-    StateJointItem.max_rate, StateJointItem.max_rate_change, StateJointItem.soft_min, StateJointItem.soft_max,
-    StateJointItem.pulses_per_unit, StateJointItem.name, StateJointItem.mode_in_effect,
-    StateJointItem.position_epoch, StateJointItem.state, StateJointItem.enabled, StateJointItem.homed,
-    StateJointItem.at_counts_cmd, StateJointItem.parked, StateJointItem.error, StateJointItem.limit_neg,
-    StateJointItem.limit_pos, StateJointItem.home_sw, StateJointItem.soft_limit, StateJointItem.limit_neg_raw,
-    StateJointItem.limit_pos_raw, StateJointItem.home_raw, StateJointItem.limit_neg_dedicated,
-    StateJointItem.limit_pos_dedicated, StateJointItem.home_dedicated, StateJointItem.probed,
-    StateThreading.preparing, StateThreading.prepared, StateThreading.waiting, StateThreading.active,
-    StateThreading.velocity, StateThreading.position_error, StateThreading.spindle_rpm,
-    StateThreading.index_count, StateThreading.behind, StateThreading.refusal, StateThreading.ignored_axes,
-    StateJointItem.backlash_taken, StateJointItemPostep.supply, StateJointItemPostep.temperature,
-    StateJointItemPostep.state, StateJointItemPostep.fault, StateJointItemPostep.faults,
-    StateJointItemPostep.inputs, StateJointItemPostep.updates, StateJointItemPostep.age_ms,
-    StateJointItemPostep.mode, StateJointItemPostep.step_mode_in_effect,
+    StateJointItem.counts_error, StateJointItem.counts_delayed, StateJointItem.counts_probed,
+    StateJointItem.age_cmd_us, StateJointItem.max_rate, StateJointItem.max_rate_change,
+    StateJointItem.soft_min, StateJointItem.soft_max, StateJointItem.pulses_per_unit, StateJointItem.name,
+    StateJointItem.mode_in_effect, StateJointItem.position_epoch, StateJointItem.state,
+    StateJointItem.enabled, StateJointItem.homed, StateJointItem.at_counts_cmd, StateJointItem.parked,
+    StateJointItem.error, StateJointItem.limit_neg, StateJointItem.limit_pos, StateJointItem.home_sw,
+    StateJointItem.soft_limit, StateJointItem.limit_neg_raw, StateJointItem.limit_pos_raw,
+    StateJointItem.home_raw, StateJointItem.limit_neg_dedicated, StateJointItem.limit_pos_dedicated,
+    StateJointItem.home_dedicated, StateJointItem.probed, StateThreading.preparing, StateThreading.prepared,
+    StateThreading.waiting, StateThreading.active, StateThreading.velocity, StateThreading.position_error,
+    StateThreading.spindle_rpm, StateThreading.index_count, StateThreading.behind, StateThreading.refusal,
+    StateThreading.ignored_axes, StateJointItem.backlash_taken, StateJointItemPostep.supply,
+    StateJointItemPostep.temperature, StateJointItemPostep.state, StateJointItemPostep.fault,
+    StateJointItemPostep.faults, StateJointItemPostep.inputs, StateJointItemPostep.updates,
+    StateJointItemPostep.age_ms, StateJointItemPostep.mode, StateJointItemPostep.step_mode_in_effect,
     StateJointItemPostep.temperature_limit_in_effect, StateJointItemPostep.current_raw,
     StateJointItemPostep.current_idle_raw, StateJointItemPostep.current_overheat_raw,
     StateJointItemPostep.hardware_major, StateJointItemPostep.hardware_minor,

@@ -17,6 +17,7 @@
 
 static struct world world;
 static unsigned int histogram[SIM_RING_SLOTS + 1];
+static int32_t soft_maximum;		/* of the axes, pulses; 0: none */
 
 static bool is_synced(struct world *w)
 {
@@ -51,6 +52,14 @@ static void begin(unsigned int axes, bool count_free)
 						 WIRE_AXIS_POSITION_MODE;
 		settings->axis[i].max_speed = 125000;
 		settings->axis[i].max_acceleration = 1e7f;
+		if (soft_maximum) {
+			settings->axis[i].options |= WIRE_AXIS_SOFT_LIMITS;
+			settings->axis[i].options_mask |= WIRE_AXIS_SOFT_LIMITS;
+			settings->axis[i].set |= POKEYS_AXIS_SET_SOFT_MINIMUM |
+						 POKEYS_AXIS_SET_SOFT_MAXIMUM;
+			settings->axis[i].soft_minimum = -soft_maximum;
+			settings->axis[i].soft_maximum = soft_maximum;
+		}
 	}
 	world_start(&world);
 	world_commander(&world, 5);
@@ -224,6 +233,102 @@ static void loss_where_only_positions_tell_costs_time_and_no_step(void **state)
 	settle(8, at);
 }
 
+static const struct pokeys_axis *first_axis(void)
+{
+	return &world.state.engine.axis[0];
+}
+
+/* Where LinuxCNC takes the axis to be, beside its command, pulses. */
+static int32_t behind(int32_t at)
+{
+	return at - first_axis()->position - first_axis()->delayed;
+}
+
+/* The highest of that, and of the following error, in so many cycles at a steady speed. */
+static int32_t most_error(unsigned int cycles, int32_t *at)
+{
+	int32_t most = 0;
+
+	for (unsigned int i = 0; i < cycles; i++) {
+		go(0, *at += 50);
+		world_cycle(&world);
+		most = abs(first_axis()->following_error) > most ?
+		       abs(first_axis()->following_error) : most;
+		most = abs(behind(*at)) > most ? abs(behind(*at)) : most;
+	}
+	return most;
+}
+
+static void speed_up(int32_t *at)
+{
+	for (int32_t i = 1; i <= 50; i++) {
+		go(0, *at += i);
+		world_cycle(&world);
+	}
+}
+
+/* The buffer's delay is no error, on any network: one is what the axis has not done in its time. */
+static void delay_is_no_error(void **state)
+{
+	int32_t at = 0;
+
+	(void)state;
+	for (unsigned int tells = 0; tells < 2; tells++) {
+		at = 0;
+		begin(1, tells);
+		speed_up(&at);
+		assert_true(most_error(2000, &at) <= 2 * 50);
+		assert_true(at - first_axis()->position >= 5 * 50);
+		settle(1, at);
+		assert_int_equal(first_axis()->delayed, 0);
+	}
+	begin(1, true);
+	at = 0;
+	sim_prng_init(&world.rig.link.way[0].prng, 5);
+	jitter(0.01);
+	world_run(&world, 500 * MS);
+	speed_up(&at);
+	assert_true(most_error(5000, &at) <= 6 * 50);
+	/* a device that is silent has one all the same */
+	world_loss(&world, 1);
+	assert_true(most_error(20, &at) <= 10 * 50);
+	assert_true(most_error(30, &at) >= 10 * 50);
+}
+
+/* The axis stands, and its command goes on: that is no delay. */
+static void refused_command_is_an_error(void **state)
+{
+	int32_t at = 0;
+
+	(void)state;
+	soft_maximum = 5000;
+	begin(1, true);
+	soft_maximum = 0;
+	speed_up(&at);
+	most_error(200, &at);
+	assert_true(first_axis()->position > 4000 && first_axis()->position <= 5000);
+	assert_true(behind(at) >= 100 * 50);
+}
+
+/* What is missing after it has been found out where the axis is has not been executed. */
+static void resynchronised_axis_is_behind(void **state)
+{
+	const struct sim_link_faults faults = {
+		.delay = { .low_ns = 25 * US }, .duplicate = 0.01,
+	};
+	int32_t at = 0, most;
+
+	(void)state;
+	begin(1, true);
+	sim_prng_init(&world.rig.link.way[0].prng, 3);
+	speed_up(&at);
+	world_faults(&world, &faults);
+	most = most_error(3000, &at);
+	assert_true(world.state.engine.buffer_resyncs > 0);
+	assert_true(most >= 20 * 50);
+	settle(1, at);
+}
+
 static void machine_off_stops_and_begins_where_it_stands(void **state)
 {
 	int64_t stopped;
@@ -256,6 +361,9 @@ int main(void)
 		cmocka_unit_test(exact_where_the_device_tells_its_level),
 		cmocka_unit_test(exact_where_only_positions_tell),
 		cmocka_unit_test(loss_where_only_positions_tell_costs_time_and_no_step),
+		cmocka_unit_test(delay_is_no_error),
+		cmocka_unit_test(refused_command_is_an_error),
+		cmocka_unit_test(resynchronised_axis_is_behind),
 		cmocka_unit_test(machine_off_stops_and_begins_where_it_stands),
 	};
 

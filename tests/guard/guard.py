@@ -518,6 +518,9 @@ def whoever_may_not_or_cannot_is_told_in_one_line(w):
     w.end_guard()
     sh("umount", "/sys/fs/bpf")
     refused(69, "is no bpf file system")
+    # nor does the service say something else, whose folder is missing for that reason
+    out = sh(w.guard_exe, "--pins", RUN / "no", "-c", w.conf, "run", check=False)
+    assert out.returncode == 69 and "/sys/fs/bpf is no bpf file system" in out.stderr, out
     sh("mount", "-t", "bpf", "bpf", "/sys/fs/bpf")
 
 

@@ -209,7 +209,24 @@ static bool limits_are_overridden(const struct table_cursor *at, bool pressed)
 	return command->flags == (pressed ? POKEYS_COMMAND_LIMIT_OVERRIDE : 0u);
 }
 
+static void set_pin(const char *name, unsigned int index, double value);
+
+/* Of a joint in buffered mode, pos-fb is without the delay then. */
+static bool path_is_shown(const struct table_cursor *at, bool pressed)
+{
+	struct pokeys_axis *axis = &drive.rig.daemon.engine.axis[0];
+
+	(void)at;
+	set_pin("joint.%02u.enable", 0, 1);
+	*axis = (struct pokeys_axis){ .mode = POKEYS_AXIS_BUFFERED, .enabled = 1 };
+	drive_periods(&drive, 2);	/* it has arrived */
+	axis->delayed = 77;
+	drive_periods(&drive, 2);
+	return (drive.rig.values.joint[0].pos_fb != 0) == pressed;
+}
+
 static const struct in_driver drivers[] = {
+	BY("motion-type", path_is_shown),
 	BY("emergency-stop", emergency_stops), BY("joint.%02u.motion-homed", it_was_homed),
 	BY("machine-is-on", machine_is_on), BY("engine.limit-override", limits_are_overridden),
 	BY("engine.clear-fault", fault_is_cleared), BY("counter.reset", counters_are_reset),

@@ -357,6 +357,96 @@ static void following_error_is_in_units(void **state)
 	assert_true(joint->following_error == -0.15);
 }
 
+static double shown_in(enum pokeys_axis_mode mode, int32_t motion_type)
+{
+	rig.daemon.engine.axis[2].mode = (uint8_t)mode;
+	rig.values.motion_type = motion_type;
+	rig_periods(&rig, 2);
+	return joint->pos_fb;
+}
+
+enum { JOGS = 0, LINE = 2, PROBES = 5 };
+
+/* A device that is always as late has no following error; where it is matters to a probe. */
+static void delay_of_the_buffer_is_left_out_of_a_path(void **state)
+{
+	struct pokeys_axis *there = &rig.daemon.engine.axis[2];
+
+	(void)state;
+	joint->enable = true;
+	joint->pos_cmd = 10;
+	there->enabled = 1;
+	there->position = 1900;
+	there->delayed = 80;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.5);
+	assert_true(shown_in(POKEYS_AXIS_POSITION, LINE) == 9.5);
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.9);
+	assert_true(joint->pos_reported == 9.5);
+	/* what the daemon has not taken is not there */
+	joint->pos_cmd = 110;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.9);
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, PROBES) == 9.5);
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.9);
+	there->enabled = 0;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.5);
+	there->enabled = 1;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.9);
+	/* LinuxCNC makes the feedback its command then, which must not lead itself on */
+	joint->enable = false;
+	there->position = 1910;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.55);
+}
+
+static void delay_is_left_out_until_the_end_of_the_path(void **state)
+{
+	struct pokeys_axis *there = &rig.daemon.engine.axis[2];
+
+	(void)state;
+	joint->enable = true;
+	joint->pos_cmd = 10;
+	there->enabled = 1;
+	there->position = 1900;
+	there->delayed = 100;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 10);
+	/* the last command of the path comes in the period that ends it */
+	joint->pos_cmd = 10.01;
+	rig.values.motion_type = JOGS;
+	rig_write(&rig);
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 10);
+	there->position = 1950;
+	there->delayed = 52;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 10.01);
+	/* homing or a jog begins before it has arrived: from now on it is where it is */
+	joint->pos_cmd = 10.02;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.75);
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.75);
+	/* nor does it begin again when it has */
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 10.01);
+	there->delayed = 0;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.75);
+	there->delayed = 20;
+	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.75);
+}
+
+/* It stands beyond a soft limit, and LinuxCNC has to see that. */
+static void soft_limit_is_told_by_where_the_joint_is(void **state)
+{
+	struct pokeys_axis *there = &rig.daemon.engine.axis[2];
+
+	(void)state;
+	joint->enable = true;
+	rig.values.set.axis[2].soft_limits = 1;
+	rig.values.set.axis[2].soft_max = 5;
+	rig.values.motion_type = LINE;
+	there->mode = POKEYS_AXIS_BUFFERED;
+	there->enabled = 1;
+	there->position = 990;
+	there->delayed = 100;
+	joint->pos_cmd = 5.2;
+	rig_periods(&rig, 4);
+	assert_true(joint->refused);
+}
+
 static void machine_on_is_a_flag_of_the_command(void **state)
 {
 	(void)state;
@@ -397,6 +487,9 @@ int main(void)
 		cmocka_unit_test_setup(a_speed_beyond_the_axis_is_refused_and_it_stands, setup),
 		cmocka_unit_test_setup(a_position_beyond_the_soft_limits_is_told, setup),
 		cmocka_unit_test_setup(following_error_is_in_units, setup),
+		cmocka_unit_test_setup(delay_of_the_buffer_is_left_out_of_a_path, setup),
+		cmocka_unit_test_setup(delay_is_left_out_until_the_end_of_the_path, setup),
+		cmocka_unit_test_setup(soft_limit_is_told_by_where_the_joint_is, setup),
 		cmocka_unit_test_setup(machine_on_is_a_flag_of_the_command, setup),
 	};
 

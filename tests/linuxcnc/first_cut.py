@@ -95,11 +95,19 @@ DEVICE_HOMING = {
 }
 
 
-def sampler(name):
-    """A HAL file that records these signals while sampler.0.enable is set."""
-    return ("loadrt sampler depth=8000 cfg=ffffffff\naddf sampler.0 servo-thread\n"
+def sampler(name, is_buffered):
+    """A HAL file that records these signals while sampler.0.enable is set. In buffered mode, pos-fb is not where
+    an axis is."""
+    text = ("loadrt sampler depth=8000 cfg=ffffffff\naddf sampler.0 servo-thread\n"
             "setp sampler.0.enable 0\n" +
             "".join(f"net {signal} sampler.0.pin.{i}\n" for i, signal in enumerate(RECORDED[name])))
+    if is_buffered:
+        text = re.sub(r"^net .-fb (sampler\.0\.pin\.([1357]))$", lambda found: (
+            f"net there-{found[2]} pokeys.0.joint.{int(found[2]) // 2:02}.pos-reported => {found[1]}"), text,
+            flags=re.MULTILINE)
+        if text.count("pos-reported") != 4:
+            raise Fault(f"{name}: not all positions are recorded:\n{text}")
+    return text
 
 
 # A machine without realtime starves the buffer now and then; the simulated motors lose no step.
@@ -220,7 +228,7 @@ class Machine(Rig):
         shutil.copytree(ROOT / "examples/linuxcnc" / self.name, self.folder)
         self.change(changes(self))
         self.change(more)
-        (self.folder / "sampler.hal").write_text(sampler(self.name), encoding="utf-8")
+        (self.folder / "sampler.hal").write_text(sampler(self.name, more is BUFFERED), encoding="utf-8")
         (self.folder / "error.hal").write_text(ERROR, encoding="utf-8")
         panel = self.run / "machinist"
         panel.write_text(f'#!/bin/sh\nexec /usr/bin/python3 -B {HERE}/machinist.py "$@"\n', encoding="utf-8")

@@ -68,6 +68,8 @@ def all_wires(m, folder):
             cut(m, folder, programme, way)
             assert [p - k for p, k in zip(*m.pulses())] == before, f"{programme[0]}, {way[0]}: steps were lost"
     wire(m, ())
+    highest = max(joint["ferror_highmark"] for joint in m.look().joint[:3])
+    m.tell(f"the highest following error that LinuxCNC has seen: {highest:.4f} mm")
     m.tell(m.lost())
     m.tell(f"buffer: {hal.get_value('pokeys.0.engine.buffer-underruns')} underruns, "
            f"{hal.get_value('pokeys.0.engine.buffer-resyncs')} times read back")

@@ -85,6 +85,7 @@ static bool is_left_out(size_t offset)
 {
 	const size_t in_postep = PART_OF(postep, offset);
 	const size_t in_servo = PART_OF(servo, offset);
+	const size_t in_axis = PART_OF(engine.axis, offset);
 
 	for (size_t i = 0; i < sizeof(not_shown) / sizeof(not_shown[0]); i++)
 		if (offset - not_shown[i].offset < not_shown[i].size)
@@ -93,7 +94,9 @@ static bool is_left_out(size_t offset)
 	return in_postep == offsetof(struct pokeys_postep, updates) ||
 	       in_postep == offsetof(struct pokeys_postep, reserved) ||
 	       in_servo - offsetof(struct pokeys_servo, reserved) <
-	       sizeof(((struct pokeys_servo *)0)->reserved);
+	       sizeof(((struct pokeys_servo *)0)->reserved) ||
+	       in_axis - offsetof(struct pokeys_axis, reserved) <
+	       sizeof(((struct pokeys_axis *)0)->reserved);
 }
 
 static size_t place_of(const struct model_row *row, unsigned int index)

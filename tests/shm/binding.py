@@ -42,7 +42,7 @@ class Axis(Structure):
                 ("enabled", c_uint8), ("mode", c_uint8), ("position_epoch", c_uint8),
                 ("limit_minus", c_uint8), ("limit_plus", c_uint8), ("home", c_uint8),
                 ("error", c_uint8), ("soft_limit", c_uint8), ("in_position", c_uint8),
-                ("homed", c_uint8), ("parked", c_uint8), ("following_error", c_int32),
+                ("homed", c_uint8), ("parked", c_uint8), ("following_error", c_int32), ("delayed", c_int32), ("reserved", c_uint8 * 4),
                 ("t_reference_ns", c_uint64),
                 ("probe", c_int64), ("max_speed", c_float), ("max_acceleration", c_float),
                 ("soft_minimum", c_int32), ("soft_maximum", c_int32), ("pulses_per_unit", c_double),
@@ -134,7 +134,7 @@ class Moves(Structure):
 
 
 class State(Structure):
-    VERSION, HASH = 19, 0x3cb664f71f3f6796
+    VERSION, HASH = 20, 0x8d758d41d3294b53
     _fields_ = [("magic", c_uint32), ("version", c_uint16), ("size_units", c_uint16),
                 ("hash", c_uint64)] + [(name, c_uint64) for name in (
         "epoch cycle period_ns t_cycle_ns t_publish_ns t_digital_ns t_analog_ns t_encoder_ns "

@@ -49,7 +49,7 @@ static const struct member capability_members[] = {
 static const struct member axis_members[] = {
 	M(position), M(reference), M(state), M(enabled), M(mode), M(position_epoch),
 	M(limit_minus), M(limit_plus), M(home), M(error), M(soft_limit), M(in_position), M(homed),
-	M(parked), M(following_error),
+	M(parked), M(following_error), M(delayed), M(reserved),
 	M(t_reference_ns), M(probe), M(max_speed), M(max_acceleration),
 	M(soft_minimum), M(soft_maximum), M(pulses_per_unit), M(name),
 	END

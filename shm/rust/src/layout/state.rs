@@ -97,6 +97,8 @@ layout! {
         homed: u8,
         parked: u8,
         following_error: i32,
+        delayed: i32,
+        reserved: [u8; 4],
         t_reference_ns: u64,
         probe: i64,
         max_speed: f32,
@@ -486,8 +488,8 @@ layout! {
 }
 
 published! {
-    PokeysState, "state", magic 0x5453_4b50, version 19, size 4672,
-    hash 0x3cb664f71f3f6796, hash_function iox_state_hash
+    PokeysState, "state", magic 0x5453_4b50, version 20, size 4736,
+    hash 0x8d758d41d3294b53, hash_function iox_state_hash
 }
 
 published! {
