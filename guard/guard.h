@@ -13,7 +13,7 @@
 #include "guard/rules.h"
 
 #define GUARD_BPFFS	"/sys/fs/bpf"
-#define GUARD_PINS	GUARD_BPFFS "/pokeysd"	/* made and removed by the guard */
+#define GUARD_PINS	GUARD_BPFFS "/pokeysd"	/* the guard's own, without --pins */
 #define GUARD_RUN	"/run/pokeys-guard"
 #define GUARD_STATUS	GUARD_RUN "/status"
 
@@ -38,8 +38,9 @@ struct guard_place {
 };
 
 /*
- * Keep the pins in this folder of a BPF file system, which exists and stays, instead of GUARD_PINS:
- * the service's user gets into no other. Call it before anything else. False: the path is too long.
+ * Keep the pins in this folder instead of GUARD_PINS. It must exist on a BPF file system; the guard
+ * does not remove it. The service needs this, because its user cannot enter GUARD_BPFFS. Call it
+ * first. Returns false if the path is too long.
  */
 bool guard_use_pins(const char *folder);
 

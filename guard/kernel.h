@@ -10,13 +10,16 @@ enum { GUARD_PATH = 256 };
 /* The path of a pin, or of the pins' folder for "". Returns `path`. */
 const char *guard_pin(const char *name, char path[GUARD_PATH]);
 
-/* Check the place for pins; make the folder if it is ours. 0, or an exit status after a line. */
+/*
+ * Check that the pins' folder is on a BPF file system; create it unless --pins gave it. Returns 0,
+ * or an exit status after logging.
+ */
 int guard_make_pin_folder(void);
 
-/* Let group pokeys read the counters, where it can get to the folder at all. */
+/* Give the counters to group pokeys, whose members read them where they can enter the folder. */
 void guard_open_pins(void);
 
-/* What the kernel refused, in a line with what is lost. An exit status. */
+/* Log what was refused, and what is lost without it. Returns an exit status. */
 int guard_refused(const char *what, int error);
 
 /* They stay ours: not to be closed. */
@@ -25,7 +28,7 @@ int guard_devices_fd(void);
 int guard_ports_fd(void);
 int guard_sockets_fd(void);		/* loaded with sockets only */
 
-/* Names only; what is attached goes with its link. 0, or -errno of one that is left. */
+/* The program stays attached while its link is open. 0, or -errno of a pin that is left. */
 int guard_remove_pins(void);
 
 #endif

@@ -29,7 +29,8 @@ int guard_refused(const char *what, int error)
 	bool right = error == EPERM || error == EACCES;
 
 	log_line(right ? EVENT_ERROR : EVENT_WARNING, "%s: %s%s" GUARD_LOSS, what, strerror(error),
-		 right ? " (CAP_BPF, CAP_NET_ADMIN and CAP_PERFMON are needed)" : "");
+		 right ? " (CAP_BPF, CAP_NET_ADMIN and CAP_PERFMON are needed, and the right to "
+			 "the folder of pins)" : "");
 	return right ? GUARD_NO_RIGHT : GUARD_UNAVAILABLE;
 }
 

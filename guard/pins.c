@@ -19,7 +19,7 @@ enum { NAME = 16 };
 
 static const char *const names[] = { "link", "counters", "devices", "ports", "sockets" };
 static char folder[GUARD_PATH - NAME] = GUARD_PINS;
-static bool is_given;			/* the folder is somebody else's, and stays */
+static bool is_given;			/* by --pins: the guard neither creates nor removes it */
 
 bool guard_use_pins(const char *path)
 {
@@ -44,8 +44,8 @@ int guard_make_pin_folder(void)
 	if (statfs(place, &status))
 		return guard_refused(place, errno);
 	if ((unsigned long)status.f_type != BPF_FS_MAGIC) {
-		log_line(EVENT_WARNING, "%s is no bpf file system (mount -t bpf -o mode=0700 bpf "
-			 GUARD_BPFFS ")" GUARD_LOSS, place);
+		log_line(EVENT_WARNING, "%s is no bpf file system%s" GUARD_LOSS, place,
+			 place == folder ? "" : " (mount -t bpf -o mode=0700 bpf " GUARD_BPFFS ")");
 		return GUARD_UNAVAILABLE;
 	}
 	if (is_given && place != folder)

@@ -72,7 +72,7 @@ struct exchange {
 	uint32_t encoders_moved;	/* bit = encoder whose pins have changed at this read */
 	uint32_t encoders_lost;		/* bit = an encoder whose count is lost */
 	bool engine_begun, joints_due, rtc_begun;
-	int32_t motion_type;	/* as the joints were shown last */
+	int32_t motion_type;	/* at the last update of the joints' pins */
 	uint32_t reads;
 	struct legacy legacy;
 };

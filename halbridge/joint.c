@@ -28,7 +28,7 @@
 #define VELOCITY_MOST	1e7		/* pulses/s, far above what any device makes */
 #define SPEED_MARGIN	1.001		/* above the highest speed is still rounding */
 
-/* Of LinuxCNC's motion.motion-type: it stands, jogs or homes; it probes. All others are a path. */
+/* LinuxCNC's motion.motion-type: 0 at rest, jogging or homing; 5 probing. All others: a path. */
 enum { MOTION_NONE = 0, MOTION_PROBES = 5 };
 
 #define OFFSET(number, member)	\
@@ -123,7 +123,6 @@ void joint_read(const struct joint *joint, struct value_joint *value, unsigned i
 	const struct pokeys_axis *axis = &engine->axis[number];
 
 	value->pos_fb = units_of(joint, shown(joint, axis, threading_leads(engine, number)));
-	value->pos_reported = units_of(joint, axis->position);
 	value->following_error = axis->following_error / joint->scale;
 	value->state = axis->state;
 	value->in_position = axis->in_position && axis->reference == joint->position;
@@ -186,12 +185,13 @@ static double velocity_most(enum pokeys_axis_mode mode, const struct joint_devic
 
 /* Beyond a soft limit that holds, and not on the way back. */
 static bool beyond(const struct joint *joint, const struct value_joint *value,
-		   const struct value_axis_settings *set)
+		   const struct value_axis_settings *set, int32_t position)
 {
 	const double slack = 0.5 / fabs(joint->scale);
 	/* the limits are those of the device's own count */
 	const double carry = (double)joint->carry / joint->scale;
-	const double to = value->pos_cmd - carry, here = value->pos_reported - carry;
+	const double to = value->pos_cmd - carry;
+	const double here = units_of(joint, position) - carry;
 
 	return set->soft_limits == 1 && ((to > set->soft_max + slack && to > here) ||
 					 (to < set->soft_min - slack && to < here));
@@ -210,8 +210,8 @@ static void foresee(struct joint *joint, const struct value_joint *value, unsign
 	refusal_mark(refusals, &joint->absent, asked && device->axis->mode == POKEYS_AXIS_OFF,
 		     OFFSET(number, pos_cmd), REFUSAL_NO_AXIS, value->pos_cmd);
 	refusal_mark(refusals, &joint->beyond, asked && command->mode != POKEYS_AXIS_VELOCITY &&
-		     beyond(joint, value, set), OFFSET(number, pos_cmd), REFUSAL_SOFT_LIMIT,
-		     value->pos_cmd);
+		     beyond(joint, value, set, device->axis->position), OFFSET(number, pos_cmd),
+		     REFUSAL_SOFT_LIMIT, value->pos_cmd);
 }
 
 void joint_write(struct joint *joint, struct value_joint *value, unsigned int number,

@@ -35,9 +35,9 @@ struct joint {
 	int32_t held_at;	/* the count that was shown last, pulses */
 	int32_t position;	/* last good command, pulses */
 	int32_t target;		/* last good one for probing, pulses */
-	bool undelayed;		/* pos-fb is without the delay of the device's buffer */
-	bool arrives;		/* ... until it is at path_end */
-	int32_t path_end;	/* the command at the end of a path, pulses */
+	bool undelayed;		/* pos-fb leaves out the buffer's delay */
+	bool arrives;		/* the path has ended, the joint has not arrived */
+	int32_t path_end;	/* command at the end of the path, pulses */
 	bool scale_late, position_bad, velocity_bad, target_bad, absent, beyond;
 	double shown_scale, shown_offset;	/* the pins were filled with these */
 	int32_t shown_position;
@@ -66,9 +66,10 @@ void joint_carry(struct joint *joint, int64_t carry, int32_t position);
 void joint_hold(struct joint *joint, bool held, int32_t at);
 
 /*
- * A joint in buffered mode is where it was commanded some milliseconds before. While LinuxCNC moves
- * along a path (motion_type: its motion.motion-type) and until the joint has arrived, pos-fb is
- * without that delay. For probing, homing and jogging it is the position itself. Realtime.
+ * The reported position of a joint in buffered mode is late by the delay of the buffer. pos-fb
+ * leaves this delay out while LinuxCNC moves along a path (motion_type is its motion.motion-type).
+ * After the path, it does so until the joint has arrived or is commanded again. For probing, homing
+ * and jogging, pos-fb is the reported position. Realtime.
  */
 void joint_leave_out_delay(struct joint *joint, const struct value_joint *value,
 			   const struct pokeys_axis *axis, int32_t motion_type);

@@ -13,18 +13,15 @@ static const struct table_row rows[] = {
 	ROWS("joint.%02u.vel-cmd", PIN, IN, WRITE, joint, vel_cmd,
 	     "commanded speed, units per second; 0, or unconnected: as fast as the axis may"),
 	ROWS("joint.%02u.pos-fb", PIN, OUT, READ, joint, pos_fb,
-	     "position as the device reports, units; see motion-type for buffered mode"),
-	ROWS("joint.%02u.pos-reported", PIN, OUT, READ, joint, pos_reported,
-	     "position as the device reports, units, even where pos-fb shows another one: along a "
-	     "path in buffered mode, while the spindle leads the axis, and after a fault"),
+	     "position as the device reports, units; in buffered mode see motion-type"),
 	ROWS("joint.%02u.position-lost", PIN, OUT, READ, joint, position_lost,
 	     "the position is not valid: the device has started a new count, or steps may be "
 	     "lost; pos-fb continues without a jump, and the joint has to be homed"),
 	ROWS("joint.%02u.motion-homed", PIN, IN, READ, joint, motion_homed,
 	     "connect it to LinuxCNC's joint.N.homed; its rising edge clears position-lost"),
 	ROWS("joint.%02u.following-error", PIN, OUT, READ, joint, following_error,
-	     "command less position, units; 0 unless it is driven by positions. In buffered mode "
-	     "without the delay of the buffer"),
+	     "command less position, units; 0 unless it is driven by positions. In buffered mode, "
+	     "the delay of the buffer is not included"),
 	ROWS("joint.%02u.in-position", PIN, OUT, READ, joint, in_position,
 	     "is at the position last commanded"),
 	ROWS("joint.%02u.enabled", PIN, OUT, READ, joint, enabled,

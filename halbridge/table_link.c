@@ -75,9 +75,10 @@ static const struct table_row rows[] = {
 	    "the machine is on: motion is requested; each rising edge requests it again",
 	    BOTH_SCHEMES),
 	ROW("motion-type", PIN, IN, READ, motion_type,
-	    "connect it to LinuxCNC's motion.motion-type: while that moves along a path, pos-fb "
-	    "of joints in buffered mode is then without the delay of the device's buffer, which is "
-	    "no following error; for probing, homing and jogging, pos-fb is the position itself"),
+	    "connect it to motion.motion-type. Along a path of LinuxCNC, pos-fb of joints in "
+	    "buffered mode then leaves out the delay of the device's buffer, so the delay is not a "
+	    "following error. For probing, homing and jogging, and if this pin is not connected, "
+	    "pos-fb is the reported position"),
 	ROW("emergency-stop", PIN, IN, WRITE, emergency_stop,
 	    "emergency stop: axes stop and outputs go to the safe state at once (see "
 	    "on-emergency in pokeysd.conf), until this pin is false and machine-is-on rises"),

@@ -88,7 +88,7 @@ struct value_encoder {
 };
 
 struct value_joint {
-	double pos_cmd, vel_cmd, pos_fb, pos_reported, following_error, probe_pos, probe_target;
+	double pos_cmd, vel_cmd, pos_fb, following_error, probe_pos, probe_target;
 	uint32_t state;
 	bool enable, enabled, in_position, homed, error;
 	bool limit_neg, limit_pos, soft_limit, home_switch, refused;

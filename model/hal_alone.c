@@ -22,7 +22,6 @@ static const struct model_alone alone[] = {
 	{ "encoder.%02u.count-lost", "encoder-epoch" },
 	{ "encoder-count-lost", "encoder-epoch" },
 	{ "joint.%02u.pos-fb", "joint.NN.counts" },
-	{ "joint.%02u.pos-reported", "joint.NN.counts" },
 	{ "joint.%02u.following-error", "joint.NN.counts-error" },
 	{ "joint.%02u.probe-pos", "joint.NN.counts-probed" },
 	{ "joint.%02u.in-position", "joint.NN.at-counts-cmd" },

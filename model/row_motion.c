@@ -59,8 +59,8 @@ static const struct model_row rows[] = {
 	     HELP("commanded position minus counts-delayed minus counts; 0 in speed mode or if not "
 		  "driven")),
 	AXIS("counts-delayed", delayed, "pulses",
-	     HELP("commanded, but still in the buffer of an axis in buffered mode: its usual "
-		  "delay")),
+	     HELP("commanded since the time of the reported position, in buffered mode; 0 in other "
+		  "modes")),
 	AXIS("counts-probed", probe, "pulses", HELP("position at which the probe tripped")),
 	EACH_AGE("joint.%02u.age-cmd-us", engine.axis, t_reference_ns, US,
 		 HELP("time since counts-cmd was sent")),

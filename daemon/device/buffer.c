@@ -7,7 +7,8 @@
  * an answer was executed or not. So there is one fill at a time, it is never
  * sent again, and nothing is filled behind one in doubt until a status tells:
  *
- *  - A device whose status counts free slots says at once whether they are in.
+ *  - A device whose status counts free slots says at once whether they are in. A status that
+ *    was sent after the fill says so before the fill's reply can be given up.
  *  - Otherwise they are in when the axes are seen beyond the slots of before.
  *  - Otherwise, and whenever a position is on no slot of the path (a copy was
  *    executed, a fill came late), nothing is filled until the axes have stood
@@ -18,7 +19,7 @@
  * can add a step or take one away, it can only make the axes late.
  *
  * Motion from rest begins with slots that stand still, as many as a lost fill
- * takes to be found out and mended (4 and three deadlines; 7 on a quiet wire).
+ * takes to be found out and mended (4 and three times that; 7 on a quiet wire).
  * Slots are made by our clock and taken by the device's. What is in the buffer
  * says how the two drift apart; slots are made a little faster or slower then,
  * each with the position wished at its own time.
@@ -85,11 +86,27 @@ uint64_t buffer_patience(const struct device *device)
 	return usual > PATIENCE_MOST ? PATIENCE_MOST : usual;
 }
 
+uint64_t buffer_disorder(const struct device *device)
+{
+	return device->buffer.disorder_ns + BUFFER_SLOT_NS;
+}
+
+/* After such a time a lost fill is found out, ns. */
+static uint64_t found_out(const struct device *device)
+{
+	const struct pokeys_statistics *measured = &device->mailbox.statistics;
+	const uint64_t patience = buffer_patience(device);
+	const uint64_t status = buffer_disorder(device) + measured->rtt_smoothed_ns +
+				measured->rtt_variation_ns;
+
+	return device->buffer.tells_free && status < patience ? status : patience;
+}
+
 /* Slots that the device has to be ahead, for a lost fill to do no harm. */
 uint8_t buffer_lead(const struct device *device)
 {
-	const uint64_t patience = buffer_patience(device) + BUFFER_SLOT_NS - 1;
-	const uint64_t slots = LEAD_LEAST + 3 * (patience / BUFFER_SLOT_NS);
+	const uint64_t lost = found_out(device) + BUFFER_SLOT_NS - 1;
+	const uint64_t slots = LEAD_LEAST + 3 * (lost / BUFFER_SLOT_NS);
 
 	return (uint8_t)(slots < LEAD_MOST ? slots : LEAD_MOST);
 }

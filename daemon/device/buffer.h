@@ -47,7 +47,10 @@ struct buffer {
 	bool in_parts;			/* ... needed more than one packet */
 	uint8_t data[WIRE_MULTI_DATA];	/* ... its steps */
 	uint8_t lead;			/* slots that the device is ahead of the wire */
-	uint64_t ended_ns;		/* when that fill ended */
+	uint64_t sent_ns;		/* when the newest fill was sent */
+	uint64_t ended_ns;		/* when it ended */
+	uint64_t asked_ns;		/* when the newest status that came was asked for */
+	uint64_t disorder_ns;		/* by so much statuses have overtaken each other lately */
 	uint64_t empty_ns;		/* by then the device has executed all of it */
 	uint64_t still_ns;		/* since then no position has changed */
 	uint64_t made_ns;		/* slots are made up to here */
@@ -56,12 +59,12 @@ struct buffer {
 	int32_t wish_before[POKEYS_AXES];
 	int32_t step[POKEYS_AXES];	/* of the last slot */
 	uint32_t first, pending;	/* pending slots */
-	uint64_t begun;			/* the last of the slots that motion began with */
+	uint64_t begun;			/* last of the slots at rest that fill the buffer first */
 	/* path: the slot executed last, the last one accepted; 32 bits are 49.7 days of motion */
 	uint64_t seen, end;
 	struct buffer_slot slot[BUFFER_PENDING];
 	struct buffer_slot path[BUFFER_PATH];
-	struct buffer_slot wished[BUFFER_PATH];	/* what each slot of the path was made from */
+	struct buffer_slot wished[BUFFER_PATH];	/* the command of each slot of the path */
 };
 
 /* buffer.c: once a cycle, after motion has decided; then the request that is due. */
@@ -74,6 +77,8 @@ bool buffer_ready(const struct device *device);
 /* A status came, to a request of asked_ns. */
 void buffer_status(struct device *device, const struct wire_pulse_status_rep *status,
 		   uint64_t asked_ns);
+/* A status came, to a request of asked_ns; a newer one may have come before. */
+void buffer_learn_order(struct device *device, uint64_t asked_ns);
 /* ... and that came: is all of what was sent there? */
 void buffer_watch(struct device *device, const struct wire_pulse_status_rep *status,
 		  uint64_t asked_ns);
@@ -84,8 +89,8 @@ bool buffer_settled(const struct device *device);
 /* All that is wished has been sent. */
 bool buffer_arrived(const struct device *device);
 /*
- * Set `delayed` and following_error of the axes in buffered mode: what is commanded and not to be
- * executed yet, and how far the reported position is from the command of its own time.
+ * Set `delayed` (commanded since the time of the reported position) and following_error (the
+ * command of that time less the position) of the driven axes in buffered mode.
  */
 void buffer_tell_error(struct device *device);
 /* Slots in the device, as far as known. */
@@ -96,8 +101,13 @@ uint8_t buffer_lead(const struct device *device);
 /* An answer to a fill that has not come by then is not awaited, ns. */
 uint64_t buffer_patience(const struct device *device);
 
+/* A status that was sent so much later than a fill reaches the device after it, ns. */
+uint64_t buffer_disorder(const struct device *device);
+
 /* buffer_fill.c: slots into a fill. Send one; false: not now. */
 bool buffer_fill(struct device *device);
+/* A status shows that the fill under way was executed, or lost: its reply is not awaited. */
+void buffer_fill_known(struct device *device, bool executed);
 /* The last n slots that were sent are not in the device: they wait again. */
 void buffer_take_back(struct device *device, uint32_t n);
 /* The newest fill is not in the device, or nobody knows. */

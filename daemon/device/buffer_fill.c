@@ -155,6 +155,12 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	meter_reply(device, entry, true);
 }
 
+void buffer_fill_known(struct device *device, bool executed)
+{
+	if (request_cancel(device, ended, NULL))
+		buffer_resolve(device, executed);
+}
+
 static void sent(struct device *device)
 {
 	struct buffer *buffer = &device->buffer;
@@ -164,6 +170,7 @@ static void sent(struct device *device)
 	const uint64_t played_ns = now + buffer_level(device) * BUFFER_SLOT_NS;
 
 	buffer->open = true;
+	buffer->sent_ns = now;
 	buffer->sent = (uint8_t)k;
 	buffer->first = (buffer->first + k) % BUFFER_PENDING;
 	buffer->pending -= k;

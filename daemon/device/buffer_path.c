@@ -19,7 +19,7 @@
 #include "daemon/device/internal.h"
 
 #define STEP_MAX 32767		/* 15 bits, protocol section 3.24.5 */
-#define LATE_SLOTS 16		/* a position that is older than the lead by more is an error */
+#define LATE_SLOTS 16		/* so much older than the lead a position may be; then error */
 
 static struct buffer_slot *slot_at(struct device *device, uint64_t at)
 {
@@ -148,7 +148,7 @@ static uint64_t last_sent(const struct buffer *buffer)
 	return buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
 }
 
-/* What a slot was made from. It is not sent, or among the last ones that were. */
+/* The command that a slot was made from: one that is pending, or of the last BUFFER_PATH sent. */
 static const struct buffer_slot *wished(const struct buffer *buffer, uint64_t slot)
 {
 	const uint64_t last = last_sent(buffer);
@@ -158,8 +158,9 @@ static const struct buffer_slot *wished(const struct buffer *buffer, uint64_t sl
 }
 
 /*
- * The slot whose time the reported position is of. If it is older than the lead by more than usual,
- * a newer one; the slots that motion began with, to be ahead, stand for no command.
+ * The slot that the reported position is compared with: the last one that the device is known to
+ * have executed. If that is more than LATE_SLOTS older than the lead, a newer slot is used, and the
+ * rest counts as error. The slots that motion begins with only fill the buffer; they are skipped.
  */
 static uint64_t slot_then(const struct buffer *buffer, uint64_t made)
 {

@@ -12,7 +12,21 @@
 #include "daemon/device/internal.h"
 
 #define STILL_NS (20 * MS)
+#define DISORDER_FADES 65536	/* statuses: a minute */
 #define OLDER 64	/* slots behind the one seen last that a late status may show */
+
+void buffer_learn_order(struct device *device, uint64_t asked_ns)
+{
+	struct buffer *buffer = &device->buffer;
+
+	if (asked_ns < buffer->asked_ns) {
+		if (buffer->asked_ns - asked_ns > buffer->disorder_ns)
+			buffer->disorder_ns = buffer->asked_ns - asked_ns;
+		return;
+	}
+	buffer->asked_ns = asked_ns;
+	buffer->disorder_ns -= buffer->disorder_ns / DISORDER_FADES;
+}
 
 /* Does the device count free slots? They are all free at least once, at the beginning. */
 static void learn_slots(struct buffer *buffer, uint8_t slots)
@@ -96,6 +110,24 @@ static void judge_by_level(struct device *device, const struct wire_pulse_status
 		buffer_resolve(device, in);
 	else if (!in || device->now_ns >= buffer->empty_ns)
 		buffer_lose_sync(device);
+}
+
+/*
+ * The fill is under way. A status that shows its slots needs no reply to it. A status that does not
+ * show them, and was sent so much later that the fill cannot come after it any more, shows that the
+ * fill is lost: earlier than its reply can be given up.
+ */
+static void judge_under_way(struct device *device, const struct wire_pulse_status_rep *status,
+			    uint64_t asked_ns)
+{
+	const struct buffer *buffer = &device->buffer;
+	const uint32_t left = used(buffer, status);
+	const bool in = on_path(device, status->position, buffer->end + buffer->sent, left);
+	const bool out = on_path(device, status->position, buffer->end, left);
+
+	if (in == out || (out && asked_ns < buffer->sent_ns + buffer_disorder(device)))
+		return;
+	buffer_fill_known(device, in);
 }
 
 static void judge_by_position(struct device *device, const struct wire_pulse_status_rep *status)
@@ -184,6 +216,9 @@ static void judge_status(struct device *device, const struct wire_pulse_status_r
 			try_sync(device, status);
 		return;
 	}
+	if (buffer->open && buffer->tells_free && asked_ns >= buffer->sent_ns &&
+	    !threading_stretched(device))
+		judge_under_way(device, status, asked_ns);
 	if (buffer->doubt && newest) {
 		if (threading_paces(device))
 			buffer_judge_stretched(device, status->position, used(buffer, status));

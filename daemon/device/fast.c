@@ -231,6 +231,8 @@ static void status_ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry,
 	device->now_ns = now_ns;
 	if (entry->serial == fast->status_sent)
 		fast->status_open = false;
+	if (believable(device, entry))
+		buffer_learn_order(device, entry->timestamp_first_sent);
 	if (believable(device, entry) && pipeline_take(device, entry, &fast->status_taken)) {
 		if (decode_status(device, entry))
 			motion_status(device, entry->timestamp_first_sent);

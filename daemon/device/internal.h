@@ -301,10 +301,11 @@ bool request_send_patiently(struct device *device, enum wire_op op, const void *
 			    pokeys_parser_t parser, uint64_t deadline_ns);
 
 /*
- * Send the open request of this parser and context again in this cycle, as the newest values
- * cannot wait for its answer. False: there is none, or not now.
+ * The open request of this parser and context: send it again in this cycle, as the newest values
+ * cannot wait for its answer; or end it. False: there is none, or not now.
  */
 bool request_again(struct device *device, pokeys_parser_t parser, const void *context);
+bool request_cancel(struct device *device, pokeys_parser_t parser, const void *context);
 /* There is one, of which the transport has taken no packet yet. */
 bool request_unsent(const struct device *device, pokeys_parser_t parser, const void *context);
 

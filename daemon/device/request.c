@@ -144,6 +144,14 @@ bool request_unsent(const struct device *device, pokeys_parser_t parser, const v
 	return entry && !entry->tries;
 }
 
+bool request_cancel(struct device *device, pokeys_parser_t parser, const void *context)
+{
+	const mailbox_entry_t *entry = find(device, parser, context);
+
+	return entry && !pokeys_request_cancel(&device->mailbox, entry->request_id,
+					       device->now_ns);
+}
+
 bool request_again(struct device *device, pokeys_parser_t parser, const void *context)
 {
 	const mailbox_entry_t *entry = find(device, parser, context);

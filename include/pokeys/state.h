@@ -215,9 +215,10 @@ struct pokeys_axis {
 	uint8_t parked;			/* homed or probed: follows again when its enable has been
 					 * low, or its command meets its position */
 	int32_t following_error;	/* pulses, command - position; 0 unless it is driven by
-					 * positions; without `delayed` */
-	int32_t delayed;		/* pulses that are commanded and wait in the buffer of an
-					 * axis in buffered mode: its usual delay */
+					 * positions; `delayed` is subtracted */
+	int32_t delayed;		/* pulses commanded since the time of the position, for a
+					 * driven axis in buffered mode; else, and while it is not
+					 * known what the buffer contains, 0 */
 	uint8_t reserved[4];
 	uint64_t t_reference_ns;	/* when that reference was last sent */
 	int64_t probe;			/* pulses, latched */

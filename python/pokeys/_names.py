@@ -603,7 +603,7 @@ class StateJointItem(Part):
         code="i")
     counts_delayed = Integer(
         "joint.%02u.counts-delayed", 8, (1144, 88),
-        "commanded, but still in the buffer of an axis in buffered mode: its usual delay",
+        "commanded since the time of the reported position, in buffered mode; 0 in other modes",
         "pulses",
         code="i")
     counts_probed = Integer(

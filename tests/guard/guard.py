@@ -518,15 +518,15 @@ def whoever_may_not_or_cannot_is_told_in_one_line(w):
     w.end_guard()
     sh("umount", "/sys/fs/bpf")
     refused(69, "is no bpf file system")
-    # nor does the service say something else, whose folder is missing for that reason
+    # without a BPF file system, the folder of --pins is missing too; the error names the file system
     out = sh(w.guard_exe, "--pins", RUN / "no", "-c", w.conf, "run", check=False)
     assert out.returncode == 69 and "/sys/fs/bpf is no bpf file system" in out.stderr, out
     sh("mount", "-t", "bpf", "bpf", "/sys/fs/bpf")
 
 
 def user_and_capabilities_of_the_unit_suffice(w):
-    """Its folder of pins is bound to another place, because only root gets to the first. What another user has
-    left in it is taken over."""
+    """As in the unit, the guard is not root and sees its folder of pins at another path. The next guard takes over
+    what a killed guard has left."""
     nobody, place = 65534, RUN / "pins"
     w.write_conf(f"address = {DEVICE}\n", transport="xdp")
     sh("chmod", "0700", PINS.parent)
@@ -547,7 +547,7 @@ def user_and_capabilities_of_the_unit_suffice(w):
     (STATUS.parent / "lock").unlink(missing_ok=True)
     start()
     w.arrived()
-    # root sees it without the option
+    # root needs no --pins to read the counters
     got = w.counted(lambda: send_far(STRANGER, PORT, 50, bytes(64)), drop_foreign=50)
     assert got.get("drop_foreign") == 50 and w.arrived() == 0, got
     before = program_on("pk0")

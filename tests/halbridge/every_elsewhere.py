@@ -8,6 +8,8 @@ ELSEWHERE = {
     # and a buffer is emptied too quickly
     "every_out_pin.c": (r"daemon\.guard", r"packets\.(?:stale|wrong-source|send-failed)",
                         r"one-shot-full", r"threading\.preparing"),
+    # the delay of the buffer lasts milliseconds
+    "every_in_pin.c": (r"motion-type",),
     # a moment without a processor stops a motor, as it must
     "servos.c": (r"servo\.\d\d\..*",),
     # a device that is restarted ends every session here

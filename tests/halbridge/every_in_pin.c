@@ -211,7 +211,7 @@ static bool limits_are_overridden(const struct table_cursor *at, bool pressed)
 
 static void set_pin(const char *name, unsigned int index, double value);
 
-/* Of a joint in buffered mode, pos-fb is without the delay then. */
+/* Along a path, pos-fb of a joint in buffered mode leaves out the delay. */
 static bool path_is_shown(const struct table_cursor *at, bool pressed)
 {
 	struct pokeys_axis *axis = &drive.rig.daemon.engine.axis[0];

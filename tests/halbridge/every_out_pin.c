@@ -352,7 +352,6 @@ static const struct out_driver drivers[] = {
 	BY("encoder.%02u.velocity", turn), BITS("encoder.%02u.enabled", encoder_enabled, 0),
 
 	AXIS("following-error", .following_error), AXIS("pos-fb", .position),
-	AXIS("pos-reported", .position),
 	AXIS("state", .state), AXIS("enabled", .enabled),
 	BY("joint.%02u.in-position", stand_at_the_command), AXIS("homed", .homed),
 	AXIS("error", .error), AXIS("limit-neg", .limit_minus), AXIS("limit-pos", .limit_plus),

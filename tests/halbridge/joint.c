@@ -367,7 +367,7 @@ static double shown_in(enum pokeys_axis_mode mode, int32_t motion_type)
 
 enum { JOGS = 0, LINE = 2, PROBES = 5 };
 
-/* A device that is always as late has no following error; where it is matters to a probe. */
+/* A constant delay is not a following error along a path. A probe needs the real position. */
 static void delay_of_the_buffer_is_left_out_of_a_path(void **state)
 {
 	struct pokeys_axis *there = &rig.daemon.engine.axis[2];
@@ -381,8 +381,7 @@ static void delay_of_the_buffer_is_left_out_of_a_path(void **state)
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.5);
 	assert_true(shown_in(POKEYS_AXIS_POSITION, LINE) == 9.5);
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.9);
-	assert_true(joint->pos_reported == 9.5);
-	/* what the daemon has not taken is not there */
+	/* a command that the daemon has not accepted changes nothing */
 	joint->pos_cmd = 110;
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.9);
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, PROBES) == 9.5);
@@ -391,7 +390,7 @@ static void delay_of_the_buffer_is_left_out_of_a_path(void **state)
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.5);
 	there->enabled = 1;
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.9);
-	/* LinuxCNC makes the feedback its command then, which must not lead itself on */
+	/* when disabled, LinuxCNC copies the feedback into its command; the two must not drift */
 	joint->enable = false;
 	there->position = 1910;
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.55);
@@ -416,11 +415,11 @@ static void delay_is_left_out_until_the_end_of_the_path(void **state)
 	there->position = 1950;
 	there->delayed = 52;
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 10.01);
-	/* homing or a jog begins before it has arrived: from now on it is where it is */
+	/* homing or a jog begins before the joint has arrived: the reported position from now on */
 	joint->pos_cmd = 10.02;
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.75);
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.75);
-	/* nor does it begin again when it has */
+	/* and no delay is left out again when it has arrived */
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 10.01);
 	there->delayed = 0;
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.75);
@@ -428,7 +427,7 @@ static void delay_is_left_out_until_the_end_of_the_path(void **state)
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.75);
 }
 
-/* It stands beyond a soft limit, and LinuxCNC has to see that. */
+/* The check of the soft limit uses the reported position. */
 static void soft_limit_is_told_by_where_the_joint_is(void **state)
 {
 	struct pokeys_axis *there = &rig.daemon.engine.axis[2];

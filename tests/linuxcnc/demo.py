@@ -136,7 +136,7 @@ until("the program moves", lambda: stat.current_vel > 0 and stat.interp_state !=
 
 
 def ctrl_c_while_a_program_runs(child):
-    """AXIS refuses to be closed then; the demo ends LinuxCNC by its script."""
+    """While a program runs, AXIS refuses to close. The demo then ends LinuxCNC through LinuxCNC's own script."""
     subprocess.run(["/usr/bin/python3", "-B", "-c", CUT, child.folder / "first-cut.ngc"], env=child.env, check=True,
                    timeout=280)
     child.send_signal(signal.SIGINT)

@@ -62,7 +62,10 @@ class House:
     def __enter__(self):
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, _kind, fault, _where):
+        if fault and not isinstance(fault, Skip):
+            for path in sorted(self.folder.glob("*.log")):
+                fault.add_note(f"{path.name}:\n{path.read_text(errors='replace')[-3000:]}")
         for child in reversed(self.children):
             if child.poll() is None:
                 child.kill()
