@@ -19,7 +19,9 @@
  * can add a step or take one away, it can only make the axes late.
  *
  * Motion from rest begins with slots that stand still, as many as a lost fill
- * takes to be found out and mended (4 and three times that; 7 on a quiet wire).
+ * takes to be found out and mended (4 and three times that; 7 on a quiet wire), or more if
+ * the device was silent for longer within the last minute or so. If it is silent for longer
+ * than ever while the axes move, slots are made faster until the lead is long enough.
  * Slots are made by our clock and taken by the device's. What is in the buffer
  * says how the two drift apart; slots are made a little faster or slower then,
  * each with the position wished at its own time.
@@ -102,11 +104,21 @@ static uint64_t found_out(const struct device *device)
 	return device->buffer.tells_free && status < patience ? status : patience;
 }
 
-/* Slots that the device has to be ahead, for a lost fill to do no harm. */
+static uint64_t slots_of(uint64_t ns)
+{
+	return (ns + BUFFER_SLOT_NS - 1) / BUFFER_SLOT_NS;
+}
+
+/*
+ * Slots that the device has to be ahead, for lost fills and the usual silences to do no harm. One
+ * that does not tell its level runs dry at a lost fill anyway, and begins again so much later.
+ */
 uint8_t buffer_lead(const struct device *device)
 {
-	const uint64_t lost = found_out(device) + BUFFER_SLOT_NS - 1;
-	const uint64_t slots = LEAD_LEAST + 3 * (lost / BUFFER_SLOT_NS);
+	const uint64_t lost = slots_of(found_out(device));
+	const uint64_t silent = device->buffer.tells_free ?
+				slots_of(device->buffer.silence_ns) : 0;
+	const uint64_t slots = LEAD_LEAST + lost + (silent > 2 * lost ? silent : 2 * lost);
 
 	return (uint8_t)(slots < LEAD_MOST ? slots : LEAD_MOST);
 }
@@ -224,9 +236,12 @@ static uint64_t slot_time(const struct device *device)
 static void make_slots(struct device *device)
 {
 	struct buffer *buffer = &device->buffer;
-	const uint64_t time = slot_time(device);
 	struct buffer_slot slot;
+	uint64_t time;
 
+	if (buffer->tells_free && !threading_paces(device) && buffer_lead(device) > buffer->lead)
+		buffer->lead = buffer_lead(device);
+	time = slot_time(device);
 	while (buffer->made_ns + time <= device->tick_ns) {
 		buffer->made_ns += time;
 		wish_at(device, buffer->made_ns, &slot);

@@ -51,6 +51,8 @@ struct buffer {
 	uint64_t ended_ns;		/* when it ended */
 	uint64_t asked_ns;		/* when the newest status that came was asked for */
 	uint64_t disorder_ns;		/* by so much statuses have overtaken each other lately */
+	uint64_t came_ns;		/* the last reply to a status or a fill */
+	uint64_t silence_ns;		/* the longest time between two of them lately */
 	uint64_t empty_ns;		/* by then the device has executed all of it */
 	uint64_t still_ns;		/* since then no position has changed */
 	uint64_t made_ns;		/* slots are made up to here */
@@ -79,6 +81,8 @@ void buffer_status(struct device *device, const struct wire_pulse_status_rep *st
 		   uint64_t asked_ns);
 /* A status came, to a request of asked_ns; a newer one may have come before. */
 void buffer_learn_order(struct device *device, uint64_t asked_ns);
+/* A reply to a status or a fill came. */
+void buffer_learn_silence(struct device *device);
 /* ... and that came: is all of what was sent there? */
 void buffer_watch(struct device *device, const struct wire_pulse_status_rep *status,
 		  uint64_t asked_ns);

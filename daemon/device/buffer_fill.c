@@ -146,6 +146,7 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 	buffer->doubt = buffer->synced && !answered(entry);
 	if (!answered(entry))
 		return;
+	buffer_learn_silence(device);
 	wire_pulse_fill8_decode_rep(entry->response_buffer, &reply);
 	buffer_judge_dry(device, reply.status.position);
 	take_answer(device, reply.accepted);

@@ -12,20 +12,33 @@
 #include "daemon/device/internal.h"
 
 #define STILL_NS (20 * MS)
-#define DISORDER_FADES 65536	/* statuses: a minute */
+#define FADES 65536		/* replies: a minute */
+#define SILENCE_MOST_NS (50 * MS)	/* a longer one outlasts any lead */
 #define OLDER 64	/* slots behind the one seen last that a late status may show */
+
+void buffer_learn_silence(struct device *device)
+{
+	struct buffer *buffer = &device->buffer;
+	const uint64_t silent_ns = device->now_ns - buffer->came_ns;
+
+	buffer->silence_ns -= buffer->silence_ns / FADES;
+	if (silent_ns > buffer->silence_ns && silent_ns <= SILENCE_MOST_NS)
+		buffer->silence_ns = silent_ns;
+	buffer->came_ns = device->now_ns;
+}
 
 void buffer_learn_order(struct device *device, uint64_t asked_ns)
 {
 	struct buffer *buffer = &device->buffer;
 
+	buffer_learn_silence(device);
 	if (asked_ns < buffer->asked_ns) {
 		if (buffer->asked_ns - asked_ns > buffer->disorder_ns)
 			buffer->disorder_ns = buffer->asked_ns - asked_ns;
 		return;
 	}
 	buffer->asked_ns = asked_ns;
-	buffer->disorder_ns -= buffer->disorder_ns / DISORDER_FADES;
+	buffer->disorder_ns -= buffer->disorder_ns / FADES;
 }
 
 /* Does the device count free slots? They are all free at least once, at the beginning. */
@@ -113,21 +126,18 @@ static void judge_by_level(struct device *device, const struct wire_pulse_status
 }
 
 /*
- * The fill is under way. A status that shows its slots needs no reply to it. A status that does not
- * show them, and was sent so much later that the fill cannot come after it any more, shows that the
- * fill is lost: earlier than its reply can be given up.
+ * The fill is under way. A status that was sent so much later that it cannot have overtaken the
+ * fill shows whether its slots are in the device: earlier than the fill's reply can be given up.
  */
-static void judge_under_way(struct device *device, const struct wire_pulse_status_rep *status,
-			    uint64_t asked_ns)
+static void judge_under_way(struct device *device, const struct wire_pulse_status_rep *status)
 {
 	const struct buffer *buffer = &device->buffer;
 	const uint32_t left = used(buffer, status);
 	const bool in = on_path(device, status->position, buffer->end + buffer->sent, left);
 	const bool out = on_path(device, status->position, buffer->end, left);
 
-	if (in == out || (out && asked_ns < buffer->sent_ns + buffer_disorder(device)))
-		return;
-	buffer_fill_known(device, in);
+	if (in != out)
+		buffer_fill_known(device, in);
 }
 
 static void judge_by_position(struct device *device, const struct wire_pulse_status_rep *status)
@@ -216,9 +226,9 @@ static void judge_status(struct device *device, const struct wire_pulse_status_r
 			try_sync(device, status);
 		return;
 	}
-	if (buffer->open && buffer->tells_free && asked_ns >= buffer->sent_ns &&
-	    !threading_stretched(device))
-		judge_under_way(device, status, asked_ns);
+	if (buffer->open && buffer->tells_free && !threading_stretched(device) &&
+	    asked_ns >= buffer->sent_ns + buffer_disorder(device))
+		judge_under_way(device, status);
 	if (buffer->doubt && newest) {
 		if (threading_paces(device))
 			buffer_judge_stretched(device, status->position, used(buffer, status));

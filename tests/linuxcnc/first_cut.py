@@ -173,6 +173,8 @@ WORKS = {
     # what each wire does to the path, in each mode
     "wires": ("mill", {}, (), "wires"),
     "wires_buffered": ("mill", both(BUFFERED, WITH_DELAY), ("--count-free",), "wires"),
+    # its delay, and what LinuxCNC sees of it
+    "undelayed": ("mill", both(BUFFERED, WITH_DELAY), ("--count-free",), "undelayed"),
     # its status does not tell how full the buffer is: positions have to
     "buffered_untold": ("mill", both(BUFFERED, WITH_DELAY), (), "first_cut"),
     "device_homing": ("mill", DEVICE_HOMING, (), "device_homing"),

@@ -455,6 +455,7 @@ def one_switch_for_the_device(m):
 
 
 WORK = {"first_cut": first_cut, "lossy_cut": lossy_cut, "wires": lambda m: wires.all_wires(m, FOLDER),
+        "undelayed": lambda m: wires.undelayed(m, FOLDER),
         "device_homing": device_homing,
         "one_switch": one_switch_is_home_and_limit, "one_switch_device_homing": one_switch_for_the_device,
         "jogging": jogging.jogging,
