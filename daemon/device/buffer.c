@@ -90,7 +90,12 @@ uint64_t buffer_patience(const struct device *device)
 
 uint64_t buffer_disorder(const struct device *device)
 {
-	return device->buffer.disorder_ns + BUFFER_SLOT_NS;
+	const uint64_t seen = device->buffer.disorder_ns;
+	/* with one status at a time, none overtakes another */
+	const uint64_t spread = device->pipeline.depth > 1 ? 0 :
+				2 * device->mailbox.statistics.rtt_variation_ns;
+
+	return (seen > spread ? seen : spread) + BUFFER_SLOT_NS;
 }
 
 /* After such a time a lost fill is found out, ns. */
@@ -98,8 +103,10 @@ static uint64_t found_out(const struct device *device)
 {
 	const struct pokeys_statistics *measured = &device->mailbox.statistics;
 	const uint64_t patience = buffer_patience(device);
+	const uint64_t cycle = device->config.period_ns * device->config.fast_divider;
 	const uint64_t status = buffer_disorder(device) + measured->rtt_smoothed_ns +
-				measured->rtt_variation_ns;
+				measured->rtt_variation_ns +
+				(cycle > BUFFER_SLOT_NS ? cycle - BUFFER_SLOT_NS : 0);
 
 	return device->buffer.tells_free && status < patience ? status : patience;
 }
@@ -200,6 +207,22 @@ bool buffer_arrived(const struct device *device)
 	return true;
 }
 
+/* Slots that nothing was heard about since the last reply. */
+static uint32_t unheard(const struct device *device)
+{
+	const uint64_t slots = (device->now_ns - device->buffer.came_ns) / BUFFER_SLOT_NS;
+
+	return slots < BUFFER_PATH ? (uint32_t)slots : BUFFER_PATH;
+}
+
+/* Slots of the motion before that the device has still to execute. */
+static uint32_t left_for_sure(const struct device *device)
+{
+	const uint32_t level = buffer_level(device), since = unheard(device) + 1;
+
+	return device->buffer.tells_free && level > since ? level - since : 0;
+}
+
 static void begin_motion(struct device *device)
 {
 	struct buffer *buffer = &device->buffer;
@@ -207,7 +230,8 @@ static void begin_motion(struct device *device)
 
 	buffer->busy = true;
 	buffer->lead = buffer_lead(device);
-	for (unsigned int i = 0; i < buffer->lead && !threading_paces(device); i++)
+	buffer->led_ns = device->tick_ns;
+	for (uint32_t i = left_for_sure(device); i < buffer->lead && !threading_paces(device); i++)
 		push(device, &here);
 	buffer->made_ns = buffer->tick_ns;
 	buffer->begun = buffer->end + (buffer->open ? buffer->sent : 0) + buffer->pending;
@@ -233,14 +257,27 @@ static uint64_t slot_time(const struct device *device)
 	return (uint64_t)((int64_t)BUFFER_SLOT_NS + more * (int64_t)(BUFFER_SLOT_NS / DRIFT_PART));
 }
 
+/* During a motion. It falls slowly, because a wire that was bad may be so again. */
+static void adapt_lead(struct device *device)
+{
+	struct buffer *buffer = &device->buffer;
+	const uint8_t lead = buffer_lead(device);
+
+	if (lead == buffer->lead || (lead < buffer->lead &&
+				     device->tick_ns - buffer->led_ns < SECOND))
+		return;
+	buffer->lead = lead > buffer->lead ? lead : (uint8_t)(buffer->lead - 1);
+	buffer->led_ns = device->tick_ns;
+}
+
 static void make_slots(struct device *device)
 {
 	struct buffer *buffer = &device->buffer;
 	struct buffer_slot slot;
 	uint64_t time;
 
-	if (buffer->tells_free && !threading_paces(device) && buffer_lead(device) > buffer->lead)
-		buffer->lead = buffer_lead(device);
+	if (buffer->tells_free && !threading_paces(device))
+		adapt_lead(device);
 	time = slot_time(device);
 	while (buffer->made_ns + time <= device->tick_ns) {
 		buffer->made_ns += time;

@@ -47,6 +47,7 @@ struct buffer {
 	bool in_parts;			/* ... needed more than one packet */
 	uint8_t data[WIRE_MULTI_DATA];	/* ... its steps */
 	uint8_t lead;			/* slots that the device is ahead of the wire */
+	uint64_t led_ns;		/* when it was changed */
 	uint64_t sent_ns;		/* when the newest fill was sent */
 	uint64_t ended_ns;		/* when it ended */
 	uint64_t asked_ns;		/* when the newest status that came was asked for */

@@ -141,6 +141,8 @@ static void ended(pokeys_device_t *mailbox, const mailbox_entry_t *entry, void *
 
 	(void)context;
 	device->now_ns = now_ns;
+	if (!buffer->open)
+		return;		/* it was not sent: what is known of the one before holds */
 	buffer->open = false;
 	buffer->ended_ns = now_ns;
 	buffer->doubt = buffer->synced && !answered(entry);

@@ -12,8 +12,10 @@
 #include "daemon/device/internal.h"
 
 #define STILL_NS (20 * MS)
-#define FADES 65536		/* replies: a minute */
+#define DISORDER_FADES 65536	/* statuses: a minute */
+#define SILENCE_FADES_NS (60 * SECOND)
 #define SILENCE_MOST_NS (50 * MS)	/* a longer one outlasts any lead */
+#define SILENCE_LOST_NS (200 * MS)	/* the link is lost, or was */
 #define OLDER 64	/* slots behind the one seen last that a late status may show */
 
 void buffer_learn_silence(struct device *device)
@@ -21,10 +23,12 @@ void buffer_learn_silence(struct device *device)
 	struct buffer *buffer = &device->buffer;
 	const uint64_t silent_ns = device->now_ns - buffer->came_ns;
 
-	buffer->silence_ns -= buffer->silence_ns / FADES;
-	if (silent_ns > buffer->silence_ns && silent_ns <= SILENCE_MOST_NS)
-		buffer->silence_ns = silent_ns;
 	buffer->came_ns = device->now_ns;
+	if (silent_ns > SILENCE_LOST_NS || device->motion.phase != MOTION_ON)
+		return;
+	buffer->silence_ns -= buffer->silence_ns * silent_ns / SILENCE_FADES_NS;
+	if (silent_ns > buffer->silence_ns)
+		buffer->silence_ns = silent_ns < SILENCE_MOST_NS ? silent_ns : SILENCE_MOST_NS;
 }
 
 void buffer_learn_order(struct device *device, uint64_t asked_ns)
@@ -38,7 +42,7 @@ void buffer_learn_order(struct device *device, uint64_t asked_ns)
 		return;
 	}
 	buffer->asked_ns = asked_ns;
-	buffer->disorder_ns -= buffer->disorder_ns / FADES;
+	buffer->disorder_ns -= buffer->disorder_ns / DISORDER_FADES;
 }
 
 /* Does the device count free slots? They are all free at least once, at the beginning. */

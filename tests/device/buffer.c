@@ -5,6 +5,7 @@
  * where it is to be.
  */
 
+#include <errno.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -363,6 +364,65 @@ static void lost_fill_is_found_out_early(void **state)
 	settle(1, at);
 }
 
+static void refuse_some_fills(struct world *w, const uint8_t *packet)
+{
+	static unsigned int fills;
+
+	if (packet[1] != 0x85 || packet[2] != 0xff || ++fills % 37)
+		return;
+	w->swallow = true;
+	w->swallow_as = -ENOBUFS;
+}
+
+/* The kernel does not take a fill now and then: those before it are not sent again. */
+static void fill_that_was_not_sent_moves_nothing(void **state)
+{
+	int64_t before = 0;
+	int32_t at = 0;
+
+	(void)state;
+	begin(1, true);
+	speed_up(&at);
+	world.watch = refuse_some_fills;
+	for (unsigned int i = 0; i < 3000; i++) {
+		go(0, at += 50);
+		world_cycle(&world);
+		assert_true(world_pulses(&world, 0) >= before);
+		before = world_pulses(&world, 0);
+	}
+	world.watch = NULL;
+	assert_int_equal(world.state.engine.buffer_resyncs, 0);
+	settle(1, at);
+}
+
+/* After a long silence the lead is long. A motion that begins soon after another adds no more. */
+static void lead_is_not_added_to_what_is_left(void **state)
+{
+	int32_t at = 0, most = 0;
+
+	(void)state;
+	begin(1, true);
+	speed_up(&at);
+	most_error(200, &at);
+	world_loss(&world, 1);
+	for (unsigned int i = 0; i < 45; i++)
+		world_cycle(&world);
+	world_loss(&world, 0);
+	world_run(&world, 500 * MS);
+	for (unsigned int round = 0; round < 20; round++) {
+		speed_up(&at);
+		most = most_error(100, &at);
+		for (int32_t i = 50; i > 0; i--) {
+			go(0, at += i);
+			world_cycle(&world);
+		}
+		assert_true(most <= 3 * 50);
+		for (unsigned int i = 0; i < 5; i++)
+			world_cycle(&world);
+	}
+	settle(1, at);
+}
+
 /*
  * Nothing arrives for 10 ms on average, twice a second each way. The lead grows with the silences
  * that come; without that, the axis stopped without a ramp 140 times in these 100 s.
@@ -428,6 +488,8 @@ int main(void)
 		cmocka_unit_test(refused_command_is_an_error),
 		cmocka_unit_test(resynchronised_axis_is_behind),
 		cmocka_unit_test(lost_fill_is_found_out_early),
+		cmocka_unit_test(fill_that_was_not_sent_moves_nothing),
+		cmocka_unit_test(lead_is_not_added_to_what_is_left),
 		cmocka_unit_test(silences_are_learnt),
 		cmocka_unit_test(machine_off_stops_and_begins_where_it_stands),
 	};

@@ -83,9 +83,10 @@ static int send(void *context, const uint8_t *packet, size_t length)
 	if (world->unplugged)
 		return -ENETUNREACH;
 	world->swallow = false;
+	world->swallow_as = 0;
 	account(world, packet);
 	if (world->swallow)
-		return 0;
+		return world->swallow_as;
 	sim_rig_send(&world->rig, world_device_time(world), packet, length);
 	return 0;
 }

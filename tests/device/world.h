@@ -58,6 +58,7 @@ struct world {
 	uint8_t last_request[64];	/* the packet sent last */
 	void (*watch)(struct world *world, const uint8_t *packet);	/* sees each packet sent */
 	bool swallow;			/* set by watch: this packet never arrives */
+	int swallow_as;			/* ... and 0, or -errno if the kernel does not take it */
 	bool (*lose_reply)(struct world *world, const uint8_t *packet);
 	/* sees each reply when the device layer has judged it */
 	void (*heard)(struct world *world, const uint8_t *packet, size_t length);
