@@ -7,10 +7,9 @@
  *
  * So pos-fb does not jump, but for a delay that was left out of it (joint.h): from then on
  * it is what the device counts, plus what was lost, and commands are taken back by the
- * same. Where the axis really stands nobody knows,
- * its motor may have had no power. That is what position-lost says, until the joint is
- * homed: by the device (then its own count is valid again), by LinuxCNC (motion-homed
- * rises), or its position is set.
+ * same. Where the axis really stands nobody knows, its motor may have had no power. That
+ * is what position-lost says, until the joint is homed: by the device (then its own count
+ * is valid again), by LinuxCNC (motion-homed rises), or its position is set.
  *
  * A motion buffer that ran dry, a limit switch and the emergency input stop axes without a
  * ramp. The counts of those that moved are right, but their motors may have lost steps, so

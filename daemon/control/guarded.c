@@ -2,9 +2,8 @@
 /*
  * The daemon has no right to look at BPF programs, and shall have none: what
  * it knows of the guard is a file of a few lines "key value" in a folder where
- * only the guard can write. The file says when it was written, so that a guard
- * that was killed, or a file of another start of the machine, is not taken for
- * one that is there.
+ * only the guard can write. The file says when it was written. This shows that
+ * the guard was killed since, or that the computer was started again.
  *
  * Nothing depends on what is read here but a flag, a line in the log and
  * metrics. Names go into the metrics' text, so they are let in letter by letter.

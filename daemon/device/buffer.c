@@ -231,6 +231,7 @@ static void begin_motion(struct device *device)
 	buffer->busy = true;
 	buffer->lead = buffer_lead(device);
 	buffer->led_ns = device->tick_ns;
+	buffer->rest = buffer->end + (buffer->open ? buffer->sent : 0) + buffer->pending;
 	for (uint32_t i = left_for_sure(device); i < buffer->lead && !threading_paces(device); i++)
 		push(device, &here);
 	buffer->made_ns = buffer->tick_ns;

@@ -148,7 +148,7 @@ static uint64_t last_sent(const struct buffer *buffer)
 	return buffer->end + (buffer->open || buffer->doubt ? buffer->sent : 0);
 }
 
-/* The command that a slot was made from: one that is pending, or of the last BUFFER_PATH sent. */
+/* The command that a slot was made from. The slot is pending, or was sent not long ago. */
 static const struct buffer_slot *wished(const struct buffer *buffer, uint64_t slot)
 {
 	const uint64_t last = last_sent(buffer);
@@ -167,7 +167,7 @@ static uint64_t slot_then(const struct buffer *buffer, uint64_t made)
 	const uint64_t most = (uint64_t)buffer->lead + LATE_SLOTS;
 	uint64_t then = made > buffer->seen + most ? made - most : buffer->seen;
 
-	if (buffer->busy && then <= buffer->begun)
+	if (buffer->busy && then >= buffer->rest && then <= buffer->begun)
 		then = buffer->begun + 1;
 	return then < made ? then : made;
 }

@@ -116,13 +116,23 @@ static bool on_path(const struct device *device, const int32_t position[POKEYS_A
 	       (left && buffer_path_within(device, position, end - left + 1));
 }
 
+/* The level and the positions fit to a newest fill that is in the device, or to one that is not. */
+static void look_for_fill(const struct device *device, const struct wire_pulse_status_rep *status,
+			  bool *in, bool *out)
+{
+	const struct buffer *buffer = &device->buffer;
+	const uint32_t left = used(buffer, status);
+
+	*in = on_path(device, status->position, buffer->end + buffer->sent, left);
+	*out = on_path(device, status->position, buffer->end, left);
+}
+
 static void judge_by_level(struct device *device, const struct wire_pulse_status_rep *status)
 {
-	struct buffer *buffer = &device->buffer;
-	const uint32_t left = used(buffer, status);
-	const bool in = on_path(device, status->position, buffer->end + buffer->sent, left);
-	const bool out = on_path(device, status->position, buffer->end, left);
+	const struct buffer *buffer = &device->buffer;
+	bool in, out;
 
+	look_for_fill(device, status, &in, &out);
 	if (in != out)
 		buffer_resolve(device, in);
 	else if (!in || device->now_ns >= buffer->empty_ns)
@@ -135,11 +145,9 @@ static void judge_by_level(struct device *device, const struct wire_pulse_status
  */
 static void judge_under_way(struct device *device, const struct wire_pulse_status_rep *status)
 {
-	const struct buffer *buffer = &device->buffer;
-	const uint32_t left = used(buffer, status);
-	const bool in = on_path(device, status->position, buffer->end + buffer->sent, left);
-	const bool out = on_path(device, status->position, buffer->end, left);
+	bool in, out;
 
+	look_for_fill(device, status, &in, &out);
 	if (in != out)
 		buffer_fill_known(device, in);
 }

@@ -367,17 +367,26 @@ static double shown_in(enum pokeys_axis_mode mode, int32_t motion_type)
 
 enum { JOGS = 0, LINE = 2, PROBES = 5 };
 
-/* A constant delay is not a following error along a path. A probe needs the real position. */
-static void delay_of_the_buffer_is_left_out_of_a_path(void **state)
+/* The joint is enabled, and commanded to 10 units. */
+static struct pokeys_axis *begin_buffered(int32_t position, int32_t delayed)
 {
 	struct pokeys_axis *there = &rig.daemon.engine.axis[2];
 
-	(void)state;
 	joint->enable = true;
 	joint->pos_cmd = 10;
 	there->enabled = 1;
-	there->position = 1900;
-	there->delayed = 80;
+	there->mode = POKEYS_AXIS_BUFFERED;
+	there->position = position;
+	there->delayed = delayed;
+	return there;
+}
+
+/* A constant delay is not a following error along a path. A probe needs the real position. */
+static void delay_of_the_buffer_is_left_out_of_a_path(void **state)
+{
+	struct pokeys_axis *there = begin_buffered(1900, 80);
+
+	(void)state;
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, JOGS) == 9.5);
 	assert_true(shown_in(POKEYS_AXIS_POSITION, LINE) == 9.5);
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 9.9);
@@ -398,14 +407,9 @@ static void delay_of_the_buffer_is_left_out_of_a_path(void **state)
 
 static void delay_is_left_out_until_the_end_of_the_path(void **state)
 {
-	struct pokeys_axis *there = &rig.daemon.engine.axis[2];
+	struct pokeys_axis *there = begin_buffered(1900, 100);
 
 	(void)state;
-	joint->enable = true;
-	joint->pos_cmd = 10;
-	there->enabled = 1;
-	there->position = 1900;
-	there->delayed = 100;
 	assert_true(shown_in(POKEYS_AXIS_BUFFERED, LINE) == 10);
 	/* the last command of the path comes in the period that ends it */
 	joint->pos_cmd = 10.01;
@@ -430,17 +434,11 @@ static void delay_is_left_out_until_the_end_of_the_path(void **state)
 /* The check of the soft limit uses the reported position. */
 static void soft_limit_is_told_by_where_the_joint_is(void **state)
 {
-	struct pokeys_axis *there = &rig.daemon.engine.axis[2];
-
 	(void)state;
-	joint->enable = true;
+	begin_buffered(990, 100);
 	rig.values.set.axis[2].soft_limits = 1;
 	rig.values.set.axis[2].soft_max = 5;
 	rig.values.motion_type = LINE;
-	there->mode = POKEYS_AXIS_BUFFERED;
-	there->enabled = 1;
-	there->position = 990;
-	there->delayed = 100;
 	joint->pos_cmd = 5.2;
 	rig_periods(&rig, 4);
 	assert_true(joint->refused);
