@@ -210,7 +210,8 @@ bool do_homing(void)
 	struct home_result result = home_plan_step(&home.plan, home.state, home.period_s);
 
 	driven |= home.plan.group;
-	for (int j = 0; j < (int)home.plan.joints; j++) {
+	/* gcc 14 does not see that joints <= HOME_JOINTS */
+	for (int j = 0; j < HOME_JOINTS && j < (int)home.plan.joints; j++) {
 		if (driven & home_bit(j))
 			home_follow(j);
 		if (!(home.plan.group & home_bit(j)))

@@ -106,7 +106,7 @@ install_for_plots() {
 
 install_for_package() {
 	install_for_build
-	install_packages "${PACKAGES_PACKAGE[@]}"
+	install_packages "${PACKAGES_PACKAGE[@]}" "${PACKAGES_REMOTE[@]}"
 }
 
 install_for_gateway() {

@@ -102,8 +102,11 @@ static int make_ring(struct uring *u)
 	if (rc < 0)
 		return rc;
 	u->ring_open = true;
-	/* Submission i is always in entry i: filled in once, never touched again. */
-	for (unsigned int i = 0; i < u->sizes.submissions; i++)
+	/*
+	 * Submission i is always in entry i: filled in once, never touched again. liburing 2.6 and
+	 * newer ask the kernel (6.6 and newer) for a ring without this array, which does the same.
+	 */
+	for (unsigned int i = 0; u->ring.sq.array && i < u->sizes.submissions; i++)
 		u->ring.sq.array[i] = i;
 	return 0;
 }
@@ -215,9 +218,13 @@ int uring_attach(struct transport *t, uint32_t channel)
 	update = (struct io_uring_files_update){ .offset = channel,
 						 .fds = (uintptr_t)&c->udp.fd };
 	rc = ring_register(u, IORING_REGISTER_FILES_UPDATE, &update, 1);
-	if (rc < 0)
+	if (rc < 0) {
 		udp_close(&c->udp);
-	return rc < 0 ? rc : 0;
+		return rc;
+	}
+	if (channel >= u->channels)
+		u->channels = channel + 1;
+	return 0;
 }
 
 /* Waits name their deadline absolutely where the kernel can (6.12), else relatively. */

@@ -1,14 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Checks that each installed file is in exactly one Debian package, and that the packages list no others.
+"""Checks that each installed file is in exactly one Debian package, that the packages list no others, and that
+lintian has room for the lines of their descriptions.
 
 usage: check_packages.py SOURCE BUILD
 """
 import fnmatch
 import json
 import pathlib
+import re
 import subprocess
 import sys
+
+DESCRIPTION_MOST = 80           # characters of a line
 
 
 def named(source):
@@ -19,7 +23,10 @@ def named(source):
 
 
 def is_within(name, pattern):
-    """A pattern is a file, or a folder with all that is in it."""
+    """A pattern is a file, or a folder with all that is in it; of words in braces, one is meant."""
+    if braces := re.search(r"\{([^}]*)\}", pattern):
+        return any(is_within(name, pattern[:braces.start()] + word + pattern[braces.end():])
+                   for word in braces[1].split(","))
     return any(fnmatch.fnmatchcase(part, pattern) for part in (name, *map(str, pathlib.PurePath(name).parents)))
 
 
@@ -37,6 +44,9 @@ def main():
     for pattern, file in lists:
         if not (source / pattern).exists() and not any(is_within(name, pattern) for name in installed):
             faults.append(f"debian/{file}: {pattern}: nothing of this name is installed")
+    for number, line in enumerate((source / "debian/control").read_text(encoding="utf-8").splitlines(), 1):
+        if line.startswith(" ") and not line.startswith("  ") and len(line) > DESCRIPTION_MOST:
+            faults.append(f"debian/control:{number}: {len(line)} characters, at most {DESCRIPTION_MOST} are allowed")
     print("\n".join(faults) or f"{len(installed)} files, each in one package")
     return bool(faults)
 

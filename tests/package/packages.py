@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The Debian packages: lintian finds nothing, another build gives the same bytes without a network, and in a
-clean Debian they can be installed, used and removed, with nothing left.
+clean Debian 12 they can be installed, used and removed, with nothing left. Those that a clean Debian 13
+builds of the same sources can be, too.
 
 usage: packages.py SOURCE
 """
@@ -114,16 +115,39 @@ def documented(source):
     return next(line.removeprefix("sudo ") for line in text.splitlines() if line.startswith("sudo apt install ./"))
 
 
-def can_be_used(source, folder, work):
-    root = work / "root"
+def clean_debian(root, release, *packages):
+    """A function that runs a script in a new, small Debian; its keyword ``network``: with the network."""
     run("mmdebstrap", "--quiet", "--variant=minbase", "--mode=root", "--aptopt=Acquire::Retries \"5\"",
-        "--include=systemd,systemd-sysv,python3-minimal,man-db,udev,ca-certificates,bash", "bookworm", root)
+        f"--include={','.join(packages)}", release, root)
 
-    def inside(script):
-        return run("unshare", "--mount", "--pid", "--fork", "--kill-child", f"--mount-proc={root}/proc",
-                   "chroot", root, "/bin/bash", "-ec",
-                   f"export DEBIAN_FRONTEND=noninteractive LC_ALL=C; cd /; {script}")
+    def inside(script, *, network=True):
+        return run("unshare", "--mount", "--pid", "--fork", "--kill-child", *([] if network else ["--net"]),
+                   f"--mount-proc={root}/proc", "chroot", root, "/bin/bash", "-ec",
+                   "export DEBIAN_FRONTEND=noninteractive LC_ALL=C HOME=/root; "
+                   f"mount -t tmpfs tmpfs /dev/shm; cd /; {script}")
+    return inside
 
+
+def is_built(folder, work, release):
+    """The folder of the packages that a release of Debian builds of the sources in `folder`, without a network."""
+    root = work / f"{release}-builds"
+    inside = clean_debian(root, release, "build-essential", "ca-certificates")
+    (root / "build").mkdir()
+    for path in [*folder.glob("*.dsc"), *folder.glob("*.tar.xz")]:
+        shutil.copy(path, root / "build")
+    inside("apt-get update -q; apt-get build-dep -y -q --no-install-recommends /build/*.dsc")
+    inside("cd /build; dpkg-source -x *.dsc tree; cd tree; dpkg-buildpackage -us -uc -b", network=False)
+    inside("cd /build; rm -rf tree; dpkg-scanpackages . >Packages")
+    built = {path.name.split("_")[0] for path in (root / "build").glob("*.deb")}
+    if built != {path.name.split("_")[0] for path in folder.glob("*.deb")}:
+        raise Fault(f"{release} builds only {sorted(built)}")
+    return root / "build"
+
+
+def can_be_used(source, folder, work, release):
+    root = work / release
+    inside = clean_debian(root, release, "systemd", "systemd-sysv", "python3-minimal", "man-db", "udev",
+                          "ca-certificates", "bash")
     shutil.copytree(folder, root / "build/packages")
     names = sorted(path.name.split("_")[0] for path in folder.glob("*.deb") if "-dbgsym_" not in path.name)
     inside("echo 'deb [trusted=yes] file:/build/packages ./' >/etc/apt/sources.list.d/pokeysd.list; apt-get update -q")
@@ -153,7 +177,7 @@ def can_be_used(source, folder, work):
     after = files(root)
     if after - before or before - after:
         raise Fault(f"left after purge: {sorted(after - before)[:40]}; gone: {sorted(before - after)[:40]}")
-    print("installed, used, removed and purged: nothing is left")
+    print(f"{release}: installed, used, removed and purged: nothing is left")
 
 
 def main():
@@ -173,7 +197,8 @@ def main():
             if os.geteuid():
                 print("installation skipped: only root can make a clean Debian", file=sys.stderr)
                 return MISSING
-            can_be_used(source, work / "packages", work)
+            can_be_used(source, work / "packages", work, "bookworm")
+            can_be_used(source, is_built(work / "packages", work, "trixie"), work, "trixie")
         except Fault as fault:
             print(f"FAILED: {fault}")
             return 1

@@ -6,6 +6,9 @@ import subprocess
 import sys
 import tempfile
 
+from libraries import need
+
+need("google.protobuf", "zmq.auth")
 PROGRAM = pathlib.Path(sys.argv[1])
 GOOD = """# a panel
 [remote]

@@ -7,16 +7,14 @@ import pathlib
 import sys
 import types
 
-try:
-    import pokeys_machinetalk_pb2  # noqa: F401
-except ImportError as missing:
-    print(f"skipped: {missing} (Debian: python3-protobuf)")
-    sys.exit(77)
-from pokeys_remote import message
-from pokeys_remote.component import Component
-from pokeys_remote.definition import Definition, Direction, Kind, Pin, Rules, Watched
-from pokeys_remote.groups import Groups
-from pokeys_remote.message import Type
+from libraries import need
+
+need("google.protobuf")
+from pokeys_remote import message  # noqa: E402
+from pokeys_remote.component import Component  # noqa: E402
+from pokeys_remote.definition import Definition, Direction, Kind, Pin, Rules, Watched  # noqa: E402
+from pokeys_remote.groups import Groups  # noqa: E402
+from pokeys_remote.message import Type  # noqa: E402
 
 HERE = pathlib.Path(__file__).parent
 PINS = (Pin("panel.start", Kind.BIT, Direction.OUT), Pin("panel.speed", Kind.FLOAT, Direction.IN),

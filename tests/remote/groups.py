@@ -6,6 +6,9 @@ import math
 import pathlib
 import sys
 
+from libraries import need
+
+need("google.protobuf")
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "remote"))
 from pokeys_remote.definition import Kind, Watched  # noqa: E402
 from pokeys_remote.groups import SIGNALS_MOST, Groups  # noqa: E402

@@ -16,6 +16,8 @@ import time
 import traceback
 import types
 
+from libraries import need
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PATIENCE = 60           # s; only decides when to give up
 COMMAND, UPDATE = "tcp://127.0.0.1:6202", "tcp://127.0.0.1:6201"
@@ -268,12 +270,7 @@ def main(tests, kind=Machine):
         os.environ[INSIDE] = "yes"
         os.execv(ROOT / "scripts/hal-isolated", ["hal-isolated", "--network", "--module", sys.argv[2],
                                                  "/usr/bin/python3", "-B", *sys.argv])
-    try:
-        import pokeys_machinetalk_pb2  # noqa: F401
-        import zmq  # noqa: F401
-    except ImportError as error:
-        print(f"skipped: {error} (Debian: python3-zmq, python3-protobuf)")
-        sys.exit(77)
+    need("google.protobuf", "zmq")
     failed = 0
     for test in tests:
         if not re.search(sys.argv[3] if len(sys.argv) > 3 else "", test.__name__):

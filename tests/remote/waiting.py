@@ -5,6 +5,9 @@ import pathlib
 import sys
 import types
 
+from libraries import need
+
+need("google.protobuf")
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "remote"))
 from pokeys_machinetalk_pb2 import Container  # noqa: E402
 from pokeys_remote.component import Client  # noqa: E402
