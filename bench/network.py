@@ -7,7 +7,7 @@ import subprocess
 
 from rig import Fault
 
-HERE, DEVICES = "10.77.0.1", 16
+HERE, DEVICES = "10.77.0.1", 64
 
 
 def sh(*words):

@@ -92,27 +92,27 @@ static __always_inline enum guard_verdict of_others(void)
 static __always_inline struct guard_device *find(struct guard_table *table, __u32 source,
 						 __u16 port, int *known)
 {
-	struct guard_device *found = 0;
-
 	for (int i = 0; i < GUARD_DEVICES; i++) {
 		struct guard_device *device = &table->device[i];
 
-		if (!device->port || !device->address || device->address != source)
+		if (!device->port)
+			break;
+		if (!device->address || device->address != source)
 			continue;
 		*known = 1;
 		if (device->port == port)
-			found = device;
+			return device;
 	}
-	return found;
+	return 0;
 }
 
 static __always_inline int is_pokeys_port(const struct guard_table *table, __u16 port)
 {
 	if (port == bpf_htons(GUARD_PORT))
 		return 1;
-	for (int i = 0; i < GUARD_DEVICES; i++)
+	for (int i = 0; i < GUARD_DEVICES && table->device[i].port; i++)
 		if (table->device[i].port == port)
-			return port != 0;
+			return 1;
 	return 0;
 }
 
@@ -158,6 +158,8 @@ static __always_inline void learn(struct guard_table *table, const struct packet
 	for (int i = 0; serial && i < GUARD_DEVICES; i++) {
 		struct guard_device *device = &table->device[i];
 
+		if (!device->port)
+			break;
 		if (device->serial != serial || device->address == p->source)
 			continue;
 		if (device->address && now - device->heard_ns < GUARD_SILENT_MS * MS)
@@ -183,9 +185,9 @@ static __always_inline int for_socket(__u16 port)
 	__u32 zero = 0;
 	struct guard_ports *wanted = have_sockets ? bpf_map_lookup_elem(&ports, &zero) : 0;
 
-	for (int i = 0; wanted && i < GUARD_DEVICES; i++)
+	for (int i = 0; wanted && i < GUARD_DEVICES && wanted->port[i]; i++)
 		if (wanted->port[i] == port)
-			return port != 0;
+			return 1;
 	return 0;
 }
 

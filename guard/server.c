@@ -4,7 +4,7 @@
  *
  * One client at a time, for one queue has one socket: the next one waits until
  * the first has gone. To be directed to it, it can have what this guard has judged
- * to be a device's reply to one of sixteen ports, nothing of anybody else's. But the
+ * to be a device's reply to one of its ports, nothing of anybody else's. But the
  * socket sends as well, any frame, which is otherwise for those with CAP_NET_RAW. So
  * the group, whose members command devices, is not enough: the client is root, or
  * the user that the daemon's service has. Whoever else connects is sent away.
@@ -198,13 +198,15 @@ static int answer(struct guard_server *server, const struct handover_request *re
 
 static void attend(struct guard_server *server, uint64_t now_ns)
 {
-	struct handover_request request;
+	struct handover_request request = { 0 };
 	int came, rc = -EPROTO;
 	long length = handover_receive(server->client, &request, sizeof(request), &came);
 
 	if (length == -EAGAIN || length == -EINTR)
 		return;
-	if (length == (long)sizeof(request))
+	/* a daemon of another version, whose request has another length, hears that it is one */
+	if (length == (long)sizeof(request) ||
+	    (length > 0 && request.version && request.version != HANDOVER_VERSION))
 		rc = answer(server, &request, came, now_ns);
 	if (came >= 0)
 		close(came);

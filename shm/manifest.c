@@ -24,7 +24,7 @@
 #include "shm/segments.h"
 
 enum {
-	MANIFEST_MAX = 128 * 1024,	/* 32 devices with 19 files each need 60 kB */
+	MANIFEST_MAX = 256 * 1024,	/* 64 devices with 19 files each need 120 kB */
 	MANIFEST_PATH_MAX = SHM_PATH_MAX + sizeof(SHM_MANIFEST) + 2,
 };
 

@@ -15,7 +15,8 @@
 #include "tools/probe.h"
 #include "tools/view.h"
 
-enum { DOCTOR_DEVICES = VIEW_DEVICES, DOCTOR_FINDINGS = 256, DOCTOR_NAME = 48 };
+enum { DOCTOR_DEVICES = VIEW_DEVICES, DOCTOR_NAME = 48 };
+enum { DOCTOR_FINDINGS = 64 + 16 * DOCTOR_DEVICES };
 
 #define DOCTOR_PLAN_PATH "/etc/pokeysd/pokeysd.conf"
 

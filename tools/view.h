@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <pokeys/shm.h>
 
-enum { VIEW_DEVICES = 16 };
+enum { VIEW_DEVICES = 64 };
 
 /* How the newest image is to be taken. */
 enum view_freshness {

@@ -52,7 +52,7 @@ static bool take_signal(struct daemon *daemon)
 /* Listeners hear at once of what the loop flagged, and of everything ten times a second. */
 static void wake_listeners(struct daemon *daemon, uint64_t now_ns)
 {
-	uint32_t news = atomic_exchange(&daemon->loop.shared.notify, 0);
+	uint64_t news = atomic_exchange(&daemon->loop.shared.notify, 0);
 	bool all = due(&daemon->next_notify_ns, NOTIFY_NS, now_ns);
 
 	for (uint32_t i = 0; i < daemon->loop.count; i++)

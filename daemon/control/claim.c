@@ -185,9 +185,9 @@ static void claim(struct claims *claims, uint32_t i, uint64_t where, uint64_t no
 static void mark(struct claims *claims, uint32_t i, bool in_use)
 {
 	if (in_use)
-		atomic_fetch_or(&claims->shared->in_use, UINT32_C(1) << i);
+		atomic_fetch_or(&claims->shared->in_use, UINT64_C(1) << i);
 	else
-		atomic_fetch_and(&claims->shared->in_use, ~(UINT32_C(1) << i));
+		atomic_fetch_and(&claims->shared->in_use, ~(UINT64_C(1) << i));
 }
 
 void claims_init(struct claims *claims, const struct teller *teller, struct loop_shared *shared)

@@ -67,7 +67,7 @@ static const char *own_name(void)
 	return own ? own->pw_name : "of this process";
 }
 
-static void say_why(struct config_file *file, ssize_t result)
+static void put_why(struct config_file *file, ssize_t result)
 {
 	if (result == -ENOENT)
 		config_fault(file, 0, "there is no such file; pokeysd.conf(5) says what to write "
@@ -85,6 +85,24 @@ static void say_why(struct config_file *file, ssize_t result)
 		config_fault(file, 0, "cannot be read: %s", strerror((int)-result));
 	else
 		config_fault(file, 0, "is too large, at most %d bytes are allowed", FILE_MAX - 1);
+}
+
+/* Why a text could not be read. Returns the number of faults: 1. */
+static int say_why(const struct config_text *text, ssize_t result, config_complain complain,
+		   void *context)
+{
+	struct config_file *file = calloc(1, sizeof(*file));	/* megabytes: not on the stack */
+
+	if (!file) {
+		complain(context, "no memory to read the configuration");
+		return 1;
+	}
+	file->text = text;
+	file->complain = complain;
+	file->context = context;
+	put_why(file, result);
+	free(file);
+	return 1;
 }
 
 /* Nothing that an editor or a package manager has left: a.conf~, a.conf.dpkg-old, .a.conf. */
@@ -142,14 +160,13 @@ void config_free_files(char *file[], int files)
 static int read_file(const char *path, struct config_text *text, config_complain complain,
 		     void *context)
 {
-	struct config_file file = { .text = text, .complain = complain, .context = context };
 	char *content = malloc(FILE_MAX);
 	const ssize_t length = content ? slurp(path, content, FILE_MAX) : -ENOMEM;
 
 	*text = (struct config_text){ path, content, length > 0 ? (size_t)length : 0 };
 	if (length < 0 || length >= FILE_MAX)
-		say_why(&file, length);
-	return file.faults;
+		return say_why(text, length, complain, context);
+	return 0;
 }
 
 static int read_folder_failed(const char *path, int result, config_complain complain,
@@ -157,11 +174,9 @@ static int read_folder_failed(const char *path, int result, config_complain comp
 {
 	char folder[CONFIG_WHERE];
 	const struct config_text name = { .name = folder };
-	struct config_file file = { .text = &name, .complain = complain, .context = context };
 
 	snprintf(folder, sizeof(folder), "%s" CONFIG_FOLDER_ENDING, path);
-	say_why(&file, result);
-	return file.faults;
+	return say_why(&name, result, complain, context);
 }
 
 static int read_files(const char *path, enum config_reader reader, struct config *out,

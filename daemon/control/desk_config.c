@@ -267,6 +267,9 @@ void desk_event(struct desk *desk, const struct event *event, uint64_t now_ns)
 	}
 }
 
+_Static_assert((int)LOOP_ORDERS >= (int)TRANSPORT_CHANNELS + (int)DESK_CLIENTS,
+	       "a reload while every client has an order");
+
 void desk_reload(struct desk *desk)
 {
 	static struct config config;

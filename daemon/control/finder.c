@@ -32,12 +32,12 @@ static bool wanted(const struct config *config, const struct loop_shared *shared
 	       atomic_load_explicit(&shared->wanted, memory_order_relaxed) >> i & 1;
 }
 
-static uint32_t all_wanted(const struct config *config, const struct loop_shared *shared)
+static uint64_t all_wanted(const struct config *config, const struct loop_shared *shared)
 {
-	uint32_t all = 0;
+	uint64_t all = 0;
 
 	for (uint32_t i = 0; i < config->devices; i++)
-		all |= (uint32_t)wanted(config, shared, i) << i;
+		all |= (uint64_t)wanted(config, shared, i) << i;
 	return all;
 }
 
@@ -87,10 +87,10 @@ void finder_take(const struct config *config, const struct loop_shared *shared,
 
 		if (device->serial != answer.serial)
 			continue;
-		answers->ours |= UINT32_C(1) << i;
+		answers->ours |= UINT64_C(1) << i;
 		if (!wanted(config, shared, i) || (from->interface && answers->routed >> i & 1))
 			continue;
-		answers->routed |= (uint32_t)!from->interface << i;
+		answers->routed |= (uint64_t)!from->interface << i;
 		atomic_store_explicit(&found[i], (uint64_t)from->interface << 48 |
 				      (uint64_t)from->address << 16 | device->port,
 				      memory_order_relaxed);
@@ -108,7 +108,7 @@ static bool found(void *context, const uint8_t *data, size_t length,
 }
 
 /* A device that starts just now may miss one question. */
-static void judge(struct finder *finder, uint32_t missing)
+static void judge(struct finder *finder, uint64_t missing)
 {
 	char why[FINDER_WHY] = "";
 
@@ -134,7 +134,7 @@ static int search(struct finder *finder)
 		.also_count = config->discovery_addresses,
 		.report = &finder->report,
 	};
-	const uint32_t missing = all_wanted(config, finder->shared);
+	const uint64_t missing = all_wanted(config, finder->shared);
 	int result;
 
 	memset(&finder->answers, 0, sizeof(finder->answers));

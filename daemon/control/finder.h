@@ -13,8 +13,8 @@ enum { FINDER_OTHERS = 4, FINDER_WHY = POKEYS_EVENT_TEXT_MAX };
 
 /* Who has answered one search. */
 struct finder_answers {
-	uint32_t routed;		/* bit = device; the way that its route has */
-	uint32_t ours;			/* bit = device */
+	uint64_t routed;		/* bit = device; the way that its route has */
+	uint64_t ours;			/* bit = device */
 	unsigned int others;
 	uint32_t other[FINDER_OTHERS];	/* the lowest serial numbers, in order */
 	bool more_others;		/* than these */
@@ -62,7 +62,7 @@ void finder_take(const struct config *config, const struct loop_shared *shared,
  * One line on a search that has not found the devices `missing` (bits): where it asked, who has
  * answered instead, and what to do.
  */
-void finder_why(const struct config *config, uint32_t missing,
+void finder_why(const struct config *config, uint64_t missing,
 		const struct finder_answers *answers, const struct discovery_report *report,
 		char text[FINDER_WHY]);
 

@@ -12,7 +12,7 @@
 #include <string.h>
 #include "daemon/control/finder.h"
 
-enum { NETWORKS_SHOWN = 6, ADDRESS_TEXT = 16 };
+enum { MISSING_SHOWN = 4, NETWORKS_SHOWN = 6, ADDRESS_TEXT = 16 };
 
 struct line {
 	char *text;
@@ -39,17 +39,23 @@ static const char *address_text(uint32_t address, char text[ADDRESS_TEXT])
 	return text;
 }
 
-static void put_missing(struct line *line, const struct config *config, uint32_t missing)
+static void put_missing(struct line *line, const struct config *config, uint64_t missing)
 {
-	const char *between = "";
+	uint32_t named = 0, more = 0;
 
 	for (uint32_t i = 0; i < config->devices; i++) {
 		if (!(missing >> i & 1))
 			continue;
-		put(line, "%s%s (serial %u)", between, config->device[i].name,
+		if (named == MISSING_SHOWN) {
+			more++;
+			continue;
+		}
+		put(line, "%s%s (serial %u)", named ? ", " : "", config->device[i].name,
 		    config->device[i].serial);
-		between = ", ";
+		named++;
 	}
+	if (more)
+		put(line, " and %u more", more);
 	put(line, ": no answer to a search");
 }
 
@@ -90,7 +96,7 @@ static void put_others(struct line *line, const struct finder_answers *answers)
 		put(line, " and others");
 }
 
-void finder_why(const struct config *config, uint32_t missing,
+void finder_why(const struct config *config, uint64_t missing,
 		const struct finder_answers *answers, const struct discovery_report *report,
 		char text[FINDER_WHY])
 {

@@ -68,7 +68,8 @@ enum record_reason keeper_reason(const struct event *event, bool machine_on)
 
 void keeper_event(struct keeper *keeper, const struct event *event, uint64_t now_ns)
 {
-	const uint32_t bit = event->device < TRANSPORT_CHANNELS ? 1u << event->device : 0;
+	const uint64_t bit = event->device < TRANSPORT_CHANNELS ?
+			     UINT64_C(1) << event->device : 0;
 	const enum record_reason reason = keeper_reason(event, keeper->machine_on & bit);
 
 	if (event->code == EVENT_MACHINE)

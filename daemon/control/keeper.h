@@ -37,7 +37,7 @@ struct keeper {
 	bool open, running;
 	pthread_t thread;
 	/* the control thread's */
-	uint32_t machine_on;		/* bit = device whose machine is on */
+	uint64_t machine_on;		/* bit = device whose machine is on */
 	enum record_reason due;		/* to be written at due_ns */
 	uint64_t due_ns, not_before_ns[RECORD_REASONS];
 	/* between the two */

@@ -14,6 +14,11 @@
 
 enum image { STATE, DIAG };
 
+/* Of a device's status, the first ones first. */
+enum rank { RANK_ON, RANK_MISSING, RANK_RUNNING, RANKS };
+
+enum { DEVICE_SIZE = 120, MORE_SIZE = 20 };
+
 struct metric {
 	const char *name, *type, *help;
 	enum image image;
@@ -211,18 +216,50 @@ static size_t append_device(const struct report_device *device, char *text, size
 				  pokeys_fault_name(state->fault));
 	else
 		length = snprintf(text, size, "%s %s", device->name, pokeys_link_name(state->link));
-	return length > 0 ? (size_t)length : 0;
+	return length < 0 ? 0 : (size_t)length < size ? (size_t)length : size - 1;
+}
+
+/* What must be seen if not all have room: a device that is on, or of which nobody knows that. */
+static enum rank rank_of(const struct report_device *device)
+{
+	if (!device->known || pokeys_what_is_on(&device->state))
+		return RANK_ON;
+	return device->state.link == POKEYS_LINK_RUNNING ? RANK_RUNNING : RANK_MISSING;
+}
+
+/* Those of a rank, RANKS = all, behind the `at` bytes of a text. Returns how many had no room. */
+static uint32_t append_rank(const struct report *report, enum rank rank, char *text, size_t size,
+			    size_t *at)
+{
+	uint32_t left = 0;
+
+	for (uint32_t i = 0; i < report->devices; i++) {
+		const struct report_device *device = &report->device[i];
+		char one[DEVICE_SIZE];
+		size_t length;
+
+		if (rank != RANKS && rank_of(device) != rank)
+			continue;
+		length = append_device(device, one, sizeof(one));
+		if (*at + 2 + length >= size) {
+			left++;
+			continue;
+		}
+		*at += (size_t)snprintf(text + *at, size - *at, "%s%s", *at ? "; " : "", one);
+	}
+	return left;
 }
 
 size_t report_status(const struct report *report, char *text, size_t size)
 {
+	uint32_t left = 0;
 	size_t at = 0;
 
 	text[0] = '\0';
-	for (uint32_t i = 0; i < report->devices && at + 3 < size; i++) {
-		if (i)
-			at += (size_t)snprintf(text + at, size - at, "; ");
-		at += append_device(&report->device[i], text + at, size - at);
-	}
-	return at < size ? at : size - 1;
+	if (!append_rank(report, RANKS, text, size, &at))
+		return at;
+	at = 0;
+	for (enum rank rank = 0; rank < RANKS; rank++)
+		left += append_rank(report, rank, text, left ? 0 : size - MORE_SIZE, &at);
+	return at + (size_t)snprintf(text + at, size - at, "; and %u more", left);
 }

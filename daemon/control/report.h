@@ -27,10 +27,14 @@ struct report {
 	struct report_device device[TRANSPORT_CHANNELS];
 };
 
-/* Room for the status of all devices. A package upgrade searches it for a device that is on. */
-enum { REPORT_STATUS_SIZE = 128 * TRANSPORT_CHANNELS };
+/* systemd ignores a message of more than 4096 bytes, and this is a part of one. */
+enum { REPORT_STATUS_SIZE = 4000 };
 
-/* "mill running, 212 us; lathe searching: no answer". Returns the length. */
+/*
+ * "mill running, 212 us; lathe searching: no answer". If the devices do not all have room, those
+ * that are on come first, since a package upgrade searches the text for them; then those that are
+ * not running; and the others are only counted. `size`: at least 256. Returns the length.
+ */
 size_t report_status(const struct report *report, char *text, size_t size);
 
 /* Prometheus' text format. 0, or -errno if the stream failed. */

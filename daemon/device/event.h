@@ -15,7 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { EVENT_RING = 256 };
+enum { EVENT_RING = 1024 };
 
 /* syslog's levels */
 enum event_level {

@@ -21,8 +21,8 @@
 #define RECORDER_MAGIC "PKREC\r\n\x1a"
 
 enum {
-	RECORDER_VERSION = 1,
-	RECORDER_DEVICES = 16,
+	RECORDER_VERSION = 2,
+	RECORDER_DEVICES = 64,
 	RECORDER_DATA = 80,		/* bytes kept of a datagram; legal ones have 64 */
 	RECORDER_HEAD = 4096,		/* bytes of the file before the first slot */
 	RECORDER_SLOTS_MIN = 256,

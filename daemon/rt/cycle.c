@@ -81,9 +81,9 @@ static void ask_urgent(struct loop *loop)
 }
 
 /* Every device plans and queues its requests; those that wait for fast replies. */
-static uint32_t ask(struct loop *loop)
+static uint64_t ask(struct loop *loop)
 {
-	uint32_t wanted = 0, waiting = 0;
+	uint64_t wanted = 0, waiting = 0;
 
 	ask_urgent(loop);
 	publish_prepare(loop);
@@ -91,15 +91,15 @@ static uint32_t ask(struct loop *loop)
 		struct device *device = loop->devices[i].device;
 
 		device_spare(device);
-		waiting |= (uint32_t)!device_fast_complete(device) << i;
-		wanted |= (uint32_t)device_wants_address(device) << i;
+		waiting |= (uint64_t)!device_fast_complete(device) << i;
+		wanted |= (uint64_t)device_wants_address(device) << i;
 	}
 	atomic_store_explicit(&loop->shared.wanted, wanted, memory_order_relaxed);
 	return waiting;
 }
 
 /* Wait for fast replies until all are in or the window ends. */
-static void collect(struct loop *loop, uint32_t waiting)
+static void collect(struct loop *loop, uint64_t waiting)
 {
 	struct loop_private *own = loop->own;
 	uint64_t end = own->began_ns + own->window_ns;
@@ -119,7 +119,7 @@ void cycle_run(struct loop *loop)
 {
 	struct loop_private *own = loop->own;
 	uint64_t skipped = own->skipped, tick = own->tick_ns, now = pace_await_tick(loop);
-	uint32_t waiting;
+	uint64_t waiting;
 
 	own->cycle++;
 	point_woke(loop, tick, now, own->skipped - skipped);

@@ -52,7 +52,7 @@ static void aim(struct loop *loop, uint32_t i, uint64_t now_ns)
 
 void exchange_aim(struct loop *loop, uint64_t now_ns)
 {
-	const uint32_t in_use = atomic_load_explicit(&loop->shared.in_use, memory_order_relaxed);
+	const uint64_t in_use = atomic_load_explicit(&loop->shared.in_use, memory_order_relaxed);
 
 	for (uint32_t i = 0; i < loop->count; i++) {
 		struct loop_member *m = &loop->own->member[i];

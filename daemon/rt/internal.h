@@ -66,7 +66,7 @@ struct loop_private {
 	uint64_t cycle;
 	uint64_t now_ns;		/* as it was read last */
 	uint64_t checked_ns;
-	uint32_t pending;		/* bit = not published yet in this cycle */
+	uint64_t pending;		/* bit = not published yet in this cycle */
 	bool stopping;
 	uint64_t stop_ns;
 	uint64_t minor_before, major_before;	/* page faults before the first cycle */
@@ -86,9 +86,9 @@ static inline uint64_t loop_now(const struct loop *loop)
 	return loop->own->now_ns = loop->own->clock.now(loop->own->clock.context);
 }
 
-static inline uint32_t loop_all(const struct loop *loop)
+static inline uint64_t loop_all(const struct loop *loop)
 {
-	return (uint32_t)((UINT64_C(1) << loop->count) - 1);
+	return UINT64_MAX >> (TRANSPORT_CHANNELS - loop->count);
 }
 
 /* pace.c: when the thread runs and when it does not. */
@@ -125,7 +125,7 @@ void suspend_look(struct loop *loop, uint64_t now_ns);
 /* Publish the image of device `i`, which is no longer pending. */
 void publish_state(struct loop *loop, uint32_t i);
 /* Publish every device whose bit is set. */
-void publish_states(struct loop *loop, uint32_t mask);
+void publish_states(struct loop *loop, uint64_t mask);
 /* Publish those that are still pending and complete. */
 void publish_complete(struct loop *loop);
 /* Take back from the readers what the images of this cycle are written into. */

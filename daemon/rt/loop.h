@@ -43,10 +43,10 @@ struct loop_shared {
 	_Atomic uint64_t cycles;	/* loop: cycles done */
 	_Atomic uint64_t skipped;
 	_Atomic uint64_t address[TRANSPORT_CHANNELS];	/* control: as in finder.h, 0 = none */
-	_Atomic uint32_t in_use;	/* control: bit = somebody else drives this device */
-	_Atomic uint32_t wanted;	/* loop: bit = this device wants an address */
+	_Atomic uint64_t in_use;	/* control: bit = somebody else drives this device */
+	_Atomic uint64_t wanted;	/* loop: bit = this device wants an address */
 	_Atomic uint32_t link[TRANSPORT_CHANNELS];	/* loop: enum pokeys_link */
-	_Atomic uint32_t notify;	/* loop: bit = news for the listeners of this device */
+	_Atomic uint64_t notify;	/* loop: bit = news for the listeners of this device */
 	_Atomic uint32_t flags;		/* control: POKEYS_STATE_REALTIME, _FALLBACK, _GUARD,
 					 * to publish */
 	_Atomic int32_t thread;		/* loop: its thread id, 0 = has not begun */
@@ -75,7 +75,7 @@ struct loop_order {
 	struct pokeys_settings settings;
 };
 
-enum { LOOP_ORDERS = 32 };
+enum { LOOP_ORDERS = 128 };	/* a reload is one for each device; a power of 2 */
 
 struct loop_orders {
 	_Atomic uint32_t given;		/* control */

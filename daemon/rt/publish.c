@@ -36,7 +36,7 @@ static void notice(struct loop *loop, uint32_t i, uint8_t link, uint8_t fault)
 	m->link = link;
 	m->fault = fault;
 	atomic_store_explicit(&loop->shared.link[i], link, memory_order_relaxed);
-	atomic_fetch_or_explicit(&loop->shared.notify, 1u << i, memory_order_release);
+	atomic_fetch_or_explicit(&loop->shared.notify, UINT64_C(1) << i, memory_order_release);
 }
 
 /* Before the state, whose report_count must not run ahead of the report. */
@@ -48,7 +48,7 @@ static void publish_report(struct loop *loop, uint32_t i, uint64_t now)
 		return;
 	report->t_publish_ns = now;
 	shm_device_write_report(loop->devices[i].shm, report);
-	atomic_fetch_or_explicit(&loop->shared.notify, 1u << i, memory_order_release);
+	atomic_fetch_or_explicit(&loop->shared.notify, UINT64_C(1) << i, memory_order_release);
 }
 
 void publish_state(struct loop *loop, uint32_t i)
@@ -67,7 +67,7 @@ void publish_state(struct loop *loop, uint32_t i)
 	fault = image->fault;
 	shm_device_commit(shm);
 	notice(loop, i, link, fault);
-	own->pending &= ~(1u << i);
+	own->pending &= ~(UINT64_C(1) << i);
 	done = loop_now(loop);
 	histogram_add(&own->publish, done - now);
 	follow_published(loop, i, done);
@@ -75,7 +75,7 @@ void publish_state(struct loop *loop, uint32_t i)
 	shm_device_mirror(shm);		/* the commander has its image already */
 }
 
-void publish_states(struct loop *loop, uint32_t mask)
+void publish_states(struct loop *loop, uint64_t mask)
 {
 	for (uint32_t i = 0; i < loop->count; i++)
 		if (mask >> i & 1)
@@ -142,7 +142,7 @@ void publish_diag(struct loop *loop, uint32_t i)
 	diag->publish = own->publish;
 	diag->cycle_work = own->work;
 	shm_device_write_diag(loop->devices[i].shm, diag);
-	atomic_fetch_or_explicit(&loop->shared.notify, 1u << i, memory_order_release);
+	atomic_fetch_or_explicit(&loop->shared.notify, UINT64_C(1) << i, memory_order_release);
 }
 
 void publish_diags(struct loop *loop)

@@ -28,7 +28,7 @@
 #include "daemon/transport/overhear.h"
 #include "daemon/transport/stamp.h"
 
-enum { DEFAULT_PORT = 20055, DEFAULT_TIMEOUT_MS = 500, SEEN_MAX = 64 };
+enum { DEFAULT_PORT = 20055, DEFAULT_TIMEOUT_MS = 500, SEEN_MAX = 256 };
 
 /* Addresses, each once. */
 struct seen {

@@ -20,7 +20,7 @@
 
 #define HANDOVER_PATH "/run/pokeys-guard/xdp"
 
-enum { HANDOVER_VERSION = 1, HANDOVER_PORTS = 16 };
+enum { HANDOVER_VERSION = 2, HANDOVER_PORTS = 64 };
 
 enum handover_what {
 	HANDOVER_ASK = 1,	/* a socket, please; the answer carries it */
@@ -31,7 +31,7 @@ struct handover_request {
 	__u32 version, what;
 	__u32 index;			/* the interface that it is for */
 	__u32 queue;			/* JOIN: that it is bound to */
-	__u16 port[HANDOVER_PORTS];	/* JOIN: host byte order, 0 = none */
+	__u16 port[HANDOVER_PORTS];	/* JOIN: host byte order, 0 = none from here on */
 };
 
 struct handover_answer {

@@ -42,7 +42,7 @@ struct socket_transport {
 	struct udp udp[TRANSPORT_CHANNELS];
 	struct pollfd poll[TRANSPORT_CHANNELS];
 	uint32_t fruitless[TRANSPORT_CHANNELS];
-	uint32_t ready;			/* bit = there may be more to receive */
+	uint64_t ready;			/* bit = there may be more to receive */
 
 	uint32_t queued;
 	struct out queue[TRANSPORT_QUEUE];
@@ -210,10 +210,10 @@ static void fetch(struct socket_transport *s, uint32_t channel)
 	s->base.statistics.system_calls++;
 	n = recvmmsg(s->udp[channel].fd, s->message, BATCH, MSG_DONTWAIT | MSG_TRUNC, NULL);
 	if (n < BATCH)
-		s->ready &= ~(1u << channel);
+		s->ready &= ~(UINT64_C(1) << channel);
 	if (n <= 0) {
 		if (n < 0 && errno == EINTR) {
-			s->ready |= 1u << channel;
+			s->ready |= UINT64_C(1) << channel;
 		} else if (n < 0 && errno != EAGAIN) {
 			s->base.statistics.receive_failed++;
 			s->fruitless[channel]++;
@@ -229,9 +229,9 @@ static void fetch(struct socket_transport *s, uint32_t channel)
 /* The ready channel after the last one, so that a flooded one starves nobody. */
 static uint32_t next_ready(const struct socket_transport *s)
 {
-	uint32_t later = s->ready & ~((2u << s->batch_channel) - 1u);
+	uint64_t later = s->ready & ~((UINT64_C(2) << s->batch_channel) - 1);
 
-	return (uint32_t)__builtin_ctz(later ? later : s->ready);
+	return (uint32_t)__builtin_ctzll(later ? later : s->ready);
 }
 
 /* True if there is a packet to hand out, fetching from ready sockets if need be. */
@@ -283,7 +283,7 @@ static void look(struct socket_transport *s, uint64_t until)
 		transport_pause(&s->base);
 	for (uint32_t i = 0; n > 0 && i < s->channels; i++)
 		if (s->poll[i].fd >= 0 && s->poll[i].revents)
-			s->ready |= 1u << i;
+			s->ready |= UINT64_C(1) << i;
 }
 
 static enum transport_wait socket_wait(struct transport *t, uint64_t deadline_ns)

@@ -21,10 +21,10 @@
 #include <stdint.h>
 
 enum {
-	TRANSPORT_CHANNELS = 16,	/* devices of one daemon */
+	TRANSPORT_CHANNELS = 64,	/* devices of one daemon */
 	TRANSPORT_PACKET_MAX = 2048,	/* larger than any datagram that is legal here */
 	TRANSPORT_SEND_MAX = 512,	/* the longest that is sent, protocol section 1.6 */
-	TRANSPORT_QUEUE = 128,		/* datagrams until a flush; more flush by themselves */
+	TRANSPORT_QUEUE = 256,		/* datagrams until a flush; more flush by themselves */
 };
 
 enum transport_wait {

@@ -118,7 +118,7 @@ static uint64_t token(enum uring_kind kind, uint32_t channel)
 
 void uring_arm(struct uring *u)
 {
-	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++) {
+	for (uint32_t i = 0; i < u->channels; i++) {
 		struct uring_channel *c = &u->channel[i];
 		struct io_uring_sqe *sqe;
 		unsigned int index;

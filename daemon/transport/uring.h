@@ -10,13 +10,13 @@
 
 enum {
 	URING_SUBMISSIONS = TRANSPORT_QUEUE,
-	URING_BUFFERS = 256,
+	URING_BUFFERS = 512,
 	/*
 	 * Each packet's completion holds a buffer, each channel can end once
 	 * before it is armed again, each send can fail: with this many entries
 	 * the completion queue cannot overflow.
 	 */
-	URING_COMPLETIONS = 512,
+	URING_COMPLETIONS = 1024,
 	/* io_uring_recvmsg_out, source, control data, payload; a multiple of 64 */
 	URING_BUFFER = 2176,
 };
@@ -53,6 +53,7 @@ struct uring {
 	uint8_t *buffers;
 	int lent;			/* buffer of the packet handed out last, -1 = none */
 	uint64_t waits;
+	uint32_t channels;		/* the attached ones and those before them */
 	struct stamp stamp;
 	struct uring_channel channel[TRANSPORT_CHANNELS];
 	uint8_t slot[URING_SUBMISSIONS][TRANSPORT_SEND_MAX];

@@ -66,7 +66,7 @@ static bool ready(const struct xdp *x)
 
 static void let_go(struct xdp *x)
 {
-	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++) {
+	for (uint32_t i = 0; i < x->channels; i++) {
 		x->channel[i].first = x->channel[i].last = -1;
 		x->channel[i].waiting = 0;
 	}
@@ -141,7 +141,7 @@ static bool find_way(struct xdp *x, uint32_t channel, struct frame_path *path)
 	if (XDP_AIM(to) != c->aims || XDP_AIM(from) != c->aims || !c->now.address)
 		return false;
 	if (atomic_load_explicit(&x->ask_kernel, memory_order_relaxed) >> channel & 1) {
-		atomic_fetch_and_explicit(&x->ask_kernel, ~(UINT32_C(1) << channel),
+		atomic_fetch_and_explicit(&x->ask_kernel, ~(UINT64_C(1) << channel),
 					  memory_order_relaxed);
 		return false;
 	}
@@ -212,7 +212,7 @@ static bool fits(const struct xdp_ends *ends, const struct frame_datagram *d)
 /* The channel that a datagram is for, NULL if it is for none. */
 static struct xdp_channel *channel_of(struct xdp *x, const struct frame_datagram *d)
 {
-	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++) {
+	for (uint32_t i = 0; i < x->channels; i++) {
 		struct xdp_channel *c = &x->channel[i];
 
 		if (c->attached && c->port == d->to_port)
@@ -259,7 +259,7 @@ static bool sorted(struct xdp *x)
 		return false;
 	for (int i = 0; i < XDP_RX_FRAMES && (frame = xdp_socket_take(&x->socket, &length)); i++)
 		sort(x, frame, length);
-	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++)
+	for (uint32_t i = 0; i < x->channels; i++)
 		if (x->channel[i].waiting)
 			return true;
 	return false;
@@ -309,8 +309,8 @@ static int xdp_receive(struct transport *t, struct transport_packet *out)
 		if (x->under_more)
 			return 1;
 	}
-	for (uint32_t i = 1; i <= TRANSPORT_CHANNELS; i++) {
-		uint32_t channel = (x->turn + i) % TRANSPORT_CHANNELS;
+	for (uint32_t i = 1; i <= x->channels; i++) {
+		uint32_t channel = (x->turn + i) % x->channels;
 
 		if (x->channel[channel].waiting) {
 			hand_out(x, channel, out);
@@ -340,7 +340,7 @@ static bool look(struct xdp *x, uint64_t until, uint32_t *fruitless)
 		poll[count++] = (struct pollfd){ .fd = x->socket.fd, .events = POLLIN };
 	else
 		poll[count++] = (struct pollfd){ .fd = -1 };
-	for (uint32_t i = 0; *fruitless < FRUITLESS_MAX && i < TRANSPORT_CHANNELS; i++)
+	for (uint32_t i = 0; *fruitless < FRUITLESS_MAX && i < x->channels; i++)
 		if (x->channel[i].attached)
 			poll[count++] = (struct pollfd){
 				.fd = transport_socket_fd(x->under, i), .events = POLLIN };

@@ -63,12 +63,13 @@ struct xdp {
 	struct xdp_socket socket;
 	bool lost;			/* the socket is of no use; let go of it in the next wait */
 	bool under_more;		/* the kernel's way has packets to hand out */
+	uint32_t channels;		/* the attached ones and those before them */
 	uint32_t turn;			/* the channel that was served last */
 	uint8_t *lent;			/* frame of the packet handed out last */
 	struct xdp_channel channel[TRANSPORT_CHANNELS];
 	struct xdp_place place[XDP_RX_FRAMES];
 	_Atomic bool half_summed;	/* a frame was refused for that, see frame.h */
-	_Atomic uint32_t ask_kernel;	/* bit = the next datagram goes the kernel's way */
+	_Atomic uint64_t ask_kernel;	/* bit = the next datagram goes the kernel's way */
 
 	/* tend's */
 	uint32_t index;

@@ -70,11 +70,13 @@ static void disconnect(struct xdp *x)
 static int join(struct xdp *x)
 {
 	uint16_t port[HANDOVER_PORTS] = { 0 };
+	uint32_t ports = 0;
 	int rc;
 
 	_Static_assert((int)HANDOVER_PORTS == (int)TRANSPORT_CHANNELS, "a port for each");
-	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++)
-		port[i] = x->channel[i].attached ? x->channel[i].port : 0;
+	for (uint32_t i = 0; i < x->channels; i++)
+		if (x->channel[i].attached)
+			port[ports++] = x->channel[i].port;
 	rc = handover_join(x->connection, x->index, QUEUE, port, x->socket.fd);
 	x->joined = rc == 0;
 	if (!x->joined)
@@ -162,6 +164,8 @@ int xdp_attach(struct transport *t, uint32_t channel)
 		return -errno;
 	x->channel[channel].port = ntohs(own.sin_port);
 	x->channel[channel].attached = true;
+	if (channel >= x->channels)
+		x->channels = channel + 1;
 	return 0;
 }
 
@@ -208,7 +212,7 @@ static void renew(struct xdp *x, uint32_t channel, const uint8_t mac[FRAME_MAC])
 	atomic_store_explicit(&way->to_mac, xdp_word(mac_value(found.mac), XDP_AIM(target)),
 			      memory_order_release);
 	if (found.stale)
-		atomic_fetch_or_explicit(&x->ask_kernel, UINT32_C(1) << channel,
+		atomic_fetch_or_explicit(&x->ask_kernel, UINT64_C(1) << channel,
 					 memory_order_relaxed);
 }
 
@@ -217,7 +221,7 @@ static void renew_all(struct xdp *x)
 	uint8_t mac[FRAME_MAC];
 	int rc = neighbour_own(x->interface, mac);
 
-	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++) {
+	for (uint32_t i = 0; i < x->channels; i++) {
 		if (rc < 0)
 			atomic_store_explicit(&x->channel[i].way.to_mac, 0, memory_order_release);
 		else if (x->channel[i].attached)
@@ -322,6 +326,9 @@ const char *transport_xdp_refused(int rc)
 		       "device one of its own";
 	case EDESTADDRREQ:
 		return "AF_XDP belongs to one interface; name it (interface =)";
+	case EPROTO:
+		return "pokeys-guard is another version than pokeysd (systemctl restart "
+		       "pokeys-guard, then pokeysd)";
 	case EXDEV:
 		return "pokeys-guard is on another interface (systemctl restart pokeys-guard)";
 	case ETIMEDOUT:

@@ -11,7 +11,7 @@
 enum {
 	XDP_FRAME = 2048,		/* bytes of a frame's place */
 	XDP_RX_FRAMES = 512,
-	XDP_TX_FRAMES = 128,
+	XDP_TX_FRAMES = 256,
 };
 
 struct xdp_socket {

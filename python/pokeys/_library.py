@@ -17,7 +17,7 @@ from typing import Any
 from .errors import LibraryMissing
 
 NAME_SIZE = 32
-DEVICES_MOST = 32
+DEVICES_MOST = 64
 DETACHED, ATTACHED, REFUSED = 0, 1, 2
 COMMANDER = 1
 OTHER_VERSION = "{} is of another version than this package; install pokeysd and the package of the same version"

@@ -239,9 +239,9 @@ static void two_sections_for_one_device_are_a_fault(void **state)
 	assert_int_equal(parse(GOOD "[device b]\naddress = 10.0.0.1\nport = 5\n"), 0);
 }
 
-static void sixteen_devices_are_allowed_and_no_more(void **state)
+static void sixty_four_devices_are_allowed_and_no_more(void **state)
 {
-	char text[2048] = "";
+	char text[4096] = "";
 
 	(void)state;
 	for (int i = 0; i < TRANSPORT_CHANNELS; i++)
@@ -251,7 +251,7 @@ static void sixteen_devices_are_allowed_and_no_more(void **state)
 	for (uint8_t i = 0; i < TRANSPORT_CHANNELS; i++)
 		assert_int_equal(config.device[i].index, i);
 	strcat(text, "[device more]\nserial = 99\n");
-	assert_fault(text, "f:33: [device more]: too many devices, at most 16 are allowed");
+	assert_fault(text, "f:129: [device more]: too many devices, at most 64 are allowed");
 }
 
 static void nothing_is_accepted_from_a_file_with_a_fault(void **state)
@@ -402,7 +402,7 @@ int main(void)
 		cmocka_unit_test(a_file_of_faults_is_cut_short),
 		cmocka_unit_test(values_that_are_wrong_together_are_a_fault),
 		cmocka_unit_test(two_sections_for_one_device_are_a_fault),
-		cmocka_unit_test(sixteen_devices_are_allowed_and_no_more),
+		cmocka_unit_test(sixty_four_devices_are_allowed_and_no_more),
 		cmocka_unit_test(nothing_is_accepted_from_a_file_with_a_fault),
 		cmocka_unit_test(an_axis_that_is_not_driven_is_a_fault),
 		cmocka_unit_test(a_safe_value_of_what_is_no_output_is_a_fault),

@@ -242,6 +242,20 @@ static void reload_gives_every_device_what_the_file_says(void **state)
 	assert_int_equal(loop.orders.given, 2);
 }
 
+static void reload_reaches_as_many_devices_as_there_may_be(void **state)
+{
+	char text[64 * TRANSPORT_CHANNELS] = "";
+
+	(void)state;
+	for (int i = 0; i < TRANSPORT_CHANNELS; i++)
+		sprintf(text + strlen(text), "[device d%d]\nserial = %d\n", i, i + 1);
+	write_config(text);
+	assert_int_equal(config_read(config_path, &config, complain, NULL), 0);
+	loop.count = config.devices;
+	desk_reload(&desk);
+	assert_int_equal(loop.orders.given, TRANSPORT_CHANNELS);
+}
+
 int main(void)
 {
 #define BOTH(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
@@ -258,6 +272,7 @@ int main(void)
 		BOTH(save_that_is_quicker_than_its_order_is_answered),
 		BOTH(what_the_loop_refuses_is_said_in_words),
 		BOTH(reload_gives_every_device_what_the_file_says),
+		BOTH(reload_reaches_as_many_devices_as_there_may_be),
 	};
 
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -124,7 +124,7 @@ static void what_is_no_answer_is_ignored(void **state)
 
 static struct discovery_report report;
 
-static const char *why(uint32_t missing)
+static const char *why(uint64_t missing)
 {
 	static char text[FINDER_WHY];
 
@@ -204,7 +204,9 @@ static void a_line_of_any_length_fits(void **state)
 		memset(config.device[i].name, 'm', sizeof(config.device[i].name) - 1);
 		config.device[i].serial = UINT32_MAX;
 	}
-	assert_in_range(strlen(why(UINT32_MAX)), 100, FINDER_WHY - 1);
+	assert_in_range(strlen(why(UINT64_MAX)), 100, FINDER_WHY - 1);
+	assert_non_null(strstr(why(UINT64_MAX), " and 60 more: no answer to a search"));
+	assert_non_null(strstr(why(UINT64_MAX), "whether this computer drops the answer"));
 }
 
 static void no_thread_is_made_without_serial_numbers(void **state)

@@ -3,9 +3,12 @@
 """Who may run the guard, who may ask it for a socket, and what it says if it cannot work.
 Arguments: as guard.py.
 """
+import errno
 import os
 import re
 import signal
+import socket
+import struct
 import sys
 
 from guard import DEVICE, PINS, PORT, RUN, STATUS, STRANGER, main, program_on, send_far, sh, wait_for
@@ -113,7 +116,22 @@ def a_socket_is_for_the_daemon_and_not_for_its_group(w):
     w.end_guard()
 
 
+def a_daemon_of_another_version_is_told_so(w):
+    place = RUN.parent / "pokeys-guard" / "xdp"
+    w.write_conf(f"address = {DEVICE}\n", transport="xdp")
+    w.start_guard()
+    wait_for("the socket", place.exists)
+    for version, size in ((1, 48), (3, 400)):
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as daemon:
+            daemon.settimeout(60)
+            daemon.connect(str(place))
+            daemon.send(struct.pack("=II", version, 1).ljust(size, b"\0"))
+            assert struct.unpack("=Ii", daemon.recv(100))[1] == -errno.EPROTO, version
+    w.end_guard()
+
+
 CHECKS = [
+    a_daemon_of_another_version_is_told_so,
     a_socket_is_for_the_daemon_and_not_for_its_group,
     whoever_may_not_or_cannot_is_told_in_one_line,
     user_and_capabilities_of_the_unit_suffice,

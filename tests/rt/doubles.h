@@ -80,11 +80,11 @@ struct world {
 	uint64_t now;
 	struct transport *t;
 	struct loop loop;
-	struct device device[4];
-	struct shm_device shm[4];
+	struct device device[TRANSPORT_CHANNELS];
+	struct shm_device shm[TRANSPORT_CHANNELS];
 
 	/* set by the test */
-	uint64_t round_trip_ns[4];	/* 0 = does not answer */
+	uint64_t round_trip_ns[TRANSPORT_CHANNELS];	/* 0 = does not answer */
 	uint64_t lose;			/* the n-th datagram of channel 0, from 1; 0 = none */
 	uint64_t asleep_ns;		/* suspended so far */
 	uint64_t clock_takes_ns;	/* to read the clock that counts that, each tenth time */
@@ -97,10 +97,10 @@ struct world {
 	void (*on_sent)(struct world *w, uint32_t channel, const uint8_t *data, size_t length);
 
 	/* seen by the test */
-	uint64_t sent[4], sent_log[4][LOG];
+	uint64_t sent[TRANSPORT_CHANNELS], sent_log[TRANSPORT_CHANNELS][LOG];
 	uint64_t boot_reads, sleeps, slept_ns, waits, spun_ns, waited_ns;
 	uint64_t aims, aim_log[LOG];
-	struct transport_address aimed_at[4];
+	struct transport_address aimed_at[TRANSPORT_CHANNELS];
 };
 
 extern struct world world;

@@ -20,6 +20,13 @@ static int begin_two(void **state)
 	return 0;
 }
 
+static int begin_all(void **state)
+{
+	(void)state;
+	world_begin(TRANSPORT_CHANNELS);
+	return 0;
+}
+
 static int end(void **state)
 {
 	(void)state;
@@ -320,13 +327,36 @@ static void channel_without_device_is_ignored(void **state)
 	assert_int_equal(world.device[0].delivered, 2 * world.device[0].cycles);
 }
 
+static void as_many_devices_as_there_may_be_have_no_part_in_each_other(void **state)
+{
+	enum { LAST = TRANSPORT_CHANNELS - 1 };
+
+	(void)state;
+	world.round_trip_ns[LAST] = 0;
+	world.device[LAST].wants_address = true;
+	atomic_store(&world.loop.shared.in_use, UINT64_C(1) << (LAST - 1));
+	assert_int_equal(world_run(20 * MS), 0);
+	for (uint32_t i = 0; i < TRANSPORT_CHANNELS; i++) {
+		const struct device *d = &world.device[i];
+
+		assert_in_range(d->cycles, 19, 21);
+		assert_int_equal(d->in_use, i == LAST - 1);
+		assert_int_equal(world.shm[i].published_log[2],
+				 d->tick_log[2] + (i == LAST ? 500 * US : 100 * US));
+	}
+	assert_int_equal(world.loop.shared.wanted, UINT64_C(1) << LAST);
+	assert_int_equal(world.loop.shared.notify, UINT64_MAX);
+}
+
 #define ONE(f) cmocka_unit_test_setup_teardown(f, begin_one, end)
 #define TWO(f) cmocka_unit_test_setup_teardown(f, begin_two, end)
+#define ALL(f) cmocka_unit_test_setup_teardown(f, begin_all, end)
 
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		ONE(ticks_lie_on_the_period),
+		ALL(as_many_devices_as_there_may_be_have_no_part_in_each_other),
 		ONE(requests_leave_at_the_tick),
 		ONE(image_is_published_when_the_fast_replies_are_in),
 		ONE(window_end_publishes_without_the_reply),

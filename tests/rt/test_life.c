@@ -227,7 +227,7 @@ static void wanted_addresses_are_told(void **state)
 	assert_int_equal(world.loop.shared.wanted, 2);
 }
 
-static uint32_t news_at_20;
+static uint64_t news_at_20;
 
 static void change_link(struct world *w, uint32_t channel, const uint8_t *data, size_t length)
 {

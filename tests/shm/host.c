@@ -14,6 +14,7 @@
 #include <sys/wait.h>
 #include <sched.h>
 #include <unistd.h>
+#include "shm/runtime.h"
 #include "tests/shm/folder.h"
 
 static int try_open(struct folder *folder, const char *path, const char *group)
@@ -356,20 +357,20 @@ static void as_many_devices_as_promised(void **state)
 	struct folder *folder = *state;
 	struct shm_device *device;
 	struct shm_host *host;
-	char names[33][POKEYS_SHM_NAME_MAX];
+	char names[SHM_DEVICES_MAX + 1][POKEYS_SHM_NAME_MAX];
 
 	assert_int_equal(shm_host_open(&host, folder->path, NULL, NULL, folder->why,
 				       sizeof(folder->why)), 0);
-	for (int i = 0; i < 32; i++) {
-		snprintf(names[i], sizeof(names[i]), "device-with-a-really-long-name%d", i % 10);
-		names[i][0] = "abcdefghijklmnopqrstuvwxyzABCDEF"[i];
+	for (int i = 0; i < SHM_DEVICES_MAX; i++) {
+		snprintf(names[i], sizeof(names[i]), "device-with-a-really-long-nam%02d", i);
 		assert_int_equal(shm_host_add(host, names[i], &device, folder->why,
 					      sizeof(folder->why)), 0);
 	}
 	assert_int_equal(shm_host_add(host, "one-more", &device, folder->why,
 				      sizeof(folder->why)), -ENOSPC);
 	assert_int_equal(shm_host_publish(host, folder->why, sizeof(folder->why)), 0);
-	assert_int_equal(pokeys_shm_devices(folder->path, names, 33), 32);
+	assert_int_equal(pokeys_shm_devices(folder->path, names, SHM_DEVICES_MAX + 1),
+			 SHM_DEVICES_MAX);
 	shm_host_close(host);
 }
 

@@ -41,7 +41,7 @@ static __always_inline int is_ours(const void *data, const void *end)
 	if (ip->protocol != IPPROTO_UDP || ip->ihl != 5 || ip->frag_off & bpf_htons(0x3fff))
 		return 0;
 	wanted = bpf_map_lookup_elem(&ports, &zero);
-	for (int i = 0; wanted && i < GUARD_DEVICES; i++)
+	for (int i = 0; wanted && i < GUARD_DEVICES && wanted->port[i]; i++)
 		if (wanted->port[i] == udp->dest)
 			return 1;
 	return 0;

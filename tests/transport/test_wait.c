@@ -191,8 +191,7 @@ static void all_channels_share_one_wait(void **state)
 	struct transport *t = fixture_transport(MANY, false);
 	struct peer peer[MANY];
 	struct transport_packet p;
-	uint32_t seen = 0;
-	uint64_t calls;
+	uint64_t seen = 0, calls;
 
 	(void)state;
 	for (uint32_t i = 0; i < MANY; i++) {
@@ -211,9 +210,9 @@ static void all_channels_share_one_wait(void **state)
 		assert_int_equal(next_packet(t, 60000, &p), 1);
 		assert_int_equal(p.address, peer[p.channel].at.address);
 		assert_memory_equal(p.data, &p.channel, sizeof p.channel);
-		seen |= 1u << p.channel;
+		seen |= UINT64_C(1) << p.channel;
 	}
-	assert_int_equal(seen, (1u << MANY) - 1);
+	assert_int_equal(seen, UINT64_MAX >> (64 - MANY));
 	for (uint32_t i = 0; i < MANY; i++)
 		peer_close(&peer[i]);
 	transport_close(t);
