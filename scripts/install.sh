@@ -2,8 +2,8 @@
 # shellcheck shell=bash
 # What the project needs from Debian, and how it gets there. Sourced by ./run.
 #
-# Everything is a Debian 12 package. The Rust compiler has to be newer than
-# Debian 12's default one (iceoryx2 0.10 wants 1.89): a newer cargo on PATH is
+# Everything is a package of Debian 12 and 13. The Rust compiler has to be newer than
+# their default one (iceoryx2 0.10 needs 1.89): a newer cargo on PATH is
 # taken as it is, else the security archive's rustc-web and cargo-web.
 
 PACKAGES_BUILD=(
@@ -33,7 +33,7 @@ PACKAGES_PANEL=(xvfb gir1.2-gtk-3.0 python3-gi python3-pil)	# the panel, on a vi
 PACKAGES_WEB=(nodejs npm)	# the gateway's page; npm fetches what package-lock.json names
 PACKAGES_BROWSER=(chromium)	# the page in a browser
 PACKAGES_PLOTS=(gnuplot-nox)	# ./run plots
-PACKAGES_FUZZ=(libclang-rt-14-dev)	# libFuzzer
+PACKAGES_FUZZ=(libclang-rt-dev)	# libFuzzer
 PACKAGES_VM=(qemu-system-x86 mmdebstrap e2fsprogs)	# a PREEMPT_RT machine
 PACKAGES_PACKAGE=(debhelper dpkg-dev dh-python esbuild apt-utils xz-utils systemd udev)	# ./run package
 PACKAGES_RUST=(rustc-web cargo-web)
@@ -125,5 +125,7 @@ install_for_test() {
 	[[ " $* " != *" vm "* ]] || packages+=("${PACKAGES_VM[@]}" "${PACKAGES_PACKAGE[@]}")
 	[[ " $* " != *" package "* ]] || packages+=("${PACKAGES_PACKAGE[@]}" lintian mmdebstrap)
 	install_for_build
+	# Python 3.13 does not have it any more
+	/usr/bin/python3 -W ignore -c 'import telnetlib' 2>/dev/null || packages+=(python3-zombie-telnetlib)
 	install_packages "${packages[@]}"
 }

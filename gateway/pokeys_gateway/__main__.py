@@ -17,7 +17,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import pokeys
 from pokeys._ini import Faults
@@ -88,7 +88,8 @@ def _configuration(options: argparse.Namespace) -> tuple[config.Config, dict[str
             continue
         places[name] = f"--{name.replace('_', '-')}"
         try:
-            found = replace(found, **{name: convert(text)})
+            changed: dict[str, Any] = {name: convert(text)}
+            found = replace(found, **changed)
         except ValueError as error:
             raise Faults([f'{places[name]}: "{text}" is not allowed; allowed: {error}']) from None
     return found, places
@@ -279,7 +280,8 @@ def main(words: list[str] | None = None) -> int:
         sockets, for_telnet = ([], []) if options.check_config else _inherited()
         for name, given in ("listen", sockets), ("telnet_listen", for_telnet):
             if given:
-                settings = replace(settings, **{name: tuple(map(endpoint_of, given))})
+                passed: dict[str, Any] = {name: tuple(map(endpoint_of, given))}
+                settings = replace(settings, **passed)
                 places.pop(name, None)
         users = _judged(settings, places)
     except ValueError as error:

@@ -223,7 +223,7 @@ async def sockets(house, gateway, printer):
         await page.close()
     # there is a limit, and then room again
     many = [await connect("webui-v3", PAGES + 1) for _ in range(64)]
-    with contextlib.suppress(websockets.exceptions.InvalidStatusCode):
+    with contextlib.suppress(websockets.exceptions.InvalidHandshake):
         await connect("webui-v3", PAGES + 1)
         raise AssertionError("one too many")
     for page in many:

@@ -413,18 +413,25 @@ async def a_jog_belongs_to_who_holds_it():
     assert len(axis.nudges) == 2
     axis.ending.set()
     await until("its path has ended", lambda: axis.ended == [2])
-    await one.wish("b", "Y", 2.0)
+
+    async def press():
+        """Wishes are left out until the end of the last path is over."""
+        nudges = len(axis.nudges)
+        while len(axis.nudges) == nudges:
+            await one.wish("b", "Y", 2.0)
+            await asyncio.sleep(0)
+    await press()
     assert axis.nudges[-1] == ("Y", 2.0)
     # nobody says that it is up
     jog.QUIET_S = 0.05
-    await one.wish("b", "Y", 2.0)
+    await press()
     await until("it has ended", lambda: axis.ended == [2, 4])
     # the end fails: it is stopped
-    await one.wish("b", "Y", 2.0)
 
     async def fail(_moves):
         raise NotDone("no answer")
     axis.end_path = fail
+    await press()
     await until("it is stopped", lambda: axis.ended[-1] == "stuck")
     jog.QUIET_S = before
 

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The Debian packages: lintian finds nothing, another build gives the same bytes without a network, and in a
-clean Debian 12 they can be installed, used and removed, with nothing left. Those that a clean Debian 13
-builds of the same sources can be, too.
+clean Debian they can be installed, used and removed, with nothing left. The same is true of those that the
+other supported release of Debian builds of the same sources.
 
 usage: packages.py SOURCE
 """
 import hashlib
 import os
 import pathlib
+import platform
 import re
 import shutil
 import subprocess
@@ -17,6 +18,7 @@ import tempfile
 
 NEEDS = ("dpkg-buildpackage", "dh", "lintian", "mmdebstrap", "esbuild", "apt-ftparchive", "unshare")
 MISSING = 77
+RELEASES = ("bookworm", "trixie")
 # Another place, time zone and home, no network, and another user's mask.
 ELSEWHERE = {"TZ": "Pacific/Chatham", "LC_ALL": "C.UTF-8", "LANG": "C.UTF-8", "HOME": "/nonexistent"}
 # What changes by itself in a Debian. Users and groups stay, as Debian advises, and with them their lines.
@@ -197,8 +199,11 @@ def main():
             if os.geteuid():
                 print("installation skipped: only root can make a clean Debian", file=sys.stderr)
                 return MISSING
-            can_be_used(source, work / "packages", work, "bookworm")
-            can_be_used(source, is_built(work / "packages", work, "trixie"), work, "trixie")
+            here = platform.freedesktop_os_release().get("VERSION_CODENAME")
+            can_be_used(source, work / "packages", work, here)
+            for release in RELEASES:
+                if release != here:
+                    can_be_used(source, is_built(work / "packages", work, release), work, release)
         except Fault as fault:
             print(f"FAILED: {fault}")
             return 1

@@ -3,6 +3,7 @@
 """LinuxCNC operated through pokeys-gateway and pokeys-remote, by a client in the network (python3-websockets)."""
 import asyncio
 import base64
+import inspect
 import json
 import os
 import pathlib
@@ -102,7 +103,9 @@ class Client:
 def connect(name, **place):
     import websockets
     secret = base64.b64encode(f"{name}:secret, and long".encode()).decode()
-    return websockets.connect(f"ws://127.0.0.1:{PORT}/websocket", extra_headers={"Authorization": f"Basic {secret}"},
+    # another name since version 14
+    headers = next(key for key in inspect.signature(websockets.connect).parameters if key.endswith("_headers"))
+    return websockets.connect(f"ws://127.0.0.1:{PORT}/websocket", **{headers: {"Authorization": f"Basic {secret}"}},
                               **place)
 
 

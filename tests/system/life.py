@@ -310,8 +310,8 @@ def test_pokeysctl_top_draws_pages_and_lines():
     with House() as house:
         house.start_sim("--preset", "demo")
         house.start_daemon()
-        wait_for("the histograms", lambda: (house.device()["diag"] or {}).get("transport"))
         house.wait_fresh()
+        wait_for("the histograms", lambda: ((house.device()["diag"] or {}).get("latency_us") or {}).get("round_trip", {}).get("p50"))
         pages = house.ctl("top", "--count", 3, "--interval", 0.05)
         assert pages.returncode == 0 and pages.stdout.count("round trip ") == 3, pages.stdout
         assert max(map(len, pages.stdout.splitlines())) <= 80, pages.stdout
