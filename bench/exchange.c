@@ -6,6 +6,10 @@
  * between, without LinuxCNC, so that the figure is the code's and not the
  * thread's. Pins lie as far apart as in HAL's memory, one to two cache lines.
  *
+ * `cold`: before each read, other data fill the second-level cache and other code the first-level
+ * one, as after the rest of a period in LinuxCNC; before each write, they fill only the first-level
+ * caches, as after the motion controller.
+ *
  * Values change between reads (inputs, the positions of all axes and as many
  * encoders as the command line says), for a bridge that sees the same image twice
  * would flatter itself. The device's time advances a millisecond a read.
@@ -38,6 +42,7 @@ static void *pointers[BINDING_PINS];
 static struct { struct pokeys_state state; struct pokeys_command command; } from, to;
 
 static int moving;	/* encoders */
+static bool cold;
 
 static uint64_t now_ns(void)
 {
@@ -45,6 +50,18 @@ static uint64_t now_ns(void)
 
 	clock_gettime(CLOCK_MONOTONIC, &t);
 	return (uint64_t)t.tv_sec * UINT64_C(1000000000) + (uint64_t)t.tv_nsec;
+}
+
+/* The processor is busy with something else, in `bytes` of data and in the code below. */
+static __attribute__((noinline)) void elsewhere(size_t bytes)
+{
+	static unsigned char other[16 << 20];
+
+	for (size_t i = 0; i < bytes; i += 64)
+		((volatile unsigned char *)other)[i]++;
+#ifdef __x86_64__
+	__asm__ volatile(".fill 131072, 1, 0x90");	/* no operation */
+#endif
 }
 
 /* The device a cycle later: everything fast has moved. */
@@ -131,34 +148,39 @@ static uint8_t names_of(const char *text)
 int main(int argc, char **argv)
 {
 	static struct samples read, write, both, copy;
-	const uint8_t names = argc == 3 ? names_of(argv[2]) : 0;
+	const uint8_t names = argc == 3 || argc == 4 ? names_of(argv[2]) : 0;
 	uint64_t device_ns = UINT64_C(1000000000);
 
 	if (!names || (moving = atoi(argv[1])) < 0 || moving > POKEYS_ENCODERS) {
-		fprintf(stderr, "usage: bench-exchange ENCODERS canonical|legacy|both|all\n"
+		fprintf(stderr, "usage: bench-exchange ENCODERS canonical|legacy|both|all [cold]\n"
 			"(encoders that move, 0..%d)\n", POKEYS_ENCODERS);
 		return 2;
 	}
-
+	cold = argc == 4;
 	if (samples_init(&read, BATCH * BATCHES) < 0 ||
 	    samples_init(&write, BATCH * BATCHES) < 0 ||
 	    samples_init(&both, BATCH * BATCHES) < 0 || samples_init(&copy, BATCHES) < 0)
 		return 1;
 	begin(names);
 	for (int batch = 0; batch < BATCHES; batch++) {
-		uint64_t t, between, end;
+		uint64_t t, read_ns, write_ns;
 
 		for (int k = 0; k < BATCH; k++) {
 			device_ns += 1000000;
 			move(&from.state, device_ns);
+			if (cold)
+				elsewhere(8 << 20);
 			t = now_ns();
 			read_funct(device_ns);
-			between = now_ns();
+			read_ns = now_ns() - t;
+			if (cold)
+				elsewhere(128 << 10);
+			t = now_ns();
 			write_funct(device_ns);
-			end = now_ns();
-			samples_add(&read, between - t);
-			samples_add(&write, end - between);
-			samples_add(&both, end - t);
+			write_ns = now_ns() - t;
+			samples_add(&read, read_ns);
+			samples_add(&write, write_ns);
+			samples_add(&both, read_ns + write_ns);
 		}
 		t = now_ns();
 		for (int k = 0; k < BATCH; k++)
