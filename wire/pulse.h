@@ -139,6 +139,7 @@ struct wire_pulse_outputs_rep {
 };
 
 /* 0x85/06; pin 0 off, 1 default, else 1-based pin + 10 (section 6, D17). */
+#define WIRE_EMERGENCY_PIN_DEFAULT 1
 #define WIRE_EMERGENCY_PIN_BASE 10
 struct wire_pulse_emergency_req {
 	uint8_t write;

@@ -231,6 +231,17 @@ static void take_engine_state(struct device *device, uint8_t state)
 			   engine_tripped(state) ? EVENT_ERROR : EVENT_NOTICE, state, before, 0);
 }
 
+/* 0 = there is none. */
+static unsigned int emergency_terminal(const struct device *device)
+{
+	const struct wire_model *model = device->identify.identity.model;
+	const uint8_t set = device->image.engine.emergency_pin;
+
+	if (set > WIRE_EMERGENCY_PIN_BASE)
+		return set - WIRE_EMERGENCY_PIN_BASE;
+	return set == WIRE_EMERGENCY_PIN_DEFAULT && model ? model->pinmap->emergency : 0u;
+}
+
 /*
  * The emergency input itself, where it is a terminal that is a digital input: an
  * engine that stands does not latch it (protocol section 5.3). Raw levels count,
@@ -239,11 +250,11 @@ static void take_engine_state(struct device *device, uint8_t state)
 static bool emergency_input(const struct device *device)
 {
 	const struct pokeys_engine *engine = &device->image.engine;
-	const unsigned int pin = engine->emergency_pin - WIRE_EMERGENCY_PIN_BASE - 1u;
+	const unsigned int pin = emergency_terminal(device) - 1u;
 	uint8_t function;
 	bool level;
 
-	if (engine->emergency_pin <= WIRE_EMERGENCY_PIN_BASE || pin >= POKEYS_PINS)
+	if (pin >= POKEYS_PINS)
 		return false;
 	function = device->image.pin_function[pin];
 	level = device->image.digital_in[pin / 8] >> pin % 8 & 1;

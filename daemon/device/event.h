@@ -104,6 +104,8 @@ enum event_code {
 				 * c = moves that are left out */
 	EVENT_SERVO_TUNED,	/* a = servo motor, b = enum pokeys_servo_tuning, c = enum
 				 * pokeys_servo_tune_reason */
+	EVENT_TERMINALS_ABSENT,	/* a = terminals, bit = terminal - 1; b = the WIRE_PIN_ function
+				 * that they are wanted for, and that this board lacks there */
 	/* records are read by the numbers: new ones come last */
 	EVENT_CODES
 };

@@ -60,6 +60,7 @@ static const char *const kind_names[EVENT_CODES] = {
 	[EVENT_SERVO_HOME] = "servo-home",
 	[EVENT_MOVES] = "moves",
 	[EVENT_SERVO_TUNED] = "servo-tuned",
+	[EVENT_TERMINALS_ABSENT] = "terminals-absent",
 };
 
 const char *event_kind_name(uint32_t code)

@@ -15,6 +15,7 @@
 #include "daemon/device/event_name.h"
 #include "daemon/device/wish.h"
 #include "settings/terminal.h"
+#include "wire/io.h"
 #include "wire/op.h"
 #include "wire/system.h"
 
@@ -466,6 +467,17 @@ static void put_shared(struct line *line, const struct event *e)
 	    terminal_owner_name((unsigned int)e->b, a), terminal_owner_name((unsigned int)e->c, b));
 }
 
+static void put_absent(struct line *line, const struct event *e)
+{
+	char list[TERMINAL_LIST_MAX];
+	const uint64_t terminals = (uint64_t)e->a & ((UINT64_C(1) << POKEYS_PINS) - 1);
+
+	put(line, "%s: this board has no %s there; pokeysctl terminals lists what each board has",
+	    terminal_list(terminals, list),
+	    e->b == WIRE_PIN_COUNTER ? "counter" : e->b == WIRE_PIN_ANALOG_IN ? "analog input" :
+	    e->b == WIRE_PIN_OUTPUT ? "digital output" : "digital input");
+}
+
 static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_LINK] = put_link,
 	[EVENT_IDENTIFIED] = put_identified,
@@ -514,6 +526,7 @@ static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {
 	[EVENT_SERVO_HOME] = event_put_servo_home,
 	[EVENT_MOVES] = event_put_moves,
 	[EVENT_SERVO_TUNED] = event_put_servo_tuned,
+	[EVENT_TERMINALS_ABSENT] = put_absent,
 };
 
 size_t event_format(const struct event *event, const char *device, char *text, size_t size)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Terminals that this board uses twice.
+ * Terminals that this board uses twice, or that it does not have for what is wanted.
  *
  * pokeysd.conf was judged before the device was known, and by itself: what only some
  * boards cannot do, what a commander wishes besides, and what the device still has from
@@ -40,6 +40,38 @@ static void forget_inputs(struct pokeys_settings *device)
 			device->pin_set[i / 8] &= (uint8_t)~(1u << i % 8);
 }
 
+static unsigned int function_of(uint8_t pin)
+{
+	return pin & WIRE_PIN_COUNTER ? WIRE_PIN_COUNTER :
+	       pin & WIRE_PIN_ANALOG_IN ? WIRE_PIN_ANALOG_IN :
+	       pin & (WIRE_PIN_INPUT | WIRE_PIN_OUTPUT);
+}
+
+/* The device takes any function for any terminal, and says nothing. */
+static void tell_absent(struct device *device, const struct pokeys_settings *wanted,
+			const struct wire_pinmap *board)
+{
+	const struct { unsigned int function; uint64_t there; } kind[SHARED_FUNCTIONS] = {
+		{ WIRE_PIN_INPUT, board->digital_in }, { WIRE_PIN_OUTPUT, board->digital_out },
+		{ WIRE_PIN_ANALOG_IN, board->analog_in }, { WIRE_PIN_COUNTER, board->counter },
+	};
+	const uint64_t set = pins_load(wanted->pin_set) & OUTPUT_PINS;
+
+	for (unsigned int k = 0; k < SHARED_FUNCTIONS; k++) {
+		const uint64_t told = device->shared.absent[k];
+		uint64_t absent = 0;
+
+		for (unsigned int i = 0; i < POKEYS_PINS; i++)
+			if (function_of(wanted->pin_function[i]) == kind[k].function)
+				absent |= UINT64_C(1) << i;
+		absent &= set & ~kind[k].there;
+		device->shared.absent[k] = absent;
+		if (absent & ~told)
+			device_say(device, EVENT_TERMINALS_ABSENT, EVENT_WARNING,
+				   (int64_t)(absent & ~told), kind[k].function, 0);
+	}
+}
+
 void shared_tell(struct device *device, const struct pokeys_report *report)
 {
 	const struct device_config *config = &device->config;
@@ -48,6 +80,7 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 		.safe_hold = pins_load(config->safe_hold),
 		.resume = by_name(config),
 	};
+	const struct wire_pinmap *board = wire_model(device->image.identity.hardware)->pinmap;
 	const struct shared before = device->shared;
 	struct terminal_conflict conflict[TERMINAL_CONFLICTS_MAX];
 	struct pokeys_settings settings = report->device;
@@ -60,8 +93,7 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 	servoing_terminals(config->servo, config->servos, &daemon);
 	forget_inputs(&settings);
 	wish_lay(&settings, &report->wanted);
-	count = terminal_conflicts(&settings, &daemon,
-				   wire_model(device->image.identity.hardware)->pinmap, conflict);
+	count = terminal_conflicts(&settings, &daemon, board, conflict);
 	loops_unshare(device);
 	for (size_t i = 0; i < count; i++) {
 		loops_share(device, conflict[i].a.key, conflict[i].a.index);
@@ -78,4 +110,5 @@ void shared_tell(struct device *device, const struct pokeys_report *report)
 			device_say(device, EVENT_TERMINALS_SHARED, EVENT_WARNING,
 				   (int64_t)c->terminals, c->a.number, c->b.number);
 	}
+	tell_absent(device, &report->wanted, board);
 }

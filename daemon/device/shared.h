@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Terminals that two settings of this board use, each told once. */
+/* Terminals that two settings of this board use, or that it lacks, each told once. */
 #ifndef DEVICE_SHARED_H
 #define DEVICE_SHARED_H
 
@@ -11,6 +11,7 @@
 struct device;
 
 enum { SHARED_MAX = 16 };		/* more than that are not told */
+enum { SHARED_FUNCTIONS = 4 };		/* that terminals are wanted for */
 
 struct shared_pair {
 	uint64_t terminals;
@@ -21,9 +22,10 @@ struct shared_pair {
 struct shared {
 	struct shared_pair pair[SHARED_MAX];
 	size_t count;
+	uint64_t absent[SHARED_FUNCTIONS];	/* terminals */
 };
 
-/* Settings are settled: log which terminals two of them use. Between cycles. */
+/* Settings are settled: log which terminals two of them use, or the board lacks. Between cycles. */
 void shared_tell(struct device *device, const struct pokeys_report *report);
 
 #endif

@@ -208,6 +208,25 @@ static void number_of_axes_and_emergency_pin_are_set(void **state)
 	assert_int_equal(all_writes(), 2);
 }
 
+static void the_emergency_button_is_seen_while_the_engine_stands(void **state)
+{
+	static const uint8_t pins[] = { 1, 62, 30 }, terminals[] = { 52, 52, 20 };
+
+	for (unsigned int i = 0; i < sizeof(pins); i++) {
+		begin(state);
+		world.config.settings.set = POKEYS_SET_EMERGENCY_PIN;
+		world.config.settings.emergency_pin = pins[i];
+		world.rig.device.config.pins.function[terminals[i] - 1] = WIRE_PIN_INPUT;
+		restart();
+		world_run(&world, 20 * MS);
+		assert_false(world.state.engine.emergency);
+		world_emergency(&world);
+		world_run(&world, 20 * MS);
+		assert_int_equal(world.state.engine.state, WIRE_ENGINE_STOPPED);
+		assert_true(world.state.engine.emergency);
+	}
+}
+
 static void period_filter_bus_matrix_and_name_are_set_and_the_rest_of_them_stays(void **state)
 {
 	struct pokeys_settings *wants = &world.config.settings;
@@ -410,6 +429,7 @@ int main(void)
 		cmocka_unit_test_setup(axis_block_is_read_changed_and_written_whole, begin),
 		cmocka_unit_test_setup(an_axis_that_is_not_known_has_no_soft_limits, begin),
 		cmocka_unit_test_setup(number_of_axes_and_emergency_pin_are_set, begin),
+		cmocka_unit_test_setup(the_emergency_button_is_seen_while_the_engine_stands, begin),
 		cmocka_unit_test_setup(
 			period_filter_bus_matrix_and_name_are_set_and_the_rest_of_them_stays,
 			begin),

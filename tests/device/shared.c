@@ -119,10 +119,45 @@ static void it_is_judged_by_the_board_that_is_there(void **state)
 		       "the other in pokeysd.conf or in HAL");
 }
 
+static void what_the_board_lacks_is_told_once(void **state)
+{
+	char line[256];
+
+	(void)state;
+	for (unsigned int i = 0; i < 2; i++) {
+		begin(i ? WIRE_HW_57E : WIRE_HW_57CNC);
+		world_pin(&world, 2, WIRE_PIN_OUTPUT);
+		world_pin(&world, 6, WIRE_PIN_INPUT);
+		world_pin(&world, 26, WIRE_PIN_INPUT | WIRE_PIN_INVERT);
+		world_pin(&world, 8, WIRE_PIN_INPUT);
+		world_start(&world);
+		world_commander(&world, 5);
+		settle(&world);
+		assert_int_equal(world.event_count[EVENT_TERMINALS_ABSENT], i ? 0 : 2);
+		if (i)
+			break;
+		event_format(&world.last_event[EVENT_TERMINALS_ABSENT], "mill", line,
+			     sizeof(line));
+		assert_string_equal(line, "mill: terminal 3: this board has no digital output "
+				    "there; pokeysctl terminals lists what each board has");
+		wish.settings.set = POKEYS_SET_ANALOG_FILTER;
+		wish.settings.analog_filter = 3;
+		send_wish();
+		assert_int_equal(world.event_count[EVENT_TERMINALS_ABSENT], 2);
+		wish.settings.pin_set[6] = 1;
+		wish.settings.pin_function[48] = WIRE_PIN_COUNTER | WIRE_PIN_INPUT;
+		send_wish();
+		event_format(&world.last_event[EVENT_TERMINALS_ABSENT], "mill", line,
+			     sizeof(line));
+		assert_non_null(strstr(line, "terminal 49: this board has no counter there; "));
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(what_the_device_has_from_somebody_else_is_told),
+		cmocka_unit_test(what_the_board_lacks_is_told_once),
 		cmocka_unit_test(a_commanders_wish_is_told_when_it_begins),
 		cmocka_unit_test(it_is_judged_by_the_board_that_is_there),
 	};
