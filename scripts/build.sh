@@ -26,15 +26,23 @@ cargo_target() {
 	fi
 }
 
-# configure_and_build FOLDER [meson option ...]
+# configure_and_build FOLDER [meson option ...]: one at a time in a folder, since ninja does not see to that
 configure_and_build() {
 	local folder=$1
-	shift
 	belongs_here "$folder" ||
 		die "$folder was configured for sources in another place; ./run clean, then again"
+	mkdir -p "$folder"
+	{
+		flock -n 9 || { say "another ./run builds in $folder; waiting for its end"; flock 9; }
+		build_folder "$@" 9>&-
+	} 9>"$folder/.lock"
+}
+
+build_folder() {
+	local folder=$1
+	shift
 	if [ ! -f "$folder/build.ninja" ]; then
 		say "configuring $folder"
-		mkdir -p "$folder"
 		# left by a configuring that was interrupted, it is "already configured" for meson
 		rm -f "$folder/meson-private/coredata.dat"
 		meson setup "$folder" -Dcargo-target-dir="$(cargo_target)" "$@" >"$folder/setup.log" 2>&1 || {

@@ -178,7 +178,8 @@ static void print_place(const struct found *found, const char *address, FILE *to
 		fprintf(to, "# If the address is set, pokeysd does not search for the device.\n"
 			"; address = %s\n", address);
 	else
-		fprintf(to, "# A search does not find this device, so the address is required.\n"
+		fprintf(to, "# pokeysd searches the networks of this computer for serial numbers.\n"
+			"# This device is elsewhere, so its address is required.\n"
 			"address = %s\n", address);
 }
 
@@ -202,7 +203,8 @@ static bool print_device(const struct found *found, const char *name, const stru
 		fprintf(to, "; [device %s]\n; serial = %u\n", name, found->answer.serial);
 		return false;
 	}
-	fprintf(to, "[device %s]\n", name);
+	fprintf(to, "# You may choose another name. LinuxCNC (devices=) and pokeysctl use it.\n"
+		"[device %s]\n", name);
 	print_place(found, address, to);
 	if (!failure && state == SURVEY_LOCKED)
 		fputs("# Write the password into the following file, as its only line.\n"

@@ -70,14 +70,22 @@ static const char *root_of(const struct options *options)
 	return options->root;
 }
 
+/* --runtime-directory, or else the folder of the daemon that the configuration is for. */
+static const char *runtime_of(const struct doctor *doctor, const struct options *options)
+{
+	return *doctor->plan.runtime &&
+	       !strcmp(options->runtime_directory, POKEYS_RUNTIME_DIRECTORY) ?
+	       doctor->plan.runtime : options->runtime_directory;
+}
+
 static void gather(struct doctor *doctor, const struct options *options)
 {
 	doctor->root = root_of(options);
 	doctor->config = options->config;
 	doctor_read_plan(doctor, options->config ? options->config : DOCTOR_PLAN_PATH);
 	doctor_choose_core(doctor, options->cpu);
-	find_processes(doctor, options->runtime_directory);
-	look_at_daemon(doctor, options->runtime_directory);
+	find_processes(doctor, runtime_of(doctor, options));
+	look_at_daemon(doctor, runtime_of(doctor, options));
 	doctor_find_routes(doctor);
 }
 

@@ -43,6 +43,7 @@ struct doctor_plan {
 	char path[256];
 	char cpu_from[320];		/* the file whose cpu = counts */
 	char interface[16];		/* empty = as the routes say */
+	char runtime[256];		/* empty = not set */
 	int cpu;			/* -1 = any */
 	bool spin, chosen;		/* chosen: by mode, not left to auto */
 	double duty;

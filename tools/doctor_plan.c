@@ -74,6 +74,8 @@ static void take_daemon(const struct reading *reading, const char *name, const c
 		plan->duty = atof(value);
 	} else if (!strcmp(name, "interface")) {
 		snprintf(plan->interface, sizeof(plan->interface), "%.15s", value);
+	} else if (!strcmp(name, "runtime-directory")) {
+		snprintf(plan->runtime, sizeof(plan->runtime), "%s", value);
 	}
 }
 
@@ -82,7 +84,7 @@ static int take(void *context, const char *section, const char *name, const char
 	const struct reading *reading = context;
 	struct doctor *doctor = reading->doctor;
 	struct in_addr address;
-	char value[64];
+	char value[256];
 
 	cut_comment(value, sizeof(value), text);
 	if (!strcmp(section, "daemon")) {

@@ -56,7 +56,7 @@ static void put_missing(struct line *line, const struct config *config, uint64_t
 	}
 	if (more)
 		put(line, " and %u more", more);
-	put(line, ": no answer to a search");
+	put(line, ": not found by a search");
 }
 
 static void put_network(struct line *line, const struct discovery_network *network)

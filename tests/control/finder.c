@@ -139,7 +139,7 @@ static void the_log_says_where_it_asked_and_who_answered(void **state)
 	memset(&report, 0, sizeof(report));
 	strcpy(config.device[0].name, "mill");
 	strcpy(config.device[1].name, "panel");
-	assert_string_equal(why(1), "mill (serial 31234): no answer to a search: no interface but "
+	assert_string_equal(why(1), "mill (serial 31234): not found by a search: no interface but "
 			    "loopback is up and has an IPv4 address");
 	report.networks = 2;
 	report.network[0] = (struct discovery_network){
@@ -153,7 +153,7 @@ static void the_log_says_where_it_asked_and_who_answered(void **state)
 	answer(20005, false);
 	answer(20007, false);
 	answer(31234, false);
-	assert_string_equal(why(1), "mill (serial 31234): no answer to a search at lo (10.9.9.1/24)"
+	assert_string_equal(why(1), "mill (serial 31234): not found by a search at lo (10.9.9.1/24)"
 			    ", lo (10.7.0.1/30, not asked: it cannot send broadcasts); answers "
 			    "came from serial 20005, 20007; if one of them is meant, correct serial"
 			    " in pokeysd.conf and restart pokeysd");
@@ -161,7 +161,7 @@ static void the_log_says_where_it_asked_and_who_answered(void **state)
 		for (uint32_t serial = 20010; serial >= 20005; serial--)
 			answer(serial, false);
 	assert_int_equal(answers.ours, 1);
-	assert_string_equal(why(3), "mill (serial 31234), panel (serial 70000): no answer to a "
+	assert_string_equal(why(3), "mill (serial 31234), panel (serial 70000): not found by a "
 			    "search at lo (10.9.9.1/24), lo (10.7.0.1/30, not asked: it cannot "
 			    "send broadcasts); answers came from serial 20005, 20006, 20007, 20008 "
 			    "and others; if one of them is meant, correct serial in pokeysd.conf "
@@ -205,7 +205,7 @@ static void a_line_of_any_length_fits(void **state)
 		config.device[i].serial = UINT32_MAX;
 	}
 	assert_in_range(strlen(why(UINT64_MAX)), 100, FINDER_WHY - 1);
-	assert_non_null(strstr(why(UINT64_MAX), " and 60 more: no answer to a search"));
+	assert_non_null(strstr(why(UINT64_MAX), " and 60 more: not found by a search"));
 	assert_non_null(strstr(why(UINT64_MAX), "whether this computer drops the answer"));
 }
 

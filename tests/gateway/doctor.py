@@ -145,6 +145,10 @@ def test_it_is_what_pokeysctl_says():
                 equal(one, of[key(one)])
         equal(gateway.ask("/api/doctor")[0], 405)
         assert "Traceback" not in house.log("gateway.log")
+        # the configuration names the folder as well
+        named = json.loads(run(House.programs["pokeysctl"], "doctor", "--json", "--config", house.conf).stdout)
+        of_daemon = [{key(one) for one in found["findings"] if one["check"].startswith("daemon")} for found in (named, theirs)]
+        assert of_daemon[0] == of_daemon[1] and len(of_daemon[0]) > 1, of_daemon
 
 
 def test_guests_do_not_run_it():

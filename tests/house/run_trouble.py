@@ -59,7 +59,7 @@ def a_wrong_word(fake):
         (fake.folder / "bin" / name).write_text('#!/bin/bash\necho "$0 $*" >>"$CALLS"; exit 1\n')
         (fake.folder / "bin" / name).chmod(0o755)
     (fake.folder / "build").mkdir()
-    for words in ("build x", "clean x", "clean --all x", "demo x", "demo --seconds x", "test x", "test --repeat", "test --repeat 0", "test --load x", "test --nonsense", "test unit --load=65", "bench --lits",
+    for words in ("build x", "clean x", "clean --all x", "demo x", "demo --seconds x", "demo --seconds", "demo --web --file", "test x", "test --repeat", "test --repeat 0", "test --load x", "test --nonsense", "test unit --load=65", "bench --lits",
                   "bench --only x", "bench --only=", "bench --readme", "x", "", "help", "demo --help", "bench --help", "bench --list"):
         ran = subprocess.run([fake.folder / "run", *words.split()], env=fake.environment, text=True,
                              capture_output=True, timeout=120, check=False)
@@ -102,6 +102,20 @@ def half_a_build_folder(fake):
     child = fake.start("build_main")
     said = child.communicate(timeout=120)[0]
     assert child.returncode == 0, said
+
+
+def two_at_a_time(fake):
+    (fake.folder / "bin/ninja").write_text('#!/bin/bash\necho begin >>"$CALLS"\n'
+                                           'until [ -e go ]; do sleep 0.05; done\necho end >>"$CALLS"\n')
+    one = fake.start("build_main")
+    while not fake.calls.exists() or "begin" not in fake.calls.read_text():
+        assert one.poll() is None, one.communicate()
+        time.sleep(0.05)
+    other = fake.start("build_main")
+    assert "another ./run builds in build" in other.stdout.readline()
+    (fake.folder / "go").touch()
+    assert [child.communicate(timeout=120) and child.returncode for child in (one, other)] == [0, 0]
+    assert re.findall("begin|end", fake.calls.read_text()) == 2 * ["begin", "end"], fake.calls.read_text()
 
 
 def a_copied_build_folder(fake):
@@ -337,10 +351,9 @@ def interrupt(fake):
 
 
 def main():
-    for check in (a_wrong_word, where_crates_are_built, half_a_build_folder, a_copied_build_folder, no_apt, old_results, half_a_log,
-                  what_is_left_out, what_is_run_again,
-                  what_is_never_run_again, tiers, rounds, under_load,
-                  a_safety_assertion, a_meson_that_is_killed, interrupt):
+    for check in (a_wrong_word, where_crates_are_built, half_a_build_folder, two_at_a_time, a_copied_build_folder,
+                  no_apt, old_results, half_a_log, what_is_left_out, what_is_run_again, what_is_never_run_again, tiers,
+                  rounds, under_load, a_safety_assertion, a_meson_that_is_killed, interrupt):
         with tempfile.TemporaryDirectory() as folder:
             check(Fake(sys.argv[1], folder))
         print(f"ok: {check.__name__}")

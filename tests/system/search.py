@@ -169,7 +169,7 @@ def test_the_daemon_says_where_it_has_searched():
         start_far(house, "v0", "10.9.9.3", SERIAL)
         house.start_daemon()
         wait_for("the other number in the log", lambda: f"answers came from serial {SERIAL};" in house.log())
-        assert f"mill (serial {SERIAL + 1}): no answer to a search at v0 (10.9.9.1/24)" in house.log(), house.log()
+        assert f"mill (serial {SERIAL + 1}): not found by a search at v0 (10.9.9.1/24)" in house.log(), house.log()
         with firewall("v0"):
             wait_for("nobody in the log", lambda: "at v0 (10.9.9.1/24); sudo pokeysctl discover tells" in house.log())
 
