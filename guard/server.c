@@ -204,7 +204,7 @@ static void attend(struct guard_server *server, uint64_t now_ns)
 
 	if (length == -EAGAIN || length == -EINTR)
 		return;
-	/* a daemon of another version, whose request has another length, hears that it is one */
+	/* a request of another length is of a daemon of another version, which is told so */
 	if (length == (long)sizeof(request) ||
 	    (length > 0 && request.version && request.version != HANDOVER_VERSION))
 		rc = answer(server, &request, came, now_ns);

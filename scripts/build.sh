@@ -26,14 +26,14 @@ cargo_target() {
 	fi
 }
 
-# configure_and_build FOLDER [meson option ...]: one at a time in a folder, since ninja does not see to that
+# configure_and_build FOLDER [meson option ...]: only one at a time in a folder, which ninja does not ensure
 configure_and_build() {
 	local folder=$1
 	belongs_here "$folder" ||
 		die "$folder was configured for sources in another place; ./run clean, then again"
 	mkdir -p "$folder"
 	{
-		flock -n 9 || { say "another ./run builds in $folder; waiting for its end"; flock 9; }
+		flock -n 9 || { say "another ./run is building in $folder; waiting until it has finished"; flock 9; }
 		build_folder "$@" 9>&-
 	} 9>"$folder/.lock"
 }

@@ -125,7 +125,7 @@ install_for_test() {
 	[[ " $* " != *" vm "* ]] || packages+=("${PACKAGES_VM[@]}" "${PACKAGES_PACKAGE[@]}")
 	[[ " $* " != *" package "* ]] || packages+=("${PACKAGES_PACKAGE[@]}" lintian mmdebstrap)
 	install_for_build
-	# Python 3.13 does not have it any more
+	# Python 3.13 no longer includes telnetlib
 	/usr/bin/python3 -W ignore -c 'import telnetlib' 2>/dev/null || packages+=(python3-zombie-telnetlib)
 	install_packages "${packages[@]}"
 }

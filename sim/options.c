@@ -57,7 +57,7 @@ static const struct row rows[] = {
 	{ "no-discovery", NULL, CLEAR, FIELD(discovery), 0, 0, "do not answer searches" },
 	{ "preset", "NAME", STRING, FIELD(preset), 0, 0,
 	  "ready-made machine: factory, loopback, demo, printer,\n"
-	  "servo-mill (factory)" },
+	  "                             servo-mill (factory)" },
 	{ "script", "FILE", STRING, FIELD(script), 0, 0, "run control commands from a file" },
 	{ "control", "SOCKET", STRING, FIELD(control), 0, 0, "listen there for commands" },
 	{ "seed", "N", UINT64, FIELD(rig.seed), 0, INT64_MAX, "seed of all that is random (1)" },

@@ -456,7 +456,8 @@ static bool home(struct axis *axis)
 
 	if (!begin(axis) || (is_tripped(axis) && !clear_fault(axis)) || !switch_on(axis))
 		return false;
-	printf("%s: the device is to home axis %u; Ctrl-C stops it\n", axis->device, axis->number);
+	printf("%s: asking the device to home axis %u; Ctrl-C stops the axis\n", axis->device,
+	       axis->number);
 	fflush(stdout);
 	axis->homing = true;
 	order(axis, (struct pokeys_one_shot){ .operation = POKEYS_ONE_SHOT_HOME,

@@ -178,8 +178,8 @@ static void print_place(const struct found *found, const char *address, FILE *to
 		fprintf(to, "# If the address is set, pokeysd does not search for the device.\n"
 			"; address = %s\n", address);
 	else
-		fprintf(to, "# pokeysd searches the networks of this computer for serial numbers.\n"
-			"# This device is elsewhere, so its address is required.\n"
+		fprintf(to, "# pokeysd searches only the networks of this computer. This device\n"
+			"# is in another one, so its address is required.\n"
 			"address = %s\n", address);
 }
 
@@ -203,7 +203,7 @@ static bool print_device(const struct found *found, const char *name, const stru
 		fprintf(to, "; [device %s]\n; serial = %u\n", name, found->answer.serial);
 		return false;
 	}
-	fprintf(to, "# You may choose another name. LinuxCNC (devices=) and pokeysctl use it.\n"
+	fprintf(to, "# You may change this name. LinuxCNC (devices=) and pokeysctl use it.\n"
 		"[device %s]\n", name);
 	print_place(found, address, to);
 	if (!failure && state == SURVEY_LOCKED)

@@ -187,6 +187,8 @@ void print_status(const struct view_device *device, FILE *to)
 						       sizeof(device->diag.transport), transport) :
 					   "?",
 			state->flags & POKEYS_STATE_REALTIME ? "" : ", NOT REALTIME");
+		if (device->freshness != VIEW_FRESH)
+			fputs("  values      NOT CURRENT, the last ones received\n", to);
 		print_control(state, to);
 		if (state->config_foreign)
 			fprintf(to, "  settings    changed %u time%s by another program; see the "

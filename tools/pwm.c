@@ -69,7 +69,7 @@ static bool begin(struct hold *hold, const struct pokeys_state *state,
 	if (!is_free(hold, model, &report->device))
 		return false;
 	hold->period = state->pwm_period ? state->pwm_period : model->pwm_hz / USUAL_HZ;
-	snprintf(hold->how, sizeof(hold->how), "at %g %% of %.4g Hz", hold->duty * 100,
+	snprintf(hold->how, sizeof(hold->how), "at %g %% of %.6g Hz", hold->duty * 100,
 		 (double)model->pwm_hz / hold->period);
 	return true;
 }

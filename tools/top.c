@@ -193,6 +193,8 @@ static void draw_one(struct screen *screen, const struct view_device *device,
 	}
 	rates = rates_of(before, device);
 	draw_head(screen, device, &rates);
+	if (device->freshness != VIEW_FRESH)
+		screen_line(screen, "NOT CURRENT, the last values received:");
 	draw_pins(screen, &device->state);
 	draw_encoders(screen, &device->state);
 	top_engine(screen, device);

@@ -11,7 +11,7 @@ from figures import Figure, middle, ratios, table, total, us
 TITLE = "Several devices in one thread"
 SECONDS = 60
 COUNTS = (1, 4, 16)
-MANY = 64  # as many as a daemon may have; two cores exchange that much with simulators every 4 ms
+MANY = 64  # the most of a daemon; with their simulators on the second core, they need a period of 4 ms
 MANY_US = 4000
 DEAD = "16, one of them dead"
 FEW_SLOW, MANY_SLOW = f"16, every {MANY_US} µs", f"{MANY}, every {MANY_US} µs"
@@ -87,7 +87,7 @@ def figures(found):
                    total(found[DEAD], "all", "samples"), dead[1], dead[2], 1.15),
             Figure("one dead device among 16: busy part of the period, ratio to all alive", busy_dead[0], "",
                    total(found[DEAD], "cycles"), busy_dead[1], busy_dead[2], 1.1),
-            Figure(f"{MANY} devices: processor time a device, ratio to 16 devices", each[0], "",
+            Figure(f"{MANY} devices: processor time per device, ratio to 16 devices", each[0], "",
                    total(found[MANY_SLOW], "cycles"), each[1], each[2], 1.1)]
 
 
@@ -99,8 +99,8 @@ def report(found):
         rows.append((name, f"{100 * middle(runs, 'busy')[0]:.1f}", f"{middle(runs, 'device_us')[0]:.1f}",
                      us(whole[0]), f"{us(whole[1])} to {us(whole[2])}", us(middle(runs, "all", "p99_ns")[0]), f"{statistics.median(r['unfair'] for r in runs):.2f}",
                      total(runs, "all", "samples"), total(runs, "missed"), total(runs, "late")))
-    return [f"Once every {PERIOD_US} µs if the row does not say otherwise. One simulator for each device, all on the"
+    return [f"The period is {PERIOD_US} µs unless the row says otherwise. One simulator for each device, all on the"
             " other core, mode sleep. The times are those of the first device, from the start of the cycle until its image is published. Slowest to fastest is over all devices, from"
             " histograms whose buckets are a fifth wide. The dead one dies when the measuring begins.", "",
-            *table(("devices", "busy % of the period", "processor µs a device and cycle", "published p50 µs",
+            *table(("devices", "busy % of the period", "processor µs per device and cycle", "published p50 µs",
                     "95 % interval", "p99 µs", "slowest to fastest", "samples", "cycles missed", "late"), rows)]

@@ -41,7 +41,8 @@ def report(found):
                (("read", "p50_ns"), ("read", "p99_ns"), ("write", "p50_ns"), ("write", "p99_ns"), ("memcpy", "p50_ns"))),
              total(row["runs"], "both", "samples")) for row in found)
     return [("Without LinuxCNC, all axes and an input moving; memcpy is of one state and one command image together."
-            " Cold: before each read, other data have filled the second-level cache (8 MiB) and other code (128 KiB) the"
-            " first-level one, and before each write the first-level ones, as by LinuxCNC and other programs."), "",
+            " Cold: before each read, 8 MiB of other data displace the second-level cache and 128 KiB of other code the"
+            " first-level one. Before each write, only the first-level caches are displaced. This imitates LinuxCNC and"
+            " other programs."), "",
             *table(("names", "encoders moving", "caches", "read p50 ns", "p99", "write p50 ns", "p99", "memcpy p50 ns",
                     "samples"), rows)]

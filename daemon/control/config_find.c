@@ -6,10 +6,14 @@
  * for axis.0.max-speed to axis.7.max-speed. A name that is nearly one of ours
  * is answered with the one that was probably meant: most unknown keys are
  * typing errors, and a key in the wrong section is the next most common fault.
+ * After that, names that belong to LinuxCNC and names that lack a word of ours
+ * are recognized.
  */
+#include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include "daemon/control/config_key.h"
 
 enum { NAME_MAX_LENGTH = 40, INDEX_BAD = 1000 };
@@ -36,7 +40,7 @@ static bool fits(const char *pattern, const char *name, uint32_t *index)
 	return true;
 }
 
-/* Edits between two names, digits taken as '#'. */
+/* Edits between two names, digits taken as '#', without regard to capital letters in b. */
 static size_t distance(const char *a, const char *b)
 {
 	size_t row[NAME_MAX_LENGTH + 1], m = strlen(b);
@@ -51,7 +55,7 @@ static size_t distance(const char *a, const char *b)
 		row[0] = i;
 		for (size_t j = 1; j <= m; j++) {
 			size_t least = row[j] < row[j - 1] ? row[j] + 1 : row[j - 1] + 1;
-			bool same = a[i - 1] == b[j - 1] ||
+			bool same = a[i - 1] == tolower((unsigned char)b[j - 1]) ||
 				    (a[i - 1] == '#' && b[j - 1] >= '0' && b[j - 1] <= '9');
 
 			if (diagonal + !same < least)
@@ -80,6 +84,50 @@ static const char *nearest(enum config_section section, const char *name)
 	return found;
 }
 
+/* Is `name` a key without some of its words, as axis.0.acceleration is without "max"? */
+static bool is_part(const char *pattern, const char *name)
+{
+	const char *ours = strrchr(pattern, '.'), *theirs = strrchr(name, '.');
+	const size_t before = theirs ? (size_t)(theirs - name) + 1 : 0;
+	const char *at = ours ? ours + 1 : pattern, *word = name + before;
+
+	if ((size_t)(at - pattern) != before || !*word)
+		return false;
+	for (size_t i = 0; i < before; i++)
+		if (pattern[i] != name[i] &&
+		    (pattern[i] != '#' || !isdigit((unsigned char)name[i])))
+			return false;
+	for (at = strstr(at, word); at; at = strstr(at + 1, word))
+		if ((at == pattern || at[-1] == '.' || at[-1] == '-') &&
+		    (!at[strlen(word)] || at[strlen(word)] == '-'))
+			return true;
+	return false;
+}
+
+static const char *containing(enum config_section section, const char *name)
+{
+	const struct config_key *key;
+
+	for (size_t i = 0; (key = config_key_at(i)); i++)
+		if (key->section == section && is_part(key->name, name))
+			return key->name;
+	return NULL;
+}
+
+/* Where a setting is that the daemon does not have; NULL = unknown. */
+static const char *elsewhere(const char *name)
+{
+	static const char *const scales[] = { "scale", "steps-per-mm", "steps-per-unit",
+					      "pulses-per-mm" };
+	const char *last = strrchr(name, '.') ? strrchr(name, '.') + 1 : name;
+
+	for (size_t i = 0; i < sizeof(scales) / sizeof(scales[0]); i++)
+		if (!strcasecmp(last, scales[i]))
+			return "the scale is set in LinuxCNC: SCALE in its INI file, "
+			       "pokeys.N.joint.NN.scale in HAL";
+	return NULL;
+}
+
 /* Where a key belongs, for a person. */
 static const char *section_name(enum config_section section)
 {
@@ -94,7 +142,7 @@ static const char *section_name(enum config_section section)
 
 static void explain(enum config_section section, const char *name, char *why, size_t size)
 {
-	const char *meant = nearest(section, name);
+	const char *meant = nearest(section, name), *instead = elsewhere(name);
 	const struct config_key *key;
 	uint32_t index;
 
@@ -103,6 +151,12 @@ static void explain(enum config_section section, const char *name, char *why, si
 			snprintf(why, size, "%s belongs in %s", name, section_name(key->section));
 			return;
 		}
+	}
+	if (!meant && !instead)
+		meant = containing(section, name);
+	if (!meant && instead) {
+		snprintf(why, size, "there is no key %.40s; %s", name, instead);
+		return;
 	}
 	snprintf(why, size, "there is no key %.40s; %s%s%s", name, meant ? "did you mean " : "",
 		 meant ? meant : "pokeysd --help-config lists all keys", meant ? "?" : "");

@@ -169,7 +169,9 @@ void config_judge(struct config_file *file, struct config *out)
 		config_fault(file, config_line_of(&file->daemon_lines, "mode", 0),
 			     "[daemon]: mode = napi polls for busy-poll-us, which is 0");
 	if (!file->devices && !file->faults)
-		config_fault(file, 0, "there is no [device NAME] section");
+		config_fault(file, 0, "there is no [device NAME] section; add one with the line "
+			     "address = A.B.C.D or serial = NUMBER (pokeysctl discover --config "
+			     "writes them)");
 	judge_heaters(file);
 	judge_servos(file);
 	for (uint32_t i = 0; i < file->devices; i++)

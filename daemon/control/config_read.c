@@ -94,7 +94,7 @@ static int say_why(const struct config_text *text, ssize_t result, config_compla
 	struct config_file *file = calloc(1, sizeof(*file));	/* megabytes: not on the stack */
 
 	if (!file) {
-		complain(context, "no memory to read the configuration");
+		complain(context, "the configuration was not read: out of memory");
 		return 1;
 	}
 	file->text = text;

@@ -107,8 +107,10 @@ static const struct config_key own[] = {
 	KEY(DAEMON(recorder_seconds), "recorder-seconds", CONFIG_INTEGER, RANGE(0, 60),
 	    .fallback = "5", .unit = "s",
 	    .help = "For how long the latest packets and events are kept in memory for pokeysctl "
-		    "record: at least this time, but at most 128 MiB, which is about 5 s of 26 "
-		    "devices at 1 kHz. One device at 1 kHz needs 8 MiB for 5 s. 0 keeps none."),
+		    "record. Memory grows with this time and the number of devices, in powers of "
+		    "two: 8 MiB for one device at 1 kHz and 5 s. It is never more than 128 MiB, "
+		    "which is about 5 s of 26 devices at 1 kHz; with more devices, the time is "
+		    "shorter. 0 keeps none."),
 	KEY(DAEMON(record_folder), "record-folder", CONFIG_FILE,
 	    .help = "Folder to which these packets and events are written at a fault, as a file "
 		    "for Wireshark. If not set, the folder that systemd provides is used, "

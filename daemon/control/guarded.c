@@ -2,8 +2,8 @@
 /*
  * The daemon has no right to look at BPF programs, and shall have none: what
  * it knows of the guard is a file of a few lines "key value" in a folder where
- * only the guard can write. The file says when it was written. This shows that
- * the guard was killed since, or that the computer was started again.
+ * only the guard can write. The file says when it was written; if that is long
+ * ago, the guard was killed or the computer was started again.
  *
  * Nothing depends on what is read here but a flag, a line in the log and
  * metrics. Names go into the metrics' text, so they are let in letter by letter.

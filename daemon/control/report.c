@@ -14,7 +14,7 @@
 
 enum image { STATE, DIAG };
 
-/* Of a device's status, the first ones first. */
+/* The order of devices in the status if not all fit. */
 enum rank { RANK_ON, RANK_MISSING, RANK_RUNNING, RANKS };
 
 enum { DEVICE_SIZE = 120, MORE_SIZE = 20 };
@@ -219,7 +219,7 @@ static size_t append_device(const struct report_device *device, char *text, size
 	return length < 0 ? 0 : (size_t)length < size ? (size_t)length : size - 1;
 }
 
-/* What must be seen if not all have room: a device that is on, or of which nobody knows that. */
+/* Devices that are on, or whose state is unknown, must be seen even if not all fit. */
 static enum rank rank_of(const struct report_device *device)
 {
 	if (!device->known || pokeys_what_is_on(&device->state))
@@ -227,7 +227,7 @@ static enum rank rank_of(const struct report_device *device)
 	return device->state.link == POKEYS_LINK_RUNNING ? RANK_RUNNING : RANK_MISSING;
 }
 
-/* Those of a rank, RANKS = all, behind the `at` bytes of a text. Returns how many had no room. */
+/* Append the devices of a rank, RANKS = all, at *at. Returns how many did not fit. */
 static uint32_t append_rank(const struct report *report, enum rank rank, char *text, size_t size,
 			    size_t *at)
 {

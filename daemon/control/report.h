@@ -31,7 +31,7 @@ struct report {
 enum { REPORT_STATUS_SIZE = 4000 };
 
 /*
- * "mill running, 212 us; lathe searching: no answer". If the devices do not all have room, those
+ * "mill running, 212 us; lathe searching: no answer". If not all devices fit, those
  * that are on come first, since a package upgrade searches the text for them; then those that are
  * not running; and the others are only counted. `size`: at least 256. Returns the length.
  */

@@ -62,7 +62,7 @@ struct buffer {
 	int32_t wish_before[POKEYS_AXES];
 	int32_t step[POKEYS_AXES];	/* of the last slot */
 	uint32_t first, pending;	/* pending slots */
-	uint64_t rest, begun;		/* slots at rest that fill the buffer first: behind, last */
+	uint64_t rest, begun;		/* the slots that only fill it: behind rest, to begun */
 	/* path: the slot executed last, the last one accepted; 32 bits are 49.7 days of motion */
 	uint64_t seen, end;
 	struct buffer_slot slot[BUFFER_PENDING];

@@ -116,7 +116,7 @@ static bool on_path(const struct device *device, const int32_t position[POKEYS_A
 	       (left && buffer_path_within(device, position, end - left + 1));
 }
 
-/* The level and the positions fit to a newest fill that is in the device, or to one that is not. */
+/* Do level and positions match a device that has the newest fill (*in), or lacks it (*out)? */
 static void look_for_fill(const struct device *device, const struct wire_pulse_status_rep *status,
 			  bool *in, bool *out)
 {

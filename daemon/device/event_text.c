@@ -472,10 +472,11 @@ static void put_absent(struct line *line, const struct event *e)
 	char list[TERMINAL_LIST_MAX];
 	const uint64_t terminals = (uint64_t)e->a & ((UINT64_C(1) << POKEYS_PINS) - 1);
 
-	put(line, "%s: this board has no %s there; pokeysctl terminals lists what each board has",
-	    terminal_list(terminals, list),
-	    e->b == WIRE_PIN_COUNTER ? "counter" : e->b == WIRE_PIN_ANALOG_IN ? "analog input" :
-	    e->b == WIRE_PIN_OUTPUT ? "digital output" : "digital input");
+	put(line, "%s cannot be %s on this board; choose another one in pokeysd.conf or in HAL "
+	    "(pokeysctl terminals MODEL lists them)", terminal_list(terminals, list),
+	    e->b == WIRE_PIN_COUNTER ? "a counter" :
+	    e->b == WIRE_PIN_ANALOG_IN ? "an analog input" :
+	    e->b == WIRE_PIN_OUTPUT ? "a digital output" : "a digital input");
 }
 
 static void (*const texts[EVENT_CODES])(struct line *, const struct event *) = {

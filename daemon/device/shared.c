@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /*
- * Terminals that this board uses twice, or that it does not have for what is wanted.
+ * Terminals that this board uses twice, or that lack the configured function on it.
  *
  * pokeysd.conf was judged before the device was known, and by itself: what only some
  * boards cannot do, what a commander wishes besides, and what the device still has from
@@ -47,7 +47,7 @@ static unsigned int function_of(uint8_t pin)
 	       pin & (WIRE_PIN_INPUT | WIRE_PIN_OUTPUT);
 }
 
-/* The device takes any function for any terminal, and says nothing. */
+/* The device accepts any function for any terminal without an error. */
 static void tell_absent(struct device *device, const struct pokeys_settings *wanted,
 			const struct wire_pinmap *board)
 {

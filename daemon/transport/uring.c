@@ -107,7 +107,7 @@ static struct io_uring_sqe *entry(struct uring *u, unsigned int *index)
 		return NULL;
 	*index = u->ring.sq.sqe_tail & (u->sizes.submissions - 1);
 	sqe = &u->ring.sq.sqes[*index];
-	/* liburing 2.8 and newer fill in only what an operation has, and not the rest */
+	/* liburing 2.8 and newer set only the fields that an operation uses */
 	memset(sqe, 0, sizeof(*sqe));
 	u->ring.sq.sqe_tail++;
 	return sqe;

@@ -104,7 +104,8 @@ static int make_ring(struct uring *u)
 	u->ring_open = true;
 	/*
 	 * Submission i is always in entry i: filled in once, never touched again. liburing 2.6 and
-	 * newer ask the kernel (6.6 and newer) for a ring without this array, which does the same.
+	 * newer ask the kernel (6.6 and newer) for a ring without this array, where that is so
+	 * anyway.
 	 */
 	for (unsigned int i = 0; u->ring.sq.array && i < u->sizes.submissions; i++)
 		u->ring.sq.array[i] = i;

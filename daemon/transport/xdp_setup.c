@@ -327,8 +327,9 @@ const char *transport_xdp_refused(int rc)
 	case EDESTADDRREQ:
 		return "AF_XDP belongs to one interface; name it (interface =)";
 	case EPROTO:
-		return "pokeys-guard is another version than pokeysd (systemctl restart "
-		       "pokeys-guard, then pokeysd)";
+		return "pokeys-guard and pokeysd are of different versions; install the same "
+		       "one of both, then, with the machine off: systemctl restart pokeys-guard "
+		       "pokeysd";
 	case EXDEV:
 		return "pokeys-guard is on another interface (systemctl restart pokeys-guard)";
 	case ETIMEDOUT:

@@ -44,6 +44,14 @@ static void an_unknown_key_is_named_with_the_one_meant(void **state)
 	assert_fault(GOOD "axis.3.max-sped = 500\n",
 		     "f:3: [device a]: there is no key axis.3.max-sped; did you mean "
 		     "axis.#.max-speed?");
+	assert_fault(GOOD "axis.1.acceleration = 500\n",
+		     "f:3: [device a]: there is no key axis.1.acceleration; did you mean "
+		     "axis.#.max-acceleration?");
+	assert_fault(GOOD "AXES = 3\n",
+		     "f:3: [device a]: there is no key AXES; did you mean axes?");
+	assert_fault(GOOD "axis.0.scale = 200\n",
+		     "f:3: [device a]: there is no key axis.0.scale; the scale is set in "
+		     "LinuxCNC: SCALE in its INI file, pokeys.N.joint.NN.scale in HAL");
 	assert_fault(GOOD "colour = blue\n",
 		     "f:3: [device a]: there is no key colour; pokeysd --help-config lists all "
 		     "keys");
@@ -76,7 +84,8 @@ static void sections_are_judged_even_when_empty(void **state)
 		     "[device NAME], [heater NAME] and [servo NAME] are");
 	assert_fault(GOOD GOOD, "f:3: [device a] was there before, at line 1");
 	assert_fault("[daemon]\n" GOOD "[daemon]\n", "f:4: [daemon] was there before, at line 1");
-	assert_fault("", "f: there is no [device NAME] section");
+	assert_fault("", "f: there is no [device NAME] section; add one with the line address = "
+			 "A.B.C.D or serial = NUMBER (pokeysctl discover --config writes them)");
 	assert_fault("port = 3\n" GOOD,
 		     "f:1: port stands before any section; [daemon] or [device NAME] comes first");
 }

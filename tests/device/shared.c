@@ -138,8 +138,9 @@ static void what_the_board_lacks_is_told_once(void **state)
 			break;
 		event_format(&world.last_event[EVENT_TERMINALS_ABSENT], "mill", line,
 			     sizeof(line));
-		assert_string_equal(line, "mill: terminal 3: this board has no digital output "
-				    "there; pokeysctl terminals lists what each board has");
+		assert_string_equal(line, "mill: terminal 3 cannot be a digital output on this "
+				    "board; choose another one in pokeysd.conf or in HAL "
+				    "(pokeysctl terminals MODEL lists them)");
 		wish.settings.set = POKEYS_SET_ANALOG_FILTER;
 		wish.settings.analog_filter = 3;
 		send_wish();
@@ -149,7 +150,7 @@ static void what_the_board_lacks_is_told_once(void **state)
 		send_wish();
 		event_format(&world.last_event[EVENT_TERMINALS_ABSENT], "mill", line,
 			     sizeof(line));
-		assert_non_null(strstr(line, "terminal 49: this board has no counter there; "));
+		assert_non_null(strstr(line, "terminal 49 cannot be a counter on this board; "));
 	}
 }
 

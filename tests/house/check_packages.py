@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Checks that each installed file is in exactly one Debian package, that the packages list no others, and that
-lintian has room for the lines of their descriptions.
+"""Checks that each installed file is in exactly one Debian package, that the packages list no others, and that no
+line of a description is longer than lintian allows.
 
 usage: check_packages.py SOURCE BUILD
 """
@@ -23,7 +23,7 @@ def named(source):
 
 
 def is_within(name, pattern):
-    """A pattern is a file, or a folder with all that is in it; of words in braces, one is meant."""
+    """A pattern is a file, or a folder with all that is in it; {a,b} matches either word."""
     if braces := re.search(r"\{([^}]*)\}", pattern):
         return any(is_within(name, pattern[:braces.start()] + word + pattern[braces.end():])
                    for word in braces[1].split(","))

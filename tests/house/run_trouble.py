@@ -59,7 +59,7 @@ def a_wrong_word(fake):
         (fake.folder / "bin" / name).write_text('#!/bin/bash\necho "$0 $*" >>"$CALLS"; exit 1\n')
         (fake.folder / "bin" / name).chmod(0o755)
     (fake.folder / "build").mkdir()
-    for words in ("build x", "clean x", "clean --all x", "demo x", "demo --seconds x", "demo --seconds", "demo --web --file", "test x", "test --repeat", "test --repeat 0", "test --load x", "test --nonsense", "test unit --load=65", "bench --lits",
+    for words in ("build x", "clean x", "clean --all x", "demo x", "demo --seconds x", "demo --seconds", "demo --seconds=", "demo --web --file", "demo --web --file=", "test x", "test --repeat", "test --repeat 0", "test --load x", "test --nonsense", "test unit --load=65", "bench --lits",
                   "bench --only x", "bench --only=", "bench --readme", "x", "", "help", "demo --help", "bench --help", "bench --list"):
         ran = subprocess.run([fake.folder / "run", *words.split()], env=fake.environment, text=True,
                              capture_output=True, timeout=120, check=False)
@@ -112,7 +112,7 @@ def two_at_a_time(fake):
         assert one.poll() is None, one.communicate()
         time.sleep(0.05)
     other = fake.start("build_main")
-    assert "another ./run builds in build" in other.stdout.readline()
+    assert "another ./run is building in build" in other.stdout.readline()
     (fake.folder / "go").touch()
     assert [child.communicate(timeout=120) and child.returncode for child in (one, other)] == [0, 0]
     assert re.findall("begin|end", fake.calls.read_text()) == 2 * ["begin", "end"], fake.calls.read_text()

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The Debian packages: lintian finds nothing, another build gives the same bytes without a network, and in a
-clean Debian they can be installed, used and removed, with nothing left. The same is true of those that the
-other supported release of Debian builds of the same sources.
+clean Debian they can be installed, used and removed, with nothing left. Packages that are built of the same
+sources on the other supported release of Debian are installed, used and removed there as well.
 
 usage: packages.py SOURCE
 """

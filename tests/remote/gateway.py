@@ -103,7 +103,7 @@ class Client:
 def connect(name, **place):
     import websockets
     secret = base64.b64encode(f"{name}:secret, and long".encode()).decode()
-    # another name since version 14
+    # websockets 14 renamed extra_headers to additional_headers
     headers = next(key for key in inspect.signature(websockets.connect).parameters if key.endswith("_headers"))
     return websockets.connect(f"ws://127.0.0.1:{PORT}/websocket", **{headers: {"Authorization": f"Basic {secret}"}},
                               **place)

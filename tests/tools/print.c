@@ -61,6 +61,7 @@ static void a_dead_daemon_is_noticed_by_our_own_clock(void **state)
 	device->state.t_digital_ns = device->state.t_publish_ns - MS;
 	assert_non_null(strstr(status_of(device),
 			       "mill: running: stale (daemon not publishing for 3.2 s)\n"));
+	assert_non_null(strstr(text, "\n  values      NOT CURRENT, the last ones received\n"));
 	assert_int_equal(device->freshness, VIEW_DEAD);
 }
 
@@ -70,7 +71,7 @@ static void old_data_of_a_living_daemon_is_stale(void **state)
 
 	(void)state;
 	device->state.t_digital_ns = device->now_ns - 10 * MS;
-	view_judge(device);
+	assert_null(strstr(status_of(device), "the last ones received"));
 	assert_int_equal(device->freshness, VIEW_FRESH);
 	device->state.t_digital_ns--;
 	view_judge(device);
