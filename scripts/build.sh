@@ -26,6 +26,14 @@ cargo_target() {
 	fi
 }
 
+# is_building FOLDER: does another ./run build there now?
+is_building() {
+	local status=0
+	[ -e "$1/.lock" ] || return 1
+	flock -n "$1/.lock" true || status=$?
+	[ "$status" = 1 ]
+}
+
 # configure_and_build FOLDER [meson option ...]: only one at a time in a folder, which ninja does not ensure
 configure_and_build() {
 	local folder=$1

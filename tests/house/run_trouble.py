@@ -113,6 +113,13 @@ def two_at_a_time(fake):
         time.sleep(0.05)
     other = fake.start("build_main")
     assert "another ./run is building in build" in other.stdout.readline()
+    shutil.copytree(pathlib.Path(fake.root) / "scripts", fake.folder / "scripts")
+    shutil.copy(pathlib.Path(fake.root) / "run", fake.folder)
+    for words in (["clean"], ["clean", "--all"]):
+        clean = subprocess.run([fake.folder / "run", *words], env=fake.environment, text=True, capture_output=True,
+                               timeout=120, check=False)
+        assert clean.returncode == 1 and "end it first" in clean.stderr, clean
+    assert (fake.folder / "build/build.ninja").exists()
     (fake.folder / "go").touch()
     assert [child.communicate(timeout=120) and child.returncode for child in (one, other)] == [0, 0]
     assert re.findall("begin|end", fake.calls.read_text()) == 2 * ["begin", "end"], fake.calls.read_text()

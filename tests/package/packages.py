@@ -72,9 +72,13 @@ def is_a_repository(folder):
     names = re.findall(r"^Filename: \./(\S+)$", (folder / "Packages").read_text(encoding="utf-8"), re.MULTILINE)
     if sorted(names) != sorted(sums(folder)):
         raise Fault(f"the repository lists {names}, and there are {sorted(sums(folder))}")
-    again = subprocess.run(["scripts/package", "--output", "/"], capture_output=True, text=True, check=False)
-    if again.returncode != 1 or "contains other files" not in again.stderr:
-        raise Fault(f"--output / was accepted: {again.stderr}")
+    other = folder.parent / "other"
+    other.mkdir()
+    (other / "build.log").write_text("of another program\n", encoding="utf-8")
+    for place in ("/", other):
+        again = subprocess.run(["scripts/package", "--output", place], capture_output=True, text=True, check=False)
+        if again.returncode != 1 or "contains other files" not in again.stderr:
+            raise Fault(f"--output {place} was accepted: {again.stderr}")
 
 
 def is_clean(folder):
