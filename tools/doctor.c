@@ -73,9 +73,8 @@ static const char *root_of(const struct options *options)
 /* --runtime-directory, or else the folder of the daemon that the configuration is for. */
 static const char *runtime_of(const struct doctor *doctor, const struct options *options)
 {
-	return *doctor->plan.runtime &&
-	       !strcmp(options->runtime_directory, POKEYS_RUNTIME_DIRECTORY) ?
-	       doctor->plan.runtime : options->runtime_directory;
+	return *doctor->plan.runtime && !options->runtime_named ? doctor->plan.runtime :
+								  options->runtime_directory;
 }
 
 static void gather(struct doctor *doctor, const struct options *options)
@@ -152,6 +151,11 @@ int command_doctor(const struct options *options)
 		return STATUS_USAGE;
 	}
 	gather(&doctor, options);
+	if (options->cpu >= 0 && doctor_core_is_absent(&doctor)) {
+		complain("--cpu %d: this computer has no such core, or it is offline", options->cpu);
+		view_close(&doctor.view);
+		return STATUS_FAILED;
+	}
 	if (options->fix && doctor.cpu < 0)
 		doctor_choose_core(&doctor, doctor_propose_core(&doctor));
 	doctor_judge(&doctor, &report);

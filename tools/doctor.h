@@ -130,6 +130,9 @@ size_t doctor_irqs_on_core(const struct doctor *doctor, int number[], size_t mos
 /* The core to judge: the one asked for, or where that is -1 the plan's; what auto does there. */
 void doctor_choose_core(struct doctor *doctor, int asked);
 
+/* The chosen core is not among those that are online. */
+bool doctor_core_is_absent(const struct doctor *doctor);
+
 /*
  * Fill nic, through_router and aside of every device: the interface of the plan, else that of
  * the routing table, unless only another one has an ARP entry for it.

@@ -89,10 +89,15 @@ static void judge_core(const struct doctor *doctor, const struct doctor_check *c
 	if (doctor->cpu >= 0)
 		snprintf(subject, sizeof(subject), "core %d", doctor->cpu);
 	finding = next(report, check, subject);
-	if (finding && doctor->cpu >= 0)
-		check->judge(doctor, finding);
-	else if (finding)
+	if (!finding)
+		return;
+	if (doctor->cpu < 0)
 		doctor_say(finding, DOCTOR_UNKNOWN, "no core is chosen, see the check core");
+	else if (doctor_core_is_absent(doctor))
+		doctor_say(finding, DOCTOR_UNKNOWN,
+			   "this core does not exist or is offline, see the check core");
+	else
+		check->judge(doctor, finding);
 }
 
 static bool earlier_has(const struct doctor *doctor, size_t index)

@@ -142,6 +142,15 @@ void doctor_choose_core(struct doctor *doctor, int asked)
 			     probe_list_has_above(list, doctor->cpu);
 }
 
+bool doctor_core_is_absent(const struct doctor *doctor)
+{
+	char online[256];
+
+	return doctor->cpu >= 0 &&
+	       probe_text(doctor->root, online, sizeof(online), "/sys/devices/system/cpu/online") &&
+	       !probe_list_has(online, doctor->cpu);
+}
+
 /*
  * The most exact of the routes that fit, of several the one of the least metric;
  * /proc/net/route has addresses as the network does. With `only`, routes of this interface.

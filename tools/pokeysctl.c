@@ -85,6 +85,7 @@ static bool take_option(struct options *options, int option)
 	switch (option) {
 	case 'r':
 		options->runtime_directory = optarg;
+		options->runtime_named = true;
 		break;
 	case 't':
 		good = argument_whole("timeout", optarg, 1, 60000, &number);

@@ -20,6 +20,7 @@ enum { ADDRESSES_MAX = 8 };
 /* The command line, after it was judged. */
 struct options {
 	const char *runtime_directory;
+	bool runtime_named;		/* by --runtime-directory */
 	bool json;
 	uint32_t timeout_ms;
 	uint32_t count;			/* 0 = for ever */

@@ -18,6 +18,7 @@ CASES = (
      "the network cannot be searched at --interface nowhere0: there is no such interface; .*"),
     (["doctor", "--config", "/nowhere"], 1, "--config: /nowhere: No such file or directory"),
     (["doctor", "--root", "/nowhere", "--config", "/x"], 1, "--config: /nowhere/x: No such .*"),
+    (["doctor", "--cpu", "1023"], 1, "--cpu 1023: this computer has no such core, or it is offline"),
     (["doctor", "-r", "run"], 64, '--runtime-directory: "run" is not allowed; a path from / is'),
     (["devices", "mill"], 64, "devices takes no argument: mill; see pokeysctl devices --help"),
     (["replay", "--cpu", "1", "x"], 64, "replay takes no such option; see pokeysctl replay --help"),

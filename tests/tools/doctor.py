@@ -99,7 +99,7 @@ NO_THREAD = process(500, "pokeysd", [(0, 0, "0-3"), (1, 80, "0-3")])
 
 # (what changes, what a check then says): None removes a file, a path is a link there
 VARIANTS = [
-    ({f"{CORE}/online": "0-2"}, {"core": "problem"}),
+    ({f"{CORE}/online": "0-2"}, {"core": "problem", "isolcpus": "unknown", "governor": "unknown"}),
     ({"etc/pokeysd/pokeysd.conf": CONF.format(mode="sleep").replace("cpu = 3", "cpu = any"),
       **process(500, "pokeysd", [(0, 0, "0-3"), (1, 80, "0-3")])},
      {"core": "advice", "isolcpus": "unknown", "governor": "unknown", "daemon-thread": "ok"}),

@@ -221,7 +221,8 @@ LEFT = [
      "/etc/pokeysd/pokeysd.conf.d/mill.conf sets cpu =, and is read after the file that would be written", "doctor-cpu"),
     ({"etc/pokeysd/pokeysd.conf.d/a.conf/x": ""}, (), "a file in the folder .d beside pokeysd.conf cannot be read",
      "doctor-cpu"),
-    ({}, ("--cpu", "99"), "the core of cpu = does not exist or is switched off", "pokeysd-i"),
+    ({f"{CORE}/online": "0-1", "etc/pokeysd/pokeysd.conf": "[daemon]\ncpu = 2\n"}, (),
+     "core: another cpu in pokeysd.conf, or echo 1 >", "pokeysd-i"),
     ({}, ("--cpu", "3"), "LinuxCNC takes the isolated core with the highest number, which would be the daemon's",
      "isolation.cfg"),
     ({f"{CORE}/online": "0-7", **{f"{CORE}/cpu{n}/topology/thread_siblings_list": f"{n % 4},{n % 4 + 4}"

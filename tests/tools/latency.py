@@ -289,6 +289,19 @@ def test_doctor_sees_a_running_daemon():
             assert found["core"]["why"].startswith(f"core {CORE} of"), found["core"]
 
 
+def test_doctor_looks_where_it_is_asked_to_although_the_file_names_another_folder():
+    with House() as house:
+        house.start_sim()
+        house.start_daemon()
+        house.wait_fresh()
+        house.conf.write_text(house.conf.read_text().replace("[daemon]", f"[daemon]\nruntime-directory = {house.runtime}"))
+        for folder, subject in ((None, "mill"), ("/run/pokeysd", "")):
+            where = ["--runtime-directory", folder] if folder else []
+            found = findings(subprocess.run([House.programs["pokeysctl"], "doctor", "--json", "--config", house.conf, *where],
+                                            capture_output=True, text=True, timeout=120, check=False))
+            assert found["daemon"]["subject"] == subject, (folder, found["daemon"])
+
+
 def test_doctor_works_without_daemon_and_without_rights():
     out = without_rights("doctor", "--json", "--runtime-directory", "/nowhere")
     assert out.returncode in (0, 1) and out.stderr == "", out.stderr
