@@ -84,34 +84,54 @@ static const char *nearest(enum config_section section, const char *name)
 	return found;
 }
 
+/* What follows the last dot of a name: max-speed of axis.#.max-speed. */
+static const char *last_part(const char *name)
+{
+	const char *dot = strrchr(name, '.');
+
+	return dot ? dot + 1 : name;
+}
+
+/* Are the parts before the last the same, as in axis.#.max-speed and axis.0.speed? */
+static bool same_place(const char *pattern, const char *name)
+{
+	char ours[NAME_MAX_LENGTH + 1], theirs[NAME_MAX_LENGTH + 1];
+	uint32_t index;
+
+	snprintf(ours, sizeof(ours), "%.*s", (int)(last_part(pattern) - pattern), pattern);
+	snprintf(theirs, sizeof(theirs), "%.*s", (int)(last_part(name) - name), name);
+	return fits(ours, theirs, &index);
+}
+
 /* Is `name` a key without some of its words, as axis.0.acceleration is without "max"? */
 static bool is_part(const char *pattern, const char *name)
 {
-	const char *ours = strrchr(pattern, '.'), *theirs = strrchr(name, '.');
-	const size_t before = theirs ? (size_t)(theirs - name) + 1 : 0;
-	const char *at = ours ? ours + 1 : pattern, *word = name + before;
+	const char *first = last_part(pattern), *word = last_part(name);
 
-	if ((size_t)(at - pattern) != before || !*word)
+	if (!*word || strlen(name) > NAME_MAX_LENGTH || !same_place(pattern, name))
 		return false;
-	for (size_t i = 0; i < before; i++)
-		if (pattern[i] != name[i] &&
-		    (pattern[i] != '#' || !isdigit((unsigned char)name[i])))
-			return false;
-	for (at = strstr(at, word); at; at = strstr(at + 1, word))
-		if ((at == pattern || at[-1] == '.' || at[-1] == '-') &&
+	for (const char *at = strstr(first, word); at; at = strstr(at + 1, word))
+		if ((at == first || at[-1] == '-') &&
 		    (!at[strlen(word)] || at[strlen(word)] == '-'))
 			return true;
 	return false;
 }
 
-static const char *containing(enum config_section section, const char *name)
+/* "NAME or NAME", the keys that `name` may be a part of; empty = none. */
+static void list_containing(enum config_section section, const char *name, char *list, size_t size)
 {
 	const struct config_key *key;
+	size_t length = 0;
 
-	for (size_t i = 0; (key = config_key_at(i)); i++)
-		if (key->section == section && is_part(key->name, name))
-			return key->name;
-	return NULL;
+	*list = '\0';
+	for (size_t i = 0; (key = config_key_at(i)); i++) {
+		if (key->section != section || !is_part(key->name, name))
+			continue;
+		if (length + strlen(key->name) + strlen(" or ") >= size)
+			return;
+		length += (size_t)snprintf(list + length, size - length, "%s%s",
+					   length ? " or " : "", key->name);
+	}
 }
 
 /* Where a setting is that the daemon does not have; NULL = unknown. */
@@ -119,10 +139,9 @@ static const char *elsewhere(const char *name)
 {
 	static const char *const scales[] = { "scale", "steps-per-mm", "steps-per-unit",
 					      "pulses-per-mm" };
-	const char *last = strrchr(name, '.') ? strrchr(name, '.') + 1 : name;
 
 	for (size_t i = 0; i < sizeof(scales) / sizeof(scales[0]); i++)
-		if (!strcasecmp(last, scales[i]))
+		if (!strcasecmp(last_part(name), scales[i]))
 			return "the scale is set in LinuxCNC: SCALE in its INI file, "
 			       "pokeys.N.joint.NN.scale in HAL";
 	return NULL;
@@ -144,6 +163,7 @@ static void explain(enum config_section section, const char *name, char *why, si
 {
 	const char *meant = nearest(section, name), *instead = elsewhere(name);
 	const struct config_key *key;
+	char parts[3 * NAME_MAX_LENGTH];
 	uint32_t index;
 
 	for (size_t i = 0; (key = config_key_at(i)); i++) {
@@ -152,8 +172,10 @@ static void explain(enum config_section section, const char *name, char *why, si
 			return;
 		}
 	}
-	if (!meant && !instead)
-		meant = containing(section, name);
+	if (!meant && !instead) {
+		list_containing(section, name, parts, sizeof(parts));
+		meant = *parts ? parts : NULL;
+	}
 	if (!meant && instead) {
 		snprintf(why, size, "there is no key %.40s; %s", name, instead);
 		return;

@@ -46,7 +46,7 @@ static void an_unknown_key_is_named_with_the_one_meant(void **state)
 		     "axis.#.max-speed?");
 	assert_fault(GOOD "axis.1.acceleration = 500\n",
 		     "f:3: [device a]: there is no key axis.1.acceleration; did you mean "
-		     "axis.#.max-acceleration?");
+		     "axis.#.max-acceleration or axis.#.backlash-acceleration?");
 	assert_fault(GOOD "AXES = 3\n",
 		     "f:3: [device a]: there is no key AXES; did you mean axes?");
 	assert_fault(GOOD "axis.0.scale = 200\n",
