@@ -204,7 +204,8 @@ static void attend(struct guard_server *server, uint64_t now_ns)
 
 	if (length == -EAGAIN || length == -EINTR)
 		return;
-	/* a request of another length is of a daemon of another version, which is told so */
+	/* A request of another length comes from a daemon of another version. It is answered
+	 * with EPROTO. */
 	if (length == (long)sizeof(request) ||
 	    (length > 0 && request.version && request.version != HANDOVER_VERSION))
 		rc = answer(server, &request, came, now_ns);

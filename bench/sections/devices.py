@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Several devices in one thread: what they cost, whether all fare alike, and whether
-one that is dead harms the others, or costs more than one that answers."""
+"""Several devices in one thread: what they cost, whether all of them fare alike, and whether a dead device
+harms the others or costs more than a device that answers."""
 import signal
 import statistics
 import time

@@ -103,12 +103,18 @@ def user_and_capabilities_of_the_unit_suffice(w):
     PINS.rmdir()
 
 
-def a_socket_is_for_the_daemon_and_not_for_its_group(w):
-    """Whoever may connect is sent away all the same unless it is root or the daemon's user."""
+def guard_with_a_socket(w):
+    """Start the guard; return the path of its socket."""
     place = RUN.parent / "pokeys-guard" / "xdp"
     w.write_conf(f"address = {DEVICE}\n", transport="xdp")
     w.start_guard()
     wait_for("the socket", place.exists)
+    return place
+
+
+def a_socket_is_for_the_daemon_and_not_for_its_group(w):
+    """Whoever may connect is sent away all the same unless it is root or the daemon's user."""
+    place = guard_with_a_socket(w)
     place.chmod(0o666)
     ask = ("import socket, sys; s = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET); s.settimeout(60);"
            f"s.connect('{place}'); sys.exit(s.recv(100) != b'')")
@@ -117,10 +123,7 @@ def a_socket_is_for_the_daemon_and_not_for_its_group(w):
 
 
 def a_daemon_of_another_version_is_told_so(w):
-    place = RUN.parent / "pokeys-guard" / "xdp"
-    w.write_conf(f"address = {DEVICE}\n", transport="xdp")
-    w.start_guard()
-    wait_for("the socket", place.exists)
+    place = guard_with_a_socket(w)
     for version, size in ((1, 48), (3, 400)):
         with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as daemon:
             daemon.settimeout(60)
